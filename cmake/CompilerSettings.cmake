@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: BSD-3-Clause
+# One language level, one baseline instruction set, one set of warnings for every target.
+
+# PCL's binaries are built for baseline x86-64. Any -m flag that changes the alignment of Eigen types
+# makes its objects incompatible (crashes in the sample-consensus rejector and in NDT).
+if("${CMAKE_CXX_FLAGS} ${CMAKE_CXX_FLAGS_RELEASE}" MATCHES "-march=|-mavx|-mfma|-ffast-math")
+  message(FATAL_ERROR
+    "CMAKE_CXX_FLAGS contains -march/-mavx/-mfma/-ffast-math. PCL is compiled for baseline x86-64 and "
+    "crashes when it meets objects with another Eigen alignment. Remove the flag: the hot loops "
+    "choose AVX2/AVX-512 at run time by themselves.")
+endif()
+
+if(NOT CMAKE_BUILD_TYPE AND NOT CMAKE_CONFIGURATION_TYPES)
+  set(CMAKE_BUILD_TYPE Release CACHE STRING "Build type" FORCE)
+endif()
+
+set(CMAKE_CXX_STANDARD 17)
+set(CMAKE_CXX_STANDARD_REQUIRED ON)
+set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_POSITION_INDEPENDENT_CODE ON)
+set(CMAKE_CXX_FLAGS_RELEASE "-O2 -DNDEBUG")
+set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
+add_link_options(-Wl,--as-needed)
+
+add_library(xview_warnings INTERFACE)
+target_compile_options(xview_warnings INTERFACE -Wall -Wextra -Wshadow -Wnon-virtual-dtor
+  $<$<BOOL:${XVIEW_WERROR}>:-Werror>)
+
+# xview_layer(<name> SOURCES … [PUBLIC …] [PRIVATE …]): one static library per layer.
+function(xview_layer name)
+  cmake_parse_arguments(arg "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+  add_library(xview_${name} STATIC ${arg_SOURCES})
+  add_library(xview::${name} ALIAS xview_${name})
+  set_target_properties(xview_${name} PROPERTIES EXPORT_NAME ${name})
+  target_include_directories(xview_${name} PUBLIC
+    $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include> $<INSTALL_INTERFACE:include>)
+  target_compile_features(xview_${name} PUBLIC cxx_std_17)
+  target_link_libraries(xview_${name} PUBLIC ${arg_PUBLIC}
+                        PRIVATE ${arg_PRIVATE} $<BUILD_INTERFACE:xview_warnings>)
+  set_property(GLOBAL APPEND PROPERTY XVIEW_LAYERS xview_${name})
+endfunction()
+
+# xview_test(<name> SOURCES … LINK …): one binary and one ctest entry; registration fails
+# if a *_test.cpp of the folder is in no target.
+function(xview_test name)
+  cmake_parse_arguments(arg "" "TIMEOUT" "SOURCES;LINK" ${ARGN})
+  if(NOT arg_TIMEOUT)
+    set(arg_TIMEOUT 300)
+  endif()
+  add_executable(${name}_test ${arg_SOURCES})
+  target_include_directories(${name}_test PRIVATE ${PROJECT_SOURCE_DIR}/test)
+  target_link_libraries(${name}_test PRIVATE ${arg_LINK} xview_warnings xview_test_main)
+  add_test(NAME ${name} COMMAND ${name}_test)
+  set_tests_properties(${name} PROPERTIES TIMEOUT ${arg_TIMEOUT})
+  file(GLOB present RELATIVE ${CMAKE_CURRENT_SOURCE_DIR} CONFIGURE_DEPENDS *_test.cpp)
+  get_property(known DIRECTORY PROPERTY XVIEW_TEST_SOURCES)
+  list(APPEND known ${arg_SOURCES})
+  set_property(DIRECTORY PROPERTY XVIEW_TEST_SOURCES "${known}")
+  cmake_language(EVAL CODE "
+    cmake_language(DEFER CALL xview_check_tests [[${CMAKE_CURRENT_SOURCE_DIR}]])")
+endfunction()
+
+function(xview_check_tests directory)
+  file(GLOB present RELATIVE ${directory} ${directory}/*_test.cpp)
+  get_property(known DIRECTORY ${directory} PROPERTY XVIEW_TEST_SOURCES)
+  foreach(file ${present})
+    if(NOT file IN_LIST known)
+      message(FATAL_ERROR "${directory}/${file} belongs to no test target")
+    endif()
+  endforeach()
+endfunction()

@@ -1,0 +1,19 @@
+# SPDX-License-Identifier: BSD-3-Clause
+include(GNUInstallDirs)
+include(CMakePackageConfigHelpers)
+
+add_library(xview INTERFACE)
+add_library(xview::xview ALIAS xview)
+target_link_libraries(xview INTERFACE xview_pipeline xview_io)
+
+get_property(layers GLOBAL PROPERTY XVIEW_LAYERS)
+install(TARGETS xview ${layers} EXPORT xviewTargets)
+install(EXPORT xviewTargets NAMESPACE xview:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/xview)
+install(DIRECTORY include/xview DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+install(DIRECTORY config/ DESTINATION ${CMAKE_INSTALL_DATADIR}/xview)
+configure_package_config_file(cmake/xviewConfig.cmake.in xviewConfig.cmake
+  INSTALL_DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/xview)
+write_basic_package_version_file(xviewConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+install(FILES ${CMAKE_CURRENT_BINARY_DIR}/xviewConfig.cmake
+              ${CMAKE_CURRENT_BINARY_DIR}/xviewConfigVersion.cmake
+        DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/xview)

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "xview/types/blob.h"
+#include "xview/types/labelled_cloud.h"
+#include "xview/types/labels.h"
+#include "xview/types/option_field.h"
+
+namespace xview {
+
+struct BlobOptions {
+  double tolerance_m = 0.5;        ///< two points of a class nearer than this are in one blob
+  int min_points = 20;             ///< smaller blobs are dropped
+  double voxel_m = 0.1;            ///< thin the points of a frame to one per voxel and class first; 0 = off
+  bool use_instances = true;       ///< instances of the data become blobs of their own
+};
+
+template <class Visitor>
+void visit(BlobOptions& o, Visitor&& field) {
+  field("tolerance_m", o.tolerance_m, Range{0.01, 100}, "points of one class nearer than this are one blob [m]");
+  field("min_points", o.min_points, Range{1, 1e9}, "drop blobs with fewer points");
+  field("voxel_m", o.voxel_m, Range{0, 10}, "thin points to one per voxel and class before clustering; 0 = off [m]");
+  field("use_instances", o.use_instances, "instances given by the data become blobs of their own");
+}
+
+/// For each point the number of its cluster (0 …, ordered by the first point of each), or -1 in clusters smaller than
+/// min_points. Exactly the components of pcl::EuclideanClusterExtraction with this tolerance (distance <= tolerance),
+/// in linear expected time: cells of side tolerance/sqrt(3) are complete subgraphs, and only pairs of points in
+/// neighbouring cells are compared, through union-find.
+std::vector<int> euclideanClusters(const std::vector<Eigen::Vector3f>& points, float tolerance_m, int min_points);
+
+/// Per-class Euclidean clusters of a labelled cloud; classes whose role is `ignored` are left out. With instances
+/// (non-zero) each (class, instance) is clustered for itself; points of instance 0 are clustered as a class.
+/// `blob_of_point`, if given, receives the blob of each point or -1. Blobs are ordered by label, then by first point.
+std::vector<Blob> extractBlobs(const LabelledCloud& cloud, const LabelSet& set, const BlobOptions& options,
+                               std::vector<int>* blob_of_point = nullptr);
+
+/// One point per voxel, class and instance: their centroid, in order of first appearance. Ranges become the mean range.
+LabelledCloud thinByVoxel(const LabelledCloud& cloud, double voxel_m);
+
+}  // namespace xview

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "xview/types/graph.h"
+#include "xview/types/option_field.h"
+
+namespace xview {
+
+struct EdgeOptions {
+  double radius_m = 15;     ///< vertices nearer than this are neighbours
+  int max_neighbours = 0;   ///< keep only the nearest ones per vertex; 0 = all
+};
+
+template <class Visitor>
+void visit(EdgeOptions& o, Visitor&& field) {
+  field("radius_m", o.radius_m, Range{0.01, 1e4}, "connect vertices nearer than this [m]");
+  field("max_neighbours", o.max_neighbours, Range{0, 1e6}, "at most so many edges proposed per vertex; 0 = no limit");
+}
+
+/// Replaces the edges of a graph: an edge joins vertices whose Euclidean distance is <= radius (paper section III-B,
+/// 3-D space), found by pcl::KdTreeFLANN. Coordinates are centred before they become single precision.
+void connectByRadius(SemanticGraph& graph, const EdgeOptions& options);
+
+}  // namespace xview

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+
+#include "xview/types/camera.h"
+#include "xview/types/image.h"
+
+namespace xview {
+
+/// PNG uint16 (times depth_scale), TIFF/EXR float32 metres, or PFM; not finite and negative values become 0. Throws Error.
+DepthImage readDepth(const std::string& path, const Camera& camera);
+/// PNG uint8 or uint16 with one channel. Throws Error.
+LabelImage readLabels(const std::string& path);
+/// camera.yaml; throws Error that lists all missing keys.
+Camera readCamera(const std::string& path);
+
+void writeDepthPng(const std::string& path, const DepthImage& depth, double depth_scale);
+void writeLabelPng(const std::string& path, const LabelImage& labels);
+void writeCamera(const std::string& path, const Camera& camera);
+
+}  // namespace xview

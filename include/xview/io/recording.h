@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "xview/types/frame.h"
+
+namespace xview {
+
+/// Half-open range of positions in a sequence, "A:B" or "A:B:STEP"; A and B may be empty.
+struct FrameRange {
+  std::size_t begin = 0;
+  std::optional<std::size_t> end;
+  std::size_t step = 1;
+};
+FrameRange parseFrameRange(const std::string& text);  ///< throws UsageError
+
+enum class InputKind {
+  sequence,        ///< folder with camera.yaml, depth/ and label/
+  semantic_kitti,  ///< folder with velodyne/ and labels/, or one .bin with its .label
+  cloud,           ///< one .pcd or .ply with points
+  cloud_folder,    ///< folder of .pcd/.ply with poses.txt
+  graph,           ///< .ply semantic graph
+  map              ///< .xvm
+};
+const char* toString(InputKind kind);
+
+struct InputOptions {
+  std::string kind;            ///< --input-kind; empty = look at the path
+  std::string labels;          ///< label set: name of a shipped one or path of a YAML file; empty = look
+  std::string label_field;     ///< clouds: name of the label field; empty = the well-known names
+  std::string instance_field;
+  FrameRange frames;
+};
+
+/// What the path is. Throws Error if nothing fits or (naming both and --input-kind) if two fit.
+InputKind recogniseInput(const std::string& path, const InputOptions& options = {});
+
+/// Opens anything with points (not graph, not map). Checks what can be checked without reading the bulk: that files and poses
+/// agree in number, that poses are rigid, that the camera is complete. Throws Error with path and place.
+std::unique_ptr<FrameSource> openRecording(const std::string& path, const InputOptions& options = {});
+
+}  // namespace xview

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "xview/map/semantic_map.h"
+#include "xview/mapper.h"
+#include "xview/options.h"
+#include "xview/types/localization.h"
+
+namespace xview {
+
+/// What is to be found in a map: a place graph in its own odometry frame and, if it came from a recording, what was seen.
+struct Query {
+  LabelSet labels;
+  SemanticGraph graph;
+  PlanView plan;                      ///< empty for bare graphs
+  LabelledCloud cloud;                ///< for refinement; empty for bare graphs
+  std::vector<Eigen::Isometry3d> poses;  ///< T_odom_sensor of its frames; the last is the one that is answered. Identity for bare graphs
+  Timings timing_ms;                  ///< read, lift, blobs, graph
+};
+
+/// A query from a window of frames.
+Query makeQuery(const FrameDigest* first, const FrameDigest* last, const LabelSet& labels, const Options& options);
+/// A query from a bare graph.
+Query makeQuery(const SemanticGraph& graph, const LabelSet& labels, const Options& options);
+
+/// Finds queries in one map. Building it makes the search index once; localize() is const and may be called from several threads.
+class Localizer {
+ public:
+  /// The map must outlive the localizer.
+  Localizer(const SemanticMap& map, const Options& options);
+  ~Localizer();
+
+  /// Throws Error if the labels of the query cannot be those of the map.
+  Localization localize(const Query& query) const;
+
+ private:
+  struct Index;
+  std::unique_ptr<const Index> index_;
+};
+
+}  // namespace xview

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "xview/map/semantic_map.h"
+#include "xview/options.h"
+#include "xview/types/blob.h"
+#include "xview/types/frame.h"
+#include "xview/types/localization.h"
+
+namespace xview {
+
+/// Called after each frame with (done, total). May be empty.
+using Progress = std::function<void(std::size_t, std::size_t)>;
+
+/// What later stages need of one frame; small enough to keep for a whole recording. In the odometry frame.
+struct FrameDigest {
+  std::int64_t number = 0;
+  double stamp_s = 0;
+  Sensor sensor = Sensor::camera;
+  Eigen::Isometry3d T_odom_sensor = Eigen::Isometry3d::Identity();
+  LabelledCloud cloud;             ///< lifted, one point per voxel and class, with ranges
+  std::vector<float> votes;        ///< per point: how much it counts (measurements in the voxel, range)
+  std::vector<Blob> blobs;
+  LiftCounts counts;
+  Timings timing_ms;               ///< read, lift, blobs
+};
+
+/// One frame through lift, clean and blobs.
+FrameDigest digestFrame(const Frame& frame, const LabelSet& labels, const Options& options);
+
+/// All frames of a recording, read and digested on options.threads threads, in order.
+std::vector<FrameDigest> digestRecording(const FrameSource& source, const Options& options, const Progress& progress = {});
+
+/// Place graph of successive frames, with edges.
+SemanticGraph assembleGraph(const std::vector<FrameDigest>& frames, const LabelSet& labels, const Options& options);
+
+/// Map of one or more recordings in one common frame. Label sets must agree (Error).
+SemanticMap buildMap(const std::vector<const FrameSource*>& sources, const Options& options, const Progress& progress = {});
+/// Map of a bare graph.
+SemanticMap buildMap(const SemanticGraph& graph, const LabelSet& labels, const std::string& source, const Options& options);
+
+/// Adds a recording or another map's content to a map in the same frame.
+void appendToMap(SemanticMap& map, const SemanticMap& addition, const Options& options);
+
+}  // namespace xview

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "xview/match/walks.h"
+#include "xview/types/correspondence.h"
+#include "xview/types/option_field.h"
+
+namespace xview {
+
+struct MatchOptions {
+  std::string descriptor = "walks";
+  int candidates = 15;          ///< k best map vertices per query vertex
+  bool rare_words = true;       ///< weight words by their rarity in the map (inverse document frequency)
+  double min_similarity = 0.0;  ///< candidates at or below this are no candidates
+};
+
+template <class Visitor>
+void visit(MatchOptions& o, Visitor&& field) {
+  field("descriptor", o.descriptor, Choices{{"walks", "spectrum"}}, "sampled random walks, or their exact limit");
+  field("candidates", o.candidates, Range{1, 10000}, "best map vertices kept per query vertex, k of the paper");
+  field("rare_words", o.rare_words, "weight walk words by their rarity in the map");
+  field("min_similarity", o.min_similarity, Range{0, 1}, "ignore candidates at or below this similarity");
+}
+
+/// Walk descriptors of all vertices of a graph: sorted (word, count) lists one after the other.
+struct Descriptors {
+  std::vector<std::uint32_t> offsets;  ///< size() + 1 entries into counts
+  std::vector<WalkCount> counts;
+  std::size_t size() const { return offsets.empty() ? 0 : offsets.size() - 1; }
+};
+
+Descriptors describe(const SemanticGraph& graph, const LabelAlphabet& alphabet, const WalkOptions& walks,
+                     const std::string& descriptor, std::uint64_t seed, int threads);
+
+/// Share of identical walks of two vertices in [0, 1] (paper section III-D): sum of min(count_a, count_b) over common words divided by the
+/// smaller number of walks. 1 for a vertex with itself.
+double similarity(const Descriptors& a, std::uint32_t i, const Descriptors& b, std::uint32_t j);
+
+/// The k best map vertices of each query vertex, through an inverted index of words (only vertices that share a word
+/// are touched). Ordered by query vertex, then by falling similarity; ties by map vertex. Never similarity 0.
+std::vector<Correspondence> bestMatches(const Descriptors& query, const Descriptors& map, const MatchOptions& options,
+                                        int threads);
+
+}  // namespace xview

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "xview/types/graph.h"
+#include "xview/types/option_field.h"
+
+namespace xview {
+
+struct WalkOptions {
+  int num_walks = 200;           ///< n (paper: 200)
+  int walk_length = 4;           ///< m, vertices per walk including the first (paper: 3 to 5)
+  bool immediate_return = false; ///< may a walk step back to where it just came from (paper: no)
+  bool duplicates = false;       ///< may one vertex hold the same walk of vertices twice (paper: no)
+};
+
+template <class Visitor>
+void visit(WalkOptions& o, Visitor&& field) {
+  field("num_walks", o.num_walks, Range{1, 100000}, "random walks per vertex, n of the paper");
+  field("walk_length", o.walk_length, Range{2, 8}, "vertices per walk including its start, m of the paper");
+  field("immediate_return", o.immediate_return, "allow a walk to step back to the vertex it just left");
+  field("duplicates", o.duplicates, "allow one walk (sequence of vertices) several times at a vertex");
+}
+
+/// A walk as a word of class labels: labels are numbered densely per alphabet and packed 8 bits each, first label lowest, so that
+/// up to 8 steps fit without overflow.
+using WalkKey = std::uint64_t;
+
+/// Dense numbering of the labels of both graphs (at most 255 classes; throws UsageError beyond).
+class LabelAlphabet {
+ public:
+  LabelAlphabet(const SemanticGraph& a, const SemanticGraph& b);
+  std::uint8_t operator()(std::uint32_t label) const;
+  std::size_t size() const { return labels_.size(); }
+
+ private:
+  std::vector<std::uint32_t> labels_;
+};
+
+/// The walks of one vertex as sorted (word, multiplicity).
+struct WalkCount {
+  WalkKey key = 0;
+  float count = 0;  ///< multiplicity; or probability times num_walks in the exact spectrum
+};
+
+/// num_walks random walks from `vertex` over the graph; seeded per vertex, so that the result does not depend on the other vertices or
+/// the number of threads. A walk that can go nowhere ends early (a shorter word). Without duplicates the number of walks is
+/// limited by what the neighbourhood offers.
+std::vector<WalkCount> sampleWalks(const SemanticGraph& graph, const LabelAlphabet& alphabet, std::uint32_t vertex,
+                                   const WalkOptions& options, std::uint64_t seed);
+
+}  // namespace xview

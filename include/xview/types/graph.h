@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+namespace xview {
+
+/// A vertex of a semantic graph: v = {label, position} of the paper, with what later stages need.
+struct Vertex {
+  std::uint32_t label = 0;
+  std::uint32_t instance = 0;                          ///< 0 = none
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< [m] in the frame of the graph
+  Eigen::Vector3d extent = Eigen::Vector3d::Zero();    ///< size of the axis-aligned box [m]
+  double sigma_m = 0;                                  ///< standard deviation of the position; 0 = unknown
+  std::uint32_t observations = 1;                      ///< frames that saw it
+  std::uint32_t points = 0;
+  std::int64_t first_frame = 0;
+  std::int64_t last_frame = 0;
+};
+
+/// Vertices with undirected edges. Neighbour lists are sorted, without duplicates and without self loops;
+/// j is in neighbours[i] exactly if i is in neighbours[j].
+struct SemanticGraph {
+  std::vector<Vertex> vertices;
+  std::vector<std::vector<std::uint32_t>> neighbours;  ///< one list per vertex
+
+  std::size_t size() const { return vertices.size(); }
+  bool empty() const { return vertices.empty(); }
+  std::size_t edgeCount() const;
+  /// Each edge once, (smaller, larger), sorted.
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> edges() const;
+  /// Replaces all edges; duplicates, self loops and order do not matter.
+  void setEdges(const std::vector<std::pair<std::uint32_t, std::uint32_t>>& edges);
+};
+
+/// True if the invariants of SemanticGraph hold.
+bool isConsistent(const SemanticGraph& graph);
+
+/// Number of connected components.
+std::size_t componentCount(const SemanticGraph& graph);
+
+}  // namespace xview

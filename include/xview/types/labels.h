@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace xview {
+
+/// How a class takes part in localization.
+enum class Role {
+  object,   ///< a thing with a place of its own: pole, sign, trunk, lamp
+  surface,  ///< continuous: road, facade, hedge; its clusters depend on the view, so it is sampled
+  dynamic,  ///< moves between visits: car, person
+  ignored   ///< no information: void, sky, noise
+};
+
+/// What a class physically is, independent of the data set; chooses the plan-view channels it feeds.
+enum class Kind : std::uint8_t {
+  road, sidewalk, terrain, lane_marking, building, fence, vegetation, trunk, pole, sign, light, vehicle,
+  other_object, other_surface, none
+};
+
+const char* toString(Role role);
+const char* toString(Kind kind);
+bool isGround(Kind kind);    ///< road, sidewalk, terrain, lane_marking
+bool isPoleLike(Kind kind);  ///< pole, sign, light
+
+struct ClassInfo {
+  std::uint32_t id = 0;
+  std::string name;
+  std::array<std::uint8_t, 3> color{128, 128, 128};  ///< red, green, blue
+  Role role = Role::object;
+  Kind kind = Kind::other_object;
+  bool guessed = false;  ///< role was not given but derived from the name
+};
+
+/// The classes of one data set: id <-> name <-> colour, and the role of each.
+class LabelSet {
+ public:
+  LabelSet() = default;
+  explicit LabelSet(std::string set_name) : name_(std::move(set_name)) {}
+
+  /// Adds or replaces the class with this id.
+  void add(ClassInfo info);
+
+  const std::string& name() const { return name_; }
+  bool empty() const { return classes_.empty(); }
+  const std::map<std::uint32_t, ClassInfo>& classes() const { return classes_; }
+  const ClassInfo* find(std::uint32_t id) const;  ///< null if the id is unknown
+  Role role(std::uint32_t id) const;              ///< ignored if the id is unknown
+  Kind kind(std::uint32_t id) const;              ///< none if the id is unknown or ignored
+  std::string className(std::uint32_t id) const;  ///< "class 17" if the id is unknown
+  std::array<std::uint8_t, 3> color(std::uint32_t id) const;
+
+  bool operator==(const LabelSet& other) const;
+  bool operator!=(const LabelSet& other) const { return !(*this == other); }
+
+ private:
+  std::string name_;
+  std::map<std::uint32_t, ClassInfo> classes_;
+};
+
+/// Role and kind of a class from its name in any of the usual data sets ("traffic sign", "static.manmade", "Hedge").
+/// Unknown names are objects of kind other_object.
+Role guessRole(const std::string& name);
+Kind guessKind(const std::string& name);
+
+/// A set for ids of which nothing is known: every id but 0 is an object called "class N"; 0 is ignored.
+LabelSet genericLabelSet(const std::vector<std::uint32_t>& ids);
+
+/// A colour that differs well between neighbouring ids.
+std::array<std::uint8_t, 3> distinctColor(std::uint32_t id);
+
+}  // namespace xview

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "xview/types/correspondence.h"
+
+namespace xview {
+
+/// What the answer promises.
+enum class Status {
+  accepted,   ///< the pose is right; precision of accepted answers is the first duty
+  ambiguous,  ///< several places explain the query about equally well; the hypotheses list them
+  rejected    ///< nothing found that could not be chance
+};
+
+const char* toString(Status status);
+
+/// Which stage proposed a pose.
+enum class Proposer { walks, search };
+
+const char* toString(Proposer proposer);
+
+/// One place where the query may be.
+struct Hypothesis {
+  Eigen::Isometry3d T_map_query = Eigen::Isometry3d::Identity();
+  double score = 0;  ///< log-likelihood ratio against chance [nats]; comparable within one query
+  int inliers = 0;   ///< query vertices with a partner of the same class
+  Proposer proposer = Proposer::walks;
+};
+
+/// Milliseconds per stage, in the order of execution.
+using Timings = std::vector<std::pair<std::string, double>>;
+
+using Matrix6d = Eigen::Matrix<double, 6, 6>;
+
+/// The answer to one query. Poses are those of the best hypothesis, also when it was not accepted; they are valid only
+/// if `hypotheses` is not empty.
+struct Localization {
+  Status status = Status::rejected;
+  std::string reason;      ///< one sentence with the deciding numbers
+  double confidence = 0;   ///< in [0, 1], monotone in how sure the program is; comparable between queries
+  Eigen::Isometry3d T_map_query = Eigen::Isometry3d::Identity();   ///< query odometry frame to map frame
+  Eigen::Isometry3d T_map_sensor = Eigen::Isometry3d::Identity();  ///< of the last frame of the query
+  Matrix6d covariance = Matrix6d::Zero();  ///< of T_map_sensor: x y z [m], rx ry rz [rad], map frame, left increment
+  int inliers = 0;
+  int vertices = 0;  ///< of the query graph
+  int matches = 0;   ///< putative correspondences tried
+  std::vector<Hypothesis> hypotheses;  ///< best first, distinct places
+  std::vector<Correspondence> putative;
+  std::vector<Correspondence> kept;
+  Timings timing_ms;
+
+  bool accepted() const { return status == Status::accepted; }
+};
+
+}  // namespace xview

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <limits>
+#include <string>
+#include <vector>
+
+namespace xview {
+
+/// Closed range of legal values of a numeric option.
+struct Range {
+  double min = -std::numeric_limits<double>::infinity();
+  double max = std::numeric_limits<double>::infinity();
+};
+
+/// Legal values of a textual option.
+struct Choices {
+  std::vector<std::string> values;
+};
+
+// Every options struct has beside it
+//
+//   template <class Visitor> void visit(FooOptions& options, Visitor&& field) {
+//     field("name", options.name, Range{1, 100}, "what it means [unit]");   // int, double, bool, std::string
+//     field("mode", options.mode, Choices{{"a", "b"}}, "…");
+//   }
+//
+// and nothing else lists the fields: the YAML reader, the command-line flags, --print-config and the range checks
+// are visitors. A gathering struct calls field.group("foo", options.foo), which makes the keys foo.name and foo.mode.
+
+}  // namespace xview

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace xview {
+
+/// What a plan-view sample tells. Each channel is matched with itself only.
+enum class Channel : std::uint8_t {
+  // area: one sample per cell
+  road, sidewalk, terrain, lane_marking,
+  // upright surfaces: one sample per cell at the mean of its points
+  building, wall_foot, fence, low_vegetation, canopy, vehicle_surface, other_surface,
+  // lines between ground classes: midpoints between cells
+  border_road_sidewalk, border_sidewalk_terrain, border_road_terrain,
+  // anything that stands there, whatever its label
+  obstacle_low, obstacle_high,
+  // objects: one sample each
+  pole, sign, light, pole_like, vehicle, tree, trunk, other_object,
+  count
+};
+
+constexpr std::size_t kChannels = static_cast<std::size_t>(Channel::count);
+
+const char* toString(Channel channel);
+inline bool isArea(Channel c) { return c <= Channel::lane_marking; }
+inline bool isObject(Channel c) { return c >= Channel::pole; }
+
+/// A sample, relative to the origin of its plan view.
+struct PlanSample {
+  float x = 0, y = 0, z = 0;  ///< z: ground height at the sample [m]
+};
+
+/// A cell that was seen, with its ground height.
+struct GroundCell {
+  std::int32_t x = 0, y = 0;  ///< cell index: floor(p / cell_m)
+  float z = 0;                ///< ground height relative to the origin [m]
+  bool measured = false;      ///< ground points fell into it; else z comes from the neighbourhood
+};
+
+/// A place seen from above: the semantic graph's fine surface vertices and its
+/// objects, on a grid of cell_m. What is not among `known` was never seen, which is not the same as empty.
+struct PlanView {
+  double cell_m = 0.5;
+  double origin_x = 0, origin_y = 0, origin_z = 0;  ///< p_frame = origin + sample
+  std::array<std::vector<PlanSample>, kChannels> samples;
+  std::vector<GroundCell> known;  ///< sorted by (y, x)
+
+  std::vector<PlanSample>& operator[](Channel c) { return samples[static_cast<std::size_t>(c)]; }
+  const std::vector<PlanSample>& operator[](Channel c) const { return samples[static_cast<std::size_t>(c)]; }
+  std::size_t sampleCount() const;
+};
+
+}  // namespace xview

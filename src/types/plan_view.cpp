@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "xview/types/plan_view.h"
+
+namespace xview {
+
+const char* toString(Channel channel) {
+  static constexpr std::array<const char*, kChannels> kNames = {
+      "road", "sidewalk", "terrain", "lane_marking",
+      "building", "wall_foot", "fence", "low_vegetation", "canopy", "vehicle_surface", "other_surface",
+      "border_road_sidewalk", "border_sidewalk_terrain", "border_road_terrain",
+      "obstacle_low", "obstacle_high",
+      "pole", "sign", "light", "pole_like", "vehicle", "tree", "trunk", "other_object"};
+  return channel < Channel::count ? kNames[static_cast<std::size_t>(channel)] : "?";
+}
+
+std::size_t PlanView::sampleCount() const {
+  std::size_t total = 0;
+  for (const auto& channel : samples) total += channel.size();
+  return total;
+}
+
+}  // namespace xview
