@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "xview/types/place.h"
+
+#include <cmath>
+
+#include "xview/types/pose.h"
+
+namespace xview {
+
+bool samePlace(const PlacePose& a, const PlacePose& b) {
+  return std::hypot(a.x - b.x, a.y - b.y) <= 8.0 && std::abs(angleDifference(a.yaw, b.yaw)) <= 0.4;
+}
+
+}  // namespace xview
