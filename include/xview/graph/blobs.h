@@ -39,6 +39,8 @@ std::vector<Blob> extractBlobs(const LabelledCloud& cloud, const LabelSet& set, 
                                std::vector<int>* blob_of_point = nullptr);
 
 /// One point per voxel, class and instance: their centroid, in order of first appearance. Ranges become the mean range.
-LabelledCloud thinByVoxel(const LabelledCloud& cloud, double voxel_m);
+/// `points_per_voxel`, if given, receives how many points each one stands for.
+LabelledCloud thinByVoxel(const LabelledCloud& cloud, double voxel_m,
+                          std::vector<std::uint32_t>* points_per_voxel = nullptr);
 
 }  // namespace xview
