@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <string>
+
+namespace xview {
+
+/// An output file that appears whole or not at all: bytes go to a file beside the target, commit()
+/// puts it in place. An object that goes without commit() leaves nothing behind and the old file
+/// untouched. A symbolic link is followed; a target that exists and is no regular file (/dev/full,
+/// a pipe) is written directly, since replacing it would destroy it.
+class AtomicFile {
+ public:
+  explicit AtomicFile(std::string path);  ///< throws Error if the target cannot be written
+  ~AtomicFile();
+  AtomicFile(const AtomicFile&) = delete;
+  AtomicFile& operator=(const AtomicFile&) = delete;
+
+  void write(const void* data, std::size_t bytes);  ///< throws Error, e.g. on a full disk
+  void write(const std::string& text);
+  void commit();  ///< throws Error; the target is then unchanged
+
+  /// The file beside the target, for libraries that write by name; it exists and is empty until
+  /// something is written.
+  const std::string& temporaryPath() const { return temporary_path_; }
+
+ private:
+  void flush();
+  [[noreturn]] void fail(const std::string& action) const;
+
+  std::string path_;            ///< as given, for messages
+  std::string target_path_;     ///< with links resolved
+  std::string temporary_path_;  ///< equals target_path_ if written directly
+  std::string buffer_;
+  int descriptor_ = -1;
+};
+
+}  // namespace xview
