@@ -2,9 +2,11 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "xview/types/frame.h"
 
@@ -24,7 +26,12 @@ enum class InputKind {
   cloud,           ///< one .pcd or .ply with points
   cloud_folder,    ///< folder of .pcd/.ply with poses.txt
   graph,           ///< .ply semantic graph
-  map              ///< .xvm
+  map,             ///< .xvm
+  synthia,         ///< folder with GT/LABELS, Depth and CameraParams
+  airsim,          ///< folder with airsim_rec.txt
+  tum_rgbd,        ///< folder with depth.txt, groundtruth.txt and label/
+  virtual_kitti,   ///< Virtual KITTI 2: folder of one scene and variation
+  carla            ///< folder of dumped CARLA cameras
 };
 const char* toString(InputKind kind);
 
@@ -36,8 +43,13 @@ struct InputOptions {
   FrameRange frames;
 };
 
-/// What the path is. Throws Error if nothing fits or (naming both and --input-kind) if two fit.
+/// What the path is. Throws Error if nothing fits or (naming both and --input-kind) if two fit; UsageError if
+/// options.kind is no kind. A .ply is a graph if it has edges or the properties that only graphs have; with nothing but
+/// positions and labels its content decides: one instance per vertex, or vertices metres apart, make a graph.
 InputKind recogniseInput(const std::string& path, const InputOptions& options = {});
+
+/// Label set of a bare graph or cloud: options.labels, else classes.yaml beside the file, else a generic one of its ids.
+LabelSet labelsBeside(const std::string& path, const InputOptions& options, const std::vector<std::uint32_t>& ids);
 
 /// Opens anything with points (not graph, not map). Checks what can be checked without reading the bulk: that files and poses
 /// agree in number, that poses are rigid, that the camera is complete. Throws Error with path and place.
