@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "xview/types/localization.h"
+
+namespace xview::tools {
+
+/// The answer to one query with what identifies the query.
+struct Answer {
+  std::string input;             ///< path as given
+  std::int64_t first_frame = 0;  ///< numbers of the frames, both inclusive
+  std::int64_t last_frame = 0;
+  std::size_t last_index = 0;  ///< position of the last frame in the recording
+  std::size_t frames = 1;      ///< length of the recording
+  double last_stamp_s = 0;
+  double load_map_ms = 0;
+  Localization fix;
+};
+
+/// One JSON object on one line, keys in a fixed order, numbers such that reading them gives the
+/// same bits. Poses and covariance are null if there is no hypothesis at all.
+std::string toJson(const Answer& answer);
+
+/// The heading of the table, and one line of it.
+std::string tableHeading();
+std::string toTableLine(const Answer& answer);
+
+}  // namespace xview::tools

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "xview/types/graph.h"
+
+#include <fmt/core.h>
+
+#include <filesystem>
+
+#include "commands.h"
+#include "inputs.h"
+#include "xview/io/graph_files.h"
+#include "xview/map/map_store.h"
+#include "xview/types/error.h"
+#include "xview/types/stopwatch.h"
+
+namespace xview::tools {
+namespace {
+
+class GraphCommand final : public Command {
+ public:
+  Description describe() const override {
+    return {"graph",
+            "INPUT GRAPH.ply",
+            "blobs, merged over frames, with edges",
+            "INPUT may also be a map, whose graph is written, or a graph without edges, which gets "
+            "them.",
+            "xview graph town/forward town.ply --edges.radius_m 15",
+            2,
+            2};
+  }
+
+  void declare(Flags& flags) override { input_.declare(flags); }
+
+  ExitCode run(const Job& job) override {
+    const std::string& out = job.operands[1];
+    if (std::filesystem::path(out).extension() != ".ply")
+      throw UsageError(out + ": a graph ends with .ply");
+    const LabelledGraph result = read(job);
+    writeGraph(out, result.graph, result.labels);
+    fmt::print("{} vertices, {} edges, {} connected parts\n", result.graph.size(),
+               result.graph.edgeCount(), componentCount(result.graph));
+    return kDone;
+  }
+
+ private:
+  LabelledGraph read(const Job& job) const {
+    const std::string& path = job.operands[0];
+    switch (recogniseInput(path, input_.parsed())) {
+      case InputKind::map: {
+        SemanticMap map = loadMap(path);
+        return {std::move(map.labels), std::move(map.graph)};
+      }
+      case InputKind::graph:
+        return readLabelledGraph(path, input_, job.options);
+      default:
+        return assemble(path, job);
+    }
+  }
+
+  LabelledGraph assemble(const std::string& path, const Job& job) const {
+    const auto source = openRecording(path, input_.parsed());
+    const std::vector<FrameDigest> frames = digest(*source, job);
+    Stopwatch watch;
+    SemanticGraph graph = assembleGraph(frames, source->labels(), job.options);
+    if (graph.empty()) {
+      throw Error(path,
+                  fmt::format("no blobs in {} frames: nothing to make a graph of", frames.size()));
+    }
+    job.narrate.stage("graph", watch.lap_ms(), fmt::format("{} vertices", graph.size()));
+    return {source->labels(), std::move(graph)};
+  }
+
+  InputFlags input_;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> makeGraph() { return std::make_unique<GraphCommand>(); }
+
+}  // namespace xview::tools

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "xview/graph/lift.h"
+
+#include <fmt/core.h>
+
+#include "commands.h"
+#include "frames_to_cloud.h"
+#include "inputs.h"
+#include "xview/graph/blobs.h"
+#include "xview/types/error.h"
+#include "xview/types/stopwatch.h"
+
+namespace xview::tools {
+namespace {
+
+class LiftCommand final : public Command {
+ public:
+  Description describe() const override {
+    return {"lift",
+            "INPUT CLOUD.pcd",
+            "depth+label frames -> one labelled cloud in the odometry frame",
+            "Every measurement of a class that is not ignored becomes one point. The cloud is .pcd "
+            "or .ply by the ending of its name.",
+            "xview lift town/forward --frames 0:30 town.pcd",
+            2,
+            2};
+  }
+
+  void declare(Flags& flags) override {
+    input_.declare(flags);
+    flags.add("--voxel", voxel_m_,
+              "thin the cloud to one point per voxel and class; 0 = keep all [m]");
+  }
+
+  ExitCode run(const Job& job) override {
+    if (!(voxel_m_ >= 0)) throw UsageError(fmt::format("--voxel {}, must be >= 0", voxel_m_));
+    checkCloudEnding(job.operands[1]);
+    Stopwatch watch;
+    const auto source = openRecording(job.operands[0], input_.parsed());
+    LiftCounts counts;
+    LabelledCloud cloud = liftAll(*source, job, counts);
+    if (voxel_m_ > 0) cloud = thinByVoxel(cloud, voxel_m_);
+    writeCloud(job.operands[1], cloud, source->labels());
+    job.narrate.stage("lift", watch.lap_ms(),
+                      fmt::format("{} frames, {} points; left out: {} without depth, {} out of "
+                                  "range, {} of ignored classes",
+                                  source->size(), cloud.size(), counts.no_depth,
+                                  counts.out_of_range, counts.ignored_class));
+    return kDone;
+  }
+
+ private:
+  InputFlags input_;
+  double voxel_m_ = 0;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> makeLift() { return std::make_unique<LiftCommand>(); }
+
+}  // namespace xview::tools

@@ -1,0 +1,8 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "commands.h"
+#include "tool.h"
+
+int main(int argc, char** argv) {
+  using namespace xview::tools;
+  return runProgram(argc, argv, {makeInfo, makeLift, makeBlobs, makeGraph, makeMap, makeLocalize});
+}

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <fmt/core.h>
+
+#include <filesystem>
+#include <optional>
+
+#include "commands.h"
+#include "inputs.h"
+#include "xview/map/map_store.h"
+#include "xview/mapper.h"
+#include "xview/types/error.h"
+#include "xview/types/stopwatch.h"
+
+namespace xview::tools {
+namespace {
+
+class MapCommand final : public Command {
+ public:
+  Description describe() const override {
+    return {"map",
+            "INPUT... MAP.xvm",
+            "build a map from recordings or graphs in one frame",
+            "All inputs must share one frame: their poses are taken as they are. An existing map "
+            "is replaced, or with\n"
+            "--append kept and added to; either happens as a whole or not at all.",
+            "xview map town/forward town.xvm",
+            2,
+            100000};
+  }
+
+  void declare(Flags& flags) override {
+    input_.declare(flags);
+    flags.add("--append", append_, "add to an existing map");
+  }
+
+  ExitCode run(const Job& job) override {
+    const std::vector<std::string> inputs(job.operands.begin(), job.operands.end() - 1);
+    const std::string& out = job.operands.back();
+    const bool exists = std::filesystem::exists(out);
+    if (exists && !isMapFile(out))
+      throw Error(out, "exists and is no map; the last operand is the map to write");
+
+    Stopwatch watch;
+    std::optional<SemanticMap> map;
+    if (append_ && exists) map = loadMap(out);
+    for (SemanticMap& part : build(inputs, job)) {
+      if (map)
+        appendToMap(*map, part, job.options);
+      else
+        map = std::move(part);
+    }
+    job.narrate.stage("map", watch.lap_ms(), fmt::format("{} inputs", inputs.size()));
+    saveMap(out, *map);
+    job.narrate.stage("save", watch.lap_ms(), out);
+    fmt::print("{}: {} vertices, {} edges, {} key frames, {} points\n", out, map->graph.size(),
+               map->graph.edgeCount(), map->keyframes.size(), map->cloud.size());
+    return kDone;
+  }
+
+ private:
+  /// One map of all recordings, and one of each graph or map.
+  std::vector<SemanticMap> build(const std::vector<std::string>& inputs, const Job& job) const {
+    std::vector<SemanticMap> parts;
+    std::vector<std::unique_ptr<FrameSource>> recordings;
+    for (const std::string& path : inputs) {
+      switch (recogniseInput(path, input_.parsed())) {
+        case InputKind::map:
+          parts.push_back(loadMap(path));
+          break;
+        case InputKind::graph: {
+          const LabelledGraph file = readLabelledGraph(path, input_, job.options);
+          parts.push_back(buildMap(file.graph, file.labels, path, job.options));
+          break;
+        }
+        default:
+          recordings.push_back(openRecording(path, input_.parsed()));
+      }
+    }
+    if (!recordings.empty()) parts.insert(parts.begin(), buildOfRecordings(recordings, job));
+    return parts;
+  }
+
+  SemanticMap buildOfRecordings(const std::vector<std::unique_ptr<FrameSource>>& recordings,
+                                const Job& job) const {
+    std::vector<const FrameSource*> sources;
+    for (const auto& recording : recordings) sources.push_back(recording.get());
+    SemanticMap map = buildMap(sources, job.options, job.narrate.progress("map"));
+    if (map.graph.empty() && map.plan.sampleCount() == 0) {
+      throw Error(recordings.front()->name(),
+                  "nothing to make a map of: no blob of any known class");
+    }
+    return map;
+  }
+
+  InputFlags input_;
+  bool append_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> makeMap() { return std::make_unique<MapCommand>(); }
+
+}  // namespace xview::tools

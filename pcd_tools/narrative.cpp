@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "narrative.h"
+
+#include <fmt/core.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <mutex>
+
+namespace xview::tools {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double secondsSince(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+/// Redrawn at most ten times a second; wiped when the last item is done.
+class Bar {
+ public:
+  explicit Bar(std::string name) : name_(std::move(name)) {}
+
+  void show(std::size_t done, std::size_t total) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (done >= total) {
+      fmt::print(stderr, "\r\x1b[K");
+    } else if (secondsSince(drawn_) >= 0.1) {
+      drawn_ = Clock::now();
+      draw(done, total);
+    }
+    std::fflush(stderr);
+  }
+
+ private:
+  void draw(std::size_t done, std::size_t total) const {
+    constexpr std::size_t kWidth = 30;
+    const std::size_t filled = kWidth * done / total;
+    const double rate = static_cast<double>(done) / std::max(secondsSince(start_), 1e-3);
+    const double left_s = static_cast<double>(total - done) / std::max(rate, 1e-9);
+    fmt::print(stderr, "\r[{}] {}{} {}/{}  {:.1f} frames/s  {:.0f} s left\x1b[K", name_,
+               std::string(filled, '#'), std::string(kWidth - filled, '.'), done, total, rate,
+               left_s);
+  }
+
+  std::string name_;
+  Clock::time_point start_ = Clock::now();
+  Clock::time_point drawn_ = start_;
+  std::mutex mutex_;
+};
+
+}  // namespace
+
+void Narrative::stage(const std::string& name, double ms, const std::string& what) const {
+  if (verbosity_ == Verbosity::quiet) return;
+  fmt::print(stderr, "[{}] {:.0f} ms, {}\n", name, ms, what);
+}
+
+void Narrative::note(const std::string& what) const {
+  if (verbosity_ == Verbosity::quiet) return;
+  fmt::print(stderr, "note: {}\n", oneLine(what));
+}
+
+void Narrative::detail(const std::string& what) const {
+  if (verbosity_ == Verbosity::verbose) fmt::print(stderr, "  {}\n", oneLine(what));
+}
+
+void Narrative::error(const std::string& what) const {
+  fmt::print(stderr, "error: {}\n", oneLine(what));
+}
+
+Progress Narrative::progress(const std::string& name) const {
+  if (verbosity_ == Verbosity::quiet || !isatty(STDERR_FILENO)) return {};
+  return [bar = std::make_shared<Bar>(name)](std::size_t done, std::size_t total) {
+    bar->show(done, total);
+  };
+}
+
+std::string oneLine(std::string text) {
+  std::replace_if(
+      text.begin(), text.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
+  while (!text.empty() && text.back() == ' ') text.pop_back();
+  return text;
+}
+
+}  // namespace xview::tools

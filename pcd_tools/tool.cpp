@@ -1,0 +1,265 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "tool.h"
+
+#include <fmt/core.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <map>
+#include <new>
+#include <utility>
+
+#include "xview/options_file.h"
+#include "xview/types/error.h"
+
+namespace xview::tools {
+namespace {
+
+/// What every command understands.
+struct CommonFlags {
+  std::vector<std::string> configs;
+  std::map<std::string, std::string> values;  ///< option key -> text, for the keys that were given
+  bool print_config = false, quiet = false, verbose = false;
+};
+
+/// Flags on top of CLI11.
+class CliFlags final : public Flags {
+ public:
+  CliFlags(CLI::App& app, std::string group) : app_(app), group_(std::move(group)) {}
+
+  void add(const std::string& names, bool& value, const std::string& help) override {
+    app_.add_flag(names, value, help)->group(group_);
+  }
+  void add(const std::string& names, int& value, const std::string& help) override {
+    addValue(names, value, help, "N");
+  }
+  void add(const std::string& names, double& value, const std::string& help) override {
+    addValue(names, value, help, "X");
+  }
+  void add(const std::string& names, std::string& value, const std::string& help) override {
+    addValue(names, value, help, "TEXT");
+  }
+
+ private:
+  template <class T>
+  void addValue(const std::string& names, T& value, const std::string& help, const char* type) {
+    app_.add_option(names, value, help)->group(group_)->type_name(type);
+  }
+
+  CLI::App& app_;
+  std::string group_;
+};
+
+/// CLI11's help text with the usage in our own words.
+class HelpText final : public CLI::Formatter {
+ public:
+  explicit HelpText(std::string usage) : usage_(std::move(usage)) { column_width(36); }
+  std::string make_usage(const CLI::App*, std::string) const override { return usage_ + "\n"; }
+
+ private:
+  std::string usage_;
+};
+
+std::size_t editDistance(const std::string& a, const std::string& b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i;
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const std::size_t replace = diagonal + (a[i - 1] != b[j - 1]);
+      diagonal = row[j];
+      row[j] = std::min({replace, row[j] + 1, row[j - 1] + 1});
+    }
+  }
+  return row[b.size()];
+}
+
+std::string nearest(const std::string& name, const std::vector<std::string>& known) {
+  const auto distance = [&](const std::string& other) { return editDistance(name, other); };
+  return *std::min_element(known.begin(), known.end(),
+                           [&](const auto& a, const auto& b) { return distance(a) < distance(b); });
+}
+
+/// One flag per key of the options, grouped by stage.
+void declareOptions(CLI::App& app, CommonFlags& common) {
+  for (const OptionEntry& entry : listOptions(Options{})) {
+    const std::size_t dot = entry.key.rfind('.');
+    const std::string group =
+        dot == std::string::npos ? "Common flags" : "Options of " + entry.key.substr(0, dot);
+    const auto store = [&common, key = entry.key](const std::string& text) {
+      common.values[key] = text;
+    };
+    app.add_option_function<std::string>("--" + entry.key, store,
+                                         fmt::format("{} (default {})", entry.help, entry.fallback))
+        ->group(group)
+        ->type_name("VALUE");
+  }
+}
+
+void declareCommon(CLI::App& app, CommonFlags& common) {
+  const std::string group = "Common flags";
+  app.set_help_flag("-h,--help", "print this text")->group(group);
+  app.set_version_flag("--version", "xview " XVIEW_VERSION)->group(group);
+  app.add_option("--config", common.configs,
+                 "options from a YAML file; may be repeated, later ones win")
+      ->group(group)
+      ->type_name("FILE")
+      ->expected(1)
+      ->take_all();
+  app.add_flag("--print-config", common.print_config,
+               "print the effective options as YAML and stop")
+      ->group(group);
+  app.add_flag("-q,--quiet", common.quiet, "say nothing on stderr but errors")->group(group);
+  app.add_flag("-v,--verbose", common.verbose, "say more on stderr")->group(group);
+  declareOptions(app, common);
+}
+
+/// Flags that nobody declared end up among the remaining arguments of CLI11, as do operands.
+std::vector<std::string> takeOperands(const CLI::App& app) {
+  std::vector<std::string> operands = app.remaining();
+  for (const std::string& operand : operands) {
+    if (operand.size() < 2 || operand[0] != '-') continue;
+    std::vector<std::string> known;
+    for (const CLI::Option* option : app.get_options()) {
+      for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
+    }
+    const std::string name = operand.substr(0, operand.find('='));
+    throw UsageError(
+        fmt::format("unknown flag {}; the nearest known one is {}", name, nearest(name, known)));
+  }
+  operands.erase(std::remove(operands.begin(), operands.end(), "--"), operands.end());
+  return operands;
+}
+
+void checkOperands(const Description& about, const std::vector<std::string>& operands) {
+  if (operands.size() >= about.min_operands && operands.size() <= about.max_operands) return;
+  std::string found;
+  for (const std::string& operand : operands) found += " " + operand;
+  throw UsageError(fmt::format("xview {} needs {}, found {}{}", about.name, about.operands,
+                               operands.size(), found.empty() ? "" : ":" + found));
+}
+
+Options effectiveOptions(const CommonFlags& common) {
+  Options options;
+  for (const std::string& path : common.configs) applyOptionsFile(options, path);
+  for (const auto& [key, value] : common.values) setOption(options, key, value);
+  return options;
+}
+
+Verbosity verbosityOf(const CommonFlags& common) {
+  if (common.quiet) return Verbosity::quiet;
+  return common.verbose ? Verbosity::verbose : Verbosity::normal;
+}
+
+/// Parses into `common` and the flags of the command; false if --help or --version was answered.
+bool parse(CLI::App& app, std::vector<std::string> arguments) {
+  app.allow_extras();
+  std::reverse(arguments.begin(), arguments.end());  // CLI11 pops from the back
+  try {
+    app.parse(std::move(arguments));
+  } catch (const CLI::Success& answered) {
+    app.exit(answered);
+    return false;
+  } catch (const CLI::ParseError& e) {
+    throw UsageError(oneLine(e.what()));
+  }
+  return true;
+}
+
+int runCommand(Command& command, const std::vector<std::string>& arguments) {
+  const Description about = command.describe();
+  CLI::App app(fmt::format("xview {}: {}\n\n{}", about.name, about.summary, about.details));
+  app.formatter(std::make_shared<HelpText>(fmt::format("Usage: xview {} {} [FLAGS]\nExample: {}",
+                                                       about.name, about.operands, about.example)));
+  CliFlags flags(app, "Flags of xview " + about.name);
+  command.declare(flags);
+  CommonFlags common;
+  declareCommon(app, common);
+  if (!parse(app, arguments)) return kDone;
+  Job job;
+  job.operands = takeOperands(app);
+  job.options = effectiveOptions(common);
+  job.narrate = Narrative(verbosityOf(common));
+  if (common.print_config) {
+    fmt::print("{}", toYaml(job.options));
+    return kDone;
+  }
+  checkOperands(about, job.operands);
+  return command.run(job);
+}
+
+/// xview without a command: --help lists the commands.
+int runWithoutCommand(const std::vector<Description>& commands,
+                      const std::vector<std::string>& arguments) {
+  std::string list = "Commands:\n";
+  std::vector<std::string> names;
+  for (const Description& about : commands) {
+    list += fmt::format("  {:<10}{:<24}{}\n", about.name, about.operands, about.summary);
+    names.push_back(about.name);
+  }
+  CLI::App app("xview finds where a robot is in a semantic map, from any view-point.\n\n" + list +
+               "\nxview COMMAND --help explains one.");
+  app.formatter(std::make_shared<HelpText>(
+      "Usage: xview COMMAND ... [FLAGS]\nExample: xview localize town/rear --window 60 town.xvm"));
+  CommonFlags common;
+  declareCommon(app, common);
+  if (!parse(app, arguments)) return kDone;
+  const std::vector<std::string> operands = takeOperands(app);
+  if (!operands.empty()) {
+    throw UsageError(fmt::format("unknown command {}; the nearest known one is {}", operands[0],
+                                 nearest(operands[0], names)));
+  }
+  if (!common.print_config) throw UsageError("no command given");
+  fmt::print("{}", toYaml(effectiveOptions(common)));
+  return kDone;
+}
+
+int dispatch(std::vector<std::string> arguments, const std::vector<CommandMaker>& makers,
+             std::string& called) {
+  std::vector<Description> known;
+  for (const CommandMaker& make : makers) {
+    std::unique_ptr<Command> command = make();
+    known.push_back(command->describe());
+    // Common flags may stand before the command.
+    const auto found = std::find(arguments.begin(), arguments.end(), known.back().name);
+    if (found == arguments.end() ||
+        !std::all_of(arguments.begin(), found,
+                     [](const std::string& a) { return !a.empty() && a[0] == '-'; })) {
+      continue;
+    }
+    called = " " + *found;
+    arguments.erase(found);
+    return runCommand(*command, arguments);
+  }
+  return runWithoutCommand(known, arguments);
+}
+
+/// A full disk shows when the last results leave the program.
+void flushResults() {
+  if (std::fflush(stdout) != 0 || std::ferror(stdout))
+    throw Error("standard output", "cannot be written");
+}
+
+}  // namespace
+
+int runProgram(int argc, const char* const* argv, const std::vector<CommandMaker>& commands) {
+  const Narrative narrate;
+  std::string called;
+  try {
+    const int code = dispatch({argv + 1, argv + argc}, commands, called);
+    flushResults();
+    return code;
+  } catch (const UsageError& e) {
+    narrate.error(e.what());
+    fmt::print(stderr, "see: xview{} --help\n", called);
+    return kMisuse;
+  } catch (const std::bad_alloc&) {
+    narrate.error("out of memory");
+  } catch (const std::exception& e) {
+    narrate.error(e.what());
+  }
+  return kFailed;
+}
+
+}  // namespace xview::tools

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "narrative.h"
+#include "xview/options.h"
+
+namespace xview::tools {
+
+/// What the program tells its caller.
+enum ExitCode {
+  kDone = 0,
+  kFailed = 1,  ///< bad file, full disk, anything outside the program
+  kMisuse = 2,  ///< wrong flags or operands
+  kNoPose = 3   ///< ran well, but not every query has an accepted pose
+};
+
+/// How a sub-command presents itself. Operands are the arguments without a flag: inputs first,
+/// output last.
+struct Description {
+  std::string name;      ///< "localize"
+  std::string operands;  ///< "QUERY... MAP"
+  std::string summary;   ///< one line for the list of commands
+  std::string details;   ///< what a user must know, for --help
+  std::string example;   ///< one line to copy
+  std::size_t min_operands = 1;
+  std::size_t max_operands = 1;
+};
+
+/// The flags of one sub-command: names like "--window" or "-o,--out", a variable that holds the
+/// default, and what it means.
+class Flags {
+ public:
+  virtual ~Flags() = default;
+  virtual void add(const std::string& names, bool& value, const std::string& help) = 0;
+  virtual void add(const std::string& names, int& value, const std::string& help) = 0;
+  virtual void add(const std::string& names, double& value, const std::string& help) = 0;
+  virtual void add(const std::string& names, std::string& value, const std::string& help) = 0;
+};
+
+/// What a sub-command gets to work with.
+struct Job {
+  std::vector<std::string> operands;
+  Options options;  ///< defaults < --config files < flags
+  Narrative narrate;
+};
+
+/// One sub-command: declares its flags, then runs. Errors are thrown (Error, UsageError); nobody
+/// but the wrapper catches what ends a run.
+class Command {
+ public:
+  virtual ~Command() = default;
+  virtual Description describe() const = 0;
+  virtual void declare(Flags& flags) = 0;
+  virtual ExitCode run(const Job& job) = 0;
+};
+
+/// A sub-command that is made only if it is the one that was called.
+using CommandMaker = std::function<std::unique_ptr<Command>()>;
+
+/// Parses, runs one of the commands, and turns whatever happens into an exit code and at most two
+/// lines on stderr.
+int runProgram(int argc, const char* const* argv, const std::vector<CommandMaker>& commands);
+
+}  // namespace xview::tools
