@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -13,17 +14,20 @@ namespace xview {
 
 struct MatchOptions {
   std::string descriptor = "walks";
-  int candidates = 15;          ///< k best map vertices per query vertex
-  bool rare_words = true;       ///< weight words by their rarity in the map (inverse document frequency)
+  int candidates = 15;     ///< k best map vertices per query vertex
+  bool rare_words = true;  ///< weight words by their rarity in the map (inverse document frequency)
   double min_similarity = 0.0;  ///< candidates at or below this are no candidates
 };
 
 template <class Visitor>
 void visit(MatchOptions& o, Visitor&& field) {
-  field("descriptor", o.descriptor, Choices{{"walks", "spectrum"}}, "sampled random walks, or their exact limit");
-  field("candidates", o.candidates, Range{1, 10000}, "best map vertices kept per query vertex, k of the paper");
+  field("descriptor", o.descriptor, Choices{{"walks", "spectrum"}},
+        "sampled random walks, or their exact limit");
+  field("candidates", o.candidates, Range{1, 10000},
+        "best map vertices kept per query vertex, k of the paper");
   field("rare_words", o.rare_words, "weight walk words by their rarity in the map");
-  field("min_similarity", o.min_similarity, Range{0, 1}, "ignore candidates at or below this similarity");
+  field("min_similarity", o.min_similarity, Range{0, 1},
+        "ignore candidates at or below this similarity");
 }
 
 /// Walk descriptors of all vertices of a graph: sorted (word, count) lists one after the other.
@@ -33,16 +37,40 @@ struct Descriptors {
   std::size_t size() const { return offsets.empty() ? 0 : offsets.size() - 1; }
 };
 
-Descriptors describe(const SemanticGraph& graph, const LabelAlphabet& alphabet, const WalkOptions& walks,
-                     const std::string& descriptor, std::uint64_t seed, int threads);
+/// `descriptor` is "walks" (sampleWalks) or "spectrum" (walkSpectrum).
+Descriptors describe(const SemanticGraph& graph, const LabelAlphabet& alphabet,
+                     const WalkOptions& walks, const std::string& descriptor, std::uint64_t seed,
+                     int threads);
 
-/// Share of identical walks of two vertices in [0, 1] (paper section III-D): sum of min(count_a, count_b) over common words divided by the
-/// smaller number of walks. 1 for a vertex with itself.
+/// Share of identical walks of two vertices in [0, 1] (paper section III-D): sum of
+/// min(count_a, count_b) over common words divided by the smaller number of walks. 1 for a vertex
+/// with itself.
 double similarity(const Descriptors& a, std::uint32_t i, const Descriptors& b, std::uint32_t j);
 
-/// The k best map vertices of each query vertex, through an inverted index of words (only vertices that share a word
-/// are touched). Ordered by query vertex, then by falling similarity; ties by map vertex. Never similarity 0.
-std::vector<Correspondence> bestMatches(const Descriptors& query, const Descriptors& map, const MatchOptions& options,
-                                        int threads);
+/// The words of a map with the vertices that hold them, so that a query vertex meets only map
+/// vertices that share a word with it, hence its class. Both sides must use one alphabet.
+class DescriptorIndex {
+ public:
+  explicit DescriptorIndex(const Descriptors& map);
+  ~DescriptorIndex();
+  DescriptorIndex(DescriptorIndex&&) noexcept;
+  DescriptorIndex& operator=(DescriptorIndex&&) noexcept;
+
+  /// The k best map vertices of each query vertex. Ordered by query vertex, then by falling
+  /// similarity; ties by map vertex. Never similarity 0. With rare_words each word weighs
+  /// log(1 + vertices of its class in the map / those that hold the word), on both sides of the
+  /// quotient that `similarity` forms.
+  std::vector<Correspondence> bestMatches(const Descriptors& query, const MatchOptions& options,
+                                          int threads) const;
+  std::size_t bytes() const;
+
+ private:
+  struct Postings;
+  std::unique_ptr<const Postings> postings_;
+};
+
+/// The same for a map that is matched once.
+std::vector<Correspondence> bestMatches(const Descriptors& query, const Descriptors& map,
+                                        const MatchOptions& options, int threads);
 
 }  // namespace xview
