@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "xview/verify/clique.h"
+
+#include <algorithm>
+#include <numeric>
+
+namespace xview {
+namespace {
+
+using Bits = std::vector<std::uint64_t>;
+
+std::uint64_t bit(std::uint32_t i) { return std::uint64_t{1} << (i % 64); }
+
+template <class Visit>
+void forEachBit(const std::uint64_t* bits, std::size_t words, Visit visit) {
+  for (std::size_t w = 0; w < words; ++w) {
+    for (std::uint64_t rest = bits[w]; rest != 0; rest &= rest - 1) {
+      visit(static_cast<std::uint32_t>(64 * w + static_cast<unsigned>(__builtin_ctzll(rest))));
+    }
+  }
+}
+
+/// Nodes by falling core number, the later-peeled of two equal ones first.
+std::vector<std::uint32_t> densestFirst(const std::vector<std::uint32_t>& cores) {
+  std::vector<std::uint32_t> order(cores.size());
+  std::iota(order.begin(), order.end(), 0u);
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::uint32_t a, std::uint32_t b) { return cores[a] > cores[b]; });
+  return order;
+}
+
+/// The subgraph of `nodes`, renumbered in their order.
+ConsistencyGraph induced(const ConsistencyGraph& graph, const std::vector<std::uint32_t>& nodes) {
+  ConsistencyGraph result(nodes.size());
+  std::vector<std::uint32_t> number(graph.size(), static_cast<std::uint32_t>(nodes.size()));
+  for (std::uint32_t i = 0; i < nodes.size(); ++i) number[nodes[i]] = i;
+  for (std::uint32_t i = 0; i < nodes.size(); ++i) {
+    forEachBit(graph.row(nodes[i]), graph.words(), [&](std::uint32_t other) {
+      if (number[other] < i) result.connect(i, number[other]);
+    });
+  }
+  return result;
+}
+
+/// Grows a clique from `start`, always by the first node that fits.
+std::vector<std::uint32_t> greedyClique(const ConsistencyGraph& graph, std::uint32_t start) {
+  std::vector<std::uint32_t> clique{start};
+  Bits candidates(graph.row(start), graph.row(start) + graph.words());
+  for (std::size_t w = 0; w < candidates.size();) {
+    if (candidates[w] == 0) {
+      ++w;
+      continue;
+    }
+    const auto node =
+        static_cast<std::uint32_t>(64 * w + static_cast<unsigned>(__builtin_ctzll(candidates[w])));
+    clique.push_back(node);
+    const std::uint64_t* row = graph.row(node);
+    for (std::size_t v = w; v < candidates.size(); ++v) candidates[v] &= row[v];
+  }
+  return clique;
+}
+
+std::vector<std::uint32_t> bestGreedyClique(const ConsistencyGraph& graph) {
+  std::vector<std::uint32_t> best;
+  for (std::uint32_t node = 0; node < graph.size(); ++node) {
+    if (graph.degree(node) < best.size()) continue;
+    auto clique = greedyClique(graph, node);
+    if (clique.size() > best.size()) best = std::move(clique);
+  }
+  return best;
+}
+
+/// Branch and bound: nodes are branched in the order of a greedy colouring, whose number of colours
+/// bounds the clique.
+class CliqueSearch {
+ public:
+  CliqueSearch(const ConsistencyGraph& graph, std::vector<std::uint32_t> start, int budget)
+      : graph_(graph), best_(std::move(start)), budget_(budget) {}
+
+  /// Returns true if the result is proven.
+  bool run() {
+    Bits all(graph_.words(), 0);
+    for (std::uint32_t i = 0; i < graph_.size(); ++i) all[i / 64] |= bit(i);
+    expand(all);
+    return budget_ >= 0;
+  }
+
+  const std::vector<std::uint32_t>& best() const { return best_; }
+
+ private:
+  struct Coloured {
+    std::uint32_t node = 0;
+    std::uint32_t colour =
+        0;  // 1, 2, …: a clique up to here in the order has at most so many nodes
+  };
+
+  void expand(Bits& candidates) {
+    if (--budget_ < 0) return;
+    const std::vector<Coloured> order = colour(candidates);
+    for (auto it = order.rbegin(); it != order.rend(); ++it) {
+      if (clique_.size() + it->colour <= best_.size()) return;
+      clique_.push_back(it->node);
+      Bits common(candidates.size());
+      const std::uint64_t* row = graph_.row(it->node);
+      std::uint64_t any = 0;
+      for (std::size_t w = 0; w < common.size(); ++w) any |= common[w] = candidates[w] & row[w];
+      if (any != 0) {
+        expand(common);
+      } else if (clique_.size() > best_.size()) {
+        best_ = clique_;
+      }
+      clique_.pop_back();
+      if (budget_ < 0) return;
+      candidates[it->node / 64] &= ~bit(it->node);
+    }
+  }
+
+  /// Greedy colouring; nodes whose colour cannot lead beyond the best clique are left out.
+  std::vector<Coloured> colour(const Bits& candidates) const {
+    const std::size_t needed = best_.size() > clique_.size() ? best_.size() - clique_.size() : 0;
+    std::vector<Coloured> order;
+    Bits uncoloured = candidates, independent;
+    std::size_t first = 0;
+    for (std::uint32_t number = 1;; ++number) {
+      while (first < uncoloured.size() && uncoloured[first] == 0) ++first;
+      if (first == uncoloured.size()) return order;
+      independent = uncoloured;
+      for (std::size_t w = first; w < independent.size(); ++w) {
+        while (independent[w] != 0) {
+          const auto node = static_cast<std::uint32_t>(
+              64 * w + static_cast<unsigned>(__builtin_ctzll(independent[w])));
+          uncoloured[w] &= ~bit(node);
+          independent[w] &= ~bit(node);
+          const std::uint64_t* row = graph_.row(node);
+          for (std::size_t v = w; v < independent.size(); ++v) independent[v] &= ~row[v];
+          if (number > needed) order.push_back({node, number});
+        }
+      }
+    }
+  }
+
+  const ConsistencyGraph& graph_;
+  std::vector<std::uint32_t> best_, clique_;
+  int budget_;
+};
+
+}  // namespace
+
+std::vector<std::uint32_t> coreNumbers(const ConsistencyGraph& graph) {
+  // Batagelj & Zaversnik 2003: peel a node of the smallest degree; buckets keep nodes by degree.
+  const std::size_t n = graph.size();
+  std::vector<std::uint32_t> core(n);
+  std::vector<std::vector<std::uint32_t>> bucket(n + 1);
+  for (std::uint32_t i = 0; i < n; ++i) bucket[core[i] = graph.degree(i)].push_back(i);
+  std::vector<bool> peeled(n, false);
+  for (std::size_t d = 0; d < bucket.size(); ++d) {
+    while (!bucket[d].empty()) {
+      const std::uint32_t node = bucket[d].back();
+      bucket[d].pop_back();
+      if (peeled[node] || core[node] != d) continue;  // moved to a lower bucket since
+      peeled[node] = true;
+      forEachBit(graph.row(node), graph.words(), [&](std::uint32_t other) {
+        if (!peeled[other] && core[other] > d) bucket[--core[other]].push_back(other);
+      });
+    }
+  }
+  return core;
+}
+
+Clique maximumClique(const ConsistencyGraph& graph, int budget) {
+  Clique result;
+  result.proven_maximum = true;
+  if (graph.size() == 0) return result;
+
+  const auto cores = coreNumbers(graph);
+  const auto order = densestFirst(cores);
+  auto best = bestGreedyClique(induced(graph, order));
+
+  // A clique larger than that lives where core numbers are at least its size: a prefix of `order`.
+  auto dense = order;
+  while (!dense.empty() && cores[dense.back()] < best.size()) dense.pop_back();
+  if (dense.size() > best.size()) {
+    const ConsistencyGraph rest = induced(graph, dense);
+    CliqueSearch search(rest, best, budget);
+    result.proven_maximum = search.run();
+    best = search.best();
+  }
+  for (const std::uint32_t i : best) result.nodes.push_back(order[i]);
+  std::sort(result.nodes.begin(), result.nodes.end());
+  return result;
+}
+
+std::vector<std::uint32_t> densestCore(const ConsistencyGraph& graph) {
+  const auto cores = coreNumbers(graph);
+  std::vector<std::uint32_t> members;
+  if (cores.empty()) return members;
+  const std::uint32_t highest = *std::max_element(cores.begin(), cores.end());
+  for (std::uint32_t i = 0; i < cores.size(); ++i) {
+    if (cores[i] == highest) members.push_back(i);
+  }
+  return members;
+}
+
+}  // namespace xview
