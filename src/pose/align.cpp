@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "xview/pose/align.h"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/SVD>
+#include <cmath>
+
+namespace xview {
+namespace {
+
+constexpr double kMinSpreadRatio = 1e-3;  // across / along, below which points are one line
+constexpr double kMinSpread_m = 1e-9;
+
+struct Moments {
+  std::string problem;
+  std::vector<double> weights;
+  double total = 0;
+  std::size_t used = 0;  // points of positive weight
+  Eigen::Vector3d source_mean = Eigen::Vector3d::Zero();
+  Eigen::Vector3d target_mean = Eigen::Vector3d::Zero();
+  // Centred second moments divided by the total weight.
+  Eigen::Matrix3d source = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d target = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d cross = Eigen::Matrix3d::Zero();  // target * source^T
+};
+
+std::string checkInput(const std::vector<Eigen::Vector3d>& source,
+                       const std::vector<Eigen::Vector3d>& target,
+                       const std::vector<double>& weights) {
+  if (source.size() != target.size()) {
+    return std::to_string(source.size()) + " source points for " + std::to_string(target.size()) +
+           " target points";
+  }
+  if (!weights.empty() && weights.size() != source.size()) {
+    return std::to_string(weights.size()) + " weights for " + std::to_string(source.size()) +
+           " points";
+  }
+  for (std::size_t i = 0; i < source.size(); ++i) {
+    if (!source[i].allFinite() || !target[i].allFinite()) {
+      return "point " + std::to_string(i) + " is not finite";
+    }
+    if (!weights.empty() && !(weights[i] >= 0 && std::isfinite(weights[i]))) {
+      return "weight " + std::to_string(i) + " is negative or not finite";
+    }
+  }
+  return "";
+}
+
+Moments computeMoments(const std::vector<Eigen::Vector3d>& source,
+                       const std::vector<Eigen::Vector3d>& target,
+                       const std::vector<double>& weights, std::size_t needed) {
+  Moments m;
+  m.problem = checkInput(source, target, weights);
+  if (!m.problem.empty()) return m;
+  m.weights = weights.empty() ? std::vector<double>(source.size(), 1.0) : weights;
+  for (std::size_t i = 0; i < source.size(); ++i) {
+    m.used += m.weights[i] > 0 ? 1 : 0;
+    m.total += m.weights[i];
+    m.source_mean += m.weights[i] * source[i];
+    m.target_mean += m.weights[i] * target[i];
+  }
+  if (m.used < needed) {
+    m.problem =
+        std::to_string(m.used) + " points, at least " + std::to_string(needed) + " are needed";
+    return m;
+  }
+  m.source_mean /= m.total;
+  m.target_mean /= m.total;
+  for (std::size_t i = 0; i < source.size(); ++i) {
+    const Eigen::Vector3d s = source[i] - m.source_mean, t = target[i] - m.target_mean;
+    const double w = m.weights[i] / m.total;
+    m.source += w * s * s.transpose();
+    m.target += w * t * t.transpose();
+    m.cross += w * t * s.transpose();
+  }
+  return m;
+}
+
+/// "" if points with these second moments span at least a plane.
+std::string lineProblem(const Eigen::Matrix3d& moments, const char* side) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(moments, Eigen::EigenvaluesOnly);
+  const Eigen::Vector3d spread = solver.eigenvalues().cwiseMax(0).cwiseSqrt();  // rising
+  if (spread[2] < kMinSpread_m) return std::string(side) + " points coincide";
+  if (spread[1] < kMinSpreadRatio * spread[2]) {
+    return std::string(side) + " points are collinear";
+  }
+  return "";
+}
+
+Alignment failure(const std::string& problem) {
+  Alignment result;
+  result.problem = problem;
+  return result;
+}
+
+Alignment success(const Eigen::Matrix3d& R, const Moments& m,
+                  const std::vector<Eigen::Vector3d>& source,
+                  const std::vector<Eigen::Vector3d>& target) {
+  Alignment result;
+  result.valid = true;
+  result.T_target_source.linear() = R;
+  result.T_target_source.translation() = m.target_mean - R * m.source_mean;
+  double sum = 0;
+  for (std::size_t i = 0; i < source.size(); ++i) {
+    const Eigen::Vector3d error = (target[i] - m.target_mean) - R * (source[i] - m.source_mean);
+    sum += m.weights[i] * error.squaredNorm();
+  }
+  result.rms_m = std::sqrt(sum / m.total);
+  return result;
+}
+
+}  // namespace
+
+Alignment alignPoints(const std::vector<Eigen::Vector3d>& source,
+                      const std::vector<Eigen::Vector3d>& target,
+                      const std::vector<double>& weights) {
+  const Moments m = computeMoments(source, target, weights, 3);
+  if (!m.problem.empty()) return failure(m.problem);
+  for (const auto& problem : {lineProblem(m.source, "source"), lineProblem(m.target, "target")}) {
+    if (!problem.empty()) return failure(problem);
+  }
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(m.cross, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Eigen::Vector3d s = svd.singularValues();
+  // Umeyama (1991), equations (39), (40) and the lemma: the last axis is turned if det < 0.
+  const bool mirrored = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0;
+  const double gap = mirrored ? s[1] - s[2] : s[1];
+  if (gap <= kMinSpreadRatio * kMinSpreadRatio * s[0]) {
+    return failure("the rotation is not determined by these points");
+  }
+  const Eigen::Vector3d signs(1, 1, mirrored ? -1 : 1);
+  return success(svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose(), m, source, target);
+}
+
+Alignment alignPointsUpright(const std::vector<Eigen::Vector3d>& source,
+                             const std::vector<Eigen::Vector3d>& target,
+                             const std::vector<double>& weights) {
+  const Moments m = computeMoments(source, target, weights, 2);
+  if (!m.problem.empty()) return failure(m.problem);
+  // Maximises sum w t . Rz(yaw) s over yaw.
+  const double sine = m.cross(1, 0) - m.cross(0, 1);
+  const double cosine = m.cross(0, 0) + m.cross(1, 1);
+  const double spread = std::sqrt(m.source.topLeftCorner<2, 2>().trace()) *
+                        std::sqrt(m.target.topLeftCorner<2, 2>().trace());
+  if (spread < kMinSpread_m * kMinSpread_m) return failure("points coincide in the plane");
+  if (std::hypot(sine, cosine) < kMinSpreadRatio * kMinSpreadRatio * spread) {
+    return failure("the yaw is not determined by these points");
+  }
+  const double yaw_rad = std::atan2(sine, cosine);
+  return success(Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix(), m, source,
+                 target);
+}
+
+}  // namespace xview
