@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "xview/graph/blobs.h"
+
+#include <algorithm>
+#include <map>
+#include <utility>
+
+namespace xview {
+namespace {
+
+/// Points of one class (and instance) and where they were in the cloud.
+struct PointGroup {
+  std::vector<Eigen::Vector3f> points;
+  std::vector<std::uint32_t> indices;
+};
+
+using GroupKey = std::pair<std::uint32_t, std::uint32_t>;  // label, instance
+
+std::map<GroupKey, PointGroup> groupPoints(const LabelledCloud& cloud, const LabelSet& set,
+                                           bool use_instances) {
+  const bool has_instances = use_instances && cloud.instances.size() == cloud.size();
+  std::map<GroupKey, PointGroup> groups;
+  GroupKey last_key;
+  PointGroup* last = nullptr;  // neighbouring points mostly share their group
+  bool last_is_ignored = false;
+  for (std::uint32_t i = 0; i < cloud.size(); ++i) {
+    const GroupKey key(cloud.points.points[i].label, has_instances ? cloud.instances[i] : 0);
+    if (i == 0 || key != last_key) {
+      last_key = key;
+      last_is_ignored = set.role(key.first) == Role::ignored;
+      last = last_is_ignored ? nullptr : &groups[key];
+    }
+    if (last_is_ignored) continue;
+    last->points.push_back(cloud.points.points[i].getVector3fMap());
+    last->indices.push_back(i);
+  }
+  return groups;
+}
+
+/// Moments of the points of one blob, relative to the first of them.
+struct Moments {
+  Eigen::Vector3f first = Eigen::Vector3f::Zero();
+  Eigen::Vector3f min = Eigen::Vector3f::Zero(), max = Eigen::Vector3f::Zero();
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
+  std::uint32_t points = 0;
+  std::uint32_t first_index = 0;  ///< in the cloud
+
+  void add(const Eigen::Vector3f& p, std::uint32_t index) {
+    if (points == 0) {
+      first = min = max = p;
+      first_index = index;
+    }
+    min = min.cwiseMin(p);
+    max = max.cwiseMax(p);
+    const Eigen::Vector3d d = (p - first).cast<double>();
+    sum += d;
+    squares += d * d.transpose();
+    ++points;
+  }
+
+  Blob blob(const GroupKey& key, const Eigen::Vector3d& origin) const {
+    Blob result;
+    result.label = key.first;
+    result.instance = key.second;
+    const Eigen::Vector3d mean = sum / points;
+    result.position = origin + first.cast<double>() + mean;
+    result.covariance = squares / points - mean * mean.transpose();
+    result.min = origin + min.cast<double>();
+    result.max = origin + max.cast<double>();
+    result.points = points;
+    return result;
+  }
+};
+
+struct FoundBlob {
+  Blob blob;
+  std::uint32_t first_point;
+  int number;  ///< in order of discovery
+};
+
+}  // namespace
+
+std::vector<Blob> extractBlobs(const LabelledCloud& cloud, const LabelSet& set,
+                               const BlobOptions& options, std::vector<int>* blob_of_point) {
+  std::vector<int> found_of_point(cloud.size(), -1);
+  std::vector<FoundBlob> found;
+  for (const auto& [key, group] : groupPoints(cloud, set, options.use_instances)) {
+    const std::vector<int> cluster_of_point = euclideanClusters(
+        group.points, static_cast<float>(options.tolerance_m), options.min_points);
+    std::vector<Moments> moments;
+    const int first_number = static_cast<int>(found.size());
+    for (std::size_t i = 0; i < group.points.size(); ++i) {
+      const int cluster = cluster_of_point[i];
+      if (cluster < 0) continue;
+      if (static_cast<std::size_t>(cluster) == moments.size()) moments.emplace_back();
+      moments[static_cast<std::size_t>(cluster)].add(group.points[i], group.indices[i]);
+      found_of_point[group.indices[i]] = first_number + cluster;
+    }
+    for (const Moments& m : moments) {
+      found.push_back({m.blob(key, cloud.origin), m.first_index, static_cast<int>(found.size())});
+    }
+  }
+  std::sort(found.begin(), found.end(), [](const FoundBlob& a, const FoundBlob& b) {
+    return std::make_pair(a.blob.label, a.first_point) <
+           std::make_pair(b.blob.label, b.first_point);
+  });
+
+  std::vector<Blob> blobs;
+  blobs.reserve(found.size());
+  std::vector<int> rank(found.size());
+  for (const FoundBlob& f : found) {
+    rank[static_cast<std::size_t>(f.number)] = static_cast<int>(blobs.size());
+    blobs.push_back(f.blob);
+  }
+  if (blob_of_point) {
+    for (int& b : found_of_point) b = b < 0 ? -1 : rank[static_cast<std::size_t>(b)];
+    *blob_of_point = std::move(found_of_point);
+  }
+  return blobs;
+}
+
+}  // namespace xview

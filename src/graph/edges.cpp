@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "xview/graph/edges.h"
+
+#include <pcl/kdtree/kdtree_flann.h>
+
+#include <algorithm>
+#include <limits>
+#include <tuple>
+
+namespace xview {
+namespace {
+
+using Edge = std::pair<std::uint32_t, std::uint32_t>;
+
+/// The finite vertices in single precision around their mean, and where they came from.
+struct CentredVertices {
+  pcl::PointCloud<pcl::PointXYZ>::Ptr points{new pcl::PointCloud<pcl::PointXYZ>};
+  std::vector<std::uint32_t> vertex_of_point;
+  float largest_coordinate = 0;
+};
+
+CentredVertices centred(const std::vector<Vertex>& vertices) {
+  CentredVertices result;
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (std::uint32_t i = 0; i < vertices.size(); ++i) {
+    if (!vertices[i].position.allFinite()) continue;
+    sum += vertices[i].position;
+    result.vertex_of_point.push_back(i);
+  }
+  if (result.vertex_of_point.empty()) return result;
+  const Eigen::Vector3d centre = sum / static_cast<double>(result.vertex_of_point.size());
+  for (const std::uint32_t i : result.vertex_of_point) {
+    const Eigen::Vector3f p = (vertices[i].position - centre).cast<float>();
+    result.points->push_back({p.x(), p.y(), p.z()});
+    result.largest_coordinate = std::max(result.largest_coordinate, p.cwiseAbs().maxCoeff());
+  }
+  return result;
+}
+
+/// Keeps the k nearest; of two at the same distance the smaller index.
+void keepNearest(const std::vector<Vertex>& vertices, std::uint32_t self, std::size_t k,
+                 std::vector<std::uint32_t>& others) {
+  if (others.size() <= k) return;
+  const auto rank = [&](std::uint32_t j) {
+    return std::make_tuple((vertices[j].position - vertices[self].position).squaredNorm(), j);
+  };
+  std::nth_element(others.begin(), others.begin() + static_cast<std::ptrdiff_t>(k), others.end(),
+                   [&](std::uint32_t a, std::uint32_t b) { return rank(a) < rank(b); });
+  others.resize(k);
+}
+
+}  // namespace
+
+void connectByRadius(SemanticGraph& graph, const EdgeOptions& options) {
+  graph.neighbours.assign(graph.size(), {});
+  const std::vector<Vertex>& vertices = graph.vertices;
+  const CentredVertices centre = centred(vertices);
+  if (centre.vertex_of_point.size() < 2) return;
+
+  pcl::KdTreeFLANN<pcl::PointXYZ> tree(false);
+  tree.setInputCloud(centre.points);
+  // FLANN searches in single precision and strictly inside the radius: search a little wider,
+  // decide in double.
+  const double rounding_m = 8.0 * centre.largest_coordinate * std::numeric_limits<float>::epsilon();
+  const double search_m = options.radius_m * (1 + 1e-5) + rounding_m;
+  const double radius2 = options.radius_m * options.radius_m;
+
+  pcl::Indices found;
+  std::vector<float> distances2;
+  std::vector<Edge> edges;
+  std::vector<std::uint32_t> others;
+  for (std::size_t n = 0; n < centre.vertex_of_point.size(); ++n) {
+    const std::uint32_t self = centre.vertex_of_point[n];
+    tree.radiusSearch(static_cast<int>(n), search_m, found, distances2);
+    others.clear();
+    for (const auto index : found) {
+      const std::uint32_t other = centre.vertex_of_point[static_cast<std::size_t>(index)];
+      const double d2 = (vertices[other].position - vertices[self].position).squaredNorm();
+      if (other != self && d2 <= radius2) others.push_back(other);
+    }
+    if (options.max_neighbours > 0) {
+      keepNearest(vertices, self, static_cast<std::size_t>(options.max_neighbours), others);
+    }
+    for (const std::uint32_t other : others) {
+      // Without a limit both ends propose the edge: one of them is enough.
+      if (options.max_neighbours > 0 || self < other) edges.emplace_back(self, other);
+    }
+  }
+  graph.setEdges(edges);
+}
+
+}  // namespace xview

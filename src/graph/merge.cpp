@@ -1,0 +1,324 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "xview/graph/merge.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <unordered_map>
+#include <utility>
+
+#include "xview/types/error.h"
+
+namespace xview {
+namespace {
+
+// A blob counts as its points, but not more: a car beside the camera has thousands.
+constexpr double kMaxBlobWeight = 200;
+
+/// Cell of a lattice, for one class.
+struct CellKey {
+  std::int64_t x = 0, y = 0, z = 0;
+  std::uint32_t label = 0;
+
+  bool operator==(const CellKey& o) const {
+    return x == o.x && y == o.y && z == o.z && label == o.label;
+  }
+};
+
+struct CellKeyHash {
+  std::size_t operator()(const CellKey& k) const {
+    std::uint64_t h = static_cast<std::uint64_t>(k.x) * 0x9E3779B97F4A7C15ull;
+    h = (h ^ (h >> 29)) + static_cast<std::uint64_t>(k.y) * 0xBF58476D1CE4E5B9ull;
+    h = (h ^ (h >> 31)) + static_cast<std::uint64_t>(k.z) * 0x94D049BB133111EBull;
+    h = (h ^ (h >> 30)) + k.label * 0xD1342543DE82EF95ull;
+    return h ^ (h >> 32);
+  }
+};
+
+CellKey cellOf(const Eigen::Vector3d& p, double side, std::uint32_t label) {
+  // Beyond 2^53 a double has no cells; whatever is there shares one.
+  const auto index = [side](double c) {
+    return static_cast<std::int64_t>(std::floor(std::clamp(c / side, -9e15, 9e15)));
+  };
+  return {index(p.x()), index(p.y()), index(p.z()), label};
+}
+
+/// A vertex in the making. Sums are relative to the first position, so that they stay small.
+struct Node {
+  Vertex vertex;  ///< position, extent: kept up to date
+  Eigen::Vector3d first = Eigen::Vector3d::Zero();
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();         ///< weight * (position - first)
+  Eigen::Vector3d extent_sum = Eigen::Vector3d::Zero();  ///< weight * extent
+  double square_sum = 0;                                 ///< weight * |position - first|^2
+  double weight = 0;
+  Eigen::Vector3d min = Eigen::Vector3d::Zero(), max = Eigen::Vector3d::Zero();  ///< surfaces only
+  bool is_surface = false;
+
+  Eigen::Vector3d meanOffset() const { return sum / weight; }
+};
+
+/// Counts the frame once, however many blobs or points of it arrive.
+void countFrame(Vertex& vertex, std::int64_t frame) {
+  if (vertex.observations == 0) vertex.first_frame = frame;
+  if (vertex.observations == 0 || vertex.last_frame != frame) ++vertex.observations;
+  vertex.last_frame = frame;
+}
+
+bool agree(std::uint32_t instance_a, std::uint32_t instance_b) {
+  return instance_a == 0 || instance_b == 0 || instance_a == instance_b;
+}
+
+/// A blob and a vertex that may be the same thing.
+struct Pairing {
+  double distance2;
+  std::size_t blob;
+  std::size_t node;
+  bool operator<(const Pairing& o) const {
+    if (distance2 != o.distance2) return distance2 < o.distance2;
+    return blob != o.blob ? blob < o.blob : node < o.node;
+  }
+};
+
+bool isFirstObservation(const MergeOptions& options) {
+  if (options.mode == "first_observation") return true;
+  if (options.mode == "running_mean") return false;
+  throw UsageError("merge.mode = " + options.mode + ", must be running_mean or first_observation");
+}
+
+}  // namespace
+
+struct PlaceGraphBuilder::State {
+  State(const LabelSet& label_set, const MergeOptions& merge_options)
+      : labels(label_set),
+        options(merge_options),
+        is_first_observation(isFirstObservation(merge_options)),
+        merge_m(is_first_observation ? options.first_observation_m : options.object_m) {}
+
+  void absorbByFirstObservation(const std::vector<Blob>& blobs, std::int64_t frame);
+  void mergeByMean(const std::vector<Blob>& blobs, std::int64_t frame);
+  std::vector<Pairing> pairings(const std::vector<Blob>& blobs,
+                                const std::vector<std::size_t>& usable) const;
+  template <class Visit>
+  void forNodesNear(const Blob& blob, Visit&& visit) const;
+  bool isUsable(const Blob& blob) const;
+
+  std::size_t addNode(const Blob& blob);
+  void absorb(Node& node, const Blob& blob, std::int64_t frame);
+  void moveToMean(std::size_t index);
+  void addSurfacePoint(Node& node, const Eigen::Vector3d& p, std::int64_t frame);
+  std::size_t surfaceNode(const CellKey& key, const Eigen::Vector3d& p);
+  Vertex finished(const Node& node) const;
+
+  LabelSet labels;
+  MergeOptions options;
+  bool is_first_observation;
+  double merge_m;
+  std::vector<Node> nodes;  ///< in order of first observation
+  std::unordered_map<CellKey, std::vector<std::size_t>, CellKeyHash>
+      nodes_of_cell;                                                           ///< side merge_m
+  std::unordered_map<CellKey, std::size_t, CellKeyHash> node_of_surface_cell;  ///< side surface_m
+};
+
+bool PlaceGraphBuilder::State::isUsable(const Blob& blob) const {
+  const Role role = labels.role(blob.label);
+  if (role == Role::ignored || !blob.position.allFinite()) return false;
+  return is_first_observation || role != Role::surface;
+}
+
+/// Calls visit(node index, squared distance) for the vertices that may be the blob.
+template <class Visit>
+void PlaceGraphBuilder::State::forNodesNear(const Blob& blob, Visit&& visit) const {
+  const CellKey centre = cellOf(blob.position, merge_m, blob.label);
+  for (int i = 0; i < 27; ++i) {
+    const CellKey key{centre.x + i % 3 - 1, centre.y + i / 3 % 3 - 1, centre.z + i / 9 - 1,
+                      blob.label};
+    const auto found = nodes_of_cell.find(key);
+    if (found == nodes_of_cell.end()) continue;
+    for (const std::size_t index : found->second) {
+      const Vertex& vertex = nodes[index].vertex;
+      const double distance2 = (vertex.position - blob.position).squaredNorm();
+      if (distance2 <= merge_m * merge_m && agree(vertex.instance, blob.instance)) {
+        visit(index, distance2);
+      }
+    }
+  }
+}
+
+std::size_t PlaceGraphBuilder::State::addNode(const Blob& blob) {
+  Node node;
+  node.first = blob.position;
+  node.vertex.label = blob.label;
+  node.vertex.position = blob.position;
+  node.vertex.extent = blob.max - blob.min;
+  node.vertex.observations = 0;
+  nodes.push_back(node);
+  nodes_of_cell[cellOf(blob.position, merge_m, blob.label)].push_back(nodes.size() - 1);
+  return nodes.size() - 1;
+}
+
+void PlaceGraphBuilder::State::absorb(Node& node, const Blob& blob, std::int64_t frame) {
+  const double weight = std::clamp<double>(blob.points, 1, kMaxBlobWeight);
+  const Eigen::Vector3d offset = blob.position - node.first;
+  node.sum += weight * offset;
+  node.square_sum += weight * offset.squaredNorm();
+  node.extent_sum += weight * (blob.max - blob.min);
+  node.weight += weight;
+  node.vertex.points += blob.points;
+  if (node.vertex.instance == 0) node.vertex.instance = blob.instance;
+  countFrame(node.vertex, frame);
+}
+
+void PlaceGraphBuilder::State::moveToMean(std::size_t index) {
+  Node& node = nodes[index];
+  const CellKey old_cell = cellOf(node.vertex.position, merge_m, node.vertex.label);
+  node.vertex.position = node.first + node.meanOffset();
+  node.vertex.extent = node.extent_sum / node.weight;
+  const CellKey new_cell = cellOf(node.vertex.position, merge_m, node.vertex.label);
+  if (new_cell == old_cell) return;
+  std::vector<std::size_t>& old_list = nodes_of_cell[old_cell];
+  old_list.erase(std::find(old_list.begin(), old_list.end(), index));
+  if (old_list.empty()) nodes_of_cell.erase(old_cell);
+  nodes_of_cell[new_cell].push_back(index);
+}
+
+void PlaceGraphBuilder::State::absorbByFirstObservation(const std::vector<Blob>& blobs,
+                                                        std::int64_t frame) {
+  for (const Blob& blob : blobs) {
+    if (!isUsable(blob)) continue;
+    std::optional<Pairing> nearest;
+    forNodesNear(blob, [&](std::size_t index, double distance2) {
+      const Pairing pairing{distance2, 0, index};
+      if (!nearest || pairing < *nearest) nearest = pairing;
+    });
+    absorb(nodes[nearest ? nearest->node : addNode(blob)], blob, frame);
+  }
+}
+
+std::vector<Pairing> PlaceGraphBuilder::State::pairings(
+    const std::vector<Blob>& blobs, const std::vector<std::size_t>& usable) const {
+  std::vector<Pairing> result;
+  for (const std::size_t b : usable) {
+    forNodesNear(blobs[b], [&](std::size_t index, double distance2) {
+      result.push_back({distance2, b, index});
+    });
+  }
+  std::sort(result.begin(), result.end());
+  return result;
+}
+
+void PlaceGraphBuilder::State::mergeByMean(const std::vector<Blob>& blobs, std::int64_t frame) {
+  std::vector<std::size_t> usable;
+  for (std::size_t b = 0; b < blobs.size(); ++b) {
+    if (isUsable(blobs[b])) usable.push_back(b);
+  }
+  constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
+  std::vector<std::size_t> node_of_blob(blobs.size(), kNone);
+  std::vector<std::size_t> taken;  // nodes, sorted
+  for (const Pairing& pairing : pairings(blobs, usable)) {
+    const auto place = std::lower_bound(taken.begin(), taken.end(), pairing.node);
+    const bool is_taken = place != taken.end() && *place == pairing.node;
+    if (is_taken || node_of_blob[pairing.blob] != kNone) continue;
+    node_of_blob[pairing.blob] = pairing.node;
+    taken.insert(place, pairing.node);
+  }
+  for (const std::size_t b : usable) {
+    const std::size_t node = node_of_blob[b] != kNone ? node_of_blob[b] : addNode(blobs[b]);
+    absorb(nodes[node], blobs[b], frame);
+    moveToMean(node);
+  }
+}
+
+std::size_t PlaceGraphBuilder::State::surfaceNode(const CellKey& key, const Eigen::Vector3d& p) {
+  const auto [place, is_new] = node_of_surface_cell.try_emplace(key, nodes.size());
+  if (is_new) {
+    Node node;
+    node.is_surface = true;
+    node.first = node.min = node.max = p;
+    node.vertex.label = key.label;
+    node.vertex.observations = 0;
+    nodes.push_back(node);
+  }
+  return place->second;
+}
+
+void PlaceGraphBuilder::State::addSurfacePoint(Node& node, const Eigen::Vector3d& p,
+                                               std::int64_t frame) {
+  node.sum += p - node.first;
+  node.weight += 1;
+  node.min = node.min.cwiseMin(p);
+  node.max = node.max.cwiseMax(p);
+  ++node.vertex.points;
+  countFrame(node.vertex, frame);
+}
+
+Vertex PlaceGraphBuilder::State::finished(const Node& node) const {
+  Vertex vertex = node.vertex;
+  if (node.is_surface) {
+    vertex.position = node.first + node.meanOffset();
+    vertex.extent = node.max - node.min;
+    return vertex;
+  }
+  if (vertex.observations < 2) return vertex;
+  const double about_first = node.square_sum / node.weight;
+  const double variance =
+      is_first_observation ? about_first : about_first - node.meanOffset().squaredNorm();
+  vertex.sigma_m = std::sqrt(std::max(0.0, variance) / 3);
+  return vertex;
+}
+
+PlaceGraphBuilder::PlaceGraphBuilder(const LabelSet& labels, const MergeOptions& options)
+    : state_(std::make_unique<State>(labels, options)) {}
+PlaceGraphBuilder::~PlaceGraphBuilder() = default;
+PlaceGraphBuilder::PlaceGraphBuilder(PlaceGraphBuilder&&) noexcept = default;
+PlaceGraphBuilder& PlaceGraphBuilder::operator=(PlaceGraphBuilder&&) noexcept = default;
+
+void PlaceGraphBuilder::add(const std::vector<Blob>& blobs, std::int64_t frame_number) {
+  if (state_->is_first_observation) {
+    state_->absorbByFirstObservation(blobs, frame_number);
+  } else {
+    state_->mergeByMean(blobs, frame_number);
+  }
+}
+
+void PlaceGraphBuilder::addSurfacePoints(const LabelledCloud& cloud, std::int64_t frame_number) {
+  if (state_->is_first_observation) return;
+  std::uint32_t last_label = 0;
+  bool last_is_surface = state_->labels.role(last_label) == Role::surface;
+  CellKey last_key;
+  std::size_t last_node = std::numeric_limits<std::size_t>::max();
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    const std::uint32_t label = cloud.points.points[i].label;
+    if (label != last_label) {
+      last_label = label;
+      last_is_surface = state_->labels.role(label) == Role::surface;
+    }
+    const Eigen::Vector3d p = cloud.position(i);
+    if (!last_is_surface || !p.allFinite()) continue;
+    const CellKey key = cellOf(p, state_->options.surface_m, label);
+    // Neighbouring points mostly share their cell.
+    if (last_node >= state_->nodes.size() || !(key == last_key)) {
+      last_node = state_->surfaceNode(key, p);
+      last_key = key;
+    }
+    state_->addSurfacePoint(state_->nodes[last_node], p, frame_number);
+  }
+}
+
+SemanticGraph PlaceGraphBuilder::graph() const {
+  SemanticGraph graph;
+  const MergeOptions& options = state_->options;
+  for (const Node& node : state_->nodes) {
+    const auto min_observations = static_cast<std::uint32_t>(options.min_observations);
+    if (node.vertex.observations < min_observations) continue;
+    if (node.is_surface &&
+        node.vertex.points < static_cast<std::uint32_t>(options.min_surface_points)) {
+      continue;
+    }
+    graph.vertices.push_back(state_->finished(node));
+  }
+  graph.neighbours.resize(graph.size());
+  return graph;
+}
+
+}  // namespace xview
