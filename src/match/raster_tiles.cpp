@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "raster_tiles.h"
+
+#include <algorithm>
+#include <string>
+
+#include "xview/types/error.h"
+
+namespace xview {
+namespace {
+
+constexpr int kTileIndexBits = 32 - kTileBits;
+constexpr std::size_t kMaxChannels = std::size_t{1} << (64 - 2 * kTileIndexBits);
+
+std::uint64_t tileKey(std::size_t channel, std::int64_t tx, std::int64_t ty) {
+  constexpr std::uint64_t kMask = (std::uint64_t{1} << kTileIndexBits) - 1;
+  return (static_cast<std::uint64_t>(channel) << (2 * kTileIndexBits)) |
+         ((static_cast<std::uint64_t>(tx) & kMask) << kTileIndexBits) |
+         (static_cast<std::uint64_t>(ty) & kMask);
+}
+
+std::size_t cellInTile(std::int32_t cx, std::int32_t cy) {
+  return static_cast<std::size_t>((cy & (kTileSide - 1)) * kTileSide + (cx & (kTileSide - 1)));
+}
+
+}  // namespace
+
+const LikelihoodRaster::Tiles::Tile* LikelihoodRaster::Tiles::find(std::size_t channel,
+                                                                   std::int64_t tx,
+                                                                   std::int64_t ty) const {
+  constexpr std::int64_t kLimit = std::int64_t{1} << (kTileIndexBits - 1);
+  if (tx < -kLimit || tx >= kLimit || ty < -kLimit || ty >= kLimit) return nullptr;
+  const auto it = index.find(tileKey(channel, tx, ty));
+  return it == index.end() ? nullptr : it->second;
+}
+
+LikelihoodRaster::Tiles::Tile& LikelihoodRaster::Tiles::make(std::size_t channel, std::int32_t tx,
+                                                             std::int32_t ty, std::uint8_t value) {
+  highest.at(channel) = std::max(highest[channel], value);
+  if (!last_written || last_written->channel != channel || last_written->tx != tx ||
+      last_written->ty != ty) {
+    Tile*& tile = index[tileKey(channel, tx, ty)];
+    if (!tile) {
+      Tile fresh{tx, ty, static_cast<std::uint16_t>(channel), background[channel], {}};
+      fresh.cells.fill(background[channel]);
+      tile = &tiles.emplace_back(fresh);
+    }
+    last_written = tile;
+  }
+  last_written->highest = std::max(last_written->highest, value);
+  return *last_written;
+}
+
+LikelihoodRaster::LikelihoodRaster(double cell_m, std::vector<std::uint8_t> background_of_channel)
+    : tiles_(std::make_unique<Tiles>()) {
+  if (!(cell_m > 0))
+    throw UsageError("likelihood raster: cell size = " + std::to_string(cell_m) + ", must be > 0");
+  if (background_of_channel.size() > kMaxChannels) {
+    throw UsageError("likelihood raster: " + std::to_string(background_of_channel.size()) +
+                     " channels, at most " + std::to_string(kMaxChannels));
+  }
+  tiles_->cell_m = cell_m;
+  tiles_->highest = background_of_channel;
+  tiles_->background = std::move(background_of_channel);
+}
+
+LikelihoodRaster::~LikelihoodRaster() = default;
+LikelihoodRaster::LikelihoodRaster(LikelihoodRaster&&) noexcept = default;
+LikelihoodRaster& LikelihoodRaster::operator=(LikelihoodRaster&&) noexcept = default;
+
+double LikelihoodRaster::cellSize() const { return tiles_->cell_m; }
+std::size_t LikelihoodRaster::channels() const { return tiles_->background.size(); }
+std::uint8_t LikelihoodRaster::background(std::size_t channel) const {
+  return tiles_->background.at(channel);
+}
+
+void LikelihoodRaster::set(std::size_t channel, std::int32_t cx, std::int32_t cy,
+                           std::uint8_t value) {
+  tiles_->make(channel, cx >> kTileBits, cy >> kTileBits, value).cells[cellInTile(cx, cy)] = value;
+}
+
+void LikelihoodRaster::raise(std::size_t channel, std::int32_t cx, std::int32_t cy,
+                             std::uint8_t value) {
+  if (value <= tiles_->background.at(channel) &&
+      !tiles_->find(channel, cx >> kTileBits, cy >> kTileBits))
+    return;
+  std::uint8_t& cell =
+      tiles_->make(channel, cx >> kTileBits, cy >> kTileBits, value).cells[cellInTile(cx, cy)];
+  cell = std::max(cell, value);
+}
+
+std::uint8_t LikelihoodRaster::at(std::size_t channel, std::int32_t cx, std::int32_t cy) const {
+  const Tiles::Tile* tile = tiles_->find(channel, cx >> kTileBits, cy >> kTileBits);
+  return tile ? tile->cells[cellInTile(cx, cy)] : tiles_->background.at(channel);
+}
+
+std::size_t LikelihoodRaster::bytes() const {
+  constexpr std::size_t kIndexEntry = 48;  // node and bucket of the hash map
+  return tiles_->tiles.size() * (sizeof(Tiles::Tile) + kIndexEntry);
+}
+
+}  // namespace xview

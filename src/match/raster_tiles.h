@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <deque>
+#include <unordered_map>
+#include <vector>
+
+#include "xview/match/raster_search.h"
+
+namespace xview {
+
+constexpr int kTileBits = 6;
+constexpr int kTileSide = 1 << kTileBits;
+
+/// The storage of a LikelihoodRaster.
+struct LikelihoodRaster::Tiles {
+  struct Tile {
+    std::int32_t tx, ty;  ///< cell (cx, cy) is in tile (cx >> 6, cy >> 6)
+    std::uint16_t channel;
+    std::uint8_t highest;                                   ///< no cell of the tile is above this
+    std::array<std::uint8_t, kTileSide * kTileSide> cells;  ///< row-major
+  };
+
+  double cell_m;
+  std::vector<std::uint8_t> background;
+  std::vector<std::uint8_t> highest;  ///< per channel: no cell is above this
+  std::deque<Tile> tiles;             ///< in order of creation; addresses are stable
+  std::unordered_map<std::uint64_t, Tile*> index;
+  Tile* last_written = nullptr;
+
+  const Tile* find(std::size_t channel, std::int64_t tx, std::int64_t ty) const;
+  /// The tile, created if absent, that is about to receive `value`.
+  Tile& make(std::size_t channel, std::int32_t tx, std::int32_t ty, std::uint8_t value);
+};
+
+}  // namespace xview
