@@ -34,6 +34,7 @@ function(xview_layer name)
   set_target_properties(xview_${name} PROPERTIES EXPORT_NAME ${name})
   target_include_directories(xview_${name} PUBLIC
     $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include> $<INSTALL_INTERFACE:include>)
+  target_include_directories(xview_${name} PRIVATE ${PROJECT_SOURCE_DIR}/src)
   target_compile_features(xview_${name} PUBLIC cxx_std_17)
   target_link_libraries(xview_${name} PUBLIC ${arg_PUBLIC}
                         PRIVATE ${arg_PRIVATE} $<BUILD_INTERFACE:xview_warnings>)

@@ -10,13 +10,26 @@
 #include "xview/graph/image_blobs.h"
 #include "xview/graph/lift.h"
 #include "xview/graph/merge.h"
+#include "xview/graph/plan_view.h"
 #include "xview/match/descriptors.h"
+#include "xview/match/plan_places.h"
 #include "xview/match/walks.h"
 #include "xview/types/option_field.h"
 #include "xview/verify/clique.h"
 #include "xview/verify/sample_consensus.h"
 
 namespace xview {
+
+struct MapOptions {
+  double cloud_voxel_m = 0.25;   ///< the labelled cloud of a map has one point per voxel and class
+  double keyframe_every_m = 2;   ///< distance between the poses that a map remembers
+};
+
+template <class Visitor>
+void visit(MapOptions& o, Visitor&& field) {
+  field("cloud_voxel_m", o.cloud_voxel_m, Range{0.02, 10}, "thin the labelled cloud of a map to one point per voxel and class [m]");
+  field("keyframe_every_m", o.keyframe_every_m, Range{0, 1e4}, "distance between the sensor poses that a map remembers [m]");
+}
 
 /// Everything that can be set, one struct per stage. Struct path = YAML key = flag: walks.num_walks, --walks.num_walks 200.
 struct Options {
@@ -29,10 +42,13 @@ struct Options {
   ImageBlobOptions image_blobs;
   MergeOptions merge;
   EdgeOptions edges;
+  PlanOptions plan;
+  MapOptions map;
   WalkOptions walks;
   MatchOptions match;
   ConsistencyOptions consistency;
   ConsensusOptions consensus;
+  PlaceOptions places;
 };
 
 template <class Visitor>
@@ -47,10 +63,13 @@ void visit(Options& o, Visitor&& field) {
   field.group("image_blobs", o.image_blobs);
   field.group("merge", o.merge);
   field.group("edges", o.edges);
+  field.group("plan", o.plan);
+  field.group("map", o.map);
   field.group("walks", o.walks);
   field.group("match", o.match);
   field.group("consistency", o.consistency);
   field.group("consensus", o.consensus);
+  field.group("places", o.places);
 }
 
 }  // namespace xview

@@ -46,6 +46,7 @@ struct GroundCell {
 struct PlanView {
   double cell_m = 0.5;
   double origin_x = 0, origin_y = 0, origin_z = 0;  ///< p_frame = origin + sample
+  bool aerial = false;  ///< most of it was seen from the air: roofs and crowns are known, what is below is not
   std::array<std::vector<PlanSample>, kChannels> samples;
   std::vector<GroundCell> known;  ///< sorted by (y, x)
 

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "xview/match/plan_likelihood.h"
+#include "xview/types/plan_view.h"
+
+namespace xview {
+
+/// For every cell of a map and every channel: the class of the distance to the nearest sample. Tiles of 64x64 cells that exist only
+/// where the map was seen; a tile depends only on samples within 9 m of it.
+class PlanField {
+ public:
+  static constexpr int kTileCells = 64;
+
+  PlanField(const PlanView& map, int threads);
+  ~PlanField();
+  PlanField(PlanField&&) noexcept;
+  PlanField& operator=(PlanField&&) noexcept;
+
+  double cellSize() const { return cell_m_; }
+  double originX() const { return origin_x_; }
+  double originY() const { return origin_y_; }
+
+  /// One tile: a plane of classes per channel, and the ground.
+  struct Tile {
+    std::int32_t x = 0, y = 0;  ///< tile index; its first cell is (x, y) * kTileCells
+    std::array<const std::uint8_t*, kChannels> bins{};
+    std::vector<float> ground;  ///< height per cell relative to the plan's origin; NaN where not measured
+  };
+  const std::vector<Tile>& tiles() const { return tiles_; }
+
+  /// The tile of cell (cx, cy), or null where the map was never seen.
+  const Tile* tileOfCell(std::int32_t cx, std::int32_t cy) const {
+    const std::int32_t bx = ((cx >> 6) >> kBlockBits) - block_x_, by = ((cy >> 6) >> kBlockBits) - block_y_;
+    if (bx < 0 || by < 0 || bx >= blocks_wide_ || by >= blocks_high_) return nullptr;
+    const auto& block = blocks_[static_cast<std::size_t>(by) * blocks_wide_ + bx];
+    if (block.empty()) return nullptr;
+    constexpr std::int32_t mask = (1 << kBlockBits) - 1;
+    const std::int32_t tile = block[(static_cast<std::size_t>((cy >> 6) & mask) << kBlockBits) + ((cx >> 6) & mask)];
+    return tile < 0 ? nullptr : &tiles_[tile];
+  }
+  static std::size_t cellInTile(std::int32_t cx, std::int32_t cy) {
+    return static_cast<std::size_t>(cy & 63) * kTileCells + static_cast<std::size_t>(cx & 63);
+  }
+  /// Class at a cell; kUnknownBin where the map was never seen.
+  std::uint8_t bin(std::size_t channel, std::int32_t cx, std::int32_t cy) const {
+    const Tile* tile = tileOfCell(cx, cy);
+    return tile ? tile->bins[channel][cellInTile(cx, cy)] : static_cast<std::uint8_t>(kUnknownBin);
+  }
+  std::size_t bytes() const;
+
+ private:
+  static constexpr int kBlockBits = 5;  ///< the directory has blocks of 32x32 tiles
+
+  double cell_m_ = 0.5, origin_x_ = 0, origin_y_ = 0;
+  std::vector<Tile> tiles_;
+  std::vector<std::vector<std::uint8_t>> planes_;  ///< what Tile::bins points into
+  std::int32_t block_x_ = 0, block_y_ = 0, blocks_wide_ = 0, blocks_high_ = 0;
+  std::vector<std::vector<std::int32_t>> blocks_;
+};
+
+}  // namespace xview

@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "graph/plan_objects.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+namespace xview {
+namespace {
+
+constexpr int kPeakReach = 3;            ///< a peak is the largest within so many cells
+constexpr int kTreeReach = 5;
+constexpr float kMinPoleShare = 0.25f;   ///< of the votes of the other upright classes in the cell
+constexpr float kMinCanopy = 30.f;       ///< summed crown height of a tree [m x cells]
+
+using CellValue = std::function<float(const UprightCell&)>;
+
+/// A value per cell of the view, 0 where nothing stands.
+class ValueGrid {
+ public:
+  ValueGrid(const PlanCells& cells, const CellValue& value) : cells_(&cells), values_(cells.index.size(), 0.f) {
+    for (std::size_t i = 0; i < values_.size(); ++i) {
+      if (cells.upright_of[i] >= 0) values_[i] = value(cells.upright[cells.upright_of[i]]);
+    }
+  }
+  /// Sum over the square of half size `reach` around each cell with a value; 0 elsewhere.
+  ValueGrid boxSum(int reach) const {
+    ValueGrid sums = *this;
+    for (std::size_t i = 0; i < values_.size(); ++i) {
+      if (values_[i] <= 0) continue;
+      const CellIndex::Cell c = cells_->index.cells()[i];
+      float sum = 0;
+      for (int dy = -reach; dy <= reach; ++dy) {
+        for (int dx = -reach; dx <= reach; ++dx) sum += at(c.x + dx, c.y + dy);
+      }
+      sums.values_[i] = sum;
+    }
+    return sums;
+  }
+  float at(std::int32_t x, std::int32_t y) const {
+    const std::int32_t i = cells_->index.find(x, y);
+    return i < 0 ? 0.f : values_[i];
+  }
+  float operator[](std::size_t i) const { return values_[i]; }
+  /// Largest within `reach` cells; of equal ones the first in (y, x) order.
+  bool isMaximum(std::size_t i, int reach) const {
+    const CellIndex::Cell c = cells_->index.cells()[i];
+    for (int dy = -reach; dy <= reach; ++dy) {
+      for (int dx = -reach; dx <= reach; ++dx) {
+        const float other = at(c.x + dx, c.y + dy);
+        const bool before = dy < 0 || (dy == 0 && dx < 0);
+        if (other > values_[i] || (other == values_[i] && before)) return false;
+      }
+    }
+    return true;
+  }
+
+ private:
+  const PlanCells* cells_;
+  std::vector<float> values_;
+};
+
+/// Weighted mean of the pole-like points in the 3x3 cells around a peak.
+PlanSample peakCentre(const PlanCells& cells, const ValueGrid& value, CellIndex::Cell c) {
+  float weight = 0, x = 0, y = 0;
+  for (int dy = -1; dy <= 1; ++dy) {
+    for (int dx = -1; dx <= 1; ++dx) {
+      const UprightCell* cell = cells.uprightAt(c.x + dx, c.y + dy);
+      const float w = value.at(c.x + dx, c.y + dy);
+      if (!cell || w <= 0) continue;
+      float votes = 0, sum_x = 0, sum_y = 0;
+      for (const Kind kind : {Kind::pole, Kind::sign, Kind::light}) {
+        const auto k = static_cast<std::size_t>(kind);
+        votes += cell->votes[k];
+        sum_x += cell->sum_x[k];
+        sum_y += cell->sum_y[k];
+      }
+      if (votes <= 0) continue;
+      weight += w;
+      x += w * sum_x / votes;
+      y += w * sum_y / votes;
+    }
+  }
+  if (weight <= 0) return {};
+  return {x / weight, y / weight, cells.floor[cells.index.find(c.x, c.y)].height};
+}
+
+void findPeaks(const PlanCells& cells, double min_votes, const CellValue& votes, std::vector<PlanSample>& out) {
+  const ValueGrid value(cells, [&](const UprightCell& cell) {
+    const float v = votes(cell);
+    const float others = cell.of(Kind::building) + cell.of(Kind::fence) + cell.of(Kind::vegetation) + cell.of(Kind::vehicle);
+    return v >= kMinPoleShare * others ? v : 0.f;
+  });
+  const ValueGrid sums = value.boxSum(1);
+  for (std::size_t i = 0; i < cells.index.size(); ++i) {
+    if (sums[i] > 0 && sums[i] >= min_votes && sums.isMaximum(i, kPeakReach)) {
+      out.push_back(peakCentre(cells, value, cells.index.cells()[i]));
+    }
+  }
+}
+
+void findPoleLike(const PlanCells& cells, const PlanOptions& options, PlanView& view) {
+  const double min_votes = options.peak_votes * options.min_votes;
+  const auto near_votes = [](int which) {
+    return [which](const UprightCell& cell) { return cell.near_votes[which]; };
+  };
+  findPeaks(cells, min_votes, near_votes(0), view[Channel::pole]);
+  findPeaks(cells, min_votes, near_votes(1), view[Channel::sign]);
+  findPeaks(cells, min_votes, near_votes(2), view[Channel::light]);
+  findPeaks(cells, min_votes,
+            [](const UprightCell& c) { return c.near_votes[0] + c.near_votes[1] + c.near_votes[2]; },
+            view[Channel::pole_like]);
+}
+
+/// What is asked of an 8-connected cluster of cells.
+struct ClusterRule {
+  Kind kind;
+  std::function<bool(const UprightCell&)> belongs;
+  CellValue weight;     ///< of a cell for the centre
+  float max_extent_m;
+  float min_extent_m;
+  float min_votes;
+  float min_span_m;     ///< top minus bottom
+  float min_top_m;
+};
+
+struct Cluster {
+  std::vector<std::int32_t> cells;
+  std::int32_t min_x, min_y, max_x, max_y;
+};
+
+std::vector<Cluster> connectedCells(const PlanCells& cells, const std::function<bool(const UprightCell&)>& belongs) {
+  std::vector<bool> seen(cells.index.size(), false);
+  const auto member = [&](std::int32_t i) {
+    return i >= 0 && !seen[i] && cells.upright_of[i] >= 0 && belongs(cells.upright[cells.upright_of[i]]);
+  };
+  std::vector<Cluster> clusters;
+  for (std::int32_t start = 0; start < static_cast<std::int32_t>(cells.index.size()); ++start) {
+    if (!member(start)) continue;
+    const CellIndex::Cell first = cells.index.cells()[start];
+    Cluster cluster{{start}, first.x, first.y, first.x, first.y};
+    seen[start] = true;
+    for (std::size_t k = 0; k < cluster.cells.size(); ++k) {
+      const CellIndex::Cell c = cells.index.cells()[cluster.cells[k]];
+      cluster.min_x = std::min(cluster.min_x, c.x);
+      cluster.max_x = std::max(cluster.max_x, c.x);
+      cluster.min_y = std::min(cluster.min_y, c.y);
+      cluster.max_y = std::max(cluster.max_y, c.y);
+      for (int dy = -1; dy <= 1; ++dy) {
+        for (int dx = -1; dx <= 1; ++dx) {
+          const std::int32_t j = cells.index.find(c.x + dx, c.y + dy);
+          if (!member(j)) continue;
+          seen[j] = true;
+          cluster.cells.push_back(j);
+        }
+      }
+    }
+    clusters.push_back(std::move(cluster));
+  }
+  return clusters;
+}
+
+void findClusters(const PlanCells& cells, double cell_m, const ClusterRule& rule, std::vector<PlanSample>& out) {
+  const auto k = static_cast<std::size_t>(rule.kind);
+  for (const Cluster& cluster : connectedCells(cells, rule.belongs)) {
+    const double extent =
+        cell_m * (1 + std::max(cluster.max_x - cluster.min_x, cluster.max_y - cluster.min_y));
+    if (extent > rule.max_extent_m || extent < rule.min_extent_m) continue;
+    float weight = 0, votes = 0, x = 0, y = 0, z = 0, bottom = 1e9f, top = -1e9f;
+    for (const std::int32_t i : cluster.cells) {
+      const UprightCell& cell = cells.upright[cells.upright_of[i]];
+      if (cell.votes[k] <= 0) continue;
+      const float w = rule.weight(cell);
+      weight += w;
+      votes += cell.votes[k];
+      x += w * cell.sum_x[k] / cell.votes[k];
+      y += w * cell.sum_y[k] / cell.votes[k];
+      z += w * cells.floor[i].height;
+      bottom = std::min(bottom, cell.bottom[k]);
+      top = std::max(top, cell.top[k]);
+    }
+    if (weight > 0 && votes >= rule.min_votes && top - bottom > rule.min_span_m && top > rule.min_top_m) {
+      out.push_back({x / weight, y / weight, z / weight});
+    }
+  }
+}
+
+/// Crowns: local maxima of the summed height of high vegetation.
+void findTrees(const PlanCells& cells, const PlanOptions& options, PlanView& view) {
+  const auto veg = static_cast<std::size_t>(Kind::vegetation);
+  const ValueGrid crown(cells, [&](const UprightCell& c) {
+    return c.highOf(Kind::vegetation) >= 0.5 * options.min_votes ? std::max(0.f, std::min(c.top[veg], 12.f) - 1.f) : 0.f;
+  });
+  const ValueGrid sums = crown.boxSum(kPeakReach);
+  for (std::size_t i = 0; i < cells.index.size(); ++i) {
+    if (sums[i] < kMinCanopy || !sums.isMaximum(i, kTreeReach)) continue;
+    const CellIndex::Cell c = cells.index.cells()[i];
+    double weight = 0, x = 0, y = 0;
+    for (int dy = -kTreeReach; dy <= kTreeReach; ++dy) {
+      for (int dx = -kTreeReach; dx <= kTreeReach; ++dx) {
+        const double w = crown.at(c.x + dx, c.y + dy);
+        weight += w;
+        x += w * (c.x + dx + 0.5);
+        y += w * (c.y + dy + 0.5);
+      }
+    }
+    view[Channel::tree].push_back({static_cast<float>(x / weight * options.cell_m),
+                                   static_cast<float>(y / weight * options.cell_m), cells.floor[i].height});
+  }
+}
+
+}  // namespace
+
+void findPlanObjects(const PlanCells& cells, const PlanOptions& options, PlanView& view) {
+  const auto votes = static_cast<float>(options.min_votes);
+  findPoleLike(cells, options, view);
+  findClusters(cells, options.cell_m,
+               {Kind::vehicle, [=](const UprightCell& c) { return c.holds(Kind::vehicle, votes, 0.4); },
+                [](const UprightCell&) { return 1.f; }, 9.f, 1.25f, 6 * votes, -1.f, -1.f},
+               view[Channel::vehicle]);
+  findClusters(cells, options.cell_m,
+               {Kind::trunk, [=](const UprightCell& c) { return c.lowOf(Kind::trunk) >= 0.5f * votes; },
+                [](const UprightCell& c) { return c.lowOf(Kind::trunk); }, 2.6f, 0.f, 2 * votes, 0.6f, -1.f},
+               view[Channel::trunk]);
+  findClusters(cells, options.cell_m,
+               {Kind::vegetation, [=](const UprightCell& c) { return c.lowOf(Kind::vegetation) >= votes; },
+                [](const UprightCell& c) { return c.lowOf(Kind::vegetation); }, 2.1f, 0.f, 3 * votes, -1.f, 2.2f},
+               view[Channel::trunk]);
+  findClusters(cells, options.cell_m,
+               {Kind::other_object, [=](const UprightCell& c) { return c.holds(Kind::other_object, votes, 0.25); },
+                [](const UprightCell& c) { return c.of(Kind::other_object); }, 4.f, 0.f, 2 * votes, -1.f, -1.f},
+               view[Channel::other_object]);
+  findTrees(cells, options, view);
+}
+
+}  // namespace xview

@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "xview/graph/plan_view.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "graph/plan_cells.h"
+#include "graph/plan_ground.h"
+#include "graph/plan_objects.h"
+#include "graph/plan_voxels.h"
+
+namespace xview {
+namespace {
+
+enum class Floor : std::int8_t { none = -1, road, sidewalk, terrain };
+
+/// The majority ground class of each cell; lane markings count as road.
+std::vector<Floor> floorClasses(const PlanCells& cells, const PlanOptions& options) {
+  std::vector<Floor> classes(cells.floor.size(), Floor::none);
+  for (std::size_t i = 0; i < classes.size(); ++i) {
+    const FloorCell& cell = cells.floor[i];
+    const std::array<float, 3> votes = {cell.votes[0] + cell.votes[3], cell.votes[1], cell.votes[2]};
+    const auto best = std::max_element(votes.begin(), votes.end());
+    if (cell.ground() < options.min_votes || *best < options.min_share * cell.ground()) continue;
+    classes[i] = static_cast<Floor>(best - votes.begin());
+  }
+  return classes;
+}
+
+/// Each cell takes the majority of its 3x3 neighbourhood: labels of a network flicker at the scale of a cell.
+std::vector<Floor> majorityFiltered(const PlanCells& cells, const std::vector<Floor>& classes) {
+  std::vector<Floor> result = classes;
+  for (std::size_t i = 0; i < classes.size(); ++i) {
+    if (classes[i] == Floor::none) continue;
+    std::array<int, 3> count{};
+    const CellIndex::Cell c = cells.index.cells()[i];
+    for (int dy = -1; dy <= 1; ++dy) {
+      for (int dx = -1; dx <= 1; ++dx) {
+        const std::int32_t j = cells.index.find(c.x + dx, c.y + dy);
+        if (j >= 0 && classes[j] != Floor::none) ++count[static_cast<int>(classes[j])];
+      }
+    }
+    const auto best = std::max_element(count.begin(), count.end());
+    if (*best > count[static_cast<int>(classes[i])]) result[i] = static_cast<Floor>(best - count.begin());
+  }
+  return result;
+}
+
+Channel borderChannel(Floor a, Floor b) {
+  const auto [low, high] = std::minmax(a, b);
+  if (low == Floor::road) return high == Floor::sidewalk ? Channel::border_road_sidewalk : Channel::border_road_terrain;
+  return Channel::border_sidewalk_terrain;
+}
+
+void addFloor(const PlanCells& cells, const PlanOptions& options, PlanView& view) {
+  static constexpr std::array<Channel, 3> kAreas = {Channel::road, Channel::sidewalk, Channel::terrain};
+  const std::vector<Floor> classes = majorityFiltered(cells, floorClasses(cells, options));
+  const auto side = static_cast<float>(options.cell_m);
+  for (std::size_t i = 0; i < classes.size(); ++i) {
+    if (classes[i] == Floor::none) continue;
+    const CellIndex::Cell c = cells.index.cells()[i];
+    const FloorCell& cell = cells.floor[i];
+    const float x = (static_cast<float>(c.x) + 0.5f) * side, y = (static_cast<float>(c.y) + 0.5f) * side;
+    view[kAreas[static_cast<int>(classes[i])]].push_back({x, y, cell.height});
+    if (cell.votes[3] > 0.4f * cell.ground()) view[Channel::lane_marking].push_back({x, y, cell.height});
+    for (const bool right : {true, false}) {
+      const std::int32_t j = right ? cells.index.find(c.x + 1, c.y) : cells.index.find(c.x, c.y + 1);
+      if (j < 0 || classes[j] == Floor::none || classes[j] == classes[i]) continue;
+      view[borderChannel(classes[i], classes[j])].push_back(
+          {right ? x + side / 2 : x, right ? y : y + side / 2, cell.height});
+    }
+  }
+}
+
+void addUprightCell(const UprightCell& cell, float height, const PlanOptions& options, PlanView& view) {
+  const double votes = options.min_votes, share = options.min_share;
+  const auto put = [&](Channel channel, Kind kind) {
+    PlanSample sample = cell.centre(kind);
+    sample.z = height;
+    view[channel].push_back(sample);
+  };
+  if (cell.holds(Kind::building, votes, share)) {
+    put(Channel::building, Kind::building);
+    if (cell.lowOf(Kind::building) >= 0.5 * votes) put(Channel::wall_foot, Kind::building);
+  }
+  if (cell.holds(Kind::fence, votes, share)) put(Channel::fence, Kind::fence);
+  if (cell.holds(Kind::vegetation, votes, share)) {
+    if (cell.lowOf(Kind::vegetation) >= votes) put(Channel::low_vegetation, Kind::vegetation);
+    if (cell.highOf(Kind::vegetation) >= votes) put(Channel::canopy, Kind::vegetation);
+  }
+  if (cell.holds(Kind::vehicle, votes, share)) put(Channel::vehicle_surface, Kind::vehicle);
+  if (cell.holds(Kind::other_surface, votes, share)) put(Channel::other_surface, Kind::other_surface);
+}
+
+void addUprights(const PlanCells& cells, const PlanOptions& options, PlanView& view) {
+  const auto side = static_cast<float>(options.cell_m);
+  for (std::size_t i = 0; i < cells.floor.size(); ++i) {
+    if (cells.upright_of[i] < 0) continue;
+    const UprightCell& cell = cells.upright[cells.upright_of[i]];
+    const CellIndex::Cell c = cells.index.cells()[i];
+    const PlanSample middle{(static_cast<float>(c.x) + 0.5f) * side, (static_cast<float>(c.y) + 0.5f) * side,
+                            cells.floor[i].height};
+    if (cell.obstacle_low >= options.min_votes) view[Channel::obstacle_low].push_back(middle);
+    if (cell.obstacle_high >= options.min_votes) view[Channel::obstacle_high].push_back(middle);
+    addUprightCell(cell, middle.z, options, view);
+  }
+}
+
+void addKnown(const PlanCells& cells, const PlanOptions& options, PlanView& view) {
+  for (std::size_t i = 0; i < cells.floor.size(); ++i) {
+    if (cells.floor[i].total < options.min_votes) continue;
+    const CellIndex::Cell c = cells.index.cells()[i];
+    view.known.push_back({c.x, c.y, cells.floor[i].height, cells.floor[i].ground() > options.min_votes});
+  }
+}
+
+/// Samples and cells in (y, x) order: the same whatever the order of the frames was.
+void sortView(PlanView& view) {
+  for (auto& channel : view.samples) {
+    std::sort(channel.begin(), channel.end(), [](const PlanSample& a, const PlanSample& b) {
+      return a.y != b.y ? a.y < b.y : a.x < b.x;
+    });
+  }
+  std::sort(view.known.begin(), view.known.end(),
+            [](const GroundCell& a, const GroundCell& b) { return a.y != b.y ? a.y < b.y : a.x < b.x; });
+}
+
+}  // namespace
+
+struct PlanViewBuilder::State {
+  State(const LabelSet& set, const PlanOptions& plan_options)
+      : labels(set), options(plan_options), voxels(plan_options.voxel_m) {}
+
+  LabelSet labels;
+  PlanOptions options;
+  PlanVoxels voxels;
+  bool has_origin = false;
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero();
+  double votes = 0, aerial_votes = 0;
+};
+
+PlanViewBuilder::PlanViewBuilder(const LabelSet& labels, const PlanOptions& options)
+    : state_(std::make_unique<State>(labels, options)) {}
+PlanViewBuilder::~PlanViewBuilder() = default;
+PlanViewBuilder::PlanViewBuilder(PlanViewBuilder&&) noexcept = default;
+PlanViewBuilder& PlanViewBuilder::operator=(PlanViewBuilder&&) noexcept = default;
+
+void PlanViewBuilder::add(const LabelledCloud& cloud, const std::vector<float>& votes, const std::vector<bool>& near,
+                          const Eigen::Isometry3d& T_plan_cloud, bool aerial) {
+  if (cloud.empty()) return;
+  State& s = *state_;
+  if (!s.has_origin) {
+    // Whole multiples of 64 m, so that two views of one frame share their cells.
+    s.origin = ((T_plan_cloud * cloud.position(0)) / 64.0).array().floor() * 64.0;
+    s.has_origin = true;
+  }
+  const Eigen::Matrix3d R = T_plan_cloud.linear();
+  const Eigen::Vector3d t = T_plan_cloud * cloud.origin - s.origin;
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    const Kind kind = s.labels.kind(cloud.points[i].label);
+    if (kind == Kind::none || votes[i] <= 0) continue;
+    const Eigen::Vector3d p = R * cloud.points[i].getVector3fMap().cast<double>() + t;
+    s.voxels.add(p.x(), p.y(), p.z(), kind, votes[i], near.empty() || near[i]);
+    s.votes += votes[i];
+    if (aerial) s.aerial_votes += votes[i];
+  }
+}
+
+PlanView PlanViewBuilder::build() const {
+  const State& s = *state_;
+  PlanView view;
+  view.cell_m = s.options.cell_m;
+  view.origin_x = s.origin.x();
+  view.origin_y = s.origin.y();
+  view.origin_z = s.origin.z();
+  view.aerial = s.votes > 0 && s.aerial_votes >= s.options.min_aerial_share * s.votes;
+  if (s.voxels.voxels().empty()) return view;
+  const GroundRule rule = groundRule(s.options, view.aerial);
+  const GroundSurface ground(s.voxels.voxels(), rule);
+  const PlanCells cells = sortIntoCells(s.voxels.voxels(), ground, rule, s.options);
+  addFloor(cells, s.options, view);
+  addUprights(cells, s.options, view);
+  findPlanObjects(cells, s.options, view);
+  addKnown(cells, s.options, view);
+  sortView(view);
+  return view;
+}
+
+}  // namespace xview

@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "xview/match/plan_places.h"
+
+#include <algorithm>
+#include <cmath>
+#include <mutex>
+
+#include "match/map_null.h"
+#include "match/plan_blocks.h"
+#include "match/plan_score.h"
+#include "xview/match/raster_search.h"
+#include "xview/types/parallel.h"
+#include "xview/types/pose.h"
+
+namespace xview {
+namespace {
+
+constexpr double kRasterUnitsPerNat = 4;
+constexpr double kRasterCap = 63;  ///< one channel may not drown the others
+constexpr float kSameRefined_m = 1.5f, kSameRefined_rad = 0.05f;
+
+/// What depends on the view-point of the query.
+struct ViewIndex {
+  WeightedRatios ratios;
+  LikelihoodRaster raster;
+};
+
+WeightedRatios weighted(const LogRatios& ratios, const PlaceOptions& options, bool coarse) {
+  WeightedRatios result;
+  for (std::size_t c = 0; c < kChannels; ++c) {
+    const auto channel = static_cast<Channel>(c);
+    const double weight = (isObject(channel) ? options.object_weight : options.surface_weight) *
+                          blockWeight(channel, coarse ? coarseBlock(channel) : fineBlock(channel));
+    for (int b = 0; b <= kDistanceBins; ++b) result.value[c][b] = static_cast<float>(weight) * ratios.value[c][b];
+    result.expected[c] = static_cast<float>(weight) * ratios.expected[c];
+  }
+  return result;
+}
+
+/// Mean and maximum of the fine cells in a coarse one, blended: a surface that only touches the cell still counts.
+LikelihoodRaster makeRaster(const PlanField& field, const WeightedRatios& ratios, double cell_m) {
+  const int sub = std::max(1, static_cast<int>(std::lround(cell_m / field.cellSize())));
+  std::vector<float> lowest(kChannels);
+  std::vector<std::uint8_t> background(kChannels);
+  const auto quantized = [](double nats) {
+    return static_cast<std::uint8_t>(std::clamp(std::round(nats * kRasterUnitsPerNat), 0.0, kRasterCap));
+  };
+  for (std::size_t c = 0; c < kChannels; ++c) {
+    lowest[c] = *std::min_element(ratios.value[c].begin(), ratios.value[c].end());
+    background[c] = quantized(0.0 - lowest[c]);
+  }
+  LikelihoodRaster raster(sub * field.cellSize(), background);
+  for (const PlanField::Tile& tile : field.tiles()) {
+    for (std::size_t c = 0; c < kChannels; ++c) {
+      const float mean_share = isObject(static_cast<Channel>(c)) ? 0.5f : 0.7f;
+      for (int y = 0; y + sub <= PlanField::kTileCells; y += sub) {
+        for (int x = 0; x + sub <= PlanField::kTileCells; x += sub) {
+          float sum = 0, best = lowest[c];
+          for (int dy = 0; dy < sub; ++dy) {
+            for (int dx = 0; dx < sub; ++dx) {
+              const float v = ratios.value[c][tile.bins[c][(y + dy) * PlanField::kTileCells + x + dx]];
+              sum += v;
+              best = std::max(best, v);
+            }
+          }
+          const float v = mean_share * sum / static_cast<float>(sub * sub) + (1 - mean_share) * best;
+          const std::uint8_t value = quantized(v - lowest[c]);
+          if (value != background[c]) {
+            raster.set(c, (tile.x * PlanField::kTileCells + x) / sub, (tile.y * PlanField::kTileCells + y) / sub, value);
+          }
+        }
+      }
+    }
+  }
+  return raster;
+}
+
+std::vector<RasterSample> rasterSamples(const std::vector<PlanQuery::Sample>& samples) {
+  std::vector<RasterSample> result;
+  for (const auto& s : samples) result.push_back({s.x, s.y, s.channel});
+  return result;
+}
+
+}  // namespace
+
+struct PlanPlaces::Index {
+  Index(const PlanView& map, const std::vector<Eigen::Vector3d>& trajectory, const LikelihoodTable& likelihoods,
+        const PlaceOptions& place_options, int threads)
+      : options(place_options), table(likelihoods), field(map, threads), origin_z(map.origin_z) {
+    std::vector<Eigen::Vector2d> path;
+    for (const Eigen::Vector3d& p : trajectory) path.emplace_back(p.x() - map.origin_x, p.y() - map.origin_y);
+    null = mapNull(map, path, field);
+  }
+
+  const ViewIndex& view(Viewpoint viewpoint) const {
+    const auto v = static_cast<std::size_t>(viewpoint);
+    std::call_once(once[v], [&] {
+      const LogRatios ratios = logRatios(table, viewpoint, &null, options.map_null_mix);
+      views[v] = std::make_unique<ViewIndex>(
+          ViewIndex{weighted(ratios, options, false),
+                    makeRaster(field, weighted(ratios, options, true), options.coarse_cell_m)});
+    });
+    return *views[v];
+  }
+
+  PlaceOptions options;
+  LikelihoodTable table;
+  PlanField field;
+  double origin_z;
+  MapNull null;
+  mutable std::array<std::once_flag, 2> once;
+  mutable std::array<std::unique_ptr<ViewIndex>, 2> views;
+};
+
+namespace {
+
+/// Pose of the query centre in plan coordinates -> pose of the query frame in map coordinates, and back.
+PlacePose toFrame(const PlacePose& centre_pose, const PlanQuery& query, const PlanField& field) {
+  const Eigen::Vector2d t = Eigen::Vector2d(centre_pose.x + field.originX(), centre_pose.y + field.originY()) -
+                            Eigen::Rotation2Dd(centre_pose.yaw) * query.centre;
+  return {t.x(), t.y(), angleDifference(centre_pose.yaw, 0), centre_pose.score};
+}
+
+PlacePose toCentre(const PlacePose& frame_pose, const PlanQuery& query, const PlanField& field) {
+  const Eigen::Vector2d t = Eigen::Vector2d(frame_pose.x - field.originX(), frame_pose.y - field.originY()) +
+                            Eigen::Rotation2Dd(frame_pose.yaw) * query.centre;
+  return {t.x(), t.y(), frame_pose.yaw, frame_pose.score};
+}
+
+PlanHypothesis hypothesisAt(const PlacePose& centre_pose, const PlanQuery& query, const PlanField& field,
+                            const WeightedRatios& ratios, double map_origin_z) {
+  PlanHypothesis h;
+  h.pose = toFrame(centre_pose, query, field);
+  h.z = map_origin_z + medianHeightOffset(field, query.ground, centre_pose);
+  const ScoreDetails details = scoreDetails(field, ratios, query.fine, centre_pose);
+  h.expected = details.expected;
+  h.known_share = details.known_share;
+  h.objects = details.objects;
+  h.objects_matched = details.objects_matched;
+  return h;
+}
+
+bool byScore(const PlacePose& a, const PlacePose& b) {
+  if (a.score != b.score) return a.score > b.score;
+  if (a.y != b.y) return a.y < b.y;
+  return a.x != b.x ? a.x < b.x : a.yaw < b.yaw;
+}
+
+/// The best poses, each unlike the ones before it.
+std::vector<PlacePose> distinct(std::vector<PlacePose> poses, std::size_t count) {
+  std::sort(poses.begin(), poses.end(), byScore);
+  std::vector<PlacePose> kept;
+  for (const PlacePose& p : poses) {
+    if (kept.size() >= count) break;
+    const bool known = std::any_of(kept.begin(), kept.end(), [&](const PlacePose& k) {
+      return std::hypot(k.x - p.x, k.y - p.y) < kSameRefined_m &&
+             std::abs(angleDifference(k.yaw, p.yaw)) < kSameRefined_rad;
+    });
+    if (!known) kept.push_back(p);
+  }
+  return kept;
+}
+
+}  // namespace
+
+PlanPlaces::PlanPlaces(const PlanView& map, const std::vector<Eigen::Vector3d>& trajectory,
+                       const LikelihoodTable& table, const PlaceOptions& options, int threads)
+    : index_(std::make_unique<Index>(map, trajectory, table, options, threads)) {}
+PlanPlaces::~PlanPlaces() = default;
+
+bool PlanPlaces::empty() const { return index_->field.tiles().empty(); }
+const PlanField& PlanPlaces::field() const { return index_->field; }
+
+std::vector<PlanHypothesis> PlanPlaces::search(const PlanQuery& query, const PlacePrior& prior_of_centre,
+                                               int threads) const {
+  if (empty() || query.empty()) return {};
+  const Index& index = *index_;
+  const ViewIndex& view = index.view(query.viewpoint);
+  RasterSearchOptions search;
+  search.max_yaw_step_rad = index.options.max_yaw_step_deg * M_PI / 180;
+  search.keep_cells = static_cast<std::size_t>(index.options.keep_cells);
+  search.keep_poses = static_cast<std::size_t>(index.options.keep_poses);
+  search.threads = threads;
+  search.centre_prior = prior_of_centre;
+  if (search.centre_prior.near) {
+    search.centre_prior.near->x -= index.field.originX();
+    search.centre_prior.near->y -= index.field.originY();
+  }
+  std::vector<PlacePose> poses = searchRaster(view.raster, rasterSamples(query.coarse), search);
+
+  const PlanScore score(index.field, view.ratios, query.fine);
+  const double yaw_step = search.max_yaw_step_rad;
+  parallelFor(poses.size(), threads, [&](std::size_t i) {
+    poses[i] = score.climb(poses[i], view.raster.cellSize() / 2, yaw_step / 2, 2);
+  });
+  poses = distinct(std::move(poses), static_cast<std::size_t>(index.options.refine_poses));
+  parallelFor(poses.size(), threads, [&](std::size_t i) { poses[i] = score.climb(poses[i], 0.5, 0.012, 3); });
+  std::sort(poses.begin(), poses.end(), byScore);
+
+  std::vector<PlanHypothesis> places;
+  for (PlacePose& p : poses) {
+    if (places.size() >= static_cast<std::size_t>(index.options.hypotheses)) break;
+    const bool known = std::any_of(places.begin(), places.end(), [&](const PlanHypothesis& h) {
+      return samePlace(toCentre(h.pose, query, index.field), p);
+    });
+    if (known) continue;
+    if (places.empty()) p = score.climb(p, 0.125, 0.003, 2);
+    places.push_back(hypothesisAt(p, query, index.field, view.ratios, index.origin_z));
+  }
+  return places;
+}
+
+PlanHypothesis PlanPlaces::verify(const PlanQuery& query, const PlacePose& proposed) const {
+  const ViewIndex& view = index_->view(query.viewpoint);
+  const PlanScore score(index_->field, view.ratios, query.fine);
+  const PlacePose best = score.climb(toCentre(proposed, query, index_->field), 1.0, 0.024, 4);
+  return hypothesisAt(best, query, index_->field, view.ratios, index_->origin_z);
+}
+
+std::size_t PlanPlaces::bytes() const {
+  std::size_t total = index_->field.bytes();
+  for (const auto& view : index_->views) total += view ? view->raster.bytes() : 0;
+  return total;
+}
+
+}  // namespace xview

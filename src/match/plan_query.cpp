@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "match/plan_blocks.h"
+#include "xview/match/plan_places.h"
+
+namespace xview {
+namespace {
+
+/// One sample per block: the nearest to the centre of the block.
+std::vector<PlanSample> onePerBlock(const std::vector<PlanSample>& samples, double block_m) {
+  struct Kept {
+    std::size_t sample;
+    double distance;
+  };
+  std::map<std::pair<std::int64_t, std::int64_t>, Kept> blocks;
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const double bx = std::floor(samples[i].x / block_m), by = std::floor(samples[i].y / block_m);
+    const double d = std::hypot(samples[i].x - (bx + 0.5) * block_m, samples[i].y - (by + 0.5) * block_m);
+    const auto [it, is_new] = blocks.try_emplace(
+        {static_cast<std::int64_t>(by), static_cast<std::int64_t>(bx)}, Kept{i, d});
+    if (!is_new && d < it->second.distance) it->second = {i, d};
+  }
+  std::vector<PlanSample> result;
+  for (const auto& [block, kept] : blocks) result.push_back(samples[kept.sample]);
+  return result;
+}
+
+std::vector<PlanQuery::Sample> gather(const PlanView& view, bool coarse, const Eigen::Vector2d& centre) {
+  std::vector<PlanQuery::Sample> result;
+  for (std::size_t c = 0; c < kChannels; ++c) {
+    const auto channel = static_cast<Channel>(c);
+    const double block = coarse ? coarseBlock(channel) : fineBlock(channel);
+    for (const PlanSample& s : block > 0 ? onePerBlock(view.samples[c], block) : view.samples[c]) {
+      result.push_back({static_cast<float>(view.origin_x + s.x - centre.x()),
+                        static_cast<float>(view.origin_y + s.y - centre.y()), static_cast<std::uint8_t>(c)});
+    }
+  }
+  return result;
+}
+
+}  // namespace
+
+PlanQuery makePlanQuery(const PlanView& view) {
+  PlanQuery query;
+  query.viewpoint = view.aerial ? Viewpoint::air : Viewpoint::ground;
+  const auto about_zero = gather(view, false, Eigen::Vector2d::Zero());
+  if (about_zero.empty()) return query;
+  for (const auto& s : about_zero) query.centre += Eigen::Vector2d(s.x, s.y);
+  query.centre /= static_cast<double>(about_zero.size());
+  query.fine = gather(view, false, query.centre);
+  query.coarse = gather(view, true, query.centre);
+  for (const Channel c : {Channel::road, Channel::sidewalk, Channel::terrain}) {
+    for (const PlanSample& s : onePerBlock(view[c], 2.0)) {
+      query.ground.push_back({static_cast<float>(view.origin_x + s.x - query.centre.x()),
+                              static_cast<float>(view.origin_y + s.y - query.centre.y()),
+                              static_cast<float>(view.origin_z + s.z)});
+    }
+  }
+  return query;
+}
+
+}  // namespace xview

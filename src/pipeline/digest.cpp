@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <cmath>
+
+#include "xview/graph/blobs.h"
+#include "xview/graph/clean_labels.h"
+#include "xview/graph/lift.h"
+#include "xview/mapper.h"
+#include "xview/types/parallel.h"
+#include "xview/types/stopwatch.h"
+
+namespace xview {
+namespace {
+
+constexpr float kAerialFrom_m = 15;    ///< a camera whose nearest tenth is further away looks down from the air
+constexpr float kReferenceFocal = 160; ///< votes count measurements per solid angle of such a camera [px]
+
+/// How far a sensor can be trusted: half the vote at `half_m`, none beyond `reach_m`, thin things only within `thin_m`.
+struct Trust {
+  float half_m, reach_m, thin_m, gain;
+};
+
+Trust trustOf(Sensor sensor, bool aerial) {
+  if (sensor == Sensor::cloud) return {INFINITY, INFINITY, INFINITY, 1};
+  if (sensor == Sensor::lidar) return {40, 50, 60, 2};
+  return aerial ? Trust{60, 90, 90, 1} : Trust{10, 30, 25, 1};
+}
+
+bool looksFromTheAir(const Frame& frame, const std::vector<float>& ranges) {
+  if (frame.sensor != Sensor::camera || ranges.empty()) return false;
+  const auto near = std::count_if(ranges.begin(), ranges.end(), [](float r) { return r <= kAerialFrom_m; });
+  return 10 * static_cast<std::size_t>(near) < ranges.size();
+}
+
+/// A voxel counts as its measurements, at most four, half of them each; less with the square of the range.
+void castVotes(const Frame& frame, const std::vector<std::uint32_t>& points_per_voxel, FrameDigest& digest) {
+  const Trust trust = trustOf(frame.sensor, digest.aerial);
+  const float density =
+      frame.sensor == Sensor::camera
+          ? kReferenceFocal * kReferenceFocal / static_cast<float>(frame.camera.fx * frame.camera.fy)
+          : 1.f;
+  const std::vector<float>& ranges = digest.cloud.ranges;
+  digest.votes.resize(digest.cloud.size());
+  digest.thin_trusted.assign(digest.cloud.size(), true);
+  for (std::size_t i = 0; i < digest.cloud.size(); ++i) {
+    const float range = ranges.empty() ? 0.f : ranges[i];
+    const float measured = std::min(4.f, std::max(1.f, density * static_cast<float>(points_per_voxel[i])));
+    const float fade = range / trust.half_m;
+    digest.votes[i] = range > trust.reach_m ? 0.f : trust.gain * 0.5f * measured / (1 + fade * fade);
+    digest.thin_trusted[i] = range <= trust.thin_m;
+  }
+}
+
+}  // namespace
+
+FrameDigest digestFrame(const Frame& frame, const LabelSet& labels, const Options& options) {
+  Stopwatch watch;
+  FrameDigest digest;
+  digest.number = frame.number;
+  digest.stamp_s = frame.stamp_s;
+  digest.sensor = frame.sensor;
+  digest.T_odom_sensor = frame.T_odom_sensor;
+  LabelledCloud points;
+  if (frame.sensor == Sensor::camera) {
+    Frame cleaned = frame;
+    cleaned.label = cleanLabels(frame.label, labels, options.clean);
+    points = lift(cleaned, labels, options.lift, &digest.counts);
+  } else {
+    points = lift(frame, labels, options.lift, &digest.counts);
+  }
+  digest.aerial = looksFromTheAir(frame, points.ranges);
+  std::vector<std::uint32_t> points_per_voxel;
+  digest.cloud = thinByVoxel(points, options.plan.voxel_m, &points_per_voxel);
+  castVotes(frame, points_per_voxel, digest);
+  digest.timing_ms.emplace_back("lift", watch.lap_ms());
+  const bool thin = options.blobs.voxel_m > 0;
+  digest.blobs = extractBlobs(thin ? thinByVoxel(points, options.blobs.voxel_m) : points, labels, options.blobs);
+  for (Blob& blob : digest.blobs) blob.first_frame = blob.last_frame = frame.number;
+  digest.timing_ms.emplace_back("blobs", watch.lap_ms());
+  return digest;
+}
+
+std::vector<FrameDigest> digestRecording(const FrameSource& source, const Options& options, const Progress& progress) {
+  std::vector<FrameDigest> digests(source.size());
+  const std::size_t batch = 16;
+  for (std::size_t first = 0; first < digests.size(); first += batch) {
+    const std::size_t count = std::min(batch, digests.size() - first);
+    parallelFor(count, options.threads, [&](std::size_t i) {
+      Stopwatch watch;
+      const Frame frame = source.read(first + i);
+      const double read_ms = watch.lap_ms();
+      FrameDigest& digest = digests[first + i] = digestFrame(frame, source.labels(), options);
+      digest.timing_ms.insert(digest.timing_ms.begin(), {"read", read_ms});
+    });
+    if (progress) progress(first + count, digests.size());
+  }
+  return digests;
+}
+
+}  // namespace xview

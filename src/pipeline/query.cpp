@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "xview/graph/edges.h"
+#include "xview/graph/plan_view.h"
+#include "xview/localizer.h"
+#include "xview/types/stopwatch.h"
+
+namespace xview {
+namespace {
+
+/// Adds the times of the frames, stage by stage.
+void addTimings(const FrameDigest* first, const FrameDigest* last, Timings& sum) {
+  for (const FrameDigest* frame = first; frame != last; ++frame) {
+    for (const auto& [stage, ms] : frame->timing_ms) {
+      auto it = sum.begin();
+      while (it != sum.end() && it->first != stage) ++it;
+      if (it == sum.end()) sum.emplace_back(stage, ms);
+      else it->second += ms;
+    }
+  }
+}
+
+}  // namespace
+
+Query makeQuery(const FrameDigest* first, const FrameDigest* last, const LabelSet& labels, const Options& options) {
+  Query query;
+  query.labels = labels;
+  addTimings(first, last, query.timing_ms);
+  Stopwatch watch;
+  PlaceGraphBuilder places(labels, options.merge);
+  PlanViewBuilder plan(labels, options.plan);
+  for (const FrameDigest* frame = first; frame != last; ++frame) {
+    places.add(frame->blobs, frame->number);
+    places.addSurfacePoints(frame->cloud, frame->number);
+    plan.add(frame->cloud, frame->votes, frame->thin_trusted, Eigen::Isometry3d::Identity(), frame->aerial);
+    query.poses.push_back(frame->T_odom_sensor);
+  }
+  query.graph = places.graph();
+  connectByRadius(query.graph, options.edges);
+  query.plan = plan.build();
+  query.timing_ms.emplace_back("graph", watch.lap_ms());
+  return query;
+}
+
+Query makeQuery(const SemanticGraph& graph, const LabelSet& labels, const Options& options) {
+  Stopwatch watch;
+  Query query;
+  query.labels = labels;
+  query.graph = graph;
+  if (graph.edgeCount() == 0) connectByRadius(query.graph, options.edges);
+  query.poses.push_back(Eigen::Isometry3d::Identity());
+  query.timing_ms.emplace_back("graph", watch.lap_ms());
+  return query;
+}
+
+}  // namespace xview
