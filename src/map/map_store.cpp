@@ -1,0 +1,273 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "xview/map/map_store.h"
+
+#include <SQLiteCpp/Database.h>
+#include <SQLiteCpp/Exception.h>
+#include <SQLiteCpp/Transaction.h>
+#include <fcntl.h>
+#include <sqlite3.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <new>
+#include <stdexcept>
+
+#include "damage.h"
+#include "map_content.h"
+#include "map_revisions.h"
+#include "map_schema.h"
+#include "xview/types/error.h"
+
+namespace xview {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kBusy_ms = 5000;  // how long another program's transaction is waited for
+
+// ---- what the first 100 bytes tell, before SQLite sees the file
+// ----------------------------------------------------------
+
+using Header = std::array<unsigned char, 100>;
+
+std::uint32_t bigEndian(const Header& header, std::size_t at) {
+  return (static_cast<std::uint32_t>(header[at]) << 24) |
+         (static_cast<std::uint32_t>(header[at + 1]) << 16) |
+         (static_cast<std::uint32_t>(header[at + 2]) << 8) | header[at + 3];
+}
+
+/// False if there is no such file, or it is shorter.
+bool readHeader(const std::string& path, Header& header) {
+  std::error_code ignored;
+  if (!fs::is_regular_file(path, ignored)) return false;
+  std::ifstream file(path, std::ios::binary);
+  return static_cast<bool>(file.read(reinterpret_cast<char*>(header.data()), header.size()));
+}
+
+bool isDatabase(const Header& header) {
+  return std::memcmp(header.data(), "SQLite format 3", 16) == 0;
+}
+bool isMap(const Header& header) {
+  return isDatabase(header) && bigEndian(header, 68) == kMapApplicationId;
+}
+
+void requireMapFile(const std::string& path) {
+  std::error_code ignored;
+  if (!fs::exists(path, ignored)) throw Error(path, "no such map");
+  if (!fs::is_regular_file(path, ignored))
+    throw Error(path, "not a map file: expected a regular file");
+  if (::access(path.c_str(), R_OK) != 0)
+    throw Error(path, std::string("cannot be read: ") + std::strerror(errno));
+  Header header{};
+  if (!readHeader(path, header) || !isDatabase(header))
+    throw Error(path, "not a map file: expected an SQLite database");
+  if (!isMap(header)) {
+    throw Error(path, "not a map file: application id of the database is " +
+                          std::to_string(bigEndian(header, 68)) + ", expected " +
+                          std::to_string(kMapApplicationId));
+  }
+  const auto version = static_cast<std::int32_t>(bigEndian(header, 60));
+  if (version != kMapSchemaVersion) {
+    throw Error(path, "map of schema version " + std::to_string(version) +
+                          ", but this program reads version " + std::to_string(kMapSchemaVersion));
+  }
+  // We never use a write-ahead log, and with one SQLite would create files beside a map that is
+  // only read.
+  if (header[18] != 1 || header[19] != 1)
+    throw Error(path, "damaged map file: unknown kind of journal");
+}
+
+// ---- connections
+// ---------------------------------------------------------------------------------------------------------
+
+void distrust(SQLite::Database& database) {
+  database.exec("PRAGMA trusted_schema = OFF");
+  database.exec("PRAGMA cell_size_check = ON");
+}
+
+/// A writer that was killed leaves a journal. Opening the map for writing rolls its unfinished
+/// change back.
+void rollBackIfInterrupted(const std::string& path) {
+  SQLite::Database database(path, SQLite::OPEN_READONLY, kBusy_ms);
+  const char* const query = "SELECT count(*) FROM sqlite_master";
+  if (database.tryExec(query) == SQLite::OK ||
+      database.getExtendedErrorCode() != SQLITE_READONLY_ROLLBACK)
+    return;
+  try {
+    SQLite::Database(path, SQLite::OPEN_READWRITE, kBusy_ms).exec(query);
+  } catch (const SQLite::Exception& e) {
+    throw Error(
+        path,
+        std::string("an interrupted change must be rolled back first, which fails: ") + e.what());
+  }
+}
+
+SQLite::Database openForReading(const std::string& path) {
+  requireMapFile(path);
+  rollBackIfInterrupted(path);
+  SQLite::Database database(path, SQLite::OPEN_READONLY, kBusy_ms);
+  distrust(database);
+  return database;
+}
+
+SQLite::Database openForWriting(const std::string& path) {
+  requireMapFile(path);
+  SQLite::Database database(path, SQLite::OPEN_READWRITE, kBusy_ms);
+  distrust(database);
+  return database;
+}
+
+/// Runs an action on a map file; whatever goes wrong becomes one Error with the path.
+template <class Action>
+auto guarded(const std::string& path, const char* what, Action&& action) {
+  try {
+    return action();
+  } catch (const Damage& e) {
+    throw Error(path, std::string("damaged map file: ") + e.what());
+  } catch (const SQLite::Exception& e) {
+    const int code = e.getErrorCode();
+    const bool damaged = code == SQLITE_CORRUPT || code == SQLITE_NOTADB;
+    throw Error(path, std::string(damaged ? "damaged map file" : what) + ": " + e.what());
+  } catch (const std::out_of_range& e) {
+    throw Error(path, std::string(what) + ": " + e.what());
+  } catch (const std::bad_alloc&) {
+    throw Error(path, std::string(what) + ": out of memory");
+  }
+}
+
+// ---- a new file
+// ----------------------------------------------------------------------------------------------------------
+
+/// A file that is removed unless it was renamed.
+class FileBeside {
+ public:
+  explicit FileBeside(const std::string& target)
+      : path_(target + ".part" + std::to_string(::getpid())) {
+    removeNow();
+  }
+  ~FileBeside() { removeNow(); }
+  FileBeside(const FileBeside&) = delete;
+  FileBeside& operator=(const FileBeside&) = delete;
+  const std::string& path() const { return path_; }
+  void removeNow() const { ::unlink(path_.c_str()); }
+
+ private:
+  std::string path_;
+};
+
+void syncToDisk(const std::string& path, int flags) {
+  const int descriptor = ::open(path.c_str(), flags);
+  if (descriptor < 0) return;
+  ::fsync(descriptor);
+  ::close(descriptor);
+}
+
+void writeNewDatabase(const std::string& path, const SemanticMap& map) {
+  SQLite::Database database(path, SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE);
+  database.exec("PRAGMA page_size = 8192");
+  database.exec("PRAGMA journal_mode = OFF");  // an incomplete file is removed as a whole
+  database.exec("PRAGMA synchronous = OFF");
+  database.exec("PRAGMA application_id = " + std::to_string(kMapApplicationId));
+  database.exec("PRAGMA user_version = " + std::to_string(kMapSchemaVersion));
+  SQLite::Transaction transaction(database);
+  createMapTables(database, "main");
+  writeContent(database, "main", map);
+  transaction.commit();
+}
+
+void saveNew(const std::string& path, const SemanticMap& map) {
+  const FileBeside beside(path);
+  writeNewDatabase(beside.path(), map);
+  syncToDisk(beside.path(), O_RDONLY);
+  if (::rename(beside.path().c_str(), path.c_str()) != 0)
+    throw Error(path, std::string("cannot be written: ") + std::strerror(errno));
+  const fs::path folder = fs::path(path).parent_path();
+  syncToDisk(folder.empty() ? "." : folder.string(), O_RDONLY | O_DIRECTORY);
+}
+
+// ---- an existing file
+// ----------------------------------------------------------------------------------------------------
+
+void attachFresh(SQLite::Database& database, const SemanticMap& map) {
+  database.exec("ATTACH ':memory:' AS fresh");
+  createMapTables(database, "fresh");
+  writeContent(database, "fresh", map);
+}
+
+/// prepare(database) runs inside the transaction, before the tables change.
+template <class Prepare>
+void replaceContent(const std::string& path, const SemanticMap& map, Prepare&& prepare) {
+  SQLite::Database database = openForWriting(path);
+  SQLite::Transaction transaction(database, SQLite::TransactionBehavior::IMMEDIATE);
+  checkMapTables(database);
+  transaction.commit();
+  attachFresh(database, map);
+  SQLite::Transaction change(database, SQLite::TransactionBehavior::IMMEDIATE);
+  prepare(database);
+  takeOverFresh(database);
+  change.commit();
+}
+
+constexpr const char* kCannotWrite = "the map cannot be written";
+constexpr const char* kCannotRead = "the map cannot be read";
+
+}  // namespace
+
+bool isMapFile(const std::string& path) {
+  Header header{};
+  return readHeader(path, header) && isMap(header);
+}
+
+void saveMap(const std::string& path, const SemanticMap& map) {
+  guarded(path, kCannotWrite, [&] {
+    std::error_code ignored;
+    const bool fresh = !fs::exists(path, ignored) ||
+                       (fs::is_regular_file(path, ignored) && fs::file_size(path, ignored) == 0);
+    if (fresh) {
+      saveNew(path, map);
+    } else {
+      replaceContent(path, map, forgetRevisions);
+    }
+  });
+}
+
+void saveRevision(const std::string& path, const SemanticMap& map, const std::string& note) {
+  guarded(path, kCannotWrite, [&] {
+    replaceContent(path, map, [&](SQLite::Database& database) { recordRevision(database, note); });
+  });
+}
+
+bool undoRevision(const std::string& path) {
+  return guarded(path, kCannotWrite, [&] {
+    SQLite::Database database = openForWriting(path);
+    SQLite::Transaction transaction(database, SQLite::TransactionBehavior::IMMEDIATE);
+    if (!restoreRevision(database)) return false;
+    readContent(database);  // a former map that is damaged must not replace a sound one
+    transaction.commit();
+    return true;
+  });
+}
+
+SemanticMap loadMap(const std::string& path) {
+  return guarded(path, kCannotRead, [&] {
+    SQLite::Database database = openForReading(path);
+    const SQLite::Transaction snapshot(database);
+    return readContent(database);
+  });
+}
+
+MapSummary readMapSummary(const std::string& path) {
+  return guarded(path, kCannotRead, [&] {
+    SQLite::Database database = openForReading(path);
+    const SQLite::Transaction snapshot(database);
+    MapSummary summary = readSummary(database);
+    summary.revisions = revisionNotes(database);
+    return summary;
+  });
+}
+
+}  // namespace xview

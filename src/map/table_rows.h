@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <SQLiteCpp/Database.h>
+#include <SQLiteCpp/Statement.h>
+
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <type_traits>
+
+#include "damage.h"
+#include "packed_bytes.h"
+
+namespace xview {
+
+/// Hash over all values of a table in order. It notices what SQLite does not: a changed byte inside
+/// a value.
+class ContentHash {
+ public:
+  void add(std::int64_t value) { mix(static_cast<std::uint64_t>(value)); }
+  void add(double value);
+  void add(const void* data, std::size_t size);
+  std::int64_t value() const { return static_cast<std::int64_t>(state_ ^ (state_ >> 29)); }
+
+ private:
+  void mix(std::uint64_t value) {
+    state_ = ((state_ << 23) | (state_ >> 41)) ^ value;
+    state_ *= 0x9E3779B97F4A7C15ull;
+  }
+  std::uint64_t state_ = 0x78766D617073ull;
+};
+
+// RowWriter and RowReader take columns in the order of the table, so that one function lists the
+// columns of a noun for both directions:  template <class Row> void columns(Row& row, Thing& thing)
+// { row(thing.a); row(thing.b); }
+
+/// Fills a table row by row.
+class RowWriter {
+ public:
+  RowWriter(SQLite::Database& database, const std::string& table, int columns);
+
+  template <class Integer, class = std::enable_if_t<std::is_integral_v<Integer>>>
+  void operator()(Integer value) {
+    bindInteger(static_cast<std::int64_t>(value));
+  }
+  void operator()(double value);
+  void operator()(const std::string& text);
+  void operator()(const Bytes& blob);
+  void endRow();
+  std::int64_t hash() const { return hash_.value(); }
+
+ private:
+  void bindInteger(std::int64_t value);
+
+  SQLite::Statement statement_;
+  int next_ = 1;
+  ContentHash hash_;
+};
+
+/// Reads a table in the order of its ids.
+class RowReader {
+ public:
+  RowReader(SQLite::Database& database, const std::string& table);
+
+  /// To the next row; false at the end.
+  bool nextRow();
+  template <class Integer, class = std::enable_if_t<std::is_integral_v<Integer>>>
+  void operator()(Integer& value) {
+    const std::int64_t stored = integer();
+    if (stored < static_cast<std::int64_t>(std::numeric_limits<Integer>::min()) ||
+        stored > static_cast<std::int64_t>(std::numeric_limits<Integer>::max())) {
+      throw Damage("table " + table_ + ": value " + std::to_string(stored) + " out of range");
+    }
+    value = static_cast<Integer>(stored);
+  }
+  void operator()(double& value);
+  void operator()(std::string& text);
+  void operator()(Bytes& blob);
+  /// Throws Damage if the values read were not those written.
+  void verify(std::int64_t expected_hash) const;
+
+ private:
+  std::int64_t integer();
+
+  std::string table_;
+  SQLite::Statement statement_;
+  int next_ = 0;
+  ContentHash hash_;
+};
+
+}  // namespace xview
