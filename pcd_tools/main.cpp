@@ -4,5 +4,6 @@
 
 int main(int argc, char** argv) {
   using namespace xview::tools;
-  return runProgram(argc, argv, {makeInfo, makeLift, makeBlobs, makeGraph, makeMap, makeLocalize});
+  return runProgram(
+      argc, argv, {makeInfo, makeLift, makeBlobs, makeGraph, makeMap, makeLocalize, makeEvaluate});
 }

@@ -11,6 +11,7 @@
 
 #include "xview/options_file.h"
 #include "xview/types/error.h"
+#include "xview/types/nearest_word.h"
 
 namespace xview::tools {
 namespace {
@@ -60,27 +61,6 @@ class HelpText final : public CLI::Formatter {
   std::string usage_;
 };
 
-std::size_t editDistance(const std::string& a, const std::string& b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
-  for (std::size_t i = 1; i <= a.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i;
-    for (std::size_t j = 1; j <= b.size(); ++j) {
-      const std::size_t replace = diagonal + (a[i - 1] != b[j - 1]);
-      diagonal = row[j];
-      row[j] = std::min({replace, row[j] + 1, row[j - 1] + 1});
-    }
-  }
-  return row[b.size()];
-}
-
-std::string nearest(const std::string& name, const std::vector<std::string>& known) {
-  const auto distance = [&](const std::string& other) { return editDistance(name, other); };
-  return *std::min_element(known.begin(), known.end(),
-                           [&](const auto& a, const auto& b) { return distance(a) < distance(b); });
-}
-
 /// One flag per key of the options, grouped by stage.
 void declareOptions(CLI::App& app, CommonFlags& common) {
   for (const OptionEntry& entry : listOptions(Options{})) {
@@ -125,8 +105,8 @@ std::vector<std::string> takeOperands(const CLI::App& app) {
       for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
     }
     const std::string name = operand.substr(0, operand.find('='));
-    throw UsageError(
-        fmt::format("unknown flag {}; the nearest known one is {}", name, nearest(name, known)));
+    throw UsageError(fmt::format("unknown flag {}; the nearest known one is {}", name,
+                                 nearestWord(name, known)));
   }
   operands.erase(std::remove(operands.begin(), operands.end(), "--"), operands.end());
   return operands;
@@ -208,7 +188,7 @@ int runWithoutCommand(const std::vector<Description>& commands,
   const std::vector<std::string> operands = takeOperands(app);
   if (!operands.empty()) {
     throw UsageError(fmt::format("unknown command {}; the nearest known one is {}", operands[0],
-                                 nearest(operands[0], names)));
+                                 nearestWord(operands[0], names)));
   }
   if (!common.print_config) throw UsageError("no command given");
   fmt::print("{}", toYaml(effectiveOptions(common)));
