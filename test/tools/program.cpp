@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "tools/program.h"
+
+#include <fcntl.h>
+#include <signal.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <fstream>
+#include <sstream>
+
+#include "support/test_data.h"
+
+namespace xview::test {
+namespace {
+
+void redirect(int descriptor, const std::string& path) {
+  const int file = open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
+  if (file < 0 || dup2(file, descriptor) < 0) _exit(126);
+  close(file);
+}
+
+/// The child: only calls that are safe after fork.
+[[noreturn]] void become(const std::vector<char*>& argv, const std::string& out,
+                         const std::string& err, const Limits& limits) {
+  redirect(STDOUT_FILENO, out);
+  redirect(STDERR_FILENO, err);
+  const rlimit none{0, 0};
+  setrlimit(RLIMIT_CORE, &none);
+  if (limits.address_space_mb > 0) {
+    const rlimit space{limits.address_space_mb << 20, limits.address_space_mb << 20};
+    setrlimit(RLIMIT_AS, &space);
+  }
+  alarm(static_cast<unsigned>(limits.seconds));  // survives exec; SIGALRM ends the program
+  execv(argv[0], argv.data());
+  _exit(127);
+}
+
+}  // namespace
+
+Outcome runXview(const std::vector<std::string>& arguments, const Limits& limits) {
+  const TemporaryFolder folder;
+  const std::string out = folder / "out", err = folder / "err";
+  std::vector<std::string> words{XVIEW_PROGRAM};
+  words.insert(words.end(), arguments.begin(), arguments.end());
+  std::vector<char*> argv;
+  for (std::string& word : words) argv.push_back(word.data());
+  argv.push_back(nullptr);
+
+  const pid_t child = fork();
+  if (child < 0) std::abort();
+  if (child == 0) become(argv, out, err, limits);
+  int status = 0;
+  waitpid(child, &status, 0);
+
+  Outcome outcome;
+  if (WIFEXITED(status)) outcome.code = WEXITSTATUS(status);
+  if (WIFSIGNALED(status)) outcome.signal = WTERMSIG(status);
+  outcome.out = readText(out);
+  outcome.err = readText(err);
+  return outcome;
+}
+
+std::size_t lineCount(const std::string& text) {
+  return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
+}
+
+std::string readText(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::ostringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+void writeText(const std::string& path, const std::string& text) {
+  std::ofstream(path, std::ios::binary) << text;
+}
+
+}  // namespace xview::test

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+namespace xview::test {
+
+/// What a run of the program left behind.
+struct Outcome {
+  int code = -1;    ///< exit code; -1 if it was killed by a signal
+  int signal = 0;   ///< the signal, SIGALRM when the time was up
+  std::string out;  ///< standard output
+  std::string err;  ///< standard error
+};
+
+/// Limits of a run; 0 = none.
+struct Limits {
+  int seconds = 60;
+  std::size_t address_space_mb = 0;
+};
+
+/// Runs the xview of this build with these arguments, as a shell would.
+Outcome runXview(const std::vector<std::string>& arguments, const Limits& limits = {});
+
+std::size_t lineCount(const std::string& text);
+std::string readText(const std::string& path);
+void writeText(const std::string& path, const std::string& text);
+
+}  // namespace xview::test
