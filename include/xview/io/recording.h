@@ -2,11 +2,9 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "xview/types/frame.h"
 
@@ -47,9 +45,6 @@ struct InputOptions {
 /// options.kind is no kind. A .ply is a graph if it has edges or the properties that only graphs have; with nothing but
 /// positions and labels its content decides: one instance per vertex, or vertices metres apart, make a graph.
 InputKind recogniseInput(const std::string& path, const InputOptions& options = {});
-
-/// Label set of a bare graph or cloud: options.labels, else classes.yaml beside the file, else a generic one of its ids.
-LabelSet labelsBeside(const std::string& path, const InputOptions& options, const std::vector<std::uint32_t>& ids);
 
 /// Opens anything with points (not graph, not map). Checks what can be checked without reading the bulk: that files and poses
 /// agree in number, that poses are rigid, that the camera is complete. Throws Error with path and place.

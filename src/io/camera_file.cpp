@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <cstdio>
+
+#include "xview/io/atomic_file.h"
+#include "xview/io/image_files.h"
+#include "xview/types/error.h"
+#include "yaml_file.h"
+
+namespace xview {
+namespace {
+
+constexpr int kMaxSide = 32768;
+
+void requireAll(const std::string& path, const YAML::Node& root,
+                const std::vector<std::string>& required) {
+  std::string missing;
+  for (const std::string& key : required) {
+    if (!root[key]) missing += (missing.empty() ? "" : ", ") + key;
+  }
+  if (!missing.empty()) throw Error(path, "missing: " + missing);
+}
+
+double positive(const YamlFile& file, const std::string& key) {
+  const double value = file.number(file.root()[key], key);
+  if (value <= 0) file.fail(file.root()[key], key + ": expected a number above 0");
+  return value;
+}
+
+}  // namespace
+
+Camera readCamera(const std::string& path) {
+  const std::vector<std::string> required = {"width", "height", "fx",         "fy",
+                                             "cx",    "cy",     "depth_scale"};
+  std::vector<std::string> known = required;
+  known.insert(known.end(), {"depth", "sensor"});
+  const YamlFile file = YamlFile::read(path);
+  const YAML::Node root = file.root();
+  if (root.IsNull()) throw Error(path, "the file is empty, expected width, height, fx, …");
+  file.requireKeys(root, known);
+  requireAll(path, root, required);
+
+  Camera camera;
+  camera.width = static_cast<int>(file.integer(root["width"], "width", 1, kMaxSide));
+  camera.height = static_cast<int>(file.integer(root["height"], "height", 1, kMaxSide));
+  camera.fx = positive(file, "fx");
+  camera.fy = positive(file, "fy");
+  camera.cx = file.number(root["cx"], "cx");
+  camera.cy = file.number(root["cy"], "cy");
+  camera.depth_scale = positive(file, "depth_scale");
+  if (root["depth"]) {
+    const std::string depth = file.text(root["depth"], "depth");
+    if (depth != "range" && depth != "planar") {
+      file.fail(root["depth"], "depth: expected range or planar, found '" + depth + "'");
+    }
+    camera.depth_is_range = depth == "range";
+  }
+  return camera;
+}
+
+void writeCamera(const std::string& path, const Camera& camera) {
+  char text[400];
+  std::snprintf(text, sizeof text,
+                "width: %d\nheight: %d\nfx: %.17g\nfy: %.17g\ncx: %.17g\ncy: %.17g\n"
+                "depth_scale: %.17g\ndepth: %s\n",
+                camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy,
+                camera.depth_scale, camera.depth_is_range ? "range" : "planar");
+  AtomicFile file(path);
+  file.write(text);
+  file.commit();
+}
+
+}  // namespace xview

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <filesystem>
+
+#include "frame_listing.h"
+#include "label_choice.h"
+#include "recording_layouts.h"
+#include "xview/io/cloud_files.h"
+#include "xview/io/pose_files.h"
+
+namespace xview {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kCloudsToLookAt = 32;
+
+RecordingListing cloudListing(Sensor sensor, const InputOptions& options) {
+  RecordingListing listing;
+  listing.sensor = sensor;
+  const CloudFields fields{options.label_field, options.instance_field};
+  listing.read = [fields](const ListedFrame& listed, Frame& frame) {
+    frame.cloud = readCloud(listed.measurement, fields);
+  };
+  return listing;
+}
+
+void chooseLabels(RecordingListing& listing, const InputOptions& options, const fs::path& folder) {
+  const auto named = namedLabels(options, folder.string());
+  listing.labels = named ? *named : genericLabels(countLabels(listing, kCloudsToLookAt));
+}
+
+}  // namespace
+
+RecordingListing listCloud(const std::string& path, const InputOptions& options) {
+  RecordingListing listing = cloudListing(Sensor::cloud, options);
+  ListedFrame frame;
+  frame.measurement = path;
+  listing.frames = {frame};
+  chooseLabels(listing, options, fs::absolute(path).parent_path());
+  return listing;
+}
+
+RecordingListing listCloudFolder(const std::string& folder, const InputOptions& options) {
+  RecordingListing listing = cloudListing(Sensor::lidar, options);
+  const auto clouds = listFiles(folder, {".pcd", ".ply"});
+  const std::vector<std::int64_t> numbers = frameNumbers(clouds);
+  const fs::path poses_path = fs::path(folder) / "poses.txt";
+  std::vector<StampedPose> poses(1);
+  if (clouds.size() > 1 || fs::exists(poses_path))
+    poses = posesOfFrames(poses_path.string(), numbers);
+  for (std::size_t i = 0; i < clouds.size(); ++i) {
+    listing.frames.push_back(
+        {numbers[i], poses[i].stamp_s, poses[i].T_frame_sensor, clouds[i].path, "", ""});
+  }
+  chooseLabels(listing, options, folder);
+  return listing;
+}
+
+}  // namespace xview

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "label_choice.h"
+
+#include <algorithm>
+#include <filesystem>
+
+#include "xview/io/label_files.h"
+
+namespace xview {
+namespace {
+
+std::uint64_t pointsOf(const LabelCounts& counts, std::initializer_list<std::uint32_t> ids) {
+  std::uint64_t points = 0;
+  for (const std::uint32_t id : ids) {
+    const auto found = counts.find(id);
+    if (found != counts.end()) points += found->second;
+  }
+  return points;
+}
+
+/// Share of the points whose id the set knows.
+double knownShare(const LabelCounts& counts, const LabelSet& labels) {
+  std::uint64_t known = 0, all = 0;
+  for (const auto& [id, points] : counts) {
+    all += points;
+    if (labels.find(id)) known += points;
+  }
+  return all > 0 ? static_cast<double>(known) / static_cast<double>(all) : 0;
+}
+
+}  // namespace
+
+std::optional<LabelSet> namedLabels(const InputOptions& options, const std::string& folder) {
+  if (!options.labels.empty()) {
+    const std::vector<std::string> shipped = shippedLabelSets();
+    const bool is_shipped =
+        std::find(shipped.begin(), shipped.end(), options.labels) != shipped.end();
+    const bool is_file = !is_shipped && std::filesystem::exists(options.labels);
+    return is_file ? readLabelSet(options.labels) : shippedLabelSet(options.labels);
+  }
+  const std::filesystem::path beside = std::filesystem::path(folder) / "classes.yaml";
+  if (std::filesystem::exists(beside)) return readLabelSet(beside.string());
+  return std::nullopt;
+}
+
+LabelSet genericLabels(const LabelCounts& counts) {
+  std::vector<std::uint32_t> ids;
+  for (const auto& [id, points] : counts) ids.push_back(id);
+  return genericLabelSet(ids);
+}
+
+LabelSet semanticKittiLabels(const LabelCounts& counts) {
+  const bool training_ids = std::all_of(counts.begin(), counts.end(), [](const auto& entry) {
+    return entry.first <= 19 || entry.first == 255;
+  });
+  if (!training_ids) {
+    LabelSet raw = shippedLabelSet("semantic_kitti");
+    return knownShare(counts, raw) >= 0.9 ? raw : genericLabels(counts);
+  }
+  if (counts.count(19) > 0) return shippedLabelSet("semantic_kitti_train_1");
+  if (counts.count(255) > 0) return shippedLabelSet("semantic_kitti_train_0");
+  // Road, sidewalk, building and vegetation in either counting.
+  const std::uint64_t from_1 = pointsOf(counts, {9, 11, 13, 15});
+  const std::uint64_t from_0 = pointsOf(counts, {8, 10, 12, 14});
+  return shippedLabelSet(from_1 >= from_0 ? "semantic_kitti_train_1" : "semantic_kitti_train_0");
+}
+
+}  // namespace xview

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "xview/io/label_files.h"
+
+#include <array>
+#include <optional>
+
+#include "shipped_labels.h"
+#include "xview/types/error.h"
+#include "xview/types/nearest_word.h"
+#include "yaml_file.h"
+
+namespace xview {
+namespace {
+
+const std::vector<std::string> kClassKeys = {"id", "name", "color", "role", "kind", "static"};
+
+/// The enumerator with this name, of those from 0 to `last`.
+template <class Enum>
+Enum parseName(const YamlFile& file, const YAML::Node& node, const std::string& what, Enum last) {
+  const std::string name = file.text(node, what);
+  std::string known;
+  for (int i = 0; i <= static_cast<int>(last); ++i) {
+    const auto value = static_cast<Enum>(i);
+    if (name == toString(value)) return value;
+    known += (i == 0 ? "" : ", ") + std::string(toString(value));
+  }
+  file.fail(node, what + ": expected one of " + known + ", found '" + name + "'");
+}
+
+std::array<std::uint8_t, 3> parseColor(const YamlFile& file, const YAML::Node& node) {
+  if (!node.IsSequence() || node.size() != 3) file.fail(node, "color: expected [red, green, blue]");
+  std::array<std::uint8_t, 3> color{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    color[i] = static_cast<std::uint8_t>(file.integer(node[i], "color", 0, 255));
+  }
+  return color;
+}
+
+/// A guess of the role, corrected by what the file says about motion: what is not static is
+/// dynamic, unless it is nothing.
+Role guessedRole(const std::string& name, std::optional<bool> is_static) {
+  const Role guess = guessRole(name);
+  if (!is_static || guess == Role::ignored) return guess;
+  if (!*is_static) return Role::dynamic;
+  return guess == Role::dynamic ? Role::object : guess;
+}
+
+/// A guess of the kind that does not contradict the role.
+Kind kindFor(Role role, Kind guess) {
+  switch (role) {
+    case Role::object:
+      return guess == Kind::none || guess == Kind::other_surface ? Kind::other_object : guess;
+    case Role::surface:
+      return guess == Kind::none || guess == Kind::other_object ? Kind::other_surface : guess;
+    case Role::dynamic:
+      return guess == Kind::vehicle ? Kind::vehicle : Kind::none;
+    case Role::ignored:
+      break;
+  }
+  return Kind::none;
+}
+
+ClassInfo parseClass(const YamlFile& file, const YAML::Node& node) {
+  file.requireKeys(node, kClassKeys);
+  if (!node["id"] || !node["name"]) file.fail(node, "a class needs id and name");
+  ClassInfo info;
+  info.id = static_cast<std::uint32_t>(file.integer(node["id"], "id", 0, 0xFFFFFFFF));
+  info.name = file.text(node["name"], "name");
+  info.color = node["color"] ? parseColor(file, node["color"]) : distinctColor(info.id);
+  std::optional<bool> is_static;
+  if (node["static"]) is_static = file.boolean(node["static"], "static");
+  info.guessed = !node["role"];
+  info.role = info.guessed ? guessedRole(info.name, is_static)
+                           : parseName(file, node["role"], "role", Role::ignored);
+  info.kind = node["kind"] ? parseName(file, node["kind"], "kind", Kind::none)
+                           : kindFor(info.role, guessKind(info.name));
+  return info;
+}
+
+LabelSet parseLabelSet(const YamlFile& file, const std::string& fallback_name) {
+  const YAML::Node root = file.root();
+  const bool bare = root.IsSequence();
+  if (!bare) {
+    if (root.IsNull()) file.fail(root, "the file is empty, expected classes");
+    file.requireKeys(root, {"name", "classes"});
+  }
+  const YAML::Node classes = bare ? root : root["classes"];
+  if (!classes || !classes.IsSequence() || classes.size() == 0) {
+    file.fail(root, "expected a list of classes: - {id: 1, name: pole}");
+  }
+  const bool named = !bare && root["name"];
+  LabelSet set(named ? file.text(root["name"], "name") : fallback_name);
+  for (const YAML::Node& node : classes) {
+    const ClassInfo info = parseClass(file, node);
+    if (set.find(info.id)) file.fail(node, "id " + std::to_string(info.id) + " a second time");
+    set.add(info);
+  }
+  return set;
+}
+
+}  // namespace
+
+LabelSet readLabelSet(const std::string& path) { return parseLabelSet(YamlFile::read(path), path); }
+
+std::vector<std::string> shippedLabelSets() {
+  std::vector<std::string> names;
+  for (const ShippedLabels& set : kShippedLabels) names.emplace_back(set.name);
+  return names;
+}
+
+LabelSet shippedLabelSet(const std::string& name) {
+  for (const ShippedLabels& set : kShippedLabels) {
+    if (name == set.name) return parseLabelSet(YamlFile::parse(name + ".yaml", set.yaml), name);
+  }
+  throw UsageError("unknown label set '" + name + "', the nearest known one is '" +
+                   nearestWord(name, shippedLabelSets()) + "'");
+}
+
+}  // namespace xview

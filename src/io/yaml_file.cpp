@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "yaml_file.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "input_file.h"
+#include "number_words.h"
+#include "xview/types/error.h"
+#include "xview/types/nearest_word.h"
+
+namespace xview {
+namespace {
+
+constexpr std::uint64_t kMaxBytes = 4 << 20;
+
+}  // namespace
+
+YamlFile YamlFile::read(const std::string& path) {
+  InputFile file(path);
+  if (file.size() > kMaxBytes) file.fail("expected a small YAML file, found more than 4 MiB");
+  std::string text(file.size(), '\0');
+  file.readBytes(text.data(), text.size());
+  return parse(path, text);
+}
+
+YamlFile YamlFile::parse(const std::string& path, const std::string& text) {
+  YamlFile file;
+  file.path_ = path;
+  try {
+    file.root_ = YAML::Load(text);
+  } catch (const YAML::Exception& problem) {
+    throw Error(path + ":" + std::to_string(std::max(problem.mark.line, 0) + 1),
+                "not YAML: " + problem.msg);
+  }
+  return file;
+}
+
+void YamlFile::fail(const YAML::Node& node, const std::string& what) const {
+  throw Error(path_ + ":" + std::to_string(std::max(node.Mark().line, 0) + 1), what);
+}
+
+void YamlFile::requireKeys(const YAML::Node& map, const std::vector<std::string>& known) const {
+  if (!map.IsMap()) fail(map, "expected `key: value` lines");
+  std::vector<std::string> seen;
+  for (const auto& entry : map) {
+    const std::string key = text(entry.first, "a key");
+    if (std::find(known.begin(), known.end(), key) == known.end()) {
+      fail(entry.first, "unknown key " + quoted(key) + ", the nearest known one is '" +
+                            nearestWord(key, known) + "'");
+    }
+    if (std::find(seen.begin(), seen.end(), key) != seen.end()) {
+      fail(entry.first, "key " + quoted(key) + " a second time");
+    }
+    seen.push_back(key);
+  }
+}
+
+std::string YamlFile::text(const YAML::Node& node, const std::string& what) const {
+  if (!node.IsScalar()) fail(node, what + ": expected one value, found none or several");
+  return node.Scalar();
+}
+
+double YamlFile::number(const YAML::Node& node, const std::string& what) const {
+  const std::string word = text(node, what);
+  const std::optional<double> value = asNumber(word);
+  if (!value || !std::isfinite(*value)) {
+    fail(node, what + ": expected a number, found " + quoted(word));
+  }
+  return *value;
+}
+
+std::int64_t YamlFile::integer(const YAML::Node& node, const std::string& what, std::int64_t min,
+                               std::int64_t max) const {
+  const std::string word = text(node, what);
+  const std::optional<std::int64_t> value = asInteger(word);
+  if (!value || *value < min || *value > max) {
+    fail(node, what + ": expected a whole number in [" + std::to_string(min) + ", " +
+                   std::to_string(max) + "], found " + quoted(word));
+  }
+  return *value;
+}
+
+bool YamlFile::boolean(const YAML::Node& node, const std::string& what) const {
+  const std::string word = text(node, what);
+  bool value = false;
+  if (!YAML::convert<bool>::decode(node, value)) {
+    fail(node, what + ": expected true or false, found " + quoted(word));
+  }
+  return value;
+}
+
+}  // namespace xview
