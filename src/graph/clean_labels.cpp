@@ -12,41 +12,27 @@
 namespace xview {
 namespace {
 
-/// A class in the image: where and how much.
+/// A class in the image: how much of it, and where.
 struct ClassArea {
   std::uint16_t label = 0;
   int pixels = 0;
-  int min_x = 0, min_y = 0, max_x = 0, max_y = 0;  ///< inclusive
+  int min_x = 0, min_y = 0, max_x = 0, max_y = 0;  ///< bounding box, inclusive
 };
 
-int speckLimit(Kind kind, int min_speck_px) {
+bool isSpeck(const LabelRegion& region, const LabelSet& set, int min_speck_px) {
   // A lamp post far away is small and still the best thing to see.
-  return isPoleLike(kind) ? min_speck_px / 4 : min_speck_px;
+  const int limit = isPoleLike(set.kind(region.label)) ? min_speck_px / 4 : min_speck_px;
+  return region.pixels < limit;
 }
 
-void dropSpecks(LabelImage& labels, LabelRegions& found, const LabelSet& set, int min_speck_px) {
-  const auto is_speck = [&](const LabelRun& run) {
-    const LabelRegion& region = found.regions[run.region];
-    return region.pixels < speckLimit(set.kind(region.label), min_speck_px);
-  };
-  for (const LabelRun& run : found.runs) {
-    if (!is_speck(run)) continue;
-    std::fill(&labels.at(run.begin, run.row),
-              &labels.at(run.begin, run.row) + (run.end - run.begin), std::uint16_t{0});
-  }
-  found.regions.erase(std::remove_if(found.regions.begin(), found.regions.end(),
-                                     [&](const LabelRegion& region) {
-                                       return region.pixels <
-                                              speckLimit(set.kind(region.label), min_speck_px);
-                                     }),
-                      found.regions.end());
-}
-
-/// Surfaces before objects, large before small: what comes later wins.
-std::vector<ClassArea> closingOrder(const std::vector<LabelRegion>& regions, const LabelSet& set) {
+/// The classes of the regions that are no specks, surfaces before objects and large before small:
+/// what comes later wins.
+std::vector<ClassArea> closingOrder(const std::vector<LabelRegion>& regions,
+                                    const std::vector<bool>& is_speck, const LabelSet& set) {
   std::map<std::uint16_t, ClassArea> areas;
-  for (const LabelRegion& r : regions) {
-    if (r.label == 0) continue;
+  for (std::size_t i = 0; i < regions.size(); ++i) {
+    const LabelRegion& r = regions[i];
+    if (is_speck[i]) continue;
     const auto [place, is_new] = areas.try_emplace(r.label);
     ClassArea& area = place->second;
     if (is_new) area = {r.label, 0, r.min_x, r.min_y, r.max_x, r.max_y};
@@ -68,35 +54,68 @@ std::vector<ClassArea> closingOrder(const std::vector<LabelRegion>& regions, con
   return order;
 }
 
-/// Closes one class inside its bounding box.
-void closeClass(const LabelImage& before, const ClassArea& area, int closing_px,
-                LabelImage& after) {
-  const cv::Rect image(0, 0, before.width, before.height);
-  const cv::Rect box =
-      cv::Rect(area.min_x, area.min_y, area.max_x - area.min_x + 1, area.max_y - area.min_y + 1);
-  const cv::Mat in(before.height, before.width, CV_16UC1,
-                   const_cast<std::uint16_t*>(before.pixels.data()));
-  cv::Mat out(after.height, after.width, CV_16UC1, after.pixels.data());
-  cv::Mat mask = in(box & image) == area.label;
-  const int side = 2 * closing_px + 1;
-  cv::morphologyEx(mask, mask, cv::MORPH_CLOSE,
-                   cv::getStructuringElement(cv::MORPH_RECT, cv::Size(side, side)));
-  out(box & image).setTo(area.label, mask);
+/// The image as OpenCV sees it, without a copy.
+cv::Mat matrixOf(const LabelImage& image) {
+  return {image.height, image.width, CV_16UC1, const_cast<std::uint16_t*>(image.pixels.data())};
+}
+
+/// Closes one class of `before`; where `allowed` (empty: everywhere) it is written to `after`.
+void closeClass(const cv::Mat& before, const ClassArea& area, int half_px, const cv::Mat& allowed,
+                cv::Mat& after) {
+  // The dilated class reaches half_px beyond its bounding box; the erosion has to see that.
+  const cv::Rect box = cv::Rect(cv::Point(area.min_x - half_px, area.min_y - half_px),
+                                cv::Point(area.max_x + half_px + 1, area.max_y + half_px + 1)) &
+                       cv::Rect(cv::Point(), before.size());
+  const cv::Size element(2 * half_px + 1, 2 * half_px + 1);
+  cv::Mat mask = before(box) == area.label;
+  cv::morphologyEx(mask, mask, cv::MORPH_CLOSE, cv::getStructuringElement(cv::MORPH_RECT, element));
+  if (!allowed.empty()) mask &= allowed(box);
+  after(box).setTo(area.label, mask);
+}
+
+/// 0, unless the set uses that id for a class that matters: then the highest unused one.
+std::uint16_t unlabelledId(const LabelSet& set) {
+  std::uint16_t id = 0;
+  while (set.role(id) != Role::ignored) --id;
+  return id;
 }
 
 }  // namespace
 
 LabelImage cleanLabels(const LabelImage& labels, const LabelSet& set, const CleanOptions& options) {
   if (!options.enabled || labels.empty()) return labels;
-  LabelRegions found = findLabelRegions(labels);
-  LabelImage dropped = labels;
-  dropSpecks(dropped, found, set, options.min_speck_px);
-  if (options.closing_px == 0) return dropped;
-  LabelImage closed = dropped;
-  for (const ClassArea& area : closingOrder(found.regions, set)) {
-    closeClass(dropped, area, options.closing_px, closed);
+  const LabelRegions found = findLabelRegions(labels);
+  std::vector<bool> is_speck;
+  for (const LabelRegion& region : found.regions) {
+    is_speck.push_back(isSpeck(region, set, options.min_speck_px));
   }
-  return closed;
+
+  LabelImage result = labels;
+  cv::Mat after = matrixOf(result);
+  cv::Mat specks = cv::Mat::zeros(after.size(), CV_8UC1);
+  const std::uint16_t unlabelled = unlabelledId(set);
+  for (const LabelRun& run : found.runs) {
+    if (!is_speck[run.region]) continue;
+    const cv::Rect pixels(run.begin, run.row, run.end - run.begin, 1);
+    after(pixels).setTo(unlabelled);
+    specks(pixels).setTo(255);
+  }
+
+  const std::vector<ClassArea> order = closingOrder(found.regions, is_speck, set);
+  const bool has_specks = std::find(is_speck.begin(), is_speck.end(), true) != is_speck.end();
+  if (options.closing_px > 0 && has_specks) {
+    const cv::Mat before = after.clone();
+    for (const ClassArea& area : order) {
+      closeClass(before, area, options.closing_px, specks, after);
+    }
+  }
+  if (options.boundary_px > 0) {
+    const cv::Mat before = after.clone();
+    for (const ClassArea& area : order) {
+      closeClass(before, area, options.boundary_px, cv::Mat(), after);
+    }
+  }
+  return result;
 }
 
 }  // namespace xview
