@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "xview/match/walk_spectrum.h"
 #include "xview/types/error.h"
@@ -65,29 +66,73 @@ double similarity(const Descriptors& a, std::uint32_t i, const Descriptors& b, s
   return total > 0 ? std::min(1.0, common / total) : 0;
 }
 
-/// Map vertices are numbered by class, in their own order within a class, so that a query vertex
-/// writes to one dense range of scores. All sums run over words in increasing order and in single
-/// precision: a sum of smaller terms is then never larger, which keeps similarities at or below 1
-/// and makes equal descriptors give exactly 1.
+namespace {
+
+/// Numbers words 0, 1, … in the order of their first appearance (open addressing).
+class WordNumbers {
+ public:
+  static constexpr std::uint32_t kNone = 0xFFFFFFFFu;
+
+  std::uint32_t find(WalkKey key) const { return numbers_[slotOf(key)]; }
+
+  std::uint32_t findOrAdd(WalkKey key) {
+    std::size_t slot = slotOf(key);
+    if (numbers_[slot] != kNone) return numbers_[slot];
+    if (2 * (keys_.size() + 1) > numbers_.size()) {
+      grow();
+      slot = slotOf(key);
+    }
+    keys_.push_back(key);
+    return numbers_[slot] = static_cast<std::uint32_t>(keys_.size() - 1);
+  }
+
+  const std::vector<WalkKey>& keys() const { return keys_; }
+  std::size_t bytes() const {
+    return numbers_.size() * sizeof(std::uint32_t) + keys_.size() * sizeof(WalkKey);
+  }
+
+ private:
+  std::size_t slotOf(WalkKey key) const {
+    const std::size_t mask = numbers_.size() - 1;
+    std::uint64_t h = key * 0x9E3779B97F4A7C15ull;
+    std::size_t slot = static_cast<std::size_t>(h ^ (h >> 32)) & mask;
+    while (numbers_[slot] != kNone && keys_[numbers_[slot]] != key) slot = (slot + 1) & mask;
+    return slot;
+  }
+
+  void grow() {
+    numbers_.assign(2 * numbers_.size(), kNone);
+    for (std::uint32_t i = 0; i < keys_.size(); ++i) numbers_[slotOf(keys_[i])] = i;
+  }
+
+  std::vector<std::uint32_t> numbers_ = std::vector<std::uint32_t>(1024, kNone);
+  std::vector<WalkKey> keys_;
+};
+
+}  // namespace
+
+/// Map vertices are numbered by class ("slots"), in their own order within a class, so that a query
+/// vertex writes to one dense range of scores. All sums run over the words of a vertex in
+/// increasing order and in single precision: a sum of smaller terms is then never larger, which
+/// keeps similarities at or below 1 and makes equal descriptors give exactly 1.
 struct DescriptorIndex::Postings {
-  struct Word {
-    WalkKey key = 0;
-    std::uint32_t first = 0;  // into holders and counts
-    float rarity = 1;
-  };
   struct Totals {
     float plain = 0, rare = 0;  // number of walks; the same weighted by rarity
   };
+  struct Holder {
+    std::uint32_t slot = 0;
+    float count = 0;
+  };
 
-  std::vector<Word> words;  // sorted by key; one more at the end closes the last list
-  std::vector<std::uint32_t> holders;
-  std::vector<float> counts;
+  WordNumbers words;
+  std::vector<std::uint32_t> first;  // words + 1 entries into holders
+  std::vector<float> rarity;         // per word
+  std::vector<Holder> holders;       // of each word, by slot
   std::vector<std::uint32_t> vertex_of_slot;
   std::vector<Totals> totals;              // per slot
   std::vector<std::uint32_t> class_begin;  // 257 entries into slots
 
   explicit Postings(const Descriptors& map);
-  const Word* find(WalkKey key) const;
   std::vector<Correspondence> best(const Descriptors& query, std::uint32_t i,
                                    const MatchOptions& options) const;
 
@@ -95,20 +140,21 @@ struct DescriptorIndex::Postings {
   void numberByClass(const Descriptors& map);
   void fillWords(const Descriptors& map);
   float rarityOf(WalkKey key, std::size_t holders_of_word) const;
-  float rarityOf(const Word& word, const Word& next) const {
-    return rarityOf(word.key, next.first - word.first);
-  }
 };
 
 DescriptorIndex::Postings::Postings(const Descriptors& map) {
   numberByClass(map);
   fillWords(map);
-  totals.assign(vertex_of_slot.size(), {});
-  for (std::size_t w = 0; w + 1 < words.size(); ++w) {
-    words[w].rarity = rarityOf(words[w], words[w + 1]);
-    for (std::uint32_t p = words[w].first; p < words[w + 1].first; ++p) {
-      totals[holders[p]].plain += counts[p];
-      totals[holders[p]].rare += words[w].rarity * counts[p];
+  rarity.resize(words.keys().size());
+  for (std::size_t w = 0; w < rarity.size(); ++w) {
+    rarity[w] = rarityOf(words.keys()[w], first[w + 1] - first[w]);
+  }
+  totals.resize(vertex_of_slot.size());
+  for (std::size_t slot = 0; slot < totals.size(); ++slot) {
+    const std::uint32_t v = vertex_of_slot[slot];
+    for (const WalkCount* x = begin(map, v); x != end(map, v); ++x) {
+      totals[slot].plain += x->count;
+      totals[slot].rare += rarity[words.find(x->key)] * x->count;
     }
   }
 }
@@ -128,35 +174,25 @@ void DescriptorIndex::Postings::numberByClass(const Descriptors& map) {
 }
 
 void DescriptorIndex::Postings::fillWords(const Descriptors& map) {
-  std::vector<WalkKey> keys;
-  keys.reserve(map.counts.size());
-  for (const WalkCount& count : map.counts) keys.push_back(count.key);
-  std::sort(keys.begin(), keys.end());
-  for (std::uint32_t k = 0; k < keys.size(); ++k) {
-    if (k == 0 || keys[k] != keys[k - 1]) words.push_back({keys[k], k, 1});
+  std::vector<std::uint32_t> word_of_entry;
+  word_of_entry.reserve(map.counts.size());
+  for (const WalkCount& x : map.counts) {
+    word_of_entry.push_back(words.findOrAdd(x.key));
+    if (word_of_entry.back() == first.size()) first.push_back(0);
+    ++first[word_of_entry.back()];
   }
-  const auto total = static_cast<std::uint32_t>(keys.size());
-  words.push_back({~WalkKey{0}, total, 0});
+  std::uint32_t sum = 0;
+  for (std::uint32_t& f : first) sum += std::exchange(f, sum);
+  first.push_back(sum);
 
-  std::vector<std::uint32_t> next(words.size());
-  for (std::size_t w = 0; w < words.size(); ++w) next[w] = words[w].first;
-  holders.resize(total);
-  counts.resize(total);
+  holders.resize(sum);
+  auto next = first;
   for (std::uint32_t slot = 0; slot < vertex_of_slot.size(); ++slot) {
     const std::uint32_t v = vertex_of_slot[slot];
-    for (const WalkCount* x = begin(map, v); x != end(map, v); ++x) {
-      const std::uint32_t p = next[static_cast<std::size_t>(find(x->key) - words.data())]++;
-      holders[p] = slot;
-      counts[p] = x->count;
+    for (std::uint32_t e = map.offsets[v]; e < map.offsets[v + 1]; ++e) {
+      holders[next[word_of_entry[e]]++] = {slot, map.counts[e].count};
     }
   }
-}
-
-const DescriptorIndex::Postings::Word* DescriptorIndex::Postings::find(WalkKey key) const {
-  const auto last = words.end() - 1;
-  const auto place = std::lower_bound(words.begin(), last, key,
-                                      [](const Word& w, WalkKey k) { return w.key < k; });
-  return place != last && place->key == key ? &*place : nullptr;
 }
 
 /// A word that no map vertex holds counts as held by one.
@@ -172,21 +208,22 @@ std::vector<Correspondence> DescriptorIndex::Postings::best(const Descriptors& q
   std::vector<Correspondence> matches;
   if (begin(query, i) == end(query, i)) return matches;
   const std::size_t c = classOf(begin(query, i));
-  const std::uint32_t first = class_begin[c], last = class_begin[c + 1];
-  std::vector<float> common(last - first, 0.f);
+  const std::uint32_t slots_begin = class_begin[c], slots_end = class_begin[c + 1];
+  std::vector<float> common(slots_end - slots_begin, 0.f);
   float total = 0;
   for (const WalkCount* x = begin(query, i); x != end(query, i); ++x) {
-    const Word* word = find(x->key);
-    const float rarity = !options.rare_words ? 1.f : word ? word->rarity : rarityOf(x->key, 1);
-    total += rarity * x->count;
-    if (!word) continue;
-    for (std::uint32_t p = word[0].first; p < word[1].first; ++p) {
-      common[holders[p] - first] += rarity * std::min(x->count, counts[p]);
+    const std::uint32_t w = words.find(x->key);
+    const bool known = w != WordNumbers::kNone;
+    const float weight = !options.rare_words ? 1.f : known ? rarity[w] : rarityOf(x->key, 1);
+    total += weight * x->count;
+    if (!known) continue;
+    for (std::uint32_t p = first[w]; p < first[w + 1]; ++p) {
+      common[holders[p].slot - slots_begin] += weight * std::min(x->count, holders[p].count);
     }
   }
-  for (std::uint32_t s = first; s < last; ++s) {
+  for (std::uint32_t s = slots_begin; s < slots_end; ++s) {
     const float map_total = options.rare_words ? totals[s].rare : totals[s].plain;
-    const float share = common[s - first] / std::min(total, map_total);
+    const float share = common[s - slots_begin] / std::min(total, map_total);
     if (share > static_cast<float>(options.min_similarity)) {
       matches.push_back({i, vertex_of_slot[s], share});
     }
@@ -220,9 +257,10 @@ std::vector<Correspondence> DescriptorIndex::bestMatches(const Descriptors& quer
 }
 
 std::size_t DescriptorIndex::bytes() const {
-  return postings_->words.size() * sizeof(Postings::Word) +
-         postings_->holders.size() * (sizeof(std::uint32_t) + sizeof(float)) +
-         postings_->vertex_of_slot.size() * (sizeof(std::uint32_t) + sizeof(Postings::Totals));
+  const Postings& p = *postings_;
+  return p.words.bytes() + p.first.size() * sizeof(p.first[0]) +
+         p.rarity.size() * sizeof(p.rarity[0]) + p.holders.size() * sizeof(p.holders[0]) +
+         p.vertex_of_slot.size() * (sizeof(p.vertex_of_slot[0]) + sizeof(p.totals[0]));
 }
 
 std::vector<Correspondence> bestMatches(const Descriptors& query, const Descriptors& map,

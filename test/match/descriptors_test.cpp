@@ -1,0 +1,265 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "xview/match/descriptors.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "match/random_graph.h"
+#include "xview/types/error.h"
+
+namespace xview {
+namespace {
+
+using test::graphOf;
+using test::randomGraph;
+
+Descriptors describeAlone(const SemanticGraph& graph, const std::string& kind = "walks",
+                          WalkOptions options = {}) {
+  return describe(graph, LabelAlphabet(graph), options, kind, 1, 1);
+}
+
+/// All pairs, scored by the definition.
+std::vector<Correspondence> bestByBruteForce(const Descriptors& query, const Descriptors& map,
+                                             const MatchOptions& options) {
+  std::map<WalkKey, double> holders;
+  std::map<std::size_t, double> of_class;
+  for (const WalkCount& c : map.counts) holders[c.key] += 1;
+  for (std::size_t v = 0; v < map.size(); ++v) of_class[map.counts[map.offsets[v]].key & 255] += 1;
+  const auto weight = [&](WalkKey key) {
+    if (!options.rare_words) return 1.0;
+    const double held_by = holders.count(key) ? holders[key] : 1;
+    return std::log(1 + of_class[key & 255] / held_by);
+  };
+  const auto words = [](const Descriptors& d, std::size_t v) {
+    std::map<WalkKey, double> result;
+    for (std::uint32_t e = d.offsets[v]; e < d.offsets[v + 1]; ++e) {
+      result[d.counts[e].key] = d.counts[e].count;
+    }
+    return result;
+  };
+  std::vector<Correspondence> all;
+  for (std::uint32_t q = 0; q < query.size(); ++q) {
+    std::vector<Correspondence> list;
+    for (std::uint32_t m = 0; m < map.size(); ++m) {
+      double common = 0, total_q = 0, total_m = 0;
+      auto a = words(query, q), b = words(map, m);
+      for (const auto& [key, count] : a) {
+        total_q += weight(key) * count;
+        if (b.count(key)) common += weight(key) * std::min(count, b[key]);
+      }
+      for (const auto& [key, count] : b) total_m += weight(key) * count;
+      const double share = common / std::min(total_q, total_m);
+      if (common > 0 && share > options.min_similarity) {
+        list.push_back({q, m, static_cast<float>(share)});
+      }
+    }
+    std::stable_sort(list.begin(), list.end(), [](const auto& a, const auto& b) {
+      return a.similarity > b.similarity + 1e-5f;
+    });
+    list.resize(std::min(list.size(), static_cast<std::size_t>(options.candidates)));
+    all.insert(all.end(), list.begin(), list.end());
+  }
+  return all;
+}
+
+bool sameMatches(const std::vector<Correspondence>& a, const std::vector<Correspondence>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const auto& x, const auto& y) {
+    return x.query == y.query && x.map == y.map && x.similarity == y.similarity;
+  });
+}
+
+TEST(Describe, DoesNotDependOnTheNumberOfThreads) {
+  const SemanticGraph graph = randomGraph(300, 5, 0.03, 1);
+  const LabelAlphabet alphabet(graph);
+  for (const char* kind : {"walks", "spectrum"}) {
+    const Descriptors one = describe(graph, alphabet, {}, kind, 1, 1);
+    const Descriptors three = describe(graph, alphabet, {}, kind, 1, 3);
+    EXPECT_EQ(one.offsets, three.offsets);
+    ASSERT_EQ(one.counts.size(), three.counts.size());
+    for (std::size_t i = 0; i < one.counts.size(); ++i) {
+      EXPECT_EQ(one.counts[i].key, three.counts[i].key);
+      EXPECT_EQ(one.counts[i].count, three.counts[i].count);
+    }
+  }
+}
+
+TEST(Describe, RefusesAnUnknownKind) {
+  EXPECT_THROW(describeAlone(graphOf({1}, {}), "histogram"), UsageError);
+}
+
+TEST(Describe, EmptyGraphHasNoDescriptors) {
+  const Descriptors none = describeAlone(SemanticGraph());
+  EXPECT_EQ(none.size(), 0u);
+  EXPECT_TRUE(bestMatches(none, describeAlone(graphOf({1}, {})), {}, 1).empty());
+  EXPECT_TRUE(bestMatches(describeAlone(graphOf({1}, {})), none, {}, 1).empty());
+}
+
+TEST(Similarity, IsOneForAVertexWithItselfSymmetricAndInTheUnitInterval) {
+  const Descriptors d = describeAlone(randomGraph(60, 3, 0.08, 2));
+  for (std::uint32_t i = 0; i < d.size(); ++i) {
+    EXPECT_EQ(similarity(d, i, d, i), 1.0);
+    for (std::uint32_t j = 0; j < d.size(); ++j) {
+      const double s = similarity(d, i, d, j);
+      EXPECT_GE(s, 0.0);
+      EXPECT_LE(s, 1.0);
+      EXPECT_EQ(s, similarity(d, j, d, i));
+    }
+  }
+}
+
+TEST(Similarity, IsZeroBetweenClasses) {
+  const SemanticGraph graph = randomGraph(60, 3, 0.08, 2);
+  const Descriptors d = describeAlone(graph);
+  for (std::uint32_t i = 0; i < d.size(); ++i) {
+    for (std::uint32_t j = 0; j < d.size(); ++j) {
+      if (graph.vertices[i].label != graph.vertices[j].label) {
+        EXPECT_EQ(similarity(d, i, d, j), 0.0);
+      }
+    }
+  }
+}
+
+TEST(Similarity, OfSampledWalksConvergesToThatOfTheSpectrum) {
+  const SemanticGraph graph = randomGraph(40, 3, 0.12, 7);
+  const LabelAlphabet alphabet(graph);
+  const Descriptors exact = describe(graph, alphabet, {}, "spectrum", 1, 1);
+  double worst_few = 0, worst_many = 0;
+  for (const int n : {100, 100000}) {
+    WalkOptions options;
+    options.num_walks = n;
+    options.duplicates = true;
+    const Descriptors sampled = describe(graph, alphabet, options, "walks", 1, 1);
+    double& worst = n == 100 ? worst_few : worst_many;
+    for (std::uint32_t i = 0; i < graph.size(); ++i) {
+      for (std::uint32_t j = 0; j < graph.size(); ++j) {
+        worst = std::max(
+            worst, std::abs(similarity(sampled, i, sampled, j) - similarity(exact, i, exact, j)));
+      }
+    }
+  }
+  EXPECT_LT(worst_many, 0.01);
+  EXPECT_LT(worst_many, worst_few / 5);
+}
+
+TEST(BestMatches, EqualTheComparisonOfAllPairs) {
+  const SemanticGraph map = randomGraph(150, 4, 0.04, 3), query = randomGraph(30, 5, 0.15, 4);
+  const LabelAlphabet alphabet(query, map);
+  for (const char* kind : {"walks", "spectrum"}) {
+    const Descriptors m = describe(map, alphabet, {}, kind, 1, 1);
+    const Descriptors q = describe(query, alphabet, {}, kind, 2, 1);
+    for (const bool rare_words : {false, true}) {
+      for (const int k : {1, 7, 1000}) {
+        MatchOptions options;
+        options.rare_words = rare_words;
+        options.candidates = k;
+        options.min_similarity = k == 7 ? 0.2 : 0.0;
+        const auto expected = bestByBruteForce(q, m, options);
+        const auto found = bestMatches(q, m, options, 1);
+        ASSERT_EQ(found.size(), expected.size());
+        for (std::size_t i = 0; i < found.size(); ++i) {
+          EXPECT_EQ(found[i].query, expected[i].query);
+          EXPECT_NEAR(found[i].similarity, expected[i].similarity, 2e-5);
+        }
+      }
+    }
+  }
+}
+
+TEST(BestMatches, WithoutRarityAreTheSimilarityOfThePaper) {
+  const Descriptors d = describeAlone(randomGraph(80, 3, 0.06, 5));
+  MatchOptions options;
+  options.rare_words = false;
+  options.candidates = 1000;
+  const auto matches = bestMatches(d, d, options, 1);
+  ASSERT_FALSE(matches.empty());
+  for (const Correspondence& c : matches) {
+    EXPECT_NEAR(c.similarity, similarity(d, c.query, d, c.map), 1e-6);
+  }
+}
+
+TEST(BestMatches, FindEachVertexInItsOwnGraphWithSimilarityOne) {
+  const SemanticGraph graph = randomGraph(200, 6, 0.03, 11);
+  for (const char* kind : {"walks", "spectrum"}) {
+    const Descriptors d = describeAlone(graph, kind);
+    const auto matches = bestMatches(d, d, {}, 1);
+    std::vector<bool> itself(graph.size(), false);
+    for (const Correspondence& c : matches) {
+      EXPECT_GT(c.similarity, 0.f);
+      EXPECT_LE(c.similarity, 1.f);
+      if (c.query == c.map) {
+        EXPECT_EQ(c.similarity, 1.f);
+        itself[c.query] = true;
+      }
+    }
+    EXPECT_GT(std::count(itself.begin(), itself.end(), true), 190);  // others lose a tie
+  }
+}
+
+TEST(BestMatches, PreferEarlierMapVerticesWhenTied) {
+  // All labels equal on a ring: every vertex looks like every other one.
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> ring;
+  for (std::uint32_t i = 0; i < 12; ++i) ring.emplace_back(i, (i + 1) % 12);
+  const Descriptors d = describeAlone(graphOf(std::vector<std::uint32_t>(12, 1), ring));
+  MatchOptions options;
+  options.candidates = 3;
+  const auto matches = bestMatches(d, d, options, 1);
+  ASSERT_EQ(matches.size(), 36u);
+  for (std::size_t i = 0; i < matches.size(); ++i) {
+    EXPECT_EQ(matches[i].query, i / 3);
+    EXPECT_EQ(matches[i].map, i % 3);
+    EXPECT_EQ(matches[i].similarity, 1.f);
+  }
+}
+
+TEST(BestMatches, WeighRareWordsMore) {
+  // Query 0 shares a common word with map vertex 0 and a rare one with map vertex 5.
+  const WalkKey common = 0x0201, rare = 0x0301;
+  Descriptors query, map;
+  query.offsets = {0, 2};
+  query.counts = {{common, 1}, {rare, 1}};
+  map.offsets = {0, 2, 4, 6, 8, 10, 12};
+  for (int i = 0; i < 5; ++i) {
+    map.counts.push_back({common, 1});
+    map.counts.push_back({0x0401u + (static_cast<WalkKey>(i) << 8), 1});
+  }
+  map.counts.push_back({rare, 1});
+  map.counts.push_back({0x0A01, 1});
+  MatchOptions options;
+  const auto weighted = bestMatches(query, map, options, 1);
+  ASSERT_FALSE(weighted.empty());
+  EXPECT_EQ(weighted[0].map, 5u);
+  options.rare_words = false;
+  const auto plain = bestMatches(query, map, options, 1);
+  ASSERT_FALSE(plain.empty());
+  EXPECT_EQ(plain[0].map, 0u);  // tied, so the first
+}
+
+TEST(BestMatches, DoNotDependOnTheNumberOfThreads) {
+  const Descriptors d = describeAlone(randomGraph(150, 4, 0.05, 3));
+  const DescriptorIndex index(d);
+  EXPECT_TRUE(sameMatches(index.bestMatches(d, {}, 1), index.bestMatches(d, {}, 3)));
+  EXPECT_GT(index.bytes(), d.counts.size() * 8);
+}
+
+TEST(BestMatches, OfClassesTheMapDoesNotHaveAreNone) {
+  const SemanticGraph map = graphOf({1, 2, 1}, {{0, 1}, {1, 2}});
+  const SemanticGraph query = graphOf({9, 1}, {{0, 1}});
+  const LabelAlphabet alphabet(map);
+  const Descriptors m = describe(map, alphabet, {}, "walks", 1, 1);
+  const Descriptors q = describe(query, alphabet, {}, "walks", 1, 1);
+  EXPECT_TRUE(bestMatches(q, m, {}, 1).empty());
+}
+
+TEST(BestMatches, OfSingleVerticesMatchByLabel) {
+  const SemanticGraph single = graphOf({5}, {});
+  const Descriptors d = describeAlone(single);
+  const auto matches = bestMatches(d, d, {}, 1);
+  ASSERT_EQ(matches.size(), 1u);
+  EXPECT_EQ(matches[0].similarity, 1.f);
+}
+
+}  // namespace
+}  // namespace xview
