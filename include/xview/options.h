@@ -17,6 +17,7 @@
 #include "xview/types/option_field.h"
 #include "xview/verify/clique.h"
 #include "xview/verify/sample_consensus.h"
+#include "xview/verify/verdict.h"
 
 namespace xview {
 
@@ -49,6 +50,7 @@ struct Options {
   ConsistencyOptions consistency;
   ConsensusOptions consensus;
   PlaceOptions places;
+  VerdictOptions verdict;
 };
 
 template <class Visitor>
@@ -70,6 +72,7 @@ void visit(Options& o, Visitor&& field) {
   field.group("consistency", o.consistency);
   field.group("consensus", o.consensus);
   field.group("places", o.places);
+  field.group("verdict", o.verdict);
 }
 
 }  // namespace xview

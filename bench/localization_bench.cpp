@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Success, accuracy, verdicts and times of every window of some sessions against the map of another one.
+//
+//   localization_bench MAP_SESSION SESSION... [--window 60] [--stride 10] [--key.subkey VALUE]... [--csv FILE]
+//
+// A session is a recording with groundtruth.txt (poses in the map frame; a folder named `elsewhere` has none that counts:
+// its windows must not be accepted). --learn FILE writes the likelihood table of the sessions instead.
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <string>
+#include <vector>
+
+#include "xview/io/pose_files.h"
+#include "xview/io/recording.h"
+#include "xview/likelihood_learning.h"
+#include "xview/localizer.h"
+#include "xview/options_file.h"
+#include "xview/types/pose.h"
+
+namespace {
+
+using namespace xview;
+
+struct Arguments {
+  std::vector<std::string> sessions;
+  double window_m = 60, stride_m = 10;
+  std::string csv, learn;
+  Options options;
+};
+
+Arguments parse(int argc, char** argv) {
+  Arguments a;
+  a.options.threads = 1;
+  for (int i = 1; i < argc; ++i) {
+    const std::string word = argv[i];
+    if (word.rfind("--", 0) != 0) a.sessions.push_back(word);
+    else if (i + 1 == argc) throw UsageError(word + " needs a value");
+    else if (word == "--window") a.window_m = std::stod(argv[++i]);
+    else if (word == "--stride") a.stride_m = std::stod(argv[++i]);
+    else if (word == "--csv") a.csv = argv[++i];
+    else if (word == "--learn") a.learn = argv[++i];
+    else setOption(a.options, word.substr(2), argv[++i]);
+  }
+  if (a.sessions.size() < 2) throw UsageError("usage: localization_bench MAP_SESSION SESSION... [options]");
+  return a;
+}
+
+struct Session {
+  std::string name;
+  bool negative = false;
+  std::vector<FrameDigest> frames;
+  std::vector<double> travelled;
+  std::vector<StampedPose> truth;
+  LabelSet labels;
+};
+
+Session loadSession(const std::string& path, const Options& options) {
+  Session s;
+  s.name = std::filesystem::path(path).filename().string();
+  s.negative = s.name.rfind("elsewhere", 0) == 0 || s.name.rfind("negative", 0) == 0;
+  const auto source = openRecording(path);
+  Options all = options;
+  all.threads = 0;
+  s.frames = digestRecording(*source, all);
+  s.labels = source->labels();
+  const std::string truth = path + (std::filesystem::exists(path + "/groundtruth.txt") ? "/groundtruth.txt" : "/truth.txt");
+  std::vector<std::int64_t> numbers;
+  double sum = 0;
+  for (std::size_t i = 0; i < s.frames.size(); ++i) {
+    numbers.push_back(s.frames[i].number);
+    if (i > 0) sum += (s.frames[i].T_odom_sensor.translation() - s.frames[i - 1].T_odom_sensor.translation()).norm();
+    s.travelled.push_back(sum);
+  }
+  if (!s.negative) s.truth = posesOfFrames(truth, numbers);
+  return s;
+}
+
+double quantile(std::vector<double> v, double q) {
+  if (v.empty()) return NAN;
+  std::sort(v.begin(), v.end());
+  return v[std::min(v.size() - 1, static_cast<std::size_t>(q * static_cast<double>(v.size())))];
+}
+
+struct Tally {
+  int windows = 0, accepted = 0, ambiguous = 0, wrong_accepted = 0;
+  std::vector<double> errors_m, errors_deg, search_ms, graph_ms;
+  double within(double metres) const {
+    return errors_m.empty() ? 0 : 100.0 * static_cast<double>(std::count_if(errors_m.begin(), errors_m.end(), [&](double e) { return e <= metres; })) /
+                                      static_cast<double>(errors_m.size());
+  }
+};
+
+double timing(const Localization& fix, std::initializer_list<const char*> stages) {
+  double sum = 0;
+  for (const auto& [name, ms] : fix.timing_ms) {
+    for (const char* stage : stages) sum += name == stage ? ms : 0;
+  }
+  return sum;
+}
+
+void runSession(const Session& s, const Localizer& localizer, const Arguments& a, std::ofstream& csv) {
+  Tally tally;
+  const double total = s.travelled.back();
+  double previous = -1;
+  for (double from = 0; from == 0 || from + a.window_m <= total + 1; from += a.stride_m) {
+    const auto first = static_cast<std::size_t>(std::lower_bound(s.travelled.begin(), s.travelled.end(), from) - s.travelled.begin());
+    const auto last = static_cast<std::size_t>(std::upper_bound(s.travelled.begin(), s.travelled.end(), from + a.window_m) - s.travelled.begin());
+    if (static_cast<double>(first) == previous) continue;
+    previous = static_cast<double>(first);
+    const Query query = makeQuery(s.frames.data() + first, s.frames.data() + last, s.labels, a.options);
+    const Localization fix = localizer.localize(query);
+    ++tally.windows;
+    tally.accepted += fix.accepted();
+    tally.ambiguous += fix.status == Status::ambiguous;
+    double error = NAN, turn = NAN;
+    if (!s.negative && !fix.hypotheses.empty()) {
+      const Eigen::Isometry3d& truth = s.truth[last - 1].T_frame_sensor;
+      error = (fix.T_map_sensor.translation() - truth.translation()).norm();
+      turn = rotationBetween(fix.T_map_sensor, truth) * 180 / M_PI;
+    }
+    if (!s.negative) {
+      tally.errors_m.push_back(std::isnan(error) ? 1e9 : error);
+      tally.errors_deg.push_back(std::isnan(turn) ? 180 : turn);
+    }
+    tally.wrong_accepted += fix.accepted() && !(error <= 5);
+    tally.search_ms.push_back(timing(fix, {"descriptors", "matching", "rejection", "pose", "refine"}));
+    tally.graph_ms.push_back(timing(fix, {"graph"}));
+    if (csv) {
+      csv << fmt::format("{},{},{},{},{:.3f},{:.3f},{},{:.4f},{:.2f},{:.2f},{},{},\"{}\"\n", s.name, a.window_m, first, last, error, turn,
+                         toString(fix.status), fix.confidence, fix.hypotheses.empty() ? 0 : fix.hypotheses[0].score,
+                         fix.hypotheses.size() > 1 ? fix.hypotheses[1].score : 0, fix.inliers, fix.vertices, fix.reason);
+    }
+  }
+  fmt::print("{:<10} {:4} | {:5.1f} {:5.1f} {:5.1f} {:5.1f} {:5.1f} | {:6.3f} {:6.3f} {:6.3f} | {:4} {:4} {:5} | {:6.1f} {:6.1f}\n", s.name, tally.windows,
+             tally.within(0.3), tally.within(0.5), tally.within(1), tally.within(5), tally.within(20), quantile(tally.errors_m, .5), quantile(tally.errors_m, .9),
+             quantile(tally.errors_deg, .5), tally.accepted, tally.ambiguous, tally.wrong_accepted, quantile(tally.graph_ms, .5),
+             quantile(tally.search_ms, .5));
+  std::fflush(stdout);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) try {
+  const Arguments a = parse(argc, argv);
+  const auto source = openRecording(a.sessions[0]);
+  Options parallel = a.options;
+  parallel.threads = 0;
+  const SemanticMap map = buildMap({source.get()}, parallel);
+  std::ofstream csv;
+  if (!a.csv.empty()) csv.open(a.csv, std::ios::app);
+  if (!a.learn.empty()) {
+    LikelihoodTable table;
+    for (std::size_t i = 1; i < a.sessions.size(); ++i) {
+      const Session s = loadSession(a.sessions[i], a.options);
+      std::vector<Eigen::Isometry3d> truth;
+      for (const StampedPose& p : s.truth) truth.push_back(p.T_frame_sensor);
+      if (!s.negative) table.add(learnLikelihoods(map, s.frames, truth, a.window_m, a.options));
+    }
+    std::ofstream(a.learn) << toText(table);
+    return 0;
+  }
+  const Localizer localizer(map, a.options);
+  fmt::print("map {}: {} vertices, {} plan samples; windows of {} m every {} m\n", a.sessions[0], map.graph.size(), map.plan.sampleCount(), a.window_m,
+             a.stride_m);
+  fmt::print("session       n | <=.3m <=.5m  <=1m  <=5m <=20m | median    p90    deg |  acc ambi wrong | graph  search ms\n");
+  for (std::size_t i = 1; i < a.sessions.size(); ++i) runSession(loadSession(a.sessions[i], a.options), localizer, a, csv);
+  return 0;
+} catch (const std::exception& e) {
+  std::cerr << "error: " << e.what() << "\n";
+  return 1;
+}

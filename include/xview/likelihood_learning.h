@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <Eigen/Geometry>
+#include <vector>
+
+#include "xview/map/semantic_map.h"
+#include "xview/mapper.h"
+#include "xview/match/plan_likelihood.h"
+
+namespace xview {
+
+/// Counts how far the samples of query windows lie from map samples of their channel, at the true pose and at wrong poses on the road of
+/// the map (heading along it or against it, at least 25 m off). `T_map_sensor`: true pose of each frame. Windows of `window_m`
+/// metres of travel overlap by two thirds.
+LikelihoodTable learnLikelihoods(const SemanticMap& map, const std::vector<FrameDigest>& frames,
+                                 const std::vector<Eigen::Isometry3d>& T_map_sensor, double window_m,
+                                 const Options& options);
+
+}  // namespace xview

@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "xview/localizer.h"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "pipeline/walk_proposer.h"
+#include "xview/match/plan_places.h"
+#include "xview/types/error.h"
+#include "xview/types/pose.h"
+#include "xview/types/stopwatch.h"
+
+namespace xview {
+namespace {
+
+constexpr int kWalkPlaces = 3;  ///< poses that walks may propose
+
+std::vector<Eigen::Vector3d> trajectoryOf(const SemanticMap& map) {
+  std::vector<Eigen::Vector3d> path;
+  for (const Keyframe& k : map.keyframes) path.push_back(k.T_map_sensor.translation());
+  return path;
+}
+
+void requireKnownLabels(const LabelSet& map, const LabelSet& query) {
+  for (const auto& [id, info] : query.classes()) {
+    const ClassInfo* known = map.find(id);
+    if (known && known->name != info.name) {
+      throw Error("label set '" + query.name() + "'",
+                  fmt::format("class {} is '{}' here but '{}' in the map (label set '{}')", id, info.name, known->name, map.name()));
+    }
+  }
+}
+
+PlacePose placeOf(const Eigen::Isometry3d& T) {
+  return {T.translation().x(), T.translation().y(), yawOf(T.linear()), 0};
+}
+
+Eigen::Isometry3d poseOf(const PlanHypothesis& h) {
+  return poseFromYaw({h.pose.x, h.pose.y, h.z}, h.pose.yaw);
+}
+
+/// Positions that a wrong pose would bring to agreement by chance: each query vertex has some candidates anywhere in the map.
+double chanceInliers(const std::vector<Correspondence>& putative, const SemanticGraph& map, double inlier_m) {
+  if (map.empty()) return 0;
+  Eigen::Vector2d low = map.vertices[0].position.head<2>(), high = low;
+  for (const Vertex& v : map.vertices) {
+    low = low.cwiseMin(v.position.head<2>());
+    high = high.cwiseMax(v.position.head<2>());
+  }
+  const double area = std::max(1.0, (high - low).prod());
+  return static_cast<double>(putative.size()) * M_PI * inlier_m * inlier_m / area;
+}
+
+}  // namespace
+
+struct Localizer::Index {
+  Index(const SemanticMap& semantic_map, const Options& all_options)
+      : map(semantic_map), options(all_options), walks(semantic_map.graph, all_options) {
+    if (options.method != "walks" && !map.plan.known.empty()) {
+      places.emplace(map.plan, trajectoryOf(map), defaultLikelihoods(), options.places, options.threads);
+    }
+  }
+
+  void searchPlaces(const Query& query, Localization& answer) const;
+  void matchWalks(const Query& query, Localization& answer) const;
+
+  const SemanticMap& map;
+  Options options;
+  WalkProposer walks;
+  std::optional<PlanPlaces> places;
+};
+
+void Localizer::Index::searchPlaces(const Query& query, Localization& answer) const {
+  Stopwatch watch;
+  const PlanQuery plan_query = makePlanQuery(query.plan);
+  answer.timing_ms.emplace_back("descriptors", watch.lap_ms());
+  const std::vector<PlanHypothesis> found = places->search(plan_query, {}, options.threads);
+  answer.timing_ms.emplace_back("matching", watch.lap_ms());
+  answer.vertices = static_cast<int>(plan_query.fine.size());
+  answer.matches = static_cast<int>(options.places.keep_poses);
+  for (const PlanHypothesis& h : found) {
+    answer.hypotheses.push_back({poseOf(h), h.pose.score, h.objects_matched, Proposer::search});
+  }
+  PlaceEvidence evidence;
+  if (!found.empty()) {
+    evidence = {found[0].pose.score, found.size() > 1 ? std::max(0.0, found[1].pose.score) : 0.0, found[0].expected,
+                found[0].known_share, static_cast<int>(found.size())};
+    answer.inliers = found[0].objects_matched;
+  }
+  const Verdict verdict = judge(evidence, options.verdict);
+  answer.status = verdict.status;
+  answer.confidence = verdict.confidence;
+  answer.reason = verdict.reason;
+}
+
+void Localizer::Index::matchWalks(const Query& query, Localization& answer) const {
+  const WalkProposer::Result result = walks.propose(query.graph, kWalkPlaces);
+  answer.putative = result.putative;
+  answer.vertices = static_cast<int>(query.graph.size());
+  answer.matches = static_cast<int>(result.putative.size());
+  answer.timing_ms.emplace_back("descriptors", result.descriptors_ms);
+  answer.timing_ms.emplace_back("matching", result.matching_ms);
+  answer.timing_ms.emplace_back("rejection", result.rejection_ms);
+  answer.timing_ms.emplace_back("pose", result.pose_ms);
+  ConsensusEvidence evidence;
+  evidence.vertices = answer.vertices;
+  evidence.chance_inliers = chanceInliers(result.putative, map.graph, options.consensus.inlier_m);
+  for (const WalkProposer::Proposal& p : result.proposals) {
+    const auto inliers = static_cast<int>(p.inliers.size());
+    if (!answer.hypotheses.empty() && evidence.runner_up == 0 &&
+        !samePlace(placeOf(answer.hypotheses[0].T_map_query), placeOf(p.T_map_query))) {
+      evidence.runner_up = inliers;
+    }
+    answer.hypotheses.push_back({p.T_map_query, static_cast<double>(inliers), inliers, Proposer::walks});
+  }
+  if (!result.proposals.empty()) {
+    evidence.inliers = answer.inliers = answer.hypotheses[0].inliers;
+    answer.kept = result.proposals[0].inliers;
+  }
+  const Verdict verdict = judge(evidence, options.verdict);
+  answer.status = verdict.status;
+  answer.confidence = verdict.confidence;
+  answer.reason = verdict.reason;
+}
+
+Localizer::Localizer(const SemanticMap& map, const Options& options)
+    : index_(std::make_unique<Index>(map, options)) {}
+Localizer::~Localizer() = default;
+
+Localization Localizer::localize(const Query& query) const {
+  Stopwatch watch;
+  requireKnownLabels(index_->map.labels, query.labels);
+  Localization answer;
+  answer.timing_ms = query.timing_ms;
+  const bool can_search = index_->places && !query.plan.known.empty();
+  if (can_search) index_->searchPlaces(query, answer);
+  else index_->matchWalks(query, answer);
+  if (!answer.hypotheses.empty()) {
+    answer.T_map_query = answer.hypotheses[0].T_map_query;
+    if (!query.poses.empty()) answer.T_map_sensor = answer.T_map_query * query.poses.back();
+  }
+  double total = watch.lap_ms();
+  for (const auto& [stage, ms] : query.timing_ms) total += ms;
+  answer.timing_ms.emplace_back("total", total);
+  return answer;
+}
+
+}  // namespace xview
