@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <charconv>
 #include <map>
+#include <stdexcept>
+#include <tuple>
 
 #include "cloud_tiles.h"
 #include "damage.h"
@@ -12,7 +14,6 @@
 #include "map_schema.h"
 #include "plan_tiles.h"
 #include "table_rows.h"
-#include "xview/types/error.h"
 #include "xview/types/pose.h"
 
 namespace xview {
@@ -140,30 +141,33 @@ Kind kindOf(const std::string& text) {
 
 /// Throws if a part of the map could not be read back as it is.
 void requireStorable(const SemanticMap& map) {
-  if (!isConsistent(map.graph)) throw Error("the graph of the map is inconsistent");
+  if (!isConsistent(map.graph)) throw std::invalid_argument("the graph of the map is inconsistent");
   for (std::size_t i = 0; i < map.graph.size(); ++i) {
     if (!map.graph.vertices[i].position.allFinite()) {
-      throw Error("vertex " + std::to_string(i) + " of the map has a position that is not finite");
+      throw std::invalid_argument("vertex " + std::to_string(i) +
+                                  " of the map has a position that is not finite");
     }
   }
   for (std::size_t i = 0; i < map.keyframes.size(); ++i) {
     if (!isRigid(map.keyframes[i].T_map_sensor.matrix())) {
-      throw Error("key frame " + std::to_string(i) +
-                  " of the map has a pose that is no rigid motion");
+      throw std::invalid_argument("key frame " + std::to_string(i) +
+                                  " of the map has a pose that is no rigid motion");
     }
     if (map.keyframes[i].source >= map.sources.size()) {
-      throw Error("key frame " + std::to_string(i) + " of the map comes from source " +
-                  std::to_string(map.keyframes[i].source) + ", but there are " +
-                  std::to_string(map.sources.size()));
+      throw std::invalid_argument("key frame " + std::to_string(i) +
+                                  " of the map comes from source " +
+                                  std::to_string(map.keyframes[i].source) + ", but there are " +
+                                  std::to_string(map.sources.size()));
     }
   }
   if (!map.cloud.instances.empty() && map.cloud.instances.size() != map.cloud.size()) {
-    throw Error("the cloud of the map has " + std::to_string(map.cloud.size()) + " points but " +
-                std::to_string(map.cloud.instances.size()) + " instances");
+    throw std::invalid_argument("the cloud of the map has " + std::to_string(map.cloud.size()) +
+                                " points but " + std::to_string(map.cloud.instances.size()) +
+                                " instances");
   }
   if (!(map.plan.cell_m > 0.01) || !(map.plan.cell_m < 1e3)) {
-    throw Error("cells of the plan view are " + std::to_string(map.plan.cell_m) +
-                " m, expected 0.01 to 1000");
+    throw std::invalid_argument("cells of the plan view are " + std::to_string(map.plan.cell_m) +
+                                " m, expected 0.01 to 1000");
   }
 }
 

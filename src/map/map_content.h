@@ -10,7 +10,7 @@
 
 namespace xview {
 
-/// Fills the empty tables of a schema ("main", or an attached one). Throws Error without a path if
+/// Fills the empty tables of a schema ("main", or an attached one). Throws std::logic_error if
 /// the map cannot be written as it is.
 void writeContent(SQLite::Database& database, const std::string& schema, const SemanticMap& map);
 

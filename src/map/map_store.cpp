@@ -132,7 +132,7 @@ auto guarded(const std::string& path, const char* what, Action&& action) {
     const int code = e.getErrorCode();
     const bool damaged = code == SQLITE_CORRUPT || code == SQLITE_NOTADB;
     throw Error(path, std::string(damaged ? "damaged map file" : what) + ": " + e.what());
-  } catch (const std::out_of_range& e) {
+  } catch (const std::logic_error& e) {
     throw Error(path, std::string(what) + ": " + e.what());
   } catch (const std::bad_alloc&) {
     throw Error(path, std::string(what) + ": out of memory");
@@ -168,7 +168,7 @@ void syncToDisk(const std::string& path, int flags) {
 
 void writeNewDatabase(const std::string& path, const SemanticMap& map) {
   SQLite::Database database(path, SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE);
-  database.exec("PRAGMA page_size = 8192");
+  database.exec("PRAGMA page_size = 4096");
   database.exec("PRAGMA journal_mode = OFF");  // an incomplete file is removed as a whole
   database.exec("PRAGMA synchronous = OFF");
   database.exec("PRAGMA application_id = " + std::to_string(kMapApplicationId));

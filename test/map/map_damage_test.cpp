@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Files that are no sound map: each is one Error with the path, never a crash and never a map.
+#include <SQLiteCpp/Database.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+#include "map/sample_map.h"
+#include "support/test_data.h"
+#include "xview/map/map_store.h"
+#include "xview/types/error.h"
+#include "xview/types/random.h"
+
+namespace xview {
+namespace {
+
+namespace fs = std::filesystem;
+using test::isSame;
+using test::sampleMap;
+using test::TemporaryFolder;
+
+std::string bytesOf(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return std::string(std::istreambuf_iterator<char>(file), {});
+}
+
+void writeBytes(const std::string& path, const std::string& bytes) {
+  std::ofstream(path, std::ios::binary | std::ios::trunc) << bytes;
+}
+
+template <class Action>
+std::string messageOf(Action&& action) {
+  try {
+    action();
+  } catch (const Error& e) {
+    return e.what();
+  }
+  return "no error";
+}
+
+std::string messageOfLoad(const std::string& path) {
+  return messageOf([&] { loadMap(path); });
+}
+
+/// A sample map in a folder of its own, and ways to spoil it.
+class DamagedMap : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    saveMap(path_, sampleMap());
+    sound_ = bytesOf(path_);
+    map_ = loadMap(path_);
+  }
+  void execute(const std::string& sql) {
+    SQLite::Database(path_, SQLite::OPEN_READWRITE).exec(sql);
+  }
+
+  TemporaryFolder folder_;
+  std::string path_ = folder_ / "town.xvm";
+  std::string sound_;
+  SemanticMap map_;
+};
+
+TEST_F(DamagedMap, MissingFileIsNamed) {
+  EXPECT_EQ(messageOfLoad(folder_ / "none.xvm"), folder_ / "none.xvm: no such map");
+  EXPECT_FALSE(isMapFile(folder_ / "none.xvm"));
+}
+
+TEST_F(DamagedMap, OtherFilesAreNoMaps) {
+  SQLite::Database(folder_ / "other.db", SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE)
+      .exec("CREATE TABLE meta(id)");
+  writeBytes(folder_ / "empty", "");
+  writeBytes(folder_ / "text", std::string(5000, 'x'));
+  writeBytes(folder_ / "short", sound_.substr(0, 60));
+  for (const char* name : {"other.db", "empty", "text", "short", "."}) {
+    EXPECT_FALSE(isMapFile(folder_ / name)) << name;
+    EXPECT_NE(messageOfLoad(folder_ / name).find("not a map file"), std::string::npos)
+        << messageOfLoad(folder_ / name);
+  }
+  EXPECT_TRUE(isMapFile(path_));
+}
+
+TEST_F(DamagedMap, UnknownSchemaVersionIsRefusedAndBothAreNamed) {
+  execute("PRAGMA user_version = 7");
+  for (const std::string& message :
+       {messageOfLoad(path_), messageOf([&] { saveMap(path_, SemanticMap()); }),
+        messageOf([&] { readMapSummary(path_); })}) {
+    EXPECT_NE(message.find("version 7"), std::string::npos) << message;
+    EXPECT_NE(message.find("version 1"), std::string::npos) << message;
+  }
+}
+
+TEST_F(DamagedMap, FileThatIsNoMapIsNotOverwritten) {
+  writeBytes(folder_ / "thesis.txt", "three years of work");
+  EXPECT_NE(messageOf([&] { saveMap(folder_ / "thesis.txt", map_); }).find("not a map file"),
+            std::string::npos);
+  EXPECT_EQ(bytesOf(folder_ / "thesis.txt"), "three years of work");
+}
+
+TEST_F(DamagedMap, TruncationAnywhereIsNoticed) {
+  for (std::size_t size = 0; size < sound_.size(); size += 1 + sound_.size() / 97) {
+    writeBytes(path_, sound_.substr(0, size));
+    EXPECT_NE(messageOfLoad(path_), "no error") << size;
+  }
+}
+
+TEST_F(DamagedMap, EveryZeroedPageIsNoticed) {
+  constexpr std::size_t kPage = 4096;
+  for (std::size_t page = 0; page + kPage <= sound_.size(); page += kPage) {
+    std::string bytes = sound_;
+    bytes.replace(page, kPage, kPage, '\0');
+    writeBytes(path_, bytes);
+    EXPECT_NE(messageOfLoad(path_), "no error") << page;
+  }
+}
+
+TEST_F(DamagedMap, FlippedBytesGiveTheSoundMapOrAnError) {
+  Random random(3);
+  int noticed = 0;
+  for (int run = 0; run < 400; ++run) {
+    std::string bytes = sound_;
+    const std::size_t place = random.below(static_cast<std::uint32_t>(bytes.size()));
+    bytes[place] = static_cast<char>(bytes[place] ^ (1 + random.below(255)));
+    writeBytes(path_, bytes);
+    try {
+      EXPECT_TRUE(isSame(loadMap(path_), map_))
+          << "byte " << place;  // unused bytes of a page, counters
+    } catch (const Error& e) {
+      ++noticed;
+      EXPECT_EQ(std::string(e.what()).rfind(path_ + ": ", 0), 0u) << e.what();
+      EXPECT_EQ(std::string(e.what()).find('\n'), std::string::npos) << e.what();
+    }
+  }
+  EXPECT_GT(noticed, 100);
+}
+
+TEST_F(DamagedMap, ManyFlippedBytesNeverCrash) {
+  Random random(4);
+  for (int run = 0; run < 300; ++run) {
+    std::string bytes = sound_;
+    for (int k = 0; k < 20; ++k)
+      bytes[100 + random.below(30000)] = static_cast<char>(random.below(256));
+    writeBytes(path_, bytes);
+    messageOf([&] { readMapSummary(path_); });
+    messageOf([&] { EXPECT_TRUE(isSame(loadMap(path_), map_)); });
+  }
+}
+
+TEST_F(DamagedMap, ChangedValueIsNoticed) {
+  for (const char* sql :
+       {"UPDATE vertices SET x = x + 1e-9 WHERE id = 3",
+        "UPDATE keyframes SET number = 5 WHERE id = 0",
+        "UPDATE labels SET name = 'Pole' WHERE id = 3", "DELETE FROM vertices WHERE id = 199",
+        "DELETE FROM edges", "DELETE FROM cloud_tiles WHERE id = (SELECT max(id) FROM cloud_tiles)",
+        "UPDATE meta SET value = '' WHERE name = 'options'", "DELETE FROM checksums",
+        "DROP TABLE sources", "ALTER TABLE vertices ADD COLUMN more",
+        "CREATE VIEW extra AS SELECT 1"}) {
+    writeBytes(path_, sound_);
+    execute(sql);
+    EXPECT_NE(messageOfLoad(path_).find("damaged map file"), std::string::npos)
+        << sql << ": " << messageOfLoad(path_);
+  }
+}
+
+TEST_F(DamagedMap, CountsThatLieDoNotCostMemory) {
+  for (const char* sql :
+       {"UPDATE cloud_tiles SET points = 4294967295",
+        "UPDATE cloud_tiles SET data = x'ffffffff789c0300000000010000'",
+        "UPDATE plan_tiles SET samples = 4294967295, known = 4294967295",
+        "UPDATE plan_tiles SET data = zeroblob(100)", "UPDATE edges SET edges = 4294967295",
+        "UPDATE edges SET data = x'01000000789c0300000000ff'",
+        "UPDATE plan_tiles SET x = 9223372036854775807",
+        "UPDATE cloud_tiles SET z = -9223372036854775808",
+        "UPDATE edges SET id = 9223372036854775807 WHERE id = 0",
+        "UPDATE edges SET id = -4096 WHERE id = 0",
+        "UPDATE meta SET value = '18446744073709551615' WHERE name = 'vertices'",
+        "UPDATE meta SET value = 'nan' WHERE name = 'plan_cell_m'"}) {
+    writeBytes(path_, sound_);
+    execute(sql);
+    EXPECT_NE(messageOfLoad(path_).find("damaged map file"), std::string::npos)
+        << sql << ": " << messageOfLoad(path_);
+  }
+}
+
+}  // namespace
+}  // namespace xview

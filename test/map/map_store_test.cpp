@@ -1,0 +1,272 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "xview/map/map_store.h"
+
+#include <SQLiteCpp/Database.h>
+#include <SQLiteCpp/Statement.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <limits>
+
+#include "map/sample_map.h"
+#include "support/test_data.h"
+#include "xview/types/error.h"
+
+namespace xview {
+namespace {
+
+using test::isSame;
+using test::sampleMap;
+using test::TemporaryFolder;
+
+std::string bytesOf(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return std::string(std::istreambuf_iterator<char>(file), {});
+}
+
+SemanticMap throughFile(const SemanticMap& map) {
+  const TemporaryFolder folder;
+  saveMap(folder / "map.xvm", map);
+  return loadMap(folder / "map.xvm");
+}
+
+std::string messageOfSave(const std::string& path, const SemanticMap& map) {
+  try {
+    saveMap(path, map);
+  } catch (const Error& e) {
+    return e.what();
+  }
+  return "no error";
+}
+
+template <class Point>
+std::vector<std::array<double, 3>> sortedPositions(const std::vector<Point>& points) {
+  std::vector<std::array<double, 3>> all;
+  for (const Point& p : points)
+    all.push_back({std::round(p.x * 100.0), std::round(p.y * 100.0), std::round(p.z * 100.0)});
+  std::sort(all.begin(), all.end());
+  return all;
+}
+
+TEST(MapStore, KeepsGraphLabelsKeyframesAndTextsExactly) {
+  const SemanticMap map = sampleMap(), loaded = throughFile(map);
+  EXPECT_TRUE(isSame(loaded.labels, map.labels));
+  EXPECT_TRUE(isSame(loaded.graph, map.graph));
+  ASSERT_EQ(loaded.keyframes.size(), map.keyframes.size());
+  for (std::size_t i = 0; i < map.keyframes.size(); ++i) {
+    EXPECT_EQ(loaded.keyframes[i].T_map_sensor.matrix(), map.keyframes[i].T_map_sensor.matrix());
+    EXPECT_EQ(loaded.keyframes[i].stamp_s, map.keyframes[i].stamp_s);
+    EXPECT_EQ(loaded.keyframes[i].number, map.keyframes[i].number);
+    EXPECT_EQ(loaded.keyframes[i].source, map.keyframes[i].source);
+  }
+  EXPECT_EQ(loaded.sources, map.sources);
+  EXPECT_EQ(loaded.options_yaml, map.options_yaml);
+}
+
+TEST(MapStore, KeepsThePlanViewToACentimetre) {
+  const SemanticMap map = sampleMap(), loaded = throughFile(map);
+  EXPECT_EQ(loaded.plan.origin_y, map.plan.origin_y);
+  for (std::size_t c = 0; c < kChannels; ++c) {
+    EXPECT_EQ(sortedPositions(loaded.plan.samples[c]), sortedPositions(map.plan.samples[c])) << c;
+  }
+  ASSERT_EQ(loaded.plan.known.size(), map.plan.known.size());
+  for (std::size_t i = 0; i < map.plan.known.size(); ++i) {
+    const GroundCell &is = loaded.plan.known[i], &was = map.plan.known[i];
+    EXPECT_EQ(is.x, was.x);
+    EXPECT_EQ(is.y, was.y);
+    EXPECT_NEAR(is.z, was.z, 0.00501);
+    EXPECT_EQ(is.measured, was.measured);
+  }
+}
+
+TEST(MapStore, KeepsThePlanViewForAnyCellSize) {
+  for (const double cell_m : {0.1, 0.3, 1.0 / 3, 0.5, 2.7}) {
+    SemanticMap map;
+    map.plan = sampleMap().plan;
+    map.plan.cell_m = cell_m;
+    const SemanticMap loaded = throughFile(map);
+    for (std::size_t c = 0; c < kChannels; ++c) {
+      EXPECT_EQ(sortedPositions(loaded.plan.samples[c]), sortedPositions(map.plan.samples[c]))
+          << c << " " << cell_m;
+    }
+  }
+}
+
+TEST(MapStore, KeepsEveryPointOfTheCloudToACentimetreWithItsLabelAndInstance) {
+  const SemanticMap map = sampleMap(), loaded = throughFile(map);
+  EXPECT_EQ(loaded.cloud.origin, map.cloud.origin);
+  ASSERT_EQ(loaded.cloud.size(), map.cloud.size());
+  ASSERT_EQ(loaded.cloud.instances.size(), map.cloud.size());
+  const auto rows = [](const LabelledCloud& cloud) {
+    std::vector<std::array<double, 5>> all;
+    for (std::size_t i = 0; i < cloud.size(); ++i) {
+      const auto& p = cloud.points[i];
+      all.push_back({std::round(p.x * 100.0), std::round(p.y * 100.0), std::round(p.z * 100.0),
+                     double(p.label), double(cloud.instances[i])});
+    }
+    std::sort(all.begin(), all.end());
+    return all;
+  };
+  EXPECT_EQ(rows(loaded.cloud), rows(map.cloud));
+  EXPECT_EQ(loaded.cloud.points.width, map.cloud.size());
+  EXPECT_EQ(loaded.cloud.points.height, 1u);
+}
+
+TEST(MapStore, SecondRoundTripChangesNothing) {
+  const SemanticMap once = throughFile(sampleMap());
+  EXPECT_TRUE(isSame(throughFile(once), once));
+}
+
+TEST(MapStore, EmptyMapIsAMap) {
+  const SemanticMap loaded = throughFile(SemanticMap());
+  EXPECT_TRUE(isSame(loaded, SemanticMap()));
+}
+
+TEST(MapStore, BareGraphNeedsNeitherPlanNorCloud) {
+  SemanticMap map;
+  map.graph.vertices.resize(5000);
+  map.graph.setEdges({{0, 4999}, {4095, 4096}, {1, 2}});
+  EXPECT_TRUE(isSame(throughFile(map), map));
+}
+
+TEST(MapStore, CloudWithoutInstancesStaysWithout) {
+  SemanticMap map = sampleMap();
+  map.cloud.instances.clear();
+  EXPECT_TRUE(throughFile(map).cloud.instances.empty());
+}
+
+TEST(MapStore, DropsPointsThatAreNotFinite) {
+  SemanticMap map = sampleMap();
+  map.cloud.points[5].y = std::numeric_limits<float>::quiet_NaN();
+  map.cloud.points[6].z = std::numeric_limits<float>::infinity();
+  EXPECT_EQ(throughFile(map).cloud.size(), map.cloud.size() - 2);
+}
+
+TEST(MapStore, UnknownTimeOfAKeyframeStaysUnknown) {
+  SemanticMap map = sampleMap();
+  map.keyframes[3].stamp_s = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_TRUE(std::isnan(throughFile(map).keyframes[3].stamp_s));
+}
+
+TEST(MapStore, SameMapGivesSameBytes) {
+  const TemporaryFolder folder;
+  saveMap(folder / "a.xvm", sampleMap());
+  saveMap(folder / "b.xvm", sampleMap());
+  EXPECT_EQ(bytesOf(folder / "a.xvm"), bytesOf(folder / "b.xvm"));
+}
+
+TEST(MapStore, OrderOfPointsAndSamplesDoesNotChangeTheBytes) {
+  const TemporaryFolder folder;
+  SemanticMap map = sampleMap();
+  saveMap(folder / "a.xvm", map);
+  std::reverse(map.cloud.points.begin(), map.cloud.points.end());
+  std::reverse(map.cloud.instances.begin(), map.cloud.instances.end());
+  for (auto& samples : map.plan.samples) std::reverse(samples.begin(), samples.end());
+  saveMap(folder / "b.xvm", map);
+  EXPECT_EQ(bytesOf(folder / "a.xvm"), bytesOf(folder / "b.xvm"));
+}
+
+TEST(MapStore, SavingTheSameMapAgainWritesNothing) {
+  const TemporaryFolder folder;
+  saveMap(folder / "a.xvm", sampleMap());
+  const std::string before = bytesOf(folder / "a.xvm");
+  saveMap(folder / "a.xvm", sampleMap());
+  EXPECT_EQ(bytesOf(folder / "a.xvm"), before);
+}
+
+TEST(MapStore, ReplacesAnExistingMap) {
+  const TemporaryFolder folder;
+  saveMap(folder / "a.xvm", sampleMap(1));
+  saveMap(folder / "a.xvm", SemanticMap());
+  EXPECT_TRUE(isSame(loadMap(folder / "a.xvm"), SemanticMap()));
+  saveMap(folder / "a.xvm", sampleMap(2));
+  EXPECT_TRUE(isSame(loadMap(folder / "a.xvm"), throughFile(sampleMap(2))));
+}
+
+TEST(MapStore, LeavesNoOtherFile) {
+  const TemporaryFolder folder;
+  saveMap(folder / "a.xvm", sampleMap(1));
+  saveMap(folder / "a.xvm", sampleMap(2));
+  loadMap(folder / "a.xvm");
+  readMapSummary(folder / "a.xvm");
+  const auto files = std::filesystem::directory_iterator(folder.path());
+  EXPECT_EQ(std::distance(begin(files), end(files)), 1);
+}
+
+TEST(MapStore, SummaryCountsWhatTheMapHas) {
+  const TemporaryFolder folder;
+  const SemanticMap map = sampleMap();
+  saveMap(folder / "a.xvm", map);
+  const MapSummary summary = readMapSummary(folder / "a.xvm");
+  EXPECT_EQ(summary.schema_version, 1);
+  EXPECT_FALSE(summary.program_version.empty());
+  EXPECT_EQ(summary.label_set, "street classes");
+  EXPECT_EQ(summary.vertices, map.graph.size());
+  EXPECT_EQ(summary.edges, map.graph.edgeCount());
+  EXPECT_EQ(summary.keyframes, map.keyframes.size());
+  EXPECT_EQ(summary.cloud_points, map.cloud.size());
+  EXPECT_EQ(summary.plan_samples, map.plan.sampleCount());
+  EXPECT_EQ(summary.sources, map.sources);
+  EXPECT_TRUE(summary.revisions.empty());
+}
+
+TEST(MapStore, AnySqliteToolCanReadTheVertices) {
+  const TemporaryFolder folder;
+  const SemanticMap map = sampleMap();
+  saveMap(folder / "a.xvm", map);
+  SQLite::Database database(folder / "a.xvm");
+  SQLite::Statement query(database, "SELECT x, label FROM vertices WHERE id = 17");
+  ASSERT_TRUE(query.executeStep());
+  EXPECT_EQ(query.getColumn(0).getDouble(), map.graph.vertices[17].position.x());
+  EXPECT_EQ(query.getColumn(1).getInt64(), map.graph.vertices[17].label);
+}
+
+TEST(MapStore, KilometreOfStreetCostsLessThanAMegabyte) {
+  const TemporaryFolder folder;
+  SemanticMap map;
+  map.plan = test::streetPlan(1000, 1);
+  saveMap(folder / "a.xvm", map);
+  const auto size = std::filesystem::file_size(folder / "a.xvm");
+  RecordProperty("bytes", static_cast<int>(size));
+  EXPECT_LT(size, 1000u * 1000u);
+}
+
+TEST(MapStore, RefusesAMapThatCouldNotBeReadBack) {
+  const TemporaryFolder folder;
+  const std::string path = folder / "a.xvm";
+  SemanticMap map = sampleMap();
+  map.graph.vertices[4].position.y() = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_NE(messageOfSave(path, map).find("vertex 4"), std::string::npos);
+  map = sampleMap();
+  map.graph.neighbours[0].push_back(0);
+  EXPECT_NE(messageOfSave(path, map).find("inconsistent"), std::string::npos);
+  map = sampleMap();
+  map.cloud.instances.pop_back();
+  EXPECT_NE(messageOfSave(path, map).find("instances"), std::string::npos);
+  map = sampleMap();
+  map.keyframes[2].source = 2;
+  EXPECT_NE(messageOfSave(path, map).find("source 2"), std::string::npos);
+  map = sampleMap();
+  map.keyframes[2].T_map_sensor.linear() *= 2;
+  EXPECT_NE(messageOfSave(path, map).find("key frame 2"), std::string::npos);
+  map = sampleMap();
+  map.cloud.points[0].x = 1e20f;
+  EXPECT_NE(messageOfSave(path, map).find("fit into a map"), std::string::npos);
+  map = sampleMap();
+  map.plan[Channel::pole][0].x = std::numeric_limits<float>::infinity();
+  EXPECT_NE(messageOfSave(path, map).find("plan view"), std::string::npos);
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
+}
+
+TEST(MapStore, EveryMessageBeginsWithThePath) {
+  SemanticMap map = sampleMap();
+  map.cloud.instances.pop_back();
+  const TemporaryFolder folder;
+  EXPECT_EQ(messageOfSave(folder / "a.xvm", map).rfind(folder / "a.xvm: ", 0), 0u);
+}
+
+}  // namespace
+}  // namespace xview

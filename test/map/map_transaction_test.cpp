@@ -1,0 +1,252 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Changes of a map file happen whole or not at all.
+#include <SQLiteCpp/Database.h>
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+#include "map/sample_map.h"
+#include "support/test_data.h"
+#include "xview/map/map_store.h"
+#include "xview/types/error.h"
+
+namespace xview {
+namespace {
+
+namespace fs = std::filesystem;
+using test::isSame;
+using test::sampleMap;
+using test::TemporaryFolder;
+
+std::string bytesOf(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return std::string(std::istreambuf_iterator<char>(file), {});
+}
+
+std::size_t filesIn(const std::string& folder) {
+  const auto files = fs::directory_iterator(folder);
+  return static_cast<std::size_t>(std::distance(begin(files), end(files)));
+}
+
+/// Runs an action in a child process and returns its exit code; 128 + n if signal n ended it.
+template <class Action>
+int inChild(Action&& action) {
+  const pid_t child = fork();
+  if (child == 0) {
+    try {
+      action();
+    } catch (const Error&) {
+      _exit(1);
+    } catch (...) {
+      _exit(2);
+    }
+    _exit(0);
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+}
+
+class MapTransaction : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    saveMap(path_, sampleMap(1));
+    old_ = loadMap(path_);
+    const TemporaryFolder other;
+    saveMap(other / "new.xvm", sampleMap(2));
+    new_ = loadMap(other / "new.xvm");
+  }
+
+  TemporaryFolder folder_;
+  std::string path_ = folder_ / "town.xvm";
+  SemanticMap old_, new_;
+};
+
+TEST_F(MapTransaction, KilledWriterLeavesTheOldMapOrTheNewOne) {
+  bool saw_old = false;
+  for (useconds_t delay_us = 0; delay_us < 60000; delay_us += 3000) {
+    const pid_t child = fork();
+    if (child == 0) {
+      for (;;) {
+        saveMap(path_, new_);
+        saveMap(path_, old_);
+      }
+    }
+    usleep(delay_us);
+    kill(child, SIGKILL);
+    waitpid(child, nullptr, 0);
+    const SemanticMap found = loadMap(path_);
+    saw_old = saw_old || isSame(found, old_);
+    EXPECT_TRUE(isSame(found, old_) || isSame(found, new_)) << delay_us;
+  }
+  EXPECT_TRUE(saw_old);
+}
+
+TEST_F(MapTransaction, KilledWriterLeavesNoNewMap) {
+  const std::string path = folder_ / "fresh.xvm";
+  for (useconds_t delay_us = 0; delay_us < 20000; delay_us += 2000) {
+    const pid_t child = fork();
+    if (child == 0) {
+      saveMap(path, new_);
+      _exit(0);
+    }
+    usleep(delay_us);
+    kill(child, SIGKILL);
+    waitpid(child, nullptr, 0);
+    if (fs::exists(path)) {
+      EXPECT_TRUE(isSame(loadMap(path), new_)) << delay_us;
+    }
+    fs::remove(path);
+  }
+}
+
+/// Ends the process in the middle of a change that has reached the file already.
+void dieWhileChanging(const std::string& path) {
+  SQLite::Database database(path, SQLite::OPEN_READWRITE);
+  database.exec(
+      "PRAGMA cache_size = 1; BEGIN IMMEDIATE; DELETE FROM cloud_tiles; UPDATE vertices SET x = 0, "
+      "instance = id;"
+      "UPDATE plan_tiles SET data = zeroblob(5000)");
+  _exit(0);
+}
+
+TEST_F(MapTransaction, UnfinishedChangeIsRolledBackByTheNextReader) {
+  inChild([&] { dieWhileChanging(path_); });
+  ASSERT_TRUE(fs::exists(path_ + "-journal"));
+  EXPECT_TRUE(isSame(loadMap(path_), old_));
+  EXPECT_EQ(filesIn(folder_.path()), 1u);
+}
+
+TEST_F(MapTransaction, UnfinishedChangeIsRolledBackByTheNextWriter) {
+  inChild([&] { dieWhileChanging(path_); });
+  saveMap(path_, sampleMap(2));
+  EXPECT_TRUE(isSame(loadMap(path_), new_));
+}
+
+TEST_F(MapTransaction, FullDiskLeavesTheOldMap) {
+  const std::string before = bytesOf(path_);
+  const int code = inChild([&] {
+    std::signal(SIGXFSZ, SIG_IGN);
+    const rlimit limit{before.size() + 8192, before.size() + 8192};
+    setrlimit(RLIMIT_FSIZE, &limit);
+    SemanticMap larger = sampleMap(2);
+    larger.graph.vertices.resize(20000);
+    larger.graph.neighbours.resize(20000);
+    saveMap(path_, larger);
+  });
+  EXPECT_EQ(code, 1);
+  EXPECT_TRUE(isSame(loadMap(path_), old_));
+  EXPECT_EQ(filesIn(folder_.path()), 1u);
+}
+
+TEST_F(MapTransaction, FullDiskLeavesNoNewFile) {
+  const int code = inChild([&] {
+    std::signal(SIGXFSZ, SIG_IGN);
+    const rlimit limit{20000, 20000};
+    setrlimit(RLIMIT_FSIZE, &limit);
+    saveMap(folder_ / "fresh.xvm", new_);
+  });
+  EXPECT_EQ(code, 1);
+  EXPECT_EQ(filesIn(folder_.path()), 1u);
+}
+
+TEST_F(MapTransaction, FolderThatDoesNotExistIsAnError) {
+  EXPECT_THROW(saveMap(folder_ / "no/such/town.xvm", new_), Error);
+  EXPECT_THROW(saveMap("/proc/town.xvm", new_), Error);
+}
+
+TEST_F(MapTransaction, DeviceIsNotReplaced) {
+  EXPECT_THROW(saveMap("/dev/full", new_), Error);
+  EXPECT_TRUE(fs::is_character_file("/dev/full"));
+}
+
+/// Runs as a user without privileges; root may write everywhere.
+template <class Action>
+int inChildWithoutPrivileges(Action&& action) {
+  return inChild([&] {
+    if (getuid() == 0 && setuid(65534) != 0) _exit(3);
+    action();
+  });
+}
+
+TEST_F(MapTransaction, ReadOnlyMapInAReadOnlyFolderLoads) {
+  chmod(path_.c_str(), 0444);
+  chmod(folder_.path().c_str(), 0555);
+  const int code = inChildWithoutPrivileges([&] {
+    if (!isSame(loadMap(path_), old_)) _exit(4);
+    readMapSummary(path_);
+  });
+  chmod(folder_.path().c_str(), 0755);
+  EXPECT_EQ(code, 0);
+  EXPECT_EQ(filesIn(folder_.path()), 1u);
+}
+
+TEST_F(MapTransaction, ReadOnlyMapIsNotChanged) {
+  saveRevision(path_, old_, "nothing new");
+  const std::string before = bytesOf(path_);
+  chmod(path_.c_str(), 0444);
+  chmod(folder_.path().c_str(), 0555);
+  EXPECT_EQ(inChildWithoutPrivileges([&] { saveMap(path_, new_); }), 1);
+  EXPECT_EQ(inChildWithoutPrivileges([&] { saveRevision(path_, new_, ""); }), 1);
+  EXPECT_EQ(inChildWithoutPrivileges([&] { undoRevision(path_); }), 1);
+  EXPECT_EQ(inChildWithoutPrivileges([&] { saveMap(folder_ / "fresh.xvm", new_); }), 1);
+  chmod(folder_.path().c_str(), 0755);
+  EXPECT_EQ(bytesOf(path_), before);
+  EXPECT_EQ(filesIn(folder_.path()), 1u);
+}
+
+TEST_F(MapTransaction, RevisionCanBeTakenBack) {
+  saveRevision(path_, new_, "fused rear 30-59");
+  EXPECT_TRUE(isSame(loadMap(path_), new_));
+  EXPECT_EQ(readMapSummary(path_).revisions, std::vector<std::string>{"fused rear 30-59"});
+  EXPECT_TRUE(undoRevision(path_));
+  EXPECT_TRUE(isSame(loadMap(path_), old_));
+  EXPECT_TRUE(readMapSummary(path_).revisions.empty());
+  EXPECT_FALSE(undoRevision(path_));
+  EXPECT_TRUE(isSame(loadMap(path_), old_));
+}
+
+TEST_F(MapTransaction, RevisionsAreTakenBackOneByOne) {
+  saveRevision(path_, new_, "first");
+  saveRevision(path_, SemanticMap(), "second");
+  saveRevision(path_, old_, "third");
+  EXPECT_EQ(readMapSummary(path_).revisions,
+            (std::vector<std::string>{"first", "second", "third"}));
+  EXPECT_TRUE(undoRevision(path_));
+  EXPECT_TRUE(isSame(loadMap(path_), SemanticMap()));
+  EXPECT_TRUE(undoRevision(path_));
+  EXPECT_TRUE(isSame(loadMap(path_), new_));
+  EXPECT_TRUE(undoRevision(path_));
+  EXPECT_TRUE(isSame(loadMap(path_), old_));
+  EXPECT_FALSE(undoRevision(path_));
+}
+
+TEST_F(MapTransaction, SavingForgetsTheRevisions) {
+  saveRevision(path_, new_, "first");
+  saveMap(path_, old_);
+  EXPECT_TRUE(readMapSummary(path_).revisions.empty());
+  EXPECT_FALSE(undoRevision(path_));
+  EXPECT_TRUE(isSame(loadMap(path_), old_));
+}
+
+TEST_F(MapTransaction, RevisionStoresOnlyWhatChanges) {
+  const auto before = fs::file_size(path_);
+  SemanticMap map = old_;
+  map.graph.vertices[0].observations += 1;
+  saveRevision(path_, map, "one more observation");
+  EXPECT_LT(fs::file_size(path_), before + 15 * 4096);  // a page for each new table
+}
+
+TEST_F(MapTransaction, RevisionNeedsAMap) {
+  EXPECT_THROW(saveRevision(folder_ / "none.xvm", new_, ""), Error);
+}
+
+}  // namespace
+}  // namespace xview
