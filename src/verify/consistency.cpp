@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 namespace xview {
 namespace {
@@ -15,11 +14,16 @@ struct Columns {
   std::vector<std::uint32_t> query, map, node;
 };
 
-/// Indices of the most similar correspondences, in their own order.
-std::vector<std::uint32_t> mostSimilar(const std::vector<Correspondence>& correspondences,
+/// Indices of the most similar correspondences of finite positions, in their own order.
+std::vector<std::uint32_t> mostSimilar(const std::vector<Eigen::Vector3d>& query,
+                                       const std::vector<Eigen::Vector3d>& map,
+                                       const std::vector<Correspondence>& correspondences,
                                        std::size_t limit) {
-  std::vector<std::uint32_t> kept(correspondences.size());
-  std::iota(kept.begin(), kept.end(), 0u);
+  std::vector<std::uint32_t> kept;
+  for (std::uint32_t i = 0; i < correspondences.size(); ++i) {
+    const Correspondence& c = correspondences[i];
+    if (query[c.query].allFinite() && map[c.map].allFinite()) kept.push_back(i);
+  }
   if (kept.size() <= limit) return kept;
   std::nth_element(kept.begin(), kept.begin() + static_cast<std::ptrdiff_t>(limit), kept.end(),
                    [&](std::uint32_t a, std::uint32_t b) {
@@ -36,7 +40,7 @@ Columns columnsOf(const std::vector<Eigen::Vector3d>& query,
                   const std::vector<Eigen::Vector3d>& map,
                   const std::vector<Correspondence>& correspondences, std::size_t limit) {
   Columns c;
-  for (const std::uint32_t i : mostSimilar(correspondences, limit)) {
+  for (const std::uint32_t i : mostSimilar(query, map, correspondences, limit)) {
     const Eigen::Vector3d& q = query[correspondences[i].query];
     const Eigen::Vector3d& m = map[correspondences[i].map];
     c.qx.push_back(q.x());
@@ -52,7 +56,7 @@ Columns columnsOf(const std::vector<Eigen::Vector3d>& query,
   return c;
 }
 
-/// agree[b] = 1 for each b < a whose pair distances to a agree. NaN compares false.
+/// agree[b] = 1 for each b < a whose pair distances to a agree.
 void compareRow(const Columns& c, std::size_t a, const ConsistencyOptions& o,
                 std::vector<std::uint8_t>& agree) {
   const double qx = c.qx[a], qy = c.qy[a], qz = c.qz[a], mx = c.mx[a], my = c.my[a], mz = c.mz[a];

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "xview/verify/sample_consensus.h"
 
+#include <pcl/console/print.h>
 #include <pcl/registration/correspondence_rejection_sample_consensus.h>
 
 #include <algorithm>
+#include <mutex>
 #include <numeric>
 #include <optional>
 
@@ -23,7 +25,40 @@ std::vector<Correspondence> finiteOnes(const Points& query, const Points& map,
   return finite;
 }
 
-/// PCL complains on stderr when it cannot draw three different points.
+/// Keeps PCL from writing to stderr that it found no model: to the caller that is a result. The
+/// level is a global of PCL, so the first of several threads lowers it and the last one restores
+/// it.
+class QuietPcl {
+ public:
+  QuietPcl() {
+    const std::lock_guard<std::mutex> lock(mutex());
+    if (users()++ == 0) {
+      level() = pcl::console::getVerbosityLevel();
+      pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);
+    }
+  }
+  ~QuietPcl() {
+    const std::lock_guard<std::mutex> lock(mutex());
+    if (--users() == 0) pcl::console::setVerbosityLevel(level());
+  }
+  QuietPcl(const QuietPcl&) = delete;
+  QuietPcl& operator=(const QuietPcl&) = delete;
+
+ private:
+  static std::mutex& mutex() {
+    static std::mutex instance;
+    return instance;
+  }
+  static int& users() {
+    static int count = 0;
+    return count;
+  }
+  static pcl::console::VERBOSITY_LEVEL& level() {
+    static pcl::console::VERBOSITY_LEVEL saved = pcl::console::L_INFO;
+    return saved;
+  }
+};
+
 bool hasThreePlaces(const Points& points) {
   std::vector<Eigen::Vector3d> places;
   for (const Eigen::Vector3d& p : points) {
@@ -62,6 +97,7 @@ std::optional<Eigen::Isometry3d> pclPose(const Points& source, const Points& tar
   rejector.setInputTarget(centredCloud(target, target_mean));
   rejector.setInlierThreshold(options.inlier_m);
   rejector.setMaximumIterations(options.iterations);
+  const QuietPcl quiet;
   rejector.getRemainingCorrespondences(all, remaining);
   const Eigen::Matrix4d T = rejector.getBestTransformation().cast<double>();
   if (!T.allFinite() || remaining.size() < 3) return std::nullopt;

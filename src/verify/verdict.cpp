@@ -9,7 +9,8 @@
 namespace xview {
 namespace {
 
-constexpr double kEqualShare = 0.8;  ///< a runner-up with this share of the best score explains the query about equally well
+constexpr double kEqualShare =
+    0.8;  ///< a runner-up with this share of the best score explains the query about equally well
 
 /// 0.5 where the evidence just suffices, towards 1 as it grows.
 double confidenceOf(double sufficiency) {
@@ -30,37 +31,51 @@ Verdict judge(const PlaceEvidence& e, const VerdictOptions& o) {
   const bool agrees = agreement >= o.min_agreement && e.known_share >= o.min_known_share;
   if (sufficiency >= 1) {
     verdict.status = Status::accepted;
-    verdict.reason = fmt::format("{:.0f} nats better than any other place ({:.0f} needed), {:.0f} % of the score of a true pose",
-                                 margin, o.min_margin, 100 * agreement);
+    verdict.reason = fmt::format(
+        "{:.0f} nats better than any other place ({:.0f} needed), {:.0f} % of the score of a true "
+        "pose",
+        margin, o.min_margin, 100 * agreement);
   } else if (agrees && e.runner_up >= kEqualShare * e.score) {
     verdict.status = Status::ambiguous;
-    verdict.reason = fmt::format("two places explain the query about equally well ({:.0f} and {:.0f} nats, {:.0f} apart needed)",
-                                 e.score, e.runner_up, o.min_margin);
+    verdict.reason = fmt::format(
+        "two places explain the query about equally well ({:.0f} and {:.0f} nats, {:.0f} apart "
+        "needed)",
+        e.score, e.runner_up, o.min_margin);
   } else if (e.known_share < o.min_known_share) {
-    verdict.reason = fmt::format("only {:.0f} % of the query lies where the map was seen ({:.0f} % needed)",
-                                 100 * e.known_share, 100 * o.min_known_share);
+    verdict.reason =
+        fmt::format("only {:.0f} % of the query lies where the map was seen ({:.0f} % needed)",
+                    100 * e.known_share, 100 * o.min_known_share);
   } else if (agreement < o.min_agreement) {
-    verdict.reason = fmt::format("the best place has {:.0f} % of the score of a true pose ({:.0f} % needed)",
-                                 100 * std::max(0.0, agreement), 100 * o.min_agreement);
+    verdict.reason =
+        fmt::format("the best place has {:.0f} % of the score of a true pose ({:.0f} % needed)",
+                    100 * std::max(0.0, agreement), 100 * o.min_agreement);
   } else {
-    verdict.reason = fmt::format("the best place is {:.0f} nats better than the next one ({:.0f} needed)", margin, o.min_margin);
+    verdict.reason =
+        fmt::format("the best place is {:.0f} nats better than the next one ({:.0f} needed)",
+                    margin, o.min_margin);
   }
   return verdict;
 }
 
 Verdict judge(const ConsensusEvidence& e, const VerdictOptions& o) {
   Verdict verdict;
-  // Inliers of wrong poses come in clusters (a row of houses fits another row), so twice the chance level plus what the runner-up has is asked for.
-  const double needed = std::max({o.min_inliers, 2 * e.chance_inliers, o.min_inlier_ratio * e.runner_up});
+  // Inliers of wrong poses come in clusters (a row of houses fits another row), so twice the chance
+  // level plus what the runner-up has is asked for.
+  const double needed =
+      std::max({o.min_inliers, 2 * e.chance_inliers, o.min_inlier_ratio * e.runner_up});
   verdict.confidence = confidenceOf(e.inliers / needed);
   if (e.inliers >= needed) {
     verdict.status = Status::accepted;
-    verdict.reason = fmt::format("{} of {} vertices agree ({:.0f} needed), {} in the next best place", e.inliers, e.vertices, needed, e.runner_up);
+    verdict.reason =
+        fmt::format("{} of {} vertices agree ({:.0f} needed), {} in the next best place", e.inliers,
+                    e.vertices, needed, e.runner_up);
   } else if (e.inliers >= o.min_inliers && e.runner_up >= kEqualShare * e.inliers) {
     verdict.status = Status::ambiguous;
-    verdict.reason = fmt::format("two places agree equally well ({} and {} of {} vertices)", e.inliers, e.runner_up, e.vertices);
+    verdict.reason = fmt::format("two places agree equally well ({} and {} of {} vertices)",
+                                 e.inliers, e.runner_up, e.vertices);
   } else {
-    verdict.reason = fmt::format("{} of {} vertices agree, {:.0f} needed", e.inliers, e.vertices, needed);
+    verdict.reason =
+        fmt::format("{} of {} vertices agree, {:.0f} needed", e.inliers, e.vertices, needed);
   }
   return verdict;
 }
