@@ -27,8 +27,6 @@ Json poseOf(const Answer& answer) {
   Eigen::Quaterniond q(answer.fix.T_map_sensor.rotation());
   if (q.w() < 0) q.coeffs() *= -1;  // q and -q are one rotation; print one of them
   return {{"frame", answer.last_frame},
-          {"stamp", answer.last_stamp_s},
-          {"index", answer.last_index},
           {"position", {p.x(), p.y(), p.z()}},
           {"quaternion", {q.x(), q.y(), q.z(), q.w()}}};
 }
@@ -84,6 +82,8 @@ std::string toJson(const Answer& answer) {
   json["query"] = {{"input", answer.input},
                    {"first_frame", answer.first_frame},
                    {"last_frame", answer.last_frame},
+                   {"last_index", answer.last_index},
+                   {"last_stamp", answer.last_stamp_s},
                    {"frames_in_input", answer.frames}};
   json["status"] = toString(fix.status);
   json["reason"] = fix.reason;

@@ -43,6 +43,8 @@ Answer parse(const std::string& line) {
   answer.input = query.at("input").get<std::string>();
   answer.first_frame = query.at("first_frame").get<std::int64_t>();
   answer.last_frame = query.at("last_frame").get<std::int64_t>();
+  answer.last_index = query.value("last_index", std::size_t{0});
+  answer.last_stamp_s = query.value("last_stamp", 0.0);
   answer.frames = query.value("frames_in_input", std::size_t{0});
   answer.fix.status = statusOf(json.at("status").get<std::string>());
   answer.fix.confidence = json.at("confidence").get<double>();
@@ -50,8 +52,6 @@ Answer parse(const std::string& line) {
   if (pose != json.end() && !pose->is_null()) {
     answer.fix.T_map_sensor = poseOf(*pose);
     answer.fix.hypotheses.resize(1);
-    answer.last_stamp_s = pose->value("stamp", 0.0);
-    answer.last_index = pose->value("index", std::size_t{0});
   }
   const auto timing = json.find("timing_ms");
   if (timing != json.end()) answer.fix.timing_ms = {{"total", timing->value("total", 0.0)}};

@@ -37,7 +37,8 @@ class Truth {
   explicit Truth(const std::string& path) : path_(path), poses_(readPoses(path)) {}
 
   const Eigen::Isometry3d& poseFor(const Answer& answer) const {
-    if (answer.frames == poses_.size()) return poses_[answer.last_index].T_frame_sensor;
+    if (answer.frames == poses_.size() && answer.last_index < poses_.size())
+      return poses_[answer.last_index].T_frame_sensor;
     if (const StampedPose* stamped = withStamp(answer)) return stamped->T_frame_sensor;
     const auto number = static_cast<std::size_t>(answer.last_frame);
     if (answer.last_frame >= 0 && number < poses_.size()) return poses_[number].T_frame_sensor;

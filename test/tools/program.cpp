@@ -43,7 +43,8 @@ void redirect(int descriptor, const std::string& path) {
 
 Outcome runXview(const std::vector<std::string>& arguments, const Limits& limits) {
   const TemporaryFolder folder;
-  const std::string out = folder / "out", err = folder / "err";
+  const std::string out = limits.output_path.empty() ? folder / "out" : limits.output_path,
+                    err = folder / "err";
   std::vector<std::string> words{XVIEW_PROGRAM};
   words.insert(words.end(), arguments.begin(), arguments.end());
   std::vector<char*> argv;
@@ -59,7 +60,7 @@ Outcome runXview(const std::vector<std::string>& arguments, const Limits& limits
   Outcome outcome;
   if (WIFEXITED(status)) outcome.code = WEXITSTATUS(status);
   if (WIFSIGNALED(status)) outcome.signal = WTERMSIG(status);
-  outcome.out = readText(out);
+  if (limits.output_path.empty()) outcome.out = readText(out);
   outcome.err = readText(err);
   return outcome;
 }

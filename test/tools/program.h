@@ -15,10 +15,11 @@ struct Outcome {
   std::string err;  ///< standard error
 };
 
-/// Limits of a run; 0 = none.
+/// Circumstances of a run.
 struct Limits {
   int seconds = 60;
-  std::size_t address_space_mb = 0;
+  std::size_t address_space_mb = 0;  ///< 0 = none
+  std::string output_path;           ///< where standard output goes instead of into Outcome::out
 };
 
 /// Runs the xview of this build with these arguments, as a shell would.

@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "support/test_data.h"
+#include "tools/program.h"
+#include "tools/sequence.h"
+#include "xview/io/image_files.h"
+
+namespace xview::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A good sequence to spoil, a map made of it, and a place for output that must not appear.
+class BadInput : public testing::Test {
+ protected:
+  BadInput() { writeSequence(sequence_); }
+
+  /// `map` of the spoilt sequence fails with one line that says `expected`, leaves no output, and
+  /// an existing map as it was.
+  void expectRefused(const std::string& expected) {
+    expectFailure({"map", "-q", sequence_, output_}, expected);
+    EXPECT_FALSE(fs::exists(output_));
+    EXPECT_EQ(filesIn(folder_.path()), files_before_) << "something was left behind";
+  }
+
+  void expectFailure(const std::vector<std::string>& arguments, const std::string& expected) {
+    files_before_ = filesIn(folder_.path());
+    const Outcome outcome = runXview(arguments, {30, 2500, ""});
+    EXPECT_EQ(outcome.code, 1) << outcome.err << " signal " << outcome.signal;
+    EXPECT_EQ(lineCount(outcome.err), 1u) << outcome.err;
+    EXPECT_EQ(outcome.err.rfind("error: ", 0), 0u) << outcome.err;
+    EXPECT_NE(outcome.err.find(expected), std::string::npos) << outcome.err;
+  }
+
+  static std::size_t filesIn(const std::string& path) {
+    std::size_t files = 0;
+    for (const auto& entry : fs::recursive_directory_iterator(path))
+      files += entry.is_regular_file();
+    return files;
+  }
+
+  void makeMap() {
+    const Outcome outcome = runXview({"map", "-q", sequence_, map_});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+  }
+
+  TemporaryFolder folder_;
+  std::string sequence_ = folder_ / "seq", output_ = folder_ / "new.xvm",
+              map_ = folder_ / "town.xvm";
+  std::size_t files_before_ = 0;
+};
+
+void replaceIn(const std::string& path, const std::string& from, const std::string& to) {
+  std::string text = readText(path);
+  const std::size_t at = text.find(from);
+  ASSERT_NE(at, std::string::npos) << path << " has no " << from;
+  writeText(path, text.replace(at, from.size(), to));
+}
+
+TEST_F(BadInput, GoodSequenceIsAccepted) { makeMap(); }
+
+TEST_F(BadInput, MissingInput) {
+  expectFailure({"map", "-q", folder_ / "nothing", output_}, "nothing");
+}
+
+TEST_F(BadInput, MissingLabelImage) {
+  fs::remove(sequence_ + "/label/000001.png");
+  expectRefused("label");
+}
+
+TEST_F(BadInput, MissingPoses) {
+  fs::remove(sequence_ + "/poses.txt");
+  expectRefused("poses.txt");
+}
+
+TEST_F(BadInput, FewerPosesThanFrames) {
+  writeText(sequence_ + "/poses.txt", "0 0 0 0 0 0 0 1\n0.1 0 0 0 0 0 0 1\n");
+  expectRefused("poses.txt");
+}
+
+TEST_F(BadInput, PoseThatIsNoRotation) {
+  writeText(sequence_ + "/poses.txt", std::string(4, ' ') +
+                                          "1 0 0 0 0 2 0 0 0 0 1 0\n1 0 0 0 0 1 0 0 0 0 1 0\n"
+                                          "1 0 0 0 0 1 0 0 0 0 1 0\n1 0 0 0 0 1 0 0 0 0 1 0\n");
+  expectRefused("poses.txt:1");
+}
+
+TEST_F(BadInput, PoseThatIsNotFinite) {
+  replaceIn(sequence_ + "/poses.txt", "1.5", "nan");
+  expectRefused("poses.txt:1");
+}
+
+TEST_F(BadInput, CameraWithoutFocalLength) {
+  writeText(sequence_ + "/camera.yaml",
+            "width: 64\nheight: 48\nfx: 40\ncx: 31.5\ncy: 23.5\ndepth_scale: 0.01\n");
+  expectRefused("fy");
+}
+
+TEST_F(BadInput, DepthScaleZero) {
+  replaceIn(sequence_ + "/camera.yaml", "depth_scale: 0.01", "depth_scale: 0");
+  expectRefused("depth_scale");
+}
+
+TEST_F(BadInput, DepthScaleInWrongUnitLeavesNothingInRange) {
+  replaceIn(sequence_ + "/camera.yaml", "depth_scale: 0.01", "depth_scale: 10");
+  expectRefused("seq");
+}
+
+TEST_F(BadInput, LabelsOfAnotherSizeThanDepth) {
+  writeLabelPng(sequence_ + "/label/000002.png", LabelImage(32, 24, 3));
+  expectRefused("000002.png");
+}
+
+TEST_F(BadInput, AllUnlabelled) {
+  for (int i = 0; i < 4; ++i)
+    writeLabelPng(sequence_ + "/label/00000" + std::to_string(i) + ".png", LabelImage(64, 48, 0));
+  expectRefused("seq");
+}
+
+TEST_F(BadInput, TruncatedImage) {
+  const std::string path = sequence_ + "/depth/000003.png", bytes = readText(path);
+  writeText(path, bytes.substr(0, bytes.size() / 2));
+  expectRefused("000003.png");
+}
+
+TEST_F(BadInput, ExistingMapSurvivesABadAddition) {
+  makeMap();
+  const std::string before = readText(map_);
+  fs::remove(sequence_ + "/label/000001.png");
+  expectFailure({"map", "-q", "--append", sequence_, map_}, "label");
+  EXPECT_EQ(readText(map_), before);
+}
+
+TEST_F(BadInput, FileThatIsNoMapIsNotOverwritten) {
+  writeText(output_, "my notes");
+  expectFailure({"map", "-q", sequence_, output_}, "new.xvm");
+  EXPECT_EQ(readText(output_), "my notes");
+}
+
+TEST_F(BadInput, FileThatIsNoMapIsNoMapToLocalizeIn) {
+  writeText(output_, "my notes");
+  expectFailure({"localize", "-q", "--json", sequence_, output_}, "new.xvm");
+}
+
+TEST_F(BadInput, DamagedMap) {
+  makeMap();
+  const std::string bytes = readText(map_);
+  writeText(map_, bytes.substr(0, bytes.size() / 2));
+  expectFailure({"localize", "-q", "--json", sequence_, map_}, "town.xvm");
+}
+
+TEST_F(BadInput, MapOfAnotherLabelSet) {
+  makeMap();
+  writeText(sequence_ + "/classes.yaml",
+            "- {id: 0, name: void}\n- {id: 2, name: road}\n- {id: 3, name: pole}\n- {id: 7, name: "
+            "building}\n");
+  expectFailure({"localize", "-q", "--json", sequence_, map_}, "label");
+}
+
+TEST_F(BadInput, OutputFolderDoesNotExist) {
+  expectFailure({"lift", "-q", sequence_, folder_ / "no/such/cloud.pcd"}, "cloud.pcd");
+}
+
+TEST_F(BadInput, FullDisk) {
+  fs::create_symlink("/dev/full", folder_ / "full.pcd");
+  expectFailure({"lift", "-q", sequence_, folder_ / "full.pcd"}, "full.pcd");
+}
+
+TEST_F(BadInput, FullDiskUnderStandardOutput) {
+  const Outcome outcome = runXview({"info", "-q", sequence_}, {30, 0, "/dev/full"});
+  EXPECT_EQ(outcome.code, 1);
+  EXPECT_EQ(lineCount(outcome.err), 1u) << outcome.err;
+}
+
+TEST_F(BadInput, CloudWithoutFinitePoints) {
+  writeText(folder_ / "nan.pcd",
+            "VERSION .7\nFIELDS x y z label\nSIZE 4 4 4 4\nTYPE F F F U\nCOUNT 1 1 1 1\nWIDTH "
+            "2\nHEIGHT 1\n"
+            "POINTS 2\nDATA ascii\nnan nan nan 1\ninf 0 0 2\n");
+  expectFailure({"blobs", "-q", folder_ / "nan.pcd", folder_ / "out.pcd"}, "nan.pcd");
+  EXPECT_FALSE(fs::exists(folder_ / "out.pcd"));
+}
+
+TEST_F(BadInput, EmptyCloud) {
+  writeText(folder_ / "empty.pcd",
+            "VERSION .7\nFIELDS x y z label\nSIZE 4 4 4 4\nTYPE F F F U\nCOUNT 1 1 1 1\nWIDTH "
+            "0\nHEIGHT 1\n"
+            "POINTS 0\nDATA ascii\n");
+  for (const char* command : {"lift", "blobs", "map"}) {
+    const std::string out =
+        folder_ / (std::string("out") + (command == std::string("map") ? ".xvm" : ".pcd"));
+    expectFailure({command, "-q", folder_ / "empty.pcd", out}, "empty.pcd");
+    EXPECT_FALSE(fs::exists(out));
+  }
+}
+
+TEST_F(BadInput, InABatchTheRestIsAnswered) {
+  makeMap();
+  const Outcome outcome =
+      runXview({"localize", "-q", "--json", sequence_, folder_ / "nothing", sequence_, map_});
+  EXPECT_EQ(outcome.code, 1);
+  EXPECT_EQ(lineCount(outcome.out), 2u);
+  EXPECT_EQ(lineCount(outcome.err), 1u) << outcome.err;
+  EXPECT_NE(outcome.err.find("nothing"), std::string::npos) << outcome.err;
+}
+
+}  // namespace
+}  // namespace xview::test

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "support/test_data.h"
+#include "tools/program.h"
+
+namespace xview::test {
+namespace {
+
+std::string effective(std::vector<std::string> arguments) {
+  arguments.insert(arguments.begin(), "map");
+  arguments.push_back("--print-config");
+  const Outcome outcome = runXview(arguments);
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  return outcome.out;
+}
+
+TEST(PrintConfig, IsReadBackToTheSameOptions) {
+  const TemporaryFolder folder;
+  const std::string printed =
+      effective({"--walks.num_walks", "77", "--merge.mode", "first_observation", "--seed", "5"});
+  EXPECT_NE(printed.find("77"), std::string::npos);
+  writeText(folder / "a.yaml", printed);
+  EXPECT_EQ(effective({"--config", folder / "a.yaml"}), printed);
+}
+
+TEST(PrintConfig, WorksWithoutACommand) {
+  const Outcome outcome = runXview({"--print-config", "--seed", "9"});
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_NE(outcome.out.find("seed: 9"), std::string::npos);
+}
+
+TEST(Config, FlagsWinOverFilesWhereverTheyStand) {
+  const TemporaryFolder folder;
+  writeText(folder / "a.yaml", "seed: 11\n");
+  EXPECT_NE(effective({"--seed", "12", "--config", folder / "a.yaml"}).find("seed: 12"),
+            std::string::npos);
+}
+
+TEST(Config, LaterFilesWin) {
+  const TemporaryFolder folder;
+  writeText(folder / "a.yaml", "seed: 11\nwalks: {num_walks: 50}\n");
+  writeText(folder / "b.yaml", "seed: 12\n");
+  const std::string both =
+      effective({"--config", folder / "a.yaml", "--config", folder / "b.yaml"});
+  EXPECT_NE(both.find("seed: 12"), std::string::npos);
+  EXPECT_NE(both.find("num_walks: 50"), std::string::npos);
+}
+
+TEST(Config, UnknownKeyNamesFileAndNearestKey) {
+  const TemporaryFolder folder;
+  writeText(folder / "a.yaml", "walks:\n  num_wlks: 50\n");
+  const Outcome outcome = runXview({"map", "--print-config", "--config", folder / "a.yaml"});
+  EXPECT_NE(outcome.code, 0);
+  EXPECT_EQ(outcome.out, "");
+  EXPECT_NE(outcome.err.find("a.yaml:2"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("walks.num_walks"), std::string::npos) << outcome.err;
+}
+
+TEST(Config, MissingFileIsAFailureNotAMisuse) {
+  EXPECT_EQ(runXview({"map", "--print-config", "--config", "/nowhere/a.yaml"}).code, 1);
+}
+
+TEST(Config, EveryShippedFileIsValidAndChangesSomething) {
+  const std::string defaults = effective({});
+  int files = 0;
+  for (const auto& entry :
+       std::filesystem::recursive_directory_iterator(XVIEW_SOURCE_DIR "/config")) {
+    if (entry.path().extension() != ".yaml" || entry.path().parent_path().filename() == "labels")
+      continue;
+    EXPECT_NE(effective({"--config", entry.path().string()}), defaults) << entry.path();
+    ++files;
+  }
+  EXPECT_GE(files, 5);
+}
+
+}  // namespace
+}  // namespace xview::test

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <gtest/gtest.h>
+
+#include "tools/program.h"
+
+namespace xview::test {
+namespace {
+
+const std::vector<std::string> kCommands{"simulate", "info", "lift",  "blobs",
+                                         "graph",    "map",  "match", "localize",
+                                         "evaluate", "fuse", "view"};
+
+TEST(Help, ListsEveryCommand) {
+  const Outcome outcome = runXview({"--help"});
+  EXPECT_EQ(outcome.code, 0);
+  EXPECT_EQ(outcome.err, "");
+  for (const std::string& command : kCommands)
+    EXPECT_NE(outcome.out.find("\n  " + command + " "), std::string::npos);
+}
+
+TEST(Help, OfEveryCommandIsOnStdoutWithAnExample) {
+  for (const std::string& command : kCommands) {
+    const Outcome outcome = runXview({command, "--help"});
+    EXPECT_EQ(outcome.code, 0) << command;
+    EXPECT_EQ(outcome.err, "") << command;
+    EXPECT_NE(outcome.out.find("Usage: xview " + command), std::string::npos) << command;
+    EXPECT_NE(outcome.out.find("Example: xview " + command), std::string::npos) << command;
+    EXPECT_NE(outcome.out.find("Common flags:"), std::string::npos) << command;
+  }
+}
+
+TEST(Help, ShowsOptionsByStageWithDefaultAndUnit) {
+  const Outcome outcome = runXview({"graph", "--help"});
+  EXPECT_NE(outcome.out.find("Options of walks:"), std::string::npos);
+  EXPECT_NE(outcome.out.find("--edges.radius_m"), std::string::npos);
+  EXPECT_NE(outcome.out.find("[m] (default 15)"), std::string::npos) << outcome.out;
+}
+
+TEST(Version, IsOneLineOnStdout) {
+  const Outcome outcome = runXview({"--version"});
+  EXPECT_EQ(outcome.code, 0);
+  EXPECT_EQ(outcome.out.rfind("xview ", 0), 0u);
+  EXPECT_EQ(lineCount(outcome.out), 1u);
+}
+
+void expectMisuse(const std::vector<std::string>& arguments, const std::string& expected) {
+  const Outcome outcome = runXview(arguments);
+  EXPECT_EQ(outcome.code, 2) << outcome.err;
+  EXPECT_EQ(outcome.out, "");
+  EXPECT_EQ(lineCount(outcome.err), 2u) << outcome.err;
+  EXPECT_EQ(outcome.err.rfind("error: ", 0), 0u) << outcome.err;
+  EXPECT_NE(outcome.err.find(expected), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("see: xview"), std::string::npos) << outcome.err;
+}
+
+TEST(Misuse, NoCommand) { expectMisuse({}, "no command"); }
+TEST(Misuse, UnknownCommandNamesTheNearest) { expectMisuse({"localise", "a", "b"}, "localize"); }
+TEST(Misuse, UnknownFlagNamesTheNearest) {
+  expectMisuse({"localize", "a", "b", "--windw", "3"}, "--window");
+}
+TEST(Misuse, UnknownKeyNamesTheNearest) {
+  expectMisuse({"graph", "a", "b.ply", "--walks.num_walk", "3"}, "--walks.num_walks");
+}
+TEST(Misuse, TooFewOperands) { expectMisuse({"localize", "a"}, "QUERY... MAP"); }
+TEST(Misuse, TooManyOperands) { expectMisuse({"lift", "a", "b.pcd", "c"}, "INPUT CLOUD.pcd"); }
+TEST(Misuse, ValueOutOfRange) {
+  expectMisuse({"graph", "a", "b.ply", "--walks.walk_length", "0"}, "walks.walk_length");
+}
+TEST(Misuse, ValueIsNoNumber) {
+  expectMisuse({"graph", "a", "b.ply", "--edges.radius_m", "far"}, "edges.radius_m");
+}
+TEST(Misuse, ValueIsNoChoice) {
+  expectMisuse({"graph", "a", "b.ply", "--method", "magic"}, "method");
+}
+TEST(Misuse, FlagWithoutValue) { expectMisuse({"localize", "a", "b", "--window"}, "--window"); }
+TEST(Misuse, BadFrameRange) { expectMisuse({"info", "a", "--frames", "9:x"}, "9:x"); }
+TEST(Misuse, OutputOfUnknownKind) { expectMisuse({"lift", "a", "b.txt"}, ".pcd"); }
+TEST(Misuse, StrideWithoutWindow) {
+  expectMisuse({"localize", "a", "b", "--stride", "3"}, "--window");
+}
+
+TEST(Misuse, PointsToTheHelpOfTheCommand) {
+  EXPECT_NE(runXview({"localize", "a"}).err.find("see: xview localize --help"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace xview::test
