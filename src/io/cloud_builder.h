@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <limits>
+
+#include "row_reader.h"
+#include "xview/types/labelled_cloud.h"
+
+namespace xview {
+
+/// Collects points that arrive in double precision. The first finite coordinate beyond `far_m`
+/// makes that point, rounded down to metres, the origin of the cloud.
+class CloudBuilder {
+ public:
+  CloudBuilder(double far_m, bool has_instances) : far_m_(far_m), has_instances_(has_instances) {}
+
+  void reserve(std::size_t points);
+  /// Throws Error, at `place`, for a finite coordinate that no place in the world has.
+  void add(const Eigen::Vector3d& position, std::uint32_t label, std::uint32_t instance,
+           const RowPlace& place);
+  LabelledCloud finish();
+
+  /// float32 coordinates are kept as they are.
+  static constexpr double kNever = std::numeric_limits<double>::infinity();
+
+ private:
+  void setOrigin(const Eigen::Vector3d& position);
+
+  double far_m_;
+  bool has_instances_;
+  bool has_origin_ = false;
+  LabelledCloud cloud_;
+};
+
+}  // namespace xview

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "xview/io/atomic_file.h"
+
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "support/test_data.h"
+#include "xview/types/error.h"
+
+namespace xview {
+namespace {
+
+std::string contentOf(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::ostringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+std::size_t filesIn(const std::string& folder) {
+  return static_cast<std::size_t>(std::distance(std::filesystem::directory_iterator(folder),
+                                                std::filesystem::directory_iterator()));
+}
+
+TEST(AtomicFile, AppearsOnCommitAndLeavesNothingBeside) {
+  const test::TemporaryFolder folder;
+  AtomicFile file(folder / "out.txt");
+  file.write("hello ");
+  file.write("world", 5);
+  EXPECT_FALSE(std::filesystem::exists(folder / "out.txt"));
+  file.commit();
+  EXPECT_EQ(contentOf(folder / "out.txt"), "hello world");
+  EXPECT_EQ(filesIn(folder.path()), 1u);
+}
+
+TEST(AtomicFile, WithoutCommitTheOldFileStays) {
+  const test::TemporaryFolder folder;
+  std::ofstream(folder / "out.txt") << "old";
+  {
+    AtomicFile file(folder / "out.txt");
+    file.write("new");
+  }
+  EXPECT_EQ(contentOf(folder / "out.txt"), "old");
+  EXPECT_EQ(filesIn(folder.path()), 1u);
+}
+
+TEST(AtomicFile, MoreThanTheBufferArrivesInOrder) {
+  const test::TemporaryFolder folder;
+  std::string expected;
+  AtomicFile file(folder / "out.bin");
+  for (int i = 0; i < 300000; ++i) {
+    const std::string line = std::to_string(i) + "\n";
+    expected += line;
+    file.write(line);
+  }
+  file.commit();
+  EXPECT_EQ(contentOf(folder / "out.bin"), expected);
+}
+
+TEST(AtomicFile, ALibraryMayWriteToTheTemporaryPath) {
+  const test::TemporaryFolder folder;
+  AtomicFile file(folder / "out.txt");
+  std::ofstream(file.temporaryPath()) << "by name";
+  file.commit();
+  EXPECT_EQ(contentOf(folder / "out.txt"), "by name");
+}
+
+TEST(AtomicFile, FollowsASymbolicLink) {
+  const test::TemporaryFolder folder;
+  std::ofstream(folder / "target") << "old";
+  std::filesystem::create_symlink("target", folder / "link");
+  AtomicFile file(folder / "link");
+  file.write("new");
+  file.commit();
+  EXPECT_TRUE(std::filesystem::is_symlink(folder / "link"));
+  EXPECT_EQ(contentOf(folder / "target"), "new");
+}
+
+TEST(AtomicFile, KeepsThePermissionsOfTheOldFile) {
+  const test::TemporaryFolder folder;
+  std::ofstream(folder / "out.txt") << "old";
+  ASSERT_EQ(chmod((folder / "out.txt").c_str(), 0640), 0);
+  AtomicFile file(folder / "out.txt");
+  file.commit();
+  struct stat status = {};
+  ASSERT_EQ(stat((folder / "out.txt").c_str(), &status), 0);
+  EXPECT_EQ(status.st_mode & 0777, 0640u);
+}
+
+TEST(AtomicFile, AFullDiskIsAnErrorAndTheDeviceSurvives) {
+  if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "no /dev/full here";
+  AtomicFile file("/dev/full");
+  file.write("lost");
+  try {
+    file.commit();
+    FAIL() << "the loss was not noticed";
+  } catch (const Error& error) {
+    EXPECT_EQ(std::string(error.what()), "/dev/full: cannot write: No space left on device");
+  }
+  EXPECT_TRUE(std::filesystem::is_character_file("/dev/full"));
+}
+
+TEST(AtomicFile, AMissingFolderAndAFolderAsTargetAreErrors) {
+  const test::TemporaryFolder folder;
+  EXPECT_THROW(AtomicFile(folder / "missing/out.txt"), Error);
+  EXPECT_THROW(AtomicFile(folder.path()), Error);
+  EXPECT_EQ(filesIn(folder.path()), 0u);
+}
+
+}  // namespace
+}  // namespace xview
