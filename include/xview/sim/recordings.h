@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "xview/sim/render.h"
+#include "xview/sim/sensor_noise.h"
+#include "xview/sim/town.h"
+#include "xview/types/frame.h"
+#include "xview/types/option_field.h"
+
+namespace xview {
+
+/// Which recordings to make. `forward` is always there: its odometry frame is the map frame.
+struct SessionChoice {
+  bool forward2 = false;
+  bool rear = true;
+  bool reverse = false;
+  bool oblique = false;
+  bool aerial = true;
+  bool elsewhere = false;
+  bool lidar = false;
+};
+
+template <class Visitor>
+void visit(SessionChoice& o, Visitor&& field) {
+  field("forward2", o.forward2, "the same drive on another day, a little beside");
+  field("rear", o.rear, "the same drive with the camera looking back");
+  field("reverse", o.reverse, "the way back, on the other lane");
+  field("oblique", o.oblique, "the same drive with the camera looking half to the left");
+  field("aerial", o.aerial, "the same streets from the air");
+  field("elsewhere", o.elsewhere, "a drive in another town, which must not be found in the map");
+  field("lidar", o.lidar, "LiDAR scans of the drive and of the way back");
+}
+
+struct AerialOptions {
+  double altitude_m = 45;
+  double tilt_deg = 15;  ///< from straight down, towards the direction of flight
+};
+
+template <class Visitor>
+void visit(AerialOptions& o, Visitor&& field) {
+  field("altitude_m", o.altitude_m, Range{10, 300},
+        "height of the aerial camera above the road [m]");
+  field("tilt_deg", o.tilt_deg, Range{0, 60},
+        "aerial camera: 0 = straight down, more = ahead [deg]");
+}
+
+struct SimulationOptions {
+  int seed = 1;
+  int threads = 0;
+  std::string quality = "clean";
+  double route_length_m = 300;
+  double frame_spacing_m = 2;
+  int width = 320;
+  int height = 240;
+  double view_deg = 90;
+  double drift = 0.01;
+  SessionChoice sessions;
+  AerialOptions aerial;
+  TownOptions town;
+  LidarModel lidar;
+  DepthNoise depth_noise;
+  LabelNoise label_noise;
+  LidarNoise lidar_noise;
+
+  bool isNoisy() const { return quality == "noisy"; }
+};
+
+template <class Visitor>
+void visit(SimulationOptions& o, Visitor&& field) {
+  field("seed", o.seed, Range{0, 2147483647}, "seed of the town and of everything random");
+  field("threads", o.threads, Range{0, 1024},
+        "threads; 0 = all cores. Results do not depend on it");
+  field("quality", o.quality, Choices{{"clean", "noisy"}},
+        "clean = perfect depth, labels and odometry; noisy = as a stereo camera, a network and "
+        "wheels give them");
+  field("route_length_m", o.route_length_m, Range{10, 20000}, "length of the drive [m]");
+  field("frame_spacing_m", o.frame_spacing_m, Range{0.1, 50}, "distance between frames [m]");
+  field("width", o.width, Range{16, 8192}, "image width [pixels]");
+  field("height", o.height, Range{16, 8192}, "image height [pixels]");
+  field("view_deg", o.view_deg, Range{20, 150}, "horizontal angle of view [deg]");
+  field("drift", o.drift, Range{0, 0.2},
+        "noisy: error of the odometry per distance; the mapping drive has none, as after "
+        "optimisation");
+  field.group("sessions", o.sessions);
+  field.group("aerial", o.aerial);
+  field.group("town", o.town);
+  field.group("lidar", o.lidar);
+  field.group("depth_noise", o.depth_noise);
+  field.group("label_noise", o.label_noise);
+  field.group("lidar_noise", o.lidar_noise);
+}
+
+/// What a session is made of; SimulatedRecording renders it.
+struct SessionPlan {
+  std::string name;
+  Sensor sensor = Sensor::camera;
+  Camera camera;
+  LidarModel lidar;
+  double start_s = 0;   ///< stamp of the first frame
+  double period_s = 0;  ///< between frames
+  std::uint64_t seed = 0;
+  std::vector<Eigen::Isometry3d> T_world_sensor;
+  std::vector<Eigen::Isometry3d> T_odom_sensor;  ///< what the odometry says
+  std::vector<Eigen::Isometry3d> T_map_sensor;   ///< the truth
+};
+
+/// A recording whose frames are rendered when they are read; any order, any thread, always the same
+/// bytes.
+class SimulatedRecording : public FrameSource {
+ public:
+  SimulatedRecording(SessionPlan plan, Renderer renderer, const SimulationOptions& options);
+
+  std::size_t size() const override { return plan_.T_world_sensor.size(); }
+  Eigen::Isometry3d pose(std::size_t index) const override { return plan_.T_odom_sensor.at(index); }
+  double stamp(std::size_t index) const override {
+    return plan_.start_s + plan_.period_s * static_cast<double>(index);
+  }
+  std::int64_t number(std::size_t index) const override { return static_cast<std::int64_t>(index); }
+  Frame read(std::size_t index) const override;
+  Sensor sensor() const override { return plan_.sensor; }
+  const LabelSet& labels() const override { return labels_; }
+  const std::string& name() const override { return plan_.name; }
+
+  /// T_map_sensor, with the map in the frame of the first session's odometry. A session from
+  /// elsewhere is nowhere in the map: its truth lies 100 km off.
+  Eigen::Isometry3d truth(std::size_t index) const { return plan_.T_map_sensor.at(index); }
+  const Camera& camera() const { return plan_.camera; }  ///< camera sessions only
+
+ private:
+  SessionPlan plan_;
+  Renderer renderer_;
+  SimulationOptions options_;
+  LabelSet labels_;
+};
+
+/// The chosen sessions, `forward` first. Each has its own traffic, odometry frame and noise; all
+/// but `elsewhere` share the town. Throws UsageError if an option is out of range.
+std::vector<std::unique_ptr<SimulatedRecording>> makeSessions(const SimulationOptions& options);
+
+}  // namespace xview

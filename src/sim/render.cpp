@@ -1,0 +1,228 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "xview/sim/render.h"
+
+#include <embree3/rtcore.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include "xview/sim/town_labels.h"
+#include "xview/types/error.h"
+#include "xview/types/parallel.h"
+
+namespace xview {
+namespace {
+
+constexpr int kPacket = 8;
+constexpr float kFarthest = 2000;  // rays end here [m]
+
+}  // namespace
+
+/// The acceleration structure of one mesh.
+struct Scene::Bvh {
+  RTCDevice device = nullptr;
+  RTCScene scene = nullptr;
+
+  explicit Bvh(const TriangleMesh& mesh) {
+    device = rtcNewDevice(nullptr);
+    if (!device) throw Error("Embree", "no ray-tracing device on this machine");
+    scene = rtcNewScene(device);
+    rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
+    if (!mesh.triangles.empty()) attach(mesh);
+    rtcCommitScene(scene);
+  }
+  ~Bvh() {
+    rtcReleaseScene(scene);
+    rtcReleaseDevice(device);
+  }
+  Bvh(const Bvh&) = delete;
+  Bvh& operator=(const Bvh&) = delete;
+
+ private:
+  void attach(const TriangleMesh& mesh) {
+    RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+    auto* vertices = static_cast<float*>(
+        rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                3 * sizeof(float), mesh.vertices.size()));
+    for (const Eigen::Vector3f& v : mesh.vertices) {
+      for (int i = 0; i < 3; ++i) *vertices++ = v[i];
+    }
+    auto* indices = static_cast<std::uint32_t*>(
+        rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                3 * sizeof(std::uint32_t), mesh.triangles.size()));
+    for (const TriangleMesh::Triangle& t : mesh.triangles) {
+      indices = std::copy(t.corner.begin(), t.corner.end(), indices);
+    }
+    rtcCommitGeometry(geometry);
+    rtcAttachGeometry(scene, geometry);
+    rtcReleaseGeometry(geometry);
+  }
+};
+
+Scene::Scene(TriangleMesh mesh) : mesh_(std::move(mesh)), bvh_(std::make_unique<Bvh>(mesh_)) {}
+Scene::~Scene() = default;
+
+/// Where rays from one point first meet a scene.
+class RayCaster {
+ public:
+  struct Hit {
+    double distance = 0;  ///< in units of the ray's direction; 0 = nothing met
+    Tag tag;
+  };
+
+  RayCaster(const std::vector<std::shared_ptr<const Scene>>& scenes, const Eigen::Vector3d& origin)
+      : scenes_(scenes), origin_(origin) {}
+
+  /// Up to kPacket rays at once.
+  void cast(const Eigen::Vector3d* directions, int count, Hit* hits) const {
+    alignas(32) int valid[kPacket];
+    RTCRayHit8 packet;
+    const Eigen::Vector3f o = origin_.cast<float>();
+    for (int i = 0; i < kPacket; ++i) {
+      valid[i] = i < count ? -1 : 0;
+      const Eigen::Vector3f d = directions[std::min(i, count - 1)].cast<float>();
+      packet.ray.org_x[i] = o.x();
+      packet.ray.org_y[i] = o.y();
+      packet.ray.org_z[i] = o.z();
+      packet.ray.dir_x[i] = d.x();
+      packet.ray.dir_y[i] = d.y();
+      packet.ray.dir_z[i] = d.z();
+      packet.ray.tnear[i] = 0;
+      packet.ray.tfar[i] = kFarthest;
+      packet.ray.time[i] = 0;
+      packet.ray.mask[i] = ~0u;
+      packet.ray.id[i] = static_cast<unsigned>(i);
+      packet.ray.flags[i] = 0;
+      if (i < count) hits[i] = Hit();
+    }
+    for (const auto& scene : scenes_) castInto(*scene, valid, packet, directions, count, hits);
+  }
+
+ private:
+  /// Shortens the rays that meet something nearer than before.
+  void castInto(const Scene& scene, const int* valid, RTCRayHit8& packet,
+                const Eigen::Vector3d* directions, int count, Hit* hits) const {
+    std::fill(packet.hit.geomID, packet.hit.geomID + kPacket, RTC_INVALID_GEOMETRY_ID);
+    std::fill(packet.hit.instID[0], packet.hit.instID[0] + kPacket, RTC_INVALID_GEOMETRY_ID);
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    rtcIntersect8(valid, scene.bvh_->scene, &context, &packet);
+    for (int i = 0; i < count; ++i) {
+      if (packet.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) continue;
+      const TriangleMesh::Triangle& triangle = scene.mesh_.triangles[packet.hit.primID[i]];
+      hits[i] = {distanceToPlane(scene.mesh_, triangle, directions[i], packet.ray.tfar[i]),
+                 triangle.tag};
+    }
+  }
+
+  /// The tracer finds the triangle in single precision; the distance is computed again, so that it
+  /// does not depend on the instruction set that the tracer chose.
+  double distanceToPlane(const TriangleMesh& mesh, const TriangleMesh::Triangle& triangle,
+                         const Eigen::Vector3d& direction, double found) const {
+    const Eigen::Vector3d a = mesh.vertices[triangle.corner[0]].cast<double>();
+    const Eigen::Vector3d b = mesh.vertices[triangle.corner[1]].cast<double>();
+    const Eigen::Vector3d c = mesh.vertices[triangle.corner[2]].cast<double>();
+    const Eigen::Vector3d normal = (b - a).cross(c - a);
+    const double slope = normal.dot(direction);
+    const double distance = normal.dot(a - origin_) / slope;
+    const bool grazing = !(std::abs(distance - found) < 0.02 * found + 0.02);
+    return grazing ? found : distance;
+  }
+
+  const std::vector<std::shared_ptr<const Scene>>& scenes_;
+  Eigen::Vector3d origin_;
+};
+
+Renderer::Renderer(std::vector<std::shared_ptr<const Scene>> scenes) : scenes_(std::move(scenes)) {}
+
+Frame Renderer::renderCamera(const Camera& camera, const Eigen::Isometry3d& T_world_camera,
+                             int threads) const {
+  Frame frame;
+  frame.sensor = Sensor::camera;
+  frame.camera = camera;
+  frame.camera.depth_is_range = false;
+  frame.depth = DepthImage(camera.width, camera.height);
+  frame.label = LabelImage(camera.width, camera.height, town_class::kSky);
+  frame.instance = LabelImage(camera.width, camera.height);
+  const RayCaster caster(scenes_, T_world_camera.translation());
+  const Eigen::Matrix3d R = T_world_camera.linear();
+  parallelFor(static_cast<std::size_t>(camera.height), threads, [&](std::size_t row) {
+    const int y = static_cast<int>(row);
+    for (int x = 0; x < camera.width; x += kPacket) {
+      const int count = std::min(kPacket, camera.width - x);
+      Eigen::Vector3d directions[kPacket];
+      RayCaster::Hit hits[kPacket];
+      for (int i = 0; i < count; ++i) {
+        // Not normalised: a step of 1 along the ray is 1 m of planar depth.
+        directions[i] =
+            R * Eigen::Vector3d((x + i - camera.cx) / camera.fx, (y - camera.cy) / camera.fy, 1);
+      }
+      caster.cast(directions, count, hits);
+      for (int i = 0; i < count; ++i) {
+        if (hits[i].distance <= 0) continue;
+        frame.depth.at(x + i, y) = static_cast<float>(hits[i].distance);
+        frame.label.at(x + i, y) = hits[i].tag.label;
+        frame.instance.at(x + i, y) = hits[i].tag.instance;
+      }
+    }
+  });
+  return frame;
+}
+
+Frame Renderer::renderLidar(const LidarModel& lidar, const Eigen::Isometry3d& T_world_lidar,
+                            int threads) const {
+  const RayCaster caster(scenes_, T_world_lidar.translation());
+  const Eigen::Matrix3d R = T_world_lidar.linear();
+  const auto direction = [&](int ring, int azimuth) {
+    const double share = lidar.rings > 1 ? static_cast<double>(ring) / (lidar.rings - 1) : 0;
+    const double elevation =
+        (lidar.lowest_deg + share * (lidar.highest_deg - lidar.lowest_deg)) * M_PI / 180;
+    const double yaw = 2 * M_PI * azimuth / lidar.azimuths;
+    return Eigen::Vector3d(std::cos(elevation) * std::cos(yaw), std::cos(elevation) * std::sin(yaw),
+                           std::sin(elevation));
+  };
+  std::vector<std::vector<RayCaster::Hit>> rings(
+      static_cast<std::size_t>(lidar.rings),
+      std::vector<RayCaster::Hit>(static_cast<std::size_t>(lidar.azimuths)));
+  parallelFor(rings.size(), threads, [&](std::size_t ring) {
+    for (int a = 0; a < lidar.azimuths; a += kPacket) {
+      const int count = std::min(kPacket, lidar.azimuths - a);
+      Eigen::Vector3d directions[kPacket];
+      for (int i = 0; i < count; ++i) directions[i] = R * direction(static_cast<int>(ring), a + i);
+      caster.cast(directions, count, &rings[ring][static_cast<std::size_t>(a)]);
+    }
+  });
+
+  Frame frame;
+  frame.sensor = Sensor::lidar;
+  for (int ring = 0; ring < lidar.rings; ++ring) {
+    for (int a = 0; a < lidar.azimuths; ++a) {
+      const RayCaster::Hit& hit =
+          rings[static_cast<std::size_t>(ring)][static_cast<std::size_t>(a)];
+      if (hit.distance <= 0 || hit.distance > lidar.max_range_m) continue;
+      pcl::PointXYZL point;
+      point.getVector3fMap() = (hit.distance * direction(ring, a)).cast<float>();
+      point.label = hit.tag.label;
+      frame.cloud.points.push_back(point);
+      frame.cloud.instances.push_back(hit.tag.instance);
+      frame.cloud.ranges.push_back(static_cast<float>(hit.distance));
+    }
+  }
+  return frame;
+}
+
+Camera pinholeCamera(int width, int height, double horizontal_view_rad) {
+  const double focal = width / (2 * std::tan(horizontal_view_rad / 2));
+  Camera camera;
+  camera.width = width;
+  camera.height = height;
+  camera.fx = camera.fy = focal;
+  camera.cx = (width - 1) / 2.0;
+  camera.cy = (height - 1) / 2.0;
+  return camera;
+}
+
+}  // namespace xview

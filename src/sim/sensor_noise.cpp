@@ -1,0 +1,320 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "xview/sim/sensor_noise.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+
+#include "xview/sim/town_labels.h"
+#include "xview/types/random.h"
+
+namespace xview {
+namespace {
+
+/// Smooth random numbers in [0, 1) over space: hashed lattice values, interpolated. Around 0.5,
+/// standard deviation 0.2.
+class ValueNoise {
+ public:
+  explicit ValueNoise(std::uint64_t seed) : seed_(seed) {}
+
+  double at(double x, double y, double z) const {
+    const double fx = std::floor(x), fy = std::floor(y), fz = std::floor(z);
+    const double u = ease(x - fx), v = ease(y - fy), w = ease(z - fz);
+    const auto ix = static_cast<std::int64_t>(fx), iy = static_cast<std::int64_t>(fy);
+    const auto iz = static_cast<std::int64_t>(fz);
+    const double low = plane(ix, iy, iz, u, v);
+    return w == 0 ? low : low + w * (plane(ix, iy, iz + 1, u, v) - low);
+  }
+
+ private:
+  static double ease(double t) { return t * t * (3 - 2 * t); }
+
+  double plane(std::int64_t x, std::int64_t y, std::int64_t z, double u, double v) const {
+    const double a = lattice(x, y, z), b = lattice(x + 1, y, z);
+    const double c = lattice(x, y + 1, z), d = lattice(x + 1, y + 1, z);
+    return (a + u * (b - a)) * (1 - v) + (c + u * (d - c)) * v;
+  }
+
+  double lattice(std::int64_t x, std::int64_t y, std::int64_t z) const {
+    std::uint64_t h = seed_ + static_cast<std::uint64_t>(x) * 0x9E3779B97F4A7C15ull +
+                      static_cast<std::uint64_t>(y) * 0xC2B2AE3D27D4EB4Full +
+                      static_cast<std::uint64_t>(z) * 0x165667B19E3779F9ull;
+    h = (h ^ (h >> 32)) * 0xD6E8FEB86659FD93ull;
+    h = (h ^ (h >> 32)) * 0xD6E8FEB86659FD93ull;
+    return static_cast<double>((h ^ (h >> 32)) >> 11) * (1.0 / 9007199254740992.0);
+  }
+
+  std::uint64_t seed_;
+};
+
+/// What a network takes a class for, and how easily.
+struct Confusion {
+  std::uint16_t label;
+  double weight;
+};
+
+struct ClassErrors {
+  double difficulty = 0;  ///< added to the error field
+  std::vector<Confusion> confusions;
+};
+
+/// Indexed by class; modelled on confusion matrices of street-scene networks: ground classes with
+/// one another, facades with fences and trees, thin things with what lies behind.
+const std::array<ClassErrors, town_class::kCount>& classErrors() {
+  using namespace town_class;
+  static const auto table = [] {
+    std::array<ClassErrors, kCount> t;
+    t[kSky] = {-0.35, {{kVegetation, 2}, {kBuilding, 1}}};
+    t[kBuilding] = {0.06, {{kVegetation, 4}, {kFence, 3}, {kSky, 1}, {kTerrain, 0.5}}};
+    t[kRoad] = {-0.1, {{kSidewalk, 6}, {kTerrain, 0.6}, {kLaneMarking, 0.2}}};
+    t[kSidewalk] = {0.08, {{kRoad, 5}, {kTerrain, 3}}};
+    t[kFence] = {0.3, {{kBuilding, 4}, {kVegetation, 3}, {kTerrain, 1}}};
+    t[kVegetation] = {0.12, {{kTerrain, 3}, {kBuilding, 2.5}, {kFence, 1}, {kSky, 0.4}}};
+    t[kPole] = {0.3, {{kBuilding, 2}, {kVegetation, 2}, {kSky, 1}, {kFence, 1}}};
+    t[kCar] = {0.02, {{kFence, 2}, {kBuilding, 2}, {kRoad, 1}, {kVegetation, 1}}};
+    t[kTrafficSign] = {0.12, {{kBuilding, 3}, {kVegetation, 2}, {kPole, 2}}};
+    t[kPedestrian] = {0.12, {{kVegetation, 2}, {kPole, 1}, {kBuilding, 1}, {kSidewalk, 1}}};
+    t[kBicycle] = {0.4, {{kPedestrian, 3}, {kCar, 1}, {kFence, 1}, {kTerrain, 1}}};
+    t[kLaneMarking] = {0.25, {{kRoad, 8}, {kSidewalk, 1}}};
+    t[kTrafficLight] = {0.15, {{kPole, 2}, {kVegetation, 2}, {kBuilding, 1}}};
+    t[kTerrain] = {0.08, {{kVegetation, 6}, {kSidewalk, 2}, {kRoad, 0.5}}};
+    return t;
+  }();
+  return table;
+}
+
+/// The wrong label that `choice` in [0, 1) selects, or nothing if the class has no errors.
+std::optional<std::uint16_t> confusedWith(std::uint16_t label, double choice) {
+  if (label >= town_class::kCount) return std::nullopt;
+  const std::vector<Confusion>& confusions = classErrors()[label].confusions;
+  double left = 0;
+  for (const Confusion& c : confusions) left += c.weight;
+  left *= choice;
+  for (const Confusion& c : confusions) {
+    left -= c.weight;
+    if (left < 0) return c.label;
+  }
+  return std::nullopt;
+}
+
+double difficultyOf(std::uint16_t label) {
+  return label < town_class::kCount ? classErrors()[label].difficulty : 0;
+}
+
+std::uint64_t frameSeed(std::uint64_t seed, const Frame& frame, std::uint64_t purpose) {
+  return Random(seed ^ purpose, static_cast<std::uint64_t>(frame.number)).next();
+}
+
+/// Where errors are likely, and of which kind: both vary slowly over the image and over the world.
+class ErrorField {
+ public:
+  ErrorField(std::uint64_t recording_seed, std::uint64_t frame_seed, double persistence)
+      : world_(recording_seed ^ 0x57),
+        world_kind_(recording_seed ^ 0x4B),
+        image_(frame_seed ^ 0x49),
+        image_kind_(frame_seed ^ 0x6B),
+        persistence_(persistence) {}
+
+  /// World position in metres, image position in units of 1/320 of the image's width.
+  double strength(const Eigen::Vector3d& p, double x, double y) const {
+    constexpr double kWorldScale = 3, kCoarse = 26, kFine = 7;
+    const Eigen::Vector3d q = p / kWorldScale;
+    const double in_world = world_.at(q.x(), q.y(), q.z());
+    const double in_image =
+        0.65 * image_.at(x / kCoarse, y / kCoarse, 0) + 0.35 * image_.at(x / kFine, y / kFine, 7);
+    return persistence_ * in_world + (1 - persistence_) * in_image;
+  }
+
+  /// In [0, 1), about uniform.
+  double kind(const Eigen::Vector3d& p, double x, double y) const {
+    constexpr double kWorldScale = 5, kImageScale = 60;
+    const Eigen::Vector3d q = p / kWorldScale;
+    const double sum = persistence_ * world_kind_.at(q.x(), q.y(), q.z()) +
+                       (1 - persistence_) * image_kind_.at(x / kImageScale, y / kImageScale, 0);
+    return 3 * sum - std::floor(3 * sum);
+  }
+
+ private:
+  ValueNoise world_, world_kind_, image_, image_kind_;
+  double persistence_;
+};
+
+/// Labels looked up a few pixels away, by a smooth random displacement: boundaries wobble, thin
+/// things break.
+LabelImage wobbled(const LabelImage& label, double amplitude_px, std::uint64_t seed) {
+  const ValueNoise dx(seed ^ 0x78), dy(seed ^ 0x79);
+  const double scale = 9.0 * label.width / 320;
+  LabelImage result = label;
+  for (int y = 0; y < label.height; ++y) {
+    for (int x = 0; x < label.width; ++x) {
+      const double sx = 2 * amplitude_px * (dx.at(x / scale, y / scale, 0) - 0.5);
+      const double sy = 2 * amplitude_px * (dy.at(x / scale, y / scale, 0) - 0.5);
+      const int from_x = std::clamp(x + static_cast<int>(std::lround(sx)), 0, label.width - 1);
+      const int from_y = std::clamp(y + static_cast<int>(std::lround(sy)), 0, label.height - 1);
+      result.at(x, y) = label.at(from_x, from_y);
+    }
+  }
+  return result;
+}
+
+std::size_t differences(const LabelImage& a, const LabelImage& b) {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < a.pixels.size(); ++i) count += a.pixels[i] != b.pixels[i];
+  return count;
+}
+
+/// Wobbled as much as the number of wrong pixels allows: boundaries make at most 40 % of the
+/// errors.
+LabelImage wobbledWithin(const LabelImage& label, std::size_t wrong_pixels, std::uint64_t seed) {
+  for (double amplitude = 4.0 * label.width / 320; amplitude > 0.5; amplitude *= 0.7) {
+    LabelImage result = wobbled(label, amplitude, seed);
+    if (differences(label, result) <= 0.4 * static_cast<double>(wrong_pixels)) return result;
+  }
+  return label;
+}
+
+struct Candidate {
+  float strength;
+  std::uint32_t pixel;
+  std::uint16_t label;
+  bool operator<(const Candidate& other) const {
+    return strength != other.strength ? strength > other.strength : pixel < other.pixel;
+  }
+};
+
+Eigen::Vector3d pointOf(const Frame& frame, int x, int y) {
+  const Camera& camera = frame.camera;
+  const double z = frame.depth.at(x, y);
+  return frame.T_odom_sensor *
+         Eigen::Vector3d((x - camera.cx) / camera.fx * z, (y - camera.cy) / camera.fy * z, z);
+}
+
+double wantedAccuracy(const LabelNoise& noise, std::uint64_t seed) {
+  if (noise.accuracy >= 1) return 1;
+  return std::clamp(noise.accuracy + noise.variation * Random(seed).normal(), 0.0, 1.0);
+}
+
+/// The `count` most error-prone pixels get their wrong label.
+void confuse(LabelImage& label, std::vector<Candidate>& candidates, std::size_t count) {
+  count = std::min(count, candidates.size());
+  if (count == 0) return;
+  std::nth_element(candidates.begin(), candidates.begin() + static_cast<std::ptrdiff_t>(count - 1),
+                   candidates.end());
+  for (std::size_t i = 0; i < count; ++i) label.pixels[candidates[i].pixel] = candidates[i].label;
+}
+
+/// Depth of the nearest pixel within a circle; `radius` in pixels.
+float nearestAround(const DepthImage& depth, int x, int y, int radius) {
+  float nearest = depth.at(x, y);
+  for (int v = std::max(0, y - radius); v <= std::min(depth.height - 1, y + radius); ++v) {
+    for (int u = std::max(0, x - radius); u <= std::min(depth.width - 1, x + radius); ++u) {
+      const float z = depth.at(u, v);
+      if (z > 0 && (nearest <= 0 || z < nearest)) nearest = z;
+    }
+  }
+  return nearest;
+}
+
+}  // namespace
+
+Frame withLabelNoise(Frame frame, const LabelNoise& noise, std::uint64_t seed) {
+  const LabelImage truth = frame.label;
+  const std::uint64_t frame_seed = frameSeed(seed, frame, 0x4C42);
+  const double share = 1 - wantedAccuracy(noise, frame_seed);
+  const auto wrong = static_cast<std::size_t>(share * static_cast<double>(truth.pixels.size()));
+  if (wrong == 0) return frame;
+  frame.label = wobbledWithin(truth, wrong, frame_seed);
+
+  const ErrorField field(seed, frame_seed, noise.persistence);
+  const double unit = 320.0 / truth.width;
+  std::vector<Candidate> candidates;
+  std::size_t already_wrong = 0;
+  for (int y = 0; y < truth.height; ++y) {
+    for (int x = 0; x < truth.width; ++x) {
+      const std::uint16_t label = truth.at(x, y);
+      if (frame.label.at(x, y) != label) {
+        ++already_wrong;
+        continue;
+      }
+      const Eigen::Vector3d p = pointOf(frame, x, y);
+      const auto confused = confusedWith(label, field.kind(p, x * unit, y * unit));
+      if (!confused) continue;
+      const double strength = field.strength(p, x * unit, y * unit) + difficultyOf(label);
+      candidates.push_back({static_cast<float>(strength),
+                            static_cast<std::uint32_t>(y * truth.width + x), *confused});
+    }
+  }
+  confuse(frame.label, candidates, wrong - std::min(wrong, already_wrong));
+  for (std::size_t i = 0; i < frame.instance.pixels.size(); ++i) {
+    if (frame.label.pixels[i] != truth.pixels[i]) frame.instance.pixels[i] = 0;
+  }
+  return frame;
+}
+
+Frame withDepthNoise(Frame frame, const DepthNoise& noise, std::uint64_t seed) {
+  const DepthImage truth = frame.depth;
+  const std::uint64_t frame_seed = frameSeed(seed, frame, 0x4450);
+  const ValueNoise bleeding(frame_seed ^ 0x42), patches(frame_seed ^ 0x50);
+  const double focal_baseline = frame.camera.fx * noise.baseline_m;
+  const double smallest_disparity = focal_baseline / noise.max_range_m;
+  for (int y = 0; y < truth.height; ++y) {
+    Random random(frame_seed, static_cast<std::uint64_t>(y));
+    for (int x = 0; x < truth.width; ++x) {
+      const double grow = 2 * noise.bleeding_px * bleeding.at(x / 5.0, y / 5.0, 0);
+      const double lost = random.uniform(), error = random.normal();
+      const float z = nearestAround(truth, x, y, static_cast<int>(grow));
+      const bool at_edge = z > 0 && z < 0.9f * truth.at(x, y);
+      frame.depth.at(x, y) = 0;
+      if (z <= 0 || truth.at(x, y) <= 0 || lost < noise.invalid_share * (at_edge ? 4 : 0.8))
+        continue;
+      // Block matching: half of the variance is shared by neighbouring pixels.
+      const double shared = 5 * (patches.at(x / 6.0, y / 6.0, 0) - 0.5);
+      const double disparity =
+          focal_baseline / z + noise.disparity_sigma_px * (0.7 * error + 0.7 * shared);
+      if (disparity < smallest_disparity) continue;
+      frame.depth.at(x, y) = static_cast<float>(focal_baseline / disparity);
+    }
+  }
+  return frame;
+}
+
+Frame withLidarNoise(Frame frame, const LidarNoise& noise, std::uint64_t seed) {
+  const LabelledCloud truth = frame.cloud;
+  const std::uint64_t frame_seed = frameSeed(seed, frame, 0x4C49);
+  const ErrorField field(seed, frame_seed, 1);
+  std::vector<Candidate> candidates;
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    const Eigen::Vector3d p = frame.T_odom_sensor * truth.position(i);
+    const auto label = static_cast<std::uint16_t>(truth.points[i].label);
+    const auto confused = confusedWith(label, field.kind(p, 0, 0));
+    if (!confused) continue;
+    candidates.push_back({static_cast<float>(field.strength(p, 0, 0) + difficultyOf(label)),
+                          static_cast<std::uint32_t>(i), *confused});
+  }
+  LabelImage label(static_cast<int>(truth.size()), 1);
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    label.pixels[i] = static_cast<std::uint16_t>(truth.points[i].label);
+  }
+  const double wrong = (1 - noise.label_accuracy) * static_cast<double>(truth.size());
+  confuse(label, candidates, static_cast<std::size_t>(wrong));
+
+  frame.cloud.points.clear();
+  frame.cloud.instances.clear();
+  frame.cloud.ranges.clear();
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    Random random(frame_seed, i);
+    const double range = truth.ranges[i], error = noise.range_sigma_m * random.normal();
+    if (random.uniform() < noise.dropout_share || range + error <= 0.1) continue;
+    pcl::PointXYZL point = truth.points[i];
+    point.getVector3fMap() *= static_cast<float>((range + error) / range);
+    const bool kept = point.label == label.pixels[i];
+    point.label = label.pixels[i];
+    frame.cloud.points.push_back(point);
+    frame.cloud.instances.push_back(kept ? truth.instances[i] : 0);
+    frame.cloud.ranges.push_back(static_cast<float>(range + error));
+  }
+  return frame;
+}
+
+}  // namespace xview
