@@ -4,6 +4,7 @@
 
 int main(int argc, char** argv) {
   using namespace xview::tools;
-  return runProgram(
-      argc, argv, {makeInfo, makeLift, makeBlobs, makeGraph, makeMap, makeLocalize, makeEvaluate});
+  return runProgram(argc, argv,
+                    {makeSimulate, makeInfo, makeLift, makeBlobs, makeGraph, makeMap, makeLocalize,
+                     makeEvaluate});
 }

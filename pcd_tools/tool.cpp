@@ -44,7 +44,10 @@ class CliFlags final : public Flags {
  private:
   template <class T>
   void addValue(const std::string& names, T& value, const std::string& help, const char* type) {
-    app_.add_option(names, value, help)->group(group_)->type_name(type);
+    const std::string fallback = fmt::format("{}", value);
+    const std::string text =
+        fallback.empty() ? help : fmt::format("{} (default {})", help, fallback);
+    app_.add_option(names, value, text)->group(group_)->type_name(type);
   }
 
   CLI::App& app_;

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <fmt/core.h>
+
+#include "commands.h"
+#include "recording_writer.h"
+#include "xview/sim/recordings.h"
+#include "xview/types/error.h"
+#include "xview/types/stopwatch.h"
+
+namespace xview::tools {
+namespace {
+
+/// Makes a flag of every field of the simulator's options; seed and threads are common flags
+/// already.
+struct FlagOfField {
+  Flags& flags;
+  std::string prefix;
+
+  template <class T, class Legal>
+  void operator()(const char* name, T& value, const Legal&, const std::string& help) const {
+    (*this)(name, value, help);
+  }
+  template <class T>
+  void operator()(const char* name, T& value, const std::string& help) const {
+    const std::string key = prefix + name;
+    if (key != "seed" && key != "threads") flags.add("--" + key, value, help);
+  }
+  template <class Group>
+  void group(const char* name, Group& fields) const {
+    visit(fields, FlagOfField{flags, prefix + name + "."});
+  }
+};
+
+class SimulateCommand final : public Command {
+ public:
+  Description describe() const override {
+    return {"simulate", "OUT_DIR",
+            "a seeded world and its recordings (sequence folders, LiDAR scans, truth)",
+            "Each session becomes a folder: forward (whose odometry frame is the map frame) and "
+            "those that are chosen.\n"
+            "groundtruth.txt holds the true poses in the map frame. Switch a session with "
+            "--sessions.rear=false.",
+            "xview simulate town --seed 7 --quality noisy --sessions.elsewhere"};
+  }
+
+  void declare(Flags& flags) override { visit(options_, FlagOfField{flags, ""}); }
+
+  ExitCode run(const Job& job) override {
+    options_.seed = job.options.seed;
+    options_.threads = job.options.threads;
+    Stopwatch watch;
+    const auto sessions = makeSessions(options_);
+    job.narrate.stage("town", watch.lap_ms(), fmt::format("{} sessions", sessions.size()));
+    for (const auto& session : sessions) {
+      std::vector<Eigen::Isometry3d> truth;
+      for (std::size_t i = 0; i < session->size(); ++i) truth.push_back(session->truth(i));
+      const std::string folder = job.operands[0] + "/" + session->name();
+      writeRecording(folder, *session, truth, job.options.threads,
+                     job.narrate.progress(session->name()));
+      job.narrate.stage("render", watch.lap_ms(),
+                        fmt::format("{}: {} frames", folder, session->size()));
+      fmt::print("{}\n", folder);
+    }
+    return kDone;
+  }
+
+ private:
+  SimulationOptions options_;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> makeSimulate() { return std::make_unique<SimulateCommand>(); }
+
+}  // namespace xview::tools
