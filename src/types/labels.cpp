@@ -22,9 +22,13 @@ constexpr NameRule kRules[] = {
     {"reserved", Role::ignored, Kind::none}, {"out of roi", Role::ignored, Kind::none},
     {"ego", Role::ignored, Kind::none}, {"rectification", Role::ignored, Kind::none},
     {"ignore", Role::ignored, Kind::none}, {"water", Role::ignored, Kind::none},
+    {"river", Role::ignored, Kind::none}, {"sea", Role::ignored, Kind::none},
+    {"artefact", Role::ignored, Kind::none}, {"artifact", Role::ignored, Kind::none},
 
     {"moving", Role::dynamic, Kind::none},
     {"bicycle rack", Role::object, Kind::other_object}, {"bicycle parking", Role::object, Kind::other_object},
+    {"post box", Role::object, Kind::other_object},
+    {"bike lane", Role::surface, Kind::road}, {"service lane", Role::surface, Kind::road},
     {"bus stop", Role::object, Kind::other_object}, {"parking meter", Role::object, Kind::other_object},
     {"person", Role::dynamic, Kind::none}, {"people", Role::dynamic, Kind::none},
     {"pedestrian", Role::dynamic, Kind::none}, {"human", Role::dynamic, Kind::none},
@@ -36,7 +40,10 @@ constexpr NameRule kRules[] = {
     {"bus", Role::dynamic, Kind::vehicle}, {"van", Role::dynamic, Kind::vehicle},
     {"caravan", Role::dynamic, Kind::vehicle}, {"trailer", Role::dynamic, Kind::vehicle},
     {"train", Role::dynamic, Kind::vehicle}, {"on rails", Role::dynamic, Kind::vehicle},
+    {"tram", Role::dynamic, Kind::vehicle}, {"boat", Role::dynamic, Kind::vehicle},
     {"vehicle", Role::dynamic, Kind::vehicle},
+    {"trafficcone", Role::dynamic, Kind::none}, {"traffic cone", Role::dynamic, Kind::none},
+    {"stroller", Role::dynamic, Kind::none}, {"wheelchair", Role::dynamic, Kind::none},
 
     {"lane", Role::surface, Kind::lane_marking}, {"lanemarking", Role::surface, Kind::lane_marking},
     {"road line", Role::surface, Kind::lane_marking}, {"roadline", Role::surface, Kind::lane_marking},
@@ -48,9 +55,12 @@ constexpr NameRule kRules[] = {
     {"street lamp", Role::object, Kind::light}, {"lamp", Role::object, Kind::light},
     {"traffic sign", Role::object, Kind::sign}, {"trafficsign", Role::object, Kind::sign},
     {"sign", Role::object, Kind::sign}, {"signboard", Role::object, Kind::sign},
+    {"give way", Role::object, Kind::sign},
     {"pole", Role::object, Kind::pole}, {"poles", Role::object, Kind::pole},
     {"polegroup", Role::object, Kind::pole}, {"smallpole", Role::object, Kind::pole},
     {"bollard", Role::object, Kind::pole}, {"post", Role::object, Kind::pole},
+    {"pillar", Role::object, Kind::pole}, {"column", Role::object, Kind::pole},
+    {"mast", Role::object, Kind::pole}, {"street furniture", Role::object, Kind::other_object},
     {"trunk", Role::object, Kind::trunk}, {"tree trunk", Role::object, Kind::trunk},
 
     {"sidewalk", Role::surface, Kind::sidewalk}, {"pavement", Role::surface, Kind::sidewalk},
@@ -64,41 +74,62 @@ constexpr NameRule kRules[] = {
     {"soil", Role::surface, Kind::terrain}, {"dirt", Role::surface, Kind::terrain},
     {"earth", Role::surface, Kind::terrain}, {"sand", Role::surface, Kind::terrain},
     {"flat", Role::surface, Kind::terrain}, {"field", Role::surface, Kind::terrain},
+    {"gravel", Role::surface, Kind::terrain}, {"mud", Role::surface, Kind::terrain},
+    {"snow", Role::surface, Kind::terrain}, {"hill", Role::surface, Kind::terrain},
+    {"mountain", Role::surface, Kind::terrain},
 
     {"hedge", Role::surface, Kind::vegetation}, {"bush", Role::surface, Kind::vegetation},
     {"vegetation", Role::surface, Kind::vegetation}, {"plants", Role::surface, Kind::vegetation},
-    {"plant", Role::surface, Kind::vegetation}, {"tree", Role::object, Kind::vegetation},
+    {"plant", Role::surface, Kind::vegetation}, {"shrub", Role::surface, Kind::vegetation},
+    {"palm", Role::object, Kind::vegetation}, {"tree", Role::object, Kind::vegetation},
     {"trees", Role::object, Kind::vegetation},
     {"fence", Role::surface, Kind::fence}, {"guard rail", Role::surface, Kind::fence},
     {"guardrail", Role::surface, Kind::fence}, {"railing", Role::surface, Kind::fence},
-    {"barrier", Role::surface, Kind::fence},
+    {"barrier", Role::surface, Kind::fence}, {"gate", Role::surface, Kind::fence},
     {"wall", Role::surface, Kind::building}, {"building", Role::surface, Kind::building},
     {"house", Role::surface, Kind::building}, {"skyscraper", Role::surface, Kind::building},
     {"garage", Role::surface, Kind::building}, {"manmade", Role::surface, Kind::building},
+    {"facade", Role::surface, Kind::building}, {"roof", Role::surface, Kind::building},
+    {"window", Role::surface, Kind::building}, {"door", Role::surface, Kind::building},
     {"bridge", Role::surface, Kind::building}, {"tunnel", Role::surface, Kind::building},
     {"structure", Role::surface, Kind::other_surface}, {"ceiling", Role::surface, Kind::other_surface},
 };
 
-/// Lower case, everything but letters and digits becomes one blank, blanks at both ends.
-std::string asWords(const std::string& name) {
+/// Lower case, everything but letters and digits becomes one blank, blanks at both ends. With `split_humps`
+/// "TrafficSign" becomes two words, else one.
+std::string asWords(const std::string& name, bool split_humps) {
   std::string words = " ";
-  for (const char c : name) {
-    if (std::isalnum(static_cast<unsigned char>(c))) {
-      words += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    } else if (words.back() != ' ') {
-      words += ' ';
-    }
+  bool after_small = false;
+  for (const char letter : name) {
+    const auto c = static_cast<unsigned char>(letter);
+    const bool hump = split_humps && after_small && std::isupper(c);
+    if ((hump || !std::isalnum(c)) && words.back() != ' ') words += ' ';
+    if (std::isalnum(c)) words += static_cast<char>(std::tolower(c));
+    after_small = std::islower(c) != 0;
   }
   if (words.back() != ' ') words += ' ';
   return words;
 }
 
+/// Every word without a final s ("roads" -> "road"), which leaves "grass" and "bus" to the other spelling.
+std::string inSingular(const std::string& words) {
+  std::string singular;
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    const bool final_s = words[i] == 's' && words[i + 1] == ' ' && words[i - 1] != 's';
+    if (!final_s) singular += words[i];
+  }
+  return singular;
+}
+
 const NameRule* findRule(const std::string& name) {
-  const std::string words = asWords(name);
+  const std::string joined = asWords(name, false), split = asWords(name, true);
+  const std::string spellings[] = {joined, split, inSingular(joined), inSingular(split)};
   for (const NameRule& rule : kRules) {
     const bool anywhere = rule.word[0] == '*';
     const std::string needle = anywhere ? std::string(rule.word + 1) : " " + std::string(rule.word) + " ";
-    if (words.find(needle) != std::string::npos) return &rule;
+    for (const std::string& words : spellings) {
+      if (words.find(needle) != std::string::npos) return &rule;
+    }
   }
   return nullptr;
 }

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "xview/types/nearest_word.h"
+
+#include <gtest/gtest.h>
+
+namespace xview {
+namespace {
+
+TEST(NearestWord, CountsInsertedDeletedAndReplacedLetters) {
+  const std::vector<std::string> words = {"walks", "blobs", "edges"};
+  EXPECT_EQ(nearestWord("walk", words), "walks");
+  EXPECT_EQ(nearestWord("wallks", words), "walks");
+  EXPECT_EQ(nearestWord("bloks", words), "blobs");
+  EXPECT_EQ(nearestWord("edges", words), "edges");
+}
+
+TEST(NearestWord, TakesTheFirstOfEqualsAndNothingOfNothing) {
+  EXPECT_EQ(nearestWord("b", {"a", "c"}), "a");
+  EXPECT_EQ(nearestWord("", {"abc", "d"}), "d");
+  EXPECT_EQ(nearestWord("a", {}), "");
+}
+
+}  // namespace
+}  // namespace xview
