@@ -41,7 +41,7 @@ class Stage {
   Stage(const SimulationOptions& options, std::uint64_t town_seed)
       : options_(options),
         town_(makeTown(seeded(options.town, town_seed))),
-        static_scene_(std::make_shared<Scene>(std::move(town_.mesh))),
+        static_scene_(std::make_shared<RayScene>(std::move(town_.mesh))),
         drive_(planDrive(town_.network, options.route_length_m, town_seed)) {}
 
   /// Sensor poses along the drive, `left_m` to its left, in the body frame (x ahead).
@@ -58,7 +58,7 @@ class Stage {
     plan.seed = sessionSeed(options_, number);
     plan.start_s = kStart + 86400.0 * number;
     plan.period_s = options_.frame_spacing_m / kSpeed;
-    auto traffic = std::make_shared<Scene>(makeTraffic(town_, plan.seed));
+    auto traffic = std::make_shared<RayScene>(makeTraffic(town_, plan.seed));
     const Renderer renderer({static_scene_, std::move(traffic)});
     return std::make_unique<SimulatedRecording>(std::move(plan), renderer, options_);
   }
@@ -71,7 +71,7 @@ class Stage {
 
   const SimulationOptions& options_;
   Town town_;
-  std::shared_ptr<const Scene> static_scene_;
+  std::shared_ptr<const RayScene> static_scene_;
   Polyline drive_;
 };
 

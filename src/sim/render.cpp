@@ -21,7 +21,7 @@ constexpr float kFarthest = 2000;  // rays end here [m]
 }  // namespace
 
 /// The acceleration structure of one mesh.
-struct Scene::Bvh {
+struct RayScene::Bvh {
   RTCDevice device = nullptr;
   RTCScene scene = nullptr;
 
@@ -61,8 +61,8 @@ struct Scene::Bvh {
   }
 };
 
-Scene::Scene(TriangleMesh mesh) : mesh_(std::move(mesh)), bvh_(std::make_unique<Bvh>(mesh_)) {}
-Scene::~Scene() = default;
+RayScene::RayScene(TriangleMesh mesh) : mesh_(std::move(mesh)), bvh_(std::make_unique<Bvh>(mesh_)) {}
+RayScene::~RayScene() = default;
 
 /// Where rays from one point first meet a scene.
 class RayCaster {
@@ -72,7 +72,7 @@ class RayCaster {
     Tag tag;
   };
 
-  RayCaster(const std::vector<std::shared_ptr<const Scene>>& scenes, const Eigen::Vector3d& origin)
+  RayCaster(const std::vector<std::shared_ptr<const RayScene>>& scenes, const Eigen::Vector3d& origin)
       : scenes_(scenes), origin_(origin) {}
 
   /// Up to kPacket rays at once.
@@ -102,7 +102,7 @@ class RayCaster {
 
  private:
   /// Shortens the rays that meet something nearer than before.
-  void castInto(const Scene& scene, const int* valid, RTCRayHit8& packet,
+  void castInto(const RayScene& scene, const int* valid, RTCRayHit8& packet,
                 const Eigen::Vector3d* directions, int count, Hit* hits) const {
     std::fill(packet.hit.geomID, packet.hit.geomID + kPacket, RTC_INVALID_GEOMETRY_ID);
     std::fill(packet.hit.instID[0], packet.hit.instID[0] + kPacket, RTC_INVALID_GEOMETRY_ID);
@@ -132,11 +132,11 @@ class RayCaster {
     return grazing ? found : distance;
   }
 
-  const std::vector<std::shared_ptr<const Scene>>& scenes_;
+  const std::vector<std::shared_ptr<const RayScene>>& scenes_;
   Eigen::Vector3d origin_;
 };
 
-Renderer::Renderer(std::vector<std::shared_ptr<const Scene>> scenes) : scenes_(std::move(scenes)) {}
+Renderer::Renderer(std::vector<std::shared_ptr<const RayScene>> scenes) : scenes_(std::move(scenes)) {}
 
 Frame Renderer::renderCamera(const Camera& camera, const Eigen::Isometry3d& T_world_camera,
                              int threads) const {

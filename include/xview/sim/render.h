@@ -29,12 +29,12 @@ void visit(LidarModel& o, Visitor&& field) {
 }
 
 /// Triangles, ready to be met by rays.
-class Scene {
+class RayScene {
  public:
-  explicit Scene(TriangleMesh mesh);
-  ~Scene();
-  Scene(const Scene&) = delete;
-  Scene& operator=(const Scene&) = delete;
+  explicit RayScene(TriangleMesh mesh);
+  ~RayScene();
+  RayScene(const RayScene&) = delete;
+  RayScene& operator=(const RayScene&) = delete;
 
  private:
   friend class RayCaster;
@@ -46,7 +46,7 @@ class Scene {
 /// Perfect sensors in one or more scenes (e.g. a town and the traffic of a day).
 class Renderer {
  public:
-  explicit Renderer(std::vector<std::shared_ptr<const Scene>> scenes);
+  explicit Renderer(std::vector<std::shared_ptr<const RayScene>> scenes);
 
   /// Depth along the optical axis to the plane of the triangle, in double precision; label and
   /// instance of the pixel centres. Where nothing is hit: depth 0, label sky. T_odom_sensor of the
@@ -60,7 +60,7 @@ class Renderer {
                     int threads = 0) const;
 
  private:
-  std::vector<std::shared_ptr<const Scene>> scenes_;
+  std::vector<std::shared_ptr<const RayScene>> scenes_;
 };
 
 /// A camera of this size with square pixels, its principal point in the middle.
