@@ -12,11 +12,7 @@
 #include "xview/types/parallel.h"
 
 namespace xview::tools {
-namespace {
-
-/// Appends `part`, whose origin may differ. Instances and ranges are kept only if all parts have
-/// them.
-void append(LabelledCloud& whole, const LabelledCloud& part) {
+void appendCloud(LabelledCloud& whole, const LabelledCloud& part) {
   if (whole.empty()) {
     whole = part;
     return;
@@ -40,8 +36,6 @@ void append(LabelledCloud& whole, const LabelledCloud& part) {
     whole.ranges.clear();
 }
 
-}  // namespace
-
 LabelledCloud liftAll(const FrameSource& source, const Job& job, LiftCounts& counts) {
   const Progress progress = job.narrate.progress("lift");
   constexpr std::size_t kBatch = 16;  // frames in memory at a time
@@ -54,7 +48,7 @@ LabelledCloud liftAll(const FrameSource& source, const Job& job, LiftCounts& cou
       parts[i] = lift(source.read(first + i), source.labels(), job.options.lift, &part_counts[i]);
     });
     for (std::size_t i = 0; i < count; ++i) {
-      append(whole, parts[i]);
+      appendCloud(whole, parts[i]);
       counts.lifted += part_counts[i].lifted;
       counts.no_depth += part_counts[i].no_depth;
       counts.out_of_range += part_counts[i].out_of_range;

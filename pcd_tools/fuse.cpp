@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <fmt/core.h>
+
+#include <optional>
+
+#include "commands.h"
+#include "inputs.h"
+#include "moved_recording.h"
+#include "xview/localizer.h"
+#include "xview/map/map_store.h"
+#include "xview/types/error.h"
+#include "xview/types/stopwatch.h"
+
+namespace xview::tools {
+namespace {
+
+class FuseCommand final : public Command {
+ public:
+  Description describe() const override {
+    return {"fuse",
+            "QUERY MAP",
+            "add an accepted query to the map (undo with --undo)",
+            "The query is localized; if it is accepted it is brought into the map frame and added, "
+            "else the map stays as it\n"
+            "is (exit code 3). Either all of it happens or nothing. `xview fuse MAP --undo` takes "
+            "the last addition back.",
+            "xview fuse town/rear town.xvm",
+            1,
+            2};
+  }
+
+  void declare(Flags& flags) override {
+    input_.declare(flags);
+    flags.add("--undo", undo_, "take back the last addition to MAP");
+  }
+
+  ExitCode run(const Job& job) override {
+    if (undo_) return undo(job.operands.back());
+    if (job.operands.size() != 2) throw UsageError("xview fuse needs QUERY MAP, found 1 operand");
+    const std::string &query = job.operands[0], &path = job.operands[1];
+    SemanticMap map = loadMap(path);
+    const std::optional<Localization> fix = locate(query, map, job);
+    if (!fix) return kNoPose;
+    const std::size_t before = map.graph.size();
+    Stopwatch watch;
+    appendToMap(map, additionOf(query, fix->T_map_query, map.labels, job), job.options);
+    saveRevision(path, map, fmt::format("fused {} at confidence {:.4f}", query, fix->confidence));
+    job.narrate.stage("fuse", watch.lap_ms(), path);
+    fmt::print("{}: {} vertices, {} before\n", path, map.graph.size(), before);
+    return kDone;
+  }
+
+ private:
+  static ExitCode undo(const std::string& path) {
+    if (!undoRevision(path))
+      throw Error(path, "nothing to undo: no addition by xview fuse is on record");
+    fmt::print("{}: last addition taken back, {} vertices\n", path, readMapSummary(path).vertices);
+    return kDone;
+  }
+
+  /// Nothing if the query was not accepted.
+  std::optional<Localization> locate(const std::string& path, const SemanticMap& map,
+                                     const Job& job) const {
+    const QueryInput input = readQuery(path, input_, job, map.labels);
+    Stopwatch watch;
+    const Localization fix =
+        Localizer(map, job.options).localize(queryOf(input, {0, input.size()}, job.options));
+    job.narrate.stage("localize", watch.lap_ms(),
+                      fmt::format("{}: {}", toString(fix.status), fix.reason));
+    if (fix.accepted()) return fix;
+    fmt::print("{}: {}, map left as it is: {}\n", path, toString(fix.status), fix.reason);
+    return std::nullopt;
+  }
+
+  /// The query as a map of its own, in the frame of the map.
+  SemanticMap additionOf(const std::string& path, const Eigen::Isometry3d& T_map_query,
+                         const LabelSet& map_labels, const Job& job) const {
+    switch (recogniseInput(path, input_.parsed())) {
+      case InputKind::map:
+        throw UsageError(path +
+                         ": fuse adds recordings and graphs; use xview map --append for maps");
+      case InputKind::graph: {
+        LabelledGraph file = readLabelledGraph(path, input_, job.options, &map_labels);
+        for (Vertex& vertex : file.graph.vertices) vertex.position = T_map_query * vertex.position;
+        return buildMap(file.graph, file.labels, path, job.options);
+      }
+      default: {
+        const auto recording = openRecording(path, input_.parsed());
+        const MovedRecording moved(*recording, T_map_query);
+        return buildMap({&moved}, job.options, job.narrate.progress("fuse"));
+      }
+    }
+  }
+
+  InputFlags input_;
+  bool undo_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> makeFuse() { return std::make_unique<FuseCommand>(); }
+
+}  // namespace xview::tools

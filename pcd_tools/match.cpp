@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <fmt/core.h>
+
+#include <filesystem>
+
+#include "commands.h"
+#include "drawing.h"
+#include "inputs.h"
+#include "xview/localizer.h"
+#include "xview/types/stopwatch.h"
+#include "xview/view/match_drawing.h"
+
+namespace xview::tools {
+namespace {
+
+Scene sceneOf(const SemanticMap& map, const Query& query, const Localization& fix) {
+  Scene scene;
+  scene.title = fmt::format("{}: {}", toString(fix.status), fix.reason);
+  scene.labels = &map.labels;
+  scene.map_graph = &map.graph;
+  scene.map_cloud = &map.cloud;
+  scene.map_plan = &map.plan;
+  for (const Keyframe& keyframe : map.keyframes) scene.map_poses.push_back(keyframe.T_map_sensor);
+  SceneQuery drawn;
+  drawn.name = "query";
+  drawn.status = fix.status;
+  drawn.graph = &query.graph;
+  drawn.cloud = &query.cloud;
+  drawn.T_map_query = fix.T_map_query;
+  drawn.poses = query.poses;
+  drawn.putative = fix.putative;
+  drawn.kept = fix.kept;
+  scene.queries.push_back(std::move(drawn));
+  return scene;
+}
+
+class MatchCommand final : public Command {
+ public:
+  Description describe() const override {
+    return {"match",
+            "QUERY MAP OUT.ply",
+            "putative and kept correspondences, coloured",
+            "The map lies below, the query above it at the pose that was found; green lines were "
+            "kept, pale red ones only\n"
+            "tried. OUT.ply or OUT.vtk is a mesh for MeshLab or pcl_viewer, OUT.png a picture, "
+            "OUT.html a page to turn.",
+            "xview match town/rear town.xvm match.ply --frames 0:60",
+            3,
+            3};
+  }
+
+  void declare(Flags& flags) override { input_.declare(flags); }
+
+  ExitCode run(const Job& job) override {
+    const std::string& out = job.operands[2];
+    checkDrawingEnding(out);
+    const SemanticMap map = readMap(job.operands[1], input_, job);
+    const QueryInput input = readQuery(job.operands[0], input_, job, map.labels);
+    const Query query = queryOf(input, {0, input.size()}, job.options);
+    Stopwatch watch;
+    const Localization fix = Localizer(map, job.options).localize(query);
+    job.narrate.stage("match", watch.lap_ms(),
+                      fmt::format("{}: {}", toString(fix.status), fix.reason));
+
+    const std::string ending = std::filesystem::path(out).extension().string();
+    if (ending == ".ply" || ending == ".vtk") {
+      writeMesh(out, drawMatches(map.graph, query.graph, map.labels, fix.T_map_query, fix.putative,
+                                 fix.kept));
+    } else {
+      writeDrawing(out, sceneOf(map, query, fix));
+    }
+    fmt::print("{} query vertices, {} map vertices, {} putative correspondences, {} kept\n",
+               query.graph.size(), map.graph.size(), fix.putative.size(), fix.kept.size());
+    return kDone;
+  }
+
+ private:
+  InputFlags input_;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> makeMatch() { return std::make_unique<MatchCommand>(); }
+
+}  // namespace xview::tools
