@@ -62,9 +62,11 @@ cv::Mat matrixOf(const LabelImage& image) {
 /// Closes one class of `before`; where `allowed` (empty: everywhere) it is written to `after`.
 void closeClass(const cv::Mat& before, const ClassArea& area, int half_px, const cv::Mat& allowed,
                 cv::Mat& after) {
-  // The dilated class reaches half_px beyond its bounding box; the erosion has to see that.
-  const cv::Rect box = cv::Rect(cv::Point(area.min_x - half_px, area.min_y - half_px),
-                                cv::Point(area.max_x + half_px + 1, area.max_y + half_px + 1)) &
+  // The dilated class reaches half_px beyond its bounding box; the erosion has to see where it
+  // ends, because it takes what is outside for set. At the border of the image that is wanted.
+  const int reach = half_px + 1;
+  const cv::Rect box = cv::Rect(cv::Point(area.min_x - reach, area.min_y - reach),
+                                cv::Point(area.max_x + reach + 1, area.max_y + reach + 1)) &
                        cv::Rect(cv::Point(), before.size());
   const cv::Size element(2 * half_px + 1, 2 * half_px + 1);
   cv::Mat mask = before(box) == area.label;

@@ -56,11 +56,11 @@ std::vector<std::uint32_t> cellsAlongAxis(const std::vector<double>& coordinates
     }
     return cells;
   }
-  // A stray point far away: gaps wider than the reach say no more than the reach plus one, so close
-  // them.
+  // A stray point far away. Count from zero, where doubles are finest, and close the gaps: wider
+  // than the reach says no more than the reach plus one.
   std::vector<std::pair<double, std::size_t>> sorted(coordinates.size());
   for (std::size_t i = 0; i < sorted.size(); ++i) {
-    sorted[i] = {std::floor((coordinates[i] - low) / side), i};
+    sorted[i] = {std::floor(coordinates[i] / side), i};
   }
   std::sort(sorted.begin(), sorted.end());
   double number = 0;

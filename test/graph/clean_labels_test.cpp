@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "xview/graph/clean_labels.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <string>
+
+#include "graph/label_regions.h"
+#include "scenes.h"
+
+namespace xview {
+namespace {
+
+using namespace test;
+
+void fill(LabelImage& image, int x0, int y0, int x1, int y1, std::uint16_t label) {
+  for (int y = y0; y < y1; ++y) {
+    for (int x = x0; x < x1; ++x) image.at(x, y) = label;
+  }
+}
+
+std::size_t countOf(const LabelImage& image, std::uint16_t label) {
+  return static_cast<std::size_t>(std::count(image.pixels.begin(), image.pixels.end(), label));
+}
+
+/// Sky above, a building, road below.
+LabelImage street() {
+  LabelImage image(120, 80, kSky);
+  fill(image, 20, 15, 90, 50, kBuilding);
+  fill(image, 0, 50, 120, 80, kRoad);
+  return image;
+}
+
+TEST(CleanLabels, LeaveAnImageWithoutSpecksAsItIs) {
+  EXPECT_EQ(cleanLabels(street(), townLabels(), {}).pixels, street().pixels);
+}
+
+TEST(CleanLabels, KeepAPoleThreePixelsWide) {
+  LabelImage image = street();
+  fill(image, 50, 10, 53, 70, kPole);  // before sky, building and road
+  for (const int boundary_px : {0, 4}) {
+    CleanOptions options;
+    options.boundary_px = boundary_px;
+    const LabelImage cleaned = cleanLabels(image, townLabels(), options);
+    for (int y = 10; y < 70; ++y) {
+      for (int x = 50; x < 53; ++x) ASSERT_EQ(cleaned.at(x, y), kPole) << x << ", " << y;
+    }
+    EXPECT_EQ(countOf(cleaned, kPole), 180u);
+  }
+}
+
+TEST(CleanLabels, FillSpecksFromTheClassAround) {
+  LabelImage image = street();
+  fill(image, 40, 25, 43, 28, kCar);
+  fill(image, 60, 60, 61, 61, kBuilding);
+  image.at(70, 30) = kVoid;
+  EXPECT_EQ(cleanLabels(image, townLabels(), {}).pixels, street().pixels);
+}
+
+TEST(CleanLabels, LeaveSpecksUnlabelledWhereNothingClosesOverThem) {
+  LabelImage image(60, 60, kSky);
+  fill(image, 0, 0, 30, 60, kBuilding);
+  fill(image, 29, 20, 32, 23, kCar);
+  CleanOptions options;
+  options.closing_px = 0;
+  const LabelImage cleaned = cleanLabels(image, townLabels(), options);
+  EXPECT_EQ(countOf(cleaned, kCar), 0u);
+  EXPECT_EQ(countOf(cleaned, kVoid), 9u);
+}
+
+TEST(CleanLabels, DropObjectsBelowTheLimitButPolesOnlyBelowAQuarter) {
+  LabelImage image = street();
+  fill(image, 10, 20, 11, 24, kPole);   // 4 px in the sky
+  fill(image, 10, 30, 11, 32, kPole);   // 2 px
+  fill(image, 30, 60, 35, 62, kBench);  // 10 px on the road
+  fill(image, 60, 60, 66, 62, kBench);  // 12 px
+  const LabelImage cleaned = cleanLabels(image, townLabels(), {});
+  EXPECT_EQ(countOf(cleaned, kPole), 4u);
+  EXPECT_EQ(countOf(cleaned, kBench), 12u);
+}
+
+TEST(CleanLabels, DoNotFillGapsBetweenThings) {
+  LabelImage image = street();
+  fill(image, 40, 55, 50, 65, kCar);
+  fill(image, 54, 55, 64, 65, kCar);  // 4 px of road between
+  EXPECT_EQ(cleanLabels(image, townLabels(), {}).pixels, image.pixels);
+}
+
+TEST(CleanLabels, CloseGapsAndFrayedBoundariesWhenTold) {
+  LabelImage image = street();
+  for (int x = 20; x < 90; x += 4)
+    fill(image, x, 12, x + 2, 15, kBuilding);  // a comb against the sky
+  CleanOptions options;
+  options.boundary_px = 4;
+  const LabelImage cleaned = cleanLabels(image, townLabels(), options);
+  for (int x = 20; x < 90; ++x) EXPECT_EQ(cleaned.at(x, 13), kBuilding) << x;
+  EXPECT_EQ(cleaned.at(40, 11), kSky);
+  EXPECT_EQ(countOf(cleaned, kRoad), countOf(street(), kRoad));
+}
+
+TEST(CleanLabels, DoNotCloseOverTheInnerCornerOfAnL) {
+  // An L of building: the pixels beyond its arms are not closed over, although they are inside the
+  // bounding box.
+  LabelImage image(80, 80, kRoad);
+  fill(image, 10, 10, 20, 70, kBuilding);
+  fill(image, 10, 60, 70, 70, kBuilding);
+  CleanOptions options;
+  options.boundary_px = 4;
+  EXPECT_EQ(cleanLabels(image, townLabels(), options).pixels, image.pixels);
+}
+
+TEST(CleanLabels, NeverUseTheIdOfARealClassForUnlabelled) {
+  LabelSet set("ids from zero");
+  ClassInfo road;
+  road.id = 0;
+  road.name = "road";
+  road.role = Role::surface;
+  set.add(road);
+  ClassInfo car = road;
+  car.id = 1;
+  car.role = Role::dynamic;
+  set.add(car);
+  LabelImage image(40, 40, 9);  // nothing known
+  fill(image, 10, 10, 12, 12, 1);
+  CleanOptions options;
+  options.closing_px = 0;
+  const LabelImage cleaned = cleanLabels(image, set, options);
+  EXPECT_EQ(countOf(cleaned, 0), 0u);
+  EXPECT_EQ(set.role(cleaned.at(10, 10)), Role::ignored);
+}
+
+TEST(CleanLabels, ChangeNothingButSpecks) {
+  Random random(5);
+  LabelImage image = street();
+  for (int i = 0; i < 200; ++i) {
+    const int x = static_cast<int>(random.below(110)), y = static_cast<int>(random.below(77));
+    fill(image, x, y, x + 1 + static_cast<int>(random.below(9)),
+         y + 1 + static_cast<int>(random.below(3)), static_cast<std::uint16_t>(random.below(7)));
+  }
+  const LabelImage cleaned = cleanLabels(image, townLabels(), {});
+  const LabelRegions found = findLabelRegions(image);
+  std::size_t changed = 0;
+  for (const LabelRun& run : found.runs) {
+    const LabelRegion& region = found.regions[run.region];
+    for (int x = run.begin; x < run.end; ++x) {
+      if (cleaned.at(x, run.row) == region.label) continue;
+      ++changed;
+      EXPECT_LT(region.pixels, region.label == kPole ? 3 : 12);
+    }
+  }
+  EXPECT_GT(changed, 100u);
+}
+
+TEST(CleanLabels, AreMirroredWithTheImage) {
+  Random random(6);
+  LabelImage image = street();
+  for (int i = 0; i < 200; ++i) {
+    image.at(static_cast<int>(random.below(120)), static_cast<int>(random.below(80))) = kCar;
+  }
+  const auto mirrored = [](LabelImage in) {
+    for (int y = 0; y < in.height; ++y) {
+      std::reverse(&in.at(0, y), &in.at(0, y) + in.width);
+    }
+    return in;
+  };
+  EXPECT_EQ(cleanLabels(mirrored(image), townLabels(), {}).pixels,
+            mirrored(cleanLabels(image, townLabels(), {})).pixels);
+}
+
+TEST(CleanLabels, DisabledOrEmptyDoNothing) {
+  LabelImage image = street();
+  image.at(5, 5) = kCar;
+  CleanOptions options;
+  options.enabled = false;
+  EXPECT_EQ(cleanLabels(image, townLabels(), options).pixels, image.pixels);
+  EXPECT_TRUE(cleanLabels(LabelImage(), townLabels(), {}).empty());
+}
+
+TEST(CleanLabels, OfAnImageOfOnePixelIsUnlabelled) {
+  EXPECT_EQ(cleanLabels(LabelImage(1, 1, kCar), townLabels(), {}).at(0, 0), kVoid);
+}
+
+}  // namespace
+}  // namespace xview

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "xview/graph/edges.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <limits>
+#include <numeric>
+
+#include "scenes.h"
+
+namespace xview {
+namespace {
+
+using namespace test;
+using Edges = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
+
+SemanticGraph graphAt(const std::vector<Eigen::Vector3d>& positions) {
+  SemanticGraph graph;
+  for (const Eigen::Vector3d& p : positions) {
+    Vertex vertex;
+    vertex.position = p;
+    graph.vertices.push_back(vertex);
+  }
+  graph.neighbours.resize(positions.size());
+  return graph;
+}
+
+Edges connected(const std::vector<Eigen::Vector3d>& positions, double radius_m, int limit = 0) {
+  SemanticGraph graph = graphAt(positions);
+  EdgeOptions options;
+  options.radius_m = radius_m;
+  options.max_neighbours = limit;
+  connectByRadius(graph, options);
+  EXPECT_TRUE(isConsistent(graph));
+  return graph.edges();
+}
+
+Edges allPairsWithin(const std::vector<Eigen::Vector3d>& positions, double radius_m) {
+  Edges edges;
+  for (std::uint32_t i = 0; i < positions.size(); ++i) {
+    for (std::uint32_t j = i + 1; j < positions.size(); ++j) {
+      if ((positions[i] - positions[j]).norm() <= radius_m) edges.emplace_back(i, j);
+    }
+  }
+  return edges;
+}
+
+std::vector<Eigen::Vector3d> scattered(std::size_t count, double extent_m, Random& random) {
+  std::vector<Eigen::Vector3d> positions;
+  for (std::size_t i = 0; i < count; ++i) {
+    positions.emplace_back(random.uniform(-extent_m, extent_m), random.uniform(-extent_m, extent_m),
+                           random.uniform(-3, 3));
+  }
+  return positions;
+}
+
+TEST(Edges, AreAllPairsWithinTheRadius) {
+  Random random(1);
+  for (const std::size_t count : {2u, 10u, 100u, 400u}) {
+    const auto positions = scattered(count, 60, random);
+    EXPECT_EQ(connected(positions, 15), allPairsWithin(positions, 15));
+  }
+}
+
+TEST(Edges, IncludeTheRadiusItselfAtMapProjectionCoordinates) {
+  std::vector<Eigen::Vector3d> lattice;
+  for (int x = 0; x < 6; ++x) {
+    for (int y = 0; y < 6; ++y) lattice.emplace_back(500000 + 15 * x, 4649776 + 15 * y, 0);
+  }
+  EXPECT_EQ(connected(lattice, 15).size(), 60u);
+}
+
+TEST(Edges, DoNotDependOnTheFrame) {
+  Random random(2);
+  const auto positions = scattered(200, 60, random);
+  const Eigen::Isometry3d T = randomPose(random);
+  std::vector<Eigen::Vector3d> moved;
+  for (const Eigen::Vector3d& p : positions) moved.push_back(T * p);
+  EXPECT_EQ(connected(moved, 15), connected(positions, 15));
+  EXPECT_EQ(connected(moved, 15, 3), connected(positions, 15, 3));
+}
+
+TEST(Edges, FollowTheVerticesWhenTheyAreRenumbered) {
+  Random random(3);
+  const auto positions = scattered(150, 60, random);
+  std::vector<std::uint32_t> order(positions.size());
+  std::iota(order.begin(), order.end(), 0u);
+  for (std::size_t i = order.size(); i > 1; --i) {
+    std::swap(order[i - 1], order[random.below(static_cast<std::uint32_t>(i))]);
+  }
+  std::vector<Eigen::Vector3d> renumbered;
+  for (const std::uint32_t i : order) renumbered.push_back(positions[i]);
+  for (const int limit : {0, 4}) {
+    Edges back;
+    for (const auto& [a, b] : connected(renumbered, 15, limit)) {
+      back.push_back(std::minmax(order[a], order[b]));
+    }
+    std::sort(back.begin(), back.end());
+    EXPECT_EQ(back, connected(positions, 15, limit));
+  }
+}
+
+TEST(Edges, WithALimitAreThoseThatEitherEndProposes) {
+  // The vertex in the middle proposes one of four, but each of the four proposes it.
+  const std::vector<Eigen::Vector3d> star{
+      {0, 0, 0}, {3, 0, 0}, {-3.1, 0, 0}, {0, 3.2, 0}, {0, -3.3, 0}};
+  EXPECT_EQ(connected(star, 100, 1), (Edges{{0, 1}, {0, 2}, {0, 3}, {0, 4}}));
+}
+
+TEST(Edges, WithALimitBreakTiesByTheSmallerIndex) {
+  const std::vector<Eigen::Vector3d> line{{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {3, 0, 0}};
+  EXPECT_EQ(connected(line, 10, 1), (Edges{{0, 1}, {1, 2}, {2, 3}}));
+}
+
+TEST(Edges, OfEmptySingleAndFarVerticesAreNone) {
+  EXPECT_TRUE(connected({}, 15).empty());
+  EXPECT_TRUE(connected({{1, 2, 3}}, 15).empty());
+  EXPECT_TRUE(connected({{0, 0, 0}, {1e7, 0, 0}, {0, -1e7, 0}}, 15).empty());
+}
+
+TEST(Edges, JoinVerticesAtTheSamePlace) {
+  EXPECT_EQ(connected({{5, 5, 5}, {5, 5, 5}, {5, 5, 5}}, 1).size(), 3u);
+}
+
+TEST(Edges, LeaveVerticesWithoutAFinitePositionAlone) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(connected({{0, 0, 0}, {nan, 0, 0}, {1, 0, 0}}, 15), (Edges{{0, 2}}));
+  EXPECT_TRUE(connected({{nan, 0, 0}, {nan, 0, 0}}, 15).empty());
+}
+
+TEST(Edges, ReplaceThoseOfBefore) {
+  SemanticGraph graph = graphAt({{0, 0, 0}, {100, 0, 0}, {101, 0, 0}});
+  graph.setEdges({{0, 1}});
+  connectByRadius(graph, {});
+  EXPECT_EQ(graph.edges(), (Edges{{1, 2}}));
+}
+
+}  // namespace
+}  // namespace xview
