@@ -24,19 +24,29 @@ struct CloudHeader {
   std::string instance_field;
   bool has_edges = false;  ///< PLY with element edge (or vertex with our graph properties)
 };
+/// Reads no more than the header; it is checked against the size of the file. Throws Error.
 CloudHeader readCloudHeader(const std::string& path, const CloudFields& fields = {});
 
-/// Reads .pcd and .ply strictly: the header is checked against the size of the file in 64 bit
-/// before anything is allocated; labels of any numeric type (a float label must be a whole number
-/// >= 0; a negative one is unlabelled, 0); double coordinates minus a local origin; points that are
-/// not finite are dropped (PCD uses NaN for "no point"). Throws Error with path and line or byte.
+/// Reads .pcd and .ply strictly; throws Error with path and line, or path and number of the point
+/// (from 0) in binary files.
+/// - The header is checked against the size of the file in 64 bit before anything is allocated;
+/// rows that are missing, too
+///   short, too long or too many, and fields of the same name that are used, are errors.
+/// - Labels and instances may have any numeric type. Negative ones, and -1 stored unsigned, become
+/// 0; fractions, NaN and
+///   numbers beyond 32 bit are errors.
+/// - Points that are not finite are dropped with their labels (PCD uses NaN for "no point").
+/// - If double coordinates go beyond 1 km, or coordinates in a text beyond 10 km, the first such
+/// point, rounded down to
+///   metres, becomes the origin. Binary float32 coordinates are kept as they are.
+/// - VIEWPOINT is not applied to the points, as in PCL.
 /// `require_label`: a file without a label field is an error that lists the fields it has.
 LabelledCloud readCloud(const std::string& path, const CloudFields& fields = {},
                         bool require_label = true);
 
 /// Binary PCD with x y z label [instance], and rgb if a label set is given, so that pcl_viewer
-/// shows it. float32 if the origin is zero, else the origin is added back in double (x y z as F 8).
-/// Written beside and renamed. Throws Error.
+/// shows it. float32 if the origin is zero; else the origin is added back in double and x y z have
+/// type F 8, which this program reads but PCL does not. Written beside and renamed. Throws Error.
 void writePcd(const std::string& path, const LabelledCloud& cloud,
               const LabelSet* colors = nullptr);
 /// Same as binary PLY (x y z, red green blue, label, instance).
@@ -44,7 +54,8 @@ void writePly(const std::string& path, const LabelledCloud& cloud,
               const LabelSet* colors = nullptr);
 
 /// A SemanticKITTI scan: float32 x y z intensity and uint32 labels (class low, instance high 16
-/// bits). Throws Error.
+/// bits). Points that are not finite are dropped. Throws Error, also if the two files disagree in
+/// the number of points.
 LabelledCloud readKittiScan(const std::string& bin_path, const std::string& label_path);
 
 }  // namespace xview

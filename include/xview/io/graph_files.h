@@ -13,13 +13,14 @@ struct GraphFile {
   bool has_edges = false;  ///< false: the caller makes them by radius search
 };
 
-/// PLY with element vertex (x y z float or double, label, optional instance, observations, sigma,
-/// extent_x/y/z) and optional element edge (vertex1 vertex2). Same strictness as readCloud; edges
-/// out of range are errors.
+/// PLY with element vertex (x y z float or double, label, optional instance, observations, points,
+/// sigma, extent_x/y/z, first_frame, last_frame) and optional element edge (vertex1 vertex2). As
+/// strict as readCloud; positions that are not finite and edges to vertices that do not exist are
+/// errors. Throws Error.
 GraphFile readGraph(const std::string& path);
 
-/// ASCII PLY (doubles with 17 digits for positions), with red green blue per vertex; opens in any
-/// mesh viewer. Written beside and renamed.
+/// ASCII PLY with red green blue per vertex, which opens in any mesh viewer; numbers have as many
+/// digits as it takes to read back the same graph. Written beside and renamed. Throws Error.
 void writeGraph(const std::string& path, const SemanticGraph& graph, const LabelSet& labels);
 
 }  // namespace xview
