@@ -84,9 +84,10 @@ void requireMapFile(const std::string& path) {
 // ---- connections
 // ---------------------------------------------------------------------------------------------------------
 
-void distrust(SQLite::Database& database) {
+void configure(SQLite::Database& database) {
   database.exec("PRAGMA trusted_schema = OFF");
   database.exec("PRAGMA cell_size_check = ON");
+  database.exec("PRAGMA temp_store = MEMORY");
 }
 
 /// A writer that was killed leaves a journal. Opening the map for writing rolls its unfinished
@@ -110,14 +111,14 @@ SQLite::Database openForReading(const std::string& path) {
   requireMapFile(path);
   rollBackIfInterrupted(path);
   SQLite::Database database(path, SQLite::OPEN_READONLY, kBusy_ms);
-  distrust(database);
+  configure(database);
   return database;
 }
 
 SQLite::Database openForWriting(const std::string& path) {
   requireMapFile(path);
   SQLite::Database database(path, SQLite::OPEN_READWRITE, kBusy_ms);
-  distrust(database);
+  configure(database);
   return database;
 }
 

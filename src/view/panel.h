@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <Eigen/Geometry>
+#include <opencv2/core.hpp>
+#include <string>
+#include <vector>
+
+#include "xview/view/color_mesh.h"
+
+namespace xview {
+
+/// OpenCV keeps blue first.
+inline cv::Scalar bgr(const Color& c) { return cv::Scalar(c[2], c[1], c[0]); }
+
+/// A color mixed with white; 0 leaves it, 1 is white.
+Color paler(const Color& color, double share);
+
+/// A part of a picture that shows a rectangle of the map frame from above: x to the right, y up,
+/// one scale.
+class Panel {
+ public:
+  /// `area` is enlarged to the shape of the pixels.
+  Panel(cv::Mat pixels, const Eigen::AlignedBox2d& area);
+
+  const Eigen::AlignedBox2d& area() const { return area_; }
+  double pixelsPerMetre() const { return scale_; }
+  int width() const { return pixels_.cols; }
+  int height() const { return pixels_.rows; }
+  cv::Mat& pixels() { return pixels_; }
+  bool shows(const Eigen::Vector2d& p) const { return area_.contains(p); }
+  /// In pixels from the upper left corner.
+  Eigen::Vector2d toPixel(const Eigen::Vector2d& p) const;
+
+  void fillSquare(const Eigen::Vector2d& center, double side_px, const Color& color);
+  void line(const Eigen::Vector2d& from, const Eigen::Vector2d& to, const Color& color,
+            int thickness = 1);
+  void polyline(const std::vector<Eigen::Vector2d>& points, const Color& color, int thickness = 1);
+  void dashedPolyline(const std::vector<Eigen::Vector2d>& points, const Color& color, int thickness,
+                      double dash_px);
+  void disc(const Eigen::Vector2d& center, double radius_px, const Color& fill, const Color& rim);
+  void ring(const Eigen::Vector2d& center, double radius_px, const Color& color, int thickness);
+  void diamond(const Eigen::Vector2d& center, double radius_px, const Color& fill,
+               const Color& rim);
+  /// A wedge that opens towards a direction of the map frame.
+  void viewCone(const Eigen::Vector2d& apex, const Eigen::Vector2d& direction, double length_px,
+                const Color& color, bool filled);
+  void cross(const Eigen::Vector2d& center, double radius_px, const Color& color, int thickness);
+
+ private:
+  std::vector<cv::Point> around(const Eigen::Vector2d& center,
+                                const std::vector<Eigen::Vector2d>& offsets_px) const;
+  void polygon(const std::vector<cv::Point>& corners, const Color& fill, const Color& rim);
+
+  cv::Mat pixels_;
+  Eigen::AlignedBox2d area_;
+  double scale_ = 1;
+};
+
+/// Text with its left end at a pixel, vertically centred. What is not ASCII becomes '?'.
+void writeText(cv::Mat& image, const std::string& text, const cv::Point& left, double size_px,
+               const Color& color, bool bold = false);
+
+/// Width of a text in pixels.
+int textWidth(const std::string& text, double size_px, bool bold = false);
+
+/// The beginning of a text that fits into a width, with "..." if something is missing.
+std::string fitted(const std::string& text, double size_px, int width_px, bool bold = false);
+
+}  // namespace xview

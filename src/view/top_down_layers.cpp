@@ -1,0 +1,258 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "top_down_layers.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "trajectory_pieces.h"
+
+namespace xview {
+namespace {
+
+constexpr Color kRim{40, 40, 40};
+constexpr Color kEdgeColor{196, 196, 200};
+constexpr std::size_t kMostEdges = 100000;  // more would only blacken the picture
+constexpr std::size_t kCrowded = 4000;      // vertices in view from which they shrink to dots
+constexpr double kPointSize_m = 0.2;
+
+Eigen::Vector2d flat(const Eigen::Vector3d& p) { return p.head<2>(); }
+
+/// 1, 2 or 5 times a power of ten, at most `length`.
+double roundLength(double length) {
+  const double power = std::pow(10, std::floor(std::log10(length)));
+  for (const double factor : {5.0, 2.0}) {
+    if (factor * power <= length) return factor * power;
+  }
+  return power;
+}
+
+std::size_t verticesInView(const Panel& panel, const SemanticGraph& graph) {
+  return static_cast<std::size_t>(
+      std::count_if(graph.vertices.begin(), graph.vertices.end(),
+                    [&](const Vertex& v) { return panel.shows(flat(v.position)); }));
+}
+
+double vertexRadius(std::size_t in_view, double unit_px) {
+  return in_view > kCrowded       ? 1.6 * unit_px
+         : in_view > kCrowded / 8 ? 3.2 * unit_px
+                                  : 4.5 * unit_px;
+}
+
+std::vector<Eigen::Vector2d> flat(const std::vector<Eigen::Vector3d>& points) {
+  std::vector<Eigen::Vector2d> result;
+  for (const Eigen::Vector3d& p : points) result.push_back(flat(p));
+  return result;
+}
+
+/// Where the sensor looks, seen from above; zero if it looks up or down.
+Eigen::Vector2d headingOf(const Eigen::Isometry3d& T_map_sensor, const Eigen::Vector3d& forward) {
+  const Eigen::Vector2d heading = flat(T_map_sensor.linear() * forward.normalized());
+  return heading.norm() < 0.3 ? Eigen::Vector2d::Zero() : Eigen::Vector2d(heading.normalized());
+}
+
+void drawPose(Panel& panel, const Eigen::Isometry3d& T_map_sensor, const Eigen::Vector3d& forward,
+              double size_px, const Color& color, bool filled) {
+  const Eigen::Vector2d at = flat(T_map_sensor.translation()),
+                        heading = headingOf(T_map_sensor, forward);
+  if (!heading.isZero()) panel.viewCone(at, heading, size_px, color, filled);
+  if (filled) panel.disc(at, size_px * 0.28, color, {255, 255, 255});
+}
+
+}  // namespace
+
+Color channelColor(Channel channel) {
+  switch (channel) {
+    case Channel::road:
+      return {196, 186, 200};
+    case Channel::sidewalk:
+      return {232, 206, 222};
+    case Channel::terrain:
+      return {216, 230, 200};
+    case Channel::lane_marking:
+      return {255, 255, 255};
+    case Channel::building:
+      return {150, 130, 120};
+    case Channel::wall_foot:
+      return {110, 90, 84};
+    case Channel::fence:
+      return {190, 140, 100};
+    case Channel::low_vegetation:
+      return {120, 170, 90};
+    case Channel::canopy:
+      return {176, 206, 150};
+    case Channel::vehicle_surface:
+      return {150, 170, 230};
+    case Channel::pole:
+    case Channel::pole_like:
+      return {120, 120, 40};
+    case Channel::sign:
+      return {220, 180, 0};
+    case Channel::light:
+      return {240, 130, 20};
+    case Channel::vehicle:
+      return {60, 90, 200};
+    case Channel::tree:
+    case Channel::trunk:
+      return {40, 110, 50};
+    case Channel::other_object:
+      return {160, 60, 160};
+    default:
+      return {205, 205, 205};
+  }
+}
+
+void drawGrid(Panel& panel, double unit_px) {
+  const double step = roundLength(240 * unit_px / panel.pixelsPerMetre());
+  const Eigen::AlignedBox2d& area = panel.area();
+  for (double x = std::ceil(area.min().x() / step) * step; x < area.max().x(); x += step) {
+    panel.line({x, area.min().y()}, {x, area.max().y()}, {232, 232, 232});
+  }
+  for (double y = std::ceil(area.min().y() / step) * step; y < area.max().y(); y += step) {
+    panel.line({area.min().x(), y}, {area.max().x(), y}, {232, 232, 232});
+  }
+}
+
+void drawPlan(Panel& panel, const PlanView& plan) {
+  const Eigen::Vector2d origin(plan.origin_x, plan.origin_y);
+  const double cell_px = plan.cell_m * panel.pixelsPerMetre();
+  // Canopies cover what is below them, so they go first.
+  constexpr Channel kOrder[] = {Channel::canopy,          Channel::terrain,
+                                Channel::sidewalk,        Channel::road,
+                                Channel::lane_marking,    Channel::low_vegetation,
+                                Channel::vehicle_surface, Channel::other_surface,
+                                Channel::fence,           Channel::building,
+                                Channel::wall_foot};
+  for (const Channel channel : kOrder) {
+    const double side_px = std::max(1.0, isArea(channel) ? cell_px : 0.8 * cell_px);
+    for (const PlanSample& s : plan[channel]) {
+      const Eigen::Vector2d p = origin + Eigen::Vector2d(s.x, s.y);
+      if (panel.shows(p)) panel.fillSquare(p, side_px, channelColor(channel));
+    }
+  }
+  for (std::size_t c = static_cast<std::size_t>(Channel::pole); c < kChannels; ++c) {
+    for (const PlanSample& s : plan.samples[c]) {
+      const Eigen::Vector2d p = origin + Eigen::Vector2d(s.x, s.y);
+      if (panel.shows(p))
+        panel.disc(p, std::max(1.5, cell_px), channelColor(static_cast<Channel>(c)), kRim);
+    }
+  }
+}
+
+void drawCloud(Panel& panel, const LabelledCloud& cloud, const LabelSet& labels,
+               const Eigen::Isometry3d& T_map_cloud, double fade) {
+  struct Splat {
+    Eigen::Vector2d at;
+    double z;
+    std::uint32_t label;
+  };
+  std::vector<Splat> splats;
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    const Eigen::Vector3d p = T_map_cloud * cloud.position(i);
+    if (p.allFinite() && panel.shows(flat(p)))
+      splats.push_back({flat(p), p.z(), cloud.points[i].label});
+  }
+  std::stable_sort(splats.begin(), splats.end(),
+                   [](const Splat& a, const Splat& b) { return a.z < b.z; });
+  const double side_px = std::max(1.0, kPointSize_m * panel.pixelsPerMetre());
+  for (const Splat& s : splats) {
+    const bool ground = isGround(labels.kind(s.label));
+    panel.fillSquare(s.at, side_px, paler(labels.color(s.label), ground ? (1 + fade) / 2 : fade));
+  }
+}
+
+void drawMapGraph(Panel& panel, const SemanticGraph& graph, const LabelSet& labels,
+                  double unit_px) {
+  const std::size_t in_view = verticesInView(panel, graph);
+  if (in_view <= kCrowded && graph.edgeCount() <= kMostEdges) {
+    for (const auto& [i, j] : graph.edges()) {
+      const Eigen::Vector2d a = flat(graph.vertices[i].position),
+                            b = flat(graph.vertices[j].position);
+      if (panel.shows(a) || panel.shows(b)) panel.line(a, b, kEdgeColor);
+    }
+  }
+  for (const Vertex& v : graph.vertices) {
+    const Eigen::Vector2d p = flat(v.position);
+    if (panel.shows(p)) panel.disc(p, vertexRadius(in_view, unit_px), labels.color(v.label), kRim);
+  }
+}
+
+void drawKeyframes(Panel& panel, const std::vector<Eigen::Isometry3d>& poses, double unit_px) {
+  for (const auto& piece : trajectoryPieces(poses)) {
+    panel.polyline(flat(piece), kKeyframeColor, std::max(1, cvRound(1.5 * unit_px)));
+    for (const Eigen::Vector2d& p : flat(piece)) {
+      if (panel.shows(p)) panel.disc(p, 2 * unit_px, kKeyframeColor, kKeyframeColor);
+    }
+  }
+}
+
+void drawMatches(Panel& panel, const SceneQuery& query, const SemanticGraph& map, double unit_px) {
+  if (query.graph == nullptr) return;
+  const auto draw = [&](const Correspondence& c, const Color& color, int thickness, bool circled) {
+    if (c.query >= query.graph->size() || c.map >= map.size()) return;
+    const Eigen::Vector2d from = flat(query.T_map_query * query.graph->vertices[c.query].position);
+    const Eigen::Vector2d to = flat(map.vertices[c.map].position);
+    if (!from.allFinite() || !to.allFinite()) return;
+    panel.line(from, to, color, thickness);
+    if (circled && panel.shows(to)) panel.ring(to, 9 * unit_px, color, thickness);
+  };
+  const std::size_t step = 1 + query.putative.size() / 2000;
+  for (std::size_t i = 0; i < query.putative.size(); i += step)
+    draw(query.putative[i], kPutativeColor, 1, false);
+  for (const Correspondence& c : query.kept)
+    draw(c, kKeptColor, std::max(1, cvRound(2 * unit_px)), true);
+}
+
+void drawQueryGraph(Panel& panel, const SceneQuery& query, const LabelSet& labels, double unit_px) {
+  if (query.graph == nullptr) return;
+  for (const Vertex& v : query.graph->vertices) {
+    const Eigen::Vector2d p = flat(query.T_map_query * v.position);
+    if (p.allFinite() && panel.shows(p))
+      panel.diamond(p, 5.5 * unit_px, labels.color(v.label), kRim);
+  }
+}
+
+void drawQueryPoses(Panel& panel, const SceneQuery& query, double unit_px) {
+  const Color color = statusColor(query.status);
+  std::vector<Eigen::Isometry3d> poses;
+  for (const Eigen::Isometry3d& T_odom_sensor : query.poses)
+    poses.push_back(query.T_map_query * T_odom_sensor);
+  for (const auto& piece : trajectoryPieces(query.true_poses)) {
+    panel.dashedPolyline(flat(piece), kTruthColor, std::max(1, cvRound(2 * unit_px)), 7 * unit_px);
+  }
+  for (const auto& piece : trajectoryPieces(poses))
+    panel.polyline(flat(piece), color, std::max(1, cvRound(3 * unit_px)));
+  if (!poses.empty()) drawPose(panel, poses.back(), query.forward, 26 * unit_px, color, true);
+  if (!query.true_poses.empty()) {
+    const Eigen::Isometry3d& truth = query.true_poses.back();
+    drawPose(panel, truth, query.forward, 32 * unit_px, kTruthColor, false);
+    panel.cross(flat(truth.translation()), 5 * unit_px, kTruthColor,
+                std::max(1, cvRound(2 * unit_px)));
+  }
+}
+
+void drawScaleBar(Panel& panel, double unit_px) {
+  const double length_m = roundLength(0.3 * panel.width() / panel.pixelsPerMetre());
+  const double metres_per_px = 1 / panel.pixelsPerMetre();
+  const Eigen::Vector2d left =
+      panel.area().min() + 22 * unit_px * metres_per_px * Eigen::Vector2d(1, 1);
+  const Eigen::Vector2d right = left + Eigen::Vector2d(length_m, 0),
+                        tick(0, 5 * unit_px * metres_per_px);
+  for (const auto& [color, thickness] :
+       {std::pair(Color{255, 255, 255}, 5.0), std::pair(Color{30, 30, 30}, 2.0)}) {
+    const int pixels = std::max(1, cvRound(thickness * unit_px));
+    panel.line(left, right, color, pixels);
+    panel.line(left - tick, left + tick, color, pixels);
+    panel.line(right - tick, right + tick, color, pixels);
+  }
+  char text[32];
+  if (length_m >= 1000) {
+    std::snprintf(text, sizeof text, "%g km", length_m / 1000);
+  } else {
+    std::snprintf(text, sizeof text, "%g m", length_m);
+  }
+  const Eigen::Vector2d at = panel.toPixel(left) - Eigen::Vector2d(0, 16 * unit_px);
+  writeText(panel.pixels(), text, {cvRound(at.x()), cvRound(at.y())}, 17 * unit_px, {30, 30, 30});
+}
+
+}  // namespace xview

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "trajectory_pieces.h"
+
+#include <algorithm>
+
+namespace xview {
+namespace {
+
+double longestStep(std::vector<double> steps) {
+  constexpr double kAlwaysFine_m = 20, kTimesUsual = 5;
+  if (steps.empty()) return kAlwaysFine_m;
+  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
+  std::nth_element(steps.begin(), middle, steps.end());
+  return std::max(kAlwaysFine_m, kTimesUsual * *middle);
+}
+
+}  // namespace
+
+std::vector<std::vector<Eigen::Vector3d>> trajectoryPieces(
+    const std::vector<Eigen::Isometry3d>& poses) {
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < poses.size(); ++i)
+    steps.push_back((poses[i].translation() - poses[i - 1].translation()).norm());
+  const double longest = longestStep(steps);
+  std::vector<std::vector<Eigen::Vector3d>> pieces;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    if (i == 0 || !(steps[i - 1] <= longest)) pieces.emplace_back();
+    pieces.back().push_back(poses[i].translation());
+  }
+  return pieces;
+}
+
+}  // namespace xview
