@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cmath>
 #include <cstring>
+#include <map>
 #include <string>
 #include <thread>
 #include <tuple>
@@ -247,6 +248,7 @@ class BestCandidates {
 struct OutputTile {
   std::int64_t tx, ty;
   std::int64_t bound;
+  std::uint8_t bands;  ///< bit b: rows [8 b, 8 b + 8) are worth a look
 };
 
 bool touchesCircle(std::int64_t tx, std::int64_t ty, const PlacePrior::Circle& circle,
@@ -278,32 +280,94 @@ std::int64_t scoreBound(const Tiles& tiles, const PreparedSamples& prepared, std
   return bound;
 }
 
+/// Where the raster has cells above the background, in parts of 8x8 cells of any channel of the
+/// query.
+class RaisedParts {
+ public:
+  RaisedParts(const Tiles& tiles, const std::vector<std::uint16_t>& channels) {
+    for (const Tiles::Tile& tile : tiles.tiles) {
+      if (tile.raised == 0 || !std::binary_search(channels.begin(), channels.end(), tile.channel))
+        continue;
+      raised_of_tile_[{tile.ty, tile.tx}] |= tile.raised;
+    }
+  }
+
+  /// Tiles within `reach` tiles of one with raised cells, as (ty, tx), sorted.
+  std::vector<std::pair<std::int64_t, std::int64_t>> tilesWithin(std::int64_t reach) const {
+    std::vector<std::pair<std::int64_t, std::int64_t>> tiles;
+    for (const auto& [place, raised] : raised_of_tile_) {
+      for (std::int64_t y = place.first - reach; y <= place.first + reach; ++y) {
+        for (std::int64_t x = place.second - reach; x <= place.second + reach; ++x)
+          tiles.emplace_back(y, x);
+      }
+    }
+    std::sort(tiles.begin(), tiles.end());
+    tiles.erase(std::unique(tiles.begin(), tiles.end()), tiles.end());
+    return tiles;
+  }
+
+  /// Bands of 8 rows of a tile that are within `reach` cells of raised parts.
+  std::uint8_t bandsNear(std::int64_t tx, std::int64_t ty, std::int64_t reach) const {
+    const std::int64_t parts =
+        std::min<std::int64_t>((reach + kPartSide - 1) / kPartSide, kParts * 1000);
+    const std::int64_t tiles = (parts + kParts - 1) / kParts;
+    std::uint8_t bands = 0;
+    for (std::int64_t dy = -tiles; dy <= tiles && bands != 0xFF; ++dy) {
+      for (std::int64_t dx = -tiles; dx <= tiles; ++dx) {
+        const auto it = raised_of_tile_.find({ty + dy, tx + dx});
+        if (it == raised_of_tile_.end()) continue;
+        for (std::int64_t row = 0; row < kParts; ++row) {
+          if (rowReaches(it->second, row, dx, parts))
+            bands |= bandsAround(dy * kParts + row, parts);
+        }
+      }
+    }
+    return bands;
+  }
+
+ private:
+  /// True if one of the raised parts of a row in the tile dx beside is near enough in x.
+  static bool rowReaches(std::uint64_t raised, std::int64_t row, std::int64_t dx,
+                         std::int64_t parts) {
+    for (std::int64_t column = 0; column < kParts; ++column) {
+      if (!(raised >> (row * kParts + column) & 1)) continue;
+      const std::int64_t x = dx * kParts + column;
+      if (x >= -parts && x < kParts + parts) return true;
+    }
+    return false;
+  }
+
+  static std::uint8_t bandsAround(std::int64_t row, std::int64_t parts) {
+    std::uint8_t bands = 0;
+    for (std::int64_t b = std::max<std::int64_t>(0, row - parts);
+         b <= std::min<std::int64_t>(kParts - 1, row + parts); ++b) {
+      bands = static_cast<std::uint8_t>(bands | 1u << b);
+    }
+    return bands;
+  }
+
+  std::map<std::pair<std::int64_t, std::int64_t>, std::uint64_t> raised_of_tile_;
+};
+
 /// The tiles where a query centre can score, the most promising first so that the threshold rises
 /// early.
 std::vector<OutputTile> outputTiles(const LikelihoodRaster& raster, const PreparedSamples& prepared,
-                                    const std::optional<PlacePrior::Circle>& near) {
+                                    const RasterSearchOptions& options) {
   const Tiles& tiles = raster.tiles();
+  const RaisedParts raised(tiles, prepared.channels);
   const std::int64_t reach_tiles = (prepared.reach + kTileSide - 1) / kTileSide;
-  std::vector<std::pair<std::int64_t, std::int64_t>> written;
-  for (const Tiles::Tile& tile : tiles.tiles) written.emplace_back(tile.ty, tile.tx);
-  std::sort(written.begin(), written.end());
-  written.erase(std::unique(written.begin(), written.end()), written.end());
-
-  std::vector<std::pair<std::int64_t, std::int64_t>> in_reach;
-  for (const auto& [ty, tx] : written) {
-    for (std::int64_t y = ty - reach_tiles; y <= ty + reach_tiles; ++y) {
-      for (std::int64_t x = tx - reach_tiles; x <= tx + reach_tiles; ++x) {
-        if (!near || touchesCircle(x, y, *near, raster.cellSize())) in_reach.emplace_back(y, x);
-      }
-    }
-  }
-  std::sort(in_reach.begin(), in_reach.end());
-  in_reach.erase(std::unique(in_reach.begin(), in_reach.end()), in_reach.end());
-
+  const double margin = options.margin_m / raster.cellSize();
+  const std::int64_t reach = margin < static_cast<double>(prepared.reach)
+                                 ? static_cast<std::int64_t>(std::ceil(std::max(0.0, margin)))
+                                 : prepared.reach;
   std::vector<OutputTile> outputs;
-  for (const auto& [ty, tx] : in_reach) {
+  for (const auto& [ty, tx] : raised.tilesWithin((reach + kTileSide - 1) / kTileSide)) {
+    const auto& near = options.centre_prior.near;
+    if (near && !touchesCircle(tx, ty, *near, raster.cellSize())) continue;
+    const std::uint8_t bands = raised.bandsNear(tx, ty, reach);
+    if (bands == 0) continue;
     const std::int64_t bound = scoreBound(tiles, prepared, tx, ty, reach_tiles);
-    if (bound > 0) outputs.push_back({tx, ty, bound});
+    if (bound > 0) outputs.push_back({tx, ty, bound, bands});
   }
   std::stable_sort(outputs.begin(), outputs.end(),
                    [](const OutputTile& a, const OutputTile& b) { return a.bound > b.bound; });
@@ -314,6 +378,25 @@ int workerCount(int threads, std::size_t jobs) {
   const auto cores = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   return static_cast<int>(
       std::min<std::size_t>(static_cast<std::size_t>(threads > 0 ? threads : cores), jobs));
+}
+
+/// Neighbouring rows of a tile.
+struct RowRun {
+  std::int64_t first;
+  int count;
+};
+
+std::vector<RowRun> runsOf(std::uint8_t bands) {
+  std::vector<RowRun> runs;
+  for (int b = 0; b < kParts; ++b) {
+    if (!(bands >> b & 1)) continue;
+    if (b > 0 && (bands >> (b - 1) & 1)) {
+      runs.back().count += kPartSide;
+    } else {
+      runs.push_back({b * kPartSide, kPartSide});
+    }
+  }
+  return runs;
 }
 
 /// The exhaustive search of one raster.
@@ -333,8 +416,7 @@ class Scan {
 
   /// The best keep_cells candidates, best first.
   std::vector<Candidate> run() {
-    const std::vector<OutputTile> outputs =
-        outputTiles(raster_, prepared_, options_.centre_prior.near);
+    const std::vector<OutputTile> outputs = outputTiles(raster_, prepared_, options_);
     const int workers = workerCount(options_.threads, outputs.size());
     std::vector<BestCandidates> best(static_cast<std::size_t>(workers),
                                      BestCandidates(options_.keep_cells));
@@ -369,24 +451,27 @@ class Scan {
     for (std::size_t k = 0; k < n; ++k)
       base[k] = window.cell(prepared_.slot[k], prepared_.reach, prepared_.reach);
     std::vector<raster::BlockHit> hits(static_cast<std::size_t>(kBlockSide * kBlockSide));
+    const std::vector<RowRun> runs = runsOf(output.bands);
     const raster::ScanFunction scan_block = raster::scanVariants().variant[0].function;
     for (int yaw = 0; yaw < grid_.count; ++yaw) {
       const std::int32_t* offset = offsets_.data() + static_cast<std::size_t>(yaw) * n;
-      for (std::size_t k = 0; k < n; ++k) pointers[k] = base[k] + offset[k];
-      const std::int64_t threshold =
-          std::max(best.threshold(), threshold_.load(std::memory_order_relaxed)) +
-          prepared_.background;
-      const raster::BlockScan block{pointers.data(),
-                                    prepared_.groups.data(),
-                                    prepared_.groups.size() - 1,
-                                    window.side(),
-                                    kTileSide,
-                                    static_cast<std::uint32_t>(threshold)};
-      const std::size_t count = scan_block(block, hits.data());
-      for (std::size_t i = 0; i < count; ++i) {
-        const Candidate candidate{static_cast<std::int32_t>(hits[i].sum - prepared_.background),
-                                  yaw, x0 + hits[i].column, y0 + hits[i].row};
-        if (isAllowed(candidate)) best.offer(candidate);
+      for (const auto& [row, rows] : runs) {
+        for (std::size_t k = 0; k < n; ++k) pointers[k] = base[k] + offset[k] + row * window.side();
+        const std::int64_t threshold =
+            std::max(best.threshold(), threshold_.load(std::memory_order_relaxed)) +
+            prepared_.background;
+        const raster::BlockScan block{pointers.data(),
+                                      prepared_.groups.data(),
+                                      prepared_.groups.size() - 1,
+                                      window.side(),
+                                      rows,
+                                      static_cast<std::uint32_t>(threshold)};
+        const std::size_t count = scan_block(block, hits.data());
+        for (std::size_t i = 0; i < count; ++i) {
+          const Candidate candidate{static_cast<std::int32_t>(hits[i].sum - prepared_.background),
+                                    yaw, x0 + hits[i].column, y0 + row + hits[i].row};
+          if (isAllowed(candidate)) best.offer(candidate);
+        }
       }
     }
     publish(best.threshold());

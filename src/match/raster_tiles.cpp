@@ -23,6 +23,11 @@ std::size_t cellInTile(std::int32_t cx, std::int32_t cy) {
   return static_cast<std::size_t>((cy & (kTileSide - 1)) * kTileSide + (cx & (kTileSide - 1)));
 }
 
+std::uint64_t partBit(std::size_t cell) {
+  const std::size_t part = cell / (kTileSide * kPartSide) * kParts + cell % kTileSide / kPartSide;
+  return std::uint64_t{1} << part;
+}
+
 }  // namespace
 
 const LikelihoodRaster::Tiles::Tile* LikelihoodRaster::Tiles::find(std::size_t channel,
@@ -34,21 +39,25 @@ const LikelihoodRaster::Tiles::Tile* LikelihoodRaster::Tiles::find(std::size_t c
   return it == index.end() ? nullptr : it->second;
 }
 
-LikelihoodRaster::Tiles::Tile& LikelihoodRaster::Tiles::make(std::size_t channel, std::int32_t tx,
-                                                             std::int32_t ty, std::uint8_t value) {
+std::uint8_t& LikelihoodRaster::Tiles::make(std::size_t channel, std::int32_t cx, std::int32_t cy,
+                                            std::uint8_t value) {
+  const std::int32_t tx = cx >> kTileBits, ty = cy >> kTileBits;
   highest.at(channel) = std::max(highest[channel], value);
   if (!last_written || last_written->channel != channel || last_written->tx != tx ||
       last_written->ty != ty) {
     Tile*& tile = index[tileKey(channel, tx, ty)];
     if (!tile) {
-      Tile fresh{tx, ty, static_cast<std::uint16_t>(channel), background[channel], {}};
+      Tile fresh{tx, ty, static_cast<std::uint16_t>(channel), background[channel], 0, {}};
       fresh.cells.fill(background[channel]);
       tile = &tiles.emplace_back(fresh);
     }
     last_written = tile;
   }
-  last_written->highest = std::max(last_written->highest, value);
-  return *last_written;
+  Tile& tile = *last_written;
+  tile.highest = std::max(tile.highest, value);
+  const std::size_t cell = cellInTile(cx, cy);
+  if (value > background[channel]) tile.raised |= partBit(cell);
+  return tile.cells[cell];
 }
 
 LikelihoodRaster::LikelihoodRaster(double cell_m, std::vector<std::uint8_t> background_of_channel)
@@ -76,7 +85,7 @@ std::uint8_t LikelihoodRaster::background(std::size_t channel) const {
 
 void LikelihoodRaster::set(std::size_t channel, std::int32_t cx, std::int32_t cy,
                            std::uint8_t value) {
-  tiles_->make(channel, cx >> kTileBits, cy >> kTileBits, value).cells[cellInTile(cx, cy)] = value;
+  tiles_->make(channel, cx, cy, value) = value;
 }
 
 void LikelihoodRaster::raise(std::size_t channel, std::int32_t cx, std::int32_t cy,
@@ -84,8 +93,7 @@ void LikelihoodRaster::raise(std::size_t channel, std::int32_t cx, std::int32_t 
   if (value <= tiles_->background.at(channel) &&
       !tiles_->find(channel, cx >> kTileBits, cy >> kTileBits))
     return;
-  std::uint8_t& cell =
-      tiles_->make(channel, cx >> kTileBits, cy >> kTileBits, value).cells[cellInTile(cx, cy)];
+  std::uint8_t& cell = tiles_->make(channel, cx, cy, value);
   cell = std::max(cell, value);
 }
 

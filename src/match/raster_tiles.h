@@ -13,13 +13,17 @@ namespace xview {
 
 constexpr int kTileBits = 6;
 constexpr int kTileSide = 1 << kTileBits;
+constexpr int kPartSide = 8;  ///< cells of the blocks that Tile::raised tells of
+constexpr int kParts = kTileSide / kPartSide;
 
 /// The storage of a LikelihoodRaster.
 struct LikelihoodRaster::Tiles {
   struct Tile {
     std::int32_t tx, ty;  ///< cell (cx, cy) is in tile (cx >> 6, cy >> 6)
     std::uint16_t channel;
-    std::uint8_t highest;                                   ///< no cell of the tile is above this
+    std::uint8_t highest;  ///< no cell of the tile is above this
+    std::uint64_t
+        raised;  ///< bit 8 * (y / 8) + x / 8: a cell of that 8x8 block may be above the background
     std::array<std::uint8_t, kTileSide * kTileSide> cells;  ///< row-major
   };
 
@@ -31,8 +35,8 @@ struct LikelihoodRaster::Tiles {
   Tile* last_written = nullptr;
 
   const Tile* find(std::size_t channel, std::int64_t tx, std::int64_t ty) const;
-  /// The tile, created if absent, that is about to receive `value`.
-  Tile& make(std::size_t channel, std::int32_t tx, std::int32_t ty, std::uint8_t value);
+  /// The cell, created if absent, that is about to receive `value`.
+  std::uint8_t& make(std::size_t channel, std::int32_t cx, std::int32_t cy, std::uint8_t value);
 };
 
 }  // namespace xview

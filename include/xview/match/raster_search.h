@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <vector>
 
@@ -47,8 +48,12 @@ struct RasterSample {
 
 struct RasterSearchOptions {
   double max_yaw_step_rad = 0.105;  ///< 6 degrees; smaller if the query is large
-  std::size_t keep_cells = 4000;    ///< best (x, y, yaw) cells kept before thinning
-  std::size_t keep_poses = 200;     ///< distinct poses returned
+  /// The query centre is looked for this close to cells above the background only (up to 16 cells
+  /// more). Saves time where the centre cannot be far from the map's content; the default looks
+  /// wherever a sample can score.
+  double margin_m = std::numeric_limits<double>::infinity();
+  std::size_t keep_cells = 4000;  ///< best (x, y, yaw) cells kept before thinning
+  std::size_t keep_poses = 200;   ///< distinct poses returned
   int threads = 1;
   PlacePrior centre_prior;  ///< restricts the pose of the query centre
 };
