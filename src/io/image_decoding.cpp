@@ -2,6 +2,7 @@
 #include "image_decoding.h"
 
 #include <cstdlib>
+#include <cstring>
 #include <mutex>
 #include <opencv2/imgcodecs.hpp>
 #include <vector>
@@ -19,9 +20,11 @@ void allowExr() {
   std::call_once(once, [] { setenv("OPENCV_IO_ENABLE_OPENEXR", "1", 0); });
 }
 
-bool isPng(const std::string& path) {
-  return path.size() >= 4 && (path.compare(path.size() - 4, 4, ".png") == 0 ||
-                              path.compare(path.size() - 4, 4, ".PNG") == 0);
+/// By its ending or its first bytes, whichever says so.
+bool isPng(const std::string& path, const std::vector<unsigned char>& bytes) {
+  const bool named = path.size() >= 4 && (path.compare(path.size() - 4, 4, ".png") == 0 ||
+                                          path.compare(path.size() - 4, 4, ".PNG") == 0);
+  return named || (bytes.size() >= 4 && std::memcmp(bytes.data(), "\x89PNG", 4) == 0);
 }
 
 void refuseOddPng(const std::string& path, const std::vector<unsigned char>& bytes) {
@@ -39,7 +42,7 @@ cv::Mat decodeImage(const std::string& path) {
   if (file.size() == 0) throw Error(path, "the file is empty, expected an image");
   std::vector<unsigned char> bytes(file.size());
   file.readBytes(bytes.data(), bytes.size());
-  if (isPng(path)) refuseOddPng(path, bytes);
+  if (isPng(path, bytes)) refuseOddPng(path, bytes);
   allowExr();
   cv::Mat image;
   try {

@@ -1,0 +1,497 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "xview/io/recording.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "small_files.h"
+#include "support/test_data.h"
+#include "xview/types/error.h"
+#include "xview/types/parallel.h"
+
+namespace xview {
+namespace {
+
+namespace fs = std::filesystem;
+using test::messageOf;
+using test::pngBytes;
+using test::writeBytes;
+
+TEST(ParseFrameRange, ReadsHalfOpenRangesWithSteps) {
+  const FrameRange full = parseFrameRange(":");
+  EXPECT_EQ(full.begin, 0u);
+  EXPECT_FALSE(full.end.has_value());
+  EXPECT_EQ(full.step, 1u);
+  const FrameRange part = parseFrameRange("10:40:3");
+  EXPECT_EQ(part.begin, 10u);
+  EXPECT_EQ(*part.end, 40u);
+  EXPECT_EQ(part.step, 3u);
+  EXPECT_EQ(*parseFrameRange(":5").end, 5u);
+  EXPECT_EQ(parseFrameRange("5:").begin, 5u);
+  EXPECT_EQ(parseFrameRange("::2").step, 2u);
+}
+
+TEST(ParseFrameRange, RefusesEverythingElse) {
+  for (const char* text :
+       {"", "5", "a:b", "-1:5", "5:5", "7:5", "1:2:0", "1:2:3:4", "1.5:3", "1 :3"}) {
+    EXPECT_THROW(parseFrameRange(text), UsageError) << text;
+  }
+}
+
+/// A folder in which each test builds its recording.
+class Recording : public ::testing::Test {
+ protected:
+  std::string write(const std::string& name, const std::string& bytes) const {
+    writeBytes(folder_ / name, bytes);
+    return folder_ / name;
+  }
+  std::string openMessage(const std::string& path, const InputOptions& options = {}) const {
+    return messageOf([&] { openRecording(path, options); });
+  }
+
+  test::TemporaryFolder folder_;
+};
+
+/// A sequence of 2 x 2 pixels whose depth is the number of the frame [m] and whose label is number
+/// + 1.
+class Sequence : public Recording {
+ protected:
+  explicit Sequence(std::vector<int> numbers = {0, 1, 2}) : numbers_(std::move(numbers)) {
+    write("camera.yaml", "width: 2\nheight: 2\nfx: 2\nfy: 2\ncx: 0.5\ncy: 0.5\ndepth_scale: 0.5\n");
+    write("classes.yaml", "- {id: 1, name: pole}\n- {id: 2, name: road}\n- {id: 3, name: car}\n");
+    std::string poses;
+    for (const int number : numbers_) {
+      const auto n = static_cast<std::uint16_t>(number);
+      const auto wide = static_cast<std::uint16_t>(2 * n);
+      const auto label = static_cast<std::uint16_t>(n + 1);
+      write("depth/" + nameOf(number), pngBytes(2, 2, 1, 16, {wide, wide, wide, wide}));
+      write("label/" + nameOf(number), pngBytes(2, 2, 1, 8, {label, label, label, label}));
+      poses += std::to_string(100 + number) + " " + std::to_string(number) + " 0 0 0 0 0 1\n";
+    }
+    write("poses.txt", poses);
+  }
+  static std::string nameOf(int number) {
+    const std::string digits = std::to_string(number);
+    return std::string(6 - digits.size(), '0') + digits + ".png";
+  }
+  std::string remove(const std::string& name) const {
+    fs::remove_all(folder_ / name);
+    return folder_ / name;
+  }
+  std::string message() const { return openMessage(folder_.path()); }
+
+  std::vector<int> numbers_;
+};
+
+class SequenceWithGaps : public Sequence {
+ protected:
+  SequenceWithGaps() : Sequence({0, 2, 5}) {}
+};
+
+TEST_F(Sequence, IsRecognisedByItsFiles) {
+  EXPECT_EQ(recogniseInput(folder_.path()), InputKind::sequence);
+  remove("camera.yaml");
+  EXPECT_EQ(recogniseInput(folder_.path()), InputKind::sequence);
+}
+
+TEST_F(Sequence, GivesFramesWithPosesStampsAndImages) {
+  const auto source = openRecording(folder_.path());
+  ASSERT_EQ(source->size(), 3u);
+  EXPECT_EQ(source->sensor(), Sensor::camera);
+  EXPECT_EQ(source->name(), folder_.path());
+  EXPECT_EQ(source->labels().kind(1), Kind::pole);
+  const Frame frame = source->read(2);
+  EXPECT_EQ(frame.number, 2);
+  EXPECT_EQ(frame.stamp_s, 102);
+  EXPECT_EQ(frame.T_odom_sensor.translation().x(), 2);
+  EXPECT_EQ(frame.depth.pixels, std::vector<float>(4, 2.0f));
+  EXPECT_EQ(frame.label.pixels, std::vector<std::uint16_t>(4, 3));
+  EXPECT_TRUE(frame.instance.empty());
+  EXPECT_EQ(frame.camera.width, 2);
+  EXPECT_EQ(source->pose(1).translation().x(), 1);
+  EXPECT_EQ(source->stamp(1), 101);
+  EXPECT_EQ(source->number(1), 1);
+}
+
+TEST_F(Sequence, ReadsTheSameFromManyThreads) {
+  const auto source = openRecording(folder_.path());
+  std::vector<float> depths(300);
+  parallelFor(depths.size(), 4,
+              [&](std::size_t i) { depths[i] = source->read(i % 3).depth.at(1, 1); });
+  for (std::size_t i = 0; i < depths.size(); ++i) EXPECT_EQ(depths[i], static_cast<float>(i % 3));
+}
+
+TEST_F(Sequence, IsRestrictedByPosition) {
+  InputOptions options;
+  options.frames = parseFrameRange("1:100");
+  EXPECT_EQ(openRecording(folder_.path(), options)->size(), 2u);
+  options.frames = parseFrameRange("::2");
+  const auto source = openRecording(folder_.path(), options);
+  ASSERT_EQ(source->size(), 2u);
+  EXPECT_EQ(source->number(1), 2);
+  EXPECT_EQ(source->read(1).depth.at(0, 0), 2.0f);
+  options.frames = parseFrameRange("3:4");
+  EXPECT_THROW(openRecording(folder_.path(), options), UsageError);
+}
+
+TEST_F(SequenceWithGaps, TakesPosesInOrderIfThereIsOnePerFrame) {
+  const auto source = openRecording(folder_.path());
+  EXPECT_EQ(source->number(2), 5);
+  EXPECT_EQ(source->pose(2).translation().x(), 5);
+}
+
+TEST_F(SequenceWithGaps, TakesPosesByNumberIfThereAreMore) {
+  std::string poses;
+  for (int i = 0; i < 8; ++i)
+    poses += std::to_string(i) + " " + std::to_string(10 * i) + " 0 0 0 0 0 1\n";
+  write("poses.txt", poses);
+  const auto source = openRecording(folder_.path());
+  EXPECT_EQ(source->pose(1).translation().x(), 20);
+  EXPECT_EQ(source->pose(2).translation().x(), 50);
+}
+
+TEST_F(Sequence, ReadsInstancesIfThereAreAny) {
+  for (const int number : numbers_) {
+    write("instance/" + nameOf(number), pngBytes(2, 2, 1, 16, {0, 300, 0, 7}));
+  }
+  EXPECT_EQ(openRecording(folder_.path())->read(0).instance.pixels,
+            (std::vector<std::uint16_t>{0, 300, 0, 7}));
+  remove("instance/000001.png");
+  EXPECT_EQ(message(),
+            folder_.path() + ": 3 depth files but 2 instance files; 000001 has no instance file");
+}
+
+TEST_F(Sequence, WithoutClassesGetsGenericOnes) {
+  remove("classes.yaml");
+  const auto source = openRecording(folder_.path());
+  EXPECT_EQ(source->labels().name(), "generic");
+  EXPECT_EQ(source->labels().classes().size(), 3u);
+  EXPECT_EQ(source->labels().role(3), Role::object);
+}
+
+TEST_F(Sequence, TakesTheLabelSetThatIsAskedFor) {
+  InputOptions options;
+  options.labels = "synthia";
+  EXPECT_EQ(openRecording(folder_.path(), options)->labels().name(), "synthia");
+  options.labels = write("mine.yaml", "- {id: 1, name: tower, role: object}\n");
+  EXPECT_EQ(openRecording(folder_.path(), options)->labels().className(1), "tower");
+  options.labels = "sinthia";
+  EXPECT_THROW(openRecording(folder_.path(), options), UsageError);
+}
+
+TEST_F(Sequence, MayHaveUnknownClasses) {
+  write("label/000001.png", pngBytes(2, 2, 1, 8, {99, 99, 99, 99}));
+  const auto source = openRecording(folder_.path());
+  EXPECT_EQ(source->labels().role(source->read(1).label.at(0, 0)), Role::ignored);
+}
+
+TEST_F(Sequence, ThatIsDamagedSaysWhatAndWhere) {
+  const std::string root = folder_.path();
+  write("depth/notes.txt", "other files do not matter");
+  EXPECT_EQ(message(), "");
+  remove("label/000001.png");
+  EXPECT_EQ(message(), root + ": 3 depth files but 2 label files; 000001 has no label file");
+  remove("depth/000000.png");
+  EXPECT_EQ(message(), root + ": 2 depth files but 2 label files; 000001 has no label file");
+  remove("label");
+  EXPECT_EQ(message().find(root + "/label: cannot list the folder"), 0u) << message();
+  fs::create_directory(root + "/label");
+  EXPECT_EQ(message(), root + "/label: no .png, .tif, .tiff files");
+  remove("camera.yaml");
+  EXPECT_EQ(message().find(root + "/camera.yaml: cannot open"), 0u) << message();
+}
+
+TEST_F(Sequence, WithWrongPosesSaysWhatAndWhere) {
+  const std::string path = write("poses.txt", "0 0 0 0 0 0 0 1\n1 0 0 0 0 0 0 1\n");
+  EXPECT_EQ(message(), path + ": 2 poses for 3 frames");
+  write("poses.txt", "0 0 0 0 0 0 0 1\n1 0 0 0 0 0 0 1\n2 0 0 0 0 0 0 3\n");
+  EXPECT_EQ(message(), path + ":3: expected a unit quaternion, found length 3");
+  remove("poses.txt");
+  EXPECT_EQ(message().find(path + ": cannot open"), 0u) << message();
+}
+
+TEST_F(Sequence, WithTwoFilesForOneFrameAsksWhich) {
+  write("depth/000001.pfm", test::pfmBytes(2, 2, {1, 2, 3, 4}, true));
+  EXPECT_NE(message().find("000001.pfm: there is also "), std::string::npos) << message();
+}
+
+TEST_F(Sequence, WithABadFrameFailsAtThatFrameOnly) {
+  const std::string path = write("label/000001.png", pngBytes(1, 2, 1, 8, {1, 1}));
+  const auto source = openRecording(folder_.path());
+  EXPECT_NO_THROW(source->read(0));
+  EXPECT_NO_THROW(source->read(2));
+  EXPECT_EQ(messageOf([&] { source->read(1); }),
+            path + ": 1 x 2 pixels, but " + (folder_ / "depth/000001.png") + " has 2 x 2");
+  write("label/000002.png", "no image");
+  EXPECT_EQ(messageOf([&] { source->read(2); }).find(folder_ / "label/000002.png: "), 0u);
+}
+
+/// Two scans of two points in the layout of SemanticKITTI.
+class KittiFolder : public Recording {
+ protected:
+  KittiFolder() {
+    for (const int number : {3, 4}) {
+      const std::string stem = "00000" + std::to_string(number);
+      write("velodyne/" + stem + ".bin", test::scanBytes({1, 2, 3, 0, 4, 5, 6, 0}));
+      writeLabels(stem, {40, 80 | 5u << 16});
+    }
+    // z of the camera is x of the velodyne.
+    write("calib.txt", "P0: 1 0 0 0 0 1 0 0 0 0 1 0\nTr: 0 -1 0 0 0 0 -1 0 1 0 0 0.5\n");
+    write("poses.txt", "1 0 0 0 0 1 0 0 0 0 1 0\n1 0 0 0 0 1 0 0 0 0 1 2\n");
+  }
+  void writeLabels(const std::string& stem, const std::vector<std::uint32_t>& labels) const {
+    write("labels/" + stem + ".label", test::labelBytes(labels));
+  }
+  std::string labelSetOf(const std::vector<std::uint32_t>& labels) const {
+    writeLabels("000003", labels);
+    writeLabels("000004", labels);
+    return openRecording(folder_.path())->labels().name();
+  }
+};
+
+TEST_F(KittiFolder, GivesScansInTheFrameOfTheVelodyne) {
+  EXPECT_EQ(recogniseInput(folder_.path()), InputKind::semantic_kitti);
+  const auto source = openRecording(folder_.path());
+  ASSERT_EQ(source->size(), 2u);
+  EXPECT_EQ(source->sensor(), Sensor::lidar);
+  EXPECT_EQ(source->labels().name(), "semantic_kitti");
+  EXPECT_TRUE(source->pose(0).isApprox(Eigen::Isometry3d::Identity()));
+  EXPECT_TRUE(source->pose(1).translation().isApprox(Eigen::Vector3d(2, 0, 0)));
+  const Frame frame = source->read(1);
+  EXPECT_EQ(frame.number, 4);
+  ASSERT_EQ(frame.cloud.size(), 2u);
+  EXPECT_EQ(frame.cloud.points[1].label, 80u);
+  EXPECT_EQ(frame.cloud.instances, (std::vector<std::uint32_t>{0, 5}));
+  EXPECT_EQ(frame.cloud.position(1), Eigen::Vector3d(4, 5, 6));
+}
+
+TEST_F(KittiFolder, TakesStampsFromTimesIfThereAreAny) {
+  EXPECT_EQ(openRecording(folder_.path())->stamp(1), 1);
+  write("times.txt", "0.5\n0.75\n");
+  EXPECT_EQ(openRecording(folder_.path())->stamp(1), 0.75);
+  write("times.txt", "0\n0.1\n0.2\n0.3\n0.4\n");
+  EXPECT_EQ(openRecording(folder_.path())->stamp(1), 0.4);
+  write("times.txt", "0\n");
+  EXPECT_EQ(openMessage(folder_.path()), folder_.path() + "/times.txt: 1 times for 2 frames");
+}
+
+TEST_F(KittiFolder, TellsTheThreeIdSpacesApart) {
+  EXPECT_EQ(labelSetOf({40, 10}), "semantic_kitti");
+  EXPECT_EQ(labelSetOf({40, 252}), "semantic_kitti");
+  EXPECT_EQ(labelSetOf({9, 19}), "semantic_kitti_train_1");
+  EXPECT_EQ(labelSetOf({8, 255}), "semantic_kitti_train_0");
+  EXPECT_EQ(labelSetOf({9, 15}), "semantic_kitti_train_1");
+  EXPECT_EQ(labelSetOf({8, 14}), "semantic_kitti_train_0");
+  EXPECT_EQ(labelSetOf({100, 200}), "generic");
+  write("classes.yaml", "name: mine\nclasses: [{id: 0, name: road}]\n");
+  EXPECT_EQ(labelSetOf({40, 10}), "mine");
+}
+
+TEST_F(KittiFolder, NeedsPosesUnlessThereIsOneScan) {
+  fs::remove(folder_ / "poses.txt");
+  EXPECT_NE(openMessage(folder_.path()).find("poses.txt: cannot open"), std::string::npos);
+  fs::remove(folder_ / "velodyne/000004.bin");
+  fs::remove(folder_ / "labels/000004.label");
+  EXPECT_TRUE(openRecording(folder_.path())->pose(0).isApprox(Eigen::Isometry3d::Identity()));
+}
+
+TEST_F(KittiFolder, ThatIsDamagedSaysWhatAndWhere) {
+  const std::string root = folder_.path();
+  fs::remove(folder_ / "labels/000004.label");
+  EXPECT_EQ(openMessage(root),
+            root + ": 2 .bin files but 1 .label files; 000004 has no .label file");
+  writeLabels("000004", {40, 40});
+  write("calib.txt", "Tr: 1 2 3\n");
+  EXPECT_EQ(openMessage(root), root + "/calib.txt:1: Tr: expected 12 numbers, found 3");
+  write("calib.txt", "P0: 1\n");
+  EXPECT_NE(openMessage(root).find(root + "/calib.txt: no line `Tr: `"), std::string::npos);
+}
+
+TEST_F(KittiFolder, OneScanIsFoundWithItsLabels) {
+  const std::string scan = folder_ / "velodyne/000004.bin";
+  EXPECT_EQ(recogniseInput(scan), InputKind::semantic_kitti);
+  const auto source = openRecording(scan);
+  ASSERT_EQ(source->size(), 1u);
+  EXPECT_EQ(source->number(0), 4);
+  EXPECT_EQ(source->read(0).cloud.size(), 2u);
+  const std::string loose = write("loose/a.bin", test::scanBytes({1, 2, 3, 0}));
+  EXPECT_EQ(openMessage(loose).find(loose + ": no labels: neither "), 0u) << openMessage(loose);
+  write("loose/a.label", test::labelBytes({40}));
+  EXPECT_EQ(openRecording(loose)->read(0).cloud.points[0].label, 40u);
+}
+
+std::string plyOf(const std::string& properties, const std::vector<std::string>& rows,
+                  const std::string& more = "") {
+  std::string text = "ply\nformat ascii 1.0\nelement vertex " + std::to_string(rows.size()) + "\n" +
+                     properties + more + "end_header\n";
+  for (const std::string& row : rows) text += row + "\n";
+  return text;
+}
+
+const std::string kXyz = "property float x\nproperty float y\nproperty float z\n";
+
+TEST_F(Recording, OneCloudIsAFrameWithoutAViewPoint) {
+  write("classes.yaml", "- {id: 7, name: pole}\n");
+  const auto path = write("a.ply", plyOf(kXyz + "property int label\n", {"1 2 3 7", "1.1 2 3 7"}));
+  const auto source = openRecording(path);
+  ASSERT_EQ(source->size(), 1u);
+  EXPECT_EQ(source->sensor(), Sensor::cloud);
+  EXPECT_EQ(source->labels().kind(7), Kind::pole);
+  EXPECT_TRUE(source->pose(0).isApprox(Eigen::Isometry3d::Identity()));
+  EXPECT_EQ(source->read(0).cloud.size(), 2u);
+}
+
+TEST_F(Recording, ACloudFolderNeedsPoses) {
+  for (const char* name : {"1.ply", "2.ply", "10.ply"}) {
+    write(name, plyOf(kXyz + "property int label\n",
+                      {"1 2 3 7", std::string(1, name[1]) == "0" ? "9 9 9 9" : "1 2 3 8"}));
+  }
+  EXPECT_EQ(recogniseInput(folder_.path()), InputKind::cloud_folder);
+  EXPECT_NE(openMessage(folder_.path()).find("poses.txt: cannot open"), std::string::npos);
+  write("poses.txt", "0 0 0 0 0 0 0 1\n1 1 0 0 0 0 0 1\n2 2 0 0 0 0 0 1\n");
+  const auto source = openRecording(folder_.path());
+  ASSERT_EQ(source->size(), 3u);
+  EXPECT_EQ(source->sensor(), Sensor::lidar);
+  EXPECT_EQ(source->number(2), 10);
+  EXPECT_EQ(source->read(2).cloud.points[1].label, 9u);
+  EXPECT_EQ(source->labels().classes().size(), 3u);
+}
+
+TEST_F(Recording, APlyWithEdgesOrGraphPropertiesIsAGraph) {
+  const auto edges =
+      write("a.ply", plyOf(kXyz + "property int label\n", {"0 0 0 1"},
+                           "element edge 0\nproperty int vertex1\nproperty int vertex2\n"));
+  EXPECT_EQ(recogniseInput(edges), InputKind::graph);
+  EXPECT_NE(openMessage(edges).find("is a graph"), std::string::npos);
+  const auto sigma =
+      write("b.ply", plyOf(kXyz + "property int label\nproperty float sigma\n", {"0 0 0 1 1"}));
+  EXPECT_EQ(recogniseInput(sigma), InputKind::graph);
+}
+
+TEST_F(Recording, APlyWithColoursIsACloud) {
+  const auto path = write("a.ply", plyOf(kXyz + "property int label\nproperty uchar red\n",
+                                         {"0 0 0 1 1", "9 9 9 1 1"}));
+  EXPECT_EQ(recogniseInput(path), InputKind::cloud);
+}
+
+TEST_F(Recording, APlyOfPositionsAndLabelsIsJudgedByItsContent) {
+  const std::string label = kXyz + "property int label\n";
+  EXPECT_EQ(recogniseInput(write("sparse.ply", plyOf(label, {"0 0 0 1", "5 0 0 1", "9 9 0 1"}))),
+            InputKind::graph);
+  EXPECT_EQ(recogniseInput(write("dense.ply", plyOf(label, {"0 0 0 1", "0.1 0 0 1", "0.2 0 0 1"}))),
+            InputKind::cloud);
+  const auto between = write("between.ply", plyOf(label, {"0 0 0 1", "0.6 0 0 1", "1.2 0 0 1"}));
+  const std::string message = messageOf([&] { recogniseInput(between); });
+  EXPECT_EQ(message.find(between + ": may be a cloud or a graph"), 0u) << message;
+  EXPECT_NE(message.find("--input-kind"), std::string::npos);
+  InputOptions options;
+  options.kind = "graph";
+  EXPECT_EQ(recogniseInput(between, options), InputKind::graph);
+  EXPECT_EQ(recogniseInput(write("objects.ply", plyOf(label + "property uint instance\n",
+                                                      {"0 0 0 1 7", "0.1 0 0 1 8"}))),
+            InputKind::graph);
+}
+
+TEST_F(Recording, APlyThatMayBeEitherOpensAsACloudForWhoeverWantsPoints) {
+  const auto path = write("a.ply", plyOf(kXyz + "property int label\n", {"0 0 0 1", "5 0 0 1"}));
+  EXPECT_EQ(recogniseInput(path), InputKind::graph);
+  EXPECT_EQ(openRecording(path)->read(0).cloud.size(), 2u);
+}
+
+TEST_F(Recording, WhatFitsNothingIsRefused) {
+  EXPECT_EQ(openMessage(folder_ / "absent"), (folder_ / "absent") + ": no such file or folder");
+  EXPECT_NE(openMessage(folder_.path()).find("not a recording"), std::string::npos);
+  EXPECT_NE(openMessage(write("a.txt", "")).find("not a known kind of file"), std::string::npos);
+  EXPECT_NE(openMessage(write("a.xvm", "")).find("is a map"), std::string::npos);
+  InputOptions options;
+  options.kind = "clowd";
+  EXPECT_THROW(recogniseInput(folder_.path(), options), UsageError);
+}
+
+TEST_F(Sequence, ThatIsAlsoAKittiFolderAsksWhich) {
+  fs::create_directory(folder_ / "velodyne");
+  const std::string message = messageOf([&] { recogniseInput(folder_.path()); });
+  EXPECT_NE(message.find("may be a sequence or a semantic_kitti"), std::string::npos) << message;
+  InputOptions options;
+  options.kind = "sequence";
+  EXPECT_EQ(openRecording(folder_.path(), options)->size(), 3u);
+}
+
+TEST(ToString, NamesEveryKindOnceAndReadsItBack) {
+  for (int i = 0; i <= static_cast<int>(InputKind::carla); ++i) {
+    InputOptions options;
+    options.kind = toString(static_cast<InputKind>(i));
+    EXPECT_EQ(recogniseInput("anything", options), static_cast<InputKind>(i));
+  }
+}
+
+TEST(RecordedData, SuburbOpensWithItsFramesPosesAndClasses) {
+  XVIEW_REQUIRE_DATA(data, "suburb_clean");
+  const auto source = openRecording(data + "/forward");
+  ASSERT_EQ(source->size(), 121u);
+  EXPECT_EQ(source->labels().classes().size(), 15u);
+  EXPECT_EQ(source->labels().kind(7), Kind::pole);
+  EXPECT_EQ(source->labels().role(0), Role::ignored);
+  EXPECT_EQ(source->labels().role(8), Role::dynamic);
+  EXPECT_NEAR(source->pose(0).translation().x(), -56.836742, 1e-9);
+  EXPECT_NEAR(source->stamp(1) - source->stamp(0), 0.222222, 1e-6);
+  const Frame frame = source->read(120);
+  EXPECT_EQ(frame.number, 120);
+  EXPECT_EQ(frame.depth.width, 320);
+  EXPECT_EQ(frame.instance.height, 240);
+  float farthest = 0;
+  for (const float depth : frame.depth.pixels) farthest = std::max(farthest, depth);
+  EXPECT_GT(farthest, 10);
+  EXPECT_LT(farthest, 656);
+}
+
+TEST(RecordedData, EverySuburbSessionOpens) {
+  for (const char* world : {"suburb_clean", "suburb_noisy"}) {
+    XVIEW_REQUIRE_DATA(data, world);
+    for (const char* session : {"forward", "rear", "oblique", "aerial", "forward2", "elsewhere"}) {
+      const auto source = openRecording(data + "/" + session);
+      EXPECT_GE(source->size(), 61u) << session;
+      EXPECT_NO_THROW(source->read(source->size() - 1)) << session;
+    }
+  }
+}
+
+TEST(RecordedData, KittiMapQueryAndNegativeOpen) {
+  XVIEW_REQUIRE_DATA(data, "kitti00");
+  const auto map = openRecording(data + "/map");
+  ASSERT_EQ(map->size(), 24u);
+  EXPECT_EQ(map->labels().name(), "semantic_kitti");
+  EXPECT_EQ(map->number(23), 88);
+  EXPECT_LT(map->pose(0).translation().norm(), 1e-3);
+  EXPECT_NEAR(map->pose(2).translation().x(), 1.38, 0.02);  // forward is x of the velodyne
+  EXPECT_GT(map->read(22).cloud.size(), 100000u);
+  for (const char* other : {"/query_4501", "/negative_850"}) {
+    const auto source = openRecording(data + other);
+    EXPECT_EQ(source->size(), 1u);
+    EXPECT_LT((source->pose(0).matrix() - Eigen::Matrix4d::Identity()).norm(), 1e-3);
+  }
+}
+
+TEST(RecordedData, NuscenesScansHaveTheirOwnClasses) {
+  XVIEW_REQUIRE_DATA(data, "nuscenes32");
+  const auto source = openRecording(data);
+  EXPECT_EQ(source->size(), 32u);
+  EXPECT_EQ(source->labels().className(3), "pole");
+  EXPECT_EQ(source->labels().role(10), Role::ignored);
+}
+
+TEST(RecordedData, BareObjectMapsAreGraphsAndClustersAreClouds) {
+  XVIEW_REQUIRE_DATA(data, "");
+  for (const char* graph : {"osm/monaco_2012-07-06.ply", "osm/monaco_2020-07-19.ply",
+                            "osm/andorra_2020-05-01.ply", "osm/andorra_2021-10-28.ply",
+                            "pole_maps/poles_nclt_auto.ply", "pole_maps/poles_nclt_gt.ply"}) {
+    EXPECT_EQ(recogniseInput(data + graph), InputKind::graph) << graph;
+  }
+  EXPECT_EQ(recogniseInput(data + "mosd/learn0.pcd"), InputKind::cloud);
+  EXPECT_EQ(openRecording(data + "mosd/learn0.pcd")->labels().classes().size(), 3u);
+}
+
+}  // namespace
+}  // namespace xview

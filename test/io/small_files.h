@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace xview::test {
+
+// Writers of small files, independent of the library, and of whatever is wrong with them.
+
+void writeBytes(const std::string& path, const std::string& bytes);  ///< makes the folders, too
+std::string readBytes(const std::string& path);
+
+/// A PNG of `channels` (1 grey, 2 grey+alpha, 3 RGB, 4 RGBA) and 8 or 16 bits, not compressed;
+/// values row by row, channel by channel.
+std::string pngBytes(int width, int height, int channels, int bits,
+                     const std::vector<std::uint16_t>& values);
+/// The same with any colour type and header size; for files that lie.
+std::string pngBytes(std::uint32_t width, std::uint32_t height, int color_type, int bits,
+                     const std::string& rows);
+
+/// A PFM of one channel; values from the top row down.
+std::string pfmBytes(int width, int height, const std::vector<float>& values, bool little_endian);
+
+/// float32 x y z intensity, and SemanticKITTI labels.
+std::string scanBytes(const std::vector<float>& numbers);
+std::string labelBytes(const std::vector<std::uint32_t>& labels);
+
+/// The message of what the call throws; empty if nothing.
+std::string messageOf(const std::function<void()>& call);
+
+}  // namespace xview::test
