@@ -267,7 +267,7 @@ void addWilderness(Site& site, const TownOptions& options, double margin_m) {
     return Eigen::Vector2d(x, random.uniform(area.min().y(), area.max().y()));
   };
   const double hectares = area.sizes().prod() * 1e-4;
-  for (int i = 0; i < 8 * hectares; ++i) addShed(site, somewhere(), random);
+  for (int i = 0; i < 4 * hectares; ++i) addShed(site, somewhere(), random);
   for (int i = 0; i < 30 * hectares * options.tree_density; ++i) {
     const Eigen::Vector2d p = somewhere();
     const TreeDesign design = drawTree(random);

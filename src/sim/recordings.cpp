@@ -132,6 +132,8 @@ class SessionMaker {
     plan.sensor = Sensor::camera;
     plan.camera = pinholeCamera(options_.width, options_.height, options_.view_deg * M_PI / 180);
     plan.camera.depth_scale = 0.01;
+    plan.depth_noise = options_.depth_noise;
+    if (number == kAerial) plan.depth_noise.baseline_m = options_.aerial.baseline_m;
     for (const Eigen::Isometry3d& T : stage.poses(line, left_m, mount, number)) {
       plan.T_world_sensor.push_back(opticalPose(T));
     }
@@ -205,7 +207,7 @@ Frame SimulatedRecording::read(std::size_t index) const {
   if (!options_.isNoisy()) return frame;
   if (is_lidar) return withLidarNoise(std::move(frame), options_.lidar_noise, plan_.seed);
   frame = withLabelNoise(std::move(frame), options_.label_noise, plan_.seed);
-  return withDepthNoise(std::move(frame), options_.depth_noise, plan_.seed);
+  return withDepthNoise(std::move(frame), plan_.depth_noise, plan_.seed);
 }
 
 std::vector<std::unique_ptr<SimulatedRecording>> makeSessions(const SimulationOptions& options) {

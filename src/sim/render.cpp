@@ -16,7 +16,7 @@ namespace xview {
 namespace {
 
 constexpr int kPacket = 8;
-constexpr float kFarthest = 2000;  // rays end here [m]
+constexpr float kFarthest = 650;  // what a 16-bit image in centimetres can hold; beyond is sky [m]
 
 }  // namespace
 
@@ -61,7 +61,8 @@ struct RayScene::Bvh {
   }
 };
 
-RayScene::RayScene(TriangleMesh mesh) : mesh_(std::move(mesh)), bvh_(std::make_unique<Bvh>(mesh_)) {}
+RayScene::RayScene(TriangleMesh mesh)
+    : mesh_(std::move(mesh)), bvh_(std::make_unique<Bvh>(mesh_)) {}
 RayScene::~RayScene() = default;
 
 /// Where rays from one point first meet a scene.
@@ -72,7 +73,8 @@ class RayCaster {
     Tag tag;
   };
 
-  RayCaster(const std::vector<std::shared_ptr<const RayScene>>& scenes, const Eigen::Vector3d& origin)
+  RayCaster(const std::vector<std::shared_ptr<const RayScene>>& scenes,
+            const Eigen::Vector3d& origin)
       : scenes_(scenes), origin_(origin) {}
 
   /// Up to kPacket rays at once.
@@ -136,7 +138,8 @@ class RayCaster {
   Eigen::Vector3d origin_;
 };
 
-Renderer::Renderer(std::vector<std::shared_ptr<const RayScene>> scenes) : scenes_(std::move(scenes)) {}
+Renderer::Renderer(std::vector<std::shared_ptr<const RayScene>> scenes)
+    : scenes_(std::move(scenes)) {}
 
 Frame Renderer::renderCamera(const Camera& camera, const Eigen::Isometry3d& T_world_camera,
                              int threads) const {

@@ -24,7 +24,7 @@ class Driver {
   Polyline drive(double length_m) {
     Polyline line;
     double driven = 0;
-    while (driven < length_m + 2 * kRounding) {
+    while (driven < 1.1 * length_m + 2 * kRounding) {  // rounding corners shortens the way
       last_ = nextStreet();
       ++visits_[last_];
       const Street& street = network_.streets[last_];
@@ -141,10 +141,10 @@ std::vector<Eigen::Isometry3d> bodyPoses(const Polyline& line, double spacing_m,
     const Eigen::Vector3d axle = wheel(s + 1.3) - wheel(s - 1.3);
     const double slope = mount.follows_slope ? std::atan2(axle.z(), axle.head<2>().norm()) : 0;
     const double yaw = std::atan2(axle.y(), axle.x());
-    Eigen::Isometry3d T = poseFromYaw(wheel(s), yaw);
+    const Eigen::Vector3d up(0, 0, mount.height_m + mount.rise_m * rise.at(s));
+    Eigen::Isometry3d T = poseFromYaw(wheel(s) + up, yaw);
     T.rotate(about(Eigen::Vector3d::UnitY(), -slope + mount.sway_rad * pitch.at(s)));
     T.rotate(about(Eigen::Vector3d::UnitX(), mount.sway_rad * roll.at(s)));
-    T.translate(Eigen::Vector3d(0, 0, mount.height_m + mount.rise_m * rise.at(s)));
     T.rotate(about(Eigen::Vector3d::UnitZ(), mount.yaw_rad));
     T.rotate(about(Eigen::Vector3d::UnitY(), mount.pitch_rad));
     poses.push_back(T);

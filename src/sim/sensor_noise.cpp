@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <optional>
 
 #include "xview/sim/town_labels.h"
 #include "xview/types/random.h"
@@ -25,6 +24,13 @@ class ValueNoise {
     const auto iz = static_cast<std::int64_t>(fz);
     const double low = plane(ix, iy, iz, u, v);
     return w == 0 ? low : low + w * (plane(ix, iy, iz + 1, u, v) - low);
+  }
+
+  /// Uniform, and the same in the whole unit cell around p.
+  double ofCell(const Eigen::Vector3d& p) const {
+    return lattice(static_cast<std::int64_t>(std::floor(p.x())),
+                   static_cast<std::int64_t>(std::floor(p.y())),
+                   static_cast<std::int64_t>(std::floor(p.z())));
   }
 
  private:
@@ -65,28 +71,33 @@ const std::array<ClassErrors, town_class::kCount>& classErrors() {
   using namespace town_class;
   static const auto table = [] {
     std::array<ClassErrors, kCount> t;
-    t[kSky] = {-0.35, {{kVegetation, 2}, {kBuilding, 1}}};
-    t[kBuilding] = {0.06, {{kVegetation, 4}, {kFence, 3}, {kSky, 1}, {kTerrain, 0.5}}};
-    t[kRoad] = {-0.1, {{kSidewalk, 6}, {kTerrain, 0.6}, {kLaneMarking, 0.2}}};
-    t[kSidewalk] = {0.08, {{kRoad, 5}, {kTerrain, 3}}};
-    t[kFence] = {0.3, {{kBuilding, 4}, {kVegetation, 3}, {kTerrain, 1}}};
-    t[kVegetation] = {0.12, {{kTerrain, 3}, {kBuilding, 2.5}, {kFence, 1}, {kSky, 0.4}}};
-    t[kPole] = {0.3, {{kBuilding, 2}, {kVegetation, 2}, {kSky, 1}, {kFence, 1}}};
-    t[kCar] = {0.02, {{kFence, 2}, {kBuilding, 2}, {kRoad, 1}, {kVegetation, 1}}};
-    t[kTrafficSign] = {0.12, {{kBuilding, 3}, {kVegetation, 2}, {kPole, 2}}};
-    t[kPedestrian] = {0.12, {{kVegetation, 2}, {kPole, 1}, {kBuilding, 1}, {kSidewalk, 1}}};
-    t[kBicycle] = {0.4, {{kPedestrian, 3}, {kCar, 1}, {kFence, 1}, {kTerrain, 1}}};
-    t[kLaneMarking] = {0.25, {{kRoad, 8}, {kSidewalk, 1}}};
-    t[kTrafficLight] = {0.15, {{kPole, 2}, {kVegetation, 2}, {kBuilding, 1}}};
-    t[kTerrain] = {0.08, {{kVegetation, 6}, {kSidewalk, 2}, {kRoad, 0.5}}};
+    t[kSky] = {-0.2, {{kVegetation, 2}, {kBuilding, 1}}};
+    t[kBuilding] = {0, {{kVegetation, 4}, {kFence, 3}, {kSky, 1}, {kTerrain, 0.5}}};
+    t[kRoad] = {-0.015, {{kSidewalk, 6}, {kTerrain, 0.6}, {kLaneMarking, 0.2}}};
+    t[kSidewalk] = {0.03, {{kRoad, 5}, {kTerrain, 3}}};
+    t[kFence] = {0.1, {{kBuilding, 4}, {kVegetation, 3}, {kTerrain, 1}}};
+    t[kVegetation] = {0.03, {{kTerrain, 3}, {kBuilding, 2.5}, {kFence, 1}, {kSky, 0.4}}};
+    t[kPole] = {0.06, {{kBuilding, 2}, {kVegetation, 2}, {kSky, 1}, {kFence, 1}}};
+    t[kCar] = {-0.03, {{kFence, 2}, {kBuilding, 2}, {kRoad, 1}, {kVegetation, 1}}};
+    t[kTrafficSign] = {0, {{kBuilding, 3}, {kVegetation, 2}, {kPole, 2}}};
+    t[kPedestrian] = {0, {{kVegetation, 2}, {kPole, 1}, {kBuilding, 1}, {kSidewalk, 1}}};
+    t[kBicycle] = {0.12, {{kPedestrian, 3}, {kCar, 1}, {kFence, 1}, {kTerrain, 1}}};
+    t[kLaneMarking] = {0.08, {{kRoad, 8}, {kSidewalk, 1}}};
+    t[kTrafficLight] = {0, {{kPole, 2}, {kVegetation, 2}, {kBuilding, 1}}};
+    t[kTerrain] = {0.02, {{kVegetation, 6}, {kSidewalk, 2}, {kRoad, 0.5}}};
     return t;
   }();
   return table;
 }
 
-/// The wrong label that `choice` in [0, 1) selects, or nothing if the class has no errors.
-std::optional<std::uint16_t> confusedWith(std::uint16_t label, double choice) {
-  if (label >= town_class::kCount) return std::nullopt;
+bool hasErrors(std::uint32_t label) {
+  return label < town_class::kCount && !classErrors()[label].confusions.empty();
+}
+
+double difficultyOf(std::uint32_t label) { return classErrors()[label].difficulty; }
+
+/// The wrong label that `choice` in [0, 1) selects; only for classes with errors.
+std::uint16_t confusedLabel(std::uint32_t label, double choice) {
   const std::vector<Confusion>& confusions = classErrors()[label].confusions;
   double left = 0;
   for (const Confusion& c : confusions) left += c.weight;
@@ -95,11 +106,7 @@ std::optional<std::uint16_t> confusedWith(std::uint16_t label, double choice) {
     left -= c.weight;
     if (left < 0) return c.label;
   }
-  return std::nullopt;
-}
-
-double difficultyOf(std::uint16_t label) {
-  return label < town_class::kCount ? classErrors()[label].difficulty : 0;
+  return confusions.back().label;
 }
 
 std::uint64_t frameSeed(std::uint64_t seed, const Frame& frame, std::uint64_t purpose) {
@@ -110,11 +117,7 @@ std::uint64_t frameSeed(std::uint64_t seed, const Frame& frame, std::uint64_t pu
 class ErrorField {
  public:
   ErrorField(std::uint64_t recording_seed, std::uint64_t frame_seed, double persistence)
-      : world_(recording_seed ^ 0x57),
-        world_kind_(recording_seed ^ 0x4B),
-        image_(frame_seed ^ 0x49),
-        image_kind_(frame_seed ^ 0x6B),
-        persistence_(persistence) {}
+      : world_(recording_seed ^ 0x57), image_(frame_seed ^ 0x49), persistence_(persistence) {}
 
   /// World position in metres, image position in units of 1/320 of the image's width.
   double strength(const Eigen::Vector3d& p, double x, double y) const {
@@ -126,17 +129,22 @@ class ErrorField {
     return persistence_ * in_world + (1 - persistence_) * in_image;
   }
 
-  /// In [0, 1), about uniform.
+  /// In [0, 1), uniform and the same all over an irregular patch.
   double kind(const Eigen::Vector3d& p, double x, double y) const {
-    constexpr double kWorldScale = 5, kImageScale = 60;
-    const Eigen::Vector3d q = p / kWorldScale;
-    const double sum = persistence_ * world_kind_.at(q.x(), q.y(), q.z()) +
-                       (1 - persistence_) * image_kind_.at(x / kImageScale, y / kImageScale, 0);
-    return 3 * sum - std::floor(3 * sum);
+    constexpr double kWorldScale = 4, kImageScale = 40;
+    const double in_world = patch(world_, p / kWorldScale);
+    const bool sticks = 7 * in_world - std::floor(7 * in_world) < persistence_;
+    return sticks ? in_world : patch(image_, Eigen::Vector3d(x, y, 0) / kImageScale);
   }
 
  private:
-  ValueNoise world_, world_kind_, image_, image_kind_;
+  /// Cells of a lattice with crooked walls.
+  static double patch(const ValueNoise& noise, const Eigen::Vector3d& p) {
+    const double bend = 2 * noise.at(2 * p.x(), 2 * p.y(), 2 * p.z() + 100);
+    return noise.ofCell(p + Eigen::Vector3d(bend, 1.5 - bend, bend));
+  }
+
+  ValueNoise world_, image_;
   double persistence_;
 };
 
@@ -167,7 +175,7 @@ std::size_t differences(const LabelImage& a, const LabelImage& b) {
 /// Wobbled as much as the number of wrong pixels allows: boundaries make at most 40 % of the
 /// errors.
 LabelImage wobbledWithin(const LabelImage& label, std::size_t wrong_pixels, std::uint64_t seed) {
-  for (double amplitude = 4.0 * label.width / 320; amplitude > 0.5; amplitude *= 0.7) {
+  for (double amplitude = 3.0 * label.width / 320; amplitude > 0.5; amplitude *= 0.7) {
     LabelImage result = wobbled(label, amplitude, seed);
     if (differences(label, result) <= 0.4 * static_cast<double>(wrong_pixels)) return result;
   }
@@ -176,10 +184,9 @@ LabelImage wobbledWithin(const LabelImage& label, std::size_t wrong_pixels, std:
 
 struct Candidate {
   float strength;
-  std::uint32_t pixel;
-  std::uint16_t label;
+  std::uint32_t index;  ///< of a pixel or point
   bool operator<(const Candidate& other) const {
-    return strength != other.strength ? strength > other.strength : pixel < other.pixel;
+    return strength != other.strength ? strength > other.strength : index < other.index;
   }
 };
 
@@ -195,25 +202,32 @@ double wantedAccuracy(const LabelNoise& noise, std::uint64_t seed) {
   return std::clamp(noise.accuracy + noise.variation * Random(seed).normal(), 0.0, 1.0);
 }
 
-/// The `count` most error-prone pixels get their wrong label.
-void confuse(LabelImage& label, std::vector<Candidate>& candidates, std::size_t count) {
-  count = std::min(count, candidates.size());
-  if (count == 0) return;
-  std::nth_element(candidates.begin(), candidates.begin() + static_cast<std::ptrdiff_t>(count - 1),
+/// The `count` most error-prone candidates, in no particular order.
+void keepMostErrorProne(std::vector<Candidate>& candidates, std::size_t count) {
+  if (count >= candidates.size()) return;
+  std::nth_element(candidates.begin(), candidates.begin() + static_cast<std::ptrdiff_t>(count),
                    candidates.end());
-  for (std::size_t i = 0; i < count; ++i) label.pixels[candidates[i].pixel] = candidates[i].label;
+  candidates.resize(count);
 }
 
-/// Depth of the nearest pixel within a circle; `radius` in pixels.
-float nearestAround(const DepthImage& depth, int x, int y, int radius) {
-  float nearest = depth.at(x, y);
-  for (int v = std::max(0, y - radius); v <= std::min(depth.height - 1, y + radius); ++v) {
-    for (int u = std::max(0, x - radius); u <= std::min(depth.width - 1, x + radius); ++u) {
-      const float z = depth.at(u, v);
-      if (z > 0 && (nearest <= 0 || z < nearest)) nearest = z;
+/// Largest value in a square around the pixel.
+float largestAround(const DepthImage& image, int x, int y, int radius) {
+  float largest = image.at(x, y);
+  for (int v = std::max(0, y - radius); v <= std::min(image.height - 1, y + radius); ++v) {
+    for (int u = std::max(0, x - radius); u <= std::min(image.width - 1, x + radius); ++u) {
+      largest = std::max(largest, image.at(u, v));
     }
   }
-  return nearest;
+  return largest;
+}
+
+/// fx * baseline / depth [pixels]; 0 where there is no depth.
+DepthImage disparityOf(const DepthImage& depth, double focal_baseline) {
+  DepthImage disparity = depth;
+  for (float& value : disparity.pixels) {
+    value = value > 0 ? static_cast<float>(focal_baseline / value) : 0.0f;
+  }
+  return disparity;
 }
 
 }  // namespace
@@ -233,19 +247,22 @@ Frame withLabelNoise(Frame frame, const LabelNoise& noise, std::uint64_t seed) {
   for (int y = 0; y < truth.height; ++y) {
     for (int x = 0; x < truth.width; ++x) {
       const std::uint16_t label = truth.at(x, y);
-      if (frame.label.at(x, y) != label) {
+      const auto index = static_cast<std::uint32_t>(y * truth.width + x);
+      if (frame.label.pixels[index] != label) {
         ++already_wrong;
-        continue;
+      } else if (hasErrors(label)) {
+        const double strength = field.strength(pointOf(frame, x, y), x * unit, y * unit);
+        candidates.push_back({static_cast<float>(strength + difficultyOf(label)), index});
       }
-      const Eigen::Vector3d p = pointOf(frame, x, y);
-      const auto confused = confusedWith(label, field.kind(p, x * unit, y * unit));
-      if (!confused) continue;
-      const double strength = field.strength(p, x * unit, y * unit) + difficultyOf(label);
-      candidates.push_back({static_cast<float>(strength),
-                            static_cast<std::uint32_t>(y * truth.width + x), *confused});
     }
   }
-  confuse(frame.label, candidates, wrong - std::min(wrong, already_wrong));
+  keepMostErrorProne(candidates, wrong - std::min(wrong, already_wrong));
+  for (const Candidate& candidate : candidates) {
+    const int x = static_cast<int>(candidate.index) % truth.width;
+    const int y = static_cast<int>(candidate.index) / truth.width;
+    frame.label.at(x, y) =
+        confusedLabel(truth.at(x, y), field.kind(pointOf(frame, x, y), x * unit, y * unit));
+  }
   for (std::size_t i = 0; i < frame.instance.pixels.size(); ++i) {
     if (frame.label.pixels[i] != truth.pixels[i]) frame.instance.pixels[i] = 0;
   }
@@ -253,27 +270,29 @@ Frame withLabelNoise(Frame frame, const LabelNoise& noise, std::uint64_t seed) {
 }
 
 Frame withDepthNoise(Frame frame, const DepthNoise& noise, std::uint64_t seed) {
-  const DepthImage truth = frame.depth;
+  constexpr float kEdge = 1;  // a step of more is an edge, less may be a slanted surface [pixels]
+  const double focal_baseline = frame.camera.fx * noise.baseline_m;
+  const double smallest = focal_baseline / noise.max_range_m;
+  const DepthImage truth = disparityOf(frame.depth, focal_baseline);
   const std::uint64_t frame_seed = frameSeed(seed, frame, 0x4450);
   const ValueNoise bleeding(frame_seed ^ 0x42), patches(frame_seed ^ 0x50);
-  const double focal_baseline = frame.camera.fx * noise.baseline_m;
-  const double smallest_disparity = focal_baseline / noise.max_range_m;
   for (int y = 0; y < truth.height; ++y) {
     Random random(frame_seed, static_cast<std::uint64_t>(y));
     for (int x = 0; x < truth.width; ++x) {
-      const double grow = 2 * noise.bleeding_px * bleeding.at(x / 5.0, y / 5.0, 0);
       const double lost = random.uniform(), error = random.normal();
-      const float z = nearestAround(truth, x, y, static_cast<int>(grow));
-      const bool at_edge = z > 0 && z < 0.9f * truth.at(x, y);
+      float disparity = truth.at(x, y);
       frame.depth.at(x, y) = 0;
-      if (z <= 0 || truth.at(x, y) <= 0 || lost < noise.invalid_share * (at_edge ? 4 : 0.8))
-        continue;
-      // Block matching: half of the variance is shared by neighbouring pixels.
+      if (disparity <= 0) continue;
+      const double grow = 2 * noise.bleeding_px * bleeding.at(x / 5.0, y / 5.0, 0);
+      const float near = largestAround(truth, x, y, static_cast<int>(grow));
+      const bool at_edge = near > disparity + kEdge;
+      if (at_edge) disparity = near;
+      if (lost < noise.invalid_share * (at_edge ? 4 : 0.8)) continue;
+      // Block matching: neighbouring pixels share a part of the error.
       const double shared = 5 * (patches.at(x / 6.0, y / 6.0, 0) - 0.5);
-      const double disparity =
-          focal_baseline / z + noise.disparity_sigma_px * (0.7 * error + 0.7 * shared);
-      if (disparity < smallest_disparity) continue;
-      frame.depth.at(x, y) = static_cast<float>(focal_baseline / disparity);
+      const double measured = disparity + noise.disparity_sigma_px * (0.9 * error + 0.45 * shared);
+      if (measured < smallest) continue;
+      frame.depth.at(x, y) = static_cast<float>(focal_baseline / measured);
     }
   }
   return frame;
@@ -285,33 +304,35 @@ Frame withLidarNoise(Frame frame, const LidarNoise& noise, std::uint64_t seed) {
   const ErrorField field(seed, frame_seed, 1);
   std::vector<Candidate> candidates;
   for (std::size_t i = 0; i < truth.size(); ++i) {
-    const Eigen::Vector3d p = frame.T_odom_sensor * truth.position(i);
-    const auto label = static_cast<std::uint16_t>(truth.points[i].label);
-    const auto confused = confusedWith(label, field.kind(p, 0, 0));
-    if (!confused) continue;
-    candidates.push_back({static_cast<float>(field.strength(p, 0, 0) + difficultyOf(label)),
-                          static_cast<std::uint32_t>(i), *confused});
-  }
-  LabelImage label(static_cast<int>(truth.size()), 1);
-  for (std::size_t i = 0; i < truth.size(); ++i) {
-    label.pixels[i] = static_cast<std::uint16_t>(truth.points[i].label);
+    const std::uint32_t label = truth.points[i].label;
+    if (!hasErrors(label)) continue;
+    const double strength = field.strength(frame.T_odom_sensor * truth.position(i), 0, 0);
+    candidates.push_back(
+        {static_cast<float>(strength + difficultyOf(label)), static_cast<std::uint32_t>(i)});
   }
   const double wrong = (1 - noise.label_accuracy) * static_cast<double>(truth.size());
-  confuse(label, candidates, static_cast<std::size_t>(wrong));
+  keepMostErrorProne(candidates, static_cast<std::size_t>(wrong));
+  std::vector<std::uint32_t> label(truth.size());
+  for (std::size_t i = 0; i < truth.size(); ++i) label[i] = truth.points[i].label;
+  for (const Candidate& c : candidates) {
+    label[c.index] = confusedLabel(label[c.index],
+                                   field.kind(frame.T_odom_sensor * truth.position(c.index), 0, 0));
+  }
 
   frame.cloud.points.clear();
   frame.cloud.instances.clear();
   frame.cloud.ranges.clear();
   for (std::size_t i = 0; i < truth.size(); ++i) {
     Random random(frame_seed, i);
-    const double range = truth.ranges[i], error = noise.range_sigma_m * random.normal();
+    const double range = truth.points[i].getVector3fMap().norm(),
+                 error = noise.range_sigma_m * random.normal();
     if (random.uniform() < noise.dropout_share || range + error <= 0.1) continue;
     pcl::PointXYZL point = truth.points[i];
     point.getVector3fMap() *= static_cast<float>((range + error) / range);
-    const bool kept = point.label == label.pixels[i];
-    point.label = label.pixels[i];
+    const bool kept = point.label == label[i];
+    point.label = label[i];
     frame.cloud.points.push_back(point);
-    frame.cloud.instances.push_back(kept ? truth.instances[i] : 0);
+    if (!truth.instances.empty()) frame.cloud.instances.push_back(kept ? truth.instances[i] : 0);
     frame.cloud.ranges.push_back(static_cast<float>(range + error));
   }
   return frame;

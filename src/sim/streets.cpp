@@ -76,7 +76,7 @@ class NetworkBuilder {
     Street street;
     street.from = from;
     street.to = to;
-    street.half_width_m = random_.uniform(2.75, 4.0);
+    street.half_width_m = random_.uniform(3.0, 4.0);
     street.sidewalk_m = random_.uniform(1.4, 2.6);
     const double turn_a = random_.uniform(-bend, bend), turn_b = random_.uniform(-bend, bend);
     street.centreline = bentLine(network_.junctions[from].position, network_.junctions[to].position,
@@ -161,10 +161,13 @@ double distanceToSegment(const Eigen::Vector2d& p, const Eigen::Vector2d& a,
   return (a + t * ab - p).norm();
 }
 
-/// Minimum with a fillet of the given range (polynomial smooth minimum).
-double smoothMinimum(double a, double b, double range) {
-  const double h = std::max(range - std::abs(a - b), 0.0) / range;
-  return std::min(a, b) - h * h * range / 4;
+/// Minimum with a fillet (polynomial smooth minimum), which fades out away from the streets.
+double filletedMinimum(double a, double b) {
+  const double nearer = std::min(a, b);
+  const double range = kFillet * std::clamp(2 - nearer / kFillet, 0.0, 1.0);
+  if (std::abs(a - b) >= range) return nearer;
+  const double h = 1 - std::abs(a - b) / range;
+  return nearer - h * h * range / 4;
 }
 
 }  // namespace
@@ -250,7 +253,7 @@ double StreetField::distance(const Eigen::Vector2d& p, double Segment::*half_wid
     if (street < 0) {
       paths = std::min(paths, one);
     } else {
-      all = smoothMinimum(all, one, kFillet);
+      all = filletedMinimum(all, one);
     }
   }
   return std::min(all, paths);

@@ -20,7 +20,7 @@ std::vector<ParkingPlace> parkingAtCurbs(const StreetNetwork& network, const Str
     for (const double side : {-1.0, 1.0}) {
       for (double s = kFromEnd; s < line.length() - kFromEnd; s += kSpacing) {
         const PolylinePoint p = line.at(s);
-        const Eigen::Vector2d place = p.position + side * (street.half_width_m + 0.15) * p.left();
+        const Eigen::Vector2d place = p.position + side * (street.half_width_m + 0.4) * p.left();
         if (field.toRoad(place) < -0.3) continue;
         const double yaw = std::atan2(p.direction.y(), p.direction.x());
         places.push_back({place, side < 0 ? yaw : yaw + M_PI});

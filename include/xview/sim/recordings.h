@@ -38,13 +38,16 @@ void visit(SessionChoice& o, Visitor&& field) {
 
 struct AerialOptions {
   double altitude_m = 45;
-  double tilt_deg = 15;  ///< from straight down, towards the direction of flight
+  double tilt_deg = 15;   ///< from straight down, towards the direction of flight
+  double baseline_m = 1;  ///< noisy: replaces that of the depth noise; wings are wider than cars
 };
 
 template <class Visitor>
 void visit(AerialOptions& o, Visitor&& field) {
   field("altitude_m", o.altitude_m, Range{10, 300},
         "height of the aerial camera above the road [m]");
+  field("baseline_m", o.baseline_m, Range{0.01, 10},
+        "noisy: distance of the two eyes of the aerial camera [m]");
   field("tilt_deg", o.tilt_deg, Range{0, 60},
         "aerial camera: 0 = straight down, more = ahead [deg]");
 }
@@ -101,6 +104,7 @@ struct SessionPlan {
   Sensor sensor = Sensor::camera;
   Camera camera;
   LidarModel lidar;
+  DepthNoise depth_noise;
   double start_s = 0;   ///< stamp of the first frame
   double period_s = 0;  ///< between frames
   std::uint64_t seed = 0;

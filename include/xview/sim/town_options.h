@@ -18,7 +18,7 @@ struct TownOptions {
   double house_density = 0.85;
   double row_share = 0.25;
   double tree_density = 1;
-  double car_density = 0.35;
+  double car_density = 0.25;
 };
 
 template <class Visitor>
