@@ -136,7 +136,17 @@ class NetworkBuilder {
     street.sidewalk_m = random_.uniform(1.2, 2.0);
     street.centreline = bentLine(start.position, start.position + side * length * start.left(), 0,
                                  random_.uniform(-0.5, 0.5));
-    network_.streets.push_back(std::move(street));
+    if (isAwayFromStreets(street.centreline.back())) network_.streets.push_back(std::move(street));
+  }
+
+  bool isAwayFromStreets(const Eigen::Vector2d& p) const {
+    constexpr double kRoom = kTurningRoad + 9;  // a sidewalk and another street
+    for (const Street& street : network_.streets) {
+      for (const Eigen::Vector2d& q : street.centreline) {
+        if ((p - q).norm() < kRoom) return false;
+      }
+    }
+    return true;
   }
 
   void listStreetsOfJunctions() {
