@@ -77,6 +77,7 @@ void Panel::fillSquare(const Eigen::Vector2d& center, double side_px, const Colo
 
 void Panel::line(const Eigen::Vector2d& from, const Eigen::Vector2d& to, const Color& color,
                  int thickness) {
+  if (!from.allFinite() || !to.allFinite()) return;
   cv::line(pixels_, fixedPoint(toPixel(from)), fixedPoint(toPixel(to)), bgr(color), thickness,
            cv::LINE_AA, kShift);
 }
@@ -140,28 +141,16 @@ void Panel::diamond(const Eigen::Vector2d& center, double radius_px, const Color
           rim);
 }
 
-void Panel::viewCone(const Eigen::Vector2d& apex, const Eigen::Vector2d& direction,
-                     double length_px, const Color& color, bool filled) {
-  constexpr double kHalfWidth = 0.55;
+void Panel::arrowHead(const Eigen::Vector2d& center, const Eigen::Vector2d& direction,
+                      double radius_px, const Color& fill, const Color& rim, int rim_thickness) {
   const Eigen::Vector2d ahead =
-      length_px * Eigen::Vector2d(direction.x(), -direction.y()).normalized();
-  const Eigen::Vector2d aside = kHalfWidth * Eigen::Vector2d(-ahead.y(), ahead.x());
-  const std::vector<cv::Point> corners = around(apex, {{0, 0}, ahead + aside, ahead - aside});
-  if (filled) {
-    polygon(corners, color, {255, 255, 255});
-  } else {
-    cv::polylines(pixels_, corners, true, bgr(color), 1, cv::LINE_AA, kShift);
-  }
-}
-
-void Panel::cross(const Eigen::Vector2d& center, double radius_px, const Color& color,
-                  int thickness) {
-  const std::vector<cv::Point> ends = around(center, {{-radius_px, -radius_px},
-                                                      {radius_px, radius_px},
-                                                      {-radius_px, radius_px},
-                                                      {radius_px, -radius_px}});
-  cv::line(pixels_, ends[0], ends[1], bgr(color), thickness, cv::LINE_AA, kShift);
-  cv::line(pixels_, ends[2], ends[3], bgr(color), thickness, cv::LINE_AA, kShift);
+      radius_px * Eigen::Vector2d(direction.x(), -direction.y()).normalized();
+  const Eigen::Vector2d aside(-ahead.y(), ahead.x());
+  const std::vector<cv::Point> corners = around(
+      center, {ahead, -0.8 * ahead + 0.75 * aside, -0.4 * ahead, -0.8 * ahead - 0.75 * aside});
+  cv::fillPoly(pixels_, std::vector<std::vector<cv::Point>>{corners}, bgr(fill), cv::LINE_AA,
+               kShift);
+  cv::polylines(pixels_, corners, true, bgr(rim), rim_thickness, cv::LINE_AA, kShift);
 }
 
 void writeText(cv::Mat& image, const std::string& text, const cv::Point& left, double size_px,

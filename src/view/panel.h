@@ -42,10 +42,9 @@ class Panel {
   void ring(const Eigen::Vector2d& center, double radius_px, const Color& color, int thickness);
   void diamond(const Eigen::Vector2d& center, double radius_px, const Color& fill,
                const Color& rim);
-  /// A wedge that opens towards a direction of the map frame.
-  void viewCone(const Eigen::Vector2d& apex, const Eigen::Vector2d& direction, double length_px,
-                const Color& color, bool filled);
-  void cross(const Eigen::Vector2d& center, double radius_px, const Color& color, int thickness);
+  /// An arrow head around a point, its tip towards a direction of the map frame.
+  void arrowHead(const Eigen::Vector2d& center, const Eigen::Vector2d& direction, double radius_px,
+                 const Color& fill, const Color& rim, int rim_thickness);
 
  private:
   std::vector<cv::Point> around(const Eigen::Vector2d& center,

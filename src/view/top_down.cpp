@@ -24,6 +24,11 @@ const LabelSet& labelsOf(const Scene& scene) {
   return scene.labels != nullptr ? *scene.labels : kNoLabels;
 }
 
+bool showsCloud(const Scene& scene) {
+  return scene.map_cloud != nullptr && !scene.map_cloud->empty();
+}
+bool showsPlan(const Scene& scene) { return scene.map_plan != nullptr && !showsCloud(scene); }
+
 // ---- what is where
 // -------------------------------------------------------------------------------------------------------
 
@@ -122,9 +127,8 @@ void drawContent(Panel& panel, const Scene& scene, double unit_px) {
   const Eigen::Isometry3d identity = Eigen::Isometry3d::Identity();
   panel.pixels().setTo(cv::Scalar(252, 252, 252));
   drawGrid(panel, unit_px);
-  const bool has_cloud = scene.map_cloud != nullptr && !scene.map_cloud->empty();
-  if (has_cloud) drawCloud(panel, *scene.map_cloud, labels, identity, kFadeMap);
-  if (!has_cloud && scene.map_plan != nullptr) drawPlan(panel, *scene.map_plan);
+  if (showsCloud(scene)) drawCloud(panel, *scene.map_cloud, labels, identity, kFadeMap);
+  if (showsPlan(scene)) drawPlan(panel, *scene.map_plan);
   for (const SceneQuery& query : scene.queries) {
     if (query.cloud != nullptr)
       drawCloud(panel, *query.cloud, labels, query.T_map_query, kFadeQuery);
@@ -208,12 +212,13 @@ void drawSymbols(Legend& legend, const Scene& scene, double unit) {
              thickness);
     };
   };
+  const int thick = std::max(1, cvRound(2 * unit));
   if (scene.map_graph != nullptr && !scene.map_graph->empty()) {
     legend.entry("map vertex", [&](Panel& p, const Eigen::Vector2d& at) {
       p.disc(at, 5 * unit, {190, 190, 190}, {40, 40, 40});
     });
   }
-  if (!scene.map_poses.empty()) legend.entry("key frames", dash(kKeyframeColor, 2));
+  if (!scene.map_poses.empty()) legend.entry("key frames", dash(kKeyframeColor, thick));
   if (any([](const SceneQuery& q) { return q.graph != nullptr && !q.graph->empty(); })) {
     legend.entry("query vertex", [&](Panel& p, const Eigen::Vector2d& at) {
       p.diamond(at, 6 * unit, {190, 190, 190}, {40, 40, 40});
@@ -222,41 +227,60 @@ void drawSymbols(Legend& legend, const Scene& scene, double unit) {
   if (any([](const SceneQuery& q) { return !q.putative.empty(); }))
     legend.entry("putative match", dash(kPutativeColor, 1));
   if (any([](const SceneQuery& q) { return !q.kept.empty(); })) {
-    legend.entry("kept match",
-                 [&](Panel& p, const Eigen::Vector2d& at) { p.ring(at, 8 * unit, kKeptColor, 2); });
+    legend.entry("kept match", [&](Panel& p, const Eigen::Vector2d& at) {
+      p.ring(at, 8 * unit, kKeptColor, thick);
+    });
   }
   for (const Status status : {Status::accepted, Status::ambiguous, Status::rejected}) {
     if (any([&](const SceneQuery& q) { return !q.poses.empty() && q.status == status; })) {
       legend.entry(std::string("pose, ") + toString(status),
                    [&](Panel& p, const Eigen::Vector2d& at) {
-                     p.viewCone(at - Eigen::Vector2d(10 * unit, 0), {1, 0}, 20 * unit,
-                                statusColor(status), true);
+                     p.arrowHead(at, {1, 0}, 11 * unit, statusColor(status), {255, 255, 255}, 1);
                    });
     }
   }
   if (any([](const SceneQuery& q) { return !q.true_poses.empty(); })) {
     legend.entry("true pose", [&](Panel& p, const Eigen::Vector2d& at) {
-      p.cross(at, 5 * unit, kTruthColor, 2);
+      p.arrowHead(at, {1, 0}, 11 * unit, {255, 255, 255}, kTruthColor, thick);
     });
   }
   for (const SceneLine& line : scene.lines) {
-    if (!line.name.empty()) legend.entry(line.name, dash(line.color, 2));
+    if (!line.name.empty()) legend.entry(line.name, dash(line.color, thick));
   }
 }
 
-void drawClasses(Legend& legend, const Scene& scene, double unit) {
+struct Swatch {
+  std::string name;
+  Color color;
+};
+
+std::vector<Swatch> swatchesOf(const Scene& scene) {
+  std::vector<Swatch> swatches;
   const LabelSet& labels = labelsOf(scene);
-  const std::vector<std::uint32_t> classes = classesIn(scene);
-  const std::size_t room = legend.room(), shown = classes.size() <= room
-                                                      ? classes.size()
-                                                      : room - std::min<std::size_t>(room, 1);
+  for (const std::uint32_t id : classesIn(scene)) {
+    swatches.push_back({labels.className(id), labels.color(id)});
+  }
+  if (!showsPlan(scene)) return swatches;
+  for (const Channel channel : drawnChannels()) {
+    if ((*scene.map_plan)[channel].empty()) continue;
+    std::string name = toString(channel);
+    std::replace(name.begin(), name.end(), '_', ' ');
+    swatches.push_back({name, channelColor(channel)});
+  }
+  return swatches;
+}
+
+void drawClasses(Legend& legend, const Scene& scene, double unit) {
+  const std::vector<Swatch> swatches = swatchesOf(scene);
+  const std::size_t room = legend.room();
+  const std::size_t shown =
+      swatches.size() <= room ? swatches.size() : std::max<std::size_t>(room, 1) - 1;
   for (std::size_t i = 0; i < shown; ++i) {
-    legend.entry(labels.className(classes[i]), [&](Panel& p, const Eigen::Vector2d& at) {
-      p.diamond(at, 0, labels.color(classes[i]), labels.color(classes[i]));
-      p.fillSquare(at, 16 * unit, labels.color(classes[i]));
+    legend.entry(swatches[i].name, [&](Panel& p, const Eigen::Vector2d& at) {
+      p.fillSquare(at, 16 * unit, swatches[i].color);
     });
   }
-  if (shown < classes.size()) legend.more(classes.size() - shown);
+  if (shown < swatches.size()) legend.more(swatches.size() - shown);
 }
 
 void drawTitle(cv::Mat pixels, const std::string& title, double unit) {

@@ -34,9 +34,8 @@ std::size_t verticesInView(const Panel& panel, const SemanticGraph& graph) {
 }
 
 double vertexRadius(std::size_t in_view, double unit_px) {
-  return in_view > kCrowded       ? 1.6 * unit_px
-         : in_view > kCrowded / 8 ? 3.2 * unit_px
-                                  : 4.5 * unit_px;
+  const double radius = in_view > kCrowded ? 1.6 : in_view > kCrowded / 8 ? 3.2 : 4.5;
+  return std::max(2.0, radius * unit_px);
 }
 
 std::vector<Eigen::Vector2d> flat(const std::vector<Eigen::Vector3d>& points) {
@@ -51,12 +50,17 @@ Eigen::Vector2d headingOf(const Eigen::Isometry3d& T_map_sensor, const Eigen::Ve
   return heading.norm() < 0.3 ? Eigen::Vector2d::Zero() : Eigen::Vector2d(heading.normalized());
 }
 
+/// An arrow head, or a disc for a sensor that looks up or down.
 void drawPose(Panel& panel, const Eigen::Isometry3d& T_map_sensor, const Eigen::Vector3d& forward,
-              double size_px, const Color& color, bool filled) {
+              double radius_px, const Color& fill, const Color& rim, int rim_thickness) {
   const Eigen::Vector2d at = flat(T_map_sensor.translation()),
                         heading = headingOf(T_map_sensor, forward);
-  if (!heading.isZero()) panel.viewCone(at, heading, size_px, color, filled);
-  if (filled) panel.disc(at, size_px * 0.28, color, {255, 255, 255});
+  if (!at.allFinite()) return;
+  if (heading.isZero()) {
+    panel.disc(at, 0.6 * radius_px, fill, rim);
+  } else {
+    panel.arrowHead(at, heading, radius_px, fill, rim, rim_thickness);
+  }
 }
 
 }  // namespace
@@ -113,28 +117,43 @@ void drawGrid(Panel& panel, double unit_px) {
   }
 }
 
+std::vector<Channel> drawnChannels() {
+  // Canopies cover what is below them, so they go first. Borders and obstacles repeat what is drawn
+  // already.
+  return {Channel::canopy,
+          Channel::terrain,
+          Channel::sidewalk,
+          Channel::road,
+          Channel::lane_marking,
+          Channel::low_vegetation,
+          Channel::vehicle_surface,
+          Channel::other_surface,
+          Channel::fence,
+          Channel::building,
+          Channel::wall_foot,
+          Channel::tree,
+          Channel::trunk,
+          Channel::vehicle,
+          Channel::other_object,
+          Channel::pole_like,
+          Channel::pole,
+          Channel::sign,
+          Channel::light};
+}
+
 void drawPlan(Panel& panel, const PlanView& plan) {
   const Eigen::Vector2d origin(plan.origin_x, plan.origin_y);
   const double cell_px = plan.cell_m * panel.pixelsPerMetre();
-  // Canopies cover what is below them, so they go first.
-  constexpr Channel kOrder[] = {Channel::canopy,          Channel::terrain,
-                                Channel::sidewalk,        Channel::road,
-                                Channel::lane_marking,    Channel::low_vegetation,
-                                Channel::vehicle_surface, Channel::other_surface,
-                                Channel::fence,           Channel::building,
-                                Channel::wall_foot};
-  for (const Channel channel : kOrder) {
-    const double side_px = std::max(1.0, isArea(channel) ? cell_px : 0.8 * cell_px);
+  for (const Channel channel : drawnChannels()) {
     for (const PlanSample& s : plan[channel]) {
       const Eigen::Vector2d p = origin + Eigen::Vector2d(s.x, s.y);
-      if (panel.shows(p)) panel.fillSquare(p, side_px, channelColor(channel));
-    }
-  }
-  for (std::size_t c = static_cast<std::size_t>(Channel::pole); c < kChannels; ++c) {
-    for (const PlanSample& s : plan.samples[c]) {
-      const Eigen::Vector2d p = origin + Eigen::Vector2d(s.x, s.y);
-      if (panel.shows(p))
-        panel.disc(p, std::max(1.5, cell_px), channelColor(static_cast<Channel>(c)), kRim);
+      if (!panel.shows(p)) continue;
+      if (isObject(channel)) {
+        panel.disc(p, std::max(1.5, cell_px), channelColor(channel), kRim);
+      } else {
+        panel.fillSquare(p, std::max(1.0, isArea(channel) ? cell_px : 0.8 * cell_px),
+                         channelColor(channel));
+      }
     }
   }
 }
@@ -222,13 +241,12 @@ void drawQueryPoses(Panel& panel, const SceneQuery& query, double unit_px) {
   }
   for (const auto& piece : trajectoryPieces(poses))
     panel.polyline(flat(piece), color, std::max(1, cvRound(3 * unit_px)));
-  if (!poses.empty()) drawPose(panel, poses.back(), query.forward, 26 * unit_px, color, true);
   if (!query.true_poses.empty()) {
-    const Eigen::Isometry3d& truth = query.true_poses.back();
-    drawPose(panel, truth, query.forward, 32 * unit_px, kTruthColor, false);
-    panel.cross(flat(truth.translation()), 5 * unit_px, kTruthColor,
-                std::max(1, cvRound(2 * unit_px)));
+    drawPose(panel, query.true_poses.back(), query.forward, 20 * unit_px, {255, 255, 255},
+             kTruthColor, std::max(1, cvRound(2 * unit_px)));
   }
+  if (!poses.empty())
+    drawPose(panel, poses.back(), query.forward, 17 * unit_px, color, {255, 255, 255}, 1);
 }
 
 void drawScaleBar(Panel& panel, double unit_px) {

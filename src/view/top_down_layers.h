@@ -21,12 +21,15 @@ void drawQueryGraph(Panel& panel, const SceneQuery& query, const LabelSet& label
 void drawQueryPoses(Panel& panel, const SceneQuery& query, double unit_px);
 void drawScaleBar(Panel& panel, double unit_px);
 
-/// Colour of a channel where there is no cloud.
+/// Channels that are drawn where there is no cloud, the lowest first.
+std::vector<Channel> drawnChannels();
+
+/// Colour of a channel of the plan view.
 Color channelColor(Channel channel);
 
 constexpr Color kKeyframeColor{70, 90, 140};
 constexpr Color kKeptColor{20, 160, 60};
-constexpr Color kPutativeColor{222, 160, 160};
+constexpr Color kPutativeColor{230, 180, 180};
 constexpr Color kTruthColor{20, 20, 20};
 
 }  // namespace xview

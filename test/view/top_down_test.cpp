@@ -1,0 +1,263 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "xview/view/top_down.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <opencv2/imgcodecs.hpp>
+
+#include "xview/types/error.h"
+#include "xview/types/pose.h"
+#include "xview/types/random.h"
+
+namespace xview {
+namespace {
+
+constexpr Color kBlue{20, 40, 250}, kOrange{250, 140, 10};
+
+LabelSet twoClasses() {
+  LabelSet labels("two");
+  ClassInfo info;
+  info.id = 1;
+  info.name = "lamp";
+  info.color = kBlue;
+  info.role = Role::object;
+  info.kind = Kind::light;
+  labels.add(info);
+  info.id = 2;
+  info.name = "wall";
+  info.color = kOrange;
+  info.role = Role::surface;
+  info.kind = Kind::building;
+  labels.add(info);
+  return labels;
+}
+
+/// A world of lamps and a wall, and a query in it.
+struct World {
+  LabelSet labels = twoClasses();
+  SemanticGraph graph, query_graph;
+  LabelledCloud cloud;
+  PlanView plan;
+
+  explicit World(double size_m = 100) {
+    Random random(1);
+    for (int i = 0; i < 40; ++i) {
+      Vertex v;
+      v.label = 1;
+      v.position = {random.uniform(0, size_m), random.uniform(0, size_m), 0};
+      graph.vertices.push_back(v);
+    }
+    graph.setEdges({{0, 1}, {2, 3}});
+    query_graph.vertices.assign(graph.vertices.begin(), graph.vertices.begin() + 3);
+    query_graph.setEdges({});
+    for (double x = 0; x < size_m; x += 0.2) {
+      pcl::PointXYZL p;
+      p.x = static_cast<float>(x);
+      p.y = 50;
+      p.z = 1;
+      p.label = 2;
+      cloud.points.push_back(p);
+    }
+    plan[Channel::road].push_back({10, 10, 0});
+    plan.known.push_back({20, 20, 0, true});
+  }
+
+  SceneQuery query() const {
+    SceneQuery q;
+    q.graph = &query_graph;
+    q.cloud = &cloud;
+    q.forward = Eigen::Vector3d::UnitX();
+    for (int i = 0; i < 5; ++i) q.poses.push_back(poseFromYaw({40.0 + i, 30, 0}, 0));
+    q.true_poses = q.poses;
+    for (std::uint32_t i = 0; i < 3; ++i) q.kept.push_back({i, i, 1});
+    q.putative = q.kept;
+    return q;
+  }
+
+  Scene scene() const {
+    Scene s;
+    s.title = "a title";
+    s.labels = &labels;
+    s.map_graph = &graph;
+    s.map_cloud = &cloud;
+    s.map_poses = {poseFromYaw({0, 0, 0}, 0), poseFromYaw({5, 0, 0}, 0)};
+    s.queries = {query()};
+    return s;
+  }
+};
+
+cv::Mat decoded(const std::vector<std::uint8_t>& png) {
+  return cv::imdecode(png, cv::IMREAD_COLOR);
+}
+
+int pixelsOf(const cv::Mat& image, const Color& color) {
+  int count = 0;
+  for (int y = 0; y < image.rows; ++y) {
+    for (int x = 0; x < image.cols; ++x) {
+      const auto& p = image.at<cv::Vec3b>(y, x);
+      count += p[2] == color[0] && p[1] == color[1] && p[0] == color[2];
+    }
+  }
+  return count;
+}
+
+TEST(TopDown, HasTheSizeThatWasAskedFor) {
+  const World world;
+  EXPECT_EQ(decoded(drawTopDown(world.scene())).size(), cv::Size(1600, 1200));
+  TopDownOptions options;
+  options.width = 640;
+  options.height = 300;
+  EXPECT_EQ(decoded(drawTopDown(world.scene(), options)).size(), cv::Size(640, 300));
+}
+
+TEST(TopDown, ShowsClassesMatchesAndVerdictInTheirColors) {
+  const World world;
+  const cv::Mat image = decoded(drawTopDown(world.scene()));
+  EXPECT_GT(pixelsOf(image, kBlue), 40 * 20);
+  EXPECT_GT(pixelsOf(image, kOrange), 500);
+  EXPECT_GT(pixelsOf(image, statusColor(Status::accepted)), 100);
+}
+
+TEST(TopDown, ColorOfThePoseTellsTheStatus) {
+  const World world;
+  Scene scene = world.scene();
+  scene.queries[0].kept.clear();
+  scene.queries[0].status = Status::rejected;
+  const cv::Mat image = decoded(drawTopDown(scene));
+  EXPECT_GT(pixelsOf(image, statusColor(Status::rejected)), 100);
+  EXPECT_EQ(pixelsOf(image, statusColor(Status::accepted)), 0);
+}
+
+TEST(TopDown, NorthIsUpAndEastIsRight) {
+  LabelSet labels = twoClasses();
+  SemanticGraph graph;
+  graph.vertices.resize(3);
+  graph.vertices[0].position = {0, 0, 0};
+  graph.vertices[1].position = {100, 0, 0};
+  graph.vertices[2].position = {0, 100, 0};
+  graph.vertices[1].label = 1;
+  graph.vertices[2].label = 2;
+  graph.setEdges({});
+  Scene scene;
+  scene.labels = &labels;
+  scene.map_graph = &graph;
+  const cv::Mat image = decoded(drawTopDown(scene));
+  const auto meanOf = [&](const Color& color) {
+    double x = 0, y = 0;
+    int count = 0;
+    for (int v = 60; v < image.rows; ++v) {
+      for (int u = 0; u < 1340; ++u) {  // without the legend
+        const auto& p = image.at<cv::Vec3b>(v, u);
+        if (p[2] != color[0] || p[1] != color[1] || p[0] != color[2]) continue;
+        x += u;
+        y += v;
+        ++count;
+      }
+    }
+    EXPECT_GT(count, 20);
+    return Eigen::Vector2d(x / count, y / count);
+  };
+  const Eigen::Vector2d east = meanOf(kBlue), north = meanOf(kOrange);
+  EXPECT_GT(east.x(), north.x() + 300);
+  EXPECT_LT(north.y(), east.y() - 300);
+  EXPECT_NEAR(east.x() - north.x(), east.y() - north.y(), 3);  // one scale
+}
+
+TEST(TopDown, SmallQueryGetsAPanelOfItsOwn) {
+  const World world(3000);
+  Scene scene = world.scene();
+  scene.queries[0].graph = nullptr;
+  scene.queries[0].cloud = nullptr;
+  TopDownOptions options;
+  const auto with = drawTopDown(scene, options);
+  options.zoom = false;
+  EXPECT_NE(with, drawTopDown(scene, options));
+}
+
+TEST(TopDown, PlanViewIsDrawnWithoutACloud) {
+  const World world;
+  Scene scene;
+  scene.map_plan = &world.plan;
+  const cv::Mat image = decoded(drawTopDown(scene));
+  EXPECT_GT(pixelsOf(image, {196, 186, 200}), 100);
+}
+
+TEST(TopDown, SameSceneGivesTheSameBytes) {
+  const World world;
+  EXPECT_EQ(drawTopDown(world.scene()), drawTopDown(world.scene()));
+}
+
+TEST(TopDown, EmptySceneIsAPicture) {
+  EXPECT_EQ(decoded(drawTopDown({})).size(), cv::Size(1600, 1200));
+  const SemanticGraph graph;
+  const LabelledCloud cloud;
+  const PlanView plan;
+  Scene scene;
+  scene.map_graph = &graph;
+  scene.map_cloud = &cloud;
+  scene.map_plan = &plan;
+  scene.queries.resize(2);
+  scene.queries[0].graph = &graph;
+  scene.queries[0].kept = {{3, 4, 1}};
+  EXPECT_EQ(decoded(drawTopDown(scene)).size(), cv::Size(1600, 1200));
+}
+
+TEST(TopDown, NumbersThatAreNotFiniteAreLeftOut) {
+  World world;
+  world.graph.vertices[0].position.x() = std::numeric_limits<double>::quiet_NaN();
+  world.cloud.points[3].y = std::numeric_limits<float>::infinity();
+  Scene scene = world.scene();
+  scene.map_poses[0].translation().x() = std::numeric_limits<double>::quiet_NaN();
+  scene.queries[0].true_poses[4].translation().y() = std::numeric_limits<double>::infinity();
+  scene.lines.push_back(
+      {"line", {0, 0, 0}, {{0, 0, 0}, {std::numeric_limits<double>::quiet_NaN(), 0, 0}}});
+  EXPECT_EQ(decoded(drawTopDown(scene)).size(), cv::Size(1600, 1200));
+}
+
+TEST(TopDown, SinglePointAndHugeExtentHaveAPicture) {
+  for (const double reach : {0.0, 1e-9, 1e7}) {
+    SemanticGraph graph;
+    graph.vertices.resize(2);
+    graph.vertices[1].position = {reach, 0, 0};
+    graph.setEdges({{0, 1}});
+    Scene scene;
+    scene.map_graph = &graph;
+    EXPECT_FALSE(drawTopDown(scene).empty()) << reach;
+  }
+}
+
+TEST(TopDown, TitleMayBeLongAndHaveAnyLetters) {
+  Scene scene;
+  scene.title = std::string(5000, 'x') +
+                "Stra\xC3\x9F"
+                "e\n\xFF";
+  EXPECT_FALSE(drawTopDown(scene).empty());
+}
+
+TEST(TopDown, ManyClassesEndWithACount) {
+  SemanticGraph graph;
+  for (std::uint32_t i = 0; i < 500; ++i) {
+    Vertex v;
+    v.label = i;
+    v.position = {double(i), 0, 0};
+    graph.vertices.push_back(v);
+  }
+  graph.setEdges({});
+  Scene scene;
+  scene.map_graph = &graph;
+  EXPECT_FALSE(drawTopDown(scene).empty());
+}
+
+TEST(TopDown, ImpossibleSizeIsAUsageError) {
+  for (const auto& [width, height] :
+       {std::pair(0, 1200), std::pair(1600, -1), std::pair(100000, 100000)}) {
+    TopDownOptions options;
+    options.width = width;
+    options.height = height;
+    EXPECT_THROW(drawTopDown({}, options), UsageError);
+  }
+}
+
+}  // namespace
+}  // namespace xview
