@@ -21,6 +21,7 @@
 #include "xview/likelihood_learning.h"
 #include "xview/localizer.h"
 #include "xview/options_file.h"
+#include "xview/types/error.h"
 #include "xview/types/pose.h"
 
 namespace {

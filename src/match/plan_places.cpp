@@ -16,7 +16,7 @@ namespace xview {
 namespace {
 
 constexpr double kRasterUnitsPerNat = 4;
-constexpr double kRasterCap = 63;  ///< one channel may not drown the others
+constexpr double kRasterCap = 255;
 constexpr float kSameRefined_m = 1.5f, kSameRefined_rad = 0.05f;
 
 /// What depends on the view-point of the query.

@@ -58,7 +58,7 @@ double chanceInliers(const std::vector<Correspondence>& putative, const Semantic
 
 struct Localizer::Index {
   Index(const SemanticMap& semantic_map, const Options& all_options)
-      : map(semantic_map), options(all_options), walks(semantic_map.graph, all_options) {
+      : map(semantic_map), options(all_options), walks(semantic_map.graph, semantic_map.labels, all_options) {
     if (options.method != "walks" && !map.plan.known.empty()) {
       places.emplace(map.plan, trajectoryOf(map), defaultLikelihoods(), options.places, options.threads);
     }
@@ -99,7 +99,7 @@ void Localizer::Index::searchPlaces(const Query& query, Localization& answer) co
 void Localizer::Index::matchWalks(const Query& query, Localization& answer) const {
   const WalkProposer::Result result = walks.propose(query.graph, kWalkPlaces);
   answer.putative = result.putative;
-  answer.vertices = static_cast<int>(query.graph.size());
+  answer.vertices = static_cast<int>(result.query_vertices);
   answer.matches = static_cast<int>(result.putative.size());
   answer.timing_ms.emplace_back("descriptors", result.descriptors_ms);
   answer.timing_ms.emplace_back("matching", result.matching_ms);

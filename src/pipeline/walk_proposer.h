@@ -7,6 +7,7 @@
 #include "xview/options.h"
 #include "xview/types/correspondence.h"
 #include "xview/types/graph.h"
+#include "xview/types/labels.h"
 #include "xview/types/localization.h"
 
 namespace xview {
@@ -14,8 +15,7 @@ namespace xview {
 /// Poses from X-View's descriptors: walks, k best, pairwise consistency, sample consensus of PCL, SVD (paper, sections III-D to III-F).
 class WalkProposer {
  public:
-  /// The map must outlive the proposer.
-  WalkProposer(const SemanticGraph& map, const Options& options);
+  WalkProposer(const SemanticGraph& map, const LabelSet& labels, const Options& options);
   ~WalkProposer();
 
   struct Proposal {
@@ -25,6 +25,7 @@ class WalkProposer {
     double rms_m = 0;
   };
   struct Result {
+    std::size_t query_vertices = 0;   ///< of the walk graph
     std::vector<Correspondence> putative;
     std::vector<Proposal> proposals;  ///< best first, places apart from each other
     double descriptors_ms = 0, matching_ms = 0, rejection_ms = 0, pose_ms = 0;

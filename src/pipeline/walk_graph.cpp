@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "pipeline/walk_graph.h"
+
+#include <cmath>
+#include <map>
+#include <tuple>
+
+#include "xview/graph/edges.h"
+
+namespace xview {
+namespace {
+
+/// Positions of kept vertices by class and cell of the spacing.
+class SpacedVertices {
+ public:
+  explicit SpacedVertices(double spacing_m) : spacing_m_(spacing_m) {}
+
+  bool addIfFree(const Vertex& v) {
+    const Key at = keyOf(v);
+    for (int dy = -1; dy <= 1; ++dy) {
+      for (int dx = -1; dx <= 1; ++dx) {
+        const auto it = cells_.find({v.label, std::get<1>(at) + dx, std::get<2>(at) + dy});
+        if (it == cells_.end()) continue;
+        for (const Eigen::Vector3d& p : it->second) {
+          if ((p - v.position).norm() <= spacing_m_) return false;
+        }
+      }
+    }
+    cells_[at].push_back(v.position);
+    return true;
+  }
+
+ private:
+  using Key = std::tuple<std::uint32_t, std::int64_t, std::int64_t>;
+  Key keyOf(const Vertex& v) const {
+    return {v.label, static_cast<std::int64_t>(std::floor(v.position.x() / spacing_m_)),
+            static_cast<std::int64_t>(std::floor(v.position.y() / spacing_m_))};
+  }
+  double spacing_m_;
+  std::map<Key, std::vector<Eigen::Vector3d>> cells_;
+};
+
+}  // namespace
+
+WalkGraph walkGraph(const SemanticGraph& graph, const LabelSet& labels, const Options& options) {
+  WalkGraph result;
+  SpacedVertices spaced(options.merge.first_observation_m);
+  for (std::uint32_t i = 0; i < graph.size(); ++i) {
+    const Vertex& v = graph.vertices[i];
+    if (labels.role(v.label) == Role::surface && !spaced.addIfFree(v)) continue;
+    result.graph.vertices.push_back(v);
+    result.source.push_back(i);
+  }
+  connectByRadius(result.graph, options.edges);
+  return result;
+}
+
+}  // namespace xview

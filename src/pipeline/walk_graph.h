@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "xview/options.h"
+#include "xview/types/graph.h"
+#include "xview/types/labels.h"
+
+namespace xview {
+
+/// The graph that walks run on. Surfaces are spaced as in the paper (merge.first_observation_m, first observation kept), because a walk
+/// over a fine lattice of road says nothing; objects stay as they are. Edges by radius.
+struct WalkGraph {
+  SemanticGraph graph;
+  std::vector<std::uint32_t> source;  ///< per vertex, its number in the full graph
+};
+WalkGraph walkGraph(const SemanticGraph& graph, const LabelSet& labels, const Options& options);
+
+}  // namespace xview
