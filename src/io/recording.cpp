@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <vector>
 
+#include "datasets/datasets.h"
 #include "input_recognition.h"
 #include "number_words.h"
 #include "recording_layouts.h"
@@ -22,7 +23,18 @@ RecordingListing listFrames(const std::string& path, InputKind kind, const Input
       return listCloud(path, options);
     case InputKind::cloud_folder:
       return listCloudFolder(path, options);
-    default:
+    case InputKind::synthia:
+      return listSynthia(path, options);
+    case InputKind::airsim:
+      return listAirsim(path, options);
+    case InputKind::tum_rgbd:
+      return listTumRgbd(path, options);
+    case InputKind::virtual_kitti:
+      return listVirtualKitti(path, options);
+    case InputKind::carla:
+      return listCarla(path, options);
+    case InputKind::graph:
+    case InputKind::map:
       break;
   }
   throw Error(path, std::string("is a ") + toString(kind) + ", expected something with points");

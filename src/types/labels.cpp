@@ -22,7 +22,8 @@ constexpr NameRule kRules[] = {
     {"reserved", Role::ignored, Kind::none}, {"out of roi", Role::ignored, Kind::none},
     {"ego", Role::ignored, Kind::none}, {"rectification", Role::ignored, Kind::none},
     {"ignore", Role::ignored, Kind::none}, {"water", Role::ignored, Kind::none},
-    {"river", Role::ignored, Kind::none}, {"sea", Role::ignored, Kind::none},
+    {"undefined", Role::ignored, Kind::none}, {"unclassified", Role::ignored, Kind::none},
+    {"misc", Role::ignored, Kind::none}, {"river", Role::ignored, Kind::none}, {"sea", Role::ignored, Kind::none},
     {"artefact", Role::ignored, Kind::none}, {"artifact", Role::ignored, Kind::none},
 
     {"moving", Role::dynamic, Kind::none},

@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <filesystem>
+
+#include "datasets.h"
+#include "io/frame_listing.h"
+#include "io/header_text.h"
+#include "io/image_decoding.h"
+#include "io/label_choice.h"
+#include "io/pose_lines.h"
+#include "xview/io/label_files.h"
+#include "xview/types/error.h"
+#include "xview/types/pose.h"
+
+namespace xview {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kFrameSeconds = 0.2;    ///< sequences are recorded at 5 Hz, without stamps
+constexpr float kMetresPerUnit = 0.01f;  ///< depth is in centimetres
+
+/// The sequence folder and the camera in it ("Stereo_Left/Omni_F").
+struct SynthiaCamera {
+  fs::path root;
+  fs::path camera;
+};
+
+std::vector<double> numbersOfFile(const std::string& path) {
+  InputFile file(path);
+  std::vector<double> numbers;
+  std::string_view line;
+  while (file.readLine(line)) {
+    for (const double number : numbersOf(splitWords(line), file)) numbers.push_back(number);
+  }
+  return numbers;
+}
+
+bool hasImages(const fs::path& folder) {
+  const auto is_png = [](const fs::directory_entry& e) { return e.path().extension() == ".png"; };
+  return std::any_of(fs::directory_iterator(folder), fs::directory_iterator(), is_png);
+}
+
+SynthiaCamera findCamera(const std::string& folder) {
+  for (fs::path above = fs::absolute(folder); above != above.root_path();
+       above = above.parent_path()) {
+    if (above.filename() != "Depth") continue;
+    return {above.parent_path(), fs::absolute(folder).lexically_relative(above)};
+  }
+  const fs::path root = folder, depth = root / "Depth";
+  std::vector<fs::path> cameras;
+  if (fs::is_directory(depth)) {
+    for (const auto& entry : fs::recursive_directory_iterator(depth)) {
+      if (entry.is_directory() && hasImages(entry)) {
+        cameras.push_back(entry.path().lexically_relative(depth));
+      }
+    }
+  }
+  if (cameras.empty()) throw Error(depth.string(), "no camera folder with .png files");
+  return {root, *std::min_element(cameras.begin(), cameras.end())};
+}
+
+/// intrinsics.txt: focal length, cx, cy, baseline. Those of all published sequences where the file
+/// is missing.
+Camera readIntrinsics(const fs::path& root) {
+  Camera camera;
+  camera.fx = 532.740352;
+  camera.cx = 640;
+  camera.cy = 380;
+  camera.depth_scale = kMetresPerUnit;
+  const std::string path = (root / "CameraParams" / "intrinsics.txt").string();
+  if (fs::exists(path)) {
+    const std::vector<double> numbers = numbersOfFile(path);
+    if (numbers.size() < 3 || numbers[0] <= 0) {
+      throw Error(path, "expected focal length, cx and cy, found " +
+                            std::to_string(numbers.size()) + " numbers");
+    }
+    camera.fx = numbers[0];
+    camera.cx = numbers[1];
+    camera.cy = numbers[2];
+  }
+  camera.fy = camera.fx;
+  return camera;
+}
+
+/// A 4x4 matrix column by column, camera to a left-handed world with y up. Swapping y and z makes
+/// that world right-handed with z up. The axes of the camera are x right, y up, z backward or (in a
+/// left-handed camera) forward.
+Eigen::Isometry3d readPose(const std::string& path) {
+  const std::vector<double> numbers = numbersOfFile(path);
+  if (numbers.size() != 16) {
+    throw Error(path,
+                "expected a 4x4 matrix, found " + std::to_string(numbers.size()) + " numbers");
+  }
+  Eigen::Matrix4d matrix = Eigen::Map<const Eigen::Matrix4d>(numbers.data());
+  matrix.row(1).swap(matrix.row(2));
+  matrix.col(1) = -matrix.col(1);
+  if (matrix.topLeftCorner<3, 3>().determinant() < 0) matrix.col(2) = -matrix.col(2);
+  if (!isRigid(matrix, 1e-3)) throw Error(path, "the 4x4 matrix is not a rigid transform");
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  T.linear() = orthonormalized(matrix.topLeftCorner<3, 3>());
+  T.translation() = matrix.topRightCorner<3, 1>();
+  return T;
+}
+
+DepthImage readCentimetres(const std::string& path) {
+  const cv::Mat image = decodeImage(path);
+  if (image.depth() != CV_16U) {
+    throw Error(path, "expected 16-bit unsigned depth, found " + describePixels(image));
+  }
+  const LabelImage units = channelOf(image, 0, path);  // all channels are equal
+  DepthImage depth(units.width, units.height);
+  std::transform(units.pixels.begin(), units.pixels.end(), depth.pixels.begin(),
+                 [](std::uint16_t unit) { return kMetresPerUnit * unit; });
+  return depth;
+}
+
+void readImages(const Camera& camera, const ListedFrame& listed, Frame& frame) {
+  frame.camera = camera;
+  frame.depth = readCentimetres(listed.measurement);
+  frame.camera.width = frame.depth.width;
+  frame.camera.height = frame.depth.height;
+  const cv::Mat labels = decodeImage(listed.label);
+  frame.label = channelOf(labels, 2, listed.label);     // red: class
+  frame.instance = channelOf(labels, 1, listed.label);  // green: instance
+  requireSameSize(listed.label, labels.cols, labels.rows, listed.measurement, frame.depth.width,
+                  frame.depth.height);
+}
+
+}  // namespace
+
+RecordingListing listSynthia(const std::string& folder, const InputOptions& options) {
+  const SynthiaCamera place = findCamera(folder);
+  const auto depths = listFiles((place.root / "Depth" / place.camera).string(), {".png"});
+  const auto labels = listFiles((place.root / "GT" / "LABELS" / place.camera).string(), {".png"});
+  requireSameFrames(folder, "depth", depths, "label", labels);
+  const std::vector<std::int64_t> numbers = frameNumbers(depths);
+  const Camera camera = readIntrinsics(place.root);
+
+  RecordingListing listing;
+  for (std::size_t i = 0; i < depths.size(); ++i) {
+    const fs::path pose = place.root / "CameraParams" / place.camera / (depths[i].stem + ".txt");
+    listing.frames.push_back({numbers[i], kFrameSeconds * static_cast<double>(numbers[i]),
+                              readPose(pose.string()), depths[i].path, labels[i].path, ""});
+  }
+  listing.read = [camera](const ListedFrame& listed, Frame& frame) {
+    readImages(camera, listed, frame);
+  };
+  const auto named = namedLabels(options, place.root.string());
+  listing.labels = named ? *named : shippedLabelSet("synthia");
+  return listing;
+}
+
+}  // namespace xview

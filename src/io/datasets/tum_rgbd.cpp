@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <optional>
+
+#include "datasets.h"
+#include "io/frame_listing.h"
+#include "io/header_text.h"
+#include "io/label_choice.h"
+#include "io/pose_lines.h"
+#include "xview/io/image_files.h"
+#include "xview/io/pose_files.h"
+#include "xview/types/error.h"
+
+namespace xview {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kSameTime = 0.02;   ///< a depth and a colour image this near are one frame [s]
+constexpr double kLongestGap = 0.2;  ///< between poses that are still interpolated [s]
+constexpr std::size_t kFramesToLookAt = 32;
+
+struct StampedFile {
+  double stamp_s = 0;
+  std::string file;
+};
+
+/// Lines "stamp file"; comments start with #.
+std::vector<StampedFile> readFileList(const std::string& path) {
+  InputFile input(path);
+  std::vector<StampedFile> files;
+  std::string_view line;
+  while (input.readLine(line)) {
+    const std::vector<std::string_view> words = splitWords(line.substr(0, line.find('#')));
+    if (words.empty()) continue;
+    if (words.size() != 2) input.failAtLine("expected stamp and file, found " + quoted(line));
+    files.push_back({numbersOf({words[0]}, input)[0], std::string(words[1])});
+  }
+  return files;
+}
+
+/// Kinect of the published sequences, unless camera.yaml says otherwise.
+Camera cameraOf(const fs::path& folder) {
+  const fs::path path = folder / "camera.yaml";
+  if (fs::exists(path)) return readCamera(path.string());
+  Camera camera;
+  camera.width = 640;
+  camera.height = 480;
+  camera.fx = camera.fy = 525;
+  camera.cx = 319.5;
+  camera.cy = 239.5;
+  camera.depth_scale = 1.0 / 5000;
+  return camera;
+}
+
+/// The pose at a time, between the two poses around it; nothing if they are too far apart.
+std::optional<Eigen::Isometry3d> poseAt(const std::vector<StampedPose>& poses, double stamp_s) {
+  const auto after =
+      std::lower_bound(poses.begin(), poses.end(), stamp_s,
+                       [](const StampedPose& pose, double stamp) { return pose.stamp_s < stamp; });
+  if (after == poses.end()) return std::nullopt;
+  if (after->stamp_s == stamp_s) return after->T_frame_sensor;
+  if (after == poses.begin()) return std::nullopt;
+  const StampedPose& a = *std::prev(after);
+  const StampedPose& b = *after;
+  if (b.stamp_s - a.stamp_s > kLongestGap) return std::nullopt;
+  const double share = (stamp_s - a.stamp_s) / (b.stamp_s - a.stamp_s);
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  T.linear() = Eigen::Quaterniond(a.T_frame_sensor.linear())
+                   .slerp(share, Eigen::Quaterniond(b.T_frame_sensor.linear()))
+                   .toRotationMatrix();
+  T.translation() =
+      (1 - share) * a.T_frame_sensor.translation() + share * b.T_frame_sensor.translation();
+  return T;
+}
+
+/// The label image of a depth image: of its own name, or of the name of the colour image of that
+/// time.
+class LabelFinder {
+ public:
+  explicit LabelFinder(const fs::path& folder) : folder_(folder / "label") {
+    if (fs::exists(folder / "rgb.txt")) colors_ = readFileList((folder / "rgb.txt").string());
+  }
+  std::string find(const StampedFile& depth) const {
+    const std::string own = labelNamed(depth.file);
+    if (!own.empty()) return own;
+    const StampedFile* nearest = nullptr;
+    for (const StampedFile& color : colors_) {
+      const double gap = std::abs(color.stamp_s - depth.stamp_s);
+      if (gap <= kSameTime && (!nearest || gap < std::abs(nearest->stamp_s - depth.stamp_s))) {
+        nearest = &color;
+      }
+    }
+    return nearest ? labelNamed(nearest->file) : "";
+  }
+
+ private:
+  std::string labelNamed(const std::string& file) const {
+    const fs::path path = folder_ / (fs::path(file).stem().string() + ".png");
+    return fs::exists(path) ? path.string() : "";
+  }
+
+  fs::path folder_;
+  std::vector<StampedFile> colors_;
+};
+
+}  // namespace
+
+RecordingListing listTumRgbd(const std::string& folder, const InputOptions& options) {
+  const fs::path root(folder);
+  const std::string list_path = (root / "depth.txt").string();
+  const std::vector<StampedFile> depths = readFileList(list_path);
+  std::vector<StampedPose> poses = readPoses((root / "groundtruth.txt").string());
+  std::stable_sort(poses.begin(), poses.end(), [](const StampedPose& a, const StampedPose& b) {
+    return a.stamp_s < b.stamp_s;
+  });
+  const LabelFinder labels(root);
+
+  RecordingListing listing;
+  std::size_t with_label = 0;
+  for (std::size_t i = 0; i < depths.size(); ++i) {
+    const std::string label = labels.find(depths[i]);
+    if (label.empty()) continue;
+    ++with_label;
+    const auto pose = poseAt(poses, depths[i].stamp_s);
+    if (!pose) continue;
+    listing.frames.push_back({static_cast<std::int64_t>(i), depths[i].stamp_s, *pose,
+                              (root / depths[i].file).string(), label, ""});
+  }
+  if (listing.frames.empty()) {
+    throw Error(list_path, "no usable frame: " + std::to_string(depths.size()) + " depth images, " +
+                               std::to_string(with_label) + " of them with a label image, none " +
+                               "of those with a pose at its time");
+  }
+  listing.read = [camera = cameraOf(root)](const ListedFrame& listed, Frame& frame) {
+    frame.camera = camera;
+    frame.depth = readDepth(listed.measurement, camera);
+    frame.label = readLabels(listed.label);
+    requireSameSize(listed.label, frame.label.width, frame.label.height, listed.measurement,
+                    frame.depth.width, frame.depth.height);
+  };
+  const auto named = namedLabels(options, folder);
+  listing.labels = named ? *named : genericLabels(countLabels(listing, kFramesToLookAt));
+  return listing;
+}
+
+}  // namespace xview

@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <filesystem>
+
+#include "color_labels.h"
+#include "datasets.h"
+#include "io/frame_listing.h"
+#include "io/header_text.h"
+#include "io/image_decoding.h"
+#include "io/label_choice.h"
+#include "io/pose_lines.h"
+#include "xview/io/image_files.h"
+#include "xview/types/error.h"
+
+namespace xview {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr float kFarthest = 655.35f;  ///< the largest value of the depth images: sky [m]
+constexpr double kFrameSeconds = 0.1;
+
+/// Ids are ours (the data has colours only), fixed so that they agree between scenes.
+const std::vector<std::string> kCategories = {
+    "Undefined", "Building",     "Car",         "GuardRail", "Misc",  "Pole", "Road",      "Sky",
+    "Terrain",   "TrafficLight", "TrafficSign", "Tree",      "Truck", "Van",  "Vegetation"};
+
+/// colors.txt: "Category r g b" and one line per category.
+LabelSet readColors(const std::string& path) {
+  InputFile file(path);
+  LabelSet labels("virtual_kitti");
+  std::string_view line;
+  while (file.readLine(line)) {
+    const std::vector<std::string_view> words = splitWords(line);
+    if (words.empty() || words[0] == "Category") continue;
+    if (words.size() != 4) file.failAtLine("expected category and r g b, found " + quoted(line));
+    const std::vector<double> rgb = numbersOf({words[1], words[2], words[3]}, file);
+    const auto known = std::find(kCategories.begin(), kCategories.end(), words[0]);
+    if (known == kCategories.end()) file.failAtLine("unknown category " + quoted(words[0]));
+    ClassInfo info;
+    info.id = static_cast<std::uint32_t>(known - kCategories.begin());
+    info.name = words[0];
+    for (std::size_t c = 0; c < 3; ++c) {
+      if (rgb[c] < 0 || rgb[c] > 255) file.failAtLine("expected colours in [0, 255]");
+      info.color[c] = static_cast<std::uint8_t>(rgb[c]);
+    }
+    info.role = guessRole(info.name);
+    info.kind = guessKind(info.name);
+    info.guessed = true;
+    labels.add(info);
+  }
+  if (labels.empty()) file.fail("no categories");
+  return labels;
+}
+
+/// One row of a table with "frame cameraID …" of camera 0.
+struct TableRow {
+  std::int64_t frame = 0;
+  std::vector<double> values;
+};
+
+std::vector<TableRow> readRows(InputFile& file, std::size_t columns) {
+  std::vector<TableRow> rows;
+  std::string_view line;
+  while (file.readLine(line)) {
+    const std::vector<std::string_view> words = splitWords(line);
+    if (words.empty() || words[0] == "frame") continue;
+    std::vector<double> numbers = numbersOf(words, file);
+    if (numbers.size() != columns + 2) {
+      file.failAtLine("expected " + std::to_string(columns + 2) + " numbers, found " +
+                      std::to_string(numbers.size()));
+    }
+    if (numbers[1] != 0) continue;
+    const auto frame = static_cast<std::int64_t>(numbers[0]);
+    rows.push_back({frame, {numbers.begin() + 2, numbers.end()}});
+  }
+  return rows;
+}
+
+/// The camera does not change within a sequence; the first row counts.
+Camera readIntrinsics(const std::string& path) {
+  InputFile file(path);
+  const std::vector<TableRow> rows = readRows(file, 4);
+  if (rows.empty()) file.fail("no row of camera 0");
+  Camera camera;
+  camera.fx = rows[0].values[0];
+  camera.fy = rows[0].values[1];
+  camera.cx = rows[0].values[2];
+  camera.cy = rows[0].values[3];
+  camera.depth_scale = 0.01;
+  if (camera.fx <= 0 || camera.fy <= 0) file.fail("focal lengths must be above 0");
+  return camera;
+}
+
+/// T_camera_world by frame, turned into the pose of the camera in a world with z up (theirs has y
+/// down).
+std::map<std::int64_t, Eigen::Isometry3d> readPoses(const std::string& path) {
+  InputFile file(path);
+  Eigen::Isometry3d T_up_world = Eigen::Isometry3d::Identity();
+  T_up_world.linear() << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+  std::map<std::int64_t, Eigen::Isometry3d> poses;
+  for (const TableRow& row : readRows(file, 16)) {
+    poses[row.frame] = T_up_world * poseFromRows(row.values.data(), file).inverse();
+  }
+  return poses;
+}
+
+void readImages(Camera camera, const ColorTable& colors, const ListedFrame& listed, Frame& frame) {
+  const cv::Mat labels = decodeImage(listed.label);
+  camera.width = labels.cols;
+  camera.height = labels.rows;
+  frame.camera = camera;
+  frame.label = labelsOfColors(labels, colors, listed.label);
+  frame.depth = readDepth(listed.measurement, camera);
+  for (float& depth : frame.depth.pixels) {
+    if (depth >= kFarthest) depth = 0;
+  }
+}
+
+}  // namespace
+
+RecordingListing listVirtualKitti(const std::string& folder, const InputOptions& options) {
+  const fs::path root(folder), frames = root / "frames";
+  const auto depths = listFiles((frames / "depth" / "Camera_0").string(), {".png"});
+  const auto labels = listFiles((frames / "classSegmentation" / "Camera_0").string(), {".png"});
+  const std::vector<std::int64_t> numbers = frameNumbers(depths);
+  if (numbers != frameNumbers(labels)) {
+    throw Error(folder, std::to_string(depths.size()) + " depth files but " +
+                            std::to_string(labels.size()) + " label files, or of other frames");
+  }
+  const std::string poses_path = (root / "extrinsic.txt").string();
+  const auto poses = readPoses(poses_path);
+  const LabelSet colors = readColors((root / "colors.txt").string());
+
+  RecordingListing listing;
+  for (std::size_t i = 0; i < depths.size(); ++i) {
+    const auto pose = poses.find(numbers[i]);
+    if (pose == poses.end()) {
+      throw Error(poses_path, "no row for frame " + std::to_string(numbers[i]) + " of camera 0");
+    }
+    listing.frames.push_back({numbers[i], kFrameSeconds * static_cast<double>(numbers[i]),
+                              pose->second, depths[i].path, labels[i].path, ""});
+  }
+  listing.read = [camera = readIntrinsics((root / "intrinsic.txt").string()),
+                  table = colorTable(colors)](const ListedFrame& listed, Frame& frame) {
+    readImages(camera, table, listed, frame);
+  };
+  const auto named = namedLabels(options, folder);
+  listing.labels = named ? *named : colors;
+  return listing;
+}
+
+}  // namespace xview

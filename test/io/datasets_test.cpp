@@ -1,0 +1,250 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Tiny examples of the layouts of public data sets, written here as their descriptions say.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "small_files.h"
+#include "support/test_data.h"
+#include "xview/io/recording.h"
+#include "xview/types/error.h"
+
+namespace xview {
+namespace {
+
+using test::messageOf;
+using test::pngBytes;
+using test::writeBytes;
+
+class Dataset : public ::testing::Test {
+ protected:
+  void write(const std::string& name, const std::string& bytes) const {
+    writeBytes(folder_ / name, bytes);
+  }
+  std::string message() const {
+    return messageOf([&] { openRecording(folder_.path()); });
+  }
+  static void expectOptical(const Eigen::Isometry3d& T, const Eigen::Vector3d& forward,
+                            const Eigen::Vector3d& down) {
+    EXPECT_LT((T.linear() * Eigen::Vector3d::UnitZ() - forward).norm(), 1e-6) << T.matrix();
+    EXPECT_LT((T.linear() * Eigen::Vector3d::UnitY() - down).norm(), 1e-6) << T.matrix();
+    EXPECT_NEAR(T.linear().determinant(), 1, 1e-9);
+  }
+
+  test::TemporaryFolder folder_;
+};
+
+class Synthia : public Dataset {
+ protected:
+  Synthia() {
+    for (const char* camera : {"Stereo_Left/Omni_B", "Stereo_Left/Omni_F"}) {
+      const bool front = std::string(camera).back() == 'F';
+      const std::string stem = std::string(camera) + "/000003";
+      const std::uint16_t centimetres = front ? 250 : 1000;
+      write("Depth/" + stem + ".png", pngBytes(2, 1, 1, 16, {centimetres, 0}));
+      write("GT/LABELS/" + stem + ".png", pngBytes(2, 1, 3, 16, {7, 301, 0, 15, 0, 0}));
+      // Columns of the matrix: x right is world x, y up is world y, z forward is world z
+      // (left-handed, y up).
+      write("CameraParams/" + stem + ".txt", "1 0 0 0 0 1 0 0 0 0 1 0 10 20 30 1\n");
+    }
+    write("CameraParams/intrinsics.txt", "500\n\n1\n\n0.5\n\n0.8\n");
+  }
+};
+
+TEST_F(Synthia, TakesClassFromRedAndInstanceFromGreenAndCentimetres) {
+  EXPECT_EQ(recogniseInput(folder_.path()), InputKind::synthia);
+  InputOptions options;
+  const auto source = openRecording(folder_ / "Depth/Stereo_Left/Omni_F", options);
+  ASSERT_EQ(source->size(), 1u);
+  EXPECT_EQ(source->labels().name(), "synthia");
+  const Frame frame = source->read(0);
+  EXPECT_EQ(frame.number, 3);
+  EXPECT_EQ(frame.depth.pixels, (std::vector<float>{2.5f, 0}));
+  EXPECT_EQ(frame.label.pixels, (std::vector<std::uint16_t>{7, 15}));
+  EXPECT_EQ(frame.instance.pixels, (std::vector<std::uint16_t>{301, 0}));
+  EXPECT_EQ(frame.camera.fx, 500);
+  EXPECT_EQ(frame.camera.cy, 0.5);
+  EXPECT_EQ(frame.camera.width, 2);
+}
+
+TEST_F(Synthia, TurnsPosesIntoAWorldWithZUp) {
+  const Eigen::Isometry3d T = openRecording(folder_.path())->pose(0);
+  EXPECT_EQ(T.translation(), Eigen::Vector3d(10, 30, 20));
+  expectOptical(T, Eigen::Vector3d::UnitY(), -Eigen::Vector3d::UnitZ());
+}
+
+TEST_F(Synthia, TakesTheFirstCameraUnlessOneIsNamed) {
+  EXPECT_EQ(openRecording(folder_.path())->read(0).depth.at(0, 0), 10);
+}
+
+TEST_F(Synthia, ThatIsDamagedSaysWhere) {
+  const std::string pose = folder_ / "CameraParams/Stereo_Left/Omni_B/000003.txt";
+  write("CameraParams/Stereo_Left/Omni_B/000003.txt", "1 0 0 0 0 1 0 0\n");
+  EXPECT_EQ(message(), pose + ": expected a 4x4 matrix, found 8 numbers");
+  write("CameraParams/Stereo_Left/Omni_B/000003.txt", "2 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1\n");
+  EXPECT_EQ(message(), pose + ": the 4x4 matrix is not a rigid transform");
+}
+
+class Airsim : public Dataset {
+ protected:
+  Airsim() {
+    write("classes.yaml",
+          "- {id: 3, name: road, color: [10, 20, 30]}\n- {id: 9, name: tree, color: [1, 2, 3]}\n");
+    write("airsim_rec.txt",
+          "VehicleName\tTimeStamp\tPOS_X\tPOS_Y\tPOS_Z\tQ_W\tQ_X\tQ_Y\tQ_Z\tImageFile\n"
+          "\t1500\t1\t2\t-3\t1\t0\t0\t0\timg__0_0_7.png;img__0_1_7.pfm;img__0_5_7.png\n"
+          "\t1600\t1\t2\t-3\t1\t0\t0\t0\timg__0_0_8.png\n");
+    write("images/img__0_1_7.pfm", test::pfmBytes(2, 1, {4, 5}, true));
+    write("images/img__0_5_7.png", pngBytes(2, 1, 3, 8, {10, 20, 30, 9, 9, 9}));
+  }
+};
+
+TEST_F(Airsim, TakesRowsWithDepthAndSegmentation) {
+  EXPECT_EQ(recogniseInput(folder_.path()), InputKind::airsim);
+  const auto source = openRecording(folder_.path());
+  ASSERT_EQ(source->size(), 1u);
+  const Frame frame = source->read(0);
+  EXPECT_EQ(frame.stamp_s, 1.5);
+  EXPECT_EQ(frame.depth.pixels, (std::vector<float>{4, 5}));
+  EXPECT_EQ(frame.label.pixels, (std::vector<std::uint16_t>{3, 0}));
+  EXPECT_EQ(frame.camera.fx, 1);  // 90 degrees
+  EXPECT_FALSE(frame.camera.depth_is_range);
+}
+
+TEST_F(Airsim, TurnsNorthEastDownIntoZUp) {
+  const Eigen::Isometry3d T = openRecording(folder_.path())->pose(0);
+  EXPECT_EQ(T.translation(), Eigen::Vector3d(1, -2, 3));
+  expectOptical(T, Eigen::Vector3d::UnitX(), -Eigen::Vector3d::UnitZ());
+}
+
+TEST_F(Airsim, NeedsTheColoursOfItsClasses) {
+  std::filesystem::remove(folder_ / "classes.yaml");
+  EXPECT_EQ(message(), (folder_ / "classes.yaml") +
+                           ": needed to tell the classes by the colours of the segmentation");
+}
+
+TEST_F(Airsim, ThatIsDamagedSaysWhere) {
+  const std::string path = folder_ / "airsim_rec.txt";
+  write("airsim_rec.txt", "VehicleName\tTimeStamp\n");
+  EXPECT_EQ(message(), path + ":1: no column POS_X");
+  write("airsim_rec.txt", "TimeStamp\tPOS_X\tPOS_Y\tPOS_Z\tQ_W\tQ_X\tQ_Y\tQ_Z\tImageFile\n1\t2\n");
+  EXPECT_EQ(message(), path + ":2: expected 9 columns, found 2");
+}
+
+class TumRgbd : public Dataset {
+ protected:
+  TumRgbd() {
+    write("depth.txt", "# depth maps\n10.00 depth/10.00.png\n10.10 depth/10.10.png\n");
+    write("rgb.txt", "10.01 rgb/10.01.png\n10.11 rgb/10.11.png\n");
+    write("groundtruth.txt", "9.95 0 0 0 0 0 0 1\n10.05 1 0 0 0 0 0 1\n10.15 3 0 0 0 0 0 1\n");
+    write("camera.yaml", "width: 1\nheight: 1\nfx: 1\nfy: 1\ncx: 0\ncy: 0\ndepth_scale: 0.0002\n");
+    for (const char* stem : {"10.00", "10.10"}) {
+      write(std::string("depth/") + stem + ".png", pngBytes(1, 1, 1, 16, {5000}));
+    }
+    write("label/10.01.png", pngBytes(1, 1, 1, 8, {4}));
+    write("label/10.10.png", pngBytes(1, 1, 1, 8, {6}));
+  }
+};
+
+TEST_F(TumRgbd, FindsLabelsByEitherNameAndPosesBetweenTheirStamps) {
+  EXPECT_EQ(recogniseInput(folder_.path()), InputKind::tum_rgbd);
+  const auto source = openRecording(folder_.path());
+  ASSERT_EQ(source->size(), 2u);
+  EXPECT_NEAR(source->pose(0).translation().x(), 0.5, 1e-9);
+  EXPECT_NEAR(source->pose(1).translation().x(), 2, 1e-9);
+  EXPECT_EQ(source->stamp(1), 10.10);
+  EXPECT_EQ(source->read(0).label.at(0, 0), 4);
+  EXPECT_EQ(source->read(1).label.at(0, 0), 6);
+  EXPECT_FLOAT_EQ(source->read(1).depth.at(0, 0), 1);
+  EXPECT_EQ(source->labels().name(), "generic");
+}
+
+TEST_F(TumRgbd, LeavesOutFramesWithoutLabelOrPose) {
+  std::filesystem::remove(folder_ / "label/10.01.png");
+  EXPECT_EQ(openRecording(folder_.path())->size(), 1u);
+  write("groundtruth.txt", "9.95 0 0 0 0 0 0 1\n");
+  EXPECT_EQ(message(), (folder_ / "depth.txt") +
+                           ": no usable frame: 2 depth images, 1 of them with a label image, "
+                           "none of those with a pose at its time");
+}
+
+class VirtualKitti : public Dataset {
+ protected:
+  VirtualKitti() {
+    write("colors.txt", "Category r g b\nTerrain 210 0 200\nPole 255 130 0\n");
+    write("intrinsic.txt",
+          "frame cameraID K[0,0] K[1,1] K[0,2] K[1,2]\n0 0 725 725 1 0\n0 1 1 1 1 1\n");
+    write("extrinsic.txt",
+          "frame cameraID r1,1 …\n"
+          "0 0 1 0 0 0 0 1 0 0 0 0 1 -5 0 0 0 1\n"
+          "0 1 1 0 0 9 0 1 0 9 0 0 1 9 0 0 0 1\n");
+    write("frames/depth/Camera_0/depth_00000.png", pngBytes(2, 1, 1, 16, {1234, 65535}));
+    write("frames/classSegmentation/Camera_0/classgt_00000.png",
+          pngBytes(2, 1, 3, 8, {255, 130, 0, 210, 0, 200}));
+  }
+};
+
+TEST_F(VirtualKitti, ReadsColoursCentimetresAndCameraZero) {
+  EXPECT_EQ(recogniseInput(folder_.path()), InputKind::virtual_kitti);
+  const auto source = openRecording(folder_.path());
+  ASSERT_EQ(source->size(), 1u);
+  const Frame frame = source->read(0);
+  EXPECT_EQ(frame.depth.pixels, (std::vector<float>{12.34f, 0}));
+  EXPECT_EQ(source->labels().kind(frame.label.at(0, 0)), Kind::pole);
+  EXPECT_EQ(source->labels().kind(frame.label.at(1, 0)), Kind::terrain);
+  EXPECT_EQ(frame.camera.fx, 725);
+}
+
+TEST_F(VirtualKitti, TurnsPosesIntoAWorldWithZUp) {
+  const Eigen::Isometry3d T = openRecording(folder_.path())->pose(0);
+  EXPECT_LT((T.translation() - Eigen::Vector3d(5, 0, 0)).norm(), 1e-9);
+  expectOptical(T, Eigen::Vector3d::UnitX(), -Eigen::Vector3d::UnitZ());
+}
+
+TEST_F(VirtualKitti, ThatIsDamagedSaysWhere) {
+  write("extrinsic.txt", "frame\n7 0 1 0 0 0 0 1 0 0 0 0 1 -5 0 0 0 1\n");
+  EXPECT_EQ(message(), (folder_ / "extrinsic.txt") + ": no row for frame 0 of camera 0");
+  write("colors.txt", "Category r g b\nLamp 1 2 3\n");
+  write("extrinsic.txt", "0 0 1 0 0 0 0 1 0 0 0 0 1 -5 0 0 0 1\n");
+  EXPECT_EQ(message(), (folder_ / "colors.txt") + ":2: unknown category 'Lamp'");
+}
+
+class Carla : public Dataset {
+ protected:
+  Carla() {
+    write("camera.yaml", "width: 2\nheight: 1\nfx: 1\nfy: 1\ncx: 0\ncy: 0\ndepth_scale: 1\n");
+    write("poses.txt", "0 1 2 3 0 0 0 1\n");
+    write("depth/0001.png", pngBytes(2, 1, 4, 8, {1, 2, 3, 255, 255, 255, 255, 255}));
+    writeTags(7, 12);
+  }
+  void writeTags(std::uint16_t a, std::uint16_t b) const {
+    write("semantic/0001.png", pngBytes(2, 1, 4, 8, {a, 0, 0, 255, b, 0, 0, 255}));
+  }
+};
+
+TEST_F(Carla, DecodesDepthAndTags) {
+  EXPECT_EQ(recogniseInput(folder_.path()), InputKind::carla);
+  const Frame frame = openRecording(folder_.path())->read(0);
+  EXPECT_NEAR(frame.depth.at(0, 0), 1000.0 * (1 + 2 * 256 + 3 * 65536) / 16777215, 1e-4);
+  EXPECT_EQ(frame.depth.at(1, 0), 0);
+  EXPECT_EQ(frame.label.pixels, (std::vector<std::uint16_t>{7, 12}));
+  EXPECT_EQ(frame.T_odom_sensor.translation(), Eigen::Vector3d(1, 2, 3));
+}
+
+TEST_F(Carla, TellsTheTwoNumberingsApart) {
+  EXPECT_EQ(openRecording(folder_.path())->labels().name(), "carla");
+  writeTags(1, 3);
+  EXPECT_EQ(openRecording(folder_.path())->labels().name(), "carla_0_9_14");
+  writeTags(7, 24);
+  EXPECT_EQ(openRecording(folder_.path())->labels().name(), "carla_0_9_14");
+}
+
+TEST_F(Carla, WithDepthInOneChannelSaysWhatIsExpected) {
+  write("depth/0001.png", pngBytes(2, 1, 1, 16, {1, 2}));
+  const std::string found = messageOf([&] { openRecording(folder_.path())->read(0); });
+  EXPECT_EQ(found, (folder_ / "depth/0001.png") +
+                       ": expected depth coded in 8-bit colours, found 16-bit unsigned, 1 channel");
+}
+
+}  // namespace
+}  // namespace xview
