@@ -16,7 +16,7 @@ namespace {
 
 constexpr double kUpright = 0.9961947;    // cos 5 degrees
 constexpr double kMinInformation = 1e-9;  // 1/m^2 or 1/rad^2; less is no knowledge at all
-constexpr double kSettledChange = 1e-9;   // relative change of the cost
+constexpr double kSettledChange = 1e-8;   // relative change of the cost
 
 /// The poses that become unknowns, and where each pose of the window hangs on.
 struct Window {

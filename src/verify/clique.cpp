@@ -7,6 +7,8 @@
 namespace xview {
 namespace {
 
+constexpr std::size_t kGreedyPicksPerNode = 100;  // before the greedy start has tried enough
+
 using Bits = std::vector<std::uint64_t>;
 
 std::uint64_t bit(std::uint32_t i) { return std::uint64_t{1} << (i % 64); }
@@ -62,10 +64,13 @@ std::vector<std::uint32_t> greedyClique(const ConsistencyGraph& graph, std::uint
 
 std::vector<std::uint32_t> bestGreedyClique(const ConsistencyGraph& graph) {
   std::vector<std::uint32_t> best;
+  std::size_t picked = 0;  // in all cliques so far
   for (std::uint32_t node = 0; node < graph.size(); ++node) {
     if (graph.degree(node) < best.size()) continue;
     auto clique = greedyClique(graph, node);
+    picked += clique.size();
     if (clique.size() > best.size()) best = std::move(clique);
+    if (picked > kGreedyPicksPerNode * graph.size()) break;
   }
   return best;
 }

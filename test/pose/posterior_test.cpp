@@ -173,13 +173,12 @@ TEST(Posterior, WithRobustLossWithstandsWrongMatches) {
   EXPECT_GT(error(plain), 3 * error(robust));
 }
 
-TEST(Posterior, GaussNewtonReachesTheSameOptimumFromGoodMatchesAndNearHeadings) {
+TEST(Posterior, GaussNewtonReachesTheSameOptimumFromRightMatchesForAnyHeading) {
   PosteriorOptions trust_region = quadratic(), gauss_newton = quadratic();
   gauss_newton.solver = "gauss_newton";
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
     Drive drive = simulate(seed, noiseOf(trust_region));
-    // The paper starts with parallel axes: bring the headings within 45 degrees.
-    const double yaw_rad = -2.0 + 0.04 * (static_cast<double>(seed) - 10) * 2;
+    const double yaw_rad = 0.3 * static_cast<double>(seed);  // the paper starts with parallel axes
     const Eigen::Isometry3d turn = poseFromYaw({7, 8, 9}, yaw_rad);
     for (auto& vertex : drive.vertices) vertex.p_map = turn * vertex.p_map;
     const Posterior a = maximizePosterior(drive.T_odom_sensor, drive.vertices,
