@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "xview/types/error.h"
@@ -89,107 +90,110 @@ struct Gate {
 
 Eigen::Vector3d roundedToMetre(const Eigen::Vector3d& p) { return p.array().round(); }
 
-void finish(LabelledCloud& cloud) {
-  cloud.points.width = static_cast<std::uint32_t>(cloud.points.points.size());
-  cloud.points.height = 1;
-  cloud.points.is_dense = true;
-}
+/// From the sensor frame to points relative to a rounded origin, in single precision.
+struct SensorToCloud {
+  Eigen::Matrix3f R;
+  Eigen::Vector3f shift;
 
-LabelledCloud liftImages(const Frame& frame, const LabelSet& set, const LiftOptions& options,
-                         LiftCounts& counts) {
-  checkImages(frame);
-  const DepthCounts depths = countDepths(frame.depth);
-  const bool is_aerial = depths.valid > 0 && depths.near * 10 < depths.valid;
-  const Gate gate(options.min_range_m,
-                  is_aerial ? options.max_range_aerial_m : options.max_range_m);
-  const KnownClasses known(set);
-  const Camera& camera = frame.camera;
+  /// `start` is where the points are counted from, in the odometry frame.
+  SensorToCloud(const Frame& frame, const Eigen::Vector3d& start, const Eigen::Vector3d& origin)
+      : R(frame.T_odom_sensor.linear().cast<float>()), shift((start - origin).cast<float>()) {}
+};
 
-  LabelledCloud cloud;
-  cloud.origin = roundedToMetre(frame.T_odom_sensor.translation());
-  cloud.points.points.reserve(depths.valid);
-  cloud.ranges.reserve(depths.valid);
-  if (!frame.instance.empty()) cloud.instances.reserve(depths.valid);
+/// Collects what passes the gates, and counts what does not.
+class Lifting {
+ public:
+  Lifting(const LabelSet& set, const Gate& gate, const Eigen::Vector3d& origin,
+          std::size_t capacity)
+      : known_(set), gate_(gate) {
+    cloud_.origin = origin;
+    cloud_.points.points.reserve(capacity);
+    cloud_.ranges.reserve(capacity);
+  }
 
-  // p_odom - origin = z * (R * [x y 1]) + shift, with x and y the normalised image coordinates
-  const Eigen::Matrix3f R = frame.T_odom_sensor.linear().cast<float>();
-  const Eigen::Vector3f shift = (frame.T_odom_sensor.translation() - cloud.origin).cast<float>();
-  for (int v = 0; v < frame.depth.height; ++v) {
+  void liftImages(const Frame& frame) {
+    const SensorToCloud to_cloud(frame, frame.T_odom_sensor.translation(), cloud_.origin);
+    for (int v = 0; v < frame.depth.height; ++v) liftRow(frame, to_cloud, v);
+  }
+
+  void liftPoints(const Frame& frame) {
+    const LabelledCloud& in = frame.cloud;
+    const SensorToCloud to_cloud(frame, frame.T_odom_sensor * in.origin, cloud_.origin);
+    const Eigen::Vector3f origin = in.origin.cast<float>();
+    const bool is_scan = frame.sensor == Sensor::lidar;
+    const bool has_ranges = is_scan || in.ranges.size() == in.size();
+    const bool has_instances = in.instances.size() == in.size();
+    for (std::size_t i = 0; i < in.size(); ++i) {
+      const pcl::PointXYZL& point = in.points.points[i];
+      const Eigen::Vector3f p = point.getVector3fMap();
+      if (!holdsInformation(point.label) || !isMeasured(p.allFinite())) continue;
+      const float range2 = (p + origin).squaredNorm();
+      if (is_scan && !isInRange(range2)) continue;
+      push(to_cloud.R * p + to_cloud.shift, point.label);
+      if (has_ranges) cloud_.ranges.push_back(is_scan ? std::sqrt(range2) : in.ranges[i]);
+      if (has_instances) cloud_.instances.push_back(in.instances[i]);
+    }
+  }
+
+  LabelledCloud finish(LiftCounts* counts) {
+    cloud_.points.width = static_cast<std::uint32_t>(cloud_.points.points.size());
+    cloud_.points.height = 1;
+    cloud_.points.is_dense = true;
+    counts_.lifted = cloud_.size();
+    if (counts) *counts = counts_;
+    return std::move(cloud_);
+  }
+
+ private:
+  // p_cloud = z * R * [x y 1] + shift, with x and y the normalised image coordinates
+  void liftRow(const Frame& frame, const SensorToCloud& to_cloud, int v) {
+    const Camera& camera = frame.camera;
     const float y = static_cast<float>((v - camera.cy) / camera.fy);
-    const Eigen::Vector3f row = R.col(1) * y + R.col(2);
-    const float inverse_fx = static_cast<float>(1 / camera.fx);
     const float first_x = static_cast<float>(-camera.cx / camera.fx);
+    const float step_x = static_cast<float>(1 / camera.fx);
+    const Eigen::Vector3f row = to_cloud.R.col(1) * y + to_cloud.R.col(2);
     for (int u = 0; u < frame.depth.width; ++u) {
       const std::uint16_t label = frame.label.at(u, v);
-      if (!known(label)) {
-        ++counts.ignored_class;
-        continue;
-      }
       float z = frame.depth.at(u, v);
-      if (!isDepth(z)) {
-        ++counts.no_depth;
-        continue;
-      }
-      const float x = first_x + static_cast<float>(u) * inverse_fx;
+      if (!holdsInformation(label) || !isMeasured(isDepth(z))) continue;
+      const float x = first_x + static_cast<float>(u) * step_x;
       const float ray2 = x * x + y * y + 1;
       if (camera.depth_is_range) z /= std::sqrt(ray2);
       const float range2 = z * z * ray2;
-      if (!gate.holds(range2)) {
-        ++counts.out_of_range;
-        continue;
-      }
-      const Eigen::Vector3f p = (row + R.col(0) * x) * z + shift;
-      cloud.points.points.emplace_back(p.x(), p.y(), p.z(), label);
-      cloud.ranges.push_back(std::sqrt(range2));
-      if (!frame.instance.empty()) cloud.instances.push_back(frame.instance.at(u, v));
+      if (!isInRange(range2)) continue;
+      push((row + to_cloud.R.col(0) * x) * z + to_cloud.shift, label);
+      cloud_.ranges.push_back(std::sqrt(range2));
+      if (!frame.instance.empty()) cloud_.instances.push_back(frame.instance.at(u, v));
     }
   }
-  return cloud;
-}
 
-LabelledCloud liftCloud(const Frame& frame, const LabelSet& set, const LiftOptions& options,
-                        LiftCounts& counts) {
-  const LabelledCloud& in = frame.cloud;
-  const bool is_scan = frame.sensor == Sensor::lidar;
-  const Gate gate(options.min_range_m, options.max_range_lidar_m);
-  const KnownClasses known(set);
-  const bool keeps_ranges = !is_scan && in.ranges.size() == in.size();
-  const bool has_instances = in.instances.size() == in.size();
-
-  LabelledCloud cloud;
-  const Eigen::Vector3d start = frame.T_odom_sensor * in.origin;
-  cloud.origin =
-      roundedToMetre(is_scan ? Eigen::Vector3d(frame.T_odom_sensor.translation()) : start);
-  cloud.points.points.reserve(in.size());
-  if (is_scan || keeps_ranges) cloud.ranges.reserve(in.size());
-  if (has_instances) cloud.instances.reserve(in.size());
-
-  const Eigen::Matrix3f R = frame.T_odom_sensor.linear().cast<float>();
-  const Eigen::Vector3f shift = (start - cloud.origin).cast<float>();
-  const Eigen::Vector3f sensor_to_origin = in.origin.cast<float>();
-  for (std::size_t i = 0; i < in.size(); ++i) {
-    const pcl::PointXYZL& point = in.points.points[i];
-    if (!known(point.label)) {
-      ++counts.ignored_class;
-      continue;
-    }
-    const Eigen::Vector3f p_cloud = point.getVector3fMap();
-    if (!p_cloud.allFinite()) {
-      ++counts.no_depth;
-      continue;
-    }
-    const float range2 = (p_cloud + sensor_to_origin).squaredNorm();
-    if (is_scan && !gate.holds(range2)) {
-      ++counts.out_of_range;
-      continue;
-    }
-    const Eigen::Vector3f p = R * p_cloud + shift;
-    cloud.points.points.emplace_back(p.x(), p.y(), p.z(), point.label);
-    if (is_scan) cloud.ranges.push_back(std::sqrt(range2));
-    if (keeps_ranges) cloud.ranges.push_back(in.ranges[i]);
-    if (has_instances) cloud.instances.push_back(in.instances[i]);
+  bool holdsInformation(std::uint32_t label) {
+    const bool ok = known_(label);
+    counts_.ignored_class += !ok;
+    return ok;
   }
-  return cloud;
+  bool isMeasured(bool ok) {
+    counts_.no_depth += !ok;
+    return ok;
+  }
+  bool isInRange(float range2) {
+    const bool ok = gate_.holds(range2);
+    counts_.out_of_range += !ok;
+    return ok;
+  }
+  void push(const Eigen::Vector3f& p, std::uint32_t label) {
+    cloud_.points.points.emplace_back(p.x(), p.y(), p.z(), label);
+  }
+
+  KnownClasses known_;
+  Gate gate_;
+  LabelledCloud cloud_;
+  LiftCounts counts_;
+};
+
+Gate gateFor(const DepthCounts& depths, const LiftOptions& options) {
+  const bool is_aerial = depths.valid > 0 && depths.near * 10 < depths.valid;
+  return {options.min_range_m, is_aerial ? options.max_range_aerial_m : options.max_range_m};
 }
 
 }  // namespace
@@ -197,13 +201,20 @@ LabelledCloud liftCloud(const Frame& frame, const LabelSet& set, const LiftOptio
 LabelledCloud lift(const Frame& frame, const LabelSet& set, const LiftOptions& options,
                    LiftCounts* counts) {
   checkPose(frame);
-  LiftCounts local;
-  LabelledCloud cloud = frame.sensor == Sensor::camera ? liftImages(frame, set, options, local)
-                                                       : liftCloud(frame, set, options, local);
-  finish(cloud);
-  local.lifted = cloud.size();
-  if (counts) *counts = local;
-  return cloud;
+  const Eigen::Vector3d sensor = frame.T_odom_sensor.translation();
+  if (frame.sensor == Sensor::camera) {
+    checkImages(frame);
+    const DepthCounts depths = countDepths(frame.depth);
+    Lifting lifting(set, gateFor(depths, options), roundedToMetre(sensor), depths.valid);
+    lifting.liftImages(frame);
+    return lifting.finish(counts);
+  }
+  const bool is_scan = frame.sensor == Sensor::lidar;
+  const Eigen::Vector3d start = frame.T_odom_sensor * frame.cloud.origin;
+  const Gate gate(options.min_range_m, options.max_range_lidar_m);
+  Lifting lifting(set, gate, roundedToMetre(is_scan ? sensor : start), frame.cloud.size());
+  lifting.liftPoints(frame);
+  return lifting.finish(counts);
 }
 
 }  // namespace xview

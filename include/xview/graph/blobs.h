@@ -12,33 +12,43 @@
 namespace xview {
 
 struct BlobOptions {
-  double tolerance_m = 0.5;        ///< two points of a class nearer than this are in one blob
-  int min_points = 20;             ///< smaller blobs are dropped
-  double voxel_m = 0.1;            ///< thin the points of a frame to one per voxel and class first; 0 = off
-  bool use_instances = true;       ///< instances of the data become blobs of their own
+  double tolerance_m = 0.5;   ///< two points of a class nearer than this are in one blob
+  int min_points = 20;        ///< smaller blobs are dropped
+  double voxel_m = 0.1;       ///< thin a frame to one point per voxel and class first; 0 = off
+  bool use_instances = true;  ///< instances of the data become blobs of their own
 };
 
 template <class Visitor>
 void visit(BlobOptions& o, Visitor&& field) {
-  field("tolerance_m", o.tolerance_m, Range{0.01, 100}, "points of one class nearer than this are one blob [m]");
+  field("tolerance_m", o.tolerance_m, Range{0.01, 100},
+        "points of one class nearer than this are one blob [m]");
   field("min_points", o.min_points, Range{1, 1e9}, "drop blobs with fewer points");
-  field("voxel_m", o.voxel_m, Range{0, 10}, "thin points to one per voxel and class before clustering; 0 = off [m]");
+  field("voxel_m", o.voxel_m, Range{0, 10},
+        "thin points to one per voxel and class before clustering; 0 = off [m]");
   field("use_instances", o.use_instances, "instances given by the data become blobs of their own");
 }
 
-/// For each point the number of its cluster (0 …, ordered by the first point of each), or -1 in clusters smaller than
-/// min_points. Exactly the components of pcl::EuclideanClusterExtraction with this tolerance (distance <= tolerance),
-/// in linear expected time: cells of side tolerance/sqrt(3) are complete subgraphs, and only pairs of points in
-/// neighbouring cells are compared, through union-find.
-std::vector<int> euclideanClusters(const std::vector<Eigen::Vector3f>& points, float tolerance_m, int min_points);
+/// For each point the number of its cluster (0 …, ordered by the first point of each), or -1 if the
+/// cluster is smaller than min_points or the point is not finite. Exactly the components of
+/// pcl::EuclideanClusterExtraction, which joins points whose squared distance in single precision
+/// is less than tolerance_m^2. In linear expected time: all points in a cell of side tolerance_m /
+/// sqrt(3) belong together, and only cells that are near and not yet connected are compared point
+/// by point. Throws Error if points spread over more than a million cells on an axis even after
+/// empty space is left out.
+std::vector<int> euclideanClusters(const std::vector<Eigen::Vector3f>& points, float tolerance_m,
+                                   int min_points);
 
-/// Per-class Euclidean clusters of a labelled cloud; classes whose role is `ignored` are left out. With instances
-/// (non-zero) each (class, instance) is clustered for itself; points of instance 0 are clustered as a class.
-/// `blob_of_point`, if given, receives the blob of each point or -1. Blobs are ordered by label, then by first point.
-std::vector<Blob> extractBlobs(const LabelledCloud& cloud, const LabelSet& set, const BlobOptions& options,
+/// Per-class Euclidean clusters of a labelled cloud; classes whose role is `ignored` are left out.
+/// With instances (non-zero) each (class, instance) is clustered for itself; points of instance 0
+/// are clustered as a class. `blob_of_point`, if given, receives the blob of each point or -1.
+/// Blobs are ordered by label, then by first point.
+std::vector<Blob> extractBlobs(const LabelledCloud& cloud, const LabelSet& set,
+                               const BlobOptions& options,
                                std::vector<int>* blob_of_point = nullptr);
 
-/// One point per voxel, class and instance: their centroid, in order of first appearance. Ranges become the mean range.
+/// One point per voxel, class and instance: their centroid, in order of first appearance; ranges
+/// become the mean range. Voxels are cells of the frame of the cloud, whatever its origin. Points
+/// that are not finite, or 2^30 voxels from zero, are left out; voxel_m = 0 changes nothing.
 /// `points_per_voxel`, if given, receives how many points each one stands for.
 LabelledCloud thinByVoxel(const LabelledCloud& cloud, double voxel_m,
                           std::vector<std::uint32_t>* points_per_voxel = nullptr);

@@ -9,29 +9,36 @@ namespace xview {
 
 struct CleanOptions {
   bool enabled = true;
-  int closing_px = 4;      ///< half size of the dilate/erode element that fills what specks leave (paper: 4 px)
-  int min_speck_px = 12;   ///< connected regions smaller than this are specks; a quarter of it for poles, signs and lights
-  int boundary_px = 0;     ///< the same between labelled classes (paper: 4); each pixel costs some right labels
+  /// Half size of the dilate/erode element that fills what specks leave (paper: 4 px).
+  int closing_px = 4;
+  /// Smaller connected regions are specks; for poles, signs and lights a quarter of it.
+  int min_speck_px = 12;
+  /// Half size of the element that may also take pixels of other classes (paper: 4 px).
+  int boundary_px = 0;
 };
 
 template <class Visitor>
 void visit(CleanOptions& o, Visitor&& field) {
   field("enabled", o.enabled, "smooth label images before they are lifted");
-  field("closing_px", o.closing_px, Range{0, 50}, "fill specks from around by dilating and eroding this much [px]");
-  field("min_speck_px", o.min_speck_px, Range{0, 1e6}, "drop connected label regions smaller than this [px]");
+  field("closing_px", o.closing_px, Range{0, 50},
+        "fill specks from around by dilating and eroding this much [px]");
+  field("min_speck_px", o.min_speck_px, Range{0, 1e6},
+        "drop connected label regions smaller than this [px]");
   field("boundary_px", o.boundary_px, Range{0, 50},
-        "close classes over their neighbours, too, by this much; 0 = leave boundaries as they are [px]");
+        "close classes over their neighbours, too, by this much; 0 = keep boundaries [px]");
 }
 
-/// Drops specks from a label image and closes the classes around them (dilation, then erosion, per class; paper section
-/// III-A). Sizes are pixels of the image as it is. Specks that no class closes over become unlabelled: id 0, or the highest
-/// unused id if 0 is a class of the set that is not ignored.
+/// Drops specks from a label image and closes the classes around them (dilation, then erosion, per
+/// class; paper section III-A). Sizes are pixels of the image as it is. Specks that no class closes
+/// over become unlabelled: id 0, or the highest unused id if 0 is a class of the set that is not
+/// ignored.
 ///
-/// Deviations from the paper. Classes are closed from large to small area, first ignored ones, then surfaces, then
-/// objects, and later ones win: a pole 3 px wide survives. And a closing takes only the pixels of specks, unless
-/// boundary_px allows more: on rendered towns, closing everything by 4 px spoils 2 % of right labels, fills the gaps
-/// between things with points at the wrong depth, and makes CNN-like labels no better (77.3 % right before and after),
-/// while filling specks keeps 99.8 % of right labels and gains 0.3 %.
+/// Deviations from the paper. Classes are closed from large to small area, first ignored ones, then
+/// surfaces, then objects, and later ones win: a pole 3 px wide survives. And a closing takes only
+/// the pixels of specks, unless boundary_px allows more: closing everything by 4 px fills the gaps
+/// between things with points at the wrong depth. On rendered towns (320x240) it keeps 98.3-99.0 %
+/// of right labels where the filling of specks keeps 99.8 %, and leaves CNN-like labels 0.1 to 1.1
+/// points worse; 1 px is a draw (99.7 %, +0.02 points).
 LabelImage cleanLabels(const LabelImage& labels, const LabelSet& set, const CleanOptions& options);
 
 }  // namespace xview

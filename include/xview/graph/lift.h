@@ -10,30 +10,38 @@ namespace xview {
 
 struct LiftOptions {
   double min_range_m = 0.3;
-  double max_range_m = 50;         ///< for cameras near the ground; see max_range_aerial_m
-  double max_range_aerial_m = 120; ///< used if the nearest tenth of a frame is further than 15 m away
+  double max_range_m = 50;          ///< for cameras near the ground; see max_range_aerial_m
+  double max_range_aerial_m = 120;  ///< if the nearest tenth of a frame is more than 15 m away
   double max_range_lidar_m = 60;
 };
 
 template <class Visitor>
 void visit(LiftOptions& o, Visitor&& field) {
   field("min_range_m", o.min_range_m, Range{0, 1e4}, "drop measurements nearer than this [m]");
-  field("max_range_m", o.max_range_m, Range{0.1, 1e4}, "drop camera measurements further than this [m]");
-  field("max_range_aerial_m", o.max_range_aerial_m, Range{0.1, 1e4}, "same for cameras that look down from the air [m]");
-  field("max_range_lidar_m", o.max_range_lidar_m, Range{0.1, 1e4}, "drop LiDAR returns further than this [m]");
+  field("max_range_m", o.max_range_m, Range{0.1, 1e4},
+        "drop camera measurements further than this [m]");
+  field("max_range_aerial_m", o.max_range_aerial_m, Range{0.1, 1e4},
+        "same for cameras that look down from the air [m]");
+  field("max_range_lidar_m", o.max_range_lidar_m, Range{0.1, 1e4},
+        "drop LiDAR returns further than this [m]");
 }
 
 /// What became of the measurements of a frame.
 struct LiftCounts {
   std::uint64_t lifted = 0;
-  std::uint64_t no_depth = 0;      ///< depth 0, NaN or infinite
+  std::uint64_t no_depth = 0;  ///< depth not positive, NaN or infinite
   std::uint64_t out_of_range = 0;
-  std::uint64_t ignored_class = 0; ///< role ignored or id unknown to the label set
+  std::uint64_t ignored_class = 0;  ///< role ignored or id unknown to the label set
 };
 
-/// Labelled points of one frame in the odometry frame: p_odom = T_odom_sensor * p_sensor, p_sensor = z * K^-1 [u v 1] for
-/// planar depth. Points of ignored classes, without depth, not finite or out of range are left out and counted.
-/// `origin` of the result is the (rounded) sensor position, `ranges` is filled for camera and lidar frames.
+/// Labelled points of one frame in the odometry frame: p_odom = T_odom_sensor * p_sensor, with
+/// p_sensor = z * K^-1 [u v 1] for planar depth. Every measurement is lifted or counted once,
+/// asking for its class, then its depth, then its range (distance to the sensor). Saved clouds
+/// (Sensor::cloud) have no range limits.
+///
+/// `origin` of the result is the sensor position rounded to 1 m (saved clouds: their own origin,
+/// moved along), `ranges` is filled for camera and lidar frames. Throws Error if images differ in
+/// size, focal lengths are not positive or the pose is not finite.
 LabelledCloud lift(const Frame& frame, const LabelSet& set, const LiftOptions& options,
                    LiftCounts* counts = nullptr);
 

@@ -15,41 +15,50 @@ namespace xview {
 
 struct MergeOptions {
   std::string mode = "running_mean";
-  double first_observation_m = 10;  ///< merge distance of mode first_observation (paper: 10 m SYNTHIA, 15 m others)
-  double object_m = 2;              ///< merge distance of objects in mode running_mean
-  double surface_m = 3;             ///< spacing of surface vertices in mode running_mean
-  int min_surface_points = 10;      ///< a lattice cell of a surface with fewer points, over all frames, is no vertex
-  int min_observations = 1;         ///< vertices seen in fewer frames are dropped at the end
+  /// Merge distance of mode first_observation (paper: 10 m SYNTHIA, 15 m others).
+  double first_observation_m = 10;
+  double object_m = 2;          ///< merge distance of objects in mode running_mean
+  double surface_m = 3;         ///< spacing of surface vertices in mode running_mean
+  int min_surface_points = 10;  ///< a cell of a surface with fewer, over all frames, is no vertex
+  int min_observations = 1;     ///< vertices seen in fewer frames are dropped at the end
 };
 
 template <class Visitor>
 void visit(MergeOptions& o, Visitor&& field) {
-  field("mode", o.mode, Choices{{"running_mean", "first_observation"}},
-        "running_mean: objects at their mean, surfaces sampled; first_observation: as in the paper");
-  field("first_observation_m", o.first_observation_m, Range{0.01, 1e4}, "merge distance of first_observation [m]");
+  field(
+      "mode", o.mode, Choices{{"running_mean", "first_observation"}},
+      "running_mean: objects at their mean, surfaces sampled; first_observation: as in the paper");
+  field("first_observation_m", o.first_observation_m, Range{0.01, 1e4},
+        "merge distance of first_observation [m]");
   field("object_m", o.object_m, Range{0.01, 1e4}, "merge distance of objects in running_mean [m]");
-  field("surface_m", o.surface_m, Range{0.01, 1e4}, "spacing of surface vertices in running_mean [m]");
+  field("surface_m", o.surface_m, Range{0.01, 1e4},
+        "spacing of surface vertices in running_mean [m]");
   field("min_surface_points", o.min_surface_points, Range{1, 1e9},
         "surface vertices need this many points over all frames");
-  field("min_observations", o.min_observations, Range{1, 1e6}, "drop vertices seen in fewer frames");
+  field("min_observations", o.min_observations, Range{1, 1e6},
+        "drop vertices seen in fewer frames");
 }
 
-/// Merges the blobs of successive frames into the vertices of one place graph (paper section III-C). The cost of a frame does
-/// not depend on the size of the graph: vertices are found through a hash of cells. Blobs of ignored classes and blobs whose
-/// position is not finite are left out.
+/// Merges the blobs of successive frames into the vertices of one place graph (paper section
+/// III-C). The cost of a frame does not depend on the size of the graph: vertices are found through
+/// a hash of cells. Blobs of ignored classes and blobs whose position is not finite are left out.
 ///
-/// first_observation: a blob with a vertex of its class within the merge distance, of the same instance if both have one, is
-///   absorbed by the nearest such vertex, which stays where it was first seen; otherwise it becomes a vertex. Spaces surfaces
-///   evenly. All classes are treated alike.
-/// running_mean: blobs of object and dynamic classes are paired with vertices (same class and instance, within object_m) from the
-///   nearest pair outwards, at most one vertex per blob and one blob per vertex in a frame; the rest become vertices.
-///   A vertex is at the mean of its blobs, weighted by their points up to a cap, so that one close view does not outvote many.
-///   Surface classes get vertices from their points (addSurfacePoints) on a lattice of surface_m that is fixed in the odometry
-///   frame, each at the mean of the points in its cell; their blobs are ignored.
+/// Mode first_observation: a blob is absorbed by the nearest vertex of its class within the merge
+/// distance (and of its instance, if both have one). That vertex stays where it was first seen.
+/// Otherwise the blob becomes a vertex. All classes are treated alike; surfaces get evenly spaced
+/// vertices.
 ///
-/// extent: running_mean: weighted mean size of the blobs, because a maximum keeps the worst blob for ever; surfaces: size of the
-///   box around the points of the cell; first_observation: as first seen. sigma_m: root mean square distance of the blobs
-///   of later frames from the vertex, per axis; 0 after one observation. observations counts frames.
+/// Mode running_mean: blobs of object and dynamic classes are paired with vertices (same class and
+/// instance, within object_m) from the nearest pair outwards, at most one vertex per blob and one
+/// blob per vertex in a frame; the rest become vertices. A vertex is at the mean of its blobs,
+/// weighted by their points up to a cap, so that one close view does not outvote many. Surface
+/// classes get vertices from their points (addSurfacePoints; their blobs are ignored) on a lattice
+/// of surface_m that is fixed in the odometry frame, each at the mean of the points in its cell.
+///
+/// Vertex::extent: mean size of the blobs, weighted alike, because a maximum would keep the worst
+/// blob for ever; as first seen in first_observation; the box around the points for surfaces.
+/// Vertex::sigma_m: root mean square distance of the blobs from the vertex per axis, 0 after one
+/// observation and for surfaces. Vertex::observations: frames, not blobs.
 class PlaceGraphBuilder {
  public:
   PlaceGraphBuilder(const LabelSet& labels, const MergeOptions& options);
