@@ -1,0 +1,284 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "xview/match/object_places.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "object_rasters.h"
+#include "object_verifier.h"
+#include "xview/types/parallel.h"
+#include "xview/types/pose.h"
+
+namespace xview {
+namespace {
+
+constexpr std::size_t kSmallMap = 1000;  // vertices; the fine raster is searched directly
+constexpr double kCoarseYawStep = 0.21, kFineYawStep = 0.105;  // [rad]
+constexpr double kCentreMargin = 15;   // [m] beyond the gap around the query's own centre
+constexpr std::size_t kReturned = 20;  // hypotheses with all their details
+constexpr double kSameMetres = 1, kSameRadians = 0.05;  // refined poses this close are one
+
+struct Scored {
+  CentrePose pose;
+  double score = 0;
+};
+
+/// Best first; equal scores in the order of the plane.
+bool isBetter(const Scored& a, const Scored& b) {
+  return std::make_tuple(-a.score, a.pose.y, a.pose.x, a.pose.yaw) <
+         std::make_tuple(-b.score, b.pose.y, b.pose.x, b.pose.yaw);
+}
+
+bool areSame(const CentrePose& a, const CentrePose& b) {
+  return std::hypot(a.x - b.x, a.y - b.y) < kSameMetres &&
+         std::abs(angleDifference(a.yaw, b.yaw)) < kSameRadians;
+}
+
+/// Sorts and keeps the best of poses that ran together, at most `keep`.
+void keepDistinct(std::vector<Scored>& poses, std::size_t keep) {
+  std::sort(poses.begin(), poses.end(), isBetter);
+  std::vector<Scored> kept;
+  for (const Scored& s : poses) {
+    if (kept.size() >= keep) break;
+    if (std::none_of(kept.begin(), kept.end(),
+                     [&](const Scored& k) { return areSame(k.pose, s.pose); }))
+      kept.push_back(s);
+  }
+  poses = std::move(kept);
+}
+
+/// A rough look: one step, tolerant score.
+Scored lookedAt(ObjectVerifier& verifier, const CentrePose& pose) {
+  verifier.moveTo(pose);
+  const CentrePose better = verifier.improved(pose, 1.8);
+  return {better, verifier.score(better, 1.3)};
+}
+
+Scored refined(ObjectVerifier& verifier, CentrePose pose) {
+  verifier.moveTo(pose);
+  for (const double widen : {1.4, 1.4, 1.0, 1.0}) pose = verifier.improved(pose, widen);
+  const double seen = verifier.score(pose, 1);
+  return {pose, seen - verifier.missedObjects(pose)};
+}
+
+/// Calls work(verifier, i) for all i, each thread with a verifier of its own.
+template <class Work>
+void verifyAll(std::size_t count, int threads, const ObjectMap& map, const ObjectQuery& query,
+               const ObjectPlaceOptions& options, const Work& work) {
+  constexpr std::size_t kChunk = 16;
+  parallelFor((count + kChunk - 1) / kChunk, threads, [&](std::size_t chunk) {
+    ObjectVerifier verifier(map, query, options);
+    for (std::size_t i = chunk * kChunk; i < std::min(count, (chunk + 1) * kChunk); ++i)
+      work(verifier, i);
+  });
+}
+
+double median(std::vector<double> values) {
+  if (values.empty()) return 0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+WrongPoses describeWrong(const std::vector<ObjectHypothesis>& best, const std::vector<Scored>& all,
+                         const Eigen::Vector3d& origin) {
+  WrongPoses wrong;
+  if (best.empty()) return wrong;
+  double sum = 0, squares = 0;
+  for (const Scored& s : all) {
+    if (samePlace({s.pose.x + origin.x(), s.pose.y + origin.y(), s.pose.yaw, 0},
+                  best.front().centre))
+      continue;
+    wrong.best = wrong.count == 0 ? s.score : std::max(wrong.best, s.score);
+    sum += s.score;
+    squares += s.score * s.score;
+    ++wrong.count;
+  }
+  if (wrong.count == 0) return wrong;
+  wrong.mean = sum / wrong.count;
+  wrong.deviation = std::sqrt(std::max(0.0, squares / wrong.count - wrong.mean * wrong.mean));
+  return wrong;
+}
+
+}  // namespace
+
+struct ObjectPlaceIndex::Index {
+  ObjectPlaceOptions options;
+  ObjectMap map;
+  LikelihoodRaster fine;
+  std::optional<LikelihoodRaster> coarse;
+
+  Index(const SemanticGraph& graph, const LabelSet& labels, const ObjectPlaceOptions& o)
+      : options(o), map(graph, labels, o), fine(rasterizeObjects(map, o, o.fine_cell_m)) {
+    if (map.points().size() > kSmallMap) coarse = rasterizeObjects(map, o, o.coarse_cell_m);
+  }
+
+  std::vector<Scored> propose(const ObjectQuery& query, const ObjectSearchRequest& request) const;
+  ObjectHypothesis describe(ObjectVerifier& verifier, const ObjectQuery& query,
+                            const Scored& scored, const ObjectSearchRequest& request) const;
+  PlacePrior centrePrior(const ObjectQuery& query, const ObjectSearchRequest& request) const;
+  bool agreesWithPrior(const ObjectQuery& query, const ObjectSearchRequest& request,
+                       const CentrePose& pose) const;
+};
+
+namespace {
+
+Eigen::Vector3d priorPoint(const ObjectSearchRequest& request) {
+  return request.focus ? *request.focus : Eigen::Vector3d::Zero();
+}
+
+}  // namespace
+
+/// The circle for the query centre: wider by the lever from the point that the prior speaks of.
+PlacePrior ObjectPlaceIndex::Index::centrePrior(const ObjectQuery& query,
+                                                const ObjectSearchRequest& request) const {
+  PlacePrior prior = request.prior;
+  if (prior.near) {
+    prior.near->x -= map.origin().x();
+    prior.near->y -= map.origin().y();
+    prior.near->radius +=
+        (query.centre() - priorPoint(request)).head<2>().norm() + options.fine_cell_m;
+  }
+  if (prior.heading) prior.heading->tolerance += kFineYawStep / 2;
+  return prior;
+}
+
+bool ObjectPlaceIndex::Index::agreesWithPrior(const ObjectQuery& query,
+                                              const ObjectSearchRequest& request,
+                                              const CentrePose& pose) const {
+  const auto& [near, heading] = request.prior;
+  if (heading && std::abs(angleDifference(pose.yaw, heading->yaw)) > heading->tolerance + 1e-9)
+    return false;
+  if (!near) return true;
+  const Eigen::Vector2d lever = (priorPoint(request) - query.centre()).head<2>();
+  const Eigen::Vector2d p = Eigen::Vector2d(pose.x, pose.y) + map.origin().head<2>() +
+                            Eigen::Rotation2Dd(pose.yaw) * lever;
+  return (p - Eigen::Vector2d(near->x, near->y)).norm() <= near->radius + 1e-9;
+}
+
+std::vector<Scored> ObjectPlaceIndex::Index::propose(const ObjectQuery& query,
+                                                     const ObjectSearchRequest& request) const {
+  RasterSearchOptions search;
+  search.threads = request.threads;
+  search.margin_m = query.emptyRadius() + kCentreMargin;
+  search.keep_poses = static_cast<std::size_t>(options.keep_poses);
+  search.centre_prior = centrePrior(query, request);
+  const auto wanted_cells = static_cast<std::size_t>(options.keep_cells);
+  const std::vector<RasterSample> samples = query.samples();
+  std::vector<PlacePose> places;
+  if (coarse) {
+    search.max_yaw_step_rad = kCoarseYawStep;
+    search.keep_cells = wanted_cells
+                            ? wanted_cells
+                            : std::clamp<std::size_t>(map.points().size() / 90, 2000, 20000);
+    places = searchRaster(*coarse, samples, {fine, samples, kFineYawStep}, search);
+  } else {
+    search.max_yaw_step_rad = kFineYawStep;
+    search.keep_cells = wanted_cells ? wanted_cells : 30 * search.keep_poses;
+    places = searchRaster(fine, samples, search);
+  }
+  std::vector<Scored> poses;
+  for (const PlacePose& place : places)
+    poses.push_back({{place.x, place.y, place.yaw}, place.score});
+  return poses;
+}
+
+ObjectHypothesis ObjectPlaceIndex::Index::describe(ObjectVerifier& verifier,
+                                                   const ObjectQuery& query, const Scored& scored,
+                                                   const ObjectSearchRequest& request) const {
+  CentrePose pose = scored.pose;
+  verifier.moveTo(pose);
+  ObjectHypothesis hypothesis;
+  hypothesis.score = scored.score;
+  hypothesis.expected = verifier.expectedScore(pose);
+  if (request.focus) {
+    const Eigen::Vector2d focus = (*request.focus - query.centre()).head<2>();
+    for (int k = 0; k < 4; ++k) pose = verifier.improved(pose, 1.2, focus);
+  }
+  verifier.score(pose, 1);
+  std::vector<double> dz;
+  for (std::size_t i = 0; i < query.items().size(); ++i) {
+    const Association& association = verifier.associations()[i];
+    if (association.local == Association::kNone || association.log_odds <= 0) continue;
+    const MapPoint& p = verifier.mapPoint(association.local);
+    const double chance = 1 / (1 + std::exp(-static_cast<double>(association.log_odds)));
+    hypothesis.inliers.push_back({query.items()[i].vertex, p.vertex, static_cast<float>(chance)});
+    const Kind kind = map.classes()[p.slot].kind;
+    const bool roof_or_crown =
+        query.isFromAbove() && (kind == Kind::building || kind == Kind::vegetation);
+    if (!roof_or_crown) dz.push_back(p.z - query.items()[i].z);
+  }
+  std::sort(hypothesis.inliers.begin(), hypothesis.inliers.end(),
+            [](const Correspondence& a, const Correspondence& b) { return a.query < b.query; });
+  const Eigen::Vector3d centre_in_map = Eigen::Vector3d(pose.x, pose.y, median(dz)) + map.origin();
+  hypothesis.T_map_query =
+      poseFromYaw(centre_in_map, pose.yaw) * Eigen::Translation3d(-query.centre());
+  hypothesis.centre = {centre_in_map.x(), centre_in_map.y(), angleDifference(pose.yaw, 0),
+                       scored.score};
+  return hypothesis;
+}
+
+ObjectPlaceIndex::ObjectPlaceIndex(const SemanticGraph& map, const LabelSet& labels,
+                                   const ObjectPlaceOptions& options)
+    : index_(std::make_unique<Index>(map, labels, options)) {}
+ObjectPlaceIndex::~ObjectPlaceIndex() = default;
+ObjectPlaceIndex::ObjectPlaceIndex(ObjectPlaceIndex&&) noexcept = default;
+ObjectPlaceIndex& ObjectPlaceIndex::operator=(ObjectPlaceIndex&&) noexcept = default;
+
+ObjectSearchResult ObjectPlaceIndex::search(const SemanticGraph& graph,
+                                            const ObjectSearchRequest& request) const {
+  const Index& index = *index_;
+  const ObjectQuery query(graph, index.map, index.options);
+  ObjectSearchResult result;
+  result.vertices = static_cast<int>(query.items().size());
+  if (query.items().empty()) return result;
+
+  std::vector<Scored> poses = index.propose(query, request);
+  verifyAll(poses.size(), request.threads, index.map, query, index.options,
+            [&](ObjectVerifier& verifier, std::size_t i) {
+              poses[i] = lookedAt(verifier, poses[i].pose);
+            });
+  keepDistinct(poses, static_cast<std::size_t>(index.options.refine_poses));
+  verifyAll(poses.size(), request.threads, index.map, query, index.options,
+            [&](ObjectVerifier& verifier, std::size_t i) {
+              poses[i] = refined(verifier, poses[i].pose);
+            });
+  poses.erase(std::remove_if(
+                  poses.begin(), poses.end(),
+                  [&](const Scored& s) { return !index.agreesWithPrior(query, request, s.pose); }),
+              poses.end());
+  keepDistinct(poses, poses.size());
+
+  result.hypotheses.resize(std::min(kReturned, poses.size()));
+  verifyAll(result.hypotheses.size(), request.threads, index.map, query, index.options,
+            [&](ObjectVerifier& verifier, std::size_t i) {
+              result.hypotheses[i] = index.describe(verifier, query, poses[i], request);
+            });
+  result.wrong = describeWrong(result.hypotheses, poses, index.map.origin());
+  return result;
+}
+
+std::vector<ObjectHypothesis> ObjectPlaceIndex::score(
+    const SemanticGraph& graph, const std::vector<Eigen::Isometry3d>& T_map_query,
+    const ObjectSearchRequest& request) const {
+  const Index& index = *index_;
+  const ObjectQuery query(graph, index.map, index.options);
+  std::vector<ObjectHypothesis> hypotheses(T_map_query.size());
+  verifyAll(
+      T_map_query.size(), request.threads, index.map, query, index.options,
+      [&](ObjectVerifier& verifier, std::size_t i) {
+        const Eigen::Vector3d p = T_map_query[i] * query.centre() - index.map.origin();
+        const Scored scored = refined(verifier, {p.x(), p.y(), yawOf(T_map_query[i].linear())});
+        hypotheses[i] = index.describe(verifier, query, scored, request);
+      });
+  return hypotheses;
+}
+
+std::size_t ObjectPlaceIndex::size() const { return index_->map.points().size(); }
+
+std::size_t ObjectPlaceIndex::bytes() const {
+  return index_->map.bytes() + index_->fine.bytes() +
+         (index_->coarse ? index_->coarse->bytes() : 0);
+}
+
+}  // namespace xview

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "object_query.h"
+
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+
+namespace xview {
+namespace {
+
+constexpr double kReach = 400;  // [m] vertices farther from the centre are left out
+constexpr double kSeenShare =
+    0.25;  // of the expected number: below, the sensor does not see the class
+constexpr double kEnoughExpected = 3;   // vertices expected before absence means anything
+constexpr double kCoverageCells = 400;  // across the query, at most
+
+Eigen::Vector3d meanOf(const std::vector<std::pair<Eigen::Vector3d, QueryItem>>& items) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const auto& [position, item] : items) sum += position;
+  return items.empty() ? sum : Eigen::Vector3d(sum / static_cast<double>(items.size()));
+}
+
+}  // namespace
+
+ObjectQuery::ObjectQuery(const SemanticGraph& graph, const ObjectMap& map,
+                         const ObjectPlaceOptions& options)
+    : visible_(map.classes().size(), 0) {
+  std::vector<std::pair<Eigen::Vector3d, QueryItem>> found;
+  for (std::uint32_t i = 0; i < graph.vertices.size(); ++i) {
+    const Vertex& v = graph.vertices[i];
+    const std::optional<std::uint16_t> slot = map.slotOf(v.label);
+    if (slot && v.position.allFinite()) found.push_back({v.position, {0, 0, 0, *slot, i}});
+  }
+  centre_ = meanOf(found);
+  found.erase(std::remove_if(found.begin(), found.end(),
+                             [&](const auto& f) {
+                               return (f.first - centre_).template head<2>().norm() > kReach;
+                             }),
+              found.end());
+  centre_ = meanOf(found);
+  for (auto& [position, item] : found) {
+    const Eigen::Vector3d p = position - centre_;
+    item.x = static_cast<float>(p.x());
+    item.y = static_cast<float>(p.y());
+    item.z = static_cast<float>(p.z());
+    radius_ = std::max(radius_, p.head<2>().norm());
+    items_.push_back(item);
+  }
+  std::stable_sort(items_.begin(), items_.end(), [&](const QueryItem& a, const QueryItem& b) {
+    const auto key = [&](const QueryItem& i) {
+      const ObjectClass& model = map.classes()[i.slot];
+      return std::make_tuple(model.is_surface, model.mean_density, i.slot);
+    };
+    return key(a) < key(b);
+  });
+  findVisibleClasses(map);
+  drawCoverage(options.negative_radius_m);
+}
+
+/// Compares the mixture of classes with that of the map.
+void ObjectQuery::findVisibleClasses(const ObjectMap& map) {
+  const std::vector<ObjectClass>& classes = map.classes();
+  std::vector<double> count(classes.size(), 0);
+  double objects = 0, map_density = 0;
+  for (const QueryItem& item : items_) {
+    count[item.slot] += 1;
+    if (!classes[item.slot].is_surface) objects += 1;
+  }
+  for (const ObjectClass& model : classes) {
+    if (!model.is_surface) map_density += model.mean_density;
+  }
+  double thin_expected = 0, thin_seen = 0;
+  for (std::size_t slot = 0; slot < classes.size(); ++slot) {
+    const ObjectClass& model = classes[slot];
+    const double expected = map_density > 0 ? objects * model.mean_density / map_density : 0;
+    visible_[slot] =
+        count[slot] > 0 && (expected < kEnoughExpected || count[slot] >= kSeenShare * expected);
+    if (!model.is_surface && isPoleLike(model.kind)) {
+      thin_expected += expected;
+      thin_seen += count[slot];
+    }
+  }
+  from_above_ = thin_expected >= kEnoughExpected && thin_seen < kSeenShare * thin_expected;
+}
+
+void ObjectQuery::drawCoverage(double radius_m) {
+  const double half = radius_ + radius_m;
+  coverage_cell_ = std::max(1.0, 2 * half / kCoverageCells);
+  coverage_side_ = static_cast<int>(2 * half / coverage_cell_) + 3;
+  coverage_.assign(static_cast<std::size_t>(coverage_side_ * coverage_side_), 0);
+  const double middle = 0.5 * coverage_side_;
+  const int reach = static_cast<int>(radius_m / coverage_cell_) + 1;
+  for (const QueryItem& item : items_) {
+    const double x = item.x / coverage_cell_ + middle, y = item.y / coverage_cell_ + middle;
+    for (int cy = static_cast<int>(y) - reach; cy <= static_cast<int>(y) + reach; ++cy) {
+      for (int cx = static_cast<int>(x) - reach; cx <= static_cast<int>(x) + reach; ++cx) {
+        if (cx < 0 || cy < 0 || cx >= coverage_side_ || cy >= coverage_side_) continue;
+        if (std::hypot(cx + 0.5 - x, cy + 0.5 - y) * coverage_cell_ > radius_m) continue;
+        coverage_[static_cast<std::size_t>(cy * coverage_side_ + cx)] = 1;
+      }
+    }
+  }
+}
+
+bool ObjectQuery::covers(double x, double y) const {
+  const double middle = 0.5 * coverage_side_;
+  const double cx = x / coverage_cell_ + middle, cy = y / coverage_cell_ + middle;
+  if (!(cx >= 0 && cy >= 0 && cx < coverage_side_ && cy < coverage_side_)) return false;
+  return coverage_[static_cast<std::size_t>(static_cast<int>(cy) * coverage_side_ +
+                                            static_cast<int>(cx))] != 0;
+}
+
+std::vector<RasterSample> ObjectQuery::samples() const {
+  std::vector<RasterSample> samples;
+  samples.reserve(items_.size());
+  for (const QueryItem& item : items_) samples.push_back({item.x, item.y, item.slot});
+  return samples;
+}
+
+double ObjectQuery::emptyRadius() const {
+  constexpr std::size_t kNearest = 5;
+  std::vector<double> distances;
+  for (const QueryItem& item : items_) distances.push_back(std::hypot(item.x, item.y));
+  if (distances.empty()) return 0;
+  const std::size_t k = std::min(kNearest, distances.size()) - 1;
+  std::nth_element(distances.begin(), distances.begin() + static_cast<std::ptrdiff_t>(k),
+                   distances.end());
+  return distances[k];
+}
+
+}  // namespace xview

@@ -1,0 +1,272 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "object_verifier.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+namespace xview {
+namespace {
+
+constexpr double kMargin = 8;    // [m] poses may move by this without collecting the map again
+constexpr double kWidest = 1.8;  // largest scale of the standard deviations in use
+constexpr float kFarthest = 10;  // squared Mahalanobis distance beyond which nothing is a match
+constexpr float kConfusedPenalty =
+    2;  // added to the squared distance of confused pairs in the robust weights
+constexpr double kRobust = 3;  // squared distance at which a pair has a quarter of its weight
+constexpr double kRoundShare =
+    0.6;  // variance of surface vertices without tangent, of that along a surface
+constexpr double kFocusRadius = 30;  // [m]
+constexpr int kLargestSide = 20;     // cells of the local grid
+
+}  // namespace
+
+ObjectVerifier::ObjectVerifier(const ObjectMap& map, const ObjectQuery& query,
+                               const ObjectPlaceOptions& options)
+    : map_(map), query_(query), options_(options), lane_of_slot_(map.classes().size(), -1) {
+  const auto addLane = [&](std::uint16_t slot) {
+    if (lane_of_slot_[slot] < 0) lane_of_slot_[slot] = lanes_++;
+  };
+  for (const QueryItem& item : query.items()) {
+    addLane(item.slot);
+    for (const std::uint16_t partner : map.classes()[item.slot].confused_with) addLane(partner);
+  }
+  associations_.resize(query.items().size());
+  known_.resize(query.items().size());
+}
+
+ObjectVerifier::Spread ObjectVerifier::spreadOf(const ObjectClass& model, double widen) const {
+  double along = model.along_m, across = model.across_m;
+  if (model.is_surface) {
+    const bool is_roof = query_.isFromAbove() && model.kind == Kind::building;
+    across = widen * (is_roof ? options_.roof_lateral_m : across);
+  } else {
+    along *= widen;
+    across *= widen;
+  }
+  const double round2 = along * along * (model.is_surface ? kRoundShare : 1.0);
+  Spread spread;
+  spread.gate = static_cast<float>(model.is_surface ? 2 * along + 1.6 : 3 * along);
+  spread.inverse_along2 = static_cast<float>(1 / (along * along));
+  spread.inverse_across2 = static_cast<float>(1 / (across * across));
+  spread.inverse_round2 = static_cast<float>(1 / round2);
+  spread.log_gain_shift =
+      static_cast<float>(std::log(model.along_m * model.across_m / (along * across)));
+  spread.confused_gain = static_cast<float>(std::log(std::max(1e-9, options_.confusion)) +
+                                            logGain(model, along * across, 0));
+  return spread;
+}
+
+const std::vector<ObjectVerifier::Spread>& ObjectVerifier::spreads(double widen) {
+  for (const auto& [scale, spreads] : spreads_) {
+    if (scale == widen) return spreads;
+  }
+  std::vector<Spread> spreads;
+  for (const ObjectClass& model : map_.classes()) spreads.push_back(spreadOf(model, widen));
+  return spreads_.emplace_back(widen, std::move(spreads)).second;
+}
+
+void ObjectVerifier::moveTo(const CentrePose& pose) {
+  buildGrid(pose);
+  const double c = std::cos(pose.yaw), s = std::sin(pose.yaw);
+  for (std::size_t i = 0; i < known_.size(); ++i) {
+    const QueryItem& item = query_.items()[i];
+    known_[i] = map_.isKnown(pose.x + c * item.x - s * item.y, pose.y + s * item.x + c * item.y);
+  }
+}
+
+/// Counting sort of the points around by class and cell.
+void ObjectVerifier::buildGrid(const CentrePose& pose) {
+  double gate = options_.negative_radius_m;
+  for (const QueryItem& item : query_.items())
+    gate = std::max<double>(gate, spreads(kWidest)[item.slot].gate);
+  const double half = query_.radius() + gate + kMargin;
+  map_.pointsIn(pose.x, pose.y, half, found_);
+  found_.erase(
+      std::remove_if(found_.begin(), found_.end(),
+                     [&](std::uint32_t i) { return lane_of_slot_[map_.points()[i].slot] < 0; }),
+      found_.end());
+  cell_ = std::max(4.0, 2 * half / kLargestSide);
+  side_ = static_cast<int>(2 * half / cell_) + 1;
+  grid_x_ = pose.x - half;
+  grid_y_ = pose.y - half;
+  const auto cellOf = [&](const MapPoint& p) {
+    const int cx = std::clamp(static_cast<int>((p.x - grid_x_) / cell_), 0, side_ - 1);
+    const int cy = std::clamp(static_cast<int>((p.y - grid_y_) / cell_), 0, side_ - 1);
+    return static_cast<std::size_t>((lane_of_slot_[p.slot] * side_ + cy) * side_ + cx);
+  };
+  // Counted one cell late and filled from the front, cell_start_[k] ends up as the first point of
+  // cell k.
+  cell_start_.assign(static_cast<std::size_t>(lanes_ * side_ * side_) + 2, 0);
+  for (const std::uint32_t i : found_) ++cell_start_[cellOf(map_.points()[i]) + 2];
+  for (std::size_t k = 2; k < cell_start_.size(); ++k) cell_start_[k] += cell_start_[k - 1];
+  points_.resize(found_.size());
+  for (const std::uint32_t i : found_) {
+    const MapPoint& p = map_.points()[i];
+    const float undirected = p.tangent_x == 0 && p.tangent_y == 0 ? 1 : 0;
+    points_[cell_start_[cellOf(p) + 1]++] = {p.x,        p.y, p.tangent_x, p.tangent_y, undirected,
+                                             p.log_gain, i};
+  }
+  used_.assign(points_.size(), 0);
+  stamp_ = 0;
+}
+
+ObjectVerifier::Nearest ObjectVerifier::nearest(std::uint16_t slot, float x, float y, float gate,
+                                                const Spread& spread) const {
+  const auto cell = [&](double v) { return std::clamp(static_cast<int>(v / cell_), 0, side_ - 1); };
+  const int x0 = cell(x - gate - grid_x_), x1 = cell(x + gate - grid_x_);
+  const int y0 = cell(y - gate - grid_y_), y1 = cell(y + gate - grid_y_);
+  Nearest best{Association::kNone, kFarthest};
+  for (int cy = y0; cy <= y1; ++cy) {
+    const auto row = static_cast<std::size_t>((lane_of_slot_[slot] * side_ + cy) * side_);
+    const std::uint32_t end = cell_start_[row + static_cast<std::size_t>(x1) + 1];
+    for (std::uint32_t k = cell_start_[row + static_cast<std::size_t>(x0)]; k < end; ++k) {
+      const LocalPoint& p = points_[k];
+      const float ex = x - p.x, ey = y - p.y, e2 = ex * ex + ey * ey;
+      if (e2 > gate * gate || used_[k] == stamp_) continue;
+      const float u = ex * p.tangent_x + ey * p.tangent_y, v = ey * p.tangent_x - ex * p.tangent_y;
+      const float d2 = u * u * spread.inverse_along2 + v * v * spread.inverse_across2 +
+                       p.undirected * e2 * spread.inverse_round2;
+      if (d2 < best.distance2) best = {static_cast<std::int32_t>(k), d2};
+    }
+  }
+  return best;
+}
+
+/// Looks for a partner among the classes that this one is taken for; `gain` is the evidence above a
+/// miss.
+bool ObjectVerifier::matchConfused(const QueryItem& item, float x, float y,
+                                   const std::vector<Spread>& spread, double& gain,
+                                   Association& association) const {
+  const ObjectClass& model = map_.classes()[item.slot];
+  bool found = false;
+  for (const std::uint16_t partner : model.confused_with) {
+    const float gate = spread[item.slot].gate * (model.is_surface ? 0.7f : 1.0f);
+    const Nearest c = nearest(partner, x, y, gate, spread[partner]);
+    if (c.local == Association::kNone) continue;
+    const double log_odds =
+        spread[item.slot].confused_gain - 0.5 * c.distance2 - map_.logClutter(item.slot, x, y);
+    const double candidate_gain = softplus(log_odds);
+    if (candidate_gain <= std::max(gain, 0.1)) continue;
+    gain = candidate_gain;
+    association = {c.local, c.distance2 + kConfusedPenalty, static_cast<float>(log_odds)};
+    found = true;
+  }
+  return found;
+}
+
+double ObjectVerifier::score(const CentrePose& pose, double widen) {
+  ++stamp_;
+  const std::vector<Spread>& spread = spreads(widen);
+  const double c = std::cos(pose.yaw), s = std::sin(pose.yaw);
+  double total = 0;
+  for (std::size_t i = 0; i < query_.items().size(); ++i) {
+    const QueryItem& item = query_.items()[i];
+    const ObjectClass& model = map_.classes()[item.slot];
+    const auto x = static_cast<float>(pose.x + c * item.x - s * item.y);
+    const auto y = static_cast<float>(pose.y + s * item.x + c * item.y);
+    Association& association = associations_[i];
+    association = {};
+    double gain = 0;
+    const Nearest own = nearest(item.slot, x, y, spread[item.slot].gate, spread[item.slot]);
+    if (own.local != Association::kNone) {
+      const float log_odds = points_[static_cast<std::size_t>(own.local)].log_gain +
+                             spread[item.slot].log_gain_shift - 0.5f * own.distance2;
+      gain = softplus(log_odds);
+      association = {own.local, own.distance2, log_odds};
+    } else {
+      matchConfused(item, x, y, spread, gain, association);
+    }
+    if (association.local != Association::kNone) {
+      used_[static_cast<std::size_t>(association.local)] = stamp_;
+    } else if (!known_[i]) {
+      continue;
+    }
+    total += model.weight * (model.log_miss + gain);
+  }
+  return total;
+}
+
+CentrePose ObjectVerifier::improved(const CentrePose& pose, double widen,
+                                    const std::optional<Eigen::Vector2d>& focus) {
+  score(pose, widen);
+  const std::vector<Spread>& spread = spreads(1);
+  const double c = std::cos(pose.yaw), s = std::sin(pose.yaw);
+  Eigen::Matrix3d hessian = Eigen::Matrix3d::Identity() * 1e-3;
+  Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
+  for (std::size_t i = 0; i < associations_.size(); ++i) {
+    const Association& association = associations_[i];
+    if (association.local == Association::kNone) continue;
+    const QueryItem& item = query_.items()[i];
+    const LocalPoint& p = points_[static_cast<std::size_t>(association.local)];
+    const double robust = 1 + association.distance2 / kRobust;
+    double weight = 1 / (robust * robust);
+    if (focus) {
+      const double d2 = (Eigen::Vector2d(item.x, item.y) - *focus).squaredNorm();
+      weight *= std::exp(-0.5 * d2 / (kFocusRadius * kFocusRadius));
+    }
+    // Information matrix [a b; b d] of the map point; an undirected one has no tangent, which
+    // leaves the round part.
+    const Spread& w = spread[item.slot];
+    const double tx = p.tangent_x, ty = p.tangent_y, round = p.undirected * w.inverse_round2;
+    const double a = weight * (w.inverse_along2 * tx * tx + w.inverse_across2 * ty * ty + round);
+    const double b = weight * (w.inverse_along2 - w.inverse_across2) * tx * ty;
+    const double d = weight * (w.inverse_along2 * ty * ty + w.inverse_across2 * tx * tx + round);
+    // Residual p - (t + R q); its derivative by (x, y, yaw) is -[1 0 -ry; 0 1 rx].
+    const double rx = c * item.x - s * item.y, ry = s * item.x + c * item.y;
+    const double ex = p.x - (pose.x + rx), ey = p.y - (pose.y + ry);
+    const double gx = a * ex + b * ey, gy = b * ex + d * ey;
+    gradient += Eigen::Vector3d(gx, gy, rx * gy - ry * gx);
+    hessian(0, 0) += a;
+    hessian(0, 1) += b;
+    hessian(1, 1) += d;
+    hessian(0, 2) += rx * b - ry * a;
+    hessian(1, 2) += rx * d - ry * b;
+    hessian(2, 2) += rx * rx * d - 2 * rx * ry * b + ry * ry * a;
+  }
+  const Eigen::Vector3d step = hessian.selfadjointView<Eigen::Upper>().ldlt().solve(gradient);
+  return {pose.x + step.x(), pose.y + step.y(), pose.yaw + step.z()};
+}
+
+double ObjectVerifier::missedObjects(const CentrePose& pose) const {
+  const double c = std::cos(pose.yaw), s = std::sin(pose.yaw);
+  double cost = 0;
+  for (std::size_t k = 0; k < points_.size(); ++k) {
+    const MapPoint& p = map_.points()[points_[k].point];
+    const ObjectClass& model = map_.classes()[p.slot];
+    if (model.is_surface || used_[k] == stamp_ || !query_.isVisible(p.slot)) continue;
+    const double dx = p.x - pose.x, dy = p.y - pose.y;
+    if (!query_.covers(c * dx + s * dy, -s * dx + c * dy)) continue;
+    cost += options_.negative_weight * model.detection / options_.detection;
+  }
+  return cost;
+}
+
+double ObjectVerifier::expectedScore(const CentrePose& pose) {
+  const std::vector<Spread>& spread = spreads(1);
+  const double c = std::cos(pose.yaw), s = std::sin(pose.yaw);
+  double total = 0;
+  for (std::size_t i = 0; i < query_.items().size(); ++i) {
+    if (!known_[i]) continue;
+    const QueryItem& item = query_.items()[i];
+    const ObjectClass& model = map_.classes()[item.slot];
+    const double x = pose.x + c * item.x - s * item.y, y = pose.y + s * item.x + c * item.y;
+    const double area = 1 / std::sqrt(static_cast<double>(spread[item.slot].inverse_along2) *
+                                      spread[item.slot].inverse_across2);
+    // The mean of half a squared distance in the plane is 1.
+    const double gain = softplus(logGain(model, area, map_.logClutter(item.slot, x, y)) - 1);
+    total += model.weight * (model.log_miss + model.detection * gain);
+  }
+  for (const LocalPoint& local : points_) {
+    const MapPoint& p = map_.points()[local.point];
+    const ObjectClass& model = map_.classes()[p.slot];
+    if (model.is_surface || !query_.isVisible(p.slot)) continue;
+    const double dx = p.x - pose.x, dy = p.y - pose.y;
+    if (!query_.covers(c * dx + s * dy, -s * dx + c * dy)) continue;
+    total -=
+        (1 - model.detection) * options_.negative_weight * model.detection / options_.detection;
+  }
+  return total;
+}
+
+}  // namespace xview

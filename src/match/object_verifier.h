@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "object_query.h"
+
+namespace xview {
+
+/// Pose of the query centre relative to the origin of the map index.
+struct CentrePose {
+  double x = 0, y = 0, yaw = 0;
+};
+
+/// The map point that a query item is taken for.
+struct Association {
+  static constexpr std::int32_t kNone = -1;
+  std::int32_t local = kNone;  ///< index in the neighbourhood of the verifier
+  float distance2 = 0;         ///< squared Mahalanobis distance; more for a confused class
+  float log_odds = 0;          ///< that the pair is no coincidence
+};
+
+/// Scores poses near one place of the map against all query vertices. Not thread-safe: one per
+/// thread.
+class ObjectVerifier {
+ public:
+  ObjectVerifier(const ObjectMap& map, const ObjectQuery& query, const ObjectPlaceOptions& options);
+
+  /// Collects the map around a pose; poses within a few metres can be scored afterwards.
+  void moveTo(const CentrePose& pose);
+  /// Sum over query vertices of log P(seen here | true) / P(seen here | chance) [nats]. Each map
+  /// point is used once; vertices in unknown area count zero. `widen` multiplies the standard
+  /// deviations while the pose is still rough.
+  double score(const CentrePose& pose, double widen);
+  /// One Gauss-Newton step on x, y, yaw with robust weights and the associations at `pose`. Weights
+  /// fall off with 30 m around `focus` (relative to the query centre) if given.
+  CentrePose improved(const CentrePose& pose, double widen,
+                      const std::optional<Eigen::Vector2d>& focus = {});
+  /// Cost of objects of the map that the query should have seen; for the associations of the last
+  /// score().
+  double missedObjects(const CentrePose& pose) const;
+  /// Mean of score() - missedObjects() if `pose` were true.
+  double expectedScore(const CentrePose& pose);
+
+  const std::vector<Association>& associations() const { return associations_; }
+  const MapPoint& mapPoint(std::int32_t local) const {
+    return map_.points()[points_[static_cast<std::size_t>(local)].point];
+  }
+
+ private:
+  /// A map point near the pose.
+  struct LocalPoint {
+    float x, y, tangent_x, tangent_y;
+    float undirected;  ///< 1 if the tangent is not known or it is an object, else 0
+    float log_gain;
+    std::uint32_t point;  ///< index in the map
+  };
+  struct Nearest {
+    std::int32_t local = Association::kNone;
+    float distance2 = 0;
+  };
+  /// What the scale of the standard deviations means for a class.
+  struct Spread {
+    float gate, inverse_along2, inverse_across2, inverse_round2;  ///< [m], [1/m^2]
+    float log_gain_shift;  ///< because of other deviations than the map's
+    float confused_gain;   ///< log_gain of a confused pair without the clutter
+  };
+
+  void buildGrid(const CentrePose& pose);
+  const std::vector<Spread>& spreads(double widen);
+  Spread spreadOf(const ObjectClass& model, double widen) const;
+  Nearest nearest(std::uint16_t slot, float x, float y, float gate, const Spread& spread) const;
+  bool matchConfused(const QueryItem& item, float x, float y, const std::vector<Spread>& spread,
+                     double& gain, Association& association) const;
+
+  const ObjectMap& map_;
+  const ObjectQuery& query_;
+  const ObjectPlaceOptions& options_;
+  std::vector<std::int32_t>
+      lane_of_slot_;  ///< dense numbers of the classes that matter for this query; -1 = none
+  std::int32_t lanes_ = 0;
+  std::vector<std::pair<double, std::vector<Spread>>> spreads_;  ///< by scale
+
+  std::vector<std::uint32_t> found_;
+  std::vector<LocalPoint> points_;  ///< sorted by lane and cell
+  std::vector<std::uint32_t> cell_start_;
+  double grid_x_ = 0, grid_y_ = 0, cell_ = 1;
+  int side_ = 0;
+  std::vector<std::uint8_t> known_;  ///< per item: lies in known area at the pose of moveTo
+  std::vector<std::uint32_t> used_;  ///< per point: stamp of the score() that used it
+  std::uint32_t stamp_ = 0;
+  std::vector<Association> associations_;
+};
+
+}  // namespace xview

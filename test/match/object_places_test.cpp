@@ -1,0 +1,310 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "xview/match/object_places.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "xview/types/pose.h"
+#include "xview/types/random.h"
+
+namespace xview {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+enum Id : std::uint32_t { kPole = 1, kTree, kSign, kWall, kCar, kSky };
+
+LabelSet someLabels() {
+  LabelSet labels("test");
+  const auto add = [&](std::uint32_t id, const char* name, Role role, Kind kind) {
+    ClassInfo info;
+    info.id = id;
+    info.name = name;
+    info.role = role;
+    info.kind = kind;
+    labels.add(info);
+  };
+  add(kPole, "pole", Role::object, Kind::pole);
+  add(kTree, "tree", Role::object, Kind::vegetation);
+  add(kSign, "sign", Role::object, Kind::sign);
+  add(kWall, "wall", Role::surface, Kind::building);
+  add(kCar, "car", Role::dynamic, Kind::vehicle);
+  add(kSky, "sky", Role::ignored, Kind::none);
+  return labels;
+}
+
+void addVertex(SemanticGraph& graph, std::uint32_t label, const Eigen::Vector3d& position) {
+  Vertex v;
+  v.label = label;
+  v.position = position;
+  graph.vertices.push_back(v);
+  graph.neighbours.emplace_back();
+}
+
+/// Scattered objects and some straight walls in a square of the given side around `centre`.
+SemanticGraph randomMap(double side, int objects, std::uint64_t seed,
+                        const Eigen::Vector3d& centre = Eigen::Vector3d::Zero()) {
+  Random random(seed);
+  SemanticGraph graph;
+  const auto anywhere = [&] {
+    return Eigen::Vector3d(centre + Eigen::Vector3d(random.uniform(-0.5, 0.5) * side,
+                                                    random.uniform(-0.5, 0.5) * side,
+                                                    random.uniform(-2, 2)));
+  };
+  constexpr std::uint32_t kObjects[] = {kPole, kTree, kSign, kCar};
+  for (int i = 0; i < objects; ++i) addVertex(graph, kObjects[random.below(4)], anywhere());
+  for (int i = 0; i < objects / 20; ++i) {
+    const Eigen::Vector3d start = anywhere();
+    const double angle = random.uniform(0, kPi);
+    for (int k = 0; k < 8; ++k) {
+      addVertex(graph, kWall,
+                start + 3.0 * k * Eigen::Vector3d(std::cos(angle), std::sin(angle), 0));
+    }
+  }
+  return graph;
+}
+
+struct Question {
+  SemanticGraph query;
+  Eigen::Isometry3d T_map_query;
+};
+
+/// What is within `radius` of a place, with noise, some of it missing, in a frame of its own.
+Question ask(const SemanticGraph& map, const Eigen::Vector2d& place, double radius, double sigma,
+             double missing, std::uint64_t seed) {
+  Random random(seed);
+  Question question;
+  question.T_map_query =
+      poseFromYaw({place.x() + random.uniform(-50, 50), place.y() + random.uniform(-50, 50), 12},
+                  random.uniform(-kPi, kPi));
+  for (const Vertex& v : map.vertices) {
+    if ((v.position.head<2>() - place).norm() > radius || random.uniform() < missing) continue;
+    const Eigen::Vector3d noise(sigma * random.normal(), sigma * random.normal(),
+                                sigma * random.normal());
+    addVertex(question.query, v.label, question.T_map_query.inverse() * (v.position + noise));
+  }
+  return question;
+}
+
+void expectPose(const Eigen::Isometry3d& found, const Question& question,
+                const Eigen::Vector2d& place, double metres) {
+  const Eigen::Vector3d p =
+      question.T_map_query.inverse() * Eigen::Vector3d(place.x(), place.y(), 0);
+  EXPECT_LE((found * p - question.T_map_query * p).norm(), metres);
+  EXPECT_LE(rotationBetween(found, question.T_map_query), 0.03);
+}
+
+void expectSame(const ObjectSearchResult& a, const ObjectSearchResult& b) {
+  ASSERT_EQ(a.hypotheses.size(), b.hypotheses.size());
+  EXPECT_EQ(a.wrong.mean, b.wrong.mean);
+  EXPECT_EQ(a.wrong.best, b.wrong.best);
+  for (std::size_t i = 0; i < a.hypotheses.size(); ++i) {
+    EXPECT_TRUE(a.hypotheses[i].T_map_query.matrix() == b.hypotheses[i].T_map_query.matrix());
+    EXPECT_EQ(a.hypotheses[i].score, b.hypotheses[i].score);
+    EXPECT_EQ(a.hypotheses[i].inliers.size(), b.hypotheses[i].inliers.size());
+  }
+}
+
+TEST(ObjectPlaceIndex, FindsNoisyQueriesInAMapOfAnySize) {
+  for (const double side : {300.0, 900.0, 2500.0}) {
+    const SemanticGraph map = randomMap(side, static_cast<int>(side * side / 400), 1);
+    const ObjectPlaceIndex index(map, someLabels());
+    for (std::uint64_t i = 0; i < 5; ++i) {
+      SCOPED_TRACE(testing::Message() << side << " m, query " << i);
+      const Eigen::Vector2d place(side * (0.15 * static_cast<double>(i) - 0.3), side * 0.1);
+      const Question question = ask(map, place, 45, 0.4, 0.25, 100 + i);
+      const ObjectSearchResult result = index.search(question.query);
+      ASSERT_FALSE(result.hypotheses.empty());
+      expectPose(result.hypotheses[0].T_map_query, question, place, 0.6);
+      EXPECT_GT(result.hypotheses[0].score, result.wrong.best + 10);
+    }
+  }
+}
+
+TEST(ObjectPlaceIndex, PoseIsEquivariantToMotionOfTheQuery) {
+  const SemanticGraph map = randomMap(600, 900, 2);
+  const ObjectPlaceIndex index(map, someLabels());
+  Question question = ask(map, {40, -60}, 50, 0.3, 0.2, 3);
+  const Eigen::Isometry3d before = index.search(question.query).hypotheses.at(0).T_map_query;
+  const Eigen::Isometry3d motion = poseFromYaw({300, -200, 7}, 1.1);
+  for (Vertex& v : question.query.vertices) v.position = motion * v.position;
+  const Eigen::Isometry3d after =
+      index.search(question.query).hypotheses.at(0).T_map_query * motion;
+  const Eigen::Vector3d p = question.T_map_query.inverse() * Eigen::Vector3d(40, -60, 0);
+  EXPECT_LE((after * p - before * p).norm(), 0.05);
+  EXPECT_LE(rotationBetween(before, after), 2e-3);
+}
+
+TEST(ObjectPlaceIndex, LargeMapCoordinatesLoseNothing) {
+  const Eigen::Vector3d utm(372000.25, 4840000.5, 210);
+  const SemanticGraph map = randomMap(400, 400, 4, utm);
+  const ObjectPlaceIndex index(map, someLabels());
+  const Eigen::Vector2d place = utm.head<2>() + Eigen::Vector2d(30, 20);
+  const Question question = ask(map, place, 50, 0, 0, 5);
+  const ObjectSearchResult result = index.search(question.query);
+  ASSERT_FALSE(result.hypotheses.empty());
+  expectPose(result.hypotheses[0].T_map_query, question, place, 0.1);
+}
+
+TEST(ObjectPlaceIndex, InliersAreTheVerticesThatTheQueryCameFrom) {
+  const SemanticGraph map = randomMap(400, 400, 6);
+  const ObjectPlaceIndex index(map, someLabels());
+  const Question question = ask(map, {0, 0}, 50, 0.1, 0, 7);
+  const ObjectHypothesis best = index.search(question.query).hypotheses.at(0);
+  std::size_t right = 0;
+  for (const Correspondence& c : best.inliers) {
+    const Vertex &q = question.query.vertices.at(c.query), &m = map.vertices.at(c.map);
+    right += q.label == m.label && (question.T_map_query * q.position - m.position).norm() < 1;
+    EXPECT_GE(c.similarity, 0.5f);
+    EXPECT_LE(c.similarity, 1.0f);
+  }
+  EXPECT_GE(right, question.query.size() * 9 / 10);
+  std::vector<std::uint32_t> used;
+  for (const Correspondence& c : best.inliers) used.push_back(c.map);
+  std::sort(used.begin(), used.end());
+  EXPECT_EQ(std::adjacent_find(used.begin(), used.end()), used.end())
+      << "a map vertex serves two query vertices";
+}
+
+TEST(ObjectPlaceIndex, IsTheSameForAnyNumberOfThreads) {
+  const SemanticGraph map = randomMap(1000, 2500, 8);
+  const ObjectPlaceIndex index(map, someLabels());
+  const Question question = ask(map, {100, 100}, 50, 0.5, 0.3, 9);
+  const ObjectSearchResult one = index.search(question.query);
+  for (const int threads : {0, 2, 5}) {
+    ObjectSearchRequest request;
+    request.threads = threads;
+    expectSame(index.search(question.query, request), one);
+  }
+}
+
+TEST(ObjectPlaceIndex, OneClassIsEnough) {
+  Random random(10);
+  SemanticGraph map;
+  for (int i = 0; i < 1000; ++i)
+    addVertex(map, 7, {random.uniform(-400, 400), random.uniform(-400, 400), 0});
+  const ObjectPlaceIndex index(map, LabelSet("unknown"));
+  const Question question = ask(map, {100, -50}, 60, 0.4, 0.2, 11);
+  const ObjectSearchResult result = index.search(question.query);
+  ASSERT_FALSE(result.hypotheses.empty());
+  expectPose(result.hypotheses[0].T_map_query, question, {100, -50}, 0.6);
+}
+
+TEST(ObjectPlaceIndex, OtherPlacesScoreLowAgainstWhatIsExpected) {
+  const SemanticGraph map = randomMap(800, 1600, 12), elsewhere = randomMap(800, 1600, 13);
+  const ObjectPlaceIndex index(map, someLabels());
+  for (std::uint64_t i = 0; i < 4; ++i) {
+    const ObjectHypothesis right =
+        index.search(ask(map, {0, 0}, 50, 0.3, 0.2, 20 + i).query).hypotheses.at(0);
+    const ObjectHypothesis wrong =
+        index.search(ask(elsewhere, {0, 0}, 50, 0.3, 0.2, 30 + i).query).hypotheses.at(0);
+    EXPECT_GT(right.score / right.expected, 0.7);
+    EXPECT_LT(wrong.score / wrong.expected, 0.4);
+  }
+}
+
+TEST(ObjectPlaceIndex, TwoEqualPlacesLeaveNoMargin) {
+  const SemanticGraph block = randomMap(200, 120, 14);
+  SemanticGraph map = block;
+  for (Vertex v : block.vertices) {
+    v.position.x() += 500;
+    addVertex(map, v.label, v.position);
+  }
+  const ObjectPlaceIndex index(map, someLabels());
+  const ObjectSearchResult result = index.search(ask(block, {0, 0}, 50, 0.2, 0.2, 15).query);
+  ASSERT_GE(result.hypotheses.size(), 2u);
+  EXPECT_NEAR(result.hypotheses[0].score, result.wrong.best, 2);
+  EXPECT_NEAR(std::abs(result.hypotheses[0].centre.x - result.hypotheses[1].centre.x), 500, 1);
+}
+
+TEST(ObjectPlaceIndex, PosesOfOthersAreRefinedAndScoredAlike) {
+  const SemanticGraph map = randomMap(500, 700, 16);
+  const ObjectPlaceIndex index(map, someLabels());
+  const Question question = ask(map, {20, 30}, 50, 0.3, 0.2, 17);
+  const ObjectHypothesis found = index.search(question.query).hypotheses.at(0);
+  const Eigen::Isometry3d near_by = poseFromYaw({1.0, -0.8, 0}, 0.01) * question.T_map_query;
+  const Eigen::Isometry3d far_off = poseFromYaw({60, 0, 0}, 0) * question.T_map_query;
+  const std::vector<ObjectHypothesis> scored = index.score(question.query, {near_by, far_off});
+  ASSERT_EQ(scored.size(), 2u);
+  EXPECT_NEAR(scored[0].score, found.score, 1.5);
+  expectPose(scored[0].T_map_query, question, {20, 30}, 0.6);
+  EXPECT_LT(scored[1].score, 0.5 * found.score);
+}
+
+TEST(ObjectPlaceIndex, ThePriorIsObeyed) {
+  const SemanticGraph block = randomMap(200, 120, 18);
+  SemanticGraph map = block;
+  for (Vertex v : block.vertices) {
+    v.position.x() += 500;
+    addVertex(map, v.label, v.position);
+  }
+  const ObjectPlaceIndex index(map, someLabels());
+  const Question question = ask(block, {0, 0}, 50, 0.2, 0.2, 19);
+  for (const double shift : {0.0, 500.0}) {
+    ObjectSearchRequest request;
+    request.focus = question.T_map_query.inverse() * Eigen::Vector3d(0, 0, 0);
+    request.prior.near = PlacePrior::Circle{shift, 0, 20};
+    const ObjectSearchResult result = index.search(question.query, request);
+    ASSERT_FALSE(result.hypotheses.empty());
+    EXPECT_NEAR((result.hypotheses[0].T_map_query * *request.focus).x(), shift, 1);
+    request.prior.heading = PlacePrior::Heading{yawOf(question.T_map_query.linear()) + kPi, 0.5};
+    for (const ObjectHypothesis& h : index.search(question.query, request).hypotheses) {
+      EXPECT_LE(std::abs(angleDifference(h.centre.yaw, request.prior.heading->yaw)), 0.51);
+    }
+  }
+}
+
+TEST(ObjectPlaceIndex, DegenerateInputsGiveNoHypothesis) {
+  const SemanticGraph map = randomMap(200, 100, 20);
+  const LabelSet labels = someLabels();
+  const SemanticGraph empty;
+  SemanticGraph foreign, broken, sky;
+  addVertex(foreign, 99, {0, 0, 0});
+  addVertex(broken, kPole, {std::numeric_limits<double>::quiet_NaN(), 0, 0});
+  addVertex(sky, kSky, {0, 0, 0});
+  const ObjectPlaceIndex index(map, labels), nothing(empty, labels);
+  EXPECT_EQ(nothing.size(), 0u);
+  EXPECT_TRUE(nothing.search(map).hypotheses.empty());
+  EXPECT_TRUE(index.search(empty).hypotheses.empty());
+  EXPECT_TRUE(index.search(foreign).hypotheses.empty());
+  EXPECT_TRUE(index.search(broken).hypotheses.empty());
+  EXPECT_TRUE(index.search(sky).hypotheses.empty());
+  EXPECT_EQ(index.score(empty, {Eigen::Isometry3d::Identity()}).at(0).score, 0);
+}
+
+TEST(ObjectPlaceIndex, IgnoredAndBrokenVerticesOfTheMapAreLeftOut) {
+  SemanticGraph map = randomMap(200, 100, 21);
+  const std::size_t size = map.size();
+  addVertex(map, kSky, {0, 0, 0});
+  addVertex(map, kPole, {0, std::numeric_limits<double>::infinity(), 0});
+  EXPECT_EQ(ObjectPlaceIndex(map, someLabels()).size(), size);
+}
+
+TEST(ObjectPlaceIndex, OneVertexAndLinesAreNoTrouble) {
+  SemanticGraph single, line;
+  addVertex(single, kPole, {5, 5, 0});
+  for (int i = 0; i < 30; ++i) addVertex(line, kWall, {3.0 * i, 0, 0});
+  for (const SemanticGraph& map : {single, line}) {
+    const ObjectSearchResult result = ObjectPlaceIndex(map, someLabels()).search(map);
+    for (const ObjectHypothesis& h : result.hypotheses) {
+      EXPECT_TRUE(h.T_map_query.matrix().allFinite());
+      EXPECT_TRUE(std::isfinite(h.score));
+    }
+  }
+}
+
+TEST(ObjectPlaceIndex, UnknownAreaSpeaksNeitherForNorAgainst) {
+  const SemanticGraph map = randomMap(300, 250, 22);
+  const ObjectPlaceIndex index(map, someLabels());
+  Question question = ask(map, {0, 0}, 50, 0.2, 0.2, 23);
+  const double inside = index.score(question.query, {question.T_map_query}).at(0).score;
+  const Eigen::Isometry3d T_query_map = question.T_map_query.inverse();
+  for (int i = 0; i < 10; ++i)
+    addVertex(question.query, kPole, T_query_map * Eigen::Vector3d(300, 10.0 * i, 0));
+  EXPECT_NEAR(index.score(question.query, {question.T_map_query}).at(0).score, inside, 1e-3);
+}
+
+}  // namespace
+}  // namespace xview
