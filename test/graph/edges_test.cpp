@@ -71,6 +71,18 @@ TEST(Edges, IncludeTheRadiusItselfAtMapProjectionCoordinates) {
   EXPECT_EQ(connected(lattice, 15).size(), 60u);
 }
 
+TEST(Edges, AreFoundWhereSinglePrecisionIsCoarse) {
+  // Two towns 400 km apart: after centring, floats are 16 mm apart.
+  Random random(4);
+  std::vector<Eigen::Vector3d> pairs;
+  for (int i = 0; i < 100; ++i) {
+    const Eigen::Vector3d p((i % 2 ? -2e5 : 2e5) + 100 * i + random.uniform(0, 1), 0, 0);
+    pairs.push_back(p);
+    pairs.push_back(p + Eigen::Vector3d(14.9999, 0, 0));
+  }
+  EXPECT_EQ(connected(pairs, 15).size(), 100u);
+}
+
 TEST(Edges, DoNotDependOnTheFrame) {
   Random random(2);
   const auto positions = scattered(200, 60, random);
