@@ -253,7 +253,7 @@ std::vector<PathPose> randomPath(const ObjectTown& town, double length_m, Random
   if (random.uniform() < 0.5) std::swap(from, to);
   double s = random.uniform(0, 0.7 * (town.crossings()[to] - town.crossings()[from]).norm());
   const double lane = random.uniform(-1, 1);
-  const auto count = static_cast<std::size_t>(length_m / kStep + 1e-9) + 1;
+  const auto count = static_cast<std::size_t>(std::max(0.0, length_m) / kStep + 1e-9) + 1;
   std::vector<PathPose> path;
   while (path.size() < count) {
     const Eigen::Vector2d a = town.crossings()[from], b = town.crossings()[to];
