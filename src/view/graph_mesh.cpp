@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <vector>
 
+#include "readable_edges.h"
+
 namespace xview {
 namespace {
 
@@ -32,13 +34,13 @@ ColorMesh graphMesh(const SemanticGraph& graph, const LabelSet& labels, const Gr
   ColorMesh mesh;
   for (const Vertex& v : graph.vertices) {
     if (!v.position.allFinite()) continue;
-    addOctahedron(mesh, T_scene_graph * v.position, vertex_radius,
+    const double radius = labels.role(v.label) == Role::surface ? vertex_radius / 2 : vertex_radius;
+    addOctahedron(mesh, T_scene_graph * v.position, radius,
                   style.vertex_color.value_or(labels.color(v.label)));
   }
-  for (const auto& [i, j] : graph.edges()) {
-    const Eigen::Vector3d &a = graph.vertices[i].position, &b = graph.vertices[j].position;
-    if (a.allFinite() && b.allFinite())
-      addTube(mesh, T_scene_graph * a, T_scene_graph * b, tube_radius, style.edge_color);
+  for (const auto& [i, j] : readableEdges(graph)) {
+    addTube(mesh, T_scene_graph * graph.vertices[i].position,
+            T_scene_graph * graph.vertices[j].position, tube_radius, style.edge_color);
   }
   return mesh;
 }

@@ -6,6 +6,7 @@
 
 #include "base64.h"
 #include "html_page.h"
+#include "readable_edges.h"
 #include "top_down_layers.h"
 #include "trajectory_pieces.h"
 #include "xview/view/graph_mesh.h"
@@ -143,18 +144,19 @@ class SceneLayers {
 
   void addGraph(const std::string& name, const SemanticGraph& graph, const Eigen::Isometry3d& T,
                 const std::string& lift, const Color& edge_color) {
-    constexpr std::size_t kMostEdges = 300000;
-    Layer vertices(name + " vertices", "balls", vertex_size_m_, lift),
-        edges(name + " edges", "lines", 0, lift);
+    Layer objects(name + " vertices", "balls", vertex_size_m_, lift);
+    Layer surfaces(name + " surface vertices", "balls", vertex_size_m_ / 2, lift);
+    Layer edges(name + " edges", "lines", 0, lift);
     for (const Vertex& v : graph.vertices) {
-      if (v.position.allFinite()) vertices.add(T * v.position, labels_.color(v.label));
+      if (!v.position.allFinite()) continue;
+      Layer& layer = labels_.role(v.label) == Role::surface ? surfaces : objects;
+      layer.add(T * v.position, labels_.color(v.label));
     }
-    if (graph.edgeCount() <= kMostEdges) {
-      for (const auto& [i, j] : graph.edges()) {
-        edges.addLine(T * graph.vertices[i].position, T * graph.vertices[j].position, edge_color);
-      }
+    for (const auto& [i, j] : readableEdges(graph)) {
+      edges.addLine(T * graph.vertices[i].position, T * graph.vertices[j].position, edge_color);
     }
-    keep(std::move(vertices));
+    keep(std::move(objects));
+    keep(std::move(surfaces));
     keep(std::move(edges));
   }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "readable_edges.h"
 #include "trajectory_pieces.h"
 
 namespace xview {
@@ -12,8 +13,7 @@ namespace {
 
 constexpr Color kRim{40, 40, 40};
 constexpr Color kEdgeColor{196, 196, 200};
-constexpr std::size_t kMostEdges = 100000;  // more would only blacken the picture
-constexpr std::size_t kCrowded = 4000;      // vertices in view from which they shrink to dots
+constexpr std::size_t kCrowded = 4000;  // vertices in view from which they shrink to dots
 constexpr double kPointSize_m = 0.2;
 
 Eigen::Vector2d flat(const Eigen::Vector3d& p) { return p.head<2>(); }
@@ -27,13 +27,18 @@ double roundLength(double length) {
   return power;
 }
 
-std::size_t verticesInView(const Panel& panel, const SemanticGraph& graph) {
+/// Without those of surfaces.
+std::size_t verticesInView(const Panel& panel, const SemanticGraph& graph, const LabelSet& labels) {
   return static_cast<std::size_t>(
-      std::count_if(graph.vertices.begin(), graph.vertices.end(),
-                    [&](const Vertex& v) { return panel.shows(flat(v.position)); }));
+      std::count_if(graph.vertices.begin(), graph.vertices.end(), [&](const Vertex& v) {
+        return labels.role(v.label) != Role::surface && panel.shows(flat(v.position));
+      }));
 }
 
-double vertexRadius(std::size_t in_view, double unit_px) {
+/// Vertices of surfaces are many and stand for nothing of their own: they are dots.
+double vertexRadius(const LabelSet& labels, std::uint32_t label, std::size_t in_view,
+                    double unit_px) {
+  if (labels.role(label) == Role::surface) return std::max(1.2, 1.5 * unit_px);
   const double radius = in_view > kCrowded ? 1.6 : in_view > kCrowded / 8 ? 3.2 : 4.5;
   return std::max(2.0, radius * unit_px);
 }
@@ -182,17 +187,20 @@ void drawCloud(Panel& panel, const LabelledCloud& cloud, const LabelSet& labels,
 
 void drawMapGraph(Panel& panel, const SemanticGraph& graph, const LabelSet& labels,
                   double unit_px) {
-  const std::size_t in_view = verticesInView(panel, graph);
-  if (in_view <= kCrowded && graph.edgeCount() <= kMostEdges) {
-    for (const auto& [i, j] : graph.edges()) {
+  const std::size_t in_view = verticesInView(panel, graph, labels);
+  if (in_view <= kCrowded) {
+    for (const auto& [i, j] : readableEdges(graph)) {
       const Eigen::Vector2d a = flat(graph.vertices[i].position),
                             b = flat(graph.vertices[j].position);
       if (panel.shows(a) || panel.shows(b)) panel.line(a, b, kEdgeColor);
     }
   }
-  for (const Vertex& v : graph.vertices) {
-    const Eigen::Vector2d p = flat(v.position);
-    if (panel.shows(p)) panel.disc(p, vertexRadius(in_view, unit_px), labels.color(v.label), kRim);
+  for (const bool surfaces : {true, false}) {  // objects above surfaces
+    for (const Vertex& v : graph.vertices) {
+      const Eigen::Vector2d p = flat(v.position);
+      if ((labels.role(v.label) == Role::surface) != surfaces || !panel.shows(p)) continue;
+      panel.disc(p, vertexRadius(labels, v.label, in_view, unit_px), labels.color(v.label), kRim);
+    }
   }
 }
 
@@ -224,10 +232,14 @@ void drawMatches(Panel& panel, const SceneQuery& query, const SemanticGraph& map
 
 void drawQueryGraph(Panel& panel, const SceneQuery& query, const LabelSet& labels, double unit_px) {
   if (query.graph == nullptr) return;
-  for (const Vertex& v : query.graph->vertices) {
-    const Eigen::Vector2d p = flat(query.T_map_query * v.position);
-    if (p.allFinite() && panel.shows(p))
-      panel.diamond(p, 5.5 * unit_px, labels.color(v.label), kRim);
+  for (const bool surfaces : {true, false}) {
+    for (const Vertex& v : query.graph->vertices) {
+      const Eigen::Vector2d p = flat(query.T_map_query * v.position);
+      if ((labels.role(v.label) == Role::surface) != surfaces || !p.allFinite() || !panel.shows(p))
+        continue;
+      panel.diamond(p, (surfaces ? 2.5 : 5.5) * unit_px, labels.color(v.label),
+                    surfaces ? labels.color(v.label) : kRim);
+    }
   }
 }
 

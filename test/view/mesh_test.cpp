@@ -147,6 +147,18 @@ TEST(GraphMesh, VerticesThatAreNotFiniteAreLeftOut) {
   EXPECT_EQ(toVtk(mesh).find("nan"), std::string::npos);
 }
 
+TEST(GraphMesh, DenseGraphShowsOnlyItsShortestEdges) {
+  SemanticGraph graph = chain(60, 10);
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> all;
+  for (std::uint32_t i = 0; i < 60; ++i) {
+    for (std::uint32_t j = 0; j < i; ++j) all.emplace_back(i, j);
+  }
+  graph.setEdges(all);
+  const std::size_t tubes = (graphMesh(graph, threeClasses()).triangles.size() - 60 * 8) / 6;
+  EXPECT_GE(tubes, 59u);
+  EXPECT_LE(tubes, 3u * 60);
+}
+
 TEST(GraphMesh, EmptyGraphIsAnEmptyMesh) { EXPECT_TRUE(graphMesh({}, {}).vertices.empty()); }
 
 std::size_t verticesOfColor(const ColorMesh& mesh, const Color& color) {

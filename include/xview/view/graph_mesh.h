@@ -20,8 +20,9 @@ struct GraphMeshStyle {
 /// The radius that is used when the style leaves it open.
 double typicalVertexRadius(const SemanticGraph& graph);
 
-/// An octahedron per vertex and a tube per edge; the graph is moved by T_scene_graph. Vertices that
-/// are not finite are left out.
+/// An octahedron per vertex, of half the size for surface classes, and a tube per edge; of graphs
+/// with more than six edges per vertex only the shortest edges. The graph is moved by
+/// T_scene_graph. Vertices that are not finite are left out.
 ColorMesh graphMesh(const SemanticGraph& graph, const LabelSet& labels,
                     const GraphMeshStyle& style = {},
                     const Eigen::Isometry3d& T_scene_graph = Eigen::Isometry3d::Identity());
