@@ -78,9 +78,9 @@ TEST(Edges, AreFoundWhereSinglePrecisionIsCoarse) {
   for (int i = 0; i < 100; ++i) {
     const Eigen::Vector3d p((i % 2 ? -2e5 : 2e5) + 100 * i + random.uniform(0, 1), 0, 0);
     pairs.push_back(p);
-    pairs.push_back(p + Eigen::Vector3d(14.9999, 0, 0));
+    pairs.push_back(p + Eigen::Vector3d(15.0049, 0, 0));
   }
-  EXPECT_EQ(connected(pairs, 15).size(), 100u);
+  EXPECT_EQ(connected(pairs, 15.005).size(), 100u);
 }
 
 TEST(Edges, DoNotDependOnTheFrame) {
