@@ -14,6 +14,8 @@
 #include "xview/match/descriptors.h"
 #include "xview/match/plan_places.h"
 #include "xview/match/walks.h"
+#include "xview/pose/posterior.h"
+#include "xview/pose/refine.h"
 #include "xview/types/option_field.h"
 #include "xview/verify/clique.h"
 #include "xview/verify/sample_consensus.h"
@@ -51,6 +53,8 @@ struct Options {
   ConsensusOptions consensus;
   PlaceOptions places;
   VerdictOptions verdict;
+  PosteriorOptions posterior;
+  RefineOptions refine;
 };
 
 template <class Visitor>
@@ -73,6 +77,8 @@ void visit(Options& o, Visitor&& field) {
   field.group("consensus", o.consensus);
   field.group("places", o.places);
   field.group("verdict", o.verdict);
+  field.group("posterior", o.posterior);
+  field.group("refine", o.refine);
 }
 
 }  // namespace xview

@@ -169,7 +169,6 @@ PlanPlaces::PlanPlaces(const PlanView& map, const std::vector<Eigen::Vector3d>& 
 PlanPlaces::~PlanPlaces() = default;
 
 bool PlanPlaces::empty() const { return index_->field.tiles().empty(); }
-const PlanField& PlanPlaces::field() const { return index_->field; }
 
 std::vector<PlanHypothesis> PlanPlaces::search(const PlanQuery& query, const PlacePrior& prior_of_centre,
                                                int threads) const {
@@ -215,6 +214,12 @@ PlanHypothesis PlanPlaces::verify(const PlanQuery& query, const PlacePose& propo
   const PlanScore score(index_->field, view.ratios, query.fine);
   const PlacePose best = score.climb(toCentre(proposed, query, index_->field), 1.0, 0.024, 4);
   return hypothesisAt(best, query, index_->field, view.ratios, index_->origin_z);
+}
+
+double PlanPlaces::score(const PlanQuery& query, const PlacePose& pose) const {
+  const ViewIndex& view = index_->view(query.viewpoint);
+  const PlacePose centre = toCentre(pose, query, index_->field);
+  return PlanScore(index_->field, view.ratios, query.fine)(centre.x, centre.y, centre.yaw);
 }
 
 std::size_t PlanPlaces::bytes() const {

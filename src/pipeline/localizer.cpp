@@ -5,10 +5,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <mutex>
 #include <optional>
 
 #include "pipeline/walk_proposer.h"
 #include "xview/match/plan_places.h"
+#include "xview/pose/refine.h"
 #include "xview/types/error.h"
 #include "xview/types/pose.h"
 #include "xview/types/stopwatch.h"
@@ -66,11 +68,22 @@ struct Localizer::Index {
 
   void searchPlaces(const Query& query, Localization& answer) const;
   void matchWalks(const Query& query, Localization& answer) const;
+  void refinePose(const Query& query, Localization& answer) const;
+  bool looksNoWorse(const Query& query, const Eigen::Isometry3d& before, const Eigen::Isometry3d& after) const;
+
+  const DistributionMap& distributions() const {
+    std::call_once(distributions_made, [&] {
+      distribution_map.emplace(map.cloud, map.labels, options.refine.cell_m, options.refine.roughness_m);
+    });
+    return *distribution_map;
+  }
 
   const SemanticMap& map;
   Options options;
   WalkProposer walks;
   std::optional<PlanPlaces> places;
+  mutable std::once_flag distributions_made;
+  mutable std::optional<DistributionMap> distribution_map;
 };
 
 void Localizer::Index::searchPlaces(const Query& query, Localization& answer) const {
@@ -126,6 +139,26 @@ void Localizer::Index::matchWalks(const Query& query, Localization& answer) cons
   answer.reason = verdict.reason;
 }
 
+/// The clouds see only the last metres and the map's classes; what the whole window sees from above must not contradict them.
+bool Localizer::Index::looksNoWorse(const Query& query, const Eigen::Isometry3d& before, const Eigen::Isometry3d& after) const {
+  constexpr double kScoreKept = 0.9;
+  if (!places || query.plan.known.empty()) return true;
+  const PlanQuery plan_query = makePlanQuery(query.plan);
+  return places->score(plan_query, placeOf(after)) >= kScoreKept * places->score(plan_query, placeOf(before));
+}
+
+void Localizer::Index::refinePose(const Query& query, Localization& answer) const {
+  if (!options.refine.enabled || query.cloud.empty() || map.cloud.empty() || answer.hypotheses.empty()) return;
+  Stopwatch watch;
+  Hypothesis& best = answer.hypotheses[0];
+  const Refinement refined = refine(distributions(), query.cloud, query.labels, best.T_map_query, query.poses.back().translation(), options.refine);
+  if (refined.converged && looksNoWorse(query, best.T_map_query, refined.T_map_query)) {
+    best.T_map_query = refined.T_map_query;
+    answer.covariance = refined.information.inverse();
+  }
+  answer.timing_ms.emplace_back("refine", watch.lap_ms());
+}
+
 Localizer::Localizer(const SemanticMap& map, const Options& options)
     : index_(std::make_unique<Index>(map, options)) {}
 Localizer::~Localizer() = default;
@@ -138,6 +171,7 @@ Localization Localizer::localize(const Query& query) const {
   const bool can_search = index_->places && !query.plan.known.empty();
   if (can_search) index_->searchPlaces(query, answer);
   else index_->matchWalks(query, answer);
+  index_->refinePose(query, answer);
   if (!answer.hypotheses.empty()) {
     answer.T_map_query = answer.hypotheses[0].T_map_query;
     if (!query.poses.empty()) answer.T_map_sensor = answer.T_map_query * query.poses.back();

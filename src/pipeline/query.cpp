@@ -19,6 +19,25 @@ void addTimings(const FrameDigest* first, const FrameDigest* last, Timings& sum)
   }
 }
 
+/// The points of the last metres of travel.
+LabelledCloud recentPoints(const FrameDigest* first, const FrameDigest* last, double reach_m) {
+  LabelledCloud recent;
+  if (first == last) return recent;
+  recent.origin = (last - 1)->cloud.origin;
+  double travelled = 0;
+  for (const FrameDigest* frame = last; frame-- != first;) {
+    const Eigen::Vector3f shift = (frame->cloud.origin - recent.origin).cast<float>();
+    for (pcl::PointXYZL point : frame->cloud.points) {
+      point.getVector3fMap() += shift;
+      recent.points.push_back(point);
+    }
+    if (frame == first) break;
+    travelled += (frame->T_odom_sensor.translation() - (frame - 1)->T_odom_sensor.translation()).norm();
+    if (travelled > reach_m) break;
+  }
+  return recent;
+}
+
 }  // namespace
 
 Query makeQuery(const FrameDigest* first, const FrameDigest* last, const LabelSet& labels, const Options& options) {
@@ -37,6 +56,7 @@ Query makeQuery(const FrameDigest* first, const FrameDigest* last, const LabelSe
   query.graph = places.graph();
   connectByRadius(query.graph, options.edges);
   query.plan = plan.build();
+  query.cloud = recentPoints(first, last, options.refine.reach_m);
   query.timing_ms.emplace_back("graph", watch.lap_ms());
   return query;
 }

@@ -82,9 +82,9 @@ class PlanPlaces {
   std::vector<PlanHypothesis> search(const PlanQuery& query, const PlacePrior& prior_of_centre, int threads) const;
   /// Climbs from a proposed pose (query frame to map frame) to the best pose around it.
   PlanHypothesis verify(const PlanQuery& query, const PlacePose& proposed) const;
+  /// Score of one pose (query frame to map frame) [nats].
+  double score(const PlanQuery& query, const PlacePose& pose) const;
   std::size_t bytes() const;
-
-  const PlanField& field() const;
 
  private:
   struct Index;
