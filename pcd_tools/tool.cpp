@@ -64,12 +64,12 @@ class HelpText final : public CLI::Formatter {
   std::string usage_;
 };
 
-/// One flag per key of the options, grouped by stage.
-void declareOptions(CLI::App& app, CommonFlags& common) {
+/// One flag per key of the options, grouped by stage; those of stages may be left out of the help.
+void declareOptions(CLI::App& app, CommonFlags& common, bool listed) {
   for (const OptionEntry& entry : listOptions(Options{})) {
     const std::size_t dot = entry.key.rfind('.');
-    const std::string group =
-        dot == std::string::npos ? "Common flags" : "Options of " + entry.key.substr(0, dot);
+    std::string group = "Common flags";
+    if (dot != std::string::npos) group = listed ? "Options of " + entry.key.substr(0, dot) : "";
     const auto store = [&common, key = entry.key](const std::string& text) {
       common.values[key] = text;
     };
@@ -80,10 +80,12 @@ void declareOptions(CLI::App& app, CommonFlags& common) {
   }
 }
 
-void declareCommon(CLI::App& app, CommonFlags& common) {
+void declareCommon(CLI::App& app, CommonFlags& common, bool list_options) {
   const std::string group = "Common flags";
   app.set_help_flag("-h,--help", "print this text")->group(group);
-  app.set_version_flag("--version", "xview " XVIEW_VERSION)->group(group);
+  app.set_version_flag("--version", "xview " XVIEW_VERSION)
+      ->description("print the version")
+      ->group(group);
   app.add_option("--config", common.configs,
                  "options from a YAML file; may be repeated, later ones win")
       ->group(group)
@@ -95,7 +97,7 @@ void declareCommon(CLI::App& app, CommonFlags& common) {
       ->group(group);
   app.add_flag("-q,--quiet", common.quiet, "say nothing on stderr but errors")->group(group);
   app.add_flag("-v,--verbose", common.verbose, "say more on stderr")->group(group);
-  declareOptions(app, common);
+  declareOptions(app, common, list_options);
 }
 
 /// Flags that nobody declared end up among the remaining arguments of CLI11, as do operands.
@@ -152,13 +154,14 @@ bool parse(CLI::App& app, std::vector<std::string> arguments) {
 
 int runCommand(Command& command, const std::vector<std::string>& arguments) {
   const Description about = command.describe();
-  CLI::App app(fmt::format("xview {}: {}\n\n{}", about.name, about.summary, about.details));
-  app.formatter(std::make_shared<HelpText>(fmt::format("Usage: xview {} {} [FLAGS]\nExample: {}",
-                                                       about.name, about.operands, about.example)));
+  CLI::App app(fmt::format("xview {}: {}", about.name, about.summary));
+  app.formatter(std::make_shared<HelpText>(
+      fmt::format("Usage: xview {} {} [FLAGS]\nExample: {}\n\n{}", about.name, about.operands,
+                  about.example, about.details)));
   CliFlags flags(app, "Flags of xview " + about.name);
   command.declare(flags);
   CommonFlags common;
-  declareCommon(app, common);
+  declareCommon(app, common, true);
   if (!parse(app, arguments)) return kDone;
   Job job;
   job.operands = takeOperands(app);
@@ -181,12 +184,13 @@ int runWithoutCommand(const std::vector<Description>& commands,
     list += fmt::format("  {:<10}{:<24}{}\n", about.name, about.operands, about.summary);
     names.push_back(about.name);
   }
-  CLI::App app("xview finds where a robot is in a semantic map, from any view-point.\n\n" + list +
-               "\nxview COMMAND --help explains one.");
+  CLI::App app("xview finds where a robot is in a semantic map, from any view-point.");
   app.formatter(std::make_shared<HelpText>(
-      "Usage: xview COMMAND ... [FLAGS]\nExample: xview localize town/rear --window 60 town.xvm"));
+      "Usage: xview COMMAND ... [FLAGS]\nExample: xview localize town/rear "
+      "--window 60 town.xvm\n\n" +
+      list + "\nxview COMMAND --help explains one, with all options."));
   CommonFlags common;
-  declareCommon(app, common);
+  declareCommon(app, common, false);
   if (!parse(app, arguments)) return kDone;
   const std::vector<std::string> operands = takeOperands(app);
   if (!operands.empty()) {
