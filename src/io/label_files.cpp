@@ -2,6 +2,7 @@
 #include "xview/io/label_files.h"
 
 #include <array>
+#include <filesystem>
 #include <optional>
 
 #include "shipped_labels.h"
@@ -100,7 +101,9 @@ LabelSet parseLabelSet(const YamlFile& file, const std::string& fallback_name) {
 
 }  // namespace
 
-LabelSet readLabelSet(const std::string& path) { return parseLabelSet(YamlFile::read(path), path); }
+LabelSet readLabelSet(const std::string& path) {
+  return parseLabelSet(YamlFile::read(path), std::filesystem::path(path).filename().string());
+}
 
 std::vector<std::string> shippedLabelSets() {
   std::vector<std::string> names;

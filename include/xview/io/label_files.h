@@ -8,8 +8,9 @@
 
 namespace xview {
 
-/// classes.yaml: {classes: [{id, name, color, role, static}]} or the bare list. Missing roles are guessed from the names (ClassInfo::guessed);
-/// `static: false` makes an object dynamic. Throws Error with path:line.
+/// classes.yaml: {name, classes: [{id, name, color, role, kind, static}]} or the bare list; only id and name must be there.
+/// Missing roles are guessed from the names (ClassInfo::guessed); `static: false` makes an object dynamic. A set without a
+/// name gets that of the file. Throws Error with path:line.
 LabelSet readLabelSet(const std::string& path);
 
 /// The label sets that come with the program (config/labels/*.yaml, compiled in): "synthia", "semantic_kitti", ….
