@@ -14,7 +14,7 @@ namespace {
 constexpr Color kRim{40, 40, 40};
 constexpr Color kEdgeColor{196, 196, 200};
 constexpr std::size_t kCrowded = 4000;  // vertices in view from which they shrink to dots
-constexpr double kPointSize_m = 0.2;
+constexpr double kPointSize_m = 0.35;   // maps are thinned to about this distance
 
 Eigen::Vector2d flat(const Eigen::Vector3d& p) { return p.head<2>(); }
 
@@ -27,18 +27,20 @@ double roundLength(double length) {
   return power;
 }
 
+bool isSurface(const LabelSet& labels, const Vertex& v) {
+  return labels.role(v.label) == Role::surface;
+}
+
 /// Without those of surfaces.
 std::size_t verticesInView(const Panel& panel, const SemanticGraph& graph, const LabelSet& labels) {
-  return static_cast<std::size_t>(
-      std::count_if(graph.vertices.begin(), graph.vertices.end(), [&](const Vertex& v) {
-        return labels.role(v.label) != Role::surface && panel.shows(flat(v.position));
-      }));
+  return static_cast<std::size_t>(std::count_if(
+      graph.vertices.begin(), graph.vertices.end(),
+      [&](const Vertex& v) { return !isSurface(labels, v) && panel.shows(flat(v.position)); }));
 }
 
 /// Vertices of surfaces are many and stand for nothing of their own: they are dots.
-double vertexRadius(const LabelSet& labels, std::uint32_t label, std::size_t in_view,
-                    double unit_px) {
-  if (labels.role(label) == Role::surface) return std::max(1.2, 1.5 * unit_px);
+double vertexRadius(const LabelSet& labels, const Vertex& v, std::size_t in_view, double unit_px) {
+  if (isSurface(labels, v)) return std::max(1.2, 1.5 * unit_px);
   const double radius = in_view > kCrowded ? 1.6 : in_view > kCrowded / 8 ? 3.2 : 4.5;
   return std::max(2.0, radius * unit_px);
 }
@@ -190,6 +192,7 @@ void drawMapGraph(Panel& panel, const SemanticGraph& graph, const LabelSet& labe
   const std::size_t in_view = verticesInView(panel, graph, labels);
   if (in_view <= kCrowded) {
     for (const auto& [i, j] : readableEdges(graph)) {
+      if (isSurface(labels, graph.vertices[i]) && isSurface(labels, graph.vertices[j])) continue;
       const Eigen::Vector2d a = flat(graph.vertices[i].position),
                             b = flat(graph.vertices[j].position);
       if (panel.shows(a) || panel.shows(b)) panel.line(a, b, kEdgeColor);
@@ -198,8 +201,8 @@ void drawMapGraph(Panel& panel, const SemanticGraph& graph, const LabelSet& labe
   for (const bool surfaces : {true, false}) {  // objects above surfaces
     for (const Vertex& v : graph.vertices) {
       const Eigen::Vector2d p = flat(v.position);
-      if ((labels.role(v.label) == Role::surface) != surfaces || !panel.shows(p)) continue;
-      panel.disc(p, vertexRadius(labels, v.label, in_view, unit_px), labels.color(v.label), kRim);
+      if (isSurface(labels, v) != surfaces || !panel.shows(p)) continue;
+      panel.disc(p, vertexRadius(labels, v, in_view, unit_px), labels.color(v.label), kRim);
     }
   }
 }
@@ -235,8 +238,7 @@ void drawQueryGraph(Panel& panel, const SceneQuery& query, const LabelSet& label
   for (const bool surfaces : {true, false}) {
     for (const Vertex& v : query.graph->vertices) {
       const Eigen::Vector2d p = flat(query.T_map_query * v.position);
-      if ((labels.role(v.label) == Role::surface) != surfaces || !p.allFinite() || !panel.shows(p))
-        continue;
+      if (isSurface(labels, v) != surfaces || !p.allFinite() || !panel.shows(p)) continue;
       panel.diamond(p, (surfaces ? 2.5 : 5.5) * unit_px, labels.color(v.label),
                     surfaces ? labels.color(v.label) : kRim);
     }
