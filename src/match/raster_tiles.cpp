@@ -56,7 +56,7 @@ std::uint8_t& LikelihoodRaster::Tiles::make(std::size_t channel, std::int32_t cx
   Tile& tile = *last_written;
   tile.highest = std::max(tile.highest, value);
   const std::size_t cell = cellInTile(cx, cy);
-  if (value > background[channel]) tile.raised |= partBit(cell);
+  if (value != background[channel]) tile.differs |= partBit(cell);
   return tile.cells[cell];
 }
 

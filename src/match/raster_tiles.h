@@ -13,7 +13,7 @@ namespace xview {
 
 constexpr int kTileBits = 6;
 constexpr int kTileSide = 1 << kTileBits;
-constexpr int kPartSide = 8;  ///< cells of the blocks that Tile::raised tells of
+constexpr int kPartSide = 8;  ///< cells of the blocks that Tile::differs tells of
 constexpr int kParts = kTileSide / kPartSide;
 
 /// The storage of a LikelihoodRaster.
@@ -23,7 +23,7 @@ struct LikelihoodRaster::Tiles {
     std::uint16_t channel;
     std::uint8_t highest;  ///< no cell of the tile is above this
     std::uint64_t
-        raised;  ///< bit 8 * (y / 8) + x / 8: a cell of that 8x8 block may be above the background
+        differs;  ///< bit 8 * (y / 8) + x / 8: that 8x8 block may differ from the background
     std::array<std::uint8_t, kTileSide * kTileSide> cells;  ///< row-major
   };
 
