@@ -133,6 +133,9 @@ void drawContent(Panel& panel, const Scene& scene, double unit_px) {
     if (query.cloud != nullptr)
       drawCloud(panel, *query.cloud, labels, query.T_map_query, kFadeQuery);
   }
+  for (const SceneQuery& query : scene.queries) {
+    if (scene.map_graph != nullptr) drawPutative(panel, query, *scene.map_graph);
+  }
   if (scene.map_graph != nullptr) drawMapGraph(panel, *scene.map_graph, labels, unit_px);
   drawKeyframes(panel, scene.map_poses, unit_px);
   for (const SceneLine& line : scene.lines) {
@@ -141,7 +144,7 @@ void drawContent(Panel& panel, const Scene& scene, double unit_px) {
     panel.polyline(points, line.color, std::max(1, cvRound(2 * unit_px)));
   }
   for (const SceneQuery& query : scene.queries) {
-    if (scene.map_graph != nullptr) drawMatches(panel, query, *scene.map_graph, unit_px);
+    if (scene.map_graph != nullptr) drawKept(panel, query, *scene.map_graph, unit_px);
     drawQueryGraph(panel, query, labels, unit_px);
   }
   for (const SceneQuery& query : scene.queries) drawQueryPoses(panel, query, unit_px);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <optional>
 
 #include "readable_edges.h"
 #include "trajectory_pieces.h"
@@ -68,6 +69,18 @@ void drawPose(Panel& panel, const Eigen::Isometry3d& T_map_sensor, const Eigen::
   } else {
     panel.arrowHead(at, heading, radius_px, fill, rim, rim_thickness);
   }
+}
+
+struct MatchEnds {
+  Eigen::Vector2d query, map;
+};
+
+std::optional<MatchEnds> endsOf(const SceneQuery& query, const Correspondence& c,
+                                const SemanticGraph& map) {
+  if (query.graph == nullptr || c.query >= query.graph->size() || c.map >= map.size())
+    return std::nullopt;
+  return MatchEnds{flat(query.T_map_query * query.graph->vertices[c.query].position),
+                   flat(map.vertices[c.map].position)};
 }
 
 }  // namespace
@@ -216,21 +229,23 @@ void drawKeyframes(Panel& panel, const std::vector<Eigen::Isometry3d>& poses, do
   }
 }
 
-void drawMatches(Panel& panel, const SceneQuery& query, const SemanticGraph& map, double unit_px) {
-  if (query.graph == nullptr) return;
-  const auto draw = [&](const Correspondence& c, const Color& color, int thickness, bool circled) {
-    if (c.query >= query.graph->size() || c.map >= map.size()) return;
-    const Eigen::Vector2d from = flat(query.T_map_query * query.graph->vertices[c.query].position);
-    const Eigen::Vector2d to = flat(map.vertices[c.map].position);
-    if (!from.allFinite() || !to.allFinite()) return;
-    panel.line(from, to, color, thickness);
-    if (circled && panel.shows(to)) panel.ring(to, 9 * unit_px, color, thickness);
-  };
-  const std::size_t step = 1 + query.putative.size() / 2000;
-  for (std::size_t i = 0; i < query.putative.size(); i += step)
-    draw(query.putative[i], kPutativeColor, 1, false);
-  for (const Correspondence& c : query.kept)
-    draw(c, kKeptColor, std::max(1, cvRound(2 * unit_px)), true);
+void drawPutative(Panel& panel, const SceneQuery& query, const SemanticGraph& map) {
+  constexpr std::size_t kMost = 150;  // more hide the map
+  const std::size_t step = 1 + query.putative.size() / kMost;
+  for (std::size_t i = 0; i < query.putative.size(); i += step) {
+    if (const auto ends = endsOf(query, query.putative[i], map))
+      panel.line(ends->query, ends->map, kPutativeColor);
+  }
+}
+
+void drawKept(Panel& panel, const SceneQuery& query, const SemanticGraph& map, double unit_px) {
+  const int thickness = std::max(1, cvRound(2 * unit_px));
+  for (const Correspondence& c : query.kept) {
+    const auto ends = endsOf(query, c, map);
+    if (!ends) continue;
+    panel.line(ends->query, ends->map, kKeptColor, thickness);
+    if (panel.shows(ends->map)) panel.ring(ends->map, 9 * unit_px, kKeptColor, thickness);
+  }
 }
 
 void drawQueryGraph(Panel& panel, const SceneQuery& query, const LabelSet& labels, double unit_px) {

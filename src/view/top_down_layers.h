@@ -16,7 +16,8 @@ void drawCloud(Panel& panel, const LabelledCloud& cloud, const LabelSet& labels,
                const Eigen::Isometry3d& T_map_cloud, double fade);
 void drawMapGraph(Panel& panel, const SemanticGraph& graph, const LabelSet& labels, double unit_px);
 void drawKeyframes(Panel& panel, const std::vector<Eigen::Isometry3d>& poses, double unit_px);
-void drawMatches(Panel& panel, const SceneQuery& query, const SemanticGraph& map, double unit_px);
+void drawPutative(Panel& panel, const SceneQuery& query, const SemanticGraph& map);
+void drawKept(Panel& panel, const SceneQuery& query, const SemanticGraph& map, double unit_px);
 void drawQueryGraph(Panel& panel, const SceneQuery& query, const LabelSet& labels, double unit_px);
 void drawQueryPoses(Panel& panel, const SceneQuery& query, double unit_px);
 void drawScaleBar(Panel& panel, double unit_px);

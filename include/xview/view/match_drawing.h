@@ -16,7 +16,7 @@ struct MatchDrawingStyle {
       0;  ///< height of the query above the map; 0: a third of the query's width, at least 10 m
   double reach_m =
       0;  ///< map vertices farther from the query are left out unless matched; 0: all of them
-  std::size_t most_putative = 2000;  ///< of putative correspondences drawn, evenly thinned
+  std::size_t most_putative = 400;  ///< of putative correspondences drawn, evenly thinned
   Color kept_color{30, 170, 60};
   Color putative_color{214, 150, 150};
 };
