@@ -13,7 +13,7 @@ namespace fs = std::filesystem;
 
 /// Whatever is in the file: an answer, or one line of refusal; never a crash, a hang, or a claim on
 /// all memory.
-void expectPolite(const std::vector<std::string>& arguments) {
+bool expectPolite(const std::vector<std::string>& arguments) {
   const Outcome outcome = runXview(arguments, {10, 2500, ""});
   std::string what;
   for (const std::string& argument : arguments) what += argument + " ";
@@ -22,6 +22,7 @@ void expectPolite(const std::vector<std::string>& arguments) {
       << what << "-> " << outcome.code << ": " << outcome.err;
   EXPECT_EQ(lineCount(outcome.err), outcome.code == 0 ? 0u : 1u) << what << outcome.err;
   EXPECT_EQ(outcome.err.find("out of memory"), std::string::npos) << what << outcome.err;
+  return outcome.code == 0;
 }
 
 void expectPoliteWithAllOf(const std::string& folder) {
@@ -29,8 +30,8 @@ void expectPoliteWithAllOf(const std::string& folder) {
   std::size_t files = 0;
   for (const auto& entry : fs::directory_iterator(folder)) {
     if (!entry.is_regular_file()) continue;
-    expectPolite({"info", "-q", entry.path().string()});
-    expectPolite({"blobs", "-q", entry.path().string(), out / "blobs.pcd"});
+    if (expectPolite({"info", "-q", entry.path().string()}))
+      expectPolite({"blobs", "-q", entry.path().string(), out / "blobs.pcd"});
     ++files;
   }
   EXPECT_GT(files, 10u);

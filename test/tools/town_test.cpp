@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "support/test_data.h"
+#include "tools/program.h"
+
+namespace xview::test {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+std::vector<Json> jsonLines(const std::string& text) {
+  std::vector<Json> lines;
+  std::istringstream stream(text);
+  for (std::string line; std::getline(stream, line);) lines.push_back(Json::parse(line));
+  return lines;
+}
+
+/// Answers without what the clock decides.
+std::string timeless(const std::string& text) {
+  std::string result;
+  for (Json line : jsonLines(text)) {
+    line.erase("timing_ms");
+    result += line.dump() + "\n";
+  }
+  return result;
+}
+
+Outcome succeed(const std::vector<std::string>& arguments) {
+  const Outcome outcome = runXview(arguments, {120, 0, ""});
+  EXPECT_EQ(outcome.code, 0) << arguments[0] << ": " << outcome.err;
+  return outcome;
+}
+
+/// A tiny town, simulated and mapped once for all tests.
+class TinyTown : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+#ifndef XVIEW_WITH_SIM
+    GTEST_SKIP() << "this build has no simulator";
+#endif
+    folder_ = new TemporaryFolder;
+    simulated_ =
+        runXview({"simulate", "-q", town(""), "--seed", "5", "--route_length_m", "80", "--width",
+                  "160", "--height", "120", "--sessions.elsewhere", "--sessions.lidar"},
+                 {120, 0, ""});
+    mapped_ = runXview({"map", "-q", town("forward"), map()}, {120, 0, ""});
+  }
+  static void TearDownTestSuite() {
+    delete folder_;
+    folder_ = nullptr;
+  }
+  static std::string town(const std::string& session) { return *folder_ / ("town/" + session); }
+  static std::string map() { return *folder_ / "town.xvm"; }
+  static std::string file(const std::string& name) { return *folder_ / name; }
+
+  void SetUp() override {
+    ASSERT_EQ(simulated_.code, 0) << simulated_.err;
+    ASSERT_EQ(mapped_.code, 0) << mapped_.err;
+  }
+
+  static TemporaryFolder* folder_;
+  static Outcome simulated_, mapped_;
+};
+
+TemporaryFolder* TinyTown::folder_ = nullptr;
+Outcome TinyTown::simulated_, TinyTown::mapped_;
+
+TEST_F(TinyTown, RearViewIsFoundWhereItIs) {
+  const Outcome found = succeed({"localize", "-q", "--json", town("rear"), map()});
+  writeText(file("rear.jsonl"), found.out);
+  const std::string report = file("report");
+  const Outcome judged = succeed(
+      {"evaluate", "-q", file("rear.jsonl"), town("rear") + "/groundtruth.txt", "-o", report});
+  EXPECT_NE(judged.out.find("1 queries: 1 accepted"), std::string::npos) << judged.out;
+  const Json summary = Json::parse(readText(report + "/summary.json"));
+  EXPECT_DOUBLE_EQ(summary["accepted_only"]["within_m"]["1"].get<double>(), 1) << judged.out;
+  for (const char* name : {"results.csv", "pr.csv", "success.csv", "report.html"}) {
+    EXPECT_GT(fs::file_size(report + "/" + name), 20u) << name;
+  }
+}
+
+TEST_F(TinyTown, AnswerHasTheKeysOfTheContractInOrder) {
+  const Json answer =
+      jsonLines(succeed({"localize", "-q", "--json", town("rear"), map()}).out).at(0);
+  std::vector<std::string> keys;
+  for (const auto& [key, value] : answer.items()) keys.push_back(key);
+  const std::vector<std::string> expected{"query",       "status",  "reason",     "confidence",
+                                          "T_map_query", "pose",    "covariance", "inliers",
+                                          "vertices",    "matches", "hypotheses", "timing_ms"};
+  EXPECT_EQ(keys, expected);
+  EXPECT_EQ(answer["query"]["input"], town("rear"));
+  EXPECT_EQ(answer["query"]["first_frame"], 0);
+  EXPECT_EQ(answer["query"]["last_frame"], answer["pose"]["frame"]);
+  EXPECT_EQ(answer["T_map_query"].size(), 16u);
+  EXPECT_EQ(answer["covariance"].size(), 36u);
+  EXPECT_EQ(answer["pose"]["position"].size(), 3u);
+  EXPECT_EQ(answer["pose"]["quaternion"].size(), 4u);
+  EXPECT_EQ(answer["hypotheses"][0]["T_map_query"].size(), 16u);
+  for (const char* stage : {"read", "lift", "blobs", "graph", "descriptors", "matching",
+                            "rejection", "pose", "refine", "total", "load_map"}) {
+    EXPECT_TRUE(answer["timing_ms"].contains(stage)) << stage;
+  }
+}
+
+TEST_F(TinyTown, ThreadsDoNotChangeAByte) {
+  for (const char* threads : {"1", "2"}) {
+    const std::string t = threads;
+    succeed({"lift", "-q", "--threads", t, town("rear"), file("lift" + t + ".pcd")});
+    succeed({"blobs", "-q", "--threads", t, town("rear"), file("blobs" + t + ".pcd")});
+    succeed({"graph", "-q", "--threads", t, town("rear"), file("graph" + t + ".ply")});
+    writeText(file("fix" + t),
+              timeless(runXview({"localize", "-q", "--json", "--threads", t, town("rear"),
+                                 town("elsewhere"), map(), "--window", "20", "--stride", "10"})
+                           .out));
+  }
+  for (const char* name : {"lift1.pcd", "blobs1.pcd", "graph1.ply", "fix1"}) {
+    std::string other = name;
+    other.replace(other.find('1'), 1, "2");
+    EXPECT_FALSE(readText(file(name)).empty()) << name;
+    EXPECT_TRUE(readText(file(name)) == readText(file(other))) << name << " differs from " << other;
+  }
+}
+
+TEST_F(TinyTown, QueryFromElsewhereIsRefusedWithCodeThree) {
+  const Outcome outcome = runXview({"localize", "-q", "--json", town("elsewhere"), map()});
+  EXPECT_EQ(outcome.code, 3) << outcome.out;
+  EXPECT_NE(jsonLines(outcome.out).at(0)["status"], "accepted");
+}
+
+TEST_F(TinyTown, WindowsAreQueriesOfTheirOwn) {
+  const Outcome outcome = runXview({"localize", "-q", "--json", town("rear"), map(), "--window",
+                                    "20", "--stride", "10", "--tum", file("a.tum")});
+  const std::vector<Json> answers = jsonLines(outcome.out);
+  ASSERT_GE(answers.size(), 3u);
+  EXPECT_EQ(answers[1]["query"]["first_frame"], 10);
+  EXPECT_EQ(answers[1]["query"]["last_frame"], 29);
+  std::size_t accepted = 0;
+  for (const Json& answer : answers) accepted += answer["status"] == "accepted";
+  EXPECT_EQ(lineCount(readText(file("a.tum"))), accepted);
+  EXPECT_EQ(outcome.code, accepted == answers.size() ? 0 : 3);
+}
+
+TEST_F(TinyTown, WithoutJsonThereIsALinePerQueryUnderAHeading) {
+  const Outcome outcome = runXview({"localize", "-q", town("rear"), map(), "--window", "20"});
+  EXPECT_EQ(outcome.out.rfind("query ", 0), 0u) << outcome.out;
+  EXPECT_EQ(lineCount(outcome.out), 3u) << outcome.out;
+}
+
+TEST_F(TinyTown, ScansAreReadBackAsScans) {
+  const Outcome outcome = succeed({"info", "-q", town("lidar")});
+  EXPECT_NE(outcome.out.find("semantic_kitti"), std::string::npos) << outcome.out;
+}
+
+TEST_F(TinyTown, FuseAddsInOnePieceAndUndoTakesItBack) {
+  const std::string copy = file("copy.xvm");
+  fs::copy_file(map(), copy);
+  const auto vertices = [&] { return succeed({"graph", "-q", copy, file("copy.ply")}).out; };
+  const std::string before = vertices();
+  succeed({"fuse", "-q", town("rear"), copy});
+  EXPECT_NE(vertices(), before);
+  succeed({"fuse", "-q", "--undo", copy});
+  EXPECT_EQ(vertices(), before);
+  EXPECT_EQ(runXview({"fuse", "-q", "--undo", copy}).code, 1);
+}
+
+TEST_F(TinyTown, FuseLeavesTheMapAloneIfTheQueryIsNotAccepted) {
+  const std::string bytes = readText(map());
+  EXPECT_EQ(runXview({"fuse", "-q", town("elsewhere"), map()}).code, 3);
+  EXPECT_TRUE(readText(map()) == bytes);
+}
+
+TEST_F(TinyTown, GraphIsAQueryAndAMap) {
+  succeed({"graph", "-q", town("forward"), file("forward.ply")});
+  const Outcome outcome =
+      runXview({"localize", "-q", "--json", file("forward.ply"), file("forward.ply")});
+  EXPECT_TRUE(outcome.code == 0 || outcome.code == 3) << outcome.err;
+  EXPECT_EQ(lineCount(outcome.out), 1u);
+}
+
+TEST_F(TinyTown, PicturesAreWrittenByTheEndingOfTheirName) {
+  succeed({"match", "-q", town("rear"), map(), file("match.ply")});
+  EXPECT_EQ(readText(file("match.ply")).rfind("ply\n", 0), 0u);
+  succeed({"match", "-q", town("rear"), map(), file("match.png")});
+  EXPECT_EQ(readText(file("match.png")).substr(1, 3), "PNG");
+  succeed({"view", "-q", map(), file("town.html")});
+  EXPECT_NE(readText(file("town.html")).find("<html"), std::string::npos);
+  succeed({"view", "-q", town("rear"), file("rear.pcd"), "--voxel", "0.5"});
+  EXPECT_EQ(readText(file("rear.pcd")).rfind("# .PCD", 0), 0u);
+  const Outcome beside = succeed({"view", "-q", map()});
+  EXPECT_EQ(beside.out, file("town.png") + "\n");
+}
+
+TEST_F(TinyTown, AppendingGrowsTheMapAndNotAppendingReplacesIt) {
+  const std::string grown = file("grown.xvm");
+  succeed({"map", "-q", town("forward"), "--frames", "0:20", grown});
+  const auto keyframes = [&] { return succeed({"info", "-q", grown}).out; };
+  const std::string first = keyframes();
+  succeed({"map", "-q", "--append", town("forward"), "--frames", "20:40", grown});
+  EXPECT_NE(keyframes(), first);
+  succeed({"map", "-q", town("forward"), "--frames", "0:20", grown});
+  EXPECT_EQ(keyframes(), first);
+}
+
+}  // namespace
+}  // namespace xview::test
