@@ -11,7 +11,7 @@
 namespace xview::tools {
 namespace {
 
-using Json = nlohmann::json;
+using Json = nlohmann::ordered_json;
 
 Status statusOf(const std::string& text) {
   for (const Status status : {Status::accepted, Status::ambiguous, Status::rejected}) {
@@ -54,7 +54,10 @@ Answer parse(const std::string& line) {
     answer.fix.hypotheses.resize(1);
   }
   const auto timing = json.find("timing_ms");
-  if (timing != json.end()) answer.fix.timing_ms = {{"total", timing->value("total", 0.0)}};
+  if (timing == json.end()) return answer;
+  for (const auto& [stage, ms] : timing->items()) {
+    if (stage != "load_map") answer.fix.timing_ms.emplace_back(stage, ms.get<double>());
+  }
   return answer;
 }
 

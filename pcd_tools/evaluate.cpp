@@ -25,7 +25,7 @@ ScoredQuery withoutTruth(const Answer& answer) {
   query.confidence = answer.fix.confidence;
   query.has_pose = !answer.fix.hypotheses.empty();
   query.estimate = answer.fix.T_map_sensor;
-  if (!answer.fix.timing_ms.empty()) query.total_ms = answer.fix.timing_ms[0].second;
+  query.timing_ms = answer.fix.timing_ms;
   return query;
 }
 

@@ -60,6 +60,23 @@ void countVerdicts(const std::vector<ScoredQuery>& queries, Evaluation& result) 
   }
 }
 
+/// Median of every stage that any query has, "total" left out.
+Timings mediansOf(const std::vector<ScoredQuery>& queries) {
+  std::vector<std::pair<std::string, std::vector<double>>> stages;
+  for (const ScoredQuery& query : queries) {
+    for (const auto& [name, ms] : query.timing_ms) {
+      if (name == "total") continue;
+      auto stage = std::find_if(stages.begin(), stages.end(),
+                                [&n = name](const auto& s) { return s.first == n; });
+      if (stage == stages.end()) stage = stages.insert(stages.end(), {name, {}});
+      stage->second.push_back(ms);
+    }
+  }
+  Timings medians;
+  for (const auto& [name, values] : stages) medians.emplace_back(name, quantile(values, 0.5));
+  return medians;
+}
+
 }  // namespace
 
 const std::vector<double> kDistances_m{1, 2, 5, 10, 20, 30};
@@ -71,6 +88,12 @@ double ScoredQuery::positionError() const {
 
 double ScoredQuery::rotationError() const {
   return has_pose ? rotationBetween(estimate, truth) : kInfinite;
+}
+
+double ScoredQuery::totalMs() const {
+  const auto total = std::find_if(timing_ms.begin(), timing_ms.end(),
+                                  [](const auto& t) { return t.first == "total"; });
+  return total == timing_ms.end() ? 0 : total->second;
 }
 
 Evaluation evaluate(const std::vector<ScoredQuery>& queries, double correct_within_m) {
@@ -87,7 +110,7 @@ Evaluation evaluate(const std::vector<ScoredQuery>& queries, double correct_with
   for (const ScoredQuery& query : queries) {
     const bool correct = isCorrect(query, correct_within_m);
     hits += correct && query.status == Status::accepted;
-    times.push_back(query.total_ms);
+    times.push_back(query.totalMs());
     if (query.has_pose) detections.push_back({query.confidence, correct});
   }
   result.precision = ratio(hits, result.accepted + result.false_accepts);
@@ -97,6 +120,7 @@ Evaluation evaluate(const std::vector<ScoredQuery>& queries, double correct_with
   result.area_under_pr = result.queries == 0 ? kUnknown : averagePrecision(result.curve);
   result.median_ms = quantile(times, 0.5);
   result.p90_ms = quantile(times, 0.9);
+  result.stages_ms = mediansOf(queries);
   return result;
 }
 

@@ -82,8 +82,13 @@ std::string evaluationTable(const Evaluation& e) {
       fmt::format("precision {} %, recall {} %, F1 {}, area under PR {} (correct: within {} m)\n",
                   percent(e.precision), percent(e.recall), number(e.f1, 4),
                   number(e.area_under_pr, 4), e.correct_within_m);
-  return text + fmt::format("time per query: median {} ms, p90 {} ms\n", number(e.median_ms, 1),
-                            number(e.p90_ms, 1));
+  text += fmt::format("time per query: median {} ms, p90 {} ms\n", number(e.median_ms, 1),
+                      number(e.p90_ms, 1));
+  std::string stages;
+  for (const auto& [name, ms] : e.stages_ms) {
+    stages += fmt::format("{} {} {}", stages.empty() ? "" : ",", name, number(ms, 1));
+  }
+  return stages.empty() ? text : text + "median per stage [ms]:" + stages + "\n";
 }
 
 std::string resultsCsv(const std::vector<ScoredQuery>& queries) {
@@ -98,7 +103,7 @@ std::string resultsCsv(const std::vector<ScoredQuery>& queries) {
     csv += measured ? fmt::format("{:.6f},{:.6f},", q.positionError(), kDegrees * q.rotationError())
                     : ",,";
     csv += fmt::format("{},{},{:.3f}\n", poseColumns(q.estimate, q.has_pose),
-                       poseColumns(q.truth, !q.negative), q.total_ms);
+                       poseColumns(q.truth, !q.negative), q.totalMs());
   }
   return csv;
 }
@@ -147,6 +152,7 @@ std::string evaluationJson(const Evaluation& e) {
   json["accepted_only"] = successJson(e.believed);
   json["median_ms"] = e.median_ms;
   json["p90_ms"] = e.p90_ms;
+  for (const auto& [name, ms] : e.stages_ms) json["stages_ms"][name] = ms;
   return json.dump(2) + "\n";  // NaN becomes null
 }
 

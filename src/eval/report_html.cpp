@@ -121,7 +121,7 @@ std::string queryTable(const std::vector<ScoredQuery>& queries) {
         escaped(q.input), q.negative ? " (from elsewhere)" : "", q.first_frame, q.last_frame,
         toString(q.status), toString(q.status), q.confidence,
         measured ? fmt::format("{:.3f}", q.positionError()) : "-",
-        measured ? fmt::format("{:.3f}", kDegrees * q.rotationError()) : "-", q.total_ms);
+        measured ? fmt::format("{:.3f}", kDegrees * q.rotationError()) : "-", q.totalMs());
   }
   return html + "</table>\n";
 }

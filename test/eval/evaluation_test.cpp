@@ -20,7 +20,7 @@ ScoredQuery query(Status status, double confidence, double error_m, double yaw_r
   q.truth.translation() = Eigen::Vector3d(5, -3, 2);
   q.estimate = q.truth * Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitZ());
   q.estimate.translation().y() += error_m;
-  q.total_ms = 10;
+  q.timing_ms = {{"read", 4}, {"total", 10}};
   return q;
 }
 
@@ -73,6 +73,17 @@ TEST(Evaluation, AQueryWithoutPoseIsNeverASuccess) {
   EXPECT_DOUBLE_EQ(e.best.within_m.back(), 0);
   EXPECT_DOUBLE_EQ(e.recall, 0);
   EXPECT_TRUE(std::isnan(e.best.median_m));
+}
+
+TEST(Evaluation, TimesAreMediansPerStageAndInTotal) {
+  ScoredQuery slow = query(Status::accepted, 1, 0);
+  slow.timing_ms = {{"read", 8}, {"refine", 3}, {"total", 30}};
+  const auto e = evaluate({query(Status::accepted, 1, 0), slow}, 5);
+  EXPECT_DOUBLE_EQ(e.median_ms, 20);
+  ASSERT_EQ(e.stages_ms.size(), 2u);
+  EXPECT_EQ(e.stages_ms[0], (std::pair<std::string, double>("read", 6)));
+  EXPECT_EQ(e.stages_ms[1], (std::pair<std::string, double>("refine", 3)));
+  EXPECT_NE(evaluationTable(e).find("read 6.0, refine 3.0\n"), std::string::npos);
 }
 
 TEST(Evaluation, OfNothingIsUnknownNotPerfect) {

@@ -22,10 +22,11 @@ struct ScoredQuery {
   Eigen::Isometry3d estimate =
       Eigen::Isometry3d::Identity();                        ///< T_map_sensor; valid with has_pose
   Eigen::Isometry3d truth = Eigen::Isometry3d::Identity();  ///< T_map_sensor; valid unless negative
-  double total_ms = 0;
+  Timings timing_ms;                                        ///< per stage, and "total"
 
   double positionError() const;  ///< [m]; infinite without a pose
   double rotationError() const;  ///< [rad]; infinite without a pose
+  double totalMs() const;        ///< 0 if unknown
 };
 
 /// Success over distance and angle for one choice of answers.
@@ -51,7 +52,8 @@ struct Evaluation {
   SuccessTable believed;  ///< accepted answers only; the share is still of all queries
   double precision = 0, recall = 0, f1 = 0;  ///< of the program's own verdict
   double area_under_pr = 0;
-  double median_ms = 0, p90_ms = 0;
+  double median_ms = 0, p90_ms = 0;    ///< total per query
+  Timings stages_ms;                   ///< median of each stage, in the order of execution
   std::vector<PrecisionRecall> curve;  ///< over the confidence
 };
 
