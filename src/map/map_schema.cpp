@@ -8,44 +8,67 @@
 namespace xview {
 
 const std::array<MapTable, 9> kMapTables = {{
-    {"meta", 3,
-     "\n  id INTEGER PRIMARY KEY,\n  name TEXT,   -- origins in metres: p_map = origin + p\n  "
-     "value TEXT\n"},
-    {"labels", 8,
-     "\n  id INTEGER PRIMARY KEY, -- class id\n  name TEXT,\n  red INTEGER, green INTEGER, blue "
-     "INTEGER,\n"
-     "  role TEXT,              -- object, surface, dynamic, ignored\n"
-     "  kind TEXT,\n  guessed INTEGER         -- 1: role derived from the name\n  reserved "
-     "INTEGER\n"},
-    {"sources", 2, "\n  id INTEGER PRIMARY KEY, -- in order of arrival\n  path TEXT\n"},
-    {"keyframes", 16,
-     "\n  id INTEGER PRIMARY KEY,\n  number INTEGER,         -- of the frame in its source\n  "
-     "stamp_s REAL,\n"
-     "  source INTEGER,         -- sources.id\n"
-     "  r00 REAL, r01 REAL, r02 REAL, x REAL, -- T_map_sensor, row by row, metres\n"
-     "  r10 REAL, r11 REAL, r12 REAL, y REAL,\n  r20 REAL, r21 REAL, r22 REAL, z REAL\n"},
-    {"vertices", 14,
-     "\n  id INTEGER PRIMARY KEY,\n  label INTEGER,          -- labels.id\n  instance INTEGER,     "
-     "  -- 0: none\n"
-     "  x REAL, y REAL, z REAL, -- map frame, metres\n"
-     "  extent_x REAL, extent_y REAL, extent_z REAL,\n  sigma_m REAL,\n  observations INTEGER,\n"
-     "  points INTEGER,\n  first_frame INTEGER,\n  last_frame INTEGER\n"},
-    {"edges", 3,
-     "\n  id INTEGER PRIMARY KEY, -- vertices.id of the first of 4096 vertices\n"
-     "  edges INTEGER,          -- from these to later vertices\n  data BLOB               -- "
-     "packed\n"},
-    {"plan_tiles", 6,
-     "\n  id INTEGER PRIMARY KEY,\n  x INTEGER, y INTEGER,   -- tile of 64 x 64 cells: floor(cell "
-     "index / 64)\n"
-     "  known INTEGER,          -- cells seen\n  samples INTEGER,\n"
-     "  data BLOB               -- packed, 1 cm\n"},
-    {"cloud_tiles", 6,
-     "\n  id INTEGER PRIMARY KEY,\n  x INTEGER, y INTEGER, z INTEGER, -- tile of 64 m from the "
-     "origin of the cloud\n"
-     "  points INTEGER,\n  data BLOB               -- packed, 1 cm\n"},
-    {"checksums", 3,
-     "\n  id INTEGER PRIMARY KEY,\n  table_name TEXT,\n  content INTEGER         -- hash of all "
-     "values\n"},
+    {"meta", 3, R"(
+  id INTEGER PRIMARY KEY,
+  name TEXT,              -- origins in metres: p_map = origin + p
+  value TEXT
+)"},
+    {"labels", 8, R"(
+  id INTEGER PRIMARY KEY, -- class id
+  name TEXT,
+  red INTEGER, green INTEGER, blue INTEGER,
+  role TEXT,              -- object, surface, dynamic, ignored
+  kind TEXT,
+  guessed INTEGER         -- 1: role derived from the name
+)"},
+    {"sources", 2, R"(
+  id INTEGER PRIMARY KEY, -- in order of arrival
+  path TEXT
+)"},
+    {"keyframes", 16, R"(
+  id INTEGER PRIMARY KEY,
+  number INTEGER,         -- of the frame in its source
+  stamp_s REAL,
+  source INTEGER,         -- sources.id
+  r00 REAL, r01 REAL, r02 REAL, x REAL, -- T_map_sensor, row by row, metres
+  r10 REAL, r11 REAL, r12 REAL, y REAL,
+  r20 REAL, r21 REAL, r22 REAL, z REAL
+)"},
+    {"vertices", 14, R"(
+  id INTEGER PRIMARY KEY,
+  label INTEGER,          -- labels.id
+  instance INTEGER,       -- 0: none
+  x REAL, y REAL, z REAL, -- map frame, metres
+  extent_x REAL, extent_y REAL, extent_z REAL,
+  sigma_m REAL,
+  observations INTEGER,
+  points INTEGER,
+  first_frame INTEGER,
+  last_frame INTEGER
+)"},
+    {"edges", 3, R"(
+  id INTEGER PRIMARY KEY, -- vertices.id of the first of 4096 vertices
+  edges INTEGER,          -- from these to later vertices
+  data BLOB               -- packed
+)"},
+    {"plan_tiles", 6, R"(
+  id INTEGER PRIMARY KEY,
+  x INTEGER, y INTEGER,   -- tile of 64 x 64 cells: floor(cell index / 64)
+  known INTEGER,          -- cells seen
+  samples INTEGER,
+  data BLOB               -- packed, 1 cm
+)"},
+    {"cloud_tiles", 6, R"(
+  id INTEGER PRIMARY KEY,
+  x INTEGER, y INTEGER, z INTEGER, -- tile of 64 m from the origin of the cloud
+  points INTEGER,
+  data BLOB               -- packed, 1 cm
+)"},
+    {"checksums", 3, R"(
+  id INTEGER PRIMARY KEY,
+  table_name TEXT,
+  content INTEGER         -- hash of all values
+)"},
 }};
 
 namespace {

@@ -122,19 +122,29 @@ SQLite::Database openForWriting(const std::string& path) {
   return database;
 }
 
+/// SQLite quotes what it stumbles over, with its line breaks.
+std::string oneLine(const std::string& message) {
+  constexpr std::size_t kEnough = 160;
+  std::string line = message.substr(0, kEnough);
+  for (char& c : line) {
+    if (static_cast<unsigned char>(c) < ' ') c = ' ';
+  }
+  return line;
+}
+
 /// Runs an action on a map file; whatever goes wrong becomes one Error with the path.
 template <class Action>
 auto guarded(const std::string& path, const char* what, Action&& action) {
   try {
     return action();
   } catch (const Damage& e) {
-    throw Error(path, std::string("damaged map file: ") + e.what());
+    throw Error(path, std::string("damaged map file: ") + oneLine(e.what()));
   } catch (const SQLite::Exception& e) {
     const int code = e.getErrorCode();
     const bool damaged = code == SQLITE_CORRUPT || code == SQLITE_NOTADB;
-    throw Error(path, std::string(damaged ? "damaged map file" : what) + ": " + e.what());
+    throw Error(path, std::string(damaged ? "damaged map file" : what) + ": " + oneLine(e.what()));
   } catch (const std::logic_error& e) {
-    throw Error(path, std::string(what) + ": " + e.what());
+    throw Error(path, std::string(what) + ": " + oneLine(e.what()));
   } catch (const std::bad_alloc&) {
     throw Error(path, std::string(what) + ": out of memory");
   }

@@ -35,6 +35,7 @@ std::string messageOf(Action&& action) {
   try {
     action();
   } catch (const Error& e) {
+    EXPECT_EQ(std::string(e.what()).find('\n'), std::string::npos) << e.what();
     return e.what();
   }
   return "no error";
@@ -145,6 +146,14 @@ TEST_F(DamagedMap, ManyFlippedBytesNeverCrash) {
     messageOf([&] { readMapSummary(path_); });
     messageOf([&] { EXPECT_TRUE(isSame(loadMap(path_), map_)); });
   }
+}
+
+TEST_F(DamagedMap, DamagedSchemaGivesOneLine) {
+  std::string bytes = sound_;
+  bytes[bytes.find("extent_x REAL")] = '\'';
+  writeBytes(path_, bytes);
+  EXPECT_NE(messageOfLoad(path_).find("damaged map file"), std::string::npos)
+      << messageOfLoad(path_);
 }
 
 TEST_F(DamagedMap, ChangedValueIsNoticed) {
