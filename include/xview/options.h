@@ -12,6 +12,7 @@
 #include "xview/graph/merge.h"
 #include "xview/graph/plan_view.h"
 #include "xview/match/descriptors.h"
+#include "xview/match/object_places.h"
 #include "xview/match/plan_places.h"
 #include "xview/match/walks.h"
 #include "xview/pose/posterior.h"
@@ -52,6 +53,7 @@ struct Options {
   ConsistencyOptions consistency;
   ConsensusOptions consensus;
   PlaceOptions places;
+  ObjectPlaceOptions objects;
   VerdictOptions verdict;
   PosteriorOptions posterior;
   RefineOptions refine;
@@ -76,6 +78,7 @@ void visit(Options& o, Visitor&& field) {
   field.group("consistency", o.consistency);
   field.group("consensus", o.consensus);
   field.group("places", o.places);
+  field.group("objects", o.objects);
   field.group("verdict", o.verdict);
   field.group("posterior", o.posterior);
   field.group("refine", o.refine);

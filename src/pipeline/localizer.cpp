@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "pipeline/walk_proposer.h"
+#include "xview/match/object_places.h"
 #include "xview/match/plan_places.h"
 #include "xview/pose/refine.h"
 #include "xview/types/error.h"
@@ -44,6 +45,12 @@ Eigen::Isometry3d poseOf(const PlanHypothesis& h) {
   return poseFromYaw({h.pose.x, h.pose.y, h.z}, h.pose.yaw);
 }
 
+void setVerdict(const Verdict& verdict, Localization& answer) {
+  answer.status = verdict.status;
+  answer.confidence = verdict.confidence;
+  answer.reason = verdict.reason;
+}
+
 /// Positions that a wrong pose would bring to agreement by chance: each query vertex has some candidates anywhere in the map.
 double chanceInliers(const std::vector<Correspondence>& putative, const SemanticGraph& map, double inlier_m) {
   if (map.empty()) return 0;
@@ -67,6 +74,7 @@ struct Localizer::Index {
   }
 
   void searchPlaces(const Query& query, Localization& answer) const;
+  void searchObjects(const Query& query, Localization& answer) const;
   void matchWalks(const Query& query, Localization& answer) const;
   void refinePose(const Query& query, Localization& answer) const;
   bool looksNoWorse(const Query& query, const Eigen::Isometry3d& before, const Eigen::Isometry3d& after) const;
@@ -78,11 +86,17 @@ struct Localizer::Index {
     return *distribution_map;
   }
 
+  const ObjectPlaceIndex& objects() const {
+    std::call_once(objects_made, [&] { object_index.emplace(map.graph, map.labels, options.objects); });
+    return *object_index;
+  }
+
   const SemanticMap& map;
   Options options;
   WalkProposer walks;
   std::optional<PlanPlaces> places;
-  mutable std::once_flag distributions_made;
+  mutable std::once_flag objects_made, distributions_made;
+  mutable std::optional<ObjectPlaceIndex> object_index;
   mutable std::optional<DistributionMap> distribution_map;
 };
 
@@ -103,10 +117,31 @@ void Localizer::Index::searchPlaces(const Query& query, Localization& answer) co
                 found[0].known_share, static_cast<int>(found.size())};
     answer.inliers = found[0].objects_matched;
   }
-  const Verdict verdict = judge(evidence, options.verdict);
-  answer.status = verdict.status;
-  answer.confidence = verdict.confidence;
-  answer.reason = verdict.reason;
+  setVerdict(judge(evidence, options.verdict.min_margin, options.verdict), answer);
+}
+
+void Localizer::Index::searchObjects(const Query& query, Localization& answer) const {
+  Stopwatch watch;
+  ObjectSearchRequest request;
+  request.threads = options.threads;
+  const ObjectSearchResult result = objects().search(query.graph, request);
+  answer.timing_ms.emplace_back("matching", watch.lap_ms());
+  answer.vertices = result.vertices;
+  answer.matches = options.objects.keep_poses;
+  const auto count = std::min(result.hypotheses.size(), static_cast<std::size_t>(options.places.hypotheses));
+  for (std::size_t i = 0; i < count; ++i) {
+    const ObjectHypothesis& h = result.hypotheses[i];
+    answer.hypotheses.push_back({h.T_map_query, h.score, static_cast<int>(h.inliers.size()), Proposer::search});
+  }
+  PlaceEvidence evidence;
+  if (count > 0) {
+    const ObjectHypothesis& best = result.hypotheses[0];
+    evidence = {best.score, result.wrong.count > 0 ? std::max(0.0, result.wrong.best) : 0.0, best.expected, 1.0,
+                static_cast<int>(result.hypotheses.size())};
+    answer.kept = best.inliers;
+    answer.inliers = static_cast<int>(best.inliers.size());
+  }
+  setVerdict(judge(evidence, options.verdict.min_object_margin, options.verdict), answer);
 }
 
 void Localizer::Index::matchWalks(const Query& query, Localization& answer) const {
@@ -133,10 +168,7 @@ void Localizer::Index::matchWalks(const Query& query, Localization& answer) cons
     evidence.inliers = answer.inliers = answer.hypotheses[0].inliers;
     answer.kept = result.proposals[0].inliers;
   }
-  const Verdict verdict = judge(evidence, options.verdict);
-  answer.status = verdict.status;
-  answer.confidence = verdict.confidence;
-  answer.reason = verdict.reason;
+  setVerdict(judge(evidence, options.verdict), answer);
 }
 
 /// The clouds see only the last metres and the map's classes; what the whole window sees from above must not contradict them.
@@ -168,9 +200,9 @@ Localization Localizer::localize(const Query& query) const {
   requireKnownLabels(index_->map.labels, query.labels);
   Localization answer;
   answer.timing_ms = query.timing_ms;
-  const bool can_search = index_->places && !query.plan.known.empty();
-  if (can_search) index_->searchPlaces(query, answer);
-  else index_->matchWalks(query, answer);
+  if (index_->options.method == "walks") index_->matchWalks(query, answer);
+  else if (index_->places && !query.plan.known.empty()) index_->searchPlaces(query, answer);
+  else index_->searchObjects(query, answer);
   index_->refinePose(query, answer);
   if (!answer.hypotheses.empty()) {
     answer.T_map_query = answer.hypotheses[0].T_map_query;

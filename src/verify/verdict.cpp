@@ -20,12 +20,12 @@ double confidenceOf(double sufficiency) {
 
 }  // namespace
 
-Verdict judge(const PlaceEvidence& e, const VerdictOptions& o) {
+Verdict judge(const PlaceEvidence& e, double needed_margin, const VerdictOptions& o) {
   Verdict verdict;
   const double margin = e.score - e.runner_up;
   const double agreement = e.expected > 0 ? e.score / e.expected : 0;
   const double sufficiency =
-      std::min({margin / std::max(1e-9, o.min_margin), agreement / std::max(1e-9, o.min_agreement),
+      std::min({margin / std::max(1e-9, needed_margin), agreement / std::max(1e-9, o.min_agreement),
                 e.known_share / std::max(1e-9, o.min_known_share)});
   verdict.confidence = confidenceOf(sufficiency);
   const bool agrees = agreement >= o.min_agreement && e.known_share >= o.min_known_share;
@@ -34,13 +34,13 @@ Verdict judge(const PlaceEvidence& e, const VerdictOptions& o) {
     verdict.reason = fmt::format(
         "{:.0f} nats better than any other place ({:.0f} needed), {:.0f} % of the score of a true "
         "pose",
-        margin, o.min_margin, 100 * agreement);
+        margin, needed_margin, 100 * agreement);
   } else if (agrees && e.runner_up >= kEqualShare * e.score) {
     verdict.status = Status::ambiguous;
     verdict.reason = fmt::format(
         "two places explain the query about equally well ({:.0f} and {:.0f} nats, {:.0f} apart "
         "needed)",
-        e.score, e.runner_up, o.min_margin);
+        e.score, e.runner_up, needed_margin);
   } else if (e.known_share < o.min_known_share) {
     verdict.reason =
         fmt::format("only {:.0f} % of the query lies where the map was seen ({:.0f} % needed)",
@@ -52,7 +52,7 @@ Verdict judge(const PlaceEvidence& e, const VerdictOptions& o) {
   } else {
     verdict.reason =
         fmt::format("the best place is {:.0f} nats better than the next one ({:.0f} needed)",
-                    margin, o.min_margin);
+                    margin, needed_margin);
   }
   return verdict;
 }

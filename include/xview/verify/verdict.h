@@ -12,6 +12,7 @@ struct VerdictOptions {
   double min_margin = 60;        ///< nats by which the best place must beat every other one
   double min_agreement = 0.4;    ///< share of the score that a true pose would have
   double min_known_share = 0.3;  ///< share of the query that must lie where the map was seen
+  double min_object_margin = 15; ///< same as min_margin for graphs of objects without surfaces
   double min_inliers = 8;        ///< method walks: vertices that must agree
   double min_inlier_ratio = 1.5; ///< method walks: times the inliers of the next best place
 };
@@ -21,6 +22,7 @@ void visit(VerdictOptions& o, Visitor&& field) {
   field("min_margin", o.min_margin, Range{0, 1e6}, "the best place must beat every other one by so much [nats]");
   field("min_agreement", o.min_agreement, Range{0, 1}, "share of the score of a true pose that is asked for");
   field("min_known_share", o.min_known_share, Range{0, 1}, "share of the query that must lie where the map was seen");
+  field("min_object_margin", o.min_object_margin, Range{0, 1e6}, "same for bare graphs of objects [nats]");
   field("min_inliers", o.min_inliers, Range{3, 1e6}, "method walks: vertices that must agree");
   field("min_inlier_ratio", o.min_inlier_ratio, Range{1, 100}, "method walks: times the inliers of the next best place");
 }
@@ -48,7 +50,8 @@ struct Verdict {
   std::string reason;
 };
 
-Verdict judge(const PlaceEvidence& evidence, const VerdictOptions& options);
+/// `needed_margin`: VerdictOptions::min_margin or min_object_margin.
+Verdict judge(const PlaceEvidence& evidence, double needed_margin, const VerdictOptions& options);
 Verdict judge(const ConsensusEvidence& evidence, const VerdictOptions& options);
 
 }  // namespace xview
