@@ -5,72 +5,13 @@
 #include <cmath>
 
 #include "graph/plan_cells.h"
+#include "graph/plan_floor.h"
 #include "graph/plan_ground.h"
 #include "graph/plan_objects.h"
 #include "graph/plan_voxels.h"
 
 namespace xview {
 namespace {
-
-enum class Floor : std::int8_t { none = -1, road, sidewalk, terrain };
-
-/// The majority ground class of each cell; lane markings count as road.
-std::vector<Floor> floorClasses(const PlanCells& cells, const PlanOptions& options) {
-  std::vector<Floor> classes(cells.floor.size(), Floor::none);
-  for (std::size_t i = 0; i < classes.size(); ++i) {
-    const FloorCell& cell = cells.floor[i];
-    const std::array<float, 3> votes = {cell.votes[0] + cell.votes[3], cell.votes[1], cell.votes[2]};
-    const auto best = std::max_element(votes.begin(), votes.end());
-    if (cell.ground() < options.min_votes || *best < options.min_share * cell.ground()) continue;
-    classes[i] = static_cast<Floor>(best - votes.begin());
-  }
-  return classes;
-}
-
-/// Each cell takes the majority of its 3x3 neighbourhood: labels of a network flicker at the scale of a cell.
-std::vector<Floor> majorityFiltered(const PlanCells& cells, const std::vector<Floor>& classes) {
-  std::vector<Floor> result = classes;
-  for (std::size_t i = 0; i < classes.size(); ++i) {
-    if (classes[i] == Floor::none) continue;
-    std::array<int, 3> count{};
-    const CellIndex::Cell c = cells.index.cells()[i];
-    for (int dy = -1; dy <= 1; ++dy) {
-      for (int dx = -1; dx <= 1; ++dx) {
-        const std::int32_t j = cells.index.find(c.x + dx, c.y + dy);
-        if (j >= 0 && classes[j] != Floor::none) ++count[static_cast<int>(classes[j])];
-      }
-    }
-    const auto best = std::max_element(count.begin(), count.end());
-    if (*best > count[static_cast<int>(classes[i])]) result[i] = static_cast<Floor>(best - count.begin());
-  }
-  return result;
-}
-
-Channel borderChannel(Floor a, Floor b) {
-  const auto [low, high] = std::minmax(a, b);
-  if (low == Floor::road) return high == Floor::sidewalk ? Channel::border_road_sidewalk : Channel::border_road_terrain;
-  return Channel::border_sidewalk_terrain;
-}
-
-void addFloor(const PlanCells& cells, const PlanOptions& options, PlanView& view) {
-  static constexpr std::array<Channel, 3> kAreas = {Channel::road, Channel::sidewalk, Channel::terrain};
-  const std::vector<Floor> classes = majorityFiltered(cells, floorClasses(cells, options));
-  const auto side = static_cast<float>(options.cell_m);
-  for (std::size_t i = 0; i < classes.size(); ++i) {
-    if (classes[i] == Floor::none) continue;
-    const CellIndex::Cell c = cells.index.cells()[i];
-    const FloorCell& cell = cells.floor[i];
-    const float x = (static_cast<float>(c.x) + 0.5f) * side, y = (static_cast<float>(c.y) + 0.5f) * side;
-    view[kAreas[static_cast<int>(classes[i])]].push_back({x, y, cell.height});
-    if (cell.votes[3] > 0.4f * cell.ground()) view[Channel::lane_marking].push_back({x, y, cell.height});
-    for (const bool right : {true, false}) {
-      const std::int32_t j = right ? cells.index.find(c.x + 1, c.y) : cells.index.find(c.x, c.y + 1);
-      if (j < 0 || classes[j] == Floor::none || classes[j] == classes[i]) continue;
-      view[borderChannel(classes[i], classes[j])].push_back(
-          {right ? x + side / 2 : x, right ? y : y + side / 2, cell.height});
-    }
-  }
-}
 
 void addUprightCell(const UprightCell& cell, float height, const PlanOptions& options, PlanView& view) {
   const double votes = options.min_votes, share = options.min_share;
