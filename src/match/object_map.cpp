@@ -117,9 +117,11 @@ void ObjectMap::makeClasses(const LabelSet& labels, const std::vector<std::uint3
     model.label = label;
     const ClassInfo* info = labels.find(label);
     if (info) model.kind = info->kind;
-    model.is_surface = info && info->role == Role::surface;
-    model.detection =
-        options.detection * (info && info->role == Role::dynamic ? options.dynamic_detection : 1);
+    const Role role = info ? info->role : Role::object;
+    model.is_surface = role == Role::surface;
+    model.detection = options.detection;
+    if (role == Role::dynamic) model.detection *= options.dynamic_detection;
+    if (role == Role::surface) model.detection *= options.surface_detection;
     model.log_miss = std::log(1 - model.detection);
     model.along_m = model.across_m = options.sigma_m;
     classes_.push_back(model);
@@ -189,9 +191,9 @@ void ObjectMap::measureSpacing(const ObjectPlaceOptions& options) {
     model.is_surface = model.spacing_m > 0 && model.spacing_m <= kWidestSpacing;
     if (!model.is_surface) continue;
     // The query's samples fall anywhere between two of the map.
-    model.along_m = 0.8 + 0.47 * model.spacing_m;
+    model.along_m = 0.8 + 0.3 * model.spacing_m;
     model.across_m = options.surface_lateral_m;
-    model.weight = std::min(1.0, model.spacing_m / 6);
+    model.weight = std::min(1.0, model.spacing_m / kIndependentM);
   }
 }
 

@@ -13,6 +13,9 @@
 
 namespace xview {
 
+/// Samples of a surface this far apart are independent evidence [m].
+constexpr double kIndependentM = 6;
+
 /// What is assumed about one class. Slots number the classes of the map.
 struct ObjectClass {
   std::uint32_t label = 0;

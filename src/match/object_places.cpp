@@ -13,6 +13,8 @@ namespace xview {
 namespace {
 
 constexpr std::size_t kSmallMap = 1000;  // vertices; the fine raster is searched directly
+constexpr double kCellsPerCubeRoot =
+    170;  // cells kept of the first look: 4500 for 20,000 vertices, 17,000 for a million
 constexpr double kCoarseYawStep = 0.21, kFineYawStep = 0.105;  // [rad]
 constexpr double kCentreMargin = 15;   // [m] beyond the gap around the query's own centre
 constexpr std::size_t kReturned = 20;  // hypotheses with all their details
@@ -164,14 +166,15 @@ std::vector<Scored> ObjectPlaceIndex::Index::propose(const ObjectQuery& query,
   search.keep_poses = static_cast<std::size_t>(options.keep_poses);
   search.centre_prior = centrePrior(query, request);
   const auto wanted_cells = static_cast<std::size_t>(options.keep_cells);
-  const std::vector<RasterSample> samples = query.samples();
+  const std::vector<RasterSample> samples = query.samples(map, options.fine_cell_m);
   std::vector<PlacePose> places;
   if (coarse) {
+    const auto by_size =
+        static_cast<std::size_t>(kCellsPerCubeRoot * std::cbrt(map.points().size()));
     search.max_yaw_step_rad = kCoarseYawStep;
-    search.keep_cells = wanted_cells
-                            ? wanted_cells
-                            : std::clamp<std::size_t>(map.points().size() / 90, 2000, 20000);
-    places = searchRaster(*coarse, samples, {fine, samples, kFineYawStep}, search);
+    search.keep_cells = wanted_cells ? wanted_cells : by_size;
+    places = searchRaster(*coarse, query.samples(map, options.coarse_cell_m),
+                          {fine, samples, kFineYawStep}, search);
   } else {
     search.max_yaw_step_rad = kFineYawStep;
     search.keep_cells = wanted_cells ? wanted_cells : 30 * search.keep_poses;

@@ -11,7 +11,9 @@ namespace {
 constexpr double kReach = 400;  // [m] vertices farther from the centre are left out
 constexpr double kSeenShare =
     0.25;  // of the expected number: below, the sensor does not see the class
-constexpr double kEnoughExpected = 3;   // vertices expected before absence means anything
+constexpr double kEnoughExpected = 3;  // vertices expected before absence means anything
+constexpr double kThinning =
+    0.9;  // of the gap: samples of the same spacing must not lose every second one
 constexpr double kCoverageCells = 400;  // across the query, at most
 
 Eigen::Vector3d meanOf(const std::vector<std::pair<Eigen::Vector3d, QueryItem>>& items) {
@@ -110,10 +112,17 @@ bool ObjectQuery::covers(double x, double y) const {
                                             static_cast<int>(cx))] != 0;
 }
 
-std::vector<RasterSample> ObjectQuery::samples() const {
+std::vector<RasterSample> ObjectQuery::samples(const ObjectMap& map, double gap_m) const {
   std::vector<RasterSample> samples;
   samples.reserve(items_.size());
-  for (const QueryItem& item : items_) samples.push_back({item.x, item.y, item.slot});
+  for (const QueryItem& item : items_) {
+    const auto isTaken = [&](const RasterSample& s) {
+      return s.channel == item.slot && std::hypot(s.x - item.x, s.y - item.y) < kThinning * gap_m;
+    };
+    if (map.classes()[item.slot].is_surface && std::any_of(samples.begin(), samples.end(), isTaken))
+      continue;
+    samples.push_back({item.x, item.y, item.slot});
+  }
   return samples;
 }
 

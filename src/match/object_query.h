@@ -32,7 +32,8 @@ class ObjectQuery {
   /// True close to a vertex, where other vertices should have been seen as well. Relative to the
   /// centre.
   bool covers(double x, double y) const;
-  std::vector<RasterSample> samples() const;
+  /// For the raster search. Samples of a surface are thinned to about one per `gap_m`.
+  std::vector<RasterSample> samples(const ObjectMap& map, double gap_m) const;
   /// How far from the centre the query has its nearest vertices [m].
   double emptyRadius() const;
 

@@ -56,9 +56,13 @@ class Stamper {
 Stamp widened(const ObjectClass& model, bool directed, double across_m, double cell_m) {
   const double blur = cell_m * cell_m / 6 + kHeadingBlur;
   const double along = std::sqrt(model.along_m * model.along_m + blur);
-  if (!model.is_surface) return {along, along, 0, model.weight};
-  if (!directed) return {0.8 * along, 0.8 * along, 0, model.weight};
-  return {along, std::sqrt(across_m * across_m + blur), 0, model.weight};
+  // The samples of the query are as far apart as a cell at least, see ObjectQuery::samples.
+  const double weight = model.is_surface
+                            ? std::min(1.0, std::max(model.spacing_m, cell_m) / kIndependentM)
+                            : model.weight;
+  if (!model.is_surface) return {along, along, 0, weight};
+  if (!directed) return {0.8 * along, 0.8 * along, 0, weight};
+  return {along, std::sqrt(across_m * across_m + blur), 0, weight};
 }
 
 }  // namespace

@@ -9,8 +9,9 @@ namespace xview {
 constexpr double kRasterStepsPerNat = 3;
 constexpr int kHighestRasterValue = 15;
 
-/// One channel per class slot: how much more likely a query vertex of that class is here, compared
-/// to where the map has nothing.
+/// Neighbouring samples of a surface are one piece of evidence per cell at most: the query is
+/// thinned to that for the search. One channel per class slot: how much more likely a query vertex
+/// of that class is here, compared to where the map has nothing.
 LikelihoodRaster rasterizeObjects(const ObjectMap& map, const ObjectPlaceOptions& options,
                                   double cell_m);
 

@@ -21,7 +21,9 @@ namespace xview {
 struct ObjectPlaceOptions {
   double detection = 0.72;         ///< chance that a query finds an object of the map again
   double dynamic_detection = 0.6;  ///< factor on it for things that move between visits
-  double sigma_m = 0.9;            ///< of an object's position, map and query together
+  double surface_detection =
+      0.8;               ///< factor on it for vertices of surfaces, which depend on the view
+  double sigma_m = 0.9;  ///< of an object's position, map and query together
   double surface_lateral_m = 1.6;  ///< of a surface vertex across the surface
   double roof_lateral_m = 4.5;     ///< the same for buildings seen from above
   double confusion =
@@ -29,8 +31,8 @@ struct ObjectPlaceOptions {
   double fine_cell_m = 3;
   double coarse_cell_m = 6;  ///< first look at large maps; a multiple of fine_cell_m
   int keep_cells = 0;        ///< best (x, y, yaw) cells of the first look; 0 = by size of the map
-  int keep_poses = 200;      ///< distinct poses verified
-  int refine_poses = 50;     ///< best of them refined to the end
+  int keep_poses = 100;      ///< distinct poses verified
+  int refine_poses = 30;     ///< best of them refined to the end
   double negative_weight =
       0.6;  ///< cost of an object of the map that the query should see but does not [nats]
   double negative_radius_m = 5;  ///< it should see what is this close to a query vertex
@@ -42,6 +44,8 @@ void visit(ObjectPlaceOptions& o, Visitor&& field) {
         "chance that a query finds an object of the map again");
   field("dynamic_detection", o.dynamic_detection, Range{0.05, 1},
         "factor on it for classes that move");
+  field("surface_detection", o.surface_detection, Range{0.05, 1},
+        "factor on it for vertices of surfaces");
   field("sigma_m", o.sigma_m, Range{0.05, 20},
         "position error of objects, map and query together [m]");
   field("surface_lateral_m", o.surface_lateral_m, Range{0.05, 20},
