@@ -18,7 +18,8 @@ struct Query {
   SemanticGraph graph;
   PlanView plan;                      ///< empty for bare graphs
   LabelledCloud cloud;                ///< for refinement; empty for bare graphs
-  std::vector<Eigen::Isometry3d> poses;  ///< T_odom_sensor of its frames; the last is the one that is answered. Identity for bare graphs
+  std::vector<Eigen::Isometry3d> poses;  ///< T_odom_sensor of its frames; the last one is answered. Identity for bare graphs
+  Sensor sensor = Sensor::cloud;
   Timings timing_ms;                  ///< read, lift, blobs, graph
 };
 

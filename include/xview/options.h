@@ -35,11 +35,23 @@ void visit(MapOptions& o, Visitor&& field) {
   field("keyframe_every_m", o.keyframe_every_m, Range{0, 1e4}, "distance between the sensor poses that a map remembers [m]");
 }
 
+struct PriorOptions {
+  std::string near;  ///< "x,y,radius" of the last query pose in the map [m]; empty = anywhere
+  std::string yaw;   ///< "heading,tolerance" of the last query pose in the map [deg]; empty = any
+};
+
+template <class Visitor>
+void visit(PriorOptions& o, Visitor&& field) {
+  field("near", o.near, "the last pose is within the circle x,y,radius of the map [m]; empty = anywhere");
+  field("yaw", o.yaw, "the last pose looks along heading,tolerance, counter-clockwise from x of the map [deg]; empty = any");
+}
+
 /// Everything that can be set, one struct per stage. Struct path = YAML key = flag: walks.num_walks, --walks.num_walks 200.
 struct Options {
   std::string method = "auto";
   int seed = 1;
   int threads = 0;
+  PriorOptions prior;
   CleanOptions clean;
   LiftOptions lift;
   BlobOptions blobs;
@@ -65,6 +77,7 @@ void visit(Options& o, Visitor&& field) {
         "who proposes poses: X-View's walks, the place search, or both");
   field("seed", o.seed, Range{0, 2147483647}, "seed of everything random");
   field("threads", o.threads, Range{0, 1024}, "threads; 0 = all cores. Results do not depend on it");
+  field.group("prior", o.prior);
   field.group("clean", o.clean);
   field.group("lift", o.lift);
   field.group("blobs", o.blobs);

@@ -8,6 +8,8 @@
 #include <mutex>
 #include <optional>
 
+#include "pipeline/pose_prior.h"
+#include "pipeline/vertex_pairs.h"
 #include "pipeline/walk_proposer.h"
 #include "xview/match/object_places.h"
 #include "xview/match/plan_places.h"
@@ -19,7 +21,9 @@
 namespace xview {
 namespace {
 
-constexpr int kWalkPlaces = 3;  ///< poses that walks may propose
+constexpr int kWalkPlaces = 3;           ///< poses that walks may propose in the whole map
+constexpr double kPlaceMargin_m = 20;    ///< map vertices this far beyond the query still take part in walks
+constexpr double kPairSigma_m = 0.5;     ///< of a pair of vertices, when nothing better is known
 
 std::vector<Eigen::Vector3d> trajectoryOf(const SemanticMap& map) {
   std::vector<Eigen::Vector3d> path;
@@ -31,8 +35,8 @@ void requireKnownLabels(const LabelSet& map, const LabelSet& query) {
   for (const auto& [id, info] : query.classes()) {
     const ClassInfo* known = map.find(id);
     if (known && known->name != info.name) {
-      throw Error("label set '" + query.name() + "'",
-                  fmt::format("class {} is '{}' here but '{}' in the map (label set '{}')", id, info.name, known->name, map.name()));
+      throw Error("label set '" + query.name() + "'", fmt::format("class {} is '{}' here but '{}' in the map (label set '{}')", id, info.name,
+                                                                  known->name, map.name()));
     }
   }
 }
@@ -41,17 +45,9 @@ PlacePose placeOf(const Eigen::Isometry3d& T) {
   return {T.translation().x(), T.translation().y(), yawOf(T.linear()), 0};
 }
 
-Eigen::Isometry3d poseOf(const PlanHypothesis& h) {
-  return poseFromYaw({h.pose.x, h.pose.y, h.z}, h.pose.yaw);
-}
+Eigen::Isometry3d poseOf(const PlanHypothesis& h) { return poseFromYaw({h.pose.x, h.pose.y, h.z}, h.pose.yaw); }
 
-void setVerdict(const Verdict& verdict, Localization& answer) {
-  answer.status = verdict.status;
-  answer.confidence = verdict.confidence;
-  answer.reason = verdict.reason;
-}
-
-/// Positions that a wrong pose would bring to agreement by chance: each query vertex has some candidates anywhere in the map.
+/// Query vertices that a wrong pose would bring to agreement by chance: each has some candidates anywhere in the map.
 double chanceInliers(const std::vector<Correspondence>& putative, const SemanticGraph& map, double inlier_m) {
   if (map.empty()) return 0;
   Eigen::Vector2d low = map.vertices[0].position.head<2>(), high = low;
@@ -63,11 +59,38 @@ double chanceInliers(const std::vector<Correspondence>& putative, const Semantic
   return static_cast<double>(putative.size()) * M_PI * inlier_m * inlier_m / area;
 }
 
+void setVerdict(const Verdict& verdict, Localization& answer) {
+  answer.status = verdict.status;
+  answer.confidence = verdict.confidence;
+  answer.reason = verdict.reason;
+}
+
+double radiusOf(const PlanQuery& query) {
+  double radius = 0;
+  for (const PlanQuery::Sample& s : query.fine) radius = std::max(radius, static_cast<double>(std::hypot(s.x, s.y)));
+  return radius;
+}
+
+/// Adds a verified pose where its score puts it; a place that is known already keeps the better pose.
+void insertPlace(std::vector<PlanHypothesis>& places, std::vector<Proposer>& proposers, const PlanHypothesis& place, Proposer proposer) {
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    if (!samePlace(places[i].pose, place.pose)) continue;
+    if (place.pose.score <= places[i].pose.score) return;
+    places.erase(places.begin() + static_cast<std::ptrdiff_t>(i));
+    proposers.erase(proposers.begin() + static_cast<std::ptrdiff_t>(i));
+    break;
+  }
+  const auto at = std::upper_bound(places.begin(), places.end(), place,
+                                   [](const PlanHypothesis& a, const PlanHypothesis& b) { return a.pose.score > b.pose.score; });
+  proposers.insert(proposers.begin() + (at - places.begin()), proposer);
+  places.insert(at, place);
+}
+
 }  // namespace
 
 struct Localizer::Index {
   Index(const SemanticMap& semantic_map, const Options& all_options)
-      : map(semantic_map), options(all_options), walks(semantic_map.graph, semantic_map.labels, all_options) {
+      : map(semantic_map), options(all_options), prior(parsePrior(all_options.prior)), walks(semantic_map.graph, semantic_map.labels, all_options) {
     if (options.method != "walks" && !map.plan.known.empty()) {
       places.emplace(map.plan, trajectoryOf(map), defaultLikelihoods(), options.places, options.threads);
     }
@@ -77,22 +100,14 @@ struct Localizer::Index {
   void searchObjects(const Query& query, Localization& answer) const;
   void matchWalks(const Query& query, Localization& answer) const;
   void refinePose(const Query& query, Localization& answer) const;
+  void report(const std::vector<PlanHypothesis>& found, const std::vector<Proposer>& proposers, Localization& answer) const;
   bool looksNoWorse(const Query& query, const Eigen::Isometry3d& before, const Eigen::Isometry3d& after) const;
-
-  const DistributionMap& distributions() const {
-    std::call_once(distributions_made, [&] {
-      distribution_map.emplace(map.cloud, map.labels, options.refine.cell_m, options.refine.roughness_m);
-    });
-    return *distribution_map;
-  }
-
-  const ObjectPlaceIndex& objects() const {
-    std::call_once(objects_made, [&] { object_index.emplace(map.graph, map.labels, options.objects); });
-    return *object_index;
-  }
+  const DistributionMap& distributions() const;
+  const ObjectPlaceIndex& objects() const;
 
   const SemanticMap& map;
   Options options;
+  PlacePrior prior;
   WalkProposer walks;
   std::optional<PlanPlaces> places;
   mutable std::once_flag objects_made, distributions_made;
@@ -100,22 +115,62 @@ struct Localizer::Index {
   mutable std::optional<DistributionMap> distribution_map;
 };
 
+const DistributionMap& Localizer::Index::distributions() const {
+  std::call_once(distributions_made, [&] {
+    distribution_map.emplace(map.cloud, map.labels, options.refine.cell_m, options.refine.roughness_m);
+  });
+  return *distribution_map;
+}
+
+const ObjectPlaceIndex& Localizer::Index::objects() const {
+  std::call_once(objects_made, [&] { object_index.emplace(map.graph, map.labels, options.objects); });
+  return *object_index;
+}
+
+/// Place search, then descriptors inside the best place; one verification for the poses of both.
 void Localizer::Index::searchPlaces(const Query& query, Localization& answer) const {
   Stopwatch watch;
   const PlanQuery plan_query = makePlanQuery(query.plan);
-  answer.timing_ms.emplace_back("descriptors", watch.lap_ms());
-  const std::vector<PlanHypothesis> found = places->search(plan_query, {}, options.threads);
+  std::vector<PlanHypothesis> found = places->search(plan_query, priorOfPoint(prior, query, plan_query.centre), options.threads);
+  found.erase(std::remove_if(found.begin(), found.end(), [&](const PlanHypothesis& h) { return !satisfies(prior, query, poseOf(h)); }),
+              found.end());
+  std::vector<Proposer> proposers(found.size(), Proposer::search);
   answer.timing_ms.emplace_back("matching", watch.lap_ms());
-  answer.vertices = static_cast<int>(plan_query.fine.size());
-  answer.matches = static_cast<int>(options.places.keep_poses);
-  for (const PlanHypothesis& h : found) {
-    answer.hypotheses.push_back({poseOf(h), h.pose.score, h.objects_matched, Proposer::search});
+
+  const WalkGraph walk_query = walks.queryGraph(query.graph);
+  WalkGraph part;
+  answer.vertices = static_cast<int>(walk_query.graph.size());
+  if (!found.empty()) {
+    const PlacePose best = found[0].pose;
+    const Eigen::Vector2d centre = Eigen::Rotation2Dd(best.yaw) * plan_query.centre + Eigen::Vector2d(best.x, best.y);
+    part = walks.mapAround(centre, radiusOf(plan_query) + kPlaceMargin_m);
+    if (options.method == "auto") {
+      const WalkProposals proposals = walks.proposeIn(part, walk_query);
+      for (const WalkProposal& p : proposals.poses) {
+        const PlanHypothesis verified = places->verify(plan_query, placeOf(p.T_map_query));
+        if (satisfies(prior, query, poseOf(verified))) insertPlace(found, proposers, verified, Proposer::walks);
+      }
+      answer.putative = proposals.putative;
+      answer.matches = static_cast<int>(proposals.putative.size());
+      answer.timing_ms.emplace_back("descriptors", proposals.descriptors_ms);
+      answer.timing_ms.emplace_back("rejection", watch.lap_ms() - proposals.descriptors_ms);
+    }
+  }
+  report(found, proposers, answer);
+  if (!found.empty()) {
+    answer.kept = pairsUnderPose(walk_query, part, answer.hypotheses[0].T_map_query, options.consensus.inlier_m);
+    answer.hypotheses[0].inliers = answer.inliers = static_cast<int>(answer.kept.size());
+  }
+}
+
+void Localizer::Index::report(const std::vector<PlanHypothesis>& found, const std::vector<Proposer>& proposers, Localization& answer) const {
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    answer.hypotheses.push_back({poseOf(found[i]), found[i].pose.score, found[i].objects_matched, proposers[i]});
   }
   PlaceEvidence evidence;
   if (!found.empty()) {
     evidence = {found[0].pose.score, found.size() > 1 ? std::max(0.0, found[1].pose.score) : 0.0, found[0].expected,
                 found[0].known_share, static_cast<int>(found.size())};
-    answer.inliers = found[0].objects_matched;
   }
   setVerdict(judge(evidence, options.verdict.min_margin, options.verdict), answer);
 }
@@ -124,6 +179,7 @@ void Localizer::Index::searchObjects(const Query& query, Localization& answer) c
   Stopwatch watch;
   ObjectSearchRequest request;
   request.threads = options.threads;
+  request.prior = priorOfPoint(prior, query, Eigen::Vector2d::Zero());
   const ObjectSearchResult result = objects().search(query.graph, request);
   answer.timing_ms.emplace_back("matching", watch.lap_ms());
   answer.vertices = result.vertices;
@@ -144,10 +200,15 @@ void Localizer::Index::searchObjects(const Query& query, Localization& answer) c
   setVerdict(judge(evidence, options.verdict.min_object_margin, options.verdict), answer);
 }
 
+/// The paper's localization: descriptors against the whole map.
 void Localizer::Index::matchWalks(const Query& query, Localization& answer) const {
-  const WalkProposer::Result result = walks.propose(query.graph, kWalkPlaces);
+  const WalkGraph walk_query = walks.queryGraph(query.graph);
+  WalkProposals result = walks.propose(walk_query, kWalkPlaces);
+  result.poses.erase(std::remove_if(result.poses.begin(), result.poses.end(),
+                                    [&](const WalkProposal& p) { return !satisfies(prior, query, p.T_map_query); }),
+                     result.poses.end());
   answer.putative = result.putative;
-  answer.vertices = static_cast<int>(result.query_vertices);
+  answer.vertices = static_cast<int>(walk_query.graph.size());
   answer.matches = static_cast<int>(result.putative.size());
   answer.timing_ms.emplace_back("descriptors", result.descriptors_ms);
   answer.timing_ms.emplace_back("matching", result.matching_ms);
@@ -156,17 +217,16 @@ void Localizer::Index::matchWalks(const Query& query, Localization& answer) cons
   ConsensusEvidence evidence;
   evidence.vertices = answer.vertices;
   evidence.chance_inliers = chanceInliers(result.putative, map.graph, options.consensus.inlier_m);
-  for (const WalkProposer::Proposal& p : result.proposals) {
+  for (const WalkProposal& p : result.poses) {
     const auto inliers = static_cast<int>(p.inliers.size());
-    if (!answer.hypotheses.empty() && evidence.runner_up == 0 &&
-        !samePlace(placeOf(answer.hypotheses[0].T_map_query), placeOf(p.T_map_query))) {
+    if (!answer.hypotheses.empty() && evidence.runner_up == 0 && !samePlace(placeOf(answer.hypotheses[0].T_map_query), placeOf(p.T_map_query))) {
       evidence.runner_up = inliers;
     }
     answer.hypotheses.push_back({p.T_map_query, static_cast<double>(inliers), inliers, Proposer::walks});
   }
-  if (!result.proposals.empty()) {
+  if (!result.poses.empty()) {
     evidence.inliers = answer.inliers = answer.hypotheses[0].inliers;
-    answer.kept = result.proposals[0].inliers;
+    answer.kept = result.poses[0].inliers;
   }
   setVerdict(judge(evidence, options.verdict), answer);
 }
@@ -180,19 +240,20 @@ bool Localizer::Index::looksNoWorse(const Query& query, const Eigen::Isometry3d&
 }
 
 void Localizer::Index::refinePose(const Query& query, Localization& answer) const {
-  if (!options.refine.enabled || query.cloud.empty() || map.cloud.empty() || answer.hypotheses.empty()) return;
-  Stopwatch watch;
   Hypothesis& best = answer.hypotheses[0];
-  const Refinement refined = refine(distributions(), query.cloud, query.labels, best.T_map_query, query.poses.back().translation(), options.refine);
+  const Eigen::Vector3d sensor = query.poses.back().translation();
+  answer.covariance = covarianceOfPairs(answer.kept, map.graph, best.T_map_query * sensor, kPairSigma_m);
+  if (!options.refine.enabled || query.cloud.empty() || map.cloud.empty()) return;
+  Stopwatch watch;
+  const Refinement refined = refine(distributions(), query.cloud, query.labels, best.T_map_query, sensor, options.refine);
   if (refined.converged && looksNoWorse(query, best.T_map_query, refined.T_map_query)) {
     best.T_map_query = refined.T_map_query;
-    answer.covariance = refined.information.inverse();
+    answer.covariance = refined.covariance;
   }
   answer.timing_ms.emplace_back("refine", watch.lap_ms());
 }
 
-Localizer::Localizer(const SemanticMap& map, const Options& options)
-    : index_(std::make_unique<Index>(map, options)) {}
+Localizer::Localizer(const SemanticMap& map, const Options& options) : index_(std::make_unique<Index>(map, options)) {}
 Localizer::~Localizer() = default;
 
 Localization Localizer::localize(const Query& query) const {
@@ -203,10 +264,10 @@ Localization Localizer::localize(const Query& query) const {
   if (index_->options.method == "walks") index_->matchWalks(query, answer);
   else if (index_->places && !query.plan.known.empty()) index_->searchPlaces(query, answer);
   else index_->searchObjects(query, answer);
-  index_->refinePose(query, answer);
   if (!answer.hypotheses.empty()) {
+    index_->refinePose(query, answer);
     answer.T_map_query = answer.hypotheses[0].T_map_query;
-    if (!query.poses.empty()) answer.T_map_sensor = answer.T_map_query * query.poses.back();
+    answer.T_map_sensor = answer.T_map_query * query.poses.back();
   }
   double total = watch.lap_ms();
   for (const auto& [stage, ms] : query.timing_ms) total += ms;

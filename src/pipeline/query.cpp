@@ -52,6 +52,7 @@ Query makeQuery(const FrameDigest* first, const FrameDigest* last, const LabelSe
     places.addSurfacePoints(frame->cloud, frame->number);
     plan.add(frame->cloud, frame->votes, frame->thin_trusted, Eigen::Isometry3d::Identity(), frame->aerial);
     query.poses.push_back(frame->T_odom_sensor);
+    query.sensor = frame->sensor;
   }
   query.graph = places.graph();
   connectByRadius(query.graph, options.edges);

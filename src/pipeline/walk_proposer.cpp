@@ -2,8 +2,9 @@
 #include "pipeline/walk_proposer.h"
 
 #include <algorithm>
+#include <mutex>
+#include <optional>
 
-#include "pipeline/walk_graph.h"
 #include "xview/match/descriptors.h"
 #include "xview/pose/align.h"
 #include "xview/types/stopwatch.h"
@@ -20,13 +21,6 @@ std::vector<Eigen::Vector3d> positionsOf(const SemanticGraph& graph) {
   return positions;
 }
 
-std::vector<Correspondence> subset(const std::vector<Correspondence>& all, const std::vector<std::uint32_t>& chosen) {
-  std::vector<Correspondence> result;
-  result.reserve(chosen.size());
-  for (const std::uint32_t i : chosen) result.push_back(all[i]);
-  return result;
-}
-
 /// Both frames are gravity-aligned as a rule; then four degrees of freedom fit about as well as six, and are safer.
 Alignment alignUprightIfPossible(const std::vector<Eigen::Vector3d>& from, const std::vector<Eigen::Vector3d>& to) {
   constexpr double kMuchWorse = 1.3, kSlack_m = 0.3;
@@ -36,13 +30,84 @@ Alignment alignUprightIfPossible(const std::vector<Eigen::Vector3d>& from, const
 }
 
 /// The clique and every correspondence that agrees with most of it.
-std::vector<std::uint32_t> agreeingWith(const ConsistencyGraph& agreement, const std::vector<std::uint32_t>& clique) {
-  std::vector<std::uint32_t> result;
+std::vector<Correspondence> agreeingWith(const ConsistencyGraph& agreement, const std::vector<std::uint32_t>& clique,
+                                         const std::vector<Correspondence>& all) {
+  std::vector<Correspondence> result;
   for (std::uint32_t i = 0; i < agreement.size(); ++i) {
     std::size_t agreeing = 0;
     for (const std::uint32_t j : clique) agreeing += i == j || agreement.connected(i, j);
-    if (4 * agreeing >= 3 * clique.size()) result.push_back(i);
+    if (4 * agreeing >= 3 * clique.size()) result.push_back(all[i]);
   }
+  return result;
+}
+
+/// A map, or the part of it around a place, ready to be matched.
+struct DescribedMap {
+  DescribedMap(WalkGraph walk_graph, const Options& o)
+      : walks(std::move(walk_graph)), positions(positionsOf(walks.graph)), alphabet(walks.graph),
+        index(describe(walks.graph, alphabet, o.walks, o.match.descriptor, 2 * static_cast<std::uint64_t>(o.seed) + 1, o.threads)) {}
+  WalkGraph walks;
+  std::vector<Eigen::Vector3d> positions;
+  LabelAlphabet alphabet;
+  DescriptorIndex index;
+};
+
+/// One round of pruning, sample consensus and SVD; nothing if no pose has enough inliers.
+std::optional<WalkProposal> bestPose(const std::vector<Eigen::Vector3d>& query, const std::vector<Eigen::Vector3d>& map,
+                                     const std::vector<Correspondence>& matches, const Options& o, WalkProposals& times) {
+  Stopwatch watch;
+  // Sample consensus fails below about a tenth of inliers, so what cannot agree pairwise goes first.
+  const ConsistencyGraph agreement = pairwiseConsistency(query, map, matches, o.consistency);
+  const Clique clique = maximumClique(agreement, o.consistency.clique_budget);
+  const Consensus consensus = rejectBySampleConsensus(query, map, agreeingWith(agreement, clique.nodes, matches), o.consensus);
+  times.rejection_ms += watch.lap_ms();
+  if (!consensus.found) return std::nullopt;
+  WalkProposal pose{consensus.T_map_query, supporters(query, map, matches, consensus.T_map_query, o.consensus.inlier_m), consensus.rms_m};
+  std::vector<Eigen::Vector3d> from, to;
+  for (const Correspondence& c : pose.inliers) {
+    from.push_back(query[c.query]);
+    to.push_back(map[c.map]);
+  }
+  const Alignment fit = alignUprightIfPossible(from, to);
+  if (fit.valid) {
+    pose = {fit.T_target_source, supporters(query, map, matches, fit.T_target_source, o.consensus.inlier_m), fit.rms_m};
+  }
+  times.pose_ms += watch.lap_ms();
+  return pose;
+}
+
+std::vector<Correspondence> leftOver(const std::vector<Eigen::Vector3d>& query, const std::vector<Eigen::Vector3d>& map,
+                                     const std::vector<Correspondence>& matches, const WalkProposal& pose, double reach_m) {
+  std::vector<Correspondence> rest;
+  for (const Correspondence& c : matches) {
+    if ((pose.T_map_query * query[c.query] - map[c.map]).norm() > reach_m) rest.push_back(c);
+  }
+  return rest;
+}
+
+WalkProposals matchGraphs(const WalkGraph& query, const DescribedMap& map, int count, const Options& o) {
+  WalkProposals result;
+  Stopwatch watch;
+  const Descriptors words =
+      describe(query.graph, map.alphabet, o.walks, o.match.descriptor, 2 * static_cast<std::uint64_t>(o.seed), o.threads);
+  result.descriptors_ms = watch.lap_ms();
+  result.putative = map.index.bestMatches(words, o.match, o.threads);
+  result.matching_ms = watch.lap_ms();
+  const std::vector<Eigen::Vector3d> query_positions = positionsOf(query.graph);
+  std::vector<Correspondence> matches = result.putative;
+  while (static_cast<int>(result.poses.size()) < count && matches.size() >= 3) {
+    std::optional<WalkProposal> pose = bestPose(query_positions, map.positions, matches, o, result);
+    if (!pose) break;
+    matches = leftOver(query_positions, map.positions, matches, *pose, 3 * o.consensus.inlier_m);
+    result.poses.push_back(std::move(*pose));
+  }
+  std::stable_sort(result.poses.begin(), result.poses.end(),
+                   [](const WalkProposal& a, const WalkProposal& b) { return a.inliers.size() > b.inliers.size(); });
+  const auto inFullGraphs = [&](std::vector<Correspondence>& list) {
+    for (Correspondence& c : list) c = {query.source[c.query], map.walks.source[c.map], c.similarity};
+  };
+  inFullGraphs(result.putative);
+  for (WalkProposal& p : result.poses) inFullGraphs(p.inliers);
   return result;
 }
 
@@ -50,78 +115,50 @@ std::vector<std::uint32_t> agreeingWith(const ConsistencyGraph& agreement, const
 
 struct WalkProposer::Index {
   Index(const SemanticGraph& map_graph, const LabelSet& label_set, const Options& all_options)
-      : map(walkGraph(map_graph, label_set, all_options)), labels(label_set), options(all_options), positions(positionsOf(map.graph)) {}
-  WalkGraph map;
+      : map(map_graph), labels(label_set), options(all_options) {}
+
+  const DescribedMap& described() const {
+    std::call_once(described_once, [&] { described_map.emplace(walkGraph(map, labels, options), options); });
+    return *described_map;
+  }
+
+  const SemanticGraph& map;
   LabelSet labels;
   Options options;
-  std::vector<Eigen::Vector3d> positions;
+  mutable std::once_flag described_once;
+  mutable std::optional<DescribedMap> described_map;
 };
 
 WalkProposer::WalkProposer(const SemanticGraph& map, const LabelSet& labels, const Options& options)
     : index_(std::make_unique<Index>(map, labels, options)) {}
 WalkProposer::~WalkProposer() = default;
 
-WalkProposer::Result WalkProposer::propose(const SemanticGraph& query_graph, int count) const {
-  const Options& o = index_->options;
-  Result result;
-  if (query_graph.empty() || index_->map.graph.empty()) return result;
-  Stopwatch watch;
-  const WalkGraph query = walkGraph(query_graph, index_->labels, o);
-  result.query_vertices = query.graph.size();
-  const LabelAlphabet alphabet(query.graph, index_->map.graph);
-  const auto describeGraph = [&](const SemanticGraph& graph, std::uint64_t seed) {
-    return describe(graph, alphabet, o.walks, o.match.descriptor, seed, o.threads);
-  };
-  const auto seed = static_cast<std::uint64_t>(o.seed);
-  const Descriptors query_words = describeGraph(query.graph, 2 * seed),
-                    map_words = describeGraph(index_->map.graph, 2 * seed + 1);
-  result.descriptors_ms = watch.lap_ms();
-  result.putative = bestMatches(query_words, map_words, o.match, o.threads);
-  result.matching_ms = watch.lap_ms();
+WalkGraph WalkProposer::queryGraph(const SemanticGraph& query) const {
+  return walkGraph(query, index_->labels, index_->options);
+}
 
-  const std::vector<Eigen::Vector3d> query_positions = positionsOf(query.graph);
-  std::vector<Correspondence> left = result.putative;
-  for (int i = 0; i < count && left.size() >= 3; ++i) {
-    // Sample consensus fails below about a tenth of inliers, so what cannot agree pairwise goes first.
-    const ConsistencyGraph agreement = pairwiseConsistency(query_positions, index_->positions, left, o.consistency);
-    const std::vector<Correspondence> core =
-        subset(left, agreeingWith(agreement, maximumClique(agreement, o.consistency.clique_budget).nodes));
-    const Consensus consensus = rejectBySampleConsensus(query_positions, index_->positions, core, o.consensus);
-    result.rejection_ms += watch.lap_ms();
-    if (!consensus.found) break;
-    Proposal proposal;
-    proposal.found = true;
-    proposal.T_map_query = consensus.T_map_query;
-    proposal.inliers = supporters(query_positions, index_->positions, left, consensus.T_map_query, o.consensus.inlier_m);
-    std::vector<Eigen::Vector3d> from, to;
-    for (const Correspondence& c : proposal.inliers) {
-      from.push_back(query_positions[c.query]);
-      to.push_back(index_->positions[c.map]);
-    }
-    const Alignment fit = alignUprightIfPossible(from, to);
-    if (fit.valid) {
-      proposal.T_map_query = fit.T_target_source;
-      proposal.rms_m = fit.rms_m;
-      proposal.inliers =
-          supporters(query_positions, index_->positions, left, fit.T_target_source, o.consensus.inlier_m);
-    }
-    std::vector<Correspondence> rest;
-    for (const Correspondence& c : left) {
-      const double d = (proposal.T_map_query * query_positions[c.query] - index_->positions[c.map]).norm();
-      if (d > 3 * o.consensus.inlier_m) rest.push_back(c);
-    }
-    left = std::move(rest);
-    result.pose_ms += watch.lap_ms();
-    result.proposals.push_back(std::move(proposal));
+WalkProposals WalkProposer::propose(const WalkGraph& query, int count) const {
+  if (query.graph.empty() || index_->map.empty()) return {};
+  return matchGraphs(query, index_->described(), count, index_->options);
+}
+
+WalkGraph WalkProposer::mapAround(const Eigen::Vector2d& place, double radius_m) const {
+  const std::vector<Vertex>& vertices = index_->map.vertices;
+  SemanticGraph part;
+  std::vector<std::uint32_t> numbers;
+  for (std::uint32_t i = 0; i < vertices.size(); ++i) {
+    if ((vertices[i].position.head<2>() - place).squaredNorm() > radius_m * radius_m) continue;
+    part.vertices.push_back(vertices[i]);
+    numbers.push_back(i);
   }
-  const auto inFullGraphs = [&](std::vector<Correspondence>& list) {
-    for (Correspondence& c : list) c = {query.source[c.query], index_->map.source[c.map], c.similarity};
-  };
-  inFullGraphs(result.putative);
-  for (Proposal& p : result.proposals) inFullGraphs(p.inliers);
-  std::stable_sort(result.proposals.begin(), result.proposals.end(),
-                   [](const Proposal& a, const Proposal& b) { return a.inliers.size() > b.inliers.size(); });
+  WalkGraph result = walkGraph(part, index_->labels, index_->options);
+  for (std::uint32_t& source : result.source) source = numbers[source];
   return result;
+}
+
+WalkProposals WalkProposer::proposeIn(const WalkGraph& part, const WalkGraph& query) const {
+  if (query.graph.empty() || part.graph.empty()) return {};
+  return matchGraphs(query, DescribedMap(part, index_->options), 1, index_->options);
 }
 
 }  // namespace xview

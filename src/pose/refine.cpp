@@ -11,6 +11,8 @@ namespace {
 
 constexpr std::uint32_t kFirstOtherGroup = static_cast<std::uint32_t>(Kind::none) + 1;
 constexpr std::uint32_t kNoGroup = 0xFFFFFFFF;
+constexpr double kCorrelatedPoints = 20;  ///< so many points err like one
+constexpr double kFloor_m = 0.05, kFloor_rad = 0.05 * M_PI / 180;
 constexpr int kFewestPoints = 4;  ///< of a distribution
 
 /// Points match within a group: a kind of thing, or one class if its kind is not known. Lane markings lie on the road.
@@ -204,6 +206,7 @@ Refinement refine(const DistributionMap& map, const LabelledCloud& query, const 
   Refinement result;
   const std::vector<QueryPoint> points = choosePoints(query, labels, options.max_points);
   Eigen::Isometry3d T = T_map_query;
+  Matrix6d information = Matrix6d::Identity();
   const Eigen::Vector3d up = T_map_query.linear().transpose() * Eigen::Vector3d::UnitZ();  // of the map, in the query
   const double tilt_information = 1 / std::pow(options.tilt_sigma_deg * M_PI / 180, 2);
   for (int i = 0; i < options.iterations; ++i) {
@@ -222,7 +225,7 @@ Refinement refine(const DistributionMap& map, const LabelledCloud& query, const 
     const Vector6d d = n.H.ldlt().solve(n.b);
     if (!d.allFinite()) return result;
     T = moved(T, d, sensor);
-    result.information = n.H;
+    information = n.H;
     result.iterations = i + 1;
     result.overlap = static_cast<double>(n.partners) / static_cast<double>(points.size());
     if (progress == 1 || i + 1 == options.iterations) {
@@ -235,6 +238,9 @@ Refinement refine(const DistributionMap& map, const LabelledCloud& query, const 
   const double shift = (T * sensor_in_query - T_map_query * sensor_in_query).norm();
   result.converged = shift <= options.max_shift_m;
   result.T_map_query = T;
+  result.covariance = kCorrelatedPoints * information.inverse();
+  result.covariance.diagonal().head<3>().array() += kFloor_m * kFloor_m;
+  result.covariance.diagonal().tail<3>().array() += kFloor_rad * kFloor_rad;
   return result;
 }
 

@@ -59,7 +59,9 @@ struct Refinement {
   Eigen::Isometry3d T_map_query = Eigen::Isometry3d::Identity();
   double overlap = 0;      ///< share of the points that have a distribution of their class within the last gate
   double residual_m = 0;   ///< median distance of those points along the normals
-  Matrix6d information = Matrix6d::Zero();  ///< of the sensor pose: x y z rx ry rz, map frame, left increment
+  /// Of the sensor pose: x y z [m], rx ry rz [rad], map frame, left increment. Points of one surface err together, and map and query
+  /// see it from different sides: the inverse of the normal equations is scaled, and 5 cm and 0.05 degrees are added.
+  Matrix6d covariance = Matrix6d::Zero();
   int iterations = 0;
 };
 
