@@ -13,7 +13,9 @@ namespace {
 using Bytes = std::uint8_t __attribute__((vector_size(32)));
 using Words = std::uint16_t __attribute__((vector_size(64)));
 
-constexpr std::size_t kGroupsPerWord = 257;  // 257 * 255 = 65535: what 16 bits can hold
+// 15 bits hold the sums of this many groups; the 16th tells the sign of a difference.
+constexpr std::size_t kGroupsPerWord = 128;
+static_assert(kGroupsPerWord * 255 < 32768, "sums must fit");
 
 /// A row of 64 cells.
 struct RowSum {
@@ -35,12 +37,15 @@ XVIEW_INLINE void addGroup(const BlockScan& scan, std::size_t group, std::ptrdif
   sum.right += __builtin_convertvector(right, Words);
 }
 
+/// Of differences instead of comparisons, which the compiler does lane by lane.
 XVIEW_INLINE bool anyReaches(const RowSum& sum, std::uint16_t threshold) {
-  const auto reached = (sum.left >= threshold) | (sum.right >= threshold);
+  const Words limit = Words{} + static_cast<std::uint16_t>(threshold - 1);
+  const Words negative_if_reached = (limit - sum.left) | (limit - sum.right);
   std::uint64_t parts[8];
-  std::memcpy(parts, &reached, sizeof parts);
-  return (parts[0] | parts[1] | parts[2] | parts[3] | parts[4] | parts[5] | parts[6] | parts[7]) !=
-         0;
+  std::memcpy(parts, &negative_if_reached, sizeof parts);
+  const std::uint64_t any =
+      parts[0] | parts[1] | parts[2] | parts[3] | parts[4] | parts[5] | parts[6] | parts[7];
+  return (any & 0x8000800080008000u) != 0;
 }
 
 template <class Sum>
@@ -53,7 +58,7 @@ XVIEW_INLINE BlockHit* report(const Sum* sums, int row, std::uint32_t threshold,
 }
 
 XVIEW_INLINE std::size_t scanNarrow(const BlockScan& scan, BlockHit* hits) {
-  if (scan.threshold > 65535) return 0;
+  if (scan.threshold > 32767) return 0;
   const auto threshold = static_cast<std::uint16_t>(scan.threshold);
   BlockHit* end = hits;
   for (int row = 0; row < scan.rows; ++row) {

@@ -26,7 +26,7 @@ struct BlockScan {
   std::size_t group_count;
   std::ptrdiff_t stride;    ///< bytes between rows
   int rows;                 ///< 1 to 64
-  std::uint32_t threshold;  ///< cells with a sum of at least this are reported
+  std::uint32_t threshold;  ///< cells with a sum of at least this are reported; at least 1
 };
 
 /// Writes the hits in row-major order (room for rows * 64 of them) and returns their number.

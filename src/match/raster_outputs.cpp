@@ -103,17 +103,21 @@ bool touchesCircle(const TilePlace& tile, const PlacePrior::Circle& circle, doub
 /// background in reach.
 std::int64_t scoreBound(const Tiles& tiles, const PreparedSamples& prepared, const TilePlace& place,
                         std::int64_t reach_tiles) {
-  std::int64_t bound = 0;
-  for (std::size_t slot = 0; slot < prepared.channels.size(); ++slot) {
-    int highest = prepared.background[slot];
-    for (std::int64_t y = place.first - reach_tiles; y <= place.first + reach_tiles; ++y) {
-      for (std::int64_t x = place.second - reach_tiles; x <= place.second + reach_tiles; ++x) {
-        const Tiles::Tile* tile = tiles.find(prepared.channels[slot], x, y);
-        if (tile) highest = std::max<int>(highest, tile->highest);
+  std::vector<std::uint8_t> highest = prepared.background;
+  for (std::int64_t y = place.first - reach_tiles; y <= place.first + reach_tiles; ++y) {
+    for (std::int64_t x = place.second - reach_tiles; x <= place.second + reach_tiles; ++x) {
+      const Tiles::Place* near = tiles.findPlace(x, y);
+      if (!near) continue;
+      for (std::size_t slot = 0; slot < highest.size(); ++slot) {
+        const Tiles::Tile* tile = Tiles::tileOf(near, prepared.channels[slot]);
+        if (tile) highest[slot] = std::max(highest[slot], tile->highest);
       }
     }
-    bound +=
-        static_cast<std::int64_t>(prepared.count[slot]) * (highest - prepared.background[slot]);
+  }
+  std::int64_t bound = 0;
+  for (std::size_t slot = 0; slot < highest.size(); ++slot) {
+    bound += static_cast<std::int64_t>(prepared.count[slot]) *
+             (highest[slot] - prepared.background[slot]);
   }
   return bound;
 }

@@ -9,6 +9,7 @@
 
 #include "raster_candidates.h"
 #include "raster_kernel.h"
+#include "raster_near_tiles.h"
 #include "raster_outputs.h"
 #include "raster_samples.h"
 #include "raster_window.h"
@@ -213,9 +214,9 @@ class Refinement {
     const std::size_t count = first_of_tile.size() - 1;
     std::atomic<std::size_t> next{0};
     onWorkers(workerCount(threads, count), [&](std::size_t) {
-      Window window(tiles_, prepared_, kTileSide * ratio_ + 2 * prepared_.reach);
+      NearTiles near(tiles_, prepared_, kTileSide * ratio_ + 2 * prepared_.reach);
       for (std::size_t t = next++; t < count; t = next++) {
-        refineTile(candidates, first_of_tile[t], first_of_tile[t + 1], window);
+        refineTile(candidates, first_of_tile[t], first_of_tile[t + 1], near);
       }
     });
     const auto isPointless = [](const Candidate& c) { return c.score <= 0; };
@@ -244,17 +245,17 @@ class Refinement {
 
   /// Replaces coarse candidates of one tile by their best fine ones.
   void refineTile(std::vector<Candidate>& candidates, std::size_t begin, std::size_t end,
-                  Window& window) const {
+                  NearTiles& near) const {
     const std::int64_t x0 = (candidates[begin].x >> kTileBits) * kTileSide * ratio_;
     const std::int64_t y0 = (candidates[begin].y >> kTileBits) * kTileSide * ratio_;
-    window.load(x0 - prepared_.reach, y0 - prepared_.reach);
+    near.load(x0 - prepared_.reach, y0 - prepared_.reach);
     std::vector<std::int32_t> sums(static_cast<std::size_t>(ratio_ * ratio_));
     for (std::size_t i = begin; i < end; ++i) {
       const std::int64_t x = candidates[i].x * ratio_, y = candidates[i].y * ratio_;
       Candidate best{-1, 0, 0, 0};
       for (int t = 0; t < yaws_per_coarse_; ++t) {
         const int yaw = candidates[i].yaw * yaws_per_coarse_ + t;
-        sumCells(window, x - x0, y - y0, yaw, sums);
+        sumCells(near, x, y, yaw, sums);
         for (std::size_t k = 0; k < sums.size(); ++k) {
           const auto cell = static_cast<std::int64_t>(k);
           best = std::min(best, Candidate{sums[k], yaw, x + cell % ratio_, y + cell / ratio_});
@@ -264,17 +265,12 @@ class Refinement {
     }
   }
 
-  void sumCells(const Window& window, std::int64_t x, std::int64_t y, int yaw,
+  void sumCells(const NearTiles& near, std::int64_t x, std::int64_t y, int yaw,
                 std::vector<std::int32_t>& sums) const {
     std::fill(sums.begin(), sums.end(), static_cast<std::int32_t>(-prepared_.background_sum));
     const CellOffset* offset = offsets_.data() + static_cast<std::size_t>(yaw) * prepared_.size();
     for (std::size_t k = 0; k < prepared_.size(); ++k) {
-      const std::uint8_t* cell = window.cell(prepared_.slot[k], x + prepared_.reach + offset[k].x,
-                                             y + prepared_.reach + offset[k].y);
-      std::int32_t* sum = sums.data();
-      for (int row = 0; row < ratio_; ++row, cell += window.side()) {
-        for (int column = 0; column < ratio_; ++column) *sum++ += cell[column];
-      }
+      near.addSquare(prepared_.slot[k], x + offset[k].x, y + offset[k].y, ratio_, sums.data());
     }
   }
 

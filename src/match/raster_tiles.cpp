@@ -9,14 +9,10 @@
 namespace xview {
 namespace {
 
-constexpr int kTileIndexBits = 32 - kTileBits;
-constexpr std::size_t kMaxChannels = std::size_t{1} << (64 - 2 * kTileIndexBits);
+constexpr std::size_t kMaxChannels = 4096;
 
-std::uint64_t tileKey(std::size_t channel, std::int64_t tx, std::int64_t ty) {
-  constexpr std::uint64_t kMask = (std::uint64_t{1} << kTileIndexBits) - 1;
-  return (static_cast<std::uint64_t>(channel) << (2 * kTileIndexBits)) |
-         ((static_cast<std::uint64_t>(tx) & kMask) << kTileIndexBits) |
-         (static_cast<std::uint64_t>(ty) & kMask);
+std::uint64_t placeKey(std::int64_t tx, std::int64_t ty) {
+  return (static_cast<std::uint64_t>(tx) << 32) | (static_cast<std::uint64_t>(ty) & 0xFFFFFFFFu);
 }
 
 std::size_t cellInTile(std::int32_t cx, std::int32_t cy) {
@@ -30,13 +26,10 @@ std::uint64_t partBit(std::size_t cell) {
 
 }  // namespace
 
-const LikelihoodRaster::Tiles::Tile* LikelihoodRaster::Tiles::find(std::size_t channel,
-                                                                   std::int64_t tx,
-                                                                   std::int64_t ty) const {
-  constexpr std::int64_t kLimit = std::int64_t{1} << (kTileIndexBits - 1);
-  if (tx < -kLimit || tx >= kLimit || ty < -kLimit || ty >= kLimit) return nullptr;
-  const auto it = index.find(tileKey(channel, tx, ty));
-  return it == index.end() ? nullptr : it->second;
+const LikelihoodRaster::Tiles::Place* LikelihoodRaster::Tiles::findPlace(std::int64_t tx,
+                                                                         std::int64_t ty) const {
+  const auto it = places.find(placeKey(tx, ty));
+  return it == places.end() ? nullptr : &it->second;
 }
 
 std::uint8_t& LikelihoodRaster::Tiles::make(std::size_t channel, std::int32_t cx, std::int32_t cy,
@@ -45,7 +38,9 @@ std::uint8_t& LikelihoodRaster::Tiles::make(std::size_t channel, std::int32_t cx
   highest.at(channel) = std::max(highest[channel], value);
   if (!last_written || last_written->channel != channel || last_written->tx != tx ||
       last_written->ty != ty) {
-    Tile*& tile = index[tileKey(channel, tx, ty)];
+    Place& place = places[placeKey(tx, ty)];
+    if (place.size() <= channel) place.resize(channel + 1, nullptr);
+    Tile*& tile = place[channel];
     if (!tile) {
       Tile fresh{tx, ty, static_cast<std::uint16_t>(channel), background[channel], 0, {}};
       fresh.cells.fill(background[channel]);
@@ -103,8 +98,11 @@ std::uint8_t LikelihoodRaster::at(std::size_t channel, std::int32_t cx, std::int
 }
 
 std::size_t LikelihoodRaster::bytes() const {
-  constexpr std::size_t kIndexEntry = 48;  // node and bucket of the hash map
-  return tiles_->tiles.size() * (sizeof(Tiles::Tile) + kIndexEntry);
+  constexpr std::size_t kPlaceEntry = 64;  // node and bucket of the hash map
+  std::size_t sum = tiles_->tiles.size() * sizeof(Tiles::Tile);
+  for (const auto& [key, place] : tiles_->places)
+    sum += kPlaceEntry + place.capacity() * sizeof(void*);
+  return sum;
 }
 
 }  // namespace xview

@@ -31,10 +31,19 @@ struct LikelihoodRaster::Tiles {
   std::vector<std::uint8_t> background;
   std::vector<std::uint8_t> highest;  ///< per channel: no cell is above this
   std::deque<Tile> tiles;             ///< in order of creation; addresses are stable
-  std::unordered_map<std::uint64_t, Tile*> index;
+  /// The tiles of one place by channel; null where nothing was written.
+  using Place = std::vector<Tile*>;
+  std::unordered_map<std::uint64_t, Place> places;
   Tile* last_written = nullptr;
 
-  const Tile* find(std::size_t channel, std::int64_t tx, std::int64_t ty) const;
+  /// Null if no channel has a tile there.
+  const Place* findPlace(std::int64_t tx, std::int64_t ty) const;
+  static const Tile* tileOf(const Place* place, std::size_t channel) {
+    return place && channel < place->size() ? (*place)[channel] : nullptr;
+  }
+  const Tile* find(std::size_t channel, std::int64_t tx, std::int64_t ty) const {
+    return tileOf(findPlace(tx, ty), channel);
+  }
   /// The cell, created if absent, that is about to receive `value`.
   std::uint8_t& make(std::size_t channel, std::int32_t cx, std::int32_t cy, std::uint8_t value);
 };

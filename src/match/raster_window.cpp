@@ -5,6 +5,9 @@
 #include <cstring>
 
 namespace xview::raster {
+
+using Tiles = LikelihoodRaster::Tiles;
+
 namespace {
 
 constexpr int kPartBits = 3;
@@ -28,34 +31,39 @@ Window::Window(const LikelihoodRaster::Tiles& tiles, const PreparedSamples& prep
 void Window::load(std::int64_t first_x, std::int64_t first_y) {
   first_x_ = first_x;
   first_y_ = first_y;
-  for (std::size_t slot = 0; slot < prepared_.channels.size(); ++slot) loadLayer(slot);
-}
-
-void Window::loadLayer(std::size_t slot) {
-  std::uint32_t* sums =
-      part_sums_.data() + slot * static_cast<std::size_t>((parts_ + 1) * (parts_ + 1));
-  std::fill(sums, sums + (parts_ + 1) * (parts_ + 1), 0);
-  highest_[slot] = prepared_.background[slot];
-  for (std::int64_t ty = first_y_ >> kTileBits; ty <= (first_y_ + side_ - 1) >> kTileBits; ++ty) {
-    for (std::int64_t tx = first_x_ >> kTileBits; tx <= (first_x_ + side_ - 1) >> kTileBits; ++tx) {
-      const LikelihoodRaster::Tiles::Tile* tile = tiles_.find(prepared_.channels[slot], tx, ty);
-      copyTile(slot, tile, tx, ty);
-      if (!tile) continue;
-      highest_[slot] = std::max(highest_[slot], tile->highest);
-      for (std::int64_t part = 0; part < kParts * kParts; ++part) {
-        if (!(tile->differs >> part & 1)) continue;
-        const std::int64_t px = tx * kParts + part % kParts - (first_x_ >> kPartBits);
-        const std::int64_t py = ty * kParts + part / kParts - (first_y_ >> kPartBits);
-        if (px >= 0 && py >= 0 && px < parts_ && py < parts_)
-          sums[(py + 1) * (parts_ + 1) + px + 1] = 1;
+  highest_ = prepared_.background;
+  std::fill(part_sums_.begin(), part_sums_.end(), 0);
+  for (std::int64_t ty = first_y >> kTileBits; ty <= (first_y + side_ - 1) >> kTileBits; ++ty) {
+    for (std::int64_t tx = first_x >> kTileBits; tx <= (first_x + side_ - 1) >> kTileBits; ++tx) {
+      const Tiles::Place* place = tiles_.findPlace(tx, ty);
+      for (std::size_t slot = 0; slot < prepared_.channels.size(); ++slot) {
+        const Tiles::Tile* tile = Tiles::tileOf(place, prepared_.channels[slot]);
+        copyTile(slot, tile, tx, ty);
+        if (tile) noteTile(slot, *tile);
       }
     }
   }
-  countParts(slot);
+  for (std::size_t slot = 0; slot < prepared_.channels.size(); ++slot) countParts(slot);
 }
 
-void Window::copyTile(std::size_t slot, const LikelihoodRaster::Tiles::Tile* tile, std::int64_t tx,
-                      std::int64_t ty) {
+/// Marks the parts of the window that the tile fills, one right and below of their place.
+void Window::noteTile(std::size_t slot, const Tiles::Tile& tile) {
+  highest_[slot] = std::max(highest_[slot], tile.highest);
+  std::uint32_t* sums =
+      part_sums_.data() + slot * static_cast<std::size_t>((parts_ + 1) * (parts_ + 1));
+  const std::int64_t px0 = tile.tx * std::int64_t{kParts} - (first_x_ >> kPartBits);
+  const std::int64_t py0 = tile.ty * std::int64_t{kParts} - (first_y_ >> kPartBits);
+  for (std::int64_t y = std::max<std::int64_t>(0, -py0);
+       y < std::min<std::int64_t>(kParts, parts_ - py0); ++y) {
+    for (std::int64_t x = std::max<std::int64_t>(0, -px0);
+         x < std::min<std::int64_t>(kParts, parts_ - px0); ++x) {
+      if (tile.differs >> (y * kParts + x) & 1)
+        sums[(py0 + y + 1) * (parts_ + 1) + px0 + x + 1] = 1;
+    }
+  }
+}
+
+void Window::copyTile(std::size_t slot, const Tiles::Tile* tile, std::int64_t tx, std::int64_t ty) {
   const std::int64_t x0 = std::max(first_x_, tx * kTileSide),
                      x1 = std::min(first_x_ + side_, (tx + 1) * kTileSide);
   const std::int64_t y0 = std::max(first_y_, ty * kTileSide),

@@ -32,9 +32,9 @@ class Window {
   bool isDense(std::size_t slot) const { return dense_[slot] != 0; }
 
  private:
-  void loadLayer(std::size_t slot);
   void copyTile(std::size_t slot, const LikelihoodRaster::Tiles::Tile* tile, std::int64_t tx,
                 std::int64_t ty);
+  void noteTile(std::size_t slot, const LikelihoodRaster::Tiles::Tile& tile);
   void countParts(std::size_t slot);
 
   const LikelihoodRaster::Tiles& tiles_;
