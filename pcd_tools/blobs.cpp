@@ -49,7 +49,7 @@ class BlobsCommand final : public Command {
   ExitCode run(const Job& job) override {
     checkCloudEnding(job.operands[1]);
     Stopwatch watch;
-    const auto source = openRecording(job.operands[0], input_.parsed());
+    const auto source = openInput(job.operands[0], input_.parsed(), job);
     LiftCounts counts;
     LabelledCloud cloud = liftAll(*source, job, counts);
     if (job.options.blobs.voxel_m > 0) cloud = thinByVoxel(cloud, job.options.blobs.voxel_m);

@@ -1,16 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <fmt/core.h>
 
-#include <algorithm>
-#include <cmath>
 #include <filesystem>
 
 #include "answer_file.h"
 #include "commands.h"
 #include "inputs.h"
+#include "truth_file.h"
 #include "xview/eval/report.h"
 #include "xview/io/atomic_file.h"
-#include "xview/io/pose_files.h"
 #include "xview/types/error.h"
 
 namespace xview::tools {
@@ -28,38 +26,6 @@ ScoredQuery withoutTruth(const Answer& answer) {
   query.timing_ms = answer.fix.timing_ms;
   return query;
 }
-
-/// True poses of the frames of a recording, found by the rule of all poses files: one line per
-/// frame, or more lines, of which line N (from 0) belongs to frame N. A real time stamp that both
-/// sides have settles the second case first.
-class Truth {
- public:
-  explicit Truth(const std::string& path) : path_(path), poses_(readPoses(path)) {}
-
-  const Eigen::Isometry3d& poseFor(const Answer& answer) const {
-    if (answer.frames == poses_.size() && answer.last_index < poses_.size())
-      return poses_[answer.last_index].T_frame_sensor;
-    if (const StampedPose* stamped = withStamp(answer)) return stamped->T_frame_sensor;
-    const auto number = static_cast<std::size_t>(answer.last_frame);
-    if (answer.last_frame >= 0 && number < poses_.size()) return poses_[number].T_frame_sensor;
-    throw Error(path_, fmt::format("expected a pose of frame {} of {}, found {} poses",
-                                   answer.last_frame, answer.input, poses_.size()));
-  }
-
- private:
-  const StampedPose* withStamp(const Answer& answer) const {
-    if (answer.last_stamp_s == static_cast<double>(answer.last_index))
-      return nullptr;  // a mere count
-    const auto same = [&](const StampedPose& p) {
-      return std::abs(p.stamp_s - answer.last_stamp_s) < 1e-4;
-    };
-    const auto found = std::find_if(poses_.begin(), poses_.end(), same);
-    return found == poses_.end() ? nullptr : &*found;
-  }
-
-  std::string path_;
-  std::vector<StampedPose> poses_;
-};
 
 /// The map as points for the report, at most some ten thousand.
 std::vector<ReportPoint> reportPoints(const SemanticMap& map) {

@@ -4,8 +4,8 @@
 #include <optional>
 
 #include "commands.h"
-#include "inputs.h"
 #include "moved_recording.h"
+#include "queries.h"
 #include "xview/localizer.h"
 #include "xview/map/map_store.h"
 #include "xview/types/error.h"
@@ -85,7 +85,7 @@ class FuseCommand final : public Command {
         return buildMap(file.graph, file.labels, path, job.options);
       }
       default: {
-        const auto recording = openRecording(path, input_.parsed());
+        const auto recording = openInput(path, input_.parsed(), job);
         const MovedRecording moved(*recording, T_map_query);
         return buildMap({&moved}, job.options, job.narrate.progress("fuse"));
       }

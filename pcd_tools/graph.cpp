@@ -57,7 +57,7 @@ class GraphCommand final : public Command {
   }
 
   LabelledGraph assemble(const std::string& path, const Job& job) const {
-    const auto source = openRecording(path, input_.parsed());
+    const auto source = openInput(path, input_.parsed(), job);
     const std::vector<FrameDigest> frames = digest(*source, job);
     Stopwatch watch;
     SemanticGraph graph = assembleGraph(frames, source->labels(), job.options);

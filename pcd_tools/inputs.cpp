@@ -31,17 +31,29 @@ LabelSet labelsOfGraph(const std::string& path, const SemanticGraph& graph,
   return genericLabelSet({ids.begin(), ids.end()});
 }
 
-/// A saved session as a query: everything the map knows, answered for its last key frame.
-std::unique_ptr<Query> queryOfMap(const std::string& path) {
-  SemanticMap map = loadMap(path);
-  auto query = std::make_unique<Query>();
-  query->labels = std::move(map.labels);
-  query->graph = std::move(map.graph);
-  query->plan = std::move(map.plan);
-  query->cloud = std::move(map.cloud);
-  for (const Keyframe& keyframe : map.keyframes) query->poses.push_back(keyframe.T_map_sensor);
-  if (query->poses.empty()) query->poses.push_back(Eigen::Isometry3d::Identity());
-  return query;
+void sayGuessedRoles(const LabelSet& labels, const Narrative& narrate) {
+  std::string guessed;
+  for (const auto& [id, info] : labels.classes()) {
+    if (info.guessed)
+      guessed +=
+          fmt::format("{} {} = {}", guessed.empty() ? "" : ",", info.name, toString(info.role));
+  }
+  if (!guessed.empty())
+    narrate.note(fmt::format("{} gives no roles; guessed:{}", labels.name(), guessed));
+}
+
+std::string inStages(const std::vector<FrameDigest>& frames) {
+  std::string text;
+  Timings sums;
+  for (const FrameDigest& frame : frames) {
+    for (std::size_t i = 0; i < frame.timing_ms.size(); ++i) {
+      if (i >= sums.size()) sums.emplace_back(frame.timing_ms[i].first, 0);
+      sums[i].second += frame.timing_ms[i].second / static_cast<double>(frames.size());
+    }
+  }
+  for (const auto& [stage, ms] : sums)
+    text += fmt::format("{} {} {:.2f}", text.empty() ? "" : ",", stage, ms);
+  return text;
 }
 
 SemanticMap mapOfAnything(const std::string& path, const InputFlags& input, const Job& job) {
@@ -55,7 +67,7 @@ SemanticMap mapOfAnything(const std::string& path, const InputFlags& input, cons
       return buildMap(file.graph, file.labels, path, job.options);
     }
     default: {
-      const std::unique_ptr<FrameSource> source = openRecording(path, whole);
+      const std::unique_ptr<FrameSource> source = openInput(path, whole, job);
       return buildMap({source.get()}, job.options, job.narrate.progress("map"));
     }
   }
@@ -83,6 +95,13 @@ InputOptions InputFlags::parsed() const {
   return options;
 }
 
+std::unique_ptr<FrameSource> openInput(const std::string& path, const InputOptions& options,
+                                       const Job& job) {
+  std::unique_ptr<FrameSource> source = openRecording(path, options);
+  sayGuessedRoles(source->labels(), job.narrate);
+  return source;
+}
+
 std::vector<FrameDigest> digest(const FrameSource& source, const Job& job) {
   Stopwatch watch;
   std::vector<FrameDigest> frames =
@@ -95,6 +114,16 @@ std::vector<FrameDigest> digest(const FrameSource& source, const Job& job) {
   job.narrate.stage("frames", watch.lap_ms(),
                     fmt::format("{}: {} frames, {} points, {} blobs", source.name(), frames.size(),
                                 points, blobs));
+  LiftCounts counts;
+  for (const FrameDigest& frame : frames) {
+    counts.no_depth += frame.counts.no_depth;
+    counts.out_of_range += frame.counts.out_of_range;
+    counts.ignored_class += frame.counts.ignored_class;
+  }
+  job.narrate.detail(
+      fmt::format("left out: {} measurements without depth, {} out of range, {} of ignored classes",
+                  counts.no_depth, counts.out_of_range, counts.ignored_class));
+  job.narrate.detail(fmt::format("mean per frame [ms]:{}", inStages(frames)));
   return frames;
 }
 
@@ -113,55 +142,6 @@ SemanticMap readMap(const std::string& path, const InputFlags& input, const Job&
       fmt::format("{}: {} vertices, {} edges, {} key frames, {} points", path, map.graph.size(),
                   map.graph.edgeCount(), map.keyframes.size(), map.cloud.size()));
   return map;
-}
-
-QueryInput readQuery(const std::string& path, const InputFlags& input, const Job& job,
-                     const LabelSet& map_labels) {
-  QueryInput result;
-  result.path = path;
-  const InputOptions options = input.parsed();
-  switch (recogniseInput(path, options)) {
-    case InputKind::map:
-      result.whole = queryOfMap(path);
-      result.labels = result.whole->labels;
-      break;
-    case InputKind::graph: {
-      LabelledGraph file = readLabelledGraph(path, input, job.options, &map_labels);
-      result.labels = std::move(file.labels);
-      result.whole = std::make_unique<Query>(makeQuery(file.graph, result.labels, job.options));
-      break;
-    }
-    default: {
-      const std::unique_ptr<FrameSource> source = openRecording(path, options);
-      result.labels = source->labels();
-      result.frames = digest(*source, job);
-      if (result.frames.empty()) throw Error(path, "no frames");
-    }
-  }
-  return result;
-}
-
-void checkWindow(int size, int stride) {
-  if (size < 0) throw UsageError(fmt::format("--window = {}, must be >= 0", size));
-  if (stride < 0) throw UsageError(fmt::format("--stride = {}, must be >= 0", stride));
-  if (stride > 0 && size == 0) throw UsageError("--stride needs --window");
-}
-
-std::vector<Window> windowsOf(const QueryInput& input, int size, int stride) {
-  const std::size_t frames = input.size();
-  const auto length = static_cast<std::size_t>(size);
-  if (length == 0 || length >= frames) return {{0, frames}};
-  const std::size_t step = stride > 0 ? static_cast<std::size_t>(stride) : length;
-  std::vector<Window> windows;
-  for (std::size_t first = 0; first + length <= frames; first += step)
-    windows.push_back({first, first + length});
-  return windows;
-}
-
-Query queryOf(const QueryInput& input, const Window& window, const Options& options) {
-  if (input.whole) return *input.whole;
-  return makeQuery(input.frames.data() + window.first, input.frames.data() + window.last,
-                   input.labels, options);
 }
 
 }  // namespace xview::tools

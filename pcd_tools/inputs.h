@@ -7,8 +7,8 @@
 
 #include "tool.h"
 #include "xview/io/recording.h"
-#include "xview/localizer.h"
 #include "xview/map/semantic_map.h"
+#include "xview/mapper.h"
 
 namespace xview::tools {
 
@@ -22,6 +22,10 @@ class InputFlags {
  private:
   std::string frames_, kind_, labels_, label_field_, instance_field_;
 };
+
+/// Opens a recording; says on stderr which roles of classes were only guessed.
+std::unique_ptr<FrameSource> openInput(const std::string& path, const InputOptions& options,
+                                       const Job& job);
 
 /// All frames of a recording, digested, with a stage line on stderr.
 std::vector<FrameDigest> digest(const FrameSource& source, const Job& job);
@@ -37,29 +41,5 @@ LabelledGraph readLabelledGraph(const std::string& path, const InputFlags& input
 
 /// The MAP operand: a map file, or anything a map can be built of on the fly.
 SemanticMap readMap(const std::string& path, const InputFlags& input, const Job& job);
-
-/// A QUERY operand, read and digested once, so that windows can share its frames.
-struct QueryInput {
-  std::string path;
-  LabelSet labels;
-  std::vector<FrameDigest> frames;  ///< recordings
-  std::unique_ptr<Query> whole;     ///< graphs and maps, which have no frames
-  std::size_t size() const { return whole ? 1 : frames.size(); }
-};
-QueryInput readQuery(const std::string& path, const InputFlags& input, const Job& job,
-                     const LabelSet& map_labels);
-
-/// Half-open range of positions in QueryInput::frames.
-struct Window {
-  std::size_t first = 0;
-  std::size_t last = 0;
-};
-/// Throws UsageError if the flags make no sense.
-void checkWindow(int size, int stride);
-/// Windows of `size` frames, `stride` apart (0 = as size); size 0 = one window of everything. A
-/// recording shorter than a window is one window.
-std::vector<Window> windowsOf(const QueryInput& input, int size, int stride);
-
-Query queryOf(const QueryInput& input, const Window& window, const Options& options);
 
 }  // namespace xview::tools

@@ -36,7 +36,7 @@ class LiftCommand final : public Command {
     if (!(voxel_m_ >= 0)) throw UsageError(fmt::format("--voxel {}, must be >= 0", voxel_m_));
     checkCloudEnding(job.operands[1]);
     Stopwatch watch;
-    const auto source = openRecording(job.operands[0], input_.parsed());
+    const auto source = openInput(job.operands[0], input_.parsed(), job);
     LiftCounts counts;
     LabelledCloud cloud = liftAll(*source, job, counts);
     if (voxel_m_ > 0) cloud = thinByVoxel(cloud, voxel_m_);

@@ -7,7 +7,7 @@
 
 #include "answer.h"
 #include "commands.h"
-#include "inputs.h"
+#include "queries.h"
 #include "xview/io/pose_files.h"
 #include "xview/types/error.h"
 #include "xview/types/stopwatch.h"
@@ -26,6 +26,15 @@ Answer answerFor(const QueryInput& input, const Window& window) {
     answer.last_stamp_s = input.frames[window.last - 1].stamp_s;
   }
   return answer;
+}
+
+void sayHypotheses(const Answer& answer, const Narrative& narrate) {
+  for (const Hypothesis& h : answer.fix.hypotheses) {
+    const Eigen::Vector3d p = h.T_map_query.translation();
+    narrate.detail(fmt::format("{}-{} {}: x {:.2f}, y {:.2f}, z {:.2f} m, score {:.1f}, {} inliers",
+                               answer.first_frame, answer.last_frame, toString(h.proposer), p.x(),
+                               p.y(), p.z(), h.score, h.inliers));
+  }
 }
 
 class LocalizeCommand final : public Command {
@@ -83,6 +92,7 @@ class LocalizeCommand final : public Command {
       ++answered_;
       if (answer.fix.accepted())
         accepted_.push_back({answer.last_stamp_s, answer.fix.T_map_sensor});
+      sayHypotheses(answer, job.narrate);
       fmt::print("{}\n", json_ ? toJson(answer) : toTableLine(answer));
       std::fflush(stdout);
     }

@@ -73,7 +73,7 @@ class MapCommand final : public Command {
           break;
         }
         default:
-          recordings.push_back(openRecording(path, input_.parsed()));
+          recordings.push_back(openInput(path, input_.parsed(), job));
       }
     }
     if (!recordings.empty()) parts.insert(parts.begin(), buildOfRecordings(recordings, job));

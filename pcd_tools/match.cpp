@@ -5,7 +5,7 @@
 
 #include "commands.h"
 #include "drawing.h"
-#include "inputs.h"
+#include "queries.h"
 #include "xview/localizer.h"
 #include "xview/types/stopwatch.h"
 #include "xview/verify/sample_consensus.h"

@@ -59,7 +59,7 @@ void Narrative::stage(const std::string& name, double ms, const std::string& wha
 }
 
 void Narrative::note(const std::string& what) const {
-  if (verbosity_ == Verbosity::quiet) return;
+  if (verbosity_ == Verbosity::quiet || !noted_->insert(what).second) return;
   fmt::print(stderr, "note: {}\n", oneLine(what));
 }
 
@@ -68,7 +68,8 @@ void Narrative::detail(const std::string& what) const {
 }
 
 void Narrative::error(const std::string& what) const {
-  fmt::print(stderr, "error: {}\n", oneLine(what));
+  const bool wipe_bar = isatty(STDERR_FILENO) == 1;
+  fmt::print(stderr, "{}error: {}\n", wipe_bar ? "\r\x1b[K" : "", oneLine(what));
 }
 
 Progress Narrative::progress(const std::string& name) const {

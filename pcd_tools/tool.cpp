@@ -202,19 +202,25 @@ int runWithoutCommand(const std::vector<Description>& commands,
   return kDone;
 }
 
+/// Where the name of a command stands: first, or behind common flags and their values.
+bool isCommandAt(const std::vector<std::string>& arguments, std::size_t position) {
+  const auto is_flag = [&](std::size_t i) {
+    return !arguments[i].empty() && arguments[i][0] == '-';
+  };
+  for (std::size_t i = 0; i < position; ++i) {
+    if (!is_flag(i) && (i == 0 || !is_flag(i - 1))) return false;
+  }
+  return position < arguments.size();
+}
+
 int dispatch(std::vector<std::string> arguments, const std::vector<CommandMaker>& makers,
              std::string& called) {
   std::vector<Description> known;
   for (const CommandMaker& make : makers) {
     std::unique_ptr<Command> command = make();
     known.push_back(command->describe());
-    // Common flags may stand before the command.
     const auto found = std::find(arguments.begin(), arguments.end(), known.back().name);
-    if (found == arguments.end() ||
-        !std::all_of(arguments.begin(), found,
-                     [](const std::string& a) { return !a.empty() && a[0] == '-'; })) {
-      continue;
-    }
+    if (!isCommandAt(arguments, static_cast<std::size_t>(found - arguments.begin()))) continue;
     called = " " + *found;
     arguments.erase(found);
     return runCommand(*command, arguments);

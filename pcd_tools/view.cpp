@@ -121,7 +121,7 @@ class ViewCommand final : public Command {
   }
 
   void addRecording(const std::string& path, const Job& job, Content& content) const {
-    const auto source = openRecording(path, input_.parsed());
+    const auto source = openInput(path, input_.parsed(), job);
     LiftCounts counts;
     LabelledCloud cloud = liftAll(*source, job, counts);
     if (voxel_m_ > 0) cloud = thinByVoxel(cloud, voxel_m_);

@@ -79,6 +79,11 @@ TEST(Misuse, StrideWithoutWindow) {
   expectMisuse({"localize", "a", "b", "--stride", "3"}, "--window");
 }
 
+TEST(Misuse, CommonFlagsMayStandBeforeTheCommand) {
+  const Outcome outcome = runXview({"--threads", "2", "--quiet", "localize", "a"});
+  EXPECT_NE(outcome.err.find("QUERY... MAP"), std::string::npos) << outcome.err;
+}
+
 TEST(Misuse, PointsToTheHelpOfTheCommand) {
   EXPECT_NE(runXview({"localize", "a"}).err.find("see: xview localize --help"), std::string::npos);
 }

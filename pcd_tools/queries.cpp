@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "queries.h"
+
+#include <fmt/core.h>
+
+#include "xview/map/map_store.h"
+#include "xview/types/error.h"
+
+namespace xview::tools {
+namespace {
+
+/// A saved session as a query: everything the map knows, answered for its last key frame.
+std::unique_ptr<Query> queryOfMap(const std::string& path) {
+  SemanticMap map = loadMap(path);
+  auto query = std::make_unique<Query>();
+  query->labels = std::move(map.labels);
+  query->graph = std::move(map.graph);
+  query->plan = std::move(map.plan);
+  query->cloud = std::move(map.cloud);
+  for (const Keyframe& keyframe : map.keyframes) query->poses.push_back(keyframe.T_map_sensor);
+  if (query->poses.empty()) query->poses.push_back(Eigen::Isometry3d::Identity());
+  return query;
+}
+
+}  // namespace
+
+QueryInput readQuery(const std::string& path, const InputFlags& input, const Job& job,
+                     const LabelSet& map_labels) {
+  QueryInput result;
+  result.path = path;
+  const InputOptions options = input.parsed();
+  switch (recogniseInput(path, options)) {
+    case InputKind::map:
+      result.whole = queryOfMap(path);
+      result.labels = result.whole->labels;
+      break;
+    case InputKind::graph: {
+      LabelledGraph file = readLabelledGraph(path, input, job.options, &map_labels);
+      result.labels = std::move(file.labels);
+      result.whole = std::make_unique<Query>(makeQuery(file.graph, result.labels, job.options));
+      break;
+    }
+    default: {
+      const std::unique_ptr<FrameSource> source = openInput(path, options, job);
+      result.labels = source->labels();
+      result.frames = digest(*source, job);
+      if (result.frames.empty()) throw Error(path, "no frames");
+    }
+  }
+  return result;
+}
+
+void checkWindow(int size, int stride) {
+  if (size < 0) throw UsageError(fmt::format("--window = {}, must be >= 0", size));
+  if (stride < 0) throw UsageError(fmt::format("--stride = {}, must be >= 0", stride));
+  if (stride > 0 && size == 0) throw UsageError("--stride needs --window");
+}
+
+std::vector<Window> windowsOf(const QueryInput& input, int size, int stride) {
+  const std::size_t frames = input.size();
+  const auto length = static_cast<std::size_t>(size);
+  if (length == 0 || length >= frames) return {{0, frames}};
+  const std::size_t step = stride > 0 ? static_cast<std::size_t>(stride) : length;
+  std::vector<Window> windows;
+  for (std::size_t first = 0; first + length <= frames; first += step)
+    windows.push_back({first, first + length});
+  return windows;
+}
+
+Query queryOf(const QueryInput& input, const Window& window, const Options& options) {
+  if (input.whole) return *input.whole;
+  return makeQuery(input.frames.data() + window.first, input.frames.data() + window.last,
+                   input.labels, options);
+}
+
+}  // namespace xview::tools
