@@ -194,6 +194,7 @@ ObjectHypothesis ObjectPlaceIndex::Index::describe(ObjectVerifier& verifier,
   ObjectHypothesis hypothesis;
   hypothesis.score = scored.score;
   hypothesis.expected = verifier.expectedScore(pose);
+  hypothesis.known_share = verifier.knownShare();
   if (request.focus) {
     const Eigen::Vector2d focus = (*request.focus - query.centre()).head<2>();
     for (int k = 0; k < 4; ++k) pose = verifier.improved(pose, 1.2, focus);

@@ -75,6 +75,12 @@ void ObjectVerifier::moveTo(const CentrePose& pose) {
   }
 }
 
+double ObjectVerifier::knownShare() const {
+  if (known_.empty()) return 0;
+  const auto known = std::count(known_.begin(), known_.end(), std::uint8_t{1});
+  return static_cast<double>(known) / static_cast<double>(known_.size());
+}
+
 /// Counting sort of the points around by class and cell.
 void ObjectVerifier::buildGrid(const CentrePose& pose) {
   double gate = options_.negative_radius_m;

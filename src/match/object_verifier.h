@@ -43,6 +43,9 @@ class ObjectVerifier {
   /// Mean of score() - missedObjects() if `pose` were true.
   double expectedScore(const CentrePose& pose);
 
+  /// Share of the query vertices in known area at the pose of moveTo().
+  double knownShare() const;
+
   const std::vector<Association>& associations() const { return associations_; }
   const MapPoint& mapPoint(std::int32_t local) const {
     return map_.points()[points_[static_cast<std::size_t>(local)].point];

@@ -83,6 +83,7 @@ struct ObjectHypothesis {
   double score = 0;     ///< log-likelihood ratio against chance [nats]
   double expected = 0;  ///< what the score would be on average were the pose true; score / expected
                         ///< is about 1 then
+  double known_share = 0;  ///< share of the query's vertices that lie where the map knows anything
   std::vector<Correspondence>
       inliers;  ///< vertex pairs; similarity is the chance that the pair is no coincidence
 };

@@ -1,0 +1,332 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Place search in bare object graphs: success, precision and recall of the verdict, time and
+// memory.
+//
+//   place_search_bench [--sizes 4,12,38,119] [--noise perfect,medium,noisy] [--view rear,aerial]
+//   [--length 60]
+//                      [--queries 100] [--negatives 50] [--seed 7] [--surface 3] [--threads 1]
+//                      [--csv FILE] [--KEY VALUE]...
+//   place_search_bench --map NEW.ply --query OLD.ply [--classes classes.yaml] [--radius 200]
+//   [--queries 200] [--KEY VALUE]...
+//
+// The first form builds seeded towns of 4, 12, ... streets per side (1.6k, 19k, 180k, 1.8M
+// vertices) and asks for the poses of drives through them, and through a town of another seed,
+// which must be refused. The second takes random circles out of one graph and looks for them in
+// another one of the same frame. Options of the search and of the verdict are --KEY VALUE.
+#include <fmt/core.h>
+#include <sys/resource.h>
+#include <time.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <iostream>
+#include <map>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "xview/io/graph_files.h"
+#include "xview/io/label_files.h"
+#include "xview/match/object_places.h"
+#include "xview/sim/object_town.h"
+#include "xview/types/error.h"
+#include "xview/types/pose.h"
+#include "xview/types/random.h"
+#include "xview/verify/verdict.h"
+
+namespace {
+
+using namespace xview;
+
+constexpr double kPi = 3.14159265358979323846;
+constexpr double kSuccess_m = 5;
+
+struct Arguments {
+  std::vector<std::string> sizes{"4", "12", "38"}, noises{"perfect", "medium", "noisy"},
+      views{"rear", "aerial"};
+  double length_m = 60, radius_m = 200, surface_m = 3;
+  int queries = 100, negatives = 50, threads = 1;
+  std::uint64_t seed = 7;
+  std::string csv, map, query, classes;
+  ObjectPlaceOptions search;
+  VerdictOptions verdict;
+};
+
+std::vector<std::string> splitList(const std::string& text) {
+  std::vector<std::string> parts;
+  std::istringstream stream(text);
+  for (std::string part; std::getline(stream, part, ',');) parts.push_back(part);
+  return parts;
+}
+
+/// Sets the numeric option of a given name.
+struct Setter {
+  std::string name, value;
+  bool* done;
+  template <class Number, class... Rest>
+  void operator()(const char* field, Number& number, Rest&&...) const {
+    if (name != field) return;
+    number = static_cast<Number>(std::stod(value));
+    *done = true;
+  }
+};
+
+Arguments parse(int argc, char** argv) {
+  Arguments a;
+  for (int i = 1; i + 1 < argc; i += 2) {
+    const std::string key = argv[i], value = argv[i + 1];
+    if (key == "--sizes")
+      a.sizes = splitList(value);
+    else if (key == "--noise")
+      a.noises = splitList(value);
+    else if (key == "--view")
+      a.views = splitList(value);
+    else if (key == "--length")
+      a.length_m = std::stod(value);
+    else if (key == "--surface")
+      a.surface_m = std::stod(value);
+    else if (key == "--radius")
+      a.radius_m = std::stod(value);
+    else if (key == "--queries")
+      a.queries = std::stoi(value);
+    else if (key == "--negatives")
+      a.negatives = std::stoi(value);
+    else if (key == "--threads")
+      a.threads = std::stoi(value);
+    else if (key == "--seed")
+      a.seed = std::stoull(value);
+    else if (key == "--csv")
+      a.csv = value;
+    else if (key == "--map")
+      a.map = value;
+    else if (key == "--query")
+      a.query = value;
+    else if (key == "--classes")
+      a.classes = value;
+    else {
+      bool done = false;
+      const Setter set{key.substr(std::min<std::size_t>(2, key.size())), value, &done};
+      visit(a.search, set);
+      visit(a.verdict, set);
+      if (!done) throw UsageError("unknown argument " + key);
+    }
+  }
+  if (argc % 2 == 0) throw UsageError(std::string(argv[argc - 1]) + " needs a value");
+  return a;
+}
+
+double cpuMilliseconds() {
+  timespec t;
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+  return static_cast<double>(t.tv_sec) * 1e3 + static_cast<double>(t.tv_nsec) * 1e-6;
+}
+
+double peakMegabytes() {
+  rusage usage;
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) / 1024;
+}
+
+/// One query and its answer. Queries from elsewhere have no error.
+struct Trial {
+  bool is_negative = false;
+  double error_m = INFINITY;
+  PlaceEvidence evidence;
+  bool accepted = false;
+  double ms = 0;
+  int vertices = 0;
+  WrongPoses wrong;
+  bool isRight() const { return error_m <= kSuccess_m; }
+  double margin() const { return evidence.score - evidence.runner_up; }
+};
+
+Trial run(const ObjectPlaceIndex& index, const SemanticGraph& graph, const Eigen::Vector3d& focus,
+          const Eigen::Vector3d* truth, const Arguments& a) {
+  ObjectSearchRequest request;
+  request.focus = focus;
+  request.threads = a.threads;
+  const double start = cpuMilliseconds();
+  const ObjectSearchResult result = index.search(graph, request);
+  Trial trial;
+  trial.ms = cpuMilliseconds() - start;
+  trial.is_negative = truth == nullptr;
+  trial.vertices = result.vertices;
+  trial.wrong = result.wrong;
+  if (result.hypotheses.empty()) return trial;
+  const ObjectHypothesis& best = result.hypotheses[0];
+  if (truth) trial.error_m = (best.T_map_query * focus - *truth).norm();
+  trial.evidence.score = best.score;
+  trial.evidence.runner_up = result.wrong.count > 0 ? std::max(0.0, result.wrong.best) : 0;
+  trial.evidence.expected = best.expected;
+  trial.evidence.known_share = best.known_share;
+  trial.evidence.places = result.wrong.count + 1;
+  trial.accepted =
+      judge(trial.evidence, a.verdict.min_object_margin, a.verdict).status == Status::accepted;
+  return trial;
+}
+
+template <class Value>
+double quantile(std::vector<Value> values, double q) {
+  if (values.empty()) return NAN;
+  std::sort(values.begin(), values.end());
+  return values[std::min(values.size() - 1,
+                         static_cast<std::size_t>(q * static_cast<double>(values.size())))];
+}
+
+/// Largest share of the answerable queries that a threshold on the margin accepts with 99 %
+/// precision.
+double recallAt99(const std::vector<Trial>& trials) {
+  std::vector<const Trial*> sorted;
+  for (const Trial& t : trials) sorted.push_back(&t);
+  std::sort(sorted.begin(), sorted.end(), [](const Trial* a, const Trial* b) {
+    return a->margin() != b->margin() ? a->margin() > b->margin() : a->isRight() < b->isRight();
+  });
+  int right = 0, wrong = 0, best = 0, answerable = 0;
+  for (const Trial* t : sorted) {
+    answerable += !t->is_negative;
+    ++(t->isRight() ? right : wrong);
+    if (right >= 0.99 * (right + wrong)) best = right;
+  }
+  return answerable > 0 ? static_cast<double>(best) / answerable : NAN;
+}
+
+void printHeader() {
+  fmt::print(
+      "{:<26} {:>8} {:>5} | {:>6} {:>6} {:>6} | {:>6} | {:>6} {:>6} {:>9} | {:>7} {:>7} | {:>6} "
+      "{:>6}\n",
+      "setting", "map", "query", "<=5m%", "<=1m%", "med m", "R@99P%", "acc.%", "prec.%",
+      "false acc", "ms med", "ms p95", "idx MB", "RSS MB");
+}
+
+void printRow(const std::string& name, const ObjectPlaceIndex& index,
+              const std::vector<Trial>& trials) {
+  std::vector<double> errors, times, sizes;
+  int answerable = 0, within5 = 0, within1 = 0, accepted = 0, accepted_right = 0, false_accepts = 0;
+  for (const Trial& t : trials) {
+    times.push_back(t.ms);
+    accepted += t.accepted;
+    accepted_right += t.accepted && t.isRight();
+    false_accepts += t.accepted && t.is_negative;
+    if (t.is_negative) continue;
+    ++answerable;
+    sizes.push_back(t.vertices);
+    within5 += t.isRight();
+    within1 += t.error_m <= 1;
+    if (t.isRight()) errors.push_back(t.error_m);
+  }
+  const double n = std::max(1, answerable);
+  fmt::print(
+      "{:<26} {:>8} {:>5.0f} | {:>6.1f} {:>6.1f} {:>6.2f} | {:>6.1f} | {:>6.1f} {:>6.1f} {:>9} | "
+      "{:>7.1f} {:>7.1f} | {:>6.1f} {:>6.0f}\n",
+      name, index.size(), quantile(sizes, 0.5), 100 * within5 / n, 100 * within1 / n,
+      quantile(errors, 0.5), 100 * recallAt99(trials), 100 * accepted_right / n,
+      accepted > 0 ? 100.0 * accepted_right / accepted : 100.0, false_accepts, quantile(times, 0.5),
+      quantile(times, 0.95), static_cast<double>(index.bytes()) / 1e6, peakMegabytes());
+  std::cout.flush();
+}
+
+void writeCsv(const std::string& path, const std::string& name, const std::vector<Trial>& trials) {
+  if (path.empty()) return;
+  std::ofstream file(path, std::ios::app);
+  for (const Trial& t : trials) {
+    file << fmt::format("{},{},{:.2f},{:.2f},{:.2f},{:.2f},{:.3f},{},{:.2f},{:.2f}\n", name,
+                        t.is_negative ? 1 : 0, std::min(t.error_m, 1e6), t.evidence.score,
+                        t.evidence.runner_up, t.evidence.expected, t.evidence.known_share,
+                        t.vertices, t.wrong.mean, t.wrong.deviation);
+  }
+}
+
+TownNoise noiseNamed(const std::string& name) {
+  if (name == "perfect") return TownNoise::perfect();
+  if (name == "medium") return TownNoise::medium();
+  if (name == "noisy") return TownNoise::noisy();
+  throw UsageError("noise " + name + ", must be perfect, medium or noisy");
+}
+
+void benchTown(const Arguments& a, int size, const std::string& noise_name) {
+  const TownNoise noise = noiseNamed(noise_name);
+  const TownSampling sampling{a.surface_m, 2};
+  const ObjectTown town(size, a.seed), elsewhere(std::clamp(size, 6, 30), a.seed + 1000);
+  const ObjectPlaceIndex index(mapObjectTown(town, noise, sampling, 1), objectTownLabels(),
+                               a.search);
+  for (const std::string& view_name : a.views) {
+    const TownView view = view_name == "aerial" ? TownView::aerial
+                          : view_name == "rear" ? TownView::rear
+                                                : TownView::forward;
+    std::vector<Trial> trials;
+    for (int i = 0; i < a.queries + a.negatives; ++i) {
+      const bool is_negative = i >= a.queries;
+      const TownQuery q =
+          queryObjectTown(is_negative ? elsewhere : town, noise, sampling, view, a.length_m,
+                          a.seed * 100000 + static_cast<std::uint64_t>(i));
+      trials.push_back(
+          run(index, q.graph, q.last_in_query, is_negative ? nullptr : &q.last_in_map, a));
+    }
+    const std::string name =
+        fmt::format("{} {} {} {:.0f} m", size, noise_name, view_name, a.length_m);
+    printRow(name, index, trials);
+    writeCsv(a.csv, name, trials);
+  }
+}
+
+LabelSet labelsOf(const Arguments& a, const SemanticGraph& graph) {
+  if (!a.classes.empty()) return readLabelSet(a.classes);
+  std::vector<std::uint32_t> ids;
+  for (const Vertex& v : graph.vertices) ids.push_back(v.label);
+  return genericLabelSet(ids);
+}
+
+/// A circle out of a graph, in a frame of its own.
+SemanticGraph cutCircle(const SemanticGraph& graph, const Eigen::Vector2d& centre, double radius,
+                        const Eigen::Isometry3d& T_map_query) {
+  SemanticGraph cut;
+  for (const Vertex& v : graph.vertices) {
+    if ((v.position.head<2>() - centre).norm() > radius) continue;
+    cut.vertices.push_back(v);
+    cut.vertices.back().position = T_map_query.inverse() * v.position;
+  }
+  cut.neighbours.resize(cut.size());
+  return cut;
+}
+
+void benchCircles(const Arguments& a) {
+  constexpr std::size_t kFewest = 15;  // vertices of a query
+  const SemanticGraph map = readGraph(a.map).graph, source = readGraph(a.query).graph;
+  const ObjectPlaceIndex index(map, labelsOf(a, map), a.search);
+  Random random(a.seed);
+  std::vector<Trial> trials;
+  for (int attempt = 0; attempt < 100 * a.queries && static_cast<int>(trials.size()) < a.queries;
+       ++attempt) {
+    const Eigen::Vector3d near =
+        source.vertices.at(random.below(static_cast<std::uint32_t>(source.size()))).position;
+    const Eigen::Vector3d centre =
+        near + 0.5 * a.radius_m * Eigen::Vector3d(random.uniform(-1, 1), random.uniform(-1, 1), 0);
+    const Eigen::Isometry3d T_map_query = poseFromYaw(
+        centre + Eigen::Vector3d(random.uniform(-100, 100), random.uniform(-100, 100), 0),
+        random.uniform(-kPi, kPi));
+    const SemanticGraph query = cutCircle(source, centre.head<2>(), a.radius_m, T_map_query);
+    if (query.size() < kFewest) continue;
+    trials.push_back(run(index, query, T_map_query.inverse() * centre, &centre, a));
+  }
+  printRow(fmt::format("circles of {:.0f} m", a.radius_m), index, trials);
+  writeCsv(a.csv, a.query, trials);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) try {
+  const Arguments a = parse(argc, argv);
+  printHeader();
+  if (!a.map.empty()) {
+    benchCircles(a);
+    return 0;
+  }
+  for (const std::string& size : a.sizes) {
+    for (const std::string& noise : a.noises) benchTown(a, std::stoi(size), noise);
+  }
+  return 0;
+} catch (const std::exception& e) {
+  std::cerr << "place_search_bench: " << e.what() << '\n';
+  return 1;
+}
