@@ -16,12 +16,15 @@ constexpr float kMarkingShare = 0.4f;  ///< of the ground votes of a cell that i
 FloorClass floorClass(const FloorCell& cell, const PlanOptions& options) {
   const std::array<float, 3> votes = {cell.votes[0] + cell.votes[3], cell.votes[1], cell.votes[2]};
   const auto best = std::max_element(votes.begin(), votes.end());
-  const bool clear = cell.ground() >= options.min_votes && *best >= options.min_share * cell.ground();
+  const bool clear =
+      cell.ground() >= options.min_votes && *best >= options.min_share * cell.ground();
   return clear ? static_cast<FloorClass>(best - votes.begin()) : kNoFloor;
 }
 
-/// The majority of the 3x3 neighbourhood of a cell with a class: labels of a network flicker at the scale of a cell.
-FloorClass majorityAround(const PlanCells& cells, const std::vector<FloorClass>& classes, std::size_t i) {
+/// The majority of the 3x3 neighbourhood of a cell with a class: labels of a network flicker at the
+/// scale of a cell.
+FloorClass majorityAround(const PlanCells& cells, const std::vector<FloorClass>& classes,
+                          std::size_t i) {
   if (classes[i] == kNoFloor) return kNoFloor;
   std::array<int, 3> count{};
   const CellIndex::Cell c = cells.index.cells()[i];
@@ -57,9 +60,11 @@ void addFloor(const PlanCells& cells, const PlanOptions& options, PlanView& view
     if (classes[i] == kNoFloor) continue;
     const FloorCell& cell = cells.floor[i];
     const CellIndex::Cell c = cells.index.cells()[i];
-    const float x = (static_cast<float>(c.x) + 0.5f) * side, y = (static_cast<float>(c.y) + 0.5f) * side;
+    const float x = (static_cast<float>(c.x) + 0.5f) * side,
+                y = (static_cast<float>(c.y) + 0.5f) * side;
     view[kAreas[classes[i]]].push_back({x, y, cell.height});
-    if (cell.votes[3] > kMarkingShare * cell.ground()) view[Channel::lane_marking].push_back({x, y, cell.height});
+    if (cell.votes[3] > kMarkingShare * cell.ground())
+      view[Channel::lane_marking].push_back({x, y, cell.height});
     const auto addBorder = [&](std::int32_t j, float border_x, float border_y) {
       if (j < 0 || classes[j] == kNoFloor || classes[j] == classes[i]) return;
       view[borderChannel(classes[i], classes[j])].push_back({border_x, border_y, cell.height});

@@ -13,7 +13,8 @@
 namespace xview {
 namespace {
 
-void addUprightCell(const UprightCell& cell, float height, const PlanOptions& options, PlanView& view) {
+void addUprightCell(const UprightCell& cell, float height, const PlanOptions& options,
+                    PlanView& view) {
   const double votes = options.min_votes, share = options.min_share;
   const auto put = [&](Channel channel, Kind kind) {
     PlanSample sample = cell.centre(kind);
@@ -30,7 +31,8 @@ void addUprightCell(const UprightCell& cell, float height, const PlanOptions& op
     if (cell.highOf(Kind::vegetation) >= votes) put(Channel::canopy, Kind::vegetation);
   }
   if (cell.holds(Kind::vehicle, votes, share)) put(Channel::vehicle_surface, Kind::vehicle);
-  if (cell.holds(Kind::other_surface, votes, share)) put(Channel::other_surface, Kind::other_surface);
+  if (cell.holds(Kind::other_surface, votes, share))
+    put(Channel::other_surface, Kind::other_surface);
 }
 
 void addUprights(const PlanCells& cells, const PlanOptions& options, PlanView& view) {
@@ -39,8 +41,8 @@ void addUprights(const PlanCells& cells, const PlanOptions& options, PlanView& v
     if (cells.upright_of[i] < 0) continue;
     const UprightCell& cell = cells.upright[cells.upright_of[i]];
     const CellIndex::Cell c = cells.index.cells()[i];
-    const PlanSample middle{(static_cast<float>(c.x) + 0.5f) * side, (static_cast<float>(c.y) + 0.5f) * side,
-                            cells.floor[i].height};
+    const PlanSample middle{(static_cast<float>(c.x) + 0.5f) * side,
+                            (static_cast<float>(c.y) + 0.5f) * side, cells.floor[i].height};
     if (cell.obstacle_low >= options.min_votes) view[Channel::obstacle_low].push_back(middle);
     if (cell.obstacle_high >= options.min_votes) view[Channel::obstacle_high].push_back(middle);
     addUprightCell(cell, middle.z, options, view);
@@ -51,19 +53,21 @@ void addKnown(const PlanCells& cells, const PlanOptions& options, PlanView& view
   for (std::size_t i = 0; i < cells.floor.size(); ++i) {
     if (cells.floor[i].total < options.min_votes) continue;
     const CellIndex::Cell c = cells.index.cells()[i];
-    view.known.push_back({c.x, c.y, cells.floor[i].height, cells.floor[i].ground() > options.min_votes});
+    view.known.push_back(
+        {c.x, c.y, cells.floor[i].height, cells.floor[i].ground() > options.min_votes});
   }
 }
 
-/// Samples and cells in (y, x) order: the same whatever the order of the frames was.
+/// Samples and cells in (y, x) order, whatever the order of the frames was.
 void sortView(PlanView& view) {
   for (auto& channel : view.samples) {
     std::sort(channel.begin(), channel.end(), [](const PlanSample& a, const PlanSample& b) {
       return a.y != b.y ? a.y < b.y : a.x < b.x;
     });
   }
-  std::sort(view.known.begin(), view.known.end(),
-            [](const GroundCell& a, const GroundCell& b) { return a.y != b.y ? a.y < b.y : a.x < b.x; });
+  std::sort(view.known.begin(), view.known.end(), [](const GroundCell& a, const GroundCell& b) {
+    return a.y != b.y ? a.y < b.y : a.x < b.x;
+  });
 }
 
 }  // namespace
@@ -71,6 +75,12 @@ void sortView(PlanView& view) {
 struct PlanViewBuilder::State {
   State(const LabelSet& set, const PlanOptions& plan_options)
       : labels(set), options(plan_options), voxels(plan_options.voxel_m) {}
+
+  /// Whole multiples of 64 m, so that two views of one frame share their cells.
+  void setOrigin(const Eigen::Vector3d& first_point) {
+    origin = (first_point / 64.0).array().floor() * 64.0;
+    has_origin = true;
+  }
 
   LabelSet labels;
   PlanOptions options;
@@ -86,21 +96,19 @@ PlanViewBuilder::~PlanViewBuilder() = default;
 PlanViewBuilder::PlanViewBuilder(PlanViewBuilder&&) noexcept = default;
 PlanViewBuilder& PlanViewBuilder::operator=(PlanViewBuilder&&) noexcept = default;
 
-void PlanViewBuilder::add(const LabelledCloud& cloud, const std::vector<float>& votes, const std::vector<bool>& near,
-                          const Eigen::Isometry3d& T_plan_cloud, bool aerial) {
-  if (cloud.empty()) return;
+void PlanViewBuilder::add(const LabelledCloud& cloud, const std::vector<float>& votes,
+                          const std::vector<bool>& near, const Eigen::Isometry3d& T_plan_cloud,
+                          bool aerial) {
   State& s = *state_;
-  if (!s.has_origin) {
-    // Whole multiples of 64 m, so that two views of one frame share their cells.
-    s.origin = ((T_plan_cloud * cloud.position(0)) / 64.0).array().floor() * 64.0;
-    s.has_origin = true;
-  }
   const Eigen::Matrix3d R = T_plan_cloud.linear();
-  const Eigen::Vector3d t = T_plan_cloud * cloud.origin - s.origin;
+  const Eigen::Vector3d t = T_plan_cloud * cloud.origin;
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     const Kind kind = s.labels.kind(cloud.points[i].label);
-    if (kind == Kind::none || votes[i] <= 0) continue;
-    const Eigen::Vector3d p = R * cloud.points[i].getVector3fMap().cast<double>() + t;
+    if (kind == Kind::none || !(votes[i] > 0)) continue;
+    const Eigen::Vector3d p_plan = R * cloud.points[i].getVector3fMap().cast<double>() + t;
+    if (!p_plan.allFinite()) continue;
+    if (!s.has_origin) s.setOrigin(p_plan);
+    const Eigen::Vector3d p = p_plan - s.origin;
     s.voxels.add(p.x(), p.y(), p.z(), kind, votes[i], near.empty() || near[i]);
     s.votes += votes[i];
     if (aerial) s.aerial_votes += votes[i];

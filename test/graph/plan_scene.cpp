@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "plan_scene.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace xview::test {
+namespace {
+
+constexpr double kStep_m = 0.25;
+
+/// Middles of steps between two ends.
+std::vector<double> steps(double from, double to) {
+  std::vector<double> result;
+  const int count = std::max(1, static_cast<int>(std::lround((to - from) / kStep_m)));
+  for (int i = 0; i < count; ++i) result.push_back(from + (i + 0.5) * (to - from) / count);
+  return result;
+}
+
+}  // namespace
+
+LabelSet planLabels() {
+  LabelSet set("plan");
+  const auto add = [&set](std::uint32_t id, Role role, Kind kind) {
+    ClassInfo info;
+    info.id = id;
+    info.name = toString(kind);
+    info.role = role;
+    info.kind = kind;
+    set.add(info);
+  };
+  for (std::uint32_t k = 0; k < static_cast<std::uint32_t>(Kind::none); ++k) {
+    add(k, Role::surface, static_cast<Kind>(k));
+  }
+  add(kIgnoredLabel, Role::ignored, Kind::none);
+  return set;
+}
+
+PlanScene& PlanScene::point(Kind kind, double x, double y, double z, float votes, bool near) {
+  pcl::PointXYZL p;
+  p.getVector3fMap() = Eigen::Vector3d(x, y, z).cast<float>();
+  p.label = kind == Kind::none ? kIgnoredLabel : static_cast<std::uint32_t>(kind);
+  cloud_.points.push_back(p);
+  votes_.push_back(votes);
+  near_.push_back(near);
+  return *this;
+}
+
+PlanScene& PlanScene::patch(Kind kind, double x0, double y0, double x1, double y1,
+                            const Height& height) {
+  for (const double y : steps(y0, y1)) {
+    for (const double x : steps(x0, x1)) point(kind, x, y, height(x, y));
+  }
+  return *this;
+}
+
+PlanScene& PlanScene::patch(Kind kind, double x0, double y0, double x1, double y1, double z) {
+  return patch(kind, x0, y0, x1, y1, [z](double, double) { return z; });
+}
+
+PlanScene& PlanScene::wall(Kind kind, double x0, double y0, double x1, double y1, double z0,
+                           double z1) {
+  const double length = std::hypot(x1 - x0, y1 - y0);
+  for (const double s : steps(0, length)) {
+    column(kind, x0 + s / length * (x1 - x0), y0 + s / length * (y1 - y0), z0, z1);
+  }
+  return *this;
+}
+
+PlanScene& PlanScene::column(Kind kind, double x, double y, double z0, double z1) {
+  for (const double z : steps(z0, z1)) point(kind, x, y, z);
+  return *this;
+}
+
+PlanScene PlanScene::reversed() const {
+  PlanScene result = *this;
+  std::reverse(result.cloud_.points.begin(), result.cloud_.points.end());
+  std::reverse(result.votes_.begin(), result.votes_.end());
+  std::reverse(result.near_.begin(), result.near_.end());
+  return result;
+}
+
+void PlanScene::addTo(PlanViewBuilder& builder, bool aerial,
+                      const Eigen::Isometry3d& T_plan_cloud) const {
+  builder.add(cloud_, votes_, near_, T_plan_cloud, aerial);
+}
+
+PlanView PlanScene::view(bool aerial, const PlanOptions& options,
+                         const Eigen::Isometry3d& T_plan_cloud) const {
+  PlanViewBuilder builder(planLabels(), options);
+  addTo(builder, aerial, T_plan_cloud);
+  return builder.build();
+}
+
+PlanScene junction() {
+  PlanScene scene;
+  scene.patch(Kind::road, 2, 16, 62, 24, 0.1).patch(Kind::road, 28, 24, 36, 60, 0.1);
+  scene.patch(Kind::lane_marking, 2, 19.5, 62, 20.5, 0.1);
+  scene.patch(Kind::sidewalk, 2, 13, 62, 16, 0.2).patch(Kind::sidewalk, 24, 24, 28, 60, 0.2);
+  scene.patch(Kind::terrain, 2, 4, 62, 13, 0.2).patch(Kind::terrain, 36, 24, 62, 60, 0.2);
+  scene.wall(Kind::building, 10.1, 6.3, 30.1, 6.3, 0.2, 7)
+      .wall(Kind::fence, 32.2, 8.3, 60, 8.9, 0.2, 1.7);
+  scene.wall(Kind::building, 12.3, 26.1, 12.3, 50, 0.2, 7);
+  for (const double x : {8.1, 23.3, 44.6}) scene.column(Kind::pole, x, 15.2, 0.2, 5);
+  scene.column(Kind::sign, 26.4, 30.2, 0.2, 3).column(Kind::light, 26.2, 52.2, 0.2, 4);
+  for (const double y : {33.3, 45.8}) {
+    scene.column(Kind::trunk, 45.2, y, 0.2, 2);
+    scene.patch(Kind::vegetation, 42.5, y - 2.5, 47.5, y + 2.5, [y](double px, double py) {
+      return 7 - 0.3 * ((px - 45) * (px - 45) + (py - y) * (py - y));
+    });
+  }
+  scene.wall(Kind::vehicle, 50, 22.2, 54, 22.2, 0.3, 1.4)
+      .wall(Kind::vehicle, 50, 23.8, 54, 23.8, 0.3, 1.4);
+  scene.patch(Kind::vehicle, 50, 22.2, 54, 23.8, 1.4);
+  scene.column(Kind::other_object, 20.3, 14.2, 0.2, 1.4);
+  return scene;
+}
+
+const GroundCell* knownAt(const PlanView& view, double x, double y) {
+  const auto cx = static_cast<std::int32_t>(std::floor((x - view.origin_x) / view.cell_m));
+  const auto cy = static_cast<std::int32_t>(std::floor((y - view.origin_y) / view.cell_m));
+  for (const GroundCell& cell : view.known) {
+    if (cell.x == cx && cell.y == cy) return &cell;
+  }
+  return nullptr;
+}
+
+Eigen::Vector2d inFrame(const PlanView& view, const PlanSample& sample) {
+  return {view.origin_x + sample.x, view.origin_y + sample.y};
+}
+
+}  // namespace xview::test
