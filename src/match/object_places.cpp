@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "object_heights.h"
 #include "object_rasters.h"
 #include "object_verifier.h"
 #include "xview/types/parallel.h"
@@ -75,11 +76,18 @@ void verifyAll(std::size_t count, int threads, const ObjectMap& map, const Objec
   });
 }
 
-double median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+/// False if all heights of the query are equal: it has none.
+bool hasHeights(const ObjectQuery& query) {
+  return std::any_of(query.items().begin(), query.items().end(), [&](const QueryItem& item) {
+    return std::abs(item.z - query.items()[0].z) > 1e-3f;
+  });
+}
+
+/// The rotation that tilts an upright query by a slope of its heights.
+Eigen::AngleAxisd tilted(const Eigen::Vector2d& slope) {
+  const double rise = slope.norm();
+  if (rise < 1e-9) return Eigen::AngleAxisd(0, Eigen::Vector3d::UnitX());
+  return Eigen::AngleAxisd(std::atan(rise), Eigen::Vector3d(slope.y(), -slope.x(), 0) / rise);
 }
 
 WrongPoses describeWrong(const std::vector<ObjectHypothesis>& best, const std::vector<Scored>& all,
@@ -200,23 +208,26 @@ ObjectHypothesis ObjectPlaceIndex::Index::describe(ObjectVerifier& verifier,
     for (int k = 0; k < 4; ++k) pose = verifier.improved(pose, 1.2, focus);
   }
   verifier.score(pose, 1);
-  std::vector<double> dz;
+  std::vector<HeightPair> rises;
   for (std::size_t i = 0; i < query.items().size(); ++i) {
     const Association& association = verifier.associations()[i];
     if (association.local == Association::kNone || association.log_odds <= 0) continue;
+    const QueryItem& item = query.items()[i];
     const MapPoint& p = verifier.mapPoint(association.local);
     const double chance = 1 / (1 + std::exp(-static_cast<double>(association.log_odds)));
-    hypothesis.inliers.push_back({query.items()[i].vertex, p.vertex, static_cast<float>(chance)});
+    hypothesis.inliers.push_back({item.vertex, p.vertex, static_cast<float>(chance)});
     const Kind kind = map.classes()[p.slot].kind;
-    const bool roof_or_crown =
+    const bool is_roof_or_crown =
         query.isFromAbove() && (kind == Kind::building || kind == Kind::vegetation);
-    if (!roof_or_crown) dz.push_back(p.z - query.items()[i].z);
+    if (!is_roof_or_crown) rises.push_back({item.x, item.y, p.z - item.z});
   }
   std::sort(hypothesis.inliers.begin(), hypothesis.inliers.end(),
             [](const Correspondence& a, const Correspondence& b) { return a.query < b.query; });
-  const Eigen::Vector3d centre_in_map = Eigen::Vector3d(pose.x, pose.y, median(dz)) + map.origin();
-  hypothesis.T_map_query =
-      poseFromYaw(centre_in_map, pose.yaw) * Eigen::Translation3d(-query.centre());
+  const HeightFit heights = fitHeights(rises, hasHeights(query));
+  const Eigen::Vector3d centre_in_map =
+      Eigen::Vector3d(pose.x, pose.y, heights.offset) + map.origin();
+  hypothesis.T_map_query = poseFromYaw(centre_in_map, pose.yaw) * tilted(heights.slope) *
+                           Eigen::Translation3d(-query.centre());
   hypothesis.centre = {centre_in_map.x(), centre_in_map.y(), angleDifference(pose.yaw, 0),
                        scored.score};
   return hypothesis;

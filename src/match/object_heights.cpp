@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "object_heights.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+namespace xview {
+namespace {
+
+constexpr double kHeightSigma = 0.5;     // [m] of a pair
+constexpr double kSlopeSigma = 0.02;     // [rad]
+constexpr std::size_t kFewestPairs = 6;  // to tell a slope
+constexpr int kIterations = 5;
+
+double medianRise(const std::vector<HeightPair>& pairs) {
+  std::vector<double> rises;
+  for (const HeightPair& p : pairs) rises.push_back(p.rise);
+  const auto middle = rises.begin() + static_cast<std::ptrdiff_t>(rises.size() / 2);
+  std::nth_element(rises.begin(), middle, rises.end());
+  return *middle;
+}
+
+}  // namespace
+
+HeightFit fitHeights(const std::vector<HeightPair>& pairs, bool may_tilt) {
+  HeightFit fit;
+  if (pairs.empty()) return fit;
+  fit.offset = medianRise(pairs);
+  if (!may_tilt || pairs.size() < kFewestPairs) return fit;
+  for (int k = 0; k < kIterations; ++k) {
+    Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+    normal(1, 1) = normal(2, 2) = 1 / (kSlopeSigma * kSlopeSigma);
+    Eigen::Vector3d right = Eigen::Vector3d::Zero();
+    for (const HeightPair& p : pairs) {
+      const double residual =
+          (p.rise - fit.offset - fit.slope.dot(Eigen::Vector2d(p.x, p.y))) / kHeightSigma;
+      const double weight =
+          1 / (kHeightSigma * kHeightSigma * (1 + residual * residual));  // Cauchy
+      const Eigen::Vector3d row(1, p.x, p.y);
+      normal += weight * row * row.transpose();
+      right += weight * p.rise * row;
+    }
+    const Eigen::Vector3d solution = normal.ldlt().solve(right);
+    fit.offset = solution[0];
+    fit.slope = solution.tail<2>();
+  }
+  return fit;
+}
+
+}  // namespace xview
