@@ -101,7 +101,8 @@ struct Localizer::Index {
   void matchWalks(const Query& query, Localization& answer) const;
   void refinePose(const Query& query, Localization& answer) const;
   void report(const std::vector<PlanHypothesis>& found, const std::vector<Proposer>& proposers, Localization& answer) const;
-  bool looksNoWorse(const Query& query, const Eigen::Isometry3d& before, const Eigen::Isometry3d& after) const;
+  PlanQuery recentPart(const Query& query) const;
+  bool looksNoWorse(const PlanQuery& recent, const Eigen::Isometry3d& before, const Eigen::Isometry3d& after) const;
   const DistributionMap& distributions() const;
   const ObjectPlaceIndex& objects() const;
 
@@ -231,12 +232,23 @@ void Localizer::Index::matchWalks(const Query& query, Localization& answer) cons
   setVerdict(judge(evidence, options.verdict), answer);
 }
 
-/// The clouds see only the last metres and the map's classes; what the whole window sees from above must not contradict them.
-bool Localizer::Index::looksNoWorse(const Query& query, const Eigen::Isometry3d& before, const Eigen::Isometry3d& after) const {
-  constexpr double kScoreKept = 0.9;
-  if (!places || query.plan.known.empty()) return true;
-  const PlanQuery plan_query = makePlanQuery(query.plan);
-  return places->score(plan_query, placeOf(after)) >= kScoreKept * places->score(plan_query, placeOf(before));
+/// The clouds see only some classes and take the nearest surface for the right one; what is seen from above must not contradict them.
+bool Localizer::Index::looksNoWorse(const PlanQuery& recent, const Eigen::Isometry3d& before, const Eigen::Isometry3d& after) const {
+  constexpr double kScoreKept = 0.65;
+  if (recent.empty()) return true;
+  return places->score(recent, placeOf(after)) >= kScoreKept * places->score(recent, placeOf(before));
+}
+
+/// What lies around the last pose: the older part of the window has drifted against it.
+PlanQuery Localizer::Index::recentPart(const Query& query) const {
+  constexpr float kRecent_m = 20;
+  if (!places || query.plan.known.empty()) return {};
+  PlanQuery recent = makePlanQuery(query.plan);
+  const Eigen::Vector2f sensor = (query.poses.back().translation().head<2>() - recent.centre).cast<float>();
+  recent.fine.erase(std::remove_if(recent.fine.begin(), recent.fine.end(),
+                                   [&](const PlanQuery::Sample& s) { return (Eigen::Vector2f(s.x, s.y) - sensor).norm() > kRecent_m; }),
+                    recent.fine.end());
+  return recent;
 }
 
 void Localizer::Index::refinePose(const Query& query, Localization& answer) const {
@@ -245,8 +257,14 @@ void Localizer::Index::refinePose(const Query& query, Localization& answer) cons
   answer.covariance = covarianceOfPairs(answer.kept, map.graph, best.T_map_query * sensor, kPairSigma_m);
   if (!options.refine.enabled || query.cloud.empty() || map.cloud.empty()) return;
   Stopwatch watch;
+  const PlanQuery recent = recentPart(query);
+  if (!recent.empty()) {
+    const PlanHypothesis near = places->verify(recent, placeOf(best.T_map_query));
+    const Eigen::Isometry3d T = poseOf(near);
+    if ((T * sensor - best.T_map_query * sensor).norm() < options.refine.max_shift_m) best.T_map_query = T;
+  }
   const Refinement refined = refine(distributions(), query.cloud, query.labels, best.T_map_query, sensor, options.refine);
-  if (refined.converged && looksNoWorse(query, best.T_map_query, refined.T_map_query)) {
+  if (refined.converged && looksNoWorse(recent, best.T_map_query, refined.T_map_query)) {
     best.T_map_query = refined.T_map_query;
     answer.covariance = refined.covariance;
   }
