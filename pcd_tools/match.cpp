@@ -8,7 +8,6 @@
 #include "queries.h"
 #include "xview/localizer.h"
 #include "xview/types/stopwatch.h"
-#include "xview/verify/sample_consensus.h"
 #include "xview/view/match_drawing.h"
 
 namespace xview::tools {
@@ -35,22 +34,6 @@ Scene sceneOf(const SemanticMap& map, const Query& query, const Localization& fi
   return scene;
 }
 
-std::vector<Eigen::Vector3d> positionsOf(const SemanticGraph& graph) {
-  std::vector<Eigen::Vector3d> positions;
-  for (const Vertex& vertex : graph.vertices) positions.push_back(vertex.position);
-  return positions;
-}
-
-/// The place search answers without pairing vertices. Their descriptors are compared all the same,
-/// and those pairs are kept that the answer brings together.
-void pairVertices(const SemanticMap& map, const Query& query, Options options, Localization& fix) {
-  options.method = "walks";
-  fix.putative = Localizer(map, options).localize(query).putative;
-  if (fix.hypotheses.empty()) return;
-  fix.kept = supporters(positionsOf(query.graph), positionsOf(map.graph), fix.putative,
-                        fix.T_map_query, options.consensus.inlier_m);
-}
-
 class MatchCommand final : public Command {
  public:
   Description describe() const override {
@@ -75,8 +58,7 @@ class MatchCommand final : public Command {
     const QueryInput input = readQuery(job.operands[0], input_, job, map.labels);
     const Query query = queryOf(input, {0, input.size()}, job.options);
     Stopwatch watch;
-    Localization fix = Localizer(map, job.options).localize(query);
-    if (fix.putative.empty()) pairVertices(map, query, job.options, fix);
+    const Localization fix = Localizer(map, job.options).localize(query);
     job.narrate.stage("match", watch.lap_ms(),
                       fmt::format("{}: {}", toString(fix.status), fix.reason));
 

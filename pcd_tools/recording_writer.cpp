@@ -5,6 +5,7 @@
 
 #include <atomic>
 #include <filesystem>
+#include <utility>
 
 #include "xview/io/atomic_file.h"
 #include "xview/io/image_files.h"
@@ -29,6 +30,14 @@ void writeFile(const std::string& path, const std::string& bytes) {
 
 std::string numbered(const std::string& folder, std::int64_t number, const char* ending) {
   return fmt::format("{}/{:06d}.{}", folder, number, ending);
+}
+
+/// Frames of an earlier, longer recording would be taken for frames of this one.
+void removeFramesFrom(std::size_t first, const std::string& folder, const char* ending) {
+  for (auto number = static_cast<std::int64_t>(first);; ++number) {
+    std::error_code problem;
+    if (!std::filesystem::remove(numbered(folder, number, ending), problem)) return;
+  }
 }
 
 std::string classesYaml(const LabelSet& labels) {
@@ -107,11 +116,12 @@ void writeRecording(const std::string& folder, const FrameSource& source,
                     const std::vector<Eigen::Isometry3d>& truth, int threads,
                     const Progress& progress) {
   const bool camera = source.sensor() == Sensor::camera;
-  for (const char* part : {"depth", "label", "instance"}) {
-    if (camera) makeFolder(folder + "/" + part);
-  }
-  for (const char* part : {"velodyne", "labels"}) {
-    if (!camera) makeFolder(folder + "/" + part);
+  using Parts = std::vector<std::pair<const char*, const char*>>;  // folder and ending
+  const Parts parts = camera ? Parts{{"depth", "png"}, {"label", "png"}, {"instance", "png"}}
+                             : Parts{{"velodyne", "bin"}, {"labels", "label"}};
+  for (const auto& [part, ending] : parts) {
+    makeFolder(folder + "/" + part);
+    removeFramesFrom(source.size(), folder + "/" + part, ending);
   }
   writeSidecars(folder, source);
   writeTumPoses(folder + "/groundtruth.txt", stamped(source, truth));

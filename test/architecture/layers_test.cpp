@@ -18,9 +18,8 @@ namespace fs = std::filesystem;
 /// places of their own.
 std::string placeOf(const fs::path& relative) {
   const std::string first = relative.begin()->string();
-  if (first == "mapper.h" || first == "localizer.h") return "pipeline";
   if (first == "options.h" || first == "options_file.h") return "options";
-  return first;
+  return relative.has_parent_path() ? first : "pipeline";
 }
 
 /// Which places each place may include; itself is always allowed. See docs/architecture.md.
@@ -34,12 +33,9 @@ std::map<std::string, std::set<std::string>> allowed() {
   computing.insert("types");
   table["options"] = computing;
   table["map"] = computing;
-  table["map"].insert({"options", "io"});
   table["pipeline"] = computing;
   table["pipeline"].insert({"options", "map"});
-  table["view"] = table["pipeline"];
-  table["view"].insert({"pipeline", "io"});
-  table["pcl"] = table["pipeline"];
+  for (const char* rim : {"view", "pcl"}) table[rim] = table["pipeline"];
   return table;
 }
 

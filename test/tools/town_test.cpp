@@ -196,6 +196,15 @@ TEST_F(TinyTown, PicturesAreWrittenByTheEndingOfTheirName) {
   EXPECT_EQ(beside.out, file("town.png") + "\n");
 }
 
+TEST_F(TinyTown, AShorterDriveInTheSameFolderLeavesNoOldFrames) {
+  for (const char* length : {"20", "10"}) {
+    succeed({"simulate", "-q", file("again"), "--route_length_m", length, "--width", "64",
+             "--height", "48", "--sessions.rear=false", "--sessions.aerial=false"});
+  }
+  EXPECT_NE(succeed({"info", "-q", file("again/forward")}).out.find("frames        6,"),
+            std::string::npos);
+}
+
 TEST_F(TinyTown, AppendingGrowsTheMapAndNotAppendingReplacesIt) {
   const std::string grown = file("grown.xvm");
   succeed({"map", "-q", town("forward"), "--frames", "0:20", grown});
