@@ -23,6 +23,10 @@ struct CommonFlags {
   bool print_config = false, quiet = false, verbose = false;
 };
 
+std::string withDefault(const std::string& help, const std::string& fallback) {
+  return fallback.empty() ? help : fmt::format("{} (default {})", help, fallback);
+}
+
 /// Flags on top of CLI11.
 class CliFlags final : public Flags {
  public:
@@ -44,10 +48,9 @@ class CliFlags final : public Flags {
  private:
   template <class T>
   void addValue(const std::string& names, T& value, const std::string& help, const char* type) {
-    const std::string fallback = fmt::format("{}", value);
-    const std::string text =
-        fallback.empty() ? help : fmt::format("{} (default {})", help, fallback);
-    app_.add_option(names, value, text)->group(group_)->type_name(type);
+    app_.add_option(names, value, withDefault(help, fmt::format("{}", value)))
+        ->group(group_)
+        ->type_name(type);
   }
 
   CLI::App& app_;
@@ -74,7 +77,7 @@ void declareOptions(CLI::App& app, CommonFlags& common, bool listed) {
       common.values[key] = text;
     };
     app.add_option_function<std::string>("--" + entry.key, store,
-                                         fmt::format("{} (default {})", entry.help, entry.fallback))
+                                         withDefault(entry.help, entry.fallback))
         ->group(group)
         ->type_name("VALUE");
   }
@@ -91,6 +94,7 @@ void declareCommon(CLI::App& app, CommonFlags& common, bool list_options) {
       ->group(group)
       ->type_name("FILE")
       ->expected(1)
+      ->allow_extra_args(false)  // else it would swallow the operands behind it
       ->take_all();
   app.add_flag("--print-config", common.print_config,
                "print the effective options as YAML and stop")

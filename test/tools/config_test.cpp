@@ -49,6 +49,15 @@ TEST(Config, LaterFilesWin) {
   EXPECT_NE(both.find("num_walks: 50"), std::string::npos);
 }
 
+TEST(Config, TakesOneFileAndLeavesTheOperandsBehindIt) {
+  const TemporaryFolder folder;
+  writeText(folder / "a.yaml", "seed: 11\n");
+  const Outcome outcome =
+      runXview({"localize", "--config", folder / "a.yaml", "/nowhere/q", "/nowhere/map"});
+  EXPECT_EQ(outcome.code, 1);
+  EXPECT_NE(outcome.err.find("/nowhere/map"), std::string::npos) << outcome.err;
+}
+
 TEST(Config, UnknownKeyNamesFileAndNearestKey) {
   const TemporaryFolder folder;
   writeText(folder / "a.yaml", "walks:\n  num_wlks: 50\n");
