@@ -19,7 +19,9 @@ constexpr std::array<const char*, 2> kViewpointNames = {"ground", "air"};
 
 using Distribution = std::array<double, kDistanceBins>;
 
-double sum(const Distribution& counts) { return std::accumulate(counts.begin(), counts.end(), 0.0); }
+double sum(const Distribution& counts) {
+  return std::accumulate(counts.begin(), counts.end(), 0.0);
+}
 
 Distribution smoothed(const Distribution& counts, const Distribution& prior, double weight) {
   Distribution p{};
@@ -32,6 +34,26 @@ Distribution uniform() {
   Distribution p{};
   p.fill(1.0 / kDistanceBins);
   return p;
+}
+
+/// False if the line is not what it should be.
+bool parseLine(const std::string& line, LikelihoodTable& table) {
+  std::istringstream words(line);
+  std::string viewpoint, channel, hypothesis, more;
+  words >> viewpoint >> channel >> hypothesis;
+  Distribution counts{};
+  for (double& n : counts) words >> n;
+  const bool counted =
+      words && std::all_of(counts.begin(), counts.end(), [](double n) { return n >= 0; });
+  if (!counted || words >> more || (hypothesis != "true" && hypothesis != "wrong")) return false;
+  const auto v = std::find(kViewpointNames.begin(), kViewpointNames.end(), viewpoint) -
+                 kViewpointNames.begin();
+  std::size_t c = 0;
+  while (c < kChannels && channel != toString(static_cast<Channel>(c))) ++c;
+  if (v == kViewpointNames.end() - kViewpointNames.begin() || c == kChannels) return false;
+  DistanceCounts& entry = table.counts[v][c];
+  (hypothesis == "true" ? entry.at_true : entry.at_wrong) = counts;
+  return true;
 }
 
 }  // namespace
@@ -48,7 +70,8 @@ void LikelihoodTable::add(const LikelihoodTable& other) {
 }
 
 LogRatios logRatios(const LikelihoodTable& table, Viewpoint viewpoint,
-                    const std::array<std::array<double, kDistanceBins>, kChannels>* map_null, double mix) {
+                    const std::array<std::array<double, kDistanceBins>, kChannels>* map_null,
+                    double mix) {
   LogRatios ratios;
   for (std::size_t c = 0; c < kChannels; ++c) {
     const DistanceCounts& counts = table.at(viewpoint, static_cast<Channel>(c));
@@ -68,7 +91,8 @@ LogRatios logRatios(const LikelihoodTable& table, Viewpoint viewpoint,
 }
 
 const LikelihoodTable& defaultLikelihoods() {
-  static const LikelihoodTable table = parseLikelihoods(kDefaultLikelihoods, "built-in likelihoods");
+  static const LikelihoodTable table =
+      parseLikelihoods(kDefaultLikelihoods, "built-in likelihoods");
   return table;
 }
 
@@ -81,8 +105,10 @@ std::string toText(const LikelihoodTable& table) {
     for (std::size_t c = 0; c < kChannels; ++c) {
       for (const bool at_true : {true, false}) {
         const DistanceCounts& counts = table.counts[v][c];
-        out << kViewpointNames[v] << ' ' << toString(static_cast<Channel>(c)) << (at_true ? " true" : " wrong");
-        for (const double n : at_true ? counts.at_true : counts.at_wrong) out << ' ' << std::llround(n);
+        out << kViewpointNames[v] << ' ' << toString(static_cast<Channel>(c))
+            << (at_true ? " true" : " wrong");
+        for (const double n : at_true ? counts.at_true : counts.at_wrong)
+          out << ' ' << std::llround(n);
         out << '\n';
       }
     }
@@ -96,21 +122,11 @@ LikelihoodTable parseLikelihoods(const std::string& text, const std::string& pat
   std::string line;
   for (int number = 1; std::getline(lines, line); ++number) {
     if (line.empty() || line[0] == '#') continue;
-    std::istringstream words(line);
-    std::string viewpoint, channel, hypothesis;
-    words >> viewpoint >> channel >> hypothesis;
-    const auto v = std::find(kViewpointNames.begin(), kViewpointNames.end(), viewpoint) - kViewpointNames.begin();
-    std::size_t c = 0;
-    while (c < kChannels && channel != toString(static_cast<Channel>(c))) ++c;
-    std::array<double, kDistanceBins> counts{};
-    for (double& n : counts) words >> n;
-    if (v == 2 || c == kChannels || (hypothesis != "true" && hypothesis != "wrong") || !words) {
+    if (!parseLine(line, table)) {
       throw Error(path + ":" + std::to_string(number),
-                  "expected 'ground|air CHANNEL true|wrong' and " + std::to_string(kDistanceBins) + " counts, found '" +
-                      line + "'");
+                  "expected 'ground|air CHANNEL true|wrong' and " + std::to_string(kDistanceBins) +
+                      " counts, found '" + line + "'");
     }
-    DistanceCounts& entry = table.counts[v][c];
-    (hypothesis == "true" ? entry.at_true : entry.at_wrong) = counts;
   }
   return table;
 }

@@ -11,8 +11,9 @@
 
 namespace xview {
 
-/// For every cell of a map and every channel: the class of the distance to the nearest sample. Tiles of 64x64 cells that exist only
-/// where the map was seen; a tile depends only on samples within 9 m of it.
+/// For every cell of a map and every channel: the class of the distance to the nearest sample.
+/// Tiles of 64x64 cells that exist only where the map was seen; a tile depends only on samples
+/// within 9 m of it.
 class PlanField {
  public:
   static constexpr int kTileCells = 64;
@@ -30,18 +31,14 @@ class PlanField {
   struct Tile {
     std::int32_t x = 0, y = 0;  ///< tile index; its first cell is (x, y) * kTileCells
     std::array<const std::uint8_t*, kChannels> bins{};
-    std::vector<float> ground;  ///< height per cell relative to the plan's origin; NaN where not measured
+    std::vector<float>
+        ground;  ///< height per cell relative to the plan's origin; NaN where not measured
   };
   const std::vector<Tile>& tiles() const { return tiles_; }
 
   /// The tile of cell (cx, cy), or null where the map was never seen.
   const Tile* tileOfCell(std::int32_t cx, std::int32_t cy) const {
-    const std::int32_t bx = ((cx >> 6) >> kBlockBits) - block_x_, by = ((cy >> 6) >> kBlockBits) - block_y_;
-    if (bx < 0 || by < 0 || bx >= blocks_wide_ || by >= blocks_high_) return nullptr;
-    const auto& block = blocks_[static_cast<std::size_t>(by) * blocks_wide_ + bx];
-    if (block.empty()) return nullptr;
-    constexpr std::int32_t mask = (1 << kBlockBits) - 1;
-    const std::int32_t tile = block[(static_cast<std::size_t>((cy >> 6) & mask) << kBlockBits) + ((cx >> 6) & mask)];
+    const std::int32_t tile = findTile(cx, cy);
     return tile < 0 ? nullptr : &tiles_[tile];
   }
   static std::size_t cellInTile(std::int32_t cx, std::int32_t cy) {
@@ -57,9 +54,24 @@ class PlanField {
  private:
   static constexpr int kBlockBits = 5;  ///< the directory has blocks of 32x32 tiles
 
+  static std::size_t tileInBlock(std::int32_t tx, std::int32_t ty) {
+    constexpr std::int32_t mask = (1 << kBlockBits) - 1;
+    return (static_cast<std::size_t>(ty & mask) << kBlockBits) +
+           static_cast<std::size_t>(tx & mask);
+  }
+  /// Index into tiles_ of the tile of a cell, or -1.
+  std::int32_t findTile(std::int32_t cx, std::int32_t cy) const {
+    const std::int32_t tx = cx >> 6, ty = cy >> 6, bx = (tx >> kBlockBits) - block_x_,
+                       by = (ty >> kBlockBits) - block_y_;
+    if (bx < 0 || by < 0 || bx >= blocks_wide_ || by >= blocks_high_) return -1;
+    const auto& block = blocks_[static_cast<std::size_t>(by) * blocks_wide_ + bx];
+    return block.empty() ? -1 : block[tileInBlock(tx, ty)];
+  }
+  void makeDirectory();
+
   double cell_m_ = 0.5, origin_x_ = 0, origin_y_ = 0;
   std::vector<Tile> tiles_;
-  std::vector<std::vector<std::uint8_t>> planes_;  ///< what Tile::bins points into
+  std::vector<std::vector<std::uint8_t>> planes_;  ///< by tile: what Tile::bins points into
   std::int32_t block_x_ = 0, block_y_ = 0, blocks_wide_ = 0, blocks_high_ = 0;
   std::vector<std::vector<std::int32_t>> blocks_;
 };
