@@ -72,6 +72,13 @@ XVIEW_CLONES void measure(const float* along, const float* across, float line_ce
   }
 }
 
+XVIEW_CLONES void addReached(const float* __restrict squared, float limit,
+                             std::uint8_t* __restrict counts) {
+  for (int i = 0; i < kSide * kSide; ++i) {
+    counts[i] = static_cast<std::uint8_t>(counts[i] + (squared[i] >= limit));
+  }
+}
+
 }  // namespace
 
 DistanceWindow::DistanceWindow(float reach)
@@ -112,6 +119,12 @@ void DistanceWindow::takeFrom(const Lines& lines, bool transposed) {
       squared = std::min(squared, line[k]);
     }
   }
+}
+
+void DistanceWindow::countReached(const Distances& squared, const std::vector<float>& limits,
+                                  std::uint8_t* counts) {
+  std::fill(counts, counts + squared.size(), std::uint8_t{0});
+  for (const float limit : limits) addReached(squared.data(), limit, counts);
 }
 
 const DistanceWindow::Distances& DistanceWindow::squared(const std::vector<Site>& sites) {

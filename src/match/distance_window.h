@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <vector>
 
 namespace xview {
@@ -25,6 +26,10 @@ class DistanceWindow {
   /// cell to cell, which may miss the nearest one for another that is further by less than a
   /// hundredth of a cell.
   const Distances& squared(const std::vector<Site>& sites);
+
+  /// Per cell, how many of the limits (squared as well) its distance reaches.
+  static void countReached(const Distances& squared, const std::vector<float>& limits,
+                           std::uint8_t* counts);
 
  private:
   /// The site nearest to each cell of the window, in lines of cells with a border of cells without

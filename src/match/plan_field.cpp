@@ -90,22 +90,22 @@ class SamplesByTile {
 };
 
 /// Limits of the classes in cells, squared.
-std::array<float, kDistanceBins - 1> squaredLimits(double cell_m) {
-  std::array<float, kDistanceBins - 1> limits{};
-  for (std::size_t b = 0; b < limits.size(); ++b)
-    limits[b] = static_cast<float>(std::pow(kBinLimits_m[b] / cell_m, 2));
+std::vector<float> squaredLimits(double cell_m) {
+  std::vector<float> limits;
+  for (const float limit : kBinLimits_m) {
+    limits.push_back(static_cast<float>(std::pow(limit / cell_m, 2)));
+  }
   return limits;
 }
 
-void appendPlane(const DistanceWindow::Distances& squared,
-                 const std::array<float, kDistanceBins - 1>& limits, const Mask& mask,
-                 std::vector<std::uint8_t>& planes) {
-  const std::size_t first = planes.size();
-  planes.resize(first + kCells);
+void appendPlane(const DistanceWindow::Distances& squared, const std::vector<float>& limits,
+                 const Mask& mask, std::vector<std::uint8_t>& planes) {
+  planes.resize(planes.size() + kCells);
+  std::uint8_t* plane = planes.data() + planes.size() - kCells;
+  DistanceWindow::countReached(squared, limits, plane);
   for (int i = 0; i < kCells; ++i) {
-    int bin = 0;
-    for (const float limit : limits) bin += squared[i] >= limit;
-    planes[first + i] = static_cast<std::uint8_t>(bin >= kNearBins && !mask[i] ? kUnknownBin : bin);
+    const bool unknown = plane[i] >= kNearBins && !mask[i];
+    plane[i] = unknown ? static_cast<std::uint8_t>(kUnknownBin) : plane[i];
   }
 }
 
