@@ -71,10 +71,17 @@ double radiusOf(const PlanQuery& query) {
   return radius;
 }
 
+/// Where a pose puts a point of the query. Query frames begin anywhere, so poses of their origins cannot be compared.
+PlacePose placeOfPoint(const PlacePose& pose, const Eigen::Vector2d& point) {
+  const Eigen::Vector2d p = Eigen::Rotation2Dd(pose.yaw) * point + Eigen::Vector2d(pose.x, pose.y);
+  return {p.x(), p.y(), pose.yaw, pose.score};
+}
+
 /// Adds a verified pose where its score puts it; a place that is known already keeps the better pose.
-void insertPlace(std::vector<PlanHypothesis>& places, std::vector<Proposer>& proposers, const PlanHypothesis& place, Proposer proposer) {
+void insertPlace(std::vector<PlanHypothesis>& places, std::vector<Proposer>& proposers, const PlanHypothesis& place, Proposer proposer,
+                 const Eigen::Vector2d& query_centre) {
   for (std::size_t i = 0; i < places.size(); ++i) {
-    if (!samePlace(places[i].pose, place.pose)) continue;
+    if (!samePlace(placeOfPoint(places[i].pose, query_centre), placeOfPoint(place.pose, query_centre))) continue;
     if (place.pose.score <= places[i].pose.score) return;
     places.erase(places.begin() + static_cast<std::ptrdiff_t>(i));
     proposers.erase(proposers.begin() + static_cast<std::ptrdiff_t>(i));
@@ -142,14 +149,13 @@ void Localizer::Index::searchPlaces(const Query& query, Localization& answer) co
   WalkGraph part;
   answer.vertices = static_cast<int>(walk_query.graph.size());
   if (!found.empty()) {
-    const PlacePose best = found[0].pose;
-    const Eigen::Vector2d centre = Eigen::Rotation2Dd(best.yaw) * plan_query.centre + Eigen::Vector2d(best.x, best.y);
-    part = walks.mapAround(centre, radiusOf(plan_query) + kPlaceMargin_m);
+    const PlacePose centre = placeOfPoint(found[0].pose, plan_query.centre);
+    part = walks.mapAround({centre.x, centre.y}, radiusOf(plan_query) + kPlaceMargin_m);
     if (options.method == "auto") {
       const WalkProposals proposals = walks.proposeIn(part, walk_query);
       for (const WalkProposal& p : proposals.poses) {
         const PlanHypothesis verified = places->verify(plan_query, placeOf(p.T_map_query));
-        if (satisfies(prior, query, poseOf(verified))) insertPlace(found, proposers, verified, Proposer::walks);
+        if (satisfies(prior, query, poseOf(verified))) insertPlace(found, proposers, verified, Proposer::walks, plan_query.centre);
       }
       answer.putative = proposals.putative;
       answer.matches = static_cast<int>(proposals.putative.size());
@@ -218,9 +224,11 @@ void Localizer::Index::matchWalks(const Query& query, Localization& answer) cons
   ConsensusEvidence evidence;
   evidence.vertices = answer.vertices;
   evidence.chance_inliers = chanceInliers(result.putative, map.graph, options.consensus.inlier_m);
+  const Eigen::Vector2d last = query.poses.back().translation().head<2>();
   for (const WalkProposal& p : result.poses) {
     const auto inliers = static_cast<int>(p.inliers.size());
-    if (!answer.hypotheses.empty() && evidence.runner_up == 0 && !samePlace(placeOf(answer.hypotheses[0].T_map_query), placeOf(p.T_map_query))) {
+    if (!answer.hypotheses.empty() && evidence.runner_up == 0 &&
+        !samePlace(placeOfPoint(placeOf(answer.hypotheses[0].T_map_query), last), placeOfPoint(placeOf(p.T_map_query), last))) {
       evidence.runner_up = inliers;
     }
     answer.hypotheses.push_back({p.T_map_query, static_cast<double>(inliers), inliers, Proposer::walks});

@@ -59,10 +59,9 @@ Verdict judge(const PlaceEvidence& e, double needed_margin, const VerdictOptions
 
 Verdict judge(const ConsensusEvidence& e, const VerdictOptions& o) {
   Verdict verdict;
-  // Inliers of wrong poses come in clusters (a row of houses fits another row), so twice the chance
-  // level plus what the runner-up has is asked for.
-  const double needed =
-      std::max({o.min_inliers, 2 * e.chance_inliers, o.min_inlier_ratio * e.runner_up});
+  // A row of houses fits another row: the inliers of wrong poses come in clusters and grow with the query, up to about 22.
+  const double chance = std::min(24.0, 5 + 0.18 * e.vertices);
+  const double needed = std::max({o.min_inliers, chance, 2 * e.chance_inliers, o.min_inlier_ratio * e.runner_up});
   verdict.confidence = confidenceOf(e.inliers / needed);
   if (e.inliers >= needed) {
     verdict.status = Status::accepted;

@@ -11,9 +11,9 @@ namespace xview {
 struct VerdictOptions {
   double min_margin = 60;        ///< nats by which the best place must beat every other one
   double min_agreement = 0.4;    ///< share of the score that a true pose would have
-  double min_known_share = 0.3;  ///< share of the query that must lie where the map was seen
+  double min_known_share = 0.15; ///< share of the query that must lie where the map was seen
   double min_object_margin = 15; ///< same as min_margin for graphs of objects without surfaces
-  double min_inliers = 8;        ///< method walks: vertices that must agree
+  double min_inliers = 8;        ///< method walks: vertices that must agree, more for large queries
   double min_inlier_ratio = 1.5; ///< method walks: times the inliers of the next best place
 };
 
