@@ -14,7 +14,8 @@ constexpr double kSeenShare =
 constexpr double kEnoughExpected = 3;  // vertices expected before absence means anything
 constexpr double kThinning =
     0.9;  // of the gap: samples of the same spacing must not lose every second one
-constexpr double kCoverageCells = 400;  // across the query, at most
+constexpr std::size_t kMostSamples = 300;  // more do not make the search any surer
+constexpr double kCoverageCells = 400;     // across the query, at most
 
 Eigen::Vector3d meanOf(const std::vector<std::pair<Eigen::Vector3d, QueryItem>>& items) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -123,7 +124,11 @@ std::vector<RasterSample> ObjectQuery::samples(const ObjectMap& map, double gap_
       continue;
     samples.push_back({item.x, item.y, item.slot});
   }
-  return samples;
+  if (samples.size() <= kMostSamples) return samples;
+  std::vector<RasterSample> some;  // evenly, which keeps the mixture of classes
+  for (std::size_t i = 0; i < kMostSamples; ++i)
+    some.push_back(samples[i * samples.size() / kMostSamples]);
+  return some;
 }
 
 double ObjectQuery::emptyRadius() const {
