@@ -31,43 +31,61 @@ WeightedRatios weighted(const LogRatios& ratios, const PlaceOptions& options, bo
     const auto channel = static_cast<Channel>(c);
     const double weight = (isObject(channel) ? options.object_weight : options.surface_weight) *
                           blockWeight(channel, coarse ? coarseBlock(channel) : fineBlock(channel));
-    for (int b = 0; b <= kDistanceBins; ++b) result.value[c][b] = static_cast<float>(weight) * ratios.value[c][b];
+    for (int b = 0; b <= kDistanceBins; ++b)
+      result.value[c][b] = static_cast<float>(weight) * ratios.value[c][b];
     result.expected[c] = static_cast<float>(weight) * ratios.expected[c];
   }
   return result;
 }
 
-/// Mean and maximum of the fine cells in a coarse one, blended: a surface that only touches the cell still counts.
+/// Fine cells per side of a coarse one: a power of two, so that tiles hold whole coarse cells.
+int cellsPerSide(double coarse_cell_m, double fine_cell_m) {
+  int sub = 1;
+  while (sub < PlanField::kTileCells && sub * 1.5 < coarse_cell_m / fine_cell_m) sub *= 2;
+  return sub;
+}
+
+/// Mean and maximum of the fine cells in a coarse one, blended: a surface that only touches the
+/// cell still counts.
+float blendedRatio(const std::uint8_t* bins, int sub,
+                   const std::array<float, kDistanceBins + 1>& ratios, float mean_share) {
+  float sum = 0, best = ratios[bins[0]];
+  for (int y = 0; y < sub; ++y) {
+    for (int x = 0; x < sub; ++x) {
+      const float v = ratios[bins[y * PlanField::kTileCells + x]];
+      sum += v;
+      best = std::max(best, v);
+    }
+  }
+  return mean_share * sum / static_cast<float>(sub * sub) + (1 - mean_share) * best;
+}
+
+std::uint8_t quantized(double nats) {
+  return static_cast<std::uint8_t>(
+      std::clamp(std::round(nats * kRasterUnitsPerNat), 0.0, kRasterCap));
+}
+
+/// Ratios as bytes above the lowest one of their channel; the background is what unseen area has.
 LikelihoodRaster makeRaster(const PlanField& field, const WeightedRatios& ratios, double cell_m) {
-  const int sub = std::max(1, static_cast<int>(std::lround(cell_m / field.cellSize())));
-  std::vector<float> lowest(kChannels);
-  std::vector<std::uint8_t> background(kChannels);
-  const auto quantized = [](double nats) {
-    return static_cast<std::uint8_t>(std::clamp(std::round(nats * kRasterUnitsPerNat), 0.0, kRasterCap));
-  };
-  for (std::size_t c = 0; c < kChannels; ++c) {
-    lowest[c] = *std::min_element(ratios.value[c].begin(), ratios.value[c].end());
-    background[c] = quantized(0.0 - lowest[c]);
+  const int sub = cellsPerSide(cell_m, field.cellSize());
+  std::vector<float> lowest;
+  std::vector<std::uint8_t> background;
+  for (const auto& values : ratios.value) {
+    lowest.push_back(*std::min_element(values.begin(), values.end()));
+    background.push_back(quantized(-lowest.back()));
   }
   LikelihoodRaster raster(sub * field.cellSize(), background);
   for (const PlanField::Tile& tile : field.tiles()) {
+    const std::int32_t first_x = tile.x * (PlanField::kTileCells / sub),
+                       first_y = tile.y * (PlanField::kTileCells / sub);
     for (std::size_t c = 0; c < kChannels; ++c) {
       const float mean_share = isObject(static_cast<Channel>(c)) ? 0.5f : 0.7f;
-      for (int y = 0; y + sub <= PlanField::kTileCells; y += sub) {
-        for (int x = 0; x + sub <= PlanField::kTileCells; x += sub) {
-          float sum = 0, best = lowest[c];
-          for (int dy = 0; dy < sub; ++dy) {
-            for (int dx = 0; dx < sub; ++dx) {
-              const float v = ratios.value[c][tile.bins[c][(y + dy) * PlanField::kTileCells + x + dx]];
-              sum += v;
-              best = std::max(best, v);
-            }
-          }
-          const float v = mean_share * sum / static_cast<float>(sub * sub) + (1 - mean_share) * best;
-          const std::uint8_t value = quantized(v - lowest[c]);
-          if (value != background[c]) {
-            raster.set(c, (tile.x * PlanField::kTileCells + x) / sub, (tile.y * PlanField::kTileCells + y) / sub, value);
-          }
+      for (int y = 0; y < PlanField::kTileCells / sub; ++y) {
+        for (int x = 0; x < PlanField::kTileCells / sub; ++x) {
+          const std::uint8_t* bins = tile.bins[c] + y * sub * PlanField::kTileCells + x * sub;
+          const std::uint8_t value =
+              quantized(blendedRatio(bins, sub, ratios.value[c], mean_share) - lowest[c]);
+          if (value != background[c]) raster.set(c, first_x + x, first_y + y, value);
         }
       }
     }
@@ -84,11 +102,12 @@ std::vector<RasterSample> rasterSamples(const std::vector<PlanQuery::Sample>& sa
 }  // namespace
 
 struct PlanPlaces::Index {
-  Index(const PlanView& map, const std::vector<Eigen::Vector3d>& trajectory, const LikelihoodTable& likelihoods,
-        const PlaceOptions& place_options, int threads)
+  Index(const PlanView& map, const std::vector<Eigen::Vector3d>& trajectory,
+        const LikelihoodTable& likelihoods, const PlaceOptions& place_options, int threads)
       : options(place_options), table(likelihoods), field(map, threads), origin_z(map.origin_z) {
     std::vector<Eigen::Vector2d> path;
-    for (const Eigen::Vector3d& p : trajectory) path.emplace_back(p.x() - map.origin_x, p.y() - map.origin_y);
+    for (const Eigen::Vector3d& p : trajectory)
+      path.emplace_back(p.x() - map.origin_x, p.y() - map.origin_y);
     null = mapNull(map, path, field);
   }
 
@@ -114,21 +133,25 @@ struct PlanPlaces::Index {
 
 namespace {
 
-/// Pose of the query centre in plan coordinates -> pose of the query frame in map coordinates, and back.
+/// Pose of the query centre in plan coordinates -> pose of the query frame in map coordinates, and
+/// back.
 PlacePose toFrame(const PlacePose& centre_pose, const PlanQuery& query, const PlanField& field) {
-  const Eigen::Vector2d t = Eigen::Vector2d(centre_pose.x + field.originX(), centre_pose.y + field.originY()) -
-                            Eigen::Rotation2Dd(centre_pose.yaw) * query.centre;
+  const Eigen::Vector2d t =
+      Eigen::Vector2d(centre_pose.x + field.originX(), centre_pose.y + field.originY()) -
+      Eigen::Rotation2Dd(centre_pose.yaw) * query.centre;
   return {t.x(), t.y(), angleDifference(centre_pose.yaw, 0), centre_pose.score};
 }
 
 PlacePose toCentre(const PlacePose& frame_pose, const PlanQuery& query, const PlanField& field) {
-  const Eigen::Vector2d t = Eigen::Vector2d(frame_pose.x - field.originX(), frame_pose.y - field.originY()) +
-                            Eigen::Rotation2Dd(frame_pose.yaw) * query.centre;
+  const Eigen::Vector2d t =
+      Eigen::Vector2d(frame_pose.x - field.originX(), frame_pose.y - field.originY()) +
+      Eigen::Rotation2Dd(frame_pose.yaw) * query.centre;
   return {t.x(), t.y(), frame_pose.yaw, frame_pose.score};
 }
 
-PlanHypothesis hypothesisAt(const PlacePose& centre_pose, const PlanQuery& query, const PlanField& field,
-                            const WeightedRatios& ratios, double map_origin_z) {
+PlanHypothesis hypothesisAt(const PlacePose& centre_pose, const PlanQuery& query,
+                            const PlanField& field, const WeightedRatios& ratios,
+                            double map_origin_z) {
   PlanHypothesis h;
   h.pose = toFrame(centre_pose, query, field);
   h.z = map_origin_z + medianHeightOffset(field, query.ground, centre_pose);
@@ -170,7 +193,8 @@ PlanPlaces::~PlanPlaces() = default;
 
 bool PlanPlaces::empty() const { return index_->field.tiles().empty(); }
 
-std::vector<PlanHypothesis> PlanPlaces::search(const PlanQuery& query, const PlacePrior& prior_of_centre,
+std::vector<PlanHypothesis> PlanPlaces::search(const PlanQuery& query,
+                                               const PlacePrior& prior_of_centre,
                                                int threads) const {
   if (empty() || query.empty()) return {};
   const Index& index = *index_;
@@ -193,7 +217,8 @@ std::vector<PlanHypothesis> PlanPlaces::search(const PlanQuery& query, const Pla
     poses[i] = score.climb(poses[i], view.raster.cellSize() / 2, yaw_step / 2, 2);
   });
   poses = distinct(std::move(poses), static_cast<std::size_t>(index.options.refine_poses));
-  parallelFor(poses.size(), threads, [&](std::size_t i) { poses[i] = score.climb(poses[i], 0.5, 0.012, 3); });
+  parallelFor(poses.size(), threads,
+              [&](std::size_t i) { poses[i] = score.climb(poses[i], 0.5, 0.012, 3); });
   std::sort(poses.begin(), poses.end(), byScore);
 
   std::vector<PlanHypothesis> places;

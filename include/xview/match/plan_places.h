@@ -16,21 +16,24 @@
 namespace xview {
 
 struct PlaceOptions {
-  double coarse_cell_m = 2;       ///< cell of the exhaustive search; larger is faster and less sure
+  double coarse_cell_m = 2;  ///< cell of the exhaustive search; larger is faster and less sure.
+                             ///< Taken as the nearest power of two of plan.cell_m
   double max_yaw_step_deg = 6;
-  int keep_cells = 4000;          ///< best cells kept by the exhaustive search
-  int keep_poses = 100;           ///< distinct poses verified
-  int refine_poses = 20;          ///< of these, refined to the end
-  double surface_weight = 0.3;    ///< evidence of a surface sample per 2 m
-  double object_weight = 2;       ///< evidence of an object
-  double map_null_mix = 0.5;      ///< how much the map's own wrong poses count against the learned ones
-  int hypotheses = 5;             ///< distinct places reported
+  int keep_cells = 4000;        ///< best cells kept by the exhaustive search
+  int keep_poses = 100;         ///< distinct poses verified
+  int refine_poses = 20;        ///< of these, refined to the end
+  double surface_weight = 0.3;  ///< evidence of a surface sample per 2 m
+  double object_weight = 2;     ///< evidence of an object
+  double map_null_mix = 0.5;  ///< how much the map's own wrong poses count against the learned ones
+  int hypotheses = 5;         ///< distinct places reported
 };
 
 template <class Visitor>
 void visit(PlaceOptions& o, Visitor&& field) {
-  field("coarse_cell_m", o.coarse_cell_m, Range{0.5, 8}, "cell of the exhaustive (x, y, yaw) search [m]");
-  field("max_yaw_step_deg", o.max_yaw_step_deg, Range{0.5, 30}, "largest yaw step of the search [deg]");
+  field("coarse_cell_m", o.coarse_cell_m, Range{0.5, 8},
+        "cell of the exhaustive (x, y, yaw) search [m]");
+  field("max_yaw_step_deg", o.max_yaw_step_deg, Range{0.5, 30},
+        "largest yaw step of the search [deg]");
   field("keep_cells", o.keep_cells, Range{100, 1e6}, "best cells kept by the exhaustive search");
   field("keep_poses", o.keep_poses, Range{10, 1e5}, "distinct poses verified on the fine grid");
   field("refine_poses", o.refine_poses, Range{2, 1e4}, "of these, refined to the end");
@@ -61,25 +64,27 @@ PlanQuery makePlanQuery(const PlanView& view);
 
 /// A pose that the place search stands for, with what decides whether to believe it.
 struct PlanHypothesis {
-  PlacePose pose;            ///< query frame to map frame; score in nats
-  double z = 0;              ///< height offset: median of map ground minus query ground [m]
-  double expected = 0;       ///< score that a true pose would have, over the samples in seen area [nats]
-  double known_share = 0;    ///< share of the samples that fall where the map was seen
-  int objects = 0;           ///< object samples in seen area
-  int objects_matched = 0;   ///< of these, with a map object of the channel within 1 m
+  PlacePose pose;       ///< query frame to map frame; score in nats
+  double z = 0;         ///< height offset: median of map ground minus query ground [m]
+  double expected = 0;  ///< score that a true pose would have, over the samples in seen area [nats]
+  double known_share = 0;   ///< share of the samples that fall where the map was seen
+  int objects = 0;          ///< object samples in seen area
+  int objects_matched = 0;  ///< of these, with a map object of the channel within 1 m
 };
 
 /// Search index of one map. Thread-safe after construction.
 class PlanPlaces {
  public:
-  /// `trajectory`: positions of the sensor when the map was made, in order; used to learn how similar the map is to itself.
-  PlanPlaces(const PlanView& map, const std::vector<Eigen::Vector3d>& trajectory, const LikelihoodTable& table,
-             const PlaceOptions& options, int threads);
+  /// `trajectory`: positions of the sensor when the map was made, in order; used to learn how
+  /// similar the map is to itself.
+  PlanPlaces(const PlanView& map, const std::vector<Eigen::Vector3d>& trajectory,
+             const LikelihoodTable& table, const PlaceOptions& options, int threads);
   ~PlanPlaces();
 
   bool empty() const;
   /// Best distinct places first; empty if nothing can be said.
-  std::vector<PlanHypothesis> search(const PlanQuery& query, const PlacePrior& prior_of_centre, int threads) const;
+  std::vector<PlanHypothesis> search(const PlanQuery& query, const PlacePrior& prior_of_centre,
+                                     int threads) const;
   /// Climbs from a proposed pose (query frame to map frame) to the best pose around it.
   PlanHypothesis verify(const PlanQuery& query, const PlacePose& proposed) const;
   /// Score of one pose (query frame to map frame) [nats].

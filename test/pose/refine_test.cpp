@@ -1,0 +1,254 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "xview/pose/refine.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+#include <cmath>
+#include <limits>
+
+#include "xview/types/pose.h"
+#include "xview/types/random.h"
+
+namespace xview {
+namespace {
+
+constexpr std::uint32_t kRoad = 1, kMarking = 2, kBuilding = 3, kPole = 4, kFence = 5, kCar = 6, kVoid = 7;
+constexpr double kDegree = M_PI / 180;
+
+LabelSet streetLabels() {
+  LabelSet set("street");
+  const auto add = [&set](std::uint32_t id, Role role, Kind kind) {
+    ClassInfo info;
+    info.id = id;
+    info.name = toString(kind);
+    info.role = role;
+    info.kind = kind;
+    set.add(info);
+  };
+  add(kRoad, Role::surface, Kind::road);
+  add(kMarking, Role::surface, Kind::lane_marking);
+  add(kBuilding, Role::surface, Kind::building);
+  add(kPole, Role::object, Kind::pole);
+  add(kFence, Role::surface, Kind::fence);
+  add(kCar, Role::dynamic, Kind::vehicle);
+  add(kVoid, Role::ignored, Kind::none);
+  return set;
+}
+
+/// Points drawn at random from a few surfaces: two draws share no point.
+class Street {
+ public:
+  explicit Street(std::uint64_t seed) : random_(seed) {}
+
+  void add(double x, double y, double z, std::uint32_t label) {
+    points_.emplace_back(Eigen::Vector3d(x, y, z), label);
+  }
+  void box(const Eigen::Vector3d& low, const Eigen::Vector3d& high, std::uint32_t label, int count) {
+    for (int i = 0; i < count; ++i) {
+      add(random_.uniform(low.x(), high.x()), random_.uniform(low.y(), high.y()), random_.uniform(low.z(), high.z()), label);
+    }
+  }
+  void ground(int count, std::uint32_t label = kRoad) { box({-20, -6, 0}, {20, 6, 0}, label, count); }
+  void corridor(int count) {
+    box({-20, 6.1, 0}, {20, 6.1, 6}, kBuilding, count);
+    box({-20, -6.3, 0}, {20, -6.3, 6}, kBuilding, count);
+  }
+  void crossWalls(int count) {
+    for (const double x : {-13.2, -4.1, 7.3, 15.4}) box({x, 6.1, 0}, {x, 9.2, 6}, kBuilding, count);
+    for (const double x : {-9.3, 3.2}) box({x, -5.05, 0}, {x + 0.1, -4.95, 4}, kPole, count / 4);
+  }
+  void everything(int count) {
+    ground(2 * count);
+    corridor(count);
+    crossWalls(count / 4);
+  }
+
+  /// p_cloud = T * p_street, stored about `origin`.
+  LabelledCloud cloud(const Eigen::Isometry3d& T = Eigen::Isometry3d::Identity(),
+                      const Eigen::Vector3d& origin = Eigen::Vector3d::Zero()) const {
+    LabelledCloud result;
+    result.origin = origin;
+    for (const auto& [p, label] : points_) {
+      pcl::PointXYZL point;
+      point.getVector3fMap() = (T * p - origin).cast<float>();
+      point.label = label;
+      result.points.push_back(point);
+    }
+    return result;
+  }
+
+ private:
+  Random random_;
+  std::vector<std::pair<Eigen::Vector3d, std::uint32_t>> points_;
+};
+
+LabelledCloud mapCloud(const Eigen::Isometry3d& T = Eigen::Isometry3d::Identity(),
+                       const Eigen::Vector3d& origin = Eigen::Vector3d::Zero()) {
+  Street street(1);
+  street.everything(20000);
+  return street.cloud(T, origin);
+}
+
+DistributionMap distributions(const LabelledCloud& cloud) { return DistributionMap(cloud, streetLabels(), 0.8, 0.1); }
+
+Eigen::Isometry3d nudge(double x, double y, double z, double yaw_deg) {
+  return poseFromYaw({x, y, z}, yaw_deg * kDegree);
+}
+
+TEST(Refine, RecoversASmallMotion) {
+  const DistributionMap map = distributions(mapCloud());
+  Street street(2);
+  street.everything(1500);
+  for (const Eigen::Isometry3d& error :
+       {nudge(0.5, 0.4, 0.1, 1.5), nudge(-0.7, 0.3, -0.2, -1), nudge(0.2, -0.8, 0, 0.5), nudge(0, 0, 0, 0)}) {
+    const Eigen::Isometry3d T_map_query = poseFromYaw({30, -12, 2}, 2.1);
+    const Refinement refined = refine(map, street.cloud(T_map_query.inverse()), streetLabels(), error * T_map_query,
+                                      T_map_query.inverse() * Eigen::Vector3d(0, 0, 1.5), {});
+    ASSERT_TRUE(refined.converged);
+    EXPECT_LT((refined.T_map_query.translation() - T_map_query.translation()).norm(), 0.05);
+    EXPECT_LT(rotationBetween(refined.T_map_query, T_map_query), 0.1 * kDegree);
+    EXPECT_GT(refined.overlap, 0.9);
+    EXPECT_LT(refined.residual_m, 0.2);
+    EXPECT_GT(refined.iterations, 0);
+  }
+}
+
+TEST(Refine, KeepsItsPrecisionFarFromTheOrigin) {
+  const Eigen::Isometry3d T_map_street = poseFromYaw({4.5e5, 5.2e6, 300}, 0.3);
+  const DistributionMap map = distributions(mapCloud(T_map_street, T_map_street.translation()));
+  Street street(2);
+  street.everything(1500);
+  const Eigen::Isometry3d T_query_street = poseFromYaw({-7e5, 1e5, 0}, -1);
+  const LabelledCloud query = street.cloud(T_query_street, T_query_street.translation());
+  const Eigen::Isometry3d truth = T_map_street * T_query_street.inverse();
+  Eigen::Isometry3d start = truth;
+  start.translation() += Eigen::Vector3d(0.4, -0.3, 0.1);
+  const Eigen::Vector3d sensor = T_query_street * Eigen::Vector3d(0, 0, 1.5);
+  const Refinement refined = refine(map, query, streetLabels(), start, sensor, {});
+  ASSERT_TRUE(refined.converged);
+  EXPECT_LT((refined.T_map_query * sensor - truth * sensor).norm(), 0.05);
+}
+
+TEST(Refine, DynamicAndIgnoredClassesHaveNoSay) {
+  Street map_street(1), with_cars(2);
+  map_street.everything(20000);
+  map_street.box({0, 1, 0.3}, {4, 3, 1.5}, kCar, 5000);
+  const DistributionMap map = distributions(map_street.cloud());
+  with_cars.everything(1000);
+  const LabelledCloud still = with_cars.cloud();
+  with_cars.box({1, 1.5, 0.3}, {5, 3.5, 1.5}, kCar, 3000);
+  with_cars.box({-3, -3, 0}, {3, 3, 0.5}, kVoid, 3000);
+  with_cars.box({-3, -3, 0}, {3, 3, 0.5}, 77, 3000);  // a class that is not in the set
+  const Eigen::Isometry3d start = nudge(0.3, 0.2, 0, 0.5);
+  const Refinement without = refine(map, still, streetLabels(), start, {0, 0, 1.5}, {});
+  const Refinement with = refine(map, with_cars.cloud(), streetLabels(), start, {0, 0, 1.5}, {});
+  ASSERT_TRUE(with.converged);
+  EXPECT_EQ(with.T_map_query.matrix(), without.T_map_query.matrix());
+  EXPECT_EQ(with.overlap, without.overlap);
+}
+
+TEST(Refine, LaneMarkingsLieOnTheRoadAndOtherClassesDoNotMix) {
+  const DistributionMap map = distributions(mapCloud());
+  Street marked(2), fenced(2);
+  marked.ground(2000, kMarking);
+  fenced.ground(2000, kFence);
+  EXPECT_TRUE(refine(map, marked.cloud(), streetLabels(), nudge(0, 0, 0.2, 0), {0, 0, 1.5}, {}).converged);
+  EXPECT_FALSE(refine(map, fenced.cloud(), streetLabels(), nudge(0, 0, 0.2, 0), {0, 0, 1.5}, {}).converged);
+}
+
+TEST(Refine, DoesNotConvergeWhereNothingFits) {
+  const DistributionMap map = distributions(mapCloud());
+  Street street(2), few(3), cars(4);
+  street.everything(1000);
+  few.ground(40);
+  cars.box({0, 0, 0}, {4, 2, 1}, kCar, 2000);
+  const Eigen::Isometry3d here = Eigen::Isometry3d::Identity();
+  EXPECT_FALSE(refine(map, street.cloud(), streetLabels(), nudge(100, 0, 0, 0), {0, 0, 1.5}, {}).converged);
+  EXPECT_FALSE(refine(map, few.cloud(), streetLabels(), here, {0, 0, 1.5}, {}).converged);
+  EXPECT_FALSE(refine(map, cars.cloud(), streetLabels(), here, {0, 0, 1.5}, {}).converged);
+  EXPECT_FALSE(refine(map, LabelledCloud(), streetLabels(), here, {0, 0, 1.5}, {}).converged);
+  const DistributionMap nothing = distributions(LabelledCloud());
+  EXPECT_EQ(nothing.size(), 0u);
+  EXPECT_FALSE(refine(nothing, street.cloud(), streetLabels(), here, {0, 0, 1.5}, {}).converged);
+}
+
+TEST(Refine, GivesUpIfThePoseMovesTooFar) {
+  const DistributionMap map = distributions(mapCloud());
+  Street street(2);
+  street.everything(1500);
+  RefineOptions options;
+  options.max_shift_m = 0.3;
+  EXPECT_FALSE(refine(map, street.cloud(), streetLabels(), nudge(0, 0.8, 0, 0), {0, 0, 1.5}, options).converged);
+  EXPECT_TRUE(refine(map, street.cloud(), streetLabels(), nudge(0, 0.2, 0, 0), {0, 0, 1.5}, options).converged);
+}
+
+TEST(Refine, TrustsGravityAsMuchAsItIsTold) {
+  const DistributionMap map = distributions(mapCloud());
+  Street street(2);
+  street.everything(1500);
+  Eigen::Isometry3d start = Eigen::Isometry3d::Identity();
+  start.linear() = Eigen::AngleAxisd(0.6 * kDegree, Eigen::Vector3d::UnitX()).toRotationMatrix();
+  const auto tilt = [&](double sigma_deg) {
+    RefineOptions options;
+    options.tilt_sigma_deg = sigma_deg;
+    const Refinement r = refine(map, street.cloud(), streetLabels(), start, {0, 0, 1.5}, options);
+    EXPECT_TRUE(r.converged);
+    return std::acos(std::min(1.0, r.T_map_query.linear()(2, 2))) / kDegree;
+  };
+  EXPECT_LT(tilt(10), 0.1) << "the walls say that the start was tilted";
+  EXPECT_GT(tilt(0.002), 0.5) << "gravity says that the start was upright";
+}
+
+TEST(Refine, CovarianceIsLargestAlongACorridor) {
+  Street map_street(1), street(2);
+  map_street.ground(40000);
+  map_street.corridor(20000);
+  street.ground(2000);
+  street.corridor(2000);
+  const Refinement r = refine(distributions(map_street.cloud()), street.cloud(), streetLabels(), nudge(0, 0.1, 0, 0), {0, 0, 1.5}, {});
+  ASSERT_TRUE(r.converged);
+  EXPECT_LT((r.covariance - r.covariance.transpose()).norm(), 1e-9);
+  EXPECT_GT(Eigen::SelfAdjointEigenSolver<Matrix6d>(r.covariance).eigenvalues().minCoeff(), 0);
+  EXPECT_GT(r.covariance(0, 0), r.covariance(1, 1));
+}
+
+TEST(Refine, PointsThatAreNoNumbersAreLeftOut) {
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  LabelledCloud map_cloud = mapCloud();
+  Street street(2);
+  street.everything(1000);
+  LabelledCloud query = street.cloud();
+  const Refinement clean = refine(distributions(map_cloud), query, streetLabels(), nudge(0.2, 0.1, 0, 0), {0, 0, 1.5}, {});
+  for (LabelledCloud* cloud : {&map_cloud, &query}) {
+    for (int i = 0; i < 20; ++i) cloud->points.push_back(pcl::PointXYZL(nan, 0, 0, kRoad));
+  }
+  const Refinement dirty = refine(distributions(map_cloud), query, streetLabels(), nudge(0.2, 0.1, 0, 0), {0, 0, 1.5}, {});
+  ASSERT_TRUE(dirty.converged);
+  EXPECT_EQ(dirty.T_map_query.matrix(), clean.T_map_query.matrix());
+}
+
+TEST(Refine, FewerPointsOfTheQueryAreUsedAsTold) {
+  const DistributionMap map = distributions(mapCloud());
+  Street street(2);
+  street.everything(3000);
+  RefineOptions options;
+  options.max_points = 300;
+  const Refinement r = refine(map, street.cloud(), streetLabels(), nudge(0.3, 0.2, 0, 0.3), {0, 0, 1.5}, options);
+  ASSERT_TRUE(r.converged);
+  EXPECT_LT(r.T_map_query.translation().norm(), 0.15);
+  options.max_points = 40;  // fewer than any fit needs
+  EXPECT_FALSE(refine(map, street.cloud(), streetLabels(), nudge(0.3, 0.2, 0, 0.3), {0, 0, 1.5}, options).converged);
+}
+
+TEST(DistributionMap, HasOneDistributionPerCellAndGroup) {
+  LabelledCloud cloud;
+  for (const std::uint32_t label : {kRoad, kMarking, kBuilding, kCar, kVoid}) {
+    for (int i = 0; i < 10; ++i) cloud.points.push_back(pcl::PointXYZL(0.1f, 0.1f, 0.1f, label));
+    cloud.points.push_back(pcl::PointXYZL(-0.1f, 0.1f, 0.1f, label));
+  }
+  EXPECT_EQ(distributions(cloud).size(), 4u) << "road with its markings, and the building, in two cells each";
+}
+
+}  // namespace
+}  // namespace xview
