@@ -15,7 +15,8 @@ constexpr double kCorrelatedPoints = 20;  ///< so many points err like one
 constexpr double kFloor_m = 0.05, kFloor_rad = 0.05 * M_PI / 180;
 constexpr int kFewestPoints = 4;  ///< of a distribution
 
-/// Points match within a group: a kind of thing, or one class if its kind is not known. Lane markings lie on the road.
+/// Points match within a group: a kind of thing, or one class if its kind is not known. Lane
+/// markings lie on the road.
 std::uint32_t groupOf(const LabelSet& labels, std::uint32_t label) {
   const Role role = labels.role(label);
   if (role == Role::ignored || role == Role::dynamic) return kNoGroup;
@@ -28,7 +29,9 @@ std::uint32_t groupOf(const LabelSet& labels, std::uint32_t label) {
 struct CellKey {
   std::int32_t x, y, z;
   std::uint32_t group;
-  bool operator==(const CellKey& o) const { return x == o.x && y == o.y && z == o.z && group == o.group; }
+  bool operator==(const CellKey& o) const {
+    return x == o.x && y == o.y && z == o.z && group == o.group;
+  }
 };
 
 std::size_t hashOf(const CellKey& k) {
@@ -41,7 +44,7 @@ std::size_t hashOf(const CellKey& k) {
 
 struct Distribution {
   CellKey key;
-  Eigen::Vector3f mean = Eigen::Vector3f::Zero();          ///< relative to the map's origin
+  Eigen::Vector3f mean = Eigen::Vector3f::Zero();  ///< relative to the map's origin
   Eigen::Matrix3f information = Eigen::Matrix3f::Zero();
   std::uint32_t points = 0;
 };
@@ -71,7 +74,8 @@ struct DistributionMap::Cells {
   Distribution& findOrAdd(const CellKey& key) {
     if (2 * distributions.size() >= slots.size()) {
       slots.assign(2 * slots.size(), -1);
-      for (std::size_t i = 0; i < distributions.size(); ++i) slots[slotOf(distributions[i].key)] = static_cast<std::int32_t>(i);
+      for (std::size_t i = 0; i < distributions.size(); ++i)
+        slots[slotOf(distributions[i].key)] = static_cast<std::int32_t>(i);
     }
     const std::size_t slot = slotOf(key);
     if (slots[slot] < 0) {
@@ -104,15 +108,16 @@ struct DistributionMap::Cells {
   }
 };
 
-DistributionMap::DistributionMap(const LabelledCloud& map, const LabelSet& labels, double cell_m, double roughness_m)
+DistributionMap::DistributionMap(const LabelledCloud& map, const LabelSet& labels, double cell_m,
+                                 double roughness_m)
     : cells_(std::make_unique<Cells>()) {
   cells_->origin = map.origin;
   cells_->side = static_cast<float>(cell_m);
   std::vector<Eigen::Matrix3f> squares;
   for (const pcl::PointXYZL& point : map.points) {
     const std::uint32_t group = groupOf(labels, point.label);
-    if (group == kNoGroup) continue;
     const Eigen::Vector3f p = point.getVector3fMap();
+    if (group == kNoGroup || !p.allFinite()) continue;
     Distribution& d = cells_->findOrAdd(cells_->keyOf(p, group));
     const auto index = static_cast<std::size_t>(&d - cells_->distributions.data());
     if (squares.size() <= index) squares.resize(index + 1, Eigen::Matrix3f::Zero());
@@ -125,7 +130,9 @@ DistributionMap::DistributionMap(const LabelledCloud& map, const LabelSet& label
   for (std::size_t i = 0; i < squares.size(); ++i) {
     Distribution& d = cells_->distributions[i];
     const Eigen::Matrix3f covariance = squares[i] / static_cast<float>(d.points);
-    d.information = (0.5f * (covariance + covariance.transpose()) + variance * Eigen::Matrix3f::Identity()).inverse();
+    d.information =
+        (0.5f * (covariance + covariance.transpose()) + variance * Eigen::Matrix3f::Identity())
+            .inverse();
   }
 }
 DistributionMap::~DistributionMap() = default;
@@ -145,34 +152,37 @@ struct QueryPoint {
   std::uint32_t group;
 };
 
-/// Every n-th point, so that about max_points remain.
-std::vector<QueryPoint> choosePoints(const LabelledCloud& query, const LabelSet& labels, int max_points) {
-  std::vector<QueryPoint> all;
+/// At most max_points, evenly spread over the cloud.
+std::vector<QueryPoint> choosePoints(const LabelledCloud& query, const LabelSet& labels,
+                                     int max_points) {
+  std::vector<QueryPoint> all, chosen;
   for (std::size_t i = 0; i < query.size(); ++i) {
     const std::uint32_t group = groupOf(labels, query.points[i].label);
-    if (group != kNoGroup) all.push_back({query.position(i), group});
+    const Eigen::Vector3d p = query.position(i);
+    if (group != kNoGroup && p.allFinite()) all.push_back({p, group});
   }
-  const std::size_t step = std::max<std::size_t>(1, all.size() / static_cast<std::size_t>(max_points));
-  std::vector<QueryPoint> chosen;
-  for (std::size_t i = 0; i < all.size(); i += step) chosen.push_back(all[i]);
+  const std::size_t count = std::min(all.size(), static_cast<std::size_t>(max_points));
+  for (std::size_t k = 0; k < count; ++k) chosen.push_back(all[k * all.size() / count]);
   return chosen;
 }
 
-/// One Gauss-Newton system about the sensor: unknown d = (translation, rotation vector), left increment in the map frame.
+/// One Gauss-Newton system about the sensor: unknown d = (translation, rotation vector), left
+/// increment in the map frame.
 struct NormalEquations {
   Matrix6d H = Matrix6d::Zero();
   Vector6d b = Vector6d::Zero();
-  int partners = 0;
-  std::vector<double> mahalanobis;
+  std::vector<double> mahalanobis;  ///< squared, of each point with a partner
 };
 
-NormalEquations accumulate(const DistributionMap& map, const std::vector<QueryPoint>& points, const Eigen::Isometry3d& T,
-                           const Eigen::Vector3d& sensor_in_map, double gate_m) {
+NormalEquations accumulate(const DistributionMap& map, const std::vector<QueryPoint>& points,
+                           const Eigen::Isometry3d& T, const Eigen::Vector3d& sensor_in_map,
+                           double gate_m) {
   const auto& cells = RefineAccess::cells(map);
   NormalEquations n;
   for (const QueryPoint& q : points) {
     const Eigen::Vector3d p = T * q.p;
-    const Distribution* d = cells.nearest((p - cells.origin).cast<float>(), q.group, static_cast<float>(gate_m));
+    const Distribution* d =
+        cells.nearest((p - cells.origin).cast<float>(), q.group, static_cast<float>(gate_m));
     if (!d) continue;
     const Eigen::Vector3d r = cells.origin + d->mean.cast<double>() - p;
     const Eigen::Matrix3d W = d->information.cast<double>();
@@ -180,67 +190,90 @@ NormalEquations accumulate(const DistributionMap& map, const std::vector<QueryPo
     const double weight = 1 / ((1 + m / 4) * (1 + m / 4));
     Eigen::Matrix<double, 3, 6> J;
     const Eigen::Vector3d lever = p - sensor_in_map;
-    J << Eigen::Matrix3d::Identity(), (Eigen::Matrix3d() << 0, lever.z(), -lever.y(), -lever.z(), 0, lever.x(), lever.y(), -lever.x(), 0).finished();
+    J << Eigen::Matrix3d::Identity(), (Eigen::Matrix3d() << 0, lever.z(), -lever.y(), -lever.z(), 0,
+                                       lever.x(), lever.y(), -lever.x(), 0)
+                                          .finished();
     n.H.noalias() += weight * J.transpose() * W * J;
     n.b.noalias() += weight * J.transpose() * (W * r);
     n.mahalanobis.push_back(m);
-    ++n.partners;
   }
   return n;
 }
 
-Eigen::Isometry3d moved(const Eigen::Isometry3d& T, const Vector6d& d, const Eigen::Vector3d& about) {
+Eigen::Isometry3d moved(const Eigen::Isometry3d& T, const Vector6d& d,
+                        const Eigen::Vector3d& about) {
   const double angle = d.tail<3>().norm();
   Eigen::Isometry3d step = Eigen::Isometry3d::Identity();
-  if (angle > 1e-15) step.linear() = Eigen::AngleAxisd(angle, d.tail<3>() / angle).toRotationMatrix();
+  if (angle > 1e-15)
+    step.linear() = Eigen::AngleAxisd(angle, d.tail<3>() / angle).toRotationMatrix();
   step.translation() = about - step.linear() * about + d.head<3>();
   return step * T;
+}
+
+/// The rotation since the start may turn about z freely, but hardly tilt. `up`: z of the map in the
+/// query, at the start.
+void addGravity(NormalEquations& n, const Eigen::Isometry3d& T, const Eigen::Vector3d& up,
+                double tilt_sigma_deg) {
+  const double information = 1 / std::pow(tilt_sigma_deg * M_PI / 180, 2);
+  const Eigen::Vector3d upright =
+      (T.linear() * up)
+          .cross(Eigen::Vector3d::UnitZ());  // rotation vector that would put it upright
+  for (const int axis : {0, 1}) {
+    n.H(3 + axis, 3 + axis) += information;
+    n.b(3 + axis) += information * upright(axis);
+  }
+}
+
+/// 0 in the first iteration, 1 from 60 % of them on.
+double progressAt(int iteration, const RefineOptions& options) {
+  return std::min(1.0, iteration / std::max(1.0, 0.6 * options.iterations));
+}
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+Matrix6d covarianceOf(const Matrix6d& information) {
+  Matrix6d covariance = kCorrelatedPoints * information.inverse();
+  covariance.diagonal().head<3>().array() += kFloor_m * kFloor_m;
+  covariance.diagonal().tail<3>().array() += kFloor_rad * kFloor_rad;
+  return covariance;
 }
 
 }  // namespace
 
 Refinement refine(const DistributionMap& map, const LabelledCloud& query, const LabelSet& labels,
-                  const Eigen::Isometry3d& T_map_query, const Eigen::Vector3d& sensor_in_query, const RefineOptions& options) {
+                  const Eigen::Isometry3d& T_map_query, const Eigen::Vector3d& sensor_in_query,
+                  const RefineOptions& options) {
   constexpr int kFewestPartners = 50;
   constexpr double kStill = 1e-4;
-  Refinement result;
   const std::vector<QueryPoint> points = choosePoints(query, labels, options.max_points);
-  Eigen::Isometry3d T = T_map_query;
-  Matrix6d information = Matrix6d::Identity();
-  const Eigen::Vector3d up = T_map_query.linear().transpose() * Eigen::Vector3d::UnitZ();  // of the map, in the query
-  const double tilt_information = 1 / std::pow(options.tilt_sigma_deg * M_PI / 180, 2);
+  const Eigen::Vector3d up = T_map_query.linear().transpose() * Eigen::Vector3d::UnitZ();
+  Refinement result;
+  result.T_map_query = T_map_query;
+  NormalEquations n;
   for (int i = 0; i < options.iterations; ++i) {
-    const double progress = std::min(1.0, i / std::max(1.0, 0.6 * options.iterations));
-    const double gate = options.first_gate_m + progress * (options.last_gate_m - options.first_gate_m);
-    const Eigen::Vector3d sensor = T * sensor_in_query;
-    NormalEquations n = accumulate(map, points, T, sensor, gate);
-    if (n.partners < kFewestPartners) return result;
-    // Gravity: the rotation since the start may turn about z freely, but hardly tilt.
-    const Eigen::Vector3d now = T.linear() * up;
-    const Eigen::Vector3d tilt = now.cross(Eigen::Vector3d::UnitZ());  // rotation vector that would put it upright
-    for (const int axis : {0, 1}) {
-      n.H(3 + axis, 3 + axis) += tilt_information;
-      n.b(3 + axis) += tilt_information * tilt(axis);
-    }
+    const double progress = progressAt(i, options);
+    const double gate =
+        options.first_gate_m + progress * (options.last_gate_m - options.first_gate_m);
+    const Eigen::Vector3d sensor = result.T_map_query * sensor_in_query;
+    n = accumulate(map, points, result.T_map_query, sensor, gate);
+    if (n.mahalanobis.size() < kFewestPartners) return result;
+    addGravity(n, result.T_map_query, up, options.tilt_sigma_deg);
     const Vector6d d = n.H.ldlt().solve(n.b);
     if (!d.allFinite()) return result;
-    T = moved(T, d, sensor);
-    information = n.H;
+    result.T_map_query = moved(result.T_map_query, d, sensor);
     result.iterations = i + 1;
-    result.overlap = static_cast<double>(n.partners) / static_cast<double>(points.size());
-    if (progress == 1 || i + 1 == options.iterations) {
-      const auto middle = n.mahalanobis.begin() + static_cast<std::ptrdiff_t>(n.mahalanobis.size() / 2);
-      std::nth_element(n.mahalanobis.begin(), middle, n.mahalanobis.end());
-      result.residual_m = options.roughness_m * std::sqrt(*middle);
-    }
     if (progress == 1 && d.norm() < kStill) break;
   }
-  const double shift = (T * sensor_in_query - T_map_query * sensor_in_query).norm();
+  result.overlap = static_cast<double>(n.mahalanobis.size()) / static_cast<double>(points.size());
+  result.residual_m = options.roughness_m * std::sqrt(median(n.mahalanobis));
+  result.covariance = covarianceOf(n.H);
+  const double shift =
+      (result.T_map_query * sensor_in_query - T_map_query * sensor_in_query).norm();
   result.converged = shift <= options.max_shift_m;
-  result.T_map_query = T;
-  result.covariance = kCorrelatedPoints * information.inverse();
-  result.covariance.diagonal().head<3>().array() += kFloor_m * kFloor_m;
-  result.covariance.diagonal().tail<3>().array() += kFloor_rad * kFloor_rad;
   return result;
 }
 
