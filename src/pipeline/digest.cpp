@@ -51,6 +51,24 @@ void castVotes(const Frame& frame, const std::vector<std::uint32_t>& points_per_
   }
 }
 
+/// Blobs of the classes that merging uses: surfaces are sampled in mode running_mean, and most points are theirs.
+std::vector<Blob> frameBlobs(LabelledCloud points, const LabelSet& labels, const Options& options) {
+  if (options.merge.mode == "running_mean") {
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      if (labels.role(points.points[i].label) == Role::surface) continue;
+      points.points[kept] = points.points[i];
+      if (!points.instances.empty()) points.instances[kept] = points.instances[i];
+      ++kept;
+    }
+    points.points.resize(kept);
+    if (!points.instances.empty()) points.instances.resize(kept);
+    points.ranges.clear();
+  }
+  const bool thin = options.blobs.voxel_m > 0;
+  return extractBlobs(thin ? thinByVoxel(points, options.blobs.voxel_m) : points, labels, options.blobs);
+}
+
 }  // namespace
 
 FrameDigest digestFrame(const Frame& frame, const LabelSet& labels, const Options& options) {
@@ -73,8 +91,7 @@ FrameDigest digestFrame(const Frame& frame, const LabelSet& labels, const Option
   digest.cloud = thinByVoxel(points, options.plan.voxel_m, &points_per_voxel);
   castVotes(frame, points_per_voxel, digest);
   digest.timing_ms.emplace_back("lift", watch.lap_ms());
-  const bool thin = options.blobs.voxel_m > 0;
-  digest.blobs = extractBlobs(thin ? thinByVoxel(points, options.blobs.voxel_m) : points, labels, options.blobs);
+  digest.blobs = frameBlobs(std::move(points), labels, options);
   for (Blob& blob : digest.blobs) blob.first_frame = blob.last_frame = frame.number;
   digest.timing_ms.emplace_back("blobs", watch.lap_ms());
   return digest;

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "pipeline/walk_proposer.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <cmath>
 #include <mutex>
 #include <optional>
 
@@ -21,11 +23,22 @@ std::vector<Eigen::Vector3d> positionsOf(const SemanticGraph& graph) {
   return positions;
 }
 
-/// Both frames are gravity-aligned as a rule; then four degrees of freedom fit about as well as six, and are safer.
-Alignment alignUprightIfPossible(const std::vector<Eigen::Vector3d>& from, const std::vector<Eigen::Vector3d>& to) {
-  constexpr double kMuchWorse = 1.3, kSlack_m = 0.3;
+/// Standard deviation of points across the plane that fits them best.
+double thicknessOf(const std::vector<Eigen::Vector3d>& points) {
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& p : points) mean += p / static_cast<double>(points.size());
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  for (const Eigen::Vector3d& p : points) covariance += (p - mean) * (p - mean).transpose() / static_cast<double>(points.size());
+  return std::sqrt(std::max(0.0, Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(covariance, Eigen::EigenvaluesOnly).eigenvalues()(0)));
+}
+
+/// Both frames are gravity-aligned as a rule; then four degrees of freedom fit about as well as six, and are safer. Points in one plane fit
+/// their mirror image as well, turned upside down; only gravity tells.
+Alignment alignWithGravity(const std::vector<Eigen::Vector3d>& from, const std::vector<Eigen::Vector3d>& to, const std::string& gravity) {
+  constexpr double kMuchWorse = 1.3, kSlack_m = 0.3, kFlat_m = 0.3;
   const Alignment free = alignPoints(from, to), upright = alignPointsUpright(from, to);
-  if (!free.valid) return upright;
+  if (gravity == "free") return free;
+  if (gravity == "aligned" || !free.valid || thicknessOf(from) < kFlat_m) return upright;
   return upright.valid && upright.rms_m <= kMuchWorse * free.rms_m + kSlack_m ? upright : free;
 }
 
@@ -68,7 +81,7 @@ std::optional<WalkProposal> bestPose(const std::vector<Eigen::Vector3d>& query, 
     from.push_back(query[c.query]);
     to.push_back(map[c.map]);
   }
-  const Alignment fit = alignUprightIfPossible(from, to);
+  const Alignment fit = alignWithGravity(from, to, o.posterior.gravity);
   if (fit.valid) {
     pose = {fit.T_target_source, supporters(query, map, matches, fit.T_target_source, o.consensus.inlier_m), fit.rms_m};
   }

@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "xview/localizer.h"
+
+#include <gtest/gtest.h>
+
+#include "pipeline/simulated_drive.h"
+#include "xview/types/error.h"
+#include "xview/types/pose.h"
+
+namespace xview {
+namespace {
+
+using test::simulatedDrive;
+
+Options withMethod(const std::string& method) {
+  Options options;
+  options.method = method;
+  return options;
+}
+
+double errorOf(const Localization& fix, const std::string& session, std::size_t last_frame) {
+  const Eigen::Isometry3d truth = simulatedDrive().sessions.at(session)->truth(last_frame);
+  return (fix.T_map_sensor.translation() - truth.translation()).norm();
+}
+
+TEST(Localizer, FindsTheRearViewInTheMapOfTheForwardDrive) {
+  const auto& drive = simulatedDrive();
+  const Localization fix = Localizer(drive.map, {}).localize(drive.query("rear", 10, 40));
+  EXPECT_EQ(fix.status, Status::accepted) << fix.reason;
+  EXPECT_LT(errorOf(fix, "rear", 39), 0.5);
+  EXPECT_GT(fix.inliers, 0);
+  EXPECT_FALSE(fix.kept.empty());
+  EXPECT_GT(fix.confidence, 0.5);
+}
+
+TEST(Localizer, WalksAloneFindTheRearView) {
+  const auto& drive = simulatedDrive();
+  const Localization fix = Localizer(drive.map, withMethod("walks")).localize(drive.query("rear", 10, 45));
+  EXPECT_LT(errorOf(fix, "rear", 44), 2.0) << fix.reason;
+  ASSERT_FALSE(fix.hypotheses.empty());
+  EXPECT_EQ(fix.hypotheses[0].proposer, Proposer::walks);
+}
+
+TEST(Localizer, RefusesAnotherTown) {
+  const auto& drive = simulatedDrive();
+  for (const char* method : {"auto", "search", "walks"}) {
+    const Localizer localizer(drive.map, withMethod(method));
+    for (std::size_t first = 0; first + 30 <= drive.frames.at("elsewhere").size(); first += 15) {
+      const Localization fix = localizer.localize(drive.query("elsewhere", first, first + 30));
+      EXPECT_NE(fix.status, Status::accepted) << method << ", frames from " << first << ": " << fix.reason;
+    }
+  }
+}
+
+TEST(Localizer, PoseOfTheSensorDoesNotDependOnTheOriginOfTheOdometry) {
+  const auto& drive = simulatedDrive();
+  const Eigen::Isometry3d T_new_old = poseFromYaw({4000.25, -730.5, 12.5}, 2.1);
+  const auto moved = test::movedFrames(*drive.sessions.at("rear"), T_new_old);
+  const Localizer localizer(drive.map, {});
+  const Localization here = localizer.localize(drive.query("rear", 10, 40));
+  const Localization there = localizer.localize(makeQuery(moved.data() + 10, moved.data() + 40, drive.labels, {}));
+  EXPECT_EQ(there.status, here.status);
+  EXPECT_LT((there.T_map_sensor.translation() - here.T_map_sensor.translation()).norm(), 0.1);
+  EXPECT_LT(rotationBetween(there.T_map_sensor, here.T_map_sensor), 0.01);
+}
+
+TEST(Localizer, AnswersAlikeForAnyNumberOfThreads) {
+  const auto& drive = simulatedDrive();
+  for (const char* method : {"auto", "walks"}) {
+    Options one = withMethod(method), two = withMethod(method);
+    one.threads = 1;
+    two.threads = 2;
+    const Localization a = Localizer(drive.map, one).localize(drive.query("rear", 5, 30, one));
+    const Localization b = Localizer(drive.map, two).localize(drive.query("rear", 5, 30, two));
+    EXPECT_EQ(a.T_map_query.matrix(), b.T_map_query.matrix()) << method;
+    EXPECT_EQ(a.confidence, b.confidence) << method;
+    EXPECT_EQ(a.covariance, b.covariance) << method;
+    EXPECT_EQ(a.reason, b.reason) << method;
+    ASSERT_EQ(a.hypotheses.size(), b.hypotheses.size()) << method;
+  }
+}
+
+TEST(Localizer, ErrorsStayWithinThreeSigma) {
+  const auto& drive = simulatedDrive();
+  const Localizer localizer(drive.map, {});
+  for (std::size_t first = 0; first + 25 <= drive.frames.at("rear").size(); first += 10) {
+    const Localization fix = localizer.localize(drive.query("rear", first, first + 25));
+    if (!fix.accepted()) continue;
+    const Eigen::Vector3d error = fix.T_map_sensor.translation() - drive.sessions.at("rear")->truth(first + 24).translation();
+    for (int axis = 0; axis < 3; ++axis) EXPECT_LT(std::abs(error(axis)), 3 * std::sqrt(fix.covariance(axis, axis))) << "from frame " << first;
+  }
+}
+
+TEST(Localizer, APriorElsewhereLeavesNoAcceptedPose) {
+  const auto& drive = simulatedDrive();
+  const Eigen::Vector3d truth = drive.sessions.at("rear")->truth(39).translation();
+  Options near, far;
+  near.prior.near = std::to_string(truth.x()) + "," + std::to_string(truth.y()) + ",15";
+  far.prior.near = std::to_string(truth.x() + 70) + "," + std::to_string(truth.y() + 70) + ",15";
+  EXPECT_EQ(Localizer(drive.map, near).localize(drive.query("rear", 10, 40)).status, Status::accepted);
+  EXPECT_NE(Localizer(drive.map, far).localize(drive.query("rear", 10, 40)).status, Status::accepted);
+}
+
+TEST(Localizer, APriorThatIsNoCircleIsWrongUse) {
+  Options options;
+  for (const char* text : {"1,2", "a,b,c", "1,2,0", "1,2,3,4"}) {
+    options.prior.near = text;
+    EXPECT_THROW(Localizer(simulatedDrive().map, options), UsageError) << text;
+  }
+}
+
+TEST(Localizer, AnEmptyQueryIsRejected) {
+  const auto& drive = simulatedDrive();
+  Query empty;
+  empty.labels = drive.labels;
+  empty.poses.push_back(Eigen::Isometry3d::Identity());
+  for (const char* method : {"auto", "search", "walks"}) {
+    const Localization fix = Localizer(drive.map, withMethod(method)).localize(empty);
+    EXPECT_EQ(fix.status, Status::rejected) << method;
+    EXPECT_TRUE(fix.hypotheses.empty()) << method;
+    EXPECT_FALSE(fix.reason.empty()) << method;
+  }
+}
+
+TEST(Localizer, AnEmptyMapRejectsEverything) {
+  const auto& drive = simulatedDrive();
+  SemanticMap empty;
+  empty.labels = drive.labels;
+  for (const char* method : {"auto", "walks"}) {
+    EXPECT_EQ(Localizer(empty, withMethod(method)).localize(drive.query("rear", 0, 20)).status, Status::rejected) << method;
+  }
+}
+
+TEST(Localizer, ClassesThatMeanSomethingElseAreAnError) {
+  const auto& drive = simulatedDrive();
+  Query query = drive.query("rear", 0, 10);
+  ClassInfo pole = *query.labels.find(7);
+  pole.name = "banana";
+  query.labels.add(pole);
+  EXPECT_THROW(Localizer(drive.map, {}).localize(query), Error);
+}
+
+}  // namespace
+}  // namespace xview

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "xview/mapper.h"
+
+#include <gtest/gtest.h>
+
+#include "pipeline/simulated_drive.h"
+#include "xview/localizer.h"
+#include "xview/types/error.h"
+
+namespace xview {
+namespace {
+
+using test::simulatedDrive;
+
+TEST(Mapper, AMapHoldsGraphPlanCloudAndPoses) {
+  const SemanticMap& map = simulatedDrive().map;
+  EXPECT_TRUE(isConsistent(map.graph));
+  EXPECT_GT(map.graph.size(), 100u);
+  EXPECT_GT(map.plan.sampleCount(), 1000u);
+  EXPECT_GT(map.cloud.size(), 10000u);
+  EXPECT_GT(map.keyframes.size(), 30u);
+  EXPECT_EQ(map.sources.size(), 1u);
+  EXPECT_FALSE(map.plan.aerial);
+}
+
+TEST(Mapper, ThreadsDoNotChangeTheMap) {
+  Options one, two;
+  one.threads = 1;
+  two.threads = 2;
+  const FrameSource* forward = simulatedDrive().sessions.at("forward").get();
+  const SemanticMap a = buildMap({forward}, one), b = buildMap({forward}, two);
+  ASSERT_EQ(a.graph.size(), b.graph.size());
+  for (std::size_t i = 0; i < a.graph.size(); ++i) EXPECT_EQ(a.graph.vertices[i].position, b.graph.vertices[i].position);
+  EXPECT_EQ(a.plan.sampleCount(), b.plan.sampleCount());
+  EXPECT_EQ(a.cloud.size(), b.cloud.size());
+}
+
+TEST(Mapper, AppendingTheSameDriveAddsPosesButHardlyVertices) {
+  SemanticMap map = simulatedDrive().map;
+  const SemanticMap again = map;
+  appendToMap(map, again, {});
+  EXPECT_TRUE(isConsistent(map.graph));
+  EXPECT_EQ(map.keyframes.size(), 2 * again.keyframes.size());
+  EXPECT_EQ(map.keyframes.back().source, 1u);
+  EXPECT_LT(map.graph.size(), again.graph.size() + again.graph.size() / 20);
+  EXPECT_EQ(map.plan.known.size(), again.plan.known.size());
+}
+
+TEST(Mapper, AMapOfTwoHalvesFindsBoth) {
+  const auto& drive = simulatedDrive();
+  const auto half = [&](std::size_t first, std::size_t last) {
+    // The same frames as a recording of their own.
+    struct Part : FrameSource {
+      const FrameSource* whole = nullptr;
+      std::size_t first = 0, count = 0;
+      std::size_t size() const override { return count; }
+      Eigen::Isometry3d pose(std::size_t i) const override { return whole->pose(first + i); }
+      double stamp(std::size_t i) const override { return whole->stamp(first + i); }
+      std::int64_t number(std::size_t i) const override { return whole->number(first + i); }
+      Frame read(std::size_t i) const override { return whole->read(first + i); }
+      Sensor sensor() const override { return whole->sensor(); }
+      const LabelSet& labels() const override { return whole->labels(); }
+      const std::string& name() const override { return whole->name(); }
+    } part;
+    part.whole = drive.sessions.at("forward").get();
+    part.first = first;
+    part.count = last - first;
+    return buildMap({&part}, {});
+  };
+  const std::size_t size = drive.frames.at("forward").size();
+  SemanticMap map = half(0, size / 2);
+  appendToMap(map, half(size / 2, size), {});
+  const Localizer localizer(map, {});
+  for (const std::size_t first : {std::size_t{5}, size - 35}) {
+    const Localization fix = localizer.localize(drive.query("rear", first, first + 30));
+    const Eigen::Vector3d truth = drive.sessions.at("rear")->truth(first + 29).translation();
+    EXPECT_LT((fix.T_map_sensor.translation() - truth).norm(), 0.5) << "from frame " << first << ": " << fix.reason;
+  }
+}
+
+TEST(Mapper, OtherClassesCannotBeAppended) {
+  SemanticMap map = simulatedDrive().map;
+  SemanticMap other = map;
+  other.labels = genericLabelSet({1, 2});
+  EXPECT_THROW(appendToMap(map, other, {}), Error);
+}
+
+}  // namespace
+}  // namespace xview

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "pipeline/simulated_drive.h"
+
+namespace xview::test {
+
+Query SimulatedDrive::query(const std::string& session, std::size_t first, std::size_t last, const Options& options) const {
+  const std::vector<FrameDigest>& all = frames.at(session);
+  return makeQuery(all.data() + first, all.data() + last, labels, options);
+}
+
+const SimulatedDrive& simulatedDrive() {
+  static const SimulatedDrive drive = [] {
+    SimulationOptions simulation;
+    simulation.seed = 5;
+    simulation.route_length_m = 160;
+    simulation.width = 240;
+    simulation.height = 180;
+    simulation.sessions.aerial = false;
+    simulation.sessions.elsewhere = true;
+    SimulatedDrive made;
+    for (auto& session : makeSessions(simulation)) {
+      made.frames[session->name()] = digestRecording(*session, {});
+      made.labels = session->labels();
+      made.sessions[session->name()] = std::move(session);
+    }
+    made.map = buildMap({made.sessions.at("forward").get()}, {});
+    return made;
+  }();
+  return drive;
+}
+
+std::vector<FrameDigest> movedFrames(const FrameSource& source, const Eigen::Isometry3d& T_new_old) {
+  std::vector<FrameDigest> frames;
+  for (std::size_t i = 0; i < source.size(); ++i) {
+    Frame frame = source.read(i);
+    frame.T_odom_sensor = T_new_old * frame.T_odom_sensor;
+    frames.push_back(digestFrame(frame, source.labels(), {}));
+  }
+  return frames;
+}
+
+}  // namespace xview::test

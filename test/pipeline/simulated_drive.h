@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "xview/localizer.h"
+#include "xview/mapper.h"
+#include "xview/sim/recordings.h"
+
+namespace xview::test {
+
+/// A short drive through a seeded town, made once for all tests of the process: its map, and what other sessions saw.
+struct SimulatedDrive {
+  std::map<std::string, std::unique_ptr<SimulatedRecording>> sessions;  ///< forward, rear, elsewhere
+  std::map<std::string, std::vector<FrameDigest>> frames;
+  SemanticMap map;  ///< of forward
+  LabelSet labels;
+
+  Query query(const std::string& session, std::size_t first, std::size_t last, const Options& options = {}) const;
+};
+
+const SimulatedDrive& simulatedDrive();
+
+/// A recording whose odometry begins somewhere else: T_odom_sensor becomes T_new_old * T_odom_sensor.
+std::vector<FrameDigest> movedFrames(const FrameSource& source, const Eigen::Isometry3d& T_new_old);
+
+}  // namespace xview::test
