@@ -256,6 +256,60 @@ TEST(ObjectPlaceIndex, ThePriorIsObeyed) {
   }
 }
 
+TEST(ObjectPlaceIndex, ATiltedQueryIsLevelled) {
+  const SemanticGraph map = randomMap(400, 500, 24);
+  const ObjectPlaceIndex index(map, someLabels());
+  Question question = ask(map, {0, 0}, 50, 0.1, 0.1, 25);
+  const Eigen::Isometry3d tilt(Eigen::AngleAxisd(0.03, Eigen::Vector3d(0.6, 0.8, 0)));
+  for (Vertex& v : question.query.vertices) v.position = tilt * v.position;
+  question.T_map_query = question.T_map_query * tilt.inverse();
+  const ObjectHypothesis best = index.search(question.query).hypotheses.at(0);
+  expectPose(best.T_map_query, question, {0, 0}, 0.5);
+  EXPECT_LE(rotationBetween(best.T_map_query, question.T_map_query), 0.01);
+}
+
+TEST(ObjectPlaceIndex, AFlatQueryIsNotTilted) {
+  const SemanticGraph map = randomMap(400, 500, 26);
+  const ObjectPlaceIndex index(map, someLabels());
+  Question question = ask(map, {0, 0}, 50, 0.1, 0.1, 27);
+  for (Vertex& v : question.query.vertices) v.position.z() = 0;
+  const ObjectHypothesis best = index.search(question.query).hypotheses.at(0);
+  EXPECT_NEAR(best.T_map_query.linear()(2, 2), 1, 1e-12);
+}
+
+TEST(ObjectPlaceIndex, OutliersNeverRaiseTheScore) {
+  const SemanticGraph map = randomMap(400, 500, 28);
+  const ObjectPlaceIndex index(map, someLabels());
+  Question question = ask(map, {0, 0}, 50, 0.2, 0.1, 29);
+  double last = index.score(question.query, {question.T_map_query}).at(0).score;
+  Random random(30);
+  const auto isFree = [&](const Eigen::Vector3d& p) {
+    return std::none_of(map.vertices.begin(), map.vertices.end(), [&](const Vertex& v) {
+      return v.label == kPole && (v.position - p).head<2>().norm() < 5;
+    });
+  };
+  for (int added = 0; added < 10;) {
+    const Eigen::Vector3d p(random.uniform(-40, 40), random.uniform(-40, 40), 0);
+    if (!isFree(p)) continue;
+    addVertex(question.query, kPole, question.T_map_query.inverse() * p);
+    ++added;
+    const double score = index.score(question.query, {question.T_map_query}).at(0).score;
+    EXPECT_LT(score, last);
+    last = score;
+  }
+}
+
+TEST(ObjectPlaceIndex, AMirroredPlaceIsNotBelieved) {
+  const SemanticGraph map = randomMap(500, 700, 31);
+  const ObjectPlaceIndex index(map, someLabels());
+  Question question = ask(map, {0, 0}, 50, 0.1, 0, 32);
+  const double right = index.search(question.query).hypotheses.at(0).score;
+  for (Vertex& v : question.query.vertices) v.position.x() *= -1;
+  const ObjectSearchResult mirrored = index.search(question.query);
+  ASSERT_FALSE(mirrored.hypotheses.empty());
+  EXPECT_LT(mirrored.hypotheses[0].score, 0.3 * right);
+}
+
 TEST(ObjectPlaceIndex, DegenerateInputsGiveNoHypothesis) {
   const SemanticGraph map = randomMap(200, 100, 20);
   const LabelSet labels = someLabels();

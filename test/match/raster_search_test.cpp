@@ -330,6 +330,52 @@ TEST(RasterSearch, ThePriorRestrictsCentreAndHeading) {
   }
 }
 
+TEST(RasterSearch, SparseWorldsAreSearchedCompletely) {
+  Random random(12);
+  for (int trial = 0; trial < 5; ++trial) {
+    LikelihoodRaster raster(1.0, {0, 5, 30});
+    for (int i = 0; i < 25; ++i) {
+      raster.set(random.below(3), static_cast<int>(random.below(300)) - 150,
+                 static_cast<int>(random.below(300)) - 150,
+                 static_cast<std::uint8_t>(random.below(60)));
+    }
+    const std::vector<RasterSample> samples = randomSamples(40, 60, 3, random);
+    RasterSearchOptions options;
+    options.centre_prior.heading = PlacePrior::Heading{0.7, 0};
+    options.keep_cells = 100;
+    const std::vector<PlacePose> poses = searchRaster(raster, samples, options);
+    ASSERT_FALSE(poses.empty());
+    EXPECT_EQ(poses[0].score, bruteForceBest(raster, samples, 240, {0.7}));
+  }
+}
+
+TEST(RasterSearch, TheMarginKeepsCentresNearContentAndLosesNothingThere) {
+  Random random(13);
+  LikelihoodRaster raster(1.0, {0});
+  for (int i = 0; i < 200; ++i) {
+    raster.set(0, static_cast<int>(random.below(100)), static_cast<int>(random.below(100)),
+               static_cast<std::uint8_t>(1 + random.below(15)));
+  }
+  const std::vector<RasterSample> samples = randomSamples(30, 80, 1, random);
+  RasterSearchOptions options;
+  options.max_yaw_step_rad = 0.3;
+  const std::vector<PlacePose> everywhere = searchRaster(raster, samples, options);
+  options.margin_m = 5;
+  const std::vector<PlacePose> near = searchRaster(raster, samples, options);
+  ASSERT_FALSE(near.empty());
+  constexpr double kSlack = 5 + 16;  // parts of 8 cells on both sides
+  for (const PlacePose& pose : near) {
+    EXPECT_GT(pose.y, -kSlack);
+    EXPECT_LT(pose.y, 100 + kSlack);
+  }
+  const auto isInside = [](const PlacePose& p) {
+    return p.x > 0 && p.x < 100 && p.y > 0 && p.y < 100;
+  };
+  const auto best_inside = std::find_if(everywhere.begin(), everywhere.end(), isInside);
+  ASSERT_NE(best_inside, everywhere.end());
+  EXPECT_GE(near[0].score, best_inside->score);
+}
+
 TEST(RasterSearch, TwoLevelsFindWhatTheFineSearchFinds) {
   Random random(9);
   LikelihoodRaster coarse(6.0, {0, 0}), fine(3.0, {0, 0});
