@@ -9,9 +9,10 @@
 
 namespace xview {
 
-/// Numbers the occupied cells of an unbounded grid: (x, y) -> 0, 1, 2 … in order of first use. Cells live in 64x64 tiles, so that a
-/// look-up beside the last one costs a few instructions and a road network costs its streets, not its bounding box.
-/// Remembers the last tile: not for several threads at once.
+/// Numbers the occupied cells of an unbounded grid: (x, y) -> 0, 1, 2 … in order of first use.
+/// Cells live in 64x64 tiles, so that a look-up near the last ones costs a few instructions and a
+/// road network costs its streets, not its bounding box. Remembers the last tiles: not for several
+/// threads at once.
 class CellIndex {
  public:
   /// Number of the cell, or -1.
@@ -37,20 +38,30 @@ class CellIndex {
 
  private:
   using Tile = std::array<std::int32_t, 64 * 64>;
+  struct Recent {
+    std::uint64_t key = 0;
+    Tile* tile = nullptr;
+  };
 
   static std::size_t slot(std::int32_t x, std::int32_t y) {
     return static_cast<std::size_t>(y & 63) * 64 + static_cast<std::size_t>(x & 63);
   }
   static std::uint64_t key(std::int32_t tx, std::int32_t ty) {
-    return (static_cast<std::uint64_t>(static_cast<std::uint32_t>(tx)) << 32) | static_cast<std::uint32_t>(ty);
+    return (static_cast<std::uint64_t>(static_cast<std::uint32_t>(tx)) << 32) |
+           static_cast<std::uint32_t>(ty);
+  }
+  /// The tiles that were asked for last, one for each of 4x4 neighbouring ones.
+  Recent& recentOf(std::int32_t tx, std::int32_t ty) const {
+    return recent_[(tx & 3) + 4 * (ty & 3)];
   }
   Tile* findTile(std::int32_t tx, std::int32_t ty) const {
     const std::uint64_t k = key(tx, ty);
-    if (last_ && k == last_key_) return last_;
+    Recent& recent = recentOf(tx, ty);
+    if (recent.tile && k == recent.key) return recent.tile;
     const auto it = tiles_.find(k);
     if (it == tiles_.end()) return nullptr;
-    last_key_ = k;
-    return last_ = it->second.get();
+    recent = {k, it->second.get()};
+    return recent.tile;
   }
   Tile* addTile(std::int32_t tx, std::int32_t ty) {
     if (Tile* found = findTile(tx, ty)) return found;
@@ -62,8 +73,7 @@ class CellIndex {
 
   std::unordered_map<std::uint64_t, std::unique_ptr<Tile>> tiles_;
   std::vector<Cell> cells_;
-  mutable Tile* last_ = nullptr;
-  mutable std::uint64_t last_key_ = 0;
+  mutable std::array<Recent, 16> recent_;
 };
 
 }  // namespace xview

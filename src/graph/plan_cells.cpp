@@ -3,89 +3,174 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 namespace xview {
 namespace {
 
 constexpr float kLowFrom = 0.3f, kObstacleFrom = 0.4f, kLowTo = 2.0f, kHighFrom = 2.5f;
+constexpr std::size_t kKinds = static_cast<std::size_t>(Kind::none);
 
-UprightCell& uprightCell(PlanCells& cells, std::int32_t cell) {
-  std::int32_t& number = cells.upright_of[cell];
-  if (number < 0) {
-    number = static_cast<std::int32_t>(cells.upright.size());
-    cells.upright.emplace_back();
+std::int32_t floorOf(double p) {
+  const auto toward_zero = static_cast<std::int32_t>(p);
+  return toward_zero - (p < toward_zero);
+}
+
+/// Voxels grouped by cell, in their order within each.
+struct VoxelsByCell {
+  std::vector<std::uint32_t> first;  ///< of each cell, into `order`; one more at the end
+  std::vector<std::uint32_t> order;  ///< voxel numbers
+};
+
+VoxelsByCell groupByCell(const std::vector<PlanVoxel>& voxels, double cell_m, CellIndex& index) {
+  VoxelsByCell groups;
+  std::vector<std::uint32_t> cell_of(voxels.size());
+  groups.first.assign(1, 0);
+  for (std::size_t i = 0; i < voxels.size(); ++i) {
+    const auto cell = static_cast<std::uint32_t>(
+        index.findOrAdd(floorOf(voxels[i].x / cell_m), floorOf(voxels[i].y / cell_m)));
+    cell_of[i] = cell;
+    if (groups.first.size() < cell + 2u) groups.first.push_back(0);
+    ++groups.first[cell + 1];
   }
-  return cells.upright[number];
+  for (std::size_t c = 1; c < groups.first.size(); ++c) groups.first[c] += groups.first[c - 1];
+  std::vector<std::uint32_t> next = groups.first;
+  groups.order.resize(voxels.size());
+  for (std::size_t i = 0; i < voxels.size(); ++i)
+    groups.order[next[cell_of[i]]++] = static_cast<std::uint32_t>(i);
+  return groups;
 }
 
-void addObstacle(UprightCell& cell, float height, float votes) {
-  if (height > kObstacleFrom && height < kLowTo) cell.obstacle_low += votes;
-  if (height > kHighFrom) cell.obstacle_high += votes;
-}
+/// Gathers the votes of one cell after the other.
+class CellSorter {
+ public:
+  CellSorter(const GroundRule& rule, const PlanOptions& options)
+      : gate_m_(static_cast<float>(rule.gate_m)),
+        min_height_m_(static_cast<float>(options.min_height_m)),
+        min_votes_(options.min_votes) {}
 
-void addUpright(UprightCell& cell, const PlanVoxel& v, float height) {
-  const auto k = static_cast<std::size_t>(v.kind);
-  if (isPoleLike(v.kind)) cell.near_votes[k - static_cast<std::size_t>(Kind::pole)] += v.near_votes;
-  cell.bottom[k] = cell.votes[k] > 0 ? std::min(cell.bottom[k], height) : height;
-  cell.top[k] = cell.votes[k] > 0 ? std::max(cell.top[k], height) : height;
-  cell.votes[k] += v.votes;
-  cell.sum_x[k] += v.votes * v.x;
-  cell.sum_y[k] += v.votes * v.y;
-  if (height > kLowFrom && height < kLowTo) cell.low[k] += v.votes;
-  if (height > kHighFrom) cell.high[k] += v.votes;
-}
+  void start(float ground_height) {
+    floor_ = {};
+    floor_.height = ground_height;
+    height_sum_ = 0;
+    is_upright_ = false;
+    upright_ = {};
+    standing_.fill({});
+  }
+
+  void add(const PlanVoxel& v) {
+    floor_.total += v.votes;
+    const float height = v.z - floor_.height;
+    if (!isGround(v.kind)) {
+      addObstacle(height, v.votes);
+      if (height >= min_height_m_) addStanding(v, height);
+    } else if (std::abs(height) < gate_m_) {
+      floor_.votes[static_cast<std::size_t>(v.kind)] += v.votes;
+      height_sum_ += v.votes * v.z;
+    } else if (height > 0) {
+      addObstacle(height, v.votes);  // e.g. a crown labelled as terrain
+    }
+  }
+
+  void finish(PlanCells& cells) {
+    const float ground_votes = floor_.ground();
+    if (ground_votes > min_votes_) floor_.height = height_sum_ / ground_votes;
+    cells.floor.push_back(floor_);
+    cells.upright_of.push_back(is_upright_ ? static_cast<std::int32_t>(cells.upright.size()) : -1);
+    if (!is_upright_) return;
+    cells.upright.push_back(upright_);
+    for (const Standing& s : standing_) {
+      if (s.votes > 0) cells.standing.push_back(s);
+    }
+  }
+
+ private:
+  void addObstacle(float height, float votes) {
+    is_upright_ = true;
+    if (height > kObstacleFrom && height < kLowTo) upright_.obstacle_low += votes;
+    if (height > kHighFrom) upright_.obstacle_high += votes;
+  }
+
+  void addStanding(const PlanVoxel& v, float height) {
+    Standing& s = standing_[static_cast<std::size_t>(v.kind)];
+    s.kind = v.kind;
+    s.bottom = s.votes > 0 ? std::min(s.bottom, height) : height;
+    s.top = s.votes > 0 ? std::max(s.top, height) : height;
+    s.votes += v.votes;
+    s.near_votes += v.near_votes;
+    s.sum_x += v.votes * v.x;
+    s.sum_y += v.votes * v.y;
+    if (height > kLowFrom && height < kLowTo) s.low += v.votes;
+    if (height > kHighFrom) s.high += v.votes;
+  }
+
+  float gate_m_, min_height_m_;
+  double min_votes_;
+  FloorCell floor_;
+  float height_sum_ = 0;
+  bool is_upright_ = false;
+  UprightCell upright_;
+  std::array<Standing, kKinds> standing_;
+};
 
 }  // namespace
 
-float UprightCell::total() const { return std::accumulate(votes.begin(), votes.end(), 0.f); }
+const Standing* UprightCell::find(Kind kind) const {
+  for (const Standing* s = first; s != last; ++s) {
+    if (s->kind == kind) return s;
+  }
+  return nullptr;
+}
+
+float UprightCell::of(Kind kind) const {
+  const Standing* s = find(kind);
+  return s ? s->votes : 0.f;
+}
+
+float UprightCell::nearOf(Kind kind) const {
+  const Standing* s = find(kind);
+  return s ? s->near_votes : 0.f;
+}
+
+float UprightCell::lowOf(Kind kind) const {
+  const Standing* s = find(kind);
+  return s ? s->low : 0.f;
+}
+
+float UprightCell::highOf(Kind kind) const {
+  const Standing* s = find(kind);
+  return s ? s->high : 0.f;
+}
 
 bool UprightCell::holds(Kind kind, double min_votes, double min_share) const {
-  return of(kind) >= min_votes && of(kind) >= min_share * total();
+  const Standing* asked = find(kind);
+  float total = 0;
+  for (const Standing* s = first; s != last; ++s) total += s->votes;
+  return asked && asked->votes >= min_votes && asked->votes >= min_share * total;
 }
 
-PlanSample UprightCell::centre(Kind kind) const {
-  const auto k = static_cast<std::size_t>(kind);
-  return {sum_x[k] / votes[k], sum_y[k] / votes[k], 0};
-}
-
-PlanCells sortIntoCells(const std::vector<PlanVoxel>& voxels, const GroundSurface& ground, const GroundRule& rule,
-                        const PlanOptions& options) {
+PlanCells sortIntoCells(const std::vector<PlanVoxel>& voxels, const GroundSurface& ground,
+                        const GroundRule& rule, const PlanOptions& options) {
+  constexpr std::size_t kAhead = 16;  // voxels of a cell lie far apart in memory
   PlanCells cells;
-  const double inverse_cell = 1.0 / options.cell_m;
-  const auto gate = static_cast<float>(rule.gate_m), min_height = static_cast<float>(options.min_height_m);
-  std::vector<float> height_sum;
-  for (const PlanVoxel& v : voxels) {
-    const std::int32_t cell = cells.index.findOrAdd(static_cast<std::int32_t>(std::floor(v.x * inverse_cell)),
-                                                    static_cast<std::int32_t>(std::floor(v.y * inverse_cell)));
-    if (cells.floor.size() <= static_cast<std::size_t>(cell)) {
-      cells.floor.emplace_back();
-      cells.upright_of.push_back(-1);
-      height_sum.push_back(0);
-      const double side = options.cell_m;
-      const CellIndex::Cell c = cells.index.cells()[cell];
-      cells.floor[cell].height =
-          ground.heightAt(static_cast<float>((c.x + 0.5) * side), static_cast<float>((c.y + 0.5) * side));
+  const VoxelsByCell groups = groupByCell(voxels, options.cell_m, cells.index);
+  CellSorter sorter(rule, options);
+  std::vector<std::size_t> first_standing;
+  for (std::size_t c = 0; c < cells.index.size(); ++c) {
+    const CellIndex::Cell cell = cells.index.cells()[c];
+    sorter.start(ground.heightAt(static_cast<float>((cell.x + 0.5) * options.cell_m),
+                                 static_cast<float>((cell.y + 0.5) * options.cell_m)));
+    for (std::uint32_t k = groups.first[c]; k < groups.first[c + 1]; ++k) {
+      if (k + kAhead < groups.order.size()) __builtin_prefetch(&voxels[groups.order[k + kAhead]]);
+      sorter.add(voxels[groups.order[k]]);
     }
-    FloorCell& floor = cells.floor[cell];
-    floor.total += v.votes;
-    const float height = v.z - floor.height;
-    if (isGround(v.kind)) {
-      if (std::abs(height) < gate) {
-        floor.votes[static_cast<std::size_t>(v.kind)] += v.votes;
-        height_sum[cell] += v.votes * v.z;
-      } else if (height > 0) {
-        addObstacle(uprightCell(cells, cell), height, v.votes);  // e.g. a crown labelled as terrain
-      }
-      continue;
-    }
-    UprightCell& upright = uprightCell(cells, cell);
-    addObstacle(upright, height, v.votes);
-    if (v.kind != Kind::none && height >= min_height) addUpright(upright, v, height);
+    const std::size_t before = cells.standing.size();
+    sorter.finish(cells);
+    if (cells.upright_of[c] >= 0) first_standing.push_back(before);
   }
-  for (std::size_t i = 0; i < cells.floor.size(); ++i) {
-    const float votes = cells.floor[i].ground();
-    if (votes > options.min_votes) cells.floor[i].height = height_sum[i] / votes;
+  first_standing.push_back(cells.standing.size());
+  for (std::size_t u = 0; u < cells.upright.size(); ++u) {
+    cells.upright[u].first = cells.standing.data() + first_standing[u];
+    cells.upright[u].last = cells.standing.data() + first_standing[u + 1];
   }
   return cells;
 }

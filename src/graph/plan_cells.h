@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <array>
 #include <vector>
 
 #include "graph/cell_index.h"
@@ -11,24 +10,28 @@
 
 namespace xview {
 
-constexpr std::size_t kKinds = static_cast<std::size_t>(Kind::none);
+/// What stands in a cell, of one upright class, higher than min_height_m.
+struct Standing {
+  Kind kind = Kind::none;
+  float votes = 0;
+  float near_votes = 0;        ///< of these, measured near enough for thin objects
+  float sum_x = 0, sum_y = 0;  ///< of the positions times their votes
+  float low = 0, high = 0;     ///< votes at 0.3–2 m and above 2.5 m
+  float top = 0, bottom = 0;   ///< greatest and least height above ground [m]
+};
 
-/// What stands in a cell, per kind of upright class.
+/// All that stands in a cell.
 struct UprightCell {
-  std::array<float, kKinds> votes{};       ///< above min_height_m
-  std::array<float, kKinds> sum_x{}, sum_y{};
-  std::array<float, kKinds> low{}, high{};  ///< votes at 0.3–2 m and above 2.5 m
-  std::array<float, kKinds> top{};          ///< greatest height above ground [m]
-  std::array<float, kKinds> bottom{};       ///< least height above ground [m]
-  std::array<float, 3> near_votes{};        ///< of pole, sign, light, measured nearby
-  float obstacle_low = 0, obstacle_high = 0;
+  const Standing* first = nullptr;  ///< its kinds, at most one each: [first, last)
+  const Standing* last = nullptr;
+  float obstacle_low = 0, obstacle_high = 0;  ///< votes of anything at 0.4–2 m and above 2.5 m
 
-  float total() const;
-  float of(Kind kind) const { return votes[static_cast<std::size_t>(kind)]; }
-  float lowOf(Kind kind) const { return low[static_cast<std::size_t>(kind)]; }
-  float highOf(Kind kind) const { return high[static_cast<std::size_t>(kind)]; }
+  const Standing* find(Kind kind) const;  ///< null if there is none
+  float of(Kind kind) const;              ///< votes; the others likewise 0 if there is none
+  float nearOf(Kind kind) const;
+  float lowOf(Kind kind) const;
+  float highOf(Kind kind) const;
   bool holds(Kind kind, double min_votes, double min_share) const;
-  PlanSample centre(Kind kind) const;
 };
 
 /// What lies in a cell.
@@ -39,20 +42,28 @@ struct FloorCell {
   float ground() const { return votes[0] + votes[1] + votes[2] + votes[3]; }
 };
 
-/// All votes of a view sorted into cells. `upright[i]` is the number of the UprightCell of cell i, or -1.
+/// All votes of a view sorted into cells. `upright_of[i]` is the number of the UprightCell of cell
+/// i, or -1.
 struct PlanCells {
+  PlanCells() = default;
+  PlanCells(PlanCells&&) = default;  // not copied: cells point into `standing`
+
   CellIndex index;
   std::vector<FloorCell> floor;
   std::vector<std::int32_t> upright_of;
   std::vector<UprightCell> upright;
+  std::vector<Standing> standing;
 
+  const UprightCell* uprightOf(std::size_t cell) const {
+    return upright_of[cell] < 0 ? nullptr : &upright[upright_of[cell]];
+  }
   const UprightCell* uprightAt(std::int32_t x, std::int32_t y) const {
     const std::int32_t i = index.find(x, y);
-    return i < 0 || upright_of[i] < 0 ? nullptr : &upright[upright_of[i]];
+    return i < 0 ? nullptr : uprightOf(i);
   }
 };
 
-PlanCells sortIntoCells(const std::vector<PlanVoxel>& voxels, const GroundSurface& ground, const GroundRule& rule,
-                        const PlanOptions& options);
+PlanCells sortIntoCells(const std::vector<PlanVoxel>& voxels, const GroundSurface& ground,
+                        const GroundRule& rule, const PlanOptions& options);
 
 }  // namespace xview

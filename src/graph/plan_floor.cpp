@@ -17,7 +17,7 @@ FloorClass floorClass(const FloorCell& cell, const PlanOptions& options) {
   const std::array<float, 3> votes = {cell.votes[0] + cell.votes[3], cell.votes[1], cell.votes[2]};
   const auto best = std::max_element(votes.begin(), votes.end());
   const bool clear =
-      cell.ground() >= options.min_votes && *best >= options.min_share * cell.ground();
+      *best > 0 && cell.ground() >= options.min_votes && *best >= options.min_share * cell.ground();
   return clear ? static_cast<FloorClass>(best - votes.begin()) : kNoFloor;
 }
 

@@ -9,12 +9,14 @@ namespace xview {
 namespace {
 
 constexpr float kLatticeM = 2.f;
-constexpr std::size_t kFewest = 4;          ///< heights that a lattice cell needs
-constexpr float kStepM = 0.7f;              ///< a cell further than this from its neighbourhood is replaced by it
+constexpr std::size_t kFewest = 4;  ///< heights that a lattice cell needs
+constexpr float kStepM =
+    0.7f;  ///< a cell further than this from its neighbourhood is replaced by it
 constexpr float kUnset = std::numeric_limits<float>::quiet_NaN();
 
 float quantile(std::vector<float>& values, double share) {
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size()));
+  const auto at =
+      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size()));
   std::nth_element(values.begin(), std::min(at, values.end() - 1), values.end());
   return *std::min(at, values.end() - 1);
 }
@@ -23,9 +25,12 @@ std::int32_t latticeCell(float p) { return static_cast<std::int32_t>(std::floor(
 
 using HeightLists = std::vector<std::vector<float>>;
 
-/// Heights of the ground classes per lattice cell; of all points if no ground class was seen anywhere.
-HeightLists gatherHeights(const std::vector<PlanVoxel>& voxels, CellIndex& index, bool& only_ground) {
-  only_ground = std::any_of(voxels.begin(), voxels.end(), [](const PlanVoxel& v) { return isGround(v.kind); });
+/// Heights of the ground classes per lattice cell; of all points if no ground class was seen
+/// anywhere.
+HeightLists gatherHeights(const std::vector<PlanVoxel>& voxels, CellIndex& index,
+                          bool& only_ground) {
+  only_ground = std::any_of(voxels.begin(), voxels.end(),
+                            [](const PlanVoxel& v) { return isGround(v.kind); });
   HeightLists lists;
   for (const PlanVoxel& v : voxels) {
     const auto cell = static_cast<std::size_t>(index.findOrAdd(latticeCell(v.x), latticeCell(v.y)));
@@ -67,7 +72,8 @@ void centreOnLayer(const HeightLists& lists, double gate_m, std::vector<float>& 
   }
 }
 
-/// Spreads known heights to the other occupied cells, nearest first (breadth first); cells that cannot be reached get the median.
+/// Spreads known heights to the other occupied cells, nearest first (breadth first); cells that
+/// cannot be reached get the median.
 void fillGaps(const CellIndex& index, std::vector<float>& heights) {
   std::vector<std::int32_t> queue;
   for (std::size_t i = 0; i < heights.size(); ++i) {
@@ -87,14 +93,17 @@ void fillGaps(const CellIndex& index, std::vector<float>& heights) {
       }
     }
   }
-  std::replace_if(heights.begin(), heights.end(), [](float z) { return std::isnan(z); }, typical);
+  std::replace_if(
+      heights.begin(), heights.end(), [](float z) { return std::isnan(z); }, typical);
 }
 
 }  // namespace
 
 GroundRule groundRule(const PlanOptions& options, bool aerial) {
-  // From the air, stereo noise in height exceeds that near the ground, and a low quantile would be biased by a metre.
-  return aerial ? GroundRule{0.5, 2 * options.ground_gate_m} : GroundRule{0.25, options.ground_gate_m};
+  // From the air, stereo noise in height exceeds that near the ground, and a low quantile would be
+  // biased by a metre.
+  return aerial ? GroundRule{0.5, 2 * options.ground_gate_m}
+                : GroundRule{0.25, options.ground_gate_m};
 }
 
 GroundSurface::GroundSurface(const std::vector<PlanVoxel>& voxels, const GroundRule& rule) {
@@ -118,7 +127,8 @@ float GroundSurface::latticeHeight(std::int32_t x, std::int32_t y, float fallbac
 
 float GroundSurface::heightAt(float x, float y) const {
   const float fx = x / kLatticeM - 0.5f, fy = y / kLatticeM - 0.5f;
-  const auto ix = static_cast<std::int32_t>(std::floor(fx)), iy = static_cast<std::int32_t>(std::floor(fy));
+  const auto ix = static_cast<std::int32_t>(std::floor(fx)),
+             iy = static_cast<std::int32_t>(std::floor(fy));
   const float rx = fx - static_cast<float>(ix), ry = fy - static_cast<float>(iy);
   const float own = latticeHeight(latticeCell(x), latticeCell(y), 0.f);
   const float a = latticeHeight(ix, iy, own), b = latticeHeight(ix + 1, iy, own);

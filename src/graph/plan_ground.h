@@ -9,7 +9,8 @@
 
 namespace xview {
 
-/// How the ground is drawn from points that are wrong now and then: labels under trees, stereo noise from the air.
+/// How the ground is drawn from points that are wrong now and then: labels under trees, stereo
+/// noise from the air.
 struct GroundRule {
   double quantile;  ///< of the heights in a 2 m cell: low near the ground, the median from the air
   double gate_m;    ///< half thickness of the layer that counts as ground

@@ -8,19 +8,20 @@
 namespace xview {
 namespace {
 
-constexpr int kPeakReach = 3;            ///< a peak is the largest within so many cells
+constexpr int kPeakReach = 3;  ///< a peak is the largest within so many cells
 constexpr int kTreeReach = 5;
-constexpr float kMinPoleShare = 0.25f;   ///< of the votes of the other upright classes in the cell
-constexpr float kMinCanopy = 30.f;       ///< summed crown height of a tree [m x cells]
+constexpr float kMinPoleShare = 0.25f;  ///< of the votes of the other upright classes in the cell
+constexpr float kMinCanopy = 30.f;      ///< summed crown height of a tree [m x cells]
 
 using CellValue = std::function<float(const UprightCell&)>;
 
 /// A value per cell of the view, 0 where nothing stands.
 class ValueGrid {
  public:
-  ValueGrid(const PlanCells& cells, const CellValue& value) : cells_(&cells), values_(cells.index.size(), 0.f) {
+  ValueGrid(const PlanCells& cells, const CellValue& value)
+      : cells_(&cells), values_(cells.index.size(), 0.f) {
     for (std::size_t i = 0; i < values_.size(); ++i) {
-      if (cells.upright_of[i] >= 0) values_[i] = value(cells.upright[cells.upright_of[i]]);
+      if (const UprightCell* cell = cells.uprightOf(i)) values_[i] = value(*cell);
     }
   }
   /// Sum over the square of half size `reach` around each cell with a value; 0 elsewhere.
@@ -69,11 +70,11 @@ PlanSample peakCentre(const PlanCells& cells, const ValueGrid& value, CellIndex:
       const float w = value.at(c.x + dx, c.y + dy);
       if (!cell || w <= 0) continue;
       float votes = 0, sum_x = 0, sum_y = 0;
-      for (const Kind kind : {Kind::pole, Kind::sign, Kind::light}) {
-        const auto k = static_cast<std::size_t>(kind);
-        votes += cell->votes[k];
-        sum_x += cell->sum_x[k];
-        sum_y += cell->sum_y[k];
+      for (const Standing* s = cell->first; s != cell->last; ++s) {
+        if (!isPoleLike(s->kind)) continue;
+        votes += s->votes;
+        sum_x += s->sum_x;
+        sum_y += s->sum_y;
       }
       if (votes <= 0) continue;
       weight += w;
@@ -85,10 +86,12 @@ PlanSample peakCentre(const PlanCells& cells, const ValueGrid& value, CellIndex:
   return {x / weight, y / weight, cells.floor[cells.index.find(c.x, c.y)].height};
 }
 
-void findPeaks(const PlanCells& cells, double min_votes, const CellValue& votes, std::vector<PlanSample>& out) {
+void findPeaks(const PlanCells& cells, double min_votes, const CellValue& votes,
+               std::vector<PlanSample>& out) {
   const ValueGrid value(cells, [&](const UprightCell& cell) {
     const float v = votes(cell);
-    const float others = cell.of(Kind::building) + cell.of(Kind::fence) + cell.of(Kind::vegetation) + cell.of(Kind::vehicle);
+    const float others = cell.of(Kind::building) + cell.of(Kind::fence) +
+                         cell.of(Kind::vegetation) + cell.of(Kind::vehicle);
     return v >= kMinPoleShare * others ? v : 0.f;
   });
   const ValueGrid sums = value.boxSum(1);
@@ -101,26 +104,29 @@ void findPeaks(const PlanCells& cells, double min_votes, const CellValue& votes,
 
 void findPoleLike(const PlanCells& cells, const PlanOptions& options, PlanView& view) {
   const double min_votes = options.peak_votes * options.min_votes;
-  const auto near_votes = [](int which) {
-    return [which](const UprightCell& cell) { return cell.near_votes[which]; };
+  const auto near_votes = [](Kind kind) {
+    return [kind](const UprightCell& cell) { return cell.nearOf(kind); };
   };
-  findPeaks(cells, min_votes, near_votes(0), view[Channel::pole]);
-  findPeaks(cells, min_votes, near_votes(1), view[Channel::sign]);
-  findPeaks(cells, min_votes, near_votes(2), view[Channel::light]);
-  findPeaks(cells, min_votes,
-            [](const UprightCell& c) { return c.near_votes[0] + c.near_votes[1] + c.near_votes[2]; },
-            view[Channel::pole_like]);
+  findPeaks(cells, min_votes, near_votes(Kind::pole), view[Channel::pole]);
+  findPeaks(cells, min_votes, near_votes(Kind::sign), view[Channel::sign]);
+  findPeaks(cells, min_votes, near_votes(Kind::light), view[Channel::light]);
+  findPeaks(
+      cells, min_votes,
+      [](const UprightCell& c) {
+        return c.nearOf(Kind::pole) + c.nearOf(Kind::sign) + c.nearOf(Kind::light);
+      },
+      view[Channel::pole_like]);
 }
 
 /// What is asked of an 8-connected cluster of cells.
 struct ClusterRule {
   Kind kind;
   std::function<bool(const UprightCell&)> belongs;
-  CellValue weight;     ///< of a cell for the centre
+  CellValue weight;  ///< of a cell for the centre
   float max_extent_m;
   float min_extent_m;
   float min_votes;
-  float min_span_m;     ///< top minus bottom
+  float min_span_m;  ///< top minus bottom
   float min_top_m;
 };
 
@@ -129,10 +135,12 @@ struct Cluster {
   std::int32_t min_x, min_y, max_x, max_y;
 };
 
-std::vector<Cluster> connectedCells(const PlanCells& cells, const std::function<bool(const UprightCell&)>& belongs) {
+std::vector<Cluster> connectedCells(const PlanCells& cells,
+                                    const std::function<bool(const UprightCell&)>& belongs) {
   std::vector<bool> seen(cells.index.size(), false);
   const auto member = [&](std::int32_t i) {
-    return i >= 0 && !seen[i] && cells.upright_of[i] >= 0 && belongs(cells.upright[cells.upright_of[i]]);
+    const UprightCell* cell = i < 0 || seen[i] ? nullptr : cells.uprightOf(i);
+    return cell && belongs(*cell);
   };
   std::vector<Cluster> clusters;
   for (std::int32_t start = 0; start < static_cast<std::int32_t>(cells.index.size()); ++start) {
@@ -160,26 +168,28 @@ std::vector<Cluster> connectedCells(const PlanCells& cells, const std::function<
   return clusters;
 }
 
-void findClusters(const PlanCells& cells, double cell_m, const ClusterRule& rule, std::vector<PlanSample>& out) {
-  const auto k = static_cast<std::size_t>(rule.kind);
+void findClusters(const PlanCells& cells, double cell_m, const ClusterRule& rule,
+                  std::vector<PlanSample>& out) {
   for (const Cluster& cluster : connectedCells(cells, rule.belongs)) {
     const double extent =
         cell_m * (1 + std::max(cluster.max_x - cluster.min_x, cluster.max_y - cluster.min_y));
     if (extent > rule.max_extent_m || extent < rule.min_extent_m) continue;
     float weight = 0, votes = 0, x = 0, y = 0, z = 0, bottom = 1e9f, top = -1e9f;
     for (const std::int32_t i : cluster.cells) {
-      const UprightCell& cell = cells.upright[cells.upright_of[i]];
-      if (cell.votes[k] <= 0) continue;
+      const UprightCell& cell = *cells.uprightOf(i);
+      const Standing* standing = cell.find(rule.kind);
+      if (!standing) continue;
       const float w = rule.weight(cell);
       weight += w;
-      votes += cell.votes[k];
-      x += w * cell.sum_x[k] / cell.votes[k];
-      y += w * cell.sum_y[k] / cell.votes[k];
+      votes += standing->votes;
+      x += w * standing->sum_x / standing->votes;
+      y += w * standing->sum_y / standing->votes;
       z += w * cells.floor[i].height;
-      bottom = std::min(bottom, cell.bottom[k]);
-      top = std::max(top, cell.top[k]);
+      bottom = std::min(bottom, standing->bottom);
+      top = std::max(top, standing->top);
     }
-    if (weight > 0 && votes >= rule.min_votes && top - bottom > rule.min_span_m && top > rule.min_top_m) {
+    if (weight > 0 && votes >= rule.min_votes && top - bottom > rule.min_span_m &&
+        top > rule.min_top_m) {
       out.push_back({x / weight, y / weight, z / weight});
     }
   }
@@ -187,9 +197,10 @@ void findClusters(const PlanCells& cells, double cell_m, const ClusterRule& rule
 
 /// Crowns: local maxima of the summed height of high vegetation.
 void findTrees(const PlanCells& cells, const PlanOptions& options, PlanView& view) {
-  const auto veg = static_cast<std::size_t>(Kind::vegetation);
   const ValueGrid crown(cells, [&](const UprightCell& c) {
-    return c.highOf(Kind::vegetation) >= 0.5 * options.min_votes ? std::max(0.f, std::min(c.top[veg], 12.f) - 1.f) : 0.f;
+    const Standing* s = c.find(Kind::vegetation);
+    return s && s->high >= 0.5 * options.min_votes ? std::max(0.f, std::min(s->top, 12.f) - 1.f)
+                                                   : 0.f;
   });
   const ValueGrid sums = crown.boxSum(kPeakReach);
   for (std::size_t i = 0; i < cells.index.size(); ++i) {
@@ -205,7 +216,8 @@ void findTrees(const PlanCells& cells, const PlanOptions& options, PlanView& vie
       }
     }
     view[Channel::tree].push_back({static_cast<float>(x / weight * options.cell_m),
-                                   static_cast<float>(y / weight * options.cell_m), cells.floor[i].height});
+                                   static_cast<float>(y / weight * options.cell_m),
+                                   cells.floor[i].height});
   }
 }
 
@@ -214,21 +226,27 @@ void findTrees(const PlanCells& cells, const PlanOptions& options, PlanView& vie
 void findPlanObjects(const PlanCells& cells, const PlanOptions& options, PlanView& view) {
   const auto votes = static_cast<float>(options.min_votes);
   findPoleLike(cells, options, view);
+  findClusters(
+      cells, options.cell_m,
+      {Kind::vehicle, [=](const UprightCell& c) { return c.holds(Kind::vehicle, votes, 0.4); },
+       [](const UprightCell&) { return 1.f; }, 9.f, 1.25f, 6 * votes, -1.f, -1.f},
+      view[Channel::vehicle]);
+  findClusters(
+      cells, options.cell_m,
+      {Kind::trunk, [=](const UprightCell& c) { return c.lowOf(Kind::trunk) >= 0.5f * votes; },
+       [](const UprightCell& c) { return c.lowOf(Kind::trunk); }, 2.6f, 0.f, 2 * votes, 0.6f, -1.f},
+      view[Channel::trunk]);
+  findClusters(
+      cells, options.cell_m,
+      {Kind::vegetation, [=](const UprightCell& c) { return c.lowOf(Kind::vegetation) >= votes; },
+       [](const UprightCell& c) { return c.lowOf(Kind::vegetation); }, 2.1f, 0.f, 3 * votes, -1.f,
+       2.2f},
+      view[Channel::trunk]);
   findClusters(cells, options.cell_m,
-               {Kind::vehicle, [=](const UprightCell& c) { return c.holds(Kind::vehicle, votes, 0.4); },
-                [](const UprightCell&) { return 1.f; }, 9.f, 1.25f, 6 * votes, -1.f, -1.f},
-               view[Channel::vehicle]);
-  findClusters(cells, options.cell_m,
-               {Kind::trunk, [=](const UprightCell& c) { return c.lowOf(Kind::trunk) >= 0.5f * votes; },
-                [](const UprightCell& c) { return c.lowOf(Kind::trunk); }, 2.6f, 0.f, 2 * votes, 0.6f, -1.f},
-               view[Channel::trunk]);
-  findClusters(cells, options.cell_m,
-               {Kind::vegetation, [=](const UprightCell& c) { return c.lowOf(Kind::vegetation) >= votes; },
-                [](const UprightCell& c) { return c.lowOf(Kind::vegetation); }, 2.1f, 0.f, 3 * votes, -1.f, 2.2f},
-               view[Channel::trunk]);
-  findClusters(cells, options.cell_m,
-               {Kind::other_object, [=](const UprightCell& c) { return c.holds(Kind::other_object, votes, 0.25); },
-                [](const UprightCell& c) { return c.of(Kind::other_object); }, 4.f, 0.f, 2 * votes, -1.f, -1.f},
+               {Kind::other_object,
+                [=](const UprightCell& c) { return c.holds(Kind::other_object, votes, 0.25); },
+                [](const UprightCell& c) { return c.of(Kind::other_object); }, 4.f, 0.f, 2 * votes,
+                -1.f, -1.f},
                view[Channel::other_object]);
   findTrees(cells, options, view);
 }

@@ -17,9 +17,8 @@ void addUprightCell(const UprightCell& cell, float height, const PlanOptions& op
                     PlanView& view) {
   const double votes = options.min_votes, share = options.min_share;
   const auto put = [&](Channel channel, Kind kind) {
-    PlanSample sample = cell.centre(kind);
-    sample.z = height;
-    view[channel].push_back(sample);
+    const Standing& s = *cell.find(kind);
+    view[channel].push_back({s.sum_x / s.votes, s.sum_y / s.votes, height});
   };
   if (cell.holds(Kind::building, votes, share)) {
     put(Channel::building, Kind::building);
@@ -38,8 +37,9 @@ void addUprightCell(const UprightCell& cell, float height, const PlanOptions& op
 void addUprights(const PlanCells& cells, const PlanOptions& options, PlanView& view) {
   const auto side = static_cast<float>(options.cell_m);
   for (std::size_t i = 0; i < cells.floor.size(); ++i) {
-    if (cells.upright_of[i] < 0) continue;
-    const UprightCell& cell = cells.upright[cells.upright_of[i]];
+    const UprightCell* upright = cells.uprightOf(i);
+    if (!upright) continue;
+    const UprightCell& cell = *upright;
     const CellIndex::Cell c = cells.index.cells()[i];
     const PlanSample middle{(static_cast<float>(c.x) + 0.5f) * side,
                             (static_cast<float>(c.y) + 0.5f) * side, cells.floor[i].height};
@@ -70,11 +70,38 @@ void sortView(PlanView& view) {
   });
 }
 
+/// LabelSet::kind as a table, because it is asked for every point.
+class KindTable {
+ public:
+  explicit KindTable(const LabelSet& set) : set_(set) {
+    for (const auto& [id, info] : set.classes()) {
+      if (id >= kLargest) continue;
+      if (id >= table_.size()) table_.resize(id + 1, Kind::none);
+      table_[id] = set.kind(id);
+    }
+  }
+  Kind of(std::uint32_t id) const {
+    return id < table_.size() ? table_[id] : id < kLargest ? Kind::none : set_.kind(id);
+  }
+
+ private:
+  static constexpr std::uint32_t kLargest = 1 << 16;
+  LabelSet set_;
+  std::vector<Kind> table_;
+};
+
+/// False for points that are no numbers, or so far away that their cells have no number.
+bool isSomewhere(const Eigen::Vector3d& p) {
+  constexpr double kFarthest_m = 1e8;
+  return std::abs(p.x()) < kFarthest_m && std::abs(p.y()) < kFarthest_m &&
+         std::abs(p.z()) < kFarthest_m;
+}
+
 }  // namespace
 
 struct PlanViewBuilder::State {
   State(const LabelSet& set, const PlanOptions& plan_options)
-      : labels(set), options(plan_options), voxels(plan_options.voxel_m) {}
+      : kinds(set), options(plan_options), voxels(plan_options.voxel_m) {}
 
   /// Whole multiples of 64 m, so that two views of one frame share their cells.
   void setOrigin(const Eigen::Vector3d& first_point) {
@@ -82,7 +109,7 @@ struct PlanViewBuilder::State {
     has_origin = true;
   }
 
-  LabelSet labels;
+  KindTable kinds;
   PlanOptions options;
   PlanVoxels voxels;
   bool has_origin = false;
@@ -102,17 +129,22 @@ void PlanViewBuilder::add(const LabelledCloud& cloud, const std::vector<float>& 
   State& s = *state_;
   const Eigen::Matrix3d R = T_plan_cloud.linear();
   const Eigen::Vector3d t = T_plan_cloud * cloud.origin;
+  std::vector<PlanVote> cast;
+  cast.reserve(cloud.size());
   for (std::size_t i = 0; i < cloud.size(); ++i) {
-    const Kind kind = s.labels.kind(cloud.points[i].label);
+    const Kind kind = s.kinds.of(cloud.points[i].label);
     if (kind == Kind::none || !(votes[i] > 0)) continue;
-    const Eigen::Vector3d p_plan = R * cloud.points[i].getVector3fMap().cast<double>() + t;
-    if (!p_plan.allFinite()) continue;
+    const Eigen::Vector3d p_plan = R * cloud.points[i].getVector3fMap().cast<double>().eval() + t;
+    if (!isSomewhere(p_plan)) continue;
     if (!s.has_origin) s.setOrigin(p_plan);
     const Eigen::Vector3d p = p_plan - s.origin;
-    s.voxels.add(p.x(), p.y(), p.z(), kind, votes[i], near.empty() || near[i]);
+    const Eigen::Vector3f q = p.cast<float>();
+    cast.push_back({s.voxels.keyOf(p.x(), p.y(), p.z(), kind), q.x(), q.y(), q.z(), votes[i],
+                    near.empty() || near[i]});
     s.votes += votes[i];
     if (aerial) s.aerial_votes += votes[i];
   }
+  s.voxels.add(cast);
 }
 
 PlanView PlanViewBuilder::build() const {

@@ -8,29 +8,50 @@
 
 namespace xview {
 
+/// A voxel and a kind as a number: 21 bits for each of x and y (two million voxels), 18 for z, 4
+/// for the kind. Larger coordinates wrap around.
+using VoxelKey = std::uint64_t;
+
+/// A labelled point and what it counts.
+struct PlanVote {
+  VoxelKey key = 0;
+  float x = 0, y = 0, z = 0;  ///< relative to the plan origin [m]
+  float votes = 0;
+  bool near = false;  ///< measured near enough for thin objects
+};
+
 /// Votes of one kind in one voxel.
 struct PlanVoxel {
+  VoxelKey key = 0;
   float x = 0, y = 0, z = 0;  ///< vote-weighted mean, relative to the plan origin [m]
   float votes = 0;
   float near_votes = 0;  ///< of these, measured near enough for thin objects
   Kind kind = Kind::none;
 };
 
-/// Hash of (voxel, kind) -> votes; open addressing, order of first appearance kept in voxels().
+/// Sums of votes per voxel and kind, in order of first appearance.
 class PlanVoxels {
  public:
-  explicit PlanVoxels(double voxel_m);
-  void add(double x, double y, double z, Kind kind, float votes, bool near);
+  explicit PlanVoxels(double voxel_m) : inverse_side_(1.0 / voxel_m) {}
+  VoxelKey keyOf(double x, double y, double z, Kind kind) const;
+  void add(const std::vector<PlanVote>& votes);
   const std::vector<PlanVoxel>& voxels() const { return voxels_; }
 
  private:
-  void grow();
-  std::size_t slotOf(std::uint64_t key) const;
+  /// Of an open-addressing hash table with linear probing.
+  struct Slot {
+    std::uint32_t tag = 0;    ///< upper half of the hash: other voxels are seldom looked at
+    std::int32_t voxel = -1;  ///< index into voxels_
+  };
+  void reserve(std::size_t voxels);
+  Slot& slotOf(VoxelKey key);
+  void prefetchSlot(VoxelKey key) const;
+  void prefetchVoxel(VoxelKey key) const;
+  PlanVoxel& findOrAdd(const PlanVote& vote);
 
   double inverse_side_;
   std::vector<PlanVoxel> voxels_;
-  std::vector<std::uint64_t> keys_;   ///< of each voxel
-  std::vector<std::int32_t> slots_;   ///< index into voxels_, or -1
+  std::vector<Slot> slots_;  ///< a power of two of them, or none
 };
 
 }  // namespace xview

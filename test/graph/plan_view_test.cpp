@@ -314,6 +314,30 @@ TEST(PlanView, OfASinglePointKnowsItsCell) {
   EXPECT_EQ(view.known[0].y, 121);
 }
 
+TEST(PlanView, WithoutAVoteLimitStillNamesOnlyWhatWasSeen) {
+  PlanScene scene;
+  scene.patch(Kind::road, 2, 2, 12, 6, 0.0).wall(Kind::fence, 2, 8.2, 12, 8.2, 0, 2);
+  scene.patch(Kind::terrain, 2, 10, 12, 14, 9.0);  // ground far above the surface: an obstacle
+  scene.patch(Kind::terrain, 2, 10, 12, 14, 0.0);
+  PlanOptions options;
+  options.min_votes = 0;
+  const PlanView view = scene.view(false, options);
+  EXPECT_GT(distanceTo(view, Channel::road, 7, 8.25), 1.5);
+  for (const Channel c : {Channel::building, Channel::canopy, Channel::vehicle_surface}) {
+    EXPECT_TRUE(view[c].empty()) << toString(c);
+  }
+  for (const auto& channel : view.samples) {
+    for (const PlanSample& s : channel) EXPECT_TRUE(std::isfinite(s.x + s.y + s.z));
+  }
+}
+
+TEST(PlanView, LeavesOutWildPoints) {
+  PlanScene plain, wild;
+  wild.point(Kind::road, 1e30, 0, 0).point(Kind::road, 0, -3e38, 0);
+  for (PlanScene* scene : {&plain, &wild}) scene->patch(Kind::road, 2, 2, 12, 12, 0.0);
+  EXPECT_EQ(plain.view().known.size(), wild.view().known.size());
+}
+
 TEST(PlanView, DoesNotDependOnTheOrderOfThePoints) {
   const PlanView a = junction().view(), b = junction().reversed().view();
   EXPECT_EQ(a.known.size(), b.known.size());
