@@ -119,7 +119,12 @@ Meta metaOf(const SemanticMap& map, std::size_t stored_points) {
           {"plan_cell_m", textOf(map.plan.cell_m)},
           {"plan_origin_x", textOf(map.plan.origin_x)},
           {"plan_origin_y", textOf(map.plan.origin_y)},
-          {"plan_origin_z", textOf(map.plan.origin_z)}};
+          {"plan_origin_z", textOf(map.plan.origin_z)},
+          {"plan_aerial", textOf(map.plan.aerial ? 1 : 0)},
+          {"plan_upright_w", textOf(map.plan.upright.w())},
+          {"plan_upright_x", textOf(map.plan.upright.x())},
+          {"plan_upright_y", textOf(map.plan.upright.y())},
+          {"plan_upright_z", textOf(map.plan.upright.z())}};
 }
 
 Role roleOf(const std::string& text) {
@@ -352,6 +357,10 @@ PlanView readPlan(ContentReader& in, const Meta& meta) {
   plan.origin_x = finiteIn(meta, "plan_origin_x");
   plan.origin_y = finiteIn(meta, "plan_origin_y");
   plan.origin_z = finiteIn(meta, "plan_origin_z");
+  plan.aerial = numberIn<int>(meta, "plan_aerial") != 0;
+  plan.upright = Eigen::Quaterniond(finiteIn(meta, "plan_upright_w"), finiteIn(meta, "plan_upright_x"),
+                                    finiteIn(meta, "plan_upright_y"), finiteIn(meta, "plan_upright_z"));
+  if (std::abs(plan.upright.norm() - 1) > 1e-6) throw Damage("meta: plan_upright is no rotation");
   if (textIn(meta, "plan_channels") != channelNames())
     throw Damage("plan view with unknown channels");
   in.table("plan_tiles", [&](RowReader& row, std::int64_t) {

@@ -12,6 +12,8 @@
 namespace xview {
 namespace {
 
+constexpr double kSameUp_rad = 0.03;
+
 /// Finds vertices of a class near a point.
 class VertexGrid {
  public:
@@ -92,6 +94,10 @@ void appendToMap(SemanticMap& map, const SemanticMap& addition, const Options& o
   if (map.labels != addition.labels) {
     throw Error(addition.sources.empty() ? "addition" : addition.sources.front(),
                 "its classes (label set '" + addition.labels.name() + "') are not those of the map ('" + map.labels.name() + "')");
+  }
+  if (!map.plan.known.empty() && !addition.plan.known.empty() && map.plan.upright.angularDistance(addition.plan.upright) > kSameUp_rad) {
+    throw Error(addition.sources.empty() ? "addition" : addition.sources.front(),
+                "its frame is tilted against that of the map; only recordings in one frame can be joined");
   }
   appendGraph(map.graph, addition.graph, map.labels, options);
   mergePlanViews(map.plan, addition.plan);

@@ -93,16 +93,42 @@ void insertPlace(std::vector<PlanHypothesis>& places, std::vector<Proposer>& pro
   places.insert(at, place);
 }
 
+void turn(const Eigen::Quaterniond& R, SemanticGraph& graph, LabelledCloud& cloud) {
+  for (Vertex& v : graph.vertices) v.position = R * v.position;
+  const Eigen::Matrix3f turned = R.toRotationMatrix().cast<float>();
+  for (pcl::PointXYZL& p : cloud.points) p.getVector3fMap() = turned * p.getVector3fMap();
+  cloud.origin = R * cloud.origin;
+}
+
+bool isTurned(const Eigen::Quaterniond& R) { return R.angularDistance(Eigen::Quaterniond::Identity()) > 0; }
+
+/// The map in its gravity-aligned frame, if its own is not.
+std::optional<SemanticMap> uprightMap(const SemanticMap& map) {
+  if (!isTurned(map.plan.upright)) return std::nullopt;
+  SemanticMap turned = map;
+  turn(map.plan.upright, turned.graph, turned.cloud);
+  for (Keyframe& k : turned.keyframes) k.T_map_sensor = map.plan.upright * k.T_map_sensor;
+  return turned;
+}
+
+Query uprightQuery(const Query& query) {
+  Query turned = query;
+  turn(query.plan.upright, turned.graph, turned.cloud);
+  for (Eigen::Isometry3d& T : turned.poses) T = query.plan.upright * T;
+  return turned;
+}
+
 }  // namespace
 
 struct Localizer::Index {
   Index(const SemanticMap& semantic_map, const Options& all_options)
-      : map(semantic_map), options(all_options), prior(parsePrior(all_options.prior)), walks(semantic_map.graph, semantic_map.labels, all_options) {
+      : turned(uprightMap(semantic_map)), map(turned ? *turned : semantic_map), options(all_options), prior(parsePrior(all_options.prior)), walks(map.graph, map.labels, all_options) {
     if (options.method != "walks" && !map.plan.known.empty()) {
       places.emplace(map.plan, trajectoryOf(map), defaultLikelihoods(), options.places, options.threads);
     }
   }
 
+  Localization localize(const Query& query) const;
   void searchPlaces(const Query& query, Localization& answer) const;
   void searchObjects(const Query& query, Localization& answer) const;
   void matchWalks(const Query& query, Localization& answer) const;
@@ -113,7 +139,8 @@ struct Localizer::Index {
   const DistributionMap& distributions() const;
   const ObjectPlaceIndex& objects() const;
 
-  const SemanticMap& map;
+  const std::optional<SemanticMap> turned;
+  const SemanticMap& map;  ///< gravity-aligned: the caller's, or `turned`
   Options options;
   PlacePrior prior;
   WalkProposer walks;
@@ -279,24 +306,35 @@ void Localizer::Index::refinePose(const Query& query, Localization& answer) cons
   answer.timing_ms.emplace_back("refine", watch.lap_ms());
 }
 
+/// Query and map gravity-aligned.
+Localization Localizer::Index::localize(const Query& query) const {
+  Localization answer;
+  if (options.method == "walks") matchWalks(query, answer);
+  else if (places && !query.plan.known.empty()) searchPlaces(query, answer);
+  else searchObjects(query, answer);
+  if (!answer.hypotheses.empty()) refinePose(query, answer);
+  return answer;
+}
+
 Localizer::Localizer(const SemanticMap& map, const Options& options) : index_(std::make_unique<Index>(map, options)) {}
 Localizer::~Localizer() = default;
 
 Localization Localizer::localize(const Query& query) const {
   Stopwatch watch;
   requireKnownLabels(index_->map.labels, query.labels);
-  Localization answer;
-  answer.timing_ms = query.timing_ms;
-  if (index_->options.method == "walks") index_->matchWalks(query, answer);
-  else if (index_->places && !query.plan.known.empty()) index_->searchPlaces(query, answer);
-  else index_->searchObjects(query, answer);
+  Localization answer = index_->localize(isTurned(query.plan.upright) ? uprightQuery(query) : query);
+  const Eigen::Isometry3d T_map_upright(index_->map.plan.upright.conjugate());
+  for (Hypothesis& h : answer.hypotheses) h.T_map_query = T_map_upright * h.T_map_query * query.plan.upright;
   if (!answer.hypotheses.empty()) {
-    index_->refinePose(query, answer);
     answer.T_map_query = answer.hypotheses[0].T_map_query;
     answer.T_map_sensor = answer.T_map_query * query.poses.back();
+    Matrix6d turn = Matrix6d::Zero();
+    turn.topLeftCorner<3, 3>() = turn.bottomRightCorner<3, 3>() = T_map_upright.linear();
+    answer.covariance = turn * answer.covariance * turn.transpose();
   }
   double total = watch.lap_ms();
   for (const auto& [stage, ms] : query.timing_ms) total += ms;
+  answer.timing_ms.insert(answer.timing_ms.begin(), query.timing_ms.begin(), query.timing_ms.end());
   answer.timing_ms.emplace_back("total", total);
   return answer;
 }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <set>
 
+#include "pipeline/gravity.h"
 #include "xview/graph/edges.h"
 #include "xview/graph/plan_view.h"
 #include "xview/options_file.h"
@@ -53,10 +54,13 @@ class MapUnderConstruction {
     map_.labels = labels;
   }
 
+  /// Before the first frame: how the frame of the map has to be turned for z to point up.
+  void setUpright(const Eigen::Quaterniond& upright) { upright_ = upright; }
+
   void add(const FrameDigest& frame, std::uint32_t source) {
     places_.add(frame.blobs, frame.number);
     places_.addSurfacePoints(frame.cloud, frame.number);
-    plan_.add(frame.cloud, frame.votes, frame.thin_trusted, Eigen::Isometry3d::Identity(), frame.aerial);
+    plan_.add(frame.cloud, frame.votes, frame.thin_trusted, Eigen::Isometry3d(upright_), frame.aerial);
     cloud_.add(frame.cloud);
     const Eigen::Vector3d here = frame.T_odom_sensor.translation();
     const bool first = map_.keyframes.empty() || map_.keyframes.back().source != source;
@@ -70,6 +74,7 @@ class MapUnderConstruction {
     map_.graph = places_.graph();
     connectByRadius(map_.graph, options_.edges);
     map_.plan = plan_.build();
+    map_.plan.upright = upright_;
     map_.cloud = cloud_.finish();
     map_.options_yaml = toYaml(options_);
     return std::move(map_);
@@ -81,6 +86,7 @@ class MapUnderConstruction {
   PlaceGraphBuilder places_;
   PlanViewBuilder plan_;
   GrowingCloud cloud_;
+  Eigen::Quaterniond upright_ = Eigen::Quaterniond::Identity();
   SemanticMap map_;
 };
 
@@ -116,6 +122,7 @@ SemanticMap buildMap(const std::vector<const FrameSource*>& sources, const Optio
       parallelFor(batch.size(), options.threads, [&](std::size_t i) {
         batch[i] = digestFrame(sources[s]->read(first + i), sources[s]->labels(), options);
       });
+      if (done == 0) map.setUpright(uprightRotation(batch.data(), batch.data() + batch.size(), sources[s]->labels()));
       for (const FrameDigest& frame : batch) map.add(frame, s);
       done += batch.size();
       if (progress) progress(done, total);

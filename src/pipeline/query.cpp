@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "pipeline/gravity.h"
 #include "xview/graph/edges.h"
 #include "xview/graph/plan_view.h"
 #include "xview/localizer.h"
@@ -47,16 +48,18 @@ Query makeQuery(const FrameDigest* first, const FrameDigest* last, const LabelSe
   Stopwatch watch;
   PlaceGraphBuilder places(labels, options.merge);
   PlanViewBuilder plan(labels, options.plan);
+  const Eigen::Quaterniond upright = uprightRotation(first, last, labels);
   for (const FrameDigest* frame = first; frame != last; ++frame) {
     places.add(frame->blobs, frame->number);
     places.addSurfacePoints(frame->cloud, frame->number);
-    plan.add(frame->cloud, frame->votes, frame->thin_trusted, Eigen::Isometry3d::Identity(), frame->aerial);
+    plan.add(frame->cloud, frame->votes, frame->thin_trusted, Eigen::Isometry3d(upright), frame->aerial);
     query.poses.push_back(frame->T_odom_sensor);
     query.sensor = frame->sensor;
   }
   query.graph = places.graph();
   connectByRadius(query.graph, options.edges);
   query.plan = plan.build();
+  query.plan.upright = upright;
   query.cloud = recentPoints(first, last, options.refine.reach_m);
   query.timing_ms.emplace_back("graph", watch.lap_ms());
   return query;

@@ -64,6 +64,29 @@ TEST(Localizer, PoseOfTheSensorDoesNotDependOnTheOriginOfTheOdometry) {
   EXPECT_LT(rotationBetween(there.T_map_sensor, here.T_map_sensor), 0.01);
 }
 
+TEST(Localizer, FramesOfAFirstCameraAreTurnedUpright) {
+  // Odometry relative to an optical frame: y points down, and the camera was pitched.
+  const auto& drive = simulatedDrive();
+  Eigen::Isometry3d T_optical = Eigen::Isometry3d::Identity();
+  T_optical.linear() = (Eigen::AngleAxisd(-M_PI / 2 + 0.1, Eigen::Vector3d::UnitX()) * Eigen::AngleAxisd(0.7, Eigen::Vector3d::UnitZ()))
+                           .toRotationMatrix()
+                           .transpose();
+  T_optical.translation() = Eigen::Vector3d(10, -20, 30);
+  const auto rear = test::movedFrames(*drive.sessions.at("rear"), T_optical);
+  const Query query = makeQuery(rear.data() + 10, rear.data() + 40, drive.labels, {});
+  const Eigen::Isometry3d truth = drive.sessions.at("rear")->truth(39);
+  const Localization fix = Localizer(drive.map, {}).localize(query);
+  EXPECT_EQ(fix.status, Status::accepted) << fix.reason;
+  EXPECT_LT((fix.T_map_sensor.translation() - truth.translation()).norm(), 0.5);
+  EXPECT_LT(rotationBetween(fix.T_map_sensor, truth), 0.03);
+
+  const test::MovedRecording forward(*drive.sessions.at("forward"), T_optical);
+  const SemanticMap tilted = buildMap({&forward}, {});
+  const Localization in_tilted = Localizer(tilted, {}).localize(query);
+  EXPECT_EQ(in_tilted.status, Status::accepted) << in_tilted.reason;
+  EXPECT_LT((in_tilted.T_map_sensor.translation() - T_optical * truth.translation()).norm(), 0.5);
+}
+
 TEST(Localizer, AnswersAlikeForAnyNumberOfThreads) {
   const auto& drive = simulatedDrive();
   for (const char* method : {"auto", "walks"}) {

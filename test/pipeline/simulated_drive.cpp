@@ -29,14 +29,4 @@ const SimulatedDrive& simulatedDrive() {
   return drive;
 }
 
-std::vector<FrameDigest> movedFrames(const FrameSource& source, const Eigen::Isometry3d& T_new_old) {
-  std::vector<FrameDigest> frames;
-  for (std::size_t i = 0; i < source.size(); ++i) {
-    Frame frame = source.read(i);
-    frame.T_odom_sensor = T_new_old * frame.T_odom_sensor;
-    frames.push_back(digestFrame(frame, source.labels(), {}));
-  }
-  return frames;
-}
-
 }  // namespace xview::test

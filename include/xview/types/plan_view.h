@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <Eigen/Geometry>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -45,7 +46,9 @@ struct GroundCell {
 /// objects, on a grid of cell_m. What is not among `known` was never seen, which is not the same as empty.
 struct PlanView {
   double cell_m = 0.5;
-  double origin_x = 0, origin_y = 0, origin_z = 0;  ///< p_frame = origin + sample
+  double origin_x = 0, origin_y = 0, origin_z = 0;  ///< p_plan = origin + sample
+  /// Turns the frame so that z points up: p_plan = upright * p_frame. Identity if the frame is gravity-aligned already.
+  Eigen::Quaterniond upright = Eigen::Quaterniond::Identity();
   bool aerial = false;  ///< most of it was seen from the air: roofs and crowns are known, what is below is not
   std::array<std::vector<PlanSample>, kChannels> samples;
   std::vector<GroundCell> known;  ///< sorted by (y, x)
