@@ -16,7 +16,7 @@ namespace {
 constexpr std::size_t kSmallMap = 1000;  // vertices; the fine raster is searched directly
 constexpr double kCellsPerCubeRoot =
     170;  // cells kept of the first look: 4500 for 20,000 vertices, 17,000 for a million
-constexpr double kCoarseYawStep = 0.21, kFineYawStep = 0.105;  // [rad]
+constexpr double kCoarseYawStep = 0.16, kFineYawStep = 0.105;  // [rad]
 constexpr double kCentreMargin = 15;   // [m] beyond the gap around the query's own centre
 constexpr std::size_t kReturned = 20;  // hypotheses with all their details
 constexpr double kSameMetres = 1, kSameRadians = 0.05;  // refined poses this close are one
@@ -123,6 +123,7 @@ struct ObjectPlaceIndex::Index {
     if (map.points().size() > kSmallMap) coarse = rasterizeObjects(map, o, o.coarse_cell_m);
   }
 
+  std::size_t posesKept() const;
   std::vector<Scored> propose(const ObjectQuery& query, const ObjectSearchRequest& request) const;
   ObjectHypothesis describe(ObjectVerifier& verifier, const ObjectQuery& query,
                             const Scored& scored, const ObjectSearchRequest& request) const;
@@ -166,12 +167,19 @@ bool ObjectPlaceIndex::Index::agreesWithPrior(const ObjectQuery& query,
   return (p - Eigen::Vector2d(near->x, near->y)).norm() <= near->radius + 1e-9;
 }
 
+/// The more places there are, the more of them look as good as the right one at first.
+std::size_t ObjectPlaceIndex::Index::posesKept() const {
+  if (options.keep_poses > 0) return static_cast<std::size_t>(options.keep_poses);
+  const double vertices = static_cast<double>(map.points().size());
+  return static_cast<std::size_t>(std::clamp(100 * std::pow(vertices / 20000, 0.25), 100.0, 400.0));
+}
+
 std::vector<Scored> ObjectPlaceIndex::Index::propose(const ObjectQuery& query,
                                                      const ObjectSearchRequest& request) const {
   RasterSearchOptions search;
   search.threads = request.threads;
   search.margin_m = query.emptyRadius() + kCentreMargin;
-  search.keep_poses = static_cast<std::size_t>(options.keep_poses);
+  search.keep_poses = posesKept();
   search.centre_prior = centrePrior(query, request);
   const auto wanted_cells = static_cast<std::size_t>(options.keep_cells);
   const std::vector<RasterSample> samples = query.samples(map, options.fine_cell_m);
@@ -249,6 +257,7 @@ ObjectSearchResult ObjectPlaceIndex::search(const SemanticGraph& graph,
   if (query.items().empty()) return result;
 
   std::vector<Scored> poses = index.propose(query, request);
+  result.poses = static_cast<int>(poses.size());
   verifyAll(poses.size(), request.threads, index.map, query, index.options,
             [&](ObjectVerifier& verifier, std::size_t i) {
               poses[i] = lookedAt(verifier, poses[i].pose);

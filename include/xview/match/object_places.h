@@ -31,7 +31,7 @@ struct ObjectPlaceOptions {
   double fine_cell_m = 3;
   double coarse_cell_m = 6;  ///< first look at large maps; a multiple of fine_cell_m
   int keep_cells = 0;        ///< best (x, y, yaw) cells of the first look; 0 = by size of the map
-  int keep_poses = 100;      ///< distinct poses verified
+  int keep_poses = 0;        ///< distinct poses verified; 0 = by size of the map
   int refine_poses = 30;     ///< best of them refined to the end
   double negative_weight =
       0.6;  ///< cost of an object of the map that the query should see but does not [nats]
@@ -58,7 +58,8 @@ void visit(ObjectPlaceOptions& o, Visitor&& field) {
         "cells of its first look at large maps [m]");
   field("keep_cells", o.keep_cells, Range{0, 10000000},
         "best cells of the first look; 0 = by size of the map");
-  field("keep_poses", o.keep_poses, Range{1, 100000}, "distinct poses verified");
+  field("keep_poses", o.keep_poses, Range{0, 100000},
+        "distinct poses verified; 0 = by size of the map");
   field("refine_poses", o.refine_poses, Range{1, 100000}, "best of them refined to the end");
   field("negative_weight", o.negative_weight, Range{0, 10},
         "cost of a mapped object that should be seen but is not [nats]");
@@ -99,6 +100,7 @@ struct WrongPoses {
 struct ObjectSearchResult {
   std::vector<ObjectHypothesis> hypotheses;  ///< distinct poses, best first
   WrongPoses wrong;
+  int poses = 0;     ///< distinct places verified
   int vertices = 0;  ///< of the query that could take part: their class occurs in the map
 };
 
