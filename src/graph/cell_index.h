@@ -9,6 +9,13 @@
 
 namespace xview {
 
+/// std::floor is a call of a function on processors without SSE 4.1, and this is done for every
+/// point.
+inline std::int32_t floorToInt(double value) {
+  const auto toward_zero = static_cast<std::int32_t>(value);
+  return toward_zero - (value < toward_zero);
+}
+
 /// Numbers the occupied cells of an unbounded grid: (x, y) -> 0, 1, 2 … in order of first use.
 /// Cells live in 64x64 tiles, so that a look-up near the last ones costs a few instructions and a
 /// road network costs its streets, not its bounding box. Remembers the last tiles: not for several

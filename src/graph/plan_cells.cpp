@@ -10,24 +10,19 @@ namespace {
 constexpr float kLowFrom = 0.3f, kObstacleFrom = 0.4f, kLowTo = 2.0f, kHighFrom = 2.5f;
 constexpr std::size_t kKinds = static_cast<std::size_t>(Kind::none);
 
-std::int32_t floorOf(double p) {
-  const auto toward_zero = static_cast<std::int32_t>(p);
-  return toward_zero - (p < toward_zero);
-}
-
 /// Voxels grouped by cell, in their order within each.
 struct VoxelsByCell {
   std::vector<std::uint32_t> first;  ///< of each cell, into `order`; one more at the end
   std::vector<std::uint32_t> order;  ///< voxel numbers
 };
 
-VoxelsByCell groupByCell(const std::vector<PlanVoxel>& voxels, double cell_m, CellIndex& index) {
+VoxelsByCell groupByCell(const ChunkedVector<PlanVoxel>& voxels, double cell_m, CellIndex& index) {
   VoxelsByCell groups;
   std::vector<std::uint32_t> cell_of(voxels.size());
   groups.first.assign(1, 0);
   for (std::size_t i = 0; i < voxels.size(); ++i) {
     const auto cell = static_cast<std::uint32_t>(
-        index.findOrAdd(floorOf(voxels[i].x / cell_m), floorOf(voxels[i].y / cell_m)));
+        index.findOrAdd(floorToInt(voxels[i].x / cell_m), floorToInt(voxels[i].y / cell_m)));
     cell_of[i] = cell;
     if (groups.first.size() < cell + 2u) groups.first.push_back(0);
     ++groups.first[cell + 1];
@@ -148,7 +143,7 @@ bool UprightCell::holds(Kind kind, double min_votes, double min_share) const {
   return asked && asked->votes >= min_votes && asked->votes >= min_share * total;
 }
 
-PlanCells sortIntoCells(const std::vector<PlanVoxel>& voxels, const GroundSurface& ground,
+PlanCells sortIntoCells(const ChunkedVector<PlanVoxel>& voxels, const GroundSurface& ground,
                         const GroundRule& rule, const PlanOptions& options) {
   constexpr std::size_t kAhead = 16;  // voxels of a cell lie far apart in memory
   PlanCells cells;

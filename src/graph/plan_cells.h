@@ -63,7 +63,7 @@ struct PlanCells {
   }
 };
 
-PlanCells sortIntoCells(const std::vector<PlanVoxel>& voxels, const GroundSurface& ground,
+PlanCells sortIntoCells(const ChunkedVector<PlanVoxel>& voxels, const GroundSurface& ground,
                         const GroundRule& rule, const PlanOptions& options);
 
 }  // namespace xview

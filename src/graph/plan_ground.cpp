@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
+#include <numeric>
 
 namespace xview {
 namespace {
@@ -12,30 +14,63 @@ constexpr float kLatticeM = 2.f;
 constexpr std::size_t kFewest = 4;  ///< heights that a lattice cell needs
 constexpr float kStepM =
     0.7f;  ///< a cell further than this from its neighbourhood is replaced by it
+constexpr double kLowestShare =
+    0.05;  ///< quantile that is the ground where no ground class was seen
 constexpr float kUnset = std::numeric_limits<float>::quiet_NaN();
 
-float quantile(std::vector<float>& values, double share) {
-  const auto at =
-      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size()));
-  std::nth_element(values.begin(), std::min(at, values.end() - 1), values.end());
-  return *std::min(at, values.end() - 1);
+/// Reorders the values.
+float quantile(float* first, float* last, double share) {
+  const auto at = static_cast<std::ptrdiff_t>(share * static_cast<double>(last - first));
+  float* const middle = std::min(first + at, last - 1);
+  std::nth_element(first, middle, last);
+  return *middle;
 }
 
-std::int32_t latticeCell(float p) { return static_cast<std::int32_t>(std::floor(p / kLatticeM)); }
+float quantile(std::vector<float>& values, double share) {
+  return quantile(values.data(), values.data() + values.size(), share);
+}
 
-using HeightLists = std::vector<std::vector<float>>;
+std::int32_t latticeCell(float p) { return floorToInt(p / kLatticeM); }
 
-/// Heights of the ground classes per lattice cell; of all points if no ground class was seen
-/// anywhere.
-HeightLists gatherHeights(const std::vector<PlanVoxel>& voxels, CellIndex& index,
-                          bool& only_ground) {
-  only_ground = std::any_of(voxels.begin(), voxels.end(),
-                            [](const PlanVoxel& v) { return isGround(v.kind); });
+/// Heights of the points of each lattice cell.
+struct HeightLists {
+  std::vector<std::size_t> starts;  ///< of each cell, and the end
+  std::vector<float> heights;
+
+  std::size_t cells() const { return starts.size() - 1; }
+  float* begin(std::size_t cell) { return heights.data() + starts[cell]; }
+  float* end(std::size_t cell) { return heights.data() + starts[cell + 1]; }
+  std::size_t size(std::size_t cell) const { return starts[cell + 1] - starts[cell]; }
+};
+
+bool anyGround(const ChunkedVector<PlanVoxel>& voxels) {
+  for (std::size_t i = 0; i < voxels.size(); ++i) {
+    if (isGround(voxels[i].kind)) return true;
+  }
+  return false;
+}
+
+/// Heights of the ground classes, or of all points. Every cell with any point gets a number.
+HeightLists gatherHeights(const ChunkedVector<PlanVoxel>& voxels, bool only_ground,
+                          CellIndex& index) {
+  constexpr std::uint32_t kLeftOut = std::numeric_limits<std::uint32_t>::max();
   HeightLists lists;
-  for (const PlanVoxel& v : voxels) {
-    const auto cell = static_cast<std::size_t>(index.findOrAdd(latticeCell(v.x), latticeCell(v.y)));
-    if (lists.size() <= cell) lists.resize(cell + 1);
-    if (!only_ground || isGround(v.kind)) lists[cell].push_back(v.z);
+  lists.starts.assign(1, 0);
+  std::vector<std::uint32_t> cell_of(voxels.size(), kLeftOut);
+  for (std::size_t i = 0; i < voxels.size(); ++i) {
+    const PlanVoxel& v = voxels[i];
+    const auto cell =
+        static_cast<std::uint32_t>(index.findOrAdd(latticeCell(v.x), latticeCell(v.y)));
+    if (cell == lists.cells()) lists.starts.push_back(0);
+    if (only_ground && !isGround(v.kind)) continue;
+    cell_of[i] = cell;
+    ++lists.starts[cell + 1];
+  }
+  std::partial_sum(lists.starts.begin(), lists.starts.end(), lists.starts.begin());
+  lists.heights.resize(lists.starts.back());
+  std::vector<std::size_t> next = lists.starts;
+  for (std::size_t i = 0; i < voxels.size(); ++i) {
+    if (cell_of[i] != kLeftOut) lists.heights[next[cell_of[i]]++] = voxels[i].z;
   }
   return lists;
 }
@@ -60,14 +95,13 @@ std::vector<float> smoothed(const CellIndex& index, const std::vector<float>& ra
 }
 
 /// Moves each height to the median of the points in the ground layer around it.
-void centreOnLayer(const HeightLists& lists, double gate_m, std::vector<float>& heights) {
+void centreOnLayer(HeightLists& lists, double gate_m, std::vector<float>& heights) {
   std::vector<float> layer;
-  for (std::size_t i = 0; i < lists.size(); ++i) {
-    if (lists[i].size() < kFewest || std::isnan(heights[i])) continue;
+  for (std::size_t i = 0; i < lists.cells(); ++i) {
+    if (lists.size(i) < kFewest || std::isnan(heights[i])) continue;
     layer.clear();
-    for (const float z : lists[i]) {
-      if (std::abs(z - heights[i]) < 2 * gate_m) layer.push_back(z);
-    }
+    std::copy_if(lists.begin(i), lists.end(i), std::back_inserter(layer),
+                 [&](float z) { return std::abs(z - heights[i]) < 2 * gate_m; });
     if (layer.size() >= kFewest) heights[i] = quantile(layer, 0.5);
   }
 }
@@ -106,14 +140,13 @@ GroundRule groundRule(const PlanOptions& options, bool aerial) {
                 : GroundRule{0.25, options.ground_gate_m};
 }
 
-GroundSurface::GroundSurface(const std::vector<PlanVoxel>& voxels, const GroundRule& rule) {
-  bool only_ground = true;
-  HeightLists lists = gatherHeights(voxels, index_, only_ground);
-  lists.resize(index_.size());
-  const double share = only_ground ? rule.quantile : std::min(0.05, rule.quantile);
-  heights_.assign(lists.size(), kUnset);
-  for (std::size_t i = 0; i < lists.size(); ++i) {
-    if (lists[i].size() >= kFewest) heights_[i] = quantile(lists[i], share);
+GroundSurface::GroundSurface(const ChunkedVector<PlanVoxel>& voxels, const GroundRule& rule) {
+  const bool only_ground = anyGround(voxels);
+  HeightLists lists = gatherHeights(voxels, only_ground, index_);
+  const double share = only_ground ? rule.quantile : std::min(kLowestShare, rule.quantile);
+  heights_.assign(lists.cells(), kUnset);
+  for (std::size_t i = 0; i < lists.cells(); ++i) {
+    if (lists.size(i) >= kFewest) heights_[i] = quantile(lists.begin(i), lists.end(i), share);
   }
   heights_ = smoothed(index_, heights_, rule.quantile < 0.5 ? 0.4 : 0.5);
   if (only_ground) centreOnLayer(lists, rule.gate_m, heights_);

@@ -20,7 +20,7 @@ GroundRule groundRule(const PlanOptions& options, bool aerial);
 /// Height of the ground on a 2 m lattice, bilinear in between.
 class GroundSurface {
  public:
-  GroundSurface(const std::vector<PlanVoxel>& voxels, const GroundRule& rule);
+  GroundSurface(const ChunkedVector<PlanVoxel>& voxels, const GroundRule& rule);
   float heightAt(float x, float y) const;
   bool empty() const { return heights_.empty(); }
 

@@ -112,6 +112,7 @@ struct PlanViewBuilder::State {
   KindTable kinds;
   PlanOptions options;
   PlanVoxels voxels;
+  std::vector<PlanVote> cast;  ///< of the frame that is being added
   bool has_origin = false;
   Eigen::Vector3d origin = Eigen::Vector3d::Zero();
   double votes = 0, aerial_votes = 0;
@@ -129,8 +130,8 @@ void PlanViewBuilder::add(const LabelledCloud& cloud, const std::vector<float>& 
   State& s = *state_;
   const Eigen::Matrix3d R = T_plan_cloud.linear();
   const Eigen::Vector3d t = T_plan_cloud * cloud.origin;
-  std::vector<PlanVote> cast;
-  cast.reserve(cloud.size());
+  s.cast.clear();
+  s.cast.reserve(cloud.size());
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     const Kind kind = s.kinds.of(cloud.points[i].label);
     if (kind == Kind::none || !(votes[i] > 0)) continue;
@@ -139,12 +140,12 @@ void PlanViewBuilder::add(const LabelledCloud& cloud, const std::vector<float>& 
     if (!s.has_origin) s.setOrigin(p_plan);
     const Eigen::Vector3d p = p_plan - s.origin;
     const Eigen::Vector3f q = p.cast<float>();
-    cast.push_back({s.voxels.keyOf(p.x(), p.y(), p.z(), kind), q.x(), q.y(), q.z(), votes[i],
-                    near.empty() || near[i]});
+    s.cast.push_back({s.voxels.keyOf(p.x(), p.y(), p.z(), kind), q.x(), q.y(), q.z(), votes[i],
+                      near.empty() || near[i]});
     s.votes += votes[i];
     if (aerial) s.aerial_votes += votes[i];
   }
-  s.voxels.add(cast);
+  s.voxels.add(s.cast);
 }
 
 PlanView PlanViewBuilder::build() const {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "graph/chunked_vector.h"
 #include "xview/types/labels.h"
 
 namespace xview {
@@ -35,7 +36,7 @@ class PlanVoxels {
   explicit PlanVoxels(double voxel_m) : inverse_side_(1.0 / voxel_m) {}
   VoxelKey keyOf(double x, double y, double z, Kind kind) const;
   void add(const std::vector<PlanVote>& votes);
-  const std::vector<PlanVoxel>& voxels() const { return voxels_; }
+  const ChunkedVector<PlanVoxel>& voxels() const { return voxels_; }
 
  private:
   /// Of an open-addressing hash table with linear probing.
@@ -50,7 +51,7 @@ class PlanVoxels {
   PlanVoxel& findOrAdd(const PlanVote& vote);
 
   double inverse_side_;
-  std::vector<PlanVoxel> voxels_;
+  ChunkedVector<PlanVoxel> voxels_;
   std::vector<Slot> slots_;  ///< a power of two of them, or none
 };
 
