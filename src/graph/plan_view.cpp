@@ -37,15 +37,14 @@ void addUprightCell(const UprightCell& cell, float height, const PlanOptions& op
 void addUprights(const PlanCells& cells, const PlanOptions& options, PlanView& view) {
   const auto side = static_cast<float>(options.cell_m);
   for (std::size_t i = 0; i < cells.floor.size(); ++i) {
-    const UprightCell* upright = cells.uprightOf(i);
-    if (!upright) continue;
-    const UprightCell& cell = *upright;
+    const UprightCell* cell = cells.uprightOf(i);
+    if (!cell) continue;
     const CellIndex::Cell c = cells.index.cells()[i];
     const PlanSample middle{(static_cast<float>(c.x) + 0.5f) * side,
                             (static_cast<float>(c.y) + 0.5f) * side, cells.floor[i].height};
-    if (cell.obstacle_low >= options.min_votes) view[Channel::obstacle_low].push_back(middle);
-    if (cell.obstacle_high >= options.min_votes) view[Channel::obstacle_high].push_back(middle);
-    addUprightCell(cell, middle.z, options, view);
+    if (cell->obstacle_low >= options.min_votes) view[Channel::obstacle_low].push_back(middle);
+    if (cell->obstacle_high >= options.min_votes) view[Channel::obstacle_high].push_back(middle);
+    addUprightCell(*cell, middle.z, options, view);
   }
 }
 
@@ -103,9 +102,10 @@ struct PlanViewBuilder::State {
   State(const LabelSet& set, const PlanOptions& plan_options)
       : kinds(set), options(plan_options), voxels(plan_options.voxel_m) {}
 
-  /// Whole multiples of 64 m, so that two views of one frame share their cells.
+  /// Whole multiples of 128 cells, so that two views of one frame share their cells.
   void setOrigin(const Eigen::Vector3d& first_point) {
-    origin = (first_point / 64.0).array().floor() * 64.0;
+    const double grid_m = 128 * options.cell_m;
+    origin = (first_point / grid_m).array().floor() * grid_m;
     has_origin = true;
   }
 

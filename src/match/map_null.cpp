@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <map>
+#include <set>
 
 #include "xview/types/random.h"
 
@@ -23,10 +24,11 @@ double headingAt(const std::vector<Eigen::Vector2d>& path, std::size_t i) {
 class NearbySamples {
  public:
   explicit NearbySamples(const std::vector<PlanSample>& samples) {
-    std::map<std::pair<int, int>, bool> taken;
+    std::set<std::pair<int, int>> taken;
     for (const PlanSample& s : samples) {
-      const std::pair<int, int> thin{static_cast<int>(std::floor(s.x / kBlock_m)), static_cast<int>(std::floor(s.y / kBlock_m))};
-      if (taken.emplace(thin, true).second) blocks_[blockOf(s.x, s.y)].push_back(s);
+      const std::pair<int, int> thin{static_cast<int>(std::floor(s.x / kBlock_m)),
+                                     static_cast<int>(std::floor(s.y / kBlock_m))};
+      if (taken.insert(thin).second) blocks_[blockOf(s.x, s.y)].push_back(s);
     }
   }
   template <class Body>
@@ -63,7 +65,8 @@ std::vector<WrongPose> drawWrongPoses(const std::vector<Eigen::Vector2d>& path) 
     const std::size_t j = 1 + random.below(static_cast<std::uint32_t>(path.size() - 2));
     const std::size_t i = 1 + random.below(static_cast<std::uint32_t>(path.size() - 2));
     const Eigen::Vector2d jitter(random.uniform(-1.5, 1.5), random.uniform(-1.5, 1.5));
-    const double yaw = headingAt(path, i) - headingAt(path, j) + (draw % 2 ? M_PI : 0) + random.uniform(-.03, .03);
+    const double yaw =
+        headingAt(path, i) - headingAt(path, j) + (draw % 2 ? M_PI : 0) + random.uniform(-.03, .03);
     if ((path[i] - path[j]).norm() >= kApart_m) poses.push_back({path[j], path[i] + jitter, yaw});
   }
   return poses;
@@ -71,7 +74,8 @@ std::vector<WrongPose> drawWrongPoses(const std::vector<Eigen::Vector2d>& path) 
 
 }  // namespace
 
-MapNull mapNull(const PlanView& map, const std::vector<Eigen::Vector2d>& path, const PlanField& field) {
+MapNull mapNull(const PlanView& map, const std::vector<Eigen::Vector2d>& path,
+                const PlanField& field) {
   MapNull null{};
   if (path.size() < 4) return null;
   const std::vector<WrongPose> poses = drawWrongPoses(path);
@@ -80,9 +84,11 @@ MapNull mapNull(const PlanView& map, const std::vector<Eigen::Vector2d>& path, c
     for (const WrongPose& pose : poses) {
       const double cosine = std::cos(pose.yaw), sine = std::sin(pose.yaw);
       samples.around(pose.from, [&](double x, double y) {
-        const double px = pose.to.x() + cosine * x - sine * y, py = pose.to.y() + sine * x + cosine * y;
-        const std::uint8_t bin = field.bin(c, static_cast<std::int32_t>(std::floor(px / field.cellSize())),
-                                           static_cast<std::int32_t>(std::floor(py / field.cellSize())));
+        const double px = pose.to.x() + cosine * x - sine * y,
+                     py = pose.to.y() + sine * x + cosine * y;
+        const std::uint8_t bin =
+            field.bin(c, static_cast<std::int32_t>(std::floor(px / field.cellSize())),
+                      static_cast<std::int32_t>(std::floor(py / field.cellSize())));
         if (bin < kDistanceBins) ++null[c][bin];
       });
     }

@@ -5,8 +5,9 @@
 
 namespace xview {
 
-// The query holds one sample per block of surface, so that its evidence does not depend on how densely it was seen. A sample that stands
-// for a larger block counts more: evidence per square metre (areas) or metre (lines) is constant.
+// The query holds one sample per block of surface, so that its evidence does not depend on how
+// densely it was seen. A sample that stands for a larger block counts more: evidence per square
+// metre (areas) or metre (lines) is constant.
 
 /// Classes that fill areas in plan view; facades of whole blocks of houses are seen as areas, too.
 inline bool fillsArea(Channel c) { return isArea(c) || c == Channel::building; }

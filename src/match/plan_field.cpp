@@ -17,6 +17,7 @@ constexpr int kCells = kSide * kSide;
 constexpr float kReach_m = kBinLimits_m.back();  ///< beyond it every distance is in the last class
 constexpr float kSeenNear_m = 1.f;               ///< a cell this near to a seen one counts as seen
 constexpr int kNearBins = 5;  ///< classes below 2 m say something even where the map was not seen
+static_assert(kBinLimits_m[kNearBins - 1] == 2.f, "classes below 2 m");
 static_assert(DistanceWindow::kSide == kSide, "a window is for one tile");
 
 using TileKey = std::pair<std::int32_t, std::int32_t>;  ///< (y, x)

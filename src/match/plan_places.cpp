@@ -122,6 +122,20 @@ struct PlanPlaces::Index {
     return *views[v];
   }
 
+  RasterSearchOptions searchOptions(const PlacePrior& prior_of_centre, int threads) const {
+    RasterSearchOptions search;
+    search.max_yaw_step_rad = options.max_yaw_step_deg * M_PI / 180;
+    search.keep_cells = static_cast<std::size_t>(options.keep_cells);
+    search.keep_poses = static_cast<std::size_t>(options.keep_poses);
+    search.threads = threads;
+    search.centre_prior = prior_of_centre;
+    if (search.centre_prior.near) {
+      search.centre_prior.near->x -= field.originX();
+      search.centre_prior.near->y -= field.originY();
+    }
+    return search;
+  }
+
   PlaceOptions options;
   LikelihoodTable table;
   PlanField field;
@@ -184,6 +198,23 @@ std::vector<PlacePose> distinct(std::vector<PlacePose> poses, std::size_t count)
   return kept;
 }
 
+/// The first pose of each place.
+std::vector<PlacePose> differentPlaces(const std::vector<PlacePose>& poses, std::size_t count) {
+  std::vector<PlacePose> places;
+  for (const PlacePose& p : poses) {
+    if (places.size() >= count) break;
+    const auto same = [&](const PlacePose& other) { return samePlace(other, p); };
+    if (std::none_of(places.begin(), places.end(), same)) places.push_back(p);
+  }
+  return places;
+}
+
+void climbAll(const PlanScore& score, double step_m, double step_rad, int levels, int threads,
+              std::vector<PlacePose>& poses) {
+  parallelFor(poses.size(), threads,
+              [&](std::size_t i) { poses[i] = score.climb(poses[i], step_m, step_rad, levels); });
+}
+
 }  // namespace
 
 PlanPlaces::PlanPlaces(const PlanView& map, const std::vector<Eigen::Vector3d>& trajectory,
@@ -199,36 +230,18 @@ std::vector<PlanHypothesis> PlanPlaces::search(const PlanQuery& query,
   if (empty() || query.empty()) return {};
   const Index& index = *index_;
   const ViewIndex& view = index.view(query.viewpoint);
-  RasterSearchOptions search;
-  search.max_yaw_step_rad = index.options.max_yaw_step_deg * M_PI / 180;
-  search.keep_cells = static_cast<std::size_t>(index.options.keep_cells);
-  search.keep_poses = static_cast<std::size_t>(index.options.keep_poses);
-  search.threads = threads;
-  search.centre_prior = prior_of_centre;
-  if (search.centre_prior.near) {
-    search.centre_prior.near->x -= index.field.originX();
-    search.centre_prior.near->y -= index.field.originY();
-  }
+  const RasterSearchOptions search = index.searchOptions(prior_of_centre, threads);
   std::vector<PlacePose> poses = searchRaster(view.raster, rasterSamples(query.coarse), search);
-
   const PlanScore score(index.field, view.ratios, query.fine);
-  const double yaw_step = search.max_yaw_step_rad;
-  parallelFor(poses.size(), threads, [&](std::size_t i) {
-    poses[i] = score.climb(poses[i], view.raster.cellSize() / 2, yaw_step / 2, 2);
-  });
+  const double coarse_m = view.raster.cellSize() / 2, coarse_rad = search.max_yaw_step_rad / 2;
+  climbAll(score, coarse_m, coarse_rad, 2, threads, poses);
   poses = distinct(std::move(poses), static_cast<std::size_t>(index.options.refine_poses));
-  parallelFor(poses.size(), threads,
-              [&](std::size_t i) { poses[i] = score.climb(poses[i], 0.5, 0.012, 3); });
+  climbAll(score, 0.5, 0.012, 3, threads, poses);
   std::sort(poses.begin(), poses.end(), byScore);
-
+  poses = differentPlaces(poses, static_cast<std::size_t>(index.options.hypotheses));
+  if (!poses.empty()) poses[0] = score.climb(poses[0], 0.125, 0.003, 2);
   std::vector<PlanHypothesis> places;
-  for (PlacePose& p : poses) {
-    if (places.size() >= static_cast<std::size_t>(index.options.hypotheses)) break;
-    const bool known = std::any_of(places.begin(), places.end(), [&](const PlanHypothesis& h) {
-      return samePlace(toCentre(h.pose, query, index.field), p);
-    });
-    if (known) continue;
-    if (places.empty()) p = score.climb(p, 0.125, 0.003, 2);
+  for (const PlacePose& p : poses) {
     places.push_back(hypothesisAt(p, query, index.field, view.ratios, index.origin_z));
   }
   return places;

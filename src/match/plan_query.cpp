@@ -18,7 +18,8 @@ std::vector<PlanSample> onePerBlock(const std::vector<PlanSample>& samples, doub
   std::map<std::pair<std::int64_t, std::int64_t>, Kept> blocks;
   for (std::size_t i = 0; i < samples.size(); ++i) {
     const double bx = std::floor(samples[i].x / block_m), by = std::floor(samples[i].y / block_m);
-    const double d = std::hypot(samples[i].x - (bx + 0.5) * block_m, samples[i].y - (by + 0.5) * block_m);
+    const double d =
+        std::hypot(samples[i].x - (bx + 0.5) * block_m, samples[i].y - (by + 0.5) * block_m);
     const auto [it, is_new] = blocks.try_emplace(
         {static_cast<std::int64_t>(by), static_cast<std::int64_t>(bx)}, Kept{i, d});
     if (!is_new && d < it->second.distance) it->second = {i, d};
@@ -28,14 +29,16 @@ std::vector<PlanSample> onePerBlock(const std::vector<PlanSample>& samples, doub
   return result;
 }
 
-std::vector<PlanQuery::Sample> gather(const PlanView& view, bool coarse, const Eigen::Vector2d& centre) {
+std::vector<PlanQuery::Sample> gather(const PlanView& view, bool coarse,
+                                      const Eigen::Vector2d& centre) {
   std::vector<PlanQuery::Sample> result;
   for (std::size_t c = 0; c < kChannels; ++c) {
     const auto channel = static_cast<Channel>(c);
     const double block = coarse ? coarseBlock(channel) : fineBlock(channel);
     for (const PlanSample& s : block > 0 ? onePerBlock(view.samples[c], block) : view.samples[c]) {
       result.push_back({static_cast<float>(view.origin_x + s.x - centre.x()),
-                        static_cast<float>(view.origin_y + s.y - centre.y()), static_cast<std::uint8_t>(c)});
+                        static_cast<float>(view.origin_y + s.y - centre.y()),
+                        static_cast<std::uint8_t>(c)});
     }
   }
   return result;

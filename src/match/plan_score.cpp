@@ -10,11 +10,18 @@ namespace {
 /// Maps points about the query centre to cells of the field.
 struct CellTransform {
   CellTransform(const PlanField& field, double px, double py, double yaw)
-      : c(static_cast<float>(std::cos(yaw) / field.cellSize())), s(static_cast<float>(std::sin(yaw) / field.cellSize())),
-        cell_x(std::floor(px / field.cellSize())), cell_y(std::floor(py / field.cellSize())),
-        x(static_cast<float>(px / field.cellSize() - cell_x)), y(static_cast<float>(py / field.cellSize() - cell_y)) {}
-  std::int32_t cellX(float qx, float qy) const { return base(cell_x) + floorToInt(x + c * qx - s * qy); }
-  std::int32_t cellY(float qx, float qy) const { return base(cell_y) + floorToInt(y + s * qx + c * qy); }
+      : c(static_cast<float>(std::cos(yaw) / field.cellSize())),
+        s(static_cast<float>(std::sin(yaw) / field.cellSize())),
+        cell_x(std::floor(px / field.cellSize())),
+        cell_y(std::floor(py / field.cellSize())),
+        x(static_cast<float>(px / field.cellSize() - cell_x)),
+        y(static_cast<float>(py / field.cellSize() - cell_y)) {}
+  std::int32_t cellX(float qx, float qy) const {
+    return base(cell_x) + floorToInt(x + c * qx - s * qy);
+  }
+  std::int32_t cellY(float qx, float qy) const {
+    return base(cell_y) + floorToInt(y + s * qx + c * qy);
+  }
 
   static std::int32_t base(double cell) { return static_cast<std::int32_t>(cell); }
   static std::int32_t floorToInt(float v) {
@@ -33,20 +40,23 @@ double PlanScore::operator()(double x, double y, double yaw) const {
   const CellTransform to_cell(field_, x, y, yaw);
   double score = 0;
   for (const PlanQuery::Sample& q : samples_) {
-    score += ratios_.value[q.channel][field_.bin(q.channel, to_cell.cellX(q.x, q.y), to_cell.cellY(q.x, q.y))];
+    score += ratios_.value[q.channel]
+                          [field_.bin(q.channel, to_cell.cellX(q.x, q.y), to_cell.cellY(q.x, q.y))];
   }
   return score;
 }
 
 PlacePose PlanScore::climb(PlacePose pose, double step_m, double step_rad, int levels) const {
-  static constexpr double kMoves[6][3] = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
+  static constexpr double kMoves[6][3] = {{1, 0, 0},  {-1, 0, 0}, {0, 1, 0},
+                                          {0, -1, 0}, {0, 0, 1},  {0, 0, -1}};
   constexpr int kMostMoves = 8;
   pose.score = (*this)(pose.x, pose.y, pose.yaw);
   for (int level = 0; level < levels; ++level, step_m /= 2, step_rad /= 2) {
     for (int move = 0; move < kMostMoves; ++move) {
       PlacePose best = pose;
       for (const auto& m : kMoves) {
-        PlacePose next{pose.x + m[0] * step_m, pose.y + m[1] * step_m, pose.yaw + m[2] * step_rad, 0};
+        PlacePose next{pose.x + m[0] * step_m, pose.y + m[1] * step_m, pose.yaw + m[2] * step_rad,
+                       0};
         next.score = (*this)(next.x, next.y, next.yaw);
         if (next.score > best.score) best = next;
       }
@@ -72,11 +82,13 @@ ScoreDetails scoreDetails(const PlanField& field, const WeightedRatios& ratios,
     ++details.objects;
     details.objects_matched += bin < kMatchedBins;
   }
-  details.known_share = samples.empty() ? 0 : static_cast<double>(known) / static_cast<double>(samples.size());
+  details.known_share =
+      samples.empty() ? 0 : static_cast<double>(known) / static_cast<double>(samples.size());
   return details;
 }
 
-double medianHeightOffset(const PlanField& field, const std::vector<PlanQuery::Ground>& ground, const PlacePose& pose) {
+double medianHeightOffset(const PlanField& field, const std::vector<PlanQuery::Ground>& ground,
+                          const PlacePose& pose) {
   const CellTransform to_cell(field, pose.x, pose.y, pose.yaw);
   std::vector<float> offsets;
   for (const PlanQuery::Ground& q : ground) {

@@ -18,7 +18,8 @@ struct WeightedRatios {
 /// Score of gravity-aligned poses of the query centre in plan coordinates.
 class PlanScore {
  public:
-  PlanScore(const PlanField& field, const WeightedRatios& ratios, const std::vector<PlanQuery::Sample>& samples)
+  PlanScore(const PlanField& field, const WeightedRatios& ratios,
+            const std::vector<PlanQuery::Sample>& samples)
       : field_(field), ratios_(ratios), samples_(samples) {}
 
   double operator()(double x, double y, double yaw) const;
@@ -41,6 +42,7 @@ ScoreDetails scoreDetails(const PlanField& field, const WeightedRatios& ratios,
                           const std::vector<PlanQuery::Sample>& samples, const PlacePose& pose);
 
 /// Median of map ground minus query ground over the ground cells that meet; 0 if none does.
-double medianHeightOffset(const PlanField& field, const std::vector<PlanQuery::Ground>& ground, const PlacePose& pose);
+double medianHeightOffset(const PlanField& field, const std::vector<PlanQuery::Ground>& ground,
+                          const PlacePose& pose);
 
 }  // namespace xview

@@ -5,9 +5,11 @@
 
 namespace xview {
 
-/// Adds what another view of the same frame saw. Where both saw a cell, the ground and the ground classes of `view` stay; upright classes are
-/// joined, since each pass may have seen another side. Objects within 1 m of one of their channel are the same. Views of other
-/// cell sizes cannot be merged (UsageError).
+/// Adds what another view of the same frame saw. Where `view` measured the ground, its heights and
+/// ground classes stay; upright classes are joined, one sample per cell, since each pass may have
+/// seen another side. Objects within 1 m of one of their channel in `view` are the same. Merging a
+/// view again changes nothing. `view.aerial` stays. Views of other cell sizes cannot be merged
+/// (UsageError).
 void mergePlanViews(PlanView& view, const PlanView& addition);
 
 }  // namespace xview

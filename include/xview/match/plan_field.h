@@ -13,7 +13,8 @@ namespace xview {
 
 /// For every cell of a map and every channel: the class of the distance to the nearest sample.
 /// Tiles of 64x64 cells that exist only where the map was seen; a tile depends only on samples
-/// within 9 m of it.
+/// within 9 m of it. Cells within 1 m of a seen one count as seen; other cells are unknown unless a
+/// sample is nearer than 2 m.
 class PlanField {
  public:
   static constexpr int kTileCells = 64;
@@ -31,8 +32,8 @@ class PlanField {
   struct Tile {
     std::int32_t x = 0, y = 0;  ///< tile index; its first cell is (x, y) * kTileCells
     std::array<const std::uint8_t*, kChannels> bins{};
-    std::vector<float>
-        ground;  ///< height per cell relative to the plan's origin; NaN where not measured
+    /// Height per cell relative to the plan's origin; NaN where not measured.
+    std::vector<float> ground;
   };
   const std::vector<Tile>& tiles() const { return tiles_; }
 
