@@ -65,6 +65,12 @@ TEST(PlanGround, UnderAWallIsThatOfTheStreetBesideIt) {
   EXPECT_TRUE(road->measured);
 }
 
+TEST(PlanGround, FarFromAnyGroundIsAsHighAsUsual) {
+  PlanScene scene;
+  scene.patch(Kind::road, 0, 0, 20, 6, 3.0).wall(Kind::building, 0.2, 49.1, 19.8, 49.1, 3.0, 9.0);
+  EXPECT_NEAR(groundAt(scene.view(), 10.25, 49.25), 3.0, 0.1);
+}
+
 TEST(PlanGround, IsTheLowestOfAllPointsIfNoGroundClassWasSeen) {
   PlanScene scene;
   for (double y = 0.25; y < 20; y += 2) scene.wall(Kind::building, 0, y, 20, y, -2.0, 6.0);
@@ -75,7 +81,7 @@ TEST(PlanGround, FromTheAirIsUnbiasedUnderStereoNoise) {
   Random random(3);
   PlanScene scene;
   for (int i = 0; i < 40000; ++i) {
-    scene.point(Kind::road, random.uniform(0, 40), random.uniform(0, 40), 0.5 * random.normal());
+    scene.point(Kind::road, random.uniform(0, 40), random.uniform(0, 40), 1.5 * random.normal());
   }
   const PlanView aerial = scene.view(true), ground = scene.view(false);
   const auto mean = [](const PlanView& view) {
@@ -83,7 +89,7 @@ TEST(PlanGround, FromTheAirIsUnbiasedUnderStereoNoise) {
     for (const GroundCell& cell : view.known) sum += view.origin_z + cell.z;
     return sum / static_cast<double>(view.known.size());
   };
-  EXPECT_NEAR(mean(aerial), 0, 0.05);
+  EXPECT_NEAR(mean(aerial), 0, 0.1);
   EXPECT_LT(std::abs(mean(aerial)), std::abs(mean(ground)));
 }
 
@@ -118,6 +124,15 @@ TEST(PlanPole, IsOnePeakUnderSmearAlongTheRay) {
     EXPECT_LT(distanceTo(view, channel, 10.25, 10.25), 0.5) << toString(channel);
   }
   EXPECT_TRUE(view[Channel::sign].empty());
+}
+
+TEST(PlanPole, AWeakerPeakAMetreAwayIsTheSamePole) {
+  PlanScene scene;
+  scene.patch(Kind::road, 0, 0, 20, 20, 0.0);
+  scene.column(Kind::pole, 10.2, 10.2, 0, 5).column(Kind::pole, 11.2, 10.2, 0, 3);
+  const PlanView view = scene.view();
+  ASSERT_EQ(view[Channel::pole].size(), 1u);
+  EXPECT_LT(distanceTo(view, Channel::pole, 10.2, 10.2), 0.05);
 }
 
 TEST(PlanPole, TwoThatStandTwoAndAHalfMetresApartAreTwo) {

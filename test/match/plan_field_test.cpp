@@ -10,6 +10,7 @@
 
 #include "../../src/match/map_null.h"
 #include "plan_town.h"
+#include "xview/types/pose.h"
 #include "xview/types/random.h"
 
 namespace xview::test {
@@ -240,12 +241,14 @@ TEST(MapNull, IsFullerOfMatchesWhereStreetsRepeat) {
   same.street(-200, -165, 0, random);
   for (int i = 0; i < 3; ++i) same.repeat(40 << i, 0);
   unlike.street(-200, 115, 0, random);
+  const Eigen::Isometry3d T_frame_town = poseFromYaw({0, 0, 0}, 0.7);
   std::vector<Eigen::Vector2d> path;
   for (int x = -180; x < 100; x += 40) {  // the same place of each copy
-    for (int i = 0; i < 4; ++i) path.emplace_back(x + 0.5 * i, 0);
+    for (int i = 0; i < 4; ++i)
+      path.emplace_back((T_frame_town * Eigen::Vector3d(x + 0.5 * i, 0, 0)).head<2>());
   }
   const auto shareOfNear = [&](const PlanTown& town) {
-    const PlanView map = town.view({-40, 0}, 200, Eigen::Isometry3d::Identity());
+    const PlanView map = town.view({-40, 0}, 200, T_frame_town);
     const MapNull null = mapNull(map, path, PlanField(map, 1));
     double near = 0, total = 0;
     for (const Channel c : {Channel::building, Channel::fence, Channel::pole, Channel::tree}) {

@@ -72,7 +72,9 @@ TEST(PlanPlaces, FindsAPlaceInAMapFarFromItsOrigin) {
   const PlanTown town = randomTown(5);
   // Map frame = town frame + (4e6, -5e5): plan origins carry the large part.
   const Eigen::Isometry3d T_map_town = poseFromYaw({4e6, -5e5, 100}, 0);
-  const PlanView map = town.view(Eigen::Vector2d::Zero(), 150, T_map_town, 4e6, -5e5);
+  PlanView map = town.view(Eigen::Vector2d::Zero(), 150, T_map_town, 4e6, -5e5);
+  map.origin_z = 64;
+  for (GroundCell& cell : map.known) cell.z -= 64;
   const PlanPlaces places(map, {}, defaultLikelihoods(), {}, 1);
   const MovedQuery moved(town, {20, 45}, 30, poseFromYaw({3, -8, 2}, 0.7));
   const auto found = places.search(moved.query, {}, 1);
@@ -239,6 +241,11 @@ TEST(PlanQuery, HoldsOneSamplePerBlockOfSurfaceAndAllObjects) {
   };
   EXPECT_EQ(count(query.fine, Channel::fence), 8);
   EXPECT_EQ(count(query.coarse, Channel::fence), 4);
+  for (const auto& s : query.fine) {
+    if (s.channel != static_cast<std::size_t>(Channel::fence)) continue;
+    const double x = s.x + query.centre.x();
+    EXPECT_NEAR(x - 3 * std::floor(x / 3), 1.5, 0.3) << "nearest to the middle of its block";
+  }
   EXPECT_EQ(count(query.fine, Channel::pole), 5);
   EXPECT_EQ(count(query.coarse, Channel::pole), 5);
   EXPECT_GT(count(query.fine, Channel::road), 2 * count(query.coarse, Channel::road));
