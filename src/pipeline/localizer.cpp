@@ -133,7 +133,8 @@ struct Localizer::Index {
   void searchObjects(const Query& query, Localization& answer) const;
   void matchWalks(const Query& query, Localization& answer) const;
   void refinePose(const Query& query, Localization& answer) const;
-  void report(const std::vector<PlanHypothesis>& found, const std::vector<Proposer>& proposers, Localization& answer) const;
+  void report(const std::vector<PlanHypothesis>& found, const std::vector<Proposer>& proposers, double needed_margin,
+              Localization& answer) const;
   PlanQuery recentPart(const Query& query) const;
   bool looksNoWorse(const PlanQuery& recent, const Eigen::Isometry3d& before, const Eigen::Isometry3d& after) const;
   const DistributionMap& distributions() const;
@@ -190,14 +191,16 @@ void Localizer::Index::searchPlaces(const Query& query, Localization& answer) co
       answer.timing_ms.emplace_back("rejection", watch.lap_ms() - proposals.descriptors_ms);
     }
   }
-  report(found, proposers, answer);
+  const bool from_the_air = plan_query.viewpoint == Viewpoint::air;
+  report(found, proposers, options.verdict.min_margin * (from_the_air ? options.verdict.aerial_margin_factor : 1), answer);
   if (!found.empty()) {
     answer.kept = pairsUnderPose(walk_query, part, answer.hypotheses[0].T_map_query, options.consensus.inlier_m);
     answer.hypotheses[0].inliers = answer.inliers = static_cast<int>(answer.kept.size());
   }
 }
 
-void Localizer::Index::report(const std::vector<PlanHypothesis>& found, const std::vector<Proposer>& proposers, Localization& answer) const {
+void Localizer::Index::report(const std::vector<PlanHypothesis>& found, const std::vector<Proposer>& proposers, double needed_margin,
+                              Localization& answer) const {
   for (std::size_t i = 0; i < found.size(); ++i) {
     answer.hypotheses.push_back({poseOf(found[i]), found[i].pose.score, found[i].objects_matched, proposers[i]});
   }
@@ -206,7 +209,7 @@ void Localizer::Index::report(const std::vector<PlanHypothesis>& found, const st
     evidence = {found[0].pose.score, found.size() > 1 ? std::max(0.0, found[1].pose.score) : 0.0, found[0].expected,
                 found[0].known_share, static_cast<int>(found.size())};
   }
-  setVerdict(judge(evidence, options.verdict.min_margin, options.verdict), answer);
+  setVerdict(judge(evidence, needed_margin, options.verdict), answer);
 }
 
 void Localizer::Index::searchObjects(const Query& query, Localization& answer) const {

@@ -10,6 +10,7 @@ namespace xview {
 
 struct VerdictOptions {
   double min_margin = 60;        ///< nats by which the best place must beat every other one
+  double aerial_margin_factor = 1.8;  ///< times min_margin for views from the air: road layouts alone repeat between towns
   double min_agreement = 0.4;    ///< share of the score that a true pose would have
   double min_known_share = 0.15; ///< share of the query that must lie where the map was seen
   double min_object_margin = 15; ///< same as min_margin for graphs of objects without surfaces
@@ -20,6 +21,7 @@ struct VerdictOptions {
 template <class Visitor>
 void visit(VerdictOptions& o, Visitor&& field) {
   field("min_margin", o.min_margin, Range{0, 1e6}, "the best place must beat every other one by so much [nats]");
+  field("aerial_margin_factor", o.aerial_margin_factor, Range{0, 1000}, "times min_margin for views from the air");
   field("min_agreement", o.min_agreement, Range{0, 1}, "share of the score of a true pose that is asked for");
   field("min_known_share", o.min_known_share, Range{0, 1}, "share of the query that must lie where the map was seen");
   field("min_object_margin", o.min_object_margin, Range{0, 1e6}, "same for bare graphs of objects [nats]");
