@@ -161,8 +161,8 @@ Trial run(const ObjectPlaceIndex& index, const SemanticGraph& graph, const Eigen
   trial.evidence.expected = best.expected;
   trial.evidence.known_share = best.known_share;
   trial.evidence.places = result.wrong.count + 1;
-  trial.accepted =
-      judge(trial.evidence, a.verdict.min_object_margin, a.verdict).status == Status::accepted;
+  const double needed = neededMargin(a.verdict.min_object_margin, result.vertices);
+  trial.accepted = judge(trial.evidence, needed, a.verdict).status == Status::accepted;
   return trial;
 }
 

@@ -241,6 +241,10 @@ ObjectHypothesis ObjectPlaceIndex::Index::describe(ObjectVerifier& verifier,
   return hypothesis;
 }
 
+double neededMargin(double margin_of_60_vertices, int vertices) {
+  return margin_of_60_vertices * std::sqrt(std::max(1, vertices) / 60.0);
+}
+
 ObjectPlaceIndex::ObjectPlaceIndex(const SemanticGraph& map, const LabelSet& labels,
                                    const ObjectPlaceOptions& options)
     : index_(std::make_unique<Index>(map, labels, options)) {}

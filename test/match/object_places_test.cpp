@@ -310,6 +310,12 @@ TEST(ObjectPlaceIndex, AMirroredPlaceIsNotBelieved) {
   EXPECT_LT(mirrored.hypotheses[0].score, 0.3 * right);
 }
 
+TEST(ObjectPlaceIndex, TheNeededMarginGrowsWithTheRootOfTheQuery) {
+  EXPECT_DOUBLE_EQ(neededMargin(19, 60), 19);
+  EXPECT_DOUBLE_EQ(neededMargin(19, 240), 38);
+  EXPECT_GT(neededMargin(19, 0), 0);
+}
+
 TEST(ObjectPlaceIndex, DegenerateInputsGiveNoHypothesis) {
   const SemanticGraph map = randomMap(200, 100, 20);
   const LabelSet labels = someLabels();

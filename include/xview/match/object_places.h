@@ -104,6 +104,11 @@ struct ObjectSearchResult {
   int vertices = 0;  ///< of the query that could take part: their class occurs in the map
 };
 
+/// The margin (score of the best hypothesis less WrongPoses::best) that tells a true place from a
+/// wrong one, from that of a query of 60 vertices: scores are sums over vertices, so those of wrong
+/// places spread with the root of their number.
+double neededMargin(double margin_of_60_vertices, int vertices);
+
 class ObjectPlaceIndex {
  public:
   /// Vertices of ignored classes and without finite positions are left out; classes that `labels`
