@@ -2,9 +2,9 @@
 #include "object_map.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
+#include <tuple>
 
 #include "xview/types/error.h"
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <string>
 #include <thread>
+#include <tuple>
 
 #include "raster_candidates.h"
 #include "raster_kernel.h"
