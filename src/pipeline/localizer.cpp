@@ -216,11 +216,12 @@ void Localizer::Index::searchObjects(const Query& query, Localization& answer) c
   Stopwatch watch;
   ObjectSearchRequest request;
   request.threads = options.threads;
-  request.prior = priorOfPoint(prior, query, Eigen::Vector2d::Zero());
+  request.focus = query.poses.back().translation();
+  request.prior = priorOfPoint(prior, query, request.focus->head<2>());
   const ObjectSearchResult result = objects().search(query.graph, request);
   answer.timing_ms.emplace_back("matching", watch.lap_ms());
   answer.vertices = result.vertices;
-  answer.matches = options.objects.keep_poses;
+  answer.matches = result.poses;
   const auto count = std::min(result.hypotheses.size(), static_cast<std::size_t>(options.places.hypotheses));
   for (std::size_t i = 0; i < count; ++i) {
     const ObjectHypothesis& h = result.hypotheses[i];
@@ -229,12 +230,12 @@ void Localizer::Index::searchObjects(const Query& query, Localization& answer) c
   PlaceEvidence evidence;
   if (count > 0) {
     const ObjectHypothesis& best = result.hypotheses[0];
-    evidence = {best.score, result.wrong.count > 0 ? std::max(0.0, result.wrong.best) : 0.0, best.expected, 1.0,
+    evidence = {best.score, result.wrong.count > 0 ? std::max(0.0, result.wrong.best) : 0.0, best.expected, best.known_share,
                 static_cast<int>(result.hypotheses.size())};
     answer.kept = best.inliers;
     answer.inliers = static_cast<int>(best.inliers.size());
   }
-  setVerdict(judge(evidence, options.verdict.min_object_margin, options.verdict), answer);
+  setVerdict(judge(evidence, neededMargin(options.verdict.min_object_margin, result.vertices), options.verdict), answer);
 }
 
 /// The paper's localization: descriptors against the whole map.

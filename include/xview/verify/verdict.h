@@ -13,7 +13,7 @@ struct VerdictOptions {
   double aerial_margin_factor = 1.8;  ///< times min_margin for views from the air: road layouts alone repeat between towns
   double min_agreement = 0.4;    ///< share of the score that a true pose would have
   double min_known_share = 0.15; ///< share of the query that must lie where the map was seen
-  double min_object_margin = 15; ///< same as min_margin for graphs of objects without surfaces
+  double min_object_margin = 19; ///< same as min_margin for graphs of 60 objects without surfaces
   double min_inliers = 8;        ///< method walks: vertices that must agree, more for large queries
   double min_inlier_ratio = 1.5; ///< method walks: times the inliers of the next best place
 };
