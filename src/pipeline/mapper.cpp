@@ -2,7 +2,6 @@
 #include "xview/mapper.h"
 
 #include <algorithm>
-#include <set>
 
 #include "pipeline/gravity.h"
 #include "xview/graph/edges.h"

@@ -11,12 +11,6 @@ namespace {
 
 constexpr double kVague_m = 5, kVague_rad = 0.5;
 
-std::vector<Eigen::Vector3d> positionsOf(const SemanticGraph& graph) {
-  std::vector<Eigen::Vector3d> positions;
-  for (const Vertex& v : graph.vertices) positions.push_back(v.position);
-  return positions;
-}
-
 }  // namespace
 
 std::vector<Correspondence> pairsUnderPose(const WalkGraph& query, const WalkGraph& map, const Eigen::Isometry3d& T_map_query,

@@ -55,4 +55,11 @@ WalkGraph walkGraph(const SemanticGraph& graph, const LabelSet& labels, const Op
   return result;
 }
 
+std::vector<Eigen::Vector3d> positionsOf(const SemanticGraph& graph) {
+  std::vector<Eigen::Vector3d> positions;
+  positions.reserve(graph.size());
+  for (const Vertex& v : graph.vertices) positions.push_back(v.position);
+  return positions;
+}
+
 }  // namespace xview

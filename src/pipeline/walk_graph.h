@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <vector>
 
@@ -17,5 +18,8 @@ struct WalkGraph {
   std::vector<std::uint32_t> source;  ///< per vertex, its number in the full graph
 };
 WalkGraph walkGraph(const SemanticGraph& graph, const LabelSet& labels, const Options& options);
+
+/// The positions of all vertices, in order.
+std::vector<Eigen::Vector3d> positionsOf(const SemanticGraph& graph);
 
 }  // namespace xview

@@ -16,13 +16,6 @@
 namespace xview {
 namespace {
 
-std::vector<Eigen::Vector3d> positionsOf(const SemanticGraph& graph) {
-  std::vector<Eigen::Vector3d> positions;
-  positions.reserve(graph.size());
-  for (const Vertex& v : graph.vertices) positions.push_back(v.position);
-  return positions;
-}
-
 /// Standard deviation of points across the plane that fits them best.
 double thicknessOf(const std::vector<Eigen::Vector3d>& points) {
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
