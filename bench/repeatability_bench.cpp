@@ -1,0 +1,284 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// How many things of one session another session finds again at the same place, by class and view.
+//
+//   repeatability_bench MAP_SESSION SESSION... [--window 60] [--stride 20] [--key.subkey VALUE]...
+//
+// A session is a recording with groundtruth.txt or truth.txt (poses in the frame of the map
+// session), with @A:B for a part of it. Each window of a session becomes a query, is put at its
+// true pose, and asks the map for the nearest landmark of the same label. Counted is what lies
+// within 1 m of something that the map session saw. For each session: number per query, share with
+// a partner within 0.5 and 1 m, and in brackets the share within 1 m at wrong poses on the road,
+// which is what chance gives. First the samples of the plan view, which the place search uses,
+// seen from above; then the vertices of the graph, which walks use, in three dimensions.
+//
+//   repeatability_bench SESSION --spacing 10 [--key.subkey VALUE]...
+//
+// shows the distances between vertices of one class in one graph, up to so many metres.
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <iostream>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "xview/eval/repeatability.h"
+#include "xview/io/pose_files.h"
+#include "xview/io/recording.h"
+#include "xview/localizer.h"
+#include "xview/options_file.h"
+#include "xview/types/error.h"
+#include "xview/types/pose.h"
+#include "xview/types/random.h"
+
+namespace {
+
+using namespace xview;
+
+constexpr double kRim_m = 1;    ///< around what was seen
+constexpr double kReach_m = 3;  ///< partners further away are none
+constexpr double kBlock_m = 1;  ///< surface samples of the plan view
+constexpr double kElsewhere_m = 25;
+constexpr int kWrongPoses = 12;  ///< per window
+
+struct Arguments {
+  std::vector<std::string> sessions;
+  double window_m = 60, stride_m = 20, spacing_m = 0;
+  Options options;
+};
+
+Arguments parse(int argc, char** argv) {
+  Arguments a;
+  for (int i = 1; i < argc; ++i) {
+    const std::string word = argv[i];
+    if (word.rfind("--", 0) != 0)
+      a.sessions.push_back(word);
+    else if (i + 1 == argc)
+      throw UsageError(word + " needs a value");
+    else if (word == "--window")
+      a.window_m = std::stod(argv[++i]);
+    else if (word == "--stride")
+      a.stride_m = std::stod(argv[++i]);
+    else if (word == "--spacing")
+      a.spacing_m = std::stod(argv[++i]);
+    else
+      setOption(a.options, word.substr(2), argv[++i]);
+  }
+  if (a.sessions.size() < (a.spacing_m > 0 ? 1u : 2u))
+    throw UsageError("usage: repeatability_bench MAP_SESSION SESSION... [options]");
+  return a;
+}
+
+struct Session {
+  std::string name;
+  LabelSet labels;
+  std::vector<FrameDigest> frames;
+  std::vector<double> travelled;  ///< up to each frame [m]
+  std::vector<StampedPose> truth;
+};
+
+std::unique_ptr<FrameSource> openPart(const std::string& word, std::string& path) {
+  const std::size_t at = word.rfind('@');
+  path = word.substr(0, at);
+  InputOptions input;
+  if (at != std::string::npos) input.frames = parseFrameRange(word.substr(at + 1));
+  return openRecording(path, input);
+}
+
+Session loadSession(const std::string& word, const Options& options) {
+  Session s;
+  std::string path;
+  const auto source = openPart(word, path);
+  s.name = std::filesystem::path(path).filename().string();
+  s.frames = digestRecording(*source, options);
+  s.labels = source->labels();
+  std::vector<std::int64_t> numbers;
+  for (std::size_t i = 0; i < s.frames.size(); ++i) {
+    numbers.push_back(s.frames[i].number);
+    const Eigen::Vector3d step = i == 0 ? Eigen::Vector3d(0, 0, 0)
+                                        : s.frames[i].T_odom_sensor.translation() -
+                                              s.frames[i - 1].T_odom_sensor.translation();
+    s.travelled.push_back((i == 0 ? 0 : s.travelled.back()) + step.norm());
+  }
+  const bool has_truth = std::filesystem::exists(path + "/groundtruth.txt");
+  s.truth = posesOfFrames(path + (has_truth ? "/groundtruth.txt" : "/truth.txt"), numbers);
+  return s;
+}
+
+/// The map session in its upright frame.
+struct Reference {
+  Eigen::Isometry3d T_plan_map;
+  std::vector<Landmark> plan, graph;
+  KnownArea known;
+  std::vector<Eigen::Vector3d> travel;  ///< positions of its keyframes
+
+  explicit Reference(const SemanticMap& map)
+      : T_plan_map(map.plan.upright),
+        plan(flattened(landmarksOf(map.plan, 0))),
+        graph(moved(landmarksOf(map.graph), T_plan_map)),
+        known(map.plan, kRim_m) {
+    for (const Keyframe& k : map.keyframes)
+      travel.push_back(T_plan_map * k.T_map_sensor.translation());
+  }
+  double headingAt(std::size_t i) const {
+    if (travel.size() < 3) return 0;
+    const std::size_t at = std::clamp<std::size_t>(i, 1, travel.size() - 2);
+    const Eigen::Vector3d d = travel[at + 1] - travel[at - 1];
+    return std::atan2(d.y(), d.x());
+  }
+};
+
+/// Landmarks of one label over all windows of a session.
+struct Tally {
+  Partners right, wrong;
+  void add(Partners& sum, const Partners& more) {
+    sum.distances_m.insert(sum.distances_m.end(), more.distances_m.begin(), more.distances_m.end());
+    sum.unknown += more.unknown;
+  }
+};
+using Tallies = std::map<std::uint32_t, Tally>;
+
+struct SessionTallies {
+  Tallies plan, graph;
+  int windows = 0;
+};
+
+void count(const std::vector<Landmark>& query, const std::vector<Landmark>& reference,
+           const KnownArea& known, bool right, Tallies& tallies) {
+  for (const auto& [label, partners] : findPartners(query, reference, known, kReach_m)) {
+    Tally& t = tallies[label];
+    t.add(right ? t.right : t.wrong, partners);
+  }
+}
+
+/// Poses that put the query on another part of the road, along it or against it.
+std::vector<Eigen::Isometry3d> wrongPoses(const Reference& map, const Eigen::Isometry3d& T_true,
+                                          const Eigen::Vector3d& middle, double heading,
+                                          Random& random) {
+  std::vector<Eigen::Isometry3d> poses;
+  const Eigen::Vector3d there = T_true * middle;
+  for (int i = 0; i < kWrongPoses; ++i) {
+    const auto at = random.below(static_cast<std::uint32_t>(map.travel.size()));
+    if ((map.travel[at] - there).head<2>().norm() < kElsewhere_m) continue;
+    const double yaw = map.headingAt(at) - heading + (i % 2 ? M_PI : 0) + random.uniform(-.05, .05);
+    Eigen::Isometry3d T = poseFromYaw({0, 0, 0}, yaw) * T_true;
+    T.translation() += there - T * middle;
+    T.translation().head<2>() += (map.travel[at] - there).head<2>() +
+                                 Eigen::Vector2d(random.uniform(-2, 2), random.uniform(-2, 2));
+    poses.push_back(T);
+  }
+  return poses;
+}
+
+void addWindow(const Session& s, std::size_t first, std::size_t last, const Reference& map,
+               const Options& options, Random& random, SessionTallies& tallies) {
+  const Query query = makeQuery(s.frames.data() + first, s.frames.data() + last, s.labels, options);
+  const std::size_t middle = std::min((first + last) / 2, s.frames.size() - 1);
+  const Eigen::Isometry3d& T_odom_sensor = s.frames[middle].T_odom_sensor;
+  const Eigen::Isometry3d T_true =
+      map.T_plan_map * s.truth[middle].T_frame_sensor * T_odom_sensor.inverse();
+  const Eigen::Isometry3d T_odom_plan(query.plan.upright.conjugate());
+  const std::vector<Landmark> samples = moved(landmarksOf(query.plan, kBlock_m), T_odom_plan);
+  const std::vector<Landmark> vertices = landmarksOf(query.graph);
+  const auto countAt = [&](const Eigen::Isometry3d& T, bool right) {
+    count(flattened(moved(samples, T)), map.plan, map.known, right, tallies.plan);
+    count(moved(vertices, T), map.graph, map.known, right, tallies.graph);
+  };
+  countAt(T_true, true);
+  const Eigen::Vector3d travelled =
+      T_true.linear() * (s.frames[last - 1].T_odom_sensor.translation() -
+                         s.frames[first].T_odom_sensor.translation());
+  const double heading = std::atan2(travelled.y(), travelled.x());
+  for (const Eigen::Isometry3d& T :
+       wrongPoses(map, T_true, T_odom_sensor.translation(), heading, random))
+    countAt(T, false);
+  ++tallies.windows;
+}
+
+SessionTallies runSession(const Session& s, const Reference& map, const Arguments& a) {
+  SessionTallies tallies;
+  Random random(5);
+  const std::vector<double>& t = s.travelled;
+  for (double from = 0; from == 0 || from + a.window_m <= t.back() + 1; from += a.stride_m) {
+    const auto first = std::lower_bound(t.begin(), t.end(), from) - t.begin();
+    const auto last = std::upper_bound(t.begin(), t.end(), from + a.window_m) - t.begin();
+    addWindow(s, static_cast<std::size_t>(first), static_cast<std::size_t>(last), map, a.options,
+              random, tallies);
+  }
+  return tallies;
+}
+
+std::string cell(const Tallies& tallies, std::uint32_t label, int windows) {
+  constexpr std::size_t kFew = 3;
+  const auto it = tallies.find(label);
+  if (it == tallies.end() || it->second.right.distances_m.size() < kFew)
+    return fmt::format("{:>23}", "-");
+  const Partners &right = it->second.right, &wrong = it->second.wrong;
+  const double share = wrong.distances_m.empty() ? 0 : wrong.shareWithin(1);
+  return fmt::format("{:6.1f} {:.2f}/{:.2f} ({:.2f})",
+                     static_cast<double>(right.distances_m.size()) / windows, right.shareWithin(.5),
+                     right.shareWithin(1), share);
+}
+
+template <class Name>
+void printTable(const std::string& title, const std::vector<std::string>& names,
+                const std::vector<SessionTallies>& sessions, Tallies SessionTallies::*part,
+                const std::map<std::uint32_t, std::size_t>& in_map, Name&& name) {
+  fmt::print("{:<24} {:>6}", title, "map");
+  for (const std::string& n : names) fmt::print(" | {:>23}", n);
+  fmt::print("\n");
+  for (const auto& [label, count] : in_map) {
+    fmt::print("{:<24} {:6}", name(label), count);
+    for (const SessionTallies& s : sessions) fmt::print(" | {}", cell(s.*part, label, s.windows));
+    fmt::print("\n");
+  }
+}
+
+std::map<std::uint32_t, std::size_t> countLabels(const std::vector<Landmark>& landmarks) {
+  std::map<std::uint32_t, std::size_t> counts;
+  for (const Landmark& l : landmarks) ++counts[l.label];
+  return counts;
+}
+
+void printSpacing(const SemanticMap& map, double reach_m) {
+  fmt::print("{:<24} {:>6} | nearest of its class within 0.5, 1, 2, 4 m\n", "vertex", "count");
+  for (const auto& [label, distances] : neighbourDistances(landmarksOf(map.graph), reach_m)) {
+    fmt::print("{:<24} {:6} |", map.labels.className(label), distances.size());
+    for (const double limit : {.5, 1., 2., 4.}) {
+      fmt::print(" {:5}", std::count_if(distances.begin(), distances.end(),
+                                        [&](double d) { return d <= limit; }));
+    }
+    fmt::print("\n");
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) try {
+  const Arguments a = parse(argc, argv);
+  std::string path;
+  const auto source = openPart(a.sessions[0], path);
+  const SemanticMap map = buildMap({source.get()}, a.options);
+  if (a.spacing_m > 0) {
+    printSpacing(map, a.spacing_m);
+    return 0;
+  }
+  const Reference reference(map);
+  std::vector<std::string> names;
+  std::vector<SessionTallies> tallies;
+  for (std::size_t i = 1; i < a.sessions.size(); ++i) {
+    const Session s = loadSession(a.sessions[i], a.options);
+    names.push_back(s.name);
+    tallies.push_back(runSession(s, reference, a));
+  }
+  printTable("plan sample", names, tallies, &SessionTallies::plan, countLabels(reference.plan),
+             [](std::uint32_t c) { return toString(static_cast<Channel>(c)); });
+  printTable("graph vertex", names, tallies, &SessionTallies::graph, countLabels(reference.graph),
+             [&](std::uint32_t label) { return map.labels.className(label); });
+  return 0;
+} catch (const std::exception& e) {
+  std::cerr << "error: " << e.what() << "\n";
+  return 1;
+}
