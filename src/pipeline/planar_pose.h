@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <Eigen/Geometry>
+
+#include "xview/match/plan_places.h"
+#include "xview/types/place.h"
+#include "xview/types/pose.h"
+
+namespace xview {
+
+/// The plane part of a gravity-aligned pose.
+inline PlacePose placeOf(const Eigen::Isometry3d& T) { return {T.translation().x(), T.translation().y(), yawOf(T.linear()), 0}; }
+
+inline Eigen::Isometry3d poseOf(const PlanHypothesis& h) { return poseFromYaw({h.pose.x, h.pose.y, h.z}, h.pose.yaw); }
+
+/// Where a pose puts a point of the query. Query frames begin anywhere, so poses of their origins cannot be compared.
+inline PlacePose placeOfPoint(const PlacePose& pose, const Eigen::Vector2d& point) {
+  const Eigen::Vector2d p = Eigen::Rotation2Dd(pose.yaw) * point + Eigen::Vector2d(pose.x, pose.y);
+  return {p.x(), p.y(), pose.yaw, pose.score};
+}
+
+}  // namespace xview

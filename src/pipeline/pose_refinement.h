@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <mutex>
+#include <optional>
+
+#include "xview/localizer.h"
+#include "xview/match/plan_places.h"
+#include "xview/pose/refine.h"
+
+namespace xview {
+
+/// From the pose of the place to that of the last sensor: the older part of a window has drifted against it.
+class PoseRefinement {
+ public:
+  /// All must outlive the refinement. `places` may be null: a map without plan view.
+  PoseRefinement(const SemanticMap& map, const PlanPlaces* places, const Options& options)
+      : map_(map), places_(places), options_(options) {}
+
+  /// Refines the best of at least one hypothesis and sets the covariance. `plan_query` may be empty.
+  void refine(const Query& query, const PlanQuery& plan_query, Localization& answer) const;
+
+ private:
+  const DistributionMap& distributions() const;
+  bool looksNoWorse(const PlanQuery& recent, const Eigen::Isometry3d& before, const Eigen::Isometry3d& after) const;
+
+  const SemanticMap& map_;
+  const PlanPlaces* places_;
+  const Options& options_;
+  mutable std::once_flag made_;
+  mutable std::optional<DistributionMap> distributions_;
+};
+
+}  // namespace xview

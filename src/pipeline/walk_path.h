@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "pipeline/walk_proposer.h"
+#include "xview/localizer.h"
+#include "xview/types/place.h"
+
+namespace xview {
+
+/// The paper's localization: descriptors of walks against those of the whole map.
+class WalkPath {
+ public:
+  /// All must outlive the path.
+  WalkPath(const SemanticMap& map, const WalkProposer& walks, const PlacePrior& prior, const Options& options)
+      : map_(map), walks_(walks), prior_(prior), options_(options) {}
+
+  /// Fills everything but the refined pose and its covariance.
+  void localize(const Query& query, Localization& answer) const;
+
+ private:
+  const SemanticMap& map_;
+  const WalkProposer& walks_;
+  const PlacePrior& prior_;
+  const Options& options_;
+};
+
+}  // namespace xview
