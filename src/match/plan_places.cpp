@@ -260,6 +260,27 @@ double PlanPlaces::score(const PlanQuery& query, const PlacePose& pose) const {
   return PlanScore(index_->field, view.ratios, query.fine)(centre.x, centre.y, centre.yaw);
 }
 
+std::vector<SampleEvidence> PlanPlaces::evidence(const PlanQuery& query,
+                                                 const PlacePose& pose) const {
+  const WeightedRatios& ratios = index_->view(query.viewpoint).ratios;
+  const std::vector<std::uint8_t> bins =
+      distanceBins(index_->field, query.fine, toCentre(pose, query, index_->field));
+  const Eigen::Rotation2Dd turn(pose.yaw);
+  std::vector<SampleEvidence> evidence;
+  for (std::size_t i = 0; i < query.fine.size(); ++i) {
+    const PlanQuery::Sample& q = query.fine[i];
+    SampleEvidence e;
+    e.channel = static_cast<Channel>(q.channel);
+    e.query = query.centre + Eigen::Vector2d(q.x, q.y);
+    e.map = turn * e.query + Eigen::Vector2d(pose.x, pose.y);
+    e.distance_bin = bins[i];
+    e.nats = ratios.value[q.channel][bins[i]];
+    e.expected = bins[i] == kUnknownBin ? 0 : ratios.expected[q.channel];
+    evidence.push_back(e);
+  }
+  return evidence;
+}
+
 std::size_t PlanPlaces::bytes() const {
   std::size_t total = index_->field.bytes();
   for (const auto& view : index_->views) total += view ? view->raster.bytes() : 0;

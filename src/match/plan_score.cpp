@@ -67,14 +67,25 @@ PlacePose PlanScore::climb(PlacePose pose, double step_m, double step_rad, int l
   return pose;
 }
 
+std::vector<std::uint8_t> distanceBins(const PlanField& field,
+                                       const std::vector<PlanQuery::Sample>& samples,
+                                       const PlacePose& pose) {
+  const CellTransform to_cell(field, pose.x, pose.y, pose.yaw);
+  std::vector<std::uint8_t> bins;
+  for (const PlanQuery::Sample& q : samples)
+    bins.push_back(field.bin(q.channel, to_cell.cellX(q.x, q.y), to_cell.cellY(q.x, q.y)));
+  return bins;
+}
+
 ScoreDetails scoreDetails(const PlanField& field, const WeightedRatios& ratios,
                           const std::vector<PlanQuery::Sample>& samples, const PlacePose& pose) {
   constexpr std::uint8_t kMatchedBins = 3;  // nearer than 1 m
   ScoreDetails details;
-  const CellTransform to_cell(field, pose.x, pose.y, pose.yaw);
+  const std::vector<std::uint8_t> bins = distanceBins(field, samples, pose);
   std::size_t known = 0;
-  for (const PlanQuery::Sample& q : samples) {
-    const std::uint8_t bin = field.bin(q.channel, to_cell.cellX(q.x, q.y), to_cell.cellY(q.x, q.y));
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const PlanQuery::Sample& q = samples[i];
+    const std::uint8_t bin = bins[i];
     if (bin == kUnknownBin) continue;
     ++known;
     details.expected += ratios.expected[q.channel];

@@ -32,6 +32,11 @@ class PlanScore {
   const std::vector<PlanQuery::Sample>& samples_;
 };
 
+/// The distance class of each sample at a pose of the query centre.
+std::vector<std::uint8_t> distanceBins(const PlanField& field,
+                                       const std::vector<PlanQuery::Sample>& samples,
+                                       const PlacePose& pose);
+
 /// What a score is made of.
 struct ScoreDetails {
   double expected = 0;

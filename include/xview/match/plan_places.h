@@ -72,6 +72,16 @@ struct PlanHypothesis {
   int objects_matched = 0;  ///< of these, with a map object of the channel within 1 m
 };
 
+/// What one sample of the query says about a pose.
+struct SampleEvidence {
+  Channel channel = Channel::road;
+  Eigen::Vector2d query = Eigen::Vector2d::Zero();  ///< in the query frame [m]
+  Eigen::Vector2d map = Eigen::Vector2d::Zero();    ///< where the pose puts it in the map [m]
+  int distance_bin = kUnknownBin;                   ///< of the nearest map sample of the channel
+  double nats = 0;      ///< contribution to the score of the pose
+  double expected = 0;  ///< contribution that a true pose would have on average; 0 in unseen area
+};
+
 /// Search index of one map. Thread-safe after construction.
 class PlanPlaces {
  public:
@@ -89,6 +99,8 @@ class PlanPlaces {
   PlanHypothesis verify(const PlanQuery& query, const PlacePose& proposed) const;
   /// Score of one pose (query frame to map frame) [nats].
   double score(const PlanQuery& query, const PlacePose& pose) const;
+  /// What the score of a pose (query frame to map frame) is the sum of, by sample of PlanQuery::fine.
+  std::vector<SampleEvidence> evidence(const PlanQuery& query, const PlacePose& pose) const;
   std::size_t bytes() const;
 
  private:
