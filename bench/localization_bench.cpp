@@ -4,7 +4,7 @@
 //   localization_bench MAP_SESSION SESSION... [--window 60] [--stride 10] [--key.subkey VALUE]... [--csv FILE]
 //
 // A session is a recording with groundtruth.txt (poses in the map frame; a folder named `elsewhere` has none that counts:
-// its windows must not be accepted). --learn FILE writes the likelihood table of the sessions instead.
+// its windows must not be accepted).
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -18,7 +18,6 @@
 
 #include "xview/io/pose_files.h"
 #include "xview/io/recording.h"
-#include "xview/likelihood_learning.h"
 #include "xview/localizer.h"
 #include "xview/options_file.h"
 #include "xview/types/error.h"
@@ -31,7 +30,7 @@ using namespace xview;
 struct Arguments {
   std::vector<std::string> sessions;
   double window_m = 60, stride_m = 10;
-  std::string csv, learn;
+  std::string csv;
   Options options;
 };
 
@@ -45,7 +44,6 @@ Arguments parse(int argc, char** argv) {
     else if (word == "--window") a.window_m = std::stod(argv[++i]);
     else if (word == "--stride") a.stride_m = std::stod(argv[++i]);
     else if (word == "--csv") a.csv = argv[++i];
-    else if (word == "--learn") a.learn = argv[++i];
     else setOption(a.options, word.substr(2), argv[++i]);
   }
   if (a.sessions.size() < 2) throw UsageError("usage: localization_bench MAP_SESSION SESSION... [options]");
@@ -155,17 +153,6 @@ int main(int argc, char** argv) try {
   const SemanticMap map = buildMap({source.get()}, parallel);
   std::ofstream csv;
   if (!a.csv.empty()) csv.open(a.csv, std::ios::app);
-  if (!a.learn.empty()) {
-    LikelihoodTable table;
-    for (std::size_t i = 1; i < a.sessions.size(); ++i) {
-      const Session s = loadSession(a.sessions[i], a.options);
-      std::vector<Eigen::Isometry3d> truth;
-      for (const StampedPose& p : s.truth) truth.push_back(p.T_frame_sensor);
-      if (!s.negative) table.add(learnLikelihoods(map, s.frames, truth, a.window_m, a.options));
-    }
-    std::ofstream(a.learn) << toText(table);
-    return 0;
-  }
   const Localizer localizer(map, a.options);
   fmt::print("map {}: {} vertices, {} plan samples; windows of {} m every {} m\n", a.sessions[0], map.graph.size(), map.plan.sampleCount(), a.window_m,
              a.stride_m);

@@ -17,6 +17,7 @@ std::unique_ptr<Command> makeMatch();
 std::unique_ptr<Command> makeLocalize();
 std::unique_ptr<Command> makeEvaluate();
 std::unique_ptr<Command> makeFuse();
+std::unique_ptr<Command> makeLearn();
 std::unique_ptr<Command> makeView();
 
 }  // namespace xview::tools

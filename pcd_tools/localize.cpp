@@ -7,6 +7,7 @@
 
 #include "answer.h"
 #include "commands.h"
+#include "explanation_files.h"
 #include "queries.h"
 #include "xview/io/pose_files.h"
 #include "xview/types/error.h"
@@ -58,11 +59,15 @@ class LocalizeCommand final : public Command {
     flags.add("--window", window_, "frames per query; 0 = the whole QUERY");
     flags.add("--stride", stride_, "frames between the starts of two windows; 0 = as --window");
     flags.add("--json", json_, "print one JSON object per query");
+    flags.add("--explain", explain_,
+              "write what speaks for and against each answer: FILE.csv and FILE.ply of one query, or "
+              "a folder");
     flags.add("--tum", tum_, "write accepted poses as TUM lines to this file");
   }
 
   ExitCode run(const Job& job) override {
     checkWindow(window_, stride_);
+    checkExplanationPath(explain_, window_ == 0 && job.operands.size() == 2);
     Stopwatch watch;
     const SemanticMap map = readMap(job.operands.back(), input_, job);
     const Localizer localizer(map, job.options);
@@ -88,8 +93,13 @@ class LocalizeCommand final : public Command {
     for (const Window& window : windowsOf(input, window_, stride_)) {
       Answer answer = answerFor(input, window);
       answer.load_map_ms = load_map_ms_;
-      answer.fix = localizer.localize(queryOf(input, window, job.options));
+      const Query query = queryOf(input, window, job.options);
+      answer.fix = localizer.localize(query);
       ++answered_;
+      if (!explain_.empty()) {
+        writeExplanation(explain_, static_cast<int>(answered_), answer,
+                         localizer.explain(query, answer.fix));
+      }
       if (answer.fix.accepted())
         accepted_.push_back({answer.last_stamp_s, answer.fix.T_map_sensor});
       sayHypotheses(answer, job.narrate);
@@ -101,7 +111,7 @@ class LocalizeCommand final : public Command {
   InputFlags input_;
   int window_ = 0, stride_ = 0;
   bool json_ = false;
-  std::string tum_;
+  std::string tum_, explain_;
   double load_map_ms_ = 0;
   std::size_t answered_ = 0, failed_ = 0;
   std::vector<StampedPose> accepted_;

@@ -6,5 +6,5 @@ int main(int argc, char** argv) {
   using namespace xview::tools;
   return runProgram(argc, argv,
                     {makeSimulate, makeInfo, makeLift, makeBlobs, makeGraph, makeMap, makeMatch,
-                     makeLocalize, makeEvaluate, makeFuse, makeView});
+                     makeLocalize, makeEvaluate, makeFuse, makeLearn, makeView});
 }

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "xview/explanation.h"
 #include "xview/map/semantic_map.h"
 #include "xview/mapper.h"
 #include "xview/options.h"
@@ -37,6 +38,8 @@ class Localizer {
 
   /// Throws Error if the labels of the query cannot be those of the map.
   Localization localize(const Query& query) const;
+  /// What each sample and vertex of the query says about the pose of an answer to it; nothing if the answer has no hypothesis.
+  Explanation explain(const Query& query, const Localization& answer) const;
 
  private:
   struct Index;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <numeric>
 #include <sstream>
 
@@ -129,6 +130,20 @@ LikelihoodTable parseLikelihoods(const std::string& text, const std::string& pat
     }
   }
   return table;
+}
+
+LikelihoodTable readLikelihoods(const std::string& path) {
+  const std::ifstream file(path);
+  std::ostringstream text;
+  if (file) text << file.rdbuf();
+  if (!file || !text) throw Error(path, "cannot be read; expected the likelihoods of xview learn");
+  const LikelihoodTable table = parseLikelihoods(text.str(), path);
+  for (const auto& viewpoint : table.counts) {
+    for (const DistanceCounts& channel : viewpoint) {
+      if (sum(channel.at_true) > 0 && sum(channel.at_wrong) > 0) return table;
+    }
+  }
+  throw Error(path, "expected the likelihoods of xview learn, found no counts");
 }
 
 }  // namespace xview

@@ -5,6 +5,7 @@
 
 #include <optional>
 
+#include "pipeline/explain.h"
 #include "pipeline/object_path.h"
 #include "pipeline/place_path.h"
 #include "pipeline/pose_prior.h"
@@ -36,7 +37,9 @@ void requireKnownLabels(const LabelSet& map, const LabelSet& query) {
 
 std::unique_ptr<const PlanPlaces> planPlaces(const SemanticMap& map, const Options& options) {
   if (options.method == "walks" || map.plan.known.empty()) return nullptr;
-  return std::make_unique<PlanPlaces>(map.plan, trajectoryOf(map), defaultLikelihoods(), options.places, options.threads);
+  const std::string& file = options.places.likelihoods;
+  return std::make_unique<PlanPlaces>(map.plan, trajectoryOf(map), file.empty() ? defaultLikelihoods() : readLikelihoods(file), options.places,
+                                      options.threads);
 }
 
 }  // namespace
@@ -86,6 +89,20 @@ Localization Localizer::localize(const Query& query) const {
   answer.timing_ms.insert(answer.timing_ms.begin(), query.timing_ms.begin(), query.timing_ms.end());
   answer.timing_ms.emplace_back("total", total);
   return answer;
+}
+
+Explanation Localizer::explain(const Query& query, const Localization& answer) const {
+  Explanation explanation;
+  if (answer.hypotheses.empty()) return explanation;
+  const SemanticMap& map = index_->map;
+  const Query upright = uprightQuery(query);
+  const Eigen::Isometry3d T = map.plan.upright * answer.T_map_query * query.plan.upright.conjugate();
+  if (index_->places && !query.plan.known.empty()) {
+    explainSamples(*index_->places, map.plan, upright, makePlanQuery(query.plan), T, explanation);
+  }
+  explainVertices(map, upright, answer.kept, T, explanation);
+  turn(map.plan.upright.conjugate(), explanation);
+  return explanation;
 }
 
 }  // namespace xview

@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdio>
+#include <fstream>
 
 #include "xview/types/error.h"
 #include "xview/types/random.h"
@@ -171,6 +173,35 @@ TEST(LogRatio, ExpectedIsTheMeanAtTruePoses) {
     sum += n * ratios.value[i][b];
   }
   EXPECT_NEAR(ratios.expected[i], sum / total, 1e-4);
+}
+
+std::string temporaryFile(const std::string& text) {
+  const std::string path = testing::TempDir() + "xview_likelihoods_test.txt";
+  std::ofstream(path) << text;
+  return path;
+}
+
+TEST(LikelihoodFile, HoldsTheCountsThatWereWritten) {
+  const LikelihoodTable written = randomTable(3);
+  const std::string path = temporaryFile(toText(written));
+  const LikelihoodTable read = readLikelihoods(path);
+  for (std::size_t v = 0; v < written.counts.size(); ++v) {
+    for (std::size_t c = 0; c < kChannels; ++c) {
+      EXPECT_EQ(read.counts[v][c].at_true, written.counts[v][c].at_true);
+      EXPECT_EQ(read.counts[v][c].at_wrong, written.counts[v][c].at_wrong);
+    }
+  }
+  std::remove(path.c_str());
+}
+
+TEST(LikelihoodFile, ThatIsMissingOrEmptyOrSomethingElseIsAnError) {
+  EXPECT_THROW(readLikelihoods("/no/such/file.txt"), Error);
+  EXPECT_THROW(readLikelihoods(testing::TempDir()), Error) << "a folder";
+  for (const std::string text : {"", "# nothing\n", "ground road true 0 0 0 0 0 0 0 0 0\n", "SQLite format 3"}) {
+    const std::string path = temporaryFile(text);
+    EXPECT_THROW(readLikelihoods(path), Error) << "'" << text << "'";
+    std::remove(path.c_str());
+  }
 }
 
 }  // namespace

@@ -8,7 +8,7 @@ namespace {
 
 const std::vector<std::string> kCommands{"simulate", "info", "lift",  "blobs",
                                          "graph",    "map",  "match", "localize",
-                                         "evaluate", "fuse", "view"};
+                                         "evaluate", "fuse", "learn", "view"};
 
 TEST(Help, ListsEveryCommand) {
   const Outcome outcome = runXview({"--help"});

@@ -196,6 +196,76 @@ TEST_F(TinyTown, PicturesAreWrittenByTheEndingOfTheirName) {
   EXPECT_EQ(beside.out, file("town.png") + "\n");
 }
 
+TEST_F(TinyTown, LikelihoodsThatWereLearnedAreUsed) {
+  const std::string table = file("learned.txt");
+  const Outcome learned =
+      succeed({"learn", "-q", town("rear"), town("aerial"), map(), table, "--length", "30"});
+  EXPECT_NE(learned.out.find("samples at true poses"), std::string::npos) << learned.out;
+  const auto scoreWith = [&](const std::vector<std::string>& flags) {
+    std::vector<std::string> arguments{"localize", "-q", "--json", town("rear"), map()};
+    arguments.insert(arguments.end(), flags.begin(), flags.end());
+    return jsonLines(succeed(arguments).out).at(0)["hypotheses"][0]["score"].get<double>();
+  };
+  const double built_in = scoreWith({});
+  EXPECT_NE(scoreWith({"--places.likelihoods", table}), built_in);
+  EXPECT_EQ(runXview({"localize", town("rear"), map(), "--places.likelihoods", map()}).code, 1)
+      << "a map is no table";
+}
+
+TEST_F(TinyTown, LearningNeedsTruePoses) {
+  const std::string blind = file("blind");
+  fs::copy(town("rear"), blind, fs::copy_options::recursive);
+  fs::remove(blind + "/groundtruth.txt");
+  const Outcome outcome = runXview({"learn", "-q", blind, map(), file("none.txt")});
+  EXPECT_EQ(outcome.code, 1);
+  EXPECT_NE(outcome.err.find("groundtruth.txt"), std::string::npos) << outcome.err;
+  EXPECT_FALSE(fs::exists(file("none.txt")));
+  succeed({"learn", "-q", blind, map(), file("none.txt"), "--length", "30", "--truth",
+           town("rear") + "/groundtruth.txt"});
+}
+
+TEST_F(TinyTown, ExplanationsAddUpToTheScore) {
+  const std::string csv = file("why.csv");
+  const Outcome outcome =
+      succeed({"localize", "-q", "--json", town("rear"), map(), "--explain", csv,
+               "--refine.enabled", "false"});
+  const Json answer = jsonLines(outcome.out).at(0);
+  std::istringstream lines(readText(csv));
+  std::string line, field;
+  std::getline(lines, line);
+  EXPECT_NE(line.find(answer["reason"].get<std::string>()), std::string::npos) << line;
+  std::getline(lines, line);
+  EXPECT_EQ(line.rfind("kind,name,testimony,x,y,z,nats,", 0), 0u) << line;
+  double nats = 0;
+  std::size_t samples = 0, vertices = 0;
+  while (std::getline(lines, line)) {
+    std::vector<std::string> fields;
+    std::istringstream words(line);
+    while (std::getline(words, field, ',')) fields.push_back(field);
+    ASSERT_GE(fields.size(), 8u) << line;
+    if (fields[0] == "vertex") ++vertices;
+    if (fields[0] != "sample") continue;
+    ++samples;
+    const double value = std::stod(fields[6]);
+    EXPECT_EQ(fields[2] == "contradicting", value < 0) << line;
+    nats += value;
+  }
+  EXPECT_GT(samples, 100u);
+  EXPECT_EQ(vertices, answer["inliers"].get<std::size_t>());
+  const double score = answer["hypotheses"][0]["score"].get<double>();
+  EXPECT_NEAR(nats, score, 0.02 * score);
+  EXPECT_EQ(readText(file("why.ply")).rfind("ply\n", 0), 0u);
+}
+
+TEST_F(TinyTown, SeveralExplanationsNeedAFolder) {
+  EXPECT_EQ(runXview({"localize", town("rear"), map(), "--window", "20", "--explain", "a.csv"}).code, 2);
+  const std::string folder = file("whys");
+  runXview({"localize", "-q", town("rear"), map(), "--window", "20", "--explain", folder});
+  std::size_t files = 0;
+  for (const auto& entry : fs::directory_iterator(folder)) files += entry.path().extension() == ".csv";
+  EXPECT_EQ(files, 2u);
+}
+
 TEST_F(TinyTown, AShorterDriveInTheSameFolderLeavesNoOldFrames) {
   for (const char* length : {"20", "10"}) {
     succeed({"simulate", "-q", file("again"), "--route_length_m", length, "--width", "64",

@@ -60,5 +60,7 @@ const LikelihoodTable& defaultLikelihoods();
 /// throws Error with path:line; lines that are not there count nothing.
 std::string toText(const LikelihoodTable& table);
 LikelihoodTable parseLikelihoods(const std::string& text, const std::string& path);
+/// The text form from a file. Throws Error if it cannot be read or holds no counts at all.
+LikelihoodTable readLikelihoods(const std::string& path);
 
 }  // namespace xview

@@ -26,6 +26,7 @@ struct PlaceOptions {
   double object_weight = 2;     ///< evidence of an object
   double map_null_mix = 0.5;  ///< how much the map's own wrong poses count against the learned ones
   int hypotheses = 5;         ///< distinct places reported
+  std::string likelihoods;    ///< file of xview learn; empty = what the program comes with
 };
 
 template <class Visitor>
@@ -42,6 +43,7 @@ void visit(PlaceOptions& o, Visitor&& field) {
   field("map_null_mix", o.map_null_mix, Range{0, 1},
         "weight of the map's own wrong poses against the learned ones in the likelihoods");
   field("hypotheses", o.hypotheses, Range{1, 1000}, "distinct places reported");
+  field("likelihoods", o.likelihoods, "file of xview learn; empty = built in");
 }
 
 /// A query as the place search sees it: samples about their centre.

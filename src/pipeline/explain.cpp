@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "pipeline/explain.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "pipeline/planar_pose.h"
+
+namespace xview {
+namespace {
+
+constexpr double kPartnerReach_m = kBinLimits_m.back();
+
+/// Map samples of one channel in blocks as large as the reach.
+class NearestSample {
+ public:
+  explicit NearestSample(const std::vector<PlanSample>& samples) {
+    for (const PlanSample& s : samples) blocks_[blockOf(s.x, s.y)].push_back(s);
+  }
+
+  const PlanSample* find(double x, double y) const {
+    const PlanSample* nearest = nullptr;
+    double best = kPartnerReach_m;
+    const auto [bx, by] = blockOf(x, y);
+    for (int dy = -1; dy <= 1; ++dy) {
+      for (int dx = -1; dx <= 1; ++dx) {
+        const auto it = blocks_.find({bx + dx, by + dy});
+        if (it == blocks_.end()) continue;
+        for (const PlanSample& s : it->second) {
+          const double d = std::hypot(s.x - x, s.y - y);
+          if (d < best) nearest = &s, best = d;
+        }
+      }
+    }
+    return nearest;
+  }
+
+ private:
+  static std::pair<int, int> blockOf(double x, double y) {
+    return {static_cast<int>(std::floor(x / kPartnerReach_m)), static_cast<int>(std::floor(y / kPartnerReach_m))};
+  }
+  std::map<std::pair<int, int>, std::vector<PlanSample>> blocks_;
+};
+
+/// Ground height of the query at a position, 0 where it was not seen; in its plan frame.
+double groundAt(const PlanView& plan, const Eigen::Vector2d& p) {
+  const auto cx = static_cast<std::int32_t>(std::floor((p.x() - plan.origin_x) / plan.cell_m));
+  const auto cy = static_cast<std::int32_t>(std::floor((p.y() - plan.origin_y) / plan.cell_m));
+  const auto at = std::lower_bound(plan.known.begin(), plan.known.end(), std::make_pair(cy, cx), [](const GroundCell& c, const auto& key) {
+    return std::make_pair(c.y, c.x) < key;
+  });
+  const bool seen = at != plan.known.end() && at->x == cx && at->y == cy;
+  return plan.origin_z + (seen ? at->z : 0);
+}
+
+Testimony testimonyOf(const SampleEvidence& e) {
+  if (e.distance_bin == kUnknownBin) return Testimony::unknown;
+  return e.nats < 0 ? Testimony::contradicting : Testimony::kept;
+}
+
+}  // namespace
+
+const char* toString(Testimony testimony) {
+  switch (testimony) {
+    case Testimony::kept: return "kept";
+    case Testimony::contradicting: return "contradicting";
+    default: return "unknown";
+  }
+}
+
+void explainSamples(const PlanPlaces& places, const PlanView& map, const Query& query, const PlanQuery& plan_query,
+                    const Eigen::Isometry3d& T_map_query, Explanation& explanation) {
+  std::array<std::optional<NearestSample>, kChannels> nearest;
+  for (const SampleEvidence& e : places.evidence(plan_query, placeOf(T_map_query))) {
+    const auto c = static_cast<std::size_t>(e.channel);
+    if (!nearest[c]) nearest[c].emplace(map.samples[c]);
+    Contribution contribution;
+    contribution.name = toString(e.channel);
+    contribution.testimony = testimonyOf(e);
+    const Eigen::Vector3d in_query(e.query.x(), e.query.y(), groundAt(query.plan, e.query));
+    contribution.map_position << e.map, (T_map_query * in_query).z();
+    contribution.nats = e.nats;
+    contribution.expected = e.expected;
+    if (const PlanSample* s = nearest[c]->find(e.map.x() - map.origin_x, e.map.y() - map.origin_y)) {
+      contribution.partner = Eigen::Vector3d(map.origin_x + s->x, map.origin_y + s->y, map.origin_z + s->z);
+      contribution.residual_m = (contribution.partner->head<2>() - e.map).norm();
+    }
+    explanation.contributions.push_back(contribution);
+  }
+}
+
+void explainVertices(const SemanticMap& map, const Query& query, const std::vector<Correspondence>& kept,
+                     const Eigen::Isometry3d& T_map_query, Explanation& explanation) {
+  for (const Correspondence& c : kept) {
+    if (c.query >= query.graph.size() || c.map >= map.graph.size()) continue;
+    const Vertex &seen = query.graph.vertices[c.query], &known = map.graph.vertices[c.map];
+    Contribution contribution;
+    contribution.kind = Contribution::Kind::vertex;
+    const ClassInfo* info = map.labels.find(known.label);
+    contribution.name = info ? info->name : std::to_string(known.label);
+    contribution.testimony = Testimony::kept;
+    contribution.map_position = T_map_query * seen.position;
+    contribution.partner = known.position;
+    contribution.partner_index = c.map;
+    contribution.residual_m = (known.position - contribution.map_position).norm();
+    explanation.contributions.push_back(contribution);
+  }
+}
+
+void turn(const Eigen::Quaterniond& R, Explanation& explanation) {
+  for (Contribution& c : explanation.contributions) {
+    c.map_position = R * c.map_position;
+    if (c.partner) c.partner = R * *c.partner;
+  }
+}
+
+}  // namespace xview
