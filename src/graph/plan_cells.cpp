@@ -8,6 +8,7 @@ namespace xview {
 namespace {
 
 constexpr float kLowFrom = 0.3f, kObstacleFrom = 0.4f, kLowTo = 2.0f, kHighFrom = 2.5f;
+constexpr float kColumnFrom = 0.5f, kColumnTo = 4.5f;
 constexpr std::size_t kKinds = static_cast<std::size_t>(Kind::none);
 
 /// Voxels grouped by cell, in their order within each.
@@ -56,13 +57,13 @@ class CellSorter {
     floor_.total += v.votes;
     const float height = v.z - floor_.height;
     if (!isGround(v.kind)) {
-      addObstacle(height, v.votes);
+      addObstacle(v, height);
       if (height >= min_height_m_) addStanding(v, height);
     } else if (std::abs(height) < gate_m_) {
       floor_.votes[static_cast<std::size_t>(v.kind)] += v.votes;
       height_sum_ += v.votes * v.z;
     } else if (height > 0) {
-      addObstacle(height, v.votes);  // e.g. a crown labelled as terrain
+      addObstacle(v, height);  // e.g. a crown labelled as terrain
     }
   }
 
@@ -79,10 +80,15 @@ class CellSorter {
   }
 
  private:
-  void addObstacle(float height, float votes) {
+  void addObstacle(const PlanVoxel& v, float height) {
     is_upright_ = true;
-    if (height > kObstacleFrom && height < kLowTo) upright_.obstacle_low += votes;
-    if (height > kHighFrom) upright_.obstacle_high += votes;
+    if (height > kObstacleFrom && height < kLowTo) upright_.obstacle_low += v.votes;
+    if (height > kHighFrom) upright_.obstacle_high += v.votes;
+    if (height < kColumnFrom || height > kColumnTo) return;
+    Column& column = upright_.column;
+    (height < kLowTo ? column.low : column.high) += v.near_votes;
+    column.x += v.near_votes * v.x;
+    column.y += v.near_votes * v.y;
   }
 
   void addStanding(const PlanVoxel& v, float height) {

@@ -20,11 +20,19 @@ struct Standing {
   float top = 0, bottom = 0;   ///< greatest and least height above ground [m]
 };
 
+/// Of anything that stands in a cell what was measured near enough for thin objects.
+struct Column {
+  float low = 0, high = 0;  ///< votes at 0.5–2 m and 2–4.5 m
+  float x = 0, y = 0;       ///< sums of the positions times their votes
+  float votes() const { return low + high; }
+};
+
 /// All that stands in a cell.
 struct UprightCell {
   const Standing* first = nullptr;  ///< its kinds, at most one each: [first, last)
   const Standing* last = nullptr;
   float obstacle_low = 0, obstacle_high = 0;  ///< votes of anything at 0.4–2 m and above 2.5 m
+  Column column;
 
   const Standing* find(Kind kind) const;  ///< null if there is none
   float of(Kind kind) const;              ///< votes; the others likewise 0 if there is none

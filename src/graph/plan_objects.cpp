@@ -5,6 +5,9 @@
 #include <cmath>
 #include <functional>
 
+#include "graph/plan_columns.h"
+#include "graph/value_grid.h"
+
 namespace xview {
 namespace {
 
@@ -12,54 +15,6 @@ constexpr int kPeakReach = 3;  ///< a peak is the largest within so many cells
 constexpr int kTreeReach = 5;
 constexpr float kMinPoleShare = 0.25f;  ///< of the votes of the other upright classes in the cell
 constexpr float kMinCanopy = 30.f;      ///< summed crown height of a tree [m x cells]
-
-using CellValue = std::function<float(const UprightCell&)>;
-
-/// A value per cell of the view, 0 where nothing stands.
-class ValueGrid {
- public:
-  ValueGrid(const PlanCells& cells, const CellValue& value)
-      : cells_(&cells), values_(cells.index.size(), 0.f) {
-    for (std::size_t i = 0; i < values_.size(); ++i) {
-      if (const UprightCell* cell = cells.uprightOf(i)) values_[i] = value(*cell);
-    }
-  }
-  /// Sum over the square of half size `reach` around each cell with a value; 0 elsewhere.
-  ValueGrid boxSum(int reach) const {
-    ValueGrid sums = *this;
-    for (std::size_t i = 0; i < values_.size(); ++i) {
-      if (values_[i] <= 0) continue;
-      const CellIndex::Cell c = cells_->index.cells()[i];
-      float sum = 0;
-      for (int dy = -reach; dy <= reach; ++dy) {
-        for (int dx = -reach; dx <= reach; ++dx) sum += at(c.x + dx, c.y + dy);
-      }
-      sums.values_[i] = sum;
-    }
-    return sums;
-  }
-  float at(std::int32_t x, std::int32_t y) const {
-    const std::int32_t i = cells_->index.find(x, y);
-    return i < 0 ? 0.f : values_[i];
-  }
-  float operator[](std::size_t i) const { return values_[i]; }
-  /// Largest within `reach` cells; of equal ones the first in (y, x) order.
-  bool isMaximum(std::size_t i, int reach) const {
-    const CellIndex::Cell c = cells_->index.cells()[i];
-    for (int dy = -reach; dy <= reach; ++dy) {
-      for (int dx = -reach; dx <= reach; ++dx) {
-        const float other = at(c.x + dx, c.y + dy);
-        const bool before = dy < 0 || (dy == 0 && dx < 0);
-        if (other > values_[i] || (other == values_[i] && before)) return false;
-      }
-    }
-    return true;
-  }
-
- private:
-  const PlanCells* cells_;
-  std::vector<float> values_;
-};
 
 /// Weighted mean of the pole-like points in the 3x3 cells around a peak.
 PlanSample peakCentre(const PlanCells& cells, const ValueGrid& value, CellIndex::Cell c) {
@@ -86,36 +41,101 @@ PlanSample peakCentre(const PlanCells& cells, const ValueGrid& value, CellIndex:
   return {x / weight, y / weight, cells.floor[cells.index.find(c.x, c.y)].height};
 }
 
-void findPeaks(const PlanCells& cells, double min_votes, const CellValue& votes,
-               std::vector<PlanSample>& out) {
-  const ValueGrid value(cells, [&](const UprightCell& cell) {
-    const float v = votes(cell);
-    const float others = cell.of(Kind::building) + cell.of(Kind::fence) +
-                         cell.of(Kind::vegetation) + cell.of(Kind::vehicle);
-    return v >= kMinPoleShare * others ? v : 0.f;
-  });
-  const ValueGrid sums = value.boxSum(1);
-  for (std::size_t i = 0; i < cells.index.size(); ++i) {
-    if (sums[i] > 0 && sums[i] >= min_votes && sums.isMaximum(i, kPeakReach)) {
-      out.push_back(peakCentre(cells, value, cells.index.cells()[i]));
+/// Greatest height of anything pole-like in the 3x3 cells around one.
+float poleTop(const PlanCells& cells, CellIndex::Cell c) {
+  float top = 0;
+  for (int dy = -1; dy <= 1; ++dy) {
+    for (int dx = -1; dx <= 1; ++dx) {
+      const UprightCell* cell = cells.uprightAt(c.x + dx, c.y + dy);
+      if (!cell) continue;
+      for (const Standing* s = cell->first; s != cell->last; ++s) {
+        if (isPoleLike(s->kind)) top = std::max(top, s->top);
+      }
     }
+  }
+  return top;
+}
+
+/// Networks take people and bins for poles. Such a thing was seen well, in part by another label,
+/// and ends at about 2 m although the sensor saw higher ones beside it.
+class LowThings {
+ public:
+  LowThings(const PlanCells& cells, double min_votes)
+      : cells_(cells),
+        low_(cells, [](const UprightCell& c) { return c.column.low; }),
+        high_(cells, [](const UprightCell& c) { return c.column.high; }),
+        min_votes_(static_cast<float>(min_votes)) {}
+
+  bool contain(CellIndex::Cell cell, float peak_votes) const {
+    constexpr float kSeenWell = 25, kOtherLabels = 0.8f, kHigher = 0.02f, kBeside = 0.5f;
+    constexpr float kTop_m = 2.2f;
+    constexpr int kBesideReach = 9;  // cells
+    const float low = low_.sumAround(cell, 1);
+    return low >= kSeenWell * min_votes_ && peak_votes < kOtherLabels * low &&
+           high_.sumAround(cell, 1) < kHigher * low &&
+           high_.sumAround(cell, kBesideReach) > kBeside * low && poleTop(cells_, cell) < kTop_m;
+  }
+
+ private:
+  const PlanCells& cells_;
+  ValueGrid low_, high_;
+  float min_votes_;
+};
+
+/// Peaks of the votes of pole-like things.
+class PeakFinder {
+ public:
+  PeakFinder(const PlanCells& cells, const PlanOptions& options)
+      : cells_(cells),
+        low_things_(cells, options.min_votes),
+        min_votes_(static_cast<float>(options.peak_votes * options.min_votes)) {}
+
+  std::vector<PlanSample> find(const CellValue& votes) const {
+    const ValueGrid value(cells_, [&](const UprightCell& cell) {
+      const float v = votes(cell);
+      const float others = cell.of(Kind::building) + cell.of(Kind::fence) +
+                           cell.of(Kind::vegetation) + cell.of(Kind::vehicle);
+      return v >= kMinPoleShare * others ? v : 0.f;
+    });
+    const ValueGrid sums = value.boxSum(1);
+    std::vector<PlanSample> peaks;
+    for (std::size_t i = 0; i < cells_.index.size(); ++i) {
+      const bool is_peak = sums[i] > 0 && sums[i] >= min_votes_ && sums.isMaximum(i, kPeakReach);
+      const CellIndex::Cell cell = cells_.index.cells()[i];
+      if (is_peak && !low_things_.contain(cell, sums[i]))
+        peaks.push_back(peakCentre(cells_, value, cell));
+    }
+    return peaks;
+  }
+
+ private:
+  const PlanCells& cells_;
+  LowThings low_things_;
+  float min_votes_;
+};
+
+/// Adds the columns that are not there yet.
+void addColumns(const std::vector<PlanSample>& columns, std::vector<PlanSample>& pole_like) {
+  constexpr float kSame_m = 1.5f;
+  const std::vector<PlanSample> labelled = pole_like;
+  for (const PlanSample& column : columns) {
+    const bool is_known = std::any_of(labelled.begin(), labelled.end(), [&](const PlanSample& p) {
+      return std::hypot(p.x - column.x, p.y - column.y) < kSame_m;
+    });
+    if (!is_known) pole_like.push_back(column);
   }
 }
 
 void findPoleLike(const PlanCells& cells, const PlanOptions& options, PlanView& view) {
-  const double min_votes = options.peak_votes * options.min_votes;
-  const auto near_votes = [](Kind kind) {
-    return [kind](const UprightCell& cell) { return cell.nearOf(kind); };
-  };
-  findPeaks(cells, min_votes, near_votes(Kind::pole), view[Channel::pole]);
-  findPeaks(cells, min_votes, near_votes(Kind::sign), view[Channel::sign]);
-  findPeaks(cells, min_votes, near_votes(Kind::light), view[Channel::light]);
-  findPeaks(
-      cells, min_votes,
-      [](const UprightCell& c) {
-        return c.nearOf(Kind::pole) + c.nearOf(Kind::sign) + c.nearOf(Kind::light);
-      },
-      view[Channel::pole_like]);
+  constexpr double kColumnVotes = 20;  // of min_votes, at each height
+  const PeakFinder peaks(cells, options);
+  view[Channel::pole] = peaks.find([](const UprightCell& c) { return c.nearOf(Kind::pole); });
+  view[Channel::sign] = peaks.find([](const UprightCell& c) { return c.nearOf(Kind::sign); });
+  view[Channel::light] = peaks.find([](const UprightCell& c) { return c.nearOf(Kind::light); });
+  view[Channel::pole_like] = peaks.find([](const UprightCell& c) {
+    return c.nearOf(Kind::pole) + c.nearOf(Kind::sign) + c.nearOf(Kind::light);
+  });
+  addColumns(findColumns(cells, kColumnVotes * options.min_votes), view[Channel::pole_like]);
 }
 
 /// What is asked of an 8-connected cluster of cells.

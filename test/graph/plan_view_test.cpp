@@ -174,6 +174,94 @@ TEST(PlanPole, OfEachKindFeedsItsChannelAndTheCommonOne) {
   EXPECT_EQ(view[Channel::pole_like].size(), 3u);
 }
 
+/// A thin thing whose labels a network cannot agree on: half vegetation, half building.
+void addConfusedPost(PlanScene& scene, double x, double y, double top) {
+  for (int i = 0; i < 12; ++i) {
+    scene.column(i % 2 ? Kind::vegetation : Kind::building, x + 0.01 * i, y, 0.3, top);
+  }
+}
+
+TEST(PlanColumn, APostOfConfusedLabelsIsPoleLike) {
+  PlanScene scene;
+  scene.patch(Kind::road, 0, 0, 20, 20, 0);
+  addConfusedPost(scene, 10.2, 10.2, 4);
+  const PlanView view = scene.view();
+  EXPECT_TRUE(view[Channel::pole].empty()) << "no label says so";
+  ASSERT_EQ(view[Channel::pole_like].size(), 1u);
+  EXPECT_LT(distanceTo(view, Channel::pole_like, 10.255, 10.2), 0.05);
+}
+
+TEST(PlanColumn, LabelsThatAgreeAreBelieved) {
+  PlanScene scene;
+  scene.patch(Kind::road, 0, 0, 20, 20, 0);
+  for (int i = 0; i < 12; ++i)
+    scene.column(i % 2 ? Kind::trunk : Kind::vegetation, 10.2 + 0.01 * i, 10.2, 0.3, 4);
+  EXPECT_TRUE(scene.view()[Channel::pole_like].empty()) << "trunk and vegetation: a tree";
+}
+
+TEST(PlanColumn, MustStandAlone) {
+  PlanScene scene;
+  scene.patch(Kind::road, 0, 0, 20, 20, 0);
+  addConfusedPost(scene, 10.2, 10.2, 4);
+  addConfusedPost(scene, 11.2, 10.2, 4);
+  EXPECT_TRUE(scene.view()[Channel::pole_like].empty());
+}
+
+TEST(PlanColumn, MustBeTaller) {
+  PlanScene scene;
+  scene.patch(Kind::road, 0, 0, 20, 20, 0);
+  addConfusedPost(scene, 10.2, 10.2, 1.9);
+  EXPECT_TRUE(scene.view()[Channel::pole_like].empty());
+}
+
+TEST(PlanColumn, WiderThanAPoleIsABush) {
+  PlanScene scene;
+  scene.patch(Kind::road, 0, 0, 20, 20, 0);
+  for (const double dx : {-.45, 0., .45}) {
+    for (const double dy : {-.45, 0., .45}) addConfusedPost(scene, 10.2 + dx, 10.2 + dy, 4);
+  }
+  EXPECT_TRUE(scene.view()[Channel::pole_like].empty());
+}
+
+TEST(PlanColumn, ThatIsAPoleAlreadyIsNoSecondOne) {
+  PlanScene scene;
+  scene.patch(Kind::road, 0, 0, 20, 20, 0);
+  addConfusedPost(scene, 10.2, 10.2, 4);
+  for (int i = 0; i < 6; ++i) scene.column(Kind::pole, 10.2, 10.2, 0.3, 4);
+  EXPECT_EQ(scene.view()[Channel::pole_like].size(), 1u);
+}
+
+/// A person who is called a pole by half of the labels.
+void addPerson(PlanScene& scene, double x, double y, double top) {
+  for (int i = 0; i < 12; ++i)
+    scene.column(i % 2 ? Kind::pole : Kind::vegetation, x + 0.01 * i, y, 0.3, top);
+}
+
+TEST(PlanPole, OfAPersonsHeightBesideHigherThingsIsNone) {
+  PlanScene scene;
+  scene.patch(Kind::road, 0, 0, 20, 20, 0);
+  addPerson(scene, 10.2, 10.2, 1.8);
+  scene.wall(Kind::building, 5, 13, 15, 13, 0, 6);
+  const PlanView view = scene.view();
+  EXPECT_TRUE(view[Channel::pole].empty());
+  EXPECT_TRUE(view[Channel::pole_like].empty());
+}
+
+TEST(PlanPole, ThatMayHaveBeenCutOffByTheFieldOfViewIsKept) {
+  PlanScene scene;
+  scene.patch(Kind::road, 0, 0, 20, 20, 0);
+  addPerson(scene, 10.2, 10.2, 1.8);
+  EXPECT_EQ(scene.view()[Channel::pole].size(), 1u) << "nothing higher was seen beside it";
+}
+
+TEST(PlanPole, ThatIsLowButClearlyLabelledIsABollard) {
+  PlanScene scene;
+  scene.patch(Kind::road, 0, 0, 20, 20, 0);
+  for (int i = 0; i < 12; ++i) scene.column(Kind::pole, 10.2, 10.2, 0.3, 1.2);
+  scene.wall(Kind::building, 5, 13, 15, 13, 0, 6);
+  EXPECT_EQ(scene.view()[Channel::pole].size(), 1u);
+}
+
 TEST(PlanFloor, BorderRunsBetweenRoadAndSidewalkCells) {
   PlanScene scene;
   scene.patch(Kind::road, 2, 2, 22, 10, 0.0).patch(Kind::sidewalk, 2, 10, 22, 16, 0.1);
