@@ -36,5 +36,55 @@ TEST(ParallelFor, MayBeNested) {
   EXPECT_EQ(calls.load(), 64);
 }
 
+TEST(MakeInOrder, TakesEverythingInOrderForAnyNumberOfThreadsAndAnyWindow) {
+  for (const int threads : {0, 1, 2, 7}) {
+    for (const std::size_t ahead : {1u, 3u, 100u}) {
+      for (const std::size_t count : {0u, 1u, 2u, 500u}) {
+        std::vector<int> made(count, 0);
+        std::vector<std::size_t> taken;
+        makeInOrder(
+            count, threads, ahead, [&](std::size_t i) { ++made[i]; },
+            [&](std::size_t i) {
+              EXPECT_EQ(made[i], 1);
+              taken.push_back(i);
+            });
+        ASSERT_EQ(taken.size(), count);
+        for (std::size_t i = 0; i < count; ++i) EXPECT_EQ(taken[i], i);
+      }
+    }
+  }
+}
+
+TEST(MakeInOrder, IsNeverFurtherAheadThanAllowed) {
+  std::atomic<std::size_t> taken{0};
+  std::atomic<bool> too_far{false};
+  makeInOrder(
+      300, 2, 4, [&](std::size_t i) { too_far = too_far || i >= taken + 4; }, [&](std::size_t) { ++taken; });
+  EXPECT_FALSE(too_far);
+}
+
+TEST(MakeInOrder, RethrowsInOrderWhatMakingThrows) {
+  for (const int threads : {1, 2}) {
+    std::size_t taken = 0;
+    try {
+      makeInOrder(
+          100, threads, 8, [](std::size_t i) { if (i == 30 || i == 33) throw std::runtime_error(std::to_string(i)); },
+          [&](std::size_t) { ++taken; });
+      FAIL() << "nothing was thrown";
+    } catch (const std::runtime_error& e) {
+      EXPECT_STREQ(e.what(), "30");
+      EXPECT_EQ(taken, 30u);
+    }
+  }
+}
+
+TEST(MakeInOrder, RethrowsWhatTakingThrows) {
+  for (const int threads : {1, 2}) {
+    EXPECT_THROW(makeInOrder(
+                     100, threads, 8, [](std::size_t) {}, [](std::size_t i) { if (i == 57) throw std::runtime_error("57"); }),
+                 std::runtime_error);
+  }
+}
+
 }  // namespace
 }  // namespace xview
