@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <cmath>
 #include <cstdio>
 
 #include "xview/io/atomic_file.h"
@@ -26,13 +27,19 @@ double positive(const YamlFile& file, const std::string& key) {
   return value;
 }
 
+std::string rangeLine(const char* key, double metres) {
+  char text[64];
+  std::snprintf(text, sizeof text, "%s: %.17g\n", key, metres);
+  return text;
+}
+
 }  // namespace
 
 Camera readCamera(const std::string& path) {
   const std::vector<std::string> required = {"width", "height", "fx",         "fy",
                                              "cx",    "cy",     "depth_scale"};
   std::vector<std::string> known = required;
-  known.insert(known.end(), {"depth", "sensor"});
+  known.insert(known.end(), {"depth", "sensor", "min_range", "max_range"});
   const YamlFile file = YamlFile::read(path);
   const YAML::Node root = file.root();
   if (root.IsNull()) throw Error(path, "the file is empty, expected width, height, fx, …");
@@ -54,6 +61,11 @@ Camera readCamera(const std::string& path) {
     }
     camera.depth_is_range = depth == "range";
   }
+  if (root["min_range"]) camera.min_range_m = file.number(root["min_range"], "min_range");
+  if (root["max_range"]) camera.max_range_m = positive(file, "max_range");
+  if (!(camera.min_range_m >= 0 && camera.min_range_m < camera.max_range_m)) {
+    file.fail(root["min_range"], "min_range: expected 0 <= min_range < max_range");
+  }
   return camera;
 }
 
@@ -66,6 +78,8 @@ void writeCamera(const std::string& path, const Camera& camera) {
                 camera.depth_scale, camera.depth_is_range ? "range" : "planar");
   AtomicFile file(path);
   file.write(text);
+  if (camera.min_range_m > 0) file.write(rangeLine("min_range", camera.min_range_m));
+  if (std::isfinite(camera.max_range_m)) file.write(rangeLine("max_range", camera.max_range_m));
   file.commit();
 }
 

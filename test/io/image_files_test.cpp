@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+
+#include <limits>
 #include <opencv2/imgcodecs.hpp>
 
 #include "small_files.h"
@@ -182,6 +184,22 @@ TEST_F(ImageFiles, CameraIsReadBackExactly) {
   EXPECT_EQ(read.cx, camera.cx);
   EXPECT_EQ(read.depth_scale, 0.01);
   EXPECT_TRUE(read.depth_is_range);
+  EXPECT_EQ(read.min_range_m, 0);
+  EXPECT_EQ(read.max_range_m, std::numeric_limits<double>::infinity());
+}
+
+TEST_F(ImageFiles, CameraMayHaveRangesOfItsOwn) {
+  Camera camera = camera_;
+  camera.min_range_m = 0.45;
+  camera.max_range_m = 1.0 / 3 + 12;
+  writeCamera(folder_ / "camera.yaml", camera);
+  EXPECT_EQ(readCamera(folder_ / "camera.yaml").min_range_m, 0.45);
+  EXPECT_EQ(readCamera(folder_ / "camera.yaml").max_range_m, camera.max_range_m);
+  camera.max_range_m = 0.4;
+  writeCamera(folder_ / "camera.yaml", camera);
+  EXPECT_NE(
+      messageOf([&] { readCamera(folder_ / "camera.yaml"); }).find("0 <= min_range < max_range"),
+      std::string::npos);
 }
 
 TEST_F(ImageFiles, CameraSaysAllThatIsMissingAndWhereTheRestIsWrong) {

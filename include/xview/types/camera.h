@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <limits>
+
 namespace xview {
 
 /// Pinhole camera; pixel (u, v) looks along ((u - cx) / fx, (v - cy) / fy, 1): x right, y down, z forward.
@@ -11,6 +13,8 @@ struct Camera {
   double cx = 0, cy = 0;  ///< pixels
   double depth_scale = 1;       ///< metres per unit of an integer depth image
   bool depth_is_range = false;  ///< depth along the ray instead of along the optical axis
+  double min_range_m = 0;       ///< what this camera measures nearer, or further, is not believed;
+  double max_range_m = std::numeric_limits<double>::infinity();  ///< beside the limits of lifting
 };
 
 }  // namespace xview
