@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "xview/io/graph_files.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <new>
@@ -123,6 +124,10 @@ Edges readEdges(InputFile& file, const FileLayout& layout, const Element& elemen
   return edges;
 }
 
+bool contains(const std::vector<std::string>& lines, const std::string& line) {
+  return std::find(lines.begin(), lines.end(), line) != lines.end();
+}
+
 GraphFile readElements(InputFile& file, const FileLayout& layout) {
   const Element* vertices = layout.findElement("vertex");
   if (!vertices) file.fail("has no element vertex");
@@ -142,6 +147,9 @@ GraphFile readElements(InputFile& file, const FileLayout& layout) {
   }
   requireEnd(file, layout);
   result.graph.setEdges(edges);
+  if (result.has_edges && contains(layout.comments, "graph_space image")) {
+    result.graph.space = GraphSpace::image;
+  }
   return result;
 }
 

@@ -33,9 +33,9 @@ std::string header(const SemanticGraph& graph) {
       std::any_of(graph.vertices.begin(), graph.vertices.end(), [](const Vertex& vertex) {
         return vertex.label > static_cast<std::uint32_t>(std::numeric_limits<std::int32_t>::max());
       });
-  return "ply\nformat ascii 1.0\ncomment xview semantic graph 1, metres\n"
-         "element vertex " +
-         std::to_string(graph.size()) +
+  return std::string("ply\nformat ascii 1.0\ncomment xview semantic graph 1, metres\n") +
+         (graph.space == GraphSpace::image ? "comment graph_space image\n" : "") +
+         "element vertex " + std::to_string(graph.size()) +
          "\nproperty double x\nproperty double y\nproperty double z"
          "\nproperty uchar red\nproperty uchar green\nproperty uchar blue"
          "\nproperty " +

@@ -17,7 +17,8 @@ std::string textOf(Number value) {
 }  // namespace
 
 Meta metaOf(const SemanticMap& map, std::size_t stored_points) {
-  return {{"program_version", XVIEW_VERSION},
+  return {{"graph_space", toString(map.graph.space)},
+          {"program_version", XVIEW_VERSION},
           {"label_set", map.labels.name()},
           {"options", map.options_yaml},
           {"vertices", textOf(map.graph.size())},

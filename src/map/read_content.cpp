@@ -118,6 +118,16 @@ void readEdges(ContentReader& in, SemanticGraph& graph) {
   setEdges(blocks, graph);
 }
 
+/// Maps of the first days do not say it: they are of the cloud.
+GraphSpace graphSpaceIn(const Meta& meta) {
+  const auto found = meta.find("graph_space");
+  if (found == meta.end()) return GraphSpace::cloud;
+  for (const GraphSpace space : {GraphSpace::cloud, GraphSpace::image}) {
+    if (found->second == toString(space)) return space;
+  }
+  throw Damage("meta: unknown graph_space " + found->second);
+}
+
 PlanView readPlan(ContentReader& in, const Meta& meta) {
   PlanView plan;
   plan.cell_m = finiteIn(meta, "plan_cell_m");
@@ -187,6 +197,7 @@ SemanticMap readContent(SQLite::Database& database) {
   map.keyframes = readItems<Keyframe>(in, "keyframes");
   map.graph.vertices = readItems<Vertex>(in, "vertices");
   readEdges(in, map.graph);
+  map.graph.space = graphSpaceIn(meta);
   map.plan = readPlan(in, meta);
   map.cloud = readCloud(in, meta);
   requireComplete(meta, map);

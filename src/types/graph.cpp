@@ -5,6 +5,8 @@
 
 namespace xview {
 
+const char* toString(GraphSpace space) { return space == GraphSpace::image ? "image" : "cloud"; }
+
 std::size_t SemanticGraph::edgeCount() const {
   std::size_t ends = 0;
   for (const auto& list : neighbours) ends += list.size();

@@ -87,6 +87,16 @@ TEST_F(GraphFiles, WhatIsWrittenReadsBackExactly) {
   expectSame(file.graph, graph);
 }
 
+TEST_F(GraphFiles, RememberThatEdgesWereFoundInImages) {
+  SemanticGraph graph = randomGraph(5);
+  writeGraph(path_, graph, LabelSet());
+  EXPECT_EQ(readGraph(path_).graph.space, GraphSpace::cloud);
+  graph.space = GraphSpace::image;
+  writeGraph(path_, graph, LabelSet());
+  EXPECT_EQ(readGraph(path_).graph.space, GraphSpace::image);
+  expectSame(readGraph(path_).graph, graph);
+}
+
 TEST_F(GraphFiles, LabelsBeyondTheSignedRangeSurvive) {
   SemanticGraph graph = randomGraph(2);
   graph.vertices[1].label = 4000000000u;

@@ -132,6 +132,13 @@ TEST(MapStore, BareGraphNeedsNeitherPlanNorCloud) {
   EXPECT_TRUE(isSame(throughFile(map), map));
 }
 
+TEST(MapStore, KeepsTheSpaceOfTheGraph) {
+  SemanticMap map = sampleMap();
+  EXPECT_EQ(throughFile(map).graph.space, GraphSpace::cloud);
+  map.graph.space = GraphSpace::image;
+  EXPECT_EQ(throughFile(map).graph.space, GraphSpace::image);
+}
+
 TEST(MapStore, CloudWithoutInstancesStaysWithout) {
   SemanticMap map = sampleMap();
   map.cloud.instances.clear();

@@ -16,7 +16,7 @@ struct GraphFile {
 /// PLY with element vertex (x y z float or double, label, optional instance, observations, points,
 /// sigma, extent_x/y/z, first_frame, last_frame) and optional element edge (vertex1 vertex2). As
 /// strict as readCloud; positions that are not finite and edges to vertices that do not exist are
-/// errors. Throws Error.
+/// errors. The comment `graph_space image` marks edges found in images. Throws Error.
 GraphFile readGraph(const std::string& path);
 
 /// ASCII PLY with red green blue per vertex, which opens in any mesh viewer; numbers have as many

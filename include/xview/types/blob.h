@@ -3,6 +3,8 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <utility>
+#include <vector>
 
 namespace xview {
 
@@ -18,5 +20,8 @@ struct Blob {
   std::int64_t first_frame = 0;
   std::int64_t last_frame = 0;
 };
+
+/// Pairs of blobs of one frame, smaller index first, sorted.
+using BlobEdges = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
 
 }  // namespace xview

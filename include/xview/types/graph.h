@@ -21,11 +21,20 @@ struct Vertex {
   std::int64_t last_frame = 0;
 };
 
+/// Where the nearness was measured that edges stand for (paper, section III-B).
+enum class GraphSpace {
+  cloud,  ///< Euclidean distance of the vertices
+  image   ///< distance of their contours in an image that shows both
+};
+
+const char* toString(GraphSpace space);
+
 /// Vertices with undirected edges. Neighbour lists are sorted, without duplicates and without self loops;
 /// j is in neighbours[i] exactly if i is in neighbours[j].
 struct SemanticGraph {
   std::vector<Vertex> vertices;
   std::vector<std::vector<std::uint32_t>> neighbours;  ///< one list per vertex
+  GraphSpace space = GraphSpace::cloud;
 
   std::size_t size() const { return vertices.size(); }
   bool empty() const { return vertices.empty(); }
