@@ -108,12 +108,10 @@ std::vector<Offset> halfDisc(double radius_px) {
   return offsets;
 }
 
-using Edge = std::pair<std::uint32_t, std::uint32_t>;
-
 /// Blobs with contour pixels at most `radius_px` apart.
-std::vector<Edge> contourEdges(const Image<std::int32_t>& blob_of_pixel, double radius_px) {
+BlobEdges contourEdges(const Image<std::int32_t>& blob_of_pixel, double radius_px) {
   const std::vector<Offset> offsets = halfDisc(radius_px);
-  std::set<Edge> edges;
+  std::set<BlobEdges::value_type> edges;
   for (int v = 0; v < blob_of_pixel.height; ++v) {
     for (int u = 0; u < blob_of_pixel.width; ++u) {
       const std::int32_t a = blob_of_pixel.at(u, v);
@@ -167,14 +165,13 @@ ImageBlobs extractImageBlobs(const Frame& frame, const LabelSet& set,
     result.blobs.push_back(makeBlob(frame, found.regions[i], pixels[i]));
   }
 
-  Image<std::int32_t> blob_of_pixel(frame.label.width, frame.label.height, kNoBlob);
+  result.blob_of_pixel = Image<std::int32_t>(frame.label.width, frame.label.height, kNoBlob);
   for (const LabelRun& run : found.runs) {
-    std::fill(&blob_of_pixel.at(run.begin, run.row),
-              &blob_of_pixel.at(run.begin, run.row) + (run.end - run.begin),
-              blob_of_region[run.region]);
+    std::int32_t* const row = &result.blob_of_pixel.at(0, run.row);
+    std::fill(row + run.begin, row + run.end, blob_of_region[run.region]);
   }
-  result.edges =
-      contourEdges(blob_of_pixel, options.edge_distance_px * frame.label.width / kReferenceWidth);
+  result.edges = contourEdges(result.blob_of_pixel,
+                              options.edge_distance_px * frame.label.width / kReferenceWidth);
   return result;
 }
 

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "xview/graph/lift.h"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <utility>
 #include <vector>
@@ -191,12 +193,19 @@ class Lifting {
   LiftCounts counts_;
 };
 
-Gate gateFor(const DepthCounts& depths, const LiftOptions& options) {
+/// The options and the camera itself; the stricter one counts.
+double maxCameraRange(const DepthCounts& depths, const Camera& camera, const LiftOptions& options) {
   const bool is_aerial = depths.valid > 0 && depths.near * 10 < depths.valid;
-  return {options.min_range_m, is_aerial ? options.max_range_aerial_m : options.max_range_m};
+  return std::min(is_aerial ? options.max_range_aerial_m : options.max_range_m, camera.max_range_m);
 }
 
 }  // namespace
+
+double maxRange(const Frame& frame, const LiftOptions& options) {
+  if (frame.sensor == Sensor::cloud) return std::numeric_limits<double>::infinity();
+  if (frame.sensor == Sensor::lidar) return options.max_range_lidar_m;
+  return maxCameraRange(countDepths(frame.depth), frame.camera, options);
+}
 
 LabelledCloud lift(const Frame& frame, const LabelSet& set, const LiftOptions& options,
                    LiftCounts* counts) {
@@ -205,7 +214,9 @@ LabelledCloud lift(const Frame& frame, const LabelSet& set, const LiftOptions& o
   if (frame.sensor == Sensor::camera) {
     checkImages(frame);
     const DepthCounts depths = countDepths(frame.depth);
-    Lifting lifting(set, gateFor(depths, options), roundedToMetre(sensor), depths.valid);
+    const Gate gate(std::max(options.min_range_m, frame.camera.min_range_m),
+                    maxCameraRange(depths, frame.camera, options));
+    Lifting lifting(set, gate, roundedToMetre(sensor), depths.valid);
     lifting.liftImages(frame);
     return lifting.finish(counts);
   }

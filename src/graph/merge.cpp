@@ -3,11 +3,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
+#include <map>
+#include <numeric>
 #include <optional>
 #include <unordered_map>
+#include <unordered_set>
 #include <utility>
 
+#include "label_votes.h"
 #include "xview/types/error.h"
 
 namespace xview {
@@ -15,6 +20,9 @@ namespace {
 
 // A blob counts as its points, but not more: a car beside the camera has thousands.
 constexpr double kMaxBlobWeight = 200;
+
+constexpr std::size_t kNoNode = std::numeric_limits<std::size_t>::max();
+constexpr std::uint32_t kNoVertex = std::numeric_limits<std::uint32_t>::max();
 
 /// Cell of a lattice, for one class.
 struct CellKey {
@@ -53,6 +61,7 @@ struct Node {
   double square_sum = 0;                                 ///< weight * |position - first|^2
   double weight = 0;
   Eigen::Vector3d min = Eigen::Vector3d::Zero(), max = Eigen::Vector3d::Zero();  ///< surfaces only
+  std::vector<std::int64_t> frames;  ///< that saw it, counted from 1; objects of running_mean only
   bool is_surface = false;
 
   Eigen::Vector3d meanOffset() const { return sum / weight; }
@@ -63,6 +72,26 @@ void countFrame(Vertex& vertex, std::int64_t frame) {
   if (vertex.observations == 0) vertex.first_frame = frame;
   if (vertex.observations == 0 || vertex.last_frame != frame) ++vertex.observations;
   vertex.last_frame = frame;
+}
+
+/// Adds the observations of the other one.
+void join(Node& node, const Node& other) {
+  const Eigen::Vector3d shift = other.first - node.first;
+  node.square_sum +=
+      other.square_sum + 2 * shift.dot(other.sum) + other.weight * shift.squaredNorm();
+  node.sum += other.sum + other.weight * shift;
+  node.extent_sum += other.extent_sum;
+  node.weight += other.weight;
+  std::vector<std::int64_t> frames;
+  std::set_union(node.frames.begin(), node.frames.end(), other.frames.begin(), other.frames.end(),
+                 std::back_inserter(frames));
+  node.frames = std::move(frames);
+  node.vertex.position = node.first + node.meanOffset();
+  node.vertex.extent = node.extent_sum / node.weight;
+  node.vertex.points += other.vertex.points;
+  node.vertex.observations = static_cast<std::uint32_t>(node.frames.size());
+  node.vertex.first_frame = std::min(node.vertex.first_frame, other.vertex.first_frame);
+  node.vertex.last_frame = std::max(node.vertex.last_frame, other.vertex.last_frame);
 }
 
 bool agree(std::uint32_t instance_a, std::uint32_t instance_b) {
@@ -92,43 +121,67 @@ struct PlaceGraphBuilder::State {
   State(const LabelSet& label_set, const MergeOptions& merge_options)
       : labels(label_set),
         options(merge_options),
-        is_first_observation(isFirstObservation(merge_options)),
-        merge_m(is_first_observation ? options.first_observation_m : options.object_m) {}
+        is_first_observation(isFirstObservation(merge_options)) {}
 
-  void absorbByFirstObservation(const std::vector<Blob>& blobs, std::int64_t frame);
-  void mergeByMean(const std::vector<Blob>& blobs, std::int64_t frame);
+  void absorbByFirstObservation(const std::vector<Blob>& blobs,
+                                const std::vector<std::size_t>& which, std::int64_t frame,
+                                std::vector<std::size_t>& node_of_blob);
+  void mergeByMean(const std::vector<Blob>& blobs, const std::vector<std::size_t>& which,
+                   std::int64_t frame, std::vector<std::size_t>& node_of_blob);
+  std::vector<std::size_t> merge(const std::vector<Blob>& blobs, std::int64_t frame);
   std::vector<Pairing> pairings(const std::vector<Blob>& blobs,
                                 const std::vector<std::size_t>& usable) const;
   template <class Visit>
   void forNodesNear(const Blob& blob, Visit&& visit) const;
   bool isUsable(const Blob& blob) const;
+  bool keepsFirstPosition(std::uint32_t label) const;
+  double mergeDistance(std::uint32_t label) const;
+  CellKey cellOfNode(const Eigen::Vector3d& p, std::uint32_t label) const;
 
   std::size_t addNode(const Blob& blob);
   void absorb(Node& node, const Blob& blob, std::int64_t frame);
   void moveToMean(std::size_t index);
   void addSurfacePoint(Node& node, const Eigen::Vector3d& p, std::int64_t frame);
   std::size_t surfaceNode(const CellKey& key, const Eigen::Vector3d& p);
+  std::vector<std::size_t> sameNodes() const;
+  std::map<std::size_t, Node> joined(const std::vector<std::size_t>& same) const;
+  bool isKept(const Node& node) const;
   Vertex finished(const Node& node) const;
 
   LabelSet labels;
   MergeOptions options;
   bool is_first_observation;
-  double merge_m;
-  std::vector<Node> nodes;  ///< in order of first observation
+  GraphSpace space = GraphSpace::cloud;
+  std::int64_t frames_added = 0;  ///< numbers of frames begin again with every recording
+  std::vector<Node> nodes;        ///< in order of first observation
+  std::unordered_set<std::uint64_t> image_edges;  ///< smaller node * 2^32 + larger node
   std::unordered_map<CellKey, std::vector<std::size_t>, CellKeyHash>
-      nodes_of_cell;                                                           ///< side merge_m
+      nodes_of_cell;  ///< side mergeDistance(label)
   std::unordered_map<CellKey, std::size_t, CellKeyHash> node_of_surface_cell;  ///< side surface_m
 };
 
 bool PlaceGraphBuilder::State::isUsable(const Blob& blob) const {
   const Role role = labels.role(blob.label);
   if (role == Role::ignored || !blob.position.allFinite()) return false;
-  return is_first_observation || role != Role::surface;
+  return is_first_observation || space == GraphSpace::image || role != Role::surface;
+}
+
+bool PlaceGraphBuilder::State::keepsFirstPosition(std::uint32_t label) const {
+  return is_first_observation || labels.role(label) == Role::surface;
+}
+
+double PlaceGraphBuilder::State::mergeDistance(std::uint32_t label) const {
+  return keepsFirstPosition(label) ? options.first_observation_m : options.object_m;
+}
+
+CellKey PlaceGraphBuilder::State::cellOfNode(const Eigen::Vector3d& p, std::uint32_t label) const {
+  return cellOf(p, mergeDistance(label), label);
 }
 
 /// Calls visit(node index, squared distance) for the vertices that may be the blob.
 template <class Visit>
 void PlaceGraphBuilder::State::forNodesNear(const Blob& blob, Visit&& visit) const {
+  const double merge_m = mergeDistance(blob.label);
   const CellKey centre = cellOf(blob.position, merge_m, blob.label);
   for (int i = 0; i < 27; ++i) {
     const CellKey key{centre.x + i % 3 - 1, centre.y + i / 3 % 3 - 1, centre.z + i / 9 - 1,
@@ -153,7 +206,7 @@ std::size_t PlaceGraphBuilder::State::addNode(const Blob& blob) {
   node.vertex.extent = blob.max - blob.min;
   node.vertex.observations = 0;
   nodes.push_back(node);
-  nodes_of_cell[cellOf(blob.position, merge_m, blob.label)].push_back(nodes.size() - 1);
+  nodes_of_cell[cellOfNode(blob.position, blob.label)].push_back(nodes.size() - 1);
   return nodes.size() - 1;
 }
 
@@ -171,10 +224,10 @@ void PlaceGraphBuilder::State::absorb(Node& node, const Blob& blob, std::int64_t
 
 void PlaceGraphBuilder::State::moveToMean(std::size_t index) {
   Node& node = nodes[index];
-  const CellKey old_cell = cellOf(node.vertex.position, merge_m, node.vertex.label);
+  const CellKey old_cell = cellOfNode(node.vertex.position, node.vertex.label);
   node.vertex.position = node.first + node.meanOffset();
   node.vertex.extent = node.extent_sum / node.weight;
-  const CellKey new_cell = cellOf(node.vertex.position, merge_m, node.vertex.label);
+  const CellKey new_cell = cellOfNode(node.vertex.position, node.vertex.label);
   if (new_cell == old_cell) return;
   std::vector<std::size_t>& old_list = nodes_of_cell[old_cell];
   old_list.erase(std::find(old_list.begin(), old_list.end(), index));
@@ -183,15 +236,17 @@ void PlaceGraphBuilder::State::moveToMean(std::size_t index) {
 }
 
 void PlaceGraphBuilder::State::absorbByFirstObservation(const std::vector<Blob>& blobs,
-                                                        std::int64_t frame) {
-  for (const Blob& blob : blobs) {
-    if (!isUsable(blob)) continue;
+                                                        const std::vector<std::size_t>& which,
+                                                        std::int64_t frame,
+                                                        std::vector<std::size_t>& node_of_blob) {
+  for (const std::size_t b : which) {
     std::optional<Pairing> nearest;
-    forNodesNear(blob, [&](std::size_t index, double distance2) {
+    forNodesNear(blobs[b], [&](std::size_t index, double distance2) {
       const Pairing pairing{distance2, 0, index};
       if (!nearest || pairing < *nearest) nearest = pairing;
     });
-    absorb(nodes[nearest ? nearest->node : addNode(blob)], blob, frame);
+    node_of_blob[b] = nearest ? nearest->node : addNode(blobs[b]);
+    absorb(nodes[node_of_blob[b]], blobs[b], frame);
   }
 }
 
@@ -207,26 +262,39 @@ std::vector<Pairing> PlaceGraphBuilder::State::pairings(
   return result;
 }
 
-void PlaceGraphBuilder::State::mergeByMean(const std::vector<Blob>& blobs, std::int64_t frame) {
-  std::vector<std::size_t> usable;
-  for (std::size_t b = 0; b < blobs.size(); ++b) {
-    if (isUsable(blobs[b])) usable.push_back(b);
-  }
-  constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
-  std::vector<std::size_t> node_of_blob(blobs.size(), kNone);
+void PlaceGraphBuilder::State::mergeByMean(const std::vector<Blob>& blobs,
+                                           const std::vector<std::size_t>& which,
+                                           std::int64_t frame,
+                                           std::vector<std::size_t>& node_of_blob) {
   std::vector<std::size_t> taken;  // nodes, sorted
-  for (const Pairing& pairing : pairings(blobs, usable)) {
+  for (const Pairing& pairing : pairings(blobs, which)) {
     const auto place = std::lower_bound(taken.begin(), taken.end(), pairing.node);
     const bool is_taken = place != taken.end() && *place == pairing.node;
-    if (is_taken || node_of_blob[pairing.blob] != kNone) continue;
+    if (is_taken || node_of_blob[pairing.blob] != kNoNode) continue;
     node_of_blob[pairing.blob] = pairing.node;
     taken.insert(place, pairing.node);
   }
-  for (const std::size_t b : usable) {
-    const std::size_t node = node_of_blob[b] != kNone ? node_of_blob[b] : addNode(blobs[b]);
-    absorb(nodes[node], blobs[b], frame);
-    moveToMean(node);
+  for (const std::size_t b : which) {
+    if (node_of_blob[b] == kNoNode) node_of_blob[b] = addNode(blobs[b]);
+    absorb(nodes[node_of_blob[b]], blobs[b], frame);
+    moveToMean(node_of_blob[b]);
+    std::vector<std::int64_t>& frames = nodes[node_of_blob[b]].frames;
+    if (frames.empty() || frames.back() != frames_added) frames.push_back(frames_added);
   }
+}
+
+/// The node that each blob became part of, or kNoNode.
+std::vector<std::size_t> PlaceGraphBuilder::State::merge(const std::vector<Blob>& blobs,
+                                                         std::int64_t frame) {
+  ++frames_added;
+  std::vector<std::size_t> fixed, moving;
+  for (std::size_t b = 0; b < blobs.size(); ++b) {
+    if (isUsable(blobs[b])) (keepsFirstPosition(blobs[b].label) ? fixed : moving).push_back(b);
+  }
+  std::vector<std::size_t> node_of_blob(blobs.size(), kNoNode);
+  absorbByFirstObservation(blobs, fixed, frame, node_of_blob);
+  mergeByMean(blobs, moving, frame, node_of_blob);
+  return node_of_blob;
 }
 
 std::size_t PlaceGraphBuilder::State::surfaceNode(const CellKey& key, const Eigen::Vector3d& p) {
@@ -252,6 +320,52 @@ void PlaceGraphBuilder::State::addSurfacePoint(Node& node, const Eigen::Vector3d
   countFrame(node.vertex, frame);
 }
 
+/// For each node the one that stands for it (sameThings).
+std::vector<std::size_t> PlaceGraphBuilder::State::sameNodes() const {
+  std::vector<std::size_t> same(nodes.size()), objects;
+  std::iota(same.begin(), same.end(), std::size_t{0});
+  std::vector<Observed> observed;
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    const Vertex& vertex = nodes[i].vertex;
+    if (nodes[i].frames.empty()) continue;
+    objects.push_back(i);
+    observed.push_back(
+        {vertex.label, labels.role(vertex.label), vertex.position, vertex.extent, nodes[i].frames});
+  }
+  const std::vector<std::size_t> leaders = sameThings(observed, options.vote_m);
+  for (std::size_t i = 0; i < objects.size(); ++i) same[objects[i]] = objects[leaders[i]];
+  return same;
+}
+
+/// The nodes that stand for others, with the observations of all and the label that most of them
+/// say.
+std::map<std::size_t, Node> PlaceGraphBuilder::State::joined(
+    const std::vector<std::size_t>& same) const {
+  std::map<std::size_t, Node> result;
+  std::map<std::size_t, std::map<std::uint32_t, std::uint32_t>> votes;
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    if (same[i] == i) continue;
+    const auto [place, is_new] = result.try_emplace(same[i], nodes[same[i]]);
+    auto& count = votes[same[i]];
+    if (is_new) count[place->second.vertex.label] = place->second.vertex.observations;
+    join(place->second, nodes[i]);
+    count[nodes[i].vertex.label] += nodes[i].vertex.observations;
+  }
+  for (const auto& [index, count] : votes) {
+    Vertex& vertex = result.at(index).vertex;
+    for (const auto& [label, observations] : count) {
+      if (observations > count.at(vertex.label)) vertex.label = label;
+    }
+  }
+  return result;
+}
+
+bool PlaceGraphBuilder::State::isKept(const Node& node) const {
+  if (node.vertex.observations < static_cast<std::uint32_t>(options.min_observations)) return false;
+  return !node.is_surface ||
+         node.vertex.points >= static_cast<std::uint32_t>(options.min_surface_points);
+}
+
 Vertex PlaceGraphBuilder::State::finished(const Node& node) const {
   Vertex vertex = node.vertex;
   if (node.is_surface) {
@@ -261,8 +375,9 @@ Vertex PlaceGraphBuilder::State::finished(const Node& node) const {
   }
   if (vertex.observations < 2) return vertex;
   const double about_first = node.square_sum / node.weight;
-  const double variance =
-      is_first_observation ? about_first : about_first - node.meanOffset().squaredNorm();
+  const double variance = keepsFirstPosition(vertex.label)
+                              ? about_first
+                              : about_first - node.meanOffset().squaredNorm();
   vertex.sigma_m = std::sqrt(std::max(0.0, variance) / 3);
   return vertex;
 }
@@ -274,10 +389,16 @@ PlaceGraphBuilder::PlaceGraphBuilder(PlaceGraphBuilder&&) noexcept = default;
 PlaceGraphBuilder& PlaceGraphBuilder::operator=(PlaceGraphBuilder&&) noexcept = default;
 
 void PlaceGraphBuilder::add(const std::vector<Blob>& blobs, std::int64_t frame_number) {
-  if (state_->is_first_observation) {
-    state_->absorbByFirstObservation(blobs, frame_number);
-  } else {
-    state_->mergeByMean(blobs, frame_number);
+  state_->merge(blobs, frame_number);
+}
+
+void PlaceGraphBuilder::addImageBlobs(const std::vector<Blob>& blobs, const BlobEdges& edges,
+                                      std::int64_t frame_number) {
+  state_->space = GraphSpace::image;
+  const std::vector<std::size_t> node_of_blob = state_->merge(blobs, frame_number);
+  for (const auto& [a, b] : edges) {
+    const auto [low, high] = std::minmax(node_of_blob[a], node_of_blob[b]);
+    if (high != kNoNode && low != high) state_->image_edges.insert(low << 32 | high);
   }
 }
 
@@ -307,17 +428,24 @@ void PlaceGraphBuilder::addSurfacePoints(const LabelledCloud& cloud, std::int64_
 
 SemanticGraph PlaceGraphBuilder::graph() const {
   SemanticGraph graph;
-  const MergeOptions& options = state_->options;
-  for (const Node& node : state_->nodes) {
-    const auto min_observations = static_cast<std::uint32_t>(options.min_observations);
-    if (node.vertex.observations < min_observations) continue;
-    if (node.is_surface &&
-        node.vertex.points < static_cast<std::uint32_t>(options.min_surface_points)) {
-      continue;
-    }
+  graph.space = state_->space;
+  const std::vector<std::size_t> same = state_->sameNodes();
+  const std::map<std::size_t, Node> joined = state_->joined(same);
+  std::vector<std::uint32_t> vertex_of_node(same.size(), kNoVertex);
+  for (std::size_t i = 0; i < same.size(); ++i) {
+    const auto found = joined.find(i);
+    const Node& node = found != joined.end() ? found->second : state_->nodes[i];
+    if (same[i] != i || !state_->isKept(node)) continue;
+    vertex_of_node[i] = static_cast<std::uint32_t>(graph.size());
     graph.vertices.push_back(state_->finished(node));
   }
-  graph.neighbours.resize(graph.size());
+  BlobEdges edges;
+  for (const std::uint64_t edge : state_->image_edges) {
+    const std::uint32_t a = vertex_of_node[same[edge >> 32]];
+    const std::uint32_t b = vertex_of_node[same[edge & 0xFFFFFFFF]];
+    if (a != kNoVertex && b != kNoVertex) edges.emplace_back(a, b);
+  }
+  graph.setEdges(edges);
   return graph;
 }
 

@@ -90,6 +90,20 @@ TEST(Lift, CountsEveryMeasurementOnce) {
   EXPECT_EQ(cloud.ranges.size(), 91u);
 }
 
+TEST(Lift, RespectsTheRangesOfTheCamera) {
+  Frame frame = flatFrame(20, 1, kRoad, 10);
+  frame.camera.min_range_m = 5;
+  frame.camera.max_range_m = 20;
+  frame.depth.at(9, 0) = 4.9f;
+  frame.depth.at(10, 0) = 20.1f;
+  LiftCounts counts;
+  EXPECT_EQ(lift(frame, townLabels(), {}, &counts).size(), 18u);
+  EXPECT_EQ(counts.out_of_range, 2u);
+  EXPECT_EQ(maxRange(frame, {}), 20);
+  frame.camera.max_range_m = 1000;
+  EXPECT_EQ(maxRange(frame, {}), LiftOptions().max_range_m);
+}
+
 TEST(Lift, LooksFurtherFromTheAir) {
   LiftOptions options;
   Frame frame = flatFrame(20, 20, kRoad, 60);

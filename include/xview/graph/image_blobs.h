@@ -32,7 +32,8 @@ void visit(ImageBlobOptions& o, Visitor&& field) {
 /// if images differ in size.
 struct ImageBlobs {
   std::vector<Blob> blobs;
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> edges;
+  BlobEdges edges;
+  Image<std::int32_t> blob_of_pixel;  ///< index into blobs, or -1
 };
 
 ImageBlobs extractImageBlobs(const Frame& frame, const LabelSet& set,

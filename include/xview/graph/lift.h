@@ -34,6 +34,10 @@ struct LiftCounts {
   std::uint64_t ignored_class = 0;  ///< role ignored or id unknown to the label set
 };
 
+/// The range limit of a frame's sensor: cameras near the ground, cameras in the air, LiDAR;
+/// infinite for saved clouds.
+double maxRange(const Frame& frame, const LiftOptions& options);
+
 /// Labelled points of one frame in the odometry frame: p_odom = T_odom_sensor * p_sensor, with
 /// p_sensor = z * K^-1 [u v 1] for planar depth. Every measurement is lifted or counted once,
 /// asking for its class, then its depth, then its range (distance to the sensor). Saved clouds

@@ -17,8 +17,11 @@ struct MergeOptions {
   std::string mode = "running_mean";
   /// Merge distance of mode first_observation (paper: 10 m SYNTHIA, 15 m others).
   double first_observation_m = 10;
-  double object_m = 2;          ///< merge distance of objects in mode running_mean
-  double surface_m = 3;         ///< spacing of surface vertices in mode running_mean
+  double object_m = 2;   ///< merge distance of objects in mode running_mean
+  double surface_m = 3;  ///< spacing of surface vertices in mode running_mean
+  /// Objects of different classes as near as this are one under two labels, if they are seldom seen
+  /// together (mode running_mean).
+  double vote_m = 1;
   int min_surface_points = 10;  ///< a cell of a surface with fewer, over all frames, is no vertex
   int min_observations = 1;     ///< vertices seen in fewer frames are dropped at the end
 };
@@ -29,10 +32,13 @@ void visit(MergeOptions& o, Visitor&& field) {
       "mode", o.mode, Choices{{"running_mean", "first_observation"}},
       "running_mean: objects at their mean, surfaces sampled; first_observation: as in the paper");
   field("first_observation_m", o.first_observation_m, Range{0.01, 1e4},
-        "merge distance of first_observation [m]");
+        "merge distance of first_observation, and of surfaces in image space [m]");
   field("object_m", o.object_m, Range{0.01, 1e4}, "merge distance of objects in running_mean [m]");
   field("surface_m", o.surface_m, Range{0.01, 1e4},
         "spacing of surface vertices in running_mean [m]");
+  field("vote_m", o.vote_m, Range{0, 100},
+        "objects this near under labels that alternate between frames are one, of the label seen "
+        "most; 0 = off [m]");
   field("min_surface_points", o.min_surface_points, Range{1, 1e9},
         "surface vertices need this many points over all frames");
   field("min_observations", o.min_observations, Range{1, 1e6},
@@ -55,6 +61,14 @@ void visit(MergeOptions& o, Visitor&& field) {
 /// classes get vertices from their points (addSurfacePoints; their blobs are ignored) on a lattice
 /// of surface_m that is fixed in the odometry frame, each at the mean of the points in its cell.
 ///
+/// Image space (addImageBlobs): blobs of all classes become vertices, because that is what edges in
+/// the image join; surfaces merge as in first_observation in both modes, objects as the mode says.
+/// Two vertices are neighbours if blobs of them were neighbours in any frame.
+///
+/// Labels alternate where a network is not sure, and each label makes a vertex of its own. When the
+/// graph is taken, vertices of running_mean that are the same thing by place, size and by hardly
+/// ever being seen together are joined; the class is the one that most observations say.
+///
 /// Vertex::extent: mean size of the blobs, weighted alike, because a maximum would keep the worst
 /// blob for ever; as first seen in first_observation; the box around the points for surfaces.
 /// Vertex::sigma_m: root mean square distance of the blobs from the vertex per axis, 0 after one
@@ -70,7 +84,10 @@ class PlaceGraphBuilder {
   void add(const std::vector<Blob>& blobs, std::int64_t frame_number);
   /// Points of surface classes of the same frame; used by running_mean only.
   void addSurfacePoints(const LabelledCloud& cloud, std::int64_t frame_number);
-  /// The vertices so far, without edges, in order of first observation.
+  /// Blobs and edges of one frame in image space, instead of the two above; frames in order.
+  void addImageBlobs(const std::vector<Blob>& blobs, const BlobEdges& edges,
+                     std::int64_t frame_number);
+  /// The vertices so far, in order of first observation; edges only of image space.
   SemanticGraph graph() const;
 
  private:
