@@ -8,6 +8,10 @@
 #include "commands.h"
 #include "frames_to_cloud.h"
 #include "inputs.h"
+#include "xview/graph/clean_labels.h"
+#include "xview/graph/image_blobs.h"
+#include "xview/graph/lift.h"
+#include "xview/mapper.h"
 #include "xview/types/error.h"
 #include "xview/types/stopwatch.h"
 
@@ -30,6 +34,62 @@ void printClasses(const std::vector<Blob>& blobs, const LabelSet& labels) {
   }
 }
 
+/// The points of a cloud with its blobs, numbered from 1 in `cloud.instances`.
+struct BlobbedCloud {
+  LabelledCloud cloud;
+  std::vector<Blob> blobs;
+};
+
+BlobbedCloud clusterCloud(const FrameSource& source, const Job& job) {
+  Stopwatch watch;
+  LiftCounts counts;
+  BlobbedCloud result;
+  result.cloud = liftAll(source, job, counts);
+  LabelledCloud& cloud = result.cloud;
+  if (job.options.blobs.voxel_m > 0) cloud = thinByVoxel(cloud, job.options.blobs.voxel_m);
+  job.narrate.stage("lift", watch.lap_ms(),
+                    fmt::format("{} frames, {} points", source.size(), cloud.size()));
+  std::vector<int> blob_of_point;
+  result.blobs = extractBlobs(cloud, source.labels(), job.options.blobs, &blob_of_point);
+  cloud.instances.resize(cloud.size());
+  for (std::size_t i = 0; i < cloud.size(); ++i)
+    cloud.instances[i] = static_cast<std::uint32_t>(blob_of_point[i] + 1);
+  job.narrate.stage("blobs", watch.lap_ms(), fmt::format("{} blobs", result.blobs.size()));
+  return result;
+}
+
+/// The regions of one frame: blobs of this frame only, its pixels lifted.
+BlobbedCloud regionsOfFrame(Frame frame, const LabelSet& labels, const Options& options) {
+  frame.label = cleanLabels(frame.label, labels, options.clean);
+  ImageBlobs found =
+      extractImageBlobs(frame, labels, options.image_blobs, maxRange(frame, options.lift));
+  frame.instance = LabelImage(frame.label.width, frame.label.height);
+  for (std::size_t i = 0; i < frame.instance.pixels.size(); ++i)
+    frame.instance.pixels[i] = static_cast<std::uint16_t>(found.blob_of_pixel.pixels[i] + 1);
+  return {lift(frame, labels, options.lift), std::move(found.blobs)};
+}
+
+BlobbedCloud regionsOfImages(const FrameSource& source, const Job& job) {
+  requireGraphSpace(job.options, source.sensor(), source.name());
+  Stopwatch watch;
+  BlobbedCloud result;
+  const Progress progress = job.narrate.progress("blobs");
+  for (std::size_t f = 0; f < source.size(); ++f) {
+    BlobbedCloud frame = regionsOfFrame(source.read(f), source.labels(), job.options);
+    if (job.options.blobs.voxel_m > 0)
+      frame.cloud = thinByVoxel(frame.cloud, job.options.blobs.voxel_m);
+    const auto before = static_cast<std::uint32_t>(result.blobs.size());
+    for (std::uint32_t& instance : frame.cloud.instances) instance += instance > 0 ? before : 0;
+    appendCloud(result.cloud, frame.cloud);
+    result.blobs.insert(result.blobs.end(), frame.blobs.begin(), frame.blobs.end());
+    if (progress) progress(f + 1, source.size());
+  }
+  job.narrate.stage("blobs", watch.lap_ms(),
+                    fmt::format("{} frames, {} points, {} image blobs", source.size(),
+                                result.cloud.size(), result.blobs.size()));
+  return result;
+}
+
 class BlobsCommand final : public Command {
  public:
   Description describe() const override {
@@ -38,7 +98,9 @@ class BlobsCommand final : public Command {
             "per-class Euclidean clusters (label = class, instance = blob)",
             "Blobs are numbered from 1; instance 0 marks points of clusters that are too small. "
             "Points are thinned to\n"
-            "--blobs.voxel_m first; 0 keeps them all.",
+            "--blobs.voxel_m first; 0 keeps them all. With --graph_space image the blobs are the "
+            "regions of each depth+label\n"
+            "frame, as in the paper; merging over frames is left to xview graph.",
             "xview blobs scan.pcd blobs.pcd --blobs.tolerance_m 0.3",
             2,
             2};
@@ -48,24 +110,12 @@ class BlobsCommand final : public Command {
 
   ExitCode run(const Job& job) override {
     checkCloudEnding(job.operands[1]);
-    Stopwatch watch;
     const auto source = openInput(job.operands[0], input_.parsed(), job);
-    LiftCounts counts;
-    LabelledCloud cloud = liftAll(*source, job, counts);
-    if (job.options.blobs.voxel_m > 0) cloud = thinByVoxel(cloud, job.options.blobs.voxel_m);
-    job.narrate.stage("lift", watch.lap_ms(),
-                      fmt::format("{} frames, {} points", source->size(), cloud.size()));
-
-    std::vector<int> blob_of_point;
-    const std::vector<Blob> blobs =
-        extractBlobs(cloud, source->labels(), job.options.blobs, &blob_of_point);
-    cloud.instances.resize(cloud.size());
-    for (std::size_t i = 0; i < cloud.size(); ++i)
-      cloud.instances[i] = static_cast<std::uint32_t>(blob_of_point[i] + 1);
-    job.narrate.stage("blobs", watch.lap_ms(), fmt::format("{} blobs", blobs.size()));
-
-    writeCloud(job.operands[1], cloud, source->labels());
-    printClasses(blobs, source->labels());
+    const bool in_images = job.options.graph_space == "image";
+    const BlobbedCloud result =
+        in_images ? regionsOfImages(*source, job) : clusterCloud(*source, job);
+    writeCloud(job.operands[1], result.cloud, source->labels());
+    printClasses(result.blobs, source->labels());
     return kDone;
   }
 

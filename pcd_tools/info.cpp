@@ -20,6 +20,7 @@ void printGraph(const SemanticGraph& graph, const LabelSet& labels) {
   const Census census = censusOf(graph);
   printRow("graph", fmt::format("{} vertices, {} edges, {} connected parts", graph.size(),
                                 graph.edgeCount(), componentCount(graph)));
+  if (graph.space == GraphSpace::image) printRow("graph space", "image");
   printBounds("bounds", census.bounds);
   printClasses(census, labels, "vertices");
 }

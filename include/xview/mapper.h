@@ -29,12 +29,16 @@ struct FrameDigest {
   std::vector<bool> thin_trusted;  ///< per point: measured near enough to believe in thin things
   bool aerial = false;             ///< a camera that looks down from the air
   std::vector<Blob> blobs;
+  BlobEdges blob_edges;            ///< image space only (options.graph_space)
   LiftCounts counts;
   Timings timing_ms;               ///< read, lift, blobs
 };
 
-/// One frame through lift, clean and blobs.
-FrameDigest digestFrame(const Frame& frame, const LabelSet& labels, const Options& options);
+/// Image space (options.graph_space) is for depth and label images: UsageError for another sensor, naming the recording.
+void requireGraphSpace(const Options& options, Sensor sensor, const std::string& recording);
+
+/// One frame through lift, clean and blobs. Throws UsageError if options.graph_space is image and the frame has no images.
+FrameDigest digestFrame(Frame frame, const LabelSet& labels, const Options& options);
 
 /// All frames of a recording, read and digested on options.threads threads, in order.
 std::vector<FrameDigest> digestRecording(const FrameSource& source, const Options& options, const Progress& progress = {});

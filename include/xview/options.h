@@ -49,6 +49,7 @@ void visit(PriorOptions& o, Visitor&& field) {
 /// Everything that can be set, one struct per stage. Struct path = YAML key = flag: walks.num_walks, --walks.num_walks 200.
 struct Options {
   std::string method = "auto";
+  std::string graph_space = "cloud";  ///< image: blobs and edges of the place graph are found in the images, as in the paper
   int seed = 1;
   int threads = 0;
   PriorOptions prior;
@@ -75,6 +76,8 @@ template <class Visitor>
 void visit(Options& o, Visitor&& field) {
   field("method", o.method, Choices{{"auto", "walks", "search"}},
         "who proposes poses: X-View's walks, the place search, or both");
+  field("graph_space", o.graph_space, Choices{{"cloud", "image"}},
+        "blobs and edges from points in space, or from regions near each other in depth+label images (the paper's image space)");
   field("seed", o.seed, Range{0, 2147483647}, "seed of everything random");
   field("threads", o.threads, Range{0, 1024}, "threads; 0 = all cores. Results do not depend on it");
   field.group("prior", o.prior);

@@ -59,18 +59,32 @@ void absorb(Vertex& vertex, const Vertex& other) {
   vertex.points += other.points;
 }
 
+/// Edges found in images and edges of a radius say different things of the same vertices.
+void requireSameSpace(const SemanticMap& map, const SemanticMap& addition) {
+  if (map.graph.space == addition.graph.space || map.graph.empty() || addition.graph.empty()) return;
+  throw Error(addition.sources.empty() ? "addition" : addition.sources.front(),
+              std::string("its graph_space is ") + toString(addition.graph.space) + ", that of the map is " + toString(map.graph.space));
+}
+
 void appendGraph(SemanticGraph& graph, const SemanticGraph& addition, const LabelSet& labels, const Options& options) {
-  const double object_m = options.merge.object_m, surface_m = options.merge.surface_m / 2;
+  if (graph.empty()) graph.space = addition.space;
+  const bool in_images = graph.space == GraphSpace::image;
+  const double object_m = options.merge.object_m;
+  const double surface_m = in_images ? options.merge.first_observation_m : options.merge.surface_m / 2;
   VertexGrid grid(std::max(object_m, surface_m));
   for (std::uint32_t i = 0; i < graph.size(); ++i) grid.add(graph.vertices[i], i);
-  const std::size_t before = graph.size();
+  std::vector<std::uint32_t> now_at;  // of the vertices of the addition
   for (const Vertex& v : addition.vertices) {
     const double reach = labels.role(v.label) == Role::surface ? surface_m : object_m;
     const std::int64_t known = grid.nearest(graph.vertices, v, reach);
-    if (known >= 0 && static_cast<std::size_t>(known) < before) absorb(graph.vertices[known], v);
+    now_at.push_back(static_cast<std::uint32_t>(known >= 0 ? known : static_cast<std::int64_t>(graph.size())));
+    if (known >= 0) absorb(graph.vertices[known], v);
     else graph.vertices.push_back(v);
   }
-  connectByRadius(graph, options.edges);
+  if (!in_images) return connectByRadius(graph, options.edges);
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> edges = graph.edges();
+  for (const auto& [a, b] : addition.edges()) edges.emplace_back(now_at[a], now_at[b]);
+  graph.setEdges(edges);
 }
 
 void appendCloud(LabelledCloud& cloud, const LabelledCloud& addition, double voxel_m) {
@@ -99,6 +113,7 @@ void appendToMap(SemanticMap& map, const SemanticMap& addition, const Options& o
     throw Error(addition.sources.empty() ? "addition" : addition.sources.front(),
                 "its frame is tilted against that of the map; only recordings in one frame can be joined");
   }
+  requireSameSpace(map, addition);
   appendGraph(map.graph, addition.graph, map.labels, options);
   mergePlanViews(map.plan, addition.plan);
   appendCloud(map.cloud, addition.cloud, options.map.cloud_voxel_m);

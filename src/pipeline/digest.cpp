@@ -2,8 +2,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "pipeline/depth_plausibility.h"
+#include "pipeline/place_graph.h"
 #include "xview/graph/blobs.h"
 #include "xview/graph/clean_labels.h"
+#include "xview/graph/image_blobs.h"
 #include "xview/graph/lift.h"
 #include "xview/mapper.h"
 #include "xview/types/parallel.h"
@@ -51,6 +54,12 @@ void castVotes(const Frame& frame, const std::vector<std::uint32_t>& points_per_
   }
 }
 
+void findImageBlobs(const Frame& cleaned, const LabelSet& labels, const Options& options, FrameDigest& digest) {
+  ImageBlobs found = extractImageBlobs(cleaned, labels, options.image_blobs, maxRange(cleaned, options.lift));
+  digest.blobs = std::move(found.blobs);
+  digest.blob_edges = std::move(found.edges);
+}
+
 /// Blobs of the classes that merging uses: surfaces are sampled in mode running_mean, and most points are theirs.
 std::vector<Blob> frameBlobs(LabelledCloud points, const LabelSet& labels, const Options& options) {
   if (options.merge.mode == "running_mean") {
@@ -71,46 +80,44 @@ std::vector<Blob> frameBlobs(LabelledCloud points, const LabelSet& labels, const
 
 }  // namespace
 
-FrameDigest digestFrame(const Frame& frame, const LabelSet& labels, const Options& options) {
+FrameDigest digestFrame(Frame frame, const LabelSet& labels, const Options& options) {
+  requireGraphSpace(options, frame.sensor, "frame " + std::to_string(frame.number));
   Stopwatch watch;
   FrameDigest digest;
   digest.number = frame.number;
   digest.stamp_s = frame.stamp_s;
   digest.sensor = frame.sensor;
   digest.T_odom_sensor = frame.T_odom_sensor;
-  LabelledCloud points;
-  if (frame.sensor == Sensor::camera) {
-    Frame cleaned = frame;
-    cleaned.label = cleanLabels(frame.label, labels, options.clean);
-    points = lift(cleaned, labels, options.lift, &digest.counts);
-  } else {
-    points = lift(frame, labels, options.lift, &digest.counts);
-  }
+  if (frame.sensor == Sensor::camera) frame.label = cleanLabels(frame.label, labels, options.clean);
+  LabelledCloud points = lift(frame, labels, options.lift, &digest.counts);
   digest.aerial = looksFromTheAir(frame, points.ranges);
   std::vector<std::uint32_t> points_per_voxel;
   digest.cloud = thinByVoxel(points, options.plan.voxel_m, &points_per_voxel);
   castVotes(frame, points_per_voxel, digest);
   digest.timing_ms.emplace_back("lift", watch.lap_ms());
-  digest.blobs = frameBlobs(std::move(points), labels, options);
+  if (isImageSpace(options)) findImageBlobs(frame, labels, options, digest);
+  else digest.blobs = frameBlobs(std::move(points), labels, options);
   for (Blob& blob : digest.blobs) blob.first_frame = blob.last_frame = frame.number;
   digest.timing_ms.emplace_back("blobs", watch.lap_ms());
   return digest;
 }
 
 std::vector<FrameDigest> digestRecording(const FrameSource& source, const Options& options, const Progress& progress) {
+  requireGraphSpace(options, source.sensor(), source.name());
   std::vector<FrameDigest> digests(source.size());
-  const std::size_t batch = 16;
-  for (std::size_t first = 0; first < digests.size(); first += batch) {
-    const std::size_t count = std::min(batch, digests.size() - first);
-    parallelFor(count, options.threads, [&](std::size_t i) {
-      Stopwatch watch;
-      const Frame frame = source.read(first + i);
-      const double read_ms = watch.lap_ms();
-      FrameDigest& digest = digests[first + i] = digestFrame(frame, source.labels(), options);
-      digest.timing_ms.insert(digest.timing_ms.begin(), {"read", read_ms});
-    });
-    if (progress) progress(first + count, digests.size());
-  }
+  const auto make = [&](std::size_t i) {
+    Stopwatch watch;
+    Frame frame = source.read(i);
+    const double read_ms = watch.lap_ms();
+    digests[i] = digestFrame(std::move(frame), source.labels(), options);
+    digests[i].timing_ms.insert(digests[i].timing_ms.begin(), {"read", read_ms});
+  };
+  DepthPlausibility depths;
+  makeInOrder(digests.size(), options.threads, digests.size(), make, [&](std::size_t i) {
+    depths.add(digests[i]);
+    if (progress) progress(i + 1, digests.size());
+  });
+  depths.require(source);
   return digests;
 }
 

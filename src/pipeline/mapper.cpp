@@ -2,8 +2,11 @@
 #include "xview/mapper.h"
 
 #include <algorithm>
+#include <optional>
 
+#include "pipeline/depth_plausibility.h"
 #include "pipeline/gravity.h"
+#include "pipeline/place_graph.h"
 #include "xview/graph/edges.h"
 #include "xview/graph/plan_view.h"
 #include "xview/options_file.h"
@@ -12,6 +15,9 @@
 
 namespace xview {
 namespace {
+
+constexpr std::size_t kFramesAhead = 8;        ///< digested and not yet merged
+constexpr std::size_t kFramesForGravity = 16;  ///< that say together which way is up
 
 /// A cloud that grows by frames and is thinned whenever it has doubled, so that memory follows the map, not the recording.
 class GrowingCloud {
@@ -48,44 +54,59 @@ class GrowingCloud {
 class MapUnderConstruction {
  public:
   MapUnderConstruction(const LabelSet& labels, const Options& options)
-      : labels_(labels), options_(options), places_(labels, options.merge), plan_(labels, options.plan),
+      : labels_(labels), options_(options), places_(labels, options), plan_(labels, options.plan),
         cloud_(options.map.cloud_voxel_m) {
     map_.labels = labels;
   }
 
-  /// Before the first frame: how the frame of the map has to be turned for z to point up.
-  void setUpright(const Eigen::Quaterniond& upright) { upright_ = upright; }
+  void beginSource(const std::string& name) { map_.sources.push_back(name); }
 
-  void add(const FrameDigest& frame, std::uint32_t source) {
-    places_.add(frame.blobs, frame.number);
-    places_.addSurfacePoints(frame.cloud, frame.number);
-    plan_.add(frame.cloud, frame.votes, frame.thin_trusted, Eigen::Isometry3d(upright_), frame.aerial);
-    cloud_.add(frame.cloud);
-    const Eigen::Vector3d here = frame.T_odom_sensor.translation();
-    const bool first = map_.keyframes.empty() || map_.keyframes.back().source != source;
-    if (first || (here - map_.keyframes.back().T_map_sensor.translation()).norm() >= options_.map.keyframe_every_m) {
-      map_.keyframes.push_back({frame.number, frame.stamp_s, frame.T_odom_sensor, source});
-    }
+  void add(FrameDigest frame) {
+    if (upright_) return addUpright(frame);
+    waiting_.push_back(std::move(frame));
+    if (waiting_.size() == kFramesForGravity) settleUpright();
   }
-  void addSource(const std::string& name) { map_.sources.push_back(name); }
+
+  void endSource() {
+    if (!upright_) settleUpright();
+  }
 
   SemanticMap finish() {
-    map_.graph = places_.graph();
-    connectByRadius(map_.graph, options_.edges);
+    map_.graph = places_.finish();
     map_.plan = plan_.build();
-    map_.plan.upright = upright_;
+    map_.plan.upright = *upright_;
     map_.cloud = cloud_.finish();
     map_.options_yaml = toYaml(options_);
     return std::move(map_);
   }
 
  private:
+  /// How the frame of the map has to be turned for z to point up: the first frames tell together.
+  void settleUpright() {
+    upright_ = uprightRotation(waiting_.data(), waiting_.data() + waiting_.size(), labels_);
+    for (const FrameDigest& frame : waiting_) addUpright(frame);
+    waiting_.clear();
+  }
+
+  void addUpright(const FrameDigest& frame) {
+    places_.add(frame);
+    plan_.add(frame.cloud, frame.votes, frame.thin_trusted, Eigen::Isometry3d(*upright_), frame.aerial);
+    cloud_.add(frame.cloud);
+    const auto source = static_cast<std::uint32_t>(map_.sources.size() - 1);
+    const Eigen::Vector3d here = frame.T_odom_sensor.translation();
+    const bool first = map_.keyframes.empty() || map_.keyframes.back().source != source;
+    if (first || (here - map_.keyframes.back().T_map_sensor.translation()).norm() >= options_.map.keyframe_every_m) {
+      map_.keyframes.push_back({frame.number, frame.stamp_s, frame.T_odom_sensor, source});
+    }
+  }
+
   LabelSet labels_;
   Options options_;
-  PlaceGraphBuilder places_;
+  PlaceGraph places_;
   PlanViewBuilder plan_;
   GrowingCloud cloud_;
-  Eigen::Quaterniond upright_ = Eigen::Quaterniond::Identity();
+  std::vector<FrameDigest> waiting_;  ///< until upright_ is known
+  std::optional<Eigen::Quaterniond> upright_;
   SemanticMap map_;
 };
 
@@ -96,14 +117,9 @@ void requireSameLabels(const LabelSet& a, const std::string& name_a, const Label
 }  // namespace
 
 SemanticGraph assembleGraph(const std::vector<FrameDigest>& frames, const LabelSet& labels, const Options& options) {
-  PlaceGraphBuilder places(labels, options.merge);
-  for (const FrameDigest& frame : frames) {
-    places.add(frame.blobs, frame.number);
-    places.addSurfacePoints(frame.cloud, frame.number);
-  }
-  SemanticGraph graph = places.graph();
-  connectByRadius(graph, options.edges);
-  return graph;
+  PlaceGraph places(labels, options);
+  for (const FrameDigest& frame : frames) places.add(frame);
+  return places.finish();
 }
 
 SemanticMap buildMap(const std::vector<const FrameSource*>& sources, const Options& options, const Progress& progress) {
@@ -111,21 +127,22 @@ SemanticMap buildMap(const std::vector<const FrameSource*>& sources, const Optio
   for (const FrameSource* source : sources) {
     total += source->size();
     requireSameLabels(sources[0]->labels(), sources[0]->name(), source->labels(), source->name());
+    requireGraphSpace(options, source->sensor(), source->name());
   }
   MapUnderConstruction map(sources[0]->labels(), options);
-  constexpr std::size_t kBatch = 16;  // frames read ahead
-  for (std::uint32_t s = 0; s < sources.size(); ++s) {
-    map.addSource(sources[s]->name());
-    for (std::size_t first = 0; first < sources[s]->size(); first += kBatch) {
-      std::vector<FrameDigest> batch(std::min(kBatch, sources[s]->size() - first));
-      parallelFor(batch.size(), options.threads, [&](std::size_t i) {
-        batch[i] = digestFrame(sources[s]->read(first + i), sources[s]->labels(), options);
-      });
-      if (done == 0) map.setUpright(uprightRotation(batch.data(), batch.data() + batch.size(), sources[s]->labels()));
-      for (const FrameDigest& frame : batch) map.add(frame, s);
-      done += batch.size();
-      if (progress) progress(done, total);
-    }
+  for (const FrameSource* source : sources) {
+    map.beginSource(source->name());
+    DepthPlausibility depths;
+    std::vector<FrameDigest> ahead(kFramesAhead);
+    const auto make = [&](std::size_t i) { ahead[i % kFramesAhead] = digestFrame(source->read(i), source->labels(), options); };
+    makeInOrder(source->size(), options.threads, kFramesAhead, make, [&](std::size_t i) {
+      FrameDigest frame = std::move(ahead[i % kFramesAhead]);
+      depths.add(frame);
+      map.add(std::move(frame));
+      if (progress) progress(++done, total);
+    });
+    map.endSource();
+    depths.require(*source);
   }
   return map.finish();
 }

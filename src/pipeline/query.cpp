@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "pipeline/gravity.h"
+#include "pipeline/place_graph.h"
 #include "xview/graph/edges.h"
 #include "xview/graph/plan_view.h"
 #include "xview/localizer.h"
@@ -46,18 +47,16 @@ Query makeQuery(const FrameDigest* first, const FrameDigest* last, const LabelSe
   query.labels = labels;
   addTimings(first, last, query.timing_ms);
   Stopwatch watch;
-  PlaceGraphBuilder places(labels, options.merge);
+  PlaceGraph places(labels, options);
   PlanViewBuilder plan(labels, options.plan);
   const Eigen::Quaterniond upright = uprightRotation(first, last, labels);
   for (const FrameDigest* frame = first; frame != last; ++frame) {
-    places.add(frame->blobs, frame->number);
-    places.addSurfacePoints(frame->cloud, frame->number);
+    places.add(*frame);
     plan.add(frame->cloud, frame->votes, frame->thin_trusted, Eigen::Isometry3d(upright), frame->aerial);
     query.poses.push_back(frame->T_odom_sensor);
     query.sensor = frame->sensor;
   }
-  query.graph = places.graph();
-  connectByRadius(query.graph, options.edges);
+  query.graph = places.finish();
   query.plan = plan.build();
   query.plan.upright = upright;
   query.cloud = recentPoints(first, last, options.refine.reach_m);

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "pipeline/walk_graph.h"
 
+#include <algorithm>
 #include <cmath>
 #include <map>
+#include <numeric>
 #include <tuple>
 
 #include "xview/graph/edges.h"
@@ -44,6 +46,12 @@ class SpacedVertices {
 
 WalkGraph walkGraph(const SemanticGraph& graph, const LabelSet& labels, const Options& options) {
   WalkGraph result;
+  if (graph.space == GraphSpace::image) {
+    result.graph = graph;
+    result.source.resize(graph.size());
+    std::iota(result.source.begin(), result.source.end(), 0u);
+    return result;
+  }
   SpacedVertices spaced(options.merge.first_observation_m);
   for (std::uint32_t i = 0; i < graph.size(); ++i) {
     const Vertex& v = graph.vertices[i];
@@ -53,6 +61,21 @@ WalkGraph walkGraph(const SemanticGraph& graph, const LabelSet& labels, const Op
   }
   connectByRadius(result.graph, options.edges);
   return result;
+}
+
+SemanticGraph inducedGraph(const SemanticGraph& graph, const std::vector<std::uint32_t>& numbers) {
+  SemanticGraph part;
+  part.space = graph.space;
+  part.neighbours.resize(numbers.size());
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    part.vertices.push_back(graph.vertices[numbers[i]]);
+    if (graph.neighbours.empty()) continue;
+    for (const std::uint32_t j : graph.neighbours[numbers[i]]) {
+      const auto at = std::lower_bound(numbers.begin(), numbers.end(), j);
+      if (at != numbers.end() && *at == j) part.neighbours[i].push_back(static_cast<std::uint32_t>(at - numbers.begin()));
+    }
+  }
+  return part;
 }
 
 std::vector<Eigen::Vector3d> positionsOf(const SemanticGraph& graph) {

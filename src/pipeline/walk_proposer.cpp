@@ -150,14 +150,11 @@ WalkProposals WalkProposer::propose(const WalkGraph& query, int count) const {
 
 WalkGraph WalkProposer::mapAround(const Eigen::Vector2d& place, double radius_m) const {
   const std::vector<Vertex>& vertices = index_->map.vertices;
-  SemanticGraph part;
   std::vector<std::uint32_t> numbers;
   for (std::uint32_t i = 0; i < vertices.size(); ++i) {
-    if ((vertices[i].position.head<2>() - place).squaredNorm() > radius_m * radius_m) continue;
-    part.vertices.push_back(vertices[i]);
-    numbers.push_back(i);
+    if ((vertices[i].position.head<2>() - place).squaredNorm() <= radius_m * radius_m) numbers.push_back(i);
   }
-  WalkGraph result = walkGraph(part, index_->labels, index_->options);
+  WalkGraph result = walkGraph(inducedGraph(index_->map, numbers), index_->labels, index_->options);
   for (std::uint32_t& source : result.source) source = numbers[source];
   return result;
 }

@@ -106,7 +106,12 @@ TEST_F(BadInput, DepthScaleZero) {
 
 TEST_F(BadInput, DepthScaleInWrongUnitLeavesNothingInRange) {
   replaceIn(sequence_ + "/camera.yaml", "depth_scale: 0.01", "depth_scale: 10");
-  expectRefused("seq");
+  expectRefused("depth_scale 10");
+}
+
+TEST_F(BadInput, DepthScaleTooSmallContradictsTheMotion) {
+  replaceIn(sequence_ + "/camera.yaml", "depth_scale: 0.01", "depth_scale: 0.001");
+  expectRefused("10 times as large");
 }
 
 TEST_F(BadInput, LabelsOfAnotherSizeThanDepth) {

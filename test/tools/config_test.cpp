@@ -32,6 +32,13 @@ TEST(PrintConfig, WorksWithoutACommand) {
   EXPECT_NE(outcome.out.find("seed: 9"), std::string::npos);
 }
 
+TEST(Config, AnUnknownGraphSpaceNamesTheKnownOnes) {
+  const Outcome outcome = runXview({"map", "--graph_space", "imag", "a", "b.xvm"});
+  EXPECT_EQ(outcome.code, 2) << outcome.err;
+  EXPECT_NE(outcome.err.find("image"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("cloud"), std::string::npos) << outcome.err;
+}
+
 TEST(Config, FlagsWinOverFilesWhereverTheyStand) {
   const TemporaryFolder folder;
   writeText(folder / "a.yaml", "seed: 11\n");

@@ -266,6 +266,34 @@ TEST_F(TinyTown, SeveralExplanationsNeedAFolder) {
   EXPECT_EQ(files, 2u);
 }
 
+TEST_F(TinyTown, ImageSpaceGoesThroughAllCommands) {
+  const std::vector<std::string> image{"--graph_space", "image"};
+  const auto with = [&](std::vector<std::string> arguments) {
+    arguments.insert(arguments.end(), image.begin(), image.end());
+    return arguments;
+  };
+  const std::string of_images = file("image.xvm");
+  succeed(with({"blobs", "-q", town("forward"), file("regions.pcd"), "--frames", "0:3"}));
+  succeed(with({"graph", "-q", town("rear"), file("image.ply")}));
+  EXPECT_NE(readText(file("image.ply")).find("comment graph_space image"), std::string::npos);
+  succeed(with({"map", "-q", town("forward"), of_images}));
+  EXPECT_NE(succeed({"info", "-q", of_images}).out.find("graph space   image"), std::string::npos);
+  for (const std::string& against : {of_images, map()}) {
+    const Outcome found =
+        succeed(with({"localize", "-q", "--json", "--method", "walks", town("rear"), against}));
+    writeText(file("image.jsonl"), found.out);
+    const std::string truth = town("rear") + "/groundtruth.txt";
+    const std::string report = file("image_report");
+    succeed({"evaluate", "-q", file("image.jsonl"), truth, "-o", report});
+    const Json summary = Json::parse(readText(report + "/summary.json"));
+    EXPECT_DOUBLE_EQ(summary["accepted_only"]["within_m"]["5"].get<double>(), 1) << against;
+  }
+  const Outcome scans = runXview(with({"map", "-q", town("lidar"), file("scans.xvm")}));
+  EXPECT_EQ(scans.code, 2) << scans.err;
+  EXPECT_NE(scans.err.find("needs depth and label images"), std::string::npos) << scans.err;
+  EXPECT_FALSE(fs::exists(file("scans.xvm")));
+}
+
 TEST_F(TinyTown, AShorterDriveInTheSameFolderLeavesNoOldFrames) {
   for (const char* length : {"20", "10"}) {
     succeed({"simulate", "-q", file("again"), "--route_length_m", length, "--width", "64",
