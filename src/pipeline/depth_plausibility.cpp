@@ -14,7 +14,7 @@ namespace xview {
 namespace {
 
 constexpr double kFewLifted = 0.02;     ///< less of what was measured in range is no unusual recording any more
-constexpr float kSmallRange_m = 2;      ///< half of a frame nearer than this: a small room, or a wrong scale
+constexpr float kSmallRange_m = 5;      ///< half of a frame nearer than this: a room, or a wrong scale
 constexpr int kSamplesAcross = 48;      ///< pixels compared per row and column
 constexpr double kTolerance = 0.05;     ///< of two depths of one point
 constexpr double kMoved_m = 0.5;        ///< poses at least so far apart tell scales apart
