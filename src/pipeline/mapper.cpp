@@ -9,6 +9,7 @@
 #include "pipeline/place_graph.h"
 #include "xview/graph/edges.h"
 #include "xview/graph/plan_view.h"
+#include "xview/localizer.h"
 #include "xview/options_file.h"
 #include "xview/types/error.h"
 #include "xview/types/parallel.h"
@@ -72,9 +73,9 @@ class MapUnderConstruction {
   }
 
   SemanticMap finish() {
-    map_.graph = places_.finish();
     map_.plan = plan_.build();
     map_.plan.upright = *upright_;
+    map_.graph = places_.finish(map_.plan);
     map_.cloud = cloud_.finish();
     map_.options_yaml = toYaml(options_);
     return std::move(map_);
@@ -117,9 +118,7 @@ void requireSameLabels(const LabelSet& a, const std::string& name_a, const Label
 }  // namespace
 
 SemanticGraph assembleGraph(const std::vector<FrameDigest>& frames, const LabelSet& labels, const Options& options) {
-  PlaceGraph places(labels, options);
-  for (const FrameDigest& frame : frames) places.add(frame);
-  return places.finish();
+  return makeQuery(frames.data(), frames.data() + frames.size(), labels, options).graph;
 }
 
 SemanticMap buildMap(const std::vector<const FrameSource*>& sources, const Options& options, const Progress& progress) {

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "pipeline/place_graph.h"
 
+#include "pipeline/thin_objects.h"
 #include "xview/graph/edges.h"
 #include "xview/types/error.h"
 
 namespace xview {
 
-PlaceGraph::PlaceGraph(const LabelSet& labels, const Options& options) : places_(labels, options.merge), options_(options) {}
+PlaceGraph::PlaceGraph(const LabelSet& labels, const Options& options) : places_(labels, options.merge), labels_(labels), options_(options) {}
 
 void PlaceGraph::add(const FrameDigest& frame) {
   if (isImageSpace(options_)) {
@@ -17,9 +18,11 @@ void PlaceGraph::add(const FrameDigest& frame) {
   }
 }
 
-SemanticGraph PlaceGraph::finish() const {
+SemanticGraph PlaceGraph::finish(const PlanView& plan) const {
   SemanticGraph graph = places_.graph();
-  if (!isImageSpace(options_)) connectByRadius(graph, options_.edges);
+  if (isImageSpace(options_)) return graph;
+  if (options_.merge.mode == "running_mean") placeThinObjects(graph, plan, labels_);
+  connectByRadius(graph, options_.edges);
   return graph;
 }
 

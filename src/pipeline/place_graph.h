@@ -12,11 +12,12 @@ class PlaceGraph {
  public:
   PlaceGraph(const LabelSet& labels, const Options& options);
   void add(const FrameDigest& frame);
-  /// With edges.
-  SemanticGraph finish() const;
+  /// With edges. Thin objects stand where the plan view of the same frames has them, unless the graph is of image space or as in the paper.
+  SemanticGraph finish(const PlanView& plan) const;
 
  private:
   PlaceGraphBuilder places_;
+  LabelSet labels_;
   Options options_;
 };
 

@@ -56,9 +56,9 @@ Query makeQuery(const FrameDigest* first, const FrameDigest* last, const LabelSe
     query.poses.push_back(frame->T_odom_sensor);
     query.sensor = frame->sensor;
   }
-  query.graph = places.finish();
   query.plan = plan.build();
   query.plan.upright = upright;
+  query.graph = places.finish(query.plan);
   query.cloud = recentPoints(first, last, options.refine.reach_m);
   query.timing_ms.emplace_back("graph", watch.lap_ms());
   return query;

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "pipeline/thin_objects.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+namespace xview {
+namespace {
+
+constexpr std::uint32_t kPole = 3, kSign = 5, kHouse = 7;
+
+LabelSet streetLabels() {
+  LabelSet labels("street");
+  const auto add = [&](std::uint32_t id, const char* name, Role role, Kind kind) {
+    ClassInfo info;
+    info.id = id;
+    info.name = name;
+    info.role = role;
+    info.kind = kind;
+    labels.add(info);
+  };
+  add(kPole, "pole", Role::object, Kind::pole);
+  add(kSign, "sign", Role::object, Kind::sign);
+  add(kHouse, "house", Role::surface, Kind::building);
+  return labels;
+}
+
+Vertex vertexAt(std::uint32_t label, double x, double y, double z) {
+  Vertex v;
+  v.label = label;
+  v.position = {x, y, z};
+  v.extent = {.2, .3, 4};
+  v.observations = 9;
+  v.points = 70;
+  v.sigma_m = .1;
+  return v;
+}
+
+/// A plan view that saw something, with its origin at (128, 64, 2).
+PlanView streetPlan() {
+  PlanView plan;
+  plan.origin_x = 128;
+  plan.origin_y = 64;
+  plan.origin_z = 2;
+  plan.known.push_back({0, 0, 0, true});
+  return plan;
+}
+
+SemanticGraph graphOf(std::vector<Vertex> vertices) {
+  SemanticGraph graph;
+  graph.vertices = std::move(vertices);
+  graph.neighbours.resize(graph.size());
+  return graph;
+}
+
+TEST(ThinObjects, StandWithTheirFootAtThePeakAndKeepWhatTheClusterTold) {
+  PlanView plan = streetPlan();
+  plan[Channel::pole] = plan[Channel::pole_like] = {{10, 5, -.5f}};
+  SemanticGraph graph = graphOf({vertexAt(kPole, 138.7, 69.6, 4), vertexAt(kHouse, 140, 70, 3)});
+  placeThinObjects(graph, plan, streetLabels());
+  ASSERT_EQ(graph.size(), 2u);
+  EXPECT_TRUE(isConsistent(graph));
+  EXPECT_EQ(graph.vertices[0].label, kHouse);
+  EXPECT_EQ(graph.vertices[0].position, Eigen::Vector3d(140, 70, 3));
+  const Vertex& pole = graph.vertices[1];
+  EXPECT_EQ(pole.label, kPole);
+  EXPECT_EQ(pole.position, Eigen::Vector3d(138, 69, 1.5));
+  EXPECT_EQ(pole.observations, 9u);
+  EXPECT_EQ(pole.points, 70u);
+}
+
+TEST(ThinObjects, WithoutAPeakGo) {
+  SemanticGraph graph = graphOf({vertexAt(kPole, 138, 69, 4), vertexAt(kSign, 150, 69, 4)});
+  placeThinObjects(graph, streetPlan(), streetLabels());
+  EXPECT_TRUE(graph.empty());
+}
+
+TEST(ThinObjects, WithoutAClusterAreNew) {
+  PlanView plan = streetPlan();
+  plan[Channel::sign] = plan[Channel::pole_like] = {{10, 5, 0}};
+  SemanticGraph graph = graphOf({vertexAt(kSign, 145, 69, 4)});
+  placeThinObjects(graph, plan, streetLabels());
+  ASSERT_EQ(graph.size(), 1u);
+  EXPECT_EQ(graph.vertices[0].label, kSign);
+  EXPECT_EQ(graph.vertices[0].observations, 1u) << "the cluster 7 m away is another thing";
+}
+
+TEST(ThinObjects, OfNoLabelArePoles) {
+  PlanView plan = streetPlan();
+  plan[Channel::sign] = {{10, 5, 0}};
+  plan[Channel::pole_like] = {{10.3f, 5, 0}, {20, 5, 0}};
+  SemanticGraph graph;
+  placeThinObjects(graph, plan, streetLabels());
+  ASSERT_EQ(graph.size(), 2u) << "the sign is in pole_like, too, but one thing";
+  EXPECT_EQ(graph.vertices[0].label, kSign);
+  EXPECT_EQ(graph.vertices[1].label, kPole);
+  EXPECT_EQ(graph.vertices[1].position, Eigen::Vector3d(148, 69, 2));
+}
+
+TEST(ThinObjects, OfKindsWithoutAClassAreLeftOut) {
+  PlanView plan = streetPlan();
+  plan[Channel::light] = {{10, 5, 0}};
+  SemanticGraph graph;
+  placeThinObjects(graph, plan, streetLabels());
+  EXPECT_TRUE(graph.empty());
+}
+
+TEST(ThinObjects, ArePlacedInTheFrameOfTheGraphIfThatIsTilted) {
+  PlanView plan = streetPlan();
+  plan.upright = Eigen::Quaterniond(Eigen::AngleAxisd(M_PI / 2, Eigen::Vector3d::UnitX()));
+  plan[Channel::pole] = {{10, 5, 1}};
+  const Eigen::Vector3d p_frame = plan.upright.conjugate() * Eigen::Vector3d(138, 69, 3);
+  SemanticGraph graph = graphOf({vertexAt(kPole, p_frame.x(), p_frame.y(), p_frame.z())});
+  graph.vertices[0].position += plan.upright.conjugate() * Eigen::Vector3d(.5, 0, 3);
+  placeThinObjects(graph, plan, streetLabels());
+  ASSERT_EQ(graph.size(), 1u);
+  EXPECT_LT((graph.vertices[0].position - p_frame).norm(), 1e-6);
+  EXPECT_EQ(graph.vertices[0].points, 70u);
+}
+
+TEST(ThinObjects, StayAsTheyAreWithoutAPlanView) {
+  SemanticGraph graph = graphOf({vertexAt(kPole, 138, 69, 4), vertexAt(kPole, 139, 69, 4)});
+  graph.setEdges({{0, 1}});
+  placeThinObjects(graph, PlanView(), streetLabels());
+  EXPECT_EQ(graph.size(), 2u);
+  EXPECT_EQ(graph.edgeCount(), 1u);
+}
+
+}  // namespace
+}  // namespace xview
