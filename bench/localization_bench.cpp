@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Success, accuracy, verdicts and times of every window of some sessions against the map of another one.
 //
-//   localization_bench MAP_SESSION SESSION... [--window 60] [--stride 10] [--key.subkey VALUE]... [--csv FILE]
+//   localization_bench MAP_SESSION SESSION... [--window 60,30,15] [--stride 10] [--key.subkey VALUE]... [--csv FILE]
 //
 // A session is a recording with groundtruth.txt (poses in the map frame; a folder named `elsewhere` has none that counts:
-// its windows must not be accepted).
+// its windows must not be accepted). The last lines judge the confidence
+// over all windows: recall where precision is 99 %, and how many answers of each confidence are right.
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -13,9 +14,12 @@
 #include <filesystem>
 #include <fstream>
 #include <iostream>
+#include <iterator>
+#include <sstream>
 #include <string>
 #include <vector>
 
+#include "xview/eval/precision_recall.h"
 #include "xview/io/pose_files.h"
 #include "xview/io/recording.h"
 #include "xview/localizer.h"
@@ -29,10 +33,18 @@ using namespace xview;
 
 struct Arguments {
   std::vector<std::string> sessions;
-  double window_m = 60, stride_m = 10;
+  std::vector<double> windows_m = {60};
+  double stride_m = 10;
   std::string csv;
   Options options;
 };
+
+std::vector<double> numbers(const std::string& text) {
+  std::vector<double> values;
+  std::istringstream words(text);
+  for (std::string word; std::getline(words, word, ',');) values.push_back(std::stod(word));
+  return values;
+}
 
 Arguments parse(int argc, char** argv) {
   Arguments a;
@@ -41,7 +53,7 @@ Arguments parse(int argc, char** argv) {
     const std::string word = argv[i];
     if (word.rfind("--", 0) != 0) a.sessions.push_back(word);
     else if (i + 1 == argc) throw UsageError(word + " needs a value");
-    else if (word == "--window") a.window_m = std::stod(argv[++i]);
+    else if (word == "--window") a.windows_m = numbers(argv[++i]);
     else if (word == "--stride") a.stride_m = std::stod(argv[++i]);
     else if (word == "--csv") a.csv = argv[++i];
     else setOption(a.options, word.substr(2), argv[++i]);
@@ -103,13 +115,42 @@ double timing(const Localization& fix, std::initializer_list<const char*> stages
   return sum;
 }
 
-void runSession(const Session& s, const Localizer& localizer, const Arguments& a, std::ofstream& csv) {
+/// All answers, for what they say together.
+struct Answers {
+  std::vector<Detection> detections;
+  std::size_t positives = 0;
+
+  void add(const Localization& fix, bool is_right, bool is_negative) {
+    detections.push_back({fix.hypotheses.empty() ? -1 : fix.confidence, is_right});
+    positives += !is_negative;
+  }
+
+  void print() const {
+    double recall = 0;
+    for (const PrecisionRecall& p : precisionRecallCurve(detections, positives)) {
+      if (p.precision >= 0.99) recall = std::max(recall, p.recall);
+    }
+    fmt::print("recall at 99 % precision {:.2f} % of {} windows, with {} from elsewhere\n", 100 * recall, positives, detections.size() - positives);
+    constexpr double kLimits[] = {0, 0.5, 0.9, 0.99, 0.999, 2};
+    for (std::size_t i = 0; i + 1 < std::size(kLimits); ++i) {
+      std::size_t count = 0, right = 0;
+      for (const Detection& d : detections) {
+        if (d.confidence < kLimits[i] || d.confidence >= kLimits[i + 1]) continue;
+        ++count;
+        right += d.correct;
+      }
+      fmt::print("  confidence from {:5.3f}: {:5} answers, {:5} right\n", kLimits[i], count, right);
+    }
+  }
+};
+
+void runSession(const Session& s, double window_m, const Localizer& localizer, const Arguments& a, std::ofstream& csv, Answers& answers) {
   Tally tally;
   const double total = s.travelled.back();
   double previous = -1;
-  for (double from = 0; from == 0 || from + a.window_m <= total + 1; from += a.stride_m) {
+  for (double from = 0; from == 0 || from + window_m <= total + 1; from += a.stride_m) {
     const auto first = static_cast<std::size_t>(std::lower_bound(s.travelled.begin(), s.travelled.end(), from) - s.travelled.begin());
-    const auto last = static_cast<std::size_t>(std::upper_bound(s.travelled.begin(), s.travelled.end(), from + a.window_m) - s.travelled.begin());
+    const auto last = static_cast<std::size_t>(std::upper_bound(s.travelled.begin(), s.travelled.end(), from + window_m) - s.travelled.begin());
     if (static_cast<double>(first) == previous) continue;
     previous = static_cast<double>(first);
     const Query query = makeQuery(s.frames.data() + first, s.frames.data() + last, s.labels, a.options);
@@ -127,16 +168,17 @@ void runSession(const Session& s, const Localizer& localizer, const Arguments& a
       tally.errors_m.push_back(std::isnan(error) ? 1e9 : error);
       tally.errors_deg.push_back(std::isnan(turn) ? 180 : turn);
     }
+    answers.add(fix, error <= 5, s.negative);
     tally.wrong_accepted += fix.accepted() && !(error <= 5);
     tally.search_ms.push_back(timing(fix, {"descriptors", "matching", "rejection", "pose", "refine"}));
     tally.graph_ms.push_back(timing(fix, {"graph"}));
     if (csv) {
-      csv << fmt::format("{},{},{},{},{:.3f},{:.3f},{},{:.4f},{:.2f},{:.2f},{},{},\"{}\"\n", s.name, a.window_m, first, last, error, turn,
+      csv << fmt::format("{},{},{},{},{:.3f},{:.3f},{},{:.4f},{:.2f},{:.2f},{},{},\"{}\"\n", s.name, window_m, first, last, error, turn,
                          toString(fix.status), fix.confidence, fix.hypotheses.empty() ? 0 : fix.hypotheses[0].score,
                          fix.hypotheses.size() > 1 ? fix.hypotheses[1].score : 0, fix.inliers, fix.vertices, fix.reason);
     }
   }
-  fmt::print("{:<10} {:4} | {:5.1f} {:5.1f} {:5.1f} {:5.1f} {:5.1f} | {:6.3f} {:6.3f} {:6.3f} | {:4} {:4} {:5} | {:6.1f} {:6.1f}\n", s.name, tally.windows,
+  fmt::print("{:<10} {:4} m {:4} | {:5.1f} {:5.1f} {:5.1f} {:5.1f} {:5.1f} | {:6.3f} {:6.3f} {:6.3f} | {:4} {:4} {:5} | {:6.1f} {:6.1f}\n", s.name, window_m, tally.windows,
              tally.within(0.3), tally.within(0.5), tally.within(1), tally.within(5), tally.within(20), quantile(tally.errors_m, .5), quantile(tally.errors_m, .9),
              quantile(tally.errors_deg, .5), tally.accepted, tally.ambiguous, tally.wrong_accepted, quantile(tally.graph_ms, .5),
              quantile(tally.search_ms, .5));
@@ -154,10 +196,14 @@ int main(int argc, char** argv) try {
   std::ofstream csv;
   if (!a.csv.empty()) csv.open(a.csv, std::ios::app);
   const Localizer localizer(map, a.options);
-  fmt::print("map {}: {} vertices, {} plan samples; windows of {} m every {} m\n", a.sessions[0], map.graph.size(), map.plan.sampleCount(), a.window_m,
-             a.stride_m);
-  fmt::print("session       n | <=.3m <=.5m  <=1m  <=5m <=20m | median    p90    deg |  acc ambi wrong | graph  search ms\n");
-  for (std::size_t i = 1; i < a.sessions.size(); ++i) runSession(loadSession(a.sessions[i], a.options), localizer, a, csv);
+  fmt::print("map {}: {} vertices, {} plan samples; a window every {} m\n", a.sessions[0], map.graph.size(), map.plan.sampleCount(), a.stride_m);
+  fmt::print("session    window    n | <=.3m <=.5m  <=1m  <=5m <=20m | median    p90    deg |  acc ambi wrong | graph  search ms\n");
+  Answers answers;
+  for (std::size_t i = 1; i < a.sessions.size(); ++i) {
+    const Session session = loadSession(a.sessions[i], a.options);
+    for (const double window_m : a.windows_m) runSession(session, window_m, localizer, a, csv, answers);
+  }
+  answers.print();
   return 0;
 } catch (const std::exception& e) {
   std::cerr << "error: " << e.what() << "\n";

@@ -160,7 +160,6 @@ Trial run(const ObjectPlaceIndex& index, const SemanticGraph& graph, const Eigen
   trial.evidence.runner_up = result.wrong.count > 0 ? std::max(0.0, result.wrong.best) : 0;
   trial.evidence.expected = best.expected;
   trial.evidence.known_share = best.known_share;
-  trial.evidence.places = result.wrong.count + 1;
   const double needed = neededMargin(a.verdict.min_object_margin, result.vertices);
   trial.accepted = judge(trial.evidence, needed, a.verdict).status == Status::accepted;
   return trial;

@@ -172,6 +172,8 @@ PlanHypothesis hypothesisAt(const PlacePose& centre_pose, const PlanQuery& query
   const ScoreDetails details = scoreDetails(field, ratios, query.fine, centre_pose);
   h.expected = details.expected;
   h.known_share = details.known_share;
+  h.standing_score = details.standing_score;
+  h.standing_expected = details.standing_expected;
   h.objects = details.objects;
   h.objects_matched = details.objects_matched;
   return h;
@@ -199,10 +201,9 @@ std::vector<PlacePose> distinct(std::vector<PlacePose> poses, std::size_t count)
 }
 
 /// The first pose of each place.
-std::vector<PlacePose> differentPlaces(const std::vector<PlacePose>& poses, std::size_t count) {
+std::vector<PlacePose> differentPlaces(const std::vector<PlacePose>& poses) {
   std::vector<PlacePose> places;
   for (const PlacePose& p : poses) {
-    if (places.size() >= count) break;
     const auto same = [&](const PlacePose& other) { return samePlace(other, p); };
     if (std::none_of(places.begin(), places.end(), same)) places.push_back(p);
   }
@@ -238,7 +239,7 @@ std::vector<PlanHypothesis> PlanPlaces::search(const PlanQuery& query,
   poses = distinct(std::move(poses), static_cast<std::size_t>(index.options.refine_poses));
   climbAll(score, 0.5, 0.012, 3, threads, poses);
   std::sort(poses.begin(), poses.end(), byScore);
-  poses = differentPlaces(poses, static_cast<std::size_t>(index.options.hypotheses));
+  poses = differentPlaces(poses);
   if (!poses.empty()) poses[0] = score.climb(poses[0], 0.125, 0.003, 2);
   std::vector<PlanHypothesis> places;
   for (const PlacePose& p : poses) {

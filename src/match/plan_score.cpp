@@ -7,6 +7,13 @@
 namespace xview {
 namespace {
 
+/// Upright surfaces, and anything that stands there. Roads and verges of one town resemble those of
+/// another; walls, hedges and crowns do so less.
+bool stands(Channel c) {
+  return !isArea(c) && !isObject(c) &&
+         (c < Channel::border_road_sidewalk || c > Channel::border_road_terrain);
+}
+
 /// Maps points about the query centre to cells of the field.
 struct CellTransform {
   CellTransform(const PlanField& field, double px, double py, double yaw)
@@ -89,6 +96,10 @@ ScoreDetails scoreDetails(const PlanField& field, const WeightedRatios& ratios,
     if (bin == kUnknownBin) continue;
     ++known;
     details.expected += ratios.expected[q.channel];
+    if (stands(static_cast<Channel>(q.channel))) {
+      details.standing_score += ratios.value[q.channel][bin];
+      details.standing_expected += ratios.expected[q.channel];
+    }
     if (!isObject(static_cast<Channel>(q.channel))) continue;
     ++details.objects;
     details.objects_matched += bin < kMatchedBins;

@@ -41,6 +41,7 @@ std::vector<std::uint8_t> distanceBins(const PlanField& field,
 struct ScoreDetails {
   double expected = 0;
   double known_share = 0;
+  double standing_score = 0, standing_expected = 0;
   int objects = 0, objects_matched = 0;
 };
 ScoreDetails scoreDetails(const PlanField& field, const WeightedRatios& ratios,

@@ -32,8 +32,7 @@ void ObjectPath::localize(const Query& query, Localization& answer) const {
   PlaceEvidence evidence;
   if (count > 0) {
     const ObjectHypothesis& best = result.hypotheses[0];
-    evidence = {best.score, result.wrong.count > 0 ? std::max(0.0, result.wrong.best) : 0.0, best.expected, best.known_share,
-                static_cast<int>(result.hypotheses.size())};
+    evidence = {best.score, result.wrong.count > 0 ? std::max(0.0, result.wrong.best) : 0.0, best.expected, best.known_share};
     answer.kept = best.inliers;
     answer.inliers = static_cast<int>(best.inliers.size());
   }

@@ -21,6 +21,12 @@ double radiusOf(const PlanQuery& query) {
   return radius;
 }
 
+/// True if a place cannot be the other one a little further down the same street.
+bool isFar(const PlacePose& a, const PlacePose& b) {
+  constexpr double kFar_m = 20, kFar_rad = 0.8;
+  return std::hypot(a.x - b.x, a.y - b.y) > kFar_m || std::abs(angleDifference(a.yaw, b.yaw)) > kFar_rad;
+}
+
 }  // namespace
 
 /// Distinct verified places, best first.
@@ -45,6 +51,23 @@ struct PlacePath::RankedPlaces {
     places.insert(at, {place, proposer});
   }
 
+  ViewEvidence evidence() const {
+    ViewEvidence e;
+    if (places.empty()) return e;
+    const PlanHypothesis& best = places[0].hypothesis;
+    e.score = best.pose.score;
+    e.expected = best.expected;
+    e.standing_score = best.standing_score;
+    e.standing_expected = best.standing_expected;
+    e.known_share = best.known_share;
+    if (places.size() > 1) e.runner_up = std::max(0.0, places[1].hypothesis.pose.score);
+    const PlacePose centre = placeOfPoint(best.pose, query_centre);
+    for (const Place& p : places) {
+      if (isFar(placeOfPoint(p.hypothesis.pose, query_centre), centre)) e.wrong_scores.push_back(p.hypothesis.pose.score);
+    }
+    return e;
+  }
+
   Eigen::Vector2d query_centre;
   std::vector<Place> places;
 };
@@ -65,8 +88,7 @@ void PlacePath::localize(const Query& query, const PlanQuery& plan_query, Locali
     part = walks_.mapAround({centre.x, centre.y}, radiusOf(plan_query) + kPlaceMargin_m);
     if (options_.method == "auto") proposeByWalks(query, plan_query, walk_query, part, ranked, answer);
   }
-  const bool from_the_air = plan_query.viewpoint == Viewpoint::air;
-  report(ranked, options_.verdict.min_margin * (from_the_air ? options_.verdict.aerial_margin_factor : 1), answer);
+  report(ranked, answer);
   if (answer.hypotheses.empty()) return;
   answer.kept = pairsUnderPose(walk_query, part, answer.hypotheses[0].T_map_query, options_.consensus.inlier_m);
   answer.hypotheses[0].inliers = answer.inliers = static_cast<int>(answer.kept.size());
@@ -86,17 +108,13 @@ void PlacePath::proposeByWalks(const Query& query, const PlanQuery& plan_query, 
   answer.timing_ms.emplace_back("rejection", watch.lap_ms() - proposals.descriptors_ms);
 }
 
-void PlacePath::report(const RankedPlaces& ranked, double needed_margin, Localization& answer) const {
-  for (const auto& [h, proposer] : ranked.places) {
+void PlacePath::report(const RankedPlaces& ranked, Localization& answer) const {
+  const std::size_t count = std::min(ranked.places.size(), static_cast<std::size_t>(options_.places.hypotheses));
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto& [h, proposer] = ranked.places[i];
     answer.hypotheses.push_back({poseOf(h), h.pose.score, h.objects_matched, proposer});
   }
-  PlaceEvidence evidence;
-  if (!ranked.places.empty()) {
-    const PlanHypothesis& best = ranked.places[0].hypothesis;
-    const double runner_up = ranked.places.size() > 1 ? std::max(0.0, ranked.places[1].hypothesis.pose.score) : 0.0;
-    evidence = {best.pose.score, runner_up, best.expected, best.known_share, static_cast<int>(ranked.places.size())};
-  }
-  setVerdict(judge(evidence, needed_margin, options_.verdict), answer);
+  setVerdict(judge(ranked.evidence(), options_.verdict), answer);
 }
 
 }  // namespace xview

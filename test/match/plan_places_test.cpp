@@ -106,7 +106,7 @@ TEST(PlanPlaces, SearchGivesTheSameBytesForAnyNumberOfThreads) {
 TEST(PlanPlaces, BestFirstAndDistinct) {
   const PlanTown town = randomTown(6);
   PlaceOptions options;
-  options.hypotheses = 8;
+  options.refine_poses = 8;
   const PlanPlaces places = indexOf(town, options);
   const MovedQuery moved(town, {-40, 0}, 30, poseFromYaw({70, -20, 0}, 2.1));
   const auto found = places.search(moved.query, {}, 1);
@@ -189,6 +189,33 @@ TEST(PlanPlaces, AMirroredQueryScoresClearlyLower) {
   ASSERT_FALSE(found.empty());
   if (mirrored.empty()) return;
   EXPECT_LT(mirrored[0].pose.score, 0.7 * found[0].pose.score);
+}
+
+TEST(PlanPlaces, EvidenceAddsUpToTheScoreOfThePose) {
+  const PlanTown town = randomTown(5);
+  const PlanPlaces places = indexOf(town);
+  const MovedQuery moved(town, {20, 45}, 30, poseFromYaw({12, -7, 3}, 0.9));
+  const auto found = places.search(moved.query, {}, 1);
+  ASSERT_FALSE(found.empty());
+  double nats = 0, expected = 0, standing = 0;
+  for (const SampleEvidence& e : places.evidence(moved.query, found[0].pose)) {
+    nats += e.nats;
+    expected += e.expected;
+    if ((e.channel >= Channel::building && e.channel <= Channel::other_surface) ||
+        e.channel == Channel::obstacle_low || e.channel == Channel::obstacle_high) {
+      standing += e.nats;
+    }
+    const Eigen::Vector3d q(e.query.x(), e.query.y(), 0);
+    const Eigen::Vector3d p = poseFromYaw({found[0].pose.x, found[0].pose.y, 0}, found[0].pose.yaw) * q;
+    EXPECT_LT((p.head<2>() - e.map).norm(), 1e-6);
+    if (e.distance_bin == kUnknownBin) {
+      EXPECT_EQ(e.nats, 0);
+    }
+  }
+  EXPECT_NEAR(nats, found[0].pose.score, 1e-3);
+  EXPECT_NEAR(expected, found[0].expected, 1e-3);
+  EXPECT_NEAR(standing, found[0].standing_score, 1e-3);
+  EXPECT_GT(found[0].standing_expected, 0);
 }
 
 TEST(PlanPlaces, UnseenAreaNeitherHelpsNorHarms) {

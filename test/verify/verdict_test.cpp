@@ -3,8 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <vector>
 
 #include "xview/types/random.h"
 
@@ -13,7 +15,8 @@ namespace {
 
 const VerdictOptions kOptions;
 
-Verdict judgePlace(const PlaceEvidence& e) { return judge(e, kOptions.min_margin, kOptions); }
+Verdict judgePlace(const PlaceEvidence& e) { return judge(e, 60, kOptions); }
+Verdict judgeView(const ViewEvidence& e) { return judge(e, kOptions); }
 
 PlaceEvidence goodPlace() {
   PlaceEvidence e;
@@ -21,7 +24,18 @@ PlaceEvidence goodPlace() {
   e.runner_up = 300;
   e.expected = 1000;
   e.known_share = 0.95;
-  e.places = 5;
+  return e;
+}
+
+ViewEvidence goodView() {
+  ViewEvidence e;
+  e.score = 300;
+  e.runner_up = 60;
+  e.expected = 310;
+  e.standing_score = 140;
+  e.standing_expected = 150;
+  e.known_share = 0.9;
+  e.wrong_scores = {60, 48, 41, 40, 36, 33, 32, 31, 30, 30, 28};
   return e;
 }
 
@@ -31,7 +45,19 @@ PlaceEvidence randomPlace(Random& random) {
   e.runner_up = random.uniform(-200, 1000);
   e.expected = random.uniform(-100, 1500);
   e.known_share = random.uniform();
-  e.places = static_cast<int>(random.below(6));
+  return e;
+}
+
+ViewEvidence randomView(Random& random) {
+  ViewEvidence e;
+  e.score = random.uniform(-50, 400);
+  e.runner_up = random.uniform(-50, 200);
+  e.expected = random.uniform(-50, 500);
+  e.standing_score = random.uniform(-50, 200);
+  e.standing_expected = random.uniform(-10, 200);
+  e.known_share = random.uniform();
+  double score = e.runner_up;
+  for (std::uint32_t i = random.below(12); i > 0; --i) e.wrong_scores.push_back(score -= random.uniform(0, 30));
   return e;
 }
 
@@ -153,6 +179,126 @@ TEST(PlaceVerdict, GivesOneSentenceForEverything) {
     EXPECT_EQ(reason.find('\n'), std::string::npos);
     EXPECT_EQ(reason.find("nan"), std::string::npos) << reason;
   }
+}
+
+TEST(ViewVerdict, GoodEvidenceIsAcceptedWithConfidence) {
+  const Verdict v = judgeView(goodView());
+  EXPECT_EQ(v.status, Status::accepted) << v.reason;
+  EXPECT_GT(v.confidence, 0.999);
+  EXPECT_NE(v.reason.find("240 nats"), std::string::npos) << v.reason;
+}
+
+TEST(ViewVerdict, AcceptedIsWhatReachesTheConfidenceAndAllGates) {
+  Random random(5);
+  int accepted = 0;
+  for (int i = 0; i < 20000; ++i) {
+    const ViewEvidence e = randomView(random);
+    VerdictOptions options;
+    options.min_confidence = random.uniform(0.5, 0.9999);
+    const Verdict v = judge(e, options);
+    EXPECT_EQ(v.status == Status::accepted, v.confidence >= options.min_confidence);
+    EXPECT_GE(v.confidence, 0);
+    EXPECT_LE(v.confidence, 1);
+    EXPECT_EQ(v.reason.find('\n'), std::string::npos);
+    EXPECT_FALSE(v.reason.empty());
+    if (v.status != Status::accepted) continue;
+    ++accepted;
+    EXPECT_GT(e.score, e.runner_up);
+    EXPECT_GE(e.score, options.min_agreement * e.expected);
+    EXPECT_GE(e.known_share, options.min_known_share);
+    EXPECT_LE(expectedFalseAlarms(e, options), 1 / options.min_confidence - 1 + 1e-12);
+  }
+  EXPECT_GT(accepted, 100) << "or nothing was tested";
+}
+
+TEST(ViewVerdict, ConfidenceNeverFallsWithBetterEvidence) {
+  const auto improvements = {
+      +[](ViewEvidence& e) { e.score += 10; },
+      +[](ViewEvidence& e) { e.runner_up -= 10; },
+      +[](ViewEvidence& e) { e.standing_score += 10; },
+      +[](ViewEvidence& e) { e.known_share += 0.05; },
+  };
+  Random random(6);
+  for (int i = 0; i < 2000; ++i) {
+    const ViewEvidence worse = randomView(random);
+    for (const auto& improve : improvements) {
+      ViewEvidence better = worse;
+      improve(better);
+      EXPECT_GE(judgeView(better).confidence, judgeView(worse).confidence);
+    }
+  }
+}
+
+TEST(ViewVerdict, ALayoutWhoseHousesContradictIsRefused) {
+  ViewEvidence e = goodView();
+  e.standing_score = -20;
+  const Verdict v = judgeView(e);
+  EXPECT_EQ(v.status, Status::rejected) << "roads alone repeat between towns";
+  EXPECT_LT(v.confidence, 0.5);
+}
+
+TEST(ViewVerdict, AViewWithoutAnythingUprightIsJudgedByTheRest) {
+  ViewEvidence e = goodView();
+  e.standing_score = e.standing_expected = 0;
+  EXPECT_EQ(judgeView(e).status, Status::accepted);
+}
+
+TEST(ViewVerdict, NeedsMoreWhereWrongPlacesScoreVeryDifferently) {
+  ViewEvidence e = goodView();
+  e.score = 130;
+  e.expected = 130;
+  const double usual = expectedFalseAlarms(e, kOptions);
+  e.wrong_scores = {60, 40, 10, -20, -40, -60, -80, -100, -120};
+  EXPECT_GT(expectedFalseAlarms(e, kOptions), 10 * usual);
+}
+
+TEST(ViewVerdict, TwoPlacesThatFitEquallyWellAreAmbiguous) {
+  ViewEvidence e = goodView();
+  e.runner_up = 290;
+  const Verdict v = judgeView(e);
+  EXPECT_EQ(v.status, Status::ambiguous) << v.reason;
+  EXPECT_LT(v.confidence, 0.5);
+  e.standing_score = -100;
+  EXPECT_EQ(judgeView(e).status, Status::rejected) << "both fit badly";
+}
+
+TEST(ViewVerdict, WithoutEvidenceIsRejected) {
+  EXPECT_EQ(judgeView({}).status, Status::rejected);
+  EXPECT_EQ(judgeView({}).confidence, 0);
+  ViewEvidence no_number = goodView();
+  no_number.score = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(judgeView(no_number).status, Status::rejected);
+  EXPECT_EQ(judgeView(no_number).confidence, 0);
+  ViewEvidence outside = goodView();
+  outside.known_share = 0.1;
+  const Verdict v = judgeView(outside);
+  EXPECT_EQ(v.status, Status::rejected);
+  EXPECT_NE(v.reason.find("10 %"), std::string::npos) << v.reason;
+  ViewEvidence worse_than_chance = goodView();
+  worse_than_chance.score = -50;
+  worse_than_chance.runner_up = -800;
+  EXPECT_EQ(judgeView(worse_than_chance).status, Status::rejected);
+}
+
+TEST(TailScale, IsTheScaleOfAnExponentialTail) {
+  Random random(7);
+  for (const double scale : {3.0, 20.0}) {
+    double mean = 0;
+    constexpr int kRuns = 2000;
+    for (int run = 0; run < kRuns; ++run) {
+      std::vector<double> scores;
+      for (int i = 0; i < 40; ++i) scores.push_back(15 - scale * std::log(1 - random.uniform()));
+      std::sort(scores.rbegin(), scores.rend());
+      mean += tailScale(scores) / kRuns;
+    }
+    EXPECT_NEAR(mean, scale, 0.05 * scale);
+  }
+}
+
+TEST(TailScale, OfTooFewScoresIsUnknown) {
+  EXPECT_EQ(tailScale({}), 0);
+  EXPECT_EQ(tailScale({50, 40, 30}), 0);
+  EXPECT_GT(tailScale({50, 40, 30, 20}), 0);
 }
 
 TEST(ConsensusVerdict, GoodEvidenceIsAccepted) {

@@ -70,6 +70,8 @@ struct PlanHypothesis {
   double z = 0;         ///< height offset: median of map ground minus query ground [m]
   double expected = 0;  ///< score that a true pose would have, over the samples in seen area [nats]
   double known_share = 0;   ///< share of the samples that fall where the map was seen
+  double standing_score = 0;     ///< part of the score from upright surfaces and obstacles [nats]
+  double standing_expected = 0;  ///< what they would give at a true pose [nats]
   int objects = 0;          ///< object samples in seen area
   int objects_matched = 0;  ///< of these, with a map object of the channel within 1 m
 };
@@ -94,7 +96,7 @@ class PlanPlaces {
   ~PlanPlaces();
 
   bool empty() const;
-  /// Best distinct places first; empty if nothing can be said.
+  /// Distinct places, best first, as many as were refined to the end; empty if nothing can be said.
   std::vector<PlanHypothesis> search(const PlanQuery& query, const PlacePrior& prior_of_centre,
                                      int threads) const;
   /// Climbs from a proposed pose (query frame to map frame) to the best pose around it.

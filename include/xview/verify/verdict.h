@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "xview/types/localization.h"
 #include "xview/types/option_field.h"
@@ -9,33 +10,52 @@
 namespace xview {
 
 struct VerdictOptions {
-  double min_margin = 60;        ///< nats by which the best place must beat every other one
-  double aerial_margin_factor = 1.8;  ///< times min_margin for views from the air: road layouts alone repeat between towns
+  double min_confidence = 0.99;  ///< views from above: share of right ones among answers like this one
+  double false_alarm_nats = 5;   ///< by so much more evidence, wrong places become e times rarer
   double min_agreement = 0.4;    ///< share of the score that a true pose would have
   double min_known_share = 0.15; ///< share of the query that must lie where the map was seen
-  double min_object_margin = 19; ///< same as min_margin for graphs of 60 objects without surfaces
+  double min_object_margin = 19; ///< nats by which the best place of a graph of 60 objects must beat every other one
   double min_inliers = 8;        ///< method walks: vertices that must agree, more for large queries
   double min_inlier_ratio = 1.5; ///< method walks: times the inliers of the next best place
 };
 
 template <class Visitor>
 void visit(VerdictOptions& o, Visitor&& field) {
-  field("min_margin", o.min_margin, Range{0, 1e6}, "the best place must beat every other one by so much [nats]");
-  field("aerial_margin_factor", o.aerial_margin_factor, Range{0, 1000}, "times min_margin for views from the air");
+  field("min_confidence", o.min_confidence, Range{0.5, 0.999999999}, "confidence from which on an answer is accepted; graphs of objects and method walks: 0.5");
+  field("false_alarm_nats", o.false_alarm_nats, Range{0.1, 1e6}, "by so much more evidence, wrong places become e times rarer [nats]");
   field("min_agreement", o.min_agreement, Range{0, 1}, "share of the score of a true pose that is asked for");
   field("min_known_share", o.min_known_share, Range{0, 1}, "share of the query that must lie where the map was seen");
-  field("min_object_margin", o.min_object_margin, Range{0, 1e6}, "same for bare graphs of objects [nats]");
+  field("min_object_margin", o.min_object_margin, Range{0, 1e6}, "graphs of 60 objects: the best place must beat every other one by so much [nats]");
   field("min_inliers", o.min_inliers, Range{3, 1e6}, "method walks: vertices that must agree");
   field("min_inlier_ratio", o.min_inlier_ratio, Range{1, 100}, "method walks: times the inliers of the next best place");
 }
 
-/// What speaks for and against the best pose of a place search.
+/// What speaks for and against the best place of a search over views from above.
+struct ViewEvidence {
+  double score = 0;              ///< of the best place [nats]
+  double runner_up = 0;          ///< score of the best other place; what unseen area scores (0) if there is none
+  double expected = 0;           ///< score that a true pose would have [nats]
+  double standing_score = 0;     ///< part of the score from what stands upright [nats]
+  double standing_expected = 0;  ///< same at a true pose [nats]
+  double known_share = 0;        ///< share of the query in seen area
+  std::vector<double> wrong_scores;  ///< of places that are far from the best one, best first [nats]
+};
+
+/// Scale of the upper tail of scores of wrong places: mean excess of the best 8 over the ninth [nats]. Wrong scores fall off exponentially,
+/// so a wrong place is ahead of the next one by more than m with probability exp(-m / scale). 0 if there are fewer than 4.
+double tailScale(const std::vector<double>& scores_best_first);
+
+/// Wrong answers to expect for each right one among answers with so much evidence: margin over the next place times the share of a true
+/// pose's score that the place has (the smaller of all and of what stands upright, at most 1), in units of options.false_alarm_nats, or of a
+/// quarter of the tail scale if this map has wrong places of more different scores.
+double expectedFalseAlarms(const ViewEvidence& evidence, const VerdictOptions& options);
+
+/// What speaks for and against the best pose of a graph of objects.
 struct PlaceEvidence {
   double score = 0;        ///< of the best place [nats]
   double runner_up = 0;    ///< score of the best other place; what unseen area scores (0) if there is none
   double expected = 0;     ///< score that a true pose would have [nats]
   double known_share = 0;  ///< share of the query in seen area
-  int places = 0;          ///< distinct places that were compared
 };
 
 /// What speaks for and against the best pose of walks and sample consensus.
@@ -52,7 +72,8 @@ struct Verdict {
   std::string reason;
 };
 
-/// `needed_margin`: VerdictOptions::min_margin or min_object_margin.
+/// Confidence is 1 / (1 + expected false alarms): what share of such answers is right.
+Verdict judge(const ViewEvidence& evidence, const VerdictOptions& options);
 Verdict judge(const PlaceEvidence& evidence, double needed_margin, const VerdictOptions& options);
 Verdict judge(const ConsensusEvidence& evidence, const VerdictOptions& options);
 
