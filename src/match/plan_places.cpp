@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <mutex>
+#include <optional>
 
 #include "match/map_null.h"
 #include "match/plan_blocks.h"
@@ -19,10 +20,14 @@ constexpr double kRasterUnitsPerNat = 4;
 constexpr double kRasterCap = 255;
 constexpr float kSameRefined_m = 1.5f, kSameRefined_rad = 0.05f;
 
+/// From so many tiles of 32 m on, the exhaustive search begins with cells of twice the size.
+constexpr std::size_t kLargeMapTiles = 400;
+
 /// What depends on the view-point of the query.
 struct ViewIndex {
   WeightedRatios ratios;
   LikelihoodRaster raster;
+  std::optional<LikelihoodRaster> first_look;  ///< large maps only
 };
 
 WeightedRatios weighted(const LogRatios& ratios, const PlaceOptions& options, bool coarse) {
@@ -115,9 +120,12 @@ struct PlanPlaces::Index {
     const auto v = static_cast<std::size_t>(viewpoint);
     std::call_once(once[v], [&] {
       const LogRatios ratios = logRatios(table, viewpoint, &null, options.map_null_mix);
+      const WeightedRatios coarse = weighted(ratios, options, true);
       views[v] = std::make_unique<ViewIndex>(
           ViewIndex{weighted(ratios, options, false),
-                    makeRaster(field, weighted(ratios, options, true), options.coarse_cell_m)});
+                    makeRaster(field, coarse, options.coarse_cell_m), std::nullopt});
+      if (field.tiles().size() >= kLargeMapTiles)
+        views[v]->first_look = makeRaster(field, coarse, 2 * options.coarse_cell_m);
     });
     return *views[v];
   }
@@ -232,7 +240,11 @@ std::vector<PlanHypothesis> PlanPlaces::search(const PlanQuery& query,
   const Index& index = *index_;
   const ViewIndex& view = index.view(query.viewpoint);
   const RasterSearchOptions search = index.searchOptions(prior_of_centre, threads);
-  std::vector<PlacePose> poses = searchRaster(view.raster, rasterSamples(query.coarse), search);
+  const std::vector<RasterSample> samples = rasterSamples(query.coarse);
+  std::vector<PlacePose> poses =
+      view.first_look ? searchRaster(*view.first_look, samples,
+                                     FineLevel{view.raster, samples, search.max_yaw_step_rad}, search)
+                      : searchRaster(view.raster, samples, search);
   const PlanScore score(index.field, view.ratios, query.fine);
   const double coarse_m = view.raster.cellSize() / 2, coarse_rad = search.max_yaw_step_rad / 2;
   climbAll(score, coarse_m, coarse_rad, 2, threads, poses);
@@ -284,7 +296,9 @@ std::vector<SampleEvidence> PlanPlaces::evidence(const PlanQuery& query,
 
 std::size_t PlanPlaces::bytes() const {
   std::size_t total = index_->field.bytes();
-  for (const auto& view : index_->views) total += view ? view->raster.bytes() : 0;
+  for (const auto& view : index_->views) {
+    if (view) total += view->raster.bytes() + (view->first_look ? view->first_look->bytes() : 0);
+  }
   return total;
 }
 

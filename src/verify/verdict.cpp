@@ -22,7 +22,7 @@ constexpr std::size_t kTailPlaces = 8;
 constexpr double kTailShare = 0.25;
 /// Wrong answers for each right one where there is no evidence. Measured together with VerdictOptions::false_alarm_nats, on windows of 15 to
 /// 60 m of simulated towns: right ones in their own map against others, and against it without the right place.
-constexpr double kWithoutEvidence = 250;
+constexpr double kWithoutEvidence = 100;
 constexpr double kStandingPrior = 15;  ///< nats; little that stands upright says little
 
 double margin(const ViewEvidence& e) { return e.score - e.runner_up; }
@@ -45,7 +45,7 @@ double tailScale(const std::vector<double>& scores_best_first) {
 }
 
 double expectedFalseAlarms(const ViewEvidence& e, const VerdictOptions& o) {
-  const double evidence = std::max(0.0, margin(e)) * std::min(1.0, agreement(e));
+  const double evidence = std::max(0.0, margin(e)) * std::sqrt(std::min(1.0, agreement(e)));
   const double unit = std::max(o.false_alarm_nats, kTailShare * tailScale(e.wrong_scores));
   return kWithoutEvidence * std::exp(-evidence / unit);
 }
@@ -53,7 +53,8 @@ double expectedFalseAlarms(const ViewEvidence& e, const VerdictOptions& o) {
 Verdict judge(const ViewEvidence& e, const VerdictOptions& o) {
   Verdict verdict;
   const double alarms = expectedFalseAlarms(e, o), agreed = agreement(e);
-  const double lacking = std::min(agreed / std::max(1e-9, o.min_agreement), e.known_share / std::max(1e-9, o.min_known_share));
+  const double share = e.expected > 0 ? e.score / e.expected : 0;
+  const double lacking = std::min(share / std::max(1e-9, o.min_agreement), e.known_share / std::max(1e-9, o.min_known_share));
   const double by_evidence = std::isfinite(e.score) ? 1 / (1 + alarms) : 0;
   verdict.confidence = lacking >= 1 ? by_evidence : std::max(0.0, std::min(by_evidence, 0.5 * lacking * o.min_confidence));
   if (verdict.confidence >= o.min_confidence) {
@@ -62,8 +63,8 @@ Verdict judge(const ViewEvidence& e, const VerdictOptions& o) {
                                  100 * agreed, std::max(alarms, 1e-99), 1 / o.min_confidence - 1);
   } else if (e.known_share < o.min_known_share) {
     verdict.reason = fmt::format("only {:.0f} % of the query lies where the map was seen ({:.0f} % needed)", 100 * e.known_share, 100 * o.min_known_share);
-  } else if (!(agreed >= o.min_agreement)) {
-    verdict.reason = fmt::format("the best place agrees by {:.0f} % with what a true pose would show ({:.0f} % needed)", 100 * agreed, 100 * o.min_agreement);
+  } else if (!(share >= o.min_agreement)) {
+    verdict.reason = fmt::format("the best place has {:.0f} % of the score of a true pose ({:.0f} % needed)", 100 * std::max(0.0, share), 100 * o.min_agreement);
   } else if (e.runner_up >= kEqualShare * e.score) {
     verdict.status = Status::ambiguous;
     verdict.reason = fmt::format("two places explain the query about equally well ({:.0f} and {:.0f} nats)", e.score, e.runner_up);

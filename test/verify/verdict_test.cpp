@@ -235,6 +235,8 @@ TEST(ViewVerdict, ALayoutWhoseHousesContradictIsRefused) {
   const Verdict v = judgeView(e);
   EXPECT_EQ(v.status, Status::rejected) << "roads alone repeat between towns";
   EXPECT_LT(v.confidence, 0.5);
+  e.standing_score = 30;
+  EXPECT_LT(judgeView(e).confidence, judgeView(goodView()).confidence);
 }
 
 TEST(ViewVerdict, AViewWithoutAnythingUprightIsJudgedByTheRest) {
@@ -259,6 +261,8 @@ TEST(ViewVerdict, TwoPlacesThatFitEquallyWellAreAmbiguous) {
   EXPECT_EQ(v.status, Status::ambiguous) << v.reason;
   EXPECT_LT(v.confidence, 0.5);
   e.standing_score = -100;
+  e.score = 100;
+  e.runner_up = 99;
   EXPECT_EQ(judgeView(e).status, Status::rejected) << "both fit badly";
 }
 

@@ -11,7 +11,7 @@ namespace xview {
 
 struct VerdictOptions {
   double min_confidence = 0.99;  ///< views from above: share of right ones among answers like this one
-  double false_alarm_nats = 5;   ///< by so much more evidence, wrong places become e times rarer
+  double false_alarm_nats = 6;   ///< by so much more evidence, wrong places become e times rarer
   double min_agreement = 0.4;    ///< share of the score that a true pose would have
   double min_known_share = 0.15; ///< share of the query that must lie where the map was seen
   double min_object_margin = 19; ///< nats by which the best place of a graph of 60 objects must beat every other one
@@ -45,9 +45,9 @@ struct ViewEvidence {
 /// so a wrong place is ahead of the next one by more than m with probability exp(-m / scale). 0 if there are fewer than 4.
 double tailScale(const std::vector<double>& scores_best_first);
 
-/// Wrong answers to expect for each right one among answers with so much evidence: margin over the next place times the share of a true
-/// pose's score that the place has (the smaller of all and of what stands upright, at most 1), in units of options.false_alarm_nats, or of a
-/// quarter of the tail scale if this map has wrong places of more different scores.
+/// Wrong answers to expect for each right one among answers with so much evidence: margin over the next place times the root of the
+/// agreement, which is the share of a true pose's score that the place has (the smaller of all and of what stands upright, at most 1), in units of
+/// options.false_alarm_nats, or of a quarter of the tail scale if wrong places of this map score more differently.
 double expectedFalseAlarms(const ViewEvidence& evidence, const VerdictOptions& options);
 
 /// What speaks for and against the best pose of a graph of objects.
