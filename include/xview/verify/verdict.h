@@ -11,7 +11,7 @@ namespace xview {
 
 struct VerdictOptions {
   double min_confidence = 0.99;  ///< views from above: share of right ones among answers like this one
-  double false_alarm_nats = 6;   ///< by so much more evidence, wrong places become e times rarer
+  double false_alarm_nats = 7;   ///< by so much more evidence, wrong places become e times rarer
   double min_agreement = 0.4;    ///< share of the score that a true pose would have
   double min_known_share = 0.15; ///< share of the query that must lie where the map was seen
   double min_object_margin = 19; ///< nats by which the best place of a graph of 60 objects must beat every other one
