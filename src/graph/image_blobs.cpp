@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
 #include <string>
 
 #include "label_regions.h"
@@ -17,11 +16,24 @@ constexpr double kReferenceWidth = 640, kReferenceHeight = 480;
 
 constexpr std::int32_t kNoBlob = -1;
 
-/// What is needed of a region to make a blob of it.
+/// What is needed of a region to make a blob of it. Sums are relative to the first point, so that
+/// they stay small.
 struct RegionPixels {
   double sum_u = 0, sum_v = 0;
-  std::vector<float> depths;            ///< valid ones
-  std::vector<Eigen::Vector3f> points;  ///< p_sensor of the valid ones
+  std::vector<float> depths;                      ///< valid ones
+  Eigen::Vector3d first, min, max;                ///< p_odom of the valid ones
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();  ///< of p - first
+  Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
+
+  void add(const Eigen::Vector3d& p, float depth) {
+    if (depths.empty()) first = min = max = p;
+    depths.push_back(depth);
+    const Eigen::Vector3d d = p - first;
+    min = min.cwiseMin(p);
+    max = max.cwiseMax(p);
+    sum += d;
+    squares.noalias() += d * d.transpose();
+  }
 };
 
 bool isDepth(float z, double max_range_m) { return z > 0 && z <= max_range_m; }
@@ -33,52 +45,55 @@ Eigen::Vector3d unproject(const Camera& camera, double u, double v, double depth
                                : Eigen::Vector3d(ray * depth);
 }
 
-double median(std::vector<float> values) {
+/// Reorders the values.
+double median(std::vector<float>& values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
   return *middle;
 }
 
+void addRun(const Frame& frame, const LabelRun& run, double max_range_m, RegionPixels& region) {
+  const Camera& camera = frame.camera;
+  const Eigen::Matrix3d R = frame.T_odom_sensor.linear();
+  const Eigen::Vector3d t = frame.T_odom_sensor.translation();
+  const double y = (run.row - camera.cy) / camera.fy;
+  const Eigen::Vector3d row = R.col(1) * y + R.col(2);
+  const int count = run.end - run.begin;
+  region.sum_u += 0.5 * count * (run.begin + run.end - 1);
+  region.sum_v += static_cast<double>(count) * run.row;
+  for (int u = run.begin; u < run.end; ++u) {
+    const float depth = frame.depth.at(u, run.row);
+    if (!isDepth(depth, max_range_m)) continue;
+    const double x = (u - camera.cx) / camera.fx;
+    const double z = camera.depth_is_range ? depth / std::sqrt(x * x + y * y + 1) : depth;
+    region.add((row + R.col(0) * x) * z + t, depth);
+  }
+}
+
 std::vector<RegionPixels> collectPixels(const Frame& frame, const LabelRegions& found,
                                         const std::vector<bool>& is_wanted, double max_range_m) {
   std::vector<RegionPixels> pixels(found.regions.size());
+  for (std::size_t i = 0; i < pixels.size(); ++i) {
+    if (is_wanted[i]) pixels[i].depths.reserve(static_cast<std::size_t>(found.regions[i].pixels));
+  }
   for (const LabelRun& run : found.runs) {
-    if (!is_wanted[run.region]) continue;
-    RegionPixels& region = pixels[run.region];
-    for (int u = run.begin; u < run.end; ++u) {
-      region.sum_u += u;
-      region.sum_v += run.row;
-      const float z = frame.depth.at(u, run.row);
-      if (!isDepth(z, max_range_m)) continue;
-      region.depths.push_back(z);
-      region.points.push_back(unproject(frame.camera, u, run.row, z).cast<float>());
-    }
+    if (is_wanted[run.region]) addRun(frame, run, max_range_m, pixels[run.region]);
   }
   return pixels;
 }
 
-Blob makeBlob(const Frame& frame, const LabelRegion& region, const RegionPixels& pixels) {
+Blob makeBlob(const Frame& frame, const LabelRegion& region, RegionPixels& pixels) {
   Blob blob;
   blob.label = region.label;
   blob.instance = region.instance;
-  blob.points = static_cast<std::uint32_t>(pixels.points.size());
+  blob.points = static_cast<std::uint32_t>(pixels.depths.size());
   blob.first_frame = blob.last_frame = frame.number;
   const double u = pixels.sum_u / region.pixels, v = pixels.sum_v / region.pixels;
   blob.position = frame.T_odom_sensor * unproject(frame.camera, u, v, median(pixels.depths));
-  blob.min = Eigen::Vector3d::Constant(std::numeric_limits<double>::max());
-  blob.max = -blob.min;
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
-  for (const Eigen::Vector3f& p_sensor : pixels.points) {
-    const Eigen::Vector3d p = frame.T_odom_sensor * p_sensor.cast<double>();
-    const Eigen::Vector3d d = p - blob.position;
-    blob.min = blob.min.cwiseMin(p);
-    blob.max = blob.max.cwiseMax(p);
-    sum += d;
-    squares += d * d.transpose();
-  }
-  const Eigen::Vector3d mean = sum / blob.points;
-  blob.covariance = squares / blob.points - mean * mean.transpose();
+  blob.min = pixels.min;
+  blob.max = pixels.max;
+  const Eigen::Vector3d mean = pixels.sum / blob.points;
+  blob.covariance = pixels.squares / blob.points - mean * mean.transpose();
   return blob;
 }
 
@@ -91,45 +106,55 @@ bool isContour(const Image<std::int32_t>& blob_of_pixel, int u, int v) {
          blob_of_pixel.at(u, v - 1) != blob || blob_of_pixel.at(u, v + 1) != blob;
 }
 
-struct Offset {
-  int du, dv;
-};
-
-/// Half of the disc, as the other half sees the pair from the other side.
-std::vector<Offset> halfDisc(double radius_px) {
-  std::vector<Offset> offsets;
+/// Half the width of a disc, row by row from the middle outwards.
+std::vector<int> halfWidths(double radius_px) {
+  std::vector<int> widths;
   const int reach = static_cast<int>(radius_px);
   for (int dv = 0; dv <= reach; ++dv) {
-    for (int du = -reach; du <= reach; ++du) {
-      if (dv == 0 && du <= 0) continue;
-      if (du * du + dv * dv <= radius_px * radius_px) offsets.push_back({du, dv});
-    }
+    int width = reach;
+    while (width * width + dv * dv > radius_px * radius_px) --width;
+    widths.push_back(width);
   }
-  return offsets;
+  return widths;
 }
 
-/// Blobs with contour pixels at most `radius_px` apart.
-BlobEdges contourEdges(const Image<std::int32_t>& blob_of_pixel, double radius_px) {
-  const std::vector<Offset> offsets = halfDisc(radius_px);
-  std::set<BlobEdges::value_type> edges;
+/// The column after the run of equal labels that each pixel is in.
+Image<std::int32_t> endsOfRuns(const LabelRegions& found, int width, int height) {
+  Image<std::int32_t> ends(width, height);
+  for (const LabelRun& run : found.runs) {
+    std::int32_t* const row = &ends.at(0, run.row);
+    std::fill(row + run.begin, row + run.end, run.end);
+  }
+  return ends;
+}
+
+/// Blobs with contour pixels at most `radius_px` apart. Each contour pixel looks at the lower half
+/// of the disc around it, as the upper half sees the pair from the other side, and there at one
+/// pixel per run.
+BlobEdges contourEdges(const Image<std::int32_t>& blob_of_pixel, const Image<std::int32_t>& run_end,
+                       double radius_px) {
+  const std::vector<int> widths = halfWidths(radius_px);
+  BlobEdges edges;
   for (int v = 0; v < blob_of_pixel.height; ++v) {
+    const int rows = std::min(static_cast<int>(widths.size()), blob_of_pixel.height - v);
     for (int u = 0; u < blob_of_pixel.width; ++u) {
       const std::int32_t a = blob_of_pixel.at(u, v);
       if (a == kNoBlob || !isContour(blob_of_pixel, u, v)) continue;
-      std::int32_t last = a;
-      for (const Offset& offset : offsets) {
-        const int other_u = u + offset.du, other_v = v + offset.dv;
-        if (other_u < 0 || other_u >= blob_of_pixel.width || other_v >= blob_of_pixel.height)
-          continue;
-        const std::int32_t b = blob_of_pixel.at(other_u, other_v);
-        if (b == kNoBlob || b == a || b == last) continue;
-        last = b;
-        edges.emplace(static_cast<std::uint32_t>(std::min(a, b)),
-                      static_cast<std::uint32_t>(std::max(a, b)));
+      for (int dv = 0; dv < rows; ++dv) {
+        const int last = std::min(u + widths[dv], blob_of_pixel.width - 1);
+        for (int x = dv == 0 ? u : std::max(u - widths[dv], 0); x <= last;
+             x = run_end.at(x, v + dv)) {
+          const std::int32_t b = blob_of_pixel.at(x, v + dv);
+          if (b == kNoBlob || b == a) continue;
+          const BlobEdges::value_type edge(std::min(a, b), std::max(a, b));
+          if (edges.empty() || edges.back() != edge) edges.push_back(edge);
+        }
       }
     }
   }
-  return {edges.begin(), edges.end()};
+  std::sort(edges.begin(), edges.end());
+  edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
+  return edges;
 }
 
 void checkFrame(const Frame& frame) {
@@ -157,10 +182,10 @@ ImageBlobs extractImageBlobs(const Frame& frame, const LabelSet& set,
     is_wanted.push_back(set.role(region.label) != Role::ignored && region.pixels >= min_pixels);
   }
 
-  const std::vector<RegionPixels> pixels = collectPixels(frame, found, is_wanted, max_range_m);
+  std::vector<RegionPixels> pixels = collectPixels(frame, found, is_wanted, max_range_m);
   std::vector<std::int32_t> blob_of_region(found.regions.size(), kNoBlob);
   for (std::size_t i = 0; i < found.regions.size(); ++i) {
-    if (pixels[i].points.empty()) continue;
+    if (pixels[i].depths.empty()) continue;
     blob_of_region[i] = static_cast<std::int32_t>(result.blobs.size());
     result.blobs.push_back(makeBlob(frame, found.regions[i], pixels[i]));
   }
@@ -170,8 +195,9 @@ ImageBlobs extractImageBlobs(const Frame& frame, const LabelSet& set,
     std::int32_t* const row = &result.blob_of_pixel.at(0, run.row);
     std::fill(row + run.begin, row + run.end, blob_of_region[run.region]);
   }
-  result.edges = contourEdges(result.blob_of_pixel,
-                              options.edge_distance_px * frame.label.width / kReferenceWidth);
+  result.edges =
+      contourEdges(result.blob_of_pixel, endsOfRuns(found, frame.label.width, frame.label.height),
+                   options.edge_distance_px * frame.label.width / kReferenceWidth);
   return result;
 }
 

@@ -154,6 +154,8 @@ class Lifting {
     const float first_x = static_cast<float>(-camera.cx / camera.fx);
     const float step_x = static_cast<float>(1 / camera.fx);
     const Eigen::Vector3f row = to_cloud.R.col(1) * y + to_cloud.R.col(2);
+    row_points_.clear();
+    row_ranges_.clear();
     for (int u = 0; u < frame.depth.width; ++u) {
       const std::uint16_t label = frame.label.at(u, v);
       float z = frame.depth.at(u, v);
@@ -163,10 +165,14 @@ class Lifting {
       if (camera.depth_is_range) z /= std::sqrt(ray2);
       const float range2 = z * z * ray2;
       if (!isInRange(range2)) continue;
-      push((row + to_cloud.R.col(0) * x) * z + to_cloud.shift, label);
-      cloud_.ranges.push_back(std::sqrt(range2));
+      const Eigen::Vector3f p = (row + to_cloud.R.col(0) * x) * z + to_cloud.shift;
+      row_points_.emplace_back(p.x(), p.y(), p.z(), label);
+      row_ranges_.push_back(std::sqrt(range2));
       if (!frame.instance.empty()) cloud_.instances.push_back(frame.instance.at(u, v));
     }
+    auto& points = cloud_.points.points;
+    points.insert(points.end(), row_points_.begin(), row_points_.end());
+    cloud_.ranges.insert(cloud_.ranges.end(), row_ranges_.begin(), row_ranges_.end());
   }
 
   bool holdsInformation(std::uint32_t label) {
@@ -191,6 +197,8 @@ class Lifting {
   Gate gate_;
   LabelledCloud cloud_;
   LiftCounts counts_;
+  std::vector<pcl::PointXYZL> row_points_;  ///< of one image row, as it stays in the cache
+  std::vector<float> row_ranges_;
 };
 
 /// The options and the camera itself; the stricter one counts.

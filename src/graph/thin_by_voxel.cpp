@@ -37,10 +37,11 @@ struct Sums {
 class VoxelTable {
  public:
   explicit VoxelTable(std::size_t points) {
+    // Few voxels have one point only, and a small table stays in the cache.
     std::size_t capacity = 64;
-    while (capacity < points) capacity *= 2;
+    while (capacity < points / 4) capacity *= 2;
     slots_.assign(capacity, 0);
-    sums_.reserve(points / 2);
+    sums_.reserve(points / 8);
   }
 
   Sums& findOrAdd(const Voxel& voxel, const Eigen::Vector3f& p) {

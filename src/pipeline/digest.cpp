@@ -64,8 +64,15 @@ void findImageBlobs(const Frame& cleaned, const LabelSet& labels, const Options&
 std::vector<Blob> frameBlobs(LabelledCloud points, const LabelSet& labels, const Options& options) {
   if (options.merge.mode == "running_mean") {
     std::size_t kept = 0;
+    std::uint32_t last_label = 0;
+    bool is_surface = labels.role(last_label) == Role::surface;
     for (std::size_t i = 0; i < points.size(); ++i) {
-      if (labels.role(points.points[i].label) == Role::surface) continue;
+      const std::uint32_t label = points.points.points[i].label;
+      if (label != last_label) {
+        last_label = label;
+        is_surface = labels.role(label) == Role::surface;
+      }
+      if (is_surface) continue;
       points.points[kept] = points.points[i];
       if (!points.instances.empty()) points.instances[kept] = points.instances[i];
       ++kept;

@@ -51,6 +51,12 @@ class GrowingCloud {
   LabelledCloud cloud_;
 };
 
+/// The options that a map remembers. The number of threads changes no result, so it is none of them.
+std::string recordOf(Options options) {
+  options.threads = Options().threads;
+  return toYaml(options);
+}
+
 /// The parts of a map under construction.
 class MapUnderConstruction {
  public:
@@ -77,7 +83,7 @@ class MapUnderConstruction {
     map_.plan.upright = *upright_;
     map_.graph = places_.finish(map_.plan);
     map_.cloud = cloud_.finish();
-    map_.options_yaml = toYaml(options_);
+    map_.options_yaml = recordOf(options_);
     return std::move(map_);
   }
 
@@ -152,7 +158,7 @@ SemanticMap buildMap(const SemanticGraph& graph, const LabelSet& labels, const s
   map.graph = graph;
   if (graph.edgeCount() == 0) connectByRadius(map.graph, options.edges);
   map.sources = {source};
-  map.options_yaml = toYaml(options);
+  map.options_yaml = recordOf(options);
   return map;
 }
 

@@ -114,12 +114,13 @@ TEST_F(TinyTown, ThreadsDoNotChangeAByte) {
     succeed({"lift", "-q", "--threads", t, town("rear"), file("lift" + t + ".pcd")});
     succeed({"blobs", "-q", "--threads", t, town("rear"), file("blobs" + t + ".pcd")});
     succeed({"graph", "-q", "--threads", t, town("rear"), file("graph" + t + ".ply")});
+    succeed({"map", "-q", "--threads", t, town("rear"), file("map" + t + ".xvm")});
     writeText(file("fix" + t),
               timeless(runXview({"localize", "-q", "--json", "--threads", t, town("rear"),
                                  town("elsewhere"), map(), "--window", "20", "--stride", "10"})
                            .out));
   }
-  for (const char* name : {"lift1.pcd", "blobs1.pcd", "graph1.ply", "fix1"}) {
+  for (const char* name : {"lift1.pcd", "blobs1.pcd", "graph1.ply", "map1.xvm", "fix1"}) {
     std::string other = name;
     other.replace(other.find('1'), 1, "2");
     EXPECT_FALSE(readText(file(name)).empty()) << name;
