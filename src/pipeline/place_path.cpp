@@ -88,7 +88,7 @@ void PlacePath::localize(const Query& query, const PlanQuery& plan_query, Locali
     part = walks_.mapAround({centre.x, centre.y}, radiusOf(plan_query) + kPlaceMargin_m);
     if (options_.method == "auto") proposeByWalks(query, plan_query, walk_query, part, ranked, answer);
   }
-  report(ranked, answer);
+  report(ranked, plan_query.viewpoint == Viewpoint::air, answer);
   if (answer.hypotheses.empty()) return;
   answer.kept = pairsUnderPose(walk_query, part, answer.hypotheses[0].T_map_query, options_.consensus.inlier_m);
   answer.hypotheses[0].inliers = answer.inliers = static_cast<int>(answer.kept.size());
@@ -108,13 +108,15 @@ void PlacePath::proposeByWalks(const Query& query, const PlanQuery& plan_query, 
   answer.timing_ms.emplace_back("rejection", watch.lap_ms() - proposals.descriptors_ms);
 }
 
-void PlacePath::report(const RankedPlaces& ranked, Localization& answer) const {
+void PlacePath::report(const RankedPlaces& ranked, bool from_the_air, Localization& answer) const {
   const std::size_t count = std::min(ranked.places.size(), static_cast<std::size_t>(options_.places.hypotheses));
   for (std::size_t i = 0; i < count; ++i) {
     const auto& [h, proposer] = ranked.places[i];
     answer.hypotheses.push_back({poseOf(h), h.pose.score, h.objects_matched, proposer});
   }
-  setVerdict(judge(ranked.evidence(), options_.verdict), answer);
+  ViewEvidence evidence = ranked.evidence();
+  evidence.from_the_air = from_the_air;
+  setVerdict(judge(evidence, options_.verdict), answer);
 }
 
 }  // namespace xview

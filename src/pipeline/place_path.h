@@ -22,7 +22,7 @@ class PlacePath {
   struct RankedPlaces;
   void proposeByWalks(const Query& query, const PlanQuery& plan_query, const WalkGraph& walk_query, const WalkGraph& part,
                       RankedPlaces& ranked, Localization& answer) const;
-  void report(const RankedPlaces& ranked, Localization& answer) const;
+  void report(const RankedPlaces& ranked, bool from_the_air, Localization& answer) const;
 
   const PlanPlaces& places_;
   const WalkProposer& walks_;

@@ -46,7 +46,8 @@ double tailScale(const std::vector<double>& scores_best_first) {
 
 double expectedFalseAlarms(const ViewEvidence& e, const VerdictOptions& o) {
   const double evidence = std::max(0.0, margin(e)) * std::sqrt(std::min(1.0, agreement(e)));
-  const double unit = std::max(o.false_alarm_nats, kTailShare * tailScale(e.wrong_scores));
+  const double usual = e.from_the_air ? o.aerial_false_alarm_nats : o.false_alarm_nats;
+  const double unit = std::max(usual, kTailShare * tailScale(e.wrong_scores));
   return kWithoutEvidence * std::exp(-evidence / unit);
 }
 

@@ -254,6 +254,15 @@ TEST(ViewVerdict, NeedsMoreWhereWrongPlacesScoreVeryDifferently) {
   EXPECT_GT(expectedFalseAlarms(e, kOptions), 10 * usual);
 }
 
+TEST(ViewVerdict, NeedsMoreFromTheAir) {
+  ViewEvidence e = goodView();
+  e.score = 150;
+  e.expected = 150;
+  EXPECT_EQ(judgeView(e).status, Status::accepted);
+  e.from_the_air = true;
+  EXPECT_NE(judgeView(e).status, Status::accepted);
+}
+
 TEST(ViewVerdict, TwoPlacesThatFitEquallyWellAreAmbiguous) {
   ViewEvidence e = goodView();
   e.runner_up = 290;

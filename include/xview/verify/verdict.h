@@ -12,6 +12,7 @@ namespace xview {
 struct VerdictOptions {
   double min_confidence = 0.99;  ///< views from above: share of right ones among answers like this one
   double false_alarm_nats = 7;   ///< by so much more evidence, wrong places become e times rarer
+  double aerial_false_alarm_nats = 10;  ///< same from the air: layouts of streets repeat between towns
   double min_agreement = 0.4;    ///< share of the score that a true pose would have
   double min_known_share = 0.15; ///< share of the query that must lie where the map was seen
   double min_object_margin = 19; ///< nats by which the best place of a graph of 60 objects must beat every other one
@@ -23,6 +24,7 @@ template <class Visitor>
 void visit(VerdictOptions& o, Visitor&& field) {
   field("min_confidence", o.min_confidence, Range{0.5, 0.999999999}, "confidence from which on an answer is accepted; graphs of objects and method walks: 0.5");
   field("false_alarm_nats", o.false_alarm_nats, Range{0.1, 1e6}, "by so much more evidence, wrong places become e times rarer [nats]");
+  field("aerial_false_alarm_nats", o.aerial_false_alarm_nats, Range{0.1, 1e6}, "same for views from the air [nats]");
   field("min_agreement", o.min_agreement, Range{0, 1}, "share of the score of a true pose that is asked for");
   field("min_known_share", o.min_known_share, Range{0, 1}, "share of the query that must lie where the map was seen");
   field("min_object_margin", o.min_object_margin, Range{0, 1e6}, "graphs of 60 objects: the best place must beat every other one by so much [nats]");
@@ -38,6 +40,7 @@ struct ViewEvidence {
   double standing_score = 0;     ///< part of the score from what stands upright [nats]
   double standing_expected = 0;  ///< same at a true pose [nats]
   double known_share = 0;        ///< share of the query in seen area
+  bool from_the_air = false;
   std::vector<double> wrong_scores;  ///< of places that are far from the best one, best first [nats]
 };
 
@@ -47,7 +50,7 @@ double tailScale(const std::vector<double>& scores_best_first);
 
 /// Wrong answers to expect for each right one among answers with so much evidence: margin over the next place times the root of the
 /// agreement, which is the share of a true pose's score that the place has (the smaller of all and of what stands upright, at most 1), in units of
-/// options.false_alarm_nats, or of a quarter of the tail scale if wrong places of this map score more differently.
+/// options.false_alarm_nats (from the air aerial_false_alarm_nats), or of a quarter of the tail scale if wrong places of this map score more differently.
 double expectedFalseAlarms(const ViewEvidence& evidence, const VerdictOptions& options);
 
 /// What speaks for and against the best pose of a graph of objects.
