@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "xview/graph/blobs.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 #include <map>
+#include <tuple>
 #include <utility>
 
 namespace xview {
@@ -73,6 +76,37 @@ struct Moments {
   }
 };
 
+/// Cuts clusters that spread too far into squares. Numbers stay in the order of first points.
+void cutIntoSquares(const std::vector<Eigen::Vector3f>& points, const Eigen::Vector3d& origin,
+                    const BlobOptions& options, std::vector<int>& cluster_of_point) {
+  std::map<int, Eigen::AlignedBox2f> bounds;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (cluster_of_point[i] >= 0) bounds[cluster_of_point[i]].extend(points[i].head<2>());
+  }
+  const auto square = [&](float p, double shift) {
+    return static_cast<std::int64_t>(std::floor((p + shift) / options.max_surface_m));
+  };
+  using Piece = std::tuple<int, std::int64_t, std::int64_t>;  // cluster, square
+  std::vector<Piece> piece_of_point(points.size());
+  std::map<Piece, int> count;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const int cluster = cluster_of_point[i];
+    if (cluster < 0) continue;
+    const bool is_cut = bounds.at(cluster).sizes().maxCoeff() > options.max_surface_m;
+    piece_of_point[i] = is_cut ? Piece{cluster, square(points[i].x(), origin.x()),
+                                       square(points[i].y(), origin.y())}
+                               : Piece{cluster, 0, 0};
+    ++count[piece_of_point[i]];
+  }
+  std::map<Piece, int> number;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (cluster_of_point[i] < 0) continue;
+    const bool is_kept = count.at(piece_of_point[i]) >= options.min_points;
+    const auto next = static_cast<int>(number.size());
+    cluster_of_point[i] = is_kept ? number.emplace(piece_of_point[i], next).first->second : -1;
+  }
+}
+
 struct FoundBlob {
   Blob blob;
   std::uint32_t first_point;
@@ -86,8 +120,10 @@ std::vector<Blob> extractBlobs(const LabelledCloud& cloud, const LabelSet& set,
   std::vector<int> found_of_point(cloud.size(), -1);
   std::vector<FoundBlob> found;
   for (const auto& [key, group] : groupPoints(cloud, set, options.use_instances)) {
-    const std::vector<int> cluster_of_point = euclideanClusters(
+    std::vector<int> cluster_of_point = euclideanClusters(
         group.points, static_cast<float>(options.tolerance_m), options.min_points);
+    if (options.max_surface_m > 0 && set.role(key.first) == Role::surface)
+      cutIntoSquares(group.points, cloud.origin, options, cluster_of_point);
     std::vector<Moments> moments;
     const int first_number = static_cast<int>(found.size());
     for (std::size_t i = 0; i < group.points.size(); ++i) {

@@ -110,6 +110,62 @@ TEST(Blobs, SmallerThanTheLimitAreDropped) {
   EXPECT_EQ(blobs[0].points, 20u);
 }
 
+/// A straight road along x, 4 m wide, a point every 0.4 m.
+LabelledCloud roadAlongX(float from, float to, std::uint32_t label = kRoad) {
+  LabelledCloud cloud;
+  for (int i = 0; from + 0.4f * static_cast<float>(i) < to; ++i) {
+    for (int j = 0; j < 10; ++j) {
+      const float x = from + 0.4f * static_cast<float>(i), y = 0.4f * static_cast<float>(j);
+      cloud.points.push_back(pcl::PointXYZL(x, y, 0, label));
+    }
+  }
+  return cloud;
+}
+
+TEST(Blobs, OfSurfacesNeverChainThroughTheTown) {
+  const std::vector<Blob> blobs = extractBlobs(roadAlongX(0.1f, 1000), townLabels(), keepingAll());
+  EXPECT_EQ(blobs.size(), 50u);
+  std::uint32_t points = 0;
+  for (const Blob& blob : blobs) {
+    EXPECT_LE((blob.max - blob.min).maxCoeff(), BlobOptions().max_surface_m);
+    points += blob.points;
+  }
+  EXPECT_EQ(points, 25000u) << "nothing is lost";
+}
+
+TEST(Blobs, OfSmallSurfacesAndOfLongObjectsStayWhole) {
+  EXPECT_EQ(extractBlobs(roadAlongX(11, 30), townLabels(), keepingAll()).size(), 1u)
+      << "shorter than a square, though across two";
+  EXPECT_EQ(extractBlobs(roadAlongX(0, 100, kBench), townLabels(), keepingAll()).size(), 1u);
+}
+
+TEST(Blobs, AreCutInTheFrameWhateverTheOrigin) {
+  LabelledCloud shifted = roadAlongX(0.1f, 100);
+  shifted.origin = {-7, 0, 0};
+  for (pcl::PointXYZL& p : shifted.points) p.x += 7;
+  const auto a = extractBlobs(roadAlongX(0.1f, 100), townLabels(), keepingAll()),
+             b = extractBlobs(shifted, townLabels(), keepingAll());
+  ASSERT_EQ(a.size(), b.size());
+  for (std::size_t i = 0; i < a.size(); ++i)
+    EXPECT_LT((a[i].position - b[i].position).norm(), 1e-4);
+}
+
+TEST(Blobs, ThatAreCutDropPiecesBelowTheLimitOfPoints) {
+  BlobOptions options = keepingAll();
+  options.min_points = 60;
+  std::vector<int> blob_of_point;
+  const LabelledCloud cloud = roadAlongX(18.1f, 60);  // 5 columns of 10 points before the first cut
+  const auto blobs = extractBlobs(cloud, townLabels(), options, &blob_of_point);
+  EXPECT_EQ(blobs.size(), 2u);
+  EXPECT_EQ(std::count(blob_of_point.begin(), blob_of_point.end(), -1), 50);
+}
+
+TEST(Blobs, OfSurfacesAreAsLargeAsTheyGetIfTold) {
+  BlobOptions options = keepingAll();
+  options.max_surface_m = 0;
+  EXPECT_EQ(extractBlobs(roadAlongX(0, 1000), townLabels(), options).size(), 1u);
+}
+
 TEST(Blobs, AreEquivariantToMotion) {
   Random random(1);
   const std::vector<Eigen::Vector3f> points = clumpedPoints(2000, 30, random);

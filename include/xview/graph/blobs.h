@@ -16,6 +16,8 @@ struct BlobOptions {
   int min_points = 20;        ///< smaller blobs are dropped
   double voxel_m = 0.1;       ///< thin a frame to one point per voxel and class first; 0 = off
   bool use_instances = true;  ///< instances of the data become blobs of their own
+  double max_surface_m =
+      20;  ///< surfaces that spread further are cut into squares; 0 = off (paper)
 };
 
 template <class Visitor>
@@ -26,6 +28,8 @@ void visit(BlobOptions& o, Visitor&& field) {
   field("voxel_m", o.voxel_m, Range{0, 10},
         "thin points to one per voxel and class before clustering; 0 = off [m]");
   field("use_instances", o.use_instances, "instances given by the data become blobs of their own");
+  field("max_surface_m", o.max_surface_m, Range{0, 1e6},
+        "cut blobs of surface classes that spread further into squares of this side; 0 = off [m]");
 }
 
 /// For each point the number of its cluster (0 …, ordered by the first point of each), or -1 if the
@@ -40,8 +44,10 @@ std::vector<int> euclideanClusters(const std::vector<Eigen::Vector3f>& points, f
 
 /// Per-class Euclidean clusters of a labelled cloud; classes whose role is `ignored` are left out.
 /// With instances (non-zero) each (class, instance) is clustered for itself; points of instance 0
-/// are clustered as a class. `blob_of_point`, if given, receives the blob of each point or -1.
-/// Blobs are ordered by label, then by first point.
+/// are clustered as a class. Roads and walls of a whole town hang together: a blob of a surface
+/// class that spreads further than max_surface_m in x or y is cut at whole multiples of it in the
+/// frame of the cloud, and pieces with fewer than min_points are dropped. `blob_of_point`, if
+/// given, receives the blob of each point or -1. Blobs are ordered by label, then by first point.
 std::vector<Blob> extractBlobs(const LabelledCloud& cloud, const LabelSet& set,
                                const BlobOptions& options,
                                std::vector<int>* blob_of_point = nullptr);
