@@ -16,6 +16,11 @@ constexpr double kThinning =
     0.9;  // of the gap: samples of the same spacing must not lose every second one
 constexpr std::size_t kMostSamples = 300;  // more do not make the search any surer
 constexpr double kCoverageCells = 400;     // across the query, at most
+constexpr double kFading = 1.5;     // [m] half the width of the rim of what the query covers
+constexpr double kTakenFor = 1.5;   // [m] closer to a vertex, an object may have been taken for it
+constexpr double kSameSurface = 4;  // [m] samples of one piece of a surface are this close
+constexpr float kFarAway = 1e9f;
+constexpr std::uint8_t kNoBit = 255;
 
 Eigen::Vector3d meanOf(const std::vector<std::pair<Eigen::Vector3d, QueryItem>>& items) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -57,60 +62,90 @@ ObjectQuery::ObjectQuery(const SemanticGraph& graph, const ObjectMap& map,
     return key(a) < key(b);
   });
   findVisibleClasses(map);
-  drawCoverage(options.negative_radius_m);
+  drawCoverage(map, options.negative_radius_m);
 }
 
 /// Compares the mixture of classes with that of the map.
 void ObjectQuery::findVisibleClasses(const ObjectMap& map) {
   const std::vector<ObjectClass>& classes = map.classes();
   std::vector<double> count(classes.size(), 0);
-  double objects = 0, map_density = 0;
+  double objects = 0, map_density = 0, object_density = 0;
   for (const QueryItem& item : items_) {
     count[item.slot] += 1;
     if (!classes[item.slot].is_surface) objects += 1;
   }
   for (const ObjectClass& model : classes) {
-    if (!model.is_surface) map_density += model.mean_density;
+    map_density += model.mean_density;
+    if (!model.is_surface) object_density += model.mean_density;
   }
+  const auto expectedOf = [](double total, const ObjectClass& model, double density) {
+    return density > 0 ? total * model.mean_density / density : 0;
+  };
   double thin_expected = 0, thin_seen = 0;
   for (std::size_t slot = 0; slot < classes.size(); ++slot) {
-    const ObjectClass& model = classes[slot];
-    const double expected = map_density > 0 ? objects * model.mean_density / map_density : 0;
-    visible_[slot] =
-        count[slot] > 0 && (expected < kEnoughExpected || count[slot] >= kSeenShare * expected);
-    if (!model.is_surface && isPoleLike(model.kind)) {
-      thin_expected += expected;
+    const double expected =
+        expectedOf(static_cast<double>(items_.size()), classes[slot], map_density);
+    const double share = (count[slot] + 0.5) / (expected + 0.5);
+    visible_[slot] = count[slot] > 0 && share >= kSeenShare ? std::min(1.0, share) : 0;
+    if (!classes[slot].is_surface && isPoleLike(classes[slot].kind)) {
+      thin_expected += expectedOf(objects, classes[slot], object_density);
       thin_seen += count[slot];
     }
   }
   from_above_ = thin_expected >= kEnoughExpected && thin_seen < kSeenShare * thin_expected;
 }
 
-void ObjectQuery::drawCoverage(double radius_m) {
-  const double half = radius_ + radius_m;
+void ObjectQuery::drawCoverage(const ObjectMap& map, double reach_m) {
+  reach_ = reach_m;
+  const double widest = reach_m + kFading;
+  const double half = radius_ + widest;
   coverage_cell_ = std::max(1.0, 2 * half / kCoverageCells);
   coverage_side_ = static_cast<int>(2 * half / coverage_cell_) + 3;
-  coverage_.assign(static_cast<std::size_t>(coverage_side_ * coverage_side_), 0);
+  const auto cells = static_cast<std::size_t>(coverage_side_ * coverage_side_);
+  nearest_.assign(cells, kFarAway);
+  near_surface_.assign(cells, 0);
+  surface_bit_.assign(map.classes().size(), kNoBit);
+  std::uint8_t bits = 0;
   const double middle = 0.5 * coverage_side_;
-  const int reach = static_cast<int>(radius_m / coverage_cell_) + 1;
+  const int reach = static_cast<int>(widest / coverage_cell_) + 1;
   for (const QueryItem& item : items_) {
+    std::uint8_t& bit = surface_bit_[item.slot];
+    if (bit == kNoBit && map.classes()[item.slot].is_surface && bits < 64) bit = bits++;
+    const std::uint64_t mask = bit == kNoBit ? 0 : std::uint64_t{1} << bit;
     const double x = item.x / coverage_cell_ + middle, y = item.y / coverage_cell_ + middle;
     for (int cy = static_cast<int>(y) - reach; cy <= static_cast<int>(y) + reach; ++cy) {
       for (int cx = static_cast<int>(x) - reach; cx <= static_cast<int>(x) + reach; ++cx) {
         if (cx < 0 || cy < 0 || cx >= coverage_side_ || cy >= coverage_side_) continue;
-        if (std::hypot(cx + 0.5 - x, cy + 0.5 - y) * coverage_cell_ > radius_m) continue;
-        coverage_[static_cast<std::size_t>(cy * coverage_side_ + cx)] = 1;
+        const auto distance =
+            static_cast<float>(std::hypot(cx + 0.5 - x, cy + 0.5 - y) * coverage_cell_);
+        const auto cell = static_cast<std::size_t>(cy * coverage_side_ + cx);
+        nearest_[cell] = std::min(nearest_[cell], distance);
+        if (distance < kSameSurface) near_surface_[cell] |= mask;
       }
     }
   }
 }
 
-bool ObjectQuery::covers(double x, double y) const {
+std::optional<std::size_t> ObjectQuery::coverageCell(double x, double y) const {
   const double middle = 0.5 * coverage_side_;
   const double cx = x / coverage_cell_ + middle, cy = y / coverage_cell_ + middle;
-  if (!(cx >= 0 && cy >= 0 && cx < coverage_side_ && cy < coverage_side_)) return false;
-  return coverage_[static_cast<std::size_t>(static_cast<int>(cy) * coverage_side_ +
-                                            static_cast<int>(cx))] != 0;
+  if (!(cx >= 0 && cy >= 0 && cx < coverage_side_ && cy < coverage_side_)) return std::nullopt;
+  return static_cast<std::size_t>(static_cast<int>(cy) * coverage_side_ + static_cast<int>(cx));
+}
+
+double ObjectQuery::expectsObject(double x, double y) const {
+  const std::optional<std::size_t> cell = coverageCell(x, y);
+  if (!cell) return 0;
+  const double distance = nearest_[*cell];
+  const double fades = (reach_ + kFading - distance) / (2 * kFading);
+  return std::clamp(std::min(fades, (distance - kTakenFor) / kTakenFor), 0.0, 1.0);
+}
+
+double ObjectQuery::expectsSurface(std::uint16_t slot, double x, double y) const {
+  const std::optional<std::size_t> cell = coverageCell(x, y);
+  if (!cell || surface_bit_[slot] == kNoBit) return 0;
+  if (near_surface_[*cell] >> surface_bit_[slot] & 1) return 0;
+  return nearest_[*cell] < kSameSurface ? 1 : 0;
 }
 
 std::vector<RasterSample> ObjectQuery::samples(const ObjectMap& map, double gap_m) const {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "object_map.h"
@@ -24,14 +26,18 @@ class ObjectQuery {
   }                                                          ///< rare classes first, surfaces last
   const Eigen::Vector3d& centre() const { return centre_; }  ///< in the frame of the query
   double radius() const { return radius_; }                  ///< [m]
-  /// True if the sensor of the query sees this class at all.
-  bool isVisible(std::uint16_t slot) const { return visible_[slot] != 0; }
+  /// How much of this class the sensor of the query sees, compared to the map: 0 = nothing, 1 = as
+  /// much as of the others.
+  double visibleShare(std::uint16_t slot) const { return visible_[slot]; }
   /// True if the query was probably recorded from the air: nothing thin and upright, though the map
   /// has plenty.
   bool isFromAbove() const { return from_above_; }
-  /// True close to a vertex, where other vertices should have been seen as well. Relative to the
-  /// centre.
-  bool covers(double x, double y) const;
+  /// How surely an object at this place (relative to the centre) would have been seen, were it of a
+  /// visible class: 1 some metres from a vertex of the query, 0 far from all. Close to a vertex it
+  /// says little as well: there the object may have been taken for that vertex.
+  double expectsObject(double x, double y) const;
+  /// The same for a sample of a surface: 0 if a sample of that surface was seen close by.
+  double expectsSurface(std::uint16_t slot, double x, double y) const;
   /// For the raster search. Samples of a surface are thinned to about one per `gap_m`.
   std::vector<RasterSample> samples(const ObjectMap& map, double gap_m) const;
   /// How far from the centre the query has its nearest vertices [m].
@@ -39,16 +45,20 @@ class ObjectQuery {
 
  private:
   void findVisibleClasses(const ObjectMap& map);
-  void drawCoverage(double radius_m);
+  void drawCoverage(const ObjectMap& map, double reach_m);
+  std::optional<std::size_t> coverageCell(double x, double y) const;
 
   std::vector<QueryItem> items_;
   Eigen::Vector3d centre_ = Eigen::Vector3d::Zero();
   double radius_ = 0;
-  std::vector<std::uint8_t> visible_;
+  std::vector<double> visible_;
   bool from_above_ = false;
   double coverage_cell_ = 1;
   int coverage_side_ = 0;
-  std::vector<std::uint8_t> coverage_;
+  std::vector<float> nearest_;             ///< per cell: distance to the nearest vertex [m]
+  std::vector<std::uint64_t> near_surface_;  ///< per cell: one bit per surface seen close by
+  std::vector<std::uint8_t> surface_bit_;    ///< per slot
+  double reach_ = 0;
 };
 
 }  // namespace xview

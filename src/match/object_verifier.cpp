@@ -234,16 +234,23 @@ CentrePose ObjectVerifier::improved(const CentrePose& pose, double widen,
   return {pose.x + step.x(), pose.y + step.y(), pose.yaw + step.z()};
 }
 
+double ObjectVerifier::costOfMissing(const MapPoint& p, double x, double y) const {
+  const ObjectClass& model = map_.classes()[p.slot];
+  const double share = query_.visibleShare(p.slot);
+  if (share == 0) return 0;
+  const double expected = model.is_surface ? model.weight * query_.expectsSurface(p.slot, x, y)
+                                           : query_.expectsObject(x, y);
+  return options_.negative_weight * share * expected * model.detection / options_.detection;
+}
+
 double ObjectVerifier::missedObjects(const CentrePose& pose) const {
   const double c = std::cos(pose.yaw), s = std::sin(pose.yaw);
   double cost = 0;
   for (std::size_t k = 0; k < points_.size(); ++k) {
+    if (used_[k] == stamp_) continue;
     const MapPoint& p = map_.points()[points_[k].point];
-    const ObjectClass& model = map_.classes()[p.slot];
-    if (model.is_surface || used_[k] == stamp_ || !query_.isVisible(p.slot)) continue;
     const double dx = p.x - pose.x, dy = p.y - pose.y;
-    if (!query_.covers(c * dx + s * dy, -s * dx + c * dy)) continue;
-    cost += options_.negative_weight * model.detection / options_.detection;
+    cost += costOfMissing(p, c * dx + s * dy, -s * dx + c * dy);
   }
   return cost;
 }
@@ -266,11 +273,10 @@ double ObjectVerifier::expectedScore(const CentrePose& pose) {
   for (const LocalPoint& local : points_) {
     const MapPoint& p = map_.points()[local.point];
     const ObjectClass& model = map_.classes()[p.slot];
-    if (model.is_surface || !query_.isVisible(p.slot)) continue;
     const double dx = p.x - pose.x, dy = p.y - pose.y;
-    if (!query_.covers(c * dx + s * dy, -s * dx + c * dy)) continue;
-    total -=
-        (1 - model.detection) * options_.negative_weight * model.detection / options_.detection;
+    // Places where a piece of a surface was not seen are its costs already.
+    const double missing = model.is_surface ? 1 - model.detection : 1;
+    total -= (1 - model.detection) * missing * costOfMissing(p, c * dx + s * dy, -s * dx + c * dy);
   }
   return total;
 }

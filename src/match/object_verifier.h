@@ -74,6 +74,7 @@ class ObjectVerifier {
   const std::vector<Spread>& spreads(double widen);
   Spread spreadOf(const ObjectClass& model, double widen) const;
   Nearest nearest(std::uint16_t slot, float x, float y, float gate, const Spread& spread) const;
+  double costOfMissing(const MapPoint& p, double x, double y) const;
   bool matchConfused(const QueryItem& item, float x, float y, const std::vector<Spread>& spread,
                      double& gain, Association& association) const;
 

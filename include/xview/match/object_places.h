@@ -34,8 +34,8 @@ struct ObjectPlaceOptions {
   int keep_poses = 0;        ///< distinct poses verified; 0 = by size of the map
   int refine_poses = 30;     ///< best of them refined to the end
   double negative_weight =
-      0.6;  ///< cost of an object of the map that the query should see but does not [nats]
-  double negative_radius_m = 5;  ///< it should see what is this close to a query vertex
+      1.2;  ///< cost of an object of the map that the query should see but does not [nats]
+  double negative_radius_m = 8.5;  ///< it should see what is this close to a query vertex
 };
 
 template <class Visitor>
