@@ -229,10 +229,10 @@ void writeCsv(const std::string& path, const std::string& name, const std::vecto
   if (path.empty()) return;
   std::ofstream file(path, std::ios::app);
   for (const Trial& t : trials) {
-    file << fmt::format("{},{},{:.2f},{:.2f},{:.2f},{:.2f},{:.3f},{},{:.2f},{:.2f}\n", name,
+    file << fmt::format("{},{},{:.2f},{:.2f},{:.2f},{:.2f},{:.3f},{},{:.2f},{:.2f},{:.3f}\n", name,
                         t.is_negative ? 1 : 0, std::min(t.error_m, 1e6), t.evidence.score,
                         t.evidence.runner_up, t.evidence.expected, t.evidence.known_share,
-                        t.vertices, t.wrong.mean, t.wrong.deviation);
+                        t.vertices, t.wrong.mean, t.wrong.deviation, t.wrong.tail);
   }
 }
 

@@ -191,7 +191,7 @@ void ObjectMap::measureSpacing(const ObjectPlaceOptions& options) {
     model.is_surface = model.spacing_m > 0 && model.spacing_m <= kWidestSpacing;
     if (!model.is_surface) continue;
     // The query's samples fall anywhere between two of the map.
-    model.along_m = 0.8 + 0.3 * model.spacing_m;
+    model.along_m = 0.8 + 0.2 * model.spacing_m;
     model.across_m = options.surface_lateral_m;
     model.weight = std::min(1.0, model.spacing_m / kIndependentM);
   }

@@ -20,6 +20,7 @@ constexpr double kCellsPerCubeRoot =
 constexpr double kCoarseYawStep = 0.16, kFineYawStep = 0.105;  // [rad]
 constexpr double kCentreMargin = 15;   // [m] beyond the gap around the query's own centre
 constexpr std::size_t kReturned = 20;  // hypotheses with all their details
+constexpr std::size_t kTailPoses = 10;  // distinct wrong places that tell how their scores spread
 constexpr double kSameMetres = 1, kSameRadians = 0.05;  // refined poses this close are one
 
 struct Scored {
@@ -55,7 +56,8 @@ void keepDistinct(std::vector<Scored>& poses, std::size_t keep) {
 Scored lookedAt(ObjectVerifier& verifier, const CentrePose& pose) {
   verifier.moveTo(pose);
   const CentrePose better = verifier.improved(pose, 1.8);
-  return {better, verifier.score(better, 1.3)};
+  const double seen = verifier.score(better, 1.3);
+  return {better, seen - verifier.missedObjects(better)};
 }
 
 Scored refined(ObjectVerifier& verifier, CentrePose pose) {
@@ -91,21 +93,37 @@ Eigen::AngleAxisd tilted(const Eigen::Vector2d& slope) {
   return Eigen::AngleAxisd(std::atan(rise), Eigen::Vector3d(slope.y(), -slope.x(), 0) / rise);
 }
 
+/// Scale of the exponential tail of falling scores: how far the best ones rise above the next.
+double tailOf(const std::vector<double>& scores) {
+  if (scores.size() < 2) return 0;
+  const std::size_t last = std::min(kTailPoses, scores.size() - 1);
+  double sum = 0;
+  for (std::size_t i = 0; i < last; ++i) sum += scores[i] - scores[last];
+  return sum / static_cast<double>(last);
+}
+
 WrongPoses describeWrong(const std::vector<ObjectHypothesis>& best, const std::vector<Scored>& all,
                          const Eigen::Vector3d& origin) {
   WrongPoses wrong;
   if (best.empty()) return wrong;
+  std::vector<PlacePose> places;  // distinct wrong ones, best first
+  std::vector<double> scores;
   double sum = 0, squares = 0;
   for (const Scored& s : all) {
-    if (samePlace({s.pose.x + origin.x(), s.pose.y + origin.y(), s.pose.yaw, 0},
-                  best.front().centre))
-      continue;
-    wrong.best = wrong.count == 0 ? s.score : std::max(wrong.best, s.score);
+    const PlacePose place{s.pose.x + origin.x(), s.pose.y + origin.y(), s.pose.yaw, s.score};
+    if (samePlace(place, best.front().centre)) continue;
     sum += s.score;
     squares += s.score * s.score;
     ++wrong.count;
+    if (std::any_of(places.begin(), places.end(),
+                    [&](const PlacePose& p) { return samePlace(p, place); }))
+      continue;
+    places.push_back(place);
+    scores.push_back(s.score);
   }
   if (wrong.count == 0) return wrong;
+  wrong.best = scores.front();
+  wrong.tail = tailOf(scores);
   wrong.mean = sum / wrong.count;
   wrong.deviation = std::sqrt(std::max(0.0, squares / wrong.count - wrong.mean * wrong.mean));
   return wrong;
@@ -172,7 +190,7 @@ bool ObjectPlaceIndex::Index::agreesWithPrior(const ObjectQuery& query,
 std::size_t ObjectPlaceIndex::Index::posesKept() const {
   if (options.keep_poses > 0) return static_cast<std::size_t>(options.keep_poses);
   const double vertices = static_cast<double>(map.points().size());
-  return static_cast<std::size_t>(std::clamp(100 * std::pow(vertices / 20000, 0.25), 100.0, 400.0));
+  return static_cast<std::size_t>(std::clamp(150 * std::pow(vertices / 1e4, 0.3), 100.0, 400.0));
 }
 
 std::vector<Scored> ObjectPlaceIndex::Index::propose(const ObjectQuery& query,

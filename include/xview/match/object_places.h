@@ -20,11 +20,11 @@ namespace xview {
 /// classes will do.
 struct ObjectPlaceOptions {
   double detection = 0.72;         ///< chance that a query finds an object of the map again
-  double dynamic_detection = 0.6;  ///< factor on it for things that move between visits
+  double dynamic_detection = 0.7;  ///< factor on it for things that move between visits
   double surface_detection =
-      0.8;               ///< factor on it for vertices of surfaces, which depend on the view
+      0.65;               ///< factor on it for vertices of surfaces, which depend on the view
   double sigma_m = 0.9;  ///< of an object's position, map and query together
-  double surface_lateral_m = 1.6;  ///< of a surface vertex across the surface
+  double surface_lateral_m = 1.2;  ///< of a surface vertex across the surface
   double roof_lateral_m = 4.5;     ///< the same for buildings seen from above
   double confusion =
       0.03;  ///< chance that a class is taken for a given similar one (pole for sign); 0 = never
@@ -32,7 +32,7 @@ struct ObjectPlaceOptions {
   double coarse_cell_m = 6;  ///< first look at large maps; a multiple of fine_cell_m
   int keep_cells = 0;        ///< best (x, y, yaw) cells of the first look; 0 = by size of the map
   int keep_poses = 0;        ///< distinct poses verified; 0 = by size of the map
-  int refine_poses = 30;     ///< best of them refined to the end
+  int refine_poses = 60;     ///< best of them refined to the end
   double negative_weight =
       1.2;  ///< cost of an object of the map that the query should see but does not [nats]
   double negative_radius_m = 8.5;  ///< it should see what is this close to a query vertex
@@ -95,6 +95,8 @@ struct WrongPoses {
   double mean = 0, deviation = 0;
   double best =
       0;  ///< the best pose more than 8 m or 0.4 rad from the first; meaningless if count is 0
+  double tail = 0;  ///< by how much the ten best of them exceed the next one on average [nats]: the
+                    ///< best of wrong places beats the second by so much by chance
 };
 
 struct ObjectSearchResult {
