@@ -4,15 +4,16 @@
 //
 //   place_search_bench [--sizes 4,12,38,119] [--noise perfect,medium,noisy] [--view rear,aerial]
 //   [--length 60]
-//                      [--queries 100] [--negatives 50] [--seed 7] [--surface 3] [--threads 1]
-//                      [--csv FILE] [--KEY VALUE]...
+//                      [--queries 100] [--negatives 50] [--towns 1] [--seed 7] [--surface 3]
+//                      [--threads 1] [--csv FILE] [--KEY VALUE]...
 //   place_search_bench --map NEW.ply --query OLD.ply [--classes classes.yaml] [--radius 200]
 //   [--queries 200] [--KEY VALUE]...
 //
-// The first form builds seeded towns of 4, 12, ... streets per side (1.6k, 19k, 180k, 1.8M
+// The first form builds seeded towns of 3, 9, 28, 88 ... streets per side (10^3, 10^4, 10^5, 10^6
 // vertices) and asks for the poses of drives through them, and through a town of another seed,
-// which must be refused. The second takes random circles out of one graph and looks for them in
-// another one of the same frame. Options of the search and of the verdict are --KEY VALUE.
+// which must be refused. Queries are spread over --towns towns of seeds one apart: a small town
+// has but one style of street. The second takes random circles out of one graph and looks for them
+// in another one of the same frame. Options of the search and of the verdict are --KEY VALUE.
 #include <fmt/core.h>
 #include <sys/resource.h>
 #include <time.h>
@@ -33,7 +34,7 @@
 #include "xview/types/error.h"
 #include "xview/types/pose.h"
 #include "xview/types/random.h"
-#include "xview/verify/verdict.h"
+#include "xview/verify/object_verdict.h"
 
 namespace {
 
@@ -43,14 +44,14 @@ constexpr double kPi = 3.14159265358979323846;
 constexpr double kSuccess_m = 5;
 
 struct Arguments {
-  std::vector<std::string> sizes{"4", "12", "38"}, noises{"perfect", "medium", "noisy"},
+  std::vector<std::string> sizes{"3", "9", "28"}, noises{"perfect", "medium", "noisy"},
       views{"rear", "aerial"};
   double length_m = 60, radius_m = 200, surface_m = 3;
-  int queries = 100, negatives = 50, threads = 1;
+  int queries = 100, negatives = 50, towns = 1, threads = 1;
   std::uint64_t seed = 7;
   std::string csv, map, query, classes;
   ObjectPlaceOptions search;
-  VerdictOptions verdict;
+  ObjectVerdictOptions verdict;
 };
 
 std::vector<std::string> splitList(const std::string& text) {
@@ -92,6 +93,8 @@ Arguments parse(int argc, char** argv) {
       a.queries = std::stoi(value);
     else if (key == "--negatives")
       a.negatives = std::stoi(value);
+    else if (key == "--towns")
+      a.towns = std::max(1, std::stoi(value));
     else if (key == "--threads")
       a.threads = std::stoi(value);
     else if (key == "--seed")
@@ -132,13 +135,12 @@ double peakMegabytes() {
 struct Trial {
   bool is_negative = false;
   double error_m = INFINITY;
-  PlaceEvidence evidence;
+  ObjectEvidence evidence;
   bool accepted = false;
   double ms = 0;
-  int vertices = 0;
-  WrongPoses wrong;
+  double wrong_deviation = 0;
   bool isRight() const { return error_m <= kSuccess_m; }
-  double margin() const { return evidence.score - evidence.runner_up; }
+  double confidence = 0;
 };
 
 Trial run(const ObjectPlaceIndex& index, const SemanticGraph& graph, const Eigen::Vector3d& focus,
@@ -151,17 +153,20 @@ Trial run(const ObjectPlaceIndex& index, const SemanticGraph& graph, const Eigen
   Trial trial;
   trial.ms = cpuMilliseconds() - start;
   trial.is_negative = truth == nullptr;
-  trial.vertices = result.vertices;
-  trial.wrong = result.wrong;
+  trial.evidence.vertices = result.vertices;
   if (result.hypotheses.empty()) return trial;
   const ObjectHypothesis& best = result.hypotheses[0];
   if (truth) trial.error_m = (best.T_map_query * focus - *truth).norm();
   trial.evidence.score = best.score;
-  trial.evidence.runner_up = result.wrong.count > 0 ? std::max(0.0, result.wrong.best) : 0;
   trial.evidence.expected = best.expected;
   trial.evidence.known_share = best.known_share;
-  const double needed = neededMargin(a.verdict.min_object_margin, result.vertices);
-  trial.accepted = judge(trial.evidence, needed, a.verdict).status == Status::accepted;
+  trial.evidence.runner_up = result.wrong.best;
+  trial.evidence.typical_wrong = result.wrong.mean;
+  trial.evidence.wrong_places = result.wrong.count;
+  trial.wrong_deviation = result.wrong.deviation;
+  const Verdict verdict = judge(trial.evidence, a.verdict);
+  trial.accepted = verdict.status == Status::accepted;
+  trial.confidence = verdict.confidence;
   return trial;
 }
 
@@ -173,13 +178,14 @@ double quantile(std::vector<Value> values, double q) {
                          static_cast<std::size_t>(q * static_cast<double>(values.size())))];
 }
 
-/// Largest share of the answerable queries that a threshold on the margin accepts with 99 %
+/// Largest share of the answerable queries that a threshold on the confidence accepts with 99 %
 /// precision.
 double recallAt99(const std::vector<Trial>& trials) {
   std::vector<const Trial*> sorted;
   for (const Trial& t : trials) sorted.push_back(&t);
   std::sort(sorted.begin(), sorted.end(), [](const Trial* a, const Trial* b) {
-    return a->margin() != b->margin() ? a->margin() > b->margin() : a->isRight() < b->isRight();
+    return a->confidence != b->confidence ? a->confidence > b->confidence
+                                          : a->isRight() < b->isRight();
   });
   int right = 0, wrong = 0, best = 0, answerable = 0;
   for (const Trial* t : sorted) {
@@ -198,8 +204,12 @@ void printHeader() {
       "false acc", "ms med", "ms p95", "idx MB", "RSS MB");
 }
 
-void printRow(const std::string& name, const ObjectPlaceIndex& index,
-              const std::vector<Trial>& trials) {
+/// Size and memory of the indices that were searched.
+struct MapSize {
+  double vertices = 0, bytes = 0;
+};
+
+void printRow(const std::string& name, const MapSize& map, const std::vector<Trial>& trials) {
   std::vector<double> errors, times, sizes;
   int answerable = 0, within5 = 0, within1 = 0, accepted = 0, accepted_right = 0, false_accepts = 0;
   for (const Trial& t : trials) {
@@ -209,19 +219,20 @@ void printRow(const std::string& name, const ObjectPlaceIndex& index,
     false_accepts += t.accepted && t.is_negative;
     if (t.is_negative) continue;
     ++answerable;
-    sizes.push_back(t.vertices);
+    sizes.push_back(t.evidence.vertices);
     within5 += t.isRight();
     within1 += t.error_m <= 1;
     if (t.isRight()) errors.push_back(t.error_m);
   }
   const double n = std::max(1, answerable);
   fmt::print(
-      "{:<26} {:>8} {:>5.0f} | {:>6.1f} {:>6.1f} {:>6.2f} | {:>6.1f} | {:>6.1f} {:>6.1f} {:>9} | "
+      "{:<26} {:>8.0f} {:>5.0f} | {:>6.1f} {:>6.1f} {:>6.2f} | {:>6.1f} | {:>6.1f} {:>6.1f} {:>9} "
+      "| "
       "{:>7.1f} {:>7.1f} | {:>6.1f} {:>6.0f}\n",
-      name, index.size(), quantile(sizes, 0.5), 100 * within5 / n, 100 * within1 / n,
+      name, map.vertices, quantile(sizes, 0.5), 100 * within5 / n, 100 * within1 / n,
       quantile(errors, 0.5), 100 * recallAt99(trials), 100 * accepted_right / n,
       accepted > 0 ? 100.0 * accepted_right / accepted : 100.0, false_accepts, quantile(times, 0.5),
-      quantile(times, 0.95), static_cast<double>(index.bytes()) / 1e6, peakMegabytes());
+      quantile(times, 0.95), map.bytes / 1e6, peakMegabytes());
   std::cout.flush();
 }
 
@@ -229,10 +240,11 @@ void writeCsv(const std::string& path, const std::string& name, const std::vecto
   if (path.empty()) return;
   std::ofstream file(path, std::ios::app);
   for (const Trial& t : trials) {
-    file << fmt::format("{},{},{:.2f},{:.2f},{:.2f},{:.2f},{:.3f},{},{:.2f},{:.2f},{:.3f}\n", name,
-                        t.is_negative ? 1 : 0, std::min(t.error_m, 1e6), t.evidence.score,
-                        t.evidence.runner_up, t.evidence.expected, t.evidence.known_share,
-                        t.vertices, t.wrong.mean, t.wrong.deviation, t.wrong.tail);
+    const ObjectEvidence& e = t.evidence;
+    file << fmt::format("{},{},{:.2f},{:.2f},{:.2f},{:.2f},{:.3f},{},{:.2f},{:.2f},{:.4f},{}\n",
+                        name, t.is_negative ? 1 : 0, std::min(t.error_m, 1e6), e.score, e.runner_up,
+                        e.expected, e.known_share, e.vertices, e.typical_wrong, t.wrong_deviation,
+                        t.confidence, t.accepted ? 1 : 0);
   }
 }
 
@@ -243,29 +255,47 @@ TownNoise noiseNamed(const std::string& name) {
   throw UsageError("noise " + name + ", must be perfect, medium or noisy");
 }
 
-void benchTown(const Arguments& a, int size, const std::string& noise_name) {
-  const TownNoise noise = noiseNamed(noise_name);
+TownView viewNamed(const std::string& name) {
+  if (name == "rear") return TownView::rear;
+  if (name == "aerial") return TownView::aerial;
+  if (name == "forward") return TownView::forward;
+  throw UsageError("view " + name + ", must be rear, aerial or forward");
+}
+
+/// The k-th part of n things shared out among a.towns towns.
+int shareOf(int n, int k, const Arguments& a) { return n * (k + 1) / a.towns - n * k / a.towns; }
+
+/// Queries in the k-th town and from another one of its kind.
+void askInTown(const Arguments& a, int size, const TownNoise& noise, int k, MapSize& map,
+               std::vector<std::vector<Trial>>& trials_of_view) {
   const TownSampling sampling{a.surface_m, 2};
-  const ObjectTown town(size, a.seed), elsewhere(std::clamp(size, 6, 30), a.seed + 1000);
+  const std::uint64_t seed = a.seed + static_cast<std::uint64_t>(k);
+  const ObjectTown town(size, seed), elsewhere(std::clamp(size, 6, 30), seed + 1000);
   const ObjectPlaceIndex index(mapObjectTown(town, noise, sampling, 1), objectTownLabels(),
                                a.search);
-  for (const std::string& view_name : a.views) {
-    const TownView view = view_name == "aerial" ? TownView::aerial
-                          : view_name == "rear" ? TownView::rear
-                                                : TownView::forward;
-    std::vector<Trial> trials;
-    for (int i = 0; i < a.queries + a.negatives; ++i) {
-      const bool is_negative = i >= a.queries;
+  map.vertices += static_cast<double>(index.size()) / a.towns;
+  map.bytes += static_cast<double>(index.bytes()) / a.towns;
+  const int queries = shareOf(a.queries, k, a), negatives = shareOf(a.negatives, k, a);
+  for (std::size_t v = 0; v < a.views.size(); ++v) {
+    for (int i = 0; i < queries + negatives; ++i) {
+      const bool is_negative = i >= queries;
       const TownQuery q =
-          queryObjectTown(is_negative ? elsewhere : town, noise, sampling, view, a.length_m,
-                          a.seed * 100000 + static_cast<std::uint64_t>(i));
-      trials.push_back(
+          queryObjectTown(is_negative ? elsewhere : town, noise, sampling, viewNamed(a.views[v]),
+                          a.length_m, seed * 100000 + static_cast<std::uint64_t>(i));
+      trials_of_view[v].push_back(
           run(index, q.graph, q.last_in_query, is_negative ? nullptr : &q.last_in_map, a));
     }
-    const std::string name =
-        fmt::format("{} {} {} {:.0f} m", size, noise_name, view_name, a.length_m);
-    printRow(name, index, trials);
-    writeCsv(a.csv, name, trials);
+  }
+}
+
+void benchTowns(const Arguments& a, int size, const std::string& noise) {
+  MapSize map;
+  std::vector<std::vector<Trial>> trials_of_view(a.views.size());
+  for (int k = 0; k < a.towns; ++k) askInTown(a, size, noiseNamed(noise), k, map, trials_of_view);
+  for (std::size_t v = 0; v < a.views.size(); ++v) {
+    const std::string name = fmt::format("{} {} {} {:.0f} m", size, noise, a.views[v], a.length_m);
+    printRow(name, map, trials_of_view[v]);
+    writeCsv(a.csv, name, trials_of_view[v]);
   }
 }
 
@@ -308,7 +338,8 @@ void benchCircles(const Arguments& a) {
     if (query.size() < kFewest) continue;
     trials.push_back(run(index, query, T_map_query.inverse() * centre, &centre, a));
   }
-  printRow(fmt::format("circles of {:.0f} m", a.radius_m), index, trials);
+  const MapSize size{static_cast<double>(index.size()), static_cast<double>(index.bytes())};
+  printRow(fmt::format("circles of {:.0f} m", a.radius_m), size, trials);
   writeCsv(a.csv, a.query, trials);
 }
 
@@ -322,7 +353,7 @@ int main(int argc, char** argv) try {
     return 0;
   }
   for (const std::string& size : a.sizes) {
-    for (const std::string& noise : a.noises) benchTown(a, std::stoi(size), noise);
+    for (const std::string& noise : a.noises) benchTowns(a, std::stoi(size), noise);
   }
   return 0;
 } catch (const std::exception& e) {

@@ -20,6 +20,7 @@
 #include "xview/types/option_field.h"
 #include "xview/verify/clique.h"
 #include "xview/verify/sample_consensus.h"
+#include "xview/verify/object_verdict.h"
 #include "xview/verify/verdict.h"
 
 namespace xview {
@@ -68,6 +69,7 @@ struct Options {
   PlaceOptions places;
   ObjectPlaceOptions objects;
   VerdictOptions verdict;
+  ObjectVerdictOptions object_verdict;
   PosteriorOptions posterior;
   RefineOptions refine;
 };
@@ -96,6 +98,7 @@ void visit(Options& o, Visitor&& field) {
   field.group("places", o.places);
   field.group("objects", o.objects);
   field.group("verdict", o.verdict);
+  field.group("object_verdict", o.object_verdict);
   field.group("posterior", o.posterior);
   field.group("refine", o.refine);
 }

@@ -20,7 +20,9 @@ constexpr double kCellsPerCubeRoot =
 constexpr double kCoarseYawStep = 0.16, kFineYawStep = 0.105;  // [rad]
 constexpr double kCentreMargin = 15;   // [m] beyond the gap around the query's own centre
 constexpr std::size_t kReturned = 20;  // hypotheses with all their details
-constexpr std::size_t kTailPoses = 10;  // distinct wrong places that tell how their scores spread
+constexpr double kLargestWhole = 400;  // [m] radius; larger queries are searched for in parts
+constexpr std::size_t kParts = 3, kGrown = 3;  // dense parts; places of each that are tried on all
+constexpr double kGrowth = 2;                  // of the radius of a part, again and again
 constexpr double kSameMetres = 1, kSameRadians = 0.05;  // refined poses this close are one
 
 struct Scored {
@@ -93,37 +95,21 @@ Eigen::AngleAxisd tilted(const Eigen::Vector2d& slope) {
   return Eigen::AngleAxisd(std::atan(rise), Eigen::Vector3d(slope.y(), -slope.x(), 0) / rise);
 }
 
-/// Scale of the exponential tail of falling scores: how far the best ones rise above the next.
-double tailOf(const std::vector<double>& scores) {
-  if (scores.size() < 2) return 0;
-  const std::size_t last = std::min(kTailPoses, scores.size() - 1);
-  double sum = 0;
-  for (std::size_t i = 0; i < last; ++i) sum += scores[i] - scores[last];
-  return sum / static_cast<double>(last);
-}
-
 WrongPoses describeWrong(const std::vector<ObjectHypothesis>& best, const std::vector<Scored>& all,
                          const Eigen::Vector3d& origin) {
   WrongPoses wrong;
   if (best.empty()) return wrong;
-  std::vector<PlacePose> places;  // distinct wrong ones, best first
-  std::vector<double> scores;
   double sum = 0, squares = 0;
   for (const Scored& s : all) {
-    const PlacePose place{s.pose.x + origin.x(), s.pose.y + origin.y(), s.pose.yaw, s.score};
-    if (samePlace(place, best.front().centre)) continue;
+    if (samePlace({s.pose.x + origin.x(), s.pose.y + origin.y(), s.pose.yaw, 0},
+                  best.front().centre))
+      continue;
+    wrong.best = wrong.count == 0 ? s.score : std::max(wrong.best, s.score);
     sum += s.score;
     squares += s.score * s.score;
     ++wrong.count;
-    if (std::any_of(places.begin(), places.end(),
-                    [&](const PlacePose& p) { return samePlace(p, place); }))
-      continue;
-    places.push_back(place);
-    scores.push_back(s.score);
   }
   if (wrong.count == 0) return wrong;
-  wrong.best = scores.front();
-  wrong.tail = tailOf(scores);
   wrong.mean = sum / wrong.count;
   wrong.deviation = std::sqrt(std::max(0.0, squares / wrong.count - wrong.mean * wrong.mean));
   return wrong;
@@ -142,6 +128,14 @@ struct ObjectPlaceIndex::Index {
     if (map.points().size() > kSmallMap) coarse = rasterizeObjects(map, o, o.coarse_cell_m);
   }
 
+  ObjectSearchResult searchWhole(const ObjectQuery& query,
+                                 const ObjectSearchRequest& request) const;
+  ObjectSearchResult searchInParts(const SemanticGraph& graph, const QueryPart& whole,
+                                   const ObjectSearchRequest& request) const;
+  ObjectSearchResult answer(const ObjectQuery& query, std::vector<Scored> poses,
+                            const ObjectSearchRequest& request) const;
+  CentrePose grown(const SemanticGraph& graph, QueryPart part, const ObjectQuery& whole,
+                   const Eigen::Isometry3d& T_map_part) const;
   std::size_t posesKept() const;
   std::vector<Scored> propose(const ObjectQuery& query, const ObjectSearchRequest& request) const;
   ObjectHypothesis describe(ObjectVerifier& verifier, const ObjectQuery& query,
@@ -190,7 +184,7 @@ bool ObjectPlaceIndex::Index::agreesWithPrior(const ObjectQuery& query,
 std::size_t ObjectPlaceIndex::Index::posesKept() const {
   if (options.keep_poses > 0) return static_cast<std::size_t>(options.keep_poses);
   const double vertices = static_cast<double>(map.points().size());
-  return static_cast<std::size_t>(std::clamp(150 * std::pow(vertices / 1e4, 0.3), 100.0, 400.0));
+  return static_cast<std::size_t>(std::clamp(150 * std::pow(vertices / 1e4, 0.3), 60.0, 400.0));
 }
 
 std::vector<Scored> ObjectPlaceIndex::Index::propose(const ObjectQuery& query,
@@ -260,8 +254,83 @@ ObjectHypothesis ObjectPlaceIndex::Index::describe(ObjectVerifier& verifier,
   return hypothesis;
 }
 
-double neededMargin(double margin_of_60_vertices, int vertices) {
-  return margin_of_60_vertices * std::sqrt(std::max(1, vertices) / 60.0);
+/// Proposes, verifies and describes.
+ObjectSearchResult ObjectPlaceIndex::Index::searchWhole(const ObjectQuery& query,
+                                                        const ObjectSearchRequest& request) const {
+  if (query.items().empty()) return {};
+  std::vector<Scored> poses = propose(query, request);
+  const auto proposed = static_cast<int>(poses.size());
+  verifyAll(poses.size(), request.threads, map, query, options,
+            [&](ObjectVerifier& verifier, std::size_t i) {
+              poses[i] = lookedAt(verifier, poses[i].pose);
+            });
+  keepDistinct(poses, static_cast<std::size_t>(options.refine_poses));
+  ObjectSearchResult result = answer(query, std::move(poses), request);
+  result.poses = proposed;
+  return result;
+}
+
+/// Refines poses to the end, orders and describes them.
+ObjectSearchResult ObjectPlaceIndex::Index::answer(const ObjectQuery& query,
+                                                   std::vector<Scored> poses,
+                                                   const ObjectSearchRequest& request) const {
+  verifyAll(poses.size(), request.threads, map, query, options,
+            [&](ObjectVerifier& verifier, std::size_t i) {
+              poses[i] = refined(verifier, poses[i].pose);
+            });
+  const auto isElsewhere = [&](const Scored& s) {
+    return !agreesWithPrior(query, request, s.pose);
+  };
+  poses.erase(std::remove_if(poses.begin(), poses.end(), isElsewhere), poses.end());
+  keepDistinct(poses, poses.size());
+
+  ObjectSearchResult result;
+  result.vertices = static_cast<int>(query.items().size());
+  result.hypotheses.resize(std::min(kReturned, poses.size()));
+  verifyAll(result.hypotheses.size(), request.threads, map, query, options,
+            [&](ObjectVerifier& verifier, std::size_t i) {
+              result.hypotheses[i] = describe(verifier, query, poses[i], request);
+            });
+  result.wrong = describeWrong(result.hypotheses, poses, map.origin());
+  return result;
+}
+
+/// The pose that a part suggests, refined on larger and larger parts: a small error of the heading
+/// is a large one far away.
+CentrePose ObjectPlaceIndex::Index::grown(const SemanticGraph& graph, QueryPart part,
+                                          const ObjectQuery& whole,
+                                          const Eigen::Isometry3d& T_map_part) const {
+  const auto poseOf = [&](const ObjectQuery& query, const Eigen::Isometry3d& T) {
+    const Eigen::Vector3d p = T * query.centre() - map.origin();
+    return CentrePose{p.x(), p.y(), yawOf(T.linear())};
+  };
+  Eigen::Isometry3d T = T_map_part;
+  for (part.radius *= kGrowth; part.radius < 2 * whole.radius(); part.radius *= kGrowth) {
+    const ObjectQuery query(graph, map, options, part);
+    ObjectVerifier verifier(map, query, options);
+    const CentrePose pose = refined(verifier, poseOf(query, T)).pose;
+    T = poseFromYaw(Eigen::Vector3d(pose.x, pose.y, 0) + map.origin(), pose.yaw) *
+        Eigen::Translation3d(-query.centre());
+  }
+  return poseOf(whole, T);
+}
+
+/// For queries of many streets: dense parts are searched for, and the best places of each must
+/// explain the rest as well.
+ObjectSearchResult ObjectPlaceIndex::Index::searchInParts(
+    const SemanticGraph& graph, const QueryPart& whole, const ObjectSearchRequest& request) const {
+  const ObjectQuery query(graph, map, options, whole);
+  std::vector<Scored> poses;
+  int proposed = 0;
+  for (const QueryPart& part : denseParts(graph, map, kParts)) {
+    const ObjectSearchResult found = searchWhole(ObjectQuery(graph, map, options, part), request);
+    proposed += found.poses;
+    for (std::size_t i = 0; i < std::min(kGrown, found.hypotheses.size()); ++i)
+      poses.push_back({grown(graph, part, query, found.hypotheses[i].T_map_query), 0});
+  }
+  ObjectSearchResult result = answer(query, std::move(poses), request);
+  result.poses = proposed;
+  return result;
 }
 
 ObjectPlaceIndex::ObjectPlaceIndex(const SemanticGraph& map, const LabelSet& labels,
@@ -273,43 +342,16 @@ ObjectPlaceIndex& ObjectPlaceIndex::operator=(ObjectPlaceIndex&&) noexcept = def
 
 ObjectSearchResult ObjectPlaceIndex::search(const SemanticGraph& graph,
                                             const ObjectSearchRequest& request) const {
-  const Index& index = *index_;
-  const ObjectQuery query(graph, index.map, index.options);
-  ObjectSearchResult result;
-  result.vertices = static_cast<int>(query.items().size());
-  if (query.items().empty()) return result;
-
-  std::vector<Scored> poses = index.propose(query, request);
-  result.poses = static_cast<int>(poses.size());
-  verifyAll(poses.size(), request.threads, index.map, query, index.options,
-            [&](ObjectVerifier& verifier, std::size_t i) {
-              poses[i] = lookedAt(verifier, poses[i].pose);
-            });
-  keepDistinct(poses, static_cast<std::size_t>(index.options.refine_poses));
-  verifyAll(poses.size(), request.threads, index.map, query, index.options,
-            [&](ObjectVerifier& verifier, std::size_t i) {
-              poses[i] = refined(verifier, poses[i].pose);
-            });
-  poses.erase(std::remove_if(
-                  poses.begin(), poses.end(),
-                  [&](const Scored& s) { return !index.agreesWithPrior(query, request, s.pose); }),
-              poses.end());
-  keepDistinct(poses, poses.size());
-
-  result.hypotheses.resize(std::min(kReturned, poses.size()));
-  verifyAll(result.hypotheses.size(), request.threads, index.map, query, index.options,
-            [&](ObjectVerifier& verifier, std::size_t i) {
-              result.hypotheses[i] = index.describe(verifier, query, poses[i], request);
-            });
-  result.wrong = describeWrong(result.hypotheses, poses, index.map.origin());
-  return result;
+  const QueryPart whole = wholeOf(graph, index_->map);
+  if (whole.radius > kLargestWhole) return index_->searchInParts(graph, whole, request);
+  return index_->searchWhole(ObjectQuery(graph, index_->map, index_->options, whole), request);
 }
 
 std::vector<ObjectHypothesis> ObjectPlaceIndex::score(
     const SemanticGraph& graph, const std::vector<Eigen::Isometry3d>& T_map_query,
     const ObjectSearchRequest& request) const {
   const Index& index = *index_;
-  const ObjectQuery query(graph, index.map, index.options);
+  const ObjectQuery query(graph, index.map, index.options, wholeOf(graph, index.map));
   std::vector<ObjectHypothesis> hypotheses(T_map_query.size());
   verifyAll(
       T_map_query.size(), request.threads, index.map, query, index.options,

@@ -8,7 +8,7 @@
 namespace xview {
 namespace {
 
-constexpr double kReach = 400;  // [m] vertices farther from the centre are left out
+constexpr double kRimSlack = 1e-6;  // [m] vertices on the rim belong to a part
 constexpr double kSeenShare =
     0.25;  // of the expected number: below, the sensor does not see the class
 constexpr double kEnoughExpected = 3;  // vertices expected before absence means anything
@@ -16,7 +16,8 @@ constexpr double kThinning =
     0.9;  // of the gap: samples of the same spacing must not lose every second one
 constexpr std::size_t kMostSamples = 300;  // more do not make the search any surer
 constexpr double kCoverageCells = 400;     // across the query, at most
-constexpr double kFading = 1.5;     // [m] half the width of the rim of what the query covers
+constexpr double kCoarseCoverage = 3;      // [m] larger cells say nothing about a missing object
+constexpr double kFading = 1.5;            // [m] half the width of the rim of what the query covers
 constexpr double kTakenFor = 1.5;   // [m] closer to a vertex, an object may have been taken for it
 constexpr double kSameSurface = 4;  // [m] samples of one piece of a surface are this close
 constexpr float kFarAway = 1e9f;
@@ -31,20 +32,16 @@ Eigen::Vector3d meanOf(const std::vector<std::pair<Eigen::Vector3d, QueryItem>>&
 }  // namespace
 
 ObjectQuery::ObjectQuery(const SemanticGraph& graph, const ObjectMap& map,
-                         const ObjectPlaceOptions& options)
+                         const ObjectPlaceOptions& options, const QueryPart& part)
     : visible_(map.classes().size(), 0) {
   std::vector<std::pair<Eigen::Vector3d, QueryItem>> found;
   for (std::uint32_t i = 0; i < graph.vertices.size(); ++i) {
     const Vertex& v = graph.vertices[i];
     const std::optional<std::uint16_t> slot = map.slotOf(v.label);
-    if (slot && v.position.allFinite()) found.push_back({v.position, {0, 0, 0, *slot, i}});
+    if (!slot || !v.position.allFinite()) continue;
+    if ((v.position.head<2>() - part.centre).norm() > part.radius + kRimSlack) continue;
+    found.push_back({v.position, {0, 0, 0, *slot, i}});
   }
-  centre_ = meanOf(found);
-  found.erase(std::remove_if(found.begin(), found.end(),
-                             [&](const auto& f) {
-                               return (f.first - centre_).template head<2>().norm() > kReach;
-                             }),
-              found.end());
   centre_ = meanOf(found);
   for (auto& [position, item] : found) {
     const Eigen::Vector3d p = position - centre_;
@@ -135,7 +132,7 @@ std::optional<std::size_t> ObjectQuery::coverageCell(double x, double y) const {
 
 double ObjectQuery::expectsObject(double x, double y) const {
   const std::optional<std::size_t> cell = coverageCell(x, y);
-  if (!cell) return 0;
+  if (!cell || coverage_cell_ > kCoarseCoverage) return 0;
   const double distance = nearest_[*cell];
   const double fades = (reach_ + kFading - distance) / (2 * kFading);
   return std::clamp(std::min(fades, (distance - kTakenFor) / kTakenFor), 0.0, 1.0);
@@ -143,7 +140,7 @@ double ObjectQuery::expectsObject(double x, double y) const {
 
 double ObjectQuery::expectsSurface(std::uint16_t slot, double x, double y) const {
   const std::optional<std::size_t> cell = coverageCell(x, y);
-  if (!cell || surface_bit_[slot] == kNoBit) return 0;
+  if (!cell || surface_bit_[slot] == kNoBit || coverage_cell_ > kCoarseCoverage) return 0;
   if (near_surface_[*cell] >> surface_bit_[slot] & 1) return 0;
   return nearest_[*cell] < kSameSurface ? 1 : 0;
 }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "object_map.h"
+#include "object_parts.h"
 
 namespace xview {
 
@@ -16,10 +17,11 @@ struct QueryItem {
   std::uint32_t vertex;
 };
 
-/// A query prepared for one map.
+/// A query, or a part of it, prepared for one map.
 class ObjectQuery {
  public:
-  ObjectQuery(const SemanticGraph& graph, const ObjectMap& map, const ObjectPlaceOptions& options);
+  ObjectQuery(const SemanticGraph& graph, const ObjectMap& map, const ObjectPlaceOptions& options,
+              const QueryPart& part);
 
   const std::vector<QueryItem>& items() const {
     return items_;
@@ -55,7 +57,7 @@ class ObjectQuery {
   bool from_above_ = false;
   double coverage_cell_ = 1;
   int coverage_side_ = 0;
-  std::vector<float> nearest_;             ///< per cell: distance to the nearest vertex [m]
+  std::vector<float> nearest_;               ///< per cell: distance to the nearest vertex [m]
   std::vector<std::uint64_t> near_surface_;  ///< per cell: one bit per surface seen close by
   std::vector<std::uint8_t> surface_bit_;    ///< per slot
   double reach_ = 0;

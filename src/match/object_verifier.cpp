@@ -16,8 +16,9 @@ constexpr float kConfusedPenalty =
 constexpr double kRobust = 3;  // squared distance at which a pair has a quarter of its weight
 constexpr double kRoundShare =
     0.6;  // variance of surface vertices without tangent, of that along a surface
-constexpr double kFocusRadius = 30;  // [m]
-constexpr int kLargestSide = 20;     // cells of the local grid
+constexpr double kFocusRadius = 30;                 // [m]
+constexpr int kLeastSide = 20, kLargestSide = 300;  // cells of the local grid
+constexpr double kItemsPerCell = 4;
 
 }  // namespace
 
@@ -92,7 +93,8 @@ void ObjectVerifier::buildGrid(const CentrePose& pose) {
       std::remove_if(found_.begin(), found_.end(),
                      [&](std::uint32_t i) { return lane_of_slot_[map_.points()[i].slot] < 0; }),
       found_.end());
-  cell_ = std::max(4.0, 2 * half / kLargestSide);
+  const double side = std::sqrt(static_cast<double>(query_.items().size()) / kItemsPerCell);
+  cell_ = std::max(4.0, 2 * half / std::clamp(static_cast<int>(side), kLeastSide, kLargestSide));
   side_ = static_cast<int>(2 * half / cell_) + 1;
   grid_x_ = pose.x - half;
   grid_y_ = pose.y - half;

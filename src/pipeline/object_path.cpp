@@ -9,6 +9,24 @@
 
 namespace xview {
 
+namespace {
+
+ObjectEvidence evidenceOf(const ObjectSearchResult& result) {
+  ObjectEvidence evidence;
+  evidence.vertices = result.vertices;
+  if (result.hypotheses.empty()) return evidence;
+  const ObjectHypothesis& best = result.hypotheses[0];
+  evidence.score = best.score;
+  evidence.expected = best.expected;
+  evidence.known_share = best.known_share;
+  evidence.runner_up = result.wrong.best;
+  evidence.typical_wrong = result.wrong.mean;
+  evidence.wrong_places = result.wrong.count;
+  return evidence;
+}
+
+}  // namespace
+
 const ObjectPlaceIndex& ObjectPath::index() const {
   std::call_once(made_, [&] { index_.emplace(map_.graph, map_.labels, options_.objects); });
   return *index_;
@@ -29,14 +47,11 @@ void ObjectPath::localize(const Query& query, Localization& answer) const {
     const ObjectHypothesis& h = result.hypotheses[i];
     answer.hypotheses.push_back({h.T_map_query, h.score, static_cast<int>(h.inliers.size()), Proposer::search});
   }
-  PlaceEvidence evidence;
   if (count > 0) {
-    const ObjectHypothesis& best = result.hypotheses[0];
-    evidence = {best.score, result.wrong.count > 0 ? std::max(0.0, result.wrong.best) : 0.0, best.expected, best.known_share};
-    answer.kept = best.inliers;
-    answer.inliers = static_cast<int>(best.inliers.size());
+    answer.kept = result.hypotheses[0].inliers;
+    answer.inliers = static_cast<int>(answer.kept.size());
   }
-  setVerdict(judge(evidence, neededMargin(options_.verdict.min_object_margin, result.vertices), options_.verdict), answer);
+  setVerdict(judge(evidenceOf(result), options_.object_verdict), answer);
 }
 
 }  // namespace xview

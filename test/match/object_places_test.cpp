@@ -310,10 +310,43 @@ TEST(ObjectPlaceIndex, AMirroredPlaceIsNotBelieved) {
   EXPECT_LT(mirrored.hypotheses[0].score, 0.3 * right);
 }
 
-TEST(ObjectPlaceIndex, TheNeededMarginGrowsWithTheRootOfTheQuery) {
-  EXPECT_DOUBLE_EQ(neededMargin(19, 60), 19);
-  EXPECT_DOUBLE_EQ(neededMargin(19, 240), 38);
-  EXPECT_GT(neededMargin(19, 0), 0);
+TEST(ObjectPlaceIndex, AQueryOfManyKilometresIsFoundAsAWhole) {
+  SemanticGraph map = randomMap(9000, 3000, 40);
+  for (const Eigen::Vector3d& village :
+       {Eigen::Vector3d(3000, 3500, 0), Eigen::Vector3d(-3200, 1000, 0)}) {
+    for (const Vertex& v : randomMap(400, 200, 41, village).vertices)
+      addVertex(map, v.label, v.position);
+  }
+  const ObjectPlaceIndex index(map, someLabels());
+  const Question question = ask(map, {0, 0}, 7000, 0.3, 0.3, 42);
+  const ObjectSearchResult result = index.search(question.query);
+  ASSERT_FALSE(result.hypotheses.empty());
+  EXPECT_EQ(result.vertices, static_cast<int>(question.query.size()));
+  const ObjectHypothesis& best = result.hypotheses[0];
+  for (const Eigen::Vector2d& corner :
+       {Eigen::Vector2d(4000, 4000), Eigen::Vector2d(-4000, 1000)}) {
+    const Eigen::Vector3d p =
+        question.T_map_query.inverse() * Eigen::Vector3d(corner.x(), corner.y(), 0);
+    EXPECT_LE((best.T_map_query * p - question.T_map_query * p).head<2>().norm(), 0.5);
+  }
+  EXPECT_GT(best.inliers.size(), question.query.size() * 9 / 10);
+  EXPECT_GT(best.score, 0.5 * best.expected);
+}
+
+TEST(ObjectPlaceIndex, AQueryOfManyKilometresFromElsewhereScoresFarBelowATrueOne) {
+  const ObjectPlaceIndex index(randomMap(6000, 2500, 43), someLabels());
+  const ObjectSearchResult result = index.search(randomMap(6000, 2500, 44));
+  for (const ObjectHypothesis& h : result.hypotheses) EXPECT_LT(h.score, 0.1 * h.expected);
+}
+
+TEST(ObjectPlaceIndex, AStrayVertexFarAwayDoesNotHideThePlace) {
+  const SemanticGraph map = randomMap(500, 700, 45);
+  const ObjectPlaceIndex index(map, someLabels());
+  Question question = ask(map, {20, 30}, 50, 0.3, 0.2, 46);
+  addVertex(question.query, kPole, {20000, -5000, 0});
+  const ObjectSearchResult result = index.search(question.query);
+  ASSERT_FALSE(result.hypotheses.empty());
+  expectPose(result.hypotheses[0].T_map_query, question, {20, 30}, 0.6);
 }
 
 TEST(ObjectPlaceIndex, DegenerateInputsGiveNoHypothesis) {

@@ -22,7 +22,7 @@ struct ObjectPlaceOptions {
   double detection = 0.72;         ///< chance that a query finds an object of the map again
   double dynamic_detection = 0.7;  ///< factor on it for things that move between visits
   double surface_detection =
-      0.65;               ///< factor on it for vertices of surfaces, which depend on the view
+      0.65;              ///< factor on it for vertices of surfaces, which depend on the view
   double sigma_m = 0.9;  ///< of an object's position, map and query together
   double surface_lateral_m = 1.2;  ///< of a surface vertex across the surface
   double roof_lateral_m = 4.5;     ///< the same for buildings seen from above
@@ -95,8 +95,6 @@ struct WrongPoses {
   double mean = 0, deviation = 0;
   double best =
       0;  ///< the best pose more than 8 m or 0.4 rad from the first; meaningless if count is 0
-  double tail = 0;  ///< by how much the ten best of them exceed the next one on average [nats]: the
-                    ///< best of wrong places beats the second by so much by chance
 };
 
 struct ObjectSearchResult {
@@ -105,11 +103,6 @@ struct ObjectSearchResult {
   int poses = 0;     ///< distinct places verified
   int vertices = 0;  ///< of the query that could take part: their class occurs in the map
 };
-
-/// The margin (score of the best hypothesis less WrongPoses::best) that tells a true place from a
-/// wrong one, from that of a query of 60 vertices: scores are sums over vertices, so those of wrong
-/// places spread with the root of their number.
-double neededMargin(double margin_of_60_vertices, int vertices);
 
 class ObjectPlaceIndex {
  public:

@@ -15,19 +15,17 @@ struct VerdictOptions {
   double aerial_false_alarm_nats = 10;  ///< same from the air: layouts of streets repeat between towns
   double min_agreement = 0.4;    ///< share of the score that a true pose would have
   double min_known_share = 0.15; ///< share of the query that must lie where the map was seen
-  double min_object_margin = 19; ///< nats by which the best place of a graph of 60 objects must beat every other one
   double min_inliers = 8;        ///< method walks: vertices that must agree, more for large queries
   double min_inlier_ratio = 1.5; ///< method walks: times the inliers of the next best place
 };
 
 template <class Visitor>
 void visit(VerdictOptions& o, Visitor&& field) {
-  field("min_confidence", o.min_confidence, Range{0.5, 0.999999999}, "confidence from which on an answer is accepted; graphs of objects and method walks: 0.5");
+  field("min_confidence", o.min_confidence, Range{0.5, 0.999999999}, "confidence from which on an answer is accepted; method walks: 0.5");
   field("false_alarm_nats", o.false_alarm_nats, Range{0.1, 1e6}, "by so much more evidence, wrong places become e times rarer [nats]");
   field("aerial_false_alarm_nats", o.aerial_false_alarm_nats, Range{0.1, 1e6}, "same for views from the air [nats]");
   field("min_agreement", o.min_agreement, Range{0, 1}, "share of the score of a true pose that is asked for");
   field("min_known_share", o.min_known_share, Range{0, 1}, "share of the query that must lie where the map was seen");
-  field("min_object_margin", o.min_object_margin, Range{0, 1e6}, "graphs of 60 objects: the best place must beat every other one by so much [nats]");
   field("min_inliers", o.min_inliers, Range{3, 1e6}, "method walks: vertices that must agree");
   field("min_inlier_ratio", o.min_inlier_ratio, Range{1, 100}, "method walks: times the inliers of the next best place");
 }
