@@ -15,8 +15,8 @@ namespace xview {
 namespace {
 
 constexpr std::size_t kSmallMap = 1000;  // vertices; the fine raster is searched directly
-constexpr double kCellsPerCubeRoot =
-    170;  // cells kept of the first look: 4500 for 20,000 vertices, 17,000 for a million
+constexpr double kCellsPerRoot =
+    37;  // cells kept of the first look: 3700 for 10,000 vertices, 37,000 for a million
 constexpr double kCoarseYawStep = 0.16, kFineYawStep = 0.105;  // [rad]
 constexpr double kCentreMargin = 15;   // [m] beyond the gap around the query's own centre
 constexpr std::size_t kReturned = 20;  // hypotheses with all their details
@@ -184,7 +184,7 @@ bool ObjectPlaceIndex::Index::agreesWithPrior(const ObjectQuery& query,
 std::size_t ObjectPlaceIndex::Index::posesKept() const {
   if (options.keep_poses > 0) return static_cast<std::size_t>(options.keep_poses);
   const double vertices = static_cast<double>(map.points().size());
-  return static_cast<std::size_t>(std::clamp(150 * std::pow(vertices / 1e4, 0.3), 60.0, 400.0));
+  return static_cast<std::size_t>(std::clamp(150 * std::pow(vertices / 1e4, 0.3), 60.0, 600.0));
 }
 
 std::vector<Scored> ObjectPlaceIndex::Index::propose(const ObjectQuery& query,
@@ -198,8 +198,7 @@ std::vector<Scored> ObjectPlaceIndex::Index::propose(const ObjectQuery& query,
   const std::vector<RasterSample> samples = query.samples(map, options.fine_cell_m);
   std::vector<PlacePose> places;
   if (coarse) {
-    const auto by_size =
-        static_cast<std::size_t>(kCellsPerCubeRoot * std::cbrt(map.points().size()));
+    const auto by_size = static_cast<std::size_t>(kCellsPerRoot * std::sqrt(map.points().size()));
     search.max_yaw_step_rad = kCoarseYawStep;
     search.keep_cells = wanted_cells ? wanted_cells : by_size;
     places = searchRaster(*coarse, query.samples(map, options.coarse_cell_m),
