@@ -138,7 +138,6 @@ struct Trial {
   ObjectEvidence evidence;
   bool accepted = false;
   double ms = 0;
-  double wrong_deviation = 0;
   bool isRight() const { return error_m <= kSuccess_m; }
   double confidence = 0;
 };
@@ -162,8 +161,8 @@ Trial run(const ObjectPlaceIndex& index, const SemanticGraph& graph, const Eigen
   trial.evidence.known_share = best.known_share;
   trial.evidence.runner_up = result.wrong.best;
   trial.evidence.typical_wrong = result.wrong.mean;
+  trial.evidence.wrong_deviation = result.wrong.deviation;
   trial.evidence.wrong_places = result.wrong.count;
-  trial.wrong_deviation = result.wrong.deviation;
   const Verdict verdict = judge(trial.evidence, a.verdict);
   trial.accepted = verdict.status == Status::accepted;
   trial.confidence = verdict.confidence;
@@ -243,7 +242,7 @@ void writeCsv(const std::string& path, const std::string& name, const std::vecto
     const ObjectEvidence& e = t.evidence;
     file << fmt::format("{},{},{:.2f},{:.2f},{:.2f},{:.2f},{:.3f},{},{:.2f},{:.2f},{:.4f},{}\n",
                         name, t.is_negative ? 1 : 0, std::min(t.error_m, 1e6), e.score, e.runner_up,
-                        e.expected, e.known_share, e.vertices, e.typical_wrong, t.wrong_deviation,
+                        e.expected, e.known_share, e.vertices, e.typical_wrong, e.wrong_deviation,
                         t.confidence, t.accepted ? 1 : 0);
   }
 }

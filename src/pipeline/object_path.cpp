@@ -21,6 +21,7 @@ ObjectEvidence evidenceOf(const ObjectSearchResult& result) {
   evidence.known_share = best.known_share;
   evidence.runner_up = result.wrong.best;
   evidence.typical_wrong = result.wrong.mean;
+  evidence.wrong_deviation = result.wrong.deviation;
   evidence.wrong_places = result.wrong.count;
   return evidence;
 }

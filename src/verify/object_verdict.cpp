@@ -12,10 +12,12 @@ namespace {
 constexpr double kEqualShare =
     0.8;  // a runner-up with this share of the best score explains the query about equally well
 constexpr int kFewWrong = 10;  // the mean of fewer wrong places says little
-// Fitted to 9080 queries from elsewhere in 18 maps of 700 to 100,000 vertices of generated towns.
-constexpr double kLeadOfOneAlarm = 15, kLeadPerFactorE = 3;  // [nats]
+constexpr double kUsualDeviations =
+    2;  // above their mean: what the best of some dozens of wrong places has
+// Fitted to 12,880 queries from elsewhere in 72 maps of 700 to 100,000 vertices of generated towns.
+constexpr double kLeadOfOneAlarm = 4, kLeadPerFactorE = 2.9;  // [nats]
 // Density of false alarms over that of right places, at the same lead.
-constexpr double kAlarmsPerRightPlace = 28;
+constexpr double kAlarmsPerRightPlace = 16;
 
 /// As if the query had 60 vertices.
 double normalized(double nats, int vertices) {
@@ -25,10 +27,13 @@ double normalized(double nats, int vertices) {
 /// Unseen area scores 0 and is always another place.
 double runnerUpOf(const ObjectEvidence& e) { return std::max(0.0, e.runner_up); }
 
-double leadOf(const ObjectEvidence& e) {
-  const double typical = e.wrong_places < kFewWrong ? runnerUpOf(e) : e.typical_wrong;
-  return normalized(e.score - typical, e.vertices);
+/// What a wrong place of this search may well score.
+double usualWrong(const ObjectEvidence& e) {
+  if (e.wrong_places < kFewWrong) return runnerUpOf(e);
+  return e.typical_wrong + kUsualDeviations * e.wrong_deviation;
 }
+
+double leadOf(const ObjectEvidence& e) { return normalized(e.score - usualWrong(e), e.vertices); }
 
 /// How much of a need is met, in [0, 1]; NaN meets nothing.
 double met(double value, double needed) {

@@ -19,7 +19,8 @@ ObjectEvidence goodPlace() {
   ObjectEvidence e;
   e.score = 55;
   e.runner_up = 15;
-  e.typical_wrong = 5;
+  e.typical_wrong = -5;
+  e.wrong_deviation = 6;
   e.wrong_places = 59;
   e.expected = 70;
   e.known_share = 0.9;
@@ -32,6 +33,7 @@ ObjectEvidence randomPlace(Random& random) {
   e.score = random.uniform(-50, 150);
   e.runner_up = random.uniform(-50, e.score);
   e.typical_wrong = random.uniform(-80, e.runner_up);
+  e.wrong_deviation = random.uniform(0, 20);
   e.wrong_places = static_cast<int>(random.below(60));
   e.expected = random.uniform(-20, 150);
   e.known_share = random.uniform();
@@ -98,8 +100,14 @@ TEST(ObjectVerdict, ALargeQueryNeedsALargerLead) {
   e.vertices = 240;
   EXPECT_GT(falseAlarms(e), falseAlarms(goodPlace()));
   EXPECT_NE(judge(e, kOptions).status, Status::accepted);
-  e.score = 2 * (goodPlace().score - 5) + 5;
+  e.score = 2 * (goodPlace().score - 7) + 7;
   EXPECT_DOUBLE_EQ(falseAlarms(e), falseAlarms(goodPlace()));
+}
+
+TEST(ObjectVerdict, WrongPlacesThatSpreadWidelyAskForALargerLead) {
+  ObjectEvidence e = goodPlace();
+  e.wrong_deviation = 20;
+  EXPECT_GT(falseAlarms(e), 10 * falseAlarms(goodPlace()));
 }
 
 TEST(ObjectVerdict, TwoPlacesThatFitEquallyWellAreAmbiguous) {

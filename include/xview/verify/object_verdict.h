@@ -28,13 +28,14 @@ void visit(ObjectVerdictOptions& o, Visitor&& field) {
 
 /// What speaks for and against the best place of an object search.
 struct ObjectEvidence {
-  double score = 0;          ///< of the best place [nats]
-  double runner_up = 0;      ///< score of the best wrong place
-  double typical_wrong = 0;  ///< mean score of the wrong places that were refined to the end
-  int wrong_places = 0;      ///< how many they were
-  double expected = 0;       ///< score that a true pose would have [nats]
-  double known_share = 0;    ///< share of the query in seen area
-  int vertices = 0;          ///< of the query
+  double score = 0;            ///< of the best place [nats]
+  double runner_up = 0;        ///< score of the best wrong place
+  double typical_wrong = 0;    ///< mean score of the wrong places that were refined to the end
+  double wrong_deviation = 0;  ///< standard deviation of their scores
+  int wrong_places = 0;        ///< how many they were
+  double expected = 0;         ///< score that a true pose would have [nats]
+  double known_share = 0;      ///< share of the query in seen area
+  int vertices = 0;            ///< of the query
 };
 
 /// Number of false alarms (a contrario): how many places as good as this one are to be expected
