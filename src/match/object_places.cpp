@@ -319,10 +319,13 @@ CentrePose ObjectPlaceIndex::Index::grown(const SemanticGraph& graph, QueryPart 
 ObjectSearchResult ObjectPlaceIndex::Index::searchInParts(
     const SemanticGraph& graph, const QueryPart& whole, const ObjectSearchRequest& request) const {
   const ObjectQuery query(graph, map, options, whole);
+  // The point that the prior speaks of may be far from the part.
+  ObjectSearchRequest anywhere = request;
+  anywhere.prior.near.reset();
   std::vector<Scored> poses;
   int proposed = 0;
   for (const QueryPart& part : denseParts(graph, map, kParts)) {
-    const ObjectSearchResult found = searchWhole(ObjectQuery(graph, map, options, part), request);
+    const ObjectSearchResult found = searchWhole(ObjectQuery(graph, map, options, part), anywhere);
     proposed += found.poses;
     for (std::size_t i = 0; i < std::min(kGrown, found.hypotheses.size()); ++i)
       poses.push_back({grown(graph, part, query, found.hypotheses[i].T_map_query), 0});

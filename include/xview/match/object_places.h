@@ -115,7 +115,9 @@ class ObjectPlaceIndex {
   ObjectPlaceIndex& operator=(ObjectPlaceIndex&&) noexcept;
 
   /// Where does the query fit? Exhaustive over position and heading within the prior; gravity along
-  /// z in both. No hypothesis if nothing agrees (empty map or query, no common class).
+  /// z in both. Of queries larger than 400 m around, three dense parts are searched for and their
+  /// best places tried on the whole. No hypothesis if nothing agrees (empty map or query, no common
+  /// class).
   ObjectSearchResult search(const SemanticGraph& query,
                             const ObjectSearchRequest& request = {}) const;
 
