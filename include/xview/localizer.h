@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
@@ -19,7 +20,10 @@ struct Query {
   SemanticGraph graph;
   PlanView plan;                      ///< empty for bare graphs
   LabelledCloud cloud;                ///< for refinement; empty for bare graphs
+  std::vector<std::uint32_t> cloud_seen_from;  ///< per point of the cloud, a position in poses; empty = unknown
+  double cloud_sigma_m = 0;           ///< typical depth error of the points
   std::vector<Eigen::Isometry3d> poses;  ///< T_odom_sensor of its frames; the last one is answered. Identity for bare graphs
+  std::vector<std::int64_t> frames;   ///< their numbers; empty for bare graphs
   Sensor sensor = Sensor::cloud;
   Timings timing_ms;                  ///< read, lift, blobs, graph
 };

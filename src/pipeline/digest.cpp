@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "pipeline/depth_noise.h"
 #include "pipeline/depth_plausibility.h"
 #include "pipeline/place_graph.h"
 #include "xview/graph/blobs.h"
@@ -95,7 +96,10 @@ FrameDigest digestFrame(Frame frame, const LabelSet& labels, const Options& opti
   digest.stamp_s = frame.stamp_s;
   digest.sensor = frame.sensor;
   digest.T_odom_sensor = frame.T_odom_sensor;
-  if (frame.sensor == Sensor::camera) frame.label = cleanLabels(frame.label, labels, options.clean);
+  if (frame.sensor == Sensor::camera) {
+    digest.inverse_depth_sigma = inverseDepthNoise(frame.depth);
+    frame.label = cleanLabels(frame.label, labels, options.clean);
+  }
   LabelledCloud points = lift(frame, labels, options.lift, &digest.counts);
   digest.aerial = looksFromTheAir(frame, points.ranges);
   std::vector<std::uint32_t> points_per_voxel;

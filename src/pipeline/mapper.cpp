@@ -7,6 +7,7 @@
 #include "pipeline/depth_plausibility.h"
 #include "pipeline/gravity.h"
 #include "pipeline/place_graph.h"
+#include "pipeline/point_sigma.h"
 #include "xview/graph/edges.h"
 #include "xview/graph/plan_view.h"
 #include "xview/localizer.h"
@@ -23,13 +24,16 @@ constexpr std::size_t kFramesForGravity = 16;  ///< that say together which way 
 /// A cloud that grows by frames and is thinned whenever it has doubled, so that memory follows the map, not the recording.
 class GrowingCloud {
  public:
-  explicit GrowingCloud(double voxel_m) : voxel_m_(voxel_m) {}
+  GrowingCloud(double voxel_m, double max_sigma_m) : voxel_m_(voxel_m), max_sigma_m_(max_sigma_m) {}
 
-  void add(const LabelledCloud& cloud) {
+  void add(const FrameDigest& frame) {
+    const LabelledCloud& cloud = frame.cloud;
     if (cloud.empty()) return;
     if (cloud_.empty()) cloud_.origin = cloud.origin;
     const Eigen::Vector3f shift = (cloud.origin - cloud_.origin).cast<float>();
-    for (pcl::PointXYZL point : cloud.points) {
+    for (std::size_t i = 0; i < cloud.size(); ++i) {
+      if (pointSigma(frame, i) > max_sigma_m_) continue;
+      pcl::PointXYZL point = cloud.points[i];
       point.getVector3fMap() += shift;
       cloud_.points.push_back(point);
     }
@@ -46,7 +50,7 @@ class GrowingCloud {
     cloud_ = thinByVoxel(cloud_, voxel_m_);
     thinned_size_ = cloud_.size();
   }
-  double voxel_m_;
+  double voxel_m_, max_sigma_m_;
   std::size_t thinned_size_ = 0;
   LabelledCloud cloud_;
 };
@@ -62,7 +66,7 @@ class MapUnderConstruction {
  public:
   MapUnderConstruction(const LabelSet& labels, const Options& options)
       : labels_(labels), options_(options), places_(labels, options), plan_(labels, options.plan),
-        cloud_(options.map.cloud_voxel_m) {
+        cloud_(options.map.cloud_voxel_m, options.refine.max_sigma_m) {
     map_.labels = labels;
   }
 
@@ -98,7 +102,7 @@ class MapUnderConstruction {
   void addUpright(const FrameDigest& frame) {
     places_.add(frame);
     plan_.add(frame.cloud, frame.votes, frame.thin_trusted, Eigen::Isometry3d(*upright_), frame.aerial);
-    cloud_.add(frame.cloud);
+    cloud_.add(frame);
     const auto source = static_cast<std::uint32_t>(map_.sources.size() - 1);
     const Eigen::Vector3d here = frame.T_odom_sensor.translation();
     const bool first = map_.keyframes.empty() || map_.keyframes.back().source != source;

@@ -5,6 +5,7 @@
 
 #include "pipeline/planar_pose.h"
 #include "pipeline/vertex_pairs.h"
+#include "pipeline/vertex_posterior.h"
 #include "xview/types/stopwatch.h"
 
 namespace xview {
@@ -23,34 +24,67 @@ PlanQuery recentPart(const PlanQuery& query, const Eigen::Vector2d& last_sensor)
   return recent;
 }
 
+double shiftOfLast(const Query& query, const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
+  const Eigen::Vector3d sensor = query.poses.back().translation();
+  return (a * sensor - b * sensor).norm();
+}
+
 }  // namespace
 
 const DistributionMap& PoseRefinement::distributions() const {
-  std::call_once(made_, [&] { distributions_.emplace(map_.cloud, map_.labels, options_.refine.cell_m, options_.refine.roughness_m); });
+  std::call_once(made_, [&] {
+    std::vector<Eigen::Isometry3d> viewpoints;
+    for (const Keyframe& k : map_.keyframes) viewpoints.push_back(k.T_map_sensor);
+    distributions_.emplace(map_.cloud, map_.labels, viewpoints, options_.refine);
+  });
   return *distributions_;
 }
 
-/// The clouds see only some classes and take the nearest surface for the right one; what is seen from above must not contradict them.
-bool PoseRefinement::looksNoWorse(const PlanQuery& recent, const Eigen::Isometry3d& before, const Eigen::Isometry3d& after) const {
-  return recent.empty() || places_->score(recent, placeOf(after)) >= kScoreKept * places_->score(recent, placeOf(before));
+/// What is seen from above must not contradict the new pose.
+bool PoseRefinement::keepsScore(const PlanQuery& recent, const Eigen::Isometry3d& before, const Eigen::Isometry3d& after,
+                                double share) const {
+  return recent.empty() || places_->score(recent, placeOf(after)) >= share * places_->score(recent, placeOf(before));
+}
+
+void PoseRefinement::useRecentPart(const Query& query, const PlanQuery& recent, Localization& answer) const {
+  if (recent.empty()) return;
+  Eigen::Isometry3d& best = answer.hypotheses[0].T_map_query;
+  const Eigen::Isometry3d T = poseOf(places_->verify(recent, placeOf(best)));
+  if (shiftOfLast(query, T, best) < options_.refine.max_shift_m) best = T;
+}
+
+void PoseRefinement::useVertices(const Query& query, const PlanQuery& recent, Localization& answer) const {
+  Eigen::Isometry3d& best = answer.hypotheses[0].T_map_query;
+  const Posterior posterior = vertexPosterior(query, map_, answer.kept, best, options_.posterior);
+  if (!posterior.converged) return;
+  const Eigen::Isometry3d T = posterior.T_map_sensor.back() * query.poses.back().inverse();
+  if (shiftOfLast(query, T, best) >= options_.refine.max_shift_m || !keepsScore(recent, best, T, 1)) return;
+  best = T;
+  answer.covariance = posterior.covariance;
+}
+
+/// The clouds take the nearest surface for the right one, and see only some classes.
+void PoseRefinement::useClouds(const Query& query, const PlanQuery& recent, Localization& answer) const {
+  Eigen::Isometry3d& best = answer.hypotheses[0].T_map_query;
+  const RefineQuery points{query.cloud, query.cloud_seen_from, query.poses, query.cloud_sigma_m};
+  const Refinement refined = xview::refine(distributions(), points, query.labels, best, options_.refine);
+  if (!refined.converged || !keepsScore(recent, best, refined.T_map_query, kScoreKept)) return;
+  best = refined.T_map_query;
+  answer.covariance = refined.covariance;
 }
 
 void PoseRefinement::refine(const Query& query, const PlanQuery& plan_query, Localization& answer) const {
-  Hypothesis& best = answer.hypotheses[0];
-  const Eigen::Vector3d sensor = query.poses.back().translation();
-  answer.covariance = covarianceOfPairs(answer.kept, map_.graph, best.T_map_query * sensor, kPairSigma_m);
-  if (!options_.refine.enabled || query.cloud.empty() || map_.cloud.empty()) return;
   Stopwatch watch;
+  const Eigen::Vector3d sensor = query.poses.back().translation();
   const PlanQuery recent = places_ ? recentPart(plan_query, sensor.head<2>()) : PlanQuery();
-  if (!recent.empty()) {
-    const Eigen::Isometry3d T = poseOf(places_->verify(recent, placeOf(best.T_map_query)));
-    if ((T * sensor - best.T_map_query * sensor).norm() < options_.refine.max_shift_m) best.T_map_query = T;
+  answer.covariance = covarianceOfPairs(answer.kept, map_.graph, answer.hypotheses[0].T_map_query * sensor, kPairSigma_m);
+  if (options_.posterior.enabled) {
+    useVertices(query, recent, answer);
+    answer.timing_ms.emplace_back("posterior", watch.lap_ms());
   }
-  const Refinement refined = xview::refine(distributions(), query.cloud, query.labels, best.T_map_query, sensor, options_.refine);
-  if (refined.converged && looksNoWorse(recent, best.T_map_query, refined.T_map_query)) {
-    best.T_map_query = refined.T_map_query;
-    answer.covariance = refined.covariance;
-  }
+  if (!options_.refine.enabled) return;
+  useRecentPart(query, recent, answer);
+  if (!query.cloud.empty() && !map_.cloud.empty()) useClouds(query, recent, answer);
   answer.timing_ms.emplace_back("refine", watch.lap_ms());
 }
 

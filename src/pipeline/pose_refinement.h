@@ -22,7 +22,10 @@ class PoseRefinement {
 
  private:
   const DistributionMap& distributions() const;
-  bool looksNoWorse(const PlanQuery& recent, const Eigen::Isometry3d& before, const Eigen::Isometry3d& after) const;
+  bool keepsScore(const PlanQuery& recent, const Eigen::Isometry3d& before, const Eigen::Isometry3d& after, double share) const;
+  void useVertices(const Query& query, const PlanQuery& recent, Localization& answer) const;
+  void useRecentPart(const Query& query, const PlanQuery& recent, Localization& answer) const;
+  void useClouds(const Query& query, const PlanQuery& recent, Localization& answer) const;
 
   const SemanticMap& map_;
   const PlanPlaces* places_;

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+
 #include "pipeline/gravity.h"
 #include "pipeline/place_graph.h"
+#include "pipeline/point_sigma.h"
 #include "xview/graph/edges.h"
 #include "xview/graph/plan_view.h"
 #include "xview/localizer.h"
@@ -21,23 +24,31 @@ void addTimings(const FrameDigest* first, const FrameDigest* last, Timings& sum)
   }
 }
 
-/// The points of the last metres of travel.
-LabelledCloud recentPoints(const FrameDigest* first, const FrameDigest* last, double reach_m) {
-  LabelledCloud recent;
-  if (first == last) return recent;
-  recent.origin = (last - 1)->cloud.origin;
+/// The points of the last metres of travel that are known well enough.
+void addRecentPoints(const FrameDigest* first, const FrameDigest* last, const RefineOptions& options, Query& query) {
+  if (first == last) return;
+  query.cloud.origin = (last - 1)->cloud.origin;
+  std::vector<double> sigmas;
   double travelled = 0;
   for (const FrameDigest* frame = last; frame-- != first;) {
-    const Eigen::Vector3f shift = (frame->cloud.origin - recent.origin).cast<float>();
-    for (pcl::PointXYZL point : frame->cloud.points) {
+    const Eigen::Vector3f shift = (frame->cloud.origin - query.cloud.origin).cast<float>();
+    for (std::size_t i = 0; i < frame->cloud.size(); ++i) {
+      const double sigma = pointSigma(*frame, i);
+      if (sigma > options.max_sigma_m) continue;
+      pcl::PointXYZL point = frame->cloud.points[i];
       point.getVector3fMap() += shift;
-      recent.points.push_back(point);
+      query.cloud.points.push_back(point);
+      query.cloud_seen_from.push_back(static_cast<std::uint32_t>(frame - first));
+      sigmas.push_back(sigma);
     }
     if (frame == first) break;
     travelled += (frame->T_odom_sensor.translation() - (frame - 1)->T_odom_sensor.translation()).norm();
-    if (travelled > reach_m) break;
+    if (travelled > options.reach_m) break;
   }
-  return recent;
+  if (sigmas.empty()) return;
+  const auto middle = sigmas.begin() + static_cast<std::ptrdiff_t>(sigmas.size() / 2);
+  std::nth_element(sigmas.begin(), middle, sigmas.end());
+  query.cloud_sigma_m = *middle;
 }
 
 }  // namespace
@@ -54,12 +65,13 @@ Query makeQuery(const FrameDigest* first, const FrameDigest* last, const LabelSe
     places.add(*frame);
     plan.add(frame->cloud, frame->votes, frame->thin_trusted, Eigen::Isometry3d(upright), frame->aerial);
     query.poses.push_back(frame->T_odom_sensor);
+    query.frames.push_back(frame->number);
     query.sensor = frame->sensor;
   }
   query.plan = plan.build();
   query.plan.upright = upright;
   query.graph = places.finish(query.plan);
-  query.cloud = recentPoints(first, last, options.refine.reach_m);
+  addRecentPoints(first, last, options.refine, query);
   query.timing_ms.emplace_back("graph", watch.lap_ms());
   return query;
 }

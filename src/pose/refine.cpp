@@ -2,231 +2,302 @@
 #include "xview/pose/refine.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <map>
+
+#include "distribution_cells.h"
 
 namespace xview {
 namespace {
 
-constexpr std::uint32_t kFirstOtherGroup = static_cast<std::uint32_t>(Kind::none) + 1;
-constexpr std::uint32_t kNoGroup = 0xFFFFFFFF;
-constexpr double kCorrelatedPoints = 20;  ///< so many points err like one
-constexpr double kFloor_m = 0.05, kFloor_rad = 0.05 * M_PI / 180;
-constexpr int kFewestPoints = 4;  ///< of a distribution
-
-/// Points match within a group: a kind of thing, or one class if its kind is not known. Lane
-/// markings lie on the road.
-std::uint32_t groupOf(const LabelSet& labels, std::uint32_t label) {
-  const Role role = labels.role(label);
-  if (role == Role::ignored || role == Role::dynamic) return kNoGroup;
-  const Kind kind = labels.kind(label);
-  if (kind == Kind::lane_marking) return static_cast<std::uint32_t>(Kind::road);
-  if (kind == Kind::other_object || kind == Kind::other_surface) return kFirstOtherGroup + label;
-  return static_cast<std::uint32_t>(kind);
-}
-
-struct CellKey {
-  std::int32_t x, y, z;
-  std::uint32_t group;
-  bool operator==(const CellKey& o) const {
-    return x == o.x && y == o.y && z == o.z && group == o.group;
-  }
-};
-
-std::size_t hashOf(const CellKey& k) {
-  std::uint64_t h = static_cast<std::uint32_t>(k.x) * 0x9E3779B97F4A7C15ull;
-  h = (h ^ (h >> 31)) + static_cast<std::uint32_t>(k.y) * 0xBF58476D1CE4E5B9ull;
-  h = (h ^ (h >> 29)) + static_cast<std::uint32_t>(k.z) * 0x94D049BB133111EBull;
-  h = (h ^ (h >> 30)) + k.group * 0xD1342543DE82EF95ull;
-  return h ^ (h >> 32);
-}
-
-struct Distribution {
-  CellKey key;
-  Eigen::Vector3f mean = Eigen::Vector3f::Zero();  ///< relative to the map's origin
-  Eigen::Matrix3f information = Eigen::Matrix3f::Zero();
-  std::uint32_t points = 0;
-};
-
-}  // namespace
-
-struct DistributionMap::Cells {
-  Eigen::Vector3d origin = Eigen::Vector3d::Zero();
-  float side = 1;
-  std::vector<Distribution> distributions;
-  std::vector<std::int32_t> slots = std::vector<std::int32_t>(1024, -1);
-
-  CellKey keyOf(const Eigen::Vector3f& p, std::uint32_t group) const {
-    const auto index = [this](float c) { return static_cast<std::int32_t>(std::floor(c / side)); };
-    return {index(p.x()), index(p.y()), index(p.z()), group};
-  }
-  std::size_t slotOf(const CellKey& key) const {
-    const std::size_t mask = slots.size() - 1;
-    std::size_t slot = hashOf(key) & mask;
-    while (slots[slot] >= 0 && !(distributions[slots[slot]].key == key)) slot = (slot + 1) & mask;
-    return slot;
-  }
-  const Distribution* find(const CellKey& key) const {
-    const std::int32_t i = slots[slotOf(key)];
-    return i < 0 ? nullptr : &distributions[i];
-  }
-  Distribution& findOrAdd(const CellKey& key) {
-    if (2 * distributions.size() >= slots.size()) {
-      slots.assign(2 * slots.size(), -1);
-      for (std::size_t i = 0; i < distributions.size(); ++i)
-        slots[slotOf(distributions[i].key)] = static_cast<std::int32_t>(i);
-    }
-    const std::size_t slot = slotOf(key);
-    if (slots[slot] < 0) {
-      slots[slot] = static_cast<std::int32_t>(distributions.size());
-      distributions.emplace_back();
-      distributions.back().key = key;
-    }
-    return distributions[slots[slot]];
-  }
-
-  /// The nearest distribution of the group in the cell of p and the 26 around it, within the gate.
-  const Distribution* nearest(const Eigen::Vector3f& p, std::uint32_t group, float gate) const {
-    const CellKey own = keyOf(p, group);
-    const Distribution* best = nullptr;
-    float best_squared = gate * gate;
-    for (std::int32_t dz = -1; dz <= 1; ++dz) {
-      for (std::int32_t dy = -1; dy <= 1; ++dy) {
-        for (std::int32_t dx = -1; dx <= 1; ++dx) {
-          const Distribution* d = find({own.x + dx, own.y + dy, own.z + dz, group});
-          if (!d || d->points < kFewestPoints) continue;
-          const float squared = (d->mean - p).squaredNorm();
-          if (squared < best_squared) {
-            best_squared = squared;
-            best = d;
-          }
-        }
-      }
-    }
-    return best;
-  }
-};
-
-DistributionMap::DistributionMap(const LabelledCloud& map, const LabelSet& labels, double cell_m,
-                                 double roughness_m)
-    : cells_(std::make_unique<Cells>()) {
-  cells_->origin = map.origin;
-  cells_->side = static_cast<float>(cell_m);
-  std::vector<Eigen::Matrix3f> squares;
-  for (const pcl::PointXYZL& point : map.points) {
-    const std::uint32_t group = groupOf(labels, point.label);
-    const Eigen::Vector3f p = point.getVector3fMap();
-    if (group == kNoGroup || !p.allFinite()) continue;
-    Distribution& d = cells_->findOrAdd(cells_->keyOf(p, group));
-    const auto index = static_cast<std::size_t>(&d - cells_->distributions.data());
-    if (squares.size() <= index) squares.resize(index + 1, Eigen::Matrix3f::Zero());
-    // Welford's update keeps single precision good far from the origin.
-    const Eigen::Vector3f before = p - d.mean;
-    d.mean += before / static_cast<float>(++d.points);
-    squares[index] += before * (p - d.mean).transpose();
-  }
-  const auto variance = static_cast<float>(roughness_m * roughness_m);
-  for (std::size_t i = 0; i < squares.size(); ++i) {
-    Distribution& d = cells_->distributions[i];
-    const Eigen::Matrix3f covariance = squares[i] / static_cast<float>(d.points);
-    d.information =
-        (0.5f * (covariance + covariance.transpose()) + variance * Eigen::Matrix3f::Identity())
-            .inverse();
-  }
-}
-DistributionMap::~DistributionMap() = default;
-DistributionMap::DistributionMap(DistributionMap&&) noexcept = default;
-std::size_t DistributionMap::size() const { return cells_->distributions.size(); }
-
-struct RefineAccess {
-  static const DistributionMap::Cells& cells(const DistributionMap& map) { return *map.cells_; }
-};
-
-namespace {
-
 using Vector6d = Eigen::Matrix<double, 6, 1>;
+using Vector12d = Eigen::Matrix<double, 12, 1>;
+using Matrix12d = Eigen::Matrix<double, 12, 12>;
+
+constexpr double kRadians = M_PI / 180;
+constexpr double kCorrelatedPoints = 20;  ///< so many points err like one
+constexpr double kSameSide = -0.3;  ///< cosine between views that see the same side of a thing
+constexpr double kOtherSideWeight = 0.1;
+constexpr std::size_t kFewestPartners = 50;
 
 struct QueryPoint {
   Eigen::Vector3d p;  ///< query frame
-  std::uint32_t group;
+  std::uint32_t group = kNoGroup;
+  Eigen::Vector3d view = Eigen::Vector3d::Zero();  ///< unit vector to who saw it; zero if unknown
+  double age_m = 0;                                ///< way from where it was seen to the last pose
 };
 
-/// At most max_points, evenly spread over the cloud.
-std::vector<QueryPoint> choosePoints(const LabelledCloud& query, const LabelSet& labels,
-                                     int max_points) {
-  std::vector<QueryPoint> all, chosen;
-  for (std::size_t i = 0; i < query.size(); ++i) {
-    const std::uint32_t group = groupOf(labels, query.points[i].label);
-    const Eigen::Vector3d p = query.position(i);
-    if (group != kNoGroup && p.allFinite()) all.push_back({p, group});
-  }
-  const std::size_t count = std::min(all.size(), static_cast<std::size_t>(max_points));
+/// A pose, and what the odometry adds to it per metre of way: translation [m/m] and rotation vector
+/// [rad/m], both in the map frame.
+struct Estimate {
+  Eigen::Isometry3d T_map_query;
+  Vector6d drift = Vector6d::Zero();
+};
+
+/// Way from each pose to the last one.
+std::vector<double> waysToLast(const std::vector<Eigen::Isometry3d>& poses) {
+  std::vector<double> ways(poses.size(), 0);
+  for (std::size_t i = poses.size() - 1; i-- > 0;)
+    ways[i] = ways[i + 1] + (poses[i + 1].translation() - poses[i].translation()).norm();
+  return ways;
+}
+
+QueryPoint queryPoint(const RefineQuery& query, const LabelSet& labels,
+                      const std::vector<double>& ways, std::size_t i) {
+  QueryPoint q;
+  q.p = query.cloud.position(i);
+  q.group = matchingGroup(labels, query.cloud.points[i].label);
+  if (query.seen_from.size() != query.cloud.size()) return q;
+  const std::size_t pose = std::min<std::size_t>(query.seen_from[i], query.poses.size() - 1);
+  const Eigen::Vector3d view = query.poses[pose].translation() - q.p;
+  if (view.norm() > 0) q.view = view.normalized();
+  q.age_m = ways[pose];
+  return q;
+}
+
+template <class T>
+std::vector<T> evenlySpread(const std::vector<T>& all, std::size_t count) {
+  count = std::min(all.size(), count);
+  std::vector<T> chosen;
   for (std::size_t k = 0; k < count; ++k) chosen.push_back(all[k * all.size() / count]);
   return chosen;
 }
 
-/// One Gauss-Newton system about the sensor: unknown d = (translation, rotation vector), left
-/// increment in the map frame.
+std::vector<QueryPoint> choosePoints(const RefineQuery& query, const LabelSet& labels,
+                                     int max_points) {
+  std::vector<std::size_t> usable;
+  for (std::size_t i = 0; i < query.cloud.size(); ++i) {
+    const pcl::PointXYZL& point = query.cloud.points[i];
+    if (matchingGroup(labels, point.label) != kNoGroup && point.getVector3fMap().allFinite())
+      usable.push_back(i);
+  }
+  const std::vector<double> ways = waysToLast(query.poses);
+  std::vector<QueryPoint> chosen;
+  for (const std::size_t i : evenlySpread(usable, static_cast<std::size_t>(max_points)))
+    chosen.push_back(queryPoint(query, labels, ways, i));
+  return chosen;
+}
+
+/// L with L w = w x v, as the derivative of a point v under a rotation vector is.
+Eigen::Matrix3d crossFromRight(const Eigen::Vector3d& v) {
+  return (Eigen::Matrix3d() << 0, v.z(), -v.y(), -v.z(), 0, v.x(), v.y(), -v.x(), 0).finished();
+}
+
+/// One Gauss-Newton system about the last sensor: unknown are (translation, rotation vector), left
+/// increment in the map frame, and the same per metre of way.
 struct NormalEquations {
-  Matrix6d H = Matrix6d::Zero();
-  Vector6d b = Vector6d::Zero();
+  Matrix12d H = Matrix12d::Zero();
+  Vector12d b = Vector12d::Zero();
   std::vector<double> mahalanobis;  ///< squared, of each point with a partner
+  double cost = 0;                  ///< sum over points; without a partner 0, exactly there -4
+  double weight = 0, other_side = 0;
 };
 
-NormalEquations accumulate(const DistributionMap& map, const std::vector<QueryPoint>& points,
-                           const Eigen::Isometry3d& T, const Eigen::Vector3d& sensor_in_map,
-                           double gate_m) {
-  const auto& cells = RefineAccess::cells(map);
-  NormalEquations n;
-  for (const QueryPoint& q : points) {
-    const Eigen::Vector3d p = T * q.p;
-    const Distribution* d =
-        cells.nearest((p - cells.origin).cast<float>(), q.group, static_cast<float>(gate_m));
-    if (!d) continue;
-    const Eigen::Vector3d r = cells.origin + d->mean.cast<double>() - p;
-    const Eigen::Matrix3d W = d->information.cast<double>();
-    const double m = r.dot(W * r);
-    const double weight = 1 / ((1 + m / 4) * (1 + m / 4));
-    Eigen::Matrix<double, 3, 6> J;
-    const Eigen::Vector3d lever = p - sensor_in_map;
-    J << Eigen::Matrix3d::Identity(), (Eigen::Matrix3d() << 0, lever.z(), -lever.y(), -lever.z(), 0,
-                                       lever.x(), lever.y(), -lever.x(), 0)
-                                          .finished();
-    n.H.noalias() += weight * J.transpose() * W * J;
-    n.b.noalias() += weight * J.transpose() * (W * r);
-    n.mahalanobis.push_back(m);
+class Registration {
+ public:
+  Registration(const DistributionMap& map, const Eigen::Vector3d& sensor_in_query,
+               const Eigen::Vector3d& up_in_query, const RefineOptions& options)
+      : cells_(DistributionCells::of(map)),
+        sensor_in_query_(sensor_in_query),
+        up_in_query_(up_in_query),
+        options_(options) {}
+
+  Eigen::Vector3d sensorOf(const Estimate& at) const { return at.T_map_query * sensor_in_query_; }
+
+  NormalEquations accumulate(const std::vector<QueryPoint>& points, const Estimate& at,
+                             double gate_m) const;
+  Matrix6d covarianceAt(const std::vector<QueryPoint>& points, const Estimate& at,
+                        double sigma_m) const;
+
+  struct Descent {
+    bool valid = false;
+    Estimate at;
+    NormalEquations last;
+    int iterations = 0;
+  };
+  Descent descend(const std::vector<QueryPoint>& points, const Estimate& start,
+                  int iterations) const;
+  Estimate bestStart(const std::vector<QueryPoint>& points, const Estimate& start) const;
+
+ private:
+  void add(const QueryPoint& q, const Estimate& at, float gate_m, NormalEquations& n) const;
+  void addPriors(const Estimate& at, NormalEquations& n) const;
+  double gravityInformation() const { return 1 / std::pow(options_.tilt_sigma_deg * kRadians, 2); }
+  Vector6d driftInformation() const;
+  Estimate moved(const Estimate& at, const Vector12d& step) const;
+
+  const DistributionCells& cells_;
+  const Eigen::Vector3d sensor_in_query_, up_in_query_;
+  const RefineOptions& options_;
+};
+
+void Registration::add(const QueryPoint& q, const Estimate& at, float gate_m,
+                       NormalEquations& n) const {
+  Eigen::Vector3d p = at.T_map_query * q.p;
+  const Eigen::Vector3d lever = p - sensorOf(at);
+  p += q.age_m * (at.drift.head<3>() + Eigen::Vector3d(at.drift.tail<3>()).cross(lever));
+  const Distribution* d = cells_.nearest((p - cells_.origin()).cast<float>(), q.group, gate_m);
+  if (!d) return;
+  const Eigen::Vector3d r = cells_.origin() + d->mean.cast<double>() - p;
+  const Eigen::Matrix3d W = d->information.cast<double>();
+  const double m = r.dot(W * r);
+  const Eigen::Vector3d view = at.T_map_query.linear() * q.view;
+  const double cosine = d->view.cast<double>().dot(view);
+  const double weight = (cosine < kSameSide ? kOtherSideWeight : 1) / ((1 + m / 4) * (1 + m / 4));
+  Eigen::Matrix<double, 3, 6> J;
+  J << Eigen::Matrix3d::Identity(), crossFromRight(lever);
+  const Eigen::Matrix<double, 6, 3> JW = weight * J.transpose() * W;
+  const Matrix6d H = JW * J;
+  const Vector6d b = JW * r;
+  n.H.topLeftCorner<6, 6>() += H;
+  n.H.topRightCorner<6, 6>() += q.age_m * H;
+  n.H.bottomRightCorner<6, 6>() += q.age_m * q.age_m * H;
+  n.b.head<6>() += b;
+  n.b.tail<6>() += q.age_m * b;
+  n.mahalanobis.push_back(m);
+  n.cost += m / (1 + m / 4) - 4;
+  n.weight += weight;
+  n.other_side += weight * (1 - cosine) / 2;
+}
+
+/// Of translation and rotation per metre; points that err together are counted as often here.
+Vector6d Registration::driftInformation() const {
+  constexpr double kNone = 1e-9;
+  const bool drifts = options_.drift_share > 0;
+  const double share = drifts ? options_.drift_share : kNone;
+  const double turn = drifts ? std::max(kNone, options_.drift_deg_per_m * kRadians) : kNone;
+  Vector6d information;
+  information << Eigen::Vector3d::Constant(1 / (share * share)),
+      Eigen::Vector3d::Constant(1 / (turn * turn));
+  return kCorrelatedPoints * information;
+}
+
+/// The rotation since the start may turn about z freely, but hardly tilt.
+void Registration::addPriors(const Estimate& at, NormalEquations& n) const {
+  const Eigen::Vector3d upright =
+      (at.T_map_query.linear() * up_in_query_)
+          .cross(Eigen::Vector3d::UnitZ());  // rotation vector that would put it upright
+  for (const int axis : {0, 1}) {
+    n.H(3 + axis, 3 + axis) += gravityInformation();
+    n.b(3 + axis) += gravityInformation() * upright(axis);
   }
+  const Vector6d drift = driftInformation();
+  n.H.diagonal().tail<6>() += drift;
+  n.b.tail<6>() -= drift.cwiseProduct(at.drift);
+}
+
+NormalEquations Registration::accumulate(const std::vector<QueryPoint>& points, const Estimate& at,
+                                         double gate_m) const {
+  NormalEquations n;
+  for (const QueryPoint& q : points) add(q, at, static_cast<float>(gate_m), n);
+  n.H.bottomLeftCorner<6, 6>() = n.H.topRightCorner<6, 6>().transpose();
+  addPriors(at, n);
   return n;
 }
 
-Eigen::Isometry3d moved(const Eigen::Isometry3d& T, const Vector6d& d,
-                        const Eigen::Vector3d& about) {
-  const double angle = d.tail<3>().norm();
-  Eigen::Isometry3d step = Eigen::Isometry3d::Identity();
-  if (angle > 1e-15)
-    step.linear() = Eigen::AngleAxisd(angle, d.tail<3>() / angle).toRotationMatrix();
-  step.translation() = about - step.linear() * about + d.head<3>();
-  return step * T;
+Estimate Registration::moved(const Estimate& at, const Vector12d& step) const {
+  const Eigen::Vector3d about = sensorOf(at), turn = step.segment<3>(3);
+  Eigen::Isometry3d motion = Eigen::Isometry3d::Identity();
+  if (turn.norm() > 1e-15)
+    motion.linear() = Eigen::AngleAxisd(turn.norm(), turn.normalized()).toRotationMatrix();
+  motion.translation() = about - motion.linear() * about + step.head<3>();
+  return {motion * at.T_map_query, at.drift + step.tail<6>()};
 }
 
-/// The rotation since the start may turn about z freely, but hardly tilt. `up`: z of the map in the
-/// query, at the start.
-void addGravity(NormalEquations& n, const Eigen::Isometry3d& T, const Eigen::Vector3d& up,
-                double tilt_sigma_deg) {
-  const double information = 1 / std::pow(tilt_sigma_deg * M_PI / 180, 2);
-  const Eigen::Vector3d upright =
-      (T.linear() * up)
-          .cross(Eigen::Vector3d::UnitZ());  // rotation vector that would put it upright
-  for (const int axis : {0, 1}) {
-    n.H(3 + axis, 3 + axis) += information;
-    n.b(3 + axis) += information * upright(axis);
+/// Gauss-Newton with a gate that narrows over the first 60 % of the iterations. Nearest
+/// distributions change on the way, so that each step falls short: a part of the one before is
+/// added, but for the last ones.
+Registration::Descent Registration::descend(const std::vector<QueryPoint>& points,
+                                            const Estimate& start, int iterations) const {
+  constexpr double kStill = 1e-4, kMomentum = 0.5;
+  constexpr int kWithoutMomentum = 4;
+  Descent result;
+  result.at = start;
+  Vector12d step = Vector12d::Zero();
+  const std::size_t fewest = std::min(kFewestPartners, points.size() / 4 + 1);
+  for (int i = 0; i < iterations; ++i) {
+    const double progress = std::min(1.0, i / std::max(1.0, 0.6 * iterations));
+    const double gate =
+        options_.first_gate_m + progress * (options_.last_gate_m - options_.first_gate_m);
+    result.last = accumulate(points, result.at, gate);
+    result.valid = false;
+    if (result.last.mahalanobis.size() < fewest) return result;
+    const Vector12d d = result.last.H.ldlt().solve(result.last.b);
+    if (!d.allFinite()) return result;
+    step = d + (i + kWithoutMomentum < iterations ? kMomentum : 0) * step;
+    result.at = moved(result.at, step);
+    result.iterations = i + 1;
+    result.valid = true;
+    if (progress == 1 && d.head<6>().norm() < kStill) break;
   }
+  return result;
 }
 
-/// 0 in the first iteration, 1 from 60 % of them on.
-double progressAt(int iteration, const RefineOptions& options) {
-  return std::min(1.0, iteration / std::max(1.0, 0.6 * options.iterations));
+/// Along a street little tells how far: places to both sides are tried with few points.
+Estimate Registration::bestStart(const std::vector<QueryPoint>& points,
+                                 const Estimate& start) const {
+  constexpr std::size_t kPoints = 1000;
+  constexpr int kIterations = 8, kToEachSide = 2;
+  const std::vector<QueryPoint> few = evenlySpread(points, kPoints);
+  const NormalEquations here = accumulate(few, start, options_.first_gate_m);
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(here.H.topLeftCorner<2, 2>());
+  const Eigen::Vector2d along = axes.eigenvectors().col(0);
+  Estimate best = start;
+  double best_cost = INFINITY;
+  for (int k = -kToEachSide; k <= kToEachSide; ++k) {
+    Estimate from = start;
+    from.T_map_query.translation().head<2>() += options_.start_reach_m * k / kToEachSide * along;
+    const Descent d = descend(few, from, kIterations);
+    if (!d.valid) continue;
+    const double cost = accumulate(few, d.at, options_.last_gate_m).cost;
+    if (cost < best_cost) {
+      best_cost = cost;
+      best = d.at;
+    }
+  }
+  return best;
+}
+
+/// The spread of the pulls of blocks of points about their balance (Liang & Zeger 1986): points of
+/// one block err together, and the residuals show how much. What they do not show is added: the
+/// cells of the map, and sides of things that only one of map and query has seen.
+Matrix6d Registration::covarianceAt(const std::vector<QueryPoint>& points, const Estimate& at,
+                                    double sigma_m) const {
+  constexpr double kBlock_m = 4, kFloor_m = 0.01, kFloor_rad = 0.02 * kRadians, kSide_m = 0.1;
+  constexpr double kBlocksThatErrAlike = 2;
+  constexpr double kCommonShare = 0.6;  ///< of the error of a point is that of all
+  constexpr double kLever_m = 20;       ///< on which it turns
+  using Block = std::array<std::int64_t, 3>;
+  std::map<Block, std::vector<const QueryPoint*>> blocks;
+  for (const QueryPoint& q : points) {
+    blocks[{static_cast<std::int64_t>(std::floor(q.p.x() / kBlock_m)),
+            static_cast<std::int64_t>(std::floor(q.p.y() / kBlock_m)), q.group}]
+        .push_back(&q);
+  }
+  const auto gate = static_cast<float>(options_.last_gate_m);
+  NormalEquations all;
+  Matrix12d spread = Matrix12d::Zero();
+  for (const auto& [block, members] : blocks) {
+    const Vector12d before = all.b;
+    for (const QueryPoint* q : members) add(*q, at, gate, all);
+    const Vector12d pull = all.b - before;
+    spread += pull * pull.transpose();
+  }
+  all.H.bottomLeftCorner<6, 6>() = all.H.topRightCorner<6, 6>().transpose();
+  addPriors(at, all);
+  for (const int axis : {3, 4}) spread(axis, axis) += gravityInformation();
+  spread.diagonal().tail<6>() += kCorrelatedPoints * driftInformation();
+  const Matrix12d inverse = all.H.inverse();
+  Matrix6d covariance = kBlocksThatErrAlike * (inverse * spread * inverse).topLeftCorner<6, 6>();
+  const double side = all.weight > 0 ? kSide_m * all.other_side / all.weight : kSide_m;
+  const double common = kCommonShare * sigma_m, turn = common / kLever_m;
+  covariance.diagonal().head<3>().array() += kFloor_m * kFloor_m + side * side + common * common;
+  covariance.diagonal().tail<3>().array() += kFloor_rad * kFloor_rad + turn * turn;
+  return 0.5 * (covariance + covariance.transpose());
 }
 
 double median(std::vector<double> values) {
@@ -235,44 +306,35 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
-Matrix6d covarianceOf(const Matrix6d& information) {
-  Matrix6d covariance = kCorrelatedPoints * information.inverse();
-  covariance.diagonal().head<3>().array() += kFloor_m * kFloor_m;
-  covariance.diagonal().tail<3>().array() += kFloor_rad * kFloor_rad;
-  return covariance;
+/// Length of the way in the map over that of the odometry.
+double scaleOf(const Estimate& at, const std::vector<Eigen::Isometry3d>& poses) {
+  const Eigen::Vector3d back = poses.front().translation() - poses.back().translation();
+  if (back.norm() == 0) return 1;
+  return 1 + at.drift.head<3>().dot(at.T_map_query.linear() * back.normalized());
 }
 
 }  // namespace
 
-Refinement refine(const DistributionMap& map, const LabelledCloud& query, const LabelSet& labels,
-                  const Eigen::Isometry3d& T_map_query, const Eigen::Vector3d& sensor_in_query,
-                  const RefineOptions& options) {
-  constexpr int kFewestPartners = 50;
-  constexpr double kStill = 1e-4;
-  const std::vector<QueryPoint> points = choosePoints(query, labels, options.max_points);
-  const Eigen::Vector3d up = T_map_query.linear().transpose() * Eigen::Vector3d::UnitZ();
+Refinement refine(const DistributionMap& map, const RefineQuery& query, const LabelSet& labels,
+                  const Eigen::Isometry3d& T_map_query, const RefineOptions& options) {
   Refinement result;
   result.T_map_query = T_map_query;
-  NormalEquations n;
-  for (int i = 0; i < options.iterations; ++i) {
-    const double progress = progressAt(i, options);
-    const double gate =
-        options.first_gate_m + progress * (options.last_gate_m - options.first_gate_m);
-    const Eigen::Vector3d sensor = result.T_map_query * sensor_in_query;
-    n = accumulate(map, points, result.T_map_query, sensor, gate);
-    if (n.mahalanobis.size() < kFewestPartners) return result;
-    addGravity(n, result.T_map_query, up, options.tilt_sigma_deg);
-    const Vector6d d = n.H.ldlt().solve(n.b);
-    if (!d.allFinite()) return result;
-    result.T_map_query = moved(result.T_map_query, d, sensor);
-    result.iterations = i + 1;
-    if (progress == 1 && d.norm() < kStill) break;
-  }
-  result.overlap = static_cast<double>(n.mahalanobis.size()) / static_cast<double>(points.size());
-  result.residual_m = options.roughness_m * std::sqrt(median(n.mahalanobis));
-  result.covariance = covarianceOf(n.H);
-  const double shift =
-      (result.T_map_query * sensor_in_query - T_map_query * sensor_in_query).norm();
+  const std::vector<QueryPoint> points = choosePoints(query, labels, options.max_points);
+  if (points.size() < kFewestPartners) return result;
+  const Eigen::Vector3d sensor = query.poses.back().translation();
+  const Registration registration(map, sensor, T_map_query.linear().transpose().col(2), options);
+  Estimate start{T_map_query};
+  if (options.start_reach_m > 0) start = registration.bestStart(points, start);
+  const Registration::Descent d = registration.descend(points, start, options.iterations);
+  if (!d.valid) return result;
+  result.T_map_query = d.at.T_map_query;
+  result.iterations = d.iterations;
+  result.overlap =
+      static_cast<double>(d.last.mahalanobis.size()) / static_cast<double>(points.size());
+  result.residual_m = options.roughness_m * std::sqrt(median(d.last.mahalanobis));
+  result.scale = scaleOf(d.at, query.poses);
+  result.covariance = registration.covarianceAt(points, d.at, query.sigma_m);
+  const double shift = (result.T_map_query * sensor - T_map_query * sensor).norm();
   result.converged = shift <= options.max_shift_m;
   return result;
 }

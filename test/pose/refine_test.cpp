@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -64,6 +65,8 @@ class Street {
     crossWalls(count / 4);
   }
 
+  const std::vector<std::pair<Eigen::Vector3d, std::uint32_t>>& points() const { return points_; }
+
   /// p_cloud = T * p_street, stored about `origin`.
   LabelledCloud cloud(const Eigen::Isometry3d& T = Eigen::Isometry3d::Identity(),
                       const Eigen::Vector3d& origin = Eigen::Vector3d::Zero()) const {
@@ -90,7 +93,16 @@ LabelledCloud mapCloud(const Eigen::Isometry3d& T = Eigen::Isometry3d::Identity(
   return street.cloud(T, origin);
 }
 
-DistributionMap distributions(const LabelledCloud& cloud) { return DistributionMap(cloud, streetLabels(), 0.8, 0.1); }
+DistributionMap distributions(const LabelledCloud& cloud, const std::vector<Eigen::Isometry3d>& viewpoints = {}) {
+  return DistributionMap(cloud, streetLabels(), viewpoints, {});
+}
+
+/// A cloud of which only the position of the last sensor is known.
+Refinement refineAt(const DistributionMap& map, const LabelledCloud& cloud, const Eigen::Isometry3d& T_map_query,
+                    const Eigen::Vector3d& sensor, const RefineOptions& options = {}) {
+  const std::vector<Eigen::Isometry3d> poses{Eigen::Isometry3d(Eigen::Translation3d(sensor))};
+  return refine(map, {cloud, {}, poses}, streetLabels(), T_map_query, options);
+}
 
 Eigen::Isometry3d nudge(double x, double y, double z, double yaw_deg) {
   return poseFromYaw({x, y, z}, yaw_deg * kDegree);
@@ -103,7 +115,7 @@ TEST(Refine, RecoversASmallMotion) {
   for (const Eigen::Isometry3d& error :
        {nudge(0.5, 0.4, 0.1, 1.5), nudge(-0.7, 0.3, -0.2, -1), nudge(0.2, -0.8, 0, 0.5), nudge(0, 0, 0, 0)}) {
     const Eigen::Isometry3d T_map_query = poseFromYaw({30, -12, 2}, 2.1);
-    const Refinement refined = refine(map, street.cloud(T_map_query.inverse()), streetLabels(), error * T_map_query,
+    const Refinement refined = refineAt(map, street.cloud(T_map_query.inverse()), error * T_map_query,
                                       T_map_query.inverse() * Eigen::Vector3d(0, 0, 1.5), {});
     ASSERT_TRUE(refined.converged);
     EXPECT_LT((refined.T_map_query.translation() - T_map_query.translation()).norm(), 0.05);
@@ -125,7 +137,7 @@ TEST(Refine, KeepsItsPrecisionFarFromTheOrigin) {
   Eigen::Isometry3d start = truth;
   start.translation() += Eigen::Vector3d(0.4, -0.3, 0.1);
   const Eigen::Vector3d sensor = T_query_street * Eigen::Vector3d(0, 0, 1.5);
-  const Refinement refined = refine(map, query, streetLabels(), start, sensor, {});
+  const Refinement refined = refineAt(map, query, start, sensor, {});
   ASSERT_TRUE(refined.converged);
   EXPECT_LT((refined.T_map_query * sensor - truth * sensor).norm(), 0.05);
 }
@@ -141,8 +153,8 @@ TEST(Refine, DynamicAndIgnoredClassesHaveNoSay) {
   with_cars.box({-3, -3, 0}, {3, 3, 0.5}, kVoid, 3000);
   with_cars.box({-3, -3, 0}, {3, 3, 0.5}, 77, 3000);  // a class that is not in the set
   const Eigen::Isometry3d start = nudge(0.3, 0.2, 0, 0.5);
-  const Refinement without = refine(map, still, streetLabels(), start, {0, 0, 1.5}, {});
-  const Refinement with = refine(map, with_cars.cloud(), streetLabels(), start, {0, 0, 1.5}, {});
+  const Refinement without = refineAt(map, still, start, {0, 0, 1.5}, {});
+  const Refinement with = refineAt(map, with_cars.cloud(), start, {0, 0, 1.5}, {});
   ASSERT_TRUE(with.converged);
   EXPECT_EQ(with.T_map_query.matrix(), without.T_map_query.matrix());
   EXPECT_EQ(with.overlap, without.overlap);
@@ -153,8 +165,8 @@ TEST(Refine, LaneMarkingsLieOnTheRoadAndOtherClassesDoNotMix) {
   Street marked(2), fenced(2);
   marked.ground(2000, kMarking);
   fenced.ground(2000, kFence);
-  EXPECT_TRUE(refine(map, marked.cloud(), streetLabels(), nudge(0, 0, 0.2, 0), {0, 0, 1.5}, {}).converged);
-  EXPECT_FALSE(refine(map, fenced.cloud(), streetLabels(), nudge(0, 0, 0.2, 0), {0, 0, 1.5}, {}).converged);
+  EXPECT_TRUE(refineAt(map, marked.cloud(), nudge(0, 0, 0.2, 0), {0, 0, 1.5}, {}).converged);
+  EXPECT_FALSE(refineAt(map, fenced.cloud(), nudge(0, 0, 0.2, 0), {0, 0, 1.5}, {}).converged);
 }
 
 TEST(Refine, DoesNotConvergeWhereNothingFits) {
@@ -164,13 +176,13 @@ TEST(Refine, DoesNotConvergeWhereNothingFits) {
   few.ground(40);
   cars.box({0, 0, 0}, {4, 2, 1}, kCar, 2000);
   const Eigen::Isometry3d here = Eigen::Isometry3d::Identity();
-  EXPECT_FALSE(refine(map, street.cloud(), streetLabels(), nudge(100, 0, 0, 0), {0, 0, 1.5}, {}).converged);
-  EXPECT_FALSE(refine(map, few.cloud(), streetLabels(), here, {0, 0, 1.5}, {}).converged);
-  EXPECT_FALSE(refine(map, cars.cloud(), streetLabels(), here, {0, 0, 1.5}, {}).converged);
-  EXPECT_FALSE(refine(map, LabelledCloud(), streetLabels(), here, {0, 0, 1.5}, {}).converged);
+  EXPECT_FALSE(refineAt(map, street.cloud(), nudge(100, 0, 0, 0), {0, 0, 1.5}, {}).converged);
+  EXPECT_FALSE(refineAt(map, few.cloud(), here, {0, 0, 1.5}, {}).converged);
+  EXPECT_FALSE(refineAt(map, cars.cloud(), here, {0, 0, 1.5}, {}).converged);
+  EXPECT_FALSE(refineAt(map, LabelledCloud(), here, {0, 0, 1.5}, {}).converged);
   const DistributionMap nothing = distributions(LabelledCloud());
   EXPECT_EQ(nothing.size(), 0u);
-  EXPECT_FALSE(refine(nothing, street.cloud(), streetLabels(), here, {0, 0, 1.5}, {}).converged);
+  EXPECT_FALSE(refineAt(nothing, street.cloud(), here, {0, 0, 1.5}, {}).converged);
 }
 
 TEST(Refine, GivesUpIfThePoseMovesTooFar) {
@@ -179,8 +191,8 @@ TEST(Refine, GivesUpIfThePoseMovesTooFar) {
   street.everything(1500);
   RefineOptions options;
   options.max_shift_m = 0.3;
-  EXPECT_FALSE(refine(map, street.cloud(), streetLabels(), nudge(0, 0.8, 0, 0), {0, 0, 1.5}, options).converged);
-  EXPECT_TRUE(refine(map, street.cloud(), streetLabels(), nudge(0, 0.2, 0, 0), {0, 0, 1.5}, options).converged);
+  EXPECT_FALSE(refineAt(map, street.cloud(), nudge(0, 0.8, 0, 0), {0, 0, 1.5}, options).converged);
+  EXPECT_TRUE(refineAt(map, street.cloud(), nudge(0, 0.2, 0, 0), {0, 0, 1.5}, options).converged);
 }
 
 TEST(Refine, TrustsGravityAsMuchAsItIsTold) {
@@ -192,7 +204,7 @@ TEST(Refine, TrustsGravityAsMuchAsItIsTold) {
   const auto tilt = [&](double sigma_deg) {
     RefineOptions options;
     options.tilt_sigma_deg = sigma_deg;
-    const Refinement r = refine(map, street.cloud(), streetLabels(), start, {0, 0, 1.5}, options);
+    const Refinement r = refineAt(map, street.cloud(), start, {0, 0, 1.5}, options);
     EXPECT_TRUE(r.converged);
     return std::acos(std::min(1.0, r.T_map_query.linear()(2, 2))) / kDegree;
   };
@@ -206,7 +218,7 @@ TEST(Refine, CovarianceIsLargestAlongACorridor) {
   map_street.corridor(20000);
   street.ground(2000);
   street.corridor(2000);
-  const Refinement r = refine(distributions(map_street.cloud()), street.cloud(), streetLabels(), nudge(0, 0.1, 0, 0), {0, 0, 1.5}, {});
+  const Refinement r = refineAt(distributions(map_street.cloud()), street.cloud(), nudge(0, 0.1, 0, 0), {0, 0, 1.5}, {});
   ASSERT_TRUE(r.converged);
   EXPECT_LT((r.covariance - r.covariance.transpose()).norm(), 1e-9);
   EXPECT_GT(Eigen::SelfAdjointEigenSolver<Matrix6d>(r.covariance).eigenvalues().minCoeff(), 0);
@@ -219,11 +231,11 @@ TEST(Refine, PointsThatAreNoNumbersAreLeftOut) {
   Street street(2);
   street.everything(1000);
   LabelledCloud query = street.cloud();
-  const Refinement clean = refine(distributions(map_cloud), query, streetLabels(), nudge(0.2, 0.1, 0, 0), {0, 0, 1.5}, {});
+  const Refinement clean = refineAt(distributions(map_cloud), query, nudge(0.2, 0.1, 0, 0), {0, 0, 1.5}, {});
   for (LabelledCloud* cloud : {&map_cloud, &query}) {
     for (int i = 0; i < 20; ++i) cloud->points.push_back(pcl::PointXYZL(nan, 0, 0, kRoad));
   }
-  const Refinement dirty = refine(distributions(map_cloud), query, streetLabels(), nudge(0.2, 0.1, 0, 0), {0, 0, 1.5}, {});
+  const Refinement dirty = refineAt(distributions(map_cloud), query, nudge(0.2, 0.1, 0, 0), {0, 0, 1.5}, {});
   ASSERT_TRUE(dirty.converged);
   EXPECT_EQ(dirty.T_map_query.matrix(), clean.T_map_query.matrix());
 }
@@ -234,11 +246,124 @@ TEST(Refine, FewerPointsOfTheQueryAreUsedAsTold) {
   street.everything(3000);
   RefineOptions options;
   options.max_points = 300;
-  const Refinement r = refine(map, street.cloud(), streetLabels(), nudge(0.3, 0.2, 0, 0.3), {0, 0, 1.5}, options);
+  const Refinement r = refineAt(map, street.cloud(), nudge(0.3, 0.2, 0, 0.3), {0, 0, 1.5}, options);
   ASSERT_TRUE(r.converged);
   EXPECT_LT(r.T_map_query.translation().norm(), 0.15);
   options.max_points = 40;  // fewer than any fit needs
-  EXPECT_FALSE(refine(map, street.cloud(), streetLabels(), nudge(0.3, 0.2, 0, 0.3), {0, 0, 1.5}, options).converged);
+  EXPECT_FALSE(refineAt(map, street.cloud(), nudge(0.3, 0.2, 0, 0.3), {0, 0, 1.5}, options).converged);
+}
+
+/// A drive along x that ends in the origin, each point seen from the pose it is nearest to, with an odometry whose ways
+/// are `scale` times as long.
+struct Drive {
+  LabelledCloud cloud;
+  std::vector<std::uint32_t> seen_from;
+  std::vector<Eigen::Isometry3d> poses;
+
+  Drive(const Street& street, double scale) {
+    for (double x = -20; x <= 0; x += 2) poses.emplace_back(Eigen::Translation3d(scale * x, 0, 1.5));
+    for (const auto& [p, label] : street.points()) {
+      const auto i = static_cast<std::uint32_t>(std::clamp(std::round((p.x() + 20) / 2), 0.0, 10.0));
+      pcl::PointXYZL point;
+      point.getVector3fMap() = (p + Eigen::Vector3d((scale - 1) * (2.0 * i - 20), 0, 0)).cast<float>();
+      point.label = label;
+      cloud.points.push_back(point);
+      seen_from.push_back(i);
+    }
+  }
+  Refinement refined(const DistributionMap& map, const RefineOptions& options) const {
+    return refine(map, {cloud, seen_from, poses}, streetLabels(), nudge(0.2, 0.1, 0, 0.2), options);
+  }
+};
+
+double errorOfLast(const Refinement& r) { return (r.T_map_query * Eigen::Vector3d(0, 0, 1.5) - Eigen::Vector3d(0, 0, 1.5)).norm(); }
+
+TEST(Refine, TakesUpTheDriftOfTheOdometry) {
+  const DistributionMap map = distributions(mapCloud());
+  Street street(2);
+  street.everything(2000);
+  RefineOptions rigid;
+  rigid.drift_share = 0;
+  for (const double scale : {0.97, 1.03}) {
+    const Drive drive(street, scale);
+    const Refinement with = drive.refined(map, {}), without = drive.refined(map, rigid);
+    ASSERT_TRUE(with.converged && without.converged);
+    EXPECT_LT(errorOfLast(with), 0.1);
+    EXPECT_LT(errorOfLast(with), 0.5 * errorOfLast(without));
+    EXPECT_NEAR(with.scale, 1 / scale, 0.012);
+    EXPECT_NEAR(without.scale, 1, 1e-6);
+  }
+}
+
+TEST(Refine, LosesLittleWithoutDrift) {
+  const DistributionMap map = distributions(mapCloud());
+  Street street(2);
+  street.everything(2000);
+  const Refinement r = Drive(street, 1).refined(map, {});
+  ASSERT_TRUE(r.converged);
+  EXPECT_LT(errorOfLast(r), 0.05);
+  EXPECT_NEAR(r.scale, 1, 0.005);
+}
+
+TEST(Refine, FindsTheWayAlongAStreetThatSaysLittleAboutIt) {
+  Street map_street(1), street(2);
+  map_street.ground(40000);
+  map_street.corridor(20000);
+  map_street.crossWalls(4000);
+  street.ground(3000);
+  street.corridor(3000);
+  street.crossWalls(100);
+  const DistributionMap map = distributions(map_street.cloud());
+  for (const double off : {-1.1, 1.1}) {
+    const Refinement r = refineAt(map, street.cloud(), nudge(off, 0.1, 0, 0.3), {0, 0, 1.5});
+    ASSERT_TRUE(r.converged);
+    EXPECT_LT(r.T_map_query.translation().norm(), 0.1) << off;
+  }
+}
+
+TEST(Refine, TheOtherSideOfAThingCountsLittle) {
+  // Fences across the way, half a metre thick. The map was made looking along x; so were the walls of the query, but its
+  // fences were seen looking back.
+  const auto streetWithFences = [](int seed, int count, double side) {
+    Street street(seed);
+    street.everything(count);
+    for (double x = -18; x < 20; x += 9) street.box({x + side, 3, 0}, {x + side + 0.05, 5.5, 2}, kFence, count / 10);
+    return street.cloud();
+  };
+  Eigen::Isometry3d looks_ahead = Eigen::Isometry3d::Identity();
+  looks_ahead.linear() << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+  std::vector<Eigen::Isometry3d> viewpoints;
+  for (double x = -30; x <= 20; x += 2) {
+    looks_ahead.translation() = Eigen::Vector3d(x, 0, 1.5);
+    viewpoints.push_back(looks_ahead);
+  }
+  const LabelledCloud map_cloud = streetWithFences(1, 15000, 0), query = streetWithFences(2, 1500, 0.5);
+  const std::vector<Eigen::Isometry3d> poses{Eigen::Isometry3d(Eigen::Translation3d(-25, 0, 1.5)),
+                                             Eigen::Isometry3d(Eigen::Translation3d(25, 0, 1.5))};
+  std::vector<std::uint32_t> seen_from;
+  for (const pcl::PointXYZL& point : query.points) seen_from.push_back(point.label == kFence ? 1 : 0);
+  RefineOptions options;
+  options.drift_share = 0;
+  const auto error = [&](const DistributionMap& map) {
+    const Refinement r = refine(map, {query, seen_from, poses}, streetLabels(), nudge(0, 0, 0, 0), options);
+    EXPECT_TRUE(r.converged);
+    return std::abs(r.T_map_query.translation().x());
+  };
+  EXPECT_LT(error(distributions(map_cloud, viewpoints)), 0.5 * error(distributions(map_cloud)));
+}
+
+TEST(Refine, CovarianceGrowsWithTheErrorOfTheSensor) {
+  const DistributionMap map = distributions(mapCloud());
+  Street street(2);
+  street.everything(1500);
+  const LabelledCloud cloud = street.cloud();
+  const std::vector<Eigen::Isometry3d> poses{Eigen::Isometry3d(Eigen::Translation3d(0, 0, 1.5))};
+  const auto sigma = [&](double sensor_m) {
+    const Refinement r = refine(map, {cloud, {}, poses, sensor_m}, streetLabels(), nudge(0.1, 0, 0, 0), {});
+    return std::sqrt(r.covariance(0, 0));
+  };
+  EXPECT_LT(sigma(0), 0.1);
+  EXPECT_GT(sigma(0.3), sigma(0) + 0.05);
 }
 
 TEST(DistributionMap, HasOneDistributionPerCellAndGroup) {

@@ -12,6 +12,7 @@
 namespace xview {
 
 struct PosteriorOptions {
+  bool enabled = true;
   std::string solver = "trust_region";
   double odometry_sigma_m = 0.05;
   double odometry_sigma_rad = 0.002;
@@ -26,6 +27,8 @@ struct PosteriorOptions {
 
 template <class Visitor>
 void visit(PosteriorOptions& o, Visitor&& field) {
+  field("enabled", o.enabled,
+        "correct the pose by the matched vertices and the odometry of the window");
   field(
       "solver", o.solver, Choices{{"trust_region", "gauss_newton"}},
       "trust_region: from the given pose, robust; gauss_newton: as in the paper, quadratic costs, "
@@ -81,9 +84,9 @@ struct Posterior {
 /// right matches it reaches the optimum of trust_region from any heading in 4 to 15 iterations; a
 /// wrong match pulls with its full weight.
 ///
-/// Not converged: no or not finite input, matches that leave the last pose open (fewer than 3, or on
-/// one line without gravity), or a gauss_newton that does not settle. A trust_region that runs out of
-/// iterations gives the best so far.
+/// Not converged: no or not finite input, matches that leave the last pose open (fewer than 3, or
+/// on one line without gravity), or a gauss_newton that does not settle. A trust_region that runs
+/// out of iterations gives the best so far.
 Posterior maximizePosterior(const std::vector<Eigen::Isometry3d>& T_odom_sensor,
                             const std::vector<MatchedVertex>& vertices,
                             const Eigen::Isometry3d& T_map_query, const PosteriorOptions& options);

@@ -15,16 +15,19 @@ namespace xview {
 
 struct RefineOptions {
   bool enabled = true;
-  double cell_m = 0.8;  ///< side of the cells whose points make one distribution
-  double reach_m =
-      20;  ///< points of the last metres of the query take part: older ones have drifted
+  double cell_m = 0.8;       ///< side of the cells whose points make one distribution
+  double reach_m = 40;       ///< points of the last metres of the query take part
+  double max_sigma_m = 0.5;  ///< points of map and query that are known less well take no part
   int max_points = 4000;
   int iterations = 20;
   double first_gate_m = 2.0;    ///< a point may be this far from its distribution at first
   double last_gate_m = 0.8;     ///< and at the end
   double roughness_m = 0.1;     ///< standard deviation added to every distribution
   double tilt_sigma_deg = 0.5;  ///< trust in the common gravity direction of query and map
-  double max_shift_m = 2.5;     ///< a refinement that moves further has found something else
+  double drift_share = 0.02;    ///< error of the odometry per way, estimated along with the pose
+  double drift_deg_per_m = 0.03;
+  double start_reach_m = 1;  ///< starts this far to both sides along the least certain direction
+  double max_shift_m = 2.5;  ///< a refinement that moves further has found something else
 };
 
 template <class Visitor>
@@ -33,6 +36,8 @@ void visit(RefineOptions& o, Visitor&& field) {
   field("cell_m", o.cell_m, Range{0.1, 10},
         "side of the cells whose points make one distribution [m]");
   field("reach_m", o.reach_m, Range{0, 1e4}, "use the points of the last metres of the query [m]");
+  field("max_sigma_m", o.max_sigma_m, Range{0.01, 100},
+        "leave out camera points whose depth is known less well [m]");
   field("max_points", o.max_points, Range{10, 1e6}, "at most so many points of the query");
   field("iterations", o.iterations, Range{1, 1000}, "Gauss-Newton iterations");
   field("first_gate_m", o.first_gate_m, Range{0.01, 100},
@@ -42,45 +47,68 @@ void visit(RefineOptions& o, Visitor&& field) {
         "standard deviation added to every distribution [m]");
   field("tilt_sigma_deg", o.tilt_sigma_deg, Range{0.001, 360},
         "trust in the common gravity direction [deg]");
+  field("drift_share", o.drift_share, Range{0, 1},
+        "error of the odometry per way, estimated along with the pose; 0 = none");
+  field("drift_deg_per_m", o.drift_deg_per_m, Range{0, 10},
+        "same for the direction [deg per metre]");
+  field("start_reach_m", o.start_reach_m, Range{0, 10},
+        "also start this far to both sides, along the least certain direction; 0 = do not [m]");
   field("max_shift_m", o.max_shift_m, Range{0, 1000},
         "give up if the pose moves further than this [m]");
 }
 
+class DistributionCells;
+
 /// The points of a map as normal distributions per cell and class (Magnusson 2009), of static
-/// classes only.
+/// classes only. Along a surface that runs through its cell the mean of the cell is no landmark:
+/// what an evenly filled cell would say is taken off.
 class DistributionMap {
  public:
-  DistributionMap(const LabelledCloud& map, const LabelSet& labels, double cell_m,
-                  double roughness_m);
+  /// `viewpoints`: T_map_sensor that the map was seen from; they tell which side of a thing it
+  /// knows. May be empty.
+  DistributionMap(const LabelledCloud& map, const LabelSet& labels,
+                  const std::vector<Eigen::Isometry3d>& viewpoints, const RefineOptions& options);
   ~DistributionMap();
   DistributionMap(DistributionMap&&) noexcept;
   std::size_t size() const;
 
  private:
-  friend struct RefineAccess;
-  struct Cells;
-  std::unique_ptr<Cells> cells_;
+  friend class DistributionCells;
+  std::unique_ptr<const DistributionCells> cells_;
+};
+
+/// The labelled points of a query and where they were seen from.
+struct RefineQuery {
+  const LabelledCloud& cloud;
+  const std::vector<std::uint32_t>&
+      seen_from;  ///< per point, a position in `poses`; empty = unknown
+  const std::vector<Eigen::Isometry3d>&
+      poses;           ///< T_query_sensor, at least one; the last is refined
+  double sigma_m = 0;  ///< typical depth error of the points; goes into the covariance
 };
 
 struct Refinement {
   bool converged = false;  ///< other fields are valid only if true
-  Eigen::Isometry3d T_map_query = Eigen::Isometry3d::Identity();
+  Eigen::Isometry3d T_map_query = Eigen::Isometry3d::Identity();  ///< right for the last pose
   double overlap =
       0;  ///< share of the points that have a distribution of their class within the last gate
   double residual_m = 0;  ///< roughness_m times the median Mahalanobis distance of those points
-  /// Of the sensor pose: x y z [m], rx ry rz [rad], map frame, left increment. Points of one
-  /// surface err together, and map and query see it from different sides: the inverse of the normal
-  /// equations is scaled, and 5 cm and 0.05 degrees are added.
+  double scale =
+      1;  ///< how long the last ways are in the map, over how long the odometry says they are
+  /// Of the last pose: x y z [m], rx ry rz [rad], map frame, left increment. From the spread
+  /// of the pulls of blocks of points that err together, plus what no spread shows: cells of this
+  /// size, the error that all points of a sensor share, and sides of things that only one of map
+  /// and query has seen.
   Matrix6d covariance = Matrix6d::Zero();
   int iterations = 0;
 };
 
-/// Label-aware point-to-distribution registration: minimises sum w m with m = (p - mean)^T S^-1 (p
-/// - mean) over the nearest distribution of the same class, w = 1 / (1 + m / 4)^2 (Geman-McClure),
-/// by Gauss-Newton about the sensor position, with a gate that narrows. Dynamic and ignored classes
-/// of `query` are left out.
-Refinement refine(const DistributionMap& map, const LabelledCloud& query, const LabelSet& labels,
-                  const Eigen::Isometry3d& T_map_query, const Eigen::Vector3d& sensor_in_query,
-                  const RefineOptions& options);
+/// Label-aware point-to-distribution registration: minimises sum w m with m = (p - mean)^T W (p -
+/// mean) over the nearest distribution of the same class, w = 1 / (1 + m / 4)^2 (Geman-McClure), by
+/// Gauss-Newton about the last sensor position with a gate that narrows. Unknown are that pose and
+/// a drift of the odometry that grows with the way to it. Where the other side of a thing was
+/// mapped, a point counts a tenth. Dynamic and ignored classes are left out.
+Refinement refine(const DistributionMap& map, const RefineQuery& query, const LabelSet& labels,
+                  const Eigen::Isometry3d& T_map_query, const RefineOptions& options);
 
 }  // namespace xview

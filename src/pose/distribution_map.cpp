@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+
+#include "distribution_cells.h"
+#include "viewpoints.h"
+#include "xview/pose/refine.h"
+
+namespace xview {
+namespace {
+
+constexpr std::uint32_t kFirstOtherGroup = static_cast<std::uint32_t>(Kind::none) + 1;
+constexpr std::uint32_t kFewestPoints = 4;  ///< of a distribution
+
+std::size_t hashOf(const CellKey& k) {
+  std::uint64_t h = static_cast<std::uint32_t>(k.x) * 0x9E3779B97F4A7C15ull;
+  h = (h ^ (h >> 31)) + static_cast<std::uint32_t>(k.y) * 0xBF58476D1CE4E5B9ull;
+  h = (h ^ (h >> 29)) + static_cast<std::uint32_t>(k.z) * 0x94D049BB133111EBull;
+  h = (h ^ (h >> 30)) + k.group * 0xD1342543DE82EF95ull;
+  return h ^ (h >> 32);
+}
+
+/// Information of a distribution about a position, less that of a cell of this side filled evenly.
+Eigen::Matrix3f surplusInformation(const Eigen::Matrix3f& covariance, float side, float variance) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3f> axes(0.5f *
+                                                            (covariance + covariance.transpose()));
+  const float even = 1 / (side * side / 12 + variance);
+  const Eigen::Array3f spread = axes.eigenvalues().array().max(0.f) + variance;
+  const Eigen::Vector3f information = (spread.inverse() - even).max(0.f);
+  return axes.eigenvectors() * information.asDiagonal() * axes.eigenvectors().transpose();
+}
+
+}  // namespace
+
+std::uint32_t matchingGroup(const LabelSet& labels, std::uint32_t label) {
+  const Role role = labels.role(label);
+  if (role == Role::ignored || role == Role::dynamic) return kNoGroup;
+  const Kind kind = labels.kind(label);
+  if (kind == Kind::lane_marking) return static_cast<std::uint32_t>(Kind::road);
+  if (kind == Kind::other_object || kind == Kind::other_surface) return kFirstOtherGroup + label;
+  return static_cast<std::uint32_t>(kind);
+}
+
+std::size_t DistributionCells::slotOf(const CellKey& key) const {
+  const std::size_t mask = slots_.size() - 1;
+  std::size_t slot = hashOf(key) & mask;
+  while (slots_[slot] >= 0 && !(distributions_[slots_[slot]].key == key)) slot = (slot + 1) & mask;
+  return slot;
+}
+
+Distribution& DistributionCells::findOrAdd(const Eigen::Vector3f& p, std::uint32_t group) {
+  if (2 * distributions_.size() >= slots_.size()) {
+    slots_.assign(2 * slots_.size(), -1);
+    for (std::size_t i = 0; i < distributions_.size(); ++i)
+      slots_[slotOf(distributions_[i].key)] = static_cast<std::int32_t>(i);
+  }
+  const CellKey key = keyOf(p, group);
+  const std::size_t slot = slotOf(key);
+  if (slots_[slot] < 0) {
+    slots_[slot] = static_cast<std::int32_t>(distributions_.size());
+    distributions_.emplace_back();
+    distributions_.back().key = key;
+  }
+  return distributions_[slots_[slot]];
+}
+
+const Distribution* DistributionCells::nearest(const Eigen::Vector3f& p, std::uint32_t group,
+                                               float gate) const {
+  const CellKey own = keyOf(p, group);
+  const Distribution* best = nullptr;
+  float best_squared = gate * gate;
+  for (std::int32_t dz = -1; dz <= 1; ++dz) {
+    for (std::int32_t dy = -1; dy <= 1; ++dy) {
+      for (std::int32_t dx = -1; dx <= 1; ++dx) {
+        const std::int32_t i = slots_[slotOf({own.x + dx, own.y + dy, own.z + dz, group})];
+        if (i < 0 || distributions_[i].points < kFewestPoints) continue;
+        const float squared = (distributions_[i].mean - p).squaredNorm();
+        if (squared < best_squared) {
+          best_squared = squared;
+          best = &distributions_[i];
+        }
+      }
+    }
+  }
+  return best;
+}
+
+DistributionMap::DistributionMap(const LabelledCloud& map, const LabelSet& labels,
+                                 const std::vector<Eigen::Isometry3d>& viewpoints,
+                                 const RefineOptions& options) {
+  auto cells = std::make_unique<DistributionCells>(map.origin, options.cell_m);
+  std::vector<Eigen::Matrix3f> squares;
+  for (const pcl::PointXYZL& point : map.points) {
+    const std::uint32_t group = matchingGroup(labels, point.label);
+    const Eigen::Vector3f p = point.getVector3fMap();
+    if (group == kNoGroup || !p.allFinite()) continue;
+    Distribution& d = cells->findOrAdd(p, group);
+    const auto index = static_cast<std::size_t>(&d - cells->distributions().data());
+    if (squares.size() <= index) squares.resize(index + 1, Eigen::Matrix3f::Zero());
+    // Welford's update keeps single precision good far from the origin.
+    const Eigen::Vector3f before = p - d.mean;
+    d.mean += before / static_cast<float>(++d.points);
+    squares[index] += before * (p - d.mean).transpose();
+  }
+  const auto variance = static_cast<float>(options.roughness_m * options.roughness_m);
+  const Viewpoints views(viewpoints);
+  for (std::size_t i = 0; i < squares.size(); ++i) {
+    Distribution& d = cells->distributions()[i];
+    d.information =
+        surplusInformation(squares[i] / static_cast<float>(d.points), cells->side(), variance);
+    d.view = views.directionFrom(map.origin + d.mean.cast<double>());
+  }
+  cells_ = std::move(cells);
+}
+DistributionMap::~DistributionMap() = default;
+DistributionMap::DistributionMap(DistributionMap&&) noexcept = default;
+std::size_t DistributionMap::size() const { return cells_->distributions().size(); }
+
+}  // namespace xview
