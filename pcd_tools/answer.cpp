@@ -73,6 +73,24 @@ Json timingOf(const Answer& answer) {
   return timing;
 }
 
+Json sequenceOf(const SequenceAnswer& sequence) {
+  return {{"windows", sequence.windows},
+          {"score", sequence.score},
+          {"runner_up", sequence.runner_up},
+          {"needed_margin", sequence.needed_margin},
+          {"restarted", sequence.restarted},
+          {"alone",
+           {{"status", toString(sequence.alone.status)},
+            {"confidence", sequence.alone.confidence},
+            {"reason", sequence.alone.reason}}}};
+}
+
+Json trackOf(const TrackAnswer& track) {
+  return {{"searched", track.local ? "expected" : "everywhere"},
+          {"lost", track.lost},
+          {"radius_m", track.radius_m}};
+}
+
 }  // namespace
 
 std::string toJson(const Answer& answer) {
@@ -95,6 +113,8 @@ std::string toJson(const Answer& answer) {
   json["vertices"] = fix.vertices;
   json["matches"] = fix.matches;
   json["hypotheses"] = hypothesesOf(fix);
+  if (answer.sequence) json["sequence"] = sequenceOf(*answer.sequence);
+  if (answer.track) json["track"] = trackOf(*answer.track);
   json["timing_ms"] = timingOf(answer);
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);  // paths need not be UTF-8
 }

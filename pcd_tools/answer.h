@@ -2,8 +2,11 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 
+#include "xview/sequence.h"
+#include "xview/tracker.h"
 #include "xview/types/localization.h"
 
 namespace xview::tools {
@@ -18,6 +21,8 @@ struct Answer {
   double last_stamp_s = 0;
   double load_map_ms = 0;
   Localization fix;
+  std::optional<SequenceAnswer> sequence;  ///< with --sequence
+  std::optional<TrackAnswer> track;        ///< with --track
 };
 
 /// One JSON object on one line, keys in a fixed order, numbers such that reading them gives the

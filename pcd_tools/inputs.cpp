@@ -79,7 +79,7 @@ void InputFlags::declare(Flags& flags) {
   flags.add("--frames", frames_, "only frames A:B[:STEP] of a recording, half-open, by position");
   flags.add("--input-kind", kind_,
             "what the input is, if its path fits two kinds: sequence, semantic_kitti, cloud, "
-            "cloud_folder, graph, map");
+            "cloud_folder, graph, map, synthia, airsim, tum_rgbd, virtual_kitti, carla");
   flags.add("--labels", labels_, "label set: a shipped one by name, or a classes.yaml");
   flags.add("--label-field", label_field_, "field of a cloud that holds the class");
   flags.add("--instance-field", instance_field_, "field of a cloud that holds the instance");

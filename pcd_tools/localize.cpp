@@ -4,12 +4,17 @@
 #include <fmt/core.h>
 
 #include <cstdio>
+#include <optional>
 
 #include "answer.h"
 #include "commands.h"
 #include "explanation_files.h"
 #include "queries.h"
+#include "query_path.h"
+#include "xview/io/atomic_file.h"
 #include "xview/io/pose_files.h"
+#include "xview/sequence.h"
+#include "xview/tracker.h"
 #include "xview/types/error.h"
 #include "xview/types/stopwatch.h"
 
@@ -38,6 +43,69 @@ void sayHypotheses(const Answer& answer, const Narrative& narrate) {
   }
 }
 
+void sayLost(const Answer& answer, const Narrative& narrate) {
+  if (!answer.track || !answer.track->lost) return;
+  narrate.stage(
+      "track", 0,
+      fmt::format("lost at frame {} (expected within {:.1f} m); searched everywhere: {}",
+                  answer.last_frame, answer.track->radius_m, toString(answer.fix.status)));
+}
+
+/// Files that say more than one line per query; each is about one QUERY.
+struct PathFiles {
+  std::string trajectory, graph, matrix;
+
+  void declare(Flags& flags) {
+    flags.add("--trajectory", trajectory,
+              "write all poses of the QUERY in the map frame as TUM lines to this file");
+    flags.add("--g2o", graph, "write its pose graph, odometry and matches, for g2o to this file");
+    flags.add("--matrix", matrix,
+              "write T_map_query as four lines of four numbers to this file (CloudCompare, PDAL)");
+  }
+  bool any() const { return !trajectory.empty() || !graph.empty() || !matrix.empty(); }
+
+  void write(const QueryPath& path, const Job& job) const {
+    if (!any()) return;
+    if (path.empty())
+      return job.narrate.error("no accepted pose, so no trajectory, graph or matrix is written");
+    if (!trajectory.empty()) path.writeTrajectory(trajectory);
+    if (!graph.empty()) path.writeGraph(graph, job.options.posterior);
+    if (!matrix.empty()) path.writeTransform(matrix);
+  }
+};
+
+/// What cannot be written should be known before the work, not after it.
+void requireWritable(const std::string& path) {
+  if (!path.empty()) AtomicFile{path};
+}
+
+/// How the windows of one QUERY are answered.
+class WindowAnswers {
+ public:
+  WindowAnswers(const Localizer& localizer, const WindowFlags& flags, const Options& options)
+      : localizer_(localizer) {
+    if (flags.sequence) sequence_.emplace(localizer, options);
+    if (flags.track) tracker_.emplace(localizer, options);
+  }
+
+  void answer(const Query& query, const Window& window, Answer& answer) {
+    if (sequence_) {
+      answer.sequence = sequence_->add(query, window.first, window.last);
+      answer.fix = std::move(answer.sequence->fix);
+    } else if (tracker_) {
+      answer.track = tracker_->follow(query);
+      answer.fix = std::move(answer.track->fix);
+    } else {
+      answer.fix = localizer_.localize(query);
+    }
+  }
+
+ private:
+  const Localizer& localizer_;
+  std::optional<Sequence> sequence_;
+  std::optional<Tracker> tracker_;
+};
+
 class LocalizeCommand final : public Command {
  public:
   Description describe() const override {
@@ -46,8 +114,10 @@ class LocalizeCommand final : public Command {
             "where is each query in the map?",
             "One answer per QUERY, in order: accepted, ambiguous (several places fit equally well) "
             "or rejected. With\n"
-            "--window every window of frames is a query of its own. Exit code 0: all accepted, 3: "
-            "not all, 1: a query\n"
+            "--window every window of frames is a query of its own; with --sequence what earlier "
+            "windows found counts too,\n"
+            "with --track the robot is followed from fix to fix. Exit code 0: all accepted, 3: not "
+            "all, 1: a query\n"
             "could not be read (the others are answered all the same).",
             "xview localize town/rear --window 60 --stride 20 town.xvm",
             2,
@@ -56,18 +126,37 @@ class LocalizeCommand final : public Command {
 
   void declare(Flags& flags) override {
     input_.declare(flags);
-    flags.add("--window", window_, "frames per query; 0 = the whole QUERY");
-    flags.add("--stride", stride_, "frames between the starts of two windows; 0 = as --window");
+    windows_.declare(flags);
+    flags.add("--near", near_,
+              "the last pose of each query is in the circle x,y,radius of the map [m]");
+    flags.add("--yaw", yaw_,
+              "it looks along heading,tolerance, counter-clockwise from x of the map [deg]");
     flags.add("--json", json_, "print one JSON object per query");
-    flags.add("--explain", explain_,
-              "write what speaks for and against each answer: FILE.csv and FILE.ply of one query, or "
-              "a folder");
+    flags.add(
+        "--explain", explain_,
+        "write what speaks for and against each answer: FILE.csv and FILE.ply of one query, or "
+        "a folder");
     flags.add("--tum", tum_, "write accepted poses as TUM lines to this file");
+    files_.declare(flags);
   }
 
   ExitCode run(const Job& job) override {
-    checkWindow(window_, stride_);
-    checkExplanationPath(explain_, window_ == 0 && job.operands.size() == 2);
+    const std::size_t queries = job.operands.size() - 1;
+    windows_.check();
+    checkExplanationPath(explain_, windows_.size == 0 && queries == 1);
+    if (files_.any() && queries > 1)
+      throw UsageError(
+          fmt::format("--trajectory, --g2o and --matrix are for one QUERY, found {}", queries));
+    for (const std::string& path : {tum_, files_.trajectory, files_.graph, files_.matrix})
+      requireWritable(path);
+    Job known = job;
+    if (!near_.empty()) known.options.prior.near = near_;
+    if (!yaw_.empty()) known.options.prior.yaw = yaw_;
+    return answerAll(known);
+  }
+
+ private:
+  ExitCode answerAll(const Job& job) {
     Stopwatch watch;
     const SemanticMap map = readMap(job.operands.back(), input_, job);
     const Localizer localizer(map, job.options);
@@ -76,6 +165,8 @@ class LocalizeCommand final : public Command {
     for (std::size_t i = 0; i + 1 < job.operands.size(); ++i) {
       try {
         answerInput(readQuery(job.operands[i], input_, job, map.labels), localizer, job);
+      } catch (const UsageError&) {
+        throw;
       } catch (const std::exception& e) {
         job.narrate.error(e.what());
         ++failed_;
@@ -88,13 +179,14 @@ class LocalizeCommand final : public Command {
     return accepted_.size() == answered_ ? kDone : kNoPose;
   }
 
- private:
   void answerInput(const QueryInput& input, const Localizer& localizer, const Job& job) {
-    for (const Window& window : windowsOf(input, window_, stride_)) {
+    WindowAnswers answers(localizer, windows_, job.options);
+    QueryPath path(input);
+    for (const Window& window : windowsOf(input, windows_)) {
       Answer answer = answerFor(input, window);
       answer.load_map_ms = load_map_ms_;
       const Query query = queryOf(input, window, job.options);
-      answer.fix = localizer.localize(query);
+      answers.answer(query, window, answer);
       ++answered_;
       if (!explain_.empty()) {
         writeExplanation(explain_, static_cast<int>(answered_), answer,
@@ -102,16 +194,20 @@ class LocalizeCommand final : public Command {
       }
       if (answer.fix.accepted())
         accepted_.push_back({answer.last_stamp_s, answer.fix.T_map_sensor});
+      path.add(answer);
+      sayLost(answer, job.narrate);
       sayHypotheses(answer, job.narrate);
       fmt::print("{}\n", json_ ? toJson(answer) : toTableLine(answer));
       std::fflush(stdout);
     }
+    files_.write(path, job);
   }
 
   InputFlags input_;
-  int window_ = 0, stride_ = 0;
+  WindowFlags windows_;
+  PathFiles files_;
+  std::string near_, yaw_, tum_, explain_;
   bool json_ = false;
-  std::string tum_, explain_;
   double load_map_ms_ = 0;
   std::size_t answered_ = 0, failed_ = 0;
   std::vector<StampedPose> accepted_;

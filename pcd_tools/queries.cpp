@@ -50,17 +50,30 @@ QueryInput readQuery(const std::string& path, const InputFlags& input, const Job
   return result;
 }
 
-void checkWindow(int size, int stride) {
+void WindowFlags::declare(Flags& flags) {
+  flags.add("--window", size, "frames per query; 0 = the whole QUERY");
+  flags.add("--stride", stride, "frames between the starts of two windows; 0 = as --window");
+  flags.add("--sequence", sequence,
+            "let the windows of a QUERY speak together: a place that gathers evidence over several "
+            "of them is accepted");
+  flags.add("--track", track,
+            "after an accepted window search the next one only where odometry expects it");
+}
+
+void WindowFlags::check() const {
   if (size < 0) throw UsageError(fmt::format("--window = {}, must be >= 0", size));
   if (stride < 0) throw UsageError(fmt::format("--stride = {}, must be >= 0", stride));
   if (stride > 0 && size == 0) throw UsageError("--stride needs --window");
+  if (sequence && size == 0) throw UsageError("--sequence needs --window");
+  if (track && size == 0) throw UsageError("--track needs --window");
+  if (track && sequence) throw UsageError("--track and --sequence exclude one another");
 }
 
-std::vector<Window> windowsOf(const QueryInput& input, int size, int stride) {
+std::vector<Window> windowsOf(const QueryInput& input, const WindowFlags& flags) {
   const std::size_t frames = input.size();
-  const auto length = static_cast<std::size_t>(size);
+  const auto length = static_cast<std::size_t>(flags.size);
   if (length == 0 || length >= frames) return {{0, frames}};
-  const std::size_t step = stride > 0 ? static_cast<std::size_t>(stride) : length;
+  const std::size_t step = flags.stride > 0 ? static_cast<std::size_t>(flags.stride) : length;
   std::vector<Window> windows;
   for (std::size_t first = 0; first + length <= frames; first += step)
     windows.push_back({first, first + length});

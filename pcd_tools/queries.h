@@ -26,11 +26,17 @@ struct Window {
   std::size_t first = 0;
   std::size_t last = 0;
 };
-/// Throws UsageError if the flags make no sense.
-void checkWindow(int size, int stride);
+/// The flags that say how a QUERY is cut into windows and how those speak to one another.
+struct WindowFlags {
+  int size = 0, stride = 0;
+  bool sequence = false;  ///< with what earlier windows say
+  bool track = false;     ///< from fix to fix
+  void declare(Flags& flags);
+  void check() const;  ///< throws UsageError if they make no sense
+};
 /// Windows of `size` frames, `stride` apart (0 = as size); size 0 = one window of everything. A
 /// recording shorter than a window is one window.
-std::vector<Window> windowsOf(const QueryInput& input, int size, int stride);
+std::vector<Window> windowsOf(const QueryInput& input, const WindowFlags& flags);
 
 Query queryOf(const QueryInput& input, const Window& window, const Options& options);
 

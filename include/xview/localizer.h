@@ -11,6 +11,8 @@
 #include "xview/mapper.h"
 #include "xview/options.h"
 #include "xview/types/localization.h"
+#include "xview/types/place.h"
+#include "xview/verify/verdict.h"
 
 namespace xview {
 
@@ -33,6 +35,20 @@ Query makeQuery(const FrameDigest* first, const FrameDigest* last, const LabelSe
 /// A query from a bare graph.
 Query makeQuery(const SemanticGraph& graph, const LabelSet& labels, const Options& options);
 
+/// Where a query is expected, from something else than the query: odometry since the last fix, another sensor.
+struct ExpectedPose {
+  Eigen::Isometry3d T_map_query = Eigen::Isometry3d::Identity();
+  double radius_m = 0;  ///< the last sensor is so near to where that pose puts it (horizontally)
+  double yaw_rad = 0;   ///< and turned by at most so much against it
+};
+
+/// What speaks for one pose of a query.
+struct PoseCheck {
+  Eigen::Isometry3d T_map_query = Eigen::Isometry3d::Identity();
+  PlaceEvidence evidence;    ///< score, expected and known_share of this pose; no runner-up
+  double needed_margin = 0;  ///< nats by which the only place of this query would have to beat all others
+};
+
 /// Finds queries in one map. Building it makes the search index once; localize() is const and may be called from several threads.
 class Localizer {
  public:
@@ -42,6 +58,14 @@ class Localizer {
 
   /// Throws Error if the labels of the query cannot be those of the map.
   Localization localize(const Query& query) const;
+  /// The same, where it is expected only; the prior of the options must hold as well.
+  Localization localize(const Query& query, const ExpectedPose& expected) const;
+
+  /// For each given pose the best one around it, at most `reach_m` away at the last sensor, and what speaks for it; the
+  /// given one itself if the best one is farther. UsageError with method walks, which cannot say.
+  std::vector<PoseCheck> check(const Query& query, const std::vector<Eigen::Isometry3d>& T_map_query, double reach_m) const;
+  /// Pose, covariance and kept pairs for a place that was found otherwise; status and reason are left to the caller.
+  Localization describe(const Query& query, const PoseCheck& place) const;
   /// What each sample and vertex of the query says about the pose of an answer to it; nothing if the answer has no hypothesis.
   Explanation explain(const Query& query, const Localization& answer) const;
 

@@ -47,6 +47,42 @@ void visit(PriorOptions& o, Visitor&& field) {
   field("yaw", o.yaw, "the last pose looks along heading,tolerance, counter-clockwise from x of the map [deg]; empty = any");
 }
 
+struct SequenceOptions {
+  int windows = 12;     ///< windows that are remembered
+  int places = 40;      ///< places that are followed through them
+  double min_margin = 60;  ///< nats by which the best place must beat every other one, times the root of the number of windows
+  double aerial_margin_factor = 1.8;  ///< times min_margin for views from the air: road layouts alone repeat between towns
+  double reach_m = 1.5; ///< a place may move so far from one window to the next
+  double drift = 0.03;  ///< and by this share of the way between them
+};
+
+template <class Visitor>
+void visit(SequenceOptions& o, Visitor&& field) {
+  field("windows", o.windows, Range{1, 10000}, "windows that are remembered");
+  field("places", o.places, Range{2, 100000}, "places that are followed through them");
+  field("min_margin", o.min_margin, Range{0, 1e6}, "the best place must beat every other one by so much, times the root of the number of windows [nats]");
+  field("aerial_margin_factor", o.aerial_margin_factor, Range{0, 1000}, "times min_margin for views from the air");
+  field("reach_m", o.reach_m, Range{0, 100}, "a place may move so far from one window to the next [m]");
+  field("drift", o.drift, Range{0, 1}, "and by this share of the way between them");
+}
+
+struct TrackOptions {
+  double min_radius_m = 3;       ///< a query is expected at least so far around
+  double min_yaw_deg = 6;        ///< and turned by at least so much
+  double drift = 0.03;           ///< error of the odometry, as share of the way
+  double drift_deg_per_m = 0.1;  ///< and of its heading
+  double max_radius_m = 20;      ///< expected farther around means not expected anywhere
+};
+
+template <class Visitor>
+void visit(TrackOptions& o, Visitor&& field) {
+  field("min_radius_m", o.min_radius_m, Range{0.1, 1000}, "smallest radius in which the next window is searched [m]");
+  field("min_yaw_deg", o.min_yaw_deg, Range{0.1, 180}, "smallest turn to either side that is searched [deg]");
+  field("drift", o.drift, Range{0, 1}, "error of the odometry as share of the way");
+  field("drift_deg_per_m", o.drift_deg_per_m, Range{0, 180}, "error of its heading [deg/m]");
+  field("max_radius_m", o.max_radius_m, Range{0.1, 1e5}, "beyond this radius the whole map is searched again [m]");
+}
+
 /// Everything that can be set, one struct per stage. Struct path = YAML key = flag: walks.num_walks, --walks.num_walks 200.
 struct Options {
   std::string method = "auto";
@@ -72,6 +108,8 @@ struct Options {
   ObjectVerdictOptions object_verdict;
   PosteriorOptions posterior;
   RefineOptions refine;
+  SequenceOptions sequence;
+  TrackOptions track;
 };
 
 template <class Visitor>
@@ -101,6 +139,8 @@ void visit(Options& o, Visitor&& field) {
   field.group("object_verdict", o.object_verdict);
   field.group("posterior", o.posterior);
   field.group("refine", o.refine);
+  field.group("sequence", o.sequence);
+  field.group("track", o.track);
 }
 
 }  // namespace xview

@@ -48,20 +48,48 @@ std::unique_ptr<const PlanPlaces> planPlaces(const SemanticMap& map, const Optio
 struct Localizer::Index {
   Index(const SemanticMap& semantic_map, const Options& all_options)
       : turned(uprightMap(semantic_map)), map(turned ? *turned : semantic_map), options(all_options), prior(parsePrior(options.prior)),
-        walks(map.graph, map.labels, options), places(planPlaces(map, options)), walk_path(map, walks, prior, options),
-        object_path(map, prior, options), refinement(map, places.get(), options) {
-    if (places) place_path.emplace(*places, walks, prior, options);
+        walks(map.graph, map.labels, options), places(planPlaces(map, options)), walk_path(map, walks, options),
+        object_path(map, options), refinement(map, places.get(), options) {
+    if (places) place_path.emplace(*places, walks, options);
   }
 
-  /// Query and map gravity-aligned.
-  Localization localize(const Query& query) const {
+  Localization answerTo(const Query& query, const ExpectedPose* expected) const;
+
+  bool takesPlacePath(const Query& query) const { return place_path && !query.plan.known.empty(); }
+  PlanQuery planQuery(const Query& query) const { return places ? makePlanQuery(query.plan) : PlanQuery(); }
+
+  /// Query and map gravity-aligned, as in all of these.
+  Localization localize(const Query& query, const Priors& priors) const {
     Localization answer;
-    const PlanQuery plan_query = places ? makePlanQuery(query.plan) : PlanQuery();
-    if (options.method == "walks") walk_path.localize(query, answer);
-    else if (place_path && !query.plan.known.empty()) place_path->localize(query, plan_query, answer);
-    else object_path.localize(query, answer);
+    const PlanQuery plan_query = planQuery(query);
+    if (options.method == "walks") walk_path.localize(query, priors, answer);
+    else if (takesPlacePath(query)) place_path->localize(query, plan_query, priors, answer);
+    else object_path.localize(query, priors, answer);
     if (!answer.hypotheses.empty()) refinement.refine(query, plan_query, answer);
+    refuseOutside(priors, query, answer);
     return answer;
+  }
+
+  std::vector<PoseCheck> check(const Query& query, const std::vector<Eigen::Isometry3d>& T_map_query, double reach_m) const {
+    if (options.method == "walks") throw UsageError("method = walks cannot say what speaks for a given pose");
+    const PlanQuery plan_query = planQuery(query);
+    std::vector<PoseCheck> checked;
+    for (const Eigen::Isometry3d& T : T_map_query) {
+      checked.push_back(takesPlacePath(query) ? place_path->check(query, plan_query, T, reach_m) : object_path.check(query, T, reach_m));
+    }
+    return checked;
+  }
+
+  Localization describe(const Query& query, const PoseCheck& place) const {
+    Localization answer;
+    answer.hypotheses.push_back({place.T_map_query, place.evidence.score, 0, Proposer::search});
+    if (takesPlacePath(query)) place_path->findPairs(query, planQuery(query), answer);
+    refinement.refine(query, planQuery(query), answer);
+    return answer;
+  }
+
+  Eigen::Isometry3d toUpright(const Query& query, const Eigen::Isometry3d& T_map_query) const {
+    return map.plan.upright * T_map_query * query.plan.upright.conjugate();
   }
 
   const std::optional<SemanticMap> turned;
@@ -79,11 +107,23 @@ struct Localizer::Index {
 Localizer::Localizer(const SemanticMap& map, const Options& options) : index_(std::make_unique<Index>(map, options)) {}
 Localizer::~Localizer() = default;
 
-Localization Localizer::localize(const Query& query) const {
+Localization Localizer::localize(const Query& query) const { return index_->answerTo(query, nullptr); }
+
+Localization Localizer::localize(const Query& query, const ExpectedPose& expected) const { return index_->answerTo(query, &expected); }
+
+/// In the frames of the caller, with all times.
+Localization Localizer::Index::answerTo(const Query& query, const ExpectedPose* expected) const {
   Stopwatch watch;
-  requireKnownLabels(index_->map.labels, query.labels);
-  Localization answer = index_->localize(isTurned(query.plan.upright) ? uprightQuery(query) : query);
-  leaveUprightFrames(index_->map.plan.upright, query, answer);
+  requireKnownLabels(map.labels, query.labels);
+  const UprightQuery upright(query);
+  Priors priors{prior};
+  if (expected) priors.push_back(priorAround({toUpright(query, expected->T_map_query), expected->radius_m, expected->yaw_rad}, upright.query));
+  Localization answer = localize(upright.query, priors);
+  // A pose that is expected comes from a fix; one that a user believes in is to be doubted.
+  if (!expected && (prior.near || prior.heading) && answer.accepted() && takesPlacePath(query)) {
+    place_path->refuteFromOutside(upright.query, planQuery(upright.query), priors, answer);
+  }
+  leaveUprightFrames(map.plan.upright, query, answer);
   double total = watch.lap_ms();
   for (const auto& [stage, ms] : query.timing_ms) total += ms;
   answer.timing_ms.insert(answer.timing_ms.begin(), query.timing_ms.begin(), query.timing_ms.end());
@@ -103,6 +143,22 @@ Explanation Localizer::explain(const Query& query, const Localization& answer) c
   explainVertices(map, upright, answer.kept, T, explanation);
   turn(map.plan.upright.conjugate(), explanation);
   return explanation;
+}
+
+std::vector<PoseCheck> Localizer::check(const Query& query, const std::vector<Eigen::Isometry3d>& T_map_query, double reach_m) const {
+  std::vector<Eigen::Isometry3d> upright;
+  for (const Eigen::Isometry3d& T : T_map_query) upright.push_back(index_->toUpright(query, T));
+  std::vector<PoseCheck> places = index_->check(UprightQuery(query).query, upright, reach_m);
+  for (PoseCheck& p : places) p.T_map_query = index_->map.plan.upright.conjugate() * p.T_map_query * query.plan.upright;
+  return places;
+}
+
+Localization Localizer::describe(const Query& query, const PoseCheck& place) const {
+  PoseCheck upright = place;
+  upright.T_map_query = index_->toUpright(query, place.T_map_query);
+  Localization answer = index_->describe(UprightQuery(query).query, upright);
+  leaveUprightFrames(index_->map.plan.upright, query, answer);
+  return answer;
 }
 
 }  // namespace xview

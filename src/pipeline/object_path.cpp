@@ -2,12 +2,17 @@
 #include "pipeline/object_path.h"
 
 #include <algorithm>
+#include <cmath>
 
-#include "pipeline/pose_prior.h"
 #include "pipeline/set_verdict.h"
 #include "xview/types/stopwatch.h"
 
 namespace xview {
+namespace {
+
+constexpr double kMargin_nats = 19;  ///< by which the only place of a graph of 60 objects is ahead of wrong ones
+
+}  // namespace
 
 namespace {
 
@@ -33,12 +38,12 @@ const ObjectPlaceIndex& ObjectPath::index() const {
   return *index_;
 }
 
-void ObjectPath::localize(const Query& query, Localization& answer) const {
+void ObjectPath::localize(const Query& query, const Priors& priors, Localization& answer) const {
   Stopwatch watch;
   ObjectSearchRequest request;
   request.threads = options_.threads;
   request.focus = query.poses.back().translation();
-  request.prior = priorOfPoint(prior_, query, request.focus->head<2>());
+  request.prior = priorOfPoint(priors, query, request.focus->head<2>());
   const ObjectSearchResult result = index().search(query.graph, request);
   answer.timing_ms.emplace_back("matching", watch.lap_ms());
   answer.vertices = result.vertices;
@@ -53,6 +58,20 @@ void ObjectPath::localize(const Query& query, Localization& answer) const {
     answer.inliers = static_cast<int>(answer.kept.size());
   }
   setVerdict(judge(evidenceOf(result), options_.object_verdict), answer);
+}
+
+PoseCheck ObjectPath::check(const Query& query, const Eigen::Isometry3d& T_map_query, double reach_m) const {
+  const Eigen::Vector3d sensor = query.poses.back().translation();
+  ObjectSearchRequest request;
+  request.focus = sensor;
+  const ObjectHypothesis h = index().score(query.graph, {T_map_query}, request).at(0);
+  PoseCheck place{h.T_map_query, {h.score, 0, h.expected, h.known_share}, 0};
+  place.needed_margin = kMargin_nats * std::sqrt(std::max(1.0, static_cast<double>(query.graph.size()) / 60));
+  if ((h.T_map_query * sensor - T_map_query * sensor).head<2>().norm() > reach_m) {
+    place.T_map_query = T_map_query;
+    place.evidence.score = 0;  // the objects agree with another pose, not with this one
+  }
+  return place;
 }
 
 }  // namespace xview

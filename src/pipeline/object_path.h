@@ -4,9 +4,9 @@
 #include <mutex>
 #include <optional>
 
+#include "pipeline/pose_prior.h"
 #include "xview/localizer.h"
 #include "xview/match/object_places.h"
-#include "xview/types/place.h"
 
 namespace xview {
 
@@ -14,16 +14,16 @@ namespace xview {
 class ObjectPath {
  public:
   /// All must outlive the path.
-  ObjectPath(const SemanticMap& map, const PlacePrior& prior, const Options& options) : map_(map), prior_(prior), options_(options) {}
+  ObjectPath(const SemanticMap& map, const Options& options) : map_(map), options_(options) {}
 
   /// Fills everything but the refined pose and its covariance. Makes the index of the map at the first call.
-  void localize(const Query& query, Localization& answer) const;
+  void localize(const Query& query, const Priors& priors, Localization& answer) const;
+  PoseCheck check(const Query& query, const Eigen::Isometry3d& T_map_query, double reach_m) const;
 
  private:
   const ObjectPlaceIndex& index() const;
 
   const SemanticMap& map_;
-  const PlacePrior& prior_;
   const Options& options_;
   mutable std::once_flag made_;
   mutable std::optional<ObjectPlaceIndex> index_;

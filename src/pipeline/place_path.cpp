@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "pipeline/place_path.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 
 #include "pipeline/planar_pose.h"
-#include "pipeline/pose_prior.h"
 #include "pipeline/set_verdict.h"
 #include "pipeline/vertex_pairs.h"
 #include "xview/types/stopwatch.h"
@@ -13,6 +14,7 @@
 namespace xview {
 namespace {
 
+constexpr double kClearMargins = 3;    ///< so many needed margins are no coincidence anywhere
 constexpr double kPlaceMargin_m = 20;  ///< map vertices this far beyond the query still take part in walks
 
 double radiusOf(const PlanQuery& query) {
@@ -60,7 +62,7 @@ struct PlacePath::RankedPlaces {
     e.standing_score = best.standing_score;
     e.standing_expected = best.standing_expected;
     e.known_share = best.known_share;
-    if (places.size() > 1) e.runner_up = std::max(0.0, places[1].hypothesis.pose.score);
+    e.runner_up = std::max(best_outside, places.size() > 1 ? places[1].hypothesis.pose.score : 0);
     const PlacePose centre = placeOfPoint(best.pose, query_centre);
     for (const Place& p : places) {
       if (isFar(placeOfPoint(p.hypothesis.pose, query_centre), centre)) e.wrong_scores.push_back(p.hypothesis.pose.score);
@@ -70,13 +72,26 @@ struct PlacePath::RankedPlaces {
 
   Eigen::Vector2d query_centre;
   std::vector<Place> places;
+  double best_outside = 0;  ///< score of the best place next to what the priors allow: better than all inside, it refutes them
 };
 
-void PlacePath::localize(const Query& query, const PlanQuery& plan_query, Localization& answer) const {
+WalkGraph PlacePath::mapPart(const PlanQuery& plan_query, const Eigen::Isometry3d& T_map_query) const {
+  const PlacePose centre = placeOfPoint(placeOf(T_map_query), plan_query.centre);
+  return walks_.mapAround({centre.x, centre.y}, radiusOf(plan_query) + kPlaceMargin_m);
+}
+
+double PlacePath::neededMargin(const PlanQuery& plan_query) const {
+  const SequenceOptions& o = options_.sequence;
+  return o.min_margin * (plan_query.viewpoint == Viewpoint::air ? o.aerial_margin_factor : 1);
+}
+
+void PlacePath::localize(const Query& query, const PlanQuery& plan_query, const Priors& priors, Localization& answer) const {
   Stopwatch watch;
-  RankedPlaces ranked{plan_query.centre, {}};
-  for (const PlanHypothesis& h : places_.search(plan_query, priorOfPoint(prior_, query, plan_query.centre), options_.threads)) {
-    if (satisfies(prior_, query, poseOf(h))) ranked.places.push_back({h, Proposer::search});
+  const Priors around = widened(priors);
+  RankedPlaces ranked{plan_query.centre, {}, 0};
+  for (const PlanHypothesis& h : places_.search(plan_query, priorOfPoint(priors, query, plan_query.centre), options_.threads)) {
+    if (satisfies(priors, query, poseOf(h))) ranked.places.push_back({h, Proposer::search});
+    else if (satisfies(around, query, poseOf(h))) ranked.best_outside = std::max(ranked.best_outside, h.pose.score);
   }
   answer.timing_ms.emplace_back("matching", watch.lap_ms());
 
@@ -84,9 +99,8 @@ void PlacePath::localize(const Query& query, const PlanQuery& plan_query, Locali
   WalkGraph part;
   answer.vertices = static_cast<int>(walk_query.graph.size());
   if (!ranked.places.empty()) {
-    const PlacePose centre = placeOfPoint(ranked.places[0].hypothesis.pose, plan_query.centre);
-    part = walks_.mapAround({centre.x, centre.y}, radiusOf(plan_query) + kPlaceMargin_m);
-    if (options_.method == "auto") proposeByWalks(query, plan_query, walk_query, part, ranked, answer);
+    part = mapPart(plan_query, poseOf(ranked.places[0].hypothesis));
+    if (options_.method == "auto" && !areOnePlace(priors)) proposeByWalks(query, plan_query, walk_query, part, priors, ranked, answer);
   }
   report(ranked, plan_query.viewpoint == Viewpoint::air, answer);
   if (answer.hypotheses.empty()) return;
@@ -95,12 +109,12 @@ void PlacePath::localize(const Query& query, const PlanQuery& plan_query, Locali
 }
 
 void PlacePath::proposeByWalks(const Query& query, const PlanQuery& plan_query, const WalkGraph& walk_query, const WalkGraph& part,
-                               RankedPlaces& ranked, Localization& answer) const {
+                               const Priors& priors, RankedPlaces& ranked, Localization& answer) const {
   Stopwatch watch;
   const WalkProposals proposals = walks_.proposeIn(part, walk_query);
   for (const WalkProposal& p : proposals.poses) {
     const PlanHypothesis verified = places_.verify(plan_query, placeOf(p.T_map_query));
-    if (satisfies(prior_, query, poseOf(verified))) ranked.insert(verified, Proposer::walks);
+    if (satisfies(priors, query, poseOf(verified))) ranked.insert(verified, Proposer::walks);
   }
   answer.putative = proposals.putative;
   answer.matches = static_cast<int>(proposals.putative.size());
@@ -117,6 +131,39 @@ void PlacePath::report(const RankedPlaces& ranked, bool from_the_air, Localizati
   ViewEvidence evidence = ranked.evidence();
   evidence.from_the_air = from_the_air;
   setVerdict(judge(evidence, options_.verdict), answer);
+}
+
+void PlacePath::refuteFromOutside(const Query& query, const PlanQuery& plan_query, const Priors& priors, Localization& answer) const {
+  const double inside = answer.hypotheses[0].score, needed = neededMargin(plan_query);
+  if (!answer.accepted() || inside >= kClearMargins * needed) return;
+  Stopwatch watch;
+  for (const PlanHypothesis& h : places_.search(plan_query, {}, options_.threads)) {
+    if (satisfies(priors, query, poseOf(h)) || h.pose.score < inside + needed) continue;
+    answer.status = Status::rejected;
+    answer.confidence = std::min(answer.confidence, 0.49);
+    answer.reason = fmt::format("a place outside of the prior is {:.0f} nats better than the best one inside", h.pose.score - inside);
+    break;
+  }
+  answer.timing_ms.emplace_back("prior", watch.lap_ms());
+}
+
+PoseCheck PlacePath::check(const Query& query, const PlanQuery& plan_query, const Eigen::Isometry3d& T_map_query, double reach_m) const {
+  const Eigen::Vector3d sensor = query.poses.back().translation();
+  const PlanHypothesis h = places_.verify(plan_query, placeOf(T_map_query));
+  PoseCheck place{poseOf(h), {h.pose.score, 0, h.expected, h.known_share}, neededMargin(plan_query)};
+  if ((place.T_map_query * sensor - T_map_query * sensor).head<2>().norm() > reach_m) {
+    place.T_map_query = T_map_query;
+    place.evidence.score = places_.score(plan_query, placeOf(T_map_query));
+  }
+  return place;
+}
+
+void PlacePath::findPairs(const Query& query, const PlanQuery& plan_query, Localization& answer) const {
+  const WalkGraph walk_query = walks_.queryGraph(query.graph);
+  Hypothesis& best = answer.hypotheses[0];
+  answer.vertices = static_cast<int>(walk_query.graph.size());
+  answer.kept = pairsUnderPose(walk_query, mapPart(plan_query, best.T_map_query), best.T_map_query, options_.consensus.inlier_m);
+  best.inliers = answer.inliers = static_cast<int>(answer.kept.size());
 }
 
 }  // namespace xview

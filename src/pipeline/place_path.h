@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "pipeline/pose_prior.h"
 #include "pipeline/walk_proposer.h"
 #include "xview/localizer.h"
 #include "xview/match/plan_places.h"
-#include "xview/types/place.h"
 
 namespace xview {
 
@@ -12,21 +12,28 @@ namespace xview {
 class PlacePath {
  public:
   /// All must outlive the path.
-  PlacePath(const PlanPlaces& places, const WalkProposer& walks, const PlacePrior& prior, const Options& options)
-      : places_(places), walks_(walks), prior_(prior), options_(options) {}
+  PlacePath(const PlanPlaces& places, const WalkProposer& walks, const Options& options)
+      : places_(places), walks_(walks), options_(options) {}
 
   /// Fills everything but the refined pose and its covariance. `plan_query` is drawn from query.plan.
-  void localize(const Query& query, const PlanQuery& plan_query, Localization& answer) const;
+  void localize(const Query& query, const PlanQuery& plan_query, const Priors& priors, Localization& answer) const;
+  /// Takes an acceptance back if a place that the priors forbid explains the query far better: then they are wrong. Only acceptances
+  /// that are not clear by far are looked at.
+  void refuteFromOutside(const Query& query, const PlanQuery& plan_query, const Priors& priors, Localization& answer) const;
+  PoseCheck check(const Query& query, const PlanQuery& plan_query, const Eigen::Isometry3d& T_map_query, double reach_m) const;
+  /// Pairs of vertices under the best of the hypotheses of an answer.
+  void findPairs(const Query& query, const PlanQuery& plan_query, Localization& answer) const;
 
  private:
   struct RankedPlaces;
+  WalkGraph mapPart(const PlanQuery& plan_query, const Eigen::Isometry3d& T_map_query) const;
+  double neededMargin(const PlanQuery& plan_query) const;
   void proposeByWalks(const Query& query, const PlanQuery& plan_query, const WalkGraph& walk_query, const WalkGraph& part,
-                      RankedPlaces& ranked, Localization& answer) const;
+                      const Priors& priors, RankedPlaces& ranked, Localization& answer) const;
   void report(const RankedPlaces& ranked, bool from_the_air, Localization& answer) const;
 
   const PlanPlaces& places_;
   const WalkProposer& walks_;
-  const PlacePrior& prior_;
   const Options& options_;
 };
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "pipeline/pose_prior.h"
 
+#include <algorithm>
 #include <cmath>
 #include <sstream>
 #include <vector>
@@ -10,6 +11,8 @@
 
 namespace xview {
 namespace {
+
+constexpr double kOtherPlace_m = 8, kOtherPlace_rad = 0.4;  ///< what is farther apart is another place (samePlace)
 
 std::vector<double> parseNumbers(const std::string& key, const std::string& text, std::size_t count, const char* meaning) {
   std::vector<double> numbers;
@@ -27,10 +30,28 @@ std::vector<double> parseNumbers(const std::string& key, const std::string& text
   return numbers;
 }
 
-/// Where the sensor looks in the plane: cameras along z, everything else along x.
+/// Where the sensor looks in the plane: cameras along z, everything else along x. For a camera that looks straight down it is what the
+/// top of its image shows.
 double headingOf(const Eigen::Matrix3d& R, Sensor sensor) {
-  const Eigen::Vector3d forward = R * (sensor == Sensor::camera ? Eigen::Vector3d::UnitZ() : Eigen::Vector3d::UnitX());
+  constexpr double kStraightDown = 0.98;
+  Eigen::Vector3d forward = R * (sensor == Sensor::camera ? Eigen::Vector3d::UnitZ() : Eigen::Vector3d::UnitX());
+  if (std::abs(forward.z()) > kStraightDown && sensor == Sensor::camera) forward = -(R * Eigen::Vector3d::UnitY());
   return std::atan2(forward.y(), forward.x());
+}
+
+double outsideOf(const PlacePrior::Circle& circle, const Eigen::Vector3d& p) {
+  return std::hypot(p.x() - circle.x, p.y() - circle.y) - circle.radius;
+}
+
+/// The circle of a point that is `lever` away from the sensor: shifted if the heading is known, else only wider.
+PlacePrior::Circle circleOfPoint(PlacePrior::Circle circle, const std::optional<PlacePrior::Heading>& frame_yaw, const Eigen::Vector2d& lever) {
+  const double chord = frame_yaw ? 2 * std::sin(std::min(frame_yaw->tolerance, M_PI) / 2) : 2;
+  if (chord >= 1) {
+    circle.radius += lever.norm();
+    return circle;
+  }
+  const Eigen::Vector2d shift = Eigen::Rotation2Dd(frame_yaw->yaw) * lever;
+  return {circle.x + shift.x(), circle.y + shift.y(), circle.radius + chord * lever.norm()};
 }
 
 }  // namespace
@@ -50,23 +71,54 @@ PlacePrior parsePrior(const PriorOptions& options) {
   return prior;
 }
 
-PlacePrior priorOfPoint(const PlacePrior& prior, const Query& query, const Eigen::Vector2d& point) {
-  PlacePrior result = prior;
+PlacePrior priorAround(const ExpectedPose& expected, const Query& query) {
+  const Eigen::Isometry3d pose = expected.T_map_query * query.poses.back();
+  return {PlacePrior::Circle{pose.translation().x(), pose.translation().y(), expected.radius_m},
+          PlacePrior::Heading{headingOf(pose.linear(), query.sensor), expected.yaw_rad}};
+}
+
+PlacePrior priorOfPoint(const Priors& priors, const Query& query, const Eigen::Vector2d& point) {
+  PlacePrior result;
   if (query.poses.empty()) return result;
   const Eigen::Isometry3d& last = query.poses.back();
-  if (result.near) result.near->radius += (last.translation().head<2>() - point).norm();
-  if (result.heading) result.heading->yaw = angleDifference(prior.heading->yaw, headingOf(last.linear(), query.sensor));
+  for (const PlacePrior& p : priors) {
+    if (p.heading && (!result.heading || p.heading->tolerance < result.heading->tolerance)) result.heading = p.heading;
+    if (p.near && (!result.near || p.near->radius < result.near->radius)) result.near = p.near;
+  }
+  if (result.heading) result.heading->yaw = angleDifference(result.heading->yaw, headingOf(last.linear(), query.sensor));
+  if (result.near) result.near = circleOfPoint(*result.near, result.heading, point - last.translation().head<2>());
   return result;
 }
 
-bool satisfies(const PlacePrior& prior, const Query& query, const Eigen::Isometry3d& T_map_query) {
+bool satisfies(const Priors& priors, const Query& query, const Eigen::Isometry3d& T_map_query) {
   if (query.poses.empty()) return true;
   const Eigen::Isometry3d pose = T_map_query * query.poses.back();
-  if (prior.near && std::hypot(pose.translation().x() - prior.near->x, pose.translation().y() - prior.near->y) > prior.near->radius) {
-    return false;
+  const double heading = headingOf(pose.linear(), query.sensor);
+  return std::all_of(priors.begin(), priors.end(), [&](const PlacePrior& p) {
+    return (!p.near || outsideOf(*p.near, pose.translation()) <= 0) &&
+           (!p.heading || std::abs(angleDifference(heading, p.heading->yaw)) <= p.heading->tolerance);
+  });
+}
+
+Priors widened(Priors priors) {
+  for (PlacePrior& p : priors) {
+    if (p.near) p.near->radius += kOtherPlace_m;
+    if (p.heading) p.heading->tolerance += kOtherPlace_rad;
   }
-  return !prior.heading ||
-         std::abs(angleDifference(headingOf(pose.linear(), query.sensor), prior.heading->yaw)) <= prior.heading->tolerance;
+  return priors;
+}
+
+bool areOnePlace(const Priors& priors) {
+  return std::any_of(priors.begin(), priors.end(), [](const PlacePrior& p) {
+    return p.near && p.heading && p.near->radius <= kOtherPlace_m && p.heading->tolerance <= kOtherPlace_rad;
+  });
+}
+
+void refuseOutside(const Priors& priors, const Query& query, Localization& answer) {
+  if (!answer.accepted() || satisfies(priors, query, answer.hypotheses[0].T_map_query)) return;
+  answer.status = Status::rejected;
+  answer.confidence = std::min(answer.confidence, 0.49);
+  answer.reason = "the refined pose is outside of the prior; without it: " + answer.reason;
 }
 
 }  // namespace xview

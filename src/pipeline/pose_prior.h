@@ -3,18 +3,35 @@
 
 #include <Eigen/Geometry>
 
+#include <vector>
+
 #include "xview/localizer.h"
 #include "xview/types/place.h"
 
 namespace xview {
 
+/// Everything known about the last sensor pose of a query; all of it must hold. Gravity-aligned frames.
+using Priors = std::vector<PlacePrior>;
+
 /// Reads PriorOptions; throws UsageError with the key.
 PlacePrior parsePrior(const PriorOptions& options);
 
-/// What a prior of the last sensor pose says about the pose of another point of the query (and about the yaw of its frame).
-PlacePrior priorOfPoint(const PlacePrior& prior, const Query& query, const Eigen::Vector2d& point);
+/// The surroundings of an expected pose.
+PlacePrior priorAround(const ExpectedPose& expected, const Query& query);
 
-/// True if the last sensor pose satisfies the prior.
-bool satisfies(const PlacePrior& prior, const Query& query, const Eigen::Isometry3d& T_map_query);
+/// What the priors say about another point of the query (and about the yaw of its frame): the narrowest circle and heading.
+PlacePrior priorOfPoint(const Priors& priors, const Query& query, const Eigen::Vector2d& point);
+
+/// True if the last sensor pose satisfies all priors.
+bool satisfies(const Priors& priors, const Query& query, const Eigen::Isometry3d& T_map_query);
+
+/// The same priors with room for poses next to them, nearer than another place.
+Priors widened(Priors priors);
+
+/// True if poses that satisfy the priors are as near to the middle of them as poses of one place.
+bool areOnePlace(const Priors& priors);
+
+/// Takes back an acceptance that does not satisfy the priors. A refined pose may have left them by a little.
+void refuseOutside(const Priors& priors, const Query& query, Localization& answer);
 
 }  // namespace xview

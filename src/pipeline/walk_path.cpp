@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "pipeline/planar_pose.h"
-#include "pipeline/pose_prior.h"
 #include "pipeline/set_verdict.h"
 
 namespace xview {
@@ -37,11 +36,11 @@ int runnerUp(const std::vector<WalkProposal>& poses, const Eigen::Vector2d& poin
 
 }  // namespace
 
-void WalkPath::localize(const Query& query, Localization& answer) const {
+void WalkPath::localize(const Query& query, const Priors& priors, Localization& answer) const {
   const WalkGraph walk_query = walks_.queryGraph(query.graph);
   WalkProposals result = walks_.propose(walk_query, kWalkPlaces);
   result.poses.erase(std::remove_if(result.poses.begin(), result.poses.end(),
-                                    [&](const WalkProposal& p) { return !satisfies(prior_, query, p.T_map_query); }),
+                                    [&](const WalkProposal& p) { return !satisfies(priors, query, p.T_map_query); }),
                      result.poses.end());
   answer.putative = result.putative;
   answer.vertices = static_cast<int>(walk_query.graph.size());

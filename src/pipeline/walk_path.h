@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "pipeline/pose_prior.h"
 #include "pipeline/walk_proposer.h"
 #include "xview/localizer.h"
-#include "xview/types/place.h"
 
 namespace xview {
 
@@ -11,16 +11,15 @@ namespace xview {
 class WalkPath {
  public:
   /// All must outlive the path.
-  WalkPath(const SemanticMap& map, const WalkProposer& walks, const PlacePrior& prior, const Options& options)
-      : map_(map), walks_(walks), prior_(prior), options_(options) {}
+  WalkPath(const SemanticMap& map, const WalkProposer& walks, const Options& options)
+      : map_(map), walks_(walks), options_(options) {}
 
   /// Fills everything but the refined pose and its covariance.
-  void localize(const Query& query, Localization& answer) const;
+  void localize(const Query& query, const Priors& priors, Localization& answer) const;
 
  private:
   const SemanticMap& map_;
   const WalkProposer& walks_;
-  const PlacePrior& prior_;
   const Options& options_;
 };
 

@@ -124,6 +124,54 @@ TEST(Localizer, APriorElsewhereLeavesNoAcceptedPose) {
   EXPECT_NE(Localizer(drive.map, far).localize(drive.query("rear", 10, 40)).status, Status::accepted);
 }
 
+TEST(Localizer, NoAcceptedPoseIsOutsideOfItsPrior) {
+  const auto& drive = simulatedDrive();
+  const Query query = drive.query("rear", 10, 40);
+  const Eigen::Vector3d truth = drive.sessions.at("rear")->truth(39).translation();
+  int inside = 0;
+  for (int i = 0; i < 12; ++i) {
+    const double direction = 0.5 * i, off = i % 2 == 0 ? 4.0 : 7.0;  // of circles of 6 m: the truth is inside, then a little outside
+    Options options;
+    options.prior.near = std::to_string(truth.x() + off * std::cos(direction)) + "," + std::to_string(truth.y() + off * std::sin(direction)) + ",6";
+    const Localization fix = Localizer(drive.map, options).localize(query);
+    if (i % 2 == 1) {
+      EXPECT_FALSE(fix.accepted()) << "the truth is 1 m outside, but: " << fix.reason;
+    }
+    if (fix.accepted()) {
+      EXPECT_LT(errorOf(fix, "rear", 39), 0.5);
+    }
+    inside += fix.accepted();
+  }
+  EXPECT_EQ(inside, 6);
+}
+
+TEST(Localizer, ExpectedPoseIsFoundThereOrNotAtAll) {
+  const auto& drive = simulatedDrive();
+  const Query query = drive.query("rear", 10, 40);
+  const Localizer localizer(drive.map, {});
+  const Eigen::Isometry3d truth = drive.sessions.at("rear")->truth(39) * query.poses.back().inverse();
+  const auto moved = [&](double x) { return Eigen::Isometry3d(Eigen::Translation3d(x, 0, 0)) * truth; };
+  const Localization found = localizer.localize(query, ExpectedPose{moved(2), 4, 0.2});
+  EXPECT_TRUE(found.accepted()) << found.reason;
+  EXPECT_LT(errorOf(found, "rear", 39), 0.5);
+  EXPECT_FALSE(localizer.localize(query, ExpectedPose{moved(30), 4, 0.2}).accepted());
+}
+
+TEST(Localizer, CheckClimbsOnlyAsFarAsItMay) {
+  const auto& drive = simulatedDrive();
+  const Query query = drive.query("rear", 10, 40);
+  const Localizer localizer(drive.map, {});
+  const Localization fix = localizer.localize(query);
+  const Eigen::Isometry3d beside = Eigen::Isometry3d(Eigen::Translation3d(1, 0, 0)) * fix.T_map_query;
+  const std::vector<PoseCheck> found = localizer.check(query, {beside, fix.T_map_query}, 2);
+  ASSERT_EQ(found.size(), 2u);
+  EXPECT_LT((found[0].T_map_query * query.poses.back().translation() - fix.T_map_sensor.translation()).norm(), 0.6);
+  EXPECT_GT(found[0].evidence.score, 0.9 * fix.hypotheses[0].score);
+  const PoseCheck held = localizer.check(query, {beside}, 0.01)[0];
+  EXPECT_TRUE(held.T_map_query.isApprox(beside));
+  EXPECT_LT(held.evidence.score, found[0].evidence.score);
+}
+
 TEST(Localizer, APriorThatIsNoCircleIsWrongUse) {
   Options options;
   for (const char* text : {"1,2", "a,b,c", "1,2,0", "1,2,3,4"}) {

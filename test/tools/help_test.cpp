@@ -79,6 +79,12 @@ TEST(Misuse, StrideWithoutWindow) {
   expectMisuse({"localize", "a", "b", "--stride", "3"}, "--window");
 }
 
+TEST(Misuse, SequenceAndTrackNeedWindows) {
+  expectMisuse({"localize", "a", "b", "--sequence"}, "--window");
+  expectMisuse({"localize", "a", "b", "--track"}, "--window");
+  expectMisuse({"localize", "a", "b", "--window", "9", "--track", "--sequence"}, "exclude");
+}
+
 TEST(Misuse, CommonFlagsMayStandBeforeTheCommand) {
   const Outcome outcome = runXview({"--threads", "2", "--quiet", "localize", "a"});
   EXPECT_NE(outcome.err.find("QUERY... MAP"), std::string::npos) << outcome.err;

@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What a prior does to windows of some sessions: one that is right, and ones that are not.
+//
+//   prior_bench MAP_SESSION SESSION... [--window 30] [--stride 30] [--radius 20]
+//   [--key.subkey VALUE]...
+//
+// Sessions as in localization_bench. Wrong priors are circles every 40 m along the map whose middle
+// is more than two radii and 20 m from the truth (any circle for sessions from elsewhere); nothing
+// may be accepted there.
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+
+#include "xview/io/pose_files.h"
+#include "xview/io/recording.h"
+#include "xview/localizer.h"
+#include "xview/options_file.h"
+#include "xview/types/error.h"
+#include "xview/types/pose.h"
+
+namespace {
+
+using namespace xview;
+
+struct Arguments {
+  std::vector<std::string> sessions;
+  double window_m = 30, stride_m = 30, radius_m = 20;
+  Options options;
+};
+
+Arguments parse(int argc, char** argv) {
+  Arguments a;
+  a.options.threads = 1;
+  for (int i = 1; i < argc; ++i) {
+    const std::string word = argv[i];
+    if (word.rfind("--", 0) != 0)
+      a.sessions.push_back(word);
+    else if (i + 1 == argc)
+      throw UsageError(word + " needs a value");
+    else if (word == "--window")
+      a.window_m = std::stod(argv[++i]);
+    else if (word == "--stride")
+      a.stride_m = std::stod(argv[++i]);
+    else if (word == "--radius")
+      a.radius_m = std::stod(argv[++i]);
+    else
+      setOption(a.options, word.substr(2), argv[++i]);
+  }
+  if (a.sessions.size() < 2)
+    throw UsageError("usage: prior_bench MAP_SESSION SESSION... [options]");
+  return a;
+}
+
+std::vector<Eigen::Vector3d> circles(const SemanticMap& map) {
+  std::vector<Eigen::Vector3d> middles;
+  for (const Keyframe& k : map.keyframes) {
+    const Eigen::Vector3d p = k.T_map_sensor.translation();
+    if (middles.empty() || (p - middles.back()).norm() >= 40) middles.push_back(p);
+  }
+  return middles;
+}
+
+Options within(const Eigen::Vector3d& middle, const Arguments& a) {
+  Options options = a.options;
+  options.prior.near = fmt::format("{:.3f},{:.3f},{:.3f}", middle.x(), middle.y(), a.radius_m);
+  return options;
+}
+
+/// Believes that the robot is in one circle.
+struct Believer {
+  Eigen::Vector3d middle;
+  std::unique_ptr<Localizer> localizer;
+};
+
+struct Tally {
+  int n = 0, accepted = 0, wrong = 0;
+  double ms = 0;
+  void add(const Localization& fix, bool is_right) {
+    ++n;
+    accepted += fix.accepted() && is_right;
+    wrong += fix.accepted() && !is_right;
+    for (const auto& [stage, t] : fix.timing_ms)
+      ms += stage == "matching" || stage == "descriptors" || stage == "rejection" ? t : 0;
+  }
+  std::string text() const {
+    return fmt::format("{:5} {:5} {:5} {:7.1f}", n, accepted, wrong, ms / std::max(1, n));
+  }
+};
+
+void run(const std::string& path, const SemanticMap& map, const Localizer& localizer,
+         const std::vector<Believer>& believers, const Arguments& a) {
+  const std::string name = std::filesystem::path(path).filename().string();
+  const bool negative = name.rfind("elsewhere", 0) == 0;
+  const auto source = openRecording(path);
+  const std::vector<FrameDigest> frames = digestRecording(*source, a.options);
+  std::vector<std::int64_t> numbers;
+  for (const FrameDigest& f : frames) numbers.push_back(f.number);
+  const auto truth =
+      negative ? std::vector<StampedPose>() : posesOfFrames(path + "/groundtruth.txt", numbers);
+  Tally free, right, wrong;
+  for (std::size_t first = 0; first < frames.size();) {
+    double way = 0;
+    std::size_t last = first + 1, next = frames.size();
+    for (; last < frames.size() && way < a.window_m; ++last) {
+      way +=
+          (frames[last].T_odom_sensor.translation() - frames[last - 1].T_odom_sensor.translation())
+              .norm();
+      if (way >= a.stride_m && next == frames.size()) next = last;
+    }
+    if (way < a.window_m - 2) break;
+    const Query query =
+        makeQuery(frames.data() + first, frames.data() + last, source->labels(), a.options);
+    const auto isRight = [&](const Localization& fix) {
+      return !negative &&
+             (fix.T_map_sensor.translation() - truth[last - 1].T_frame_sensor.translation())
+                     .norm() <= 5;
+    };
+    const Localization anywhere = localizer.localize(query);
+    free.add(anywhere, isRight(anywhere));
+    const Eigen::Vector3d here =
+        negative ? Eigen::Vector3d::Zero() : truth[last - 1].T_frame_sensor.translation();
+    if (!negative) {
+      const Eigen::Vector3d beside = here + Eigen::Vector3d(0.4 * a.radius_m, 0, 0);
+      const Localization fix = Localizer(map, within(beside, a)).localize(query);
+      right.add(fix, isRight(fix));
+    }
+    for (const Believer& believer : believers) {
+      if (!negative && (believer.middle - here).norm() < 2 * a.radius_m + 20) continue;
+      wrong.add(believer.localizer->localize(query), false);
+    }
+    first = next;
+  }
+  fmt::print("{:<24} | {} | {} | {}\n", name, free.text(), right.text(), wrong.text());
+  std::fflush(stdout);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) try {
+  const Arguments a = parse(argc, argv);
+  const auto source = openRecording(a.sessions[0]);
+  const SemanticMap map = buildMap({source.get()}, a.options);
+  const Localizer localizer(map, a.options);
+  std::vector<Believer> believers;
+  for (const Eigen::Vector3d& p : circles(map))
+    believers.push_back({p, std::make_unique<Localizer>(map, within(p, a))});
+  fmt::print(
+      "map {}; windows of {} m, circle of {} m; columns: windows, accepted right, accepted wrong, "
+      "search ms\n",
+      a.sessions[0], a.window_m, a.radius_m);
+  fmt::print(
+      "session                  | no prior                | right prior             | wrong "
+      "prior\n");
+  for (std::size_t i = 1; i < a.sessions.size(); ++i)
+    run(a.sessions[i], map, localizer, believers, a);
+  return 0;
+} catch (const std::exception& e) {
+  std::cerr << "error: " << e.what() << "\n";
+  return 1;
+}

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <string>
+
+#include "xview/localizer.h"
+
+namespace xview {
+
+/// What successive queries of one recording say together.
+struct SequenceAnswer {
+  Localization fix;    ///< with the history; hypotheses are scored by all windows that count
+  Localization alone;  ///< what this query says by itself
+  int windows =
+      1;  ///< windows that count: this one and earlier ones that share no frame with a later one
+  double score = 0;      ///< of the best place, summed over them [nats]
+  double runner_up = 0;  ///< of the best other place
+  double needed_margin = 0;
+  bool restarted = false;  ///< this query contradicts the history, which was dropped
+};
+
+/// Brings the hypotheses of successive queries to one frame by their common odometry, and asks
+/// every query about the hypotheses of all: a place that looks right to one of them only falls
+/// behind, the right one gathers evidence until it stands alone.
+///
+/// The queries must be windows of one recording, in order (one odometry frame). Evidence counts
+/// once: of windows that overlap only the later one is summed. A place is accepted by the verdict
+/// of single queries on the sums, with a margin that grows with the root of the number of windows,
+/// and only if the current query agrees with it. Not for method walks.
+class Sequence {
+ public:
+  Sequence(const Localizer& localizer, const Options& options);
+  ~Sequence();
+
+  /// `first` and `last` (half-open): positions of the frames of the query in the recording.
+  SequenceAnswer add(const Query& query, std::size_t first, std::size_t last);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace xview

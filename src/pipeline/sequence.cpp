@@ -1,0 +1,268 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "xview/sequence.h"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+
+#include "pipeline/planar_pose.h"
+#include "pipeline/set_verdict.h"
+#include "xview/types/error.h"
+#include "xview/types/stopwatch.h"
+
+namespace xview {
+namespace {
+
+/// Queries of a recording that may speak for a place: those whose frames begin later than the
+/// history reaches.
+struct Window {
+  Query query;  ///< without its cloud
+  std::size_t first = 0, last = 0;
+  double needed_margin = 0;
+
+  Eigen::Vector3d sensor() const { return query.poses.back().translation(); }
+};
+
+/// One place, as each window of the history sees it.
+struct Track {
+  std::vector<PoseCheck> seen;  ///< by window
+  PlaceEvidence sum;            ///< over the windows that count
+};
+
+Window windowOf(const Query& query, std::size_t first, std::size_t last) {
+  Window window;
+  window.query.labels = query.labels;
+  if (query.plan.known.empty()) window.query.graph = query.graph;
+  window.query.plan = query.plan;
+  window.query.poses = query.poses;
+  window.query.sensor = query.sensor;
+  window.first = first;
+  window.last = last;
+  return window;
+}
+
+bool agrees(const PlaceEvidence& e, const VerdictOptions& o) {
+  return e.expected > 0 && e.score >= o.min_agreement * e.expected &&
+         e.known_share >= o.min_known_share;
+}
+
+}  // namespace
+
+struct Sequence::State {
+  State(const Localizer& l, const Options& o) : localizer(l), options(o) {}
+
+  SequenceAnswer add(const Query& query, std::size_t first, std::size_t last);
+  void remember(const Query& query, std::size_t first, std::size_t last);
+  void follow();
+  void begin(const std::vector<Hypothesis>& hypotheses);
+  void sumEvidence();
+  std::vector<bool> counted() const;
+  double reachBetween(std::size_t a, std::size_t b) const;
+  bool isSamePlace(const PoseCheck& a, const PoseCheck& b) const;
+  const Track* runnerUp() const;
+  void judgeSum(SequenceAnswer& answer) const;
+  void takeFused(const Query& query, const Verdict& verdict, SequenceAnswer& answer) const;
+
+  const Localizer& localizer;
+  const Options options;
+  std::deque<Window> windows;  ///< oldest first
+  std::vector<Track> tracks;   ///< best first
+};
+
+/// Odometry drifts between windows, so a place may move a little against it.
+double Sequence::State::reachBetween(std::size_t a, std::size_t b) const {
+  return options.sequence.reach_m +
+         options.sequence.drift * (windows[a].sensor() - windows[b].sensor()).norm();
+}
+
+/// Two tracks are one if the newest window sees them at one pose.
+bool Sequence::State::isSamePlace(const PoseCheck& a, const PoseCheck& b) const {
+  const Eigen::Vector2d sensor = windows.back().sensor().head<2>();
+  return samePlace(placeOfPoint(placeOf(a.T_map_query), sensor),
+                   placeOfPoint(placeOf(b.T_map_query), sensor));
+}
+
+void Sequence::State::remember(const Query& query, std::size_t first, std::size_t last) {
+  windows.push_back(windowOf(query, first, last));
+  if (windows.size() <= static_cast<std::size_t>(options.sequence.windows)) return;
+  windows.pop_front();
+  for (Track& track : tracks) track.seen.erase(track.seen.begin());
+}
+
+/// Asks the newest window about the places known so far.
+void Sequence::State::follow() {
+  if (windows.size() < 2) return;
+  std::vector<Eigen::Isometry3d> poses;
+  for (const Track& track : tracks) poses.push_back(track.seen.back().T_map_query);
+  const std::size_t newest = windows.size() - 1;
+  const std::vector<PoseCheck> places =
+      localizer.check(windows[newest].query, poses, reachBetween(newest, newest - 1));
+  for (std::size_t i = 0; i < tracks.size(); ++i) tracks[i].seen.push_back(places[i]);
+}
+
+/// Hypotheses of the newest window that no track has, with what the earlier windows say about them.
+void Sequence::State::begin(const std::vector<Hypothesis>& hypotheses) {
+  const std::size_t newest = windows.size() - 1;
+  std::vector<Eigen::Isometry3d> poses;
+  for (const Hypothesis& h : hypotheses) poses.push_back(h.T_map_query);
+  for (PoseCheck& place : localizer.check(windows[newest].query, poses, options.sequence.reach_m)) {
+    const auto same = std::find_if(tracks.begin(), tracks.end(), [&](const Track& t) {
+      return isSamePlace(t.seen.back(), place);
+    });
+    if (same == tracks.end()) {
+      Track track;
+      track.seen.assign(windows.size(), place);
+      tracks.push_back(std::move(track));
+    } else if (place.evidence.score > same->seen.back().evidence.score) {
+      same->seen.back() = place;
+      continue;
+    } else {
+      continue;
+    }
+    std::vector<PoseCheck>& seen = tracks.back().seen;
+    for (std::size_t w = newest; w-- > 0;) {
+      seen[w] =
+          localizer.check(windows[w].query, {seen[w + 1].T_map_query}, reachBetween(w + 1, w))[0];
+    }
+  }
+  for (const Track& track : tracks) windows.back().needed_margin = track.seen.back().needed_margin;
+}
+
+/// From the newest window back, every window that shares no frame with a later one.
+std::vector<bool> Sequence::State::counted() const {
+  std::vector<bool> counts(windows.size(), false);
+  std::size_t first = windows.back().last;
+  for (std::size_t w = windows.size(); w-- > 0;) {
+    if (windows[w].last > first) continue;
+    counts[w] = true;
+    first = windows[w].first;
+  }
+  return counts;
+}
+
+void Sequence::State::sumEvidence() {
+  const std::vector<bool> counts = counted();
+  const auto number = static_cast<double>(std::count(counts.begin(), counts.end(), true));
+  for (Track& track : tracks) {
+    track.sum = {};
+    for (std::size_t w = 0; w < windows.size(); ++w) {
+      if (!counts[w]) continue;
+      track.sum.score += track.seen[w].evidence.score;
+      track.sum.expected += track.seen[w].evidence.expected;
+      track.sum.known_share += track.seen[w].evidence.known_share / number;
+    }
+  }
+  std::stable_sort(tracks.begin(), tracks.end(),
+                   [](const Track& a, const Track& b) { return a.sum.score > b.sum.score; });
+  std::vector<Track> kept;
+  for (Track& track : tracks) {  // tracks that have met are one place now
+    if (kept.size() >= static_cast<std::size_t>(options.sequence.places)) break;
+    const bool known = std::any_of(kept.begin(), kept.end(), [&](const Track& k) {
+      return isSamePlace(k.seen.back(), track.seen.back());
+    });
+    if (!known) kept.push_back(std::move(track));
+  }
+  tracks = std::move(kept);
+}
+
+/// The answer of the newest window with the hypotheses of the history.
+void Sequence::State::takeFused(const Query& query, const Verdict& verdict,
+                                SequenceAnswer& answer) const {
+  const Track& best = tracks.front();
+  Localization& fix = answer.fix;
+  if (fix.hypotheses.empty() || !isSamePlace(best.seen.back(), {fix.T_map_query, {}, 0})) {
+    Localization described = localizer.describe(query, best.seen.back());
+    described.vertices = fix.vertices;
+    described.matches = fix.matches;
+    fix = std::move(described);
+  }
+  const Hypothesis refined = fix.hypotheses.front();
+  fix.hypotheses.clear();
+  for (std::size_t i = 0;
+       i < tracks.size() && i < static_cast<std::size_t>(options.places.hypotheses); ++i) {
+    Hypothesis h{tracks[i].seen.back().T_map_query, tracks[i].sum.score, 0, Proposer::search};
+    if (i == 0) h = {refined.T_map_query, tracks[i].sum.score, refined.inliers, refined.proposer};
+    fix.hypotheses.push_back(h);
+  }
+  setVerdict(verdict, fix);
+}
+
+void Sequence::State::judgeSum(SequenceAnswer& answer) const {
+  const std::vector<bool> counts = counted();
+  answer.windows = static_cast<int>(std::count(counts.begin(), counts.end(), true));
+  answer.score = tracks.front().sum.score;
+  answer.runner_up = tracks.size() > 1 ? std::max(0.0, tracks[1].sum.score) : 0;
+  double squares = 0;
+  for (std::size_t w = 0; w < windows.size(); ++w)
+    squares += counts[w] ? std::pow(windows[w].needed_margin, 2) : 0;
+  answer.needed_margin =
+      std::sqrt(squares);  // scores of wrong places spread with the root of the number of windows
+}
+
+SequenceAnswer Sequence::State::add(const Query& query, std::size_t first, std::size_t last) {
+  SequenceAnswer answer;
+  answer.alone = answer.fix = localizer.localize(query);
+  remember(query, first, last);
+  follow();
+  begin(answer.alone.hypotheses);
+  if (tracks.empty()) return answer;
+  sumEvidence();
+  judgeSum(answer);
+  if (answer.windows < 2) return answer;
+
+  const Track& best = tracks.front();
+  const bool best_fits_here = agrees(best.seen.back().evidence, options.verdict);
+  const bool same = !answer.alone.hypotheses.empty() &&
+                    isSamePlace(best.seen.back(), {answer.alone.T_map_query, {}, 0});
+  if (answer.alone.accepted() && !same && !best_fits_here) {
+    answer.restarted = true;
+    windows.erase(windows.begin(), windows.end() - 1);
+    for (Track& track : tracks) track.seen.erase(track.seen.begin(), track.seen.end() - 1);
+    sumEvidence();
+    judgeSum(answer);
+    return answer;
+  }
+  PlaceEvidence evidence = best.sum;
+  evidence.runner_up = answer.runner_up;
+  Verdict verdict = judge(evidence, answer.needed_margin, options.verdict);
+  verdict.reason = fmt::format("{} windows together: {}", answer.windows, verdict.reason);
+  if (verdict.status == Status::accepted && !best_fits_here) {
+    verdict.status = Status::rejected;
+    verdict.confidence = std::min(verdict.confidence, answer.alone.confidence);
+    verdict.reason =
+        fmt::format("{} windows know a place that this one does not agree with; alone: {}",
+                    answer.windows, answer.alone.reason);
+  }
+  if (answer.alone.accepted() && same && verdict.status != Status::accepted) return answer;
+  if (answer.alone.accepted() && same)
+    verdict.confidence = std::max(verdict.confidence, answer.alone.confidence);
+  if (answer.alone.accepted() && !same && verdict.status != Status::accepted)
+    verdict.status = Status::ambiguous;
+  takeFused(query, verdict, answer);
+  return answer;
+}
+
+Sequence::Sequence(const Localizer& localizer, const Options& options)
+    : state_(std::make_unique<State>(localizer, options)) {
+  if (options.method == "walks")
+    throw UsageError(
+        "method = walks has no evidence that could be summed over windows; use auto or search");
+}
+Sequence::~Sequence() = default;
+
+SequenceAnswer Sequence::add(const Query& query, std::size_t first, std::size_t last) {
+  Stopwatch watch;
+  SequenceAnswer answer = state_->add(query, first, last);
+  double single = 0, together = watch.lap_ms();
+  for (const auto& [stage, ms] : answer.alone.timing_ms) single = stage == "total" ? ms : single;
+  for (const auto& [stage, ms] : query.timing_ms) together += ms;
+  Timings& timings = answer.fix.timing_ms;
+  timings = answer.alone.timing_ms;
+  timings.back().second = together;
+  timings.insert(timings.end() - 1, {"sequence", together - single});
+  return answer;
+}
+
+}  // namespace xview

@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "xview/sequence.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "match/plan_town.h"
+#include "pipeline/simulated_drive.h"
+#include "xview/types/error.h"
+#include "xview/types/pose.h"
+
+namespace xview {
+namespace {
+
+using test::PlanTown;
+using test::simulatedDrive;
+
+constexpr double kReach_m = 22;  ///< what a window sees around its middle
+
+/// Two parallel streets along x, 200 m apart. The second half of one is a copy of that of the
+/// other; with `all`, so is the first.
+PlanTown twoStreets(bool all) {
+  PlanTown town;
+  Random a(3), b(all ? 3u : 4u), c(7), d(7);
+  town.street(-150, 0, 0, a);
+  town.street(-150, 0, 200, b);
+  town.street(0, 150, 0, c);
+  town.street(0, 150, 200, d);
+  return town;
+}
+
+SemanticMap mapOf(const PlanTown& town) {
+  SemanticMap map;
+  map.plan = town.view({0, 100}, 260, Eigen::Isometry3d::Identity());
+  for (const double y : {0.0, 200.0}) {
+    for (double x = -150; x <= 150; x += 5) {
+      Keyframe k;
+      k.T_map_sensor.translation() = Eigen::Vector3d(x, y, 1.5);
+      map.keyframes.push_back(k);
+    }
+  }
+  return map;
+}
+
+/// A robot at (x, y) of a town that looks along the street, in the frame of its odometry.
+Query queryAt(const PlanTown& town, double x, double y, const Eigen::Isometry3d& T_town_odom) {
+  Query query;
+  query.plan = town.view({x, y}, kReach_m, T_town_odom.inverse());
+  query.sensor = Sensor::lidar;
+  Eigen::Isometry3d sensor = Eigen::Isometry3d::Identity();
+  sensor.translation() = Eigen::Vector3d(x, y, PlanTown::groundHeight(x, y) + 1.5);
+  query.poses = {T_town_odom.inverse() * sensor};
+  return query;
+}
+
+double errorOf(const Localization& fix, double x, double y) {
+  return std::hypot(fix.T_map_sensor.translation().x() - x, fix.T_map_sensor.translation().y() - y);
+}
+
+Options quiet() {
+  Options options;
+  options.threads = 1;
+  return options;
+}
+
+const Eigen::Isometry3d kOdometry = poseFromYaw({310, -40, 5}, 2.3);
+
+TEST(Sequence, HistoryTellsTwoEqualStreetsApart) {
+  const PlanTown town = twoStreets(false);
+  const SemanticMap map = mapOf(town);
+  const Localizer localizer(map, quiet());
+  Sequence sequence(localizer, quiet());
+  int ambiguous_alone = 0;
+  std::size_t frame = 0;
+  for (double x = -120; x <= 120; x += 40, frame += 10) {
+    const SequenceAnswer answer = sequence.add(queryAt(town, x, 0, kOdometry), frame, frame + 10);
+    EXPECT_TRUE(answer.fix.accepted()) << "at " << x << ": " << answer.fix.reason;
+    EXPECT_LT(errorOf(answer.fix, x, 0), 0.5) << "at " << x;
+    ambiguous_alone += answer.alone.status == Status::ambiguous;
+  }
+  EXPECT_GE(ambiguous_alone, 2);
+}
+
+TEST(Sequence, AWorldThatRepeatsAltogetherStaysAmbiguous) {
+  const PlanTown town = twoStreets(true);
+  const SemanticMap map = mapOf(town);
+  const Localizer localizer(map, quiet());
+  Sequence sequence(localizer, quiet());
+  std::size_t frame = 0;
+  for (double x = -120; x <= 120; x += 40, frame += 10) {
+    const SequenceAnswer answer = sequence.add(queryAt(town, x, 0, kOdometry), frame, frame + 10);
+    EXPECT_EQ(answer.fix.status, Status::ambiguous) << "at " << x << ": " << answer.fix.reason;
+  }
+}
+
+TEST(Sequence, NothingIsAcceptedOfAnotherTown) {
+  const auto& drive = simulatedDrive();
+  const Localizer localizer(drive.map, quiet());
+  Sequence sequence(localizer, quiet());
+  for (std::size_t first = 0; first + 10 <= drive.frames.at("elsewhere").size(); first += 10) {
+    const SequenceAnswer answer =
+        sequence.add(drive.query("elsewhere", first, first + 10), first, first + 10);
+    EXPECT_FALSE(answer.fix.accepted()) << "from " << first << ": " << answer.fix.reason;
+  }
+}
+
+TEST(Sequence, AJumpOfTheOdometryDropsTheHistory) {
+  const PlanTown town = twoStreets(false);
+  const SemanticMap map = mapOf(town);
+  const Localizer localizer(map, quiet());
+  Sequence sequence(localizer, quiet());
+  sequence.add(queryAt(town, -120, 0, kOdometry), 0, 10);
+  sequence.add(queryAt(town, -80, 0, kOdometry), 10, 20);
+  // Carried to the other street, while the odometry says that it went on.
+  const Eigen::Isometry3d T_jump = poseFromYaw({70, 200, 0}, 0.0) * kOdometry;
+  const SequenceAnswer answer = sequence.add(queryAt(town, -40, 200, T_jump), 20, 30);
+  EXPECT_TRUE(answer.restarted);
+  EXPECT_TRUE(answer.fix.accepted()) << answer.fix.reason;
+  EXPECT_LT(errorOf(answer.fix, -40, 200), 0.5);
+  EXPECT_EQ(answer.windows, 1);
+}
+
+TEST(Sequence, WindowsThatShareFramesCountOnce) {
+  const PlanTown town = twoStreets(false);
+  const SemanticMap map = mapOf(town);
+  const Localizer localizer(map, quiet());
+  Sequence sequence(localizer, quiet());
+  const SequenceAnswer first = sequence.add(queryAt(town, -100, 0, kOdometry), 0, 10);
+  const SequenceAnswer again = sequence.add(queryAt(town, -100, 0, kOdometry), 5, 15);
+  EXPECT_EQ(again.windows, 1);
+  EXPECT_NEAR(again.score, first.score, 1e-6);
+  EXPECT_EQ(sequence.add(queryAt(town, -60, 0, kOdometry), 10, 20).windows, 2);
+}
+
+TEST(Sequence, WhatIsAcceptedAloneIsAcceptedWithItsHistory) {
+  const auto& drive = simulatedDrive();
+  const Localizer localizer(drive.map, quiet());
+  Sequence sequence(localizer, quiet());
+  for (std::size_t first = 0; first + 12 <= drive.frames.at("rear").size(); first += 12) {
+    const SequenceAnswer answer =
+        sequence.add(drive.query("rear", first, first + 12), first, first + 12);
+    const Eigen::Isometry3d truth = drive.sessions.at("rear")->truth(first + 11);
+    if (answer.alone.accepted()) {
+      EXPECT_TRUE(answer.fix.accepted()) << answer.fix.reason;
+    }
+    if (answer.fix.accepted()) {
+      EXPECT_LT((answer.fix.T_map_sensor.translation() - truth.translation()).norm(), 1.0)
+          << "from " << first;
+    }
+    EXPECT_EQ(answer.fix.timing_ms.back().first, "total");
+  }
+}
+
+TEST(Sequence, ThreadsDoNotChangeTheAnswer) {
+  const PlanTown town = twoStreets(false);
+  const SemanticMap map = mapOf(town);
+  std::vector<double> scores;
+  for (const int threads : {1, 2}) {
+    Options options;
+    options.threads = threads;
+    const Localizer localizer(map, options);
+    Sequence sequence(localizer, options);
+    sequence.add(queryAt(town, 20, 0, kOdometry), 0, 10);
+    const SequenceAnswer answer = sequence.add(queryAt(town, 60, 0, kOdometry), 10, 20);
+    scores.push_back(answer.score);
+    scores.push_back(answer.runner_up);
+    scores.push_back(answer.fix.T_map_query.matrix().sum());
+  }
+  EXPECT_TRUE(std::equal(scores.begin(), scores.begin() + 3, scores.begin() + 3));
+}
+
+TEST(Sequence, AnEmptyQueryIsRejectedAndHarmsNothing) {
+  const PlanTown town = twoStreets(false);
+  const SemanticMap map = mapOf(town);
+  const Localizer localizer(map, quiet());
+  Sequence sequence(localizer, quiet());
+  Query nothing;
+  nothing.poses = {kOdometry};
+  EXPECT_FALSE(sequence.add(nothing, 0, 10).fix.accepted());
+  sequence.add(queryAt(town, -100, 0, kOdometry), 10, 20);
+  EXPECT_FALSE(sequence.add(nothing, 20, 30).fix.accepted());
+  EXPECT_TRUE(sequence.add(queryAt(town, -60, 0, kOdometry), 30, 40).fix.accepted());
+}
+
+TEST(Sequence, WalksHaveNothingToSum) {
+  Options options;
+  options.method = "walks";
+  const SemanticMap map;
+  const Localizer localizer(map, options);
+  EXPECT_THROW(Sequence(localizer, options), UsageError);
+}
+
+}  // namespace
+}  // namespace xview

@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "support/test_data.h"
+#include "tools/program.h"
+
+namespace xview::test {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+/// Lines of words, as any other program would read them.
+std::vector<std::vector<std::string>> wordsOf(const std::string& path) {
+  std::vector<std::vector<std::string>> lines;
+  std::istringstream text(readText(path));
+  for (std::string line; std::getline(text, line);) {
+    std::istringstream words(line);
+    lines.emplace_back();
+    for (std::string word; words >> word;) lines.back().push_back(word);
+  }
+  return lines;
+}
+
+Eigen::Isometry3d poseOf(const std::vector<std::string>& words, std::size_t first) {
+  double n[7];
+  for (std::size_t i = 0; i < 7; ++i) n[i] = std::stod(words.at(first + i));
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  T.linear() = Eigen::Quaterniond(n[6], n[3], n[4], n[5]).normalized().toRotationMatrix();
+  T.translation() = Eigen::Vector3d(n[0], n[1], n[2]);
+  return T;
+}
+
+std::vector<Eigen::Isometry3d> tumPoses(const std::string& path) {
+  std::vector<Eigen::Isometry3d> poses;
+  for (const auto& words : wordsOf(path)) {
+    EXPECT_EQ(words.size(), 8u);
+    poses.push_back(poseOf(words, 1));
+  }
+  return poses;
+}
+
+double distance(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
+  return (a.translation() - b.translation()).norm();
+}
+
+/// A tiny town whose rear session is localized in windows once, with all files.
+class FixFiles : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+#ifndef XVIEW_WITH_SIM
+    GTEST_SKIP() << "this build has no simulator";
+#endif
+    folder_ = new TemporaryFolder;
+    made_ = runXview({"simulate", "-q", file("town"), "--seed", "5", "--route_length_m", "80",
+                      "--width", "160", "--height", "120", "--sessions.elsewhere",
+                      "--sessions.aerial=false"},
+                     {120, 0, ""});
+    if (made_.code == 0) made_ = runXview({"map", "-q", file("town/forward"), map()}, {120, 0, ""});
+    if (made_.code == 0) {
+      found_ = runXview({"localize", "-q", "--json", rear(), map(), "--window", "20", "--stride",
+                         "10", "--trajectory", file("way.tum"), "--g2o", file("way.g2o"),
+                         "--matrix", file("T.txt")},
+                        {120, 0, ""});
+    }
+  }
+  static void TearDownTestSuite() {
+    delete folder_;
+    folder_ = nullptr;
+  }
+  void SetUp() override { ASSERT_EQ(made_.code, 0) << made_.err; }
+
+  static std::string file(const std::string& name) { return *folder_ / name; }
+  static std::string map() { return file("town.xvm"); }
+  static std::string rear() { return file("town/rear"); }
+  static std::string elsewhere() { return file("town/elsewhere"); }
+  static std::vector<Json> answers(const std::string& text) {
+    std::vector<Json> lines;
+    std::istringstream stream(text);
+    for (std::string line; std::getline(stream, line);) lines.push_back(Json::parse(line));
+    return lines;
+  }
+  static std::vector<Json> accepted() {
+    std::vector<Json> kept;
+    for (const Json& answer : answers(found_.out)) {
+      if (answer["status"] == "accepted") kept.push_back(answer);
+    }
+    return kept;
+  }
+  static std::size_t framesOfRear() { return tumPoses(rear() + "/groundtruth.txt").size(); }
+
+  static TemporaryFolder* folder_;
+  static Outcome made_, found_;
+};
+
+TemporaryFolder* FixFiles::folder_ = nullptr;
+Outcome FixFiles::made_, FixFiles::found_;
+
+TEST_F(FixFiles, TrajectoryHasEveryFrameWhereItWas) {
+  const auto way = tumPoses(file("way.tum")), truth = tumPoses(rear() + "/groundtruth.txt");
+  ASSERT_EQ(way.size(), truth.size());
+  for (std::size_t i = 0; i < way.size(); ++i) EXPECT_LT(distance(way[i], truth[i]), 0.6) << i;
+  const auto stamps = wordsOf(file("way.tum")), poses = wordsOf(rear() + "/poses.txt");
+  for (std::size_t i = 0; i < way.size(); ++i)
+    EXPECT_NEAR(std::stod(stamps[i][0]), std::stod(poses[i][0]), 1e-6);
+}
+
+TEST_F(FixFiles, TrajectoryGoesThroughTheAcceptedPoses) {
+  const auto way = tumPoses(file("way.tum"));
+  ASSERT_GE(accepted().size(), 2u);
+  for (const Json& answer : accepted()) {
+    const auto p = answer["pose"]["position"].get<std::vector<double>>();
+    const auto frame = answer["query"]["last_index"].get<std::size_t>();
+    EXPECT_LT((way[frame].translation() - Eigen::Vector3d(p[0], p[1], p[2])).norm(), 1e-6);
+  }
+}
+
+TEST_F(FixFiles, PoseGraphHasOdometryAndOneMatchPerAcceptedWindow) {
+  std::map<std::size_t, Eigen::Isometry3d> vertices;
+  std::size_t fixed = 0, steps = 0, matches = 0;
+  for (const auto& words : wordsOf(file("way.g2o"))) {
+    if (words[0] == "VERTEX_SE3:QUAT") {
+      ASSERT_EQ(words.size(), 9u);
+      vertices[std::stoul(words[1])] = poseOf(words, 2);
+    } else if (words[0] == "FIX") {
+      EXPECT_EQ(words[1], "0");
+      ++fixed;
+    } else {
+      ASSERT_EQ(words[0], "EDGE_SE3:QUAT");
+      ASSERT_EQ(words.size(), 1u + 2u + 7u + 21u);
+      const std::size_t from = std::stoul(words[1]), to = std::stoul(words[2]);
+      ASSERT_TRUE(vertices.count(from) && vertices.count(to)) << from << " " << to;
+      const Eigen::Isometry3d predicted = vertices[from] * poseOf(words, 3);
+      EXPECT_LT(distance(predicted, vertices[to]), 0.3);
+      for (const std::size_t diagonal : {10, 16, 21, 25, 28, 30})
+        EXPECT_GT(std::stod(words[diagonal]), 0);
+      ++(from == 0 ? matches : steps);
+    }
+  }
+  EXPECT_EQ(fixed, 1u);
+  EXPECT_EQ(vertices.size(), framesOfRear() + 1);
+  EXPECT_EQ(steps, framesOfRear() - 1);
+  EXPECT_EQ(matches, accepted().size());
+  EXPECT_TRUE(vertices[0].isApprox(Eigen::Isometry3d::Identity()));
+}
+
+TEST_F(FixFiles, MatrixIsTheTransformOfTheSurestWindow) {
+  Json surest;
+  for (const Json& answer : accepted()) {
+    if (surest.is_null() || answer["confidence"] > surest["confidence"]) surest = answer;
+  }
+  const auto rows = wordsOf(file("T.txt"));
+  ASSERT_EQ(rows.size(), 4u);
+  const auto expected = surest["T_map_query"].get<std::vector<double>>();
+  for (std::size_t i = 0; i < 16; ++i) {
+    ASSERT_EQ(rows[i / 4].size(), 4u);
+    EXPECT_EQ(std::stod(rows[i / 4][i % 4]), expected[i]) << i;
+  }
+}
+
+TEST_F(FixFiles, WithoutAcceptedPoseNothingIsWrittenAndItIsSaid) {
+  const Outcome outcome = runXview({"localize", "-q", elsewhere(), map(), "--trajectory",
+                                    file("no.tum"), "--g2o", file("no.g2o"), "--matrix",
+                                    file("no.txt")});
+  EXPECT_EQ(outcome.code, 3);
+  EXPECT_NE(outcome.err.find("no accepted pose"), std::string::npos) << outcome.err;
+  for (const char* name : {"no.tum", "no.g2o", "no.txt"}) EXPECT_FALSE(fs::exists(file(name)));
+}
+
+TEST_F(FixFiles, WhatCannotBeWrittenIsSaidBeforeTheWork) {
+  const Outcome outcome =
+      runXview({"localize", "-q", rear(), map(), "--matrix", file("no/such/T.txt")});
+  EXPECT_EQ(outcome.code, 1);
+  EXPECT_EQ(outcome.out, "");
+  EXPECT_NE(outcome.err.find("T.txt"), std::string::npos) << outcome.err;
+}
+
+TEST_F(FixFiles, AreForOneQuery) {
+  const Outcome outcome =
+      runXview({"localize", "-q", rear(), elsewhere(), map(), "--matrix", file("two.txt")});
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_NE(outcome.err.find("one QUERY"), std::string::npos) << outcome.err;
+}
+
+TEST_F(FixFiles, SequenceSaysWhatTheWindowsSayTogether) {
+  const Outcome outcome = runXview(
+      {"localize", "-q", "--json", rear(), map(), "--window", "10", "--sequence"}, {120, 0, ""});
+  const auto lines = answers(outcome.out);
+  ASSERT_GE(lines.size(), 3u) << outcome.err;
+  EXPECT_EQ(lines[0]["sequence"]["windows"], 1);
+  EXPECT_EQ(lines[2]["sequence"]["windows"], 3);
+  EXPECT_GT(lines[2]["sequence"]["score"], lines[0]["sequence"]["score"]);
+  EXPECT_TRUE(lines[2]["sequence"]["alone"].contains("status"));
+}
+
+TEST_F(FixFiles, TrackSaysWhereItSearched) {
+  const Outcome outcome = runXview(
+      {"localize", "-q", "--json", rear(), map(), "--window", "20", "--stride", "10", "--track"},
+      {120, 0, ""});
+  const auto lines = answers(outcome.out);
+  ASSERT_GE(lines.size(), 3u) << outcome.err;
+  EXPECT_EQ(lines[0]["track"]["searched"], "everywhere");
+  EXPECT_EQ(lines[1]["track"]["searched"], "expected");
+  EXPECT_GT(lines[1]["track"]["radius_m"], 0);
+}
+
+TEST_F(FixFiles, NearAndYawAreThePriorsByAShorterName) {
+  const auto truth = tumPoses(rear() + "/groundtruth.txt").back().translation();
+  const auto circle = [&](double dx) {
+    return std::to_string(truth.x() + dx) + "," + std::to_string(truth.y()) + ",10";
+  };
+  EXPECT_EQ(runXview({"localize", "-q", rear(), map(), "--near", circle(0)}).code, 0);
+  EXPECT_EQ(runXview({"localize", "-q", rear(), map(), "--near", circle(40)}).code, 3);
+  EXPECT_EQ(runXview({"localize", "-q", rear(), map(), "--near", "1,2"}).code, 2);
+  EXPECT_EQ(runXview({"localize", "-q", rear(), map(), "--yaw", "north,5"}).code, 2);
+}
+
+}  // namespace
+}  // namespace xview::test
