@@ -48,6 +48,11 @@ bool agrees(const PlaceEvidence& e, const VerdictOptions& o) {
          e.known_share >= o.min_known_share;
 }
 
+/// Sums are accepted from 0.5 on, single views from above from min_confidence on; stretched to the scale of the latter.
+double asViewConfidence(double of_sum, double min_confidence) {
+  return of_sum < 0.5 ? 2 * of_sum * min_confidence : min_confidence + (2 * of_sum - 1) * (1 - min_confidence);
+}
+
 }  // namespace
 
 struct Sequence::State {
@@ -227,6 +232,8 @@ SequenceAnswer Sequence::State::add(const Query& query, std::size_t first, std::
   PlaceEvidence evidence = best.sum;
   evidence.runner_up = answer.runner_up;
   Verdict verdict = judge(evidence, answer.needed_margin, options.verdict);
+  if (!query.plan.known.empty())
+    verdict.confidence = asViewConfidence(verdict.confidence, options.verdict.min_confidence);
   verdict.reason = fmt::format("{} windows together: {}", answer.windows, verdict.reason);
   if (verdict.status == Status::accepted && !best_fits_here) {
     verdict.status = Status::rejected;
