@@ -122,7 +122,7 @@ void run(const std::string& path, const SemanticMap& map, const Localizer& local
     const Localization anywhere = localizer.localize(query);
     free.add(anywhere, isRight(anywhere));
     const Eigen::Vector3d here =
-        negative ? Eigen::Vector3d::Zero() : truth[last - 1].T_frame_sensor.translation();
+        negative ? Eigen::Vector3d(0, 0, 0) : Eigen::Vector3d(truth[last - 1].T_frame_sensor.translation());
     if (!negative) {
       const Eigen::Vector3d beside = here + Eigen::Vector3d(0.4 * a.radius_m, 0, 0);
       const Localization fix = Localizer(map, within(beside, a)).localize(query);

@@ -10,11 +10,7 @@
 namespace xview {
 namespace {
 
-constexpr double kMargin_nats = 19;  ///< by which the only place of a graph of 60 objects is ahead of wrong ones
-
-}  // namespace
-
-namespace {
+constexpr double kUsualVertices = 60;  ///< of a query; scores of wrong places spread with the root of the vertices
 
 ObjectEvidence evidenceOf(const ObjectSearchResult& result) {
   ObjectEvidence evidence;
@@ -66,7 +62,7 @@ PoseCheck ObjectPath::check(const Query& query, const Eigen::Isometry3d& T_map_q
   request.focus = sensor;
   const ObjectHypothesis h = index().score(query.graph, {T_map_query}, request).at(0);
   PoseCheck place{h.T_map_query, {h.score, 0, h.expected, h.known_share}, 0};
-  place.needed_margin = kMargin_nats * std::sqrt(std::max(1.0, static_cast<double>(query.graph.size()) / 60));
+  place.needed_margin = options_.sequence.min_object_margin * std::sqrt(static_cast<double>(query.graph.size()) / kUsualVertices);
   if ((h.T_map_query * sensor - T_map_query * sensor).head<2>().norm() > reach_m) {
     place.T_map_query = T_map_query;
     place.evidence.score = 0;  // the objects agree with another pose, not with this one

@@ -51,7 +51,7 @@ double tailScale(const std::vector<double>& scores_best_first);
 /// options.false_alarm_nats (from the air aerial_false_alarm_nats), or of a quarter of the tail scale if wrong places of this map score more differently.
 double expectedFalseAlarms(const ViewEvidence& evidence, const VerdictOptions& options);
 
-/// What speaks for and against the best pose of a graph of objects.
+/// What speaks for and against a place over one or several queries.
 struct PlaceEvidence {
   double score = 0;        ///< of the best place [nats]
   double runner_up = 0;    ///< score of the best other place; what unseen area scores (0) if there is none
