@@ -36,6 +36,14 @@ Eigen::Isometry3d poseOf(const Json& pose) {
   return T;
 }
 
+Matrix6d covarianceOf(const Json& row_major) {
+  const auto values = row_major.get<std::vector<double>>();
+  if (values.size() != 36)
+    throw std::invalid_argument(
+        fmt::format("covariance has {} numbers, expected 36", values.size()));
+  return Eigen::Map<const Matrix6d>(values.data()).transpose();
+}
+
 Answer parse(const std::string& line) {
   const Json json = Json::parse(line);
   const Json& query = json.at("query");
@@ -53,6 +61,9 @@ Answer parse(const std::string& line) {
     answer.fix.T_map_sensor = poseOf(*pose);
     answer.fix.hypotheses.resize(1);
   }
+  const auto covariance = json.find("covariance");
+  if (covariance != json.end() && !covariance->is_null())
+    answer.fix.covariance = covarianceOf(*covariance);
   const auto timing = json.find("timing_ms");
   if (timing == json.end()) return answer;
   for (const auto& [stage, ms] : timing->items()) {

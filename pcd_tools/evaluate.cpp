@@ -23,6 +23,8 @@ ScoredQuery withoutTruth(const Answer& answer) {
   query.confidence = answer.fix.confidence;
   query.has_pose = !answer.fix.hypotheses.empty();
   query.estimate = answer.fix.T_map_sensor;
+  query.has_covariance = !answer.fix.covariance.isZero();
+  query.covariance = answer.fix.covariance;
   query.timing_ms = answer.fix.timing_ms;
   return query;
 }

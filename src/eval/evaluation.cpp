@@ -105,11 +105,14 @@ Evaluation evaluate(const std::vector<ScoredQuery>& queries, double correct_with
                               [](const ScoredQuery& q) { return q.status == Status::accepted; });
 
   std::vector<Detection> detections;
-  std::vector<double> times;
+  std::vector<double> times, normalised;
   std::size_t hits = 0;
   for (const ScoredQuery& query : queries) {
     const bool correct = isCorrect(query, correct_within_m);
-    hits += correct && query.status == Status::accepted;
+    const bool hit = correct && query.status == Status::accepted;
+    hits += hit;
+    if (hit && query.has_covariance)
+      normalised.push_back(normalisedErrorSquared(query.covariance, query.estimate, query.truth));
     times.push_back(query.totalMs());
     if (query.has_pose) detections.push_back({query.confidence, correct});
   }
@@ -118,6 +121,7 @@ Evaluation evaluate(const std::vector<ScoredQuery>& queries, double correct_with
   result.f1 = f1Score(result.precision, result.recall);
   result.curve = precisionRecallCurve(detections, result.queries);
   result.area_under_pr = result.queries == 0 ? kUnknown : averagePrecision(result.curve);
+  result.consistency = consistencyOf(normalised);
   result.median_ms = quantile(times, 0.5);
   result.p90_ms = quantile(times, 0.9);
   result.stages_ms = mediansOf(queries);

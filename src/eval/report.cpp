@@ -82,6 +82,12 @@ std::string evaluationTable(const Evaluation& e) {
       fmt::format("precision {} %, recall {} %, F1 {}, area under PR {} (correct: within {} m)\n",
                   percent(e.precision), percent(e.recall), number(e.f1, 4),
                   number(e.area_under_pr, 4), e.correct_within_m);
+  if (e.consistency.answers > 0)
+    text += fmt::format(
+        "covariance of {} right answers: normalised error squared over 6 mean {} (1 if right), "
+        "median {} (0.89), within 3 sigma {} %\n",
+        e.consistency.answers, number(e.consistency.mean, 2), number(e.consistency.median, 2),
+        percent(e.consistency.within_3_sigma));
   text += fmt::format("time per query: median {} ms, p90 {} ms\n", number(e.median_ms, 1),
                       number(e.p90_ms, 1));
   std::string stages;
@@ -148,6 +154,10 @@ std::string evaluationJson(const Evaluation& e) {
   json["recall"] = e.recall;
   json["f1"] = e.f1;
   json["area_under_pr"] = e.area_under_pr;
+  json["covariance"]["answers"] = e.consistency.answers;
+  json["covariance"]["nees_over_6_mean"] = e.consistency.mean;
+  json["covariance"]["nees_over_6_median"] = e.consistency.median;
+  json["covariance"]["within_3_sigma"] = e.consistency.within_3_sigma;
   json["best_hypothesis"] = successJson(e.best);
   json["accepted_only"] = successJson(e.believed);
   json["median_ms"] = e.median_ms;

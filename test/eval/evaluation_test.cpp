@@ -55,6 +55,19 @@ TEST(Evaluation, PrecisionAndRecallAreThoseOfTheVerdict) {
   EXPECT_EQ(e.rejected, 1u);
 }
 
+TEST(Evaluation, JudgesTheCovarianceOfRightAcceptedAnswersOnly) {
+  ScoredQuery right = query(Status::accepted, 0.9, 0.2);
+  right.has_covariance = true;
+  right.covariance = 0.01 * Matrix6d::Identity();  // 0.2 m are two sigma
+  ScoredQuery wrong = right, refused = right;
+  wrong.estimate.translation().x() += 50;
+  refused.status = Status::rejected;
+  const auto e = evaluate({right, wrong, refused, query(Status::accepted, 0.8, 0.1)}, 5);
+  EXPECT_EQ(e.consistency.answers, 1u);
+  EXPECT_NEAR(e.consistency.mean, 4.0 / 6, 1e-9);
+  EXPECT_DOUBLE_EQ(e.consistency.within_3_sigma, 1);
+}
+
 TEST(Evaluation, AcceptedNegativesLowerThePrecisionButNotTheRecall) {
   const auto e = evaluate({query(Status::accepted, 0.9, 0.1), negative(Status::accepted, 0.95),
                            negative(Status::rejected, 0.2)},

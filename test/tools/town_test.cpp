@@ -80,6 +80,8 @@ TEST_F(TinyTown, RearViewIsFoundWhereItIs) {
   EXPECT_NE(judged.out.find("1 queries: 1 accepted"), std::string::npos) << judged.out;
   const Json summary = Json::parse(readText(report + "/summary.json"));
   EXPECT_DOUBLE_EQ(summary["accepted_only"]["within_m"]["1"].get<double>(), 1) << judged.out;
+  EXPECT_EQ(summary["covariance"]["answers"].get<int>(), 1);
+  EXPECT_GT(summary["covariance"]["nees_over_6_mean"].get<double>(), 0);
   for (const char* name : {"results.csv", "pr.csv", "success.csv", "report.html"}) {
     EXPECT_GT(fs::file_size(report + "/" + name), 20u) << name;
   }

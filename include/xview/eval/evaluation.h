@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "xview/eval/consistency.h"
 #include "xview/eval/precision_recall.h"
 #include "xview/types/localization.h"
 
@@ -22,7 +23,9 @@ struct ScoredQuery {
   Eigen::Isometry3d estimate =
       Eigen::Isometry3d::Identity();                        ///< T_map_sensor; valid with has_pose
   Eigen::Isometry3d truth = Eigen::Isometry3d::Identity();  ///< T_map_sensor; valid unless negative
-  Timings timing_ms;                                        ///< per stage, and "total"
+  bool has_covariance = false;
+  Matrix6d covariance = Matrix6d::Zero();  ///< of the estimate; valid with has_covariance
+  Timings timing_ms;                       ///< per stage, and "total"
 
   double positionError() const;  ///< [m]; infinite without a pose
   double rotationError() const;  ///< [rad]; infinite without a pose
@@ -52,6 +55,7 @@ struct Evaluation {
   SuccessTable believed;  ///< accepted answers only; the share is still of all queries
   double precision = 0, recall = 0, f1 = 0;  ///< of the program's own verdict
   double area_under_pr = 0;
+  Consistency consistency;             ///< of the covariances of accepted answers that are correct
   double median_ms = 0, p90_ms = 0;    ///< total per query
   Timings stages_ms;                   ///< median of each stage, in the order of execution
   std::vector<PrecisionRecall> curve;  ///< over the confidence
