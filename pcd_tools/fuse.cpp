@@ -38,6 +38,7 @@ class FuseCommand final : public Command {
     if (undo_) return undo(job.operands.back());
     if (job.operands.size() != 2) throw UsageError("xview fuse needs QUERY MAP, found 1 operand");
     const std::string &query = job.operands[0], &path = job.operands[1];
+    checkOrder(job.operands, input_);
     SemanticMap map = loadMap(path);
     const std::optional<Localization> fix = locate(query, map, job);
     if (!fix) return kNoPose;

@@ -16,6 +16,7 @@
 #include "xview/sequence.h"
 #include "xview/tracker.h"
 #include "xview/types/error.h"
+#include "xview/types/prior_text.h"
 #include "xview/types/stopwatch.h"
 
 namespace xview::tools {
@@ -150,12 +151,24 @@ class LocalizeCommand final : public Command {
     for (const std::string& path : {tum_, files_.trajectory, files_.graph, files_.matrix})
       requireWritable(path);
     Job known = job;
-    if (!near_.empty()) known.options.prior.near = near_;
-    if (!yaw_.empty()) known.options.prior.yaw = yaw_;
+    takePrior(known.options.prior);
+    checkOrder(job.operands, input_);
     return answerAll(known);
   }
 
  private:
+  /// Parsed here, too, because what is wrong should be named by the flag and not by its key.
+  void takePrior(PriorOptions& prior) const {
+    if (!near_.empty()) {
+      parseCircle("--near", near_);
+      prior.near = near_;
+    }
+    if (!yaw_.empty()) {
+      parseHeading("--yaw", yaw_);
+      prior.yaw = yaw_;
+    }
+  }
+
   ExitCode answerAll(const Job& job) {
     Stopwatch watch;
     const SemanticMap map = readMap(job.operands.back(), input_, job);
@@ -182,6 +195,10 @@ class LocalizeCommand final : public Command {
   void answerInput(const QueryInput& input, const Localizer& localizer, const Job& job) {
     WindowAnswers answers(localizer, windows_, job.options);
     QueryPath path(input);
+    if (!input.whole && static_cast<std::size_t>(windows_.size) > input.size()) {
+      job.narrate.note(fmt::format("--window {} is longer than {}: its {} frames are one query",
+                                   windows_.size, input.path, input.size()));
+    }
     for (const Window& window : windowsOf(input, windows_)) {
       Answer answer = answerFor(input, window);
       answer.load_map_ms = load_map_ms_;

@@ -36,6 +36,8 @@ class MapCommand final : public Command {
   ExitCode run(const Job& job) override {
     const std::vector<std::string> inputs(job.operands.begin(), job.operands.end() - 1);
     const std::string& out = job.operands.back();
+    if (std::filesystem::path(out).extension() != ".xvm")
+      throw UsageError(out + ": a map ends with .xvm; the last operand is the map to write");
     const bool exists = std::filesystem::exists(out);
     if (exists && !isMapFile(out))
       throw Error(out, "exists and is no map; the last operand is the map to write");

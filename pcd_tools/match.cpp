@@ -54,6 +54,7 @@ class MatchCommand final : public Command {
   ExitCode run(const Job& job) override {
     const std::string& out = job.operands[2];
     checkDrawingEnding(out);
+    checkOrder({job.operands[0], job.operands[1]}, input_);
     const SemanticMap map = readMap(job.operands[1], input_, job);
     const QueryInput input = readQuery(job.operands[0], input_, job, map.labels);
     const Query query = queryOf(input, {0, input.size()}, job.options);

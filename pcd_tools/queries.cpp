@@ -3,6 +3,8 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
+
 #include "xview/map/map_store.h"
 #include "xview/types/error.h"
 
@@ -48,6 +50,17 @@ QueryInput readQuery(const std::string& path, const InputFlags& input, const Job
     }
   }
   return result;
+}
+
+void checkOrder(const std::vector<std::string>& operands, const InputFlags& input) {
+  const std::string& last = operands.back();
+  const auto map = std::find_if(operands.begin(), operands.end() - 1, isMapFile);
+  if (map == operands.end() - 1) return;
+  const InputKind kind = recogniseInput(last, input.parsed());
+  if (kind == InputKind::map || kind == InputKind::graph) return;
+  throw UsageError(fmt::format(
+      "{} is a map and {} a recording: the operands are QUERY... MAP, the map comes last", *map,
+      last));
 }
 
 void WindowFlags::declare(Flags& flags) {

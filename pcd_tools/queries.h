@@ -21,6 +21,10 @@ struct QueryInput {
 QueryInput readQuery(const std::string& path, const InputFlags& input, const Job& job,
                      const LabelSet& map_labels);
 
+/// Throws UsageError if the operands QUERY... MAP look swapped: a map file is asked for, and what
+/// it should be found in is a recording.
+void checkOrder(const std::vector<std::string>& operands, const InputFlags& input);
+
 /// Half-open range of positions in QueryInput::frames.
 struct Window {
   std::size_t first = 0;

@@ -3,32 +3,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
-#include <vector>
 
-#include "xview/types/error.h"
 #include "xview/types/pose.h"
+#include "xview/types/prior_text.h"
 
 namespace xview {
 namespace {
 
 constexpr double kOtherPlace_m = 8, kOtherPlace_rad = 0.4;  ///< what is farther apart is another place (samePlace)
-
-std::vector<double> parseNumbers(const std::string& key, const std::string& text, std::size_t count, const char* meaning) {
-  std::vector<double> numbers;
-  std::istringstream in(text);
-  for (std::string part; std::getline(in, part, ',');) {
-    try {
-      std::size_t used = 0;
-      numbers.push_back(std::stod(part, &used));
-      if (used != part.size()) throw std::invalid_argument(part);
-    } catch (const std::exception&) {
-      throw UsageError(key + " = " + text + ", '" + part + "' is not a number");
-    }
-  }
-  if (numbers.size() != count) throw UsageError(key + " = " + text + ", must be " + meaning);
-  return numbers;
-}
 
 /// Where the sensor looks in the plane: cameras along z, everything else along x. For a camera that looks straight down it is what the
 /// top of its image shows.
@@ -58,16 +40,8 @@ PlacePrior::Circle circleOfPoint(PlacePrior::Circle circle, const std::optional<
 
 PlacePrior parsePrior(const PriorOptions& options) {
   PlacePrior prior;
-  if (!options.near.empty()) {
-    const auto n = parseNumbers("prior.near", options.near, 3, "x,y,radius");
-    if (!(n[2] > 0)) throw UsageError("prior.near = " + options.near + ", the radius must be positive");
-    prior.near = PlacePrior::Circle{n[0], n[1], n[2]};
-  }
-  if (!options.yaw.empty()) {
-    const auto n = parseNumbers("prior.yaw", options.yaw, 2, "heading,tolerance");
-    if (!(n[1] > 0)) throw UsageError("prior.yaw = " + options.yaw + ", the tolerance must be positive");
-    prior.heading = PlacePrior::Heading{n[0] * M_PI / 180, n[1] * M_PI / 180};
-  }
+  if (!options.near.empty()) prior.near = parseCircle("prior.near", options.near);
+  if (!options.yaw.empty()) prior.heading = parseHeading("prior.yaw", options.yaw);
   return prior;
 }
 

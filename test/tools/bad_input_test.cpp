@@ -145,6 +145,53 @@ TEST_F(BadInput, FileThatIsNoMapIsNotOverwritten) {
   EXPECT_EQ(readText(output_), "my notes");
 }
 
+TEST_F(BadInput, FileThatIsNoMapIsNotOverwrittenByAMapOfAnotherEnding) {
+  const std::string cloud = folder_ / "cloud.pcd";
+  writeText(cloud, "my cloud");
+  const Outcome outcome = runXview({"map", "-q", sequence_, cloud});
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_NE(outcome.err.find("cloud.pcd: a map ends with .xvm"), std::string::npos) << outcome.err;
+  EXPECT_EQ(readText(cloud), "my cloud");
+}
+
+TEST_F(BadInput, SwappedQueryAndMapAreNamed) {
+  makeMap();
+  for (const std::vector<std::string>& arguments :
+       {std::vector<std::string>{"localize", "-q", map_, sequence_},
+        std::vector<std::string>{"localize", "-q", sequence_, map_, sequence_},
+        std::vector<std::string>{"match", "-q", map_, sequence_, folder_ / "out.ply"},
+        std::vector<std::string>{"fuse", "-q", map_, sequence_}}) {
+    const Outcome outcome = runXview(arguments);
+    EXPECT_EQ(outcome.code, 2) << arguments[0];
+    EXPECT_EQ(outcome.out, "");
+    EXPECT_NE(outcome.err.find("town.xvm is a map and " + sequence_ + " a recording"),
+              std::string::npos)
+        << outcome.err;
+  }
+}
+
+TEST_F(BadInput, AMapIsFoundInItself) {
+  makeMap();
+  const Outcome outcome = runXview({"localize", "-q", map_, map_});
+  EXPECT_NE(outcome.code, 2) << outcome.err;
+}
+
+TEST_F(BadInput, AWindowLongerThanTheRecordingIsSaidToBeAllOfIt) {
+  makeMap();
+  const std::string note =
+      "note: --window 9 is longer than " + sequence_ + ": its 4 frames are one query\n";
+  const Outcome longer = runXview({"localize", "--window", "9", sequence_, map_});
+  EXPECT_NE(longer.err.find(note), std::string::npos) << longer.err;
+  const Outcome as_long = runXview({"localize", "--window", "4", sequence_, map_});
+  EXPECT_EQ(as_long.err.find("is longer than"), std::string::npos) << as_long.err;
+  const Outcome whole = runXview({"localize", sequence_, map_});
+  EXPECT_EQ(whole.err.find("is longer than"), std::string::npos) << whole.err;
+  for (const Outcome* outcome : {&longer, &as_long, &whole}) {
+    EXPECT_EQ(lineCount(outcome->out), 2u) << outcome->out;  // heading and one query
+    EXPECT_NE(outcome->out.find(" 0-3 "), std::string::npos) << outcome->out;
+  }
+}
+
 TEST_F(BadInput, FileThatIsNoMapIsNoMapToLocalizeIn) {
   writeText(output_, "my notes");
   expectFailure({"localize", "-q", "--json", sequence_, output_}, "new.xvm");

@@ -85,6 +85,17 @@ TEST(Misuse, SequenceAndTrackNeedWindows) {
   expectMisuse({"localize", "a", "b", "--window", "9", "--track", "--sequence"}, "exclude");
 }
 
+TEST(Misuse, AMapEndsWithXvm) {
+  for (const char* out : {"b.pcd", "b.ply", "b", "town/forward"})
+    expectMisuse({"map", "a", out}, std::string(out) + ": a map ends with .xvm");
+}
+
+TEST(Misuse, APriorIsRefusedUnderTheNameThatWasTyped) {
+  expectMisuse({"localize", "a", "b", "--near", "1,2"}, "error: --near = 1,2, must be x,y,radius");
+  expectMisuse({"localize", "a", "b", "--near", "1,2,-3"}, "error: --near = 1,2,-3, the radius");
+  expectMisuse({"localize", "a", "b", "--yaw", "north,5"}, "error: --yaw = north,5, 'north'");
+}
+
 TEST(Misuse, CommonFlagsMayStandBeforeTheCommand) {
   const Outcome outcome = runXview({"--threads", "2", "--quiet", "localize", "a"});
   EXPECT_NE(outcome.err.find("QUERY... MAP"), std::string::npos) << outcome.err;

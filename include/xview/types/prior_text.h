@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+
+#include "xview/types/place.h"
+
+namespace xview {
+
+/// Priors as users write them. `name` is what they wrote it behind, a flag or a key: a UsageError
+/// names it.
+PlacePrior::Circle parseCircle(const std::string& name, const std::string& text);  ///< x,y,radius
+PlacePrior::Heading parseHeading(const std::string& name,
+                                 const std::string& text);  ///< heading,tolerance [deg]
+
+}  // namespace xview
