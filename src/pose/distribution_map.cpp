@@ -66,19 +66,37 @@ Distribution& DistributionCells::findOrAdd(const Eigen::Vector3f& p, std::uint32
 
 const Distribution* DistributionCells::nearest(const Eigen::Vector3f& p, std::uint32_t group,
                                                float gate) const {
+  constexpr float kRounding_m = 1e-3f;  // by which a mean may lie outside of its cell
   const CellKey own = keyOf(p, group);
+  const Eigen::Vector3f corner = side_ * Eigen::Vector3f(own.x, own.y, own.z);
+  const auto squaredWay = [&](int axis, std::int32_t step) {
+    if (step == 0) return 0.0f;
+    const float inside = p[axis] - corner[axis];
+    const float way = std::max(0.0f, (step < 0 ? inside : side_ - inside) - kRounding_m);
+    return way * way;
+  };
   const Distribution* best = nullptr;
   float best_squared = gate * gate;
+  const auto look = [&](std::int32_t dx, std::int32_t dy, std::int32_t dz) {
+    const std::int32_t i = slots_[slotOf({own.x + dx, own.y + dy, own.z + dz, group})];
+    if (i < 0 || distributions_[i].points < kFewestPoints) return;
+    const float squared = (distributions_[i].mean - p).squaredNorm();
+    if (squared < best_squared) {
+      best_squared = squared;
+      best = &distributions_[i];
+    }
+  };
+  // The own cell mostly has it; then few of the others can have a nearer one.
+  look(0, 0, 0);
   for (std::int32_t dz = -1; dz <= 1; ++dz) {
+    const float z = squaredWay(2, dz);
+    if (z >= best_squared) continue;
     for (std::int32_t dy = -1; dy <= 1; ++dy) {
+      const float zy = z + squaredWay(1, dy);
+      if (zy >= best_squared) continue;
       for (std::int32_t dx = -1; dx <= 1; ++dx) {
-        const std::int32_t i = slots_[slotOf({own.x + dx, own.y + dy, own.z + dz, group})];
-        if (i < 0 || distributions_[i].points < kFewestPoints) continue;
-        const float squared = (distributions_[i].mean - p).squaredNorm();
-        if (squared < best_squared) {
-          best_squared = squared;
-          best = &distributions_[i];
-        }
+        const bool is_own = dx == 0 && dy == 0 && dz == 0;
+        if (!is_own && zy + squaredWay(0, dx) < best_squared) look(dx, dy, dz);
       }
     }
   }
