@@ -58,14 +58,18 @@ class GraphCommand final : public Command {
 
   LabelledGraph assemble(const std::string& path, const Job& job) const {
     const auto source = openInput(path, input_.parsed(), job);
-    const std::vector<FrameDigest> frames = digest(*source, job);
+    const Progress progress = job.narrate.progress("frames");
+    FrameTally tally;
     Stopwatch watch;
-    SemanticGraph graph = assembleGraph(frames, source->labels(), job.options);
+    SemanticGraph graph = buildGraph(*source, job.options, [&](const FrameDigest& frame) {
+      tally.add(frame);
+      if (progress) progress(tally.frames(), source->size());
+    });
+    tally.say(path, watch.lap_ms(), job.narrate);
     if (graph.empty()) {
       throw Error(path,
-                  fmt::format("no blobs in {} frames: nothing to make a graph of", frames.size()));
+                  fmt::format("no blobs in {} frames: nothing to make a graph of", tally.frames()));
     }
-    job.narrate.stage("graph", watch.lap_ms(), fmt::format("{} vertices", graph.size()));
     return {source->labels(), std::move(graph)};
   }
 

@@ -42,20 +42,6 @@ void sayGuessedRoles(const LabelSet& labels, const Narrative& narrate) {
     narrate.note(fmt::format("{} gives no roles; guessed:{}", labels.name(), guessed));
 }
 
-std::string inStages(const std::vector<FrameDigest>& frames) {
-  std::string text;
-  Timings sums;
-  for (const FrameDigest& frame : frames) {
-    for (std::size_t i = 0; i < frame.timing_ms.size(); ++i) {
-      if (i >= sums.size()) sums.emplace_back(frame.timing_ms[i].first, 0);
-      sums[i].second += frame.timing_ms[i].second / static_cast<double>(frames.size());
-    }
-  }
-  for (const auto& [stage, ms] : sums)
-    text += fmt::format("{} {} {:.2f}", text.empty() ? "" : ",", stage, ms);
-  return text;
-}
-
 SemanticMap mapOfAnything(const std::string& path, const InputFlags& input, const Job& job) {
   InputOptions whole = input.parsed();
   whole.frames = {};  // --frames speaks of the query
@@ -102,28 +88,39 @@ std::unique_ptr<FrameSource> openInput(const std::string& path, const InputOptio
   return source;
 }
 
+void FrameTally::add(const FrameDigest& frame) {
+  ++frames_;
+  points_ += frame.cloud.size();
+  blobs_ += frame.blobs.size();
+  left_out_.no_depth += frame.counts.no_depth;
+  left_out_.out_of_range += frame.counts.out_of_range;
+  left_out_.ignored_class += frame.counts.ignored_class;
+  for (std::size_t i = 0; i < frame.timing_ms.size(); ++i) {
+    if (i >= sums_ms_.size()) sums_ms_.emplace_back(frame.timing_ms[i].first, 0);
+    sums_ms_[i].second += frame.timing_ms[i].second;
+  }
+}
+
+void FrameTally::say(const std::string& name, double ms, const Narrative& narrate) const {
+  narrate.stage("frames", ms,
+                fmt::format("{}: {} frames, {} points, {} blobs", name, frames_, points_, blobs_));
+  narrate.detail(
+      fmt::format("left out: {} measurements without depth, {} out of range, {} of ignored classes",
+                  left_out_.no_depth, left_out_.out_of_range, left_out_.ignored_class));
+  std::string means;
+  for (const auto& [stage, sum_ms] : sums_ms_)
+    means += fmt::format("{} {} {:.2f}", means.empty() ? "" : ",", stage,
+                         sum_ms / static_cast<double>(frames_));
+  narrate.detail("mean per frame [ms]:" + means);
+}
+
 std::vector<FrameDigest> digest(const FrameSource& source, const Job& job) {
   Stopwatch watch;
   std::vector<FrameDigest> frames =
       digestRecording(source, job.options, job.narrate.progress("frames"));
-  std::size_t points = 0, blobs = 0;
-  for (const FrameDigest& frame : frames) {
-    points += frame.cloud.size();
-    blobs += frame.blobs.size();
-  }
-  job.narrate.stage("frames", watch.lap_ms(),
-                    fmt::format("{}: {} frames, {} points, {} blobs", source.name(), frames.size(),
-                                points, blobs));
-  LiftCounts counts;
-  for (const FrameDigest& frame : frames) {
-    counts.no_depth += frame.counts.no_depth;
-    counts.out_of_range += frame.counts.out_of_range;
-    counts.ignored_class += frame.counts.ignored_class;
-  }
-  job.narrate.detail(
-      fmt::format("left out: {} measurements without depth, {} out of range, {} of ignored classes",
-                  counts.no_depth, counts.out_of_range, counts.ignored_class));
-  job.narrate.detail(fmt::format("mean per frame [ms]:{}", inStages(frames)));
+  FrameTally tally;
+  for (const FrameDigest& frame : frames) tally.add(frame);
+  tally.say(source.name(), watch.lap_ms(), job.narrate);
   return frames;
 }
 

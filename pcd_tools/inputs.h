@@ -27,6 +27,19 @@ class InputFlags {
 std::unique_ptr<FrameSource> openInput(const std::string& path, const InputOptions& options,
                                        const Job& job);
 
+/// What became of the frames of a recording, for people.
+class FrameTally {
+ public:
+  void add(const FrameDigest& frame);
+  std::size_t frames() const { return frames_; }
+  void say(const std::string& name, double ms, const Narrative& narrate) const;
+
+ private:
+  std::size_t frames_ = 0, points_ = 0, blobs_ = 0;
+  LiftCounts left_out_;
+  Timings sums_ms_;
+};
+
 /// All frames of a recording, digested, with a stage line on stderr.
 std::vector<FrameDigest> digest(const FrameSource& source, const Job& job);
 

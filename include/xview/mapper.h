@@ -44,8 +44,12 @@ FrameDigest digestFrame(Frame frame, const LabelSet& labels, const Options& opti
 /// All frames of a recording, read and digested on options.threads threads, in order.
 std::vector<FrameDigest> digestRecording(const FrameSource& source, const Options& options, const Progress& progress = {});
 
-/// Place graph of successive frames, with edges.
-SemanticGraph assembleGraph(const std::vector<FrameDigest>& frames, const LabelSet& labels, const Options& options);
+/// The same one by one, in order, on the caller's thread: only a few of them are in memory at a time.
+void digestRecording(const FrameSource& source, const Options& options, const std::function<void(FrameDigest)>& take);
+
+/// Place graph of a recording, with edges; it is that of its map. `seen` is called with every frame, in order. Memory follows the place,
+/// not the number of frames.
+SemanticGraph buildGraph(const FrameSource& source, const Options& options, const std::function<void(const FrameDigest&)>& seen = {});
 
 /// Map of one or more recordings in one common frame. Label sets must agree (Error).
 SemanticMap buildMap(const std::vector<const FrameSource*>& sources, const Options& options, const Progress& progress = {});

@@ -17,6 +17,7 @@ namespace xview {
 namespace {
 
 constexpr float kAerialFrom_m = 15;    ///< a camera whose nearest tenth is further away looks down from the air
+constexpr std::size_t kFramesAhead = 8; ///< digested and not yet taken
 constexpr float kReferenceFocal = 160; ///< votes count measurements per solid angle of such a camera [px]
 
 /// How far a sensor can be trusted: half the vote at `half_m`, none beyond `reach_m`, thin things only within `thin_m`.
@@ -86,6 +87,28 @@ std::vector<Blob> frameBlobs(LabelledCloud points, const LabelSet& labels, const
   return extractBlobs(thin ? thinByVoxel(points, options.blobs.voxel_m) : points, labels, options.blobs);
 }
 
+FrameDigest readAndDigest(const FrameSource& source, std::size_t i, const Options& options) {
+  Stopwatch watch;
+  Frame frame = source.read(i);
+  const double read_ms = watch.lap_ms();
+  FrameDigest digest = digestFrame(std::move(frame), source.labels(), options);
+  digest.timing_ms.insert(digest.timing_ms.begin(), {"read", read_ms});
+  return digest;
+}
+
+/// At most `ahead` frames are digested and not yet taken.
+void digestInOrder(const FrameSource& source, const Options& options, std::size_t ahead, const std::function<void(FrameDigest)>& take) {
+  requireGraphSpace(options, source.sensor(), source.name());
+  std::vector<FrameDigest> waiting(ahead);
+  DepthPlausibility depths;
+  const auto make = [&](std::size_t i) { waiting[i % ahead] = readAndDigest(source, i, options); };
+  makeInOrder(source.size(), options.threads, ahead, make, [&](std::size_t i) {
+    depths.add(waiting[i % ahead]);
+    take(std::move(waiting[i % ahead]));
+  });
+  depths.require(source);
+}
+
 }  // namespace
 
 FrameDigest digestFrame(Frame frame, const LabelSet& labels, const Options& options) {
@@ -113,22 +136,17 @@ FrameDigest digestFrame(Frame frame, const LabelSet& labels, const Options& opti
   return digest;
 }
 
+void digestRecording(const FrameSource& source, const Options& options, const std::function<void(FrameDigest)>& take) {
+  digestInOrder(source, options, kFramesAhead, take);
+}
+
 std::vector<FrameDigest> digestRecording(const FrameSource& source, const Options& options, const Progress& progress) {
-  requireGraphSpace(options, source.sensor(), source.name());
-  std::vector<FrameDigest> digests(source.size());
-  const auto make = [&](std::size_t i) {
-    Stopwatch watch;
-    Frame frame = source.read(i);
-    const double read_ms = watch.lap_ms();
-    digests[i] = digestFrame(std::move(frame), source.labels(), options);
-    digests[i].timing_ms.insert(digests[i].timing_ms.begin(), {"read", read_ms});
-  };
-  DepthPlausibility depths;
-  makeInOrder(digests.size(), options.threads, digests.size(), make, [&](std::size_t i) {
-    depths.add(digests[i]);
-    if (progress) progress(i + 1, digests.size());
+  std::vector<FrameDigest> digests;
+  digests.reserve(source.size());
+  digestInOrder(source, options, std::max<std::size_t>(1, source.size()), [&](FrameDigest digest) {
+    digests.push_back(std::move(digest));
+    if (progress) progress(digests.size(), source.size());
   });
-  depths.require(source);
   return digests;
 }
 

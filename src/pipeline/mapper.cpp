@@ -1,25 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "xview/mapper.h"
 
-#include <algorithm>
-#include <optional>
-
-#include "pipeline/depth_plausibility.h"
-#include "pipeline/gravity.h"
-#include "pipeline/place_graph.h"
+#include "pipeline/growing_place.h"
 #include "pipeline/point_sigma.h"
 #include "xview/graph/edges.h"
-#include "xview/graph/plan_view.h"
-#include "xview/localizer.h"
 #include "xview/options_file.h"
 #include "xview/types/error.h"
-#include "xview/types/parallel.h"
 
 namespace xview {
 namespace {
-
-constexpr std::size_t kFramesAhead = 8;        ///< digested and not yet merged
-constexpr std::size_t kFramesForGravity = 16;  ///< that say together which way is up
 
 /// A cloud that grows by frames and is thinned whenever it has doubled, so that memory follows the map, not the recording.
 class GrowingCloud {
@@ -65,44 +54,31 @@ std::string recordOf(Options options) {
 class MapUnderConstruction {
  public:
   MapUnderConstruction(const LabelSet& labels, const Options& options)
-      : labels_(labels), options_(options), places_(labels, options), plan_(labels, options.plan),
-        cloud_(options.map.cloud_voxel_m, options.refine.max_sigma_m) {
+      : options_(options), place_(labels, options), cloud_(options.map.cloud_voxel_m, options.refine.max_sigma_m) {
     map_.labels = labels;
   }
 
   void beginSource(const std::string& name) { map_.sources.push_back(name); }
 
   void add(FrameDigest frame) {
-    if (upright_) return addUpright(frame);
-    waiting_.push_back(std::move(frame));
-    if (waiting_.size() == kFramesForGravity) settleUpright();
+    cloud_.add(frame);
+    addKeyframe(frame);
+    place_.add(std::move(frame));
   }
 
-  void endSource() {
-    if (!upright_) settleUpright();
-  }
+  void endSource() { place_.endRecording(); }
 
   SemanticMap finish() {
-    map_.plan = plan_.build();
-    map_.plan.upright = *upright_;
-    map_.graph = places_.finish(map_.plan);
+    GrowingPlace::Place place = place_.finish();
+    map_.plan = std::move(place.plan);
+    map_.graph = std::move(place.graph);
     map_.cloud = cloud_.finish();
     map_.options_yaml = recordOf(options_);
     return std::move(map_);
   }
 
  private:
-  /// How the frame of the map has to be turned for z to point up: the first frames tell together.
-  void settleUpright() {
-    upright_ = uprightRotation(waiting_.data(), waiting_.data() + waiting_.size(), labels_);
-    for (const FrameDigest& frame : waiting_) addUpright(frame);
-    waiting_.clear();
-  }
-
-  void addUpright(const FrameDigest& frame) {
-    places_.add(frame);
-    plan_.add(frame.cloud, frame.votes, frame.thin_trusted, Eigen::Isometry3d(*upright_), frame.aerial);
-    cloud_.add(frame);
+  void addKeyframe(const FrameDigest& frame) {
     const auto source = static_cast<std::uint32_t>(map_.sources.size() - 1);
     const Eigen::Vector3d here = frame.T_odom_sensor.translation();
     const bool first = map_.keyframes.empty() || map_.keyframes.back().source != source;
@@ -111,13 +87,9 @@ class MapUnderConstruction {
     }
   }
 
-  LabelSet labels_;
   Options options_;
-  PlaceGraph places_;
-  PlanViewBuilder plan_;
+  GrowingPlace place_;
   GrowingCloud cloud_;
-  std::vector<FrameDigest> waiting_;  ///< until upright_ is known
-  std::optional<Eigen::Quaterniond> upright_;
   SemanticMap map_;
 };
 
@@ -127,8 +99,14 @@ void requireSameLabels(const LabelSet& a, const std::string& name_a, const Label
 
 }  // namespace
 
-SemanticGraph assembleGraph(const std::vector<FrameDigest>& frames, const LabelSet& labels, const Options& options) {
-  return makeQuery(frames.data(), frames.data() + frames.size(), labels, options).graph;
+SemanticGraph buildGraph(const FrameSource& source, const Options& options, const std::function<void(const FrameDigest&)>& seen) {
+  GrowingPlace place(source.labels(), options);
+  digestRecording(source, options, [&](FrameDigest frame) {
+    if (seen) seen(frame);
+    place.add(std::move(frame));
+  });
+  place.endRecording();
+  return place.finish().graph;
 }
 
 SemanticMap buildMap(const std::vector<const FrameSource*>& sources, const Options& options, const Progress& progress) {
@@ -141,17 +119,11 @@ SemanticMap buildMap(const std::vector<const FrameSource*>& sources, const Optio
   MapUnderConstruction map(sources[0]->labels(), options);
   for (const FrameSource* source : sources) {
     map.beginSource(source->name());
-    DepthPlausibility depths;
-    std::vector<FrameDigest> ahead(kFramesAhead);
-    const auto make = [&](std::size_t i) { ahead[i % kFramesAhead] = digestFrame(source->read(i), source->labels(), options); };
-    makeInOrder(source->size(), options.threads, kFramesAhead, make, [&](std::size_t i) {
-      FrameDigest frame = std::move(ahead[i % kFramesAhead]);
-      depths.add(frame);
+    digestRecording(*source, options, [&](FrameDigest frame) {
       map.add(std::move(frame));
       if (progress) progress(++done, total);
     });
     map.endSource();
-    depths.require(*source);
   }
   return map.finish();
 }

@@ -122,8 +122,8 @@ TEST(ImageSpace, ThreadsDoNotChangeTheGraph) {
   one.threads = 1;
   two.threads = 2;
   const FrameSource* rear = simulatedDrive().sessions.at("rear").get();
-  const SemanticGraph a = assembleGraph(digestRecording(*rear, one), rear->labels(), one);
-  const SemanticGraph b = assembleGraph(digestRecording(*rear, two), rear->labels(), two);
+  const SemanticGraph a = buildGraph(*rear, one);
+  const SemanticGraph b = buildGraph(*rear, two);
   ASSERT_EQ(a.size(), b.size());
   EXPECT_EQ(a.neighbours, b.neighbours);
   for (std::size_t i = 0; i < a.size(); ++i) EXPECT_EQ(a.vertices[i].position, b.vertices[i].position);

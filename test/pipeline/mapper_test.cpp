@@ -35,6 +35,56 @@ TEST(Mapper, ThreadsDoNotChangeTheMap) {
   EXPECT_EQ(a.cloud.size(), b.cloud.size());
 }
 
+void expectSameGraph(const SemanticGraph& a, const SemanticGraph& b) {
+  ASSERT_EQ(a.size(), b.size());
+  EXPECT_EQ(a.neighbours, b.neighbours);
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    EXPECT_EQ(a.vertices[i].label, b.vertices[i].label);
+    EXPECT_EQ(a.vertices[i].position, b.vertices[i].position);
+  }
+}
+
+TEST(Mapper, TheGraphOfARecordingIsThatOfItsMapAndOfAQueryOfAllOfIt) {
+  const auto& drive = simulatedDrive();
+  for (const char* session : {"forward", "rear"}) {
+    const FrameSource& source = *drive.sessions.at(session);
+    const SemanticGraph graph = buildGraph(source, {});
+    expectSameGraph(graph, buildMap({&source}, {}).graph);
+    expectSameGraph(graph, drive.query(session, 0, source.size()).graph);
+  }
+}
+
+TEST(Mapper, TheGraphOfATiltedRecordingIsThatOfItsMap) {
+  const Eigen::Isometry3d tilt(Eigen::AngleAxisd(1.2, Eigen::Vector3d(1, 2, 0).normalized()));
+  const test::MovedRecording tilted(*simulatedDrive().sessions.at("rear"), tilt);
+  const SemanticGraph graph = buildGraph(tilted, {});
+  EXPECT_GT(graph.size(), 100u);
+  expectSameGraph(graph, buildMap({&tilted}, {}).graph);
+}
+
+TEST(Mapper, FramesAreSeenInOrderWhileTheGraphIsMade) {
+  const FrameSource& source = *simulatedDrive().sessions.at("rear");
+  std::vector<std::int64_t> seen, expected;
+  buildGraph(source, {}, [&](const FrameDigest& frame) { seen.push_back(frame.number); });
+  for (std::size_t i = 0; i < source.size(); ++i) expected.push_back(source.number(i));
+  EXPECT_EQ(seen, expected);
+}
+
+TEST(Mapper, FramesOneByOneAreThoseAllAtOnce) {
+  const auto& drive = simulatedDrive();
+  const std::vector<FrameDigest>& all = drive.frames.at("rear");
+  std::size_t i = 0;
+  digestRecording(*drive.sessions.at("rear"), {}, [&](FrameDigest frame) {
+    ASSERT_LT(i, all.size());
+    EXPECT_EQ(frame.number, all[i].number);
+    EXPECT_EQ(frame.votes, all[i].votes);
+    ASSERT_EQ(frame.cloud.size(), all[i].cloud.size());
+    EXPECT_EQ(frame.blobs.size(), all[i].blobs.size());
+    ++i;
+  });
+  EXPECT_EQ(i, all.size());
+}
+
 TEST(Mapper, AppendingTheSameDriveAddsPosesButHardlyVertices) {
   SemanticMap map = simulatedDrive().map;
   const SemanticMap again = map;
