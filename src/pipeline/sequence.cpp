@@ -48,9 +48,11 @@ bool agrees(const PlaceEvidence& e, const VerdictOptions& o) {
          e.known_share >= o.min_known_share;
 }
 
-/// Sums are accepted from 0.5 on, single views from above from min_confidence on; stretched to the scale of the latter.
+/// Sums are accepted from 0.5 on, single views from above from min_confidence on; stretched to the
+/// scale of the latter.
 double asViewConfidence(double of_sum, double min_confidence) {
-  return of_sum < 0.5 ? 2 * of_sum * min_confidence : min_confidence + (2 * of_sum - 1) * (1 - min_confidence);
+  return of_sum < 0.5 ? 2 * of_sum * min_confidence
+                      : min_confidence + (2 * of_sum - 1) * (1 - min_confidence);
 }
 
 }  // namespace
@@ -68,6 +70,11 @@ struct Sequence::State {
   bool isSamePlace(const PoseCheck& a, const PoseCheck& b) const;
   const Track* runnerUp() const;
   void judgeSum(SequenceAnswer& answer) const;
+  bool bestIsThatOf(const Localization& alone) const;
+  bool bestFitsNewest() const;
+  void restart(SequenceAnswer& answer);
+  Verdict verdictOfSum(const SequenceAnswer& answer, bool of_views) const;
+  void decide(const Query& query, SequenceAnswer& answer) const;
   void takeFused(const Query& query, const Verdict& verdict, SequenceAnswer& answer) const;
 
   const Localizer& localizer;
@@ -206,6 +213,56 @@ void Sequence::State::judgeSum(SequenceAnswer& answer) const {
       std::sqrt(squares);  // scores of wrong places spread with the root of the number of windows
 }
 
+/// The best place is where the newest window would be by itself.
+bool Sequence::State::bestIsThatOf(const Localization& alone) const {
+  return !alone.hypotheses.empty() &&
+         isSamePlace(tracks.front().seen.back(), {alone.T_map_query, {}, 0});
+}
+
+bool Sequence::State::bestFitsNewest() const {
+  return agrees(tracks.front().seen.back().evidence, options.verdict);
+}
+
+/// Forgets all windows but the newest.
+void Sequence::State::restart(SequenceAnswer& answer) {
+  answer.restarted = true;
+  windows.erase(windows.begin(), windows.end() - 1);
+  for (Track& track : tracks) track.seen.erase(track.seen.begin(), track.seen.end() - 1);
+  sumEvidence();
+  judgeSum(answer);
+}
+
+/// What the sum says; a place that the newest window does not agree with is not accepted.
+Verdict Sequence::State::verdictOfSum(const SequenceAnswer& answer, bool of_views) const {
+  PlaceEvidence evidence = tracks.front().sum;
+  evidence.runner_up = answer.runner_up;
+  Verdict verdict = judge(evidence, answer.needed_margin, options.verdict);
+  if (of_views)
+    verdict.confidence = asViewConfidence(verdict.confidence, options.verdict.min_confidence);
+  verdict.reason = fmt::format("{} windows together: {}", answer.windows, verdict.reason);
+  if (verdict.status != Status::accepted || bestFitsNewest()) return verdict;
+  verdict.status = Status::rejected;
+  verdict.confidence = std::min(verdict.confidence, answer.alone.confidence);
+  verdict.reason =
+      fmt::format("{} windows know a place that this one does not agree with; alone: {}",
+                  answer.windows, answer.alone.reason);
+  return verdict;
+}
+
+/// Brings what the sum says and what the newest window says by itself together. An acceptance that
+/// the sum only does not reach stays as it is; one of another place is in doubt.
+void Sequence::State::decide(const Query& query, SequenceAnswer& answer) const {
+  Verdict verdict = verdictOfSum(answer, !query.plan.known.empty());
+  const bool sum_accepts = verdict.status == Status::accepted;
+  if (answer.alone.accepted()) {
+    const bool same = bestIsThatOf(answer.alone);
+    if (same && !sum_accepts) return;
+    if (same) verdict.confidence = std::max(verdict.confidence, answer.alone.confidence);
+    if (!same && !sum_accepts) verdict.status = Status::ambiguous;
+  }
+  takeFused(query, verdict, answer);
+}
+
 SequenceAnswer Sequence::State::add(const Query& query, std::size_t first, std::size_t last) {
   SequenceAnswer answer;
   answer.alone = answer.fix = localizer.localize(query);
@@ -216,38 +273,10 @@ SequenceAnswer Sequence::State::add(const Query& query, std::size_t first, std::
   sumEvidence();
   judgeSum(answer);
   if (answer.windows < 2) return answer;
-
-  const Track& best = tracks.front();
-  const bool best_fits_here = agrees(best.seen.back().evidence, options.verdict);
-  const bool same = !answer.alone.hypotheses.empty() &&
-                    isSamePlace(best.seen.back(), {answer.alone.T_map_query, {}, 0});
-  if (answer.alone.accepted() && !same && !best_fits_here) {
-    answer.restarted = true;
-    windows.erase(windows.begin(), windows.end() - 1);
-    for (Track& track : tracks) track.seen.erase(track.seen.begin(), track.seen.end() - 1);
-    sumEvidence();
-    judgeSum(answer);
-    return answer;
-  }
-  PlaceEvidence evidence = best.sum;
-  evidence.runner_up = answer.runner_up;
-  Verdict verdict = judge(evidence, answer.needed_margin, options.verdict);
-  if (!query.plan.known.empty())
-    verdict.confidence = asViewConfidence(verdict.confidence, options.verdict.min_confidence);
-  verdict.reason = fmt::format("{} windows together: {}", answer.windows, verdict.reason);
-  if (verdict.status == Status::accepted && !best_fits_here) {
-    verdict.status = Status::rejected;
-    verdict.confidence = std::min(verdict.confidence, answer.alone.confidence);
-    verdict.reason =
-        fmt::format("{} windows know a place that this one does not agree with; alone: {}",
-                    answer.windows, answer.alone.reason);
-  }
-  if (answer.alone.accepted() && same && verdict.status != Status::accepted) return answer;
-  if (answer.alone.accepted() && same)
-    verdict.confidence = std::max(verdict.confidence, answer.alone.confidence);
-  if (answer.alone.accepted() && !same && verdict.status != Status::accepted)
-    verdict.status = Status::ambiguous;
-  takeFused(query, verdict, answer);
+  if (answer.alone.accepted() && !bestIsThatOf(answer.alone) && !bestFitsNewest())
+    restart(answer);
+  else
+    decide(query, answer);
   return answer;
 }
 
