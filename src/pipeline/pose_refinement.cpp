@@ -13,6 +13,9 @@ namespace {
 
 constexpr double kPairSigma_m = 0.5;  ///< of a pair of vertices, when nothing better is known
 constexpr float kRecent_m = 20;       ///< what lies this near to the last pose has not drifted against it
+/// How far the plan seen from above leaves a pose uncertain: its samples lie about that far apart, its heights are
+/// those of ground seen from afar, and the last part of a window shows its direction no better.
+constexpr double kPlanSigma_m = 0.25, kPlanHeightSigma_m = 0.3, kPlanYawSigma_rad = 0.01;
 constexpr double kScoreKept = 0.65;   ///< share of its score that a pose must keep when the clouds move it
 
 PlanQuery recentPart(const PlanQuery& query, const Eigen::Vector2d& last_sensor) {
@@ -27,6 +30,12 @@ PlanQuery recentPart(const PlanQuery& query, const Eigen::Vector2d& last_sensor)
 double shiftOfLast(const Query& query, const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
   const Eigen::Vector3d sensor = query.poses.back().translation();
   return (a * sensor - b * sensor).norm();
+}
+
+Eigen::Matrix<double, 6, 1> planVariances() {
+  Eigen::Matrix<double, 6, 1> sigma;
+  sigma << kPlanSigma_m, kPlanSigma_m, kPlanHeightSigma_m, 0, 0, kPlanYawSigma_rad;
+  return sigma.cwiseAbs2();
 }
 
 }  // namespace
@@ -51,6 +60,7 @@ void PoseRefinement::useRecentPart(const Query& query, const PlanQuery& recent, 
   Eigen::Isometry3d& best = answer.hypotheses[0].T_map_query;
   const Eigen::Isometry3d T = poseOf(places_->verify(recent, placeOf(best)));
   if (shiftOfLast(query, T, best) < options_.refine.max_shift_m) best = T;
+  answer.covariance.diagonal() += planVariances();
 }
 
 void PoseRefinement::useVertices(const Query& query, const PlanQuery& recent, Localization& answer) const {

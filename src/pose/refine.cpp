@@ -94,7 +94,9 @@ struct NormalEquations {
   Vector12d b = Vector12d::Zero();
   std::vector<double> mahalanobis;  ///< squared, of each point with a partner
   double cost = 0;                  ///< sum over points; without a partner 0, exactly there -4
-  double weight = 0, other_side = 0;
+  double weight = 0, other_side = 0, unknown_side = 0;
+  Vector12d side_pull = Vector12d::Zero();  ///< if all err by a metre towards where they were seen
+                                            ///< from, in map and query
 };
 
 class Registration {
@@ -124,7 +126,13 @@ class Registration {
   Estimate bestStart(const std::vector<QueryPoint>& points, const Estimate& start) const;
 
  private:
+  struct Pulls {
+    NormalEquations all;
+    Matrix12d spread = Matrix12d::Zero();  ///< sum over blocks of points
+  };
+
   void add(const QueryPoint& q, const Estimate& at, float gate_m, NormalEquations& n) const;
+  Pulls pullsAt(const std::vector<QueryPoint>& points, const Estimate& at) const;
   void addPriors(const Estimate& at, NormalEquations& n) const;
   double gravityInformation() const { return 1 / std::pow(options_.tilt_sigma_deg * kRadians, 2); }
   Vector6d driftInformation() const;
@@ -162,6 +170,13 @@ void Registration::add(const QueryPoint& q, const Estimate& at, float gate_m,
   n.cost += m / (1 + m / 4) - 4;
   n.weight += weight;
   n.other_side += weight * (1 - cosine) / 2;
+  if (d->view.isZero() || q.view.isZero()) {
+    n.unknown_side += weight;
+    return;
+  }
+  const Vector6d side = JW * (view - d->view.cast<double>());
+  n.side_pull.head<6>() += side;
+  n.side_pull.tail<6>() += q.age_m * side;
 }
 
 /// Of translation and rotation per metre; points that err together are counted as often here.
@@ -262,15 +277,11 @@ Estimate Registration::bestStart(const std::vector<QueryPoint>& points,
   return best;
 }
 
-/// The spread of the pulls of blocks of points about their balance (Liang & Zeger 1986): points of
-/// one block err together, and the residuals show how much. What they do not show is added: the
-/// cells of the map, and sides of things that only one of map and query has seen.
-Matrix6d Registration::covarianceAt(const std::vector<QueryPoint>& points, const Estimate& at,
-                                    double sigma_m) const {
-  constexpr double kBlock_m = 4, kFloor_m = 0.01, kFloor_rad = 0.02 * kRadians, kSide_m = 0.1;
-  constexpr double kBlocksThatErrAlike = 2;
-  constexpr double kCommonShare = 0.6;  ///< of the error of a point is that of all
-  constexpr double kLever_m = 20;       ///< on which it turns
+/// How blocks of points pull, which would balance without noise (Liang & Zeger 1986): points of
+/// one block err together.
+Registration::Pulls Registration::pullsAt(const std::vector<QueryPoint>& points,
+                                          const Estimate& at) const {
+  constexpr double kBlock_m = 4;
   using Block = std::array<std::int64_t, 3>;
   std::map<Block, std::vector<const QueryPoint*>> blocks;
   for (const QueryPoint& q : points) {
@@ -279,24 +290,40 @@ Matrix6d Registration::covarianceAt(const std::vector<QueryPoint>& points, const
         .push_back(&q);
   }
   const auto gate = static_cast<float>(options_.last_gate_m);
-  NormalEquations all;
-  Matrix12d spread = Matrix12d::Zero();
+  Pulls pulls;
   for (const auto& [block, members] : blocks) {
-    const Vector12d before = all.b;
-    for (const QueryPoint* q : members) add(*q, at, gate, all);
-    const Vector12d pull = all.b - before;
-    spread += pull * pull.transpose();
+    const Vector12d before = pulls.all.b;
+    for (const QueryPoint* q : members) add(*q, at, gate, pulls.all);
+    const Vector12d pull = pulls.all.b - before;
+    pulls.spread += pull * pull.transpose();
   }
-  all.H.bottomLeftCorner<6, 6>() = all.H.topRightCorner<6, 6>().transpose();
-  addPriors(at, all);
-  for (const int axis : {3, 4}) spread(axis, axis) += gravityInformation();
-  spread.diagonal().tail<6>() += kCorrelatedPoints * driftInformation();
+  pulls.all.H.bottomLeftCorner<6, 6>() = pulls.all.H.topRightCorner<6, 6>().transpose();
+  addPriors(at, pulls.all);
+  return pulls;
+}
+
+Matrix6d Registration::covarianceAt(const std::vector<QueryPoint>& points, const Estimate& at,
+                                    double sigma_m) const {
+  using E = RefinementErrors;
+  Pulls pulls = pullsAt(points, at);
+  for (const int axis : {3, 4}) pulls.spread(axis, axis) += gravityInformation();
+  pulls.spread.diagonal().tail<6>() += kCorrelatedPoints * driftInformation();
+  const NormalEquations& all = pulls.all;
   const Matrix12d inverse = all.H.inverse();
-  Matrix6d covariance = kBlocksThatErrAlike * (inverse * spread * inverse).topLeftCorner<6, 6>();
-  const double side = all.weight > 0 ? kSide_m * all.other_side / all.weight : kSide_m;
-  const double common = kCommonShare * sigma_m, turn = common / kLever_m;
-  covariance.diagonal().head<3>().array() += kFloor_m * kFloor_m + side * side + common * common;
-  covariance.diagonal().tail<3>().array() += kFloor_rad * kFloor_rad + turn * turn;
+  const Vector6d side = E::kSide_m * (inverse * all.side_pull).head<6>();
+  Matrix6d covariance = E::kSpread * (inverse * pulls.spread * inverse).topLeftCorner<6, 6>();
+  covariance += side * side.transpose();
+  const auto square = [](double v) { return v * v; };
+  const auto share = [&](double part) { return all.weight > 0 ? part / all.weight : 1; };
+  const double alone =
+      1 - static_cast<double>(all.mahalanobis.size()) / static_cast<double>(points.size());
+  const double level =
+      square(E::kFloor_m) + square(E::kSide_m * share(all.unknown_side)) +
+      square(sigma_m) * (square(E::kCommon) + square(E::kOther * share(all.other_side)) +
+                         square(E::kOther * alone));
+  const double height = square(E::kFloorOfHeight_m) + square(E::kHeight * sigma_m * alone);
+  const double tilt = height / square(E::kLever_m), yaw = level / square(E::kLever_m);
+  covariance.diagonal() += (Vector6d() << level, level, height, tilt, tilt, yaw).finished();
   return 0.5 * (covariance + covariance.transpose());
 }
 
