@@ -322,7 +322,9 @@ Matrix6d Registration::covarianceAt(const std::vector<QueryPoint>& points, const
       square(sigma_m) * (square(E::kCommon) + square(E::kOther * share(all.other_side)) +
                          square(E::kOther * alone));
   const double height = square(E::kFloorOfHeight_m) + square(E::kHeight * sigma_m * alone);
-  const double tilt = height / square(E::kLever_m), yaw = level / square(E::kLever_m);
+  const double turn = square(E::kFloorOfTurn_rad);
+  const double tilt = turn + (height + square(E::kCommon * sigma_m)) / square(E::kLever_m);
+  const double yaw = turn + level / square(E::kLever_m);
   covariance.diagonal() += (Vector6d() << level, level, height, tilt, tilt, yaw).finished();
   return 0.5 * (covariance + covariance.transpose());
 }

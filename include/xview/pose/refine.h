@@ -103,7 +103,7 @@ struct RefinementErrors {
   static constexpr double kHeight = 0.35;
   /// The pose turns by the error of its position on this lever.
   static constexpr double kLever_m = 20;
-  static constexpr double kFloor_m = 0.005, kFloorOfHeight_m = 0.003;
+  static constexpr double kFloor_m = 0.005, kFloorOfHeight_m = 0.003, kFloorOfTurn_rad = 0.0005;
 };
 
 struct Refinement {
