@@ -16,16 +16,17 @@
 #include <string>
 #include <vector>
 
+#include "arguments.h"
 #include "xview/eval/cluster_overlap.h"
 #include "xview/graph/blobs.h"
 #include "xview/io/cloud_files.h"
 #include "xview/io/recording.h"
 #include "xview/options_file.h"
-#include "xview/types/error.h"
 
 namespace {
 
 using namespace xview;
+using namespace xview::bench;
 
 struct Arguments {
   std::vector<std::string> clouds;
@@ -35,20 +36,11 @@ struct Arguments {
 
 Arguments parse(int argc, char** argv) {
   Arguments a;
-  for (int i = 1; i < argc; ++i) {
-    const std::string word = argv[i];
-    if (word.rfind("--", 0) != 0)
-      a.clouds.push_back(word);
-    else if (i + 1 == argc)
-      throw UsageError(word + " needs a value");
-    else if (word == "--config")
-      applyOptionsFile(a.options, argv[++i]);
-    else if (word == "--support")
-      a.support = static_cast<std::uint32_t>(std::stoul(argv[++i]));
-    else
-      setOption(a.options, word.substr(2), argv[++i]);
-  }
-  if (a.clouds.empty()) throw UsageError("usage: blob_bench CLOUD... [options]");
+  a.clouds = parseArguments(
+      argc, argv,
+      {{"--config", [&](const std::string& value) { applyOptionsFile(a.options, value); }},
+       {"--support", [&](const std::string& value) { a.support = static_cast<std::uint32_t>(std::stoul(value)); }}},
+      a.options, 1, "blob_bench CLOUD... [options]");
   return a;
 }
 

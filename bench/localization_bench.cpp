@@ -13,7 +13,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <iterator>
@@ -21,18 +20,18 @@
 #include <string>
 #include <vector>
 
+#include "arguments.h"
+#include "session.h"
 #include "xview/eval/consistency.h"
 #include "xview/eval/precision_recall.h"
-#include "xview/io/pose_files.h"
-#include "xview/io/recording.h"
+#include "xview/eval/statistics.h"
 #include "xview/localizer.h"
-#include "xview/options_file.h"
-#include "xview/types/error.h"
 #include "xview/types/pose.h"
 
 namespace {
 
 using namespace xview;
+using namespace xview::bench;
 
 struct Arguments {
   std::vector<std::string> sessions;
@@ -52,53 +51,12 @@ std::vector<double> numbers(const std::string& text) {
 Arguments parse(int argc, char** argv) {
   Arguments a;
   a.options.threads = 1;
-  for (int i = 1; i < argc; ++i) {
-    const std::string word = argv[i];
-    if (word.rfind("--", 0) != 0) a.sessions.push_back(word);
-    else if (i + 1 == argc) throw UsageError(word + " needs a value");
-    else if (word == "--window") a.windows_m = numbers(argv[++i]);
-    else if (word == "--stride") a.stride_m = std::stod(argv[++i]);
-    else if (word == "--csv") a.csv = argv[++i];
-    else setOption(a.options, word.substr(2), argv[++i]);
-  }
-  if (a.sessions.size() < 2) throw UsageError("usage: localization_bench MAP_SESSION SESSION... [options]");
+  a.sessions = parseArguments(argc, argv,
+                              {{"--window", [&](const std::string& value) { a.windows_m = numbers(value); }},
+                               {"--stride", into(a.stride_m)},
+                               {"--csv", [&](const std::string& value) { a.csv = value; }}},
+                              a.options, 2, "localization_bench MAP_SESSION SESSION... [options]");
   return a;
-}
-
-struct Session {
-  std::string name;
-  bool negative = false;
-  std::vector<FrameDigest> frames;
-  std::vector<double> travelled;
-  std::vector<StampedPose> truth;
-  LabelSet labels;
-};
-
-Session loadSession(const std::string& path, const Options& options) {
-  Session s;
-  s.name = std::filesystem::path(path).filename().string();
-  s.negative = s.name.rfind("elsewhere", 0) == 0 || s.name.rfind("negative", 0) == 0;
-  const auto source = openRecording(path);
-  Options all = options;
-  all.threads = 0;
-  s.frames = digestRecording(*source, all);
-  s.labels = source->labels();
-  const std::string truth = path + (std::filesystem::exists(path + "/groundtruth.txt") ? "/groundtruth.txt" : "/truth.txt");
-  std::vector<std::int64_t> numbers;
-  double sum = 0;
-  for (std::size_t i = 0; i < s.frames.size(); ++i) {
-    numbers.push_back(s.frames[i].number);
-    if (i > 0) sum += (s.frames[i].T_odom_sensor.translation() - s.frames[i - 1].T_odom_sensor.translation()).norm();
-    s.travelled.push_back(sum);
-  }
-  if (!s.negative) s.truth = posesOfFrames(truth, numbers);
-  return s;
-}
-
-double quantile(std::vector<double> v, double q) {
-  if (v.empty()) return NAN;
-  std::sort(v.begin(), v.end());
-  return v[std::min(v.size() - 1, static_cast<std::size_t>(q * static_cast<double>(v.size())))];
 }
 
 struct Tally {
@@ -153,13 +111,7 @@ struct Answers {
 
 void runSession(const Session& s, double window_m, const Localizer& localizer, const Arguments& a, std::ofstream& csv, Answers& answers) {
   Tally tally;
-  const double total = s.travelled.back();
-  double previous = -1;
-  for (double from = 0; from == 0 || from + window_m <= total + 1; from += a.stride_m) {
-    const auto first = static_cast<std::size_t>(std::lower_bound(s.travelled.begin(), s.travelled.end(), from) - s.travelled.begin());
-    const auto last = static_cast<std::size_t>(std::upper_bound(s.travelled.begin(), s.travelled.end(), from + window_m) - s.travelled.begin());
-    if (static_cast<double>(first) == previous) continue;
-    previous = static_cast<double>(first);
+  for (const auto& [first, last] : windowsOf(s, window_m, a.stride_m)) {
     const Query query = makeQuery(s.frames.data() + first, s.frames.data() + last, s.labels, a.options);
     const Localization fix = localizer.localize(query);
     ++tally.windows;

@@ -11,20 +11,19 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <iostream>
 #include <memory>
 
-#include "xview/io/pose_files.h"
+#include "arguments.h"
+#include "session.h"
 #include "xview/io/recording.h"
 #include "xview/localizer.h"
-#include "xview/options_file.h"
-#include "xview/types/error.h"
 #include "xview/types/pose.h"
 
 namespace {
 
 using namespace xview;
+using namespace xview::bench;
 
 struct Arguments {
   std::vector<std::string> sessions;
@@ -35,23 +34,10 @@ struct Arguments {
 Arguments parse(int argc, char** argv) {
   Arguments a;
   a.options.threads = 1;
-  for (int i = 1; i < argc; ++i) {
-    const std::string word = argv[i];
-    if (word.rfind("--", 0) != 0)
-      a.sessions.push_back(word);
-    else if (i + 1 == argc)
-      throw UsageError(word + " needs a value");
-    else if (word == "--window")
-      a.window_m = std::stod(argv[++i]);
-    else if (word == "--stride")
-      a.stride_m = std::stod(argv[++i]);
-    else if (word == "--radius")
-      a.radius_m = std::stod(argv[++i]);
-    else
-      setOption(a.options, word.substr(2), argv[++i]);
-  }
-  if (a.sessions.size() < 2)
-    throw UsageError("usage: prior_bench MAP_SESSION SESSION... [options]");
+  a.sessions = parseArguments(
+      argc, argv,
+      {{"--window", into(a.window_m)}, {"--stride", into(a.stride_m)}, {"--radius", into(a.radius_m)}},
+      a.options, 2, "prior_bench MAP_SESSION SESSION... [options]");
   return a;
 }
 
@@ -93,14 +79,9 @@ struct Tally {
 
 void run(const std::string& path, const SemanticMap& map, const Localizer& localizer,
          const std::vector<Believer>& believers, const Arguments& a) {
-  const std::string name = std::filesystem::path(path).filename().string();
-  const bool negative = name.rfind("elsewhere", 0) == 0;
-  const auto source = openRecording(path);
-  const std::vector<FrameDigest> frames = digestRecording(*source, a.options);
-  std::vector<std::int64_t> numbers;
-  for (const FrameDigest& f : frames) numbers.push_back(f.number);
-  const auto truth =
-      negative ? std::vector<StampedPose>() : posesOfFrames(path + "/groundtruth.txt", numbers);
+  const Session session = loadSession(path, a.options);
+  const std::vector<FrameDigest>& frames = session.frames;
+  const std::vector<StampedPose>& truth = session.truth;
   Tally free, right, wrong;
   for (std::size_t first = 0; first < frames.size();) {
     double way = 0;
@@ -113,28 +94,28 @@ void run(const std::string& path, const SemanticMap& map, const Localizer& local
     }
     if (way < a.window_m - 2) break;
     const Query query =
-        makeQuery(frames.data() + first, frames.data() + last, source->labels(), a.options);
+        makeQuery(frames.data() + first, frames.data() + last, session.labels, a.options);
     const auto isRight = [&](const Localization& fix) {
-      return !negative &&
+      return !session.negative &&
              (fix.T_map_sensor.translation() - truth[last - 1].T_frame_sensor.translation())
                      .norm() <= 5;
     };
     const Localization anywhere = localizer.localize(query);
     free.add(anywhere, isRight(anywhere));
     const Eigen::Vector3d here =
-        negative ? Eigen::Vector3d(0, 0, 0) : Eigen::Vector3d(truth[last - 1].T_frame_sensor.translation());
-    if (!negative) {
+        session.negative ? Eigen::Vector3d(0, 0, 0) : Eigen::Vector3d(truth[last - 1].T_frame_sensor.translation());
+    if (!session.negative) {
       const Eigen::Vector3d beside = here + Eigen::Vector3d(0.4 * a.radius_m, 0, 0);
       const Localization fix = Localizer(map, within(beside, a)).localize(query);
       right.add(fix, isRight(fix));
     }
     for (const Believer& believer : believers) {
-      if (!negative && (believer.middle - here).norm() < 2 * a.radius_m + 20) continue;
+      if (!session.negative && (believer.middle - here).norm() < 2 * a.radius_m + 20) continue;
       wrong.add(believer.localizer->localize(query), false);
     }
     first = next;
   }
-  fmt::print("{:<24} | {} | {} | {}\n", name, free.text(), right.text(), wrong.text());
+  fmt::print("{:<24} | {} | {} | {}\n", session.name, free.text(), right.text(), wrong.text());
   std::fflush(stdout);
 }
 

@@ -18,17 +18,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <iostream>
 #include <map>
 #include <string>
 #include <vector>
 
+#include "arguments.h"
+#include "session.h"
 #include "xview/eval/repeatability.h"
-#include "xview/io/pose_files.h"
-#include "xview/io/recording.h"
 #include "xview/localizer.h"
-#include "xview/options_file.h"
 #include "xview/types/error.h"
 #include "xview/types/pose.h"
 #include "xview/types/random.h"
@@ -36,6 +34,7 @@
 namespace {
 
 using namespace xview;
+using namespace xview::bench;
 
 constexpr double kRim_m = 1;    ///< around what was seen
 constexpr double kReach_m = 3;  ///< partners further away are none
@@ -51,60 +50,13 @@ struct Arguments {
 
 Arguments parse(int argc, char** argv) {
   Arguments a;
-  for (int i = 1; i < argc; ++i) {
-    const std::string word = argv[i];
-    if (word.rfind("--", 0) != 0)
-      a.sessions.push_back(word);
-    else if (i + 1 == argc)
-      throw UsageError(word + " needs a value");
-    else if (word == "--window")
-      a.window_m = std::stod(argv[++i]);
-    else if (word == "--stride")
-      a.stride_m = std::stod(argv[++i]);
-    else if (word == "--spacing")
-      a.spacing_m = std::stod(argv[++i]);
-    else
-      setOption(a.options, word.substr(2), argv[++i]);
-  }
-  if (a.sessions.size() < (a.spacing_m > 0 ? 1u : 2u))
+  a.sessions = parseArguments(
+      argc, argv,
+      {{"--window", into(a.window_m)}, {"--stride", into(a.stride_m)}, {"--spacing", into(a.spacing_m)}},
+      a.options, 1, "repeatability_bench MAP_SESSION SESSION... [options]");
+  if (a.sessions.size() < 2 && !(a.spacing_m > 0))
     throw UsageError("usage: repeatability_bench MAP_SESSION SESSION... [options]");
   return a;
-}
-
-struct Session {
-  std::string name;
-  LabelSet labels;
-  std::vector<FrameDigest> frames;
-  std::vector<double> travelled;  ///< up to each frame [m]
-  std::vector<StampedPose> truth;
-};
-
-std::unique_ptr<FrameSource> openPart(const std::string& word, std::string& path) {
-  const std::size_t at = word.rfind('@');
-  path = word.substr(0, at);
-  InputOptions input;
-  if (at != std::string::npos) input.frames = parseFrameRange(word.substr(at + 1));
-  return openRecording(path, input);
-}
-
-Session loadSession(const std::string& word, const Options& options) {
-  Session s;
-  std::string path;
-  const auto source = openPart(word, path);
-  s.name = std::filesystem::path(path).filename().string();
-  s.frames = digestRecording(*source, options);
-  s.labels = source->labels();
-  std::vector<std::int64_t> numbers;
-  for (std::size_t i = 0; i < s.frames.size(); ++i) {
-    numbers.push_back(s.frames[i].number);
-    const Eigen::Vector3d step = i == 0 ? Eigen::Vector3d(0, 0, 0)
-                                        : s.frames[i].T_odom_sensor.translation() -
-                                              s.frames[i - 1].T_odom_sensor.translation();
-    s.travelled.push_back((i == 0 ? 0 : s.travelled.back()) + step.norm());
-  }
-  const bool has_truth = std::filesystem::exists(path + "/groundtruth.txt");
-  s.truth = posesOfFrames(path + (has_truth ? "/groundtruth.txt" : "/truth.txt"), numbers);
-  return s;
 }
 
 /// The map session in its upright frame.
@@ -200,13 +152,8 @@ void addWindow(const Session& s, std::size_t first, std::size_t last, const Refe
 SessionTallies runSession(const Session& s, const Reference& map, const Arguments& a) {
   SessionTallies tallies;
   Random random(5);
-  const std::vector<double>& t = s.travelled;
-  for (double from = 0; from == 0 || from + a.window_m <= t.back() + 1; from += a.stride_m) {
-    const auto first = std::lower_bound(t.begin(), t.end(), from) - t.begin();
-    const auto last = std::upper_bound(t.begin(), t.end(), from + a.window_m) - t.begin();
-    addWindow(s, static_cast<std::size_t>(first), static_cast<std::size_t>(last), map, a.options,
-              random, tallies);
-  }
+  for (const auto& [first, last] : windowsOf(s, a.window_m, a.stride_m))
+    addWindow(s, first, last, map, a.options, random, tallies);
   return tallies;
 }
 
@@ -258,8 +205,7 @@ void printSpacing(const SemanticMap& map, double reach_m) {
 
 int main(int argc, char** argv) try {
   const Arguments a = parse(argc, argv);
-  std::string path;
-  const auto source = openPart(a.sessions[0], path);
+  const auto source = openPart(a.sessions[0]);
   const SemanticMap map = buildMap({source.get()}, a.options);
   if (a.spacing_m > 0) {
     printSpacing(map, a.spacing_m);

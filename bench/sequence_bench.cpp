@@ -11,58 +11,27 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <filesystem>
 #include <iostream>
 
-#include "xview/io/pose_files.h"
-#include "xview/io/recording.h"
-#include "xview/options_file.h"
+#include "arguments.h"
+#include "session.h"
+#include "xview/eval/statistics.h"
 #include "xview/sequence.h"
 #include "xview/tracker.h"
-#include "xview/types/error.h"
 
 namespace {
 
 using namespace xview;
+using namespace xview::bench;
 
-struct Window {
-  std::size_t first, last;
-};
-
-struct Session {
-  std::string name;
-  bool negative = false;
-  std::vector<FrameDigest> frames;
-  std::vector<StampedPose> truth;
-  LabelSet labels;
-};
-
-Session loadSession(const std::string& path) {
-  Session s;
-  s.name = std::filesystem::path(path).filename().string();
-  s.negative = s.name.rfind("elsewhere", 0) == 0 || s.name.rfind("negative", 0) == 0;
-  const auto source = openRecording(path);
-  s.frames = digestRecording(*source, Options{});
-  s.labels = source->labels();
-  std::vector<std::int64_t> numbers;
-  for (const FrameDigest& f : s.frames) numbers.push_back(f.number);
-  if (!s.negative) s.truth = posesOfFrames(path + "/groundtruth.txt", numbers);
-  return s;
-}
-
-std::vector<Window> windowsOf(const Session& s, double window_m, double stride_m) {
-  std::vector<double> travelled{0};
-  for (std::size_t i = 1; i < s.frames.size(); ++i) {
-    travelled.push_back(travelled.back() + (s.frames[i].T_odom_sensor.translation() -
-                                            s.frames[i - 1].T_odom_sensor.translation())
-                                               .norm());
-  }
+/// Windows that share no frame: evidence counts once.
+std::vector<Window> disjointWindows(const Session& s, double window_m, double stride_m) {
+  constexpr double kRounding_m = 1e-6;
+  const std::vector<double>& t = s.travelled;
   std::vector<Window> windows;
-  for (double from = 0; from == 0 || from + window_m <= travelled.back() + 1; from += stride_m) {
-    const auto first =
-        std::lower_bound(travelled.begin(), travelled.end(), from - 1e-6) - travelled.begin();
-    const auto last = std::upper_bound(travelled.begin(), travelled.end(), from + window_m - 1e-6) -
-                      travelled.begin();
+  for (double from = 0; from == 0 || from + window_m <= t.back() + 1; from += stride_m) {
+    const auto first = std::lower_bound(t.begin(), t.end(), from - kRounding_m) - t.begin();
+    const auto last = std::upper_bound(t.begin(), t.end(), from + window_m - kRounding_m) - t.begin();
     windows.push_back({static_cast<std::size_t>(first), static_cast<std::size_t>(last)});
   }
   return windows;
@@ -95,12 +64,6 @@ struct Tally {
   }
 };
 
-double quantile(std::vector<double> v, double q) {
-  if (v.empty()) return NAN;
-  std::sort(v.begin(), v.end());
-  return v[std::min(v.size() - 1, static_cast<std::size_t>(q * static_cast<double>(v.size())))];
-}
-
 void print(const Session& s, const char* how, const Tally& t) {
   fmt::print(
       "{:<10} {:<8} {:4} | {:5.1f} {:5} {:5} | {:6.3f} {:6.3f} | {:5} {:4} | {:7.1f} {:7.1f}\n",
@@ -115,7 +78,7 @@ void run(const Session& s, const Localizer& localizer, const Options& options, d
   Tally alone, together, followed;
   Sequence sequence(localizer, options);
   Tracker tracker(localizer, options);
-  for (const Window& w : windowsOf(s, window_m, stride_m)) {
+  for (const Window& w : disjointWindows(s, window_m, stride_m)) {
     const Query query =
         makeQuery(s.frames.data() + w.first, s.frames.data() + w.last, s.labels, options);
     const SequenceAnswer fused = sequence.add(query, w.first, w.last);
@@ -134,25 +97,12 @@ void run(const Session& s, const Localizer& localizer, const Options& options, d
 }  // namespace
 
 int main(int argc, char** argv) try {
-  std::vector<std::string> sessions;
   double window_m = 15, stride_m = 15;
   Options options;
   options.threads = 1;
-  for (int i = 1; i < argc; ++i) {
-    const std::string word = argv[i];
-    if (word.rfind("--", 0) != 0)
-      sessions.push_back(word);
-    else if (i + 1 == argc)
-      throw UsageError(word + " needs a value");
-    else if (word == "--window")
-      window_m = std::stod(argv[++i]);
-    else if (word == "--stride")
-      stride_m = std::stod(argv[++i]);
-    else
-      setOption(options, word.substr(2), argv[++i]);
-  }
-  if (sessions.size() < 2)
-    throw UsageError("usage: sequence_bench MAP_SESSION SESSION... [options]");
+  const std::vector<std::string> sessions =
+      parseArguments(argc, argv, {{"--window", into(window_m)}, {"--stride", into(stride_m)}}, options, 2,
+                     "sequence_bench MAP_SESSION SESSION... [options]");
   const auto source = openRecording(sessions[0]);
   const SemanticMap map = buildMap({source.get()}, options);
   const Localizer localizer(map, options);
@@ -162,7 +112,7 @@ int main(int argc, char** argv) try {
       "session    how         n | recall wrong ambi | median    p90 | local lost |  median     p90 "
       "ms\n");
   for (std::size_t i = 1; i < sessions.size(); ++i)
-    run(loadSession(sessions[i]), localizer, options, window_m, stride_m);
+    run(loadSession(sessions[i], options), localizer, options, window_m, stride_m);
   return 0;
 } catch (const std::exception& e) {
   std::cerr << "error: " << e.what() << "\n";
