@@ -82,9 +82,10 @@ struct Localizer::Index {
 
   Localization describe(const Query& query, const PoseCheck& place) const {
     Localization answer;
+    const PlanQuery plan_query = planQuery(query);
     answer.hypotheses.push_back({place.T_map_query, place.evidence.score, 0, Proposer::search});
-    if (takesPlacePath(query)) place_path->findPairs(query, planQuery(query), answer);
-    refinement.refine(query, planQuery(query), answer);
+    if (takesPlacePath(query)) place_path->findPairs(query, plan_query, answer);
+    refinement.refine(query, plan_query, answer);
     return answer;
   }
 
@@ -135,12 +136,12 @@ Explanation Localizer::explain(const Query& query, const Localization& answer) c
   Explanation explanation;
   if (answer.hypotheses.empty()) return explanation;
   const SemanticMap& map = index_->map;
-  const Query upright = uprightQuery(query);
-  const Eigen::Isometry3d T = map.plan.upright * answer.T_map_query * query.plan.upright.conjugate();
-  if (index_->places && !query.plan.known.empty()) {
-    explainSamples(*index_->places, map.plan, upright, makePlanQuery(query.plan), T, explanation);
+  const UprightQuery upright(query);
+  const Eigen::Isometry3d T = index_->toUpright(query, answer.T_map_query);
+  if (index_->takesPlacePath(query)) {
+    explainSamples(*index_->places, map.plan, upright.query, index_->planQuery(query), T, explanation);
   }
-  explainVertices(map, upright, answer.kept, T, explanation);
+  explainVertices(map, upright.query, answer.kept, T, explanation);
   turn(map.plan.upright.conjugate(), explanation);
   return explanation;
 }
