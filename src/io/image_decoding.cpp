@@ -9,6 +9,7 @@
 
 #include "input_file.h"
 #include "png_header.h"
+#include "png_pixels.h"
 #include "xview/types/error.h"
 
 namespace xview {
@@ -27,12 +28,14 @@ bool isPng(const std::string& path, const std::vector<unsigned char>& bytes) {
   return named || (bytes.size() >= 4 && std::memcmp(bytes.data(), "\x89PNG", 4) == 0);
 }
 
-void refuseOddPng(const std::string& path, const std::vector<unsigned char>& bytes) {
+/// Empty if OpenCV has to try.
+cv::Mat decodeSoundPng(const std::string& path, const std::vector<unsigned char>& bytes) {
   const PngHeader header = checkPng(path, bytes);
   if (header.color == PngColor::palette || header.bits < 8) {
     throw Error(path,
                 "expected 8 or 16 bits per channel without a palette, found " + describe(header));
   }
+  return decodePng(header, bytes);
 }
 
 }  // namespace
@@ -42,9 +45,10 @@ cv::Mat decodeImage(const std::string& path) {
   if (file.size() == 0) throw Error(path, "the file is empty, expected an image");
   std::vector<unsigned char> bytes(file.size());
   file.readBytes(bytes.data(), bytes.size());
-  if (isPng(path, bytes)) refuseOddPng(path, bytes);
-  allowExr();
   cv::Mat image;
+  if (isPng(path, bytes)) image = decodeSoundPng(path, bytes);
+  if (!image.empty()) return image;
+  allowExr();
   try {
     image = cv::imdecode(bytes, cv::IMREAD_UNCHANGED);
   } catch (const cv::Exception& problem) {

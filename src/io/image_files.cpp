@@ -19,6 +19,12 @@ bool endsWith(const std::string& path, const std::string& ending) {
          path.compare(path.size() - ending.size(), ending.size(), ending) == 0;
 }
 
+void dropImpossible(DepthImage& depth) {
+  for (float& value : depth.pixels) {
+    if (!std::isfinite(value) || value < 0) value = 0;
+  }
+}
+
 DepthImage depthOfPixels(const cv::Mat& image, double depth_scale, const std::string& path) {
   if (image.channels() != 1 || (image.depth() != CV_16U && image.depth() != CV_32F)) {
     throw Error(path, "expected depth of 16-bit unsigned or 32-bit float, 1 channel, found " +
@@ -49,16 +55,14 @@ void writePng(const std::string& path, const cv::Mat& image) {
 }  // namespace
 
 DepthImage readDepth(const std::string& path, const Camera& camera) {
-  DepthImage depth = endsWith(path, ".pfm")
-                         ? readPfm(path)
-                         : depthOfPixels(decodeImage(path), camera.depth_scale, path);
+  const bool is_pfm = endsWith(path, ".pfm");
+  const cv::Mat image = is_pfm ? cv::Mat() : decodeImage(path);
+  DepthImage depth = is_pfm ? readPfm(path) : depthOfPixels(image, camera.depth_scale, path);
+  if (is_pfm || image.depth() == CV_32F) dropImpossible(depth);
   if (depth.width != camera.width || depth.height != camera.height) {
     throw Error(path, "depth of " + std::to_string(depth.width) + " x " +
                           std::to_string(depth.height) + " pixels, the camera has " +
                           std::to_string(camera.width) + " x " + std::to_string(camera.height));
-  }
-  for (float& value : depth.pixels) {
-    if (!std::isfinite(value) || value < 0) value = 0;
   }
   return depth;
 }

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "png_header.h"
 
-#include <array>
+#include <libdeflate.h>
+
 #include <cstdint>
 #include <cstring>
 #include <string_view>
@@ -14,23 +15,6 @@ namespace {
 constexpr unsigned char kSignature[8] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'};
 constexpr std::uint64_t kMaxSide = 32768;
 constexpr std::uint64_t kMaxInflation = 1032;  ///< deflate cannot expand a byte to more
-
-std::array<std::uint32_t, 256> makeCrcTable() {
-  std::array<std::uint32_t, 256> table{};
-  for (std::uint32_t i = 0; i < 256; ++i) {
-    std::uint32_t crc = i;
-    for (int bit = 0; bit < 8; ++bit) crc = crc & 1 ? 0xEDB88320u ^ (crc >> 1) : crc >> 1;
-    table[i] = crc;
-  }
-  return table;
-}
-
-std::uint32_t crcOf(const unsigned char* data, std::size_t size) {
-  static const std::array<std::uint32_t, 256> table = makeCrcTable();
-  std::uint32_t crc = 0xFFFFFFFFu;
-  for (std::size_t i = 0; i < size; ++i) crc = table[(crc ^ data[i]) & 0xFF] ^ (crc >> 8);
-  return ~crc;
-}
 
 std::uint32_t bigEndian(const unsigned char* data) {
   return std::uint32_t{data[0]} << 24 | std::uint32_t{data[1]} << 16 | std::uint32_t{data[2]} << 8 |
@@ -65,6 +49,7 @@ PngHeader parseHeader(const std::string& path, const unsigned char* data, std::s
   header.height = static_cast<int>(height);
   header.bits = data[8];
   header.color = static_cast<PngColor>(data[9]);
+  header.interlaced = data[12] != 0;
   if (channelsOf(header.color) == 0 || header.bits == 0 || header.bits > 16) {
     throw Error(path, "PNG with colour type " + std::to_string(data[9]) + " and " +
                           std::to_string(data[8]) + " bits per channel");
@@ -89,13 +74,17 @@ PngHeader checkPng(const std::string& path, const std::vector<unsigned char>& by
       throw Error(path, place + "a chunk of " + std::to_string(length) + " bytes, only " +
                             std::to_string(bytes.size() - at - 12) + " are left");
     }
-    if (crcOf(chunk + 4, length + 4) != bigEndian(chunk + 8 + length)) {
+    if (libdeflate_crc32(0, chunk + 4, length + 4) != bigEndian(chunk + 8 + length)) {
       throw Error(path, place + "wrong checksum");
     }
     const std::string_view type(reinterpret_cast<const char*>(chunk) + 4, 4);
     if ((at == 8) != (type == "IHDR")) throw Error(path, place + "header missing or twice");
     if (type == "IHDR") header = parseHeader(path, chunk + 8, length);
-    if (type == "IDAT") packed_bytes += length;
+    if (type == "tRNS") header.has_transparent_color = true;
+    if (type == "IDAT") {
+      packed_bytes += length;
+      header.data.push_back({at + 8, static_cast<std::size_t>(length)});
+    }
     if (type == "IEND") break;
     at += 12 + length;
   }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -13,6 +14,13 @@ struct PngHeader {
   int height = 0;
   int bits = 0;  ///< per channel
   PngColor color = PngColor::grey;
+  bool interlaced = false;
+  bool has_transparent_color = false;
+
+  struct Piece {
+    std::size_t begin, size;
+  };
+  std::vector<Piece> data;  ///< where the packed pixels are in the file
 };
 
 /// Walks the chunks of a PNG: signature, lengths, checksums, end. Throws Error with the byte where

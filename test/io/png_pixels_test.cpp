@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Against filters applied here and against OpenCV's decoder.
+#include "io/png_pixels.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <opencv2/imgcodecs.hpp>
+
+#include "small_files.h"
+#include "xview/types/random.h"
+
+namespace xview {
+namespace {
+
+std::vector<unsigned char> asBytes(const std::string& text) { return {text.begin(), text.end()}; }
+
+cv::Mat decoded(const std::string& file) {
+  const auto bytes = asBytes(file);
+  return decodePng(checkPng("test.png", bytes), bytes);
+}
+
+cv::Mat byOpenCv(const std::string& file) {
+  return cv::imdecode(asBytes(file), cv::IMREAD_UNCHANGED);
+}
+
+bool same(const cv::Mat& a, const cv::Mat& b) {
+  return a.type() == b.type() && a.size() == b.size() && cv::norm(a, b, cv::NORM_INF) == 0;
+}
+
+std::string fromHex(const std::string& digits) {
+  std::string bytes;
+  for (std::size_t i = 0; i < digits.size(); i += 2) {
+    bytes += static_cast<char>(std::stoi(digits.substr(i, 2), nullptr, 16));
+  }
+  return bytes;
+}
+
+/// What a filter of the PNG specification (section 9.2) foretells from left, above and above left.
+int foretold(int filter, int left, int above, int corner) {
+  if (filter == 1) return left;
+  if (filter == 2) return above;
+  if (filter == 3) return (left + above) / 2;
+  if (filter == 0) return 0;
+  const int p = left + above - corner;
+  const int a = std::abs(p - left), b = std::abs(p - above), c = std::abs(p - corner);
+  return a <= b && a <= c ? left : b <= c ? above : corner;
+}
+
+struct Kind {
+  int color_type, channels, bits;
+};
+
+class Filtered : public ::testing::TestWithParam<Kind> {};
+
+TEST_P(Filtered, RowsOfEveryFilterGiveThePixelsThatOpenCvGives) {
+  const Kind kind = GetParam();
+  constexpr int kWidth = 37, kHeight = 23;
+  const int pixel = kind.channels * kind.bits / 8, row_bytes = kWidth * pixel;
+  Random random(7);
+  std::vector<std::string> rows(kHeight, std::string(static_cast<std::size_t>(row_bytes), '\0'));
+  for (std::string& row : rows) {
+    for (char& byte : row) byte = static_cast<char>(random.below(256));
+  }
+  const auto at = [&](int y, int x) -> int {
+    if (y < 0 || x < 0) return 0;
+    return static_cast<unsigned char>(
+        rows[static_cast<std::size_t>(y)][static_cast<std::size_t>(x)]);
+  };
+  std::string filtered;
+  for (int y = 0; y < kHeight; ++y) {
+    const int filter = y < 5 ? y : static_cast<int>(random.below(5));
+    filtered += static_cast<char>(filter);
+    for (int x = 0; x < row_bytes; ++x) {
+      filtered += static_cast<char>(
+          at(y, x) - foretold(filter, at(y, x - pixel), at(y - 1, x), at(y - 1, x - pixel)));
+    }
+  }
+  const std::string file = test::pngBytes(kWidth, kHeight, kind.color_type, kind.bits, filtered);
+  const cv::Mat image = decoded(file);
+  ASSERT_EQ(image.size(), cv::Size(kWidth, kHeight));
+  EXPECT_TRUE(same(image, byOpenCv(file)));
+  // The first sample of the file is red where there are colours, and the last channel of OpenCV's.
+  const int first = kind.channels == 1 ? 0 : 2;
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      const int index = x * kind.channels + first;
+      const int expected =
+          kind.bits == 8 ? at(y, x * pixel) : at(y, x * pixel) * 256 + at(y, x * pixel + 1);
+      const int found =
+          kind.bits == 8 ? image.ptr<std::uint8_t>(y)[index] : image.ptr<std::uint16_t>(y)[index];
+      ASSERT_EQ(found, expected) << "x " << x << " y " << y;
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Kinds, Filtered,
+                         ::testing::Values(Kind{0, 1, 8}, Kind{0, 1, 16}, Kind{2, 3, 8},
+                                           Kind{2, 3, 16}, Kind{6, 4, 8}, Kind{6, 4, 16}));
+
+TEST(PngPixels, OfFilesThatOpenCvWroteAreThePixelsThatItReads) {
+  for (const int type : {CV_8UC1, CV_16UC1, CV_8UC3, CV_16UC3, CV_8UC4, CV_16UC4}) {
+    cv::Mat image(61, 83, type);
+    cv::randu(image, 0, 60000);
+    for (const int level : {0, 1, 9}) {
+      std::vector<unsigned char> bytes;
+      cv::imencode(".png", image, bytes, {cv::IMWRITE_PNG_COMPRESSION, level});
+      EXPECT_TRUE(same(decodePng(checkPng("test.png", bytes), bytes), image));
+    }
+  }
+}
+
+TEST(PngPixels, MayBeSpreadOverManyDataChunks) {
+  cv::Mat image(300, 300, CV_16UC1);  // more than one of the 8 KiB chunks that libpng writes
+  cv::randu(image, 0, 65536);
+  std::vector<unsigned char> bytes;
+  cv::imencode(".png", image, bytes);
+  const PngHeader header = checkPng("test.png", bytes);
+  ASSERT_GT(header.data.size(), 1u);
+  EXPECT_TRUE(same(decodePng(header, bytes), image));
+}
+
+TEST(PngPixels, OfOtherKindsAreLeftToOpenCv) {
+  // Grey with alpha, and a palette.
+  EXPECT_TRUE(decoded(test::pngBytes(1, 1, 2, 8, {5, 255})).empty());
+  EXPECT_TRUE(decoded(test::pngBytes(1u, 1u, 3, 8, std::string(2, '\0'))).empty());
+  // 1 x 2 grey pixels, 7 and 9: interlaced, and with 7 as the transparent colour.
+  EXPECT_TRUE(
+      decoded(fromHex("89504e470d0a1a0a0000000d4948445200000001000000020800000001cbedd96d0000000c"
+                      "49444154789c636067e0040000220011ce22b39e0000000049454e44ae426082"))
+          .empty());
+  EXPECT_TRUE(
+      decoded(fromHex("89504e470d0a1a0a0000000d4948445200000001000000020800000000bceae9fb00000002"
+                      "74524e530007e8f7589b0000000c49444154789c636067e0040000220011ce22b39e000000"
+                      "0049454e44ae426082"))
+          .empty());
+}
+
+TEST(PngPixels, ThatAreTooFewOrHaveAnUnknownFilterAreNone) {
+  EXPECT_TRUE(decoded(test::pngBytes(2u, 2u, 0, 8, std::string(5, '\0'))).empty());
+  EXPECT_TRUE(decoded(test::pngBytes(2u, 2u, 0, 8, std::string(7, '\0'))).empty());
+  EXPECT_TRUE(decoded(test::pngBytes(2u, 1u, 0, 8, std::string("\5\1\1"))).empty());
+  EXPECT_FALSE(decoded(test::pngBytes(2u, 1u, 0, 8, std::string("\4\1\1"))).empty());
+}
+
+}  // namespace
+}  // namespace xview
