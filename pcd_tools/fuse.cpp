@@ -76,17 +76,18 @@ class FuseCommand final : public Command {
   /// The query as a map of its own, in the frame of the map.
   SemanticMap additionOf(const std::string& path, const Eigen::Isometry3d& T_map_query,
                          const LabelSet& map_labels, const Job& job) const {
-    switch (recogniseInput(path, input_.parsed())) {
+    const InputOptions input = inputIn(input_, map_labels);
+    switch (recogniseInput(path, input)) {
       case InputKind::map:
         throw UsageError(path +
                          ": fuse adds recordings and graphs; use xview map --append for maps");
       case InputKind::graph: {
-        LabelledGraph file = readLabelledGraph(path, input_, job.options, &map_labels);
+        LabelledGraph file = readLabelledGraph(path, input, job.options);
         for (Vertex& vertex : file.graph.vertices) vertex.position = T_map_query * vertex.position;
         return buildMap(file.graph, file.labels, path, job.options);
       }
       default: {
-        const auto recording = openInput(path, input_.parsed(), job);
+        const auto recording = openInput(path, input, job);
         const MovedRecording moved(*recording, T_map_query);
         return buildMap({&moved}, job.options, job.narrate.progress("fuse"));
       }

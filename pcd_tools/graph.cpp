@@ -50,7 +50,7 @@ class GraphCommand final : public Command {
         return {std::move(map.labels), std::move(map.graph)};
       }
       case InputKind::graph:
-        return readLabelledGraph(path, input_, job.options);
+        return readLabelledGraph(path, input_.parsed(), job.options);
       default:
         return assemble(path, job);
     }

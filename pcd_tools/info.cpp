@@ -90,7 +90,7 @@ class InfoCommand final : public Command {
     if (kind == InputKind::map) {
       printMap(path);
     } else if (kind == InputKind::graph) {
-      const LabelledGraph file = readLabelledGraph(path, input_, job.options);
+      const LabelledGraph file = readLabelledGraph(path, input_.parsed(), job.options);
       printGraph(file.graph, file.labels);
     } else if (kind == InputKind::cloud) {
       printCloud(path, job);

@@ -3,7 +3,6 @@
 
 #include <fmt/core.h>
 
-#include <algorithm>
 #include <filesystem>
 #include <set>
 
@@ -17,21 +16,24 @@
 namespace xview::tools {
 namespace {
 
-LabelSet labelsOfGraph(const std::string& path, const SemanticGraph& graph,
-                       const std::string& chosen, const LabelSet* fallback) {
-  const std::vector<std::string> shipped = shippedLabelSets();
-  if (std::find(shipped.begin(), shipped.end(), chosen) != shipped.end())
-    return shippedLabelSet(chosen);
-  if (!chosen.empty()) return readLabelSet(chosen);
-  const auto beside = std::filesystem::path(path).parent_path() / "classes.yaml";
-  if (std::filesystem::exists(beside)) return readLabelSet(beside.string());
-  if (fallback) return *fallback;
+constexpr const char* kOfTheMap = "of the map";
+
+LabelSet labelsOfGraph(const std::string& path, const GraphFile& file,
+                       const InputOptions& options) {
+  const std::string folder = std::filesystem::path(path).parent_path().string();
+  if (const auto named = namedLabels(options.labels, folder, file.labels)) return *named;
+  if (options.unnamed) return *options.unnamed;
   std::set<std::uint32_t> ids;
-  for (const Vertex& vertex : graph.vertices) ids.insert(vertex.label);
+  for (const Vertex& vertex : file.graph.vertices) ids.insert(vertex.label);
   return genericLabelSet({ids.begin(), ids.end()});
 }
 
 void sayGuessedRoles(const LabelSet& labels, const Narrative& narrate) {
+  if (labels.isGeneric()) {
+    return narrate.note(
+        "the classes have no names, so each counts as an object, the ground and walls too; "
+        "--labels names them");
+  }
   std::string guessed;
   for (const auto& [id, info] : labels.classes()) {
     if (info.guessed)
@@ -49,7 +51,7 @@ SemanticMap mapOfAnything(const std::string& path, const InputFlags& input, cons
     case InputKind::map:
       return loadMap(path);
     case InputKind::graph: {
-      const LabelledGraph file = readLabelledGraph(path, input, job.options);
+      const LabelledGraph file = readLabelledGraph(path, whole, job.options);
       return buildMap(file.graph, file.labels, path, job.options);
     }
     default: {
@@ -84,7 +86,11 @@ InputOptions InputFlags::parsed() const {
 std::unique_ptr<FrameSource> openInput(const std::string& path, const InputOptions& options,
                                        const Job& job) {
   std::unique_ptr<FrameSource> source = openRecording(path, options);
-  sayGuessedRoles(source->labels(), job.narrate);
+  if (source->labels().name() == kOfTheMap) {
+    job.narrate.note(path + " names no classes; its ids are taken as those of the map");
+  } else {
+    sayGuessedRoles(source->labels(), job.narrate);
+  }
   return source;
 }
 
@@ -124,11 +130,18 @@ std::vector<FrameDigest> digest(const FrameSource& source, const Job& job) {
   return frames;
 }
 
-LabelledGraph readLabelledGraph(const std::string& path, const InputFlags& input,
-                                const Options& options, const LabelSet* fallback) {
+InputOptions inputIn(const InputFlags& input, const LabelSet& map_labels) {
+  InputOptions options = input.parsed();
+  options.unnamed = LabelSet(map_labels.isGeneric() ? map_labels.name() : kOfTheMap);
+  for (const auto& [id, info] : map_labels.classes()) options.unnamed->add(info);
+  return options;
+}
+
+LabelledGraph readLabelledGraph(const std::string& path, const InputOptions& input,
+                                const Options& options) {
   GraphFile file = readGraph(path);
   if (!file.has_edges) connectByRadius(file.graph, options.edges);
-  return {labelsOfGraph(path, file.graph, input.labels(), fallback), std::move(file.graph)};
+  return {labelsOfGraph(path, file, input), std::move(file.graph)};
 }
 
 SemanticMap readMap(const std::string& path, const InputFlags& input, const Job& job) {

@@ -17,13 +17,13 @@ class InputFlags {
  public:
   void declare(Flags& flags);
   InputOptions parsed() const;  ///< throws UsageError
-  const std::string& labels() const { return labels_; }
 
  private:
   std::string frames_, kind_, labels_, label_field_, instance_field_;
 };
 
-/// Opens a recording; says on stderr which roles of classes were only guessed.
+/// Opens a recording; says on stderr which roles of classes were only guessed, and whose classes it
+/// was given if it names none.
 std::unique_ptr<FrameSource> openInput(const std::string& path, const InputOptions& options,
                                        const Job& job);
 
@@ -43,14 +43,19 @@ class FrameTally {
 /// All frames of a recording, digested, with a stage line on stderr.
 std::vector<FrameDigest> digest(const FrameSource& source, const Job& job);
 
-/// A graph file with its label set: --labels, else classes.yaml beside the file, else `fallback`,
-/// else generic names. Edges are made by radius search if the file has none.
+/// How to read what shall be found in a map or added to it: if it names no classes, they are those
+/// of the map.
+InputOptions inputIn(const InputFlags& input, const LabelSet& map_labels);
+
+/// A graph file with its label set: --labels, else that of its comments, else classes.yaml beside
+/// the file, else input.unnamed, else generic names. Edges are made by radius search if the file
+/// has none.
 struct LabelledGraph {
   LabelSet labels;
   SemanticGraph graph;
 };
-LabelledGraph readLabelledGraph(const std::string& path, const InputFlags& input,
-                                const Options& options, const LabelSet* fallback = nullptr);
+LabelledGraph readLabelledGraph(const std::string& path, const InputOptions& input,
+                                const Options& options);
 
 /// The MAP operand: a map file, or anything a map can be built of on the fly.
 SemanticMap readMap(const std::string& path, const InputFlags& input, const Job& job);

@@ -45,7 +45,7 @@ class MapCommand final : public Command {
     Stopwatch watch;
     std::optional<SemanticMap> map;
     if (append_ && exists) map = loadMap(out);
-    for (SemanticMap& part : build(inputs, job)) {
+    for (SemanticMap& part : build(inputs, map ? &map->labels : nullptr, job)) {
       if (map)
         appendToMap(*map, part, job.options);
       else
@@ -60,22 +60,26 @@ class MapCommand final : public Command {
   }
 
  private:
-  /// One map of all recordings, and one of each graph or map.
-  std::vector<SemanticMap> build(const std::vector<std::string>& inputs, const Job& job) const {
+  /// One map of all recordings, and one of each graph or map. Inputs that name no classes have
+  /// those of the map that they are `added_to`, else of the first recording.
+  std::vector<SemanticMap> build(const std::vector<std::string>& inputs, const LabelSet* added_to,
+                                 const Job& job) const {
     std::vector<SemanticMap> parts;
     std::vector<std::unique_ptr<FrameSource>> recordings;
+    InputOptions input = added_to ? inputIn(input_, *added_to) : input_.parsed();
     for (const std::string& path : inputs) {
-      switch (recogniseInput(path, input_.parsed())) {
+      if (!added_to && !recordings.empty()) input.unnamed = recordings.front()->labels();
+      switch (recogniseInput(path, input)) {
         case InputKind::map:
           parts.push_back(loadMap(path));
           break;
         case InputKind::graph: {
-          const LabelledGraph file = readLabelledGraph(path, input_, job.options);
+          const LabelledGraph file = readLabelledGraph(path, input, job.options);
           parts.push_back(buildMap(file.graph, file.labels, path, job.options));
           break;
         }
         default:
-          recordings.push_back(openInput(path, input_.parsed(), job));
+          recordings.push_back(openInput(path, input, job));
       }
     }
     if (!recordings.empty()) parts.insert(parts.begin(), buildOfRecordings(recordings, job));

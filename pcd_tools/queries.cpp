@@ -30,14 +30,14 @@ QueryInput readQuery(const std::string& path, const InputFlags& input, const Job
                      const LabelSet& map_labels) {
   QueryInput result;
   result.path = path;
-  const InputOptions options = input.parsed();
+  const InputOptions options = inputIn(input, map_labels);
   switch (recogniseInput(path, options)) {
     case InputKind::map:
       result.whole = queryOfMap(path);
       result.labels = result.whole->labels;
       break;
     case InputKind::graph: {
-      LabelledGraph file = readLabelledGraph(path, input, job.options, &map_labels);
+      LabelledGraph file = readLabelledGraph(path, options, job.options);
       result.labels = std::move(file.labels);
       result.whole = std::make_unique<Query>(makeQuery(file.graph, result.labels, job.options));
       break;

@@ -103,7 +103,7 @@ class ViewCommand final : public Command {
       case InputKind::map:
         return addMap(loadMap(path), content);
       case InputKind::graph: {
-        const LabelledGraph file = readLabelledGraph(path, input_, job.options);
+        const LabelledGraph file = readLabelledGraph(path, input_.parsed(), job.options);
         content.addLabels(file.labels);
         return append(content.graph, file.graph);
       }

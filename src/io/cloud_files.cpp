@@ -7,6 +7,7 @@
 #include <limits>
 #include <new>
 
+#include "class_comments.h"
 #include "cloud_builder.h"
 #include "cloud_columns.h"
 #include "id_value.h"
@@ -122,6 +123,7 @@ CloudHeader readCloudHeader(const std::string& path, const CloudFields& fields) 
   if (ids.label) header.label_field = points.columns[*ids.label].name;
   if (ids.instance) header.instance_field = points.columns[*ids.instance].name;
   header.has_edges = looksLikeGraph(layout, points);
+  header.labels = readClassComments(layout.comments, file);
   return header;
 }
 

@@ -5,6 +5,7 @@
 #include "label_choice.h"
 #include "recording_layouts.h"
 #include "xview/io/cloud_files.h"
+#include "xview/io/label_files.h"
 #include "xview/io/pose_files.h"
 
 namespace xview {
@@ -24,9 +25,13 @@ RecordingListing cloudListing(Sensor sensor, const InputOptions& options) {
   return listing;
 }
 
-void chooseLabels(RecordingListing& listing, const InputOptions& options, const fs::path& folder) {
-  const auto named = namedLabels(options, folder.string());
-  listing.labels = named ? *named : genericLabels(countLabels(listing, kCloudsToLookAt));
+/// `cloud` is one of the recording; what it says of its classes holds for all.
+void chooseLabels(RecordingListing& listing, const InputOptions& options, const fs::path& folder,
+                  const std::string& cloud) {
+  const CloudFields fields{options.label_field, options.instance_field};
+  const auto named =
+      namedLabels(options.labels, folder.string(), readCloudHeader(cloud, fields).labels);
+  listing.labels = named ? *named : labelsOfIds(countLabels(listing, kCloudsToLookAt), options);
 }
 
 }  // namespace
@@ -36,7 +41,7 @@ RecordingListing listCloud(const std::string& path, const InputOptions& options)
   ListedFrame frame;
   frame.measurement = path;
   listing.frames = {frame};
-  chooseLabels(listing, options, fs::absolute(path).parent_path());
+  chooseLabels(listing, options, fs::absolute(path).parent_path(), path);
   return listing;
 }
 
@@ -52,7 +57,7 @@ RecordingListing listCloudFolder(const std::string& folder, const InputOptions& 
     listing.frames.push_back(
         {numbers[i], poses[i].stamp_s, poses[i].T_frame_sensor, clouds[i].path, "", ""});
   }
-  chooseLabels(listing, options, folder);
+  chooseLabels(listing, options, folder, clouds.front().path);
   return listing;
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <cstring>
 
+#include "class_comments.h"
 #include "xview/io/atomic_file.h"
 #include "xview/io/cloud_files.h"
 
@@ -11,11 +12,21 @@ namespace {
 struct Contents {
   bool doubles = false;
   bool instances = false;
-  const LabelSet* colors = nullptr;
+  const LabelSet* labels = nullptr;
 };
 
-Contents contentsOf(const LabelledCloud& cloud, const LabelSet* colors) {
-  return {!cloud.origin.isZero(0), !cloud.instances.empty(), colors};
+/// Whether single precision would lose more than half a millimetre.
+bool needsDoubles(const LabelledCloud& cloud) {
+  constexpr double kFar_m = 1e4;
+  if (cloud.origin.isZero(0)) return false;
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    if (!(cloud.position(i).cwiseAbs().maxCoeff() < kFar_m)) return true;
+  }
+  return false;
+}
+
+Contents contentsOf(const LabelledCloud& cloud, const LabelSet* labels) {
+  return {needsDoubles(cloud), !cloud.instances.empty(), labels};
 }
 
 template <class T>
@@ -31,7 +42,7 @@ void appendPosition(std::string& bytes, const LabelledCloud& cloud, std::size_t 
     if (doubles) {
       append(bytes, position[axis]);
     } else {
-      append(bytes, cloud.points[i].data[axis]);
+      append(bytes, static_cast<float>(position[axis]));
     }
   }
 }
@@ -53,22 +64,25 @@ std::string pcdHeader(const LabelledCloud& cloud, const Contents& contents) {
     sizes += " 4";
     counts += " 1";
   };
-  if (contents.colors) addField("rgb", "F");
+  if (contents.labels) addField("rgb", "F");
   addField("label", "U");
   if (contents.instances) addField("instance", "U");
   const std::string points = std::to_string(cloud.size());
-  return "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS " + fields + "\nSIZE " +
-         sizes + "\nTYPE " + types + "\nCOUNT " + counts + "\nWIDTH " + points +
-         "\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS " + points + "\nDATA binary\n";
+  const std::string classes =
+      contents.labels ? classComments(*contents.labels, "# ") : std::string();
+  return "# .PCD v0.7 - Point Cloud Data file format\n" + classes + "VERSION 0.7\nFIELDS " +
+         fields + "\nSIZE " + sizes + "\nTYPE " + types + "\nCOUNT " + counts + "\nWIDTH " +
+         points + "\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS " + points + "\nDATA binary\n";
 }
 
 std::string plyHeader(const LabelledCloud& cloud, const Contents& contents) {
-  std::string header =
-      "ply\nformat binary_little_endian 1.0\nelement vertex " + std::to_string(cloud.size());
+  std::string header = "ply\nformat binary_little_endian 1.0\n";
+  if (contents.labels) header += classComments(*contents.labels, "comment ");
+  header += "element vertex " + std::to_string(cloud.size());
   for (const char* axis : {"x", "y", "z"}) {
     header += std::string("\nproperty ") + (contents.doubles ? "double " : "float ") + axis;
   }
-  if (contents.colors) header += "\nproperty uchar red\nproperty uchar green\nproperty uchar blue";
+  if (contents.labels) header += "\nproperty uchar red\nproperty uchar green\nproperty uchar blue";
   header += "\nproperty uint label";
   if (contents.instances) header += "\nproperty uint instance";
   return header + "\nend_header\n";
@@ -76,15 +90,15 @@ std::string plyHeader(const LabelledCloud& cloud, const Contents& contents) {
 
 }  // namespace
 
-void writePcd(const std::string& path, const LabelledCloud& cloud, const LabelSet* colors) {
-  const Contents contents = contentsOf(cloud, colors);
+void writePcd(const std::string& path, const LabelledCloud& cloud, const LabelSet* labels) {
+  const Contents contents = contentsOf(cloud, labels);
   AtomicFile file(path);
   file.write(pcdHeader(cloud, contents));
   std::string row;
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     row.clear();
     appendPosition(row, cloud, i, contents.doubles);
-    if (colors) append(row, packedColor(*colors, cloud.points[i].label));
+    if (labels) append(row, packedColor(*labels, cloud.points[i].label));
     append(row, cloud.points[i].label);
     if (contents.instances) append(row, cloud.instances[i]);
     file.write(row);
@@ -92,16 +106,16 @@ void writePcd(const std::string& path, const LabelledCloud& cloud, const LabelSe
   file.commit();
 }
 
-void writePly(const std::string& path, const LabelledCloud& cloud, const LabelSet* colors) {
-  const Contents contents = contentsOf(cloud, colors);
+void writePly(const std::string& path, const LabelledCloud& cloud, const LabelSet* labels) {
+  const Contents contents = contentsOf(cloud, labels);
   AtomicFile file(path);
   file.write(plyHeader(cloud, contents));
   std::string row;
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     row.clear();
     appendPosition(row, cloud, i, contents.doubles);
-    if (colors) {
-      for (const std::uint8_t channel : colors->color(cloud.points[i].label)) append(row, channel);
+    if (labels) {
+      for (const std::uint8_t channel : labels->color(cloud.points[i].label)) append(row, channel);
     }
     append(row, cloud.points[i].label);
     if (contents.instances) append(row, cloud.instances[i]);

@@ -49,7 +49,7 @@ struct FileLayout {
   std::string format;  ///< "PCD ascii", "PLY binary_little_endian", …
   Encoding encoding = Encoding::ascii;
   std::vector<Element> elements;
-  std::vector<std::string> comments;  ///< of a PLY header, words joined by one blank
+  std::vector<std::string> comments;  ///< of the header, words joined by one blank
 
   const Element* findElement(const std::string& name) const;
 };

@@ -6,6 +6,7 @@
 #include <limits>
 #include <new>
 
+#include "class_comments.h"
 #include "cloud_columns.h"
 #include "id_value.h"
 #include "ply_header.h"
@@ -150,6 +151,7 @@ GraphFile readElements(InputFile& file, const FileLayout& layout) {
   if (result.has_edges && contains(layout.comments, "graph_space image")) {
     result.graph.space = GraphSpace::image;
   }
+  result.labels = readClassComments(layout.comments, file);
   return result;
 }
 

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <limits>
 
+#include "class_comments.h"
 #include "xview/io/atomic_file.h"
 #include "xview/io/graph_files.h"
 
@@ -27,7 +28,7 @@ class NumberLine {
   std::string text_;
 };
 
-std::string header(const SemanticGraph& graph) {
+std::string header(const SemanticGraph& graph, const LabelSet& labels) {
   // Most programs and people expect a signed label; the few ids beyond need the other type.
   const bool large =
       std::any_of(graph.vertices.begin(), graph.vertices.end(), [](const Vertex& vertex) {
@@ -35,7 +36,7 @@ std::string header(const SemanticGraph& graph) {
       });
   return std::string("ply\nformat ascii 1.0\ncomment xview semantic graph 1, metres\n") +
          (graph.space == GraphSpace::image ? "comment graph_space image\n" : "") +
-         "element vertex " + std::to_string(graph.size()) +
+         classComments(labels, "comment ") + "element vertex " + std::to_string(graph.size()) +
          "\nproperty double x\nproperty double y\nproperty double z"
          "\nproperty uchar red\nproperty uchar green\nproperty uchar blue"
          "\nproperty " +
@@ -63,7 +64,7 @@ std::string vertexLine(const Vertex& vertex, const LabelSet& labels) {
 
 void writeGraph(const std::string& path, const SemanticGraph& graph, const LabelSet& labels) {
   AtomicFile file(path);
-  file.write(header(graph));
+  file.write(header(graph, labels));
   for (const Vertex& vertex : graph.vertices) file.write(vertexLine(vertex, labels));
   for (const auto& [a, b] : graph.edges()) {
     NumberLine line;

@@ -18,6 +18,15 @@ std::vector<std::string_view> splitWords(std::string_view line) {
   return words;
 }
 
+std::string joinFrom(const std::vector<std::string_view>& words, std::size_t first) {
+  std::string text;
+  for (std::size_t i = first; i < words.size(); ++i) {
+    if (i > first) text += ' ';
+    text += words[i];
+  }
+  return text;
+}
+
 std::string_view readHeaderLine(InputFile& file) {
   constexpr std::uint64_t kLongestHeader = std::uint64_t{1} << 20;
   if (file.position() > kLongestHeader) file.failAtLine("the header does not end within 1 MiB");

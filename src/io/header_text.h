@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -11,6 +12,9 @@ namespace xview {
 
 /// The words of a line, separated by blanks and tabs.
 std::vector<std::string_view> splitWords(std::string_view line);
+
+/// The words from the one at `first` on, with one blank between two.
+std::string joinFrom(const std::vector<std::string_view>& words, std::size_t first);
 
 /// The next line of a header; an error if there is none, or if the header is longer than 1 MiB.
 std::string_view readHeaderLine(InputFile& file);

@@ -2,12 +2,14 @@
 #include "label_choice.h"
 
 #include <algorithm>
-#include <filesystem>
 
 #include "xview/io/label_files.h"
 
 namespace xview {
 namespace {
+
+/// A set fits if it knows this share of the points; networks and exporters add a few odd ids.
+constexpr double kKnownShare = 0.9;
 
 std::uint64_t pointsOf(const LabelCounts& counts, std::initializer_list<std::uint32_t> ids) {
   std::uint64_t points = 0;
@@ -28,35 +30,31 @@ double knownShare(const LabelCounts& counts, const LabelSet& labels) {
   return all > 0 ? static_cast<double>(known) / static_cast<double>(all) : 0;
 }
 
-}  // namespace
-
-std::optional<LabelSet> namedLabels(const InputOptions& options, const std::string& folder) {
-  if (!options.labels.empty()) {
-    const std::vector<std::string> shipped = shippedLabelSets();
-    const bool is_shipped =
-        std::find(shipped.begin(), shipped.end(), options.labels) != shipped.end();
-    const bool is_file = !is_shipped && std::filesystem::exists(options.labels);
-    return is_file ? readLabelSet(options.labels) : shippedLabelSet(options.labels);
-  }
-  const std::filesystem::path beside = std::filesystem::path(folder) / "classes.yaml";
-  if (std::filesystem::exists(beside)) return readLabelSet(beside.string());
-  return std::nullopt;
+bool isSemanticKitti(const LabelSet& labels) {
+  return labels.name().rfind("semantic_kitti", 0) == 0;
 }
 
-LabelSet genericLabels(const LabelCounts& counts) {
+}  // namespace
+
+LabelSet labelsOfIds(const LabelCounts& counts, const InputOptions& options) {
+  if (options.unnamed && knownShare(counts, *options.unnamed) >= kKnownShare)
+    return *options.unnamed;
   std::vector<std::uint32_t> ids;
   for (const auto& [id, points] : counts) ids.push_back(id);
   return genericLabelSet(ids);
 }
 
-LabelSet semanticKittiLabels(const LabelCounts& counts) {
+LabelSet semanticKittiLabels(const LabelCounts& counts, const InputOptions& options) {
   const bool training_ids = std::all_of(counts.begin(), counts.end(), [](const auto& entry) {
     return entry.first <= 19 || entry.first == 255;
   });
   if (!training_ids) {
     LabelSet raw = shippedLabelSet("semantic_kitti");
-    return knownShare(counts, raw) >= 0.9 ? raw : genericLabels(counts);
+    return knownShare(counts, raw) >= kKnownShare ? raw : labelsOfIds(counts, options);
   }
+  if (options.unnamed && !isSemanticKitti(*options.unnamed) &&
+      knownShare(counts, *options.unnamed) >= kKnownShare)
+    return *options.unnamed;
   if (counts.count(19) > 0) return shippedLabelSet("semantic_kitti_train_1");
   if (counts.count(255) > 0) return shippedLabelSet("semantic_kitti_train_0");
   // Road, sidewalk, building and vegetation in either counting.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "xview/io/label_files.h"
 
+#include <algorithm>
 #include <array>
 #include <filesystem>
 #include <optional>
@@ -117,6 +118,20 @@ LabelSet shippedLabelSet(const std::string& name) {
   }
   throw UsageError("unknown label set '" + name + "', the nearest known one is '" +
                    nearestWord(name, shippedLabelSets()) + "'");
+}
+
+std::optional<LabelSet> namedLabels(const std::string& chosen, const std::string& folder,
+                                    const std::optional<LabelSet>& own) {
+  if (!chosen.empty()) {
+    const std::vector<std::string> shipped = shippedLabelSets();
+    const bool is_shipped = std::find(shipped.begin(), shipped.end(), chosen) != shipped.end();
+    const bool is_file = !is_shipped && std::filesystem::exists(chosen);
+    return is_file ? readLabelSet(chosen) : shippedLabelSet(chosen);
+  }
+  if (own) return own;
+  const std::filesystem::path beside = std::filesystem::path(folder) / "classes.yaml";
+  if (std::filesystem::exists(beside)) return readLabelSet(beside.string());
+  return std::nullopt;
 }
 
 }  // namespace xview

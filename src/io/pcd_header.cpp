@@ -23,11 +23,15 @@ bool isKnown(std::string_view key) {
   return std::find(std::begin(kKnown), std::end(kKnown), key) != std::end(kKnown);
 }
 
-Entries readEntries(InputFile& file) {
+Entries readEntries(InputFile& file, std::vector<std::string>& comments) {
   Entries entries;
   while (entries.count("DATA") == 0) {
     const std::vector<std::string_view> words = splitWords(readHeaderLine(file));
-    if (words.empty() || words[0].front() == '#') continue;
+    if (words.empty()) continue;
+    if (words[0].front() == '#') {
+      comments.push_back(joinFrom(words, 1));
+      continue;
+    }
     if (!isKnown(words[0])) {
       file.failAtLine("expected an entry of a PCD header, found " + quoted(words[0]));
     }
@@ -129,8 +133,8 @@ Encoding encodingOf(const Entry& data, const InputFile& file) {
 }  // namespace
 
 FileLayout readPcdHeader(InputFile& file) {
-  const Entries entries = readEntries(file);
   FileLayout layout;
+  const Entries entries = readEntries(file, layout.comments);
   const Entry& data = requiredEntry(entries, "DATA", file);
   layout.encoding = encodingOf(data, file);
   layout.format = "PCD " + data.values.front();

@@ -67,16 +67,6 @@ void readProperty(const Words& words, FileLayout& layout, const InputFile& file)
   layout.elements.back().columns.push_back(std::move(column));
 }
 
-/// What follows the first word.
-std::string joined(const Words& words) {
-  std::string text;
-  for (std::size_t i = 1; i < words.size(); ++i) {
-    if (i > 1) text += ' ';
-    text += words[i];
-  }
-  return text;
-}
-
 /// Rows without bytes could be announced in any number.
 void requireProperties(const FileLayout& layout, const InputFile& file) {
   for (const Element& element : layout.elements) {
@@ -96,7 +86,7 @@ FileLayout readPlyHeader(InputFile& file) {
     const Words words = splitWords(readHeaderLine(file));
     if (words.empty() || words[0] == "obj_info") continue;
     if (words[0] == "comment") {
-      layout.comments.push_back(joined(words));
+      layout.comments.push_back(joinFrom(words, 1));
       continue;
     }
     if (words[0] == "end_header") break;

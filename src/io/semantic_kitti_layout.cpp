@@ -7,6 +7,7 @@
 #include "pose_lines.h"
 #include "recording_layouts.h"
 #include "xview/io/cloud_files.h"
+#include "xview/io/label_files.h"
 #include "xview/io/pose_files.h"
 #include "xview/types/error.h"
 
@@ -122,8 +123,9 @@ RecordingListing listSemanticKitti(const std::string& path, const InputOptions& 
     frame.label = labelFileOf(path);
     listing.frames = {frame};
   }
-  const auto named = namedLabels(options, folderOfClasses(path));
-  listing.labels = named ? *named : semanticKittiLabels(countLabels(listing, kScansToLookAt));
+  const auto named = namedLabels(options.labels, folderOfClasses(path));
+  listing.labels =
+      named ? *named : semanticKittiLabels(countLabels(listing, kScansToLookAt), options);
   return listing;
 }
 

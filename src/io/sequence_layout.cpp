@@ -5,6 +5,7 @@
 #include "label_choice.h"
 #include "recording_layouts.h"
 #include "xview/io/image_files.h"
+#include "xview/io/label_files.h"
 #include "xview/io/pose_files.h"
 #include "xview/types/error.h"
 
@@ -53,8 +54,8 @@ RecordingListing listSequence(const std::string& folder, const InputOptions& opt
   listing.read = [camera](const ListedFrame& listed, Frame& frame) {
     readImages(camera, listed, frame);
   };
-  const auto named = namedLabels(options, folder);
-  listing.labels = named ? *named : genericLabels(countLabels(listing, kFramesToLookAt));
+  const auto named = namedLabels(options.labels, folder);
+  listing.labels = named ? *named : labelsOfIds(countLabels(listing, kFramesToLookAt), options);
   return listing;
 }
 

@@ -7,6 +7,8 @@
 namespace xview {
 namespace {
 
+constexpr const char* kGenericName = "generic";
+
 struct NameRule {
   const char* word;  ///< the name contains it, as a whole word or (with a leading *) anywhere
   Role role;
@@ -157,6 +159,8 @@ const char* toString(Kind kind) {
 bool isGround(Kind kind) { return kind <= Kind::lane_marking; }
 bool isPoleLike(Kind kind) { return kind == Kind::pole || kind == Kind::sign || kind == Kind::light; }
 
+bool LabelSet::isGeneric() const { return name_ == kGenericName; }
+
 void LabelSet::add(ClassInfo info) { classes_[info.id] = std::move(info); }
 
 const ClassInfo* LabelSet::find(std::uint32_t id) const {
@@ -202,7 +206,7 @@ Kind guessKind(const std::string& name) {
 }
 
 LabelSet genericLabelSet(const std::vector<std::uint32_t>& ids) {
-  LabelSet set("generic");
+  LabelSet set(kGenericName);
   for (const std::uint32_t id : ids) {
     ClassInfo info;
     info.id = id;

@@ -7,6 +7,7 @@
 #include "io/written_files.h"
 #include "support/test_data.h"
 #include "xview/io/cloud_files.h"
+#include "xview/io/recording.h"
 #include "xview/types/random.h"
 
 namespace xview {
@@ -88,6 +89,53 @@ TEST_P(CloudWriters, WrittenFarCoordinatesAreDoubles) {
   write(cloud);
   const std::string bytes = test::readBytes(path());
   EXPECT_NE(bytes.find(test::raw(cloud.position(0).y())), std::string::npos);
+}
+
+TEST_P(CloudWriters, OriginsNearByStaySinglePrecisionForPcl) {
+  LabelledCloud cloud = randomCloud(200, false);
+  for (pcl::PointXYZL& point : cloud.points) point.y *= 0.01F;
+  cloud.origin = {-208, 5190, -18};
+  write(cloud);
+  const LabelledCloud read = readCloud(path());
+  EXPECT_TRUE(read.origin.isZero());
+  for (std::size_t i = 0; i < cloud.size(); ++i)
+    EXPECT_LT((read.position(i) - cloud.position(i)).norm(), 5e-4);
+}
+
+TEST_P(CloudWriters, ClassesAreInTheHeaderAndReadBackTheSame) {
+  LabelSet labels = oneClass();
+  ClassInfo info;
+  info.id = 4000000000U;
+  info.name = "low  vegetation\n(hedge)";
+  info.role = Role::surface;
+  info.kind = Kind::vegetation;
+  labels.add(info);
+  write(randomCloud(3, false), &labels);
+  const std::optional<LabelSet> read = readCloudHeader(path()).labels;
+  ASSERT_TRUE(read);
+  EXPECT_EQ(read->name(), "test");
+  ASSERT_EQ(read->classes().size(), 2u);
+  EXPECT_EQ(read->className(4000000000U), "low vegetation (hedge)");
+  EXPECT_EQ(read->role(4000000000U), Role::surface);
+  EXPECT_EQ(read->kind(4000000000U), Kind::vegetation);
+  EXPECT_EQ(read->color(7), labels.color(7));
+  EXPECT_EQ(openRecording(path())->labels(), *read);
+}
+
+TEST_P(CloudWriters, ClassesWithoutNamesAreNotInTheHeader) {
+  const LabelSet generic = genericLabelSet({1, 7});
+  write(randomCloud(3, false), &generic);
+  EXPECT_FALSE(readCloudHeader(path()).labels);
+}
+
+TEST_P(CloudWriters, ADamagedClassInTheHeaderIsAnError) {
+  const LabelSet labels = oneClass();
+  write(randomCloud(3, false), &labels);
+  std::string bytes = test::readBytes(path());
+  bytes.replace(bytes.find("object"), 6, "objets");
+  test::writeBytes(path(), bytes);
+  EXPECT_NE(test::errorOf([&] { readCloudHeader(path()); }).find("xview class 7 objets"),
+            std::string::npos);
 }
 
 TEST_P(CloudWriters, AnEmptyCloudIsAValidFile) {

@@ -87,6 +87,20 @@ TEST_F(GraphFiles, WhatIsWrittenReadsBackExactly) {
   expectSame(file.graph, graph);
 }
 
+TEST_F(GraphFiles, RememberTheirClasses) {
+  LabelSet labels("town");
+  ClassInfo info;
+  info.id = 2;
+  info.name = "street lamp";
+  info.kind = Kind::light;
+  labels.add(info);
+  writeGraph(path_, randomGraph(5), labels);
+  const std::optional<LabelSet> read = readGraph(path_).labels;
+  ASSERT_TRUE(read);
+  EXPECT_EQ(*read, labels);
+  EXPECT_EQ(read->kind(2), Kind::light);
+}
+
 TEST_F(GraphFiles, RememberThatEdgesWereFoundInImages) {
   SemanticGraph graph = randomGraph(5);
   writeGraph(path_, graph, LabelSet());

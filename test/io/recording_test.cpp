@@ -171,6 +171,22 @@ TEST_F(Sequence, WithoutClassesGetsGenericOnes) {
   EXPECT_EQ(source->labels().role(3), Role::object);
 }
 
+TEST_F(Sequence, WithoutClassesTakesThoseOfferedIfItsIdsAreAmongThem) {
+  InputOptions options;
+  options.unnamed = LabelSet("of the map");
+  for (const std::uint32_t id : {0U, 1U, 2U, 3U, 9U}) {
+    ClassInfo info;
+    info.id = id;
+    info.name = "thing " + std::to_string(id);
+    options.unnamed->add(info);
+  }
+  EXPECT_NE(openRecording(folder_.path(), options)->labels().name(), "of the map");
+  remove("classes.yaml");
+  EXPECT_EQ(openRecording(folder_.path(), options)->labels().className(3), "thing 3");
+  options.unnamed = genericLabelSet({8, 9});
+  EXPECT_FALSE(openRecording(folder_.path(), options)->labels().find(9));
+}
+
 TEST_F(Sequence, TakesTheLabelSetThatIsAskedFor) {
   InputOptions options;
   options.labels = "synthia";

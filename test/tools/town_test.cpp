@@ -87,6 +87,33 @@ TEST_F(TinyTown, RearViewIsFoundWhereItIs) {
   }
 }
 
+TEST_F(TinyTown, LiftedCloudsRememberTheirClasses) {
+  succeed({"lift", "-q", town("forward"), file("town.pcd")});
+  succeed({"lift", "-q", town("rear"), file("rear.ply")});
+  const Json of_folders =
+      jsonLines(succeed({"localize", "-q", "--json", town("rear"), map()}).out).at(0);
+  const Json of_clouds =
+      jsonLines(succeed({"localize", "-q", "--json", file("rear.ply"), file("town.pcd")}).out)
+          .at(0);
+  for (const std::size_t i : {3U, 7U, 11U}) {
+    EXPECT_NEAR(of_clouds["T_map_query"][i].get<double>(),
+                of_folders["T_map_query"][i].get<double>(), 0.3);
+  }
+}
+
+TEST_F(TinyTown, AQueryThatNamesNoClassesTakesThoseOfTheMap) {
+  const std::string nameless = file("nameless");
+  fs::copy(town("rear"), nameless, fs::copy_options::recursive);
+  fs::remove(nameless + "/classes.yaml");
+  const Outcome found = succeed({"localize", "--json", nameless, map()});
+  EXPECT_NE(found.err.find("names no classes; its ids are taken as those of the map"),
+            std::string::npos)
+      << found.err;
+  std::string named = succeed({"localize", "-q", "--json", town("rear"), map()}).out;
+  named.replace(named.find(town("rear")), town("rear").size(), nameless);
+  EXPECT_EQ(timeless(found.out), timeless(named));
+}
+
 TEST_F(TinyTown, AnswerHasTheKeysOfTheContractInOrder) {
   const Json answer =
       jsonLines(succeed({"localize", "-q", "--json", town("rear"), map()}).out).at(0);
@@ -229,9 +256,8 @@ TEST_F(TinyTown, LearningNeedsTruePoses) {
 
 TEST_F(TinyTown, ExplanationsAddUpToTheScore) {
   const std::string csv = file("why.csv");
-  const Outcome outcome =
-      succeed({"localize", "-q", "--json", town("rear"), map(), "--explain", csv,
-               "--refine.enabled", "false"});
+  const Outcome outcome = succeed({"localize", "-q", "--json", town("rear"), map(), "--explain",
+                                   csv, "--refine.enabled", "false"});
   const Json answer = jsonLines(outcome.out).at(0);
   std::istringstream lines(readText(csv));
   std::string line, field;
@@ -261,11 +287,13 @@ TEST_F(TinyTown, ExplanationsAddUpToTheScore) {
 }
 
 TEST_F(TinyTown, SeveralExplanationsNeedAFolder) {
-  EXPECT_EQ(runXview({"localize", town("rear"), map(), "--window", "20", "--explain", "a.csv"}).code, 2);
+  EXPECT_EQ(
+      runXview({"localize", town("rear"), map(), "--window", "20", "--explain", "a.csv"}).code, 2);
   const std::string folder = file("whys");
   runXview({"localize", "-q", town("rear"), map(), "--window", "20", "--explain", folder});
   std::size_t files = 0;
-  for (const auto& entry : fs::directory_iterator(folder)) files += entry.path().extension() == ".csv";
+  for (const auto& entry : fs::directory_iterator(folder))
+    files += entry.path().extension() == ".csv";
   EXPECT_EQ(files, 2u);
 }
 

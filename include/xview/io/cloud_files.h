@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,6 +24,7 @@ struct CloudHeader {
   std::string label_field;          ///< the one that would be used; empty = none
   std::string instance_field;
   bool has_edges = false;  ///< PLY with element edge (or vertex with our graph properties)
+  std::optional<LabelSet> labels;  ///< the classes that its comments name
 };
 /// Reads no more than the header; it is checked against the size of the file. Throws Error.
 CloudHeader readCloudHeader(const std::string& path, const CloudFields& fields = {});
@@ -44,14 +46,15 @@ CloudHeader readCloudHeader(const std::string& path, const CloudFields& fields =
 LabelledCloud readCloud(const std::string& path, const CloudFields& fields = {},
                         bool require_label = true);
 
-/// Binary PCD with x y z label [instance], and rgb if a label set is given, so that pcl_viewer
-/// shows it. float32 if the origin is zero; else the origin is added back in double and x y z have
-/// type F 8, which this program reads but PCL does not. Written beside and renamed. Throws Error.
+/// Binary PCD with x y z label [instance]; with a label set also rgb, so that pcl_viewer shows it,
+/// and its classes as comments of the header. x y z are float32, unless the cloud has an origin and
+/// a coordinate of 10 km or more: then they are doubles (F 8), which this program reads but PCL does
+/// not. Written beside and renamed. Throws Error.
 void writePcd(const std::string& path, const LabelledCloud& cloud,
-              const LabelSet* colors = nullptr);
+              const LabelSet* labels = nullptr);
 /// Same as binary PLY (x y z, red green blue, label, instance).
 void writePly(const std::string& path, const LabelledCloud& cloud,
-              const LabelSet* colors = nullptr);
+              const LabelSet* labels = nullptr);
 
 /// A SemanticKITTI scan: float32 x y z intensity and uint32 labels (class low, instance high 16
 /// bits). Points that are not finite are dropped. Throws Error, also if the two files disagree in

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "xview/types/graph.h"
@@ -11,6 +12,7 @@ namespace xview {
 struct GraphFile {
   SemanticGraph graph;
   bool has_edges = false;  ///< false: the caller makes them by radius search
+  std::optional<LabelSet> labels;  ///< the classes that its comments name
 };
 
 /// PLY with element vertex (x y z float or double, label, optional instance, observations, points,
@@ -19,7 +21,8 @@ struct GraphFile {
 /// errors. The comment `graph_space image` marks edges found in images. Throws Error.
 GraphFile readGraph(const std::string& path);
 
-/// ASCII PLY with red green blue per vertex, which opens in any mesh viewer; numbers have as many
+/// ASCII PLY with red green blue per vertex, which opens in any mesh viewer, and the classes as
+/// comments; numbers have as many
 /// digits as it takes to read back the same graph. Written beside and renamed. Throws Error.
 void writeGraph(const std::string& path, const SemanticGraph& graph, const LabelSet& labels);
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,5 +17,10 @@ LabelSet readLabelSet(const std::string& path);
 /// The label sets that come with the program (config/labels/*.yaml, compiled in): "synthia", "semantic_kitti", ….
 std::vector<std::string> shippedLabelSets();
 LabelSet shippedLabelSet(const std::string& name);  ///< throws UsageError that names the nearest known one
+
+/// The classes of what lies in `folder`: those `chosen` by the user (a shipped name or a file), else what its files say
+/// of themselves (`own`), else classes.yaml in the folder; nothing if there is none of them. Throws Error, UsageError.
+std::optional<LabelSet> namedLabels(const std::string& chosen, const std::string& folder,
+                                    const std::optional<LabelSet>& own = std::nullopt);
 
 }  // namespace xview

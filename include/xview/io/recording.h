@@ -36,6 +36,7 @@ const char* toString(InputKind kind);
 struct InputOptions {
   std::string kind;            ///< --input-kind; empty = look at the path
   std::string labels;          ///< label set: name of a shipped one or path of a YAML file; empty = look
+  std::optional<LabelSet> unnamed;  ///< classes for a recording that names none, such as those of the map it is sought in
   std::string label_field;     ///< clouds: name of the label field; empty = the well-known names
   std::string instance_field;
   FrameRange frames;

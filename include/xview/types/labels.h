@@ -48,6 +48,7 @@ class LabelSet {
 
   const std::string& name() const { return name_; }
   bool empty() const { return classes_.empty(); }
+  bool isGeneric() const;  ///< made of bare ids by genericLabelSet()
   const std::map<std::uint32_t, ClassInfo>& classes() const { return classes_; }
   const ClassInfo* find(std::uint32_t id) const;  ///< null if the id is unknown
   Role role(std::uint32_t id) const;              ///< ignored if the id is unknown

@@ -11,6 +11,7 @@
 #include "io/pfm_file.h"
 #include "io/pose_lines.h"
 #include "xview/io/image_files.h"
+#include "xview/io/label_files.h"
 #include "xview/types/error.h"
 
 namespace xview {
@@ -178,7 +179,7 @@ void readImages(const Camera& camera, const ColorTable& colors, const ListedFram
 }  // namespace
 
 RecordingListing listAirsim(const std::string& folder, const InputOptions& options) {
-  const auto named = namedLabels(options, folder);
+  const auto named = namedLabels(options.labels, folder);
   if (!named) {
     throw Error((fs::path(folder) / "classes.yaml").string(),
                 "needed to tell the classes by the colours of the segmentation");

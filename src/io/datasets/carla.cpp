@@ -82,7 +82,7 @@ RecordingListing listCarla(const std::string& folder, const InputOptions& option
   listing.read = [camera](const ListedFrame& listed, Frame& frame) {
     readImages(camera, listed, frame);
   };
-  const auto named = namedLabels(options, folder);
+  const auto named = namedLabels(options.labels, folder);
   listing.labels = named ? *named : carlaLabels(countLabels(listing, kFramesToLookAt));
   return listing;
 }

@@ -146,7 +146,7 @@ RecordingListing listSynthia(const std::string& folder, const InputOptions& opti
   listing.read = [camera](const ListedFrame& listed, Frame& frame) {
     readImages(camera, listed, frame);
   };
-  const auto named = namedLabels(options, place.root.string());
+  const auto named = namedLabels(options.labels, place.root.string());
   listing.labels = named ? *named : shippedLabelSet("synthia");
   return listing;
 }

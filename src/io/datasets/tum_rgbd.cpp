@@ -10,6 +10,7 @@
 #include "io/label_choice.h"
 #include "io/pose_lines.h"
 #include "xview/io/image_files.h"
+#include "xview/io/label_files.h"
 #include "xview/io/pose_files.h"
 #include "xview/types/error.h"
 
@@ -141,8 +142,8 @@ RecordingListing listTumRgbd(const std::string& folder, const InputOptions& opti
     requireSameSize(listed.label, frame.label.width, frame.label.height, listed.measurement,
                     frame.depth.width, frame.depth.height);
   };
-  const auto named = namedLabels(options, folder);
-  listing.labels = named ? *named : genericLabels(countLabels(listing, kFramesToLookAt));
+  const auto named = namedLabels(options.labels, folder);
+  listing.labels = named ? *named : labelsOfIds(countLabels(listing, kFramesToLookAt), options);
   return listing;
 }
 

@@ -10,6 +10,7 @@
 #include "io/label_choice.h"
 #include "io/pose_lines.h"
 #include "xview/io/image_files.h"
+#include "xview/io/label_files.h"
 #include "xview/types/error.h"
 
 namespace xview {
@@ -145,7 +146,7 @@ RecordingListing listVirtualKitti(const std::string& folder, const InputOptions&
                   table = colorTable(colors)](const ListedFrame& listed, Frame& frame) {
     readImages(camera, table, listed, frame);
   };
-  const auto named = namedLabels(options, folder);
+  const auto named = namedLabels(options.labels, folder);
   listing.labels = named ? *named : colors;
   return listing;
 }
