@@ -30,6 +30,17 @@ double knownShare(const LabelCounts& counts, const LabelSet& labels) {
   return all > 0 ? static_cast<double>(known) / static_cast<double>(all) : 0;
 }
 
+/// The raw ids of SemanticKITTI leave gaps and go up to 259; no other usual data set has several of
+/// those above 30 and none in the gaps.
+bool areRawSemanticKitti(const LabelCounts& counts, const LabelSet& raw) {
+  constexpr std::uint32_t kAboveOthers = 30;
+  constexpr std::ptrdiff_t kSeveral = 5;
+  const auto above = std::count_if(counts.begin(), counts.end(), [&](const auto& entry) {
+    return entry.first > kAboveOthers && raw.find(entry.first);
+  });
+  return above >= kSeveral && knownShare(counts, raw) >= 0.999;
+}
+
 bool isSemanticKitti(const LabelSet& labels) {
   return labels.name().rfind("semantic_kitti", 0) == 0;
 }
@@ -39,6 +50,8 @@ bool isSemanticKitti(const LabelSet& labels) {
 LabelSet labelsOfIds(const LabelCounts& counts, const InputOptions& options) {
   if (options.unnamed && knownShare(counts, *options.unnamed) >= kKnownShare)
     return *options.unnamed;
+  LabelSet semantic_kitti = shippedLabelSet("semantic_kitti");
+  if (areRawSemanticKitti(counts, semantic_kitti)) return semantic_kitti;
   std::vector<std::uint32_t> ids;
   for (const auto& [id, points] : counts) ids.push_back(id);
   return genericLabelSet(ids);

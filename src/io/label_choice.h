@@ -6,7 +6,7 @@
 namespace xview {
 
 /// The classes of a recording of which only the ids are known: options.unnamed if it knows nearly
-/// all of them, else a generic set.
+/// all of them, else SemanticKITTI's if they can be no others, else a generic set.
 LabelSet labelsOfIds(const LabelCounts& counts, const InputOptions& options);
 
 /// SemanticKITTI labels exist in three id spaces that no file names: raw ids, the 19 training

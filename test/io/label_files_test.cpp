@@ -101,7 +101,7 @@ TEST(ShippedLabelSets, AllAreCompleteAndNamedAsTheirFile) {
   const auto names = shippedLabelSets();
   for (const char* name :
        {"synthia", "semantic_kitti", "semantic_kitti_train_1", "semantic_kitti_train_0",
-        "cityscapes", "kitti360", "carla", "carla_0_9_14", "nuscenes"}) {
+        "cityscapes", "kitti360", "carla", "carla_0_9_14", "nuscenes", "las"}) {
     EXPECT_NE(std::find(names.begin(), names.end(), name), names.end()) << name;
   }
   for (const std::string& name : names) {

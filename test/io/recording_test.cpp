@@ -375,6 +375,19 @@ TEST_F(Recording, ACloudFolderNeedsPoses) {
   EXPECT_EQ(source->labels().classes().size(), 3u);
 }
 
+TEST_F(Recording, AScanSavedAsACloudIsKnownByTheIdsOfSemanticKitti) {
+  const auto labelSetOf = [&](const std::vector<int>& ids) {
+    std::vector<std::string> rows;
+    for (const int id : ids) rows.push_back("0 0 0 " + std::to_string(id) + " 1");
+    const auto path =
+        write("a.ply", plyOf(kXyz + "property int label\nproperty uchar red\n", rows));
+    return openRecording(path)->labels().name();
+  };
+  EXPECT_EQ(labelSetOf({0, 10, 40, 48, 50, 70, 71, 252}), "semantic_kitti");
+  EXPECT_EQ(labelSetOf({0, 10, 40, 48, 50, 70, 71, 77}), "generic");
+  EXPECT_EQ(labelSetOf({0, 10, 11, 13, 30, 40, 48}), "generic");
+}
+
 TEST_F(Recording, APlyWithEdgesOrGraphPropertiesIsAGraph) {
   const auto edges =
       write("a.ply", plyOf(kXyz + "property int label\n", {"0 0 0 1"},
