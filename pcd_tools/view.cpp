@@ -7,6 +7,7 @@
 #include "answer_file.h"
 #include "commands.h"
 #include "drawing.h"
+#include "drawn_answers.h"
 #include "frames_to_cloud.h"
 #include "inputs.h"
 #include "xview/graph/blobs.h"
@@ -50,7 +51,8 @@ class ViewCommand final : public Command {
             "FILE... [OUT]",
             "a picture, page, mesh or cloud of maps, recordings, graphs, clouds and answers",
             "FILEs share one frame; answers of localize --json (.jsonl) are drawn into the map "
-            "before them. OUT ends with\n"
+            "before them, with the\n"
+            "way, cloud or graph of the query if it is still where it was. OUT ends with\n"
             ".png, .html, .vtk, .ply or .pcd; a .ply or .pcd that exists is a FILE unless it is "
             "given by -o. Without OUT a\n"
             ".png is written beside the first FILE.",
@@ -71,11 +73,19 @@ class ViewCommand final : public Command {
     checkDrawingEnding(out);
     Stopwatch watch;
     Content content;
-    for (const std::string& file : files) add(file, job, content);
+    DrawnAnswers drawn(input_, voxel_m_, job);
+    for (const std::string& file : files) {
+      if (fs::path(file).extension() == ".jsonl")
+        addAnswers(file, drawn, content);
+      else
+        add(file, job, content);
+    }
     job.narrate.stage("read", watch.lap_ms(),
                       fmt::format("{} vertices, {} points, {} queries", content.graph.size(),
                                   content.cloud.size(), content.queries.size()));
-    writeDrawing(out, sceneOf(content, files));
+    Scene scene = sceneOf(content, files);
+    scene.lines = drawn.outlines();
+    writeDrawing(out, scene);
     job.narrate.stage("view", watch.lap_ms(), out);
     fmt::print("{}\n", out);
     return kDone;
@@ -98,7 +108,6 @@ class ViewCommand final : public Command {
   }
 
   void add(const std::string& path, const Job& job, Content& content) const {
-    if (fs::path(path).extension() == ".jsonl") return addAnswers(path, content);
     switch (recogniseInput(path, input_.parsed())) {
       case InputKind::map:
         return addMap(loadMap(path), content);
@@ -130,15 +139,9 @@ class ViewCommand final : public Command {
     for (std::size_t i = 0; i < source->size(); ++i) content.poses.push_back(source->pose(i));
   }
 
-  static void addAnswers(const std::string& path, Content& content) {
+  static void addAnswers(const std::string& path, DrawnAnswers& drawn, Content& content) {
     for (const Answer& answer : readAnswers(path)) {
-      if (answer.fix.hypotheses.empty()) continue;
-      SceneQuery query;
-      query.name = fmt::format("{} {}-{}", answer.input, answer.first_frame, answer.last_frame);
-      query.status = answer.fix.status;
-      query.poses.push_back(
-          answer.fix.T_map_sensor);  // as if its odometry frame were the map frame
-      content.queries.push_back(std::move(query));
+      if (!answer.fix.hypotheses.empty()) content.queries.push_back(drawn.draw(answer));
     }
   }
 

@@ -114,6 +114,17 @@ TEST_F(TinyTown, AQueryThatNamesNoClassesTakesThoseOfTheMap) {
   EXPECT_EQ(timeless(found.out), timeless(named));
 }
 
+TEST_F(TinyTown, AnswersAreDrawnWithTheWayOfTheQueryWhileItIsThere) {
+  const std::string answers = file("drawn.jsonl"), page = file("drawn.html");
+  fs::copy(town("rear"), file("moving"), fs::copy_options::recursive);
+  writeText(answers, succeed({"localize", "-q", "--json", file("moving"), map()}).out);
+  succeed({"view", "-q", map(), answers, page});
+  const auto with_way = fs::file_size(page);
+  fs::rename(file("moving"), file("moved"));
+  succeed({"view", "-q", map(), answers, page});
+  EXPECT_GT(with_way, fs::file_size(page) + 100);
+}
+
 TEST_F(TinyTown, AnswerHasTheKeysOfTheContractInOrder) {
   const Json answer =
       jsonLines(succeed({"localize", "-q", "--json", town("rear"), map()}).out).at(0);
