@@ -2,7 +2,10 @@
 // Tiny examples of the layouts of public data sets, written here as their descriptions say.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <filesystem>
+#include <iomanip>
+#include <sstream>
 
 #include "small_files.h"
 #include "support/test_data.h"
@@ -23,6 +26,13 @@ class Dataset : public ::testing::Test {
   }
   std::string message() const {
     return messageOf([&] { openRecording(folder_.path()); });
+  }
+  /// Axes of the image in the world.
+  static void expectAxes(const Eigen::Isometry3d& T, const Eigen::Vector3d& right,
+                         const Eigen::Vector3d& down, const Eigen::Vector3d& forward) {
+    Eigen::Matrix3d expected;
+    expected << right, down, forward;
+    EXPECT_LT((T.linear() - expected).norm(), 1e-5) << T.matrix() << "\nexpected\n" << expected;
   }
   static void expectOptical(const Eigen::Isometry3d& T, const Eigen::Vector3d& forward,
                             const Eigen::Vector3d& down) {
@@ -73,6 +83,37 @@ TEST_F(Synthia, TurnsPosesIntoAWorldWithZUp) {
   expectOptical(T, Eigen::Vector3d::UnitY(), -Eigen::Vector3d::UnitZ());
 }
 
+// A camera that has turned 30 degrees to the left, from x right and z ahead, in both handednesses
+// in which its axes may be given: z ahead, and z back as in OpenGL.
+TEST_F(Synthia, TakesColumnsOfTheMatrixOneAfterTheOtherForEitherHandOfTheCamera) {
+  const double c = std::cos(M_PI / 6), s = std::sin(M_PI / 6);
+  for (const int z_sign : {1, -1}) {
+    std::ostringstream matrix;
+    matrix << std::setprecision(17);
+    matrix << c << " 0 " << s << " 0  0 1 0 0  " << -s * z_sign << " 0 " << c * z_sign
+           << " 0  10 20 30 1\n";
+    write("CameraParams/Stereo_Left/Omni_B/000003.txt", matrix.str());
+    const Eigen::Isometry3d T = openRecording(folder_.path())->pose(0);
+    expectAxes(T, {c, s, 0}, {0, 0, -1}, {-s, c, 0});
+    EXPECT_EQ(T.translation(), Eigen::Vector3d(10, 30, 20));
+  }
+}
+
+TEST_F(Synthia, KnowsThePublishedCameraAndItsFiveFramesPerSecond) {
+  const Camera own = openRecording(folder_.path())->read(0).camera;
+  EXPECT_EQ(own.fy, 500);
+  EXPECT_EQ(own.cx, 1);
+  EXPECT_FALSE(own.depth_is_range);
+  std::filesystem::remove(folder_ / "CameraParams/intrinsics.txt");
+  const auto source = openRecording(folder_.path());
+  const Camera camera = source->read(0).camera;
+  EXPECT_EQ(camera.fx, 532.740352);
+  EXPECT_EQ(camera.fy, 532.740352);
+  EXPECT_EQ(camera.cx, 640);
+  EXPECT_EQ(camera.cy, 380);
+  EXPECT_DOUBLE_EQ(source->stamp(0), 0.6);
+}
+
 TEST_F(Synthia, TakesTheFirstCameraUnlessOneIsNamed) {
   EXPECT_EQ(openRecording(folder_.path())->read(0).depth.at(0, 0), 10);
 }
@@ -94,8 +135,17 @@ class Airsim : public Dataset {
           "VehicleName\tTimeStamp\tPOS_X\tPOS_Y\tPOS_Z\tQ_W\tQ_X\tQ_Y\tQ_Z\tImageFile\n"
           "\t1500\t1\t2\t-3\t1\t0\t0\t0\timg__0_0_7.png;img__0_1_7.pfm;img__0_5_7.png\n"
           "\t1600\t1\t2\t-3\t1\t0\t0\t0\timg__0_0_8.png\n");
-    write("images/img__0_1_7.pfm", test::pfmBytes(2, 1, {4, 5}, true));
-    write("images/img__0_5_7.png", pngBytes(2, 1, 3, 8, {10, 20, 30, 9, 9, 9}));
+    // Its recorder writes the upper row first; pfmBytes, as the format says, the last one given.
+    write("images/img__0_1_7.pfm", test::pfmBytes(2, 2, {6, 7, 4, 5}, true));
+    write("images/img__0_5_7.png",
+          pngBytes(2, 2, 3, 8, {10, 20, 30, 9, 9, 9, 1, 2, 3, 30, 20, 10}));
+  }
+  /// One row with this position, orientation and list of images.
+  void writeRow(const std::string& pose, const std::string& images) const {
+    write("airsim_rec.txt",
+          "VehicleName\tTimeStamp\tPOS_X\tPOS_Y\tPOS_Z\tQ_W\tQ_X\tQ_Y\tQ_Z\tImageFile\n"
+          "\t1500\t" +
+              pose + "\t" + images + "\n");
   }
 };
 
@@ -105,10 +155,67 @@ TEST_F(Airsim, TakesRowsWithDepthAndSegmentation) {
   ASSERT_EQ(source->size(), 1u);
   const Frame frame = source->read(0);
   EXPECT_EQ(frame.stamp_s, 1.5);
-  EXPECT_EQ(frame.depth.pixels, (std::vector<float>{4, 5}));
-  EXPECT_EQ(frame.label.pixels, (std::vector<std::uint16_t>{3, 0}));
+  EXPECT_EQ(frame.depth.pixels, (std::vector<float>{4, 5, 6, 7}));
+  EXPECT_EQ(frame.label.pixels, (std::vector<std::uint16_t>{3, 0, 9, 0}));
   EXPECT_EQ(frame.camera.fx, 1);  // 90 degrees
+  EXPECT_EQ(frame.camera.cx, 0.5);
   EXPECT_FALSE(frame.camera.depth_is_range);
+}
+
+TEST_F(Airsim, DepthOfTypeTwoIsAlongTheRayWhateverTheCameraFileSays) {
+  write("images/img__0_2_7.pfm", test::pfmBytes(2, 2, {6, 7, 4, 5}, true));
+  writeRow("0\t0\t0\t1\t0\t0\t0", "img__0_2_7.pfm;img__0_5_7.png");
+  EXPECT_TRUE(openRecording(folder_.path())->read(0).camera.depth_is_range);
+  write("camera.yaml", "width: 2\nheight: 2\nfx: 3\nfy: 3\ncx: 1\ncy: 1\ndepth_scale: 0.01\n");
+  const Camera camera = openRecording(folder_.path())->read(0).camera;
+  EXPECT_TRUE(camera.depth_is_range);
+  EXPECT_EQ(camera.fx, 3);
+}
+
+TEST_F(Airsim, DepthInAPngHasTheScaleOfTheCameraFileAndItsRowsFromTheTop) {
+  write("images/img__0_1_7.png", pngBytes(2, 2, 1, 16, {100, 200, 300, 400}));
+  writeRow("0\t0\t0\t1\t0\t0\t0", "img__0_1_7.png;img__0_5_7.png");
+  EXPECT_EQ(message(), (folder_ / "camera.yaml") +
+                           ": needed for depth that is not .pfm: width, height, fx, fy, cx, cy, "
+                           "depth_scale");
+  write("camera.yaml", "width: 2\nheight: 2\nfx: 3\nfy: 3\ncx: 1\ncy: 1\ndepth_scale: 0.01\n");
+  EXPECT_EQ(openRecording(folder_.path())->read(0).depth.pixels, (std::vector<float>{1, 2, 3, 4}));
+}
+
+// North-east-down: yaw 90 degrees turns to the east, pitch 30 degrees lifts the nose.
+TEST_F(Airsim, TurnsAndClimbsAsItsQuaternionSays) {
+  const double half = std::sqrt(0.5), c = std::cos(M_PI / 12), s = std::sin(M_PI / 12);
+  const auto text = [](double w, double x, double y, double z) {
+    std::ostringstream words;
+    words << std::setprecision(17) << "0\t0\t0\t" << w << "\t" << x << "\t" << y << "\t" << z;
+    return words.str();
+  };
+  writeRow(text(half, 0, 0, half), "img__0_1_7.pfm;img__0_5_7.png");
+  expectAxes(openRecording(folder_.path())->pose(0), {-1, 0, 0}, {0, 0, -1}, {0, -1, 0});
+  writeRow(text(c, 0, s, 0), "img__0_1_7.pfm;img__0_5_7.png");
+  const double cos30 = std::cos(M_PI / 6);
+  expectAxes(openRecording(folder_.path())->pose(0), {0, -1, 0}, {0.5, 0, -cos30}, {cos30, 0, 0.5});
+  // Rolled to the right by 30 degrees: what is right in the image lies lower.
+  writeRow(text(c, s, 0, 0), "img__0_1_7.pfm;img__0_5_7.png");
+  expectAxes(openRecording(folder_.path())->pose(0), {0, -cos30, -0.5}, {0, 0.5, -cos30},
+             {1, 0, 0});
+}
+
+TEST_F(Airsim, DepthAndSegmentationAreOfOneCamera) {
+  writeRow("0\t0\t0\t1\t0\t0\t0", "img_drone_front_center_1_7.pfm;img_drone_back_center_5_7.png");
+  EXPECT_EQ(message(), (folder_ / "airsim_rec.txt") +
+                           ": no row has images of depth and segmentation of one camera");
+}
+
+TEST_F(Airsim, RowsWithDepthOfTwoTypesAreRefused) {
+  write("airsim_rec.txt",
+        "TimeStamp\tPOS_X\tPOS_Y\tPOS_Z\tQ_W\tQ_X\tQ_Y\tQ_Z\tImageFile\n"
+        "1\t0\t0\t0\t1\t0\t0\t0\timg__0_1_7.pfm;img__0_5_7.png\n"
+        "2\t0\t0\t0\t1\t0\t0\t0\timg__0_2_7.pfm;img__0_5_7.png\n");
+  EXPECT_EQ(message(),
+            (folder_ / "airsim_rec.txt") +
+                ":3: depth of type 2 after depth of type 1; expected one type (1: planar, "
+                "2: along the ray) in all rows");
 }
 
 TEST_F(Airsim, TurnsNorthEastDownIntoZUp) {
@@ -159,6 +266,39 @@ TEST_F(TumRgbd, FindsLabelsByEitherNameAndPosesBetweenTheirStamps) {
   EXPECT_EQ(source->labels().name(), "generic");
 }
 
+TEST_F(TumRgbd, HasTheKinectOfThePublishedSequencesUnlessTheFolderSaysOtherwise) {
+  std::filesystem::remove(folder_ / "camera.yaml");
+  std::filesystem::remove(folder_ / "label/10.10.png");
+  write("depth/10.00.png", pngBytes(640, 480, 1, 16, std::vector<std::uint16_t>(640 * 480, 2500)));
+  write("label/10.01.png", pngBytes(640, 480, 1, 8, std::vector<std::uint16_t>(640 * 480, 4)));
+  const Frame frame = openRecording(folder_.path())->read(0);
+  EXPECT_EQ(frame.depth.at(7, 7), 0.5f);
+  EXPECT_EQ(frame.camera.fx, 525);
+  EXPECT_EQ(frame.camera.fy, 525);
+  EXPECT_EQ(frame.camera.cx, 319.5);
+  EXPECT_EQ(frame.camera.cy, 239.5);
+  EXPECT_FALSE(frame.camera.depth_is_range);
+}
+
+// Position and orientation of the camera in the world, the quaternion with its real part last.
+TEST_F(TumRgbd, PosesAreThoseOfTheCameraInTheWorld) {
+  write("groundtruth.txt",
+        "9.95 1 2 3 0 0 0.70710678118 0.70710678118\n10.05 1 2 3 0 0 0.70710678118 "
+        "0.70710678118\n10.15 1 2 3 0 0 1 0\n");
+  const auto source = openRecording(folder_.path());
+  EXPECT_EQ(source->pose(0).translation(), Eigen::Vector3d(1, 2, 3));
+  expectAxes(source->pose(0), {0, 1, 0}, {-1, 0, 0}, {0, 0, 1});
+  const double half = std::sqrt(0.5);  // half way from 90 to 180 degrees
+  expectAxes(source->pose(1), {-half, half, 0}, {-half, -half, 0}, {0, 0, 1});
+}
+
+TEST_F(TumRgbd, LabelsOfAnotherTimeAndPosesFarApartAreNotUsed) {
+  write("rgb.txt", "10.03 rgb/10.01.png\n10.13 rgb/10.11.png\n");
+  EXPECT_EQ(openRecording(folder_.path())->size(), 1u);  // the one with a label of its own name
+  write("groundtruth.txt", "9.95 0 0 0 0 0 0 1\n10.16 3 0 0 0 0 0 1\n");
+  EXPECT_NE(message().find("none of those with a pose at its time"), std::string::npos);
+}
+
 TEST_F(TumRgbd, LeavesOutFramesWithoutLabelOrPose) {
   std::filesystem::remove(folder_ / "label/10.01.png");
   EXPECT_EQ(openRecording(folder_.path())->size(), 1u);
@@ -201,6 +341,31 @@ TEST_F(VirtualKitti, TurnsPosesIntoAWorldWithZUp) {
   expectOptical(T, Eigen::Vector3d::UnitX(), -Eigen::Vector3d::UnitZ());
 }
 
+// The table takes points of the world (x right, y down, z ahead at the start) to the camera. This
+// camera stands at world (2, 0, 7) and looks to the right.
+TEST_F(VirtualKitti, PosesAreTheInverseOfWorldToCameraRowByRow) {
+  write("extrinsic.txt", "frame cameraID r1,1 …\n0 0 0 0 -1 7 0 1 0 0 1 0 0 -2 0 0 0 1\n");
+  const auto source = openRecording(folder_.path());
+  const Eigen::Isometry3d T = source->pose(0);
+  // In the world with z up: ahead is x, right is -y.
+  EXPECT_LT((T.translation() - Eigen::Vector3d(7, -2, 0)).norm(), 1e-9) << T.translation();
+  expectAxes(T, {-1, 0, 0}, {0, 0, -1}, {0, -1, 0});
+  EXPECT_EQ(source->stamp(0), 0);
+}
+
+TEST_F(VirtualKitti, HasTheCameraOfTheFirstRowOfCameraZero) {
+  write("intrinsic.txt",
+        "frame cameraID K[0,0] K[1,1] K[0,2] K[1,2]\n0 1 1 1 1 1\n0 0 725 726 620 187\n");
+  const Camera camera = openRecording(folder_.path())->read(0).camera;
+  EXPECT_EQ(camera.fx, 725);
+  EXPECT_EQ(camera.fy, 726);
+  EXPECT_EQ(camera.cx, 620);
+  EXPECT_EQ(camera.cy, 187);
+  EXPECT_EQ(camera.width, 2);
+  EXPECT_EQ(camera.height, 1);
+  EXPECT_FALSE(camera.depth_is_range);
+}
+
 TEST_F(VirtualKitti, ThatIsDamagedSaysWhere) {
   write("extrinsic.txt", "frame\n7 0 1 0 0 0 0 1 0 0 0 0 1 -5 0 0 0 1\n");
   EXPECT_EQ(message(), (folder_ / "extrinsic.txt") + ": no row for frame 0 of camera 0");
@@ -229,6 +394,22 @@ TEST_F(Carla, DecodesDepthAndTags) {
   EXPECT_EQ(frame.depth.at(1, 0), 0);
   EXPECT_EQ(frame.label.pixels, (std::vector<std::uint16_t>{7, 12}));
   EXPECT_EQ(frame.T_odom_sensor.translation(), Eigen::Vector3d(1, 2, 3));
+}
+
+TEST_F(Carla, DepthIsAShareOfAKilometreAlongTheAxis) {
+  write("depth/0001.png", pngBytes(2, 1, 3, 8, {0, 0, 128, 255, 255, 254}));
+  write("semantic/0001.png", pngBytes(2, 1, 3, 8, {7, 0, 0, 7, 0, 0}));
+  const Frame frame = openRecording(folder_.path())->read(0);
+  EXPECT_NEAR(frame.depth.at(0, 0), 500.00003, 1e-4);
+  EXPECT_NEAR(frame.depth.at(1, 0), 996.09, 1e-2);
+  EXPECT_FALSE(frame.camera.depth_is_range);
+}
+
+TEST_F(Carla, PosesAreThoseOfTheOpticalFrame) {
+  write("poses.txt", "0.5 1 2 3 0 0 0.70710678118 0.70710678118\n");
+  const auto source = openRecording(folder_.path());
+  EXPECT_EQ(source->stamp(0), 0.5);
+  expectAxes(source->pose(0), {0, 1, 0}, {-1, 0, 0}, {0, 0, 1});
 }
 
 TEST_F(Carla, TellsTheTwoNumberingsApart) {

@@ -36,7 +36,7 @@ std::vector<std::string_view> splitTabs(std::string_view line, char separator = 
 /// img_<vehicle>_<camera>_<type>_<time>.<ending>
 struct ImageName {
   std::string file;
-  std::string camera;
+  std::string camera;  ///< with its vehicle; either may have underscores of its own
   int type = -1;
 };
 
@@ -46,7 +46,8 @@ std::optional<ImageName> parseImageName(std::string_view file) {
   if (parts.size() < 4) return std::nullopt;
   const std::string_view type = parts[parts.size() - 2];
   if (type.size() != 1 || type[0] < '0' || type[0] > '9') return std::nullopt;
-  return ImageName{std::string(file), std::string(parts[parts.size() - 3]), type[0] - '0'};
+  const auto camera_end = static_cast<std::size_t>(type.data() - stem.data());
+  return ImageName{std::string(file), stem.substr(0, camera_end), type[0] - '0'};
 }
 
 /// Depth and segmentation of the same camera; the first camera with depth is taken.
@@ -105,15 +106,20 @@ class RecordingTable {
                          std::to_string(cells.size()));
       }
       if (const auto pair = findPair(cells[image_column_])) {
+        if (depth_type_ >= 0 && depth_type_ != pair->depth.type) {
+          file_.failAtLine("depth of type " + std::to_string(pair->depth.type) +
+                           " after depth of type " + std::to_string(depth_type_) +
+                           "; expected one type (1: planar, 2: along the ray) in all rows");
+        }
+        depth_type_ = pair->depth.type;
         frames.push_back(frameOf(row, cells, *pair));
-        perspective_ = pair->depth.type == kDepthPerspective;
       }
     }
     if (frames.empty()) file_.fail("no row has images of depth and segmentation of one camera");
     return frames;
   }
 
-  bool depthIsRange() const { return perspective_; }
+  bool depthIsRange() const { return depth_type_ == kDepthPerspective; }
 
  private:
   static constexpr const char* kPoseColumns[] = {"POS_X", "POS_Y", "POS_Z", "Q_X",
@@ -144,33 +150,48 @@ class RecordingTable {
   std::vector<std::string> columns_;
   std::vector<std::size_t> pose_columns_;
   std::size_t time_column_ = 0, image_column_ = 0;
-  bool perspective_ = false;
+  int depth_type_ = -1;
 };
 
+bool isPfm(const std::string& path) { return fs::path(path).extension() == ".pfm"; }
+
 /// camera.yaml, else AirSim's default field of view of 90 degrees; the latter only for depth in
-/// metres.
+/// metres. Whether depth is planar is said by the type of the images.
 Camera cameraOf(const fs::path& folder, const ListedFrame& first, bool depth_is_range) {
   const std::string path = (folder / "camera.yaml").string();
-  if (fs::exists(path)) return readCamera(path);
-  if (fs::path(first.measurement).extension() != ".pfm") {
+  Camera camera;
+  if (fs::exists(path)) {
+    camera = readCamera(path);
+  } else if (isPfm(first.measurement)) {
+    const Image<float> depth = readPfm(first.measurement);
+    camera.width = depth.width;
+    camera.height = depth.height;
+    camera.fx = camera.fy = 0.5 * depth.width;
+    camera.cx = 0.5 * (depth.width - 1);
+    camera.cy = 0.5 * (depth.height - 1);
+  } else {
     throw Error(path,
                 "needed for depth that is not .pfm: width, height, fx, fy, cx, cy, depth_scale");
   }
-  const Image<float> depth = readPfm(first.measurement);
-  Camera camera;
-  camera.width = depth.width;
-  camera.height = depth.height;
-  camera.fx = camera.fy = 0.5 * depth.width;
-  camera.cx = 0.5 * (depth.width - 1);
-  camera.cy = 0.5 * (depth.height - 1);
   camera.depth_is_range = depth_is_range;
   return camera;
+}
+
+/// AirSim writes the rows of its .pfm files from the top down, unlike the format.
+DepthImage readAirsimDepth(const std::string& path, const Camera& camera) {
+  DepthImage depth = readDepth(path, camera);
+  if (!isPfm(path)) return depth;
+  for (int y = 0; y < depth.height / 2; ++y) {
+    std::swap_ranges(&depth.at(0, y), &depth.at(0, y) + depth.width,
+                     &depth.at(0, depth.height - 1 - y));
+  }
+  return depth;
 }
 
 void readImages(const Camera& camera, const ColorTable& colors, const ListedFrame& listed,
                 Frame& frame) {
   frame.camera = camera;
-  frame.depth = readDepth(listed.measurement, camera);
+  frame.depth = readAirsimDepth(listed.measurement, camera);
   frame.label = labelsOfColors(decodeImage(listed.label), colors, listed.label);
   requireSameSize(listed.label, frame.label.width, frame.label.height, listed.measurement,
                   frame.depth.width, frame.depth.height);
