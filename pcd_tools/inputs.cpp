@@ -12,6 +12,7 @@
 #include "xview/map/map_store.h"
 #include "xview/types/error.h"
 #include "xview/types/stopwatch.h"
+#include "xview/unnamed_classes.h"
 
 namespace xview::tools {
 namespace {
@@ -28,12 +29,22 @@ LabelSet labelsOfGraph(const std::string& path, const GraphFile& file,
   return genericLabelSet({ids.begin(), ids.end()});
 }
 
-void sayGuessedRoles(const LabelSet& labels, const Narrative& narrate) {
-  if (labels.isGeneric()) {
-    return narrate.note(
-        "the classes have no names, so each counts as an object, the ground and walls too; "
-        "--labels names them");
+void sayShapes(const LabelSet& unnamed, const Narrative& narrate) {
+  std::string shapes;
+  for (const auto& [id, info] : unnamed.classes()) {
+    if (info.kind != Kind::none && info.kind != Kind::other_object)
+      shapes += fmt::format("{} {} as {}", shapes.empty() ? "" : ",", id, toString(info.kind));
   }
+  narrate.note(
+      shapes.empty()
+          ? "the classes have no names, so each counts as an object, the ground too; --labels "
+            "names them"
+          : "the classes have no names and were judged by their shapes:" + shapes +
+                "; --labels names them");
+}
+
+void sayGuessedRoles(const LabelSet& labels, const Narrative& narrate) {
+  if (labels.isGeneric()) return sayShapes(labels, narrate);
   std::string guessed;
   for (const auto& [id, info] : labels.classes()) {
     if (info.guessed)
@@ -55,7 +66,7 @@ SemanticMap mapOfAnything(const std::string& path, const InputFlags& input, cons
       return buildMap(file.graph, file.labels, path, job.options);
     }
     default: {
-      const std::unique_ptr<FrameSource> source = openInput(path, whole, job);
+      const std::unique_ptr<FrameSource> source = openMapInput(path, whole, job);
       return buildMap({source.get()}, job.options, job.narrate.progress("map"));
     }
   }
@@ -86,11 +97,19 @@ InputOptions InputFlags::parsed() const {
 std::unique_ptr<FrameSource> openInput(const std::string& path, const InputOptions& options,
                                        const Job& job) {
   std::unique_ptr<FrameSource> source = openRecording(path, options);
-  if (source->labels().name() == kOfTheMap) {
+  if (source->labels().name() == kOfTheMap || (options.unnamed && source->labels().isGeneric())) {
     job.narrate.note(path + " names no classes; its ids are taken as those of the map");
   } else {
     sayGuessedRoles(source->labels(), job.narrate);
   }
+  return source;
+}
+
+std::unique_ptr<FrameSource> openMapInput(const std::string& path, const InputOptions& options,
+                                          const Job& job) {
+  if (options.unnamed) return openInput(path, options, job);
+  std::unique_ptr<FrameSource> source = withRolesByShape(openRecording(path, options), job.options);
+  sayGuessedRoles(source->labels(), job.narrate);
   return source;
 }
 

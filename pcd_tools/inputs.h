@@ -27,6 +27,11 @@ class InputFlags {
 std::unique_ptr<FrameSource> openInput(const std::string& path, const InputOptions& options,
                                        const Job& job);
 
+/// The same for what a map is made of: if it names no classes, and none are offered, they are
+/// judged by their shapes.
+std::unique_ptr<FrameSource> openMapInput(const std::string& path, const InputOptions& options,
+                                          const Job& job);
+
 /// What became of the frames of a recording, for people.
 class FrameTally {
  public:

@@ -79,7 +79,7 @@ class MapCommand final : public Command {
           break;
         }
         default:
-          recordings.push_back(openInput(path, input, job));
+          recordings.push_back(openMapInput(path, input, job));
       }
     }
     if (!recordings.empty()) parts.insert(parts.begin(), buildOfRecordings(recordings, job));
