@@ -114,6 +114,25 @@ TEST_F(TinyTown, AQueryThatNamesNoClassesTakesThoseOfTheMap) {
   EXPECT_EQ(timeless(found.out), timeless(named));
 }
 
+TEST_F(TinyTown, WithoutAnyClassNamesShapesTellStreetsFromThings) {
+  for (const char* session : {"forward", "rear"}) {
+    fs::copy(town(session), file(std::string("bare_") + session), fs::copy_options::recursive);
+    fs::remove(file(std::string("bare_") + session) + "/classes.yaml");
+  }
+  const Outcome mapped = succeed({"map", file("bare_forward"), file("bare.xvm")});
+  EXPECT_NE(mapped.err.find("as road"), std::string::npos) << mapped.err;
+  EXPECT_NE(mapped.err.find("as pole"), std::string::npos) << mapped.err;
+  const Json bare =
+      jsonLines(succeed({"localize", "-q", "--json", file("bare_rear"), file("bare.xvm")}).out)
+          .at(0);
+  const Json named =
+      jsonLines(succeed({"localize", "-q", "--json", town("rear"), map()}).out).at(0);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    EXPECT_NEAR(bare["pose"]["position"][axis].get<double>(),
+                named["pose"]["position"][axis].get<double>(), 0.3);
+  }
+}
+
 TEST_F(TinyTown, AnswersAreDrawnWithTheWayOfTheQueryWhileItIsThere) {
   const std::string answers = file("drawn.jsonl"), page = file("drawn.html");
   fs::copy(town("rear"), file("moving"), fs::copy_options::recursive);
