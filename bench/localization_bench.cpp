@@ -3,7 +3,7 @@
 //
 //   localization_bench MAP_SESSION SESSION... [--window 60,30,15] [--stride 10] [--key.subkey VALUE]... [--csv FILE]
 //
-// A session is a recording with groundtruth.txt (poses in the map frame; a folder named `elsewhere` has none that counts:
+// A session is a recording with groundtruth.txt (poses in the map frame; a folder named after `elsewhere` has none that counts:
 // its windows must not be accepted). The last lines judge the confidence
 // over all windows: recall where precision is 99 %, and how many answers of each confidence are right.
 // The columns under NEES/6 judge the covariance over the accepted windows within 5 m: mean (1 if right, less if too wide)

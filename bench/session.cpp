@@ -27,7 +27,7 @@ Session loadSession(const std::string& word, const Options& options) {
   const std::string folder = folderOf(word);
   Session s;
   s.name = std::filesystem::path(folder).filename().string();
-  s.negative = s.name.rfind("elsewhere", 0) == 0 || s.name.rfind("negative", 0) == 0;
+  s.negative = s.name.find("elsewhere") != std::string::npos || s.name.rfind("negative", 0) == 0;
   const auto source = openPart(word);
   Options parallel = options;
   parallel.threads = 0;

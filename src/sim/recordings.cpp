@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "xview/sim/recordings.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "xview/sim/option_check.h"
@@ -13,6 +14,7 @@ namespace {
 
 constexpr double kLane = 1.4;     // from the middle of the road to the right [m]
 constexpr double kSpeed = 9;      // [m/s]
+constexpr double kTurn_s = 0.1;   // of the scanner
 constexpr double kStart = 1.6e9;  // stamp of the first session [s]
 constexpr double kFarAway = 1e5;  // truth of what is not in the map [m]
 constexpr double kCameraHeight = 1.7, kLidarHeight = 1.8;
@@ -27,7 +29,8 @@ enum SessionNumber {
   kAerial,
   kElsewhereSession,
   kLidar,
-  kLidarReverse
+  kLidarReverse,
+  kLidarElsewhere
 };
 
 std::uint64_t sessionSeed(const SimulationOptions& options, int number) {
@@ -116,11 +119,12 @@ class SessionMaker {
     if (choice.oblique) addCamera("oblique", kOblique, stage_.drive(), -kLane, cameraMount(0.9));
     if (choice.aerial)
       addCamera("aerial", kAerial, stage_.drive(), 3, aerialMount(options_.aerial));
-    if (choice.elsewhere) addElsewhere();
     if (choice.lidar) {
-      addLidar("lidar", kLidar, stage_.drive());
-      addLidar("lidar_reverse", kLidarReverse, reversed(stage_.drive()));
+      finish(lidarPlan(stage_, "lidar", kLidar, stage_.drive()), kLidar);
+      finish(lidarPlan(stage_, "lidar_reverse", kLidarReverse, reversed(stage_.drive())),
+             kLidarReverse);
     }
+    if (choice.elsewhere) addElsewhere(choice.lidar);
     return std::move(sessions_);
   }
 
@@ -145,23 +149,34 @@ class SessionMaker {
     finish(cameraPlan(stage_, name, number, line, left_m, mount), number);
   }
 
-  void addLidar(const std::string& name, int number, const Polyline& line) {
+  SessionPlan lidarPlan(const Stage& stage, const std::string& name, int number,
+                        const Polyline& line) const {
     SessionPlan plan;
     plan.name = name;
     plan.sensor = Sensor::lidar;
     plan.lidar = options_.lidar;
-    plan.T_world_sensor = stage_.poses(line, -kLane, lidarMount(), number);
-    finish(std::move(plan), number);
+    plan.metres_per_turn = kSpeed * kTurn_s;
+    plan.T_world_sensor = stage.poses(line, -kLane, lidarMount(), number);
+    return plan;
   }
 
-  void addElsewhere() {
+  void addElsewhere(bool with_lidar) {
     const Stage other(options_, static_cast<std::uint64_t>(options_.seed) ^ kElsewhere);
-    SessionPlan plan =
-        cameraPlan(other, "elsewhere", kElsewhereSession, other.drive(), -kLane, cameraMount(0));
-    locate(plan, kElsewhereSession);
+    addFarAway(
+        other,
+        cameraPlan(other, "elsewhere", kElsewhereSession, other.drive(), -kLane, cameraMount(0)),
+        kElsewhereSession);
+    if (with_lidar) {
+      addFarAway(other, lidarPlan(other, "lidar_elsewhere", kLidarElsewhere, other.drive()),
+                 kLidarElsewhere);
+    }
+  }
+
+  void addFarAway(const Stage& other, SessionPlan plan, int number) {
+    locate(plan, number);
     for (Eigen::Isometry3d& T : plan.T_map_sensor)
       T.pretranslate(Eigen::Vector3d(kFarAway, kFarAway, 0));
-    sessions_.push_back(other.record(std::move(plan), kElsewhereSession));
+    sessions_.push_back(other.record(std::move(plan), number));
   }
 
   void finish(SessionPlan plan, int number) {
@@ -171,7 +186,8 @@ class SessionMaker {
 
   /// Odometry and truth from the poses in the world.
   void locate(SessionPlan& plan, int number) {
-    const double drift = options_.isNoisy() && number != kForward ? options_.drift : 0;
+    const bool is_mapping_drive = number == kForward || number == kLidar;
+    const double drift = options_.isNoisy() && !is_mapping_drive ? options_.drift : 0;
     plan.T_odom_sensor = asOdometry(plan.T_world_sensor, drift, sessionSeed(options_, number));
     if (number == kForward) {
       T_map_world_ = plan.T_odom_sensor.front() * plan.T_world_sensor.front().inverse();
@@ -179,6 +195,7 @@ class SessionMaker {
     for (const Eigen::Isometry3d& T : plan.T_world_sensor) {
       plan.T_map_sensor.push_back(T_map_world_ * T);
     }
+    if (number == kLidar) plan.T_odom_sensor = plan.T_map_sensor;
   }
 
   const SimulationOptions& options_;
@@ -196,6 +213,22 @@ SimulatedRecording::SimulatedRecording(SessionPlan plan, Renderer renderer,
       options_(options),
       labels_(townLabels()) {}
 
+Frame SimulatedRecording::withNoise(Frame frame, std::size_t index) const {
+  if (plan_.sensor == Sensor::camera) {
+    frame = withLabelNoise(std::move(frame), options_.label_noise, plan_.seed);
+    return withDepthNoise(std::move(frame), plan_.depth_noise, plan_.seed);
+  }
+  if (size() > 1) {
+    const std::size_t first = std::min(index, size() - 2);
+    const Eigen::Isometry3d step =
+        plan_.T_world_sensor[first].inverse() * plan_.T_world_sensor[first + 1];
+    const double turns_per_step = options_.frame_spacing_m / plan_.metres_per_turn;
+    frame = withOwnMotion(std::move(frame), step,
+                          options_.lidar_noise.uncorrected_motion / turns_per_step);
+  }
+  return withLidarNoise(std::move(frame), options_.lidar_noise, plan_.seed);
+}
+
 Frame SimulatedRecording::read(std::size_t index) const {
   const Eigen::Isometry3d& T_world_sensor = plan_.T_world_sensor.at(index);
   const bool is_lidar = plan_.sensor == Sensor::lidar;
@@ -204,10 +237,7 @@ Frame SimulatedRecording::read(std::size_t index) const {
   frame.number = number(index);
   frame.stamp_s = stamp(index);
   frame.T_odom_sensor = pose(index);
-  if (!options_.isNoisy()) return frame;
-  if (is_lidar) return withLidarNoise(std::move(frame), options_.lidar_noise, plan_.seed);
-  frame = withLabelNoise(std::move(frame), options_.label_noise, plan_.seed);
-  return withDepthNoise(std::move(frame), plan_.depth_noise, plan_.seed);
+  return options_.isNoisy() ? withNoise(std::move(frame), index) : frame;
 }
 
 std::vector<std::unique_ptr<SimulatedRecording>> makeSessions(const SimulationOptions& options) {

@@ -221,6 +221,14 @@ float largestAround(const DepthImage& image, int x, int y, int radius) {
   return largest;
 }
 
+/// This share of a small motion.
+Eigen::Isometry3d partOf(const Eigen::Isometry3d& motion, double share) {
+  const Eigen::AngleAxisd turn(motion.linear());
+  Eigen::Isometry3d part(Eigen::AngleAxisd(share * turn.angle(), turn.axis()));
+  part.translation() = share * motion.translation();
+  return part;
+}
+
 /// fx * baseline / depth [pixels]; 0 where there is no depth.
 DepthImage disparityOf(const DepthImage& depth, double focal_baseline) {
   DepthImage disparity = depth;
@@ -334,6 +342,17 @@ Frame withLidarNoise(Frame frame, const LidarNoise& noise, std::uint64_t seed) {
     frame.cloud.points.push_back(point);
     if (!truth.instances.empty()) frame.cloud.instances.push_back(kept ? truth.instances[i] : 0);
     frame.cloud.ranges.push_back(static_cast<float>(range + error));
+  }
+  return frame;
+}
+
+Frame withOwnMotion(Frame frame, const Eigen::Isometry3d& step, double share) {
+  for (std::size_t i = 0; i < frame.cloud.size(); ++i) {
+    auto point = frame.cloud.points[i].getVector3fMap();
+    const double turns = std::atan2(point.y(), point.x()) / (2 * M_PI);
+    const Eigen::Vector3d p = partOf(step, share * turns).inverse() * point.cast<double>();
+    point = p.cast<float>();
+    if (!frame.cloud.ranges.empty()) frame.cloud.ranges[i] = static_cast<float>(p.norm());
   }
   return frame;
 }

@@ -195,6 +195,49 @@ TEST(Noise, OfAnEmptyFrameIsEmpty) {
   EXPECT_TRUE(withLidarNoise(Frame(), LidarNoise(), 1).cloud.empty());
 }
 
+TEST(OwnMotion, LeavesWhatIsAheadAndShiftsWhatIsBehindByHalfATurnOfTravel) {
+  Frame frame;
+  for (const double yaw : {0.0, M_PI / 2, -M_PI / 2, M_PI - 1e-6, -M_PI + 1e-6}) {
+    pcl::PointXYZL point;
+    point.x = static_cast<float>(20 * std::cos(yaw));
+    point.y = static_cast<float>(20 * std::sin(yaw));
+    point.z = 1;
+    frame.cloud.points.push_back(point);
+    frame.cloud.ranges.push_back(static_cast<float>(point.getVector3fMap().norm()));
+  }
+  Eigen::Isometry3d step = Eigen::Isometry3d::Identity();
+  step.translation().x() = 2;
+  const Frame moved = withOwnMotion(frame, step, 0.5);  // 1 m per turn
+  const double shift[] = {0, -0.25, 0.25, -0.5, 0.5};
+  for (std::size_t i = 0; i < frame.cloud.size(); ++i) {
+    const Eigen::Vector3d d = moved.cloud.position(i) - frame.cloud.position(i);
+    EXPECT_NEAR((d - Eigen::Vector3d(shift[i], 0, 0)).norm(), 0, 1e-4) << i;
+    EXPECT_NEAR(moved.cloud.ranges[i], moved.cloud.position(i).norm(), 1e-4);
+  }
+}
+
+TEST(OwnMotion, OfAScannerThatTurnsIsUndoneByTheInverseMotion) {
+  Frame frame;
+  Random random(3);
+  for (int i = 0; i < 200; ++i) {
+    pcl::PointXYZL point;
+    point.x = static_cast<float>(random.uniform(-30, 30));
+    point.y = static_cast<float>(random.uniform(-30, 30));
+    point.z = static_cast<float>(random.uniform(-2, 5));
+    if (point.getVector3fMap().head<2>().norm() > 5) frame.cloud.points.push_back(point);
+  }
+  Eigen::Isometry3d step(Eigen::AngleAxisd(0.05, Eigen::Vector3d::UnitZ()));
+  step.translation() = Eigen::Vector3d(0.9, 0.02, 0.01);
+  const Frame raw = withOwnMotion(frame, step, 1);
+  for (std::size_t i = 0; i < frame.cloud.size(); ++i) {
+    const Eigen::Vector3d p = frame.cloud.position(i);
+    const double turns = std::atan2(p.y(), p.x()) / (2 * M_PI);
+    Eigen::Isometry3d T_now(Eigen::AngleAxisd(0.05 * turns, Eigen::Vector3d::UnitZ()));
+    T_now.translation() = turns * step.translation();
+    EXPECT_LT((T_now * raw.cloud.position(i) - p).norm(), 1e-4);
+  }
+}
+
 TEST(LidarNoise, ShiftsAlongTheRayAndKeepsItsAccuracy) {
   Frame frame;
   Random random(1);

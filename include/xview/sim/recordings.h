@@ -14,7 +14,8 @@
 
 namespace xview {
 
-/// Which recordings to make. `forward` is always there: its odometry frame is the map frame.
+/// Which recordings to make. `forward` is always there: its odometry frame is the map frame, and so
+/// is that of `lidar`, the mapping drive of the scanner.
 struct SessionChoice {
   bool forward2 = false;
   bool rear = true;
@@ -33,7 +34,8 @@ void visit(SessionChoice& o, Visitor&& field) {
   field("oblique", o.oblique, "the same drive with the camera looking half to the left");
   field("aerial", o.aerial, "the same streets from the air");
   field("elsewhere", o.elsewhere, "a drive in another town, which must not be found in the map");
-  field("lidar", o.lidar, "LiDAR scans of the drive and of the way back");
+  field("lidar", o.lidar,
+        "LiDAR scans of the drive and of the way back; with elsewhere, of the other town as well");
 }
 
 struct AerialOptions {
@@ -87,7 +89,7 @@ void visit(SimulationOptions& o, Visitor&& field) {
   field("height", o.height, Range{16, 8192}, "image height [pixels]");
   field("view_deg", o.view_deg, Range{20, 150}, "horizontal angle of view [deg]");
   field("drift", o.drift, Range{0, 0.2},
-        "noisy: error of the odometry per distance; the mapping drive has none, as after "
+        "noisy: error of the odometry per distance; the mapping drives have none, as after "
         "optimisation");
   field.group("sessions", o.sessions);
   field.group("aerial", o.aerial);
@@ -111,6 +113,7 @@ struct SessionPlan {
   std::vector<Eigen::Isometry3d> T_world_sensor;
   std::vector<Eigen::Isometry3d> T_odom_sensor;  ///< what the odometry says
   std::vector<Eigen::Isometry3d> T_map_sensor;   ///< the truth
+  double metres_per_turn = 0;                    ///< that a scanner moves while it turns once
 };
 
 /// A recording whose frames are rendered when they are read; any order, any thread, always the same
@@ -136,6 +139,8 @@ class SimulatedRecording : public FrameSource {
   const Camera& camera() const { return plan_.camera; }  ///< camera sessions only
 
  private:
+  Frame withNoise(Frame frame, std::size_t index) const;
+
   SessionPlan plan_;
   Renderer renderer_;
   SimulationOptions options_;

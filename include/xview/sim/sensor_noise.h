@@ -49,6 +49,7 @@ struct LidarNoise {
   double range_sigma_m = 0.02;
   double dropout_share = 0.02;
   double label_accuracy = 0.95;
+  double uncorrected_motion = 0.05;  ///< share of the own motion in a turn
 };
 
 template <class Visitor>
@@ -57,6 +58,9 @@ void visit(LidarNoise& o, Visitor&& field) {
   field("dropout_share", o.dropout_share, Range{0, 1}, "share of the returns that are lost");
   field("label_accuracy", o.label_accuracy, Range{0.3, 1},
         "share of the points with the right label");
+  field(
+      "uncorrected_motion", o.uncorrected_motion, Range{0, 1},
+      "share of the own motion during a turn that stays in the scan: 0 = well corrected, 1 = raw");
 }
 
 // All take a perfect frame of a simulated town and give a bad one. Equal seeds give equal errors;
@@ -71,5 +75,11 @@ Frame withDepthNoise(Frame frame, const DepthNoise& noise, std::uint64_t seed);
 Frame withLabelNoise(Frame frame, const LabelNoise& noise, std::uint64_t seed);
 
 Frame withLidarNoise(Frame frame, const LidarNoise& noise, std::uint64_t seed);
+
+/// A scan as it comes from a scanner on the move: a turn begins and ends behind it (azimuth pi),
+/// the pose of the frame is that of the middle of the turn, and every point is relative to where
+/// the scanner was when it was measured. The motion in one turn is `share` of `step`, which is in
+/// the frame of the sensor. The surfaces that are hit are those of a scanner at rest.
+Frame withOwnMotion(Frame frame, const Eigen::Isometry3d& step, double share);
 
 }  // namespace xview
