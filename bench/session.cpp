@@ -53,7 +53,8 @@ std::vector<Window> windowsOf(const Session& s, double window_m, double stride_m
   for (double from = 0; from == 0 || from + window_m <= t.back() + 1; from += stride_m) {
     const auto first = std::lower_bound(t.begin(), t.end(), from) - t.begin();
     const auto last = std::upper_bound(t.begin(), t.end(), from + window_m) - t.begin();
-    const Window window{static_cast<std::size_t>(first), static_cast<std::size_t>(last)};
+    const auto begin = static_cast<std::size_t>(first);
+    const Window window{begin, std::max(begin + 1, static_cast<std::size_t>(last))};
     if (windows.empty() || windows.back().first != window.first) windows.push_back(window);
   }
   return windows;

@@ -68,6 +68,7 @@ Query makeQuery(const FrameDigest* first, const FrameDigest* last, const LabelSe
     query.frames.push_back(frame->number);
     query.sensor = frame->sensor;
   }
+  if (query.poses.empty()) query.poses.push_back(Eigen::Isometry3d::Identity());  // nothing was seen, from nowhere
   query.plan = plan.build();
   query.plan.upright = upright;
   query.graph = places.finish(query.plan);

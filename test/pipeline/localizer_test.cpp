@@ -193,6 +193,17 @@ TEST(Localizer, AnEmptyQueryIsRejected) {
   }
 }
 
+TEST(Localizer, AQueryOfNoFramesIsRejected) {
+  const auto& drive = simulatedDrive();
+  const FrameDigest* none = drive.frames.at("rear").data();
+  const Query query = makeQuery(none, none, drive.labels, {});
+  for (const char* method : {"auto", "search", "walks"}) {
+    const Localization fix = Localizer(drive.map, withMethod(method)).localize(query);
+    EXPECT_EQ(fix.status, Status::rejected) << method;
+    EXPECT_TRUE(fix.hypotheses.empty()) << method;
+  }
+}
+
 TEST(Localizer, AnEmptyMapRejectsEverything) {
   const auto& drive = simulatedDrive();
   SemanticMap empty;
