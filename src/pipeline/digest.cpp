@@ -63,7 +63,7 @@ void findImageBlobs(const Frame& cleaned, const LabelSet& labels, const Options&
 }
 
 /// Blobs of the classes that merging uses: surfaces are sampled in mode running_mean, and most points are theirs.
-std::vector<Blob> frameBlobs(LabelledCloud points, const LabelSet& labels, const Options& options) {
+std::vector<Blob> frameBlobs(LabelledCloud points, const ScanView& scan, const LabelSet& labels, const Options& options) {
   if (options.merge.mode == "running_mean") {
     std::size_t kept = 0;
     std::uint32_t last_label = 0;
@@ -84,7 +84,7 @@ std::vector<Blob> frameBlobs(LabelledCloud points, const LabelSet& labels, const
     points.ranges.clear();
   }
   const bool thin = options.blobs.voxel_m > 0;
-  return extractBlobs(thin ? thinByVoxel(points, options.blobs.voxel_m) : points, labels, options.blobs);
+  return extractBlobs(thin ? thinByVoxel(points, options.blobs.voxel_m) : points, labels, options.blobs, nullptr, scan);
 }
 
 FrameDigest readAndDigest(const FrameSource& source, std::size_t i, const Options& options) {
@@ -123,6 +123,8 @@ FrameDigest digestFrame(Frame frame, const LabelSet& labels, const Options& opti
     digest.inverse_depth_sigma = inverseDepthNoise(frame.depth);
     frame.label = cleanLabels(frame.label, labels, options.clean);
   }
+  ScanView scan{frame.T_odom_sensor, {}};
+  if (frame.sensor != Sensor::camera) scan.beams = measureBeamSpacing(frame.cloud);
   LabelledCloud points = lift(frame, labels, options.lift, &digest.counts);
   digest.aerial = looksFromTheAir(frame, points.ranges);
   std::vector<std::uint32_t> points_per_voxel;
@@ -130,7 +132,7 @@ FrameDigest digestFrame(Frame frame, const LabelSet& labels, const Options& opti
   castVotes(frame, points_per_voxel, digest);
   digest.timing_ms.emplace_back("lift", watch.lap_ms());
   if (isImageSpace(options)) findImageBlobs(frame, labels, options, digest);
-  else digest.blobs = frameBlobs(std::move(points), labels, options);
+  else digest.blobs = frameBlobs(std::move(points), scan, labels, options);
   for (Blob& blob : digest.blobs) blob.first_frame = blob.last_frame = frame.number;
   digest.timing_ms.emplace_back("blobs", watch.lap_ms());
   return digest;

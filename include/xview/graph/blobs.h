@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "xview/graph/beams.h"
 #include "xview/types/blob.h"
 #include "xview/types/labelled_cloud.h"
 #include "xview/types/labels.h"
@@ -48,9 +49,15 @@ std::vector<int> euclideanClusters(const std::vector<Eigen::Vector3f>& points, f
 /// class that spreads further than max_surface_m in x or y is cut at whole multiples of it in the
 /// frame of the cloud, and pieces with fewer than min_points are dropped. `blob_of_point`, if
 /// given, receives the blob of each point or -1. Blobs are ordered by label, then by first point.
+///
+/// The beams of a scan are further apart than tolerance_m far away, and fewer of them meet a thing.
+/// If the cloud is one scan and its spacing is known, neighbours in its range image are joined as
+/// well (joinAlongBeams), and a blob needs no more points than a thin post would have where it
+/// stands (pointsOfThinThing); both change nothing near the sensor.
 std::vector<Blob> extractBlobs(const LabelledCloud& cloud, const LabelSet& set,
                                const BlobOptions& options,
-                               std::vector<int>* blob_of_point = nullptr);
+                               std::vector<int>* blob_of_point = nullptr,
+                               const ScanView& scan = {});
 
 /// One point per voxel, class and instance: their centroid, in order of first appearance; ranges
 /// become the mean range. Voxels are cells of the frame of the cloud, whatever its origin. Points
