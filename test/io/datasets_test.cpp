@@ -243,7 +243,7 @@ class TumRgbd : public Dataset {
   TumRgbd() {
     write("depth.txt", "# depth maps\n10.00 depth/10.00.png\n10.10 depth/10.10.png\n");
     write("rgb.txt", "10.01 rgb/10.01.png\n10.11 rgb/10.11.png\n");
-    write("groundtruth.txt", "9.95 0 0 0 0 0 0 1\n10.05 1 0 0 0 0 0 1\n10.15 3 0 0 0 0 0 1\n");
+    write("groundtruth.txt", "9.975 0 0 0 0 0 0 1\n10.05 3 0 0 0 0 0 1\n10.15 5 0 0 0 0 0 1\n");
     write("camera.yaml", "width: 1\nheight: 1\nfx: 1\nfy: 1\ncx: 0\ncy: 0\ndepth_scale: 0.0002\n");
     for (const char* stem : {"10.00", "10.10"}) {
       write(std::string("depth/") + stem + ".png", pngBytes(1, 1, 1, 16, {5000}));
@@ -257,8 +257,8 @@ TEST_F(TumRgbd, FindsLabelsByEitherNameAndPosesBetweenTheirStamps) {
   EXPECT_EQ(recogniseInput(folder_.path()), InputKind::tum_rgbd);
   const auto source = openRecording(folder_.path());
   ASSERT_EQ(source->size(), 2u);
-  EXPECT_NEAR(source->pose(0).translation().x(), 0.5, 1e-9);
-  EXPECT_NEAR(source->pose(1).translation().x(), 2, 1e-9);
+  EXPECT_NEAR(source->pose(0).translation().x(), 1, 1e-9);
+  EXPECT_NEAR(source->pose(1).translation().x(), 4, 1e-9);
   EXPECT_EQ(source->stamp(1), 10.10);
   EXPECT_EQ(source->read(0).label.at(0, 0), 4);
   EXPECT_EQ(source->read(1).label.at(0, 0), 6);
@@ -284,12 +284,12 @@ TEST_F(TumRgbd, HasTheKinectOfThePublishedSequencesUnlessTheFolderSaysOtherwise)
 TEST_F(TumRgbd, PosesAreThoseOfTheCameraInTheWorld) {
   write("groundtruth.txt",
         "9.95 1 2 3 0 0 0.70710678118 0.70710678118\n10.05 1 2 3 0 0 0.70710678118 "
-        "0.70710678118\n10.15 1 2 3 0 0 1 0\n");
+        "0.70710678118\n10.20 1 2 3 0 0 1 0\n");
   const auto source = openRecording(folder_.path());
   EXPECT_EQ(source->pose(0).translation(), Eigen::Vector3d(1, 2, 3));
   expectAxes(source->pose(0), {0, 1, 0}, {-1, 0, 0}, {0, 0, 1});
-  const double half = std::sqrt(0.5);  // half way from 90 to 180 degrees
-  expectAxes(source->pose(1), {-half, half, 0}, {-half, -half, 0}, {0, 0, 1});
+  const double sine = std::sin(M_PI / 3);  // a third of the way from 90 to 180 degrees
+  expectAxes(source->pose(1), {-0.5, sine, 0}, {-sine, -0.5, 0}, {0, 0, 1});
 }
 
 TEST_F(TumRgbd, LabelsOfAnotherTimeAndPosesFarApartAreNotUsed) {
