@@ -8,6 +8,7 @@
 #include "commands.h"
 #include "frames_to_cloud.h"
 #include "inputs.h"
+#include "xview/depth_plausibility.h"
 #include "xview/graph/clean_labels.h"
 #include "xview/graph/image_blobs.h"
 #include "xview/graph/lift.h"
@@ -59,23 +60,28 @@ BlobbedCloud clusterCloud(const FrameSource& source, const Job& job) {
 }
 
 /// The regions of one frame: blobs of this frame only, its pixels lifted.
-BlobbedCloud regionsOfFrame(Frame frame, const LabelSet& labels, const Options& options) {
+BlobbedCloud regionsOfFrame(Frame frame, const LabelSet& labels, const Options& options,
+                            DepthPlausibility& depths) {
   frame.label = cleanLabels(frame.label, labels, options.clean);
   ImageBlobs found =
       extractImageBlobs(frame, labels, options.image_blobs, maxRange(frame, options.lift));
   frame.instance = LabelImage(frame.label.width, frame.label.height);
   for (std::size_t i = 0; i < frame.instance.pixels.size(); ++i)
     frame.instance.pixels[i] = static_cast<std::uint16_t>(found.blob_of_pixel.pixels[i] + 1);
-  return {lift(frame, labels, options.lift), std::move(found.blobs)};
+  LiftCounts counts;
+  LabelledCloud cloud = lift(frame, labels, options.lift, &counts);
+  depths.add(counts, cloud.ranges);
+  return {std::move(cloud), std::move(found.blobs)};
 }
 
 BlobbedCloud regionsOfImages(const FrameSource& source, const Job& job) {
   requireGraphSpace(job.options, source.sensor(), source.name());
   Stopwatch watch;
   BlobbedCloud result;
+  DepthPlausibility depths;
   const Progress progress = job.narrate.progress("blobs");
   for (std::size_t f = 0; f < source.size(); ++f) {
-    BlobbedCloud frame = regionsOfFrame(source.read(f), source.labels(), job.options);
+    BlobbedCloud frame = regionsOfFrame(source.read(f), source.labels(), job.options, depths);
     if (job.options.blobs.voxel_m > 0)
       frame.cloud = thinByVoxel(frame.cloud, job.options.blobs.voxel_m);
     const auto before = static_cast<std::uint32_t>(result.blobs.size());
@@ -84,6 +90,7 @@ BlobbedCloud regionsOfImages(const FrameSource& source, const Job& job) {
     result.blobs.insert(result.blobs.end(), frame.blobs.begin(), frame.blobs.end());
     if (progress) progress(f + 1, source.size());
   }
+  depths.require(source);
   job.narrate.stage("blobs", watch.lap_ms(),
                     fmt::format("{} frames, {} points, {} image blobs", source.size(),
                                 result.cloud.size(), result.blobs.size()));

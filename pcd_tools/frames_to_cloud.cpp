@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <vector>
 
+#include "xview/depth_plausibility.h"
 #include "xview/io/cloud_files.h"
 #include "xview/types/error.h"
 #include "xview/types/parallel.h"
@@ -40,6 +41,7 @@ LabelledCloud liftAll(const FrameSource& source, const Job& job, LiftCounts& cou
   const Progress progress = job.narrate.progress("lift");
   constexpr std::size_t kBatch = 16;  // frames in memory at a time
   LabelledCloud whole;
+  DepthPlausibility depths;
   for (std::size_t first = 0; first < source.size(); first += kBatch) {
     const std::size_t count = std::min(kBatch, source.size() - first);
     std::vector<LabelledCloud> parts(count);
@@ -48,6 +50,7 @@ LabelledCloud liftAll(const FrameSource& source, const Job& job, LiftCounts& cou
       parts[i] = lift(source.read(first + i), source.labels(), job.options.lift, &part_counts[i]);
     });
     for (std::size_t i = 0; i < count; ++i) {
+      depths.add(part_counts[i], parts[i].ranges);
       appendCloud(whole, parts[i]);
       counts.lifted += part_counts[i].lifted;
       counts.no_depth += part_counts[i].no_depth;
@@ -56,6 +59,7 @@ LabelledCloud liftAll(const FrameSource& source, const Job& job, LiftCounts& cou
     }
     if (progress) progress(first + count, source.size());
   }
+  depths.require(source);
   if (whole.empty()) {
     throw Error(
         source.name(),

@@ -3,8 +3,8 @@
 #include <cmath>
 
 #include "pipeline/depth_noise.h"
-#include "pipeline/depth_plausibility.h"
 #include "pipeline/place_graph.h"
+#include "xview/depth_plausibility.h"
 #include "xview/graph/blobs.h"
 #include "xview/graph/clean_labels.h"
 #include "xview/graph/image_blobs.h"
@@ -103,7 +103,7 @@ void digestInOrder(const FrameSource& source, const Options& options, std::size_
   DepthPlausibility depths;
   const auto make = [&](std::size_t i) { waiting[i % ahead] = readAndDigest(source, i, options); };
   makeInOrder(source.size(), options.threads, ahead, make, [&](std::size_t i) {
-    depths.add(waiting[i % ahead]);
+    depths.add(waiting[i % ahead].counts, waiting[i % ahead].cloud.ranges);
     take(std::move(waiting[i % ahead]));
   });
   depths.require(source);

@@ -1,9 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "pipeline/depth_plausibility.h"
+#include "xview/depth_plausibility.h"
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
+#include "pipeline/depth_agreement.h"
+#include "pipeline/plane_curvature.h"
 #include "pipeline/simulated_drive.h"
+#include "xview/mapper.h"
 #include "xview/types/error.h"
 
 namespace xview {
@@ -87,6 +92,75 @@ TEST(DepthPlausibility, ASmallRoomSeenByACameraThatMovesAsMuchPasses) {
 
 TEST(DepthPlausibility, ACameraThatStandsStillTellsNothing) {
   EXPECT_NO_THROW(digestRecording(ScaledRecording(0.1f, true), {}));
+}
+
+/// A drive measured along the rays or along the optical axis, with a camera that declares either.
+class OfKind : public FrameSource {
+ public:
+  OfKind(const std::string& session, bool measured_range, bool declared_range, double narrower = 1)
+      : drive_(*simulatedDrive().sessions.at(session)), measured_range_(measured_range), declared_range_(declared_range), narrower_(narrower) {}
+  std::size_t size() const override { return 20; }
+  Eigen::Isometry3d pose(std::size_t i) const override { return drive_.pose(i); }
+  double stamp(std::size_t i) const override { return drive_.stamp(i); }
+  std::int64_t number(std::size_t i) const override { return drive_.number(i); }
+  Frame read(std::size_t i) const override {
+    Frame frame = drive_.read(i);
+    Camera& camera = frame.camera;
+    for (int v = 0; v < frame.depth.height; ++v) {
+      for (int u = 0; u < frame.depth.width; ++u) {
+        const double x = (u - camera.cx) / camera.fx, y = (v - camera.cy) / camera.fy;
+        float& z = frame.depth.at(u, v);
+        if (measured_range_) z *= static_cast<float>(std::sqrt(x * x + y * y + 1));
+        const bool outside = std::max(std::abs(x), std::abs(y)) > 1 / narrower_;
+        if (narrower_ > 1 && outside) z = 0;
+      }
+    }
+    camera.depth_is_range = declared_range_;
+    return frame;
+  }
+  Sensor sensor() const override { return Sensor::camera; }
+  const LabelSet& labels() const override { return drive_.labels(); }
+  const std::string& name() const override { return name_; }
+
+ private:
+  const FrameSource& drive_;
+  bool measured_range_, declared_range_;
+  double narrower_;
+  std::string name_ = "kind";
+};
+
+TEST(DepthPlausibility, DepthAlongTheRayDeclaredPlanarIsNamedAndTheOtherWayRound) {
+  for (const char* session : {"forward", "rear"}) {
+    for (const bool measured_range : {false, true}) {
+      EXPECT_EQ(complaintAbout(OfKind(session, measured_range, measured_range)), "") << session;
+      const std::string complaint = complaintAbout(OfKind(session, measured_range, !measured_range));
+      EXPECT_EQ(complaint.rfind("kind: ", 0), 0u) << session << complaint;
+      const std::string missing = measured_range ? "`depth: range`" : "`depth: planar`";
+      EXPECT_NE(complaint.find(missing), std::string::npos) << complaint;
+      EXPECT_EQ(complaint.find('\n'), std::string::npos);
+    }
+  }
+}
+
+TEST(DepthPlausibility, PlanesAreFlatInTheRightKindOfDepthOnly) {
+  const LabelSet& labels = simulatedDrive().sessions.at("forward")->labels();
+  for (const bool range : {false, true}) {
+    const auto right = curvatureOfPlanes(OfKind("forward", range, range).read(5), labels);
+    const auto wrong = curvatureOfPlanes(OfKind("forward", range, !range).read(5), labels);
+    ASSERT_TRUE(right && wrong);
+    EXPECT_LT(std::abs(right->as_given), 0.002);
+    EXPECT_GT(std::abs(right->otherwise), 0.008);
+    EXPECT_NEAR(wrong->as_given, right->otherwise, 1e-6);
+    EXPECT_NEAR(wrong->otherwise, right->as_given, 1e-6);
+  }
+}
+
+TEST(DepthPlausibility, WithoutGroundOrHousesOrAViewWideEnoughTheKindOfDepthCannotBeTold) {
+  const OfKind wrong("forward", true, false);
+  EXPECT_TRUE(planesSayOtherKind(wrong));
+  EXPECT_FALSE(planesSayOtherKind(OfKind("forward", true, false, 20)));
+  EXPECT_FALSE(curvatureOfPlanes(wrong.read(0), genericLabelSet({1, 2, 3, 4, 5, 6, 7})));
+  EXPECT_FALSE(curvatureOfPlanes(Frame(), wrong.labels()));
 }
 
 TEST(DepthPlausibility, FramesAgreeMostAtTheRightScale) {

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <vector>
+
+#include "xview/graph/lift.h"
+#include "xview/types/frame.h"
+
+namespace xview {
+
+/// Watches what became of the measurements of a recording, to name a wrong depth scale, or depth along the ray taken for planar depth,
+/// instead of mapping nonsense.
+class DepthPlausibility {
+ public:
+  /// One frame: what lifting counted, and the ranges of what it kept.
+  void add(const LiftCounts& counts, const std::vector<float>& ranges);
+
+  /// Throws Error
+  /// - if next to nothing that was measured is within the range limits;
+  /// - if depths are suspiciously small and frames contradict one another, while depths ten, a hundred or a thousand times as large would
+  ///   agree (agreementOfDepths);
+  /// - if ground and houses are curved as if depth were along the ray and not along the axis, or the other way round (curvatureOfPlanes),
+  ///   and frames agree better that way, too.
+  /// A recording that is merely unusual passes.
+  void require(const FrameSource& source) const;
+
+ private:
+  LiftCounts counts_;
+  std::vector<float> median_ranges_;  ///< of frames
+};
+
+}  // namespace xview
