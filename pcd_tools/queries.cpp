@@ -7,6 +7,7 @@
 
 #include "xview/map/map_store.h"
 #include "xview/types/error.h"
+#include "xview/types/stopwatch.h"
 
 namespace xview::tools {
 namespace {
@@ -24,10 +25,33 @@ std::unique_ptr<Query> queryOfMap(const std::string& path) {
   return query;
 }
 
+/// What answers say of a frame.
+FrameDigest withoutPoints(const FrameDigest& frame) {
+  FrameDigest bare;
+  bare.number = frame.number;
+  bare.stamp_s = frame.stamp_s;
+  bare.sensor = frame.sensor;
+  bare.T_odom_sensor = frame.T_odom_sensor;
+  return bare;
+}
+
+void readWhole(const FrameSource& source, const Job& job, QueryInput& result) {
+  const Progress progress = job.narrate.progress("frames");
+  FrameTally tally;
+  Stopwatch watch;
+  result.whole =
+      std::make_unique<Query>(makeQuery(source, job.options, [&](const FrameDigest& frame) {
+        tally.add(frame);
+        result.frames.push_back(withoutPoints(frame));
+        if (progress) progress(tally.frames(), source.size());
+      }));
+  tally.say(source.name(), watch.lap_ms(), job.narrate);
+}
+
 }  // namespace
 
 QueryInput readQuery(const std::string& path, const InputFlags& input, const Job& job,
-                     const LabelSet& map_labels) {
+                     const LabelSet& map_labels, bool windowed) {
   QueryInput result;
   result.path = path;
   const InputOptions options = inputIn(input, map_labels);
@@ -45,7 +69,11 @@ QueryInput readQuery(const std::string& path, const InputFlags& input, const Job
     default: {
       const std::unique_ptr<FrameSource> source = openInput(path, options, job);
       result.labels = source->labels();
-      result.frames = digest(*source, job);
+      if (windowed) {
+        result.frames = digest(*source, job);
+      } else {
+        readWhole(*source, job, result);
+      }
       if (result.frames.empty()) throw Error(path, "no frames");
     }
   }

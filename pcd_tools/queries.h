@@ -14,12 +14,14 @@ namespace xview::tools {
 struct QueryInput {
   std::string path;
   LabelSet labels;
-  std::vector<FrameDigest> frames;  ///< recordings
-  std::unique_ptr<Query> whole;     ///< graphs and maps, which have no frames
-  std::size_t size() const { return whole ? 1 : frames.size(); }
+  std::vector<FrameDigest> frames;  ///< recordings; without their points where `whole` is there
+  std::unique_ptr<Query> whole;     ///< the query, unless it is cut into windows
+  std::size_t size() const { return frames.empty() ? 1 : frames.size(); }
 };
+/// `windowed`: a recording is kept frame by frame, to be cut into windows; else it becomes one
+/// query, and its points are forgotten on the way.
 QueryInput readQuery(const std::string& path, const InputFlags& input, const Job& job,
-                     const LabelSet& map_labels);
+                     const LabelSet& map_labels, bool windowed = false);
 
 /// Throws UsageError if the operands QUERY... MAP look swapped: a map file is asked for, and what
 /// it should be found in is a recording.

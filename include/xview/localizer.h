@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -32,6 +33,9 @@ struct Query {
 
 /// A query from a window of frames.
 Query makeQuery(const FrameDigest* first, const FrameDigest* last, const LabelSet& labels, const Options& options);
+/// A query from a whole recording, frame by frame: memory follows the place, not the number of frames. The same as from its digests, but
+/// that the first frames alone tell which way is up. `seen` is called with every frame, in order.
+Query makeQuery(const FrameSource& source, const Options& options, const std::function<void(const FrameDigest&)>& seen = {});
 /// A query from a bare graph.
 Query makeQuery(const SemanticGraph& graph, const LabelSet& labels, const Options& options);
 

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
+#include <deque>
+#include <utility>
 
 #include "pipeline/gravity.h"
+#include "pipeline/growing_place.h"
 #include "pipeline/place_graph.h"
 #include "pipeline/point_sigma.h"
 #include "xview/graph/edges.h"
@@ -51,6 +54,58 @@ void addRecentPoints(const FrameDigest* first, const FrameDigest* last, const Re
   query.cloud_sigma_m = *middle;
 }
 
+/// A query of frames that come one by one. Only those of the last metres of travel are kept, for their points.
+class GrowingQuery {
+ public:
+  GrowingQuery(const LabelSet& labels, const Options& options) : reach_m_(options.refine.reach_m), options_(options), place_(labels, options) {
+    query_.labels = labels;
+  }
+
+  void add(FrameDigest frame) {
+    addTimings(&frame, &frame + 1, query_.timing_ms);
+    Stopwatch watch;
+    if (!query_.poses.empty()) travelled_m_ += (frame.T_odom_sensor.translation() - query_.poses.back().translation()).norm();
+    query_.poses.push_back(frame.T_odom_sensor);
+    query_.frames.push_back(frame.number);
+    query_.sensor = frame.sensor;
+    recent_.push_back({frame, travelled_m_});
+    while (travelled_m_ - recent_.front().travelled_m > reach_m_) recent_.pop_front();
+    place_.add(std::move(frame));
+    graph_ms_ += watch.lap_ms();
+  }
+
+  Query finish() {
+    Stopwatch watch;
+    place_.endRecording();
+    GrowingPlace::Place place = place_.finish();
+    query_.plan = std::move(place.plan);
+    query_.graph = std::move(place.graph);
+    addRecent();
+    query_.timing_ms.emplace_back("graph", graph_ms_ + watch.lap_ms());
+    return std::move(query_);
+  }
+
+ private:
+  void addRecent() {
+    const auto before = static_cast<std::uint32_t>(query_.poses.size() - recent_.size());
+    std::vector<FrameDigest> frames;
+    for (Recent& recent : recent_) frames.push_back(std::move(recent.frame));
+    addRecentPoints(frames.data(), frames.data() + frames.size(), options_.refine, query_);
+    for (std::uint32_t& frame : query_.cloud_seen_from) frame += before;
+  }
+
+  struct Recent {
+    FrameDigest frame;
+    double travelled_m;  ///< until this frame
+  };
+  double reach_m_;
+  Options options_;
+  GrowingPlace place_;
+  Query query_;
+  std::deque<Recent> recent_;
+  double travelled_m_ = 0, graph_ms_ = 0;
+};
+
 }  // namespace
 
 Query makeQuery(const FrameDigest* first, const FrameDigest* last, const LabelSet& labels, const Options& options) {
@@ -75,6 +130,15 @@ Query makeQuery(const FrameDigest* first, const FrameDigest* last, const LabelSe
   addRecentPoints(first, last, options.refine, query);
   query.timing_ms.emplace_back("graph", watch.lap_ms());
   return query;
+}
+
+Query makeQuery(const FrameSource& source, const Options& options, const std::function<void(const FrameDigest&)>& seen) {
+  GrowingQuery query(source.labels(), options);
+  digestRecording(source, options, [&](FrameDigest frame) {
+    if (seen) seen(frame);
+    query.add(std::move(frame));
+  });
+  return query.finish();
 }
 
 Query makeQuery(const SemanticGraph& graph, const LabelSet& labels, const Options& options) {

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "pipeline/simulated_drive.h"
 #include "xview/types/error.h"
 #include "xview/types/pose.h"
@@ -85,6 +87,41 @@ TEST(Localizer, FramesOfAFirstCameraAreTurnedUpright) {
   const Localization in_tilted = Localizer(tilted, {}).localize(query);
   EXPECT_EQ(in_tilted.status, Status::accepted) << in_tilted.reason;
   EXPECT_LT((in_tilted.T_map_sensor.translation() - T_optical * truth.translation()).norm(), 0.5);
+}
+
+TEST(Localizer, AQueryReadFrameByFrameIsThatOfAllItsDigests) {
+  const auto& drive = simulatedDrive();
+  const FrameSource& rear = *drive.sessions.at("rear");
+  const std::vector<FrameDigest>& frames = drive.frames.at("rear");
+  const Query all = makeQuery(frames.data(), frames.data() + frames.size(), drive.labels, {});
+  std::vector<std::int64_t> seen;
+  const Query streamed = makeQuery(rear, {}, [&](const FrameDigest& frame) { seen.push_back(frame.number); });
+  EXPECT_EQ(seen, all.frames);
+  EXPECT_EQ(streamed.frames, all.frames);
+  EXPECT_EQ(streamed.sensor, all.sensor);
+  EXPECT_EQ(streamed.cloud_seen_from, all.cloud_seen_from);
+  EXPECT_GT(*std::min_element(all.cloud_seen_from.begin(), all.cloud_seen_from.end()), 0u);  // not from the first frames
+  EXPECT_EQ(streamed.cloud_sigma_m, all.cloud_sigma_m);
+  EXPECT_EQ(streamed.cloud.origin, all.cloud.origin);
+  ASSERT_EQ(streamed.cloud.size(), all.cloud.size());
+  for (std::size_t i = 0; i < all.cloud.size(); ++i)
+    ASSERT_EQ(streamed.cloud.points[i].getVector3fMap(), all.cloud.points[i].getVector3fMap());
+  ASSERT_EQ(streamed.graph.size(), all.graph.size());
+  for (std::size_t i = 0; i < all.graph.size(); ++i) ASSERT_EQ(streamed.graph.vertices[i].position, all.graph.vertices[i].position);
+  EXPECT_EQ(streamed.graph.edges(), all.graph.edges());
+  EXPECT_EQ(streamed.plan.sampleCount(), all.plan.sampleCount());
+  const Localizer localizer(drive.map, {});
+  EXPECT_EQ(localizer.localize(streamed).T_map_query.matrix(), localizer.localize(all).T_map_query.matrix());
+}
+
+TEST(Localizer, AQueryOfATiltedCameraReadFrameByFrameIsTurnedUprightToo) {
+  const auto& drive = simulatedDrive();
+  const Eigen::Isometry3d T_tilted(Eigen::AngleAxisd(-M_PI / 2, Eigen::Vector3d::UnitX()));
+  const test::MovedRecording rear(*drive.sessions.at("rear"), T_tilted);
+  const Query query = makeQuery(rear, {});
+  EXPECT_GT(query.plan.upright.angularDistance(Eigen::Quaterniond::Identity()), 1);
+  const Localization fix = Localizer(drive.map, {}).localize(query);
+  EXPECT_EQ(fix.status, Status::accepted) << fix.reason;
 }
 
 TEST(Localizer, AnswersAlikeForAnyNumberOfThreads) {

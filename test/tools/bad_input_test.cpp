@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <utility>
 
 #include "support/test_data.h"
 #include "tools/program.h"
@@ -112,6 +113,20 @@ TEST_F(BadInput, DepthScaleInWrongUnitLeavesNothingInRange) {
 TEST_F(BadInput, DepthScaleTooSmallContradictsTheMotion) {
   replaceIn(sequence_ + "/camera.yaml", "depth_scale: 0.01", "depth_scale: 0.001");
   expectRefused("10 times as large");
+}
+
+TEST_F(BadInput, DepthScalesAreWatchedByLiftAndBlobsToo) {
+  const std::string cloud = folder_ / "new.pcd";
+  for (const auto& [scale, complaint] :
+       {std::pair{"10", "depth_scale 10"}, {"0.001", "10 times as large"}}) {
+    writeSequence(sequence_);
+    replaceIn(sequence_ + "/camera.yaml", "depth_scale: 0.01",
+              std::string("depth_scale: ") + scale);
+    expectFailure({"lift", "-q", sequence_, cloud}, complaint);
+    expectFailure({"blobs", "-q", sequence_, cloud}, complaint);
+    expectFailure({"blobs", "-q", "--graph_space", "image", sequence_, cloud}, complaint);
+    EXPECT_FALSE(fs::exists(cloud));
+  }
 }
 
 TEST_F(BadInput, LabelsOfAnotherSizeThanDepth) {
