@@ -27,6 +27,8 @@
 #include <string>
 #include <vector>
 
+#include "xview/eval/precision_recall.h"
+#include "xview/eval/statistics.h"
 #include "xview/io/graph_files.h"
 #include "xview/io/label_files.h"
 #include "xview/match/object_places.h"
@@ -169,30 +171,20 @@ Trial run(const ObjectPlaceIndex& index, const SemanticGraph& graph, const Eigen
   return trial;
 }
 
-template <class Value>
-double quantile(std::vector<Value> values, double q) {
-  if (values.empty()) return NAN;
-  std::sort(values.begin(), values.end());
-  return values[std::min(values.size() - 1,
-                         static_cast<std::size_t>(q * static_cast<double>(values.size())))];
-}
-
 /// Largest share of the answerable queries that a threshold on the confidence accepts with 99 %
 /// precision.
 double recallAt99(const std::vector<Trial>& trials) {
-  std::vector<const Trial*> sorted;
-  for (const Trial& t : trials) sorted.push_back(&t);
-  std::sort(sorted.begin(), sorted.end(), [](const Trial* a, const Trial* b) {
-    return a->confidence != b->confidence ? a->confidence > b->confidence
-                                          : a->isRight() < b->isRight();
-  });
-  int right = 0, wrong = 0, best = 0, answerable = 0;
-  for (const Trial* t : sorted) {
-    answerable += !t->is_negative;
-    ++(t->isRight() ? right : wrong);
-    if (right >= 0.99 * (right + wrong)) best = right;
+  std::vector<Detection> detections;
+  std::size_t answerable = 0;
+  for (const Trial& t : trials) {
+    detections.push_back({t.confidence, t.isRight()});
+    answerable += !t.is_negative;
   }
-  return answerable > 0 ? static_cast<double>(best) / answerable : NAN;
+  double best = 0;
+  for (const PrecisionRecall& p : precisionRecallCurve(detections, answerable)) {
+    if (p.precision >= 0.99) best = std::max(best, p.recall);
+  }
+  return best;
 }
 
 void printHeader() {
@@ -240,10 +232,10 @@ void writeCsv(const std::string& path, const std::string& name, const std::vecto
   std::ofstream file(path, std::ios::app);
   for (const Trial& t : trials) {
     const ObjectEvidence& e = t.evidence;
-    file << fmt::format("{},{},{:.2f},{:.2f},{:.2f},{:.2f},{:.3f},{},{:.2f},{:.2f},{:.4f},{}\n",
+    file << fmt::format("{},{},{:.2f},{:.2f},{:.2f},{:.2f},{:.3f},{},{:.2f},{:.2f},{},{:.4f},{}\n",
                         name, t.is_negative ? 1 : 0, std::min(t.error_m, 1e6), e.score, e.runner_up,
                         e.expected, e.known_share, e.vertices, e.typical_wrong, e.wrong_deviation,
-                        t.confidence, t.accepted ? 1 : 0);
+                        e.wrong_places, t.confidence, t.accepted ? 1 : 0);
   }
 }
 

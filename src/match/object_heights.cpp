@@ -12,6 +12,8 @@ constexpr double kHeightSigma = 0.5;     // [m] of a pair
 constexpr double kSlopeSigma = 0.02;     // [rad]
 constexpr std::size_t kFewestPairs = 6;  // to tell a slope
 constexpr int kIterations = 5;
+constexpr double kFreedom = 3;             // of the t distribution of the heights off the plane
+constexpr double kIndependentShare = 0.7;  // of what heights say: neighbours are off together
 
 double medianRise(const std::vector<HeightPair>& pairs) {
   std::vector<double> rises;
@@ -46,6 +48,16 @@ HeightFit fitHeights(const std::vector<HeightPair>& pairs, bool may_tilt) {
     fit.slope = solution.tail<2>();
   }
   return fit;
+}
+
+double heightCost(const std::vector<HeightPair>& pairs, const HeightFit& fit) {
+  double cost = 2 * std::log1p(0.5 * fit.slope.squaredNorm() / (kSlopeSigma * kSlopeSigma));
+  for (const HeightPair& p : pairs) {
+    const double off =
+        (p.rise - fit.offset - fit.slope.dot(Eigen::Vector2d(p.x, p.y))) / kHeightSigma;
+    cost += kIndependentShare * p.weight * std::log1p(off * off / kFreedom);
+  }
+  return cost;
 }
 
 }  // namespace xview

@@ -14,6 +14,8 @@ namespace {
 constexpr double kPi = 3.14159265358979323846;
 constexpr double kBlock = 32;        // [m]
 constexpr double kDensityCell = 16;  // [m]
+constexpr double kCoverageCell = 4;  // [m]
+constexpr double kFading = 1.5;      // [m] half the width of the rim of what the map covers
 constexpr double kDensityArea = 9 * kDensityCell * kDensityCell;
 constexpr int kMostCounted = 1000;  // vertices of a class in 48 x 48 m; more are as good as that
 constexpr double kLeastDensity =
@@ -21,6 +23,12 @@ constexpr double kLeastDensity =
 constexpr double kWidestSpacing =
     16;  // [m] surface classes with wider gaps are things in their own right
 constexpr std::size_t kSpacingSamples = 2000;
+constexpr double kAhead[] = {9, 13, 17, 21, 25};  // [m] where a surface may go on
+constexpr double kGap = 1.5;                      // spacings without a sample are no end yet
+constexpr double kAlone = 0.25;  // share of looks to both sides that find nothing, of a surface
+                                 // whose pieces tell as much as objects do
+constexpr double kMostAlone = 1.5;        // of the weight of an object
+constexpr double kIndependentPieceM = 4;  // [m] spacing of samples that count in full
 constexpr double kTangentReach = 22;      // [m] where other surfaces must tell the direction
 constexpr double kLeastElongation = 0.7;  // of the scatter of neighbours, to have a direction
 
@@ -65,7 +73,9 @@ ObjectMap::ObjectMap(const SemanticGraph& graph, const LabelSet& labels,
   sortIntoBlocks();
   measureSpacing(options);
   findTangents();
+  weighSurfaces();
   measureDensities();
+  drawCoverage(options.negative_radius_m);
   findConfusions(options);
   for (MapPoint& p : points_) {
     const ObjectClass& model = classes_[p.slot];
@@ -107,6 +117,7 @@ void ObjectMap::takeVertices(const SemanticGraph& graph, const LabelSet& labels,
     if (!takesPart(v)) continue;
     const Eigen::Vector3f p = (v.position - origin_).cast<float>();
     points_.push_back({p.x(), p.y(), p.z(), 0, 0, 0, i, slot_of_label_[v.label]});
+    has_heights_ = has_heights_ || std::abs(p.z() - points_[0].z) > 1e-3f;
   }
 }
 
@@ -234,6 +245,53 @@ bool ObjectMap::tangentFrom(MapPoint& point, double radius, bool own_class_only)
   return true;
 }
 
+/// How often a surface goes on where one looks along it says how little its pieces tell apart.
+void ObjectMap::weighSurfaces() {
+  std::vector<double> looks(classes_.size(), 0), continued(classes_.size(), 0);
+  const std::size_t step = std::max<std::size_t>(
+      1, points_.size() / (kSpacingSamples * std::max<std::size_t>(1, classes_.size())));
+  for (std::size_t i = 0; i < points_.size(); i += step) {
+    const MapPoint& p = points_[i];
+    if (p.tangent_x == 0 && p.tangent_y == 0) continue;
+    for (const double metres : kAhead) {
+      for (const double sign : {-1.0, 1.0}) {
+        looks[p.slot] += 1;
+        continued[p.slot] += goesOn(p, sign * metres);
+      }
+    }
+  }
+  for (std::size_t slot = 0; slot < classes_.size(); ++slot) {
+    ObjectClass& model = classes_[slot];
+    if (!model.is_surface) continue;
+    const double ends = looks[slot] > 0 ? 1 - continued[slot] / looks[slot] : 1;
+    model.gain_weight = std::min(kMostAlone, ends * ends / kAlone) *
+                        std::min(1.0, model.spacing_m / kIndependentPieceM);
+  }
+}
+
+/// True if there is a vertex of the same class so far ahead along the tangent.
+bool ObjectMap::goesOn(const MapPoint& point, double metres) const {
+  const ObjectClass& model = classes_[point.slot];
+  const double x = point.x + metres * point.tangent_x, y = point.y + metres * point.tangent_y;
+  const double along = kGap * model.spacing_m, across = 2 * model.across_m;
+  const double reach = std::max(along, across);
+  for (std::int64_t by = cellOf(y - reach, kBlock); by <= cellOf(y + reach, kBlock); ++by) {
+    for (std::int64_t bx = cellOf(x - reach, kBlock); bx <= cellOf(x + reach, kBlock); ++bx) {
+      const Range* range = blocks_.find(bx, by);
+      if (!range) continue;
+      for (std::uint32_t i = range->begin; i < range->end; ++i) {
+        const MapPoint& q = points_[i];
+        if (q.slot != point.slot) continue;
+        const double ex = q.x - x, ey = q.y - y;
+        const double u = ex * point.tangent_x + ey * point.tangent_y;
+        const double v = ey * point.tangent_x - ex * point.tangent_y;
+        if (std::abs(u) <= along && std::abs(v) <= across) return true;
+      }
+    }
+  }
+  return false;
+}
+
 void ObjectMap::measureDensities() {
   counts_.resize(classes_.size());
   for (const MapPoint& p : points_) {
@@ -265,6 +323,29 @@ void ObjectMap::measureDensities() {
   }
 }
 
+void ObjectMap::drawCoverage(double reach_m) {
+  const double widest = reach_m + kFading;
+  for (const MapPoint& p : points_) {
+    for (std::int64_t y = cellOf(p.y - widest, kCoverageCell);
+         y <= cellOf(p.y + widest, kCoverageCell); ++y) {
+      for (std::int64_t x = cellOf(p.x - widest, kCoverageCell);
+           x <= cellOf(p.x + widest, kCoverageCell); ++x) {
+        const double dx = (static_cast<double>(x) + 0.5) * kCoverageCell - p.x;
+        const double dy = (static_cast<double>(y) + 0.5) * kCoverageCell - p.y;
+        const double fades = (widest - std::sqrt(dx * dx + dy * dy)) / (2 * kFading);
+        if (fades <= 0) continue;
+        std::uint8_t& cell = coverage_.at(x, y);
+        cell = std::max(cell, static_cast<std::uint8_t>(255 * std::min(1.0, fades)));
+      }
+    }
+  }
+}
+
+double ObjectMap::coverage(double x, double y) const {
+  const std::uint8_t* cell = coverage_.find(cellOf(x, kCoverageCell), cellOf(y, kCoverageCell));
+  return cell ? *cell / 255.0 : 0;
+}
+
 void ObjectMap::findConfusions(const ObjectPlaceOptions& options) {
   if (options.confusion <= 0) return;
   for (std::size_t a = 0; a < classes_.size(); ++a) {
@@ -294,7 +375,8 @@ bool ObjectMap::isKnown(double x, double y) const {
 }
 
 std::size_t ObjectMap::bytes() const {
-  std::size_t sum = points_.size() * sizeof(MapPoint) + blocks_.bytes() + known_.bytes();
+  std::size_t sum =
+      points_.size() * sizeof(MapPoint) + blocks_.bytes() + known_.bytes() + coverage_.bytes();
   for (const auto& grid : counts_) sum += grid.bytes();
   return sum;
 }

@@ -27,6 +27,8 @@ struct ObjectClass {
   double along_m = 0;       ///< standard deviation along the tangent; objects: in all directions
   double across_m = 0;      ///< across it
   double weight = 1;        ///< neighbouring samples of a surface are one piece of evidence
+  double gain_weight = 1;   ///< the same for samples that agree: a surface that goes on and on does
+                            ///< not tell where along it one is
   double mean_density = 0;  ///< around places of the map [1/m^2]
   std::vector<float> log_clutter;  ///< log of the clutter density by number of vertices around
   std::vector<std::uint16_t> confused_with;  ///< slots
@@ -60,6 +62,11 @@ class ObjectMap {
   double logClutter(std::uint16_t slot, double x, double y) const;
   /// True where the map knows anything within about 30 m.
   bool isKnown(double x, double y) const;
+  /// How surely an object at this place would be in the map, had it been there: 1 some metres from
+  /// a vertex of the map, 0 far from all.
+  double coverage(double x, double y) const;
+  /// False if all heights of the map are equal: it has none.
+  bool hasHeights() const { return has_heights_; }
   /// Indices of the points in a square.
   void pointsIn(double x, double y, double half_side, std::vector<std::uint32_t>& found) const;
   std::size_t bytes() const;
@@ -75,7 +82,10 @@ class ObjectMap {
                    const ObjectPlaceOptions& options);
   void sortIntoBlocks();
   void measureSpacing(const ObjectPlaceOptions& options);
+  void weighSurfaces();
+  bool goesOn(const MapPoint& point, double metres) const;
   void measureDensities();
+  void drawCoverage(double reach_m);
   void findTangents();
   bool tangentFrom(MapPoint& point, double radius, bool own_class_only) const;
   void findConfusions(const ObjectPlaceOptions& options);
@@ -88,6 +98,8 @@ class ObjectMap {
   std::vector<SparseGrid<std::uint16_t>>
       counts_;  ///< per slot: vertices in the 3x3 density cells around
   SparseGrid<std::uint8_t> known_;
+  SparseGrid<std::uint8_t> coverage_;  ///< in steps of 1 / 255
+  bool has_heights_ = false;
 };
 
 /// log(1 + exp(v)), from a table: good to 1e-3.

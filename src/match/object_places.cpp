@@ -17,6 +17,7 @@ namespace {
 constexpr std::size_t kSmallMap = 1000;  // vertices; the fine raster is searched directly
 constexpr double kCellsPerRoot =
     37;  // cells kept of the first look: 3700 for 10,000 vertices, 37,000 for a million
+constexpr std::size_t kCellsPerPose = 20;  // kept of small maps: many are neighbours
 constexpr double kCoarseYawStep = 0.16, kFineYawStep = 0.105;  // [rad]
 constexpr double kCentreMargin = 15;   // [m] beyond the gap around the query's own centre
 constexpr std::size_t kReturned = 20;  // hypotheses with all their details
@@ -37,7 +38,8 @@ bool isBetter(const Scored& a, const Scored& b) {
 }
 
 bool areSame(const CentrePose& a, const CentrePose& b) {
-  return std::hypot(a.x - b.x, a.y - b.y) < kSameMetres &&
+  const double dx = a.x - b.x, dy = a.y - b.y;
+  return dx * dx + dy * dy < kSameMetres * kSameMetres &&
          std::abs(angleDifference(a.yaw, b.yaw)) < kSameRadians;
 }
 
@@ -59,14 +61,14 @@ Scored lookedAt(ObjectVerifier& verifier, const CentrePose& pose) {
   verifier.moveTo(pose);
   const CentrePose better = verifier.improved(pose, 1.8);
   const double seen = verifier.score(better, 1.3);
-  return {better, seen - verifier.missedObjects(better)};
+  return {better, seen - verifier.missedObjects(better) - verifier.heightCost()};
 }
 
 Scored refined(ObjectVerifier& verifier, CentrePose pose) {
   verifier.moveTo(pose);
   for (const double widen : {1.4, 1.4, 1.0, 1.0}) pose = verifier.improved(pose, widen);
   const double seen = verifier.score(pose, 1);
-  return {pose, seen - verifier.missedObjects(pose)};
+  return {pose, seen - verifier.missedObjects(pose) - verifier.heightCost()};
 }
 
 /// Calls work(verifier, i) for all i, each thread with a verifier of its own.
@@ -78,13 +80,6 @@ void verifyAll(std::size_t count, int threads, const ObjectMap& map, const Objec
     ObjectVerifier verifier(map, query, options);
     for (std::size_t i = chunk * kChunk; i < std::min(count, (chunk + 1) * kChunk); ++i)
       work(verifier, i);
-  });
-}
-
-/// False if all heights of the query are equal: it has none.
-bool hasHeights(const ObjectQuery& query) {
-  return std::any_of(query.items().begin(), query.items().end(), [&](const QueryItem& item) {
-    return std::abs(item.z - query.items()[0].z) > 1e-3f;
   });
 }
 
@@ -205,7 +200,7 @@ std::vector<Scored> ObjectPlaceIndex::Index::propose(const ObjectQuery& query,
                           {fine, samples, kFineYawStep}, search);
   } else {
     search.max_yaw_step_rad = kFineYawStep;
-    search.keep_cells = wanted_cells ? wanted_cells : 30 * search.keep_poses;
+    search.keep_cells = wanted_cells ? wanted_cells : kCellsPerPose * search.keep_poses;
     places = searchRaster(fine, samples, search);
   }
   std::vector<Scored> poses;
@@ -228,7 +223,6 @@ ObjectHypothesis ObjectPlaceIndex::Index::describe(ObjectVerifier& verifier,
     for (int k = 0; k < 4; ++k) pose = verifier.improved(pose, 1.2, focus);
   }
   verifier.score(pose, 1);
-  std::vector<HeightPair> rises;
   for (std::size_t i = 0; i < query.items().size(); ++i) {
     const Association& association = verifier.associations()[i];
     if (association.local == Association::kNone || association.log_odds <= 0) continue;
@@ -236,14 +230,10 @@ ObjectHypothesis ObjectPlaceIndex::Index::describe(ObjectVerifier& verifier,
     const MapPoint& p = verifier.mapPoint(association.local);
     const double chance = 1 / (1 + std::exp(-static_cast<double>(association.log_odds)));
     hypothesis.inliers.push_back({item.vertex, p.vertex, static_cast<float>(chance)});
-    const Kind kind = map.classes()[p.slot].kind;
-    const bool is_roof_or_crown =
-        query.isFromAbove() && (kind == Kind::building || kind == Kind::vegetation);
-    if (!is_roof_or_crown) rises.push_back({item.x, item.y, p.z - item.z});
   }
   std::sort(hypothesis.inliers.begin(), hypothesis.inliers.end(),
             [](const Correspondence& a, const Correspondence& b) { return a.query < b.query; });
-  const HeightFit heights = fitHeights(rises, hasHeights(query));
+  const HeightFit heights = fitHeights(verifier.heightPairs(), query.hasHeights());
   const Eigen::Vector3d centre_in_map =
       Eigen::Vector3d(pose.x, pose.y, heights.offset) + map.origin();
   hypothesis.T_map_query = poseFromYaw(centre_in_map, pose.yaw) * tilted(heights.slope) *

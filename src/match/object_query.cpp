@@ -11,7 +11,8 @@ namespace {
 constexpr double kRimSlack = 1e-6;  // [m] vertices on the rim belong to a part
 constexpr double kSeenShare =
     0.25;  // of the expected number: below, the sensor does not see the class
-constexpr double kEnoughExpected = 3;  // vertices expected before absence means anything
+constexpr double kFewFromAbove = 0.25, kManyFromBelow = 0.8;  // thin things seen of the expected
+constexpr double kRarelyFromAbove = 0.25;                     // odds before anything is counted
 constexpr double kThinning =
     0.9;  // of the gap: samples of the same spacing must not lose every second one
 constexpr std::size_t kMostSamples = 300;  // more do not make the search any surer
@@ -50,6 +51,7 @@ ObjectQuery::ObjectQuery(const SemanticGraph& graph, const ObjectMap& map,
     item.z = static_cast<float>(p.z());
     radius_ = std::max(radius_, p.head<2>().norm());
     items_.push_back(item);
+    has_heights_ = has_heights_ || std::abs(item.z - items_[0].z) > 1e-3f;
   }
   std::stable_sort(items_.begin(), items_.end(), [&](const QueryItem& a, const QueryItem& b) {
     const auto key = [&](const QueryItem& i) {
@@ -89,7 +91,11 @@ void ObjectQuery::findVisibleClasses(const ObjectMap& map) {
       thin_seen += count[slot];
     }
   }
-  from_above_ = thin_expected >= kEnoughExpected && thin_seen < kSeenShare * thin_expected;
+  // Poisson counts.
+  const double log_odds = std::log(kRarelyFromAbove) +
+                          thin_expected * (kManyFromBelow - kFewFromAbove) -
+                          thin_seen * std::log(kManyFromBelow / kFewFromAbove);
+  from_above_ = 1 / (1 + std::exp(-log_odds));
 }
 
 void ObjectQuery::drawCoverage(const ObjectMap& map, double reach_m) {
@@ -113,8 +119,8 @@ void ObjectQuery::drawCoverage(const ObjectMap& map, double reach_m) {
     for (int cy = static_cast<int>(y) - reach; cy <= static_cast<int>(y) + reach; ++cy) {
       for (int cx = static_cast<int>(x) - reach; cx <= static_cast<int>(x) + reach; ++cx) {
         if (cx < 0 || cy < 0 || cx >= coverage_side_ || cy >= coverage_side_) continue;
-        const auto distance =
-            static_cast<float>(std::hypot(cx + 0.5 - x, cy + 0.5 - y) * coverage_cell_);
+        const double dx = cx + 0.5 - x, dy = cy + 0.5 - y;
+        const auto distance = static_cast<float>(std::sqrt(dx * dx + dy * dy) * coverage_cell_);
         const auto cell = static_cast<std::size_t>(cy * coverage_side_ + cx);
         nearest_[cell] = std::min(nearest_[cell], distance);
         if (distance < kSameSurface) near_surface_[cell] |= mask;
@@ -150,7 +156,8 @@ std::vector<RasterSample> ObjectQuery::samples(const ObjectMap& map, double gap_
   samples.reserve(items_.size());
   for (const QueryItem& item : items_) {
     const auto isTaken = [&](const RasterSample& s) {
-      return s.channel == item.slot && std::hypot(s.x - item.x, s.y - item.y) < kThinning * gap_m;
+      const double dx = s.x - item.x, dy = s.y - item.y, gap = kThinning * gap_m;
+      return s.channel == item.slot && dx * dx + dy * dy < gap * gap;
     };
     if (map.classes()[item.slot].is_surface && std::any_of(samples.begin(), samples.end(), isTaken))
       continue;

@@ -8,6 +8,8 @@ namespace xview {
 namespace {
 
 constexpr double kFarthest = 10;  // squared Mahalanobis distance beyond which nothing is stamped
+constexpr double kLeastShare =
+    0.3;  // of the weight of a surface: what does not tell places apart still tells where they are
 constexpr double kHeadingBlur = 0.5;  // [m^2] the pose is known to half a yaw step only
 
 /// A Gaussian around a map point.
@@ -58,7 +60,8 @@ Stamp widened(const ObjectClass& model, bool directed, double across_m, double c
   const double along = std::sqrt(model.along_m * model.along_m + blur);
   // The samples of the query are as far apart as a cell at least, see ObjectQuery::samples.
   const double weight = model.is_surface
-                            ? std::min(1.0, std::max(model.spacing_m, cell_m) / kIndependentM)
+                            ? std::min(1.0, std::max(model.spacing_m, cell_m) / kIndependentM) *
+                                  std::max(kLeastShare, model.gain_weight)
                             : model.weight;
   if (!model.is_surface) return {along, along, 0, weight};
   if (!directed) return {0.8 * along, 0.8 * along, 0, weight};

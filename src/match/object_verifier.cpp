@@ -16,7 +16,10 @@ constexpr float kConfusedPenalty =
 constexpr double kRobust = 3;  // squared distance at which a pair has a quarter of its weight
 constexpr double kRoundShare =
     0.6;  // variance of surface vertices without tangent, of that along a surface
-constexpr double kFocusRadius = 30;                 // [m]
+constexpr double kFocusRadius = 30;  // [m]
+constexpr double kIndependentShare =
+    0.6;  // of the evidence of objects that agree: they stand in rows, one brings others along
+constexpr double kMaybeFromAbove = 0.2;             // then tops are not at the heights of sides
 constexpr int kLeastSide = 20, kLargestSide = 300;  // cells of the local grid
 constexpr double kItemsPerCell = 4;
 
@@ -34,23 +37,25 @@ ObjectVerifier::ObjectVerifier(const ObjectMap& map, const ObjectQuery& query,
   }
   associations_.resize(query.items().size());
   known_.resize(query.items().size());
+  cost_.resize(query.items().size());
 }
 
 ObjectVerifier::Spread ObjectVerifier::spreadOf(const ObjectClass& model, double widen) const {
   double along = model.along_m, across = model.across_m;
-  if (model.is_surface) {
-    const bool is_roof = query_.isFromAbove() && model.kind == Kind::building;
-    across = widen * (is_roof ? options_.roof_lateral_m : across);
-  } else {
-    along *= widen;
-    across *= widen;
-  }
+  across *= widen;
+  if (!model.is_surface) along *= widen;
   const double round2 = along * along * (model.is_surface ? kRoundShare : 1.0);
   Spread spread;
   spread.gate = static_cast<float>(model.is_surface ? 2 * along + 1.6 : 3 * along);
   spread.inverse_along2 = static_cast<float>(1 / (along * along));
   spread.inverse_across2 = static_cast<float>(1 / (across * across));
   spread.inverse_round2 = static_cast<float>(1 / round2);
+  const double roof = widen * options_.roof_lateral_m;
+  const bool has_roof = model.is_surface && model.kind == Kind::building && roof > across;
+  spread.inverse_roof2 = static_cast<float>(1 / (roof * roof));
+  spread.front_penalty = static_cast<float>(has_roof ? -2 * std::log1p(-query_.fromAbove()) : 0);
+  spread.roof_penalty = static_cast<float>(
+      has_roof ? 2 * std::log(roof / (across * query_.fromAbove())) : 2 * kFarthest);
   spread.log_gain_shift =
       static_cast<float>(std::log(model.along_m * model.across_m / (along * across)));
   spread.confused_gain = static_cast<float>(std::log(std::max(1e-9, options_.confusion)) +
@@ -72,7 +77,10 @@ void ObjectVerifier::moveTo(const CentrePose& pose) {
   const double c = std::cos(pose.yaw), s = std::sin(pose.yaw);
   for (std::size_t i = 0; i < known_.size(); ++i) {
     const QueryItem& item = query_.items()[i];
-    known_[i] = map_.isKnown(pose.x + c * item.x - s * item.y, pose.y + s * item.x + c * item.y);
+    const double x = pose.x + c * item.x - s * item.y, y = pose.y + s * item.x + c * item.y;
+    const double coverage = map_.coverage(x, y);
+    known_[i] = coverage > 0 || map_.isKnown(x, y);
+    cost_[i] = static_cast<float>(known_[i] ? costOfMissing(item.slot, coverage) : 0);
   }
 }
 
@@ -80,6 +88,14 @@ double ObjectVerifier::knownShare() const {
   if (known_.empty()) return 0;
   const auto known = std::count(known_.begin(), known_.end(), std::uint8_t{1});
   return static_cast<double>(known) / static_cast<double>(known_.size());
+}
+
+/// Of a query vertex without a partner. A sample of a surface where the map has nothing at all is
+/// not a gap between two samples: the whole surface is missing.
+double ObjectVerifier::costOfMissing(std::uint16_t slot, double coverage) const {
+  const ObjectClass& model = map_.classes()[slot];
+  const double outside = model.is_surface ? -std::log(1 - options_.detection) : -model.log_miss;
+  return -coverage * model.weight * model.log_miss + (1 - coverage) * outside;
 }
 
 /// Counting sort of the points around by class and cell.
@@ -133,9 +149,12 @@ ObjectVerifier::Nearest ObjectVerifier::nearest(std::uint16_t slot, float x, flo
       const float ex = x - p.x, ey = y - p.y, e2 = ex * ex + ey * ey;
       if (e2 > gate * gate || used_[k] == stamp_) continue;
       const float u = ex * p.tangent_x + ey * p.tangent_y, v = ey * p.tangent_x - ex * p.tangent_y;
-      const float d2 = u * u * spread.inverse_along2 + v * v * spread.inverse_across2 +
-                       p.undirected * e2 * spread.inverse_round2;
-      if (d2 < best.distance2) best = {static_cast<std::int32_t>(k), d2};
+      const float along2 =
+          u * u * spread.inverse_along2 + p.undirected * e2 * spread.inverse_round2;
+      const float front = along2 + v * v * spread.inverse_across2 + spread.front_penalty;
+      const float roof = along2 + v * v * spread.inverse_roof2 + spread.roof_penalty;
+      const float d2 = std::min(front, roof);
+      if (d2 < best.distance2) best = {static_cast<std::int32_t>(k), d2, roof < front};
     }
   }
   return best;
@@ -157,7 +176,8 @@ bool ObjectVerifier::matchConfused(const QueryItem& item, float x, float y,
     const double candidate_gain = softplus(log_odds);
     if (candidate_gain <= std::max(gain, 0.1)) continue;
     gain = candidate_gain;
-    association = {c.local, c.distance2 + kConfusedPenalty, static_cast<float>(log_odds)};
+    association = {c.local, c.distance2 + kConfusedPenalty, c.is_roof,
+                   static_cast<float>(log_odds)};
     found = true;
   }
   return found;
@@ -181,16 +201,16 @@ double ObjectVerifier::score(const CentrePose& pose, double widen) {
       const float log_odds = points_[static_cast<std::size_t>(own.local)].log_gain +
                              spread[item.slot].log_gain_shift - 0.5f * own.distance2;
       gain = softplus(log_odds);
-      association = {own.local, own.distance2, log_odds};
+      association = {own.local, own.distance2, own.is_roof, log_odds};
     } else {
       matchConfused(item, x, y, spread, gain, association);
     }
-    if (association.local != Association::kNone) {
-      used_[static_cast<std::size_t>(association.local)] = stamp_;
-    } else if (!known_[i]) {
+    if (association.local == Association::kNone) {
+      total -= cost_[i];
       continue;
     }
-    total += model.weight * (model.log_miss + gain);
+    used_[static_cast<std::size_t>(association.local)] = stamp_;
+    total += model.gain_weight * (model.log_miss + kIndependentShare * gain);
   }
   return total;
 }
@@ -217,9 +237,10 @@ CentrePose ObjectVerifier::improved(const CentrePose& pose, double widen,
     // leaves the round part.
     const Spread& w = spread[item.slot];
     const double tx = p.tangent_x, ty = p.tangent_y, round = p.undirected * w.inverse_round2;
-    const double a = weight * (w.inverse_along2 * tx * tx + w.inverse_across2 * ty * ty + round);
-    const double b = weight * (w.inverse_along2 - w.inverse_across2) * tx * ty;
-    const double d = weight * (w.inverse_along2 * ty * ty + w.inverse_across2 * tx * tx + round);
+    const double across2 = association.is_roof ? w.inverse_roof2 : w.inverse_across2;
+    const double a = weight * (w.inverse_along2 * tx * tx + across2 * ty * ty + round);
+    const double b = weight * (w.inverse_along2 - across2) * tx * ty;
+    const double d = weight * (w.inverse_along2 * ty * ty + across2 * tx * tx + round);
     // Residual p - (t + R q); its derivative by (x, y, yaw) is -[1 0 -ry; 0 1 rx].
     const double rx = c * item.x - s * item.y, ry = s * item.x + c * item.y;
     const double ex = p.x - (pose.x + rx), ey = p.y - (pose.y + ry);
@@ -236,7 +257,7 @@ CentrePose ObjectVerifier::improved(const CentrePose& pose, double widen,
   return {pose.x + step.x(), pose.y + step.y(), pose.yaw + step.z()};
 }
 
-double ObjectVerifier::costOfMissing(const MapPoint& p, double x, double y) const {
+double ObjectVerifier::costOfUnseen(const MapPoint& p, double x, double y) const {
   const ObjectClass& model = map_.classes()[p.slot];
   const double share = query_.visibleShare(p.slot);
   if (share == 0) return 0;
@@ -252,9 +273,30 @@ double ObjectVerifier::missedObjects(const CentrePose& pose) const {
     if (used_[k] == stamp_) continue;
     const MapPoint& p = map_.points()[points_[k].point];
     const double dx = p.x - pose.x, dy = p.y - pose.y;
-    cost += costOfMissing(p, c * dx + s * dy, -s * dx + c * dy);
+    cost += costOfUnseen(p, c * dx + s * dy, -s * dx + c * dy);
   }
   return cost;
+}
+
+const std::vector<HeightPair>& ObjectVerifier::heightPairs() {
+  height_pairs_.clear();
+  for (std::size_t i = 0; i < associations_.size(); ++i) {
+    const Association& association = associations_[i];
+    if (association.local == Association::kNone || association.log_odds <= 0) continue;
+    const QueryItem& item = query_.items()[i];
+    const MapPoint& p = mapPoint(association.local);
+    const ObjectClass& model = map_.classes()[p.slot];
+    const bool has_top = model.kind == Kind::building || model.kind == Kind::vegetation;
+    if (!has_top || query_.fromAbove() < kMaybeFromAbove)
+      height_pairs_.push_back({item.x, item.y, p.z - item.z, model.weight});
+  }
+  return height_pairs_;
+}
+
+double ObjectVerifier::heightCost() {
+  if (!query_.hasHeights() || !map_.hasHeights()) return 0;
+  const std::vector<HeightPair>& pairs = heightPairs();
+  return xview::heightCost(pairs, fitHeights(pairs, true));
 }
 
 double ObjectVerifier::expectedScore(const CentrePose& pose) {
@@ -270,7 +312,8 @@ double ObjectVerifier::expectedScore(const CentrePose& pose) {
                                       spread[item.slot].inverse_across2);
     // The mean of half a squared distance in the plane is 1.
     const double gain = softplus(logGain(model, area, map_.logClutter(item.slot, x, y)) - 1);
-    total += model.weight * (model.log_miss + model.detection * gain);
+    total += model.detection * model.gain_weight * (model.log_miss + kIndependentShare * gain);
+    total -= (1 - model.detection) * costOfMissing(item.slot, map_.coverage(x, y));
   }
   for (const LocalPoint& local : points_) {
     const MapPoint& p = map_.points()[local.point];
@@ -278,7 +321,7 @@ double ObjectVerifier::expectedScore(const CentrePose& pose) {
     const double dx = p.x - pose.x, dy = p.y - pose.y;
     // Places where a piece of a surface was not seen are its costs already.
     const double missing = model.is_surface ? 1 - model.detection : 1;
-    total -= (1 - model.detection) * missing * costOfMissing(p, c * dx + s * dy, -s * dx + c * dy);
+    total -= (1 - model.detection) * missing * costOfUnseen(p, c * dx + s * dy, -s * dx + c * dy);
   }
   return total;
 }

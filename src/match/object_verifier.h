@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "object_heights.h"
 #include "object_query.h"
 
 namespace xview {
@@ -18,6 +19,7 @@ struct Association {
   static constexpr std::int32_t kNone = -1;
   std::int32_t local = kNone;  ///< index in the neighbourhood of the verifier
   float distance2 = 0;         ///< squared Mahalanobis distance; more for a confused class
+  bool is_roof = false;        ///< the roof behind a front rather than the front itself
   float log_odds = 0;          ///< that the pair is no coincidence
 };
 
@@ -37,6 +39,11 @@ class ObjectVerifier {
   /// fall off with 30 m around `focus` (relative to the query centre) if given.
   CentrePose improved(const CentrePose& pose, double widen,
                       const std::optional<Eigen::Vector2d>& focus = {});
+  /// Pairs of the last score() whose heights can be compared: not roofs and crowns seen from above.
+  const std::vector<HeightPair>& heightPairs();
+  /// What the heights of these pairs speak against the pose [nats]; 0 if map or query has no
+  /// heights.
+  double heightCost();
   /// Cost of objects of the map that the query should have seen; for the associations of the last
   /// score().
   double missedObjects(const CentrePose& pose) const;
@@ -62,19 +69,23 @@ class ObjectVerifier {
   struct Nearest {
     std::int32_t local = Association::kNone;
     float distance2 = 0;
+    bool is_roof = false;
   };
   /// What the scale of the standard deviations means for a class.
   struct Spread {
     float gate, inverse_along2, inverse_across2, inverse_round2;  ///< [m], [1/m^2]
-    float log_gain_shift;  ///< because of other deviations than the map's
-    float confused_gain;   ///< log_gain of a confused pair without the clutter
+    float inverse_roof2;                ///< across fronts if the query may show the roofs [1/m^2]
+    float front_penalty, roof_penalty;  ///< added to the squared distance; infinite = impossible
+    float log_gain_shift;               ///< because of other deviations than the map's
+    float confused_gain;                ///< log_gain of a confused pair without the clutter
   };
 
   void buildGrid(const CentrePose& pose);
   const std::vector<Spread>& spreads(double widen);
   Spread spreadOf(const ObjectClass& model, double widen) const;
   Nearest nearest(std::uint16_t slot, float x, float y, float gate, const Spread& spread) const;
-  double costOfMissing(const MapPoint& p, double x, double y) const;
+  double costOfMissing(std::uint16_t slot, double coverage) const;
+  double costOfUnseen(const MapPoint& p, double x, double y) const;
   bool matchConfused(const QueryItem& item, float x, float y, const std::vector<Spread>& spread,
                      double& gain, Association& association) const;
 
@@ -92,9 +103,11 @@ class ObjectVerifier {
   double grid_x_ = 0, grid_y_ = 0, cell_ = 1;
   int side_ = 0;
   std::vector<std::uint8_t> known_;  ///< per item: lies in known area at the pose of moveTo
+  std::vector<float> cost_;  ///< per item: of having no partner at the pose of moveTo [nats]
   std::vector<std::uint32_t> used_;  ///< per point: stamp of the score() that used it
   std::uint32_t stamp_ = 0;
   std::vector<Association> associations_;
+  std::vector<HeightPair> height_pairs_;
 };
 
 }  // namespace xview

@@ -11,11 +11,12 @@ namespace {
 
 constexpr double kEqualShare =
     0.8;  // a runner-up with this share of the best score explains the query about equally well
-constexpr int kFewWrong = 10;  // the mean of fewer wrong places says little
+constexpr int kFewWrong = 10;         // the mean of fewer wrong places says little
+constexpr double kMarginShare = 0.5;  // of the margin, in the lead
 constexpr double kUsualDeviations =
     2;  // above their mean: what the best of some dozens of wrong places has
-// Fitted to 12,880 queries from elsewhere in 72 maps of 700 to 100,000 vertices of generated towns.
-constexpr double kLeadOfOneAlarm = 4, kLeadPerFactorE = 2.9;  // [nats]
+// Fitted to 9951 queries from elsewhere in 186 maps of 700 to 100,000 vertices of generated towns.
+constexpr double kLeadOfOneAlarm = 1, kLeadPerFactorE = 2.86;  // [nats]
 // Density of false alarms over that of right places, at the same lead.
 constexpr double kAlarmsPerRightPlace = 16;
 
@@ -24,16 +25,41 @@ double normalized(double nats, int vertices) {
   return nats / std::sqrt(std::max(1, vertices) / 60.0);
 }
 
-/// Unseen area scores 0 and is always another place.
-double runnerUpOf(const ObjectEvidence& e) { return std::max(0.0, e.runner_up); }
+bool knowsWrongPlaces(const ObjectEvidence& e) { return e.wrong_places >= kFewWrong; }
+
+/// Without wrong places to compare with, unseen area is one: it scores 0.
+double runnerUpOf(const ObjectEvidence& e) {
+  return knowsWrongPlaces(e) ? e.runner_up : std::max(0.0, e.runner_up);
+}
+
+double marginOf(const ObjectEvidence& e) { return normalized(e.score - runnerUpOf(e), e.vertices); }
 
 /// What a wrong place of this search may well score.
 double usualWrong(const ObjectEvidence& e) {
-  if (e.wrong_places < kFewWrong) return runnerUpOf(e);
   return e.typical_wrong + kUsualDeviations * e.wrong_deviation;
 }
 
-double leadOf(const ObjectEvidence& e) { return normalized(e.score - usualWrong(e), e.vertices); }
+/// How far ahead of what is usual, and of the one that is unusually good.
+double leadOf(const ObjectEvidence& e) {
+  if (!knowsWrongPlaces(e)) return marginOf(e);
+  return normalized(e.score - usualWrong(e), e.vertices) + kMarginShare * marginOf(e);
+}
+
+/// Score of a place that explains nothing.
+double leastOf(const ObjectEvidence& e) {
+  return knowsWrongPlaces(e) ? std::min(0.0, e.typical_wrong) : 0;
+}
+
+/// 0 for a place that explains nothing, 1 for a true one.
+double agreementOf(const ObjectEvidence& e) {
+  const double least = leastOf(e);
+  return e.expected > least ? (e.score - least) / (e.expected - least) : 0;
+}
+
+bool areAboutEqual(const ObjectEvidence& e) {
+  const double least = leastOf(e);
+  return runnerUpOf(e) - least >= kEqualShare * (e.score - least);
+}
 
 /// How much of a need is met, in [0, 1]; NaN meets nothing.
 double met(double value, double needed) {
@@ -50,10 +76,9 @@ double falseAlarms(const ObjectEvidence& e) {
 
 Verdict judge(const ObjectEvidence& e, const ObjectVerdictOptions& o) {
   const double alarms = falseAlarms(e);
-  const double margin = normalized(e.score - runnerUpOf(e), e.vertices);
-  const double agreement = e.expected > 0 ? e.score / e.expected : 0;
+  const double agreement = agreementOf(e);
   const double needs = met(agreement, o.min_agreement) * met(e.known_share, o.min_known_share);
-  const double margin_met = met(margin, o.min_margin);
+  const double margin_met = met(marginOf(e), o.min_margin);
   Verdict verdict;
   verdict.confidence = needs * margin_met / (1 + kAlarmsPerRightPlace * alarms);
   if (e.known_share < o.min_known_share) {
@@ -61,11 +86,10 @@ Verdict judge(const ObjectEvidence& e, const ObjectVerdictOptions& o) {
         fmt::format("only {:.0f} % of the query lies where the map was seen ({:.0f} % needed)",
                     100 * e.known_share, 100 * o.min_known_share);
   } else if (needs < 1) {
-    verdict.reason =
-        fmt::format("the best place has {:.0f} % of the score of a true pose ({:.0f} % needed)",
-                    100 * std::max(0.0, agreement), 100 * o.min_agreement);
-  } else if (margin_met < 1 ||
-             (alarms > o.max_false_alarms && runnerUpOf(e) >= kEqualShare * e.score)) {
+    verdict.reason = fmt::format(
+        "the best place is {:.0f} % of the way from a wrong one to a true one ({:.0f} % needed)",
+        100 * std::max(0.0, agreement), 100 * o.min_agreement);
+  } else if (margin_met < 1 || (alarms > o.max_false_alarms && areAboutEqual(e))) {
     verdict.status = Status::ambiguous;
     verdict.reason =
         fmt::format("two places explain the query about equally well ({:.0f} and {:.0f} nats)",

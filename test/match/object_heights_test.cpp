@@ -48,5 +48,45 @@ TEST(ObjectHeights, PairsOnALineLeaveTheOtherSlopeAlone) {
   EXPECT_EQ(fit.slope.y(), 0);
 }
 
+double costOf(const std::vector<HeightPair>& pairs) {
+  return heightCost(pairs, fitHeights(pairs, true));
+}
+
+TEST(ObjectHeights, AgreeingHeightsCostNothingAtAnyOffset) {
+  Random random(3);
+  EXPECT_NEAR(costOf(plane(0, 0, 0, 40, 0, random)), 0, 1e-6);
+  EXPECT_NEAR(costOf(plane(250, 0, 0, 40, 0, random)), 0, 1e-6);
+  EXPECT_EQ(costOf({}), 0);
+}
+
+TEST(ObjectHeights, ASteeperHillAndMoreHeightsOffItCostMore) {
+  double before = 0;
+  for (const double slope : {0.01, 0.03, 0.06, 0.1}) {
+    Random random(4);
+    const double cost = costOf(plane(0, slope, 0, 40, 0, random));
+    EXPECT_GT(cost, before + 0.1) << slope;
+    before = cost;
+  }
+  before = 0;
+  for (const int off : {4, 8, 12}) {
+    Random random(5);
+    std::vector<HeightPair> pairs = plane(0, 0, 0, 60, 0.2, random);
+    for (int i = 0; i < off; ++i) pairs[static_cast<std::size_t>(i)].rise += 2;
+    const double cost = costOf(pairs);
+    EXPECT_GT(cost, before + 2) << off;
+    before = cost;
+  }
+}
+
+TEST(ObjectHeights, AWeightlessPairCostsNothing) {
+  Random random(6);
+  std::vector<HeightPair> pairs = plane(0, 0, 0, 40, 0, random);
+  pairs[0].rise = 30;
+  const HeightFit flat;
+  const double cost = heightCost(pairs, flat);
+  pairs[0].weight = 0;
+  EXPECT_GT(cost, heightCost(pairs, flat) + 1);
+}
+
 }  // namespace
 }  // namespace xview

@@ -219,6 +219,22 @@ TEST(ObjectPlaceIndex, TwoEqualPlacesLeaveNoMargin) {
   EXPECT_NEAR(std::abs(result.hypotheses[0].centre.x - result.hypotheses[1].centre.x), 500, 1);
 }
 
+TEST(ObjectPlaceIndex, HillsTellEqualPlacesApart) {
+  const SemanticGraph block = randomMap(200, 120, 14);
+  const auto marginWith = [&](double slope) {
+    SemanticGraph map = block;
+    for (Vertex v : block.vertices) {
+      v.position += Eigen::Vector3d(500, 0, slope * v.position.x());
+      addVertex(map, v.label, v.position);
+    }
+    const ObjectPlaceIndex index(map, someLabels());
+    const ObjectSearchResult result = index.search(ask(block, {0, 0}, 50, 0.2, 0.2, 15).query);
+    return result.hypotheses.at(0).score - result.wrong.best;
+  };
+  EXPECT_LT(marginWith(0), 1);
+  EXPECT_GT(marginWith(0.08), 3);
+}
+
 TEST(ObjectPlaceIndex, PosesOfOthersAreRefinedAndScoredAlike) {
   const SemanticGraph map = randomMap(500, 700, 16);
   const ObjectPlaceIndex index(map, someLabels());

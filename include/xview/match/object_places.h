@@ -19,7 +19,7 @@ namespace xview {
 /// nothing else. Densities and the spacing of surface vertices come from the map, so any set of
 /// classes will do.
 struct ObjectPlaceOptions {
-  double detection = 0.72;         ///< chance that a query finds an object of the map again
+  double detection = 0.62;         ///< chance that a query finds an object of the map again
   double dynamic_detection = 0.7;  ///< factor on it for things that move between visits
   double surface_detection =
       0.65;              ///< factor on it for vertices of surfaces, which depend on the view
@@ -27,14 +27,14 @@ struct ObjectPlaceOptions {
   double surface_lateral_m = 1.2;  ///< of a surface vertex across the surface
   double roof_lateral_m = 4.5;     ///< the same for buildings seen from above
   double confusion =
-      0.03;  ///< chance that a class is taken for a given similar one (pole for sign); 0 = never
+      0.05;  ///< chance that a class is taken for a given similar one (pole for sign); 0 = never
   double fine_cell_m = 3;
   double coarse_cell_m = 6;  ///< first look at large maps; a multiple of fine_cell_m
   int keep_cells = 0;        ///< best (x, y, yaw) cells of the first look; 0 = by size of the map
   int keep_poses = 0;        ///< distinct poses verified; 0 = by size of the map
-  int refine_poses = 60;     ///< best of them refined to the end
+  int refine_poses = 40;     ///< best of them refined to the end
   double negative_weight =
-      1.2;  ///< cost of an object of the map that the query should see but does not [nats]
+      0.5;  ///< cost of an object of the map that the query should see but does not [nats]
   double negative_radius_m = 8.5;  ///< it should see what is this close to a query vertex
 };
 

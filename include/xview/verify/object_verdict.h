@@ -10,7 +10,7 @@ namespace xview {
 struct ObjectVerdictOptions {
   double max_false_alarms = 1e-3;  ///< queries from elsewhere that may look as good, per query
   double min_margin = 5;           ///< over the best other place [nats of a query of 60 vertices]
-  double min_agreement = 0.2;      ///< share of the score that a true pose would have
+  double min_agreement = 0.75;     ///< 0 = like a typical wrong place, 1 = like a true pose
   double min_known_share = 0.15;   ///< share of the query that must lie where the map was seen
 };
 
@@ -21,7 +21,7 @@ void visit(ObjectVerdictOptions& o, Visitor&& field) {
   field("min_margin", o.min_margin, Range{0, 1e6},
         "the best place must beat every other one by so much [nats, 60 vertices]");
   field("min_agreement", o.min_agreement, Range{0, 1},
-        "share of the score of a true pose that is asked for");
+        "how far from a typical wrong place (0) to a true one (1) the score must be");
   field("min_known_share", o.min_known_share, Range{0, 1},
         "share of the query that must lie where the map was seen");
 }
@@ -40,9 +40,9 @@ struct ObjectEvidence {
 
 /// Number of false alarms (a contrario): how many places as good as this one are to be expected
 /// when a query from elsewhere is looked for in this map. The wrong places of the same search say
-/// what is typical of this query in this map; above them, the best scores of queries from elsewhere
-/// fall off exponentially. Scores are sums over vertices, so they spread with the root of their
-/// number.
+/// what is typical of this query in this map; above them, and above the best of them, the scores of
+/// queries from elsewhere fall off exponentially. Scores are sums over vertices, so they spread
+/// with the root of their number.
 double falseAlarms(const ObjectEvidence& evidence);
 
 /// The confidence is the chance of the place to be right if as many queries come from the map as

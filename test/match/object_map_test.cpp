@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "../../src/match/object_map.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "../../src/match/object_parts.h"
+#include "../../src/match/object_query.h"
+#include "xview/types/random.h"
+
+namespace xview {
+namespace {
+
+enum Id : std::uint32_t { kPole = 1, kTree, kWall };
+
+LabelSet someLabels() {
+  LabelSet labels("test");
+  const auto add = [&](std::uint32_t id, const char* name, Role role, Kind kind) {
+    ClassInfo info;
+    info.id = id;
+    info.name = name;
+    info.role = role;
+    info.kind = kind;
+    labels.add(info);
+  };
+  add(kPole, "pole", Role::object, Kind::pole);
+  add(kTree, "tree", Role::object, Kind::vegetation);
+  add(kWall, "wall", Role::surface, Kind::building);
+  return labels;
+}
+
+void addVertex(SemanticGraph& graph, std::uint32_t label, double x, double y, double z = 0) {
+  Vertex v;
+  v.label = label;
+  v.position = {x, y, z};
+  graph.vertices.push_back(v);
+  graph.neighbours.emplace_back();
+}
+
+/// Walls along x of the given length, one every 40 m of y, a sample every 3 m.
+SemanticGraph walls(double length_m, double gap_m) {
+  SemanticGraph graph;
+  for (int row = 0; row < 10; ++row) {
+    for (double start = 0; start < 300; start += length_m + gap_m) {
+      for (double x = start; x < std::min(300.0, start + length_m); x += 3)
+        addVertex(graph, kWall, x, 40.0 * row);
+    }
+  }
+  return graph;
+}
+
+double gainWeight(const SemanticGraph& graph) {
+  return ObjectMap(graph, someLabels(), {}).classes().at(0).gain_weight;
+}
+
+TEST(ObjectMap, ASurfaceThatGoesOnSaysLessThanOneOfShortPieces) {
+  EXPECT_LT(gainWeight(walls(300, 0)), 0.1);
+  EXPECT_GT(gainWeight(walls(9, 60)), 0.7);
+  EXPECT_LT(gainWeight(walls(40, 10)), gainWeight(walls(9, 60)));
+}
+
+TEST(ObjectMap, CoversWhatIsNearItsVertices) {
+  SemanticGraph graph;
+  addVertex(graph, kPole, 0, 0);
+  addVertex(graph, kPole, 200, 0);
+  const ObjectMap map(graph, someLabels(), {});
+  const Eigen::Vector3d o = map.origin();
+  EXPECT_EQ(map.coverage(0 - o.x(), 0 - o.y()), 1);
+  EXPECT_GT(map.coverage(4 - o.x(), 0 - o.y()), 0.9);
+  EXPECT_EQ(map.coverage(15 - o.x(), 0 - o.y()), 0);
+  EXPECT_EQ(map.coverage(100 - o.x(), 0 - o.y()), 0);
+}
+
+TEST(ObjectMap, HasHeightsIfTheyDiffer) {
+  SemanticGraph graph;
+  addVertex(graph, kPole, 0, 0, 7);
+  addVertex(graph, kPole, 20, 0, 7);
+  EXPECT_FALSE(ObjectMap(graph, someLabels(), {}).hasHeights());
+  addVertex(graph, kPole, 40, 0, 8);
+  EXPECT_TRUE(ObjectMap(graph, someLabels(), {}).hasHeights());
+  EXPECT_FALSE(ObjectMap({}, someLabels(), {}).hasHeights());
+}
+
+TEST(ObjectQuery, WhoSeesNoPolesWhereThereAreManyLooksFromAbove) {
+  Random random(1);
+  SemanticGraph graph, from_above, from_below;
+  for (int i = 0; i < 600; ++i) {
+    const std::uint32_t label = i % 2 == 0 ? kPole : kTree;
+    const double x = random.uniform(-150, 150), y = random.uniform(-150, 150);
+    addVertex(graph, label, x, y);
+    if (std::hypot(x, y) > 50) continue;
+    addVertex(from_below, label, x, y);
+    if (label == kTree) addVertex(from_above, label, x, y);
+  }
+  const ObjectMap map(graph, someLabels(), {});
+  const auto chance = [&](const SemanticGraph& query) {
+    return ObjectQuery(query, map, {}, wholeOf(query, map)).fromAbove();
+  };
+  EXPECT_GT(chance(from_above), 0.9);
+  EXPECT_LT(chance(from_below), 0.02);
+}
+
+}  // namespace
+}  // namespace xview
