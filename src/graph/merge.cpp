@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <limits>
 #include <map>
 #include <numeric>
@@ -13,6 +12,8 @@
 #include <utility>
 
 #include "label_votes.h"
+#include "place_node.h"
+#include "surface_cells.h"
 #include "xview/types/error.h"
 
 namespace xview {
@@ -23,76 +24,6 @@ constexpr double kMaxBlobWeight = 200;
 
 constexpr std::size_t kNoNode = std::numeric_limits<std::size_t>::max();
 constexpr std::uint32_t kNoVertex = std::numeric_limits<std::uint32_t>::max();
-
-/// Cell of a lattice, for one class.
-struct CellKey {
-  std::int64_t x = 0, y = 0, z = 0;
-  std::uint32_t label = 0;
-
-  bool operator==(const CellKey& o) const {
-    return x == o.x && y == o.y && z == o.z && label == o.label;
-  }
-};
-
-struct CellKeyHash {
-  std::size_t operator()(const CellKey& k) const {
-    std::uint64_t h = static_cast<std::uint64_t>(k.x) * 0x9E3779B97F4A7C15ull;
-    h = (h ^ (h >> 29)) + static_cast<std::uint64_t>(k.y) * 0xBF58476D1CE4E5B9ull;
-    h = (h ^ (h >> 31)) + static_cast<std::uint64_t>(k.z) * 0x94D049BB133111EBull;
-    h = (h ^ (h >> 30)) + k.label * 0xD1342543DE82EF95ull;
-    return h ^ (h >> 32);
-  }
-};
-
-CellKey cellOf(const Eigen::Vector3d& p, double side, std::uint32_t label) {
-  // Beyond 2^53 a double has no cells; whatever is there shares one.
-  const auto index = [side](double c) {
-    return static_cast<std::int64_t>(std::floor(std::clamp(c / side, -9e15, 9e15)));
-  };
-  return {index(p.x()), index(p.y()), index(p.z()), label};
-}
-
-/// A vertex in the making. Sums are relative to the first position, so that they stay small.
-struct Node {
-  Vertex vertex;  ///< position, extent: kept up to date
-  Eigen::Vector3d first = Eigen::Vector3d::Zero();
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();         ///< weight * (position - first)
-  Eigen::Vector3d extent_sum = Eigen::Vector3d::Zero();  ///< weight * extent
-  double square_sum = 0;                                 ///< weight * |position - first|^2
-  double weight = 0;
-  Eigen::Vector3d min = Eigen::Vector3d::Zero(), max = Eigen::Vector3d::Zero();  ///< surfaces only
-  std::vector<std::int64_t> frames;  ///< that saw it, counted from 1; objects of running_mean only
-  bool is_surface = false;
-
-  Eigen::Vector3d meanOffset() const { return sum / weight; }
-};
-
-/// Counts the frame once, however many blobs or points of it arrive.
-void countFrame(Vertex& vertex, std::int64_t frame) {
-  if (vertex.observations == 0) vertex.first_frame = frame;
-  if (vertex.observations == 0 || vertex.last_frame != frame) ++vertex.observations;
-  vertex.last_frame = frame;
-}
-
-/// Adds the observations of the other one.
-void join(Node& node, const Node& other) {
-  const Eigen::Vector3d shift = other.first - node.first;
-  node.square_sum +=
-      other.square_sum + 2 * shift.dot(other.sum) + other.weight * shift.squaredNorm();
-  node.sum += other.sum + other.weight * shift;
-  node.extent_sum += other.extent_sum;
-  node.weight += other.weight;
-  std::vector<std::int64_t> frames;
-  std::set_union(node.frames.begin(), node.frames.end(), other.frames.begin(), other.frames.end(),
-                 std::back_inserter(frames));
-  node.frames = std::move(frames);
-  node.vertex.position = node.first + node.meanOffset();
-  node.vertex.extent = node.extent_sum / node.weight;
-  node.vertex.points += other.vertex.points;
-  node.vertex.observations = static_cast<std::uint32_t>(node.frames.size());
-  node.vertex.first_frame = std::min(node.vertex.first_frame, other.vertex.first_frame);
-  node.vertex.last_frame = std::max(node.vertex.last_frame, other.vertex.last_frame);
-}
 
 bool agree(std::uint32_t instance_a, std::uint32_t instance_b) {
   return instance_a == 0 || instance_b == 0 || instance_a == instance_b;
@@ -121,7 +52,8 @@ struct PlaceGraphBuilder::State {
   State(const LabelSet& label_set, const MergeOptions& merge_options)
       : labels(label_set),
         options(merge_options),
-        is_first_observation(isFirstObservation(merge_options)) {}
+        is_first_observation(isFirstObservation(merge_options)),
+        surfaces(merge_options.surface_m) {}
 
   void absorbByFirstObservation(const std::vector<Blob>& blobs,
                                 const std::vector<std::size_t>& which, std::int64_t frame,
@@ -141,8 +73,6 @@ struct PlaceGraphBuilder::State {
   std::size_t addNode(const Blob& blob);
   void absorb(Node& node, const Blob& blob, std::int64_t frame);
   void moveToMean(std::size_t index);
-  void addSurfacePoint(Node& node, const Eigen::Vector3d& p, std::int64_t frame);
-  std::size_t surfaceNode(const CellKey& key, const Eigen::Vector3d& p);
   std::vector<std::size_t> sameNodes() const;
   std::map<std::size_t, Node> joined(const std::vector<std::size_t>& same) const;
   bool isKept(const Node& node) const;
@@ -157,7 +87,7 @@ struct PlaceGraphBuilder::State {
   std::unordered_set<std::uint64_t> image_edges;  ///< smaller node * 2^32 + larger node
   std::unordered_map<CellKey, std::vector<std::size_t>, CellKeyHash>
       nodes_of_cell;  ///< side mergeDistance(label)
-  std::unordered_map<CellKey, std::size_t, CellKeyHash> node_of_surface_cell;  ///< side surface_m
+  SurfaceCells surfaces;
 };
 
 bool PlaceGraphBuilder::State::isUsable(const Blob& blob) const {
@@ -297,29 +227,6 @@ std::vector<std::size_t> PlaceGraphBuilder::State::merge(const std::vector<Blob>
   return node_of_blob;
 }
 
-std::size_t PlaceGraphBuilder::State::surfaceNode(const CellKey& key, const Eigen::Vector3d& p) {
-  const auto [place, is_new] = node_of_surface_cell.try_emplace(key, nodes.size());
-  if (is_new) {
-    Node node;
-    node.is_surface = true;
-    node.first = node.min = node.max = p;
-    node.vertex.label = key.label;
-    node.vertex.observations = 0;
-    nodes.push_back(node);
-  }
-  return place->second;
-}
-
-void PlaceGraphBuilder::State::addSurfacePoint(Node& node, const Eigen::Vector3d& p,
-                                               std::int64_t frame) {
-  node.sum += p - node.first;
-  node.weight += 1;
-  node.min = node.min.cwiseMin(p);
-  node.max = node.max.cwiseMax(p);
-  ++node.vertex.points;
-  countFrame(node.vertex, frame);
-}
-
 /// For each node the one that stands for it (sameThings).
 std::vector<std::size_t> PlaceGraphBuilder::State::sameNodes() const {
   std::vector<std::size_t> same(nodes.size()), objects;
@@ -404,26 +311,7 @@ void PlaceGraphBuilder::addImageBlobs(const std::vector<Blob>& blobs, const Blob
 
 void PlaceGraphBuilder::addSurfacePoints(const LabelledCloud& cloud, std::int64_t frame_number) {
   if (state_->is_first_observation) return;
-  std::uint32_t last_label = 0;
-  bool last_is_surface = state_->labels.role(last_label) == Role::surface;
-  CellKey last_key;
-  std::size_t last_node = std::numeric_limits<std::size_t>::max();
-  for (std::size_t i = 0; i < cloud.size(); ++i) {
-    const std::uint32_t label = cloud.points.points[i].label;
-    if (label != last_label) {
-      last_label = label;
-      last_is_surface = state_->labels.role(label) == Role::surface;
-    }
-    const Eigen::Vector3d p = cloud.position(i);
-    if (!last_is_surface || !p.allFinite()) continue;
-    const CellKey key = cellOf(p, state_->options.surface_m, label);
-    // Neighbouring points mostly share their cell.
-    if (last_node >= state_->nodes.size() || !(key == last_key)) {
-      last_node = state_->surfaceNode(key, p);
-      last_key = key;
-    }
-    state_->addSurfacePoint(state_->nodes[last_node], p, frame_number);
-  }
+  state_->surfaces.add(cloud, state_->labels, frame_number, state_->nodes);
 }
 
 SemanticGraph PlaceGraphBuilder::graph() const {
