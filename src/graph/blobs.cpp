@@ -76,12 +76,13 @@ struct Moments {
   }
 };
 
-/// How many points a cluster needs.
+/// How many points a cluster of one kind needs.
 class Threshold {
  public:
-  Threshold(const BlobOptions& options, const ScanView& scan, const Eigen::Vector3d& origin)
+  Threshold(const BlobOptions& options, const ScanView& scan, const Eigen::Vector3d& origin,
+            Kind kind)
       : min_points_(options.min_points),
-        beams_(scan.beams),
+        beams_(isThin(kind) ? scan.beams : BeamSpacing()),
         sensor_((scan.T_cloud_sensor.translation() - origin).cast<float>()) {}
 
   /// `sum` is that of the distances of its points to the sensor.
@@ -92,6 +93,10 @@ class Threshold {
   double distance(const Eigen::Vector3f& p) const { return (p - sensor_).norm(); }
 
  private:
+  static bool isThin(Kind kind) {
+    return isPoleLike(kind) || kind == Kind::trunk || kind == Kind::other_object;
+  }
+
   int min_points_;
   BeamSpacing beams_;
   Eigen::Vector3f sensor_;
@@ -122,10 +127,41 @@ void dropSmall(const std::vector<Eigen::Vector3f>& points, const Threshold& thre
   }
 }
 
+/// Drops clusters of fewer than `whole` points beside a larger one: they are parts of it that
+/// leaves or cars in front cut off. Numbers stay in the order of first points.
+void dropFragments(const std::vector<Eigen::Vector3f>& points, int whole,
+                   std::vector<int>& cluster_of_point) {
+  constexpr float kBeside_m = 1.5f;
+  struct Extent {
+    Eigen::AlignedBox3f box;
+    int points = 0;
+  };
+  std::vector<Extent> extents;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (cluster_of_point[i] < 0) continue;
+    const auto cluster = static_cast<std::size_t>(cluster_of_point[i]);
+    if (cluster == extents.size()) extents.emplace_back();
+    extents[cluster].box.extend(points[i]);
+    ++extents[cluster].points;
+  }
+  const auto isFragment = [&](const Extent& e) {
+    return e.points < whole &&
+           std::any_of(extents.begin(), extents.end(), [&](const Extent& other) {
+             return other.points > e.points && other.box.exteriorDistance(e.box) < kBeside_m;
+           });
+  };
+  std::vector<int> number;
+  int kept = 0;
+  for (const Extent& e : extents) number.push_back(isFragment(e) ? -1 : kept++);
+  for (int& cluster : cluster_of_point) {
+    if (cluster >= 0) cluster = number[static_cast<std::size_t>(cluster)];
+  }
+}
+
 /// Clusters of the points of one scan.
 std::vector<int> scanClusters(const std::vector<Eigen::Vector3f>& points,
                               const Eigen::Vector3d& origin, const BlobOptions& options,
-                              const ScanView& scan) {
+                              const ScanView& scan, const Threshold& threshold) {
   const auto tolerance_m = static_cast<float>(options.tolerance_m);
   std::vector<int> cluster_of_point = euclideanClusters(points, tolerance_m, 1);
   const Eigen::Isometry3f T_sensor_points =
@@ -135,14 +171,14 @@ std::vector<int> scanClusters(const std::vector<Eigen::Vector3f>& points,
   for (const Eigen::Vector3f& p : points) in_sensor.push_back(T_sensor_points * p);
   joinAlongBeams(in_sensor, scan.beams, tolerance_m, cluster_of_point);
   dropSmall<int>(
-      points, Threshold(options, scan, origin), [&](std::size_t i) { return cluster_of_point[i]; },
-      cluster_of_point);
+      points, threshold, [&](std::size_t i) { return cluster_of_point[i]; }, cluster_of_point);
+  dropFragments(points, options.min_points, cluster_of_point);
   return cluster_of_point;
 }
 
 /// Cuts clusters that spread too far into squares. Numbers stay in the order of first points.
 void cutIntoSquares(const std::vector<Eigen::Vector3f>& points, const Eigen::Vector3d& origin,
-                    const BlobOptions& options, const ScanView& scan,
+                    const BlobOptions& options, const Threshold& threshold,
                     std::vector<int>& cluster_of_point) {
   std::map<int, Eigen::AlignedBox2f> bounds;
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -162,8 +198,7 @@ void cutIntoSquares(const std::vector<Eigen::Vector3f>& points, const Eigen::Vec
                                : Piece{cluster, 0, 0};
   }
   dropSmall<Piece>(
-      points, Threshold(options, scan, origin), [&](std::size_t i) { return piece_of_point[i]; },
-      cluster_of_point);
+      points, threshold, [&](std::size_t i) { return piece_of_point[i]; }, cluster_of_point);
 }
 
 struct FoundBlob {
@@ -180,13 +215,14 @@ std::vector<Blob> extractBlobs(const LabelledCloud& cloud, const LabelSet& set,
   std::vector<int> found_of_point(cloud.size(), -1);
   std::vector<FoundBlob> found;
   for (const auto& [key, group] : groupPoints(cloud, set, options.use_instances)) {
+    const Threshold threshold(options, scan, cloud.origin, set.kind(key.first));
     std::vector<int> cluster_of_point =
         scan.beams.isKnown()
-            ? scanClusters(group.points, cloud.origin, options, scan)
+            ? scanClusters(group.points, cloud.origin, options, scan, threshold)
             : euclideanClusters(group.points, static_cast<float>(options.tolerance_m),
                                 options.min_points);
     if (options.max_surface_m > 0 && set.role(key.first) == Role::surface)
-      cutIntoSquares(group.points, cloud.origin, options, scan, cluster_of_point);
+      cutIntoSquares(group.points, cloud.origin, options, threshold, cluster_of_point);
     std::vector<Moments> moments;
     const int first_number = static_cast<int>(found.size());
     for (std::size_t i = 0; i < group.points.size(); ++i) {

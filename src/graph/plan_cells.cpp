@@ -67,6 +67,19 @@ class CellSorter {
     }
   }
 
+  bool hasPoleLike() const {
+    return standing_[static_cast<std::size_t>(Kind::pole)].votes > 0 ||
+           standing_[static_cast<std::size_t>(Kind::sign)].votes > 0 ||
+           standing_[static_cast<std::size_t>(Kind::light)].votes > 0;
+  }
+
+  /// A voxel that was added, and what all other classes have in its place.
+  void addOwn(const PlanVoxel& v, float others) {
+    const bool is_standing = v.z - floor_.height >= min_height_m_;
+    if (is_standing && v.votes > others)
+      standing_[static_cast<std::size_t>(v.kind)].own_votes += v.near_votes;
+  }
+
   void finish(PlanCells& cells) {
     const float ground_votes = floor_.ground();
     if (ground_votes > min_votes_) floor_.height = height_sum_ / ground_votes;
@@ -113,6 +126,21 @@ class CellSorter {
   std::array<Standing, kKinds> standing_;
 };
 
+/// Gives the sorter the pole-like voxels of a cell together with their rivals.
+void addOwnVotes(const ChunkedVector<PlanVoxel>& voxels, const std::uint32_t* first,
+                 const std::uint32_t* last, CellSorter& sorter) {
+  for (const std::uint32_t* i = first; i != last; ++i) {
+    const PlanVoxel& v = voxels[*i];
+    if (!isPoleLike(v.kind)) continue;
+    float others = 0;
+    for (const std::uint32_t* j = first; j != last; ++j) {
+      const PlanVoxel& rival = voxels[*j];
+      if (samePlace(rival.key, v.key) && !isPoleLike(rival.kind)) others += rival.votes;
+    }
+    sorter.addOwn(v, others);
+  }
+}
+
 }  // namespace
 
 const Standing* UprightCell::find(Kind kind) const {
@@ -130,6 +158,11 @@ float UprightCell::of(Kind kind) const {
 float UprightCell::nearOf(Kind kind) const {
   const Standing* s = find(kind);
   return s ? s->near_votes : 0.f;
+}
+
+float UprightCell::ownOf(Kind kind) const {
+  const Standing* s = find(kind);
+  return s ? s->own_votes : 0.f;
 }
 
 float UprightCell::lowOf(Kind kind) const {
@@ -164,6 +197,9 @@ PlanCells sortIntoCells(const ChunkedVector<PlanVoxel>& voxels, const GroundSurf
       if (k + kAhead < groups.order.size()) __builtin_prefetch(&voxels[groups.order[k + kAhead]]);
       sorter.add(voxels[groups.order[k]]);
     }
+    if (sorter.hasPoleLike())
+      addOwnVotes(voxels, &groups.order[groups.first[c]], &groups.order[groups.first[c + 1]],
+                  sorter);
     const std::size_t before = cells.standing.size();
     sorter.finish(cells);
     if (cells.upright_of[c] >= 0) first_standing.push_back(before);

@@ -14,7 +14,8 @@ namespace xview {
 struct Standing {
   Kind kind = Kind::none;
   float votes = 0;
-  float near_votes = 0;        ///< of these, measured near enough for thin objects
+  float near_votes = 0;  ///< of these, measured near enough for thin objects
+  float own_votes = 0;   ///< pole-like: of these, in voxels where it outvotes all other classes
   float sum_x = 0, sum_y = 0;  ///< of the positions times their votes
   float low = 0, high = 0;     ///< votes at 0.3–2 m and above 2.5 m
   float top = 0, bottom = 0;   ///< greatest and least height above ground [m]
@@ -37,6 +38,7 @@ struct UprightCell {
   const Standing* find(Kind kind) const;  ///< null if there is none
   float of(Kind kind) const;              ///< votes; the others likewise 0 if there is none
   float nearOf(Kind kind) const;
+  float ownOf(Kind kind) const;
   float lowOf(Kind kind) const;
   float highOf(Kind kind) const;
   bool holds(Kind kind, double min_votes, double min_share) const;

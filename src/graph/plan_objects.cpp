@@ -14,7 +14,11 @@ namespace {
 constexpr int kPeakReach = 3;  ///< a peak is the largest within so many cells
 constexpr int kTreeReach = 5;
 constexpr float kMinPoleShare = 0.25f;  ///< of the votes of the other upright classes in the cell
-constexpr float kMinCanopy = 30.f;      ///< summed crown height of a tree [m x cells]
+/// A post may stand before a wall, so that less than that share is its own. Then the places where
+/// it outvotes the wall speak for it, with half their votes, because walls have wrong labels here
+/// and there.
+constexpr float kBeforeWall = 0.5f;
+constexpr float kMinCanopy = 30.f;  ///< summed crown height of a tree [m x cells]
 
 /// Weighted mean of the pole-like points in the 3x3 cells around a peak.
 PlanSample peakCentre(const PlanCells& cells, const ValueGrid& value, CellIndex::Cell c) {
@@ -90,12 +94,16 @@ class PeakFinder {
         low_things_(cells, options.min_votes),
         min_votes_(static_cast<float>(options.peak_votes * options.min_votes)) {}
 
-  std::vector<PlanSample> find(const CellValue& votes) const {
+  std::vector<PlanSample> find(const std::vector<Kind>& kinds) const {
     const ValueGrid value(cells_, [&](const UprightCell& cell) {
-      const float v = votes(cell);
+      float votes = 0, own = 0;
+      for (const Kind kind : kinds) {
+        votes += cell.nearOf(kind);
+        own += cell.ownOf(kind);
+      }
       const float others = cell.of(Kind::building) + cell.of(Kind::fence) +
                            cell.of(Kind::vegetation) + cell.of(Kind::vehicle);
-      return v >= kMinPoleShare * others ? v : 0.f;
+      return votes >= kMinPoleShare * others ? votes : kBeforeWall * own;
     });
     const ValueGrid sums = value.boxSum(1);
     std::vector<PlanSample> peaks;
@@ -129,12 +137,10 @@ void addColumns(const std::vector<PlanSample>& columns, std::vector<PlanSample>&
 void findPoleLike(const PlanCells& cells, const PlanOptions& options, PlanView& view) {
   constexpr double kColumnVotes = 20;  // of min_votes, at each height
   const PeakFinder peaks(cells, options);
-  view[Channel::pole] = peaks.find([](const UprightCell& c) { return c.nearOf(Kind::pole); });
-  view[Channel::sign] = peaks.find([](const UprightCell& c) { return c.nearOf(Kind::sign); });
-  view[Channel::light] = peaks.find([](const UprightCell& c) { return c.nearOf(Kind::light); });
-  view[Channel::pole_like] = peaks.find([](const UprightCell& c) {
-    return c.nearOf(Kind::pole) + c.nearOf(Kind::sign) + c.nearOf(Kind::light);
-  });
+  view[Channel::pole] = peaks.find({Kind::pole});
+  view[Channel::sign] = peaks.find({Kind::sign});
+  view[Channel::light] = peaks.find({Kind::light});
+  view[Channel::pole_like] = peaks.find({Kind::pole, Kind::sign, Kind::light});
   addColumns(findColumns(cells, kColumnVotes * options.min_votes), view[Channel::pole_like]);
 }
 

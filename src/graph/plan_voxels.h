@@ -12,6 +12,8 @@ namespace xview {
 /// A voxel and a kind as a number: 21 bits for each of x and y (two million voxels), 18 for z, 4
 /// for the kind. Larger coordinates wrap around.
 using VoxelKey = std::uint64_t;
+/// True for two kinds in one voxel.
+inline bool samePlace(VoxelKey a, VoxelKey b) { return a >> 4 == b >> 4; }
 
 /// A labelled point and what it counts.
 struct PlanVote {

@@ -197,6 +197,26 @@ TEST(BlobsOfAScan, TwoPostsThreeMetresApartStayTwo) {
   EXPECT_EQ(extractBlobs(post.cloud, townLabels(), BlobOptions(), nullptr, post.scan).size(), 3u);
 }
 
+TEST(BlobsOfAScan, AFragmentAboveAPostIsNoOtherPost) {
+  const BeamSpacing beams{0.17 * kDegree, 0.42 * kDegree};
+  SeenPost post = seenPost(30, 1, beams);
+  const std::size_t whole = post.cloud.size();
+  LabelledCloud cut = post.cloud;
+  cut.points.points.clear();
+  for (const pcl::PointXYZL& p : post.cloud.points) {
+    if (p.z < -0.2 || p.z > 0.9) cut.points.push_back(p);  // a branch in front
+  }
+  ASSERT_LT(cut.size(), whole);
+  EXPECT_EQ(extractBlobs(cut, townLabels(), BlobOptions(), nullptr, post.scan).size(), 1u);
+}
+
+TEST(BlobsOfAScan, OfAThingThatIsNotThinNeedAllTheirPoints) {
+  SeenPost post = seenPost(60, 1, {0.17 * kDegree, 0.42 * kDegree});
+  for (pcl::PointXYZL& p : post.cloud.points) p.label = kCar;
+  ASSERT_LT(post.cloud.size(), 20u);
+  EXPECT_TRUE(extractBlobs(post.cloud, townLabels(), BlobOptions(), nullptr, post.scan).empty());
+}
+
 TEST(BlobsOfAScan, AreThoseOfTheScanWhereverItStands) {
   Random random(6);
   const BeamSpacing beams{0.33 * kDegree, 1.33 * kDegree};

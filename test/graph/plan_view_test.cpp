@@ -162,6 +162,16 @@ TEST(PlanPole, InsideAHouseIsAWrongLabel) {
   EXPECT_TRUE(scene.view()[Channel::pole].empty());
 }
 
+TEST(PlanPole, BeforeAWallIsSeenByThePlacesThatItOutvotes) {
+  PlanScene scene;
+  scene.patch(Kind::road, 0, 0, 20, 8, 0.0);
+  for (int i = 0; i < 4; ++i) scene.wall(Kind::building, 0, 10.35, 20, 10.35, 0, 9);
+  scene.column(Kind::pole, 10.2, 10.1, 0.3, 1.2).column(Kind::pole, 10.2, 10.1, 0.3, 1.2);
+  const PlanView view = scene.view();
+  ASSERT_EQ(view[Channel::pole].size(), 1u);
+  EXPECT_LT((inFrame(view, view[Channel::pole][0]) - Eigen::Vector2d(10.2, 10.1)).norm(), 0.1);
+}
+
 TEST(PlanPole, OfEachKindFeedsItsChannelAndTheCommonOne) {
   PlanScene scene;
   scene.patch(Kind::road, 0, 0, 30, 20, 0.0);

@@ -52,8 +52,9 @@ std::vector<int> euclideanClusters(const std::vector<Eigen::Vector3f>& points, f
 ///
 /// The beams of a scan are further apart than tolerance_m far away, and fewer of them meet a thing.
 /// If the cloud is one scan and its spacing is known, neighbours in its range image are joined as
-/// well (joinAlongBeams), and a blob needs no more points than a thin post would have where it
-/// stands (pointsOfThinThing); both change nothing near the sensor.
+/// well (joinAlongBeams), and a blob of a thin class (pole-like, trunk, other object) needs no more
+/// points than a post would have where it stands (pointsOfThinThing), unless it is a fragment
+/// beside a larger blob; both change nothing near the sensor.
 std::vector<Blob> extractBlobs(const LabelledCloud& cloud, const LabelSet& set,
                                const BlobOptions& options,
                                std::vector<int>* blob_of_point = nullptr,
