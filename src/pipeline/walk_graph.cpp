@@ -69,7 +69,7 @@ SemanticGraph inducedGraph(const SemanticGraph& graph, const std::vector<std::ui
   part.neighbours.resize(numbers.size());
   for (std::size_t i = 0; i < numbers.size(); ++i) {
     part.vertices.push_back(graph.vertices[numbers[i]]);
-    if (graph.neighbours.empty()) continue;
+    if (graph.space != GraphSpace::image) continue;
     for (const std::uint32_t j : graph.neighbours[numbers[i]]) {
       const auto at = std::lower_bound(numbers.begin(), numbers.end(), j);
       if (at != numbers.end() && *at == j) part.neighbours[i].push_back(static_cast<std::uint32_t>(at - numbers.begin()));

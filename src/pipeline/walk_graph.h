@@ -20,7 +20,7 @@ struct WalkGraph {
 };
 WalkGraph walkGraph(const SemanticGraph& graph, const LabelSet& labels, const Options& options);
 
-/// The vertices with these numbers (ascending), with the edges among them.
+/// The vertices with these numbers (ascending). With the edges among them in image space; other edges are made anew by walkGraph.
 SemanticGraph inducedGraph(const SemanticGraph& graph, const std::vector<std::uint32_t>& numbers);
 
 /// The positions of all vertices, in order.

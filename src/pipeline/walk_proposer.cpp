@@ -121,7 +121,9 @@ WalkProposals matchGraphs(const WalkGraph& query, const DescribedMap& map, int c
 
 struct WalkProposer::Index {
   Index(const SemanticGraph& map_graph, const LabelSet& label_set, const Options& all_options)
-      : map(map_graph), labels(label_set), options(all_options) {}
+      : map(map_graph), labels(label_set), options(all_options) {
+    for (const Vertex& v : map.vertices) plane.emplace_back(v.position.head<2>());
+  }
 
   const DescribedMap& described() const {
     std::call_once(described_once, [&] { described_map.emplace(walkGraph(map, labels, options), options); });
@@ -129,6 +131,7 @@ struct WalkProposer::Index {
   }
 
   const SemanticGraph& map;
+  std::vector<Eigen::Vector2d> plane;  ///< positions of the map's vertices
   LabelSet labels;
   Options options;
   mutable std::once_flag described_once;
@@ -149,10 +152,9 @@ WalkProposals WalkProposer::propose(const WalkGraph& query, int count) const {
 }
 
 WalkGraph WalkProposer::mapAround(const Eigen::Vector2d& place, double radius_m) const {
-  const std::vector<Vertex>& vertices = index_->map.vertices;
   std::vector<std::uint32_t> numbers;
-  for (std::uint32_t i = 0; i < vertices.size(); ++i) {
-    if ((vertices[i].position.head<2>() - place).squaredNorm() <= radius_m * radius_m) numbers.push_back(i);
+  for (std::uint32_t i = 0; i < index_->plane.size(); ++i) {
+    if ((index_->plane[i] - place).squaredNorm() <= radius_m * radius_m) numbers.push_back(i);
   }
   WalkGraph result = walkGraph(inducedGraph(index_->map, numbers), index_->labels, index_->options);
   for (std::uint32_t& source : result.source) source = numbers[source];

@@ -57,12 +57,18 @@ class DistributionCells {
     const auto index = [this](float c) { return static_cast<std::int32_t>(std::floor(c / side_)); };
     return {index(p.x()), index(p.y()), index(p.z()), group};
   }
+  /// A place in the hash table; the tag tells most other cells apart without a look at them.
+  struct Slot {
+    std::int32_t distribution = -1;  ///< -1: free
+    std::uint32_t tag = 0;
+  };
+  /// Where a cell is, or where it would be put.
   std::size_t slotOf(const CellKey& key) const;
 
   Eigen::Vector3d origin_;
   float side_;
   std::vector<Distribution> distributions_;
-  std::vector<std::int32_t> slots_ = std::vector<std::int32_t>(1024, -1);
+  std::vector<Slot> slots_ = std::vector<Slot>(1024);
 };
 
 }  // namespace xview

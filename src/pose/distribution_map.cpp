@@ -12,13 +12,23 @@ namespace {
 constexpr std::uint32_t kFirstOtherGroup = static_cast<std::uint32_t>(Kind::none) + 1;
 constexpr std::uint32_t kFewestPoints = 4;  ///< of a distribution
 
-std::size_t hashOf(const CellKey& k) {
-  std::uint64_t h = static_cast<std::uint32_t>(k.x) * 0x9E3779B97F4A7C15ull;
+/// Cells in a row of so many lie next to one another in the hash table: neighbours share its cache
+/// lines.
+constexpr int kRowBits = 3;
+
+std::uint64_t rowHash(const CellKey& k) {
+  std::uint64_t h = static_cast<std::uint32_t>(k.x >> kRowBits) * 0x9E3779B97F4A7C15ull;
   h = (h ^ (h >> 31)) + static_cast<std::uint32_t>(k.y) * 0xBF58476D1CE4E5B9ull;
   h = (h ^ (h >> 29)) + static_cast<std::uint32_t>(k.z) * 0x94D049BB133111EBull;
   h = (h ^ (h >> 30)) + k.group * 0xD1342543DE82EF95ull;
   return h ^ (h >> 32);
 }
+
+std::uint64_t hashOf(const CellKey& k) {
+  return (rowHash(k) << kRowBits) | static_cast<std::uint64_t>(k.x & ((1 << kRowBits) - 1));
+}
+
+std::uint32_t tagOf(std::uint64_t hash) { return static_cast<std::uint32_t>(hash >> 32); }
 
 /// Information of a distribution about a position, less that of a cell of this side filled evenly.
 Eigen::Matrix3f surplusInformation(const Eigen::Matrix3f& covariance, float side, float variance) {
@@ -43,25 +53,32 @@ std::uint32_t matchingGroup(const LabelSet& labels, std::uint32_t label) {
 
 std::size_t DistributionCells::slotOf(const CellKey& key) const {
   const std::size_t mask = slots_.size() - 1;
-  std::size_t slot = hashOf(key) & mask;
-  while (slots_[slot] >= 0 && !(distributions_[slots_[slot]].key == key)) slot = (slot + 1) & mask;
+  const std::uint64_t h = hashOf(key);
+  const std::uint32_t tag = tagOf(h);
+  std::size_t slot = h & mask;
+  while (slots_[slot].distribution >= 0 &&
+         (slots_[slot].tag != tag || !(distributions_[slots_[slot].distribution].key == key))) {
+    slot = (slot + 1) & mask;
+  }
   return slot;
 }
 
 Distribution& DistributionCells::findOrAdd(const Eigen::Vector3f& p, std::uint32_t group) {
   if (2 * distributions_.size() >= slots_.size()) {
-    slots_.assign(2 * slots_.size(), -1);
-    for (std::size_t i = 0; i < distributions_.size(); ++i)
-      slots_[slotOf(distributions_[i].key)] = static_cast<std::int32_t>(i);
+    slots_.assign(2 * slots_.size(), {});
+    for (std::size_t i = 0; i < distributions_.size(); ++i) {
+      const CellKey& known = distributions_[i].key;
+      slots_[slotOf(known)] = {static_cast<std::int32_t>(i), tagOf(hashOf(known))};
+    }
   }
   const CellKey key = keyOf(p, group);
-  const std::size_t slot = slotOf(key);
-  if (slots_[slot] < 0) {
-    slots_[slot] = static_cast<std::int32_t>(distributions_.size());
+  Slot& slot = slots_[slotOf(key)];
+  if (slot.distribution < 0) {
+    slot = {static_cast<std::int32_t>(distributions_.size()), tagOf(hashOf(key))};
     distributions_.emplace_back();
     distributions_.back().key = key;
   }
-  return distributions_[slots_[slot]];
+  return distributions_[slot.distribution];
 }
 
 const Distribution* DistributionCells::nearest(const Eigen::Vector3f& p, std::uint32_t group,
@@ -78,7 +95,7 @@ const Distribution* DistributionCells::nearest(const Eigen::Vector3f& p, std::ui
   const Distribution* best = nullptr;
   float best_squared = gate * gate;
   const auto look = [&](std::int32_t dx, std::int32_t dy, std::int32_t dz) {
-    const std::int32_t i = slots_[slotOf({own.x + dx, own.y + dy, own.z + dz, group})];
+    const std::int32_t i = slots_[slotOf({own.x + dx, own.y + dy, own.z + dz, group})].distribution;
     if (i < 0 || distributions_[i].points < kFewestPoints) return;
     const float squared = (distributions_[i].mean - p).squaredNorm();
     if (squared < best_squared) {

@@ -2,7 +2,8 @@
 #include "xview/verify/consistency.h"
 
 #include <algorithm>
-#include <cmath>
+
+#include "verify/distance_agreement.h"
 
 namespace xview {
 namespace {
@@ -57,21 +58,6 @@ Columns columnsOf(const std::vector<Eigen::Vector3d>& query,
 }
 
 /// agree[b] = 1 for each b < a whose pair distances to a agree.
-void compareRow(const Columns& c, std::size_t a, const ConsistencyOptions& o,
-                std::vector<std::uint8_t>& agree) {
-  const double qx = c.qx[a], qy = c.qy[a], qz = c.qz[a], mx = c.mx[a], my = c.my[a], mz = c.mz[a];
-  const double tolerance = o.tolerance_m, relative = o.relative, separation = o.min_separation_m;
-  for (std::size_t b = 0; b < a; ++b) {
-    const double dqx = c.qx[b] - qx, dqy = c.qy[b] - qy, dqz = c.qz[b] - qz;
-    const double dmx = c.mx[b] - mx, dmy = c.my[b] - my, dmz = c.mz[b] - mz;
-    const double dq = std::sqrt(dqx * dqx + dqy * dqy + dqz * dqz);
-    const double dm = std::sqrt(dmx * dmx + dmy * dmy + dmz * dmz);
-    const double larger = dq > dm ? dq : dm, smaller = dq > dm ? dm : dq;
-    agree[b] = static_cast<std::uint8_t>((larger - smaller <= tolerance + relative * larger) &
-                                         (smaller >= separation));
-  }
-}
-
 }  // namespace
 
 ConsistencyGraph::ConsistencyGraph(std::size_t nodes)
@@ -102,8 +88,12 @@ ConsistencyGraph pairwiseConsistency(const std::vector<Eigen::Vector3d>& query,
   const Columns c =
       columnsOf(query, map, correspondences, static_cast<std::size_t>(options.max_correspondences));
   std::vector<std::uint8_t> agree(c.node.size());
+  std::vector<double> in_query(c.node.size()), in_map(c.node.size());
   for (std::size_t a = 0; a < c.node.size(); ++a) {
-    compareRow(c, a, options, agree);
+    distancesToEarlier({c.qx.data(), c.qy.data(), c.qz.data()}, a, in_query.data());
+    distancesToEarlier({c.mx.data(), c.my.data(), c.mz.data()}, a, in_map.data());
+    compareDistances(in_query.data(), in_map.data(), a, options.tolerance_m, options.relative,
+                     options.min_separation_m, agree.data());
     for (std::size_t b = 0; b < a; ++b) {
       if (agree[b] && c.query[a] != c.query[b] && c.map[a] != c.map[b]) {
         graph.connect(c.node[a], c.node[b]);
