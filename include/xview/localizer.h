@@ -49,8 +49,8 @@ struct ExpectedPose {
 /// What speaks for one pose of a query.
 struct PoseCheck {
   Eigen::Isometry3d T_map_query = Eigen::Isometry3d::Identity();
-  PlaceEvidence evidence;    ///< score, expected and known_share of this pose; no runner-up
-  double needed_margin = 0;  ///< nats by which the only place of this query would have to beat all others
+  PlaceEvidence evidence;    ///< of this pose; no runner-up
+  double needed_margin = 0;  ///< bare graphs: nats by which the only place of this query would have to beat all others
 };
 
 /// Finds queries in one map. Building it makes the search index once; localize() is const and may be called from several threads.

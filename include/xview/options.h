@@ -50,9 +50,7 @@ void visit(PriorOptions& o, Visitor&& field) {
 struct SequenceOptions {
   int windows = 12;     ///< windows that are remembered
   int places = 40;      ///< places that are followed through them
-  double min_margin = 60;  ///< nats by which the best place must beat every other one, times the root of the number of windows
-  double aerial_margin_factor = 1.8;  ///< times min_margin for views from the air: road layouts alone repeat between towns
-  double min_object_margin = 19;  ///< same as min_margin for graphs of 60 objects without surfaces
+  double min_object_margin = 19;  ///< bare graphs of 60 objects: nats by which the best place must beat every other one, times the root of the number of windows
   double reach_m = 1.5; ///< a place may move so far from one window to the next
   double drift = 0.03;  ///< and by this share of the way between them
 };
@@ -61,9 +59,8 @@ template <class Visitor>
 void visit(SequenceOptions& o, Visitor&& field) {
   field("windows", o.windows, Range{1, 10000}, "windows that are remembered");
   field("places", o.places, Range{2, 100000}, "places that are followed through them");
-  field("min_margin", o.min_margin, Range{0, 1e6}, "the best place must beat every other one by so much, times the root of the number of windows [nats]");
-  field("aerial_margin_factor", o.aerial_margin_factor, Range{0, 1000}, "times min_margin for views from the air");
-  field("min_object_margin", o.min_object_margin, Range{0, 1e6}, "min_margin of bare graphs, for 60 objects [nats]");
+  field("min_object_margin", o.min_object_margin, Range{0, 1e6},
+        "bare graphs: the best place must beat every other one by so much, for 60 objects, times the root of the number of windows [nats]");
   field("reach_m", o.reach_m, Range{0, 100}, "a place may move so far from one window to the next [m]");
   field("drift", o.drift, Range{0, 1}, "and by this share of the way between them");
 }

@@ -27,7 +27,7 @@ struct SequenceAnswer {
 ///
 /// The queries must be windows of one recording, in order (one odometry frame). Evidence counts
 /// once: of windows that overlap only the later one is summed. A place is accepted by the verdict
-/// of single queries on the sums, with a margin that grows with the root of the number of windows,
+/// of single queries on the sums, with needs that grow with the root of the number of windows,
 /// and only if the current query agrees with it. Not for method walks.
 class Sequence {
  public:

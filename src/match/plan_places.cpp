@@ -180,8 +180,8 @@ PlanHypothesis hypothesisAt(const PlacePose& centre_pose, const PlanQuery& query
   const ScoreDetails details = scoreDetails(field, ratios, query.fine, centre_pose);
   h.expected = details.expected;
   h.known_share = details.known_share;
-  h.standing_score = details.standing_score;
-  h.standing_expected = details.standing_expected;
+  h.standing = details.standing;
+  h.sides = details.sides;
   h.objects = details.objects;
   h.objects_matched = details.objects_matched;
   return h;
@@ -242,9 +242,10 @@ std::vector<PlanHypothesis> PlanPlaces::search(const PlanQuery& query,
   const RasterSearchOptions search = index.searchOptions(prior_of_centre, threads);
   const std::vector<RasterSample> samples = rasterSamples(query.coarse);
   std::vector<PlacePose> poses =
-      view.first_look ? searchRaster(*view.first_look, samples,
-                                     FineLevel{view.raster, samples, search.max_yaw_step_rad}, search)
-                      : searchRaster(view.raster, samples, search);
+      view.first_look
+          ? searchRaster(*view.first_look, samples,
+                         FineLevel{view.raster, samples, search.max_yaw_step_rad}, search)
+          : searchRaster(view.raster, samples, search);
   const PlanScore score(index.field, view.ratios, query.fine);
   const double coarse_m = view.raster.cellSize() / 2, coarse_rad = search.max_yaw_step_rad / 2;
   climbAll(score, coarse_m, coarse_rad, 2, threads, poses);
@@ -265,6 +266,13 @@ PlanHypothesis PlanPlaces::verify(const PlanQuery& query, const PlacePose& propo
   const PlanScore score(index_->field, view.ratios, query.fine);
   const PlacePose best = score.climb(toCentre(proposed, query, index_->field), 1.0, 0.024, 4);
   return hypothesisAt(best, query, index_->field, view.ratios, index_->origin_z);
+}
+
+PlanHypothesis PlanPlaces::describe(const PlanQuery& query, const PlacePose& pose) const {
+  PlacePose centre = toCentre(pose, query, index_->field);
+  centre.score = score(query, pose);
+  return hypothesisAt(centre, query, index_->field, index_->view(query.viewpoint).ratios,
+                      index_->origin_z);
 }
 
 double PlanPlaces::score(const PlanQuery& query, const PlacePose& pose) const {

@@ -44,9 +44,31 @@ std::vector<PlanQuery::Sample> gather(const PlanView& view, bool coarse,
   return result;
 }
 
+/// The way of the sensor; steps shorter than this show no direction.
+std::vector<Eigen::Vector2d> spaced(const std::vector<Eigen::Vector2d>& way) {
+  constexpr double kStep_m = 0.5;
+  std::vector<Eigen::Vector2d> kept;
+  for (const Eigen::Vector2d& p : way) {
+    if (kept.empty() || (p - kept.back()).norm() >= kStep_m) kept.push_back(p);
+  }
+  return kept;
+}
+
+/// Seen from the nearest position on the way, along its direction there.
+WaySide sideOf(const std::vector<Eigen::Vector2d>& way, const Eigen::Vector2d& p) {
+  std::size_t nearest = 0;
+  for (std::size_t i = 1; i < way.size(); ++i) {
+    if ((way[i] - p).squaredNorm() < (way[nearest] - p).squaredNorm()) nearest = i;
+  }
+  const Eigen::Vector2d along =
+      way[std::min(nearest + 1, way.size() - 1)] - way[nearest > 0 ? nearest - 1 : 0];
+  const Eigen::Vector2d off = p - way[nearest];
+  return along.x() * off.y() - along.y() * off.x() > 0 ? WaySide::left : WaySide::right;
+}
+
 }  // namespace
 
-PlanQuery makePlanQuery(const PlanView& view) {
+PlanQuery makePlanQuery(const PlanView& view, const std::vector<Eigen::Vector2d>& way) {
   PlanQuery query;
   query.viewpoint = view.aerial ? Viewpoint::air : Viewpoint::ground;
   const auto about_zero = gather(view, false, Eigen::Vector2d::Zero());
@@ -55,6 +77,11 @@ PlanQuery makePlanQuery(const PlanView& view) {
   query.centre /= static_cast<double>(about_zero.size());
   query.fine = gather(view, false, query.centre);
   query.coarse = gather(view, true, query.centre);
+  const std::vector<Eigen::Vector2d> steps = spaced(way);
+  if (steps.size() > 1) {
+    for (PlanQuery::Sample& s : query.fine)
+      s.side = sideOf(steps, query.centre + Eigen::Vector2d(s.x, s.y));
+  }
   for (const Channel c : {Channel::road, Channel::sidewalk, Channel::terrain}) {
     for (const PlanSample& s : onePerBlock(view[c], 2.0)) {
       query.ground.push_back({static_cast<float>(view.origin_x + s.x - query.centre.x()),

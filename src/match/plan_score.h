@@ -19,8 +19,7 @@ struct WeightedRatios {
 class PlanScore {
  public:
   PlanScore(const PlanField& field, const WeightedRatios& ratios,
-            const std::vector<PlanQuery::Sample>& samples)
-      : field_(field), ratios_(ratios), samples_(samples) {}
+            const std::vector<PlanQuery::Sample>& samples);
 
   double operator()(double x, double y, double yaw) const;
   /// Pattern search: steps of `step_m` and `step_rad`, halved `levels - 1` times.
@@ -30,6 +29,7 @@ class PlanScore {
   const PlanField& field_;
   const WeightedRatios& ratios_;
   const std::vector<PlanQuery::Sample>& samples_;
+  double radius_m_;
 };
 
 /// The distance class of each sample at a pose of the query centre.
@@ -41,7 +41,8 @@ std::vector<std::uint8_t> distanceBins(const PlanField& field,
 struct ScoreDetails {
   double expected = 0;
   double known_share = 0;
-  double standing_score = 0, standing_expected = 0;
+  PlanPart standing;
+  std::array<PlanPart, 2> sides;
   int objects = 0, objects_matched = 0;
 };
 ScoreDetails scoreDetails(const PlanField& field, const WeightedRatios& ratios,

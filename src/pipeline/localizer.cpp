@@ -56,7 +56,12 @@ struct Localizer::Index {
   Localization answerTo(const Query& query, const ExpectedPose* expected) const;
 
   bool takesPlacePath(const Query& query) const { return place_path && !query.plan.known.empty(); }
-  PlanQuery planQuery(const Query& query) const { return places ? makePlanQuery(query.plan) : PlanQuery(); }
+  PlanQuery planQuery(const Query& query) const {
+    if (!places) return {};
+    std::vector<Eigen::Vector2d> way;
+    for (const Eigen::Isometry3d& T : query.poses) way.emplace_back(T.translation().head<2>());
+    return makePlanQuery(query.plan, way);
+  }
 
   /// Query and map gravity-aligned, as in all of these.
   Localization localize(const Query& query, const Priors& priors) const {

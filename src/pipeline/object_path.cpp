@@ -61,7 +61,7 @@ PoseCheck ObjectPath::check(const Query& query, const Eigen::Isometry3d& T_map_q
   ObjectSearchRequest request;
   request.focus = sensor;
   const ObjectHypothesis h = index().score(query.graph, {T_map_query}, request).at(0);
-  PoseCheck place{h.T_map_query, {h.score, 0, h.expected, h.known_share}, 0};
+  PoseCheck place{h.T_map_query, {h.score, 0, h.expected, h.known_share, {}, {}}, 0};
   place.needed_margin = options_.sequence.min_object_margin * std::sqrt(static_cast<double>(query.graph.size()) / kUsualVertices);
   if ((h.T_map_query * sensor - T_map_query * sensor).head<2>().norm() > reach_m) {
     place.T_map_query = T_map_query;

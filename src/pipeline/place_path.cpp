@@ -14,7 +14,7 @@
 namespace xview {
 namespace {
 
-constexpr double kClearMargins = 3;    ///< so many needed margins are no coincidence anywhere
+constexpr double kClearMargins = 5;    ///< so many needed margins are no coincidence anywhere
 constexpr double kPlaceMargin_m = 20;  ///< map vertices this far beyond the query still take part in walks
 
 double radiusOf(const PlanQuery& query) {
@@ -23,10 +23,14 @@ double radiusOf(const PlanQuery& query) {
   return radius;
 }
 
-/// True if a place cannot be the other one a little further down the same street.
-bool isFar(const PlacePose& a, const PlacePose& b) {
-  constexpr double kFar_m = 20, kFar_rad = 0.8;
-  return std::hypot(a.x - b.x, a.y - b.y) > kFar_m || std::abs(angleDifference(a.yaw, b.yaw)) > kFar_rad;
+PlaceEvidence evidenceFor(const PlanHypothesis& h) {
+  PlaceEvidence e;
+  e.score = h.pose.score;
+  e.expected = h.expected;
+  e.known_share = h.known_share;
+  e.standing = {h.standing.score, h.standing.expected};
+  for (std::size_t side = 0; side < e.sides.size(); ++side) e.sides[side] = {h.sides[side].score, h.sides[side].expected};
+  return e;
 }
 
 }  // namespace
@@ -57,11 +61,7 @@ struct PlacePath::RankedPlaces {
     ViewEvidence e;
     if (places.empty()) return e;
     const PlanHypothesis& best = places[0].hypothesis;
-    e.score = best.pose.score;
-    e.expected = best.expected;
-    e.standing_score = best.standing_score;
-    e.standing_expected = best.standing_expected;
-    e.known_share = best.known_share;
+    static_cast<PlaceEvidence&>(e) = evidenceFor(best);
     e.runner_up = std::max(best_outside, places.size() > 1 ? places[1].hypothesis.pose.score : 0);
     const PlacePose centre = placeOfPoint(best.pose, query_centre);
     for (const Place& p : places) {
@@ -80,9 +80,11 @@ WalkGraph PlacePath::mapPart(const PlanQuery& plan_query, const Eigen::Isometry3
   return walks_.mapAround({centre.x, centre.y}, radiusOf(plan_query) + kPlaceMargin_m);
 }
 
-double PlacePath::neededMargin(const PlanQuery& plan_query) const {
-  const SequenceOptions& o = options_.sequence;
-  return o.min_margin * (plan_query.viewpoint == Viewpoint::air ? o.aerial_margin_factor : 1);
+double PlacePath::marginInFullAgreement(const PlanQuery& plan_query) const {
+  ViewEvidence perfect;
+  perfect.score = perfect.expected = 1;
+  perfect.from_the_air = plan_query.viewpoint == Viewpoint::air;
+  return neededMargin(perfect, options_.verdict);
 }
 
 void PlacePath::localize(const Query& query, const PlanQuery& plan_query, const Priors& priors, Localization& answer) const {
@@ -134,7 +136,7 @@ void PlacePath::report(const RankedPlaces& ranked, bool from_the_air, Localizati
 }
 
 void PlacePath::refuteFromOutside(const Query& query, const PlanQuery& plan_query, const Priors& priors, Localization& answer) const {
-  const double inside = answer.hypotheses[0].score, needed = neededMargin(plan_query);
+  const double inside = answer.hypotheses[0].score, needed = marginInFullAgreement(plan_query);
   if (!answer.accepted() || inside >= kClearMargins * needed) return;
   Stopwatch watch;
   for (const PlanHypothesis& h : places_.search(plan_query, {}, options_.threads)) {
@@ -150,10 +152,10 @@ void PlacePath::refuteFromOutside(const Query& query, const PlanQuery& plan_quer
 PoseCheck PlacePath::check(const Query& query, const PlanQuery& plan_query, const Eigen::Isometry3d& T_map_query, double reach_m) const {
   const Eigen::Vector3d sensor = query.poses.back().translation();
   const PlanHypothesis h = places_.verify(plan_query, placeOf(T_map_query));
-  PoseCheck place{poseOf(h), {h.pose.score, 0, h.expected, h.known_share}, neededMargin(plan_query)};
+  PoseCheck place{poseOf(h), evidenceFor(h), 0};
   if ((place.T_map_query * sensor - T_map_query * sensor).head<2>().norm() > reach_m) {
     place.T_map_query = T_map_query;
-    place.evidence.score = places_.score(plan_query, placeOf(T_map_query));
+    place.evidence = evidenceFor(places_.describe(plan_query, placeOf(T_map_query)));
   }
   return place;
 }

@@ -27,7 +27,8 @@ class PlacePath {
  private:
   struct RankedPlaces;
   WalkGraph mapPart(const PlanQuery& plan_query, const Eigen::Isometry3d& T_map_query) const;
-  double neededMargin(const PlanQuery& plan_query) const;
+  /// By which a place is accepted that agrees in full [nats].
+  double marginInFullAgreement(const PlanQuery& plan_query) const;
   void proposeByWalks(const Query& query, const PlanQuery& plan_query, const WalkGraph& walk_query, const WalkGraph& part,
                       const Priors& priors, RankedPlaces& ranked, Localization& answer) const;
   void report(const RankedPlaces& ranked, bool from_the_air, Localization& answer) const;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <cmath>
 
 #include "xview/match/plan_places.h"
 #include "xview/types/place.h"
@@ -18,6 +19,12 @@ inline Eigen::Isometry3d poseOf(const PlanHypothesis& h) { return poseFromYaw({h
 inline PlacePose placeOfPoint(const PlacePose& pose, const Eigen::Vector2d& point) {
   const Eigen::Vector2d p = Eigen::Rotation2Dd(pose.yaw) * point + Eigen::Vector2d(pose.x, pose.y);
   return {p.x(), p.y(), pose.yaw, pose.score};
+}
+
+/// True if a place cannot be the other one a little further down the same street.
+inline bool isFar(const PlacePose& a, const PlacePose& b) {
+  constexpr double kFar_m = 20, kFar_rad = 0.8;
+  return std::hypot(a.x - b.x, a.y - b.y) > kFar_m || std::abs(angleDifference(a.yaw, b.yaw)) > kFar_rad;
 }
 
 }  // namespace xview

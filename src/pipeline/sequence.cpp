@@ -48,11 +48,9 @@ bool agrees(const PlaceEvidence& e, const VerdictOptions& o) {
          e.known_share >= o.min_known_share;
 }
 
-/// Sums are accepted from 0.5 on, single views from above from min_confidence on; stretched to the
-/// scale of the latter.
-double asViewConfidence(double of_sum, double min_confidence) {
-  return of_sum < 0.5 ? 2 * of_sum * min_confidence
-                      : min_confidence + (2 * of_sum - 1) * (1 - min_confidence);
+void sumUp(const PartEvidence& part, PartEvidence& sum) {
+  sum.score += part.score;
+  sum.expected += part.expected;
 }
 
 }  // namespace
@@ -67,13 +65,17 @@ struct Sequence::State {
   void sumEvidence();
   std::vector<bool> counted() const;
   double reachBetween(std::size_t a, std::size_t b) const;
+  PlacePose placeNow(const PoseCheck& place) const;
   bool isSamePlace(const PoseCheck& a, const PoseCheck& b) const;
   const Track* runnerUp() const;
   void judgeSum(SequenceAnswer& answer) const;
   bool bestIsThatOf(const Localization& alone) const;
   bool bestFitsNewest() const;
   void restart(SequenceAnswer& answer);
-  Verdict verdictOfSum(const SequenceAnswer& answer, bool of_views) const;
+  /// Bare graphs name the margin that they need.
+  bool ofViews() const { return !(windows.back().needed_margin > 0); }
+  ViewEvidence viewEvidence(const SequenceAnswer& answer) const;
+  Verdict verdictOfSum(const SequenceAnswer& answer) const;
   void decide(const Query& query, SequenceAnswer& answer) const;
   void takeFused(const Query& query, const Verdict& verdict, SequenceAnswer& answer) const;
 
@@ -89,11 +91,14 @@ double Sequence::State::reachBetween(std::size_t a, std::size_t b) const {
          options.sequence.drift * (windows[a].sensor() - windows[b].sensor()).norm();
 }
 
+/// Of the last sensor.
+PlacePose Sequence::State::placeNow(const PoseCheck& place) const {
+  return placeOfPoint(placeOf(place.T_map_query), windows.back().sensor().head<2>());
+}
+
 /// Two tracks are one if the newest window sees them at one pose.
 bool Sequence::State::isSamePlace(const PoseCheck& a, const PoseCheck& b) const {
-  const Eigen::Vector2d sensor = windows.back().sensor().head<2>();
-  return samePlace(placeOfPoint(placeOf(a.T_map_query), sensor),
-                   placeOfPoint(placeOf(b.T_map_query), sensor));
+  return samePlace(placeNow(a), placeNow(b));
 }
 
 void Sequence::State::remember(const Query& query, std::size_t first, std::size_t last) {
@@ -161,9 +166,13 @@ void Sequence::State::sumEvidence() {
     track.sum = {};
     for (std::size_t w = 0; w < windows.size(); ++w) {
       if (!counts[w]) continue;
-      track.sum.score += track.seen[w].evidence.score;
-      track.sum.expected += track.seen[w].evidence.expected;
-      track.sum.known_share += track.seen[w].evidence.known_share / number;
+      const PlaceEvidence& e = track.seen[w].evidence;
+      track.sum.score += e.score;
+      track.sum.expected += e.expected;
+      track.sum.known_share += e.known_share / number;
+      sumUp(e.standing, track.sum.standing);
+      for (std::size_t side = 0; side < e.sides.size(); ++side)
+        sumUp(e.sides[side], track.sum.sides[side]);
     }
   }
   std::stable_sort(tracks.begin(), tracks.end(),
@@ -201,6 +210,20 @@ void Sequence::State::takeFused(const Query& query, const Verdict& verdict,
   setVerdict(verdict, fix);
 }
 
+/// What the windows say together, if they are views from above.
+ViewEvidence Sequence::State::viewEvidence(const SequenceAnswer& answer) const {
+  ViewEvidence e;
+  static_cast<PlaceEvidence&>(e) = tracks.front().sum;
+  e.runner_up = answer.runner_up;
+  e.from_the_air = windows.back().query.plan.aerial;
+  e.windows = answer.windows;
+  const PlacePose best = placeNow(tracks.front().seen.back());
+  for (const Track& track : tracks) {
+    if (isFar(placeNow(track.seen.back()), best)) e.wrong_scores.push_back(track.sum.score);
+  }
+  return e;
+}
+
 void Sequence::State::judgeSum(SequenceAnswer& answer) const {
   const std::vector<bool> counts = counted();
   answer.windows = static_cast<int>(std::count(counts.begin(), counts.end(), true));
@@ -209,8 +232,9 @@ void Sequence::State::judgeSum(SequenceAnswer& answer) const {
   double squares = 0;
   for (std::size_t w = 0; w < windows.size(); ++w)
     squares += counts[w] ? std::pow(windows[w].needed_margin, 2) : 0;
+  // Scores of wrong places spread with the root of the number of windows.
   answer.needed_margin =
-      std::sqrt(squares);  // scores of wrong places spread with the root of the number of windows
+      ofViews() ? neededMargin(viewEvidence(answer), options.verdict) : std::sqrt(squares);
 }
 
 /// The best place is where the newest window would be by itself.
@@ -233,12 +257,11 @@ void Sequence::State::restart(SequenceAnswer& answer) {
 }
 
 /// What the sum says; a place that the newest window does not agree with is not accepted.
-Verdict Sequence::State::verdictOfSum(const SequenceAnswer& answer, bool of_views) const {
-  PlaceEvidence evidence = tracks.front().sum;
-  evidence.runner_up = answer.runner_up;
-  Verdict verdict = judge(evidence, answer.needed_margin, options.verdict);
-  if (of_views)
-    verdict.confidence = asViewConfidence(verdict.confidence, options.verdict.min_confidence);
+Verdict Sequence::State::verdictOfSum(const SequenceAnswer& answer) const {
+  PlaceEvidence of_objects = tracks.front().sum;
+  of_objects.runner_up = answer.runner_up;
+  Verdict verdict = ofViews() ? judge(viewEvidence(answer), options.verdict)
+                              : judge(of_objects, answer.needed_margin, options.verdict);
   verdict.reason = fmt::format("{} windows together: {}", answer.windows, verdict.reason);
   if (verdict.status != Status::accepted || bestFitsNewest()) return verdict;
   verdict.status = Status::rejected;
@@ -252,7 +275,7 @@ Verdict Sequence::State::verdictOfSum(const SequenceAnswer& answer, bool of_view
 /// Brings what the sum says and what the newest window says by itself together. An acceptance that
 /// the sum only does not reach stays as it is; one of another place is in doubt.
 void Sequence::State::decide(const Query& query, SequenceAnswer& answer) const {
-  Verdict verdict = verdictOfSum(answer, !query.plan.known.empty());
+  Verdict verdict = verdictOfSum(answer);
   const bool sum_accepts = verdict.status == Status::accepted;
   if (answer.alone.accepted()) {
     const bool same = bestIsThatOf(answer.alone);

@@ -19,19 +19,30 @@ double confidenceOf(double sufficiency) {
 }
 
 constexpr std::size_t kTailPlaces = 8;
-constexpr double kTailShare = 0.25;
-/// Wrong answers for each right one where there is no evidence. Measured together with VerdictOptions::false_alarm_nats, on windows of 15 to
-/// 60 m of simulated towns: right ones in their own map against others, and against it without the right place.
-constexpr double kWithoutEvidence = 100;
-constexpr double kStandingPrior = 15;  ///< nats; little that stands upright says little
+constexpr double kTailShare = 0.2;
+/// Wrong answers for each right one, extrapolated to no evidence. Measured together with VerdictOptions::false_alarm_nats, on windows of 15 to
+/// 60 m of simulated towns: right ones in their own map against others, and against it without the right place, as if both were as frequent.
+constexpr double kWithoutEvidence = 25;
+constexpr double kPartPrior = 15;  ///< nats; a small part says little
+constexpr double kLeastAgreement = 0.01;  ///< so that needed margins are numbers
 
 double margin(const ViewEvidence& e) { return e.score - e.runner_up; }
 
-/// Share of the score of a true pose; with what stands upright, the smaller of both.
+double agreement(const PartEvidence& part) {
+  return (part.score + kPartPrior) / (std::max(0.0, part.expected) + kPartPrior);
+}
+
+/// Share of the score of a true pose, the smallest of all and of each part. A street that repeats fits with its road but not with its
+/// houses, or with one side only.
 double agreement(const ViewEvidence& e) {
   if (!(e.expected > 0)) return 0;
-  const double standing = (e.standing_score + kStandingPrior) / (std::max(0.0, e.standing_expected) + kStandingPrior);
-  return std::max(0.0, std::min(e.score / e.expected, standing));
+  return std::max(0.0, std::min({e.score / e.expected, agreement(e.standing), agreement(e.sides[0]), agreement(e.sides[1])}));
+}
+
+/// Evidence by which wrong answers become e times rarer [nats].
+double unitOf(const ViewEvidence& e, const VerdictOptions& o) {
+  const double usual = e.from_the_air ? o.aerial_false_alarm_nats : o.false_alarm_nats;
+  return std::max(usual * std::sqrt(std::max(1, e.windows)), kTailShare * tailScale(e.wrong_scores));
 }
 
 }  // namespace
@@ -45,10 +56,13 @@ double tailScale(const std::vector<double>& scores_best_first) {
 }
 
 double expectedFalseAlarms(const ViewEvidence& e, const VerdictOptions& o) {
-  const double evidence = std::max(0.0, margin(e)) * std::sqrt(std::min(1.0, agreement(e)));
-  const double usual = e.from_the_air ? o.aerial_false_alarm_nats : o.false_alarm_nats;
-  const double unit = std::max(usual, kTailShare * tailScale(e.wrong_scores));
-  return kWithoutEvidence * std::exp(-evidence / unit);
+  const double evidence = std::max(0.0, margin(e)) * std::min(1.0, agreement(e));
+  return kWithoutEvidence * std::exp(-evidence / unitOf(e, o));
+}
+
+double neededMargin(const ViewEvidence& e, const VerdictOptions& o) {
+  const double allowed = 1 / o.min_confidence - 1;
+  return std::max(0.0, std::log(kWithoutEvidence / allowed)) * unitOf(e, o) / std::clamp(agreement(e), kLeastAgreement, 1.0);
 }
 
 Verdict judge(const ViewEvidence& e, const VerdictOptions& o) {

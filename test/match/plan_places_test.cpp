@@ -206,7 +206,8 @@ TEST(PlanPlaces, EvidenceAddsUpToTheScoreOfThePose) {
       standing += e.nats;
     }
     const Eigen::Vector3d q(e.query.x(), e.query.y(), 0);
-    const Eigen::Vector3d p = poseFromYaw({found[0].pose.x, found[0].pose.y, 0}, found[0].pose.yaw) * q;
+    const Eigen::Vector3d p =
+        poseFromYaw({found[0].pose.x, found[0].pose.y, 0}, found[0].pose.yaw) * q;
     EXPECT_LT((p.head<2>() - e.map).norm(), 1e-6);
     if (e.distance_bin == kUnknownBin) {
       EXPECT_EQ(e.nats, 0);
@@ -214,8 +215,8 @@ TEST(PlanPlaces, EvidenceAddsUpToTheScoreOfThePose) {
   }
   EXPECT_NEAR(nats, found[0].pose.score, 1e-3);
   EXPECT_NEAR(expected, found[0].expected, 1e-3);
-  EXPECT_NEAR(standing, found[0].standing_score, 1e-3);
-  EXPECT_GT(found[0].standing_expected, 0);
+  EXPECT_NEAR(standing, found[0].standing.score, 1e-3);
+  EXPECT_GT(found[0].standing.expected, 0);
 }
 
 TEST(PlanPlaces, UnseenAreaNeitherHelpsNorHarms) {
@@ -280,6 +281,60 @@ TEST(PlanQuery, HoldsOneSamplePerBlockOfSurfaceAndAllObjects) {
   for (const auto& s : query.fine) sum += Eigen::Vector2d(s.x, s.y);
   EXPECT_LT(sum.norm(), 1e-3) << "samples are about their centre";
   EXPECT_EQ(query.viewpoint, Viewpoint::ground);
+}
+
+TEST(PlanQuery, KnowsWhatLiesLeftAndRightOfTheWay) {
+  PlanTown town;
+  town.area(Channel::road, -30, -4, 30, 4);
+  town.line(Channel::fence, -30, 8, 30, 8);
+  town.line(Channel::building, -30, -9, 30, -9);
+  const PlanView view = town.view({0, 0}, 50, Eigen::Isometry3d::Identity());
+  const std::vector<Eigen::Vector2d> east = {{-20, 0}, {-19.9, 0}, {0, 0}, {20, 0}},
+                                     west = {{20, 0}, {0, 0}, {-20, 0}};
+  const auto sideOfFence = [&](const std::vector<Eigen::Vector2d>& way) {
+    const PlanQuery query = makePlanQuery(view, way);
+    WaySide fence = WaySide::none;
+    for (const auto& s : query.fine) {
+      const auto channel = static_cast<Channel>(s.channel);
+      if (channel == Channel::fence) fence = s.side;
+      if (channel == Channel::building && fence != WaySide::none) {
+        EXPECT_NE(s.side, fence);
+      }
+    }
+    return fence;
+  };
+  EXPECT_EQ(sideOfFence(east), WaySide::left);
+  EXPECT_EQ(sideOfFence(west), WaySide::right);
+  EXPECT_EQ(sideOfFence({}), WaySide::none);
+  EXPECT_EQ(sideOfFence({{0, 0}, {0.1, 0}, {0, 0.1}}), WaySide::none)
+      << "standing still has no direction";
+}
+
+TEST(PlanPlaces, TheSidesOfTheWayShareTheScore) {
+  const PlanTown town = randomTown(5);
+  const PlanPlaces places = indexOf(town);
+  const PlanView view = town.view({20, 45}, 30, Eigen::Isometry3d::Identity());
+  const auto found = places.search(makePlanQuery(view, {{0, 45}, {20, 45}, {40, 46}}), {}, 1);
+  ASSERT_FALSE(found.empty());
+  const auto& [left, right] = found[0].sides;
+  EXPECT_NEAR(left.score + right.score, found[0].pose.score, 1e-3);
+  EXPECT_NEAR(left.expected + right.expected, found[0].expected, 1e-3);
+  EXPECT_GT(left.expected, 0);
+  EXPECT_GT(right.expected, 0);
+  const PlanQuery still = makePlanQuery(view);
+  EXPECT_EQ(places.search(still, {}, 1)[0].sides[0].expected, 0);
+}
+
+TEST(PlanPlaces, DescribesAPoseWithoutMovingIt) {
+  const PlanTown town = randomTown(5);
+  const PlanPlaces places = indexOf(town);
+  const MovedQuery moved(town, {20, 45}, 30, poseFromYaw({12, -7, 3}, 0.9));
+  PlacePose beside = places.search(moved.query, {}, 1)[0].pose;
+  beside.x += 0.7;
+  const PlanHypothesis described = places.describe(moved.query, beside);
+  EXPECT_NEAR(described.pose.x, beside.x, 1e-9);
+  EXPECT_NEAR(described.pose.y, beside.y, 1e-9);
+  EXPECT_EQ(described.pose.score, places.score(moved.query, beside));
 }
 
 }  // namespace

@@ -32,8 +32,9 @@ ViewEvidence goodView() {
   e.score = 300;
   e.runner_up = 60;
   e.expected = 310;
-  e.standing_score = 140;
-  e.standing_expected = 150;
+  e.standing.score = 140;
+  e.standing.expected = 150;
+  e.sides = {PartEvidence{160, 165}, PartEvidence{140, 145}};
   e.known_share = 0.9;
   e.wrong_scores = {60, 48, 41, 40, 36, 33, 32, 31, 30, 30, 28};
   return e;
@@ -53,8 +54,9 @@ ViewEvidence randomView(Random& random) {
   e.score = random.uniform(-50, 400);
   e.runner_up = random.uniform(-50, 200);
   e.expected = random.uniform(-50, 500);
-  e.standing_score = random.uniform(-50, 200);
-  e.standing_expected = random.uniform(-10, 200);
+  e.standing.score = random.uniform(-50, 200);
+  e.standing.expected = random.uniform(-10, 200);
+  for (PartEvidence& side : e.sides) side = {random.uniform(-50, 200), random.uniform(-10, 200)};
   e.known_share = random.uniform();
   double score = e.runner_up;
   for (std::uint32_t i = random.below(12); i > 0; --i) e.wrong_scores.push_back(score -= random.uniform(0, 30));
@@ -215,7 +217,9 @@ TEST(ViewVerdict, ConfidenceNeverFallsWithBetterEvidence) {
   const auto improvements = {
       +[](ViewEvidence& e) { e.score += 10; },
       +[](ViewEvidence& e) { e.runner_up -= 10; },
-      +[](ViewEvidence& e) { e.standing_score += 10; },
+      +[](ViewEvidence& e) { e.standing.score += 10; },
+      +[](ViewEvidence& e) { e.sides[0].score += 10; },
+      +[](ViewEvidence& e) { e.sides[1].score += 10; },
       +[](ViewEvidence& e) { e.known_share += 0.05; },
   };
   Random random(6);
@@ -231,17 +235,52 @@ TEST(ViewVerdict, ConfidenceNeverFallsWithBetterEvidence) {
 
 TEST(ViewVerdict, ALayoutWhoseHousesContradictIsRefused) {
   ViewEvidence e = goodView();
-  e.standing_score = -20;
+  e.standing.score = -20;
   const Verdict v = judgeView(e);
   EXPECT_EQ(v.status, Status::rejected) << "roads alone repeat between towns";
   EXPECT_LT(v.confidence, 0.5);
-  e.standing_score = 30;
+  e.standing.score = 30;
   EXPECT_LT(judgeView(e).confidence, judgeView(goodView()).confidence);
+}
+
+TEST(ViewVerdict, AStreetThatFitsOnOneSideOnlyIsRefused) {
+  ViewEvidence e = goodView();
+  e.sides[1].score = -10;
+  EXPECT_EQ(judgeView(e).status, Status::rejected);
+  EXPECT_LT(judgeView(e).confidence, 0.5);
+  e.sides[1] = {};
+  EXPECT_EQ(judgeView(e).status, Status::accepted) << "a view to one side is judged by that side";
+}
+
+TEST(ViewVerdict, MoreWindowsNeedMoreByTheRootOfTheirNumber) {
+  ViewEvidence e = goodView();
+  const double needed = neededMargin(e, kOptions);
+  e.windows = 4;
+  EXPECT_NEAR(neededMargin(e, kOptions), 2 * needed, 1e-9);
+}
+
+TEST(ViewVerdict, TheNeededMarginIsWhereAcceptanceBegins) {
+  Random random(8);
+  int judged = 0;
+  for (int i = 0; i < 5000; ++i) {
+    ViewEvidence e = randomView(random);
+    const double share = e.score / e.expected, needed = neededMargin(e, kOptions);
+    EXPECT_TRUE(std::isfinite(needed));
+    if (!(e.expected > 0) || share < kOptions.min_agreement || e.known_share < kOptions.min_known_share) continue;
+    if (e.standing.score < 0 || e.sides[0].score < 0 || e.sides[1].score < 0) continue;
+    ++judged;
+    e.runner_up = e.score - needed * 1.001;
+    EXPECT_EQ(judgeView(e).status, Status::accepted);
+    e.runner_up = e.score - needed * 0.999;
+    EXPECT_NE(judgeView(e).status, Status::accepted);
+  }
+  EXPECT_GT(judged, 100);
 }
 
 TEST(ViewVerdict, AViewWithoutAnythingUprightIsJudgedByTheRest) {
   ViewEvidence e = goodView();
-  e.standing_score = e.standing_expected = 0;
+  e.standing = {};
+  e.sides = {};
   EXPECT_EQ(judgeView(e).status, Status::accepted);
 }
 
@@ -256,8 +295,8 @@ TEST(ViewVerdict, NeedsMoreWhereWrongPlacesScoreVeryDifferently) {
 
 TEST(ViewVerdict, NeedsMoreFromTheAir) {
   ViewEvidence e = goodView();
-  e.score = 150;
-  e.expected = 150;
+  e.score = 105;
+  e.expected = 105;
   EXPECT_EQ(judgeView(e).status, Status::accepted);
   e.from_the_air = true;
   EXPECT_NE(judgeView(e).status, Status::accepted);
@@ -269,7 +308,7 @@ TEST(ViewVerdict, TwoPlacesThatFitEquallyWellAreAmbiguous) {
   const Verdict v = judgeView(e);
   EXPECT_EQ(v.status, Status::ambiguous) << v.reason;
   EXPECT_LT(v.confidence, 0.5);
-  e.standing_score = -100;
+  e.standing.score = -100;
   e.score = 100;
   e.runner_up = 99;
   EXPECT_EQ(judgeView(e).status, Status::rejected) << "both fit badly";

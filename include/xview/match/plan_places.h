@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -46,11 +47,15 @@ void visit(PlaceOptions& o, Visitor&& field) {
   field("likelihoods", o.likelihoods, "file of xview learn; empty = built in");
 }
 
+/// On which side of the way of the sensor something lies; none if the sensor did not move.
+enum class WaySide : std::uint8_t { none, left, right };
+
 /// A query as the place search sees it: samples about their centre.
 struct PlanQuery {
   struct Sample {
     float x = 0, y = 0;  ///< relative to the centre [m]
     std::uint8_t channel = 0;
+    WaySide side = WaySide::none;
   };
   struct Ground {
     float x = 0, y = 0, z = 0;  ///< relative to the centre, z in the query frame
@@ -62,18 +67,25 @@ struct PlanQuery {
   std::vector<Ground> ground;  ///< heights of ground cells, one per 2 m
   bool empty() const { return fine.empty(); }
 };
-PlanQuery makePlanQuery(const PlanView& view);
+/// `way`: positions of the sensor in the frame of the view, in order.
+PlanQuery makePlanQuery(const PlanView& view, const std::vector<Eigen::Vector2d>& way = {});
+
+/// What a part of the samples says [nats].
+struct PlanPart {
+  double score = 0;
+  double expected = 0;  ///< at a true pose
+};
 
 /// A pose that the place search stands for, with what decides whether to believe it.
 struct PlanHypothesis {
   PlacePose pose;       ///< query frame to map frame; score in nats
   double z = 0;         ///< height offset: median of map ground minus query ground [m]
   double expected = 0;  ///< score that a true pose would have, over the samples in seen area [nats]
-  double known_share = 0;   ///< share of the samples that fall where the map was seen
-  double standing_score = 0;     ///< part of the score from upright surfaces and obstacles [nats]
-  double standing_expected = 0;  ///< what they would give at a true pose [nats]
-  int objects = 0;          ///< object samples in seen area
-  int objects_matched = 0;  ///< of these, with a map object of the channel within 1 m
+  double known_share = 0;         ///< share of the samples that fall where the map was seen
+  PlanPart standing;              ///< upright surfaces and obstacles
+  std::array<PlanPart, 2> sides;  ///< left and right of the way
+  int objects = 0;                ///< object samples in seen area
+  int objects_matched = 0;        ///< of these, with a map object of the channel within 1 m
 };
 
 /// What one sample of the query says about a pose.
@@ -82,7 +94,7 @@ struct SampleEvidence {
   Eigen::Vector2d query = Eigen::Vector2d::Zero();  ///< in the query frame [m]
   Eigen::Vector2d map = Eigen::Vector2d::Zero();    ///< where the pose puts it in the map [m]
   int distance_bin = kUnknownBin;                   ///< of the nearest map sample of the channel
-  double nats = 0;      ///< contribution to the score of the pose
+  double nats = 0;                                  ///< contribution to the score of the pose
   double expected = 0;  ///< contribution that a true pose would have on average; 0 in unseen area
 };
 
@@ -101,9 +113,12 @@ class PlanPlaces {
                                      int threads) const;
   /// Climbs from a proposed pose (query frame to map frame) to the best pose around it.
   PlanHypothesis verify(const PlanQuery& query, const PlacePose& proposed) const;
+  /// What speaks for one pose (query frame to map frame), without climbing.
+  PlanHypothesis describe(const PlanQuery& query, const PlacePose& pose) const;
   /// Score of one pose (query frame to map frame) [nats].
   double score(const PlanQuery& query, const PlacePose& pose) const;
-  /// What the score of a pose (query frame to map frame) is the sum of, by sample of PlanQuery::fine.
+  /// What the score of a pose (query frame to map frame) is the sum of, by sample of
+  /// PlanQuery::fine.
   std::vector<SampleEvidence> evidence(const PlanQuery& query, const PlacePose& pose) const;
   std::size_t bytes() const;
 
