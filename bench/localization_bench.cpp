@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Success, accuracy, verdicts and times of every window of some sessions against the map of another one.
 //
-//   localization_bench MAP_SESSION SESSION... [--window 60,30,15] [--stride 10] [--key.subkey VALUE]... [--csv FILE]
+//   localization_bench MAP_SESSION SESSION... [--window 60,30,15] [--stride 10] [--drift 0.03] [--key.subkey VALUE]...
+//                     [--csv FILE]
 //
 // A session is a recording with groundtruth.txt (poses in the map frame; a folder named after `elsewhere` has none that counts:
 // its windows must not be accepted). The last lines judge the confidence
 // over all windows: recall where precision is 99 %, and how many answers of each confidence are right.
+// --drift adds a smooth drift of the odometry to the sessions, of this share of the way, seeded by --seed.
 // The columns under NEES/6 judge the covariance over the accepted windows within 5 m: mean (1 if right, less if too wide)
 // and median (0.89 if right) of the normalised error squared over 6, and the share in % within three sigma of six dimensions.
 #include <fmt/core.h>
@@ -21,6 +23,7 @@
 #include <vector>
 
 #include "arguments.h"
+#include "disturbance.h"
 #include "session.h"
 #include "xview/eval/consistency.h"
 #include "xview/eval/precision_recall.h"
@@ -37,6 +40,7 @@ struct Arguments {
   std::vector<std::string> sessions;
   std::vector<double> windows_m = {60};
   double stride_m = 10;
+  double drift = 0;
   std::string csv;
   Options options;
 };
@@ -54,6 +58,7 @@ Arguments parse(int argc, char** argv) {
   a.sessions = parseArguments(argc, argv,
                               {{"--window", [&](const std::string& value) { a.windows_m = numbers(value); }},
                                {"--stride", into(a.stride_m)},
+                               {"--drift", into(a.drift)},
                                {"--csv", [&](const std::string& value) { a.csv = value; }}},
                               a.options, 2, "localization_bench MAP_SESSION SESSION... [options]");
   return a;
@@ -165,7 +170,8 @@ int main(int argc, char** argv) try {
   fmt::print("session    window    n | <=.3m <=.5m  <=1m  <=5m <=20m | median    p90    deg |  acc ambi wrong | NEES/6 med  3sig | graph  search ms\n");
   Answers answers;
   for (std::size_t i = 1; i < a.sessions.size(); ++i) {
-    const Session session = loadSession(a.sessions[i], a.options);
+    Session session = loadSession(a.sessions[i], a.options);
+    addDrift(session, a.drift, static_cast<std::uint64_t>(a.options.seed));
     for (const double window_m : a.windows_m) runSession(session, window_m, localizer, a, csv, answers);
   }
   answers.print();

@@ -13,6 +13,13 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+/// Takes points of the query as they are, in its own lengths, to the map.
+Eigen::Matrix4d inLengthsOfQuery(const Eigen::Isometry3d& T_map_query, double scale) {
+  Eigen::Matrix4d T = T_map_query.matrix();
+  T.topLeftCorner<3, 3>() *= scale;
+  return T;
+}
+
 template <int N>
 Json rowMajor(const Eigen::Matrix<double, N, N>& matrix) {
   Json numbers = Json::array();
@@ -34,7 +41,7 @@ Json poseOf(const Answer& answer) {
 Json hypothesesOf(const Localization& fix) {
   Json list = Json::array();
   for (const Hypothesis& h : fix.hypotheses) {
-    list.push_back({{"T_map_query", rowMajor<4>(h.T_map_query.matrix())},
+    list.push_back({{"T_map_query", rowMajor<4>(inLengthsOfQuery(h.T_map_query, fix.scale))},
                     {"score", h.score},
                     {"inliers", h.inliers},
                     {"proposer", toString(h.proposer)}});
@@ -106,9 +113,12 @@ std::string toJson(const Answer& answer) {
   json["status"] = toString(fix.status);
   json["reason"] = fix.reason;
   json["confidence"] = fix.confidence;
-  json["T_map_query"] = has_pose ? rowMajor<4>(fix.T_map_query.matrix()) : Json();
+  json["T_map_query"] = has_pose ? rowMajor<4>(inLengthsOfQuery(fix.T_map_query, fix.scale)) : Json();
   json["pose"] = has_pose ? poseOf(answer) : Json();
   json["covariance"] = has_pose ? rowMajor<6>(fix.covariance) : Json();
+  json["scale"] = fix.scale;
+  json["gravity"] = toString(fix.gravity);
+  json["gravity_reason"] = fix.gravity_reason;
   json["inliers"] = fix.inliers;
   json["vertices"] = fix.vertices;
   json["matches"] = fix.matches;
@@ -133,10 +143,15 @@ std::string toTableLine(const Answer& answer) {
                                 ? fmt::format("{:>10} {:>10} {:>8} {:>7}", "-", "-", "-", "-")
                                 : fmt::format("{:>10.2f} {:>10.2f} {:>8.2f} {:>7.1f}", p.x(), p.y(),
                                               p.z(), kDegrees * yawOf(fix.T_map_query.linear()));
-  return fmt::format("{:<28} {:>11}  {:<9} {} {:>9} {:>6.3f} {:>7.1f}  {}", answer.input,
+  const std::string scale = fix.scale == 1 ? "" : fmt::format(" [scale {:.3f}]", fix.scale);
+  const std::string gravity =
+      fix.gravity == GravityUse::aligned
+          ? ""
+          : fmt::format(" [{}; {}]", toString(fix.gravity), fix.gravity_reason);
+  return fmt::format("{:<28} {:>11}  {:<9} {} {:>9} {:>6.3f} {:>7.1f}  {}{}{}", answer.input,
                      fmt::format("{}-{}", answer.first_frame, answer.last_frame),
                      toString(fix.status), where, fmt::format("{}/{}", fix.inliers, fix.vertices),
-                     fix.confidence, totalOf(fix.timing_ms), fix.reason);
+                     fix.confidence, totalOf(fix.timing_ms), fix.reason, scale, gravity);
 }
 
 }  // namespace xview::tools

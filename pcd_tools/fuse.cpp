@@ -62,6 +62,8 @@ class FuseCommand final : public Command {
   /// Nothing if the query was not accepted.
   std::optional<Localization> locate(const std::string& path, const SemanticMap& map,
                                      const Job& job) const {
+    if (!job.options.scale.empty())
+      throw UsageError("--scale: only what has the lengths of the map can be added to it");
     const QueryInput input = readQuery(path, input_, job, map.labels);
     Stopwatch watch;
     const Localization fix =

@@ -143,6 +143,8 @@ class LocalizeCommand final : public Command {
 
   ExitCode run(const Job& job) override {
     const std::size_t queries = job.operands.size() - 1;
+    if (!job.options.scale.empty() && (windows_.sequence || windows_.track))
+      throw UsageError("--scale is for windows on their own, without --sequence and --track");
     windows_.check();
     checkExplanationPath(explain_, windows_.size == 0 && queries == 1);
     if (files_.any() && queries > 1)

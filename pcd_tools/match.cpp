@@ -8,6 +8,7 @@
 #include "queries.h"
 #include "xview/localizer.h"
 #include "xview/types/stopwatch.h"
+#include "xview/types/error.h"
 #include "xview/view/match_drawing.h"
 
 namespace xview::tools {
@@ -54,6 +55,8 @@ class MatchCommand final : public Command {
   ExitCode run(const Job& job) override {
     const std::string& out = job.operands[2];
     checkDrawingEnding(out);
+    if (!job.options.scale.empty())
+      throw UsageError("--scale: match draws the query in its own lengths");
     checkOrder({job.operands[0], job.operands[1]}, input_);
     const SemanticMap map = readMap(job.operands[1], input_, job);
     const QueryInput input = readQuery(job.operands[0], input_, job, map.labels);

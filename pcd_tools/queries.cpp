@@ -12,19 +12,6 @@
 namespace xview::tools {
 namespace {
 
-/// A saved session as a query: everything the map knows, answered for its last key frame.
-std::unique_ptr<Query> queryOfMap(const std::string& path) {
-  SemanticMap map = loadMap(path);
-  auto query = std::make_unique<Query>();
-  query->labels = std::move(map.labels);
-  query->graph = std::move(map.graph);
-  query->plan = std::move(map.plan);
-  query->cloud = std::move(map.cloud);
-  for (const Keyframe& keyframe : map.keyframes) query->poses.push_back(keyframe.T_map_sensor);
-  if (query->poses.empty()) query->poses.push_back(Eigen::Isometry3d::Identity());
-  return query;
-}
-
 /// What answers say of a frame.
 FrameDigest withoutPoints(const FrameDigest& frame) {
   FrameDigest bare;
@@ -57,7 +44,7 @@ QueryInput readQuery(const std::string& path, const InputFlags& input, const Job
   const InputOptions options = inputIn(input, map_labels);
   switch (recogniseInput(path, options)) {
     case InputKind::map:
-      result.whole = queryOfMap(path);
+      result.whole = std::make_unique<Query>(makeQuery(loadMap(path), job.options));
       result.labels = result.whole->labels;
       break;
     case InputKind::graph: {

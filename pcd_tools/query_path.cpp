@@ -39,6 +39,11 @@ Matrix6d odometryCovariance(double way_m, const PosteriorOptions& odometry) {
 
 }  // namespace
 
+Eigen::Isometry3d Anchor::inMap(Eigen::Isometry3d T_odom_sensor) const {
+  T_odom_sensor.translation() *= scale;
+  return T_map_query * T_odom_sensor;
+}
+
 QueryPath::QueryPath(const QueryInput& input) {
   for (const FrameDigest& frame : input.frames) {
     T_odom_sensor_.push_back(frame.T_odom_sensor);
@@ -56,7 +61,8 @@ void QueryPath::add(const Answer& answer) {
   const std::size_t last = T_odom_sensor_.size() - 1;
   // A graph or map is one query; its answer is that of its last pose.
   const std::size_t index = answer.frames == T_odom_sensor_.size() ? answer.last_index : last;
-  anchors_.push_back({index, fix.T_map_query, fix.T_map_sensor, fix.covariance, fix.confidence});
+  anchors_.push_back({index, fix.T_map_query, fix.T_map_sensor, fix.scale,
+                      fix.covariance, fix.confidence});
 }
 
 std::vector<Eigen::Isometry3d> QueryPath::poses() const {
@@ -69,7 +75,7 @@ std::vector<Eigen::Isometry3d> QueryPath::poses() const {
     const Anchor& b = after == anchors_.end() ? *(after - 1) : *after;
     const double length = way[b.index] - way[a.index];
     const double share = length > 0 ? (way[i] - way[a.index]) / length : 1;
-    poses.push_back(between(a.T_map_query * T_odom_sensor_[i], b.T_map_query * T_odom_sensor_[i],
+    poses.push_back(between(a.inMap(T_odom_sensor_[i]), b.inMap(T_odom_sensor_[i]),
                             std::clamp(share, 0.0, 1.0)));
   }
   return poses;
@@ -93,7 +99,8 @@ void QueryPath::writeGraph(const std::string& path, const PosteriorOptions& odom
   graph.poses.insert(graph.poses.begin(), Eigen::Isometry3d::Identity());
   graph.fixed = {0};
   for (std::size_t i = 0; i + 1 < T_odom_sensor_.size(); ++i) {
-    const Eigen::Isometry3d step = T_odom_sensor_[i].inverse() * T_odom_sensor_[i + 1];
+    Eigen::Isometry3d step = T_odom_sensor_[i].inverse() * T_odom_sensor_[i + 1];
+    step.translation() *= surest().scale;
     graph.edges.push_back(
         {i + 1, i + 2, step, odometryCovariance(step.translation().norm(), odometry)});
   }
@@ -103,7 +110,7 @@ void QueryPath::writeGraph(const std::string& path, const PosteriorOptions& odom
 }
 
 void QueryPath::writeTransform(const std::string& path) const {
-  writeMatrix(path, surest().T_map_query);
+  writeMatrix(path, surest().T_map_query, surest().scale);
 }
 
 }  // namespace xview::tools

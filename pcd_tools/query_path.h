@@ -16,8 +16,11 @@ struct Anchor {
   std::size_t index = 0;  ///< of the pose that was answered: the last one of the window
   Eigen::Isometry3d T_map_query = Eigen::Isometry3d::Identity();
   Eigen::Isometry3d T_map_sensor = Eigen::Isometry3d::Identity();
+  double scale = 1;  ///< T_map_query takes points of the query times this
   Matrix6d covariance = Matrix6d::Zero();
   double confidence = 0;
+
+  Eigen::Isometry3d inMap(Eigen::Isometry3d T_odom_sensor) const;
 };
 
 /// The way of one query in the map, from its accepted answers.

@@ -11,6 +11,7 @@
 #include "xview/map/semantic_map.h"
 #include "xview/mapper.h"
 #include "xview/options.h"
+#include "xview/types/gravity.h"
 #include "xview/types/localization.h"
 #include "xview/types/place.h"
 #include "xview/verify/verdict.h"
@@ -28,6 +29,7 @@ struct Query {
   std::vector<Eigen::Isometry3d> poses;  ///< T_odom_sensor of its frames; the last one is answered. Identity for bare graphs
   std::vector<std::int64_t> frames;   ///< their numbers; empty for bare graphs
   Sensor sensor = Sensor::cloud;
+  Gravity gravity;                    ///< which way is up in its frame; without that it has no plan view
   Timings timing_ms;                  ///< read, lift, blobs, graph
 };
 
@@ -38,6 +40,8 @@ Query makeQuery(const FrameDigest* first, const FrameDigest* last, const LabelSe
 Query makeQuery(const FrameSource& source, const Options& options, const std::function<void(const FrameDigest&)>& seen = {});
 /// A query from a bare graph.
 Query makeQuery(const SemanticGraph& graph, const LabelSet& labels, const Options& options);
+/// A query from a saved session: everything the map knows, answered for its last key frame.
+Query makeQuery(SemanticMap map, const Options& options);
 
 /// Where a query is expected, from something else than the query: odometry since the last fix, another sensor.
 struct ExpectedPose {
@@ -60,7 +64,8 @@ class Localizer {
   Localizer(const SemanticMap& map, const Options& options);
   ~Localizer();
 
-  /// Throws Error if the labels of the query cannot be those of the map.
+  /// Throws Error if the labels of the query cannot be those of the map. With options.scale the answer has a scale: its pose and its
+  /// hypotheses are those of the query with all lengths multiplied by it.
   Localization localize(const Query& query) const;
   /// The same, where it is expected only; the prior of the options must hold as well.
   Localization localize(const Query& query, const ExpectedPose& expected) const;

@@ -86,6 +86,8 @@ void visit(TrackOptions& o, Visitor&& field) {
 struct Options {
   std::string method = "auto";
   std::string graph_space = "cloud";  ///< image: blobs and edges of the place graph are found in the images, as in the paper
+  std::string gravity = "auto";       ///< is z up in map and query? See xview/types/gravity.h
+  std::string scale;                  ///< "low,high" or "free"; empty = lengths of the query are right
   int seed = 1;
   int threads = 0;
   PriorOptions prior;
@@ -117,6 +119,11 @@ void visit(Options& o, Visitor&& field) {
         "who proposes poses: X-View's walks, the place search, or both");
   field("graph_space", o.graph_space, Choices{{"cloud", "image"}},
         "blobs and edges from points in space, or from regions near each other in depth+label images (the paper's image space)");
+  field("gravity", o.gravity, Choices{{"auto", "aligned", "free"}},
+        "aligned: z is up in map and query; free: it may not be, what they hold tells, else all six degrees of freedom are "
+        "searched; auto: z is up unless they clearly say otherwise");
+  field("scale", o.scale,
+        "lengths of the query may be wrong by one factor: low,high of what they are to be multiplied with, or free = 0.75,1.34; empty = they are right");
   field("seed", o.seed, Range{0, 2147483647}, "seed of everything random");
   field("threads", o.threads, Range{0, 1024}, "threads; 0 = all cores. Results do not depend on it");
   field.group("prior", o.prior);

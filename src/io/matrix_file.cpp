@@ -7,9 +7,11 @@
 
 namespace xview {
 
-void writeMatrix(const std::string& path, const Eigen::Isometry3d& T_target_source) {
+void writeMatrix(const std::string& path, const Eigen::Isometry3d& T_target_source,
+                 double scale) {
   AtomicFile file(path);
-  const Eigen::Matrix4d m = T_target_source.matrix();
+  Eigen::Matrix4d m = T_target_source.matrix();
+  m.topLeftCorner<3, 3>() *= scale;
   for (int row = 0; row < 4; ++row) {
     char line[120];
     std::snprintf(line, sizeof line, "%.17g %.17g %.17g %.17g\n", m(row, 0), m(row, 1), m(row, 2),

@@ -1,55 +1,157 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "pipeline/gravity.h"
 
+#include <fmt/core.h>
+
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
-#include <optional>
+#include <map>
+
+#include "pipeline/up_evidence.h"
 
 namespace xview {
 namespace {
 
-constexpr double kAligned_rad = 15 * M_PI / 180;
-constexpr double kUnderSensor_m = 25;     ///< ground further away may be another slope
-constexpr std::size_t kFewestPoints = 50;
-constexpr double kFlatness = 0.1;         ///< thickness over width of what counts as a plane
+constexpr double kDegrees = 180 / M_PI;
+constexpr double kClearly_rad =
+    1.5 / kDegrees;  ///< z is believed to be up if the measured up is this near plus 3 sigma
+constexpr double kLayerSigma_rad = 0.06;  ///< slope of the ground under a graph
+constexpr double kLayerFlatness = 0.3;    ///< thickness over width of a layer
+constexpr double kLevelledMapSigma_rad = 0.03;
+constexpr double kFewestVertices = 8;
 
-/// Normal of the ground points of one frame, towards the sensor; nothing if they are few or no plane.
-std::optional<Eigen::Vector3d> groundNormal(const FrameDigest& frame, const LabelSet& labels) {
-  const float reach = frame.aerial ? INFINITY : static_cast<float>(kUnderSensor_m);
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < frame.cloud.size(); ++i) {
-    if (!isGround(labels.kind(frame.cloud.points[i].label))) continue;
-    if (!frame.cloud.ranges.empty() && frame.cloud.ranges[i] > reach) continue;
-    const Eigen::Vector3d p = frame.cloud.points[i].getVector3fMap().cast<double>();
-    sum += p;
-    squares += p * p.transpose();
-    ++count;
+double angleToZ(const Eigen::Vector3d& up) { return std::acos(std::clamp(up.z(), -1.0, 1.0)); }
+
+bool isClearlyOff(double angle_rad, double sigma_rad) {
+  return angle_rad > kClearly_rad + 3 * sigma_rad;
+}
+
+Gravity asGiven(const std::string& why) {
+  Gravity gravity;
+  gravity.reason = "z is up as given: " + why;
+  return gravity;
+}
+
+Gravity unknown(const std::string& why) {
+  Gravity gravity;
+  gravity.known = false;
+  gravity.reason = why;
+  return gravity;
+}
+
+Gravity measured(const Eigen::Vector3d& up, double sigma_rad, const std::string& source) {
+  Gravity gravity;
+  gravity.upright = uprightBy(up);
+  gravity.sigma_rad = sigma_rad;
+  gravity.reason = fmt::format("turned upright by {:.1f} +- {:.1f} deg, by {}",
+                               angleToZ(up) * kDegrees, sigma_rad * kDegrees, source);
+  return gravity;
+}
+
+/// Mean height of ground classes and of the others over a layer, and how sure their order is.
+int sideOfGround(const SemanticGraph& graph, const LabelSet& labels,
+                 const Eigen::Vector3d& normal) {
+  constexpr double kClear_m = 0.5, kSigmas = 3;
+  struct Heights {
+    double count = 0, sum = 0, squares = 0;
+    double mean() const { return sum / count; }
+    double variance() const { return squares / count - mean() * mean(); }
+  } ground, others;
+  for (const Vertex& v : graph.vertices) {
+    const Kind kind = labels.kind(v.label);
+    if (kind == Kind::none || kind == Kind::other_object || kind == Kind::other_surface ||
+        !v.position.allFinite())
+      continue;
+    Heights& h = isGround(kind) ? ground : others;
+    const double height = normal.dot(v.position - graph.vertices[0].position);
+    h.count += 1;
+    h.sum += height;
+    h.squares += height * height;
   }
-  if (count < kFewestPoints) return std::nullopt;
-  const Eigen::Vector3d mean = sum / static_cast<double>(count);
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(squares / static_cast<double>(count) - mean * mean.transpose());
-  if (std::sqrt(std::max(0.0, axes.eigenvalues()(0))) > kFlatness * std::sqrt(axes.eigenvalues()(1))) return std::nullopt;
-  const Eigen::Vector3d normal = axes.eigenvectors().col(0);
-  const Eigen::Vector3d to_sensor = frame.T_odom_sensor.translation() - (frame.cloud.origin + mean);
-  return normal.dot(to_sensor) < 0 ? Eigen::Vector3d(-normal) : normal;
+  if (ground.count < 3 || others.count < 3) return 0;
+  const double above = others.mean() - ground.mean();
+  const double sigma =
+      std::sqrt(std::max(0.0, ground.variance() / ground.count + others.variance() / others.count));
+  if (std::abs(above) < std::max(kClear_m, kSigmas * sigma)) return 0;
+  return above > 0 ? 1 : -1;
 }
 
 }  // namespace
 
-Eigen::Quaterniond uprightRotation(const FrameDigest* first, const FrameDigest* last, const LabelSet& labels) {
-  Eigen::Vector3d up = Eigen::Vector3d::Zero(), camera_up = Eigen::Vector3d::Zero();
-  for (const FrameDigest* frame = first; frame != last; ++frame) {
-    if (frame->sensor == Sensor::cloud) continue;  // a saved cloud has no view-point that tells which side is up
-    if (const auto normal = groundNormal(*frame, labels)) up += *normal;
-    if (frame->sensor == Sensor::camera && !frame->aerial) camera_up -= frame->T_odom_sensor.linear().col(1);
-  }
-  if (up.norm() == 0) up = camera_up;
-  if (up.norm() == 0) return Eigen::Quaterniond::Identity();
-  up.normalize();
-  if (std::acos(std::min(1.0, std::max(-1.0, up.z()))) < kAligned_rad) return Eigen::Quaterniond::Identity();
+Eigen::Quaterniond uprightBy(const Eigen::Vector3d& up) {
   return Eigen::Quaterniond::FromTwoVectors(up, Eigen::Vector3d::UnitZ());
+}
+
+Gravity gravityOf(const FrameDigest* first, const FrameDigest* last, const LabelSet& labels,
+                  const std::string& mode) {
+  if (mode == "aligned") return asGiven("gravity = aligned");
+  const UpEvidence evidence = findUp(first, last, labels);
+  if (evidence.up.norm() == 0) {
+    const char* nothing = "neither ground nor sensor tells which way is up";
+    return mode == "free" ? unknown(nothing) : asGiven(nothing);
+  }
+  const double off = angleToZ(evidence.up);
+  if (mode == "free" || isClearlyOff(off, evidence.sigma_rad))
+    return measured(evidence.up, evidence.sigma_rad, evidence.source);
+  return asGiven(fmt::format("{} say {:.1f} +- {:.1f} deg off it", evidence.source, off * kDegrees,
+                             evidence.sigma_rad * kDegrees));
+}
+
+/// Classes differ in height, so each is taken about its own mean.
+Eigen::Vector3d layerNormal(const SemanticGraph& graph) {
+  struct Sums {
+    double count = 0;
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  };
+  std::map<std::uint32_t, Sums> classes;
+  for (const Vertex& v : graph.vertices) {
+    if (!v.position.allFinite()) continue;
+    Sums& sums = classes[v.label];
+    sums.count += 1;
+    sums.sum += v.position;
+  }
+  Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
+  double count = 0;
+  for (const Vertex& v : graph.vertices) {
+    if (!v.position.allFinite()) continue;
+    const Sums& sums = classes[v.label];
+    const Eigen::Vector3d d = v.position - sums.sum / sums.count;
+    scatter += d * d.transpose();
+    if (sums.count > 1) count += 1;
+  }
+  if (count < kFewestVertices) return Eigen::Vector3d::Zero();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(scatter / count);
+  const Eigen::Vector3d spread = axes.eigenvalues().cwiseMax(0).cwiseSqrt();
+  if (!(spread(0) < kLayerFlatness * spread(1))) return Eigen::Vector3d::Zero();
+  return axes.eigenvectors().col(0);
+}
+
+Gravity gravityOf(const SemanticGraph& graph, const LabelSet& labels, const std::string& mode) {
+  if (mode == "aligned") return asGiven("gravity = aligned");
+  Eigen::Vector3d up = layerNormal(graph);
+  if (up.norm() == 0) {
+    const char* nothing = "the vertices form no layer that would tell which way is up";
+    return mode == "free" ? unknown(nothing) : asGiven(nothing);
+  }
+  const int side = sideOfGround(graph, labels, up);
+  if (side < 0 || (side == 0 && up.z() < 0)) up = -up;
+  const double off = angleToZ(up);
+  if (mode == "auto" && !isClearlyOff(off, kLayerSigma_rad)) {
+    return asGiven(fmt::format("the layer of vertices is {:.1f} deg off it", off * kDegrees));
+  }
+  if (side == 0) return unknown("the vertices form a layer, but not which side of it is up");
+  return measured(up, kLayerSigma_rad, "the layer of vertices and ground below them");
+}
+
+Gravity gravityOf(const SemanticMap& map, const std::string& mode) {
+  if (map.plan.known.empty()) return gravityOf(map.graph, map.labels, mode);
+  Gravity gravity;
+  gravity.upright = map.plan.upright;
+  if (!gravity.turned()) return gravity;
+  gravity.sigma_rad = kLevelledMapSigma_rad;
+  gravity.reason = "turned upright when it was made";
+  return gravity;
 }
 
 }  // namespace xview

@@ -2,15 +2,33 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <string>
+#include <vector>
 
 #include "xview/mapper.h"
-#include "xview/types/localization.h"
+#include "xview/types/gravity.h"
 
 namespace xview {
 
-/// The rotation that makes z point up. Identity if the frame is gravity-aligned within 15 degrees, as odometry frames mostly are; poses
-/// relative to a first camera are not. Up is the normal of the ground classes under each sensor, on the side of the sensor; without
-/// ground it is what cameras near the ground call up.
-Eigen::Quaterniond uprightRotation(const FrameDigest* first, const FrameDigest* last, const LabelSet& labels);
+/// Which way is up in the frame of a recording, by options.gravity: `aligned` believes in z; `auto`
+/// does so unless what was measured (see findUp) is clearly off, as most odometry frames are
+/// gravity-aligned and streets may be steep; `free` takes what was measured. If nothing tells, auto
+/// believes in z and free knows nothing.
+Gravity gravityOf(const FrameDigest* first, const FrameDigest* last, const LabelSet& labels,
+                  const std::string& mode);
+
+/// The same for a bare graph. What stands in a street forms a flat layer, class by class; which
+/// side of it is up is told by classes of ground that lie below the others. Not known if the layer
+/// is tilted and no class tells.
+Gravity gravityOf(const SemanticGraph& graph, const LabelSet& labels, const std::string& mode);
+
+/// That of a map: a view from above was drawn upright, a bare graph is what it is.
+Gravity gravityOf(const SemanticMap& map, const std::string& mode);
+
+/// The normal of the layer of a graph, without its side; zero if it is no layer.
+Eigen::Vector3d layerNormal(const SemanticGraph& graph);
+
+/// The smallest rotation that takes `up` to z.
+Eigen::Quaterniond uprightBy(const Eigen::Vector3d& up);
 
 }  // namespace xview

@@ -13,7 +13,7 @@ constexpr std::size_t kFramesForGravity = 16;  ///< that say together which way 
 }  // namespace
 
 GrowingPlace::GrowingPlace(const LabelSet& labels, const Options& options)
-    : labels_(labels), graph_(labels, options), plan_(labels, options.plan) {}
+    : labels_(labels), gravity_(options.gravity), graph_(labels, options), plan_(labels, options.plan) {}
 
 void GrowingPlace::add(FrameDigest frame) {
   if (upright_) return addUpright(frame);
@@ -28,21 +28,23 @@ void GrowingPlace::endRecording() {
 GrowingPlace::Place GrowingPlace::finish() const {
   Place place;
   place.plan = plan_.build();
-  place.plan.upright = *upright_;
+  place.plan.upright = upright_->upright;
   place.graph = graph_.finish(place.plan);
   return place;
 }
 
 void GrowingPlace::settleUpright() {
-  upright_ = uprightRotation(waiting_.data(), waiting_.data() + waiting_.size(), labels_);
+  upright_ = gravityOf(waiting_.data(), waiting_.data() + waiting_.size(), labels_, gravity_);
   for (const FrameDigest& frame : waiting_) addUpright(frame);
   waiting_ = {};
 }
 
 void GrowingPlace::addUpright(const FrameDigest& frame) {
   graph_.add(frame);
-  plan_.add(frame.cloud, frame.votes, frame.thin_trusted, Eigen::Isometry3d(*upright_),
-            frame.aerial);
+  if (upright_->known) {
+    plan_.add(frame.cloud, frame.votes, frame.thin_trusted, Eigen::Isometry3d(upright_->upright),
+              frame.aerial);
+  }
 }
 
 }  // namespace xview

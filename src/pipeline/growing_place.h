@@ -3,10 +3,12 @@
 
 #include <Eigen/Geometry>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "pipeline/place_graph.h"
 #include "xview/graph/plan_view.h"
+#include "xview/types/gravity.h"
 
 namespace xview {
 
@@ -30,10 +32,11 @@ class GrowingPlace {
   void addUpright(const FrameDigest& frame);
 
   LabelSet labels_;
+  std::string gravity_;
   PlaceGraph graph_;
   PlanViewBuilder plan_;
   std::vector<FrameDigest> waiting_;  ///< until upright_ is known
-  std::optional<Eigen::Quaterniond> upright_;
+  std::optional<Gravity> upright_;
 };
 
 }  // namespace xview

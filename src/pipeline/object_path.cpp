@@ -34,14 +34,23 @@ const ObjectPlaceIndex& ObjectPath::index() const {
   return *index_;
 }
 
-void ObjectPath::localize(const Query& query, const Priors& priors, Localization& answer) const {
-  Stopwatch watch;
+ObjectSearchResult ObjectPath::search(const Query& query, const Priors& priors) const {
   ObjectSearchRequest request;
   request.threads = options_.threads;
   request.focus = query.poses.back().translation();
   request.prior = priorOfPoint(priors, query, request.focus->head<2>());
-  const ObjectSearchResult result = index().search(query.graph, request);
+  return index().search(query.graph, request);
+}
+
+void ObjectPath::localize(const Query& query, const Priors& priors, double rival_score, Localization& answer) const {
+  Stopwatch watch;
+  ObjectSearchResult result = search(query, priors);
+  result.wrong.best = std::max(result.wrong.best, rival_score);
   answer.timing_ms.emplace_back("matching", watch.lap_ms());
+  report(result, answer);
+}
+
+void ObjectPath::report(const ObjectSearchResult& result, Localization& answer) const {
   answer.vertices = result.vertices;
   answer.matches = result.poses;
   const auto count = std::min(result.hypotheses.size(), static_cast<std::size_t>(options_.places.hypotheses));

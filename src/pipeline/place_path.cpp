@@ -72,7 +72,7 @@ struct PlacePath::RankedPlaces {
 
   Eigen::Vector2d query_centre;
   std::vector<Place> places;
-  double best_outside = 0;  ///< score of the best place next to what the priors allow: better than all inside, it refutes them
+  double best_outside = 0;  ///< score of the best place next to what the priors allow: better than all inside, it refutes them; or of a rival
 };
 
 WalkGraph PlacePath::mapPart(const PlanQuery& plan_query, const Eigen::Isometry3d& T_map_query) const {
@@ -87,10 +87,11 @@ double PlacePath::marginInFullAgreement(const PlanQuery& plan_query) const {
   return neededMargin(perfect, options_.verdict);
 }
 
-void PlacePath::localize(const Query& query, const PlanQuery& plan_query, const Priors& priors, Localization& answer) const {
+void PlacePath::localize(const Query& query, const PlanQuery& plan_query, const Priors& priors, double rival_score,
+                         Localization& answer) const {
   Stopwatch watch;
   const Priors around = widened(priors);
-  RankedPlaces ranked{plan_query.centre, {}, 0};
+  RankedPlaces ranked{plan_query.centre, {}, rival_score};
   for (const PlanHypothesis& h : places_.search(plan_query, priorOfPoint(priors, query, plan_query.centre), options_.threads)) {
     if (satisfies(priors, query, poseOf(h))) ranked.places.push_back({h, Proposer::search});
     else if (satisfies(around, query, poseOf(h))) ranked.best_outside = std::max(ranked.best_outside, h.pose.score);
@@ -108,6 +109,13 @@ void PlacePath::localize(const Query& query, const PlanQuery& plan_query, const 
   if (answer.hypotheses.empty()) return;
   answer.kept = pairsUnderPose(walk_query, part, answer.hypotheses[0].T_map_query, options_.consensus.inlier_m);
   answer.hypotheses[0].inliers = answer.inliers = static_cast<int>(answer.kept.size());
+}
+
+std::optional<PlanHypothesis> PlacePath::bestPlace(const Query& query, const PlanQuery& plan_query, const Priors& priors) const {
+  for (const PlanHypothesis& h : places_.search(plan_query, priorOfPoint(priors, query, plan_query.centre), options_.threads)) {
+    if (satisfies(priors, query, poseOf(h))) return h;
+  }
+  return std::nullopt;
 }
 
 void PlacePath::proposeByWalks(const Query& query, const PlanQuery& plan_query, const WalkGraph& walk_query, const WalkGraph& part,

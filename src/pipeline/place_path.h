@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <optional>
+
 #include "pipeline/pose_prior.h"
 #include "pipeline/walk_proposer.h"
 #include "xview/localizer.h"
@@ -15,8 +17,12 @@ class PlacePath {
   PlacePath(const PlanPlaces& places, const WalkProposer& walks, const Options& options)
       : places_(places), walks_(walks), options_(options) {}
 
-  /// Fills everything but the refined pose and its covariance. `plan_query` is drawn from query.plan.
-  void localize(const Query& query, const PlanQuery& plan_query, const Priors& priors, Localization& answer) const;
+  /// Fills everything but the refined pose and its covariance. `plan_query` is drawn from query.plan. `rival_score` is that of
+  /// a place elsewhere that was found otherwise.
+  void localize(const Query& query, const PlanQuery& plan_query, const Priors& priors, double rival_score,
+                Localization& answer) const;
+  /// The best place of a search, without a verdict; nothing if there is none.
+  std::optional<PlanHypothesis> bestPlace(const Query& query, const PlanQuery& plan_query, const Priors& priors) const;
   /// Takes an acceptance back if a place that the priors forbid explains the query far better: then they are wrong. Only acceptances
   /// that are not clear by far are looked at.
   void refuteFromOutside(const Query& query, const PlanQuery& plan_query, const Priors& priors, Localization& answer) const;

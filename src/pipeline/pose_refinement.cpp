@@ -2,6 +2,7 @@
 #include "pipeline/pose_refinement.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "pipeline/planar_pose.h"
 #include "pipeline/vertex_pairs.h"
@@ -63,9 +64,11 @@ void PoseRefinement::useRecentPart(const Query& query, const PlanQuery& recent, 
   answer.covariance.diagonal() += planVariances();
 }
 
-void PoseRefinement::useVertices(const Query& query, const PlanQuery& recent, Localization& answer) const {
+void PoseRefinement::useVertices(const Query& query, const PlanQuery& recent, double up_sigma_rad, Localization& answer) const {
   Eigen::Isometry3d& best = answer.hypotheses[0].T_map_query;
-  const Posterior posterior = vertexPosterior(query, map_, answer.kept, best, options_.posterior);
+  PosteriorOptions options = options_.posterior;
+  options.gravity_sigma_rad = std::hypot(options.gravity_sigma_rad, up_sigma_rad);
+  const Posterior posterior = vertexPosterior(query, map_, answer.kept, best, options);
   if (!posterior.converged) return;
   const Eigen::Isometry3d T = posterior.T_map_sensor.back() * query.poses.back().inverse();
   if (shiftOfLast(query, T, best) >= options_.refine.max_shift_m || !keepsScore(recent, best, T, 1)) return;
@@ -74,27 +77,29 @@ void PoseRefinement::useVertices(const Query& query, const PlanQuery& recent, Lo
 }
 
 /// The clouds take the nearest surface for the right one, and see only some classes.
-void PoseRefinement::useClouds(const Query& query, const PlanQuery& recent, Localization& answer) const {
+void PoseRefinement::useClouds(const Query& query, const PlanQuery& recent, double up_sigma_rad, Localization& answer) const {
   Eigen::Isometry3d& best = answer.hypotheses[0].T_map_query;
   const RefineQuery points{query.cloud, query.cloud_seen_from, query.poses, query.cloud_sigma_m};
-  const Refinement refined = xview::refine(distributions(), points, query.labels, best, options_.refine);
+  RefineOptions options = options_.refine;
+  options.tilt_sigma_deg = std::hypot(options.tilt_sigma_deg, up_sigma_rad * 180 / M_PI);
+  const Refinement refined = xview::refine(distributions(), points, query.labels, best, options);
   if (!refined.converged || !keepsScore(recent, best, refined.T_map_query, kScoreKept)) return;
   best = refined.T_map_query;
   answer.covariance = refined.covariance;
 }
 
-void PoseRefinement::refine(const Query& query, const PlanQuery& plan_query, Localization& answer) const {
+void PoseRefinement::refine(const Query& query, const PlanQuery& plan_query, double up_sigma_rad, Localization& answer) const {
   Stopwatch watch;
   const Eigen::Vector3d sensor = query.poses.back().translation();
   const PlanQuery recent = places_ ? recentPart(plan_query, sensor.head<2>()) : PlanQuery();
   answer.covariance = covarianceOfPairs(answer.kept, map_.graph, answer.hypotheses[0].T_map_query * sensor, kPairSigma_m);
   if (options_.posterior.enabled) {
-    useVertices(query, recent, answer);
+    useVertices(query, recent, up_sigma_rad, answer);
     answer.timing_ms.emplace_back("posterior", watch.lap_ms());
   }
   if (!options_.refine.enabled) return;
   useRecentPart(query, recent, answer);
-  if (!query.cloud.empty() && !map_.cloud.empty()) useClouds(query, recent, answer);
+  if (!query.cloud.empty() && !map_.cloud.empty()) useClouds(query, recent, up_sigma_rad, answer);
   answer.timing_ms.emplace_back("refine", watch.lap_ms());
 }
 

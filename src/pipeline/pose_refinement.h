@@ -17,15 +17,16 @@ class PoseRefinement {
   PoseRefinement(const SemanticMap& map, const PlanPlaces* places, const Options& options)
       : map_(map), places_(places), options_(options) {}
 
-  /// Refines the best of at least one hypothesis and sets the covariance. `plan_query` may be empty.
-  void refine(const Query& query, const PlanQuery& plan_query, Localization& answer) const;
+  /// Refines the best of at least one hypothesis and sets the covariance. `plan_query` may be empty. `up_sigma_rad` is the
+  /// error of up in query and map where it was measured.
+  void refine(const Query& query, const PlanQuery& plan_query, double up_sigma_rad, Localization& answer) const;
 
  private:
   const DistributionMap& distributions() const;
   bool keepsScore(const PlanQuery& recent, const Eigen::Isometry3d& before, const Eigen::Isometry3d& after, double share) const;
-  void useVertices(const Query& query, const PlanQuery& recent, Localization& answer) const;
+  void useVertices(const Query& query, const PlanQuery& recent, double up_sigma_rad, Localization& answer) const;
   void useRecentPart(const Query& query, const PlanQuery& recent, Localization& answer) const;
-  void useClouds(const Query& query, const PlanQuery& recent, Localization& answer) const;
+  void useClouds(const Query& query, const PlanQuery& recent, double up_sigma_rad, Localization& answer) const;
 
   const SemanticMap& map_;
   const PlanPlaces* places_;

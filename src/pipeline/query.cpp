@@ -115,10 +115,11 @@ Query makeQuery(const FrameDigest* first, const FrameDigest* last, const LabelSe
   Stopwatch watch;
   PlaceGraph places(labels, options);
   PlanViewBuilder plan(labels, options.plan);
-  const Eigen::Quaterniond upright = uprightRotation(first, last, labels);
+  query.gravity = gravityOf(first, last, labels, options.gravity);
+  const Eigen::Quaterniond upright = query.gravity.upright;
   for (const FrameDigest* frame = first; frame != last; ++frame) {
     places.add(*frame);
-    plan.add(frame->cloud, frame->votes, frame->thin_trusted, Eigen::Isometry3d(upright), frame->aerial);
+    if (query.gravity.known) plan.add(frame->cloud, frame->votes, frame->thin_trusted, Eigen::Isometry3d(upright), frame->aerial);
     query.poses.push_back(frame->T_odom_sensor);
     query.frames.push_back(frame->number);
     query.sensor = frame->sensor;
@@ -147,8 +148,21 @@ Query makeQuery(const SemanticGraph& graph, const LabelSet& labels, const Option
   query.labels = labels;
   query.graph = graph;
   if (graph.edgeCount() == 0) connectByRadius(query.graph, options.edges);
+  query.gravity = gravityOf(graph, labels, options.gravity);
   query.poses.push_back(Eigen::Isometry3d::Identity());
   query.timing_ms.emplace_back("graph", watch.lap_ms());
+  return query;
+}
+
+Query makeQuery(SemanticMap map, const Options& options) {
+  Query query;
+  query.gravity = gravityOf(map, options.gravity);
+  query.labels = std::move(map.labels);
+  query.graph = std::move(map.graph);
+  query.plan = std::move(map.plan);
+  query.cloud = std::move(map.cloud);
+  for (const Keyframe& keyframe : map.keyframes) query.poses.push_back(keyframe.T_map_sensor);
+  if (query.poses.empty()) query.poses.push_back(Eigen::Isometry3d::Identity());
   return query;
 }
 

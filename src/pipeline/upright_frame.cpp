@@ -4,6 +4,10 @@
 namespace xview {
 namespace {
 
+bool isTurn(const Eigen::Quaterniond& upright) {
+  return upright.angularDistance(Eigen::Quaterniond::Identity()) > 0;
+}
+
 void turn(const Eigen::Quaterniond& R, SemanticGraph& graph, LabelledCloud& cloud) {
   for (Vertex& v : graph.vertices) v.position = R * v.position;
   const Eigen::Matrix3f turned = R.toRotationMatrix().cast<float>();
@@ -13,26 +17,31 @@ void turn(const Eigen::Quaterniond& R, SemanticGraph& graph, LabelledCloud& clou
 
 }  // namespace
 
-bool isTurned(const Eigen::Quaterniond& upright) { return upright.angularDistance(Eigen::Quaterniond::Identity()) > 0; }
-
-std::optional<SemanticMap> uprightMap(const SemanticMap& map) {
-  if (!isTurned(map.plan.upright)) return std::nullopt;
+std::optional<SemanticMap> uprightMap(const SemanticMap& map, const Eigen::Quaterniond& upright) {
+  if (!isTurn(upright)) return std::nullopt;
   SemanticMap turned = map;
-  turn(map.plan.upright, turned.graph, turned.cloud);
-  for (Keyframe& k : turned.keyframes) k.T_map_sensor = map.plan.upright * k.T_map_sensor;
+  turn(upright, turned.graph, turned.cloud);
+  for (Keyframe& k : turned.keyframes) k.T_map_sensor = upright * k.T_map_sensor;
   return turned;
 }
 
-Query uprightQuery(const Query& query) {
+Query uprightQuery(const Query& query, const Eigen::Quaterniond& upright) {
   Query turned = query;
-  turn(query.plan.upright, turned.graph, turned.cloud);
-  for (Eigen::Isometry3d& T : turned.poses) T = query.plan.upright * T;
+  turn(upright, turned.graph, turned.cloud);
+  for (Eigen::Isometry3d& T : turned.poses) T = upright * T;
   return turned;
 }
 
-void leaveUprightFrames(const Eigen::Quaterniond& map_upright, const Query& query, Localization& answer) {
+UprightQuery::UprightQuery(const Query& given, const Eigen::Quaterniond& upright)
+    : turned(isTurn(upright) ? std::optional(uprightQuery(given, upright)) : std::nullopt),
+      query(turned ? *turned : given) {}
+
+void leaveUprightFrames(const Eigen::Quaterniond& map_upright,
+                        const Eigen::Quaterniond& query_upright, const Query& query,
+                        Localization& answer) {
   const Eigen::Isometry3d T_map_upright(map_upright.conjugate());
-  for (Hypothesis& h : answer.hypotheses) h.T_map_query = T_map_upright * h.T_map_query * query.plan.upright;
+  for (Hypothesis& h : answer.hypotheses)
+    h.T_map_query = T_map_upright * h.T_map_query * query_upright;
   if (answer.hypotheses.empty()) return;
   answer.T_map_query = answer.hypotheses[0].T_map_query;
   answer.T_map_sensor = answer.T_map_query * query.poses.back();

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "pipeline/planar_pose.h"
 #include "pipeline/set_verdict.h"
+#include "xview/types/pose.h"
 
 namespace xview {
 namespace {
@@ -24,12 +24,12 @@ double chanceInliers(const std::vector<Correspondence>& putative, const Semantic
   return static_cast<double>(putative.size()) * M_PI * inlier_m * inlier_m / area;
 }
 
-/// Inliers of the first pose that is not at the place of the first one.
-int runnerUp(const std::vector<WalkProposal>& poses, const Eigen::Vector2d& point) {
+/// Inliers of the first pose that is another one than the first: the query may be tilted, so turns about any axis count.
+int runnerUp(const std::vector<WalkProposal>& poses, const Eigen::Vector3d& sensor) {
+  constexpr double kOther_m = 8, kOther_rad = 0.4;
   for (const WalkProposal& p : poses) {
-    if (!samePlace(placeOfPoint(placeOf(poses[0].T_map_query), point), placeOfPoint(placeOf(p.T_map_query), point))) {
-      return static_cast<int>(p.inliers.size());
-    }
+    const double apart_m = (p.T_map_query * sensor - poses[0].T_map_query * sensor).norm();
+    if (apart_m >= kOther_m || rotationBetween(p.T_map_query, poses[0].T_map_query) >= kOther_rad) return static_cast<int>(p.inliers.size());
   }
   return 0;
 }
@@ -38,7 +38,7 @@ int runnerUp(const std::vector<WalkProposal>& poses, const Eigen::Vector2d& poin
 
 void WalkPath::localize(const Query& query, const Priors& priors, Localization& answer) const {
   const WalkGraph walk_query = walks_.queryGraph(query.graph);
-  WalkProposals result = walks_.propose(walk_query, kWalkPlaces);
+  WalkProposals result = walks_.propose(walk_query, kWalkPlaces, query.gravity.known ? UpKnown::yes : UpKnown::no);
   result.poses.erase(std::remove_if(result.poses.begin(), result.poses.end(),
                                     [&](const WalkProposal& p) { return !satisfies(priors, query, p.T_map_query); }),
                      result.poses.end());
@@ -59,7 +59,7 @@ void WalkPath::localize(const Query& query, const Priors& priors, Localization& 
   if (!result.poses.empty()) {
     answer.kept = result.poses[0].inliers;
     evidence.inliers = answer.inliers = static_cast<int>(answer.kept.size());
-    evidence.runner_up = runnerUp(result.poses, query.poses.back().translation().head<2>());
+    evidence.runner_up = runnerUp(result.poses, query.poses.back().translation());
   }
   setVerdict(judge(evidence, options_.verdict), answer);
 }

@@ -60,7 +60,7 @@ struct DescribedMap {
 
 /// One round of pruning, sample consensus and SVD; nothing if no pose has enough inliers.
 std::optional<WalkProposal> bestPose(const std::vector<Eigen::Vector3d>& query, const std::vector<Eigen::Vector3d>& map,
-                                     const std::vector<Correspondence>& matches, const Options& o, WalkProposals& times) {
+                                     const std::vector<Correspondence>& matches, UpKnown up, const Options& o, WalkProposals& times) {
   Stopwatch watch;
   // Sample consensus fails below about a tenth of inliers, so what cannot agree pairwise goes first.
   const ConsistencyGraph agreement = pairwiseConsistency(query, map, matches, o.consistency);
@@ -74,7 +74,7 @@ std::optional<WalkProposal> bestPose(const std::vector<Eigen::Vector3d>& query, 
     from.push_back(query[c.query]);
     to.push_back(map[c.map]);
   }
-  const Alignment fit = alignWithGravity(from, to, o.posterior.gravity);
+  const Alignment fit = alignWithGravity(from, to, up == UpKnown::no ? "free" : o.posterior.gravity);
   if (fit.valid) {
     pose = {fit.T_target_source, supporters(query, map, matches, fit.T_target_source, o.consensus.inlier_m), fit.rms_m};
   }
@@ -91,7 +91,7 @@ std::vector<Correspondence> leftOver(const std::vector<Eigen::Vector3d>& query, 
   return rest;
 }
 
-WalkProposals matchGraphs(const WalkGraph& query, const DescribedMap& map, int count, const Options& o) {
+WalkProposals matchGraphs(const WalkGraph& query, const DescribedMap& map, int count, UpKnown up, const Options& o) {
   WalkProposals result;
   Stopwatch watch;
   const Descriptors words =
@@ -102,7 +102,7 @@ WalkProposals matchGraphs(const WalkGraph& query, const DescribedMap& map, int c
   const std::vector<Eigen::Vector3d> query_positions = positionsOf(query.graph);
   std::vector<Correspondence> matches = result.putative;
   while (static_cast<int>(result.poses.size()) < count && matches.size() >= 3) {
-    std::optional<WalkProposal> pose = bestPose(query_positions, map.positions, matches, o, result);
+    std::optional<WalkProposal> pose = bestPose(query_positions, map.positions, matches, up, o, result);
     if (!pose) break;
     matches = leftOver(query_positions, map.positions, matches, *pose, 3 * o.consensus.inlier_m);
     result.poses.push_back(std::move(*pose));
@@ -146,9 +146,9 @@ WalkGraph WalkProposer::queryGraph(const SemanticGraph& query) const {
   return walkGraph(query, index_->labels, index_->options);
 }
 
-WalkProposals WalkProposer::propose(const WalkGraph& query, int count) const {
+WalkProposals WalkProposer::propose(const WalkGraph& query, int count, UpKnown up) const {
   if (query.graph.empty() || index_->map.empty()) return {};
-  return matchGraphs(query, index_->described(), count, index_->options);
+  return matchGraphs(query, index_->described(), count, up, index_->options);
 }
 
 WalkGraph WalkProposer::mapAround(const Eigen::Vector2d& place, double radius_m) const {
@@ -163,7 +163,7 @@ WalkGraph WalkProposer::mapAround(const Eigen::Vector2d& place, double radius_m)
 
 WalkProposals WalkProposer::proposeIn(const WalkGraph& part, const WalkGraph& query) const {
   if (query.graph.empty() || part.graph.empty()) return {};
-  return matchGraphs(query, DescribedMap(part, index_->options), 1, index_->options);
+  return matchGraphs(query, DescribedMap(part, index_->options), 1, UpKnown::yes, index_->options);
 }
 
 }  // namespace xview

@@ -26,6 +26,9 @@ struct WalkProposals {
   double descriptors_ms = 0, matching_ms = 0, rejection_ms = 0, pose_ms = 0;
 };
 
+/// Whether up is z in query and map, so that poses turn about it only.
+enum class UpKnown { yes, no };
+
 /// Poses from X-View's descriptors: walks, k best, pairwise consistency, sample consensus of PCL, SVD (paper, sections III-D to III-F).
 class WalkProposer {
  public:
@@ -37,7 +40,7 @@ class WalkProposer {
   WalkGraph queryGraph(const SemanticGraph& query) const;
 
   /// Up to `count` poses anywhere in the map. Describes the whole map at the first call.
-  WalkProposals propose(const WalkGraph& query, int count) const;
+  WalkProposals propose(const WalkGraph& query, int count, UpKnown up = UpKnown::yes) const;
   /// The part of the map within `radius_m` of a place, as the walks see it.
   WalkGraph mapAround(const Eigen::Vector2d& place, double radius_m) const;
   /// The best pose in a part of the map, which is described for this call only.

@@ -47,4 +47,13 @@ PlacePrior::Heading parseHeading(const std::string& name, const std::string& tex
   return {n[0] * M_PI / 180, n[1] * M_PI / 180};
 }
 
+std::optional<ScaleRange> parseScale(const std::string& name, const std::string& text) {
+  if (text.empty()) return std::nullopt;
+  if (text == "free") return ScaleRange{0.75, 1.34};
+  const auto n = parseNumbers(name, text, 2, "LOW,HIGH or free");
+  if (!(n[0] > 0.1 && n[0] <= n[1] && n[1] < 10))
+    throw UsageError(name + " = " + text + ", must be 0.1 < LOW <= HIGH < 10");
+  return ScaleRange{n[0], n[1]};
+}
+
 }  // namespace xview

@@ -59,16 +59,16 @@ class FixFiles : public testing::Test {
     GTEST_SKIP() << "this build has no simulator";
 #endif
     folder_ = new TemporaryFolder;
-    made_ = runXview({"simulate", "-q", file("town"), "--seed", "5", "--route_length_m", "80",
-                      "--width", "160", "--height", "120", "--sessions.elsewhere",
-                      "--sessions.aerial=false"},
-                     {120, 0, ""});
+    made_ = runXview(
+        {"simulate", "-q", file("town"), "--seed", "5", "--route_length_m", "80", "--width", "160",
+         "--height", "120", "--sessions.elsewhere", "--sessions.aerial=false"},
+        {120, 0, ""});
     if (made_.code == 0) made_ = runXview({"map", "-q", file("town/forward"), map()}, {120, 0, ""});
     if (made_.code == 0) {
-      found_ = runXview({"localize", "-q", "--json", rear(), map(), "--window", "20", "--stride",
-                         "10", "--trajectory", file("way.tum"), "--g2o", file("way.g2o"),
-                         "--matrix", file("T.txt")},
-                        {120, 0, ""});
+      found_ = runXview(
+          {"localize", "-q", "--json", rear(), map(), "--window", "20", "--stride", "10",
+           "--trajectory", file("way.tum"), "--g2o", file("way.g2o"), "--matrix", file("T.txt")},
+          {120, 0, ""});
     }
   }
   static void TearDownTestSuite() {
@@ -151,6 +151,56 @@ TEST_F(FixFiles, PoseGraphHasOdometryAndOneMatchPerAcceptedWindow) {
   EXPECT_TRUE(vertices[0].isApprox(Eigen::Isometry3d::Identity()));
 }
 
+/// e^T Omega e of an edge with the error that g2o gives it: translation and quaternion vector of
+/// measured^-1 * from^-1 * to.
+double chiSquare(const Eigen::Isometry3d& from, const Eigen::Isometry3d& to,
+                 const std::vector<std::string>& edge) {
+  const Eigen::Isometry3d delta = poseOf(edge, 3).inverse() * from.inverse() * to;
+  Eigen::Quaterniond q(delta.linear());
+  if (q.w() < 0) q.coeffs() *= -1;
+  Eigen::Matrix<double, 6, 1> e;
+  e << delta.translation(), q.vec();
+  Eigen::Matrix<double, 6, 6> information;
+  std::size_t word = 10;
+  for (int row = 0; row < 6; ++row) {
+    for (int column = row; column < 6; ++column)
+      information(row, column) = information(column, row) = std::stod(edge[word++]);
+  }
+  EXPECT_GT(information.determinant(), 0);
+  return e.dot(information * e);
+}
+
+TEST_F(FixFiles, PoseGraphIsNearItsOptimumAndItsWeightsAreThoseOfTheErrors) {
+  std::map<std::size_t, Eigen::Isometry3d> vertices;
+  double of_steps = 0, of_matches = 0;
+  std::size_t steps = 0;
+  for (const auto& words : wordsOf(file("way.g2o"))) {
+    if (words[0] == "VERTEX_SE3:QUAT") vertices[std::stoul(words[1])] = poseOf(words, 2);
+    if (words[0] != "EDGE_SE3:QUAT") continue;
+    const std::size_t from = std::stoul(words[1]), to = std::stoul(words[2]);
+    const double chi2 = chiSquare(vertices[from], vertices[to], words);
+    if (from == 0)
+      of_matches += chi2;
+    else
+      of_steps += chi2, ++steps;
+  }
+  // The trajectory goes through its fixes and spreads over the steps what odometry lacks between
+  // them, so the graph begins with little left to gain.
+  EXPECT_LT(of_matches, 1e-3);
+  EXPECT_GT(of_steps, 0);
+  EXPECT_LT(of_steps / static_cast<double>(steps), 6);
+  // An odometry step a sigma too long costs 1.
+  for (const auto& words : wordsOf(file("way.g2o"))) {
+    if (words[0] != "EDGE_SE3:QUAT" || words[1] == "0") continue;
+    const Eigen::Isometry3d step = poseOf(words, 3);
+    const double sigma = 0.05 * std::sqrt(step.translation().norm());
+    Eigen::Isometry3d longer = step;
+    longer.translation() *= 1 + sigma / step.translation().norm();
+    EXPECT_NEAR(chiSquare(Eigen::Isometry3d::Identity(), longer, words), 1, 0.02);
+    break;
+  }
+}
+
 TEST_F(FixFiles, MatrixIsTheTransformOfTheSurestWindow) {
   Json surest;
   for (const Json& answer : accepted()) {
@@ -166,9 +216,9 @@ TEST_F(FixFiles, MatrixIsTheTransformOfTheSurestWindow) {
 }
 
 TEST_F(FixFiles, WithoutAcceptedPoseNothingIsWrittenAndItIsSaid) {
-  const Outcome outcome = runXview({"localize", "-q", elsewhere(), map(), "--trajectory",
-                                    file("no.tum"), "--g2o", file("no.g2o"), "--matrix",
-                                    file("no.txt")});
+  const Outcome outcome =
+      runXview({"localize", "-q", elsewhere(), map(), "--trajectory", file("no.tum"), "--g2o",
+                file("no.g2o"), "--matrix", file("no.txt")});
   EXPECT_EQ(outcome.code, 3);
   EXPECT_NE(outcome.err.find("no accepted pose"), std::string::npos) << outcome.err;
   for (const char* name : {"no.tum", "no.g2o", "no.txt"}) EXPECT_FALSE(fs::exists(file(name)));
@@ -209,6 +259,35 @@ TEST_F(FixFiles, TrackSaysWhereItSearched) {
   EXPECT_EQ(lines[0]["track"]["searched"], "everywhere");
   EXPECT_EQ(lines[1]["track"]["searched"], "expected");
   EXPECT_GT(lines[1]["track"]["radius_m"], 0);
+}
+
+TEST_F(FixFiles, ScaleAndGravityAreSaid) {
+  const Outcome plain = runXview({"localize", "-q", "--json", rear(), map()}, {120, 0, ""});
+  const auto as_is = answers(plain.out);
+  ASSERT_EQ(as_is.size(), 1u) << plain.err;
+  EXPECT_EQ(as_is[0]["scale"], 1.0);
+  EXPECT_EQ(as_is[0]["gravity"], "aligned");
+  EXPECT_NE(as_is[0]["gravity_reason"].get<std::string>().find("z is up"), std::string::npos);
+  const Outcome free = runXview({"localize", "-q", "--json", "--gravity", "free", "--scale",
+                                 "0.95,1.05", rear(), map(), "--matrix", file("free.txt")},
+                                {120, 0, ""});
+  const auto found = answers(free.out);
+  ASSERT_EQ(found.size(), 1u) << free.err;
+  EXPECT_EQ(found[0]["gravity"], "levelled");
+  const double scale = found[0]["scale"].get<double>();
+  EXPECT_NEAR(scale, 1, 0.02);
+  const auto rows = wordsOf(file("free.txt"));
+  Eigen::Matrix3d R;
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t k = 0; k < 3; ++k)
+      R(static_cast<int>(i), static_cast<int>(k)) = std::stod(rows[i][k]);
+  EXPECT_NEAR(std::cbrt(R.determinant()), scale, 1e-9) << "lengths of the query become the map's";
+  EXPECT_EQ(runXview({"localize", "-q", rear(), map(), "--scale", "big"}).code, 2);
+  EXPECT_EQ(runXview({"localize", "-q", rear(), map(), "--gravity", "down"}).code, 2);
+  EXPECT_EQ(
+      runXview({"localize", "-q", rear(), map(), "--window", "10", "--track", "--scale", "free"})
+          .code,
+      2);
 }
 
 TEST_F(FixFiles, NearAndYawAreThePriorsByAShorterName) {

@@ -10,6 +10,7 @@ namespace xview {
 /// (Edit > Apply transformation, -APPLY_TRANS) reads and PDAL (filters.transformation, option
 /// matrix) takes as text. Reading the numbers back gives the same bits. Appears whole or not at
 /// all.
-void writeMatrix(const std::string& path, const Eigen::Isometry3d& T_target_source);
+void writeMatrix(const std::string& path, const Eigen::Isometry3d& T_target_source,
+                 double scale = 1);
 
 }  // namespace xview

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "xview/types/correspondence.h"
+#include "xview/types/gravity.h"
 
 namespace xview {
 
@@ -47,6 +48,9 @@ struct Localization {
   Eigen::Isometry3d T_map_query = Eigen::Isometry3d::Identity();   ///< query odometry frame to map frame
   Eigen::Isometry3d T_map_sensor = Eigen::Isometry3d::Identity();  ///< of the last frame of the query
   Matrix6d covariance = Matrix6d::Zero();  ///< of T_map_sensor: x y z [m], rx ry rz [rad], map frame, left increment
+  double scale = 1;  ///< length in the map over length in the query; see options.scale
+  GravityUse gravity = GravityUse::aligned;
+  std::string gravity_reason;  ///< which way is up in query and map, and how that is known
   int inliers = 0;
   int vertices = 0;  ///< of the query graph
   int matches = 0;   ///< putative correspondences tried

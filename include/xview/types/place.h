@@ -24,6 +24,11 @@ struct PlacePrior {
   std::optional<Heading> heading;
 };
 
+/// How many times as long a length of the map may be as it is in the query.
+struct ScaleRange {
+  double low = 1, high = 1;
+};
+
 /// True if two poses are the same place for the verdict: nearer than 8 m and 0.4 rad.
 bool samePlace(const PlacePose& a, const PlacePose& b);
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "xview/types/place.h"
@@ -12,5 +13,8 @@ namespace xview {
 PlacePrior::Circle parseCircle(const std::string& name, const std::string& text);  ///< x,y,radius
 PlacePrior::Heading parseHeading(const std::string& name,
                                  const std::string& text);  ///< heading,tolerance [deg]
+
+/// `LOW,HIGH`, or `free` for 0.75,1.34; nothing if the text is empty: the scale is right.
+std::optional<ScaleRange> parseScale(const std::string& name, const std::string& text);
 
 }  // namespace xview
