@@ -29,6 +29,7 @@ GrowingPlace::Place GrowingPlace::finish() const {
   Place place;
   place.plan = plan_.build();
   place.plan.upright = upright_->upright;
+  place.gravity = *upright_;
   place.graph = graph_.finish(place.plan);
   return place;
 }

@@ -24,6 +24,7 @@ class GrowingPlace {
   struct Place {
     PlanView plan;
     SemanticGraph graph;  ///< with edges
+    Gravity gravity;
   };
   Place finish() const;  ///< after the end of a recording
 

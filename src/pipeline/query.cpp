@@ -79,6 +79,7 @@ class GrowingQuery {
     place_.endRecording();
     GrowingPlace::Place place = place_.finish();
     query_.plan = std::move(place.plan);
+    query_.gravity = std::move(place.gravity);
     query_.graph = std::move(place.graph);
     addRecent();
     query_.timing_ms.emplace_back("graph", graph_ms_ + watch.lap_ms());
