@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "xview/mapper.h"
 
+#include "pipeline/best_looks.h"
 #include "pipeline/growing_place.h"
 #include "pipeline/point_sigma.h"
 #include "xview/graph/edges.h"
@@ -10,7 +11,18 @@
 namespace xview {
 namespace {
 
-/// A cloud that grows by frames and is thinned whenever it has doubled, so that memory follows the map, not the recording.
+/// The points that the flags keep; without ranges.
+LabelledCloud keptPoints(const LabelledCloud& cloud, const std::vector<bool>& keep) {
+  LabelledCloud kept;
+  kept.origin = cloud.origin;
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    if (keep[i]) kept.points.push_back(cloud.points[i]);
+  }
+  return kept;
+}
+
+/// A cloud that grows by frames and is thinned whenever it has doubled, so that memory follows the map, not the recording. In the
+/// place of ranges it has the depth errors of its points, which thinning averages as well.
 class GrowingCloud {
  public:
   GrowingCloud(double voxel_m, double max_sigma_m) : voxel_m_(voxel_m), max_sigma_m_(max_sigma_m) {}
@@ -21,16 +33,18 @@ class GrowingCloud {
     if (cloud_.empty()) cloud_.origin = cloud.origin;
     const Eigen::Vector3f shift = (cloud.origin - cloud_.origin).cast<float>();
     for (std::size_t i = 0; i < cloud.size(); ++i) {
-      if (pointSigma(frame, i) > max_sigma_m_) continue;
+      const double sigma_m = pointSigma(frame, i);
+      if (sigma_m > max_sigma_m_) continue;
       pcl::PointXYZL point = cloud.points[i];
       point.getVector3fMap() += shift;
       cloud_.points.push_back(point);
+      cloud_.ranges.push_back(static_cast<float>(sigma_m));
     }
     if (cloud_.size() > 2 * thinned_size_ + kSlack) thin();
   }
   LabelledCloud finish() {
     thin();
-    return std::move(cloud_);
+    return keptPoints(cloud_, bestLooks(cloud_, cloud_.ranges));
   }
 
  private:

@@ -17,7 +17,7 @@ constexpr float kRecent_m = 20;       ///< what lies this near to the last pose 
 /// How far the plan seen from above leaves a pose uncertain: its samples lie about that far apart, its heights are
 /// those of ground seen from afar, and the last part of a window shows its direction no better.
 constexpr double kPlanSigma_m = 0.25, kPlanHeightSigma_m = 0.3, kPlanYawSigma_rad = 0.01;
-constexpr double kScoreKept = 0.65;   ///< share of its score that a pose must keep when the clouds move it
+constexpr double kScoreKept = 0.25;   ///< share of its score that a pose must keep when the clouds move it
 
 PlanQuery recentPart(const PlanQuery& query, const Eigen::Vector2d& last_sensor) {
   PlanQuery recent = query;

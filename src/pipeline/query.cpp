@@ -3,6 +3,7 @@
 #include <deque>
 #include <utility>
 
+#include "pipeline/best_looks.h"
 #include "pipeline/gravity.h"
 #include "pipeline/growing_place.h"
 #include "pipeline/place_graph.h"
@@ -27,11 +28,29 @@ void addTimings(const FrameDigest* first, const FrameDigest* last, Timings& sum)
   }
 }
 
+/// Those that are known as well as their place allows.
+void keepBestLooks(const std::vector<float>& sigmas, Query& query) {
+  const std::vector<bool> keep = bestLooks(query.cloud, sigmas);
+  std::vector<float> kept_sigmas;
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < query.cloud.size(); ++i) {
+    if (!keep[i]) continue;
+    query.cloud.points[kept] = query.cloud.points[i];
+    query.cloud_seen_from[kept++] = query.cloud_seen_from[i];
+    kept_sigmas.push_back(sigmas[i]);
+  }
+  query.cloud.points.resize(kept);
+  query.cloud_seen_from.resize(kept);
+  const auto middle = kept_sigmas.begin() + static_cast<std::ptrdiff_t>(kept / 2);
+  std::nth_element(kept_sigmas.begin(), middle, kept_sigmas.end());
+  query.cloud_sigma_m = *middle;
+}
+
 /// The points of the last metres of travel that are known well enough.
 void addRecentPoints(const FrameDigest* first, const FrameDigest* last, const RefineOptions& options, Query& query) {
   if (first == last) return;
   query.cloud.origin = (last - 1)->cloud.origin;
-  std::vector<double> sigmas;
+  std::vector<float> sigmas;
   double travelled = 0;
   for (const FrameDigest* frame = last; frame-- != first;) {
     const Eigen::Vector3f shift = (frame->cloud.origin - query.cloud.origin).cast<float>();
@@ -42,16 +61,13 @@ void addRecentPoints(const FrameDigest* first, const FrameDigest* last, const Re
       point.getVector3fMap() += shift;
       query.cloud.points.push_back(point);
       query.cloud_seen_from.push_back(static_cast<std::uint32_t>(frame - first));
-      sigmas.push_back(sigma);
+      sigmas.push_back(static_cast<float>(sigma));
     }
     if (frame == first) break;
     travelled += (frame->T_odom_sensor.translation() - (frame - 1)->T_odom_sensor.translation()).norm();
     if (travelled > options.reach_m) break;
   }
-  if (sigmas.empty()) return;
-  const auto middle = sigmas.begin() + static_cast<std::ptrdiff_t>(sigmas.size() / 2);
-  std::nth_element(sigmas.begin(), middle, sigmas.end());
-  query.cloud_sigma_m = *middle;
+  if (!sigmas.empty()) keepBestLooks(sigmas, query);
 }
 
 /// A query of frames that come one by one. Only those of the last metres of travel are kept, for their points.

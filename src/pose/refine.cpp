@@ -102,10 +102,11 @@ struct NormalEquations {
 class Registration {
  public:
   Registration(const DistributionMap& map, const Eigen::Vector3d& sensor_in_query,
-               const Eigen::Vector3d& up_in_query, const RefineOptions& options)
+               const Eigen::Isometry3d& T_map_query, const RefineOptions& options)
       : cells_(DistributionCells::of(map)),
         sensor_in_query_(sensor_in_query),
-        up_in_query_(up_in_query),
+        up_in_query_(T_map_query.linear().transpose().col(2)),
+        given_(T_map_query),
         options_(options) {}
 
   Eigen::Vector3d sensorOf(const Estimate& at) const { return at.T_map_query * sensor_in_query_; }
@@ -134,12 +135,15 @@ class Registration {
   void add(const QueryPoint& q, const Estimate& at, float gate_m, NormalEquations& n) const;
   Pulls pullsAt(const std::vector<QueryPoint>& points, const Estimate& at) const;
   void addPriors(const Estimate& at, NormalEquations& n) const;
+  void addGivenPose(const Estimate& at, NormalEquations& n) const;
+  Vector6d givenInformation() const;
   double gravityInformation() const { return 1 / std::pow(options_.tilt_sigma_deg * kRadians, 2); }
   Vector6d driftInformation() const;
   Estimate moved(const Estimate& at, const Vector12d& step) const;
 
   const DistributionCells& cells_;
   const Eigen::Vector3d sensor_in_query_, up_in_query_;
+  const Eigen::Isometry3d given_;
   const RefineOptions& options_;
 };
 
@@ -191,6 +195,27 @@ Vector6d Registration::driftInformation() const {
   return kCorrelatedPoints * information;
 }
 
+/// Of the given pose, in the plane and about z; points that err together are counted as often here.
+Vector6d Registration::givenInformation() const {
+  Vector6d information = Vector6d::Zero();
+  if (options_.start_sigma_m <= 0) return information;
+  const double turn = options_.start_sigma_deg * kRadians;
+  information.head<2>().setConstant(1 / (options_.start_sigma_m * options_.start_sigma_m));
+  information(5) = 1 / (turn * turn);
+  return kCorrelatedPoints * information;
+}
+
+void Registration::addGivenPose(const Estimate& at, NormalEquations& n) const {
+  const Vector6d information = givenInformation();
+  const Eigen::Matrix3d turn = given_.linear() * at.T_map_query.linear().transpose();
+  Vector6d away = Vector6d::Zero();
+  away.head<2>() = (given_ * sensor_in_query_ - sensorOf(at)).head<2>();
+  away(5) = std::atan2(turn(1, 0), turn(0, 0));
+  n.H.diagonal().head<6>() += information;
+  n.b.head<6>() += information.cwiseProduct(away);
+  n.cost += away.dot(information.cwiseProduct(away));
+}
+
 /// The rotation since the start may turn about z freely, but hardly tilt.
 void Registration::addPriors(const Estimate& at, NormalEquations& n) const {
   const Eigen::Vector3d upright =
@@ -200,6 +225,7 @@ void Registration::addPriors(const Estimate& at, NormalEquations& n) const {
     n.H(3 + axis, 3 + axis) += gravityInformation();
     n.b(3 + axis) += gravityInformation() * upright(axis);
   }
+  addGivenPose(at, n);
   const Vector6d drift = driftInformation();
   n.H.diagonal().tail<6>() += drift;
   n.b.tail<6>() -= drift.cwiseProduct(at.drift);
@@ -307,6 +333,7 @@ Matrix6d Registration::covarianceAt(const std::vector<QueryPoint>& points, const
   using E = RefinementErrors;
   Pulls pulls = pullsAt(points, at);
   for (const int axis : {3, 4}) pulls.spread(axis, axis) += gravityInformation();
+  pulls.spread.diagonal().head<6>() += kCorrelatedPoints * givenInformation();
   pulls.spread.diagonal().tail<6>() += kCorrelatedPoints * driftInformation();
   const NormalEquations& all = pulls.all;
   const Matrix12d inverse = all.H.inverse();
@@ -351,7 +378,7 @@ Refinement refine(const DistributionMap& map, const RefineQuery& query, const La
   const std::vector<QueryPoint> points = choosePoints(query, labels, options.max_points);
   if (points.size() < kFewestPartners) return result;
   const Eigen::Vector3d sensor = query.poses.back().translation();
-  const Registration registration(map, sensor, T_map_query.linear().transpose().col(2), options);
+  const Registration registration(map, sensor, T_map_query, options);
   Estimate start{T_map_query};
   if (options.start_reach_m > 0) start = registration.bestStart(points, start);
   const Registration::Descent d = registration.descend(points, start, options.iterations);

@@ -126,6 +126,18 @@ TEST(Refine, RecoversASmallMotion) {
   }
 }
 
+TEST(Refine, TheGivenPoseDecidesWhereNothingElseDoes) {
+  Street map_street(1), street(2);
+  for (Street* s : {&map_street, &street}) {
+    s->ground(s == &street ? 2000 : 40000);
+    s->corridor(s == &street ? 1000 : 20000);
+  }
+  const Refinement refined = refineAt(distributions(map_street.cloud()), street.cloud(), nudge(0.8, 0.3, 0.1, 0.5), {0, 0, 1.5});
+  ASSERT_TRUE(refined.converged);
+  EXPECT_NEAR(refined.T_map_query.translation().x(), 0.8, 0.25);  // along the street
+  EXPECT_NEAR(refined.T_map_query.translation().y(), 0, 0.05);
+}
+
 TEST(Refine, KeepsItsPrecisionFarFromTheOrigin) {
   const Eigen::Isometry3d T_map_street = poseFromYaw({4.5e5, 5.2e6, 300}, 0.3);
   const DistributionMap map = distributions(mapCloud(T_map_street, T_map_street.translation()));

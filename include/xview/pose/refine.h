@@ -22,12 +22,14 @@ struct RefineOptions {
   int iterations = 20;
   double first_gate_m = 2.0;    ///< a point may be this far from its distribution at first
   double last_gate_m = 0.8;     ///< and at the end
-  double roughness_m = 0.1;     ///< standard deviation added to every distribution
+  double roughness_m = 0.07;    ///< standard deviation added to every distribution
   double tilt_sigma_deg = 0.5;  ///< trust in the common gravity direction of query and map
   double drift_share = 0.02;    ///< error of the odometry per way, estimated along with the pose
   double drift_deg_per_m = 0.03;
-  double start_reach_m = 1;  ///< starts this far to both sides along the least certain direction
-  double max_shift_m = 2.5;  ///< a refinement that moves further has found something else
+  double start_reach_m = 1;    ///< starts this far to both sides along the least certain direction
+  double start_sigma_m = 0.6;  ///< trust in the given pose, in the plane
+  double start_sigma_deg = 1;  ///< and about the vertical
+  double max_shift_m = 2.5;    ///< a refinement that moves further has found something else
 };
 
 template <class Visitor>
@@ -53,6 +55,10 @@ void visit(RefineOptions& o, Visitor&& field) {
         "same for the direction [deg per metre]");
   field("start_reach_m", o.start_reach_m, Range{0, 10},
         "also start this far to both sides, along the least certain direction; 0 = do not [m]");
+  field("start_sigma_m", o.start_sigma_m, Range{0, 1e3},
+        "trust in the given pose, in the plane; 0 = none, in its heading neither [m]");
+  field("start_sigma_deg", o.start_sigma_deg, Range{0.001, 360},
+        "trust in the heading of the given pose [deg]");
   field("max_shift_m", o.max_shift_m, Range{0, 1000},
         "give up if the pose moves further than this [m]");
 }
@@ -124,8 +130,9 @@ struct Refinement {
 /// Label-aware point-to-distribution registration: minimises sum w m with m = (p - mean)^T W (p -
 /// mean) over the nearest distribution of the same class, w = 1 / (1 + m / 4)^2 (Geman-McClure), by
 /// Gauss-Newton about the last sensor position with a gate that narrows. Unknown are that pose and
-/// a drift of the odometry that grows with the way to it. Where the other side of a thing was
-/// mapped, a point counts a tenth. Dynamic and ignored classes are left out.
+/// a drift of the odometry that grows with the way to it; the given pose counts as one observation.
+/// Where the other side of a thing was mapped, a point counts a tenth. Dynamic and ignored classes
+/// are left out.
 Refinement refine(const DistributionMap& map, const RefineQuery& query, const LabelSet& labels,
                   const Eigen::Isometry3d& T_map_query, const RefineOptions& options);
 
