@@ -348,7 +348,8 @@ Matrix6d Registration::covarianceAt(const std::vector<QueryPoint>& points, const
       square(E::kFloor_m) + square(E::kSide_m * share(all.unknown_side)) +
       square(sigma_m) * (square(E::kCommon) + square(E::kOther * share(all.other_side)) +
                          square(E::kOther * alone));
-  const double height = square(E::kFloorOfHeight_m) + square(E::kHeight * sigma_m * alone);
+  const double height = square(E::kFloorOfHeight_m) + square(E::kHeight * sigma_m * alone) +
+                        square(E::kCommonHeight * sigma_m);
   const double turn = square(E::kFloorOfTurn_rad);
   const double tilt = turn + (height + square(E::kCommon * sigma_m)) / square(E::kLever_m);
   const double yaw = turn + level / square(E::kLever_m);

@@ -22,7 +22,7 @@ struct RefineOptions {
   int iterations = 20;
   double first_gate_m = 2.0;    ///< a point may be this far from its distribution at first
   double last_gate_m = 0.8;     ///< and at the end
-  double roughness_m = 0.07;    ///< standard deviation added to every distribution
+  double roughness_m = 0.05;    ///< standard deviation added to every distribution
   double tilt_sigma_deg = 0.5;  ///< trust in the common gravity direction of query and map
   double drift_share = 0.02;    ///< error of the odometry per way, estimated along with the pose
   double drift_deg_per_m = 0.03;
@@ -102,14 +102,16 @@ struct RefinementErrors {
   /// A surface lies this much nearer to who sees it: what was seen from elsewhere is elsewhere.
   static constexpr double kSide_m = 0.03;
   /// Of the depth error that all points have in common.
-  static constexpr double kCommon = 0.25;
+  static constexpr double kCommon = 0.4;
   /// Same, times the share of what is seen from the other side, and of points without a partner.
-  static constexpr double kOther = 1.8;
+  static constexpr double kOther = 2.4;
   /// Same for the height, times the share of points without a partner: ground holds it elsewhere.
   static constexpr double kHeight = 0.35;
+  /// Of the depth error, what all heights have in common.
+  static constexpr double kCommonHeight = 0.15;
   /// The pose turns by the error of its position on this lever.
   static constexpr double kLever_m = 20;
-  static constexpr double kFloor_m = 0.005, kFloorOfHeight_m = 0.003, kFloorOfTurn_rad = 0.0005;
+  static constexpr double kFloor_m = 0.003, kFloorOfHeight_m = 0.0015, kFloorOfTurn_rad = 0.0002;
 };
 
 struct Refinement {
