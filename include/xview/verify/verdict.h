@@ -11,7 +11,7 @@
 namespace xview {
 
 struct VerdictOptions {
-  double min_confidence = 0.95;  ///< views from above: share of right ones among answers with just this evidence
+  double min_confidence = 0.98;  ///< views from above: share of right ones among answers with just this evidence
   double false_alarm_nats = 6;   ///< by so much more evidence, wrong places become e times rarer
   double aerial_false_alarm_nats = 8.5;  ///< same from the air: layouts of streets repeat between towns
   double min_agreement = 0.4;    ///< share of the score that a true pose would have
