@@ -16,6 +16,7 @@
 #include "pipeline/pose_refinement.h"
 #include "pipeline/scale_search.h"
 #include "pipeline/upright_frame.h"
+#include "pipeline/view_point.h"
 #include "pipeline/walk_path.h"
 #include "pipeline/walk_proposer.h"
 #include "xview/types/error.h"
@@ -70,6 +71,7 @@ struct Localizer::Index {
     if (places) place_path.emplace(*places, walks, options);
   }
 
+  Localization answerFromViewPoint(const Query& query, const ExpectedPose* expected) const;
   Localization answerTo(const Query& query, const ExpectedPose* expected, double rival_score) const;
   Localization answerInScale(const Query& query, const ExpectedPose* expected) const;
   PoseCheck bestPlace(const Query& query, const ExpectedPose* expected) const;
@@ -155,9 +157,21 @@ struct Localizer::Index {
 Localizer::Localizer(const SemanticMap& map, const Options& options) : index_(std::make_unique<Index>(map, options)) {}
 Localizer::~Localizer() = default;
 
-Localization Localizer::localize(const Query& query) const { return index_->answerInScale(query, nullptr); }
+Localization Localizer::localize(const Query& query) const { return index_->answerFromViewPoint(query, nullptr); }
 
-Localization Localizer::localize(const Query& query, const ExpectedPose& expected) const { return index_->answerInScale(query, &expected); }
+Localization Localizer::localize(const Query& query, const ExpectedPose& expected) const { return index_->answerFromViewPoint(query, &expected); }
+
+Localization Localizer::Index::answerFromViewPoint(const Query& query, const ExpectedPose* expected) const {
+  const std::optional<Query> centred = seenFromItsCentre(query);
+  if (!centred) return answerInScale(query, expected);
+  Localization answer = answerInScale(*centred, expected);
+  const Eigen::Vector3d centre = answer.T_map_sensor.translation();
+  Eigen::Isometry3d pose = query.poses.back();
+  pose.translation() *= answer.scale;
+  answer.T_map_sensor = answer.T_map_query * pose;
+  answer.covariance = movedCovariance(answer.covariance, centre, answer.T_map_sensor.translation());
+  return answer;
+}
 
 /// A query upright, and what is known about its pose.
 struct Localizer::Index::Prepared {
