@@ -264,8 +264,8 @@ void ObjectMap::weighSurfaces() {
     ObjectClass& model = classes_[slot];
     if (!model.is_surface) continue;
     const double ends = looks[slot] > 0 ? 1 - continued[slot] / looks[slot] : 1;
-    model.gain_weight = std::min(kMostAlone, ends * ends / kAlone) *
-                        std::min(1.0, model.spacing_m / kIndependentPieceM);
+    model.independence = std::min(1.0, model.spacing_m / kIndependentPieceM);
+    model.gain_weight = std::min(kMostAlone, ends * ends / kAlone) * model.independence;
   }
 }
 

@@ -94,7 +94,8 @@ double ObjectVerifier::knownShare() const {
 /// not a gap between two samples: the whole surface is missing.
 double ObjectVerifier::costOfMissing(std::uint16_t slot, double coverage) const {
   const ObjectClass& model = map_.classes()[slot];
-  const double outside = model.is_surface ? -std::log(1 - options_.detection) : -model.log_miss;
+  const double outside =
+      model.is_surface ? -model.independence * std::log(1 - options_.detection) : -model.log_miss;
   return -coverage * model.weight * model.log_miss + (1 - coverage) * outside;
 }
 

@@ -162,7 +162,7 @@ Localization Localizer::localize(const Query& query) const { return index_->answ
 Localization Localizer::localize(const Query& query, const ExpectedPose& expected) const { return index_->answerFromViewPoint(query, &expected); }
 
 Localization Localizer::Index::answerFromViewPoint(const Query& query, const ExpectedPose* expected) const {
-  const std::optional<Query> centred = seenFromItsCentre(query);
+  const std::optional<Query> centred = query.cloud.empty() ? std::nullopt : seenFromItsCentre(query);
   if (!centred) return answerInScale(query, expected);
   Localization answer = answerInScale(*centred, expected);
   const Eigen::Vector3d centre = answer.T_map_sensor.translation();

@@ -50,8 +50,9 @@ TEST(ViewPoint, ThatSeesNothingStays) {
 
 TEST(MovedCovariance, IsThatOfTheMovedPoint) {
   Random random(3);
-  const auto vector = [&](double size) {
-    return Eigen::Vector3d(random.normal(), random.normal(), random.normal()) * size;
+  const auto vector = [&](double size) -> Eigen::Vector3d {
+    const double x = random.normal(), y = random.normal(), z = random.normal();
+    return size * Eigen::Vector3d(x, y, z);
   };
   const Eigen::Vector3d from = vector(10), to = vector(300);
   Matrix6d covariance = Matrix6d::Zero();

@@ -295,8 +295,8 @@ TEST(ViewVerdict, NeedsMoreWhereWrongPlacesScoreVeryDifferently) {
 
 TEST(ViewVerdict, NeedsMoreFromTheAir) {
   ViewEvidence e = goodView();
-  e.score = 105;
-  e.expected = 105;
+  e.score = 115;
+  e.expected = 115;
   EXPECT_EQ(judgeView(e).status, Status::accepted);
   e.from_the_air = true;
   EXPECT_NE(judgeView(e).status, Status::accepted);
