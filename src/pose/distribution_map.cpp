@@ -120,6 +120,34 @@ const Distribution* DistributionCells::nearest(const Eigen::Vector3f& p, std::ui
   return best;
 }
 
+namespace {
+
+/// Looks at a surface err as a whole by more than what their mean spreads, by about so much.
+constexpr float kCommonNoise = 4;
+
+/// How thick surfaces are in the map: the median spread across them [m]. It is the noise of what
+/// the map was made of, and that of a query will be alike.
+float typicalThickness(const std::vector<Distribution>& distributions,
+                       const std::vector<Eigen::Matrix3f>& squares) {
+  constexpr std::size_t kSamples = 4000;
+  constexpr std::uint32_t kFewest = 8;
+  const std::size_t step = 1 + squares.size() / kSamples;
+  std::vector<float> variances;
+  for (std::size_t i = 0; i < squares.size(); i += step) {
+    if (distributions[i].points < kFewest) continue;
+    Eigen::SelfAdjointEigenSolver<Eigen::Matrix3f> solver;
+    solver.computeDirect(squares[i] / static_cast<float>(distributions[i].points),
+                         Eigen::EigenvaluesOnly);
+    variances.push_back(std::max(0.0F, solver.eigenvalues()[0]));
+  }
+  if (variances.empty()) return 0;
+  const auto middle = variances.begin() + static_cast<std::ptrdiff_t>(variances.size() / 2);
+  std::nth_element(variances.begin(), middle, variances.end());
+  return std::sqrt(*middle);
+}
+
+}  // namespace
+
 DistributionMap::DistributionMap(const LabelledCloud& map, const LabelSet& labels,
                                  const std::vector<Eigen::Isometry3d>& viewpoints,
                                  const RefineOptions& options) {
@@ -137,7 +165,9 @@ DistributionMap::DistributionMap(const LabelledCloud& map, const LabelSet& label
     d.mean += before / static_cast<float>(++d.points);
     squares[index] += before * (p - d.mean).transpose();
   }
-  const auto variance = static_cast<float>(options.roughness_m * options.roughness_m);
+  const float common = kCommonNoise * typicalThickness(cells->distributions(), squares);
+  const auto variance =
+      static_cast<float>(options.roughness_m * options.roughness_m) + common * common;
   const Viewpoints views(viewpoints);
   for (std::size_t i = 0; i < squares.size(); ++i) {
     Distribution& d = cells->distributions()[i];

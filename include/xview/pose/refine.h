@@ -27,8 +27,8 @@ struct RefineOptions {
   double drift_share = 0.02;    ///< error of the odometry per way, estimated along with the pose
   double drift_deg_per_m = 0.03;
   double start_reach_m = 1;    ///< starts this far to both sides along the least certain direction
-  double start_sigma_m = 0.6;  ///< trust in the given pose, in the plane
-  double start_sigma_deg = 1;  ///< and about the vertical
+  double start_sigma_m = 1;  ///< trust in the given pose, in the plane
+  double start_sigma_deg = 1.5;  ///< and about the vertical
   double max_shift_m = 2.5;    ///< a refinement that moves further has found something else
 };
 
