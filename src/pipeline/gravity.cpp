@@ -14,17 +14,17 @@ namespace xview {
 namespace {
 
 constexpr double kDegrees = 180 / M_PI;
-constexpr double kClearly_rad =
-    1.5 / kDegrees;  ///< z is believed to be up if the measured up is this near plus 3 sigma
-constexpr double kLayerSigma_rad = 0.06;  ///< slope of the ground under a graph
-constexpr double kLayerFlatness = 0.3;    ///< thickness over width of a layer
+constexpr double kClearly_rad = 6 / kDegrees;  ///< z is believed to be up if the measured up is
+                                               ///< this near plus 4 sigma: streets climb
+constexpr double kLayerSigma_rad = 0.06;       ///< slope of the ground under a graph
+constexpr double kLayerFlatness = 0.3;         ///< thickness over width of a layer
 constexpr double kLevelledMapSigma_rad = 0.03;
 constexpr double kFewestVertices = 8;
 
 double angleToZ(const Eigen::Vector3d& up) { return std::acos(std::clamp(up.z(), -1.0, 1.0)); }
 
 bool isClearlyOff(double angle_rad, double sigma_rad) {
-  return angle_rad > kClearly_rad + 3 * sigma_rad;
+  return angle_rad > kClearly_rad + 4 * sigma_rad;
 }
 
 Gravity asGiven(const std::string& why) {
