@@ -7,6 +7,7 @@
 
 #include "../../src/match/object_parts.h"
 #include "../../src/match/object_query.h"
+#include "support/label_sets.h"
 #include "xview/types/random.h"
 
 namespace xview {
@@ -15,19 +16,9 @@ namespace {
 enum Id : std::uint32_t { kPole = 1, kTree, kWall };
 
 LabelSet someLabels() {
-  LabelSet labels("test");
-  const auto add = [&](std::uint32_t id, const char* name, Role role, Kind kind) {
-    ClassInfo info;
-    info.id = id;
-    info.name = name;
-    info.role = role;
-    info.kind = kind;
-    labels.add(info);
-  };
-  add(kPole, "pole", Role::object, Kind::pole);
-  add(kTree, "tree", Role::object, Kind::vegetation);
-  add(kWall, "wall", Role::surface, Kind::building);
-  return labels;
+  return test::labelSetOf("test", {{kPole, "pole", Role::object, Kind::pole},
+                                   {kTree, "tree", Role::object, Kind::vegetation},
+                                   {kWall, "wall", Role::surface, Kind::building}});
 }
 
 void addVertex(SemanticGraph& graph, std::uint32_t label, double x, double y, double z = 0) {

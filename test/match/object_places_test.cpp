@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "xview/match/object_places.h"
+#include "support/label_sets.h"
 
 #include <gtest/gtest.h>
 
@@ -17,22 +18,12 @@ constexpr double kPi = 3.14159265358979323846;
 enum Id : std::uint32_t { kPole = 1, kTree, kSign, kWall, kCar, kSky };
 
 LabelSet someLabels() {
-  LabelSet labels("test");
-  const auto add = [&](std::uint32_t id, const char* name, Role role, Kind kind) {
-    ClassInfo info;
-    info.id = id;
-    info.name = name;
-    info.role = role;
-    info.kind = kind;
-    labels.add(info);
-  };
-  add(kPole, "pole", Role::object, Kind::pole);
-  add(kTree, "tree", Role::object, Kind::vegetation);
-  add(kSign, "sign", Role::object, Kind::sign);
-  add(kWall, "wall", Role::surface, Kind::building);
-  add(kCar, "car", Role::dynamic, Kind::vehicle);
-  add(kSky, "sky", Role::ignored, Kind::none);
-  return labels;
+  return test::labelSetOf("test", {{kPole, "pole", Role::object, Kind::pole},
+                                   {kTree, "tree", Role::object, Kind::vegetation},
+                                   {kSign, "sign", Role::object, Kind::sign},
+                                   {kWall, "wall", Role::surface, Kind::building},
+                                   {kCar, "car", Role::dynamic, Kind::vehicle},
+                                   {kSky, "sky", Role::ignored, Kind::none}});
 }
 
 void addVertex(SemanticGraph& graph, std::uint32_t label, const Eigen::Vector3d& position) {

@@ -5,25 +5,17 @@
 
 #include <algorithm>
 
+#include "support/label_sets.h"
+
 namespace xview {
 namespace {
 
 constexpr std::uint32_t kPole = 3, kSign = 5, kHouse = 7;
 
 LabelSet streetLabels() {
-  LabelSet labels("street");
-  const auto add = [&](std::uint32_t id, const char* name, Role role, Kind kind) {
-    ClassInfo info;
-    info.id = id;
-    info.name = name;
-    info.role = role;
-    info.kind = kind;
-    labels.add(info);
-  };
-  add(kPole, "pole", Role::object, Kind::pole);
-  add(kSign, "sign", Role::object, Kind::sign);
-  add(kHouse, "house", Role::surface, Kind::building);
-  return labels;
+  return test::labelSetOf("street", {{kPole, "pole", Role::object, Kind::pole},
+                                     {kSign, "sign", Role::object, Kind::sign},
+                                     {kHouse, "house", Role::surface, Kind::building}});
 }
 
 Vertex vertexAt(std::uint32_t label, double x, double y, double z) {
