@@ -41,13 +41,12 @@ Eigen::Matrix<double, 6, 1> planVariances() {
 
 }  // namespace
 
-const DistributionMap& PoseRefinement::distributions() const {
-  std::call_once(made_, [&] {
-    std::vector<Eigen::Isometry3d> viewpoints;
-    for (const Keyframe& k : map_.keyframes) viewpoints.push_back(k.T_map_sensor);
-    distributions_.emplace(map_.cloud, map_.labels, viewpoints, options_.refine);
-  });
-  return *distributions_;
+PoseRefinement::PoseRefinement(const SemanticMap& map, const PlanPlaces* places, const Options& options)
+    : map_(map), places_(places), options_(options) {
+  if (!options.refine.enabled || map.cloud.empty()) return;
+  std::vector<Eigen::Isometry3d> viewpoints;
+  for (const Keyframe& k : map.keyframes) viewpoints.push_back(k.T_map_sensor);
+  distributions_.emplace(map.cloud, map.labels, viewpoints, options.refine);
 }
 
 /// What is seen from above must not contradict the new pose.
@@ -82,7 +81,7 @@ void PoseRefinement::useClouds(const Query& query, const PlanQuery& recent, doub
   const RefineQuery points{query.cloud, query.cloud_seen_from, query.poses, query.cloud_sigma_m};
   RefineOptions options = options_.refine;
   options.tilt_sigma_deg = std::hypot(options.tilt_sigma_deg, up_sigma_rad * 180 / M_PI);
-  const Refinement refined = xview::refine(distributions(), points, query.labels, best, options);
+  const Refinement refined = xview::refine(*distributions_, points, query.labels, best, options);
   if (!refined.converged || !keepsScore(recent, best, refined.T_map_query, kScoreKept)) return;
   best = refined.T_map_query;
   answer.covariance = refined.covariance;
@@ -99,7 +98,7 @@ void PoseRefinement::refine(const Query& query, const PlanQuery& plan_query, dou
   }
   if (!options_.refine.enabled) return;
   useRecentPart(query, recent, answer);
-  if (!query.cloud.empty() && !map_.cloud.empty()) useClouds(query, recent, up_sigma_rad, answer);
+  if (!query.cloud.empty() && distributions_) useClouds(query, recent, up_sigma_rad, answer);
   answer.timing_ms.emplace_back("refine", watch.lap_ms());
 }
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <mutex>
 #include <optional>
 
 #include "xview/localizer.h"
@@ -14,15 +13,13 @@ namespace xview {
 class PoseRefinement {
  public:
   /// All must outlive the refinement. `places` may be null: a map without plan view.
-  PoseRefinement(const SemanticMap& map, const PlanPlaces* places, const Options& options)
-      : map_(map), places_(places), options_(options) {}
+  PoseRefinement(const SemanticMap& map, const PlanPlaces* places, const Options& options);
 
   /// Refines the best of at least one hypothesis and sets the covariance. `plan_query` may be empty. `up_sigma_rad` is the
   /// error of up in query and map where it was measured.
   void refine(const Query& query, const PlanQuery& plan_query, double up_sigma_rad, Localization& answer) const;
 
  private:
-  const DistributionMap& distributions() const;
   bool keepsScore(const PlanQuery& recent, const Eigen::Isometry3d& before, const Eigen::Isometry3d& after, double share) const;
   void useVertices(const Query& query, const PlanQuery& recent, double up_sigma_rad, Localization& answer) const;
   void useRecentPart(const Query& query, const PlanQuery& recent, Localization& answer) const;
@@ -31,8 +28,7 @@ class PoseRefinement {
   const SemanticMap& map_;
   const PlanPlaces* places_;
   const Options& options_;
-  mutable std::once_flag made_;
-  mutable std::optional<DistributionMap> distributions_;
+  std::optional<DistributionMap> distributions_;  ///< of a map with a cloud
 };
 
 }  // namespace xview

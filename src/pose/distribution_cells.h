@@ -2,11 +2,14 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cmath>
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <vector>
 
+#include "distribution_table.h"
+#include "viewpoints.h"
 #include "xview/pose/refine.h"
 #include "xview/types/labels.h"
 
@@ -18,57 +21,55 @@ constexpr std::uint32_t kNoGroup = 0xFFFFFFFF;
 /// markings lie on the road. kNoGroup for what moves and what is ignored.
 std::uint32_t matchingGroup(const LabelSet& labels, std::uint32_t label);
 
-/// A cell of a group; cells are counted from the origin of the map.
-struct CellKey {
-  std::int32_t x, y, z;
-  std::uint32_t group;
-  bool operator==(const CellKey& o) const {
-    return x == o.x && y == o.y && z == o.z && group == o.group;
-  }
-};
-
-struct Distribution {
-  CellKey key;
-  Eigen::Vector3f mean = Eigen::Vector3f::Zero();         ///< relative to the map's origin
-  Eigen::Matrix3f information = Eigen::Matrix3f::Zero();  ///< more than an even cell has [1/m^2]
-  Eigen::Vector3f view = Eigen::Vector3f::Zero();  ///< unit vector to who saw it; zero if unknown
-  std::uint32_t points = 0;
-};
-
-/// Distributions by cell and group, in a hash table with open addresses.
+/// The distributions of a map, made tile by tile where they are asked for. What a tile holds
+/// depends on the map alone, so neither the order of the questions nor threads change an answer.
 class DistributionCells {
  public:
-  DistributionCells(const Eigen::Vector3d& origin, double side)
-      : origin_(origin), side_(static_cast<float>(side)) {}
+  /// The cloud must outlive the cells.
+  DistributionCells(const LabelledCloud& map, const LabelSet& labels,
+                    const std::vector<Eigen::Isometry3d>& viewpoints, const RefineOptions& options);
+  ~DistributionCells();
+  DistributionCells(const DistributionCells&) = delete;
+  DistributionCells& operator=(const DistributionCells&) = delete;
 
   static const DistributionCells& of(const DistributionMap& map) { return *map.cells_; }
 
-  const Eigen::Vector3d& origin() const { return origin_; }
-  float side() const { return side_; }
-  std::vector<Distribution>& distributions() { return distributions_; }
-  const std::vector<Distribution>& distributions() const { return distributions_; }
-
-  Distribution& findOrAdd(const Eigen::Vector3f& p, std::uint32_t group);
+  const Eigen::Vector3d& origin() const { return map_.origin; }
   /// The nearest distribution of the group in the cell of p and the 26 around it, within the gate.
   const Distribution* nearest(const Eigen::Vector3f& p, std::uint32_t group, float gate) const;
+  std::size_t size() const;  ///< of all tiles, which it makes
 
  private:
-  CellKey keyOf(const Eigen::Vector3f& p, std::uint32_t group) const {
-    const auto index = [this](float c) { return static_cast<std::int32_t>(std::floor(c / side_)); };
-    return {index(p.x()), index(p.y()), index(p.z()), group};
-  }
-  /// A place in the hash table; the tag tells most other cells apart without a look at them.
-  struct Slot {
-    std::int32_t distribution = -1;  ///< -1: free
-    std::uint32_t tag = 0;
+  /// The points [first, last) of the cloud.
+  struct Run {
+    std::uint32_t first, last;
   };
-  /// Where a cell is, or where it would be put.
-  std::size_t slotOf(const CellKey& key) const;
+  /// A column of the map, so many cells wide that none lies in two.
+  struct Tile {
+    std::int32_t x, y;
+    std::vector<Run> runs;
+    mutable std::atomic<const DistributionTable*> table{nullptr};  ///< null: not made yet
+    Tile(std::int32_t tile_x, std::int32_t tile_y) : x(tile_x), y(tile_y) {}
+    ~Tile() { delete table.load(); }
+  };
 
-  Eigen::Vector3d origin_;
-  float side_;
-  std::vector<Distribution> distributions_;
-  std::vector<Slot> slots_ = std::vector<Slot>(1024);
+  template <class Visit>
+  void forPoints(const Run& run, Visit&& visit) const;
+  void sortIntoTiles();
+  float typicalThickness() const;
+  std::size_t slotOf(std::int32_t x, std::int32_t y) const;
+  Tile& findOrAddTile(std::int32_t x, std::int32_t y);
+  DistributionTable makeTable(const Tile& tile) const;
+  const DistributionTable& tableOf(const Tile& tile) const;
+  const DistributionTable* tableAt(std::int32_t x, std::int32_t y) const;  ///< null: no points
+
+  const LabelledCloud& map_;
+  const LabelSet labels_;
+  const Viewpoints views_;
+  const float side_;
+  float variance_ = 0;  ///< added to every distribution [m^2]
+  std::deque<Tile> tiles_;
+  std::vector<std::int32_t> slots_ = std::vector<std::int32_t>(64, -1);  ///< hash table of tiles
 };
 
 }  // namespace xview

@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "xview/types/pose.h"
+#include "xview/types/parallel.h"
 #include "xview/types/random.h"
 
 namespace xview {
@@ -93,8 +94,8 @@ LabelledCloud mapCloud(const Eigen::Isometry3d& T = Eigen::Isometry3d::Identity(
   return street.cloud(T, origin);
 }
 
-DistributionMap distributions(const LabelledCloud& cloud, const std::vector<Eigen::Isometry3d>& viewpoints = {}) {
-  return DistributionMap(cloud, streetLabels(), viewpoints, {});
+DistributionMap distributions(LabelledCloud cloud, const std::vector<Eigen::Isometry3d>& viewpoints = {}) {
+  return DistributionMap(std::move(cloud), streetLabels(), viewpoints, {});
 }
 
 /// A cloud of which only the position of the last sensor is known.
@@ -385,6 +386,48 @@ TEST(DistributionMap, HasOneDistributionPerCellAndGroup) {
     cloud.points.push_back(pcl::PointXYZL(-0.1f, 0.1f, 0.1f, label));
   }
   EXPECT_EQ(distributions(cloud).size(), 4u) << "road with its markings, and the building, in two cells each";
+}
+
+/// Pieces of the street far from one another, each found from 1 m away.
+std::vector<Refinement> refinedAlong(const DistributionMap& map, const std::vector<double>& at_m, int threads) {
+  Street street(2);
+  street.everything(1500);
+  std::vector<Refinement> found(at_m.size());
+  parallelFor(at_m.size(), threads, [&](std::size_t i) {
+    const Eigen::Isometry3d T = Eigen::Translation3d(at_m[i], 0, 0) * nudge(0.5, 0.3, 0.1, 0.5);
+    found[i] = refineAt(map, street.cloud(), T, {0, 0, 1.5});
+  });
+  return found;
+}
+
+/// Several streets end to end.
+LabelledCloud longMap(const std::vector<double>& at_m) {
+  LabelledCloud all;
+  for (const double x : at_m) {
+    for (pcl::PointXYZL p : mapCloud().points) {
+      p.x += static_cast<float>(x);
+      all.points.push_back(p);
+    }
+  }
+  return all;
+}
+
+TEST(DistributionMap, AnswersDoNotDependOnEarlierQuestionsNorOnThreads) {
+  const std::vector<double> at_m{0, 400, -800, 1200};
+  const DistributionMap asked_before = distributions(longMap(at_m)), shared = distributions(longMap(at_m));
+  EXPECT_GT(asked_before.size(), 0u);
+  const std::vector<Refinement> expected = refinedAlong(asked_before, at_m, 1);
+  const std::vector<Refinement> by_threads = refinedAlong(shared, {0, 400, -800, 1200, 0, 400, -800, 1200}, 4);
+  for (std::size_t i = 0; i < by_threads.size(); ++i) {
+    const Refinement& e = expected[i % at_m.size()];
+    EXPECT_TRUE(e.converged);
+    EXPECT_EQ(by_threads[i].T_map_query.matrix(), e.T_map_query.matrix());
+    EXPECT_EQ(by_threads[i].covariance, e.covariance);
+  }
+  for (std::size_t i = 0; i < at_m.size(); ++i) {
+    const DistributionMap fresh = distributions(longMap(at_m));
+    EXPECT_EQ(refinedAlong(fresh, {at_m[i]}, 1)[0].T_map_query.matrix(), expected[i].T_map_query.matrix());
+  }
 }
 
 }  // namespace

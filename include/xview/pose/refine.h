@@ -71,15 +71,20 @@ class DistributionCells;
 class DistributionMap {
  public:
   /// `viewpoints`: T_map_sensor that the map was seen from; they tell which side of a thing it
-  /// knows. May be empty.
+  /// knows. May be empty. The cloud must outlive this: the distributions are made where they are
+  /// needed. That changes no result, and threads may share a map.
   DistributionMap(const LabelledCloud& map, const LabelSet& labels,
+                  const std::vector<Eigen::Isometry3d>& viewpoints, const RefineOptions& options);
+  /// The same with a cloud of its own.
+  DistributionMap(LabelledCloud&& map, const LabelSet& labels,
                   const std::vector<Eigen::Isometry3d>& viewpoints, const RefineOptions& options);
   ~DistributionMap();
   DistributionMap(DistributionMap&&) noexcept;
-  std::size_t size() const;
+  std::size_t size() const;  ///< makes all of them
 
  private:
   friend class DistributionCells;
+  std::unique_ptr<const LabelledCloud> kept_;  ///< null: somebody else's
   std::unique_ptr<const DistributionCells> cells_;
 };
 
