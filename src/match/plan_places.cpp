@@ -6,6 +6,7 @@
 #include <mutex>
 #include <optional>
 
+#include "match/ground_fit.h"
 #include "match/map_null.h"
 #include "match/plan_blocks.h"
 #include "match/plan_score.h"
@@ -300,6 +301,14 @@ std::vector<SampleEvidence> PlanPlaces::evidence(const PlanQuery& query,
     evidence.push_back(e);
   }
   return evidence;
+}
+
+GroundFit PlanPlaces::fitGround(const PlanQuery& query, const PlacePose& pose,
+                                double slope_sigma) const {
+  GroundFit fit = xview::fitGround(index_->field, query.ground,
+                                   toCentre(pose, query, index_->field), slope_sigma);
+  fit.height_m += index_->origin_z;
+  return fit;
 }
 
 std::size_t PlanPlaces::bytes() const {

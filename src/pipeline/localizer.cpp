@@ -9,6 +9,7 @@
 #include "pipeline/explain.h"
 #include "pipeline/free_path.h"
 #include "pipeline/gravity.h"
+#include "pipeline/level_on_map.h"
 #include "pipeline/object_path.h"
 #include "pipeline/place_path.h"
 #include "pipeline/planar_pose.h"
@@ -44,11 +45,18 @@ void requireKnownLabels(const LabelSet& map, const LabelSet& query) {
   }
 }
 
-/// What was assumed about up, for people.
+void sayLevelled(const LevelledQuery& level, Localization& answer) {
+  constexpr double kDegrees = 180 / M_PI;
+  if (answer.gravity == GravityUse::aligned) answer.gravity = GravityUse::levelled;
+  answer.gravity_reason = fmt::format("; turned by {:.1f} +- {:.1f} deg onto the ground of the map", Eigen::AngleAxisd(level.turn).angle() * kDegrees,
+                                      level.up_sigma_rad * kDegrees);
+}
+
+/// What was assumed about up, for people; before what the place that was found says about it.
 void sayGravity(const Gravity& map, const Query& query, Localization& answer) {
   const bool turned = map.turned() || query.gravity.turned();
-  if (answer.gravity != GravityUse::free) answer.gravity = turned ? GravityUse::levelled : GravityUse::aligned;
-  answer.gravity_reason = "query: " + query.gravity.reason + "; map: " + map.reason;
+  if (answer.gravity == GravityUse::aligned && turned) answer.gravity = GravityUse::levelled;
+  answer.gravity_reason = "query: " + query.gravity.reason + "; map: " + map.reason + answer.gravity_reason;
 }
 
 std::unique_ptr<const PlanPlaces> planPlaces(const SemanticMap& map, const Options& options) {
@@ -87,18 +95,39 @@ struct Localizer::Index {
   bool upIsKnown(const Query& query) const { return gravity.known && query.gravity.known; }
   double upSigma(const Query& query) const { return std::hypot(gravity.sigma_rad, query.gravity.sigma_rad); }
 
-  /// Query and map gravity-aligned, as in all of these.
-  void localize(const Query& query, const Priors& priors, double rival_score, Localization& answer) const {
+  /// Query and map gravity-aligned, as in all of these. Returns the rotation that the place turns the query upright with.
+  Eigen::Quaterniond localize(const Query& query, const Priors& priors, double rival_score, Localization& answer) const {
     const PlanQuery plan_query = planQuery(query);
     if (options.method == "walks") walk_path.localize(query, priors, answer);
     else if (takesPlacePath(query)) place_path->localize(query, plan_query, priors, rival_score, answer);
     else object_path.localize(query, priors, rival_score, answer);
-    finish(query, plan_query, priors, answer);
+    return finish(query, plan_query, priors, answer);
   }
 
-  void finish(const Query& query, const PlanQuery& plan_query, const Priors& priors, Localization& answer) const {
-    if (!answer.hypotheses.empty()) refinement.refine(query, plan_query, upSigma(query), answer);
-    refuseOutside(priors, query, answer);
+  Eigen::Quaterniond finish(const Query& query, const PlanQuery& plan_query, const Priors& priors, Localization& answer) const {
+    const Eigen::Quaterniond turn = refine(query, plan_query, answer);
+    refuseOutside(priors, UprightQuery(query, turn).query, answer);
+    return turn;
+  }
+
+  /// Levels the query on the ground of the map, if that is needed, and refines its pose.
+  Eigen::Quaterniond refine(const Query& query, const PlanQuery& plan_query, Localization& answer) const {
+    if (answer.hypotheses.empty()) return Eigen::Quaterniond::Identity();
+    const auto level = levelled(query, plan_query, answer.hypotheses[0].T_map_query);
+    if (!level) {
+      refinement.refine(query, plan_query, upSigma(query), answer);
+      return Eigen::Quaterniond::Identity();
+    }
+    for (Hypothesis& h : answer.hypotheses) h.T_map_query = h.T_map_query * level->turn.conjugate();
+    answer.hypotheses[0].T_map_query = level->T_map_query;
+    sayLevelled(*level, answer);
+    refinement.refine(level->query, level->plan, level->up_sigma_rad, answer);
+    return level->turn;
+  }
+
+  std::optional<LevelledQuery> levelled(const Query& query, const PlanQuery& plan_query, const Eigen::Isometry3d& T_map_query) const {
+    if (options.gravity == "aligned" || plan_query.empty()) return std::nullopt;
+    return levelOnMap(*places, query, plan_query, T_map_query, upSigma(query), options);
   }
 
   /// The map gravity-aligned, the query as it is. Returns the rotation that the pose turns the query upright with.
@@ -107,8 +136,7 @@ struct Localizer::Index {
     const Eigen::Quaterniond upright = free_path.localize(query, priors, answer);
     Query levelled = uprightQuery(query, upright);
     levelled.gravity.sigma_rad = kFreeSigma_rad;
-    finish(levelled, {}, priors, answer);
-    return upright;
+    return finish(levelled, {}, priors, answer) * upright;
   }
 
   std::vector<PoseCheck> check(const Query& query, const std::vector<Eigen::Isometry3d>& T_map_query, double reach_m) const {
@@ -121,13 +149,12 @@ struct Localizer::Index {
     return checked;
   }
 
-  Localization describe(const Query& query, const PoseCheck& place) const {
-    Localization answer;
+  /// Returns the same as localize().
+  Eigen::Quaterniond describe(const Query& query, const PoseCheck& place, Localization& answer) const {
     const PlanQuery plan_query = planQuery(query);
     answer.hypotheses.push_back({place.T_map_query, place.evidence.score, 0, Proposer::search});
     if (takesPlacePath(query)) place_path->findPairs(query, plan_query, answer);
-    refinement.refine(query, plan_query, upSigma(query), answer);
-    return answer;
+    return refine(query, plan_query, answer);
   }
 
   /// Turns the query upright; a pose of it says how, if nothing else does.
@@ -194,13 +221,13 @@ Localization Localizer::Index::answerTo(const Query& query, const ExpectedPose* 
   Stopwatch watch;
   Localization answer;
   Prepared prepared(*this, query, expected);
-  if (upIsKnown(query)) localize(prepared.query(), prepared.priors, rival_score, answer);
-  else prepared.R_upright = localizeFreely(prepared.query(), prepared.priors, answer) * prepared.R_upright;
+  const Eigen::Quaterniond turn = upIsKnown(query) ? localize(prepared.query(), prepared.priors, rival_score, answer)
+                                                   : localizeFreely(prepared.query(), prepared.priors, answer);
   // A pose that is expected comes from a fix; one that a user believes in is to be doubted.
   if (!expected && (prior.near || prior.heading) && answer.accepted() && takesPlacePath(query)) {
     place_path->refuteFromOutside(prepared.query(), planQuery(prepared.query()), prepared.priors, answer);
   }
-  leaveUprightFrames(gravity.upright, prepared.R_upright, query, answer);
+  leaveUprightFrames(gravity.upright, turn * prepared.R_upright, query, answer);
   sayGravity(gravity, query, answer);
   double total = watch.lap_ms();
   for (const auto& [stage, ms] : query.timing_ms) total += ms;
@@ -290,8 +317,9 @@ Localization Localizer::describe(const Query& query, const PoseCheck& place) con
   const Eigen::Quaterniond R_upright = index_->uprightOf(query, place.T_map_query);
   PoseCheck upright = place;
   upright.T_map_query = index_->toUpright(query, place.T_map_query);
-  Localization answer = index_->describe(UprightQuery(query, R_upright).query, upright);
-  leaveUprightFrames(index_->gravity.upright, R_upright, query, answer);
+  Localization answer;
+  const Eigen::Quaterniond turn = index_->describe(UprightQuery(query, R_upright).query, upright, answer);
+  leaveUprightFrames(index_->gravity.upright, turn * R_upright, query, answer);
   sayGravity(index_->gravity, query, answer);
   return answer;
 }

@@ -135,6 +135,34 @@ TEST(Gravity, TurnedQueriesAreFound) {
   }
 }
 
+Eigen::Isometry3d tiltBy(double degrees) {
+  return Eigen::Isometry3d(
+      Eigen::AngleAxisd(degrees * kDegree, Eigen::Vector3d(1, 2, 0).normalized()));
+}
+
+TEST(Gravity, TiltedQueriesAreLevelledOnTheGroundOfTheMap) {
+  const auto& drive = simulatedDrive();
+  const Options options;
+  const Localizer localizer(drive.map, options);
+  for (const double degrees : {3.0, 8.0}) {
+    const Turned turned = turnedFrames(tiltBy(degrees), options);
+    EXPECT_FALSE(turned.query.gravity.turned()) << "it may be the slope of a street";
+    const Localization fix = localizer.localize(turned.query);
+    EXPECT_EQ(fix.status, Status::accepted) << degrees << ": " << fix.reason;
+    EXPECT_EQ(fix.gravity, GravityUse::levelled) << degrees;
+    EXPECT_LT(errorOf(fix, turned), 0.2) << degrees;
+    EXPECT_LT(rotationBetween(fix.T_map_query, turned.truth), 0.3 * kDegree) << degrees;
+  }
+}
+
+TEST(Gravity, ThatIsAlignedByWordIsNotLevelled) {
+  const auto& drive = simulatedDrive();
+  const Options options = withGravity("aligned");
+  const Localization fix =
+      Localizer(drive.map, options).localize(turnedFrames(tiltBy(3), options).query);
+  EXPECT_EQ(fix.gravity, GravityUse::aligned);
+}
+
 TEST(Gravity, TurnedGraphsAreFoundOrRefused) {
   const auto& drive = simulatedDrive();
   const Options options;

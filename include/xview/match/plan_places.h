@@ -98,6 +98,15 @@ struct SampleEvidence {
   double expected = 0;  ///< contribution that a true pose would have on average; 0 in unseen area
 };
 
+/// How the ground of the map lies against that of a query under a pose:
+/// z_map = z_query + height + slope . (p - p_centre), in map axes about the query centre.
+struct GroundFit {
+  double height_m = 0;
+  Eigen::Vector2d slope = Eigen::Vector2d::Zero();       ///< [m/m]
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of height and slope
+  int cells = 0;  ///< of ground that agree; 0 = too few to tell
+};
+
 /// Search index of one map. Thread-safe after construction.
 class PlanPlaces {
  public:
@@ -120,6 +129,9 @@ class PlanPlaces {
   /// What the score of a pose (query frame to map frame) is the sum of, by sample of
   /// PlanQuery::fine.
   std::vector<SampleEvidence> evidence(const PlanQuery& query, const PlacePose& pose) const;
+  /// How the ground lies under a pose (query frame to map frame). `slope_sigma`: how far off level
+  /// the query may be [m/m].
+  GroundFit fitGround(const PlanQuery& query, const PlacePose& pose, double slope_sigma) const;
   std::size_t bytes() const;
 
  private:

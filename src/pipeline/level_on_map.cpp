@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "pipeline/level_on_map.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "pipeline/planar_pose.h"
+#include "pipeline/upright_frame.h"
+#include "xview/graph/plan_view.h"
+
+namespace xview {
+namespace {
+
+constexpr double kWidest_rad = 0.2;  ///< how far off level a query may be that was said to be level
+constexpr double kClearSigmas = 3;   ///< by which ground refutes that
+constexpr double kBentByDrift = 1.5;  ///< true error of a slope over that by its residuals
+
+/// A rotation of the query, and its pose after that.
+struct Tilt {
+  Eigen::Quaterniond turn;
+  Eigen::Isometry3d T_map_query;
+  double sigma_rad = 0;
+};
+
+double medianHeight(const std::vector<PlanQuery::Ground>& ground) {
+  std::vector<float> heights;
+  for (const PlanQuery::Ground& g : ground) heights.push_back(g.z);
+  const auto middle = heights.begin() + static_cast<std::ptrdiff_t>(heights.size() / 2);
+  std::nth_element(heights.begin(), middle, heights.end());
+  return *middle;
+}
+
+double sigmaOf(const GroundFit& fit) {
+  return kBentByDrift * std::sqrt(fit.covariance.bottomRightCorner<2, 2>().trace() / 2);
+}
+
+/// Lays the ground of the query on a slope of the map, about the middle of that ground.
+Tilt tiltBy(const GroundFit& fit, const PlanQuery& plan, const Eigen::Isometry3d& T_map_query) {
+  const Eigen::Vector3d normal = Eigen::Vector3d(-fit.slope.x(), -fit.slope.y(), 1).normalized();
+  const auto in_map = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), normal);
+  const Eigen::Quaterniond yaw(T_map_query.linear());
+  const Eigen::Vector3d pivot(plan.centre.x(), plan.centre.y(), medianHeight(plan.ground));
+  Eigen::Vector3d pivot_in_map = T_map_query * pivot;
+  pivot_in_map.z() = pivot.z() + fit.height_m;
+  Tilt tilt{yaw.conjugate() * in_map * yaw, T_map_query, sigmaOf(fit)};
+  tilt.T_map_query.translation() = pivot_in_map - yaw * (tilt.turn * pivot);
+  return tilt;
+}
+
+/// Of a query whose up was measured that well.
+std::optional<Tilt> measuredTilt(const PlanPlaces& places, const PlanQuery& plan,
+                                 const Eigen::Isometry3d& T_map_query, double up_sigma_rad) {
+  const GroundFit fit = places.fitGround(plan, placeOf(T_map_query), up_sigma_rad);
+  if (fit.cells == 0) return std::nullopt;
+  return tiltBy(fit, plan, T_map_query);
+}
+
+/// Of a query that was said to be level to `trust_rad`.
+std::optional<Tilt> tiltAgainstTrust(const PlanPlaces& places, const PlanQuery& plan,
+                                     const Eigen::Isometry3d& T_map_query, double trust_rad) {
+  const GroundFit fit = places.fitGround(plan, placeOf(T_map_query), kWidest_rad);
+  if (fit.cells == 0) return std::nullopt;
+  Eigen::Matrix2d covariance =
+      kBentByDrift * kBentByDrift * fit.covariance.bottomRightCorner<2, 2>();
+  covariance.diagonal().array() += trust_rad * trust_rad;
+  const double off2 = fit.slope.dot(covariance.inverse() * fit.slope);
+  if (off2 > kClearSigmas * kClearSigmas) return tiltBy(fit, plan, T_map_query);
+  const auto both = measuredTilt(places, plan, T_map_query, trust_rad);
+  const bool level = !both || Eigen::AngleAxisd(both->turn).angle() < trust_rad;
+  return level ? std::nullopt : both;
+}
+
+/// What stands above the ground has moved sideways in the plan.
+PlanQuery drawnAgain(const Query& query, bool aerial, const PlanOptions& options) {
+  PlanViewBuilder plan(query.labels, options);
+  plan.add(query.cloud, std::vector<float>(query.cloud.size(), 1), {},
+           Eigen::Isometry3d::Identity(), aerial);
+  return makePlanQuery(plan.build());
+}
+
+}  // namespace
+
+std::optional<LevelledQuery> levelOnMap(const PlanPlaces& places, const Query& query,
+                                        const PlanQuery& plan, const Eigen::Isometry3d& T_map_query,
+                                        double up_sigma_rad, const Options& options) {
+  const std::optional<Tilt> tilt =
+      up_sigma_rad > 0
+          ? measuredTilt(places, plan, T_map_query, up_sigma_rad)
+          : tiltAgainstTrust(places, plan, T_map_query, options.refine.tilt_sigma_deg * M_PI / 180);
+  if (!tilt) return std::nullopt;
+  LevelledQuery levelled{tilt->turn, uprightQuery(query, tilt->turn), plan, tilt->T_map_query,
+                         tilt->sigma_rad};
+  PlanQuery redrawn = drawnAgain(levelled.query, plan.viewpoint == Viewpoint::air, options.plan);
+  if (redrawn.empty()) return levelled;
+  levelled.T_map_query = poseOf(places.verify(redrawn, placeOf(levelled.T_map_query)));
+  levelled.plan = std::move(redrawn);
+  const auto rest =
+      measuredTilt(places, levelled.plan, levelled.T_map_query, levelled.up_sigma_rad);
+  if (!rest) return levelled;
+  levelled.turn = rest->turn * levelled.turn;
+  levelled.query = uprightQuery(levelled.query, rest->turn);
+  levelled.T_map_query = rest->T_map_query;
+  levelled.up_sigma_rad = rest->sigma_rad;
+  return levelled;
+}
+
+}  // namespace xview

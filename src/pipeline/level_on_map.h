@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <Eigen/Geometry>
+#include <optional>
+
+#include "xview/localizer.h"
+#include "xview/match/plan_places.h"
+#include "xview/options.h"
+
+namespace xview {
+
+/// A query turned so that its ground lies on that of the map.
+struct LevelledQuery {
+  Eigen::Quaterniond turn;  ///< p_levelled = turn * p_given
+  Query query;
+  PlanQuery plan;
+  Eigen::Isometry3d T_map_query;  ///< of the levelled query, gravity-aligned
+  double up_sigma_rad = 0;
+};
+
+/// Once the place of a query is known, ground that it has in common with the map tells how far off
+/// level it is. `up_sigma_rad` is how well its up was measured; 0 if it is up by the word of
+/// whoever made the frame, which is trusted to options.refine.tilt_sigma_deg unless ground clearly
+/// contradicts. Nothing if it is level already, or too little ground is common.
+std::optional<LevelledQuery> levelOnMap(const PlanPlaces& places, const Query& query,
+                                        const PlanQuery& plan, const Eigen::Isometry3d& T_map_query,
+                                        double up_sigma_rad, const Options& options);
+
+}  // namespace xview
