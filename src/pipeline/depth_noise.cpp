@@ -8,19 +8,19 @@
 namespace xview {
 namespace {
 
-constexpr int kStep = 6;         ///< pixels between the three depths: errors of neighbours are not independent
+constexpr int kApart = 6;        ///< pixels over which errors are independent
+constexpr double kOfPixels = 0.2;  ///< of the noise, what neighbouring pixels show of it at least
 constexpr int kEvery = 3;        ///< rows and columns looked at
 constexpr std::size_t kFewest = 200;
 constexpr double kMedianOfAbs = 0.6745;       ///< of the standard normal distribution
 constexpr double kNoiseOfSecond = 2.4494897;  ///< root of 1 + 4 + 1
 
-}  // namespace
-
-double inverseDepthNoise(const DepthImage& depth) {
+/// From second differences over pixels this far apart.
+double noiseOver(const DepthImage& depth, int step) {
   std::vector<float> seconds;
   for (int y = 0; y < depth.height; y += kEvery) {
-    for (int x = kStep; x + kStep < depth.width; x += kEvery) {
-      const float left = depth.at(x - kStep, y), middle = depth.at(x, y), right = depth.at(x + kStep, y);
+    for (int x = step; x + step < depth.width; x += kEvery) {
+      const float left = depth.at(x - step, y), middle = depth.at(x, y), right = depth.at(x + step, y);
       if (!(left > 0 && middle > 0 && right > 0)) continue;
       seconds.push_back(std::abs(1 / left - 2 / middle + 1 / right));
     }
@@ -29,6 +29,15 @@ double inverseDepthNoise(const DepthImage& depth) {
   const auto half = seconds.begin() + static_cast<std::ptrdiff_t>(seconds.size() / 2);
   std::nth_element(seconds.begin(), half, seconds.end());
   return *half / (kMedianOfAbs * kNoiseOfSecond);
+}
+
+}  // namespace
+
+double inverseDepthNoise(const DepthImage& depth) { return noiseOver(depth, kApart); }
+
+double inverseDepthNoiseOfPixels(const DepthImage& depth) {
+  const double sigma = noiseOver(depth, kApart);
+  return noiseOver(depth, 1) >= kOfPixels * sigma ? sigma : 0;
 }
 
 }  // namespace xview

@@ -11,4 +11,8 @@ namespace xview {
 /// noise, or an edge, which the median passes over. 0 if too few pixels are measured, or if quantization hides the noise.
 double inverseDepthNoise(const DepthImage& depth);
 
+/// The same where neighbouring pixels show at least a fifth of it, as they do if single pixels err; else 0: what differs over
+/// a few pixels only are leaves and other small shapes.
+double inverseDepthNoiseOfPixels(const DepthImage& depth);
+
 }  // namespace xview

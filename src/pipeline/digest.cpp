@@ -9,6 +9,7 @@
 #include "xview/graph/clean_labels.h"
 #include "xview/graph/image_blobs.h"
 #include "xview/graph/lift.h"
+#include "xview/graph/smooth_depth.h"
 #include "xview/mapper.h"
 #include "xview/types/parallel.h"
 #include "xview/types/stopwatch.h"
@@ -17,6 +18,7 @@ namespace xview {
 namespace {
 
 constexpr float kAerialFrom_m = 15;    ///< a camera whose nearest tenth is further away looks down from the air
+constexpr double kKnownWell_m = 0.05;  ///< depths with less noise are not smoothed
 constexpr std::size_t kFramesAhead = 8; ///< digested and not yet taken
 constexpr float kReferenceFocal = 160; ///< votes count measurements per solid angle of such a camera [px]
 
@@ -122,6 +124,7 @@ FrameDigest digestFrame(Frame frame, const LabelSet& labels, const Options& opti
   if (frame.sensor == Sensor::camera) {
     digest.inverse_depth_sigma = inverseDepthNoise(frame.depth);
     frame.label = cleanLabels(frame.label, labels, options.clean);
+    smoothDepth(frame.depth, frame.label, inverseDepthNoiseOfPixels(frame.depth), kKnownWell_m);
   }
   ScanView scan{frame.T_odom_sensor, {}};
   if (frame.sensor != Sensor::camera) scan.beams = measureBeamSpacing(frame.cloud);

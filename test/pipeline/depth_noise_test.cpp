@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "xview/types/random.h"
 
 namespace xview {
@@ -32,6 +34,20 @@ TEST(InverseDepthNoise, IsUnknownWithoutEnoughDepth) {
   EXPECT_EQ(inverseDepthNoise(DepthImage()), 0);
   EXPECT_EQ(inverseDepthNoise(twoPlanes(0.0025, 0.05)), 0);
   EXPECT_EQ(inverseDepthNoise(DepthImage(8, 120)), 0);
+}
+
+TEST(InverseDepthNoiseOfPixels, IsThatOfDepthWhosePixelsErr) {
+  const DepthImage noisy = twoPlanes(0.002);
+  EXPECT_EQ(inverseDepthNoiseOfPixels(noisy), inverseDepthNoise(noisy));
+}
+
+TEST(InverseDepthNoiseOfPixels, IsNoneForShapesLargerThanAPixel) {
+  DepthImage wavy(160, 120);
+  for (int y = 0; y < wavy.height; ++y) {
+    for (int x = 0; x < wavy.width; ++x) wavy.at(x, y) = static_cast<float>(1 / (0.1 + 0.003 * std::sin(0.35 * x)));
+  }
+  EXPECT_GT(inverseDepthNoise(wavy), 0.001);
+  EXPECT_EQ(inverseDepthNoiseOfPixels(wavy), 0);
 }
 
 }  // namespace

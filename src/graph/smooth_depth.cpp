@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "xview/graph/smooth_depth.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace xview {
+namespace {
+
+constexpr int kBlock_px = 4;
+constexpr int kLargest = 2;           ///< blocks to each side of a window
+constexpr double kFewestPixels = 12;  ///< of a window
+constexpr double kExplained = 1.4;    ///< times the noise, squared: what a plane may leave
+constexpr double kMeanError = 1.2;    ///< times the noise: what the mean of one block may be off
+
+/// Sums over the pixels of one label in a block; w is the inverse depth in units of its noise.
+struct Moments {
+  double n = 0, u = 0, v = 0, w = 0, uu = 0, uv = 0, vv = 0, uw = 0, vw = 0, ww = 0;
+
+  void add(double pu, double pv, double pw) {
+    n += 1, u += pu, v += pv, w += pw;
+    uu += pu * pu, uv += pu * pv, vv += pv * pv, uw += pu * pw, vw += pv * pw, ww += pw * pw;
+  }
+  void add(const Moments& o) {
+    n += o.n, u += o.u, v += o.v, w += o.w;
+    uu += o.uu, uv += o.uv, vv += o.vv, uw += o.uw, vw += o.vw, ww += o.ww;
+  }
+};
+
+struct Part {
+  std::uint16_t label;
+  Moments moments;
+};
+
+/// w = w0 + a (u - u0) + b (v - v0)
+struct Plane {
+  double u0, v0, w0, a, b;
+  double leaves;  ///< mean square of the residuals
+  double at(double u, double v) const { return w0 + a * (u - u0) + b * (v - v0); }
+};
+
+Plane planeThrough(const Moments& m) {
+  Plane plane{m.u / m.n, m.v / m.n, m.w / m.n, 0, 0, 0};
+  Eigen::Matrix2d spread;
+  spread << m.uu - m.u * plane.u0, m.uv - m.u * plane.v0, m.uv - m.u * plane.v0,
+      m.vv - m.v * plane.v0;
+  spread.diagonal().array() += 1e-3 * m.n;  // one row of pixels has no slope across
+  const Eigen::Vector2d pull(m.uw - m.u * plane.w0, m.vw - m.v * plane.w0);
+  const Eigen::Vector2d slope = spread.ldlt().solve(pull);
+  plane.a = slope.x(), plane.b = slope.y();
+  plane.leaves = std::max(0.0, m.ww - m.w * plane.w0 - slope.dot(pull)) / std::max(1.0, m.n - 3);
+  return plane;
+}
+
+class Blocks {
+ public:
+  Blocks(const DepthImage& depth, const LabelImage& labels, double sigma)
+      : across_((depth.width + kBlock_px - 1) / kBlock_px),
+        down_((depth.height + kBlock_px - 1) / kBlock_px) {
+    first_.push_back(0);
+    for (int y = 0; y < down_; ++y) {
+      for (int x = 0; x < across_; ++x) {
+        gather(depth, labels, sigma, x * kBlock_px, y * kBlock_px);
+        first_.push_back(parts_.size());
+      }
+    }
+  }
+
+  void smooth(DepthImage& depth, const LabelImage& labels, double sigma, double good_m) const {
+    for (int y = 0; y < down_; ++y) {
+      for (int x = 0; x < across_; ++x) {
+        for (std::size_t i = first_[y * across_ + x]; i < first_[y * across_ + x + 1]; ++i) {
+          const Part& part = parts_[i];
+          const double inverse = part.moments.w / part.moments.n * sigma;
+          if (sigma < good_m * inverse * inverse) continue;
+          Plane plane;
+          if (findPlane(part, x, y, plane)) apply(plane, part.label, x, y, sigma, labels, depth);
+        }
+      }
+    }
+  }
+
+ private:
+  void gather(const DepthImage& depth, const LabelImage& labels, double sigma, int left, int top) {
+    const int right = std::min(left + kBlock_px, depth.width);
+    const int bottom = std::min(top + kBlock_px, depth.height);
+    const std::size_t first = parts_.size();
+    for (int v = top; v < bottom; ++v) {
+      for (int u = left; u < right; ++u) {
+        const float z = depth.at(u, v);
+        if (!(z > 0 && z < 1e9F)) continue;
+        partOf(labels.at(u, v), first).moments.add(u, v, 1 / (sigma * z));
+      }
+    }
+  }
+  Part& partOf(std::uint16_t label, std::size_t first) {
+    for (std::size_t i = parts_.size(); i-- > first;)
+      if (parts_[i].label == label) return parts_[i];
+    parts_.push_back({label, {}});
+    return parts_.back();
+  }
+
+  Moments window(std::uint16_t label, int x, int y, int radius) const {
+    Moments sum;
+    for (int by = std::max(0, y - radius); by <= std::min(down_ - 1, y + radius); ++by) {
+      for (int bx = std::max(0, x - radius); bx <= std::min(across_ - 1, x + radius); ++bx) {
+        const std::size_t block = by * across_ + bx;
+        for (std::size_t i = first_[block]; i < first_[block + 1]; ++i)
+          if (parts_[i].label == label) sum.add(parts_[i].moments);
+      }
+    }
+    return sum;
+  }
+
+  bool findPlane(const Part& part, int x, int y, Plane& plane) const {
+    const Moments& own = part.moments;
+    for (int radius = kLargest; radius >= 0; --radius) {
+      const Moments m = window(part.label, x, y, radius);
+      if (m.n < kFewestPixels) return false;
+      plane = planeThrough(m);
+      const double off = own.w / own.n - plane.at(own.u / own.n, own.v / own.n);
+      if (plane.leaves <= kExplained && std::abs(off) <= kMeanError) return true;
+    }
+    return false;
+  }
+
+  static void apply(const Plane& plane, std::uint16_t label, int x, int y, double sigma,
+                    const LabelImage& labels, DepthImage& depth) {
+    for (int v = y * kBlock_px; v < std::min((y + 1) * kBlock_px, depth.height); ++v) {
+      for (int u = x * kBlock_px; u < std::min((x + 1) * kBlock_px, depth.width); ++u) {
+        const float z = depth.at(u, v);
+        if (!(z > 0 && z < 1e9F) || labels.at(u, v) != label) continue;
+        const double w = plane.at(u, v) * sigma;
+        if (w > 0) depth.at(u, v) = static_cast<float>(1 / w);
+      }
+    }
+  }
+
+  int across_, down_;
+  std::vector<std::size_t> first_;  ///< part of each block, and the end
+  std::vector<Part> parts_;
+};
+
+}  // namespace
+
+void smoothDepth(DepthImage& depth, const LabelImage& labels, double inverse_depth_sigma,
+                 double good_m) {
+  if (inverse_depth_sigma <= 0 || depth.empty()) return;
+  Blocks(depth, labels, inverse_depth_sigma).smooth(depth, labels, inverse_depth_sigma, good_m);
+}
+
+}  // namespace xview
