@@ -61,6 +61,8 @@ Answer parse(const std::string& line) {
     answer.fix.T_map_sensor = poseOf(*pose);
     answer.fix.hypotheses.resize(1);
   }
+  answer.fix.scale = json.value("scale", 1.0);
+  if (!(answer.fix.scale > 0)) throw std::invalid_argument("scale is not positive");
   const auto covariance = json.find("covariance");
   if (covariance != json.end() && !covariance->is_null())
     answer.fix.covariance = covarianceOf(*covariance);

@@ -32,6 +32,15 @@ SceneLine outlineOf(const LabelledCloud& cloud, const SceneQuery& query) {
   return line;
 }
 
+/// Lengths of the query become those of the map.
+void scaleBy(double scale, SemanticGraph& graph) {
+  for (Vertex& v : graph.vertices) v.position *= scale;
+}
+void scaleBy(double scale, LabelledCloud& cloud) {
+  cloud.origin *= scale;
+  for (pcl::PointXYZL& p : cloud.points) p.getVector3fMap() *= static_cast<float>(scale);
+}
+
 }  // namespace
 
 const FrameSource* DrawnAnswers::recordingOf(const std::string& path) {
@@ -57,6 +66,7 @@ SceneQuery DrawnAnswers::draw(const Answer& answer) {
   if (!std::filesystem::exists(answer.input)) return query;
   if (isGraph(answer.input)) {
     graphs_.push_back(readGraph(answer.input).graph);
+    scaleBy(answer.fix.scale, graphs_.back());
     query.graph = &graphs_.back();
   } else if (const FrameSource* recording = recordingOf(answer.input)) {
     drawWay(*recording, answer, query);
@@ -68,19 +78,21 @@ void DrawnAnswers::drawWay(const FrameSource& recording, const Answer& answer, S
   std::vector<Eigen::Isometry3d> way;
   for (std::size_t i = 0; i < recording.size(); ++i) {
     const std::int64_t number = recording.number(i);
-    if (number >= answer.first_frame && number <= answer.last_frame)
-      way.push_back(recording.pose(i));
+    if (number < answer.first_frame || number > answer.last_frame) continue;
+    way.push_back(recording.pose(i));
+    way.back().translation() *= answer.fix.scale;
   }
   if (way.empty()) return;  // another recording than the one that was answered
   if (recording.sensor() == Sensor::lidar) query.forward = Eigen::Vector3d::UnitX();
   query.T_map_query = answer.fix.T_map_sensor * way.back().inverse();
   query.poses = std::move(way);
-  if (recording.sensor() == Sensor::cloud) drawCloud(recording, query);
+  if (recording.sensor() == Sensor::cloud) drawCloud(recording, answer.fix.scale, query);
 }
 
-void DrawnAnswers::drawCloud(const FrameSource& recording, SceneQuery& query) {
+void DrawnAnswers::drawCloud(const FrameSource& recording, double scale, SceneQuery& query) {
   LiftCounts counts;
   LabelledCloud cloud = liftAll(recording, job_, counts);
+  scaleBy(scale, cloud);
   clouds_.push_back(voxel_m_ > 0 ? thinByVoxel(cloud, voxel_m_) : std::move(cloud));
   query.cloud = &clouds_.back();
   outlines_.push_back(outlineOf(clouds_.back(), query));

@@ -27,7 +27,7 @@ class DrawnAnswers {
  private:
   const FrameSource* recordingOf(const std::string& path);  ///< null if it cannot be opened
   void drawWay(const FrameSource& recording, const Answer& answer, SceneQuery& query);
-  void drawCloud(const FrameSource& recording, SceneQuery& query);
+  void drawCloud(const FrameSource& recording, double scale, SceneQuery& query);
 
   const InputFlags& input_;
   double voxel_m_;

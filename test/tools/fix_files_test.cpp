@@ -290,6 +290,20 @@ TEST_F(FixFiles, ScaleAndGravityAreSaid) {
       2);
 }
 
+TEST_F(FixFiles, TheWayOfAnAnswerIsDrawnInItsScale) {
+  Json answer = accepted().at(0);
+  const auto drawn = [&](double scale) {
+    answer["scale"] = scale;
+    writeText(file("scaled.jsonl"), answer.dump() + "\n");
+    EXPECT_EQ(runXview({"view", "-q", map(), file("scaled.jsonl"), file("way.png")}).code, 0);
+    return readText(file("way.png"));
+  };
+  EXPECT_NE(drawn(1), drawn(3));
+  answer["scale"] = -1;
+  writeText(file("scaled.jsonl"), answer.dump() + "\n");
+  EXPECT_EQ(runXview({"view", "-q", map(), file("scaled.jsonl"), file("way.png")}).code, 1);
+}
+
 TEST_F(FixFiles, NearAndYawAreThePriorsByAShorterName) {
   const auto truth = tumPoses(rear() + "/groundtruth.txt").back().translation();
   const auto circle = [&](double dx) {
