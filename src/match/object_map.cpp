@@ -6,6 +6,7 @@
 #include <limits>
 #include <tuple>
 
+#include "object_thinning.h"
 #include "xview/types/error.h"
 
 namespace xview {
@@ -25,9 +26,9 @@ constexpr double kWidestSpacing =
 constexpr std::size_t kSpacingSamples = 2000;
 constexpr double kAhead[] = {9, 13, 17, 21, 25};  // [m] where a surface may go on
 constexpr double kGap = 1.5;                      // spacings without a sample are no end yet
-constexpr double kAlone = 0.25;  // share of looks to both sides that find nothing, of a surface
-                                 // whose pieces tell as much as objects do
-constexpr double kMostAlone = 1.5;        // of the weight of an object
+constexpr double kAlone = 0.25;     // share of looks to both sides that find nothing, of a surface
+                                    // whose pieces tell as much as objects do
+constexpr double kMostAlone = 1.5;  // of the weight of an object
 constexpr double kIndependentPieceM = 4;  // [m] spacing of samples that count in full
 constexpr double kTangentReach = 22;      // [m] where other surfaces must tell the direction
 constexpr double kLeastElongation = 0.7;  // of the scatter of neighbours, to have a direction
@@ -42,6 +43,12 @@ bool areSimilar(Kind a, Kind b) {
     return k == Kind::building || k == Kind::fence || k == Kind::vegetation;
   };
   return (isPoleLike(a) && isPoleLike(b)) || (isUpright(a) && isUpright(b));
+}
+
+/// Along the surface; within an area, which has no direction, both ways across.
+std::vector<Eigen::Vector2d> directionsOf(const MapPoint& p) {
+  if (p.tangent_x != 0 || p.tangent_y != 0) return {{p.tangent_x, p.tangent_y}};
+  return {{1, 0}, {0, 1}};
 }
 
 }  // namespace
@@ -112,9 +119,15 @@ void ObjectMap::takeVertices(const SemanticGraph& graph, const LabelSet& labels,
                      " classes, at most 4096 are possible; are the labels instance ids?");
   }
   makeClasses(labels, label_of_slot, options);
+  std::vector<std::uint32_t> taking_part;
   for (std::uint32_t i = 0; i < graph.vertices.size(); ++i) {
+    if (takesPart(graph.vertices[i])) taking_part.push_back(i);
+  }
+  const auto isSurface = [&](std::uint32_t label) {
+    return classes_[slot_of_label_.at(label)].is_surface;
+  };
+  for (const std::uint32_t i : distinctFromAbove(graph, taking_part, isSurface)) {
     const Vertex& v = graph.vertices[i];
-    if (!takesPart(v)) continue;
     const Eigen::Vector3f p = (v.position - origin_).cast<float>();
     points_.push_back({p.x(), p.y(), p.z(), 0, 0, 0, i, slot_of_label_[v.label]});
     has_heights_ = has_heights_ || std::abs(p.z() - points_[0].z) > 1e-3f;
@@ -252,11 +265,13 @@ void ObjectMap::weighSurfaces() {
       1, points_.size() / (kSpacingSamples * std::max<std::size_t>(1, classes_.size())));
   for (std::size_t i = 0; i < points_.size(); i += step) {
     const MapPoint& p = points_[i];
-    if (p.tangent_x == 0 && p.tangent_y == 0) continue;
-    for (const double metres : kAhead) {
-      for (const double sign : {-1.0, 1.0}) {
-        looks[p.slot] += 1;
-        continued[p.slot] += goesOn(p, sign * metres);
+    if (!classes_[p.slot].is_surface) continue;
+    for (const Eigen::Vector2d& direction : directionsOf(p)) {
+      for (const double metres : kAhead) {
+        for (const double sign : {-1.0, 1.0}) {
+          looks[p.slot] += 1;
+          continued[p.slot] += goesOn(p, direction, sign * metres);
+        }
       }
     }
   }
@@ -269,10 +284,11 @@ void ObjectMap::weighSurfaces() {
   }
 }
 
-/// True if there is a vertex of the same class so far ahead along the tangent.
-bool ObjectMap::goesOn(const MapPoint& point, double metres) const {
+/// True if there is a vertex of the same class so far ahead.
+bool ObjectMap::goesOn(const MapPoint& point, const Eigen::Vector2d& direction,
+                       double metres) const {
   const ObjectClass& model = classes_[point.slot];
-  const double x = point.x + metres * point.tangent_x, y = point.y + metres * point.tangent_y;
+  const double x = point.x + metres * direction.x(), y = point.y + metres * direction.y();
   const double along = kGap * model.spacing_m, across = 2 * model.across_m;
   const double reach = std::max(along, across);
   for (std::int64_t by = cellOf(y - reach, kBlock); by <= cellOf(y + reach, kBlock); ++by) {
@@ -283,8 +299,8 @@ bool ObjectMap::goesOn(const MapPoint& point, double metres) const {
         const MapPoint& q = points_[i];
         if (q.slot != point.slot) continue;
         const double ex = q.x - x, ey = q.y - y;
-        const double u = ex * point.tangent_x + ey * point.tangent_y;
-        const double v = ey * point.tangent_x - ex * point.tangent_y;
+        const double u = ex * direction.x() + ey * direction.y();
+        const double v = ey * direction.x() - ex * direction.y();
         if (std::abs(u) <= along && std::abs(v) <= across) return true;
       }
     }

@@ -27,7 +27,8 @@ struct ObjectClass {
   double along_m = 0;       ///< standard deviation along the tangent; objects: in all directions
   double across_m = 0;      ///< across it
   double weight = 1;        ///< neighbouring samples of a surface are one piece of evidence
-  double independence = 1;  ///< below 1 where samples of a surface lie so near that they say the same
+  double independence =
+      1;  ///< below 1 where samples of a surface lie so near that they say the same
   double gain_weight = 1;   ///< the same for samples that agree: a surface that goes on and on does
                             ///< not tell where along it one is
   double mean_density = 0;  ///< around places of the map [1/m^2]
@@ -84,7 +85,7 @@ class ObjectMap {
   void sortIntoBlocks();
   void measureSpacing(const ObjectPlaceOptions& options);
   void weighSurfaces();
-  bool goesOn(const MapPoint& point, double metres) const;
+  bool goesOn(const MapPoint& point, const Eigen::Vector2d& direction, double metres) const;
   void measureDensities();
   void drawCoverage(double reach_m);
   void findTangents();

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <tuple>
 
+#include "object_thinning.h"
+
 namespace xview {
 namespace {
 
@@ -35,13 +37,20 @@ Eigen::Vector3d meanOf(const std::vector<std::pair<Eigen::Vector3d, QueryItem>>&
 ObjectQuery::ObjectQuery(const SemanticGraph& graph, const ObjectMap& map,
                          const ObjectPlaceOptions& options, const QueryPart& part)
     : visible_(map.classes().size(), 0) {
-  std::vector<std::pair<Eigen::Vector3d, QueryItem>> found;
+  std::vector<std::uint32_t> inside;
   for (std::uint32_t i = 0; i < graph.vertices.size(); ++i) {
     const Vertex& v = graph.vertices[i];
-    const std::optional<std::uint16_t> slot = map.slotOf(v.label);
-    if (!slot || !v.position.allFinite()) continue;
-    if ((v.position.head<2>() - part.centre).norm() > part.radius + kRimSlack) continue;
-    found.push_back({v.position, {0, 0, 0, *slot, i}});
+    if (!map.slotOf(v.label) || !v.position.allFinite()) continue;
+    if ((v.position.head<2>() - part.centre).norm() <= part.radius + kRimSlack) inside.push_back(i);
+  }
+  const auto isSurface = [&](std::uint32_t label) {
+    return map.classes()[*map.slotOf(label)].is_surface;
+  };
+  std::vector<std::pair<Eigen::Vector3d, QueryItem>> found;
+  for (const std::uint32_t i :
+       wellSeen(graph, distinctFromAbove(graph, inside, isSurface), isSurface)) {
+    const Vertex& v = graph.vertices[i];
+    found.push_back({v.position, {0, 0, 0, *map.slotOf(v.label), i}});
   }
   centre_ = meanOf(found);
   for (auto& [position, item] : found) {

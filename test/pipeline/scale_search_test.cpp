@@ -62,7 +62,7 @@ TEST(ScaleSearch, FindsAGraphInAGraph) {
       Localizer(bare, withScale("0.8,1.25")).localize(scaledQuery(right, 1.15));
   EXPECT_NEAR(fix.scale * 1.15, 1, 0.03) << fix.reason;
   const Eigen::Vector3d p = right.graph.vertices[0].position;
-  EXPECT_LT((fix.T_map_query * (fix.scale * 1.15 * p) - truth * p).norm(), 4);
+  EXPECT_LT((fix.T_map_query * (fix.scale * 1.15 * p) - truth * p).norm(), 2);
 }
 
 TEST(ScaleSearch, AcceptsNothingFromElsewhere) {

@@ -101,13 +101,16 @@ struct ObjectSearchResult {
   std::vector<ObjectHypothesis> hypotheses;  ///< distinct poses, best first
   WrongPoses wrong;
   int poses = 0;     ///< distinct places verified
-  int vertices = 0;  ///< of the query that could take part: their class occurs in the map
+  int vertices = 0;  ///< of the query that take part: their class occurs in the map, and of the
+                     ///< samples of a surface that say the same they are the best seen
 };
 
 class ObjectPlaceIndex {
  public:
   /// Vertices of ignored classes and without finite positions are left out; classes that `labels`
-  /// does not know are objects.
+  /// does not know are objects. Surfaces are thinned to what is distinct from above, so that
+  /// storeys of a facade count once; of a query whose vertices count their points, the worse seen
+  /// half of each surface is left out as well.
   ObjectPlaceIndex(const SemanticGraph& map, const LabelSet& labels,
                    const ObjectPlaceOptions& options = {});
   ~ObjectPlaceIndex();
