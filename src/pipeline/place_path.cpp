@@ -159,11 +159,12 @@ void PlacePath::refuteFromOutside(const Query& query, const PlanQuery& plan_quer
 
 PoseCheck PlacePath::check(const Query& query, const PlanQuery& plan_query, const Eigen::Isometry3d& T_map_query, double reach_m) const {
   const Eigen::Vector3d sensor = query.poses.back().translation();
-  const PlanHypothesis h = places_.verify(plan_query, placeOf(T_map_query));
+  const PlacePose given = placeOf(alignedAbout(sensor, T_map_query));
+  const PlanHypothesis h = places_.verify(plan_query, given);
   PoseCheck place{poseOf(h), evidenceFor(h), 0};
   if ((place.T_map_query * sensor - T_map_query * sensor).head<2>().norm() > reach_m) {
     place.T_map_query = T_map_query;
-    place.evidence = evidenceFor(places_.describe(plan_query, placeOf(T_map_query)));
+    place.evidence = evidenceFor(places_.describe(plan_query, given));
   }
   return place;
 }
