@@ -51,8 +51,15 @@ class Stamper {
 
  private:
   LikelihoodRaster& raster_;
-  const MapPoint& point_;
+  const MapPoint point_;
 };
+
+/// So far to the left of the surface.
+MapPoint shifted(MapPoint p, double metres) {
+  p.x -= static_cast<float>(metres) * p.tangent_y;
+  p.y += static_cast<float>(metres) * p.tangent_x;
+  return p;
+}
 
 /// Where a query vertex falls within its cell is unknown, which adds to the variance.
 Stamp widened(const ObjectClass& model, bool directed, double across_m, double cell_m) {
@@ -76,17 +83,21 @@ LikelihoodRaster rasterizeObjects(const ObjectMap& map, const ObjectPlaceOptions
   for (const MapPoint& point : map.points()) {
     const ObjectClass& model = map.classes()[point.slot];
     Stamper stamper(raster, point);
-    const auto raise = [&](std::uint16_t slot, double across_m, double chance) {
-      Stamp stamp = widened(model, stamper.directed(), across_m, cell_m);
+    const auto raise = [&](Stamper& at, std::uint16_t slot, double across_m, double chance) {
+      Stamp stamp = widened(model, at.directed(), across_m, cell_m);
       stamp.log_gain = std::log(chance) + logGain(map.classes()[slot], stamp.along * stamp.across,
                                                   map.logClutter(slot, point.x, point.y));
-      stamper.raise(slot, stamp);
+      at.raise(slot, stamp);
     };
-    raise(point.slot, model.across_m, 1);
-    if (model.kind == Kind::building && stamper.directed())
-      raise(point.slot, options.roof_lateral_m, 1);
+    raise(stamper, point.slot, model.across_m, 1);
+    if (model.kind == Kind::building && stamper.directed()) {
+      for (const double side : {-1.0, 1.0}) {
+        Stamper roof(raster, shifted(point, side * options.roof_offset_m));
+        raise(roof, point.slot, options.roof_lateral_m, 0.5);
+      }
+    }
     for (const std::uint16_t partner : model.confused_with)
-      raise(partner, model.across_m, options.confusion);
+      raise(stamper, partner, model.across_m, options.confusion);
   }
   return raster;
 }

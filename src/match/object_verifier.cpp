@@ -51,11 +51,14 @@ ObjectVerifier::Spread ObjectVerifier::spreadOf(const ObjectClass& model, double
   spread.inverse_across2 = static_cast<float>(1 / (across * across));
   spread.inverse_round2 = static_cast<float>(1 / round2);
   const double roof = widen * options_.roof_lateral_m;
-  const bool has_roof = model.is_surface && model.kind == Kind::building && roof > across;
+  const bool has_roof =
+      model.is_surface && model.kind == Kind::building && query_.fromAbove() > kMaybeFromAbove;
+  if (has_roof)
+    spread.gate = std::max(spread.gate, static_cast<float>(options_.roof_offset_m + 2 * roof));
   spread.inverse_roof2 = static_cast<float>(1 / (roof * roof));
   spread.front_penalty = static_cast<float>(has_roof ? -2 * std::log1p(-query_.fromAbove()) : 0);
   spread.roof_penalty = static_cast<float>(
-      has_roof ? 2 * std::log(roof / (across * query_.fromAbove())) : 2 * kFarthest);
+      has_roof ? 2 * std::log(2 * roof / (across * query_.fromAbove())) : 2 * kFarthest);
   spread.log_gain_shift =
       static_cast<float>(std::log(model.along_m * model.across_m / (along * across)));
   spread.confused_gain = static_cast<float>(std::log(std::max(1e-9, options_.confusion)) +
@@ -141,6 +144,7 @@ ObjectVerifier::Nearest ObjectVerifier::nearest(std::uint16_t slot, float x, flo
   const auto cell = [&](double v) { return std::clamp(static_cast<int>(v / cell_), 0, side_ - 1); };
   const int x0 = cell(x - gate - grid_x_), x1 = cell(x + gate - grid_x_);
   const int y0 = cell(y - gate - grid_y_), y1 = cell(y + gate - grid_y_);
+  const auto roof_offset = static_cast<float>(options_.roof_offset_m);
   Nearest best{Association::kNone, kFarthest};
   for (int cy = y0; cy <= y1; ++cy) {
     const auto row = static_cast<std::size_t>((lane_of_slot_[slot] * side_ + cy) * side_);
@@ -153,7 +157,8 @@ ObjectVerifier::Nearest ObjectVerifier::nearest(std::uint16_t slot, float x, flo
       const float along2 =
           u * u * spread.inverse_along2 + p.undirected * e2 * spread.inverse_round2;
       const float front = along2 + v * v * spread.inverse_across2 + spread.front_penalty;
-      const float roof = along2 + v * v * spread.inverse_roof2 + spread.roof_penalty;
+      const float behind = std::abs(v) - roof_offset;
+      const float roof = along2 + behind * behind * spread.inverse_roof2 + spread.roof_penalty;
       const float d2 = std::min(front, roof);
       if (d2 < best.distance2) best = {static_cast<std::int32_t>(k), d2, roof < front};
     }
@@ -244,7 +249,12 @@ CentrePose ObjectVerifier::improved(const CentrePose& pose, double widen,
     const double d = weight * (w.inverse_along2 * ty * ty + across2 * tx * tx + round);
     // Residual p - (t + R q); its derivative by (x, y, yaw) is -[1 0 -ry; 0 1 rx].
     const double rx = c * item.x - s * item.y, ry = s * item.x + c * item.y;
-    const double ex = p.x - (pose.x + rx), ey = p.y - (pose.y + ry);
+    double ex = p.x - (pose.x + rx), ey = p.y - (pose.y + ry);
+    if (association.is_roof) {
+      const double side = ex * ty - ey * tx > 0 ? 1 : -1;  // of the front on which it was seen
+      ex -= side * options_.roof_offset_m * ty;
+      ey += side * options_.roof_offset_m * tx;
+    }
     const double gx = a * ex + b * ey, gy = b * ex + d * ey;
     gradient += Eigen::Vector3d(gx, gy, rx * gy - ry * gx);
     hessian(0, 0) += a;

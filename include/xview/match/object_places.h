@@ -25,7 +25,8 @@ struct ObjectPlaceOptions {
       0.65;              ///< factor on it for vertices of surfaces, which depend on the view
   double sigma_m = 0.9;  ///< of an object's position, map and query together
   double surface_lateral_m = 1.2;  ///< of a surface vertex across the surface
-  double roof_lateral_m = 4.5;     ///< the same for buildings seen from above
+  double roof_offset_m = 5;        ///< of what is seen of a building from above, from its front
+  double roof_lateral_m = 1.8;     ///< its error across the front
   double confusion =
       0.05;  ///< chance that a class is taken for a given similar one (pole for sign); 0 = never
   double fine_cell_m = 3;
@@ -50,8 +51,9 @@ void visit(ObjectPlaceOptions& o, Visitor&& field) {
         "position error of objects, map and query together [m]");
   field("surface_lateral_m", o.surface_lateral_m, Range{0.05, 20},
         "error of surface vertices across the surface [m]");
-  field("roof_lateral_m", o.roof_lateral_m, Range{0.05, 50},
-        "the same for buildings seen from above [m]");
+  field("roof_offset_m", o.roof_offset_m, Range{0, 50},
+        "of a building seen from above, from its front, on either side [m]");
+  field("roof_lateral_m", o.roof_lateral_m, Range{0.05, 50}, "error of that across the front [m]");
   field("confusion", o.confusion, Range{0, 0.5}, "chance that a class is taken for a similar one");
   field("fine_cell_m", o.fine_cell_m, Range{0.2, 50}, "cells of the raster search [m]");
   field("coarse_cell_m", o.coarse_cell_m, Range{0.2, 200},
