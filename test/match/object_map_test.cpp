@@ -51,6 +51,15 @@ TEST(ObjectMap, ASurfaceThatGoesOnSaysLessThanOneOfShortPieces) {
   EXPECT_LT(gainWeight(walls(40, 10)), gainWeight(walls(9, 60)));
 }
 
+TEST(ObjectMap, AnAreaSaysLessThanALine) {
+  SemanticGraph area;
+  for (int x = 0; x < 30; ++x) {
+    for (int y = 0; y < 30; ++y) addVertex(area, kWall, 3 * x, 3 * y);
+  }
+  EXPECT_LT(gainWeight(area), 0.3);
+  EXPECT_LT(gainWeight(area), 0.5 * gainWeight(walls(9, 60)));
+}
+
 TEST(ObjectMap, CoversWhatIsNearItsVertices) {
   SemanticGraph graph;
   addVertex(graph, kPole, 0, 0);

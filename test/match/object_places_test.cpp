@@ -171,6 +171,30 @@ TEST(ObjectPlaceIndex, IsTheSameForAnyNumberOfThreads) {
   }
 }
 
+TEST(ObjectPlaceIndex, RoofsSpeakForTheFrontsBeforeThem) {
+  SemanticGraph map, trees_only, with_roofs;
+  Random random(61);
+  for (int house = 0; house < 40; ++house) {
+    const double x = random.uniform(-100, 100), y = random.uniform(-100, 100);
+    for (int k = -1; k <= 1; ++k) addVertex(map, kWall, {x + 3 * k, y, 0});
+    addVertex(with_roofs, kWall, {x, y + 5, 6});
+  }
+  for (int i = 0; i < 60; ++i) {
+    const Eigen::Vector3d p(random.uniform(-100, 100), random.uniform(-100, 100), 0);
+    addVertex(map, i % 2 ? kPole : kTree, p);
+    if (i % 2 == 0) addVertex(trees_only, kTree, p);
+    if (i % 2 == 0) addVertex(with_roofs, kTree, p);
+  }
+  const auto scoreOf = [&](const SemanticGraph& query, double roof_offset_m) {
+    ObjectPlaceOptions options;
+    options.roof_offset_m = roof_offset_m;
+    const ObjectPlaceIndex index(map, someLabels(), options);
+    return index.score(query, {Eigen::Isometry3d::Identity()}).at(0).score;
+  };
+  EXPECT_GT(scoreOf(with_roofs, 5), scoreOf(trees_only, 5) + 10);
+  EXPECT_GT(scoreOf(with_roofs, 5), scoreOf(with_roofs, 0) + 10);
+}
+
 TEST(ObjectPlaceIndex, OneClassIsEnough) {
   Random random(10);
   SemanticGraph map;
