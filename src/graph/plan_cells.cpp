@@ -75,8 +75,9 @@ class CellSorter {
 
   /// A voxel that was added, and what all other classes have in its place.
   void addOwn(const PlanVoxel& v, float others) {
-    const bool is_standing = v.z - floor_.height >= min_height_m_;
-    if (is_standing && v.votes > others)
+    const float height = v.z - floor_.height;
+    const bool is_post = height >= min_height_m_ && height <= kColumnTo;  // above it crowns begin
+    if (is_post && v.votes > others)
       standing_[static_cast<std::size_t>(v.kind)].own_votes += v.near_votes;
   }
 

@@ -15,7 +15,7 @@ struct Standing {
   Kind kind = Kind::none;
   float votes = 0;
   float near_votes = 0;  ///< of these, measured near enough for thin objects
-  float own_votes = 0;   ///< pole-like: of these, in voxels where it outvotes all other classes
+  float own_votes = 0;   ///< pole-like: of these, up to 4.5 m, where it outvotes all other classes
   float sum_x = 0, sum_y = 0;  ///< of the positions times their votes
   float low = 0, high = 0;     ///< votes at 0.3–2 m and above 2.5 m
   float top = 0, bottom = 0;   ///< greatest and least height above ground [m]

@@ -11,13 +11,14 @@ namespace {
 
 constexpr double kSameThing_m = 2;  ///< between the foot of a post and the centre of its cluster
 constexpr double kSamePost_m = 1.5;
+constexpr double kBelow_cells = 1.5;  ///< from a peak to the middle of a cell of the same post
 
 struct ThinChannel {
   Channel channel;
   Kind kind;
 };
-constexpr std::array<ThinChannel, 3> kThin{
-    {{Channel::pole, Kind::pole}, {Channel::sign, Kind::sign}, {Channel::light, Kind::light}}};
+constexpr std::array<ThinChannel, 2> kOnPosts{
+    {{Channel::sign, Kind::sign}, {Channel::light, Kind::light}}};
 
 std::optional<std::uint32_t> firstClassOf(Kind kind, const LabelSet& labels) {
   for (const auto& [id, info] : labels.classes()) {
@@ -70,18 +71,21 @@ class Clusters {
   std::vector<Known> vertices_;
 };
 
-/// Posts that are in none of the channels of a label.
-std::vector<PlanSample> unlabelledPosts(const PlanView& plan) {
-  std::vector<PlanSample> result;
-  for (const PlanSample& post : plan[Channel::pole_like]) {
-    const bool is_labelled = std::any_of(kThin.begin(), kThin.end(), [&](const ThinChannel& thin) {
-      const auto& samples = plan[thin.channel];
-      return std::any_of(samples.begin(), samples.end(),
-                         [&](const PlanSample& s) { return planDistance(s, post) < kSamePost_m; });
-    });
-    if (!is_labelled) result.push_back(post);
+bool isNear(const PlanSample& s, const std::vector<PlanSample>& others, double reach_m) {
+  return std::any_of(others.begin(), others.end(),
+                     [&](const PlanSample& o) { return planDistance(o, s) < reach_m; });
+}
+
+/// Posts by any label: where poles are, and where something stands below a sign, a light or nothing
+/// that has a name. In noise a post has one label here and another one there.
+std::vector<PlanSample> postsOf(const PlanView& plan) {
+  std::vector<PlanSample> posts;
+  for (const PlanSample& s : plan[Channel::pole_like]) {
+    if (isNear(s, plan[Channel::pole], kSamePost_m) ||
+        isNear(s, plan[Channel::obstacle_low], kBelow_cells * plan.cell_m))
+      posts.push_back(s);
   }
-  return result;
+  return posts;
 }
 
 }  // namespace
@@ -103,8 +107,8 @@ void placeThinObjects(SemanticGraph& graph, const PlanView& plan, const LabelSet
       if (vertex) vertices.push_back(*vertex);
     }
   };
-  for (const ThinChannel& thin : kThin) place(plan[thin.channel], thin.kind);
-  place(unlabelledPosts(plan), Kind::pole);
+  place(postsOf(plan), Kind::pole);
+  for (const ThinChannel& thin : kOnPosts) place(plan[thin.channel], thin.kind);
   graph.vertices = std::move(vertices);
   graph.neighbours.assign(graph.size(), {});
 }

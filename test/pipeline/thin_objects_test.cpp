@@ -80,14 +80,37 @@ TEST(ThinObjects, WithoutAClusterAreNew) {
 
 TEST(ThinObjects, OfNoLabelArePoles) {
   PlanView plan = streetPlan();
-  plan[Channel::sign] = {{10, 5, 0}};
-  plan[Channel::pole_like] = {{10.3f, 5, 0}, {20, 5, 0}};
+  plan[Channel::pole_like] = {{20, 5, 0}};
+  plan[Channel::obstacle_low] = {{20.25f, 5.25f, 0}};
   SemanticGraph graph;
   placeThinObjects(graph, plan, streetLabels());
-  ASSERT_EQ(graph.size(), 2u) << "the sign is in pole_like, too, but one thing";
-  EXPECT_EQ(graph.vertices[0].label, kSign);
-  EXPECT_EQ(graph.vertices[1].label, kPole);
-  EXPECT_EQ(graph.vertices[1].position, Eigen::Vector3d(148, 69, 2));
+  ASSERT_EQ(graph.size(), 1u);
+  EXPECT_EQ(graph.vertices[0].label, kPole);
+  EXPECT_EQ(graph.vertices[0].position, Eigen::Vector3d(148, 69, 2));
+}
+
+TEST(ThinObjects, ThatStandBelowASignArePolesBesideIt) {
+  PlanView plan = streetPlan();
+  plan[Channel::sign] = {{10, 5, 0}, {30, 5, 0}};
+  plan[Channel::pole_like] = {{10.3f, 5, 0}, {30, 5, 0}};
+  plan[Channel::obstacle_low] = {{10.25f, 5.25f, 0}, {32.25f, 5.25f, 0}};
+  SemanticGraph graph;
+  placeThinObjects(graph, plan, streetLabels());
+  ASSERT_EQ(graph.size(), 3u) << "below the second sign nothing stands";
+  EXPECT_EQ(graph.vertices[0].label, kPole);
+  EXPECT_NEAR(graph.vertices[0].position.x(), 138.3, 1e-6);
+  EXPECT_EQ(graph.vertices[1].label, kSign);
+  EXPECT_EQ(graph.vertices[2].label, kSign);
+}
+
+TEST(ThinObjects, OfAPoleAreWhereAllItsLabelsPutThem) {
+  PlanView plan = streetPlan();
+  plan[Channel::pole] = {{10.4f, 5, 0}};
+  plan[Channel::pole_like] = {{10, 5, 0}};
+  SemanticGraph graph = graphOf({vertexAt(kPole, 138.7, 69.6, 4)});
+  placeThinObjects(graph, plan, streetLabels());
+  ASSERT_EQ(graph.size(), 1u);
+  EXPECT_EQ(graph.vertices[0].position, Eigen::Vector3d(138, 69, 2));
 }
 
 TEST(ThinObjects, OfKindsWithoutAClassAreLeftOut) {
@@ -101,7 +124,7 @@ TEST(ThinObjects, OfKindsWithoutAClassAreLeftOut) {
 TEST(ThinObjects, ArePlacedInTheFrameOfTheGraphIfThatIsTilted) {
   PlanView plan = streetPlan();
   plan.upright = Eigen::Quaterniond(Eigen::AngleAxisd(M_PI / 2, Eigen::Vector3d::UnitX()));
-  plan[Channel::pole] = {{10, 5, 1}};
+  plan[Channel::pole] = plan[Channel::pole_like] = {{10, 5, 1}};
   const Eigen::Vector3d p_frame = plan.upright.conjugate() * Eigen::Vector3d(138, 69, 3);
   SemanticGraph graph = graphOf({vertexAt(kPole, p_frame.x(), p_frame.y(), p_frame.z())});
   graph.vertices[0].position += plan.upright.conjugate() * Eigen::Vector3d(.5, 0, 3);
