@@ -67,7 +67,7 @@ class FuseCommand final : public Command {
     const QueryInput input = readQuery(path, input_, job, map.labels);
     Stopwatch watch;
     const Localization fix =
-        Localizer(map, job.options).localize(queryOf(input, {0, input.size()}, job.options));
+        Localizer(map, job.options).localize(wholeQuery(input));
     job.narrate.stage("localize", watch.lap_ms(),
                       fmt::format("{}: {}", toString(fix.status), fix.reason));
     if (fix.accepted()) return fix;

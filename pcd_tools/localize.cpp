@@ -202,10 +202,9 @@ class LocalizeCommand final : public Command {
       job.narrate.note(fmt::format("--window {} is longer than {}: its {} frames are one query",
                                    windows_.size, input.path, input.size()));
     }
-    for (const Window& window : windowsOf(input, windows_)) {
+    const auto answerWindow = [&](const Query& query, const Window& window) {
       Answer answer = answerFor(input, window);
       answer.load_map_ms = load_map_ms_;
-      const Query query = queryOf(input, window, job.options);
       answers.answer(query, window, answer);
       ++answered_;
       if (!explain_.empty()) {
@@ -219,7 +218,8 @@ class LocalizeCommand final : public Command {
       sayHypotheses(answer, job.narrate);
       fmt::print("{}\n", json_ ? toJson(answer) : toTableLine(answer));
       std::fflush(stdout);
-    }
+    };
+    forEachWindow(input, windows_, job, answerWindow);
     files_.write(path, job);
   }
 

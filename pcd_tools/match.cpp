@@ -60,7 +60,7 @@ class MatchCommand final : public Command {
     checkOrder({job.operands[0], job.operands[1]}, input_);
     const SemanticMap map = readMap(job.operands[1], input_, job);
     const QueryInput input = readQuery(job.operands[0], input_, job, map.labels);
-    const Query query = queryOf(input, {0, input.size()}, job.options);
+    const Query& query = wholeQuery(input);
     Stopwatch watch;
     const Localization fix = Localizer(map, job.options).localize(query);
     job.narrate.stage("match", watch.lap_ms(),

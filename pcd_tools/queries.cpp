@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "xview/depth_plausibility.h"
 #include "xview/map/map_store.h"
 #include "xview/types/error.h"
 #include "xview/types/stopwatch.h"
@@ -35,6 +36,18 @@ void readWhole(const FrameSource& source, const Job& job, QueryInput& result) {
   tally.say(source.name(), watch.lap_ms(), job.narrate);
 }
 
+/// What is known of the frames before they are read.
+std::vector<FrameDigest> unreadFrames(const FrameSource& source) {
+  std::vector<FrameDigest> frames(source.size());
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    frames[i].number = source.number(i);
+    frames[i].stamp_s = source.stamp(i);
+    frames[i].sensor = source.sensor();
+    frames[i].T_odom_sensor = source.pose(i);
+  }
+  return frames;
+}
+
 }  // namespace
 
 QueryInput readQuery(const std::string& path, const InputFlags& input, const Job& job,
@@ -54,10 +67,12 @@ QueryInput readQuery(const std::string& path, const InputFlags& input, const Job
       break;
     }
     default: {
-      const std::unique_ptr<FrameSource> source = openInput(path, options, job);
+      std::unique_ptr<FrameSource> source = openInput(path, options, job);
       result.labels = source->labels();
       if (windowed) {
-        result.frames = digest(*source, job);
+        requireKindOfDepth(*source);
+        result.frames = unreadFrames(*source);
+        result.source = std::move(source);
       } else {
         readWhole(*source, job, result);
       }
@@ -108,10 +123,37 @@ std::vector<Window> windowsOf(const QueryInput& input, const WindowFlags& flags)
   return windows;
 }
 
-Query queryOf(const QueryInput& input, const Window& window, const Options& options) {
-  if (input.whole) return *input.whole;
-  return makeQuery(input.frames.data() + window.first, input.frames.data() + window.last,
-                   input.labels, options);
+const Query& wholeQuery(const QueryInput& input) { return *input.whole; }
+
+void forEachWindow(const QueryInput& input, const WindowFlags& flags, const Job& job,
+                   const std::function<void(const Query&, const Window&)>& take) {
+  const std::vector<Window> windows = windowsOf(input, flags);
+  if (input.whole) return take(*input.whole, windows[0]);
+  const Progress progress = job.narrate.progress("frames");
+  FrameTally tally;
+  Stopwatch watch;
+  double digest_ms = 0;
+  std::vector<FrameDigest> kept;  // the last of them is the one that was read last
+  auto next = windows.begin();
+  digestRecording(*input.source, job.options, [&](FrameDigest frame) {
+    tally.add(frame);
+    if (progress) progress(tally.frames(), input.size());
+    kept.push_back(std::move(frame));
+    for (; next != windows.end() && next->last == tally.frames(); ++next) {
+      const FrameDigest* end = kept.data() + kept.size();
+      const Query query =
+          makeQuery(end - (next->last - next->first), end, input.labels, job.options);
+      digest_ms += watch.lap_ms();
+      take(query, *next);
+      watch.lap_ms();
+    }
+    const std::size_t first = next == windows.end() ? input.size() : next->first;
+    const std::size_t before = tally.frames() - kept.size();  // frames that are kept no more
+    if (first > before)
+      kept.erase(kept.begin(),
+                 kept.begin() + static_cast<std::ptrdiff_t>(std::min(first - before, kept.size())));
+  });
+  tally.say(input.source->name(), digest_ms + watch.lap_ms(), job.narrate);
 }
 
 }  // namespace xview::tools

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -10,16 +11,17 @@
 
 namespace xview::tools {
 
-/// A QUERY operand, read and digested once, so that windows can share its frames.
+/// A QUERY operand.
 struct QueryInput {
   std::string path;
   LabelSet labels;
-  std::vector<FrameDigest> frames;  ///< recordings; without their points where `whole` is there
-  std::unique_ptr<Query> whole;     ///< the query, unless it is cut into windows
+  std::vector<FrameDigest> frames;      ///< of a recording, without their points
+  std::unique_ptr<Query> whole;         ///< the query, unless it is cut into windows
+  std::unique_ptr<FrameSource> source;  ///< else the recording, which is read window by window
   std::size_t size() const { return frames.empty() ? 1 : frames.size(); }
 };
-/// `windowed`: a recording is kept frame by frame, to be cut into windows; else it becomes one
-/// query, and its points are forgotten on the way.
+/// `windowed`: a recording is left to be cut into windows; else it becomes one query, and its
+/// points are forgotten on the way.
 QueryInput readQuery(const std::string& path, const InputFlags& input, const Job& job,
                      const LabelSet& map_labels, bool windowed = false);
 
@@ -44,6 +46,12 @@ struct WindowFlags {
 /// recording shorter than a window is one window.
 std::vector<Window> windowsOf(const QueryInput& input, const WindowFlags& flags);
 
-Query queryOf(const QueryInput& input, const Window& window, const Options& options);
+/// The query of an input that is not cut.
+const Query& wholeQuery(const QueryInput& input);
+
+/// Calls take(query, window) for the windows of an input, in order. A recording is digested once,
+/// whatever the windows share, and no more of it is kept than the next window needs.
+void forEachWindow(const QueryInput& input, const WindowFlags& flags, const Job& job,
+                   const std::function<void(const Query&, const Window&)>& take);
 
 }  // namespace xview::tools

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <numeric>
 #include <tuple>
 
@@ -160,9 +161,81 @@ class JoinedClusters {
   std::vector<int> leader_;
 };
 
+double medianOf(std::vector<double>& values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// What one beam measured.
+struct Ring {
+  std::vector<double> elevations;  ///< of its far points
+  std::array<std::uint32_t, kSectors> points{};
+  double elevation = 0, spread = 0;  ///< median, and median distance from it
+
+  void finish() {
+    elevation = medianOf(elevations);
+    for (double& e : elevations) e = std::abs(e - elevation);
+    spread = medianOf(elevations);
+  }
+};
+
+/// The rings with enough far points, by elevation.
+std::vector<Ring> ringsOf(const LabelledCloud& cloud) {
+  constexpr std::size_t kFewestPointsOfRing = 20;
+  std::map<std::uint16_t, Ring> rings;
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    const Eigen::Vector3d p = cloud.position(i);
+    const double range = std::hypot(p.x(), p.y());
+    if (!(range > kNear_m) || !p.allFinite()) continue;
+    Ring& ring = rings[cloud.rings[i]];
+    ring.elevations.push_back(std::atan2(p.z(), range));
+    const auto sector =
+        static_cast<std::size_t>((std::atan2(p.y(), p.x()) + M_PI) * kSectors / (2 * M_PI));
+    ++ring.points[std::min<std::size_t>(sector, kSectors - 1)];
+  }
+  std::vector<Ring> sorted;
+  for (auto& [number, ring] : rings) {
+    if (ring.elevations.size() < kFewestPointsOfRing) continue;
+    ring.finish();
+    sorted.push_back(std::move(ring));
+  }
+  std::sort(sorted.begin(), sorted.end(),
+            [](const Ring& a, const Ring& b) { return a.elevation < b.elevation; });
+  return sorted;
+}
+
+/// Measurements of one beam in a sector, in the middle over beams and sectors that measured at all.
+double pointsPerRing(const std::vector<Ring>& rings) {
+  std::vector<double> counts;
+  for (const Ring& ring : rings) {
+    for (const std::uint32_t points : ring.points) {
+      if (points > 0) counts.push_back(points);
+    }
+  }
+  return medianOf(counts);
+}
+
+/// From the rings of the cloud; nothing if their numbers do not tell its beams apart.
+BeamSpacing spacingOfRings(const LabelledCloud& cloud) {
+  constexpr std::size_t kFewestRings = 4;
+  if (cloud.rings.size() != cloud.size()) return {};
+  std::vector<Ring> rings = ringsOf(cloud);
+  if (rings.size() < kFewestRings) return {};
+  std::vector<double> steps, spreads;
+  for (std::size_t i = 1; i < rings.size(); ++i)
+    steps.push_back(rings[i].elevation - rings[i - 1].elevation);
+  for (const Ring& ring : rings) spreads.push_back(ring.spread);
+  const double step = medianOf(steps);
+  if (!(step > 0) || step > kFarthestBeam_rad || medianOf(spreads) > 0.5 * step) return {};
+  return {2 * M_PI / kSectors / pointsPerRing(rings), step};
+}
+
 }  // namespace
 
 BeamSpacing measureBeamSpacing(const LabelledCloud& cloud) {
+  const BeamSpacing of_rings = spacingOfRings(cloud);
+  if (of_rings.isKnown()) return of_rings;
   const auto sectors = elevationsInSectors(cloud);
   const std::vector<float> steps = stepsBetweenBeams(sectors);
   if (steps.size() < kFewestSteps) return {};

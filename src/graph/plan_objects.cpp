@@ -108,8 +108,10 @@ class PeakFinder {
     const ValueGrid sums = value.boxSum(1);
     std::vector<PlanSample> peaks;
     for (std::size_t i = 0; i < cells_.index.size(); ++i) {
-      const bool is_peak = sums[i] > 0 && sums[i] >= min_votes_ && sums.isMaximum(i, kPeakReach);
+      if (sums[i] <= 0 || sums[i] < min_votes_) continue;
       const CellIndex::Cell cell = cells_.index.cells()[i];
+      const bool is_peak = sums.isMaximum(i, kPeakReach) ||
+                           (sums.isMaximum(i, kPeakReach - 1) && standsApart(kinds, value, cell));
       if (is_peak && !low_things_.contain(cell, sums[i]))
         peaks.push_back(peakCentre(cells_, value, cell));
     }
@@ -117,6 +119,24 @@ class PeakFinder {
   }
 
  private:
+  /// A post of its own, though there is a greater one not far away: bollards in a row. What belongs
+  /// to that one, its lamp or its smear, leaves no gap, or does not stand on the ground as well.
+  bool standsApart(const std::vector<Kind>& kinds, const ValueGrid& value,
+                   CellIndex::Cell c) const {
+    constexpr float kInTheGap = 0.1f, kLowShare = 0.25f;
+    const float own = value.sumAround(c, 1);
+    if (value.sumAround(c, 2) > (1 + kInTheGap) * own) return false;
+    float low = 0;
+    for (int dy = -1; dy <= 1; ++dy) {
+      for (int dx = -1; dx <= 1; ++dx) {
+        const UprightCell* cell = cells_.uprightAt(c.x + dx, c.y + dy);
+        if (!cell || value.at(c.x + dx, c.y + dy) <= 0) continue;
+        for (const Kind kind : kinds) low += cell->lowOf(kind);
+      }
+    }
+    return low >= kLowShare * own;
+  }
+
   const PlanCells& cells_;
   LowThings low_things_;
   float min_votes_;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cloud_builder.h"
 
+#include <limits>
+
 namespace xview {
 
 void CloudBuilder::reserve(std::size_t points) {
@@ -31,6 +33,16 @@ void CloudBuilder::setOrigin(const Eigen::Vector3d& position) {
   }
 }
 
-LabelledCloud CloudBuilder::finish() { return std::move(cloud_); }
+void CloudBuilder::addRing(double ring) {
+  constexpr double kMost = std::numeric_limits<std::uint16_t>::max();
+  const bool is_ring = ring >= 0 && ring <= kMost;
+  has_wrong_ring_ = has_wrong_ring_ || !is_ring;
+  cloud_.rings.push_back(is_ring ? static_cast<std::uint16_t>(ring) : 0);
+}
+
+LabelledCloud CloudBuilder::finish() {
+  if (has_wrong_ring_) cloud_.rings.clear();
+  return std::move(cloud_);
+}
 
 }  // namespace xview

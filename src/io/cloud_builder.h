@@ -18,6 +18,8 @@ class CloudBuilder {
   /// Throws Error, at `place`, for a finite coordinate that no place in the world has.
   void add(const Eigen::Vector3d& position, std::uint32_t label, std::uint32_t instance,
            const RowPlace& place);
+  /// The beam of the point that was added last. A number that is none makes all of them unknown.
+  void addRing(double ring);
   LabelledCloud finish();
 
   /// float32 coordinates are kept as they are.
@@ -28,6 +30,7 @@ class CloudBuilder {
 
   double far_m_;
   bool has_instances_;
+  bool has_wrong_ring_ = false;
   bool has_origin_ = false;
   LabelledCloud cloud_;
 };

@@ -32,6 +32,15 @@ std::optional<std::size_t> findFirst(const Element& points, const std::string& a
   return std::nullopt;
 }
 
+std::optional<std::size_t> findRing(const Element& points) {
+  for (std::size_t i = 0; i < points.columns.size(); ++i) {
+    const Column& column = points.columns[i];
+    if (column.name == "ring" && isInteger(column.type) && !column.list_size && column.count == 1)
+      return i;
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 std::optional<std::size_t> findScalarColumn(const Element& element, const std::string& name,
@@ -49,6 +58,8 @@ IdColumns findIdColumns(const Element& points, const CloudFields& fields, const 
   IdColumns columns;
   columns.label = findFirst(points, fields.label, kLabelNames, file);
   columns.instance = findFirst(points, fields.instance, kInstanceNames, file);
+  columns.ring = findRing(points);
+  if (columns.ring == columns.label || columns.ring == columns.instance) columns.ring.reset();
   if (columns.label && columns.label == columns.instance) {
     file.fail("the field " + quoted(fields.label) + " cannot be label and instance at once");
   }

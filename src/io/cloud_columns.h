@@ -12,10 +12,12 @@ namespace xview {
 struct IdColumns {
   std::optional<std::size_t> label;
   std::optional<std::size_t> instance;
+  std::optional<std::size_t> ring;  ///< the beam of a scanner
 };
 
 /// The columns that were asked for, else the first of the well-known names. Throws Error if one
-/// that was asked for is absent or is not one number per point.
+/// that was asked for is absent or is not one number per point. A field "ring" that holds anything
+/// but one integer per point is somebody else's.
 IdColumns findIdColumns(const Element& points, const CloudFields& fields, const InputFile& file);
 
 /// Columns x, y and z, in lower or upper case. Throws Error if one is missing.

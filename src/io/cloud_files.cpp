@@ -81,7 +81,9 @@ LabelledCloud readPoints(InputFile& file, const FileLayout& layout, const Elemen
   CloudBuilder builder(farLimit(layout, points, columns), ids.instance.has_value());
   if (ids.label) columns.push_back(*ids.label);
   if (ids.instance) columns.push_back(*ids.instance);
+  if (ids.ring) columns.push_back(*ids.ring);
   const std::size_t instance_slot = ids.label ? 4 : 3;
+  const std::size_t ring_slot = columns.size() - 1;
 
   readRows(file, layout, points, columns, [&](const double* values, const RowPlace& place) {
     if (place.row == 0) builder.reserve(likelyPoints(file, layout, points));
@@ -91,6 +93,7 @@ LabelledCloud readPoints(InputFile& file, const FileLayout& layout, const Elemen
       return idFromNumber(values[slot], points.columns[columns[slot]], place);
     };
     builder.add(position, ids.label ? id(3) : 0, ids.instance ? id(instance_slot) : 0, place);
+    if (ids.ring) builder.addRing(values[ring_slot]);
   });
   return builder.finish();
 }

@@ -80,6 +80,8 @@ void requireScale(const FrameSource& source) {
                                          scaleHint(source, medianMeasured(source.read(source.size() / 2)))));
 }
 
+}  // namespace
+
 /// Two witnesses that do not know of each other, because a refusal of right data is worse than a map that is somewhat bent.
 void requireKindOfDepth(const FrameSource& source) {
   if (source.sensor() != Sensor::camera || !planesSayOtherKind(source)) return;
@@ -96,8 +98,6 @@ void requireKindOfDepth(const FrameSource& source) {
                           is_range ? "along the optical axis" : "along the rays", is_range ? "along the rays" : "along the optical axis",
                           100 * otherwise, 100 * as_given, is_range ? "planar" : "range"));
 }
-
-}  // namespace
 
 void DepthPlausibility::add(const LiftCounts& counts, const std::vector<float>& ranges) {
   counts_.lifted += counts.lifted;

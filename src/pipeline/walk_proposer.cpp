@@ -58,14 +58,25 @@ struct DescribedMap {
   DescriptorIndex index;
 };
 
+/// Pairs of matches are compared: the bits of all pairs of so many take 12 MB. Long queries have more matches, and a part of
+/// them has the same pose.
+std::vector<Correspondence> comparable(const std::vector<Correspondence>& matches) {
+  constexpr std::size_t kMost = 10000;
+  if (matches.size() <= kMost) return matches;
+  std::vector<Correspondence> chosen;
+  for (std::size_t k = 0; k < kMost; ++k) chosen.push_back(matches[k * matches.size() / kMost]);
+  return chosen;
+}
+
 /// One round of pruning, sample consensus and SVD; nothing if no pose has enough inliers.
 std::optional<WalkProposal> bestPose(const std::vector<Eigen::Vector3d>& query, const std::vector<Eigen::Vector3d>& map,
                                      const std::vector<Correspondence>& matches, UpKnown up, const Options& o, WalkProposals& times) {
   Stopwatch watch;
   // Sample consensus fails below about a tenth of inliers, so what cannot agree pairwise goes first.
-  const ConsistencyGraph agreement = pairwiseConsistency(query, map, matches, o.consistency);
+  const std::vector<Correspondence> compared = comparable(matches);
+  const ConsistencyGraph agreement = pairwiseConsistency(query, map, compared, o.consistency);
   const Clique clique = maximumClique(agreement, o.consistency.clique_budget);
-  const Consensus consensus = rejectBySampleConsensus(query, map, agreeingWith(agreement, clique.nodes, matches), o.consensus);
+  const Consensus consensus = rejectBySampleConsensus(query, map, agreeingWith(agreement, clique.nodes, compared), o.consensus);
   times.rejection_ms += watch.lap_ms();
   if (!consensus.found) return std::nullopt;
   WalkProposal pose{consensus.T_map_query, supporters(query, map, matches, consensus.T_map_query, o.consensus.inlier_m), consensus.rms_m};

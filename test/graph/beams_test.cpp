@@ -76,6 +76,46 @@ TEST(BeamSpacing, DoesNotDependOnTheOrderOfThePoints) {
   EXPECT_EQ(shuffled.azimuth_rad, in_order.azimuth_rad);
 }
 
+/// The same scan with the number of the beam of each point, from the top downwards.
+LabelledCloud withRings(LabelledCloud scan, int beams, double lowest_deg, double highest_deg) {
+  for (const pcl::PointXYZL& p : scan.points) {
+    const double elevation = std::atan2(p.z, std::hypot(p.x, p.y)) / kDegree;
+    const double beam = (elevation - lowest_deg) / (highest_deg - lowest_deg) * (beams - 1);
+    scan.rings.push_back(static_cast<std::uint16_t>(beams - 1 - std::lround(beam)));
+  }
+  return scan;
+}
+
+TEST(BeamSpacing, IsThatOfTheRingsIfTheCloudHasThem) {
+  Random random(11);
+  LabelledCloud scan = withRings(scanOfASquare(64, -24.8, 2, 1800, random), 64, -24.8, 2);
+  // A twelfth of the points, at random from where the scanner looks.
+  LabelledCloud thin;
+  for (std::size_t i = 0; i < scan.size(); i += 12) {
+    thin.points.push_back(scan.points[i]);
+    thin.rings.push_back(scan.rings[i]);
+  }
+  const double between_beams = 26.8 / 63;
+  EXPECT_NEAR(measureBeamSpacing(scan).elevation_rad / kDegree, between_beams,
+              0.02 * between_beams);
+  EXPECT_NEAR(measureBeamSpacing(scan).azimuth_rad / kDegree, 0.2, 0.03);
+  EXPECT_NEAR(measureBeamSpacing(thin).elevation_rad / kDegree, between_beams,
+              0.02 * between_beams);
+}
+
+TEST(BeamSpacing, IgnoresRingsThatTellNothing) {
+  Random random(12);
+  LabelledCloud scan = scanOfASquare(32, -30, 10, 1000, random);
+  const BeamSpacing without = measureBeamSpacing(scan);
+  scan.rings.assign(scan.size(), 0);
+  EXPECT_EQ(measureBeamSpacing(scan).elevation_rad, without.elevation_rad);
+  for (std::size_t i = 0; i < scan.size(); ++i)
+    scan.rings[i] = static_cast<std::uint16_t>(random.below(32));
+  EXPECT_EQ(measureBeamSpacing(scan).elevation_rad, without.elevation_rad);
+  scan.rings.resize(3);
+  EXPECT_EQ(measureBeamSpacing(scan).elevation_rad, without.elevation_rad);
+}
+
 TEST(BeamSpacing, OfACloudFromManyPlacesIsUnknown) {
   Random random(4);
   LabelledCloud cloud;

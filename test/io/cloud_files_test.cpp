@@ -389,5 +389,47 @@ TEST_F(CloudFiles, WhatIsNoFileIsNamed) {
             folder_.path() + ": is a folder, expected a file");
 }
 
+/// A text PCD of two points with a field "ring" of that type.
+std::string withRing(const char* type, const char* size, const char* first, const char* second,
+                     const char* count = "1") {
+  return std::string("VERSION .7\nFIELDS x y z label ring\nSIZE 4 4 4 4 ") + size +
+         "\nTYPE F F F U " + type + "\nCOUNT 1 1 1 1 " + count +
+         "\nWIDTH 2\nHEIGHT 1\nPOINTS 2\nDATA ascii\n1 2 3 7 " + first + "\n4 5 6 8 " + second +
+         "\n";
+}
+
+TEST_F(CloudFiles, RingsOfAScannerAreRead) {
+  using Rings = std::vector<std::uint16_t>;
+  EXPECT_EQ(read("a.pcd", withRing("U", "1", "0", "63")).rings, (Rings{0, 63}));
+  EXPECT_EQ(read("b.pcd", withRing("U", "2", "127", "5")).rings, (Rings{127, 5}));
+  const LabelledCloud ply = read(
+      "c.ply",
+      "ply\nformat binary_little_endian 1.0\nelement vertex 2\nproperty float x\nproperty float "
+      "y\nproperty float z\nproperty ushort ring\nproperty uint label\nend_header\n" +
+          xyz(1, 2, 3) + raw(std::uint16_t{300}) + raw(std::uint32_t{7}) + xyz(4, 5, 6) +
+          raw(std::uint16_t{2}) + raw(std::uint32_t{8}));
+  EXPECT_EQ(ply.rings, (Rings{300, 2}));
+  EXPECT_EQ(ply.points[1].label, 8u);
+}
+
+TEST_F(CloudFiles, RingsFollowThePointsThatWereMeasured) {
+  std::string text = withRing("U", "2", "3", "4");
+  text.replace(text.find("1 2 3 7"), 7, "nan 2 3 7");
+  EXPECT_EQ(read("a.pcd", text).rings, (std::vector<std::uint16_t>{4}));
+}
+
+TEST_F(CloudFiles, AFieldRingThatIsNoBeamIsNobodysBusiness) {
+  const auto expectIgnored = [&](const std::string& bytes) {
+    const LabelledCloud cloud = read("a.pcd", bytes);
+    EXPECT_TRUE(cloud.rings.empty());
+    ASSERT_EQ(cloud.size(), 2u);
+    EXPECT_EQ(cloud.points[1].label, 8u);
+  };
+  expectIgnored(withRing("F", "4", "0.5", "nan"));
+  expectIgnored(withRing("U", "2", "1 2", "3 4", "2"));
+  expectIgnored(withRing("I", "2", "1", "-1"));
+  expectIgnored(withRing("U", "4", "1", "70000"));
+}
+
 }  // namespace
 }  // namespace xview

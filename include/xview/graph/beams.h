@@ -17,7 +17,8 @@ struct BeamSpacing {
 
 /// The spacing of the beams that measured these points around the origin of their frame, or nothing
 /// if they are no scan: in narrow sectors of a scan the elevations come in steps, those of a cloud
-/// from many places do not. Neither the order of the points nor the number of the ring is needed.
+/// from many places do not. The order of the points does not matter. The rings of the cloud are
+/// used if it has any and if they lie at elevations of their own, but they are not needed.
 BeamSpacing measureBeamSpacing(const LabelledCloud& cloud);
 
 /// How a cloud was scanned.

@@ -16,6 +16,7 @@ struct LabelledCloud {
   pcl::PointCloud<pcl::PointXYZL> points;
   std::vector<std::uint32_t> instances;  ///< empty, or one per point (0 = none)
   std::vector<float> ranges;             ///< empty, or the distance to the sensor when measured [m]
+  std::vector<std::uint16_t> rings;      ///< empty, or the beam of the scanner, numbered in any order
   Eigen::Vector3d origin = Eigen::Vector3d::Zero();
 
   std::size_t size() const { return points.size(); }
