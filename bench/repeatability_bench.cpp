@@ -11,6 +11,9 @@
 // which is what chance gives. First the samples of the plan view, which the place search uses,
 // seen from above; then the vertices of the graph, which walks use, in three dimensions.
 //
+// A last table has the vertices of posts alone that the map session could see: its depth images
+// show them free and within 25 m. The rest, behind houses or under crowns, no map of it can have.
+//
 //   repeatability_bench SESSION --spacing 10 [--key.subkey VALUE]...
 //
 // shows the distances between vertices of one class in one graph, up to so many metres.
@@ -24,6 +27,7 @@
 #include <vector>
 
 #include "arguments.h"
+#include "map_sight.h"
 #include "session.h"
 #include "xview/eval/repeatability.h"
 #include "xview/localizer.h"
@@ -50,10 +54,11 @@ struct Arguments {
 
 Arguments parse(int argc, char** argv) {
   Arguments a;
-  a.sessions = parseArguments(
-      argc, argv,
-      {{"--window", into(a.window_m)}, {"--stride", into(a.stride_m)}, {"--spacing", into(a.spacing_m)}},
-      a.options, 1, "repeatability_bench MAP_SESSION SESSION... [options]");
+  a.sessions = parseArguments(argc, argv,
+                              {{"--window", into(a.window_m)},
+                               {"--stride", into(a.stride_m)},
+                               {"--spacing", into(a.spacing_m)}},
+                              a.options, 1, "repeatability_bench MAP_SESSION SESSION... [options]");
   if (a.sessions.size() < 2 && !(a.spacing_m > 0))
     throw UsageError("usage: repeatability_bench MAP_SESSION SESSION... [options]");
   return a;
@@ -66,11 +71,14 @@ struct Reference {
   KnownArea known;
   std::vector<Eigen::Vector3d> travel;  ///< positions of its keyframes
 
-  explicit Reference(const SemanticMap& map)
+  MapSight sight;  ///< in the frame of the map
+
+  Reference(const SemanticMap& map, const FrameSource& source)
       : T_plan_map(map.plan.upright),
         plan(flattened(landmarksOf(map.plan, 0))),
         graph(moved(landmarksOf(map.graph), T_plan_map)),
-        known(map.plan, kRim_m) {
+        known(map.plan, kRim_m),
+        sight(source) {
     for (const Keyframe& k : map.keyframes)
       travel.push_back(T_plan_map * k.T_map_sensor.translation());
   }
@@ -94,6 +102,7 @@ using Tallies = std::map<std::uint32_t, Tally>;
 
 struct SessionTallies {
   Tallies plan, graph;
+  Tallies posts;  ///< of the graph, those in sight of the map session
   int windows = 0;
 };
 
@@ -103,6 +112,18 @@ void count(const std::vector<Landmark>& query, const std::vector<Landmark>& refe
     Tally& t = tallies[label];
     t.add(right ? t.right : t.wrong, partners);
   }
+}
+
+/// Those of the posts that the map session could see.
+std::vector<Landmark> postsInSight(const std::vector<Landmark>& in_plan, const LabelSet& labels,
+                                   const Reference& map) {
+  std::vector<Landmark> posts;
+  for (const Landmark& l : in_plan) {
+    if (isPoleLike(labels.kind(l.label)) &&
+        map.sight.contains(map.T_plan_map.inverse() * l.position))
+      posts.push_back(l);
+  }
+  return posts;
 }
 
 /// Poses that put the query on another part of the road, along it or against it.
@@ -137,6 +158,8 @@ void addWindow(const Session& s, std::size_t first, std::size_t last, const Refe
   const auto countAt = [&](const Eigen::Isometry3d& T, bool right) {
     count(flattened(moved(samples, T)), map.plan, map.known, right, tallies.plan);
     count(moved(vertices, T), map.graph, map.known, right, tallies.graph);
+    count(postsInSight(moved(vertices, T), s.labels, map), map.graph, map.known, right,
+          tallies.posts);
   };
   countAt(T_true, true);
   const Eigen::Vector3d travelled =
@@ -211,7 +234,7 @@ int main(int argc, char** argv) try {
     printSpacing(map, a.spacing_m);
     return 0;
   }
-  const Reference reference(map);
+  const Reference reference(map, *source);
   std::vector<std::string> names;
   std::vector<SessionTallies> tallies;
   for (std::size_t i = 1; i < a.sessions.size(); ++i) {
@@ -222,6 +245,12 @@ int main(int argc, char** argv) try {
   printTable("plan sample", names, tallies, &SessionTallies::plan, countLabels(reference.plan),
              [](std::uint32_t c) { return toString(static_cast<Channel>(c)); });
   printTable("graph vertex", names, tallies, &SessionTallies::graph, countLabels(reference.graph),
+             [&](std::uint32_t label) { return map.labels.className(label); });
+  std::map<std::uint32_t, std::size_t> posts;
+  for (const auto& [label, count] : countLabels(reference.graph)) {
+    if (isPoleLike(map.labels.kind(label))) posts[label] = count;
+  }
+  printTable("post in sight of the map", names, tallies, &SessionTallies::posts, posts,
              [&](std::uint32_t label) { return map.labels.className(label); });
   return 0;
 } catch (const std::exception& e) {

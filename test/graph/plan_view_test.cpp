@@ -145,6 +145,24 @@ TEST(PlanPole, TwoThatStandTwoAndAHalfMetresApartAreTwo) {
   EXPECT_LT(distanceTo(view, Channel::pole, 10.7, 10.2), 0.05);
 }
 
+TEST(PlanPole, InARowOfBollardsIsOneOfItsOwn) {
+  PlanScene scene;
+  scene.patch(Kind::sidewalk, 0, 0, 20, 20, 0);
+  for (const double x : {6.2, 7.8, 9.4}) scene.column(Kind::pole, x, 10.2, 0, 1);
+  scene.column(Kind::pole, 7.8, 10.2, 0, 1);  // one was seen better
+  const PlanView view = scene.view();
+  ASSERT_EQ(view[Channel::pole].size(), 3u);
+  for (const double x : {6.2, 7.8, 9.4}) EXPECT_LT(distanceTo(view, Channel::pole, x, 10.2), 0.05);
+}
+
+TEST(PlanPole, IsNotThereTwiceBecauseOfItsLamp) {
+  PlanScene scene;
+  scene.patch(Kind::sidewalk, 0, 0, 20, 20, 0);
+  scene.column(Kind::pole, 10.2, 10.2, 0, 6).column(Kind::pole, 10.2, 10.2, 0, 6);
+  for (int i = 0; i < 3; ++i) scene.column(Kind::pole, 11.8, 10.2, 5, 6);
+  EXPECT_EQ(scene.view()[Channel::pole].size(), 1u);
+}
+
 TEST(PlanPole, IsNotBelievedFromFarAway) {
   PlanScene scene;
   scene.patch(Kind::road, 0, 0, 20, 20, 0.0);
