@@ -42,7 +42,7 @@ Eigen::Matrix<double, 6, 1> planVariances() {
 }  // namespace
 
 PoseRefinement::PoseRefinement(const SemanticMap& map, const PlanPlaces* places, const Options& options)
-    : map_(map), places_(places), options_(options) {
+    : map_(map), places_(places), options_(options), plan_(map.plan) {
   if (!options.refine.enabled || map.cloud.empty()) return;
   std::vector<Eigen::Isometry3d> viewpoints;
   for (const Keyframe& k : map.keyframes) viewpoints.push_back(k.T_map_sensor);
@@ -87,6 +87,14 @@ void PoseRefinement::useClouds(const Query& query, const PlanQuery& recent, doub
   answer.covariance = refined.covariance;
 }
 
+/// Where single points are known too badly, their averages seen from above are left.
+void PoseRefinement::usePlan(const Query& query, const PlanQuery& recent, Localization& answer) const {
+  Eigen::Isometry3d& best = answer.hypotheses[0].T_map_query;
+  const auto T = plan_.align(query.plan, query.poses.back().translation(), best);
+  if (!T || shiftOfLast(query, *T, best) >= options_.refine.max_shift_m || !keepsScore(recent, best, *T, kScoreKept)) return;
+  best = *T;
+}
+
 void PoseRefinement::refine(const Query& query, const PlanQuery& plan_query, double up_sigma_rad, Localization& answer) const {
   Stopwatch watch;
   const Eigen::Vector3d sensor = query.poses.back().translation();
@@ -99,6 +107,7 @@ void PoseRefinement::refine(const Query& query, const PlanQuery& plan_query, dou
   if (!options_.refine.enabled) return;
   useRecentPart(query, recent, answer);
   if (!query.cloud.empty() && distributions_) useClouds(query, recent, up_sigma_rad, answer);
+  else if (!recent.empty()) usePlan(query, recent, answer);
   answer.timing_ms.emplace_back("refine", watch.lap_ms());
 }
 

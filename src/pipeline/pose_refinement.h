@@ -3,6 +3,7 @@
 
 #include <optional>
 
+#include "pipeline/plan_registration.h"
 #include "xview/localizer.h"
 #include "xview/match/plan_places.h"
 #include "xview/pose/refine.h"
@@ -24,10 +25,12 @@ class PoseRefinement {
   void useVertices(const Query& query, const PlanQuery& recent, double up_sigma_rad, Localization& answer) const;
   void useRecentPart(const Query& query, const PlanQuery& recent, Localization& answer) const;
   void useClouds(const Query& query, const PlanQuery& recent, double up_sigma_rad, Localization& answer) const;
+  void usePlan(const Query& query, const PlanQuery& recent, Localization& answer) const;
 
   const SemanticMap& map_;
   const PlanPlaces* places_;
   const Options& options_;
+  PlanRegistration plan_;
   std::optional<DistributionMap> distributions_;  ///< of a map with a cloud
 };
 

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "pipeline/plan_registration.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "xview/types/pose.h"
+#include "xview/types/random.h"
+
+namespace xview {
+namespace {
+
+/// Two fronts at right angles, a kerb with a bend and some poles, sampled every half metre.
+PlanView town() {
+  PlanView view;
+  view.origin_x = 640;
+  view.origin_y = -128;
+  for (float t = -20; t <= 20; t += 0.5F) {
+    view[Channel::building].push_back({t, 9, 0});
+    view[Channel::building].push_back({-14, t, 0});
+    view[Channel::border_road_sidewalk].push_back({t, 4 + 0.002F * t * t, 0});
+    view[Channel::road].push_back({t, 0, 0});
+  }
+  for (const float t : {-15.F, -4.F, 6.F, 13.F}) view[Channel::pole].push_back({t, 5, 0});
+  return view;
+}
+
+/// The same place seen by a query: each sample where T_query_map puts it, with an error; areas are wherever they like.
+PlanView seenBy(const PlanView& map, const Eigen::Isometry3d& T_query_map, double sigma_m) {
+  PlanView view;
+  Random random(5);
+  for (std::size_t c = 0; c < kChannels; ++c) {
+    for (const PlanSample& s : map.samples[c]) {
+      const Eigen::Vector3d p = T_query_map * Eigen::Vector3d(map.origin_x + s.x, map.origin_y + s.y, 0);
+      const double off = isArea(static_cast<Channel>(c)) ? 3 : 0;
+      view.samples[c].push_back({static_cast<float>(p.x() + off + sigma_m * random.normal()),
+                                 static_cast<float>(p.y() + off + sigma_m * random.normal()), 0});
+    }
+  }
+  return view;
+}
+
+const Eigen::Isometry3d kTruth = poseFromYaw({655, -140, 7}, 2.5);  ///< T_map_query
+
+Eigen::Isometry3d sensorInQuery() {
+  Eigen::Isometry3d sensor = kTruth.inverse();
+  sensor.translation() = kTruth.inverse() * Eigen::Vector3d(641, -126, 40);
+  return sensor;
+}
+
+double errorOf(const Eigen::Isometry3d& T_map_query) {
+  const Eigen::Vector3d sensor = sensorInQuery().translation();
+  return (T_map_query * sensor - kTruth * sensor).norm();
+}
+
+/// T_map_query, with the sensor this far off and the query turned about it.
+Eigen::Isometry3d disturbed(const Eigen::Vector3d& shift, double turn) {
+  const Eigen::Vector3d sensor = kTruth * sensorInQuery().translation();
+  return Eigen::Translation3d(sensor + shift) * Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitZ()) * Eigen::Translation3d(-sensor) *
+         kTruth;
+}
+
+TEST(PlanRegistration, FindsThePoseBetweenTheCells) {
+  const PlanView map = town();
+  const PlanRegistration registration(map);
+  const PlanView query = seenBy(map, kTruth.inverse(), 0.2);
+  for (const Eigen::Vector3d& shift : {Eigen::Vector3d(0.4, 0.3, 0), Eigen::Vector3d(-0.6, 0.2, 0)}) {
+    for (const double turn : {-0.02, 0.015}) {
+      const auto T = registration.align(query, sensorInQuery().translation(), disturbed(shift, turn));
+      ASSERT_TRUE(T.has_value());
+      EXPECT_LT(errorOf(*T), 0.12);
+      EXPECT_LT(std::abs(angleDifference(yawOf(T->linear()), yawOf(kTruth.linear()))), 0.006);
+    }
+  }
+}
+
+TEST(PlanRegistration, MovesInThePlaneOnly) {
+  const PlanView map = town();
+  const Eigen::Isometry3d tilt(Eigen::AngleAxisd(0.01, Eigen::Vector3d::UnitX()));
+  const Eigen::Isometry3d start = disturbed({0.3, 0.3, 2}, 0) * tilt;
+  const PlanView query = seenBy(map, kTruth.inverse(), 0.1);
+  const auto T = PlanRegistration(map).align(query, sensorInQuery().translation(), start);
+  ASSERT_TRUE(T.has_value());
+  EXPECT_NEAR(T->translation().z(), start.translation().z(), 1e-9);
+  EXPECT_NEAR((T->linear() * start.linear().transpose())(2, 2), 1, 1e-12);
+}
+
+TEST(PlanRegistration, DoesNotDependOnTheFrameOfTheQueryNorOnWhichWayIsUpInIt) {
+  const PlanView map = town();
+  const PlanView query = seenBy(map, kTruth.inverse(), 0.2);
+  const Eigen::Isometry3d start = disturbed({0.4, -0.3, 0}, 0.01);
+  const Eigen::Vector3d sensor = sensorInQuery().translation();
+  const auto T = PlanRegistration(map).align(query, sensor, start);
+  PlanView tilted = query;
+  tilted.upright = Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, 3).normalized());
+  const Eigen::Isometry3d upright(tilted.upright);
+  const auto other = PlanRegistration(map).align(tilted, upright.inverse() * sensor, start * upright);
+  ASSERT_TRUE(T.has_value() && other.has_value());
+  EXPECT_TRUE((T->matrix() - (*other * upright.inverse()).matrix()).isZero(1e-6));
+}
+
+TEST(PlanRegistration, HasNoAnswerWhereNothingIsAlike) {
+  const PlanView map = town();
+  const Eigen::Vector3d sensor = sensorInQuery().translation();
+  EXPECT_FALSE(PlanRegistration(map).align(PlanView(), sensor, kTruth).has_value());
+  const PlanView query = seenBy(map, kTruth.inverse(), 0.1);
+  EXPECT_FALSE(PlanRegistration(PlanView()).align(query, sensor, kTruth).has_value());
+  EXPECT_FALSE(PlanRegistration(map).align(query, sensor, disturbed({200, 0, 0}, 0)).has_value());
+}
+
+}  // namespace
+}  // namespace xview
