@@ -24,8 +24,8 @@ struct RefineOptions {
   double last_gate_m = 0.8;     ///< and at the end
   double roughness_m = 0.05;    ///< standard deviation added to every distribution
   double tilt_sigma_deg = 0.5;  ///< trust in the common gravity direction of query and map
-  double drift_share = 0.02;    ///< error of the odometry per way, estimated along with the pose
-  double drift_deg_per_m = 0.03;
+  double drift_share = 0.03;    ///< error of the odometry per way where a window shows drift
+  double drift_deg_per_m = 0.045;
   double start_reach_m = 1;    ///< starts this far to both sides along the least certain direction
   double start_sigma_m = 1;  ///< trust in the given pose, in the plane
   double start_sigma_deg = 1.5;  ///< and about the vertical
@@ -50,7 +50,7 @@ void visit(RefineOptions& o, Visitor&& field) {
   field("tilt_sigma_deg", o.tilt_sigma_deg, Range{0.001, 360},
         "trust in the common gravity direction [deg]");
   field("drift_share", o.drift_share, Range{0, 1},
-        "error of the odometry per way, estimated along with the pose; 0 = none");
+        "error of the odometry per way, where a window shows drift; 0 = none");
   field("drift_deg_per_m", o.drift_deg_per_m, Range{0, 10},
         "same for the direction [deg per metre]");
   field("start_reach_m", o.start_reach_m, Range{0, 10},
@@ -98,25 +98,18 @@ struct RefineQuery {
   double sigma_m = 0;  ///< typical depth error of the points; goes into the covariance
 };
 
-/// What the covariance is made of. The shares were estimated by maximum likelihood on accepted
-/// windows of simulated towns with clean and with noisy depth, then rounded to the wide side.
+/// What the covariance is made of. Set by maximum likelihood on accepted windows of simulated towns
+/// with clean and with noisy depth, with and without added drift, then rounded to the wide side.
 struct RefinementErrors {
-  /// Of the spread of residuals and priors: the rest is the shape of things within a cell, which
-  /// map and query have in common.
-  static constexpr double kSpread = 0.05;
-  /// A surface lies this much nearer to who sees it: what was seen from elsewhere is elsewhere.
-  static constexpr double kSide_m = 0.03;
+  /// Standard deviations over those that points, gravity and odometry leave open.
+  static constexpr double kPlane = 0.95, kHeight = 0.11, kTilt = 0.14, kYaw = 0.85;
+  /// They double and more where depth is known less well than this.
+  static constexpr double kKnownWell_m = 0.09;
+  /// Of the way between the answers with little and with much drift.
+  static constexpr double kOtherAnswer = 0.5;
   /// Of the depth error that all points have in common.
-  static constexpr double kCommon = 0.4;
-  /// Same, times the share of what is seen from the other side, and of points without a partner.
-  static constexpr double kOther = 2.4;
-  /// Same for the height, times the share of points without a partner: ground holds it elsewhere.
-  static constexpr double kHeight = 0.35;
-  /// Of the depth error, what all heights have in common.
-  static constexpr double kCommonHeight = 0.15;
-  /// The pose turns by the error of its position on this lever.
-  static constexpr double kLever_m = 20;
-  static constexpr double kFloor_m = 0.003, kFloorOfHeight_m = 0.0015, kFloorOfTurn_rad = 0.0002;
+  static constexpr double kCommon = 0.2;
+  static constexpr double kFloor_m = 0.001, kFloor_rad = 0.0001;
 };
 
 struct Refinement {
@@ -127,9 +120,8 @@ struct Refinement {
   double residual_m = 0;  ///< roughness_m times the median Mahalanobis distance of those points
   double scale =
       1;  ///< how long the last ways are in the map, over how long the odometry says they are
-  /// Of the last pose: x y z [m], rx ry rz [rad], map frame, left increment. From the spread
-  /// of the pulls of blocks of points that err together, plus what no spread shows: see
-  /// RefinementErrors. An error of the map as a whole against the world is not in it.
+  /// Of the last pose: x y z [m], rx ry rz [rad], map frame, left increment: what points, of
+  /// which those of a block err together, and drift leave open; see RefinementErrors. An error of the map as a whole against the world is not in it.
   Matrix6d covariance = Matrix6d::Zero();
   int iterations = 0;
 };
@@ -137,7 +129,9 @@ struct Refinement {
 /// Label-aware point-to-distribution registration: minimises sum w m with m = (p - mean)^T W (p -
 /// mean) over the nearest distribution of the same class, w = 1 / (1 + m / 4)^2 (Geman-McClure), by
 /// Gauss-Newton about the last sensor position with a gate that narrows. Unknown are that pose and
-/// a drift of the odometry that grows with the way to it; the given pose counts as one observation.
+/// the errors of the odometry at knots along the way to it; the given pose counts as one
+/// observation. It is done twice: with little drift, and with that of the options from points that
+/// may be far off at first. The second counts only if the points fit clearly better.
 /// Where the other side of a thing was mapped, a point counts a tenth. Dynamic and ignored classes
 /// are left out.
 Refinement refine(const DistributionMap& map, const RefineQuery& query, const LabelSet& labels,
