@@ -16,6 +16,7 @@ namespace {
 constexpr double kWidest_rad = 0.2;  ///< how far off level a query may be that was said to be level
 constexpr double kClearSigmas = 3;   ///< by which ground refutes that
 constexpr double kBentByDrift = 1.5;  ///< true error of a slope over that by its residuals
+constexpr double kLevelEnough = 2;    ///< times the trust: refinement turns a query by that itself
 
 /// A rotation of the query, and its pose after that.
 struct Tilt {
@@ -68,7 +69,7 @@ std::optional<Tilt> tiltAgainstTrust(const PlanPlaces& places, const PlanQuery& 
   const double off2 = fit.slope.dot(covariance.inverse() * fit.slope);
   if (off2 > kClearSigmas * kClearSigmas) return tiltBy(fit, plan, T_map_query);
   const auto both = measuredTilt(places, plan, T_map_query, trust_rad);
-  const bool level = !both || Eigen::AngleAxisd(both->turn).angle() < trust_rad;
+  const bool level = !both || Eigen::AngleAxisd(both->turn).angle() < kLevelEnough * trust_rad;
   return level ? std::nullopt : both;
 }
 

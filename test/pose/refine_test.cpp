@@ -335,7 +335,7 @@ TEST(Refine, FindsTheWayAlongAStreetThatSaysLittleAboutIt) {
 }
 
 TEST(Refine, TheOtherSideOfAThingCountsLittle) {
-  // Fences across the way, half a metre thick. The map was made looking along x; so were the walls of the query, but its
+  // Fences across the way, a decimetre thick. The map was made looking along x; so were the walls of the query, but its
   // fences were seen looking back.
   const auto streetWithFences = [](int seed, int count, double side) {
     Street street(seed);
@@ -350,7 +350,7 @@ TEST(Refine, TheOtherSideOfAThingCountsLittle) {
     looks_ahead.translation() = Eigen::Vector3d(x, 0, 1.5);
     viewpoints.push_back(looks_ahead);
   }
-  const LabelledCloud map_cloud = streetWithFences(1, 15000, 0), query = streetWithFences(2, 1500, 0.5);
+  const LabelledCloud map_cloud = streetWithFences(1, 15000, 0), query = streetWithFences(2, 1500, 0.1);
   const std::vector<Eigen::Isometry3d> poses{Eigen::Isometry3d(Eigen::Translation3d(-25, 0, 1.5)),
                                              Eigen::Isometry3d(Eigen::Translation3d(25, 0, 1.5))};
   std::vector<std::uint32_t> seen_from;

@@ -18,7 +18,7 @@ struct RefineOptions {
   double cell_m = 0.8;       ///< side of the cells whose points make one distribution
   double reach_m = 40;       ///< points of the last metres of the query take part
   double max_sigma_m = 0.5;  ///< points of map and query that are known less well take no part
-  int max_points = 4000;
+  int max_points = 3000;
   int iterations = 20;
   double first_gate_m = 2.0;    ///< a point may be this far from its distribution at first
   double last_gate_m = 0.8;     ///< and at the end
