@@ -6,13 +6,14 @@
 
 namespace xview {
 
-/// Standard deviation of inverse depth [1/m], so that a depth z is known to z^2 times this. Inverse depth is an affine
-/// function of the pixel on every plane, whatever its slant: second differences over a few pixels that are not zero are
-/// noise, or an edge, which the median passes over. 0 if too few pixels are measured, or if quantization hides the noise.
+/// Standard deviation of inverse depth [1/m], so that a depth z is known to z^2 times this. Inverse
+/// depth is an affine function of the pixel on every plane, whatever its slant: second differences
+/// over a few pixels that are not zero are noise, or an edge, which the median passes over. 0 if
+/// too few pixels are measured, or if quantization hides the noise.
 double inverseDepthNoise(const DepthImage& depth);
 
-/// The same where neighbouring pixels show at least a fifth of it, as they do if single pixels err; else 0: what differs over
-/// a few pixels only are leaves and other small shapes.
-double inverseDepthNoiseOfPixels(const DepthImage& depth);
+/// Whether that noise is one of single pixels: then neighbours show at least a fifth of it. What
+/// differs over a few pixels only are leaves and other small shapes.
+bool isNoiseOfPixels(double inverse_depth_noise, const DepthImage& depth);
 
 }  // namespace xview

@@ -122,9 +122,10 @@ FrameDigest digestFrame(Frame frame, const LabelSet& labels, const Options& opti
   digest.sensor = frame.sensor;
   digest.T_odom_sensor = frame.T_odom_sensor;
   if (frame.sensor == Sensor::camera) {
-    digest.inverse_depth_sigma = inverseDepthNoise(frame.depth);
+    const double noise = inverseDepthNoise(frame.depth);
+    digest.inverse_depth_sigma = noise;
     frame.label = cleanLabels(frame.label, labels, options.clean);
-    smoothDepth(frame.depth, frame.label, inverseDepthNoiseOfPixels(frame.depth), kKnownWell_m);
+    if (isNoiseOfPixels(noise, frame.depth)) smoothDepth(frame.depth, frame.label, noise, kKnownWell_m);
   }
   ScanView scan{frame.T_odom_sensor, {}};
   if (frame.sensor != Sensor::camera) scan.beams = measureBeamSpacing(frame.cloud);
