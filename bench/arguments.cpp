@@ -17,8 +17,10 @@ std::vector<std::string> parseArguments(int argc, char** argv, const Flags& flag
     }
     if (++i == argc) throw UsageError(word + " needs a value");
     const auto flag = flags.find(word);
-    if (flag == flags.end()) setOption(options, word.substr(2), argv[i]);
-    else flag->second(argv[i]);
+    if (flag == flags.end())
+      setOption(options, word.substr(2), argv[i]);
+    else
+      flag->second(argv[i]);
   }
   if (operands.size() < least) throw UsageError("usage: " + usage);
   return operands;

@@ -39,7 +39,10 @@ Arguments parse(int argc, char** argv) {
   a.clouds = parseArguments(
       argc, argv,
       {{"--config", [&](const std::string& value) { applyOptionsFile(a.options, value); }},
-       {"--support", [&](const std::string& value) { a.support = static_cast<std::uint32_t>(std::stoul(value)); }}},
+       {"--support",
+        [&](const std::string& value) {
+          a.support = static_cast<std::uint32_t>(std::stoul(value));
+        }}},
       a.options, 1, "blob_bench CLOUD... [options]");
   return a;
 }

@@ -93,41 +93,57 @@ std::vector<Blob> farAway(std::size_t count, const LabelSet& labels) {
 
 void registerStages(const std::string& kind, const Input& input) {
   const auto stage = [&](const std::string& name, auto body) {
-    benchmark::RegisterBenchmark((kind + "/" + name).c_str(), [&input, body](benchmark::State& state) {
+    benchmark::RegisterBenchmark((kind + "/" + name).c_str(), [&input,
+                                                               body](benchmark::State& state) {
       overFrames(state, input, [&](std::size_t i) { body(input, i); });
     })->Unit(benchmark::kMillisecond);
   };
-  stage("read", [](const Input& in, std::size_t i) { benchmark::DoNotOptimize(in.source->read(in.chosen[i])); });
+  stage("read", [](const Input& in, std::size_t i) {
+    benchmark::DoNotOptimize(in.source->read(in.chosen[i]));
+  });
   if (input.source->sensor() == Sensor::camera) {
     stage("clean", [](const Input& in, std::size_t i) {
       benchmark::DoNotOptimize(cleanLabels(in.raw[i].label, in.labels(), CleanOptions()));
     });
     stage("image_blobs", [](const Input& in, std::size_t i) {
-      benchmark::DoNotOptimize(extractImageBlobs(in.cleaned[i], in.labels(), ImageBlobOptions(), 50));
+      benchmark::DoNotOptimize(
+          extractImageBlobs(in.cleaned[i], in.labels(), ImageBlobOptions(), 50));
     });
   }
-  stage("lift", [](const Input& in, std::size_t i) { benchmark::DoNotOptimize(lift(in.cleaned[i], in.labels(), LiftOptions())); });
+  stage("lift", [](const Input& in, std::size_t i) {
+    benchmark::DoNotOptimize(lift(in.cleaned[i], in.labels(), LiftOptions()));
+  });
   stage("thin", [](const Input& in, std::size_t i) {
     std::vector<std::uint32_t> points_per_voxel;
     benchmark::DoNotOptimize(thinByVoxel(in.lifted[i], PlanOptions().voxel_m, &points_per_voxel));
   });
-  stage("digest", [](const Input& in, std::size_t i) { benchmark::DoNotOptimize(digestFrame(in.raw[i], in.labels(), oneThread())); });
+  stage("digest", [](const Input& in, std::size_t i) {
+    benchmark::DoNotOptimize(digestFrame(in.raw[i], in.labels(), oneThread()));
+  });
 }
 
 /// A frame into a place graph that has `range(0)` vertices already.
 void registerMerge(const std::string& kind, const Input& input) {
-  benchmark::RegisterBenchmark((kind + "/merge_into").c_str(), [&input](benchmark::State& state) {
-    PlaceGraphBuilder places(input.labels(), MergeOptions());
-    places.add(farAway(static_cast<std::size_t>(state.range(0)), input.labels()), -1);
-    overFrames(state, input, [&](std::size_t i) {
-      places.add(input.digests[i].blobs, input.digests[i].number);
-      places.addSurfacePoints(input.digests[i].cloud, input.digests[i].number);
-    });
-  })->Arg(0)->Arg(1000)->Arg(100000)->Arg(1000000)->Unit(benchmark::kMillisecond);
+  benchmark::RegisterBenchmark(
+      (kind + "/merge_into").c_str(),
+      [&input](benchmark::State& state) {
+        PlaceGraphBuilder places(input.labels(), MergeOptions());
+        places.add(farAway(static_cast<std::size_t>(state.range(0)), input.labels()), -1);
+        overFrames(state, input, [&](std::size_t i) {
+          places.add(input.digests[i].blobs, input.digests[i].number);
+          places.addSurfacePoints(input.digests[i].cloud, input.digests[i].number);
+        });
+      })
+      ->Arg(0)
+      ->Arg(1000)
+      ->Arg(100000)
+      ->Arg(1000000)
+      ->Unit(benchmark::kMillisecond);
 }
 
 void addToView(PlanViewBuilder& view, const FrameDigest& digest) {
-  view.add(digest.cloud, digest.votes, digest.thin_trusted, Eigen::Isometry3d::Identity(), digest.aerial);
+  view.add(digest.cloud, digest.votes, digest.thin_trusted, Eigen::Isometry3d::Identity(),
+           digest.aerial);
 }
 
 void registerPlanView(const std::string& kind, const Input& input) {
@@ -141,13 +157,17 @@ void registerPlanView(const std::string& kind, const Input& input) {
 void registerWhole(const std::string& kind, const Input& input) {
   for (const bool from_file : {false, true}) {
     for (const bool with_view : {false, true}) {
-      const std::string name = std::string("/whole_frame") + (from_file ? "_with_read" : "") + (with_view ? "_with_plan_view" : "");
-      benchmark::RegisterBenchmark((kind + name).c_str(), [&input, from_file, with_view](benchmark::State& state) {
+      const std::string name = std::string("/whole_frame") + (from_file ? "_with_read" : "") +
+                               (with_view ? "_with_plan_view" : "");
+      benchmark::RegisterBenchmark((kind + name).c_str(), [&input, from_file,
+                                                           with_view](benchmark::State& state) {
         PlaceGraphBuilder places(input.labels(), MergeOptions());
         PlanViewBuilder view(input.labels(), PlanOptions());
         overFrames(state, input, [&](std::size_t i) {
-          const FrameDigest digest = from_file ? digestFrame(input.source->read(input.chosen[i]), input.labels(), oneThread())
-                                               : digestFrame(input.raw[i], input.labels(), oneThread());
+          const FrameDigest digest =
+              from_file
+                  ? digestFrame(input.source->read(input.chosen[i]), input.labels(), oneThread())
+                  : digestFrame(input.raw[i], input.labels(), oneThread());
           places.add(digest.blobs, digest.number);
           places.addSurfacePoints(digest.cloud, digest.number);
           if (with_view) addToView(view, digest);

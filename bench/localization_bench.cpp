@@ -1,15 +1,19 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Success, accuracy, verdicts and times of every window of some sessions against the map of another one.
+// Success, accuracy, verdicts and times of every window of some sessions against the map of another
+// one.
 //
-//   localization_bench MAP_SESSION SESSION... [--window 60,30,15] [--stride 10] [--drift 0.03] [--key.subkey VALUE]...
+//   localization_bench MAP_SESSION SESSION... [--window 60,30,15] [--stride 10] [--drift 0.03]
+//   [--key.subkey VALUE]...
 //                     [--csv FILE]
 //
-// A session is a recording with groundtruth.txt (poses in the map frame; a folder named after `elsewhere` has none that counts:
-// its windows must not be accepted). The last lines judge the confidence
-// over all windows: recall where precision is 99 %, and how many answers of each confidence are right.
-// --drift adds a smooth drift of the odometry to the sessions, of this share of the way, seeded by --seed.
-// The columns under NEES/6 judge the covariance over the accepted windows within 5 m: mean (1 if right, less if too wide)
-// and median (0.89 if right) of the normalised error squared over 6, and the share in % within three sigma of six dimensions.
+// A session is a recording with groundtruth.txt (poses in the map frame; a folder named after
+// `elsewhere` has none that counts: its windows must not be accepted). The last lines judge the
+// confidence over all windows: recall where precision is 99 %, and how many answers of each
+// confidence are right.
+// --drift adds a smooth drift of the odometry to the sessions, of this share of the way, seeded by
+// --seed. The columns under NEES/6 judge the covariance over the accepted windows within 5 m: mean
+// (1 if right, less if too wide) and median (0.89 if right) of the normalised error squared over 6,
+// and the share in % within three sigma of six dimensions.
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -55,12 +59,13 @@ std::vector<double> numbers(const std::string& text) {
 Arguments parse(int argc, char** argv) {
   Arguments a;
   a.options.threads = 1;
-  a.sessions = parseArguments(argc, argv,
-                              {{"--window", [&](const std::string& value) { a.windows_m = numbers(value); }},
-                               {"--stride", into(a.stride_m)},
-                               {"--drift", into(a.drift)},
-                               {"--csv", [&](const std::string& value) { a.csv = value; }}},
-                              a.options, 2, "localization_bench MAP_SESSION SESSION... [options]");
+  a.sessions =
+      parseArguments(argc, argv,
+                     {{"--window", [&](const std::string& value) { a.windows_m = numbers(value); }},
+                      {"--stride", into(a.stride_m)},
+                      {"--drift", into(a.drift)},
+                      {"--csv", [&](const std::string& value) { a.csv = value; }}},
+                     a.options, 2, "localization_bench MAP_SESSION SESSION... [options]");
   return a;
 }
 
@@ -68,8 +73,12 @@ struct Tally {
   int windows = 0, accepted = 0, ambiguous = 0, wrong_accepted = 0;
   std::vector<double> errors_m, errors_deg, nees, search_ms, graph_ms;
   double within(double metres) const {
-    return errors_m.empty() ? 0 : 100.0 * static_cast<double>(std::count_if(errors_m.begin(), errors_m.end(), [&](double e) { return e <= metres; })) /
-                                      static_cast<double>(errors_m.size());
+    return errors_m.empty()
+               ? 0
+               : 100.0 *
+                     static_cast<double>(std::count_if(errors_m.begin(), errors_m.end(),
+                                                       [&](double e) { return e <= metres; })) /
+                     static_cast<double>(errors_m.size());
   }
 };
 
@@ -94,13 +103,16 @@ struct Answers {
 
   void print() const {
     const Consistency c = consistencyOf(nees);
-    fmt::print("covariance over {} accepted windows: NEES/6 mean {:.2f}, median {:.2f}, within 3 sigma {:.1f} %\n", c.answers, c.mean, c.median,
-               100 * c.within_3_sigma);
+    fmt::print(
+        "covariance over {} accepted windows: NEES/6 mean {:.2f}, median {:.2f}, within 3 sigma "
+        "{:.1f} %\n",
+        c.answers, c.mean, c.median, 100 * c.within_3_sigma);
     double recall = 0;
     for (const PrecisionRecall& p : precisionRecallCurve(detections, positives)) {
       if (p.precision >= 0.99) recall = std::max(recall, p.recall);
     }
-    fmt::print("recall at 99 % precision {:.2f} % of {} windows, with {} from elsewhere\n", 100 * recall, positives, detections.size() - positives);
+    fmt::print("recall at 99 % precision {:.2f} % of {} windows, with {} from elsewhere\n",
+               100 * recall, positives, detections.size() - positives);
     constexpr double kLimits[] = {0, 0.5, 0.9, 0.99, 0.999, 2};
     for (std::size_t i = 0; i + 1 < std::size(kLimits); ++i) {
       std::size_t count = 0, right = 0;
@@ -114,10 +126,12 @@ struct Answers {
   }
 };
 
-void runSession(const Session& s, double window_m, const Localizer& localizer, const Arguments& a, std::ofstream& csv, Answers& answers) {
+void runSession(const Session& s, double window_m, const Localizer& localizer, const Arguments& a,
+                std::ofstream& csv, Answers& answers) {
   Tally tally;
   for (const auto& [first, last] : windowsOf(s, window_m, a.stride_m)) {
-    const Query query = makeQuery(s.frames.data() + first, s.frames.data() + last, s.labels, a.options);
+    const Query query =
+        makeQuery(s.frames.data() + first, s.frames.data() + last, s.labels, a.options);
     const Localization fix = localizer.localize(query);
     ++tally.windows;
     tally.accepted += fix.accepted();
@@ -139,19 +153,26 @@ void runSession(const Session& s, double window_m, const Localizer& localizer, c
       tally.nees.push_back(nees);
       answers.nees.push_back(nees);
     }
-    tally.search_ms.push_back(timing(fix, {"descriptors", "matching", "rejection", "pose", "refine"}));
+    tally.search_ms.push_back(
+        timing(fix, {"descriptors", "matching", "rejection", "pose", "refine"}));
     tally.graph_ms.push_back(timing(fix, {"graph"}));
     if (csv) {
-      csv << fmt::format("{},{},{},{},{:.3f},{:.3f},{},{:.4f},{:.2f},{:.2f},{},{},{:.4f},\"{}\"\n", s.name, window_m, first, last, error, turn,
-                         toString(fix.status), fix.confidence, fix.hypotheses.empty() ? 0 : fix.hypotheses[0].score,
-                         fix.hypotheses.size() > 1 ? fix.hypotheses[1].score : 0, fix.inliers, fix.vertices, nees, fix.reason);
+      csv << fmt::format("{},{},{},{},{:.3f},{:.3f},{},{:.4f},{:.2f},{:.2f},{},{},{:.4f},\"{}\"\n",
+                         s.name, window_m, first, last, error, turn, toString(fix.status),
+                         fix.confidence, fix.hypotheses.empty() ? 0 : fix.hypotheses[0].score,
+                         fix.hypotheses.size() > 1 ? fix.hypotheses[1].score : 0, fix.inliers,
+                         fix.vertices, nees, fix.reason);
     }
   }
   const Consistency consistency = consistencyOf(tally.nees);
-  fmt::print("{:<10} {:4} m {:4} | {:5.1f} {:5.1f} {:5.1f} {:5.1f} {:5.1f} | {:6.3f} {:6.3f} {:6.3f} | {:4} {:4} {:5} | {:5.2f} {:5.2f} {:5.1f} | {:6.1f} {:6.1f}\n", s.name, window_m, tally.windows,
-             tally.within(0.3), tally.within(0.5), tally.within(1), tally.within(5), tally.within(20), quantile(tally.errors_m, .5), quantile(tally.errors_m, .9),
-             quantile(tally.errors_deg, .5), tally.accepted, tally.ambiguous, tally.wrong_accepted, consistency.mean, consistency.median, 100 * consistency.within_3_sigma, quantile(tally.graph_ms, .5),
-             quantile(tally.search_ms, .5));
+  fmt::print(
+      "{:<10} {:4} m {:4} | {:5.1f} {:5.1f} {:5.1f} {:5.1f} {:5.1f} | {:6.3f} {:6.3f} {:6.3f} | "
+      "{:4} {:4} {:5} | {:5.2f} {:5.2f} {:5.1f} | {:6.1f} {:6.1f}\n",
+      s.name, window_m, tally.windows, tally.within(0.3), tally.within(0.5), tally.within(1),
+      tally.within(5), tally.within(20), quantile(tally.errors_m, .5), quantile(tally.errors_m, .9),
+      quantile(tally.errors_deg, .5), tally.accepted, tally.ambiguous, tally.wrong_accepted,
+      consistency.mean, consistency.median, 100 * consistency.within_3_sigma,
+      quantile(tally.graph_ms, .5), quantile(tally.search_ms, .5));
   std::fflush(stdout);
 }
 
@@ -166,13 +187,17 @@ int main(int argc, char** argv) try {
   std::ofstream csv;
   if (!a.csv.empty()) csv.open(a.csv, std::ios::app);
   const Localizer localizer(map, a.options);
-  fmt::print("map {}: {} vertices, {} plan samples; a window every {} m\n", a.sessions[0], map.graph.size(), map.plan.sampleCount(), a.stride_m);
-  fmt::print("session    window    n | <=.3m <=.5m  <=1m  <=5m <=20m | median    p90    deg |  acc ambi wrong | NEES/6 med  3sig | graph  search ms\n");
+  fmt::print("map {}: {} vertices, {} plan samples; a window every {} m\n", a.sessions[0],
+             map.graph.size(), map.plan.sampleCount(), a.stride_m);
+  fmt::print(
+      "session    window    n | <=.3m <=.5m  <=1m  <=5m <=20m | median    p90    deg |  acc ambi "
+      "wrong | NEES/6 med  3sig | graph  search ms\n");
   Answers answers;
   for (std::size_t i = 1; i < a.sessions.size(); ++i) {
     Session session = loadSession(a.sessions[i], a.options);
     addDrift(session, a.drift, static_cast<std::uint64_t>(a.options.seed));
-    for (const double window_m : a.windows_m) runSession(session, window_m, localizer, a, csv, answers);
+    for (const double window_m : a.windows_m)
+      runSession(session, window_m, localizer, a, csv, answers);
   }
   answers.print();
   return 0;

@@ -34,10 +34,11 @@ struct Arguments {
 Arguments parse(int argc, char** argv) {
   Arguments a;
   a.options.threads = 1;
-  a.sessions = parseArguments(
-      argc, argv,
-      {{"--window", into(a.window_m)}, {"--stride", into(a.stride_m)}, {"--radius", into(a.radius_m)}},
-      a.options, 2, "prior_bench MAP_SESSION SESSION... [options]");
+  a.sessions = parseArguments(argc, argv,
+                              {{"--window", into(a.window_m)},
+                               {"--stride", into(a.stride_m)},
+                               {"--radius", into(a.radius_m)}},
+                              a.options, 2, "prior_bench MAP_SESSION SESSION... [options]");
   return a;
 }
 
@@ -103,7 +104,8 @@ void run(const std::string& path, const SemanticMap& map, const Localizer& local
     const Localization anywhere = localizer.localize(query);
     free.add(anywhere, isRight(anywhere));
     const Eigen::Vector3d here =
-        session.negative ? Eigen::Vector3d(0, 0, 0) : Eigen::Vector3d(truth[last - 1].T_frame_sensor.translation());
+        session.negative ? Eigen::Vector3d(0, 0, 0)
+                         : Eigen::Vector3d(truth[last - 1].T_frame_sensor.translation());
     if (!session.negative) {
       const Eigen::Vector3d beside = here + Eigen::Vector3d(0.4 * a.radius_m, 0, 0);
       const Localization fix = Localizer(map, within(beside, a)).localize(query);

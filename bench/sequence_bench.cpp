@@ -31,7 +31,8 @@ std::vector<Window> disjointWindows(const Session& s, double window_m, double st
   std::vector<Window> windows;
   for (double from = 0; from == 0 || from + window_m <= t.back() + 1; from += stride_m) {
     const auto first = std::lower_bound(t.begin(), t.end(), from - kRounding_m) - t.begin();
-    const auto last = std::upper_bound(t.begin(), t.end(), from + window_m - kRounding_m) - t.begin();
+    const auto last =
+        std::upper_bound(t.begin(), t.end(), from + window_m - kRounding_m) - t.begin();
     windows.push_back({static_cast<std::size_t>(first), static_cast<std::size_t>(last)});
   }
   return windows;
@@ -101,8 +102,8 @@ int main(int argc, char** argv) try {
   Options options;
   options.threads = 1;
   const std::vector<std::string> sessions =
-      parseArguments(argc, argv, {{"--window", into(window_m)}, {"--stride", into(stride_m)}}, options, 2,
-                     "sequence_bench MAP_SESSION SESSION... [options]");
+      parseArguments(argc, argv, {{"--window", into(window_m)}, {"--stride", into(stride_m)}},
+                     options, 2, "sequence_bench MAP_SESSION SESSION... [options]");
   const auto source = openRecording(sessions[0]);
   const SemanticMap map = buildMap({source.get()}, options);
   const Localizer localizer(map, options);

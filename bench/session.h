@@ -33,7 +33,8 @@ struct Window {
   std::size_t first = 0, last = 0;
 };
 
-/// Windows of `window_m`, `stride_m` apart, both ends included; the first one also if the session is shorter.
+/// Windows of `window_m`, `stride_m` apart, both ends included; the first one also if the session
+/// is shorter.
 std::vector<Window> windowsOf(const Session& session, double window_m, double stride_m);
 
 }  // namespace xview::bench

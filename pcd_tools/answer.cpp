@@ -113,7 +113,8 @@ std::string toJson(const Answer& answer) {
   json["status"] = toString(fix.status);
   json["reason"] = fix.reason;
   json["confidence"] = fix.confidence;
-  json["T_map_query"] = has_pose ? rowMajor<4>(inLengthsOfQuery(fix.T_map_query, fix.scale)) : Json();
+  json["T_map_query"] =
+      has_pose ? rowMajor<4>(inLengthsOfQuery(fix.T_map_query, fix.scale)) : Json();
   json["pose"] = has_pose ? poseOf(answer) : Json();
   json["covariance"] = has_pose ? rowMajor<6>(fix.covariance) : Json();
   json["scale"] = fix.scale;

@@ -29,11 +29,10 @@ std::string numberOrNothing(const std::optional<double>& value, int digits) {
 
 std::string csvLine(const Contribution& c) {
   const Eigen::Vector3d& p = c.map_position;
-  std::string line =
-      fmt::format("{},{},{},{:.3f},{:.3f},{:.3f},{},{},",
-                  c.kind == Contribution::Kind::sample ? "sample" : "vertex", c.name,
-                  toString(c.testimony), p.x(), p.y(), p.z(), numberOrNothing(c.nats, 3),
-                  numberOrNothing(c.expected, 3));
+  std::string line = fmt::format("{},{},{},{:.3f},{:.3f},{:.3f},{},{},",
+                                 c.kind == Contribution::Kind::sample ? "sample" : "vertex", c.name,
+                                 toString(c.testimony), p.x(), p.y(), p.z(),
+                                 numberOrNothing(c.nats, 3), numberOrNothing(c.expected, 3));
   if (c.partner_index) line += fmt::format("{}", *c.partner_index);
   line += c.partner ? fmt::format(",{:.3f},{:.3f},{:.3f},", c.partner->x(), c.partner->y(),
                                   c.partner->z())
@@ -44,17 +43,19 @@ std::string csvLine(const Contribution& c) {
 std::string toCsv(const Answer& answer, const Explanation& explanation) {
   std::string text = fmt::format("# {}: {}; confidence {:.4f}\n", toString(answer.fix.status),
                                  answer.fix.reason, answer.fix.confidence);
-  text +=
-      "kind,name,testimony,x,y,z,nats,expected_nats,map_vertex,map_x,map_y,map_z,residual_m\n";
+  text += "kind,name,testimony,x,y,z,nats,expected_nats,map_vertex,map_x,map_y,map_z,residual_m\n";
   for (const Contribution& c : explanation.contributions) text += csvLine(c);
   return text;
 }
 
 Color colorOf(Testimony testimony) {
   switch (testimony) {
-    case Testimony::kept: return {30, 170, 60};
-    case Testimony::contradicting: return {210, 40, 40};
-    default: return {150, 150, 150};
+    case Testimony::kept:
+      return {30, 170, 60};
+    case Testimony::contradicting:
+      return {210, 40, 40};
+    default:
+      return {150, 150, 150};
   }
 }
 

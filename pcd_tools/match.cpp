@@ -7,8 +7,8 @@
 #include "drawing.h"
 #include "queries.h"
 #include "xview/localizer.h"
-#include "xview/types/stopwatch.h"
 #include "xview/types/error.h"
+#include "xview/types/stopwatch.h"
 #include "xview/view/match_drawing.h"
 
 namespace xview::tools {

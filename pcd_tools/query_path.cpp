@@ -61,8 +61,8 @@ void QueryPath::add(const Answer& answer) {
   const std::size_t last = T_odom_sensor_.size() - 1;
   // A graph or map is one query; its answer is that of its last pose.
   const std::size_t index = answer.frames == T_odom_sensor_.size() ? answer.last_index : last;
-  anchors_.push_back({index, fix.T_map_query, fix.T_map_sensor, fix.scale,
-                      fix.covariance, fix.confidence});
+  anchors_.push_back(
+      {index, fix.T_map_query, fix.T_map_sensor, fix.scale, fix.covariance, fix.confidence});
 }
 
 std::vector<Eigen::Isometry3d> QueryPath::poses() const {

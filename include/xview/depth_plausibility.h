@@ -8,12 +8,13 @@
 
 namespace xview {
 
-/// Throws Error if ground and houses are curved as if depth were along the ray and not along the axis, or the other way round
-/// (curvatureOfPlanes), and frames agree better that way, too. Looks at some frames of the recording.
+/// Throws Error if ground and houses are curved as if depth were along the ray and not along the
+/// axis, or the other way round (curvatureOfPlanes), and frames agree better that way, too. Looks
+/// at some frames of the recording.
 void requireKindOfDepth(const FrameSource& source);
 
-/// Watches what became of the measurements of a recording, to name a wrong depth scale, or depth along the ray taken for planar depth,
-/// instead of mapping nonsense.
+/// Watches what became of the measurements of a recording, to name a wrong depth scale, or depth
+/// along the ray taken for planar depth, instead of mapping nonsense.
 class DepthPlausibility {
  public:
   /// One frame: what lifting counted, and the ranges of what it kept.
@@ -21,7 +22,8 @@ class DepthPlausibility {
 
   /// Throws Error
   /// - if next to nothing that was measured is within the range limits;
-  /// - if depths are suspiciously small and frames contradict one another, while depths ten, a hundred or a thousand times as large would
+  /// - if depths are suspiciously small and frames contradict one another, while depths ten, a
+  /// hundred or a thousand times as large would
   ///   agree (agreementOfDepths);
   /// - if depths are of the other kind (requireKindOfDepth).
   /// A recording that is merely unusual passes.

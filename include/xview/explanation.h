@@ -27,7 +27,7 @@ struct Contribution {
   std::string name;  ///< channel of a sample, class of a vertex
   Testimony testimony = Testimony::unknown;
   Eigen::Vector3d map_position = Eigen::Vector3d::Zero();  ///< where the pose puts it [m]
-  std::optional<double> nats;      ///< its share of the score; samples only
+  std::optional<double> nats;                              ///< its share of the score; samples only
   std::optional<double> expected;  ///< what it would give at a true pose on average; samples only
   std::optional<Eigen::Vector3d> partner;      ///< nearest of its kind in the map [m]
   std::optional<std::uint32_t> partner_index;  ///< map vertex, if the partner is one

@@ -10,11 +10,12 @@
 
 namespace xview {
 
-/// Counts how far the samples of query windows lie from map samples of their channel, at the true pose and at wrong poses on the road of
-/// the map (heading along it or against it, at least 25 m off). `T_map_sensor`: true pose of each frame. Windows of `window_m`
-/// metres of travel overlap by two thirds.
+/// Counts how far the samples of query windows lie from map samples of their channel, at the true
+/// pose and at wrong poses on the road of the map (heading along it or against it, at least 25 m
+/// off). `T_map_sensor`: true pose of each frame. Windows of `window_m` metres of travel overlap by
+/// two thirds.
 LikelihoodTable learnLikelihoods(const SemanticMap& map, const std::vector<FrameDigest>& frames,
-                                 const std::vector<Eigen::Isometry3d>& T_map_sensor, double window_m,
-                                 const Options& options);
+                                 const std::vector<Eigen::Isometry3d>& T_map_sensor,
+                                 double window_m, const Options& options);
 
 }  // namespace xview

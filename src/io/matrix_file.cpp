@@ -7,8 +7,7 @@
 
 namespace xview {
 
-void writeMatrix(const std::string& path, const Eigen::Isometry3d& T_target_source,
-                 double scale) {
+void writeMatrix(const std::string& path, const Eigen::Isometry3d& T_target_source, double scale) {
   AtomicFile file(path);
   Eigen::Matrix4d m = T_target_source.matrix();
   m.topLeftCorner<3, 3>() *= scale;

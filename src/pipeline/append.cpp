@@ -18,7 +18,9 @@ constexpr double kSameUp_rad = 0.03;
 class VertexGrid {
  public:
   explicit VertexGrid(double cell_m) : cell_m_(cell_m) {}
-  void add(const Vertex& v, std::uint32_t number) { cells_[keyOf(v.label, v.position, 0, 0)].push_back(number); }
+  void add(const Vertex& v, std::uint32_t number) {
+    cells_[keyOf(v.label, v.position, 0, 0)].push_back(number);
+  }
   /// Number of the nearest one within `reach_m` (at most the cell size), or -1.
   std::int64_t nearest(const std::vector<Vertex>& vertices, const Vertex& v, double reach_m) const {
     std::int64_t best = -1;
@@ -54,32 +56,40 @@ void absorb(Vertex& vertex, const Vertex& other) {
   const double a = vertex.observations, b = other.observations, share = b / std::max(1.0, a + b);
   vertex.position += share * (other.position - vertex.position);
   vertex.extent += share * (other.extent - vertex.extent);
-  vertex.sigma_m = std::sqrt((1 - share) * vertex.sigma_m * vertex.sigma_m + share * other.sigma_m * other.sigma_m);
+  vertex.sigma_m = std::sqrt((1 - share) * vertex.sigma_m * vertex.sigma_m +
+                             share * other.sigma_m * other.sigma_m);
   vertex.observations += other.observations;
   vertex.points += other.points;
 }
 
 /// Edges found in images and edges of a radius say different things of the same vertices.
 void requireSameSpace(const SemanticMap& map, const SemanticMap& addition) {
-  if (map.graph.space == addition.graph.space || map.graph.empty() || addition.graph.empty()) return;
+  if (map.graph.space == addition.graph.space || map.graph.empty() || addition.graph.empty())
+    return;
   throw Error(addition.sources.empty() ? "addition" : addition.sources.front(),
-              std::string("its graph_space is ") + toString(addition.graph.space) + ", that of the map is " + toString(map.graph.space));
+              std::string("its graph_space is ") + toString(addition.graph.space) +
+                  ", that of the map is " + toString(map.graph.space));
 }
 
-void appendGraph(SemanticGraph& graph, const SemanticGraph& addition, const LabelSet& labels, const Options& options) {
+void appendGraph(SemanticGraph& graph, const SemanticGraph& addition, const LabelSet& labels,
+                 const Options& options) {
   if (graph.empty()) graph.space = addition.space;
   const bool in_images = graph.space == GraphSpace::image;
   const double object_m = options.merge.object_m;
-  const double surface_m = in_images ? options.merge.first_observation_m : options.merge.surface_m / 2;
+  const double surface_m =
+      in_images ? options.merge.first_observation_m : options.merge.surface_m / 2;
   VertexGrid grid(std::max(object_m, surface_m));
   for (std::uint32_t i = 0; i < graph.size(); ++i) grid.add(graph.vertices[i], i);
   std::vector<std::uint32_t> now_at;  // of the vertices of the addition
   for (const Vertex& v : addition.vertices) {
     const double reach = labels.role(v.label) == Role::surface ? surface_m : object_m;
     const std::int64_t known = grid.nearest(graph.vertices, v, reach);
-    now_at.push_back(static_cast<std::uint32_t>(known >= 0 ? known : static_cast<std::int64_t>(graph.size())));
-    if (known >= 0) absorb(graph.vertices[known], v);
-    else graph.vertices.push_back(v);
+    now_at.push_back(
+        static_cast<std::uint32_t>(known >= 0 ? known : static_cast<std::int64_t>(graph.size())));
+    if (known >= 0)
+      absorb(graph.vertices[known], v);
+    else
+      graph.vertices.push_back(v);
   }
   if (!in_images) return connectByRadius(graph, options.edges);
   std::vector<std::pair<std::uint32_t, std::uint32_t>> edges = graph.edges();
@@ -107,11 +117,14 @@ void appendCloud(LabelledCloud& cloud, const LabelledCloud& addition, double vox
 void appendToMap(SemanticMap& map, const SemanticMap& addition, const Options& options) {
   if (map.labels != addition.labels) {
     throw Error(addition.sources.empty() ? "addition" : addition.sources.front(),
-                "its classes (label set '" + addition.labels.name() + "') are not those of the map ('" + map.labels.name() + "')");
+                "its classes (label set '" + addition.labels.name() +
+                    "') are not those of the map ('" + map.labels.name() + "')");
   }
-  if (!map.plan.known.empty() && !addition.plan.known.empty() && map.plan.upright.angularDistance(addition.plan.upright) > kSameUp_rad) {
-    throw Error(addition.sources.empty() ? "addition" : addition.sources.front(),
-                "its frame is tilted against that of the map; only recordings in one frame can be joined");
+  if (!map.plan.known.empty() && !addition.plan.known.empty() &&
+      map.plan.upright.angularDistance(addition.plan.upright) > kSameUp_rad) {
+    throw Error(
+        addition.sources.empty() ? "addition" : addition.sources.front(),
+        "its frame is tilted against that of the map; only recordings in one frame can be joined");
   }
   requireSameSpace(map, addition);
   appendGraph(map.graph, addition.graph, map.labels, options);

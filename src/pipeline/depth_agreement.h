@@ -8,7 +8,8 @@
 
 namespace xview {
 
-/// What becomes of the pixels of one frame in another one, if depths times a scale and the poses are right.
+/// What becomes of the pixels of one frame in another one, if depths times a scale and the poses
+/// are right.
 struct DepthAgreement {
   double visible = 0;   ///< share of the pixels that the other frame should see
   double agreeing = 0;  ///< share of these that it measures there, within 5 %
@@ -18,7 +19,8 @@ DepthAgreement agreementOfDepths(const Frame& a, const Frame& b, double scale);
 
 using FramePair = std::pair<Frame, Frame>;
 
-/// Frames of three places of a recording between which the camera has moved by half a metre or more; fewer where it stood.
+/// Frames of three places of a recording between which the camera has moved by half a metre or
+/// more; fewer where it stood.
 std::vector<FramePair> movedPairs(const FrameSource& source);
 
 /// The mean of the pairs.

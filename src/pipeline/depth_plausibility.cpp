@@ -15,12 +15,16 @@
 namespace xview {
 namespace {
 
-constexpr double kFewLifted = 0.02;     ///< less of what was measured in range is no unusual recording any more
-constexpr float kSmallRange_m = 5;      ///< half of a frame nearer than this: a room, or a wrong scale
-constexpr double kSeen = 0.05;          ///< share of pixels that both frames see
-constexpr double kAgree = 0.7;          ///< share of these that agree if the scale is right: 0.85 to 1.00 in towns, noisy ones included
-constexpr double kBetter = 0.003;       ///< more agreement for the other kind of depth: 0.006 to 0.5 in towns
-constexpr double kContradict = 0.6;     ///< and if it is ten times too small, over that share: 0.1 to 0.5 near the ground
+constexpr double kFewLifted =
+    0.02;  ///< less of what was measured in range is no unusual recording any more
+constexpr float kSmallRange_m = 5;  ///< half of a frame nearer than this: a room, or a wrong scale
+constexpr double kSeen = 0.05;      ///< share of pixels that both frames see
+constexpr double kAgree = 0.7;  ///< share of these that agree if the scale is right: 0.85 to 1.00
+                                ///< in towns, noisy ones included
+constexpr double kBetter =
+    0.003;  ///< more agreement for the other kind of depth: 0.006 to 0.5 in towns
+constexpr double kContradict =
+    0.6;  ///< and if it is ten times too small, over that share: 0.1 to 0.5 near the ground
 
 float medianOf(std::vector<float> values) {
   if (values.empty()) return 0;
@@ -43,7 +47,8 @@ float medianMeasured(const Frame& frame) {
   return medianOf(std::move(values));
 }
 
-/// How many times larger depths would have to be for frames to agree; none if they agree as they are, or do not tell.
+/// How many times larger depths would have to be for frames to agree; none if they agree as they
+/// are, or do not tell.
 std::optional<int> missingFactor(const FrameSource& source) {
   if (source.sensor() != Sensor::camera) return std::nullopt;
   const std::vector<FramePair> pairs = movedPairs(source);
@@ -60,43 +65,55 @@ std::optional<int> missingFactor(const FrameSource& source) {
 }
 
 std::string scaleHint(const FrameSource& source, float median_m) {
-  if (source.sensor() != Sensor::camera) return fmt::format("half of the points are beyond {:.4g} m; are their coordinates in metres?", median_m);
-  return fmt::format("the median depth is {:.4g} m with depth_scale {:g}; is that scale right?", median_m,
-                     source.read(source.size() / 2).camera.depth_scale);
+  if (source.sensor() != Sensor::camera)
+    return fmt::format("half of the points are beyond {:.4g} m; are their coordinates in metres?",
+                       median_m);
+  return fmt::format("the median depth is {:.4g} m with depth_scale {:g}; is that scale right?",
+                     median_m, source.read(source.size() / 2).camera.depth_scale);
 }
 
 void requireInRange(const LiftCounts& counts, const FrameSource& source) {
   const auto measured = static_cast<double>(counts.lifted + counts.out_of_range);
   if (measured == 0 || static_cast<double>(counts.lifted) >= kFewLifted * measured) return;
-  throw Error(source.name(), fmt::format("{:.1f} % of the measurements are out of range (lift.min_range_m to lift.max_range_m): {}",
-                                         100.0 * static_cast<double>(counts.out_of_range) / measured,
-                                         scaleHint(source, medianMeasured(source.read(source.size() / 2)))));
+  throw Error(source.name(),
+              fmt::format("{:.1f} % of the measurements are out of range (lift.min_range_m to "
+                          "lift.max_range_m): {}",
+                          100.0 * static_cast<double>(counts.out_of_range) / measured,
+                          scaleHint(source, medianMeasured(source.read(source.size() / 2)))));
 }
 
 void requireScale(const FrameSource& source) {
   const auto factor = missingFactor(source);
   if (!factor) return;
-  throw Error(source.name(), fmt::format("depths contradict the poses, but would agree with them if they were {} times as large: {}", *factor,
-                                         scaleHint(source, medianMeasured(source.read(source.size() / 2)))));
+  throw Error(
+      source.name(),
+      fmt::format("depths contradict the poses, but would agree with them if they were {} times as "
+                  "large: {}",
+                  *factor, scaleHint(source, medianMeasured(source.read(source.size() / 2)))));
 }
 
 }  // namespace
 
-/// Two witnesses that do not know of each other, because a refusal of right data is worse than a map that is somewhat bent.
+/// Two witnesses that do not know of each other, because a refusal of right data is worse than a
+/// map that is somewhat bent.
 void requireKindOfDepth(const FrameSource& source) {
   if (source.sensor() != Sensor::camera || !planesSayOtherKind(source)) return;
   std::vector<FramePair> pairs = movedPairs(source);
   if (pairs.empty()) return;
   const bool is_range = pairs[0].first.camera.depth_is_range;
   const double as_given = agreementOf(pairs, 1).agreeing;
-  for (FramePair& pair : pairs) pair.first.camera.depth_is_range = pair.second.camera.depth_is_range = !is_range;
+  for (FramePair& pair : pairs)
+    pair.first.camera.depth_is_range = pair.second.camera.depth_is_range = !is_range;
   const double otherwise = agreementOf(pairs, 1).agreeing;
   if (otherwise < kAgree || otherwise < as_given + kBetter) return;
-  throw Error(source.name(),
-              fmt::format("ground and houses are curved, but would be flat if depths were {} instead of {}; frames then agree in {:.1f} % "
-                          "of what both see instead of {:.1f} %: is `depth: {}` missing in camera.yaml?",
-                          is_range ? "along the optical axis" : "along the rays", is_range ? "along the rays" : "along the optical axis",
-                          100 * otherwise, 100 * as_given, is_range ? "planar" : "range"));
+  throw Error(
+      source.name(),
+      fmt::format("ground and houses are curved, but would be flat if depths were {} instead of "
+                  "{}; frames then agree in {:.1f} % "
+                  "of what both see instead of {:.1f} %: is `depth: {}` missing in camera.yaml?",
+                  is_range ? "along the optical axis" : "along the rays",
+                  is_range ? "along the rays" : "along the optical axis", 100 * otherwise,
+                  100 * as_given, is_range ? "planar" : "range"));
 }
 
 void DepthPlausibility::add(const LiftCounts& counts, const std::vector<float>& ranges) {

@@ -17,12 +17,15 @@
 namespace xview {
 namespace {
 
-constexpr float kAerialFrom_m = 15;    ///< a camera whose nearest tenth is further away looks down from the air
-constexpr double kKnownWell_m = 0.05;  ///< depths with less noise are not smoothed
-constexpr std::size_t kFramesAhead = 8; ///< digested and not yet taken
-constexpr float kReferenceFocal = 160; ///< votes count measurements per solid angle of such a camera [px]
+constexpr float kAerialFrom_m =
+    15;  ///< a camera whose nearest tenth is further away looks down from the air
+constexpr double kKnownWell_m = 0.05;    ///< depths with less noise are not smoothed
+constexpr std::size_t kFramesAhead = 8;  ///< digested and not yet taken
+constexpr float kReferenceFocal =
+    160;  ///< votes count measurements per solid angle of such a camera [px]
 
-/// How far a sensor can be trusted: half the vote at `half_m`, none beyond `reach_m`, thin things only within `thin_m`.
+/// How far a sensor can be trusted: half the vote at `half_m`, none beyond `reach_m`, thin things
+/// only within `thin_m`.
 struct Trust {
   float half_m, reach_m, thin_m, gain;
 };
@@ -35,37 +38,46 @@ Trust trustOf(Sensor sensor, bool aerial) {
 
 bool looksFromTheAir(const Frame& frame, const std::vector<float>& ranges) {
   if (frame.sensor != Sensor::camera || ranges.empty()) return false;
-  const auto near = std::count_if(ranges.begin(), ranges.end(), [](float r) { return r <= kAerialFrom_m; });
+  const auto near =
+      std::count_if(ranges.begin(), ranges.end(), [](float r) { return r <= kAerialFrom_m; });
   return 10 * static_cast<std::size_t>(near) < ranges.size();
 }
 
-/// A voxel counts as its measurements, at most four, half of them each; less with the square of the range.
-void castVotes(const Frame& frame, const std::vector<std::uint32_t>& points_per_voxel, FrameDigest& digest) {
+/// A voxel counts as its measurements, at most four, half of them each; less with the square of the
+/// range.
+void castVotes(const Frame& frame, const std::vector<std::uint32_t>& points_per_voxel,
+               FrameDigest& digest) {
   const Trust trust = trustOf(frame.sensor, digest.aerial);
-  const float density =
-      frame.sensor == Sensor::camera
-          ? kReferenceFocal * kReferenceFocal / static_cast<float>(frame.camera.fx * frame.camera.fy)
-          : 1.f;
+  const float density = frame.sensor == Sensor::camera
+                            ? kReferenceFocal * kReferenceFocal /
+                                  static_cast<float>(frame.camera.fx * frame.camera.fy)
+                            : 1.f;
   const std::vector<float>& ranges = digest.cloud.ranges;
   digest.votes.resize(digest.cloud.size());
   digest.thin_trusted.assign(digest.cloud.size(), true);
   for (std::size_t i = 0; i < digest.cloud.size(); ++i) {
     const float range = ranges.empty() ? 0.f : ranges[i];
-    const float measured = std::min(4.f, std::max(1.f, density * static_cast<float>(points_per_voxel[i])));
+    const float measured =
+        std::min(4.f, std::max(1.f, density * static_cast<float>(points_per_voxel[i])));
     const float fade = range / trust.half_m;
-    digest.votes[i] = range > trust.reach_m ? 0.f : trust.gain * 0.5f * measured / (1 + fade * fade);
+    digest.votes[i] =
+        range > trust.reach_m ? 0.f : trust.gain * 0.5f * measured / (1 + fade * fade);
     digest.thin_trusted[i] = range <= trust.thin_m;
   }
 }
 
-void findImageBlobs(const Frame& cleaned, const LabelSet& labels, const Options& options, FrameDigest& digest) {
-  ImageBlobs found = extractImageBlobs(cleaned, labels, options.image_blobs, maxRange(cleaned, options.lift));
+void findImageBlobs(const Frame& cleaned, const LabelSet& labels, const Options& options,
+                    FrameDigest& digest) {
+  ImageBlobs found =
+      extractImageBlobs(cleaned, labels, options.image_blobs, maxRange(cleaned, options.lift));
   digest.blobs = std::move(found.blobs);
   digest.blob_edges = std::move(found.edges);
 }
 
-/// Blobs of the classes that merging uses: surfaces are sampled in mode running_mean, and most points are theirs.
-std::vector<Blob> frameBlobs(LabelledCloud points, const ScanView& scan, const LabelSet& labels, const Options& options) {
+/// Blobs of the classes that merging uses: surfaces are sampled in mode running_mean, and most
+/// points are theirs.
+std::vector<Blob> frameBlobs(LabelledCloud points, const ScanView& scan, const LabelSet& labels,
+                             const Options& options) {
   if (options.merge.mode == "running_mean") {
     std::size_t kept = 0;
     std::uint32_t last_label = 0;
@@ -86,7 +98,8 @@ std::vector<Blob> frameBlobs(LabelledCloud points, const ScanView& scan, const L
     points.ranges.clear();
   }
   const bool thin = options.blobs.voxel_m > 0;
-  return extractBlobs(thin ? thinByVoxel(points, options.blobs.voxel_m) : points, labels, options.blobs, nullptr, scan);
+  return extractBlobs(thin ? thinByVoxel(points, options.blobs.voxel_m) : points, labels,
+                      options.blobs, nullptr, scan);
 }
 
 FrameDigest readAndDigest(const FrameSource& source, std::size_t i, const Options& options) {
@@ -99,7 +112,8 @@ FrameDigest readAndDigest(const FrameSource& source, std::size_t i, const Option
 }
 
 /// At most `ahead` frames are digested and not yet taken.
-void digestInOrder(const FrameSource& source, const Options& options, std::size_t ahead, const std::function<void(FrameDigest)>& take) {
+void digestInOrder(const FrameSource& source, const Options& options, std::size_t ahead,
+                   const std::function<void(FrameDigest)>& take) {
   requireGraphSpace(options, source.sensor(), source.name());
   std::vector<FrameDigest> waiting(ahead);
   DepthPlausibility depths;
@@ -125,7 +139,8 @@ FrameDigest digestFrame(Frame frame, const LabelSet& labels, const Options& opti
     const double noise = inverseDepthNoise(frame.depth);
     digest.inverse_depth_sigma = noise;
     frame.label = cleanLabels(frame.label, labels, options.clean);
-    if (isNoiseOfPixels(noise, frame.depth)) smoothDepth(frame.depth, frame.label, noise, kKnownWell_m);
+    if (isNoiseOfPixels(noise, frame.depth))
+      smoothDepth(frame.depth, frame.label, noise, kKnownWell_m);
   }
   ScanView scan{frame.T_odom_sensor, {}};
   if (frame.sensor != Sensor::camera) scan.beams = measureBeamSpacing(frame.cloud);
@@ -135,18 +150,22 @@ FrameDigest digestFrame(Frame frame, const LabelSet& labels, const Options& opti
   digest.cloud = thinByVoxel(points, options.plan.voxel_m, &points_per_voxel);
   castVotes(frame, points_per_voxel, digest);
   digest.timing_ms.emplace_back("lift", watch.lap_ms());
-  if (isImageSpace(options)) findImageBlobs(frame, labels, options, digest);
-  else digest.blobs = frameBlobs(std::move(points), scan, labels, options);
+  if (isImageSpace(options))
+    findImageBlobs(frame, labels, options, digest);
+  else
+    digest.blobs = frameBlobs(std::move(points), scan, labels, options);
   for (Blob& blob : digest.blobs) blob.first_frame = blob.last_frame = frame.number;
   digest.timing_ms.emplace_back("blobs", watch.lap_ms());
   return digest;
 }
 
-void digestRecording(const FrameSource& source, const Options& options, const std::function<void(FrameDigest)>& take) {
+void digestRecording(const FrameSource& source, const Options& options,
+                     const std::function<void(FrameDigest)>& take) {
   digestInOrder(source, options, kFramesAhead, take);
 }
 
-std::vector<FrameDigest> digestRecording(const FrameSource& source, const Options& options, const Progress& progress) {
+std::vector<FrameDigest> digestRecording(const FrameSource& source, const Options& options,
+                                         const Progress& progress) {
   std::vector<FrameDigest> digests;
   digests.reserve(source.size());
   digestInOrder(source, options, std::max<std::size_t>(1, source.size()), [&](FrameDigest digest) {

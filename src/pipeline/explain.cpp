@@ -38,7 +38,8 @@ class NearestSample {
 
  private:
   static std::pair<int, int> blockOf(double x, double y) {
-    return {static_cast<int>(std::floor(x / kPartnerReach_m)), static_cast<int>(std::floor(y / kPartnerReach_m))};
+    return {static_cast<int>(std::floor(x / kPartnerReach_m)),
+            static_cast<int>(std::floor(y / kPartnerReach_m))};
   }
   std::map<std::pair<int, int>, std::vector<PlanSample>> blocks_;
 };
@@ -47,9 +48,9 @@ class NearestSample {
 double groundAt(const PlanView& plan, const Eigen::Vector2d& p) {
   const auto cx = static_cast<std::int32_t>(std::floor((p.x() - plan.origin_x) / plan.cell_m));
   const auto cy = static_cast<std::int32_t>(std::floor((p.y() - plan.origin_y) / plan.cell_m));
-  const auto at = std::lower_bound(plan.known.begin(), plan.known.end(), std::make_pair(cy, cx), [](const GroundCell& c, const auto& key) {
-    return std::make_pair(c.y, c.x) < key;
-  });
+  const auto at = std::lower_bound(
+      plan.known.begin(), plan.known.end(), std::make_pair(cy, cx),
+      [](const GroundCell& c, const auto& key) { return std::make_pair(c.y, c.x) < key; });
   const bool seen = at != plan.known.end() && at->x == cx && at->y == cy;
   return plan.origin_z + (seen ? at->z : 0);
 }
@@ -63,14 +64,18 @@ Testimony testimonyOf(const SampleEvidence& e) {
 
 const char* toString(Testimony testimony) {
   switch (testimony) {
-    case Testimony::kept: return "kept";
-    case Testimony::contradicting: return "contradicting";
-    default: return "unknown";
+    case Testimony::kept:
+      return "kept";
+    case Testimony::contradicting:
+      return "contradicting";
+    default:
+      return "unknown";
   }
 }
 
-void explainSamples(const PlanPlaces& places, const PlanView& map, const Query& query, const PlanQuery& plan_query,
-                    const Eigen::Isometry3d& T_map_query, Explanation& explanation) {
+void explainSamples(const PlanPlaces& places, const PlanView& map, const Query& query,
+                    const PlanQuery& plan_query, const Eigen::Isometry3d& T_map_query,
+                    Explanation& explanation) {
   std::array<std::optional<NearestSample>, kChannels> nearest;
   for (const SampleEvidence& e : places.evidence(plan_query, placeOf(T_map_query))) {
     const auto c = static_cast<std::size_t>(e.channel);
@@ -82,16 +87,19 @@ void explainSamples(const PlanPlaces& places, const PlanView& map, const Query& 
     contribution.map_position << e.map, (T_map_query * in_query).z();
     contribution.nats = e.nats;
     contribution.expected = e.expected;
-    if (const PlanSample* s = nearest[c]->find(e.map.x() - map.origin_x, e.map.y() - map.origin_y)) {
-      contribution.partner = Eigen::Vector3d(map.origin_x + s->x, map.origin_y + s->y, map.origin_z + s->z);
+    if (const PlanSample* s =
+            nearest[c]->find(e.map.x() - map.origin_x, e.map.y() - map.origin_y)) {
+      contribution.partner =
+          Eigen::Vector3d(map.origin_x + s->x, map.origin_y + s->y, map.origin_z + s->z);
       contribution.residual_m = (contribution.partner->head<2>() - e.map).norm();
     }
     explanation.contributions.push_back(contribution);
   }
 }
 
-void explainVertices(const SemanticMap& map, const Query& query, const std::vector<Correspondence>& kept,
-                     const Eigen::Isometry3d& T_map_query, Explanation& explanation) {
+void explainVertices(const SemanticMap& map, const Query& query,
+                     const std::vector<Correspondence>& kept, const Eigen::Isometry3d& T_map_query,
+                     Explanation& explanation) {
   for (const Correspondence& c : kept) {
     if (c.query >= query.graph.size() || c.map >= map.graph.size()) continue;
     const Vertex &seen = query.graph.vertices[c.query], &known = map.graph.vertices[c.map];

@@ -8,12 +8,14 @@
 namespace xview {
 
 /// Adds what each plan-view sample says about a pose. Map, query and pose are gravity-aligned.
-void explainSamples(const PlanPlaces& places, const PlanView& map, const Query& query, const PlanQuery& plan_query,
-                    const Eigen::Isometry3d& T_map_query, Explanation& explanation);
+void explainSamples(const PlanPlaces& places, const PlanView& map, const Query& query,
+                    const PlanQuery& plan_query, const Eigen::Isometry3d& T_map_query,
+                    Explanation& explanation);
 
 /// Adds pairs of vertices that a pose brings together.
-void explainVertices(const SemanticMap& map, const Query& query, const std::vector<Correspondence>& kept,
-                     const Eigen::Isometry3d& T_map_query, Explanation& explanation);
+void explainVertices(const SemanticMap& map, const Query& query,
+                     const std::vector<Correspondence>& kept, const Eigen::Isometry3d& T_map_query,
+                     Explanation& explanation);
 
 /// Turns all positions.
 void turn(const Eigen::Quaterniond& R, Explanation& explanation);

@@ -13,7 +13,10 @@ constexpr std::size_t kFramesForGravity = 16;  ///< that say together which way 
 }  // namespace
 
 GrowingPlace::GrowingPlace(const LabelSet& labels, const Options& options)
-    : labels_(labels), gravity_(options.gravity), graph_(labels, options), plan_(labels, options.plan) {}
+    : labels_(labels),
+      gravity_(options.gravity),
+      graph_(labels, options),
+      plan_(labels, options.plan) {}
 
 void GrowingPlace::add(FrameDigest frame) {
   if (upright_) return addUpright(frame);

@@ -13,9 +13,9 @@
 namespace xview {
 namespace {
 
-constexpr int kWrongPoses = 12;     ///< per window
+constexpr int kWrongPoses = 12;  ///< per window
 constexpr double kApart_m = 25;
-constexpr double kBlock_m = 1;      ///< surface samples are thinned to one per block
+constexpr double kBlock_m = 1;  ///< surface samples are thinned to one per block
 constexpr std::uint64_t kSeed = 5;
 
 /// Positions along a recording with the direction of travel.
@@ -28,7 +28,8 @@ struct Travel {
   }
 };
 
-PlanView planOf(const FrameDigest* first, const FrameDigest* last, const LabelSet& labels, const PlanOptions& options) {
+PlanView planOf(const FrameDigest* first, const FrameDigest* last, const LabelSet& labels,
+                const PlanOptions& options) {
   PlanViewBuilder builder(labels, options);
   for (const FrameDigest* f = first; f != last; ++f) {
     builder.add(f->cloud, f->votes, f->thin_trusted, Eigen::Isometry3d::Identity(), f->aerial);
@@ -41,25 +42,29 @@ template <class Body>
 void forEachSample(const PlanView& view, std::size_t channel, Body&& body) {
   std::set<std::pair<int, int>> taken;
   for (const PlanSample& s : view.samples[channel]) {
-    const std::pair<int, int> block{static_cast<int>(std::floor(s.x / kBlock_m)), static_cast<int>(std::floor(s.y / kBlock_m))};
+    const std::pair<int, int> block{static_cast<int>(std::floor(s.x / kBlock_m)),
+                                    static_cast<int>(std::floor(s.y / kBlock_m))};
     if (!isObject(static_cast<Channel>(channel)) && !taken.insert(block).second) continue;
     body(view.origin_x + s.x, view.origin_y + s.y);
   }
 }
 
-void countAt(const PlanField& field, const PlanView& view, const Eigen::Isometry3d& T_map_query, double height,
-             std::size_t channel, std::array<double, kDistanceBins>& counts) {
+void countAt(const PlanField& field, const PlanView& view, const Eigen::Isometry3d& T_map_query,
+             double height, std::size_t channel, std::array<double, kDistanceBins>& counts) {
   forEachSample(view, channel, [&](double x, double y) {
     const Eigen::Vector3d p = T_map_query * Eigen::Vector3d(x, y, height);
-    const std::uint8_t bin =
-        field.bin(channel, static_cast<std::int32_t>(std::floor((p.x() - field.originX()) / field.cellSize())),
-                  static_cast<std::int32_t>(std::floor((p.y() - field.originY()) / field.cellSize())));
+    const std::uint8_t bin = field.bin(
+        channel,
+        static_cast<std::int32_t>(std::floor((p.x() - field.originX()) / field.cellSize())),
+        static_cast<std::int32_t>(std::floor((p.y() - field.originY()) / field.cellSize())));
     if (bin < kDistanceBins) ++counts[bin];
   });
 }
 
-std::vector<Eigen::Isometry3d> wrongPoses(const Travel& map, const Travel& query, std::size_t middle,
-                                          const Eigen::Isometry3d& T_odom_sensor, const Eigen::Vector3d& truth, Random& random) {
+std::vector<Eigen::Isometry3d> wrongPoses(const Travel& map, const Travel& query,
+                                          std::size_t middle,
+                                          const Eigen::Isometry3d& T_odom_sensor,
+                                          const Eigen::Vector3d& truth, Random& random) {
   std::vector<Eigen::Isometry3d> poses;
   for (int i = 0; i < kWrongPoses; ++i) {
     std::size_t at = 0;
@@ -67,8 +72,10 @@ std::vector<Eigen::Isometry3d> wrongPoses(const Travel& map, const Travel& query
       at = random.below(static_cast<std::uint32_t>(map.positions.size()));
       if ((map.positions[at] - truth.head<2>()).norm() >= kApart_m) break;
     }
-    const double yaw = map.headingAt(at) - query.headingAt(middle) + (i % 2 ? M_PI : 0) + random.uniform(-.05, .05);
-    const Eigen::Vector2d goal = map.positions[at] + Eigen::Vector2d(random.uniform(-2, 2), random.uniform(-2, 2));
+    const double yaw = map.headingAt(at) - query.headingAt(middle) + (i % 2 ? M_PI : 0) +
+                       random.uniform(-.05, .05);
+    const Eigen::Vector2d goal =
+        map.positions[at] + Eigen::Vector2d(random.uniform(-2, 2), random.uniform(-2, 2));
     Eigen::Isometry3d T = poseFromYaw({goal.x(), goal.y(), 0}, yaw);
     T.translation().head<2>() -= (T.linear() * T_odom_sensor.translation()).head<2>();
     poses.push_back(T);
@@ -79,29 +86,38 @@ std::vector<Eigen::Isometry3d> wrongPoses(const Travel& map, const Travel& query
 }  // namespace
 
 LikelihoodTable learnLikelihoods(const SemanticMap& map, const std::vector<FrameDigest>& frames,
-                                 const std::vector<Eigen::Isometry3d>& T_map_sensor, double window_m,
-                                 const Options& options) {
+                                 const std::vector<Eigen::Isometry3d>& T_map_sensor,
+                                 double window_m, const Options& options) {
   LikelihoodTable table;
   if (frames.size() < 3 || map.keyframes.size() < 3) return table;
   const PlanField field(map.plan, options.threads);
   Travel map_travel, query_travel;
-  for (const Keyframe& k : map.keyframes) map_travel.positions.push_back(k.T_map_sensor.translation().head<2>());
+  for (const Keyframe& k : map.keyframes)
+    map_travel.positions.push_back(k.T_map_sensor.translation().head<2>());
   std::vector<double> distance{0};
   for (std::size_t i = 0; i < frames.size(); ++i) {
     query_travel.positions.push_back(frames[i].T_odom_sensor.translation().head<2>());
-    if (i > 0) distance.push_back(distance.back() + (frames[i].T_odom_sensor.translation() - frames[i - 1].T_odom_sensor.translation()).norm());
+    if (i > 0)
+      distance.push_back(distance.back() + (frames[i].T_odom_sensor.translation() -
+                                            frames[i - 1].T_odom_sensor.translation())
+                                               .norm());
   }
   Random random(kSeed);
   for (double from = 0; from + window_m <= distance.back() + 1; from += window_m / 3) {
-    const auto first = static_cast<std::size_t>(std::lower_bound(distance.begin(), distance.end(), from) - distance.begin());
-    const auto last = static_cast<std::size_t>(std::upper_bound(distance.begin(), distance.end(), from + window_m) - distance.begin());
+    const auto first = static_cast<std::size_t>(
+        std::lower_bound(distance.begin(), distance.end(), from) - distance.begin());
+    const auto last = static_cast<std::size_t>(
+        std::upper_bound(distance.begin(), distance.end(), from + window_m) - distance.begin());
     const std::size_t middle = std::min((first + last) / 2, frames.size() - 1);
-    const PlanView view = planOf(frames.data() + first, frames.data() + last, map.labels, options.plan);
+    const PlanView view =
+        planOf(frames.data() + first, frames.data() + last, map.labels, options.plan);
     const Eigen::Isometry3d T_true = T_map_sensor[middle] * frames[middle].T_odom_sensor.inverse();
     const double height = frames[middle].T_odom_sensor.translation().z();
-    const auto wrong = wrongPoses(map_travel, query_travel, middle, frames[middle].T_odom_sensor, T_map_sensor[middle].translation(), random);
+    const auto wrong = wrongPoses(map_travel, query_travel, middle, frames[middle].T_odom_sensor,
+                                  T_map_sensor[middle].translation(), random);
     for (std::size_t c = 0; c < kChannels; ++c) {
-      DistanceCounts& counts = table.at(view.aerial ? Viewpoint::air : Viewpoint::ground, static_cast<Channel>(c));
+      DistanceCounts& counts =
+          table.at(view.aerial ? Viewpoint::air : Viewpoint::ground, static_cast<Channel>(c));
       countAt(field, view, T_true, height, c, counts.at_true);
       for (const Eigen::Isometry3d& T : wrong) countAt(field, view, T, height, c, counts.at_wrong);
     }

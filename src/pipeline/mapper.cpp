@@ -21,8 +21,9 @@ LabelledCloud keptPoints(const LabelledCloud& cloud, const std::vector<bool>& ke
   return kept;
 }
 
-/// A cloud that grows by frames and is thinned whenever it has doubled, so that memory follows the map, not the recording. In the
-/// place of ranges it has the depth errors of its points, which thinning averages as well.
+/// A cloud that grows by frames and is thinned whenever it has doubled, so that memory follows the
+/// map, not the recording. In the place of ranges it has the depth errors of its points, which
+/// thinning averages as well.
 class GrowingCloud {
  public:
   GrowingCloud(double voxel_m, double max_sigma_m) : voxel_m_(voxel_m), max_sigma_m_(max_sigma_m) {}
@@ -58,7 +59,8 @@ class GrowingCloud {
   LabelledCloud cloud_;
 };
 
-/// The options that a map remembers. The number of threads changes no result, so it is none of them.
+/// The options that a map remembers. The number of threads changes no result, so it is none of
+/// them.
 std::string recordOf(Options options) {
   options.threads = Options().threads;
   return toYaml(options);
@@ -68,7 +70,9 @@ std::string recordOf(Options options) {
 class MapUnderConstruction {
  public:
   MapUnderConstruction(const LabelSet& labels, const Options& options)
-      : options_(options), place_(labels, options), cloud_(options.map.cloud_voxel_m, options.refine.max_sigma_m) {
+      : options_(options),
+        place_(labels, options),
+        cloud_(options.map.cloud_voxel_m, options.refine.max_sigma_m) {
     map_.labels = labels;
   }
 
@@ -96,7 +100,8 @@ class MapUnderConstruction {
     const auto source = static_cast<std::uint32_t>(map_.sources.size() - 1);
     const Eigen::Vector3d here = frame.T_odom_sensor.translation();
     const bool first = map_.keyframes.empty() || map_.keyframes.back().source != source;
-    if (first || (here - map_.keyframes.back().T_map_sensor.translation()).norm() >= options_.map.keyframe_every_m) {
+    if (first || (here - map_.keyframes.back().T_map_sensor.translation()).norm() >=
+                     options_.map.keyframe_every_m) {
       map_.keyframes.push_back({frame.number, frame.stamp_s, frame.T_odom_sensor, source});
     }
   }
@@ -107,13 +112,17 @@ class MapUnderConstruction {
   SemanticMap map_;
 };
 
-void requireSameLabels(const LabelSet& a, const std::string& name_a, const LabelSet& b, const std::string& name_b) {
-  if (a != b) throw Error(name_b, "its classes (label set '" + b.name() + "') are not those of " + name_a + " ('" + a.name() + "')");
+void requireSameLabels(const LabelSet& a, const std::string& name_a, const LabelSet& b,
+                       const std::string& name_b) {
+  if (a != b)
+    throw Error(name_b, "its classes (label set '" + b.name() + "') are not those of " + name_a +
+                            " ('" + a.name() + "')");
 }
 
 }  // namespace
 
-SemanticGraph buildGraph(const FrameSource& source, const Options& options, const std::function<void(const FrameDigest&)>& seen) {
+SemanticGraph buildGraph(const FrameSource& source, const Options& options,
+                         const std::function<void(const FrameDigest&)>& seen) {
   GrowingPlace place(source.labels(), options);
   digestRecording(source, options, [&](FrameDigest frame) {
     if (seen) seen(frame);
@@ -123,7 +132,8 @@ SemanticGraph buildGraph(const FrameSource& source, const Options& options, cons
   return place.finish().graph;
 }
 
-SemanticMap buildMap(const std::vector<const FrameSource*>& sources, const Options& options, const Progress& progress) {
+SemanticMap buildMap(const std::vector<const FrameSource*>& sources, const Options& options,
+                     const Progress& progress) {
   std::size_t total = 0, done = 0;
   for (const FrameSource* source : sources) {
     total += source->size();
@@ -142,7 +152,8 @@ SemanticMap buildMap(const std::vector<const FrameSource*>& sources, const Optio
   return map.finish();
 }
 
-SemanticMap buildMap(const SemanticGraph& graph, const LabelSet& labels, const std::string& source, const Options& options) {
+SemanticMap buildMap(const SemanticGraph& graph, const LabelSet& labels, const std::string& source,
+                     const Options& options) {
   SemanticMap map;
   map.labels = labels;
   map.graph = graph;

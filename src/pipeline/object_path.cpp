@@ -10,7 +10,8 @@
 namespace xview {
 namespace {
 
-constexpr double kUsualVertices = 60;  ///< of a query; scores of wrong places spread with the root of the vertices
+constexpr double kUsualVertices =
+    60;  ///< of a query; scores of wrong places spread with the root of the vertices
 
 ObjectEvidence evidenceOf(const ObjectSearchResult& result) {
   ObjectEvidence evidence;
@@ -42,7 +43,8 @@ ObjectSearchResult ObjectPath::search(const Query& query, const Priors& priors) 
   return index().search(query.graph, request);
 }
 
-void ObjectPath::localize(const Query& query, const Priors& priors, double rival_score, Localization& answer) const {
+void ObjectPath::localize(const Query& query, const Priors& priors, double rival_score,
+                          Localization& answer) const {
   Stopwatch watch;
   ObjectSearchResult result = search(query, priors);
   result.wrong.best = std::max(result.wrong.best, rival_score);
@@ -53,10 +55,12 @@ void ObjectPath::localize(const Query& query, const Priors& priors, double rival
 void ObjectPath::report(const ObjectSearchResult& result, Localization& answer) const {
   answer.vertices = result.vertices;
   answer.matches = result.poses;
-  const auto count = std::min(result.hypotheses.size(), static_cast<std::size_t>(options_.places.hypotheses));
+  const auto count =
+      std::min(result.hypotheses.size(), static_cast<std::size_t>(options_.places.hypotheses));
   for (std::size_t i = 0; i < count; ++i) {
     const ObjectHypothesis& h = result.hypotheses[i];
-    answer.hypotheses.push_back({h.T_map_query, h.score, static_cast<int>(h.inliers.size()), Proposer::search});
+    answer.hypotheses.push_back(
+        {h.T_map_query, h.score, static_cast<int>(h.inliers.size()), Proposer::search});
   }
   if (count > 0) {
     answer.kept = result.hypotheses[0].inliers;
@@ -65,13 +69,15 @@ void ObjectPath::report(const ObjectSearchResult& result, Localization& answer) 
   setVerdict(judge(evidenceOf(result), options_.object_verdict), answer);
 }
 
-PoseCheck ObjectPath::check(const Query& query, const Eigen::Isometry3d& T_map_query, double reach_m) const {
+PoseCheck ObjectPath::check(const Query& query, const Eigen::Isometry3d& T_map_query,
+                            double reach_m) const {
   const Eigen::Vector3d sensor = query.poses.back().translation();
   ObjectSearchRequest request;
   request.focus = sensor;
   const ObjectHypothesis h = index().score(query.graph, {T_map_query}, request).at(0);
   PoseCheck place{h.T_map_query, {h.score, 0, h.expected, h.known_share, {}, {}}, 0};
-  place.needed_margin = options_.sequence.min_object_margin * std::sqrt(static_cast<double>(query.graph.size()) / kUsualVertices);
+  place.needed_margin = options_.sequence.min_object_margin *
+                        std::sqrt(static_cast<double>(query.graph.size()) / kUsualVertices);
   if ((h.T_map_query * sensor - T_map_query * sensor).head<2>().norm() > reach_m) {
     place.T_map_query = T_map_query;
     place.evidence.score = 0;  // the objects agree with another pose, not with this one

@@ -16,9 +16,10 @@ class ObjectPath {
   /// All must outlive the path.
   ObjectPath(const SemanticMap& map, const Options& options) : map_(map), options_(options) {}
 
-  /// Fills everything but the refined pose and its covariance. Makes the index of the map at the first call.
-  /// `rival_score` is that of a place elsewhere that was found otherwise.
-  void localize(const Query& query, const Priors& priors, double rival_score, Localization& answer) const;
+  /// Fills everything but the refined pose and its covariance. Makes the index of the map at the
+  /// first call. `rival_score` is that of a place elsewhere that was found otherwise.
+  void localize(const Query& query, const Priors& priors, double rival_score,
+                Localization& answer) const;
   /// The two steps of it.
   ObjectSearchResult search(const Query& query, const Priors& priors) const;
   void report(const ObjectSearchResult& result, Localization& answer) const;

@@ -7,7 +7,8 @@
 
 namespace xview {
 
-PlaceGraph::PlaceGraph(const LabelSet& labels, const Options& options) : places_(labels, options.merge), labels_(labels), options_(options) {}
+PlaceGraph::PlaceGraph(const LabelSet& labels, const Options& options)
+    : places_(labels, options.merge), labels_(labels), options_(options) {}
 
 void PlaceGraph::add(const FrameDigest& frame) {
   if (isImageSpace(options_)) {
@@ -29,7 +30,8 @@ SemanticGraph PlaceGraph::finish(const PlanView& plan) const {
 void requireGraphSpace(const Options& options, Sensor sensor, const std::string& recording) {
   if (!isImageSpace(options) || sensor == Sensor::camera) return;
   throw UsageError("graph_space = image needs depth and label images, but " + recording +
-                   (sensor == Sensor::lidar ? " holds LiDAR scans" : " is a cloud") + "; use graph_space = cloud");
+                   (sensor == Sensor::lidar ? " holds LiDAR scans" : " is a cloud") +
+                   "; use graph_space = cloud");
 }
 
 bool isImageSpace(const Options& options) { return options.graph_space == "image"; }

@@ -12,7 +12,8 @@ class PlaceGraph {
  public:
   PlaceGraph(const LabelSet& labels, const Options& options);
   void add(const FrameDigest& frame);
-  /// With edges. Thin objects stand where the plan view of the same frames has them, unless the graph is of image space or as in the paper.
+  /// With edges. Thin objects stand where the plan view of the same frames has them, unless the
+  /// graph is of image space or as in the paper.
   SemanticGraph finish(const PlanView& plan) const;
 
  private:

@@ -14,12 +14,14 @@
 namespace xview {
 namespace {
 
-constexpr double kClearMargins = 5;    ///< so many needed margins are no coincidence anywhere
-constexpr double kPlaceMargin_m = 20;  ///< map vertices this far beyond the query still take part in walks
+constexpr double kClearMargins = 5;  ///< so many needed margins are no coincidence anywhere
+constexpr double kPlaceMargin_m =
+    20;  ///< map vertices this far beyond the query still take part in walks
 
 double radiusOf(const PlanQuery& query) {
   double radius = 0;
-  for (const PlanQuery::Sample& s : query.fine) radius = std::max(radius, static_cast<double>(std::hypot(s.x, s.y)));
+  for (const PlanQuery::Sample& s : query.fine)
+    radius = std::max(radius, static_cast<double>(std::hypot(s.x, s.y)));
   return radius;
 }
 
@@ -29,7 +31,8 @@ PlaceEvidence evidenceFor(const PlanHypothesis& h) {
   e.expected = h.expected;
   e.known_share = h.known_share;
   e.standing = {h.standing.score, h.standing.expected};
-  for (std::size_t side = 0; side < e.sides.size(); ++side) e.sides[side] = {h.sides[side].score, h.sides[side].expected};
+  for (std::size_t side = 0; side < e.sides.size(); ++side)
+    e.sides[side] = {h.sides[side].score, h.sides[side].expected};
   return e;
 }
 
@@ -42,18 +45,23 @@ struct PlacePath::RankedPlaces {
     Proposer proposer;
   };
 
-  /// Puts a verified pose where its score belongs; a place that is known already keeps the better pose.
+  /// Puts a verified pose where its score belongs; a place that is known already keeps the better
+  /// pose.
   void insert(const PlanHypothesis& place, Proposer proposer) {
-    const auto centreOf = [&](const PlanHypothesis& h) { return placeOfPoint(h.pose, query_centre); };
-    const auto known = std::find_if(places.begin(), places.end(),
-                                    [&](const Place& p) { return samePlace(centreOf(p.hypothesis), centreOf(place)); });
+    const auto centreOf = [&](const PlanHypothesis& h) {
+      return placeOfPoint(h.pose, query_centre);
+    };
+    const auto known = std::find_if(places.begin(), places.end(), [&](const Place& p) {
+      return samePlace(centreOf(p.hypothesis), centreOf(place));
+    });
     if (known != places.end()) {
       if (place.pose.score <= known->hypothesis.pose.score) return;
       places.erase(known);
     }
-    const auto at = std::upper_bound(places.begin(), places.end(), place, [](const PlanHypothesis& a, const Place& b) {
-      return a.pose.score > b.hypothesis.pose.score;
-    });
+    const auto at = std::upper_bound(places.begin(), places.end(), place,
+                                     [](const PlanHypothesis& a, const Place& b) {
+                                       return a.pose.score > b.hypothesis.pose.score;
+                                     });
     places.insert(at, {place, proposer});
   }
 
@@ -65,17 +73,20 @@ struct PlacePath::RankedPlaces {
     e.runner_up = std::max(best_outside, places.size() > 1 ? places[1].hypothesis.pose.score : 0);
     const PlacePose centre = placeOfPoint(best.pose, query_centre);
     for (const Place& p : places) {
-      if (isFar(placeOfPoint(p.hypothesis.pose, query_centre), centre)) e.wrong_scores.push_back(p.hypothesis.pose.score);
+      if (isFar(placeOfPoint(p.hypothesis.pose, query_centre), centre))
+        e.wrong_scores.push_back(p.hypothesis.pose.score);
     }
     return e;
   }
 
   Eigen::Vector2d query_centre;
   std::vector<Place> places;
-  double best_outside = 0;  ///< score of the best place next to what the priors allow: better than all inside, it refutes them; or of a rival
+  double best_outside = 0;  ///< score of the best place next to what the priors allow: better than
+                            ///< all inside, it refutes them; or of a rival
 };
 
-WalkGraph PlacePath::mapPart(const PlanQuery& plan_query, const Eigen::Isometry3d& T_map_query) const {
+WalkGraph PlacePath::mapPart(const PlanQuery& plan_query,
+                             const Eigen::Isometry3d& T_map_query) const {
   const PlacePose centre = placeOfPoint(placeOf(T_map_query), plan_query.centre);
   return walks_.mapAround({centre.x, centre.y}, radiusOf(plan_query) + kPlaceMargin_m);
 }
@@ -87,14 +98,17 @@ double PlacePath::marginInFullAgreement(const PlanQuery& plan_query) const {
   return neededMargin(perfect, options_.verdict);
 }
 
-void PlacePath::localize(const Query& query, const PlanQuery& plan_query, const Priors& priors, double rival_score,
-                         Localization& answer) const {
+void PlacePath::localize(const Query& query, const PlanQuery& plan_query, const Priors& priors,
+                         double rival_score, Localization& answer) const {
   Stopwatch watch;
   const Priors around = widened(priors);
   RankedPlaces ranked{plan_query.centre, {}, rival_score};
-  for (const PlanHypothesis& h : places_.search(plan_query, priorOfPoint(priors, query, plan_query.centre), options_.threads)) {
-    if (satisfies(priors, query, poseOf(h))) ranked.places.push_back({h, Proposer::search});
-    else if (satisfies(around, query, poseOf(h))) ranked.best_outside = std::max(ranked.best_outside, h.pose.score);
+  for (const PlanHypothesis& h : places_.search(
+           plan_query, priorOfPoint(priors, query, plan_query.centre), options_.threads)) {
+    if (satisfies(priors, query, poseOf(h)))
+      ranked.places.push_back({h, Proposer::search});
+    else if (satisfies(around, query, poseOf(h)))
+      ranked.best_outside = std::max(ranked.best_outside, h.pose.score);
   }
   answer.timing_ms.emplace_back("matching", watch.lap_ms());
 
@@ -103,23 +117,29 @@ void PlacePath::localize(const Query& query, const PlanQuery& plan_query, const 
   answer.vertices = static_cast<int>(walk_query.graph.size());
   if (!ranked.places.empty()) {
     part = mapPart(plan_query, poseOf(ranked.places[0].hypothesis));
-    if (options_.method == "auto" && !areOnePlace(priors)) proposeByWalks(query, plan_query, walk_query, part, priors, ranked, answer);
+    if (options_.method == "auto" && !areOnePlace(priors))
+      proposeByWalks(query, plan_query, walk_query, part, priors, ranked, answer);
   }
   report(ranked, plan_query.viewpoint == Viewpoint::air, answer);
   if (answer.hypotheses.empty()) return;
-  answer.kept = pairsUnderPose(walk_query, part, answer.hypotheses[0].T_map_query, options_.consensus.inlier_m);
+  answer.kept = pairsUnderPose(walk_query, part, answer.hypotheses[0].T_map_query,
+                               options_.consensus.inlier_m);
   answer.hypotheses[0].inliers = answer.inliers = static_cast<int>(answer.kept.size());
 }
 
-std::optional<PlanHypothesis> PlacePath::bestPlace(const Query& query, const PlanQuery& plan_query, const Priors& priors) const {
-  for (const PlanHypothesis& h : places_.search(plan_query, priorOfPoint(priors, query, plan_query.centre), options_.threads)) {
+std::optional<PlanHypothesis> PlacePath::bestPlace(const Query& query, const PlanQuery& plan_query,
+                                                   const Priors& priors) const {
+  for (const PlanHypothesis& h : places_.search(
+           plan_query, priorOfPoint(priors, query, plan_query.centre), options_.threads)) {
     if (satisfies(priors, query, poseOf(h))) return h;
   }
   return std::nullopt;
 }
 
-void PlacePath::proposeByWalks(const Query& query, const PlanQuery& plan_query, const WalkGraph& walk_query, const WalkGraph& part,
-                               const Priors& priors, RankedPlaces& ranked, Localization& answer) const {
+void PlacePath::proposeByWalks(const Query& query, const PlanQuery& plan_query,
+                               const WalkGraph& walk_query, const WalkGraph& part,
+                               const Priors& priors, RankedPlaces& ranked,
+                               Localization& answer) const {
   Stopwatch watch;
   const WalkProposals proposals = walks_.proposeIn(part, walk_query);
   for (const WalkProposal& p : proposals.poses) {
@@ -133,7 +153,8 @@ void PlacePath::proposeByWalks(const Query& query, const PlanQuery& plan_query, 
 }
 
 void PlacePath::report(const RankedPlaces& ranked, bool from_the_air, Localization& answer) const {
-  const std::size_t count = std::min(ranked.places.size(), static_cast<std::size_t>(options_.places.hypotheses));
+  const std::size_t count =
+      std::min(ranked.places.size(), static_cast<std::size_t>(options_.places.hypotheses));
   for (std::size_t i = 0; i < count; ++i) {
     const auto& [h, proposer] = ranked.places[i];
     answer.hypotheses.push_back({poseOf(h), h.pose.score, h.objects_matched, proposer});
@@ -143,7 +164,8 @@ void PlacePath::report(const RankedPlaces& ranked, bool from_the_air, Localizati
   setVerdict(judge(evidence, options_.verdict), answer);
 }
 
-void PlacePath::refuteFromOutside(const Query& query, const PlanQuery& plan_query, const Priors& priors, Localization& answer) const {
+void PlacePath::refuteFromOutside(const Query& query, const PlanQuery& plan_query,
+                                  const Priors& priors, Localization& answer) const {
   const double inside = answer.hypotheses[0].score, needed = marginInFullAgreement(plan_query);
   if (!answer.accepted() || inside >= kClearMargins * needed) return;
   Stopwatch watch;
@@ -151,13 +173,16 @@ void PlacePath::refuteFromOutside(const Query& query, const PlanQuery& plan_quer
     if (satisfies(priors, query, poseOf(h)) || h.pose.score < inside + needed) continue;
     answer.status = Status::rejected;
     answer.confidence = std::min(answer.confidence, 0.49);
-    answer.reason = fmt::format("a place outside of the prior is {:.0f} nats better than the best one inside", h.pose.score - inside);
+    answer.reason =
+        fmt::format("a place outside of the prior is {:.0f} nats better than the best one inside",
+                    h.pose.score - inside);
     break;
   }
   answer.timing_ms.emplace_back("prior", watch.lap_ms());
 }
 
-PoseCheck PlacePath::check(const Query& query, const PlanQuery& plan_query, const Eigen::Isometry3d& T_map_query, double reach_m) const {
+PoseCheck PlacePath::check(const Query& query, const PlanQuery& plan_query,
+                           const Eigen::Isometry3d& T_map_query, double reach_m) const {
   const Eigen::Vector3d sensor = query.poses.back().translation();
   const PlacePose given = placeOf(alignedAbout(sensor, T_map_query));
   const PlanHypothesis h = places_.verify(plan_query, given);
@@ -169,11 +194,13 @@ PoseCheck PlacePath::check(const Query& query, const PlanQuery& plan_query, cons
   return place;
 }
 
-void PlacePath::findPairs(const Query& query, const PlanQuery& plan_query, Localization& answer) const {
+void PlacePath::findPairs(const Query& query, const PlanQuery& plan_query,
+                          Localization& answer) const {
   const WalkGraph walk_query = walks_.queryGraph(query.graph);
   Hypothesis& best = answer.hypotheses[0];
   answer.vertices = static_cast<int>(walk_query.graph.size());
-  answer.kept = pairsUnderPose(walk_query, mapPart(plan_query, best.T_map_query), best.T_map_query, options_.consensus.inlier_m);
+  answer.kept = pairsUnderPose(walk_query, mapPart(plan_query, best.T_map_query), best.T_map_query,
+                               options_.consensus.inlier_m);
   best.inliers = answer.inliers = static_cast<int>(answer.kept.size());
 }
 

@@ -12,9 +12,11 @@
 namespace xview {
 namespace {
 
-constexpr double kRecent_m = 20;  ///< what lies this near to the last pose has not drifted against it
+constexpr double kRecent_m =
+    20;  ///< what lies this near to the last pose has not drifted against it
 
-/// Four cells of a plan view in a distribution. Samples err by about half a cell; of tilt the plan knows nothing.
+/// Four cells of a plan view in a distribution. Samples err by about half a cell; of tilt the plan
+/// knows nothing.
 RefineOptions planRefinement() {
   RefineOptions options;
   options.cell_m = 2;
@@ -41,8 +43,8 @@ LabelSet channelClasses() {
   return classes;
 }
 
-/// Samples at height 0. Areas are left out: their borders are channels of their own, and where an area ends without one
-/// nothing more was seen.
+/// Samples at height 0. Areas are left out: their borders are channels of their own, and where an
+/// area ends without one nothing more was seen.
 LabelledCloud flatCloud(const PlanView& view, const Eigen::Vector2d& centre, double reach_m) {
   LabelledCloud cloud;
   cloud.origin = {view.origin_x, view.origin_y, 0};
@@ -59,7 +61,8 @@ LabelledCloud flatCloud(const PlanView& view, const Eigen::Vector2d& centre, dou
 
 /// Its part in the plane: position and direction.
 Eigen::Isometry3d planarPart(const Eigen::Isometry3d& T) {
-  Eigen::Isometry3d planar(Eigen::AngleAxisd(std::atan2(T.linear()(1, 0), T.linear()(0, 0)), Eigen::Vector3d::UnitZ()));
+  Eigen::Isometry3d planar(
+      Eigen::AngleAxisd(std::atan2(T.linear()(1, 0), T.linear()(0, 0)), Eigen::Vector3d::UnitZ()));
   planar.translation().head<2>() = T.translation().head<2>();
   return planar;
 }
@@ -68,14 +71,16 @@ Eigen::Isometry3d planarPart(const Eigen::Isometry3d& T) {
 
 const DistributionMap& PlanRegistration::distributions() const {
   std::call_once(made_, [&] {
-    distributions_.emplace(flatCloud(map_, Eigen::Vector2d::Zero(), std::numeric_limits<double>::infinity()), channelClasses(),
-                           std::vector<Eigen::Isometry3d>(), planRefinement());
+    distributions_.emplace(
+        flatCloud(map_, Eigen::Vector2d::Zero(), std::numeric_limits<double>::infinity()),
+        channelClasses(), std::vector<Eigen::Isometry3d>(), planRefinement());
   });
   return *distributions_;
 }
 
-std::optional<Eigen::Isometry3d> PlanRegistration::align(const PlanView& query, const Eigen::Vector3d& sensor_in_query,
-                                                         const Eigen::Isometry3d& T_map_query) const {
+std::optional<Eigen::Isometry3d> PlanRegistration::align(
+    const PlanView& query, const Eigen::Vector3d& sensor_in_query,
+    const Eigen::Isometry3d& T_map_query) const {
   const Eigen::Isometry3d up_of_map(map_.upright), up_of_query(query.upright);
   const Eigen::Isometry3d before = planarPart(up_of_map * T_map_query * up_of_query.inverse());
   Eigen::Isometry3d sensor = Eigen::Isometry3d::Identity();
@@ -83,8 +88,8 @@ std::optional<Eigen::Isometry3d> PlanRegistration::align(const PlanView& query, 
   const LabelledCloud cloud = flatCloud(query, sensor.translation().head<2>(), kRecent_m);
   const std::vector<std::uint32_t> seen_from_unknown;
   const std::vector<Eigen::Isometry3d> poses{sensor};
-  const Refinement found =
-      refine(distributions(), RefineQuery{cloud, seen_from_unknown, poses}, channelClasses(), before, planRefinement());
+  const Refinement found = refine(distributions(), RefineQuery{cloud, seen_from_unknown, poses},
+                                  channelClasses(), before, planRefinement());
   if (!found.converged) return std::nullopt;
   const Eigen::Isometry3d motion = planarPart(found.T_map_query) * before.inverse();
   return up_of_map.inverse() * motion * up_of_map * T_map_query;

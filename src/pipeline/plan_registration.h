@@ -10,16 +10,18 @@
 
 namespace xview {
 
-/// Registers the plan views of a query and a map: their samples are surfaces, borders and objects that were averaged over
-/// all frames that saw them, so they are known where no single look is, from the air for one.
+/// Registers the plan views of a query and a map: their samples are surfaces, borders and objects
+/// that were averaged over all frames that saw them, so they are known where no single look is,
+/// from the air for one.
 class PlanRegistration {
  public:
   /// The view must outlive the registration.
   explicit PlanRegistration(const PlanView& map) : map_(map) {}
 
-  /// The pose (T_map_query) moved in the plane and about its normal to where the samples around `sensor_in_query` fit best.
-  /// None if too few of them find their like. Thread-safe.
-  std::optional<Eigen::Isometry3d> align(const PlanView& query, const Eigen::Vector3d& sensor_in_query,
+  /// The pose (T_map_query) moved in the plane and about its normal to where the samples around
+  /// `sensor_in_query` fit best. None if too few of them find their like. Thread-safe.
+  std::optional<Eigen::Isometry3d> align(const PlanView& query,
+                                         const Eigen::Vector3d& sensor_in_query,
                                          const Eigen::Isometry3d& T_map_query) const;
 
  private:

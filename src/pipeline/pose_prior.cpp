@@ -10,14 +10,17 @@
 namespace xview {
 namespace {
 
-constexpr double kOtherPlace_m = 8, kOtherPlace_rad = 0.4;  ///< what is farther apart is another place (samePlace)
+constexpr double kOtherPlace_m = 8,
+                 kOtherPlace_rad = 0.4;  ///< what is farther apart is another place (samePlace)
 
-/// Where the sensor looks in the plane: cameras along z, everything else along x. For a camera that looks straight down it is what the
-/// top of its image shows.
+/// Where the sensor looks in the plane: cameras along z, everything else along x. For a camera that
+/// looks straight down it is what the top of its image shows.
 double headingOf(const Eigen::Matrix3d& R, Sensor sensor) {
   constexpr double kStraightDown = 0.98;
-  Eigen::Vector3d forward = R * (sensor == Sensor::camera ? Eigen::Vector3d::UnitZ() : Eigen::Vector3d::UnitX());
-  if (std::abs(forward.z()) > kStraightDown && sensor == Sensor::camera) forward = -(R * Eigen::Vector3d::UnitY());
+  Eigen::Vector3d forward =
+      R * (sensor == Sensor::camera ? Eigen::Vector3d::UnitZ() : Eigen::Vector3d::UnitX());
+  if (std::abs(forward.z()) > kStraightDown && sensor == Sensor::camera)
+    forward = -(R * Eigen::Vector3d::UnitY());
   return std::atan2(forward.y(), forward.x());
 }
 
@@ -25,8 +28,11 @@ double outsideOf(const PlacePrior::Circle& circle, const Eigen::Vector3d& p) {
   return std::hypot(p.x() - circle.x, p.y() - circle.y) - circle.radius;
 }
 
-/// The circle of a point that is `lever` away from the sensor: shifted if the heading is known, else only wider.
-PlacePrior::Circle circleOfPoint(PlacePrior::Circle circle, const std::optional<PlacePrior::Heading>& frame_yaw, const Eigen::Vector2d& lever) {
+/// The circle of a point that is `lever` away from the sensor: shifted if the heading is known,
+/// else only wider.
+PlacePrior::Circle circleOfPoint(PlacePrior::Circle circle,
+                                 const std::optional<PlacePrior::Heading>& frame_yaw,
+                                 const Eigen::Vector2d& lever) {
   const double chord = frame_yaw ? 2 * std::sin(std::min(frame_yaw->tolerance, M_PI) / 2) : 2;
   if (chord >= 1) {
     circle.radius += lever.norm();
@@ -56,11 +62,15 @@ PlacePrior priorOfPoint(const Priors& priors, const Query& query, const Eigen::V
   if (query.poses.empty()) return result;
   const Eigen::Isometry3d& last = query.poses.back();
   for (const PlacePrior& p : priors) {
-    if (p.heading && (!result.heading || p.heading->tolerance < result.heading->tolerance)) result.heading = p.heading;
+    if (p.heading && (!result.heading || p.heading->tolerance < result.heading->tolerance))
+      result.heading = p.heading;
     if (p.near && (!result.near || p.near->radius < result.near->radius)) result.near = p.near;
   }
-  if (result.heading) result.heading->yaw = angleDifference(result.heading->yaw, headingOf(last.linear(), query.sensor));
-  if (result.near) result.near = circleOfPoint(*result.near, result.heading, point - last.translation().head<2>());
+  if (result.heading)
+    result.heading->yaw =
+        angleDifference(result.heading->yaw, headingOf(last.linear(), query.sensor));
+  if (result.near)
+    result.near = circleOfPoint(*result.near, result.heading, point - last.translation().head<2>());
   return result;
 }
 
@@ -70,7 +80,8 @@ bool satisfies(const Priors& priors, const Query& query, const Eigen::Isometry3d
   const double heading = headingOf(pose.linear(), query.sensor);
   return std::all_of(priors.begin(), priors.end(), [&](const PlacePrior& p) {
     return (!p.near || outsideOf(*p.near, pose.translation()) <= 0) &&
-           (!p.heading || std::abs(angleDifference(heading, p.heading->yaw)) <= p.heading->tolerance);
+           (!p.heading ||
+            std::abs(angleDifference(heading, p.heading->yaw)) <= p.heading->tolerance);
   });
 }
 
@@ -84,7 +95,8 @@ Priors widened(Priors priors) {
 
 bool areOnePlace(const Priors& priors) {
   return std::any_of(priors.begin(), priors.end(), [](const PlacePrior& p) {
-    return p.near && p.heading && p.near->radius <= kOtherPlace_m && p.heading->tolerance <= kOtherPlace_rad;
+    return p.near && p.heading && p.near->radius <= kOtherPlace_m &&
+           p.heading->tolerance <= kOtherPlace_rad;
   });
 }
 

@@ -10,7 +10,8 @@
 
 namespace xview {
 
-/// Everything known about the last sensor pose of a query; all of it must hold. Gravity-aligned frames.
+/// Everything known about the last sensor pose of a query; all of it must hold. Gravity-aligned
+/// frames.
 using Priors = std::vector<PlacePrior>;
 
 /// Reads PriorOptions; throws UsageError with the key.
@@ -19,7 +20,8 @@ PlacePrior parsePrior(const PriorOptions& options);
 /// The surroundings of an expected pose.
 PlacePrior priorAround(const ExpectedPose& expected, const Query& query);
 
-/// What the priors say about another point of the query (and about the yaw of its frame): the narrowest circle and heading.
+/// What the priors say about another point of the query (and about the yaw of its frame): the
+/// narrowest circle and heading.
 PlacePrior priorOfPoint(const Priors& priors, const Query& query, const Eigen::Vector2d& point);
 
 /// True if the last sensor pose satisfies all priors.
@@ -31,7 +33,8 @@ Priors widened(Priors priors);
 /// True if poses that satisfy the priors are as near to the middle of them as poses of one place.
 bool areOnePlace(const Priors& priors);
 
-/// Takes back an acceptance that does not satisfy the priors. A refined pose may have left them by a little.
+/// Takes back an acceptance that does not satisfy the priors. A refined pose may have left them by
+/// a little.
 void refuseOutside(const Priors& priors, const Query& query, Localization& answer);
 
 }  // namespace xview

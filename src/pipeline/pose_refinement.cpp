@@ -13,17 +13,22 @@ namespace xview {
 namespace {
 
 constexpr double kPairSigma_m = 0.5;  ///< of a pair of vertices, when nothing better is known
-constexpr float kRecent_m = 20;       ///< what lies this near to the last pose has not drifted against it
-/// How far the plan seen from above leaves a pose uncertain: its samples lie about that far apart, its heights are
-/// those of ground seen from afar, and the last part of a window shows its direction no better.
+constexpr float kRecent_m =
+    20;  ///< what lies this near to the last pose has not drifted against it
+/// How far the plan seen from above leaves a pose uncertain: its samples lie about that far apart,
+/// its heights are those of ground seen from afar, and the last part of a window shows its
+/// direction no better.
 constexpr double kPlanSigma_m = 0.25, kPlanHeightSigma_m = 0.3, kPlanYawSigma_rad = 0.01;
-constexpr double kScoreKept = 0.25;   ///< share of its score that a pose must keep when the clouds move it
+constexpr double kScoreKept =
+    0.25;  ///< share of its score that a pose must keep when the clouds move it
 
 PlanQuery recentPart(const PlanQuery& query, const Eigen::Vector2d& last_sensor) {
   PlanQuery recent = query;
   const Eigen::Vector2f sensor = (last_sensor - query.centre).cast<float>();
   recent.fine.erase(std::remove_if(recent.fine.begin(), recent.fine.end(),
-                                   [&](const PlanQuery::Sample& s) { return (Eigen::Vector2f(s.x, s.y) - sensor).norm() > kRecent_m; }),
+                                   [&](const PlanQuery::Sample& s) {
+                                     return (Eigen::Vector2f(s.x, s.y) - sensor).norm() > kRecent_m;
+                                   }),
                     recent.fine.end());
   return recent;
 }
@@ -41,7 +46,8 @@ Eigen::Matrix<double, 6, 1> planVariances() {
 
 }  // namespace
 
-PoseRefinement::PoseRefinement(const SemanticMap& map, const PlanPlaces* places, const Options& options)
+PoseRefinement::PoseRefinement(const SemanticMap& map, const PlanPlaces* places,
+                               const Options& options)
     : map_(map), places_(places), options_(options), plan_(map.plan) {
   if (!options.refine.enabled || map.cloud.empty()) return;
   std::vector<Eigen::Isometry3d> viewpoints;
@@ -50,12 +56,14 @@ PoseRefinement::PoseRefinement(const SemanticMap& map, const PlanPlaces* places,
 }
 
 /// What is seen from above must not contradict the new pose.
-bool PoseRefinement::keepsScore(const PlanQuery& recent, const Eigen::Isometry3d& before, const Eigen::Isometry3d& after,
-                                double share) const {
-  return recent.empty() || places_->score(recent, placeOf(after)) >= share * places_->score(recent, placeOf(before));
+bool PoseRefinement::keepsScore(const PlanQuery& recent, const Eigen::Isometry3d& before,
+                                const Eigen::Isometry3d& after, double share) const {
+  return recent.empty() ||
+         places_->score(recent, placeOf(after)) >= share * places_->score(recent, placeOf(before));
 }
 
-void PoseRefinement::useRecentPart(const Query& query, const PlanQuery& recent, Localization& answer) const {
+void PoseRefinement::useRecentPart(const Query& query, const PlanQuery& recent,
+                                   Localization& answer) const {
   if (recent.empty()) return;
   Eigen::Isometry3d& best = answer.hypotheses[0].T_map_query;
   const Eigen::Isometry3d T = poseOf(places_->verify(recent, placeOf(best)));
@@ -63,20 +71,23 @@ void PoseRefinement::useRecentPart(const Query& query, const PlanQuery& recent, 
   answer.covariance.diagonal() += planVariances();
 }
 
-void PoseRefinement::useVertices(const Query& query, const PlanQuery& recent, double up_sigma_rad, Localization& answer) const {
+void PoseRefinement::useVertices(const Query& query, const PlanQuery& recent, double up_sigma_rad,
+                                 Localization& answer) const {
   Eigen::Isometry3d& best = answer.hypotheses[0].T_map_query;
   PosteriorOptions options = options_.posterior;
   options.gravity_sigma_rad = std::hypot(options.gravity_sigma_rad, up_sigma_rad);
   const Posterior posterior = vertexPosterior(query, map_, answer.kept, best, options);
   if (!posterior.converged) return;
   const Eigen::Isometry3d T = posterior.T_map_sensor.back() * query.poses.back().inverse();
-  if (shiftOfLast(query, T, best) >= options_.refine.max_shift_m || !keepsScore(recent, best, T, 1)) return;
+  if (shiftOfLast(query, T, best) >= options_.refine.max_shift_m || !keepsScore(recent, best, T, 1))
+    return;
   best = T;
   answer.covariance = posterior.covariance;
 }
 
 /// The clouds take the nearest surface for the right one, and see only some classes.
-void PoseRefinement::useClouds(const Query& query, const PlanQuery& recent, double up_sigma_rad, Localization& answer) const {
+void PoseRefinement::useClouds(const Query& query, const PlanQuery& recent, double up_sigma_rad,
+                               Localization& answer) const {
   Eigen::Isometry3d& best = answer.hypotheses[0].T_map_query;
   const RefineQuery points{query.cloud, query.cloud_seen_from, query.poses, query.cloud_sigma_m};
   RefineOptions options = options_.refine;
@@ -88,26 +99,33 @@ void PoseRefinement::useClouds(const Query& query, const PlanQuery& recent, doub
 }
 
 /// Where single points are known too badly, their averages seen from above are left.
-void PoseRefinement::usePlan(const Query& query, const PlanQuery& recent, Localization& answer) const {
+void PoseRefinement::usePlan(const Query& query, const PlanQuery& recent,
+                             Localization& answer) const {
   Eigen::Isometry3d& best = answer.hypotheses[0].T_map_query;
   const auto T = plan_.align(query.plan, query.poses.back().translation(), best);
-  if (!T || shiftOfLast(query, *T, best) >= options_.refine.max_shift_m || !keepsScore(recent, best, *T, kScoreKept)) return;
+  if (!T || shiftOfLast(query, *T, best) >= options_.refine.max_shift_m ||
+      !keepsScore(recent, best, *T, kScoreKept))
+    return;
   best = *T;
 }
 
-void PoseRefinement::refine(const Query& query, const PlanQuery& plan_query, double up_sigma_rad, Localization& answer) const {
+void PoseRefinement::refine(const Query& query, const PlanQuery& plan_query, double up_sigma_rad,
+                            Localization& answer) const {
   Stopwatch watch;
   const Eigen::Vector3d sensor = query.poses.back().translation();
   const PlanQuery recent = places_ ? recentPart(plan_query, sensor.head<2>()) : PlanQuery();
-  answer.covariance = covarianceOfPairs(answer.kept, map_.graph, answer.hypotheses[0].T_map_query * sensor, kPairSigma_m);
+  answer.covariance = covarianceOfPairs(answer.kept, map_.graph,
+                                        answer.hypotheses[0].T_map_query * sensor, kPairSigma_m);
   if (options_.posterior.enabled) {
     useVertices(query, recent, up_sigma_rad, answer);
     answer.timing_ms.emplace_back("posterior", watch.lap_ms());
   }
   if (!options_.refine.enabled) return;
   useRecentPart(query, recent, answer);
-  if (!query.cloud.empty() && distributions_) useClouds(query, recent, up_sigma_rad, answer);
-  else if (!recent.empty()) usePlan(query, recent, answer);
+  if (!query.cloud.empty() && distributions_)
+    useClouds(query, recent, up_sigma_rad, answer);
+  else if (!recent.empty())
+    usePlan(query, recent, answer);
   answer.timing_ms.emplace_back("refine", watch.lap_ms());
 }
 

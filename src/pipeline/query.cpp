@@ -22,8 +22,10 @@ void addTimings(const FrameDigest* first, const FrameDigest* last, Timings& sum)
     for (const auto& [stage, ms] : frame->timing_ms) {
       auto it = sum.begin();
       while (it != sum.end() && it->first != stage) ++it;
-      if (it == sum.end()) sum.emplace_back(stage, ms);
-      else it->second += ms;
+      if (it == sum.end())
+        sum.emplace_back(stage, ms);
+      else
+        it->second += ms;
     }
   }
 }
@@ -47,7 +49,8 @@ void keepBestLooks(const std::vector<float>& sigmas, Query& query) {
 }
 
 /// The points of the last metres of travel that are known well enough.
-void addRecentPoints(const FrameDigest* first, const FrameDigest* last, const RefineOptions& options, Query& query) {
+void addRecentPoints(const FrameDigest* first, const FrameDigest* last,
+                     const RefineOptions& options, Query& query) {
   if (first == last) return;
   query.cloud.origin = (last - 1)->cloud.origin;
   std::vector<float> sigmas;
@@ -64,23 +67,28 @@ void addRecentPoints(const FrameDigest* first, const FrameDigest* last, const Re
       sigmas.push_back(static_cast<float>(sigma));
     }
     if (frame == first) break;
-    travelled += (frame->T_odom_sensor.translation() - (frame - 1)->T_odom_sensor.translation()).norm();
+    travelled +=
+        (frame->T_odom_sensor.translation() - (frame - 1)->T_odom_sensor.translation()).norm();
     if (travelled > options.reach_m) break;
   }
   if (!sigmas.empty()) keepBestLooks(sigmas, query);
 }
 
-/// A query of frames that come one by one. Only those of the last metres of travel are kept, for their points.
+/// A query of frames that come one by one. Only those of the last metres of travel are kept, for
+/// their points.
 class GrowingQuery {
  public:
-  GrowingQuery(const LabelSet& labels, const Options& options) : reach_m_(options.refine.reach_m), options_(options), place_(labels, options) {
+  GrowingQuery(const LabelSet& labels, const Options& options)
+      : reach_m_(options.refine.reach_m), options_(options), place_(labels, options) {
     query_.labels = labels;
   }
 
   void add(FrameDigest frame) {
     addTimings(&frame, &frame + 1, query_.timing_ms);
     Stopwatch watch;
-    if (!query_.poses.empty()) travelled_m_ += (frame.T_odom_sensor.translation() - query_.poses.back().translation()).norm();
+    if (!query_.poses.empty())
+      travelled_m_ +=
+          (frame.T_odom_sensor.translation() - query_.poses.back().translation()).norm();
     query_.poses.push_back(frame.T_odom_sensor);
     query_.frames.push_back(frame.number);
     query_.sensor = frame.sensor;
@@ -125,7 +133,8 @@ class GrowingQuery {
 
 }  // namespace
 
-Query makeQuery(const FrameDigest* first, const FrameDigest* last, const LabelSet& labels, const Options& options) {
+Query makeQuery(const FrameDigest* first, const FrameDigest* last, const LabelSet& labels,
+                const Options& options) {
   Query query;
   query.labels = labels;
   addTimings(first, last, query.timing_ms);
@@ -136,12 +145,15 @@ Query makeQuery(const FrameDigest* first, const FrameDigest* last, const LabelSe
   const Eigen::Quaterniond upright = query.gravity.upright;
   for (const FrameDigest* frame = first; frame != last; ++frame) {
     places.add(*frame);
-    if (query.gravity.known) plan.add(frame->cloud, frame->votes, frame->thin_trusted, Eigen::Isometry3d(upright), frame->aerial);
+    if (query.gravity.known)
+      plan.add(frame->cloud, frame->votes, frame->thin_trusted, Eigen::Isometry3d(upright),
+               frame->aerial);
     query.poses.push_back(frame->T_odom_sensor);
     query.frames.push_back(frame->number);
     query.sensor = frame->sensor;
   }
-  if (query.poses.empty()) query.poses.push_back(Eigen::Isometry3d::Identity());  // nothing was seen, from nowhere
+  if (query.poses.empty())
+    query.poses.push_back(Eigen::Isometry3d::Identity());  // nothing was seen, from nowhere
   query.plan = plan.build();
   query.plan.upright = upright;
   query.graph = places.finish(query.plan);
@@ -150,7 +162,8 @@ Query makeQuery(const FrameDigest* first, const FrameDigest* last, const LabelSe
   return query;
 }
 
-Query makeQuery(const FrameSource& source, const Options& options, const std::function<void(const FrameDigest&)>& seen) {
+Query makeQuery(const FrameSource& source, const Options& options,
+                const std::function<void(const FrameDigest&)>& seen) {
   GrowingQuery query(source.labels(), options);
   digestRecording(source, options, [&](FrameDigest frame) {
     if (seen) seen(frame);

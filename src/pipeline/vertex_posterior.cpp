@@ -15,7 +15,8 @@ std::size_t poseOfFrame(const Query& query, std::int64_t frame) {
 
 }  // namespace
 
-Posterior vertexPosterior(const Query& query, const SemanticMap& map, const std::vector<Correspondence>& pairs,
+Posterior vertexPosterior(const Query& query, const SemanticMap& map,
+                          const std::vector<Correspondence>& pairs,
                           const Eigen::Isometry3d& T_map_query, const PosteriorOptions& options) {
   std::vector<MatchedVertex> matched;
   for (const Correspondence& pair : pairs) {

@@ -7,10 +7,10 @@
 
 namespace xview {
 
-/// A cloud or graph whose origin lies outside of what it shows (lifted from a drive, cut from a town)
-/// was not seen from there, and on a lever of hundreds of metres a tenth of a degree looks like
-/// another place. The same query with its centre as its pose, in which it can be judged, refined and
-/// looked for; nothing if its poses were view-points.
+/// A cloud or graph whose origin lies outside of what it shows (lifted from a drive, cut from a
+/// town) was not seen from there, and on a lever of hundreds of metres a tenth of a degree looks
+/// like another place. The same query with its centre as its pose, in which it can be judged,
+/// refined and looked for; nothing if its poses were view-points.
 std::optional<Query> seenFromItsCentre(const Query& query);
 
 /// The covariance of `T_map_sensor`, if that of a pose with position `p_map` is `covariance`; both

@@ -72,7 +72,8 @@ SemanticGraph inducedGraph(const SemanticGraph& graph, const std::vector<std::ui
     if (graph.space != GraphSpace::image) continue;
     for (const std::uint32_t j : graph.neighbours[numbers[i]]) {
       const auto at = std::lower_bound(numbers.begin(), numbers.end(), j);
-      if (at != numbers.end() && *at == j) part.neighbours[i].push_back(static_cast<std::uint32_t>(at - numbers.begin()));
+      if (at != numbers.end() && *at == j)
+        part.neighbours[i].push_back(static_cast<std::uint32_t>(at - numbers.begin()));
     }
   }
   return part;

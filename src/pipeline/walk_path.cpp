@@ -12,8 +12,10 @@ namespace {
 
 constexpr int kWalkPlaces = 3;  ///< poses that walks may propose
 
-/// Query vertices that a wrong pose would bring to agreement by chance: each has some candidates anywhere in the map.
-double chanceInliers(const std::vector<Correspondence>& putative, const SemanticGraph& map, double inlier_m) {
+/// Query vertices that a wrong pose would bring to agreement by chance: each has some candidates
+/// anywhere in the map.
+double chanceInliers(const std::vector<Correspondence>& putative, const SemanticGraph& map,
+                     double inlier_m) {
   if (map.empty()) return 0;
   Eigen::Vector2d low = map.vertices[0].position.head<2>(), high = low;
   for (const Vertex& v : map.vertices) {
@@ -24,12 +26,14 @@ double chanceInliers(const std::vector<Correspondence>& putative, const Semantic
   return static_cast<double>(putative.size()) * M_PI * inlier_m * inlier_m / area;
 }
 
-/// Inliers of the first pose that is another one than the first: the query may be tilted, so turns about any axis count.
+/// Inliers of the first pose that is another one than the first: the query may be tilted, so turns
+/// about any axis count.
 int runnerUp(const std::vector<WalkProposal>& poses, const Eigen::Vector3d& sensor) {
   constexpr double kOther_m = 8, kOther_rad = 0.4;
   for (const WalkProposal& p : poses) {
     const double apart_m = (p.T_map_query * sensor - poses[0].T_map_query * sensor).norm();
-    if (apart_m >= kOther_m || rotationBetween(p.T_map_query, poses[0].T_map_query) >= kOther_rad) return static_cast<int>(p.inliers.size());
+    if (apart_m >= kOther_m || rotationBetween(p.T_map_query, poses[0].T_map_query) >= kOther_rad)
+      return static_cast<int>(p.inliers.size());
   }
   return 0;
 }
@@ -38,9 +42,12 @@ int runnerUp(const std::vector<WalkProposal>& poses, const Eigen::Vector3d& sens
 
 void WalkPath::localize(const Query& query, const Priors& priors, Localization& answer) const {
   const WalkGraph walk_query = walks_.queryGraph(query.graph);
-  WalkProposals result = walks_.propose(walk_query, kWalkPlaces, query.gravity.known ? UpKnown::yes : UpKnown::no);
+  WalkProposals result =
+      walks_.propose(walk_query, kWalkPlaces, query.gravity.known ? UpKnown::yes : UpKnown::no);
   result.poses.erase(std::remove_if(result.poses.begin(), result.poses.end(),
-                                    [&](const WalkProposal& p) { return !satisfies(priors, query, p.T_map_query); }),
+                                    [&](const WalkProposal& p) {
+                                      return !satisfies(priors, query, p.T_map_query);
+                                    }),
                      result.poses.end());
   answer.putative = result.putative;
   answer.vertices = static_cast<int>(walk_query.graph.size());
@@ -51,7 +58,8 @@ void WalkPath::localize(const Query& query, const Priors& priors, Localization& 
   answer.timing_ms.emplace_back("pose", result.pose_ms);
   for (const WalkProposal& p : result.poses) {
     const auto inliers = static_cast<int>(p.inliers.size());
-    answer.hypotheses.push_back({p.T_map_query, static_cast<double>(inliers), inliers, Proposer::walks});
+    answer.hypotheses.push_back(
+        {p.T_map_query, static_cast<double>(inliers), inliers, Proposer::walks});
   }
   ConsensusEvidence evidence;
   evidence.vertices = answer.vertices;

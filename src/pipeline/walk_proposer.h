@@ -21,15 +21,18 @@ struct WalkProposal {
 };
 
 struct WalkProposals {
-  std::vector<Correspondence> putative;  ///< k best map vertices per query vertex, in numbers of the full graphs
-  std::vector<WalkProposal> poses;       ///< most inliers first, each from the correspondences that others left over
+  std::vector<Correspondence>
+      putative;  ///< k best map vertices per query vertex, in numbers of the full graphs
+  std::vector<WalkProposal>
+      poses;  ///< most inliers first, each from the correspondences that others left over
   double descriptors_ms = 0, matching_ms = 0, rejection_ms = 0, pose_ms = 0;
 };
 
 /// Whether up is z in query and map, so that poses turn about it only.
 enum class UpKnown { yes, no };
 
-/// Poses from X-View's descriptors: walks, k best, pairwise consistency, sample consensus of PCL, SVD (paper, sections III-D to III-F).
+/// Poses from X-View's descriptors: walks, k best, pairwise consistency, sample consensus of PCL,
+/// SVD (paper, sections III-D to III-F).
 class WalkProposer {
  public:
   /// The map must outlive the proposer.

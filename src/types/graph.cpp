@@ -40,7 +40,9 @@ bool isConsistent(const SemanticGraph& graph) {
   const auto& lists = graph.neighbours;
   if (lists.size() != graph.vertices.size()) return false;
   for (std::uint32_t i = 0; i < lists.size(); ++i) {
-    if (std::adjacent_find(lists[i].begin(), lists[i].end(), std::greater_equal<>()) != lists[i].end()) return false;
+    if (std::adjacent_find(lists[i].begin(), lists[i].end(), std::greater_equal<>()) !=
+        lists[i].end())
+      return false;
     for (const std::uint32_t j : lists[i]) {
       if (j == i || j >= lists.size()) return false;
       if (!std::binary_search(lists[j].begin(), lists[j].end(), i)) return false;

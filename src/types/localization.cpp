@@ -5,9 +5,12 @@ namespace xview {
 
 const char* toString(Status status) {
   switch (status) {
-    case Status::accepted: return "accepted";
-    case Status::ambiguous: return "ambiguous";
-    case Status::rejected: return "rejected";
+    case Status::accepted:
+      return "accepted";
+    case Status::ambiguous:
+      return "ambiguous";
+    case Status::rejected:
+      return "rejected";
   }
   return "?";
 }

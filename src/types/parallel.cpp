@@ -30,7 +30,8 @@ namespace {
 /// Hands out the numbers of items, no further than `ahead` beyond what was taken.
 class InOrder {
  public:
-  InOrder(std::size_t count, std::size_t ahead) : count_(count), ahead_(ahead), done_(ahead), problem_(ahead) {}
+  InOrder(std::size_t count, std::size_t ahead)
+      : count_(count), ahead_(ahead), done_(ahead), problem_(ahead) {}
 
   /// Makes items until there are none left, or the caller has given up.
   void work(const std::function<void(std::size_t)>& make) {
@@ -43,12 +44,16 @@ class InOrder {
   }
 
   /// Takes all items in order; makes some, too, when the next one is not ready.
-  void takeAll(const std::function<void(std::size_t)>& make, const std::function<void(std::size_t)>& take) {
+  void takeAll(const std::function<void(std::size_t)>& make,
+               const std::function<void(std::size_t)>& take) {
     std::unique_lock<std::mutex> lock(mutex_);
     while (taken_ < count_) {
-      if (done_[taken_ % ahead_]) takeNext(take, lock);
-      else if (mayBegin()) makeNext(make, lock);
-      else changed_.wait(lock);
+      if (done_[taken_ % ahead_])
+        takeNext(take, lock);
+      else if (mayBegin())
+        makeNext(make, lock);
+      else
+        changed_.wait(lock);
     }
   }
 
@@ -97,10 +102,12 @@ class InOrder {
 
 }  // namespace
 
-void makeInOrder(std::size_t count, int threads, std::size_t ahead, const std::function<void(std::size_t)>& make,
+void makeInOrder(std::size_t count, int threads, std::size_t ahead,
+                 const std::function<void(std::size_t)>& make,
                  const std::function<void(std::size_t)>& take) {
   const int cores = tbb::info::default_concurrency();
-  const std::size_t workers = std::min<std::size_t>(count, static_cast<std::size_t>(threads > 0 ? std::min(threads, cores) : cores));
+  const std::size_t workers = std::min<std::size_t>(
+      count, static_cast<std::size_t>(threads > 0 ? std::min(threads, cores) : cores));
   InOrder items(count, std::max<std::size_t>(ahead, 1));
   std::vector<std::thread> others;
   const auto finish = [&] {

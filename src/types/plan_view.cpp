@@ -4,12 +4,30 @@
 namespace xview {
 
 const char* toString(Channel channel) {
-  static constexpr std::array<const char*, kChannels> kNames = {
-      "road", "sidewalk", "terrain", "lane_marking",
-      "building", "wall_foot", "fence", "low_vegetation", "canopy", "vehicle_surface", "other_surface",
-      "border_road_sidewalk", "border_sidewalk_terrain", "border_road_terrain",
-      "obstacle_low", "obstacle_high",
-      "pole", "sign", "light", "pole_like", "vehicle", "tree", "trunk", "other_object"};
+  static constexpr std::array<const char*, kChannels> kNames = {"road",
+                                                                "sidewalk",
+                                                                "terrain",
+                                                                "lane_marking",
+                                                                "building",
+                                                                "wall_foot",
+                                                                "fence",
+                                                                "low_vegetation",
+                                                                "canopy",
+                                                                "vehicle_surface",
+                                                                "other_surface",
+                                                                "border_road_sidewalk",
+                                                                "border_sidewalk_terrain",
+                                                                "border_road_terrain",
+                                                                "obstacle_low",
+                                                                "obstacle_high",
+                                                                "pole",
+                                                                "sign",
+                                                                "light",
+                                                                "pole_like",
+                                                                "vehicle",
+                                                                "tree",
+                                                                "trunk",
+                                                                "other_object"};
   return channel < Channel::count ? kNames[static_cast<std::size_t>(channel)] : "?";
 }
 

@@ -35,7 +35,8 @@ bool isRigid(const Eigen::Matrix4d& T, double tolerance) {
   const Eigen::Matrix3d R = T.topLeftCorner<3, 3>();
   const Eigen::RowVector4d last = T.row(3);
   return (R * R.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() <= tolerance &&
-         R.determinant() > 0 && (last - Eigen::RowVector4d(0, 0, 0, 1)).cwiseAbs().maxCoeff() <= tolerance;
+         R.determinant() > 0 &&
+         (last - Eigen::RowVector4d(0, 0, 0, 1)).cwiseAbs().maxCoeff() <= tolerance;
 }
 
 }  // namespace xview

@@ -20,10 +20,12 @@ double confidenceOf(double sufficiency) {
 
 constexpr std::size_t kTailPlaces = 8;
 constexpr double kTailShare = 0.2;
-/// Wrong answers for each right one, extrapolated to no evidence. Measured together with VerdictOptions::false_alarm_nats, on windows of 15 to
-/// 60 m of simulated towns: right ones in their own map against others, and against it without the right place, as if both were as frequent.
+/// Wrong answers for each right one, extrapolated to no evidence. Measured together with
+/// VerdictOptions::false_alarm_nats, on windows of 15 to 60 m of simulated towns: right ones in
+/// their own map against others, and against it without the right place, as if both were as
+/// frequent.
 constexpr double kWithoutEvidence = 25;
-constexpr double kPartPrior = 15;  ///< nats; a small part says little
+constexpr double kPartPrior = 15;         ///< nats; a small part says little
 constexpr double kLeastAgreement = 0.01;  ///< so that needed margins are numbers
 
 double margin(const ViewEvidence& e) { return e.score - e.runner_up; }
@@ -32,23 +34,26 @@ double agreement(const PartEvidence& part) {
   return (part.score + kPartPrior) / (std::max(0.0, part.expected) + kPartPrior);
 }
 
-/// Share of the score of a true pose, the smallest of all and of each part. A street that repeats fits with its road but not with its
-/// houses, or with one side only.
+/// Share of the score of a true pose, the smallest of all and of each part. A street that repeats
+/// fits with its road but not with its houses, or with one side only.
 double agreement(const ViewEvidence& e) {
   if (!(e.expected > 0)) return 0;
-  return std::max(0.0, std::min({e.score / e.expected, agreement(e.standing), agreement(e.sides[0]), agreement(e.sides[1])}));
+  return std::max(0.0, std::min({e.score / e.expected, agreement(e.standing), agreement(e.sides[0]),
+                                 agreement(e.sides[1])}));
 }
 
 /// Evidence by which wrong answers become e times rarer [nats].
 double unitOf(const ViewEvidence& e, const VerdictOptions& o) {
   const double usual = e.from_the_air ? o.aerial_false_alarm_nats : o.false_alarm_nats;
-  return std::max(usual * std::sqrt(std::max(1, e.windows)), kTailShare * tailScale(e.wrong_scores));
+  return std::max(usual * std::sqrt(std::max(1, e.windows)),
+                  kTailShare * tailScale(e.wrong_scores));
 }
 
 }  // namespace
 
 double tailScale(const std::vector<double>& scores_best_first) {
-  const std::size_t count = std::min(kTailPlaces, scores_best_first.size() - std::min<std::size_t>(1, scores_best_first.size()));
+  const std::size_t count = std::min(
+      kTailPlaces, scores_best_first.size() - std::min<std::size_t>(1, scores_best_first.size()));
   if (count < 3) return 0;
   double excess = 0;
   for (std::size_t i = 0; i < count; ++i) excess += scores_best_first[i] - scores_best_first[count];
@@ -62,30 +67,44 @@ double expectedFalseAlarms(const ViewEvidence& e, const VerdictOptions& o) {
 
 double neededMargin(const ViewEvidence& e, const VerdictOptions& o) {
   const double allowed = 1 / o.min_confidence - 1;
-  return std::max(0.0, std::log(kWithoutEvidence / allowed)) * unitOf(e, o) / std::clamp(agreement(e), kLeastAgreement, 1.0);
+  return std::max(0.0, std::log(kWithoutEvidence / allowed)) * unitOf(e, o) /
+         std::clamp(agreement(e), kLeastAgreement, 1.0);
 }
 
 Verdict judge(const ViewEvidence& e, const VerdictOptions& o) {
   Verdict verdict;
   const double alarms = expectedFalseAlarms(e, o), agreed = agreement(e);
   const double share = e.expected > 0 ? e.score / e.expected : 0;
-  const double lacking = std::min(share / std::max(1e-9, o.min_agreement), e.known_share / std::max(1e-9, o.min_known_share));
+  const double lacking = std::min(share / std::max(1e-9, o.min_agreement),
+                                  e.known_share / std::max(1e-9, o.min_known_share));
   const double by_evidence = std::isfinite(e.score) ? 1 / (1 + alarms) : 0;
-  verdict.confidence = lacking >= 1 ? by_evidence : std::max(0.0, std::min(by_evidence, 0.5 * lacking * o.min_confidence));
+  verdict.confidence = lacking >= 1
+                           ? by_evidence
+                           : std::max(0.0, std::min(by_evidence, 0.5 * lacking * o.min_confidence));
   if (verdict.confidence >= o.min_confidence) {
     verdict.status = Status::accepted;
-    verdict.reason = fmt::format("{:.0f} nats better than any other place at {:.0f} % agreement: {:.1g} wrong for one right answer ({:.2g} allowed)", margin(e),
-                                 100 * agreed, std::max(alarms, 1e-99), 1 / o.min_confidence - 1);
+    verdict.reason = fmt::format(
+        "{:.0f} nats better than any other place at {:.0f} % agreement: {:.1g} wrong for one right "
+        "answer ({:.2g} allowed)",
+        margin(e), 100 * agreed, std::max(alarms, 1e-99), 1 / o.min_confidence - 1);
   } else if (e.known_share < o.min_known_share) {
-    verdict.reason = fmt::format("only {:.0f} % of the query lies where the map was seen ({:.0f} % needed)", 100 * e.known_share, 100 * o.min_known_share);
+    verdict.reason =
+        fmt::format("only {:.0f} % of the query lies where the map was seen ({:.0f} % needed)",
+                    100 * e.known_share, 100 * o.min_known_share);
   } else if (!(share >= o.min_agreement)) {
-    verdict.reason = fmt::format("the best place has {:.0f} % of the score of a true pose ({:.0f} % needed)", 100 * std::max(0.0, share), 100 * o.min_agreement);
+    verdict.reason =
+        fmt::format("the best place has {:.0f} % of the score of a true pose ({:.0f} % needed)",
+                    100 * std::max(0.0, share), 100 * o.min_agreement);
   } else if (e.runner_up >= kEqualShare * e.score) {
     verdict.status = Status::ambiguous;
-    verdict.reason = fmt::format("two places explain the query about equally well ({:.0f} and {:.0f} nats)", e.score, e.runner_up);
+    verdict.reason =
+        fmt::format("two places explain the query about equally well ({:.0f} and {:.0f} nats)",
+                    e.score, e.runner_up);
   } else {
-    verdict.reason = fmt::format("only {:.0f} nats better than any other place at {:.0f} % agreement: {:.1g} wrong for one right answer ({:.2g} allowed)",
-                                 margin(e), 100 * agreed, alarms, 1 / o.min_confidence - 1);
+    verdict.reason = fmt::format(
+        "only {:.0f} nats better than any other place at {:.0f} % agreement: {:.1g} wrong for one "
+        "right answer ({:.2g} allowed)",
+        margin(e), 100 * agreed, alarms, 1 / o.min_confidence - 1);
   }
   return verdict;
 }
@@ -129,9 +148,11 @@ Verdict judge(const PlaceEvidence& e, double needed_margin, const VerdictOptions
 
 Verdict judge(const ConsensusEvidence& e, const VerdictOptions& o) {
   Verdict verdict;
-  // A row of houses fits another row: the inliers of wrong poses come in clusters and grow with the query, up to about 22.
+  // A row of houses fits another row: the inliers of wrong poses come in clusters and grow with the
+  // query, up to about 22.
   const double chance = std::min(24.0, 5 + 0.18 * e.vertices);
-  const double needed = std::max({o.min_inliers, chance, 2 * e.chance_inliers, o.min_inlier_ratio * e.runner_up});
+  const double needed =
+      std::max({o.min_inliers, chance, 2 * e.chance_inliers, o.min_inlier_ratio * e.runner_up});
   verdict.confidence = confidenceOf(e.inliers / needed);
   if (e.inliers >= needed) {
     verdict.status = Status::accepted;

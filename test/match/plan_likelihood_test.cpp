@@ -197,7 +197,8 @@ TEST(LikelihoodFile, HoldsTheCountsThatWereWritten) {
 TEST(LikelihoodFile, ThatIsMissingOrEmptyOrSomethingElseIsAnError) {
   EXPECT_THROW(readLikelihoods("/no/such/file.txt"), Error);
   EXPECT_THROW(readLikelihoods(testing::TempDir()), Error) << "a folder";
-  for (const std::string text : {"", "# nothing\n", "ground road true 0 0 0 0 0 0 0 0 0\n", "SQLite format 3"}) {
+  for (const std::string text :
+       {"", "# nothing\n", "ground road true 0 0 0 0 0 0 0 0 0\n", "SQLite format 3"}) {
     const std::string path = temporaryFile(text);
     EXPECT_THROW(readLikelihoods(path), Error) << "'" << text << "'";
     std::remove(path.c_str());

@@ -25,10 +25,13 @@ DepthImage twoPlanes(double noise, double measured_share = 1) {
 }
 
 TEST(InverseDepthNoise, IsFoundOnSlantedPlanesAndPassesOverEdges) {
-  for (const double noise : {0.0005, 0.0025}) EXPECT_NEAR(inverseDepthNoise(twoPlanes(noise)), noise, 0.15 * noise);
+  for (const double noise : {0.0005, 0.0025})
+    EXPECT_NEAR(inverseDepthNoise(twoPlanes(noise)), noise, 0.15 * noise);
 }
 
-TEST(InverseDepthNoise, IsNothingForPerfectDepth) { EXPECT_LT(inverseDepthNoise(twoPlanes(0)), 1e-6); }
+TEST(InverseDepthNoise, IsNothingForPerfectDepth) {
+  EXPECT_LT(inverseDepthNoise(twoPlanes(0)), 1e-6);
+}
 
 TEST(InverseDepthNoise, IsUnknownWithoutEnoughDepth) {
   EXPECT_EQ(inverseDepthNoise(DepthImage()), 0);
@@ -44,7 +47,8 @@ TEST(InverseDepthNoiseOfPixels, IsThatOfDepthWhosePixelsErr) {
 TEST(InverseDepthNoiseOfPixels, IsNoneForShapesLargerThanAPixel) {
   DepthImage wavy(160, 120);
   for (int y = 0; y < wavy.height; ++y) {
-    for (int x = 0; x < wavy.width; ++x) wavy.at(x, y) = static_cast<float>(1 / (0.1 + 0.003 * std::sin(0.35 * x)));
+    for (int x = 0; x < wavy.width; ++x)
+      wavy.at(x, y) = static_cast<float>(1 / (0.1 + 0.003 * std::sin(0.35 * x)));
   }
   EXPECT_GT(inverseDepthNoise(wavy), 0.001);
   EXPECT_FALSE(isNoiseOfPixels(inverseDepthNoise(wavy), wavy));

@@ -74,7 +74,9 @@ TEST(DepthPlausibility, ASmallRoomSeenByACameraThatMovesAsMuchPasses) {
   // The whole world ten times smaller: depths are small and poses agree with them.
   struct Model : ScaledRecording {
     Model() : ScaledRecording(0.1f) {}
-    Eigen::Isometry3d pose(std::size_t i) const override { return shrunk(ScaledRecording::pose(i)); }
+    Eigen::Isometry3d pose(std::size_t i) const override {
+      return shrunk(ScaledRecording::pose(i));
+    }
     Frame read(std::size_t i) const override {
       Frame frame = ScaledRecording::read(i);
       frame.T_odom_sensor = shrunk(frame.T_odom_sensor);
@@ -98,7 +100,10 @@ TEST(DepthPlausibility, ACameraThatStandsStillTellsNothing) {
 class OfKind : public FrameSource {
  public:
   OfKind(const std::string& session, bool measured_range, bool declared_range, double narrower = 1)
-      : drive_(*simulatedDrive().sessions.at(session)), measured_range_(measured_range), declared_range_(declared_range), narrower_(narrower) {}
+      : drive_(*simulatedDrive().sessions.at(session)),
+        measured_range_(measured_range),
+        declared_range_(declared_range),
+        narrower_(narrower) {}
   std::size_t size() const override { return 20; }
   Eigen::Isometry3d pose(std::size_t i) const override { return drive_.pose(i); }
   double stamp(std::size_t i) const override { return drive_.stamp(i); }
@@ -133,7 +138,8 @@ TEST(DepthPlausibility, DepthAlongTheRayDeclaredPlanarIsNamedAndTheOtherWayRound
   for (const char* session : {"forward", "rear"}) {
     for (const bool measured_range : {false, true}) {
       EXPECT_EQ(complaintAbout(OfKind(session, measured_range, measured_range)), "") << session;
-      const std::string complaint = complaintAbout(OfKind(session, measured_range, !measured_range));
+      const std::string complaint =
+          complaintAbout(OfKind(session, measured_range, !measured_range));
       EXPECT_EQ(complaint.rfind("kind: ", 0), 0u) << session << complaint;
       const std::string missing = measured_range ? "`depth: range`" : "`depth: planar`";
       EXPECT_NE(complaint.find(missing), std::string::npos) << complaint;
@@ -169,7 +175,8 @@ TEST(DepthPlausibility, FramesAgreeMostAtTheRightScale) {
   const DepthAgreement right = agreementOfDepths(a, b, 1);
   EXPECT_GT(right.agreeing, 0.9);
   EXPECT_GT(right.visible, 0.2);
-  for (const double wrong : {0.01, 0.1, 10.0, 100.0}) EXPECT_LT(agreementOfDepths(a, b, wrong).agreeing, right.agreeing - 0.1) << wrong;
+  for (const double wrong : {0.01, 0.1, 10.0, 100.0})
+    EXPECT_LT(agreementOfDepths(a, b, wrong).agreeing, right.agreeing - 0.1) << wrong;
   EXPECT_GT(agreementOfDepths(a, a, 1).agreeing, 0.99);
 }
 

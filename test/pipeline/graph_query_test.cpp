@@ -41,7 +41,8 @@ SemanticGraph moved(SemanticGraph graph, const Eigen::Isometry3d& T) {
   return graph;
 }
 
-Localization find(const SemanticGraph& query, const SemanticGraph& map_graph, const std::string& method = "auto") {
+Localization find(const SemanticGraph& query, const SemanticGraph& map_graph,
+                  const std::string& method = "auto") {
   Options options;
   options.method = method;
   const SemanticMap map = buildMap(map_graph, objectLabels(), "objects", options);
@@ -64,13 +65,15 @@ TEST(GraphQuery, AMirroredPartIsNotAccepted) {
   const SemanticGraph map = scatteredObjects(600, 400, 3);
   SemanticGraph query = cutOut(map, {200, 180}, 60);
   for (Vertex& v : query.vertices) v.position.x() = -v.position.x();
-  for (const char* method : {"auto", "walks"}) EXPECT_NE(find(query, map, method).status, Status::accepted) << method;
+  for (const char* method : {"auto", "walks"})
+    EXPECT_NE(find(query, map, method).status, Status::accepted) << method;
 }
 
 TEST(GraphQuery, AnotherWorldIsNotAccepted) {
   const SemanticGraph map = scatteredObjects(600, 400, 3);
   const SemanticGraph query = cutOut(scatteredObjects(600, 400, 4), {200, 180}, 60);
-  for (const char* method : {"auto", "walks"}) EXPECT_NE(find(query, map, method).status, Status::accepted) << method;
+  for (const char* method : {"auto", "walks"})
+    EXPECT_NE(find(query, map, method).status, Status::accepted) << method;
 }
 
 TEST(GraphQuery, ARepetitiveWorldIsAmbiguous) {
@@ -103,7 +106,8 @@ TEST(GraphQuery, ASingleVertexIsNotAccepted) {
   SemanticGraph query;
   query.vertices.push_back(map.vertices[0]);
   connectByRadius(query, {});
-  for (const char* method : {"auto", "walks"}) EXPECT_NE(find(query, map, method).status, Status::accepted) << method;
+  for (const char* method : {"auto", "walks"})
+    EXPECT_NE(find(query, map, method).status, Status::accepted) << method;
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Graphs whose blobs and edges come from images, as in the paper, against each other and against graphs in space.
+// Graphs whose blobs and edges come from images, as in the paper, against each other and against
+// graphs in space.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -25,18 +26,21 @@ Options walksIn(const std::string& space) {
 const std::vector<FrameDigest>& imageFrames(const std::string& session) {
   static std::map<std::string, std::vector<FrameDigest>> frames;
   auto& found = frames[session];
-  if (found.empty()) found = digestRecording(*simulatedDrive().sessions.at(session), walksIn("image"));
+  if (found.empty())
+    found = digestRecording(*simulatedDrive().sessions.at(session), walksIn("image"));
   return found;
 }
 
 const SemanticMap& imageMap() {
-  static const SemanticMap map = buildMap({simulatedDrive().sessions.at("forward").get()}, walksIn("image"));
+  static const SemanticMap map =
+      buildMap({simulatedDrive().sessions.at("forward").get()}, walksIn("image"));
   return map;
 }
 
 Query imageQuery(const std::string& session, std::size_t first, std::size_t last) {
   const auto& frames = imageFrames(session);
-  return makeQuery(frames.data() + first, frames.data() + last, simulatedDrive().labels, walksIn("image"));
+  return makeQuery(frames.data() + first, frames.data() + last, simulatedDrive().labels,
+                   walksIn("image"));
 }
 
 double errorOf(const Localization& fix, const std::string& session, std::size_t last_frame) {
@@ -57,7 +61,8 @@ TEST(ImageSpace, AMapHasVerticesOfSurfacesAndObjectsAndEdgesOfTheImages) {
   // What is far apart in space may be neighbours in an image: edges are not those of a radius.
   const auto edges = graph.edges();
   EXPECT_TRUE(std::any_of(edges.begin(), edges.end(), [&](const auto& e) {
-    return (graph.vertices[e.first].position - graph.vertices[e.second].position).norm() > EdgeOptions().radius_m;
+    return (graph.vertices[e.first].position - graph.vertices[e.second].position).norm() >
+           EdgeOptions().radius_m;
   }));
   EXPECT_GT(imageMap().plan.sampleCount(), 1000u);
 }
@@ -65,8 +70,9 @@ TEST(ImageSpace, AMapHasVerticesOfSurfacesAndObjectsAndEdgesOfTheImages) {
 TEST(ImageSpace, WalksKeepTheEdgesOfTheImages) {
   const WalkGraph walks = walkGraph(imageMap().graph, imageMap().labels, walksIn("image"));
   EXPECT_EQ(walks.graph.neighbours, imageMap().graph.neighbours);
-  EXPECT_NE(walkGraph(simulatedDrive().map.graph, imageMap().labels, walksIn("image")).graph.neighbours,
-            simulatedDrive().map.graph.neighbours);
+  EXPECT_NE(
+      walkGraph(simulatedDrive().map.graph, imageMap().labels, walksIn("image")).graph.neighbours,
+      simulatedDrive().map.graph.neighbours);
 }
 
 TEST(ImageSpace, PartsOfAGraphHaveTheEdgesAmongTheirVertices) {
@@ -82,17 +88,20 @@ TEST(ImageSpace, PartsOfAGraphHaveTheEdgesAmongTheirVertices) {
 }
 
 TEST(ImageSpace, AQueryIsFoundByWalksInAMapOfImageSpace) {
-  const Localization fix = Localizer(imageMap(), walksIn("image")).localize(imageQuery("rear", 10, 45));
+  const Localization fix =
+      Localizer(imageMap(), walksIn("image")).localize(imageQuery("rear", 10, 45));
   EXPECT_LT(errorOf(fix, "rear", 44), 2) << fix.reason;
 }
 
 TEST(ImageSpace, AQueryIsFoundByWalksInAMapInSpace) {
-  const Localization fix = Localizer(simulatedDrive().map, walksIn("image")).localize(imageQuery("rear", 10, 45));
+  const Localization fix =
+      Localizer(simulatedDrive().map, walksIn("image")).localize(imageQuery("rear", 10, 45));
   EXPECT_LT(errorOf(fix, "rear", 44), 2) << fix.reason;
 }
 
 TEST(ImageSpace, AQueryInSpaceIsFoundByWalksInAMapOfImageSpace) {
-  const Localization fix = Localizer(imageMap(), walksIn("cloud")).localize(simulatedDrive().query("rear", 10, 45));
+  const Localization fix =
+      Localizer(imageMap(), walksIn("cloud")).localize(simulatedDrive().query("rear", 10, 45));
   EXPECT_LT(errorOf(fix, "rear", 44), 2) << fix.reason;
 }
 
@@ -108,7 +117,8 @@ TEST(ImageSpace, ThePlaceSearchAnswersAsItDoesOtherwise) {
   Options search;
   search.method = "search";
   const Localization of_images = Localizer(imageMap(), search).localize(imageQuery("rear", 10, 40));
-  const Localization of_clouds = Localizer(simulatedDrive().map, search).localize(simulatedDrive().query("rear", 10, 40));
+  const Localization of_clouds =
+      Localizer(simulatedDrive().map, search).localize(simulatedDrive().query("rear", 10, 40));
   EXPECT_EQ(of_images.status, of_clouds.status);
   EXPECT_EQ(of_images.T_map_query.matrix(), of_clouds.T_map_query.matrix());
   Options automatic;
@@ -126,7 +136,8 @@ TEST(ImageSpace, ThreadsDoNotChangeTheGraph) {
   const SemanticGraph b = buildGraph(*rear, two);
   ASSERT_EQ(a.size(), b.size());
   EXPECT_EQ(a.neighbours, b.neighbours);
-  for (std::size_t i = 0; i < a.size(); ++i) EXPECT_EQ(a.vertices[i].position, b.vertices[i].position);
+  for (std::size_t i = 0; i < a.size(); ++i)
+    EXPECT_EQ(a.vertices[i].position, b.vertices[i].position);
 }
 
 TEST(ImageSpace, AppendingKeepsTheEdgesOfBoth) {

@@ -20,7 +20,8 @@ TEST(LikelihoodLearning, SamplesLieNearerAtTruePosesThanAtWrongOnes) {
   std::vector<Eigen::Isometry3d> truth;
   for (std::size_t i = 0; i < rear->size(); ++i) truth.push_back(rear->truth(i));
   const LikelihoodTable table = learnLikelihoods(drive.map, drive.frames.at("rear"), truth, 40, {});
-  for (const Channel channel : {Channel::road, Channel::building, Channel::fence, Channel::obstacle_low}) {
+  for (const Channel channel :
+       {Channel::road, Channel::building, Channel::fence, Channel::obstacle_low}) {
     const DistanceCounts& counts = table.at(Viewpoint::ground, channel);
     EXPECT_GT(nearShare(counts.at_true), nearShare(counts.at_wrong)) << toString(channel);
   }

@@ -37,7 +37,8 @@ TEST(Localizer, FindsTheRearViewInTheMapOfTheForwardDrive) {
 
 TEST(Localizer, WalksAloneFindTheRearView) {
   const auto& drive = simulatedDrive();
-  const Localization fix = Localizer(drive.map, withMethod("walks")).localize(drive.query("rear", 10, 45));
+  const Localization fix =
+      Localizer(drive.map, withMethod("walks")).localize(drive.query("rear", 10, 45));
   EXPECT_LT(errorOf(fix, "rear", 44), 2.0) << fix.reason;
   ASSERT_FALSE(fix.hypotheses.empty());
   EXPECT_EQ(fix.hypotheses[0].proposer, Proposer::walks);
@@ -49,7 +50,8 @@ TEST(Localizer, RefusesAnotherTown) {
     const Localizer localizer(drive.map, withMethod(method));
     for (std::size_t first = 0; first + 30 <= drive.frames.at("elsewhere").size(); first += 15) {
       const Localization fix = localizer.localize(drive.query("elsewhere", first, first + 30));
-      EXPECT_NE(fix.status, Status::accepted) << method << ", frames from " << first << ": " << fix.reason;
+      EXPECT_NE(fix.status, Status::accepted)
+          << method << ", frames from " << first << ": " << fix.reason;
     }
   }
 }
@@ -60,7 +62,8 @@ TEST(Localizer, PoseOfTheSensorDoesNotDependOnTheOriginOfTheOdometry) {
   const auto moved = test::movedFrames(*drive.sessions.at("rear"), T_new_old);
   const Localizer localizer(drive.map, {});
   const Localization here = localizer.localize(drive.query("rear", 10, 40));
-  const Localization there = localizer.localize(makeQuery(moved.data() + 10, moved.data() + 40, drive.labels, {}));
+  const Localization there =
+      localizer.localize(makeQuery(moved.data() + 10, moved.data() + 40, drive.labels, {}));
   EXPECT_EQ(there.status, here.status);
   EXPECT_LT((there.T_map_sensor.translation() - here.T_map_sensor.translation()).norm(), 0.1);
   EXPECT_LT(rotationBetween(there.T_map_sensor, here.T_map_sensor), 0.01);
@@ -70,7 +73,8 @@ TEST(Localizer, FramesOfAFirstCameraAreTurnedUpright) {
   // Odometry relative to an optical frame: y points down, and the camera was pitched.
   const auto& drive = simulatedDrive();
   Eigen::Isometry3d T_optical = Eigen::Isometry3d::Identity();
-  T_optical.linear() = (Eigen::AngleAxisd(-M_PI / 2 + 0.1, Eigen::Vector3d::UnitX()) * Eigen::AngleAxisd(0.7, Eigen::Vector3d::UnitZ()))
+  T_optical.linear() = (Eigen::AngleAxisd(-M_PI / 2 + 0.1, Eigen::Vector3d::UnitX()) *
+                        Eigen::AngleAxisd(0.7, Eigen::Vector3d::UnitZ()))
                            .toRotationMatrix()
                            .transpose();
   T_optical.translation() = Eigen::Vector3d(10, -20, 30);
@@ -95,23 +99,27 @@ TEST(Localizer, AQueryReadFrameByFrameIsThatOfAllItsDigests) {
   const std::vector<FrameDigest>& frames = drive.frames.at("rear");
   const Query all = makeQuery(frames.data(), frames.data() + frames.size(), drive.labels, {});
   std::vector<std::int64_t> seen;
-  const Query streamed = makeQuery(rear, {}, [&](const FrameDigest& frame) { seen.push_back(frame.number); });
+  const Query streamed =
+      makeQuery(rear, {}, [&](const FrameDigest& frame) { seen.push_back(frame.number); });
   EXPECT_EQ(seen, all.frames);
   EXPECT_EQ(streamed.frames, all.frames);
   EXPECT_EQ(streamed.sensor, all.sensor);
   EXPECT_EQ(streamed.cloud_seen_from, all.cloud_seen_from);
-  EXPECT_GT(*std::min_element(all.cloud_seen_from.begin(), all.cloud_seen_from.end()), 0u);  // not from the first frames
+  EXPECT_GT(*std::min_element(all.cloud_seen_from.begin(), all.cloud_seen_from.end()),
+            0u);  // not from the first frames
   EXPECT_EQ(streamed.cloud_sigma_m, all.cloud_sigma_m);
   EXPECT_EQ(streamed.cloud.origin, all.cloud.origin);
   ASSERT_EQ(streamed.cloud.size(), all.cloud.size());
   for (std::size_t i = 0; i < all.cloud.size(); ++i)
     ASSERT_EQ(streamed.cloud.points[i].getVector3fMap(), all.cloud.points[i].getVector3fMap());
   ASSERT_EQ(streamed.graph.size(), all.graph.size());
-  for (std::size_t i = 0; i < all.graph.size(); ++i) ASSERT_EQ(streamed.graph.vertices[i].position, all.graph.vertices[i].position);
+  for (std::size_t i = 0; i < all.graph.size(); ++i)
+    ASSERT_EQ(streamed.graph.vertices[i].position, all.graph.vertices[i].position);
   EXPECT_EQ(streamed.graph.edges(), all.graph.edges());
   EXPECT_EQ(streamed.plan.sampleCount(), all.plan.sampleCount());
   const Localizer localizer(drive.map, {});
-  EXPECT_EQ(localizer.localize(streamed).T_map_query.matrix(), localizer.localize(all).T_map_query.matrix());
+  EXPECT_EQ(localizer.localize(streamed).T_map_query.matrix(),
+            localizer.localize(all).T_map_query.matrix());
 }
 
 TEST(Localizer, AQueryOfATiltedCameraReadFrameByFrameIsTurnedUprightToo) {
@@ -146,8 +154,11 @@ TEST(Localizer, ErrorsStayWithinThreeSigma) {
   for (std::size_t first = 0; first + 25 <= drive.frames.at("rear").size(); first += 10) {
     const Localization fix = localizer.localize(drive.query("rear", first, first + 25));
     if (!fix.accepted()) continue;
-    const Eigen::Vector3d error = fix.T_map_sensor.translation() - drive.sessions.at("rear")->truth(first + 24).translation();
-    for (int axis = 0; axis < 3; ++axis) EXPECT_LT(std::abs(error(axis)), 3 * std::sqrt(fix.covariance(axis, axis))) << "from frame " << first;
+    const Eigen::Vector3d error =
+        fix.T_map_sensor.translation() - drive.sessions.at("rear")->truth(first + 24).translation();
+    for (int axis = 0; axis < 3; ++axis)
+      EXPECT_LT(std::abs(error(axis)), 3 * std::sqrt(fix.covariance(axis, axis)))
+          << "from frame " << first;
   }
 }
 
@@ -157,8 +168,10 @@ TEST(Localizer, APriorElsewhereLeavesNoAcceptedPose) {
   Options near, far;
   near.prior.near = std::to_string(truth.x()) + "," + std::to_string(truth.y()) + ",15";
   far.prior.near = std::to_string(truth.x() + 70) + "," + std::to_string(truth.y() + 70) + ",15";
-  EXPECT_EQ(Localizer(drive.map, near).localize(drive.query("rear", 10, 40)).status, Status::accepted);
-  EXPECT_NE(Localizer(drive.map, far).localize(drive.query("rear", 10, 40)).status, Status::accepted);
+  EXPECT_EQ(Localizer(drive.map, near).localize(drive.query("rear", 10, 40)).status,
+            Status::accepted);
+  EXPECT_NE(Localizer(drive.map, far).localize(drive.query("rear", 10, 40)).status,
+            Status::accepted);
 }
 
 TEST(Localizer, NoAcceptedPoseIsOutsideOfItsPrior) {
@@ -167,9 +180,13 @@ TEST(Localizer, NoAcceptedPoseIsOutsideOfItsPrior) {
   const Eigen::Vector3d truth = drive.sessions.at("rear")->truth(39).translation();
   int inside = 0;
   for (int i = 0; i < 12; ++i) {
-    const double direction = 0.5 * i, off = i % 2 == 0 ? 4.0 : 7.0;  // of circles of 6 m: the truth is inside, then a little outside
+    const double direction = 0.5 * i,
+                 off = i % 2 == 0
+                           ? 4.0
+                           : 7.0;  // of circles of 6 m: the truth is inside, then a little outside
     Options options;
-    options.prior.near = std::to_string(truth.x() + off * std::cos(direction)) + "," + std::to_string(truth.y() + off * std::sin(direction)) + ",6";
+    options.prior.near = std::to_string(truth.x() + off * std::cos(direction)) + "," +
+                         std::to_string(truth.y() + off * std::sin(direction)) + ",6";
     const Localization fix = Localizer(drive.map, options).localize(query);
     if (i % 2 == 1) {
       EXPECT_FALSE(fix.accepted()) << "the truth is 1 m outside, but: " << fix.reason;
@@ -186,8 +203,11 @@ TEST(Localizer, ExpectedPoseIsFoundThereOrNotAtAll) {
   const auto& drive = simulatedDrive();
   const Query query = drive.query("rear", 10, 40);
   const Localizer localizer(drive.map, {});
-  const Eigen::Isometry3d truth = drive.sessions.at("rear")->truth(39) * query.poses.back().inverse();
-  const auto moved = [&](double x) { return Eigen::Isometry3d(Eigen::Translation3d(x, 0, 0)) * truth; };
+  const Eigen::Isometry3d truth =
+      drive.sessions.at("rear")->truth(39) * query.poses.back().inverse();
+  const auto moved = [&](double x) {
+    return Eigen::Isometry3d(Eigen::Translation3d(x, 0, 0)) * truth;
+  };
   const Localization found = localizer.localize(query, ExpectedPose{moved(2), 4, 0.2});
   EXPECT_TRUE(found.accepted()) << found.reason;
   EXPECT_LT(errorOf(found, "rear", 39), 0.5);
@@ -199,10 +219,14 @@ TEST(Localizer, CheckClimbsOnlyAsFarAsItMay) {
   const Query query = drive.query("rear", 10, 40);
   const Localizer localizer(drive.map, {});
   const Localization fix = localizer.localize(query);
-  const Eigen::Isometry3d beside = Eigen::Isometry3d(Eigen::Translation3d(1, 0, 0)) * fix.T_map_query;
+  const Eigen::Isometry3d beside =
+      Eigen::Isometry3d(Eigen::Translation3d(1, 0, 0)) * fix.T_map_query;
   const std::vector<PoseCheck> found = localizer.check(query, {beside, fix.T_map_query}, 2);
   ASSERT_EQ(found.size(), 2u);
-  EXPECT_LT((found[0].T_map_query * query.poses.back().translation() - fix.T_map_sensor.translation()).norm(), 0.6);
+  EXPECT_LT(
+      (found[0].T_map_query * query.poses.back().translation() - fix.T_map_sensor.translation())
+          .norm(),
+      0.6);
   EXPECT_GT(found[0].evidence.score, 0.9 * fix.hypotheses[0].score);
   const PoseCheck held = localizer.check(query, {beside}, 0.01)[0];
   EXPECT_TRUE(held.T_map_query.isApprox(beside));
@@ -246,7 +270,9 @@ TEST(Localizer, AnEmptyMapRejectsEverything) {
   SemanticMap empty;
   empty.labels = drive.labels;
   for (const char* method : {"auto", "walks"}) {
-    EXPECT_EQ(Localizer(empty, withMethod(method)).localize(drive.query("rear", 0, 20)).status, Status::rejected) << method;
+    EXPECT_EQ(Localizer(empty, withMethod(method)).localize(drive.query("rear", 0, 20)).status,
+              Status::rejected)
+        << method;
   }
 }
 

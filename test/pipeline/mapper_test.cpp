@@ -30,7 +30,8 @@ TEST(Mapper, ThreadsDoNotChangeTheMap) {
   const FrameSource* forward = simulatedDrive().sessions.at("forward").get();
   const SemanticMap a = buildMap({forward}, one), b = buildMap({forward}, two);
   ASSERT_EQ(a.graph.size(), b.graph.size());
-  for (std::size_t i = 0; i < a.graph.size(); ++i) EXPECT_EQ(a.graph.vertices[i].position, b.graph.vertices[i].position);
+  for (std::size_t i = 0; i < a.graph.size(); ++i)
+    EXPECT_EQ(a.graph.vertices[i].position, b.graph.vertices[i].position);
   EXPECT_EQ(a.plan.sampleCount(), b.plan.sampleCount());
   EXPECT_EQ(a.cloud.size(), b.cloud.size());
 }
@@ -124,7 +125,8 @@ TEST(Mapper, AMapOfTwoHalvesFindsBoth) {
   for (const std::size_t first : {std::size_t{5}, size - 35}) {
     const Localization fix = localizer.localize(drive.query("rear", first, first + 30));
     const Eigen::Vector3d truth = drive.sessions.at("rear")->truth(first + 29).translation();
-    EXPECT_LT((fix.T_map_sensor.translation() - truth).norm(), 0.5) << "from frame " << first << ": " << fix.reason;
+    EXPECT_LT((fix.T_map_sensor.translation() - truth).norm(), 0.5)
+        << "from frame " << first << ": " << fix.reason;
   }
 }
 

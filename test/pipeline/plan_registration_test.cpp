@@ -26,13 +26,15 @@ PlanView town() {
   return view;
 }
 
-/// The same place seen by a query: each sample where T_query_map puts it, with an error; areas are wherever they like.
+/// The same place seen by a query: each sample where T_query_map puts it, with an error; areas are
+/// wherever they like.
 PlanView seenBy(const PlanView& map, const Eigen::Isometry3d& T_query_map, double sigma_m) {
   PlanView view;
   Random random(5);
   for (std::size_t c = 0; c < kChannels; ++c) {
     for (const PlanSample& s : map.samples[c]) {
-      const Eigen::Vector3d p = T_query_map * Eigen::Vector3d(map.origin_x + s.x, map.origin_y + s.y, 0);
+      const Eigen::Vector3d p =
+          T_query_map * Eigen::Vector3d(map.origin_x + s.x, map.origin_y + s.y, 0);
       const double off = isArea(static_cast<Channel>(c)) ? 3 : 0;
       view.samples[c].push_back({static_cast<float>(p.x() + off + sigma_m * random.normal()),
                                  static_cast<float>(p.y() + off + sigma_m * random.normal()), 0});
@@ -57,17 +59,19 @@ double errorOf(const Eigen::Isometry3d& T_map_query) {
 /// T_map_query, with the sensor this far off and the query turned about it.
 Eigen::Isometry3d disturbed(const Eigen::Vector3d& shift, double turn) {
   const Eigen::Vector3d sensor = kTruth * sensorInQuery().translation();
-  return Eigen::Translation3d(sensor + shift) * Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitZ()) * Eigen::Translation3d(-sensor) *
-         kTruth;
+  return Eigen::Translation3d(sensor + shift) * Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitZ()) *
+         Eigen::Translation3d(-sensor) * kTruth;
 }
 
 TEST(PlanRegistration, FindsThePoseBetweenTheCells) {
   const PlanView map = town();
   const PlanRegistration registration(map);
   const PlanView query = seenBy(map, kTruth.inverse(), 0.2);
-  for (const Eigen::Vector3d& shift : {Eigen::Vector3d(0.4, 0.3, 0), Eigen::Vector3d(-0.6, 0.2, 0)}) {
+  for (const Eigen::Vector3d& shift :
+       {Eigen::Vector3d(0.4, 0.3, 0), Eigen::Vector3d(-0.6, 0.2, 0)}) {
     for (const double turn : {-0.02, 0.015}) {
-      const auto T = registration.align(query, sensorInQuery().translation(), disturbed(shift, turn));
+      const auto T =
+          registration.align(query, sensorInQuery().translation(), disturbed(shift, turn));
       ASSERT_TRUE(T.has_value());
       EXPECT_LT(errorOf(*T), 0.12);
       EXPECT_LT(std::abs(angleDifference(yawOf(T->linear()), yawOf(kTruth.linear()))), 0.006);
@@ -95,7 +99,8 @@ TEST(PlanRegistration, DoesNotDependOnTheFrameOfTheQueryNorOnWhichWayIsUpInIt) {
   PlanView tilted = query;
   tilted.upright = Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, 3).normalized());
   const Eigen::Isometry3d upright(tilted.upright);
-  const auto other = PlanRegistration(map).align(tilted, upright.inverse() * sensor, start * upright);
+  const auto other =
+      PlanRegistration(map).align(tilted, upright.inverse() * sensor, start * upright);
   ASSERT_TRUE(T.has_value() && other.has_value());
   EXPECT_TRUE((T->matrix() - (*other * upright.inverse()).matrix()).isZero(1e-6));
 }

@@ -3,7 +3,8 @@
 
 namespace xview::test {
 
-Query SimulatedDrive::query(const std::string& session, std::size_t first, std::size_t last, const Options& options) const {
+Query SimulatedDrive::query(const std::string& session, std::size_t first, std::size_t last,
+                            const Options& options) const {
   const std::vector<FrameDigest>& all = frames.at(session);
   return makeQuery(all.data() + first, all.data() + last, labels, options);
 }

@@ -12,22 +12,27 @@
 
 namespace xview::test {
 
-/// A short drive through a seeded town, made once for all tests of the process: its map, and what other sessions saw.
+/// A short drive through a seeded town, made once for all tests of the process: its map, and what
+/// other sessions saw.
 struct SimulatedDrive {
-  std::map<std::string, std::unique_ptr<SimulatedRecording>> sessions;  ///< forward, rear, elsewhere
+  std::map<std::string, std::unique_ptr<SimulatedRecording>>
+      sessions;  ///< forward, rear, elsewhere
   std::map<std::string, std::vector<FrameDigest>> frames;
   SemanticMap map;  ///< of forward
   LabelSet labels;
 
-  Query query(const std::string& session, std::size_t first, std::size_t last, const Options& options = {}) const;
+  Query query(const std::string& session, std::size_t first, std::size_t last,
+              const Options& options = {}) const;
 };
 
 const SimulatedDrive& simulatedDrive();
 
-/// A recording whose odometry begins somewhere else: T_odom_sensor becomes T_new_old * T_odom_sensor.
+/// A recording whose odometry begins somewhere else: T_odom_sensor becomes T_new_old *
+/// T_odom_sensor.
 class MovedRecording : public FrameSource {
  public:
-  MovedRecording(const FrameSource& source, const Eigen::Isometry3d& T_new_old) : source_(source), T_new_old_(T_new_old) {}
+  MovedRecording(const FrameSource& source, const Eigen::Isometry3d& T_new_old)
+      : source_(source), T_new_old_(T_new_old) {}
   std::size_t size() const override { return source_.size(); }
   Eigen::Isometry3d pose(std::size_t i) const override { return T_new_old_ * source_.pose(i); }
   double stamp(std::size_t i) const override { return source_.stamp(i); }
@@ -46,7 +51,8 @@ class MovedRecording : public FrameSource {
   Eigen::Isometry3d T_new_old_;
 };
 
-inline std::vector<FrameDigest> movedFrames(const FrameSource& source, const Eigen::Isometry3d& T_new_old) {
+inline std::vector<FrameDigest> movedFrames(const FrameSource& source,
+                                            const Eigen::Isometry3d& T_new_old) {
   return digestRecording(MovedRecording(source, T_new_old), {});
 }
 

@@ -8,14 +8,15 @@
 #include <cmath>
 #include <limits>
 
-#include "xview/types/pose.h"
 #include "xview/types/parallel.h"
+#include "xview/types/pose.h"
 #include "xview/types/random.h"
 
 namespace xview {
 namespace {
 
-constexpr std::uint32_t kRoad = 1, kMarking = 2, kBuilding = 3, kPole = 4, kFence = 5, kCar = 6, kVoid = 7;
+constexpr std::uint32_t kRoad = 1, kMarking = 2, kBuilding = 3, kPole = 4, kFence = 5, kCar = 6,
+                        kVoid = 7;
 constexpr double kDegree = M_PI / 180;
 
 LabelSet streetLabels() {
@@ -46,12 +47,16 @@ class Street {
   void add(double x, double y, double z, std::uint32_t label) {
     points_.emplace_back(Eigen::Vector3d(x, y, z), label);
   }
-  void box(const Eigen::Vector3d& low, const Eigen::Vector3d& high, std::uint32_t label, int count) {
+  void box(const Eigen::Vector3d& low, const Eigen::Vector3d& high, std::uint32_t label,
+           int count) {
     for (int i = 0; i < count; ++i) {
-      add(random_.uniform(low.x(), high.x()), random_.uniform(low.y(), high.y()), random_.uniform(low.z(), high.z()), label);
+      add(random_.uniform(low.x(), high.x()), random_.uniform(low.y(), high.y()),
+          random_.uniform(low.z(), high.z()), label);
     }
   }
-  void ground(int count, std::uint32_t label = kRoad) { box({-20, -6, 0}, {20, 6, 0}, label, count); }
+  void ground(int count, std::uint32_t label = kRoad) {
+    box({-20, -6, 0}, {20, 6, 0}, label, count);
+  }
   void corridor(int count) {
     box({-20, 6.1, 0}, {20, 6.1, 6}, kBuilding, count);
     box({-20, -6.3, 0}, {20, -6.3, 6}, kBuilding, count);
@@ -94,13 +99,15 @@ LabelledCloud mapCloud(const Eigen::Isometry3d& T = Eigen::Isometry3d::Identity(
   return street.cloud(T, origin);
 }
 
-DistributionMap distributions(LabelledCloud cloud, const std::vector<Eigen::Isometry3d>& viewpoints = {}) {
+DistributionMap distributions(LabelledCloud cloud,
+                              const std::vector<Eigen::Isometry3d>& viewpoints = {}) {
   return DistributionMap(std::move(cloud), streetLabels(), viewpoints, {});
 }
 
 /// A cloud of which only the position of the last sensor is known.
-Refinement refineAt(const DistributionMap& map, const LabelledCloud& cloud, const Eigen::Isometry3d& T_map_query,
-                    const Eigen::Vector3d& sensor, const RefineOptions& options = {}) {
+Refinement refineAt(const DistributionMap& map, const LabelledCloud& cloud,
+                    const Eigen::Isometry3d& T_map_query, const Eigen::Vector3d& sensor,
+                    const RefineOptions& options = {}) {
   const std::vector<Eigen::Isometry3d> poses{Eigen::Isometry3d(Eigen::Translation3d(sensor))};
   return refine(map, {cloud, {}, poses}, streetLabels(), T_map_query, options);
 }
@@ -113,11 +120,12 @@ TEST(Refine, RecoversASmallMotion) {
   const DistributionMap map = distributions(mapCloud());
   Street street(2);
   street.everything(1500);
-  for (const Eigen::Isometry3d& error :
-       {nudge(0.5, 0.4, 0.1, 1.5), nudge(-0.7, 0.3, -0.2, -1), nudge(0.2, -0.8, 0, 0.5), nudge(0, 0, 0, 0)}) {
+  for (const Eigen::Isometry3d& error : {nudge(0.5, 0.4, 0.1, 1.5), nudge(-0.7, 0.3, -0.2, -1),
+                                         nudge(0.2, -0.8, 0, 0.5), nudge(0, 0, 0, 0)}) {
     const Eigen::Isometry3d T_map_query = poseFromYaw({30, -12, 2}, 2.1);
-    const Refinement refined = refineAt(map, street.cloud(T_map_query.inverse()), error * T_map_query,
-                                      T_map_query.inverse() * Eigen::Vector3d(0, 0, 1.5), {});
+    const Refinement refined =
+        refineAt(map, street.cloud(T_map_query.inverse()), error * T_map_query,
+                 T_map_query.inverse() * Eigen::Vector3d(0, 0, 1.5), {});
     ASSERT_TRUE(refined.converged);
     EXPECT_LT((refined.T_map_query.translation() - T_map_query.translation()).norm(), 0.05);
     EXPECT_LT(rotationBetween(refined.T_map_query, T_map_query), 0.1 * kDegree);
@@ -133,7 +141,8 @@ TEST(Refine, TheGivenPoseDecidesWhereNothingElseDoes) {
     s->ground(s == &street ? 2000 : 40000);
     s->corridor(s == &street ? 1000 : 20000);
   }
-  const Refinement refined = refineAt(distributions(map_street.cloud()), street.cloud(), nudge(0.8, 0.3, 0.1, 0.5), {0, 0, 1.5});
+  const Refinement refined = refineAt(distributions(map_street.cloud()), street.cloud(),
+                                      nudge(0.8, 0.3, 0.1, 0.5), {0, 0, 1.5});
   ASSERT_TRUE(refined.converged);
   EXPECT_NEAR(refined.T_map_query.translation().x(), 0.8, 0.25);  // along the street
   EXPECT_NEAR(refined.T_map_query.translation().y(), 0, 0.05);
@@ -231,7 +240,8 @@ TEST(Refine, CovarianceIsLargestAlongACorridor) {
   map_street.corridor(20000);
   street.ground(2000);
   street.corridor(2000);
-  const Refinement r = refineAt(distributions(map_street.cloud()), street.cloud(), nudge(0, 0.1, 0, 0), {0, 0, 1.5}, {});
+  const Refinement r = refineAt(distributions(map_street.cloud()), street.cloud(),
+                                nudge(0, 0.1, 0, 0), {0, 0, 1.5}, {});
   ASSERT_TRUE(r.converged);
   EXPECT_LT((r.covariance - r.covariance.transpose()).norm(), 1e-9);
   EXPECT_GT(Eigen::SelfAdjointEigenSolver<Matrix6d>(r.covariance).eigenvalues().minCoeff(), 0);
@@ -244,11 +254,13 @@ TEST(Refine, PointsThatAreNoNumbersAreLeftOut) {
   Street street(2);
   street.everything(1000);
   LabelledCloud query = street.cloud();
-  const Refinement clean = refineAt(distributions(map_cloud), query, nudge(0.2, 0.1, 0, 0), {0, 0, 1.5}, {});
+  const Refinement clean =
+      refineAt(distributions(map_cloud), query, nudge(0.2, 0.1, 0, 0), {0, 0, 1.5}, {});
   for (LabelledCloud* cloud : {&map_cloud, &query}) {
     for (int i = 0; i < 20; ++i) cloud->points.push_back(pcl::PointXYZL(nan, 0, 0, kRoad));
   }
-  const Refinement dirty = refineAt(distributions(map_cloud), query, nudge(0.2, 0.1, 0, 0), {0, 0, 1.5}, {});
+  const Refinement dirty =
+      refineAt(distributions(map_cloud), query, nudge(0.2, 0.1, 0, 0), {0, 0, 1.5}, {});
   ASSERT_TRUE(dirty.converged);
   EXPECT_EQ(dirty.T_map_query.matrix(), clean.T_map_query.matrix());
 }
@@ -263,22 +275,26 @@ TEST(Refine, FewerPointsOfTheQueryAreUsedAsTold) {
   ASSERT_TRUE(r.converged);
   EXPECT_LT(r.T_map_query.translation().norm(), 0.15);
   options.max_points = 40;  // fewer than any fit needs
-  EXPECT_FALSE(refineAt(map, street.cloud(), nudge(0.3, 0.2, 0, 0.3), {0, 0, 1.5}, options).converged);
+  EXPECT_FALSE(
+      refineAt(map, street.cloud(), nudge(0.3, 0.2, 0, 0.3), {0, 0, 1.5}, options).converged);
 }
 
-/// A drive along x that ends in the origin, each point seen from the pose it is nearest to, with an odometry whose ways
-/// are `scale` times as long.
+/// A drive along x that ends in the origin, each point seen from the pose it is nearest to, with an
+/// odometry whose ways are `scale` times as long.
 struct Drive {
   LabelledCloud cloud;
   std::vector<std::uint32_t> seen_from;
   std::vector<Eigen::Isometry3d> poses;
 
   Drive(const Street& street, double scale) {
-    for (double x = -20; x <= 0; x += 2) poses.emplace_back(Eigen::Translation3d(scale * x, 0, 1.5));
+    for (double x = -20; x <= 0; x += 2)
+      poses.emplace_back(Eigen::Translation3d(scale * x, 0, 1.5));
     for (const auto& [p, label] : street.points()) {
-      const auto i = static_cast<std::uint32_t>(std::clamp(std::round((p.x() + 20) / 2), 0.0, 10.0));
+      const auto i =
+          static_cast<std::uint32_t>(std::clamp(std::round((p.x() + 20) / 2), 0.0, 10.0));
       pcl::PointXYZL point;
-      point.getVector3fMap() = (p + Eigen::Vector3d((scale - 1) * (2.0 * i - 20), 0, 0)).cast<float>();
+      point.getVector3fMap() =
+          (p + Eigen::Vector3d((scale - 1) * (2.0 * i - 20), 0, 0)).cast<float>();
       point.label = label;
       cloud.points.push_back(point);
       seen_from.push_back(i);
@@ -289,7 +305,9 @@ struct Drive {
   }
 };
 
-double errorOfLast(const Refinement& r) { return (r.T_map_query * Eigen::Vector3d(0, 0, 1.5) - Eigen::Vector3d(0, 0, 1.5)).norm(); }
+double errorOfLast(const Refinement& r) {
+  return (r.T_map_query * Eigen::Vector3d(0, 0, 1.5) - Eigen::Vector3d(0, 0, 1.5)).norm();
+}
 
 TEST(Refine, TakesUpTheDriftOfTheOdometry) {
   const DistributionMap map = distributions(mapCloud());
@@ -335,12 +353,13 @@ TEST(Refine, FindsTheWayAlongAStreetThatSaysLittleAboutIt) {
 }
 
 TEST(Refine, TheOtherSideOfAThingCountsLittle) {
-  // Fences across the way, a decimetre thick. The map was made looking along x; so were the walls of the query, but its
-  // fences were seen looking back.
+  // Fences across the way, a decimetre thick. The map was made looking along x; so were the walls
+  // of the query, but its fences were seen looking back.
   const auto streetWithFences = [](int seed, int count, double side) {
     Street street(seed);
     street.everything(count);
-    for (double x = -18; x < 20; x += 9) street.box({x + side, 3, 0}, {x + side + 0.05, 5.5, 2}, kFence, count / 10);
+    for (double x = -18; x < 20; x += 9)
+      street.box({x + side, 3, 0}, {x + side + 0.05, 5.5, 2}, kFence, count / 10);
     return street.cloud();
   };
   Eigen::Isometry3d looks_ahead = Eigen::Isometry3d::Identity();
@@ -350,15 +369,18 @@ TEST(Refine, TheOtherSideOfAThingCountsLittle) {
     looks_ahead.translation() = Eigen::Vector3d(x, 0, 1.5);
     viewpoints.push_back(looks_ahead);
   }
-  const LabelledCloud map_cloud = streetWithFences(1, 15000, 0), query = streetWithFences(2, 1500, 0.1);
+  const LabelledCloud map_cloud = streetWithFences(1, 15000, 0),
+                      query = streetWithFences(2, 1500, 0.1);
   const std::vector<Eigen::Isometry3d> poses{Eigen::Isometry3d(Eigen::Translation3d(-25, 0, 1.5)),
                                              Eigen::Isometry3d(Eigen::Translation3d(25, 0, 1.5))};
   std::vector<std::uint32_t> seen_from;
-  for (const pcl::PointXYZL& point : query.points) seen_from.push_back(point.label == kFence ? 1 : 0);
+  for (const pcl::PointXYZL& point : query.points)
+    seen_from.push_back(point.label == kFence ? 1 : 0);
   RefineOptions options;
   options.drift_share = 0;
   const auto error = [&](const DistributionMap& map) {
-    const Refinement r = refine(map, {query, seen_from, poses}, streetLabels(), nudge(0, 0, 0, 0), options);
+    const Refinement r =
+        refine(map, {query, seen_from, poses}, streetLabels(), nudge(0, 0, 0, 0), options);
     EXPECT_TRUE(r.converged);
     return std::abs(r.T_map_query.translation().x());
   };
@@ -372,7 +394,8 @@ TEST(Refine, CovarianceGrowsWithTheErrorOfTheSensor) {
   const LabelledCloud cloud = street.cloud();
   const std::vector<Eigen::Isometry3d> poses{Eigen::Isometry3d(Eigen::Translation3d(0, 0, 1.5))};
   const auto sigma = [&](double sensor_m) {
-    const Refinement r = refine(map, {cloud, {}, poses, sensor_m}, streetLabels(), nudge(0.1, 0, 0, 0), {});
+    const Refinement r =
+        refine(map, {cloud, {}, poses, sensor_m}, streetLabels(), nudge(0.1, 0, 0, 0), {});
     return std::sqrt(r.covariance(0, 0));
   };
   EXPECT_LT(sigma(0), 0.1);
@@ -385,11 +408,13 @@ TEST(DistributionMap, HasOneDistributionPerCellAndGroup) {
     for (int i = 0; i < 10; ++i) cloud.points.push_back(pcl::PointXYZL(0.1f, 0.1f, 0.1f, label));
     cloud.points.push_back(pcl::PointXYZL(-0.1f, 0.1f, 0.1f, label));
   }
-  EXPECT_EQ(distributions(cloud).size(), 4u) << "road with its markings, and the building, in two cells each";
+  EXPECT_EQ(distributions(cloud).size(), 4u)
+      << "road with its markings, and the building, in two cells each";
 }
 
 /// Pieces of the street far from one another, each found from 1 m away.
-std::vector<Refinement> refinedAlong(const DistributionMap& map, const std::vector<double>& at_m, int threads) {
+std::vector<Refinement> refinedAlong(const DistributionMap& map, const std::vector<double>& at_m,
+                                     int threads) {
   Street street(2);
   street.everything(1500);
   std::vector<Refinement> found(at_m.size());
@@ -414,10 +439,12 @@ LabelledCloud longMap(const std::vector<double>& at_m) {
 
 TEST(DistributionMap, AnswersDoNotDependOnEarlierQuestionsNorOnThreads) {
   const std::vector<double> at_m{0, 400, -800, 1200};
-  const DistributionMap asked_before = distributions(longMap(at_m)), shared = distributions(longMap(at_m));
+  const DistributionMap asked_before = distributions(longMap(at_m)),
+                        shared = distributions(longMap(at_m));
   EXPECT_GT(asked_before.size(), 0u);
   const std::vector<Refinement> expected = refinedAlong(asked_before, at_m, 1);
-  const std::vector<Refinement> by_threads = refinedAlong(shared, {0, 400, -800, 1200, 0, 400, -800, 1200}, 4);
+  const std::vector<Refinement> by_threads =
+      refinedAlong(shared, {0, 400, -800, 1200, 0, 400, -800, 1200}, 4);
   for (std::size_t i = 0; i < by_threads.size(); ++i) {
     const Refinement& e = expected[i % at_m.size()];
     EXPECT_TRUE(e.converged);
@@ -426,7 +453,8 @@ TEST(DistributionMap, AnswersDoNotDependOnEarlierQuestionsNorOnThreads) {
   }
   for (std::size_t i = 0; i < at_m.size(); ++i) {
     const DistributionMap fresh = distributions(longMap(at_m));
-    EXPECT_EQ(refinedAlong(fresh, {at_m[i]}, 1)[0].T_map_query.matrix(), expected[i].T_map_query.matrix());
+    EXPECT_EQ(refinedAlong(fresh, {at_m[i]}, 1)[0].T_map_query.matrix(),
+              expected[i].T_map_query.matrix());
   }
 }
 

@@ -5,7 +5,8 @@
 
 namespace xview::test {
 
-/// Folder with the recorded data: $XVIEW_DATA, or shared/data beside the source tree; empty if there is none.
+/// Folder with the recorded data: $XVIEW_DATA, or shared/data beside the source tree; empty if
+/// there is none.
 std::string dataFolder();
 
 /// A fresh folder that is removed when the object goes.
@@ -24,9 +25,10 @@ class TemporaryFolder {
 
 }  // namespace xview::test
 
-/// Skips the test with a message when the recorded data is absent; defines `data` as its folder otherwise.
-#define XVIEW_REQUIRE_DATA(data, subfolder)                                                   \
-  const std::string data = ::xview::test::dataFolder().empty()                               \
-                               ? std::string()                                                \
-                               : ::xview::test::dataFolder() + "/" + (subfolder);            \
+/// Skips the test with a message when the recorded data is absent; defines `data` as its folder
+/// otherwise.
+#define XVIEW_REQUIRE_DATA(data, subfolder)                                       \
+  const std::string data = ::xview::test::dataFolder().empty()                    \
+                               ? std::string()                                    \
+                               : ::xview::test::dataFolder() + "/" + (subfolder); \
   if (data.empty()) GTEST_SKIP() << "recorded data not found; set XVIEW_DATA to its folder"

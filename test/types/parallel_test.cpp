@@ -59,7 +59,8 @@ TEST(MakeInOrder, IsNeverFurtherAheadThanAllowed) {
   std::atomic<std::size_t> taken{0};
   std::atomic<bool> too_far{false};
   makeInOrder(
-      300, 2, 4, [&](std::size_t i) { too_far = too_far || i >= taken + 4; }, [&](std::size_t) { ++taken; });
+      300, 2, 4, [&](std::size_t i) { too_far = too_far || i >= taken + 4; },
+      [&](std::size_t) { ++taken; });
   EXPECT_FALSE(too_far);
 }
 
@@ -68,7 +69,10 @@ TEST(MakeInOrder, RethrowsInOrderWhatMakingThrows) {
     std::size_t taken = 0;
     try {
       makeInOrder(
-          100, threads, 8, [](std::size_t i) { if (i == 30 || i == 33) throw std::runtime_error(std::to_string(i)); },
+          100, threads, 8,
+          [](std::size_t i) {
+            if (i == 30 || i == 33) throw std::runtime_error(std::to_string(i));
+          },
           [&](std::size_t) { ++taken; });
       FAIL() << "nothing was thrown";
     } catch (const std::runtime_error& e) {
@@ -81,7 +85,10 @@ TEST(MakeInOrder, RethrowsInOrderWhatMakingThrows) {
 TEST(MakeInOrder, RethrowsWhatTakingThrows) {
   for (const int threads : {1, 2}) {
     EXPECT_THROW(makeInOrder(
-                     100, threads, 8, [](std::size_t) {}, [](std::size_t i) { if (i == 57) throw std::runtime_error("57"); }),
+                     100, threads, 8, [](std::size_t) {},
+                     [](std::size_t i) {
+                       if (i == 57) throw std::runtime_error("57");
+                     }),
                  std::runtime_error);
   }
 }

@@ -59,7 +59,8 @@ ViewEvidence randomView(Random& random) {
   for (PartEvidence& side : e.sides) side = {random.uniform(-50, 200), random.uniform(-10, 200)};
   e.known_share = random.uniform();
   double score = e.runner_up;
-  for (std::uint32_t i = random.below(12); i > 0; --i) e.wrong_scores.push_back(score -= random.uniform(0, 30));
+  for (std::uint32_t i = random.below(12); i > 0; --i)
+    e.wrong_scores.push_back(score -= random.uniform(0, 30));
   return e;
 }
 
@@ -162,7 +163,8 @@ TEST(PlaceVerdict, WithoutEvidenceIsRejected) {
   PlaceEvidence negative = goodPlace();
   negative.score = -50;
   negative.runner_up = -800;
-  EXPECT_EQ(judgePlace(negative).status, Status::rejected) << "far ahead of the others, but worse than chance";
+  EXPECT_EQ(judgePlace(negative).status, Status::rejected)
+      << "far ahead of the others, but worse than chance";
 }
 
 TEST(PlaceVerdict, OutsideTheMapIsRejectedAndSaysSo) {
@@ -266,7 +268,9 @@ TEST(ViewVerdict, TheNeededMarginIsWhereAcceptanceBegins) {
     ViewEvidence e = randomView(random);
     const double share = e.score / e.expected, needed = neededMargin(e, kOptions);
     EXPECT_TRUE(std::isfinite(needed));
-    if (!(e.expected > 0) || share < kOptions.min_agreement || e.known_share < kOptions.min_known_share) continue;
+    if (!(e.expected > 0) || share < kOptions.min_agreement ||
+        e.known_share < kOptions.min_known_share)
+      continue;
     if (e.standing.score < 0 || e.sides[0].score < 0 || e.sides[1].score < 0) continue;
     ++judged;
     e.runner_up = e.score - needed * 1.001;

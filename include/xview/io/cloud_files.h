@@ -23,7 +23,7 @@ struct CloudHeader {
   std::vector<std::string> fields;  ///< names of the point fields in order
   std::string label_field;          ///< the one that would be used; empty = none
   std::string instance_field;
-  bool has_edges = false;  ///< PLY with element edge (or vertex with our graph properties)
+  bool has_edges = false;          ///< PLY with element edge (or vertex with our graph properties)
   std::optional<LabelSet> labels;  ///< the classes that its comments name
 };
 /// Reads no more than the header; it is checked against the size of the file. Throws Error.
@@ -48,8 +48,8 @@ LabelledCloud readCloud(const std::string& path, const CloudFields& fields = {},
 
 /// Binary PCD with x y z label [instance]; with a label set also rgb, so that pcl_viewer shows it,
 /// and its classes as comments of the header. x y z are float32, unless the cloud has an origin and
-/// a coordinate of 10 km or more: then they are doubles (F 8), which this program reads but PCL does
-/// not. Written beside and renamed. Throws Error.
+/// a coordinate of 10 km or more: then they are doubles (F 8), which this program reads but PCL
+/// does not. Written beside and renamed. Throws Error.
 void writePcd(const std::string& path, const LabelledCloud& cloud,
               const LabelSet* labels = nullptr);
 /// Same as binary PLY (x y z, red green blue, label, instance).

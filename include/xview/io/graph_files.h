@@ -11,7 +11,7 @@ namespace xview {
 
 struct GraphFile {
   SemanticGraph graph;
-  bool has_edges = false;  ///< false: the caller makes them by radius search
+  bool has_edges = false;          ///< false: the caller makes them by radius search
   std::optional<LabelSet> labels;  ///< the classes that its comments name
 };
 

@@ -8,7 +8,8 @@
 
 namespace xview {
 
-/// PNG uint16 (times depth_scale), TIFF/EXR float32 metres, or PFM; not finite and negative values become 0. Throws Error.
+/// PNG uint16 (times depth_scale), TIFF/EXR float32 metres, or PFM; not finite and negative values
+/// become 0. Throws Error.
 DepthImage readDepth(const std::string& path, const Camera& camera);
 /// PNG uint8 or uint16 with one channel. Throws Error.
 LabelImage readLabels(const std::string& path);

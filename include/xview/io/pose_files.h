@@ -13,12 +13,15 @@ struct StampedPose {
   Eigen::Isometry3d T_frame_sensor = Eigen::Isometry3d::Identity();
 };
 
-/// TUM lines "stamp tx ty tz qx qy qz qw" or KITTI lines of 12 numbers (stamp = line number); comments start with #. Throws Error with path:line,
-/// what was expected and found (wrong count, not a number, not a rotation: poses that are not rigid within 1e-3 are refused).
+/// TUM lines "stamp tx ty tz qx qy qz qw" or KITTI lines of 12 numbers (stamp = line number);
+/// comments start with #. Throws Error with path:line, what was expected and found (wrong count,
+/// not a number, not a rotation: poses that are not rigid within 1e-3 are refused).
 std::vector<StampedPose> readPoses(const std::string& path);
 
-/// One pose per frame. As many lines as frames: in order. More lines: line `number` (from 0) belongs to frame `number`. Fewer: Error.
-std::vector<StampedPose> posesOfFrames(const std::string& path, const std::vector<std::int64_t>& frame_numbers);
+/// One pose per frame. As many lines as frames: in order. More lines: line `number` (from 0)
+/// belongs to frame `number`. Fewer: Error.
+std::vector<StampedPose> posesOfFrames(const std::string& path,
+                                       const std::vector<std::int64_t>& frame_numbers);
 
 /// TUM lines, 9 decimals; written beside and renamed.
 void writeTumPoses(const std::string& path, const std::vector<StampedPose>& poses);

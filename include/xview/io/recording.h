@@ -34,21 +34,25 @@ enum class InputKind {
 const char* toString(InputKind kind);
 
 struct InputOptions {
-  std::string kind;            ///< --input-kind; empty = look at the path
-  std::string labels;          ///< label set: name of a shipped one or path of a YAML file; empty = look
-  std::optional<LabelSet> unnamed;  ///< classes for a recording that names none, such as those of the map it is sought in
-  std::string label_field;     ///< clouds: name of the label field; empty = the well-known names
+  std::string kind;    ///< --input-kind; empty = look at the path
+  std::string labels;  ///< label set: name of a shipped one or path of a YAML file; empty = look
+  std::optional<LabelSet> unnamed;  ///< classes for a recording that names none, such as those of
+                                    ///< the map it is sought in
+  std::string label_field;  ///< clouds: name of the label field; empty = the well-known names
   std::string instance_field;
   FrameRange frames;
 };
 
-/// What the path is. Throws Error if nothing fits or (naming both and --input-kind) if two fit; UsageError if
-/// options.kind is no kind. A .ply is a graph if it has edges or the properties that only graphs have; with nothing but
-/// positions and labels its content decides: one instance per vertex, or vertices metres apart, make a graph.
+/// What the path is. Throws Error if nothing fits or (naming both and --input-kind) if two fit;
+/// UsageError if options.kind is no kind. A .ply is a graph if it has edges or the properties that
+/// only graphs have; with nothing but positions and labels its content decides: one instance per
+/// vertex, or vertices metres apart, make a graph.
 InputKind recogniseInput(const std::string& path, const InputOptions& options = {});
 
-/// Opens anything with points (not graph, not map). Checks what can be checked without reading the bulk: that files and poses
-/// agree in number, that poses are rigid, that the camera is complete. Throws Error with path and place.
-std::unique_ptr<FrameSource> openRecording(const std::string& path, const InputOptions& options = {});
+/// Opens anything with points (not graph, not map). Checks what can be checked without reading the
+/// bulk: that files and poses agree in number, that poses are rigid, that the camera is complete.
+/// Throws Error with path and place.
+std::unique_ptr<FrameSource> openRecording(const std::string& path,
+                                           const InputOptions& options = {});
 
 }  // namespace xview

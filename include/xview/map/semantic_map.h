@@ -21,15 +21,16 @@ struct Keyframe {
   std::uint32_t source = 0;  ///< index into SemanticMap::sources
 };
 
-/// A place that one can localize in. All parts are in the map frame; single-precision parts carry their origin in double.
+/// A place that one can localize in. All parts are in the map frame; single-precision parts carry
+/// their origin in double.
 struct SemanticMap {
   LabelSet labels;
-  SemanticGraph graph;              ///< the paper's graph G_db
-  PlanView plan;                    ///< fine surfaces and objects from above; empty for maps made of bare graphs
-  LabelledCloud cloud;              ///< thinned, for refinement and pictures; may be empty
+  SemanticGraph graph;  ///< the paper's graph G_db
+  PlanView plan;  ///< fine surfaces and objects from above; empty for maps made of bare graphs
+  LabelledCloud cloud;  ///< thinned, for refinement and pictures; may be empty
   std::vector<Keyframe> keyframes;
-  std::vector<std::string> sources; ///< inputs it was built from, in order
-  std::string options_yaml;         ///< effective options of the last build
+  std::vector<std::string> sources;  ///< inputs it was built from, in order
+  std::string options_yaml;          ///< effective options of the last build
 };
 
 }  // namespace xview

@@ -26,10 +26,10 @@ struct RefineOptions {
   double tilt_sigma_deg = 0.5;  ///< trust in the common gravity direction of query and map
   double drift_share = 0.03;    ///< error of the odometry per way where a window shows drift
   double drift_deg_per_m = 0.045;
-  double start_reach_m = 1;    ///< starts this far to both sides along the least certain direction
+  double start_reach_m = 1;  ///< starts this far to both sides along the least certain direction
   double start_sigma_m = 1;  ///< trust in the given pose, in the plane
   double start_sigma_deg = 1.5;  ///< and about the vertical
-  double max_shift_m = 2.5;    ///< a refinement that moves further has found something else
+  double max_shift_m = 2.5;      ///< a refinement that moves further has found something else
 };
 
 template <class Visitor>
@@ -121,7 +121,8 @@ struct Refinement {
   double scale =
       1;  ///< how long the last ways are in the map, over how long the odometry says they are
   /// Of the last pose: x y z [m], rx ry rz [rad], map frame, left increment: what points, of
-  /// which those of a block err together, and drift leave open; see RefinementErrors. An error of the map as a whole against the world is not in it.
+  /// which those of a block err together, and drift leave open; see RefinementErrors. An error of
+  /// the map as a whole against the world is not in it.
   Matrix6d covariance = Matrix6d::Zero();
   int iterations = 0;
 };

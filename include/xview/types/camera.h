@@ -5,12 +5,13 @@
 
 namespace xview {
 
-/// Pinhole camera; pixel (u, v) looks along ((u - cx) / fx, (v - cy) / fy, 1): x right, y down, z forward.
+/// Pinhole camera; pixel (u, v) looks along ((u - cx) / fx, (v - cy) / fy, 1): x right, y down, z
+/// forward.
 struct Camera {
   int width = 0;
   int height = 0;
-  double fx = 0, fy = 0;  ///< pixels
-  double cx = 0, cy = 0;  ///< pixels
+  double fx = 0, fy = 0;        ///< pixels
+  double cx = 0, cy = 0;        ///< pixels
   double depth_scale = 1;       ///< metres per unit of an integer depth image
   bool depth_is_range = false;  ///< depth along the ray instead of along the optical axis
   double min_range_m = 0;       ///< what this camera measures nearer, or further, is not believed;

@@ -16,7 +16,8 @@ namespace xview {
 enum class Sensor {
   camera,  ///< depth and label image
   lidar,   ///< one labelled scan, points in the sensor frame
-  cloud    ///< a labelled cloud without a view-point, e.g. a saved map; points in the frame of the pose
+  cloud    ///< a labelled cloud without a view-point, e.g. a saved map; points in the frame of the
+           ///< pose
 };
 
 /// One measurement with its odometry pose.
@@ -42,10 +43,10 @@ class FrameSource {
   virtual Eigen::Isometry3d pose(std::size_t index) const = 0;  ///< T_odom_sensor
   virtual double stamp(std::size_t index) const = 0;            ///< seconds
   virtual std::int64_t number(std::size_t index) const = 0;     ///< number in the file name
-  virtual Frame read(std::size_t index) const = 0;              ///< throws Error with path and place
+  virtual Frame read(std::size_t index) const = 0;  ///< throws Error with path and place
   virtual Sensor sensor() const = 0;
   virtual const LabelSet& labels() const = 0;
-  virtual const std::string& name() const = 0;                  ///< the path as given
+  virtual const std::string& name() const = 0;  ///< the path as given
 };
 
 }  // namespace xview

@@ -14,8 +14,8 @@ struct Vertex {
   std::uint32_t instance = 0;                          ///< 0 = none
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< [m] in the frame of the graph
   Eigen::Vector3d extent = Eigen::Vector3d::Zero();    ///< size of the axis-aligned box [m]
-  double sigma_m = 0;                                  ///< standard deviation of the position; 0 = unknown
-  std::uint32_t observations = 1;                      ///< frames that saw it
+  double sigma_m = 0;              ///< standard deviation of the position; 0 = unknown
+  std::uint32_t observations = 1;  ///< frames that saw it
   std::uint32_t points = 0;
   std::int64_t first_frame = 0;
   std::int64_t last_frame = 0;
@@ -29,8 +29,8 @@ enum class GraphSpace {
 
 const char* toString(GraphSpace space);
 
-/// Vertices with undirected edges. Neighbour lists are sorted, without duplicates and without self loops;
-/// j is in neighbours[i] exactly if i is in neighbours[j].
+/// Vertices with undirected edges. Neighbour lists are sorted, without duplicates and without self
+/// loops; j is in neighbours[i] exactly if i is in neighbours[j].
 struct SemanticGraph {
   std::vector<Vertex> vertices;
   std::vector<std::vector<std::uint32_t>> neighbours;  ///< one list per vertex

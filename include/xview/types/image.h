@@ -16,7 +16,9 @@ struct Image {
 
   Image() = default;
   Image(int w, int h, T value = T())
-      : width(w), height(h), pixels(static_cast<std::size_t>(w) * static_cast<std::size_t>(h), value) {}
+      : width(w),
+        height(h),
+        pixels(static_cast<std::size_t>(w) * static_cast<std::size_t>(h), value) {}
 
   bool empty() const { return pixels.empty(); }
   T& at(int x, int y) { return pixels[static_cast<std::size_t>(y) * width + x]; }

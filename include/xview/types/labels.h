@@ -17,10 +17,24 @@ enum class Role {
   ignored   ///< no information: void, sky, noise
 };
 
-/// What a class physically is, independent of the data set; chooses the plan-view channels it feeds.
+/// What a class physically is, independent of the data set; chooses the plan-view channels it
+/// feeds.
 enum class Kind : std::uint8_t {
-  road, sidewalk, terrain, lane_marking, building, fence, vegetation, trunk, pole, sign, light, vehicle,
-  other_object, other_surface, none
+  road,
+  sidewalk,
+  terrain,
+  lane_marking,
+  building,
+  fence,
+  vegetation,
+  trunk,
+  pole,
+  sign,
+  light,
+  vehicle,
+  other_object,
+  other_surface,
+  none
 };
 
 const char* toString(Role role);
@@ -64,12 +78,13 @@ class LabelSet {
   std::map<std::uint32_t, ClassInfo> classes_;
 };
 
-/// Role and kind of a class from its name in any of the usual data sets ("traffic sign", "static.manmade", "Hedge").
-/// Unknown names are objects of kind other_object.
+/// Role and kind of a class from its name in any of the usual data sets ("traffic sign",
+/// "static.manmade", "Hedge"). Unknown names are objects of kind other_object.
 Role guessRole(const std::string& name);
 Kind guessKind(const std::string& name);
 
-/// A set for ids of which nothing is known: every id but 0 is an object called "class N"; 0 is ignored.
+/// A set for ids of which nothing is known: every id but 0 is an object called "class N"; 0 is
+/// ignored.
 LabelSet genericLabelSet(const std::vector<std::uint32_t>& ids);
 
 /// A colour that differs well between neighbouring ids.

@@ -39,21 +39,25 @@ using Timings = std::vector<std::pair<std::string, double>>;
 
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
-/// The answer to one query. Poses are those of the best hypothesis, also when it was not accepted; they are valid only
-/// if `hypotheses` is not empty.
+/// The answer to one query. Poses are those of the best hypothesis, also when it was not accepted;
+/// they are valid only if `hypotheses` is not empty.
 struct Localization {
   Status status = Status::rejected;
-  std::string reason;      ///< one sentence with the deciding numbers
-  double confidence = 0;   ///< in [0, 1], monotone in how sure the program is; comparable between queries
-  Eigen::Isometry3d T_map_query = Eigen::Isometry3d::Identity();   ///< query odometry frame to map frame
-  Eigen::Isometry3d T_map_sensor = Eigen::Isometry3d::Identity();  ///< of the last frame of the query
-  Matrix6d covariance = Matrix6d::Zero();  ///< of T_map_sensor: x y z [m], rx ry rz [rad], map frame, left increment
-  double scale = 1;  ///< length in the map over length in the query; see options.scale
+  std::string reason;  ///< one sentence with the deciding numbers
+  double confidence =
+      0;  ///< in [0, 1], monotone in how sure the program is; comparable between queries
+  Eigen::Isometry3d T_map_query =
+      Eigen::Isometry3d::Identity();  ///< query odometry frame to map frame
+  Eigen::Isometry3d T_map_sensor =
+      Eigen::Isometry3d::Identity();  ///< of the last frame of the query
+  Matrix6d covariance =
+      Matrix6d::Zero();  ///< of T_map_sensor: x y z [m], rx ry rz [rad], map frame, left increment
+  double scale = 1;      ///< length in the map over length in the query; see options.scale
   GravityUse gravity = GravityUse::aligned;
   std::string gravity_reason;  ///< which way is up in query and map, and how that is known
   int inliers = 0;
-  int vertices = 0;  ///< of the query graph
-  int matches = 0;   ///< putative correspondences tried
+  int vertices = 0;                    ///< of the query graph
+  int matches = 0;                     ///< putative correspondences tried
   std::vector<Hypothesis> hypotheses;  ///< best first, distinct places
   std::vector<Correspondence> putative;
   std::vector<Correspondence> kept;

@@ -21,11 +21,12 @@ struct Choices {
 // Every options struct has beside it
 //
 //   template <class Visitor> void visit(FooOptions& options, Visitor&& field) {
-//     field("name", options.name, Range{1, 100}, "what it means [unit]");   // int, double, bool, std::string
-//     field("mode", options.mode, Choices{{"a", "b"}}, "…");
+//     field("name", options.name, Range{1, 100}, "what it means [unit]");   // int, double, bool,
+//     std::string field("mode", options.mode, Choices{{"a", "b"}}, "…");
 //   }
 //
-// and nothing else lists the fields: the YAML reader, the command-line flags, --print-config and the range checks
-// are visitors. A gathering struct calls field.group("foo", options.foo), which makes the keys foo.name and foo.mode.
+// and nothing else lists the fields: the YAML reader, the command-line flags, --print-config and
+// the range checks are visitors. A gathering struct calls field.group("foo", options.foo), which
+// makes the keys foo.name and foo.mode.
 
 }  // namespace xview

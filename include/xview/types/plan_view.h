@@ -12,15 +12,34 @@ namespace xview {
 /// What a plan-view sample tells. Each channel is matched with itself only.
 enum class Channel : std::uint8_t {
   // area: one sample per cell
-  road, sidewalk, terrain, lane_marking,
+  road,
+  sidewalk,
+  terrain,
+  lane_marking,
   // upright surfaces: one sample per cell at the mean of its points
-  building, wall_foot, fence, low_vegetation, canopy, vehicle_surface, other_surface,
+  building,
+  wall_foot,
+  fence,
+  low_vegetation,
+  canopy,
+  vehicle_surface,
+  other_surface,
   // lines between ground classes: midpoints between cells
-  border_road_sidewalk, border_sidewalk_terrain, border_road_terrain,
+  border_road_sidewalk,
+  border_sidewalk_terrain,
+  border_road_terrain,
   // anything that stands there, whatever its label
-  obstacle_low, obstacle_high,
+  obstacle_low,
+  obstacle_high,
   // objects: one sample each
-  pole, sign, light, pole_like, vehicle, tree, trunk, other_object,
+  pole,
+  sign,
+  light,
+  pole_like,
+  vehicle,
+  tree,
+  trunk,
+  other_object,
   count
 };
 
@@ -43,18 +62,23 @@ struct GroundCell {
 };
 
 /// A place seen from above: the semantic graph's fine surface vertices and its
-/// objects, on a grid of cell_m. What is not among `known` was never seen, which is not the same as empty.
+/// objects, on a grid of cell_m. What is not among `known` was never seen, which is not the same as
+/// empty.
 struct PlanView {
   double cell_m = 0.5;
   double origin_x = 0, origin_y = 0, origin_z = 0;  ///< p_plan = origin + sample
-  /// Turns the frame so that z points up: p_plan = upright * p_frame. Identity if the frame is gravity-aligned already.
+  /// Turns the frame so that z points up: p_plan = upright * p_frame. Identity if the frame is
+  /// gravity-aligned already.
   Eigen::Quaterniond upright = Eigen::Quaterniond::Identity();
-  bool aerial = false;  ///< most of it was seen from the air: roofs and crowns are known, what is below is not
+  bool aerial = false;  ///< most of it was seen from the air: roofs and crowns are known, what is
+                        ///< below is not
   std::array<std::vector<PlanSample>, kChannels> samples;
   std::vector<GroundCell> known;  ///< sorted by (y, x)
 
   std::vector<PlanSample>& operator[](Channel c) { return samples[static_cast<std::size_t>(c)]; }
-  const std::vector<PlanSample>& operator[](Channel c) const { return samples[static_cast<std::size_t>(c)]; }
+  const std::vector<PlanSample>& operator[](Channel c) const {
+    return samples[static_cast<std::size_t>(c)];
+  }
   std::size_t sampleCount() const;
 };
 

@@ -6,13 +6,16 @@
 
 namespace xview {
 
-/// SplitMix64 (Steele, Lea, Flood 2014): small, fast, and the same on every platform. The standard distributions differ
-/// between libraries, so the few that are needed are drawn here.
+/// SplitMix64 (Steele, Lea, Flood 2014): small, fast, and the same on every platform. The standard
+/// distributions differ between libraries, so the few that are needed are drawn here.
 class Random {
  public:
   explicit Random(std::uint64_t seed) : state_(seed * 0x9E3779B97F4A7C15ull + 0x1234567ull) {}
   /// An independent stream for item `index` of a computation, so that threads do not matter.
-  Random(std::uint64_t seed, std::uint64_t index) : Random(seed ^ (index * 0xD1342543DE82EF95ull + 1)) { next(); }
+  Random(std::uint64_t seed, std::uint64_t index)
+      : Random(seed ^ (index * 0xD1342543DE82EF95ull + 1)) {
+    next();
+  }
 
   std::uint64_t next() {
     std::uint64_t z = (state_ += 0x9E3779B97F4A7C15ull);
@@ -20,7 +23,9 @@ class Random {
     z = (z ^ (z >> 27)) * 0x94D049BB133111EBull;
     return z ^ (z >> 31);
   }
-  double uniform() { return static_cast<double>(next() >> 11) * (1.0 / 9007199254740992.0); }  ///< [0, 1)
+  double uniform() {
+    return static_cast<double>(next() >> 11) * (1.0 / 9007199254740992.0);
+  }  ///< [0, 1)
   double uniform(double low, double high) { return low + (high - low) * uniform(); }
   /// Integer in [0, n); n > 0.
   std::uint32_t below(std::uint32_t n) {
