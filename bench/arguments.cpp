@@ -30,4 +30,11 @@ std::function<void(const std::string&)> into(double& number) {
   return [&number](const std::string& value) { number = std::stod(value); };
 }
 
+std::vector<std::string> words(const std::string& text) {
+  std::vector<std::string> list;
+  std::istringstream in(text);
+  for (std::string word; std::getline(in, word, ',');) list.push_back(word);
+  return list;
+}
+
 }  // namespace xview::bench

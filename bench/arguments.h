@@ -17,6 +17,9 @@ using Flags = std::map<std::string, std::function<void(const std::string& value)
 std::vector<std::string> parseArguments(int argc, char** argv, const Flags& flags, Options& options,
                                         std::size_t least, const std::string& usage);
 
+/// What stands between commas.
+std::vector<std::string> words(const std::string& text);
+
 /// A flag that is a number.
 std::function<void(const std::string&)> into(double& number);
 

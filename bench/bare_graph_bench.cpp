@@ -15,6 +15,7 @@
 #include <iostream>
 #include <sstream>
 
+#include "../src/pipeline/object_evidence.h"
 #include "arguments.h"
 #include "session.h"
 #include "xview/eval/statistics.h"
@@ -35,13 +36,6 @@ struct Arguments {
   std::string csv;
   Options options;
 };
-
-std::vector<std::string> words(const std::string& text) {
-  std::vector<std::string> list;
-  std::istringstream in(text);
-  for (std::string word; std::getline(in, word, ',');) list.push_back(word);
-  return list;
-}
 
 SemanticGraph bareGraph(const Session& s, const Window& window, const Options& options) {
   SemanticGraph graph =
@@ -121,21 +115,6 @@ class Bench {
         a_.sessions[0], name, is_negative ? 1 : 0, std::min(error, 1e6), e.score, e.runner_up,
         e.expected, e.known_share, e.vertices, e.typical_wrong, e.wrong_deviation, e.wrong_places,
         verdict.confidence, verdict.status == Status::accepted ? 1 : 0);
-  }
-
-  static ObjectEvidence evidenceOf(const ObjectSearchResult& result) {
-    ObjectEvidence e;
-    e.vertices = result.vertices;
-    if (result.hypotheses.empty()) return e;
-    const ObjectHypothesis& best = result.hypotheses[0];
-    e.score = best.score;
-    e.expected = best.expected;
-    e.known_share = best.known_share;
-    e.runner_up = result.wrong.best;
-    e.typical_wrong = result.wrong.mean;
-    e.wrong_deviation = result.wrong.deviation;
-    e.wrong_places = result.wrong.count;
-    return e;
   }
 
   const Arguments& a_;

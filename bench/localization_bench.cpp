@@ -51,8 +51,7 @@ struct Arguments {
 
 std::vector<double> numbers(const std::string& text) {
   std::vector<double> values;
-  std::istringstream words(text);
-  for (std::string word; std::getline(words, word, ',');) values.push_back(std::stod(word));
+  for (const std::string& word : words(text)) values.push_back(std::stod(word));
   return values;
 }
 

@@ -27,6 +27,7 @@
 #include <string>
 #include <vector>
 
+#include "../src/pipeline/object_evidence.h"
 #include "xview/eval/precision_recall.h"
 #include "xview/eval/statistics.h"
 #include "xview/io/graph_files.h"
@@ -154,17 +155,10 @@ Trial run(const ObjectPlaceIndex& index, const SemanticGraph& graph, const Eigen
   Trial trial;
   trial.ms = cpuMilliseconds() - start;
   trial.is_negative = truth == nullptr;
-  trial.evidence.vertices = result.vertices;
+  trial.evidence = evidenceOf(result);
   if (result.hypotheses.empty()) return trial;
   const ObjectHypothesis& best = result.hypotheses[0];
   if (truth) trial.error_m = (best.T_map_query * focus - *truth).norm();
-  trial.evidence.score = best.score;
-  trial.evidence.expected = best.expected;
-  trial.evidence.known_share = best.known_share;
-  trial.evidence.runner_up = result.wrong.best;
-  trial.evidence.typical_wrong = result.wrong.mean;
-  trial.evidence.wrong_deviation = result.wrong.deviation;
-  trial.evidence.wrong_places = result.wrong.count;
   const Verdict verdict = judge(trial.evidence, a.verdict);
   trial.accepted = verdict.status == Status::accepted;
   trial.confidence = verdict.confidence;

@@ -29,13 +29,6 @@ namespace {
 using namespace xview;
 using namespace xview::bench;
 
-std::vector<std::string> words(const std::string& text) {
-  std::vector<std::string> list;
-  std::istringstream in(text);
-  for (std::string word; std::getline(in, word, ',');) list.push_back(word);
-  return list;
-}
-
 struct Arguments {
   std::vector<std::string> sessions, representations{"frames", "cloud", "graph"},
       tilts{"0", "10", "40", "90", "180"};

@@ -7,6 +7,7 @@
 #include <map>
 #include <numeric>
 #include <tuple>
+#include "xview/types/median.h"
 
 namespace xview {
 namespace {
@@ -160,12 +161,6 @@ class JoinedClusters {
  private:
   std::vector<int> leader_;
 };
-
-double medianOf(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 /// What one beam measured.
 struct Ring {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include "xview/types/median.h"
 
 namespace xview {
 namespace {
@@ -36,11 +37,10 @@ std::vector<Difference> differences(const PlanField& field,
   return found;
 }
 
-double medianHeight(std::vector<Difference> all) {
-  const auto middle = all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2);
-  std::nth_element(all.begin(), middle, all.end(),
-                   [](const Difference& a, const Difference& b) { return a.dz < b.dz; });
-  return middle->dz;
+double medianHeight(const std::vector<Difference>& all) {
+  std::vector<double> heights;
+  for (const Difference& d : all) heights.push_back(d.dz);
+  return medianOf(std::move(heights));
 }
 
 }  // namespace

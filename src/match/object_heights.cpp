@@ -4,6 +4,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include "xview/types/median.h"
 
 namespace xview {
 namespace {
@@ -18,9 +19,7 @@ constexpr double kIndependentShare = 0.7;  // of what heights say: neighbours ar
 double medianRise(const std::vector<HeightPair>& pairs) {
   std::vector<double> rises;
   for (const HeightPair& p : pairs) rises.push_back(p.rise);
-  const auto middle = rises.begin() + static_cast<std::ptrdiff_t>(rises.size() / 2);
-  std::nth_element(rises.begin(), middle, rises.end());
-  return *middle;
+  return medianOf(std::move(rises));
 }
 
 }  // namespace

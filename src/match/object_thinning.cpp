@@ -7,6 +7,7 @@
 #include <tuple>
 
 #include "sparse_grid.h"
+#include "xview/types/median.h"
 
 namespace xview {
 namespace {
@@ -73,11 +74,7 @@ std::vector<std::uint32_t> wellSeen(const SemanticGraph& graph,
     if (is_surface(v.label)) points_of_class[v.label].push_back(v.points);
   }
   std::map<std::uint32_t, std::uint32_t> median;
-  for (auto& [label, points] : points_of_class) {
-    const auto middle = points.begin() + static_cast<std::ptrdiff_t>(points.size() / 2);
-    std::nth_element(points.begin(), middle, points.end());
-    median[label] = *middle;
-  }
+  for (auto& [label, points] : points_of_class) median[label] = medianOf(std::move(points));
   const auto isVague = [&](std::uint32_t i) {
     const auto usual = median.find(graph.vertices[i].label);
     return usual != median.end() && graph.vertices[i].points < usual->second;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include "xview/types/median.h"
 
 namespace xview {
 namespace {
@@ -203,9 +204,7 @@ double medianHeightOffset(const PlanField& field, const std::vector<PlanQuery::G
     if (!std::isnan(height)) offsets.push_back(height - q.z);
   }
   if (offsets.empty()) return 0;
-  const auto middle = offsets.begin() + static_cast<std::ptrdiff_t>(offsets.size() / 2);
-  std::nth_element(offsets.begin(), middle, offsets.end());
-  return *middle;
+  return medianOf(std::move(offsets));
 }
 
 }  // namespace xview

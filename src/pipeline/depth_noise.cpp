@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <vector>
+#include "xview/types/median.h"
 
 namespace xview {
 namespace {
@@ -27,9 +28,7 @@ double noiseOver(const DepthImage& depth, int step) {
     }
   }
   if (seconds.size() < kFewest) return 0;
-  const auto half = seconds.begin() + static_cast<std::ptrdiff_t>(seconds.size() / 2);
-  std::nth_element(seconds.begin(), half, seconds.end());
-  return *half / (kMedianOfAbs * kNoiseOfSecond);
+  return medianOf(std::move(seconds)) / (kMedianOfAbs * kNoiseOfSecond);
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include "pipeline/planar_pose.h"
 #include "pipeline/upright_frame.h"
 #include "xview/graph/plan_view.h"
+#include "xview/types/median.h"
 
 namespace xview {
 namespace {
@@ -28,9 +29,7 @@ struct Tilt {
 double medianHeight(const std::vector<PlanQuery::Ground>& ground) {
   std::vector<float> heights;
   for (const PlanQuery::Ground& g : ground) heights.push_back(g.z);
-  const auto middle = heights.begin() + static_cast<std::ptrdiff_t>(heights.size() / 2);
-  std::nth_element(heights.begin(), middle, heights.end());
-  return *middle;
+  return medianOf(std::move(heights));
 }
 
 double sigmaOf(const GroundFit& fit) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "pipeline/object_evidence.h"
 #include "pipeline/set_verdict.h"
 #include "xview/types/stopwatch.h"
 
@@ -12,21 +13,6 @@ namespace {
 
 constexpr double kUsualVertices =
     60;  ///< of a query; scores of wrong places spread with the root of the vertices
-
-ObjectEvidence evidenceOf(const ObjectSearchResult& result) {
-  ObjectEvidence evidence;
-  evidence.vertices = result.vertices;
-  if (result.hypotheses.empty()) return evidence;
-  const ObjectHypothesis& best = result.hypotheses[0];
-  evidence.score = best.score;
-  evidence.expected = best.expected;
-  evidence.known_share = best.known_share;
-  evidence.runner_up = result.wrong.best;
-  evidence.typical_wrong = result.wrong.mean;
-  evidence.wrong_deviation = result.wrong.deviation;
-  evidence.wrong_places = result.wrong.count;
-  return evidence;
-}
 
 }  // namespace
 

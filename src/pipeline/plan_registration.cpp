@@ -8,6 +8,7 @@
 
 #include "xview/types/labelled_cloud.h"
 #include "xview/types/labels.h"
+#include "xview/types/pose.h"
 
 namespace xview {
 namespace {
@@ -61,10 +62,7 @@ LabelledCloud flatCloud(const PlanView& view, const Eigen::Vector2d& centre, dou
 
 /// Its part in the plane: position and direction.
 Eigen::Isometry3d planarPart(const Eigen::Isometry3d& T) {
-  Eigen::Isometry3d planar(
-      Eigen::AngleAxisd(std::atan2(T.linear()(1, 0), T.linear()(0, 0)), Eigen::Vector3d::UnitZ()));
-  planar.translation().head<2>() = T.translation().head<2>();
-  return planar;
+  return poseFromYaw({T.translation().x(), T.translation().y(), 0}, yawOf(T.linear()));
 }
 
 }  // namespace

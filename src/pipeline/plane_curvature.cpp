@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <vector>
+#include "xview/types/median.h"
 
 namespace xview {
 namespace {
@@ -18,12 +19,6 @@ constexpr double kLeastShift =
 constexpr double kBent =
     0.7;  ///< of that: bent as given; right data has 0.2 at most, wrong data 0.8 to 1.2
 constexpr double kFlat = 0.3;  ///< of that: flat otherwise
-
-double medianOf(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 struct Pixel {
   int u, v;

@@ -11,6 +11,7 @@
 #include "xview/graph/edges.h"
 #include "xview/graph/plan_view.h"
 #include "xview/localizer.h"
+#include "xview/types/median.h"
 #include "xview/types/stopwatch.h"
 
 namespace xview {
@@ -43,9 +44,7 @@ void keepBestLooks(const std::vector<float>& sigmas, Query& query) {
   }
   query.cloud.points.resize(kept);
   query.cloud_seen_from.resize(kept);
-  const auto middle = kept_sigmas.begin() + static_cast<std::ptrdiff_t>(kept / 2);
-  std::nth_element(kept_sigmas.begin(), middle, kept_sigmas.end());
-  query.cloud_sigma_m = *middle;
+  query.cloud_sigma_m = medianOf(std::move(kept_sigmas));
 }
 
 /// The points of the last metres of travel that are known well enough.

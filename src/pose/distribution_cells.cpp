@@ -4,6 +4,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <memory>
+#include "xview/types/median.h"
 
 namespace xview {
 namespace {
@@ -60,9 +61,7 @@ float medianThickness(const GrowingDistributions& sample) {
     variances.push_back(std::max(0.0F, solver.eigenvalues()[0]));
   }
   if (variances.empty()) return 0;
-  const auto middle = variances.begin() + static_cast<std::ptrdiff_t>(variances.size() / 2);
-  std::nth_element(variances.begin(), middle, variances.end());
-  return std::sqrt(*middle);
+  return std::sqrt(medianOf(std::move(variances)));
 }
 
 }  // namespace

@@ -12,6 +12,7 @@
 
 #include "distribution_cells.h"
 #include "drift_chain.h"
+#include "xview/types/median.h"
 
 namespace xview {
 namespace {
@@ -429,12 +430,6 @@ double Registration::scaleOf(const Estimate& at) const {
          (first - last).norm();
 }
 
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 /// A window under one presumption.
 struct Fit {
   Registration registration;
@@ -480,7 +475,7 @@ Refinement refine(const DistributionMap& map, const RefineQuery& query, const La
   result.iterations = d.iterations;
   result.overlap =
       static_cast<double>(d.last.mahalanobis.size()) / static_cast<double>(points.size());
-  result.residual_m = options.roughness_m * std::sqrt(median(d.last.mahalanobis));
+  result.residual_m = options.roughness_m * std::sqrt(medianOf(d.last.mahalanobis));
   result.scale = best.registration.scaleOf(d.at);
   const Eigen::Vector3d elsewhere =
       other.registration.sensorOf(other.descent.valid ? other.descent.at : d.at);

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "readable_edges.h"
+#include "xview/types/median.h"
 
 namespace xview {
 namespace {
@@ -21,9 +22,7 @@ double typicalVertexRadius(const SemanticGraph& graph) {
     if (std::isfinite(length)) lengths.push_back(length);
   }
   if (lengths.empty()) return 0.6;
-  const auto middle = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2);
-  std::nth_element(lengths.begin(), middle, lengths.end());
-  return std::clamp(kShareOfEdge * *middle, kSmallest_m, kLargest_m);
+  return std::clamp(kShareOfEdge * medianOf(std::move(lengths)), kSmallest_m, kLargest_m);
 }
 
 ColorMesh graphMesh(const SemanticGraph& graph, const LabelSet& labels, const GraphMeshStyle& style,

@@ -2,6 +2,7 @@
 #include "trajectory_pieces.h"
 
 #include <algorithm>
+#include "xview/types/median.h"
 
 namespace xview {
 namespace {
@@ -9,9 +10,7 @@ namespace {
 double longestStep(std::vector<double> steps) {
   constexpr double kAlwaysFine_m = 20, kTimesUsual = 5;
   if (steps.empty()) return kAlwaysFine_m;
-  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
-  std::nth_element(steps.begin(), middle, steps.end());
-  return std::max(kAlwaysFine_m, kTimesUsual * *middle);
+  return std::max(kAlwaysFine_m, kTimesUsual * medianOf(std::move(steps)));
 }
 
 }  // namespace
