@@ -107,6 +107,7 @@ std::string toJson(const Answer& answer) {
   json["query"] = {{"input", answer.input},
                    {"first_frame", answer.first_frame},
                    {"last_frame", answer.last_frame},
+                   {"used_from_index", answer.used_from},
                    {"last_index", answer.last_index},
                    {"last_stamp", answer.last_stamp_s},
                    {"frames_in_input", answer.frames}};

@@ -16,6 +16,7 @@ struct Answer {
   std::string input;             ///< path as given
   std::int64_t first_frame = 0;  ///< numbers of the frames, both inclusive
   std::int64_t last_frame = 0;
+  std::size_t used_from = 0;   ///< position of the first frame that took part
   std::size_t last_index = 0;  ///< position of the last frame in the recording
   std::size_t frames = 1;      ///< length of the recording
   double last_stamp_s = 0;

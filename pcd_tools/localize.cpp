@@ -3,6 +3,7 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <optional>
 
@@ -26,6 +27,7 @@ Answer answerFor(const QueryInput& input, const Window& window) {
   Answer answer;
   answer.input = input.path;
   answer.frames = input.size();
+  answer.used_from = std::max(window.first, input.used_from);
   answer.last_index = window.last - 1;
   if (!input.frames.empty()) {
     answer.first_frame = input.frames[window.first].number;
@@ -179,7 +181,7 @@ class LocalizeCommand final : public Command {
     if (!json_) fmt::print("{}\n", tableHeading());
     for (std::size_t i = 0; i + 1 < job.operands.size(); ++i) {
       try {
-        answerInput(readQuery(job.operands[i], input_, job, map.labels, windows_.size > 0),
+        answerInput(readQuery(job.operands[i], input_, job, map.labels, windows_),
                     localizer, job);
       } catch (const UsageError&) {
         throw;

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "recording_part.h"
 #include "xview/depth_plausibility.h"
 #include "xview/map/map_store.h"
 #include "xview/types/error.h"
@@ -13,27 +14,15 @@
 namespace xview::tools {
 namespace {
 
-/// What answers say of a frame.
-FrameDigest withoutPoints(const FrameDigest& frame) {
-  FrameDigest bare;
-  bare.number = frame.number;
-  bare.stamp_s = frame.stamp_s;
-  bare.sensor = frame.sensor;
-  bare.T_odom_sensor = frame.T_odom_sensor;
-  return bare;
-}
-
-void readWhole(const FrameSource& source, const Job& job, QueryInput& result) {
-  const Progress progress = job.narrate.progress("frames");
-  FrameTally tally;
-  Stopwatch watch;
-  result.whole =
-      std::make_unique<Query>(makeQuery(source, job.options, [&](const FrameDigest& frame) {
-        tally.add(frame);
-        result.frames.push_back(withoutPoints(frame));
-        if (progress) progress(tally.frames(), source.size());
-      }));
-  tally.say(source.name(), watch.lap_ms(), job.narrate);
+/// Position of the first frame that is at most so many metres of travel before the last one.
+std::size_t firstWithin(const FrameSource& source, double length_m) {
+  std::size_t first = source.size();
+  double travelled = 0;
+  while (first > 1 && travelled <= length_m) {
+    --first;
+    travelled += (source.pose(first).translation() - source.pose(first - 1).translation()).norm();
+  }
+  return travelled > length_m ? first : 0;
 }
 
 /// What is known of the frames before they are read.
@@ -48,10 +37,28 @@ std::vector<FrameDigest> unreadFrames(const FrameSource& source) {
   return frames;
 }
 
+void readWhole(const FrameSource& source, double last_m, const Job& job, QueryInput& result) {
+  result.frames = unreadFrames(source);
+  result.used_from = last_m > 0 ? firstWithin(source, last_m) : 0;
+  if (result.used_from > 0)
+    job.narrate.note(
+        fmt::format("{}: its last {:g} m tell where it ends (--last)", source.name(), last_m));
+  const RecordingPart used(source, result.used_from);
+  const Progress progress = job.narrate.progress("frames");
+  FrameTally tally;
+  Stopwatch watch;
+  result.whole =
+      std::make_unique<Query>(makeQuery(used, job.options, [&](const FrameDigest& frame) {
+        tally.add(frame);
+        if (progress) progress(tally.frames(), used.size());
+      }));
+  tally.say(source.name(), watch.lap_ms(), job.narrate);
+}
+
 }  // namespace
 
 QueryInput readQuery(const std::string& path, const InputFlags& input, const Job& job,
-                     const LabelSet& map_labels, bool windowed) {
+                     const LabelSet& map_labels, const WindowFlags& windows) {
   QueryInput result;
   result.path = path;
   const InputOptions options = inputIn(input, map_labels);
@@ -69,12 +76,12 @@ QueryInput readQuery(const std::string& path, const InputFlags& input, const Job
     default: {
       std::unique_ptr<FrameSource> source = openInput(path, options, job);
       result.labels = source->labels();
-      if (windowed) {
+      if (windows.size > 0) {
         requireKindOfDepth(*source);
         result.frames = unreadFrames(*source);
         result.source = std::move(source);
       } else {
-        readWhole(*source, job, result);
+        readWhole(*source, windows.last_m, job, result);
       }
       if (result.frames.empty()) throw Error(path, "no frames");
     }
@@ -101,11 +108,16 @@ void WindowFlags::declare(Flags& flags) {
             "of them is accepted");
   flags.add("--track", track,
             "after an accepted window search the next one only where odometry expects it");
+  last_m = 150;  // of 1 % drift little more than a metre, and more than any place needs
+  flags.add("--last", last_m,
+            "a QUERY of one piece that is longer is found by its last metres, because odometry "
+            "drifts; 0 = by all of it");
 }
 
 void WindowFlags::check() const {
   if (size < 0) throw UsageError(fmt::format("--window = {}, must be >= 0", size));
   if (stride < 0) throw UsageError(fmt::format("--stride = {}, must be >= 0", stride));
+  if (!(last_m >= 0)) throw UsageError(fmt::format("--last = {}, must be >= 0", last_m));
   if (stride > 0 && size == 0) throw UsageError("--stride needs --window");
   if (sequence && size == 0) throw UsageError("--sequence needs --window");
   if (track && size == 0) throw UsageError("--track needs --window");

@@ -49,7 +49,7 @@ QueryPath::QueryPath(const QueryInput& input) {
     T_odom_sensor_.push_back(frame.T_odom_sensor);
     stamps_s_.push_back(frame.stamp_s);
   }
-  if (!input.whole) return;
+  if (!input.frames.empty()) return;
   T_odom_sensor_ = input.whole->poses;
   for (std::size_t i = 0; i < T_odom_sensor_.size(); ++i)
     stamps_s_.push_back(static_cast<double>(i));

@@ -290,6 +290,31 @@ TEST_F(FixFiles, ScaleAndGravityAreSaid) {
       2);
 }
 
+TEST_F(FixFiles, ALongRecordingIsFoundByItsEnd) {
+  const auto localized = [&](const std::string& last_m) {
+    const Outcome outcome = runXview({"localize", "-q", "--json", rear(), map(), "--last", last_m,
+                                      "--trajectory", file("long.tum")});
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    return Json::parse(outcome.out);
+  };
+  const Json whole = localized("0")["query"], end = localized("30")["query"];
+  const auto odometry = tumPoses(rear() + "/poses.txt");
+  EXPECT_EQ(whole["used_from_index"], 0);
+  const auto used = end["used_from_index"].get<std::size_t>();
+  double used_m = 0;
+  for (std::size_t i = used + 1; i < odometry.size(); ++i)
+    used_m += distance(odometry[i - 1], odometry[i]);
+  const double one_more_m = distance(odometry[used - 1], odometry[used]);
+  EXPECT_LE(used_m, 30);
+  EXPECT_GT(used_m + one_more_m, 30);
+  EXPECT_EQ(end["first_frame"], whole["first_frame"]) << "the query is still all of it";
+  EXPECT_EQ(end["last_index"], whole["last_index"]);
+  const auto way = tumPoses(file("long.tum")), truth = tumPoses(rear() + "/groundtruth.txt");
+  ASSERT_EQ(way.size(), truth.size()) << "frames before take part in the trajectory";
+  for (std::size_t i = 0; i < way.size(); ++i) EXPECT_LT(distance(way[i], truth[i]), 0.6) << i;
+  EXPECT_EQ(runXview({"localize", "-q", rear(), map(), "--last", "-1"}).code, 2);
+}
+
 TEST_F(FixFiles, TheWayOfAnAnswerIsDrawnInItsScale) {
   Json answer = accepted().at(0);
   const auto drawn = [&](double scale) {
