@@ -10,6 +10,7 @@
 #include "match/map_null.h"
 #include "match/plan_blocks.h"
 #include "match/plan_score.h"
+#include "match/wide_query.h"
 #include "xview/match/raster_search.h"
 #include "xview/types/parallel.h"
 #include "xview/types/pose.h"
@@ -225,6 +226,50 @@ void climbAll(const PlanScore& score, double step_m, double step_rad, int levels
               [&](std::size_t i) { poses[i] = score.climb(poses[i], step_m, step_rad, levels); });
 }
 
+/// The best poses of the centre of some samples by the exhaustive search, climbed.
+std::vector<PlacePose> posesOf(const ViewIndex& view, const std::vector<PlanQuery::Sample>& coarse,
+                               const PlanScore& score, const RasterSearchOptions& options,
+                               int refine_poses) {
+  const std::vector<RasterSample> samples = rasterSamples(coarse);
+  std::vector<PlacePose> poses =
+      view.first_look
+          ? searchRaster(*view.first_look, samples,
+                         FineLevel{view.raster, samples, options.max_yaw_step_rad}, options)
+          : searchRaster(view.raster, samples, options);
+  climbAll(score, view.raster.cellSize() / 2, options.max_yaw_step_rad / 2, 2, options.threads,
+           poses);
+  poses = distinct(std::move(poses), static_cast<std::size_t>(refine_poses));
+  climbAll(score, 0.5, 0.012, 3, options.threads, poses);
+  return poses;
+}
+
+/// The same of a query that is too wide for the exhaustive search, by its densest part and ever
+/// more around that.
+std::vector<PlacePose> posesOfWide(const PlanField& field, const ViewIndex& view,
+                                   const PlanQuery& query, const PlanScore& score,
+                                   RasterSearchOptions options, int refine_poses) {
+  constexpr double kStep_m = 0.5;
+  const QueryPart densest = densestPart(query.fine, kPart_m);
+  options.centre_prior = priorOfPart(options.centre_prior, densest);
+  std::vector<PlacePose> poses =
+      posesOf(view, partAround(query.coarse, densest.offset, kPart_m).samples,
+              PlanScore(field, view.ratios, densest.samples), options, refine_poses);
+  const double all_m = radiusOf(query.fine) + densest.offset.norm();
+  for (double radius_m = kPart_m; radius_m < all_m;) {
+    radius_m *= 1.5;
+    const QueryPart part = partAround(query.fine, densest.offset, radius_m);
+    climbAll(PlanScore(field, view.ratios, part.samples), kStep_m, kStep_m / radius_m, 3,
+             options.threads, poses);
+  }
+  for (PlacePose& pose : poses) {  // of the centre of the query instead of that of its part
+    const Eigen::Vector2d back = Eigen::Rotation2Dd(pose.yaw) * densest.offset;
+    pose.x -= back.x();
+    pose.y -= back.y();
+    pose.score = score(pose.x, pose.y, pose.yaw);
+  }
+  return poses;
+}
+
 }  // namespace
 
 PlanPlaces::PlanPlaces(const PlanView& map, const std::vector<Eigen::Vector3d>& trajectory,
@@ -240,18 +285,12 @@ std::vector<PlanHypothesis> PlanPlaces::search(const PlanQuery& query,
   if (empty() || query.empty()) return {};
   const Index& index = *index_;
   const ViewIndex& view = index.view(query.viewpoint);
-  const RasterSearchOptions search = index.searchOptions(prior_of_centre, threads);
-  const std::vector<RasterSample> samples = rasterSamples(query.coarse);
-  std::vector<PlacePose> poses =
-      view.first_look
-          ? searchRaster(*view.first_look, samples,
-                         FineLevel{view.raster, samples, search.max_yaw_step_rad}, search)
-          : searchRaster(view.raster, samples, search);
   const PlanScore score(index.field, view.ratios, query.fine);
-  const double coarse_m = view.raster.cellSize() / 2, coarse_rad = search.max_yaw_step_rad / 2;
-  climbAll(score, coarse_m, coarse_rad, 2, threads, poses);
-  poses = distinct(std::move(poses), static_cast<std::size_t>(index.options.refine_poses));
-  climbAll(score, 0.5, 0.012, 3, threads, poses);
+  const RasterSearchOptions options = index.searchOptions(prior_of_centre, threads);
+  std::vector<PlacePose> poses =
+      radiusOf(query.fine) > kWidest_m
+          ? posesOfWide(index.field, view, query, score, options, index.options.refine_poses)
+          : posesOf(view, query.coarse, score, options, index.options.refine_poses);
   std::sort(poses.begin(), poses.end(), byScore);
   poses = differentPlaces(poses);
   if (!poses.empty()) poses[0] = score.climb(poses[0], 0.125, 0.003, 2);

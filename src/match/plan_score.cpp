@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+
+#include "match/wide_query.h"
 #include "xview/types/median.h"
 
 namespace xview {
@@ -128,12 +130,6 @@ PlacePose climbBy(const Score& score, PlacePose pose, double step_m, double step
     }
   }
   return pose;
-}
-
-double radiusOf(const std::vector<PlanQuery::Sample>& samples) {
-  double radius = 0;
-  for (const auto& s : samples) radius = std::max(radius, std::hypot(double{s.x}, double{s.y}));
-  return radius;
 }
 
 }  // namespace
