@@ -15,24 +15,69 @@ constexpr double kFirstGate_m = 4, kLastGate_m = 0.15;  ///< of residuals that c
 constexpr std::size_t kFewestCells = 30;
 constexpr double kAlike = 30;  ///< so many cells err together: roads are smooth, and so is drift
 
-/// Height of the map above a cell of the query, which lies at (x, y) from the centre in map axes.
+constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
+
+/// Takes points about the query centre to the map.
+class Placed {
+ public:
+  Placed(const PlanField& field, const PlacePose& pose)
+      : field_(field), pose_(pose), cos_(std::cos(pose.yaw)), sin_(std::sin(pose.yaw)) {}
+
+  /// In map axes, about the centre.
+  Eigen::Vector2d turned(double x, double y) const {
+    return {cos_ * x - sin_ * y, sin_ * x + cos_ * y};
+  }
+  /// Measured height of the map at a turned point; NaN if there is none.
+  float ground(const Eigen::Vector2d& p) const {
+    const PlanField::Tile* tile = tileAt(p);
+    return tile ? tile->ground[PlanField::cellInTile(cellX(p), cellY(p))] : kNone;
+  }
+  /// Level of the map around a turned point; NaN if there is none.
+  float level(const Eigen::Vector2d& p) const {
+    const PlanField::Tile* tile = tileAt(p);
+    return tile ? tile->level : kNone;
+  }
+
+ private:
+  std::int32_t cellX(const Eigen::Vector2d& p) const { return floorToCell(pose_.x + p.x()); }
+  std::int32_t cellY(const Eigen::Vector2d& p) const { return floorToCell(pose_.y + p.y()); }
+  std::int32_t floorToCell(double metres) const {
+    return static_cast<std::int32_t>(std::floor(metres / field_.cellSize()));
+  }
+  const PlanField::Tile* tileAt(const Eigen::Vector2d& p) const {
+    return field_.tileOfCell(cellX(p), cellY(p));
+  }
+
+  const PlanField& field_;
+  PlacePose pose_;
+  double cos_, sin_;
+};
+
+/// Height of the map above a point of the query, which lies at (x, y) from the centre in map axes.
 struct Difference {
   double x = 0, y = 0, dz = 0;
 };
 
-std::vector<Difference> differences(const PlanField& field,
-                                    const std::vector<PlanQuery::Ground>& ground,
-                                    const PlacePose& pose) {
-  const double c = std::cos(pose.yaw), s = std::sin(pose.yaw);
+std::vector<Difference> measuredDifferences(const Placed& placed,
+                                            const std::vector<PlanQuery::Ground>& ground) {
   std::vector<Difference> found;
   for (const PlanQuery::Ground& q : ground) {
-    const double x = c * q.x - s * q.y, y = s * q.x + c * q.y;
-    const auto cx = static_cast<std::int32_t>(std::floor((pose.x + x) / field.cellSize())),
-               cy = static_cast<std::int32_t>(std::floor((pose.y + y) / field.cellSize()));
-    const PlanField::Tile* tile = field.tileOfCell(cx, cy);
-    if (!tile) continue;
-    const float height = tile->ground[PlanField::cellInTile(cx, cy)];
-    if (!std::isnan(height)) found.push_back({x, y, height - double{q.z}});
+    const Eigen::Vector2d p = placed.turned(q.x, q.y);
+    const float height = placed.ground(p);
+    if (!std::isnan(height)) found.push_back({p.x(), p.y(), height - double{q.z}});
+  }
+  return found;
+}
+
+/// Of the level of the map above the ground below the samples, which may be known from what stands
+/// on it only.
+std::vector<Difference> roughDifferences(const Placed& placed,
+                                         const std::vector<PlanQuery::Sample>& samples) {
+  std::vector<Difference> found;
+  for (const PlanQuery::Sample& q : samples) {
+    const Eigen::Vector2d p = placed.turned(q.x, q.y);
+    const float level = placed.level(p);
+    if (!std::isnan(level)) found.push_back({p.x(), p.y(), level - double{q.z}});
   }
   return found;
 }
@@ -49,7 +94,7 @@ double medianHeight(const std::vector<Difference>& all) {
 GroundFit fitGround(const PlanField& field, const std::vector<PlanQuery::Ground>& ground,
                     const PlacePose& centre_pose, double slope_sigma) {
   GroundFit fit;
-  const std::vector<Difference> cells = differences(field, ground, centre_pose);
+  const std::vector<Difference> cells = measuredDifferences(Placed(field, centre_pose), ground);
   if (cells.size() < kFewestCells) return fit;
   Eigen::Vector3d plane(medianHeight(cells), 0, 0);
   for (int round = 0; round < kRounds; ++round) {
@@ -80,6 +125,13 @@ GroundFit fitGround(const PlanField& field, const std::vector<PlanQuery::Ground>
   fit.height_m = plane(0);
   fit.slope = plane.tail<2>();
   return fit;
+}
+
+double heightOffset(const PlanField& field, const PlanQuery& query, const PlacePose& centre_pose) {
+  const Placed placed(field, centre_pose);
+  std::vector<Difference> found = measuredDifferences(placed, query.ground);
+  if (found.empty()) found = roughDifferences(placed, query.fine);
+  return found.empty() ? 0 : medianHeight(found);
 }
 
 }  // namespace xview

@@ -13,4 +13,9 @@ namespace xview {
 GroundFit fitGround(const PlanField& field, const std::vector<PlanQuery::Ground>& ground,
                     const PlacePose& centre_pose, double slope_sigma);
 
+/// Median height of the map, relative to the origin of its plan, above a query at a pose of its
+/// centre. Where no measured ground of both meets, the ground below their samples is compared,
+/// known only from what stands on it; 0 if they do not meet at all.
+double heightOffset(const PlanField& field, const PlanQuery& query, const PlacePose& centre_pose);
+
 }  // namespace xview

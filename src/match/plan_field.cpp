@@ -156,8 +156,20 @@ PlanField::PlanField(const PlanView& map, int threads)
       tile.bins[c] = planes_[t].data() + made.plane_of[c] * kCells;
     tile.ground.assign(kCells, std::numeric_limits<float>::quiet_NaN());
   });
-  for (const GroundCell& cell : map.known) {
-    if (cell.measured) tiles_[findTile(cell.x, cell.y)].ground[cellInTile(cell.x, cell.y)] = cell.z;
+  setGround(map.known);
+}
+
+void PlanField::setGround(const std::vector<GroundCell>& known) {
+  std::vector<double> sums(tiles_.size(), 0);
+  std::vector<int> counts(tiles_.size(), 0);
+  for (const GroundCell& cell : known) {
+    const auto t = static_cast<std::size_t>(findTile(cell.x, cell.y));
+    sums[t] += double{cell.z};
+    ++counts[t];
+    if (cell.measured) tiles_[t].ground[cellInTile(cell.x, cell.y)] = cell.z;
+  }
+  for (std::size_t t = 0; t < tiles_.size(); ++t) {
+    if (counts[t] > 0) tiles_[t].level = static_cast<float>(sums[t] / counts[t]);
   }
 }
 

@@ -178,7 +178,7 @@ PlanHypothesis hypothesisAt(const PlacePose& centre_pose, const PlanQuery& query
                             double map_origin_z) {
   PlanHypothesis h;
   h.pose = toFrame(centre_pose, query, field);
-  h.z = map_origin_z + medianHeightOffset(field, query.ground, centre_pose);
+  h.z = map_origin_z + heightOffset(field, query, centre_pose);
   const ScoreDetails details = scoreDetails(field, ratios, query.fine, centre_pose);
   h.expected = details.expected;
   h.known_share = details.known_share;

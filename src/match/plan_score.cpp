@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "match/wide_query.h"
-#include "xview/types/median.h"
 
 namespace xview {
 namespace {
@@ -186,21 +185,6 @@ ScoreDetails scoreDetails(const PlanField& field, const WeightedRatios& ratios,
   details.known_share =
       samples.empty() ? 0 : static_cast<double>(known) / static_cast<double>(samples.size());
   return details;
-}
-
-double medianHeightOffset(const PlanField& field, const std::vector<PlanQuery::Ground>& ground,
-                          const PlacePose& pose) {
-  const CellTransform to_cell(field, pose.x, pose.y, pose.yaw);
-  std::vector<float> offsets;
-  for (const PlanQuery::Ground& q : ground) {
-    const std::int32_t cx = to_cell.cellX(q.x, q.y), cy = to_cell.cellY(q.x, q.y);
-    const PlanField::Tile* tile = field.tileOfCell(cx, cy);
-    if (!tile) continue;
-    const float height = tile->ground[PlanField::cellInTile(cx, cy)];
-    if (!std::isnan(height)) offsets.push_back(height - q.z);
-  }
-  if (offsets.empty()) return 0;
-  return medianOf(std::move(offsets));
 }
 
 }  // namespace xview

@@ -48,8 +48,4 @@ struct ScoreDetails {
 ScoreDetails scoreDetails(const PlanField& field, const WeightedRatios& ratios,
                           const std::vector<PlanQuery::Sample>& samples, const PlacePose& pose);
 
-/// Median of map ground minus query ground over the ground cells that meet; 0 if none does.
-double medianHeightOffset(const PlanField& field, const std::vector<PlanQuery::Ground>& ground,
-                          const PlacePose& pose);
-
 }  // namespace xview

@@ -83,5 +83,37 @@ TEST(FitGround, SaysNothingWithoutCommonGround) {
   EXPECT_EQ(fitGround(hillyMap(40), {}, {}, kLevel).cells, 0);
 }
 
+/// A flat map at a height of 7 m that was seen, but whose ground was not.
+PlanField mapOfThingsOnly() {
+  PlanView map;
+  for (int cy = -80; cy < 80; ++cy) {
+    for (int cx = -80; cx < 80; ++cx) map.known.push_back({cx, cy, 7, false});
+  }
+  return PlanField(map, 1);
+}
+
+PlanQuery queryOfThingsOnly() {
+  PlanQuery query;
+  for (int i = 0; i < 20; ++i)
+    query.fine.push_back({static_cast<float>(i), 3, -4, static_cast<std::uint8_t>(Channel::pole)});
+  return query;
+}
+
+TEST(HeightOffset, ComesFromMeasuredGroundWhereBothKnowIt) {
+  PlanQuery query = queryOfThingsOnly();
+  const PlacePose pose{3, -2, 1.1, 0};
+  query.ground = tiltedGround(pose, 0, 0);
+  EXPECT_NEAR(heightOffset(hillyMap(40), query, pose), kHeight_m, 0.1);
+}
+
+TEST(HeightOffset, ComesFromWhatStandsAroundWhereNoGroundWasMeasured) {
+  EXPECT_NEAR(heightOffset(mapOfThingsOnly(), queryOfThingsOnly(), {1, 2, 0.4, 0}), 11, 1e-6);
+}
+
+TEST(HeightOffset, IsZeroWhereNothingMeets) {
+  EXPECT_EQ(heightOffset(mapOfThingsOnly(), queryOfThingsOnly(), {5000, 0, 0, 0}), 0);
+  EXPECT_EQ(heightOffset(mapOfThingsOnly(), {}, {}), 0);
+}
+
 }  // namespace
 }  // namespace xview::test

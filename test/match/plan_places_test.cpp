@@ -85,6 +85,21 @@ TEST(PlanPlaces, FindsAPlaceInAMapFarFromItsOrigin) {
   EXPECT_NEAR(found[0].z, expected.translation().z(), 0.05);
 }
 
+TEST(PlanPlaces, KnowsTheHeightOfAQueryWithoutGround) {
+  const PlanTown town = randomTown(5);
+  PlanView map = wholeTown(town);
+  map.origin_z = 64;
+  for (GroundCell& cell : map.known) cell.z -= 64;
+  const MovedQuery moved(town, {20, 45}, 30, poseFromYaw({3, -8, 250}, 0.7));
+  PlanView view = town.view({20, 45}, 30, moved.truth.inverse());
+  for (const Channel c : {Channel::road, Channel::sidewalk, Channel::terrain}) view[c].clear();
+  const auto found =
+      PlanPlaces(map, {}, defaultLikelihoods(), {}, 1).search(makePlanQuery(view), {}, 1);
+  ASSERT_FALSE(found.empty());
+  EXPECT_LT(errorOf(found[0], moved).metres, 0.5);
+  EXPECT_NEAR(found[0].z, moved.truth.translation().z(), 1);
+}
+
 TEST(PlanPlaces, SearchGivesTheSameBytesForAnyNumberOfThreads) {
   const PlanTown town = randomTown(6);
   const PlanView map = wholeTown(town);

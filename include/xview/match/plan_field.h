@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <vector>
 
@@ -34,6 +35,8 @@ class PlanField {
     std::array<const std::uint8_t*, kChannels> bins{};
     /// Height per cell relative to the plan's origin; NaN where not measured.
     std::vector<float> ground;
+    /// Mean height of the seen cells, measured or taken from what stands around; NaN if none is.
+    float level = std::numeric_limits<float>::quiet_NaN();
   };
   const std::vector<Tile>& tiles() const { return tiles_; }
 
@@ -69,6 +72,7 @@ class PlanField {
     return block.empty() ? -1 : block[tileInBlock(tx, ty)];
   }
   void makeDirectory();
+  void setGround(const std::vector<GroundCell>& known);
 
   double cell_m_ = 0.5, origin_x_ = 0, origin_y_ = 0;
   std::vector<Tile> tiles_;

@@ -54,6 +54,7 @@ enum class WaySide : std::uint8_t { none, left, right };
 struct PlanQuery {
   struct Sample {
     float x = 0, y = 0;  ///< relative to the centre [m]
+    float z = 0;         ///< height of the ground there, in the query frame
     std::uint8_t channel = 0;
     WaySide side = WaySide::none;
   };
@@ -79,7 +80,8 @@ struct PlanPart {
 /// A pose that the place search stands for, with what decides whether to believe it.
 struct PlanHypothesis {
   PlacePose pose;       ///< query frame to map frame; score in nats
-  double z = 0;         ///< height offset: median of map ground minus query ground [m]
+  double z = 0;         ///< height offset: median of map ground minus query ground, measured if
+                        ///< both know it at one spot, else from what stands around [m]
   double expected = 0;  ///< score that a true pose would have, over the samples in seen area [nats]
   double known_share = 0;         ///< share of the samples that fall where the map was seen
   PlanPart standing;              ///< upright surfaces and obstacles
