@@ -38,7 +38,8 @@ std::vector<PlanQuery::Sample> gather(const PlanView& view, bool coarse,
     for (const PlanSample& s : block > 0 ? onePerBlock(view.samples[c], block) : view.samples[c]) {
       result.push_back({static_cast<float>(view.origin_x + s.x - centre.x()),
                         static_cast<float>(view.origin_y + s.y - centre.y()),
-                        static_cast<float>(view.origin_z + s.z), static_cast<std::uint8_t>(c)});
+                        static_cast<std::uint8_t>(c), WaySide::none,
+                        static_cast<float>(view.origin_z + s.z)});
     }
   }
   return result;

@@ -95,7 +95,8 @@ PlanField mapOfThingsOnly() {
 PlanQuery queryOfThingsOnly() {
   PlanQuery query;
   for (int i = 0; i < 20; ++i)
-    query.fine.push_back({static_cast<float>(i), 3, -4, static_cast<std::uint8_t>(Channel::pole)});
+    query.fine.push_back(
+        {static_cast<float>(i), 3, static_cast<std::uint8_t>(Channel::pole), WaySide::none, -4});
   return query;
 }
 

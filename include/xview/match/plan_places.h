@@ -54,9 +54,9 @@ enum class WaySide : std::uint8_t { none, left, right };
 struct PlanQuery {
   struct Sample {
     float x = 0, y = 0;  ///< relative to the centre [m]
-    float z = 0;         ///< height of the ground there, in the query frame
     std::uint8_t channel = 0;
     WaySide side = WaySide::none;
+    float z = 0;  ///< height of the ground there, in the query frame
   };
   struct Ground {
     float x = 0, y = 0, z = 0;  ///< relative to the centre, z in the query frame
