@@ -84,8 +84,8 @@ Verdict judge(const ViewEvidence& e, const VerdictOptions& o) {
   if (verdict.confidence >= o.min_confidence) {
     verdict.status = Status::accepted;
     verdict.reason = fmt::format(
-        "{:.0f} nats better than any other place at {:.0f} % agreement: {:.1g} wrong for one right "
-        "answer ({:.2g} allowed)",
+        "{:.0f} nats better than any other place, {:.0f} % of the agreement of a usual true pose: "
+        "{:.1g} wrong answers per right one ({:.2g} allowed)",
         margin(e), 100 * agreed, std::max(alarms, 1e-99), 1 / o.min_confidence - 1);
   } else if (e.known_share < o.min_known_share) {
     verdict.reason =
@@ -102,8 +102,8 @@ Verdict judge(const ViewEvidence& e, const VerdictOptions& o) {
                     e.score, e.runner_up);
   } else {
     verdict.reason = fmt::format(
-        "only {:.0f} nats better than any other place at {:.0f} % agreement: {:.1g} wrong for one "
-        "right answer ({:.2g} allowed)",
+        "only {:.0f} nats better than any other place, {:.0f} % of the agreement of a usual true "
+        "pose: {:.1g} wrong answers per right one ({:.2g} allowed)",
         margin(e), 100 * agreed, alarms, 1 / o.min_confidence - 1);
   }
   return verdict;
