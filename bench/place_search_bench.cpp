@@ -150,6 +150,7 @@ Trial run(const ObjectPlaceIndex& index, const SemanticGraph& graph, const Eigen
   ObjectSearchRequest request;
   request.focus = focus;
   request.threads = a.threads;
+  request.hypotheses = 5;  // as the localizer reports
   const double start = cpuMilliseconds();
   const ObjectSearchResult result = index.search(graph, request);
   Trial trial;

@@ -89,7 +89,7 @@ ObjectMap::ObjectMap(const SemanticGraph& graph, const LabelSet& labels,
     const bool directed = p.tangent_x != 0 || p.tangent_y != 0;
     const double area = directed ? model.along_m * model.across_m
                                  : (model.is_surface ? 0.6 : 1.0) * model.along_m * model.along_m;
-    p.log_gain = static_cast<float>(logGain(model, area, logClutter(p.slot, p.x, p.y)));
+    p.odds = static_cast<float>(std::exp(logGain(model, area, logClutter(p.slot, p.x, p.y))));
   }
 }
 

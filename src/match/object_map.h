@@ -44,8 +44,7 @@ double logGain(const ObjectClass& model, double area, double log_clutter);
 struct MapPoint {
   float x, y, z;
   float tangent_x, tangent_y;  ///< unit vector along the surface; (0, 0) = unknown or an object
-  float log_gain;  ///< log of P_D N(0) / ((1 - P_D) rho): evidence of a perfect hit, before the
-                   ///< distance is taken off
+  float odds;  ///< P_D N(0) / ((1 - P_D) rho): that a perfect hit is no coincidence
   std::uint32_t vertex;
   std::uint16_t slot;
 };

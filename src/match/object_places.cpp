@@ -20,7 +20,6 @@ constexpr double kCellsPerRoot =
 constexpr std::size_t kCellsPerPose = 20;  // kept of small maps: many are neighbours
 constexpr double kCoarseYawStep = 0.16, kFineYawStep = 0.105;  // [rad]
 constexpr double kCentreMargin = 15;   // [m] beyond the gap around the query's own centre
-constexpr std::size_t kReturned = 20;  // hypotheses with all their details
 constexpr double kLargestWhole = 400;  // [m] radius; larger queries are searched for in parts
 constexpr std::size_t kParts = 3, kGrown = 3;  // dense parts; places of each that are tried on all
 constexpr double kGrowth = 2;                  // of the radius of a part, again and again
@@ -66,7 +65,7 @@ Scored lookedAt(ObjectVerifier& verifier, const CentrePose& pose) {
 
 Scored refined(ObjectVerifier& verifier, CentrePose pose) {
   verifier.moveTo(pose);
-  for (const double widen : {1.4, 1.4, 1.0, 1.0}) pose = verifier.improved(pose, widen);
+  for (const double widen : {1.8, 1.4, 1.2, 1.0, 1.0}) pose = verifier.improved(pose, widen);
   const double seen = verifier.score(pose, 1);
   return {pose, seen - verifier.missedObjects(pose) - verifier.heightCost()};
 }
@@ -88,6 +87,29 @@ Eigen::AngleAxisd tilted(const Eigen::Vector2d& slope) {
   const double rise = slope.norm();
   if (rise < 1e-9) return Eigen::AngleAxisd(0, Eigen::Vector3d::UnitX());
   return Eigen::AngleAxisd(std::atan(rise), Eigen::Vector3d(slope.y(), -slope.x(), 0) / rise);
+}
+
+/// Pairs that are more likely than not, each vertex in one of them at most, in the order of the
+/// query.
+std::vector<Correspondence> inliersOf(const ObjectVerifier& verifier, const ObjectQuery& query) {
+  std::vector<Correspondence> inliers;
+  for (std::size_t i = 0; i < query.items().size(); ++i) {
+    const Association& association = verifier.associations()[i];
+    if (association.chance <= 0.5f) continue;
+    inliers.push_back({query.items()[i].vertex, verifier.mapPoint(association.local).vertex,
+                       association.chance});
+  }
+  std::sort(inliers.begin(), inliers.end(), [](const Correspondence& a, const Correspondence& b) {
+    return std::make_tuple(a.map, -a.similarity, a.query) <
+           std::make_tuple(b.map, -b.similarity, b.query);
+  });
+  const auto last =
+      std::unique(inliers.begin(), inliers.end(),
+                  [](const Correspondence& a, const Correspondence& b) { return a.map == b.map; });
+  inliers.erase(last, inliers.end());
+  std::sort(inliers.begin(), inliers.end(),
+            [](const Correspondence& a, const Correspondence& b) { return a.query < b.query; });
+  return inliers;
 }
 
 WrongPoses describeWrong(const std::vector<ObjectHypothesis>& best, const std::vector<Scored>& all,
@@ -223,16 +245,7 @@ ObjectHypothesis ObjectPlaceIndex::Index::describe(ObjectVerifier& verifier,
     for (int k = 0; k < 4; ++k) pose = verifier.improved(pose, 1.2, focus);
   }
   verifier.score(pose, 1);
-  for (std::size_t i = 0; i < query.items().size(); ++i) {
-    const Association& association = verifier.associations()[i];
-    if (association.local == Association::kNone || association.log_odds <= 0) continue;
-    const QueryItem& item = query.items()[i];
-    const MapPoint& p = verifier.mapPoint(association.local);
-    const double chance = 1 / (1 + std::exp(-static_cast<double>(association.log_odds)));
-    hypothesis.inliers.push_back({item.vertex, p.vertex, static_cast<float>(chance)});
-  }
-  std::sort(hypothesis.inliers.begin(), hypothesis.inliers.end(),
-            [](const Correspondence& a, const Correspondence& b) { return a.query < b.query; });
+  hypothesis.inliers = inliersOf(verifier, query);
   const HeightFit heights = fitHeights(verifier.heightPairs(), query.hasHeights());
   const Eigen::Vector3d centre_in_map =
       Eigen::Vector3d(pose.x, pose.y, heights.offset) + map.origin();
@@ -275,7 +288,8 @@ ObjectSearchResult ObjectPlaceIndex::Index::answer(const ObjectQuery& query,
 
   ObjectSearchResult result;
   result.vertices = static_cast<int>(query.items().size());
-  result.hypotheses.resize(std::min(kReturned, poses.size()));
+  result.hypotheses.resize(
+      std::min(static_cast<std::size_t>(std::max(0, request.hypotheses)), poses.size()));
   verifyAll(result.hypotheses.size(), request.threads, map, query, options,
             [&](ObjectVerifier& verifier, std::size_t i) {
               result.hypotheses[i] = describe(verifier, query, poses[i], request);
@@ -312,6 +326,7 @@ ObjectSearchResult ObjectPlaceIndex::Index::searchInParts(
   // The point that the prior speaks of may be far from the part.
   ObjectSearchRequest anywhere = request;
   anywhere.prior.near.reset();
+  anywhere.hypotheses = static_cast<int>(kGrown);
   std::vector<Scored> poses;
   int proposed = 0;
   for (const QueryPart& part : denseParts(graph, map, kParts)) {

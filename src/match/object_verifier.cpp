@@ -11,9 +11,8 @@ namespace {
 constexpr double kMargin = 8;    // [m] poses may move by this without collecting the map again
 constexpr double kWidest = 1.8;  // largest scale of the standard deviations in use
 constexpr float kFarthest = 10;  // squared Mahalanobis distance beyond which nothing is a match
-constexpr float kConfusedPenalty =
-    2;  // added to the squared distance of confused pairs in the robust weights
-constexpr double kRobust = 3;  // squared distance at which a pair has a quarter of its weight
+constexpr double kLeastPull = 0.3;  // of a surface: what does not tell places apart still tells
+                                    // where they are
 constexpr double kRoundShare =
     0.6;  // variance of surface vertices without tangent, of that along a surface
 constexpr double kFocusRadius = 30;  // [m]
@@ -22,6 +21,22 @@ constexpr double kIndependentShare =
 constexpr double kMaybeFromAbove = 0.2;             // then tops are not at the heights of sides
 constexpr int kLeastSide = 20, kLargestSide = 300;  // cells of the local grid
 constexpr double kItemsPerCell = 4;
+constexpr float kFadingSteps = 64;  // per unit of squared distance
+
+/// exp(-distance2 / 2) from a table, good to 1e-4; 0 from kFarthest on.
+const std::vector<float> kFadingTable = [] {
+  std::vector<float> table;
+  for (int i = 0; i <= static_cast<int>(kFarthest * kFadingSteps) + 1; ++i)
+    table.push_back(std::exp(-0.5f * static_cast<float>(i) / kFadingSteps));
+  return table;
+}();
+
+float fading(float distance2) {
+  const float place = std::max(0.0f, distance2) * kFadingSteps;
+  const auto i = static_cast<std::size_t>(place);
+  const float f = place - static_cast<float>(i);
+  return kFadingTable[i] + f * (kFadingTable[i + 1] - kFadingTable[i]);
+}
 
 }  // namespace
 
@@ -38,6 +53,7 @@ ObjectVerifier::ObjectVerifier(const ObjectMap& map, const ObjectQuery& query,
   associations_.resize(query.items().size());
   known_.resize(query.items().size());
   cost_.resize(query.items().size());
+  rarity_.resize(query.items().size());
 }
 
 ObjectVerifier::Spread ObjectVerifier::spreadOf(const ObjectClass& model, double widen) const {
@@ -59,10 +75,10 @@ ObjectVerifier::Spread ObjectVerifier::spreadOf(const ObjectClass& model, double
   spread.front_penalty = static_cast<float>(has_roof ? -2 * std::log1p(-query_.fromAbove()) : 0);
   spread.roof_penalty = static_cast<float>(
       has_roof ? 2 * std::log(2 * roof / (across * query_.fromAbove())) : 2 * kFarthest);
-  spread.log_gain_shift =
-      static_cast<float>(std::log(model.along_m * model.across_m / (along * across)));
-  spread.confused_gain = static_cast<float>(std::log(std::max(1e-9, options_.confusion)) +
-                                            logGain(model, along * across, 0));
+  spread.odds_factor = static_cast<float>(model.along_m * model.across_m / (along * across));
+  spread.confused_odds =
+      static_cast<float>(options_.confusion * std::exp(logGain(model, along * across, 0)));
+  spread.pull = static_cast<float>(model.is_surface ? std::max(kLeastPull, model.gain_weight) : 1);
   return spread;
 }
 
@@ -84,6 +100,8 @@ void ObjectVerifier::moveTo(const CentrePose& pose) {
     const double coverage = map_.coverage(x, y);
     known_[i] = coverage > 0 || map_.isKnown(x, y);
     cost_[i] = static_cast<float>(known_[i] ? costOfMissing(item.slot, coverage) : 0);
+    if (!map_.classes()[item.slot].confused_with.empty())
+      rarity_[i] = static_cast<float>(std::exp(-map_.logClutter(item.slot, x, y)));
   }
 }
 
@@ -133,129 +151,122 @@ void ObjectVerifier::buildGrid(const CentrePose& pose) {
     const MapPoint& p = map_.points()[i];
     const float undirected = p.tangent_x == 0 && p.tangent_y == 0 ? 1 : 0;
     points_[cell_start_[cellOf(p) + 1]++] = {p.x,        p.y, p.tangent_x, p.tangent_y, undirected,
-                                             p.log_gain, i};
+                                             p.odds,     i};
   }
-  used_.assign(points_.size(), 0);
-  stamp_ = 0;
 }
 
-ObjectVerifier::Nearest ObjectVerifier::nearest(std::uint16_t slot, float x, float y, float gate,
-                                                const Spread& spread) const {
+/// Calls visitor(local, distance2, is_roof) for the points of a class within the gate.
+template <class Visitor>
+void ObjectVerifier::visitNear(std::uint16_t slot, float x, float y, float gate,
+                               const Spread& spread, const Visitor& visitor) const {
   const auto cell = [&](double v) { return std::clamp(static_cast<int>(v / cell_), 0, side_ - 1); };
   const int x0 = cell(x - gate - grid_x_), x1 = cell(x + gate - grid_x_);
   const int y0 = cell(y - gate - grid_y_), y1 = cell(y + gate - grid_y_);
   const auto roof_offset = static_cast<float>(options_.roof_offset_m);
-  Nearest best{Association::kNone, kFarthest};
   for (int cy = y0; cy <= y1; ++cy) {
     const auto row = static_cast<std::size_t>((lane_of_slot_[slot] * side_ + cy) * side_);
     const std::uint32_t end = cell_start_[row + static_cast<std::size_t>(x1) + 1];
     for (std::uint32_t k = cell_start_[row + static_cast<std::size_t>(x0)]; k < end; ++k) {
       const LocalPoint& p = points_[k];
       const float ex = x - p.x, ey = y - p.y, e2 = ex * ex + ey * ey;
-      if (e2 > gate * gate || used_[k] == stamp_) continue;
+      if (e2 > gate * gate) continue;
       const float u = ex * p.tangent_x + ey * p.tangent_y, v = ey * p.tangent_x - ex * p.tangent_y;
       const float along2 =
           u * u * spread.inverse_along2 + p.undirected * e2 * spread.inverse_round2;
       const float front = along2 + v * v * spread.inverse_across2 + spread.front_penalty;
       const float behind = std::abs(v) - roof_offset;
       const float roof = along2 + behind * behind * spread.inverse_roof2 + spread.roof_penalty;
-      const float d2 = std::min(front, roof);
-      if (d2 < best.distance2) best = {static_cast<std::int32_t>(k), d2, roof < front};
+      const float distance2 = std::min(front, roof);
+      if (distance2 < kFarthest) visitor(k, distance2, roof < front);
     }
   }
-  return best;
-}
-
-/// Looks for a partner among the classes that this one is taken for; `gain` is the evidence above a
-/// miss.
-bool ObjectVerifier::matchConfused(const QueryItem& item, float x, float y,
-                                   const std::vector<Spread>& spread, double& gain,
-                                   Association& association) const {
-  const ObjectClass& model = map_.classes()[item.slot];
-  bool found = false;
-  for (const std::uint16_t partner : model.confused_with) {
-    const float gate = spread[item.slot].gate * (model.is_surface ? 0.7f : 1.0f);
-    const Nearest c = nearest(partner, x, y, gate, spread[partner]);
-    if (c.local == Association::kNone) continue;
-    const double log_odds =
-        spread[item.slot].confused_gain - 0.5 * c.distance2 - map_.logClutter(item.slot, x, y);
-    const double candidate_gain = softplus(log_odds);
-    if (candidate_gain <= std::max(gain, 0.1)) continue;
-    gain = candidate_gain;
-    association = {c.local, c.distance2 + kConfusedPenalty, c.is_roof,
-                   static_cast<float>(log_odds)};
-    found = true;
-  }
-  return found;
 }
 
 double ObjectVerifier::score(const CentrePose& pose, double widen) {
-  ++stamp_;
   const std::vector<Spread>& spread = spreads(widen);
   const double c = std::cos(pose.yaw), s = std::sin(pose.yaw);
+  explained_.assign(points_.size(), 0);
   double total = 0;
   for (std::size_t i = 0; i < query_.items().size(); ++i) {
     const QueryItem& item = query_.items()[i];
     const ObjectClass& model = map_.classes()[item.slot];
+    const Spread& own = spread[item.slot];
     const auto x = static_cast<float>(pose.x + c * item.x - s * item.y);
     const auto y = static_cast<float>(pose.y + s * item.x + c * item.y);
+    float odds = 0, best = 0;
     Association& association = associations_[i];
     association = {};
-    double gain = 0;
-    const Nearest own = nearest(item.slot, x, y, spread[item.slot].gate, spread[item.slot]);
-    if (own.local != Association::kNone) {
-      const float log_odds = points_[static_cast<std::size_t>(own.local)].log_gain +
-                             spread[item.slot].log_gain_shift - 0.5f * own.distance2;
-      gain = softplus(log_odds);
-      association = {own.local, own.distance2, own.is_roof, log_odds};
-    } else {
-      matchConfused(item, x, y, spread, gain, association);
+    pairs_.clear();
+    const auto take = [&](std::uint32_t k, float odds_of_pair) {
+      pairs_.emplace_back(k, odds_of_pair);
+      odds += odds_of_pair;
+      if (odds_of_pair <= best) return;
+      best = odds_of_pair;
+      association.local = static_cast<std::int32_t>(k);
+    };
+    visitNear(item.slot, x, y, own.gate, own, [&](std::uint32_t k, float distance2, bool) {
+      take(k, points_[k].odds * own.odds_factor * fading(distance2));
+    });
+    const float confused_odds = own.confused_odds * rarity_[i];
+    for (const std::uint16_t partner : model.confused_with) {
+      visitNear(partner, x, y, own.gate, spread[partner],
+                [&](std::uint32_t k, float distance2, bool) {
+                  take(k, confused_odds * fading(distance2));
+                });
     }
-    if (association.local == Association::kNone) {
-      total -= cost_[i];
-      continue;
-    }
-    used_[static_cast<std::size_t>(association.local)] = stamp_;
-    total += model.gain_weight * (model.log_miss + kIndependentShare * gain);
+    association.chance = odds / (1 + odds);
+    for (const auto& [k, odds_of_pair] : pairs_) explained_[k] += odds_of_pair / (1 + odds);
+    total += association.chance * model.gain_weight * model.log_miss -
+             (1 - association.chance) * cost_[i] +
+             model.gain_weight * kIndependentShare * std::log1p(odds);
   }
   return total;
 }
 
 CentrePose ObjectVerifier::improved(const CentrePose& pose, double widen,
                                     const std::optional<Eigen::Vector2d>& focus) {
-  score(pose, widen);
-  const std::vector<Spread>& spread = spreads(1);
+  const std::vector<Spread>& spread = spreads(widen);
   const double c = std::cos(pose.yaw), s = std::sin(pose.yaw);
   Eigen::Matrix3d hessian = Eigen::Matrix3d::Identity() * 1e-3;
   Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
-  for (std::size_t i = 0; i < associations_.size(); ++i) {
-    const Association& association = associations_[i];
-    if (association.local == Association::kNone) continue;
-    const QueryItem& item = query_.items()[i];
-    const LocalPoint& p = points_[static_cast<std::size_t>(association.local)];
-    const double robust = 1 + association.distance2 / kRobust;
-    double weight = 1 / (robust * robust);
+  for (const QueryItem& item : query_.items()) {
+    const Spread& w = spread[item.slot];
+    const double rx = c * item.x - s * item.y, ry = s * item.x + c * item.y;
+    const double x = pose.x + rx, y = pose.y + ry;
+    // Sums over the partners of information matrices [a b; b d] and of pulls.
+    double a = 0, b = 0, d = 0, gx = 0, gy = 0;
+    float odds = 0;
+    visitNear(item.slot, static_cast<float>(x), static_cast<float>(y), w.gate, w,
+              [&](std::uint32_t k, float distance2, bool is_roof) {
+                const LocalPoint& p = points_[k];
+                const float odds_of_pair = p.odds * w.odds_factor * fading(distance2);
+                odds += odds_of_pair;
+                // An undirected point has no tangent, which leaves the round part.
+                const double tx = p.tangent_x, ty = p.tangent_y;
+                const double across2 = is_roof ? w.inverse_roof2 : w.inverse_across2;
+                const double round = p.undirected * w.inverse_round2;
+                const double pa =
+                    odds_of_pair * (w.inverse_along2 * tx * tx + across2 * ty * ty + round);
+                const double pb = odds_of_pair * (w.inverse_along2 - across2) * tx * ty;
+                const double pd =
+                    odds_of_pair * (w.inverse_along2 * ty * ty + across2 * tx * tx + round);
+                double ex = p.x - x, ey = p.y - y;
+                if (is_roof) {
+                  const double side = ex * ty - ey * tx > 0 ? 1 : -1;  // of the front it belongs to
+                  ex -= side * options_.roof_offset_m * ty;
+                  ey += side * options_.roof_offset_m * tx;
+                }
+                a += pa, b += pb, d += pd;
+                gx += pa * ex + pb * ey, gy += pb * ex + pd * ey;
+              });
+    if (odds == 0) continue;
+    double weight = w.pull / (1 + odds);
     if (focus) {
       const double d2 = (Eigen::Vector2d(item.x, item.y) - *focus).squaredNorm();
       weight *= std::exp(-0.5 * d2 / (kFocusRadius * kFocusRadius));
     }
-    // Information matrix [a b; b d] of the map point; an undirected one has no tangent, which
-    // leaves the round part.
-    const Spread& w = spread[item.slot];
-    const double tx = p.tangent_x, ty = p.tangent_y, round = p.undirected * w.inverse_round2;
-    const double across2 = association.is_roof ? w.inverse_roof2 : w.inverse_across2;
-    const double a = weight * (w.inverse_along2 * tx * tx + across2 * ty * ty + round);
-    const double b = weight * (w.inverse_along2 - across2) * tx * ty;
-    const double d = weight * (w.inverse_along2 * ty * ty + across2 * tx * tx + round);
-    // Residual p - (t + R q); its derivative by (x, y, yaw) is -[1 0 -ry; 0 1 rx].
-    const double rx = c * item.x - s * item.y, ry = s * item.x + c * item.y;
-    double ex = p.x - (pose.x + rx), ey = p.y - (pose.y + ry);
-    if (association.is_roof) {
-      const double side = ex * ty - ey * tx > 0 ? 1 : -1;  // of the front on which it was seen
-      ex -= side * options_.roof_offset_m * ty;
-      ey += side * options_.roof_offset_m * tx;
-    }
-    const double gx = a * ex + b * ey, gy = b * ex + d * ey;
+    a *= weight, b *= weight, d *= weight, gx *= weight, gy *= weight;
+    // The derivative of the residual p - (t + R q) by (x, y, yaw) is -[1 0 -ry; 0 1 rx].
     gradient += Eigen::Vector3d(gx, gy, rx * gy - ry * gx);
     hessian(0, 0) += a;
     hessian(0, 1) += b;
@@ -281,10 +292,10 @@ double ObjectVerifier::missedObjects(const CentrePose& pose) const {
   const double c = std::cos(pose.yaw), s = std::sin(pose.yaw);
   double cost = 0;
   for (std::size_t k = 0; k < points_.size(); ++k) {
-    if (used_[k] == stamp_) continue;
+    if (explained_[k] >= 1) continue;
     const MapPoint& p = map_.points()[points_[k].point];
     const double dx = p.x - pose.x, dy = p.y - pose.y;
-    cost += costOfUnseen(p, c * dx + s * dy, -s * dx + c * dy);
+    cost += (1 - explained_[k]) * costOfUnseen(p, c * dx + s * dy, -s * dx + c * dy);
   }
   return cost;
 }
@@ -293,7 +304,7 @@ const std::vector<HeightPair>& ObjectVerifier::heightPairs() {
   height_pairs_.clear();
   for (std::size_t i = 0; i < associations_.size(); ++i) {
     const Association& association = associations_[i];
-    if (association.local == Association::kNone || association.log_odds <= 0) continue;
+    if (association.chance <= 0.5f) continue;
     const QueryItem& item = query_.items()[i];
     const MapPoint& p = mapPoint(association.local);
     const ObjectClass& model = map_.classes()[p.slot];

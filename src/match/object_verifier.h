@@ -17,10 +17,8 @@ struct CentrePose {
 /// The map point that a query item is taken for.
 struct Association {
   static constexpr std::int32_t kNone = -1;
-  std::int32_t local = kNone;  ///< index in the neighbourhood of the verifier
-  float distance2 = 0;         ///< squared Mahalanobis distance; more for a confused class
-  bool is_roof = false;        ///< the roof behind a front rather than the front itself
-  float log_odds = 0;          ///< that the pair is no coincidence
+  std::int32_t local = kNone;  ///< the likeliest, as an index in the neighbourhood of the verifier
+  float chance = 0;            ///< that the item has a partner in the map at all
 };
 
 /// Scores poses near one place of the map against all query vertices. Not thread-safe: one per
@@ -31,12 +29,13 @@ class ObjectVerifier {
 
   /// Collects the map around a pose; poses within a few metres can be scored afterwards.
   void moveTo(const CentrePose& pose);
-  /// Sum over query vertices of log P(seen here | true) / P(seen here | chance) [nats]. Each map
-  /// point is used once; vertices in unknown area count zero. `widen` multiplies the standard
-  /// deviations while the pose is still rough.
+  /// Sum over query vertices of log P(seen here | true) / P(seen here | chance) [nats], where any
+  /// map point around may be the partner; vertices in unknown area count zero. `widen` multiplies
+  /// the standard deviations while the pose is still rough.
   double score(const CentrePose& pose, double widen);
-  /// One Gauss-Newton step on x, y, yaw with robust weights and the associations at `pose`. Weights
-  /// fall off with 30 m around `focus` (relative to the query centre) if given.
+  /// One Gauss-Newton step on x, y, yaw (expectation maximization): every map point of the class
+  /// pulls by the chance that it is the partner. Weights fall off with 30 m around `focus`
+  /// (relative to the query centre) if given.
   CentrePose improved(const CentrePose& pose, double widen,
                       const std::optional<Eigen::Vector2d>& focus = {});
   /// Pairs of the last score() whose heights can be compared: not roofs and crowns seen from above.
@@ -63,31 +62,27 @@ class ObjectVerifier {
   struct LocalPoint {
     float x, y, tangent_x, tangent_y;
     float undirected;  ///< 1 if the tangent is not known or it is an object, else 0
-    float log_gain;
+    float odds;
     std::uint32_t point;  ///< index in the map
-  };
-  struct Nearest {
-    std::int32_t local = Association::kNone;
-    float distance2 = 0;
-    bool is_roof = false;
   };
   /// What the scale of the standard deviations means for a class.
   struct Spread {
     float gate, inverse_along2, inverse_across2, inverse_round2;  ///< [m], [1/m^2]
     float inverse_roof2;                ///< across fronts if the query may show the roofs [1/m^2]
     float front_penalty, roof_penalty;  ///< added to the squared distance; infinite = impossible
-    float log_gain_shift;               ///< because of other deviations than the map's
-    float confused_gain;                ///< log_gain of a confused pair without the clutter
+    float odds_factor;                  ///< because of other deviations than the map's
+    float confused_odds;                ///< of a confused pair, times the density of clutter
+    float pull;                         ///< of a vertex of the class on the pose
   };
 
   void buildGrid(const CentrePose& pose);
   const std::vector<Spread>& spreads(double widen);
   Spread spreadOf(const ObjectClass& model, double widen) const;
-  Nearest nearest(std::uint16_t slot, float x, float y, float gate, const Spread& spread) const;
+  template <class Visitor>
+  void visitNear(std::uint16_t slot, float x, float y, float gate, const Spread& spread,
+                 const Visitor& visitor) const;
   double costOfMissing(std::uint16_t slot, double coverage) const;
   double costOfUnseen(const MapPoint& p, double x, double y) const;
-  bool matchConfused(const QueryItem& item, float x, float y, const std::vector<Spread>& spread,
-                     double& gain, Association& association) const;
 
   const ObjectMap& map_;
   const ObjectQuery& query_;
@@ -104,8 +99,9 @@ class ObjectVerifier {
   int side_ = 0;
   std::vector<std::uint8_t> known_;  ///< per item: lies in known area at the pose of moveTo
   std::vector<float> cost_;  ///< per item: of having no partner at the pose of moveTo [nats]
-  std::vector<std::uint32_t> used_;  ///< per point: stamp of the score() that used it
-  std::uint32_t stamp_ = 0;
+  std::vector<float> rarity_;  ///< per item: one over the density of clutter at the pose of moveTo
+  std::vector<float> explained_;  ///< per point: chance that the last score() found it in the query
+  std::vector<std::pair<std::uint32_t, float>> pairs_;  ///< of one item: points and their odds
   std::vector<Association> associations_;
   std::vector<HeightPair> height_pairs_;
 };

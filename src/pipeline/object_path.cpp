@@ -24,6 +24,7 @@ const ObjectPlaceIndex& ObjectPath::index() const {
 ObjectSearchResult ObjectPath::search(const Query& query, const Priors& priors) const {
   ObjectSearchRequest request;
   request.threads = options_.threads;
+  request.hypotheses = options_.places.hypotheses;
   request.focus = query.poses.back().translation();
   request.prior = priorOfPoint(priors, query, request.focus->head<2>());
   return index().search(query.graph, request);

@@ -76,6 +76,7 @@ struct ObjectSearchRequest {
   /// with weights that fall with the distance to it (30 m), which takes out most of the odometry
   /// drift.
   std::optional<Eigen::Vector3d> focus;
+  int hypotheses = 20;  ///< of the best, told with all their details
   int threads = 1;
 };
 
@@ -88,7 +89,7 @@ struct ObjectHypothesis {
                         ///< is about 1 then
   double known_share = 0;  ///< share of the query's vertices that lie where the map knows anything
   std::vector<Correspondence>
-      inliers;  ///< vertex pairs; similarity is the chance that the pair is no coincidence
+      inliers;  ///< vertex pairs; similarity is the chance that the query vertex has a partner
 };
 
 /// How the wrong poses of the same search score.
