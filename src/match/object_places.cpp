@@ -289,7 +289,7 @@ ObjectSearchResult ObjectPlaceIndex::Index::answer(const ObjectQuery& query,
   ObjectSearchResult result;
   result.vertices = static_cast<int>(query.items().size());
   result.hypotheses.resize(
-      std::min(static_cast<std::size_t>(std::max(0, request.hypotheses)), poses.size()));
+      std::min(static_cast<std::size_t>(std::max(1, request.hypotheses)), poses.size()));
   verifyAll(result.hypotheses.size(), request.threads, map, query, options,
             [&](ObjectVerifier& verifier, std::size_t i) {
               result.hypotheses[i] = describe(verifier, query, poses[i], request);

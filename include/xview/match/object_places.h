@@ -76,7 +76,7 @@ struct ObjectSearchRequest {
   /// with weights that fall with the distance to it (30 m), which takes out most of the odometry
   /// drift.
   std::optional<Eigen::Vector3d> focus;
-  int hypotheses = 20;  ///< of the best, told with all their details
+  int hypotheses = 20;  ///< >= 1; of the best, told with all their details
   int threads = 1;
 };
 
