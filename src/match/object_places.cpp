@@ -95,9 +95,9 @@ std::vector<Correspondence> inliersOf(const ObjectVerifier& verifier, const Obje
   std::vector<Correspondence> inliers;
   for (std::size_t i = 0; i < query.items().size(); ++i) {
     const Association& association = verifier.associations()[i];
-    if (association.chance <= 0.5f) continue;
+    if (association.chance() <= 0.5f) continue;
     inliers.push_back({query.items()[i].vertex, verifier.mapPoint(association.local).vertex,
-                       association.chance});
+                       association.chance()});
   }
   std::sort(inliers.begin(), inliers.end(), [](const Correspondence& a, const Correspondence& b) {
     return std::make_tuple(a.map, -a.similarity, a.query) <

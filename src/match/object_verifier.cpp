@@ -8,9 +8,9 @@
 namespace xview {
 namespace {
 
-constexpr double kMargin = 8;    // [m] poses may move by this without collecting the map again
-constexpr double kWidest = 1.8;  // largest scale of the standard deviations in use
-constexpr float kFarthest = 10;  // squared Mahalanobis distance beyond which nothing is a match
+constexpr double kMargin = 8;       // [m] poses may move by this without collecting the map again
+constexpr double kWidest = 1.8;     // largest scale of the standard deviations in use
+constexpr float kFarthest = 10;     // squared Mahalanobis distance beyond which nothing is a match
 constexpr double kLeastPull = 0.3;  // of a surface: what does not tell places apart still tells
                                     // where they are
 constexpr double kRoundShare =
@@ -150,8 +150,8 @@ void ObjectVerifier::buildGrid(const CentrePose& pose) {
   for (const std::uint32_t i : found_) {
     const MapPoint& p = map_.points()[i];
     const float undirected = p.tangent_x == 0 && p.tangent_y == 0 ? 1 : 0;
-    points_[cell_start_[cellOf(p) + 1]++] = {p.x,        p.y, p.tangent_x, p.tangent_y, undirected,
-                                             p.odds,     i};
+    points_[cell_start_[cellOf(p) + 1]++] = {p.x,    p.y, p.tangent_x, p.tangent_y, undirected,
+                                             p.odds, i};
   }
 }
 
@@ -185,42 +185,65 @@ void ObjectVerifier::visitNear(std::uint16_t slot, float x, float y, float gate,
 double ObjectVerifier::score(const CentrePose& pose, double widen) {
   const std::vector<Spread>& spread = spreads(widen);
   const double c = std::cos(pose.yaw), s = std::sin(pose.yaw);
+  const auto placeOf = [&](const QueryItem& item) {
+    return std::make_pair(static_cast<float>(pose.x + c * item.x - s * item.y),
+                          static_cast<float>(pose.y + s * item.x + c * item.y));
+  };
   explained_.assign(points_.size(), 0);
+  for (std::size_t i = 0; i < query_.items().size(); ++i) {
+    const QueryItem& item = query_.items()[i];
+    const auto [x, y] = placeOf(item);
+    associations_[i] = {};
+    associate(item.slot, x, y, spread[item.slot], associations_[i]);
+  }
   double total = 0;
   for (std::size_t i = 0; i < query_.items().size(); ++i) {
     const QueryItem& item = query_.items()[i];
-    const ObjectClass& model = map_.classes()[item.slot];
-    const Spread& own = spread[item.slot];
-    const auto x = static_cast<float>(pose.x + c * item.x - s * item.y);
-    const auto y = static_cast<float>(pose.y + s * item.x + c * item.y);
-    float odds = 0, best = 0;
     Association& association = associations_[i];
-    association = {};
-    pairs_.clear();
-    const auto take = [&](std::uint32_t k, float odds_of_pair) {
-      pairs_.emplace_back(k, odds_of_pair);
-      odds += odds_of_pair;
-      if (odds_of_pair <= best) return;
-      best = odds_of_pair;
-      association.local = static_cast<std::int32_t>(k);
-    };
-    visitNear(item.slot, x, y, own.gate, own, [&](std::uint32_t k, float distance2, bool) {
-      take(k, points_[k].odds * own.odds_factor * fading(distance2));
-    });
-    const float confused_odds = own.confused_odds * rarity_[i];
-    for (const std::uint16_t partner : model.confused_with) {
-      visitNear(partner, x, y, own.gate, spread[partner],
-                [&](std::uint32_t k, float distance2, bool) {
-                  take(k, confused_odds * fading(distance2));
-                });
-    }
-    association.chance = odds / (1 + odds);
-    for (const auto& [k, odds_of_pair] : pairs_) explained_[k] += odds_of_pair / (1 + odds);
-    total += association.chance * model.gain_weight * model.log_miss -
-             (1 - association.chance) * cost_[i] +
+    const auto [x, y] = placeOf(item);
+    associateConfused(item.slot, x, y, rarity_[i], spread, association);
+    const ObjectClass& model = map_.classes()[item.slot];
+    const double odds = association.odds, chance = association.chance();
+    total += chance * model.gain_weight * model.log_miss - (1 - chance) * cost_[i] +
              model.gain_weight * kIndependentShare * std::log1p(odds);
   }
   return total;
+}
+
+/// Odds that the item is one of the points of its class around.
+void ObjectVerifier::associate(std::uint16_t slot, float x, float y, const Spread& spread,
+                               Association& association) {
+  float best = 0;
+  pairs_.clear();
+  visitNear(slot, x, y, spread.gate, spread, [&](std::uint32_t k, float distance2, bool) {
+    const float odds = points_[k].odds * spread.odds_factor * fading(distance2);
+    pairs_.emplace_back(k, odds);
+    association.odds += odds;
+    if (odds <= best) return;
+    best = odds;
+    association.local = static_cast<std::int32_t>(k);
+  });
+  for (const auto& [k, odds] : pairs_) explained_[k] += odds / (1 + association.odds);
+}
+
+/// Adds those of the classes that this one is taken for, as far as no item of their own class is
+/// there.
+void ObjectVerifier::associateConfused(std::uint16_t slot, float x, float y, float rarity,
+                                       const std::vector<Spread>& spread,
+                                       Association& association) {
+  const float own = association.odds;
+  float best = own;
+  for (const std::uint16_t partner : map_.classes()[slot].confused_with) {
+    visitNear(partner, x, y, spread[slot].gate, spread[partner],
+              [&](std::uint32_t k, float distance2, bool) {
+                const float odds = spread[slot].confused_odds * rarity * fading(distance2) *
+                                   std::max(0.0f, 1 - explained_[k]);
+                association.odds += odds;
+                if (odds <= best) return;
+                best = odds;
+                association.local = static_cast<std::int32_t>(k);
+              });
+  }
 }
 
 CentrePose ObjectVerifier::improved(const CentrePose& pose, double widen,
@@ -236,29 +259,28 @@ CentrePose ObjectVerifier::improved(const CentrePose& pose, double widen,
     // Sums over the partners of information matrices [a b; b d] and of pulls.
     double a = 0, b = 0, d = 0, gx = 0, gy = 0;
     float odds = 0;
-    visitNear(item.slot, static_cast<float>(x), static_cast<float>(y), w.gate, w,
-              [&](std::uint32_t k, float distance2, bool is_roof) {
-                const LocalPoint& p = points_[k];
-                const float odds_of_pair = p.odds * w.odds_factor * fading(distance2);
-                odds += odds_of_pair;
-                // An undirected point has no tangent, which leaves the round part.
-                const double tx = p.tangent_x, ty = p.tangent_y;
-                const double across2 = is_roof ? w.inverse_roof2 : w.inverse_across2;
-                const double round = p.undirected * w.inverse_round2;
-                const double pa =
-                    odds_of_pair * (w.inverse_along2 * tx * tx + across2 * ty * ty + round);
-                const double pb = odds_of_pair * (w.inverse_along2 - across2) * tx * ty;
-                const double pd =
-                    odds_of_pair * (w.inverse_along2 * ty * ty + across2 * tx * tx + round);
-                double ex = p.x - x, ey = p.y - y;
-                if (is_roof) {
-                  const double side = ex * ty - ey * tx > 0 ? 1 : -1;  // of the front it belongs to
-                  ex -= side * options_.roof_offset_m * ty;
-                  ey += side * options_.roof_offset_m * tx;
-                }
-                a += pa, b += pb, d += pd;
-                gx += pa * ex + pb * ey, gy += pb * ex + pd * ey;
-              });
+    visitNear(
+        item.slot, static_cast<float>(x), static_cast<float>(y), w.gate, w,
+        [&](std::uint32_t k, float distance2, bool is_roof) {
+          const LocalPoint& p = points_[k];
+          const float odds_of_pair = p.odds * w.odds_factor * fading(distance2);
+          odds += odds_of_pair;
+          // An undirected point has no tangent, which leaves the round part.
+          const double tx = p.tangent_x, ty = p.tangent_y;
+          const double across2 = is_roof ? w.inverse_roof2 : w.inverse_across2;
+          const double round = p.undirected * w.inverse_round2;
+          const double pa = odds_of_pair * (w.inverse_along2 * tx * tx + across2 * ty * ty + round);
+          const double pb = odds_of_pair * (w.inverse_along2 - across2) * tx * ty;
+          const double pd = odds_of_pair * (w.inverse_along2 * ty * ty + across2 * tx * tx + round);
+          double ex = p.x - x, ey = p.y - y;
+          if (is_roof) {
+            const double side = ex * ty - ey * tx > 0 ? 1 : -1;  // of the front it belongs to
+            ex -= side * options_.roof_offset_m * ty;
+            ey += side * options_.roof_offset_m * tx;
+          }
+          a += pa, b += pb, d += pd;
+          gx += pa * ex + pb * ey, gy += pb * ex + pd * ey;
+        });
     if (odds == 0) continue;
     double weight = w.pull / (1 + odds);
     if (focus) {
@@ -304,7 +326,7 @@ const std::vector<HeightPair>& ObjectVerifier::heightPairs() {
   height_pairs_.clear();
   for (std::size_t i = 0; i < associations_.size(); ++i) {
     const Association& association = associations_[i];
-    if (association.chance <= 0.5f) continue;
+    if (association.chance() <= 0.5f) continue;
     const QueryItem& item = query_.items()[i];
     const MapPoint& p = mapPoint(association.local);
     const ObjectClass& model = map_.classes()[p.slot];

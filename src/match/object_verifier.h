@@ -18,7 +18,8 @@ struct CentrePose {
 struct Association {
   static constexpr std::int32_t kNone = -1;
   std::int32_t local = kNone;  ///< the likeliest, as an index in the neighbourhood of the verifier
-  float chance = 0;            ///< that the item has a partner in the map at all
+  float odds = 0;              ///< that the item has a partner in the map at all
+  float chance() const { return odds / (1 + odds); }
 };
 
 /// Scores poses near one place of the map against all query vertices. Not thread-safe: one per
@@ -81,6 +82,10 @@ class ObjectVerifier {
   template <class Visitor>
   void visitNear(std::uint16_t slot, float x, float y, float gate, const Spread& spread,
                  const Visitor& visitor) const;
+  void associate(std::uint16_t slot, float x, float y, const Spread& spread,
+                 Association& association);
+  void associateConfused(std::uint16_t slot, float x, float y, float rarity,
+                         const std::vector<Spread>& spread, Association& association);
   double costOfMissing(std::uint16_t slot, double coverage) const;
   double costOfUnseen(const MapPoint& p, double x, double y) const;
 
@@ -98,7 +103,7 @@ class ObjectVerifier {
   double grid_x_ = 0, grid_y_ = 0, cell_ = 1;
   int side_ = 0;
   std::vector<std::uint8_t> known_;  ///< per item: lies in known area at the pose of moveTo
-  std::vector<float> cost_;  ///< per item: of having no partner at the pose of moveTo [nats]
+  std::vector<float> cost_;    ///< per item: of having no partner at the pose of moveTo [nats]
   std::vector<float> rarity_;  ///< per item: one over the density of clutter at the pose of moveTo
   std::vector<float> explained_;  ///< per point: chance that the last score() found it in the query
   std::vector<std::pair<std::uint32_t, float>> pairs_;  ///< of one item: points and their odds
