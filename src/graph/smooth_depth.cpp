@@ -5,7 +5,10 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <vector>
+
+#include "range_limit.h"
 
 namespace xview {
 namespace {
@@ -70,6 +73,7 @@ class Blocks {
   }
 
   void smooth(DepthImage& depth, const LabelImage& labels, double sigma, double good_m) const {
+    const std::optional<double> limit = rangeLimit(depth, sigma);
     for (int y = 0; y < down_; ++y) {
       for (int x = 0; x < across_; ++x) {
         for (std::size_t i = first_[y * across_ + x]; i < first_[y * across_ + x + 1]; ++i) {
@@ -77,7 +81,11 @@ class Blocks {
           const double inverse = part.moments.w / part.moments.n * sigma;
           if (sigma < good_m * inverse * inverse) continue;
           Plane plane;
-          if (findPlane(part, x, y, plane)) apply(plane, part.label, x, y, sigma, labels, depth);
+          const bool found = findPlane(part, x, y, plane);
+          if (limit && !movePast(*limit, part, found, plane))
+            forEachPixel(part.label, x, y, labels, depth, [](int, int, float& z) { z = 0; });
+          else if (found)
+            apply(plane, part.label, x, y, sigma, labels, depth);
         }
       }
     }
@@ -127,16 +135,33 @@ class Blocks {
     return false;
   }
 
-  static void apply(const Plane& plane, std::uint16_t label, int x, int y, double sigma,
-                    const LabelImage& labels, DepthImage& depth) {
+  /// Moves the plane to where it is if what lies below the limit is not told; false if too much of
+  /// it is not.
+  static bool movePast(double limit, const Part& part, bool has_plane, Plane& plane) {
+    const Moments& own = part.moments;
+    const double seen = has_plane ? plane.at(own.u / own.n, own.v / own.n) : own.w / own.n;
+    const std::optional<double> all = meanOfAll(seen - limit);
+    if (all && has_plane) plane.w0 += limit + *all - seen;
+    return all.has_value();
+  }
+
+  template <class Change>
+  static void forEachPixel(std::uint16_t label, int x, int y, const LabelImage& labels,
+                           DepthImage& depth, const Change& change) {
     for (int v = y * kBlock_px; v < std::min((y + 1) * kBlock_px, depth.height); ++v) {
       for (int u = x * kBlock_px; u < std::min((x + 1) * kBlock_px, depth.width); ++u) {
-        const float z = depth.at(u, v);
-        if (!(z > 0 && z < 1e9F) || labels.at(u, v) != label) continue;
-        const double w = plane.at(u, v) * sigma;
-        if (w > 0) depth.at(u, v) = static_cast<float>(1 / w);
+        float& z = depth.at(u, v);
+        if (z > 0 && z < 1e9F && labels.at(u, v) == label) change(u, v, z);
       }
     }
+  }
+
+  static void apply(const Plane& plane, std::uint16_t label, int x, int y, double sigma,
+                    const LabelImage& labels, DepthImage& depth) {
+    forEachPixel(label, x, y, labels, depth, [&](int u, int v, float& z) {
+      const double w = plane.at(u, v) * sigma;
+      if (w > 0) z = static_cast<float>(1 / w);
+    });
   }
 
   int across_, down_;

@@ -15,6 +15,10 @@ namespace xview {
 /// `inverse_depth_sigma` [1/m] is the noise of single pixels; nothing happens if it is 0. What is
 /// known to `good_m` stays as it is, and so does what no plane explains: leaves, edges, single
 /// wrong depths. Pixels without depth stay without.
+///
+/// A sensor that tells depths up to some limit only tells too short ones of a surface near it:
+/// planes are moved to where the measurements that are told come from, and what lies so near to the
+/// limit that most of it is not told loses its depth.
 void smoothDepth(DepthImage& depth, const LabelImage& labels, double inverse_depth_sigma,
                  double good_m);
 
