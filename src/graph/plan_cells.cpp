@@ -9,7 +9,13 @@ namespace {
 
 constexpr float kLowFrom = 0.3f, kObstacleFrom = 0.4f, kLowTo = 2.0f, kHighFrom = 2.5f;
 constexpr float kColumnFrom = 0.5f, kColumnTo = 4.5f;
+constexpr int kLevels = 32;
 constexpr std::size_t kKinds = static_cast<std::size_t>(Kind::none);
+
+std::uint32_t levelOf(const PlanVoxel& v, float height) {
+  const bool counts = v.near_votes > 0 && height < kLevels * kLevel_m;
+  return counts ? 1u << static_cast<int>(height / kLevel_m) : 0;
+}
 
 /// Voxels grouped by cell, in their order within each.
 struct VoxelsByCell {
@@ -64,6 +70,7 @@ class CellSorter {
       height_sum_ += v.votes * v.z;
     } else if (height > 0) {
       addObstacle(v, height);  // e.g. a crown labelled as terrain
+      addStray(v, height);
     }
   }
 
@@ -116,6 +123,15 @@ class CellSorter {
     s.sum_y += v.votes * v.y;
     if (height > kLowFrom && height < kLowTo) s.low += v.votes;
     if (height > kHighFrom) s.high += v.votes;
+    s.levels |= levelOf(v, height);
+  }
+
+  void addStray(const PlanVoxel& v, float height) {
+    Strays& strays = upright_.strays;
+    strays.votes += v.near_votes;
+    strays.x += v.near_votes * v.x;
+    strays.y += v.near_votes * v.y;
+    strays.levels |= levelOf(v, height);
   }
 
   float gate_m_, min_height_m_;
@@ -174,6 +190,11 @@ float UprightCell::lowOf(Kind kind) const {
 float UprightCell::highOf(Kind kind) const {
   const Standing* s = find(kind);
   return s ? s->high : 0.f;
+}
+
+std::uint32_t UprightCell::levelsOf(Kind kind) const {
+  const Standing* s = find(kind);
+  return s ? s->levels : 0;
 }
 
 bool UprightCell::holds(Kind kind, double min_votes, double min_share) const {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "graph/cell_index.h"
@@ -19,7 +20,9 @@ struct Standing {
   float sum_x = 0, sum_y = 0;  ///< of the positions times their votes
   float low = 0, high = 0;     ///< votes at 0.3–2 m and above 2.5 m
   float top = 0, bottom = 0;   ///< greatest and least height above ground [m]
+  std::uint32_t levels = 0;    ///< bit i: something near at i to i + 1 times kLevel_m above ground
 };
+constexpr float kLevel_m = 0.5f;
 
 /// Of anything that stands in a cell what was measured near enough for thin objects.
 struct Column {
@@ -28,12 +31,20 @@ struct Column {
   float votes() const { return low + high; }
 };
 
+/// Of ground classes in a cell what is above the ground, where no ground is: labels of things too
+/// thin for the image that took those of the ground behind them.
+struct Strays {
+  float votes = 0, x = 0, y = 0;  ///< sums, as of columns
+  std::uint32_t levels = 0;       ///< as in Standing
+};
+
 /// All that stands in a cell.
 struct UprightCell {
   const Standing* first = nullptr;  ///< its kinds, at most one each: [first, last)
   const Standing* last = nullptr;
   float obstacle_low = 0, obstacle_high = 0;  ///< votes of anything at 0.4–2 m and above 2.5 m
   Column column;
+  Strays strays;
 
   const Standing* find(Kind kind) const;  ///< null if there is none
   float of(Kind kind) const;              ///< votes; the others likewise 0 if there is none
@@ -41,6 +52,7 @@ struct UprightCell {
   float ownOf(Kind kind) const;
   float lowOf(Kind kind) const;
   float highOf(Kind kind) const;
+  std::uint32_t levelsOf(Kind kind) const;
   bool holds(Kind kind, double min_votes, double min_share) const;
 };
 

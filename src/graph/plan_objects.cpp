@@ -5,164 +5,15 @@
 #include <cmath>
 #include <functional>
 
-#include "graph/plan_columns.h"
+#include "graph/plan_posts.h"
 #include "graph/value_grid.h"
 
 namespace xview {
 namespace {
 
-constexpr int kPeakReach = 3;  ///< a peak is the largest within so many cells
 constexpr int kTreeReach = 5;
-constexpr float kMinPoleShare = 0.25f;  ///< of the votes of the other upright classes in the cell
-/// A post may stand before a wall, so that less than that share is its own. Then the places where
-/// it outvotes the wall speak for it, with half their votes, because walls have wrong labels here
-/// and there.
-constexpr float kBeforeWall = 0.5f;
+constexpr int kCrownReach = 3;      ///< cells to each side whose heights count as one crown
 constexpr float kMinCanopy = 30.f;  ///< summed crown height of a tree [m x cells]
-
-/// Weighted mean of the pole-like points in the 3x3 cells around a peak.
-PlanSample peakCentre(const PlanCells& cells, const ValueGrid& value, CellIndex::Cell c) {
-  float weight = 0, x = 0, y = 0;
-  for (int dy = -1; dy <= 1; ++dy) {
-    for (int dx = -1; dx <= 1; ++dx) {
-      const UprightCell* cell = cells.uprightAt(c.x + dx, c.y + dy);
-      const float w = value.at(c.x + dx, c.y + dy);
-      if (!cell || w <= 0) continue;
-      float votes = 0, sum_x = 0, sum_y = 0;
-      for (const Standing* s = cell->first; s != cell->last; ++s) {
-        if (!isPoleLike(s->kind)) continue;
-        votes += s->votes;
-        sum_x += s->sum_x;
-        sum_y += s->sum_y;
-      }
-      if (votes <= 0) continue;
-      weight += w;
-      x += w * sum_x / votes;
-      y += w * sum_y / votes;
-    }
-  }
-  if (weight <= 0) return {};
-  return {x / weight, y / weight, cells.floor[cells.index.find(c.x, c.y)].height};
-}
-
-/// Greatest height of anything pole-like in the 3x3 cells around one.
-float poleTop(const PlanCells& cells, CellIndex::Cell c) {
-  float top = 0;
-  for (int dy = -1; dy <= 1; ++dy) {
-    for (int dx = -1; dx <= 1; ++dx) {
-      const UprightCell* cell = cells.uprightAt(c.x + dx, c.y + dy);
-      if (!cell) continue;
-      for (const Standing* s = cell->first; s != cell->last; ++s) {
-        if (isPoleLike(s->kind)) top = std::max(top, s->top);
-      }
-    }
-  }
-  return top;
-}
-
-/// Networks take people and bins for poles. Such a thing was seen well, in part by another label,
-/// and ends at about 2 m although the sensor saw higher ones beside it.
-class LowThings {
- public:
-  LowThings(const PlanCells& cells, double min_votes)
-      : cells_(cells),
-        low_(cells, [](const UprightCell& c) { return c.column.low; }),
-        high_(cells, [](const UprightCell& c) { return c.column.high; }),
-        min_votes_(static_cast<float>(min_votes)) {}
-
-  bool contain(CellIndex::Cell cell, float peak_votes) const {
-    constexpr float kSeenWell = 25, kOtherLabels = 0.8f, kHigher = 0.02f, kBeside = 0.5f;
-    constexpr float kTop_m = 2.2f;
-    constexpr int kBesideReach = 9;  // cells
-    const float low = low_.sumAround(cell, 1);
-    return low >= kSeenWell * min_votes_ && peak_votes < kOtherLabels * low &&
-           high_.sumAround(cell, 1) < kHigher * low &&
-           high_.sumAround(cell, kBesideReach) > kBeside * low && poleTop(cells_, cell) < kTop_m;
-  }
-
- private:
-  const PlanCells& cells_;
-  ValueGrid low_, high_;
-  float min_votes_;
-};
-
-/// Peaks of the votes of pole-like things.
-class PeakFinder {
- public:
-  PeakFinder(const PlanCells& cells, const PlanOptions& options)
-      : cells_(cells),
-        low_things_(cells, options.min_votes),
-        min_votes_(static_cast<float>(options.peak_votes * options.min_votes)) {}
-
-  std::vector<PlanSample> find(const std::vector<Kind>& kinds) const {
-    const ValueGrid value(cells_, [&](const UprightCell& cell) {
-      float votes = 0, own = 0;
-      for (const Kind kind : kinds) {
-        votes += cell.nearOf(kind);
-        own += cell.ownOf(kind);
-      }
-      const float others = cell.of(Kind::building) + cell.of(Kind::fence) +
-                           cell.of(Kind::vegetation) + cell.of(Kind::vehicle);
-      return votes >= kMinPoleShare * others ? votes : kBeforeWall * own;
-    });
-    const ValueGrid sums = value.boxSum(1);
-    std::vector<PlanSample> peaks;
-    for (std::size_t i = 0; i < cells_.index.size(); ++i) {
-      if (sums[i] <= 0 || sums[i] < min_votes_) continue;
-      const CellIndex::Cell cell = cells_.index.cells()[i];
-      const bool is_peak = sums.isMaximum(i, kPeakReach) ||
-                           (sums.isMaximum(i, kPeakReach - 1) && standsApart(kinds, value, cell));
-      if (is_peak && !low_things_.contain(cell, sums[i]))
-        peaks.push_back(peakCentre(cells_, value, cell));
-    }
-    return peaks;
-  }
-
- private:
-  /// A post of its own, though there is a greater one not far away: bollards in a row. What belongs
-  /// to that one, its lamp or its smear, leaves no gap, or does not stand on the ground as well.
-  bool standsApart(const std::vector<Kind>& kinds, const ValueGrid& value,
-                   CellIndex::Cell c) const {
-    constexpr float kInTheGap = 0.1f, kLowShare = 0.25f;
-    const float own = value.sumAround(c, 1);
-    if (value.sumAround(c, 2) > (1 + kInTheGap) * own) return false;
-    float low = 0;
-    for (int dy = -1; dy <= 1; ++dy) {
-      for (int dx = -1; dx <= 1; ++dx) {
-        const UprightCell* cell = cells_.uprightAt(c.x + dx, c.y + dy);
-        if (!cell || value.at(c.x + dx, c.y + dy) <= 0) continue;
-        for (const Kind kind : kinds) low += cell->lowOf(kind);
-      }
-    }
-    return low >= kLowShare * own;
-  }
-
-  const PlanCells& cells_;
-  LowThings low_things_;
-  float min_votes_;
-};
-
-/// Adds the columns that are not there yet.
-void addColumns(const std::vector<PlanSample>& columns, std::vector<PlanSample>& pole_like) {
-  constexpr float kSame_m = 1.5f;
-  const std::vector<PlanSample> labelled = pole_like;
-  for (const PlanSample& column : columns) {
-    const bool is_known = std::any_of(labelled.begin(), labelled.end(), [&](const PlanSample& p) {
-      return std::hypot(p.x - column.x, p.y - column.y) < kSame_m;
-    });
-    if (!is_known) pole_like.push_back(column);
-  }
-}
-
-void findPoleLike(const PlanCells& cells, const PlanOptions& options, PlanView& view) {
-  constexpr double kColumnVotes = 20;  // of min_votes, at each height
-  const PeakFinder peaks(cells, options);
-  view[Channel::pole] = peaks.find({Kind::pole});
-  view[Channel::sign] = peaks.find({Kind::sign});
-  view[Channel::light] = peaks.find({Kind::light});
-  view[Channel::pole_like] = peaks.find({Kind::pole, Kind::sign, Kind::light});
-  addColumns(findColumns(cells, kColumnVotes * options.min_votes), view[Channel::pole_like]);
-}
 
 /// What is asked of an 8-connected cluster of cells.
 struct ClusterRule {
@@ -248,7 +99,7 @@ void findTrees(const PlanCells& cells, const PlanOptions& options, PlanView& vie
     return s && s->high >= 0.5 * options.min_votes ? std::max(0.f, std::min(s->top, 12.f) - 1.f)
                                                    : 0.f;
   });
-  const ValueGrid sums = crown.boxSum(kPeakReach);
+  const ValueGrid sums = crown.boxSum(kCrownReach);
   for (std::size_t i = 0; i < cells.index.size(); ++i) {
     if (sums[i] < kMinCanopy || !sums.isMaximum(i, kTreeReach)) continue;
     const CellIndex::Cell c = cells.index.cells()[i];
@@ -271,7 +122,7 @@ void findTrees(const PlanCells& cells, const PlanOptions& options, PlanView& vie
 
 void findPlanObjects(const PlanCells& cells, const PlanOptions& options, PlanView& view) {
   const auto votes = static_cast<float>(options.min_votes);
-  findPoleLike(cells, options, view);
+  findPosts(cells, options, view);
   findClusters(
       cells, options.cell_m,
       {Kind::vehicle, [=](const UprightCell& c) { return c.holds(Kind::vehicle, votes, 0.4); },

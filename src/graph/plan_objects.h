@@ -6,9 +6,8 @@
 
 namespace xview {
 
-/// Point-like things: poles, signs and lights as density peaks (clusters of them smear along the
-/// ray with noise), vehicles, trunks and other objects as clusters of cells, trees as maxima of the
-/// canopy.
+/// Point-like things: posts (findPosts), vehicles, trunks and other objects as clusters of cells,
+/// trees as maxima of the canopy.
 void findPlanObjects(const PlanCells& cells, const PlanOptions& options, PlanView& view);
 
 }  // namespace xview

@@ -14,25 +14,8 @@ namespace {
 
 using namespace test;
 
-MergeOptions withMode(const std::string& mode) {
-  MergeOptions options;
-  options.mode = mode;
-  options.min_surface_points = 1;
-  return options;
-}
-
-const MergeOptions kMean = withMode("running_mean");
-const MergeOptions kFirst = withMode("first_observation");
-
-std::vector<Vertex> merged(const MergeOptions& options,
-                           const std::vector<std::vector<Blob>>& frames) {
-  PlaceGraphBuilder builder(townLabels(), options);
-  for (std::size_t i = 0; i < frames.size(); ++i)
-    builder.add(frames[i], static_cast<std::int64_t>(i));
-  const SemanticGraph graph = builder.graph();
-  EXPECT_TRUE(isConsistent(graph));
-  return graph.vertices;
-}
+const MergeOptions kMean = mergeOptions("running_mean");
+const MergeOptions kFirst = mergeOptions("first_observation");
 
 /// Frames along a street: objects at least 5 m apart, each seen with a little noise from frames
 /// near it.
@@ -266,16 +249,16 @@ TEST(FirstObservation, OfTwoPassesOverTheSameFramesHasTheSameVertices) {
 class BothModes : public testing::TestWithParam<const char*> {};
 
 TEST_P(BothModes, NeverMergeClasses) {
-  EXPECT_EQ(
-      merged(withMode(GetParam()), {{blobAt(kPole, 0, 0, 0)}, {blobAt(kBench, 0, 0, 0)}}).size(),
-      2u);
+  EXPECT_EQ(merged(mergeOptions(GetParam()), {{blobAt(kPole, 0, 0, 0)}, {blobAt(kBench, 0, 0, 0)}})
+                .size(),
+            2u);
 }
 
 TEST_P(BothModes, NeverMergeDifferentInstancesButFillInMissingOnes) {
   Blob unknown = blobAt(kCar, 0, 0, 0), three = unknown, four = unknown;
   three.instance = 3;
   four.instance = 4;
-  const auto vertices = merged(withMode(GetParam()), {{unknown}, {three}, {four}, {three}});
+  const auto vertices = merged(mergeOptions(GetParam()), {{unknown}, {three}, {four}, {three}});
   ASSERT_EQ(vertices.size(), 2u);
   EXPECT_EQ(vertices[0].instance, 3u);
   EXPECT_EQ(vertices[0].observations, 3u);
@@ -284,9 +267,9 @@ TEST_P(BothModes, NeverMergeDifferentInstancesButFillInMissingOnes) {
 
 TEST_P(BothModes, KeepTheOrderOfFirstObservation) {
   const auto vertices =
-      merged(withMode(GetParam()), {{blobAt(kPole, 50, 0, 0)},
-                                    {blobAt(kCar, 0, 0, 0), blobAt(kPole, 50, 0, 0)},
-                                    {blobAt(kBench, -90, 0, 0)}});
+      merged(mergeOptions(GetParam()), {{blobAt(kPole, 50, 0, 0)},
+                                        {blobAt(kCar, 0, 0, 0), blobAt(kPole, 50, 0, 0)},
+                                        {blobAt(kBench, -90, 0, 0)}});
   ASSERT_EQ(vertices.size(), 3u);
   EXPECT_EQ(vertices[0].label, kPole);
   EXPECT_EQ(vertices[1].label, kCar);
@@ -295,7 +278,7 @@ TEST_P(BothModes, KeepTheOrderOfFirstObservation) {
 }
 
 TEST_P(BothModes, DropVerticesSeenTooRarely) {
-  MergeOptions options = withMode(GetParam());
+  MergeOptions options = mergeOptions(GetParam());
   options.min_observations = 2;
   const auto vertices =
       merged(options, {{blobAt(kPole, 0, 0, 0), blobAt(kCar, 40, 0, 0)}, {blobAt(kPole, 0, 0, 0)}});
@@ -305,13 +288,13 @@ TEST_P(BothModes, DropVerticesSeenTooRarely) {
 
 TEST_P(BothModes, BearNothingAndNonsense) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_TRUE(merged(withMode(GetParam()), {}).empty());
-  EXPECT_TRUE(merged(withMode(GetParam()), {{}, {}}).empty());
-  EXPECT_TRUE(merged(withMode(GetParam()),
+  EXPECT_TRUE(merged(mergeOptions(GetParam()), {}).empty());
+  EXPECT_TRUE(merged(mergeOptions(GetParam()), {{}, {}}).empty());
+  EXPECT_TRUE(merged(mergeOptions(GetParam()),
                      {{blobAt(kPole, nan, 0, 0), blobAt(kSky, 0, 0, 0), blobAt(77, 0, 0, 0)}})
                   .empty());
   EXPECT_EQ(
-      merged(withMode(GetParam()), {{blobAt(kPole, 1e300, 0, 0)}, {blobAt(kPole, 0, 0, 0, 0)}})
+      merged(mergeOptions(GetParam()), {{blobAt(kPole, 1e300, 0, 0)}, {blobAt(kPole, 0, 0, 0, 0)}})
           .size(),
       2u);
 }
@@ -319,7 +302,7 @@ TEST_P(BothModes, BearNothingAndNonsense) {
 INSTANTIATE_TEST_SUITE_P(Merge, BothModes, testing::Values("running_mean", "first_observation"));
 
 TEST(Merge, RefusesAnUnknownMode) {
-  EXPECT_THROW(PlaceGraphBuilder(townLabels(), withMode("median")), UsageError);
+  EXPECT_THROW(PlaceGraphBuilder(townLabels(), mergeOptions("median")), UsageError);
 }
 
 TEST(Merge, CanGoOnAfterAGraphWasTaken) {
@@ -384,82 +367,6 @@ TEST(ImageGraph, BlobsThatMergeHaveNoEdgeToThemselves) {
   builder.addImageBlobs({blobAt(kRoad, 0, 0, 0), blobAt(kRoad, 4, 0, 0)}, {{0, 1}}, 0);
   EXPECT_EQ(builder.graph().size(), 1u);
   EXPECT_EQ(builder.graph().edgeCount(), 0u);
-}
-
-/// A blob with a box around it.
-Blob boxAt(std::uint32_t label, double x, double y, double size) {
-  Blob blob = blobAt(label, x, y, 0);
-  blob.min = blob.position - Eigen::Vector3d::Constant(size / 2);
-  blob.max = blob.position + Eigen::Vector3d::Constant(size / 2);
-  return blob;
-}
-
-TEST(LabelVote, AVertexHasTheLabelThatMostObservationsSay) {
-  const auto vertices = merged(kMean, {{boxAt(kBench, 0, 0, 1)},
-                                       {boxAt(kPole, 0.2, 0, 1)},
-                                       {boxAt(kPole, 0.1, 0, 1)},
-                                       {boxAt(kBench, -0.1, 0, 1)},
-                                       {boxAt(kPole, 0.3, 0, 1)}});
-  ASSERT_EQ(vertices.size(), 1u);
-  EXPECT_EQ(vertices[0].label, kPole);
-  EXPECT_EQ(vertices[0].observations, 5u);
-  EXPECT_EQ(vertices[0].first_frame, 0);
-  EXPECT_EQ(vertices[0].last_frame, 4);
-  EXPECT_NEAR(vertices[0].position.x(), 0.1, 1e-12);
-  EXPECT_EQ(vertices[0].points, 250u);
-  // the spread of all five observations about their mean, per axis
-  EXPECT_NEAR(vertices[0].sigma_m, std::sqrt(0.02 / 3), 1e-12);
-}
-
-TEST(LabelVote, ThingsThatAreSeenTogetherStayTwo) {
-  const std::vector<std::vector<Blob>> frames(6, {boxAt(kBench, 0, 0, 1), boxAt(kPole, 0.2, 0, 1)});
-  EXPECT_EQ(merged(kMean, frames).size(), 2u);
-}
-
-TEST(LabelVote, ThingsBesideOneAnotherStayTwo) {
-  const auto seenInTurn = [](const Blob& a, const Blob& b) {
-    return merged(kMean, {{a}, {a}, {a}, {b}, {a}}).size();
-  };
-  EXPECT_EQ(seenInTurn(boxAt(kBench, 0, 0, 1), boxAt(kPole, 0.2, 0, 1)), 1u);
-  EXPECT_EQ(seenInTurn(boxAt(kBench, 0, 0, 1), boxAt(kPole, 0.8, 0, 1)), 2u);
-  EXPECT_EQ(seenInTurn(boxAt(kBench, 0, 0, 9), boxAt(kPole, 1.5, 0, 9)), 2u);
-  EXPECT_EQ(seenInTurn(boxAt(kCar, 0, 0, 1), boxAt(kPole, 0, 0, 1)), 2u) << "one of them moves";
-}
-
-TEST(LabelVote, NeedsThreeFramesThatSayTheSame) {
-  EXPECT_EQ(
-      merged(kMean, {{boxAt(kBench, 0, 0, 1)}, {boxAt(kBench, 0, 0, 1)}, {boxAt(kPole, 0, 0, 1)}})
-          .size(),
-      2u);
-}
-
-TEST(LabelVote, CanBeSwitchedOff) {
-  MergeOptions options = kMean;
-  options.vote_m = 0;
-  const Blob bench = boxAt(kBench, 0, 0, 1);
-  EXPECT_EQ(merged(options, {{bench}, {bench}, {bench}, {boxAt(kPole, 0, 0, 1)}}).size(), 2u);
-}
-
-TEST(LabelVote, FramesOfTwoRecordingsAreNotTakenForOne) {
-  // Both recordings begin with frame 0: the first sees a bench where the second sees a pole.
-  PlaceGraphBuilder builder(townLabels(), kMean);
-  for (int frame = 0; frame < 3; ++frame) builder.add({boxAt(kBench, 0, 0, 1)}, frame);
-  for (int frame = 0; frame < 4; ++frame) builder.add({boxAt(kPole, 0, 0, 1)}, frame);
-  ASSERT_EQ(builder.graph().size(), 1u);
-  EXPECT_EQ(builder.graph().vertices[0].label, kPole);
-  EXPECT_EQ(builder.graph().vertices[0].observations, 7u);
-}
-
-TEST(LabelVote, KeepsTheEdgesOfAllLabels) {
-  PlaceGraphBuilder builder(townLabels(), kMean);
-  builder.addImageBlobs({boxAt(kBench, 0, 0, 1), boxAt(kRoad, 0, 20, 1)}, {{0, 1}}, 0);
-  builder.addImageBlobs({boxAt(kPole, 0, 0, 1), boxAt(kCar, 9, 0, 1)}, {{0, 1}}, 1);
-  builder.addImageBlobs({boxAt(kPole, 0, 0, 1)}, {}, 2);
-  builder.addImageBlobs({boxAt(kPole, 0, 0, 1)}, {}, 3);
-  const SemanticGraph graph = builder.graph();
-  EXPECT_TRUE(isConsistent(graph));
-  ASSERT_EQ(graph.size(), 3u);
-  EXPECT_EQ(graph.edgeCount(), 2u);
 }
 
 }  // namespace

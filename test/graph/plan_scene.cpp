@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace xview::test {
 namespace {
@@ -127,6 +128,14 @@ const GroundCell* knownAt(const PlanView& view, double x, double y) {
 
 Eigen::Vector2d inFrame(const PlanView& view, const PlanSample& sample) {
   return {view.origin_x + sample.x, view.origin_y + sample.y};
+}
+
+double distanceTo(const PlanView& view, Channel channel, double x, double y) {
+  double best = std::numeric_limits<double>::infinity();
+  for (const PlanSample& s : view[channel]) {
+    best = std::min(best, (inFrame(view, s) - Eigen::Vector2d(x, y)).norm());
+  }
+  return best;
 }
 
 }  // namespace xview::test

@@ -48,4 +48,7 @@ const GroundCell* knownAt(const PlanView& view, double x, double y);
 /// A sample in coordinates of the frame.
 Eigen::Vector2d inFrame(const PlanView& view, const PlanSample& sample);
 
+/// Distance from a point of the frame to the nearest sample of a channel; infinite if it has none.
+double distanceTo(const PlanView& view, Channel channel, double x, double y);
+
 }  // namespace xview::test

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "scenes.h"
 
+#include <gtest/gtest.h>
+
 namespace xview::test {
 
 LabelSet townLabels() {
@@ -54,6 +56,23 @@ Blob blobAt(std::uint32_t label, double x, double y, double z, std::uint32_t poi
   blob.position = blob.min = blob.max = Eigen::Vector3d(x, y, z);
   blob.points = points;
   return blob;
+}
+
+MergeOptions mergeOptions(const std::string& mode) {
+  MergeOptions options;
+  options.mode = mode;
+  options.min_surface_points = 1;
+  return options;
+}
+
+std::vector<Vertex> merged(const MergeOptions& options,
+                           const std::vector<std::vector<Blob>>& frames) {
+  PlaceGraphBuilder builder(townLabels(), options);
+  for (std::size_t i = 0; i < frames.size(); ++i)
+    builder.add(frames[i], static_cast<std::int64_t>(i));
+  const SemanticGraph graph = builder.graph();
+  EXPECT_TRUE(isConsistent(graph));
+  return graph.vertices;
 }
 
 Frame flatFrame(int width, int height, std::uint16_t label, float depth_m) {

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <string>
 #include <vector>
 
+#include "xview/graph/merge.h"
 #include "xview/types/blob.h"
 #include "xview/types/frame.h"
+#include "xview/types/graph.h"
 #include "xview/types/labelled_cloud.h"
 #include "xview/types/labels.h"
 #include "xview/types/random.h"
@@ -27,6 +30,13 @@ std::vector<Eigen::Vector3f> clumpedPoints(std::size_t count, double extent_m, R
 
 /// A blob of no size.
 Blob blobAt(std::uint32_t label, double x, double y, double z, std::uint32_t points = 50);
+
+/// Merging of this mode that keeps surface vertices of single points.
+MergeOptions mergeOptions(const std::string& mode);
+
+/// The vertices of blobs, frame by frame.
+std::vector<Vertex> merged(const MergeOptions& options,
+                           const std::vector<std::vector<Blob>>& frames);
 
 /// A camera frame in which every pixel has this label and planar depth.
 Frame flatFrame(int width, int height, std::uint16_t label, float depth_m);
