@@ -2,6 +2,7 @@
 #include "graph/plan_cells.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace xview {
@@ -9,12 +10,21 @@ namespace {
 
 constexpr float kLowFrom = 0.3f, kObstacleFrom = 0.4f, kLowTo = 2.0f, kHighFrom = 2.5f;
 constexpr float kColumnFrom = 0.5f, kColumnTo = 4.5f;
-constexpr int kLevels = 32;
+constexpr std::size_t kLevels = 32;  ///< the last one has no end
 constexpr std::size_t kKinds = static_cast<std::size_t>(Kind::none);
 
-std::uint32_t levelOf(const PlanVoxel& v, float height) {
-  const bool counts = v.near_votes > 0 && height < kLevels * kLevel_m;
-  return counts ? 1u << static_cast<int>(height / kLevel_m) : 0;
+constexpr std::array<Kind, 3> kPoleLike = {Kind::pole, Kind::sign, Kind::light};
+
+std::size_t poleLikeIndex(Kind kind) {
+  return static_cast<std::size_t>(kind) - static_cast<std::size_t>(Kind::pole);
+}
+
+std::size_t levelAt(float height) {
+  return std::min(static_cast<std::size_t>(height / kLevel_m), kLevels - 1);
+}
+
+std::uint32_t levelBit(const PlanVoxel& v, float height) {
+  return v.near_votes > 0 ? 1u << levelAt(height) : 0;
 }
 
 /// Voxels grouped by cell, in their order within each.
@@ -57,6 +67,8 @@ class CellSorter {
     is_upright_ = false;
     upright_ = {};
     standing_.fill({});
+    if (has_pole_like_) votes_at_level_ = {};
+    has_pole_like_ = false;
   }
 
   void add(const PlanVoxel& v) {
@@ -74,11 +86,7 @@ class CellSorter {
     }
   }
 
-  bool hasPoleLike() const {
-    return standing_[static_cast<std::size_t>(Kind::pole)].votes > 0 ||
-           standing_[static_cast<std::size_t>(Kind::sign)].votes > 0 ||
-           standing_[static_cast<std::size_t>(Kind::light)].votes > 0;
-  }
+  bool hasPoleLike() const { return has_pole_like_; }
 
   /// A voxel that was added, and what all other classes have in its place.
   void addOwn(const PlanVoxel& v, float others) {
@@ -95,6 +103,7 @@ class CellSorter {
     cells.upright_of.push_back(is_upright_ ? static_cast<std::int32_t>(cells.upright.size()) : -1);
     if (!is_upright_) return;
     cells.upright.push_back(upright_);
+    if (has_pole_like_) countClearVotes();
     for (const Standing& s : standing_) {
       if (s.votes > 0) cells.standing.push_back(s);
     }
@@ -123,7 +132,23 @@ class CellSorter {
     s.sum_y += v.votes * v.y;
     if (height > kLowFrom && height < kLowTo) s.low += v.votes;
     if (height > kHighFrom) s.high += v.votes;
-    s.levels |= levelOf(v, height);
+    s.levels |= levelBit(v, height);
+    if (!isPoleLike(v.kind)) return;
+    has_pole_like_ = true;
+    votes_at_level_[poleLikeIndex(v.kind)][levelAt(height)] += v.near_votes;
+  }
+
+  /// What has half as many votes as any of the three at a level is clear there: a plate hides a
+  /// part of its post.
+  void countClearVotes() {
+    for (std::size_t level = 0; level < kLevels; ++level) {
+      float most = 0;
+      for (const auto& votes : votes_at_level_) most = std::max(most, votes[level]);
+      for (const Kind kind : kPoleLike) {
+        const float votes = votes_at_level_[poleLikeIndex(kind)][level];
+        if (2 * votes >= most) standing_[static_cast<std::size_t>(kind)].clear_votes += votes;
+      }
+    }
   }
 
   void addStray(const PlanVoxel& v, float height) {
@@ -131,7 +156,7 @@ class CellSorter {
     strays.votes += v.near_votes;
     strays.x += v.near_votes * v.x;
     strays.y += v.near_votes * v.y;
-    strays.levels |= levelOf(v, height);
+    strays.levels |= levelBit(v, height);
   }
 
   float gate_m_, min_height_m_;
@@ -141,6 +166,8 @@ class CellSorter {
   bool is_upright_ = false;
   UprightCell upright_;
   std::array<Standing, kKinds> standing_;
+  bool has_pole_like_ = false;
+  std::array<std::array<float, kLevels>, kPoleLike.size()> votes_at_level_{};
 };
 
 /// Gives the sorter the pole-like voxels of a cell together with their rivals.
@@ -180,6 +207,11 @@ float UprightCell::nearOf(Kind kind) const {
 float UprightCell::ownOf(Kind kind) const {
   const Standing* s = find(kind);
   return s ? s->own_votes : 0.f;
+}
+
+float UprightCell::clearOf(Kind kind) const {
+  const Standing* s = find(kind);
+  return s ? s->clear_votes : 0.f;
 }
 
 float UprightCell::lowOf(Kind kind) const {

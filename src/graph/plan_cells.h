@@ -17,6 +17,8 @@ struct Standing {
   float votes = 0;
   float near_votes = 0;  ///< of these, measured near enough for thin objects
   float own_votes = 0;   ///< pole-like: of these, up to 4.5 m, where it outvotes all other classes
+  float clear_votes =
+      0;  ///< pole-like: near votes at levels where no other of the three has twice as many
   float sum_x = 0, sum_y = 0;  ///< of the positions times their votes
   float low = 0, high = 0;     ///< votes at 0.3–2 m and above 2.5 m
   float top = 0, bottom = 0;   ///< greatest and least height above ground [m]
@@ -50,6 +52,7 @@ struct UprightCell {
   float of(Kind kind) const;              ///< votes; the others likewise 0 if there is none
   float nearOf(Kind kind) const;
   float ownOf(Kind kind) const;
+  float clearOf(Kind kind) const;
   float lowOf(Kind kind) const;
   float highOf(Kind kind) const;
   std::uint32_t levelsOf(Kind kind) const;

@@ -17,7 +17,16 @@ constexpr float kMinPoleShare = 0.25f;  ///< of the votes of the other upright c
 /// it outvotes the wall speak for it, with half their votes, because walls have wrong labels here
 /// and there.
 constexpr float kBeforeWall = 0.5f;
+/// So many times the votes of a peak are believed beside anything; fewer only if no more speaks for
+/// something else, because networks find poles in walls and trunks here and there. From the air
+/// posts have few votes, and crowns stand beside all of them.
+constexpr float kSure = 2;
 constexpr float kSameFoot_m = 1, kSameColumn_m = 1.5f;  ///< as a post that is known already
+
+float votesOfOthers(const UprightCell& cell) {
+  return cell.of(Kind::building) + cell.of(Kind::fence) + cell.of(Kind::vegetation) +
+         cell.of(Kind::vehicle);
+}
 
 /// Weighted mean of the pole-like points in the 3x3 cells around a peak.
 PlanSample peakCentre(const PlanCells& cells, const ValueGrid& value, CellIndex::Cell c) {
@@ -99,10 +108,11 @@ void addUnknown(const std::vector<PlanSample>& more, float same_m,
 /// Peaks of the votes of pole-like things.
 class PeakFinder {
  public:
-  PeakFinder(const PlanCells& cells, const PlanOptions& options)
+  PeakFinder(const PlanCells& cells, const PlanOptions& options, bool aerial)
       : cells_(cells),
         low_things_(cells, options.min_votes),
-        min_votes_(static_cast<float>(options.peak_votes * options.min_votes)) {}
+        min_votes_(static_cast<float>(options.peak_votes * options.min_votes)),
+        aerial_(aerial) {}
 
   std::vector<PlanSample> find(const std::vector<Kind>& kinds) const {
     const ValueGrid value(cells_, [&](const UprightCell& cell) {
@@ -111,9 +121,7 @@ class PeakFinder {
         votes += cell.nearOf(kind);
         own += cell.ownOf(kind);
       }
-      const float others = cell.of(Kind::building) + cell.of(Kind::fence) +
-                           cell.of(Kind::vegetation) + cell.of(Kind::vehicle);
-      return votes >= kMinPoleShare * others ? votes : kBeforeWall * own;
+      return votes >= kMinPoleShare * votesOfOthers(cell) ? votes : kBeforeWall * own;
     });
     const ValueGrid sums = value.boxSum(1);
     const bool of_poles = std::count(kinds.begin(), kinds.end(), Kind::pole) > 0;
@@ -124,6 +132,8 @@ class PeakFinder {
       const bool is_peak = sums.isMaximum(i, kPeakReach) ||
                            (sums.isMaximum(i, kPeakReach - 1) && standsApart(kinds, value, cell));
       if (!is_peak || low_things_.contain(cell, sums[i])) continue;
+      if (!of_poles && !isClear(kinds, cell)) continue;
+      if (!aerial_ && sums[i] < kSure * min_votes_ && hasRivals(kinds, cell)) continue;
       const auto foot = of_poles ? findFoot(cells_, cell) : std::nullopt;
       if (foot)
         feet.push_back(*foot);
@@ -153,16 +163,47 @@ class PeakFinder {
     return low >= kLowShare * own;
   }
 
+  /// Posts are called signs and lights here and there; what is one is not called a pole as well.
+  bool isClear(const std::vector<Kind>& kinds, CellIndex::Cell c) const {
+    constexpr float kClearShare = 0.5f;
+    float all = 0, clear = 0;
+    for (int dy = -1; dy <= 1; ++dy) {
+      for (int dx = -1; dx <= 1; ++dx) {
+        const UprightCell* cell = cells_.uprightAt(c.x + dx, c.y + dy);
+        for (const Kind kind : kinds) {
+          all += cell ? cell->nearOf(kind) : 0;
+          clear += cell ? cell->clearOf(kind) : 0;
+        }
+      }
+    }
+    return clear >= kClearShare * all;
+  }
+
+  /// Whether anything else stands there with as many votes.
+  bool hasRivals(const std::vector<Kind>& kinds, CellIndex::Cell c) const {
+    float own = 0, others = 0;
+    for (int dy = -1; dy <= 1; ++dy) {
+      for (int dx = -1; dx <= 1; ++dx) {
+        const UprightCell* cell = cells_.uprightAt(c.x + dx, c.y + dy);
+        if (!cell) continue;
+        for (const Kind kind : kinds) own += cell->nearOf(kind);
+        others += votesOfOthers(*cell);
+      }
+    }
+    return others > own;
+  }
+
   const PlanCells& cells_;
   LowThings low_things_;
   float min_votes_;
+  bool aerial_;
 };
 
 }  // namespace
 
 void findPosts(const PlanCells& cells, const PlanOptions& options, PlanView& view) {
   constexpr double kColumnVotes = 20;  // of min_votes, at each height
-  const PeakFinder peaks(cells, options);
+  const PeakFinder peaks(cells, options, view.aerial);
   view[Channel::pole] = peaks.find({Kind::pole});
   view[Channel::sign] = peaks.find({Kind::sign});
   view[Channel::light] = peaks.find({Kind::light});

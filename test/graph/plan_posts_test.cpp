@@ -186,6 +186,46 @@ TEST(PlanPole, ThatIsLowButClearlyLabelledIsABollard) {
   EXPECT_EQ(scene.view()[Channel::pole].size(), 1u);
 }
 
+TEST(PlanPole, OfFewVotesIsBelievedIfNothingElseStandsThere) {
+  const auto polesBeside = [](int bush_votes) {
+    PlanScene scene;
+    scene.patch(Kind::road, 0, 0, 20, 20, 0);
+    for (const double z : {1., 1.5, 2.}) scene.point(Kind::pole, 10.2, 10.2, z);
+    for (int i = 0; i < bush_votes; ++i) scene.point(Kind::vegetation, 10.4, 10.4, 1);
+    return scene.view()[Channel::pole].size();
+  };
+  EXPECT_EQ(polesBeside(0), 1u);
+  EXPECT_EQ(polesBeside(2), 1u);
+  EXPECT_EQ(polesBeside(8), 0u);
+}
+
+TEST(PlanPole, OfManyVotesIsBelievedBesideABush) {
+  PlanScene scene;
+  scene.patch(Kind::road, 0, 0, 20, 20, 0).column(Kind::pole, 10.2, 10.2, 0.3, 3);
+  for (int i = 0; i < 30; ++i) scene.point(Kind::vegetation, 10.4, 10.4, 1);
+  EXPECT_EQ(scene.view()[Channel::pole].size(), 1u);
+}
+
+TEST(PlanSign, OnAPostThatIsSeldomCalledOneIsNone) {
+  PlanScene scene;
+  scene.patch(Kind::road, 0, 0, 20, 20, 0);
+  for (int i = 0; i < 4; ++i) scene.column(Kind::pole, 10.2, 10.2, 0, 5);
+  scene.column(Kind::sign, 10.2, 10.2, 1, 4);
+  const PlanView view = scene.view();
+  EXPECT_EQ(view[Channel::pole].size(), 1u);
+  EXPECT_TRUE(view[Channel::sign].empty());
+}
+
+TEST(PlanSign, ThatHidesAPartOfItsPostIsOne) {
+  PlanScene scene;
+  scene.patch(Kind::road, 0, 0, 20, 20, 0);
+  for (int i = 0; i < 4; ++i) scene.column(Kind::pole, 10.2, 10.2, 0, 3);
+  for (int i = 0; i < 4; ++i) scene.column(Kind::sign, 10.2, 10.2, 2.2, 2.9);
+  const PlanView view = scene.view();
+  EXPECT_EQ(view[Channel::pole].size(), 1u);
+  EXPECT_EQ(view[Channel::sign].size(), 1u);
+}
+
 /// A street lamp as it looks from above: an arm of 1.5 m with the lamp, and a few places of its
 /// post.
 void addLampFromAbove(PlanScene& scene, double x, double y, Kind seen_through_post) {
