@@ -179,18 +179,22 @@ class PeakFinder {
     return clear >= kClearShare * all;
   }
 
-  /// Whether anything else stands there with as many votes.
+  /// Whether anything else stands there with as many votes, in the very places of the post.
   bool hasRivals(const std::vector<Kind>& kinds, CellIndex::Cell c) const {
-    float own = 0, others = 0;
+    constexpr float kOwnShare = 0.75f;
+    float all = 0, own = 0, others = 0;
     for (int dy = -1; dy <= 1; ++dy) {
       for (int dx = -1; dx <= 1; ++dx) {
         const UprightCell* cell = cells_.uprightAt(c.x + dx, c.y + dy);
         if (!cell) continue;
-        for (const Kind kind : kinds) own += cell->nearOf(kind);
+        for (const Kind kind : kinds) {
+          all += cell->nearOf(kind);
+          own += cell->ownOf(kind);
+        }
         others += votesOfOthers(*cell);
       }
     }
-    return others > own;
+    return others > all && own < kOwnShare * all;
   }
 
   const PlanCells& cells_;

@@ -186,17 +186,18 @@ TEST(PlanPole, ThatIsLowButClearlyLabelledIsABollard) {
   EXPECT_EQ(scene.view()[Channel::pole].size(), 1u);
 }
 
-TEST(PlanPole, OfFewVotesIsBelievedIfNothingElseStandsThere) {
-  const auto polesBeside = [](int bush_votes) {
+TEST(PlanPole, OfFewVotesIsBelievedUnlessOthersHaveMoreInItsPlace) {
+  const auto polesBeside = [](int bush_votes, double bush_x) {
     PlanScene scene;
     scene.patch(Kind::road, 0, 0, 20, 20, 0);
-    for (const double z : {1., 1.5, 2.}) scene.point(Kind::pole, 10.2, 10.2, z);
-    for (int i = 0; i < bush_votes; ++i) scene.point(Kind::vegetation, 10.4, 10.4, 1);
+    for (const double z : {1., 1.5, 2.}) scene.point(Kind::pole, 10.15, 10.2, z);
+    for (int i = 0; i < bush_votes; ++i) scene.point(Kind::vegetation, bush_x, 10.2, 1);
     return scene.view()[Channel::pole].size();
   };
-  EXPECT_EQ(polesBeside(0), 1u);
-  EXPECT_EQ(polesBeside(2), 1u);
-  EXPECT_EQ(polesBeside(8), 0u);
+  EXPECT_EQ(polesBeside(0, 10.15), 1u);
+  EXPECT_EQ(polesBeside(2, 10.15), 1u);
+  EXPECT_EQ(polesBeside(8, 10.15), 0u);
+  EXPECT_EQ(polesBeside(8, 10.45), 1u) << "behind it";
 }
 
 TEST(PlanPole, OfManyVotesIsBelievedBesideABush) {
