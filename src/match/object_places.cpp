@@ -23,6 +23,9 @@ constexpr double kCentreMargin = 15;   // [m] beyond the gap around the query's 
 constexpr double kLargestWhole = 400;  // [m] radius; larger queries are searched for in parts
 constexpr std::size_t kParts = 3, kGrown = 3;  // dense parts; places of each that are tried on all
 constexpr double kGrowth = 2;                  // of the radius of a part, again and again
+// Scales of the standard deviations for the poses that are told: vertices that are less noisy than
+// assumed need not be smoothed as much.
+constexpr double kWidestAtLast = 1.2, kNarrowestAtLast = 0.3, kDeviationsAtLast = 1.3;
 constexpr double kSameMetres = 1, kSameRadians = 0.05;  // refined poses this close are one
 
 struct Scored {
@@ -240,9 +243,12 @@ ObjectHypothesis ObjectPlaceIndex::Index::describe(ObjectVerifier& verifier,
   hypothesis.score = scored.score;
   hypothesis.expected = verifier.expectedScore(pose);
   hypothesis.known_share = verifier.knownShare();
-  if (request.focus) {
-    const Eigen::Vector2d focus = (*request.focus - query.centre()).head<2>();
-    for (int k = 0; k < 4; ++k) pose = verifier.improved(pose, 1.2, focus);
+  std::optional<Eigen::Vector2d> focus;
+  if (request.focus) focus = (*request.focus - query.centre()).head<2>();
+  double widen = kWidestAtLast;
+  for (int k = 0; k < 4; ++k) {
+    pose = verifier.improved(pose, widen, focus);
+    widen = std::clamp(kDeviationsAtLast * verifier.scatter(), kNarrowestAtLast, kWidestAtLast);
   }
   verifier.score(pose, 1);
   hypothesis.inliers = inliersOf(verifier, query);

@@ -39,6 +39,9 @@ class ObjectVerifier {
   /// (relative to the query centre) if given.
   CentrePose improved(const CentrePose& pose, double widen,
                       const std::optional<Eigen::Vector2d>& focus = {});
+  /// How far the objects are off at the pose given to the last improved(), in standard deviations
+  /// of the options: about 1 if map and query are as noisy as assumed.
+  double scatter() const { return scatter_; }
   /// Pairs of the last score() whose heights can be compared: not roofs and crowns seen from above.
   const std::vector<HeightPair>& heightPairs();
   /// What the heights of these pairs speak against the pose [nats]; 0 if map or query has no
@@ -108,6 +111,7 @@ class ObjectVerifier {
   std::vector<float> explained_;  ///< per point: chance that the last score() found it in the query
   std::vector<std::pair<std::uint32_t, float>> pairs_;  ///< of one item: points and their odds
   std::vector<Association> associations_;
+  double scatter_ = 1;
   std::vector<HeightPair> height_pairs_;
 };
 

@@ -171,6 +171,42 @@ TEST(ObjectPlaceIndex, IsTheSameForAnyNumberOfThreads) {
   }
 }
 
+TEST(ObjectPlaceIndex, TellsAsManyHypothesesAsAskedFor) {
+  const SemanticGraph map = randomMap(400, 500, 40);
+  const ObjectPlaceIndex index(map, someLabels());
+  const Question question = ask(map, {0, 0}, 50, 0.3, 0.2, 41);
+  ObjectSearchRequest request;
+  const ObjectSearchResult many = index.search(question.query, request);
+  ASSERT_GT(many.hypotheses.size(), 3u);
+  for (const int wanted : {0, 1, 3}) {
+    request.hypotheses = wanted;
+    const ObjectSearchResult few = index.search(question.query, request);
+    ASSERT_EQ(few.hypotheses.size(), static_cast<std::size_t>(std::max(1, wanted)));
+    EXPECT_EQ(few.hypotheses[0].score, many.hypotheses[0].score);
+    EXPECT_EQ(few.wrong.count, many.wrong.count);
+    EXPECT_EQ(few.wrong.best, many.wrong.best);
+  }
+}
+
+TEST(ObjectPlaceIndex, ExactVerticesGiveAnExactPose) {
+  const SemanticGraph map = randomMap(400, 1200, 42);  // so dense that neighbours are in the way
+  const ObjectPlaceIndex index(map, someLabels());
+  const Question question = ask(map, {0, 0}, 50, 0, 0.1, 43);
+  expectPose(index.search(question.query).hypotheses.at(0).T_map_query, question, {0, 0}, 0.02);
+}
+
+TEST(ObjectPlaceIndex, OrderOfTheQueryDoesNotMatter) {
+  const SemanticGraph map = randomMap(400, 1200, 44);
+  const ObjectPlaceIndex index(map, someLabels());
+  Question question = ask(map, {0, 0}, 50, 0.6, 0.3, 45);
+  const ObjectHypothesis forward = index.search(question.query).hypotheses.at(0);
+  std::reverse(question.query.vertices.begin(), question.query.vertices.end());
+  const ObjectHypothesis backward = index.search(question.query).hypotheses.at(0);
+  EXPECT_NEAR(forward.score, backward.score, 0.5);
+  const Eigen::Vector3d p = question.T_map_query.inverse() * Eigen::Vector3d(0, 0, 0);
+  EXPECT_LE((forward.T_map_query * p - backward.T_map_query * p).norm(), 0.05);
+}
+
 TEST(ObjectPlaceIndex, RoofsSpeakForTheFrontsBeforeThem) {
   SemanticGraph map, trees_only, with_roofs;
   Random random(61);
