@@ -15,8 +15,6 @@ namespace {
 constexpr double kSame = 2.5;       // [m]
 constexpr double kClearlyMore = 4;  // times as many points: the other one is a wrong label
 
-using Kept = std::vector<std::uint32_t>;
-
 std::int64_t cellOf(double v) { return static_cast<std::int64_t>(std::floor(v / kSame)); }
 
 bool isSaidBy(const Vertex& v, const Vertex& better) {
@@ -25,18 +23,40 @@ bool isSaidBy(const Vertex& v, const Vertex& better) {
   return better.points > kClearlyMore * v.points && d.squaredNorm() < kSame * kSame;
 }
 
-bool isSaidByAny(const SemanticGraph& graph, const Vertex& v, const SparseGrid<Kept>& kept) {
-  const std::int64_t cx = cellOf(v.position.x()), cy = cellOf(v.position.y());
-  for (std::int64_t y = cy - 1; y <= cy + 1; ++y) {
-    for (std::int64_t x = cx - 1; x <= cx + 1; ++x) {
-      const Kept* cell = kept.find(x, y);
-      if (cell && std::any_of(cell->begin(), cell->end(),
-                              [&](std::uint32_t k) { return isSaidBy(v, graph.vertices[k]); }))
-        return true;
-    }
+/// The vertices that stay, chained by cell: a list per cell would take more memory than the map.
+class KeptVertices {
+ public:
+  explicit KeptVertices(const SemanticGraph& graph) : graph_(graph) {}
+
+  void add(std::uint32_t vertex) {
+    const Eigen::Vector3d& p = graph_.vertices[vertex].position;
+    std::uint32_t& last = last_.at(cellOf(p.x()), cellOf(p.y()));
+    links_.push_back({vertex, last});
+    last = static_cast<std::uint32_t>(links_.size());
   }
-  return false;
-}
+
+  bool anySays(const Vertex& v) const {
+    const std::int64_t cx = cellOf(v.position.x()), cy = cellOf(v.position.y());
+    for (std::int64_t y = cy - 1; y <= cy + 1; ++y) {
+      for (std::int64_t x = cx - 1; x <= cx + 1; ++x) {
+        const std::uint32_t* last = last_.find(x, y);
+        for (std::uint32_t k = last ? *last : 0; k > 0; k = links_[k - 1].before)
+          if (isSaidBy(v, graph_.vertices[links_[k - 1].vertex])) return true;
+      }
+    }
+    return false;
+  }
+
+ private:
+  /// Links are counted from 1; 0 = none.
+  struct Link {
+    std::uint32_t vertex, before;
+  };
+
+  const SemanticGraph& graph_;
+  SparseGrid<std::uint32_t> last_;  ///< link of each cell
+  std::vector<Link> links_;
+};
 
 }  // namespace
 
@@ -54,11 +74,10 @@ std::vector<std::uint32_t> distinctFromAbove(const SemanticGraph& graph,
     };
     return key(a) < key(b);
   });
-  SparseGrid<Kept> kept;
+  KeptVertices kept(graph);
   for (const std::uint32_t i : surfaces) {
-    const Vertex& v = graph.vertices[i];
-    if (isSaidByAny(graph, v, kept)) continue;
-    kept.at(cellOf(v.position.x()), cellOf(v.position.y())).push_back(i);
+    if (kept.anySays(graph.vertices[i])) continue;
+    kept.add(i);
     distinct.push_back(i);
   }
   std::sort(distinct.begin(), distinct.end());
