@@ -15,6 +15,7 @@ inline ObjectEvidence evidenceOf(const ObjectSearchResult& result) {
   evidence.score = best.score;
   evidence.expected = best.expected;
   evidence.known_share = best.known_share;
+  evidence.inliers = static_cast<int>(best.inliers.size());
   evidence.runner_up = result.wrong.best;
   evidence.typical_wrong = result.wrong.mean;
   evidence.wrong_deviation = result.wrong.deviation;

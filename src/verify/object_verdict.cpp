@@ -77,7 +77,8 @@ double falseAlarms(const ObjectEvidence& e) {
 Verdict judge(const ObjectEvidence& e, const ObjectVerdictOptions& o) {
   const double alarms = falseAlarms(e);
   const double agreement = agreementOf(e);
-  const double needs = met(agreement, o.min_agreement) * met(e.known_share, o.min_known_share);
+  const double needs = met(agreement, o.min_agreement) * met(e.known_share, o.min_known_share) *
+                       met(e.inliers, o.min_inliers);
   const double margin_met = met(marginOf(e), o.min_margin);
   Verdict verdict;
   verdict.confidence = needs * margin_met / (1 + kAlarmsPerRightPlace * alarms);
@@ -85,6 +86,9 @@ Verdict judge(const ObjectEvidence& e, const ObjectVerdictOptions& o) {
     verdict.reason =
         fmt::format("only {:.0f} % of the query lies where the map was seen ({:.0f} % needed)",
                     100 * e.known_share, 100 * o.min_known_share);
+  } else if (e.inliers < o.min_inliers) {
+    verdict.reason =
+        fmt::format("{} of {} vertices agree, {} needed", e.inliers, e.vertices, o.min_inliers);
   } else if (needs < 1) {
     verdict.reason = fmt::format(
         "the best place is {:.0f} % of the way from a wrong one to a true one ({:.0f} % needed)",

@@ -25,6 +25,7 @@ ObjectEvidence goodPlace() {
   e.expected = 70;
   e.known_share = 0.9;
   e.vertices = 60;
+  e.inliers = 30;
   return e;
 }
 
@@ -38,6 +39,7 @@ ObjectEvidence randomPlace(Random& random) {
   e.expected = random.uniform(-20, 150);
   e.known_share = random.uniform();
   e.vertices = static_cast<int>(random.below(300));
+  e.inliers = static_cast<int>(random.below(40));
   return e;
 }
 
@@ -45,6 +47,17 @@ TEST(ObjectVerdict, GoodEvidenceIsAcceptedWithConfidence) {
   const Verdict v = judge(goodPlace(), kOptions);
   EXPECT_EQ(v.status, Status::accepted);
   EXPECT_GT(v.confidence, 0.99);
+}
+
+TEST(ObjectVerdict, TwoOrThreeVerticesThatAgreeProveNothing) {
+  ObjectEvidence e = goodPlace();
+  e.inliers = 3;
+  const Verdict v = judge(e, kOptions);
+  EXPECT_EQ(v.status, Status::rejected);
+  EXPECT_EQ(v.reason, "3 of 60 vertices agree, 4 needed");
+  EXPECT_LT(v.confidence, judge(goodPlace(), kOptions).confidence);
+  e.inliers = 4;
+  EXPECT_EQ(judge(e, kOptions).status, Status::accepted);
 }
 
 TEST(ObjectVerdict, NothingIsAcceptedBelowAnyOfItsNeeds) {

@@ -12,6 +12,7 @@ struct ObjectVerdictOptions {
   double min_margin = 5;           ///< over the best other place [nats of a query of 60 vertices]
   double min_agreement = 0.75;     ///< 0 = like a typical wrong place, 1 = like a true pose
   double min_known_share = 0.15;   ///< share of the query that must lie where the map was seen
+  int min_inliers = 4;  ///< vertices that must agree; two always do, as they make the pose
 };
 
 template <class Visitor>
@@ -24,6 +25,8 @@ void visit(ObjectVerdictOptions& o, Visitor&& field) {
         "how far from a typical wrong place (0) to a true one (1) the score must be");
   field("min_known_share", o.min_known_share, Range{0, 1},
         "share of the query that must lie where the map was seen");
+  field("min_inliers", o.min_inliers, Range{0, 1e9},
+        "vertices of the query that must agree with the map");
 }
 
 /// What speaks for and against the best place of an object search.
@@ -36,6 +39,7 @@ struct ObjectEvidence {
   double expected = 0;         ///< score that a true pose would have [nats]
   double known_share = 0;      ///< share of the query in seen area
   int vertices = 0;            ///< of the query
+  int inliers = 0;             ///< of these, with a partner in the map
 };
 
 /// Number of false alarms (a contrario): how many places as good as this one are to be expected
