@@ -193,9 +193,10 @@ LabelAlphabet::LabelAlphabet(const SemanticGraph& a, const SemanticGraph& b) {
       }
     }
   }
+  for (std::uint32_t label = 0; label < letters_.size(); ++label) letters_[label] = letterOf(label);
 }
 
-std::uint8_t LabelAlphabet::operator()(std::uint32_t label) const {
+std::uint8_t LabelAlphabet::letterOf(std::uint32_t label) const {
   const auto place = std::lower_bound(labels_.begin(), labels_.end(), label);
   if (place == labels_.end() || *place != label) return kUnknown;
   return static_cast<std::uint8_t>(1 + (place - labels_.begin()));

@@ -163,6 +163,7 @@ DistributionTable DistributionCells::makeTable(const Tile& tile) const {
     d.information = surplusInformation(growing.covariance(i), side_, variance_);
     d.view = views_.directionFrom(map_.origin + d.mean.cast<double>());
   }
+  growing.table().mark(kFewestPoints);
   return std::move(growing.table());
 }
 
@@ -199,7 +200,7 @@ const Distribution* DistributionCells::nearest(const Eigen::Vector3f& p, std::ui
     const CellKey key{own.x + dx, own.y + dy, own.z + dz, group};
     const std::int32_t x = key.x >> kTileBits, y = key.y >> kTileBits;
     const DistributionTable* table = x == own_x && y == own_y ? own_table : tableAt(x, y);
-    const Distribution* d = table ? table->find(key) : nullptr;
+    const Distribution* d = table && table->mayBeMarked(key) ? table->find(key) : nullptr;
     if (!d || d->points < kFewestPoints) return;
     const float squared = (d->mean - p).squaredNorm();
     if (squared < best_squared) {

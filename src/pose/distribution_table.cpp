@@ -54,6 +54,15 @@ Distribution& DistributionTable::findOrAdd(const CellKey& key) {
   return distributions_[slot.distribution];
 }
 
+void DistributionTable::mark(std::uint32_t fewest_points) {
+  marks_.assign((1u << 17) / 64, 0);
+  for (const Distribution& d : distributions_) {
+    if (d.points < fewest_points) continue;
+    const std::uint32_t bit = bitOf(d.key);
+    marks_[bit >> 6] |= std::uint64_t{1} << (bit & 63);
+  }
+}
+
 const Distribution* DistributionTable::find(const CellKey& key) const {
   const std::int32_t i = slots_[slotOf(key, key.hash())].distribution;
   return i < 0 ? nullptr : &distributions_[i];

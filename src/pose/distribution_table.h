@@ -38,6 +38,14 @@ class DistributionTable {
   Distribution& findOrAdd(const CellKey& key);
   const Distribution* find(const CellKey& key) const;  ///< null if there is none
 
+  /// Marks the cells that have a distribution of so many points.
+  void mark(std::uint32_t fewest_points);
+  /// False for most cells that were not marked, true for all that were.
+  bool mayBeMarked(const CellKey& key) const {
+    const std::uint32_t bit = bitOf(key);
+    return (marks_[bit >> 6] >> (bit & 63)) & 1;
+  }
+
   std::vector<Distribution>& distributions() { return distributions_; }
   const std::vector<Distribution>& distributions() const { return distributions_; }
 
@@ -50,8 +58,15 @@ class DistributionTable {
   /// Where a cell is, or where it would be put.
   std::size_t slotOf(const CellKey& key, std::uint64_t hash) const;
 
+  /// Neighbours have different bits, and so have most groups.
+  static std::uint32_t bitOf(const CellKey& k) {
+    return (static_cast<std::uint32_t>(k.x) & 31) | (static_cast<std::uint32_t>(k.y) & 31) << 5 |
+           (static_cast<std::uint32_t>(k.z) & 15) << 10 | (k.group & 7) << 14;
+  }
+
   std::vector<Distribution> distributions_;
   std::vector<Slot> slots_ = std::vector<Slot>(64);
+  std::vector<std::uint64_t> marks_;  ///< one bit per cell of a tile, groups and heights folded
 };
 
 }  // namespace xview

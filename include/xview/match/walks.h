@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -43,11 +44,16 @@ class LabelAlphabet {
   /// map.
   explicit LabelAlphabet(const SemanticGraph& map) : LabelAlphabet(map, SemanticGraph()) {}
 
-  std::uint8_t operator()(std::uint32_t label) const;
+  std::uint8_t operator()(std::uint32_t label) const {
+    return label < letters_.size() ? letters_[label] : letterOf(label);
+  }
   std::size_t size() const { return labels_.size(); }
 
  private:
-  std::vector<std::uint32_t> labels_;  ///< sorted
+  std::uint8_t letterOf(std::uint32_t label) const;
+
+  std::vector<std::uint32_t> labels_;      ///< sorted
+  std::array<std::uint8_t, 256> letters_;  ///< of the labels that most label sets are made of
 };
 
 /// The walks of one vertex as sorted (word, multiplicity).
