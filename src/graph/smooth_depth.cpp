@@ -4,7 +4,9 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstring>
 #include <optional>
 #include <vector>
 
@@ -22,15 +24,31 @@ constexpr double kMeanError = 1.2;    ///< times the noise: what the mean of one
 /// Sums over the pixels of one label in a block; w is the inverse depth in units of its noise.
 struct Moments {
   double n = 0, u = 0, v = 0, w = 0, uu = 0, uv = 0, vv = 0, uw = 0, vw = 0, ww = 0;
+};
 
-  void add(double pu, double pv, double pw) {
-    n += 1, u += pu, v += pv, w += pw;
-    uu += pu * pu, uv += pu * pv, vv += pv * pv, uw += pu * pw, vw += pv * pw, ww += pw * pw;
+/// Sums of moments. As pairs of numbers they stay in registers, which is worth a third of it all.
+class MomentSum {
+ public:
+  void add(const Moments& m) {
+    n_u_ += pairAt(m.n);
+    v_w_ += pairAt(m.v);
+    uu_uv_ += pairAt(m.uu);
+    vv_uw_ += pairAt(m.vv);
+    vw_ww_ += pairAt(m.vw);
   }
-  void add(const Moments& o) {
-    n += o.n, u += o.u, v += o.v, w += o.w;
-    uu += o.uu, uv += o.uv, vv += o.vv, uw += o.uw, vw += o.vw, ww += o.ww;
+  Moments total() const {
+    return {n_u_[0],   n_u_[1],   v_w_[0],   v_w_[1],   uu_uv_[0],
+            uu_uv_[1], vv_uw_[0], vv_uw_[1], vw_ww_[0], vw_ww_[1]};
   }
+
+ private:
+  using Pair = double __attribute__((vector_size(16)));
+  static Pair pairAt(const double& first) {
+    Pair pair;
+    std::memcpy(&pair, &first, sizeof pair);
+    return pair;
+  }
+  Pair n_u_{}, v_w_{}, uu_uv_{}, vv_uw_{}, vw_ww_{};
 };
 
 struct Part {
@@ -63,6 +81,9 @@ class Blocks {
   Blocks(const DepthImage& depth, const LabelImage& labels, double sigma)
       : across_((depth.width + kBlock_px - 1) / kBlock_px),
         down_((depth.height + kBlock_px - 1) / kBlock_px) {
+    const std::size_t blocks = static_cast<std::size_t>(across_) * down_;
+    first_.reserve(blocks + 1);
+    parts_.reserve(blocks + blocks / 2);
     first_.push_back(0);
     for (int y = 0; y < down_; ++y) {
       for (int x = 0; x < across_; ++x) {
@@ -92,27 +113,74 @@ class Blocks {
   }
 
  private:
+  static constexpr int kPixels = kBlock_px * kBlock_px;
+
+  /// Measurements of a block, row by row.
+  struct Pixels {
+    int count = 0;
+    std::array<std::uint16_t, kPixels> labels;
+    std::array<std::uint8_t, kPixels> place;  ///< row * kBlock_px + column
+    std::array<double, kPixels> w;
+  };
+
   void gather(const DepthImage& depth, const LabelImage& labels, double sigma, int left, int top) {
     const int right = std::min(left + kBlock_px, depth.width);
     const int bottom = std::min(top + kBlock_px, depth.height);
-    const std::size_t first = parts_.size();
+    Pixels pixels;
     for (int v = top; v < bottom; ++v) {
-      for (int u = left; u < right; ++u) {
-        const float z = depth.at(u, v);
-        if (!(z > 0 && z < 1e9F)) continue;
-        partOf(labels.at(u, v), first).moments.add(u, v, 1 / (sigma * z));
+      const float* z = &depth.at(left, v);
+      const std::uint16_t* label = &labels.at(left, v);
+      for (int u = left; u < right; ++u, ++z, ++label) {
+        if (!(*z > 0 && *z < 1e9F)) continue;
+        pixels.labels[pixels.count] = *label;
+        pixels.place[pixels.count] = static_cast<std::uint8_t>((v - top) * kBlock_px + u - left);
+        pixels.w[pixels.count++] = 1 / (sigma * *z);
       }
     }
+    for (unsigned rest = (1u << pixels.count) - 1; rest != 0;)
+      rest = addPart(pixels, left, top, rest);
   }
-  Part& partOf(std::uint16_t label, std::size_t first) {
-    for (std::size_t i = parts_.size(); i-- > first;)
-      if (parts_[i].label == label) return parts_[i];
-    parts_.push_back({label, {}});
-    return parts_.back();
+
+  /// Sums of n, u, v, uu, uv, vv of one pixel within the block, ten bits each.
+  static constexpr std::uint64_t packedPowers(int place) {
+    const std::uint64_t u = place % kBlock_px, v = place / kBlock_px;
+    return 1 | u << 10 | v << 20 | u * u << 30 | u * v << 40 | v * v << 50;
+  }
+
+  /// Makes a part of the pixels of `rest` (a bit each) that have the label of the first one.
+  /// Returns the others.
+  unsigned addPart(const Pixels& pixels, int left, int top, unsigned rest) {
+    static constexpr auto kPowers = [] {
+      std::array<std::uint64_t, kPixels> powers{};
+      for (int i = 0; i < kPixels; ++i) powers[i] = packedPowers(i);
+      return powers;
+    }();
+    const int first = __builtin_ctz(rest);
+    const std::uint16_t label = pixels.labels[first];
+    std::uint64_t powers = 0;
+    double w = 0, uw = 0, vw = 0, ww = 0;
+    for (int i = first; i < pixels.count; ++i) {
+      if (pixels.labels[i] != label) continue;
+      rest &= ~(1u << i);
+      const int place = pixels.place[i];
+      powers += kPowers[place];
+      const double pw = pixels.w[i];
+      w += pw;
+      uw += (left + place % kBlock_px) * pw;
+      vw += (top + place / kBlock_px) * pw;
+      ww += pw * pw;
+    }
+    const auto sum = [&](int at) { return static_cast<double>(powers >> at & 1023); };
+    const double n = sum(0), u = sum(10), v = sum(20), u0 = left, v0 = top;
+    parts_.push_back({label,
+                      {n, n * u0 + u, n * v0 + v, w, n * u0 * u0 + 2 * u0 * u + sum(30),
+                       n * u0 * v0 + u0 * v + v0 * u + sum(40), n * v0 * v0 + 2 * v0 * v + sum(50),
+                       uw, vw, ww}});
+    return rest;
   }
 
   Moments window(std::uint16_t label, int x, int y, int radius) const {
-    Moments sum;
+    MomentSum sum;
     for (int by = std::max(0, y - radius); by <= std::min(down_ - 1, y + radius); ++by) {
       for (int bx = std::max(0, x - radius); bx <= std::min(across_ - 1, x + radius); ++bx) {
         const std::size_t block = by * across_ + bx;
@@ -120,7 +188,7 @@ class Blocks {
           if (parts_[i].label == label) sum.add(parts_[i].moments);
       }
     }
-    return sum;
+    return sum.total();
   }
 
   bool findPlane(const Part& part, int x, int y, Plane& plane) const {
