@@ -6,8 +6,8 @@
 #include <filesystem>
 #include <fstream>
 
+#include "recording_folder.h"
 #include "small_files.h"
-#include "support/test_data.h"
 #include "xview/types/error.h"
 #include "xview/types/parallel.h"
 
@@ -17,7 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 using test::messageOf;
 using test::pngBytes;
-using test::writeBytes;
+using Recording = test::RecordingFolder;
 
 TEST(ParseFrameRange, ReadsHalfOpenRangesWithSteps) {
   const FrameRange full = parseFrameRange(":");
@@ -39,20 +39,6 @@ TEST(ParseFrameRange, RefusesEverythingElse) {
     EXPECT_THROW(parseFrameRange(text), UsageError) << text;
   }
 }
-
-/// A folder in which each test builds its recording.
-class Recording : public ::testing::Test {
- protected:
-  std::string write(const std::string& name, const std::string& bytes) const {
-    writeBytes(folder_ / name, bytes);
-    return folder_ / name;
-  }
-  std::string openMessage(const std::string& path, const InputOptions& options = {}) const {
-    return messageOf([&] { openRecording(path, options); });
-  }
-
-  test::TemporaryFolder folder_;
-};
 
 /// A sequence of 2 x 2 pixels whose depth is the number of the frame [m] and whose label is number
 /// + 1.
@@ -244,100 +230,6 @@ TEST_F(Sequence, WithABadFrameFailsAtThatFrameOnly) {
   EXPECT_EQ(messageOf([&] { source->read(2); }).find(folder_ / "label/000002.png: "), 0u);
 }
 
-/// Two scans of two points in the layout of SemanticKITTI.
-class KittiFolder : public Recording {
- protected:
-  KittiFolder() {
-    for (const int number : {3, 4}) {
-      const std::string stem = "00000" + std::to_string(number);
-      write("velodyne/" + stem + ".bin", test::scanBytes({1, 2, 3, 0, 4, 5, 6, 0}));
-      writeLabels(stem, {40, 80 | 5u << 16});
-    }
-    // z of the camera is x of the velodyne.
-    write("calib.txt", "P0: 1 0 0 0 0 1 0 0 0 0 1 0\nTr: 0 -1 0 0 0 0 -1 0 1 0 0 0.5\n");
-    write("poses.txt", "1 0 0 0 0 1 0 0 0 0 1 0\n1 0 0 0 0 1 0 0 0 0 1 2\n");
-  }
-  void writeLabels(const std::string& stem, const std::vector<std::uint32_t>& labels) const {
-    write("labels/" + stem + ".label", test::labelBytes(labels));
-  }
-  std::string labelSetOf(const std::vector<std::uint32_t>& labels) const {
-    writeLabels("000003", labels);
-    writeLabels("000004", labels);
-    return openRecording(folder_.path())->labels().name();
-  }
-};
-
-TEST_F(KittiFolder, GivesScansInTheFrameOfTheVelodyne) {
-  EXPECT_EQ(recogniseInput(folder_.path()), InputKind::semantic_kitti);
-  const auto source = openRecording(folder_.path());
-  ASSERT_EQ(source->size(), 2u);
-  EXPECT_EQ(source->sensor(), Sensor::lidar);
-  EXPECT_EQ(source->labels().name(), "semantic_kitti");
-  EXPECT_TRUE(source->pose(0).isApprox(Eigen::Isometry3d::Identity()));
-  EXPECT_TRUE(source->pose(1).translation().isApprox(Eigen::Vector3d(2, 0, 0)));
-  const Frame frame = source->read(1);
-  EXPECT_EQ(frame.number, 4);
-  ASSERT_EQ(frame.cloud.size(), 2u);
-  EXPECT_EQ(frame.cloud.points[1].label, 80u);
-  EXPECT_EQ(frame.cloud.instances, (std::vector<std::uint32_t>{0, 5}));
-  EXPECT_EQ(frame.cloud.position(1), Eigen::Vector3d(4, 5, 6));
-}
-
-TEST_F(KittiFolder, TakesStampsFromTimesIfThereAreAny) {
-  EXPECT_EQ(openRecording(folder_.path())->stamp(1), 1);
-  write("times.txt", "0.5\n0.75\n");
-  EXPECT_EQ(openRecording(folder_.path())->stamp(1), 0.75);
-  write("times.txt", "0\n0.1\n0.2\n0.3\n0.4\n");
-  EXPECT_EQ(openRecording(folder_.path())->stamp(1), 0.4);
-  write("times.txt", "0\n");
-  EXPECT_EQ(openMessage(folder_.path()), folder_.path() + "/times.txt: 1 times for 2 frames");
-}
-
-TEST_F(KittiFolder, TellsTheThreeIdSpacesApart) {
-  EXPECT_EQ(labelSetOf({40, 10}), "semantic_kitti");
-  EXPECT_EQ(labelSetOf({40, 252}), "semantic_kitti");
-  EXPECT_EQ(labelSetOf({9, 19}), "semantic_kitti_train_1");
-  EXPECT_EQ(labelSetOf({8, 255}), "semantic_kitti_train_0");
-  EXPECT_EQ(labelSetOf({9, 15}), "semantic_kitti_train_1");
-  EXPECT_EQ(labelSetOf({8, 14}), "semantic_kitti_train_0");
-  EXPECT_EQ(labelSetOf({100, 200}), "generic");
-  write("classes.yaml", "name: mine\nclasses: [{id: 0, name: road}]\n");
-  EXPECT_EQ(labelSetOf({40, 10}), "mine");
-}
-
-TEST_F(KittiFolder, NeedsPosesUnlessThereIsOneScan) {
-  fs::remove(folder_ / "poses.txt");
-  EXPECT_NE(openMessage(folder_.path()).find("poses.txt: cannot open"), std::string::npos);
-  fs::remove(folder_ / "velodyne/000004.bin");
-  fs::remove(folder_ / "labels/000004.label");
-  EXPECT_TRUE(openRecording(folder_.path())->pose(0).isApprox(Eigen::Isometry3d::Identity()));
-}
-
-TEST_F(KittiFolder, ThatIsDamagedSaysWhatAndWhere) {
-  const std::string root = folder_.path();
-  fs::remove(folder_ / "labels/000004.label");
-  EXPECT_EQ(openMessage(root),
-            root + ": 2 .bin files but 1 .label files; 000004 has no .label file");
-  writeLabels("000004", {40, 40});
-  write("calib.txt", "Tr: 1 2 3\n");
-  EXPECT_EQ(openMessage(root), root + "/calib.txt:1: Tr: expected 12 numbers, found 3");
-  write("calib.txt", "P0: 1\n");
-  EXPECT_NE(openMessage(root).find(root + "/calib.txt: no line `Tr: `"), std::string::npos);
-}
-
-TEST_F(KittiFolder, OneScanIsFoundWithItsLabels) {
-  const std::string scan = folder_ / "velodyne/000004.bin";
-  EXPECT_EQ(recogniseInput(scan), InputKind::semantic_kitti);
-  const auto source = openRecording(scan);
-  ASSERT_EQ(source->size(), 1u);
-  EXPECT_EQ(source->number(0), 4);
-  EXPECT_EQ(source->read(0).cloud.size(), 2u);
-  const std::string loose = write("loose/a.bin", test::scanBytes({1, 2, 3, 0}));
-  EXPECT_EQ(openMessage(loose).find(loose + ": no labels: neither "), 0u) << openMessage(loose);
-  write("loose/a.label", test::labelBytes({40}));
-  EXPECT_EQ(openRecording(loose)->read(0).cloud.points[0].label, 40u);
-}
-
 std::string plyOf(const std::string& properties, const std::vector<std::string>& rows,
                   const std::string& more = "") {
   std::string text = "ply\nformat ascii 1.0\nelement vertex " + std::to_string(rows.size()) + "\n" +
@@ -454,72 +346,6 @@ TEST(ToString, NamesEveryKindOnceAndReadsItBack) {
     options.kind = toString(static_cast<InputKind>(i));
     EXPECT_EQ(recogniseInput("anything", options), static_cast<InputKind>(i));
   }
-}
-
-TEST(RecordedData, SuburbOpensWithItsFramesPosesAndClasses) {
-  XVIEW_REQUIRE_DATA(data, "suburb_clean");
-  const auto source = openRecording(data + "/forward");
-  ASSERT_EQ(source->size(), 121u);
-  EXPECT_EQ(source->labels().classes().size(), 15u);
-  EXPECT_EQ(source->labels().kind(7), Kind::pole);
-  EXPECT_EQ(source->labels().role(0), Role::ignored);
-  EXPECT_EQ(source->labels().role(8), Role::dynamic);
-  EXPECT_NEAR(source->pose(0).translation().x(), -56.836742, 1e-9);
-  EXPECT_NEAR(source->stamp(1) - source->stamp(0), 0.222222, 1e-6);
-  const Frame frame = source->read(120);
-  EXPECT_EQ(frame.number, 120);
-  EXPECT_EQ(frame.depth.width, 320);
-  EXPECT_EQ(frame.instance.height, 240);
-  float farthest = 0;
-  for (const float depth : frame.depth.pixels) farthest = std::max(farthest, depth);
-  EXPECT_GT(farthest, 10);
-  EXPECT_LT(farthest, 656);
-}
-
-TEST(RecordedData, EverySuburbSessionOpens) {
-  for (const char* world : {"suburb_clean", "suburb_noisy"}) {
-    XVIEW_REQUIRE_DATA(data, world);
-    for (const char* session : {"forward", "rear", "oblique", "aerial", "forward2", "elsewhere"}) {
-      const auto source = openRecording(data + "/" + session);
-      EXPECT_GE(source->size(), 61u) << session;
-      EXPECT_NO_THROW(source->read(source->size() - 1)) << session;
-    }
-  }
-}
-
-TEST(RecordedData, KittiMapQueryAndNegativeOpen) {
-  XVIEW_REQUIRE_DATA(data, "kitti00");
-  const auto map = openRecording(data + "/map");
-  ASSERT_EQ(map->size(), 24u);
-  EXPECT_EQ(map->labels().name(), "semantic_kitti");
-  EXPECT_EQ(map->number(23), 88);
-  EXPECT_LT(map->pose(0).translation().norm(), 1e-3);
-  EXPECT_NEAR(map->pose(2).translation().x(), 1.38, 0.02);  // forward is x of the velodyne
-  EXPECT_GT(map->read(22).cloud.size(), 100000u);
-  for (const char* other : {"/query_4501", "/negative_850"}) {
-    const auto source = openRecording(data + other);
-    EXPECT_EQ(source->size(), 1u);
-    EXPECT_LT((source->pose(0).matrix() - Eigen::Matrix4d::Identity()).norm(), 1e-3);
-  }
-}
-
-TEST(RecordedData, NuscenesScansHaveTheirOwnClasses) {
-  XVIEW_REQUIRE_DATA(data, "nuscenes32");
-  const auto source = openRecording(data);
-  EXPECT_EQ(source->size(), 32u);
-  EXPECT_EQ(source->labels().className(3), "pole");
-  EXPECT_EQ(source->labels().role(10), Role::ignored);
-}
-
-TEST(RecordedData, BareObjectMapsAreGraphsAndClustersAreClouds) {
-  XVIEW_REQUIRE_DATA(data, "");
-  for (const char* graph : {"osm/monaco_2012-07-06.ply", "osm/monaco_2020-07-19.ply",
-                            "osm/andorra_2020-05-01.ply", "osm/andorra_2021-10-28.ply",
-                            "pole_maps/poles_nclt_auto.ply", "pole_maps/poles_nclt_gt.ply"}) {
-    EXPECT_EQ(recogniseInput(data + graph), InputKind::graph) << graph;
-  }
-  EXPECT_EQ(recogniseInput(data + "mosd/learn0.pcd"), InputKind::cloud);
-  EXPECT_EQ(openRecording(data + "mosd/learn0.pcd")->labels().classes().size(), 3u);
 }
 
 }  // namespace

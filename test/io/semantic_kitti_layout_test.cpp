@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "recording_folder.h"
+
+namespace xview {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Two scans of two points in the layout of SemanticKITTI.
+class KittiFolder : public test::RecordingFolder {
+ protected:
+  KittiFolder() {
+    for (const int number : {3, 4}) {
+      const std::string stem = "00000" + std::to_string(number);
+      write("velodyne/" + stem + ".bin", test::scanBytes({1, 2, 3, 0, 4, 5, 6, 0}));
+      writeLabels(stem, {40, 80 | 5u << 16});
+    }
+    // z of the camera is x of the velodyne.
+    write("calib.txt", "P0: 1 0 0 0 0 1 0 0 0 0 1 0\nTr: 0 -1 0 0 0 0 -1 0 1 0 0 0.5\n");
+    write("poses.txt", "1 0 0 0 0 1 0 0 0 0 1 0\n1 0 0 0 0 1 0 0 0 0 1 2\n");
+  }
+  void writeLabels(const std::string& stem, const std::vector<std::uint32_t>& labels) const {
+    write("labels/" + stem + ".label", test::labelBytes(labels));
+  }
+  std::string labelSetOf(const std::vector<std::uint32_t>& labels) const {
+    writeLabels("000003", labels);
+    writeLabels("000004", labels);
+    return openRecording(folder_.path())->labels().name();
+  }
+};
+
+TEST_F(KittiFolder, GivesScansInTheFrameOfTheVelodyne) {
+  EXPECT_EQ(recogniseInput(folder_.path()), InputKind::semantic_kitti);
+  const auto source = openRecording(folder_.path());
+  ASSERT_EQ(source->size(), 2u);
+  EXPECT_EQ(source->sensor(), Sensor::lidar);
+  EXPECT_EQ(source->labels().name(), "semantic_kitti");
+  EXPECT_TRUE(source->pose(0).isApprox(Eigen::Isometry3d::Identity()));
+  EXPECT_TRUE(source->pose(1).translation().isApprox(Eigen::Vector3d(2, 0, 0)));
+  const Frame frame = source->read(1);
+  EXPECT_EQ(frame.number, 4);
+  ASSERT_EQ(frame.cloud.size(), 2u);
+  EXPECT_EQ(frame.cloud.points[1].label, 80u);
+  EXPECT_EQ(frame.cloud.instances, (std::vector<std::uint32_t>{0, 5}));
+  EXPECT_EQ(frame.cloud.position(1), Eigen::Vector3d(4, 5, 6));
+}
+
+TEST_F(KittiFolder, TakesStampsFromTimesIfThereAreAny) {
+  EXPECT_EQ(openRecording(folder_.path())->stamp(1), 1);
+  write("times.txt", "0.5\n0.75\n");
+  EXPECT_EQ(openRecording(folder_.path())->stamp(1), 0.75);
+  write("times.txt", "0\n0.1\n0.2\n0.3\n0.4\n");
+  EXPECT_EQ(openRecording(folder_.path())->stamp(1), 0.4);
+  write("times.txt", "0\n");
+  EXPECT_EQ(openMessage(folder_.path()), folder_.path() + "/times.txt: 1 times for 2 frames");
+}
+
+TEST_F(KittiFolder, TellsTheThreeIdSpacesApart) {
+  EXPECT_EQ(labelSetOf({40, 10}), "semantic_kitti");
+  EXPECT_EQ(labelSetOf({40, 252}), "semantic_kitti");
+  EXPECT_EQ(labelSetOf({9, 19}), "semantic_kitti_train_1");
+  EXPECT_EQ(labelSetOf({8, 255}), "semantic_kitti_train_0");
+  EXPECT_EQ(labelSetOf({9, 15}), "semantic_kitti_train_1");
+  EXPECT_EQ(labelSetOf({8, 14}), "semantic_kitti_train_0");
+  EXPECT_EQ(labelSetOf({100, 200}), "generic");
+  write("classes.yaml", "name: mine\nclasses: [{id: 0, name: road}]\n");
+  EXPECT_EQ(labelSetOf({40, 10}), "mine");
+}
+
+TEST_F(KittiFolder, NeedsPosesUnlessThereIsOneScan) {
+  fs::remove(folder_ / "poses.txt");
+  EXPECT_NE(openMessage(folder_.path()).find("poses.txt: cannot open"), std::string::npos);
+  fs::remove(folder_ / "velodyne/000004.bin");
+  fs::remove(folder_ / "labels/000004.label");
+  EXPECT_TRUE(openRecording(folder_.path())->pose(0).isApprox(Eigen::Isometry3d::Identity()));
+}
+
+TEST_F(KittiFolder, ThatIsDamagedSaysWhatAndWhere) {
+  const std::string root = folder_.path();
+  fs::remove(folder_ / "labels/000004.label");
+  EXPECT_EQ(openMessage(root),
+            root + ": 2 .bin files but 1 .label files; 000004 has no .label file");
+  writeLabels("000004", {40, 40});
+  write("calib.txt", "Tr: 1 2 3\n");
+  EXPECT_EQ(openMessage(root), root + "/calib.txt:1: Tr: expected 12 numbers, found 3");
+  write("calib.txt", "P0: 1\n");
+  EXPECT_NE(openMessage(root).find(root + "/calib.txt: no line `Tr: `"), std::string::npos);
+}
+
+TEST_F(KittiFolder, OneScanIsFoundWithItsLabels) {
+  const std::string scan = folder_ / "velodyne/000004.bin";
+  EXPECT_EQ(recogniseInput(scan), InputKind::semantic_kitti);
+  const auto source = openRecording(scan);
+  ASSERT_EQ(source->size(), 1u);
+  EXPECT_EQ(source->number(0), 4);
+  EXPECT_EQ(source->read(0).cloud.size(), 2u);
+  const std::string loose = write("loose/a.bin", test::scanBytes({1, 2, 3, 0}));
+  EXPECT_EQ(openMessage(loose).find(loose + ": no labels: neither "), 0u) << openMessage(loose);
+  write("loose/a.label", test::labelBytes({40}));
+  EXPECT_EQ(openRecording(loose)->read(0).cloud.points[0].label, 40u);
+}
+
+}  // namespace
+}  // namespace xview
