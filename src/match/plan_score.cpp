@@ -116,15 +116,22 @@ PlacePose climbBy(const Score& score, PlacePose pose, double step_m, double step
                                           {0, -1, 0}, {0, 0, 1},  {0, 0, -1}};
   pose.score = score(pose);
   for (int level = 0; level < levels; ++level, step_m /= 2, step_rad /= 2) {
+    int back = -1;  // the move that undoes the last one, which is known to be worse
     for (int move = 0; move < kMostMoves; ++move) {
       PlacePose best = pose;
-      for (const auto& m : kMoves) {
+      int taken = -1;
+      for (int i = 0; i < 6; ++i) {
+        if (i == back) continue;
+        const auto& m = kMoves[i];
         PlacePose next{pose.x + m[0] * step_m, pose.y + m[1] * step_m, pose.yaw + m[2] * step_rad,
                        0};
         next.score = score(next);
-        if (next.score > best.score) best = next;
+        if (next.score <= best.score) continue;
+        best = next;
+        taken = i;
       }
-      if (best.score <= pose.score) break;
+      if (taken < 0) break;
+      back = taken ^ 1;
       pose = best;
     }
   }
