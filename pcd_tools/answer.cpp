@@ -104,12 +104,9 @@ std::string toJson(const Answer& answer) {
   const Localization& fix = answer.fix;
   const bool has_pose = !fix.hypotheses.empty();
   Json json;
-  json["query"] = {{"input", answer.input},
-                   {"first_frame", answer.first_frame},
-                   {"last_frame", answer.last_frame},
-                   {"used_from_index", answer.used_from},
-                   {"last_index", answer.last_index},
-                   {"last_stamp", answer.last_stamp_s},
+  json["query"] = {{"input", answer.input},           {"first_frame", answer.first_frame},
+                   {"last_frame", answer.last_frame}, {"used_from_index", answer.used_from},
+                   {"last_index", answer.last_index}, {"last_stamp", answer.last_stamp_s},
                    {"frames_in_input", answer.frames}};
   json["status"] = toString(fix.status);
   json["reason"] = fix.reason;

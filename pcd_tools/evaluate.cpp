@@ -105,18 +105,27 @@ class EvaluateCommand final : public Command {
   void writeAll(const Evaluation& evaluation, const std::vector<ScoredQuery>& queries,
                 const std::vector<ReportPoint>& points) const {
     std::error_code problem;
-    std::filesystem::create_directories(out_, problem);
+    const bool is_new = std::filesystem::create_directories(out_, problem);
     if (problem) throw Error(out_, "cannot be made: " + problem.message());
-    const auto write = [&](const char* name, const std::string& text) {
-      AtomicFile file(out_ + "/" + name);
-      file.write(text);
-      file.commit();
-    };
-    write("results.csv", resultsCsv(queries));
-    write("pr.csv", precisionRecallCsv(evaluation));
-    write("success.csv", successCsv(queries));
-    write("summary.json", evaluationJson(evaluation));
-    write("report.html", reportHtml(evaluation, queries, points));
+    try {
+      writeFiles(evaluation, queries, points);
+    } catch (const Error&) {
+      if (is_new) std::filesystem::remove(out_, problem);
+      throw;
+    }
+  }
+
+  /// All of them or, if the largest does not fit, none.
+  void writeFiles(const Evaluation& evaluation, const std::vector<ScoredQuery>& queries,
+                  const std::vector<ReportPoint>& points) const {
+    AtomicFile report(out_ + "/report.html"), results(out_ + "/results.csv"),
+        success(out_ + "/success.csv"), pr(out_ + "/pr.csv"), summary(out_ + "/summary.json");
+    report.write(reportHtml(evaluation, queries, points));
+    results.write(resultsCsv(queries));
+    success.write(successCsv(queries));
+    pr.write(precisionRecallCsv(evaluation));
+    summary.write(evaluationJson(evaluation));
+    for (AtomicFile* file : {&report, &results, &success, &pr, &summary}) file->commit();
   }
 
   InputFlags input_;

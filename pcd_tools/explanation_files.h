@@ -8,7 +8,8 @@
 
 namespace xview::tools {
 
-/// Throws UsageError if `path` names one file although there may be several queries. Empty is fine.
+/// Throws UsageError if `path` names one file although there may be several queries, Error if that
+/// file cannot be written. Empty is fine.
 void checkExplanationPath(const std::string& path, bool is_one_query);
 
 /// FILE.csv and FILE.ply, or if `path` has no ending .csv, QUERY_FIRST-LAST.csv and .ply in that

@@ -76,7 +76,8 @@ class InfoCommand final : public Command {
  public:
   Description describe() const override {
     return {"info", "FILE|DIR", "what is it: kind, classes and counts, bounds, poses, versions",
-            "Reads everything, so that what info accepts the other commands accept as well.",
+            "Reads everything, so that what info accepts the other commands accept as well; only a "
+            "cloud without\nclasses is described, too.",
             "xview info town/forward"};
   }
 

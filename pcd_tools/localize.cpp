@@ -181,8 +181,7 @@ class LocalizeCommand final : public Command {
     if (!json_) fmt::print("{}\n", tableHeading());
     for (std::size_t i = 0; i + 1 < job.operands.size(); ++i) {
       try {
-        answerInput(readQuery(job.operands[i], input_, job, map.labels, windows_),
-                    localizer, job);
+        answerInput(readQuery(job.operands[i], input_, job, map.labels, windows_), localizer, job);
       } catch (const UsageError&) {
         throw;
       } catch (const std::exception& e) {

@@ -185,7 +185,7 @@ int runWithoutCommand(const std::vector<Description>& commands,
   std::string list = "Commands:\n";
   std::vector<std::string> names;
   for (const Description& about : commands) {
-    list += fmt::format("  {:<10}{:<24}{}\n", about.name, about.operands, about.summary);
+    list += fmt::format("  {:<10}{:<26}{}\n", about.name, about.operands, about.summary);
     names.push_back(about.name);
   }
   CLI::App app("xview finds where a robot is in a semantic map, from any view-point.");

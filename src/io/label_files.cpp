@@ -116,6 +116,9 @@ LabelSet shippedLabelSet(const std::string& name) {
   for (const ShippedLabels& set : kShippedLabels) {
     if (name == set.name) return parseLabelSet(YamlFile::parse(name + ".yaml", set.yaml), name);
   }
+  const std::filesystem::path path(name);
+  if (path.has_parent_path() || path.has_extension())
+    throw UsageError("label set '" + name + "': no such file");
   throw UsageError("unknown label set '" + name + "', the nearest known one is '" +
                    nearestWord(name, shippedLabelSets()) + "'");
 }

@@ -17,9 +17,14 @@
 namespace xview {
 namespace {
 
+/// The word may be meant for a key or, in a file, for a group of them.
 std::string unknownKey(const std::string& key, const std::vector<OptionField>& fields) {
   std::vector<std::string> known;
-  for (const OptionField& field : fields) known.push_back(field.key);
+  for (const OptionField& field : fields) {
+    known.push_back(field.key);
+    const std::string group = field.key.substr(0, field.key.find('.'));
+    if (group != field.key) known.push_back(group);
+  }
   return "unknown option " + key + "; the nearest known one is " + nearestWord(key, known);
 }
 

@@ -49,6 +49,11 @@ double unitOf(const ViewEvidence& e, const VerdictOptions& o) {
                   kTailShare * tailScale(e.wrong_scores));
 }
 
+/// 0.003 and 2e-27, but 10 and not 1e+01.
+std::string oneDigit(double value) {
+  return value < 1 ? fmt::format("{:.1g}", value) : fmt::format("{:.0f}", value);
+}
+
 }  // namespace
 
 double tailScale(const std::vector<double>& scores_best_first) {
@@ -85,8 +90,8 @@ Verdict judge(const ViewEvidence& e, const VerdictOptions& o) {
     verdict.status = Status::accepted;
     verdict.reason = fmt::format(
         "{:.0f} nats better than any other place, {:.0f} % of the agreement of a usual true pose: "
-        "{:.1g} wrong answers per right one ({:.2g} allowed)",
-        margin(e), 100 * agreed, std::max(alarms, 1e-99), 1 / o.min_confidence - 1);
+        "{} wrong answers per right one ({:.2g} allowed)",
+        margin(e), 100 * agreed, oneDigit(std::max(alarms, 1e-99)), 1 / o.min_confidence - 1);
   } else if (e.known_share < o.min_known_share) {
     verdict.reason =
         fmt::format("only {:.0f} % of the query lies where the map was seen ({:.0f} % needed)",
@@ -103,8 +108,8 @@ Verdict judge(const ViewEvidence& e, const VerdictOptions& o) {
   } else {
     verdict.reason = fmt::format(
         "only {:.0f} nats better than any other place, {:.0f} % of the agreement of a usual true "
-        "pose: {:.1g} wrong answers per right one ({:.2g} allowed)",
-        margin(e), 100 * agreed, alarms, 1 / o.min_confidence - 1);
+        "pose: {} wrong answers per right one ({:.2g} allowed)",
+        margin(e), 100 * agreed, oneDigit(alarms), 1 / o.min_confidence - 1);
   }
   return verdict;
 }

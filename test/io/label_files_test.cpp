@@ -149,5 +149,10 @@ TEST(ShippedLabelSets, AnUnknownNameNamesTheNearest) {
             "unknown label set 'semantickitti', the nearest known one is 'semantic_kitti'");
 }
 
+TEST(ShippedLabelSets, APathIsAFileThatIsMissingNotAMisspeltName) {
+  EXPECT_EQ(messageOf([] { shippedLabelSet("data/classes.yaml"); }),
+            "label set 'data/classes.yaml': no such file");
+}
+
 }  // namespace
 }  // namespace xview

@@ -129,6 +129,8 @@ TEST_F(OptionsFile, SaysPathAndLineOfWhatIsWrong) {
   const std::string path = folder_ / "options.yaml";
   EXPECT_EQ(messageFor("seed: 3\nwalks:\n  num_walk: 3\n"),
             path + ":3: unknown option walks.num_walk; the nearest known one is walks.num_walks");
+  EXPECT_EQ(messageFor("walk:\n  num_walks: 3\n"),
+            path + ":1: unknown option walk; the nearest known one is walks");
   EXPECT_EQ(messageFor("walks:\n  walk_length: 0\n"),
             path + ":2: walks.walk_length = 0, must be in [2, 8]");
   EXPECT_EQ(messageFor("\nwalks: 3\n"),

@@ -16,6 +16,7 @@ TEST(Help, ListsEveryCommand) {
   EXPECT_EQ(outcome.err, "");
   for (const std::string& command : kCommands)
     EXPECT_NE(outcome.out.find("\n  " + command + " "), std::string::npos);
+  EXPECT_NE(outcome.out.find("OUT.txt  learn the"), std::string::npos) << "the longest operands";
 }
 
 TEST(Help, OfEveryCommandIsOnStdoutWithAnExample) {

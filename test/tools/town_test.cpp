@@ -85,6 +85,20 @@ TEST_F(TinyTown, RearViewIsFoundWhereItIs) {
   for (const char* name : {"results.csv", "pr.csv", "success.csv", "report.html"}) {
     EXPECT_GT(fs::file_size(report + "/" + name), 20u) << name;
   }
+  const std::string blocked = file("blocked report");
+  fs::create_directories(blocked + "/summary.json");
+  EXPECT_EQ(runXview({"evaluate", "-q", file("rear.jsonl"), town("rear") + "/groundtruth.txt", "-o",
+                      blocked})
+                .code,
+            1);
+  EXPECT_EQ(std::distance(fs::directory_iterator(blocked), {}), 1) << "all files or none";
+}
+
+TEST_F(TinyTown, AnExplanationThatCannotBeWrittenIsToldBeforeTheSearch) {
+  const Outcome refused = runXview({"localize", "--json", town("rear"), map(), "--explain",
+                                    file("no such folder") + "/why.csv"});
+  EXPECT_EQ(refused.code, 1);
+  EXPECT_EQ(lineCount(refused.err), 1u) << refused.err;
 }
 
 TEST_F(TinyTown, LiftedCloudsRememberTheirClasses) {

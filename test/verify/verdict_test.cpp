@@ -192,6 +192,18 @@ TEST(ViewVerdict, GoodEvidenceIsAcceptedWithConfidence) {
   EXPECT_NE(v.reason.find("240 nats"), std::string::npos) << v.reason;
 }
 
+TEST(ViewVerdict, ManyWrongAnswersAreAWholeNumber) {
+  ViewEvidence e = goodView();
+  e.runner_up = 0.7 * e.score;
+  e.score /= 40;
+  e.runner_up /= 40;
+  e.expected = e.score;
+  const Verdict v = judgeView(e);
+  EXPECT_NE(v.status, Status::accepted);
+  EXPECT_EQ(v.reason.find("e+"), std::string::npos) << v.reason;
+  EXPECT_NE(v.reason.find("wrong answers per right one"), std::string::npos) << v.reason;
+}
+
 TEST(ViewVerdict, AcceptedIsWhatReachesTheConfidenceAndAllGates) {
   Random random(5);
   int accepted = 0;
