@@ -59,25 +59,30 @@ DriftChain::DriftChain(const std::vector<double>& ways_m,
   }
 
   const auto pieces = static_cast<Eigen::Index>(knots_);
-  const Eigen::MatrixXd one_axis =
+  of_pieces_ =
       covarianceOfPieces(pieces, piece_m).llt().solve(Eigen::MatrixXd::Identity(pieces, pieces));
   const double turn = std::max(rates.turn_per_m, kLeastTurn);
-  Vector6d per_axis;
-  per_axis << Eigen::Vector3d::Constant(1 / (rates.share * rates.share)),
-      Eigen::Vector3d::Constant(1 / (turn * turn));
-  Eigen::MatrixXd of_pieces = Eigen::MatrixXd::Zero(size(), size());
-  Eigen::MatrixXd difference = Eigen::MatrixXd::Zero(size(), size());
+  Vector6d rate;
+  rate << Eigen::Vector3d::Constant(rates.share), Eigen::Vector3d::Constant(turn);
+  differences_.fill(Eigen::MatrixXd::Zero(pieces, size()));
   for (Eigen::Index k = 0; k < pieces; ++k) {
-    for (Eigen::Index l = 0; l < pieces; ++l)
-      of_pieces.block<6, 6>(6 * k, 6 * l) = one_axis(k, l) * Matrix6d(per_axis.asDiagonal());
     // A piece turns about its middle.
     const double middle_m = (static_cast<double>(k) + 0.5) * piece_m;
     Matrix6d about_middle = Matrix6d::Identity();
     about_middle.topRightCorner<3, 3>() = crossFromRight(sensorAt(middle_m, ways_m, sensors));
-    difference.block<6, 6>(6 * k, 6 * k) = about_middle;
-    if (k > 0) difference.block<6, 6>(6 * k, 6 * k - 6) = -about_middle;
+    for (Eigen::Index axis = 0; axis < 6; ++axis) {
+      Eigen::MatrixXd& difference = differences_[static_cast<std::size_t>(axis)];
+      difference.block<1, 6>(k, 6 * k) = about_middle.row(axis) / rate(axis);
+      if (k > 0) difference.block<1, 6>(k, 6 * k - 6) = -about_middle.row(axis) / rate(axis);
+    }
   }
-  information_ = difference.transpose() * of_pieces * difference;
+  information_ = Eigen::MatrixXd::Zero(size(), size());
+  for (Eigen::Index axis = 0; axis < 6; ++axis) information_ += informationOf(axis);
+}
+
+Eigen::MatrixXd DriftChain::informationOf(Eigen::Index axis) const {
+  const Eigen::MatrixXd& difference = differences_[static_cast<std::size_t>(axis)];
+  return difference.transpose() * of_pieces_ * difference;
 }
 
 Vector6d DriftChain::at(const Place& place, const Eigen::VectorXd& errors) const {

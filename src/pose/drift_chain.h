@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <array>
 #include <cstddef>
 #include <vector>
 
@@ -47,10 +48,14 @@ class DriftChain {
 
   /// Inverse covariance of the errors, before anything was seen.
   const Eigen::MatrixXd& information() const { return information_; }
+  /// What errors along x y z or about x y z add to it.
+  Eigen::MatrixXd informationOf(Eigen::Index axis) const;
 
  private:
   std::size_t knots_ = 0;
   std::vector<Place> places_;
+  Eigen::MatrixXd of_pieces_;                   ///< inverse covariance of pieces in one axis
+  std::array<Eigen::MatrixXd, 6> differences_;  ///< errors of pieces over their rates, by axis
   Eigen::MatrixXd information_;
 };
 

@@ -74,6 +74,18 @@ TEST(DriftChain, ATurnMovesWhatLiesBehindSideways) {
   EXPECT_LT(std::sqrt(covariance(far, far)), 0.01) << "but not lengthwise";
 }
 
+TEST(DriftChain, InformationIsThatOfAllAxesTogether) {
+  const DriftChain chain = Drive(33).chain({0.03, 8e-4});
+  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(chain.size(), chain.size());
+  for (Eigen::Index axis = 0; axis < 6; ++axis) sum += chain.informationOf(axis);
+  EXPECT_TRUE(sum.isApprox(chain.information()));
+  // What lies along the way says nothing about a turn, nor the other way round.
+  Eigen::VectorXd shift = Eigen::VectorXd::Zero(chain.size());
+  for (Eigen::Index k = 0; k < shift.size(); k += 6) shift(k) = 0.1;
+  EXPECT_GT(shift.dot(chain.informationOf(0) * shift), 0);
+  EXPECT_EQ(shift.dot(chain.informationOf(5) * shift), 0);
+}
+
 TEST(DriftChain, InformationIsPositiveDefinite) {
   const DriftChain chain = Drive(33).chain({0.03, 8e-4});
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(chain.information());

@@ -98,17 +98,25 @@ struct RefineQuery {
   double sigma_m = 0;  ///< typical depth error of the points; goes into the covariance
 };
 
-/// What the covariance is made of. Set by maximum likelihood on accepted windows of simulated towns
-/// with clean and with noisy depth, with and without added drift, then rounded to the wide side.
+/// What the covariance is made of: how far each kind of error reaches the pose through the fit. Set
+/// on accepted windows of simulated towns with clean and with noisy depth, with and without added
+/// drift, by maximum likelihood, then to the wide side.
 struct RefinementErrors {
-  /// Standard deviations over those that points, gravity and odometry leave open.
-  static constexpr double kPlane = 0.95, kHeight = 0.11, kTilt = 0.14, kYaw = 0.85;
-  /// They double and more where depth is known less well than this.
-  static constexpr double kKnownWell_m = 0.09;
+  /// Points of a block err together: of the spread of blocks.
+  static constexpr double kPoints = 0.7;
+  /// Between the sides of things that query and map saw, for all things of a kind.
+  static constexpr double kSide_m = 0.035;
+  /// Of the drift and its turn that were presumed, and times as much where a window shows drift.
+  static constexpr double kDrift = 0.85, kDriftTurn = 0.45, kShownDrift = 2.5;
+  /// All these double in variance where depth is known no better than this.
+  static constexpr double kKnownWell_m = 0.055;
+  /// Of what the trust in the points leaves open in the plane; and what is open even if they are
+  /// worth so much more.
+  static constexpr double kOpen = 0.2, kWorth = 1000;
+  /// Of the depth error that all points have in common, in the plane.
+  static constexpr double kCommon = 0.1;
   /// Of the way between the answers with little and with much drift.
-  static constexpr double kOtherAnswer = 0.5;
-  /// Of the depth error that all points have in common.
-  static constexpr double kCommon = 0.2;
+  static constexpr double kOtherAnswer = 0.25;
   static constexpr double kFloor_m = 0.001, kFloor_rad = 0.0001;
 };
 
@@ -117,12 +125,11 @@ struct Refinement {
   Eigen::Isometry3d T_map_query = Eigen::Isometry3d::Identity();  ///< right for the last pose
   double overlap =
       0;  ///< share of the points that have a distribution of their class within the last gate
-  double residual_m = 0;  ///< roughness_m times the median Mahalanobis distance of those points
   double scale =
       1;  ///< how long the last ways are in the map, over how long the odometry says they are
-  /// Of the last pose: x y z [m], rx ry rz [rad], map frame, left increment: what points, of
-  /// which those of a block err together, and drift leave open; see RefinementErrors. An error of
-  /// the map as a whole against the world is not in it.
+  /// Of the last pose: x y z [m], rx ry rz [rad], map frame, left increment: errors of points, of
+  /// drift and of single poses; see RefinementErrors. An error of the map as a whole against the
+  /// world is not in it.
   Matrix6d covariance = Matrix6d::Zero();
   int iterations = 0;
 };
