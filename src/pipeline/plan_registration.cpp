@@ -13,9 +13,6 @@
 namespace xview {
 namespace {
 
-constexpr double kRecent_m =
-    20;  ///< what lies this near to the last pose has not drifted against it
-
 /// Four cells of a plan view in a distribution. Samples err by about half a cell; of tilt the plan
 /// knows nothing.
 RefineOptions planRefinement() {

@@ -10,6 +10,9 @@
 
 namespace xview {
 
+/// What lies this near to the last pose has hardly drifted against it.
+constexpr double kRecent_m = 20;
+
 /// Registers the plan views of a query and a map: their samples are surfaces, borders and objects
 /// that were averaged over all frames that saw them, so they are known where no single look is,
 /// from the air for one.

@@ -13,8 +13,6 @@ namespace xview {
 namespace {
 
 constexpr double kPairSigma_m = 0.5;  ///< of a pair of vertices, when nothing better is known
-constexpr float kRecent_m =
-    20;  ///< what lies this near to the last pose has not drifted against it
 /// How far the plan seen from above leaves a pose uncertain: its samples lie about that far apart,
 /// its heights are those of ground seen from afar, and the last part of a window shows its
 /// direction no better.
