@@ -9,12 +9,6 @@
 #include "xview/types/stopwatch.h"
 
 namespace xview {
-namespace {
-
-constexpr double kUsualVertices =
-    60;  ///< of a query; scores of wrong places spread with the root of the vertices
-
-}  // namespace
 
 const ObjectPlaceIndex& ObjectPath::index() const {
   std::call_once(made_, [&] { index_.emplace(map_.graph, map_.labels, options_.objects); });
@@ -63,8 +57,8 @@ PoseCheck ObjectPath::check(const Query& query, const Eigen::Isometry3d& T_map_q
   request.focus = sensor;
   const ObjectHypothesis h = index().score(query.graph, {T_map_query}, request).at(0);
   PoseCheck place{h.T_map_query, {h.score, 0, h.expected, h.known_share, {}, {}}, 0};
-  place.needed_margin = options_.sequence.min_object_margin *
-                        std::sqrt(static_cast<double>(query.graph.size()) / kUsualVertices);
+  place.needed_margin =
+      options_.sequence.min_object_margin * scoreSpread(static_cast<int>(query.graph.size()));
   if ((h.T_map_query * sensor - T_map_query * sensor).head<2>().norm() > reach_m) {
     place.T_map_query = T_map_query;
     place.evidence.score = 0;  // the objects agree with another pose, not with this one

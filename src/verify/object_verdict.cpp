@@ -11,6 +11,9 @@ namespace {
 
 constexpr double kEqualShare =
     0.8;  // a runner-up with this share of the best score explains the query about equally well
+constexpr double kUsualVertices = 60;  // of a query
+// Large queries are dense samples of surfaces, which agree or disagree together.
+constexpr double kDenseSpread = 0.65;
 constexpr int kFewWrong = 10;         // the mean of fewer wrong places says little
 constexpr double kMarginShare = 0.5;  // of the margin, in the lead
 constexpr double kUsualDeviations =
@@ -22,9 +25,7 @@ constexpr double kLeadOfOneAlarm = 1, kLeadPerFactorE = 3.25;  // [nats]
 constexpr double kAlarmsPerRightPlace = 16;
 
 /// As if the query had 60 vertices.
-double normalized(double nats, int vertices) {
-  return nats / std::sqrt(std::max(1, vertices) / 60.0);
-}
+double normalized(double nats, int vertices) { return nats / scoreSpread(vertices); }
 
 bool knowsWrongPlaces(const ObjectEvidence& e) { return e.wrong_places >= kFewWrong; }
 
@@ -69,6 +70,11 @@ double met(double value, double needed) {
 }
 
 }  // namespace
+
+double scoreSpread(int vertices) {
+  const double size = std::max(1, vertices) / kUsualVertices;
+  return std::pow(size, size > 1 ? kDenseSpread : 0.5);
+}
 
 double falseAlarms(const ObjectEvidence& e) {
   const double lead = leadOf(e);

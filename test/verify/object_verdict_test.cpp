@@ -113,16 +113,17 @@ TEST(ObjectVerdict, ConfidenceNeverFallsWithTheScoreAndNeverGrowsWithWrongPlaces
 
 TEST(ObjectVerdict, ALargeQueryNeedsALargerLead) {
   ObjectEvidence e = goodPlace();
-  constexpr double kScale = 4;  // root of the number of vertices
-  e.vertices = static_cast<int>(kScale * kScale) * goodPlace().vertices;
+  e.vertices = 16 * goodPlace().vertices;
+  const double scale = scoreSpread(e.vertices) / scoreSpread(goodPlace().vertices);
+  EXPECT_GT(scale, 4) << "vertices of large queries are taken for independent";
   EXPECT_GT(falseAlarms(e), falseAlarms(goodPlace()));
   e.score = 45;
   EXPECT_NE(judge(e, kOptions).status, Status::accepted);
-  // All differences of scores grow with the root.
-  e.score = kScale * goodPlace().score;
-  e.runner_up = kScale * goodPlace().runner_up;
-  e.typical_wrong = kScale * goodPlace().typical_wrong;
-  e.wrong_deviation = kScale * goodPlace().wrong_deviation;
+  // All differences of scores grow alike.
+  e.score = scale * goodPlace().score;
+  e.runner_up = scale * goodPlace().runner_up;
+  e.typical_wrong = scale * goodPlace().typical_wrong;
+  e.wrong_deviation = scale * goodPlace().wrong_deviation;
   EXPECT_NEAR(falseAlarms(e), falseAlarms(goodPlace()), 1e-9 * falseAlarms(goodPlace()));
 }
 

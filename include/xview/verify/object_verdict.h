@@ -42,11 +42,15 @@ struct ObjectEvidence {
   int inliers = 0;             ///< of these, with a partner in the map
 };
 
+/// How far scores of wrong places spread, 1 for a query of 60 vertices: they are sums over
+/// vertices, so it grows with the root of their number, and faster for large queries, whose
+/// vertices are not independent.
+double scoreSpread(int vertices);
+
 /// Number of false alarms (a contrario): how many places as good as this one are to be expected
 /// when a query from elsewhere is looked for in this map. The wrong places of the same search say
 /// what is typical of this query in this map; above them, and above the best of them, the scores of
-/// queries from elsewhere fall off exponentially. Scores are sums over vertices, so they spread
-/// with the root of their number.
+/// queries from elsewhere fall off exponentially, in units of scoreSpread().
 double falseAlarms(const ObjectEvidence& evidence);
 
 /// The confidence is the chance of the place to be right if as many queries come from the map as
