@@ -481,5 +481,23 @@ TEST(DistributionMap, AnswersDoNotDependOnEarlierQuestionsNorOnThreads) {
   }
 }
 
+TEST(Refine, AStreetThatTellsNothingLengthwiseLeavesThePlaceAlongItOpen) {
+  Street map_street(1), query_street(2);
+  map_street.ground(40000);
+  map_street.corridor(20000);
+  query_street.box({-8, -6, 0}, {8, 6, 0}, kRoad, 8000);
+  for (const double y : {6.1, -6.3}) query_street.box({-8, y, 0}, {8, y, 6}, kBuilding, 4000);
+  const DistributionMap map = distributions(map_street.cloud());
+  const LabelledCloud cloud = query_street.cloud();
+  for (const double off : {-0.6, -0.3, 0.3, 0.6}) {
+    const Refinement found =
+        refineAt(map, cloud, poseFromYaw({off, 0, 0}, 0), Eigen::Vector3d(0, 0, 1.5));
+    ASSERT_TRUE(found.converged) << off;
+    const double error = found.T_map_query.translation().x();
+    EXPECT_LT(std::abs(error), 4 * std::sqrt(found.covariance(0, 0))) << off << " " << error;
+    EXPECT_LT(found.covariance(1, 1), 0.02 * 0.02) << "across it is known";
+  }
+}
+
 }  // namespace
 }  // namespace xview

@@ -113,6 +113,10 @@ struct RefinementErrors {
   /// Of what the trust in the points leaves open in the plane; and what is open even if they are
   /// worth so much more.
   static constexpr double kOpen = 0.2, kWorth = 1000;
+  /// Over so much it shows what is known along the way that is known least.
+  static constexpr double kStep_m = 0.4;
+  /// Cost that edges of cells make over such a step, per point of the query.
+  static constexpr double kWaves = 0.02;
   /// Of the depth error that all points have in common, in the plane.
   static constexpr double kCommon = 0.1;
   /// Of the way between the answers with little and with much drift.
