@@ -80,8 +80,8 @@ DistributionCells::DistributionCells(const LabelledCloud& map, const LabelSet& l
                                      const RefineOptions& options)
     : map_(map), labels_(labels), views_(viewpoints), side_(static_cast<float>(options.cell_m)) {
   sortIntoTiles();
-  const float common = kCommonNoise * typicalThickness();
-  variance_ = static_cast<float>(options.roughness_m * options.roughness_m) + common * common;
+  noise_ = kCommonNoise * typicalThickness();
+  variance_ = static_cast<float>(options.roughness_m * options.roughness_m) + noise_ * noise_;
 }
 
 DistributionCells::~DistributionCells() = default;

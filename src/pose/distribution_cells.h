@@ -37,7 +37,8 @@ class DistributionCells {
   const Eigen::Vector3d& origin() const { return map_.origin; }
   /// The nearest distribution of the group in the cell of p and the 26 around it, within the gate.
   const Distribution* nearest(const Eigen::Vector3f& p, std::uint32_t group, float gate) const;
-  std::size_t size() const;  ///< of all tiles, which it makes
+  std::size_t size() const;                ///< of all tiles, which it makes
+  double noise() const { return noise_; }  ///< by which looks at one surface err as a whole [m]
 
  private:
   /// The points [first, last) of the cloud.
@@ -67,6 +68,7 @@ class DistributionCells {
   const LabelSet labels_;
   const Viewpoints views_;
   const float side_;
+  float noise_ = 0;     ///< [m]
   float variance_ = 0;  ///< added to every distribution [m^2]
   std::deque<Tile> tiles_;
   std::vector<std::int32_t> slots_ = std::vector<std::int32_t>(64, -1);  ///< hash table of tiles

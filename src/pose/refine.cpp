@@ -42,9 +42,12 @@ Matrix6d covarianceOf(const Fit& fit, const std::vector<QueryPoint>& points,
   const Eigen::Vector3d apart =
       E::kOtherAnswer * (other_sensor - fit.registration.sensorOf(fit.descent.at));
   covariance.topLeftCorner<3, 3>() += apart * apart.transpose();
-  const double level_m = std::hypot(E::kFloor_m, E::kCommon * sigma_m);
+  const double looks = std::sqrt(static_cast<double>(fit.registration.poseCount()));
+  const double floor_m = std::hypot(E::kFloor_m, E::kLook_m / looks),
+               floor_rad = std::hypot(E::kFloor_rad, E::kLook_rad / looks);
+  const double level_m = std::hypot(floor_m, E::kCommon * sigma_m);
   covariance.diagonal() +=
-      (Vector6d() << level_m, level_m, E::kFloor_m, Eigen::Vector3d::Constant(E::kFloor_rad))
+      (Vector6d() << level_m, level_m, floor_m, Eigen::Vector3d::Constant(floor_rad))
           .finished()
           .cwiseAbs2();
   return 0.5 * (covariance + covariance.transpose());
@@ -77,7 +80,9 @@ Refinement refine(const DistributionMap& map, const RefineQuery& query, const La
   result.scale = best.registration.scaleOf(d.at);
   const Eigen::Vector3d elsewhere =
       other.registration.sensorOf(other.descent.valid ? other.descent.at : d.at);
-  result.covariance = covarianceOf(best, points, elsewhere, query.sigma_m, drifts);
+  // The noise of the map is there where that of the query is not known, too.
+  const double sigma_m = std::hypot(query.sigma_m, DistributionCells::of(map).noise());
+  result.covariance = covarianceOf(best, points, elsewhere, sigma_m, drifts);
   const double shift = (result.T_map_query * sensor - T_map_query * sensor).norm();
   result.converged = shift <= options.max_shift_m;
   return result;

@@ -122,6 +122,8 @@ struct RefinementErrors {
   /// Of the way between the answers with little and with much drift.
   static constexpr double kOtherAnswer = 0.25;
   static constexpr double kFloor_m = 0.001, kFloor_rad = 0.0001;
+  /// Of single looks in themselves, as by motion while a scanner turns.
+  static constexpr double kLook_m = 0.008, kLook_rad = 0.0003;
 };
 
 struct Refinement {
