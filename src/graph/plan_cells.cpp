@@ -187,6 +187,10 @@ void addOwnVotes(const ChunkedVector<PlanVoxel>& voxels, const std::uint32_t* fi
 
 }  // namespace
 
+float UprightCell::ofThingsBesidePosts() const {
+  return of(Kind::building) + of(Kind::fence) + of(Kind::vegetation) + of(Kind::vehicle);
+}
+
 const Standing* UprightCell::find(Kind kind) const {
   for (const Standing* s = first; s != last; ++s) {
     if (s->kind == kind) return s;
@@ -222,11 +226,6 @@ float UprightCell::lowOf(Kind kind) const {
 float UprightCell::highOf(Kind kind) const {
   const Standing* s = find(kind);
   return s ? s->high : 0.f;
-}
-
-std::uint32_t UprightCell::levelsOf(Kind kind) const {
-  const Standing* s = find(kind);
-  return s ? s->levels : 0;
 }
 
 bool UprightCell::holds(Kind kind, double min_votes, double min_share) const {

@@ -55,7 +55,7 @@ struct UprightCell {
   float clearOf(Kind kind) const;
   float lowOf(Kind kind) const;
   float highOf(Kind kind) const;
-  std::uint32_t levelsOf(Kind kind) const;
+  float ofThingsBesidePosts() const;  ///< votes of buildings, fences, vegetation and vehicles
   bool holds(Kind kind, double min_votes, double min_share) const;
 };
 
@@ -85,6 +85,16 @@ struct PlanCells {
   const UprightCell* uprightAt(std::int32_t x, std::int32_t y) const {
     const std::int32_t i = index.find(x, y);
     return i < 0 ? nullptr : uprightOf(i);
+  }
+  /// Calls visit(cell, where) for what stands in the cells up to `reach` away, row by row.
+  template <class Visit>
+  void forUprightAround(CellIndex::Cell c, int reach, Visit&& visit) const {
+    for (int dy = -reach; dy <= reach; ++dy) {
+      for (int dx = -reach; dx <= reach; ++dx) {
+        const CellIndex::Cell where{c.x + dx, c.y + dy};
+        if (const UprightCell* cell = uprightAt(where.x, where.y)) visit(*cell, where);
+      }
+    }
   }
 };
 

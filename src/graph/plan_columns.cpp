@@ -27,18 +27,15 @@ struct Moments {
 Moments momentsAround(const PlanCells& cells, CellIndex::Cell c, const Column& own) {
   Moments m;
   const float x0 = own.x / own.votes(), y0 = own.y / own.votes();
-  for (int dy = -kCore; dy <= kCore; ++dy) {
-    for (int dx = -kCore; dx <= kCore; ++dx) {
-      const UprightCell* cell = cells.uprightAt(c.x + dx, c.y + dy);
-      if (!cell || cell->column.votes() <= 0) continue;
-      const float w = cell->column.votes();
-      const float x = cell->column.x / w - x0, y = cell->column.y / w - y0;
-      m.votes += w;
-      m.x += w * x;
-      m.y += w * y;
-      m.square += w * (x * x + y * y);
-    }
-  }
+  cells.forUprightAround(c, kCore, [&](const UprightCell& cell, CellIndex::Cell) {
+    const float w = cell.column.votes();
+    if (w <= 0) return;
+    const float x = cell.column.x / w - x0, y = cell.column.y / w - y0;
+    m.votes += w;
+    m.x += w * x;
+    m.y += w * y;
+    m.square += w * (x * x + y * y);
+  });
   return m;
 }
 
@@ -51,17 +48,13 @@ bool standsAlone(const ValueGrid& band, CellIndex::Cell cell, float min_votes) {
 bool isLabelledClearly(const PlanCells& cells, CellIndex::Cell cell) {
   std::array<float, static_cast<std::size_t>(Kind::none)> votes{};
   float total = 0;
-  for (int dy = -kCore; dy <= kCore; ++dy) {
-    for (int dx = -kCore; dx <= kCore; ++dx) {
-      const UprightCell* c = cells.uprightAt(cell.x + dx, cell.y + dy);
-      if (!c) continue;
-      for (const Standing* s = c->first; s != c->last; ++s) {
-        const Kind kind = s->kind == Kind::trunk ? Kind::vegetation : s->kind;  // both are trees
-        votes[static_cast<std::size_t>(kind)] += s->near_votes;
-        total += s->near_votes;
-      }
+  cells.forUprightAround(cell, kCore, [&](const UprightCell& c, CellIndex::Cell) {
+    for (const Standing* s = c.first; s != c.last; ++s) {
+      const Kind kind = s->kind == Kind::trunk ? Kind::vegetation : s->kind;  // both are trees
+      votes[static_cast<std::size_t>(kind)] += s->near_votes;
+      total += s->near_votes;
     }
-  }
+  });
   return *std::max_element(votes.begin(), votes.end()) > kClearShare * total;
 }
 

@@ -23,32 +23,24 @@ constexpr float kBeforeWall = 0.5f;
 constexpr float kSure = 2;
 constexpr float kSameFoot_m = 1, kSameColumn_m = 1.5f;  ///< as a post that is known already
 
-float votesOfOthers(const UprightCell& cell) {
-  return cell.of(Kind::building) + cell.of(Kind::fence) + cell.of(Kind::vegetation) +
-         cell.of(Kind::vehicle);
-}
-
 /// Weighted mean of the pole-like points in the 3x3 cells around a peak.
 PlanSample peakCentre(const PlanCells& cells, const ValueGrid& value, CellIndex::Cell c) {
   float weight = 0, x = 0, y = 0;
-  for (int dy = -1; dy <= 1; ++dy) {
-    for (int dx = -1; dx <= 1; ++dx) {
-      const UprightCell* cell = cells.uprightAt(c.x + dx, c.y + dy);
-      const float w = value.at(c.x + dx, c.y + dy);
-      if (!cell || w <= 0) continue;
-      float votes = 0, sum_x = 0, sum_y = 0;
-      for (const Standing* s = cell->first; s != cell->last; ++s) {
-        if (!isPoleLike(s->kind)) continue;
-        votes += s->votes;
-        sum_x += s->sum_x;
-        sum_y += s->sum_y;
-      }
-      if (votes <= 0) continue;
-      weight += w;
-      x += w * sum_x / votes;
-      y += w * sum_y / votes;
+  cells.forUprightAround(c, 1, [&](const UprightCell& cell, CellIndex::Cell where) {
+    const float w = value.at(where.x, where.y);
+    if (w <= 0) return;
+    float votes = 0, sum_x = 0, sum_y = 0;
+    for (const Standing* s = cell.first; s != cell.last; ++s) {
+      if (!isPoleLike(s->kind)) continue;
+      votes += s->votes;
+      sum_x += s->sum_x;
+      sum_y += s->sum_y;
     }
-  }
+    if (votes <= 0) return;
+    weight += w;
+    x += w * sum_x / votes;
+    y += w * sum_y / votes;
+  });
   if (weight <= 0) return {};
   return {x / weight, y / weight, cells.floor[cells.index.find(c.x, c.y)].height};
 }
@@ -56,15 +48,11 @@ PlanSample peakCentre(const PlanCells& cells, const ValueGrid& value, CellIndex:
 /// Greatest height of anything pole-like in the 3x3 cells around one.
 float poleTop(const PlanCells& cells, CellIndex::Cell c) {
   float top = 0;
-  for (int dy = -1; dy <= 1; ++dy) {
-    for (int dx = -1; dx <= 1; ++dx) {
-      const UprightCell* cell = cells.uprightAt(c.x + dx, c.y + dy);
-      if (!cell) continue;
-      for (const Standing* s = cell->first; s != cell->last; ++s) {
-        if (isPoleLike(s->kind)) top = std::max(top, s->top);
-      }
+  cells.forUprightAround(c, 1, [&](const UprightCell& cell, CellIndex::Cell) {
+    for (const Standing* s = cell.first; s != cell.last; ++s) {
+      if (isPoleLike(s->kind)) top = std::max(top, s->top);
     }
-  }
+  });
   return top;
 }
 
@@ -121,7 +109,7 @@ class PeakFinder {
         votes += cell.nearOf(kind);
         own += cell.ownOf(kind);
       }
-      return votes >= kMinPoleShare * votesOfOthers(cell) ? votes : kBeforeWall * own;
+      return votes >= kMinPoleShare * cell.ofThingsBesidePosts() ? votes : kBeforeWall * own;
     });
     const ValueGrid sums = value.boxSum(1);
     const bool of_poles = std::count(kinds.begin(), kinds.end(), Kind::pole) > 0;
@@ -153,13 +141,10 @@ class PeakFinder {
     const float own = value.sumAround(c, 1);
     if (value.sumAround(c, 2) > (1 + kInTheGap) * own) return false;
     float low = 0;
-    for (int dy = -1; dy <= 1; ++dy) {
-      for (int dx = -1; dx <= 1; ++dx) {
-        const UprightCell* cell = cells_.uprightAt(c.x + dx, c.y + dy);
-        if (!cell || value.at(c.x + dx, c.y + dy) <= 0) continue;
-        for (const Kind kind : kinds) low += cell->lowOf(kind);
-      }
-    }
+    cells_.forUprightAround(c, 1, [&](const UprightCell& cell, CellIndex::Cell where) {
+      if (value.at(where.x, where.y) <= 0) return;
+      for (const Kind kind : kinds) low += cell.lowOf(kind);
+    });
     return low >= kLowShare * own;
   }
 
@@ -167,15 +152,12 @@ class PeakFinder {
   bool isClear(const std::vector<Kind>& kinds, CellIndex::Cell c) const {
     constexpr float kClearShare = 0.5f;
     float all = 0, clear = 0;
-    for (int dy = -1; dy <= 1; ++dy) {
-      for (int dx = -1; dx <= 1; ++dx) {
-        const UprightCell* cell = cells_.uprightAt(c.x + dx, c.y + dy);
-        for (const Kind kind : kinds) {
-          all += cell ? cell->nearOf(kind) : 0;
-          clear += cell ? cell->clearOf(kind) : 0;
-        }
+    cells_.forUprightAround(c, 1, [&](const UprightCell& cell, CellIndex::Cell) {
+      for (const Kind kind : kinds) {
+        all += cell.nearOf(kind);
+        clear += cell.clearOf(kind);
       }
-    }
+    });
     return clear >= kClearShare * all;
   }
 
@@ -183,17 +165,13 @@ class PeakFinder {
   bool hasRivals(const std::vector<Kind>& kinds, CellIndex::Cell c) const {
     constexpr float kOwnShare = 0.75f;
     float all = 0, own = 0, others = 0;
-    for (int dy = -1; dy <= 1; ++dy) {
-      for (int dx = -1; dx <= 1; ++dx) {
-        const UprightCell* cell = cells_.uprightAt(c.x + dx, c.y + dy);
-        if (!cell) continue;
-        for (const Kind kind : kinds) {
-          all += cell->nearOf(kind);
-          own += cell->ownOf(kind);
-        }
-        others += votesOfOthers(*cell);
+    cells_.forUprightAround(c, 1, [&](const UprightCell& cell, CellIndex::Cell) {
+      for (const Kind kind : kinds) {
+        all += cell.nearOf(kind);
+        own += cell.ownOf(kind);
       }
-    }
+      others += cell.ofThingsBesidePosts();
+    });
     return others > all && own < kOwnShare * all;
   }
 

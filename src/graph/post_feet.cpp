@@ -28,10 +28,8 @@ Part partAt(const PlanCells& cells, CellIndex::Cell c) {
     part.y = s->sum_y;
     part.levels = s->levels;
   }
-  const float others = cell->of(Kind::building) + cell->of(Kind::fence) +
-                       cell->of(Kind::vegetation) + cell->of(Kind::vehicle);
   const Strays& strays = cell->strays;
-  if (strays.votes <= others) return part;
+  if (strays.votes <= cell->ofThingsBesidePosts()) return part;
   part.votes += strays.votes;
   part.x += strays.x;
   part.y += strays.y;
@@ -41,17 +39,13 @@ Part partAt(const PlanCells& cells, CellIndex::Cell c) {
 
 bool isHangingPole(const PlanCells& cells, CellIndex::Cell c) {
   float all = 0, low = 0, poles = 0;
-  for (int dy = -1; dy <= 1; ++dy) {
-    for (int dx = -1; dx <= 1; ++dx) {
-      const UprightCell* cell = cells.uprightAt(c.x + dx, c.y + dy);
-      if (!cell) continue;
-      for (const Kind kind : {Kind::pole, Kind::sign, Kind::light}) {
-        all += cell->of(kind);
-        low += cell->lowOf(kind);
-      }
-      poles += cell->of(Kind::pole);
+  cells.forUprightAround(c, 1, [&](const UprightCell& cell, CellIndex::Cell) {
+    for (const Kind kind : {Kind::pole, Kind::sign, Kind::light}) {
+      all += cell.of(kind);
+      low += cell.lowOf(kind);
     }
-  }
+    poles += cell.of(Kind::pole);
+  });
   return low <= kHangs * all && 2 * poles >= all;
 }
 

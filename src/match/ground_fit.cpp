@@ -58,28 +58,29 @@ struct Difference {
   double x = 0, y = 0, dz = 0;
 };
 
-std::vector<Difference> measuredDifferences(const Placed& placed,
-                                            const std::vector<PlanQuery::Ground>& ground) {
+/// Where the map has a height: height_of(turned point), NaN if it has none there.
+template <class Point, class HeightOf>
+std::vector<Difference> differences(const Placed& placed, const std::vector<Point>& points,
+                                    const HeightOf& height_of) {
   std::vector<Difference> found;
-  for (const PlanQuery::Ground& q : ground) {
+  for (const Point& q : points) {
     const Eigen::Vector2d p = placed.turned(q.x, q.y);
-    const float height = placed.ground(p);
+    const float height = height_of(p);
     if (!std::isnan(height)) found.push_back({p.x(), p.y(), height - double{q.z}});
   }
   return found;
+}
+
+std::vector<Difference> measuredDifferences(const Placed& placed,
+                                            const std::vector<PlanQuery::Ground>& ground) {
+  return differences(placed, ground, [&](const Eigen::Vector2d& p) { return placed.ground(p); });
 }
 
 /// Of the level of the map above the ground below the samples, which may be known from what stands
 /// on it only.
 std::vector<Difference> roughDifferences(const Placed& placed,
                                          const std::vector<PlanQuery::Sample>& samples) {
-  std::vector<Difference> found;
-  for (const PlanQuery::Sample& q : samples) {
-    const Eigen::Vector2d p = placed.turned(q.x, q.y);
-    const float level = placed.level(p);
-    if (!std::isnan(level)) found.push_back({p.x(), p.y(), level - double{q.z}});
-  }
-  return found;
+  return differences(placed, samples, [&](const Eigen::Vector2d& p) { return placed.level(p); });
 }
 
 double medianHeight(const std::vector<Difference>& all) {

@@ -61,9 +61,7 @@ PulledFit pulledFit(const Registration& registration, const std::vector<QueryPoi
   fit.priors = registration.assemble(fit.evidence, at);
   registration.forPartners(
       points, at, registration.lastScope(), [&](const QueryPoint& q, const Partner& partner) {
-        PoseSystem& system = fit.evidence.poses[q.pose];
-        system.H += partner.JW * partner.J;
-        system.b += partner.JW * partner.r;
+        fit.evidence.add(q, partner);
         const Eigen::Matrix<double, 6, 3> trusted = registration.trust() * partner.JW;
         fit.pulls.push_back({&q, trusted * partner.r, trusted * fromSideToSide(partner)});
       });
@@ -183,17 +181,16 @@ Matrix6d covarianceOfJitter(const PulledFit& fit, const Registration& registrati
 /// cells only. What is known along the way that is known least shows over a step: how much worse
 /// points fit there, beyond what edges do. Adds the variance that is missing.
 void openWay(const Registration& registration, const std::vector<QueryPoint>& points,
-             const Estimate& at, Matrix6d& covariance) {
+             const Estimate& at, double cost_here, Matrix6d& covariance) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(
       Eigen::Matrix2d(covariance.topLeftCorner<2, 2>()));
   const Eigen::Vector2d way = axes.eigenvectors().col(1);
-  const double here = registration.costOf(points, at);
   const double waves = E::kWaves * static_cast<double>(points.size());
   double rise = INFINITY;
   for (const double step : {-E::kStep_m, E::kStep_m}) {
     Estimate there = at;
     there.T_map_query.pretranslate(Eigen::Vector3d(step * way.x(), step * way.y(), 0));
-    rise = std::min(rise, registration.costOf(points, there) - here);
+    rise = std::min(rise, registration.costOf(points, there) - cost_here);
   }
   const double information =
       std::max(0.0, 2 * registration.trust() * (rise - waves) / (E::kStep_m * E::kStep_m));
@@ -212,7 +209,7 @@ Matrix6d fitCovariance(const Registration& registration, const std::vector<Query
                                  covarianceOfDrift(fit, registration, drift_shown)) +
                         covarianceOfGivenPose(fit) + covarianceLeftOpen(fit) +
                         covarianceOfJitter(fit, registration, at);
-  openWay(registration, points, at, covariance);
+  openWay(registration, points, at, fit.evidence.cost, covariance);
   return covariance;
 }
 

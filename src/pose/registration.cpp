@@ -84,18 +84,21 @@ bool Registration::findPartner(const QueryPoint& q, const Eigen::Isometry3d& T,
   return true;
 }
 
+void Evidence::add(const QueryPoint& point, const Partner& partner) {
+  PoseSystem& system = poses[point.pose];
+  system.H += partner.JW * partner.J;
+  system.b += partner.JW * partner.r;
+  const double m = partner.mahalanobis;
+  ++partners;
+  cost += m / (1 + m / 4) - 4;
+}
+
 Evidence Registration::look(const std::vector<QueryPoint>& points, const Estimate& at,
                             const Scope& scope) const {
   Evidence evidence;
   evidence.poses.resize(poses_.size());
-  forPartners(points, at, scope, [&](const QueryPoint& q, const Partner& partner) {
-    PoseSystem& system = evidence.poses[q.pose];
-    system.H += partner.JW * partner.J;
-    system.b += partner.JW * partner.r;
-    const double m = partner.mahalanobis;
-    ++evidence.partners;
-    evidence.cost += m / (1 + m / 4) - 4;
-  });
+  forPartners(points, at, scope,
+              [&](const QueryPoint& q, const Partner& partner) { evidence.add(q, partner); });
   return evidence;
 }
 

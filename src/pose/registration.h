@@ -40,13 +40,6 @@ struct Scope {
   double tolerance;  ///< of a squared Mahalanobis distance; 1 at the end
 };
 
-/// What the points say.
-struct Evidence {
-  std::vector<PoseSystem> poses;
-  std::size_t partners = 0;  ///< points with a distribution
-  double cost = 0;           ///< sum over points; without a partner 0, exactly there -4
-};
-
 /// A point beside the distribution that it belongs to.
 struct Partner {
   Eigen::Matrix<double, 3, 6> J;   ///< of the point, about the last sensor
@@ -54,6 +47,14 @@ struct Partner {
   Eigen::Vector3d r;               ///< distribution - point, map frame
   double mahalanobis;              ///< squared
   Eigen::Vector3d view, map_view;  ///< to who saw the point and the distribution; zero if unknown
+};
+
+/// What the points say.
+struct Evidence {
+  std::vector<PoseSystem> poses;
+  std::size_t partners = 0;  ///< points with a distribution
+  double cost = 0;           ///< sum over points; without a partner 0, exactly there -4
+  void add(const QueryPoint& point, const Partner& partner);
 };
 
 /// How much of the drift of the options a window is presumed to have, and how far off its points
