@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "pipeline/planar_pose.h"
+#include "pipeline/turned_plan.h"
 #include "pipeline/upright_frame.h"
-#include "xview/graph/plan_view.h"
 #include "xview/types/median.h"
 
 namespace xview {
@@ -17,7 +17,7 @@ namespace {
 constexpr double kWidest_rad = 0.2;  ///< how far off level a query may be that was said to be level
 constexpr double kClearSigmas = 3;   ///< by which ground refutes that
 constexpr double kBentByDrift = 1.5;  ///< true error of a slope over that by its residuals
-constexpr double kLevelEnough = 2;    ///< times the trust: refinement turns a query by that itself
+constexpr double kLevelEnough = 2;    ///< times the trust: refinement turns points by that itself
 
 /// A rotation of the query, and its pose after that.
 struct Tilt {
@@ -57,9 +57,10 @@ std::optional<Tilt> measuredTilt(const PlanPlaces& places, const PlanQuery& plan
   return tiltBy(fit, plan, T_map_query);
 }
 
-/// Of a query that was said to be level to `trust_rad`.
+/// Of a query that was said to be level to `trust_rad`. Less than `enough_rad` need not be turned.
 std::optional<Tilt> tiltAgainstTrust(const PlanPlaces& places, const PlanQuery& plan,
-                                     const Eigen::Isometry3d& T_map_query, double trust_rad) {
+                                     const Eigen::Isometry3d& T_map_query, double trust_rad,
+                                     double enough_rad) {
   const GroundFit fit = places.fitGround(plan, placeOf(T_map_query), kWidest_rad);
   if (fit.cells == 0) return std::nullopt;
   Eigen::Matrix2d covariance =
@@ -68,16 +69,19 @@ std::optional<Tilt> tiltAgainstTrust(const PlanPlaces& places, const PlanQuery& 
   const double off2 = fit.slope.dot(covariance.inverse() * fit.slope);
   if (off2 > kClearSigmas * kClearSigmas) return tiltBy(fit, plan, T_map_query);
   const auto both = measuredTilt(places, plan, T_map_query, trust_rad);
-  const bool level = !both || Eigen::AngleAxisd(both->turn).angle() < kLevelEnough * trust_rad;
+  const bool level = !both || Eigen::AngleAxisd(both->turn).angle() < enough_rad;
   return level ? std::nullopt : both;
 }
 
-/// What stands above the ground has moved sideways in the plan.
-PlanQuery drawnAgain(const Query& query, bool aerial, const PlanOptions& options) {
-  PlanViewBuilder plan(query.labels, options);
-  plan.add(query.cloud, std::vector<float>(query.cloud.size(), 1), {},
-           Eigen::Isometry3d::Identity(), aerial);
-  return makePlanQuery(plan.build());
+/// The query turned further, and its plan with it.
+void turnBy(const Tilt& tilt, LevelledQuery& levelled) {
+  PlanView plan = turnedPlan(levelled.query.plan, tilt.turn);
+  levelled.turn = tilt.turn * levelled.turn;
+  levelled.query = uprightQuery(levelled.query, tilt.turn);
+  levelled.query.plan = std::move(plan);
+  levelled.plan = makePlanQuery(levelled.query.plan);
+  levelled.T_map_query = tilt.T_map_query;
+  levelled.up_sigma_rad = tilt.sigma_rad;
 }
 
 }  // namespace
@@ -85,24 +89,18 @@ PlanQuery drawnAgain(const Query& query, bool aerial, const PlanOptions& options
 std::optional<LevelledQuery> levelOnMap(const PlanPlaces& places, const Query& query,
                                         const PlanQuery& plan, const Eigen::Isometry3d& T_map_query,
                                         double up_sigma_rad, const Options& options) {
+  const double trust_rad = options.refine.tilt_sigma_deg * M_PI / 180;
+  const double enough_rad = query.cloud.empty() ? 0 : kLevelEnough * trust_rad;
   const std::optional<Tilt> tilt =
-      up_sigma_rad > 0
-          ? measuredTilt(places, plan, T_map_query, up_sigma_rad)
-          : tiltAgainstTrust(places, plan, T_map_query, options.refine.tilt_sigma_deg * M_PI / 180);
+      up_sigma_rad > 0 ? measuredTilt(places, plan, T_map_query, up_sigma_rad)
+                       : tiltAgainstTrust(places, plan, T_map_query, trust_rad, enough_rad);
   if (!tilt) return std::nullopt;
-  LevelledQuery levelled{tilt->turn, uprightQuery(query, tilt->turn), plan, tilt->T_map_query,
-                         tilt->sigma_rad};
-  PlanQuery redrawn = drawnAgain(levelled.query, plan.viewpoint == Viewpoint::air, options.plan);
-  if (redrawn.empty()) return levelled;
-  levelled.T_map_query = poseOf(places.verify(redrawn, placeOf(levelled.T_map_query)));
-  levelled.plan = std::move(redrawn);
-  const auto rest =
-      measuredTilt(places, levelled.plan, levelled.T_map_query, levelled.up_sigma_rad);
-  if (!rest) return levelled;
-  levelled.turn = rest->turn * levelled.turn;
-  levelled.query = uprightQuery(levelled.query, rest->turn);
-  levelled.T_map_query = rest->T_map_query;
-  levelled.up_sigma_rad = rest->sigma_rad;
+  LevelledQuery levelled{Eigen::Quaterniond::Identity(), query, {}, T_map_query, 0};
+  turnBy(*tilt, levelled);
+  levelled.T_map_query = poseOf(places.verify(levelled.plan, placeOf(levelled.T_map_query)));
+  if (const auto rest =
+          measuredTilt(places, levelled.plan, levelled.T_map_query, levelled.up_sigma_rad))
+    turnBy(*rest, levelled);
   return levelled;
 }
 

@@ -8,11 +8,13 @@ bool isTurn(const Eigen::Quaterniond& upright) {
   return upright.angularDistance(Eigen::Quaterniond::Identity()) > 0;
 }
 
-void turn(const Eigen::Quaterniond& R, SemanticGraph& graph, LabelledCloud& cloud) {
+/// The plan stays where it is: another turn leads to it.
+void turn(const Eigen::Quaterniond& R, SemanticGraph& graph, LabelledCloud& cloud, PlanView& plan) {
   for (Vertex& v : graph.vertices) v.position = R * v.position;
   const Eigen::Matrix3f turned = R.toRotationMatrix().cast<float>();
   for (pcl::PointXYZL& p : cloud.points) p.getVector3fMap() = turned * p.getVector3fMap();
   cloud.origin = R * cloud.origin;
+  plan.upright = plan.upright * R.conjugate();
 }
 
 }  // namespace
@@ -20,14 +22,14 @@ void turn(const Eigen::Quaterniond& R, SemanticGraph& graph, LabelledCloud& clou
 std::optional<SemanticMap> uprightMap(const SemanticMap& map, const Eigen::Quaterniond& upright) {
   if (!isTurn(upright)) return std::nullopt;
   SemanticMap turned = map;
-  turn(upright, turned.graph, turned.cloud);
+  turn(upright, turned.graph, turned.cloud, turned.plan);
   for (Keyframe& k : turned.keyframes) k.T_map_sensor = upright * k.T_map_sensor;
   return turned;
 }
 
 Query uprightQuery(const Query& query, const Eigen::Quaterniond& upright) {
   Query turned = query;
-  turn(upright, turned.graph, turned.cloud);
+  turn(upright, turned.graph, turned.cloud, turned.plan);
   for (Eigen::Isometry3d& T : turned.poses) T = upright * T;
   return turned;
 }

@@ -155,6 +155,21 @@ TEST(Gravity, TiltedQueriesAreLevelledOnTheGroundOfTheMap) {
   }
 }
 
+TEST(Gravity, QueriesWithoutGoodPointsAreLevelledByTheirPlan) {
+  const auto& drive = simulatedDrive();
+  const Options options;
+  const Localizer localizer(drive.map, options);
+  for (const Eigen::Isometry3d& turn : {tiltBy(0), tiltBy(1.5), tiltBy(8), turnBy(90, 11)}) {
+    Turned turned = turnedFrames(turn, options);
+    turned.query.cloud.points.clear();
+    turned.query.cloud_seen_from.clear();
+    const Localization fix = localizer.localize(turned.query);
+    EXPECT_EQ(fix.status, Status::accepted) << fix.reason;
+    EXPECT_LT(errorOf(fix, turned), 0.2) << fix.gravity_reason;
+    EXPECT_LT(rotationBetween(fix.T_map_query, turned.truth), 0.4 * kDegree) << fix.gravity_reason;
+  }
+}
+
 TEST(Gravity, ThatIsAlignedByWordIsNotLevelled) {
   const auto& drive = simulatedDrive();
   const Options options = withGravity("aligned");

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "pipeline/turned_plan.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <tuple>
+
+#include "pipeline/upright_frame.h"
+
+namespace xview {
+namespace {
+
+const Eigen::Quaterniond kTurn(Eigen::AngleAxisd(0.06, Eigen::Vector3d(1, -2, 0.5).normalized()));
+
+PlanView slopedSquare() {
+  PlanView view;
+  view.origin_x = 640;
+  view.origin_y = -128;
+  view.origin_z = 40;
+  for (int y = 0; y < 20; ++y) {
+    for (int x = 0; x < 20; ++x) {
+      const float z = 0.01F * static_cast<float>(x) - 0.02F * static_cast<float>(y);
+      view.known.push_back({x, y, z, (x + y) % 3 != 0});
+      view[Channel::road].push_back(
+          {0.5F * static_cast<float>(x), 0.5F * static_cast<float>(y), z});
+    }
+  }
+  view[Channel::pole].push_back({3.3F, 4.1F, 0.2F});
+  return view;
+}
+
+Eigen::Vector3d pointOf(const PlanView& view, const PlanSample& s) {
+  return Eigen::Vector3d(view.origin_x, view.origin_y, view.origin_z) +
+         Eigen::Vector3d(s.x, s.y, s.z);
+}
+
+TEST(TurnedPlan, MovesEverySampleWithTheFrame) {
+  const PlanView view = slopedSquare(), turned = turnedPlan(view, kTurn);
+  for (std::size_t c = 0; c < kChannels; ++c) {
+    ASSERT_EQ(turned.samples[c].size(), view.samples[c].size());
+    for (std::size_t i = 0; i < view.samples[c].size(); ++i) {
+      EXPECT_LT((pointOf(turned, turned.samples[c][i]) - kTurn * pointOf(view, view.samples[c][i]))
+                    .norm(),
+                1e-4);
+    }
+  }
+}
+
+TEST(TurnedPlan, KnowsEachCellOnceAndInOrder) {
+  const PlanView turned = turnedPlan(slopedSquare(), kTurn);
+  ASSERT_FALSE(turned.known.empty());
+  for (std::size_t i = 1; i < turned.known.size(); ++i) {
+    const GroundCell &a = turned.known[i - 1], &b = turned.known[i];
+    EXPECT_LT(std::tuple(a.y, a.x), std::tuple(b.y, b.x));
+  }
+}
+
+TEST(TurnedPlan, PutsCellsWhereTheirGroundIs) {
+  const PlanView view = slopedSquare(), turned = turnedPlan(view, kTurn);
+  for (const GroundCell& cell : turned.known) {
+    const Eigen::Vector3d p(turned.origin_x + (cell.x + 0.5) * turned.cell_m,
+                            turned.origin_y + (cell.y + 0.5) * turned.cell_m,
+                            turned.origin_z + cell.z);
+    const Eigen::Vector3d before = kTurn.conjugate() * p;
+    const double x = before.x() - view.origin_x, y = before.y() - view.origin_y;
+    EXPECT_NEAR(before.z() - view.origin_z, 0.02 * x - 0.04 * y, 0.08);
+  }
+}
+
+TEST(TurnedPlan, PrefersMeasuredHeights) {
+  PlanView view = slopedSquare();
+  const PlanView before = turnedPlan(view, kTurn);
+  for (GroundCell cell : slopedSquare().known) {
+    cell.measured = false;
+    cell.z += 5;
+    view.known.insert(view.known.begin(), cell);
+  }
+  int measured = 0;
+  for (const GroundCell& cell : turnedPlan(view, kTurn).known) measured += cell.measured;
+  int measured_before = 0;
+  for (const GroundCell& cell : before.known) measured_before += cell.measured;
+  EXPECT_GE(measured, measured_before);
+}
+
+TEST(TurnedPlan, ThatIsNotTurnedIsTheSame) {
+  const PlanView view = slopedSquare(), same = turnedPlan(view, Eigen::Quaterniond::Identity());
+  ASSERT_EQ(same.known.size(), view.known.size());
+  for (std::size_t i = 0; i < view.known.size(); ++i) {
+    EXPECT_EQ(std::tuple(same.known[i].x, same.known[i].y, same.known[i].z),
+              std::tuple(view.known[i].x, view.known[i].y, view.known[i].z));
+    EXPECT_EQ(same.known[i].measured, view.known[i].measured);
+  }
+}
+
+TEST(UprightFrame, LeavesThePlanWhereItIs) {
+  Query query;
+  query.plan.upright = Eigen::AngleAxisd(0.8, Eigen::Vector3d(2, 1, 0).normalized());
+  const Query turned = uprightQuery(query, kTurn);
+  const Eigen::Vector3d p(3, -4, 5);
+  EXPECT_TRUE((turned.plan.upright * (kTurn * p)).isApprox(query.plan.upright * p));
+  const Query upright = uprightQuery(query, query.plan.upright);
+  EXPECT_LT(upright.plan.upright.angularDistance(Eigen::Quaterniond::Identity()), 1e-9);
+}
+
+}  // namespace
+}  // namespace xview
