@@ -17,7 +17,9 @@ namespace {
 constexpr double kWidest_rad = 0.2;  ///< how far off level a query may be that was said to be level
 constexpr double kClearSigmas = 3;   ///< by which ground refutes that
 constexpr double kBentByDrift = 1.5;  ///< true error of a slope over that by its residuals
-constexpr double kLevelEnough = 2;    ///< times the trust: refinement turns points by that itself
+/// So many times the trust need no turn: refinement turns points by that itself, and without them
+/// ground seen from afar tells no better.
+constexpr double kLevelEnoughOfPoints = 2, kLevelEnough = 0.5;
 
 /// A rotation of the query, and its pose after that.
 struct Tilt {
@@ -90,7 +92,7 @@ std::optional<LevelledQuery> levelOnMap(const PlanPlaces& places, const Query& q
                                         const PlanQuery& plan, const Eigen::Isometry3d& T_map_query,
                                         double up_sigma_rad, const Options& options) {
   const double trust_rad = options.refine.tilt_sigma_deg * M_PI / 180;
-  const double enough_rad = query.cloud.empty() ? 0 : kLevelEnough * trust_rad;
+  const double enough_rad = trust_rad * (query.cloud.empty() ? kLevelEnough : kLevelEnoughOfPoints);
   const std::optional<Tilt> tilt =
       up_sigma_rad > 0 ? measuredTilt(places, plan, T_map_query, up_sigma_rad)
                        : tiltAgainstTrust(places, plan, T_map_query, trust_rad, enough_rad);
