@@ -8,6 +8,10 @@
 #include <utility>
 #include <vector>
 
+#include "point_row.h"
+#include "row_loops.h"
+#include "voxel_thinner.h"
+#include "xview/graph/thin_frame.h"
 #include "xview/types/error.h"
 
 namespace xview {
@@ -15,6 +19,7 @@ namespace {
 
 // A camera whose nearest tenth is further away than this looks down from the air.
 constexpr float kAerialQuantile_m = 15;
+constexpr std::size_t kPointsAtOnce = 512;  ///< stay in the first cache
 
 /// Which class ids carry information, as a table because it is asked once per pixel.
 class KnownClasses {
@@ -64,24 +69,6 @@ void checkImages(const Frame& frame) {
   }
 }
 
-/// Finite and positive; false for NaN.
-bool isDepth(float z) { return z > 0 && z < 1e9f; }
-
-struct DepthCounts {
-  std::size_t valid = 0;
-  std::size_t near = 0;  ///< of these, not further than kAerialQuantile_m
-};
-
-DepthCounts countDepths(const DepthImage& depth) {
-  std::uint32_t valid = 0, near = 0;
-  for (const float z : depth.pixels) {
-    const bool ok = isDepth(z);
-    valid += ok;
-    near += ok & (z <= kAerialQuantile_m);
-  }
-  return {valid, near};
-}
-
 /// Smallest and largest distance that is believed, squared.
 struct Gate {
   float min2, max2;
@@ -102,77 +89,102 @@ struct SensorToCloud {
       : R(frame.T_odom_sensor.linear().cast<float>()), shift((start - origin).cast<float>()) {}
 };
 
-/// Collects what passes the gates, and counts what does not.
+/// Takes lifted points, row by row.
+class PointSink {
+ public:
+  virtual ~PointSink() = default;
+  virtual void add(const PointRow& row) = 0;
+};
+
+/// Hands on what passes the gates, and counts what does not.
 class Lifting {
  public:
-  Lifting(const LabelSet& set, const Gate& gate, const Eigen::Vector3d& origin,
-          std::size_t capacity)
-      : known_(set), gate_(gate) {
-    cloud_.origin = origin;
-    cloud_.points.points.reserve(capacity);
-    cloud_.ranges.reserve(capacity);
-  }
+  Lifting(const LabelSet& set, const Gate& gate, const Eigen::Vector3d& origin, PointSink& sink)
+      : known_(set), gate_(gate), origin_(origin), sink_(sink) {}
 
   void liftImages(const Frame& frame) {
-    const SensorToCloud to_cloud(frame, frame.T_odom_sensor.translation(), cloud_.origin);
-    for (int v = 0; v < frame.depth.height; ++v) liftRow(frame, to_cloud, v);
+    const SensorToCloud to_cloud(frame, frame.T_odom_sensor.translation(), origin_);
+    const auto width = static_cast<std::size_t>(frame.depth.width);
+    PointRow row(width);
+    std::vector<std::uint8_t> state(width);
+    for (int v = 0; v < frame.depth.height; ++v) {
+      projectRow(raysOf(frame.camera, to_cloud, v), &frame.depth.at(0, v), width, row.x.data(),
+                 row.y.data(), row.z.data(), row.range.data(), state.data());
+      keepMeasured(frame, v, state, row);
+      sink_.add(row);
+    }
   }
 
   void liftPoints(const Frame& frame) {
     const LabelledCloud& in = frame.cloud;
-    const SensorToCloud to_cloud(frame, frame.T_odom_sensor * in.origin, cloud_.origin);
+    const SensorToCloud to_cloud(frame, frame.T_odom_sensor * in.origin, origin_);
     const Eigen::Vector3f origin = in.origin.cast<float>();
     const bool is_scan = frame.sensor == Sensor::lidar;
-    const bool has_ranges = is_scan || in.ranges.size() == in.size();
+    const bool has_ranges = in.ranges.size() == in.size();
     const bool has_instances = in.instances.size() == in.size();
+    PointRow row(kPointsAtOnce);
     for (std::size_t i = 0; i < in.size(); ++i) {
       const pcl::PointXYZL& point = in.points.points[i];
       const Eigen::Vector3f p = point.getVector3fMap();
       if (!holdsInformation(point.label) || !isMeasured(p.allFinite())) continue;
       const float range2 = (p + origin).squaredNorm();
       if (is_scan && !isInRange(range2)) continue;
-      push(to_cloud.R * p + to_cloud.shift, point.label);
-      if (has_ranges) cloud_.ranges.push_back(is_scan ? std::sqrt(range2) : in.ranges[i]);
-      if (has_instances) cloud_.instances.push_back(in.instances[i]);
+      const Eigen::Vector3f q = to_cloud.R * p + to_cloud.shift;
+      row.x[row.size] = q.x(), row.y[row.size] = q.y(), row.z[row.size] = q.z();
+      row.label[row.size] = point.label;
+      row.range[row.size] = is_scan ? std::sqrt(range2) : has_ranges ? in.ranges[i] : 0;
+      row.instance[row.size] = has_instances ? in.instances[i] : 0;
+      if (++row.size == kPointsAtOnce) flush(row);
     }
+    flush(row);
   }
 
-  LabelledCloud finish(LiftCounts* counts) {
-    cloud_.points.width = static_cast<std::uint32_t>(cloud_.points.points.size());
-    cloud_.points.height = 1;
-    cloud_.points.is_dense = true;
-    counts_.lifted = cloud_.size();
-    if (counts) *counts = counts_;
-    return std::move(cloud_);
-  }
+  const LiftCounts& counts() const { return counts_; }
 
  private:
-  // p_cloud = z * R * [x y 1] + shift, with x and y the normalised image coordinates
-  void liftRow(const Frame& frame, const SensorToCloud& to_cloud, int v) {
-    const Camera& camera = frame.camera;
-    const float y = static_cast<float>((v - camera.cy) / camera.fy);
-    const float first_x = static_cast<float>(-camera.cx / camera.fx);
-    const float step_x = static_cast<float>(1 / camera.fx);
-    const Eigen::Vector3f row = to_cloud.R.col(1) * y + to_cloud.R.col(2);
-    row_points_.clear();
-    row_ranges_.clear();
-    for (int u = 0; u < frame.depth.width; ++u) {
-      const std::uint16_t label = frame.label.at(u, v);
-      float z = frame.depth.at(u, v);
-      if (!holdsInformation(label) || !isMeasured(isDepth(z))) continue;
-      const float x = first_x + static_cast<float>(u) * step_x;
-      const float ray2 = x * x + y * y + 1;
-      if (camera.depth_is_range) z /= std::sqrt(ray2);
-      const float range2 = z * z * ray2;
-      if (!isInRange(range2)) continue;
-      const Eigen::Vector3f p = (row + to_cloud.R.col(0) * x) * z + to_cloud.shift;
-      row_points_.emplace_back(p.x(), p.y(), p.z(), label);
-      row_ranges_.push_back(std::sqrt(range2));
-      if (!frame.instance.empty()) cloud_.instances.push_back(frame.instance.at(u, v));
+  RowOfRays raysOf(const Camera& camera, const SensorToCloud& to_cloud, int v) const {
+    RowOfRays rays{};
+    rays.first_x = static_cast<float>(-camera.cx / camera.fx);
+    rays.step_x = static_cast<float>(1 / camera.fx);
+    rays.y = static_cast<float>((v - camera.cy) / camera.fy);
+    const Eigen::Vector3f towards = to_cloud.R.col(1) * rays.y + to_cloud.R.col(2);
+    for (int k = 0; k < 3; ++k) {
+      rays.towards[k] = towards[k];
+      rays.across[k] = to_cloud.R(k, 0);
+      rays.shift[k] = to_cloud.shift[k];
     }
-    auto& points = cloud_.points.points;
-    points.insert(points.end(), row_points_.begin(), row_points_.end());
-    cloud_.ranges.insert(cloud_.ranges.end(), row_ranges_.begin(), row_ranges_.end());
+    rays.depth_is_range = camera.depth_is_range;
+    rays.min_range2 = gate_.min2, rays.max_range2 = gate_.max2;
+    return rays;
+  }
+
+  /// Moves the points that count to the front of the row, without a branch for each pixel.
+  void keepMeasured(const Frame& frame, int v, const std::vector<std::uint8_t>& state,
+                    PointRow& row) {
+    const std::uint16_t* label = &frame.label.at(0, v);
+    const std::uint16_t* instance = frame.instance.empty() ? nullptr : &frame.instance.at(0, v);
+    std::size_t kept = 0, known = 0, measured = 0;
+    for (std::size_t u = 0; u < state.size(); ++u) {
+      row.x[kept] = row.x[u], row.y[kept] = row.y[u], row.z[kept] = row.z[u];
+      row.range[kept] = row.range[u];
+      row.label[kept] = label[u];
+      row.instance[kept] = instance ? instance[u] : 0;
+      const std::size_t is_known = known_(label[u]);
+      known += is_known;
+      measured += is_known & static_cast<std::size_t>(state[u] != kNoDepth);
+      kept += is_known & static_cast<std::size_t>(state[u] == kMeasured);
+    }
+    row.size = kept;
+    counts_.ignored_class += state.size() - known;
+    counts_.no_depth += known - measured;
+    counts_.out_of_range += measured - kept;
+    counts_.lifted += kept;
+  }
+
+  void flush(PointRow& row) {
+    counts_.lifted += row.size;
+    sink_.add(row);
+    row.size = 0;
   }
 
   bool holdsInformation(std::uint32_t label) {
@@ -189,22 +201,152 @@ class Lifting {
     counts_.out_of_range += !ok;
     return ok;
   }
-  void push(const Eigen::Vector3f& p, std::uint32_t label) {
-    cloud_.points.points.emplace_back(p.x(), p.y(), p.z(), label);
-  }
 
   KnownClasses known_;
   Gate gate_;
-  LabelledCloud cloud_;
+  Eigen::Vector3d origin_;
+  PointSink& sink_;
   LiftCounts counts_;
-  std::vector<pcl::PointXYZL> row_points_;  ///< of one image row, as it stays in the cache
-  std::vector<float> row_ranges_;
+};
+
+/// Which columns the points of a frame have besides place and label.
+struct Columns {
+  bool instances, ranges;
+  explicit Columns(const Frame& frame)
+      : instances(frame.sensor == Sensor::camera
+                      ? !frame.instance.empty()
+                      : frame.cloud.instances.size() == frame.cloud.size()),
+        ranges(frame.sensor != Sensor::cloud || frame.cloud.ranges.size() == frame.cloud.size()) {}
+};
+
+/// A cloud that grows row by row.
+class GrowingCloud : public PointSink {
+ public:
+  GrowingCloud(const Columns& columns, const Eigen::Vector3d& origin) : columns_(columns) {
+    cloud_.origin = origin;
+  }
+
+  void reserve(std::size_t points) {
+    cloud_.points.points.reserve(points);
+    if (columns_.instances) cloud_.instances.reserve(points);
+    if (columns_.ranges) cloud_.ranges.reserve(points);
+  }
+  void add(const PointRow& row) override {
+    const std::size_t first = cloud_.size();
+    cloud_.points.points.resize(first + row.size);
+    for (std::size_t i = 0; i < row.size; ++i)
+      cloud_.points.points[first + i] = {row.x[i], row.y[i], row.z[i], row.label[i]};
+    const auto end = static_cast<std::ptrdiff_t>(row.size);
+    if (columns_.instances)
+      cloud_.instances.insert(cloud_.instances.end(), row.instance.begin(),
+                              row.instance.begin() + end);
+    if (columns_.ranges)
+      cloud_.ranges.insert(cloud_.ranges.end(), row.range.begin(), row.range.begin() + end);
+  }
+  void addPoint(const PointRow& row, std::size_t i) {
+    cloud_.points.points.emplace_back(row.x[i], row.y[i], row.z[i], row.label[i]);
+    if (columns_.instances) cloud_.instances.push_back(row.instance[i]);
+    if (columns_.ranges) cloud_.ranges.push_back(row.range[i]);
+  }
+  LabelledCloud finish() {
+    cloud_.points.width = static_cast<std::uint32_t>(cloud_.points.points.size());
+    cloud_.points.height = 1;
+    cloud_.points.is_dense = true;
+    return std::move(cloud_);
+  }
+
+ private:
+  Columns columns_;
+  LabelledCloud cloud_;
+};
+
+/// Thins all points, and keeps those of some classes as they are.
+class ThinningSink : public PointSink {
+ public:
+  ThinningSink(const Columns& columns, const Eigen::Vector3d& origin, double voxel_m,
+               std::size_t expected, const LabelSet& set, WholeClasses whole)
+      : columns_(columns),
+        thinner_(origin, voxel_m, expected),
+        whole_(columns, origin),
+        set_(set),
+        which_(whole) {}
+
+  void add(const PointRow& row) override {
+    thinner_.add(row);
+    if (which_ == WholeClasses::all) whole_.add(row);
+    if (which_ == WholeClasses::no_surfaces) addWithoutSurfaces(row);
+    for (std::size_t i = 0; i < row.size; ++i) near_ += row.range[i] <= kAerialQuantile_m;
+  }
+  ThinFrame finish() {
+    ThinFrame frame;
+    frame.thin = thinner_.finish(columns_.instances, columns_.ranges, &frame.points_per_voxel);
+    frame.whole = whole_.finish();
+    return frame;
+  }
+  std::size_t near() const { return near_; }
+
+ private:
+  void addWithoutSurfaces(const PointRow& row) {
+    for (std::size_t i = 0; i < row.size; ++i) {
+      if (row.label[i] != last_label_) {
+        last_label_ = row.label[i];
+        is_surface_ = set_.role(last_label_) == Role::surface;
+      }
+      if (!is_surface_) whole_.addPoint(row, i);
+    }
+  }
+
+  Columns columns_;
+  VoxelThinner thinner_;
+  GrowingCloud whole_;
+  const LabelSet& set_;
+  WholeClasses which_;
+  std::size_t near_ = 0;  ///< points not further than kAerialQuantile_m
+  std::uint32_t last_label_ = 0;
+  bool is_surface_ = set_.role(0) == Role::surface;
 };
 
 /// The options and the camera itself; the stricter one counts.
 double maxCameraRange(const DepthCounts& depths, const Camera& camera, const LiftOptions& options) {
-  const bool is_aerial = depths.valid > 0 && depths.near * 10 < depths.valid;
+  const bool is_aerial = depths.measured > 0 && depths.within * 10 < depths.measured;
   return std::min(is_aerial ? options.max_range_aerial_m : options.max_range_m, camera.max_range_m);
+}
+
+DepthCounts nearDepths(const DepthImage& depth) {
+  return countDepths(depth.pixels.data(), depth.pixels.size(), 0, kAerialQuantile_m);
+}
+
+/// What is known of a frame before its points are looked at.
+struct Plan {
+  Gate gate;
+  Eigen::Vector3d origin;
+  std::size_t expected;  ///< points, at most
+};
+
+Plan planOf(const Frame& frame, const LiftOptions& options) {
+  checkPose(frame);
+  const Eigen::Vector3d sensor = frame.T_odom_sensor.translation();
+  if (frame.sensor == Sensor::camera) {
+    checkImages(frame);
+    const DepthCounts depths = nearDepths(frame.depth);
+    return {{std::max(options.min_range_m, frame.camera.min_range_m),
+             maxCameraRange(depths, frame.camera, options)},
+            roundedToMetre(sensor),
+            depths.measured};
+  }
+  const Eigen::Vector3d start = frame.T_odom_sensor * frame.cloud.origin;
+  return {{options.min_range_m, options.max_range_lidar_m},
+          roundedToMetre(frame.sensor == Sensor::lidar ? sensor : start),
+          frame.cloud.size()};
+}
+
+LiftCounts liftInto(PointSink& sink, const Plan& plan, const Frame& frame, const LabelSet& set) {
+  Lifting lifting(set, plan.gate, plan.origin, sink);
+  if (frame.sensor == Sensor::camera)
+    lifting.liftImages(frame);
+  else
+    lifting.liftPoints(frame);
+  return lifting.counts();
 }
 
 }  // namespace
@@ -212,28 +354,29 @@ double maxCameraRange(const DepthCounts& depths, const Camera& camera, const Lif
 double maxRange(const Frame& frame, const LiftOptions& options) {
   if (frame.sensor == Sensor::cloud) return std::numeric_limits<double>::infinity();
   if (frame.sensor == Sensor::lidar) return options.max_range_lidar_m;
-  return maxCameraRange(countDepths(frame.depth), frame.camera, options);
+  return maxCameraRange(nearDepths(frame.depth), frame.camera, options);
 }
 
 LabelledCloud lift(const Frame& frame, const LabelSet& set, const LiftOptions& options,
                    LiftCounts* counts) {
-  checkPose(frame);
-  const Eigen::Vector3d sensor = frame.T_odom_sensor.translation();
-  if (frame.sensor == Sensor::camera) {
-    checkImages(frame);
-    const DepthCounts depths = countDepths(frame.depth);
-    const Gate gate(std::max(options.min_range_m, frame.camera.min_range_m),
-                    maxCameraRange(depths, frame.camera, options));
-    Lifting lifting(set, gate, roundedToMetre(sensor), depths.valid);
-    lifting.liftImages(frame);
-    return lifting.finish(counts);
-  }
-  const bool is_scan = frame.sensor == Sensor::lidar;
-  const Eigen::Vector3d start = frame.T_odom_sensor * frame.cloud.origin;
-  const Gate gate(options.min_range_m, options.max_range_lidar_m);
-  Lifting lifting(set, gate, roundedToMetre(is_scan ? sensor : start), frame.cloud.size());
-  lifting.liftPoints(frame);
-  return lifting.finish(counts);
+  const Plan plan = planOf(frame, options);
+  GrowingCloud cloud(Columns(frame), plan.origin);
+  cloud.reserve(plan.expected);
+  const LiftCounts found = liftInto(cloud, plan, frame, set);
+  if (counts) *counts = found;
+  return cloud.finish();
+}
+
+ThinFrame liftThin(const Frame& frame, const LabelSet& set, const LiftOptions& options,
+                   double voxel_m, WholeClasses whole, LiftCounts* counts) {
+  const Plan plan = planOf(frame, options);
+  ThinningSink sink(Columns(frame), plan.origin, voxel_m, plan.expected, set, whole);
+  const LiftCounts found = liftInto(sink, plan, frame, set);
+  ThinFrame result = sink.finish();
+  result.is_aerial =
+      frame.sensor == Sensor::camera && found.lifted > 0 && 10 * sink.near() < found.lifted;
+  if (counts) *counts = found;
+  return result;
 }
 
 }  // namespace xview

@@ -1,31 +1,19 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "range_limit.h"
 
-#include <algorithm>
-#include <array>
 #include <cmath>
-#include <vector>
+#include <limits>
+
+#include "row_loops.h"
 
 namespace xview {
 namespace {
 
-constexpr float kNoDepth = 1e9F;       ///< and beyond
 constexpr double kNear = 0.5;          ///< times the noise: this near to the limit ...
 constexpr double kShare = 0.002;       ///< ... lie so many of the measurements, if there is one
 constexpr std::size_t kFewest = 1000;  ///< measurements that can show a limit
 constexpr double kKnown_m = 0.5;       ///< depths known to this are told as they are
 constexpr double kLowest = 1.5;        ///< times the noise above the limit
-
-/// Without branches, in four lanes, because all pixels are asked. 0 if nothing is measured.
-float farthestOf(const std::vector<float>& depths) {
-  std::array<float, 4> farthest{};
-  for (std::size_t i = 0; i < depths.size(); ++i) {
-    const float z = depths[i] < kNoDepth ? depths[i] : 0;
-    float& lane = farthest[i % farthest.size()];
-    lane = z > lane ? z : lane;
-  }
-  return *std::max_element(farthest.begin(), farthest.end());
-}
 
 /// phi / Phi of the normal distribution.
 double shift(double mu) {
@@ -33,19 +21,23 @@ double shift(double mu) {
   return density / (0.5 * std::erfc(-mu / std::sqrt(2.0)));
 }
 
+float roundedDown(double value) {
+  const auto rounded = static_cast<float>(value);
+  return rounded > value ? std::nextafter(rounded, 0.F) : rounded;
+}
+
 }  // namespace
 
 std::optional<double> rangeLimit(const DepthImage& depth, double inverse_depth_sigma) {
-  const float farthest = farthestOf(depth.pixels);
+  const float* depths = depth.pixels.data();
+  const float farthest = farthestDepth(depths, depth.pixels.size());
   if (!(inverse_depth_sigma * farthest * farthest > kKnown_m)) return std::nullopt;
   const double limit = 1 / (inverse_depth_sigma * farthest);
-  const double near = 1 / (inverse_depth_sigma * (limit + kNear));
-  std::size_t measured = 0, at_limit = 0;
-  for (const float z : depth.pixels) {
-    measured += static_cast<std::size_t>(z > 0) & static_cast<std::size_t>(z < kNoDepth);
-    at_limit += static_cast<std::size_t>(z > near) & static_cast<std::size_t>(z < kNoDepth);
-  }
-  if (measured < kFewest || static_cast<double>(at_limit) < kShare * static_cast<double>(measured))
+  const float near = roundedDown(1 / (inverse_depth_sigma * (limit + kNear)));
+  const DepthCounts counts =
+      countDepths(depths, depth.pixels.size(), near, std::numeric_limits<float>::max());
+  if (counts.measured < kFewest ||
+      static_cast<double>(counts.within) < kShare * static_cast<double>(counts.measured))
     return std::nullopt;
   return limit;
 }

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "xview/graph/smooth_depth.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <algorithm>
 #include <array>
@@ -11,6 +10,7 @@
 #include <vector>
 
 #include "range_limit.h"
+#include "row_loops.h"
 
 namespace xview {
 namespace {
@@ -51,17 +51,24 @@ class MomentSum {
   Pair n_u_{}, v_w_{}, uu_uv_{}, vv_uw_{}, vw_ww_{};
 };
 
-struct Part {
-  std::uint16_t label;
-  Moments moments;
-};
-
 /// w = w0 + a (u - u0) + b (v - v0)
 struct Plane {
   double u0, v0, w0, a, b;
   double leaves;  ///< mean square of the residuals
   double at(double u, double v) const { return w0 + a * (u - u0) + b * (v - v0); }
 };
+
+/// By LDL^T with the larger element of the diagonal first, which is positive.
+Eigen::Vector2d solveSymmetric(const Eigen::Matrix2d& matrix, const Eigen::Vector2d& right) {
+  const int first = matrix(1, 1) > matrix(0, 0) ? 1 : 0, second = 1 - first;
+  const double d0 = matrix(first, first), factor = matrix(1, 0) / d0;
+  const double d1 = matrix(second, second) - factor * (d0 * factor);
+  const double rest = (right[second] - factor * right[first]) / d1;
+  Eigen::Vector2d solution;
+  solution[second] = rest;
+  solution[first] = right[first] / d0 - factor * rest;
+  return solution;
+}
 
 Plane planeThrough(const Moments& m) {
   Plane plane{m.u / m.n, m.v / m.n, m.w / m.n, 0, 0, 0};
@@ -70,7 +77,7 @@ Plane planeThrough(const Moments& m) {
       m.vv - m.v * plane.v0;
   spread.diagonal().array() += 1e-3 * m.n;  // one row of pixels has no slope across
   const Eigen::Vector2d pull(m.uw - m.u * plane.w0, m.vw - m.v * plane.w0);
-  const Eigen::Vector2d slope = spread.ldlt().solve(pull);
+  const Eigen::Vector2d slope = solveSymmetric(spread, pull);
   plane.a = slope.x(), plane.b = slope.y();
   plane.leaves = std::max(0.0, m.ww - m.w * plane.w0 - slope.dot(pull)) / std::max(1.0, m.n - 3);
   return plane;
@@ -83,12 +90,17 @@ class Blocks {
         down_((depth.height + kBlock_px - 1) / kBlock_px) {
     const std::size_t blocks = static_cast<std::size_t>(across_) * down_;
     first_.reserve(blocks + 1);
-    parts_.reserve(blocks + blocks / 2);
+    labels_.reserve(blocks + blocks / 2);
+    moments_.reserve(blocks + blocks / 2);
     first_.push_back(0);
+    std::vector<double> inverse(static_cast<std::size_t>(depth.width) * kBlock_px);
     for (int y = 0; y < down_; ++y) {
+      const int top = y * kBlock_px, rows = std::min(kBlock_px, depth.height - top);
+      invertDepths(&depth.at(0, top), static_cast<std::size_t>(depth.width) * rows, sigma,
+                   inverse.data());
       for (int x = 0; x < across_; ++x) {
-        gather(depth, labels, sigma, x * kBlock_px, y * kBlock_px);
-        first_.push_back(parts_.size());
+        gather(depth, labels, inverse, x * kBlock_px, top);
+        first_.push_back(static_cast<std::uint32_t>(labels_.size()));
       }
     }
   }
@@ -98,7 +110,7 @@ class Blocks {
     for (int y = 0; y < down_; ++y) {
       for (int x = 0; x < across_; ++x) {
         for (std::size_t i = first_[y * across_ + x]; i < first_[y * across_ + x + 1]; ++i) {
-          const Part& part = parts_[i];
+          const Part part{labels_[i], moments_[i]};
           const double inverse = part.moments.w / part.moments.n * sigma;
           if (sigma < good_m * inverse * inverse) continue;
           Plane plane;
@@ -115,6 +127,12 @@ class Blocks {
  private:
   static constexpr int kPixels = kBlock_px * kBlock_px;
 
+  /// The pixels of one label in a block.
+  struct Part {
+    std::uint16_t label;
+    const Moments& moments;
+  };
+
   /// Measurements of a block, row by row.
   struct Pixels {
     int count = 0;
@@ -123,18 +141,21 @@ class Blocks {
     std::array<double, kPixels> w;
   };
 
-  void gather(const DepthImage& depth, const LabelImage& labels, double sigma, int left, int top) {
+  /// `inverse` has the rows of the block, in units of the noise.
+  void gather(const DepthImage& depth, const LabelImage& labels, const std::vector<double>& inverse,
+              int left, int top) {
     const int right = std::min(left + kBlock_px, depth.width);
     const int bottom = std::min(top + kBlock_px, depth.height);
     Pixels pixels;
     for (int v = top; v < bottom; ++v) {
       const float* z = &depth.at(left, v);
       const std::uint16_t* label = &labels.at(left, v);
-      for (int u = left; u < right; ++u, ++z, ++label) {
+      const double* w = &inverse[static_cast<std::size_t>(v - top) * depth.width + left];
+      for (int u = left; u < right; ++u, ++z, ++label, ++w) {
         if (!(*z > 0 && *z < 1e9F)) continue;
         pixels.labels[pixels.count] = *label;
         pixels.place[pixels.count] = static_cast<std::uint8_t>((v - top) * kBlock_px + u - left);
-        pixels.w[pixels.count++] = 1 / (sigma * *z);
+        pixels.w[pixels.count++] = *w;
       }
     }
     for (unsigned rest = (1u << pixels.count) - 1; rest != 0;)
@@ -172,21 +193,21 @@ class Blocks {
     }
     const auto sum = [&](int at) { return static_cast<double>(powers >> at & 1023); };
     const double n = sum(0), u = sum(10), v = sum(20), u0 = left, v0 = top;
-    parts_.push_back({label,
-                      {n, n * u0 + u, n * v0 + v, w, n * u0 * u0 + 2 * u0 * u + sum(30),
-                       n * u0 * v0 + u0 * v + v0 * u + sum(40), n * v0 * v0 + 2 * v0 * v + sum(50),
-                       uw, vw, ww}});
+    labels_.push_back(label);
+    moments_.push_back({n, n * u0 + u, n * v0 + v, w, n * u0 * u0 + 2 * u0 * u + sum(30),
+                        n * u0 * v0 + u0 * v + v0 * u + sum(40), n * v0 * v0 + 2 * v0 * v + sum(50),
+                        uw, vw, ww});
     return rest;
   }
 
   Moments window(std::uint16_t label, int x, int y, int radius) const {
     MomentSum sum;
+    const int left = std::max(0, x - radius), right = std::min(across_ - 1, x + radius);
     for (int by = std::max(0, y - radius); by <= std::min(down_ - 1, y + radius); ++by) {
-      for (int bx = std::max(0, x - radius); bx <= std::min(across_ - 1, x + radius); ++bx) {
-        const std::size_t block = by * across_ + bx;
-        for (std::size_t i = first_[block]; i < first_[block + 1]; ++i)
-          if (parts_[i].label == label) sum.add(parts_[i].moments);
-      }
+      // the parts of neighbouring blocks lie side by side
+      const std::size_t end = first_[by * across_ + right + 1];
+      for (std::size_t i = first_[by * across_ + left]; i < end; ++i)
+        if (labels_[i] == label) sum.add(moments_[i]);
     }
     return sum.total();
   }
@@ -233,8 +254,9 @@ class Blocks {
   }
 
   int across_, down_;
-  std::vector<std::size_t> first_;  ///< part of each block, and the end
-  std::vector<Part> parts_;
+  std::vector<std::uint32_t> first_;   ///< part of each block, and the end
+  std::vector<std::uint16_t> labels_;  ///< of the parts
+  std::vector<Moments> moments_;
 };
 
 }  // namespace

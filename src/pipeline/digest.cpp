@@ -8,8 +8,8 @@
 #include "xview/graph/blobs.h"
 #include "xview/graph/clean_labels.h"
 #include "xview/graph/image_blobs.h"
-#include "xview/graph/lift.h"
 #include "xview/graph/smooth_depth.h"
+#include "xview/graph/thin_frame.h"
 #include "xview/mapper.h"
 #include "xview/types/parallel.h"
 #include "xview/types/stopwatch.h"
@@ -17,8 +17,6 @@
 namespace xview {
 namespace {
 
-constexpr float kAerialFrom_m =
-    15;  ///< a camera whose nearest tenth is further away looks down from the air
 constexpr double kKnownWell_m = 0.05;    ///< depths with less noise are not smoothed
 constexpr std::size_t kFramesAhead = 8;  ///< digested and not yet taken
 constexpr float kReferenceFocal =
@@ -34,13 +32,6 @@ Trust trustOf(Sensor sensor, bool aerial) {
   if (sensor == Sensor::cloud) return {INFINITY, INFINITY, INFINITY, 1};
   if (sensor == Sensor::lidar) return {40, 50, 60, 2};
   return aerial ? Trust{60, 90, 90, 1} : Trust{10, 30, 25, 1};
-}
-
-bool looksFromTheAir(const Frame& frame, const std::vector<float>& ranges) {
-  if (frame.sensor != Sensor::camera || ranges.empty()) return false;
-  const auto near =
-      std::count_if(ranges.begin(), ranges.end(), [](float r) { return r <= kAerialFrom_m; });
-  return 10 * static_cast<std::size_t>(near) < ranges.size();
 }
 
 /// A voxel counts as its measurements, at most four, half of them each; less with the square of the
@@ -74,29 +65,15 @@ void findImageBlobs(const Frame& cleaned, const LabelSet& labels, const Options&
   digest.blob_edges = std::move(found.edges);
 }
 
-/// Blobs of the classes that merging uses: surfaces are sampled in mode running_mean, and most
+/// The classes whose blobs merging uses: surfaces are sampled in mode running_mean, and most
 /// points are theirs.
-std::vector<Blob> frameBlobs(LabelledCloud points, const ScanView& scan, const LabelSet& labels,
-                             const Options& options) {
-  if (options.merge.mode == "running_mean") {
-    std::size_t kept = 0;
-    std::uint32_t last_label = 0;
-    bool is_surface = labels.role(last_label) == Role::surface;
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      const std::uint32_t label = points.points.points[i].label;
-      if (label != last_label) {
-        last_label = label;
-        is_surface = labels.role(label) == Role::surface;
-      }
-      if (is_surface) continue;
-      points.points[kept] = points.points[i];
-      if (!points.instances.empty()) points.instances[kept] = points.instances[i];
-      ++kept;
-    }
-    points.points.resize(kept);
-    if (!points.instances.empty()) points.instances.resize(kept);
-    points.ranges.clear();
-  }
+WholeClasses blobClasses(const Options& options) {
+  if (isImageSpace(options)) return WholeClasses::none;
+  return options.merge.mode == "running_mean" ? WholeClasses::no_surfaces : WholeClasses::all;
+}
+
+std::vector<Blob> frameBlobs(const LabelledCloud& points, const ScanView& scan,
+                             const LabelSet& labels, const Options& options) {
   const bool thin = options.blobs.voxel_m > 0;
   return extractBlobs(thin ? thinByVoxel(points, options.blobs.voxel_m) : points, labels,
                       options.blobs, nullptr, scan);
@@ -144,16 +121,16 @@ FrameDigest digestFrame(Frame frame, const LabelSet& labels, const Options& opti
   }
   ScanView scan{frame.T_odom_sensor, {}};
   if (frame.sensor != Sensor::camera) scan.beams = measureBeamSpacing(frame.cloud);
-  LabelledCloud points = lift(frame, labels, options.lift, &digest.counts);
-  digest.aerial = looksFromTheAir(frame, points.ranges);
-  std::vector<std::uint32_t> points_per_voxel;
-  digest.cloud = thinByVoxel(points, options.plan.voxel_m, &points_per_voxel);
-  castVotes(frame, points_per_voxel, digest);
+  ThinFrame lifted = liftThin(frame, labels, options.lift, options.plan.voxel_m,
+                              blobClasses(options), &digest.counts);
+  digest.aerial = lifted.is_aerial;
+  digest.cloud = std::move(lifted.thin);
+  castVotes(frame, lifted.points_per_voxel, digest);
   digest.timing_ms.emplace_back("lift", watch.lap_ms());
   if (isImageSpace(options))
     findImageBlobs(frame, labels, options, digest);
   else
-    digest.blobs = frameBlobs(std::move(points), scan, labels, options);
+    digest.blobs = frameBlobs(lifted.whole, scan, labels, options);
   for (Blob& blob : digest.blobs) blob.first_frame = blob.last_frame = frame.number;
   digest.timing_ms.emplace_back("blobs", watch.lap_ms());
   return digest;

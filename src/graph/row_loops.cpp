@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "row_loops.h"
+
+#include <cmath>
+
+namespace xview {
+namespace {
+
+// Compiled with -O3 -ffp-contract=off: vectors of any width, but the same roundings with all of
+// them.
+#define XVIEW_CLONES __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
+
+constexpr float kNoDepthFrom = 1e9F;
+constexpr std::size_t kCountedAtOnce = 1 << 20;  ///< fits counters of 32 bits
+
+}  // namespace
+
+XVIEW_CLONES void projectRow(const RowOfRays& row, const float* __restrict depth, std::size_t width,
+                             float* __restrict px, float* __restrict py, float* __restrict pz,
+                             float* __restrict range, std::uint8_t* __restrict state) {
+  const RowOfRays r = row;
+  for (std::size_t u = 0; u < width; ++u) {
+    const float x = r.first_x + static_cast<float>(static_cast<std::int32_t>(u)) * r.step_x;
+    const float ray2 = x * x + r.y * r.y + 1;
+    const float told = depth[u];
+    const float z = r.depth_is_range ? told / std::sqrt(ray2) : told;
+    const float range2 = z * z * ray2;
+    px[u] = (r.towards[0] + r.across[0] * x) * z + r.shift[0];
+    py[u] = (r.towards[1] + r.across[1] * x) * z + r.shift[1];
+    pz[u] = (r.towards[2] + r.across[2] * x) * z + r.shift[2];
+    range[u] = std::sqrt(range2);
+    const bool measured = (told > 0) & (told < kNoDepthFrom);
+    const bool in_range = (range2 >= r.min_range2) & (range2 <= r.max_range2);
+    state[u] = measured ? (in_range ? kMeasured : kOutOfRange) : kNoDepth;
+  }
+}
+
+XVIEW_CLONES void cellsOf(const float* __restrict p, std::size_t count, double per_unit,
+                          double start, std::int32_t* __restrict cell) {
+  for (std::size_t i = 0; i < count; ++i) {
+    const double value = p[i] * per_unit + start;
+    const double fits = (value > -kNoCell) & (value < kNoCell) ? value : kNoCell;
+    const auto truncated = static_cast<std::int32_t>(fits);
+    cell[i] = truncated - (fits < truncated);
+  }
+}
+
+XVIEW_CLONES void markChanges(const std::uint32_t* __restrict values, std::size_t count,
+                              std::uint8_t* __restrict differs) {
+  for (std::size_t i = 1; i < count; ++i)
+    differs[i] = static_cast<std::uint8_t>(differs[i] | (values[i] != values[i - 1]));
+}
+
+XVIEW_CLONES DepthCounts countDepths(const float* depth, std::size_t count, float above,
+                                     float upto) {
+  DepthCounts counts;
+  for (std::size_t first = 0; first < count; first += kCountedAtOnce) {
+    const std::size_t end = first + kCountedAtOnce < count ? first + kCountedAtOnce : count;
+    std::uint32_t measured = 0, within = 0;
+    for (std::size_t i = first; i < end; ++i) {
+      const float z = depth[i];
+      const bool is_depth = (z > 0) & (z < kNoDepthFrom);
+      measured += is_depth;
+      within += is_depth & (z > above) & (z <= upto);
+    }
+    counts.measured += measured;
+    counts.within += within;
+  }
+  return counts;
+}
+
+XVIEW_CLONES float farthestDepth(const float* depth, std::size_t count) {
+  constexpr std::size_t kLanes = 16;
+  float farthest[kLanes] = {};
+  std::size_t i = 0;
+  for (; i + kLanes <= count; i += kLanes) {
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      const float z = depth[i + lane] < kNoDepthFrom ? depth[i + lane] : 0;
+      farthest[lane] = z > farthest[lane] ? z : farthest[lane];
+    }
+  }
+  float result = 0;
+  for (; i < count; ++i) {
+    const float z = depth[i] < kNoDepthFrom ? depth[i] : 0;
+    result = z > result ? z : result;
+  }
+  for (const float z : farthest) result = z > result ? z : result;
+  return result;
+}
+
+XVIEW_CLONES void invertDepths(const float* __restrict depth, std::size_t count, double sigma,
+                               double* __restrict inverse) {
+  for (std::size_t i = 0; i < count; ++i) inverse[i] = 1 / (sigma * depth[i]);
+}
+
+}  // namespace xview
