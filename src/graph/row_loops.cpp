@@ -19,19 +19,26 @@ XVIEW_CLONES void projectRow(const RowOfRays& row, const float* __restrict depth
                              float* __restrict px, float* __restrict py, float* __restrict pz,
                              float* __restrict range, std::uint8_t* __restrict state) {
   const RowOfRays r = row;
+  const float y2 = r.y * r.y;
+  const auto across = [&](std::size_t u) {
+    return r.first_x + static_cast<float>(static_cast<std::int32_t>(u)) * r.step_x;
+  };
+  for (std::size_t u = 0; u < width; ++u) range[u] = depth[u];
+  if (r.depth_is_range) {
+    for (std::size_t u = 0; u < width; ++u)
+      range[u] = depth[u] / std::sqrt(across(u) * across(u) + y2 + 1);
+  }
   for (std::size_t u = 0; u < width; ++u) {
-    const float x = r.first_x + static_cast<float>(static_cast<std::int32_t>(u)) * r.step_x;
-    const float ray2 = x * x + r.y * r.y + 1;
-    const float told = depth[u];
-    const float z = r.depth_is_range ? told / std::sqrt(ray2) : told;
-    const float range2 = z * z * ray2;
+    const float x = across(u), z = range[u];
+    const float range2 = z * z * (x * x + y2 + 1);
     px[u] = (r.towards[0] + r.across[0] * x) * z + r.shift[0];
     py[u] = (r.towards[1] + r.across[1] * x) * z + r.shift[1];
     pz[u] = (r.towards[2] + r.across[2] * x) * z + r.shift[2];
     range[u] = std::sqrt(range2);
-    const bool measured = (told > 0) & (told < kNoDepthFrom);
-    const bool in_range = (range2 >= r.min_range2) & (range2 <= r.max_range2);
-    state[u] = measured ? (in_range ? kMeasured : kOutOfRange) : kNoDepth;
+    const int measured = (depth[u] > 0) & (depth[u] < kNoDepthFrom);
+    const int in_range = (range2 >= r.min_range2) & (range2 <= r.max_range2);
+    state[u] = static_cast<std::uint8_t>((1 - measured) * kNoDepth +
+                                         (measured & (1 - in_range)) * kOutOfRange);
   }
 }
 

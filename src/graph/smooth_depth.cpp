@@ -3,28 +3,21 @@
 
 #include <Eigen/Core>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstring>
 #include <optional>
 #include <vector>
 
+#include "block_moments.h"
 #include "range_limit.h"
-#include "row_loops.h"
 
 namespace xview {
 namespace {
 
-constexpr int kBlock_px = 4;
 constexpr int kLargest = 2;           ///< blocks to each side of a window
 constexpr double kFewestPixels = 12;  ///< of a window
 constexpr double kExplained = 1.4;    ///< times the noise, squared: what a plane may leave
 constexpr double kMeanError = 1.2;    ///< times the noise: what the mean of one block may be off
-
-/// Sums over the pixels of one label in a block; w is the inverse depth in units of its noise.
-struct Moments {
-  double n = 0, u = 0, v = 0, w = 0, uu = 0, uv = 0, vv = 0, uw = 0, vw = 0, ww = 0;
-};
 
 /// Sums of moments. As pairs of numbers they stay in registers, which is worth a third of it all.
 class MomentSum {
@@ -86,31 +79,14 @@ Plane planeThrough(const Moments& m) {
 class Blocks {
  public:
   Blocks(const DepthImage& depth, const LabelImage& labels, double sigma)
-      : across_((depth.width + kBlock_px - 1) / kBlock_px),
-        down_((depth.height + kBlock_px - 1) / kBlock_px) {
-    const std::size_t blocks = static_cast<std::size_t>(across_) * down_;
-    first_.reserve(blocks + 1);
-    labels_.reserve(blocks + blocks / 2);
-    moments_.reserve(blocks + blocks / 2);
-    first_.push_back(0);
-    std::vector<double> inverse(static_cast<std::size_t>(depth.width) * kBlock_px);
-    for (int y = 0; y < down_; ++y) {
-      const int top = y * kBlock_px, rows = std::min(kBlock_px, depth.height - top);
-      invertDepths(&depth.at(0, top), static_cast<std::size_t>(depth.width) * rows, sigma,
-                   inverse.data());
-      for (int x = 0; x < across_; ++x) {
-        gather(depth, labels, inverse, x * kBlock_px, top);
-        first_.push_back(static_cast<std::uint32_t>(labels_.size()));
-      }
-    }
-  }
+      : parts_(depth, labels, sigma) {}
 
   void smooth(DepthImage& depth, const LabelImage& labels, double sigma, double good_m) const {
     const std::optional<double> limit = rangeLimit(depth, sigma);
-    for (int y = 0; y < down_; ++y) {
-      for (int x = 0; x < across_; ++x) {
-        for (std::size_t i = first_[y * across_ + x]; i < first_[y * across_ + x + 1]; ++i) {
-          const Part part{labels_[i], moments_[i]};
+    for (int y = 0; y < parts_.down(); ++y) {
+      for (int x = 0; x < parts_.across(); ++x) {
+        for (std::size_t i = parts_.begin(x, y); i < parts_.end(x, y); ++i) {
+          const Part part{parts_.label(i), parts_.moments(i)};
           const double inverse = part.moments.w / part.moments.n * sigma;
           if (sigma < good_m * inverse * inverse) continue;
           Plane plane;
@@ -125,89 +101,19 @@ class Blocks {
   }
 
  private:
-  static constexpr int kPixels = kBlock_px * kBlock_px;
-
   /// The pixels of one label in a block.
   struct Part {
     std::uint16_t label;
     const Moments& moments;
   };
 
-  /// Measurements of a block, row by row.
-  struct Pixels {
-    int count = 0;
-    std::array<std::uint16_t, kPixels> labels;
-    std::array<std::uint8_t, kPixels> place;  ///< row * kBlock_px + column
-    std::array<double, kPixels> w;
-  };
-
-  /// `inverse` has the rows of the block, in units of the noise.
-  void gather(const DepthImage& depth, const LabelImage& labels, const std::vector<double>& inverse,
-              int left, int top) {
-    const int right = std::min(left + kBlock_px, depth.width);
-    const int bottom = std::min(top + kBlock_px, depth.height);
-    Pixels pixels;
-    for (int v = top; v < bottom; ++v) {
-      const float* z = &depth.at(left, v);
-      const std::uint16_t* label = &labels.at(left, v);
-      const double* w = &inverse[static_cast<std::size_t>(v - top) * depth.width + left];
-      for (int u = left; u < right; ++u, ++z, ++label, ++w) {
-        if (!(*z > 0 && *z < 1e9F)) continue;
-        pixels.labels[pixels.count] = *label;
-        pixels.place[pixels.count] = static_cast<std::uint8_t>((v - top) * kBlock_px + u - left);
-        pixels.w[pixels.count++] = *w;
-      }
-    }
-    for (unsigned rest = (1u << pixels.count) - 1; rest != 0;)
-      rest = addPart(pixels, left, top, rest);
-  }
-
-  /// Sums of n, u, v, uu, uv, vv of one pixel within the block, ten bits each.
-  static constexpr std::uint64_t packedPowers(int place) {
-    const std::uint64_t u = place % kBlock_px, v = place / kBlock_px;
-    return 1 | u << 10 | v << 20 | u * u << 30 | u * v << 40 | v * v << 50;
-  }
-
-  /// Makes a part of the pixels of `rest` (a bit each) that have the label of the first one.
-  /// Returns the others.
-  unsigned addPart(const Pixels& pixels, int left, int top, unsigned rest) {
-    static constexpr auto kPowers = [] {
-      std::array<std::uint64_t, kPixels> powers{};
-      for (int i = 0; i < kPixels; ++i) powers[i] = packedPowers(i);
-      return powers;
-    }();
-    const int first = __builtin_ctz(rest);
-    const std::uint16_t label = pixels.labels[first];
-    std::uint64_t powers = 0;
-    double w = 0, uw = 0, vw = 0, ww = 0;
-    for (int i = first; i < pixels.count; ++i) {
-      if (pixels.labels[i] != label) continue;
-      rest &= ~(1u << i);
-      const int place = pixels.place[i];
-      powers += kPowers[place];
-      const double pw = pixels.w[i];
-      w += pw;
-      uw += (left + place % kBlock_px) * pw;
-      vw += (top + place / kBlock_px) * pw;
-      ww += pw * pw;
-    }
-    const auto sum = [&](int at) { return static_cast<double>(powers >> at & 1023); };
-    const double n = sum(0), u = sum(10), v = sum(20), u0 = left, v0 = top;
-    labels_.push_back(label);
-    moments_.push_back({n, n * u0 + u, n * v0 + v, w, n * u0 * u0 + 2 * u0 * u + sum(30),
-                        n * u0 * v0 + u0 * v + v0 * u + sum(40), n * v0 * v0 + 2 * v0 * v + sum(50),
-                        uw, vw, ww});
-    return rest;
-  }
-
   Moments window(std::uint16_t label, int x, int y, int radius) const {
     MomentSum sum;
-    const int left = std::max(0, x - radius), right = std::min(across_ - 1, x + radius);
-    for (int by = std::max(0, y - radius); by <= std::min(down_ - 1, y + radius); ++by) {
-      // the parts of neighbouring blocks lie side by side
-      const std::size_t end = first_[by * across_ + right + 1];
-      for (std::size_t i = first_[by * across_ + left]; i < end; ++i)
-        if (labels_[i] == label) sum.add(moments_[i]);
+    const int left = std::max(0, x - radius), right = std::min(parts_.across() - 1, x + radius);
+    for (int by = std::max(0, y - radius); by <= std::min(parts_.down() - 1, y + radius); ++by) {
+      const std::size_t end = parts_.end(right, by);
+      for (std::size_t i = parts_.begin(left, by); i < end; ++i)
+        if (parts_.label(i) == label) sum.add(parts_.moments(i));
     }
     return sum.total();
   }
@@ -253,10 +159,7 @@ class Blocks {
     });
   }
 
-  int across_, down_;
-  std::vector<std::uint32_t> first_;   ///< part of each block, and the end
-  std::vector<std::uint16_t> labels_;  ///< of the parts
-  std::vector<Moments> moments_;
+  BlockMoments parts_;
 };
 
 }  // namespace
