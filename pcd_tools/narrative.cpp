@@ -27,7 +27,7 @@ class Bar {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (done >= total) {
       fmt::print(stderr, "\r\x1b[K");
-    } else if (secondsSince(drawn_) >= 0.1) {
+    } else if (done == 0 || secondsSince(drawn_) >= 0.1) {
       drawn_ = Clock::now();
       draw(done, total);
     }
@@ -38,6 +38,10 @@ class Bar {
   void draw(std::size_t done, std::size_t total) const {
     constexpr std::size_t kWidth = 30;
     const std::size_t filled = kWidth * done / total;
+    if (done == 0) {
+      fmt::print(stderr, "\r[{}] {} 0/{}\x1b[K", name_, std::string(kWidth, '.'), total);
+      return;
+    }
     const double rate = static_cast<double>(done) / std::max(secondsSince(start_), 1e-3);
     const double left_s = static_cast<double>(total - done) / std::max(rate, 1e-9);
     fmt::print(stderr, "\r[{}] {}{} {}/{}  {:.1f} frames/s  {:.0f} s left\x1b[K", name_,

@@ -3,7 +3,7 @@
 
 #include <limits>
 
-#include "growing_cloud.h"
+#include "cloud_of_rows.h"
 #include "lifting.h"
 
 namespace xview {
@@ -17,7 +17,7 @@ double maxRange(const Frame& frame, const LiftOptions& options) {
 LabelledCloud lift(const Frame& frame, const LabelSet& set, const LiftOptions& options,
                    LiftCounts* counts) {
   const LiftPlan plan = planOf(frame, options);
-  GrowingCloud cloud(Columns(frame), plan.origin);
+  CloudOfRows cloud(Columns(frame), plan.origin);
   cloud.reserve(plan.expected);
   const LiftCounts found = liftInto(cloud, plan, frame, set);
   if (counts) *counts = found;

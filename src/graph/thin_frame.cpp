@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "xview/graph/thin_frame.h"
 
-#include "growing_cloud.h"
+#include "cloud_of_rows.h"
 #include "lifting.h"
 #include "voxel_thinner.h"
 
@@ -46,7 +46,7 @@ class ThinningSink : public PointSink {
 
   Columns columns_;
   VoxelThinner thinner_;
-  GrowingCloud whole_;
+  CloudOfRows whole_;
   const LabelSet& set_;
   WholeClasses which_;
   std::size_t near_ = 0;  ///< points not further than kAerialQuantile_m

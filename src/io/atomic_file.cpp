@@ -43,6 +43,7 @@ AtomicFile::AtomicFile(std::string path)
     descriptor_ = open(target_path_.c_str(), O_WRONLY | O_CLOEXEC);
   } else {
     temporary_path_ = nameBeside(target_path_);
+    unfinished_.emplace(temporary_path_);
     descriptor_ = open(temporary_path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
   }
   if (descriptor_ < 0) fail("cannot write");
@@ -72,6 +73,7 @@ void AtomicFile::commit() {
       std::rename(temporary_path_.c_str(), target_path_.c_str()) != 0) {
     fail("cannot replace the old file");
   }
+  unfinished_.reset();
   close(descriptor_);
   descriptor_ = -1;
 }

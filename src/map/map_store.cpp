@@ -21,6 +21,7 @@
 #include "map_revisions.h"
 #include "map_schema.h"
 #include "xview/types/error.h"
+#include "xview/types/unfinished_file.h"
 
 namespace xview {
 namespace {
@@ -157,7 +158,7 @@ auto guarded(const std::string& path, const char* what, Action&& action) {
 class FileBeside {
  public:
   explicit FileBeside(const std::string& target)
-      : path_(target + ".part" + std::to_string(::getpid())) {
+      : path_(target + ".part" + std::to_string(::getpid())), unfinished_(path_) {
     removeNow();
   }
   ~FileBeside() { removeNow(); }
@@ -168,6 +169,7 @@ class FileBeside {
 
  private:
   std::string path_;
+  UnfinishedFile unfinished_;
 };
 
 void syncToDisk(const std::string& path, int flags) {

@@ -140,6 +140,7 @@ SemanticMap buildMap(const std::vector<const FrameSource*>& sources, const Optio
     requireSameLabels(sources[0]->labels(), sources[0]->name(), source->labels(), source->name());
     requireGraphSpace(options, source->sensor(), source->name());
   }
+  if (progress) progress(0, total);
   MapUnderConstruction map(sources[0]->labels(), options);
   for (const FrameSource* source : sources) {
     map.beginSource(source->name());

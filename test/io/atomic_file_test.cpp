@@ -3,7 +3,10 @@
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
+#include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -34,6 +37,24 @@ TEST(AtomicFile, AppearsOnCommitAndLeavesNothingBeside) {
   EXPECT_FALSE(std::filesystem::exists(folder / "out.txt"));
   file.commit();
   EXPECT_EQ(contentOf(folder / "out.txt"), "hello world");
+  EXPECT_EQ(filesIn(folder.path()), 1u);
+}
+
+TEST(AtomicFile, OfAnInterruptedProgramLeavesTheOldFileAlone) {
+  const test::TemporaryFolder folder;
+  std::ofstream(folder / "out.txt") << "old";
+  const pid_t child = fork();
+  if (child == 0) {
+    removeUnfinishedOnInterrupt();
+    AtomicFile file(folder / "out.txt");
+    file.write(std::string(3 << 20, 'x'));
+    std::raise(SIGINT);
+    _exit(0);
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  EXPECT_TRUE(WIFSIGNALED(status));
+  EXPECT_EQ(contentOf(folder / "out.txt"), "old");
   EXPECT_EQ(filesIn(folder.path()), 1u);
 }
 

@@ -2,14 +2,18 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <string>
+
+#include "xview/types/unfinished_file.h"
 
 namespace xview {
 
 /// An output file that appears whole or not at all: bytes go to a file beside the target, commit()
 /// puts it in place. An object that goes without commit() leaves nothing behind and the old file
-/// untouched. A symbolic link is followed; a target that exists and is no regular file (/dev/full,
-/// a pipe) is written directly, since replacing it would destroy it.
+/// untouched, also if the program is interrupted (UnfinishedFile). A symbolic link is followed; a
+/// target that exists and is no regular file (/dev/full, a pipe) is written directly, since
+/// replacing it would destroy it.
 class AtomicFile {
  public:
   explicit AtomicFile(std::string path);  ///< throws Error if the target cannot be written
@@ -32,6 +36,7 @@ class AtomicFile {
   std::string path_;            ///< as given, for messages
   std::string target_path_;     ///< with links resolved
   std::string temporary_path_;  ///< equals target_path_ if written directly
+  std::optional<UnfinishedFile> unfinished_;
   std::string buffer_;
   int descriptor_ = -1;
 };

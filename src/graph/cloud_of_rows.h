@@ -15,9 +15,9 @@ struct Columns {
 };
 
 /// A cloud that grows row by row.
-class GrowingCloud : public PointSink {
+class CloudOfRows : public PointSink {
  public:
-  GrowingCloud(const Columns& columns, const Eigen::Vector3d& origin);
+  CloudOfRows(const Columns& columns, const Eigen::Vector3d& origin);
 
   void reserve(std::size_t points);
   void add(const PointRow& row) override;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "growing_cloud.h"
+#include "cloud_of_rows.h"
 
 #include <utility>
 
@@ -11,18 +11,18 @@ Columns::Columns(const Frame& frame)
                     : frame.cloud.instances.size() == frame.cloud.size()),
       ranges(frame.sensor != Sensor::cloud || frame.cloud.ranges.size() == frame.cloud.size()) {}
 
-GrowingCloud::GrowingCloud(const Columns& columns, const Eigen::Vector3d& origin)
+CloudOfRows::CloudOfRows(const Columns& columns, const Eigen::Vector3d& origin)
     : columns_(columns) {
   cloud_.origin = origin;
 }
 
-void GrowingCloud::reserve(std::size_t points) {
+void CloudOfRows::reserve(std::size_t points) {
   cloud_.points.points.reserve(points);
   if (columns_.instances) cloud_.instances.reserve(points);
   if (columns_.ranges) cloud_.ranges.reserve(points);
 }
 
-void GrowingCloud::add(const PointRow& row) {
+void CloudOfRows::add(const PointRow& row) {
   const std::size_t first = cloud_.size();
   cloud_.points.points.resize(first + row.size);
   for (std::size_t i = 0; i < row.size; ++i)
@@ -35,13 +35,13 @@ void GrowingCloud::add(const PointRow& row) {
     cloud_.ranges.insert(cloud_.ranges.end(), row.range.begin(), row.range.begin() + end);
 }
 
-void GrowingCloud::addPoint(const PointRow& row, std::size_t i) {
+void CloudOfRows::addPoint(const PointRow& row, std::size_t i) {
   cloud_.points.points.emplace_back(row.x[i], row.y[i], row.z[i], row.label[i]);
   if (columns_.instances) cloud_.instances.push_back(row.instance[i]);
   if (columns_.ranges) cloud_.ranges.push_back(row.range[i]);
 }
 
-LabelledCloud GrowingCloud::finish() {
+LabelledCloud CloudOfRows::finish() {
   cloud_.points.width = static_cast<std::uint32_t>(cloud_.points.points.size());
   cloud_.points.height = 1;
   cloud_.points.is_dense = true;
