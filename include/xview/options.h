@@ -18,6 +18,7 @@
 #include "xview/pose/posterior.h"
 #include "xview/pose/refine.h"
 #include "xview/types/option_field.h"
+#include "xview/types/prior_text.h"
 #include "xview/verify/clique.h"
 #include "xview/verify/object_verdict.h"
 #include "xview/verify/sample_consensus.h"
@@ -45,9 +46,9 @@ struct PriorOptions {
 
 template <class Visitor>
 void visit(PriorOptions& o, Visitor&& field) {
-  field("near", o.near,
+  field("near", o.near, Syntax{requireCircle},
         "the last pose is within the circle x,y,radius of the map [m]; empty = anywhere");
-  field("yaw", o.yaw,
+  field("yaw", o.yaw, Syntax{requireHeading},
         "the last pose looks along heading,tolerance, counter-clockwise from x of the map [deg]; "
         "empty = any");
 }
@@ -137,7 +138,7 @@ void visit(Options& o, Visitor&& field) {
         "aligned: z is up in map and query; free: it may not be, what they hold tells, else all "
         "six degrees of freedom are "
         "searched; auto: z is up unless they clearly say otherwise");
-  field("scale", o.scale,
+  field("scale", o.scale, Syntax{requireScale},
         "lengths of the query may be wrong by one factor: low,high of what they are to be "
         "multiplied with, or free = 0.75,1.34; empty = they are right");
   field("seed", o.seed, Range{0, 2147483647}, "seed of everything random");

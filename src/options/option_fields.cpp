@@ -19,15 +19,18 @@ class FieldCollector {
 
   template <class Value>
   void operator()(const char* name, Value& value, const Range& range, const char* meaning) {
-    fields_.push_back({prefix_ + name, &value, range, {}, meaning});
+    fields_.push_back({prefix_ + name, &value, range, {}, {}, meaning});
   }
   void operator()(const char* name, std::string& value, const Choices& choices,
                   const char* meaning) {
-    fields_.push_back({prefix_ + name, &value, {}, choices, meaning});
+    fields_.push_back({prefix_ + name, &value, {}, choices, {}, meaning});
+  }
+  void operator()(const char* name, std::string& value, const Syntax& syntax, const char* meaning) {
+    fields_.push_back({prefix_ + name, &value, {}, {}, syntax, meaning});
   }
   template <class Value>
   void operator()(const char* name, Value& value, const char* meaning) {
-    fields_.push_back({prefix_ + name, &value, {}, {}, meaning});
+    fields_.push_back({prefix_ + name, &value, {}, {}, {}, meaning});
   }
   template <class Group>
   void group(const char* name, Group& options) {
@@ -93,6 +96,7 @@ struct Assignment {
     if (!known.empty() && std::find(known.begin(), known.end(), text) == known.end()) {
       fail("must be " + ruleText(field));
     }
+    if (field.syntax.require && !text.empty()) field.syntax.require(field.key, text);
     *target = text;
   }
 };

@@ -15,6 +15,7 @@ struct OptionField {
   std::variant<int*, double*, bool*, std::string*> value;
   Range range;
   Choices choices;
+  Syntax syntax;  ///< of a text that is more than a word
   std::string meaning;
 };
 

@@ -56,4 +56,10 @@ std::optional<ScaleRange> parseScale(const std::string& name, const std::string&
   return ScaleRange{n[0], n[1]};
 }
 
+void requireCircle(const std::string& name, const std::string& text) { parseCircle(name, text); }
+
+void requireHeading(const std::string& name, const std::string& text) { parseHeading(name, text); }
+
+void requireScale(const std::string& name, const std::string& text) { parseScale(name, text); }
+
 }  // namespace xview

@@ -111,6 +111,22 @@ TEST(SetOption, RefusesWhatOnlyStartsAsANumber) {
   EXPECT_EQ(toYaml(options), toYaml(Options()));
 }
 
+TEST(SetOption, RefusesPriorsAndScalesThatMakeNoSense) {
+  Options options;
+  EXPECT_EQ(messageOf([&] { setOption(options, "prior.near", "1,2"); }),
+            "prior.near = 1,2, must be x,y,radius");
+  EXPECT_EQ(messageOf([&] { setOption(options, "prior.yaw", "north,5"); }),
+            "prior.yaw = north,5, 'north' is not a number");
+  EXPECT_EQ(messageOf([&] { setOption(options, "scale", "2,1"); }),
+            "scale = 2,1, must be 0.1 < LOW <= HIGH < 10");
+  EXPECT_EQ(toYaml(options), toYaml(Options()));
+  setOption(options, "scale", "free");
+  setOption(options, "prior.near", "1,2,3");
+  setOption(options, "prior.near", "");
+  EXPECT_EQ(options.scale, "free");
+  EXPECT_EQ(options.prior.near, "") << "nothing said is legal";
+}
+
 TEST_F(OptionsFile, ChangesOnlyWhatItNames) {
   EXPECT_EQ(messageFor("walks:\n  num_walks: 17\nseed: 5\n"), "");
   EXPECT_EQ(options_.walks.num_walks, 17);
@@ -133,6 +149,8 @@ TEST_F(OptionsFile, SaysPathAndLineOfWhatIsWrong) {
             path + ":1: unknown option walk; the nearest known one is walks");
   EXPECT_EQ(messageFor("walks:\n  walk_length: 0\n"),
             path + ":2: walks.walk_length = 0, must be in [2, 8]");
+  EXPECT_EQ(messageFor("prior:\n  near: \"1,2,0\"\n"),
+            path + ":2: prior.near = 1,2,0, the radius must be positive");
   EXPECT_EQ(messageFor("\nwalks: 3\n"),
             path + ":2: walks is a group of options, expected `key: value` lines below it");
   EXPECT_EQ(messageFor("seed: [1, 2]\n"), path + ":1: seed needs one value");

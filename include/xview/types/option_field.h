@@ -18,11 +18,19 @@ struct Choices {
   std::vector<std::string> values;
 };
 
+/// Rule of a textual option that is more than a word: throws UsageError that names the key. An
+/// empty text is always legal.
+struct Syntax {
+  void (*require)(const std::string& key, const std::string& text) = nullptr;
+};
+
 // Every options struct has beside it
 //
 //   template <class Visitor> void visit(FooOptions& options, Visitor&& field) {
-//     field("name", options.name, Range{1, 100}, "what it means [unit]");   // int, double, bool,
-//     std::string field("mode", options.mode, Choices{{"a", "b"}}, "…");
+//     field("name", options.name, Range{1, 100}, "what it means [unit]");   // int, double
+//     field("mode", options.mode, Choices{{"a", "b"}}, "…");                // std::string
+//     field("area", options.area, Syntax{requireArea}, "…");                // std::string
+//     field("flag", options.flag, "…");                                     // bool, any text
 //   }
 //
 // and nothing else lists the fields: the YAML reader, the command-line flags, --print-config and

@@ -17,4 +17,9 @@ PlacePrior::Heading parseHeading(const std::string& name,
 /// `LOW,HIGH`, or `free` for 0.75,1.34; nothing if the text is empty: the scale is right.
 std::optional<ScaleRange> parseScale(const std::string& name, const std::string& text);
 
+/// The same as rules of options: they throw what the parsers throw.
+void requireCircle(const std::string& name, const std::string& text);
+void requireHeading(const std::string& name, const std::string& text);
+void requireScale(const std::string& name, const std::string& text);
+
 }  // namespace xview
