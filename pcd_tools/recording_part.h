@@ -1,32 +1,28 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "xview/types/frame.h"
+#include "xview/types/forwarding_source.h"
 
 namespace xview::tools {
 
 /// The frames of a recording from one position on.
-class RecordingPart final : public FrameSource {
+class RecordingPart final : public ForwardingSource {
  public:
   /// The recording must outlive this object; first <= its size.
   RecordingPart(const FrameSource& recording, std::size_t first)
-      : recording_(recording), first_(first) {}
+      : ForwardingSource(recording), first_(first) {}
 
-  std::size_t size() const override { return recording_.size() - first_; }
+  std::size_t size() const override { return ForwardingSource::size() - first_; }
   Eigen::Isometry3d pose(std::size_t index) const override {
-    return recording_.pose(first_ + index);
+    return ForwardingSource::pose(first_ + index);
   }
-  double stamp(std::size_t index) const override { return recording_.stamp(first_ + index); }
+  double stamp(std::size_t index) const override { return ForwardingSource::stamp(first_ + index); }
   std::int64_t number(std::size_t index) const override {
-    return recording_.number(first_ + index);
+    return ForwardingSource::number(first_ + index);
   }
-  Frame read(std::size_t index) const override { return recording_.read(first_ + index); }
-  Sensor sensor() const override { return recording_.sensor(); }
-  const LabelSet& labels() const override { return recording_.labels(); }
-  const std::string& name() const override { return recording_.name(); }
+  Frame read(std::size_t index) const override { return ForwardingSource::read(first_ + index); }
 
  private:
-  const FrameSource& recording_;
   std::size_t first_;
 };
 

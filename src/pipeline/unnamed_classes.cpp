@@ -7,25 +7,19 @@
 #include "xview/graph/blobs.h"
 #include "xview/graph/class_shapes.h"
 #include "xview/graph/lift.h"
+#include "xview/types/forwarding_source.h"
 #include "xview/types/parallel.h"
 
 namespace xview {
 namespace {
 
 /// The same frames under other classes.
-class Reclassified final : public FrameSource {
+class Reclassified final : public ForwardingSource {
  public:
   Reclassified(std::unique_ptr<FrameSource> source, LabelSet labels)
-      : source_(std::move(source)), labels_(std::move(labels)) {}
+      : ForwardingSource(*source), source_(std::move(source)), labels_(std::move(labels)) {}
 
-  std::size_t size() const override { return source_->size(); }
-  Eigen::Isometry3d pose(std::size_t index) const override { return source_->pose(index); }
-  double stamp(std::size_t index) const override { return source_->stamp(index); }
-  std::int64_t number(std::size_t index) const override { return source_->number(index); }
-  Frame read(std::size_t index) const override { return source_->read(index); }
-  Sensor sensor() const override { return source_->sensor(); }
   const LabelSet& labels() const override { return labels_; }
-  const std::string& name() const override { return source_->name(); }
 
  private:
   std::unique_ptr<FrameSource> source_;

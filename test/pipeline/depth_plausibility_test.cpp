@@ -10,6 +10,7 @@
 #include "pipeline/simulated_drive.h"
 #include "xview/mapper.h"
 #include "xview/types/error.h"
+#include "xview/types/forwarding_source.h"
 
 namespace xview {
 namespace {
@@ -17,24 +18,24 @@ namespace {
 using test::simulatedDrive;
 
 /// The forward drive, its depths times a factor.
-class ScaledRecording : public FrameSource {
+class ScaledRecording : public ForwardingSource {
  public:
-  explicit ScaledRecording(float factor, bool stands = false) : factor_(factor), stands_(stands) {}
+  explicit ScaledRecording(float factor, bool stands = false)
+      : ForwardingSource(*simulatedDrive().sessions.at("forward")),
+        factor_(factor),
+        stands_(stands) {}
   std::size_t size() const override { return 8; }
-  Eigen::Isometry3d pose(std::size_t i) const override { return drive().pose(stands_ ? 0 : i); }
-  double stamp(std::size_t i) const override { return drive().stamp(i); }
-  std::int64_t number(std::size_t i) const override { return drive().number(i); }
+  Eigen::Isometry3d pose(std::size_t i) const override {
+    return ForwardingSource::pose(stands_ ? 0 : i);
+  }
   Frame read(std::size_t i) const override {
-    Frame frame = drive().read(stands_ ? 0 : i);
+    Frame frame = ForwardingSource::read(stands_ ? 0 : i);
     for (float& z : frame.depth.pixels) z *= factor_;
     return frame;
   }
-  Sensor sensor() const override { return Sensor::camera; }
-  const LabelSet& labels() const override { return drive().labels(); }
   const std::string& name() const override { return name_; }
 
  private:
-  static const FrameSource& drive() { return *simulatedDrive().sessions.at("forward"); }
   float factor_;
   bool stands_;
   std::string name_ = "scaled";
@@ -97,19 +98,16 @@ TEST(DepthPlausibility, ACameraThatStandsStillTellsNothing) {
 }
 
 /// A drive measured along the rays or along the optical axis, with a camera that declares either.
-class OfKind : public FrameSource {
+class OfKind : public ForwardingSource {
  public:
   OfKind(const std::string& session, bool measured_range, bool declared_range, double narrower = 1)
-      : drive_(*simulatedDrive().sessions.at(session)),
+      : ForwardingSource(*simulatedDrive().sessions.at(session)),
         measured_range_(measured_range),
         declared_range_(declared_range),
         narrower_(narrower) {}
   std::size_t size() const override { return 20; }
-  Eigen::Isometry3d pose(std::size_t i) const override { return drive_.pose(i); }
-  double stamp(std::size_t i) const override { return drive_.stamp(i); }
-  std::int64_t number(std::size_t i) const override { return drive_.number(i); }
   Frame read(std::size_t i) const override {
-    Frame frame = drive_.read(i);
+    Frame frame = ForwardingSource::read(i);
     Camera& camera = frame.camera;
     for (int v = 0; v < frame.depth.height; ++v) {
       for (int u = 0; u < frame.depth.width; ++u) {
@@ -123,12 +121,9 @@ class OfKind : public FrameSource {
     camera.depth_is_range = declared_range_;
     return frame;
   }
-  Sensor sensor() const override { return Sensor::camera; }
-  const LabelSet& labels() const override { return drive_.labels(); }
   const std::string& name() const override { return name_; }
 
  private:
-  const FrameSource& drive_;
   bool measured_range_, declared_range_;
   double narrower_;
   std::string name_ = "kind";

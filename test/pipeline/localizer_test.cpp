@@ -86,7 +86,7 @@ TEST(Localizer, FramesOfAFirstCameraAreTurnedUpright) {
   EXPECT_LT((fix.T_map_sensor.translation() - truth.translation()).norm(), 0.5);
   EXPECT_LT(rotationBetween(fix.T_map_sensor, truth), 0.03);
 
-  const test::MovedRecording forward(*drive.sessions.at("forward"), T_optical);
+  const MovedRecording forward(*drive.sessions.at("forward"), T_optical);
   const SemanticMap tilted = buildMap({&forward}, {});
   const Localization in_tilted = Localizer(tilted, {}).localize(query);
   EXPECT_EQ(in_tilted.status, Status::accepted) << in_tilted.reason;
@@ -125,7 +125,7 @@ TEST(Localizer, AQueryReadFrameByFrameIsThatOfAllItsDigests) {
 TEST(Localizer, AQueryOfATiltedCameraReadFrameByFrameIsTurnedUprightToo) {
   const auto& drive = simulatedDrive();
   const Eigen::Isometry3d T_tilted(Eigen::AngleAxisd(-M_PI / 2, Eigen::Vector3d::UnitX()));
-  const test::MovedRecording rear(*drive.sessions.at("rear"), T_tilted);
+  const MovedRecording rear(*drive.sessions.at("rear"), T_tilted);
   const Query query = makeQuery(rear, {});
   EXPECT_GT(query.plan.upright.angularDistance(Eigen::Quaterniond::Identity()), 1);
   const Localization fix = Localizer(drive.map, {}).localize(query);
