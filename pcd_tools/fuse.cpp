@@ -4,11 +4,12 @@
 #include <optional>
 
 #include "commands.h"
-#include "moved_recording.h"
 #include "queries.h"
 #include "xview/localizer.h"
+#include "xview/map/map_lock.h"
 #include "xview/map/map_store.h"
 #include "xview/types/error.h"
+#include "xview/types/moved_recording.h"
 #include "xview/types/stopwatch.h"
 
 namespace xview::tools {
@@ -39,6 +40,7 @@ class FuseCommand final : public Command {
     if (job.operands.size() != 2) throw UsageError("xview fuse needs QUERY MAP, found 1 operand");
     const std::string &query = job.operands[0], &path = job.operands[1];
     checkOrder(job.operands, input_);
+    const MapLock lock(path);
     SemanticMap map = loadMap(path);
     const std::optional<Localization> fix = locate(query, map, job);
     if (!fix) return kNoPose;

@@ -6,6 +6,7 @@
 
 #include "commands.h"
 #include "inputs.h"
+#include "xview/map/map_lock.h"
 #include "xview/map/map_store.h"
 #include "xview/mapper.h"
 #include "xview/types/error.h"
@@ -42,6 +43,7 @@ class MapCommand final : public Command {
     if (exists && !isMapFile(out))
       throw Error(out, "exists and is no map; the last operand is the map to write");
 
+    const MapLock lock(out);
     Stopwatch watch;
     std::optional<SemanticMap> map;
     if (append_ && exists) map = loadMap(out);

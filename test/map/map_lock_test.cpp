@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "xview/map/map_lock.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <chrono>
+#include <memory>
+#include <thread>
+
+#include "map/sample_map.h"
+#include "support/test_data.h"
+#include "xview/map/map_store.h"
+
+namespace xview {
+namespace {
+
+TEST(MapLock, TheSecondWaitsForTheFirst) {
+  const test::TemporaryFolder folder;
+  const std::string path = folder / "town.xvm";
+  saveMap(path, test::sampleMap());
+  auto first = std::make_unique<MapLock>(path);
+  std::atomic<bool> has_second{false};
+  std::thread other([&] {
+    const MapLock second(path);
+    has_second = true;
+  });
+  std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  EXPECT_FALSE(has_second);
+  first.reset();
+  other.join();
+  EXPECT_TRUE(has_second);
+}
+
+TEST(MapLock, ItsHolderReadsAndWrites) {
+  const test::TemporaryFolder folder;
+  const std::string path = folder / "town.xvm";
+  saveMap(path, test::sampleMap());
+  const MapLock lock(path);
+  const SemanticMap map = loadMap(path);
+  saveRevision(path, map, "again");
+  EXPECT_TRUE(undoRevision(path));
+}
+
+TEST(MapLock, AMapThatIsNotThereIsNotHeld) {
+  const test::TemporaryFolder folder;
+  const MapLock first(folder / "none.xvm"), second(folder / "none.xvm");
+}
+
+}  // namespace
+}  // namespace xview
