@@ -89,6 +89,8 @@ class Localizer {
   /// Pose, covariance and kept pairs for a place that was found otherwise; status and reason are
   /// left to the caller.
   Localization describe(const Query& query, const PoseCheck& place) const;
+  /// False if the prior of the options excludes this pose of the query.
+  bool priorAllows(const Query& query, const Eigen::Isometry3d& T_map_query) const;
   /// What each sample and vertex of the query says about the pose of an answer to it; nothing if
   /// the answer has no hypothesis.
   Explanation explain(const Query& query, const Localization& answer) const;

@@ -230,6 +230,11 @@ std::vector<PoseCheck> Localizer::check(const Query& query,
   return index_->check(query, T_map_query, reach_m);
 }
 
+bool Localizer::priorAllows(const Query& query, const Eigen::Isometry3d& T_map_query) const {
+  const UprightQuery upright(query, index_->uprightOf(query, T_map_query));
+  return satisfies({index_->prior}, upright.query, index_->toAligned(query, T_map_query));
+}
+
 Localization Localizer::describe(const Query& query, const PoseCheck& place) const {
   const Eigen::Quaterniond R_upright = index_->uprightOf(query, place.T_map_query);
   PoseCheck upright = place;

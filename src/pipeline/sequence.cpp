@@ -78,6 +78,7 @@ struct Sequence::State {
   Verdict verdictOfSum(const SequenceAnswer& answer) const;
   void decide(const Query& query, SequenceAnswer& answer) const;
   void takeFused(const Query& query, const Verdict& verdict, SequenceAnswer& answer) const;
+  void refuseOutsidePrior(const Query& query, Localization& fix) const;
 
   const Localizer& localizer;
   const Options options;
@@ -208,6 +209,15 @@ void Sequence::State::takeFused(const Query& query, const Verdict& verdict,
     fix.hypotheses.push_back(h);
   }
   setVerdict(verdict, fix);
+  refuseOutsidePrior(query, fix);
+}
+
+/// The history may have led out of where this window may be.
+void Sequence::State::refuseOutsidePrior(const Query& query, Localization& fix) const {
+  if (!fix.accepted() || localizer.priorAllows(query, fix.T_map_query)) return;
+  fix.status = Status::rejected;
+  fix.confidence = std::min(fix.confidence, 0.49);
+  fix.reason = "the place is outside of the prior; without it: " + fix.reason;
 }
 
 /// What the windows say together, if they are views from above.

@@ -82,6 +82,20 @@ TEST(Sequence, HistoryTellsTwoEqualStreetsApart) {
   EXPECT_GE(ambiguous_alone, 2);
 }
 
+TEST(Sequence, HistoryAcceptsNothingOutsideOfThePrior) {
+  const PlanTown town = twoStreets(false);
+  const SemanticMap map = mapOf(town);
+  Options options = quiet();
+  options.prior.near = "-80,0,50";
+  const Localizer localizer(map, options);
+  Sequence sequence(localizer, options);
+  std::size_t frame = 0;
+  for (double x = -120; x <= 80; x += 40, frame += 10) {
+    const SequenceAnswer answer = sequence.add(queryAt(town, x, 0, kOdometry), frame, frame + 10);
+    EXPECT_EQ(answer.fix.accepted(), x < -30) << "at " << x << ": " << answer.fix.reason;
+  }
+}
+
 TEST(Sequence, AWorldThatRepeatsAltogetherStaysAmbiguous) {
   const PlanTown town = twoStreets(true);
   const SemanticMap map = mapOf(town);
