@@ -29,18 +29,9 @@ class GrowingCloud {
   GrowingCloud(double voxel_m, double max_sigma_m) : voxel_m_(voxel_m), max_sigma_m_(max_sigma_m) {}
 
   void add(const FrameDigest& frame) {
-    const LabelledCloud& cloud = frame.cloud;
-    if (cloud.empty()) return;
-    if (cloud_.empty()) cloud_.origin = cloud.origin;
-    const Eigen::Vector3f shift = (cloud.origin - cloud_.origin).cast<float>();
-    for (std::size_t i = 0; i < cloud.size(); ++i) {
-      const double sigma_m = pointSigma(frame, i);
-      if (sigma_m > max_sigma_m_) continue;
-      pcl::PointXYZL point = cloud.points[i];
-      point.getVector3fMap() += shift;
-      cloud_.points.push_back(point);
-      cloud_.ranges.push_back(static_cast<float>(sigma_m));
-    }
+    if (frame.cloud.empty()) return;
+    if (cloud_.empty()) cloud_.origin = frame.cloud.origin;
+    appendKnownPoints(frame, max_sigma_m_, cloud_, cloud_.ranges);
     if (cloud_.size() > 2 * thinned_size_ + kSlack) thin();
   }
   LabelledCloud finish() {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <vector>
 
 #include "xview/mapper.h"
 
@@ -13,5 +14,10 @@ inline double pointSigma(const FrameDigest& frame, std::size_t i) {
   const double range = frame.cloud.ranges[i];
   return frame.inverse_depth_sigma * range * range;
 }
+
+/// Adds the points of a frame whose depth is known well enough to a cloud, and how well to
+/// `sigmas_m`. Returns how many.
+std::size_t appendKnownPoints(const FrameDigest& frame, double max_sigma_m, LabelledCloud& cloud,
+                              std::vector<float>& sigmas_m);
 
 }  // namespace xview

@@ -55,16 +55,9 @@ void addRecentPoints(const FrameDigest* first, const FrameDigest* last,
   std::vector<float> sigmas;
   double travelled = 0;
   for (const FrameDigest* frame = last; frame-- != first;) {
-    const Eigen::Vector3f shift = (frame->cloud.origin - query.cloud.origin).cast<float>();
-    for (std::size_t i = 0; i < frame->cloud.size(); ++i) {
-      const double sigma = pointSigma(*frame, i);
-      if (sigma > options.max_sigma_m) continue;
-      pcl::PointXYZL point = frame->cloud.points[i];
-      point.getVector3fMap() += shift;
-      query.cloud.points.push_back(point);
-      query.cloud_seen_from.push_back(static_cast<std::uint32_t>(frame - first));
-      sigmas.push_back(static_cast<float>(sigma));
-    }
+    const std::size_t added = appendKnownPoints(*frame, options.max_sigma_m, query.cloud, sigmas);
+    query.cloud_seen_from.insert(query.cloud_seen_from.end(), added,
+                                 static_cast<std::uint32_t>(frame - first));
     if (frame == first) break;
     travelled +=
         (frame->T_odom_sensor.translation() - (frame - 1)->T_odom_sensor.translation()).norm();
