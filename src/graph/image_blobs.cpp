@@ -4,9 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 
 #include "label_regions.h"
 #include "xview/types/error.h"
+#include "xview/types/median.h"
 
 namespace xview {
 namespace {
@@ -43,13 +45,6 @@ Eigen::Vector3d unproject(const Camera& camera, double u, double v, double depth
   const Eigen::Vector3d ray((u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy, 1);
   return camera.depth_is_range ? Eigen::Vector3d(ray.normalized() * depth)
                                : Eigen::Vector3d(ray * depth);
-}
-
-/// Reorders the values.
-double median(std::vector<float>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 void addRun(const Frame& frame, const LabelRun& run, double max_range_m, RegionPixels& region) {
@@ -89,7 +84,8 @@ Blob makeBlob(const Frame& frame, const LabelRegion& region, RegionPixels& pixel
   blob.points = static_cast<std::uint32_t>(pixels.depths.size());
   blob.first_frame = blob.last_frame = frame.number;
   const double u = pixels.sum_u / region.pixels, v = pixels.sum_v / region.pixels;
-  blob.position = frame.T_odom_sensor * unproject(frame.camera, u, v, median(pixels.depths));
+  blob.position =
+      frame.T_odom_sensor * unproject(frame.camera, u, v, medianOf(std::move(pixels.depths)));
   blob.min = pixels.min;
   blob.max = pixels.max;
   const Eigen::Vector3d mean = pixels.sum / blob.points;

@@ -10,6 +10,7 @@
 #include "xview/io/cloud_files.h"
 #include "xview/io/recording.h"
 #include "xview/types/error.h"
+#include "xview/types/median.h"
 #include "xview/types/nearest_word.h"
 
 namespace xview {
@@ -105,8 +106,7 @@ double medianSpacing(const LabelledCloud& cloud) {
     }
     nearest.push_back(best);
   }
-  std::nth_element(nearest.begin(), nearest.begin() + nearest.size() / 2, nearest.end());
-  return std::sqrt(nearest[nearest.size() / 2]);
+  return std::sqrt(medianOf(std::move(nearest)));
 }
 
 /// True if no two vertices share an instance (but for none at all, 0).

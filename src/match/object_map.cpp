@@ -8,6 +8,7 @@
 
 #include "object_thinning.h"
 #include "xview/types/error.h"
+#include "xview/types/median.h"
 
 namespace xview {
 namespace {
@@ -205,13 +206,8 @@ void ObjectMap::measureSpacing(const ObjectPlaceOptions& options) {
   }
   for (std::size_t slot = 0; slot < classes_.size(); ++slot) {
     ObjectClass& model = classes_[slot];
-    std::vector<double>& gaps = nearest[slot];
     if (!model.is_surface) continue;
-    if (!gaps.empty()) {
-      std::nth_element(gaps.begin(), gaps.begin() + static_cast<std::ptrdiff_t>(gaps.size() / 2),
-                       gaps.end());
-      model.spacing_m = gaps[gaps.size() / 2];
-    }
+    if (!nearest[slot].empty()) model.spacing_m = medianOf(std::move(nearest[slot]));
     model.is_surface = model.spacing_m > 0 && model.spacing_m <= kWidestSpacing;
     if (!model.is_surface) continue;
     // The query's samples fall anywhere between two of the map.

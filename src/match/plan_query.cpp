@@ -69,6 +69,12 @@ WaySide sideOf(const std::vector<Eigen::Vector2d>& way, const Eigen::Vector2d& p
 
 }  // namespace
 
+double radiusOf(const std::vector<PlanQuery::Sample>& samples) {
+  double radius = 0;
+  for (const auto& s : samples) radius = std::max(radius, std::hypot(double{s.x}, double{s.y}));
+  return radius;
+}
+
 PlanQuery makePlanQuery(const PlanView& view, const std::vector<Eigen::Vector2d>& way) {
   PlanQuery query;
   query.viewpoint = view.aerial ? Viewpoint::air : Viewpoint::ground;

@@ -34,12 +34,6 @@ bool isWithin(const PlanQuery::Sample& s, const Eigen::Vector2d& centre, double 
 
 }  // namespace
 
-double radiusOf(const std::vector<PlanQuery::Sample>& samples) {
-  double radius = 0;
-  for (const auto& s : samples) radius = std::max(radius, std::hypot(double{s.x}, double{s.y}));
-  return radius;
-}
-
 QueryPart partAround(const std::vector<PlanQuery::Sample>& samples, const Eigen::Vector2d& centre,
                      double radius_m) {
   QueryPart part{centre, {}};

@@ -13,8 +13,6 @@ namespace xview {
 /// ever more of the query around that part.
 constexpr double kWidest_m = 200, kPart_m = 150;
 
-double radiusOf(const std::vector<PlanQuery::Sample>& samples);
-
 /// A part of a query about a centre of its own.
 struct QueryPart {
   Eigen::Vector2d offset = Eigen::Vector2d::Zero();  ///< of its centre from that of the query

@@ -3,7 +3,6 @@
 
 #include <fmt/core.h>
 
-#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <utility>
@@ -11,6 +10,7 @@
 #include "pipeline/depth_agreement.h"
 #include "pipeline/plane_curvature.h"
 #include "xview/types/error.h"
+#include "xview/types/median.h"
 
 namespace xview {
 namespace {
@@ -26,13 +26,6 @@ constexpr double kBetter =
 constexpr double kContradict =
     0.6;  ///< and if it is ten times too small, over that share: 0.1 to 0.5 near the ground
 
-float medianOf(std::vector<float> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 bool isDepth(float z) { return z > 0 && z < 1e9f; }
 
 /// Of all that was measured, whatever its class and range [m].
@@ -44,7 +37,7 @@ float medianMeasured(const Frame& frame) {
   for (const pcl::PointXYZL& p : frame.cloud.points) {
     if (p.getVector3fMap().allFinite()) values.push_back(p.getVector3fMap().norm());
   }
-  return medianOf(std::move(values));
+  return values.empty() ? 0 : medianOf(std::move(values));
 }
 
 /// How many times larger depths would have to be for frames to agree; none if they agree as they

@@ -4,7 +4,6 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "pipeline/planar_pose.h"
 #include "pipeline/set_verdict.h"
@@ -17,13 +16,6 @@ namespace {
 constexpr double kClearMargins = 5;  ///< so many needed margins are no coincidence anywhere
 constexpr double kPlaceMargin_m =
     20;  ///< map vertices this far beyond the query still take part in walks
-
-double radiusOf(const PlanQuery& query) {
-  double radius = 0;
-  for (const PlanQuery::Sample& s : query.fine)
-    radius = std::max(radius, static_cast<double>(std::hypot(s.x, s.y)));
-  return radius;
-}
 
 PlaceEvidence evidenceFor(const PlanHypothesis& h) {
   PlaceEvidence e;
@@ -88,7 +80,7 @@ struct PlacePath::RankedPlaces {
 WalkGraph PlacePath::mapPart(const PlanQuery& plan_query,
                              const Eigen::Isometry3d& T_map_query) const {
   const PlacePose centre = placeOfPoint(placeOf(T_map_query), plan_query.centre);
-  return walks_.mapAround({centre.x, centre.y}, radiusOf(plan_query) + kPlaceMargin_m);
+  return walks_.mapAround({centre.x, centre.y}, radiusOf(plan_query.fine) + kPlaceMargin_m);
 }
 
 double PlacePath::marginInFullAgreement(const PlanQuery& plan_query) const {

@@ -71,6 +71,9 @@ struct PlanQuery {
 /// `way`: positions of the sensor in the frame of the view, in order.
 PlanQuery makePlanQuery(const PlanView& view, const std::vector<Eigen::Vector2d>& way = {});
 
+/// How far the farthest sample is from the centre [m].
+double radiusOf(const std::vector<PlanQuery::Sample>& samples);
+
 /// What a part of the samples says [nats].
 struct PlanPart {
   double score = 0;
