@@ -75,7 +75,7 @@ ColorMesh meshOf(const Explanation& explanation) {
 void checkExplanationPath(const std::string& path, bool is_one_query) {
   if (!path.empty() && isOneFile(path) && !is_one_query)
     throw UsageError("--explain " + path + " is for one query; name a folder for several");
-  if (isOneFile(path)) AtomicFile probe(path);  // throws if it cannot be written
+  if (isOneFile(path)) requireWritable(path);
 }
 
 void writeExplanation(const std::string& path, int query, const Answer& answer,

@@ -77,11 +77,6 @@ struct PathFiles {
   }
 };
 
-/// What cannot be written should be known before the work, not after it.
-void requireWritable(const std::string& path) {
-  if (!path.empty()) AtomicFile{path};
-}
-
 /// How the windows of one QUERY are answered.
 class WindowAnswers {
  public:

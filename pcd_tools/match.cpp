@@ -44,7 +44,9 @@ class MatchCommand final : public Command {
             "The map lies below, the query above it at the pose that was found; green lines were "
             "kept, pale red ones only\n"
             "tried. OUT.ply or OUT.vtk is a mesh for MeshLab or pcl_viewer, OUT.png a picture, "
-            "OUT.html a page to turn.",
+            "OUT.html a page to turn.\n"
+            "It is written for the best pose that was found, whether accepted (exit code 0) or not "
+            "(3).",
             "xview match town/rear town.xvm match.ply --frames 0:60",
             3,
             3};
@@ -73,9 +75,10 @@ class MatchCommand final : public Command {
     } else {
       writeDrawing(out, sceneOf(map, query, fix));
     }
-    fmt::print("{} query vertices, {} map vertices, {} putative correspondences, {} kept\n",
-               query.graph.size(), map.graph.size(), fix.putative.size(), fix.kept.size());
-    return kDone;
+    fmt::print("{} query vertices, {} map vertices, {} putative correspondences, {} kept, {}\n",
+               query.graph.size(), map.graph.size(), fix.putative.size(), fix.kept.size(),
+               toString(fix.status));
+    return fix.accepted() ? kDone : kNoPose;
   }
 
  private:

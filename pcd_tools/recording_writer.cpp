@@ -110,11 +110,9 @@ void writeSidecars(const std::string& folder, const FrameSource& source) {
   writeTumPoses(folder + "/poses.txt", stamped(source, poses));
 }
 
-}  // namespace
-
-void writeRecording(const std::string& folder, const FrameSource& source,
-                    const std::vector<Eigen::Isometry3d>& truth, int threads,
-                    const Progress& progress) {
+void writeParts(const std::string& folder, const FrameSource& source,
+                const std::vector<Eigen::Isometry3d>& truth, int threads,
+                const Progress& progress) {
   const bool camera = source.sensor() == Sensor::camera;
   using Parts = std::vector<std::pair<const char*, const char*>>;  // folder and ending
   const Parts parts = camera ? Parts{{"depth", "png"}, {"label", "png"}, {"instance", "png"}}
@@ -135,6 +133,24 @@ void writeRecording(const std::string& folder, const FrameSource& source,
     const std::size_t now = ++done;
     if (progress) progress(now, source.size());
   });
+}
+
+}  // namespace
+
+void writeRecording(const std::string& folder, const FrameSource& source,
+                    const std::vector<Eigen::Isometry3d>& truth, int threads,
+                    const Progress& progress) {
+  std::error_code problem;
+  const std::filesystem::path parent = std::filesystem::path(folder).parent_path();
+  const bool is_new = !std::filesystem::exists(folder, problem),
+             parent_is_new = !std::filesystem::exists(parent, problem);
+  try {
+    writeParts(folder, source, truth, threads, progress);
+  } catch (...) {
+    if (is_new) std::filesystem::remove_all(folder, problem);
+    if (parent_is_new) std::filesystem::remove(parent, problem);  // unless something else is there
+    throw;
+  }
 }
 
 }  // namespace xview::tools

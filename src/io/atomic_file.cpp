@@ -95,4 +95,8 @@ void AtomicFile::fail(const std::string& action) const {
   throw Error(path_, action + ": " + std::strerror(errno));
 }
 
+void requireWritable(const std::string& path) {
+  if (!path.empty()) AtomicFile{path};
+}
+
 }  // namespace xview

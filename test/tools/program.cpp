@@ -34,6 +34,11 @@ void redirect(int descriptor, const std::string& path) {
     const rlimit space{limits.address_space_mb << 20, limits.address_space_mb << 20};
     setrlimit(RLIMIT_AS, &space);
   }
+  if (limits.file_size_bytes > 0) {
+    const rlimit size{limits.file_size_bytes, limits.file_size_bytes};
+    setrlimit(RLIMIT_FSIZE, &size);
+    signal(SIGXFSZ, SIG_IGN);  // survives exec; write() fails instead
+  }
   alarm(static_cast<unsigned>(limits.seconds));  // survives exec; SIGALRM ends the program
   execv(argv[0], argv.data());
   _exit(127);

@@ -20,6 +20,7 @@ struct Limits {
   int seconds = 60;
   std::size_t address_space_mb = 0;  ///< 0 = none
   std::string output_path;           ///< where standard output goes instead of into Outcome::out
+  std::size_t file_size_bytes = 0;   ///< more in one file fails, as on a full disk; 0 = none
 };
 
 /// Runs the xview of this build with these arguments, as a shell would.

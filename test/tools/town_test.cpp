@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <sstream>
+#include <thread>
 
 #include "support/test_data.h"
 #include "tools/program.h"
@@ -244,10 +245,44 @@ TEST_F(TinyTown, FuseAddsInOnePieceAndUndoTakesItBack) {
   EXPECT_EQ(runXview({"fuse", "-q", "--undo", copy}).code, 1);
 }
 
+TEST_F(TinyTown, FusesAtOneTimeBothStay) {
+  const std::string copy = file("shared.xvm");
+  fs::copy_file(map(), copy);
+  std::thread other([&] { succeed({"fuse", "-q", town("rear"), copy}); });
+  succeed({"fuse", "-q", town("aerial"), copy});
+  other.join();
+  const std::string about = succeed({"info", copy}).out;
+  for (const std::string& source : {town("forward"), town("rear"), town("aerial")})
+    EXPECT_NE(about.find(source), std::string::npos) << about;
+}
+
 TEST_F(TinyTown, FuseLeavesTheMapAloneIfTheQueryIsNotAccepted) {
   const std::string bytes = readText(map());
   EXPECT_EQ(runXview({"fuse", "-q", town("elsewhere"), map()}).code, 3);
   EXPECT_TRUE(readText(map()) == bytes);
+}
+
+TEST_F(TinyTown, MatchesAreDrawnAlsoIfTheQueryIsNotAccepted) {
+  const Outcome refused =
+      runXview({"match", "-q", town("elsewhere"), map(), file("refused.ply")}, {120, 0, ""});
+  EXPECT_EQ(refused.code, 3) << refused.err;
+  EXPECT_EQ(readText(file("refused.ply")).rfind("ply\n", 0), 0u);
+}
+
+TEST_F(TinyTown, ARecordingThatDoesNotFitOntoTheDiskLeavesNothing) {
+  Limits full;
+  full.file_size_bytes = 2000;  // enough for poses, not for images
+  const Outcome failed = runXview({"simulate", "-q", file("full"), "--route_length_m", "20",
+                                   "--width", "160", "--height", "120"},
+                                  full);
+  EXPECT_EQ(failed.code, 1);
+  EXPECT_EQ(lineCount(failed.err), 1u) << failed.err;
+  EXPECT_FALSE(fs::exists(file("full")));
+  fs::create_directories(file("kept"));
+  runXview({"simulate", "-q", file("kept/town"), "--route_length_m", "20", "--width", "160",
+            "--height", "120"},
+           full);
+  EXPECT_TRUE(fs::is_empty(file("kept")));
 }
 
 TEST_F(TinyTown, GraphIsAQueryAndAMap) {

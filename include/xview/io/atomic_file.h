@@ -41,4 +41,8 @@ class AtomicFile {
   int descriptor_ = -1;
 };
 
+/// What cannot be written should be known before the work, not after it: throws what AtomicFile
+/// would throw. An empty path is none.
+void requireWritable(const std::string& path);
+
 }  // namespace xview
