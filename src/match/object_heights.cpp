@@ -9,7 +9,6 @@
 namespace xview {
 namespace {
 
-constexpr double kHeightSigma = 0.5;     // [m] of a pair
 constexpr double kSlopeSigma = 0.02;     // [rad]
 constexpr std::size_t kFewestPairs = 6;  // to tell a slope
 constexpr int kIterations = 5;
@@ -35,9 +34,8 @@ HeightFit fitHeights(const std::vector<HeightPair>& pairs, bool may_tilt) {
     Eigen::Vector3d right = Eigen::Vector3d::Zero();
     for (const HeightPair& p : pairs) {
       const double residual =
-          (p.rise - fit.offset - fit.slope.dot(Eigen::Vector2d(p.x, p.y))) / kHeightSigma;
-      const double weight =
-          1 / (kHeightSigma * kHeightSigma * (1 + residual * residual));  // Cauchy
+          (p.rise - fit.offset - fit.slope.dot(Eigen::Vector2d(p.x, p.y))) / p.sigma;
+      const double weight = 1 / (p.sigma * p.sigma * (1 + residual * residual));  // Cauchy
       const Eigen::Vector3d row(1, p.x, p.y);
       normal += weight * row * row.transpose();
       right += weight * p.rise * row;
@@ -52,8 +50,7 @@ HeightFit fitHeights(const std::vector<HeightPair>& pairs, bool may_tilt) {
 double heightCost(const std::vector<HeightPair>& pairs, const HeightFit& fit) {
   double cost = 2 * std::log1p(0.5 * fit.slope.squaredNorm() / (kSlopeSigma * kSlopeSigma));
   for (const HeightPair& p : pairs) {
-    const double off =
-        (p.rise - fit.offset - fit.slope.dot(Eigen::Vector2d(p.x, p.y))) / kHeightSigma;
+    const double off = (p.rise - fit.offset - fit.slope.dot(Eigen::Vector2d(p.x, p.y))) / p.sigma;
     cost += kIndependentShare * p.weight * std::log1p(off * off / kFreedom);
   }
   return cost;

@@ -9,7 +9,8 @@ namespace xview {
 /// Height of a map vertex above its query vertex, at a place of the query [m].
 struct HeightPair {
   double x, y, rise;
-  double weight = 1;  ///< of the pair in the cost
+  double weight = 1;   ///< of the pair in the cost
+  double sigma = 0.5;  ///< of the rise of a true pair [m]
 };
 
 /// rise = offset + slope . (x, y): what lifts the query onto the map, and by how much it is tilted

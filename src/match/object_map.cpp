@@ -25,6 +25,7 @@ constexpr double kLeastDensity =
 constexpr double kWidestSpacing =
     16;  // [m] surface classes with wider gaps are things in their own right
 constexpr std::size_t kSpacingSamples = 2000;
+constexpr double kDeviationPerMedian = 1.4826;    // of normal errors, per median size
 constexpr double kAhead[] = {9, 13, 17, 21, 25};  // [m] where a surface may go on
 constexpr double kGap = 1.5;                      // spacings without a sample are no end yet
 constexpr double kAlone = 0.25;     // share of looks to both sides that find nothing, of a surface
@@ -189,7 +190,7 @@ void ObjectMap::pointsIn(double x, double y, double half_side,
 }
 
 void ObjectMap::measureSpacing(const ObjectPlaceOptions& options) {
-  std::vector<std::vector<double>> nearest(classes_.size());
+  std::vector<std::vector<double>> nearest(classes_.size()), rises(classes_.size());
   std::vector<std::uint32_t> near;
   const std::size_t step = std::max<std::size_t>(
       1, points_.size() / (kSpacingSamples * std::max<std::size_t>(1, classes_.size())));
@@ -197,12 +198,16 @@ void ObjectMap::measureSpacing(const ObjectPlaceOptions& options) {
     const MapPoint& p = points_[i];
     if (!classes_[p.slot].is_surface) continue;
     pointsIn(p.x, p.y, kWidestSpacing, near);
-    double best = 2 * kWidestSpacing;
+    double best = 2 * kWidestSpacing, rise = 0;
     for (const std::uint32_t j : near) {
-      if (j != i && points_[j].slot == p.slot)
-        best = std::min<double>(best, std::hypot(points_[j].x - p.x, points_[j].y - p.y));
+      if (j == i || points_[j].slot != p.slot) continue;
+      const double distance = std::hypot(points_[j].x - p.x, points_[j].y - p.y);
+      if (distance >= best) continue;
+      best = distance;
+      rise = std::abs(points_[j].z - p.z);
     }
     nearest[p.slot].push_back(best);
+    if (best <= kWidestSpacing) rises[p.slot].push_back(rise);
   }
   for (std::size_t slot = 0; slot < classes_.size(); ++slot) {
     ObjectClass& model = classes_[slot];
@@ -213,6 +218,7 @@ void ObjectMap::measureSpacing(const ObjectPlaceOptions& options) {
     // The query's samples fall anywhere between two of the map.
     model.along_m = 0.8 + 0.2 * model.spacing_m;
     model.across_m = options.surface_lateral_m;
+    model.height_m = std::max(model.height_m, kDeviationPerMedian * medianOf(rises[slot]));
     model.weight = std::min(1.0, model.spacing_m / kIndependentM);
   }
 }

@@ -26,6 +26,7 @@ struct ObjectClass {
   double log_miss = 0;      ///< log(1 - P_D)
   double along_m = 0;       ///< standard deviation along the tangent; objects: in all directions
   double across_m = 0;      ///< across it
+  double height_m = 0.5;    ///< standard deviation of height differences of pairs
   double weight = 1;        ///< neighbouring samples of a surface are one piece of evidence
   double independence =
       1;  ///< below 1 where samples of a surface lie so near that they say the same
@@ -44,7 +45,7 @@ double logGain(const ObjectClass& model, double area, double log_clutter);
 struct MapPoint {
   float x, y, z;
   float tangent_x, tangent_y;  ///< unit vector along the surface; (0, 0) = unknown or an object
-  float odds;  ///< P_D N(0) / ((1 - P_D) rho): that a perfect hit is no coincidence
+  float odds;                  ///< P_D N(0) / ((1 - P_D) rho): that a perfect hit is no coincidence
   std::uint32_t vertex;
   std::uint16_t slot;
 };

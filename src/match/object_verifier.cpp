@@ -340,7 +340,7 @@ const std::vector<HeightPair>& ObjectVerifier::heightPairs() {
     const ObjectClass& model = map_.classes()[p.slot];
     const bool has_top = model.kind == Kind::building || model.kind == Kind::vegetation;
     if (!has_top || query_.fromAbove() < kMaybeFromAbove)
-      height_pairs_.push_back({item.x, item.y, p.z - item.z, model.weight});
+      height_pairs_.push_back({item.x, item.y, p.z - item.z, model.weight, model.height_m});
   }
   return height_pairs_;
 }
@@ -351,8 +351,42 @@ double ObjectVerifier::heightCost() {
   return xview::heightCost(pairs, fitHeights(pairs, true));
 }
 
+/// Mean over the map points of each class around `pose` of log(1 + odds) of a vertex that shows one
+/// of them, a standard deviation off along and across; by slot. None where there are no points.
+std::vector<std::optional<double>> ObjectVerifier::gainsOfSeenAgain(const CentrePose& pose) {
+  const std::vector<Spread>& spread = spreads(1);
+  const double radius = query_.radius();
+  std::vector<double> sum(spread.size(), 0), count(spread.size(), 0);
+  for (std::uint32_t k = 0; k < points_.size(); ++k) {
+    const LocalPoint& p = points_[k];
+    const double dx = p.x - pose.x, dy = p.y - pose.y;
+    if (dx * dx + dy * dy > radius * radius) continue;
+    const std::uint16_t slot = map_.points()[p.point].slot;
+    const Spread& s = spread[slot];
+    const bool has_tangent = p.undirected == 0;
+    const float tx = has_tangent ? p.tangent_x : 1, ty = has_tangent ? p.tangent_y : 0;
+    const float along =
+        (k & 1 ? 1.0f : -1.0f) / std::sqrt(has_tangent ? s.inverse_along2 : s.inverse_round2);
+    const float across =
+        (k & 2 ? 1.0f : -1.0f) / std::sqrt(has_tangent ? s.inverse_across2 : s.inverse_round2);
+    float odds = 0;
+    visitNear(slot, p.x + along * tx - across * ty, p.y + along * ty + across * tx, s.gate, s,
+              [&](std::uint32_t j, float distance2, bool) {
+                odds += points_[j].odds * s.odds_factor * fading(distance2);
+              });
+    sum[slot] += std::log1p(odds);
+    count[slot] += 1;
+  }
+  std::vector<std::optional<double>> gains(spread.size());
+  for (std::size_t slot = 0; slot < gains.size(); ++slot) {
+    if (count[slot] > 0) gains[slot] = sum[slot] / count[slot];
+  }
+  return gains;
+}
+
 double ObjectVerifier::expectedScore(const CentrePose& pose) {
   const std::vector<Spread>& spread = spreads(1);
+  const std::vector<std::optional<double>> seen_again = gainsOfSeenAgain(pose);
   const double c = std::cos(pose.yaw), s = std::sin(pose.yaw);
   double total = 0;
   for (std::size_t i = 0; i < query_.items().size(); ++i) {
@@ -363,9 +397,13 @@ double ObjectVerifier::expectedScore(const CentrePose& pose) {
     const double area = 1 / std::sqrt(static_cast<double>(spread[item.slot].inverse_along2) *
                                       spread[item.slot].inverse_across2);
     // The mean of half a squared distance in the plane is 1.
-    const double gain = softplus(logGain(model, area, map_.logClutter(item.slot, x, y)) - 1);
-    total += model.detection * model.gain_weight * (model.log_miss + kIndependentShare * gain);
-    total -= (1 - model.detection) * costOfMissing(item.slot, map_.coverage(x, y));
+    const double gain = model.is_surface && seen_again[item.slot]
+                            ? *seen_again[item.slot]
+                            : softplus(logGain(model, area, map_.logClutter(item.slot, x, y)) - 1);
+    // Where one sample of a surface is not seen again, a neighbour of it is.
+    const double detection = model.is_surface ? options_.detection : model.detection;
+    total += detection * model.gain_weight * (model.log_miss + kIndependentShare * gain);
+    total -= (1 - detection) * costOfMissing(item.slot, map_.coverage(x, y));
   }
   for (const LocalPoint& local : points_) {
     const MapPoint& p = map_.points()[local.point];

@@ -91,6 +91,7 @@ class ObjectVerifier {
                          const std::vector<Spread>& spread, Association& association);
   double costOfMissing(std::uint16_t slot, double coverage) const;
   double costOfUnseen(const MapPoint& p, double x, double y) const;
+  std::vector<std::optional<double>> gainsOfSeenAgain(const CentrePose& pose);
 
   const ObjectMap& map_;
   const ObjectQuery& query_;

@@ -12,16 +12,15 @@ namespace {
 constexpr double kEqualShare =
     0.8;  // a runner-up with this share of the best score explains the query about equally well
 constexpr double kUsualVertices = 60;  // of a query
-// Large queries are dense samples of surfaces, which agree or disagree together.
-constexpr double kDenseSpread = 0.65;
-constexpr int kFewWrong = 10;         // the mean of fewer wrong places says little
-constexpr double kMarginShare = 0.5;  // of the margin, in the lead
-constexpr double kUsualDeviations =
-    2;  // above their mean: what the best of some dozens of wrong places has
-// Fitted to 4200 queries from elsewhere in 360 maps of 700 vertices of generated towns; larger maps
-// raise fewer.
-constexpr double kLeadOfOneAlarm = 1, kLeadPerFactorE = 3.25;  // [nats]
-// Density of false alarms over that of right places, at the same lead.
+constexpr int kFewVertices = 15;       // the lead of a smaller query is worth no more for that
+constexpr int kFewWrong = 10;          // the mean of fewer wrong places says little
+constexpr double kMarginShare = 0.5;   // of the margin, in the lead
+// Above their mean: what the best of some dozens of wrong places may well have.
+constexpr double kUsualDeviations = 3;
+// Fitted to 5200 queries from elsewhere in maps of 800 and 9400 vertices of generated towns; dense
+// graphs of drives in other towns raise fewer.
+constexpr double kEvidenceOfOneAlarm = 1, kEvidencePerFactorE = 2.85;  // [nats]
+// Density of false alarms over that of right places, at the same evidence.
 constexpr double kAlarmsPerRightPlace = 16;
 
 /// As if the query had 60 vertices.
@@ -72,13 +71,14 @@ double met(double value, double needed) {
 }  // namespace
 
 double scoreSpread(int vertices) {
-  const double size = std::max(1, vertices) / kUsualVertices;
-  return std::pow(size, size > 1 ? kDenseSpread : 0.5);
+  return std::sqrt(std::max(kFewVertices, vertices) / kUsualVertices);
 }
 
 double falseAlarms(const ObjectEvidence& e) {
-  const double lead = leadOf(e);
-  return lead > kLeadOfOneAlarm ? std::exp((kLeadOfOneAlarm - lead) / kLeadPerFactorE) : 1;
+  const double evidence = leadOf(e) * std::sqrt(std::clamp(agreementOf(e), 0.0, 1.0));
+  return evidence > kEvidenceOfOneAlarm
+             ? std::exp((kEvidenceOfOneAlarm - evidence) / kEvidencePerFactorE)
+             : 1;
 }
 
 Verdict judge(const ObjectEvidence& e, const ObjectVerdictOptions& o) {
@@ -108,8 +108,8 @@ Verdict judge(const ObjectEvidence& e, const ObjectVerdictOptions& o) {
   } else if (alarms > o.max_false_alarms) {
     verdict.reason = fmt::format(
         "{:.2g} false alarms expected, {:.2g} allowed: {:.0f} nats, {:.0f} for a typical wrong "
-        "place",
-        alarms, o.max_false_alarms, e.score, e.typical_wrong);
+        "place, {:.0f} for a true one",
+        alarms, o.max_false_alarms, e.score, e.typical_wrong, e.expected);
   } else {
     verdict.status = Status::accepted;
     verdict.reason = fmt::format(

@@ -59,6 +59,21 @@ TEST(ObjectHeights, AgreeingHeightsCostNothingAtAnyOffset) {
   EXPECT_EQ(costOf({}), 0);
 }
 
+TEST(ObjectHeights, PairsOfUnsteadyHeightsTellLess) {
+  Random random(6);
+  std::vector<HeightPair> pairs = plane(3, 0, 0, 40, 2, random);
+  const double cost = costOf(pairs);
+  for (HeightPair& p : pairs) p.sigma = 4;
+  EXPECT_LT(costOf(pairs), 0.3 * cost);
+  // A steady pair outweighs many of them.
+  std::vector<HeightPair> mixed = plane(0, 0, 0, 20, 0.1, random);
+  for (const HeightPair& p : plane(3, 0, 0, 20, 0.1, random)) {
+    mixed.push_back(p);
+    mixed.back().sigma = 4;
+  }
+  EXPECT_NEAR(fitHeights(mixed, true).offset, 0, 0.2);
+}
+
 TEST(ObjectHeights, ASteeperHillAndMoreHeightsOffItCostMore) {
   double before = 0;
   for (const double slope : {0.01, 0.03, 0.06, 0.1}) {

@@ -82,6 +82,19 @@ TEST(ObjectMap, HasHeightsIfTheyDiffer) {
   EXPECT_FALSE(ObjectMap({}, someLabels(), {}).hasHeights());
 }
 
+/// Walls of which any of several storeys was sampled, above level ground.
+TEST(ObjectMap, HeightsOfAFacadeSaySomethingOnlyAsFarAsItsSamplesAgree) {
+  Random random(5);
+  const auto heightOf = [&](double storey_m) {
+    SemanticGraph graph = walls(40, 20);
+    for (Vertex& v : graph.vertices) v.position.z() = storey_m * random.below(4);
+    return ObjectMap(graph, someLabels(), {}).classes().at(0).height_m;
+  };
+  EXPECT_EQ(heightOf(0), ObjectClass().height_m);
+  EXPECT_GT(heightOf(3), 3);
+  EXPECT_LT(heightOf(3), 10);
+}
+
 TEST(ObjectQuery, WhoSeesNoPolesWhereThereAreManyLooksFromAbove) {
   Random random(1);
   SemanticGraph graph, from_above, from_below;

@@ -256,6 +256,45 @@ TEST(ObjectPlaceIndex, OtherPlacesScoreLowAgainstWhatIsExpected) {
   }
 }
 
+/// Samples of curved walls and few objects, each wall sampled anew at every visit.
+SemanticGraph denseVisit(std::uint64_t town_seed, std::uint64_t visit_seed, double side) {
+  Random town(town_seed), visit(visit_seed);
+  SemanticGraph graph;
+  for (int wall = 0; wall < static_cast<int>(side * side / 400); ++wall) {
+    Eigen::Vector3d p(town.uniform(-0.5, 0.5) * side, town.uniform(-0.5, 0.5) * side, 0);
+    double angle = town.uniform(-kPi, kPi);
+    const double length = town.uniform(10, 30), bend = town.uniform(-0.05, 0.05);
+    double next = visit.uniform(0, 2.8);
+    for (double at = 0; at < length; at += 0.4) {
+      p += 0.4 * Eigen::Vector3d(std::cos(angle), std::sin(angle), 0);
+      angle += 0.4 * bend;
+      if (at < next) continue;
+      next += 2.8;
+      if (visit.uniform() < 0.2) continue;
+      addVertex(graph, kWall,
+                p + 0.4 * Eigen::Vector3d(visit.normal(), visit.normal(), 0.2 * visit.normal()));
+    }
+  }
+  for (int pole = 0; pole < static_cast<int>(side * side / 1500); ++pole) {
+    const Eigen::Vector3d p(town.uniform(-0.5, 0.5) * side, town.uniform(-0.5, 0.5) * side, 0);
+    if (visit.uniform() < 0.8) addVertex(graph, kPole, p);
+  }
+  return graph;
+}
+
+TEST(ObjectPlaceIndex, ATruePlaceOfSurfacesSampledAnewIsExpectedToBeatWrongOnes) {
+  const ObjectPlaceIndex index(denseVisit(1, 10, 500), someLabels());
+  for (std::uint64_t i = 0; i < 4; ++i) {
+    const Eigen::Vector2d place(60.0 * static_cast<double>(i) - 90, 40);
+    const Question question = ask(denseVisit(1, 20 + i, 500), place, 45, 0, 0, 30 + i);
+    const ObjectSearchResult result = index.search(question.query);
+    const ObjectHypothesis& right = result.hypotheses.at(0);
+    expectPose(right.T_map_query, question, place, 1);
+    EXPECT_GT(right.score / right.expected, 0.7);
+    EXPECT_GT(right.expected, result.wrong.best);
+  }
+}
+
 TEST(ObjectPlaceIndex, TwoEqualPlacesLeaveNoMargin) {
   const SemanticGraph block = randomMap(200, 120, 14);
   SemanticGraph map = block;

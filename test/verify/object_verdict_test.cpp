@@ -71,8 +71,7 @@ TEST(ObjectVerdict, NothingIsAcceptedBelowAnyOfItsNeeds) {
     const bool knows_wrong_places = e.wrong_places >= 10;
     const double runner_up = knows_wrong_places ? e.runner_up : std::max(0.0, e.runner_up);
     const double least = knows_wrong_places ? std::min(0.0, e.typical_wrong) : 0;
-    EXPECT_GE((e.score - runner_up) / std::sqrt(std::max(1, e.vertices) / 60.0),
-              kOptions.min_margin - 1e-9);
+    EXPECT_GE((e.score - runner_up) / scoreSpread(e.vertices), kOptions.min_margin - 1e-9);
     EXPECT_GE(e.score - least, kOptions.min_agreement * (e.expected - least) - 1e-9);
     EXPECT_GT(e.expected, least);
     EXPECT_GE(e.known_share, kOptions.min_known_share);
@@ -114,17 +113,36 @@ TEST(ObjectVerdict, ConfidenceNeverFallsWithTheScoreAndNeverGrowsWithWrongPlaces
 TEST(ObjectVerdict, ALargeQueryNeedsALargerLead) {
   ObjectEvidence e = goodPlace();
   e.vertices = 16 * goodPlace().vertices;
-  const double scale = scoreSpread(e.vertices) / scoreSpread(goodPlace().vertices);
-  EXPECT_GT(scale, 4) << "vertices of large queries are taken for independent";
+  const double scale = 4;
+  EXPECT_NEAR(scoreSpread(e.vertices), scale * scoreSpread(goodPlace().vertices), 1e-12);
   EXPECT_GT(falseAlarms(e), falseAlarms(goodPlace()));
   e.score = 45;
   EXPECT_NE(judge(e, kOptions).status, Status::accepted);
-  // All differences of scores grow alike.
+  // All scores grow alike.
+  for (double* nats : {&e.runner_up, &e.typical_wrong, &e.wrong_deviation, &e.expected})
+    *nats *= scale;
   e.score = scale * goodPlace().score;
-  e.runner_up = scale * goodPlace().runner_up;
-  e.typical_wrong = scale * goodPlace().typical_wrong;
-  e.wrong_deviation = scale * goodPlace().wrong_deviation;
   EXPECT_NEAR(falseAlarms(e), falseAlarms(goodPlace()), 1e-9 * falseAlarms(goodPlace()));
+}
+
+TEST(ObjectVerdict, ATinyQueryNeedsNoLessThanASmallOne) {
+  EXPECT_EQ(scoreSpread(0), scoreSpread(15));
+  EXPECT_EQ(scoreSpread(4), scoreSpread(15));
+  EXPECT_LT(scoreSpread(15), scoreSpread(16));
+}
+
+TEST(ObjectVerdict, TheSameLeadIsWorthLessFarBelowTheScoreOfATrueOne) {
+  ObjectEvidence e = goodPlace();
+  double before = 0;
+  for (const double expected : {60.0, 90.0, 120.0, 180.0}) {
+    e.expected = expected;
+    EXPECT_GT(falseAlarms(e), before);
+    before = falseAlarms(e);
+  }
+  e.expected = 50;
+  const double reached = falseAlarms(e);
+  e.expected = 20;
+  EXPECT_EQ(falseAlarms(e), reached) << "more than a true place should score is no proof";
 }
 
 TEST(ObjectVerdict, WrongPlacesThatSpreadWidelyAskForALargerLead) {

@@ -10,7 +10,7 @@ namespace xview {
 struct ObjectVerdictOptions {
   double max_false_alarms = 1e-3;  ///< queries from elsewhere that may look as good, per query
   double min_margin = 5;           ///< over the best other place [nats of a query of 60 vertices]
-  double min_agreement = 0.75;     ///< 0 = like a typical wrong place, 1 = like a true pose
+  double min_agreement = 0.3;      ///< 0 = like a typical wrong place, 1 = like a true pose
   double min_known_share = 0.15;   ///< share of the query that must lie where the map was seen
   int min_inliers = 4;  ///< vertices that must agree; two always do, as they make the pose
 };
@@ -43,14 +43,14 @@ struct ObjectEvidence {
 };
 
 /// How far scores of wrong places spread, 1 for a query of 60 vertices: they are sums over
-/// vertices, so it grows with the root of their number, and faster for large queries, whose
-/// vertices are not independent.
+/// vertices, so it grows with the root of their number, from 15 on.
 double scoreSpread(int vertices);
 
 /// Number of false alarms (a contrario): how many places as good as this one are to be expected
 /// when a query from elsewhere is looked for in this map. The wrong places of the same search say
-/// what is typical of this query in this map; above them, and above the best of them, the scores of
-/// queries from elsewhere fall off exponentially, in units of scoreSpread().
+/// what is typical of this query in this map. The lead over them, and over the best of them, in
+/// units of scoreSpread(), counts the less the farther the score is from that of a true pose; so
+/// weighed, it falls off exponentially for queries from elsewhere.
 double falseAlarms(const ObjectEvidence& evidence);
 
 /// The confidence is the chance of the place to be right if as many queries come from the map as
