@@ -6,10 +6,11 @@
 namespace xview {
 namespace {
 
-constexpr int kArmReach = 5;      ///< cells: arms of street lamps are up to 2.5 m long
-constexpr float kHangs = 0.1f;    ///< share of the votes near the ground, at most
-constexpr int kTaller = 2;        ///< times as high as what hangs is a post
-constexpr int kFewestLevels = 3;  ///< that a post has and what hangs from it has not
+constexpr int kArmReach = 5;        ///< cells: arms of street lamps are up to 2.5 m long
+constexpr float kHangs = 0.1f;      ///< share of the votes near the ground, at most
+constexpr int kTaller = 2;          ///< times as high as what hangs is a post
+constexpr int kFewestLevels = 3;    ///< that a post has and what hangs from it has not
+constexpr float kLampShare = 0.2f;  ///< of the votes of a peak that pulls its centre off
 
 /// What a cell has of a post.
 struct Part {
@@ -37,6 +38,10 @@ Part partAt(const PlanCells& cells, CellIndex::Cell c) {
   return part;
 }
 
+bool isFarTaller(const Part& post, const Part& lamp) {
+  return post.height() >= std::max(kTaller * lamp.height(), lamp.height() + kFewestLevels);
+}
+
 bool isHangingPole(const PlanCells& cells, CellIndex::Cell c) {
   float all = 0, low = 0, poles = 0;
   cells.forUprightAround(c, 1, [&](const UprightCell& cell, CellIndex::Cell) {
@@ -50,11 +55,11 @@ bool isHangingPole(const PlanCells& cells, CellIndex::Cell c) {
 }
 
 /// The cell around one that has something at most heights, of equal ones the one with most votes.
-CellIndex::Cell tallestAround(const PlanCells& cells, CellIndex::Cell c) {
+CellIndex::Cell tallestAround(const PlanCells& cells, CellIndex::Cell c, int reach) {
   CellIndex::Cell tallest = c;
   Part best = partAt(cells, c);
-  for (int dy = -kArmReach; dy <= kArmReach; ++dy) {
-    for (int dx = -kArmReach; dx <= kArmReach; ++dx) {
+  for (int dy = -reach; dy <= reach; ++dy) {
+    for (int dx = -reach; dx <= reach; ++dx) {
       const Part part = partAt(cells, {c.x + dx, c.y + dy});
       const bool more_votes = part.votes > best.votes;
       if (part.height() < best.height() || (part.height() == best.height() && !more_votes))
@@ -64,6 +69,20 @@ CellIndex::Cell tallestAround(const PlanCells& cells, CellIndex::Cell c) {
     }
   }
   return tallest;
+}
+
+/// Whether a good part of the votes around a cell hang beside the post there: the lamp of a short
+/// arm, which has one peak with its post.
+bool hasLamp(const PlanCells& cells, CellIndex::Cell c, const Part& post) {
+  float all = 0, hanging = 0;
+  cells.forUprightAround(c, 1, [&](const UprightCell& cell, CellIndex::Cell where) {
+    const Standing* pole = cell.find(Kind::pole);
+    if (!pole) return;
+    all += pole->votes;
+    if (pole->low <= kHangs * pole->votes && isFarTaller(post, partAt(cells, where)))
+      hanging += pole->votes;
+  });
+  return hanging > kLampShare * all;
 }
 
 /// Mean of the 3x3 cells around a foot that are half as tall, as the post may stand between cells.
@@ -86,11 +105,11 @@ PlanSample centreOfPost(const PlanCells& cells, CellIndex::Cell foot) {
 }  // namespace
 
 std::optional<PlanSample> findFoot(const PlanCells& cells, CellIndex::Cell peak) {
-  if (!isHangingPole(cells, peak)) return std::nullopt;
-  const int own = partAt(cells, peak).height();
-  const CellIndex::Cell foot = tallestAround(cells, peak);
-  if (partAt(cells, foot).height() < std::max(kTaller * own, own + kFewestLevels))
-    return std::nullopt;
+  const bool hangs = isHangingPole(cells, peak);
+  const CellIndex::Cell foot = tallestAround(cells, peak, hangs ? kArmReach : 1);
+  const Part post = partAt(cells, foot);
+  const bool is_off = hangs ? isFarTaller(post, partAt(cells, peak)) : hasLamp(cells, peak, post);
+  if (!is_off) return std::nullopt;
   return centreOfPost(cells, foot);
 }
 

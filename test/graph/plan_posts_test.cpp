@@ -259,6 +259,19 @@ TEST(PlanFoot, OfALampWhoseArmIsLongIsNoSecondPole) {
   EXPECT_LT(distanceTo(view, Channel::pole, 10.2, 10.2), 0.05);
 }
 
+TEST(PlanFoot, OfALampOnAShortArmIsNotBetweenPostAndLamp) {
+  for (const double arm : {0.6, 0.8, 1.0}) {
+    SCOPED_TRACE(arm);
+    PlanScene scene;
+    scene.patch(Kind::road, 0, 0, 20, 20, 0);
+    for (double z = 0.6; z < 7; z += 0.5) scene.point(Kind::pole, 10.2, 10.2, z);
+    for (int i = 0; i < 10; ++i) scene.point(Kind::pole, 10.2 + arm, 10.2, 7);
+    const PlanView view = scene.view();
+    ASSERT_EQ(view[Channel::pole].size(), 1u);
+    EXPECT_LT(distanceTo(view, Channel::pole, 10.2, 10.2), 0.05);
+  }
+}
+
 TEST(PlanFoot, OfALampAloneIsBelowIt) {
   PlanScene scene;
   scene.patch(Kind::road, 0, 0, 20, 20, 0);
