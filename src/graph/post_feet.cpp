@@ -10,7 +10,8 @@ constexpr int kArmReach = 5;        ///< cells: arms of street lamps are up to 2
 constexpr float kHangs = 0.1f;      ///< share of the votes near the ground, at most
 constexpr int kTaller = 2;          ///< times as high as what hangs is a post
 constexpr int kFewestLevels = 3;    ///< that a post has and what hangs from it has not
-constexpr float kLampShare = 0.2f;  ///< of the votes of a peak that pulls its centre off
+constexpr float kLampBottom_m = 4;  ///< lamps on short arms hang higher than noise of posts starts
+constexpr float kLampShare = 0.3f;  ///< of the votes of a peak that pulls its centre off
 
 /// What a cell has of a post.
 struct Part {
@@ -79,7 +80,7 @@ bool hasLamp(const PlanCells& cells, CellIndex::Cell c, const Part& post) {
     const Standing* pole = cell.find(Kind::pole);
     if (!pole) return;
     all += pole->votes;
-    if (pole->low <= kHangs * pole->votes && isFarTaller(post, partAt(cells, where)))
+    if (pole->bottom >= kLampBottom_m && isFarTaller(post, partAt(cells, where)))
       hanging += pole->votes;
   });
   return hanging > kLampShare * all;
