@@ -178,7 +178,10 @@ PlyContent plyContent(const std::string& path) {
 }
 
 InputKind recogniseInput(const std::string& path, const InputOptions& options) {
-  if (!options.kind.empty()) return requireKind(options.kind);
+  if (!options.kind.empty()) {
+    const InputKind kind = requireKind(options.kind);
+    return fs::path(path).extension() == ".xvm" ? InputKind::map : kind;
+  }
   std::error_code failed;
   const fs::file_status status = fs::status(path, failed);
   if (!fs::exists(status)) throw Error(path, "no such file or folder");

@@ -338,6 +338,7 @@ TEST_F(Sequence, ThatIsAlsoAKittiFolderAsksWhich) {
   InputOptions options;
   options.kind = "sequence";
   EXPECT_EQ(openRecording(folder_.path(), options)->size(), 3u);
+  EXPECT_EQ(recogniseInput("town.xvm", options), InputKind::map) << "it is sought in a map";
 }
 
 TEST(ToString, NamesEveryKindOnceAndReadsItBack) {

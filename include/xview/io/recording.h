@@ -44,9 +44,10 @@ struct InputOptions {
 };
 
 /// What the path is. Throws Error if nothing fits or (naming both and --input-kind) if two fit;
-/// UsageError if options.kind is no kind. A .ply is a graph if it has edges or the properties that
-/// only graphs have; with nothing but positions and labels its content decides: one instance per
-/// vertex, or vertices metres apart, make a graph.
+/// UsageError if options.kind is no kind. A .xvm is a map even if options.kind is another one,
+/// which is then that of the query that is sought in it. A .ply is a graph if it has edges or the
+/// properties that only graphs have; with nothing but positions and labels its content decides: one
+/// instance per vertex, or vertices metres apart, make a graph.
 InputKind recogniseInput(const std::string& path, const InputOptions& options = {});
 
 /// Opens anything with points (not graph, not map). Checks what can be checked without reading the
