@@ -12,6 +12,7 @@
 #include "xview/graph/clean_labels.h"
 #include "xview/graph/image_blobs.h"
 #include "xview/graph/lift.h"
+#include "xview/io/atomic_file.h"
 #include "xview/mapper.h"
 #include "xview/types/error.h"
 #include "xview/types/stopwatch.h"
@@ -117,6 +118,7 @@ class BlobsCommand final : public Command {
 
   ExitCode run(const Job& job) override {
     checkCloudEnding(job.operands[1]);
+    requireWritable(job.operands[1]);
     const auto source = openInput(job.operands[0], input_.parsed(), job);
     const bool in_images = job.options.graph_space == "image";
     const BlobbedCloud result =

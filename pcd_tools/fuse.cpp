@@ -5,6 +5,7 @@
 
 #include "commands.h"
 #include "queries.h"
+#include "xview/io/atomic_file.h"
 #include "xview/localizer.h"
 #include "xview/map/map_lock.h"
 #include "xview/map/map_store.h"
@@ -40,6 +41,7 @@ class FuseCommand final : public Command {
     if (job.operands.size() != 2) throw UsageError("xview fuse needs QUERY MAP, found 1 operand");
     const std::string &query = job.operands[0], &path = job.operands[1];
     checkOrder(job.operands, input_);
+    requireWritable(path);
     const MapLock lock(path);
     SemanticMap map = loadMap(path);
     const std::optional<Localization> fix = locate(query, map, job);

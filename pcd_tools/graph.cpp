@@ -7,6 +7,7 @@
 
 #include "commands.h"
 #include "inputs.h"
+#include "xview/io/atomic_file.h"
 #include "xview/io/graph_files.h"
 #include "xview/map/map_store.h"
 #include "xview/types/error.h"
@@ -34,6 +35,7 @@ class GraphCommand final : public Command {
     const std::string& out = job.operands[1];
     if (std::filesystem::path(out).extension() != ".ply")
       throw UsageError(out + ": a graph ends with .ply");
+    requireWritable(out);
     const LabelledGraph result = read(job);
     writeGraph(out, result.graph, result.labels);
     fmt::print("{} vertices, {} edges, {} connected parts\n", result.graph.size(),

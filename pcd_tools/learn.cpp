@@ -8,6 +8,7 @@
 #include "xview/io/atomic_file.h"
 #include "xview/io/pose_files.h"
 #include "xview/likelihood_learning.h"
+#include "xview/map/map_store.h"
 #include "xview/types/error.h"
 #include "xview/types/stopwatch.h"
 
@@ -42,6 +43,10 @@ class LearnCommand final : public Command {
     if (!(length_m_ > 0)) throw UsageError(fmt::format("--length = {}, must be > 0", length_m_));
     if (!truth_.empty() && job.operands.size() != 3)
       throw UsageError("--truth is for one RECORDING; put groundtruth.txt into their folders");
+    if (isMapFile(job.operands.back())) {
+      throw UsageError(job.operands.back() +
+                       " is a map: the operands are RECORDING... MAP OUT.txt, OUT.txt comes last");
+    }
     AtomicFile out(job.operands.back());
     const SemanticMap map = readMap(job.operands[job.operands.size() - 2], input_, job);
     LikelihoodTable learned;

@@ -7,6 +7,7 @@
 #include "frames_to_cloud.h"
 #include "inputs.h"
 #include "xview/graph/blobs.h"
+#include "xview/io/atomic_file.h"
 #include "xview/types/error.h"
 #include "xview/types/stopwatch.h"
 
@@ -35,6 +36,7 @@ class LiftCommand final : public Command {
   ExitCode run(const Job& job) override {
     if (!(voxel_m_ >= 0)) throw UsageError(fmt::format("--voxel {}, must be >= 0", voxel_m_));
     checkCloudEnding(job.operands[1]);
+    requireWritable(job.operands[1]);
     Stopwatch watch;
     const auto source = openInput(job.operands[0], input_.parsed(), job);
     LiftCounts counts;

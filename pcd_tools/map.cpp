@@ -6,6 +6,7 @@
 
 #include "commands.h"
 #include "inputs.h"
+#include "xview/io/atomic_file.h"
 #include "xview/map/map_lock.h"
 #include "xview/map/map_store.h"
 #include "xview/mapper.h"
@@ -42,6 +43,7 @@ class MapCommand final : public Command {
     const bool exists = std::filesystem::exists(out);
     if (exists && !isMapFile(out))
       throw Error(out, "exists and is no map; the last operand is the map to write");
+    requireWritable(out);
 
     const MapLock lock(out);
     Stopwatch watch;

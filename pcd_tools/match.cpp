@@ -6,6 +6,7 @@
 #include "commands.h"
 #include "drawing.h"
 #include "queries.h"
+#include "xview/io/atomic_file.h"
 #include "xview/localizer.h"
 #include "xview/types/error.h"
 #include "xview/types/stopwatch.h"
@@ -57,6 +58,7 @@ class MatchCommand final : public Command {
   ExitCode run(const Job& job) override {
     const std::string& out = job.operands[2];
     checkDrawingEnding(out);
+    requireWritable(out);
     if (!job.options.scale.empty())
       throw UsageError("--scale: match draws the query in its own lengths");
     checkOrder({job.operands[0], job.operands[1]}, input_);

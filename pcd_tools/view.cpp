@@ -11,6 +11,7 @@
 #include "frames_to_cloud.h"
 #include "inputs.h"
 #include "xview/graph/blobs.h"
+#include "xview/io/atomic_file.h"
 #include "xview/map/map_store.h"
 #include "xview/types/error.h"
 #include "xview/types/stopwatch.h"
@@ -71,6 +72,7 @@ class ViewCommand final : public Command {
     std::vector<std::string> files = job.operands;
     const std::string out = takeOut(files);
     checkDrawingEnding(out);
+    requireWritable(out);
     Stopwatch watch;
     Content content;
     DrawnAnswers drawn(input_, voxel_m_, job);

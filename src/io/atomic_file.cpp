@@ -96,7 +96,10 @@ void AtomicFile::fail(const std::string& action) const {
 }
 
 void requireWritable(const std::string& path) {
-  if (!path.empty()) AtomicFile{path};
+  struct stat old = {};
+  // Who reads a pipe would see its end if it were opened and closed again.
+  if (path.empty() || (stat(path.c_str(), &old) == 0 && S_ISFIFO(old.st_mode))) return;
+  AtomicFile{path};
 }
 
 }  // namespace xview

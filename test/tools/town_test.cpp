@@ -262,6 +262,18 @@ TEST_F(TinyTown, FuseLeavesTheMapAloneIfTheQueryIsNotAccepted) {
   EXPECT_TRUE(readText(map()) == bytes);
 }
 
+TEST_F(TinyTown, WhatIsLearnedIsNotWrittenOverTheMap) {
+  const std::string bytes = readText(map());
+  EXPECT_EQ(runXview({"learn", "-q", town("rear"), map(), map()}).code, 2);
+  EXPECT_TRUE(readText(map()) == bytes);
+}
+
+TEST_F(TinyTown, AMapThatCannotBeWrittenIsToldBeforeTheWork) {
+  const Outcome refused = runXview({"map", town("forward"), file("no such folder") + "/town.xvm"});
+  EXPECT_EQ(refused.code, 1);
+  EXPECT_EQ(lineCount(refused.err), 1u) << refused.err;
+}
+
 TEST_F(TinyTown, MatchesAreDrawnAlsoIfTheQueryIsNotAccepted) {
   const Outcome refused =
       runXview({"match", "-q", town("elsewhere"), map(), file("refused.ply")}, {120, 0, ""});

@@ -42,7 +42,7 @@ class AtomicFile {
 };
 
 /// What cannot be written should be known before the work, not after it: throws what AtomicFile
-/// would throw. An empty path is none.
+/// would throw. An empty path is none, and a pipe is not tried.
 void requireWritable(const std::string& path);
 
 }  // namespace xview
