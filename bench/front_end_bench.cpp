@@ -20,6 +20,7 @@
 #include "xview/graph/lift.h"
 #include "xview/graph/merge.h"
 #include "xview/graph/plan_view.h"
+#include "xview/graph/thin_frame.h"
 #include "xview/io/recording.h"
 #include "xview/mapper.h"
 #include "xview/types/random.h"
@@ -116,6 +117,10 @@ void registerStages(const std::string& kind, const Input& input) {
   stage("thin", [](const Input& in, std::size_t i) {
     std::vector<std::uint32_t> points_per_voxel;
     benchmark::DoNotOptimize(thinByVoxel(in.lifted[i], PlanOptions().voxel_m, &points_per_voxel));
+  });
+  stage("lift_thin", [](const Input& in, std::size_t i) {
+    benchmark::DoNotOptimize(liftThin(in.cleaned[i], in.labels(), LiftOptions(),
+                                      PlanOptions().voxel_m, WholeClasses::no_surfaces));
   });
   stage("digest", [](const Input& in, std::size_t i) {
     benchmark::DoNotOptimize(digestFrame(in.raw[i], in.labels(), oneThread()));

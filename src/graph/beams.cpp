@@ -24,13 +24,49 @@ constexpr double kReach = 2.2;          ///< beams; between two of them one may 
 constexpr double kThinThing_m2 = 0.25;  ///< a post of 0.15 m, seen over 1.6 m
 constexpr int kFewestPoints = 4;
 
+/// Whether a direction may be in one of the sectors that are looked at. An arc tangent is asked for
+/// then only: a table over y / (|x| + |y|), which grows with the angle on either side, knows most
+/// of the others.
+class SectorsLookedAt {
+ public:
+  SectorsLookedAt() {
+    constexpr double kSector_rad = 2 * M_PI / kSectors, kMargin_rad = 1e-3;
+    for (int sector = 0; sector <= kSectors; sector += kEverySector) {
+      const double begin = sector * kSector_rad - M_PI - kMargin_rad;
+      const double end = (sector + 1) * kSector_rad - M_PI + kMargin_rad;
+      for (double angle = begin; angle < end; angle += kMargin_rad) mark(angle);
+      mark(end);
+    }
+  }
+
+  bool mayHold(float x, float y) const {
+    const float sum = std::abs(x) + std::abs(y);
+    if (!(sum > 0) || !(sum < kFarthest_m)) return true;
+    return may_be_[x < 0][binOf(y / sum)];
+  }
+
+ private:
+  static constexpr int kBins = 1024;
+  static constexpr float kFarthest_m = 1e9F;
+
+  static int binOf(float p) { return static_cast<int>((p + 1) * (0.5F * (kBins - 1))); }
+  void mark(double angle) {
+    const double x = std::cos(angle), y = std::sin(angle);
+    may_be_[x < 0][binOf(static_cast<float>(y / (std::abs(x) + std::abs(y))))] = true;
+  }
+
+  std::array<std::array<bool, kBins>, 2> may_be_{};  ///< ahead and behind
+};
+
 /// Elevations of the far points in some sectors, sorted in each.
 std::vector<std::vector<float>> elevationsInSectors(const LabelledCloud& cloud) {
   std::vector<std::vector<float>> sectors(kSectors / kEverySector);
   const Eigen::Vector3f origin = cloud.origin.cast<float>();
   constexpr float kPerRadian = kSectors / (2 * static_cast<float>(M_PI));
+  static const SectorsLookedAt looked_at;
   for (const pcl::PointXYZL& point : cloud.points) {
     const Eigen::Vector3f p = origin + point.getVector3fMap();
+    if (!looked_at.mayHold(p.x(), p.y())) continue;
     const float range = std::hypot(p.x(), p.y());
     if (!(range > kNear_m) || !std::isfinite(p.z())) continue;
     const auto sector =
