@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "pipeline/depth_noise.h"
 #include "pipeline/place_graph.h"
@@ -22,6 +23,9 @@ constexpr std::size_t kFramesAhead = 8;  ///< digested and not yet taken
 constexpr float kReferenceFocal =
     160;  ///< votes count measurements per solid angle of such a camera [px]
 
+constexpr float kFullVote = 4;     ///< measurements in a voxel; more say no more
+constexpr float kDenseCloud = 24;  ///< points in a voxel: denser than that says no more
+
 /// How far a sensor can be trusted: half the vote at `half_m`, none beyond `reach_m`, thin things
 /// only within `thin_m`.
 struct Trust {
@@ -34,22 +38,59 @@ Trust trustOf(Sensor sensor, bool aerial) {
   return aerial ? Trust{60, 90, 90, 1} : Trust{10, 30, 25, 1};
 }
 
+/// Points in the voxel that holds the median point.
+float usualCount(std::vector<std::uint32_t> points_per_voxel) {
+  std::sort(points_per_voxel.begin(), points_per_voxel.end());
+  const auto all =
+      std::accumulate(points_per_voxel.begin(), points_per_voxel.end(), std::size_t{0});
+  std::size_t below = 0;
+  for (const std::uint32_t count : points_per_voxel) {
+    below += count;
+    if (2 * below >= all) return static_cast<float>(count);
+  }
+  return 0;
+}
+
+/// What a point of a voxel counts. Clouds without ranges show by their density what was measured
+/// from afar, and so badly: where surfaces are sparser than usual, their points count less.
+class PointWeight {
+ public:
+  PointWeight(const Frame& frame, const LabelSet& labels,
+              const std::vector<std::uint32_t>& points_per_voxel)
+      : labels_(labels), is_cloud_(frame.sensor == Sensor::cloud) {
+    if (is_cloud_)
+      surface_ = kFullVote / std::clamp(usualCount(points_per_voxel), kFullVote, kDenseCloud);
+    if (frame.sensor == Sensor::camera)
+      surface_ =
+          kReferenceFocal * kReferenceFocal / static_cast<float>(frame.camera.fx * frame.camera.fy);
+  }
+
+  /// Objects are small: few points in a cloud are no sign of a long way.
+  float operator()(std::uint32_t label) const {
+    return is_cloud_ && labels_.role(label) == Role::object ? 1 : surface_;
+  }
+
+ private:
+  const LabelSet& labels_;
+  bool is_cloud_;
+  float surface_ = 1;
+};
+
 /// A voxel counts as its measurements, at most four, half of them each; less with the square of the
 /// range.
-void castVotes(const Frame& frame, const std::vector<std::uint32_t>& points_per_voxel,
-               FrameDigest& digest) {
+void castVotes(const Frame& frame, const LabelSet& labels,
+               const std::vector<std::uint32_t>& points_per_voxel, FrameDigest& digest) {
   const Trust trust = trustOf(frame.sensor, digest.aerial);
-  const float density = frame.sensor == Sensor::camera
-                            ? kReferenceFocal * kReferenceFocal /
-                                  static_cast<float>(frame.camera.fx * frame.camera.fy)
-                            : 1.f;
+  const PointWeight weight(frame, labels, points_per_voxel);
+  const float least = frame.sensor == Sensor::camera ? 1.f : 0.f;
   const std::vector<float>& ranges = digest.cloud.ranges;
   digest.votes.resize(digest.cloud.size());
   digest.thin_trusted.assign(digest.cloud.size(), true);
   for (std::size_t i = 0; i < digest.cloud.size(); ++i) {
     const float range = ranges.empty() ? 0.f : ranges[i];
     const float measured =
-        std::min(4.f, std::max(1.f, density * static_cast<float>(points_per_voxel[i])));
+        std::clamp(weight(digest.cloud.points[i].label) * static_cast<float>(points_per_voxel[i]),
+                   least, kFullVote);
     const float fade = range / trust.half_m;
     digest.votes[i] =
         range > trust.reach_m ? 0.f : trust.gain * 0.5f * measured / (1 + fade * fade);
@@ -125,7 +166,7 @@ FrameDigest digestFrame(Frame frame, const LabelSet& labels, const Options& opti
                               blobClasses(options), &digest.counts);
   digest.aerial = lifted.is_aerial;
   digest.cloud = std::move(lifted.thin);
-  castVotes(frame, lifted.points_per_voxel, digest);
+  castVotes(frame, labels, lifted.points_per_voxel, digest);
   digest.timing_ms.emplace_back("lift", watch.lap_ms());
   if (isImageSpace(options))
     findImageBlobs(frame, labels, options, digest);
