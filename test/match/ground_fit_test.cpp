@@ -75,6 +75,9 @@ TEST(FitGround, LeavesAQueryLevelThatIsSurelyLevel) {
   const PlacePose pose{3, 0, 0, 0};
   const GroundFit sure = fitGround(hillyMap(40), tiltedGround(pose, 0.05, 0), pose, 1e-5);
   EXPECT_NEAR(sure.slope.norm(), 0, 1e-3);
+  const GroundFit to_a_quarter_of_a_degree =
+      fitGround(hillyMap(40), tiltedGround(pose, 0.05, 0), pose, 4e-3);
+  EXPECT_NEAR(to_a_quarter_of_a_degree.slope.norm(), 0, 4e-3);
 }
 
 TEST(FitGround, SaysNothingWithoutCommonGround) {

@@ -35,11 +35,11 @@ std::vector<Correspondence> randomCorrespondences(std::size_t count, std::uint32
   return result;
 }
 
-TEST(PairwiseConsistency, IsTheDefinitionForEveryPair) {
+void expectTheDefinition(double min_separation_m) {
   const Points query = randomPoints(30, 60, 1), map = randomPoints(50, 80, 2);
   const auto correspondences = randomCorrespondences(200, 30, 50, 3);
   ConsistencyOptions options;
-  options.min_separation_m = 8;
+  options.min_separation_m = min_separation_m;
   const ConsistencyGraph graph = pairwiseConsistency(query, map, correspondences, options);
   ASSERT_EQ(graph.size(), 200u);
   for (std::uint32_t a = 0; a < 200; ++a) {
@@ -49,11 +49,17 @@ TEST(PairwiseConsistency, IsTheDefinitionForEveryPair) {
       const double dq = (query[x.query] - query[y.query]).norm();
       const double dm = (map[x.map] - map[y.map]).norm();
       const bool agree =
-          a != b && x.query != y.query && x.map != y.map && std::min(dq, dm) >= 8 &&
+          a != b && x.query != y.query && x.map != y.map && std::min(dq, dm) >= min_separation_m &&
           std::abs(dq - dm) <= options.tolerance_m + options.relative * std::max(dq, dm);
       EXPECT_EQ(graph.connected(a, b), agree) << a << " " << b;
     }
   }
+}
+
+TEST(PairwiseConsistency, IsTheDefinitionForEveryPair) {
+  expectTheDefinition(8);
+  expectTheDefinition(
+      0);  // then vertices that are their own partner twice are told by their number
 }
 
 TEST(PairwiseConsistency, DoesNotDependOnTheMotionBetweenQueryAndMap) {

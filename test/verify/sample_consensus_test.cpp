@@ -185,6 +185,14 @@ TEST(Supporters, UseEachVertexOnceNearestFirst) {
   EXPECT_EQ(kept[1].map, 2u);
 }
 
+TEST(Supporters, ShareNoMapVertexEither) {
+  const Points query{{0, 0, 0}, {0.5, 0, 0}}, map{{0.4, 0, 0}};
+  const auto kept =
+      supporters(query, map, {{0, 0, 1}, {1, 0, 1}}, Eigen::Isometry3d::Identity(), 1);
+  ASSERT_EQ(kept.size(), 1u);
+  EXPECT_EQ(kept[0].query, 1u) << "the nearer one";
+}
+
 TEST(Supporters, AreThoseWithinTheDistanceInclusive) {
   const Points query{{0, 0, 0}, {5, 0, 0}}, map{{1, 0, 0}, {6.001, 0, 0}};
   const std::vector<Correspondence> all{{0, 0, 1}, {1, 1, 1}};
