@@ -86,8 +86,10 @@ std::vector<Answer> readAnswers(const std::string& path) {
     try {
       answers.push_back(parse(line));
     } catch (const std::exception& e) {
+      std::string problem = e.what();  // "[json.exception.parse_error.101] ..."
+      if (problem[0] == '[') problem.erase(0, problem.find(' ') + 1);
       throw Error(fmt::format("{}:{}", path, number),
-                  std::string("expected an answer of xview localize --json; ") + e.what());
+                  "expected an answer of xview localize --json; " + problem);
     }
   }
   if (file.bad()) throw Error(path, "cannot be read");
