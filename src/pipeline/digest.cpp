@@ -23,9 +23,6 @@ constexpr std::size_t kFramesAhead = 8;  ///< digested and not yet taken
 constexpr float kReferenceFocal =
     160;  ///< votes count measurements per solid angle of such a camera [px]
 
-constexpr float kFullVote = 4;     ///< measurements in a voxel; more say no more
-constexpr float kDenseCloud = 24;  ///< points in a voxel: denser than that says no more
-
 /// How far a sensor can be trusted: half the vote at `half_m`, none beyond `reach_m`, thin things
 /// only within `thin_m`.
 struct Trust {
@@ -38,42 +35,39 @@ Trust trustOf(Sensor sensor, bool aerial) {
   return aerial ? Trust{60, 90, 90, 1} : Trust{10, 30, 25, 1};
 }
 
-/// Points in the voxel that holds the median point.
-float usualCount(std::vector<std::uint32_t> points_per_voxel) {
-  std::sort(points_per_voxel.begin(), points_per_voxel.end());
-  const auto all =
-      std::accumulate(points_per_voxel.begin(), points_per_voxel.end(), std::size_t{0});
-  std::size_t below = 0;
-  for (const std::uint32_t count : points_per_voxel) {
-    below += count;
-    if (2 * below >= all) return static_cast<float>(count);
-  }
-  return 0;
-}
-
-/// What a point of a voxel counts. Clouds without ranges show by their density what was measured
-/// from afar, and so badly: where surfaces are sparser than usual, their points count less.
-class PointWeight {
+/// Where the points of a cloud lie. Its ranges are not known; what was measured from afar is
+/// sparse, and if that was measured badly as well, few points are scattered over many voxels.
+class CloudDensity {
  public:
-  PointWeight(const Frame& frame, const LabelSet& labels,
-              const std::vector<std::uint32_t>& points_per_voxel)
-      : labels_(labels), is_cloud_(frame.sensor == Sensor::cloud) {
-    if (is_cloud_)
-      surface_ = kFullVote / std::clamp(usualCount(points_per_voxel), kFullVote, kDenseCloud);
-    if (frame.sensor == Sensor::camera)
-      surface_ =
-          kReferenceFocal * kReferenceFocal / static_cast<float>(frame.camera.fx * frame.camera.fy);
+  explicit CloudDensity(std::vector<std::uint32_t> points_per_voxel) {
+    if (points_per_voxel.empty()) return;
+    for (std::uint32_t& count : points_per_voxel) count = std::min(count, kStoodThere);
+    std::sort(points_per_voxel.begin(), points_per_voxel.end());
+    const auto all =
+        std::accumulate(points_per_voxel.begin(), points_per_voxel.end(), std::size_t{0});
+    std::size_t up_to = 0, voxel = 0;
+    while (2 * (up_to += points_per_voxel[voxel]) < all) ++voxel;
+    const auto usual = static_cast<float>(points_per_voxel[voxel]);
+    const float mean = static_cast<float>(all) / static_cast<float>(points_per_voxel.size());
+    full_ = std::min(usual, kDenseCloud);
+    scattered_ = std::clamp((usual / mean - kSharp) / (kScattered - kSharp), 0.f, 1.f);
   }
 
-  /// Objects are small: few points in a cloud are no sign of a long way.
-  float operator()(std::uint32_t label) const {
-    return is_cloud_ && labels_.role(label) == Role::object ? 1 : surface_;
+  /// Share of its votes that a voxel of a surface keeps: as if it was measured from a way whose
+  /// square goes against the density. Objects are small: few points are no sign of a long way.
+  float trust(std::uint32_t points) const {
+    const float density = std::min(1.f, static_cast<float>(points) / full_);
+    return std::pow(density, 2 * scattered_);
   }
 
  private:
-  const LabelSet& labels_;
-  bool is_cloud_;
-  float surface_ = 1;
+  static constexpr std::uint32_t kStoodThere =
+      100;                                  ///< points: more than a sensor on the move sees
+  static constexpr float kDenseCloud = 24;  ///< points in a voxel that need no more trust
+  /// Points in the voxel of the median point over those in a voxel: up to 3.7 of scanners and exact
+  /// cameras, 4.5 to 8 of stereo cameras.
+  static constexpr float kSharp = 3.7F, kScattered = 4.5F;
+  float full_ = 1, scattered_ = 0;
 };
 
 /// A voxel counts as its measurements, at most four, half of them each; less with the square of the
@@ -81,20 +75,25 @@ class PointWeight {
 void castVotes(const Frame& frame, const LabelSet& labels,
                const std::vector<std::uint32_t>& points_per_voxel, FrameDigest& digest) {
   const Trust trust = trustOf(frame.sensor, digest.aerial);
-  const PointWeight weight(frame, labels, points_per_voxel);
-  const float least = frame.sensor == Sensor::camera ? 1.f : 0.f;
+  const bool is_cloud = frame.sensor == Sensor::cloud;
+  const CloudDensity cloud(is_cloud ? points_per_voxel : std::vector<std::uint32_t>());
+  const float density = frame.sensor == Sensor::camera
+                            ? kReferenceFocal * kReferenceFocal /
+                                  static_cast<float>(frame.camera.fx * frame.camera.fy)
+                            : 1.f;
   const std::vector<float>& ranges = digest.cloud.ranges;
   digest.votes.resize(digest.cloud.size());
   digest.thin_trusted.assign(digest.cloud.size(), true);
   for (std::size_t i = 0; i < digest.cloud.size(); ++i) {
     const float range = ranges.empty() ? 0.f : ranges[i];
     const float measured =
-        std::clamp(weight(digest.cloud.points[i].label) * static_cast<float>(points_per_voxel[i]),
-                   least, kFullVote);
+        std::min(4.f, std::max(1.f, density * static_cast<float>(points_per_voxel[i])));
     const float fade = range / trust.half_m;
     digest.votes[i] =
         range > trust.reach_m ? 0.f : trust.gain * 0.5f * measured / (1 + fade * fade);
     digest.thin_trusted[i] = range <= trust.thin_m;
+    if (is_cloud && labels.role(digest.cloud.points[i].label) != Role::object)
+      digest.votes[i] *= cloud.trust(points_per_voxel[i]);
   }
 }
 
