@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <gtest/gtest.h>
+
+#include <utility>
+
+#include "pipeline/two_streets.h"
+#include "xview/types/pose.h"
+
+namespace xview {
+namespace {
+
+Localization localizeNear(const char* circle, double x) {
+  const test::PlanTown town = test::twoStreets(false);
+  const SemanticMap map = test::mapOf(town);
+  Options options;
+  options.threads = 1;
+  options.prior.near = circle;
+  const Query query = test::queryAt(town, x, 0, poseFromYaw({310, -40, 5}, 2.3));
+  return Localizer(map, options).localize(query);
+}
+
+TEST(Prior, IsRefutedByAFarBetterPlaceElsewhere) {
+  const Localization fix = localizeNear("-7,200,15", -7);
+  EXPECT_FALSE(fix.accepted());
+  EXPECT_EQ(fix.reason.rfind("a place outside of the prior is", 0), 0u) << fix.reason;
+}
+
+TEST(Prior, DecidesBetweenTwoPlacesThatAreAlike) {
+  for (const auto& [circle, y] : {std::pair{"60,200,15", 200.0}, {"60,0,15", 0.0}}) {
+    const Localization fix = localizeNear(circle, 60);
+    EXPECT_TRUE(fix.accepted()) << fix.reason;
+    EXPECT_LT(test::errorOf(fix, 60, y), 0.5);
+  }
+}
+
+}  // namespace
+}  // namespace xview
