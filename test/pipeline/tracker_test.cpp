@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "pipeline/simulated_drive.h"
 #include "xview/types/pose.h"
 
@@ -35,6 +38,21 @@ TEST(Tracker, FollowsTheDriveWhereOdometryExpectsIt) {
   }
   EXPECT_GE(local, accepted - 1) << "only the first fix needs the whole map";
   EXPECT_GE(accepted, windows * 2 / 3);
+}
+
+TEST(Tracker, ExpectsWithinThreeSigmaOfTheFixAndTheDriftSince) {
+  const auto& drive = simulatedDrive();
+  const Localizer localizer(drive.map, {});
+  Tracker tracker(localizer, {});
+  const Localization fix = tracker.follow(drive.query("rear", 0, 24)).fix;
+  ASSERT_TRUE(fix.accepted()) << fix.reason;
+  const Matrix6d& c = fix.covariance;
+  const double sigma_m = std::sqrt(std::max(c(0, 0), c(1, 1)) + std::abs(c(0, 1)));
+  const TrackOptions options;
+  const double at_once = tracker.follow(drive.query("rear", 0, 24)).radius_m;
+  EXPECT_NEAR(at_once, options.min_radius_m + 3 * sigma_m, 1e-9);
+  EXPECT_GT(sigma_m, 1e-4);
+  EXPECT_GT(tracker.follow(drive.query("rear", 6, 30)).radius_m, at_once);
 }
 
 TEST(Tracker, SaysThatItIsLostAndSearchesEverywhere) {
