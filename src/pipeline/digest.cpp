@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
+#include "pipeline/cloud_density.h"
 #include "pipeline/depth_noise.h"
 #include "pipeline/place_graph.h"
 #include "xview/depth_plausibility.h"
@@ -35,48 +35,11 @@ Trust trustOf(Sensor sensor, bool aerial) {
   return aerial ? Trust{60, 90, 90, 1} : Trust{10, 30, 25, 1};
 }
 
-/// Where the points of a cloud lie. Its ranges are not known; what was measured from afar is
-/// sparse, and if that was measured badly as well, few points are scattered over many voxels.
-class CloudDensity {
- public:
-  explicit CloudDensity(std::vector<std::uint32_t> points_per_voxel) {
-    if (points_per_voxel.empty()) return;
-    for (std::uint32_t& count : points_per_voxel) count = std::min(count, kStoodThere);
-    std::sort(points_per_voxel.begin(), points_per_voxel.end());
-    const auto all =
-        std::accumulate(points_per_voxel.begin(), points_per_voxel.end(), std::size_t{0});
-    std::size_t up_to = 0, voxel = 0;
-    while (2 * (up_to += points_per_voxel[voxel]) < all) ++voxel;
-    const auto usual = static_cast<float>(points_per_voxel[voxel]);
-    const float mean = static_cast<float>(all) / static_cast<float>(points_per_voxel.size());
-    full_ = std::min(usual, kDenseCloud);
-    scattered_ = std::clamp((usual / mean - kSharp) / (kScattered - kSharp), 0.f, 1.f);
-  }
-
-  /// Share of its votes that a voxel of a surface keeps: as if it was measured from a way whose
-  /// square goes against the density. Objects are small: few points are no sign of a long way.
-  float trust(std::uint32_t points) const {
-    const float density = std::min(1.f, static_cast<float>(points) / full_);
-    return std::pow(density, 2 * scattered_);
-  }
-
- private:
-  static constexpr std::uint32_t kStoodThere =
-      100;                                  ///< points: more than a sensor on the move sees
-  static constexpr float kDenseCloud = 24;  ///< points in a voxel that need no more trust
-  /// Points in the voxel of the median point over those in a voxel: up to 3.7 of scanners and exact
-  /// cameras, 4.5 to 8 of stereo cameras.
-  static constexpr float kSharp = 3.7F, kScattered = 4.5F;
-  float full_ = 1, scattered_ = 0;
-};
-
 /// A voxel counts as its measurements, at most four, half of them each; less with the square of the
 /// range.
-void castVotes(const Frame& frame, const LabelSet& labels,
-               const std::vector<std::uint32_t>& points_per_voxel, FrameDigest& digest) {
+void castVotes(const Frame& frame, const std::vector<std::uint32_t>& points_per_voxel,
+               FrameDigest& digest) {
   const Trust trust = trustOf(frame.sensor, digest.aerial);
-  const bool is_cloud = frame.sensor == Sensor::cloud;
-  const CloudDensity cloud(is_cloud ? points_per_voxel : std::vector<std::uint32_t>());
   const float density = frame.sensor == Sensor::camera
                             ? kReferenceFocal * kReferenceFocal /
                                   static_cast<float>(frame.camera.fx * frame.camera.fy)
@@ -92,8 +55,15 @@ void castVotes(const Frame& frame, const LabelSet& labels,
     digest.votes[i] =
         range > trust.reach_m ? 0.f : trust.gain * 0.5f * measured / (1 + fade * fade);
     digest.thin_trusted[i] = range <= trust.thin_m;
-    if (is_cloud && labels.role(digest.cloud.points[i].label) != Role::object)
-      digest.votes[i] *= cloud.trust(points_per_voxel[i]);
+  }
+}
+
+/// Clouds do not tell their ranges. Objects are small: few points are no sign of a long way.
+void doubtSparseSurfaces(const LabelSet& labels, const std::vector<std::uint32_t>& points_per_voxel,
+                         double voxel_m, FrameDigest& digest) {
+  const std::vector<float> trust = trustByDensity(digest.cloud, points_per_voxel, voxel_m);
+  for (std::size_t i = 0; i < digest.votes.size(); ++i) {
+    if (labels.role(digest.cloud.points[i].label) != Role::object) digest.votes[i] *= trust[i];
   }
 }
 
@@ -165,7 +135,9 @@ FrameDigest digestFrame(Frame frame, const LabelSet& labels, const Options& opti
                               blobClasses(options), &digest.counts);
   digest.aerial = lifted.is_aerial;
   digest.cloud = std::move(lifted.thin);
-  castVotes(frame, labels, lifted.points_per_voxel, digest);
+  castVotes(frame, lifted.points_per_voxel, digest);
+  if (frame.sensor == Sensor::cloud)
+    doubtSparseSurfaces(labels, lifted.points_per_voxel, options.plan.voxel_m, digest);
   digest.timing_ms.emplace_back("lift", watch.lap_ms());
   if (isImageSpace(options))
     findImageBlobs(frame, labels, options, digest);
