@@ -137,5 +137,15 @@ TEST(Mapper, OtherClassesCannotBeAppended) {
   EXPECT_THROW(appendToMap(map, other, {}), Error);
 }
 
+TEST(Mapper, RefusesToAppendAFrameThatIsTiltedAgainstThatOfTheMap) {
+  SemanticMap map = simulatedDrive().map, addition = map;
+  addition.plan.upright = Eigen::AngleAxisd(0.1, Eigen::Vector3d::UnitX());
+  EXPECT_THROW(appendToMap(map, addition, {}), Error);
+  EXPECT_EQ(map.graph.size(), simulatedDrive().map.graph.size());
+  addition.plan.upright = Eigen::AngleAxisd(0.01, Eigen::Vector3d::UnitX());
+  EXPECT_NO_THROW(appendToMap(map, addition, {}));
+  EXPECT_EQ(map.keyframes.back().source, 1u) << "of the second source";
+}
+
 }  // namespace
 }  // namespace xview
