@@ -15,11 +15,13 @@ constexpr double kUsualVertices = 60;  // of a query
 constexpr int kFewVertices = 15;       // the lead of a smaller query is worth no more for that
 constexpr int kFewWrong = 10;          // the mean of fewer wrong places says little
 constexpr double kMarginShare = 0.5;   // of the margin, in the lead
-// Above their mean: what the best of some dozens of wrong places may well have.
-constexpr double kUsualDeviations = 3;
-// Fitted to 5200 queries from elsewhere in maps of 800 and 9400 vertices of generated towns; dense
-// graphs of drives in other towns raise fewer.
-constexpr double kEvidenceOfOneAlarm = 1, kEvidencePerFactorE = 2.85;  // [nats]
+// Deviations above the mean of wrong places from which the lead of a place counts: what the best of
+// some dozens may well have for one that agrees like a true place, more for any other.
+constexpr double kUsualDeviations = 2, kRareDeviations = 3;
+constexpr double kAgreesLikeTrue = 2. / 3;
+// Fitted to 4200 queries from elsewhere in 360 maps of 700 vertices of generated towns; larger maps
+// and dense graphs of drives raise fewer.
+constexpr double kLeadOfOneAlarm = 1, kLeadPerFactorE = 3.25;  // [nats]
 // Density of false alarms over that of right places, at the same evidence.
 constexpr double kAlarmsPerRightPlace = 16;
 
@@ -35,15 +37,11 @@ double runnerUpOf(const ObjectEvidence& e) {
 
 double marginOf(const ObjectEvidence& e) { return normalized(e.score - runnerUpOf(e), e.vertices); }
 
-/// What a wrong place of this search may well score.
-double usualWrong(const ObjectEvidence& e) {
-  return e.typical_wrong + kUsualDeviations * e.wrong_deviation;
-}
-
-/// How far ahead of what is usual, and of the one that is unusually good.
-double leadOf(const ObjectEvidence& e) {
+/// How far ahead of what wrong places of this search may well score, and of the best of them.
+double leadOf(const ObjectEvidence& e, double deviations) {
   if (!knowsWrongPlaces(e)) return marginOf(e);
-  return normalized(e.score - usualWrong(e), e.vertices) + kMarginShare * marginOf(e);
+  const double usual_wrong = e.typical_wrong + deviations * e.wrong_deviation;
+  return normalized(e.score - usual_wrong, e.vertices) + kMarginShare * marginOf(e);
 }
 
 /// Score of a place that explains nothing.
@@ -75,10 +73,10 @@ double scoreSpread(int vertices) {
 }
 
 double falseAlarms(const ObjectEvidence& e) {
-  const double evidence = leadOf(e) * std::sqrt(std::clamp(agreementOf(e), 0.0, 1.0));
-  return evidence > kEvidenceOfOneAlarm
-             ? std::exp((kEvidenceOfOneAlarm - evidence) / kEvidencePerFactorE)
-             : 1;
+  const double agreement = std::clamp(agreementOf(e), 0.0, 1.0);
+  double lead = leadOf(e, kRareDeviations) * std::sqrt(agreement);
+  if (agreement >= kAgreesLikeTrue) lead = std::max(lead, leadOf(e, kUsualDeviations));
+  return lead > kLeadOfOneAlarm ? std::exp((kLeadOfOneAlarm - lead) / kLeadPerFactorE) : 1;
 }
 
 Verdict judge(const ObjectEvidence& e, const ObjectVerdictOptions& o) {

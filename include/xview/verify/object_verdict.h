@@ -49,8 +49,8 @@ double scoreSpread(int vertices);
 /// Number of false alarms (a contrario): how many places as good as this one are to be expected
 /// when a query from elsewhere is looked for in this map. The wrong places of the same search say
 /// what is typical of this query in this map. The lead over them, and over the best of them, in
-/// units of scoreSpread(), counts the less the farther the score is from that of a true pose; so
-/// weighed, it falls off exponentially for queries from elsewhere.
+/// units of scoreSpread(), falls off exponentially for queries from elsewhere. The lead of a place
+/// that does not agree like a true one counts from higher up, and the less the less it agrees.
 double falseAlarms(const ObjectEvidence& evidence);
 
 /// The confidence is the chance of the place to be right if as many queries come from the map as
