@@ -59,11 +59,14 @@ std::optional<Tilt> measuredTilt(const PlanPlaces& places, const PlanQuery& plan
   return tiltBy(fit, plan, T_map_query);
 }
 
-/// Of a query that was said to be level to `trust_rad`. Less than `enough_rad` need not be turned.
+/// Of a query that was said or measured to be level to `trust_rad`; a street that slopes fools the
+/// measurement, so that ground which clearly contradicts counts alone. Less than `enough_rad` need
+/// not be turned.
 std::optional<Tilt> tiltAgainstTrust(const PlanPlaces& places, const PlanQuery& plan,
                                      const Eigen::Isometry3d& T_map_query, double trust_rad,
                                      double enough_rad) {
-  const GroundFit fit = places.fitGround(plan, placeOf(T_map_query), kWidest_rad);
+  const GroundFit fit =
+      places.fitGround(plan, placeOf(T_map_query), std::max(kWidest_rad, trust_rad));
   if (fit.cells == 0) return std::nullopt;
   Eigen::Matrix2d covariance =
       kBentByDrift * kBentByDrift * fit.covariance.bottomRightCorner<2, 2>();
@@ -91,11 +94,12 @@ void turnBy(const Tilt& tilt, LevelledQuery& levelled) {
 std::optional<LevelledQuery> levelOnMap(const PlanPlaces& places, const Query& query,
                                         const PlanQuery& plan, const Eigen::Isometry3d& T_map_query,
                                         double up_sigma_rad, const Options& options) {
-  const double trust_rad = options.refine.tilt_sigma_deg * M_PI / 180;
-  const double enough_rad = trust_rad * (query.cloud.empty() ? kLevelEnough : kLevelEnoughOfPoints);
-  const std::optional<Tilt> tilt =
-      up_sigma_rad > 0 ? measuredTilt(places, plan, T_map_query, up_sigma_rad)
-                       : tiltAgainstTrust(places, plan, T_map_query, trust_rad, enough_rad);
+  const double said_rad = options.refine.tilt_sigma_deg * M_PI / 180;
+  const bool was_measured = up_sigma_rad > 0;
+  const double enough_rad =
+      was_measured ? 0 : said_rad * (query.cloud.empty() ? kLevelEnough : kLevelEnoughOfPoints);
+  const std::optional<Tilt> tilt = tiltAgainstTrust(
+      places, plan, T_map_query, was_measured ? up_sigma_rad : said_rad, enough_rad);
   if (!tilt) return std::nullopt;
   LevelledQuery levelled{Eigen::Quaterniond::Identity(), query, {}, T_map_query, 0};
   turnBy(*tilt, levelled);

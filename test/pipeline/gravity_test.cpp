@@ -155,6 +155,17 @@ TEST(Gravity, TiltedQueriesAreLevelledOnTheGroundOfTheMap) {
   }
 }
 
+TEST(Gravity, AStreetThatFooledTheMeasurementIsLevelledAllTheSame) {
+  const auto& drive = simulatedDrive();
+  const Options options;
+  const Localizer localizer(drive.map, options);
+  Turned turned = turnedFrames(tiltBy(8), options);
+  turned.query.gravity.sigma_rad = kDegree;
+  const Localization fix = localizer.localize(turned.query);
+  EXPECT_LT(errorOf(fix, turned), 0.2) << fix.gravity_reason;
+  EXPECT_LT(rotationBetween(fix.T_map_query, turned.truth), 0.3 * kDegree) << fix.gravity_reason;
+}
+
 TEST(Gravity, QueriesWithoutGoodPointsAreLevelledByTheirPlan) {
   const auto& drive = simulatedDrive();
   const Options options;
