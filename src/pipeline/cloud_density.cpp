@@ -71,8 +71,8 @@ std::vector<float> trustByDensity(const LabelledCloud& voxels,
   const Blocks blocks(voxels, points, kBlockSide * voxel_m);
   const float scattered =
       std::clamp((blocks.thickness() - kSharp) / (kScattered - kSharp), 0.f, 1.f);
-  const float full = blocks.usual();
   if (scattered == 0) return trust;
+  const float full = blocks.usual();
   for (std::size_t i = 0; i < trust.size(); ++i)
     trust[i] = std::pow(std::min(1.f, blocks.around(i) / full), 2 * scattered);
   return trust;

@@ -80,10 +80,9 @@ std::optional<Tilt> tiltAgainstTrust(const PlanPlaces& places, const PlanQuery& 
 
 /// The query turned further, and its plan with it.
 void turnBy(const Tilt& tilt, LevelledQuery& levelled) {
-  PlanView plan = turnedPlan(levelled.query.plan, tilt.turn);
   levelled.turn = tilt.turn * levelled.turn;
   levelled.query = uprightQuery(levelled.query, tilt.turn);
-  levelled.query.plan = std::move(plan);
+  levelled.query.plan = turnedPlan(levelled.query.plan, tilt.turn);
   levelled.plan = makePlanQuery(levelled.query.plan);
   levelled.T_map_query = tilt.T_map_query;
   levelled.up_sigma_rad = tilt.sigma_rad;

@@ -163,11 +163,10 @@ void PlacePath::refuteFromOutside(const Query& query, const PlanQuery& plan_quer
   Stopwatch watch;
   for (const PlanHypothesis& h : places_.search(plan_query, {}, options_.threads)) {
     if (satisfies(priors, query, poseOf(h)) || h.pose.score < inside + needed) continue;
-    answer.status = Status::rejected;
-    answer.confidence = std::min(answer.confidence, 0.49);
-    answer.reason =
-        fmt::format("a place outside of the prior is {:.0f} nats better than the best one inside",
-                    h.pose.score - inside);
+    takeBack(fmt::format("a place outside of the prior is {:.0f} nats better than the best one "
+                         "inside",
+                         h.pose.score - inside),
+             answer);
     break;
   }
   answer.timing_ms.emplace_back("prior", watch.lap_ms());

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "pipeline/set_verdict.h"
 #include "xview/types/pose.h"
 #include "xview/types/prior_text.h"
 
@@ -102,9 +103,7 @@ bool areOnePlace(const Priors& priors) {
 
 void refuseOutside(const Priors& priors, const Query& query, Localization& answer) {
   if (!answer.accepted() || satisfies(priors, query, answer.hypotheses[0].T_map_query)) return;
-  answer.status = Status::rejected;
-  answer.confidence = std::min(answer.confidence, 0.49);
-  answer.reason = "the refined pose is outside of the prior; without it: " + answer.reason;
+  takeBack("the refined pose is outside of the prior; without it: " + answer.reason, answer);
 }
 
 }  // namespace xview

@@ -215,9 +215,7 @@ void Sequence::State::takeFused(const Query& query, const Verdict& verdict,
 /// The history may have led out of where this window may be.
 void Sequence::State::refuseOutsidePrior(const Query& query, Localization& fix) const {
   if (!fix.accepted() || localizer.priorAllows(query, fix.T_map_query)) return;
-  fix.status = Status::rejected;
-  fix.confidence = std::min(fix.confidence, 0.49);
-  fix.reason = "the place is outside of the prior; without it: " + fix.reason;
+  takeBack("the place is outside of the prior; without it: " + fix.reason, fix);
 }
 
 /// What the windows say together, if they are views from above.

@@ -22,7 +22,7 @@ constexpr double kAgreesLikeTrue = 2. / 3;
 // Fitted to 4200 queries from elsewhere in 360 maps of 700 vertices of generated towns; larger maps
 // and dense graphs of drives raise fewer.
 constexpr double kLeadOfOneAlarm = 1, kLeadPerFactorE = 3.25;  // [nats]
-// Density of false alarms over that of right places, at the same evidence.
+// Density of false alarms over that of right places, at the same lead.
 constexpr double kAlarmsPerRightPlace = 16;
 
 /// As if the query had 60 vertices.
