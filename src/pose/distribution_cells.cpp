@@ -4,6 +4,8 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <memory>
+#include <utility>
+
 #include "xview/types/median.h"
 
 namespace xview {
@@ -40,13 +42,19 @@ class GrowingDistributions {
   std::vector<Eigen::Matrix3f> squares_;
 };
 
-/// Information of a distribution about a position, less that of a cell of this side filled evenly.
-Eigen::Matrix3f surplusInformation(const Eigen::Matrix3f& covariance, float side, float variance) {
+/// Of what cells of ground tell within their surface: mostly how far it was seen.
+constexpr float kWithinGround = 0.1f;
+
+/// Information of a distribution about a position, less that of a cell of this side filled evenly,
+/// and so much of it within its surface.
+Eigen::Matrix3f surplusInformation(const Eigen::Matrix3f& covariance, float side, float variance,
+                                   float within) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3f> axes(0.5f *
                                                             (covariance + covariance.transpose()));
   const float even = 1 / (side * side / 12 + variance);
   const Eigen::Array3f spread = axes.eigenvalues().array().max(0.f) + variance;
-  const Eigen::Vector3f information = (spread.inverse() - even).max(0.f);
+  Eigen::Vector3f information = (spread.inverse() - even).max(0.f);
+  information.tail<2>() *= within;
   return axes.eigenvectors() * information.asDiagonal() * axes.eigenvectors().transpose();
 }
 
@@ -73,6 +81,11 @@ std::uint32_t matchingGroup(const LabelSet& labels, std::uint32_t label) {
   if (kind == Kind::lane_marking) return static_cast<std::uint32_t>(Kind::road);
   if (kind == Kind::other_object || kind == Kind::other_surface) return kFirstOtherGroup + label;
   return static_cast<std::uint32_t>(kind);
+}
+
+std::optional<Kind> kindOf(std::uint32_t group) {
+  if (group >= static_cast<std::uint32_t>(Kind::none)) return std::nullopt;
+  return static_cast<Kind>(group);
 }
 
 DistributionCells::DistributionCells(const LabelledCloud& map, const LabelSet& labels,
@@ -160,7 +173,9 @@ DistributionTable DistributionCells::makeTable(const Tile& tile) const {
     });
   for (std::size_t i = 0; i < growing.size(); ++i) {
     Distribution& d = growing.table().distributions()[i];
-    d.information = surplusInformation(growing.covariance(i), side_, variance_);
+    const std::optional<Kind> kind = kindOf(d.key.group);
+    const float within = kind && isGround(*kind) ? kWithinGround : 1;
+    d.information = surplusInformation(growing.covariance(i), side_, variance_, within);
     d.view = views_.directionFrom(map_.origin + d.mean.cast<double>());
   }
   growing.table().mark(kFewestPoints);

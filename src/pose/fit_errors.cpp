@@ -111,24 +111,19 @@ Matrix6d covarianceOfDrift(const PulledFit& fit, const Registration& registratio
   return covariance;
 }
 
-/// The given pose is right in the plane to its trust.
+/// The given pose is right in the plane to its trust, or so much worse.
 Matrix6d covarianceOfGivenPose(const PulledFit& fit) {
   Vector6d trusted = fit.priors.H.diagonal().head<6>();
   trusted.segment<3>(2).setZero();
   const Matrix6d held = fit.last_rows.leftCols<6>();
-  return held * trusted.asDiagonal() * held.transpose();
+  return E::kGiven * E::kGiven * held * trusted.asDiagonal() * held.transpose();
 }
 
-/// Along what points hardly tell, the nearest distributions may all be wrong ones: a part of what
-/// trust in the points leaves open in the plane is open, however well they fit. Height and tilt are
-/// open only where points that are worth much more would say nothing.
+/// What is open where points that are worth much more would say nothing.
 Matrix6d covarianceLeftOpen(const PulledFit& fit) {
-  Vector6d part = Vector6d::Zero();
-  part(0) = part(1) = part(5) = E::kOpen;
-  const Matrix6d trusted = fit.last_rows.leftCols<6>();
   const Eigen::MatrixXd H = E::kWorth * fit.all.H + (1 - E::kWorth) * fit.priors.H;
   const Eigen::MatrixXd least = H.ldlt().solve(Eigen::MatrixXd::Identity(H.rows(), 6));
-  return Matrix6d(part.asDiagonal() * trusted * part.asDiagonal()) + Matrix6d(least.topRows<6>());
+  return least.topRows<6>();
 }
 
 /// Turns an increment of a pose about its own sensor into one about the last sensor.

@@ -13,8 +13,8 @@ constexpr int kFewestBlocks = 6;
 /// jitter.
 constexpr double kWidest_m = 0.05, kWidest_rad = 0.005;
 /// Points pull at a pose that much less than it is off, because other distributions become the
-/// nearest ones: across level ground little less. Measured on simulated jitter and drift.
-constexpr double kGivesWay = 3.5, kGivesWayOnGround = 1.5;
+/// nearest ones: across level ground less so. Measured on simulated jitter and drift.
+constexpr double kGivesWay = 3, kGivesWayOnGround = 2.25;
 
 using AxisSums = Eigen::Array<double, 6, 1>;
 

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <optional>
 
 namespace xview {
 namespace {
@@ -19,18 +21,43 @@ QueryPoint queryPoint(const RefineQuery& query, const LabelSet& labels, std::siz
   return q;
 }
 
+/// What a point tells of the place along a street, against what it misleads: most of what one sees
+/// is ground, alike wherever one stands, and few things are as sharp as posts.
+double worthOf(std::uint32_t group) {
+  constexpr double kGround = 1.0 / 3, kPost = 3;
+  const std::optional<Kind> kind = kindOf(group);
+  if (!kind) return 1;
+  return isGround(*kind) ? kGround : isPoleLike(*kind) ? kPost : 1;
+}
+
+/// Some of the points of every group, by number and worth, in the order of the cloud.
+std::vector<std::size_t> fairShares(const std::map<std::uint32_t, std::vector<std::size_t>>& groups,
+                                    int max_points) {
+  double worth = 0;
+  for (const auto& [group, points] : groups)
+    worth += worthOf(group) * static_cast<double>(points.size());
+  std::vector<std::size_t> shares;
+  for (const auto& [group, points] : groups) {
+    const double share = worthOf(group) * static_cast<double>(points.size()) / worth;
+    const auto some = evenlySpread(points, static_cast<std::size_t>(std::ceil(max_points * share)));
+    shares.insert(shares.end(), some.begin(), some.end());
+  }
+  std::sort(shares.begin(), shares.end());
+  return shares;
+}
+
 }  // namespace
 
 std::vector<QueryPoint> choosePoints(const RefineQuery& query, const LabelSet& labels,
                                      int max_points) {
-  std::vector<std::size_t> usable;
+  std::map<std::uint32_t, std::vector<std::size_t>> groups;
   for (std::size_t i = 0; i < query.cloud.size(); ++i) {
     const pcl::PointXYZL& point = query.cloud.points[i];
-    if (matchingGroup(labels, point.label) != kNoGroup && point.getVector3fMap().allFinite())
-      usable.push_back(i);
+    const std::uint32_t group = matchingGroup(labels, point.label);
+    if (group != kNoGroup && point.getVector3fMap().allFinite()) groups[group].push_back(i);
   }
   std::vector<QueryPoint> chosen;
-  for (const std::size_t i : evenlySpread(usable, static_cast<std::size_t>(max_points)))
+  for (const std::size_t i : fairShares(groups, max_points))
     chosen.push_back(queryPoint(query, labels, i));
   return chosen;
 }

@@ -30,7 +30,8 @@ std::vector<T> evenlySpread(const std::vector<T>& all, std::size_t count) {
   return chosen;
 }
 
-/// Points of static classes, at most so many, in the order of the cloud.
+/// Points of static classes, about so many at most, in the order of the cloud: fewer of ground and
+/// more of posts than the share that they have of it.
 std::vector<QueryPoint> choosePoints(const RefineQuery& query, const LabelSet& labels,
                                      int max_points);
 

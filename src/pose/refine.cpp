@@ -35,21 +35,16 @@ void descend(const std::vector<QueryPoint>& points, int iterations, Fit& fit) {
   if (fit.descent.valid) fit.cost = fit.registration.costOf(points, fit.descent.at);
 }
 
-Matrix6d covarianceOf(const Fit& fit, const std::vector<QueryPoint>& points,
-                      const Eigen::Vector3d& other_sensor, double sigma_m, bool drifts) {
+Matrix6d covarianceOf(const Fit& fit, const std::vector<QueryPoint>& points, double sigma_m,
+                      bool drifts) {
   using E = RefinementErrors;
   Matrix6d covariance = fitCovariance(fit.registration, points, fit.descent.at, sigma_m, drifts);
-  const Eigen::Vector3d apart =
-      E::kOtherAnswer * (other_sensor - fit.registration.sensorOf(fit.descent.at));
-  covariance.topLeftCorner<3, 3>() += apart * apart.transpose();
   const double looks = std::sqrt(static_cast<double>(fit.registration.poseCount()));
   const double floor_m = std::hypot(E::kFloor_m, E::kLook_m / looks),
                floor_rad = std::hypot(E::kFloor_rad, E::kLook_rad / looks);
-  const double level_m = std::hypot(floor_m, E::kCommon * sigma_m);
-  covariance.diagonal() +=
-      (Vector6d() << level_m, level_m, floor_m, Eigen::Vector3d::Constant(floor_rad))
-          .finished()
-          .cwiseAbs2();
+  covariance.diagonal().head<3>().array() += floor_m * floor_m;
+  covariance.diagonal().head<2>().array() += std::pow(E::kCommon * sigma_m, 2);
+  covariance.diagonal().tail<3>().array() += floor_rad * floor_rad;
   return 0.5 * (covariance + covariance.transpose());
 }
 
@@ -71,18 +66,16 @@ Refinement refine(const DistributionMap& map, const RefineQuery& query, const La
   if (more.canDrift()) descend(points, options.iterations, drifting);
   const bool drifts = drifting.descent.valid &&
                       (!steady.descent.valid || steady.cost - drifting.cost > kShownDrift);
-  const Fit &best = drifts ? drifting : steady, &other = drifts ? steady : drifting;
+  const Fit& best = drifts ? drifting : steady;
   const Registration::Descent& d = best.descent;
   if (!d.valid) return result;
   result.T_map_query = d.at.T_map_query;
   result.iterations = d.iterations;
   result.overlap = static_cast<double>(d.last.partners) / static_cast<double>(points.size());
   result.scale = best.registration.scaleOf(d.at);
-  const Eigen::Vector3d elsewhere =
-      other.registration.sensorOf(other.descent.valid ? other.descent.at : d.at);
   // The noise of the map is there where that of the query is not known, too.
   const double sigma_m = std::hypot(query.sigma_m, DistributionCells::of(map).noise());
-  result.covariance = covarianceOf(best, points, elsewhere, sigma_m, drifts);
+  result.covariance = covarianceOf(best, points, sigma_m, drifts);
   const double shift = (result.T_map_query * sensor - T_map_query * sensor).norm();
   result.converged = shift <= options.max_shift_m;
   return result;

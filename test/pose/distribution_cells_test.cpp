@@ -114,6 +114,30 @@ TEST(DistributionCells, WithoutPointsHaveNothingNear) {
   EXPECT_EQ(cells.nearest({0, 0, 0}, matchingGroup(twoClasses(), kWall), 1), nullptr);
 }
 
+TEST(DistributionCells, OfGroundTellHardlyHowFarItWasSeen) {
+  const auto informationOf = [](Kind kind) {
+    LabelSet set("ground");
+    ClassInfo info;
+    info.id = kWall;
+    info.role = Role::surface;
+    info.kind = kind;
+    set.add(info);
+    LabelledCloud cloud;  // level, and it ends in the middle of the cell
+    Random random(6);
+    for (int i = 0; i < 500; ++i)
+      cloud.points.push_back({static_cast<float>(random.uniform(0, kSide / 2)),
+                              static_cast<float>(random.uniform(0, kSide)), 0.25F, kWall});
+    const DistributionCells cells(cloud, set, {}, options());
+    const Eigen::Matrix3f& all =
+        cells.nearest({0.1F, 0.2F, 0.25F}, matchingGroup(set, kWall), 0.5F)->information;
+    return Eigen::Vector2f(all(0, 0), all(2, 2));
+  };
+  const Eigen::Vector2f fence = informationOf(Kind::fence), road = informationOf(Kind::road);
+  EXPECT_GT(fence[0], 50);
+  EXPECT_NEAR(road[0], 0.1 * fence[0], 0.02 * fence[0]);
+  EXPECT_FLOAT_EQ(road[1], fence[1]) << "across the surface it tells as much";
+}
+
 TEST(DistributionCells, OfALargeMapKnowTheThicknessOfItsWalls) {
   const auto informationOf = [](double thickness_m) {
     Random random(5);

@@ -10,7 +10,7 @@
 namespace xview {
 namespace {
 
-constexpr double kGround = 1.5;  ///< ground moves a pose by that much less than it is off
+constexpr double kGround = 2.25;  ///< ground moves a pose by that much less than it is off
 
 /// Poses over level ground and between fronts, of `blocks` blocks each; every point errs on its own
 /// and every pose by a roll of this spread.

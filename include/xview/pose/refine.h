@@ -99,31 +99,30 @@ struct RefineQuery {
 };
 
 /// What the covariance is made of: how far each kind of error reaches the pose through the fit. Set
-/// on accepted windows of simulated towns with clean and with noisy depth, with and without added
-/// drift, by maximum likelihood, then to the wide side.
+/// by maximum likelihood on accepted windows of simulated towns with clean and with noisy depth,
+/// with and without added drift, and of scanners.
 struct RefinementErrors {
   /// Points of a block err together: of the spread of blocks.
-  static constexpr double kPoints = 0.7;
+  static constexpr double kPoints = 0.57;
   /// Between the sides of things that query and map saw, for all things of a kind.
-  static constexpr double kSide_m = 0.035;
+  static constexpr double kSide_m = 0.045;
   /// Of the drift and its turn that were presumed, and times as much where a window shows drift.
-  static constexpr double kDrift = 0.85, kDriftTurn = 0.45, kShownDrift = 2.5;
+  static constexpr double kDrift = 0.4, kDriftTurn = 0.2, kShownDrift = 4;
   /// All these double in variance where depth is known no better than this.
-  static constexpr double kKnownWell_m = 0.055;
-  /// Of what the trust in the points leaves open in the plane; and what is open even if they are
-  /// worth so much more.
-  static constexpr double kOpen = 0.2, kWorth = 1000;
+  static constexpr double kKnownWell_m = 0.07;
+  /// Of the depth error that all points have in common, in the plane.
+  static constexpr double kCommon = 0.03;
+  /// The given pose errs by so much more than its trust says.
+  static constexpr double kGiven = 2;
+  /// What points leave open that are worth so much more is open.
+  static constexpr double kWorth = 3000;
   /// Over so much it shows what is known along the way that is known least.
   static constexpr double kStep_m = 0.4;
   /// Cost that edges of cells make over such a step, per point of the query.
   static constexpr double kWaves = 0.02;
-  /// Of the depth error that all points have in common, in the plane.
-  static constexpr double kCommon = 0.1;
-  /// Of the way between the answers with little and with much drift.
-  static constexpr double kOtherAnswer = 0.25;
-  static constexpr double kFloor_m = 0.001, kFloor_rad = 0.0001;
+  static constexpr double kFloor_m = 0.0005, kFloor_rad = 0.00005;
   /// Of single looks in themselves, as by motion while a scanner turns.
-  static constexpr double kLook_m = 0.008, kLook_rad = 0.0003;
+  static constexpr double kLook_m = 0.001, kLook_rad = 0.00012;
 };
 
 struct Refinement {
