@@ -17,6 +17,11 @@ constexpr double kPairSigma_m = 0.5;  ///< of a pair of vertices, when nothing b
 /// its heights are those of ground seen from afar, and the last part of a window shows its
 /// direction no better.
 constexpr double kPlanSigma_m = 0.25, kPlanHeightSigma_m = 0.3, kPlanYawSigma_rad = 0.01;
+/// Of the plan registered around the last pose: it was seen some 25 m before, from where the
+/// odometry has drifted since; across the way and in height little is open. Tilt is that of the
+/// odometry.
+constexpr double kPlanAlong_m = 0.25, kPlanAcross_m = 0.11, kPlanUp_m = 0.12,
+                 kPlanTilt_rad = 0.0025, kPlanTurn_rad = 0.0065;
 constexpr double kScoreKept =
     0.25;  ///< share of its score that a pose must keep when the clouds move it
 
@@ -40,6 +45,28 @@ Eigen::Matrix<double, 6, 1> planVariances() {
   Eigen::Matrix<double, 6, 1> sigma;
   sigma << kPlanSigma_m, kPlanSigma_m, kPlanHeightSigma_m, 0, 0, kPlanYawSigma_rad;
   return sigma.cwiseAbs2();
+}
+
+/// Level direction of the last metres of travel, map frame; zero if it stood.
+Eigen::Vector3d recentTravel(const Query& query, const Eigen::Isometry3d& T_map_query) {
+  constexpr double kEnough_m = 2;
+  const Eigen::Vector3d last = query.poses.back().translation();
+  for (std::size_t i = query.poses.size(); i-- > 0;) {
+    Eigen::Vector3d way = T_map_query.linear() * (last - query.poses[i].translation());
+    way.z() = 0;
+    if (way.norm() > kEnough_m) return way.normalized();
+  }
+  return Eigen::Vector3d::Zero();
+}
+
+Matrix6d registeredPlanCovariance(const Eigen::Vector3d& travel, double up_sigma_rad) {
+  const double tilt_rad = std::hypot(kPlanTilt_rad, up_sigma_rad);
+  Eigen::Matrix<double, 6, 1> sigma;
+  sigma << kPlanAcross_m, kPlanAcross_m, kPlanUp_m, tilt_rad, tilt_rad, kPlanTurn_rad;
+  Matrix6d covariance = sigma.cwiseAbs2().asDiagonal();
+  covariance.topLeftCorner<3, 3>() +=
+      (kPlanAlong_m * kPlanAlong_m - kPlanAcross_m * kPlanAcross_m) * travel * travel.transpose();
+  return covariance;
 }
 
 }  // namespace
@@ -97,7 +124,7 @@ void PoseRefinement::useClouds(const Query& query, const PlanQuery& recent, doub
 }
 
 /// Where single points are known too badly, their averages seen from above are left.
-void PoseRefinement::usePlan(const Query& query, const PlanQuery& recent,
+void PoseRefinement::usePlan(const Query& query, const PlanQuery& recent, double up_sigma_rad,
                              Localization& answer) const {
   Eigen::Isometry3d& best = answer.hypotheses[0].T_map_query;
   const auto T = plan_.align(query.plan, query.poses.back().translation(), best);
@@ -105,6 +132,7 @@ void PoseRefinement::usePlan(const Query& query, const PlanQuery& recent,
       !keepsScore(recent, best, *T, kScoreKept))
     return;
   best = *T;
+  answer.covariance = registeredPlanCovariance(recentTravel(query, best), up_sigma_rad);
 }
 
 void PoseRefinement::refine(const Query& query, const PlanQuery& plan_query, double up_sigma_rad,
@@ -123,7 +151,7 @@ void PoseRefinement::refine(const Query& query, const PlanQuery& plan_query, dou
   if (!query.cloud.empty() && distributions_)
     useClouds(query, recent, up_sigma_rad, answer);
   else if (!recent.empty())
-    usePlan(query, recent, answer);
+    usePlan(query, recent, up_sigma_rad, answer);
   answer.timing_ms.emplace_back("refine", watch.lap_ms());
 }
 

@@ -30,7 +30,8 @@ class PoseRefinement {
   void useRecentPart(const Query& query, const PlanQuery& recent, Localization& answer) const;
   void useClouds(const Query& query, const PlanQuery& recent, double up_sigma_rad,
                  Localization& answer) const;
-  void usePlan(const Query& query, const PlanQuery& recent, Localization& answer) const;
+  void usePlan(const Query& query, const PlanQuery& recent, double up_sigma_rad,
+               Localization& answer) const;
 
   const SemanticMap& map_;
   const PlanPlaces* places_;
