@@ -2,7 +2,6 @@
 #include "fit_errors.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -172,40 +171,18 @@ Matrix6d covarianceOfJitter(const PulledFit& fit, const Registration& registrati
   return covariance;
 }
 
-/// Along a bare wall one distribution follows the other, and the fit is held by the edges of their
-/// cells only. What is known along the way that is known least shows over a step: how much worse
-/// points fit there, beyond what edges do. Adds the variance that is missing.
-void openWay(const Registration& registration, const std::vector<QueryPoint>& points,
-             const Estimate& at, double cost_here, Matrix6d& covariance) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(
-      Eigen::Matrix2d(covariance.topLeftCorner<2, 2>()));
-  const Eigen::Vector2d way = axes.eigenvectors().col(1);
-  const double waves = E::kWaves * static_cast<double>(points.size());
-  double rise = INFINITY;
-  for (const double step : {-E::kStep_m, E::kStep_m}) {
-    Estimate there = at;
-    there.T_map_query.pretranslate(Eigen::Vector3d(step * way.x(), step * way.y(), 0));
-    rise = std::min(rise, registration.costOf(points, there) - cost_here);
-  }
-  const double information =
-      std::max(0.0, 2 * registration.trust() * (rise - waves) / (E::kStep_m * E::kStep_m));
-  const double variance = 1 / (information + 1 / (E::kStep_m * E::kStep_m));
-  const double missing = std::max(0.0, variance - axes.eigenvalues()[1]);
-  covariance.topLeftCorner<2, 2>() += missing * way * way.transpose();
-}
-
 }  // namespace
 
 Matrix6d fitCovariance(const Registration& registration, const std::vector<QueryPoint>& points,
                        const Estimate& at, double sigma_m, bool drift_shown) {
   const PulledFit fit = pulledFit(registration, points, at);
   const double known = 1 + std::pow(sigma_m / E::kKnownWell_m, 2);
-  Matrix6d covariance = known * (covarianceOfPoints(fit) + covarianceOfSides(fit) +
-                                 covarianceOfDrift(fit, registration, drift_shown)) +
-                        covarianceOfGivenPose(fit) + covarianceLeftOpen(fit) +
-                        covarianceOfJitter(fit, registration, at);
-  openWay(registration, points, at, fit.evidence.cost, covariance);
-  return covariance;
+  const double bent = 1 + std::pow(E::kBent / registration.trust(), 4);
+  return known * bent *
+             (covarianceOfPoints(fit) + covarianceOfSides(fit) +
+              covarianceOfDrift(fit, registration, drift_shown)) +
+         covarianceOfGivenPose(fit) + covarianceLeftOpen(fit) +
+         covarianceOfJitter(fit, registration, at);
 }
 
 }  // namespace xview

@@ -18,20 +18,20 @@ constexpr double kShownDrift = 50;  ///< by so much points must fit better with 
 /// A window under one presumption.
 struct Fit {
   Registration registration;
-  Estimate start;
+  Registration::Start start;
   Registration::Descent descent;
   double cost = INFINITY;  ///< of the points, without what was presumed
 };
 
 Fit startedFit(Registration registration, const std::vector<QueryPoint>& points, bool search) {
   Fit fit{std::move(registration), {}, {}};
-  fit.start = fit.registration.start();
-  if (search) fit.start = fit.registration.bestStart(points, fit.start);
+  fit.start.at = fit.registration.start();
+  if (search) fit.start = fit.registration.likelyStart(points, fit.start.at);
   return fit;
 }
 
 void descend(const std::vector<QueryPoint>& points, int iterations, Fit& fit) {
-  fit.descent = fit.registration.descend(points, fit.start, iterations, true);
+  fit.descent = fit.registration.descend(points, fit.start.at, iterations, true);
   if (fit.descent.valid) fit.cost = fit.registration.costOf(points, fit.descent.at);
 }
 
@@ -43,6 +43,7 @@ Matrix6d covarianceOf(const Fit& fit, const std::vector<QueryPoint>& points, dou
   const double floor_m = std::hypot(E::kFloor_m, E::kLook_m / looks),
                floor_rad = std::hypot(E::kFloor_rad, E::kLook_rad / looks);
   covariance.diagonal().head<3>().array() += floor_m * floor_m;
+  covariance.topLeftCorner<3, 3>() += E::kStarts * E::kStarts * fit.start.open;
   covariance.diagonal().head<2>().array() += std::pow(E::kCommon * sigma_m, 2);
   covariance.diagonal().tail<3>().array() += floor_rad * floor_rad;
   return 0.5 * (covariance + covariance.transpose());
@@ -62,7 +63,8 @@ Refinement refine(const DistributionMap& map, const RefineQuery& query, const La
   descend(points, 1 + 2 * options.iterations / 3, steady);
   const Registration more{map, query, T_map_query, points, options, {1, kTolerance}};
   Fit drifting = startedFit(more, points, false);
-  drifting.start.T_map_query = steady.start.T_map_query;
+  drifting.start.at.T_map_query = steady.start.at.T_map_query;
+  drifting.start.open = steady.start.open;
   if (more.canDrift()) descend(points, options.iterations, drifting);
   const bool drifts = drifting.descent.valid &&
                       (!steady.descent.valid || steady.cost - drifting.cost > kShownDrift);

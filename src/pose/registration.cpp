@@ -30,6 +30,33 @@ Eigen::Isometry3d turnedAbout(const Eigen::Vector3d& about, const Vector6d& by) 
   return motion;
 }
 
+/// Where a start leads to.
+struct Arrival {
+  Estimate at;
+  Eigen::Vector3d sensor;
+  double cost;  ///< -2 log likelihood
+};
+
+Registration::Start meanOf(const std::vector<Arrival>& arrivals) {
+  const auto by_cost = [](const Arrival& a, const Arrival& b) { return a.cost < b.cost; };
+  const Arrival& best = *std::min_element(arrivals.begin(), arrivals.end(), by_cost);
+  double weight = 0;
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
+  for (const Arrival& a : arrivals) {
+    const double likelihood = std::exp(0.5 * (best.cost - a.cost));
+    Eigen::Vector3d away = a.sensor - best.sensor;
+    away.z() = 0;
+    weight += likelihood;
+    sum += likelihood * away;
+    squares += likelihood * away * away.transpose();
+  }
+  const Eigen::Vector3d mean = sum / weight;
+  Registration::Start start{best.at, squares / weight - mean * mean.transpose()};
+  start.at.T_map_query.pretranslate(mean);
+  return start;
+}
+
 }  // namespace
 
 Registration::Registration(const DistributionMap& map, const RefineQuery& query,
@@ -212,27 +239,23 @@ Registration::Descent Registration::descend(const std::vector<QueryPoint>& point
   return result;
 }
 
-Estimate Registration::bestStart(const std::vector<QueryPoint>& points, const Estimate& start) {
+Registration::Start Registration::likelyStart(const std::vector<QueryPoint>& points,
+                                              const Estimate& start) {
   constexpr std::size_t kPoints = 1000;
   constexpr int kIterations = 8, kToEachSide = 2;
   const std::vector<QueryPoint> few = evenlySpread(points, kPoints);
   const NormalEquations here = assemble(look(few, start, {options_.first_gate_m, 1}), start);
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(here.H.topLeftCorner<2, 2>());
   const Eigen::Vector2d along = axes.eigenvectors().col(0);
-  Estimate best = start;
-  double best_cost = INFINITY;
+  std::vector<Arrival> arrivals;
   for (int k = -kToEachSide; k <= kToEachSide; ++k) {
     Estimate from = start;
     from.T_map_query.translation().head<2>() += options_.start_reach_m * k / kToEachSide * along;
     const Descent d = descend(few, from, kIterations, false);
-    if (!d.valid) continue;
-    const double cost = assemble(look(few, d.at, lastScope()), d.at).cost;
-    if (cost < best_cost) {
-      best_cost = cost;
-      best = d.at;
-    }
+    if (d.valid)
+      arrivals.push_back({d.at, sensorOf(d.at), assemble(look(few, d.at, lastScope()), d.at).cost});
   }
-  return best;
+  return arrivals.empty() ? Start{start} : meanOf(arrivals);
 }
 
 /// Points of one block err together: how far the pulls of blocks spread, against what points that

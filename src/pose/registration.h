@@ -80,8 +80,14 @@ class Registration {
   /// `measure`: finds out on the way what a point is worth.
   Descent descend(const std::vector<QueryPoint>& points, const Estimate& start, int iterations,
                   bool measure);
-  /// Along a street little tells how far: places to both sides are tried with few points.
-  Estimate bestStart(const std::vector<QueryPoint>& points, const Estimate& start);
+  struct Start {
+    Estimate at;
+    Eigen::Matrix3d open = Eigen::Matrix3d::Zero();  ///< covariance of where one may start as well
+  };
+  /// Along a street little tells how far: few points go from places to both sides, and the start is
+  /// the mean of where they get to, by likelihood. Where they agree that is the best one; where the
+  /// street shows nothing it is the middle, and `open` is wide.
+  Start likelyStart(const std::vector<QueryPoint>& points, const Estimate& start);
 
   Estimate start() const { return {given_, Eigen::VectorXd::Zero(chain_.size())}; }
   bool canDrift() const { return chain_.knots() > 0; }
