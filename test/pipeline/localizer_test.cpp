@@ -162,6 +162,24 @@ TEST(Localizer, ErrorsStayWithinThreeSigma) {
   }
 }
 
+TEST(Localizer, WithoutPointsThePoseIsOpenAlongTheWay) {
+  const auto& drive = simulatedDrive();
+  Query query = drive.query("rear", 10, 40);
+  query.cloud = {};
+  query.cloud_seen_from.clear();
+  const Localization fix = Localizer(drive.map, {}).localize(query);
+  ASSERT_EQ(fix.status, Status::accepted) << fix.reason;
+  EXPECT_LT(errorOf(fix, "rear", 39), 0.75);
+  Eigen::Vector3d way = fix.T_map_query.linear() *
+                        (query.poses.back().translation() - (query.poses.end() - 4)->translation());
+  way.z() = 0;
+  way.normalize();
+  const Eigen::Vector3d side(-way.y(), way.x(), 0);
+  const Eigen::Matrix3d position = fix.covariance.topLeftCorner<3, 3>();
+  EXPECT_NEAR(std::sqrt(way.dot(position * way)), 0.25, 0.02);
+  EXPECT_NEAR(std::sqrt(side.dot(position * side)), 0.11, 0.03);
+}
+
 TEST(Localizer, APriorElsewhereLeavesNoAcceptedPose) {
   const auto& drive = simulatedDrive();
   const Eigen::Vector3d truth = drive.sessions.at("rear")->truth(39).translation();

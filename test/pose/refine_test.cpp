@@ -482,6 +482,21 @@ TEST(DistributionMap, AnswersDoNotDependOnEarlierQuestionsNorOnThreads) {
   }
 }
 
+TEST(Refine, CovarianceOfABentScanIsWide) {
+  const DistributionMap map = distributions(mapCloud());
+  Street street(2);
+  street.everything(1500);
+  const auto sigma = [&](float bend_m) {
+    LabelledCloud cloud = street.cloud();
+    for (pcl::PointXYZL& p : cloud.points) p.y += bend_m * std::sin(p.x / 4);
+    const Refinement r = refineAt(map, cloud, nudge(0, 0, 0, 0), {0, 0, 1.5});
+    EXPECT_TRUE(r.converged);
+    return std::sqrt(r.covariance(1, 1));
+  };
+  EXPECT_LT(sigma(0), 0.01);
+  EXPECT_GT(sigma(0.3F), 0.17) << "much more than its points spread";
+}
+
 TEST(Refine, AStreetThatTellsNothingLengthwiseLeavesThePlaceAlongItOpen) {
   Street map_street(1), query_street(2);
   map_street.ground(40000);

@@ -103,15 +103,15 @@ struct RefineQuery {
 /// with and without added drift, and of scanners.
 struct RefinementErrors {
   /// Points of a block err together: of the spread of blocks.
-  static constexpr double kPoints = 0.55;
+  static constexpr double kPoints = 0.65;
   /// Between the sides of things that query and map saw, for all things of a kind.
-  static constexpr double kSide_m = 0.035;
+  static constexpr double kSide_m = 0.037;
   /// Of the drift and its turn that were presumed, and times as much where a window shows drift.
-  static constexpr double kDrift = 0.34, kDriftTurn = 0.17, kShownDrift = 4;
+  static constexpr double kDrift = 0.4, kDriftTurn = 0.2, kShownDrift = 4;
   /// All these double in variance where depth is known no better than this,
-  static constexpr double kKnownWell_m = 0.07;
-  /// and where points fit so badly that they are worth only this; quickly more below. Bent scans
-  /// do.
+  static constexpr double kKnownWell_m = 0.1;
+  /// and where points fit so badly that an independent one is worth this much of itself; below that
+  /// quickly more. Those of bent scans do.
   static constexpr double kBent = 0.033;
   /// Of the depth error that all points have in common, in the plane.
   static constexpr double kCommon = 0.03;
@@ -121,7 +121,7 @@ struct RefinementErrors {
   static constexpr double kWorth = 3000;
   /// Of how far starts to both sides end apart, along a street that shows nothing lengthwise.
   static constexpr double kStarts = 0.7;
-  static constexpr double kFloor_m = 0.0005, kFloor_rad = 0.00005;
+  static constexpr double kFloor_m = 0.0005, kFloor_rad = 0.00008;
   /// Of single looks in themselves, as by motion while a scanner turns.
   static constexpr double kLook_m = 0.001, kLook_rad = 0.00012;
 };
