@@ -21,8 +21,8 @@ constexpr double kPairSigma_m = 0.5;  ///< of a pair of vertices, when nothing b
 /// direction no better.
 constexpr double kPlanSigma_m = 0.25, kPlanHeightSigma_m = 0.3, kPlanYawSigma_rad = 0.01;
 /// Of the plan registered around the last pose, from kPlanSeenFrom_m above the ground; from higher
-/// it errs with the square, as depth does. It was seen some 25 m before, from where the odometry has
-/// drifted since; across the way and in height little is open. Tilt is that of the odometry.
+/// it errs with the square, as depth does. It was seen some 25 m before, from where the odometry
+/// has drifted since; across the way and in height little is open. Tilt is that of the odometry.
 constexpr double kPlanSeenFrom_m = 45;
 constexpr double kPlanAlong_m = 0.25, kPlanAcross_m = 0.11, kPlanUp_m = 0.12,
                  kPlanTilt_rad = 0.0025, kPlanTurn_rad = 0.0065;
