@@ -83,9 +83,8 @@ std::uint32_t matchingGroup(const LabelSet& labels, std::uint32_t label) {
   return static_cast<std::uint32_t>(kind);
 }
 
-std::optional<Kind> kindOf(std::uint32_t group) {
-  if (group >= static_cast<std::uint32_t>(Kind::none)) return std::nullopt;
-  return static_cast<Kind>(group);
+Kind kindOf(std::uint32_t group) {
+  return group < kFirstOtherGroup ? static_cast<Kind>(group) : Kind::none;
 }
 
 DistributionCells::DistributionCells(const LabelledCloud& map, const LabelSet& labels,
@@ -173,8 +172,7 @@ DistributionTable DistributionCells::makeTable(const Tile& tile) const {
     });
   for (std::size_t i = 0; i < growing.size(); ++i) {
     Distribution& d = growing.table().distributions()[i];
-    const std::optional<Kind> kind = kindOf(d.key.group);
-    const float within = kind && isGround(*kind) ? kWithinGround : 1;
+    const float within = isGround(kindOf(d.key.group)) ? kWithinGround : 1;
     d.information = surplusInformation(growing.covariance(i), side_, variance_, within);
     d.view = views_.directionFrom(map_.origin + d.mean.cast<double>());
   }

@@ -6,7 +6,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
-#include <optional>
 #include <vector>
 
 #include "distribution_table.h"
@@ -22,7 +21,7 @@ constexpr std::uint32_t kNoGroup = 0xFFFFFFFF;
 /// markings lie on the road. kNoGroup for what moves and what is ignored.
 std::uint32_t matchingGroup(const LabelSet& labels, std::uint32_t label);
 /// Of a group; none for a class of its own.
-std::optional<Kind> kindOf(std::uint32_t group);
+Kind kindOf(std::uint32_t group);
 
 /// The distributions of a map, made tile by tile where they are asked for. What a tile holds
 /// depends on the map alone, so neither the order of the questions nor threads change an answer.

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <optional>
 
 namespace xview {
 namespace {
@@ -25,9 +24,8 @@ QueryPoint queryPoint(const RefineQuery& query, const LabelSet& labels, std::siz
 /// is ground, alike wherever one stands, and few things are as sharp as posts.
 double worthOf(std::uint32_t group) {
   constexpr double kGround = 1.0 / 3, kPost = 3;
-  const std::optional<Kind> kind = kindOf(group);
-  if (!kind) return 1;
-  return isGround(*kind) ? kGround : isPoleLike(*kind) ? kPost : 1;
+  const Kind kind = kindOf(group);
+  return isGround(kind) ? kGround : isPoleLike(kind) ? kPost : 1;
 }
 
 /// Some of the points of every group, by number and worth, in the order of the cloud.

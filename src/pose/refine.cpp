@@ -18,32 +18,25 @@ constexpr double kShownDrift = 50;  ///< by so much points must fit better with 
 /// A window under one presumption.
 struct Fit {
   Registration registration;
-  Registration::Start start;
   Registration::Descent descent;
   double cost = INFINITY;  ///< of the points, without what was presumed
 };
 
-Fit startedFit(Registration registration, const std::vector<QueryPoint>& points, bool search) {
-  Fit fit{std::move(registration), {}, {}};
-  fit.start.at = fit.registration.start();
-  if (search) fit.start = fit.registration.likelyStart(points, fit.start.at);
-  return fit;
-}
-
-void descend(const std::vector<QueryPoint>& points, int iterations, Fit& fit) {
-  fit.descent = fit.registration.descend(points, fit.start.at, iterations, true);
+void descend(const std::vector<QueryPoint>& points, const Estimate& start, int iterations,
+             Fit& fit) {
+  fit.descent = fit.registration.descend(points, start, iterations, true);
   if (fit.descent.valid) fit.cost = fit.registration.costOf(points, fit.descent.at);
 }
 
-Matrix6d covarianceOf(const Fit& fit, const std::vector<QueryPoint>& points, double sigma_m,
-                      bool drifts) {
+Matrix6d covarianceOf(const Fit& fit, const Eigen::Matrix3d& start_open,
+                      const std::vector<QueryPoint>& points, double sigma_m, bool drifts) {
   using E = RefinementErrors;
   Matrix6d covariance = fitCovariance(fit.registration, points, fit.descent.at, sigma_m, drifts);
   const double looks = std::sqrt(static_cast<double>(fit.registration.poseCount()));
   const double floor_m = std::hypot(E::kFloor_m, E::kLook_m / looks),
                floor_rad = std::hypot(E::kFloor_rad, E::kLook_rad / looks);
   covariance.diagonal().head<3>().array() += floor_m * floor_m;
-  covariance.topLeftCorner<3, 3>() += E::kStarts * E::kStarts * fit.start.open;
+  covariance.topLeftCorner<3, 3>() += E::kStarts * E::kStarts * start_open;
   covariance.diagonal().head<2>().array() += std::pow(E::kCommon * sigma_m, 2);
   covariance.diagonal().tail<3>().array() += floor_rad * floor_rad;
   return 0.5 * (covariance + covariance.transpose());
@@ -58,14 +51,14 @@ Refinement refine(const DistributionMap& map, const RefineQuery& query, const La
   const std::vector<QueryPoint> points = choosePoints(query, labels, options.max_points);
   if (points.size() < kFewestPartners) return result;
   const Eigen::Vector3d sensor = query.poses.back().translation();
-  const Registration few{map, query, T_map_query, points, options, {kSteady, 1}};
-  Fit steady = startedFit(few, points, options.start_reach_m > 0);
-  descend(points, 1 + 2 * options.iterations / 3, steady);
-  const Registration more{map, query, T_map_query, points, options, {1, kTolerance}};
-  Fit drifting = startedFit(more, points, false);
-  drifting.start.at.T_map_query = steady.start.at.T_map_query;
-  drifting.start.open = steady.start.open;
-  if (more.canDrift()) descend(points, options.iterations, drifting);
+  Fit steady{{map, query, T_map_query, points, options, {kSteady, 1}}, {}};
+  Registration::Start start{steady.registration.start()};
+  if (options.start_reach_m > 0) start = steady.registration.likelyStart(points);
+  descend(points, start.at, 1 + 2 * options.iterations / 3, steady);
+  Fit drifting{{map, query, T_map_query, points, options, {1, kTolerance}}, {}};
+  Estimate undrifted = drifting.registration.start();
+  undrifted.T_map_query = start.at.T_map_query;
+  if (drifting.registration.canDrift()) descend(points, undrifted, options.iterations, drifting);
   const bool drifts = drifting.descent.valid &&
                       (!steady.descent.valid || steady.cost - drifting.cost > kShownDrift);
   const Fit& best = drifts ? drifting : steady;
@@ -77,7 +70,7 @@ Refinement refine(const DistributionMap& map, const RefineQuery& query, const La
   result.scale = best.registration.scaleOf(d.at);
   // The noise of the map is there where that of the query is not known, too.
   const double sigma_m = std::hypot(query.sigma_m, DistributionCells::of(map).noise());
-  result.covariance = covarianceOf(best, points, sigma_m, drifts);
+  result.covariance = covarianceOf(best, start.open, points, sigma_m, drifts);
   const double shift = (result.T_map_query * sensor - T_map_query * sensor).norm();
   result.converged = shift <= options.max_shift_m;
   return result;

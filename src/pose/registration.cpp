@@ -239,23 +239,23 @@ Registration::Descent Registration::descend(const std::vector<QueryPoint>& point
   return result;
 }
 
-Registration::Start Registration::likelyStart(const std::vector<QueryPoint>& points,
-                                              const Estimate& start) {
+Registration::Start Registration::likelyStart(const std::vector<QueryPoint>& points) {
   constexpr std::size_t kPoints = 1000;
   constexpr int kIterations = 8, kToEachSide = 2;
   const std::vector<QueryPoint> few = evenlySpread(points, kPoints);
-  const NormalEquations here = assemble(look(few, start, {options_.first_gate_m, 1}), start);
+  const Estimate given = start();
+  const NormalEquations here = assemble(look(few, given, {options_.first_gate_m, 1}), given);
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(here.H.topLeftCorner<2, 2>());
   const Eigen::Vector2d along = axes.eigenvectors().col(0);
   std::vector<Arrival> arrivals;
   for (int k = -kToEachSide; k <= kToEachSide; ++k) {
-    Estimate from = start;
+    Estimate from = given;
     from.T_map_query.translation().head<2>() += options_.start_reach_m * k / kToEachSide * along;
     const Descent d = descend(few, from, kIterations, false);
     if (d.valid)
       arrivals.push_back({d.at, sensorOf(d.at), assemble(look(few, d.at, lastScope()), d.at).cost});
   }
-  return arrivals.empty() ? Start{start} : meanOf(arrivals);
+  return arrivals.empty() ? Start{given} : meanOf(arrivals);
 }
 
 /// Points of one block err together: how far the pulls of blocks spread, against what points that

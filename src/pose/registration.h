@@ -87,7 +87,7 @@ class Registration {
   /// Along a street little tells how far: few points go from places to both sides, and the start is
   /// the mean of where they get to, by likelihood. Where they agree that is the best one; where the
   /// street shows nothing it is the middle, and `open` is wide.
-  Start likelyStart(const std::vector<QueryPoint>& points, const Estimate& start);
+  Start likelyStart(const std::vector<QueryPoint>& points);
 
   Estimate start() const { return {given_, Eigen::VectorXd::Zero(chain_.size())}; }
   bool canDrift() const { return chain_.knots() > 0; }

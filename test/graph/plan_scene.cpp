@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "support/label_sets.h"
+
 namespace xview::test {
 namespace {
 
@@ -21,20 +23,13 @@ std::vector<double> steps(double from, double to) {
 }  // namespace
 
 LabelSet planLabels() {
-  LabelSet set("plan");
-  const auto add = [&set](std::uint32_t id, Role role, Kind kind) {
-    ClassInfo info;
-    info.id = id;
-    info.name = toString(kind);
-    info.role = role;
-    info.kind = kind;
-    set.add(info);
-  };
+  std::vector<StatedClass> classes;
   for (std::uint32_t k = 0; k < static_cast<std::uint32_t>(Kind::none); ++k) {
-    add(k, Role::surface, static_cast<Kind>(k));
+    const Kind kind = static_cast<Kind>(k);
+    classes.push_back({k, toString(kind), Role::surface, kind});
   }
-  add(kIgnoredLabel, Role::ignored, Kind::none);
-  return set;
+  classes.push_back({kIgnoredLabel, toString(Kind::none), Role::ignored, Kind::none});
+  return labelSetOf("plan", classes);
 }
 
 PlanScene& PlanScene::point(Kind kind, double x, double y, double z, float votes, bool near) {

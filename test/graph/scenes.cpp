@@ -3,26 +3,18 @@
 
 #include <gtest/gtest.h>
 
+#include "support/label_sets.h"
+
 namespace xview::test {
 
 LabelSet townLabels() {
-  LabelSet set("town");
-  const auto add = [&set](std::uint32_t id, const char* name, Role role, Kind kind) {
-    ClassInfo info;
-    info.id = id;
-    info.name = name;
-    info.role = role;
-    info.kind = kind;
-    set.add(info);
-  };
-  add(kVoid, "void", Role::ignored, Kind::none);
-  add(kSky, "sky", Role::ignored, Kind::none);
-  add(kRoad, "road", Role::surface, Kind::road);
-  add(kBuilding, "building", Role::surface, Kind::building);
-  add(kPole, "pole", Role::object, Kind::pole);
-  add(kCar, "car", Role::dynamic, Kind::vehicle);
-  add(kBench, "bench", Role::object, Kind::other_object);
-  return set;
+  return labelSetOf("town", {{kVoid, "void", Role::ignored, Kind::none},
+                             {kSky, "sky", Role::ignored, Kind::none},
+                             {kRoad, "road", Role::surface, Kind::road},
+                             {kBuilding, "building", Role::surface, Kind::building},
+                             {kPole, "pole", Role::object, Kind::pole},
+                             {kCar, "car", Role::dynamic, Kind::vehicle},
+                             {kBench, "bench", Role::object, Kind::other_object}});
 }
 
 LabelledCloud cloudOf(const std::vector<Eigen::Vector3f>& points, std::uint32_t label,

@@ -7,6 +7,7 @@
 #include <map>
 #include <tuple>
 
+#include "support/label_sets.h"
 #include "xview/types/random.h"
 
 namespace xview {
@@ -16,16 +17,8 @@ constexpr float kSide = 0.5f;
 constexpr std::uint32_t kWall = 1, kFence = 2;
 
 LabelSet twoClasses() {
-  LabelSet set("two");
-  for (const auto& [id, kind] : {std::pair{kWall, Kind::building}, {kFence, Kind::fence}}) {
-    ClassInfo info;
-    info.id = id;
-    info.name = kind == Kind::building ? "building" : "fence";
-    info.role = Role::surface;
-    info.kind = kind;
-    set.add(info);
-  }
-  return set;
+  return test::labelSetOf("two", {{kWall, "building", Role::surface, Kind::building},
+                                  {kFence, "fence", Role::surface, Kind::fence}});
 }
 
 RefineOptions options() {
@@ -116,12 +109,7 @@ TEST(DistributionCells, WithoutPointsHaveNothingNear) {
 
 TEST(DistributionCells, OfGroundTellHardlyHowFarItWasSeen) {
   const auto informationOf = [](Kind kind) {
-    LabelSet set("ground");
-    ClassInfo info;
-    info.id = kWall;
-    info.role = Role::surface;
-    info.kind = kind;
-    set.add(info);
+    const LabelSet set = test::labelSetOf("ground", {{kWall, "surface", Role::surface, kind}});
     LabelledCloud cloud;  // level, and it ends in the middle of the cell
     Random random(6);
     for (int i = 0; i < 500; ++i)

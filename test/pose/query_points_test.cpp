@@ -7,26 +7,18 @@
 #include <limits>
 #include <map>
 
+#include "support/label_sets.h"
+
 namespace xview {
 namespace {
 
 constexpr std::uint32_t kRoad = 1, kWall = 2, kPole = 3, kCar = 4;
 
 LabelSet streetLabels() {
-  LabelSet set("street");
-  const auto add = [&set](std::uint32_t id, Role role, Kind kind) {
-    ClassInfo info;
-    info.id = id;
-    info.name = toString(kind);
-    info.role = role;
-    info.kind = kind;
-    set.add(info);
-  };
-  add(kRoad, Role::surface, Kind::road);
-  add(kWall, Role::surface, Kind::building);
-  add(kPole, Role::object, Kind::pole);
-  add(kCar, Role::dynamic, Kind::vehicle);
-  return set;
+  return test::labelSetOf("street", {{kRoad, "road", Role::surface, Kind::road},
+                                     {kWall, "building", Role::surface, Kind::building},
+                                     {kPole, "pole", Role::object, Kind::pole},
+                                     {kCar, "vehicle", Role::dynamic, Kind::vehicle}});
 }
 
 /// So many points of each class, one class after the other, x counting them.
