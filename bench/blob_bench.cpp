@@ -52,7 +52,7 @@ LabelledCloud readObjects(const std::string& path, const Arguments& a) {
   const LabelledCloud all = openRecording(path)->read(0).cloud;
   LabelledCloud objects;
   objects.origin = all.origin;
-  for (const pcl::PointXYZL& p : all.points) {
+  for (const Point& p : all.points) {
     if (p.label > a.support && p.getVector3fMap().allFinite()) objects.points.push_back(p);
   }
   return a.options.blobs.voxel_m > 0 ? thinByVoxel(objects, a.options.blobs.voxel_m) : objects;
@@ -63,7 +63,7 @@ void score(const std::string& name, const LabelledCloud& parts, const Arguments&
            ClassOf&& class_of) {
   LabelledCloud cloud = parts;
   std::vector<std::uint32_t> part_of_point, classes;
-  for (pcl::PointXYZL& p : cloud.points) {
+  for (Point& p : cloud.points) {
     part_of_point.push_back(p.label);
     p.label = class_of(p.label);
     classes.push_back(p.label);

@@ -38,7 +38,7 @@ FrameDigest movedFrame(FrameDigest frame, const Eigen::Isometry3d& T) {
   const Eigen::Matrix3f turn = T.linear().cast<float>();
   frame.T_odom_sensor = T * frame.T_odom_sensor;
   frame.cloud.origin = T * frame.cloud.origin;
-  for (pcl::PointXYZL& p : frame.cloud.points) p.getVector3fMap() = turn * p.getVector3fMap();
+  for (Point& p : frame.cloud.points) p.getVector3fMap() = turn * p.getVector3fMap();
   for (Blob& blob : frame.blobs) {
     blob.position = T * blob.position;
     blob.covariance = T.linear() * blob.covariance * T.linear().transpose();
@@ -50,8 +50,7 @@ FrameDigest movedFrame(FrameDigest frame, const Eigen::Isometry3d& T) {
 FrameDigest scaledFrame(FrameDigest frame, double factor) {
   frame.T_odom_sensor.translation() *= factor;
   frame.cloud.origin *= factor;
-  for (pcl::PointXYZL& p : frame.cloud.points) p.getVector3fMap() *= static_cast<float>(factor);
-  for (float& range : frame.cloud.ranges) range *= static_cast<float>(factor);
+  for (Point& p : frame.cloud.points) p.getVector3fMap() *= static_cast<float>(factor);
   frame.inverse_depth_sigma /= factor;
   for (Blob& blob : frame.blobs) {
     blob.position *= factor;

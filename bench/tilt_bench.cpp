@@ -46,7 +46,7 @@ FrameDigest asCloud(const std::vector<FrameDigest>& frames, const LabelSet& labe
     const Eigen::Vector3f shift = (frame.cloud.origin - one.cloud.origin).cast<float>();
     for (std::size_t i = 0; i < frame.cloud.size(); ++i) {
       if (frame.votes[i] <= 0) continue;
-      pcl::PointXYZL point = frame.cloud.points[i];
+      Point point = frame.cloud.points[i];
       point.getVector3fMap() += shift;
       one.cloud.points.push_back(point);
     }

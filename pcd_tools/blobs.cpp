@@ -36,7 +36,7 @@ void printClasses(const std::vector<Blob>& blobs, const LabelSet& labels) {
   }
 }
 
-/// The points of a cloud with its blobs, numbered from 1 in `cloud.instances`.
+/// The points of a cloud with its blobs, numbered from 1 as its instances.
 struct BlobbedCloud {
   LabelledCloud cloud;
   std::vector<Blob> blobs;
@@ -53,9 +53,8 @@ BlobbedCloud clusterCloud(const FrameSource& source, const Job& job) {
                     fmt::format("{} frames, {} points", source.size(), cloud.size()));
   std::vector<int> blob_of_point;
   result.blobs = extractBlobs(cloud, source.labels(), job.options.blobs, &blob_of_point);
-  cloud.instances.resize(cloud.size());
   for (std::size_t i = 0; i < cloud.size(); ++i)
-    cloud.instances[i] = static_cast<std::uint32_t>(blob_of_point[i] + 1);
+    cloud.points[i].instance = static_cast<std::uint32_t>(blob_of_point[i] + 1);
   job.narrate.stage("blobs", watch.lap_ms(), fmt::format("{} blobs", result.blobs.size()));
   return result;
 }
@@ -71,7 +70,7 @@ BlobbedCloud regionsOfFrame(Frame frame, const LabelSet& labels, const Options& 
     frame.instance.pixels[i] = static_cast<std::uint16_t>(found.blob_of_pixel.pixels[i] + 1);
   LiftCounts counts;
   LabelledCloud cloud = lift(frame, labels, options.lift, &counts);
-  depths.add(counts, cloud.ranges);
+  depths.add(counts, cloud, frame.T_odom_sensor.translation());
   return {std::move(cloud), std::move(found.blobs)};
 }
 
@@ -86,7 +85,7 @@ BlobbedCloud regionsOfImages(const FrameSource& source, const Job& job) {
     if (job.options.blobs.voxel_m > 0)
       frame.cloud = thinByVoxel(frame.cloud, job.options.blobs.voxel_m);
     const auto before = static_cast<std::uint32_t>(result.blobs.size());
-    for (std::uint32_t& instance : frame.cloud.instances) instance += instance > 0 ? before : 0;
+    for (Point& point : frame.cloud.points) point.instance += point.instance > 0 ? before : 0;
     appendCloud(result.cloud, frame.cloud);
     result.blobs.insert(result.blobs.end(), frame.blobs.begin(), frame.blobs.end());
     if (progress) progress(f + 1, source.size());

@@ -38,7 +38,7 @@ void scaleBy(double scale, SemanticGraph& graph) {
 }
 void scaleBy(double scale, LabelledCloud& cloud) {
   cloud.origin *= scale;
-  for (pcl::PointXYZL& p : cloud.points) p.getVector3fMap() *= static_cast<float>(scale);
+  for (Point& p : cloud.points) p.getVector3fMap() *= static_cast<float>(scale);
 }
 
 }  // namespace

@@ -19,22 +19,11 @@ void appendCloud(LabelledCloud& whole, const LabelledCloud& part) {
     return;
   }
   const Eigen::Vector3f shift = (part.origin - whole.origin).cast<float>();
-  const bool instances =
-      whole.instances.size() == whole.size() && part.instances.size() == part.size();
-  const bool ranges = whole.ranges.size() == whole.size() && part.ranges.size() == part.size();
   whole.points.reserve(whole.size() + part.size());
-  for (pcl::PointXYZL point : part.points) {
+  for (Point point : part.points) {
     point.getVector3fMap() += shift;
     whole.points.push_back(point);
   }
-  if (instances)
-    whole.instances.insert(whole.instances.end(), part.instances.begin(), part.instances.end());
-  else
-    whole.instances.clear();
-  if (ranges)
-    whole.ranges.insert(whole.ranges.end(), part.ranges.begin(), part.ranges.end());
-  else
-    whole.ranges.clear();
 }
 
 LabelledCloud liftAll(const FrameSource& source, const Job& job, LiftCounts& counts) {
@@ -50,7 +39,7 @@ LabelledCloud liftAll(const FrameSource& source, const Job& job, LiftCounts& cou
       parts[i] = lift(source.read(first + i), source.labels(), job.options.lift, &part_counts[i]);
     });
     for (std::size_t i = 0; i < count; ++i) {
-      depths.add(part_counts[i], parts[i].ranges);
+      depths.add(part_counts[i], parts[i], source.pose(first + i).translation());
       appendCloud(whole, parts[i]);
       counts.lifted += part_counts[i].lifted;
       counts.no_depth += part_counts[i].no_depth;

@@ -13,7 +13,7 @@ namespace xview::tools {
 /// nothing is left.
 LabelledCloud liftAll(const FrameSource& source, const Job& job, LiftCounts& counts);
 
-/// Appends a cloud whose origin may differ. Instances and ranges stay only if both have them.
+/// Appends a cloud whose origin may differ.
 void appendCloud(LabelledCloud& whole, const LabelledCloud& part);
 
 /// Throws UsageError unless the path ends with .pcd or .ply; called before the work, not after it.

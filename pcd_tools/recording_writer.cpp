@@ -66,7 +66,7 @@ void writeScan(const std::string& folder, const Frame& frame) {
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     const Eigen::Vector3f p = cloud.position(i).cast<float>();
     points.insert(points.end(), {p.x(), p.y(), p.z(), 0.0f});  // the simulator knows no intensity
-    const std::uint32_t instance = cloud.instances.empty() ? 0 : cloud.instances[i] & 0xFFFFu;
+    const std::uint32_t instance = cloud.points[i].instance & 0xFFFFu;
     labels.push_back((cloud.points[i].label & 0xFFFFu) | instance << 16);
   }
   AtomicFile bin(numbered(folder + "/velodyne", frame.number, "bin"));

@@ -17,8 +17,8 @@ void requireKindOfDepth(const FrameSource& source);
 /// along the ray taken for planar depth, instead of mapping nonsense.
 class DepthPlausibility {
  public:
-  /// One frame: what lifting counted, and the ranges of what it kept.
-  void add(const LiftCounts& counts, const std::vector<float>& ranges);
+  /// One frame: what lifting counted and kept, and where the sensor was in the frame of the cloud.
+  void add(const LiftCounts& counts, const LabelledCloud& cloud, const Eigen::Vector3d& sensor);
 
   /// Throws Error
   /// - if next to nothing that was measured is within the range limits;

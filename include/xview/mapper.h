@@ -25,11 +25,10 @@ struct FrameDigest {
   double stamp_s = 0;
   Sensor sensor = Sensor::camera;
   Eigen::Isometry3d T_odom_sensor = Eigen::Isometry3d::Identity();
-  LabelledCloud cloud;       ///< lifted, one point per voxel and class, with ranges
+  LabelledCloud cloud;       ///< lifted, one point per voxel and class
   std::vector<float> votes;  ///< per point: how much it counts (measurements in the voxel, range)
   std::vector<bool> thin_trusted;  ///< per point: measured near enough to believe in thin things
   bool aerial = false;             ///< a camera that looks down from the air
-  double inverse_depth_sigma = 0;  ///< depth z of a camera is known to z^2 times this [1/m]
   std::vector<Blob> blobs;
   BlobEdges blob_edges;  ///< image space only (options.graph_space)
   LiftCounts counts;

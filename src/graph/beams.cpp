@@ -64,7 +64,7 @@ std::vector<std::vector<float>> elevationsInSectors(const LabelledCloud& cloud) 
   const Eigen::Vector3f origin = cloud.origin.cast<float>();
   constexpr float kPerRadian = kSectors / (2 * static_cast<float>(M_PI));
   static const SectorsLookedAt looked_at;
-  for (const pcl::PointXYZL& point : cloud.points) {
+  for (const Point& point : cloud.points) {
     const Eigen::Vector3f p = origin + point.getVector3fMap();
     if (!looked_at.mayHold(p.x(), p.y())) continue;
     const float range = std::hypot(p.x(), p.y());
@@ -212,14 +212,15 @@ struct Ring {
 };
 
 /// The rings with enough far points, by elevation.
-std::vector<Ring> ringsOf(const LabelledCloud& cloud) {
+std::vector<Ring> ringsOf(const LabelledCloud& cloud,
+                          const std::vector<std::uint16_t>& ring_of_point) {
   constexpr std::size_t kFewestPointsOfRing = 20;
   std::map<std::uint16_t, Ring> rings;
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     const Eigen::Vector3d p = cloud.position(i);
     const double range = std::hypot(p.x(), p.y());
     if (!(range > kNear_m) || !p.allFinite()) continue;
-    Ring& ring = rings[cloud.rings[i]];
+    Ring& ring = rings[ring_of_point[i]];
     ring.elevations.push_back(std::atan2(p.z(), range));
     const auto sector =
         static_cast<std::size_t>((std::atan2(p.y(), p.x()) + M_PI) * kSectors / (2 * M_PI));
@@ -248,10 +249,11 @@ double pointsPerRing(const std::vector<Ring>& rings) {
 }
 
 /// From the rings of the cloud; nothing if their numbers do not tell its beams apart.
-BeamSpacing spacingOfRings(const LabelledCloud& cloud) {
+BeamSpacing spacingOfRings(const LabelledCloud& cloud,
+                           const std::vector<std::uint16_t>& ring_of_point) {
   constexpr std::size_t kFewestRings = 4;
-  if (cloud.rings.size() != cloud.size()) return {};
-  std::vector<Ring> rings = ringsOf(cloud);
+  if (ring_of_point.size() != cloud.size()) return {};
+  std::vector<Ring> rings = ringsOf(cloud, ring_of_point);
   if (rings.size() < kFewestRings) return {};
   std::vector<double> steps, spreads;
   for (std::size_t i = 1; i < rings.size(); ++i)
@@ -264,8 +266,9 @@ BeamSpacing spacingOfRings(const LabelledCloud& cloud) {
 
 }  // namespace
 
-BeamSpacing measureBeamSpacing(const LabelledCloud& cloud) {
-  const BeamSpacing of_rings = spacingOfRings(cloud);
+BeamSpacing measureBeamSpacing(const LabelledCloud& cloud,
+                               const std::vector<std::uint16_t>& rings) {
+  const BeamSpacing of_rings = spacingOfRings(cloud, rings);
   if (of_rings.isKnown()) return of_rings;
   const auto sectors = elevationsInSectors(cloud);
   const std::vector<float> steps = stepsBetweenBeams(sectors);

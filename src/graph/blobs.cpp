@@ -21,13 +21,13 @@ using GroupKey = std::pair<std::uint32_t, std::uint32_t>;  // label, instance
 
 std::map<GroupKey, PointGroup> groupPoints(const LabelledCloud& cloud, const LabelSet& set,
                                            bool use_instances) {
-  const bool has_instances = use_instances && cloud.instances.size() == cloud.size();
   std::map<GroupKey, PointGroup> groups;
   GroupKey last_key;
   PointGroup* last = nullptr;  // neighbouring points mostly share their group
   bool last_is_ignored = false;
   for (std::uint32_t i = 0; i < cloud.size(); ++i) {
-    const GroupKey key(cloud.points.points[i].label, has_instances ? cloud.instances[i] : 0);
+    const GroupKey key(cloud.points.points[i].label,
+                       use_instances ? cloud.points.points[i].instance : 0);
     if (i == 0 || key != last_key) {
       last_key = key;
       last_is_ignored = set.role(key.first) == Role::ignored;

@@ -8,16 +8,10 @@
 
 namespace xview {
 
-/// Which columns the points of a frame have besides place and label.
-struct Columns {
-  bool instances, ranges;
-  explicit Columns(const Frame& frame);
-};
-
 /// A cloud that grows row by row.
 class CloudOfRows : public PointSink {
  public:
-  CloudOfRows(const Columns& columns, const Eigen::Vector3d& origin);
+  explicit CloudOfRows(const Eigen::Vector3d& origin);
 
   void reserve(std::size_t points);
   void add(const PointRow& row) override;
@@ -25,7 +19,6 @@ class CloudOfRows : public PointSink {
   LabelledCloud finish();
 
  private:
-  Columns columns_;
   LabelledCloud cloud_;
 };
 

@@ -17,7 +17,7 @@ double maxRange(const Frame& frame, const LiftOptions& options) {
 LabelledCloud lift(const Frame& frame, const LabelSet& set, const LiftOptions& options,
                    LiftCounts* counts) {
   const LiftPlan plan = planOf(frame, options);
-  CloudOfRows cloud(Columns(frame), plan.origin);
+  CloudOfRows cloud(plan.origin);
   cloud.reserve(plan.expected);
   const LiftCounts found = liftInto(cloud, plan, frame, set);
   if (counts) *counts = found;

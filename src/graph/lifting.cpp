@@ -62,11 +62,9 @@ class Lifting {
     const SensorToCloud to_cloud(frame, frame.T_odom_sensor * in.origin, origin_);
     const Eigen::Vector3f origin = in.origin.cast<float>();
     const bool is_scan = frame.sensor == Sensor::lidar;
-    const bool has_ranges = in.ranges.size() == in.size();
-    const bool has_instances = in.instances.size() == in.size();
     PointRow row(kPointsAtOnce);
     for (std::size_t i = 0; i < in.size(); ++i) {
-      const pcl::PointXYZL& point = in.points.points[i];
+      const Point& point = in.points.points[i];
       const Eigen::Vector3f p = point.getVector3fMap();
       if (!holdsInformation(point.label) || !isMeasured(p.allFinite())) continue;
       const float range2 = (p + origin).squaredNorm();
@@ -74,8 +72,8 @@ class Lifting {
       const Eigen::Vector3f q = to_cloud.R * p + to_cloud.shift;
       row.x[row.size] = q.x(), row.y[row.size] = q.y(), row.z[row.size] = q.z();
       row.label[row.size] = point.label;
-      row.range[row.size] = is_scan ? std::sqrt(range2) : has_ranges ? in.ranges[i] : 0;
-      row.instance[row.size] = has_instances ? in.instances[i] : 0;
+      row.range[row.size] = is_scan ? std::sqrt(range2) : 0;
+      row.instance[row.size] = point.instance;
       if (++row.size == kPointsAtOnce) flush(row);
     }
     flush(row);

@@ -15,12 +15,14 @@ struct PointRow {
         y(capacity),
         z(capacity),
         range(capacity),
+        sigma(capacity),
         label(capacity),
         instance(capacity) {}
 
   std::size_t size = 0;  ///< points in use
   std::vector<float> x, y, z;
   std::vector<float> range;  ///< to the sensor [m], 0 if it is not known
+  std::vector<float> sigma;  ///< of the position [m]
   std::vector<std::uint32_t> label, instance;
 };
 

@@ -11,13 +11,9 @@ namespace {
 /// Thins all points, and keeps those of some classes as they are.
 class ThinningSink : public PointSink {
  public:
-  ThinningSink(const Columns& columns, const Eigen::Vector3d& origin, double voxel_m,
-               std::size_t expected, const LabelSet& set, WholeClasses whole)
-      : columns_(columns),
-        thinner_(origin, voxel_m, expected),
-        whole_(columns, origin),
-        set_(set),
-        which_(whole) {}
+  ThinningSink(const Eigen::Vector3d& origin, double voxel_m, std::size_t expected,
+               const LabelSet& set, WholeClasses whole)
+      : thinner_(origin, voxel_m, expected), whole_(origin), set_(set), which_(whole) {}
 
   void add(const PointRow& row) override {
     thinner_.add(row);
@@ -27,7 +23,7 @@ class ThinningSink : public PointSink {
   }
   ThinFrame finish() {
     ThinFrame frame;
-    frame.thin = thinner_.finish(columns_.instances, columns_.ranges, &frame.points_per_voxel);
+    frame.thin = thinner_.finish(&frame.points_per_voxel);
     frame.whole = whole_.finish();
     return frame;
   }
@@ -44,7 +40,6 @@ class ThinningSink : public PointSink {
     }
   }
 
-  Columns columns_;
   VoxelThinner thinner_;
   CloudOfRows whole_;
   const LabelSet& set_;
@@ -59,7 +54,7 @@ class ThinningSink : public PointSink {
 ThinFrame liftThin(const Frame& frame, const LabelSet& set, const LiftOptions& options,
                    double voxel_m, WholeClasses whole, LiftCounts* counts) {
   const LiftPlan plan = planOf(frame, options);
-  ThinningSink sink(Columns(frame), plan.origin, voxel_m, plan.expected, set, whole);
+  ThinningSink sink(plan.origin, voxel_m, plan.expected, set, whole);
   const LiftCounts found = liftInto(sink, plan, frame, set);
   ThinFrame result = sink.finish();
   result.is_aerial =

@@ -66,14 +66,14 @@ void VoxelThinner::addRun(const PointRow& row, std::size_t begin, std::size_t en
   };
   const Voxel voxel{pair(x, y), pair(z, row.label[begin]), row.instance[begin]};
   Sums& sums = findOrAdd(voxel, row, begin);
-  float dx = sums.offset[0], dy = sums.offset[1], dz = sums.offset[2], range = sums.range;
+  float dx = sums.offset[0], dy = sums.offset[1], dz = sums.offset[2], sigma = sums.sigma;
   for (std::size_t i = begin; i < end; ++i) {
     dx += row.x[i] - sums.first[0];
     dy += row.y[i] - sums.first[1];
     dz += row.z[i] - sums.first[2];
-    range += row.range[i];
+    sigma += row.sigma[i];
   }
-  sums.offset[0] = dx, sums.offset[1] = dy, sums.offset[2] = dz, sums.range = range;
+  sums.offset[0] = dx, sums.offset[1] = dy, sums.offset[2] = dz, sums.sigma = sigma;
   sums.count += static_cast<std::uint32_t>(end - begin);
 }
 
@@ -102,25 +102,23 @@ void VoxelThinner::grow() {
   }
 }
 
-LabelledCloud VoxelThinner::finish(bool with_instances, bool with_ranges,
-                                   std::vector<std::uint32_t>* points_per_voxel) const {
+LabelledCloud VoxelThinner::finish(std::vector<std::uint32_t>* points_per_voxel) const {
   LabelledCloud thin;
   thin.origin = origin_;
   const std::size_t size = sums_.size();
   thin.points.points.reserve(size);
-  if (with_instances) thin.instances.reserve(size);
-  if (with_ranges) thin.ranges.reserve(size);
   if (points_per_voxel) {
     points_per_voxel->clear();
     points_per_voxel->reserve(size);
   }
   for (const Sums& sums : sums_) {
     const float weight = 1.0f / static_cast<float>(sums.count);
-    thin.points.points.emplace_back(
-        sums.first[0] + sums.offset[0] * weight, sums.first[1] + sums.offset[1] * weight,
-        sums.first[2] + sums.offset[2] * weight, static_cast<std::uint32_t>(sums.voxel.z_label));
-    if (with_instances) thin.instances.push_back(sums.voxel.instance);
-    if (with_ranges) thin.ranges.push_back(sums.range * weight);
+    Point point(sums.first[0] + sums.offset[0] * weight, sums.first[1] + sums.offset[1] * weight,
+                sums.first[2] + sums.offset[2] * weight,
+                static_cast<std::uint32_t>(sums.voxel.z_label));
+    point.instance = sums.voxel.instance;
+    point.sigma = sums.sigma * weight;
+    thin.points.points.push_back(point);
     if (points_per_voxel) points_per_voxel->push_back(sums.count);
   }
   thin.points.width = static_cast<std::uint32_t>(size);

@@ -20,8 +20,7 @@ class VoxelThinner {
   void add(const PointRow& row);
 
   /// `points_per_voxel` receives how many points each one stands for, if it is given.
-  LabelledCloud finish(bool with_instances, bool with_ranges,
-                       std::vector<std::uint32_t>* points_per_voxel) const;
+  LabelledCloud finish(std::vector<std::uint32_t>* points_per_voxel) const;
 
  private:
   struct Voxel {
@@ -38,7 +37,7 @@ class VoxelThinner {
     Voxel voxel;
     std::uint32_t count;
     float first[3], offset[3];
-    float range;
+    float sigma;
   };
 
   void findRuns(const PointRow& row);

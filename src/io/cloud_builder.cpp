@@ -5,10 +5,7 @@
 
 namespace xview {
 
-void CloudBuilder::reserve(std::size_t points) {
-  cloud_.points.reserve(points);
-  if (has_instances_) cloud_.instances.reserve(points);
-}
+void CloudBuilder::reserve(std::size_t points) { cloud_.points.reserve(points); }
 
 void CloudBuilder::add(const Eigen::Vector3d& position, std::uint32_t label, std::uint32_t instance,
                        const RowPlace& place) {
@@ -17,17 +14,17 @@ void CloudBuilder::add(const Eigen::Vector3d& position, std::uint32_t label, std
   const double reach = position.cwiseAbs().maxCoeff();
   if (reach > kFarthest_m) place.fail("a coordinate beyond 1e12 m");
   if (reach > far_m_ && !has_origin_) setOrigin(position);
-  pcl::PointXYZL point;
+  Point point;
   point.getVector3fMap() = (position - cloud_.origin).cast<float>();
   point.label = label;
+  point.instance = instance;
   cloud_.points.push_back(point);
-  if (has_instances_) cloud_.instances.push_back(instance);
 }
 
 void CloudBuilder::setOrigin(const Eigen::Vector3d& position) {
   has_origin_ = true;
   cloud_.origin = position.array().floor();
-  for (pcl::PointXYZL& point : cloud_.points) {
+  for (Point& point : cloud_.points) {
     const Eigen::Vector3d old = point.getVector3fMap().cast<double>();
     point.getVector3fMap() = (old - cloud_.origin).cast<float>();
   }
@@ -37,12 +34,13 @@ void CloudBuilder::addRing(double ring) {
   constexpr double kMost = std::numeric_limits<std::uint16_t>::max();
   const bool is_ring = ring >= 0 && ring <= kMost;
   has_wrong_ring_ = has_wrong_ring_ || !is_ring;
-  cloud_.rings.push_back(is_ring ? static_cast<std::uint16_t>(ring) : 0);
+  rings_.push_back(is_ring ? static_cast<std::uint16_t>(ring) : 0);
 }
 
-LabelledCloud CloudBuilder::finish() {
-  if (has_wrong_ring_) cloud_.rings.clear();
-  return std::move(cloud_);
+LabelledCloud CloudBuilder::finish() { return std::move(cloud_); }
+
+std::vector<std::uint16_t> CloudBuilder::rings() const {
+  return has_wrong_ring_ ? std::vector<std::uint16_t>() : rings_;
 }
 
 }  // namespace xview

@@ -12,7 +12,7 @@ namespace xview {
 /// makes that point, rounded down to metres, the origin of the cloud.
 class CloudBuilder {
  public:
-  CloudBuilder(double far_m, bool has_instances) : far_m_(far_m), has_instances_(has_instances) {}
+  explicit CloudBuilder(double far_m) : far_m_(far_m) {}
 
   void reserve(std::size_t points);
   /// Throws Error, at `place`, for a finite coordinate that no place in the world has.
@@ -21,6 +21,8 @@ class CloudBuilder {
   /// The beam of the point that was added last. A number that is none makes all of them unknown.
   void addRing(double ring);
   LabelledCloud finish();
+  /// One per point, or empty.
+  std::vector<std::uint16_t> rings() const;
 
   /// float32 coordinates are kept as they are.
   static constexpr double kNever = std::numeric_limits<double>::infinity();
@@ -29,10 +31,10 @@ class CloudBuilder {
   void setOrigin(const Eigen::Vector3d& position);
 
   double far_m_;
-  bool has_instances_;
   bool has_wrong_ring_ = false;
   bool has_origin_ = false;
   LabelledCloud cloud_;
+  std::vector<std::uint16_t> rings_;
 };
 
 }  // namespace xview

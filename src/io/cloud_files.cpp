@@ -72,13 +72,13 @@ std::size_t likelyPoints(const InputFile& file, const FileLayout& layout, const 
 }
 
 LabelledCloud readPoints(InputFile& file, const FileLayout& layout, const Element& points,
-                         const IdColumns& ids) {
+                         const IdColumns& ids, std::vector<std::uint16_t>* rings) {
   constexpr std::uint64_t kMostPoints =
       std::numeric_limits<std::int32_t>::max();  // PCL counts in int
   if (points.rows > kMostPoints) file.fail("has more than 2^31 points");
 
   std::vector<std::size_t> columns = positionColumns(points, file);
-  CloudBuilder builder(farLimit(layout, points, columns), ids.instance.has_value());
+  CloudBuilder builder(farLimit(layout, points, columns));
   if (ids.label) columns.push_back(*ids.label);
   if (ids.instance) columns.push_back(*ids.instance);
   if (ids.ring) columns.push_back(*ids.ring);
@@ -95,15 +95,17 @@ LabelledCloud readPoints(InputFile& file, const FileLayout& layout, const Elemen
     builder.add(position, ids.label ? id(3) : 0, ids.instance ? id(instance_slot) : 0, place);
     if (ids.ring) builder.addRing(values[ring_slot]);
   });
+  if (rings) *rings = builder.rings();
   return builder.finish();
 }
 
-LabelledCloud readElements(InputFile& file, const FileLayout& layout, const IdColumns& ids) {
+LabelledCloud readElements(InputFile& file, const FileLayout& layout, const IdColumns& ids,
+                           std::vector<std::uint16_t>* rings) {
   const Element& points = pointsOf(layout, file);
   LabelledCloud cloud;
   for (const Element& element : layout.elements) {
     if (&element == &points) {
-      cloud = readPoints(file, layout, points, ids);
+      cloud = readPoints(file, layout, points, ids, rings);
     } else {
       readRows(file, layout, element, {}, nullptr);
     }
@@ -130,7 +132,8 @@ CloudHeader readCloudHeader(const std::string& path, const CloudFields& fields) 
   return header;
 }
 
-LabelledCloud readCloud(const std::string& path, const CloudFields& fields, bool require_label) {
+LabelledCloud readCloud(const std::string& path, const CloudFields& fields, bool require_label,
+                        std::vector<std::uint16_t>* rings) {
   InputFile file(path);
   try {
     const FileLayout layout = readLayout(file);
@@ -140,7 +143,7 @@ LabelledCloud readCloud(const std::string& path, const CloudFields& fields, bool
       file.fail("has no label field, name one with --label-field; its fields: " +
                 points.columnNames());
     }
-    return readElements(file, layout, ids);
+    return readElements(file, layout, ids, rings);
   } catch (const std::bad_alloc&) {
     file.fail("needs more memory than there is for its " + std::to_string(file.size()) + " bytes");
   }

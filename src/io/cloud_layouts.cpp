@@ -20,7 +20,7 @@ RecordingListing cloudListing(Sensor sensor, const InputOptions& options) {
   listing.sensor = sensor;
   const CloudFields fields{options.label_field, options.instance_field};
   listing.read = [fields](const ListedFrame& listed, Frame& frame) {
-    frame.cloud = readCloud(listed.measurement, fields);
+    frame.cloud = readCloud(listed.measurement, fields, true, &frame.rings);
   };
   return listing;
 }

@@ -26,7 +26,7 @@ bool needsDoubles(const LabelledCloud& cloud) {
 }
 
 Contents contentsOf(const LabelledCloud& cloud, const LabelSet* labels) {
-  return {needsDoubles(cloud), !cloud.instances.empty(), labels};
+  return {needsDoubles(cloud), cloud.hasInstances(), labels};
 }
 
 template <class T>
@@ -100,7 +100,7 @@ void writePcd(const std::string& path, const LabelledCloud& cloud, const LabelSe
     appendPosition(row, cloud, i, contents.doubles);
     if (labels) append(row, packedColor(*labels, cloud.points[i].label));
     append(row, cloud.points[i].label);
-    if (contents.instances) append(row, cloud.instances[i]);
+    if (contents.instances) append(row, cloud.points[i].instance);
     file.write(row);
   }
   file.commit();
@@ -118,7 +118,7 @@ void writePly(const std::string& path, const LabelledCloud& cloud, const LabelSe
       for (const std::uint8_t channel : labels->color(cloud.points[i].label)) append(row, channel);
     }
     append(row, cloud.points[i].label);
-    if (contents.instances) append(row, cloud.instances[i]);
+    if (contents.instances) append(row, cloud.points[i].instance);
     file.write(row);
   }
   file.commit();

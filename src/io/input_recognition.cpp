@@ -111,8 +111,10 @@ double medianSpacing(const LabelledCloud& cloud) {
 
 /// True if no two vertices share an instance (but for none at all, 0).
 bool instancesAreUnique(const LabelledCloud& cloud) {
-  std::vector<std::uint32_t> ids = cloud.instances;
-  ids.erase(std::remove(ids.begin(), ids.end(), 0u), ids.end());
+  std::vector<std::uint32_t> ids;
+  for (const Point& p : cloud.points) {
+    if (p.instance != 0) ids.push_back(p.instance);
+  }
   std::sort(ids.begin(), ids.end());
   const auto distinct = std::unique(ids.begin(), ids.end()) - ids.begin();
   return static_cast<double>(distinct) >= 0.95 * static_cast<double>(cloud.size());
@@ -123,7 +125,7 @@ InputKind recogniseBarePly(const std::string& path, const InputOptions& options)
   constexpr double kGraphSpacing = 1.0, kCloudSpacing = 0.3;  // [m]
   const LabelledCloud cloud = readCloud(path, {options.label_field, options.instance_field});
   if (cloud.size() < 2) return InputKind::cloud;
-  if (!cloud.instances.empty() && instancesAreUnique(cloud)) return InputKind::graph;
+  if (cloud.hasInstances() && instancesAreUnique(cloud)) return InputKind::graph;
   const double spacing = medianSpacing(cloud);
   if (spacing >= kGraphSpacing) return InputKind::graph;
   if (spacing <= kCloudSpacing) return InputKind::cloud;

@@ -32,18 +32,17 @@ void requireLabels(const InputFile& labels, const InputFile& scan, std::size_t p
 LabelledCloud readScan(InputFile& scan, InputFile& labels, std::size_t points) {
   LabelledCloud cloud;
   cloud.points.reserve(points);
-  cloud.instances.reserve(points);
   for (std::size_t i = 0; i < points; ++i) {
     float position[4];
     std::uint32_t label = 0;
     scan.readBytes(position, sizeof(position));
     labels.readBytes(&label, sizeof(label));
     if (!Eigen::Map<const Eigen::Vector3f>(position).allFinite()) continue;
-    pcl::PointXYZL point;
-    std::copy(position, position + 3, point.data);
+    Point point;
+    point.getVector3fMap() = Eigen::Map<const Eigen::Vector3f>(position);
     point.label = label & 0xFFFF;
+    point.instance = label >> 16;
     cloud.points.push_back(point);
-    cloud.instances.push_back(label >> 16);
   }
   return cloud;
 }

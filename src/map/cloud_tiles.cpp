@@ -26,22 +26,21 @@ struct StoredPoint {
 
 using TileKey = std::tuple<std::int64_t, std::int64_t, std::int64_t>;  // (z, y, x)
 
-bool isFinite(const pcl::PointXYZL& p) {
+bool isFinite(const Point& p) {
   return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
 }
 
 std::map<TileKey, std::vector<StoredPoint>> distribute(const LabelledCloud& cloud) {
   std::map<TileKey, std::vector<StoredPoint>> tiles;
   for (std::size_t i = 0; i < cloud.size(); ++i) {
-    const pcl::PointXYZL& p = cloud.points[i];
+    const Point& p = cloud.points[i];
     if (!isFinite(p)) continue;
     const std::int64_t x = toSteps(p.x, "point of the cloud"),
                        y = toSteps(p.y, "point of the cloud"),
                        z = toSteps(p.z, "point of the cloud");
     const std::int64_t tx = floorDivide(x, kSide), ty = floorDivide(y, kSide),
                        tz = floorDivide(z, kSide);
-    tiles[{tz, ty, tx}].push_back({p.label, cloud.instances.empty() ? 0 : cloud.instances[i],
-                                   static_cast<std::int32_t>(x - tx * kSide),
+    tiles[{tz, ty, tx}].push_back({p.label, p.instance, static_cast<std::int32_t>(x - tx * kSide),
                                    static_cast<std::int32_t>(y - ty * kSide),
                                    static_cast<std::int32_t>(z - tz * kSide)});
   }
@@ -109,13 +108,13 @@ void appendTile(const CloudTile& tile, LabelledCloud& cloud) {
   readColumn(points, &StoredPoint::z, kSide - 1, in);
   if (in.remaining() > 0) throw Damage("cloud tile with more bytes than points");
   for (const StoredPoint& p : points) {
-    pcl::PointXYZL point;
+    Point point;
     point.x = toMetres(tile.x * kSide + p.x);
     point.y = toMetres(tile.y * kSide + p.y);
     point.z = toMetres(tile.z * kSide + p.z);
     point.label = p.label;
+    point.instance = p.instance;
     cloud.points.push_back(point);
-    cloud.instances.push_back(p.instance);
   }
 }
 

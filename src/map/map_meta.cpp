@@ -25,7 +25,7 @@ Meta metaOf(const SemanticMap& map, std::size_t stored_points) {
           {"edges", textOf(map.graph.edgeCount())},
           {"keyframes", textOf(map.keyframes.size())},
           {"cloud_points", textOf(stored_points)},
-          {"cloud_instances", textOf(map.cloud.instances.empty() ? 0 : 1)},
+          {"cloud_instances", textOf(map.cloud.hasInstances() ? 1 : 0)},
           {"cloud_origin_x", textOf(map.cloud.origin.x())},
           {"cloud_origin_y", textOf(map.cloud.origin.y())},
           {"cloud_origin_z", textOf(map.cloud.origin.z())},

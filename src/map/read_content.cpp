@@ -164,7 +164,6 @@ LabelledCloud readCloud(ContentReader& in, const Meta& meta) {
   });
   cloud.points.width = static_cast<std::uint32_t>(cloud.points.size());
   cloud.points.height = 1;
-  if (numberIn<int>(meta, "cloud_instances") == 0) cloud.instances.clear();
   return cloud;
 }
 

@@ -33,11 +33,6 @@ void requireStorable(const SemanticMap& map) {
                                   std::to_string(map.sources.size()));
     }
   }
-  if (!map.cloud.instances.empty() && map.cloud.instances.size() != map.cloud.size()) {
-    throw std::invalid_argument("the cloud of the map has " + std::to_string(map.cloud.size()) +
-                                " points but " + std::to_string(map.cloud.instances.size()) +
-                                " instances");
-  }
   if (!(map.plan.cell_m > 0.01) || !(map.plan.cell_m < 1e3)) {
     throw std::invalid_argument("cells of the plan view are " + std::to_string(map.plan.cell_m) +
                                 " m, expected 0.01 to 1000");

@@ -103,10 +103,10 @@ void appendCloud(LabelledCloud& cloud, const LabelledCloud& addition, double vox
     return;
   }
   const Eigen::Vector3f shift = (addition.origin - cloud.origin).cast<float>();
-  cloud.instances.clear();
-  cloud.ranges.clear();
-  for (pcl::PointXYZL point : addition.points) {
+  for (Point& point : cloud.points) point.instance = 0;  // numbers of two recordings differ
+  for (Point point : addition.points) {
     point.getVector3fMap() += shift;
+    point.instance = 0;
     cloud.points.push_back(point);
   }
   cloud = thinByVoxel(cloud, voxel_m);

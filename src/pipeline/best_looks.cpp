@@ -98,19 +98,20 @@ class Looks {
 
 }  // namespace
 
-std::vector<bool> bestLooks(const LabelledCloud& cloud, const std::vector<float>& sigma_m) {
+std::vector<bool> bestLooks(const LabelledCloud& cloud) {
   std::vector<bool> kept(cloud.size(), true);
-  if (std::all_of(sigma_m.begin(), sigma_m.end(), [](float s) { return s <= kGood_m; }))
+  if (std::all_of(cloud.points.begin(), cloud.points.end(),
+                  [](const Point& p) { return p.sigma <= kGood_m; }))
     return kept;
   Looks looks;
   std::vector<std::uint32_t> numbers(cloud.size(), 0);
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     numbers[i] = looks.numberOf(cellOf(cloud, i));
-    looks.count(numbers[i], sigma_m[i]);
+    looks.count(numbers[i], cloud.points[i].sigma);
   }
   const std::vector<float> limits = looks.limits();
   for (std::size_t i = 0; i < cloud.size(); ++i)
-    kept[i] = sigma_m[i] <= std::max(kGood_m, limits[numbers[i]]);
+    kept[i] = cloud.points[i].sigma <= std::max(kGood_m, limits[numbers[i]]);
   return kept;
 }
 

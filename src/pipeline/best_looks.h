@@ -9,8 +9,8 @@ namespace xview {
 
 /// Which points to keep where things were seen from afar and from near: those that are known about
 /// as well as the best ones of their class around them (cells of 1.5 m). Depth errors of stereo
-/// grow with the square of the range, and smear a thing along the rays to it. `sigma_m` is the
-/// depth error of each point; what is good to 0.1 m is kept anywhere.
-std::vector<bool> bestLooks(const LabelledCloud& cloud, const std::vector<float>& sigma_m);
+/// grow with the square of the range, and smear a thing along the rays to it. What is good to 0.1 m
+/// is kept anywhere.
+std::vector<bool> bestLooks(const LabelledCloud& cloud);
 
 }  // namespace xview

@@ -34,7 +34,7 @@ float medianMeasured(const Frame& frame) {
   for (const float z : frame.depth.pixels) {
     if (isDepth(z)) values.push_back(z);
   }
-  for (const pcl::PointXYZL& p : frame.cloud.points) {
+  for (const Point& p : frame.cloud.points) {
     if (p.getVector3fMap().allFinite()) values.push_back(p.getVector3fMap().norm());
   }
   return values.empty() ? 0 : medianOf(std::move(values));
@@ -109,10 +109,15 @@ void requireKindOfDepth(const FrameSource& source) {
                   100 * as_given, is_range ? "planar" : "range"));
 }
 
-void DepthPlausibility::add(const LiftCounts& counts, const std::vector<float>& ranges) {
+void DepthPlausibility::add(const LiftCounts& counts, const LabelledCloud& cloud,
+                            const Eigen::Vector3d& sensor) {
   counts_.lifted += counts.lifted;
   counts_.out_of_range += counts.out_of_range;
-  if (!ranges.empty()) median_ranges_.push_back(medianOf(ranges));
+  if (cloud.empty()) return;
+  const Eigen::Vector3f here = (sensor - cloud.origin).cast<float>();
+  std::vector<float> ranges;
+  for (const Point& p : cloud.points) ranges.push_back((p.getVector3fMap() - here).norm());
+  median_ranges_.push_back(medianOf(std::move(ranges)));
 }
 
 void DepthPlausibility::require(const FrameSource& source) const {

@@ -5,6 +5,7 @@
 #include "pipeline/cloud_density.h"
 #include "pipeline/depth_noise.h"
 #include "pipeline/place_graph.h"
+#include "pipeline/point_sigma.h"
 #include "xview/depth_plausibility.h"
 #include "xview/graph/blobs.h"
 #include "xview/graph/clean_labels.h"
@@ -44,11 +45,10 @@ void castVotes(const Frame& frame, const std::vector<std::uint32_t>& points_per_
                             ? kReferenceFocal * kReferenceFocal /
                                   static_cast<float>(frame.camera.fx * frame.camera.fy)
                             : 1.f;
-  const std::vector<float>& ranges = digest.cloud.ranges;
   digest.votes.resize(digest.cloud.size());
   digest.thin_trusted.assign(digest.cloud.size(), true);
   for (std::size_t i = 0; i < digest.cloud.size(); ++i) {
-    const float range = ranges.empty() ? 0.f : ranges[i];
+    const float range = rangeOf(digest, i);
     const float measured =
         std::min(4.f, std::max(1.f, density * static_cast<float>(points_per_voxel[i])));
     const float fade = range / trust.half_m;
@@ -106,7 +106,8 @@ void digestInOrder(const FrameSource& source, const Options& options, std::size_
   DepthPlausibility depths;
   const auto make = [&](std::size_t i) { waiting[i % ahead] = readAndDigest(source, i, options); };
   makeInOrder(source.size(), options.threads, ahead, make, [&](std::size_t i) {
-    depths.add(waiting[i % ahead].counts, waiting[i % ahead].cloud.ranges);
+    const FrameDigest& digest = waiting[i % ahead];
+    depths.add(digest.counts, digest.cloud, digest.T_odom_sensor.translation());
     take(std::move(waiting[i % ahead]));
   });
   depths.require(source);
@@ -118,23 +119,27 @@ FrameDigest digestFrame(Frame frame, const LabelSet& labels, const Options& opti
   requireGraphSpace(options, frame.sensor, "frame " + std::to_string(frame.number));
   Stopwatch watch;
   FrameDigest digest;
+  double inverse_depth_sigma = 0;  // depth z of a camera is known to z^2 times this [1/m]
   digest.number = frame.number;
   digest.stamp_s = frame.stamp_s;
   digest.sensor = frame.sensor;
   digest.T_odom_sensor = frame.T_odom_sensor;
   if (frame.sensor == Sensor::camera) {
-    const double noise = inverseDepthNoise(frame.depth);
-    digest.inverse_depth_sigma = noise;
+    const double noise = inverse_depth_sigma = inverseDepthNoise(frame.depth);
     frame.label = cleanLabels(frame.label, labels, options.clean);
     if (isNoiseOfPixels(noise, frame.depth))
       smoothDepth(frame.depth, frame.label, noise, kKnownWell_m);
   }
   ScanView scan{frame.T_odom_sensor, {}};
-  if (frame.sensor != Sensor::camera) scan.beams = measureBeamSpacing(frame.cloud);
+  if (frame.sensor != Sensor::camera) scan.beams = measureBeamSpacing(frame.cloud, frame.rings);
   ThinFrame lifted = liftThin(frame, labels, options.lift, options.plan.voxel_m,
                               blobClasses(options), &digest.counts);
   digest.aerial = lifted.is_aerial;
   digest.cloud = std::move(lifted.thin);
+  for (std::size_t i = 0; i < digest.cloud.size(); ++i) {
+    const double range = rangeOf(digest, i);
+    digest.cloud.points[i].sigma = static_cast<float>(inverse_depth_sigma * range * range);
+  }
   castVotes(frame, lifted.points_per_voxel, digest);
   if (frame.sensor == Sensor::cloud)
     doubtSparseSurfaces(labels, lifted.points_per_voxel, options.plan.voxel_m, digest);

@@ -11,7 +11,7 @@
 namespace xview {
 namespace {
 
-/// The points that the flags keep; without ranges.
+/// The points that the flags keep.
 LabelledCloud keptPoints(const LabelledCloud& cloud, const std::vector<bool>& keep) {
   LabelledCloud kept;
   kept.origin = cloud.origin;
@@ -22,8 +22,7 @@ LabelledCloud keptPoints(const LabelledCloud& cloud, const std::vector<bool>& ke
 }
 
 /// A cloud that grows by frames and is thinned whenever it has doubled, so that memory follows the
-/// map, not the recording. In the place of ranges it has the depth errors of its points, which
-/// thinning averages as well.
+/// map, not the recording.
 class GrowingCloud {
  public:
   GrowingCloud(double voxel_m, double max_sigma_m) : voxel_m_(voxel_m), max_sigma_m_(max_sigma_m) {}
@@ -31,12 +30,12 @@ class GrowingCloud {
   void add(const FrameDigest& frame) {
     if (frame.cloud.empty()) return;
     if (cloud_.empty()) cloud_.origin = frame.cloud.origin;
-    appendKnownPoints(frame, max_sigma_m_, cloud_, cloud_.ranges);
+    appendKnownPoints(frame, max_sigma_m_, cloud_);
     if (cloud_.size() > 2 * thinned_size_ + kSlack) thin();
   }
   LabelledCloud finish() {
     thin();
-    return keptPoints(cloud_, bestLooks(cloud_, cloud_.ranges));
+    return keptPoints(cloud_, bestLooks(cloud_));
   }
 
  private:

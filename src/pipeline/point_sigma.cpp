@@ -3,17 +3,21 @@
 
 namespace xview {
 
-std::size_t appendKnownPoints(const FrameDigest& frame, double max_sigma_m, LabelledCloud& cloud,
-                              std::vector<float>& sigmas_m) {
+float rangeOf(const FrameDigest& frame, std::size_t i) {
+  if (frame.sensor == Sensor::cloud) return 0;
+  const Eigen::Vector3f sensor =
+      (frame.T_odom_sensor.translation() - frame.cloud.origin).cast<float>();
+  return (frame.cloud.points[i].getVector3fMap() - sensor).norm();
+}
+
+std::size_t appendKnownPoints(const FrameDigest& frame, double max_sigma_m, LabelledCloud& cloud) {
   const Eigen::Vector3f shift = (frame.cloud.origin - cloud.origin).cast<float>();
   const std::size_t before = cloud.points.size();
-  for (std::size_t i = 0; i < frame.cloud.size(); ++i) {
-    const double sigma_m = pointSigma(frame, i);
-    if (!(sigma_m <= max_sigma_m)) continue;
-    pcl::PointXYZL point = frame.cloud.points[i];
+  for (Point point : frame.cloud.points) {
+    if (!(double{point.sigma} <= max_sigma_m)) continue;
     point.getVector3fMap() += shift;
+    point.instance = 0;  // numbers of two frames need not agree
     cloud.points.push_back(point);
-    sigmas_m.push_back(static_cast<float>(sigma_m));
   }
   return cloud.points.size() - before;
 }

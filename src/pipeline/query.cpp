@@ -32,19 +32,19 @@ void addTimings(const FrameDigest* first, const FrameDigest* last, Timings& sum)
 }
 
 /// Those that are known as well as their place allows.
-void keepBestLooks(const std::vector<float>& sigmas, Query& query) {
-  const std::vector<bool> keep = bestLooks(query.cloud, sigmas);
-  std::vector<float> kept_sigmas;
+void keepBestLooks(Query& query) {
+  const std::vector<bool> keep = bestLooks(query.cloud);
+  std::vector<float> sigmas;
   std::size_t kept = 0;
   for (std::size_t i = 0; i < query.cloud.size(); ++i) {
     if (!keep[i]) continue;
     query.cloud.points[kept] = query.cloud.points[i];
     query.cloud_seen_from[kept++] = query.cloud_seen_from[i];
-    kept_sigmas.push_back(sigmas[i]);
+    sigmas.push_back(query.cloud.points[i].sigma);
   }
   query.cloud.points.resize(kept);
   query.cloud_seen_from.resize(kept);
-  query.cloud_sigma_m = medianOf(std::move(kept_sigmas));
+  query.cloud_sigma_m = medianOf(std::move(sigmas));
 }
 
 /// The points of the last metres of travel that are known well enough.
@@ -52,10 +52,9 @@ void addRecentPoints(const FrameDigest* first, const FrameDigest* last,
                      const RefineOptions& options, Query& query) {
   if (first == last) return;
   query.cloud.origin = (last - 1)->cloud.origin;
-  std::vector<float> sigmas;
   double travelled = 0;
   for (const FrameDigest* frame = last; frame-- != first;) {
-    const std::size_t added = appendKnownPoints(*frame, options.max_sigma_m, query.cloud, sigmas);
+    const std::size_t added = appendKnownPoints(*frame, options.max_sigma_m, query.cloud);
     query.cloud_seen_from.insert(query.cloud_seen_from.end(), added,
                                  static_cast<std::uint32_t>(frame - first));
     if (frame == first) break;
@@ -63,7 +62,7 @@ void addRecentPoints(const FrameDigest* first, const FrameDigest* last,
         (frame->T_odom_sensor.translation() - (frame - 1)->T_odom_sensor.translation()).norm();
     if (travelled > options.reach_m) break;
   }
-  if (!sigmas.empty()) keepBestLooks(sigmas, query);
+  if (!query.cloud.empty()) keepBestLooks(query);
 }
 
 /// A query of frames that come one by one. Only those of the last metres of travel are kept, for

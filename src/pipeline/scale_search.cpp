@@ -87,8 +87,10 @@ Query scaledQuery(const Query& query, double scale) {
   }
   for (GroundCell& cell : plan.known) cell.z *= factor;
   scaled.cloud.origin *= scale;
-  for (pcl::PointXYZL& p : scaled.cloud.points) p.getVector3fMap() *= factor;
-  for (float& range : scaled.cloud.ranges) range *= factor;
+  for (Point& p : scaled.cloud.points) {
+    p.getVector3fMap() *= factor;
+    p.sigma *= factor;
+  }
   scaled.cloud_sigma_m *= scale;
   for (Eigen::Isometry3d& T : scaled.poses) T.translation() *= scale;
   return scaled;

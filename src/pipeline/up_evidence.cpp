@@ -114,12 +114,13 @@ void addGround(const FrameDigest& frame, const Eigen::Vector3d& origin, Kinds& k
   Moments upright;
   const std::size_t step = 1 + frame.cloud.size() / kMostPoints;
   for (std::size_t i = 0; i < frame.cloud.size(); i += step) {
-    if (!frame.cloud.ranges.empty() && frame.cloud.ranges[i] > reach) continue;
+    if (rangeOf(frame, i) > reach) continue;
     const Kind kind = kinds.of(frame.cloud.points[i].label);
     const Eigen::Vector3d p = shift + frame.cloud.points[i].getVector3fMap().cast<double>();
     if (!p.allFinite()) continue;
     if (isGround(kind))
-      ground.push_back({p, std::pow(pointSigma(frame, i), 2) + kRoughness_m * kRoughness_m});
+      ground.push_back(
+          {p, std::pow(double{frame.cloud.points[i].sigma}, 2) + kRoughness_m * kRoughness_m});
     else if (standsUp(kind))
       upright.add(p, 1);
   }
@@ -181,7 +182,8 @@ void addWalls(const FramePointers& frames, Kinds& kinds, Verticals& found) {
     for (std::size_t i = 0; i < frame.cloud.size(); ++i) {
       const std::uint32_t label = frame.cloud.points[i].label;
       const Kind kind = kinds.of(label);
-      if ((kind != Kind::building && kind != Kind::fence) || pointSigma(frame, i) > kWallSigma_m)
+      if ((kind != Kind::building && kind != Kind::fence) ||
+          double{frame.cloud.points[i].sigma} > kWallSigma_m)
         continue;
       const Eigen::Vector3d p = shift + frame.cloud.points[i].getVector3fMap().cast<double>();
       if (!p.allFinite()) continue;

@@ -12,7 +12,7 @@ bool isTurn(const Eigen::Quaterniond& upright) {
 void turn(const Eigen::Quaterniond& R, SemanticGraph& graph, LabelledCloud& cloud, PlanView& plan) {
   for (Vertex& v : graph.vertices) v.position = R * v.position;
   const Eigen::Matrix3f turned = R.toRotationMatrix().cast<float>();
-  for (pcl::PointXYZL& p : cloud.points) p.getVector3fMap() = turned * p.getVector3fMap();
+  for (Point& p : cloud.points) p.getVector3fMap() = turned * p.getVector3fMap();
   cloud.origin = R * cloud.origin;
   plan.upright = plan.upright * R.conjugate();
 }

@@ -103,7 +103,7 @@ template <class Visit>
 void DistributionCells::forPoints(const Run& run, Visit&& visit) const {
   std::uint32_t label = 0, group = matchingGroup(labels_, 0);
   for (std::uint32_t i = run.first; i < run.last; ++i) {
-    const pcl::PointXYZL& point = map_.points[i];
+    const Point& point = map_.points[i];
     if (point.label != label) {
       label = point.label;
       group = matchingGroup(labels_, label);

@@ -50,7 +50,7 @@ std::vector<QueryPoint> choosePoints(const RefineQuery& query, const LabelSet& l
                                      int max_points) {
   std::map<std::uint32_t, std::vector<std::size_t>> groups;
   for (std::size_t i = 0; i < query.cloud.size(); ++i) {
-    const pcl::PointXYZL& point = query.cloud.points[i];
+    const Point& point = query.cloud.points[i];
     const std::uint32_t group = matchingGroup(labels, point.label);
     if (group != kNoGroup && point.getVector3fMap().allFinite()) groups[group].push_back(i);
   }

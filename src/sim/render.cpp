@@ -206,12 +206,11 @@ Frame Renderer::renderLidar(const LidarModel& lidar, const Eigen::Isometry3d& T_
       const RayCaster::Hit& hit =
           rings[static_cast<std::size_t>(ring)][static_cast<std::size_t>(a)];
       if (hit.distance <= 0 || hit.distance > lidar.max_range_m) continue;
-      pcl::PointXYZL point;
+      Point point;
       point.getVector3fMap() = (hit.distance * direction(ring, a)).cast<float>();
       point.label = hit.tag.label;
+      point.instance = hit.tag.instance;
       frame.cloud.points.push_back(point);
-      frame.cloud.instances.push_back(hit.tag.instance);
-      frame.cloud.ranges.push_back(static_cast<float>(hit.distance));
     }
   }
   return frame;

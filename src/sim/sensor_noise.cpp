@@ -328,20 +328,16 @@ Frame withLidarNoise(Frame frame, const LidarNoise& noise, std::uint64_t seed) {
   }
 
   frame.cloud.points.clear();
-  frame.cloud.instances.clear();
-  frame.cloud.ranges.clear();
   for (std::size_t i = 0; i < truth.size(); ++i) {
     Random random(frame_seed, i);
     const double range = truth.points[i].getVector3fMap().norm(),
                  error = noise.range_sigma_m * random.normal();
     if (random.uniform() < noise.dropout_share || range + error <= 0.1) continue;
-    pcl::PointXYZL point = truth.points[i];
+    Point point = truth.points[i];
     point.getVector3fMap() *= static_cast<float>((range + error) / range);
-    const bool kept = point.label == label[i];
+    if (point.label != label[i]) point.instance = 0;
     point.label = label[i];
     frame.cloud.points.push_back(point);
-    if (!truth.instances.empty()) frame.cloud.instances.push_back(kept ? truth.instances[i] : 0);
-    frame.cloud.ranges.push_back(static_cast<float>(range + error));
   }
   return frame;
 }
@@ -352,7 +348,6 @@ Frame withOwnMotion(Frame frame, const Eigen::Isometry3d& step, double share) {
     const double turns = std::atan2(point.y(), point.x()) / (2 * M_PI);
     const Eigen::Vector3d p = partOf(step, share * turns).inverse() * point.cast<double>();
     point = p.cast<float>();
-    if (!frame.cloud.ranges.empty()) frame.cloud.ranges[i] = static_cast<float>(p.norm());
   }
   return frame;
 }

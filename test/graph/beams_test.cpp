@@ -39,7 +39,7 @@ LabelledCloud scanOfASquare(int beams, double lowest_deg, double highest_deg, in
       const double range = std::min(to_house, to_ground) / std::cos(elevation);
       if (random.uniform() < 0.1) continue;
       const Eigen::Vector3f p = onRay(azimuth, elevation, range + 0.02 * random.normal());
-      cloud.points.push_back(pcl::PointXYZL(p.x(), p.y(), p.z(), kBuilding));
+      cloud.points.push_back(Point(p.x(), p.y(), p.z(), kBuilding));
     }
   }
   return cloud;
@@ -76,30 +76,34 @@ TEST(BeamSpacing, DoesNotDependOnTheOrderOfThePoints) {
   EXPECT_EQ(shuffled.azimuth_rad, in_order.azimuth_rad);
 }
 
-/// The same scan with the number of the beam of each point, from the top downwards.
-LabelledCloud withRings(LabelledCloud scan, int beams, double lowest_deg, double highest_deg) {
-  for (const pcl::PointXYZL& p : scan.points) {
+/// The number of the beam of each point, from the top downwards.
+std::vector<std::uint16_t> ringsOf(const LabelledCloud& scan, int beams, double lowest_deg,
+                                   double highest_deg) {
+  std::vector<std::uint16_t> rings;
+  for (const Point& p : scan.points) {
     const double elevation = std::atan2(p.z, std::hypot(p.x, p.y)) / kDegree;
     const double beam = (elevation - lowest_deg) / (highest_deg - lowest_deg) * (beams - 1);
-    scan.rings.push_back(static_cast<std::uint16_t>(beams - 1 - std::lround(beam)));
+    rings.push_back(static_cast<std::uint16_t>(beams - 1 - std::lround(beam)));
   }
-  return scan;
+  return rings;
 }
 
 TEST(BeamSpacing, IsThatOfTheRingsIfTheCloudHasThem) {
   Random random(11);
-  LabelledCloud scan = withRings(scanOfASquare(64, -24.8, 2, 1800, random), 64, -24.8, 2);
+  const LabelledCloud scan = scanOfASquare(64, -24.8, 2, 1800, random);
+  const std::vector<std::uint16_t> rings = ringsOf(scan, 64, -24.8, 2);
   // A twelfth of the points, at random from where the scanner looks.
   LabelledCloud thin;
+  std::vector<std::uint16_t> thin_rings;
   for (std::size_t i = 0; i < scan.size(); i += 12) {
     thin.points.push_back(scan.points[i]);
-    thin.rings.push_back(scan.rings[i]);
+    thin_rings.push_back(rings[i]);
   }
   const double between_beams = 26.8 / 63;
-  EXPECT_NEAR(measureBeamSpacing(scan).elevation_rad / kDegree, between_beams,
+  EXPECT_NEAR(measureBeamSpacing(scan, rings).elevation_rad / kDegree, between_beams,
               0.02 * between_beams);
-  EXPECT_NEAR(measureBeamSpacing(scan).azimuth_rad / kDegree, 0.2, 0.03);
-  EXPECT_NEAR(measureBeamSpacing(thin).elevation_rad / kDegree, between_beams,
+  EXPECT_NEAR(measureBeamSpacing(scan, rings).azimuth_rad / kDegree, 0.2, 0.03);
+  EXPECT_NEAR(measureBeamSpacing(thin, thin_rings).elevation_rad / kDegree, between_beams,
               0.02 * between_beams);
 }
 
@@ -107,22 +111,22 @@ TEST(BeamSpacing, IgnoresRingsThatTellNothing) {
   Random random(12);
   LabelledCloud scan = scanOfASquare(32, -30, 10, 1000, random);
   const BeamSpacing without = measureBeamSpacing(scan);
-  scan.rings.assign(scan.size(), 0);
-  EXPECT_EQ(measureBeamSpacing(scan).elevation_rad, without.elevation_rad);
+  std::vector<std::uint16_t> rings(scan.size(), 0);
+  EXPECT_EQ(measureBeamSpacing(scan, rings).elevation_rad, without.elevation_rad);
   for (std::size_t i = 0; i < scan.size(); ++i)
-    scan.rings[i] = static_cast<std::uint16_t>(random.below(32));
-  EXPECT_EQ(measureBeamSpacing(scan).elevation_rad, without.elevation_rad);
-  scan.rings.resize(3);
-  EXPECT_EQ(measureBeamSpacing(scan).elevation_rad, without.elevation_rad);
+    rings[i] = static_cast<std::uint16_t>(random.below(32));
+  EXPECT_EQ(measureBeamSpacing(scan, rings).elevation_rad, without.elevation_rad);
+  rings.resize(3);
+  EXPECT_EQ(measureBeamSpacing(scan, rings).elevation_rad, without.elevation_rad);
 }
 
 TEST(BeamSpacing, OfACloudFromManyPlacesIsUnknown) {
   Random random(4);
   LabelledCloud cloud;
   for (int i = 0; i < 100000; ++i) {
-    cloud.points.push_back(pcl::PointXYZL(static_cast<float>(random.uniform(-50, 50)),
-                                          static_cast<float>(random.uniform(-50, 50)),
-                                          static_cast<float>(random.uniform(-2, 8)), kBuilding));
+    cloud.points.push_back(Point(static_cast<float>(random.uniform(-50, 50)),
+                                 static_cast<float>(random.uniform(-50, 50)),
+                                 static_cast<float>(random.uniform(-2, 8)), kBuilding));
   }
   const BeamSpacing dense = measureBeamSpacing(cloud);
   EXPECT_TRUE(!dense.isKnown() || dense.elevation_rad < 0.2 * kDegree);
@@ -243,7 +247,7 @@ TEST(BlobsOfAScan, AFragmentAboveAPostIsNoOtherPost) {
   const std::size_t whole = post.cloud.size();
   LabelledCloud cut = post.cloud;
   cut.points.points.clear();
-  for (const pcl::PointXYZL& p : post.cloud.points) {
+  for (const Point& p : post.cloud.points) {
     if (p.z < -0.2 || p.z > 0.9) cut.points.push_back(p);  // a branch in front
   }
   ASSERT_LT(cut.size(), whole);
@@ -252,7 +256,7 @@ TEST(BlobsOfAScan, AFragmentAboveAPostIsNoOtherPost) {
 
 TEST(BlobsOfAScan, OfAThingThatIsNotThinNeedAllTheirPoints) {
   SeenPost post = seenPost(60, 1, {0.17 * kDegree, 0.42 * kDegree});
-  for (pcl::PointXYZL& p : post.cloud.points) p.label = kCar;
+  for (Point& p : post.cloud.points) p.label = kCar;
   ASSERT_LT(post.cloud.size(), 20u);
   EXPECT_TRUE(extractBlobs(post.cloud, townLabels(), BlobOptions(), nullptr, post.scan).empty());
 }

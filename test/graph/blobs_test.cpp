@@ -17,10 +17,7 @@ namespace {
 
 using namespace test;
 
-void append(LabelledCloud& cloud, const LabelledCloud& more) {
-  cloud.points += more.points;
-  cloud.instances.insert(cloud.instances.end(), more.instances.begin(), more.instances.end());
-}
+void append(LabelledCloud& cloud, const LabelledCloud& more) { cloud.points += more.points; }
 
 /// A box full of points on a 0.2 m lattice.
 LabelledCloud box(std::uint32_t label, const Eigen::Vector3f& corner, const Eigen::Vector3i& count,
@@ -29,8 +26,8 @@ LabelledCloud box(std::uint32_t label, const Eigen::Vector3f& corner, const Eige
   for (int i = 0; i < count.prod(); ++i) {
     const Eigen::Vector3i cell(i % count.x(), i / count.x() % count.y(), i / count.x() / count.y());
     const Eigen::Vector3f p = corner + 0.2f * cell.cast<float>();
-    cloud.points.push_back(pcl::PointXYZL(p.x(), p.y(), p.z(), label));
-    cloud.instances.push_back(instance);
+    cloud.points.push_back(Point(p.x(), p.y(), p.z(), label));
+    cloud.points.back().instance = instance;
   }
   return cloud;
 }
@@ -116,7 +113,7 @@ LabelledCloud roadAlongX(float from, float to, std::uint32_t label = kRoad) {
   for (int i = 0; from + 0.4f * static_cast<float>(i) < to; ++i) {
     for (int j = 0; j < 10; ++j) {
       const float x = from + 0.4f * static_cast<float>(i), y = 0.4f * static_cast<float>(j);
-      cloud.points.push_back(pcl::PointXYZL(x, y, 0, label));
+      cloud.points.push_back(Point(x, y, 0, label));
     }
   }
   return cloud;
@@ -142,7 +139,7 @@ TEST(Blobs, OfSmallSurfacesAndOfLongObjectsStayWhole) {
 TEST(Blobs, AreCutInTheFrameWhateverTheOrigin) {
   LabelledCloud shifted = roadAlongX(0.1f, 100);
   shifted.origin = {-7, 0, 0};
-  for (pcl::PointXYZL& p : shifted.points) p.x += 7;
+  for (Point& p : shifted.points) p.x += 7;
   const auto a = extractBlobs(roadAlongX(0.1f, 100), townLabels(), keepingAll()),
              b = extractBlobs(shifted, townLabels(), keepingAll());
   ASSERT_EQ(a.size(), b.size());
@@ -214,26 +211,26 @@ using VoxelKey = std::tuple<long, long, long, std::uint32_t, std::uint32_t>;
 TEST(ThinByVoxel, GivesTheCentroidOfEachVoxelClassAndInstance) {
   Random random(2);
   LabelledCloud cloud = cloudOf(clumpedPoints(5000, 3, random), kCar, Eigen::Vector3d(100, -7, 3));
-  for (pcl::PointXYZL& p : cloud.points) p.label = random.below(2) ? kCar : kRoad;
+  for (Point& p : cloud.points) p.label = random.below(2) ? kCar : kRoad;
   for (std::size_t i = 0; i < cloud.size(); ++i) {
-    cloud.instances.push_back(random.below(3));
-    cloud.ranges.push_back(static_cast<float>(random.uniform(1, 50)));
+    cloud.points[i].instance = random.below(3);
+    cloud.points[i].sigma = static_cast<float>(random.uniform(0.1, 5));
   }
   struct Sum {
     Eigen::Vector3d position = Eigen::Vector3d::Zero();
-    double range = 0;
+    double sigma = 0;
     std::uint32_t count = 0;
   };
   std::map<VoxelKey, Sum> expected;
   const auto cell = [](double c) { return static_cast<long>(std::floor(c / 0.25)); };
   const auto key = [&](const LabelledCloud& c, std::size_t i) {
     const Eigen::Vector3d p = c.position(i);
-    return VoxelKey(cell(p.x()), cell(p.y()), cell(p.z()), c.points[i].label, c.instances[i]);
+    return VoxelKey(cell(p.x()), cell(p.y()), cell(p.z()), c.points[i].label, c.points[i].instance);
   };
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     Sum& sum = expected[key(cloud, i)];
     sum.position += cloud.position(i);
-    sum.range += cloud.ranges[i];
+    sum.sigma += cloud.points[i].sigma;
     ++sum.count;
   }
 
@@ -246,7 +243,7 @@ TEST(ThinByVoxel, GivesTheCentroidOfEachVoxelClassAndInstance) {
     const Sum& sum = expected[key(thin, i)];
     EXPECT_EQ(counts[i], sum.count);
     EXPECT_LT((thin.position(i) - sum.position / sum.count).norm(), 1e-4);
-    EXPECT_NEAR(thin.ranges[i], sum.range / sum.count, 1e-3);
+    EXPECT_NEAR(thin.points[i].sigma, sum.sigma / sum.count, 1e-4);
   }
 }
 

@@ -36,7 +36,7 @@ class Street {
     for (double x = x0; x <= x1; x += kStep_m) {
       for (double y = y0; y <= y1; y += kStep_m) {
         for (double z = z0; z <= z1; z += kStep_m) {
-          pcl::PointXYZL point;
+          Point point;
           point.x = static_cast<float>(x);
           point.y = static_cast<float>(y);
           point.z = static_cast<float>(z + slope_ * x + noise_m_ * random_.normal());

@@ -52,7 +52,7 @@ void expectAsPcl(const Points& points, float tolerance_m, int min_points) {
 std::map<std::uint32_t, Points> pointsByClass(const Frame& frame, const LabelSet& set) {
   const LabelledCloud cloud = thinByVoxel(lift(frame, set, {}), 0.2);
   std::map<std::uint32_t, Points> result;
-  for (const pcl::PointXYZL& p : cloud.points) result[p.label].push_back(p.getVector3fMap());
+  for (const Point& p : cloud.points) result[p.label].push_back(p.getVector3fMap());
   return result;
 }
 

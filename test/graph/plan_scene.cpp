@@ -33,7 +33,7 @@ LabelSet planLabels() {
 }
 
 PlanScene& PlanScene::point(Kind kind, double x, double y, double z, float votes, bool near) {
-  pcl::PointXYZL p;
+  Point p;
   p.getVector3fMap() = Eigen::Vector3d(x, y, z).cast<float>();
   p.label = kind == Kind::none ? kIgnoredLabel : static_cast<std::uint32_t>(kind);
   cloud_.points.push_back(p);

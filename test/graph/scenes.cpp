@@ -22,7 +22,7 @@ LabelledCloud cloudOf(const std::vector<Eigen::Vector3f>& points, std::uint32_t 
   LabelledCloud cloud;
   cloud.origin = origin;
   for (const Eigen::Vector3f& p : points) {
-    cloud.points.push_back(pcl::PointXYZL(p.x(), p.y(), p.z(), label));
+    cloud.points.push_back(Point(p.x(), p.y(), p.z(), label));
   }
   return cloud;
 }

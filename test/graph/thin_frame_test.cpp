@@ -20,9 +20,10 @@ std::string textOf(const LabelledCloud& cloud) {
   const auto append = [&](const auto& value) {
     text.append(reinterpret_cast<const char*>(&value), sizeof value);
   };
-  for (const auto& p : cloud.points.points) append(p.x), append(p.y), append(p.z), append(p.label);
-  for (const std::uint32_t instance : cloud.instances) append(instance);
-  for (const float range : cloud.ranges) append(range);
+  for (const Point& p : cloud.points) {
+    append(p.x), append(p.y), append(p.z), append(p.label);
+    append(p.instance), append(p.sigma), append(p.view);
+  }
   for (int k = 0; k < 3; ++k) append(cloud.origin[k]);
   return text;
 }
@@ -33,8 +34,6 @@ LabelledCloud withoutSurfaces(const LabelledCloud& cloud, const LabelSet& set) {
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     if (set.role(cloud.points[i].label) == Role::surface) continue;
     rest.points.push_back(cloud.points[i]);
-    if (!cloud.instances.empty()) rest.instances.push_back(cloud.instances[i]);
-    if (!cloud.ranges.empty()) rest.ranges.push_back(cloud.ranges[i]);
   }
   return rest;
 }
@@ -109,8 +108,7 @@ TEST(ThinFrame, OfAScanAndOfASavedCloudIsTheThinnedCloud) {
   expectTheSameInOneGo(frame);
   frame.sensor = Sensor::cloud;
   expectTheSameInOneGo(frame);
-  frame.cloud.instances.assign(frame.cloud.size(), 5);
-  frame.cloud.ranges.assign(frame.cloud.size(), 2.5f);
+  for (Point& p : frame.cloud.points) p.instance = 5;
   expectTheSameInOneGo(frame);
 }
 

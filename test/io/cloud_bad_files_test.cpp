@@ -288,8 +288,7 @@ TEST(OddCloudFiles, OrganizedPackedCloudsWithHolesLoad) {
   XVIEW_REQUIRE_DATA(data, "mosd");
   const LabelledCloud cloud = readCloud(data + "/learn0.pcd");
   EXPECT_EQ(cloud.size(), 182292u);
-  for (const pcl::PointXYZL& point : cloud.points)
-    ASSERT_NE(point.label, 0u);  // 0 marks holes there
+  for (const auto& point : cloud.points) ASSERT_NE(point.label, 0u);  // 0 marks holes there
 }
 
 /// Headers that demand gigabytes, and files that are gigabytes of nothing (sparse: they take no

@@ -15,12 +15,12 @@ LabelledCloud someCloud() {
   LabelledCloud cloud;
   Random random(5);
   for (int i = 0; i < 1000; ++i) {
-    pcl::PointXYZL point;
+    Point point;
     for (int axis = 0; axis < 3; ++axis)
       point.data[axis] = static_cast<float>(random.uniform(-50, 50));
     point.label = random.below(20);
     cloud.points.push_back(point);
-    cloud.instances.push_back(random.below(100));
+    cloud.points.back().instance = random.below(100);
   }
   return cloud;
 }

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "io/written_files.h"
+#include "support/clouds.h"
 #include "support/test_data.h"
 #include "xview/io/cloud_files.h"
 #include "xview/io/recording.h"
@@ -19,13 +20,13 @@ LabelledCloud randomCloud(std::size_t points, bool instances) {
   LabelledCloud cloud;
   Random random(3);
   for (std::size_t i = 0; i < points; ++i) {
-    pcl::PointXYZL point;
+    Point point;
     point.x = static_cast<float>(random.uniform(-100, 100));
     point.y = static_cast<float>(random.uniform(-1e4, 1e4));
     point.z = static_cast<float>(random.uniform(-1e-3, 1e-3));
     point.label = random.below(1000);
     cloud.points.push_back(point);
-    if (instances) cloud.instances.push_back(random.below(70000));
+    if (instances) cloud.points.back().instance = random.below(70000);
   }
   return cloud;
 }
@@ -43,7 +44,7 @@ LabelSet oneClass() {
 void expectSame(const LabelledCloud& a, const LabelledCloud& b) {
   ASSERT_EQ(a.size(), b.size());
   EXPECT_EQ(a.origin, b.origin);
-  EXPECT_EQ(a.instances, b.instances);
+  EXPECT_EQ(test::instancesOf(a), test::instancesOf(b));
   for (std::size_t i = 0; i < a.size(); ++i) {
     ASSERT_EQ(a.points[i].getVector3fMap(), b.points[i].getVector3fMap());
     ASSERT_EQ(a.points[i].label, b.points[i].label);
@@ -93,7 +94,7 @@ TEST_P(CloudWriters, WrittenFarCoordinatesAreDoubles) {
 
 TEST_P(CloudWriters, OriginsNearByStaySinglePrecisionForPcl) {
   LabelledCloud cloud = randomCloud(200, false);
-  for (pcl::PointXYZL& point : cloud.points) point.y *= 0.01F;
+  for (Point& point : cloud.points) point.y *= 0.01F;
   cloud.origin = {-208, 5190, -18};
   write(cloud);
   const LabelledCloud read = readCloud(path());

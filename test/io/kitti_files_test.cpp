@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "io/written_files.h"
+#include "support/clouds.h"
 #include "support/test_data.h"
 #include "xview/io/cloud_files.h"
 
@@ -37,7 +38,7 @@ TEST_F(KittiScan, ClassIsInTheLowAndInstanceInTheHighBits) {
   EXPECT_EQ(cloud.position(1), Eigen::Vector3d(-4, 5, -6));
   EXPECT_EQ(cloud.points[0].label, 0x50u);
   EXPECT_EQ(cloud.points[1].label, 0xFFu);
-  EXPECT_EQ(cloud.instances, (std::vector<std::uint32_t>{7, 0xFFFF}));
+  EXPECT_EQ(test::instancesOf(cloud), (std::vector<std::uint32_t>{7, 0xFFFF}));
 }
 
 TEST_F(KittiScan, PointsThatAreNotFiniteGoWithTheirLabels) {
@@ -72,7 +73,7 @@ TEST(RecordedKittiScan, HasItsClasses) {
   const LabelledCloud cloud =
       readKittiScan(data + "/velodyne/004501.bin", data + "/labels/004501.label");
   EXPECT_GT(cloud.size(), 50000u);
-  for (const pcl::PointXYZL& point : cloud.points) ASSERT_LE(point.label, 259u);
+  for (const Point& point : cloud.points) ASSERT_LE(point.label, 259u);
 }
 
 }  // namespace

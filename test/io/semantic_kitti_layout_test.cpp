@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "recording_folder.h"
+#include "support/clouds.h"
 
 namespace xview {
 namespace {
@@ -45,7 +46,7 @@ TEST_F(KittiFolder, GivesScansInTheFrameOfTheVelodyne) {
   EXPECT_EQ(frame.number, 4);
   ASSERT_EQ(frame.cloud.size(), 2u);
   EXPECT_EQ(frame.cloud.points[1].label, 80u);
-  EXPECT_EQ(frame.cloud.instances, (std::vector<std::uint32_t>{0, 5}));
+  EXPECT_EQ(test::instancesOf(frame.cloud), (std::vector<std::uint32_t>{0, 5}));
   EXPECT_EQ(frame.cloud.position(1), Eigen::Vector3d(4, 5, 6));
 }
 

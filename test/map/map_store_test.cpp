@@ -99,13 +99,12 @@ TEST(MapStore, KeepsEveryPointOfTheCloudToACentimetreWithItsLabelAndInstance) {
   const SemanticMap map = sampleMap(), loaded = throughFile(map);
   EXPECT_EQ(loaded.cloud.origin, map.cloud.origin);
   ASSERT_EQ(loaded.cloud.size(), map.cloud.size());
-  ASSERT_EQ(loaded.cloud.instances.size(), map.cloud.size());
   const auto rows = [](const LabelledCloud& cloud) {
     std::vector<std::array<double, 5>> all;
     for (std::size_t i = 0; i < cloud.size(); ++i) {
       const auto& p = cloud.points[i];
       all.push_back({std::round(p.x * 100.0), std::round(p.y * 100.0), std::round(p.z * 100.0),
-                     double(p.label), double(cloud.instances[i])});
+                     double(p.label), double(p.instance)});
     }
     std::sort(all.begin(), all.end());
     return all;
@@ -141,8 +140,8 @@ TEST(MapStore, KeepsTheSpaceOfTheGraph) {
 
 TEST(MapStore, CloudWithoutInstancesStaysWithout) {
   SemanticMap map = sampleMap();
-  map.cloud.instances.clear();
-  EXPECT_TRUE(throughFile(map).cloud.instances.empty());
+  for (Point& p : map.cloud.points) p.instance = 0;
+  EXPECT_FALSE(throughFile(map).cloud.hasInstances());
 }
 
 TEST(MapStore, DropsPointsThatAreNotFinite) {
@@ -170,7 +169,6 @@ TEST(MapStore, OrderOfPointsAndSamplesDoesNotChangeTheBytes) {
   SemanticMap map = sampleMap();
   saveMap(folder / "a.xvm", map);
   std::reverse(map.cloud.points.begin(), map.cloud.points.end());
-  std::reverse(map.cloud.instances.begin(), map.cloud.instances.end());
   for (auto& samples : map.plan.samples) std::reverse(samples.begin(), samples.end());
   saveMap(folder / "b.xvm", map);
   EXPECT_EQ(bytesOf(folder / "a.xvm"), bytesOf(folder / "b.xvm"));
@@ -251,9 +249,6 @@ TEST(MapStore, RefusesAMapThatCouldNotBeReadBack) {
   map.graph.neighbours[0].push_back(0);
   EXPECT_NE(messageOfSave(path, map).find("inconsistent"), std::string::npos);
   map = sampleMap();
-  map.cloud.instances.pop_back();
-  EXPECT_NE(messageOfSave(path, map).find("instances"), std::string::npos);
-  map = sampleMap();
   map.keyframes[2].source = 2;
   EXPECT_NE(messageOfSave(path, map).find("source 2"), std::string::npos);
   map = sampleMap();
@@ -270,7 +265,7 @@ TEST(MapStore, RefusesAMapThatCouldNotBeReadBack) {
 
 TEST(MapStore, EveryMessageBeginsWithThePath) {
   SemanticMap map = sampleMap();
-  map.cloud.instances.pop_back();
+  map.keyframes[2].source = 2;
   const TemporaryFolder folder;
   EXPECT_EQ(messageOfSave(folder / "a.xvm", map).rfind(folder / "a.xvm: ", 0), 0u);
 }

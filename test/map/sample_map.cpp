@@ -78,13 +78,13 @@ LabelledCloud sampleCloud(Random& random) {
   LabelledCloud cloud;
   cloud.origin = {500000.125, 4649776.225, 1.0 / 3};
   for (int i = 0; i < 3000; ++i) {
-    pcl::PointXYZL p;
+    Point p;
     p.x = static_cast<float>(random.uniform(-100, 100));
     p.y = static_cast<float>(random.uniform(-100, 100));
     p.z = static_cast<float>(random.uniform(-70, 10));
     p.label = random.below(3) == 0 ? 4000000000u : 7;
+    p.instance = random.below(4) == 0 ? random.below(4000000000u) : 0;
     cloud.points.push_back(p);
-    cloud.instances.push_back(random.below(4) == 0 ? random.below(4000000000u) : 0);
   }
   return cloud;
 }
@@ -198,11 +198,11 @@ bool isSame(const PlanView& a, const PlanView& b) {
 }
 
 bool isSame(const LabelledCloud& a, const LabelledCloud& b) {
-  return a.origin == b.origin && a.instances == b.instances && a.ranges == b.ranges &&
-         std::equal(a.points.begin(), a.points.end(), b.points.begin(), b.points.end(),
-                    [](const pcl::PointXYZL& p, const pcl::PointXYZL& q) {
-                      return p.x == q.x && p.y == q.y && p.z == q.z && p.label == q.label;
-                    });
+  return a.origin == b.origin && std::equal(a.points.begin(), a.points.end(), b.points.begin(),
+                                            b.points.end(), [](const Point& p, const Point& q) {
+                                              return p.x == q.x && p.y == q.y && p.z == q.z &&
+                                                     p.label == q.label && p.instance == q.instance;
+                                            });
 }
 
 bool isSame(const SemanticMap& a, const SemanticMap& b) {

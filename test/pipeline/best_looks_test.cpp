@@ -15,25 +15,25 @@ class Looks {
  public:
   void add(int count, std::uint32_t label, float sigma_m, float x = 0.1f) {
     for (int i = 0; i < count; ++i) {
-      pcl::PointXYZL point;
+      Point point;
       point.x = x + 0.01f * static_cast<float>(i);
       point.y = point.z = 0.1f;
       point.label = label;
+      point.sigma = sigma_m;
       cloud_.points.push_back(point);
-      sigmas_.push_back(sigma_m);
     }
   }
   /// How many of those with this error are kept.
   long kept(float sigma_m) const {
-    const std::vector<bool> keep = bestLooks(cloud_, sigmas_);
+    const std::vector<bool> keep = bestLooks(cloud_);
     long count = 0;
-    for (std::size_t i = 0; i < keep.size(); ++i) count += keep[i] && sigmas_[i] == sigma_m;
+    for (std::size_t i = 0; i < keep.size(); ++i)
+      count += keep[i] && cloud_.points[i].sigma == sigma_m;
     return count;
   }
 
  private:
   LabelledCloud cloud_;
-  std::vector<float> sigmas_;
 };
 
 TEST(BestLooks, WhatWasSeenFromAfarGivesWayToWhatWasSeenFromNear) {
@@ -74,7 +74,7 @@ TEST(BestLooks, WhatIsKnownToADecimetreStaysAnywhere) {
   EXPECT_EQ(looks.kept(0.3f), 0);
 }
 
-TEST(BestLooks, NothingGivesNothing) { EXPECT_TRUE(bestLooks({}, {}).empty()); }
+TEST(BestLooks, NothingGivesNothing) { EXPECT_TRUE(bestLooks({}).empty()); }
 
 }  // namespace
 }  // namespace xview

@@ -62,7 +62,7 @@ Turned turnedCloud(const Eigen::Isometry3d& T, const Options& options) {
   cloud.sensor = Sensor::cloud;
   for (std::size_t i = kFirst; i < kLast; ++i) {
     for (std::size_t k = 0; k < frames[i].cloud.size(); ++k) {
-      pcl::PointXYZL p = frames[i].cloud.points[k];
+      Point p = frames[i].cloud.points[k];
       p.getVector3fMap() = (T * frames[i].cloud.position(k)).cast<float>();
       cloud.cloud.points.push_back(p);
     }

@@ -18,7 +18,7 @@ Query squareAround(double x, double y) {
       Vertex vertex;
       vertex.position = {x + dx, y + dy, 3};
       query.graph.vertices.push_back(vertex);
-      pcl::PointXYZL point;
+      Point point;
       point.getVector3fMap() = vertex.position.cast<float>();
       query.cloud.points.push_back(point);
     }

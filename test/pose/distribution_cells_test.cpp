@@ -45,7 +45,7 @@ LabelledCloud cloudOverTiles() {
 class Oracle {
  public:
   explicit Oracle(const LabelledCloud& cloud) {
-    for (const pcl::PointXYZL& p : cloud.points) {
+    for (const Point& p : cloud.points) {
       Cell& cell = cells_[keyOf(p.getVector3fMap(), p.label)];
       cell.sum += p.getVector3fMap().cast<double>();
       ++cell.points;

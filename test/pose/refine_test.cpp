@@ -70,7 +70,7 @@ class Street {
     LabelledCloud result;
     result.origin = origin;
     for (const auto& [p, label] : points_) {
-      pcl::PointXYZL point;
+      Point point;
       point.getVector3fMap() = (T * p - origin).cast<float>();
       point.label = label;
       result.points.push_back(point);
@@ -248,7 +248,7 @@ TEST(Refine, PointsThatAreNoNumbersAreLeftOut) {
   const Refinement clean =
       refineAt(distributions(map_cloud), query, nudge(0.2, 0.1, 0, 0), {0, 0, 1.5}, {});
   for (LabelledCloud* cloud : {&map_cloud, &query}) {
-    for (int i = 0; i < 20; ++i) cloud->points.push_back(pcl::PointXYZL(nan, 0, 0, kRoad));
+    for (int i = 0; i < 20; ++i) cloud->points.push_back(Point(nan, 0, 0, kRoad));
   }
   const Refinement dirty =
       refineAt(distributions(map_cloud), query, nudge(0.2, 0.1, 0, 0), {0, 0, 1.5}, {});
@@ -283,7 +283,7 @@ struct Drive {
     for (const auto& [p, label] : street.points()) {
       const auto i =
           static_cast<std::uint32_t>(std::clamp(std::round((p.x() + 20) / 2), 0.0, 10.0));
-      pcl::PointXYZL point;
+      Point point;
       point.getVector3fMap() =
           (p + Eigen::Vector3d((scale - 1) * (2.0 * i - 20), 0, 0)).cast<float>();
       point.label = label;
@@ -388,8 +388,7 @@ TEST(Refine, TheOtherSideOfAThingCountsLittle) {
   const std::vector<Eigen::Isometry3d> poses{Eigen::Isometry3d(Eigen::Translation3d(-25, 0, 1.5)),
                                              Eigen::Isometry3d(Eigen::Translation3d(25, 0, 1.5))};
   std::vector<std::uint32_t> seen_from;
-  for (const pcl::PointXYZL& point : query.points)
-    seen_from.push_back(point.label == kFence ? 1 : 0);
+  for (const Point& point : query.points) seen_from.push_back(point.label == kFence ? 1 : 0);
   RefineOptions options;
   options.drift_share = 0;
   const auto error = [&](const DistributionMap& map) {
@@ -420,8 +419,8 @@ TEST(Refine, CovarianceGrowsWithTheErrorOfTheSensor) {
 TEST(DistributionMap, HasOneDistributionPerCellAndGroup) {
   LabelledCloud cloud;
   for (const std::uint32_t label : {kRoad, kMarking, kBuilding, kCar, kVoid}) {
-    for (int i = 0; i < 10; ++i) cloud.points.push_back(pcl::PointXYZL(0.1f, 0.1f, 0.1f, label));
-    cloud.points.push_back(pcl::PointXYZL(-0.1f, 0.1f, 0.1f, label));
+    for (int i = 0; i < 10; ++i) cloud.points.push_back(Point(0.1f, 0.1f, 0.1f, label));
+    cloud.points.push_back(Point(-0.1f, 0.1f, 0.1f, label));
   }
   EXPECT_EQ(distributions(cloud).size(), 4u)
       << "road with its markings, and the building, in two cells each";
@@ -444,7 +443,7 @@ std::vector<Refinement> refinedAlong(const DistributionMap& map, const std::vect
 LabelledCloud longMap(const std::vector<double>& at_m) {
   LabelledCloud all;
   for (const double x : at_m) {
-    for (pcl::PointXYZL p : mapCloud().points) {
+    for (Point p : mapCloud().points) {
       p.x += static_cast<float>(x);
       all.points.push_back(p);
     }
@@ -479,7 +478,7 @@ TEST(Refine, CovarianceOfABentScanIsWide) {
   street.everything(1500);
   const auto sigma = [&](float bend_m) {
     LabelledCloud cloud = street.cloud();
-    for (pcl::PointXYZL& p : cloud.points) p.y += bend_m * std::sin(p.x / 4);
+    for (Point& p : cloud.points) p.y += bend_m * std::sin(p.x / 4);
     const Refinement r = refineAt(map, cloud, nudge(0, 0, 0, 0), {0, 0, 1.5});
     EXPECT_TRUE(r.converged);
     return std::sqrt(r.covariance(1, 1));

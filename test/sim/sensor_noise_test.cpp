@@ -198,12 +198,11 @@ TEST(Noise, OfAnEmptyFrameIsEmpty) {
 TEST(OwnMotion, LeavesWhatIsAheadAndShiftsWhatIsBehindByHalfATurnOfTravel) {
   Frame frame;
   for (const double yaw : {0.0, M_PI / 2, -M_PI / 2, M_PI - 1e-6, -M_PI + 1e-6}) {
-    pcl::PointXYZL point;
+    Point point;
     point.x = static_cast<float>(20 * std::cos(yaw));
     point.y = static_cast<float>(20 * std::sin(yaw));
     point.z = 1;
     frame.cloud.points.push_back(point);
-    frame.cloud.ranges.push_back(static_cast<float>(point.getVector3fMap().norm()));
   }
   Eigen::Isometry3d step = Eigen::Isometry3d::Identity();
   step.translation().x() = 2;
@@ -212,7 +211,6 @@ TEST(OwnMotion, LeavesWhatIsAheadAndShiftsWhatIsBehindByHalfATurnOfTravel) {
   for (std::size_t i = 0; i < frame.cloud.size(); ++i) {
     const Eigen::Vector3d d = moved.cloud.position(i) - frame.cloud.position(i);
     EXPECT_NEAR((d - Eigen::Vector3d(shift[i], 0, 0)).norm(), 0, 1e-4) << i;
-    EXPECT_NEAR(moved.cloud.ranges[i], moved.cloud.position(i).norm(), 1e-4);
   }
 }
 
@@ -220,7 +218,7 @@ TEST(OwnMotion, OfAScannerThatTurnsIsUndoneByTheInverseMotion) {
   Frame frame;
   Random random(3);
   for (int i = 0; i < 200; ++i) {
-    pcl::PointXYZL point;
+    Point point;
     point.x = static_cast<float>(random.uniform(-30, 30));
     point.y = static_cast<float>(random.uniform(-30, 30));
     point.z = static_cast<float>(random.uniform(-2, 5));
@@ -242,15 +240,14 @@ TEST(LidarNoise, ShiftsAlongTheRayAndKeepsItsAccuracy) {
   Frame frame;
   Random random(1);
   for (int i = 0; i < 20000; ++i) {
-    pcl::PointXYZL point;
+    Point point;
     const double yaw = random.uniform(-3, 3), range = random.uniform(2, 50);
     point.x = static_cast<float>(range * std::cos(yaw));
     point.y = static_cast<float>(range * std::sin(yaw));
     point.z = 0;
     point.label = town_class::kBuilding;
+    point.instance = static_cast<std::uint32_t>(i + 1);
     frame.cloud.points.push_back(point);
-    frame.cloud.instances.push_back(static_cast<std::uint32_t>(i + 1));
-    frame.cloud.ranges.push_back(static_cast<float>(range));
   }
   LidarNoise noise;
   noise.range_sigma_m = 0.05;
@@ -262,10 +259,9 @@ TEST(LidarNoise, ShiftsAlongTheRayAndKeepsItsAccuracy) {
     const bool is_right = noisy.cloud.points[i].label == town_class::kBuilding;
     right += is_right;
     if (!is_right) continue;
-    const auto truth = frame.cloud.position(noisy.cloud.instances[i] - 1);
+    const auto truth = frame.cloud.position(noisy.cloud.points[i].instance - 1);
     const Eigen::Vector3d error = noisy.cloud.position(i) - truth;
     EXPECT_LT(error.cross(truth.normalized()).norm(), 1e-4);
-    EXPECT_NEAR(noisy.cloud.position(i).norm(), noisy.cloud.ranges[i], 1e-3);
     squares += error.squaredNorm();
   }
   EXPECT_NEAR(right / n, noise.label_accuracy, 0.01);

@@ -52,7 +52,7 @@ struct World {
     query_graph.vertices.assign(graph.vertices.begin(), graph.vertices.begin() + 3);
     query_graph.setEdges({});
     for (double x = 0; x < size_m; x += 0.2) {
-      pcl::PointXYZL p;
+      Point p;
       p.x = static_cast<float>(x);
       p.y = 50;
       p.z = 1;

@@ -17,9 +17,10 @@ struct BeamSpacing {
 
 /// The spacing of the beams that measured these points around the origin of their frame, or nothing
 /// if they are no scan: in narrow sectors of a scan the elevations come in steps, those of a cloud
-/// from many places do not. The order of the points does not matter. The rings of the cloud are
-/// used if it has any and if they lie at elevations of their own, but they are not needed.
-BeamSpacing measureBeamSpacing(const LabelledCloud& cloud);
+/// from many places do not. The order of the points does not matter. Rings (the beam of each point)
+/// are used if there are any and if they lie at elevations of their own, but they are not needed.
+BeamSpacing measureBeamSpacing(const LabelledCloud& cloud,
+                               const std::vector<std::uint16_t>& rings = {});
 
 /// How a cloud was scanned.
 struct ScanView {

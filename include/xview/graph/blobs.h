@@ -60,7 +60,7 @@ std::vector<Blob> extractBlobs(const LabelledCloud& cloud, const LabelSet& set,
                                std::vector<int>* blob_of_point = nullptr,
                                const ScanView& scan = {});
 
-/// One point per voxel, class and instance: their centroid, in order of first appearance; ranges
+/// One point per voxel, class and instance: their centroid, in order of first appearance; sigmas
 /// become the mean range. Voxels are cells of the frame of the cloud, whatever its origin. Points
 /// that are not finite, or 2^30 voxels from zero, are left out; voxel_m = 0 changes nothing.
 /// `points_per_voxel`, if given, receives how many points each one stands for.

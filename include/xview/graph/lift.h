@@ -44,8 +44,8 @@ double maxRange(const Frame& frame, const LiftOptions& options);
 /// (Sensor::cloud) have no range limits.
 ///
 /// `origin` of the result is the sensor position rounded to 1 m (saved clouds: their own origin,
-/// moved along), `ranges` is filled for camera and lidar frames. Throws Error if images differ in
-/// size, focal lengths are not positive or the pose is not finite.
+/// moved along). Throws Error if images differ in size, focal lengths are not positive or the pose
+/// is not finite.
 LabelledCloud lift(const Frame& frame, const LabelSet& set, const LiftOptions& options,
                    LiftCounts* counts = nullptr);
 
