@@ -17,7 +17,7 @@ LabelledCloud someCloud() {
   for (int i = 0; i < 1000; ++i) {
     Point point;
     for (int axis = 0; axis < 3; ++axis)
-      point.data[axis] = static_cast<float>(random.uniform(-50, 50));
+      point.getVector3fMap()[axis] = static_cast<float>(random.uniform(-50, 50));
     point.label = random.below(20);
     cloud.points.push_back(point);
     cloud.points.back().instance = random.below(100);
