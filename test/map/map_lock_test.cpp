@@ -5,6 +5,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <filesystem>
 #include <memory>
 #include <thread>
 
@@ -44,7 +45,12 @@ TEST(MapLock, ItsHolderReadsAndWrites) {
 
 TEST(MapLock, AMapThatIsNotThereIsNotHeld) {
   const test::TemporaryFolder folder;
-  const MapLock first(folder / "none.xvm"), second(folder / "none.xvm");
+  const std::string path = folder / "none.xvm";
+  const MapLock first(path), second(path);
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path())) << "a lock makes no map";
+  saveMap(path, test::sampleMap());
+  const MapLock third(path);  // would wait for ever if one of the others held it
+  EXPECT_TRUE(std::filesystem::exists(path));
 }
 
 }  // namespace

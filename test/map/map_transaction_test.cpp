@@ -91,7 +91,10 @@ TEST_F(MapTransaction, KilledWriterLeavesTheOldMapOrTheNewOne) {
 
 TEST_F(MapTransaction, KilledWriterLeavesNoNewMap) {
   const std::string path = folder_ / "fresh.xvm";
-  for (useconds_t delay_us = 0; delay_us < 20000; delay_us += 2000) {
+  int without = 0, with = 0;
+  useconds_t delay_us = 0;
+  // Killed later and later, until a writer has come to its end, however slow the machine is.
+  for (int attempt = 0; attempt < 32 && (without == 0 || with == 0); ++attempt) {
     const pid_t child = fork();
     if (child == 0) {
       saveMap(path, new_);
@@ -100,11 +103,17 @@ TEST_F(MapTransaction, KilledWriterLeavesNoNewMap) {
     usleep(delay_us);
     kill(child, SIGKILL);
     waitpid(child, nullptr, 0);
-    if (fs::exists(path)) {
-      EXPECT_TRUE(isSame(loadMap(path), new_)) << delay_us;
+    if (!fs::exists(path)) {
+      ++without;
+      delay_us += 500 + delay_us / 4;
+      continue;
     }
+    ++with;
+    EXPECT_TRUE(isSame(loadMap(path), new_)) << delay_us;
     fs::remove(path);
   }
+  EXPECT_GT(without, 0) << "no writer was killed before its end";
+  EXPECT_GT(with, 0) << "no writer came to its end";
 }
 
 /// Ends the process in the middle of a change that has reached the file already.

@@ -44,9 +44,12 @@ TEST(ScaleSearch, FindsTheScaleOfTheQueryWithItsPlace) {
 TEST(ScaleSearch, WithoutItAWrongScaleIsNeverAWrongAcceptedPose) {
   const auto& drive = simulatedDrive();
   const Localizer localizer(drive.map, {});
+  const Localization right = localizer.localize(drive.query("rear", 10, 40));
+  EXPECT_EQ(right.status, Status::accepted) << "else nothing is tried here: " << right.reason;
   for (const double factor : {0.8, 1.25}) {
     const Localization fix = localizer.localize(scaledQuery(drive.query("rear", 10, 40), factor));
     EXPECT_EQ(fix.scale, 1);
+    EXPECT_FALSE(fix.hypotheses.empty()) << factor;
     if (fix.accepted()) {
       EXPECT_LT(errorOf(fix, 39), 5) << factor;
     }

@@ -8,8 +8,8 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "support/program.h"
 #include "support/test_data.h"
-#include "tools/program.h"
 
 namespace xview::test {
 namespace {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
 
-#include "tools/program.h"
+#include "support/program.h"
 
 namespace xview::test {
 namespace {

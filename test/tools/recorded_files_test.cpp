@@ -3,8 +3,8 @@
 
 #include <filesystem>
 
+#include "support/program.h"
 #include "support/test_data.h"
-#include "tools/program.h"
 
 namespace xview::test {
 namespace {

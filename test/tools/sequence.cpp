@@ -4,7 +4,7 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "tools/program.h"
+#include "support/program.h"
 #include "xview/io/image_files.h"
 #include "xview/io/pose_files.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "tools/program.h"
+#include "support/program.h"
 
 #include <fcntl.h>
 #include <signal.h>
