@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace xview::test {
+
+/// A header or source of the project.
+struct SourceFile {
+  std::filesystem::path path;
+  std::string place;  ///< see placeOf
+  std::string text;
+};
+
+/// The part of the project that a file belongs to: its folder under include/xview or src; "tools"
+/// for pcd_tools; "options" and "pipeline" for what lies directly in include/xview and src.
+std::string placeOf(const std::filesystem::path& path);
+
+/// All .h and .cpp below include, src and pcd_tools.
+std::vector<SourceFile> sourceFiles();
+
+/// The file that `#include "name"` or `#include <name>` means in this file; empty if it is none of
+/// ours.
+std::filesystem::path includedFile(const SourceFile& from, const std::string& name);
+
+/// C++ without comments, preprocessor lines and the insides of literals; lines stay lines.
+std::string bareCode(const std::string& text);
+
+}  // namespace xview::test
