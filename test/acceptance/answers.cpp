@@ -13,7 +13,7 @@ namespace xview::test {
 namespace {
 
 /// The machine may be busy with other tests.
-const Limits kPatient{120, 0, "", 0};
+const Limits kPatient{300, 0, "", 0};
 
 std::string joined(const std::vector<std::string>& words) {
   std::string line = "xview";
