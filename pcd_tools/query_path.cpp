@@ -4,9 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "xview/io/matrix_file.h"
 #include "xview/io/pose_files.h"
-#include "xview/io/pose_graph_file.h"
 
 namespace xview::tools {
 namespace {

@@ -4,33 +4,74 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <cstring>
+#include <filesystem>
 #include <limits>
 #include <new>
 
-#include "class_comments.h"
-#include "cloud_builder.h"
-#include "cloud_columns.h"
-#include "id_value.h"
-#include "pcd_header.h"
-#include "ply_header.h"
-#include "row_reader.h"
-#include "xview/types/error.h"
+#include "point_table.h"
+#include "xview/io/atomic_file.h"
 
 namespace xview {
 namespace {
 
-bool endsWith(const std::string& path, const std::string& ending) {
-  return path.size() >= ending.size() &&
-         std::equal(
-             ending.begin(), ending.end(), path.end() - static_cast<std::ptrdiff_t>(ending.size()),
-             [](char a, char b) { return a == std::tolower(static_cast<unsigned char>(b)); });
-}
+/// Collects points that arrive in double precision. The first coordinate beyond `far_m` makes that
+/// point, rounded down to metres, the origin of the cloud.
+class CloudBuilder {
+ public:
+  explicit CloudBuilder(double far_m) : far_m_(far_m) {}
+
+  void reserve(std::size_t points) { cloud_.points.reserve(points); }
+
+  void add(const Eigen::Vector3d& position, std::uint32_t label, std::uint32_t instance,
+           const RowPlace& place) {
+    // Beyond the planets: another type or byte order than the header says.
+    constexpr double kFarthest_m = 1e12;
+    const double reach = position.cwiseAbs().maxCoeff();
+    if (reach > kFarthest_m) place.fail("a coordinate beyond 1e12 m");
+    if (reach > far_m_ && !has_origin_) setOrigin(position);
+    Point point;
+    point.getVector3fMap() = (position - cloud_.origin).cast<float>();
+    point.label = label;
+    point.instance = instance;
+    cloud_.points.push_back(point);
+  }
+
+  /// The beam of the point that was added last. A number that is none makes all of them unknown.
+  void addRing(double ring) {
+    const bool is_ring = ring >= 0 && ring <= std::numeric_limits<std::uint16_t>::max();
+    has_wrong_ring_ = has_wrong_ring_ || !is_ring;
+    rings_.push_back(is_ring ? static_cast<std::uint16_t>(ring) : 0);
+  }
+
+  LabelledCloud finish() { return std::move(cloud_); }
+  /// One per point, or empty.
+  std::vector<std::uint16_t> rings() const {
+    return has_wrong_ring_ ? std::vector<std::uint16_t>() : rings_;
+  }
+
+ private:
+  void setOrigin(const Eigen::Vector3d& position) {
+    has_origin_ = true;
+    cloud_.origin = position.array().floor();
+    for (Point& point : cloud_.points) {
+      const Eigen::Vector3d old = point.getVector3fMap().cast<double>();
+      point.getVector3fMap() = (old - cloud_.origin).cast<float>();
+    }
+  }
+
+  double far_m_;
+  bool has_wrong_ring_ = false;
+  bool has_origin_ = false;
+  LabelledCloud cloud_;
+  std::vector<std::uint16_t> rings_;
+};
 
 FileLayout readLayout(InputFile& file) {
-  if (!endsWith(file.path(), ".ply") && !endsWith(file.path(), ".pcd")) {
-    file.fail("expected a file that ends in .pcd or .ply");
-  }
-  FileLayout layout = endsWith(file.path(), ".ply") ? readPlyHeader(file) : readPcdHeader(file);
+  std::string ending = std::filesystem::path(file.path()).extension().string();
+  for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  if (ending != ".ply" && ending != ".pcd") file.fail("expected a file that ends in .pcd or .ply");
+  FileLayout layout = ending == ".ply" ? readPlyHeader(file) : readPcdHeader(file);
   checkSize(file, layout);
   return layout;
 }
@@ -52,14 +93,12 @@ bool looksLikeGraph(const FileLayout& layout, const Element& points) {
 /// Coordinates farther than this are stored relative to an origin. Numbers that are float32 in the
 /// file lose nothing in a float32 cloud; a text may have more digits than the type its header
 /// declares.
-double farLimit(const FileLayout& layout, const Element& points,
-                const std::vector<std::size_t>& columns) {
+double farLimit(const FileLayout& layout, const ChosenColumns& columns) {
   constexpr double kDoubleFar_m = 1e3, kTextFar_m = 1e4;
-  for (int axis = 0; axis < 3; ++axis) {
-    if (points.columns[columns[static_cast<std::size_t>(axis)]].type != ScalarType::f32)
-      return kDoubleFar_m;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (columns.column(axis).type != ScalarType::f32) return kDoubleFar_m;
   }
-  return layout.encoding == Encoding::ascii ? kTextFar_m : CloudBuilder::kNever;
+  return layout.encoding == Encoding::ascii ? kTextFar_m : std::numeric_limits<double>::infinity();
 }
 
 /// How many points to make room for once the first row is there. Binary files are known to hold
@@ -77,23 +116,17 @@ LabelledCloud readPoints(InputFile& file, const FileLayout& layout, const Elemen
       std::numeric_limits<std::int32_t>::max();  // PCL counts in int
   if (points.rows > kMostPoints) file.fail("has more than 2^31 points");
 
-  std::vector<std::size_t> columns = positionColumns(points, file);
-  CloudBuilder builder(farLimit(layout, points, columns));
-  if (ids.label) columns.push_back(*ids.label);
-  if (ids.instance) columns.push_back(*ids.instance);
-  if (ids.ring) columns.push_back(*ids.ring);
-  const std::size_t instance_slot = ids.label ? 4 : 3;
-  const std::size_t ring_slot = columns.size() - 1;
-
-  readRows(file, layout, points, columns, [&](const double* values, const RowPlace& place) {
+  ChosenColumns columns(points, file);
+  const auto label = columns.add(ids.label), instance = columns.add(ids.instance);
+  const auto ring = columns.add(ids.ring);
+  CloudBuilder builder(farLimit(layout, columns));
+  readRows(file, layout, points, columns.all(), [&](const double* values, const RowPlace& place) {
     if (place.row == 0) builder.reserve(likelyPoints(file, layout, points));
     const Eigen::Vector3d position(values[0], values[1], values[2]);
     if (!position.allFinite()) return;  // a pixel without measurement; its label means nothing
-    const auto id = [&](std::size_t slot) {
-      return idFromNumber(values[slot], points.columns[columns[slot]], place);
-    };
-    builder.add(position, ids.label ? id(3) : 0, ids.instance ? id(instance_slot) : 0, place);
-    if (ids.ring) builder.addRing(values[ring_slot]);
+    builder.add(position, columns.id(label, values, place), columns.id(instance, values, place),
+                place);
+    if (ring) builder.addRing(values[*ring]);
   });
   if (rings) *rings = builder.rings();
   return builder.finish();
@@ -111,6 +144,133 @@ LabelledCloud readElements(InputFile& file, const FileLayout& layout, const IdCo
     }
   }
   requireEnd(file, layout);
+  return cloud;
+}
+
+// ---- writing
+
+/// What a file of this cloud has beside position and label.
+struct Contents {
+  bool doubles = false;
+  bool instances = false;
+  const LabelSet* labels = nullptr;
+};
+
+/// Whether single precision would lose more than half a millimetre.
+bool needsDoubles(const LabelledCloud& cloud) {
+  constexpr double kFar_m = 1e4;
+  if (cloud.origin.isZero(0)) return false;
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    if (!(cloud.position(i).cwiseAbs().maxCoeff() < kFar_m)) return true;
+  }
+  return false;
+}
+
+template <class T>
+void append(std::string& bytes, T value) {
+  char raw[sizeof(T)];
+  std::memcpy(raw, &value, sizeof(T));
+  bytes.append(raw, sizeof(T));
+}
+
+/// appendColor(row, color) writes the colour of a class.
+template <class AppendColor>
+void writePoints(const std::string& path, const LabelledCloud& cloud, const LabelSet* labels,
+                 std::string (*header)(const LabelledCloud&, const Contents&),
+                 AppendColor appendColor) {
+  const Contents contents{needsDoubles(cloud), cloud.hasInstances(), labels};
+  AtomicFile file(path);
+  file.write(header(cloud, contents));
+  std::string row;
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    row.clear();
+    const Eigen::Vector3d position = cloud.position(i);
+    for (const double coordinate : position) {
+      if (contents.doubles) {
+        append(row, coordinate);
+      } else {
+        append(row, static_cast<float>(coordinate));
+      }
+    }
+    if (labels) appendColor(row, labels->color(cloud.points[i].label));
+    append(row, cloud.points[i].label);
+    if (contents.instances) append(row, cloud.points[i].instance);
+    file.write(row);
+  }
+  file.commit();
+}
+
+std::string pcdHeader(const LabelledCloud& cloud, const Contents& contents) {
+  const char* position_size = contents.doubles ? "8" : "4";
+  std::string fields = "x y z", types = "F F F", counts = "1 1 1";
+  std::string sizes = std::string(position_size) + " " + position_size + " " + position_size;
+  const auto addField = [&](const char* name, const char* type) {
+    fields += std::string(" ") + name;
+    types += std::string(" ") + type;
+    sizes += " 4";
+    counts += " 1";
+  };
+  if (contents.labels) addField("rgb", "F");
+  addField("label", "U");
+  if (contents.instances) addField("instance", "U");
+  const std::string points = std::to_string(cloud.size());
+  const std::string classes =
+      contents.labels ? classComments(*contents.labels, "# ") : std::string();
+  return "# .PCD v0.7 - Point Cloud Data file format\n" + classes + "VERSION 0.7\nFIELDS " +
+         fields + "\nSIZE " + sizes + "\nTYPE " + types + "\nCOUNT " + counts + "\nWIDTH " +
+         points + "\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS " + points + "\nDATA binary\n";
+}
+
+std::string plyHeader(const LabelledCloud& cloud, const Contents& contents) {
+  std::string header = "ply\nformat binary_little_endian 1.0\n";
+  if (contents.labels) header += classComments(*contents.labels, "comment ");
+  header += "element vertex " + std::to_string(cloud.size());
+  for (const char* axis : {"x", "y", "z"}) {
+    header += std::string("\nproperty ") + (contents.doubles ? "double " : "float ") + axis;
+  }
+  if (contents.labels) header += "\nproperty uchar red\nproperty uchar green\nproperty uchar blue";
+  header += "\nproperty uint label";
+  if (contents.instances) header += "\nproperty uint instance";
+  return header + "\nend_header\n";
+}
+
+// ---- SemanticKITTI
+
+constexpr std::size_t kPointBytes = 4 * sizeof(float);
+constexpr std::size_t kLabelBytes = sizeof(std::uint32_t);
+
+std::size_t pointCount(const InputFile& scan) {
+  const std::uint64_t points = scan.size() / kPointBytes;
+  if (scan.size() % kPointBytes != 0) {
+    scan.fail("expected 16 bytes per point (x y z intensity), found " +
+              std::to_string(scan.size()) + " bytes: " + std::to_string(scan.size() % kPointBytes) +
+              " are left after " + std::to_string(points) + " points");
+  }
+  if (points > std::numeric_limits<std::int32_t>::max()) scan.fail("has more than 2^31 points");
+  return static_cast<std::size_t>(points);
+}
+
+void requireLabels(const InputFile& labels, const InputFile& scan, std::size_t points) {
+  if (labels.size() == points * kLabelBytes) return;
+  labels.fail("expected " + std::to_string(points) + " labels of 4 bytes, one for each point of " +
+              scan.path() + ", found " + std::to_string(labels.size()) + " bytes");
+}
+
+LabelledCloud readScan(InputFile& scan, InputFile& labels, std::size_t points) {
+  LabelledCloud cloud;
+  cloud.points.reserve(points);
+  for (std::size_t i = 0; i < points; ++i) {
+    float position[4];
+    std::uint32_t label = 0;
+    scan.readBytes(position, sizeof(position));
+    labels.readBytes(&label, sizeof(label));
+    if (!Eigen::Map<const Eigen::Vector3f>(position).allFinite()) continue;
+    Point point;
+    point.getVector3fMap() = Eigen::Map<const Eigen::Vector3f>(position);
+    point.label = label & 0xFFFF;
+    point.instance = label >> 16;
+    cloud.points.push_back(point);
+  }
   return cloud;
 }
 
@@ -146,6 +306,31 @@ LabelledCloud readCloud(const std::string& path, const CloudFields& fields, bool
     return readElements(file, layout, ids, rings);
   } catch (const std::bad_alloc&) {
     file.fail("needs more memory than there is for its " + std::to_string(file.size()) + " bytes");
+  }
+}
+
+void writePcd(const std::string& path, const LabelledCloud& cloud, const LabelSet* labels) {
+  // Red, green and blue in the bits 16-23, 8-15 and 0-7, as PCL packs them into its float field
+  // "rgb".
+  writePoints(path, cloud, labels, pcdHeader, [](std::string& row, const auto& color) {
+    append(row, (std::uint32_t{color[0]} << 16) | (std::uint32_t{color[1]} << 8) | color[2]);
+  });
+}
+
+void writePly(const std::string& path, const LabelledCloud& cloud, const LabelSet* labels) {
+  writePoints(path, cloud, labels, plyHeader, [](std::string& row, const auto& color) {
+    for (const std::uint8_t channel : color) append(row, channel);
+  });
+}
+
+LabelledCloud readKittiScan(const std::string& bin_path, const std::string& label_path) {
+  InputFile scan(bin_path), labels(label_path);
+  const std::size_t points = pointCount(scan);
+  requireLabels(labels, scan, points);
+  try {
+    return readScan(scan, labels, points);
+  } catch (const std::bad_alloc&) {
+    scan.fail("needs more memory than there is for its " + std::to_string(points) + " points");
   }
 }
 

@@ -2,15 +2,13 @@
 #include "xview/io/graph_files.h"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <limits>
 #include <new>
 
-#include "class_comments.h"
-#include "cloud_columns.h"
-#include "id_value.h"
-#include "ply_header.h"
-#include "row_reader.h"
+#include "point_table.h"
+#include "xview/io/atomic_file.h"
 
 namespace xview {
 namespace {
@@ -20,62 +18,51 @@ using Edges = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
 /// The columns of the vertices that are there, by name.
 class VertexColumns {
  public:
-  VertexColumns(const Element& vertices, const InputFile& file) : element_(vertices) {
-    columns_ = positionColumns(vertices, file);
+  VertexColumns(const Element& vertices, const InputFile& file) : columns_(vertices, file) {
     const IdColumns ids = findIdColumns(vertices, {}, file);
     if (!ids.label) file.fail("has no label field; its fields: " + vertices.columnNames());
-    label_ = add(ids.label);
-    instance_ = add(ids.instance);
-    const char* const axes[] = {"extent_x", "extent_y", "extent_z"};
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      extent_[axis] = add(findScalarColumn(vertices, axes[axis], file));
-    sigma_ = add(findScalarColumn(vertices, "sigma", file));
-    observations_ = add(findScalarColumn(vertices, "observations", file));
-    points_ = add(findScalarColumn(vertices, "points", file));
-    first_frame_ = add(findScalarColumn(vertices, "first_frame", file));
-    last_frame_ = add(findScalarColumn(vertices, "last_frame", file));
+    label_ = columns_.add(ids.label);
+    instance_ = columns_.add(ids.instance);
+    const auto add = [&](const char* name) {
+      return columns_.add(vertices.findColumn(name, file));
+    };
+    extent_[0] = add("extent_x");
+    extent_[1] = add("extent_y");
+    extent_[2] = add("extent_z");
+    sigma_ = add("sigma");
+    observations_ = add("observations");
+    points_ = add("points");
+    first_frame_ = add("first_frame");
+    last_frame_ = add("last_frame");
   }
 
-  const std::vector<std::size_t>& chosen() const { return columns_; }
+  const std::vector<std::size_t>& chosen() const { return columns_.all(); }
 
   Vertex vertex(const double* values, const RowPlace& place) const {
     Vertex vertex;
     vertex.position = {values[0], values[1], values[2]};
     if (!vertex.position.allFinite()) place.fail("the position is not finite");
-    vertex.label = id(label_, values, place, 0);
-    vertex.instance = id(instance_, values, place, 0);
+    vertex.label = columns_.id(label_, values, place);
+    vertex.instance = columns_.id(instance_, values, place);
     for (std::size_t axis = 0; axis < 3; ++axis) {
       vertex.extent[static_cast<Eigen::Index>(axis)] = length(extent_[axis], values, place);
     }
     vertex.sigma_m = length(sigma_, values, place);
-    vertex.observations = id(observations_, values, place, 1);
-    vertex.points = id(points_, values, place, 0);
+    vertex.observations = columns_.id(observations_, values, place, 1);
+    vertex.points = columns_.id(points_, values, place);
     vertex.first_frame = frame(first_frame_, values, place);
     vertex.last_frame = frame(last_frame_, values, place);
     return vertex;
   }
 
  private:
-  using Slot = std::optional<std::size_t>;  ///< among the chosen columns
-
-  Slot add(const std::optional<std::size_t>& column) {
-    if (!column) return std::nullopt;
-    columns_.push_back(*column);
-    return columns_.size() - 1;
-  }
-
-  const Column& column(std::size_t slot) const { return element_.columns[columns_[slot]]; }
-
-  std::uint32_t id(const Slot& slot, const double* values, const RowPlace& place,
-                   std::uint32_t absent) const {
-    return slot ? idFromNumber(values[*slot], column(*slot), place) : absent;
-  }
+  using Slot = ChosenColumns::Slot;
 
   double length(const Slot& slot, const double* values, const RowPlace& place) const {
     if (!slot) return 0;
     const double value = values[*slot];
     if (!(std::isfinite(value) && value >= 0))
-      place.fail(quoted(column(*slot).name) + " must be finite and >= 0");
+      place.fail(quoted(columns_.column(*slot).name) + " must be finite and >= 0");
     return value;
   }
 
@@ -83,13 +70,12 @@ class VertexColumns {
     if (!slot) return 0;
     const double value = values[*slot];
     if (!(std::abs(value) <= 0x1p53 && value == std::floor(value))) {
-      place.fail(quoted(column(*slot).name) + " must be a whole number");
+      place.fail(quoted(columns_.column(*slot).name) + " must be a whole number");
     }
     return static_cast<std::int64_t>(value);
   }
 
-  const Element& element_;
-  std::vector<std::size_t> columns_;
+  ChosenColumns columns_;
   Slot label_, instance_, extent_[3], sigma_, observations_, points_, first_frame_, last_frame_;
 };
 
@@ -108,7 +94,7 @@ Edges readEdges(InputFile& file, const FileLayout& layout, const Element& elemen
                 std::uint64_t vertices) {
   std::vector<std::size_t> columns;
   for (const char* name : {"vertex1", "vertex2"}) {
-    const auto column = findScalarColumn(element, name, file);
+    const auto column = element.findColumn(name, file);
     if (!column) file.fail(std::string("the element edge has no property ") + name);
     columns.push_back(*column);
   }
@@ -155,6 +141,57 @@ GraphFile readElements(InputFile& file, const FileLayout& layout) {
   return result;
 }
 
+// ---- writing
+
+/// A line of numbers. Doubles get the fewest digits that read back as the same double, at most 17.
+class NumberLine {
+ public:
+  template <class Number>
+  NumberLine& operator<<(Number value) {
+    char digits[32];
+    const char* end = std::to_chars(digits, digits + sizeof(digits), value).ptr;
+    if (!text_.empty()) text_ += ' ';
+    text_.append(digits, static_cast<std::size_t>(end - digits));
+    return *this;
+  }
+  std::string take() { return std::move(text_) + "\n"; }
+
+ private:
+  std::string text_;
+};
+
+std::string header(const SemanticGraph& graph, const LabelSet& labels) {
+  // Most programs and people expect a signed label; the few ids beyond need the other type.
+  const bool large =
+      std::any_of(graph.vertices.begin(), graph.vertices.end(), [](const Vertex& vertex) {
+        return vertex.label > static_cast<std::uint32_t>(std::numeric_limits<std::int32_t>::max());
+      });
+  return std::string("ply\nformat ascii 1.0\ncomment xview semantic graph 1, metres\n") +
+         (graph.space == GraphSpace::image ? "comment graph_space image\n" : "") +
+         classComments(labels, "comment ") + "element vertex " + std::to_string(graph.size()) +
+         "\nproperty double x\nproperty double y\nproperty double z"
+         "\nproperty uchar red\nproperty uchar green\nproperty uchar blue"
+         "\nproperty " +
+         (large ? "uint" : "int") +
+         " label\nproperty uint instance"
+         "\nproperty uint observations\nproperty uint points\nproperty double sigma"
+         "\nproperty double extent_x\nproperty double extent_y\nproperty double extent_z"
+         "\nproperty double first_frame\nproperty double last_frame"
+         "\nelement edge " +
+         std::to_string(graph.edgeCount()) +
+         "\nproperty int vertex1\nproperty int vertex2\nend_header\n";
+}
+
+std::string vertexLine(const Vertex& vertex, const LabelSet& labels) {
+  const auto [red, green, blue] = labels.color(vertex.label);
+  NumberLine line;
+  line << vertex.position.x() << vertex.position.y() << vertex.position.z() << red << green << blue
+       << vertex.label << vertex.instance << vertex.observations << vertex.points << vertex.sigma_m
+       << vertex.extent.x() << vertex.extent.y() << vertex.extent.z() << vertex.first_frame
+       << vertex.last_frame;
+  return line.take();
+}
+
 }  // namespace
 
 GraphFile readGraph(const std::string& path) {
@@ -166,6 +203,18 @@ GraphFile readGraph(const std::string& path) {
   } catch (const std::bad_alloc&) {
     file.fail("needs more memory than there is for its " + std::to_string(file.size()) + " bytes");
   }
+}
+
+void writeGraph(const std::string& path, const SemanticGraph& graph, const LabelSet& labels) {
+  AtomicFile file(path);
+  file.write(header(graph, labels));
+  for (const Vertex& vertex : graph.vertices) file.write(vertexLine(vertex, labels));
+  for (const auto& [a, b] : graph.edges()) {
+    NumberLine line;
+    line << a << b;
+    file.write(line.take());
+  }
+  file.commit();
 }
 
 }  // namespace xview

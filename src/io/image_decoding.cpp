@@ -1,19 +1,204 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "image_decoding.h"
 
+#include <libdeflate.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
 #include <cstdlib>
 #include <cstring>
+#include <memory>
 #include <mutex>
 #include <opencv2/imgcodecs.hpp>
-#include <vector>
+#include <string_view>
 
 #include "input_file.h"
-#include "png_header.h"
-#include "png_pixels.h"
 #include "xview/types/error.h"
 
 namespace xview {
 namespace {
+
+using Byte = unsigned char;
+
+constexpr Byte kSignature[8] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'};
+constexpr std::uint64_t kMaxSide = 32768;
+constexpr std::uint64_t kMaxInflation = 1032;  ///< deflate cannot expand a byte to more
+
+std::uint32_t bigEndian(const unsigned char* data) {
+  return std::uint32_t{data[0]} << 24 | std::uint32_t{data[1]} << 16 | std::uint32_t{data[2]} << 8 |
+         data[3];
+}
+
+int channelsOf(PngColor color) {
+  switch (color) {
+    case PngColor::grey:
+    case PngColor::palette:
+      return 1;
+    case PngColor::grey_alpha:
+      return 2;
+    case PngColor::rgb:
+      return 3;
+    case PngColor::rgba:
+      return 4;
+  }
+  return 0;
+}
+
+PngHeader parseHeader(const std::string& path, const unsigned char* data, std::size_t size) {
+  if (size != 13)
+    throw Error(path, "PNG header of " + std::to_string(size) + " bytes, expected 13");
+  const std::uint32_t width = bigEndian(data), height = bigEndian(data + 4);
+  if (width == 0 || height == 0 || width > kMaxSide || height > kMaxSide) {
+    throw Error(path, "PNG of " + std::to_string(width) + " x " + std::to_string(height) +
+                          " pixels, expected 1 to " + std::to_string(kMaxSide) + " each way");
+  }
+  PngHeader header;
+  header.width = static_cast<int>(width);
+  header.height = static_cast<int>(height);
+  header.bits = data[8];
+  header.color = static_cast<PngColor>(data[9]);
+  header.interlaced = data[12] != 0;
+  if (channelsOf(header.color) == 0 || header.bits == 0 || header.bits > 16) {
+    throw Error(path, "PNG with colour type " + std::to_string(data[9]) + " and " +
+                          std::to_string(data[8]) + " bits per channel");
+  }
+  return header;
+}
+
+std::string describe(const PngHeader& header) {
+  static constexpr const char* kNames[] = {"grey", "", "RGB", "palette", "grey+alpha", "", "RGBA"};
+  return std::to_string(header.bits) + "-bit " + kNames[static_cast<int>(header.color)];
+}
+
+// ---- pixels of a PNG
+
+bool isPlain(const PngHeader& header) {
+  const bool known_color = header.color == PngColor::grey || header.color == PngColor::rgb ||
+                           header.color == PngColor::rgba;
+  return known_color && (header.bits == 8 || header.bits == 16) && !header.interlaced &&
+         !header.has_transparent_color;
+}
+
+/// The data chunks of the file, one after the other, unpacked; empty if they do not hold `size`
+/// bytes.
+std::vector<Byte> inflate(const PngHeader& header, const std::vector<Byte>& bytes,
+                          std::size_t size) {
+  std::vector<Byte> joined;  // of several pieces
+  for (const PngHeader::Piece& piece : header.data) {
+    if (header.data.size() == 1) break;
+    joined.insert(joined.end(), &bytes[piece.begin], &bytes[piece.begin] + piece.size);
+  }
+  const std::unique_ptr<libdeflate_decompressor, void (*)(libdeflate_decompressor*)> inflater(
+      libdeflate_alloc_decompressor(), libdeflate_free_decompressor);
+  std::vector<Byte> rows(size);
+  const bool is_one = header.data.size() == 1;
+  const auto result = libdeflate_zlib_decompress(
+      inflater.get(), is_one ? &bytes[header.data[0].begin] : joined.data(),
+      is_one ? header.data[0].size : joined.size(), rows.data(), rows.size(), nullptr);
+  if (result != LIBDEFLATE_SUCCESS) rows.clear();
+  return rows;
+}
+
+// The filters of the PNG specification, section 9, undone in place. `kStep` is the size of a pixel,
+// known to the compiler so that it keeps the pixel on the left in registers.
+
+template <std::size_t kStep>
+void undoSub(Byte* row, std::size_t size) {
+  Byte left[kStep] = {};
+  for (std::size_t i = 0; i < size; i += kStep) {
+    for (std::size_t c = 0; c < kStep; ++c) row[i + c] = left[c] += row[i + c];
+  }
+}
+
+void undoUp(Byte* row, const Byte* above, std::size_t size) {
+  for (std::size_t i = 0; i < size; ++i) row[i] = static_cast<Byte>(row[i] + above[i]);
+}
+
+template <std::size_t kStep>
+void undoAverage(Byte* row, const Byte* above, std::size_t size) {
+  Byte left[kStep] = {};
+  for (std::size_t i = 0; i < size; i += kStep) {
+    for (std::size_t c = 0; c < kStep; ++c) {
+      row[i + c] = left[c] = static_cast<Byte>(row[i + c] + (left[c] + above[i + c]) / 2);
+    }
+  }
+}
+
+/// Left, above or above left: the nearest to left + above - above left.
+Byte paeth(int left, int above, int corner) {
+  const int to_left = std::abs(above - corner), to_above = std::abs(left - corner);
+  const int to_corner = std::abs(left + above - 2 * corner);
+  const int upper = to_above <= to_corner ? above : corner;
+  return static_cast<Byte>(to_left <= to_above && to_left <= to_corner ? left : upper);
+}
+
+template <std::size_t kStep>
+void undoPaeth(Byte* row, const Byte* above, std::size_t size) {
+  Byte left[kStep] = {}, corner[kStep] = {};
+  for (std::size_t i = 0; i < size; i += kStep) {
+    for (std::size_t c = 0; c < kStep; ++c) {
+      const Byte guess = paeth(left[c], above[i + c], corner[c]);
+      corner[c] = above[i + c];
+      row[i + c] = left[c] = static_cast<Byte>(row[i + c] + guess);
+    }
+  }
+}
+
+/// False if there is no such filter.
+template <std::size_t kStep>
+bool undoFilter(Byte* row, const Byte* above, std::size_t size) {
+  const Byte filter = *row++;
+  if (filter == 1) undoSub<kStep>(row, size);
+  if (filter == 2) undoUp(row, above, size);
+  if (filter == 3) undoAverage<kStep>(row, above, size);
+  if (filter == 4) undoPaeth<kStep>(row, above, size);
+  return filter <= 4;
+}
+
+using UndoFilter = bool (*)(Byte*, const Byte*, std::size_t);
+UndoFilter undoFilterOf(std::size_t pixel_bytes) {
+  switch (pixel_bytes) {
+    case 1:
+      return undoFilter<1>;
+    case 2:
+      return undoFilter<2>;
+    case 3:
+      return undoFilter<3>;
+    case 4:
+      return undoFilter<4>;
+    case 6:
+      return undoFilter<6>;
+    default:
+      return undoFilter<8>;
+  }
+}
+
+/// Samples in the order of the file to pixels in OpenCV's order.
+template <class Sample>
+void storeRow(const Byte* row, int channels, cv::Mat& image, int y) {
+  const auto sample = [&](std::size_t i) {
+    if constexpr (sizeof(Sample) == 1)
+      return row[i];
+    else
+      return static_cast<Sample>(row[2 * i] << 8 | row[2 * i + 1]);
+  };
+  Sample* out = image.ptr<Sample>(y);
+  const auto samples = static_cast<std::size_t>(image.cols * channels);
+  if (channels == 1) {
+    for (std::size_t i = 0; i < samples; ++i) out[i] = sample(i);
+    return;
+  }
+  const auto step = static_cast<std::size_t>(channels);
+  for (std::size_t i = 0; i < samples; i += step) {
+    out[i] = sample(i + 2);
+    out[i + 1] = sample(i + 1);
+    out[i + 2] = sample(i);
+    if (channels == 4) out[i + 3] = sample(i + 3);
+  }
+}
+
+// ---- any image
 
 /// OpenCV refuses EXR unless this is in the environment before it looks for the first time.
 void allowExr() {
@@ -38,7 +223,108 @@ cv::Mat decodeSoundPng(const std::string& path, const std::vector<unsigned char>
   return decodePng(header, bytes);
 }
 
+// ---- PFM
+
+struct PfmHeader {
+  int width = 0;
+  int height = 0;
+  bool little_endian = true;
+};
+
+/// Three lines: "Pf", "width height", "scale".
+PfmHeader readPfmHeader(InputFile& file) {
+  std::string_view line;
+  if (!file.readLine(line) || line != "Pf") {
+    file.fail(line == "PF" ? "expected one channel (Pf), found a colour PFM (PF)"
+                           : "not a PFM file: expected Pf, found " + quoted(line));
+  }
+  PfmHeader header;
+  std::vector<std::string_view> words;
+  if (file.readLine(line)) words = splitWords(line);
+  const auto side = [&](std::size_t i) {
+    const auto value = i < words.size() ? asInteger(words[i]) : std::nullopt;
+    if (!value || *value < 1 || *value > 32768 || words.size() != 2) {
+      file.failAtLine("expected width and height, 1 to 32768 each, found " + quoted(line));
+    }
+    return static_cast<int>(*value);
+  };
+  header.width = side(0);
+  header.height = side(1);
+  if (!file.readLine(line)) file.fail("ends before the scale");
+  const auto scale = asNumber(line);
+  if (!scale || !std::isfinite(*scale) || *scale == 0) {
+    file.failAtLine("expected a scale that is not 0, found " + quoted(line));
+  }
+  header.little_endian = *scale < 0;
+  return header;
+}
+
 }  // namespace
+
+PngHeader checkPng(const std::string& path, const std::vector<unsigned char>& bytes) {
+  if (bytes.size() < 8 || std::memcmp(bytes.data(), kSignature, 8) != 0) {
+    throw Error(path, "not a PNG file: wrong signature");
+  }
+  PngHeader header;
+  std::uint64_t packed_bytes = 0;
+  for (std::size_t at = 8;;) {
+    const std::string place = "PNG damaged at byte " + std::to_string(at) + ": ";
+    if (bytes.size() - at < 12) throw Error(path, place + "the file ends inside a chunk");
+    const unsigned char* chunk = bytes.data() + at;
+    const std::uint64_t length = bigEndian(chunk);
+    if (length > bytes.size() - at - 12) {
+      throw Error(path, place + "a chunk of " + std::to_string(length) + " bytes, only " +
+                            std::to_string(bytes.size() - at - 12) + " are left");
+    }
+    if (libdeflate_crc32(0, chunk + 4, length + 4) != bigEndian(chunk + 8 + length)) {
+      throw Error(path, place + "wrong checksum");
+    }
+    const std::string_view type(reinterpret_cast<const char*>(chunk) + 4, 4);
+    if ((at == 8) != (type == "IHDR")) throw Error(path, place + "header missing or twice");
+    if (type == "IHDR") header = parseHeader(path, chunk + 8, length);
+    if (type == "tRNS") header.has_transparent_color = true;
+    if (type == "IDAT") {
+      packed_bytes += length;
+      header.data.push_back({at + 8, static_cast<std::size_t>(length)});
+    }
+    if (type == "IEND") break;
+    at += 12 + length;
+  }
+  const auto pixels = static_cast<std::uint64_t>(header.width) * header.height;
+  const std::uint64_t raw_bytes = pixels * header.bits * channelsOf(header.color) / 8;
+  if (raw_bytes > packed_bytes * kMaxInflation) {
+    throw Error(path, "PNG with " + std::to_string(packed_bytes) + " bytes of data cannot hold " +
+                          std::to_string(header.width) + " x " + std::to_string(header.height) +
+                          " pixels");
+  }
+  return header;
+}
+
+cv::Mat decodePng(const PngHeader& header, const std::vector<unsigned char>& bytes) {
+  if (!isPlain(header)) return {};
+  const int channels = channelsOf(header.color);
+  const auto pixel_bytes = static_cast<std::size_t>(channels * header.bits / 8);
+  const std::size_t row_bytes = pixel_bytes * static_cast<std::size_t>(header.width);
+  // Each row has a byte in front that names its filter.
+  std::vector<Byte> rows =
+      inflate(header, bytes, (1 + row_bytes) * static_cast<std::size_t>(header.height));
+  if (rows.empty()) return {};
+  cv::Mat image(header.height, header.width,
+                CV_MAKETYPE(header.bits == 8 ? CV_8U : CV_16U, channels));
+  const std::vector<Byte> nothing(row_bytes, 0);
+  const Byte* above = nothing.data();
+  const UndoFilter undoRow = undoFilterOf(pixel_bytes);
+  for (int y = 0; y < header.height; ++y) {
+    Byte* row = rows.data() + (1 + row_bytes) * static_cast<std::size_t>(y);
+    if (!undoRow(row, above, row_bytes)) return {};
+    above = row + 1;
+    if (header.bits == 8)
+      storeRow<Byte>(above, channels, image, y);
+    else
+      storeRow<std::uint16_t>(above, channels, image, y);
+  }
+  return image;
+}
 
 cv::Mat decodeImage(const std::string& path) {
   InputFile file(path);
@@ -73,19 +359,61 @@ LabelImage channelOf(const cv::Mat& image, int channel, const std::string& path)
     throw Error(path, "expected 8 or 16-bit unsigned with at least " + std::to_string(channel + 1) +
                           " channels, found " + describePixels(image));
   }
+  cv::Mat one = image;
+  if (image.channels() > 1) cv::extractChannel(image, one, channel);
   LabelImage result(image.cols, image.rows);
+  cv::Mat pixels(image.rows, image.cols, CV_16U, result.pixels.data());
+  one.convertTo(pixels, CV_16U);
+  return result;
+}
+
+ColorTable colorTable(const LabelSet& labels) {
+  ColorTable table;
+  for (const auto& [id, info] : labels.classes()) {
+    const auto& [red, green, blue] = info.color;
+    table.emplace(std::uint32_t{red} << 16 | std::uint32_t{green} << 8 | blue,
+                  static_cast<std::uint16_t>(id));
+  }
+  return table;
+}
+
+LabelImage labelsOfColors(const cv::Mat& image, const ColorTable& table, const std::string& path) {
   const int channels = image.channels();
+  if (image.depth() != CV_8U || channels < 3) {
+    throw Error(path, "expected class colours as 8-bit unsigned, 3 channels, found " +
+                          describePixels(image));
+  }
+  LabelImage labels(image.cols, image.rows);
   for (int y = 0; y < image.rows; ++y) {
-    std::uint16_t* out = &result.at(0, y);
-    if (image.depth() == CV_8U) {
-      const std::uint8_t* in = image.ptr<std::uint8_t>(y) + channel;
-      for (int x = 0; x < image.cols; ++x) out[x] = in[x * channels];
-    } else {
-      const std::uint16_t* in = image.ptr<std::uint16_t>(y) + channel;
-      for (int x = 0; x < image.cols; ++x) out[x] = in[x * channels];
+    const std::uint8_t* pixel = image.ptr<std::uint8_t>(y);  // blue, green, red
+    for (int x = 0; x < image.cols; ++x, pixel += channels) {
+      const auto found =
+          table.find(std::uint32_t{pixel[2]} << 16 | std::uint32_t{pixel[1]} << 8 | pixel[0]);
+      labels.at(x, y) = found == table.end() ? std::uint16_t{0} : found->second;
     }
   }
-  return result;
+  return labels;
+}
+
+Image<float> readPfm(const std::string& path) {
+  InputFile file(path);
+  const PfmHeader header = readPfmHeader(file);
+  const std::uint64_t row_bytes = std::uint64_t{4} * header.width;
+  if (file.remaining() != row_bytes * header.height) {
+    file.fail("expected " + std::to_string(row_bytes * header.height) + " bytes for " +
+              std::to_string(header.width) + " x " + std::to_string(header.height) +
+              " pixels, found " + std::to_string(file.remaining()));
+  }
+  Image<float> image(header.width, header.height);
+  std::vector<unsigned char> row(row_bytes);
+  for (int y = header.height - 1; y >= 0; --y) {
+    file.readBytes(row.data(), row.size());
+    if (!header.little_endian) {
+      for (std::size_t i = 0; i < row.size(); i += 4) std::reverse(&row[i], &row[i] + 4);
+    }
+    std::memcpy(&image.at(0, y), row.data(), row.size());
+  }
+  return image;
 }
 
 }  // namespace xview

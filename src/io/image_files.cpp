@@ -3,21 +3,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <filesystem>
 #include <opencv2/imgcodecs.hpp>
 #include <vector>
 
 #include "image_decoding.h"
-#include "pfm_file.h"
 #include "xview/io/atomic_file.h"
 #include "xview/types/error.h"
+#include "yaml_file.h"
 
 namespace xview {
 namespace {
-
-bool endsWith(const std::string& path, const std::string& ending) {
-  return path.size() >= ending.size() &&
-         path.compare(path.size() - ending.size(), ending.size(), ending) == 0;
-}
 
 void dropImpossible(DepthImage& depth) {
   for (float& value : depth.pixels) {
@@ -52,10 +49,35 @@ void writePng(const std::string& path, const cv::Mat& image) {
   file.commit();
 }
 
+// ---- camera.yaml
+
+constexpr int kMaxSide = 32768;
+
+void requireAll(const std::string& path, const YAML::Node& root,
+                const std::vector<std::string>& required) {
+  std::string missing;
+  for (const std::string& key : required) {
+    if (!root[key]) missing += (missing.empty() ? "" : ", ") + key;
+  }
+  if (!missing.empty()) throw Error(path, "missing: " + missing);
+}
+
+double positive(const YamlFile& file, const std::string& key) {
+  const double value = file.number(file.root()[key], key);
+  if (value <= 0) file.fail(file.root()[key], key + ": expected a number above 0");
+  return value;
+}
+
+std::string rangeLine(const char* key, double metres) {
+  char text[64];
+  std::snprintf(text, sizeof text, "%s: %.17g\n", key, metres);
+  return text;
+}
+
 }  // namespace
 
 DepthImage readDepth(const std::string& path, const Camera& camera) {
-  const bool is_pfm = endsWith(path, ".pfm");
+  const bool is_pfm = std::filesystem::path(path).extension() == ".pfm";
   const cv::Mat image = is_pfm ? cv::Mat() : decodeImage(path);
   DepthImage depth = is_pfm ? readPfm(path) : depthOfPixels(image, camera.depth_scale, path);
   if (is_pfm || image.depth() == CV_32F) dropImpossible(depth);
@@ -92,18 +114,58 @@ void writeDepthPng(const std::string& path, const DepthImage& depth, double dept
 void writeLabelPng(const std::string& path, const LabelImage& labels) {
   const auto largest = std::max_element(labels.pixels.begin(), labels.pixels.end());
   const bool narrow = largest == labels.pixels.end() || *largest < 256;
-  cv::Mat image(labels.height, labels.width, narrow ? CV_8U : CV_16U);
-  for (int y = 0; y < labels.height; ++y) {
-    for (int x = 0; x < labels.width; ++x) {
-      const std::uint16_t label = labels.at(x, y);
-      if (narrow) {
-        image.at<std::uint8_t>(y, x) = static_cast<std::uint8_t>(label);
-      } else {
-        image.at<std::uint16_t>(y, x) = label;
-      }
-    }
-  }
+  std::vector<std::uint16_t> pixels = labels.pixels;
+  cv::Mat image(labels.height, labels.width, CV_16U, pixels.data());
+  if (narrow) image.convertTo(image, CV_8U);
   writePng(path, image);
+}
+
+Camera readCamera(const std::string& path) {
+  const std::vector<std::string> required = {"width", "height", "fx",         "fy",
+                                             "cx",    "cy",     "depth_scale"};
+  std::vector<std::string> known = required;
+  known.insert(known.end(), {"depth", "sensor", "min_range", "max_range"});
+  const YamlFile file = YamlFile::read(path);
+  const YAML::Node root = file.root();
+  if (root.IsNull()) throw Error(path, "the file is empty, expected width, height, fx, …");
+  file.requireKeys(root, known);
+  requireAll(path, root, required);
+
+  Camera camera;
+  camera.width = static_cast<int>(file.integer(root["width"], "width", 1, kMaxSide));
+  camera.height = static_cast<int>(file.integer(root["height"], "height", 1, kMaxSide));
+  camera.fx = positive(file, "fx");
+  camera.fy = positive(file, "fy");
+  camera.cx = file.number(root["cx"], "cx");
+  camera.cy = file.number(root["cy"], "cy");
+  camera.depth_scale = positive(file, "depth_scale");
+  if (root["depth"]) {
+    const std::string depth = file.text(root["depth"], "depth");
+    if (depth != "range" && depth != "planar") {
+      file.fail(root["depth"], "depth: expected range or planar, found '" + depth + "'");
+    }
+    camera.depth_is_range = depth == "range";
+  }
+  if (root["min_range"]) camera.min_range_m = file.number(root["min_range"], "min_range");
+  if (root["max_range"]) camera.max_range_m = positive(file, "max_range");
+  if (!(camera.min_range_m >= 0 && camera.min_range_m < camera.max_range_m)) {
+    file.fail(root["min_range"], "min_range: expected 0 <= min_range < max_range");
+  }
+  return camera;
+}
+
+void writeCamera(const std::string& path, const Camera& camera) {
+  char text[400];
+  std::snprintf(text, sizeof text,
+                "width: %d\nheight: %d\nfx: %.17g\nfy: %.17g\ncx: %.17g\ncy: %.17g\n"
+                "depth_scale: %.17g\ndepth: %s\n",
+                camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy,
+                camera.depth_scale, camera.depth_is_range ? "range" : "planar");
+  AtomicFile file(path);
+  file.write(text);
+  if (camera.min_range_m > 0) file.write(rangeLine("min_range", camera.min_range_m));
+  if (std::isfinite(camera.max_range_m)) file.write(rangeLine("max_range", camera.max_range_m));
+  file.commit();
 }
 
 }  // namespace xview

@@ -7,6 +7,8 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <charconv>
+#include <cmath>
 #include <cstring>
 
 #include "xview/types/error.h"
@@ -16,6 +18,14 @@ namespace {
 
 constexpr std::size_t kBufferBytes = std::size_t{1} << 18;
 constexpr std::size_t kLongestLine = std::size_t{1} << 20;
+
+template <class T>
+std::errc parseWord(std::string_view word, T& value) {
+  if (word.size() > 1 && word[0] == '+' && word[1] != '-') word.remove_prefix(1);
+  const char* end = word.data() + word.size();
+  const auto [stop, problem] = std::from_chars(word.data(), end, value);
+  return problem == std::errc() && stop != end ? std::errc::invalid_argument : problem;
+}
 
 }  // namespace
 
@@ -73,6 +83,30 @@ bool InputFile::readLine(std::string_view& line) {
   return true;
 }
 
+bool InputFile::readWords(std::vector<std::string_view>& words, const char* comment_signs,
+                          std::string_view* line) {
+  std::string_view next;
+  while (readLine(next)) {
+    words = splitWords(next.substr(0, next.find_first_of(comment_signs)));
+    if (words.empty()) continue;
+    if (line) *line = next;
+    return true;
+  }
+  return false;
+}
+
+std::vector<double> InputFile::numbersOf(const std::vector<std::string_view>& words) const {
+  std::vector<double> numbers;
+  for (const std::string_view word : words) {
+    const std::optional<double> number = asNumber(word);
+    if (!number || !std::isfinite(*number)) {
+      failAtLine("expected a finite number, found " + quoted(word));
+    }
+    numbers.push_back(*number);
+  }
+  return numbers;
+}
+
 void InputFile::readBytes(void* data, std::size_t bytes) {
   auto* out = static_cast<char*>(data);
   while (bytes > 0) {
@@ -102,6 +136,30 @@ std::string quoted(std::string_view text) {
   std::string result = "'";
   for (const char c : text.substr(0, kLongest)) result += c >= ' ' && c <= '~' ? c : '?';
   return result + (text.size() > kLongest ? "...'" : "'");
+}
+
+std::vector<std::string_view> splitWords(std::string_view line) {
+  constexpr const char* kBlanks = " \t";
+  std::vector<std::string_view> words;
+  std::size_t begin = line.find_first_not_of(kBlanks);
+  while (begin != std::string_view::npos) {
+    const std::size_t end = std::min(line.find_first_of(kBlanks, begin), line.size());
+    words.push_back(line.substr(begin, end - begin));
+    begin = line.find_first_not_of(kBlanks, end);
+  }
+  return words;
+}
+
+std::optional<double> asNumber(std::string_view word, std::errc* problem) {
+  double value = 0;
+  const std::errc found = parseWord(word, value);
+  if (problem) *problem = found;
+  return found == std::errc() ? std::optional<double>(value) : std::nullopt;
+}
+
+std::optional<std::int64_t> asInteger(std::string_view word) {
+  std::int64_t value = 0;
+  return parseWord(word, value) == std::errc() ? std::optional<std::int64_t>(value) : std::nullopt;
 }
 
 }  // namespace xview

@@ -3,8 +3,10 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <vector>
 
 namespace xview {
@@ -27,13 +29,20 @@ class InputFile {
   /// The next line without its end ("\n" or "\r\n"); false at the end of the file. The view lives
   /// until the next call.
   bool readLine(std::string_view& line);
+  /// The words of the next line that has any, without what follows one of the characters that begin
+  /// a comment; false at the end of the file. `line`, if given, receives the whole line.
+  bool readWords(std::vector<std::string_view>& words, const char* comment_signs = "",
+                 std::string_view* line = nullptr);
   std::uint64_t lineNumber() const { return line_number_; }  ///< of the line read last, from 1
 
   void readBytes(void* data, std::size_t bytes);  ///< exactly so many
 
+  /// Words of the line read last as finite numbers.
+  std::vector<double> numbersOf(const std::vector<std::string_view>& words) const;
+
   [[noreturn]] void fail(const std::string& what) const;  ///< "path: what"
-  [[noreturn]] void failAtLine(
-      const std::string& what) const;  ///< "path:line: what", the line read last
+  /// "path:line: what", by default of the line read last.
+  [[noreturn]] void failAtLine(const std::string& what) const;
   [[noreturn]] void failAtLine(std::uint64_t line, const std::string& what) const;
 
  private:
@@ -52,5 +61,22 @@ class InputFile {
 
 /// A piece of a file for a message: printable, one line, not longer than 40 characters, in quotes.
 std::string quoted(std::string_view text);
+
+/// The words of a line, separated by blanks and tabs.
+std::vector<std::string_view> splitWords(std::string_view line);
+
+/// The whole word as a number, whatever the locale; "nan" and "inf" are numbers, too. `problem`, if
+/// given, receives why there is none.
+std::optional<double> asNumber(std::string_view word, std::errc* problem = nullptr);
+std::optional<std::int64_t> asInteger(std::string_view word);
+
+/// The enumerator of 0 to `last` whose toString() is this name.
+template <class Enum>
+std::optional<Enum> enumeratorNamed(std::string_view name, Enum last) {
+  for (int i = 0; i <= static_cast<int>(last); ++i) {
+    if (name == toString(static_cast<Enum>(i))) return static_cast<Enum>(i);
+  }
+  return std::nullopt;
+}
 
 }  // namespace xview

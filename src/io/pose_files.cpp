@@ -1,26 +1,100 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "xview/io/pose_files.h"
 
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
+#include <stdexcept>
 
-#include "frame_listing.h"
-#include "header_text.h"
-#include "input_file.h"
-#include "pose_lines.h"
+#include "layouts.h"
 #include "xview/io/atomic_file.h"
+#include "xview/types/localization.h"
+#include "xview/types/pose.h"
 
 namespace xview {
+namespace {
+
+std::string shortNumber(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.6g", value);
+  return text;
+}
+
+/// g2o's error of an edge is (translation, quaternion vector part) of T_measured^-1 * T_from_to: in
+/// the axes of `to`.
+Matrix6d informationOf(const PoseGraph::Edge& edge) {
+  Matrix6d to_error = Matrix6d::Zero();
+  to_error.topLeftCorner<3, 3>() = edge.T_from_to.linear().transpose();
+  to_error.bottomRightCorner<3, 3>() = 0.5 * edge.T_from_to.linear().transpose();
+  Matrix6d covariance = edge.covariance;
+  covariance.diagonal().head<3>().array() += 1e-6;  // 1 mm
+  covariance.diagonal().tail<3>().array() += 1e-8;  // 1e-4 rad
+  const Matrix6d of_error = to_error * covariance * to_error.transpose();
+  const Matrix6d information = of_error.ldlt().solve(Matrix6d::Identity());
+  return 0.5 * (information + information.transpose());
+}
+
+std::string numbersOf(const Eigen::Isometry3d& T) {
+  Eigen::Quaterniond q(T.linear());
+  q.normalize();
+  if (q.w() < 0) q.coeffs() = -q.coeffs();
+  const Eigen::Vector3d t = T.translation();
+  char text[240];
+  std::snprintf(text, sizeof text, " %.12g %.12g %.12g %.12g %.12g %.12g %.12g", t.x(), t.y(),
+                t.z(), q.x(), q.y(), q.z(), q.w());
+  return text;
+}
+
+std::string lineOf(const PoseGraph::Edge& edge) {
+  std::string line = "EDGE_SE3:QUAT " + std::to_string(edge.from) + " " + std::to_string(edge.to) +
+                     numbersOf(edge.T_from_to);
+  const Matrix6d information = informationOf(edge);
+  for (int row = 0; row < 6; ++row) {
+    for (int column = row; column < 6; ++column) {
+      char number[32];
+      std::snprintf(number, sizeof number, " %.9g", information(row, column));
+      line += number;
+    }
+  }
+  return line + "\n";
+}
+
+}  // namespace
+
+Eigen::Isometry3d poseFromTum(const double* numbers, const InputFile& file) {
+  const Eigen::Quaterniond q(numbers[6], numbers[3], numbers[4], numbers[5]);
+  if (std::abs(q.norm() - 1) > 0.01) {
+    file.failAtLine("expected a unit quaternion, found length " + shortNumber(q.norm()));
+  }
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  T.linear() = q.normalized().toRotationMatrix();
+  T.translation() << numbers[0], numbers[1], numbers[2];
+  return T;
+}
+
+Eigen::Isometry3d poseFromRows(const double* numbers, const InputFile& file) {
+  Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
+  matrix.topRows<3>() = Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>>(numbers);
+  if (!isRigid(matrix, 1e-3)) {
+    const Eigen::Matrix3d R = matrix.topLeftCorner<3, 3>();
+    const double skew = (R * R.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
+    file.failAtLine("expected a rotation in columns 1-3, found R R^T off by " + shortNumber(skew) +
+                    " and determinant " + shortNumber(R.determinant()));
+  }
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  T.linear() = orthonormalized(matrix.topLeftCorner<3, 3>());
+  T.translation() = matrix.topRightCorner<3, 1>();
+  return T;
+}
 
 std::vector<StampedPose> readPoses(const std::string& path) {
   InputFile file(path);
   std::vector<StampedPose> poses;
   std::size_t columns = 0;
-  std::string_view line;
-  while (file.readLine(line)) {
-    line = line.substr(0, line.find('#'));
-    const std::vector<std::string_view> words = splitWords(line);
-    if (words.empty()) continue;
-    const std::vector<double> numbers = numbersOf(words, file);
+  std::vector<std::string_view> words;
+  while (file.readWords(words, "#")) {
+    const std::vector<double> numbers = file.numbersOf(words);
     if (numbers.size() != 8 && numbers.size() != 12) {
       file.failAtLine("expected 8 numbers (TUM) or 12 (KITTI), found " +
                       std::to_string(numbers.size()));
@@ -63,6 +137,33 @@ void writeTumPoses(const std::string& path, const std::vector<StampedPose>& pose
     std::snprintf(line, sizeof line, "%.9f %.9f %.9f %.9f %.9f %.9f %.9f %.9f\n", pose.stamp_s,
                   t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w());
     file.write(line);
+  }
+  file.commit();
+}
+
+void writeMatrix(const std::string& path, const Eigen::Isometry3d& T_target_source, double scale) {
+  AtomicFile file(path);
+  Eigen::Matrix4d m = T_target_source.matrix();
+  m.topLeftCorner<3, 3>() *= scale;
+  for (int row = 0; row < 4; ++row) {
+    char line[120];
+    std::snprintf(line, sizeof line, "%.17g %.17g %.17g %.17g\n", m(row, 0), m(row, 1), m(row, 2),
+                  m(row, 3));
+    file.write(line);
+  }
+  file.commit();
+}
+
+void writePoseGraph(const std::string& path, const PoseGraph& graph) {
+  AtomicFile file(path);
+  for (std::size_t i = 0; i < graph.poses.size(); ++i) {
+    file.write("VERTEX_SE3:QUAT " + std::to_string(i) + numbersOf(graph.poses[i]) + "\n");
+  }
+  for (const std::size_t i : graph.fixed) file.write("FIX " + std::to_string(i) + "\n");
+  for (const PoseGraph::Edge& edge : graph.edges) {
+    if (std::max(edge.from, edge.to) >= graph.poses.size())
+      throw std::out_of_range("edge between poses that do not exist");
+    file.write(lineOf(edge));
   }
   file.commit();
 }

@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "input_file.h"
-#include "number_words.h"
 #include "xview/types/error.h"
 #include "xview/types/nearest_word.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Against filters applied here and against OpenCV's decoder.
-#include "io/png_pixels.h"
+#include "io/image_decoding.h"
 
 #include <gtest/gtest.h>
 

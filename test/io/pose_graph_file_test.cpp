@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/io/pose_graph_file.h"
+#include "xview/io/pose_files.h"
 
 #include <gtest/gtest.h>
 
@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "support/test_data.h"
+#include "xview/types/localization.h"
 #include "xview/types/random.h"
 
 namespace xview {

@@ -3,13 +3,8 @@
 #include <filesystem>
 #include <optional>
 
-#include "color_labels.h"
-#include "datasets.h"
 #include "io/image_decoding.h"
-#include "io/input_file.h"
-#include "io/label_choice.h"
-#include "io/pfm_file.h"
-#include "io/pose_lines.h"
+#include "io/layouts.h"
 #include "xview/io/image_files.h"
 #include "xview/io/label_files.h"
 #include "xview/types/error.h"
@@ -135,7 +130,7 @@ class RecordingTable {
                       const ImagePair& pair) const {
     std::vector<std::string_view> words{cells[time_column_]};
     for (const std::size_t column : pose_columns_) words.push_back(cells[column]);
-    const std::vector<double> numbers = numbersOf(words, file_);
+    const std::vector<double> numbers = file_.numbersOf(words);
     ListedFrame frame;
     frame.number = row;
     frame.stamp_s = 1e-3 * numbers[0];  // milliseconds
@@ -188,15 +183,6 @@ DepthImage readAirsimDepth(const std::string& path, const Camera& camera) {
   return depth;
 }
 
-void readImages(const Camera& camera, const ColorTable& colors, const ListedFrame& listed,
-                Frame& frame) {
-  frame.camera = camera;
-  frame.depth = readAirsimDepth(listed.measurement, camera);
-  frame.label = labelsOfColors(decodeImage(listed.label), colors, listed.label);
-  requireSameSize(listed.label, frame.label.width, frame.label.height, listed.measurement,
-                  frame.depth.width, frame.depth.height);
-}
-
 }  // namespace
 
 RecordingListing listAirsim(const std::string& folder, const InputOptions& options) {
@@ -212,7 +198,10 @@ RecordingListing listAirsim(const std::string& folder, const InputOptions& optio
   const Camera camera = cameraOf(folder, listing.frames[0], table.depthIsRange());
   const ColorTable colors = colorTable(listing.labels);
   listing.read = [camera, colors](const ListedFrame& listed, Frame& frame) {
-    readImages(camera, colors, listed, frame);
+    frame.camera = camera;
+    frame.depth = readAirsimDepth(listed.measurement, camera);
+    frame.label = labelsOfColors(decodeImage(listed.label), colors, listed.label);
+    requireSameSizes(listed, frame);
   };
   return listing;
 }

@@ -2,12 +2,8 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "datasets.h"
-#include "io/frame_listing.h"
-#include "io/header_text.h"
 #include "io/image_decoding.h"
-#include "io/label_choice.h"
-#include "io/pose_lines.h"
+#include "io/layouts.h"
 #include "xview/io/label_files.h"
 #include "xview/types/error.h"
 #include "xview/types/pose.h"
@@ -29,9 +25,9 @@ struct SynthiaCamera {
 std::vector<double> numbersOfFile(const std::string& path) {
   InputFile file(path);
   std::vector<double> numbers;
-  std::string_view line;
-  while (file.readLine(line)) {
-    for (const double number : numbersOf(splitWords(line), file)) numbers.push_back(number);
+  std::vector<std::string_view> words;
+  while (file.readWords(words)) {
+    for (const double number : file.numbersOf(words)) numbers.push_back(number);
   }
   return numbers;
 }
@@ -115,36 +111,30 @@ DepthImage readCentimetres(const std::string& path) {
   return depth;
 }
 
-void readImages(const Camera& camera, const ListedFrame& listed, Frame& frame) {
-  frame.camera = camera;
-  frame.depth = readCentimetres(listed.measurement);
-  frame.camera.width = frame.depth.width;
-  frame.camera.height = frame.depth.height;
-  const cv::Mat labels = decodeImage(listed.label);
-  frame.label = channelOf(labels, 2, listed.label);     // red: class
-  frame.instance = channelOf(labels, 1, listed.label);  // green: instance
-  requireSameSize(listed.label, labels.cols, labels.rows, listed.measurement, frame.depth.width,
-                  frame.depth.height);
-}
-
 }  // namespace
 
 RecordingListing listSynthia(const std::string& folder, const InputOptions& options) {
   const SynthiaCamera place = findCamera(folder);
-  const auto depths = listFiles((place.root / "Depth" / place.camera).string(), {".png"});
-  const auto labels = listFiles((place.root / "GT" / "LABELS" / place.camera).string(), {".png"});
-  requireSameFrames(folder, "depth", depths, "label", labels);
-  const std::vector<std::int64_t> numbers = frameNumbers(depths);
   const Camera camera = readIntrinsics(place.root);
-
   RecordingListing listing;
-  for (std::size_t i = 0; i < depths.size(); ++i) {
-    const fs::path pose = place.root / "CameraParams" / place.camera / (depths[i].stem + ".txt");
-    listing.frames.push_back({numbers[i], kFrameSeconds * static_cast<double>(numbers[i]),
-                              readPose(pose.string()), depths[i].path, labels[i].path, ""});
+  listing.frames = listFrames({"depth", (place.root / "Depth" / place.camera).string(), {".png"}});
+  const fs::path labels = place.root / "GT" / "LABELS" / place.camera;
+  addFiles(folder, {"label", labels.string(), {".png"}}, &ListedFrame::label, "depth",
+           listing.frames);
+  for (ListedFrame& frame : listing.frames) {
+    const std::string name = fs::path(frame.measurement).stem().string() + ".txt";
+    frame.stamp_s = kFrameSeconds * static_cast<double>(frame.number);
+    frame.T_odom_sensor = readPose((place.root / "CameraParams" / place.camera / name).string());
   }
   listing.read = [camera](const ListedFrame& listed, Frame& frame) {
-    readImages(camera, listed, frame);
+    frame.camera = camera;
+    frame.depth = readCentimetres(listed.measurement);
+    frame.camera.width = frame.depth.width;
+    frame.camera.height = frame.depth.height;
+    const cv::Mat labels = decodeImage(listed.label);
+    frame.label = channelOf(labels, 2, listed.label);     // red: class
+    frame.instance = channelOf(labels, 1, listed.label);  // green: instance
+    requireSameSizes(listed, frame);
   };
   const auto named = namedLabels(options.labels, place.root.string());
   listing.labels = named ? *named : shippedLabelSet("synthia");

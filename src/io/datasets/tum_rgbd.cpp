@@ -4,11 +4,7 @@
 #include <filesystem>
 #include <optional>
 
-#include "datasets.h"
-#include "io/frame_listing.h"
-#include "io/header_text.h"
-#include "io/label_choice.h"
-#include "io/pose_lines.h"
+#include "io/layouts.h"
 #include "xview/io/image_files.h"
 #include "xview/io/label_files.h"
 #include "xview/io/pose_files.h"
@@ -32,12 +28,11 @@ struct StampedFile {
 std::vector<StampedFile> readFileList(const std::string& path) {
   InputFile input(path);
   std::vector<StampedFile> files;
+  std::vector<std::string_view> words;
   std::string_view line;
-  while (input.readLine(line)) {
-    const std::vector<std::string_view> words = splitWords(line.substr(0, line.find('#')));
-    if (words.empty()) continue;
+  while (input.readWords(words, "#", &line)) {
     if (words.size() != 2) input.failAtLine("expected stamp and file, found " + quoted(line));
-    files.push_back({numbersOf({words[0]}, input)[0], std::string(words[1])});
+    files.push_back({input.numbersOf({words[0]})[0], std::string(words[1])});
   }
   return files;
 }
@@ -139,8 +134,7 @@ RecordingListing listTumRgbd(const std::string& folder, const InputOptions& opti
     frame.camera = camera;
     frame.depth = readDepth(listed.measurement, camera);
     frame.label = readLabels(listed.label);
-    requireSameSize(listed.label, frame.label.width, frame.label.height, listed.measurement,
-                    frame.depth.width, frame.depth.height);
+    requireSameSizes(listed, frame);
   };
   const auto named = namedLabels(options.labels, folder);
   listing.labels = named ? *named : labelsOfIds(countLabels(listing, kFramesToLookAt), options);

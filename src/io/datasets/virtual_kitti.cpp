@@ -2,13 +2,8 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "color_labels.h"
-#include "datasets.h"
-#include "io/frame_listing.h"
-#include "io/header_text.h"
 #include "io/image_decoding.h"
-#include "io/label_choice.h"
-#include "io/pose_lines.h"
+#include "io/layouts.h"
 #include "xview/io/image_files.h"
 #include "xview/io/label_files.h"
 #include "xview/types/error.h"
@@ -30,12 +25,12 @@ const std::vector<std::string> kCategories = {
 LabelSet readColors(const std::string& path) {
   InputFile file(path);
   LabelSet labels("virtual_kitti");
+  std::vector<std::string_view> words;
   std::string_view line;
-  while (file.readLine(line)) {
-    const std::vector<std::string_view> words = splitWords(line);
-    if (words.empty() || words[0] == "Category") continue;
+  while (file.readWords(words, "", &line)) {
+    if (words[0] == "Category") continue;
     if (words.size() != 4) file.failAtLine("expected category and r g b, found " + quoted(line));
-    const std::vector<double> rgb = numbersOf({words[1], words[2], words[3]}, file);
+    const std::vector<double> rgb = file.numbersOf({words[1], words[2], words[3]});
     const auto known = std::find(kCategories.begin(), kCategories.end(), words[0]);
     if (known == kCategories.end()) file.failAtLine("unknown category " + quoted(words[0]));
     ClassInfo info;
@@ -62,11 +57,10 @@ struct TableRow {
 
 std::vector<TableRow> readRows(InputFile& file, std::size_t columns) {
   std::vector<TableRow> rows;
-  std::string_view line;
-  while (file.readLine(line)) {
-    const std::vector<std::string_view> words = splitWords(line);
-    if (words.empty() || words[0] == "frame") continue;
-    std::vector<double> numbers = numbersOf(words, file);
+  std::vector<std::string_view> words;
+  while (file.readWords(words)) {
+    if (words[0] == "frame") continue;
+    const std::vector<double> numbers = file.numbersOf(words);
     if (numbers.size() != columns + 2) {
       file.failAtLine("expected " + std::to_string(columns + 2) + " numbers, found " +
                       std::to_string(numbers.size()));
@@ -122,25 +116,26 @@ void readImages(Camera camera, const ColorTable& colors, const ListedFrame& list
 
 RecordingListing listVirtualKitti(const std::string& folder, const InputOptions& options) {
   const fs::path root(folder), frames = root / "frames";
-  const auto depths = listFiles((frames / "depth" / "Camera_0").string(), {".png"});
-  const auto labels = listFiles((frames / "classSegmentation" / "Camera_0").string(), {".png"});
-  const std::vector<std::int64_t> numbers = frameNumbers(depths);
-  if (numbers != frameNumbers(labels)) {
-    throw Error(folder, std::to_string(depths.size()) + " depth files but " +
+  RecordingListing listing;
+  listing.frames = listFrames({"depth", (frames / "depth" / "Camera_0").string(), {".png"}});
+  const auto labels =
+      listFrames({"label", (frames / "classSegmentation" / "Camera_0").string(), {".png"}});
+  if (numbersOf(listing.frames) != numbersOf(labels)) {
+    throw Error(folder, std::to_string(listing.frames.size()) + " depth files but " +
                             std::to_string(labels.size()) + " label files, or of other frames");
   }
   const std::string poses_path = (root / "extrinsic.txt").string();
   const auto poses = readPoses(poses_path);
   const LabelSet colors = readColors((root / "colors.txt").string());
-
-  RecordingListing listing;
-  for (std::size_t i = 0; i < depths.size(); ++i) {
-    const auto pose = poses.find(numbers[i]);
+  for (std::size_t i = 0; i < labels.size(); ++i) {
+    ListedFrame& frame = listing.frames[i];
+    const auto pose = poses.find(frame.number);
     if (pose == poses.end()) {
-      throw Error(poses_path, "no row for frame " + std::to_string(numbers[i]) + " of camera 0");
+      throw Error(poses_path, "no row for frame " + std::to_string(frame.number) + " of camera 0");
     }
-    listing.frames.push_back({numbers[i], kFrameSeconds * static_cast<double>(numbers[i]),
-                              pose->second, depths[i].path, labels[i].path, ""});
+    frame.stamp_s = kFrameSeconds * static_cast<double>(frame.number);
+    frame.T_odom_sensor = pose->second;
+    frame.label = labels[i].measurement;
   }
   listing.read = [camera = readIntrinsics((root / "intrinsic.txt").string()),
                   table = colorTable(colors)](const ListedFrame& listed, Frame& frame) {

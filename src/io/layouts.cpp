@@ -1,0 +1,286 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "layouts.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <optional>
+
+#include "xview/io/label_files.h"
+#include "xview/io/pose_files.h"
+#include "xview/types/error.h"
+
+namespace xview {
+namespace {
+
+namespace fs = std::filesystem;
+
+Frame readListed(const RecordingListing& listing, const ListedFrame& listed) {
+  Frame frame;
+  frame.number = listed.number;
+  frame.stamp_s = listed.stamp_s;
+  frame.sensor = listing.sensor;
+  frame.T_odom_sensor = listed.T_odom_sensor;
+  listing.read(listed, frame);
+  return frame;
+}
+
+class ListedRecording : public FrameSource {
+ public:
+  ListedRecording(std::string name, RecordingListing listing)
+      : name_(std::move(name)), listing_(std::move(listing)) {}
+
+  std::size_t size() const override { return listing_.frames.size(); }
+  Eigen::Isometry3d pose(std::size_t index) const override { return at(index).T_odom_sensor; }
+  double stamp(std::size_t index) const override { return at(index).stamp_s; }
+  std::int64_t number(std::size_t index) const override { return at(index).number; }
+  Frame read(std::size_t index) const override { return readListed(listing_, at(index)); }
+  Sensor sensor() const override { return listing_.sensor; }
+  const LabelSet& labels() const override { return listing_.labels; }
+  const std::string& name() const override { return name_; }
+
+ private:
+  const ListedFrame& at(std::size_t index) const { return listing_.frames.at(index); }
+
+  std::string name_;
+  RecordingListing listing_;
+};
+
+// ---- files of frames
+
+struct NumberedFile {
+  std::string stem;  ///< "000017"
+  std::string path;
+};
+
+/// Digits at the end of a stem. Not those behind a dot: "1305031102.175304" is a time, not frame
+/// 175304.
+std::optional<std::int64_t> trailingNumber(const std::string& stem) {
+  const std::size_t last_other = stem.find_last_not_of("0123456789");
+  const std::size_t begin = last_other == std::string::npos ? 0 : last_other + 1;
+  if (begin > 0 && stem[begin - 1] == '.') return std::nullopt;
+  return asInteger(std::string_view(stem).substr(begin));
+}
+
+/// The files of the series by name.
+std::vector<NumberedFile> listFiles(const FileSeries& series) {
+  std::error_code failed;
+  fs::directory_iterator entries(series.folder, failed);
+  if (failed) throw Error(series.folder, "cannot list the folder: " + failed.message());
+  const std::vector<std::string>& endings = series.endings;
+  std::vector<NumberedFile> files;
+  for (const auto& entry : entries) {
+    const fs::path& path = entry.path();
+    if (std::find(endings.begin(), endings.end(), path.extension().string()) == endings.end())
+      continue;
+    if (path.filename().string()[0] == '.' || entry.is_directory(failed)) continue;
+    files.push_back({path.stem().string(), path.string()});
+  }
+  if (files.empty()) {
+    std::string expected;
+    for (const std::string& ending : endings) expected += (expected.empty() ? "" : ", ") + ending;
+    throw Error(series.folder, "no " + expected + " files");
+  }
+  std::sort(files.begin(), files.end(), [](const NumberedFile& a, const NumberedFile& b) {
+    return a.stem != b.stem ? a.stem < b.stem : a.path < b.path;
+  });
+  const auto twice = std::adjacent_find(
+      files.begin(), files.end(),
+      [](const NumberedFile& a, const NumberedFile& b) { return a.stem == b.stem; });
+  if (twice != files.end()) {
+    throw Error(twice->path, "there is also " + std::next(twice)->path + "; which is the frame?");
+  }
+  return files;
+}
+
+std::string stemOf(const ListedFrame& frame) { return fs::path(frame.measurement).stem().string(); }
+
+// ---- classes
+
+/// A set fits if it knows this share of the points; networks and exporters add a few odd ids.
+constexpr double kKnownShare = 0.9;
+
+std::uint64_t pointsOf(const LabelCounts& counts, std::initializer_list<std::uint32_t> ids) {
+  std::uint64_t points = 0;
+  for (const std::uint32_t id : ids) {
+    const auto found = counts.find(id);
+    if (found != counts.end()) points += found->second;
+  }
+  return points;
+}
+
+/// Share of the points whose id the set knows.
+double knownShare(const LabelCounts& counts, const LabelSet& labels) {
+  std::uint64_t known = 0, all = 0;
+  for (const auto& [id, points] : counts) {
+    all += points;
+    if (labels.find(id)) known += points;
+  }
+  return all > 0 ? static_cast<double>(known) / static_cast<double>(all) : 0;
+}
+
+/// The raw ids of SemanticKITTI leave gaps and go up to 259; no other usual data set has several of
+/// those above 30 and none in the gaps.
+bool areRawSemanticKitti(const LabelCounts& counts, const LabelSet& raw) {
+  constexpr std::uint32_t kAboveOthers = 30;
+  constexpr std::ptrdiff_t kSeveral = 5;
+  const auto above = std::count_if(counts.begin(), counts.end(), [&](const auto& entry) {
+    return entry.first > kAboveOthers && raw.find(entry.first);
+  });
+  return above >= kSeveral && knownShare(counts, raw) >= 0.999;
+}
+
+bool isSemanticKitti(const LabelSet& labels) {
+  return labels.name().rfind("semantic_kitti", 0) == 0;
+}
+
+}  // namespace
+
+std::unique_ptr<FrameSource> makeRecording(const std::string& name, RecordingListing listing,
+                                           const FrameRange& range) {
+  const std::size_t count = listing.frames.size();
+  const std::size_t end = std::min(range.end.value_or(count), count);
+  if (range.begin >= end) {
+    throw UsageError("--frames " + std::to_string(range.begin) + ":" +
+                     (range.end ? std::to_string(*range.end) : "") + " has no frames: " + name +
+                     " has " + std::to_string(count));
+  }
+  std::vector<ListedFrame> chosen;
+  for (std::size_t i = range.begin; i < end; i += std::min(range.step, end - i)) {
+    chosen.push_back(std::move(listing.frames[i]));
+  }
+  listing.frames = std::move(chosen);
+  return std::make_unique<ListedRecording>(name, std::move(listing));
+}
+
+LabelCounts countLabels(const RecordingListing& listing, std::size_t max_frames) {
+  LabelCounts counts;
+  const std::size_t count = listing.frames.size();
+  const std::size_t samples = std::min(count, max_frames);
+  for (std::size_t i = 0; i < samples; ++i) {
+    const Frame frame = readListed(listing, listing.frames[i * count / samples]);
+    for (const std::uint16_t label : frame.label.pixels) ++counts[label];
+    for (const auto& point : frame.cloud.points) ++counts[point.label];
+  }
+  return counts;
+}
+
+std::vector<ListedFrame> listFrames(const FileSeries& measurements) {
+  const std::vector<NumberedFile> files = listFiles(measurements);
+  std::map<std::int64_t, const NumberedFile*> numbered;
+  for (const NumberedFile& file : files) {
+    if (const auto number = trailingNumber(file.stem)) numbered[*number] = &file;
+  }
+  std::vector<ListedFrame> frames(files.size());
+  // Numbers count if every file has one of its own.
+  const bool all = numbered.size() == files.size();
+  auto next = numbered.begin();
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    frames[i].number = all ? next->first : static_cast<std::int64_t>(i);
+    frames[i].measurement = all ? (next++)->second->path : files[i].path;
+  }
+  return frames;
+}
+
+void addFiles(const std::string& recording, const FileSeries& series,
+              std::string ListedFrame::*file, const std::string& measurements_name,
+              std::vector<ListedFrame>& frames) {
+  const std::vector<NumberedFile> files = listFiles(series);
+  std::map<std::string, std::string> paths;  // by stem
+  for (const NumberedFile& other : files) paths[other.stem] = other.path;
+  const std::string counts = std::to_string(frames.size()) + " " + measurements_name +
+                             " files but " + std::to_string(files.size()) + " " + series.name +
+                             " files; ";
+  for (ListedFrame& frame : frames) {
+    const auto found = paths.find(stemOf(frame));
+    if (found == paths.end())
+      throw Error(recording, counts + stemOf(frame) + " has no " + series.name + " file");
+    frame.*file = found->second;
+    paths.erase(found);
+  }
+  if (paths.empty()) return;
+  throw Error(recording, counts + paths.begin()->first + " has no " + measurements_name + " file");
+}
+
+std::int64_t frameNumberOf(const std::string& path) {
+  return trailingNumber(fs::path(path).stem().string()).value_or(0);
+}
+
+std::vector<std::int64_t> numbersOf(const std::vector<ListedFrame>& frames) {
+  std::vector<std::int64_t> numbers;
+  for (const ListedFrame& frame : frames) numbers.push_back(frame.number);
+  return numbers;
+}
+
+std::vector<std::size_t> linesOfFrames(const std::string& path, const std::string& what,
+                                       std::size_t lines,
+                                       const std::vector<std::int64_t>& numbers) {
+  const std::string counts =
+      std::to_string(lines) + " " + what + " for " + std::to_string(numbers.size()) + " frames";
+  if (lines < numbers.size()) throw Error(path, counts);
+  std::vector<std::size_t> chosen(numbers.size());
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    const std::int64_t line = lines == numbers.size() ? static_cast<std::int64_t>(i) : numbers[i];
+    if (line < 0 || static_cast<std::uint64_t>(line) >= lines) {
+      throw Error(path, counts + ", taken by the number of the frame, but frame " +
+                            std::to_string(line) + " is beyond the last line");
+    }
+    chosen[i] = static_cast<std::size_t>(line);
+  }
+  return chosen;
+}
+
+void setPoses(const std::string& path, std::vector<ListedFrame>& frames) {
+  const std::vector<StampedPose> poses = posesOfFrames(path, numbersOf(frames));
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    frames[i].stamp_s = poses[i].stamp_s;
+    frames[i].T_odom_sensor = poses[i].T_frame_sensor;
+  }
+}
+
+void requireSameSize(const std::string& path, int width, int height, const std::string& other_path,
+                     int other_width, int other_height) {
+  if (width == other_width && height == other_height) return;
+  throw Error(path, std::to_string(width) + " x " + std::to_string(height) + " pixels, but " +
+                        other_path + " has " + std::to_string(other_width) + " x " +
+                        std::to_string(other_height));
+}
+
+void requireSameSizes(const ListedFrame& listed, const Frame& frame) {
+  const DepthImage& depth = frame.depth;
+  requireSameSize(listed.label, frame.label.width, frame.label.height, listed.measurement,
+                  depth.width, depth.height);
+  if (frame.instance.empty()) return;
+  requireSameSize(listed.instance, frame.instance.width, frame.instance.height, listed.measurement,
+                  depth.width, depth.height);
+}
+
+LabelSet labelsOfIds(const LabelCounts& counts, const InputOptions& options) {
+  if (options.unnamed && knownShare(counts, *options.unnamed) >= kKnownShare)
+    return *options.unnamed;
+  LabelSet semantic_kitti = shippedLabelSet("semantic_kitti");
+  if (areRawSemanticKitti(counts, semantic_kitti)) return semantic_kitti;
+  std::vector<std::uint32_t> ids;
+  for (const auto& [id, points] : counts) ids.push_back(id);
+  return genericLabelSet(ids);
+}
+
+LabelSet semanticKittiLabels(const LabelCounts& counts, const InputOptions& options) {
+  const bool training_ids = std::all_of(counts.begin(), counts.end(), [](const auto& entry) {
+    return entry.first <= 19 || entry.first == 255;
+  });
+  if (!training_ids) {
+    LabelSet raw = shippedLabelSet("semantic_kitti");
+    return knownShare(counts, raw) >= kKnownShare ? raw : labelsOfIds(counts, options);
+  }
+  if (options.unnamed && !isSemanticKitti(*options.unnamed) &&
+      knownShare(counts, *options.unnamed) >= kKnownShare)
+    return *options.unnamed;
+  if (counts.count(19) > 0) return shippedLabelSet("semantic_kitti_train_1");
+  if (counts.count(255) > 0) return shippedLabelSet("semantic_kitti_train_0");
+  // Road, sidewalk, building and vegetation in either counting.
+  const std::uint64_t from_1 = pointsOf(counts, {9, 11, 13, 15});
+  const std::uint64_t from_0 = pointsOf(counts, {8, 10, 12, 14});
+  return shippedLabelSet(from_1 >= from_0 ? "semantic_kitti_train_1" : "semantic_kitti_train_0");
+}
+
+}  // namespace xview

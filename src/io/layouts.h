@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "input_file.h"
+#include "xview/io/recording.h"
+
+namespace xview {
+
+/// A frame before it is read.
+struct ListedFrame {
+  std::int64_t number = 0;
+  double stamp_s = 0;
+  Eigen::Isometry3d T_odom_sensor = Eigen::Isometry3d::Identity();
+  std::string measurement;  ///< path of the depth image or cloud
+  std::string label;        ///< path of the label file, if the measurement does not hold them
+  std::string instance;     ///< path of the instance image; empty = none
+};
+
+/// All that one layout has to say about a recording. The reader fills the images or the cloud of
+/// the frame; it is called from several threads.
+struct RecordingListing {
+  Sensor sensor = Sensor::camera;
+  LabelSet labels;
+  std::vector<ListedFrame> frames;
+  std::function<void(const ListedFrame&, Frame&)> read;
+};
+
+/// The frames of the range as a recording. Throws UsageError if the range is beyond the last frame.
+std::unique_ptr<FrameSource> makeRecording(const std::string& name, RecordingListing listing,
+                                           const FrameRange& range);
+
+// One function per layout: what frames there are and how each is read. All throw Error with path
+// and place.
+
+/// Folder with camera.yaml, poses.txt, depth/ and label/.
+RecordingListing listSequence(const std::string& folder, const InputOptions& options);
+RecordingListing listCloud(const std::string& path, const InputOptions& options);
+RecordingListing listCloudFolder(const std::string& folder, const InputOptions& options);
+/// CARLA cameras saved raw: depth/ and semantic/ with camera.yaml and poses.txt as in a sequence
+/// folder.
+RecordingListing listCarla(const std::string& folder, const InputOptions& options);
+/// A sequence folder, or one .bin file.
+RecordingListing listSemanticKitti(const std::string& path, const InputOptions& options);
+/// SYNTHIA video sequence: Depth, GT/LABELS and CameraParams, each with folders for the cameras.
+/// The folder of one camera below Depth chooses that camera; else the first one in the order of the
+/// names.
+RecordingListing listSynthia(const std::string& folder, const InputOptions& options);
+/// AirSim recording: airsim_rec.txt and images/ with depth (types 1 and 2) and segmentation (type
+/// 5).
+RecordingListing listAirsim(const std::string& folder, const InputOptions& options);
+/// TUM RGB-D layout: depth.txt, groundtruth.txt, and label/ named as the depth or colour images.
+RecordingListing listTumRgbd(const std::string& folder, const InputOptions& options);
+/// Virtual KITTI 2: the folder of one scene and variation; camera 0.
+RecordingListing listVirtualKitti(const std::string& folder, const InputOptions& options);
+
+// What layouts share.
+
+/// A series of numbered files: depth/000017.png.
+struct FileSeries {
+  std::string name;  ///< "depth", for messages
+  std::string folder;
+  std::vector<std::string> endings;  ///< ".png"
+};
+
+/// One frame per file of the series, in the order of the numbers in their names ("frame_17": 17),
+/// else by name and numbered by position. Throws Error: no such folder, none of these files, the
+/// same stem twice.
+std::vector<ListedFrame> listFrames(const FileSeries& measurements);
+
+/// Gives each frame its file of another series. Throws Error unless both have the same stems; the
+/// message has both counts and a stem that is missing.
+void addFiles(const std::string& recording, const FileSeries& series,
+              std::string ListedFrame::*file, const std::string& measurements_name,
+              std::vector<ListedFrame>& frames);
+
+/// Number of the frame that a single file holds; 0 if its name has none.
+std::int64_t frameNumberOf(const std::string& path);
+
+/// Which line of a text file belongs to each frame, for files with one line per frame: in order if
+/// there are as many lines as frames; with more lines, line `number` (from 0) belongs to frame
+/// `number`. Fewer lines are an Error.
+std::vector<std::size_t> linesOfFrames(const std::string& path, const std::string& what,
+                                       std::size_t lines, const std::vector<std::int64_t>& numbers);
+std::vector<std::int64_t> numbersOf(const std::vector<ListedFrame>& frames);
+
+/// Stamps and poses from a file of poses (posesOfFrames).
+void setPoses(const std::string& path, std::vector<ListedFrame>& frames);
+
+// Poses as they stand in one line of a text file. `file` gives path and line of what is wrong.
+
+/// tx ty tz qx qy qz qw; the quaternion may be off by rounding (1 %) and is normalised.
+Eigen::Isometry3d poseFromTum(const double* numbers, const InputFile& file);
+/// The first three rows of a 4x4 matrix, row by row; its rotation may be off by 1e-3 and is made
+/// orthonormal.
+Eigen::Isometry3d poseFromRows(const double* numbers, const InputFile& file);
+
+/// Throws Error if an image differs in size from another one.
+void requireSameSize(const std::string& path, int width, int height, const std::string& other_path,
+                     int other_width, int other_height);
+/// The same for the label and instance images of a frame and its depth.
+void requireSameSizes(const ListedFrame& listed, const Frame& frame);
+
+/// How often each class id occurs in at most `max_frames` frames spread over the recording.
+using LabelCounts = std::map<std::uint32_t, std::uint64_t>;
+LabelCounts countLabels(const RecordingListing& listing, std::size_t max_frames);
+
+/// The classes of a recording of which only the ids are known: options.unnamed if it knows nearly
+/// all of them, else SemanticKITTI's if they can be no others, else a generic set.
+LabelSet labelsOfIds(const LabelCounts& counts, const InputOptions& options);
+
+/// SemanticKITTI labels exist in three id spaces that no file names: raw ids, the 19 training
+/// classes counted from 1, and from 0. Ids that only one of them has decide; else
+/// options.unnamed if it is of another data set, else the ground, facades and vegetation that make
+/// up most of any scan. Ids of none of them are taken as by labelsOfIds().
+/// LabelSet::name() tells which.
+LabelSet semanticKittiLabels(const LabelCounts& counts, const InputOptions& options);
+
+}  // namespace xview

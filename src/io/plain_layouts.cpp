@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Layouts of numbered files with camera.yaml and poses.txt: sequence folders, CARLA dumps, clouds.
+#include <filesystem>
+
+#include "image_decoding.h"
+#include "layouts.h"
+#include "xview/io/cloud_files.h"
+#include "xview/io/image_files.h"
+#include "xview/io/label_files.h"
+#include "xview/types/error.h"
+
+namespace xview {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Frames and clouds are looked at in so many places when nothing names the classes.
+constexpr std::size_t kFramesToLookAt = 32;
+
+// ---- CARLA
+
+constexpr double kFarthest_m = 1000;  ///< the depth camera ends here [m]
+constexpr std::size_t kCarlaFramesToLookAt = 16;
+
+/// Raw depth camera: 24 bits in red (lowest), green and blue, as a share of the farthest distance.
+DepthImage readCodedDepth(const std::string& path) {
+  const cv::Mat image = decodeImage(path);
+  if (image.depth() != CV_8U || image.channels() < 3) {
+    throw Error(path, "expected depth coded in 8-bit colours, found " + describePixels(image));
+  }
+  const int channels = image.channels();
+  DepthImage depth(image.cols, image.rows);
+  for (int y = 0; y < image.rows; ++y) {
+    const std::uint8_t* pixel = image.ptr<std::uint8_t>(y);  // blue, green, red
+    for (int x = 0; x < image.cols; ++x, pixel += channels) {
+      const int code = pixel[2] + 256 * pixel[1] + 65536 * pixel[0];
+      // All ones is the sky.
+      depth.at(x, y) = code == 0xFFFFFF ? 0 : static_cast<float>(kFarthest_m * code / 0xFFFFFF);
+    }
+  }
+  return depth;
+}
+
+/// The tags were renumbered in 0.9.14: road was 7 (now traffic light), and is 1 (was building).
+LabelSet carlaLabels(const LabelCounts& counts) {
+  const auto share_of = [&](std::uint32_t id) {
+    const auto found = counts.find(id);
+    return found == counts.end() ? 0 : found->second;
+  };
+  std::uint64_t all = 0, beyond_old = 0;
+  for (const auto& [id, pixels] : counts) {
+    all += pixels;
+    if (id > 22) beyond_old += pixels;
+  }
+  const bool old_road = beyond_old == 0 && 50 * share_of(7) > all;
+  return shippedLabelSet(old_road ? "carla" : "carla_0_9_14");
+}
+
+// ---- clouds
+
+RecordingListing cloudListing(Sensor sensor, const InputOptions& options) {
+  RecordingListing listing;
+  listing.sensor = sensor;
+  const CloudFields fields{options.label_field, options.instance_field};
+  listing.read = [fields](const ListedFrame& listed, Frame& frame) {
+    frame.cloud = readCloud(listed.measurement, fields, true, &frame.rings);
+  };
+  return listing;
+}
+
+/// What the first cloud says of its classes holds for all.
+void chooseLabels(RecordingListing& listing, const InputOptions& options, const fs::path& folder) {
+  const CloudFields fields{options.label_field, options.instance_field};
+  const CloudHeader header = readCloudHeader(listing.frames.front().measurement, fields);
+  const auto named = namedLabels(options.labels, folder.string(), header.labels);
+  listing.labels = named ? *named : labelsOfIds(countLabels(listing, kFramesToLookAt), options);
+}
+
+}  // namespace
+
+RecordingListing listSequence(const std::string& folder, const InputOptions& options) {
+  const fs::path root(folder);
+  const Camera camera = readCamera((root / "camera.yaml").string());
+  const std::vector<std::string> kLabelEndings = {".png", ".tif", ".tiff"};
+  RecordingListing listing;
+  listing.frames =
+      listFrames({"depth", (root / "depth").string(), {".png", ".tif", ".tiff", ".exr", ".pfm"}});
+  addFiles(folder, {"label", (root / "label").string(), kLabelEndings}, &ListedFrame::label,
+           "depth", listing.frames);
+  if (fs::is_directory(root / "instance")) {
+    addFiles(folder, {"instance", (root / "instance").string(), kLabelEndings},
+             &ListedFrame::instance, "depth", listing.frames);
+  }
+  setPoses((root / "poses.txt").string(), listing.frames);
+  listing.read = [camera](const ListedFrame& listed, Frame& frame) {
+    frame.camera = camera;
+    frame.depth = readDepth(listed.measurement, camera);
+    frame.label = readLabels(listed.label);
+    if (!listed.instance.empty()) frame.instance = readLabels(listed.instance);
+    requireSameSizes(listed, frame);
+  };
+  const auto named = namedLabels(options.labels, folder);
+  listing.labels = named ? *named : labelsOfIds(countLabels(listing, kFramesToLookAt), options);
+  return listing;
+}
+
+RecordingListing listCarla(const std::string& folder, const InputOptions& options) {
+  const fs::path root(folder);
+  const Camera camera = readCamera((root / "camera.yaml").string());
+  RecordingListing listing;
+  listing.frames = listFrames({"depth", (root / "depth").string(), {".png"}});
+  addFiles(folder, {"semantic", (root / "semantic").string(), {".png"}}, &ListedFrame::label,
+           "depth", listing.frames);
+  setPoses((root / "poses.txt").string(), listing.frames);
+  listing.read = [camera](const ListedFrame& listed, Frame& frame) {
+    frame.camera = camera;
+    frame.depth = readCodedDepth(listed.measurement);
+    requireSameSize(listed.measurement, frame.depth.width, frame.depth.height, "camera.yaml",
+                    camera.width, camera.height);
+    const cv::Mat tags = decodeImage(listed.label);
+    frame.label = channelOf(tags, tags.channels() == 1 ? 0 : 2, listed.label);  // red: the tag
+    requireSameSizes(listed, frame);
+  };
+  const auto named = namedLabels(options.labels, folder);
+  listing.labels = named ? *named : carlaLabels(countLabels(listing, kCarlaFramesToLookAt));
+  return listing;
+}
+
+RecordingListing listCloud(const std::string& path, const InputOptions& options) {
+  RecordingListing listing = cloudListing(Sensor::cloud, options);
+  listing.frames.resize(1);
+  listing.frames[0].measurement = path;
+  chooseLabels(listing, options, fs::absolute(path).parent_path());
+  return listing;
+}
+
+RecordingListing listCloudFolder(const std::string& folder, const InputOptions& options) {
+  RecordingListing listing = cloudListing(Sensor::lidar, options);
+  listing.frames = listFrames({"cloud", folder, {".pcd", ".ply"}});
+  const fs::path poses = fs::path(folder) / "poses.txt";
+  if (listing.frames.size() > 1 || fs::exists(poses)) setPoses(poses.string(), listing.frames);
+  chooseLabels(listing, options, folder);
+  return listing;
+}
+
+}  // namespace xview

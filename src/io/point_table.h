@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "input_file.h"
+#include "xview/io/cloud_files.h"
+
+namespace xview {
+
+// PCD and PLY files in one form: elements (points, vertices, edges), each a table of typed columns.
+
+enum class ScalarType { i8, u8, i16, u16, i32, u32, i64, u64, f32, f64 };
+
+std::size_t sizeOf(ScalarType type);
+inline bool isInteger(ScalarType type) { return type < ScalarType::f32; }
+
+struct Column {
+  std::string name;
+  ScalarType type = ScalarType::f32;
+  std::uint64_t count = 1;  ///< values per row; for a list its length stands in the data
+  std::optional<ScalarType> list_size;  ///< type of the length, if the column is a list
+};
+
+struct Element {
+  std::string name;  ///< "point" for PCD
+  std::uint64_t rows = 0;
+  std::vector<Column> columns;
+
+  bool hasLists() const;
+  /// Bytes of a row in a binary file if its lists are empty; saturates at 2^64-1.
+  std::uint64_t rowBytes() const;
+  /// Position of the column of that name; none if there is none. Two of that name, or one that does
+  /// not hold one number per row, are an error of the file.
+  std::optional<std::size_t> findColumn(const std::string& column, const InputFile& file) const;
+  std::string columnNames() const;  ///< "x y z label", for messages
+};
+
+enum class Encoding { ascii, little_endian, big_endian, compressed };
+
+/// A parsed header; the file stands at the first byte of the body.
+struct FileLayout {
+  std::string format;  ///< "PCD ascii", "PLY binary_little_endian", …
+  Encoding encoding = Encoding::ascii;
+  std::vector<Element> elements;
+  std::vector<std::string> comments;  ///< of the header, words joined by one blank
+
+  const Element* findElement(const std::string& name) const;
+};
+
+/// Reads the header of a PCD file up to its DATA line: one element "point". Entries may come in any
+/// order; VERSION, COUNT, VIEWPOINT, and either POINTS or WIDTH and HEIGHT may be absent.
+FileLayout readPcdHeader(InputFile& file);
+/// Reads the header of a PLY file up to end_header: all its elements in order.
+FileLayout readPlyHeader(InputFile& file);
+
+/// Throws Error if the rest of the file cannot hold the rows that the header announces. In 64 bit
+/// and before anything is allocated, so that a header of 200 bytes cannot demand gigabytes.
+void checkSize(const InputFile& file, const FileLayout& layout);
+
+// Clouds and graphs name their classes themselves, in comments of their header that other programs
+// skip: `xview class ID ROLE KIND RED GREEN BLUE NAME`, after one line `xview label_set NAME`.
+
+/// The lines, each after `mark` ("# " in PCD, "comment " in PLY) and ended; none for a generic set,
+/// whose names say nothing.
+std::string classComments(const LabelSet& labels, const std::string& mark);
+/// The classes that the comments of a header name; none if it names none. Throws Error if one of
+/// them is not as written by classComments.
+std::optional<LabelSet> readClassComments(const std::vector<std::string>& comments,
+                                          const InputFile& file);
+
+/// Where a row stands, for messages: "path:line: what" in text, "path: point 17: what" in binary
+/// files (points from 0).
+struct RowPlace {
+  const InputFile& file;
+  const Element& element;
+  bool text = false;
+  std::uint64_t row = 0;
+
+  [[noreturn]] void fail(const std::string& what) const;
+};
+
+/// Is called for every row with the values of the chosen columns, in the order of the choice.
+using RowVisitor = std::function<void(const double* values, const RowPlace& place)>;
+
+/// Reads the rows of one element; the file stands at the first and is left behind the last. The
+/// chosen columns must be no lists and have one value per row; everything else is skipped (in text:
+/// must be numbers). Integers beyond 2^53 are rounded, which no coordinate and no id can notice.
+/// Throws Error.
+void readRows(InputFile& file, const FileLayout& layout, const Element& element,
+              const std::vector<std::size_t>& columns, const RowVisitor& visit);
+
+/// Throws Error if something other than blanks, blank lines or a little padding with zeros follows
+/// the last row.
+void requireEnd(InputFile& file, const FileLayout& layout);
+
+/// Columns of a point element that hold the label, the instance and the beam of a scanner.
+struct IdColumns {
+  std::optional<std::size_t> label, instance, ring;
+};
+
+/// The columns that were asked for, else the first of the well-known names. Throws Error if one
+/// that was asked for is absent or is not one number per point. A field "ring" that holds anything
+/// but one integer per point is somebody else's.
+IdColumns findIdColumns(const Element& points, const CloudFields& fields, const InputFile& file);
+
+/// The columns that are read of an element with points: first x, y and z, then those added.
+class ChosenColumns {
+ public:
+  using Slot = std::optional<std::size_t>;  ///< position among the chosen; none: not in the file
+
+  /// Throws Error if x, y or z (or X, Y, Z) is missing.
+  ChosenColumns(const Element& points, const InputFile& file);
+  Slot add(const std::optional<std::size_t>& column);
+
+  const std::vector<std::size_t>& all() const { return columns_; }
+  const Column& column(std::size_t slot) const { return element_.columns[columns_[slot]]; }
+  /// A class or instance id from a number of any type. Negative numbers, and the largest of 32 and
+  /// 64 bit, which is how -1 looks when it was stored unsigned, are 0: none. Fractions, NaN and
+  /// numbers beyond 32 bit are errors.
+  std::uint32_t id(const Slot& slot, const double* values, const RowPlace& place,
+                   std::uint32_t absent = 0) const;
+
+ private:
+  const Element& element_;
+  std::vector<std::size_t> columns_;
+};
+
+}  // namespace xview

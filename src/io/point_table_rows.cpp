@@ -1,0 +1,450 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The rows of PCD and PLY files in all their encodings, and what their columns mean.
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include "point_table.h"
+
+namespace xview {
+namespace {
+
+static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "binary files are read by copying bytes");
+
+/// Calls visit() with a value of the C++ type.
+template <class Visit>
+auto withType(ScalarType type, Visit&& visit) {
+  switch (type) {
+    case ScalarType::i8:
+      return visit(std::int8_t{});
+    case ScalarType::u8:
+      return visit(std::uint8_t{});
+    case ScalarType::i16:
+      return visit(std::int16_t{});
+    case ScalarType::u16:
+      return visit(std::uint16_t{});
+    case ScalarType::i32:
+      return visit(std::int32_t{});
+    case ScalarType::u32:
+      return visit(std::uint32_t{});
+    case ScalarType::i64:
+      return visit(std::int64_t{});
+    case ScalarType::u64:
+      return visit(std::uint64_t{});
+    case ScalarType::f32:
+      return visit(float{});
+    case ScalarType::f64:
+      break;
+  }
+  return visit(double{});
+}
+
+double decodeScalar(const char* bytes, ScalarType type, bool big_endian) {
+  return withType(type, [&](auto value) {
+    char ordered[sizeof value];
+    std::memcpy(ordered, bytes, sizeof value);
+    if (big_endian) std::reverse(ordered, ordered + sizeof value);
+    std::memcpy(&value, ordered, sizeof value);
+    return static_cast<double>(value);
+  });
+}
+
+// ---- text
+
+constexpr int kSkipped = -1;
+
+/// For each column of the element, its place in the choice or kSkipped.
+std::vector<int> slotsOf(const Element& element, const std::vector<std::size_t>& columns) {
+  std::vector<int> slots(element.columns.size(), kSkipped);
+  for (std::size_t i = 0; i < columns.size(); ++i) slots[columns[i]] = static_cast<int>(i);
+  return slots;
+}
+
+/// The words of a text row, which must all be numbers.
+class TextRow {
+ public:
+  TextRow(std::string_view line, const RowPlace& place) : rest_(line), place_(place) {
+    skipBlanks();
+  }
+
+  bool atEnd() const { return rest_.empty(); }
+
+  double number() {
+    if (atEnd()) place_.fail("too few values, expected " + place_.element.columnNames());
+    const std::string_view word = rest_.substr(0, rest_.find_first_of(" \t"));
+    rest_.remove_prefix(word.size());
+    skipBlanks();
+    std::errc problem{};
+    const std::optional<double> value = asNumber(word, &problem);
+    if (value) return *value;
+    const bool too_large = problem == std::errc::result_out_of_range;
+    place_.fail(quoted(word) + (too_large ? " is out of range" : " is not a number"));
+  }
+
+  std::uint64_t listLength() {
+    const double length = number();
+    if (!(length >= 0 && length <= 0x1p32 && length == std::floor(length))) {
+      place_.fail("the length of a list must be a whole number >= 0");
+    }
+    return static_cast<std::uint64_t>(length);
+  }
+
+ private:
+  void skipBlanks() { rest_.remove_prefix(std::min(rest_.find_first_not_of(" \t"), rest_.size())); }
+
+  std::string_view rest_;
+  const RowPlace& place_;
+};
+
+/// A chosen value of an integer type must be one that the type can hold. Negative values of
+/// unsigned types pass: -1 is a common way to say "none".
+void requireFits(double value, const Column& column, const RowPlace& place) {
+  if (!isInteger(column.type)) return;
+  if (value != std::floor(value))
+    place.fail("the value of " + quoted(column.name) + " is not a whole number");
+  const auto largest = withType(column.type, [](auto zero) {
+    return static_cast<double>(std::numeric_limits<decltype(zero)>::max());
+  });
+  if (value > largest) {
+    place.fail("the value of " + quoted(column.name) + " does not fit its type, whose largest is " +
+               std::to_string(static_cast<std::uint64_t>(largest)));
+  }
+}
+
+void readTextRow(std::string_view line, const std::vector<int>& slots, const RowPlace& place,
+                 std::vector<double>& values) {
+  TextRow row(line, place);
+  if (row.atEnd()) place.fail("an empty line, expected " + place.element.columnNames());
+  for (std::size_t c = 0; c < slots.size(); ++c) {
+    const Column& column = place.element.columns[c];
+    const std::uint64_t count = column.list_size ? row.listLength() : column.count;
+    for (std::uint64_t k = 0; k < count; ++k) {
+      const double value = row.number();
+      if (slots[c] == kSkipped) continue;
+      requireFits(value, column, place);
+      values[static_cast<std::size_t>(slots[c])] = value;
+    }
+  }
+  if (!row.atEnd()) place.fail("too many values, expected " + place.element.columnNames());
+}
+
+void readTextRows(InputFile& file, const Element& element, const std::vector<std::size_t>& columns,
+                  const RowVisitor& visit) {
+  const std::vector<int> slots = slotsOf(element, columns);
+  std::vector<double> values(columns.size());
+  RowPlace place{file, element, true};
+  std::string_view line;
+  for (; place.row < element.rows; ++place.row) {
+    if (!file.readLine(line)) {
+      file.failAtLine("the file ends after " + std::to_string(place.row) + " of " +
+                      std::to_string(element.rows) + " rows of " + quoted(element.name));
+    }
+    readTextRow(line, slots, place, values);
+    if (visit) visit(values.data(), place);
+  }
+}
+
+// ---- bytes
+
+/// Where the values of a chosen column stand in successive rows.
+struct ColumnBytes {
+  const char* next;
+  std::size_t stride;
+  ScalarType type;
+};
+
+void visitRows(std::vector<ColumnBytes> columns, std::uint64_t rows, bool big_endian,
+               RowPlace& place, const RowVisitor& visit) {
+  std::vector<double> values(columns.size());
+  for (std::uint64_t end = place.row + rows; place.row < end; ++place.row) {
+    for (std::size_t i = 0; i < columns.size(); ++i) {
+      values[i] = decodeScalar(columns[i].next, columns[i].type, big_endian);
+      columns[i].next += columns[i].stride;
+    }
+    visit(values.data(), place);
+  }
+}
+
+/// Rows of one length, read in blocks.
+void readFixedRows(InputFile& file, const Element& element, const std::vector<std::size_t>& columns,
+                   bool big_endian, const RowVisitor& visit) {
+  if (element.rows == 0) return;
+  const std::size_t stride = element.rowBytes();
+  const std::uint64_t block_rows = std::max<std::size_t>(1, (std::size_t{1} << 16) / stride);
+  std::vector<char> block(std::min(block_rows, element.rows) * stride);
+  std::vector<std::size_t> offsets(1, 0);
+  for (const Column& column : element.columns) {
+    offsets.push_back(offsets.back() + column.count * sizeOf(column.type));
+  }
+  std::vector<ColumnBytes> views;
+  for (const std::size_t c : columns) {
+    views.push_back({block.data() + offsets[c], stride, element.columns[c].type});
+  }
+  RowPlace place{file, element};
+  while (place.row < element.rows) {
+    const std::uint64_t rows = std::min(block_rows, element.rows - place.row);
+    file.readBytes(block.data(), rows * stride);
+    if (visit) {
+      visitRows(views, rows, big_endian, place, visit);
+    } else {
+      place.row += rows;
+    }
+  }
+}
+
+/// Reads over `count` values; bounded by the file, so that a length that lies cannot take long.
+void skipValues(InputFile& file, double count, ScalarType type, const RowPlace& place) {
+  const double bytes = count * static_cast<double>(sizeOf(type));
+  if (!(count >= 0 && bytes <= static_cast<double>(file.remaining()))) {
+    place.fail("a list with a length that the file cannot hold");
+  }
+  char ignored[4096];
+  for (auto left = static_cast<std::size_t>(bytes); left > 0;) {
+    const std::size_t part = std::min(left, sizeof(ignored));
+    file.readBytes(ignored, part);
+    left -= part;
+  }
+}
+
+/// Rows with lists have no fixed length and are read value by value.
+void readListRows(InputFile& file, const Element& element, const std::vector<std::size_t>& columns,
+                  bool big_endian, const RowVisitor& visit) {
+  const std::vector<int> slots = slotsOf(element, columns);
+  std::vector<double> values(columns.size());
+  RowPlace place{file, element};
+  char bytes[8];
+  for (; place.row < element.rows; ++place.row) {
+    for (std::size_t c = 0; c < slots.size(); ++c) {
+      const Column& column = element.columns[c];
+      const ScalarType type = column.list_size.value_or(column.type);
+      file.readBytes(bytes, sizeOf(type));
+      const double value = decodeScalar(bytes, type, big_endian);
+      if (column.list_size) skipValues(file, value, column.type, place);
+      if (slots[c] != kSkipped) values[static_cast<std::size_t>(slots[c])] = value;
+    }
+    if (visit) visit(values.data(), place);
+  }
+}
+
+// ---- PCD binary_compressed: two sizes and one LZF block, in which the values of each field stand
+// together
+
+/// No LZF stream expands more: three bytes give at most 264.
+constexpr std::size_t kLargestLzfExpansion = 88;
+
+/// Undoes LZF: true if the input was used up and filled the output exactly; never reads or writes
+/// outside. Ours, because PCL's lzfDecompress lies in libpcl_io, which loads all of VTK.
+/// The stream is a sequence of two kinds of items, told apart by their first byte:
+///   000LLLLL                       L + 1 bytes follow as they are
+///   LLLooooo [llllllll] oooooooo   copy L + 2 bytes from o + 1 bytes back; L = 7 means 7 + l
+bool decompressLzf(const std::vector<unsigned char>& packed, std::vector<char>& output) {
+  const unsigned char *input = packed.data(), *const end = input + packed.size();
+  std::size_t done = 0;
+  while (input < end) {
+    const std::size_t control = *input++;
+    if (control < 32) {
+      const std::size_t length = control + 1;
+      if (length > static_cast<std::size_t>(end - input) || length > output.size() - done)
+        return false;
+      std::memcpy(output.data() + done, input, length);
+      input += length;
+      done += length;
+      continue;
+    }
+    std::size_t length = control >> 5;
+    if (length == 7) {
+      if (input == end) return false;
+      length += *input++;
+    }
+    length += 2;
+    if (input == end) return false;
+    const std::size_t distance = ((control & 31) << 8) + *input++ + 1;
+    if (distance > done || length > output.size() - done) return false;
+    // Byte by byte: the source may overlap what is being written.
+    for (std::size_t i = 0; i < length; ++i, ++done) output[done] = output[done - distance];
+  }
+  return done == output.size();
+}
+
+/// Reads and unpacks the block; all sizes are checked before memory is taken for them.
+std::vector<char> readCompressedBlock(InputFile& file, const Element& element) {
+  std::uint32_t sizes[2] = {};  // packed, unpacked
+  if (file.remaining() < sizeof(sizes)) file.fail("ends before the sizes of the compressed block");
+  file.readBytes(sizes, sizeof(sizes));
+  std::uint64_t expected = 0;
+  const std::uint64_t row_bytes = element.rowBytes();
+  if (__builtin_mul_overflow(element.rows, row_bytes, &expected) || sizes[1] != expected) {
+    file.fail("the compressed block unpacks to " + std::to_string(sizes[1]) + " bytes, expected " +
+              std::to_string(element.rows) + " points of " + std::to_string(row_bytes) + " bytes");
+  }
+  if (sizes[0] > file.remaining()) {
+    file.fail("the compressed block has " + std::to_string(sizes[0]) + " bytes, but only " +
+              std::to_string(file.remaining()) + " follow");
+  }
+  if (sizes[1] / kLargestLzfExpansion > sizes[0]) {
+    file.fail(std::to_string(sizes[0]) + " compressed bytes cannot unpack to " +
+              std::to_string(sizes[1]));
+  }
+  std::vector<unsigned char> packed(sizes[0]);
+  std::vector<char> unpacked(sizes[1]);
+  file.readBytes(packed.data(), packed.size());
+  if (!decompressLzf(packed, unpacked)) file.fail("the compressed block is damaged");
+  return unpacked;
+}
+
+void readCompressedRows(InputFile& file, const Element& element,
+                        const std::vector<std::size_t>& columns, const RowVisitor& visit) {
+  if (element.rows == 0) return;
+  const std::vector<char> block = readCompressedBlock(file, element);
+  std::vector<const char*> begins(1, block.data());
+  for (const Column& column : element.columns) {
+    begins.push_back(begins.back() + element.rows * column.count * sizeOf(column.type));
+  }
+  std::vector<ColumnBytes> views;
+  for (const std::size_t c : columns) {
+    const ScalarType type = element.columns[c].type;
+    views.push_back({begins[c], sizeOf(type), type});
+  }
+  RowPlace place{file, element};
+  visitRows(views, element.rows, false, place, visit);
+}
+
+// ---- meaning of the columns
+
+constexpr const char* kLabelNames[] = {"label",
+                                       "class",
+                                       "semantic",
+                                       "sem_label",
+                                       "scalar_Label",
+                                       "scalar_label",
+                                       "scalar_Classification",
+                                       "classification",
+                                       "scalar_Class"};
+constexpr const char* kInstanceNames[] = {"instance", "object", "ins_label", "scalar_Instance",
+                                          "scalar_Object"};
+
+template <std::size_t N>
+std::optional<std::size_t> findFirst(const Element& points, const std::string& asked,
+                                     const char* const (&well_known)[N], const InputFile& file) {
+  if (!asked.empty()) {
+    const auto column = points.findColumn(asked, file);
+    if (!column)
+      file.fail("has no field " + quoted(asked) + "; its fields: " + points.columnNames());
+    return column;
+  }
+  for (const char* name : well_known) {
+    if (const auto column = points.findColumn(name, file)) return column;
+  }
+  return std::nullopt;
+}
+
+std::optional<std::size_t> findRing(const Element& points) {
+  const auto& columns = points.columns;
+  const auto ring = std::find_if(columns.begin(), columns.end(), [](const Column& column) {
+    return column.name == "ring" && isInteger(column.type) && !column.list_size &&
+           column.count == 1;
+  });
+  if (ring == columns.end()) return std::nullopt;
+  return static_cast<std::size_t>(ring - columns.begin());
+}
+
+}  // namespace
+
+std::size_t sizeOf(ScalarType type) {
+  return withType(type, [](auto value) { return sizeof value; });
+}
+
+void RowPlace::fail(const std::string& what) const {
+  if (text) file.failAtLine(what);
+  file.fail(element.name + " " + std::to_string(row) + ": " + what);
+}
+
+void readRows(InputFile& file, const FileLayout& layout, const Element& element,
+              const std::vector<std::size_t>& columns, const RowVisitor& visit) {
+  const bool big_endian = layout.encoding == Encoding::big_endian;
+  if (layout.encoding == Encoding::ascii) {
+    readTextRows(file, element, columns, visit);
+  } else if (layout.encoding == Encoding::compressed) {
+    readCompressedRows(file, element, columns, visit);
+  } else if (element.hasLists()) {
+    readListRows(file, element, columns, big_endian, visit);
+  } else {
+    readFixedRows(file, element, columns, big_endian, visit);
+  }
+}
+
+void requireEnd(InputFile& file, const FileLayout& layout) {
+  const auto isBlank = [](char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; };
+  if (layout.encoding == Encoding::ascii) {
+    std::string_view line;
+    while (file.readLine(line)) {
+      if (!std::all_of(line.begin(), line.end(), isBlank))
+        file.failAtLine("more lines than the header announces");
+    }
+    return;
+  }
+  // Old versions of PCL filled binary files up with zeros to the next page.
+  constexpr std::uint64_t kLongestPadding = std::uint64_t{1} << 16;
+  const std::uint64_t begin = file.position(), excess = file.remaining();
+  std::vector<char> rest(static_cast<std::size_t>(std::min(excess, kLongestPadding)));
+  file.readBytes(rest.data(), rest.size());
+  const bool padding =
+      excess <= kLongestPadding &&
+      std::all_of(rest.begin(), rest.end(), [&](char c) { return c == '\0' || isBlank(c); });
+  if (!padding) {
+    file.fail(std::to_string(excess) + " bytes more than the header announces, from byte " +
+              std::to_string(begin));
+  }
+}
+
+IdColumns findIdColumns(const Element& points, const CloudFields& fields, const InputFile& file) {
+  IdColumns columns;
+  columns.label = findFirst(points, fields.label, kLabelNames, file);
+  columns.instance = findFirst(points, fields.instance, kInstanceNames, file);
+  columns.ring = findRing(points);
+  if (columns.ring == columns.label || columns.ring == columns.instance) columns.ring.reset();
+  if (columns.label && columns.label == columns.instance) {
+    file.fail("the field " + quoted(fields.label) + " cannot be label and instance at once");
+  }
+  return columns;
+}
+
+ChosenColumns::ChosenColumns(const Element& points, const InputFile& file) : element_(points) {
+  for (const auto& [axis, upper] :
+       {std::pair("x", "X"), std::pair("y", "Y"), std::pair("z", "Z")}) {
+    auto column = points.findColumn(axis, file);
+    if (!column) column = points.findColumn(upper, file);
+    if (!column)
+      file.fail(std::string("has no field ") + axis + "; its fields: " + points.columnNames());
+    columns_.push_back(*column);
+  }
+}
+
+ChosenColumns::Slot ChosenColumns::add(const std::optional<std::size_t>& column) {
+  if (!column) return std::nullopt;
+  columns_.push_back(*column);
+  return columns_.size() - 1;
+}
+
+std::uint32_t ChosenColumns::id(const Slot& slot, const double* values, const RowPlace& place,
+                                std::uint32_t absent) const {
+  constexpr double kMinusOne32 = 4294967295.0;
+  constexpr double kMinusOne64 = 0x1p64;  // 2^64 - 1 as a double
+  if (!slot) return absent;
+  const double value = values[*slot];
+  const Column& source = column(*slot);
+  if (value == kMinusOne32 || (value == kMinusOne64 && source.type == ScalarType::u64)) return 0;
+  const bool whole = std::isfinite(value) && value == std::floor(value);
+  if (whole && value < 0) return 0;
+  if (!whole || value > kMinusOne32) {
+    char text[32];
+    const char* end = std::to_chars(text, text + sizeof(text), value).ptr;
+    place.fail(quoted(source.name) + " must be a whole number below 2^32, found " +
+               std::string(text, static_cast<std::size_t>(end - text)));
+  }
+  return static_cast<std::uint32_t>(value);
+}
+
+}  // namespace xview
