@@ -20,7 +20,7 @@
 #include "session.h"
 #include "xview/eval/statistics.h"
 #include "xview/localizer.h"
-#include "xview/match/object_places.h"
+#include "xview/search/search.h"
 #include "xview/types/stopwatch.h"
 
 namespace {
@@ -55,8 +55,8 @@ class Bench {
   explicit Bench(const Arguments& a)
       : a_(a),
         map_(buildMap({openPart(a.sessions[0]).get()}, a.options)),
-        index_(map_.graph, map_.labels, a.options.objects) {
-    fmt::print("{}: {} vertices\n", a.sessions[0], index_.size());
+        field_(search::makeObjectField(map_.graph, map_.labels, a.options.places)) {
+    fmt::print("{}: {} vertices\n", a.sessions[0], field_->size());
   }
 
   void run(const std::string& word, bool is_elsewhere) {
@@ -82,18 +82,17 @@ class Bench {
   void ask(const Session& s, const Window& window, const std::string& name, Tally& tally) const {
     const SemanticGraph graph = bareGraph(s, window, a_.options);
     const FrameDigest& last = s.frames[window.last - 1];
-    ObjectSearchRequest request;
-    request.threads = 1;
-    request.focus = last.T_odom_sensor.translation();
+    const Eigen::Vector3d focus = last.T_odom_sensor.translation();
     Stopwatch watch;
-    const ObjectSearchResult result = index_.search(graph, request);
+    const search::SearchResult result =
+        search::search(*field_->prepare({nullptr, &graph, {}, focus}), {}, a_.options.places, 1);
     tally.ms.push_back(watch.lap_ms());
     const ObjectEvidence evidence = evidenceOf(result);
     const Verdict verdict = judge(evidence, a_.options.object_verdict);
     double error = INFINITY;
-    if (!s.negative && !result.hypotheses.empty()) {
+    if (!s.negative && !result.places.empty()) {
       const Eigen::Vector3d truth = s.truth[window.last - 1].T_frame_sensor.translation();
-      error = (result.hypotheses[0].T_map_query * *request.focus - truth).norm();
+      error = (result.places[0].T_map_query * focus - truth).norm();
       tally.errors_m.push_back(error);
     }
     const bool accepted = verdict.status == Status::accepted;
@@ -102,7 +101,7 @@ class Bench {
     tally.right += error <= kSuccess_m;
     tally.accepted += accepted;
     tally.wrong += accepted && !(error <= kSuccess_m);
-    tally.vertices.push_back(result.vertices);
+    tally.vertices.push_back(static_cast<double>(result.vertices));
     write(name, s.negative, error, evidence, verdict);
   }
 
@@ -119,7 +118,7 @@ class Bench {
 
   const Arguments& a_;
   SemanticMap map_;
-  ObjectPlaceIndex index_;
+  std::unique_ptr<const search::Field> field_;
 };
 
 }  // namespace

@@ -17,7 +17,7 @@
 #include <vector>
 
 #include "baselines/baseline.h"
-#include "xview/match/object_places.h"
+#include "xview/search/search.h"
 #include "xview/sim/object_town.h"
 #include "xview/types/error.h"
 
@@ -40,15 +40,17 @@ std::vector<std::string> splitList(const std::string& text) {
 
 class PlaceSearch final : public Baseline {
  public:
-  PlaceSearch(const SemanticGraph& map, const LabelSet& labels) : index_(map, labels) {}
+  PlaceSearch(const SemanticGraph& map, const LabelSet& labels)
+      : field_(search::makeObjectField(map, labels, {})) {}
   std::optional<Eigen::Isometry3d> localize(const SemanticGraph& query) const override {
-    const ObjectSearchResult result = index_.search(query);
-    if (result.hypotheses.empty()) return std::nullopt;
-    return result.hypotheses[0].T_map_query;
+    const search::SearchResult result =
+        search::search(*field_->prepare({nullptr, &query, {}, {}}), {}, {}, 1);
+    if (result.places.empty()) return std::nullopt;
+    return result.places[0].T_map_query;
   }
 
  private:
-  ObjectPlaceIndex index_;
+  std::unique_ptr<const search::Field> field_;
 };
 
 std::unique_ptr<Baseline> make(const std::string& method, const SemanticGraph& map,

@@ -25,6 +25,7 @@
 #include <map>
 #include <sstream>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "../src/pipeline/object_evidence.h"
@@ -32,7 +33,7 @@
 #include "xview/eval/statistics.h"
 #include "xview/io/graph_files.h"
 #include "xview/io/label_files.h"
-#include "xview/match/object_places.h"
+#include "xview/search/search.h"
 #include "xview/sim/object_town.h"
 #include "xview/types/error.h"
 #include "xview/types/pose.h"
@@ -53,7 +54,7 @@ struct Arguments {
   int queries = 100, negatives = 50, towns = 1, threads = 1;
   std::uint64_t seed = 7;
   std::string csv, map, query, classes;
-  ObjectPlaceOptions search;
+  search::SearchOptions search;  // with the 5 hypotheses that the localizer reports
   ObjectVerdictOptions verdict;
 };
 
@@ -71,8 +72,10 @@ struct Setter {
   template <class Number, class... Rest>
   void operator()(const char* field, Number& number, Rest&&...) const {
     if (name != field) return;
-    number = static_cast<Number>(std::stod(value));
-    *done = true;
+    if constexpr (std::is_arithmetic_v<Number>) {
+      number = static_cast<Number>(std::stod(value));
+      *done = true;
+    }
   }
 };
 
@@ -145,21 +148,17 @@ struct Trial {
   double confidence = 0;
 };
 
-Trial run(const ObjectPlaceIndex& index, const SemanticGraph& graph, const Eigen::Vector3d& focus,
+Trial run(const search::Field& field, const SemanticGraph& graph, const Eigen::Vector3d& focus,
           const Eigen::Vector3d* truth, const Arguments& a) {
-  ObjectSearchRequest request;
-  request.focus = focus;
-  request.threads = a.threads;
-  request.hypotheses = 5;  // as the localizer reports
   const double start = cpuMilliseconds();
-  const ObjectSearchResult result = index.search(graph, request);
+  const search::SearchResult result =
+      search::search(*field.prepare({nullptr, &graph, {}, focus}), {}, a.search, a.threads);
   Trial trial;
   trial.ms = cpuMilliseconds() - start;
   trial.is_negative = truth == nullptr;
   trial.evidence = evidenceOf(result);
-  if (result.hypotheses.empty()) return trial;
-  const ObjectHypothesis& best = result.hypotheses[0];
-  if (truth) trial.error_m = (best.T_map_query * focus - *truth).norm();
+  if (result.places.empty()) return trial;
+  if (truth) trial.error_m = (result.places[0].T_map_query * focus - *truth).norm();
   const Verdict verdict = judge(trial.evidence, a.verdict);
   trial.accepted = verdict.status == Status::accepted;
   trial.confidence = verdict.confidence;
@@ -257,10 +256,10 @@ void askInTown(const Arguments& a, int size, const TownNoise& noise, int k, MapS
   const TownSampling sampling{a.surface_m, 2};
   const std::uint64_t seed = a.seed + static_cast<std::uint64_t>(k);
   const ObjectTown town(size, seed), elsewhere(std::clamp(size, 6, 30), seed + 1000);
-  const ObjectPlaceIndex index(mapObjectTown(town, noise, sampling, 1), objectTownLabels(),
-                               a.search);
-  map.vertices += static_cast<double>(index.size()) / a.towns;
-  map.bytes += static_cast<double>(index.bytes()) / a.towns;
+  const auto field = search::makeObjectField(mapObjectTown(town, noise, sampling, 1),
+                                             objectTownLabels(), a.search);
+  map.vertices += static_cast<double>(field->size()) / a.towns;
+  map.bytes += static_cast<double>(field->bytes()) / a.towns;
   const int queries = shareOf(a.queries, k, a), negatives = shareOf(a.negatives, k, a);
   for (std::size_t v = 0; v < a.views.size(); ++v) {
     for (int i = 0; i < queries + negatives; ++i) {
@@ -269,7 +268,7 @@ void askInTown(const Arguments& a, int size, const TownNoise& noise, int k, MapS
           queryObjectTown(is_negative ? elsewhere : town, noise, sampling, viewNamed(a.views[v]),
                           a.length_m, seed * 100000 + static_cast<std::uint64_t>(i));
       trials_of_view[v].push_back(
-          run(index, q.graph, q.last_in_query, is_negative ? nullptr : &q.last_in_map, a));
+          run(*field, q.graph, q.last_in_query, is_negative ? nullptr : &q.last_in_map, a));
     }
   }
 }
@@ -308,7 +307,7 @@ SemanticGraph cutCircle(const SemanticGraph& graph, const Eigen::Vector2d& centr
 void benchCircles(const Arguments& a) {
   constexpr std::size_t kFewest = 15;  // vertices of a query
   const SemanticGraph map = readGraph(a.map).graph, source = readGraph(a.query).graph;
-  const ObjectPlaceIndex index(map, labelsOf(a, map), a.search);
+  const auto field = search::makeObjectField(map, labelsOf(a, map), a.search);
   Random random(a.seed);
   std::vector<Trial> trials;
   for (int attempt = 0; attempt < 100 * a.queries && static_cast<int>(trials.size()) < a.queries;
@@ -322,9 +321,9 @@ void benchCircles(const Arguments& a) {
         random.uniform(-kPi, kPi));
     const SemanticGraph query = cutCircle(source, centre.head<2>(), a.radius_m, T_map_query);
     if (query.size() < kFewest) continue;
-    trials.push_back(run(index, query, T_map_query.inverse() * centre, &centre, a));
+    trials.push_back(run(*field, query, T_map_query.inverse() * centre, &centre, a));
   }
-  const MapSize size{static_cast<double>(index.size()), static_cast<double>(index.bytes())};
+  const MapSize size{static_cast<double>(field->size()), static_cast<double>(field->bytes())};
   printRow(fmt::format("circles of {:.0f} m", a.radius_m), size, trials);
   writeCsv(a.csv, a.query, trials);
 }

@@ -49,7 +49,7 @@ class LearnCommand final : public Command {
     }
     AtomicFile out(job.operands.back());
     const SemanticMap map = readMap(job.operands[job.operands.size() - 2], input_, job);
-    LikelihoodTable learned;
+    search::LikelihoodTable learned;
     for (std::size_t i = 0; i + 2 < job.operands.size(); ++i)
       learned.add(learnFrom(job.operands[i], map, job));
     const double samples = samplesAtTruth(learned);
@@ -58,16 +58,17 @@ class LearnCommand final : public Command {
                                                "anything of a class that the map holds",
                                                length_m_));
     }
-    if (add_default_) learned.add(defaultLikelihoods());
-    if (!add_.empty()) learned.add(readLikelihoods(add_));
-    out.write(toText(learned));
+    if (add_default_) learned.add(search::defaultLikelihoods());
+    if (!add_.empty()) learned.add(search::readLikelihoods(add_));
+    out.write(search::toText(learned));
     out.commit();
     fmt::print("{}: {:.0f} samples at true poses\n", job.operands.back(), samples);
     return kDone;
   }
 
  private:
-  LikelihoodTable learnFrom(const std::string& path, const SemanticMap& map, const Job& job) const {
+  search::LikelihoodTable learnFrom(const std::string& path, const SemanticMap& map,
+                                    const Job& job) const {
     const auto recording = openInput(path, input_.parsed(), job);
     const std::vector<FrameDigest> frames = digest(*recording, job);
     std::vector<std::int64_t> numbers;
@@ -76,7 +77,8 @@ class LearnCommand final : public Command {
     for (const StampedPose& pose : posesOfFrames(truthFileOf(path), numbers))
       truth.push_back(pose.T_frame_sensor);
     Stopwatch watch;
-    const LikelihoodTable table = learnLikelihoods(map, frames, truth, length_m_, job.options);
+    const search::LikelihoodTable table =
+        learnLikelihoods(map, frames, truth, length_m_, job.options);
     job.narrate.stage("learn", watch.lap_ms(), path);
     return table;
   }
@@ -91,10 +93,10 @@ class LearnCommand final : public Command {
                 "neither; --truth names another file");
   }
 
-  static double samplesAtTruth(const LikelihoodTable& table) {
+  static double samplesAtTruth(const search::LikelihoodTable& table) {
     double sum = 0;
     for (const auto& viewpoint : table.counts) {
-      for (const DistanceCounts& channel : viewpoint) {
+      for (const search::DistanceCounts& channel : viewpoint) {
         for (const double n : channel.at_true) sum += n;
       }
     }

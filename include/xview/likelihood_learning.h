@@ -6,7 +6,7 @@
 
 #include "xview/map/semantic_map.h"
 #include "xview/mapper.h"
-#include "xview/match/plan_likelihood.h"
+#include "xview/search/likelihoods.h"
 
 namespace xview {
 
@@ -14,8 +14,9 @@ namespace xview {
 /// pose and at wrong poses on the road of the map (heading along it or against it, at least 25 m
 /// off). `T_map_sensor`: true pose of each frame. Windows of `window_m` metres of travel overlap by
 /// two thirds.
-LikelihoodTable learnLikelihoods(const SemanticMap& map, const std::vector<FrameDigest>& frames,
-                                 const std::vector<Eigen::Isometry3d>& T_map_sensor,
-                                 double window_m, const Options& options);
+search::LikelihoodTable learnLikelihoods(const SemanticMap& map,
+                                         const std::vector<FrameDigest>& frames,
+                                         const std::vector<Eigen::Isometry3d>& T_map_sensor,
+                                         double window_m, const Options& options);
 
 }  // namespace xview

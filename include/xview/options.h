@@ -12,8 +12,7 @@
 #include "xview/graph/merge.h"
 #include "xview/graph/plan_view.h"
 #include "xview/match/descriptors.h"
-#include "xview/match/object_places.h"
-#include "xview/match/plan_places.h"
+#include "xview/search/search.h"
 #include "xview/match/walks.h"
 #include "xview/pose/posterior.h"
 #include "xview/pose/refine.h"
@@ -113,12 +112,11 @@ struct Options {
   EdgeOptions edges;
   PlanOptions plan;
   MapOptions map;
-  WalkOptions walks;
-  MatchOptions match;
+  match::WalkOptions walks;
+  match::MatchOptions match;
   ConsistencyOptions consistency;
   ConsensusOptions consensus;
-  PlaceOptions places;
-  ObjectPlaceOptions objects;
+  search::SearchOptions places;
   VerdictOptions verdict;
   ObjectVerdictOptions object_verdict;
   PosteriorOptions posterior;
@@ -158,7 +156,6 @@ void visit(Options& o, Visitor&& field) {
   field.group("consistency", o.consistency);
   field.group("consensus", o.consensus);
   field.group("places", o.places);
-  field.group("objects", o.objects);
   field.group("verdict", o.verdict);
   field.group("object_verdict", o.object_verdict);
   field.group("posterior", o.posterior);

@@ -5,11 +5,10 @@
 #include <cmath>
 #include <utility>
 
-#include "xview/match/walk_spectrum.h"
 #include "xview/types/error.h"
 #include "xview/types/parallel.h"
 
-namespace xview {
+namespace xview::match {
 namespace {
 
 constexpr std::size_t kBlock = 64;  // vertices per task
@@ -268,4 +267,4 @@ std::vector<Correspondence> bestMatches(const Descriptors& query, const Descript
   return DescriptorIndex(map).bestMatches(query, options, threads);
 }
 
-}  // namespace xview
+}  // namespace xview::match

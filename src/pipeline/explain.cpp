@@ -5,12 +5,12 @@
 #include <cmath>
 #include <map>
 
-#include "pipeline/planar_pose.h"
+#include "xview/search/likelihoods.h"
 
 namespace xview {
 namespace {
 
-constexpr double kPartnerReach_m = kBinLimits_m.back();
+constexpr double kPartnerReach_m = search::kBinLimits_m.back();
 
 /// Map samples of one channel in blocks as large as the reach.
 class NearestSample {
@@ -55,8 +55,8 @@ double groundAt(const PlanView& plan, const Eigen::Vector2d& p) {
   return plan.origin_z + (seen ? at->z : 0);
 }
 
-Testimony testimonyOf(const SampleEvidence& e) {
-  if (e.distance_bin == kUnknownBin) return Testimony::unknown;
+Testimony testimonyOf(const search::SampleEvidence& e) {
+  if (!e.known) return Testimony::unknown;
   return e.nats < 0 ? Testimony::contradicting : Testimony::kept;
 }
 
@@ -73,11 +73,10 @@ const char* toString(Testimony testimony) {
   }
 }
 
-void explainSamples(const PlanPlaces& places, const PlanView& map, const Query& query,
-                    const PlanQuery& plan_query, const Eigen::Isometry3d& T_map_query,
-                    Explanation& explanation) {
+void explainSamples(const PlanView& map, const Query& query, const search::FieldQuery& in_field,
+                    const Eigen::Isometry3d& T_map_query, Explanation& explanation) {
   std::array<std::optional<NearestSample>, kChannels> nearest;
-  for (const SampleEvidence& e : places.evidence(plan_query, placeOf(T_map_query))) {
+  for (const search::SampleEvidence& e : in_field.evidence(T_map_query)) {
     const auto c = static_cast<std::size_t>(e.channel);
     if (!nearest[c]) nearest[c].emplace(map.samples[c]);
     Contribution contribution;

@@ -3,14 +3,13 @@
 
 #include "xview/explanation.h"
 #include "xview/localizer.h"
-#include "xview/match/plan_places.h"
+#include "xview/search/field.h"
 
 namespace xview {
 
 /// Adds what each plan-view sample says about a pose. Map, query and pose are gravity-aligned.
-void explainSamples(const PlanPlaces& places, const PlanView& map, const Query& query,
-                    const PlanQuery& plan_query, const Eigen::Isometry3d& T_map_query,
-                    Explanation& explanation);
+void explainSamples(const PlanView& map, const Query& query, const search::FieldQuery& in_field,
+                    const Eigen::Isometry3d& T_map_query, Explanation& explanation);
 
 /// Adds pairs of vertices that a pose brings together.
 void explainVertices(const SemanticMap& map, const Query& query,

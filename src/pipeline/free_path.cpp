@@ -23,12 +23,12 @@ void addIfNew(const Eigen::Vector3d& up, std::vector<Eigen::Vector3d>& ups) {
   if (std::none_of(ups.begin(), ups.end(), known)) ups.push_back(up);
 }
 
-double scoreOf(const ObjectSearchResult& result) {
-  return result.hypotheses.empty() ? 0 : result.hypotheses[0].score;
+double scoreOf(const search::SearchResult& result) {
+  return result.places.empty() ? 0 : result.places[0].score();
 }
 
-std::size_t bestOf(const std::vector<ObjectSearchResult>& found) {
-  const auto worse = [](const ObjectSearchResult& a, const ObjectSearchResult& b) {
+std::size_t bestOf(const std::vector<search::SearchResult>& found) {
+  const auto worse = [](const search::SearchResult& a, const search::SearchResult& b) {
     return scoreOf(a) < scoreOf(b);
   };
   return static_cast<std::size_t>(std::max_element(found.begin(), found.end(), worse) -
@@ -41,20 +41,21 @@ bool isOnePose(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b,
   return (a * sensor - b * sensor).norm() < kOther_m && rotationBetween(a, b) < kOther_rad;
 }
 
-/// What another way up found speaks against the best one, unless it is the same pose.
-void addRivals(const ObjectSearchResult& other, const Eigen::Quaterniond& R_other_best,
-               const Eigen::Vector3d& sensor, ObjectSearchResult& result) {
-  if (result.hypotheses.empty()) return;
+/// What another way up found speaks against the best one, unless it is the same pose. Only places
+/// that were described have a pose in space.
+void addRivals(const search::SearchResult& other, std::size_t described,
+               const Eigen::Quaterniond& R_other_best, const Eigen::Vector3d& sensor,
+               search::SearchResult& result) {
+  if (result.places.empty()) return;
   result.poses += other.poses;
-  for (ObjectHypothesis h : other.hypotheses) {
+  for (std::size_t i = 0; i < std::min(described, other.places.size()); ++i) {
+    search::PlaceHypothesis h = other.places[i];
     h.T_map_query = h.T_map_query * R_other_best;
-    if (isOnePose(h.T_map_query, result.hypotheses[0].T_map_query, sensor)) continue;
-    result.wrong.best = result.wrong.count == 0 ? h.score : std::max(result.wrong.best, h.score);
-    result.wrong.count = std::max(1, result.wrong.count);
-    const auto at =
-        std::find_if(result.hypotheses.begin() + 1, result.hypotheses.end(),
-                     [&](const ObjectHypothesis& known) { return known.score < h.score; });
-    result.hypotheses.insert(at, std::move(h));
+    if (isOnePose(h.T_map_query, result.places[0].T_map_query, sensor)) continue;
+    const auto at = std::find_if(
+        result.places.begin() + 1, result.places.end(),
+        [&](const search::PlaceHypothesis& known) { return known.score() < h.score(); });
+    result.places.insert(at, std::move(h));
   }
 }
 
@@ -77,19 +78,20 @@ Eigen::Quaterniond FreePath::localize(const Query& query, const Priors& priors,
   answer.timing_ms.emplace_back("descriptors", walked.descriptors_ms);
   answer.timing_ms.emplace_back("rejection", watch.lap_ms() - walked.descriptors_ms);
 
-  std::vector<ObjectSearchResult> found;
+  std::vector<search::SearchResult> found;
   for (const Eigen::Vector3d& up : ups)
     found.push_back(objects_.search(uprightQuery(query, uprightBy(up)), priors));
   const std::size_t best = bestOf(found);
   const Eigen::Quaterniond upright =
       found.empty() ? Eigen::Quaterniond::Identity() : uprightBy(ups[best]);
-  ObjectSearchResult result = found.empty() ? ObjectSearchResult() : found[best];
+  search::SearchResult result = found.empty() ? search::SearchResult() : found[best];
   for (std::size_t i = 0; i < found.size(); ++i) {
     if (i != best)
-      addRivals(found[i], uprightBy(ups[i]) * upright.conjugate(),
-                upright * query.poses.back().translation(), result);
+      addRivals(found[i], static_cast<std::size_t>(options_.places.hypotheses),
+                uprightBy(ups[i]) * upright.conjugate(), upright * query.poses.back().translation(),
+                result);
   }
-  objects_.report(result, answer);
+  objects_.report(result, 0, answer);
   answer.timing_ms.emplace_back("matching", watch.lap_ms());
   return upright;
 }

@@ -6,10 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "pipeline/planar_pose.h"
 #include "pipeline/turned_plan.h"
 #include "pipeline/upright_frame.h"
-#include "xview/types/median.h"
 
 namespace xview {
 namespace {
@@ -28,22 +26,16 @@ struct Tilt {
   double sigma_rad = 0;
 };
 
-double medianHeight(const std::vector<PlanQuery::Ground>& ground) {
-  std::vector<float> heights;
-  for (const PlanQuery::Ground& g : ground) heights.push_back(g.z);
-  return medianOf(std::move(heights));
-}
-
-double sigmaOf(const GroundFit& fit) {
+double sigmaOf(const search::HeightFit& fit) {
   return kBentByDrift * std::sqrt(fit.covariance.bottomRightCorner<2, 2>().trace() / 2);
 }
 
 /// Lays the ground of the query on a slope of the map, about the middle of that ground.
-Tilt tiltBy(const GroundFit& fit, const PlanQuery& plan, const Eigen::Isometry3d& T_map_query) {
+Tilt tiltBy(const search::HeightFit& fit, const Eigen::Vector3d& pivot,
+            const Eigen::Isometry3d& T_map_query) {
   const Eigen::Vector3d normal = Eigen::Vector3d(-fit.slope.x(), -fit.slope.y(), 1).normalized();
   const auto in_map = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), normal);
   const Eigen::Quaterniond yaw(T_map_query.linear());
-  const Eigen::Vector3d pivot(plan.centre.x(), plan.centre.y(), medianHeight(plan.ground));
   Eigen::Vector3d pivot_in_map = T_map_query * pivot;
   pivot_in_map.z() = pivot.z() + fit.height_m;
   Tilt tilt{yaw.conjugate() * in_map * yaw, T_map_query, sigmaOf(fit)};
@@ -52,60 +44,61 @@ Tilt tiltBy(const GroundFit& fit, const PlanQuery& plan, const Eigen::Isometry3d
 }
 
 /// Of a query whose up was measured that well.
-std::optional<Tilt> measuredTilt(const PlanPlaces& places, const PlanQuery& plan,
+std::optional<Tilt> measuredTilt(const search::FieldQuery& in_field,
                                  const Eigen::Isometry3d& T_map_query, double up_sigma_rad) {
-  const GroundFit fit = places.fitGround(plan, placeOf(T_map_query), up_sigma_rad);
+  const search::HeightFit fit = in_field.fitHeights(T_map_query, up_sigma_rad);
   if (fit.cells == 0) return std::nullopt;
-  return tiltBy(fit, plan, T_map_query);
+  return tiltBy(fit, in_field.centre(), T_map_query);
 }
 
 /// Of a query that was said or measured to be level to `trust_rad`; a street that slopes fools the
 /// measurement, so that ground which clearly contradicts counts alone. Less than `enough_rad` need
 /// not be turned.
-std::optional<Tilt> tiltAgainstTrust(const PlanPlaces& places, const PlanQuery& plan,
+std::optional<Tilt> tiltAgainstTrust(const search::FieldQuery& in_field,
                                      const Eigen::Isometry3d& T_map_query, double trust_rad,
                                      double enough_rad) {
-  const GroundFit fit =
-      places.fitGround(plan, placeOf(T_map_query), std::max(kWidest_rad, trust_rad));
+  const search::HeightFit fit = in_field.fitHeights(T_map_query, std::max(kWidest_rad, trust_rad));
   if (fit.cells == 0) return std::nullopt;
   Eigen::Matrix2d covariance =
       kBentByDrift * kBentByDrift * fit.covariance.bottomRightCorner<2, 2>();
   covariance.diagonal().array() += trust_rad * trust_rad;
   const double off2 = fit.slope.dot(covariance.inverse() * fit.slope);
-  if (off2 > kClearSigmas * kClearSigmas) return tiltBy(fit, plan, T_map_query);
-  const auto both = measuredTilt(places, plan, T_map_query, trust_rad);
+  if (off2 > kClearSigmas * kClearSigmas) return tiltBy(fit, in_field.centre(), T_map_query);
+  const auto both = measuredTilt(in_field, T_map_query, trust_rad);
   const bool level = !both || Eigen::AngleAxisd(both->turn).angle() < enough_rad;
   return level ? std::nullopt : both;
 }
 
 /// The query turned further, and its plan with it.
-void turnBy(const Tilt& tilt, LevelledQuery& levelled) {
+void turnBy(const Tilt& tilt, const search::Field& field, LevelledQuery& levelled) {
   levelled.turn = tilt.turn * levelled.turn;
   levelled.query = uprightQuery(levelled.query, tilt.turn);
   levelled.query.plan = turnedPlan(levelled.query.plan, tilt.turn);
-  levelled.plan = makePlanQuery(levelled.query.plan);
+  levelled.in_field = field.prepare(
+      {&levelled.query.plan, &levelled.query.graph, {}, levelled.query.poses.back().translation()});
   levelled.T_map_query = tilt.T_map_query;
   levelled.up_sigma_rad = tilt.sigma_rad;
 }
 
 }  // namespace
 
-std::optional<LevelledQuery> levelOnMap(const PlanPlaces& places, const Query& query,
-                                        const PlanQuery& plan, const Eigen::Isometry3d& T_map_query,
-                                        double up_sigma_rad, const Options& options) {
+std::optional<LevelledQuery> levelOnMap(const search::Field& field, const Query& query,
+                                        const search::FieldQuery& in_field,
+                                        const Eigen::Isometry3d& T_map_query, double up_sigma_rad,
+                                        const Options& options) {
   const double said_rad = options.refine.tilt_sigma_deg * M_PI / 180;
   const bool was_measured = up_sigma_rad > 0;
   const double enough_rad =
       was_measured ? 0 : said_rad * (query.cloud.empty() ? kLevelEnough : kLevelEnoughOfPoints);
-  const std::optional<Tilt> tilt = tiltAgainstTrust(
-      places, plan, T_map_query, was_measured ? up_sigma_rad : said_rad, enough_rad);
+  const std::optional<Tilt> tilt =
+      tiltAgainstTrust(in_field, T_map_query, was_measured ? up_sigma_rad : said_rad, enough_rad);
   if (!tilt) return std::nullopt;
-  LevelledQuery levelled{Eigen::Quaterniond::Identity(), query, {}, T_map_query, 0};
-  turnBy(*tilt, levelled);
-  levelled.T_map_query = poseOf(places.verify(levelled.plan, placeOf(levelled.T_map_query)));
+  LevelledQuery levelled{Eigen::Quaterniond::Identity(), query, nullptr, T_map_query, 0};
+  turnBy(*tilt, field, levelled);
+  levelled.T_map_query = levelled.in_field->verify(levelled.T_map_query).T_map_query;
   if (const auto rest =
-          measuredTilt(places, levelled.plan, levelled.T_map_query, levelled.up_sigma_rad))
-    turnBy(*rest, levelled);
+          measuredTilt(*levelled.in_field, levelled.T_map_query, levelled.up_sigma_rad))
+    turnBy(*rest, field, levelled);
   return levelled;
 }
 

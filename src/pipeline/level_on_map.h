@@ -2,11 +2,12 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <memory>
 #include <optional>
 
 #include "xview/localizer.h"
-#include "xview/match/plan_places.h"
 #include "xview/options.h"
+#include "xview/search/field.h"
 
 namespace xview {
 
@@ -14,7 +15,7 @@ namespace xview {
 struct LevelledQuery {
   Eigen::Quaterniond turn;  ///< p_levelled = turn * p_given
   Query query;
-  PlanQuery plan;
+  std::unique_ptr<search::FieldQuery> in_field;
   Eigen::Isometry3d T_map_query;  ///< of the levelled query, gravity-aligned
   double up_sigma_rad = 0;
 };
@@ -23,8 +24,9 @@ struct LevelledQuery {
 /// level it is. `up_sigma_rad` is how well its up was measured; 0 if it is up by the word of
 /// whoever made the frame, which is trusted to options.refine.tilt_sigma_deg unless ground clearly
 /// contradicts. Nothing if it is level already, or too little ground is common.
-std::optional<LevelledQuery> levelOnMap(const PlanPlaces& places, const Query& query,
-                                        const PlanQuery& plan, const Eigen::Isometry3d& T_map_query,
-                                        double up_sigma_rad, const Options& options);
+std::optional<LevelledQuery> levelOnMap(const search::Field& field, const Query& query,
+                                        const search::FieldQuery& in_field,
+                                        const Eigen::Isometry3d& T_map_query, double up_sigma_rad,
+                                        const Options& options);
 
 }  // namespace xview

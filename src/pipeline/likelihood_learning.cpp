@@ -6,7 +6,7 @@
 #include <set>
 
 #include "xview/graph/plan_view.h"
-#include "xview/match/plan_field.h"
+#include "xview/search/distance_field.h"
 #include "xview/types/pose.h"
 #include "xview/types/random.h"
 
@@ -49,15 +49,16 @@ void forEachSample(const PlanView& view, std::size_t channel, Body&& body) {
   }
 }
 
-void countAt(const PlanField& field, const PlanView& view, const Eigen::Isometry3d& T_map_query,
-             double height, std::size_t channel, std::array<double, kDistanceBins>& counts) {
+void countAt(const search::DistanceField& field, const PlanView& view,
+             const Eigen::Isometry3d& T_map_query, double height, std::size_t channel,
+             std::array<double, search::kDistanceBins>& counts) {
   forEachSample(view, channel, [&](double x, double y) {
     const Eigen::Vector3d p = T_map_query * Eigen::Vector3d(x, y, height);
     const std::uint8_t bin = field.bin(
         channel,
         static_cast<std::int32_t>(std::floor((p.x() - field.originX()) / field.cellSize())),
         static_cast<std::int32_t>(std::floor((p.y() - field.originY()) / field.cellSize())));
-    if (bin < kDistanceBins) ++counts[bin];
+    if (bin < search::kDistanceBins) ++counts[bin];
   });
 }
 
@@ -85,12 +86,13 @@ std::vector<Eigen::Isometry3d> wrongPoses(const Travel& map, const Travel& query
 
 }  // namespace
 
-LikelihoodTable learnLikelihoods(const SemanticMap& map, const std::vector<FrameDigest>& frames,
-                                 const std::vector<Eigen::Isometry3d>& T_map_sensor,
-                                 double window_m, const Options& options) {
-  LikelihoodTable table;
+search::LikelihoodTable learnLikelihoods(const SemanticMap& map,
+                                         const std::vector<FrameDigest>& frames,
+                                         const std::vector<Eigen::Isometry3d>& T_map_sensor,
+                                         double window_m, const Options& options) {
+  search::LikelihoodTable table;
   if (frames.size() < 3 || map.keyframes.size() < 3) return table;
-  const PlanField field(map.plan, options.threads);
+  const search::DistanceField field(map.plan, options.threads);
   Travel map_travel, query_travel;
   for (const Keyframe& k : map.keyframes)
     map_travel.positions.push_back(k.T_map_sensor.translation().head<2>());
@@ -116,8 +118,9 @@ LikelihoodTable learnLikelihoods(const SemanticMap& map, const std::vector<Frame
     const auto wrong = wrongPoses(map_travel, query_travel, middle, frames[middle].T_odom_sensor,
                                   T_map_sensor[middle].translation(), random);
     for (std::size_t c = 0; c < kChannels; ++c) {
-      DistanceCounts& counts =
-          table.at(view.aerial ? Viewpoint::air : Viewpoint::ground, static_cast<Channel>(c));
+      search::DistanceCounts& counts =
+          table.at(view.aerial ? search::Viewpoint::air : search::Viewpoint::ground,
+                   static_cast<Channel>(c));
       countAt(field, view, T_true, height, c, counts.at_true);
       for (const Eigen::Isometry3d& T : wrong) countAt(field, view, T, height, c, counts.at_wrong);
     }

@@ -10,53 +10,49 @@
 
 namespace xview {
 
-const ObjectPlaceIndex& ObjectPath::index() const {
-  std::call_once(made_, [&] { index_.emplace(map_.graph, map_.labels, options_.objects); });
-  return *index_;
+std::unique_ptr<search::FieldQuery> ObjectPath::inField(const Query& query) const {
+  std::call_once(
+      made_, [&] { field_ = search::makeObjectField(map_.graph, map_.labels, options_.places); });
+  return field_->prepare({nullptr, &query.graph, {}, query.poses.back().translation()});
 }
 
-ObjectSearchResult ObjectPath::search(const Query& query, const Priors& priors) const {
-  ObjectSearchRequest request;
-  request.threads = options_.threads;
-  request.hypotheses = options_.places.hypotheses;
-  request.focus = query.poses.back().translation();
-  request.prior = priorOfPoint(priors, query, request.focus->head<2>());
-  return index().search(query.graph, request);
+search::SearchResult ObjectPath::search(const Query& query, const Priors& priors) const {
+  return search::search(*inField(query), framePriors(priors, query), options_.places,
+                        options_.threads);
 }
 
 void ObjectPath::localize(const Query& query, const Priors& priors, double rival_score,
                           Localization& answer) const {
   Stopwatch watch;
-  ObjectSearchResult result = search(query, priors);
-  result.wrong.best = std::max(result.wrong.best, rival_score);
+  const search::SearchResult result = search(query, priors);
   answer.timing_ms.emplace_back("matching", watch.lap_ms());
-  report(result, answer);
+  report(result, rival_score, answer);
 }
 
-void ObjectPath::report(const ObjectSearchResult& result, Localization& answer) const {
-  answer.vertices = result.vertices;
+void ObjectPath::report(const search::SearchResult& result, double rival_score,
+                        Localization& answer) const {
+  answer.vertices = static_cast<int>(result.vertices);
   answer.matches = result.poses;
   const auto count =
-      std::min(result.hypotheses.size(), static_cast<std::size_t>(options_.places.hypotheses));
+      std::min(result.places.size(), static_cast<std::size_t>(options_.places.hypotheses));
   for (std::size_t i = 0; i < count; ++i) {
-    const ObjectHypothesis& h = result.hypotheses[i];
-    answer.hypotheses.push_back(
-        {h.T_map_query, h.score, static_cast<int>(h.inliers.size()), Proposer::search});
+    const search::PlaceHypothesis& h = result.places[i];
+    answer.hypotheses.push_back({h.T_map_query, h.score(), h.matched, Proposer::search});
   }
   if (count > 0) {
-    answer.kept = result.hypotheses[0].inliers;
-    answer.inliers = static_cast<int>(answer.kept.size());
+    answer.kept = result.places[0].pairs;
+    answer.inliers = result.places[0].matched;
   }
-  setVerdict(judge(evidenceOf(result), options_.object_verdict), answer);
+  ObjectEvidence evidence = evidenceOf(result);
+  evidence.runner_up = std::max(evidence.runner_up, rival_score);
+  setVerdict(judge(evidence, options_.object_verdict), answer);
 }
 
 PoseCheck ObjectPath::check(const Query& query, const Eigen::Isometry3d& T_map_query,
                             double reach_m) const {
   const Eigen::Vector3d sensor = query.poses.back().translation();
-  ObjectSearchRequest request;
-  request.focus = sensor;
-  const ObjectHypothesis h = index().score(query.graph, {T_map_query}, request).at(0);
-  PoseCheck place{h.T_map_query, {h.score, 0, h.expected, h.known_share, {}, {}}, 0};
+  const search::PlaceHypothesis h = inField(query)->verify(T_map_query);
+  PoseCheck place{h.T_map_query, {h.score(), 0, h.expected, h.known_share, {}, {}}, 0};
   place.needed_margin =
       options_.sequence.min_object_margin * scoreSpread(static_cast<int>(query.graph.size()));
   if ((h.T_map_query * sensor - T_map_query * sensor).head<2>().norm() > reach_m) {

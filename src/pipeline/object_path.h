@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <memory>
 #include <mutex>
-#include <optional>
 
 #include "pipeline/pose_prior.h"
 #include "xview/localizer.h"
-#include "xview/match/object_places.h"
+#include "xview/search/search.h"
 
 namespace xview {
 
@@ -21,17 +21,17 @@ class ObjectPath {
   void localize(const Query& query, const Priors& priors, double rival_score,
                 Localization& answer) const;
   /// The two steps of it.
-  ObjectSearchResult search(const Query& query, const Priors& priors) const;
-  void report(const ObjectSearchResult& result, Localization& answer) const;
+  search::SearchResult search(const Query& query, const Priors& priors) const;
+  void report(const search::SearchResult& result, double rival_score, Localization& answer) const;
   PoseCheck check(const Query& query, const Eigen::Isometry3d& T_map_query, double reach_m) const;
 
  private:
-  const ObjectPlaceIndex& index() const;
+  std::unique_ptr<search::FieldQuery> inField(const Query& query) const;
 
   const SemanticMap& map_;
   const Options& options_;
   mutable std::once_flag made_;
-  mutable std::optional<ObjectPlaceIndex> index_;
+  mutable std::unique_ptr<const search::Field> field_;
 };
 
 }  // namespace xview

@@ -4,7 +4,6 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
-#include "xview/match/plan_places.h"
 #include "xview/types/place.h"
 #include "xview/types/pose.h"
 
@@ -13,10 +12,6 @@ namespace xview {
 /// The plane part of a gravity-aligned pose.
 inline PlacePose placeOf(const Eigen::Isometry3d& T) {
   return {T.translation().x(), T.translation().y(), yawOf(T.linear()), 0};
-}
-
-inline Eigen::Isometry3d poseOf(const PlanHypothesis& h) {
-  return poseFromYaw({h.pose.x, h.pose.y, h.z}, h.pose.yaw);
 }
 
 /// The gravity-aligned pose that heads the same way and puts a point of the query in the same

@@ -29,20 +29,6 @@ double outsideOf(const PlacePrior::Circle& circle, const Eigen::Vector3d& p) {
   return std::hypot(p.x() - circle.x, p.y() - circle.y) - circle.radius;
 }
 
-/// The circle of a point that is `lever` away from the sensor: shifted if the heading is known,
-/// else only wider.
-PlacePrior::Circle circleOfPoint(PlacePrior::Circle circle,
-                                 const std::optional<PlacePrior::Heading>& frame_yaw,
-                                 const Eigen::Vector2d& lever) {
-  const double chord = frame_yaw ? 2 * std::sin(std::min(frame_yaw->tolerance, M_PI) / 2) : 2;
-  if (chord >= 1) {
-    circle.radius += lever.norm();
-    return circle;
-  }
-  const Eigen::Vector2d shift = Eigen::Rotation2Dd(frame_yaw->yaw) * lever;
-  return {circle.x + shift.x(), circle.y + shift.y(), circle.radius + chord * lever.norm()};
-}
-
 }  // namespace
 
 PlacePrior parsePrior(const PriorOptions& options) {
@@ -58,21 +44,12 @@ PlacePrior priorAround(const ExpectedPose& expected, const Query& query) {
           PlacePrior::Heading{headingOf(pose.linear(), query.sensor), expected.yaw_rad}};
 }
 
-PlacePrior priorOfPoint(const Priors& priors, const Query& query, const Eigen::Vector2d& point) {
-  PlacePrior result;
-  if (query.poses.empty()) return result;
-  const Eigen::Isometry3d& last = query.poses.back();
-  for (const PlacePrior& p : priors) {
-    if (p.heading && (!result.heading || p.heading->tolerance < result.heading->tolerance))
-      result.heading = p.heading;
-    if (p.near && (!result.near || p.near->radius < result.near->radius)) result.near = p.near;
+Priors framePriors(Priors priors, const Query& query) {
+  const double last = headingOf(query.poses.back().linear(), query.sensor);
+  for (PlacePrior& p : priors) {
+    if (p.heading) p.heading->yaw = angleDifference(p.heading->yaw, last);
   }
-  if (result.heading)
-    result.heading->yaw =
-        angleDifference(result.heading->yaw, headingOf(last.linear(), query.sensor));
-  if (result.near)
-    result.near = circleOfPoint(*result.near, result.heading, point - last.translation().head<2>());
-  return result;
+  return priors;
 }
 
 bool satisfies(const Priors& priors, const Query& query, const Eigen::Isometry3d& T_map_query) {
@@ -84,14 +61,6 @@ bool satisfies(const Priors& priors, const Query& query, const Eigen::Isometry3d
            (!p.heading ||
             std::abs(angleDifference(heading, p.heading->yaw)) <= p.heading->tolerance);
   });
-}
-
-Priors widened(Priors priors) {
-  for (PlacePrior& p : priors) {
-    if (p.near) p.near->radius += kOtherPlace_m;
-    if (p.heading) p.heading->tolerance += kOtherPlace_rad;
-  }
-  return priors;
 }
 
 bool areOnePlace(const Priors& priors) {

@@ -20,15 +20,11 @@ PlacePrior parsePrior(const PriorOptions& options);
 /// The surroundings of an expected pose.
 PlacePrior priorAround(const ExpectedPose& expected, const Query& query);
 
-/// What the priors say about another point of the query (and about the yaw of its frame): the
-/// narrowest circle and heading.
-PlacePrior priorOfPoint(const Priors& priors, const Query& query, const Eigen::Vector2d& point);
+/// The same priors with the heading of the query frame instead of that of its last sensor.
+Priors framePriors(Priors priors, const Query& query);
 
 /// True if the last sensor pose satisfies all priors.
 bool satisfies(const Priors& priors, const Query& query, const Eigen::Isometry3d& T_map_query);
-
-/// The same priors with room for poses next to them, nearer than another place.
-Priors widened(Priors priors);
 
 /// True if poses that satisfy the priors are as near to the middle of them as poses of one place.
 bool areOnePlace(const Priors& priors);

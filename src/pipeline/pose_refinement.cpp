@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "pipeline/plan_covariance.h"
-#include "pipeline/planar_pose.h"
 #include "pipeline/vertex_pairs.h"
 #include "pipeline/vertex_posterior.h"
 #include "xview/types/stopwatch.h"
@@ -21,17 +20,6 @@ constexpr double kPlanSigma_m = 0.25, kPlanHeightSigma_m = 0.3, kPlanYawSigma_ra
 constexpr double kScoreKept =
     0.25;  ///< share of its score that a pose must keep when the clouds move it
 
-PlanQuery recentPart(const PlanQuery& query, const Eigen::Vector2d& last_sensor) {
-  PlanQuery recent = query;
-  const Eigen::Vector2f sensor = (last_sensor - query.centre).cast<float>();
-  recent.fine.erase(std::remove_if(recent.fine.begin(), recent.fine.end(),
-                                   [&](const PlanQuery::Sample& s) {
-                                     return (Eigen::Vector2f(s.x, s.y) - sensor).norm() > kRecent_m;
-                                   }),
-                    recent.fine.end());
-  return recent;
-}
-
 double shiftOfLast(const Query& query, const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
   const Eigen::Vector3d sensor = query.poses.back().translation();
   return (a * sensor - b * sensor).norm();
@@ -45,9 +33,8 @@ Eigen::Matrix<double, 6, 1> planVariances() {
 
 }  // namespace
 
-PoseRefinement::PoseRefinement(const SemanticMap& map, const PlanPlaces* places,
-                               const Options& options)
-    : map_(map), places_(places), options_(options), plan_(map.plan) {
+PoseRefinement::PoseRefinement(const SemanticMap& map, const Options& options)
+    : map_(map), options_(options), plan_(map.plan) {
   if (!options.refine.enabled || map.cloud.empty()) return;
   std::vector<Eigen::Isometry3d> viewpoints;
   for (const Keyframe& k : map.keyframes) viewpoints.push_back(k.T_map_sensor);
@@ -55,23 +42,22 @@ PoseRefinement::PoseRefinement(const SemanticMap& map, const PlanPlaces* places,
 }
 
 /// What is seen from above must not contradict the new pose.
-bool PoseRefinement::keepsScore(const PlanQuery& recent, const Eigen::Isometry3d& before,
+bool PoseRefinement::keepsScore(const search::FieldQuery* recent, const Eigen::Isometry3d& before,
                                 const Eigen::Isometry3d& after, double share) const {
-  return recent.empty() ||
-         places_->score(recent, placeOf(after)) >= share * places_->score(recent, placeOf(before));
+  return !recent || recent->score(after) >= share * recent->score(before);
 }
 
-void PoseRefinement::useRecentPart(const Query& query, const PlanQuery& recent,
+void PoseRefinement::useRecentPart(const Query& query, const search::FieldQuery* recent,
                                    Localization& answer) const {
-  if (recent.empty()) return;
+  if (!recent) return;
   Eigen::Isometry3d& best = answer.hypotheses[0].T_map_query;
-  const Eigen::Isometry3d T = poseOf(places_->verify(recent, placeOf(best)));
+  const Eigen::Isometry3d T = recent->verify(best).T_map_query;
   if (shiftOfLast(query, T, best) < options_.refine.max_shift_m) best = T;
   answer.covariance.diagonal() += planVariances();
 }
 
-void PoseRefinement::useVertices(const Query& query, const PlanQuery& recent, double up_sigma_rad,
-                                 Localization& answer) const {
+void PoseRefinement::useVertices(const Query& query, const search::FieldQuery* recent,
+                                 double up_sigma_rad, Localization& answer) const {
   Eigen::Isometry3d& best = answer.hypotheses[0].T_map_query;
   PosteriorOptions options = options_.posterior;
   options.gravity_sigma_rad = std::hypot(options.gravity_sigma_rad, up_sigma_rad);
@@ -85,8 +71,8 @@ void PoseRefinement::useVertices(const Query& query, const PlanQuery& recent, do
 }
 
 /// The clouds take the nearest surface for the right one, and see only some classes.
-void PoseRefinement::useClouds(const Query& query, const PlanQuery& recent, double up_sigma_rad,
-                               Localization& answer) const {
+void PoseRefinement::useClouds(const Query& query, const search::FieldQuery* recent,
+                               double up_sigma_rad, Localization& answer) const {
   Eigen::Isometry3d& best = answer.hypotheses[0].T_map_query;
   const RefineQuery points{query.cloud, query.cloud_seen_from, query.poses, query.cloud_sigma_m};
   RefineOptions options = options_.refine;
@@ -98,8 +84,8 @@ void PoseRefinement::useClouds(const Query& query, const PlanQuery& recent, doub
 }
 
 /// Where single points are known too badly, their averages seen from above are left.
-void PoseRefinement::usePlan(const Query& query, const PlanQuery& recent, double up_sigma_rad,
-                             Localization& answer) const {
+void PoseRefinement::usePlan(const Query& query, const search::FieldQuery* recent,
+                             double up_sigma_rad, Localization& answer) const {
   Eigen::Isometry3d& best = answer.hypotheses[0].T_map_query;
   const auto T = plan_.align(query.plan, query.poses.back().translation(), best);
   if (!T || shiftOfLast(query, *T, best) >= options_.refine.max_shift_m ||
@@ -109,11 +95,14 @@ void PoseRefinement::usePlan(const Query& query, const PlanQuery& recent, double
   answer.covariance = registeredPlanCovariance(query, best, up_sigma_rad);
 }
 
-void PoseRefinement::refine(const Query& query, const PlanQuery& plan_query, double up_sigma_rad,
-                            Localization& answer) const {
+void PoseRefinement::refine(const Query& query, const search::FieldQuery* in_field,
+                            double up_sigma_rad, Localization& answer) const {
   Stopwatch watch;
   const Eigen::Vector3d sensor = query.poses.back().translation();
-  const PlanQuery recent = places_ ? recentPart(plan_query, sensor.head<2>()) : PlanQuery();
+  const std::unique_ptr<search::FieldQuery> near_sensor =
+      in_field ? in_field->part(sensor.head<2>(), kRecent_m) : nullptr;
+  const search::FieldQuery* recent =
+      near_sensor && !near_sensor->empty() ? near_sensor.get() : nullptr;
   answer.covariance = covarianceOfPairs(answer.kept, map_.graph,
                                         answer.hypotheses[0].T_map_query * sensor, kPairSigma_m);
   if (options_.posterior.enabled) {
@@ -124,7 +113,7 @@ void PoseRefinement::refine(const Query& query, const PlanQuery& plan_query, dou
   useRecentPart(query, recent, answer);
   if (!query.cloud.empty() && distributions_)
     useClouds(query, recent, up_sigma_rad, answer);
-  else if (!recent.empty())
+  else if (recent)
     usePlan(query, recent, up_sigma_rad, answer);
   answer.timing_ms.emplace_back("refine", watch.lap_ms());
 }

@@ -5,8 +5,8 @@
 
 #include "pipeline/plan_registration.h"
 #include "xview/localizer.h"
-#include "xview/match/plan_places.h"
 #include "xview/pose/refine.h"
+#include "xview/search/field.h"
 
 namespace xview {
 
@@ -14,27 +14,28 @@ namespace xview {
 /// against it.
 class PoseRefinement {
  public:
-  /// All must outlive the refinement. `places` may be null: a map without plan view.
-  PoseRefinement(const SemanticMap& map, const PlanPlaces* places, const Options& options);
+  /// All must outlive the refinement.
+  PoseRefinement(const SemanticMap& map, const Options& options);
 
-  /// Refines the best of at least one hypothesis and sets the covariance. `plan_query` may be
-  /// empty. `up_sigma_rad` is the error of up in query and map where it was measured.
-  void refine(const Query& query, const PlanQuery& plan_query, double up_sigma_rad,
+  /// Refines the best of at least one hypothesis and sets the covariance. `in_field` may be
+  /// null: nothing was seen from above. `up_sigma_rad` is the error of up in query and map where it
+  /// was measured.
+  void refine(const Query& query, const search::FieldQuery* in_field, double up_sigma_rad,
               Localization& answer) const;
 
  private:
-  bool keepsScore(const PlanQuery& recent, const Eigen::Isometry3d& before,
+  bool keepsScore(const search::FieldQuery* recent, const Eigen::Isometry3d& before,
                   const Eigen::Isometry3d& after, double share) const;
-  void useVertices(const Query& query, const PlanQuery& recent, double up_sigma_rad,
+  void useVertices(const Query& query, const search::FieldQuery* recent, double up_sigma_rad,
                    Localization& answer) const;
-  void useRecentPart(const Query& query, const PlanQuery& recent, Localization& answer) const;
-  void useClouds(const Query& query, const PlanQuery& recent, double up_sigma_rad,
+  void useRecentPart(const Query& query, const search::FieldQuery* recent,
+                     Localization& answer) const;
+  void useClouds(const Query& query, const search::FieldQuery* recent, double up_sigma_rad,
                  Localization& answer) const;
-  void usePlan(const Query& query, const PlanQuery& recent, double up_sigma_rad,
+  void usePlan(const Query& query, const search::FieldQuery* recent, double up_sigma_rad,
                Localization& answer) const;
 
   const SemanticMap& map_;
-  const PlanPlaces* places_;
   const Options& options_;
   PlanRegistration plan_;
   std::optional<DistributionMap> distributions_;  ///< of a map with a cloud

@@ -47,26 +47,27 @@ class UprightLocalizer {
   const LabelSet& labels() const { return map_.labels; }
 
  private:
-  bool takesPlacePath(const Query& query) const { return place_path_ && !query.plan.known.empty(); }
-  PlanQuery planQuery(const Query& query) const;
+  bool takesPlacePath(const Query& query) const { return surfaces_ && !query.plan.known.empty(); }
+  /// The query in the surface field; null without one.
+  std::unique_ptr<search::FieldQuery> inField(const Query& query) const;
   double upSigma(const Query& query) const;
-  std::optional<LevelledQuery> levelled(const Query& query, const PlanQuery& plan_query,
+  std::optional<LevelledQuery> levelled(const Query& query, const search::FieldQuery* in_field,
                                         const Eigen::Isometry3d& T_map_query) const;
-  Eigen::Quaterniond refine(const Query& query, const PlanQuery& plan_query,
+  Eigen::Quaterniond refine(const Query& query, const search::FieldQuery* in_field,
                             Localization& answer) const;
-  Eigen::Quaterniond finish(const Query& query, const PlanQuery& plan_query, const Priors& priors,
-                            Localization& answer) const;
+  Eigen::Quaterniond finish(const Query& query, const search::FieldQuery* in_field,
+                            const Priors& priors, Localization& answer) const;
 
   const SemanticMap& map_;
   const double map_up_sigma_rad_;
   const Options& options_;
   const WalkProposer walks_;
-  const std::unique_ptr<const PlanPlaces> places_;
+  const std::unique_ptr<const search::Field> surfaces_;
   const WalkPath walk_path_;
+  const PlacePath place_path_;
   const ObjectPath object_path_;
   const FreePath free_path_;
   const PoseRefinement refinement_;
-  std::optional<PlacePath> place_path_;
 };
 
 }  // namespace xview

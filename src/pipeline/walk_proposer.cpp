@@ -59,12 +59,12 @@ struct DescribedMap {
       : walks(std::move(walk_graph)),
         positions(positionsOf(walks.graph)),
         alphabet(walks.graph),
-        index(describe(walks.graph, alphabet, o.walks, o.match.descriptor,
-                       2 * static_cast<std::uint64_t>(o.seed) + 1, o.threads)) {}
+        index(match::describe(walks.graph, alphabet, o.walks, o.match.descriptor,
+                              2 * static_cast<std::uint64_t>(o.seed) + 1, o.threads)) {}
   WalkGraph walks;
   std::vector<Eigen::Vector3d> positions;
-  LabelAlphabet alphabet;
-  DescriptorIndex index;
+  match::LabelAlphabet alphabet;
+  match::DescriptorIndex index;
 };
 
 /// Pairs of matches are compared: the bits of all pairs of so many take 12 MB. Long queries have
@@ -125,8 +125,9 @@ WalkProposals matchGraphs(const WalkGraph& query, const DescribedMap& map, int c
                           const Options& o) {
   WalkProposals result;
   Stopwatch watch;
-  const Descriptors words = describe(query.graph, map.alphabet, o.walks, o.match.descriptor,
-                                     2 * static_cast<std::uint64_t>(o.seed), o.threads);
+  const match::Descriptors words =
+      match::describe(query.graph, map.alphabet, o.walks, o.match.descriptor,
+                      2 * static_cast<std::uint64_t>(o.seed), o.threads);
   result.descriptors_ms = watch.lap_ms();
   result.putative = map.index.bestMatches(words, o.match, o.threads);
   result.matching_ms = watch.lap_ms();

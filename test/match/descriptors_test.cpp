@@ -10,11 +10,8 @@
 #include "match/random_graph.h"
 #include "xview/types/error.h"
 
-namespace xview {
+namespace xview::match {
 namespace {
-
-using test::graphOf;
-using test::randomGraph;
 
 Descriptors describeAlone(const SemanticGraph& graph, const std::string& kind = "walks",
                           WalkOptions options = {}) {
@@ -262,4 +259,4 @@ TEST(BestMatches, OfSingleVerticesMatchByLabel) {
 }
 
 }  // namespace
-}  // namespace xview
+}  // namespace xview::match

@@ -7,7 +7,7 @@
 #include "xview/types/graph.h"
 #include "xview/types/random.h"
 
-namespace xview::test {
+namespace xview::match {
 
 /// `size` vertices with labels 10, 11, …; each pair is joined with probability `density`.
 inline SemanticGraph randomGraph(std::uint32_t size, std::uint32_t classes, double density,
@@ -51,4 +51,4 @@ inline SemanticGraph renumbered(const SemanticGraph& graph,
   return result;
 }
 
-}  // namespace xview::test
+}  // namespace xview::match

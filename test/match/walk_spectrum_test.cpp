@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/match/walk_spectrum.h"
+#include "xview/match/walks.h"
 
 #include <gtest/gtest.h>
 
@@ -9,11 +9,8 @@
 
 #include "match/random_graph.h"
 
-namespace xview {
+namespace xview::match {
 namespace {
-
-using test::graphOf;
-using test::randomGraph;
 
 /// Probability of each word by recursion over all walks.
 void spell(const SemanticGraph& graph, const LabelAlphabet& alphabet, const WalkOptions& options,
@@ -82,7 +79,7 @@ TEST(WalkSpectrum, DoesNotDependOnTheNumberingOfVertices) {
   const SemanticGraph graph = randomGraph(25, 4, 0.2, 9);
   std::vector<std::uint32_t> order(graph.size());
   for (std::uint32_t i = 0; i < order.size(); ++i) order[i] = (7 * i + 3) % 25;
-  const SemanticGraph other = test::renumbered(graph, order);
+  const SemanticGraph other = renumbered(graph, order);
   const LabelAlphabet alphabet(graph);
   for (std::uint32_t v = 0; v < graph.size(); ++v) {
     const auto a = walkSpectrum(graph, alphabet, v, {});
@@ -112,4 +109,4 @@ TEST(WalkSpectrum, OfALeafNeverReturnsToTheLeaf) {
 }
 
 }  // namespace
-}  // namespace xview
+}  // namespace xview::match

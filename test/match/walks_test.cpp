@@ -9,11 +9,8 @@
 #include "match/random_graph.h"
 #include "xview/types/error.h"
 
-namespace xview {
+namespace xview::match {
 namespace {
-
-using test::graphOf;
-using test::randomGraph;
 
 /// Every walk of vertices that the rules allow, spelled as a word.
 void listWalks(const SemanticGraph& graph, const LabelAlphabet& alphabet,
@@ -212,4 +209,4 @@ TEST(Walks, AreBoundedWorkWhereManyAreImprobable) {
 }
 
 }  // namespace
-}  // namespace xview
+}  // namespace xview::match

@@ -131,7 +131,7 @@ TEST_F(OptionsFile, ChangesOnlyWhatItNames) {
   EXPECT_EQ(messageFor("walks:\n  num_walks: 17\nseed: 5\n"), "");
   EXPECT_EQ(options_.walks.num_walks, 17);
   EXPECT_EQ(options_.seed, 5);
-  EXPECT_EQ(options_.walks.walk_length, WalkOptions().walk_length);
+  EXPECT_EQ(options_.walks.walk_length, match::WalkOptions().walk_length);
 }
 
 TEST_F(OptionsFile, MayBeEmptyOrAllComments) {

@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "xview/search/search.h"
 #include "xview/types/pose.h"
 #include "xview/types/random.h"
 
@@ -32,7 +33,8 @@ TEST(PosePrior, EveryPoseThatSatisfiesItPutsOtherPointsWhereItSays) {
           PlacePrior::Heading{random.uniform(-3, 3), random.uniform(0.05, i % 3 == 1 ? 0.5 : 4)};
     const Eigen::Vector2d point = last.translation().head<2>() +
                                   Eigen::Vector2d(random.uniform(-40, 40), random.uniform(-40, 40));
-    const PlacePrior of_point = priorOfPoint({prior}, query, point);
+    const PlacePrior of_point =
+        search::priorOfPoint(framePriors({prior}, query), point - last.translation().head<2>());
 
     const double direction = random.uniform(-M_PI, M_PI),
                  off = prior.near->radius * std::sqrt(random.uniform());
@@ -56,10 +58,9 @@ TEST(PosePrior, EveryPoseThatSatisfiesItPutsOtherPointsWhereItSays) {
 }
 
 TEST(PosePrior, AKnownHeadingMakesTheCircleOfAPointSmaller) {
-  const Query query = lidarQuery(Eigen::Isometry3d::Identity());
   const PlacePrior::Circle circle{10, 0, 5};
-  const PlacePrior any = priorOfPoint({{circle, std::nullopt}}, query, {-30, 0});
-  const PlacePrior known = priorOfPoint({{circle, PlacePrior::Heading{0, 0.1}}}, query, {-30, 0});
+  const PlacePrior any = search::priorOfPoint({{circle, std::nullopt}}, {-30, 0});
+  const PlacePrior known = search::priorOfPoint({{circle, PlacePrior::Heading{0, 0.1}}}, {-30, 0});
   EXPECT_DOUBLE_EQ(any.near->radius, 35);
   EXPECT_LT(known.near->radius, 8.1);
   EXPECT_DOUBLE_EQ(known.near->x, -20);
@@ -69,7 +70,7 @@ TEST(PosePrior, OfSeveralTheNarrowestCounts) {
   const Query query = lidarQuery(Eigen::Isometry3d::Identity());
   const Priors priors{{PlacePrior::Circle{0, 0, 50}, PlacePrior::Heading{0, 0.1}},
                       {PlacePrior::Circle{3, 0, 5}, PlacePrior::Heading{0, 1}}};
-  const PlacePrior both = priorOfPoint(priors, query, {0, 0});
+  const PlacePrior both = search::priorOfPoint(priors, {0, 0});
   EXPECT_EQ(both.near->radius, 5);
   EXPECT_EQ(both.heading->tolerance, 0.1);
   EXPECT_TRUE(satisfies(priors, query, poseFromYaw({4, 0, 0}, 0.05)));

@@ -10,7 +10,7 @@
 #include "xview/types/correspondence.h"
 #include "xview/types/option_field.h"
 
-namespace xview {
+namespace xview::match {
 
 struct MatchOptions {
   std::string descriptor = "walks";
@@ -73,4 +73,4 @@ class DescriptorIndex {
 std::vector<Correspondence> bestMatches(const Descriptors& query, const Descriptors& map,
                                         const MatchOptions& options, int threads);
 
-}  // namespace xview
+}  // namespace xview::match

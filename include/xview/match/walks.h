@@ -8,7 +8,7 @@
 #include "xview/types/graph.h"
 #include "xview/types/option_field.h"
 
-namespace xview {
+namespace xview::match {
 
 struct WalkOptions {
   int num_walks = 200;            ///< n (paper: 200)
@@ -72,4 +72,10 @@ std::vector<WalkCount> sampleWalks(const SemanticGraph& graph, const LabelAlphab
                                    std::uint32_t vertex, const WalkOptions& options,
                                    std::uint64_t seed);
 
-}  // namespace xview
+/// The exact limit of sampleWalks for many walks with duplicates allowed: every walk word, in
+/// increasing order, with its probability times num_walks. Same strategy (immediate return or not),
+/// no randomness. Work grows with the edges and words within reach, not with the walks.
+std::vector<WalkCount> walkSpectrum(const SemanticGraph& graph, const LabelAlphabet& alphabet,
+                                    std::uint32_t vertex, const WalkOptions& options);
+
+}  // namespace xview::match

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <vector>
+
+#include "xview/search/likelihoods.h"
+#include "xview/types/plan_view.h"
+
+namespace xview::search {
+
+/// For every cell of a map and every channel: the class of the distance to the nearest sample.
+/// Tiles of 64x64 cells that exist only where the map was seen; a tile depends only on samples
+/// within 9 m of it. Cells within 1 m of a seen one count as seen; other cells are unknown unless a
+/// sample is nearer than 2 m.
+class DistanceField {
+ public:
+  static constexpr int kTileCells = 64;
+
+  DistanceField(const PlanView& map, int threads);
+  ~DistanceField();
+  DistanceField(DistanceField&&) noexcept;
+  DistanceField& operator=(DistanceField&&) noexcept;
+
+  double cellSize() const { return cell_m_; }
+  double originX() const { return origin_x_; }
+  double originY() const { return origin_y_; }
+
+  /// One tile: a plane of classes per channel, and the ground.
+  struct Tile {
+    std::int32_t x = 0, y = 0;  ///< tile index; its first cell is (x, y) * kTileCells
+    std::array<const std::uint8_t*, kChannels> bins{};
+    /// Height per cell relative to the plan's origin; NaN where not measured.
+    std::vector<float> ground;
+    /// Mean height of the seen cells, measured or taken from what stands around; NaN if none is.
+    float level = std::numeric_limits<float>::quiet_NaN();
+  };
+  const std::vector<Tile>& tiles() const { return tiles_; }
+
+  /// The tile of cell (cx, cy), or null where the map was never seen.
+  const Tile* tileOfCell(std::int32_t cx, std::int32_t cy) const {
+    const std::int32_t tile = findTile(cx, cy);
+    return tile < 0 ? nullptr : &tiles_[tile];
+  }
+  static std::size_t cellInTile(std::int32_t cx, std::int32_t cy) {
+    return static_cast<std::size_t>(cy & 63) * kTileCells + static_cast<std::size_t>(cx & 63);
+  }
+  /// Class at a cell; kUnknownBin where the map was never seen.
+  std::uint8_t bin(std::size_t channel, std::int32_t cx, std::int32_t cy) const {
+    const Tile* tile = tileOfCell(cx, cy);
+    return tile ? tile->bins[channel][cellInTile(cx, cy)] : static_cast<std::uint8_t>(kUnknownBin);
+  }
+  std::size_t bytes() const;
+
+ private:
+  static constexpr int kBlockBits = 5;  ///< the directory has blocks of 32x32 tiles
+
+  static std::size_t tileInBlock(std::int32_t tx, std::int32_t ty) {
+    constexpr std::int32_t mask = (1 << kBlockBits) - 1;
+    return (static_cast<std::size_t>(ty & mask) << kBlockBits) +
+           static_cast<std::size_t>(tx & mask);
+  }
+  /// Index into tiles_ of the tile of a cell, or -1.
+  std::int32_t findTile(std::int32_t cx, std::int32_t cy) const {
+    const std::int32_t tx = cx >> 6, ty = cy >> 6, bx = (tx >> kBlockBits) - block_x_,
+                       by = (ty >> kBlockBits) - block_y_;
+    if (bx < 0 || by < 0 || bx >= blocks_wide_ || by >= blocks_high_) return -1;
+    const auto& block = blocks_[static_cast<std::size_t>(by) * blocks_wide_ + bx];
+    return block.empty() ? -1 : block[tileInBlock(tx, ty)];
+  }
+  void makeDirectory();
+  void setGround(const std::vector<GroundCell>& known);
+
+  double cell_m_ = 0.5, origin_x_ = 0, origin_y_ = 0;
+  std::vector<Tile> tiles_;
+  std::vector<std::vector<std::uint8_t>> planes_;  ///< by tile: what Tile::bins points into
+  std::int32_t block_x_ = 0, block_y_ = 0, blocks_wide_ = 0, blocks_high_ = 0;
+  std::vector<std::vector<std::int32_t>> blocks_;
+};
+
+/// Per channel, how the distance classes are distributed at wrong poses in this very map.
+using MapNull = std::array<std::array<double, kDistanceBins>, kChannels>;
+
+/// Puts what lies within 30 m of one sensor position at another one at least 25 m away, heading
+/// aligned or reversed, and counts. In a town of equal streets a generic street fits everywhere;
+/// likelihoods learned elsewhere do not know that. `path`: sensor positions in plan coordinates.
+/// All zero if the path is too short to say anything.
+MapNull mapNull(const PlanView& map, const std::vector<Eigen::Vector2d>& path,
+                const DistanceField& field);
+
+}  // namespace xview::search

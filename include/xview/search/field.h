@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <Eigen/Geometry>
+#include <array>
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "xview/types/correspondence.h"
+#include "xview/types/graph.h"
+#include "xview/types/labels.h"
+#include "xview/types/place.h"
+#include "xview/types/plan_view.h"
+
+namespace xview::search {
+
+/// What a query holds that a field may be asked about, in a gravity-aligned frame. What it points
+/// to must outlive the FieldQuery that is made of it.
+struct Observation {
+  const PlanView* plan = nullptr;        ///< for surface fields
+  const SemanticGraph* graph = nullptr;  ///< for object fields
+  std::vector<Eigen::Vector2d> way;      ///< positions of the sensor, in order
+  /// The point of the query that matters most, usually where the robot is now. Priors speak of it,
+  /// and an object field weighs vertices by their distance to it at last, which takes out most of
+  /// the odometry drift. None = priors speak of the origin of the query.
+  std::optional<Eigen::Vector3d> focus;
+};
+
+/// What a part of a query says for a pose, and what it would say at a true one [nats].
+struct PartScore {
+  double score = 0, expected = 0;
+};
+
+/// A pose and what speaks for it.
+struct PlaceHypothesis {
+  Eigen::Isometry3d T_map_query = Eigen::Isometry3d::Identity();
+  PlacePose centre;        ///< where it puts the centre of the query in the map; with the score
+  double expected = 0;     ///< score that a true pose would have on average [nats]
+  double known_share = 0;  ///< share of the query that falls where the map knows anything
+  PartScore standing;      ///< upright surfaces and obstacles; surface fields only
+  std::array<PartScore, 2> sides;  ///< left and right of the way; surface fields only
+  int matched = 0;                 ///< objects (or vertices) of the query that have a partner
+  /// Vertex pairs; similarity is the chance that the query vertex has a partner. Object fields
+  /// only.
+  std::vector<Correspondence> pairs;
+
+  double score() const { return centre.score; }  ///< log-likelihood ratio against chance [nats]
+};
+
+/// How the heights of the map lie against those of a query under a pose:
+/// z_map = z_query + height_m + slope . (p - p_centre), in map axes about the query centre.
+struct HeightFit {
+  double height_m = 0;
+  Eigen::Vector2d slope = Eigen::Vector2d::Zero();       ///< [m/m]
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of height and slope
+  int cells = 0;  ///< of ground that agree; 0 = too few to tell
+};
+
+/// What one sample of a query says about a pose.
+struct SampleEvidence {
+  Channel channel = Channel::road;
+  Eigen::Vector2d query = Eigen::Vector2d::Zero();  ///< in the query frame [m]
+  Eigen::Vector2d map = Eigen::Vector2d::Zero();    ///< where the pose puts it in the map [m]
+  bool known = false;                               ///< the map was seen there
+  double nats = 0;                                  ///< contribution to the score of the pose
+  double expected = 0;  ///< contribution that a true pose would have on average; 0 if not known
+};
+
+struct RasterLevels;
+struct SearchOptions;
+
+/// How far search() climbs at a time.
+enum class Climb {
+  rough,  ///< from a cell of the raster search to where poses can be compared
+  end,    ///< from there to the best pose around
+  polish  ///< of poses that are reported: more exact than is needed to compare them
+};
+
+/// A query as one field sees it: how well does any pose of the query fit? Thread-safe; the field
+/// and what the observation points to must outlive it.
+class FieldQuery {
+ public:
+  virtual ~FieldQuery() = default;
+
+  /// Samples or vertices that take part; 0 = the field cannot say anything about the query.
+  virtual std::size_t size() const = 0;
+  bool empty() const { return size() == 0; }
+  /// The middle of it in the query frame; its height is that of the ground, if that is known.
+  const Eigen::Vector3d& centre() const { return centre_; }
+  double radius() const { return radius_; }  ///< of all that takes part, around the centre [m]
+  /// The point that priors speak of.
+  const Eigen::Vector3d& focus() const { return focus_; }
+
+  /// What lies within `radius_m` of a point of the query frame, as a query of its own.
+  virtual std::unique_ptr<FieldQuery> part(const Eigen::Vector2d& centre,
+                                           double radius_m) const = 0;
+
+  /// The score of a gravity-aligned pose [nats].
+  double score(const Eigen::Isometry3d& T_map_query) const;
+  /// What speaks for a pose. It stays where it is in the plane; height and tilt are found anew.
+  PlaceHypothesis describe(const Eigen::Isometry3d& T_map_query) const;
+  /// The best pose around a proposed one, some metres away at most.
+  PlaceHypothesis verify(const Eigen::Isometry3d& T_map_query) const;
+  /// How the ground lies under a pose. `slope_sigma`: how far off level the query may be [m/m].
+  virtual HeightFit fitHeights(const Eigen::Isometry3d& T_map_query, double slope_sigma) const;
+  /// What the score of a pose is the sum of, by sample; surface fields only.
+  virtual std::vector<SampleEvidence> evidence(const Eigen::Isometry3d& T_map_query) const;
+
+  // What search() works with: poses of the centre, relative to the origin of the field.
+  struct Point {
+    Eigen::Vector2d p;  ///< in the query frame [m]
+    double weight = 1;
+  };
+  /// All that takes part, and how much it tells places apart.
+  virtual std::vector<Point> points() const = 0;
+  virtual RasterLevels rasterLevels() const = 0;
+  /// A better pose near by, with its score.
+  virtual PlacePose climb(const PlacePose& centre_pose, Climb how) const = 0;
+  virtual double scoreAt(const PlacePose& centre_pose) const = 0;
+  virtual PlaceHypothesis describeAt(const PlacePose& centre_pose) const = 0;
+  const Eigen::Vector3d& origin() const { return origin_; }  ///< in the map frame
+  PlacePose centrePose(const Eigen::Isometry3d& T_map_query) const;
+  /// The pose in the plane and its score; `height_m` is that of the centre above the map's zero.
+  PlaceHypothesis inMap(const PlacePose& centre_pose, double height_m = 0) const;
+
+ protected:
+  /// `origin`: of the poses of search(), in the map frame.
+  FieldQuery(const Eigen::Vector3d& origin, const std::optional<Eigen::Vector3d>& focus)
+      : origin_(origin), focus_(focus.value_or(Eigen::Vector3d::Zero())) {}
+
+  Eigen::Vector3d origin_, focus_;
+  Eigen::Vector3d centre_ = Eigen::Vector3d::Zero();
+  double radius_ = 0;
+};
+
+/// What a place says about any query at any pose. Thread-safe.
+class Field {
+ public:
+  virtual ~Field() = default;
+  virtual std::unique_ptr<FieldQuery> prepare(const Observation& query) const = 0;
+  virtual std::size_t size() const = 0;   ///< tiles or vertices; 0 = nothing is known
+  virtual std::size_t bytes() const = 0;  ///< memory
+  bool empty() const { return size() == 0; }
+};
+
+/// Surfaces and objects seen from above, compared by learned likelihoods of their distances.
+/// `trajectory`: positions of the sensor when the map was made, in order; it tells how similar the
+/// map is to itself.
+std::unique_ptr<const Field> makeSurfaceField(const PlanView& map,
+                                              const std::vector<Eigen::Vector3d>& trajectory,
+                                              const SearchOptions& options, int threads);
+
+/// A bare semantic graph: vertices with a class and nothing else. Densities and the spacing of
+/// surface vertices come from the map, so any set of classes will do. Vertices of ignored classes
+/// and without finite positions are left out; classes that `labels` does not know are objects.
+/// Surfaces are thinned to what is distinct from above, so that storeys of a facade count once; of
+/// a query whose vertices count their points, the worse seen half of each surface is left out, too.
+std::unique_ptr<const Field> makeObjectField(const SemanticGraph& map, const LabelSet& labels,
+                                             const SearchOptions& options);
+
+}  // namespace xview::search

@@ -1,0 +1,294 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "xview/search/distance_field.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <set>
+
+#include "search/distance_window.h"
+#include "xview/types/parallel.h"
+#include "xview/types/random.h"
+
+namespace xview::search {
+namespace {
+
+constexpr int kSide = DistanceField::kTileCells;
+constexpr int kCells = kSide * kSide;
+constexpr float kReach_m = kBinLimits_m.back();  ///< beyond it every distance is in the last class
+constexpr float kSeenNear_m = 1.f;               ///< a cell this near to a seen one counts as seen
+constexpr int kNearBins = 5;  ///< classes below 2 m say something even where the map was not seen
+static_assert(kBinLimits_m[kNearBins - 1] == 2.f, "classes below 2 m");
+static_assert(DistanceWindow::kSide == kSide, "a window is for one tile");
+
+using TileKey = std::pair<std::int32_t, std::int32_t>;  ///< (y, x)
+using Mask = std::vector<std::uint8_t>;                 ///< 1 per cell of a tile that was seen
+
+/// Cells of each tile that were seen, grown by kSeenNear_m; the key set is the set of tiles of the
+/// field.
+std::map<TileKey, Mask> seenTiles(const PlanView& map) {
+  std::map<TileKey, Mask> seen;
+  const int reach = static_cast<int>(kSeenNear_m / map.cell_m);
+  TileKey last{std::numeric_limits<std::int32_t>::max(), 0};
+  Mask* mask = nullptr;
+  for (const GroundCell& cell : map.known) {
+    for (int dy = -reach; dy <= reach; ++dy) {
+      for (int dx = -reach; dx <= reach; ++dx) {
+        const TileKey key{(cell.y + dy) >> 6, (cell.x + dx) >> 6};
+        if (!mask || key != last) {
+          mask = &seen[key];
+          mask->resize(kCells, 0);
+          last = key;
+        }
+        (*mask)[DistanceField::cellInTile(cell.x + dx, cell.y + dy)] = 1;
+      }
+    }
+  }
+  return seen;
+}
+
+/// Samples in cells, by tile and channel.
+class SamplesByTile {
+ public:
+  SamplesByTile(const PlanView& map, float reach)
+      : tiles_around_(static_cast<int>(reach) / kSide + 1), reach_(reach) {
+    for (std::size_t c = 0; c < kChannels; ++c) {
+      for (const PlanSample& s : map.samples[c]) {
+        const auto x = static_cast<float>(s.x / map.cell_m),
+                   y = static_cast<float>(s.y / map.cell_m);
+        tiles_[{tileOf(y), tileOf(x)}][c].push_back({x, y});
+      }
+    }
+  }
+
+  using Sites = std::vector<DistanceWindow::Site>;
+  /// Those within reach of a tile, relative to it.
+  std::array<Sites, kChannels> around(std::int32_t tile_x, std::int32_t tile_y) const {
+    std::array<Sites, kChannels> result;
+    const float x0 = static_cast<float>(tile_x) * kSide, y0 = static_cast<float>(tile_y) * kSide;
+    const auto inReach = [this](float p) { return p >= -reach_ && p <= kSide + reach_; };
+    for (int dy = -tiles_around_; dy <= tiles_around_; ++dy) {
+      for (int dx = -tiles_around_; dx <= tiles_around_; ++dx) {
+        const auto it = tiles_.find({tile_y + dy, tile_x + dx});
+        if (it == tiles_.end()) continue;
+        for (std::size_t c = 0; c < kChannels; ++c) {
+          for (const DistanceWindow::Site& s : it->second[c]) {
+            if (inReach(s.x - x0) && inReach(s.y - y0)) result[c].push_back({s.x - x0, s.y - y0});
+          }
+        }
+      }
+    }
+    return result;
+  }
+
+ private:
+  static std::int32_t tileOf(float cell) {
+    return static_cast<std::int32_t>(std::floor(cell / kSide));
+  }
+
+  int tiles_around_;
+  float reach_;
+  std::map<TileKey, std::array<Sites, kChannels>> tiles_;
+};
+
+/// Limits of the classes in cells, squared.
+std::vector<float> squaredLimits(double cell_m) {
+  std::vector<float> limits;
+  for (const float limit : kBinLimits_m) {
+    limits.push_back(static_cast<float>(std::pow(limit / cell_m, 2)));
+  }
+  return limits;
+}
+
+void appendPlane(const DistanceWindow::Distances& squared, const std::vector<float>& limits,
+                 const Mask& mask, std::vector<std::uint8_t>& planes) {
+  planes.resize(planes.size() + kCells);
+  std::uint8_t* plane = planes.data() + planes.size() - kCells;
+  DistanceWindow::countReached(squared, limits, plane);
+  for (int i = 0; i < kCells; ++i) {
+    const bool unknown = plane[i] >= kNearBins && !mask[i];
+    plane[i] = unknown ? static_cast<std::uint8_t>(kUnknownBin) : plane[i];
+  }
+}
+
+/// The planes of one tile, and which of them each channel has. The first is that of all channels
+/// without a sample in reach.
+struct TilePlanes {
+  std::vector<std::uint8_t> planes;
+  std::array<std::size_t, kChannels> plane_of{};
+};
+
+TilePlanes makePlanes(const std::array<SamplesByTile::Sites, kChannels>& samples, const Mask& mask,
+                      double cell_m) {
+  TilePlanes result;
+  DistanceWindow window(static_cast<float>(kReach_m / cell_m));
+  const auto limits = squaredLimits(cell_m);
+  appendPlane(window.squared({}), limits, mask, result.planes);
+  for (std::size_t c = 0; c < kChannels; ++c) {
+    if (samples[c].empty()) continue;
+    result.plane_of[c] = result.planes.size() / kCells;
+    appendPlane(window.squared(samples[c]), limits, mask, result.planes);
+  }
+  result.planes.shrink_to_fit();
+  return result;
+}
+
+}  // namespace
+
+DistanceField::DistanceField(const PlanView& map, int threads)
+    : cell_m_(map.cell_m), origin_x_(map.origin_x), origin_y_(map.origin_y) {
+  const auto seen = seenTiles(map);
+  if (seen.empty()) return;
+  std::vector<const Mask*> masks;
+  for (const auto& [key, mask] : seen) {
+    tiles_.emplace_back();
+    tiles_.back().y = key.first;
+    tiles_.back().x = key.second;
+    masks.push_back(&mask);
+  }
+  makeDirectory();
+  const SamplesByTile samples(map, static_cast<float>(kReach_m / cell_m_));
+  planes_.resize(tiles_.size());
+  parallelFor(tiles_.size(), threads, [&](std::size_t t) {
+    Tile& tile = tiles_[t];
+    TilePlanes made = makePlanes(samples.around(tile.x, tile.y), *masks[t], cell_m_);
+    planes_[t] = std::move(made.planes);
+    for (std::size_t c = 0; c < kChannels; ++c)
+      tile.bins[c] = planes_[t].data() + made.plane_of[c] * kCells;
+    tile.ground.assign(kCells, std::numeric_limits<float>::quiet_NaN());
+  });
+  setGround(map.known);
+}
+
+void DistanceField::setGround(const std::vector<GroundCell>& known) {
+  std::vector<double> sums(tiles_.size(), 0);
+  std::vector<int> counts(tiles_.size(), 0);
+  for (const GroundCell& cell : known) {
+    const auto t = static_cast<std::size_t>(findTile(cell.x, cell.y));
+    sums[t] += double{cell.z};
+    ++counts[t];
+    if (cell.measured) tiles_[t].ground[cellInTile(cell.x, cell.y)] = cell.z;
+  }
+  for (std::size_t t = 0; t < tiles_.size(); ++t) {
+    if (counts[t] > 0) tiles_[t].level = static_cast<float>(sums[t] / counts[t]);
+  }
+}
+
+void DistanceField::makeDirectory() {
+  const auto by_x = [](const Tile& a, const Tile& b) { return a.x < b.x; };
+  const auto [left, right] = std::minmax_element(tiles_.begin(), tiles_.end(), by_x);
+  block_x_ = left->x >> kBlockBits;
+  block_y_ = tiles_.front().y >> kBlockBits;
+  blocks_wide_ = (right->x >> kBlockBits) - block_x_ + 1;
+  blocks_high_ = (tiles_.back().y >> kBlockBits) - block_y_ + 1;
+  blocks_.resize(static_cast<std::size_t>(blocks_wide_) * static_cast<std::size_t>(blocks_high_));
+  for (std::size_t i = 0; i < tiles_.size(); ++i) {
+    const std::int32_t bx = (tiles_[i].x >> kBlockBits) - block_x_,
+                       by = (tiles_[i].y >> kBlockBits) - block_y_;
+    auto& block = blocks_[static_cast<std::size_t>(by) * blocks_wide_ + bx];
+    if (block.empty()) block.assign(std::size_t{1} << (2 * kBlockBits), -1);
+    block[tileInBlock(tiles_[i].x, tiles_[i].y)] = static_cast<std::int32_t>(i);
+  }
+}
+
+DistanceField::~DistanceField() = default;
+DistanceField::DistanceField(DistanceField&&) noexcept = default;
+DistanceField& DistanceField::operator=(DistanceField&&) noexcept = default;
+
+std::size_t DistanceField::bytes() const {
+  std::size_t total = tiles_.size() * (sizeof(Tile) + kCells * sizeof(float));
+  for (const auto& planes : planes_) total += planes.size();
+  for (const auto& block : blocks_) total += block.size() * sizeof(std::int32_t);
+  return total;
+}
+
+namespace {
+
+constexpr int kDraws = 300;
+constexpr double kSight_m = 30, kApart_m = 25;
+constexpr double kBlock_m = 2;  ///< samples are thinned to one per block
+constexpr std::uint64_t kSeed = 11;
+
+double headingAt(const std::vector<Eigen::Vector2d>& path, std::size_t i) {
+  const Eigen::Vector2d d = path[i + 1] - path[i - 1];
+  return std::atan2(d.y(), d.x());
+}
+
+/// Samples of a channel by 30 m block, thinned.
+class NearbySamples {
+ public:
+  explicit NearbySamples(const std::vector<PlanSample>& samples) {
+    std::set<std::pair<int, int>> taken;
+    for (const PlanSample& s : samples) {
+      const std::pair<int, int> thin{static_cast<int>(std::floor(s.x / kBlock_m)),
+                                     static_cast<int>(std::floor(s.y / kBlock_m))};
+      if (taken.insert(thin).second) blocks_[blockOf(s.x, s.y)].push_back(s);
+    }
+  }
+  template <class Body>
+  void around(const Eigen::Vector2d& p, Body&& body) const {
+    const auto [bx, by] = blockOf(p.x(), p.y());
+    for (int dy = -1; dy <= 1; ++dy) {
+      for (int dx = -1; dx <= 1; ++dx) {
+        const auto it = blocks_.find({bx + dx, by + dy});
+        if (it == blocks_.end()) continue;
+        for (const PlanSample& s : it->second) {
+          const double x = s.x - p.x(), y = s.y - p.y();
+          if (x * x + y * y <= kSight_m * kSight_m) body(x, y);
+        }
+      }
+    }
+  }
+
+ private:
+  static std::pair<int, int> blockOf(double x, double y) {
+    return {static_cast<int>(std::floor(x / kSight_m)), static_cast<int>(std::floor(y / kSight_m))};
+  }
+  std::map<std::pair<int, int>, std::vector<PlanSample>> blocks_;
+};
+
+struct WrongPose {
+  Eigen::Vector2d from, to;
+  double yaw;
+};
+
+std::vector<WrongPose> drawWrongPoses(const std::vector<Eigen::Vector2d>& path) {
+  std::vector<WrongPose> poses;
+  Random random(kSeed);
+  for (int draw = 0; draw < kDraws; ++draw) {
+    const std::size_t j = 1 + random.below(static_cast<std::uint32_t>(path.size() - 2));
+    const std::size_t i = 1 + random.below(static_cast<std::uint32_t>(path.size() - 2));
+    const Eigen::Vector2d jitter(random.uniform(-1.5, 1.5), random.uniform(-1.5, 1.5));
+    const double yaw =
+        headingAt(path, i) - headingAt(path, j) + (draw % 2 ? M_PI : 0) + random.uniform(-.03, .03);
+    if ((path[i] - path[j]).norm() >= kApart_m) poses.push_back({path[j], path[i] + jitter, yaw});
+  }
+  return poses;
+}
+
+}  // namespace
+
+MapNull mapNull(const PlanView& map, const std::vector<Eigen::Vector2d>& path,
+                const DistanceField& field) {
+  MapNull null{};
+  if (path.size() < 4) return null;
+  const std::vector<WrongPose> poses = drawWrongPoses(path);
+  for (std::size_t c = 0; c < kChannels; ++c) {
+    const NearbySamples samples(map.samples[c]);
+    for (const WrongPose& pose : poses) {
+      const double cosine = std::cos(pose.yaw), sine = std::sin(pose.yaw);
+      samples.around(pose.from, [&](double x, double y) {
+        const double px = pose.to.x() + cosine * x - sine * y,
+                     py = pose.to.y() + sine * x + cosine * y;
+        const std::uint8_t bin =
+            field.bin(c, static_cast<std::int32_t>(std::floor(px / field.cellSize())),
+                      static_cast<std::int32_t>(std::floor(py / field.cellSize())));
+        if (bin < kDistanceBins) ++null[c][bin];
+      });
+    }
+  }
+  return null;
+}
+
+}  // namespace xview::search

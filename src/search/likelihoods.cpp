@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "xview/search/likelihoods.h"
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <numeric>
+#include <sstream>
+
+#include "xview/types/error.h"
+
+namespace xview::search {
+
+/// Contents of config/likelihoods.txt, compiled in.
+extern const char* const kDefaultLikelihoods;
+
+namespace {
+
+constexpr float kLowestRatio = -2.5f;
+constexpr double kFewestCounts = 20;  ///< fewer samples at true poses say nothing about a channel
+constexpr double kPriorCounts = 10;   ///< weight of "a true pose looks like a wrong one"
+constexpr std::array<const char*, 2> kViewpointNames = {"ground", "air"};
+
+using Distribution = std::array<double, kDistanceBins>;
+
+double sum(const Distribution& counts) {
+  return std::accumulate(counts.begin(), counts.end(), 0.0);
+}
+
+Distribution smoothed(const Distribution& counts, const Distribution& prior, double weight) {
+  Distribution p{};
+  const double total = sum(counts) + weight;
+  for (int b = 0; b < kDistanceBins; ++b) p[b] = (counts[b] + weight * prior[b]) / total;
+  return p;
+}
+
+Distribution uniform() {
+  Distribution p{};
+  p.fill(1.0 / kDistanceBins);
+  return p;
+}
+
+/// False if the line is not what it should be.
+bool parseLine(const std::string& line, LikelihoodTable& table) {
+  std::istringstream words(line);
+  std::string viewpoint, channel, hypothesis, more;
+  words >> viewpoint >> channel >> hypothesis;
+  Distribution counts{};
+  for (double& n : counts) words >> n;
+  const bool counted =
+      words && std::all_of(counts.begin(), counts.end(), [](double n) { return n >= 0; });
+  if (!counted || words >> more || (hypothesis != "true" && hypothesis != "wrong")) return false;
+  const auto v = std::find(kViewpointNames.begin(), kViewpointNames.end(), viewpoint) -
+                 kViewpointNames.begin();
+  std::size_t c = 0;
+  while (c < kChannels && channel != toString(static_cast<Channel>(c))) ++c;
+  if (v == kViewpointNames.end() - kViewpointNames.begin() || c == kChannels) return false;
+  DistanceCounts& entry = table.counts[v][c];
+  (hypothesis == "true" ? entry.at_true : entry.at_wrong) = counts;
+  return true;
+}
+
+}  // namespace
+
+void LikelihoodTable::add(const LikelihoodTable& other) {
+  for (std::size_t v = 0; v < counts.size(); ++v) {
+    for (std::size_t c = 0; c < kChannels; ++c) {
+      for (int b = 0; b < kDistanceBins; ++b) {
+        counts[v][c].at_true[b] += other.counts[v][c].at_true[b];
+        counts[v][c].at_wrong[b] += other.counts[v][c].at_wrong[b];
+      }
+    }
+  }
+}
+
+LogRatios logRatios(const LikelihoodTable& table, Viewpoint viewpoint,
+                    const std::array<std::array<double, kDistanceBins>, kChannels>* map_null,
+                    double mix) {
+  LogRatios ratios;
+  for (std::size_t c = 0; c < kChannels; ++c) {
+    const DistanceCounts& counts = table.at(viewpoint, static_cast<Channel>(c));
+    if (sum(counts.at_true) < kFewestCounts) continue;
+    const Distribution wrong = smoothed(counts.at_wrong, uniform(), kDistanceBins * 0.5);
+    const Distribution right = smoothed(counts.at_true, wrong, kPriorCounts);
+    const bool use_map = map_null && mix > 0 && sum((*map_null)[c]) >= 50;
+    const Distribution local = use_map ? smoothed((*map_null)[c], uniform(), 2.0) : wrong;
+    for (int b = 0; b < kDistanceBins; ++b) {
+      const double learned = std::log(right[b] / wrong[b]), here = std::log(right[b] / local[b]);
+      const double blend = use_map ? mix * here + (1 - mix) * learned : learned;
+      ratios.value[c][b] = std::max(kLowestRatio, static_cast<float>(blend));
+      ratios.expected[c] += static_cast<float>(right[b]) * ratios.value[c][b];
+    }
+  }
+  return ratios;
+}
+
+const LikelihoodTable& defaultLikelihoods() {
+  static const LikelihoodTable table =
+      parseLikelihoods(kDefaultLikelihoods, "built-in likelihoods");
+  return table;
+}
+
+std::string toText(const LikelihoodTable& table) {
+  std::ostringstream out;
+  out << "# view-point channel hypothesis, counts of the nearest map sample within";
+  for (const float limit : kBinLimits_m) out << ' ' << limit;
+  out << " m and beyond\n";
+  for (std::size_t v = 0; v < table.counts.size(); ++v) {
+    for (std::size_t c = 0; c < kChannels; ++c) {
+      for (const bool at_true : {true, false}) {
+        const DistanceCounts& counts = table.counts[v][c];
+        out << kViewpointNames[v] << ' ' << toString(static_cast<Channel>(c))
+            << (at_true ? " true" : " wrong");
+        for (const double n : at_true ? counts.at_true : counts.at_wrong)
+          out << ' ' << std::llround(n);
+        out << '\n';
+      }
+    }
+  }
+  return out.str();
+}
+
+LikelihoodTable parseLikelihoods(const std::string& text, const std::string& path) {
+  LikelihoodTable table;
+  std::istringstream lines(text);
+  std::string line;
+  for (int number = 1; std::getline(lines, line); ++number) {
+    if (line.empty() || line[0] == '#') continue;
+    if (!parseLine(line, table)) {
+      throw Error(path + ":" + std::to_string(number),
+                  "expected 'ground|air CHANNEL true|wrong' and " + std::to_string(kDistanceBins) +
+                      " counts, found '" + line + "'");
+    }
+  }
+  return table;
+}
+
+LikelihoodTable readLikelihoods(const std::string& path) {
+  const std::ifstream file(path);
+  std::ostringstream text;
+  if (file) text << file.rdbuf();
+  if (!file || !text) throw Error(path, "cannot be read; expected the likelihoods of xview learn");
+  const LikelihoodTable table = parseLikelihoods(text.str(), path);
+  for (const auto& viewpoint : table.counts) {
+    for (const DistanceCounts& channel : viewpoint) {
+      if (sum(channel.at_true) > 0 && sum(channel.at_wrong) > 0) return table;
+    }
+  }
+  throw Error(path, "expected the likelihoods of xview learn, found no counts");
+}
+
+}  // namespace xview::search

@@ -1,0 +1,314 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <tuple>
+
+#include "search/object_verifier.h"
+#include "xview/types/pose.h"
+
+namespace xview::search {
+namespace {
+
+/// Steps of a raster byte per nat of evidence, and the largest byte.
+constexpr double kRasterStepsPerNat = 3;
+constexpr int kHighestRasterValue = 15;
+constexpr double kFarthest = 10;  // squared Mahalanobis distance beyond which nothing is stamped
+constexpr double kLeastShare =
+    0.3;  // of the weight of a surface: what does not tell places apart still tells where they are
+constexpr double kHeadingBlur = 0.5;  // [m^2] the pose is known to half a yaw step only
+
+constexpr std::size_t kSmallMap = 1000;  // vertices; the fine raster is searched directly
+constexpr double kCellsPerRoot =
+    37;  // cells kept of the first look: 3700 for 10,000 vertices, 37,000 for a million
+constexpr std::size_t kCellsPerPose = 20;  // kept of small maps: many are neighbours
+constexpr double kCoarseYawStep = 0.16, kFineYawStep = 0.105;  // [rad]
+constexpr double kCentreMargin = 15;    // [m] beyond the gap around the query's own centre
+constexpr double kSurfaceWeight = 0.2;  // of a vertex of a surface in a dense part of a query
+// Scales of the standard deviations: they narrow while the pose gets better. Those of poses that
+// are told follow from the scatter: vertices that are less noisy than assumed need not be smoothed
+// as much.
+constexpr double kRoughStep = 1.8, kRoughScore = 1.3;
+constexpr double kSteps[] = {1.8, 1.4, 1.2, 1.0, 1.0};
+constexpr int kPolishSteps = 4;
+constexpr double kWidestAtLast = 1.2, kNarrowestAtLast = 0.3, kDeviationsAtLast = 1.3;
+
+/// A Gaussian around a map point.
+struct Stamp {
+  double along, across;  // standard deviations [m]
+  double log_gain;
+  double weight;
+};
+
+class Stamper {
+ public:
+  Stamper(LikelihoodRaster& raster, const MapPoint& point) : raster_(raster), point_(point) {}
+
+  void raise(std::uint16_t slot, const Stamp& stamp) {
+    const double cell = raster_.cellSize();
+    const double dx = directed() ? point_.tangent_x : 1, dy = directed() ? point_.tangent_y : 0;
+    const double reach = std::sqrt(kFarthest) * std::max(stamp.along, stamp.across);
+    const auto first = [&](double v) {
+      return static_cast<std::int32_t>(std::floor((v - reach) / cell));
+    };
+    const auto last = [&](double v) {
+      return static_cast<std::int32_t>(std::floor((v + reach) / cell));
+    };
+    for (std::int32_t cy = first(point_.y); cy <= last(point_.y); ++cy) {
+      for (std::int32_t cx = first(point_.x); cx <= last(point_.x); ++cx) {
+        const double ex = (cx + 0.5) * cell - point_.x, ey = (cy + 0.5) * cell - point_.y;
+        const double u = (ex * dx + ey * dy) / stamp.along, v = (-ex * dy + ey * dx) / stamp.across;
+        const double distance2 = u * u + v * v;
+        if (distance2 > kFarthest) continue;
+        const double nats = stamp.weight * softplus(stamp.log_gain - 0.5 * distance2);
+        const int value =
+            std::min(kHighestRasterValue, static_cast<int>(kRasterStepsPerNat * nats + 0.5));
+        if (value > 0) raster_.raise(slot, cx, cy, static_cast<std::uint8_t>(value));
+      }
+    }
+  }
+
+  bool directed() const { return point_.tangent_x != 0 || point_.tangent_y != 0; }
+
+ private:
+  LikelihoodRaster& raster_;
+  const MapPoint point_;
+};
+
+/// So far to the left of the surface.
+MapPoint shifted(MapPoint p, double metres) {
+  p.x -= static_cast<float>(metres) * p.tangent_y;
+  p.y += static_cast<float>(metres) * p.tangent_x;
+  return p;
+}
+
+/// Where a query vertex falls within its cell is unknown, which adds to the variance.
+Stamp widened(const ObjectClass& model, bool directed, double across_m, double cell_m) {
+  const double blur = cell_m * cell_m / 6 + kHeadingBlur;
+  const double along = std::sqrt(model.along_m * model.along_m + blur);
+  // The samples of the query are as far apart as a cell at least, see ObjectQuery::samples.
+  const double weight = model.is_surface
+                            ? std::min(1.0, std::max(model.spacing_m, cell_m) / kIndependentM) *
+                                  std::max(kLeastShare, model.gain_weight)
+                            : model.weight;
+  if (!model.is_surface) return {along, along, 0, weight};
+  if (!directed) return {0.8 * along, 0.8 * along, 0, weight};
+  return {along, std::sqrt(across_m * across_m + blur), 0, weight};
+}
+
+LikelihoodRaster rasterizeObjects(const ObjectMap& map, const SearchOptions& options,
+                                  double cell_m) {
+  LikelihoodRaster raster(cell_m, std::vector<std::uint8_t>(map.classes().size(), 0));
+  for (const MapPoint& point : map.points()) {
+    const ObjectClass& model = map.classes()[point.slot];
+    Stamper stamper(raster, point);
+    const auto raise = [&](Stamper& at, std::uint16_t slot, double across_m, double chance) {
+      Stamp stamp = widened(model, at.directed(), across_m, cell_m);
+      stamp.log_gain = std::log(chance) + logGain(map.classes()[slot], stamp.along * stamp.across,
+                                                  map.logClutter(slot, point.x, point.y));
+      at.raise(slot, stamp);
+    };
+    raise(stamper, point.slot, model.across_m, 1);
+    if (model.kind == Kind::building && stamper.directed()) {
+      for (const double side : {-1.0, 1.0}) {
+        Stamper roof(raster, shifted(point, side * options.roof_offset_m));
+        raise(roof, point.slot, kRoofSigma_m, 0.5);
+      }
+    }
+    for (const std::uint16_t partner : model.confused_with)
+      raise(stamper, partner, model.across_m, options.confusion);
+  }
+  return raster;
+}
+
+/// The rotation that tilts an upright query by a slope of its heights.
+Eigen::AngleAxisd tilted(const Eigen::Vector2d& slope) {
+  const double rise = slope.norm();
+  if (rise < 1e-9) return Eigen::AngleAxisd(0, Eigen::Vector3d::UnitX());
+  return Eigen::AngleAxisd(std::atan(rise), Eigen::Vector3d(slope.y(), -slope.x(), 0) / rise);
+}
+
+/// Pairs that are more likely than not, each vertex in one of them at most, in the order of the
+/// query.
+std::vector<Correspondence> pairsOf(const ObjectVerifier& verifier, const ObjectQuery& query) {
+  std::vector<Correspondence> pairs;
+  for (std::size_t i = 0; i < query.items().size(); ++i) {
+    const Association& association = verifier.associations()[i];
+    if (association.chance() <= 0.5f) continue;
+    pairs.push_back({query.items()[i].vertex, verifier.mapPoint(association.local).vertex,
+                     association.chance()});
+  }
+  std::sort(pairs.begin(), pairs.end(), [](const Correspondence& a, const Correspondence& b) {
+    return std::make_tuple(a.map, -a.similarity, a.query) <
+           std::make_tuple(b.map, -b.similarity, b.query);
+  });
+  const auto last =
+      std::unique(pairs.begin(), pairs.end(),
+                  [](const Correspondence& a, const Correspondence& b) { return a.map == b.map; });
+  pairs.erase(last, pairs.end());
+  std::sort(pairs.begin(), pairs.end(),
+            [](const Correspondence& a, const Correspondence& b) { return a.query < b.query; });
+  return pairs;
+}
+
+class ObjectField final : public Field {
+ public:
+  ObjectField(const SemanticGraph& graph, const LabelSet& labels, const SearchOptions& options)
+      : options_(options),
+        map_(graph, labels, options),
+        fine_(rasterizeObjects(map_, options, options.object_cell_m)) {
+    if (size() > kSmallMap) coarse_ = rasterizeObjects(map_, options, 2 * options.object_cell_m);
+  }
+
+  std::unique_ptr<FieldQuery> prepare(const Observation& query) const override;
+  std::size_t size() const override { return map_.points().size(); }
+  std::size_t bytes() const override {
+    return map_.bytes() + fine_.bytes() + (coarse_ ? coarse_->bytes() : 0);
+  }
+
+  const SearchOptions& options() const { return options_; }
+  const ObjectMap& map() const { return map_; }
+
+  RasterLevels rasterLevels(const ObjectQuery& query) const {
+    RasterLevels levels{{fine_, query.samples(map_, fine_.cellSize()), kFineYawStep}, std::nullopt};
+    if (coarse_) {
+      levels.coarse.emplace(
+          RasterLevel{*coarse_, query.samples(map_, coarse_->cellSize()), kCoarseYawStep});
+    }
+    // The more places there are, the more of them look as good as the right one at first.
+    const double vertices = static_cast<double>(size());
+    levels.keep_poses =
+        static_cast<std::size_t>(std::clamp(150 * std::pow(vertices / 1e4, 0.3), 60.0, 600.0));
+    levels.keep_cells = coarse_ ? static_cast<std::size_t>(kCellsPerRoot * std::sqrt(vertices))
+                                : kCellsPerPose * levels.keep_poses;
+    levels.margin_m = query.emptyRadius() + kCentreMargin;
+    return levels;
+  }
+
+ private:
+  const SearchOptions options_;
+  ObjectMap map_;
+  LikelihoodRaster fine_;
+  std::optional<LikelihoodRaster> coarse_;
+};
+
+class ObjectFieldQuery final : public FieldQuery {
+ public:
+  /// `vertices`: those of the graph that may take part.
+  ObjectFieldQuery(const ObjectField& field, const SemanticGraph& graph,
+                   const std::vector<std::uint32_t>& vertices,
+                   const std::optional<Eigen::Vector3d>& focus)
+      : FieldQuery(field.map().origin(), focus),
+        field_(field),
+        graph_(graph),
+        query_(graph, field.map(), vertices) {
+    centre_ = query_.centre();
+    radius_ = query_.radius();
+    if (focus) weighted_about_ = (*focus - centre_).head<2>();
+  }
+
+  std::size_t size() const override { return query_.items().size(); }
+
+  std::unique_ptr<FieldQuery> part(const Eigen::Vector2d& centre, double radius_m) const override {
+    std::vector<std::uint32_t> inside;
+    for (std::uint32_t i = 0; i < graph_.vertices.size(); ++i) {
+      if ((graph_.vertices[i].position.head<2>() - centre).norm() <= radius_m) inside.push_back(i);
+    }
+    const auto focus = weighted_about_ ? std::optional(focus_) : std::nullopt;
+    return std::make_unique<ObjectFieldQuery>(field_, graph_, inside, focus);
+  }
+
+  std::vector<Point> points() const override {
+    std::vector<Point> points;
+    for (const QueryItem& item : query_.items()) {
+      const bool is_surface = field_.map().classes()[item.slot].is_surface;
+      points.push_back(
+          {centre_.head<2>() + Eigen::Vector2d(item.x, item.y), is_surface ? kSurfaceWeight : 1.0});
+    }
+    return points;
+  }
+
+  RasterLevels rasterLevels() const override { return field_.rasterLevels(query_); }
+
+  PlacePose climb(const PlacePose& start, Climb how) const override {
+    ObjectVerifier verifier = verifierAt(start);
+    PlacePose pose = start;
+    if (how == Climb::polish) {
+      double widen = kWidestAtLast;
+      for (int k = 0; k < kPolishSteps; ++k) {
+        pose = verifier.improved(pose, widen, weighted_about_);
+        widen = std::clamp(kDeviationsAtLast * verifier.scatter(), kNarrowestAtLast, kWidestAtLast);
+      }
+      pose.score = start.score;  // that of all vertices alike
+    } else if (how == Climb::rough) {
+      pose = verifier.improved(pose, kRoughStep);
+      pose.score = scoreBy(verifier, pose, kRoughScore);
+    } else {
+      for (const double widen : kSteps) pose = verifier.improved(pose, widen);
+      pose.score = scoreBy(verifier, pose, 1);
+    }
+    return pose;
+  }
+
+  double scoreAt(const PlacePose& pose) const override {
+    ObjectVerifier verifier = verifierAt(pose);
+    return scoreBy(verifier, pose, 1);
+  }
+
+  PlaceHypothesis describeAt(const PlacePose& pose) const override {
+    ObjectVerifier verifier = verifierAt(pose);
+    verifier.score(pose, 1);
+    PlaceHypothesis h = inMap(pose);
+    h.pairs = pairsOf(verifier, query_);
+    h.matched = static_cast<int>(h.pairs.size());
+    const HeightFit heights = heightsBy(verifier);
+    h.T_map_query =
+        poseFromYaw({h.centre.x, h.centre.y, heights.height_m + origin_.z()}, pose.yaw) *
+        tilted(heights.slope) * Eigen::Translation3d(-centre_);
+    h.expected = verifier.expectedScore(pose);
+    h.known_share = verifier.knownShare();
+    return h;
+  }
+
+ private:
+  ObjectVerifier verifierAt(const PlacePose& pose) const {
+    ObjectVerifier verifier(field_.map(), query_, field_.options());
+    verifier.moveTo(pose);
+    return verifier;
+  }
+
+  static double scoreBy(ObjectVerifier& verifier, const PlacePose& pose, double widen) {
+    const double seen = verifier.score(pose, widen);
+    return seen - verifier.missedObjects(pose) - verifier.heightCost();
+  }
+
+  /// Heights of a query without heights tell of the ground, not of a tilt.
+  HeightFit heightsBy(ObjectVerifier& verifier) const {
+    if (query_.hasHeights()) return search::fitHeights(verifier.heightPairs(), vertexHeights());
+    HeightFit level;
+    level.height_m = medianRise(verifier.heightPairs());
+    return level;
+  }
+
+  const ObjectField& field_;
+  const SemanticGraph& graph_;
+  const ObjectQuery query_;
+  std::optional<Eigen::Vector2d> weighted_about_;  ///< from the centre
+};
+
+std::unique_ptr<FieldQuery> ObjectField::prepare(const Observation& query) const {
+  static const SemanticGraph kNothing;
+  const SemanticGraph& graph = query.graph ? *query.graph : kNothing;
+  std::vector<std::uint32_t> all(graph.vertices.size());
+  std::iota(all.begin(), all.end(), 0u);
+  return std::make_unique<ObjectFieldQuery>(*this, graph, all, query.focus);
+}
+
+}  // namespace
+
+std::unique_ptr<const Field> makeObjectField(const SemanticGraph& map, const LabelSet& labels,
+                                             const SearchOptions& options) {
+  return std::make_unique<ObjectField>(map, labels, options);
+}
+
+}  // namespace xview::search

@@ -1,0 +1,393 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "search/object_map.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <tuple>
+
+#include "search/object_query.h"
+#include "xview/types/error.h"
+#include "xview/types/median.h"
+
+namespace xview::search {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+constexpr double kBlock = 32;        // [m]
+constexpr double kDensityCell = 16;  // [m]
+constexpr double kCoverageCell = 4;  // [m]
+constexpr double kFading = 1.5;      // [m] half the width of the rim of what the map covers
+constexpr double kDensityArea = 9 * kDensityCell * kDensityCell;
+constexpr int kMostCounted = 1000;  // vertices of a class in 48 x 48 m; more are as good as that
+constexpr double kLeastDensity =
+    2e-4;  // [1/m^2] one in 70 x 70 m: rarer classes do not get more evidence
+constexpr double kWidestSpacing =
+    16;  // [m] surface classes with wider gaps are things in their own right
+constexpr std::size_t kSpacingSamples = 2000;
+constexpr double kDeviationPerMedian = 1.4826;    // of normal errors, per median size
+constexpr double kAhead[] = {9, 13, 17, 21, 25};  // [m] where a surface may go on
+constexpr double kGap = 1.5;                      // spacings without a sample are no end yet
+constexpr double kAlone = 0.25;     // share of looks to both sides that find nothing, of a surface
+                                    // whose pieces tell as much as objects do
+constexpr double kMostAlone = 1.5;  // of the weight of an object
+constexpr double kIndependentPieceM = 4;  // [m] spacing of samples that count in full
+constexpr double kTangentReach = 22;      // [m] where other surfaces must tell the direction
+constexpr double kLeastElongation = 0.7;  // of the scatter of neighbours, to have a direction
+
+std::int64_t cellOf(double v, double cell) {
+  return static_cast<std::int64_t>(std::floor(v / cell));
+}
+
+/// Classes that are easily taken for one another.
+bool areSimilar(Kind a, Kind b) {
+  const auto isUpright = [](Kind k) {
+    return k == Kind::building || k == Kind::fence || k == Kind::vegetation;
+  };
+  return (isPoleLike(a) && isPoleLike(b)) || (isUpright(a) && isUpright(b));
+}
+
+/// Along the surface; within an area, which has no direction, both ways across.
+std::vector<Eigen::Vector2d> directionsOf(const MapPoint& p) {
+  if (p.tangent_x != 0 || p.tangent_y != 0) return {{p.tangent_x, p.tangent_y}};
+  return {{1, 0}, {0, 1}};
+}
+
+}  // namespace
+
+double softplus(double v) {
+  constexpr double kLow = -12, kHigh = 12, kSteps = 32;  // steps per unit
+  static const std::vector<float> table = [] {
+    std::vector<float> t;
+    for (int i = 0; i <= static_cast<int>((kHigh - kLow) * kSteps) + 1; ++i) {
+      t.push_back(static_cast<float>(std::log1p(std::exp(kLow + i / kSteps))));
+    }
+    return t;
+  }();
+  if (v <= kLow) return 0;
+  if (v >= kHigh) return v;
+  const double place = (v - kLow) * kSteps;
+  const auto i = static_cast<std::size_t>(place);
+  const double f = place - static_cast<double>(i);
+  return table[i] + f * (table[i + 1] - table[i]);
+}
+
+double logGain(const ObjectClass& model, double area, double log_clutter) {
+  return std::log(model.detection / ((1 - model.detection) * 2 * kPi * area)) - log_clutter;
+}
+
+ObjectMap::ObjectMap(const SemanticGraph& graph, const LabelSet& labels,
+                     const SearchOptions& options) {
+  takeVertices(graph, labels, options);
+  sortIntoBlocks();
+  measureSpacing(options);
+  findTangents();
+  weighSurfaces();
+  measureDensities();
+  drawCoverage(kSeenNear_m);
+  findConfusions(options);
+  for (MapPoint& p : points_) {
+    const ObjectClass& model = classes_[p.slot];
+    const bool directed = p.tangent_x != 0 || p.tangent_y != 0;
+    const double area = directed ? model.along_m * model.across_m
+                                 : (model.is_surface ? 0.6 : 1.0) * model.along_m * model.along_m;
+    p.odds = static_cast<float>(std::exp(logGain(model, area, logClutter(p.slot, p.x, p.y))));
+  }
+}
+
+void ObjectMap::takeVertices(const SemanticGraph& graph, const LabelSet& labels,
+                             const SearchOptions& options) {
+  const auto takesPart = [&](const Vertex& v) {
+    return v.position.allFinite() &&
+           (!labels.find(v.label) || labels.role(v.label) != Role::ignored);
+  };
+  Eigen::Vector3d low = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity()),
+                  high = -low;
+  for (const Vertex& v : graph.vertices) {
+    if (!takesPart(v)) continue;
+    low = low.cwiseMin(v.position);
+    high = high.cwiseMax(v.position);
+    slot_of_label_[v.label] = 0;
+  }
+  if (slot_of_label_.empty()) return;
+  origin_ = (0.5 * (low + high)).array().round();
+  std::vector<std::uint32_t> label_of_slot;
+  for (auto& [label, slot] : slot_of_label_) {
+    slot = static_cast<std::uint16_t>(label_of_slot.size());
+    label_of_slot.push_back(label);
+  }
+  if (label_of_slot.size() > 4096) {
+    throw UsageError("object place search: the map has " + std::to_string(label_of_slot.size()) +
+                     " classes, at most 4096 are possible; are the labels instance ids?");
+  }
+  makeClasses(labels, label_of_slot, options);
+  std::vector<std::uint32_t> taking_part;
+  for (std::uint32_t i = 0; i < graph.vertices.size(); ++i) {
+    if (takesPart(graph.vertices[i])) taking_part.push_back(i);
+  }
+  const auto isSurface = [&](std::uint32_t label) {
+    return classes_[slot_of_label_.at(label)].is_surface;
+  };
+  for (const std::uint32_t i : distinctFromAbove(graph, taking_part, isSurface)) {
+    const Vertex& v = graph.vertices[i];
+    const Eigen::Vector3f p = (v.position - origin_).cast<float>();
+    points_.push_back({p.x(), p.y(), p.z(), 0, 0, 0, i, slot_of_label_[v.label]});
+    has_heights_ = has_heights_ || std::abs(p.z() - points_[0].z) > 1e-3f;
+  }
+}
+
+void ObjectMap::makeClasses(const LabelSet& labels, const std::vector<std::uint32_t>& label_of_slot,
+                            const SearchOptions& options) {
+  for (const std::uint32_t label : label_of_slot) {
+    ObjectClass model;
+    model.label = label;
+    const ClassInfo* info = labels.find(label);
+    if (info) model.kind = info->kind;
+    const Role role = info ? info->role : Role::object;
+    model.is_surface = role == Role::surface;
+    model.detection = options.detection;
+    if (role == Role::dynamic) model.detection *= kDynamicDetection;
+    if (role == Role::surface) model.detection *= kSurfaceDetection;
+    model.log_miss = std::log(1 - model.detection);
+    model.along_m = model.across_m = options.sigma_m;
+    classes_.push_back(model);
+  }
+}
+
+void ObjectMap::sortIntoBlocks() {
+  std::sort(points_.begin(), points_.end(), [](const MapPoint& a, const MapPoint& b) {
+    const auto key = [](const MapPoint& p) {
+      return std::make_tuple(cellOf(p.y, kBlock), cellOf(p.x, kBlock), p.slot, p.vertex);
+    };
+    return key(a) < key(b);
+  });
+  for (std::uint32_t i = 0; i < points_.size();) {
+    const std::int64_t bx = cellOf(points_[i].x, kBlock), by = cellOf(points_[i].y, kBlock);
+    Range range{i, i};
+    while (range.end < points_.size() && cellOf(points_[range.end].x, kBlock) == bx &&
+           cellOf(points_[range.end].y, kBlock) == by) {
+      ++range.end;
+    }
+    blocks_.at(bx, by) = range;
+    i = range.end;
+  }
+}
+
+/// Calls visitor(index) for the points of all blocks that a square touches.
+template <class Visitor>
+void ObjectMap::visitBlocks(double x, double y, double half_side, const Visitor& visitor) const {
+  for (std::int64_t by = cellOf(y - half_side, kBlock); by <= cellOf(y + half_side, kBlock); ++by) {
+    for (std::int64_t bx = cellOf(x - half_side, kBlock); bx <= cellOf(x + half_side, kBlock);
+         ++bx) {
+      const Range* range = blocks_.find(bx, by);
+      if (!range) continue;
+      for (std::uint32_t i = range->begin; i < range->end; ++i) visitor(i);
+    }
+  }
+}
+
+void ObjectMap::pointsIn(double x, double y, double half_side,
+                         std::vector<std::uint32_t>& found) const {
+  found.clear();
+  visitBlocks(x, y, half_side, [&](std::uint32_t i) {
+    if (std::abs(points_[i].x - x) <= half_side && std::abs(points_[i].y - y) <= half_side)
+      found.push_back(i);
+  });
+}
+
+void ObjectMap::measureSpacing(const SearchOptions& options) {
+  std::vector<std::vector<double>> nearest(classes_.size()), rises(classes_.size());
+  std::vector<std::uint32_t> near;
+  const std::size_t step = std::max<std::size_t>(
+      1, points_.size() / (kSpacingSamples * std::max<std::size_t>(1, classes_.size())));
+  for (std::size_t i = 0; i < points_.size(); i += step) {
+    const MapPoint& p = points_[i];
+    if (!classes_[p.slot].is_surface) continue;
+    pointsIn(p.x, p.y, kWidestSpacing, near);
+    double best = 2 * kWidestSpacing, rise = 0;
+    for (const std::uint32_t j : near) {
+      if (j == i || points_[j].slot != p.slot) continue;
+      const double distance = std::hypot(points_[j].x - p.x, points_[j].y - p.y);
+      if (distance >= best) continue;
+      best = distance;
+      rise = std::abs(points_[j].z - p.z);
+    }
+    nearest[p.slot].push_back(best);
+    if (best <= kWidestSpacing) rises[p.slot].push_back(rise);
+  }
+  for (std::size_t slot = 0; slot < classes_.size(); ++slot) {
+    ObjectClass& model = classes_[slot];
+    if (!model.is_surface) continue;
+    if (!nearest[slot].empty()) model.spacing_m = medianOf(std::move(nearest[slot]));
+    model.is_surface = model.spacing_m > 0 && model.spacing_m <= kWidestSpacing;
+    if (!model.is_surface) continue;
+    // The query's samples fall anywhere between two of the map.
+    model.along_m = 0.8 + 0.2 * model.spacing_m;
+    model.across_m = options.surface_sigma_m;
+    model.height_m = std::max(model.height_m, kDeviationPerMedian * medianOf(rises[slot]));
+    model.weight = std::min(1.0, model.spacing_m / kIndependentM);
+  }
+}
+
+void ObjectMap::findTangents() {
+  for (MapPoint& p : points_) {
+    const ObjectClass& model = classes_[p.slot];
+    if (!model.is_surface) continue;
+    if (!tangentFrom(p, std::max(10.0, 2.2 * model.spacing_m), true))
+      tangentFrom(p, kTangentReach, false);
+  }
+}
+
+/// Principal direction of the surface vertices around.
+bool ObjectMap::tangentFrom(MapPoint& point, double radius, bool own_class_only) const {
+  double n = 0, sx = 0, sy = 0, sxx = 0, syy = 0, sxy = 0;
+  visitBlocks(point.x, point.y, radius, [&](std::uint32_t i) {
+    const MapPoint& q = points_[i];
+    if (own_class_only ? q.slot != point.slot : !classes_[q.slot].is_surface) return;
+    const double x = q.x - point.x, y = q.y - point.y;
+    if (x * x + y * y > radius * radius) return;
+    n += 1, sx += x, sy += y, sxx += x * x, syy += y * y, sxy += x * y;
+  });
+  if (n < 3) return false;
+  sxx -= sx * sx / n, syy -= sy * sy / n, sxy -= sx * sy / n;
+  const double elongation = std::hypot(sxx - syy, 2 * sxy);
+  if (!(elongation > kLeastElongation * (sxx + syy))) return false;
+  const double angle = 0.5 * std::atan2(2 * sxy, sxx - syy);
+  point.tangent_x = static_cast<float>(std::cos(angle));
+  point.tangent_y = static_cast<float>(std::sin(angle));
+  return true;
+}
+
+/// How often a surface goes on where one looks along it says how little its pieces tell apart.
+void ObjectMap::weighSurfaces() {
+  std::vector<double> looks(classes_.size(), 0), continued(classes_.size(), 0);
+  const std::size_t step = std::max<std::size_t>(
+      1, points_.size() / (kSpacingSamples * std::max<std::size_t>(1, classes_.size())));
+  for (std::size_t i = 0; i < points_.size(); i += step) {
+    const MapPoint& p = points_[i];
+    if (!classes_[p.slot].is_surface) continue;
+    for (const Eigen::Vector2d& direction : directionsOf(p)) {
+      for (const double metres : kAhead) {
+        for (const double sign : {-1.0, 1.0}) {
+          looks[p.slot] += 1;
+          continued[p.slot] += goesOn(p, direction, sign * metres);
+        }
+      }
+    }
+  }
+  for (std::size_t slot = 0; slot < classes_.size(); ++slot) {
+    ObjectClass& model = classes_[slot];
+    if (!model.is_surface) continue;
+    const double ends = looks[slot] > 0 ? 1 - continued[slot] / looks[slot] : 1;
+    model.independence = std::min(1.0, model.spacing_m / kIndependentPieceM);
+    model.gain_weight = std::min(kMostAlone, ends * ends / kAlone) * model.independence;
+  }
+}
+
+/// True if there is a vertex of the same class so far ahead.
+bool ObjectMap::goesOn(const MapPoint& point, const Eigen::Vector2d& direction,
+                       double metres) const {
+  const ObjectClass& model = classes_[point.slot];
+  const double x = point.x + metres * direction.x(), y = point.y + metres * direction.y();
+  const double along = kGap * model.spacing_m, across = 2 * model.across_m;
+  bool found = false;
+  visitBlocks(x, y, std::max(along, across), [&](std::uint32_t i) {
+    if (points_[i].slot != point.slot) return;
+    const double ex = points_[i].x - x, ey = points_[i].y - y;
+    const double u = ex * direction.x() + ey * direction.y();
+    const double v = ey * direction.x() - ex * direction.y();
+    found = found || (std::abs(u) <= along && std::abs(v) <= across);
+  });
+  return found;
+}
+
+void ObjectMap::measureDensities() {
+  counts_.resize(classes_.size());
+  for (const MapPoint& p : points_) {
+    const std::int64_t cx = cellOf(p.x, kDensityCell), cy = cellOf(p.y, kDensityCell);
+    for (std::int64_t y = cy - 1; y <= cy + 1; ++y) {
+      for (std::int64_t x = cx - 1; x <= cx + 1; ++x) {
+        std::uint16_t& count = counts_[p.slot].at(x, y);
+        if (count < std::numeric_limits<std::uint16_t>::max()) ++count;
+        known_.at(x, y) = 1;
+      }
+    }
+  }
+  constexpr std::size_t kSamples = 3000;
+  const std::size_t step = std::max<std::size_t>(1, points_.size() / kSamples);
+  for (std::uint16_t slot = 0; slot < classes_.size(); ++slot) {
+    double sum = 0, n = 0;
+    for (std::size_t i = 0; i < points_.size(); i += step, n += 1) {
+      const std::uint16_t* count = counts_[slot].find(cellOf(points_[i].x, kDensityCell),
+                                                      cellOf(points_[i].y, kDensityCell));
+      if (count) sum += *count / kDensityArea;
+    }
+    ObjectClass& model = classes_[slot];
+    model.mean_density = n > 0 ? sum / n : 0;
+    for (int count = 0; count <= kMostCounted; ++count) {
+      const double density =
+          std::max(kLeastDensity, 0.5 * (count / kDensityArea + model.mean_density));
+      model.log_clutter.push_back(static_cast<float>(std::log(density)));
+    }
+  }
+}
+
+void ObjectMap::drawCoverage(double reach_m) {
+  const double widest = reach_m + kFading;
+  for (const MapPoint& p : points_) {
+    for (std::int64_t y = cellOf(p.y - widest, kCoverageCell);
+         y <= cellOf(p.y + widest, kCoverageCell); ++y) {
+      for (std::int64_t x = cellOf(p.x - widest, kCoverageCell);
+           x <= cellOf(p.x + widest, kCoverageCell); ++x) {
+        const double dx = (static_cast<double>(x) + 0.5) * kCoverageCell - p.x;
+        const double dy = (static_cast<double>(y) + 0.5) * kCoverageCell - p.y;
+        const double fades = (widest - std::sqrt(dx * dx + dy * dy)) / (2 * kFading);
+        if (fades <= 0) continue;
+        std::uint8_t& cell = coverage_.at(x, y);
+        cell = std::max(cell, static_cast<std::uint8_t>(255 * std::min(1.0, fades)));
+      }
+    }
+  }
+}
+
+double ObjectMap::coverage(double x, double y) const {
+  const std::uint8_t* cell = coverage_.find(cellOf(x, kCoverageCell), cellOf(y, kCoverageCell));
+  return cell ? *cell / 255.0 : 0;
+}
+
+void ObjectMap::findConfusions(const SearchOptions& options) {
+  if (options.confusion <= 0) return;
+  for (std::size_t a = 0; a < classes_.size(); ++a) {
+    for (std::size_t b = 0; b < classes_.size(); ++b) {
+      if (a == b || classes_[a].is_surface != classes_[b].is_surface) continue;
+      if (areSimilar(classes_[a].kind, classes_[b].kind))
+        classes_[a].confused_with.push_back(static_cast<std::uint16_t>(b));
+    }
+  }
+}
+
+std::optional<std::uint16_t> ObjectMap::slotOf(std::uint32_t label) const {
+  const auto it = slot_of_label_.find(label);
+  if (it == slot_of_label_.end()) return std::nullopt;
+  return it->second;
+}
+
+double ObjectMap::logClutter(std::uint16_t slot, double x, double y) const {
+  const std::uint16_t* count = counts_[slot].find(cellOf(x, kDensityCell), cellOf(y, kDensityCell));
+  const std::vector<float>& table = classes_[slot].log_clutter;
+  return table[count ? std::min<std::size_t>(*count, table.size() - 1) : 0];
+}
+
+bool ObjectMap::isKnown(double x, double y) const {
+  const std::uint8_t* known = known_.find(cellOf(x, kDensityCell), cellOf(y, kDensityCell));
+  return known && *known;
+}
+
+std::size_t ObjectMap::bytes() const {
+  std::size_t sum =
+      points_.size() * sizeof(MapPoint) + blocks_.bytes() + known_.bytes() + coverage_.bytes();
+  for (const auto& grid : counts_) sum += grid.bytes();
+  return sum;
+}
+
+}  // namespace xview::search

@@ -1,0 +1,284 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "search/object_query.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <tuple>
+
+#include "xview/types/median.h"
+
+namespace xview::search {
+namespace {
+
+constexpr double kSame = 2.5;       // [m]
+constexpr double kClearlyMore = 4;  // times as many points: the other one is a wrong label
+
+std::int64_t cellOf(double v) { return static_cast<std::int64_t>(std::floor(v / kSame)); }
+
+bool isSaidBy(const Vertex& v, const Vertex& better) {
+  const Eigen::Vector3d d = v.position - better.position;
+  if (v.label == better.label) return d.head<2>().squaredNorm() < kSame * kSame;
+  return better.points > kClearlyMore * v.points && d.squaredNorm() < kSame * kSame;
+}
+
+/// The vertices that stay, chained by cell: a list per cell would take more memory than the map.
+class KeptVertices {
+ public:
+  explicit KeptVertices(const SemanticGraph& graph) : graph_(graph) {}
+
+  void add(std::uint32_t vertex) {
+    const Eigen::Vector3d& p = graph_.vertices[vertex].position;
+    std::uint32_t& last = last_.at(cellOf(p.x()), cellOf(p.y()));
+    links_.push_back({vertex, last});
+    last = static_cast<std::uint32_t>(links_.size());
+  }
+
+  bool anySays(const Vertex& v) const {
+    const std::int64_t cx = cellOf(v.position.x()), cy = cellOf(v.position.y());
+    for (std::int64_t y = cy - 1; y <= cy + 1; ++y) {
+      for (std::int64_t x = cx - 1; x <= cx + 1; ++x) {
+        const std::uint32_t* last = last_.find(x, y);
+        for (std::uint32_t k = last ? *last : 0; k > 0; k = links_[k - 1].before)
+          if (isSaidBy(v, graph_.vertices[links_[k - 1].vertex])) return true;
+      }
+    }
+    return false;
+  }
+
+ private:
+  /// Links are counted from 1; 0 = none.
+  struct Link {
+    std::uint32_t vertex, before;
+  };
+
+  const SemanticGraph& graph_;
+  SparseGrid<std::uint32_t> last_;  ///< link of each cell
+  std::vector<Link> links_;
+};
+
+}  // namespace
+
+std::vector<std::uint32_t> distinctFromAbove(const SemanticGraph& graph,
+                                             const std::vector<std::uint32_t>& candidates,
+                                             const std::function<bool(std::uint32_t)>& is_surface) {
+  std::vector<std::uint32_t> distinct, surfaces;
+  for (const std::uint32_t i : candidates) {
+    (is_surface(graph.vertices[i].label) ? surfaces : distinct).push_back(i);
+  }
+  std::sort(surfaces.begin(), surfaces.end(), [&](std::uint32_t a, std::uint32_t b) {
+    const auto key = [&](std::uint32_t i) {
+      const Vertex& v = graph.vertices[i];
+      return std::make_tuple(~v.points, ~v.observations, i);
+    };
+    return key(a) < key(b);
+  });
+  KeptVertices kept(graph);
+  for (const std::uint32_t i : surfaces) {
+    if (kept.anySays(graph.vertices[i])) continue;
+    kept.add(i);
+    distinct.push_back(i);
+  }
+  std::sort(distinct.begin(), distinct.end());
+  return distinct;
+}
+
+std::vector<std::uint32_t> wellSeen(const SemanticGraph& graph,
+                                    std::vector<std::uint32_t> candidates,
+                                    const std::function<bool(std::uint32_t)>& is_surface) {
+  std::map<std::uint32_t, std::vector<std::uint32_t>> points_of_class;
+  for (const std::uint32_t i : candidates) {
+    const Vertex& v = graph.vertices[i];
+    if (is_surface(v.label)) points_of_class[v.label].push_back(v.points);
+  }
+  std::map<std::uint32_t, std::uint32_t> median;
+  for (auto& [label, points] : points_of_class) median[label] = medianOf(std::move(points));
+  const auto isVague = [&](std::uint32_t i) {
+    const auto usual = median.find(graph.vertices[i].label);
+    return usual != median.end() && graph.vertices[i].points < usual->second;
+  };
+  candidates.erase(std::remove_if(candidates.begin(), candidates.end(), isVague), candidates.end());
+  return candidates;
+}
+
+namespace {
+
+constexpr double kSeenShare =
+    0.25;  // of the expected number: below, the sensor does not see the class
+constexpr double kFewFromAbove = 0.25, kManyFromBelow = 0.8;  // thin things seen of the expected
+constexpr double kRarelyFromAbove = 0.25;                     // odds before anything is counted
+constexpr double kThinning =
+    0.9;  // of the gap: samples of the same spacing must not lose every second one
+constexpr std::size_t kMostSamples = 300;  // more do not make the search any surer
+constexpr double kCoverageCells = 400;     // across the query, at most
+constexpr double kCoarseCoverage = 3;      // [m] larger cells say nothing about a missing object
+constexpr double kFading = 1.5;            // [m] half the width of the rim of what the query covers
+constexpr double kTakenFor = 1.5;   // [m] closer to a vertex, an object may have been taken for it
+constexpr double kSameSurface = 4;  // [m] samples of one piece of a surface are this close
+constexpr float kFarAway = 1e9f;
+constexpr std::uint8_t kNoBit = 255;
+
+Eigen::Vector3d meanOf(const std::vector<std::pair<Eigen::Vector3d, QueryItem>>& items) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const auto& [position, item] : items) sum += position;
+  return items.empty() ? sum : Eigen::Vector3d(sum / static_cast<double>(items.size()));
+}
+
+}  // namespace
+
+ObjectQuery::ObjectQuery(const SemanticGraph& graph, const ObjectMap& map,
+                         const std::vector<std::uint32_t>& vertices)
+    : visible_(map.classes().size(), 0) {
+  std::vector<std::uint32_t> inside;
+  for (const std::uint32_t i : vertices) {
+    const Vertex& v = graph.vertices[i];
+    if (map.slotOf(v.label) && v.position.allFinite()) inside.push_back(i);
+  }
+  const auto isSurface = [&](std::uint32_t label) {
+    return map.classes()[*map.slotOf(label)].is_surface;
+  };
+  std::vector<std::pair<Eigen::Vector3d, QueryItem>> found;
+  for (const std::uint32_t i :
+       wellSeen(graph, distinctFromAbove(graph, inside, isSurface), isSurface)) {
+    const Vertex& v = graph.vertices[i];
+    found.push_back({v.position, {0, 0, 0, *map.slotOf(v.label), i}});
+  }
+  centre_ = meanOf(found);
+  for (auto& [position, item] : found) {
+    const Eigen::Vector3d p = position - centre_;
+    item.x = static_cast<float>(p.x());
+    item.y = static_cast<float>(p.y());
+    item.z = static_cast<float>(p.z());
+    radius_ = std::max(radius_, p.head<2>().norm());
+    items_.push_back(item);
+    has_heights_ = has_heights_ || std::abs(item.z - items_[0].z) > 1e-3f;
+  }
+  std::stable_sort(items_.begin(), items_.end(), [&](const QueryItem& a, const QueryItem& b) {
+    const auto key = [&](const QueryItem& i) {
+      const ObjectClass& model = map.classes()[i.slot];
+      return std::make_tuple(model.is_surface, model.mean_density, i.slot);
+    };
+    return key(a) < key(b);
+  });
+  findVisibleClasses(map);
+  drawCoverage(map, kSeenNear_m);
+}
+
+/// Compares the mixture of classes with that of the map.
+void ObjectQuery::findVisibleClasses(const ObjectMap& map) {
+  const std::vector<ObjectClass>& classes = map.classes();
+  std::vector<double> count(classes.size(), 0);
+  double objects = 0, map_density = 0, object_density = 0;
+  for (const QueryItem& item : items_) {
+    count[item.slot] += 1;
+    if (!classes[item.slot].is_surface) objects += 1;
+  }
+  for (const ObjectClass& model : classes) {
+    map_density += model.mean_density;
+    if (!model.is_surface) object_density += model.mean_density;
+  }
+  const auto expectedOf = [](double total, const ObjectClass& model, double density) {
+    return density > 0 ? total * model.mean_density / density : 0;
+  };
+  double thin_expected = 0, thin_seen = 0;
+  for (std::size_t slot = 0; slot < classes.size(); ++slot) {
+    const double expected =
+        expectedOf(static_cast<double>(items_.size()), classes[slot], map_density);
+    const double share = (count[slot] + 0.5) / (expected + 0.5);
+    visible_[slot] = count[slot] > 0 && share >= kSeenShare ? std::min(1.0, share) : 0;
+    if (!classes[slot].is_surface && isPoleLike(classes[slot].kind)) {
+      thin_expected += expectedOf(objects, classes[slot], object_density);
+      thin_seen += count[slot];
+    }
+  }
+  // Poisson counts.
+  const double log_odds = std::log(kRarelyFromAbove) +
+                          thin_expected * (kManyFromBelow - kFewFromAbove) -
+                          thin_seen * std::log(kManyFromBelow / kFewFromAbove);
+  from_above_ = 1 / (1 + std::exp(-log_odds));
+}
+
+void ObjectQuery::drawCoverage(const ObjectMap& map, double reach_m) {
+  reach_ = reach_m;
+  const double widest = reach_m + kFading;
+  const double half = radius_ + widest;
+  coverage_cell_ = std::max(1.0, 2 * half / kCoverageCells);
+  coverage_side_ = static_cast<int>(2 * half / coverage_cell_) + 3;
+  const auto cells = static_cast<std::size_t>(coverage_side_ * coverage_side_);
+  nearest_.assign(cells, kFarAway);
+  near_surface_.assign(cells, 0);
+  surface_bit_.assign(map.classes().size(), kNoBit);
+  std::uint8_t bits = 0;
+  const double middle = 0.5 * coverage_side_;
+  const int reach = static_cast<int>(widest / coverage_cell_) + 1;
+  for (const QueryItem& item : items_) {
+    std::uint8_t& bit = surface_bit_[item.slot];
+    if (bit == kNoBit && map.classes()[item.slot].is_surface && bits < 64) bit = bits++;
+    const std::uint64_t mask = bit == kNoBit ? 0 : std::uint64_t{1} << bit;
+    const double x = item.x / coverage_cell_ + middle, y = item.y / coverage_cell_ + middle;
+    for (int cy = static_cast<int>(y) - reach; cy <= static_cast<int>(y) + reach; ++cy) {
+      for (int cx = static_cast<int>(x) - reach; cx <= static_cast<int>(x) + reach; ++cx) {
+        if (cx < 0 || cy < 0 || cx >= coverage_side_ || cy >= coverage_side_) continue;
+        const double dx = cx + 0.5 - x, dy = cy + 0.5 - y;
+        const auto distance = static_cast<float>(std::sqrt(dx * dx + dy * dy) * coverage_cell_);
+        const auto cell = static_cast<std::size_t>(cy * coverage_side_ + cx);
+        nearest_[cell] = std::min(nearest_[cell], distance);
+        if (distance < kSameSurface) near_surface_[cell] |= mask;
+      }
+    }
+  }
+}
+
+std::optional<std::size_t> ObjectQuery::coverageCell(double x, double y) const {
+  const double middle = 0.5 * coverage_side_;
+  const double cx = x / coverage_cell_ + middle, cy = y / coverage_cell_ + middle;
+  if (!(cx >= 0 && cy >= 0 && cx < coverage_side_ && cy < coverage_side_)) return std::nullopt;
+  return static_cast<std::size_t>(static_cast<int>(cy) * coverage_side_ + static_cast<int>(cx));
+}
+
+double ObjectQuery::expectsObject(double x, double y) const {
+  const std::optional<std::size_t> cell = coverageCell(x, y);
+  if (!cell || coverage_cell_ > kCoarseCoverage) return 0;
+  const double distance = nearest_[*cell];
+  const double fades = (reach_ + kFading - distance) / (2 * kFading);
+  return std::clamp(std::min(fades, (distance - kTakenFor) / kTakenFor), 0.0, 1.0);
+}
+
+double ObjectQuery::expectsSurface(std::uint16_t slot, double x, double y) const {
+  const std::optional<std::size_t> cell = coverageCell(x, y);
+  if (!cell || surface_bit_[slot] == kNoBit || coverage_cell_ > kCoarseCoverage) return 0;
+  if (near_surface_[*cell] >> surface_bit_[slot] & 1) return 0;
+  return nearest_[*cell] < kSameSurface ? 1 : 0;
+}
+
+std::vector<RasterSample> ObjectQuery::samples(const ObjectMap& map, double gap_m) const {
+  std::vector<RasterSample> samples;
+  samples.reserve(items_.size());
+  for (const QueryItem& item : items_) {
+    const auto isTaken = [&](const RasterSample& s) {
+      const double dx = s.x - item.x, dy = s.y - item.y, gap = kThinning * gap_m;
+      return s.channel == item.slot && dx * dx + dy * dy < gap * gap;
+    };
+    if (map.classes()[item.slot].is_surface && std::any_of(samples.begin(), samples.end(), isTaken))
+      continue;
+    samples.push_back({item.x, item.y, item.slot});
+  }
+  if (samples.size() <= kMostSamples) return samples;
+  std::vector<RasterSample> some;  // evenly, which keeps the mixture of classes
+  for (std::size_t i = 0; i < kMostSamples; ++i)
+    some.push_back(samples[i * samples.size() / kMostSamples]);
+  return some;
+}
+
+double ObjectQuery::emptyRadius() const {
+  constexpr std::size_t kNearest = 5;
+  std::vector<double> distances;
+  for (const QueryItem& item : items_) distances.push_back(std::hypot(item.x, item.y));
+  if (distances.empty()) return 0;
+  const std::size_t k = std::min(kNearest, distances.size()) - 1;
+  std::nth_element(distances.begin(), distances.begin() + static_cast<std::ptrdiff_t>(k),
+                   distances.end());
+  return distances[k];
+}
+
+}  // namespace xview::search

@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <unordered_map>
+#include <vector>
+
+#include "xview/types/place.h"
+
+namespace xview::search {
+
+constexpr int kTileBits = 6;
+constexpr int kTileSide = 1 << kTileBits;
+constexpr int kPartSide = 8;  ///< cells of the blocks that Tile::differs tells of
+constexpr int kParts = kTileSide / kPartSide;
+
+/// One byte per cell and channel on an unbounded plane, in 64x64-cell tiles that exist only where
+/// something was written: a road network costs its streets, not its bounding box. Cells without a
+/// tile have the channel's background value.
+class LikelihoodRaster {
+ public:
+  /// At most 4096 channels; cell_m > 0 [m]. Throws UsageError otherwise.
+  LikelihoodRaster(double cell_m, std::vector<std::uint8_t> background_of_channel);
+  ~LikelihoodRaster();
+  LikelihoodRaster(LikelihoodRaster&&) noexcept;
+  LikelihoodRaster& operator=(LikelihoodRaster&&) noexcept;
+
+  double cellSize() const;
+  std::size_t channels() const;
+  std::uint8_t background(std::size_t channel) const;
+  /// Cell (cx, cy) covers [cx, cx + 1) x [cy, cy + 1) times cellSize().
+  void set(std::size_t channel, std::int32_t cx, std::int32_t cy, std::uint8_t value);
+  /// Keeps the larger of the old and the new value.
+  void raise(std::size_t channel, std::int32_t cx, std::int32_t cy, std::uint8_t value);
+  std::uint8_t at(std::size_t channel, std::int32_t cx, std::int32_t cy) const;
+  std::size_t bytes() const;
+
+  struct Tiles;
+  /// For the search only.
+  const Tiles& tiles() const { return *tiles_; }
+
+ private:
+  std::unique_ptr<Tiles> tiles_;
+};
+
+/// The storage of a LikelihoodRaster.
+struct LikelihoodRaster::Tiles {
+  struct Tile {
+    std::int32_t tx, ty;  ///< cell (cx, cy) is in tile (cx >> 6, cy >> 6)
+    std::uint16_t channel;
+    std::uint8_t highest;  ///< no cell of the tile is above this
+    std::uint64_t
+        differs;  ///< bit 8 * (y / 8) + x / 8: that 8x8 block may differ from the background
+    std::array<std::uint8_t, kTileSide * kTileSide> cells;  ///< row-major
+  };
+
+  double cell_m;
+  std::vector<std::uint8_t> background;
+  std::vector<std::uint8_t> highest;  ///< per channel: no cell is above this
+  std::deque<Tile> tiles;             ///< in order of creation; addresses are stable
+  /// The tiles of one place by channel; null where nothing was written.
+  using Place = std::vector<Tile*>;
+  std::unordered_map<std::uint64_t, Place> places;
+  Tile* last_written = nullptr;
+
+  /// Null if no channel has a tile there.
+  const Place* findPlace(std::int64_t tx, std::int64_t ty) const;
+  static const Tile* tileOf(const Place* place, std::size_t channel) {
+    return place && channel < place->size() ? (*place)[channel] : nullptr;
+  }
+  const Tile* find(std::size_t channel, std::int64_t tx, std::int64_t ty) const {
+    return tileOf(findPlace(tx, ty), channel);
+  }
+  /// The cell, created if absent, that is about to receive `value`.
+  std::uint8_t& make(std::size_t channel, std::int32_t cx, std::int32_t cy, std::uint8_t value);
+};
+
+/// A query sample, relative to the centre of the query, in metres.
+struct RasterSample {
+  float x = 0, y = 0;
+  std::uint16_t channel = 0;
+};
+
+struct RasterSearchOptions {
+  double max_yaw_step_rad = 0.105;  ///< 6 degrees; smaller if the query is large
+  /// The query centre is looked for this close to cells above the background only (up to 16 cells
+  /// more). Saves time where the centre cannot be far from the map's content; the default looks
+  /// wherever a sample can score.
+  double margin_m = std::numeric_limits<double>::infinity();
+  std::size_t keep_cells = 4000;  ///< best (x, y, yaw) cells kept before thinning
+  std::size_t keep_poses = 200;   ///< distinct poses returned
+  int threads = 1;
+  PlacePrior centre_prior;  ///< restricts the pose of the query centre
+};
+
+/// Exhaustive search over (x, y, yaw): the score of a pose is the sum over samples of the raster
+/// value of their channel at the transformed sample minus the background of the channel (so that
+/// unseen area counts zero). Returns the best distinct poses of positive score (non-maximum
+/// suppression within 1.6 cells and 1.6 yaw steps), best first; ties are broken by position, so
+/// that neither threads nor the instruction set matter. Positions are cell centres;
+/// PlacePose::score is that integer sum. Time grows with the area near written tiles, the number of
+/// samples and the query radius (finer yaw); at most 2000 cells of radius are possible. Throws
+/// UsageError for samples that are farther, not finite, or of an unknown channel.
+std::vector<PlacePose> searchRaster(const LikelihoodRaster& raster,
+                                    const std::vector<RasterSample>& samples,
+                                    const RasterSearchOptions& options);
+
+/// A raster of a place with samples of a query for it. A finer raster of the same place has its own
+/// samples of the same query (thicker, if evidence per square metre should stay the same).
+struct RasterLevel {
+  const LikelihoodRaster& raster;
+  std::vector<RasterSample> samples;
+  double max_yaw_step_rad = 0.105;
+};
+
+/// What one query is searched with, and how much of it is kept (see RasterSearchOptions).
+struct RasterLevels {
+  RasterLevel fine;
+  std::optional<RasterLevel> coarse;  ///< the first look at large maps
+  double margin_m = std::numeric_limits<double>::infinity();
+  std::size_t keep_cells = 4000, keep_poses = 200;
+};
+
+/// For large maps: the best keep_cells cells of the coarse raster are looked at again on the fine
+/// one (all fine cells and yaws that the coarse cell stands for) and thinned there. Scores are
+/// those of the fine raster. The cell size of the coarse raster must be a whole multiple of the
+/// fine one.
+std::vector<PlacePose> searchRaster(const LikelihoodRaster& coarse,
+                                    const std::vector<RasterSample>& samples,
+                                    const RasterLevel& fine, const RasterSearchOptions& options);
+
+/// The same score for one pose, cell by cell.
+int rasterScore(const LikelihoodRaster& raster, const std::vector<RasterSample>& samples,
+                const PlacePose& pose);
+
+}  // namespace xview::search

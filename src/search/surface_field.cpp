@@ -1,0 +1,253 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <cmath>
+#include <mutex>
+
+#include "search/heights.h"
+#include "search/raster.h"
+#include "xview/search/search.h"
+#include "xview/types/median.h"
+#include "xview/types/pose.h"
+
+namespace xview::search {
+namespace {
+
+constexpr double kMapNullMix = 0.5;  ///< weight of the map's own wrong poses against learned ones
+constexpr double kRasterUnitsPerNat = 4;
+constexpr double kRasterCap = 255;
+constexpr double kYawStep_rad = 6 * M_PI / 180;             ///< largest of the exhaustive search
+constexpr std::size_t kKeepCells = 4000, kKeepPoses = 100;  ///< of it
+/// From so many tiles of 32 m on, the exhaustive search begins with cells of twice the size.
+constexpr std::size_t kLargeMapTiles = 400;
+/// First steps of a climb to the end, and how far a step of yaw moves the rim at most.
+constexpr double kStep_m = 0.5, kStep_rad = 0.012, kRimStep_m = 0.5;
+constexpr double kPolishStep_m = 0.125, kPolishStep_rad = 0.003;
+
+WeightedRatios weighted(const LogRatios& ratios, bool coarse) {
+  WeightedRatios result;
+  for (std::size_t c = 0; c < kChannels; ++c) {
+    const auto weight = static_cast<float>(sampleWeight(static_cast<Channel>(c), coarse));
+    for (int b = 0; b <= kDistanceBins; ++b) result.value[c][b] = weight * ratios.value[c][b];
+    result.expected[c] = weight * ratios.expected[c];
+  }
+  return result;
+}
+
+/// Fine cells per side of a coarse one: a power of two, so that tiles hold whole coarse cells.
+int cellsPerSide(double coarse_cell_m, double fine_cell_m) {
+  int sub = 1;
+  while (sub < DistanceField::kTileCells && sub * 1.5 < coarse_cell_m / fine_cell_m) sub *= 2;
+  return sub;
+}
+
+/// Mean and maximum of the fine cells in a coarse one, blended: a surface that only touches the
+/// cell still counts.
+float blendedRatio(const std::uint8_t* bins, int sub,
+                   const std::array<float, kDistanceBins + 1>& ratios, float mean_share) {
+  float sum = 0, best = ratios[bins[0]];
+  for (int y = 0; y < sub; ++y) {
+    for (int x = 0; x < sub; ++x) {
+      const float v = ratios[bins[y * DistanceField::kTileCells + x]];
+      sum += v;
+      best = std::max(best, v);
+    }
+  }
+  return mean_share * sum / static_cast<float>(sub * sub) + (1 - mean_share) * best;
+}
+
+std::uint8_t quantized(double nats) {
+  return static_cast<std::uint8_t>(
+      std::clamp(std::round(nats * kRasterUnitsPerNat), 0.0, kRasterCap));
+}
+
+/// Ratios as bytes above the lowest one of their channel; the background is what unseen area has.
+LikelihoodRaster makeRaster(const DistanceField& field, const WeightedRatios& ratios,
+                            double cell_m) {
+  const int sub = cellsPerSide(cell_m, field.cellSize());
+  std::vector<float> lowest;
+  std::vector<std::uint8_t> background;
+  for (const auto& values : ratios.value) {
+    lowest.push_back(*std::min_element(values.begin(), values.end()));
+    background.push_back(quantized(-lowest.back()));
+  }
+  LikelihoodRaster raster(sub * field.cellSize(), background);
+  for (const DistanceField::Tile& tile : field.tiles()) {
+    const std::int32_t first_x = tile.x * (DistanceField::kTileCells / sub),
+                       first_y = tile.y * (DistanceField::kTileCells / sub);
+    for (std::size_t c = 0; c < kChannels; ++c) {
+      const float mean_share = isObject(static_cast<Channel>(c)) ? 0.5f : 0.7f;
+      for (int y = 0; y < DistanceField::kTileCells / sub; ++y) {
+        for (int x = 0; x < DistanceField::kTileCells / sub; ++x) {
+          const std::uint8_t* bins = tile.bins[c] + y * sub * DistanceField::kTileCells + x * sub;
+          const std::uint8_t value =
+              quantized(blendedRatio(bins, sub, ratios.value[c], mean_share) - lowest[c]);
+          if (value != background[c]) raster.set(c, first_x + x, first_y + y, value);
+        }
+      }
+    }
+  }
+  return raster;
+}
+
+std::vector<RasterSample> rasterSamples(const std::vector<SurfaceSamples::Sample>& samples) {
+  std::vector<RasterSample> result;
+  for (const auto& s : samples) result.push_back({s.x, s.y, s.channel});
+  return result;
+}
+
+double medianHeight(const std::vector<SurfaceSamples::Ground>& ground) {
+  std::vector<float> heights;
+  for (const SurfaceSamples::Ground& g : ground) heights.push_back(g.z);
+  return heights.empty() ? 0 : medianOf(std::move(heights));
+}
+
+/// What depends on the view-point of the query.
+struct ViewTables {
+  WeightedRatios ratios;
+  LikelihoodRaster raster;
+  std::optional<LikelihoodRaster> first_look;  ///< large maps only
+};
+
+class SurfaceField final : public Field {
+ public:
+  SurfaceField(const PlanView& map, const std::vector<Eigen::Vector3d>& trajectory,
+               const SearchOptions& options, int threads)
+      : cell_m_(options.cell_m),
+        table_(options.likelihoods.empty() ? defaultLikelihoods()
+                                           : readLikelihoods(options.likelihoods)),
+        distances_(map, threads),
+        origin_(distances_.originX(), distances_.originY(), map.origin_z) {
+    std::vector<Eigen::Vector2d> path;
+    for (const Eigen::Vector3d& p : trajectory) path.emplace_back((p - origin_).head<2>());
+    null_ = mapNull(map, path, distances_);
+  }
+
+  std::unique_ptr<FieldQuery> prepare(const Observation& query) const override;
+  std::size_t size() const override { return distances_.tiles().size(); }
+  std::size_t bytes() const override {
+    std::size_t total = distances_.bytes();
+    for (const auto& view : views_) {
+      if (view) total += view->raster.bytes() + (view->first_look ? view->first_look->bytes() : 0);
+    }
+    return total;
+  }
+
+  const DistanceField& distances() const { return distances_; }
+  const Eigen::Vector3d& origin() const { return origin_; }
+  /// Made at the first query of this view-point.
+  const ViewTables& view(Viewpoint viewpoint) const {
+    const auto v = static_cast<std::size_t>(viewpoint);
+    std::call_once(once_[v], [&] {
+      const LogRatios ratios = logRatios(table_, viewpoint, &null_, kMapNullMix);
+      const WeightedRatios coarse = weighted(ratios, true);
+      views_[v] = std::make_unique<ViewTables>(ViewTables{
+          weighted(ratios, false), makeRaster(distances_, coarse, cell_m_), std::nullopt});
+      if (size() >= kLargeMapTiles)
+        views_[v]->first_look = makeRaster(distances_, coarse, 2 * cell_m_);
+    });
+    return *views_[v];
+  }
+
+ private:
+  double cell_m_;
+  LikelihoodTable table_;
+  DistanceField distances_;
+  Eigen::Vector3d origin_;
+  MapNull null_;
+  mutable std::array<std::once_flag, 2> once_;
+  mutable std::array<std::unique_ptr<ViewTables>, 2> views_;
+};
+
+class SurfaceQuery final : public FieldQuery {
+ public:
+  SurfaceQuery(const SurfaceField& field, SurfaceSamples samples,
+               const std::optional<Eigen::Vector3d>& focus)
+      : FieldQuery(field.origin(), focus),
+        field_(field),
+        samples_(std::move(samples)),
+        view_(field.view(samples_.viewpoint)),
+        score_(field.distances(), view_.ratios, samples_.fine) {
+    centre_ << samples_.centre, medianHeight(samples_.ground);
+    radius_ = radiusOf(samples_.fine);
+  }
+
+  std::size_t size() const override { return field_.empty() ? 0 : samples_.fine.size(); }
+
+  std::unique_ptr<FieldQuery> part(const Eigen::Vector2d& centre, double radius_m) const override {
+    return std::make_unique<SurfaceQuery>(field_, partOf(samples_, centre, radius_m), focus_);
+  }
+
+  std::vector<Point> points() const override {
+    std::vector<Point> points;
+    for (const auto& s : samples_.fine)
+      points.push_back({samples_.centre + Eigen::Vector2d(s.x, s.y), 1});
+    return points;
+  }
+
+  RasterLevels rasterLevels() const override {
+    const std::vector<RasterSample> samples = rasterSamples(samples_.coarse);
+    RasterLevels levels{{view_.raster, samples, kYawStep_rad}, std::nullopt};
+    if (view_.first_look)
+      levels.coarse.emplace(RasterLevel{*view_.first_look, samples, kYawStep_rad});
+    levels.keep_cells = kKeepCells;
+    levels.keep_poses = kKeepPoses;
+    return levels;
+  }
+
+  PlacePose climb(const PlacePose& pose, Climb how) const override {
+    switch (how) {
+      case Climb::rough:
+        return score_.climb(pose, view_.raster.cellSize() / 2, kYawStep_rad / 2, 2);
+      case Climb::end:
+        return score_.climb(pose, kStep_m, std::min(kStep_rad, kRimStep_m / radius_), 3);
+      default:
+        return score_.climb(pose, kPolishStep_m, kPolishStep_rad, 2);
+    }
+  }
+
+  double scoreAt(const PlacePose& pose) const override { return score_(pose); }
+
+  PlaceHypothesis describeAt(const PlacePose& pose) const override {
+    const double height = heightOffset(field_.distances(), samples_, pose);
+    return score_.details(pose, inMap(pose, centre_.z() + height + origin_.z()));
+  }
+
+  HeightFit fitHeights(const Eigen::Isometry3d& T_map_query, double slope_sigma) const override {
+    HeightFit fit = search::fitHeights(
+        groundPairs(field_.distances(), samples_.ground, centrePose(T_map_query)),
+        groundHeights(slope_sigma));
+    fit.height_m += origin_.z();
+    return fit;
+  }
+
+  std::vector<SampleEvidence> evidence(const Eigen::Isometry3d& T_map_query) const override {
+    std::vector<SampleEvidence> evidence = score_.evidence(centrePose(T_map_query));
+    for (SampleEvidence& e : evidence) {
+      e.query += samples_.centre;
+      e.map = (T_map_query * Eigen::Vector3d(e.query.x(), e.query.y(), 0)).head<2>();
+    }
+    return evidence;
+  }
+
+ private:
+  const SurfaceField& field_;
+  const SurfaceSamples samples_;
+  const ViewTables& view_;
+  const SurfaceScore score_;
+};
+
+std::unique_ptr<FieldQuery> SurfaceField::prepare(const Observation& query) const {
+  SurfaceSamples samples;
+  if (query.plan) samples = surfaceSamples(*query.plan, query.way);
+  return std::make_unique<SurfaceQuery>(*this, std::move(samples), query.focus);
+}
+
+}  // namespace
+
+std::unique_ptr<const Field> makeSurfaceField(const PlanView& map,
+                                              const std::vector<Eigen::Vector3d>& trajectory,
+                                              const SearchOptions& options, int threads) {
+  return std::make_unique<SurfaceField>(map, trajectory, options, threads);
+}
+
+}  // namespace xview::search

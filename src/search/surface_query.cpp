@@ -1,0 +1,335 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "search/surface_query.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+namespace xview::search {
+namespace {
+
+constexpr double kSurfaceWeight = 0.3;  ///< evidence of a surface sample per 2 m, in ratios
+constexpr double kObjectWeight = 2;     ///< evidence of an object
+constexpr double kGroundBlock_m = 2;    ///< heights of the ground, one per block
+
+/// Classes that fill areas in plan view; facades of whole blocks of houses are seen as areas, too.
+bool fillsArea(Channel c) { return isArea(c) || c == Channel::building; }
+
+/// Side of the blocks that a sample stands for [m]; 0 = all samples are kept.
+double blockOf(Channel c, bool coarse) {
+  if (isObject(c)) return 0;
+  return (fillsArea(c) ? 4.0 : 3.0) * (coarse ? 2 : 1);
+}
+
+/// One sample per block: the nearest to the centre of the block.
+std::vector<PlanSample> onePerBlock(const std::vector<PlanSample>& samples, double block_m) {
+  struct Kept {
+    std::size_t sample;
+    double distance;
+  };
+  std::map<std::pair<std::int64_t, std::int64_t>, Kept> blocks;
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const double bx = std::floor(samples[i].x / block_m), by = std::floor(samples[i].y / block_m);
+    const double d =
+        std::hypot(samples[i].x - (bx + 0.5) * block_m, samples[i].y - (by + 0.5) * block_m);
+    const auto [it, is_new] = blocks.try_emplace(
+        {static_cast<std::int64_t>(by), static_cast<std::int64_t>(bx)}, Kept{i, d});
+    if (!is_new && d < it->second.distance) it->second = {i, d};
+  }
+  std::vector<PlanSample> result;
+  for (const auto& [block, kept] : blocks) result.push_back(samples[kept.sample]);
+  return result;
+}
+
+std::vector<SurfaceSamples::Sample> gather(const PlanView& view, bool coarse,
+                                           const Eigen::Vector2d& centre) {
+  std::vector<SurfaceSamples::Sample> result;
+  for (std::size_t c = 0; c < kChannels; ++c) {
+    const auto channel = static_cast<Channel>(c);
+    const double block = blockOf(channel, coarse);
+    for (const PlanSample& s : block > 0 ? onePerBlock(view.samples[c], block) : view.samples[c]) {
+      result.push_back({static_cast<float>(view.origin_x + s.x - centre.x()),
+                        static_cast<float>(view.origin_y + s.y - centre.y()),
+                        static_cast<std::uint8_t>(c), WaySide::none,
+                        static_cast<float>(view.origin_z + s.z)});
+    }
+  }
+  return result;
+}
+
+/// The way of the sensor; steps shorter than this show no direction.
+std::vector<Eigen::Vector2d> spaced(const std::vector<Eigen::Vector2d>& way) {
+  constexpr double kStep_m = 0.5;
+  std::vector<Eigen::Vector2d> kept;
+  for (const Eigen::Vector2d& p : way) {
+    if (kept.empty() || (p - kept.back()).norm() >= kStep_m) kept.push_back(p);
+  }
+  return kept;
+}
+
+/// Seen from the nearest position on the way, along its direction there.
+WaySide sideOf(const std::vector<Eigen::Vector2d>& way, const Eigen::Vector2d& p) {
+  std::size_t nearest = 0;
+  for (std::size_t i = 1; i < way.size(); ++i) {
+    if ((way[i] - p).squaredNorm() < (way[nearest] - p).squaredNorm()) nearest = i;
+  }
+  const Eigen::Vector2d along =
+      way[std::min(nearest + 1, way.size() - 1)] - way[nearest > 0 ? nearest - 1 : 0];
+  const Eigen::Vector2d off = p - way[nearest];
+  return along.x() * off.y() - along.y() * off.x() > 0 ? WaySide::left : WaySide::right;
+}
+
+/// Upright surfaces, and anything that stands there. Roads and verges of one town resemble those of
+/// another; walls, hedges and crowns do so less.
+bool stands(Channel c) {
+  return !isArea(c) && !isObject(c) &&
+         (c < Channel::border_road_sidewalk || c > Channel::border_road_terrain);
+}
+
+void add(const PartScore& sample, PartScore& part) {
+  part.score += sample.score;
+  part.expected += sample.expected;
+}
+
+constexpr int kMostMoves = 8;          ///< per level of a climb
+constexpr double kMostReach_m = 1000;  ///< of a window of tiles
+
+/// Maps points about the query centre to cells of the field.
+struct CellTransform {
+  CellTransform(const DistanceField& field, double px, double py, double yaw)
+      : c(static_cast<float>(std::cos(yaw) / field.cellSize())),
+        s(static_cast<float>(std::sin(yaw) / field.cellSize())),
+        cell_x(std::floor(px / field.cellSize())),
+        cell_y(std::floor(py / field.cellSize())),
+        x(static_cast<float>(px / field.cellSize() - cell_x)),
+        y(static_cast<float>(py / field.cellSize() - cell_y)) {}
+  std::int32_t cellX(float qx, float qy) const {
+    return base(cell_x) + floorToInt(x + c * qx - s * qy);
+  }
+  std::int32_t cellY(float qx, float qy) const {
+    return base(cell_y) + floorToInt(y + s * qx + c * qy);
+  }
+
+  static std::int32_t base(double cell) { return static_cast<std::int32_t>(cell); }
+  static std::int32_t floorToInt(float v) {
+    const auto i = static_cast<std::int32_t>(v);
+    return i - (v < static_cast<float>(i));
+  }
+
+  float c, s;
+  double cell_x, cell_y;
+  float x, y;
+};
+
+using Planes = std::array<const std::uint8_t*, kChannels>;
+
+/// The classes of a tile that was never seen.
+const Planes& unknownPlanes() {
+  static constexpr auto kCells =
+      static_cast<std::size_t>(DistanceField::kTileCells * DistanceField::kTileCells);
+  static const std::vector<std::uint8_t> unknown(kCells, kUnknownBin);
+  static const Planes planes = [] {
+    Planes all;
+    all.fill(unknown.data());
+    return all;
+  }();
+  return planes;
+}
+
+/// The tiles around a point in rows, so that a cell needs no search.
+class TileWindow {
+ public:
+  /// All cells that are at most `reach_m` away.
+  TileWindow(const DistanceField& field, double x, double y, double reach_m)
+      : first_x_(tileOf(x - reach_m, field)),
+        first_y_(tileOf(y - reach_m, field)),
+        width_(tileOf(x + reach_m, field) - first_x_ + 1) {
+    const std::int32_t last_y = tileOf(y + reach_m, field);
+    for (std::int32_t ty = first_y_; ty <= last_y; ++ty) {
+      for (std::int32_t tx = first_x_; tx < first_x_ + width_; ++tx) {
+        const DistanceField::Tile* tile =
+            field.tileOfCell(tx * DistanceField::kTileCells, ty * DistanceField::kTileCells);
+        tiles_.push_back(tile ? &tile->bins : &unknownPlanes());
+      }
+    }
+  }
+  std::uint8_t bin(std::size_t channel, std::int32_t cx, std::int32_t cy) const {
+    const Planes& planes =
+        *tiles_[static_cast<std::size_t>(((cy >> 6) - first_y_) * width_ + (cx >> 6) - first_x_)];
+    return planes[channel][DistanceField::cellInTile(cx, cy)];
+  }
+
+ private:
+  static std::int32_t tileOf(double metres, const DistanceField& field) {
+    return static_cast<std::int32_t>(std::floor(metres / field.cellSize())) >> 6;
+  }
+  std::int32_t first_x_, first_y_, width_;
+  std::vector<const Planes*> tiles_;
+};
+
+/// `where`: DistanceField or a TileWindow that holds all cells.
+template <class Cells>
+double scoreIn(const Cells& where, const DistanceField& field, const WeightedRatios& ratios,
+               const std::vector<SurfaceSamples::Sample>& samples, const PlacePose& pose) {
+  const CellTransform to_cell(field, pose.x, pose.y, pose.yaw);
+  double score = 0;
+  for (const SurfaceSamples::Sample& q : samples) {
+    score += ratios.value[q.channel]
+                         [where.bin(q.channel, to_cell.cellX(q.x, q.y), to_cell.cellY(q.x, q.y))];
+  }
+  return score;
+}
+
+template <class Score>
+PlacePose climbBy(const Score& score, PlacePose pose, double step_m, double step_rad, int levels) {
+  static constexpr double kMoves[6][3] = {{1, 0, 0},  {-1, 0, 0}, {0, 1, 0},
+                                          {0, -1, 0}, {0, 0, 1},  {0, 0, -1}};
+  pose.score = score(pose);
+  for (int level = 0; level < levels; ++level, step_m /= 2, step_rad /= 2) {
+    int back = -1;  // the move that undoes the last one, which is known to be worse
+    for (int move = 0; move < kMostMoves; ++move) {
+      PlacePose best = pose;
+      int taken = -1;
+      for (int i = 0; i < 6; ++i) {
+        if (i == back) continue;
+        const auto& m = kMoves[i];
+        PlacePose next{pose.x + m[0] * step_m, pose.y + m[1] * step_m, pose.yaw + m[2] * step_rad,
+                       0};
+        next.score = score(next);
+        if (next.score <= best.score) continue;
+        best = next;
+        taken = i;
+      }
+      if (taken < 0) break;
+      back = taken ^ 1;
+      pose = best;
+    }
+  }
+  return pose;
+}
+
+}  // namespace
+
+double radiusOf(const std::vector<SurfaceSamples::Sample>& samples) {
+  double radius = 0;
+  for (const auto& s : samples) radius = std::max(radius, std::hypot(double{s.x}, double{s.y}));
+  return radius;
+}
+
+SurfaceSamples surfaceSamples(const PlanView& view, const std::vector<Eigen::Vector2d>& way) {
+  SurfaceSamples query;
+  query.viewpoint = view.aerial ? Viewpoint::air : Viewpoint::ground;
+  const auto about_zero = gather(view, false, Eigen::Vector2d::Zero());
+  if (about_zero.empty()) return query;
+  for (const auto& s : about_zero) query.centre += Eigen::Vector2d(s.x, s.y);
+  query.centre /= static_cast<double>(about_zero.size());
+  query.fine = gather(view, false, query.centre);
+  query.coarse = gather(view, true, query.centre);
+  const std::vector<Eigen::Vector2d> steps = spaced(way);
+  if (steps.size() > 1) {
+    for (SurfaceSamples::Sample& s : query.fine)
+      s.side = sideOf(steps, query.centre + Eigen::Vector2d(s.x, s.y));
+  }
+  for (const Channel c : {Channel::road, Channel::sidewalk, Channel::terrain}) {
+    for (const PlanSample& s : onePerBlock(view[c], kGroundBlock_m)) {
+      query.ground.push_back({static_cast<float>(view.origin_x + s.x - query.centre.x()),
+                              static_cast<float>(view.origin_y + s.y - query.centre.y()),
+                              static_cast<float>(view.origin_z + s.z)});
+    }
+  }
+  return query;
+}
+
+SurfaceSamples partOf(const SurfaceSamples& samples, const Eigen::Vector2d& centre,
+                      double radius_m) {
+  SurfaceSamples part;
+  part.centre = centre;
+  part.viewpoint = samples.viewpoint;
+  const Eigen::Vector2d offset = centre - samples.centre;
+  const auto shifted = [&](auto sample) {
+    sample.x -= static_cast<float>(offset.x());
+    sample.y -= static_cast<float>(offset.y());
+    return sample;
+  };
+  const auto takeNear = [&](const std::vector<SurfaceSamples::Sample>& from,
+                            std::vector<SurfaceSamples::Sample>& to) {
+    for (const SurfaceSamples::Sample& s : from) {
+      if ((Eigen::Vector2d(s.x, s.y) - offset).squaredNorm() <= radius_m * radius_m)
+        to.push_back(shifted(s));
+    }
+  };
+  takeNear(samples.fine, part.fine);
+  takeNear(samples.coarse, part.coarse);
+  for (const SurfaceSamples::Ground& g : samples.ground) part.ground.push_back(shifted(g));
+  return part;
+}
+
+double sampleWeight(Channel channel, bool coarse) {
+  if (isObject(channel)) return kObjectWeight;
+  const double side = blockOf(channel, coarse) / 2;
+  return kSurfaceWeight * (fillsArea(channel) ? side * side : side);
+}
+
+SurfaceScore::SurfaceScore(const DistanceField& field, const WeightedRatios& ratios,
+                           const std::vector<SurfaceSamples::Sample>& samples)
+    : field_(field), ratios_(ratios), samples_(samples), radius_m_(radiusOf(samples)) {}
+
+double SurfaceScore::operator()(const PlacePose& pose) const {
+  return scoreIn(field_, field_, ratios_, samples_, pose);
+}
+
+PlacePose SurfaceScore::climb(PlacePose pose, double step_m, double step_rad, int levels) const {
+  // Steps are halved, so all levels go less far than twice the first.
+  const double reach_m = radius_m_ + (2 * kMostMoves + 1) * step_m + 1;
+  if (reach_m > kMostReach_m) return climbBy(*this, pose, step_m, step_rad, levels);
+  const TileWindow window(field_, pose.x, pose.y, reach_m);
+  return climbBy([&](const PlacePose& p) { return scoreIn(window, field_, ratios_, samples_, p); },
+                 pose, step_m, step_rad, levels);
+}
+
+std::vector<std::uint8_t> SurfaceScore::distanceBins(const PlacePose& pose) const {
+  const CellTransform to_cell(field_, pose.x, pose.y, pose.yaw);
+  std::vector<std::uint8_t> bins;
+  for (const SurfaceSamples::Sample& q : samples_)
+    bins.push_back(field_.bin(q.channel, to_cell.cellX(q.x, q.y), to_cell.cellY(q.x, q.y)));
+  return bins;
+}
+
+PlaceHypothesis SurfaceScore::details(const PlacePose& pose, PlaceHypothesis h) const {
+  constexpr std::uint8_t kMatchedBins = 3;  // nearer than 1 m
+  const std::vector<std::uint8_t> bins = distanceBins(pose);
+  std::size_t known = 0;
+  for (std::size_t i = 0; i < samples_.size(); ++i) {
+    const SurfaceSamples::Sample& q = samples_[i];
+    const std::uint8_t bin = bins[i];
+    if (bin == kUnknownBin) continue;
+    ++known;
+    const auto channel = static_cast<Channel>(q.channel);
+    const PartScore sample{ratios_.value[q.channel][bin], ratios_.expected[q.channel]};
+    h.expected += sample.expected;
+    if (stands(channel)) add(sample, h.standing);
+    if (q.side != WaySide::none) add(sample, h.sides[q.side == WaySide::right]);
+    h.matched += isObject(channel) && bin < kMatchedBins;
+  }
+  h.known_share =
+      samples_.empty() ? 0 : static_cast<double>(known) / static_cast<double>(samples_.size());
+  return h;
+}
+
+std::vector<SampleEvidence> SurfaceScore::evidence(const PlacePose& pose) const {
+  const std::vector<std::uint8_t> bins = distanceBins(pose);
+  std::vector<SampleEvidence> evidence;
+  for (std::size_t i = 0; i < samples_.size(); ++i) {
+    const SurfaceSamples::Sample& q = samples_[i];
+    SampleEvidence e;
+    e.channel = static_cast<Channel>(q.channel);
+    e.query = {q.x, q.y};
+    e.known = bins[i] != kUnknownBin;
+    e.nats = ratios_.value[q.channel][bins[i]];
+    e.expected = e.known ? ratios_.expected[q.channel] : 0;
+    evidence.push_back(e);
+  }
+  return evidence;
+}
+
+}  // namespace xview::search

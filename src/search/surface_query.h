@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "xview/search/distance_field.h"
+#include "xview/search/field.h"
+#include "xview/search/likelihoods.h"
+
+namespace xview::search {
+
+/// On which side of the way of the sensor something lies; none if the sensor did not move.
+enum class WaySide : std::uint8_t { none, left, right };
+
+/// A query seen from above: samples about their centre. It holds one sample per block of surface,
+/// so that its evidence does not depend on how densely it was seen.
+struct SurfaceSamples {
+  struct Sample {
+    float x = 0, y = 0;  ///< relative to the centre [m]
+    std::uint8_t channel = 0;
+    WaySide side = WaySide::none;
+    float z = 0;  ///< height of the ground there, in the query frame
+  };
+  struct Ground {
+    float x = 0, y = 0, z = 0;  ///< relative to the centre, z in the query frame
+  };
+  Eigen::Vector2d centre = Eigen::Vector2d::Zero();  ///< in the query frame
+  Viewpoint viewpoint = Viewpoint::ground;
+  std::vector<Sample> fine;    ///< one per 3–4 m of surface, and all objects
+  std::vector<Sample> coarse;  ///< one per 6–8 m, and all objects
+  std::vector<Ground> ground;  ///< heights of ground cells, one per 2 m
+};
+
+/// `way`: positions of the sensor in the frame of the view, in order.
+SurfaceSamples surfaceSamples(const PlanView& view, const std::vector<Eigen::Vector2d>& way = {});
+
+/// Those within `radius_m` of a point of the query frame, about that point; with all of the ground,
+/// whose height is that of the whole.
+SurfaceSamples partOf(const SurfaceSamples& samples, const Eigen::Vector2d& centre,
+                      double radius_m);
+
+/// How far the farthest sample is from the centre [m].
+double radiusOf(const std::vector<SurfaceSamples::Sample>& samples);
+
+/// Weight of a fine or coarse sample: one that stands for a larger block counts more, so that
+/// evidence per square metre (areas) or metre (lines) is constant.
+double sampleWeight(Channel channel, bool coarse);
+
+/// Log ratios times the weight of a sample of the channel.
+struct WeightedRatios {
+  std::array<std::array<float, kDistanceBins + 1>, kChannels> value{};
+  std::array<float, kChannels> expected{};
+};
+
+/// Score of gravity-aligned poses of the centre of samples in plan coordinates. All must outlive
+/// it.
+class SurfaceScore {
+ public:
+  SurfaceScore(const DistanceField& field, const WeightedRatios& ratios,
+               const std::vector<SurfaceSamples::Sample>& samples);
+
+  double operator()(const PlacePose& pose) const;
+  /// Pattern search: steps of `step_m` and `step_rad`, halved `levels - 1` times.
+  PlacePose climb(PlacePose start, double step_m, double step_rad, int levels) const;
+  /// The distance class of each sample.
+  std::vector<std::uint8_t> distanceBins(const PlacePose& pose) const;
+  /// What the score is made of; `hypothesis` holds the pose.
+  PlaceHypothesis details(const PlacePose& pose, PlaceHypothesis hypothesis) const;
+  /// What each sample says.
+  std::vector<SampleEvidence> evidence(const PlacePose& pose) const;
+
+ private:
+  const DistanceField& field_;
+  const WeightedRatios& ratios_;
+  const std::vector<SurfaceSamples::Sample>& samples_;
+  double radius_m_;
+};
+
+}  // namespace xview::search
