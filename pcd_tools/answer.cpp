@@ -84,7 +84,6 @@ Json sequenceOf(const SequenceAnswer& sequence) {
   return {{"windows", sequence.windows},
           {"score", sequence.score},
           {"runner_up", sequence.runner_up},
-          {"needed_margin", sequence.needed_margin},
           {"restarted", sequence.restarted},
           {"alone",
            {{"status", toString(sequence.alone.status)},
@@ -111,6 +110,9 @@ std::string toJson(const Answer& answer) {
   json["status"] = toString(fix.status);
   json["reason"] = fix.reason;
   json["confidence"] = fix.confidence;
+  json["witnesses"] = {{"place", fix.witnesses.place},
+                       {"correspondences", fix.witnesses.correspondences},
+                       {"dense", fix.witnesses.dense}};
   json["T_map_query"] =
       has_pose ? rowMajor<4>(inLengthsOfQuery(fix.T_map_query, fix.scale)) : Json();
   json["pose"] = has_pose ? poseOf(answer) : Json();

@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
-#include <string>
 #include <vector>
 
 #include "xview/explanation.h"
@@ -13,7 +12,6 @@
 #include "xview/options.h"
 #include "xview/types/gravity.h"
 #include "xview/types/localization.h"
-#include "xview/types/place.h"
 #include "xview/verify/verdict.h"
 
 namespace xview {
@@ -60,9 +58,7 @@ struct ExpectedPose {
 /// What speaks for one pose of a query.
 struct PoseCheck {
   Eigen::Isometry3d T_map_query = Eigen::Isometry3d::Identity();
-  PlaceEvidence evidence;  ///< of this pose; no runner-up
-  double needed_margin =
-      0;  ///< bare graphs: nats by which the only place of this query would have to beat all others
+  verify::Evidence evidence;  ///< of this pose; no runner-up
 };
 
 /// Finds queries in one map. Building it makes the search index once; localize() is const and may
@@ -86,8 +82,8 @@ class Localizer {
   std::vector<PoseCheck> check(const Query& query,
                                const std::vector<Eigen::Isometry3d>& T_map_query,
                                double reach_m) const;
-  /// Pose, covariance and kept pairs for a place that was found otherwise; status and reason are
-  /// left to the caller.
+  /// Pose, covariance and correspondences for a place that was found otherwise; status, confidence
+  /// and reason are left to the caller.
   Localization describe(const Query& query, const PoseCheck& place) const;
   /// False if the prior of the options excludes this pose of the query.
   bool priorAllows(const Query& query, const Eigen::Isometry3d& T_map_query) const;

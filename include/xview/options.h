@@ -12,14 +12,13 @@
 #include "xview/graph/merge.h"
 #include "xview/graph/plan_view.h"
 #include "xview/match/descriptors.h"
-#include "xview/search/search.h"
 #include "xview/match/walks.h"
 #include "xview/pose/posterior.h"
 #include "xview/pose/refine.h"
+#include "xview/search/search.h"
 #include "xview/types/option_field.h"
 #include "xview/types/prior_text.h"
 #include "xview/verify/clique.h"
-#include "xview/verify/object_verdict.h"
 #include "xview/verify/sample_consensus.h"
 #include "xview/verify/verdict.h"
 
@@ -53,21 +52,16 @@ void visit(PriorOptions& o, Visitor&& field) {
 }
 
 struct SequenceOptions {
-  int windows = 12;               ///< windows that are remembered
-  int places = 40;                ///< places that are followed through them
-  double min_object_margin = 19;  ///< bare graphs of 60 objects: nats by which the best place must
-                                  ///< beat every other one, times the root of the number of windows
-  double reach_m = 1.5;           ///< a place may move so far from one window to the next
-  double drift = 0.03;            ///< and by this share of the way between them
+  int windows = 12;      ///< windows that are remembered
+  int places = 40;       ///< places that are followed through them
+  double reach_m = 1.5;  ///< a place may move so far from one window to the next
+  double drift = 0.03;   ///< and by this share of the way between them
 };
 
 template <class Visitor>
 void visit(SequenceOptions& o, Visitor&& field) {
   field("windows", o.windows, Range{1, 10000}, "windows that are remembered");
   field("places", o.places, Range{2, 100000}, "places that are followed through them");
-  field("min_object_margin", o.min_object_margin, Range{0, 1e6},
-        "bare graphs: the best place must beat every other one by so much, for 60 objects, times "
-        "the root of the number of windows [nats]");
   field("reach_m", o.reach_m, Range{0, 100},
         "a place may move so far from one window to the next [m]");
   field("drift", o.drift, Range{0, 1}, "and by this share of the way between them");
@@ -114,11 +108,10 @@ struct Options {
   MapOptions map;
   match::WalkOptions walks;
   match::MatchOptions match;
-  ConsistencyOptions consistency;
-  ConsensusOptions consensus;
+  verify::ConsistencyOptions consistency;
+  verify::ConsensusOptions consensus;
   search::SearchOptions places;
-  VerdictOptions verdict;
-  ObjectVerdictOptions object_verdict;
+  verify::VerdictOptions verdict;
   PosteriorOptions posterior;
   RefineOptions refine;
   SequenceOptions sequence;
@@ -157,7 +150,6 @@ void visit(Options& o, Visitor&& field) {
   field.group("consensus", o.consensus);
   field.group("places", o.places);
   field.group("verdict", o.verdict);
-  field.group("object_verdict", o.object_verdict);
   field.group("posterior", o.posterior);
   field.group("refine", o.refine);
   field.group("sequence", o.sequence);

@@ -15,9 +15,8 @@ struct SequenceAnswer {
   Localization alone;  ///< what this query says by itself
   int windows =
       1;  ///< windows that count: this one and earlier ones that share no frame with a later one
-  double score = 0;      ///< of the best place, summed over them [nats]
-  double runner_up = 0;  ///< of the best other place
-  double needed_margin = 0;
+  double score = 0;        ///< of the best place, summed over them [nats]
+  double runner_up = 0;    ///< of the best other place
   bool restarted = false;  ///< this query contradicts the history, which was dropped
 };
 

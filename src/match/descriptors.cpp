@@ -52,17 +52,29 @@ Descriptors describe(const SemanticGraph& graph, const LabelAlphabet& alphabet,
   return result;
 }
 
-double similarity(const Descriptors& a, std::uint32_t i, const Descriptors& b, std::uint32_t j) {
+namespace {
+
+double sharedWords(const WalkCount* a, const WalkCount* end_a, const WalkCount* b,
+                   const WalkCount* end_b) {
   double common = 0, total_a = 0, total_b = 0;
-  for (const WalkCount* x = begin(a, i); x != end(a, i); ++x) total_a += x->count;
-  for (const WalkCount* y = begin(b, j); y != end(b, j); ++y) total_b += y->count;
-  const WalkCount* y = begin(b, j);
-  for (const WalkCount* x = begin(a, i); x != end(a, i); ++x) {
-    while (y != end(b, j) && y->key < x->key) ++y;
-    if (y != end(b, j) && y->key == x->key) common += std::min(x->count, y->count);
+  for (const WalkCount* x = a; x != end_a; ++x) total_a += x->count;
+  for (const WalkCount* y = b; y != end_b; ++y) total_b += y->count;
+  for (; a != end_a; ++a) {
+    while (b != end_b && b->key < a->key) ++b;
+    if (b != end_b && b->key == a->key) common += std::min(a->count, b->count);
   }
   const double total = std::min(total_a, total_b);
   return total > 0 ? std::min(1.0, common / total) : 0;
+}
+
+}  // namespace
+
+double similarity(const Descriptors& a, std::uint32_t i, const Descriptors& b, std::uint32_t j) {
+  return sharedWords(begin(a, i), end(a, i), begin(b, j), end(b, j));
+}
+
+double similarity(const std::vector<WalkCount>& a, const std::vector<WalkCount>& b) {
+  return sharedWords(a.data(), a.data() + a.size(), b.data(), b.data() + b.size());
 }
 
 namespace {

@@ -1,13 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "pipeline/level_on_map.h"
 
-#include <algorithm>
 #include <cmath>
-#include <utility>
-#include <vector>
 
-#include "pipeline/turned_plan.h"
-#include "pipeline/upright_frame.h"
+#include "pipeline/frame_guess.h"
 
 namespace xview {
 namespace {
@@ -15,8 +11,8 @@ namespace {
 constexpr double kWidest_rad = 0.2;  ///< how far off level a query may be that was said to be level
 constexpr double kClearSigmas = 3;   ///< by which ground refutes that
 constexpr double kBentByDrift = 1.5;  ///< true error of a slope over that by its residuals
-/// So many times the trust need no turn: refinement turns points by that itself, and without them
-/// ground seen from afar tells no better.
+/// A turn by less than so many times the trust is left to the refinement, which turns points by
+/// that itself; without points ground that was seen from afar tells no better.
 constexpr double kLevelEnoughOfPoints = 2, kLevelEnough = 0.5;
 
 /// A rotation of the query, and its pose after that.
@@ -26,20 +22,17 @@ struct Tilt {
   double sigma_rad = 0;
 };
 
-double sigmaOf(const search::HeightFit& fit) {
-  return kBentByDrift * std::sqrt(fit.covariance.bottomRightCorner<2, 2>().trace() / 2);
-}
-
 /// Lays the ground of the query on a slope of the map, about the middle of that ground.
-Tilt tiltBy(const search::HeightFit& fit, const Eigen::Vector3d& pivot,
+Tilt tiltBy(const search::HeightFit& fit, const Eigen::Vector3d& middle_of_ground,
             const Eigen::Isometry3d& T_map_query) {
   const Eigen::Vector3d normal = Eigen::Vector3d(-fit.slope.x(), -fit.slope.y(), 1).normalized();
   const auto in_map = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), normal);
   const Eigen::Quaterniond yaw(T_map_query.linear());
-  Eigen::Vector3d pivot_in_map = T_map_query * pivot;
-  pivot_in_map.z() = pivot.z() + fit.height_m;
-  Tilt tilt{yaw.conjugate() * in_map * yaw, T_map_query, sigmaOf(fit)};
-  tilt.T_map_query.translation() = pivot_in_map - yaw * (tilt.turn * pivot);
+  Eigen::Vector3d middle_in_map = T_map_query * middle_of_ground;
+  middle_in_map.z() = middle_of_ground.z() + fit.height_m;
+  Tilt tilt{yaw.conjugate() * in_map * yaw, T_map_query,
+            kBentByDrift * std::sqrt(fit.covariance.bottomRightCorner<2, 2>().trace() / 2)};
+  tilt.T_map_query.translation() = middle_in_map - yaw * (tilt.turn * middle_of_ground);
   return tilt;
 }
 
@@ -69,36 +62,44 @@ std::optional<Tilt> tiltAgainstTrust(const search::FieldQuery& in_field,
   return level ? std::nullopt : both;
 }
 
-/// The query turned further, and its plan with it.
 void turnBy(const Tilt& tilt, const search::Field& field, LevelledQuery& levelled) {
   levelled.turn = tilt.turn * levelled.turn;
-  levelled.query = uprightQuery(levelled.query, tilt.turn);
-  levelled.query.plan = turnedPlan(levelled.query.plan, tilt.turn);
-  levelled.in_field = field.prepare(
-      {&levelled.query.plan, &levelled.query.graph, {}, levelled.query.poses.back().translation()});
+  levelled.query = tiltedQuery(levelled.query, tilt.turn);
+  levelled.in_field = field.prepare(observationOf(levelled.query));
   levelled.T_map_query = tilt.T_map_query;
   levelled.up_sigma_rad = tilt.sigma_rad;
 }
 
 }  // namespace
 
-std::optional<LevelledQuery> levelOnMap(const search::Field& field, const Query& query,
-                                        const search::FieldQuery& in_field,
-                                        const Eigen::Isometry3d& T_map_query, double up_sigma_rad,
-                                        const Options& options) {
+search::Observation observationOf(const Query& query) {
+  search::Observation seen;
+  seen.plan = &query.plan;
+  seen.graph = &query.graph;
+  for (const Eigen::Isometry3d& T : query.poses) seen.way.emplace_back(T.translation().head<2>());
+  seen.focus = query.poses.back().translation();
+  return seen;
+}
+
+std::unique_ptr<LevelledQuery> levelOnMap(const search::Field& field,
+                                          const search::FieldQuery& in_field, const Query& query,
+                                          const Eigen::Isometry3d& T_map_query, double up_sigma_rad,
+                                          const Options& options) {
+  if (options.gravity == "aligned") return nullptr;
   const double said_rad = options.refine.tilt_sigma_deg * M_PI / 180;
   const bool was_measured = up_sigma_rad > 0;
   const double enough_rad =
       was_measured ? 0 : said_rad * (query.cloud.empty() ? kLevelEnough : kLevelEnoughOfPoints);
   const std::optional<Tilt> tilt =
       tiltAgainstTrust(in_field, T_map_query, was_measured ? up_sigma_rad : said_rad, enough_rad);
-  if (!tilt) return std::nullopt;
-  LevelledQuery levelled{Eigen::Quaterniond::Identity(), query, nullptr, T_map_query, 0};
-  turnBy(*tilt, field, levelled);
-  levelled.T_map_query = levelled.in_field->verify(levelled.T_map_query).T_map_query;
+  if (!tilt) return nullptr;
+  auto levelled = std::make_unique<LevelledQuery>();
+  levelled->query = query;
+  turnBy(*tilt, field, *levelled);
+  levelled->T_map_query = levelled->in_field->verify(levelled->T_map_query).T_map_query;
   if (const auto rest =
-          measuredTilt(*levelled.in_field, levelled.T_map_query, levelled.up_sigma_rad))
-    turnBy(*rest, field, levelled);
+          measuredTilt(*levelled->in_field, levelled->T_map_query, levelled->up_sigma_rad))
+    turnBy(*rest, field, *levelled);
   return levelled;
 }
 

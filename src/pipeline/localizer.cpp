@@ -3,22 +3,35 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <cmath>
-#include <optional>
+#include <mutex>
 
 #include "pipeline/explain.h"
+#include "pipeline/frame_guess.h"
 #include "pipeline/gravity.h"
-#include "pipeline/planar_pose.h"
-#include "pipeline/scale_search.h"
-#include "pipeline/upright_frame.h"
-#include "pipeline/upright_localizer.h"
-#include "pipeline/view_point.h"
+#include "pipeline/level_on_map.h"
+#include "pipeline/pose_prior.h"
+#include "pipeline/pose_refinement.h"
+#include "pipeline/walk_matching.h"
+#include "xview/search/search.h"
 #include "xview/types/error.h"
+#include "xview/types/pose.h"
 #include "xview/types/prior_text.h"
 #include "xview/types/stopwatch.h"
 
 namespace xview {
 namespace {
+
+constexpr int kWalkPlaces = 3;          ///< poses that walks may propose in the whole map,
+constexpr int kWalkUps = 6;             ///< and that may say which way is up
+constexpr double kSameUp_rad = 0.1;     ///< the search bears an error of so much
+constexpr double kFreeSigma_rad = 0.3;  ///< error of an up that only a pose tells
+constexpr std::size_t kVerified = 2;    ///< places whose correspondences are looked at
+constexpr double kPartnerReach_m = 5;   ///< partners of a vertex are so near under a hypothesis
+constexpr double kNatsOfInlier = 1;     ///< what a vertex that agrees is worth with method walks
+constexpr std::size_t kClimbedScales = 3;
+constexpr double kSureOfPrior = 0.9999;  ///< from that confidence on the outside is not looked at
 
 void requireKnownLabels(const LabelSet& map, const LabelSet& query) {
   for (const auto& [id, info] : query.classes()) {
@@ -31,197 +44,498 @@ void requireKnownLabels(const LabelSet& map, const LabelSet& query) {
   }
 }
 
-/// What was assumed about up, for people; before what the place that was found says about it.
-void sayGravity(const Gravity& map, const Query& query, Localization& answer) {
-  const bool turned = map.turned() || query.gravity.turned();
-  if (answer.gravity == GravityUse::aligned && turned) answer.gravity = GravityUse::levelled;
-  answer.gravity_reason =
-      "query: " + query.gravity.reason + "; map: " + map.reason + answer.gravity_reason;
+std::vector<Eigen::Vector3d> trajectoryOf(const SemanticMap& map) {
+  std::vector<Eigen::Vector3d> path;
+  for (const Keyframe& k : map.keyframes) path.push_back(k.T_map_sensor.translation());
+  return path;
+}
+
+verify::Evidence evidenceOf(const search::PlaceHypothesis& place) {
+  verify::Evidence e;
+  e.score = place.score();
+  e.expected = place.expected;
+  e.known_share = place.known_share;
+  e.standing = {place.standing.score, place.standing.expected};
+  for (std::size_t side = 0; side < e.sides.size(); ++side)
+    e.sides[side] = {place.sides[side].score, place.sides[side].expected};
+  return e;
+}
+
+/// Takes an acceptance back.
+void refuse(std::string reason, Localization& answer) {
+  answer.status = Status::rejected;
+  answer.confidence = std::min(answer.confidence, 0.49);
+  answer.reason = std::move(reason);
+}
+
+/// The places where a query may be, in upright frames and metres of the map.
+struct Candidates {
+  std::unique_ptr<const search::FieldQuery> in_field;  ///< null with method walks
+  std::vector<search::PlaceHypothesis> places;         ///< best first
+  std::vector<WalkMatches> matches;                    ///< of the first few places
+  double rival_score = 0;  ///< of the best place outside of the priors or in another frame
+};
+
+verify::Evidence evidenceOf(const Candidates& found) {
+  if (found.places.empty()) return {};
+  verify::Evidence e = evidenceOf(found.places[0]);
+  e.runner_up = std::max(found.rival_score, found.places.size() > 1 ? found.places[1].score() : 0);
+  if (found.matches.empty() || found.matches[0].poses.empty()) return e;
+  const MatchedPose& chain = found.matches[0].poses[0];
+  e.kept = static_cast<int>(chain.kept.size());
+  e.with_candidates = chain.with_candidates;
+  e.kept_by_chance = chain.kept_by_chance;
+  return e;
+}
+
+/// Hypotheses and correspondences of the answer.
+void report(const Candidates& found, std::size_t count, Localization& answer) {
+  for (std::size_t i = 0; i < std::min(found.places.size(), count); ++i) {
+    const search::PlaceHypothesis& place = found.places[i];
+    const bool matched = found.in_field && i < found.matches.size();
+    answer.hypotheses.push_back(
+        {place.T_map_query, place.score(),
+         matched ? static_cast<int>(found.matches[i].poses[0].kept.size()) : place.matched,
+         found.in_field ? Proposer::search : Proposer::walks});
+  }
+  if (found.places.empty()) return;
+  answer.kept = found.places[0].pairs;
+  if (!found.matches.empty()) {
+    answer.putative = found.matches[0].putative;
+    answer.matches = static_cast<int>(answer.putative.size());
+    const std::vector<Correspondence>& kept = found.matches[0].poses[0].kept;
+    if (!kept.empty()) answer.kept = kept;
+  }
+  answer.inliers = answer.hypotheses[0].inliers = static_cast<int>(answer.kept.size());
+}
+
+/// A place of the query, found with one frame guess.
+struct TriedFrame {
+  FrameGuess guess;
+  Eigen::Isometry3d T_map_query = Eigen::Isometry3d::Identity();  ///< of the guessed query
+  double score = 0;                                               ///< 0 = there is none
+};
+
+/// Frames differ, so poses are compared by what they do to the middle of the query.
+bool isElsewhere(const Query& query, const TriedFrame& a, const TriedFrame& b) {
+  const Eigen::Vector3d middle = middleOf(query);
+  const auto placed = [&](const TriedFrame& t) -> Eigen::Vector3d {
+    return t.T_map_query * (t.guess.R_up * (t.guess.scale * middle));
+  };
+  const auto turned = [](const TriedFrame& t) { return t.T_map_query * t.guess.R_up; };
+  return (placed(a) - placed(b)).norm() >= kSamePlace_m ||
+         rotationBetween(turned(a), turned(b)) >= kSamePlace_rad;
 }
 
 }  // namespace
 
-/// Frames as callers have them around a localizer of upright ones.
+/// What is made once per map, and the steps of a localization. The map stands upright here.
 struct Localizer::Index {
-  struct Prepared;
-  Index(const SemanticMap& semantic_map, const Options& all_options)
-      : gravity(gravityOf(semantic_map, all_options.gravity)),
-        turned(uprightMap(semantic_map, gravity.upright)),
-        options(all_options),
+  Index(const SemanticMap& given, const Options& all_options)
+      : options(all_options),
+        gravity(gravityOf(given, options.gravity)),
+        turned(uprightMap(given, gravity.upright)),
+        map(turned ? *turned : given),
         prior(parsePrior(options.prior)),
         scales(parseScale("scale", options.scale)),
-        upright(turned ? *turned : semantic_map, gravity.sigma_rad, options) {}
+        walks(map.graph, map.labels, options),
+        refinement(map, options) {
+    if (options.method == "walks" || map.plan.known.empty()) return;
+    surfaces =
+        search::makeSurfaceField(map.plan, trajectoryOf(map), options.places, options.threads);
+  }
 
-  Localization answerFromViewPoint(const Query& query, const ExpectedPose* expected) const;
-  Localization answerTo(const Query& query, const ExpectedPose* expected, double rival_score) const;
-  Localization answerInScale(const Query& query, const ExpectedPose* expected) const;
-  PoseCheck bestPlace(const Query& query, const ExpectedPose* expected) const;
-  std::vector<PoseCheck> check(const Query& query,
-                               const std::vector<Eigen::Isometry3d>& T_map_query,
+  Localization localize(const Query& given, const ExpectedPose* expected) const;
+  Localization inUprightFrames(const Query& query, const ExpectedPose* expected,
+                               FrameGuess& frame) const;
+
+  FrameGuess chooseFrame(const Query& query, const ExpectedPose* expected, double& rival_score,
+                         Timings& timing_ms) const;
+  std::vector<FrameGuess> frameGuesses(const Query& query, const ExpectedPose* expected,
+                                       Timings& timing_ms) const;
+  TriedFrame tried(const Query& query, const FrameGuess& guess, const ExpectedPose* expected) const;
+  void climbScale(const Query& query, TriedFrame& best) const;
+
+  Candidates findPlaces(const Query& query, const Priors& priors, Timings& timing_ms) const;
+  Candidates placesByWalks(const Query& query, const Priors& priors, Timings& timing_ms) const;
+  void matchVertices(const Query& query, Candidates& found, Timings& timing_ms) const;
+  Eigen::Quaterniond refine(const Query& query, const search::FieldQuery* in_field,
+                            Localization& answer, verify::Evidence& evidence) const;
+  void refuteFromOutside(const search::FieldQuery& in_field, const verify::Evidence& inside,
+                         Localization& answer) const;
+  void leaveUprightFrames(const Query& query, const FrameGuess& frame, Localization& answer) const;
+  std::vector<PoseCheck> check(const Query& query, const std::vector<Eigen::Isometry3d>& poses,
                                double reach_m) const;
 
   bool upIsKnown(const Query& query) const { return gravity.known && query.gravity.known; }
+  bool isView(const Query& query) const { return surfaces && !query.plan.known.empty(); }
   /// Turns the query upright; a pose of it says how, if nothing else does.
   Eigen::Quaterniond uprightOf(const Query& query, const Eigen::Isometry3d& T_map_query) const {
     if (upIsKnown(query)) return query.gravity.upright;
     return uprightBy(T_map_query.linear().transpose() *
                      (gravity.upright.conjugate() * Eigen::Vector3d::UnitZ()));
   }
-  /// Between upright frames; a query levelled on the map is turned by a little more than that.
-  Eigen::Isometry3d toUpright(const Query& query, const Eigen::Isometry3d& T_map_query) const {
-    return gravity.upright * T_map_query * uprightOf(query, T_map_query).conjugate();
-  }
-  /// Gravity-aligned, and right for the last sensor.
+  /// A pose of the caller between upright frames, gravity-aligned and right for the last sensor.
   Eigen::Isometry3d toAligned(const Query& query, const Eigen::Isometry3d& T_map_query) const {
-    return alignedAbout(uprightOf(query, T_map_query) * query.poses.back().translation(),
-                        toUpright(query, T_map_query));
+    const Eigen::Quaterniond R_up = uprightOf(query, T_map_query);
+    return alignedAbout(R_up * query.poses.back().translation(),
+                        gravity.upright * T_map_query * R_up.conjugate());
+  }
+  Priors priorsOf(const Query& given, const Query& upright, const ExpectedPose* expected) const {
+    Priors priors{prior};
+    if (expected) {
+      const Eigen::Isometry3d T = toAligned(given, expected->T_map_query);
+      priors.push_back(priorAround({T, expected->radius_m, expected->yaw_rad}, upright));
+    }
+    return priors;
+  }
+  /// Surfaces and objects seen from above if map and query have them, else their graphs.
+  const search::Field& fieldFor(const Query& query) const {
+    if (isView(query)) return *surfaces;
+    std::call_once(objects_made, [&] {
+      objects = search::makeObjectField(map.graph, map.labels, options.places);
+    });
+    return *objects;
   }
 
+  const Options options;
   const Gravity gravity;  ///< of the caller's map
   const std::optional<SemanticMap> turned;
-  const Options options;
+  const SemanticMap& map;
   const PlacePrior prior;
   const std::optional<ScaleRange> scales;
-  const UprightLocalizer upright;
+  const WalkMatcher walks;
+  const PoseRefinement refinement;
+  std::unique_ptr<const search::Field> surfaces;  ///< null for bare graphs and with method walks
+  mutable std::once_flag objects_made;
+  mutable std::unique_ptr<const search::Field> objects;
 };
+
+/// The way of a query, in the frames of the caller.
+Localization Localizer::Index::localize(const Query& given, const ExpectedPose* expected) const {
+  requireKnownLabels(map.labels, given.labels);
+  Stopwatch watch;
+  const std::optional<Query> centred =
+      given.cloud.empty() ? std::nullopt : seenFromItsCentre(given);
+  const Query& query = centred ? *centred : given;
+  FrameGuess frame;
+  Localization answer = inUprightFrames(query, expected, frame);
+  leaveUprightFrames(query, frame, answer);
+  if (centred) {
+    const Eigen::Vector3d centre = answer.T_map_sensor.translation();
+    Eigen::Isometry3d pose = given.poses.back();
+    pose.translation() *= answer.scale;
+    answer.T_map_sensor = answer.T_map_query * pose;
+    answer.covariance =
+        movedCovariance(answer.covariance, centre, answer.T_map_sensor.translation());
+  }
+  double total = watch.lap_ms();
+  for (const auto& [stage, ms] : given.timing_ms) total += ms;
+  answer.timing_ms.insert(answer.timing_ms.begin(), given.timing_ms.begin(), given.timing_ms.end());
+  answer.timing_ms.emplace_back("total", total);
+  return answer;
+}
+
+/// Where may it be, which vertices correspond there, what is its pose, and is it to be believed?
+Localization Localizer::Index::inUprightFrames(const Query& given, const ExpectedPose* expected,
+                                               FrameGuess& frame) const {
+  Localization answer;
+  double rival_score = 0;
+  frame = chooseFrame(given, expected, rival_score, answer.timing_ms);
+  const GuessedQuery query(given, frame);
+  const Priors priors = priorsOf(given, *query, expected);
+
+  Candidates found = findPlaces(*query, priors, answer.timing_ms);
+  found.rival_score = std::max(found.rival_score, rival_score);
+  matchVertices(*query, found, answer.timing_ms);
+  report(found, static_cast<std::size_t>(options.places.hypotheses), answer);
+  answer.scale = frame.scale;
+
+  verify::Evidence evidence = evidenceOf(found);
+  evidence.vertices = answer.vertices =
+      static_cast<int>(walks.queryGraph(query->graph).graph.size());
+  const search::FieldQuery* view = isView(*query) ? found.in_field.get() : nullptr;
+  const Eigen::Quaterniond turn = refine(*query, view, answer, evidence);
+  frame.R_up = turn * frame.R_up;
+
+  const verify::Verdict verdict = verify::judge(evidence, options.verdict);
+  answer.status = verdict.status;
+  answer.confidence = verdict.confidence;
+  answer.reason = verdict.reason;
+  answer.witnesses = verdict.witnesses;
+  if (answer.accepted() &&
+      !satisfies(priors, *GuessedQuery(*query, {turn, 1}), answer.hypotheses[0].T_map_query))
+    refuse("the refined pose is outside of the prior; without it: " + answer.reason, answer);
+  // A pose that is expected comes from a fix; one that a user believes in is to be doubted.
+  if (!expected && found.in_field && (prior.near || prior.heading))
+    refuteFromOutside(*found.in_field, evidence, answer);
+  return answer;
+}
+
+Candidates Localizer::Index::findPlaces(const Query& query, const Priors& priors,
+                                        Timings& timing_ms) const {
+  if (options.method == "walks") return placesByWalks(query, priors, timing_ms);
+  Stopwatch watch;
+  Candidates found;
+  found.in_field = fieldFor(query).prepare(observationOf(query));
+  search::SearchResult result =
+      search::search(*found.in_field, ofQueryFrame(priors, query), options.places, options.threads);
+  found.places = std::move(result.places);
+  found.rival_score = result.outside;
+  timing_ms.emplace_back("matching", watch.lap_ms());
+  return found;
+}
+
+/// The paper: the whole map is the one place in which partners are looked for, and poses are as
+/// good as many vertices agree with them.
+Candidates Localizer::Index::placesByWalks(const Query& query, const Priors& priors,
+                                           Timings& timing_ms) const {
+  Candidates found;
+  WalkMatches matches = walks.matchEverywhere(walks.queryGraph(query.graph), kWalkPlaces,
+                                              query.gravity.known, timing_ms);
+  for (MatchedPose& pose : matches.poses) {
+    if (!satisfies(priors, query, pose.T_map_query)) continue;
+    search::PlaceHypothesis place;
+    place.T_map_query = pose.T_map_query;
+    place.centre.score = kNatsOfInlier * static_cast<double>(pose.kept.size());
+    place.matched = static_cast<int>(pose.kept.size());
+    place.known_share = 1;
+    place.pairs = pose.kept;
+    found.places.push_back(std::move(place));
+    if (found.matches.empty()) found.matches.push_back({matches.putative, {std::move(pose)}});
+  }
+  return found;
+}
+
+/// X-View's chain at the best few places, not only at the first.
+void Localizer::Index::matchVertices(const Query& query, Candidates& found,
+                                     Timings& timing_ms) const {
+  if (options.method != "auto") return;
+  const WalkGraph walk_query = walks.queryGraph(query.graph);
+  for (std::size_t i = 0; i < std::min(kVerified, found.places.size()); ++i)
+    found.matches.push_back(
+        walks.matchUnder(found.places[i].T_map_query, walk_query, kPartnerReach_m, timing_ms));
+}
+
+/// Levels the query on the ground of the map if that is needed, and refines its pose. Returns the
+/// rotation of the levelling.
+Eigen::Quaterniond Localizer::Index::refine(const Query& query, const search::FieldQuery* in_field,
+                                            Localization& answer,
+                                            verify::Evidence& evidence) const {
+  Eigen::Quaterniond turn = Eigen::Quaterniond::Identity();
+  if (answer.hypotheses.empty()) return turn;
+  double up_sigma_rad =
+      upIsKnown(query) ? std::hypot(gravity.sigma_rad, query.gravity.sigma_rad) : kFreeSigma_rad;
+  answer.gravity = upIsKnown(query) ? GravityUse::aligned : GravityUse::free;
+  Eigen::Isometry3d& best = answer.hypotheses[0].T_map_query;
+  const auto level =
+      in_field ? levelOnMap(*surfaces, *in_field, query, best, up_sigma_rad, options) : nullptr;
+  if (level) {
+    turn = level->turn;
+    up_sigma_rad = level->up_sigma_rad;
+    for (Hypothesis& h : answer.hypotheses) h.T_map_query = h.T_map_query * turn.conjugate();
+    best = level->T_map_query;
+    constexpr double kDegrees = 180 / M_PI;
+    answer.gravity = GravityUse::levelled;
+    answer.gravity_reason =
+        fmt::format("; turned by {:.1f} +- {:.1f} deg onto the ground of the map",
+                    Eigen::AngleAxisd(turn).angle() * kDegrees, up_sigma_rad * kDegrees);
+  }
+  const RefinedPose pose =
+      refinement.refine(level ? level->query : query, level ? level->in_field.get() : in_field,
+                        best, answer.kept, up_sigma_rad, answer.timing_ms);
+  best = pose.T_map_query;
+  answer.covariance = pose.covariance;
+  answer.trajectory = pose.T_map_sensor;
+  evidence.overlap = pose.overlap;
+  return turn;
+}
+
+/// Takes an acceptance back if a place that the prior forbids explains the query far better: then
+/// the prior is wrong. Only acceptances that are not clear by far are looked at.
+void Localizer::Index::refuteFromOutside(const search::FieldQuery& in_field,
+                                         const verify::Evidence& inside,
+                                         Localization& answer) const {
+  if (!answer.accepted() || answer.confidence >= kSureOfPrior) return;
+  Stopwatch watch;
+  const search::SearchResult anywhere =
+      search::search(in_field, {}, options.places, options.threads);
+  if (!anywhere.places.empty()) {
+    verify::Evidence outside = evidenceOf(anywhere.places[0]);
+    outside.runner_up = inside.score;
+    if (outside.score > inside.score &&
+        verify::judge(outside, options.verdict).status == Status::accepted)
+      refuse(fmt::format("a place outside of the prior is {:.0f} nats better than the best one "
+                         "inside",
+                         outside.score - inside.score),
+             answer);
+  }
+  answer.timing_ms.emplace_back("prior", watch.lap_ms());
+}
+
+/// Which way up and how long a metre is: what is known, or what finds the best place.
+FrameGuess Localizer::Index::chooseFrame(const Query& query, const ExpectedPose* expected,
+                                         double& rival_score, Timings& timing_ms) const {
+  const std::vector<FrameGuess> guesses = frameGuesses(query, expected, timing_ms);
+  if (guesses.size() == 1) return guesses[0];
+  Stopwatch watch;
+  std::vector<TriedFrame> all;
+  for (const FrameGuess& guess : guesses) all.push_back(tried(query, guess, expected));
+  const auto better = [](const TriedFrame& a, const TriedFrame& b) { return a.score > b.score; };
+  std::stable_sort(all.begin(), all.end(), better);
+  if (scales) {
+    for (std::size_t i = 0; i < std::min(kClimbedScales, all.size()); ++i)
+      climbScale(query, all[i]);
+    std::stable_sort(all.begin(), all.end(), better);
+  }
+  for (const TriedFrame& other : all) {
+    if (isElsewhere(query, other, all[0])) rival_score = std::max(rival_score, other.score);
+  }
+  timing_ms.emplace_back(scales ? "scale" : "up", watch.lap_ms());
+  return all[0].guess;
+}
+
+/// All that may be. Poses with six degrees of freedom from walks and the maximum clique, and the
+/// two sides of the layer that the vertices form, say where an unknown up may be.
+std::vector<FrameGuess> Localizer::Index::frameGuesses(const Query& query,
+                                                       const ExpectedPose* expected,
+                                                       Timings& timing_ms) const {
+  std::vector<Eigen::Vector3d> ups;
+  const auto add = [&](const Eigen::Vector3d& up) {
+    const auto same = [&](const Eigen::Vector3d& u) { return u.dot(up) > std::cos(kSameUp_rad); };
+    if (std::none_of(ups.begin(), ups.end(), same)) ups.push_back(up);
+  };
+  if (expected) {
+    add(uprightOf(query, expected->T_map_query).conjugate() * Eigen::Vector3d::UnitZ());
+  } else if (upIsKnown(query) || options.method == "walks") {
+    add(query.gravity.upright.conjugate() * Eigen::Vector3d::UnitZ());
+  } else {
+    const Eigen::Vector3d normal = layerNormal(query.graph);
+    if (normal.norm() > 0) {
+      add(normal);
+      add(-normal);
+    }
+    const WalkMatches walked =
+        walks.matchEverywhere(walks.queryGraph(query.graph), kWalkUps, false, timing_ms);
+    for (const MatchedPose& pose : walked.poses)
+      add(pose.T_map_query.linear().transpose() * Eigen::Vector3d::UnitZ());
+    if (ups.empty()) add(Eigen::Vector3d::UnitZ());
+  }
+  if (scales && options.method == "walks")
+    throw UsageError("scale = " + options.scale +
+                     " needs the place search; method = walks has none");
+  std::vector<FrameGuess> guesses;
+  for (const double scale : scales ? scalesIn(*scales) : std::vector<double>{1}) {
+    for (const Eigen::Vector3d& up : ups) {
+      const bool given = upIsKnown(query) || options.method == "walks";
+      guesses.push_back({given ? query.gravity.upright : uprightBy(up), scale});
+    }
+  }
+  return guesses;
+}
+
+/// The best place of a search with one guess.
+TriedFrame Localizer::Index::tried(const Query& given, const FrameGuess& guess,
+                                   const ExpectedPose* expected) const {
+  TriedFrame frame{guess, Eigen::Isometry3d::Identity(), 0};
+  const GuessedQuery query(given, guess);
+  Timings unused;
+  const Candidates found = findPlaces(*query, priorsOf(given, *query, expected), unused);
+  if (found.places.empty()) return frame;
+  frame.T_map_query = found.places[0].T_map_query;
+  frame.score = found.places[0].score();
+  return frame;
+}
+
+/// To the best scale and pose around, by turns.
+void Localizer::Index::climbScale(const Query& given, TriedFrame& best) const {
+  if (best.score <= 0) return;
+  const Eigen::Vector3d middle = best.guess.R_up * middleOf(given);
+  for (double step = kScaleStep / 3; step > 0.002; step /= 2) {
+    for (bool moved = true; moved;) {
+      moved = false;
+      for (const double factor : {1 + step, 1 / (1 + step)}) {
+        TriedFrame next = best;
+        next.guess.scale = std::clamp(best.guess.scale * factor, scales->low, scales->high);
+        if (next.guess.scale == best.guess.scale) continue;
+        next.T_map_query.translation() +=
+            next.T_map_query.linear() * ((best.guess.scale - next.guess.scale) * middle);
+        const GuessedQuery query(given, next.guess);
+        const auto in_field = fieldFor(*query).prepare(observationOf(*query));
+        const search::PlaceHypothesis place = in_field->verify(next.T_map_query);
+        if (place.score() <= best.score) continue;
+        next.T_map_query = place.T_map_query;
+        next.score = place.score();
+        best = next;
+        moved = true;
+        break;
+      }
+    }
+  }
+}
+
+/// Hypotheses, pose and covariance in the frames of map and query, and what was assumed about up.
+void Localizer::Index::leaveUprightFrames(const Query& query, const FrameGuess& frame,
+                                          Localization& answer) const {
+  const bool was_turned = gravity.turned() || query.gravity.turned();
+  if (answer.gravity == GravityUse::aligned && was_turned) answer.gravity = GravityUse::levelled;
+  answer.gravity_reason =
+      "query: " + query.gravity.reason + "; map: " + gravity.reason + answer.gravity_reason;
+  const Eigen::Isometry3d T_map_upright(gravity.upright.conjugate());
+  for (Hypothesis& h : answer.hypotheses)
+    h.T_map_query = T_map_upright * h.T_map_query * frame.R_up;
+  if (answer.hypotheses.empty()) return;
+  answer.T_map_query = answer.hypotheses[0].T_map_query;
+  Eigen::Isometry3d last = query.poses.back();
+  last.translation() *= answer.scale;
+  answer.T_map_sensor = answer.T_map_query * last;
+  Matrix6d turned_back = Matrix6d::Zero();
+  turned_back.topLeftCorner<3, 3>() = turned_back.bottomRightCorner<3, 3>() =
+      T_map_upright.linear();
+  answer.covariance = turned_back * answer.covariance * turned_back.transpose();
+  // The posterior bends the way; the registration moves its end, and all of it follows.
+  if (answer.trajectory.empty()) return;
+  const Eigen::Isometry3d move =
+      answer.T_map_sensor * (T_map_upright * answer.trajectory.back()).inverse() * T_map_upright;
+  for (Eigen::Isometry3d& T : answer.trajectory) T = move * T;
+}
+
+std::vector<PoseCheck> Localizer::Index::check(const Query& given,
+                                               const std::vector<Eigen::Isometry3d>& poses,
+                                               double reach_m) const {
+  if (options.method == "walks")
+    throw UsageError("method = walks cannot say what speaks for a given pose");
+  std::vector<PoseCheck> checked;
+  std::unique_ptr<const GuessedQuery> query;
+  std::unique_ptr<const search::FieldQuery> in_field;
+  for (const Eigen::Isometry3d& T_given : poses) {
+    const Eigen::Quaterniond R_up = uprightOf(given, T_given);
+    if (!query || !upIsKnown(given)) {  // a query of unknown up has another one for each pose
+      query = std::make_unique<GuessedQuery>(given, FrameGuess{R_up, 1});
+      in_field = fieldFor(**query).prepare(observationOf(**query));
+    }
+    const Eigen::Isometry3d T = toAligned(given, T_given);
+    const Eigen::Vector3d sensor = (*query)->poses.back().translation();
+    const search::PlaceHypothesis best = in_field->verify(T);
+    const double moved_m = (best.T_map_query * sensor - T * sensor).head<2>().norm();
+    if (moved_m > reach_m)
+      checked.push_back({T_given, evidenceOf(in_field->describe(T))});
+    else
+      checked.push_back({gravity.upright.conjugate() * best.T_map_query * R_up, evidenceOf(best)});
+  }
+  return checked;
+}
 
 Localizer::Localizer(const SemanticMap& map, const Options& options)
     : index_(std::make_unique<Index>(map, options)) {}
 Localizer::~Localizer() = default;
 
 Localization Localizer::localize(const Query& query) const {
-  return index_->answerFromViewPoint(query, nullptr);
+  return index_->localize(query, nullptr);
 }
 
 Localization Localizer::localize(const Query& query, const ExpectedPose& expected) const {
-  return index_->answerFromViewPoint(query, &expected);
-}
-
-Localization Localizer::Index::answerFromViewPoint(const Query& query,
-                                                   const ExpectedPose* expected) const {
-  const std::optional<Query> centred =
-      query.cloud.empty() ? std::nullopt : seenFromItsCentre(query);
-  if (!centred) return answerInScale(query, expected);
-  Localization answer = answerInScale(*centred, expected);
-  const Eigen::Vector3d centre = answer.T_map_sensor.translation();
-  Eigen::Isometry3d pose = query.poses.back();
-  pose.translation() *= answer.scale;
-  answer.T_map_sensor = answer.T_map_query * pose;
-  answer.covariance = movedCovariance(answer.covariance, centre, answer.T_map_sensor.translation());
-  return answer;
-}
-
-/// A query upright, and what is known about its pose.
-struct Localizer::Index::Prepared {
-  Prepared(const Index& index, const Query& given, const ExpectedPose* expected)
-      : R_upright(expected ? index.uprightOf(given, expected->T_map_query) : given.gravity.upright),
-        upright(given, R_upright),
-        priors{index.prior} {
-    if (!expected) return;
-    const Eigen::Isometry3d T = index.toAligned(given, expected->T_map_query);
-    priors.push_back(priorAround({T, expected->radius_m, expected->yaw_rad}, upright.query));
-  }
-  const Query& query() const { return upright.query; }
-
-  Eigen::Quaterniond R_upright;
-  UprightQuery upright;
-  Priors priors;
-};
-
-/// In the frames of the caller, with all times.
-Localization Localizer::Index::answerTo(const Query& query, const ExpectedPose* expected,
-                                        double rival_score) const {
-  Stopwatch watch;
-  Localization answer;
-  const Prepared prepared(*this, query, expected);
-  const Eigen::Quaterniond turn =
-      upIsKnown(query) ? upright.localize(prepared.query(), prepared.priors, rival_score, answer)
-                       : upright.localizeFreely(prepared.query(), prepared.priors, answer);
-  // A pose that is expected comes from a fix; one that a user believes in is to be doubted.
-  if (!expected && (prior.near || prior.heading))
-    upright.doubtPriors(prepared.query(), prepared.priors, answer);
-  leaveUprightFrames(gravity.upright, turn * prepared.R_upright, query, answer);
-  sayGravity(gravity, query, answer);
-  double total = watch.lap_ms();
-  for (const auto& [stage, ms] : query.timing_ms) total += ms;
-  answer.timing_ms.insert(answer.timing_ms.begin(), query.timing_ms.begin(), query.timing_ms.end());
-  answer.timing_ms.emplace_back("total", total);
-  return answer;
-}
-
-/// In the frames of the caller.
-std::vector<PoseCheck> Localizer::Index::check(const Query& query,
-                                               const std::vector<Eigen::Isometry3d>& T_map_query,
-                                               double reach_m) const {
-  const Eigen::Quaterniond R_frame_map = gravity.upright.conjugate();
-  if (!upIsKnown(query)) {  // each pose has an up of its own
-    std::vector<PoseCheck> checked;
-    for (const Eigen::Isometry3d& T : T_map_query) {
-      const Eigen::Quaterniond R_upright = uprightOf(query, T);
-      checked.push_back(
-          upright.check(uprightQuery(query, R_upright), {toUpright(query, T)}, reach_m)[0]);
-      checked.back().T_map_query = R_frame_map * checked.back().T_map_query * R_upright;
-    }
-    return checked;
-  }
-  std::vector<Eigen::Isometry3d> poses;
-  for (const Eigen::Isometry3d& T : T_map_query) poses.push_back(toUpright(query, T));
-  std::vector<PoseCheck> checked =
-      upright.check(UprightQuery(query, query.gravity.upright).query, poses, reach_m);
-  for (PoseCheck& p : checked) p.T_map_query = R_frame_map * p.T_map_query * query.gravity.upright;
-  return checked;
-}
-
-/// The best place of a query in the frames of the caller, by one search and without a verdict;
-/// score 0 if there is none.
-PoseCheck Localizer::Index::bestPlace(const Query& query, const ExpectedPose* expected) const {
-  const Prepared prepared(*this, query, expected);
-  PoseCheck best;
-  Eigen::Quaterniond R_upright = prepared.R_upright;
-  if (upIsKnown(query)) {
-    best = upright.bestPlace(prepared.query(), prepared.priors);
-  } else {
-    Localization answer;
-    R_upright = upright.freePath().localize(prepared.query(), prepared.priors, answer) * R_upright;
-    if (answer.hypotheses.empty()) return best;
-    best.T_map_query = answer.hypotheses[0].T_map_query;
-    best.evidence.score = answer.hypotheses[0].score;
-  }
-  best.T_map_query = gravity.upright.conjugate() * best.T_map_query * R_upright;
-  return best;
-}
-
-Localization Localizer::Index::answerInScale(const Query& query,
-                                             const ExpectedPose* expected) const {
-  requireKnownLabels(upright.labels(), query.labels);
-  if (!scales) return answerTo(query, expected, 0);
-  if (options.method == "walks")
-    throw UsageError("scale = " + options.scale +
-                     " needs the place search; method = walks has none");
-  Stopwatch watch;
-  const auto search = [&](const Query& scaled) { return bestPlace(scaled, expected); };
-  const auto climb = [&](const Query& scaled, const Eigen::Isometry3d& T) {
-    return check(scaled, {T}, INFINITY)[0];
-  };
-  const FoundScale found = findScale(query, *scales, {search, climb});
-  const double search_ms = watch.lap_ms();
-  Localization answer = answerTo(scaledQuery(query, found.scale), expected, found.rival_score);
-  answer.scale = found.scale;
-  for (auto& [stage, ms] : answer.timing_ms) ms += stage == "total" ? search_ms : 0;
-  answer.timing_ms.insert(answer.timing_ms.end() - 1, {"scale", search_ms});
-  return answer;
-}
-
-Explanation Localizer::explain(const Query& given, const Localization& answer) const {
-  if (answer.hypotheses.empty()) return {};
-  const std::optional<Query> scaled =
-      answer.scale == 1 ? std::nullopt : std::optional(scaledQuery(given, answer.scale));
-  const Query& query = scaled ? *scaled : given;
-  const UprightQuery upright(query, index_->uprightOf(query, answer.T_map_query));
-  Explanation explanation = index_->upright.explain(upright.query, answer.kept,
-                                                    index_->toAligned(query, answer.T_map_query));
-  turn(index_->gravity.upright.conjugate(), explanation);
-  return explanation;
+  return index_->localize(query, &expected);
 }
 
 std::vector<PoseCheck> Localizer::check(const Query& query,
@@ -231,20 +545,40 @@ std::vector<PoseCheck> Localizer::check(const Query& query,
 }
 
 bool Localizer::priorAllows(const Query& query, const Eigen::Isometry3d& T_map_query) const {
-  const UprightQuery upright(query, index_->uprightOf(query, T_map_query));
-  return satisfies({index_->prior}, upright.query, index_->toAligned(query, T_map_query));
+  const GuessedQuery upright(query, {index_->uprightOf(query, T_map_query), 1});
+  return satisfies({index_->prior}, *upright, index_->toAligned(query, T_map_query));
 }
 
-Localization Localizer::describe(const Query& query, const PoseCheck& place) const {
-  const Eigen::Quaterniond R_upright = index_->uprightOf(query, place.T_map_query);
-  PoseCheck upright = place;
-  upright.T_map_query = index_->toAligned(query, place.T_map_query);
+Localization Localizer::describe(const Query& given, const PoseCheck& place) const {
+  FrameGuess frame{index_->uprightOf(given, place.T_map_query), 1};
+  const GuessedQuery query(given, frame);
+  Candidates found;
+  found.in_field = index_->fieldFor(*query).prepare(observationOf(*query));
+  found.places.push_back(found.in_field->describe(index_->toAligned(given, place.T_map_query)));
   Localization answer;
-  const Eigen::Quaterniond turn =
-      index_->upright.describe(UprightQuery(query, R_upright).query, upright, answer);
-  leaveUprightFrames(index_->gravity.upright, turn * R_upright, query, answer);
-  sayGravity(index_->gravity, query, answer);
+  index_->matchVertices(*query, found, answer.timing_ms);
+  report(found, 1, answer);
+  answer.hypotheses[0].score = place.evidence.score;
+  verify::Evidence unused;
+  const search::FieldQuery* view = index_->isView(*query) ? found.in_field.get() : nullptr;
+  frame.R_up = index_->refine(*query, view, answer, unused) * frame.R_up;
+  index_->leaveUprightFrames(given, frame, answer);
   return answer;
+}
+
+Explanation Localizer::explain(const Query& given, const Localization& answer) const {
+  if (answer.hypotheses.empty()) return {};
+  const GuessedQuery scaled(given, {Eigen::Quaterniond::Identity(), answer.scale});
+  const GuessedQuery query(*scaled, {index_->uprightOf(*scaled, answer.T_map_query), 1});
+  const Eigen::Isometry3d T = index_->toAligned(*scaled, answer.T_map_query);
+  Explanation explanation;
+  if (index_->isView(*query)) {
+    const auto in_field = index_->fieldFor(*query).prepare(observationOf(*query));
+    explainSamples(index_->map.plan, *query, *in_field, T, explanation);
+  }
+  explainVertices(index_->map, *query, answer.kept, T, explanation);
+  turn(index_->gravity.upright.conjugate(), explanation);
+  return explanation;
 }
 
 }  // namespace xview

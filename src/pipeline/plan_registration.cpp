@@ -73,9 +73,9 @@ const DistributionMap& PlanRegistration::distributions() const {
   return *distributions_;
 }
 
-std::optional<Eigen::Isometry3d> PlanRegistration::align(
-    const PlanView& query, const Eigen::Vector3d& sensor_in_query,
-    const Eigen::Isometry3d& T_map_query) const {
+std::optional<RegisteredPlans> PlanRegistration::align(const PlanView& query,
+                                                       const Eigen::Vector3d& sensor_in_query,
+                                                       const Eigen::Isometry3d& T_map_query) const {
   const Eigen::Isometry3d up_of_map(map_.upright), up_of_query(query.upright);
   const Eigen::Isometry3d before = planarPart(up_of_map * T_map_query * up_of_query.inverse());
   Eigen::Isometry3d sensor = Eigen::Isometry3d::Identity();
@@ -87,7 +87,7 @@ std::optional<Eigen::Isometry3d> PlanRegistration::align(
                                   channelClasses(), before, planRefinement());
   if (!found.converged) return std::nullopt;
   const Eigen::Isometry3d motion = planarPart(found.T_map_query) * before.inverse();
-  return up_of_map.inverse() * motion * up_of_map * T_map_query;
+  return RegisteredPlans{up_of_map.inverse() * motion * up_of_map * T_map_query, found.overlap};
 }
 
 }  // namespace xview

@@ -13,6 +13,12 @@ namespace xview {
 /// What lies this near to the last pose has hardly drifted against it.
 constexpr double kRecent_m = 20;
 
+/// A pose by registered plans.
+struct RegisteredPlans {
+  Eigen::Isometry3d T_map_query = Eigen::Isometry3d::Identity();
+  double overlap = 0;  ///< share of the samples that find their like
+};
+
 /// Registers the plan views of a query and a map: their samples are surfaces, borders and objects
 /// that were averaged over all frames that saw them, so they are known where no single look is,
 /// from the air for one.
@@ -23,9 +29,9 @@ class PlanRegistration {
 
   /// The pose (T_map_query) moved in the plane and about its normal to where the samples around
   /// `sensor_in_query` fit best. None if too few of them find their like. Thread-safe.
-  std::optional<Eigen::Isometry3d> align(const PlanView& query,
-                                         const Eigen::Vector3d& sensor_in_query,
-                                         const Eigen::Isometry3d& T_map_query) const;
+  std::optional<RegisteredPlans> align(const PlanView& query,
+                                       const Eigen::Vector3d& sensor_in_query,
+                                       const Eigen::Isometry3d& T_map_query) const;
 
  private:
   const DistributionMap& distributions() const;

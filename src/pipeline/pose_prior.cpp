@@ -4,15 +4,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "pipeline/set_verdict.h"
 #include "xview/types/pose.h"
 #include "xview/types/prior_text.h"
 
 namespace xview {
 namespace {
-
-constexpr double kOtherPlace_m = 8,
-                 kOtherPlace_rad = 0.4;  ///< what is farther apart is another place (samePlace)
 
 /// Where the sensor looks in the plane: cameras along z, everything else along x. For a camera that
 /// looks straight down it is what the top of its image shows.
@@ -23,10 +19,6 @@ double headingOf(const Eigen::Matrix3d& R, Sensor sensor) {
   if (std::abs(forward.z()) > kStraightDown && sensor == Sensor::camera)
     forward = -(R * Eigen::Vector3d::UnitY());
   return std::atan2(forward.y(), forward.x());
-}
-
-double outsideOf(const PlacePrior::Circle& circle, const Eigen::Vector3d& p) {
-  return std::hypot(p.x() - circle.x, p.y() - circle.y) - circle.radius;
 }
 
 }  // namespace
@@ -44,35 +36,24 @@ PlacePrior priorAround(const ExpectedPose& expected, const Query& query) {
           PlacePrior::Heading{headingOf(pose.linear(), query.sensor), expected.yaw_rad}};
 }
 
-Priors framePriors(Priors priors, const Query& query) {
-  const double last = headingOf(query.poses.back().linear(), query.sensor);
+Priors ofQueryFrame(Priors priors, const Query& query) {
+  const double of_sensor = headingOf(query.poses.back().linear(), query.sensor);
   for (PlacePrior& p : priors) {
-    if (p.heading) p.heading->yaw = angleDifference(p.heading->yaw, last);
+    if (p.heading) p.heading->yaw = angleDifference(p.heading->yaw, of_sensor);
   }
   return priors;
 }
 
 bool satisfies(const Priors& priors, const Query& query, const Eigen::Isometry3d& T_map_query) {
-  if (query.poses.empty()) return true;
   const Eigen::Isometry3d pose = T_map_query * query.poses.back();
   const double heading = headingOf(pose.linear(), query.sensor);
   return std::all_of(priors.begin(), priors.end(), [&](const PlacePrior& p) {
-    return (!p.near || outsideOf(*p.near, pose.translation()) <= 0) &&
-           (!p.heading ||
-            std::abs(angleDifference(heading, p.heading->yaw)) <= p.heading->tolerance);
+    const bool is_near =
+        !p.near || std::hypot(pose.translation().x() - p.near->x,
+                              pose.translation().y() - p.near->y) <= p.near->radius;
+    return is_near && (!p.heading ||
+                       std::abs(angleDifference(heading, p.heading->yaw)) <= p.heading->tolerance);
   });
-}
-
-bool areOnePlace(const Priors& priors) {
-  return std::any_of(priors.begin(), priors.end(), [](const PlacePrior& p) {
-    return p.near && p.heading && p.near->radius <= kOtherPlace_m &&
-           p.heading->tolerance <= kOtherPlace_rad;
-  });
-}
-
-void refuseOutside(const Priors& priors, const Query& query, Localization& answer) {
-  if (!answer.accepted() || satisfies(priors, query, answer.hypotheses[0].T_map_query)) return;
-  takeBack("the refined pose is outside of the prior; without it: " + answer.reason, answer);
 }
 
 }  // namespace xview

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <Eigen/Geometry>
-
 #include <vector>
 
 #include "xview/localizer.h"
@@ -16,21 +14,12 @@ using Priors = std::vector<PlacePrior>;
 
 /// Reads PriorOptions; throws UsageError with the key.
 PlacePrior parsePrior(const PriorOptions& options);
-
 /// The surroundings of an expected pose.
 PlacePrior priorAround(const ExpectedPose& expected, const Query& query);
 
-/// The same priors with the heading of the query frame instead of that of its last sensor.
-Priors framePriors(Priors priors, const Query& query);
-
+/// The same priors with the heading of the query frame in the place of that of its last sensor.
+Priors ofQueryFrame(Priors priors, const Query& query);
 /// True if the last sensor pose satisfies all priors.
 bool satisfies(const Priors& priors, const Query& query, const Eigen::Isometry3d& T_map_query);
-
-/// True if poses that satisfy the priors are as near to the middle of them as poses of one place.
-bool areOnePlace(const Priors& priors);
-
-/// Takes back an acceptance that does not satisfy the priors. A refined pose may have left them by
-/// a little.
-void refuseOutside(const Priors& priors, const Query& query, Localization& answer);
 
 }  // namespace xview

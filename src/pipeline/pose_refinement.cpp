@@ -4,34 +4,127 @@
 #include <algorithm>
 #include <cmath>
 
-#include "pipeline/plan_covariance.h"
-#include "pipeline/vertex_pairs.h"
-#include "pipeline/vertex_posterior.h"
+#include "xview/types/median.h"
 #include "xview/types/stopwatch.h"
 
 namespace xview {
 namespace {
 
-constexpr double kPairSigma_m = 0.5;  ///< of a pair of vertices, when nothing better is known
+/// Of a pair of vertices, when nothing better is known; and of a pose without enough pairs, which
+/// is that of somebody who knows the place and no more.
+constexpr double kPairSigma_m = 0.5, kVague_m = 5, kVague_rad = 0.5;
 /// How far the plan seen from above leaves a pose uncertain: its samples lie about that far apart,
 /// its heights are those of ground seen from afar, and the last part of a window shows its
 /// direction no better.
 constexpr double kPlanSigma_m = 0.25, kPlanHeightSigma_m = 0.3, kPlanYawSigma_rad = 0.01;
 constexpr double kScoreKept =
-    0.25;  ///< share of its score that a pose must keep when the clouds move it
+    0.25;  ///< share of its score that a pose must keep when clouds move it
+/// Of the plan registered around the last pose, from kPlanSeenFrom_m above the ground; from higher
+/// it errs with the square, as depth does. It was seen some 25 m before, from where the odometry
+/// has drifted since; across the way and in height little is open. Tilt is that of the odometry.
+constexpr double kPlanSeenFrom_m = 45;
+constexpr double kPlanAlong_m = 0.25, kPlanAcross_m = 0.11, kPlanUp_m = 0.12,
+                 kPlanTilt_rad = 0.0025, kPlanTurn_rad = 0.0065;
 
-double shiftOfLast(const Query& query, const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
-  const Eigen::Vector3d sensor = query.poses.back().translation();
-  return (a * sensor - b * sensor).norm();
+/// Each pair fixes its vertex with kPairSigma_m.
+Matrix6d covarianceOfPairs(const std::vector<Correspondence>& pairs, const SemanticGraph& map,
+                           const Eigen::Vector3d& sensor_in_map) {
+  Matrix6d information = Matrix6d::Zero();
+  information.topLeftCorner<3, 3>().diagonal().setConstant(1 / (kVague_m * kVague_m));
+  information.bottomRightCorner<3, 3>().diagonal().setConstant(1 / (kVague_rad * kVague_rad));
+  for (const Correspondence& c : pairs) {
+    const Eigen::Vector3d v = map.vertices[c.map].position - sensor_in_map;
+    Eigen::Matrix<double, 3, 6> J;
+    J.leftCols<3>() = Eigen::Matrix3d::Identity();
+    J.rightCols<3>() << 0, v.z(), -v.y(), -v.z(), 0, v.x(), v.y(), -v.x(), 0;
+    information += J.transpose() * J / (kPairSigma_m * kPairSigma_m);
+  }
+  return information.inverse();
 }
 
-Eigen::Matrix<double, 6, 1> planVariances() {
+/// Position of a frame among the poses of the query; the last one if it is not among them.
+std::size_t poseOfFrame(const Query& query, std::int64_t frame) {
+  const auto found = std::lower_bound(query.frames.begin(), query.frames.end(), frame);
+  const auto at = static_cast<std::size_t>(found - query.frames.begin());
+  return std::min(at, query.poses.size() - 1);
+}
+
+/// The correspondences as the back-end of the paper wants them: vertices as the query saw them,
+/// their partners in the map.
+std::vector<MatchedVertex> matchedVertices(const Query& query, const SemanticGraph& map,
+                                           const std::vector<Correspondence>& kept) {
+  std::vector<MatchedVertex> matched;
+  for (const Correspondence& pair : kept) {
+    const Vertex &seen = query.graph.vertices[pair.query], &known = map.vertices[pair.map];
+    MatchedVertex vertex;
+    vertex.p_odom = seen.position;
+    vertex.sigma_m = seen.sigma_m;
+    vertex.first_pose = poseOfFrame(query, seen.first_frame);
+    vertex.last_pose = std::max(vertex.first_pose, poseOfFrame(query, seen.last_frame));
+    vertex.p_map = known.position;
+    vertex.map_covariance = known.sigma_m * known.sigma_m * Eigen::Matrix3d::Identity();
+    matched.push_back(vertex);
+  }
+  return matched;
+}
+
+/// Level direction of the last metres of travel, map frame; zero if it stood.
+Eigen::Vector3d recentTravel(const Query& query, const Eigen::Isometry3d& T_map_query) {
+  constexpr double kEnough_m = 2;
+  const Eigen::Vector3d last = query.poses.back().translation();
+  for (std::size_t i = query.poses.size(); i-- > 0;) {
+    Eigen::Vector3d way = T_map_query.linear() * (last - query.poses[i].translation());
+    way.z() = 0;
+    if (way.norm() > kEnough_m) return way.normalized();
+  }
+  return Eigen::Vector3d::Zero();
+}
+
+/// Of the last sensor, over the ground that the query has measured.
+double heightOverGround(const Query& query) {
+  std::vector<float> heights;
+  for (const GroundCell& cell : query.plan.known) {
+    if (cell.measured) heights.push_back(cell.z);
+  }
+  if (heights.empty()) return 0;
+  const Eigen::Vector3d sensor = query.plan.upright * query.poses.back().translation();
+  return sensor.z() - query.plan.origin_z - medianOf(std::move(heights));
+}
+
+/// Of a pose by registered plans: long along the way, short across it.
+Matrix6d covarianceOfPlans(const Query& query, const Eigen::Isometry3d& T_map_query,
+                           double up_sigma_rad) {
+  const double higher = std::max(1.0, std::pow(heightOverGround(query) / kPlanSeenFrom_m, 2));
+  const double along_m = higher * kPlanAlong_m, across_m = higher * kPlanAcross_m;
+  const double tilt_rad = std::hypot(kPlanTilt_rad, up_sigma_rad);
   Eigen::Matrix<double, 6, 1> sigma;
-  sigma << kPlanSigma_m, kPlanSigma_m, kPlanHeightSigma_m, 0, 0, kPlanYawSigma_rad;
-  return sigma.cwiseAbs2();
+  sigma << across_m, across_m, higher * kPlanUp_m, tilt_rad, tilt_rad, kPlanTurn_rad;
+  Matrix6d covariance = sigma.cwiseAbs2().asDiagonal();
+  const Eigen::Vector3d travel = recentTravel(query, T_map_query);
+  covariance.topLeftCorner<3, 3>() +=
+      (along_m * along_m - across_m * across_m) * travel * travel.transpose();
+  return covariance;
 }
 
 }  // namespace
+
+/// A pose on its way through the steps.
+struct PoseRefinement::Step {
+  const Query& query;
+  const std::unique_ptr<search::FieldQuery> recent;  ///< null without views from above
+  const double up_sigma_rad;
+  const double max_shift_m;
+  RefinedPose pose;
+
+  double shiftTo(const Eigen::Isometry3d& T) const {
+    const Eigen::Vector3d sensor = query.poses.back().translation();
+    return (T * sensor - pose.T_map_query * sensor).norm();
+  }
+  /// What is seen from above must not contradict the new pose.
+  bool keepsScore(const Eigen::Isometry3d& T, double share) const {
+    return !recent || recent->score(T) >= share * recent->score(pose.T_map_query);
+  }
+};
 
 PoseRefinement::PoseRefinement(const SemanticMap& map, const Options& options)
     : map_(map), options_(options), plan_(map.plan) {
@@ -41,81 +134,83 @@ PoseRefinement::PoseRefinement(const SemanticMap& map, const Options& options)
   distributions_.emplace(map.cloud, map.labels, viewpoints, options.refine);
 }
 
-/// What is seen from above must not contradict the new pose.
-bool PoseRefinement::keepsScore(const search::FieldQuery* recent, const Eigen::Isometry3d& before,
-                                const Eigen::Isometry3d& after, double share) const {
-  return !recent || recent->score(after) >= share * recent->score(before);
-}
-
-void PoseRefinement::useRecentPart(const Query& query, const search::FieldQuery* recent,
-                                   Localization& answer) const {
-  if (!recent) return;
-  Eigen::Isometry3d& best = answer.hypotheses[0].T_map_query;
-  const Eigen::Isometry3d T = recent->verify(best).T_map_query;
-  if (shiftOfLast(query, T, best) < options_.refine.max_shift_m) best = T;
-  answer.covariance.diagonal() += planVariances();
-}
-
-void PoseRefinement::useVertices(const Query& query, const search::FieldQuery* recent,
-                                 double up_sigma_rad, Localization& answer) const {
-  Eigen::Isometry3d& best = answer.hypotheses[0].T_map_query;
+/// The paper's back-end: odometry between the poses of the window, vertices, their partners.
+void PoseRefinement::usePosterior(const std::vector<Correspondence>& kept, Step& step) const {
   PosteriorOptions options = options_.posterior;
-  options.gravity_sigma_rad = std::hypot(options.gravity_sigma_rad, up_sigma_rad);
-  const Posterior posterior = vertexPosterior(query, map_, answer.kept, best, options);
+  options.gravity_sigma_rad = std::hypot(options.gravity_sigma_rad, step.up_sigma_rad);
+  Posterior posterior =
+      maximizePosterior(step.query.poses, matchedVertices(step.query, map_.graph, kept),
+                        step.pose.T_map_query, options);
   if (!posterior.converged) return;
-  const Eigen::Isometry3d T = posterior.T_map_sensor.back() * query.poses.back().inverse();
-  if (shiftOfLast(query, T, best) >= options_.refine.max_shift_m || !keepsScore(recent, best, T, 1))
-    return;
-  best = T;
-  answer.covariance = posterior.covariance;
+  const Eigen::Isometry3d T = posterior.T_map_sensor.back() * step.query.poses.back().inverse();
+  if (step.shiftTo(T) >= step.max_shift_m || !step.keepsScore(T, 1)) return;
+  step.pose.T_map_query = T;
+  step.pose.covariance = posterior.covariance;
+  step.pose.T_map_sensor = std::move(posterior.T_map_sensor);
+}
+
+void PoseRefinement::useRecentPart(Step& step) const {
+  if (!step.recent) return;
+  const Eigen::Isometry3d T = step.recent->verify(step.pose.T_map_query).T_map_query;
+  if (step.shiftTo(T) < step.max_shift_m) step.pose.T_map_query = T;
+  Eigen::Matrix<double, 6, 1> sigma;
+  sigma << kPlanSigma_m, kPlanSigma_m, kPlanHeightSigma_m, 0, 0, kPlanYawSigma_rad;
+  step.pose.covariance.diagonal() += sigma.cwiseAbs2();
 }
 
 /// The clouds take the nearest surface for the right one, and see only some classes.
-void PoseRefinement::useClouds(const Query& query, const search::FieldQuery* recent,
-                               double up_sigma_rad, Localization& answer) const {
-  Eigen::Isometry3d& best = answer.hypotheses[0].T_map_query;
-  const RefineQuery points{query.cloud, query.cloud_seen_from, query.poses, query.cloud_sigma_m};
+void PoseRefinement::useClouds(Step& step) const {
+  const Query& query = step.query;
   RefineOptions options = options_.refine;
-  options.tilt_sigma_deg = std::hypot(options.tilt_sigma_deg, up_sigma_rad * 180 / M_PI);
-  const Refinement refined = xview::refine(*distributions_, points, query.labels, best, options);
-  if (!refined.converged || !keepsScore(recent, best, refined.T_map_query, kScoreKept)) return;
-  best = refined.T_map_query;
-  answer.covariance = refined.covariance;
+  options.tilt_sigma_deg = std::hypot(options.tilt_sigma_deg, step.up_sigma_rad * 180 / M_PI);
+  const Refinement refined = xview::refine(
+      *distributions_, {query.cloud, query.cloud_seen_from, query.poses, query.cloud_sigma_m},
+      query.labels, step.pose.T_map_query, options);
+  if (!refined.converged || !step.keepsScore(refined.T_map_query, kScoreKept)) return;
+  step.pose.T_map_query = refined.T_map_query;
+  step.pose.covariance = refined.covariance;
+  step.pose.overlap = refined.overlap;
 }
 
 /// Where single points are known too badly, their averages seen from above are left.
-void PoseRefinement::usePlan(const Query& query, const search::FieldQuery* recent,
-                             double up_sigma_rad, Localization& answer) const {
-  Eigen::Isometry3d& best = answer.hypotheses[0].T_map_query;
-  const auto T = plan_.align(query.plan, query.poses.back().translation(), best);
-  if (!T || shiftOfLast(query, *T, best) >= options_.refine.max_shift_m ||
-      !keepsScore(recent, best, *T, kScoreKept))
+void PoseRefinement::usePlans(Step& step) const {
+  const Query& query = step.query;
+  const auto found =
+      plan_.align(query.plan, query.poses.back().translation(), step.pose.T_map_query);
+  if (!found || step.shiftTo(found->T_map_query) >= step.max_shift_m ||
+      !step.keepsScore(found->T_map_query, kScoreKept))
     return;
-  best = *T;
-  answer.covariance = registeredPlanCovariance(query, best, up_sigma_rad);
+  step.pose.T_map_query = found->T_map_query;
+  step.pose.covariance = covarianceOfPlans(query, found->T_map_query, step.up_sigma_rad);
+  step.pose.overlap = found->overlap;
 }
 
-void PoseRefinement::refine(const Query& query, const search::FieldQuery* in_field,
-                            double up_sigma_rad, Localization& answer) const {
+RefinedPose PoseRefinement::refine(const Query& query, const search::FieldQuery* in_field,
+                                   const Eigen::Isometry3d& T_map_query,
+                                   const std::vector<Correspondence>& kept, double up_sigma_rad,
+                                   Timings& timing_ms) const {
   Stopwatch watch;
   const Eigen::Vector3d sensor = query.poses.back().translation();
-  const std::unique_ptr<search::FieldQuery> near_sensor =
-      in_field ? in_field->part(sensor.head<2>(), kRecent_m) : nullptr;
-  const search::FieldQuery* recent =
-      near_sensor && !near_sensor->empty() ? near_sensor.get() : nullptr;
-  answer.covariance = covarianceOfPairs(answer.kept, map_.graph,
-                                        answer.hypotheses[0].T_map_query * sensor, kPairSigma_m);
+  Step step{query,
+            in_field ? in_field->part(sensor.head<2>(), kRecent_m) : nullptr,
+            up_sigma_rad,
+            options_.refine.max_shift_m,
+            {}};
+  step.pose.T_map_query = T_map_query;
+  step.pose.covariance = covarianceOfPairs(kept, map_.graph, T_map_query * sensor);
   if (options_.posterior.enabled) {
-    useVertices(query, recent, up_sigma_rad, answer);
-    answer.timing_ms.emplace_back("posterior", watch.lap_ms());
+    usePosterior(kept, step);
+    timing_ms.emplace_back("posterior", watch.lap_ms());
   }
-  if (!options_.refine.enabled) return;
-  useRecentPart(query, recent, answer);
-  if (!query.cloud.empty() && distributions_)
-    useClouds(query, recent, up_sigma_rad, answer);
-  else if (recent)
-    usePlan(query, recent, up_sigma_rad, answer);
-  answer.timing_ms.emplace_back("refine", watch.lap_ms());
+  if (options_.refine.enabled) {
+    useRecentPart(step);
+    if (!query.cloud.empty() && distributions_)
+      useClouds(step);
+    else if (step.recent)
+      usePlans(step);
+    timing_ms.emplace_back("refine", watch.lap_ms());
+  }
+  return std::move(step.pose);
 }
 
 }  // namespace xview

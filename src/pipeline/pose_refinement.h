@@ -1,39 +1,46 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <memory>
 #include <optional>
 
 #include "pipeline/plan_registration.h"
 #include "xview/localizer.h"
+#include "xview/pose/posterior.h"
 #include "xview/pose/refine.h"
 #include "xview/search/field.h"
 
 namespace xview {
 
-/// From the pose of the place to that of the last sensor: the older part of a window has drifted
-/// against it.
+/// The best place of a query and all that is known about its pose.
+struct RefinedPose {
+  Eigen::Isometry3d T_map_query = Eigen::Isometry3d::Identity();
+  Matrix6d covariance = Matrix6d::Zero();  ///< of the last sensor pose; see Localization
+  /// Poses of the window after the posterior; empty if it did not converge.
+  std::vector<Eigen::Isometry3d> T_map_sensor;
+  std::optional<double> overlap;  ///< share of the points that meet the map; views with points only
+};
+
+/// From the pose of the place to that of the last sensor, against which the older part of a window
+/// has drifted: posterior over correspondences, the recent part of the view from above, and
+/// registration of the clouds, or of the views where no single point is known well enough.
 class PoseRefinement {
  public:
   /// All must outlive the refinement.
   PoseRefinement(const SemanticMap& map, const Options& options);
 
-  /// Refines the best of at least one hypothesis and sets the covariance. `in_field` may be
-  /// null: nothing was seen from above. `up_sigma_rad` is the error of up in query and map where it
-  /// was measured.
-  void refine(const Query& query, const search::FieldQuery* in_field, double up_sigma_rad,
-              Localization& answer) const;
+  /// `in_field`: the query as a field of views from above sees it; null if it has none.
+  /// `up_sigma_rad` is the error of up in query and map where it was measured.
+  RefinedPose refine(const Query& query, const search::FieldQuery* in_field,
+                     const Eigen::Isometry3d& T_map_query, const std::vector<Correspondence>& kept,
+                     double up_sigma_rad, Timings& timing_ms) const;
 
  private:
-  bool keepsScore(const search::FieldQuery* recent, const Eigen::Isometry3d& before,
-                  const Eigen::Isometry3d& after, double share) const;
-  void useVertices(const Query& query, const search::FieldQuery* recent, double up_sigma_rad,
-                   Localization& answer) const;
-  void useRecentPart(const Query& query, const search::FieldQuery* recent,
-                     Localization& answer) const;
-  void useClouds(const Query& query, const search::FieldQuery* recent, double up_sigma_rad,
-                 Localization& answer) const;
-  void usePlan(const Query& query, const search::FieldQuery* recent, double up_sigma_rad,
-               Localization& answer) const;
+  struct Step;
+  void usePosterior(const std::vector<Correspondence>& kept, Step& step) const;
+  void useRecentPart(Step& step) const;
+  void useClouds(Step& step) const;
+  void usePlans(Step& step) const;
 
   const SemanticMap& map_;
   const Options& options_;

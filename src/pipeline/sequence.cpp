@@ -7,9 +7,8 @@
 #include <cmath>
 #include <deque>
 
-#include "pipeline/planar_pose.h"
-#include "pipeline/set_verdict.h"
 #include "xview/types/error.h"
+#include "xview/types/pose.h"
 #include "xview/types/stopwatch.h"
 
 namespace xview {
@@ -20,7 +19,6 @@ namespace {
 struct Window {
   Query query;  ///< without its cloud
   std::size_t first = 0, last = 0;
-  double needed_margin = 0;
 
   Eigen::Vector3d sensor() const { return query.poses.back().translation(); }
 };
@@ -28,7 +26,7 @@ struct Window {
 /// One place, as each window of the history sees it.
 struct Track {
   std::vector<PoseCheck> seen;  ///< by window
-  PlaceEvidence sum;            ///< over the windows that count
+  verify::Evidence sum;         ///< over the windows that count
 };
 
 Window windowOf(const Query& query, std::size_t first, std::size_t last) {
@@ -43,12 +41,20 @@ Window windowOf(const Query& query, std::size_t first, std::size_t last) {
   return window;
 }
 
-bool agrees(const PlaceEvidence& e, const VerdictOptions& o) {
-  return e.expected > 0 && e.score >= o.min_agreement * e.expected &&
-         e.known_share >= o.min_known_share;
+/// The window has its share of what a true pose would score, where the map was seen.
+bool agrees(const verify::Evidence& e, const verify::VerdictOptions& o) {
+  constexpr double kShare = 0.4;
+  return e.expected > 0 && e.score >= kShare * e.expected && e.known_share >= o.min_known_share;
 }
 
-void sumUp(const PartEvidence& part, PartEvidence& sum) {
+void setVerdict(const verify::Verdict& verdict, Localization& fix) {
+  fix.status = verdict.status;
+  fix.confidence = verdict.confidence;
+  fix.reason = verdict.reason;
+  fix.witnesses = verdict.witnesses;
+}
+
+void sumUp(const verify::PartEvidence& part, verify::PartEvidence& sum) {
   sum.score += part.score;
   sum.expected += part.expected;
 }
@@ -72,12 +78,10 @@ struct Sequence::State {
   bool bestIsThatOf(const Localization& alone) const;
   bool bestFitsNewest() const;
   void restart(SequenceAnswer& answer);
-  /// Bare graphs name the margin that they need.
-  bool ofViews() const { return !(windows.back().needed_margin > 0); }
-  ViewEvidence viewEvidence(const SequenceAnswer& answer) const;
-  Verdict verdictOfSum(const SequenceAnswer& answer) const;
+  verify::Evidence evidenceOfSum(const SequenceAnswer& answer) const;
+  verify::Verdict verdictOfSum(const SequenceAnswer& answer) const;
   void decide(const Query& query, SequenceAnswer& answer) const;
-  void takeFused(const Query& query, const Verdict& verdict, SequenceAnswer& answer) const;
+  void takeFused(const Query& query, const verify::Verdict& verdict, SequenceAnswer& answer) const;
   void refuseOutsidePrior(const Query& query, Localization& fix) const;
 
   const Localizer& localizer;
@@ -92,9 +96,11 @@ double Sequence::State::reachBetween(std::size_t a, std::size_t b) const {
          options.sequence.drift * (windows[a].sensor() - windows[b].sensor()).norm();
 }
 
-/// Of the last sensor.
+/// Where it puts the last sensor. Query frames begin anywhere, so poses of their origins cannot be
+/// compared.
 PlacePose Sequence::State::placeNow(const PoseCheck& place) const {
-  return placeOfPoint(placeOf(place.T_map_query), windows.back().sensor().head<2>());
+  const Eigen::Vector3d p = place.T_map_query * windows.back().sensor();
+  return {p.x(), p.y(), yawOf(place.T_map_query.linear()), 0};
 }
 
 /// Two tracks are one if the newest window sees them at one pose.
@@ -145,7 +151,6 @@ void Sequence::State::begin(const std::vector<Hypothesis>& hypotheses) {
           localizer.check(windows[w].query, {seen[w + 1].T_map_query}, reachBetween(w + 1, w))[0];
     }
   }
-  for (const Track& track : tracks) windows.back().needed_margin = track.seen.back().needed_margin;
 }
 
 /// From the newest window back, every window that shares no frame with a later one.
@@ -167,7 +172,7 @@ void Sequence::State::sumEvidence() {
     track.sum = {};
     for (std::size_t w = 0; w < windows.size(); ++w) {
       if (!counts[w]) continue;
-      const PlaceEvidence& e = track.seen[w].evidence;
+      const verify::Evidence& e = track.seen[w].evidence;
       track.sum.score += e.score;
       track.sum.expected += e.expected;
       track.sum.known_share += e.known_share / number;
@@ -190,11 +195,11 @@ void Sequence::State::sumEvidence() {
 }
 
 /// The answer of the newest window with the hypotheses of the history.
-void Sequence::State::takeFused(const Query& query, const Verdict& verdict,
+void Sequence::State::takeFused(const Query& query, const verify::Verdict& verdict,
                                 SequenceAnswer& answer) const {
   const Track& best = tracks.front();
   Localization& fix = answer.fix;
-  if (fix.hypotheses.empty() || !isSamePlace(best.seen.back(), {fix.T_map_query, {}, 0})) {
+  if (fix.hypotheses.empty() || !isSamePlace(best.seen.back(), {fix.T_map_query, {}})) {
     Localization described = localizer.describe(query, best.seen.back());
     described.vertices = fix.vertices;
     described.matches = fix.matches;
@@ -215,20 +220,15 @@ void Sequence::State::takeFused(const Query& query, const Verdict& verdict,
 /// The history may have led out of where this window may be.
 void Sequence::State::refuseOutsidePrior(const Query& query, Localization& fix) const {
   if (!fix.accepted() || localizer.priorAllows(query, fix.T_map_query)) return;
-  takeBack("the place is outside of the prior; without it: " + fix.reason, fix);
+  fix.status = Status::rejected;
+  fix.confidence = std::min(fix.confidence, 0.49);
+  fix.reason = "the place is outside of the prior; without it: " + fix.reason;
 }
 
-/// What the windows say together, if they are views from above.
-ViewEvidence Sequence::State::viewEvidence(const SequenceAnswer& answer) const {
-  ViewEvidence e;
-  static_cast<PlaceEvidence&>(e) = tracks.front().sum;
+verify::Evidence Sequence::State::evidenceOfSum(const SequenceAnswer& answer) const {
+  verify::Evidence e = tracks.front().sum;
   e.runner_up = answer.runner_up;
-  e.from_the_air = windows.back().query.plan.aerial;
   e.windows = answer.windows;
-  const PlacePose best = placeNow(tracks.front().seen.back());
-  for (const Track& track : tracks) {
-    if (isFar(placeNow(track.seen.back()), best)) e.wrong_scores.push_back(track.sum.score);
-  }
   return e;
 }
 
@@ -237,18 +237,12 @@ void Sequence::State::judgeSum(SequenceAnswer& answer) const {
   answer.windows = static_cast<int>(std::count(counts.begin(), counts.end(), true));
   answer.score = tracks.front().sum.score;
   answer.runner_up = tracks.size() > 1 ? std::max(0.0, tracks[1].sum.score) : 0;
-  double squares = 0;
-  for (std::size_t w = 0; w < windows.size(); ++w)
-    squares += counts[w] ? std::pow(windows[w].needed_margin, 2) : 0;
-  // Scores of wrong places spread with the root of the number of windows.
-  answer.needed_margin =
-      ofViews() ? neededMargin(viewEvidence(answer), options.verdict) : std::sqrt(squares);
 }
 
 /// The best place is where the newest window would be by itself.
 bool Sequence::State::bestIsThatOf(const Localization& alone) const {
   return !alone.hypotheses.empty() &&
-         isSamePlace(tracks.front().seen.back(), {alone.T_map_query, {}, 0});
+         isSamePlace(tracks.front().seen.back(), {alone.T_map_query, {}});
 }
 
 bool Sequence::State::bestFitsNewest() const {
@@ -265,11 +259,8 @@ void Sequence::State::restart(SequenceAnswer& answer) {
 }
 
 /// What the sum says; a place that the newest window does not agree with is not accepted.
-Verdict Sequence::State::verdictOfSum(const SequenceAnswer& answer) const {
-  PlaceEvidence of_objects = tracks.front().sum;
-  of_objects.runner_up = answer.runner_up;
-  Verdict verdict = ofViews() ? judge(viewEvidence(answer), options.verdict)
-                              : judge(of_objects, answer.needed_margin, options.verdict);
+verify::Verdict Sequence::State::verdictOfSum(const SequenceAnswer& answer) const {
+  verify::Verdict verdict = judge(evidenceOfSum(answer), options.verdict);
   verdict.reason = fmt::format("{} windows together: {}", answer.windows, verdict.reason);
   if (verdict.status != Status::accepted || bestFitsNewest()) return verdict;
   verdict.status = Status::rejected;
@@ -283,7 +274,7 @@ Verdict Sequence::State::verdictOfSum(const SequenceAnswer& answer) const {
 /// Brings what the sum says and what the newest window says by itself together. An acceptance that
 /// the sum only does not reach stays as it is; one of another place is in doubt.
 void Sequence::State::decide(const Query& query, SequenceAnswer& answer) const {
-  Verdict verdict = verdictOfSum(answer);
+  verify::Verdict verdict = verdictOfSum(answer);
   const bool sum_accepts = verdict.status == Status::accepted;
   if (answer.alone.accepted()) {
     const bool same = bestIsThatOf(answer.alone);

@@ -8,7 +8,8 @@
 namespace xview {
 
 bool samePlace(const PlacePose& a, const PlacePose& b) {
-  return std::hypot(a.x - b.x, a.y - b.y) <= 8.0 && std::abs(angleDifference(a.yaw, b.yaw)) <= 0.4;
+  return std::hypot(a.x - b.x, a.y - b.y) <= kSamePlace_m &&
+         std::abs(angleDifference(a.yaw, b.yaw)) <= kSamePlace_rad;
 }
 
 }  // namespace xview

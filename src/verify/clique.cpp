@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <numeric>
 
-namespace xview {
+namespace xview::verify {
 namespace {
 
 constexpr std::size_t kGreedyPicksPerNode = 100;  // before the greedy start has tried enough
@@ -206,4 +206,4 @@ std::vector<std::uint32_t> densestCore(const ConsistencyGraph& graph) {
   return members;
 }
 
-}  // namespace xview
+}  // namespace xview::verify

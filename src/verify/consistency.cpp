@@ -5,7 +5,7 @@
 
 #include "verify/distance_agreement.h"
 
-namespace xview {
+namespace xview::verify {
 namespace {
 
 /// Coordinates of the taking part correspondences, one array each, so that the inner loop is plain
@@ -103,4 +103,4 @@ ConsistencyGraph pairwiseConsistency(const std::vector<Eigen::Vector3d>& query,
   return graph;
 }
 
-}  // namespace xview
+}  // namespace xview::verify

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-namespace xview {
+namespace xview::verify {
 
 // Compiled with -O3 -ffp-contract=off: vectors of any width, but the same roundings with all of
 // them.
@@ -29,4 +29,4 @@ XVIEW_CLONES void compareDistances(const double* __restrict a, const double* __r
   }
 }
 
-}  // namespace xview
+}  // namespace xview::verify

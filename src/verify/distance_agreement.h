@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace xview {
+namespace xview::verify {
 
 /// Coordinates of points, one array each.
 struct PointColumns {
@@ -19,4 +19,4 @@ void distancesToEarlier(const PointColumns& points, std::size_t at, double* dist
 void compareDistances(const double* a, const double* b, std::size_t count, double tolerance,
                       double relative, double least, std::uint8_t* agree);
 
-}  // namespace xview
+}  // namespace xview::verify

@@ -9,7 +9,7 @@
 #include <numeric>
 #include <optional>
 
-namespace xview {
+namespace xview::verify {
 namespace {
 
 constexpr int kMaxRefits = 5;
@@ -193,4 +193,4 @@ std::vector<Correspondence> supporters(const Points& query, const Points& map,
   return kept;
 }
 
-}  // namespace xview
+}  // namespace xview::verify

@@ -6,173 +6,104 @@
 #include <algorithm>
 #include <cmath>
 
-namespace xview {
+namespace xview::verify {
 namespace {
 
-constexpr double kEqualShare =
-    0.8;  ///< a runner-up with this share of the best score explains the query about equally well
+/// Log odds of the place witness per factor e of its statistic, and the statistic at even odds:
+/// logistic regression over windows of 15 to 60 m of clean and noisy worlds and over queries from
+/// elsewhere, counted as if both were as frequent.
+constexpr double kOddsPerFactorE = 2.6, kEvenOdds = 6;
+/// What a wrong place may score by chance, so that small scores say little [nats].
+constexpr double kNoise_nats = 5;
+/// A runner-up with this share of the best score explains the query about equally well.
+constexpr double kEqualShare = 0.8;
+/// Below this agreement a place is a stranger's, not one of two.
+constexpr double kLeastAgreement = 0.2;
+/// Added to scores of parts, of which a small one says little [nats].
+constexpr double kPartPrior_nats = 15;
+/// Chance that a vertex keeps a correspondence at the true place (search, detection of objects).
+constexpr double kKeptIfTrue = 0.62;
+/// Share of points that meet the map: at this share a right and a wrong answer are as likely, and
+/// log odds per share. Only reported.
+constexpr double kEvenOverlap = 0.35, kOddsPerOverlap = 12;
 
-/// 0.5 where the evidence just suffices, towards 1 as it grows.
-double confidenceOf(double sufficiency) {
-  const double cubed = std::pow(std::max(0.0, sufficiency), 3);
-  return cubed / (1 + cubed);
+/// (s1 - s2) ln(s1 / s2) with the noise of wrong scores, which grows with the root of the number of
+/// windows.
+double leadStatistic(const Evidence& e) {
+  const double noise = kNoise_nats * std::sqrt(std::max(1, e.windows));
+  const double best = e.score + noise, next = std::max(0.0, e.runner_up) + noise;
+  if (!(best > next)) return 0;
+  return (best - next) * std::log(best / next) / std::sqrt(std::max(1, e.windows));
 }
 
-constexpr std::size_t kTailPlaces = 8;
-constexpr double kTailShare = 0.2;
-/// Wrong answers for each right one, extrapolated to no evidence. Measured together with
-/// VerdictOptions::false_alarm_nats, on windows of 15 to 60 m of simulated towns: right ones in
-/// their own map against others, and against it without the right place, as if both were as
-/// frequent.
-constexpr double kWithoutEvidence = 25;
-constexpr double kPartPrior = 15;         ///< nats; a small part says little
-constexpr double kLeastAgreement = 0.01;  ///< so that needed margins are numbers
-
-double margin(const ViewEvidence& e) { return e.score - e.runner_up; }
-
-double agreement(const PartEvidence& part) {
-  return (part.score + kPartPrior) / (std::max(0.0, part.expected) + kPartPrior);
+double agreementOf(const PartEvidence& part) {
+  return (part.score + kPartPrior_nats) / (std::max(0.0, part.expected) + kPartPrior_nats);
 }
 
-/// Share of the score of a true pose, the smallest of all and of each part. A street that repeats
-/// fits with its road but not with its houses, or with one side only.
-double agreement(const ViewEvidence& e) {
-  if (!(e.expected > 0)) return 0;
-  return std::max(0.0, std::min({e.score / e.expected, agreement(e.standing), agreement(e.sides[0]),
-                                 agreement(e.sides[1])}));
+/// Share of the score of a true pose, the smallest of all and of each part, in [0, 1]. A street that
+/// repeats fits with its road but not with its houses, or with one side only.
+double agreementOf(const Evidence& e) {
+  if (!(e.expected > 0)) return 1;  // nobody knows what a true pose scores: walks
+  return std::clamp(std::min({e.score / e.expected, agreementOf(e.standing),
+                              agreementOf(e.sides[0]), agreementOf(e.sides[1])}),
+                    0.0, 1.0);
 }
 
-/// Evidence by which wrong answers become e times rarer [nats].
-double unitOf(const ViewEvidence& e, const VerdictOptions& o) {
-  const double usual = e.from_the_air ? o.aerial_false_alarm_nats : o.false_alarm_nats;
-  return std::max(usual * std::sqrt(std::max(1, e.windows)),
-                  kTailShare * tailScale(e.wrong_scores));
+double placeOdds(const Evidence& e) {
+  const double statistic = leadStatistic(e) * agreementOf(e);
+  return kOddsPerFactorE * std::log(std::max(1e-9, statistic) / kEvenOdds);
 }
 
-/// 0.003 and 2e-27, but 10 and not 1e+01.
-std::string oneDigit(double value) {
-  return value < 1 ? fmt::format("{:.1g}", value) : fmt::format("{:.0f}", value);
+/// Binomial: how much likelier so many kept correspondences are at the true place than by chance.
+double correspondenceOdds(const Evidence& e) {
+  if (e.with_candidates == 0) return 0;
+  const double n = e.with_candidates, k = std::min<double>(e.kept, n);
+  const double by_chance = std::clamp(e.kept_by_chance / n, 0.01, 0.99);
+  return k * std::log(kKeptIfTrue / by_chance) +
+         (n - k) * std::log((1 - kKeptIfTrue) / (1 - by_chance));
+}
+
+Witnesses witnessesOf(const Evidence& e) {
+  Witnesses w;
+  w.place = placeOdds(e);
+  w.correspondences = correspondenceOdds(e);
+  if (e.overlap) w.dense = kOddsPerOverlap * (*e.overlap - kEvenOverlap);
+  return w;
 }
 
 }  // namespace
 
-double tailScale(const std::vector<double>& scores_best_first) {
-  const std::size_t count = std::min(
-      kTailPlaces, scores_best_first.size() - std::min<std::size_t>(1, scores_best_first.size()));
-  if (count < 3) return 0;
-  double excess = 0;
-  for (std::size_t i = 0; i < count; ++i) excess += scores_best_first[i] - scores_best_first[count];
-  return excess / static_cast<double>(count);
-}
-
-double expectedFalseAlarms(const ViewEvidence& e, const VerdictOptions& o) {
-  const double evidence = std::max(0.0, margin(e)) * std::min(1.0, agreement(e));
-  return kWithoutEvidence * std::exp(-evidence / unitOf(e, o));
-}
-
-double neededMargin(const ViewEvidence& e, const VerdictOptions& o) {
-  const double allowed = 1 / o.min_confidence - 1;
-  return std::max(0.0, std::log(kWithoutEvidence / allowed)) * unitOf(e, o) /
-         std::clamp(agreement(e), kLeastAgreement, 1.0);
-}
-
-Verdict judge(const ViewEvidence& e, const VerdictOptions& o) {
+Verdict judge(const Evidence& e, const VerdictOptions& o) {
   Verdict verdict;
-  const double alarms = expectedFalseAlarms(e, o), agreed = agreement(e);
-  const double share = e.expected > 0 ? e.score / e.expected : 0;
-  const double lacking = std::min(share / std::max(1e-9, o.min_agreement),
-                                  e.known_share / std::max(1e-9, o.min_known_share));
-  const double by_evidence = std::isfinite(e.score) ? 1 / (1 + alarms) : 0;
-  verdict.confidence = lacking >= 1
-                           ? by_evidence
-                           : std::max(0.0, std::min(by_evidence, 0.5 * lacking * o.min_confidence));
-  if (verdict.confidence >= o.min_confidence) {
-    verdict.status = Status::accepted;
-    verdict.reason = fmt::format(
-        "{:.0f} nats better than any other place, {:.0f} % of the agreement of a usual true pose: "
-        "{} wrong answers per right one ({:.2g} allowed)",
-        margin(e), 100 * agreed, oneDigit(std::max(alarms, 1e-99)), 1 / o.min_confidence - 1);
-  } else if (e.known_share < o.min_known_share) {
+  if (!std::isfinite(e.score) || e.score <= 0) {
+    verdict.reason = "nothing in the map agrees with the query";
+    return verdict;
+  }
+  verdict.witnesses = witnessesOf(e);
+  verdict.confidence = 1 / (1 + std::exp(-verdict.witnesses.place));
+  const bool unseen = e.known_share < o.min_known_share;
+  if (unseen) verdict.confidence *= 0.5 * e.known_share / o.min_known_share;
+  const double agreement = agreementOf(e);
+  const std::string lead =
+      fmt::format("the best place has {:.0f} nats, the next one {:.0f}", e.score, e.runner_up);
+  if (unseen) {
     verdict.reason =
         fmt::format("only {:.0f} % of the query lies where the map was seen ({:.0f} % needed)",
                     100 * e.known_share, 100 * o.min_known_share);
-  } else if (!(share >= o.min_agreement)) {
+  } else if (verdict.confidence >= o.min_confidence) {
+    verdict.status = Status::accepted;
     verdict.reason =
-        fmt::format("the best place has {:.0f} % of the score of a true pose ({:.0f} % needed)",
-                    100 * std::max(0.0, share), 100 * o.min_agreement);
-  } else if (e.runner_up >= kEqualShare * e.score) {
+        lead + fmt::format(", {:.0f} % of the agreement of a usual true pose", 100 * agreement);
+  } else if (e.runner_up >= kEqualShare * e.score && agreement >= kLeastAgreement) {
     verdict.status = Status::ambiguous;
     verdict.reason =
         fmt::format("two places explain the query about equally well ({:.0f} and {:.0f} nats)",
                     e.score, e.runner_up);
   } else {
-    verdict.reason = fmt::format(
-        "only {:.0f} nats better than any other place, {:.0f} % of the agreement of a usual true "
-        "pose: {} wrong answers per right one ({:.2g} allowed)",
-        margin(e), 100 * agreed, oneDigit(alarms), 1 / o.min_confidence - 1);
+    verdict.reason = lead + fmt::format(": right with {:.3g} % at most, {:.4g} % needed",
+                                        100 * verdict.confidence, 100 * o.min_confidence);
   }
   return verdict;
 }
 
-Verdict judge(const PlaceEvidence& e, double needed_margin, const VerdictOptions& o) {
-  Verdict verdict;
-  const double margin = e.score - e.runner_up;
-  const double agreement = e.expected > 0 ? e.score / e.expected : 0;
-  const double sufficiency =
-      std::min({margin / std::max(1e-9, needed_margin), agreement / std::max(1e-9, o.min_agreement),
-                e.known_share / std::max(1e-9, o.min_known_share)});
-  verdict.confidence = confidenceOf(sufficiency);
-  const bool agrees = agreement >= o.min_agreement && e.known_share >= o.min_known_share;
-  if (sufficiency >= 1) {
-    verdict.status = Status::accepted;
-    verdict.reason = fmt::format(
-        "{:.0f} nats better than any other place ({:.0f} needed), {:.0f} % of the score of a true "
-        "pose",
-        margin, needed_margin, 100 * agreement);
-  } else if (agrees && e.runner_up >= kEqualShare * e.score) {
-    verdict.status = Status::ambiguous;
-    verdict.reason = fmt::format(
-        "two places explain the query about equally well ({:.0f} and {:.0f} nats, {:.0f} apart "
-        "needed)",
-        e.score, e.runner_up, needed_margin);
-  } else if (e.known_share < o.min_known_share) {
-    verdict.reason =
-        fmt::format("only {:.0f} % of the query lies where the map was seen ({:.0f} % needed)",
-                    100 * e.known_share, 100 * o.min_known_share);
-  } else if (agreement < o.min_agreement) {
-    verdict.reason =
-        fmt::format("the best place has {:.0f} % of the score of a true pose ({:.0f} % needed)",
-                    100 * std::max(0.0, agreement), 100 * o.min_agreement);
-  } else {
-    verdict.reason =
-        fmt::format("the best place is {:.0f} nats better than the next one ({:.0f} needed)",
-                    margin, needed_margin);
-  }
-  return verdict;
-}
-
-Verdict judge(const ConsensusEvidence& e, const VerdictOptions& o) {
-  Verdict verdict;
-  // A row of houses fits another row: the inliers of wrong poses come in clusters and grow with the
-  // query, up to about 22.
-  const double chance = std::min(24.0, 5 + 0.18 * e.vertices);
-  const double needed =
-      std::max({o.min_inliers, chance, 2 * e.chance_inliers, o.min_inlier_ratio * e.runner_up});
-  verdict.confidence = confidenceOf(e.inliers / needed);
-  if (e.inliers >= needed) {
-    verdict.status = Status::accepted;
-    verdict.reason =
-        fmt::format("{} of {} vertices agree ({:.0f} needed), {} in the next best place", e.inliers,
-                    e.vertices, needed, e.runner_up);
-  } else if (e.inliers >= o.min_inliers && e.runner_up >= kEqualShare * e.inliers) {
-    verdict.status = Status::ambiguous;
-    verdict.reason = fmt::format("two places agree equally well ({} and {} of {} vertices)",
-                                 e.inliers, e.runner_up, e.vertices);
-  } else {
-    verdict.reason =
-        fmt::format("{} of {} vertices agree, {:.0f} needed", e.inliers, e.vertices, needed);
-  }
-  return verdict;
-}
-
-}  // namespace xview
+}  // namespace xview::verify

@@ -8,7 +8,7 @@
 #include <set>
 
 #include "pipeline/simulated_drive.h"
-#include "pipeline/walk_graph.h"
+#include "pipeline/walk_matching.h"
 #include "xview/types/error.h"
 
 namespace xview {

@@ -19,7 +19,8 @@ TEST(LikelihoodLearning, SamplesLieNearerAtTruePosesThanAtWrongOnes) {
   const auto& rear = drive.sessions.at("rear");
   std::vector<Eigen::Isometry3d> truth;
   for (std::size_t i = 0; i < rear->size(); ++i) truth.push_back(rear->truth(i));
-  const search::LikelihoodTable table = learnLikelihoods(drive.map, drive.frames.at("rear"), truth, 40, {});
+  const search::LikelihoodTable table =
+      learnLikelihoods(drive.map, drive.frames.at("rear"), truth, 40, {});
   for (const Channel channel :
        {Channel::road, Channel::building, Channel::fence, Channel::obstacle_low}) {
     const search::DistanceCounts& counts = table.at(search::Viewpoint::ground, channel);

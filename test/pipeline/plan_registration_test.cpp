@@ -73,8 +73,9 @@ TEST(PlanRegistration, FindsThePoseBetweenTheCells) {
       const auto T =
           registration.align(query, sensorInQuery().translation(), disturbed(shift, turn));
       ASSERT_TRUE(T.has_value());
-      EXPECT_LT(errorOf(*T), 0.12);
-      EXPECT_LT(std::abs(angleDifference(yawOf(T->linear()), yawOf(kTruth.linear()))), 0.006);
+      EXPECT_LT(errorOf(T->T_map_query), 0.12);
+      EXPECT_LT(std::abs(angleDifference(yawOf(T->T_map_query.linear()), yawOf(kTruth.linear()))),
+                0.006);
     }
   }
 }
@@ -86,8 +87,8 @@ TEST(PlanRegistration, MovesInThePlaneOnly) {
   const PlanView query = seenBy(map, kTruth.inverse(), 0.1);
   const auto T = PlanRegistration(map).align(query, sensorInQuery().translation(), start);
   ASSERT_TRUE(T.has_value());
-  EXPECT_NEAR(T->translation().z(), start.translation().z(), 1e-9);
-  EXPECT_NEAR((T->linear() * start.linear().transpose())(2, 2), 1, 1e-12);
+  EXPECT_NEAR(T->T_map_query.translation().z(), start.translation().z(), 1e-9);
+  EXPECT_NEAR((T->T_map_query.linear() * start.linear().transpose())(2, 2), 1, 1e-12);
 }
 
 TEST(PlanRegistration, DoesNotDependOnTheFrameOfTheQueryNorOnWhichWayIsUpInIt) {
@@ -102,7 +103,8 @@ TEST(PlanRegistration, DoesNotDependOnTheFrameOfTheQueryNorOnWhichWayIsUpInIt) {
   const auto other =
       PlanRegistration(map).align(tilted, upright.inverse() * sensor, start * upright);
   ASSERT_TRUE(T.has_value() && other.has_value());
-  EXPECT_TRUE((T->matrix() - (*other * upright.inverse()).matrix()).isZero(1e-6));
+  EXPECT_TRUE(
+      (T->T_map_query.matrix() - (other->T_map_query * upright.inverse()).matrix()).isZero(1e-6));
 }
 
 TEST(PlanRegistration, HasNoAnswerWhereNothingIsAlike) {

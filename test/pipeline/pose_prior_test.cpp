@@ -34,7 +34,7 @@ TEST(PosePrior, EveryPoseThatSatisfiesItPutsOtherPointsWhereItSays) {
     const Eigen::Vector2d point = last.translation().head<2>() +
                                   Eigen::Vector2d(random.uniform(-40, 40), random.uniform(-40, 40));
     const PlacePrior of_point =
-        search::priorOfPoint(framePriors({prior}, query), point - last.translation().head<2>());
+        search::priorOfPoint(ofQueryFrame({prior}, query), point - last.translation().head<2>());
 
     const double direction = random.uniform(-M_PI, M_PI),
                  off = prior.near->radius * std::sqrt(random.uniform());
@@ -86,20 +86,6 @@ TEST(PosePrior, ACameraThatLooksStraightDownHasTheHeadingOfTheTopOfItsImage) {
   const PlacePrior along_x{std::nullopt, PlacePrior::Heading{0, 0.2}};
   EXPECT_TRUE(satisfies({along_x}, query, Eigen::Isometry3d::Identity()));
   EXPECT_FALSE(satisfies({along_x}, query, poseFromYaw({0, 0, 0}, 0.5)));
-}
-
-TEST(PosePrior, ARefinedPoseThatLeftThePriorIsNotAccepted) {
-  const Query query = lidarQuery(Eigen::Isometry3d::Identity());
-  Localization answer;
-  answer.status = Status::accepted;
-  answer.confidence = 0.9;
-  answer.hypotheses.push_back({poseFromYaw({5.1, 0, 0}, 0), 100, 5, Proposer::search});
-  refuseOutside({{PlacePrior::Circle{0, 0, 5.2}, std::nullopt}}, query, answer);
-  EXPECT_TRUE(answer.accepted());
-  refuseOutside({{PlacePrior::Circle{0, 0, 5}, std::nullopt}}, query, answer);
-  EXPECT_EQ(answer.status, Status::rejected);
-  EXPECT_LT(answer.confidence, 0.5);
-  EXPECT_NE(answer.reason.find("outside of the prior"), std::string::npos);
 }
 
 }  // namespace

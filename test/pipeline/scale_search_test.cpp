@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "pipeline/scale_search.h"
+#include "pipeline/frame_guess.h"
 
 #include <gtest/gtest.h>
 

@@ -7,7 +7,7 @@
 
 #include "xview/types/random.h"
 
-namespace xview {
+namespace xview::verify {
 namespace {
 
 constexpr int kPlenty = 1000000;
@@ -190,4 +190,4 @@ TEST(DensestCore, IsTheHighestCore) {
 }
 
 }  // namespace
-}  // namespace xview
+}  // namespace xview::verify

@@ -10,7 +10,7 @@
 #include "xview/types/random.h"
 #include "xview/verify/clique.h"
 
-namespace xview {
+namespace xview::verify {
 namespace {
 
 using Points = std::vector<Eigen::Vector3d>;
@@ -119,4 +119,4 @@ TEST(PairwiseConsistency, OfNothingIsEmpty) {
 }
 
 }  // namespace
-}  // namespace xview
+}  // namespace xview::verify

@@ -10,7 +10,7 @@
 #include "xview/types/pose.h"
 #include "xview/types/random.h"
 
-namespace xview {
+namespace xview::verify {
 namespace {
 
 using Points = std::vector<Eigen::Vector3d>;
@@ -200,4 +200,4 @@ TEST(Supporters, AreThoseWithinTheDistanceInclusive) {
 }
 
 }  // namespace
-}  // namespace xview
+}  // namespace xview::verify

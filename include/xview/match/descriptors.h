@@ -46,6 +46,8 @@ Descriptors describe(const SemanticGraph& graph, const LabelAlphabet& alphabet,
 /// min(count_a, count_b) over common words divided by the smaller number of walks. 1 for a vertex
 /// with itself.
 double similarity(const Descriptors& a, std::uint32_t i, const Descriptors& b, std::uint32_t j);
+/// The same of two sorted lists of words.
+double similarity(const std::vector<WalkCount>& a, const std::vector<WalkCount>& b);
 
 /// The words of a map with the vertices that hold them, so that a query vertex meets only map
 /// vertices that share a word with it, hence its class. Both sides must use one alphabet.

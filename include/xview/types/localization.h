@@ -34,6 +34,13 @@ struct Hypothesis {
   Proposer proposer = Proposer::walks;
 };
 
+/// What speaks for an answer, each as log odds of right against wrong.
+struct Witnesses {
+  double place = 0;            ///< how far the best place stands out of the others
+  double correspondences = 0;  ///< how many vertices keep a partner at it
+  double dense = 0;            ///< how many points meet the map after the refinement
+};
+
 /// Milliseconds per stage, in the order of execution.
 using Timings = std::vector<std::pair<std::string, double>>;
 
@@ -46,6 +53,7 @@ struct Localization {
   std::string reason;  ///< one sentence with the deciding numbers
   double confidence =
       0;  ///< in [0, 1], monotone in how sure the program is; comparable between queries
+  Witnesses witnesses;
   Eigen::Isometry3d T_map_query =
       Eigen::Isometry3d::Identity();  ///< query odometry frame to map frame
   Eigen::Isometry3d T_map_sensor =
@@ -59,6 +67,9 @@ struct Localization {
   int vertices = 0;                    ///< of the query graph
   int matches = 0;                     ///< putative correspondences tried
   std::vector<Hypothesis> hypotheses;  ///< best first, distinct places
+  /// T_map_sensor of every frame of the query as the posterior bends its odometry; empty if it did
+  /// not settle.
+  std::vector<Eigen::Isometry3d> trajectory;
   std::vector<Correspondence> putative;
   std::vector<Correspondence> kept;
   Timings timing_ms;

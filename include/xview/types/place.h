@@ -29,7 +29,9 @@ struct ScaleRange {
   double low = 1, high = 1;
 };
 
-/// True if two poses are the same place for the verdict: nearer than 8 m and 0.4 rad.
+/// Poses this near to one another are the same place for the verdict.
+constexpr double kSamePlace_m = 8, kSamePlace_rad = 0.4;
+/// Neither farther away nor turned by more than that.
 bool samePlace(const PlacePose& a, const PlacePose& b);
 
 }  // namespace xview

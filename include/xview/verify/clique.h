@@ -6,7 +6,7 @@
 
 #include "xview/verify/consistency.h"
 
-namespace xview {
+namespace xview::verify {
 
 /// Core number of each node (largest k such that the node survives in a subgraph of minimum degree
 /// k).
@@ -26,4 +26,4 @@ Clique maximumClique(const ConsistencyGraph& graph, int budget);
 /// if there are no edges.
 std::vector<std::uint32_t> densestCore(const ConsistencyGraph& graph);
 
-}  // namespace xview
+}  // namespace xview::verify

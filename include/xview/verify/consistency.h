@@ -8,7 +8,7 @@
 #include "xview/types/correspondence.h"
 #include "xview/types/option_field.h"
 
-namespace xview {
+namespace xview::verify {
 
 struct ConsistencyOptions {
   double tolerance_m =
@@ -60,4 +60,4 @@ ConsistencyGraph pairwiseConsistency(const std::vector<Eigen::Vector3d>& query,
                                      const std::vector<Correspondence>& correspondences,
                                      const ConsistencyOptions& options);
 
-}  // namespace xview
+}  // namespace xview::verify

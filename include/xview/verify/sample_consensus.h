@@ -7,7 +7,7 @@
 #include "xview/types/correspondence.h"
 #include "xview/types/option_field.h"
 
-namespace xview {
+namespace xview::verify {
 
 struct ConsensusOptions {
   double inlier_m = 3;  ///< a correspondence fits a pose if it ends this near
@@ -50,4 +50,4 @@ std::vector<Correspondence> supporters(const std::vector<Eigen::Vector3d>& query
                                        const std::vector<Correspondence>& correspondences,
                                        const Eigen::Isometry3d& T_map_query, double inlier_m);
 
-}  // namespace xview
+}  // namespace xview::verify

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <Eigen/Geometry>
+#include <optional>
+#include <vector>
+
+#include "xview/localizer.h"
+
+namespace xview {
+
+/// Which way is up in the frame of a query, and how long its metre is in the map:
+/// p_upright = R_up * (scale * p_query). What is known is one guess; an unknown up and an unknown
+/// scale are lists of them, and nothing but this file knows about tilts.
+struct FrameGuess {
+  Eigen::Quaterniond R_up = Eigen::Quaterniond::Identity();
+  double scale = 1;
+};
+
+/// The map in a gravity-aligned frame; nothing if its own is one.
+std::optional<SemanticMap> uprightMap(const SemanticMap& map, const Eigen::Quaterniond& R_up);
+
+/// The query with every length times `scale`, about the origin of its frame.
+Query scaledQuery(const Query& query, double scale);
+/// The query in the frame that `R_up` makes of its own. Its view from above is drawn upright
+/// already and stays where it is.
+Query turnedQuery(const Query& query, const Eigen::Quaterniond& R_up);
+/// The query and its view from above turned by a few degrees more. Samples and cells are taken to
+/// lie on the ground below them, so what stands h metres above it is drawn h * sin(angle) away.
+Query tiltedQuery(const Query& query, const Eigen::Quaterniond& R);
+
+/// A query as a guess has it. It is copied only if it has to be changed.
+class GuessedQuery {
+ public:
+  GuessedQuery(const Query& given, const FrameGuess& guess);
+  GuessedQuery(const GuessedQuery&) = delete;
+  GuessedQuery& operator=(const GuessedQuery&) = delete;
+  const Query& operator*() const { return changed_ ? *changed_ : given_; }
+  const Query* operator->() const { return &**this; }
+
+ private:
+  const Query& given_;
+  std::optional<Query> changed_;
+};
+
+/// A cloud or graph whose origin lies outside of what it shows (lifted from a drive, cut from a
+/// town) was not seen from there, and on a lever of hundreds of metres a tenth of a degree looks
+/// like another place. The same query with its centre as its pose, in which it can be judged,
+/// refined and looked for; nothing if its poses were view-points.
+std::optional<Query> seenFromItsCentre(const Query& query);
+
+/// Scales 6 % apart: a window of 60 m then fits within 1 m at its ends for one of them.
+std::vector<double> scalesIn(const ScaleRange& range);
+constexpr double kScaleStep = 0.06;
+
+/// The middle of what was seen, which a change of the scale should leave where it is.
+Eigen::Vector3d middleOf(const Query& query);
+
+/// The covariance of a pose, if that of a pose with position `p_map` is `covariance`; both are
+/// moved by the same left increments (x y z rx ry rz, map frame).
+Matrix6d movedCovariance(const Matrix6d& covariance, const Eigen::Vector3d& p_map,
+                         const Eigen::Vector3d& to_map);
+
+/// The gravity-aligned pose that heads the same way and puts a point of the query in the same
+/// place.
+Eigen::Isometry3d alignedAbout(const Eigen::Vector3d& point, const Eigen::Isometry3d& T);
+
+}  // namespace xview

@@ -1,0 +1,349 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "pipeline/walk_matching.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <mutex>
+#include <numeric>
+#include <optional>
+#include <tuple>
+
+#include "xview/graph/edges.h"
+#include "xview/match/descriptors.h"
+#include "xview/pose/align.h"
+#include "xview/types/stopwatch.h"
+#include "xview/verify/clique.h"
+#include "xview/verify/sample_consensus.h"
+
+namespace xview {
+namespace {
+
+/// Map vertices so far beyond a hypothesis take part in walks; edges reach no further.
+constexpr double kMargin_m = 20;
+
+/// Positions of kept vertices by class and cell of the spacing.
+class SpacedVertices {
+ public:
+  explicit SpacedVertices(double spacing_m) : spacing_m_(spacing_m) {}
+  bool addIfFree(const Vertex& v) {
+    const Key at{v.label, cellOf(v.position.x()), cellOf(v.position.y())};
+    for (int dy = -1; dy <= 1; ++dy) {
+      for (int dx = -1; dx <= 1; ++dx) {
+        const auto it = cells_.find({v.label, std::get<1>(at) + dx, std::get<2>(at) + dy});
+        if (it == cells_.end()) continue;
+        for (const Eigen::Vector3d& p : it->second) {
+          if ((p - v.position).norm() <= spacing_m_) return false;
+        }
+      }
+    }
+    cells_[at].push_back(v.position);
+    return true;
+  }
+
+ private:
+  using Key = std::tuple<std::uint32_t, std::int64_t, std::int64_t>;
+  std::int64_t cellOf(double metres) const {
+    return static_cast<std::int64_t>(std::floor(metres / spacing_m_));
+  }
+  double spacing_m_;
+  std::map<Key, std::vector<Eigen::Vector3d>> cells_;
+};
+
+/// Standard deviation of points across the plane that fits them best.
+double thicknessOf(const std::vector<Eigen::Vector3d>& points) {
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& p : points) mean += p / static_cast<double>(points.size());
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  for (const Eigen::Vector3d& p : points)
+    covariance += (p - mean) * (p - mean).transpose() / static_cast<double>(points.size());
+  return std::sqrt(std::max(
+      0.0, Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(covariance, Eigen::EigenvaluesOnly)
+               .eigenvalues()(0)));
+}
+
+/// Both frames are gravity-aligned as a rule; then four degrees of freedom fit about as well as
+/// six, and are safer. Points in one plane fit their mirror image as well, turned upside down; only
+/// gravity tells.
+Alignment alignWithGravity(const std::vector<Eigen::Vector3d>& from,
+                           const std::vector<Eigen::Vector3d>& to, const std::string& gravity) {
+  constexpr double kMuchWorse = 1.3, kSlack_m = 0.3, kFlat_m = 0.3;
+  const Alignment free = alignPoints(from, to), upright = alignPointsUpright(from, to);
+  if (gravity == "free") return free;
+  if (gravity == "aligned" || !free.valid || thicknessOf(from) < kFlat_m) return upright;
+  return upright.valid && upright.rms_m <= kMuchWorse * free.rms_m + kSlack_m ? upright : free;
+}
+
+/// The largest set of matches that agree pairwise, and every match that agrees with most of it.
+/// Sample consensus fails below about a tenth of inliers, so what cannot agree goes first.
+std::vector<Correspondence> pruned(const WalkGraph& query, const std::vector<Eigen::Vector3d>& map,
+                                   const std::vector<Correspondence>& matches,
+                                   const verify::ConsistencyOptions& options) {
+  constexpr std::size_t kMost = 10000;  // the bits of all pairs of so many take 12 MB
+  std::vector<Correspondence> compared = matches;
+  if (matches.size() > kMost) {
+    compared.clear();
+    for (std::size_t k = 0; k < kMost; ++k) compared.push_back(matches[k * matches.size() / kMost]);
+  }
+  const verify::ConsistencyGraph agreement =
+      verify::pairwiseConsistency(query.positions, map, compared, options);
+  const verify::Clique clique = verify::maximumClique(agreement, options.clique_budget);
+  std::vector<Correspondence> agreeing;
+  for (std::uint32_t i = 0; i < agreement.size(); ++i) {
+    std::size_t count = 0;
+    for (const std::uint32_t j : clique.nodes) count += i == j || agreement.connected(i, j);
+    if (4 * count >= 3 * clique.nodes.size()) agreeing.push_back(compared[i]);
+  }
+  return agreeing;
+}
+
+/// Sample consensus on `sample`, SVD on its supporters, and what of `matches` agrees with that.
+MatchedPose consensusOf(const WalkGraph& query, const std::vector<Eigen::Vector3d>& map,
+                        const std::vector<Correspondence>& sample,
+                        const std::vector<Correspondence>& matches, const std::string& gravity,
+                        const verify::ConsensusOptions& options) {
+  MatchedPose result;
+  const verify::Consensus consensus =
+      verify::rejectBySampleConsensus(query.positions, map, sample, options);
+  if (!consensus.found) return result;
+  result.found = true;
+  result.T_map_query = consensus.T_map_query;
+  result.rms_m = consensus.rms_m;
+  result.kept =
+      verify::supporters(query.positions, map, matches, result.T_map_query, options.inlier_m);
+  std::vector<Eigen::Vector3d> from, to;
+  for (const Correspondence& c : result.kept) {
+    from.push_back(query.positions[c.query]);
+    to.push_back(map[c.map]);
+  }
+  const Alignment fit = alignWithGravity(from, to, gravity);
+  if (!fit.valid) return result;
+  result.T_map_query = fit.T_target_source;
+  result.rms_m = fit.rms_m;
+  result.kept =
+      verify::supporters(query.positions, map, matches, result.T_map_query, options.inlier_m);
+  return result;
+}
+
+void inFullGraphs(const WalkGraph& query, const WalkGraph& map, WalkMatches& matches) {
+  const auto renumber = [&](std::vector<Correspondence>& list) {
+    for (Correspondence& c : list) c = {query.source[c.query], map.source[c.map], c.similarity};
+  };
+  renumber(matches.putative);
+  for (MatchedPose& pose : matches.poses) renumber(pose.kept);
+}
+
+/// The whole map, ready to be matched.
+struct DescribedMap {
+  DescribedMap(WalkGraph walk_graph, const Options& o)
+      : walks(std::move(walk_graph)),
+        alphabet(walks.graph),
+        index(match::describe(walks.graph, alphabet, o.walks, o.match.descriptor,
+                              2 * static_cast<std::uint64_t>(o.seed) + 1, o.threads)) {}
+  WalkGraph walks;
+  match::LabelAlphabet alphabet;
+  match::DescriptorIndex index;
+};
+
+/// match::Descriptors of single vertices of a graph, made when they are asked for.
+class DescriptorCache {
+ public:
+  DescriptorCache(const SemanticGraph& graph, const match::LabelAlphabet& alphabet,
+                  const Options& options, std::uint64_t seed)
+      : graph_(graph), alphabet_(alphabet), options_(options), seed_(seed), made_(graph.size()) {}
+  const std::vector<match::WalkCount>& of(std::uint32_t vertex) {
+    std::optional<std::vector<match::WalkCount>>& made = made_[vertex];
+    if (!made) {
+      made = options_.match.descriptor == "spectrum"
+                 ? match::walkSpectrum(graph_, alphabet_, vertex, options_.walks)
+                 : match::sampleWalks(graph_, alphabet_, vertex, options_.walks, seed_);
+    }
+    return *made;
+  }
+
+ private:
+  const SemanticGraph& graph_;
+  const match::LabelAlphabet& alphabet_;
+  const Options& options_;
+  std::uint64_t seed_;
+  std::vector<std::optional<std::vector<match::WalkCount>>> made_;
+};
+
+/// Candidates of each query vertex under a pose, with their similarity; and for each query vertex
+/// with any, how many there are.
+struct Candidates {
+  std::vector<Correspondence> best;
+  std::vector<int> counts;
+};
+
+Candidates candidatesUnder(const Eigen::Isometry3d& T_map_query, const WalkGraph& query,
+                           const WalkGraph& map, double reach_m, const Options& options) {
+  constexpr std::size_t kBest = 3;  // partners of a vertex that sample consensus chooses from
+  const match::LabelAlphabet alphabet(query.graph, map.graph);
+  const auto seed = 2 * static_cast<std::uint64_t>(options.seed);
+  DescriptorCache of_query(query.graph, alphabet, options, seed),
+      of_map(map.graph, alphabet, options, seed + 1);
+  Candidates candidates;
+  for (std::uint32_t i = 0; i < query.graph.size(); ++i) {
+    const Eigen::Vector3d p = T_map_query * query.positions[i];
+    std::vector<Correspondence> near;
+    for (std::uint32_t j = 0; j < map.graph.size(); ++j) {
+      if (query.graph.vertices[i].label == map.graph.vertices[j].label &&
+          (p - map.positions[j]).squaredNorm() <= reach_m * reach_m)
+        near.push_back({i, j, 1.f});
+    }
+    if (near.empty()) continue;
+    candidates.counts.push_back(static_cast<int>(near.size()));
+    for (Correspondence& c : near)
+      c.similarity = static_cast<float>(match::similarity(of_query.of(i), of_map.of(c.map)));
+    std::stable_sort(near.begin(), near.end(),
+                     [](const Correspondence& a, const Correspondence& b) {
+                       return a.similarity > b.similarity;
+                     });
+    near.resize(std::min(near.size(), kBest));
+    candidates.best.insert(candidates.best.end(), near.begin(), near.end());
+  }
+  return candidates;
+}
+
+}  // namespace
+
+WalkGraph walkGraph(const SemanticGraph& graph, const LabelSet& labels, const Options& options) {
+  WalkGraph result;
+  if (graph.space == GraphSpace::image) {
+    result.graph = graph;
+    result.source.resize(graph.size());
+    std::iota(result.source.begin(), result.source.end(), 0u);
+  } else {
+    SpacedVertices spaced(options.merge.first_observation_m);
+    for (std::uint32_t i = 0; i < graph.size(); ++i) {
+      const Vertex& v = graph.vertices[i];
+      if (labels.role(v.label) == Role::surface && !spaced.addIfFree(v)) continue;
+      result.graph.vertices.push_back(v);
+      result.source.push_back(i);
+    }
+    connectByRadius(result.graph, options.edges);
+  }
+  for (const Vertex& v : result.graph.vertices) result.positions.push_back(v.position);
+  return result;
+}
+
+SemanticGraph inducedGraph(const SemanticGraph& graph, const std::vector<std::uint32_t>& numbers) {
+  SemanticGraph part;
+  part.space = graph.space;
+  part.neighbours.resize(numbers.size());
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    part.vertices.push_back(graph.vertices[numbers[i]]);
+    if (graph.space != GraphSpace::image) continue;
+    for (const std::uint32_t j : graph.neighbours[numbers[i]]) {
+      const auto at = std::lower_bound(numbers.begin(), numbers.end(), j);
+      if (at != numbers.end() && *at == j)
+        part.neighbours[i].push_back(static_cast<std::uint32_t>(at - numbers.begin()));
+    }
+  }
+  return part;
+}
+
+struct WalkMatcher::Index {
+  Index(const SemanticGraph& map_graph, const LabelSet& label_set, const Options& all_options)
+      : map(map_graph), labels(label_set), options(all_options) {
+    for (const Vertex& v : map.vertices) plane.emplace_back(v.position.head<2>());
+  }
+  const DescribedMap& described() const {
+    std::call_once(described_once,
+                   [&] { described_map.emplace(walkGraph(map, labels, options), options); });
+    return *described_map;
+  }
+  WalkGraph mapAround(const Eigen::Vector2d& centre, double radius_m) const {
+    std::vector<std::uint32_t> numbers;
+    for (std::uint32_t i = 0; i < plane.size(); ++i) {
+      if ((plane[i] - centre).squaredNorm() <= radius_m * radius_m) numbers.push_back(i);
+    }
+    WalkGraph part = walkGraph(inducedGraph(map, numbers), labels, options);
+    for (std::uint32_t& source : part.source) source = numbers[source];
+    return part;
+  }
+  const SemanticGraph& map;
+  std::vector<Eigen::Vector2d> plane;  ///< positions of the map's vertices
+  LabelSet labels;
+  Options options;
+  mutable std::once_flag described_once;
+  mutable std::optional<DescribedMap> described_map;
+};
+
+WalkMatcher::WalkMatcher(const SemanticGraph& map, const LabelSet& labels, const Options& options)
+    : index_(std::make_unique<Index>(map, labels, options)) {}
+WalkMatcher::~WalkMatcher() = default;
+
+WalkGraph WalkMatcher::queryGraph(const SemanticGraph& query) const {
+  return walkGraph(query, index_->labels, index_->options);
+}
+
+WalkMatches WalkMatcher::matchEverywhere(const WalkGraph& query, int count, bool up_known,
+                                         Timings& timing_ms) const {
+  WalkMatches result;
+  if (query.graph.empty() || index_->map.empty()) return result;
+  const Options& o = index_->options;
+  Stopwatch watch;
+  const DescribedMap& map = index_->described();
+  const match::Descriptors words =
+      match::describe(query.graph, map.alphabet, o.walks, o.match.descriptor,
+                      2 * static_cast<std::uint64_t>(o.seed), o.threads);
+  timing_ms.emplace_back("descriptors", watch.lap_ms());
+  result.putative = map.index.bestMatches(words, o.match, o.threads);
+  timing_ms.emplace_back("matching", watch.lap_ms());
+  std::vector<Correspondence> matches = result.putative;
+  const std::vector<Eigen::Vector3d>& to = map.walks.positions;
+  while (static_cast<int>(result.poses.size()) < count && matches.size() >= 3) {
+    MatchedPose pose = consensusOf(query, to, pruned(query, to, matches, o.consistency), matches,
+                                   up_known ? o.posterior.gravity : "free", o.consensus);
+    if (!pose.found) break;
+    std::vector<Correspondence> rest;
+    for (const Correspondence& c : matches) {
+      if ((pose.T_map_query * query.positions[c.query] - to[c.map]).norm() >
+          3 * o.consensus.inlier_m)
+        rest.push_back(c);
+    }
+    matches = std::move(rest);
+    result.poses.push_back(std::move(pose));
+  }
+  std::stable_sort(
+      result.poses.begin(), result.poses.end(),
+      [](const MatchedPose& a, const MatchedPose& b) { return a.kept.size() > b.kept.size(); });
+  inFullGraphs(query, map.walks, result);
+  timing_ms.emplace_back("rejection", watch.lap_ms());
+  return result;
+}
+
+WalkMatches WalkMatcher::matchUnder(const Eigen::Isometry3d& T_map_query, const WalkGraph& query,
+                                    double reach_m, Timings& timing_ms) const {
+  WalkMatches result;
+  result.poses.emplace_back();
+  if (query.graph.empty() || index_->map.empty()) return result;
+  const Options& o = index_->options;
+  Stopwatch watch;
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& p : query.positions)
+    centre += p / static_cast<double>(query.positions.size());
+  double radius_m = 0;
+  for (const Eigen::Vector3d& p : query.positions)
+    radius_m = std::max(radius_m, (p - centre).head<2>().norm());
+  const WalkGraph map = index_->mapAround((T_map_query * centre).head<2>(), radius_m + kMargin_m);
+  Candidates candidates = candidatesUnder(T_map_query, query, map, reach_m, o);
+  timing_ms.emplace_back("descriptors", watch.lap_ms());
+  const std::vector<Correspondence>& best = candidates.best;
+  MatchedPose pose =
+      consensusOf(query, map.positions, best, best, o.posterior.gravity, o.consensus);
+  pose.with_candidates = static_cast<int>(candidates.counts.size());
+  const double inlier_share = std::min(1.0, std::pow(o.consensus.inlier_m / reach_m, 2));
+  for (const int count : candidates.counts)
+    pose.kept_by_chance += 1 - std::pow(1 - inlier_share, count);
+  result.putative = std::move(candidates.best);
+  result.poses = {std::move(pose)};
+  inFullGraphs(query, map, result);
+  timing_ms.emplace_back("rejection", watch.lap_ms());
+  return result;
+}
+
+}  // namespace xview
