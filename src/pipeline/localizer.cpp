@@ -29,7 +29,10 @@ constexpr double kSameUp_rad = 0.1;     ///< the search bears an error of so muc
 constexpr double kFreeSigma_rad = 0.3;  ///< error of an up that only a pose tells
 constexpr std::size_t kVerified = 2;    ///< places whose correspondences are looked at
 constexpr double kPartnerReach_m = 5;   ///< partners of a vertex are so near under a hypothesis
-constexpr double kNatsOfInlier = 1;     ///< what a vertex that agrees is worth with method walks
+/// With method walks: what a vertex that agrees is worth, and how many agree with a wrong pose: a
+/// row of houses fits another row, so they come in clusters and grow with the query.
+constexpr double kNatsOfInlier = 7, kWrongInliers = 2.5, kWrongInlierShare = 0.09,
+                 kMostWrongInliers = 12;
 constexpr std::size_t kClimbedScales = 3;
 constexpr double kSureOfPrior = 0.9999;  ///< from that confidence on the outside is not looked at
 
@@ -291,8 +294,13 @@ Candidates Localizer::Index::findPlaces(const Query& query, const Priors& priors
 Candidates Localizer::Index::placesByWalks(const Query& query, const Priors& priors,
                                            Timings& timing_ms) const {
   Candidates found;
-  WalkMatches matches = walks.matchEverywhere(walks.queryGraph(query.graph), kWalkPlaces,
-                                              query.gravity.known, timing_ms);
+  const WalkGraph walk_query = walks.queryGraph(query.graph);
+  WalkMatches matches =
+      walks.matchEverywhere(walk_query, kWalkPlaces, query.gravity.known, timing_ms);
+  found.rival_score =
+      kNatsOfInlier *
+      std::min(kMostWrongInliers,
+               kWrongInliers + kWrongInlierShare * static_cast<double>(walk_query.graph.size()));
   for (MatchedPose& pose : matches.poses) {
     if (!satisfies(priors, query, pose.T_map_query)) continue;
     search::PlaceHypothesis place;
