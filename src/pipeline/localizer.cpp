@@ -107,7 +107,8 @@ void report(const Candidates& found, std::size_t count, Localization& answer) {
     answer.putative = found.matches[0].putative;
     answer.matches = static_cast<int>(answer.putative.size());
     const std::vector<Correspondence>& kept = found.matches[0].poses[0].kept;
-    if (!kept.empty()) answer.kept = kept;
+    // Bare graphs pair their vertices by all that is around, which is closer than what walks keep.
+    if (answer.kept.empty()) answer.kept = kept;
   }
   answer.inliers = answer.hypotheses[0].inliers = static_cast<int>(answer.kept.size());
 }

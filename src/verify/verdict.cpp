@@ -14,7 +14,7 @@ namespace {
 /// elsewhere, counted as if both were as frequent.
 constexpr double kOddsPerFactorE = 2.6, kEvenOdds = 6;
 /// What a wrong place may score by chance, so that small scores say little [nats].
-constexpr double kNoise_nats = 5;
+constexpr double kNoise_nats = 2;
 /// A runner-up with this share of the best score explains the query about equally well.
 constexpr double kEqualShare = 0.8;
 /// Below this agreement a place is a stranger's, not one of two.
