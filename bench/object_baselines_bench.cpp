@@ -17,13 +17,14 @@
 #include <vector>
 
 #include "baselines/baseline.h"
+#include "object_town.h"
 #include "xview/search/search.h"
-#include "xview/sim/object_town.h"
 #include "xview/types/error.h"
 
 namespace {
 
 using namespace xview;
+using namespace xview::bench;
 
 double cpuMilliseconds() {
   timespec t;

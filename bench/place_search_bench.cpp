@@ -29,12 +29,12 @@
 #include <vector>
 
 #include "../src/pipeline/object_evidence.h"
+#include "object_town.h"
 #include "xview/eval/precision_recall.h"
 #include "xview/eval/statistics.h"
 #include "xview/io/graph_files.h"
 #include "xview/io/label_files.h"
 #include "xview/search/search.h"
-#include "xview/sim/object_town.h"
 #include "xview/types/error.h"
 #include "xview/types/pose.h"
 #include "xview/types/random.h"
@@ -43,6 +43,7 @@
 namespace {
 
 using namespace xview;
+using namespace xview::bench;
 
 constexpr double kPi = 3.14159265358979323846;
 constexpr double kSuccess_m = 5;

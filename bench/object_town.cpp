@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/sim/object_town.h"
+#include "object_town.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 #include "xview/types/error.h"
 #include "xview/types/random.h"
 
-namespace xview {
+namespace xview::bench {
 namespace {
 
 constexpr double kCell = 25;  // [m] of the object index
@@ -309,4 +309,4 @@ void ObjectTown::objectsNear(double x, double y, double radius,
   std::sort(found.begin(), found.end());
 }
 
-}  // namespace xview
+}  // namespace xview::bench

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/sim/object_town.h"
+#include "object_town.h"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 #include "xview/types/error.h"
 #include "xview/types/pose.h"
 
-namespace xview {
+namespace xview::bench {
 namespace {
 
 bool areEqual(const SemanticGraph& a, const SemanticGraph& b) {
@@ -117,4 +117,4 @@ TEST(ObjectTown, ImpossibleSizesAreRefused) {
 }
 
 }  // namespace
-}  // namespace xview
+}  // namespace xview::bench

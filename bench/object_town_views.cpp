@@ -3,11 +3,11 @@
 #include <cmath>
 #include <unordered_map>
 
-#include "xview/sim/object_town.h"
+#include "object_town.h"
 #include "xview/types/pose.h"
 #include "xview/types/random.h"
 
-namespace xview {
+namespace xview::bench {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
@@ -355,4 +355,4 @@ TownQuery queryObjectTown(const ObjectTown& town, const TownNoise& noise,
   return query;
 }
 
-}  // namespace xview
+}  // namespace xview::bench

@@ -8,7 +8,7 @@
 #include "xview/types/graph.h"
 #include "xview/types/labels.h"
 
-namespace xview {
+namespace xview::bench {
 
 // A town of objects without images, for questions about matching alone and for maps of millions of
 // vertices. It repeats itself on purpose: trees, poles and parking bays stand at regular distances
@@ -110,4 +110,4 @@ TownQuery queryObjectTown(const ObjectTown& town, const TownNoise& noise,
                           const TownSampling& sampling, TownView view, double length_m,
                           std::uint64_t seed);
 
-}  // namespace xview
+}  // namespace xview::bench
