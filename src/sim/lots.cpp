@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/sim/lots.h"
-
+#include <algorithm>
 #include <cmath>
 
-#include "xview/sim/houses.h"
-#include "xview/sim/plants.h"
-#include "xview/sim/town_labels.h"
+#include "building.h"
 #include "xview/types/pose.h"
 
 namespace xview {
@@ -15,88 +12,68 @@ constexpr double kCorner = 9;            // no lot nearer to the end of a street
 constexpr double kPathHalfWidth = 1.35;  // of driveways [m]
 constexpr double kBoundaryStep = 1.5;    // fences and hedges follow the ground in such pieces [m]
 
-enum class Boundary { none, fence, picket, hedge, wall };
+/// A fence, picket fence, hedge or wall.
+struct Boundary {
+  Tag tag;
+  double thickness_m = 0, height_m = 0;  ///< 0: none
+};
 
-Boundary drawBoundary(Random& random) {
+Boundary drawBoundary(Town& town, Random& random) {
   const double kind = random.uniform();
-  if (kind < 0.22) return Boundary::none;
-  if (kind < 0.42) return Boundary::fence;
-  if (kind < 0.55) return Boundary::picket;
-  return kind < 0.88 ? Boundary::hedge : Boundary::wall;
+  if (kind < 0.22) return {};
+  Boundary boundary;
+  const bool is_hedge = kind >= 0.55 && kind < 0.88;
+  if (kind < 0.42) {
+    boundary.thickness_m = 0.08;
+    boundary.height_m = random.uniform(1.2, 1.9);
+  } else if (kind < 0.55) {
+    boundary.thickness_m = 0.06;
+    boundary.height_m = random.uniform(0.7, 1.1);
+  } else if (is_hedge) {
+    boundary.thickness_m = random.uniform(0.5, 1.1);
+    boundary.height_m = random.uniform(0.7, 2.2);
+  } else {
+    boundary.thickness_m = 0.3;
+    boundary.height_m = random.uniform(0.5, 1.2);
+  }
+  boundary.tag = town.tags.next(is_hedge ? town_class::kVegetation : town_class::kFence);
+  return boundary;
 }
 
-/// A fence, wall or hedge of which pieces can be set on the ground.
-class BoundaryBuilder {
- public:
-  BoundaryBuilder(Site& site, Boundary kind, Random& random) : site_(site), kind_(kind) {
-    switch (kind) {
-      case Boundary::none:
-        break;
-      case Boundary::fence:
-        style(town_class::kFence, 0.08, random.uniform(1.2, 1.9));
-        break;
-      case Boundary::picket:
-        style(town_class::kFence, 0.06, random.uniform(0.7, 1.1));
-        break;
-      case Boundary::wall:
-        style(town_class::kFence, 0.3, random.uniform(0.5, 1.2));
-        break;
-      case Boundary::hedge: {
-        const double thickness = random.uniform(0.5, 1.1);
-        style(town_class::kVegetation, thickness, random.uniform(0.7, 2.2));
-        break;
-      }
-    }
+void addBoundaryPiece(Town& town, const Boundary& boundary, const Eigen::Vector2d& a,
+                      const Eigen::Vector2d& b) {
+  for (const Eigen::Vector2d& p : {a, Eigen::Vector2d((a + b) / 2), b}) {
+    if (!town.isFree(p, 0.12, 0.2)) return;
   }
+  const double yaw = std::atan2(b.y() - a.y(), b.x() - a.x());
+  const Eigen::Vector3d base = town.onGround((a + b) / 2) - up(0.2);
+  addBox(town.mesh, poseFromYaw(base, yaw),
+         {(b - a).norm() + 0.02, boundary.thickness_m, boundary.height_m + 0.2}, boundary.tag);
+}
 
-  /// From a to b in pieces; leaves gaps at ways and houses.
-  void build(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
-    if (kind_ == Boundary::none) return;
-    const int pieces = std::max(1, static_cast<int>(std::ceil((b - a).norm() / kBoundaryStep)));
-    for (int i = 0; i < pieces; ++i) {
-      addPiece(a + (b - a) * i / pieces, a + (b - a) * (i + 1) / pieces);
-    }
+/// From a to b in pieces; leaves gaps at ways and houses.
+void addBoundary(Town& town, const Boundary& boundary, const Eigen::Vector2d& a,
+                 const Eigen::Vector2d& b) {
+  if (boundary.height_m <= 0) return;
+  const int pieces = std::max(1, static_cast<int>(std::ceil((b - a).norm() / kBoundaryStep)));
+  for (int i = 0; i < pieces; ++i) {
+    addBoundaryPiece(town, boundary, a + (b - a) * i / pieces, a + (b - a) * (i + 1) / pieces);
   }
-
- private:
-  void style(std::uint16_t label, double thickness, double height) {
-    tag_ = site_.tags.next(label);
-    thickness_ = thickness;
-    height_ = height;
-  }
-
-  void addPiece(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
-    for (const Eigen::Vector2d& p : {a, Eigen::Vector2d((a + b) / 2), b}) {
-      if (!site_.isFree(p, 0.12, 0.2)) return;
-    }
-    const double yaw = std::atan2(b.y() - a.y(), b.x() - a.x());
-    const Eigen::Vector3d base = site_.onGround((a + b) / 2) - Eigen::Vector3d(0, 0, 0.2);
-    addBox(site_.mesh, poseFromYaw(base, yaw), {(b - a).norm() + 0.02, thickness_, height_ + 0.2},
-           tag_);
-  }
-
-  Site& site_;
-  Boundary kind_;
-  Tag tag_;
-  double thickness_ = 0, height_ = 0;
-};
+}
 
 /// One side of one street: lots along it. "out" is the direction away from the road.
 class StreetSideBuilder {
  public:
-  StreetSideBuilder(Site& site, const Street& street, double side, const TownOptions& options,
-                    Random& random, std::vector<ParkingPlace>& parking)
-      : site_(site),
+  StreetSideBuilder(Town& town, const Street& street, double side, Random& random)
+      : town_(town),
         street_(street),
         line_(street.centreline),
         side_(side),
-        options_(options),
         random_(random),
-        parking_(parking),
         edge_m_(street.half_width_m + street.sidewalk_m) {}
 
   void build() {
-    const bool is_row = random_.uniform() < options_.row_share;
+    const bool is_row = random_.uniform() < town_.options.row_share;
     const HouseDesign row_design = drawHouse(random_);
     const double row_garden = random_.uniform(2.5, 6);
     const double row_width = row_design.extent().sizes().x() + random_.uniform(1.5, 4);
@@ -128,7 +105,7 @@ class StreetSideBuilder {
   }
 
   void buildLot(const Lot& lot) {
-    if (random_.uniform() < options_.house_density) buildHouse(lot);
+    if (random_.uniform() < town_.options.house_density) buildHouse(lot);
     buildFront(lot);
     buildSide(lot);
     plantGarden(lot);
@@ -144,10 +121,10 @@ class StreetSideBuilder {
         at(middle, out) - Eigen::Rotation2Dd(yaw) * Eigen::Vector2d(extent.center().x(), 0);
     Footprint footprint{center, yaw, extent.sizes()};
     footprint.center = footprint.toWorld(extent.center());
-    if (!site_.hasRoomFor(footprint)) return;
-    site_.houses.push_back(footprint);
-    const Eigen::Vector3d base(center.x(), center.y(), site_.relief.at(center));
-    addHouse(site_.mesh, poseFromYaw(base, yaw), lot.house, site_.tags.next(town_class::kBuilding));
+    if (!town_.hasRoomFor(footprint)) return;
+    town_.houses.push_back(footprint);
+    const Eigen::Vector3d base(center.x(), center.y(), town_.relief.at(center));
+    addHouse(town_.mesh, poseFromYaw(base, yaw), lot.house, town_.tags.next(town_class::kBuilding));
     buildDriveway(lot, footprint, yaw);
   }
 
@@ -157,25 +134,25 @@ class StreetSideBuilder {
     const Eigen::Vector2d door = footprint.toWorld({x, -footprint.size.y() / 2 + 0.5});
     const Eigen::Vector2d curb =
         footprint.toWorld({x, -footprint.size.y() / 2 - lot.garden_m - street_.sidewalk_m});
-    site_.field.addPath(door, curb, kPathHalfWidth);
-    if (lot.garden_m > 5) parking_.push_back({door + 0.45 * (curb - door), yaw + M_PI / 2});
+    town_.field.addPath(door, curb, kPathHalfWidth);
+    if (lot.garden_m > 5) town_.parking.push_back({door + 0.45 * (curb - door), yaw + M_PI / 2});
   }
 
   void buildFront(const Lot& lot) {
-    BoundaryBuilder boundary(site_, drawBoundary(random_), random_);
+    const Boundary boundary = drawBoundary(town_, random_);
     const double out = edge_m_ + 0.5 + random_.uniform(0, 0.4);
     for (double s = lot.from_m + 0.3; s + 0.5 < lot.to_m; s += 4) {
-      boundary.build(at(s, out), at(std::min(s + 4, lot.to_m - 0.2), out));
+      addBoundary(town_, boundary, at(s, out), at(std::min(s + 4, lot.to_m - 0.2), out));
     }
   }
 
   void buildSide(const Lot& lot) {
-    BoundaryBuilder boundary(site_, drawBoundary(random_), random_);
+    const Boundary side = drawBoundary(town_, random_);
     const double depth = edge_m_ + lot.depth_m() * random_.uniform(0.5, 1);
-    boundary.build(at(lot.to_m, edge_m_ + 0.8), at(lot.to_m, depth));
+    addBoundary(town_, side, at(lot.to_m, edge_m_ + 0.8), at(lot.to_m, depth));
     if (random_.uniform() > 0.5) return;
-    BoundaryBuilder back(site_, drawBoundary(random_), random_);
-    back.build(at(lot.from_m, depth), at(lot.to_m, depth));
+    const Boundary back = drawBoundary(town_, random_);
+    addBoundary(town_, back, at(lot.from_m, depth), at(lot.to_m, depth));
   }
 
   void plantGarden(const Lot& lot) {
@@ -183,62 +160,57 @@ class StreetSideBuilder {
       const double along = random_.uniform(lot.from_m, lot.to_m);
       return at(along, edge_m_ + random_.uniform(0.8, depth_m));
     };
-    const auto trees = static_cast<int>(options_.tree_density * random_.uniform(0, 4.5));
+    const auto trees = static_cast<int>(town_.options.tree_density * random_.uniform(0, 4.5));
     for (int i = 0; i < trees; ++i) {
       const Eigen::Vector2d p = somewhere(lot.depth_m() + 4);
       const TreeDesign design = drawTree(random_);
-      if (!site_.isFree(p, 0.6, 0.7 * design.crown_radius_m)) continue;
-      addTree(site_.mesh, site_.onGround(p), design, random_,
-              site_.tags.next(town_class::kVegetation));
+      if (!town_.isFree(p, 0.6, 0.7 * design.crown_radius_m)) continue;
+      addTree(town_.mesh, town_.onGround(p), design, random_,
+              town_.tags.next(town_class::kVegetation));
     }
-    const auto bushes = static_cast<int>(options_.tree_density * random_.uniform(0, 3.5));
+    const auto bushes = static_cast<int>(town_.options.tree_density * random_.uniform(0, 3.5));
     for (int i = 0; i < bushes; ++i) {
       const Eigen::Vector2d p = somewhere(lot.garden_m + 2);
       const double radius = random_.uniform(0.35, 1.1);
-      if (!site_.isFree(p, radius, 0.2)) continue;
-      addBush(site_.mesh, site_.onGround(p), radius, random_,
-              site_.tags.next(town_class::kVegetation));
+      if (!town_.isFree(p, radius, 0.2)) continue;
+      addBush(town_.mesh, town_.onGround(p), radius, random_,
+              town_.tags.next(town_class::kVegetation));
     }
   }
 
-  Site& site_;
+  Town& town_;
   const Street& street_;
   ArcLength line_;
   double side_;
-  const TownOptions& options_;
   Random& random_;
-  std::vector<ParkingPlace>& parking_;
   double edge_m_;  // from the centre line to the outer edge of the sidewalk
 };
 
-void addShed(Site& site, const Eigen::Vector2d& p, Random& random) {
+void addShed(Town& town, const Eigen::Vector2d& p, Random& random) {
   const Footprint shed{p, random.uniform(0, M_PI), {random.uniform(2, 5), random.uniform(2, 4)}};
-  if (!site.hasRoomFor(shed)) return;
-  site.houses.push_back(shed);
-  addBox(site.mesh, poseFromYaw(site.onGround(p) - Eigen::Vector3d(0, 0, 0.4), shed.yaw),
+  if (!town.hasRoomFor(shed)) return;
+  town.houses.push_back(shed);
+  addBox(town.mesh, poseFromYaw(town.onGround(p) - up(0.4), shed.yaw),
          {shed.size.x(), shed.size.y(), random.uniform(2.4, 3.2)},
-         site.tags.next(town_class::kBuilding));
+         town.tags.next(town_class::kBuilding));
 }
 
 }  // namespace
 
-std::vector<ParkingPlace> addLots(Site& site, const StreetNetwork& network,
-                                  const TownOptions& options) {
-  std::vector<ParkingPlace> parking;
-  for (std::size_t i = 0; i < network.streets.size(); ++i) {
-    Random random(options.seed ^ 0x4C4F, i);
+void addLots(Town& town) {
+  for (std::size_t i = 0; i < town.network.streets.size(); ++i) {
+    Random random(town.options.seed ^ 0x4C4F, i);
     for (const double side : {-1.0, 1.0}) {
-      StreetSideBuilder(site, network.streets[i], side, options, random, parking).build();
+      StreetSideBuilder(town, town.network.streets[i], side, random).build();
     }
   }
-  return parking;
 }
 
-void addStreetTrees(Site& site, const StreetNetwork& network, const TownOptions& options) {
-  for (std::size_t i = 0; i < network.streets.size(); ++i) {
-    Random random(options.seed ^ 0x5354, i);
-    if (random.uniform() > 0.35 * options.tree_density) continue;
-    const Street& street = network.streets[i];
+void addStreetTrees(Town& town) {
+  for (std::size_t i = 0; i < town.network.streets.size(); ++i) {
+    Random random(town.options.seed ^ 0x5354, i);
+    if (random.uniform() > 0.35 * town.options.tree_density) continue;
+    const Street& street = town.network.streets[i];
     const ArcLength line(street.centreline);
     const TreeDesign design = drawTree(random);
     const double side = random.uniform() < 0.5 ? -1 : 1, spacing = random.uniform(8, 14);
@@ -246,33 +218,33 @@ void addStreetTrees(Site& site, const StreetNetwork& network, const TownOptions&
     for (double s = random.uniform(8, 16); s < line.length() - 8; s += spacing) {
       const PolylinePoint p = line.at(s);
       const Eigen::Vector2d place = p.position + side * out * p.left();
-      if (site.field.toRoad(place) < 0.6) continue;
+      if (town.field.toRoad(place) < 0.6) continue;
       TreeDesign grown = design;
       grown.height_m *= random.uniform(0.85, 1.15);
       grown.trunk_m = std::max(design.trunk_m, 2.2);
       grown.crown_radius_m = std::min(design.crown_radius_m, 1.8);
-      addTree(site.mesh, site.onGround(place), grown, random,
-              site.tags.next(town_class::kVegetation));
+      addTree(town.mesh, town.onGround(place), grown, random,
+              town.tags.next(town_class::kVegetation));
     }
   }
 }
 
-void addWilderness(Site& site, const TownOptions& options, double margin_m) {
-  Random random(options.seed, 7);
+void addWilderness(Town& town, double margin_m) {
+  Random random(town.options.seed, 7);
   const Eigen::Vector2d margin = Eigen::Vector2d::Constant(margin_m);
-  const Eigen::AlignedBox2d area(site.field.bounds().min() - margin,
-                                 site.field.bounds().max() + margin);
+  const Eigen::AlignedBox2d area(town.field.bounds().min() - margin,
+                                 town.field.bounds().max() + margin);
   const auto somewhere = [&] {
     const double x = random.uniform(area.min().x(), area.max().x());
     return Eigen::Vector2d(x, random.uniform(area.min().y(), area.max().y()));
   };
   const double hectares = area.sizes().prod() * 1e-4;
-  for (int i = 0; i < 4 * hectares; ++i) addShed(site, somewhere(), random);
-  for (int i = 0; i < 30 * hectares * options.tree_density; ++i) {
+  for (int i = 0; i < 4 * hectares; ++i) addShed(town, somewhere(), random);
+  for (int i = 0; i < 30 * hectares * town.options.tree_density; ++i) {
     const Eigen::Vector2d p = somewhere();
     const TreeDesign design = drawTree(random);
-    if (!site.isFree(p, 2.5, design.crown_radius_m)) continue;
-    addTree(site.mesh, site.onGround(p), design, random, site.tags.next(town_class::kVegetation));
+    if (!town.isFree(p, 2.5, design.crown_radius_m)) continue;
+    addTree(town.mesh, town.onGround(p), design, random, town.tags.next(town_class::kVegetation));
   }
 }
 

@@ -8,62 +8,144 @@
 #include <cstring>
 #include <limits>
 
-#include "xview/sim/town_labels.h"
+#include "xview/sim/town.h"
 #include "xview/types/error.h"
 #include "xview/types/parallel.h"
 
 namespace xview {
 namespace {
 
-constexpr int kPacket = 8;
+constexpr int kPacket = 8;        // rays that are traced at once
 constexpr float kFarthest = 650;  // what a 16-bit image in centimetres can hold; beyond is sky [m]
+constexpr int kEllipsoidRings = 5;
+constexpr int kEllipsoidSides = 9;
+
+std::uint32_t addVertex(TriangleMesh& mesh, const Eigen::Vector3d& p) {
+  mesh.vertices.push_back(p.cast<float>());
+  return static_cast<std::uint32_t>(mesh.vertices.size() - 1);
+}
+
+void addIndexed(TriangleMesh& mesh, std::uint32_t a, std::uint32_t b, std::uint32_t c, Tag tag) {
+  mesh.triangles.push_back({{a, b, c}, tag});
+}
+
+RTCGeometry geometryOf(const TriangleMesh& mesh, RTCDevice device) {
+  RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+  auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0,
+                                                               RTC_FORMAT_FLOAT3, 3 * sizeof(float),
+                                                               mesh.vertices.size()));
+  for (const Eigen::Vector3f& v : mesh.vertices) vertices = std::copy_n(v.data(), 3, vertices);
+  auto* indices = static_cast<std::uint32_t*>(
+      rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                              3 * sizeof(std::uint32_t), mesh.triangles.size()));
+  for (const TriangleMesh::Triangle& t : mesh.triangles) {
+    indices = std::copy(t.corner.begin(), t.corner.end(), indices);
+  }
+  rtcCommitGeometry(geometry);
+  return geometry;
+}
 
 }  // namespace
 
-/// The acceleration structure of one mesh.
-struct RayScene::Bvh {
-  RTCDevice device = nullptr;
-  RTCScene scene = nullptr;
+void addTriangle(TriangleMesh& mesh, const Eigen::Vector3d& a, const Eigen::Vector3d& b,
+                 const Eigen::Vector3d& c, Tag tag) {
+  const std::uint32_t first = addVertex(mesh, a);
+  addVertex(mesh, b);
+  addVertex(mesh, c);
+  addIndexed(mesh, first, first + 1, first + 2, tag);
+}
 
-  explicit Bvh(const TriangleMesh& mesh) {
-    device = rtcNewDevice(nullptr);
-    if (!device) throw Error("Embree", "no ray-tracing device on this machine");
-    scene = rtcNewScene(device);
-    rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
-    if (!mesh.triangles.empty()) attach(mesh);
-    rtcCommitScene(scene);
-  }
-  ~Bvh() {
-    rtcReleaseScene(scene);
-    rtcReleaseDevice(device);
-  }
-  Bvh(const Bvh&) = delete;
-  Bvh& operator=(const Bvh&) = delete;
+void addQuad(TriangleMesh& mesh, const Eigen::Vector3d& a, const Eigen::Vector3d& b,
+             const Eigen::Vector3d& c, const Eigen::Vector3d& d, Tag tag) {
+  const std::uint32_t first = addVertex(mesh, a);
+  addVertex(mesh, b);
+  addVertex(mesh, c);
+  addVertex(mesh, d);
+  addIndexed(mesh, first, first + 1, first + 2, tag);
+  addIndexed(mesh, first, first + 2, first + 3, tag);
+}
 
- private:
-  void attach(const TriangleMesh& mesh) {
-    RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
-    auto* vertices = static_cast<float*>(
-        rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
-                                3 * sizeof(float), mesh.vertices.size()));
-    for (const Eigen::Vector3f& v : mesh.vertices) {
-      for (int i = 0; i < 3; ++i) *vertices++ = v[i];
+void addBox(TriangleMesh& mesh, const Eigen::Isometry3d& T_world_box, const Eigen::Vector3d& size,
+            Tag tag, const Eigen::Vector2d& taper) {
+  Eigen::Vector3d corner[8];
+  for (int i = 0; i < 8; ++i) {
+    const bool top = i >= 4;
+    const double x = (i % 4 == 1 || i % 4 == 2 ? 0.5 : -0.5) * size.x() * (top ? taper.x() : 1);
+    const double y = (i % 4 >= 2 ? 0.5 : -0.5) * size.y() * (top ? taper.y() : 1);
+    corner[i] = T_world_box * Eigen::Vector3d(x, y, top ? size.z() : 0);
+  }
+  addQuad(mesh, corner[0], corner[3], corner[2], corner[1], tag);
+  addQuad(mesh, corner[4], corner[5], corner[6], corner[7], tag);
+  for (int i = 0; i < 4; ++i) {
+    const int j = (i + 1) % 4;
+    addQuad(mesh, corner[i], corner[j], corner[j + 4], corner[i + 4], tag);
+  }
+}
+
+void addTube(TriangleMesh& mesh, const Eigen::Vector3d& from, const Eigen::Vector3d& to,
+             double radius_from, double radius_to, int sides, Tag tag) {
+  const Eigen::Vector3d axis = (to - from).normalized();
+  const Eigen::Vector3d u = axis.unitOrthogonal(), v = axis.cross(u);
+  const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+  for (int i = 0; i < sides; ++i) {
+    const double angle = 2 * M_PI * i / sides;
+    const Eigen::Vector3d direction = std::cos(angle) * u + std::sin(angle) * v;
+    addVertex(mesh, from + radius_from * direction);
+    addVertex(mesh, to + radius_to * direction);
+  }
+  const std::uint32_t bottom = addVertex(mesh, from), top = addVertex(mesh, to);
+  for (int i = 0; i < sides; ++i) {
+    const std::uint32_t a = first + 2 * i, b = first + 2 * ((i + 1) % sides);
+    addIndexed(mesh, a, b, b + 1, tag);
+    addIndexed(mesh, a, b + 1, a + 1, tag);
+    addIndexed(mesh, bottom, b, a, tag);
+    addIndexed(mesh, top, a + 1, b + 1, tag);
+  }
+}
+
+void addLumpyEllipsoid(TriangleMesh& mesh, const Eigen::Vector3d& center,
+                       const Eigen::Vector3d& radii, double roughness, Random& random, Tag tag) {
+  const auto point = [&](double elevation, double azimuth) {
+    const Eigen::Vector3d direction(std::cos(elevation) * std::cos(azimuth),
+                                    std::cos(elevation) * std::sin(azimuth), std::sin(elevation));
+    return Eigen::Vector3d(center +
+                           radii.cwiseProduct(direction) * (1 + roughness * random.uniform(-1, 1)));
+  };
+  const std::uint32_t bottom = addVertex(mesh, point(-M_PI / 2, 0));
+  const std::uint32_t top = addVertex(mesh, point(M_PI / 2, 0));
+  const std::uint32_t first = top + 1;
+  for (int ring = 0; ring < kEllipsoidRings; ++ring) {
+    const double elevation = M_PI * ((ring + 1.0) / (kEllipsoidRings + 1) - 0.5);
+    for (int side = 0; side < kEllipsoidSides; ++side) {
+      addVertex(mesh, point(elevation, 2 * M_PI * (side + 0.5 * ring) / kEllipsoidSides));
     }
-    auto* indices = static_cast<std::uint32_t*>(
-        rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
-                                3 * sizeof(std::uint32_t), mesh.triangles.size()));
-    for (const TriangleMesh::Triangle& t : mesh.triangles) {
-      indices = std::copy(t.corner.begin(), t.corner.end(), indices);
+  }
+  for (int side = 0; side < kEllipsoidSides; ++side) {
+    const std::uint32_t next = (side + 1) % kEllipsoidSides;
+    addIndexed(mesh, bottom, first + next, first + side, tag);
+    for (int ring = 0; ring + 1 < kEllipsoidRings; ++ring) {
+      const std::uint32_t low = first + ring * kEllipsoidSides, high = low + kEllipsoidSides;
+      addIndexed(mesh, low + side, low + next, high + side, tag);
+      addIndexed(mesh, high + side, low + next, high + next, tag);
     }
-    rtcCommitGeometry(geometry);
-    rtcAttachGeometry(scene, geometry);
+    const std::uint32_t last = first + (kEllipsoidRings - 1) * kEllipsoidSides;
+    addIndexed(mesh, top, last + side, last + next, tag);
+  }
+}
+
+RayScene::RayScene(TriangleMesh mesh) : mesh_(std::move(mesh)) {
+  RTCDevice device = rtcNewDevice(nullptr);
+  if (!device) throw Error("Embree", "no ray-tracing device on this machine");
+  tree_ = {rtcNewScene(device), rtcReleaseScene};
+  rtcSetSceneFlags(tree_.get(), RTC_SCENE_FLAG_ROBUST);
+  if (!mesh_.triangles.empty()) {
+    RTCGeometry geometry = geometryOf(mesh_, device);
+    rtcAttachGeometry(tree_.get(), geometry);
     rtcReleaseGeometry(geometry);
   }
-};
-
-RayScene::RayScene(TriangleMesh mesh)
-    : mesh_(std::move(mesh)), bvh_(std::make_unique<Bvh>(mesh_)) {}
-RayScene::~RayScene() = default;
+  rtcCommitScene(tree_.get());
+  rtcReleaseDevice(device);  // the scene keeps it
+}
 
 /// Where rays from one point first meet a scene.
 class RayCaster {
@@ -111,7 +193,7 @@ class RayCaster {
     RTCIntersectContext context;
     rtcInitIntersectContext(&context);
     context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-    rtcIntersect8(valid, scene.bvh_->scene, &context, &packet);
+    rtcIntersect8(valid, scene.tree_.get(), &context, &packet);
     for (int i = 0; i < count; ++i) {
       if (packet.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) continue;
       const TriangleMesh::Triangle& triangle = scene.mesh_.triangles[packet.hit.primID[i]];

@@ -55,10 +55,13 @@ class Driver {
   int at_ = 0, last_ = -1;
 };
 
-Polyline resampled(const Polyline& line, double step_m) {
+/// Points at this distance along the first `length_m` of a line.
+Polyline resampled(const Polyline& line, double step_m, double length_m) {
   const ArcLength along(line);
   Polyline result;
-  for (double s = 0; s <= along.length(); s += step_m) result.push_back(along.at(s).position);
+  for (double s = 0; s <= std::min(length_m, along.length()); s += step_m) {
+    result.push_back(along.at(s).position);
+  }
   return result;
 }
 
@@ -102,13 +105,8 @@ Eigen::AngleAxisd about(const Eigen::Vector3d& axis, double angle) { return {ang
 }  // namespace
 
 Polyline planDrive(const StreetNetwork& network, double length_m, std::uint64_t seed) {
-  const Polyline smooth = rounded(resampled(Driver(network, seed).drive(length_m), kStep));
-  const ArcLength along(smooth);
-  Polyline drive;
-  for (double s = 0; s <= std::min(length_m, along.length()); s += kStep) {
-    drive.push_back(along.at(s).position);
-  }
-  return drive;
+  const Polyline line = Driver(network, seed).drive(length_m);
+  return resampled(rounded(resampled(line, kStep, ArcLength(line).length())), kStep, length_m);
 }
 
 Polyline shifted(const Polyline& drive, double left_m) {

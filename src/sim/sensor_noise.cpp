@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-#include "xview/sim/town_labels.h"
+#include "xview/sim/town.h"
 #include "xview/types/random.h"
 
 namespace xview {

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <map>
 
-#include "xview/sim/town_labels.h"
 #include "xview/types/error.h"
 #include "xview/types/pose.h"
 

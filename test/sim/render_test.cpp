@@ -7,7 +7,6 @@
 
 #include "xview/sim/route.h"
 #include "xview/sim/town.h"
-#include "xview/sim/town_labels.h"
 
 namespace xview {
 namespace {

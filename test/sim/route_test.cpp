@@ -5,7 +5,6 @@
 
 #include <cmath>
 
-#include "xview/sim/traffic.h"
 #include "xview/types/pose.h"
 
 namespace xview {

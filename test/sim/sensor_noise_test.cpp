@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "xview/sim/recordings.h"
-#include "xview/sim/town_labels.h"
 
 namespace xview {
 namespace {

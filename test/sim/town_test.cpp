@@ -8,9 +8,7 @@
 #include <limits>
 #include <set>
 
-#include "xview/sim/render.h"
-#include "xview/sim/town_labels.h"
-#include "xview/sim/traffic.h"
+#include "sim/building.h"
 #include "xview/types/error.h"
 
 namespace xview {
@@ -89,9 +87,11 @@ TEST(Town, NoHouseStandsOnAStreet) {
 }
 
 TEST(Town, GroundIsClosedAndCutAlongTheStreets) {
-  Site site(makeStreets(smallTown(4)), 4, 3);
-  addGround(site.mesh, site.relief, site.field, 20);
-  const auto scene = std::make_shared<const RayScene>(site.mesh);
+  TownOptions options = smallTown(4);
+  options.relief_m = 3;
+  Town town(options);
+  addGround(town, 20);
+  const auto scene = std::make_shared<const RayScene>(town.mesh);
   const Renderer renderer({scene});
   const Camera camera = pinholeCamera(64, 64, 1.0);
   Eigen::Isometry3d T_world_camera = Eigen::Isometry3d::Identity();
@@ -105,13 +105,13 @@ TEST(Town, GroundIsClosedAndCutAlongTheStreets) {
       const Eigen::Vector3d p =
           T_world_camera *
           Eigen::Vector3d((x - camera.cx) / camera.fx * z, (y - camera.cy) / camera.fy * z, z);
-      const double road = site.field.toRoad(p.head<2>()), walk = site.field.toSidewalk(p.head<2>());
+      const double road = town.field.toRoad(p.head<2>()), walk = town.field.toSidewalk(p.head<2>());
       if (std::abs(road) < 0.15 || std::abs(walk) < 0.15) continue;  // edges are straightened
       const std::uint16_t expected = road < 0   ? town_class::kRoad
                                      : walk < 0 ? town_class::kSidewalk
                                                 : town_class::kTerrain;
       EXPECT_EQ(frame.label.at(x, y), expected);
-      EXPECT_NEAR(p.z(), groundHeight(site.relief, site.field, p.head<2>()), 1e-3);
+      EXPECT_NEAR(p.z(), town.onGround(p.head<2>()).z(), 1e-3);
     }
   }
 }

@@ -105,7 +105,6 @@ struct SessionPlan {
   std::string name;
   Sensor sensor = Sensor::camera;
   Camera camera;
-  LidarModel lidar;
   DepthNoise depth_noise;
   double start_s = 0;   ///< stamp of the first frame
   double period_s = 0;  ///< between frames
@@ -113,7 +112,6 @@ struct SessionPlan {
   std::vector<Eigen::Isometry3d> T_world_sensor;
   std::vector<Eigen::Isometry3d> T_odom_sensor;  ///< what the odometry says
   std::vector<Eigen::Isometry3d> T_map_sensor;   ///< the truth
-  double metres_per_turn = 0;                    ///< that a scanner moves while it turns once
 };
 
 /// A recording whose frames are rendered when they are read; any order, any thread, always the same

@@ -5,8 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "xview/sim/ground.h"
-#include "xview/sim/streets.h"
+#include "xview/sim/town.h"
 
 namespace xview {
 

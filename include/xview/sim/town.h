@@ -1,28 +1,116 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <Eigen/Geometry>
+#include <array>
 #include <cstdint>
 #include <vector>
 
-#include "xview/sim/lots.h"
-#include "xview/sim/site.h"
-#include "xview/sim/town_options.h"
+#include "xview/sim/render.h"
+#include "xview/sim/streets.h"
+#include "xview/types/labels.h"
 
 namespace xview {
 
-/// A town without its traffic. World frame: x east, y north, z up, metres, origin near the first
-/// junction.
+/// Classes of the simulated towns: the ids of SYNTHIA, and terrain.
+namespace town_class {
+constexpr std::uint16_t kVoid = 0;
+constexpr std::uint16_t kSky = 1;
+constexpr std::uint16_t kBuilding = 2;
+constexpr std::uint16_t kRoad = 3;
+constexpr std::uint16_t kSidewalk = 4;
+constexpr std::uint16_t kFence = 5;
+constexpr std::uint16_t kVegetation = 6;
+constexpr std::uint16_t kPole = 7;
+constexpr std::uint16_t kCar = 8;
+constexpr std::uint16_t kTrafficSign = 9;
+constexpr std::uint16_t kPedestrian = 10;
+constexpr std::uint16_t kBicycle = 11;
+constexpr std::uint16_t kLaneMarking = 12;
+constexpr std::uint16_t kTrafficLight = 15;
+constexpr std::uint16_t kTerrain = 16;
+constexpr std::uint16_t kCount = 17;
+}  // namespace town_class
+
+/// Their names, colours and roles.
+LabelSet townLabels();
+
+/// Gentle hills: a sum of waves of 150 to 500 m length, evaluated on a triangulated grid of kCell,
+/// so that finer triangulations of the same ground lie in the same planes.
+class Relief {
+ public:
+  static constexpr double kCell = 4;  ///< [m]
+
+  Relief(std::uint64_t seed, double amplitude_m);
+  double at(const Eigen::Vector2d& p) const;  ///< height of sidewalks and gardens [m]
+
+ private:
+  struct Wave {
+    Eigen::Vector2d number;  ///< [rad/m]
+    double phase, amplitude_m;
+  };
+  double smooth(const Eigen::Vector2d& p) const;
+  std::array<Wave, 5> waves_;
+};
+
+constexpr double kCurb = 0.12;  ///< roads lie lower than sidewalks by this [m]
+
+/// A rectangle in plan view.
+struct Footprint {
+  Eigen::Vector2d center = Eigen::Vector2d::Zero();
+  double yaw = 0;
+  Eigen::Vector2d size = Eigen::Vector2d::Ones();
+
+  Eigen::Vector2d toWorld(const Eigen::Vector2d& p) const;
+  double distanceTo(const Eigen::Vector2d& p) const;  ///< 0 inside [m]
+};
+
+/// True if two rectangles, the first grown by `gap_m` on all sides, have a point in common.
+bool overlap(const Footprint& a, const Footprint& b, double gap_m);
+
+/// Gives every object an instance of its own. There are 65535; a town of more objects uses them
+/// again.
+struct TagSource {
+  std::uint16_t last = 0;
+  Tag next(std::uint16_t label) {
+    last = last == 65535 ? 1 : static_cast<std::uint16_t>(last + 1);
+    return {label, last};
+  }
+};
+
+/// Where a car may stand.
+struct ParkingPlace {
+  Eigen::Vector2d position = Eigen::Vector2d::Zero();
+  double yaw = 0;
+};
+
+/// A town without its traffic: what stands, and where there is room. World frame: x east, y north,
+/// z up, metres, origin near the first junction.
 struct Town {
+  /// Streets and hills; nothing stands yet.
+  explicit Town(const TownOptions& options);
+
   TownOptions options;
   StreetNetwork network;
   StreetField field;
   Relief relief;
   TriangleMesh mesh;
+  std::vector<Footprint> houses;
   std::vector<ParkingPlace> parking;
-  std::uint16_t last_instance = 0;  ///< traffic counts on from here
+  TagSource tags;  ///< traffic counts on from here
+
+  /// The place on the ground: on the relief, less the curb on a road.
+  Eigen::Vector3d onGround(const Eigen::Vector2d& p) const;
+  /// Away from sidewalks, roads and houses by these distances.
+  bool isFree(const Eigen::Vector2d& p, double from_sidewalk_m, double from_house_m) const;
+  bool hasRoomFor(const Footprint& house) const;
 };
 
-/// Same options and seed: same town, on every machine.
+/// Same options and seed: same town, on every machine. Throws UsageError if an option is out of
+/// range.
 Town makeTown(const TownOptions& options);
+
+/// Parked cars, people and bicycles of one day; another seed is another day.
+TriangleMesh makeTraffic(const Town& town, std::uint64_t day_seed);
 
 }  // namespace xview
