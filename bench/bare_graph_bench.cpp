@@ -16,9 +16,8 @@
 #include <sstream>
 
 #include "../src/pipeline/object_evidence.h"
-#include "arguments.h"
 #include "session.h"
-#include "xview/eval/statistics.h"
+#include "xview/eval/evaluation.h"
 #include "xview/localizer.h"
 #include "xview/search/search.h"
 #include "xview/types/stopwatch.h"

@@ -16,8 +16,8 @@
 #include <string>
 #include <vector>
 
-#include "arguments.h"
-#include "xview/eval/cluster_overlap.h"
+#include "cluster_overlap.h"
+#include "session.h"
 #include "xview/graph/blobs.h"
 #include "xview/io/cloud_files.h"
 #include "xview/io/recording.h"

@@ -26,12 +26,9 @@
 #include <string>
 #include <vector>
 
-#include "arguments.h"
 #include "disturbance.h"
 #include "session.h"
-#include "xview/eval/consistency.h"
-#include "xview/eval/precision_recall.h"
-#include "xview/eval/statistics.h"
+#include "xview/eval/evaluation.h"
 #include "xview/localizer.h"
 #include "xview/types/pose.h"
 

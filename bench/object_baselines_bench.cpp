@@ -5,7 +5,6 @@
 //                          [--methods search,walks,clique,triangles,fpfh] [--queries 50]
 //                          [--length 60] [--seed 7]
 #include <fmt/core.h>
-#include <time.h>
 
 #include <algorithm>
 #include <cmath>
@@ -18,6 +17,7 @@
 
 #include "baselines/baseline.h"
 #include "object_town.h"
+#include "session.h"
 #include "xview/search/search.h"
 #include "xview/types/error.h"
 
@@ -25,19 +25,6 @@ namespace {
 
 using namespace xview;
 using namespace xview::bench;
-
-double cpuMilliseconds() {
-  timespec t;
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-  return static_cast<double>(t.tv_sec) * 1e3 + static_cast<double>(t.tv_nsec) * 1e-6;
-}
-
-std::vector<std::string> splitList(const std::string& text) {
-  std::vector<std::string> parts;
-  std::istringstream stream(text);
-  for (std::string part; std::getline(stream, part, ',');) parts.push_back(part);
-  return parts;
-}
 
 class PlaceSearch final : public Baseline {
  public:
@@ -98,14 +85,14 @@ void bench(std::map<std::string, std::string>& a, int size, const std::string& n
   const ObjectTown town(size, seed);
   const SemanticGraph map = mapObjectTown(town, noise, {}, 1);
   const LabelSet labels = objectTownLabels();
-  for (const std::string& view : splitList(a["--view"])) {
+  for (const std::string& view : words(a["--view"])) {
     std::vector<TownQuery> queries;
     for (int i = 0; i < std::stoi(a["--queries"]); ++i) {
       queries.push_back(
           queryObjectTown(town, noise, {}, view == "aerial" ? TownView::aerial : TownView::rear,
                           std::stod(a["--length"]), seed * 100000 + static_cast<std::uint64_t>(i)));
     }
-    for (const std::string& name : splitList(a["--methods"])) {
+    for (const std::string& name : words(a["--methods"])) {
       const Row row = ask(*make(name, map, labels), queries);
       const double n = std::max(1, row.asked);
       fmt::print("{:>8} {:<8} {:<7} {:<10} {:>6.1f} {:>6.1f} {:>9.1f}\n", map.size(), noise_name,
@@ -133,8 +120,8 @@ int main(int argc, char** argv) try {
   }
   fmt::print("{:>8} {:<8} {:<7} {:<10} {:>6} {:>6} {:>9}\n", "map", "noise", "view", "method",
              "<=5m%", "<=20m%", "ms med");
-  for (const std::string& size : splitList(a["--sizes"])) {
-    for (const std::string& noise : splitList(a["--noise"])) bench(a, std::stoi(size), noise);
+  for (const std::string& size : words(a["--sizes"])) {
+    for (const std::string& noise : words(a["--noise"])) bench(a, std::stoi(size), noise);
   }
   return 0;
 } catch (const std::exception& e) {

@@ -16,7 +16,6 @@
 // in another one of the same frame. Options of the search and of the verdict are --KEY VALUE.
 #include <fmt/core.h>
 #include <sys/resource.h>
-#include <time.h>
 
 #include <algorithm>
 #include <cmath>
@@ -30,8 +29,8 @@
 
 #include "../src/pipeline/object_evidence.h"
 #include "object_town.h"
-#include "xview/eval/precision_recall.h"
-#include "xview/eval/statistics.h"
+#include "session.h"
+#include "xview/eval/evaluation.h"
 #include "xview/io/graph_files.h"
 #include "xview/io/label_files.h"
 #include "xview/search/search.h"
@@ -59,13 +58,6 @@ struct Arguments {
   ObjectVerdictOptions verdict;
 };
 
-std::vector<std::string> splitList(const std::string& text) {
-  std::vector<std::string> parts;
-  std::istringstream stream(text);
-  for (std::string part; std::getline(stream, part, ',');) parts.push_back(part);
-  return parts;
-}
-
 /// Sets the numeric option of a given name.
 struct Setter {
   std::string name, value;
@@ -85,11 +77,11 @@ Arguments parse(int argc, char** argv) {
   for (int i = 1; i + 1 < argc; i += 2) {
     const std::string key = argv[i], value = argv[i + 1];
     if (key == "--sizes")
-      a.sizes = splitList(value);
+      a.sizes = words(value);
     else if (key == "--noise")
-      a.noises = splitList(value);
+      a.noises = words(value);
     else if (key == "--view")
-      a.views = splitList(value);
+      a.views = words(value);
     else if (key == "--length")
       a.length_m = std::stod(value);
     else if (key == "--surface")
@@ -124,12 +116,6 @@ Arguments parse(int argc, char** argv) {
   }
   if (argc % 2 == 0) throw UsageError(std::string(argv[argc - 1]) + " needs a value");
   return a;
-}
-
-double cpuMilliseconds() {
-  timespec t;
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-  return static_cast<double>(t.tv_sec) * 1e3 + static_cast<double>(t.tv_nsec) * 1e-6;
 }
 
 double peakMegabytes() {

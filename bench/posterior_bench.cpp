@@ -11,8 +11,8 @@
 #include <cmath>
 #include <iostream>
 
-#include "arguments.h"
-#include "xview/eval/statistics.h"
+#include "session.h"
+#include "xview/eval/evaluation.h"
 #include "xview/pose/posterior.h"
 #include "xview/types/pose.h"
 #include "xview/types/random.h"

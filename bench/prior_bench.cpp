@@ -14,7 +14,6 @@
 #include <iostream>
 #include <memory>
 
-#include "arguments.h"
 #include "session.h"
 #include "xview/io/recording.h"
 #include "xview/localizer.h"

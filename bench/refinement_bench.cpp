@@ -18,9 +18,8 @@
 #include <string>
 #include <vector>
 
-#include "arguments.h"
 #include "session.h"
-#include "xview/eval/statistics.h"
+#include "xview/eval/evaluation.h"
 #include "xview/localizer.h"
 
 namespace {

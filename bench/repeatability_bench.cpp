@@ -26,10 +26,8 @@
 #include <string>
 #include <vector>
 
-#include "arguments.h"
-#include "map_sight.h"
+#include "repeatability.h"
 #include "session.h"
-#include "xview/eval/repeatability.h"
 #include "xview/localizer.h"
 #include "xview/types/error.h"
 #include "xview/types/pose.h"
@@ -45,6 +43,51 @@ constexpr double kReach_m = 3;  ///< partners further away are none
 constexpr double kBlock_m = 1;  ///< surface samples of the plan view
 constexpr double kElsewhere_m = 25;
 constexpr int kWrongPoses = 12;  ///< per window
+
+constexpr double kFarthest_m = 25;  ///< as mapping believes in thin things
+constexpr double kNearest_m = 0.5;
+constexpr double kBehind_m = 0.5, kBehindShare = 0.05;  ///< depths are no better known
+
+bool seesFreely(const Frame& frame, const Eigen::Vector3d& p) {
+  const Eigen::Vector3d q = frame.T_odom_sensor.inverse() * p;
+  if (q.z() < kNearest_m || q.norm() > kFarthest_m) return false;
+  const int u = static_cast<int>(std::lround(frame.camera.fx * q.x() / q.z() + frame.camera.cx));
+  const int v = static_cast<int>(std::lround(frame.camera.fy * q.y() / q.z() + frame.camera.cy));
+  if (u < 0 || v < 0 || u >= frame.depth.width || v >= frame.depth.height) return false;
+  const double measured = frame.depth.at(u, v);
+  const double expected = frame.camera.depth_is_range ? q.norm() : q.z();
+  return measured <= 0 || measured >= expected - std::max(kBehind_m, kBehindShare * expected);
+}
+
+/// What a recording of depth images could see of posts: what stands behind a house, too far off or
+/// beside every image cannot be asked of its map.
+class MapSight {
+ public:
+  /// Keeps all depth images. Of other sensors nothing is known: they see everything.
+  explicit MapSight(const FrameSource& source);
+
+  /// Whether a frame saw two of three places on a post with its foot at `p` free, near enough for
+  /// thin things. Up is z of the frame of the poses.
+  bool contains(const Eigen::Vector3d& p) const;
+
+ private:
+  std::vector<Frame> frames_;
+};
+
+MapSight::MapSight(const FrameSource& source) {
+  if (source.sensor() != Sensor::camera) return;
+  for (std::size_t i = 0; i < source.size(); ++i) frames_.push_back(source.read(i));
+}
+
+bool MapSight::contains(const Eigen::Vector3d& p) const {
+  const auto sees = [&](const Frame& frame) {
+    int free = 0;
+    for (const double height_m : {0.7, 1.3, 1.9})
+      free += seesFreely(frame, p + Eigen::Vector3d(0, 0, height_m));
+    return free >= 2;
+  };
+  return frames_.empty() || std::any_of(frames_.begin(), frames_.end(), sees);
+}
 
 struct Arguments {
   std::vector<std::string> sessions;

@@ -13,9 +13,8 @@
 #include <cstdio>
 #include <iostream>
 
-#include "arguments.h"
 #include "session.h"
-#include "xview/eval/statistics.h"
+#include "xview/eval/evaluation.h"
 #include "xview/sequence.h"
 #include "xview/tracker.h"
 

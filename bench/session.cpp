@@ -1,8 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "session.h"
 
+#include <time.h>
+
 #include <algorithm>
 #include <filesystem>
+#include <sstream>
+
+#include "xview/options_file.h"
+#include "xview/types/error.h"
 
 namespace xview::bench {
 namespace {
@@ -15,6 +21,43 @@ std::string truthFileOf(const std::string& folder) {
 }
 
 }  // namespace
+
+std::vector<std::string> parseArguments(int argc, char** argv, const Flags& flags, Options& options,
+                                        std::size_t least, const std::string& usage) {
+  std::vector<std::string> operands;
+  for (int i = 1; i < argc; ++i) {
+    const std::string word = argv[i];
+    if (word.rfind("--", 0) != 0) {
+      operands.push_back(word);
+      continue;
+    }
+    if (++i == argc) throw UsageError(word + " needs a value");
+    const auto flag = flags.find(word);
+    if (flag == flags.end())
+      setOption(options, word.substr(2), argv[i]);
+    else
+      flag->second(argv[i]);
+  }
+  if (operands.size() < least) throw UsageError("usage: " + usage);
+  return operands;
+}
+
+std::function<void(const std::string&)> into(double& number) {
+  return [&number](const std::string& value) { number = std::stod(value); };
+}
+
+std::vector<std::string> words(const std::string& text) {
+  std::vector<std::string> list;
+  std::istringstream in(text);
+  for (std::string word; std::getline(in, word, ',');) list.push_back(word);
+  return list;
+}
+
+double cpuMilliseconds() {
+  timespec t;
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+  return static_cast<double>(t.tv_sec) * 1e3 + static_cast<double>(t.tv_nsec) * 1e-6;
+}
 
 std::unique_ptr<FrameSource> openPart(const std::string& word) {
   InputOptions input;

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -9,8 +11,27 @@
 #include "xview/io/pose_files.h"
 #include "xview/io/recording.h"
 #include "xview/mapper.h"
+#include "xview/options.h"
 
 namespace xview::bench {
+
+// What most benchmarks begin with: their command line, recordings with true poses, windows of them.
+
+using Flags = std::map<std::string, std::function<void(const std::string& value)>>;
+
+/// The operands. Every word with "--" takes the next one as its value: those in `flags` go there,
+/// all others are options. Throws UsageError with `usage` if there are fewer than `least` operands.
+std::vector<std::string> parseArguments(int argc, char** argv, const Flags& flags, Options& options,
+                                        std::size_t least, const std::string& usage);
+
+/// What stands between commas.
+std::vector<std::string> words(const std::string& text);
+
+/// A flag that is a number.
+std::function<void(const std::string&)> into(double& number);
+
+/// Of all threads of the process.
+double cpuMilliseconds();
 
 /// A recording with its true poses in the map frame.
 struct Session {

@@ -17,10 +17,9 @@
 #include <iostream>
 #include <sstream>
 
-#include "arguments.h"
 #include "disturbance.h"
 #include "session.h"
-#include "xview/eval/statistics.h"
+#include "xview/eval/evaluation.h"
 #include "xview/localizer.h"
 #include "xview/types/pose.h"
 

@@ -6,9 +6,7 @@
 #include "xview/io/atomic_file.h"
 #include "xview/io/cloud_files.h"
 #include "xview/types/error.h"
-#include "xview/view/graph_mesh.h"
-#include "xview/view/html_view.h"
-#include "xview/view/top_down.h"
+#include "xview/view/color_mesh.h"
 
 namespace xview::tools {
 namespace {

@@ -10,6 +10,7 @@
 #include "xview/eval/report.h"
 #include "xview/io/atomic_file.h"
 #include "xview/types/error.h"
+#include "xview/view/scene.h"
 
 namespace xview::tools {
 namespace {
@@ -29,23 +30,40 @@ ScoredQuery withoutTruth(const Answer& answer) {
   return query;
 }
 
-/// The map as points for the report, at most some ten thousand.
-std::vector<ReportPoint> reportPoints(const SemanticMap& map) {
-  std::vector<ReportPoint> points;
-  const auto add = [&](const Eigen::Vector3d& p, std::uint32_t label) {
-    const auto color = map.labels.color(label);
-    points.push_back({static_cast<float>(p.x()), static_cast<float>(p.y()),
-                      static_cast<float>(p.z()),
-                      color[0] * 0x10000u + color[1] * 0x100u + color[2]});
+/// True and found positions as posts, with a line from one to the other in the colour of the
+/// verdict.
+void addErrors(const std::vector<ScoredQuery>& queries, Scene& scene) {
+  constexpr double kPost_m = 3;
+  const Color kTrue{20, 20, 20};
+  const auto add = [&](const std::string& name, const Color& color, const Eigen::Vector3d& from,
+                       const Eigen::Vector3d& to) {
+    scene.lines.push_back({name, color, {from, to}});
   };
-  constexpr std::size_t kMost = 30000;
-  const std::size_t step = map.cloud.size() / kMost + 1;
-  for (std::size_t i = 0; i < map.cloud.size(); i += step)
-    add(map.cloud.position(i), map.cloud.points[i].label);
-  if (map.cloud.empty()) {
-    for (const Vertex& vertex : map.graph.vertices) add(vertex.position, vertex.label);
+  for (const ScoredQuery& query : queries) {
+    if (query.negative) continue;
+    const Eigen::Vector3d truth = query.truth.translation(), found = query.estimate.translation();
+    const Eigen::Vector3d post(0, 0, kPost_m);
+    add("true positions", kTrue, truth, truth + post);
+    if (!query.has_pose) continue;
+    const Color color = statusColor(query.status);
+    add(std::string(toString(query.status)) + " positions", color, found, found + post);
+    add(std::string(toString(query.status)) + " errors", color, truth, found);
   }
-  return points;
+}
+
+/// The report below a view of the map with the errors.
+std::string reportPage(const Evaluation& evaluation, const std::vector<ScoredQuery>& queries,
+                       const SemanticMap& map) {
+  Scene scene;
+  scene.title = "xview evaluation";
+  scene.labels = &map.labels;
+  scene.map_cloud = &map.cloud;
+  if (map.cloud.empty()) scene.map_graph = &map.graph;
+  addErrors(queries, scene);
+  HtmlViewOptions options;
+  options.most_points = 30000;
+  options.below = reportHtml(evaluation, queries);
+  return htmlView(scene, options);
 }
 
 class EvaluateCommand final : public Command {
@@ -78,9 +96,8 @@ class EvaluateCommand final : public Command {
     const std::vector<ScoredQuery> queries = score(job.operands[0], Truth(job.operands[1]));
     const Evaluation evaluation = evaluate(queries, within_m_);
     if (!out_.empty()) {
-      const std::vector<ReportPoint> points =
-          map_.empty() ? std::vector<ReportPoint>() : reportPoints(readMap(map_, input_, job));
-      writeAll(evaluation, queries, points);
+      const SemanticMap map = map_.empty() ? SemanticMap() : readMap(map_, input_, job);
+      writeAll(evaluation, queries, reportPage(evaluation, queries, map));
       job.narrate.note(out_ + "/report.html written");
     }
     fmt::print("{}", evaluationTable(evaluation));
@@ -103,12 +120,12 @@ class EvaluateCommand final : public Command {
   }
 
   void writeAll(const Evaluation& evaluation, const std::vector<ScoredQuery>& queries,
-                const std::vector<ReportPoint>& points) const {
+                const std::string& page) const {
     std::error_code problem;
     const bool is_new = std::filesystem::create_directories(out_, problem);
     if (problem) throw Error(out_, "cannot be made: " + problem.message());
     try {
-      writeFiles(evaluation, queries, points);
+      writeFiles(evaluation, queries, page);
     } catch (const Error&) {
       if (is_new) std::filesystem::remove(out_, problem);
       throw;
@@ -117,10 +134,10 @@ class EvaluateCommand final : public Command {
 
   /// All of them or, if the largest does not fit, none.
   void writeFiles(const Evaluation& evaluation, const std::vector<ScoredQuery>& queries,
-                  const std::vector<ReportPoint>& points) const {
+                  const std::string& page) const {
     AtomicFile report(out_ + "/report.html"), results(out_ + "/results.csv"),
         success(out_ + "/success.csv"), pr(out_ + "/pr.csv"), summary(out_ + "/summary.json");
-    report.write(reportHtml(evaluation, queries, points));
+    report.write(page);
     results.write(resultsCsv(queries));
     success.write(successCsv(queries));
     pr.write(precisionRecallCsv(evaluation));

@@ -10,7 +10,7 @@
 #include "xview/localizer.h"
 #include "xview/types/error.h"
 #include "xview/types/stopwatch.h"
-#include "xview/view/match_drawing.h"
+#include "xview/view/color_mesh.h"
 
 namespace xview::tools {
 namespace {

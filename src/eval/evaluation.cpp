@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "xview/eval/evaluation.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <functional>
 #include <limits>
+#include <numeric>
 
-#include "xview/eval/statistics.h"
 #include "xview/types/pose.h"
 
 namespace xview {
@@ -13,6 +14,7 @@ namespace {
 
 constexpr double kDegrees = 57.29577951308232;
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+constexpr double kFreedom = 6;  // of a pose
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 using Choice = std::function<bool(const ScoredQuery&)>;
@@ -78,6 +80,77 @@ Timings mediansOf(const std::vector<ScoredQuery>& queries) {
 }
 
 }  // namespace
+
+double quantile(std::vector<double> values, double q) {
+  if (values.empty()) return kUnknown;
+  std::sort(values.begin(), values.end());
+  const double rank = std::clamp(q, 0.0, 1.0) * static_cast<double>(values.size() - 1);
+  const auto below = static_cast<std::size_t>(rank);
+  const std::size_t above = std::min(below + 1, values.size() - 1);
+  const double part = rank - static_cast<double>(below);
+  return part == 0 ? values[below] : values[below] + part * (values[above] - values[below]);
+}
+
+double shareWithin(const std::vector<double>& values, double limit, std::size_t total) {
+  if (total == 0) return kUnknown;
+  const auto within =
+      std::count_if(values.begin(), values.end(), [&](double v) { return v <= limit; });
+  return static_cast<double>(within) / static_cast<double>(total);
+}
+
+std::vector<PrecisionRecall> precisionRecallCurve(std::vector<Detection> detections,
+                                                  std::size_t positives) {
+  std::sort(detections.begin(), detections.end(),
+            [](const Detection& a, const Detection& b) { return a.confidence > b.confidence; });
+  std::vector<PrecisionRecall> curve;
+  std::size_t correct = 0;
+  for (std::size_t i = 0; i < detections.size(); ++i) {
+    correct += detections[i].correct;
+    const bool tied =
+        i + 1 < detections.size() && detections[i + 1].confidence == detections[i].confidence;
+    if (tied) continue;  // equally sure answers are believed together
+    const auto hits = static_cast<double>(correct);
+    curve.push_back({detections[i].confidence, hits / static_cast<double>(i + 1),
+                     positives == 0 ? 0 : hits / static_cast<double>(positives)});
+  }
+  return curve;
+}
+
+double averagePrecision(const std::vector<PrecisionRecall>& curve) {
+  double area = 0, recall = 0;
+  for (const PrecisionRecall& point : curve) {
+    area += (point.recall - recall) * point.precision;
+    recall = point.recall;
+  }
+  return area;
+}
+
+double f1Score(double precision, double recall) {
+  const double sum = precision + recall;
+  return sum == 0 ? 0 : 2 * precision * recall / sum;
+}
+
+double normalisedErrorSquared(const Matrix6d& covariance, const Eigen::Isometry3d& T_map_sensor,
+                              const Eigen::Isometry3d& T_true) {
+  const Eigen::AngleAxisd turn(
+      Eigen::Matrix3d(T_true.linear() * T_map_sensor.linear().transpose()));
+  Eigen::Matrix<double, 6, 1> error;
+  error << T_true.translation() - T_map_sensor.translation(), turn.angle() * turn.axis();
+  const Eigen::LLT<Matrix6d> root(covariance);
+  if (root.info() != Eigen::Success) return kInfinite;
+  return root.matrixL().solve(error).squaredNorm();
+}
+
+Consistency consistencyOf(const std::vector<double>& normalised_errors_squared) {
+  const std::vector<double>& values = normalised_errors_squared;
+  Consistency result;
+  result.answers = values.size();
+  result.mean = std::accumulate(values.begin(), values.end(), 0.0) /
+                (kFreedom * static_cast<double>(values.size()));
+  result.median = quantile(values, 0.5) / kFreedom;
+  result.within_3_sigma = shareWithin(values, kThreeSigmaOfSix, values.size());
+  return result;
+}
 
 const std::vector<double> kDistances_m{1, 2, 5, 10, 20, 30};
 const std::vector<double> kAngles_deg{1, 2, 5, 10};

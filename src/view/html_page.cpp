@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A small WebGL viewer: layers of points and lines, an orbiting camera, a switch per layer. No
 // library, no network.
-#include "html_page.h"
+#include "drawing.h"
 
 namespace xview {
 
@@ -12,7 +12,9 @@ const char* const kHtmlPageBegin = R"page(<!DOCTYPE html>
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <title>xview</title>
 <style>
-html, body { margin: 0; height: 100%; overflow: hidden; background: #fbfbfa; color: #222; font: 14px/1.4 system-ui, sans-serif; }
+html, body { margin: 0; height: 100%; background: #fbfbfa; color: #222; font: 14px/1.4 system-ui, sans-serif; }
+#viewer { position: relative; height: 100%; overflow: hidden; }
+#viewer:not(.alone) { height: 70%; border-bottom: 1px solid #ddd; }
 canvas { position: absolute; inset: 0; width: 100%; height: 100%; cursor: grab; touch-action: none; }
 canvas:active { cursor: grabbing; }
 h1 { position: absolute; left: 16px; right: 260px; top: 12px; margin: 0; font-size: 17px; font-weight: 600; pointer-events: none; }
@@ -24,10 +26,18 @@ aside h2:first-child { margin-top: 0; }
 i { display: inline-block; width: 12px; height: 12px; margin: 0 7px -1px 2px; border: 1px solid #0003; border-radius: 2px; }
 input[type=range] { width: 100%; }
 button { font: inherit; padding: 2px 10px; margin-right: 4px; }
+main { max-width: 1100px; margin: 1.5em auto; padding: 0 1em; }
+main pre { background: #f4f4f4; padding: 1em; overflow: auto; }
+main table { border-collapse: collapse; font-variant-numeric: tabular-nums; }
+main td, main th { padding: .15em .7em; text-align: right; border-bottom: 1px solid #ddd; }
+main td:first-child, main th:first-child { text-align: left; }
+main figure { display: inline-block; margin: 0 1em 1em 0; }
+.accepted { color: #16793a; } .ambiguous { color: #a06800; } .rejected { color: #b3261e; }
 #hint { position: absolute; left: 16px; bottom: 10px; color: #777; pointer-events: none; }
 </style>
 </head>
 <body>
+<div id="viewer" class="alone">
 <canvas id="view"></canvas>
 <h1 id="title"></h1>
 <aside>
@@ -37,15 +47,16 @@ button { font: inherit; padding: 2px 10px; margin-right: 4px; }
 <div id="legend"><h2>Classes</h2></div>
 </aside>
 <div id="hint">drag: turn &middot; shift-drag or right button: move &middot; wheel: zoom</div>
+</div>
 <script id="scene" type="application/json">)page";
 
-const char* const kHtmlPageEnd = R"page(</script>
-<script>
+const char* const kHtmlPageEnd = R"page(<script>
 'use strict';
 const scene = JSON.parse(document.getElementById('scene').textContent);
 const byId = id => document.getElementById(id);
 const canvas = byId('view');
 const gl = canvas.getContext('webgl', {antialias: true});
+byId('viewer').classList.toggle('alone', !document.querySelector('main'));
 byId('title').textContent = scene.title;
 if (scene.title) document.title = scene.title;
 if (!gl) byId('hint').textContent = 'This browser has no WebGL: the 3-D view cannot be drawn.';

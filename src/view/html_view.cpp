@@ -1,22 +1,32 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/view/html_view.h"
-
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "base64.h"
-#include "html_page.h"
-#include "readable_edges.h"
-#include "top_down_layers.h"
-#include "trajectory_pieces.h"
-#include "xview/view/graph_mesh.h"
+#include "drawing.h"
 
 namespace xview {
 namespace {
 
 using nlohmann::ordered_json;
 
-constexpr Color kMapEdgeColor{190, 190, 196}, kQueryEdgeColor{90, 130, 200};
+constexpr Color kMapEdgeColor{190, 190, 196};
+
+/// RFC 4648 with padding.
+std::string base64(const void* data, std::size_t size) {
+  constexpr char kLetters[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  const auto* bytes = static_cast<const std::uint8_t*>(data);
+  std::string text;
+  text.reserve((size + 2) / 3 * 4);
+  for (std::size_t i = 0; i < size; i += 3) {
+    const std::size_t present = size - i < 3 ? size - i : 3;
+    std::uint32_t group = 0;
+    for (std::size_t k = 0; k < 3; ++k) group = (group << 8) | (k < present ? bytes[i + k] : 0u);
+    for (std::size_t k = 0; k < 4; ++k)
+      text += k <= present ? kLetters[(group >> (18 - 6 * k)) & 63] : '=';
+  }
+  return text;
+}
 
 /// What the page draws in one call.
 class Layer {
@@ -35,7 +45,12 @@ class Layer {
     add(a, color);
     add(b, color);
   }
+  void append(const Layer& other) {
+    positions_.insert(positions_.end(), other.positions_.begin(), other.positions_.end());
+    colors_.insert(colors_.end(), other.colors_.begin(), other.colors_.end());
+  }
   void hide() { shown_ = false; }
+  const std::string& name() const { return name_; }
   const std::vector<Eigen::Vector3d>& positions() const { return positions_; }
 
   ordered_json toJson(const Eigen::Vector3d& center) const {
@@ -204,6 +219,9 @@ class SceneLayers {
     Layer layer(line.name.empty() ? "line" : line.name, "lines", 0);
     for (std::size_t i = 1; i < line.points.size(); ++i)
       layer.addLine(line.points[i - 1], line.points[i], line.color);
+    for (Layer& known : layers_) {
+      if (known.name() == layer.name()) return known.append(layer);
+    }
     keep(std::move(layer));
   }
 
@@ -254,7 +272,9 @@ std::string htmlView(const Scene& scene, const HtmlViewOptions& options) {
                        {"layers", ordered_json::array()}};
   for (const Layer& layer : layers) json["layers"].push_back(layer.toJson(center));
   const std::string text = json.dump(-1, ' ', false, ordered_json::error_handler_t::replace);
-  return kHtmlPageBegin + withoutTags(text) + kHtmlPageEnd;
+  std::string page = kHtmlPageBegin + withoutTags(text) + "</script>\n";
+  if (!options.below.empty()) page += "<main>\n" + options.below + "</main>\n";
+  return page + kHtmlPageEnd;
 }
 
 }  // namespace xview

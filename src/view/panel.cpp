@@ -46,13 +46,6 @@ std::string asciiOnly(const std::string& text) {
 
 }  // namespace
 
-Color paler(const Color& color, double share) {
-  Color result{};
-  for (std::size_t i = 0; i < 3; ++i)
-    result[i] = static_cast<std::uint8_t>(std::lround(color[i] + share * (255 - color[i])));
-  return result;
-}
-
 Panel::Panel(cv::Mat pixels, const Eigen::AlignedBox2d& area)
     : pixels_(std::move(pixels)),
       area_(inShapeOf(pixels_, area)),

@@ -6,15 +6,12 @@
 #include <string>
 #include <vector>
 
-#include "xview/view/color_mesh.h"
+#include "drawing.h"
 
 namespace xview {
 
 /// OpenCV keeps blue first.
 inline cv::Scalar bgr(const Color& c) { return cv::Scalar(c[2], c[1], c[0]); }
-
-/// A color mixed with white; 0 leaves it, 1 is white.
-Color paler(const Color& color, double share);
 
 /// A part of a picture that shows a rectangle of the map frame from above: x to the right, y up,
 /// one scale.
@@ -65,5 +62,20 @@ int textWidth(const std::string& text, double size_px, bool bold = false);
 
 /// The beginning of a text that fits into a width, with "..." if something is missing.
 std::string fitted(const std::string& text, double size_px, int width_px, bool bold = false);
+
+// Layers of a picture from above, in the order in which they are drawn.
+
+void drawGrid(Panel& panel);
+void drawPlan(Panel& panel, const PlanView& plan);
+/// The highest point of a place is seen. `fade` mixes white into the colours, more into the ground.
+void drawCloud(Panel& panel, const LabelledCloud& cloud, const LabelSet& labels,
+               const Eigen::Isometry3d& T_map_cloud, double fade);
+void drawMapGraph(Panel& panel, const SemanticGraph& graph, const LabelSet& labels);
+void drawKeyframes(Panel& panel, const std::vector<Eigen::Isometry3d>& poses);
+void drawPutative(Panel& panel, const SceneQuery& query, const SemanticGraph& map);
+void drawKept(Panel& panel, const SceneQuery& query, const SemanticGraph& map);
+void drawQueryGraph(Panel& panel, const SceneQuery& query, const LabelSet& labels);
+void drawQueryPoses(Panel& panel, const SceneQuery& query);
+void drawScaleBar(Panel& panel);
 
 }  // namespace xview

@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "top_down_layers.h"
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <optional>
 
-#include "readable_edges.h"
-#include "trajectory_pieces.h"
+#include "panel.h"
 
 namespace xview {
 namespace {
@@ -40,10 +38,9 @@ std::size_t verticesInView(const Panel& panel, const SemanticGraph& graph, const
 }
 
 /// Vertices of surfaces are many and stand for nothing of their own: they are dots.
-double vertexRadius(const LabelSet& labels, const Vertex& v, std::size_t in_view, double unit_px) {
-  if (isSurface(labels, v)) return std::max(1.2, 1.5 * unit_px);
-  const double radius = in_view > kCrowded ? 1.6 : in_view > kCrowded / 8 ? 3.2 : 4.5;
-  return std::max(2.0, radius * unit_px);
+double vertexRadius(const LabelSet& labels, const Vertex& v, std::size_t in_view) {
+  if (isSurface(labels, v)) return 1.5;
+  return in_view > kCrowded ? 2 : in_view > kCrowded / 8 ? 3.2 : 4.5;
 }
 
 std::vector<Eigen::Vector2d> flat(const std::vector<Eigen::Vector3d>& points) {
@@ -85,49 +82,8 @@ std::optional<MatchEnds> endsOf(const SceneQuery& query, const Correspondence& c
 
 }  // namespace
 
-Color channelColor(Channel channel) {
-  switch (channel) {
-    case Channel::road:
-      return {196, 186, 200};
-    case Channel::sidewalk:
-      return {232, 206, 222};
-    case Channel::terrain:
-      return {216, 230, 200};
-    case Channel::lane_marking:
-      return {255, 255, 255};
-    case Channel::building:
-      return {150, 130, 120};
-    case Channel::wall_foot:
-      return {110, 90, 84};
-    case Channel::fence:
-      return {190, 140, 100};
-    case Channel::low_vegetation:
-      return {120, 170, 90};
-    case Channel::canopy:
-      return {176, 206, 150};
-    case Channel::vehicle_surface:
-      return {150, 170, 230};
-    case Channel::pole:
-    case Channel::pole_like:
-      return {120, 120, 40};
-    case Channel::sign:
-      return {220, 180, 0};
-    case Channel::light:
-      return {240, 130, 20};
-    case Channel::vehicle:
-      return {60, 90, 200};
-    case Channel::tree:
-    case Channel::trunk:
-      return {40, 110, 50};
-    case Channel::other_object:
-      return {160, 60, 160};
-    default:
-      return {205, 205, 205};
-  }
-}
-
-void drawGrid(Panel& panel, double unit_px) {
-  const double step = roundLength(240 * unit_px / panel.pixelsPerMetre());
+void drawGrid(Panel& panel) {
+  const double step = roundLength(240 / panel.pixelsPerMetre());
   const Eigen::AlignedBox2d& area = panel.area();
   for (double x = std::ceil(area.min().x() / step) * step; x < area.max().x(); x += step) {
     panel.line({x, area.min().y()}, {x, area.max().y()}, {232, 232, 232});
@@ -135,30 +91,6 @@ void drawGrid(Panel& panel, double unit_px) {
   for (double y = std::ceil(area.min().y() / step) * step; y < area.max().y(); y += step) {
     panel.line({area.min().x(), y}, {area.max().x(), y}, {232, 232, 232});
   }
-}
-
-std::vector<Channel> drawnChannels() {
-  // Canopies cover what is below them, so they go first. Borders and obstacles repeat what is drawn
-  // already.
-  return {Channel::canopy,
-          Channel::terrain,
-          Channel::sidewalk,
-          Channel::road,
-          Channel::lane_marking,
-          Channel::low_vegetation,
-          Channel::vehicle_surface,
-          Channel::other_surface,
-          Channel::fence,
-          Channel::building,
-          Channel::wall_foot,
-          Channel::tree,
-          Channel::trunk,
-          Channel::vehicle,
-          Channel::other_object,
-          Channel::pole_like,
-          Channel::pole,
-          Channel::sign,
-          Channel::light};
 }
 
 void drawPlan(Panel& panel, const PlanView& plan) {
@@ -200,8 +132,7 @@ void drawCloud(Panel& panel, const LabelledCloud& cloud, const LabelSet& labels,
   }
 }
 
-void drawMapGraph(Panel& panel, const SemanticGraph& graph, const LabelSet& labels,
-                  double unit_px) {
+void drawMapGraph(Panel& panel, const SemanticGraph& graph, const LabelSet& labels) {
   const std::size_t in_view = verticesInView(panel, graph, labels);
   if (in_view <= kCrowded) {
     for (const auto& [i, j] : readableEdges(graph)) {
@@ -215,16 +146,16 @@ void drawMapGraph(Panel& panel, const SemanticGraph& graph, const LabelSet& labe
     for (const Vertex& v : graph.vertices) {
       const Eigen::Vector2d p = flat(v.position);
       if (isSurface(labels, v) != surfaces || !panel.shows(p)) continue;
-      panel.disc(p, vertexRadius(labels, v, in_view, unit_px), labels.color(v.label), kRim);
+      panel.disc(p, vertexRadius(labels, v, in_view), labels.color(v.label), kRim);
     }
   }
 }
 
-void drawKeyframes(Panel& panel, const std::vector<Eigen::Isometry3d>& poses, double unit_px) {
+void drawKeyframes(Panel& panel, const std::vector<Eigen::Isometry3d>& poses) {
   for (const auto& piece : trajectoryPieces(poses)) {
-    panel.polyline(flat(piece), kKeyframeColor, std::max(1, cvRound(1.5 * unit_px)));
+    panel.polyline(flat(piece), kKeyframeColor, 2);
     for (const Eigen::Vector2d& p : flat(piece)) {
-      if (panel.shows(p)) panel.disc(p, 2 * unit_px, kKeyframeColor, kKeyframeColor);
+      if (panel.shows(p)) panel.disc(p, 2, kKeyframeColor, kKeyframeColor);
     }
   }
 }
@@ -238,68 +169,58 @@ void drawPutative(Panel& panel, const SceneQuery& query, const SemanticGraph& ma
   }
 }
 
-void drawKept(Panel& panel, const SceneQuery& query, const SemanticGraph& map, double unit_px) {
-  const int thickness = std::max(1, cvRound(2 * unit_px));
+void drawKept(Panel& panel, const SceneQuery& query, const SemanticGraph& map) {
+  const int thickness = 2;
   for (const Correspondence& c : query.kept) {
     const auto ends = endsOf(query, c, map);
     if (!ends) continue;
     panel.line(ends->query, ends->map, kKeptColor, thickness);
-    if (panel.shows(ends->map)) panel.ring(ends->map, 9 * unit_px, kKeptColor, thickness);
+    if (panel.shows(ends->map)) panel.ring(ends->map, 9, kKeptColor, thickness);
   }
 }
 
-void drawQueryGraph(Panel& panel, const SceneQuery& query, const LabelSet& labels, double unit_px) {
+void drawQueryGraph(Panel& panel, const SceneQuery& query, const LabelSet& labels) {
   if (query.graph == nullptr) return;
   for (const bool surfaces : {true, false}) {
     for (const Vertex& v : query.graph->vertices) {
       const Eigen::Vector2d p = flat(query.T_map_query * v.position);
       if (isSurface(labels, v) != surfaces || !p.allFinite() || !panel.shows(p)) continue;
-      panel.diamond(p, (surfaces ? 2.5 : 5.5) * unit_px, labels.color(v.label),
+      panel.diamond(p, (surfaces ? 2.5 : 5.5), labels.color(v.label),
                     surfaces ? labels.color(v.label) : kRim);
     }
   }
 }
 
-void drawQueryPoses(Panel& panel, const SceneQuery& query, double unit_px) {
+void drawQueryPoses(Panel& panel, const SceneQuery& query) {
   const Color color = statusColor(query.status);
   std::vector<Eigen::Isometry3d> poses;
   for (const Eigen::Isometry3d& T_odom_sensor : query.poses)
     poses.push_back(query.T_map_query * T_odom_sensor);
   for (const auto& piece : trajectoryPieces(query.true_poses)) {
-    panel.dashedPolyline(flat(piece), kTruthColor, std::max(1, cvRound(2 * unit_px)), 7 * unit_px);
+    panel.dashedPolyline(flat(piece), kTruthColor, 2, 7);
   }
-  for (const auto& piece : trajectoryPieces(poses))
-    panel.polyline(flat(piece), color, std::max(1, cvRound(3 * unit_px)));
+  for (const auto& piece : trajectoryPieces(poses)) panel.polyline(flat(piece), color, 3);
   if (!query.true_poses.empty()) {
-    drawPose(panel, query.true_poses.back(), query.forward, 20 * unit_px, {255, 255, 255},
-             kTruthColor, std::max(1, cvRound(2 * unit_px)));
+    drawPose(panel, query.true_poses.back(), query.forward, 20, {255, 255, 255}, kTruthColor, 2);
   }
-  if (!poses.empty())
-    drawPose(panel, poses.back(), query.forward, 17 * unit_px, color, {255, 255, 255}, 1);
+  if (!poses.empty()) drawPose(panel, poses.back(), query.forward, 17, color, {255, 255, 255}, 1);
 }
 
-void drawScaleBar(Panel& panel, double unit_px) {
+void drawScaleBar(Panel& panel) {
   const double length_m = roundLength(0.3 * panel.width() / panel.pixelsPerMetre());
   const double metres_per_px = 1 / panel.pixelsPerMetre();
-  const Eigen::Vector2d left =
-      panel.area().min() + 22 * unit_px * metres_per_px * Eigen::Vector2d(1, 1);
-  const Eigen::Vector2d right = left + Eigen::Vector2d(length_m, 0),
-                        tick(0, 5 * unit_px * metres_per_px);
+  const Eigen::Vector2d left = panel.area().min() + 22 * metres_per_px * Eigen::Vector2d(1, 1);
+  const Eigen::Vector2d right = left + Eigen::Vector2d(length_m, 0), tick(0, 5 * metres_per_px);
   for (const auto& [color, thickness] :
-       {std::pair(Color{255, 255, 255}, 5.0), std::pair(Color{30, 30, 30}, 2.0)}) {
-    const int pixels = std::max(1, cvRound(thickness * unit_px));
-    panel.line(left, right, color, pixels);
-    panel.line(left - tick, left + tick, color, pixels);
-    panel.line(right - tick, right + tick, color, pixels);
+       {std::pair(Color{255, 255, 255}, 5), std::pair(Color{30, 30, 30}, 2)}) {
+    panel.line(left, right, color, thickness);
+    panel.line(left - tick, left + tick, color, thickness);
+    panel.line(right - tick, right + tick, color, thickness);
   }
-  char text[32];
-  if (length_m >= 1000) {
-    std::snprintf(text, sizeof text, "%g km", length_m / 1000);
-  } else {
-    std::snprintf(text, sizeof text, "%g m", length_m);
-  }
-  const Eigen::Vector2d at = panel.toPixel(left) - Eigen::Vector2d(0, 16 * unit_px);
-  writeText(panel.pixels(), text, {cvRound(at.x()), cvRound(at.y())}, 17 * unit_px, {30, 30, 30});
+  const std::string text =
+      length_m >= 1000 ? fmt::format("{:g} km", length_m / 1000) : fmt::format("{:g} m", length_m);
+  const Eigen::Vector2d at = panel.toPixel(left) - Eigen::Vector2d(0, 16);
+  writeText(panel.pixels(), text, {cvRound(at.x()), cvRound(at.y())}, 17, {30, 30, 30});
 }
 
 }  // namespace xview

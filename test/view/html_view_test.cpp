@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/view/html_view.h"
+#include "xview/view/scene.h"
 
 #include <gtest/gtest.h>
 
@@ -160,6 +160,27 @@ TEST(HtmlView, NamesCannotBreakOutOfTheData) {
   const std::string page = htmlView(scene);
   EXPECT_EQ(page.find("alert(1)</script>"), std::string::npos);
   EXPECT_EQ(dataOf(page)["title"].get<std::string>().substr(0, 17), "</script><script>");
+}
+
+TEST(HtmlView, LinesOfOneNameAreOneLayer) {
+  Scene scene;
+  const Color red{255, 0, 0}, green{0, 255, 0};
+  scene.lines = {{"errors", red, {{0, 0, 0}, {1, 0, 0}}},
+                 {"way", red, {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}}},
+                 {"errors", green, {{5, 0, 0}, {6, 0, 0}}}};
+  const json data = dataOf(htmlView(scene));
+  ASSERT_EQ(data["layers"].size(), 2u);
+  EXPECT_EQ(layerOf(data, "errors")["count"], 4);
+  EXPECT_EQ(decoded(layerOf(data, "errors")["colors"]).substr(6, 3), std::string("\0\xFF\0", 3));
+}
+
+TEST(HtmlView, WhatStandsBelowIsOnThePage) {
+  HtmlViewOptions options;
+  options.below = "<p>two of three</p>";
+  const std::string page = htmlView({}, options);
+  EXPECT_NE(page.find("<main>\n<p>two of three</p></main>"), std::string::npos);
+  EXPECT_EQ(htmlView({}).find("<main>"), std::string::npos);
+  EXPECT_EQ(dataOf(page), dataOf(htmlView({})));
 }
 
 TEST(HtmlView, EmptySceneIsAPage) {

@@ -2,15 +2,69 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <vector>
 
-#include "xview/eval/consistency.h"
-#include "xview/eval/precision_recall.h"
 #include "xview/types/localization.h"
 
 namespace xview {
+
+/// The q-quantile (0 = smallest, 0.5 = median, 1 = largest), linear between neighbours; NaN if
+/// there are no values.
+double quantile(std::vector<double> values, double q);
+
+/// Share of `total` that has a value within the limit (inclusive); values that are not finite never
+/// have. NaN if total is 0.
+double shareWithin(const std::vector<double>& values, double limit, std::size_t total);
+
+/// One answer as a detection: how sure the program was, and whether it was right.
+struct Detection {
+  double confidence = 0;
+  bool correct = false;
+};
+
+/// Precision and recall if exactly the answers with at least this confidence are believed.
+struct PrecisionRecall {
+  double threshold = 0;
+  double precision = 0;
+  double recall = 0;
+};
+
+/// One point per distinct confidence, from the surest answer down. `positives` is the number of
+/// answers that could have been correct; detections from elsewhere can only be wrong and do not
+/// count there.
+std::vector<PrecisionRecall> precisionRecallCurve(std::vector<Detection> detections,
+                                                  std::size_t positives);
+
+/// Area under the curve as average precision: sum of (R_k - R_k-1) P_k, without interpolation,
+/// which would flatter.
+double averagePrecision(const std::vector<PrecisionRecall>& curve);
+
+/// Harmonic mean; 0 if both are 0, NaN if either is unknown.
+double f1Score(double precision, double recall);
+
+/// The 99.73 % quantile of the chi-square distribution with six degrees of freedom: an error beyond
+/// it is further than three sigma (probability of a normal distribution) from the estimate.
+constexpr double kThreeSigmaOfSix = 20.06;
+
+/// Normalised estimation error squared, e^T covariance^-1 e (Bar-Shalom et al. 2001, 5.4.2): e is
+/// the left increment in the map frame, position first, then rotation vector, as in
+/// Localization::covariance. Mean 6 and median 5.35 if the covariance is right. Infinite if the
+/// covariance is not positive definite.
+double normalisedErrorSquared(const Matrix6d& covariance, const Eigen::Isometry3d& T_map_sensor,
+                              const Eigen::Isometry3d& T_true);
+
+/// How well a covariance tells the errors. NaN where there is no answer.
+struct Consistency {
+  std::size_t answers = 0;
+  double mean = 0;  ///< of the normalised error squared over 6: 1 if right, less if it is too wide
+  double median = 0;          ///< same; 0.89 if right
+  double within_3_sigma = 0;  ///< share at most kThreeSigmaOfSix; 0.9973 if right
+};
+
+Consistency consistencyOf(const std::vector<double>& normalised_errors_squared);
 
 /// An answered query beside the truth.
 struct ScoredQuery {

@@ -17,16 +17,8 @@ std::string successCsv(
     const std::vector<ScoredQuery>& queries);              ///< share of queries over the distance
 std::string evaluationJson(const Evaluation& evaluation);  ///< all numbers; unknown ones are null
 
-/// A point of the map in the report's 3-D view, with its colour as 0xRRGGBB.
-struct ReportPoint {
-  float x = 0, y = 0, z = 0;
-  unsigned rgb = 0x808080;
-};
-
-/// One page without any outside reference: the table, both curves, the list of queries, and a 3-D
-/// view (turn, shift and zoom with the mouse) of the map with the true and the found position of
-/// each query.
-std::string reportHtml(const Evaluation& evaluation, const std::vector<ScoredQuery>& queries,
-                       const std::vector<ReportPoint>& map);
+/// For people: the table, both curves and the list of queries as HTML, which stands below the 3-D
+/// view of a page.
+std::string reportHtml(const Evaluation& evaluation, const std::vector<ScoredQuery>& queries);
 
 }  // namespace xview

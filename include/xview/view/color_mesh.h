@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
+
+#include "xview/types/correspondence.h"
+#include "xview/types/graph.h"
+#include "xview/types/labels.h"
 
 namespace xview {
 
@@ -32,5 +36,24 @@ std::string toVtk(const ColorMesh& mesh);
 
 /// ASCII PLY mesh with red green blue per vertex, for MeshLab, CloudCompare and the like.
 std::string toPly(const ColorMesh& mesh);
+
+/// Of the octahedra of a graph, from the typical length of its edges: 0.15 to 3 m.
+double typicalVertexRadius(const SemanticGraph& graph);
+
+/// An octahedron per vertex in the colour of its class, of half the size for surface classes, and a
+/// tube per edge; of graphs with more than six edges per vertex only the shortest edges. The graph
+/// is moved by T_scene_graph. Vertices that are not finite are left out.
+ColorMesh graphMesh(const SemanticGraph& graph, const LabelSet& labels,
+                    const Eigen::Isometry3d& T_scene_graph = Eigen::Isometry3d::Identity());
+
+constexpr Color kKeptTubeColor{30, 170, 60}, kPutativeTubeColor{214, 150, 150};
+
+/// The figure of a match: the map graph on the ground, the query graph at its estimated pose but
+/// lifted by a third of its width, at least 10 m, and a line per correspondence: green if it was
+/// kept, pale red if it was only putative. Indices out of range are left out.
+ColorMesh drawMatches(const SemanticGraph& map, const SemanticGraph& query, const LabelSet& labels,
+                      const Eigen::Isometry3d& T_map_query,
+                      const std::vector<Correspondence>& putative,
+                      const std::vector<Correspondence>& kept);
 
 }  // namespace xview

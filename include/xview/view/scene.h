@@ -2,6 +2,8 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <cstddef>
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -55,5 +57,19 @@ Color statusColor(Status status);
 
 /// Ids of the classes that are in the scene, ascending, without ignored ones.
 std::vector<std::uint32_t> classesIn(const Scene& scene);
+
+/// A picture from above as the bytes of a PNG: the map by class, its key frames, each query at its
+/// estimated pose with its matches and view directions, the true pose if known, scale bar and
+/// legend. Needs no display. A query that is small in its map gets a panel of its own.
+std::vector<std::uint8_t> drawTopDown(const Scene& scene);
+
+struct HtmlViewOptions {
+  std::size_t most_points = 1000000;  ///< of each cloud, evenly thinned; each costs 20 bytes
+  std::string below;  ///< HTML that stands below the view, e.g. a report; leaves it less room
+};
+
+/// A page with a 3-D view to turn, shift and zoom, and a switch per layer; lines of one name are
+/// one layer. It holds everything it needs: opens from file:// without a network.
+std::string htmlView(const Scene& scene, const HtmlViewOptions& options = {});
 
 }  // namespace xview

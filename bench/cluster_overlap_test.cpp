@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/eval/cluster_overlap.h"
+#include "cluster_overlap.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 
 #include "xview/types/random.h"
 
-namespace xview {
+namespace xview::bench {
 namespace {
 
 TEST(ClusterOverlap, OfTheObjectsThemselvesIsPerfect) {
@@ -83,4 +83,4 @@ TEST(ClusterOverlap, DoesNotDependOnNumbersOrOrder) {
 }
 
 }  // namespace
-}  // namespace xview
+}  // namespace xview::bench

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/eval/repeatability.h"
+#include "repeatability.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 
 #include "xview/types/random.h"
 
-namespace xview {
+namespace xview::bench {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -142,4 +142,4 @@ TEST(Landmarks, FlattenedAfterAMoveLieInThePlane) {
 }
 
 }  // namespace
-}  // namespace xview
+}  // namespace xview::bench

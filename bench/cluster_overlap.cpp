@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/eval/cluster_overlap.h"
+#include "cluster_overlap.h"
 
 #include <algorithm>
 #include <limits>
@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <utility>
 
-namespace xview {
+namespace xview::bench {
 namespace {
 
 using Pair = std::pair<std::uint32_t, int>;  // object, cluster
@@ -77,4 +77,4 @@ ClusterScore scoreClusters(const std::vector<std::uint32_t>& object_of_point,
   return score;
 }
 
-}  // namespace xview
+}  // namespace xview::bench

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/eval/repeatability.h"
+#include "repeatability.h"
 
 #include <cmath>
 #include <limits>
@@ -7,9 +7,9 @@
 #include <tuple>
 #include <unordered_map>
 
-#include "xview/eval/statistics.h"
+#include "xview/eval/evaluation.h"
 
-namespace xview {
+namespace xview::bench {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -146,4 +146,4 @@ std::map<std::uint32_t, std::vector<double>> neighbourDistances(
   return result;
 }
 
-}  // namespace xview
+}  // namespace xview::bench

@@ -11,7 +11,7 @@
 #include "xview/types/graph.h"
 #include "xview/types/plan_view.h"
 
-namespace xview {
+namespace xview::bench {
 
 /// Something that another visit should find again: a vertex, or a sample of a plan view.
 struct Landmark {
@@ -61,4 +61,4 @@ std::map<std::uint32_t, Partners> findPartners(const std::vector<Landmark>& land
 std::map<std::uint32_t, std::vector<double>> neighbourDistances(
     const std::vector<Landmark>& landmarks, double reach_m);
 
-}  // namespace xview
+}  // namespace xview::bench

@@ -1,19 +1,90 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "xview/view/color_mesh.h"
+
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
 #include <cmath>
 #include <limits>
 #include <map>
+#include <sstream>
+#include <stdexcept>
 
-#include "view/mesh_reading.h"
 #include "xview/types/pose.h"
-#include "xview/view/color_mesh.h"
-#include "xview/view/graph_mesh.h"
-#include "xview/view/match_drawing.h"
 
 namespace xview {
 namespace {
+
+// Readers that are written after the formats' descriptions, not after the writers; they throw
+// std::runtime_error.
+
+template <class T>
+T next(std::istream& in) {
+  T value{};
+  if (!(in >> value)) throw std::runtime_error("unexpected end");
+  return value;
+}
+
+void expectWord(std::istream& in, const std::string& expected) {
+  const auto word = next<std::string>(in);
+  if (word != expected) throw std::runtime_error("expected " + expected + ", found " + word);
+}
+
+std::array<std::uint32_t, 3> nextTriangle(std::istream& in) {
+  if (next<int>(in) != 3) throw std::runtime_error("not a triangle");
+  return {next<std::uint32_t>(in), next<std::uint32_t>(in), next<std::uint32_t>(in)};
+}
+
+ColorMesh readVtk(const std::string& text) {
+  std::istringstream in(text);
+  std::string line;
+  std::getline(in, line);
+  if (line.rfind("# vtk DataFile Version", 0) != 0) throw std::runtime_error("no magic");
+  std::getline(in, line);  // free text
+  for (const char* word : {"ASCII", "DATASET", "POLYDATA", "POINTS"}) expectWord(in, word);
+  ColorMesh mesh;
+  mesh.vertices.resize(next<std::size_t>(in));
+  expectWord(in, "double");
+  for (auto& p : mesh.vertices) p = {next<double>(in), next<double>(in), next<double>(in)};
+  expectWord(in, "POLYGONS");
+  mesh.triangles.resize(next<std::size_t>(in));
+  if (next<std::size_t>(in) != 4 * mesh.triangles.size())
+    throw std::runtime_error("wrong size of the polygon list");
+  for (auto& t : mesh.triangles) t = nextTriangle(in);
+  expectWord(in, "POINT_DATA");
+  mesh.colors.resize(next<std::size_t>(in));
+  expectWord(in, "COLOR_SCALARS");
+  expectWord(in, "RGB");
+  if (next<int>(in) != 3) throw std::runtime_error("not three colour components");
+  for (auto& c : mesh.colors) {
+    for (auto& component : c)
+      component = static_cast<std::uint8_t>(std::lround(255 * next<double>(in)));
+  }
+  if (in >> line) throw std::runtime_error("more than expected: " + line);
+  return mesh;
+}
+
+ColorMesh readPly(const std::string& text) {
+  std::istringstream in(text);
+  ColorMesh mesh;
+  std::string line;
+  while (std::getline(in, line) && line != "end_header") {
+    std::istringstream words(line);
+    std::string element, name;
+    std::size_t count = 0;
+    if (!(words >> element >> name >> count) || element != "element") continue;
+    if (name == "vertex") mesh.vertices.resize(count);
+    if (name == "face") mesh.triangles.resize(count);
+  }
+  mesh.colors.resize(mesh.vertices.size());
+  for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
+    mesh.vertices[i] = {next<double>(in), next<double>(in), next<double>(in)};
+    for (auto& component : mesh.colors[i]) component = static_cast<std::uint8_t>(next<int>(in));
+  }
+  for (auto& t : mesh.triangles) t = nextTriangle(in);
+  if (in >> line) throw std::runtime_error("more than expected: " + line);
+  return mesh;
+}
 
 constexpr Color kRed{200, 10, 10};
 
@@ -90,7 +161,7 @@ TEST(ColorMesh, TubeOfNoLengthIsNothing) {
 
 TEST(ColorMesh, VtkAndPlyReadBackTheSameMesh) {
   const ColorMesh mesh = graphMesh(chain(5, 12.3456), threeClasses());
-  for (const ColorMesh& read : {test::readVtk(toVtk(mesh)), test::readPly(toPly(mesh))}) {
+  for (const ColorMesh& read : {readVtk(toVtk(mesh)), readPly(toPly(mesh))}) {
     ASSERT_EQ(read.vertices.size(), mesh.vertices.size());
     EXPECT_EQ(read.triangles, mesh.triangles);
     EXPECT_EQ(read.colors, mesh.colors);
@@ -103,12 +174,12 @@ TEST(ColorMesh, VtkAndPlyReadBackTheSameMesh) {
 TEST(ColorMesh, CoordinatesFarFromTheOriginKeepTheirMillimetres) {
   ColorMesh mesh;
   addOctahedron(mesh, {500000.125, 4649776.225, 12}, 0.5, kRed);
-  EXPECT_EQ(test::readVtk(toVtk(mesh)).vertices[0], Eigen::Vector3d(500000.625, 4649776.225, 12));
+  EXPECT_EQ(readVtk(toVtk(mesh)).vertices[0], Eigen::Vector3d(500000.625, 4649776.225, 12));
 }
 
 TEST(ColorMesh, EmptyMeshIsAFile) {
-  EXPECT_TRUE(test::readVtk(toVtk({})).vertices.empty());
-  EXPECT_TRUE(test::readPly(toPly({})).vertices.empty());
+  EXPECT_TRUE(readVtk(toVtk({})).vertices.empty());
+  EXPECT_TRUE(readPly(toPly({})).vertices.empty());
 }
 
 TEST(GraphMesh, HasAnOctahedronPerVertexAndATubePerEdge) {
@@ -127,7 +198,7 @@ TEST(GraphMesh, VerticesHaveTheColorOfTheirClass) {
 TEST(GraphMesh, MovesWithItsTransform) {
   const Eigen::Isometry3d T = poseFromYaw({5, 6, 7}, 1.2);
   SemanticGraph graph = chain(4, 10);
-  const ColorMesh moved = graphMesh(graph, threeClasses(), {}, T);
+  const ColorMesh moved = graphMesh(graph, threeClasses(), T);
   EXPECT_TRUE(
       ((moved.vertices[6] + moved.vertices[7]) / 2).isApprox(T * graph.vertices[1].position));
 }
@@ -167,34 +238,21 @@ std::size_t verticesOfColor(const ColorMesh& mesh, const Color& color) {
 
 TEST(MatchDrawing, DrawsEachMatchOnceInItsColor) {
   const SemanticGraph map = chain(10, 10), query = chain(4, 10);
-  MatchDrawingStyle style;
   const std::vector<Correspondence> putative{{0, 5, 1}, {1, 6, 1}, {2, 0, 1}},
       kept{{0, 5, 1}, {1, 6, 1}};
   const ColorMesh mesh =
-      drawMatches(map, query, threeClasses(), poseFromYaw({50, 0, 0}, 0), putative, kept, style);
+      drawMatches(map, query, threeClasses(), poseFromYaw({50, 0, 0}, 0), putative, kept);
   EXPECT_TRUE(isValid(mesh));
-  EXPECT_EQ(verticesOfColor(mesh, style.kept_color), 2u * 6);
-  EXPECT_EQ(verticesOfColor(mesh, style.putative_color), 1u * 6);
+  EXPECT_EQ(verticesOfColor(mesh, kKeptTubeColor), 2u * 6);
+  EXPECT_EQ(verticesOfColor(mesh, kPutativeTubeColor), 1u * 6);
 }
 
 TEST(MatchDrawing, QueryHangsAboveItsPlace) {
   const SemanticGraph map = chain(1, 10), query = chain(1, 10);
-  MatchDrawingStyle style;
-  style.lift_m = 33;
   const ColorMesh mesh =
-      drawMatches(map, query, threeClasses(), poseFromYaw({50, 1, 2}, 0), {}, {}, style);
+      drawMatches(map, query, threeClasses(), poseFromYaw({50, 1, 2}, 0), {}, {});
   ASSERT_EQ(mesh.vertices.size(), 12u);
-  EXPECT_TRUE(((mesh.vertices[6] + mesh.vertices[7]) / 2).isApprox(Eigen::Vector3d(50, 1, 35)));
-}
-
-TEST(MatchDrawing, ReachLimitsTheMapToTheSurroundings) {
-  const SemanticGraph map = chain(1000, 10), query = chain(3, 10);
-  MatchDrawingStyle style;
-  style.reach_m = 50;
-  const ColorMesh near = drawMatches(map, query, threeClasses(), poseFromYaw({5000, 0, 0}, 0), {},
-                                     {{0, 900, 1}}, style);
-  EXPECT_EQ(near.triangles.size(),
-            (13u + 1) * 8 + 12 * 6 + 3 * 8 + 2 * 6 + 6);  // 45 m … 5070 m, and the matched one
+  EXPECT_TRUE(((mesh.vertices[6] + mesh.vertices[7]) / 2).isApprox(Eigen::Vector3d(50, 1, 12)));
 }
 
 TEST(MatchDrawing, IndicesOutOfRangeAndEmptyGraphsAreFine) {

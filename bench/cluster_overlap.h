@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace xview {
+namespace xview::bench {
 
 /// How well clusters are the objects they should be.
 struct ClusterScore {
@@ -31,4 +31,4 @@ struct OverlapRule {
 ClusterScore scoreClusters(const std::vector<std::uint32_t>& object_of_point,
                            const std::vector<int>& cluster_of_point, const OverlapRule& rule);
 
-}  // namespace xview
+}  // namespace xview::bench
