@@ -50,8 +50,10 @@ FrameDigest movedFrame(FrameDigest frame, const Eigen::Isometry3d& T) {
 FrameDigest scaledFrame(FrameDigest frame, double factor) {
   frame.T_odom_sensor.translation() *= factor;
   frame.cloud.origin *= factor;
-  for (Point& p : frame.cloud.points) p.getVector3fMap() *= static_cast<float>(factor);
-  frame.inverse_depth_sigma /= factor;
+  for (Point& p : frame.cloud.points) {
+    p.getVector3fMap() *= static_cast<float>(factor);
+    p.sigma *= static_cast<float>(factor);
+  }
   for (Blob& blob : frame.blobs) {
     blob.position *= factor;
     blob.covariance *= factor * factor;
