@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <Eigen/Geometry>
+#include <cstddef>
+#include <vector>
+
+#include "xview/types/localization.h"
+
+namespace xview {
+
+/// A pose of a recording that was found in the map.
+struct TrajectoryFix {
+  std::size_t index = 0;  ///< position of the pose in the recording
+  /// Takes points of the odometry frame, times `scale`, to the map.
+  Eigen::Isometry3d T_map_query = Eigen::Isometry3d::Identity();
+  Eigen::Isometry3d T_map_sensor = Eigen::Isometry3d::Identity();
+  double scale = 1;
+  Matrix6d covariance = Matrix6d::Zero();  ///< of T_map_sensor, as in Localization
+  double confidence = 0;
+};
+
+/// All poses of a recording in the map frame, T_map_sensor. At each fix odometry and map agree;
+/// between two of them the disagreement is spread along the way, before the first and after the
+/// last one it stays. Fixes are in the order of the recording, at least one.
+std::vector<Eigen::Isometry3d> trajectoryThrough(
+    const std::vector<Eigen::Isometry3d>& T_odom_sensor, const std::vector<TrajectoryFix>& fixes);
+
+}  // namespace xview

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "xview/pose/trajectory.h"
+
+#include <algorithm>
+
+namespace xview {
+namespace {
+
+/// Between two poses, straight and turning evenly.
+Eigen::Isometry3d between(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b, double share) {
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  T.linear() = Eigen::Quaterniond(a.linear())
+                   .slerp(share, Eigen::Quaterniond(b.linear()))
+                   .toRotationMatrix();
+  T.translation() = (1 - share) * a.translation() + share * b.translation();
+  return T;
+}
+
+std::vector<double> travelled(const std::vector<Eigen::Isometry3d>& poses) {
+  std::vector<double> way{0};
+  for (std::size_t i = 1; i < poses.size(); ++i)
+    way.push_back(way.back() + (poses[i].translation() - poses[i - 1].translation()).norm());
+  return way;
+}
+
+Eigen::Isometry3d inMap(const TrajectoryFix& fix, Eigen::Isometry3d T_odom_sensor) {
+  T_odom_sensor.translation() *= fix.scale;
+  return fix.T_map_query * T_odom_sensor;
+}
+
+}  // namespace
+
+std::vector<Eigen::Isometry3d> trajectoryThrough(
+    const std::vector<Eigen::Isometry3d>& T_odom_sensor, const std::vector<TrajectoryFix>& fixes) {
+  const std::vector<double> way = travelled(T_odom_sensor);
+  std::vector<Eigen::Isometry3d> poses;
+  auto after = fixes.begin();  // the first fix that is not before the frame
+  for (std::size_t i = 0; i < T_odom_sensor.size(); ++i) {
+    while (after != fixes.end() && after->index < i) ++after;
+    const TrajectoryFix& a = after == fixes.begin() ? *after : *(after - 1);
+    const TrajectoryFix& b = after == fixes.end() ? *(after - 1) : *after;
+    const double length = way[b.index] - way[a.index];
+    const double share = length > 0 ? (way[i] - way[a.index]) / length : 1;
+    poses.push_back(between(inMap(a, T_odom_sensor[i]), inMap(b, T_odom_sensor[i]),
+                            std::clamp(share, 0.0, 1.0)));
+  }
+  return poses;
+}
+
+}  // namespace xview

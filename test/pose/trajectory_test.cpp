@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "xview/pose/trajectory.h"
+
+#include <gtest/gtest.h>
+
+namespace xview {
+namespace {
+
+/// A drive along x, a pose every metre.
+std::vector<Eigen::Isometry3d> drive(int metres) {
+  std::vector<Eigen::Isometry3d> poses;
+  for (int i = 0; i <= metres; ++i)
+    poses.emplace_back(Eigen::Translation3d(static_cast<double>(i), 0, 0));
+  return poses;
+}
+
+/// The odometry frame lies `y` to the left in the map.
+TrajectoryFix fixAt(std::size_t index, double y) {
+  TrajectoryFix fix;
+  fix.index = index;
+  fix.T_map_query.translation().y() = y;
+  return fix;
+}
+
+TEST(Trajectory, OfOneFixIsTheOdometryMoved) {
+  const auto poses = trajectoryThrough(drive(10), {fixAt(4, 2)});
+  ASSERT_EQ(poses.size(), 11u);
+  for (std::size_t i = 0; i < poses.size(); ++i)
+    EXPECT_TRUE(poses[i].translation().isApprox(Eigen::Vector3d(static_cast<double>(i), 2, 0)));
+}
+
+TEST(Trajectory, SpreadsTheDisagreementOfTwoFixesAlongTheWayBetweenThem) {
+  const auto poses = trajectoryThrough(drive(10), {fixAt(2, 0), fixAt(6, 4)});
+  for (const std::size_t i : {0, 1, 2}) EXPECT_NEAR(poses[i].translation().y(), 0, 1e-12);
+  EXPECT_NEAR(poses[3].translation().y(), 1, 1e-12);
+  EXPECT_NEAR(poses[5].translation().y(), 3, 1e-12);
+  for (const std::size_t i : {6, 7, 10}) EXPECT_NEAR(poses[i].translation().y(), 4, 1e-12);
+}
+
+TEST(Trajectory, TurnsTheShortWayBetweenTwoFixes) {
+  TrajectoryFix turned = fixAt(4, 0);
+  turned.T_map_query.linear() = Eigen::AngleAxisd(0.4, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  const auto poses = trajectoryThrough(drive(4), {fixAt(0, 0), turned});
+  for (std::size_t i = 0; i < poses.size(); ++i)
+    EXPECT_NEAR(Eigen::AngleAxisd(poses[i].linear()).angle(), 0.1 * static_cast<double>(i), 1e-9);
+}
+
+TEST(Trajectory, OfAStandingRecordingJumpsToTheLaterFix) {
+  const std::vector<Eigen::Isometry3d> standing(3, Eigen::Isometry3d::Identity());
+  const auto poses = trajectoryThrough(standing, {fixAt(0, 0), fixAt(2, 4)});
+  EXPECT_NEAR(poses[1].translation().y(), 4, 1e-12);
+  EXPECT_TRUE(poses[1].matrix().allFinite());
+}
+
+TEST(Trajectory, IsInTheLengthsOfTheMap) {
+  TrajectoryFix fix = fixAt(0, 0);
+  fix.scale = 2;
+  EXPECT_NEAR(trajectoryThrough(drive(3), {fix}).back().translation().x(), 6, 1e-12);
+}
+
+}  // namespace
+}  // namespace xview
