@@ -107,8 +107,7 @@ void registerStages(const std::string& kind, const Input& input) {
       benchmark::DoNotOptimize(cleanLabels(in.raw[i].label, in.labels(), CleanOptions()));
     });
     stage("image_blobs", [](const Input& in, std::size_t i) {
-      benchmark::DoNotOptimize(
-          extractImageBlobs(in.cleaned[i], in.labels(), ImageBlobOptions(), 50));
+      benchmark::DoNotOptimize(extractImageBlobs(in.cleaned[i], in.labels(), 50));
     });
   }
   stage("lift", [](const Input& in, std::size_t i) {

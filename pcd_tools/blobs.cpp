@@ -63,8 +63,7 @@ BlobbedCloud clusterCloud(const FrameSource& source, const Job& job) {
 BlobbedCloud regionsOfFrame(Frame frame, const LabelSet& labels, const Options& options,
                             DepthPlausibility& depths) {
   frame.label = cleanLabels(frame.label, labels, options.clean);
-  ImageBlobs found =
-      extractImageBlobs(frame, labels, options.image_blobs, maxRange(frame, options.lift));
+  ImageBlobs found = extractImageBlobs(frame, labels, maxRange(frame, options.lift));
   frame.instance = LabelImage(frame.label.width, frame.label.height);
   for (std::size_t i = 0; i < frame.instance.pixels.size(); ++i)
     frame.instance.pixels[i] = static_cast<std::uint16_t>(found.blob_of_pixel.pixels[i] + 1);

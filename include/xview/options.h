@@ -7,7 +7,6 @@
 #include "xview/graph/blobs.h"
 #include "xview/graph/clean_labels.h"
 #include "xview/graph/edges.h"
-#include "xview/graph/image_blobs.h"
 #include "xview/graph/lift.h"
 #include "xview/graph/merge.h"
 #include "xview/graph/plan_view.h"
@@ -26,15 +25,12 @@ namespace xview {
 
 struct MapOptions {
   double cloud_voxel_m = 0.25;  ///< the labelled cloud of a map has one point per voxel and class
-  double keyframe_every_m = 2;  ///< distance between the poses that a map remembers
 };
 
 template <class Visitor>
 void visit(MapOptions& o, Visitor&& field) {
   field("cloud_voxel_m", o.cloud_voxel_m, Range{0.02, 10},
         "thin the labelled cloud of a map to one point per voxel and class [m]");
-  field("keyframe_every_m", o.keyframe_every_m, Range{0, 1e4},
-        "distance between the sensor poses that a map remembers [m]");
 }
 
 struct PriorOptions {
@@ -51,40 +47,16 @@ void visit(PriorOptions& o, Visitor&& field) {
         "empty = any");
 }
 
-struct SequenceOptions {
-  int windows = 12;      ///< windows that are remembered
-  int places = 40;       ///< places that are followed through them
-  double reach_m = 1.5;  ///< a place may move so far from one window to the next
-  double drift = 0.03;   ///< and by this share of the way between them
+/// How far the odometry of a recording goes wrong between two of its windows.
+struct OdometryOptions {
+  double drift = 0.03;           ///< error of its position, as share of the way
+  double drift_deg_per_m = 0.1;  ///< error of its heading
 };
 
 template <class Visitor>
-void visit(SequenceOptions& o, Visitor&& field) {
-  field("windows", o.windows, Range{1, 10000}, "windows that are remembered");
-  field("places", o.places, Range{2, 100000}, "places that are followed through them");
-  field("reach_m", o.reach_m, Range{0, 100},
-        "a place may move so far from one window to the next [m]");
-  field("drift", o.drift, Range{0, 1}, "and by this share of the way between them");
-}
-
-struct TrackOptions {
-  double min_radius_m = 3;       ///< a query is expected at least so far around
-  double min_yaw_deg = 6;        ///< and turned by at least so much
-  double drift = 0.03;           ///< error of the odometry, as share of the way
-  double drift_deg_per_m = 0.1;  ///< and of its heading
-  double max_radius_m = 20;      ///< expected farther around means not expected anywhere
-};
-
-template <class Visitor>
-void visit(TrackOptions& o, Visitor&& field) {
-  field("min_radius_m", o.min_radius_m, Range{0.1, 1000},
-        "smallest radius in which the next window is searched [m]");
-  field("min_yaw_deg", o.min_yaw_deg, Range{0.1, 180},
-        "smallest turn to either side that is searched [deg]");
+void visit(OdometryOptions& o, Visitor&& field) {
   field("drift", o.drift, Range{0, 1}, "error of the odometry as share of the way");
   field("drift_deg_per_m", o.drift_deg_per_m, Range{0, 180}, "error of its heading [deg/m]");
-  field("max_radius_m", o.max_radius_m, Range{0.1, 1e5},
-        "beyond this radius the whole map is searched again [m]");
 }
 
 /// Everything that can be set, one struct per stage. Struct path = YAML key = flag:
@@ -101,7 +73,6 @@ struct Options {
   CleanOptions clean;
   LiftOptions lift;
   BlobOptions blobs;
-  ImageBlobOptions image_blobs;
   MergeOptions merge;
   EdgeOptions edges;
   PlanOptions plan;
@@ -114,8 +85,7 @@ struct Options {
   verify::VerdictOptions verdict;
   PosteriorOptions posterior;
   RefineOptions refine;
-  SequenceOptions sequence;
-  TrackOptions track;
+  OdometryOptions odometry;
 };
 
 template <class Visitor>
@@ -139,7 +109,6 @@ void visit(Options& o, Visitor&& field) {
   field.group("clean", o.clean);
   field.group("lift", o.lift);
   field.group("blobs", o.blobs);
-  field.group("image_blobs", o.image_blobs);
   field.group("merge", o.merge);
   field.group("edges", o.edges);
   field.group("plan", o.plan);
@@ -152,8 +121,7 @@ void visit(Options& o, Visitor&& field) {
   field.group("verdict", o.verdict);
   field.group("posterior", o.posterior);
   field.group("refine", o.refine);
-  field.group("sequence", o.sequence);
-  field.group("track", o.track);
+  field.group("odometry", o.odometry);
 }
 
 }  // namespace xview

@@ -19,15 +19,13 @@ struct PointGroup {
 
 using GroupKey = std::pair<std::uint32_t, std::uint32_t>;  // label, instance
 
-std::map<GroupKey, PointGroup> groupPoints(const LabelledCloud& cloud, const LabelSet& set,
-                                           bool use_instances) {
+std::map<GroupKey, PointGroup> groupPoints(const LabelledCloud& cloud, const LabelSet& set) {
   std::map<GroupKey, PointGroup> groups;
   GroupKey last_key;
   PointGroup* last = nullptr;  // neighbouring points mostly share their group
   bool last_is_ignored = false;
   for (std::uint32_t i = 0; i < cloud.size(); ++i) {
-    const GroupKey key(cloud.points.points[i].label,
-                       use_instances ? cloud.points.points[i].instance : 0);
+    const GroupKey key(cloud.points.points[i].label, cloud.points.points[i].instance);
     if (i == 0 || key != last_key) {
       last_key = key;
       last_is_ignored = set.role(key.first) == Role::ignored;
@@ -214,7 +212,7 @@ std::vector<Blob> extractBlobs(const LabelledCloud& cloud, const LabelSet& set,
                                const ScanView& scan) {
   std::vector<int> found_of_point(cloud.size(), -1);
   std::vector<FoundBlob> found;
-  for (const auto& [key, group] : groupPoints(cloud, set, options.use_instances)) {
+  for (const auto& [key, group] : groupPoints(cloud, set)) {
     const Threshold threshold(options, scan, cloud.origin, set.kind(key.first));
     std::vector<int> cluster_of_point =
         scan.beams.isKnown()

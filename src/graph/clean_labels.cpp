@@ -12,6 +12,11 @@
 namespace xview {
 namespace {
 
+// Half size of the dilate/erode element that fills what specks leave (paper: 4 px).
+constexpr int kClosing_px = 4;
+// Smaller connected regions are specks [px]: a network's errors, not things.
+constexpr int kMinSpeck_px = 12;
+
 /// A class in the image: how much of it, and where.
 struct ClassArea {
   std::uint16_t label = 0;
@@ -19,9 +24,9 @@ struct ClassArea {
   int min_x = 0, min_y = 0, max_x = 0, max_y = 0;  ///< bounding box, inclusive
 };
 
-bool isSpeck(const LabelRegion& region, const LabelSet& set, int min_speck_px) {
+bool isSpeck(const LabelRegion& region, const LabelSet& set) {
   // A lamp post far away is small and still the best thing to see.
-  const int limit = isPoleLike(set.kind(region.label)) ? min_speck_px / 4 : min_speck_px;
+  const int limit = isPoleLike(set.kind(region.label)) ? kMinSpeck_px / 4 : kMinSpeck_px;
   return region.pixels < limit;
 }
 
@@ -88,9 +93,7 @@ LabelImage cleanLabels(const LabelImage& labels, const LabelSet& set, const Clea
   if (!options.enabled || labels.empty()) return labels;
   const LabelRegions found = findLabelRegions(labels);
   std::vector<bool> is_speck;
-  for (const LabelRegion& region : found.regions) {
-    is_speck.push_back(isSpeck(region, set, options.min_speck_px));
-  }
+  for (const LabelRegion& region : found.regions) is_speck.push_back(isSpeck(region, set));
 
   LabelImage result = labels;
   cv::Mat after = matrixOf(result);
@@ -105,11 +108,9 @@ LabelImage cleanLabels(const LabelImage& labels, const LabelSet& set, const Clea
 
   const std::vector<ClassArea> order = closingOrder(found.regions, is_speck, set);
   const bool has_specks = std::find(is_speck.begin(), is_speck.end(), true) != is_speck.end();
-  if (options.closing_px > 0 && has_specks) {
+  if (has_specks) {
     const cv::Mat before = after.clone();
-    for (const ClassArea& area : order) {
-      closeClass(before, area, options.closing_px, specks, after);
-    }
+    for (const ClassArea& area : order) closeClass(before, area, kClosing_px, specks, after);
   }
   if (options.boundary_px > 0) {
     const cv::Mat before = after.clone();

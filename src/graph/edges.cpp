@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <limits>
-#include <tuple>
 
 namespace xview {
 namespace {
@@ -37,18 +36,6 @@ CentredVertices centred(const std::vector<Vertex>& vertices) {
   return result;
 }
 
-/// Keeps the k nearest; of two at the same distance the smaller index.
-void keepNearest(const std::vector<Vertex>& vertices, std::uint32_t self, std::size_t k,
-                 std::vector<std::uint32_t>& others) {
-  if (others.size() <= k) return;
-  const auto rank = [&](std::uint32_t j) {
-    return std::make_tuple((vertices[j].position - vertices[self].position).squaredNorm(), j);
-  };
-  std::nth_element(others.begin(), others.begin() + static_cast<std::ptrdiff_t>(k), others.end(),
-                   [&](std::uint32_t a, std::uint32_t b) { return rank(a) < rank(b); });
-  others.resize(k);
-}
-
 }  // namespace
 
 void connectByRadius(SemanticGraph& graph, const EdgeOptions& options) {
@@ -68,22 +55,14 @@ void connectByRadius(SemanticGraph& graph, const EdgeOptions& options) {
   pcl::Indices found;
   std::vector<float> distances2;
   std::vector<Edge> edges;
-  std::vector<std::uint32_t> others;
   for (std::size_t n = 0; n < centre.vertex_of_point.size(); ++n) {
     const std::uint32_t self = centre.vertex_of_point[n];
     tree.radiusSearch(static_cast<int>(n), search_m, found, distances2);
-    others.clear();
     for (const auto index : found) {
       const std::uint32_t other = centre.vertex_of_point[static_cast<std::size_t>(index)];
+      if (other <= self) continue;  // each edge is found from both ends
       const double d2 = (vertices[other].position - vertices[self].position).squaredNorm();
-      if (other != self && d2 <= radius2) others.push_back(other);
-    }
-    if (options.max_neighbours > 0) {
-      keepNearest(vertices, self, static_cast<std::size_t>(options.max_neighbours), others);
-    }
-    for (const std::uint32_t other : others) {
-      // Without a limit both ends propose the edge: one of them is enough.
-      if (options.max_neighbours > 0 || self < other) edges.emplace_back(self, other);
+      if (d2 <= radius2) edges.emplace_back(self, other);
     }
   }
   graph.setEdges(edges);

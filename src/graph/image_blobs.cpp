@@ -13,8 +13,12 @@
 namespace xview {
 namespace {
 
-// The image size that the options speak of.
+// The image size that the following lengths speak of.
 constexpr double kReferenceWidth = 640, kReferenceHeight = 480;
+// Smaller regions are leaves and specks whose median depth says little [px]; scaled with the area.
+constexpr double kMinPixels = 300;
+// Blobs whose contours come this near are neighbours [px]; scaled with the width.
+constexpr double kEdgeDistance_px = 10;
 
 constexpr std::int32_t kNoBlob = -1;
 
@@ -165,14 +169,13 @@ void checkFrame(const Frame& frame) {
 
 }  // namespace
 
-ImageBlobs extractImageBlobs(const Frame& frame, const LabelSet& set,
-                             const ImageBlobOptions& options, double max_range_m) {
+ImageBlobs extractImageBlobs(const Frame& frame, const LabelSet& set, double max_range_m) {
   checkFrame(frame);
   ImageBlobs result;
   if (frame.label.empty()) return result;
   const LabelRegions found = findLabelRegions(frame.label, frame.instance);
   const double area = static_cast<double>(frame.label.width) * frame.label.height;
-  const double min_pixels = options.min_pixels * area / (kReferenceWidth * kReferenceHeight);
+  const double min_pixels = kMinPixels * area / (kReferenceWidth * kReferenceHeight);
   std::vector<bool> is_wanted;
   for (const LabelRegion& region : found.regions) {
     is_wanted.push_back(set.role(region.label) != Role::ignored && region.pixels >= min_pixels);
@@ -193,7 +196,7 @@ ImageBlobs extractImageBlobs(const Frame& frame, const LabelSet& set,
   }
   result.edges =
       contourEdges(result.blob_of_pixel, endsOfRuns(found, frame.label.width, frame.label.height),
-                   options.edge_distance_px * frame.label.width / kReferenceWidth);
+                   kEdgeDistance_px * frame.label.width / kReferenceWidth);
   return result;
 }
 

@@ -10,7 +10,7 @@ namespace xview {
 
 double maxRange(const Frame& frame, const LiftOptions& options) {
   if (frame.sensor == Sensor::cloud) return std::numeric_limits<double>::infinity();
-  if (frame.sensor == Sensor::lidar) return options.max_range_lidar_m;
+  if (frame.sensor == Sensor::lidar) return options.max_range_m * kRangeOfLidar;
   return maxCameraRange(frame, options);
 }
 

@@ -47,7 +47,7 @@ Eigen::Vector3d roundedToMetre(const Eigen::Vector3d& p) { return p.array().roun
 /// The options and the camera itself; the stricter one counts.
 double maxCameraRange(const DepthCounts& depths, const Camera& camera, const LiftOptions& options) {
   const bool is_aerial = depths.measured > 0 && depths.within * 10 < depths.measured;
-  return std::min(is_aerial ? options.max_range_aerial_m : options.max_range_m, camera.max_range_m);
+  return std::min(options.max_range_m * (is_aerial ? kRangeFromTheAir : 1), camera.max_range_m);
 }
 
 DepthCounts nearDepths(const DepthImage& depth) {
@@ -72,7 +72,7 @@ LiftPlan planOf(const Frame& frame, const LiftOptions& options) {
             depths.measured};
   }
   const Eigen::Vector3d start = frame.T_odom_sensor * frame.cloud.origin;
-  return {{options.min_range_m, options.max_range_lidar_m},
+  return {{options.min_range_m, options.max_range_m * kRangeOfLidar},
           roundedToMetre(frame.sensor == Sensor::lidar ? sensor : start),
           frame.cloud.size()};
 }

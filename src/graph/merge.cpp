@@ -22,6 +22,10 @@ namespace {
 // A blob counts as its points, but not more: a car beside the camera has thousands.
 constexpr double kMaxBlobWeight = 200;
 
+// Objects of different classes as near as this are one under two labels, if they are seldom seen
+// together [m]: about the error of the middle of a thing.
+constexpr double kVote_m = 1;
+
 constexpr std::size_t kNoNode = std::numeric_limits<std::size_t>::max();
 constexpr std::uint32_t kNoVertex = std::numeric_limits<std::uint32_t>::max();
 
@@ -239,7 +243,7 @@ std::vector<std::size_t> PlaceGraphBuilder::State::sameNodes() const {
     observed.push_back(
         {vertex.label, labels.role(vertex.label), vertex.position, vertex.extent, nodes[i].frames});
   }
-  const std::vector<std::size_t> leaders = sameThings(observed, options.vote_m);
+  const std::vector<std::size_t> leaders = sameThings(observed, kVote_m);
   for (std::size_t i = 0; i < objects.size(); ++i) same[objects[i]] = objects[leaders[i]];
   return same;
 }
@@ -268,7 +272,6 @@ std::map<std::size_t, Node> PlaceGraphBuilder::State::joined(
 }
 
 bool PlaceGraphBuilder::State::isKept(const Node& node) const {
-  if (node.vertex.observations < static_cast<std::uint32_t>(options.min_observations)) return false;
   return !node.is_surface ||
          node.vertex.points >= static_cast<std::uint32_t>(options.min_surface_points);
 }

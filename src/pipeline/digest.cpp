@@ -69,8 +69,7 @@ void doubtSparseSurfaces(const LabelSet& labels, const std::vector<std::uint32_t
 
 void findImageBlobs(const Frame& cleaned, const LabelSet& labels, const Options& options,
                     FrameDigest& digest) {
-  ImageBlobs found =
-      extractImageBlobs(cleaned, labels, options.image_blobs, maxRange(cleaned, options.lift));
+  ImageBlobs found = extractImageBlobs(cleaned, labels, maxRange(cleaned, options.lift));
   digest.blobs = std::move(found.blobs);
   digest.blob_edges = std::move(found.edges);
 }

@@ -11,6 +11,10 @@
 namespace xview {
 namespace {
 
+// Distance between the sensor poses that a map remembers [m]: they are drawn, and the last one is
+// answered when the map itself is the query.
+constexpr double kKeyframeEvery_m = 2;
+
 /// The points that the flags keep.
 LabelledCloud keptPoints(const LabelledCloud& cloud, const std::vector<bool>& keep) {
   LabelledCloud kept;
@@ -90,8 +94,8 @@ class MapUnderConstruction {
     const auto source = static_cast<std::uint32_t>(map_.sources.size() - 1);
     const Eigen::Vector3d here = frame.T_odom_sensor.translation();
     const bool first = map_.keyframes.empty() || map_.keyframes.back().source != source;
-    if (first || (here - map_.keyframes.back().T_map_sensor.translation()).norm() >=
-                     options_.map.keyframe_every_m) {
+    if (first ||
+        (here - map_.keyframes.back().T_map_sensor.translation()).norm() >= kKeyframeEvery_m) {
       map_.keyframes.push_back({frame.number, frame.stamp_s, frame.T_odom_sensor, source});
     }
   }

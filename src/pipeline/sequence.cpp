@@ -14,6 +14,13 @@
 namespace xview {
 namespace {
 
+// Windows that are remembered; each of them is asked about every new place.
+constexpr std::size_t kWindows = 12;
+// Places that are followed through them, the best ones.
+constexpr std::size_t kPlaces = 40;
+// A place may move so far from one window to the next [m], besides the drift of the odometry.
+constexpr double kReach_m = 1.5;
+
 /// Queries of a recording that may speak for a place: those whose frames begin later than the
 /// history reaches.
 struct Window {
@@ -92,8 +99,7 @@ struct Sequence::State {
 
 /// Odometry drifts between windows, so a place may move a little against it.
 double Sequence::State::reachBetween(std::size_t a, std::size_t b) const {
-  return options.sequence.reach_m +
-         options.sequence.drift * (windows[a].sensor() - windows[b].sensor()).norm();
+  return kReach_m + options.odometry.drift * (windows[a].sensor() - windows[b].sensor()).norm();
 }
 
 /// Where it puts the last sensor. Query frames begin anywhere, so poses of their origins cannot be
@@ -110,7 +116,7 @@ bool Sequence::State::isSamePlace(const PoseCheck& a, const PoseCheck& b) const 
 
 void Sequence::State::remember(const Query& query, std::size_t first, std::size_t last) {
   windows.push_back(windowOf(query, first, last));
-  if (windows.size() <= static_cast<std::size_t>(options.sequence.windows)) return;
+  if (windows.size() <= kWindows) return;
   windows.pop_front();
   for (Track& track : tracks) track.seen.erase(track.seen.begin());
 }
@@ -131,7 +137,7 @@ void Sequence::State::begin(const std::vector<Hypothesis>& hypotheses) {
   const std::size_t newest = windows.size() - 1;
   std::vector<Eigen::Isometry3d> poses;
   for (const Hypothesis& h : hypotheses) poses.push_back(h.T_map_query);
-  for (PoseCheck& place : localizer.check(windows[newest].query, poses, options.sequence.reach_m)) {
+  for (PoseCheck& place : localizer.check(windows[newest].query, poses, kReach_m)) {
     const auto same = std::find_if(tracks.begin(), tracks.end(), [&](const Track& t) {
       return isSamePlace(t.seen.back(), place);
     });
@@ -185,7 +191,7 @@ void Sequence::State::sumEvidence() {
                    [](const Track& a, const Track& b) { return a.sum.score > b.sum.score; });
   std::vector<Track> kept;
   for (Track& track : tracks) {  // tracks that have met are one place now
-    if (kept.size() >= static_cast<std::size_t>(options.sequence.places)) break;
+    if (kept.size() >= kPlaces) break;
     const bool known = std::any_of(kept.begin(), kept.end(), [&](const Track& k) {
       return isSamePlace(k.seen.back(), track.seen.back());
     });

@@ -8,6 +8,10 @@ namespace xview {
 namespace {
 
 constexpr double kSigmas = 3;
+// A query is searched at least so far around [m] and turned by at least so much [deg].
+constexpr double kMinRadius_m = 3, kMinYaw_deg = 6;
+// Beyond this radius the whole map is searched again [m].
+constexpr double kMaxRadius_m = 20;
 
 /// The way from the pose of the last fix, along those frames of the query that come after it.
 double travelledSince(const Eigen::Isometry3d& T_query_sensor,
@@ -29,16 +33,16 @@ double travelledSince(const Eigen::Isometry3d& T_query_sensor,
 
 std::optional<ExpectedPose> Tracker::expectation(const Query& query) {
   if (!fix_) return std::nullopt;
-  const TrackOptions& o = options_.track;
+  const OdometryOptions& odometry = options_.odometry;
   const double travelled = fix_->travelled_m + travelledSince(fix_->T_query_sensor, query.poses);
   ExpectedPose expected;
   // The lever: an error of the heading at the fix moves what lies ahead.
-  expected.radius_m = o.min_radius_m +
+  expected.radius_m = kMinRadius_m +
                       kSigmas * std::hypot(fix_->sigma_m, fix_->sigma_rad * travelled) +
-                      o.drift * travelled;
-  expected.yaw_rad = o.min_yaw_deg * M_PI / 180 + kSigmas * fix_->sigma_rad +
-                     o.drift_deg_per_m * M_PI / 180 * travelled;
-  if (expected.radius_m > o.max_radius_m) {
+                      odometry.drift * travelled;
+  expected.yaw_rad = kMinYaw_deg * M_PI / 180 + kSigmas * fix_->sigma_rad +
+                     odometry.drift_deg_per_m * M_PI / 180 * travelled;
+  if (expected.radius_m > kMaxRadius_m) {
     fix_.reset();
     return std::nullopt;
   }

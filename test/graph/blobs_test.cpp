@@ -86,14 +86,13 @@ TEST(Blobs, AreOrderedByLabelThenByFirstPoint) {
   }
 }
 
-TEST(Blobs, SeparateTouchingInstancesIfTold) {
+TEST(Blobs, SeparateTouchingInstances) {
   LabelledCloud cloud = box(kCar, {0, 0, 0}, {4, 4, 4}, 1);
   append(cloud, box(kCar, {0.8f, 0, 0}, {4, 4, 4}, 2));
   append(cloud, box(kCar, {1.6f, 0, 0}, {4, 4, 4}, 0));
-  BlobOptions options;
-  EXPECT_EQ(extractBlobs(cloud, townLabels(), options).size(), 3u);
-  options.use_instances = false;
-  const std::vector<Blob> joined = extractBlobs(cloud, townLabels(), options);
+  EXPECT_EQ(extractBlobs(cloud, townLabels(), {}).size(), 3u);
+  for (Point& point : cloud.points) point.instance = 0;
+  const std::vector<Blob> joined = extractBlobs(cloud, townLabels(), {});
   ASSERT_EQ(joined.size(), 1u);
   EXPECT_EQ(joined[0].instance, 0u);
   EXPECT_EQ(joined[0].points, 192u);

@@ -26,11 +26,10 @@ SemanticGraph graphAt(const std::vector<Eigen::Vector3d>& positions) {
   return graph;
 }
 
-Edges connected(const std::vector<Eigen::Vector3d>& positions, double radius_m, int limit = 0) {
+Edges connected(const std::vector<Eigen::Vector3d>& positions, double radius_m) {
   SemanticGraph graph = graphAt(positions);
   EdgeOptions options;
   options.radius_m = radius_m;
-  options.max_neighbours = limit;
   connectByRadius(graph, options);
   EXPECT_TRUE(isConsistent(graph));
   return graph.edges();
@@ -90,7 +89,6 @@ TEST(Edges, DoNotDependOnTheFrame) {
   std::vector<Eigen::Vector3d> moved;
   for (const Eigen::Vector3d& p : positions) moved.push_back(T * p);
   EXPECT_EQ(connected(moved, 15), connected(positions, 15));
-  EXPECT_EQ(connected(moved, 15, 3), connected(positions, 15, 3));
 }
 
 TEST(Edges, FollowTheVerticesWhenTheyAreRenumbered) {
@@ -103,26 +101,12 @@ TEST(Edges, FollowTheVerticesWhenTheyAreRenumbered) {
   }
   std::vector<Eigen::Vector3d> renumbered;
   for (const std::uint32_t i : order) renumbered.push_back(positions[i]);
-  for (const int limit : {0, 4}) {
-    Edges back;
-    for (const auto& [a, b] : connected(renumbered, 15, limit)) {
-      back.push_back(std::minmax(order[a], order[b]));
-    }
-    std::sort(back.begin(), back.end());
-    EXPECT_EQ(back, connected(positions, 15, limit));
+  Edges back;
+  for (const auto& [a, b] : connected(renumbered, 15)) {
+    back.push_back(std::minmax(order[a], order[b]));
   }
-}
-
-TEST(Edges, WithALimitAreThoseThatEitherEndProposes) {
-  // The vertex in the middle proposes one of four, but each of the four proposes it.
-  const std::vector<Eigen::Vector3d> star{
-      {0, 0, 0}, {3, 0, 0}, {-3.1, 0, 0}, {0, 3.2, 0}, {0, -3.3, 0}};
-  EXPECT_EQ(connected(star, 100, 1), (Edges{{0, 1}, {0, 2}, {0, 3}, {0, 4}}));
-}
-
-TEST(Edges, WithALimitBreakTiesByTheSmallerIndex) {
-  const std::vector<Eigen::Vector3d> line{{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {3, 0, 0}};
-  EXPECT_EQ(connected(line, 10, 1), (Edges{{0, 1}, {1, 2}, {2, 3}}));
+  std::sort(back.begin(), back.end());
+  EXPECT_EQ(back, connected(positions, 15));
 }
 
 TEST(Edges, OfEmptySingleAndFarVerticesAreNone) {

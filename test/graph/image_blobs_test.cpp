@@ -36,7 +36,7 @@ TEST(ImageBlobs, AreAtTheMedianDepthOfTheirCentroid) {
   frame.depth.at(120, 210) = 0;
   Random random(1);
   frame.T_odom_sensor = randomPose(random);
-  const ImageBlobs found = extractImageBlobs(frame, townLabels(), {}, 50);
+  const ImageBlobs found = extractImageBlobs(frame, townLabels(), 50);
   ASSERT_EQ(found.blobs.size(), 1u);
   const Eigen::Vector3d p_sensor((120 - 319.5) / 320 * 10, (210 - 239.5) / 320 * 10, 10);
   EXPECT_LT((found.blobs[0].position - frame.T_odom_sensor * p_sensor).norm(), 1e-6);
@@ -48,7 +48,7 @@ TEST(ImageBlobs, AreAtTheMedianDepthOfTheirCentroid) {
 TEST(ImageBlobs, HaveCovarianceAndBoundsOfTheirPoints) {
   Frame frame = emptySky();
   put(frame, 300, 220, 40, 40, kCar, 32);  // 0.1 m per pixel, in the middle of the image
-  const ImageBlobs found = extractImageBlobs(frame, townLabels(), {}, 50);
+  const ImageBlobs found = extractImageBlobs(frame, townLabels(), 50);
   ASSERT_EQ(found.blobs.size(), 1u);
   EXPECT_LT((found.blobs[0].min - Eigen::Vector3d(-1.95, -1.95, 32)).norm(), 1e-4);
   EXPECT_LT((found.blobs[0].max - Eigen::Vector3d(1.95, 1.95, 32)).norm(), 1e-4);
@@ -62,7 +62,7 @@ TEST(ImageBlobs, ConnectContoursUpToTheDistance) {
   put(frame, 139, 100, 30, 30, kBench);  // 1: columns 129 and 139 are 10 px apart
   put(frame, 179, 100, 30, 30, kCar);    // 2: columns 168 and 179 are 11 px apart
   put(frame, 100, 135, 30, 30, kBench);  // 3: 6 px below the first; corner to corner 11.7 px from 1
-  const ImageBlobs found = extractImageBlobs(frame, townLabels(), {}, 50);
+  const ImageBlobs found = extractImageBlobs(frame, townLabels(), 50);
   ASSERT_EQ(found.blobs.size(), 4u);
   EXPECT_EQ(found.edges, (Edges{{0, 1}, {0, 3}}));
 }
@@ -76,8 +76,8 @@ TEST(ImageBlobs, OfTheSameSceneAtHalfSizeAreTheSame) {
   put(half, 50, 50, 20, 10, kCar);
   put(half, 74, 50, 20, 10, kBench);
   put(half, 150, 150, 5, 5, kPole);
-  const ImageBlobs a = extractImageBlobs(large, townLabels(), {}, 50);
-  const ImageBlobs b = extractImageBlobs(half, townLabels(), {}, 50);
+  const ImageBlobs a = extractImageBlobs(large, townLabels(), 50);
+  const ImageBlobs b = extractImageBlobs(half, townLabels(), 50);
   ASSERT_EQ(a.blobs.size(), 2u);
   ASSERT_EQ(b.blobs.size(), 2u);
   EXPECT_EQ(a.edges, b.edges);
@@ -94,7 +94,7 @@ TEST(ImageBlobs, SeparateInstances) {
   for (int y = 100; y < 130; ++y) {
     for (int x = 130; x < 160; ++x) frame.instance.at(x, y) = 5;
   }
-  const ImageBlobs found = extractImageBlobs(frame, townLabels(), {}, 50);
+  const ImageBlobs found = extractImageBlobs(frame, townLabels(), 50);
   ASSERT_EQ(found.blobs.size(), 2u);
   EXPECT_EQ(found.blobs[0].instance, 0u);
   EXPECT_EQ(found.blobs[1].instance, 5u);
@@ -106,7 +106,7 @@ TEST(ImageBlobs, WithoutDepthInRangeAreDroppedAndLeaveNoEdge) {
   put(frame, 100, 100, 30, 30, kCar, 0);
   put(frame, 130, 100, 30, 30, kBench, 80);
   put(frame, 160, 100, 30, 30, kCar, 10);
-  const ImageBlobs found = extractImageBlobs(frame, townLabels(), {}, 50);
+  const ImageBlobs found = extractImageBlobs(frame, townLabels(), 50);
   ASSERT_EQ(found.blobs.size(), 1u);
   EXPECT_TRUE(found.edges.empty());
 }
@@ -115,20 +115,20 @@ TEST(ImageBlobs, RespectDepthAlongTheRay) {
   Frame frame = emptySky();
   frame.camera.depth_is_range = true;
   put(frame, 0, 0, 40, 40, kCar, 10);
-  const ImageBlobs found = extractImageBlobs(frame, townLabels(), {}, 50);
+  const ImageBlobs found = extractImageBlobs(frame, townLabels(), 50);
   ASSERT_EQ(found.blobs.size(), 1u);
   EXPECT_NEAR(found.blobs[0].position.norm(), 10, 1e-6);
 }
 
 TEST(ImageBlobs, OfNothingAreNone) {
-  EXPECT_TRUE(extractImageBlobs(emptySky(), townLabels(), {}, 50).blobs.empty());
-  EXPECT_TRUE(extractImageBlobs(Frame(), townLabels(), {}, 50).blobs.empty());
+  EXPECT_TRUE(extractImageBlobs(emptySky(), townLabels(), 50).blobs.empty());
+  EXPECT_TRUE(extractImageBlobs(Frame(), townLabels(), 50).blobs.empty());
 }
 
 TEST(ImageBlobs, RefuseImagesOfDifferentSize) {
   Frame frame = emptySky();
   frame.label = LabelImage(640, 479, kCar);
-  EXPECT_THROW(extractImageBlobs(frame, townLabels(), {}, 50), Error);
+  EXPECT_THROW(extractImageBlobs(frame, townLabels(), 50), Error);
 }
 
 }  // namespace

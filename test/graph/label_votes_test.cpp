@@ -61,13 +61,6 @@ TEST(LabelVote, NeedsThreeFramesThatSayTheSame) {
       2u);
 }
 
-TEST(LabelVote, CanBeSwitchedOff) {
-  MergeOptions options = kMean;
-  options.vote_m = 0;
-  const Blob bench = boxAt(kBench, 0, 0, 1);
-  EXPECT_EQ(merged(options, {{bench}, {bench}, {bench}, {boxAt(kPole, 0, 0, 1)}}).size(), 2u);
-}
-
 TEST(LabelVote, FramesOfTwoRecordingsAreNotTakenForOne) {
   // Both recordings begin with frame 0: the first sees a bench where the second sees a pole.
   PlaceGraphBuilder builder(townLabels(), kMean);

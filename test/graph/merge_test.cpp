@@ -277,15 +277,6 @@ TEST_P(BothModes, KeepTheOrderOfFirstObservation) {
   EXPECT_EQ(vertices[1].sigma_m, 0);
 }
 
-TEST_P(BothModes, DropVerticesSeenTooRarely) {
-  MergeOptions options = mergeOptions(GetParam());
-  options.min_observations = 2;
-  const auto vertices =
-      merged(options, {{blobAt(kPole, 0, 0, 0), blobAt(kCar, 40, 0, 0)}, {blobAt(kPole, 0, 0, 0)}});
-  ASSERT_EQ(vertices.size(), 1u);
-  EXPECT_EQ(vertices[0].label, kPole);
-}
-
 TEST_P(BothModes, BearNothingAndNonsense) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_TRUE(merged(mergeOptions(GetParam()), {}).empty());
@@ -349,17 +340,15 @@ TEST(ImageGraph, ObjectsMoveToTheirMean) {
   EXPECT_NEAR(builder.graph().vertices[0].position.x(), 0.5, 1e-12);
 }
 
-TEST(ImageGraph, EdgesOfIgnoredAndOfRareBlobsAreLeftOut) {
-  MergeOptions options = kMean;
-  options.min_observations = 2;
-  PlaceGraphBuilder builder(townLabels(), options);
+TEST(ImageGraph, EdgesOfIgnoredBlobsAreLeftOut) {
+  PlaceGraphBuilder builder(townLabels(), kMean);
   builder.addImageBlobs({blobAt(kSky, 0, 0, 0), blobAt(kPole, 5, 0, 0), blobAt(kCar, 50, 0, 0),
                          blobAt(kRoad, 0, 0, 0)},
                         {{0, 1}, {1, 2}, {1, 3}}, 0);
   builder.addImageBlobs({blobAt(kPole, 5, 0, 0), blobAt(kRoad, 0, 0, 0)}, {}, 1);
   const SemanticGraph graph = builder.graph();
-  ASSERT_EQ(graph.size(), 2u);
-  EXPECT_EQ(graph.edgeCount(), 1u);
+  ASSERT_EQ(graph.size(), 3u);
+  EXPECT_EQ(graph.edgeCount(), 2u);
 }
 
 TEST(ImageGraph, BlobsThatMergeHaveNoEdgeToThemselves) {

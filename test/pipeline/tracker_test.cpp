@@ -48,9 +48,9 @@ TEST(Tracker, ExpectsWithinThreeSigmaOfTheFixAndTheDriftSince) {
   ASSERT_TRUE(fix.accepted()) << fix.reason;
   const Matrix6d& c = fix.covariance;
   const double sigma_m = std::sqrt(std::max(c(0, 0), c(1, 1)) + std::abs(c(0, 1)));
-  const TrackOptions options;
+  constexpr double kMinRadius_m = 3;
   const double at_once = tracker.follow(drive.query("rear", 0, 24)).radius_m;
-  EXPECT_NEAR(at_once, options.min_radius_m + 3 * sigma_m, 1e-9);
+  EXPECT_NEAR(at_once, kMinRadius_m + 3 * sigma_m, 1e-9);
   EXPECT_GT(sigma_m, 1e-4);
   EXPECT_GT(tracker.follow(drive.query("rear", 6, 30)).radius_m, at_once);
 }
@@ -77,7 +77,7 @@ TEST(Tracker, ExpectsLessAndLessUntilItExpectsNothing) {
   const auto& drive = simulatedDrive();
   const Localizer localizer(drive.map, {});
   Options options;
-  options.track.drift = 0.2;
+  options.odometry.drift = 0.2;
   Tracker tracker(localizer, options);
   ASSERT_TRUE(tracker.follow(drive.query("rear", 0, 24)).fix.accepted());
   Query nothing = drive.query("rear", 0, 24);

@@ -13,10 +13,9 @@
 namespace xview {
 
 struct BlobOptions {
-  double tolerance_m = 0.5;   ///< two points of a class nearer than this are in one blob
-  int min_points = 20;        ///< smaller blobs are dropped
-  double voxel_m = 0.1;       ///< thin a frame to one point per voxel and class first; 0 = off
-  bool use_instances = true;  ///< instances of the data become blobs of their own
+  double tolerance_m = 0.5;  ///< two points of a class nearer than this are in one blob
+  int min_points = 20;       ///< smaller blobs are dropped
+  double voxel_m = 0.1;      ///< thin a frame to one point per voxel and class first; 0 = off
   double max_surface_m =
       20;  ///< surfaces that spread further are cut into squares; 0 = off (paper)
 };
@@ -28,7 +27,6 @@ void visit(BlobOptions& o, Visitor&& field) {
   field("min_points", o.min_points, Range{1, 1e9}, "drop blobs with fewer points");
   field("voxel_m", o.voxel_m, Range{0, 10},
         "thin points to one per voxel and class before clustering; 0 = off [m]");
-  field("use_instances", o.use_instances, "instances given by the data become blobs of their own");
   field("max_surface_m", o.max_surface_m, Range{0, 1e6},
         "cut blobs of surface classes that spread further into squares of this side; 0 = off [m]");
 }

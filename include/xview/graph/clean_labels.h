@@ -9,10 +9,6 @@ namespace xview {
 
 struct CleanOptions {
   bool enabled = true;
-  /// Half size of the dilate/erode element that fills what specks leave (paper: 4 px).
-  int closing_px = 4;
-  /// Smaller connected regions are specks; for poles, signs and lights a quarter of it.
-  int min_speck_px = 12;
   /// Half size of the element that may also take pixels of other classes (paper: 4 px).
   int boundary_px = 0;
 };
@@ -20,18 +16,14 @@ struct CleanOptions {
 template <class Visitor>
 void visit(CleanOptions& o, Visitor&& field) {
   field("enabled", o.enabled, "smooth label images before they are lifted");
-  field("closing_px", o.closing_px, Range{0, 50},
-        "fill specks from around by dilating and eroding this much [px]");
-  field("min_speck_px", o.min_speck_px, Range{0, 1e6},
-        "drop connected label regions smaller than this [px]");
   field("boundary_px", o.boundary_px, Range{0, 50},
         "close classes over their neighbours, too, by this much; 0 = keep boundaries [px]");
 }
 
-/// Drops specks from a label image and closes the classes around them (dilation, then erosion, per
-/// class; paper section III-A). Sizes are pixels of the image as it is. Specks that no class closes
-/// over become unlabelled: id 0, or the highest unused id if 0 is a class of the set that is not
-/// ignored.
+/// Drops specks (connected regions of less than 12 px, 3 px of poles) from a label image and closes
+/// the classes around them (dilation, then erosion, per class; paper section III-A). Sizes are
+/// pixels of the image as it is. Specks that no class closes over become unlabelled: id 0, or the
+/// highest unused id if 0 is a class of the set that is not ignored.
 ///
 /// Deviations from the paper. Classes are closed from large to small area, first ignored ones, then
 /// surfaces, then objects, and later ones win: a pole 3 px wide survives. And a closing takes only

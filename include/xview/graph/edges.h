@@ -7,22 +7,17 @@
 namespace xview {
 
 struct EdgeOptions {
-  double radius_m = 15;    ///< vertices nearer than this are neighbours
-  int max_neighbours = 0;  ///< each vertex proposes so many edges; 0 = all within radius
+  double radius_m = 15;  ///< vertices nearer than this are neighbours
 };
 
 template <class Visitor>
 void visit(EdgeOptions& o, Visitor&& field) {
   field("radius_m", o.radius_m, Range{0.01, 1e4}, "connect vertices nearer than this [m]");
-  field("max_neighbours", o.max_neighbours, Range{0, 1e6},
-        "at most so many edges proposed per vertex; 0 = no limit");
 }
 
 /// Replaces the edges of a graph: an edge joins vertices whose Euclidean distance is <= radius_m
 /// (paper section III-B, 3-D space), found by pcl::KdTreeFLANN around their mean and decided in
-/// double precision. With max_neighbours each vertex proposes its nearest ones (of two at the same
-/// distance the smaller index), and an edge is there if either end proposes it; so a vertex may
-/// have more. Vertices whose position is not finite stay alone.
+/// double precision. Vertices whose position is not finite stay alone.
 void connectByRadius(SemanticGraph& graph, const EdgeOptions& options);
 
 }  // namespace xview

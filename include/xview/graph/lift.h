@@ -10,20 +10,15 @@ namespace xview {
 
 struct LiftOptions {
   double min_range_m = 0.3;
-  double max_range_m = 50;          ///< for cameras near the ground; see max_range_aerial_m
-  double max_range_aerial_m = 120;  ///< if the nearest tenth of a frame is more than 15 m away
-  double max_range_lidar_m = 60;
+  double max_range_m = 50;  ///< of cameras near the ground; from the air and of LiDAR it is more
 };
 
 template <class Visitor>
 void visit(LiftOptions& o, Visitor&& field) {
   field("min_range_m", o.min_range_m, Range{0, 1e4}, "drop measurements nearer than this [m]");
   field("max_range_m", o.max_range_m, Range{0.1, 1e4},
-        "drop camera measurements further than this [m]");
-  field("max_range_aerial_m", o.max_range_aerial_m, Range{0.1, 1e4},
-        "same for cameras that look down from the air [m]");
-  field("max_range_lidar_m", o.max_range_lidar_m, Range{0.1, 1e4},
-        "drop LiDAR returns further than this [m]");
+        "drop measurements further than this; LiDAR reaches 1.2 times as far, cameras in the air "
+        "2.4 times [m]");
 }
 
 /// What became of the measurements of a frame.
@@ -33,6 +28,12 @@ struct LiftCounts {
   std::uint64_t out_of_range = 0;
   std::uint64_t ignored_class = 0;  ///< role ignored or id unknown to the label set
 };
+
+/// How far a sensor is believed, as share of LiftOptions::max_range_m. A camera is in the air if
+/// the nearest tenth of a frame is more than 15 m away: it looks down, so that walls are rare and
+/// errors of depth mostly of height. The error of a LiDAR hardly grows with the range, but its
+/// points thin out.
+constexpr double kRangeFromTheAir = 2.4, kRangeOfLidar = 1.2;
 
 /// The range limit of a frame's sensor: cameras near the ground, cameras in the air, LiDAR;
 /// infinite for saved clouds.

@@ -17,13 +17,9 @@ struct MergeOptions {
   std::string mode = "running_mean";
   /// Merge distance of mode first_observation (paper: 10 m SYNTHIA, 15 m others).
   double first_observation_m = 10;
-  double object_m = 2;   ///< merge distance of objects in mode running_mean
-  double surface_m = 3;  ///< spacing of surface vertices in mode running_mean
-  /// Objects of different classes as near as this are one under two labels, if they are seldom seen
-  /// together (mode running_mean).
-  double vote_m = 1;
+  double object_m = 2;          ///< merge distance of objects in mode running_mean
+  double surface_m = 3;         ///< spacing of surface vertices in mode running_mean
   int min_surface_points = 10;  ///< a cell of a surface with fewer, over all frames, is no vertex
-  int min_observations = 1;     ///< vertices seen in fewer frames are dropped at the end
 };
 
 template <class Visitor>
@@ -36,13 +32,8 @@ void visit(MergeOptions& o, Visitor&& field) {
   field("object_m", o.object_m, Range{0.01, 1e4}, "merge distance of objects in running_mean [m]");
   field("surface_m", o.surface_m, Range{0.01, 1e4},
         "spacing of surface vertices in running_mean [m]");
-  field("vote_m", o.vote_m, Range{0, 100},
-        "objects this near under labels that alternate between frames are one, of the label seen "
-        "most; 0 = off [m]");
   field("min_surface_points", o.min_surface_points, Range{1, 1e9},
         "surface vertices need this many points over all frames");
-  field("min_observations", o.min_observations, Range{1, 1e6},
-        "drop vertices seen in fewer frames");
 }
 
 /// Merges the blobs of successive frames into the vertices of one place graph (paper section
