@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "xview/sequence.h"
 #include "xview/tracker.h"
@@ -29,6 +30,11 @@ struct Answer {
 /// One JSON object on one line, keys in a fixed order, numbers such that reading them gives the
 /// same bits. Poses and covariance are null if there is no hypothesis at all.
 std::string toJson(const Answer& answer);
+
+/// Reads what `xview localize --json` printed, or any file with the same keys; of the fix only
+/// status, confidence, the pose and the times. Keys that only xview writes may be missing
+/// (Answer::frames is then 0). Throws Error with path:line.
+std::vector<Answer> readAnswers(const std::string& path);
 
 /// The heading of the table, and one line of it.
 std::string tableHeading();

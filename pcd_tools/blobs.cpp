@@ -5,14 +5,13 @@
 
 #include <map>
 
-#include "commands.h"
-#include "frames_to_cloud.h"
 #include "inputs.h"
+#include "outputs.h"
+#include "tool.h"
 #include "xview/depth_plausibility.h"
 #include "xview/graph/clean_labels.h"
 #include "xview/graph/image_blobs.h"
 #include "xview/graph/lift.h"
-#include "xview/io/atomic_file.h"
 #include "xview/mapper.h"
 #include "xview/types/error.h"
 #include "xview/types/stopwatch.h"
@@ -44,11 +43,9 @@ struct BlobbedCloud {
 
 BlobbedCloud clusterCloud(const FrameSource& source, const Job& job) {
   Stopwatch watch;
-  LiftCounts counts;
   BlobbedCloud result;
-  result.cloud = liftAll(source, job, counts);
   LabelledCloud& cloud = result.cloud;
-  if (job.options.blobs.voxel_m > 0) cloud = thinByVoxel(cloud, job.options.blobs.voxel_m);
+  cloud = liftAll(source, job, job.options.blobs.voxel_m);
   job.narrate.stage("lift", watch.lap_ms(),
                     fmt::format("{} frames, {} points", source.size(), cloud.size()));
   std::vector<int> blob_of_point;
@@ -59,18 +56,24 @@ BlobbedCloud clusterCloud(const FrameSource& source, const Job& job) {
   return result;
 }
 
-/// The regions of one frame: blobs of this frame only, its pixels lifted.
-BlobbedCloud regionsOfFrame(Frame frame, const LabelSet& labels, const Options& options,
-                            DepthPlausibility& depths) {
+/// Blobs of one frame only, its pixels lifted.
+struct FrameRegions {
+  BlobbedCloud regions;
+  LiftCounts counts;
+  Eigen::Vector3d sensor;
+};
+
+FrameRegions regionsOfFrame(Frame frame, const LabelSet& labels, const Options& options) {
   frame.label = cleanLabels(frame.label, labels, options.clean);
   ImageBlobs found = extractImageBlobs(frame, labels, maxRange(frame, options.lift));
   frame.instance = LabelImage(frame.label.width, frame.label.height);
   for (std::size_t i = 0; i < frame.instance.pixels.size(); ++i)
     frame.instance.pixels[i] = static_cast<std::uint16_t>(found.blob_of_pixel.pixels[i] + 1);
-  LiftCounts counts;
-  LabelledCloud cloud = lift(frame, labels, options.lift, &counts);
-  depths.add(counts, cloud, frame.T_odom_sensor.translation());
-  return {std::move(cloud), std::move(found.blobs)};
+  FrameRegions result;
+  result.regions.cloud = lift(frame, labels, options.lift, &result.counts);
+  result.regions.blobs = std::move(found.blobs);
+  result.sensor = frame.T_odom_sensor.translation();
+  return result;
 }
 
 BlobbedCloud regionsOfImages(const FrameSource& source, const Job& job) {
@@ -78,17 +81,18 @@ BlobbedCloud regionsOfImages(const FrameSource& source, const Job& job) {
   Stopwatch watch;
   BlobbedCloud result;
   DepthPlausibility depths;
-  const Progress progress = job.narrate.progress("blobs");
-  for (std::size_t f = 0; f < source.size(); ++f) {
-    BlobbedCloud frame = regionsOfFrame(source.read(f), source.labels(), job.options, depths);
-    if (job.options.blobs.voxel_m > 0)
-      frame.cloud = thinByVoxel(frame.cloud, job.options.blobs.voxel_m);
-    const auto before = static_cast<std::uint32_t>(result.blobs.size());
-    for (Point& point : frame.cloud.points) point.instance += point.instance > 0 ? before : 0;
-    appendCloud(result.cloud, frame.cloud);
-    result.blobs.insert(result.blobs.end(), frame.blobs.begin(), frame.blobs.end());
-    if (progress) progress(f + 1, source.size());
-  }
+  forEachFrame(
+      source, job, "blobs",
+      [&](Frame frame) { return regionsOfFrame(std::move(frame), source.labels(), job.options); },
+      [&](FrameRegions frame) {
+        auto& [cloud, blobs] = frame.regions;
+        depths.add(frame.counts, cloud, frame.sensor);
+        if (job.options.blobs.voxel_m > 0) cloud = thinByVoxel(cloud, job.options.blobs.voxel_m);
+        const auto before = static_cast<std::uint32_t>(result.blobs.size());
+        for (Point& point : cloud.points) point.instance += point.instance > 0 ? before : 0;
+        appendCloud(result.cloud, cloud);
+        result.blobs.insert(result.blobs.end(), blobs.begin(), blobs.end());
+      });
   depths.require(source);
   job.narrate.stage("blobs", watch.lap_ms(),
                     fmt::format("{} frames, {} points, {} image blobs", source.size(),
@@ -115,8 +119,7 @@ class BlobsCommand final : public Command {
   void declare(Flags& flags) override { input_.declare(flags); }
 
   ExitCode run(const Job& job) override {
-    checkCloudEnding(job.operands[1]);
-    requireWritable(job.operands[1]);
+    requireCloudPath(job.operands[1]);
     const auto source = openInput(job.operands[0], input_.parsed(), job);
     const bool in_images = job.options.graph_space == "image";
     const BlobbedCloud result =

@@ -1,19 +1,59 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <fmt/core.h>
 
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 
-#include "answer_file.h"
-#include "commands.h"
+#include "answer.h"
 #include "inputs.h"
-#include "truth_file.h"
+#include "outputs.h"
+#include "tool.h"
 #include "xview/eval/report.h"
 #include "xview/io/atomic_file.h"
+#include "xview/io/pose_files.h"
 #include "xview/types/error.h"
 #include "xview/view/scene.h"
 
 namespace xview::tools {
 namespace {
+
+/// True poses of the frames of a recording, found by the rule of all poses files: one line per
+/// frame, or more lines, of which line N (from 0) belongs to frame N. A real time stamp that both
+/// sides have settles the second case first.
+class Truth {
+ public:
+  explicit Truth(const std::string& path) : path_(path), poses_(readPoses(path)) {}
+
+  /// T_map_sensor of the last frame of the query. Throws Error if the file has none.
+  const Eigen::Isometry3d& poseFor(const Answer& answer) const;
+
+ private:
+  const StampedPose* withStamp(const Answer& answer) const;
+
+  std::string path_;
+  std::vector<StampedPose> poses_;
+};
+
+const Eigen::Isometry3d& Truth::poseFor(const Answer& answer) const {
+  if (answer.frames == poses_.size() && answer.last_index < poses_.size())
+    return poses_[answer.last_index].T_frame_sensor;
+  if (const StampedPose* stamped = withStamp(answer)) return stamped->T_frame_sensor;
+  const auto number = static_cast<std::size_t>(answer.last_frame);
+  if (answer.last_frame >= 0 && number < poses_.size()) return poses_[number].T_frame_sensor;
+  throw Error(path_, fmt::format("expected a pose of frame {} of {}, found {} poses",
+                                 answer.last_frame, answer.input, poses_.size()));
+}
+
+const StampedPose* Truth::withStamp(const Answer& answer) const {
+  if (answer.last_stamp_s == static_cast<double>(answer.last_index))
+    return nullptr;  // a mere count
+  const auto same = [&](const StampedPose& p) {
+    return std::abs(p.stamp_s - answer.last_stamp_s) < 1e-4;
+  };
+  const auto found = std::find_if(poses_.begin(), poses_.end(), same);
+  return found == poses_.end() ? nullptr : &*found;
+}
 
 ScoredQuery withoutTruth(const Answer& answer) {
   ScoredQuery query;
@@ -121,12 +161,11 @@ class EvaluateCommand final : public Command {
 
   void writeAll(const Evaluation& evaluation, const std::vector<ScoredQuery>& queries,
                 const std::string& page) const {
-    std::error_code problem;
-    const bool is_new = std::filesystem::create_directories(out_, problem);
-    if (problem) throw Error(out_, "cannot be made: " + problem.message());
+    const bool is_new = makeFolder(out_);
     try {
       writeFiles(evaluation, queries, page);
     } catch (const Error&) {
+      std::error_code problem;
       if (is_new) std::filesystem::remove(out_, problem);
       throw;
     }

@@ -3,14 +3,13 @@
 
 #include <optional>
 
-#include "commands.h"
-#include "queries.h"
+#include "inputs.h"
+#include "tool.h"
 #include "xview/io/atomic_file.h"
 #include "xview/localizer.h"
 #include "xview/map/map_lock.h"
 #include "xview/map/map_store.h"
 #include "xview/types/error.h"
-#include "xview/types/moved_recording.h"
 #include "xview/types/stopwatch.h"
 
 namespace xview::tools {
@@ -70,7 +69,7 @@ class FuseCommand final : public Command {
       throw UsageError("--scale: only what has the lengths of the map can be added to it");
     const QueryInput input = readQuery(path, input_, job, map.labels);
     Stopwatch watch;
-    const Localization fix = Localizer(map, job.options).localize(wholeQuery(input));
+    const Localization fix = Localizer(map, job.options).localize(*input.whole);
     job.narrate.stage("localize", watch.lap_ms(),
                       fmt::format("{}: {}", toString(fix.status), fix.reason));
     if (fix.accepted()) return fix;
@@ -82,21 +81,9 @@ class FuseCommand final : public Command {
   SemanticMap additionOf(const std::string& path, const Eigen::Isometry3d& T_map_query,
                          const LabelSet& map_labels, const Job& job) const {
     const InputOptions input = inputIn(input_, map_labels);
-    switch (recogniseInput(path, input)) {
-      case InputKind::map:
-        throw UsageError(path +
-                         ": fuse adds recordings and graphs; use xview map --append for maps");
-      case InputKind::graph: {
-        LabelledGraph file = readLabelledGraph(path, input, job.options);
-        for (Vertex& vertex : file.graph.vertices) vertex.position = T_map_query * vertex.position;
-        return buildMap(file.graph, file.labels, path, job.options);
-      }
-      default: {
-        const auto recording = openInput(path, input, job);
-        const MovedRecording moved(*recording, T_map_query);
-        return buildMap({&moved}, job.options, job.narrate.progress("fuse"));
-      }
-    }
+    if (recogniseInput(path, input) == InputKind::map)
+      throw UsageError(path + ": fuse adds recordings and graphs; use xview map --append for maps");
+    return mapOf(path, input, job, T_map_query);
   }
 
   InputFlags input_;

@@ -5,13 +5,12 @@
 
 #include <filesystem>
 
-#include "commands.h"
 #include "inputs.h"
+#include "tool.h"
 #include "xview/io/atomic_file.h"
 #include "xview/io/graph_files.h"
 #include "xview/map/map_store.h"
 #include "xview/types/error.h"
-#include "xview/types/stopwatch.h"
 
 namespace xview::tools {
 namespace {
@@ -60,17 +59,13 @@ class GraphCommand final : public Command {
 
   LabelledGraph assemble(const std::string& path, const Job& job) const {
     const auto source = openInput(path, input_.parsed(), job);
-    const Progress progress = job.narrate.progress("frames");
-    FrameTally tally;
-    Stopwatch watch;
-    SemanticGraph graph = buildGraph(*source, job.options, [&](const FrameDigest& frame) {
-      tally.add(frame);
-      if (progress) progress(tally.frames(), source->size());
-    });
-    tally.say(path, watch.lap_ms(), job.narrate);
+    FrameReport report(path, source->size(), job.narrate);
+    SemanticGraph graph =
+        buildGraph(*source, job.options, [&](const FrameDigest& frame) { report.add(frame); });
+    report.say();
     if (graph.empty()) {
       throw Error(path,
-                  fmt::format("no blobs in {} frames: nothing to make a graph of", tally.frames()));
+                  fmt::format("no blobs in {} frames: nothing to make a graph of", report.added()));
     }
     return {source->labels(), std::move(graph)};
   }

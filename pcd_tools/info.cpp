@@ -2,19 +2,85 @@
 #include <fmt/core.h>
 #include <fmt/ranges.h>
 
-#include <algorithm>
-#include <filesystem>
+#include <map>
 
-#include "census.h"
-#include "commands.h"
 #include "inputs.h"
+#include "tool.h"
 #include "xview/io/cloud_files.h"
 #include "xview/map/map_store.h"
 #include "xview/types/error.h"
-#include "xview/types/parallel.h"
 
 namespace xview::tools {
 namespace {
+
+/// What some points, pixels or vertices hold: how many of each class, and where.
+struct Census {
+  std::map<std::uint32_t, std::size_t> counts;
+  Eigen::AlignedBox3d bounds;  ///< [m]
+  std::size_t measured = 0;    ///< points that are there, or pixels with depth
+  std::size_t size = 0;        ///< points or pixels
+  std::string camera;          ///< in words; empty if there is none
+};
+
+Census censusOf(const LabelledCloud& cloud) {
+  Census census;
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    ++census.counts[cloud.points[i].label];
+    census.bounds.extend(cloud.position(i));
+  }
+  census.size = census.measured = cloud.size();
+  return census;
+}
+
+Census censusOf(const SemanticGraph& graph) {
+  Census census;
+  for (const Vertex& vertex : graph.vertices) {
+    ++census.counts[vertex.label];
+    census.bounds.extend(vertex.position);
+  }
+  census.size = census.measured = graph.size();
+  return census;
+}
+
+/// In the frame of the sensor; a camera frame has no bounds.
+Census censusOf(const Frame& frame) {
+  if (frame.sensor != Sensor::camera) return censusOf(frame.cloud);
+  Census census;
+  for (const std::uint16_t label : frame.label.pixels) ++census.counts[label];
+  for (const float depth : frame.depth.pixels) census.measured += depth > 0;
+  census.size = frame.depth.pixels.size();
+  census.camera = fmt::format("{} x {} px, fx {:.1f}, fy {:.1f}, cx {:.1f}, cy {:.1f}",
+                              frame.camera.width, frame.camera.height, frame.camera.fx,
+                              frame.camera.fy, frame.camera.cx, frame.camera.cy);
+  return census;
+}
+
+void printRow(const std::string& name, const std::string& value) {
+  fmt::print("{:<14}{}\n", name, value);
+}
+
+void printBounds(const std::string& name, const Eigen::AlignedBox3d& box) {
+  if (box.isEmpty()) return;
+  const Eigen::Vector3d a = box.min(), b = box.max(), size = box.sizes();
+  printRow(
+      name,
+      fmt::format(
+          "x {:.2f} .. {:.2f}, y {:.2f} .. {:.2f}, z {:.2f} .. {:.2f} m ({:.1f} x {:.1f} x {:.1f})",
+          a.x(), b.x(), a.y(), b.y(), a.z(), b.z(), size.x(), size.y(), size.z()));
+}
+
+void printClasses(const Census& census, const LabelSet& labels, const char* unit) {
+  std::size_t total = 0;
+  for (const auto& [id, count] : census.counts) total += count;
+  printRow("classes", fmt::format("{}{}{}", census.counts.size(),
+                                  labels.name().empty() ? "" : " of label set ", labels.name()));
+  fmt::print("{:>6}  {:<24}{:<10}{:>14}\n", "id", "name", "role", unit);
+  for (const auto& [id, count] : census.counts) {
+    const char* role = labels.find(id) ? toString(labels.role(id)) : "unknown";
+    fmt::print("{:>6}  {:<24}{:<10}{:>14}{:>7.2f} %\n", id, labels.className(id), role, count,
+               100.0 * static_cast<double>(count) / static_cast<double>(total));
+  }
+}
 
 void printGraph(const SemanticGraph& graph, const LabelSet& labels) {
   const Census census = censusOf(graph);
@@ -36,22 +102,12 @@ void printMap(const std::string& path) {
   printGraph(map.graph, map.labels);
 }
 
-std::vector<Census> censusOfFrames(const FrameSource& source, const Job& job) {
-  const Progress progress = job.narrate.progress("info");
-  std::vector<Census> frames(source.size());
-  constexpr std::size_t kBatch = 16;  // frames in memory at a time
-  for (std::size_t first = 0; first < frames.size(); first += kBatch) {
-    const std::size_t count = std::min(kBatch, frames.size() - first);
-    parallelFor(count, job.options.threads,
-                [&](std::size_t i) { frames[first + i] = censusOf(source.read(first + i)); });
-    if (progress) progress(first + count, frames.size());
-  }
-  return frames;
-}
-
 void printRecording(const FrameSource& source, const Job& job) {
   if (source.size() == 0) throw Error(source.name(), "no frames");
-  const std::vector<Census> frames = censusOfFrames(source, job);
+  std::vector<Census> frames;
+  forEachFrame(
+      source, job, "info", [](const Frame& frame) { return censusOf(frame); },
+      [&](Census census) { frames.push_back(std::move(census)); });
   Census all;
   double length_m = 0;
   for (std::size_t i = 0; i < frames.size(); ++i) {

@@ -6,11 +6,14 @@
 #include <filesystem>
 #include <set>
 
+#include "xview/depth_plausibility.h"
+#include "xview/graph/blobs.h"
 #include "xview/graph/edges.h"
 #include "xview/io/graph_files.h"
 #include "xview/io/label_files.h"
 #include "xview/map/map_store.h"
 #include "xview/types/error.h"
+#include "xview/types/moved_recording.h"
 #include "xview/types/stopwatch.h"
 #include "xview/unnamed_classes.h"
 
@@ -55,21 +58,27 @@ void sayGuessedRoles(const LabelSet& labels, const Narrative& narrate) {
     narrate.note(fmt::format("{} gives no roles; guessed:{}", labels.name(), guessed));
 }
 
-SemanticMap mapOfAnything(const std::string& path, const InputFlags& input, const Job& job) {
-  InputOptions whole = input.parsed();
-  whole.frames = {};  // --frames speaks of the query
-  switch (recogniseInput(path, whole)) {
-    case InputKind::map:
-      return loadMap(path);
-    case InputKind::graph: {
-      const LabelledGraph file = readLabelledGraph(path, whole, job.options);
-      return buildMap(file.graph, file.labels, path, job.options);
-    }
-    default: {
-      const std::unique_ptr<FrameSource> source = openMapInput(path, whole, job);
-      return buildMap({source.get()}, job.options, job.narrate.progress("map"));
-    }
+/// Position of the first frame that is at most so many metres of travel before the last one.
+std::size_t firstWithin(const FrameSource& source, double length_m) {
+  std::size_t first = source.size();
+  double travelled = 0;
+  while (first > 1 && travelled <= length_m) {
+    --first;
+    travelled += (source.pose(first).translation() - source.pose(first - 1).translation()).norm();
   }
+  return travelled > length_m ? first : 0;
+}
+
+/// What is known of the frames before they are read.
+std::vector<FrameDigest> unreadFrames(const FrameSource& source) {
+  std::vector<FrameDigest> frames(source.size());
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    frames[i].number = source.number(i);
+    frames[i].stamp_s = source.stamp(i);
+    frames[i].sensor = source.sensor();
+    frames[i].T_odom_sensor = source.pose(i);
+  }
+  return frames;
 }
 
 }  // namespace
@@ -113,42 +122,6 @@ std::unique_ptr<FrameSource> openMapInput(const std::string& path, const InputOp
   return source;
 }
 
-void FrameTally::add(const FrameDigest& frame) {
-  ++frames_;
-  points_ += frame.cloud.size();
-  blobs_ += frame.blobs.size();
-  left_out_.no_depth += frame.counts.no_depth;
-  left_out_.out_of_range += frame.counts.out_of_range;
-  left_out_.ignored_class += frame.counts.ignored_class;
-  for (std::size_t i = 0; i < frame.timing_ms.size(); ++i) {
-    if (i >= sums_ms_.size()) sums_ms_.emplace_back(frame.timing_ms[i].first, 0);
-    sums_ms_[i].second += frame.timing_ms[i].second;
-  }
-}
-
-void FrameTally::say(const std::string& name, double ms, const Narrative& narrate) const {
-  narrate.stage("frames", ms,
-                fmt::format("{}: {} frames, {} points, {} blobs", name, frames_, points_, blobs_));
-  narrate.detail(
-      fmt::format("left out: {} measurements without depth, {} out of range, {} of ignored classes",
-                  left_out_.no_depth, left_out_.out_of_range, left_out_.ignored_class));
-  std::string means;
-  for (const auto& [stage, sum_ms] : sums_ms_)
-    means += fmt::format("{} {} {:.2f}", means.empty() ? "" : ",", stage,
-                         sum_ms / static_cast<double>(frames_));
-  narrate.detail("mean per frame [ms]:" + means);
-}
-
-std::vector<FrameDigest> digest(const FrameSource& source, const Job& job) {
-  Stopwatch watch;
-  std::vector<FrameDigest> frames =
-      digestRecording(source, job.options, job.narrate.progress("frames"));
-  FrameTally tally;
-  for (const FrameDigest& frame : frames) tally.add(frame);
-  tally.say(source.name(), watch.lap_ms(), job.narrate);
-  return frames;
-}
-
 InputOptions inputIn(const InputFlags& input, const LabelSet& map_labels) {
   InputOptions options = input.parsed();
   options.unnamed = LabelSet(map_labels.isGeneric() ? map_labels.name() : kOfTheMap);
@@ -163,14 +136,146 @@ LabelledGraph readLabelledGraph(const std::string& path, const InputOptions& inp
   return {labelsOfGraph(path, file, input), std::move(file.graph)};
 }
 
+SemanticMap mapOf(const std::string& path, const InputOptions& input, const Job& job,
+                  const std::optional<Eigen::Isometry3d>& T_map_input) {
+  switch (recogniseInput(path, input)) {
+    case InputKind::map:
+      return loadMap(path);
+    case InputKind::graph: {
+      LabelledGraph file = readLabelledGraph(path, input, job.options);
+      for (Vertex& vertex : file.graph.vertices) {
+        if (T_map_input) vertex.position = *T_map_input * vertex.position;
+      }
+      return buildMap(file.graph, file.labels, path, job.options);
+    }
+    default: {
+      const std::unique_ptr<FrameSource> source = openMapInput(path, input, job);
+      const Progress progress = job.narrate.progress("map");
+      if (!T_map_input) return buildMap({source.get()}, job.options, progress);
+      const MovedRecording moved(*source, *T_map_input);
+      return buildMap({&moved}, job.options, progress);
+    }
+  }
+}
+
 SemanticMap readMap(const std::string& path, const InputFlags& input, const Job& job) {
   Stopwatch watch;
-  SemanticMap map = mapOfAnything(path, input, job);
+  InputOptions whole = input.parsed();
+  whole.frames = {};  // --frames speaks of the query
+  SemanticMap map = mapOf(path, whole, job);
   job.narrate.stage(
       "map", watch.lap_ms(),
       fmt::format("{}: {} vertices, {} edges, {} key frames, {} points", path, map.graph.size(),
                   map.graph.edgeCount(), map.keyframes.size(), map.cloud.size()));
   return map;
+}
+
+QueryInput openQuery(const std::string& path, const InputFlags& input, const Job& job,
+                     const LabelSet& map_labels) {
+  QueryInput result;
+  result.path = path;
+  const InputOptions options = inputIn(input, map_labels);
+  switch (recogniseInput(path, options)) {
+    case InputKind::map:
+      result.whole = std::make_unique<Query>(makeQuery(loadMap(path), job.options));
+      result.labels = result.whole->labels;
+      break;
+    case InputKind::graph: {
+      LabelledGraph file = readLabelledGraph(path, options, job.options);
+      result.labels = std::move(file.labels);
+      result.whole = std::make_unique<Query>(makeQuery(file.graph, result.labels, job.options));
+      break;
+    }
+    default:
+      result.source = openInput(path, options, job);
+      result.labels = result.source->labels();
+      result.frames = unreadFrames(*result.source);
+      if (result.frames.empty()) throw Error(path, "no frames");
+  }
+  return result;
+}
+
+QueryInput readQuery(const std::string& path, const InputFlags& input, const Job& job,
+                     const LabelSet& map_labels, double last_m) {
+  QueryInput result = openQuery(path, input, job, map_labels);
+  if (result.whole) return result;
+  std::unique_ptr<FrameSource> source = std::move(result.source);
+  result.used_from = last_m > 0 ? firstWithin(*source, last_m) : 0;
+  if (result.used_from > 0) {
+    job.narrate.note(
+        fmt::format("{}: its last {:g} m tell where it ends (--last)", source->name(), last_m));
+    InputOptions end = inputIn(input, map_labels);
+    end.frames.begin += result.used_from * end.frames.step;
+    source = openRecording(path, end);
+  }
+  FrameReport report(source->name(), source->size(), job.narrate);
+  result.whole = std::make_unique<Query>(
+      makeQuery(*source, job.options, [&](const FrameDigest& frame) { report.add(frame); }));
+  report.say();
+  return result;
+}
+
+void checkOrder(const std::vector<std::string>& operands, const InputFlags& input) {
+  const std::string& last = operands.back();
+  const auto map = std::find_if(operands.begin(), operands.end() - 1, isMapFile);
+  if (map == operands.end() - 1) return;
+  const InputKind kind = recogniseInput(last, input.parsed());
+  if (kind == InputKind::map || kind == InputKind::graph) return;
+  throw UsageError(fmt::format(
+      "{} is a map and {} a recording: the operands are QUERY... MAP, the map comes last", *map,
+      last));
+}
+
+LabelledCloud liftAll(const FrameSource& source, const Job& job, double voxel_m,
+                      LiftCounts* counts) {
+  struct Lifted {
+    LabelledCloud cloud;
+    LiftCounts counts;
+    Eigen::Vector3d sensor;
+  };
+  LabelledCloud whole;
+  LiftCounts sum;
+  DepthPlausibility depths;
+  forEachFrame(
+      source, job, "lift",
+      [&](const Frame& frame) {
+        Lifted lifted;
+        lifted.sensor = frame.T_odom_sensor.translation();
+        lifted.cloud = lift(frame, source.labels(), job.options.lift, &lifted.counts);
+        return lifted;
+      },
+      [&](const Lifted& lifted) {
+        depths.add(lifted.counts, lifted.cloud, lifted.sensor);
+        appendCloud(whole, lifted.cloud);
+        sum.lifted += lifted.counts.lifted;
+        sum.no_depth += lifted.counts.no_depth;
+        sum.out_of_range += lifted.counts.out_of_range;
+        sum.ignored_class += lifted.counts.ignored_class;
+      });
+  depths.require(source);
+  if (whole.empty()) {
+    throw Error(
+        source.name(),
+        fmt::format("no points to lift in {} frames: {} without depth, {} out of range, {} of "
+                    "ignored or unknown classes",
+                    source.size(), sum.no_depth, sum.out_of_range, sum.ignored_class));
+  }
+  if (counts) *counts = sum;
+  if (voxel_m > 0) whole = thinByVoxel(whole, voxel_m);
+  return whole;
+}
+
+void appendCloud(LabelledCloud& whole, const LabelledCloud& part) {
+  if (whole.empty()) {
+    whole = part;
+    return;
+  }
+  const Eigen::Vector3f shift = (part.origin - whole.origin).cast<float>();
+  whole.points.reserve(whole.size() + part.size());
+  for (Point point : part.points) {
+    point.getVector3fMap() += shift;
+    whole.points.push_back(point);
+  }
 }
 
 }  // namespace xview::tools

@@ -1,14 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "tool.h"
+#include "xview/graph/lift.h"
 #include "xview/io/recording.h"
+#include "xview/localizer.h"
 #include "xview/map/semantic_map.h"
-#include "xview/mapper.h"
+#include "xview/types/parallel.h"
 
 namespace xview::tools {
 
@@ -32,22 +36,6 @@ std::unique_ptr<FrameSource> openInput(const std::string& path, const InputOptio
 std::unique_ptr<FrameSource> openMapInput(const std::string& path, const InputOptions& options,
                                           const Job& job);
 
-/// What became of the frames of a recording, for people.
-class FrameTally {
- public:
-  void add(const FrameDigest& frame);
-  std::size_t frames() const { return frames_; }
-  void say(const std::string& name, double ms, const Narrative& narrate) const;
-
- private:
-  std::size_t frames_ = 0, points_ = 0, blobs_ = 0;
-  LiftCounts left_out_;
-  Timings sums_ms_;
-};
-
-/// All frames of a recording, digested, with a stage line on stderr.
-std::vector<FrameDigest> digest(const FrameSource& source, const Job& job);
-
 /// How to read what shall be found in a map or added to it: if it names no classes, they are those
 /// of the map.
 InputOptions inputIn(const InputFlags& input, const LabelSet& map_labels);
@@ -62,7 +50,59 @@ struct LabelledGraph {
 LabelledGraph readLabelledGraph(const std::string& path, const InputOptions& input,
                                 const Options& options);
 
+/// A map of anything. A graph or a recording is first brought into the frame of the map, if that is
+/// another one.
+SemanticMap mapOf(const std::string& path, const InputOptions& input, const Job& job,
+                  const std::optional<Eigen::Isometry3d>& T_map_input = {});
+
 /// The MAP operand: a map file, or anything a map can be built of on the fly.
 SemanticMap readMap(const std::string& path, const InputFlags& input, const Job& job);
+
+/// A QUERY operand: what a map, a graph or a recording holds, or a recording yet to be cut.
+struct QueryInput {
+  std::string path;
+  LabelSet labels;
+  std::vector<FrameDigest> frames;      ///< of a recording, without their points
+  std::size_t used_from = 0;            ///< position of the first frame that took part in `whole`
+  std::unique_ptr<Query> whole;         ///< the query, unless it is to be cut into windows
+  std::unique_ptr<FrameSource> source;  ///< else the recording, which is read window by window
+  std::size_t size() const { return frames.empty() ? 1 : frames.size(); }
+};
+/// A recording is opened, but not read.
+QueryInput openQuery(const std::string& path, const InputFlags& input, const Job& job,
+                     const LabelSet& map_labels);
+/// Everything becomes one query; of a recording its last metres, if last_m > 0. Its points are
+/// forgotten on the way.
+QueryInput readQuery(const std::string& path, const InputFlags& input, const Job& job,
+                     const LabelSet& map_labels, double last_m = 0);
+
+/// Throws UsageError if the operands QUERY... MAP look swapped: a map file is asked for, and what
+/// it should be found in is a recording.
+void checkOrder(const std::vector<std::string>& operands, const InputFlags& input);
+
+/// Calls take(make(frame)) for all frames, in order. Frames are read and made something of on
+/// options.threads threads, a few of them in memory at a time; `stage` names the bar.
+template <class Make, class Take>
+void forEachFrame(const FrameSource& source, const Job& job, const char* stage, Make&& make,
+                  Take&& take) {
+  constexpr std::size_t kBatch = 16;
+  const Progress progress = job.narrate.progress(stage);
+  for (std::size_t first = 0; first < source.size(); first += kBatch) {
+    const std::size_t count = std::min(kBatch, source.size() - first);
+    std::vector<decltype(make(source.read(0)))> made(count);
+    parallelFor(count, job.options.threads,
+                [&](std::size_t i) { made[i] = make(source.read(first + i)); });
+    for (auto& one : made) take(std::move(one));
+    if (progress) progress(first + count, source.size());
+  }
+}
+
+/// The measurements of all frames in the odometry frame, one behind the other, thinned to one point
+/// per voxel and class (0 = all). Throws Error if nothing is left.
+LabelledCloud liftAll(const FrameSource& source, const Job& job, double voxel_m,
+                      LiftCounts* counts = nullptr);
+
+/// Appends a cloud whose origin may differ.
+void appendCloud(LabelledCloud& whole, const LabelledCloud& part);
 
 }  // namespace xview::tools

@@ -3,8 +3,8 @@
 
 #include <filesystem>
 
-#include "commands.h"
 #include "inputs.h"
+#include "tool.h"
 #include "xview/io/atomic_file.h"
 #include "xview/io/pose_files.h"
 #include "xview/likelihood_learning.h"
@@ -70,9 +70,15 @@ class LearnCommand final : public Command {
   search::LikelihoodTable learnFrom(const std::string& path, const SemanticMap& map,
                                     const Job& job) const {
     const auto recording = openInput(path, input_.parsed(), job);
-    const std::vector<FrameDigest> frames = digest(*recording, job);
+    std::vector<FrameDigest> frames;
     std::vector<std::int64_t> numbers;
-    for (const FrameDigest& frame : frames) numbers.push_back(frame.number);
+    FrameReport report(recording->name(), recording->size(), job.narrate);
+    digestRecording(*recording, job.options, [&](FrameDigest frame) {
+      report.add(frame);
+      numbers.push_back(frame.number);
+      frames.push_back(std::move(frame));
+    });
+    report.say();
     std::vector<Eigen::Isometry3d> truth;
     for (const StampedPose& pose : posesOfFrames(truthFileOf(path), numbers))
       truth.push_back(pose.T_frame_sensor);

@@ -1,13 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/graph/lift.h"
-
 #include <fmt/core.h>
 
-#include "commands.h"
-#include "frames_to_cloud.h"
 #include "inputs.h"
-#include "xview/graph/blobs.h"
-#include "xview/io/atomic_file.h"
+#include "outputs.h"
+#include "tool.h"
 #include "xview/types/error.h"
 #include "xview/types/stopwatch.h"
 
@@ -35,13 +31,11 @@ class LiftCommand final : public Command {
 
   ExitCode run(const Job& job) override {
     if (!(voxel_m_ >= 0)) throw UsageError(fmt::format("--voxel {}, must be >= 0", voxel_m_));
-    checkCloudEnding(job.operands[1]);
-    requireWritable(job.operands[1]);
+    requireCloudPath(job.operands[1]);
     Stopwatch watch;
     const auto source = openInput(job.operands[0], input_.parsed(), job);
     LiftCounts counts;
-    LabelledCloud cloud = liftAll(*source, job, counts);
-    if (voxel_m_ > 0) cloud = thinByVoxel(cloud, voxel_m_);
+    const LabelledCloud cloud = liftAll(*source, job, voxel_m_, &counts);
     writeCloud(job.operands[1], cloud, source->labels());
     job.narrate.stage("lift", watch.lap_ms(),
                       fmt::format("{} frames, {} points; left out: {} without depth, {} out of "

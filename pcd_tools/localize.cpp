@@ -5,15 +5,14 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <functional>
 #include <optional>
 
 #include "answer.h"
-#include "commands.h"
-#include "explanation_files.h"
-#include "queries.h"
-#include "query_path.h"
-#include "xview/io/atomic_file.h"
-#include "xview/io/pose_files.h"
+#include "answer_files.h"
+#include "inputs.h"
+#include "tool.h"
+#include "xview/depth_plausibility.h"
 #include "xview/sequence.h"
 #include "xview/tracker.h"
 #include "xview/types/error.h"
@@ -22,6 +21,85 @@
 
 namespace xview::tools {
 namespace {
+
+/// Half-open range of positions in QueryInput::frames.
+struct Window {
+  std::size_t first = 0;
+  std::size_t last = 0;
+};
+/// The flags that say how a QUERY is cut into windows and how those speak to one another.
+struct WindowFlags {
+  int size = 0, stride = 0;
+  double last_m = 0;      ///< a whole recording is found by so much of its end [m]; 0 = all of it
+  bool sequence = false;  ///< with what earlier windows say
+  bool track = false;     ///< from fix to fix
+  void declare(Flags& flags);
+  void check() const;  ///< throws UsageError if they make no sense
+};
+
+void WindowFlags::declare(Flags& flags) {
+  flags.add("--window", size, "frames per query; 0 = the whole QUERY");
+  flags.add("--stride", stride, "frames between the starts of two windows; 0 = as --window");
+  flags.add("--sequence", sequence,
+            "let the windows of a QUERY speak together: a place that gathers evidence over several "
+            "of them is accepted");
+  flags.add("--track", track,
+            "after an accepted window search the next one only where odometry expects it");
+  last_m = 150;  // of 1 % drift little more than a metre, and more than any place needs
+  flags.add("--last", last_m,
+            "a QUERY of one piece that is longer is found by its last metres, because odometry "
+            "drifts; 0 = by all of it");
+}
+
+void WindowFlags::check() const {
+  if (size < 0) throw UsageError(fmt::format("--window = {}, must be >= 0", size));
+  if (stride < 0) throw UsageError(fmt::format("--stride = {}, must be >= 0", stride));
+  if (!(last_m >= 0)) throw UsageError(fmt::format("--last = {}, must be >= 0", last_m));
+  if (stride > 0 && size == 0) throw UsageError("--stride needs --window");
+  if (sequence && size == 0) throw UsageError("--sequence needs --window");
+  if (track && size == 0) throw UsageError("--track needs --window");
+  if (track && sequence) throw UsageError("--track and --sequence exclude one another");
+}
+
+/// A recording shorter than a window is one window.
+std::vector<Window> windowsOf(const QueryInput& input, const WindowFlags& flags) {
+  const std::size_t frames = input.size();
+  const auto length = static_cast<std::size_t>(flags.size);
+  if (length >= frames) return {{0, frames}};
+  const std::size_t step = flags.stride > 0 ? static_cast<std::size_t>(flags.stride) : length;
+  std::vector<Window> windows;
+  for (std::size_t first = 0; first + length <= frames; first += step)
+    windows.push_back({first, first + length});
+  return windows;
+}
+
+/// Calls take(query, window) for the windows of a recording, in order. It is digested once,
+/// whatever the windows share, and no more of it is kept than the next window needs.
+void forEachWindow(const QueryInput& input, const WindowFlags& flags, const Job& job,
+                   const std::function<void(const Query&, const Window&)>& take) {
+  const std::vector<Window> windows = windowsOf(input, flags);
+  FrameReport report(input.source->name(), input.size(), job.narrate);
+  std::vector<FrameDigest> kept;  // the last of them is the one that was read last
+  auto next = windows.begin();
+  digestRecording(*input.source, job.options, [&](FrameDigest frame) {
+    report.add(frame);
+    kept.push_back(std::move(frame));
+    for (; next != windows.end() && next->last == report.added(); ++next) {
+      const FrameDigest* end = kept.data() + kept.size();
+      const Query query =
+          makeQuery(end - (next->last - next->first), end, input.labels, job.options);
+      report.pause();
+      take(query, *next);
+      report.resume();
+    }
+    const std::size_t first = next == windows.end() ? input.size() : next->first;
+    const std::size_t before = report.added() - kept.size();  // frames that are kept no more
+    if (first > before)
+      kept.erase(kept.begin(),
+                 kept.begin() + static_cast<std::ptrdiff_t>(std::min(first - before, kept.size())));
+  });
+  report.say();
+}
 
 Answer answerFor(const QueryInput& input, const Window& window) {
   Answer answer;
@@ -53,29 +131,6 @@ void sayLost(const Answer& answer, const Narrative& narrate) {
       fmt::format("lost at frame {} (expected within {:.1f} m); searched everywhere: {}",
                   answer.last_frame, answer.track->radius_m, toString(answer.fix.status)));
 }
-
-/// Files that say more than one line per query; each is about one QUERY.
-struct PathFiles {
-  std::string trajectory, graph, matrix;
-
-  void declare(Flags& flags) {
-    flags.add("--trajectory", trajectory,
-              "write all poses of the QUERY in the map frame as TUM lines to this file");
-    flags.add("--g2o", graph, "write its pose graph, odometry and matches, for g2o to this file");
-    flags.add("--matrix", matrix,
-              "write T_map_query as four lines of four numbers to this file (CloudCompare, PDAL)");
-  }
-  bool any() const { return !trajectory.empty() || !graph.empty() || !matrix.empty(); }
-
-  void write(const QueryPath& path, const Job& job) const {
-    if (!any()) return;
-    if (path.empty())
-      return job.narrate.error("no accepted pose, so no trajectory, graph or matrix is written");
-    if (!trajectory.empty()) path.writeTrajectory(trajectory);
-    if (!graph.empty()) path.writeGraph(graph, job.options.posterior);
-    if (!matrix.empty()) path.writeTransform(matrix);
-  }
-};
 
 /// How the windows of one QUERY are answered.
 class WindowAnswers {
@@ -130,25 +185,14 @@ class LocalizeCommand final : public Command {
     flags.add("--yaw", yaw_,
               "it looks along heading,tolerance, counter-clockwise from x of the map [deg]");
     flags.add("--json", json_, "print one JSON object per query");
-    flags.add(
-        "--explain", explain_,
-        "write what speaks for and against each answer: FILE.csv and FILE.ply of one query, or "
-        "a folder");
-    flags.add("--tum", tum_, "write accepted poses as TUM lines to this file");
     files_.declare(flags);
   }
 
   ExitCode run(const Job& job) override {
-    const std::size_t queries = job.operands.size() - 1;
     if (!job.options.scale.empty() && (windows_.sequence || windows_.track))
       throw UsageError("--scale is for windows on their own, without --sequence and --track");
     windows_.check();
-    checkExplanationPath(explain_, windows_.size == 0 && queries == 1);
-    if (files_.any() && queries > 1)
-      throw UsageError(
-          fmt::format("--trajectory, --g2o and --matrix are for one QUERY, found {}", queries));
-    for (const std::string& path : {tum_, files_.trajectory, files_.graph, files_.matrix})
-      requireWritable(path);
+    files_.check(job.operands.size() - 1, windows_.size > 0);
     Job known = job;
     takePrior(known.options.prior);
     checkOrder(job.operands, input_);
@@ -175,26 +219,33 @@ class LocalizeCommand final : public Command {
     load_map_ms_ = watch.lap_ms();
     if (!json_) fmt::print("{}\n", tableHeading());
     for (std::size_t i = 0; i + 1 < job.operands.size(); ++i) {
+      WindowAnswers answers(localizer, windows_, job.options);
       try {
-        answerInput(readQuery(job.operands[i], input_, job, map.labels, windows_), localizer, job);
-      } catch (const UsageError&) {
-        throw;
-      } catch (const std::exception& e) {
+        answerInput(openOrRead(job.operands[i], map.labels, job), localizer, answers, job);
+      } catch (const std::exception& e) {  // also what is misuse for this one alone
         job.narrate.error(e.what());
         ++failed_;
       }
     }
     job.narrate.stage("localize", watch.lap_ms(),
-                      fmt::format("{} of {} queries accepted", accepted_.size(), answered_));
-    if (!tum_.empty()) writeTumPoses(tum_, accepted_);
+                      fmt::format("{} of {} queries accepted", accepted_, answered_));
+    files_.finish();
     if (failed_ > 0) return kFailed;
-    return accepted_.size() == answered_ ? kDone : kNoPose;
+    return accepted_ == answered_ ? kDone : kNoPose;
   }
 
-  void answerInput(const QueryInput& input, const Localizer& localizer, const Job& job) {
-    WindowAnswers answers(localizer, windows_, job.options);
-    QueryPath path(input);
-    if (!input.whole && static_cast<std::size_t>(windows_.size) > input.size()) {
+  /// A recording that is to be cut into windows is opened only.
+  QueryInput openOrRead(const std::string& path, const LabelSet& map_labels, const Job& job) const {
+    if (windows_.size == 0) return readQuery(path, input_, job, map_labels, windows_.last_m);
+    QueryInput input = openQuery(path, input_, job, map_labels);
+    if (input.source) requireKindOfDepth(*input.source);
+    return input;
+  }
+
+  void answerInput(const QueryInput& input, const Localizer& localizer, WindowAnswers& answers,
+                   const Job& job) {
+    files_.begin(input);
+    if (input.source && static_cast<std::size_t>(windows_.size) > input.size()) {
       job.narrate.note(fmt::format("--window {} is longer than {}: its {} frames are one query",
                                    windows_.size, input.path, input.size()));
     }
@@ -203,30 +254,27 @@ class LocalizeCommand final : public Command {
       answer.load_map_ms = load_map_ms_;
       answers.answer(query, window, answer);
       ++answered_;
-      if (!explain_.empty()) {
-        writeExplanation(explain_, static_cast<int>(answered_), answer,
-                         localizer.explain(query, answer.fix));
-      }
-      if (answer.fix.accepted())
-        accepted_.push_back({answer.last_stamp_s, answer.fix.T_map_sensor});
-      path.add(answer);
+      accepted_ += answer.fix.accepted();
+      files_.add(answer, [&] { return localizer.explain(query, answer.fix); });
       sayLost(answer, job.narrate);
       sayHypotheses(answer, job.narrate);
       fmt::print("{}\n", json_ ? toJson(answer) : toTableLine(answer));
       std::fflush(stdout);
     };
-    forEachWindow(input, windows_, job, answerWindow);
-    files_.write(path, job);
+    if (input.source)
+      forEachWindow(input, windows_, job, answerWindow);
+    else
+      answerWindow(*input.whole, {0, input.size()});
+    files_.end(job);
   }
 
   InputFlags input_;
   WindowFlags windows_;
-  PathFiles files_;
-  std::string near_, yaw_, tum_, explain_;
+  AnswerFiles files_;
+  std::string near_, yaw_;
   bool json_ = false;
   double load_map_ms_ = 0;
-  std::size_t answered_ = 0, failed_ = 0;
-  std::vector<StampedPose> accepted_;
+  std::size_t answered_ = 0, accepted_ = 0, failed_ = 0;
 };
 
 }  // namespace

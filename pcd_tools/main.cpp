@@ -1,12 +1,273 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "commands.h"
+#include <fmt/core.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <map>
+#include <new>
+#include <utility>
+
 #include "tool.h"
+#include "xview/options_file.h"
+#include "xview/types/error.h"
+#include "xview/types/nearest_word.h"
 #include "xview/types/unfinished_file.h"
 
+namespace xview::tools {
+namespace {
+
+using CommandMaker = std::unique_ptr<Command> (*)();
+constexpr CommandMaker kCommands[] = {makeSimulate, makeInfo, makeLift,  makeBlobs,
+                                      makeGraph,    makeMap,  makeMatch, makeLocalize,
+                                      makeEvaluate, makeFuse, makeLearn, makeView};
+
+/// What every command understands.
+struct CommonFlags {
+  std::vector<std::string> configs;
+  std::map<std::string, std::string> values;  ///< option key -> text, for the keys that were given
+  bool print_config = false, quiet = false, verbose = false;
+};
+
+std::string withDefault(const std::string& help, const std::string& fallback) {
+  return fallback.empty() ? help : fmt::format("{} (default {})", help, fallback);
+}
+
+/// Flags on top of CLI11.
+class CliFlags final : public Flags {
+ public:
+  CliFlags(CLI::App& app, std::string group) : app_(app), group_(std::move(group)) {}
+
+  void add(const std::string& names, bool& value, const std::string& help) override {
+    app_.add_flag(names, value, help)->group(group_);
+  }
+  void add(const std::string& names, int& value, const std::string& help) override {
+    addValue(names, value, help, "N");
+  }
+  void add(const std::string& names, double& value, const std::string& help) override {
+    addValue(names, value, help, "X");
+  }
+  void add(const std::string& names, std::string& value, const std::string& help) override {
+    addValue(names, value, help, "TEXT");
+  }
+
+ private:
+  template <class T>
+  void addValue(const std::string& names, T& value, const std::string& help, const char* type) {
+    app_.add_option(names, value, withDefault(help, fmt::format("{}", value)))
+        ->group(group_)
+        ->type_name(type);
+  }
+
+  CLI::App& app_;
+  std::string group_;
+};
+
+/// CLI11's help text with the usage in our own words.
+class HelpText final : public CLI::Formatter {
+ public:
+  explicit HelpText(std::string usage) : usage_(std::move(usage)) { column_width(36); }
+  std::string make_usage(const CLI::App*, std::string) const override { return usage_ + "\n"; }
+
+ private:
+  std::string usage_;
+};
+
+/// One flag per key of the options, grouped by stage; those of stages may be left out of the help.
+void declareOptions(CLI::App& app, CommonFlags& common, bool listed) {
+  for (const OptionEntry& entry : listOptions(Options{})) {
+    const std::size_t dot = entry.key.rfind('.');
+    std::string group = "Common flags";
+    if (dot != std::string::npos) group = listed ? "Options of " + entry.key.substr(0, dot) : "";
+    const auto store = [&common, key = entry.key](const std::string& text) {
+      common.values[key] = text;
+    };
+    app.add_option_function<std::string>("--" + entry.key, store,
+                                         withDefault(entry.help, entry.fallback))
+        ->group(group)
+        ->type_name("VALUE");
+  }
+}
+
+void declareCommon(CLI::App& app, CommonFlags& common, bool list_options) {
+  const std::string group = "Common flags";
+  app.set_help_flag("-h,--help", "print this text")->group(group);
+  app.set_version_flag("--version", "xview " XVIEW_VERSION)
+      ->description("print the version")
+      ->group(group);
+  app.add_option("--config", common.configs,
+                 "options from a YAML file; may be repeated, later ones win")
+      ->group(group)
+      ->type_name("FILE")
+      ->expected(1)
+      ->allow_extra_args(false)  // else it would swallow the operands behind it
+      ->take_all();
+  app.add_flag("--print-config", common.print_config,
+               "print the effective options as YAML and stop")
+      ->group(group);
+  app.add_flag("-q,--quiet", common.quiet, "say nothing on stderr but errors")->group(group);
+  app.add_flag("-v,--verbose", common.verbose, "say more on stderr")->group(group);
+  declareOptions(app, common, list_options);
+}
+
+/// Flags that nobody declared end up among the remaining arguments of CLI11, as do operands.
+std::vector<std::string> takeOperands(const CLI::App& app) {
+  std::vector<std::string> operands = app.remaining();
+  for (const std::string& operand : operands) {
+    if (operand.size() < 2 || operand[0] != '-') continue;
+    std::vector<std::string> known;
+    for (const CLI::Option* option : app.get_options()) {
+      for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
+    }
+    const std::string name = operand.substr(0, operand.find('='));
+    throw UsageError(fmt::format("unknown flag {}; the nearest known one is {}", name,
+                                 nearestWord(name, known)));
+  }
+  operands.erase(std::remove(operands.begin(), operands.end(), "--"), operands.end());
+  return operands;
+}
+
+void checkOperands(const Description& about, const std::vector<std::string>& operands) {
+  if (operands.size() >= about.min_operands && operands.size() <= about.max_operands) return;
+  std::string found;
+  for (const std::string& operand : operands) found += " " + operand;
+  throw UsageError(fmt::format("xview {} needs {}, found {}{}", about.name, about.operands,
+                               operands.size(), found.empty() ? "" : ":" + found));
+}
+
+Options effectiveOptions(const CommonFlags& common) {
+  Options options;
+  for (const std::string& path : common.configs) applyOptionsFile(options, path);
+  for (const auto& [key, value] : common.values) setOption(options, key, value);
+  return options;
+}
+
+Verbosity verbosityOf(const CommonFlags& common) {
+  if (common.quiet) return Verbosity::quiet;
+  return common.verbose ? Verbosity::verbose : Verbosity::normal;
+}
+
+/// Parses into `common` and the flags of the command; false if --help or --version was answered.
+bool parse(CLI::App& app, std::vector<std::string> arguments) {
+  app.allow_extras();
+  std::reverse(arguments.begin(), arguments.end());  // CLI11 pops from the back
+  try {
+    app.parse(std::move(arguments));
+  } catch (const CLI::Success& answered) {
+    app.exit(answered);
+    return false;
+  } catch (const CLI::ParseError& e) {
+    throw UsageError(oneLine(e.what()));
+  }
+  return true;
+}
+
+int runCommand(Command& command, const std::vector<std::string>& arguments) {
+  const Description about = command.describe();
+  CLI::App app(fmt::format("xview {}: {}", about.name, about.summary));
+  app.formatter(std::make_shared<HelpText>(
+      fmt::format("Usage: xview {} {} [FLAGS]\nExample: {}\n\n{}", about.name, about.operands,
+                  about.example, about.details)));
+  CliFlags flags(app, "Flags of xview " + about.name);
+  command.declare(flags);
+  CommonFlags common;
+  declareCommon(app, common, true);
+  if (!parse(app, arguments)) return kDone;
+  Job job;
+  job.operands = takeOperands(app);
+  job.options = effectiveOptions(common);
+  job.narrate = Narrative(verbosityOf(common));
+  if (common.print_config) {
+    fmt::print("{}", toYaml(job.options));
+    return kDone;
+  }
+  checkOperands(about, job.operands);
+  return command.run(job);
+}
+
+/// xview without a command: --help lists the commands.
+int runWithoutCommand(const std::vector<Description>& commands,
+                      const std::vector<std::string>& arguments) {
+  std::string list = "Commands:\n";
+  std::vector<std::string> names;
+  for (const Description& about : commands) {
+    list += fmt::format("  {:<10}{:<26}{}\n", about.name, about.operands, about.summary);
+    names.push_back(about.name);
+  }
+  CLI::App app("xview finds where a robot is in a semantic map, from any view-point.");
+  app.formatter(std::make_shared<HelpText>(
+      "Usage: xview COMMAND ... [FLAGS]\nExample: xview localize town/rear "
+      "--window 60 town.xvm\n\n" +
+      list + "\nxview COMMAND --help explains one, with all options."));
+  CommonFlags common;
+  declareCommon(app, common, false);
+  if (!parse(app, arguments)) return kDone;
+  const std::vector<std::string> operands = takeOperands(app);
+  if (!operands.empty()) {
+    throw UsageError(fmt::format("unknown command {}; the nearest known one is {}", operands[0],
+                                 nearestWord(operands[0], names)));
+  }
+  if (!common.print_config) throw UsageError("no command given");
+  fmt::print("{}", toYaml(effectiveOptions(common)));
+  return kDone;
+}
+
+/// Where the name of a command stands: first, or behind common flags and their values.
+bool isCommandAt(const std::vector<std::string>& arguments, std::size_t position) {
+  const auto is_flag = [&](std::size_t i) {
+    return !arguments[i].empty() && arguments[i][0] == '-';
+  };
+  for (std::size_t i = 0; i < position; ++i) {
+    if (!is_flag(i) && (i == 0 || !is_flag(i - 1))) return false;
+  }
+  return position < arguments.size();
+}
+
+/// Runs one of the commands; `called` gets its name behind a blank.
+int dispatch(std::vector<std::string> arguments, std::string& called) {
+  std::vector<Description> known;
+  for (const CommandMaker make : kCommands) {
+    std::unique_ptr<Command> command = make();
+    known.push_back(command->describe());
+    const auto found = std::find(arguments.begin(), arguments.end(), known.back().name);
+    if (!isCommandAt(arguments, static_cast<std::size_t>(found - arguments.begin()))) continue;
+    called = " " + *found;
+    arguments.erase(found);
+    return runCommand(*command, arguments);
+  }
+  return runWithoutCommand(known, arguments);
+}
+
+/// A full disk shows when the last results leave the program.
+void flushResults() {
+  if (std::fflush(stdout) != 0 || std::ferror(stdout))
+    throw Error("standard output", "cannot be written");
+}
+
+/// Parses, runs one of the commands, and turns whatever happens into an exit code and at most two
+/// lines on stderr.
+int runProgram(const std::vector<std::string>& arguments) {
+  const Narrative narrate;
+  std::string called;
+  try {
+    const int code = dispatch(arguments, called);
+    flushResults();
+    return code;
+  } catch (const UsageError& e) {
+    narrate.error(e.what());
+    fmt::print(stderr, "see: xview{} --help\n", called);
+    return kMisuse;
+  } catch (const std::bad_alloc&) {
+    narrate.error("out of memory");
+  } catch (const std::exception& e) {
+    narrate.error(e.what());
+  }
+  return kFailed;
+}
+
+}  // namespace
+}  // namespace xview::tools
+
 int main(int argc, char** argv) {
-  using namespace xview::tools;
   xview::removeUnfinishedOnInterrupt();
-  return runProgram(argc, argv,
-                    {makeSimulate, makeInfo, makeLift, makeBlobs, makeGraph, makeMap, makeMatch,
-                     makeLocalize, makeEvaluate, makeFuse, makeLearn, makeView});
+  return xview::tools::runProgram({argv + 1, argv + argc});
 }

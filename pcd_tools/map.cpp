@@ -4,8 +4,8 @@
 #include <filesystem>
 #include <optional>
 
-#include "commands.h"
 #include "inputs.h"
+#include "tool.h"
 #include "xview/io/atomic_file.h"
 #include "xview/map/map_lock.h"
 #include "xview/map/map_store.h"
@@ -75,13 +75,9 @@ class MapCommand final : public Command {
       if (!added_to && !recordings.empty()) input.unnamed = recordings.front()->labels();
       switch (recogniseInput(path, input)) {
         case InputKind::map:
-          parts.push_back(loadMap(path));
+        case InputKind::graph:
+          parts.push_back(mapOf(path, input, job));
           break;
-        case InputKind::graph: {
-          const LabelledGraph file = readLabelledGraph(path, input, job.options);
-          parts.push_back(buildMap(file.graph, file.labels, path, job.options));
-          break;
-        }
         default:
           recordings.push_back(openMapInput(path, input, job));
       }

@@ -3,10 +3,9 @@
 
 #include <filesystem>
 
-#include "commands.h"
-#include "drawing.h"
-#include "queries.h"
-#include "xview/io/atomic_file.h"
+#include "inputs.h"
+#include "outputs.h"
+#include "tool.h"
 #include "xview/localizer.h"
 #include "xview/types/error.h"
 #include "xview/types/stopwatch.h"
@@ -15,25 +14,17 @@
 namespace xview::tools {
 namespace {
 
-Scene sceneOf(const SemanticMap& map, const Query& query, const Localization& fix) {
-  Scene scene;
-  scene.title = fmt::format("{}: {}", toString(fix.status), fix.reason);
-  scene.labels = &map.labels;
-  scene.map_graph = &map.graph;
-  scene.map_cloud = &map.cloud;
-  scene.map_plan = &map.plan;
-  for (const Keyframe& keyframe : map.keyframes) scene.map_poses.push_back(keyframe.T_map_sensor);
-  SceneQuery drawn;
-  drawn.name = "query";
-  drawn.status = fix.status;
-  drawn.graph = &query.graph;
-  drawn.cloud = &query.cloud;
-  drawn.T_map_query = fix.T_map_query;
-  drawn.poses = query.poses;
-  drawn.putative = fix.putative;
-  drawn.kept = fix.kept;
-  scene.queries.push_back(std::move(drawn));
-  return scene;
+SceneQuery drawn(const Query& query, const Localization& fix) {
+  SceneQuery result;
+  result.name = "query";
+  result.status = fix.status;
+  result.graph = &query.graph;
+  result.cloud = &query.cloud;
+  result.T_map_query = fix.T_map_query;
+  result.poses = query.poses;
+  result.putative = fix.putative;
+  result.kept = fix.kept;
+  return result;
 }
 
 class MatchCommand final : public Command {
@@ -57,14 +48,13 @@ class MatchCommand final : public Command {
 
   ExitCode run(const Job& job) override {
     const std::string& out = job.operands[2];
-    checkDrawingEnding(out);
-    requireWritable(out);
+    requireDrawingPath(out);
     if (!job.options.scale.empty())
       throw UsageError("--scale: match draws the query in its own lengths");
     checkOrder({job.operands[0], job.operands[1]}, input_);
     const SemanticMap map = readMap(job.operands[1], input_, job);
     const QueryInput input = readQuery(job.operands[0], input_, job, map.labels);
-    const Query& query = wholeQuery(input);
+    const Query& query = *input.whole;
     Stopwatch watch;
     const Localization fix = Localizer(map, job.options).localize(query);
     job.narrate.stage("match", watch.lap_ms(),
@@ -75,7 +65,9 @@ class MatchCommand final : public Command {
       writeMesh(out, drawMatches(map.graph, query.graph, map.labels, fix.T_map_query, fix.putative,
                                  fix.kept));
     } else {
-      writeDrawing(out, sceneOf(map, query, fix));
+      Scene scene = sceneOf(map, fmt::format("{}: {}", toString(fix.status), fix.reason));
+      scene.queries.push_back(drawn(query, fix));
+      writeDrawing(out, scene);
     }
     fmt::print("{} query vertices, {} map vertices, {} putative correspondences, {} kept, {}\n",
                query.graph.size(), map.graph.size(), fix.putative.size(), fix.kept.size(),

@@ -83,6 +83,40 @@ Progress Narrative::progress(const std::string& name) const {
   };
 }
 
+FrameReport::FrameReport(std::string name, std::size_t frames, const Narrative& narrate)
+    : name_(std::move(name)),
+      frames_(frames),
+      narrate_(narrate),
+      progress_(narrate.progress("frames")) {}
+
+void FrameReport::add(const FrameDigest& frame) {
+  ++added_;
+  points_ += frame.cloud.size();
+  blobs_ += frame.blobs.size();
+  left_out_.no_depth += frame.counts.no_depth;
+  left_out_.out_of_range += frame.counts.out_of_range;
+  left_out_.ignored_class += frame.counts.ignored_class;
+  for (std::size_t i = 0; i < frame.timing_ms.size(); ++i) {
+    if (i >= sums_ms_.size()) sums_ms_.emplace_back(frame.timing_ms[i].first, 0);
+    sums_ms_[i].second += frame.timing_ms[i].second;
+  }
+  if (progress_) progress_(added_, frames_);
+}
+
+void FrameReport::say() {
+  pause();
+  narrate_.stage("frames", ms_,
+                 fmt::format("{}: {} frames, {} points, {} blobs", name_, added_, points_, blobs_));
+  narrate_.detail(
+      fmt::format("left out: {} measurements without depth, {} out of range, {} of ignored classes",
+                  left_out_.no_depth, left_out_.out_of_range, left_out_.ignored_class));
+  std::string means;
+  for (const auto& [stage, sum_ms] : sums_ms_)
+    means += fmt::format("{} {} {:.2f}", means.empty() ? "" : ",", stage,
+                         sum_ms / static_cast<double>(added_));
+  narrate_.detail("mean per frame [ms]:" + means);
+}
+
 std::string oneLine(std::string text) {
   std::replace_if(
       text.begin(), text.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');

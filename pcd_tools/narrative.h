@@ -6,6 +6,7 @@
 #include <string>
 
 #include "xview/mapper.h"
+#include "xview/types/stopwatch.h"
 
 namespace xview::tools {
 
@@ -31,6 +32,29 @@ class Narrative {
  private:
   Verbosity verbosity_;
   std::shared_ptr<std::set<std::string>> noted_;
+};
+
+/// Says what became of the frames of a recording: a bar while they come, lines at the end.
+class FrameReport {
+ public:
+  FrameReport(std::string name, std::size_t frames, const Narrative& narrate);
+  void add(const FrameDigest& frame);
+  std::size_t added() const { return added_; }
+  /// The time between these two is not that of the frames.
+  void pause() { ms_ += watch_.lap_ms(); }
+  void resume() { watch_.lap_ms(); }
+  void say();
+
+ private:
+  std::string name_;
+  std::size_t frames_;
+  const Narrative& narrate_;
+  Progress progress_;
+  std::size_t added_ = 0, points_ = 0, blobs_ = 0;
+  LiftCounts left_out_;
+  Timings sums_ms_;
+  Stopwatch watch_;
+  double ms_ = 0;
 };
 
 /// The text without line breaks, so that every message is one line.

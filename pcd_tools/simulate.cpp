@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <fmt/core.h>
 
-#include "commands.h"
-#include "recording_writer.h"
+#include "tool.h"
+#include "xview/io/recording_writer.h"
 #include "xview/sim/recordings.h"
-#include "xview/types/error.h"
 #include "xview/types/stopwatch.h"
 
 namespace xview::tools {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "commands.h"
+#include "tool.h"
 #include "xview/types/error.h"
 
 namespace xview::tools {

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstddef>
-#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -60,11 +59,18 @@ class Command {
   virtual ExitCode run(const Job& job) = 0;
 };
 
-/// A sub-command that is made only if it is the one that was called.
-using CommandMaker = std::function<std::unique_ptr<Command>()>;
-
-/// Parses, runs one of the commands, and turns whatever happens into an exit code and at most two
-/// lines on stderr.
-int runProgram(int argc, const char* const* argv, const std::vector<CommandMaker>& commands);
+// Every sub-command lives in the file of its name.
+std::unique_ptr<Command> makeSimulate();
+std::unique_ptr<Command> makeInfo();
+std::unique_ptr<Command> makeLift();
+std::unique_ptr<Command> makeBlobs();
+std::unique_ptr<Command> makeGraph();
+std::unique_ptr<Command> makeMap();
+std::unique_ptr<Command> makeMatch();
+std::unique_ptr<Command> makeLocalize();
+std::unique_ptr<Command> makeEvaluate();
+std::unique_ptr<Command> makeFuse();
+std::unique_ptr<Command> makeLearn();
+std::unique_ptr<Command> makeView();
 
 }  // namespace xview::tools

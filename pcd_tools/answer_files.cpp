@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "answer_files.h"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include "outputs.h"
+#include "xview/io/atomic_file.h"
+#include "xview/types/error.h"
+#include "xview/view/color_mesh.h"
+
+namespace xview::tools {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Grows with the root of the way.
+Matrix6d odometryCovariance(double way_m, const PosteriorOptions& odometry) {
+  const double root = std::sqrt(std::max(way_m, 1e-3));
+  Matrix6d covariance = Matrix6d::Zero();
+  covariance.diagonal().head<3>().setConstant(std::pow(odometry.odometry_sigma_m * root, 2));
+  covariance.diagonal().tail<3>().setConstant(std::pow(odometry.odometry_sigma_rad * root, 2));
+  return covariance;
+}
+
+bool isOneFile(const std::string& path) { return fs::path(path).extension() == ".csv"; }
+
+/// Without ending: FILE of FILE.csv, or QUERY_FIRST-LAST in that folder.
+std::string stemOf(const std::string& path, int query, const Answer& answer) {
+  if (isOneFile(path)) return fs::path(path).replace_extension().string();
+  return fmt::format("{}/{:04}_{}-{}", path, query, answer.first_frame, answer.last_frame);
+}
+
+std::string numberOrNothing(const std::optional<double>& value, int digits) {
+  return value ? fmt::format("{:.{}f}", *value, digits) : std::string();
+}
+
+std::string csvLine(const Contribution& c) {
+  const Eigen::Vector3d& p = c.map_position;
+  std::string line = fmt::format("{},{},{},{:.3f},{:.3f},{:.3f},{},{},",
+                                 c.kind == Contribution::Kind::sample ? "sample" : "vertex", c.name,
+                                 toString(c.testimony), p.x(), p.y(), p.z(),
+                                 numberOrNothing(c.nats, 3), numberOrNothing(c.expected, 3));
+  if (c.partner_index) line += fmt::format("{}", *c.partner_index);
+  line += c.partner ? fmt::format(",{:.3f},{:.3f},{:.3f},", c.partner->x(), c.partner->y(),
+                                  c.partner->z())
+                    : std::string(",,,,");
+  return line + numberOrNothing(c.residual_m, 3) + "\n";
+}
+
+std::string toCsv(const Answer& answer, const Explanation& explanation) {
+  std::string text = fmt::format("# {}: {}; confidence {:.4f}\n", toString(answer.fix.status),
+                                 answer.fix.reason, answer.fix.confidence);
+  text += "kind,name,testimony,x,y,z,nats,expected_nats,map_vertex,map_x,map_y,map_z,residual_m\n";
+  for (const Contribution& c : explanation.contributions) text += csvLine(c);
+  return text;
+}
+
+Color colorOf(Testimony testimony) {
+  switch (testimony) {
+    case Testimony::kept:
+      return {30, 170, 60};
+    case Testimony::contradicting:
+      return {210, 40, 40};
+    default:
+      return {150, 150, 150};
+  }
+}
+
+/// Each piece of the query where the pose puts it, with a line to its partner in the map.
+ColorMesh meshOf(const Explanation& explanation) {
+  ColorMesh mesh;
+  for (const Contribution& c : explanation.contributions) {
+    const bool is_vertex = c.kind == Contribution::Kind::vertex;
+    addOctahedron(mesh, c.map_position, is_vertex ? 0.5 : 0.25, colorOf(c.testimony));
+    if (c.partner) addTube(mesh, c.map_position, *c.partner, 0.05, colorOf(c.testimony));
+  }
+  return mesh;
+}
+
+/// FILE.csv and FILE.ply; a folder is made if it is missing.
+void writeExplanation(const std::string& path, int query, const Answer& answer,
+                      const Explanation& explanation) {
+  if (!isOneFile(path)) makeFolder(path);
+  const std::string stem = stemOf(path, query, answer);
+  writeFile(stem + ".csv", toCsv(answer, explanation));
+  writeMesh(stem + ".ply", meshOf(explanation));
+}
+
+}  // namespace
+
+void AnswerFiles::declare(Flags& flags) {
+  flags.add("--explain", explain_,
+            "write what speaks for and against each answer: FILE.csv and FILE.ply of one query, or "
+            "a folder");
+  flags.add("--tum", tum_, "write accepted poses as TUM lines to this file");
+  flags.add("--trajectory", trajectory_,
+            "write all poses of the QUERY in the map frame as TUM lines to this file");
+  flags.add("--g2o", graph_, "write its pose graph, odometry and matches, for g2o to this file");
+  flags.add("--matrix", matrix_,
+            "write T_map_query as four lines of four numbers to this file (CloudCompare, PDAL)");
+}
+
+void AnswerFiles::check(std::size_t inputs, bool is_cut) const {
+  const bool of_way = !trajectory_.empty() || !graph_.empty() || !matrix_.empty();
+  if (isOneFile(explain_) && (is_cut || inputs > 1))
+    throw UsageError("--explain " + explain_ + " is for one query; name a folder for several");
+  if (isOneFile(explain_)) requireWritable(explain_);
+  if (of_way && inputs > 1)
+    throw UsageError(
+        fmt::format("--trajectory, --g2o and --matrix are for one QUERY, found {}", inputs));
+  for (const std::string& path : {tum_, trajectory_, graph_, matrix_}) requireWritable(path);
+}
+
+void AnswerFiles::begin(const QueryInput& input) {
+  T_odom_sensor_.clear();
+  stamps_s_.clear();
+  fixes_.clear();
+  for (const FrameDigest& frame : input.frames) {
+    T_odom_sensor_.push_back(frame.T_odom_sensor);
+    stamps_s_.push_back(frame.stamp_s);
+  }
+  if (!input.frames.empty()) return;
+  T_odom_sensor_ = input.whole->poses;
+  for (std::size_t i = 0; i < T_odom_sensor_.size(); ++i)
+    stamps_s_.push_back(static_cast<double>(i));
+}
+
+void AnswerFiles::add(const Answer& answer, const std::function<Explanation()>& explain) {
+  ++answers_;
+  if (!explain_.empty()) writeExplanation(explain_, answers_, answer, explain());
+  const Localization& fix = answer.fix;
+  if (!fix.accepted()) return;
+  accepted_.push_back({answer.last_stamp_s, fix.T_map_sensor});
+  const std::size_t last = T_odom_sensor_.size() - 1;
+  // A graph or map is one query; its answer is that of its last pose.
+  const std::size_t index = answer.frames == T_odom_sensor_.size() ? answer.last_index : last;
+  fixes_.push_back(
+      {index, fix.T_map_query, fix.T_map_sensor, fix.scale, fix.covariance, fix.confidence});
+}
+
+const TrajectoryFix& AnswerFiles::surest() const {
+  return *std::max_element(
+      fixes_.begin(), fixes_.end(),
+      [](const TrajectoryFix& a, const TrajectoryFix& b) { return a.confidence < b.confidence; });
+}
+
+void AnswerFiles::end(const Job& job) const {
+  if (trajectory_.empty() && graph_.empty() && matrix_.empty()) return;
+  if (fixes_.empty())
+    return job.narrate.error("no accepted pose, so no trajectory, graph or matrix is written");
+  if (!trajectory_.empty()) writeTrajectory();
+  if (!graph_.empty()) writeGraph(job.options.posterior);
+  if (!matrix_.empty()) writeMatrix(matrix_, surest().T_map_query, surest().scale);
+}
+
+void AnswerFiles::writeTrajectory() const {
+  std::vector<StampedPose> stamped;
+  for (const Eigen::Isometry3d& T : trajectoryThrough(T_odom_sensor_, fixes_))
+    stamped.push_back({stamps_s_[stamped.size()], T});
+  writeTumPoses(trajectory_, stamped);
+}
+
+/// Vertex 0 is the map (fixed), the others are the poses of the QUERY; edges of the odometry, and
+/// from the map to each answered pose.
+void AnswerFiles::writeGraph(const PosteriorOptions& odometry) const {
+  PoseGraph graph;
+  graph.poses = trajectoryThrough(T_odom_sensor_, fixes_);
+  graph.poses.insert(graph.poses.begin(), Eigen::Isometry3d::Identity());
+  graph.fixed = {0};
+  for (std::size_t i = 0; i + 1 < T_odom_sensor_.size(); ++i) {
+    Eigen::Isometry3d step = T_odom_sensor_[i].inverse() * T_odom_sensor_[i + 1];
+    step.translation() *= surest().scale;
+    graph.edges.push_back(
+        {i + 1, i + 2, step, odometryCovariance(step.translation().norm(), odometry)});
+  }
+  for (const TrajectoryFix& fix : fixes_)
+    graph.edges.push_back({0, fix.index + 1, fix.T_map_sensor, fix.covariance});
+  writePoseGraph(graph_, graph);
+}
+
+void AnswerFiles::finish() const {
+  if (!tum_.empty()) writeTumPoses(tum_, accepted_);
+}
+
+}  // namespace xview::tools

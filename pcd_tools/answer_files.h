@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "answer.h"
+#include "inputs.h"
+#include "xview/explanation.h"
+#include "xview/io/pose_files.h"
+#include "xview/pose/trajectory.h"
+
+namespace xview::tools {
+
+/// The files that localize writes besides its answers.
+class AnswerFiles {
+ public:
+  void declare(Flags& flags);
+  /// Throws UsageError if a file for one query is to hold several, Error if one cannot be written.
+  void check(std::size_t inputs, bool is_cut) const;
+
+  /// The next QUERY begins.
+  void begin(const QueryInput& input);
+  /// Answers of one QUERY come in the order of the recording.
+  void add(const Answer& answer, const std::function<Explanation()>& explain);
+  /// Writes what is about one QUERY: trajectory, graph and matrix, from its accepted answers.
+  void end(const Job& job) const;
+  /// Writes the accepted poses of all of them.
+  void finish() const;
+
+ private:
+  /// The accepted answer that is surest; the first of equals.
+  const TrajectoryFix& surest() const;
+  void writeTrajectory() const;
+  void writeGraph(const PosteriorOptions& odometry) const;
+
+  std::string explain_, tum_, trajectory_, graph_, matrix_;
+  std::vector<Eigen::Isometry3d> T_odom_sensor_;  ///< of this QUERY
+  std::vector<double> stamps_s_;
+  std::vector<TrajectoryFix> fixes_;
+  std::vector<StampedPose> accepted_;  ///< of all of them
+  int answers_ = 0;
+};
+
+}  // namespace xview::tools

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+
+#include "xview/map/semantic_map.h"
+#include "xview/view/scene.h"
+
+namespace xview::tools {
+
+/// Makes a folder and those above it; true if it was missing. Throws Error.
+bool makeFolder(const std::string& path);
+
+/// Writes a file that appears whole or not at all. Throws Error.
+void writeFile(const std::string& path, const void* data, std::size_t bytes);
+template <class Bytes>
+void writeFile(const std::string& path, const Bytes& bytes) {
+  writeFile(path, bytes.data(), bytes.size() * sizeof(*bytes.data()));
+}
+
+/// Throws UsageError unless the path ends with .pcd or .ply, Error if it cannot be written; called
+/// before the work, not after it.
+void requireCloudPath(const std::string& path);
+/// PCD or PLY by the ending of the path, coloured by class.
+void writeCloud(const std::string& path, const LabelledCloud& cloud, const LabelSet& labels);
+
+/// A picture of a map, which must outlive it.
+Scene sceneOf(const SemanticMap& map, const std::string& title);
+
+/// True if the ending is one that writeDrawing knows: .png, .html, .vtk, .ply, .pcd.
+bool isDrawing(const std::string& path);
+
+/// Throws UsageError unless isDrawing, Error if it cannot be written; called before the work, not
+/// after it.
+void requireDrawingPath(const std::string& path);
+
+/// .png: from above; .html: a page to turn and zoom; .vtk and .ply: graphs, ways and answers as a
+/// mesh; .pcd, or .ply if there is nothing for a mesh: the cloud of the map. Throws UsageError if
+/// the scene has no such part.
+void writeDrawing(const std::string& path, const Scene& scene);
+
+/// A mesh as .vtk or .ply by the ending of the path.
+void writeMesh(const std::string& path, const ColorMesh& mesh);
+
+}  // namespace xview::tools
