@@ -274,5 +274,18 @@ TEST_F(BadInput, InABatchTheRestIsAnswered) {
   EXPECT_NE(outcome.err.find("nothing"), std::string::npos) << outcome.err;
 }
 
+/// Check fix for: misuse that concerns one query only ended the batch, with code 2.
+TEST_F(BadInput, InABatchTheRestIsAnsweredAfterAQueryThatIsMisusedAlone) {
+  makeMap();
+  const std::string cloud = folder_ / "cloud.pcd";
+  ASSERT_EQ(runXview({"lift", "-q", sequence_, cloud}).code, 0);
+  const Outcome outcome = runXview({"localize", "-q", "--json", "--method", "walks",
+                                    "--graph_space", "image", cloud, sequence_, map_});
+  EXPECT_EQ(outcome.code, 1);
+  EXPECT_EQ(lineCount(outcome.out), 1u) << outcome.out;
+  EXPECT_EQ(lineCount(outcome.err), 1u) << outcome.err;
+  EXPECT_NE(outcome.err.find("needs depth and label images"), std::string::npos) << outcome.err;
+}
+
 }  // namespace
 }  // namespace xview::test

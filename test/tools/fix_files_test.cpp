@@ -329,6 +329,18 @@ TEST_F(FixFiles, TheWayOfAnAnswerIsDrawnInItsScale) {
   EXPECT_EQ(runXview({"view", "-q", map(), file("scaled.jsonl"), file("way.png")}).code, 1);
 }
 
+/// Check fix for: a mesh showed the map alone.
+TEST_F(FixFiles, MeshesShowAnswersToo) {
+  writeText(file("one.jsonl"), accepted().at(0).dump() + "\n");
+  for (const char* ending : {"ply", "vtk"}) {
+    const std::string alone = file(std::string("alone.") + ending);
+    const std::string with_answer = file(std::string("with_answer.") + ending);
+    EXPECT_EQ(runXview({"view", "-q", map(), alone}).code, 0);
+    EXPECT_EQ(runXview({"view", "-q", map(), file("one.jsonl"), with_answer}).code, 0);
+    EXPECT_GT(fs::file_size(with_answer), fs::file_size(alone)) << ending;
+  }
+}
+
 TEST_F(FixFiles, NearAndYawAreThePriorsByAShorterName) {
   const auto truth = tumPoses(rear() + "/groundtruth.txt").back().translation();
   const auto circle = [&](double dx) {
