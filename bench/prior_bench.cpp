@@ -43,8 +43,8 @@ Arguments parse(int argc, char** argv) {
 
 std::vector<Eigen::Vector3d> circles(const SemanticMap& map) {
   std::vector<Eigen::Vector3d> middles;
-  for (const Keyframe& k : map.keyframes) {
-    const Eigen::Vector3d p = k.T_map_sensor.translation();
+  for (const Eigen::Isometry3d& T : map.poses) {
+    const Eigen::Vector3d p = T.translation();
     if (middles.empty() || (p - middles.back()).norm() >= 40) middles.push_back(p);
   }
   return middles;

@@ -122,8 +122,7 @@ struct Reference {
         graph(moved(landmarksOf(map.graph), T_plan_map)),
         known(map.plan, kRim_m),
         sight(source) {
-    for (const Keyframe& k : map.keyframes)
-      travel.push_back(T_plan_map * k.T_map_sensor.translation());
+    for (const Eigen::Isometry3d& T : map.poses) travel.push_back(T_plan_map * T.translation());
   }
   double headingAt(std::size_t i) const {
     if (travel.size() < 3) return 0;

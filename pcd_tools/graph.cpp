@@ -61,7 +61,7 @@ class GraphCommand final : public Command {
     const auto source = openInput(path, input_.parsed(), job);
     FrameReport report(path, source->size(), job.narrate);
     SemanticGraph graph =
-        buildGraph(*source, job.options, [&](const FrameDigest& frame) { report.add(frame); });
+        makeQuery(*source, job.options, [&](const FrameDigest& frame) { report.add(frame); }).graph;
     report.say();
     if (graph.empty()) {
       throw Error(path,

@@ -166,7 +166,7 @@ SemanticMap readMap(const std::string& path, const InputFlags& input, const Job&
   job.narrate.stage(
       "map", watch.lap_ms(),
       fmt::format("{}: {} vertices, {} edges, {} key frames, {} points", path, map.graph.size(),
-                  map.graph.edgeCount(), map.keyframes.size(), map.cloud.size()));
+                  map.graph.edgeCount(), map.poses.size(), map.cloud.size()));
   return map;
 }
 

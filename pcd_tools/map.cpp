@@ -59,7 +59,7 @@ class MapCommand final : public Command {
     saveMap(out, *map);
     job.narrate.stage("save", watch.lap_ms(), out);
     fmt::print("{}: {} vertices, {} edges, {} key frames, {} points\n", out, map->graph.size(),
-               map->graph.edgeCount(), map->keyframes.size(), map->cloud.size());
+               map->graph.edgeCount(), map->poses.size(), map->cloud.size());
     return kDone;
   }
 

@@ -6,9 +6,7 @@
 #include "xview/io/atomic_file.h"
 #include "xview/io/cloud_files.h"
 #include "xview/types/error.h"
-#include "xview/view/graph_mesh.h"
-#include "xview/view/html_view.h"
-#include "xview/view/top_down.h"
+#include "xview/view/color_mesh.h"
 
 namespace xview::tools {
 namespace {
@@ -82,7 +80,7 @@ Scene sceneOf(const SemanticMap& map, const std::string& title) {
   scene.map_graph = &map.graph;
   scene.map_cloud = &map.cloud;
   scene.map_plan = &map.plan;
-  for (const Keyframe& keyframe : map.keyframes) scene.map_poses.push_back(keyframe.T_map_sensor);
+  scene.map_poses = map.poses;
   return scene;
 }
 

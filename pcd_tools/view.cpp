@@ -225,15 +225,14 @@ class ViewCommand final : public Command {
     append(content.graph, map.graph);
     appendCloud(content.cloud, map.cloud);
     if (content.plan.sampleCount() == 0) content.plan = map.plan;
-    content.keyframes.insert(content.keyframes.end(), map.keyframes.begin(), map.keyframes.end());
+    content.poses.insert(content.poses.end(), map.poses.begin(), map.poses.end());
   }
 
   void addRecording(const std::string& path, const Job& job, SemanticMap& content) const {
     const auto source = openInput(path, input_.parsed(), job);
     addLabels(source->labels(), content.labels);
     appendCloud(content.cloud, liftAll(*source, job, voxel_m_));
-    for (std::size_t i = 0; i < source->size(); ++i)
-      content.keyframes.push_back({source->number(i), source->stamp(i), source->pose(i), 0});
+    for (std::size_t i = 0; i < source->size(); ++i) content.poses.push_back(source->pose(i));
   }
 
   static void addAnswers(const std::string& path, DrawnAnswers& drawn,

@@ -8,44 +8,13 @@
 
 #include "xview/explanation.h"
 #include "xview/map/semantic_map.h"
-#include "xview/mapper.h"
 #include "xview/options.h"
+#include "xview/place_builder.h"
 #include "xview/types/gravity.h"
 #include "xview/types/localization.h"
 #include "xview/verify/verdict.h"
 
 namespace xview {
-
-/// What is to be found in a map: a place graph in its own odometry frame and, if it came from a
-/// recording, what was seen.
-struct Query {
-  LabelSet labels;
-  SemanticGraph graph;
-  PlanView plan;        ///< empty for bare graphs
-  LabelledCloud cloud;  ///< for refinement; empty for bare graphs
-  std::vector<std::uint32_t>
-      cloud_seen_from;       ///< per point of the cloud, a position in poses; empty = unknown
-  double cloud_sigma_m = 0;  ///< typical depth error of the points
-  std::vector<Eigen::Isometry3d>
-      poses;  ///< T_odom_sensor of its frames; the last one is answered. Identity for bare graphs
-  std::vector<std::int64_t> frames;  ///< their numbers; empty for bare graphs
-  Sensor sensor = Sensor::cloud;
-  Gravity gravity;    ///< which way is up in its frame; without that it has no plan view
-  Timings timing_ms;  ///< read, lift, blobs, graph
-};
-
-/// A query from a window of frames.
-Query makeQuery(const FrameDigest* first, const FrameDigest* last, const LabelSet& labels,
-                const Options& options);
-/// A query from a whole recording, frame by frame: memory follows the place, not the number of
-/// frames. The same as from its digests, but that the first frames alone tell which way is up.
-/// `seen` is called with every frame, in order.
-Query makeQuery(const FrameSource& source, const Options& options,
-                const std::function<void(const FrameDigest&)>& seen = {});
-/// A query from a bare graph.
-Query makeQuery(const SemanticGraph& graph, const LabelSet& labels, const Options& options);
-/// A query from a saved session: everything the map knows, answered for its last key frame.
-Query makeQuery(SemanticMap map, const Options& options);
 
 /// Where a query is expected, from something else than the query: odometry since the last fix,
 /// another sensor.

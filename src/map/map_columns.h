@@ -8,6 +8,14 @@
 
 namespace xview {
 
+/// A row of the table of key frames.
+struct Keyframe {
+  std::int64_t number = 0;
+  double stamp_s = 0;
+  std::uint32_t source = 0;
+  Eigen::Isometry3d T_map_sensor = Eigen::Isometry3d::Identity();
+};
+
 // The columns of the tables behind the key, in order: once for writing and for reading.
 
 template <class Row>

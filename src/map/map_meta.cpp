@@ -23,7 +23,7 @@ Meta metaOf(const SemanticMap& map, std::size_t stored_points) {
           {"options", map.options_yaml},
           {"vertices", textOf(map.graph.size())},
           {"edges", textOf(map.graph.edgeCount())},
-          {"keyframes", textOf(map.keyframes.size())},
+          {"keyframes", textOf(map.poses.size())},
           {"cloud_points", textOf(stored_points)},
           {"cloud_instances", textOf(map.cloud.hasInstances() ? 1 : 0)},
           {"cloud_origin_x", textOf(map.cloud.origin.x())},

@@ -170,16 +170,17 @@ LabelledCloud readCloud(ContentReader& in, const Meta& meta) {
 void requireComplete(const Meta& meta, const SemanticMap& map) {
   requireCount(meta, "vertices", map.graph.size());
   requireCount(meta, "edges", map.graph.edgeCount());
-  requireCount(meta, "keyframes", map.keyframes.size());
+  requireCount(meta, "keyframes", map.poses.size());
   requireCount(meta, "cloud_points", map.cloud.size());
   requireCount(meta, "plan_samples", map.plan.sampleCount());
   for (const Vertex& v : map.graph.vertices) {
     if (!v.position.allFinite()) throw Damage("vertex with a position that is not finite");
   }
-  for (const Keyframe& k : map.keyframes) {
-    if (!isRigid(k.T_map_sensor.matrix()))
-      throw Damage("key frame with a pose that is no rigid motion");
-    if (k.source >= map.sources.size()) throw Damage("key frame of an unknown source");
+  for (const Eigen::Isometry3d& T : map.poses) {
+    if (!isRigid(T.matrix())) throw Damage("key frame with a pose that is no rigid motion");
+  }
+  for (const std::uint32_t source : map.source_of_pose) {
+    if (source >= map.sources.size()) throw Damage("key frame of an unknown source");
   }
 }
 
@@ -193,7 +194,8 @@ SemanticMap readContent(SQLite::Database& database) {
   map.labels = readLabels(in, textIn(meta, "label_set"));
   map.sources = readSources(in);
   map.options_yaml = textIn(meta, "options");
-  map.keyframes = readItems<Keyframe>(in, "keyframes");
+  for (const Keyframe& k : readItems<Keyframe>(in, "keyframes"))
+    map.addKeyframe(k.T_map_sensor, k.number, k.stamp_s, k.source);
   map.graph.vertices = readItems<Vertex>(in, "vertices");
   readEdges(in, map.graph);
   map.graph.space = graphSpaceIn(meta);

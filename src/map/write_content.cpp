@@ -21,15 +21,18 @@ void requireStorable(const SemanticMap& map) {
                                   " of the map has a position that is not finite");
     }
   }
-  for (std::size_t i = 0; i < map.keyframes.size(); ++i) {
-    if (!isRigid(map.keyframes[i].T_map_sensor.matrix())) {
+  if (map.frames.size() != map.poses.size() || map.stamps_s.size() != map.poses.size() ||
+      map.source_of_pose.size() != map.poses.size())
+    throw std::invalid_argument("key frames of the map without number, time or source");
+  for (std::size_t i = 0; i < map.poses.size(); ++i) {
+    if (!isRigid(map.poses[i].matrix())) {
       throw std::invalid_argument("key frame " + std::to_string(i) +
                                   " of the map has a pose that is no rigid motion");
     }
-    if (map.keyframes[i].source >= map.sources.size()) {
+    if (map.source_of_pose[i] >= map.sources.size()) {
       throw std::invalid_argument("key frame " + std::to_string(i) +
                                   " of the map comes from source " +
-                                  std::to_string(map.keyframes[i].source) + ", but there are " +
+                                  std::to_string(map.source_of_pose[i]) + ", but there are " +
                                   std::to_string(map.sources.size()));
     }
   }
@@ -119,6 +122,13 @@ void writeSources(ContentWriter& out, const std::vector<std::string>& sources) {
   });
 }
 
+std::vector<Keyframe> keyframesOf(const SemanticMap& map) {
+  std::vector<Keyframe> keyframes;
+  for (std::size_t i = 0; i < map.poses.size(); ++i)
+    keyframes.push_back({map.frames[i], map.stamps_s[i], map.source_of_pose[i], map.poses[i]});
+  return keyframes;
+}
+
 }  // namespace
 
 void writeContent(SQLite::Database& database, const std::string& schema, const SemanticMap& map) {
@@ -133,7 +143,7 @@ void writeContent(SQLite::Database& database, const std::string& schema, const S
   writeLabels(out, map.labels);
   writeSources(out, map.sources);
   const auto position = [](const auto&, std::size_t i) { return i; };
-  out.items("keyframes", map.keyframes, position);
+  out.items("keyframes", keyframesOf(map), position);
   out.items("vertices", map.graph.vertices, position);
   out.items("edges", toBlocks(map.graph),
             [](const EdgeBlock& b, std::size_t) { return b.first_vertex; });

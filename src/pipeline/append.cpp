@@ -131,10 +131,9 @@ void appendToMap(SemanticMap& map, const SemanticMap& addition, const Options& o
   mergePlanViews(map.plan, addition.plan);
   appendCloud(map.cloud, addition.cloud, options.map.cloud_voxel_m);
   const auto first_source = static_cast<std::uint32_t>(map.sources.size());
-  for (Keyframe keyframe : addition.keyframes) {
-    keyframe.source += first_source;
-    map.keyframes.push_back(keyframe);
-  }
+  for (std::size_t i = 0; i < addition.poses.size(); ++i)
+    map.addKeyframe(addition.poses[i], addition.frames[i], addition.stamps_s[i],
+                    first_source + addition.source_of_pose[i]);
   map.sources.insert(map.sources.end(), addition.sources.begin(), addition.sources.end());
 }
 

@@ -2,17 +2,15 @@
 #include <algorithm>
 #include <cmath>
 
-#include "pipeline/cloud_density.h"
 #include "pipeline/depth_noise.h"
-#include "pipeline/place_graph.h"
-#include "pipeline/point_sigma.h"
+#include "pipeline/point_quality.h"
 #include "xview/depth_plausibility.h"
 #include "xview/graph/blobs.h"
 #include "xview/graph/clean_labels.h"
 #include "xview/graph/image_blobs.h"
 #include "xview/graph/smooth_depth.h"
 #include "xview/graph/thin_frame.h"
-#include "xview/mapper.h"
+#include "xview/place_builder.h"
 #include "xview/types/parallel.h"
 #include "xview/types/stopwatch.h"
 

@@ -74,7 +74,7 @@ std::optional<SemanticMap> uprightMap(const SemanticMap& map, const Eigen::Quate
   if (!isTurn(R_up)) return std::nullopt;
   SemanticMap turned = map;
   turn(R_up, turned.graph, turned.cloud, turned.plan);
-  for (Keyframe& k : turned.keyframes) k.T_map_sensor = R_up * k.T_map_sensor;
+  for (Eigen::Isometry3d& T : turned.poses) T = R_up * T;
   return turned;
 }
 
@@ -113,7 +113,6 @@ Query scaledQuery(const Query& query, double scale) {
     p.getVector3fMap() *= factor;
     p.sigma *= factor;
   }
-  scaled.cloud_sigma_m *= scale;
   for (Eigen::Isometry3d& T : scaled.poses) T.translation() *= scale;
   return scaled;
 }

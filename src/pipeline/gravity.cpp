@@ -83,10 +83,10 @@ Eigen::Quaterniond uprightBy(const Eigen::Vector3d& up) {
   return Eigen::Quaterniond::FromTwoVectors(up, Eigen::Vector3d::UnitZ());
 }
 
-Gravity gravityOf(const FrameDigest* first, const FrameDigest* last, const LabelSet& labels,
+Gravity gravityOf(const std::vector<PlaceBuilder::SharedDigest>& frames, const LabelSet& labels,
                   const std::string& mode) {
   if (mode == "aligned") return asGiven("gravity = aligned");
-  const UpEvidence evidence = findUp(first, last, labels);
+  const UpEvidence evidence = findUp(frames, labels);
   if (evidence.up.norm() == 0) {
     const char* nothing = "neither ground nor sensor tells which way is up";
     return mode == "free" ? unknown(nothing) : asGiven(nothing);
@@ -144,10 +144,10 @@ Gravity gravityOf(const SemanticGraph& graph, const LabelSet& labels, const std:
   return measured(up, kLayerSigma_rad, "the layer of vertices and ground below them");
 }
 
-Gravity gravityOf(const SemanticMap& map, const std::string& mode) {
-  if (map.plan.known.empty()) return gravityOf(map.graph, map.labels, mode);
+Gravity gravityOf(const Place& place, const std::string& mode) {
+  if (place.plan.known.empty()) return gravityOf(place.graph, place.labels, mode);
   Gravity gravity;
-  gravity.upright = map.plan.upright;
+  gravity.upright = place.plan.upright;
   if (!gravity.turned()) return gravity;
   gravity.sigma_rad = kLevelledMapSigma_rad;
   gravity.reason = "turned upright when it was made";

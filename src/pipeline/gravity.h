@@ -5,8 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "xview/mapper.h"
-#include "xview/types/gravity.h"
+#include "xview/place_builder.h"
 
 namespace xview {
 
@@ -14,7 +13,7 @@ namespace xview {
 /// does so unless what was measured (see findUp) is clearly off, as most odometry frames are
 /// gravity-aligned and streets may be steep; `free` takes what was measured. If nothing tells, auto
 /// believes in z and free knows nothing.
-Gravity gravityOf(const FrameDigest* first, const FrameDigest* last, const LabelSet& labels,
+Gravity gravityOf(const std::vector<PlaceBuilder::SharedDigest>& frames, const LabelSet& labels,
                   const std::string& mode);
 
 /// The same for a bare graph. What stands in a street forms a flat layer, class by class; which
@@ -22,8 +21,8 @@ Gravity gravityOf(const FrameDigest* first, const FrameDigest* last, const Label
 /// is tilted and no class tells.
 Gravity gravityOf(const SemanticGraph& graph, const LabelSet& labels, const std::string& mode);
 
-/// That of a map: a view from above was drawn upright, a bare graph is what it is.
-Gravity gravityOf(const SemanticMap& map, const std::string& mode);
+/// That of a saved place: a view from above was drawn upright, a bare graph is what it is.
+Gravity gravityOf(const Place& place, const std::string& mode);
 
 /// The normal of the layer of a graph, without its side; zero if it is no layer.
 Eigen::Vector3d layerNormal(const SemanticGraph& graph);

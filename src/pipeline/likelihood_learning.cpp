@@ -91,11 +91,11 @@ search::LikelihoodTable learnLikelihoods(const SemanticMap& map,
                                          const std::vector<Eigen::Isometry3d>& T_map_sensor,
                                          double window_m, const Options& options) {
   search::LikelihoodTable table;
-  if (frames.size() < 3 || map.keyframes.size() < 3) return table;
+  if (frames.size() < 3 || map.poses.size() < 3) return table;
   const search::DistanceField field(map.plan, options.threads);
   Travel map_travel, query_travel;
-  for (const Keyframe& k : map.keyframes)
-    map_travel.positions.push_back(k.T_map_sensor.translation().head<2>());
+  for (const Eigen::Isometry3d& T : map.poses)
+    map_travel.positions.push_back(T.translation().head<2>());
   std::vector<double> distance{0};
   for (std::size_t i = 0; i < frames.size(); ++i) {
     query_travel.positions.push_back(frames[i].T_odom_sensor.translation().head<2>());

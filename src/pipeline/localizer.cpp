@@ -49,7 +49,7 @@ void requireKnownLabels(const LabelSet& map, const LabelSet& query) {
 
 std::vector<Eigen::Vector3d> trajectoryOf(const SemanticMap& map) {
   std::vector<Eigen::Vector3d> path;
-  for (const Keyframe& k : map.keyframes) path.push_back(k.T_map_sensor.translation());
+  for (const Eigen::Isometry3d& T : map.poses) path.push_back(T.translation());
   return path;
 }
 

@@ -81,10 +81,9 @@ std::optional<RegisteredPlans> PlanRegistration::align(const PlanView& query,
   Eigen::Isometry3d sensor = Eigen::Isometry3d::Identity();
   sensor.translation().head<2>() = (up_of_query * sensor_in_query).head<2>();
   const LabelledCloud cloud = flatCloud(query, sensor.translation().head<2>(), kRecent_m);
-  const std::vector<std::uint32_t> seen_from_unknown;
   const std::vector<Eigen::Isometry3d> poses{sensor};
-  const Refinement found = refine(distributions(), RefineQuery{cloud, seen_from_unknown, poses},
-                                  channelClasses(), before, planRefinement());
+  const Refinement found = refine(distributions(), RefineQuery{cloud, poses}, channelClasses(),
+                                  before, planRefinement());
   if (!found.converged) return std::nullopt;
   const Eigen::Isometry3d motion = planarPart(found.T_map_query) * before.inverse();
   return RegisteredPlans{up_of_map.inverse() * motion * up_of_map * T_map_query, found.overlap};

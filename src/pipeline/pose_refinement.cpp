@@ -129,9 +129,7 @@ struct PoseRefinement::Step {
 PoseRefinement::PoseRefinement(const SemanticMap& map, const Options& options)
     : map_(map), options_(options), plan_(map.plan) {
   if (!options.refine.enabled || map.cloud.empty()) return;
-  std::vector<Eigen::Isometry3d> viewpoints;
-  for (const Keyframe& k : map.keyframes) viewpoints.push_back(k.T_map_sensor);
-  distributions_.emplace(map.cloud, map.labels, viewpoints, options.refine);
+  distributions_.emplace(map.cloud, map.labels, map.poses, options.refine);
 }
 
 /// The paper's back-end: odometry between the poses of the window, vertices, their partners.
@@ -163,9 +161,8 @@ void PoseRefinement::useClouds(Step& step) const {
   const Query& query = step.query;
   RefineOptions options = options_.refine;
   options.tilt_sigma_deg = std::hypot(options.tilt_sigma_deg, step.up_sigma_rad * 180 / M_PI);
-  const Refinement refined = xview::refine(
-      *distributions_, {query.cloud, query.cloud_seen_from, query.poses, query.cloud_sigma_m},
-      query.labels, step.pose.T_map_query, options);
+  const Refinement refined = xview::refine(*distributions_, {query.cloud, query.poses},
+                                           query.labels, step.pose.T_map_query, options);
   if (!refined.converged || !step.keepsScore(refined.T_map_query, kScoreKept)) return;
   step.pose.T_map_query = refined.T_map_query;
   step.pose.covariance = refined.covariance;

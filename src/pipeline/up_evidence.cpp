@@ -10,7 +10,7 @@
 #include <optional>
 #include <tuple>
 
-#include "pipeline/point_sigma.h"
+#include "pipeline/point_quality.h"
 
 namespace xview {
 namespace {
@@ -269,13 +269,12 @@ void correct(const Verticals& verticals, const Eigen::Vector3d& guess, double gu
 
 }  // namespace
 
-UpEvidence findUp(const FrameDigest* first, const FrameDigest* last, const LabelSet& labels) {
+UpEvidence findUp(const std::vector<PlaceBuilder::SharedDigest>& all, const LabelSet& labels) {
   UpEvidence evidence;
   Kinds kinds(labels);
-  const auto count = static_cast<std::size_t>(last - first);
-  const std::size_t step = (count + kMostFrames - 1) / kMostFrames;
+  const std::size_t step = (all.size() + kMostFrames - 1) / kMostFrames;
   FramePointers frames;
-  for (std::size_t i = 0; i < count; i += step) frames.push_back(first + i);
+  for (std::size_t i = 0; i < all.size(); i += step) frames.push_back(all[i].get());
   GroundSight grounds;
   Eigen::Vector3d sensor_up = Eigen::Vector3d::Zero();
   for (const FrameDigest* frame : frames) {

@@ -3,8 +3,9 @@
 
 #include <Eigen/Core>
 #include <string>
+#include <vector>
 
-#include "xview/mapper.h"
+#include "xview/place_builder.h"
 
 namespace xview {
 
@@ -20,6 +21,6 @@ struct UpEvidence {
 /// the side where things stand), corrected by what stands upright: walls and fences hold no normal
 /// that leans, poles lean with nothing. Without ground it is what cameras near the ground and
 /// scanners call up.
-UpEvidence findUp(const FrameDigest* first, const FrameDigest* last, const LabelSet& labels);
+UpEvidence findUp(const std::vector<PlaceBuilder::SharedDigest>& frames, const LabelSet& labels);
 
 }  // namespace xview

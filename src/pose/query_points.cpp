@@ -13,8 +13,9 @@ QueryPoint queryPoint(const RefineQuery& query, const LabelSet& labels, std::siz
   q.pose = query.poses.size() - 1;
   q.p = query.cloud.position(i);
   q.group = matchingGroup(labels, query.cloud.points[i].label);
-  if (query.seen_from.size() != query.cloud.size()) return q;
-  q.pose = std::min<std::size_t>(query.seen_from[i], query.poses.size() - 1);
+  const std::uint32_t seen_from = query.cloud.points[i].view;
+  if (seen_from == kNoView) return q;
+  q.pose = std::min<std::size_t>(seen_from, query.poses.size() - 1);
   const Eigen::Vector3d view = query.poses[q.pose].translation() - q.p;
   if (view.norm() > 0) q.view = view.normalized();
   return q;

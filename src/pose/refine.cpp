@@ -69,7 +69,7 @@ Refinement refine(const DistributionMap& map, const RefineQuery& query, const La
   result.overlap = static_cast<double>(d.last.partners) / static_cast<double>(points.size());
   result.scale = best.registration.scaleOf(d.at);
   // The noise of the map is there where that of the query is not known, too.
-  const double sigma_m = std::hypot(query.sigma_m, DistributionCells::of(map).noise());
+  const double sigma_m = std::hypot(query.cloud.typicalSigma(), DistributionCells::of(map).noise());
   result.covariance = covarianceOf(best, start.open, points, sigma_m, drifts);
   const double shift = (result.T_map_query * sensor - T_map_query * sensor).norm();
   result.converged = shift <= options.max_shift_m;

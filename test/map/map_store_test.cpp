@@ -55,13 +55,12 @@ TEST(MapStore, KeepsGraphLabelsKeyframesAndTextsExactly) {
   const SemanticMap map = sampleMap(), loaded = throughFile(map);
   EXPECT_TRUE(isSame(loaded.labels, map.labels));
   EXPECT_TRUE(isSame(loaded.graph, map.graph));
-  ASSERT_EQ(loaded.keyframes.size(), map.keyframes.size());
-  for (std::size_t i = 0; i < map.keyframes.size(); ++i) {
-    EXPECT_EQ(loaded.keyframes[i].T_map_sensor.matrix(), map.keyframes[i].T_map_sensor.matrix());
-    EXPECT_EQ(loaded.keyframes[i].stamp_s, map.keyframes[i].stamp_s);
-    EXPECT_EQ(loaded.keyframes[i].number, map.keyframes[i].number);
-    EXPECT_EQ(loaded.keyframes[i].source, map.keyframes[i].source);
-  }
+  ASSERT_EQ(loaded.poses.size(), map.poses.size());
+  for (std::size_t i = 0; i < map.poses.size(); ++i)
+    EXPECT_EQ(loaded.poses[i].matrix(), map.poses[i].matrix());
+  EXPECT_EQ(loaded.stamps_s, map.stamps_s);
+  EXPECT_EQ(loaded.frames, map.frames);
+  EXPECT_EQ(loaded.source_of_pose, map.source_of_pose);
   EXPECT_EQ(loaded.sources, map.sources);
   EXPECT_EQ(loaded.options_yaml, map.options_yaml);
 }
@@ -153,8 +152,8 @@ TEST(MapStore, DropsPointsThatAreNotFinite) {
 
 TEST(MapStore, UnknownTimeOfAKeyframeStaysUnknown) {
   SemanticMap map = sampleMap();
-  map.keyframes[3].stamp_s = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_TRUE(std::isnan(throughFile(map).keyframes[3].stamp_s));
+  map.stamps_s[3] = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_TRUE(std::isnan(throughFile(map).stamps_s[3]));
 }
 
 TEST(MapStore, SameMapGivesSameBytes) {
@@ -211,7 +210,7 @@ TEST(MapStore, SummaryCountsWhatTheMapHas) {
   EXPECT_EQ(summary.label_set, "street classes");
   EXPECT_EQ(summary.vertices, map.graph.size());
   EXPECT_EQ(summary.edges, map.graph.edgeCount());
-  EXPECT_EQ(summary.keyframes, map.keyframes.size());
+  EXPECT_EQ(summary.keyframes, map.poses.size());
   EXPECT_EQ(summary.cloud_points, map.cloud.size());
   EXPECT_EQ(summary.plan_samples, map.plan.sampleCount());
   EXPECT_EQ(summary.sources, map.sources);
@@ -249,10 +248,10 @@ TEST(MapStore, RefusesAMapThatCouldNotBeReadBack) {
   map.graph.neighbours[0].push_back(0);
   EXPECT_NE(messageOfSave(path, map).find("inconsistent"), std::string::npos);
   map = sampleMap();
-  map.keyframes[2].source = 2;
+  map.source_of_pose[2] = 2;
   EXPECT_NE(messageOfSave(path, map).find("source 2"), std::string::npos);
   map = sampleMap();
-  map.keyframes[2].T_map_sensor.linear() *= 2;
+  map.poses[2].linear() *= 2;
   EXPECT_NE(messageOfSave(path, map).find("key frame 2"), std::string::npos);
   map = sampleMap();
   map.cloud.points[0].x = 1e20f;

@@ -89,14 +89,11 @@ LabelledCloud sampleCloud(Random& random) {
   return cloud;
 }
 
-Keyframe sampleKeyframe(std::int64_t number, Random& random) {
-  Keyframe keyframe;
-  keyframe.number = number;
-  keyframe.stamp_s = 1.6e9 + random.uniform();
-  keyframe.T_map_sensor =
-      poseFromYaw({random.normal(), random.normal(), random.normal()}, random.uniform(-3, 3));
-  keyframe.source = static_cast<std::uint32_t>(number % 2);
-  return keyframe;
+void addSampleKeyframe(std::int64_t number, Random& random, SemanticMap& map) {
+  const double stamp_s = 1.6e9 + random.uniform();
+  map.addKeyframe(
+      poseFromYaw({random.normal(), random.normal(), random.normal()}, random.uniform(-3, 3)),
+      number, stamp_s, static_cast<std::uint32_t>(number % 2));
 }
 
 std::vector<float> keyOf(const PlanSample& s) { return {s.x, s.y, s.z}; }
@@ -110,7 +107,7 @@ SemanticMap sampleMap(std::uint64_t seed) {
   map.graph = sampleGraph(random);
   map.plan = samplePlan(random);
   map.cloud = sampleCloud(random);
-  for (std::int64_t i = 0; i < 20; ++i) map.keyframes.push_back(sampleKeyframe(i, random));
+  for (std::int64_t i = 0; i < 20; ++i) addSampleKeyframe(i, random, map);
   map.sources = {"town/forward", "with 'quotes'; and spaces"};
   map.options_yaml = "edges:\n  radius_m: 25\n";
   return map;
@@ -208,11 +205,10 @@ bool isSame(const LabelledCloud& a, const LabelledCloud& b) {
 bool isSame(const SemanticMap& a, const SemanticMap& b) {
   return isSame(a.labels, b.labels) && isSame(a.graph, b.graph) && isSame(a.plan, b.plan) &&
          isSame(a.cloud, b.cloud) && a.sources == b.sources && a.options_yaml == b.options_yaml &&
-         std::equal(a.keyframes.begin(), a.keyframes.end(), b.keyframes.begin(), b.keyframes.end(),
-                    [](const Keyframe& p, const Keyframe& q) {
-                      return p.number == q.number && p.stamp_s == q.stamp_s &&
-                             p.source == q.source &&
-                             p.T_map_sensor.matrix() == q.T_map_sensor.matrix();
+         a.frames == b.frames && a.stamps_s == b.stamps_s && a.source_of_pose == b.source_of_pose &&
+         std::equal(a.poses.begin(), a.poses.end(), b.poses.begin(), b.poses.end(),
+                    [](const Eigen::Isometry3d& p, const Eigen::Isometry3d& q) {
+                      return p.matrix() == q.matrix();
                     });
 }
 

@@ -173,7 +173,6 @@ TEST(Gravity, QueriesWithoutGoodPointsAreLevelledByTheirPlan) {
   for (const Eigen::Isometry3d& turn : {tiltBy(0), tiltBy(1.5), tiltBy(8), turnBy(90, 11)}) {
     Turned turned = turnedFrames(turn, options);
     turned.query.cloud.points.clear();
-    turned.query.cloud_seen_from.clear();
     const Localization fix = localizer.localize(turned.query);
     EXPECT_EQ(fix.status, Status::accepted) << fix.reason;
     EXPECT_LT(errorOf(fix, turned), 0.2) << fix.gravity_reason;
@@ -286,8 +285,8 @@ TEST(Gravity, FlatWorldsAreNotFoundInTheirMirrorImage) {
 }
 
 TEST(Gravity, OfNothingIsNotKnown) {
-  EXPECT_FALSE(gravityOf(nullptr, nullptr, {}, "free").known);
-  EXPECT_TRUE(gravityOf(nullptr, nullptr, {}, "auto").known);
+  EXPECT_FALSE(gravityOf(std::vector<PlaceBuilder::SharedDigest>(), {}, "free").known);
+  EXPECT_TRUE(gravityOf(std::vector<PlaceBuilder::SharedDigest>(), {}, "auto").known);
   EXPECT_FALSE(gravityOf(SemanticGraph(), {}, "free").known);
   SemanticGraph line;
   for (int i = 0; i < 20; ++i) {

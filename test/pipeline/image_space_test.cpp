@@ -132,8 +132,8 @@ TEST(ImageSpace, ThreadsDoNotChangeTheGraph) {
   one.threads = 1;
   two.threads = 2;
   const FrameSource* rear = simulatedDrive().sessions.at("rear").get();
-  const SemanticGraph a = buildGraph(*rear, one);
-  const SemanticGraph b = buildGraph(*rear, two);
+  const SemanticGraph a = makeQuery(*rear, one).graph;
+  const SemanticGraph b = makeQuery(*rear, two).graph;
   ASSERT_EQ(a.size(), b.size());
   EXPECT_EQ(a.neighbours, b.neighbours);
   for (std::size_t i = 0; i < a.size(); ++i)

@@ -18,7 +18,7 @@ TEST(Mapper, AMapHoldsGraphPlanCloudAndPoses) {
   EXPECT_GT(map.graph.size(), 100u);
   EXPECT_GT(map.plan.sampleCount(), 1000u);
   EXPECT_GT(map.cloud.size(), 10000u);
-  EXPECT_GT(map.keyframes.size(), 30u);
+  EXPECT_GT(map.poses.size(), 30u);
   EXPECT_EQ(map.sources.size(), 1u);
   EXPECT_FALSE(map.plan.aerial);
 }
@@ -49,7 +49,7 @@ TEST(Mapper, TheGraphOfARecordingIsThatOfItsMapAndOfAQueryOfAllOfIt) {
   const auto& drive = simulatedDrive();
   for (const char* session : {"forward", "rear"}) {
     const FrameSource& source = *drive.sessions.at(session);
-    const SemanticGraph graph = buildGraph(source, {});
+    const SemanticGraph graph = makeQuery(source, {}).graph;
     expectSameGraph(graph, buildMap({&source}, {}).graph);
     expectSameGraph(graph, drive.query(session, 0, source.size()).graph);
   }
@@ -58,15 +58,15 @@ TEST(Mapper, TheGraphOfARecordingIsThatOfItsMapAndOfAQueryOfAllOfIt) {
 TEST(Mapper, TheGraphOfATiltedRecordingIsThatOfItsMap) {
   const Eigen::Isometry3d tilt(Eigen::AngleAxisd(1.2, Eigen::Vector3d(1, 2, 0).normalized()));
   const MovedRecording tilted(*simulatedDrive().sessions.at("rear"), tilt);
-  const SemanticGraph graph = buildGraph(tilted, {});
+  const SemanticGraph graph = makeQuery(tilted, {}).graph;
   EXPECT_GT(graph.size(), 100u);
   expectSameGraph(graph, buildMap({&tilted}, {}).graph);
 }
 
-TEST(Mapper, FramesAreSeenInOrderWhileTheGraphIsMade) {
+TEST(Mapper, FramesAreSeenInOrderWhileAPlaceIsMade) {
   const FrameSource& source = *simulatedDrive().sessions.at("rear");
   std::vector<std::int64_t> seen, expected;
-  buildGraph(source, {}, [&](const FrameDigest& frame) { seen.push_back(frame.number); });
+  makeQuery(source, {}, [&](const FrameDigest& frame) { seen.push_back(frame.number); });
   for (std::size_t i = 0; i < source.size(); ++i) expected.push_back(source.number(i));
   EXPECT_EQ(seen, expected);
 }
@@ -91,8 +91,8 @@ TEST(Mapper, AppendingTheSameDriveAddsPosesButHardlyVertices) {
   const SemanticMap again = map;
   appendToMap(map, again, {});
   EXPECT_TRUE(isConsistent(map.graph));
-  EXPECT_EQ(map.keyframes.size(), 2 * again.keyframes.size());
-  EXPECT_EQ(map.keyframes.back().source, 1u);
+  EXPECT_EQ(map.poses.size(), 2 * again.poses.size());
+  EXPECT_EQ(map.source_of_pose.back(), 1u);
   EXPECT_LT(map.graph.size(), again.graph.size() + again.graph.size() / 20);
   EXPECT_EQ(map.plan.known.size(), again.plan.known.size());
 }
@@ -144,7 +144,7 @@ TEST(Mapper, RefusesToAppendAFrameThatIsTiltedAgainstThatOfTheMap) {
   EXPECT_EQ(map.graph.size(), simulatedDrive().map.graph.size());
   addition.plan.upright = Eigen::AngleAxisd(0.01, Eigen::Vector3d::UnitX());
   EXPECT_NO_THROW(appendToMap(map, addition, {}));
-  EXPECT_EQ(map.keyframes.back().source, 1u) << "of the second source";
+  EXPECT_EQ(map.source_of_pose.back(), 1u) << "of the second source";
 }
 
 }  // namespace

@@ -27,9 +27,7 @@ inline SemanticMap mapOf(const PlanTown& town) {
   map.plan = town.view({0, 100}, 260, Eigen::Isometry3d::Identity());
   for (const double y : {0.0, 200.0}) {
     for (double x = -150; x <= 150; x += 5) {
-      Keyframe k;
-      k.T_map_sensor.translation() = Eigen::Vector3d(x, y, 1.5);
-      map.keyframes.push_back(k);
+      map.poses.emplace_back(Eigen::Translation3d(x, y, 1.5));
     }
   }
   return map;

@@ -100,7 +100,7 @@ Refinement refineAt(const DistributionMap& map, const LabelledCloud& cloud,
                     const Eigen::Isometry3d& T_map_query, const Eigen::Vector3d& sensor,
                     const RefineOptions& options = {}) {
   const std::vector<Eigen::Isometry3d> poses{Eigen::Isometry3d(Eigen::Translation3d(sensor))};
-  return refine(map, {cloud, {}, poses}, streetLabels(), T_map_query, options);
+  return refine(map, {cloud, poses}, streetLabels(), T_map_query, options);
 }
 
 Eigen::Isometry3d nudge(double x, double y, double z, double yaw_deg) {
@@ -274,7 +274,6 @@ TEST(Refine, FewerPointsOfTheQueryAreUsedAsTold) {
 /// odometry whose ways are `scale` times as long.
 struct Drive {
   LabelledCloud cloud;
-  std::vector<std::uint32_t> seen_from;
   std::vector<Eigen::Isometry3d> poses;
 
   Drive(const Street& street, double scale) {
@@ -287,12 +286,12 @@ struct Drive {
       point.getVector3fMap() =
           (p + Eigen::Vector3d((scale - 1) * (2.0 * i - 20), 0, 0)).cast<float>();
       point.label = label;
+      point.view = i;
       cloud.points.push_back(point);
-      seen_from.push_back(i);
     }
   }
   Refinement refined(const DistributionMap& map, const RefineOptions& options) const {
-    return refine(map, {cloud, seen_from, poses}, streetLabels(), nudge(0.2, 0.1, 0, 0.2), options);
+    return refine(map, {cloud, poses}, streetLabels(), nudge(0.2, 0.1, 0, 0.2), options);
   }
 };
 
@@ -334,7 +333,7 @@ TEST(Refine, CovarianceKnowsPosesThatRollEachOnItsOwn) {
   Drive steady(street, 1), rolling(street, 1);
   constexpr double kRoll = 0.006;
   for (std::size_t i = 0; i < rolling.cloud.size(); ++i) {
-    const std::uint32_t pose = rolling.seen_from[i];
+    const std::uint32_t pose = rolling.cloud.points[i].view;
     const Eigen::AngleAxisd roll(pose % 2 == 0 ? kRoll : -kRoll, Eigen::Vector3d::UnitX());
     const Eigen::Vector3d at = rolling.poses[pose].translation();
     rolling.cloud.points[i].getVector3fMap() =
@@ -383,17 +382,15 @@ TEST(Refine, TheOtherSideOfAThingCountsLittle) {
     looks_ahead.translation() = Eigen::Vector3d(x, 0, 1.5);
     viewpoints.push_back(looks_ahead);
   }
-  const LabelledCloud map_cloud = streetWithFences(1, 15000, 0),
-                      query = streetWithFences(2, 1500, 0.1);
+  const LabelledCloud map_cloud = streetWithFences(1, 15000, 0);
+  LabelledCloud query = streetWithFences(2, 1500, 0.1);
   const std::vector<Eigen::Isometry3d> poses{Eigen::Isometry3d(Eigen::Translation3d(-25, 0, 1.5)),
                                              Eigen::Isometry3d(Eigen::Translation3d(25, 0, 1.5))};
-  std::vector<std::uint32_t> seen_from;
-  for (const Point& point : query.points) seen_from.push_back(point.label == kFence ? 1 : 0);
+  for (Point& point : query.points) point.view = point.label == kFence ? 1 : 0;
   RefineOptions options;
   options.drift_share = 0;
   const auto error = [&](const DistributionMap& map) {
-    const Refinement r =
-        refine(map, {query, seen_from, poses}, streetLabels(), nudge(0, 0, 0, 0), options);
+    const Refinement r = refine(map, {query, poses}, streetLabels(), nudge(0, 0, 0, 0), options);
     EXPECT_TRUE(r.converged);
     return std::abs(r.T_map_query.translation().x());
   };
@@ -404,16 +401,16 @@ TEST(Refine, CovarianceGrowsWithTheErrorOfTheSensor) {
   const DistributionMap map = distributions(mapCloud());
   Street street(2);
   street.everything(1500);
-  const LabelledCloud cloud = street.cloud();
+  LabelledCloud cloud = street.cloud();
   const std::vector<Eigen::Isometry3d> poses{Eigen::Isometry3d(Eigen::Translation3d(0, 0, 1.5))};
-  const auto sigma = [&](double sensor_m) {
-    const Refinement r =
-        refine(map, {cloud, {}, poses, sensor_m}, streetLabels(), nudge(0.1, 0, 0, 0), {});
+  const auto sigma = [&](float sensor_m) {
+    for (Point& point : cloud.points) point.sigma = sensor_m;
+    const Refinement r = refine(map, {cloud, poses}, streetLabels(), nudge(0.1, 0, 0, 0), {});
     return std::sqrt(r.covariance(0, 0));
   };
   EXPECT_LT(sigma(0), 0.1);
-  EXPECT_GT(sigma(0.3), 3 * sigma(0));
-  EXPECT_GT(sigma(0.3), 0.008);
+  EXPECT_GT(sigma(0.3f), 3 * sigma(0));
+  EXPECT_GT(sigma(0.3f), 0.008);
 }
 
 TEST(DistributionMap, HasOneDistributionPerCellAndGroup) {

@@ -90,12 +90,10 @@ class DistributionMap {
 
 /// The labelled points of a query and where they were seen from.
 struct RefineQuery {
-  const LabelledCloud& cloud;
-  const std::vector<std::uint32_t>&
-      seen_from;  ///< per point, a position in `poses`; empty = unknown
+  const LabelledCloud& cloud;  ///< Point::view is a position in `poses`; the typical sigma of the
+                               ///< points goes into the covariance
   const std::vector<Eigen::Isometry3d>&
-      poses;           ///< T_query_sensor, at least one; the last is refined
-  double sigma_m = 0;  ///< typical depth error of the points; goes into the covariance
+      poses;  ///< T_query_sensor, at least one; the last is refined
 };
 
 /// What the covariance is made of: how far each kind of error reaches the pose through the fit. Set

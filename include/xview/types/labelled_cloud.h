@@ -4,7 +4,10 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cstddef>
+#include <utility>
+#include <vector>
 
+#include "xview/types/median.h"
 #include "xview/types/point.h"
 
 namespace xview {
@@ -24,6 +27,13 @@ struct LabelledCloud {
   bool hasInstances() const {
     return std::any_of(points.begin(), points.end(),
                        [](const Point& p) { return p.instance != 0; });
+  }
+  /// The median of what is known of the errors of its points [m]; 0 if it is empty.
+  double typicalSigma() const {
+    std::vector<float> sigmas;
+    sigmas.reserve(size());
+    for (const Point& p : points) sigmas.push_back(p.sigma);
+    return sigmas.empty() ? 0.0 : medianOf(std::move(sigmas));
   }
 };
 

@@ -1,15 +1,125 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "pipeline/cloud_density.h"
+#include "pipeline/point_quality.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <limits>
 
 #include "pipeline/simulated_drive.h"
-#include "xview/mapper.h"
 
 namespace xview {
 namespace {
+
+/// Points 10, 20 and 30 m from the sensor, known to `inverse_depth_sigma` times the square of that.
+FrameDigest frameOfThree(double inverse_depth_sigma) {
+  FrameDigest frame;
+  frame.cloud.origin = {100, 0, 0};
+  frame.T_odom_sensor.translation() = frame.cloud.origin;
+  for (const float range : {10.f, 20.f, 30.f}) {
+    frame.cloud.points.push_back(Point(range, 0, 0, 7));
+    frame.cloud.points.back().sigma = static_cast<float>(inverse_depth_sigma * range * range);
+  }
+  return frame;
+}
+
+TEST(KnownPoints, AreThoseOfASmallError) {
+  LabelledCloud cloud;
+  EXPECT_EQ(appendKnownPoints(frameOfThree(1e-3), 0.5, kNoView, cloud), 2u);
+  EXPECT_FLOAT_EQ(cloud.points[0].sigma, 0.1f);
+  EXPECT_FLOAT_EQ(cloud.points[1].sigma, 0.4f) << "that of 0.9 m is left out";
+}
+
+TEST(KnownPoints, RangeIsThatFromTheSensor) {
+  FrameDigest frame = frameOfThree(0);
+  EXPECT_FLOAT_EQ(rangeOf(frame, 1), 20);
+  frame.sensor = Sensor::cloud;
+  EXPECT_EQ(rangeOf(frame, 1), 0) << "a cloud does not tell";
+}
+
+TEST(KnownPoints, KeepTheirPlacesAndClasses) {
+  LabelledCloud cloud;
+  cloud.origin = {90, 5, 0};
+  EXPECT_EQ(appendKnownPoints(frameOfThree(0), 0.5, kNoView, cloud), 3u);
+  EXPECT_EQ(appendKnownPoints(frameOfThree(0), 0.5, kNoView, cloud), 3u);
+  ASSERT_EQ(cloud.size(), 6u);
+  EXPECT_EQ(cloud.position(4), Eigen::Vector3d(120, 0, 0));
+  EXPECT_EQ(cloud.points[4].label, 7u);
+}
+
+TEST(KnownPoints, AreNotThoseWhoseErrorIsNoNumber) {
+  LabelledCloud cloud;
+  EXPECT_EQ(appendKnownPoints(frameOfThree(std::numeric_limits<double>::quiet_NaN()), 0.5, kNoView, cloud),
+            0u);
+}
+
+constexpr std::uint32_t kWall = 2, kFence = 5;
+
+/// Points of one class on a small patch, all with the same depth error.
+class Looks {
+ public:
+  void add(int count, std::uint32_t label, float sigma_m, float x = 0.1f) {
+    for (int i = 0; i < count; ++i) {
+      Point point;
+      point.x = x + 0.01f * static_cast<float>(i);
+      point.y = point.z = 0.1f;
+      point.label = label;
+      point.sigma = sigma_m;
+      cloud_.points.push_back(point);
+    }
+  }
+  /// How many of those with this error are kept.
+  long kept(float sigma_m) const {
+    const std::vector<bool> keep = bestLooks(cloud_);
+    long count = 0;
+    for (std::size_t i = 0; i < keep.size(); ++i)
+      count += keep[i] && cloud_.points[i].sigma == sigma_m;
+    return count;
+  }
+
+ private:
+  LabelledCloud cloud_;
+};
+
+TEST(BestLooks, WhatWasSeenFromAfarGivesWayToWhatWasSeenFromNear) {
+  Looks looks;
+  looks.add(20, kWall, 0.12f);
+  looks.add(30, kWall, 0.45f);
+  EXPECT_EQ(looks.kept(0.12f), 20);
+  EXPECT_EQ(looks.kept(0.45f), 0);
+}
+
+TEST(BestLooks, WhatWasSeenOnlyFromAfarStays) {
+  Looks looks;
+  looks.add(20, kWall, 0.12f);
+  looks.add(30, kWall, 0.45f, 10);
+  EXPECT_EQ(looks.kept(0.45f), 30);
+}
+
+TEST(BestLooks, AnotherClassSaysNothing) {
+  Looks looks;
+  looks.add(20, kWall, 0.12f);
+  looks.add(30, kFence, 0.45f);
+  EXPECT_EQ(looks.kept(0.45f), 30);
+}
+
+TEST(BestLooks, AFewGoodPointsDoNotDecide) {
+  Looks looks;
+  looks.add(3, kWall, 0.12f);
+  looks.add(30, kWall, 0.45f);
+  EXPECT_EQ(looks.kept(0.45f), 30);
+}
+
+TEST(BestLooks, WhatIsKnownToADecimetreStaysAnywhere) {
+  Looks looks;
+  looks.add(20, kWall, 0.01f);
+  looks.add(30, kWall, 0.09f);
+  looks.add(30, kWall, 0.3f);
+  EXPECT_EQ(looks.kept(0.09f), 30);
+  EXPECT_EQ(looks.kept(0.3f), 0);
+}
+
+TEST(BestLooks, NothingGivesNothing) { EXPECT_TRUE(bestLooks({}).empty()); }
 
 constexpr float kVoxel_m = 0.2F;
 

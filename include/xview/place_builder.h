@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "xview/graph/merge.h"
+#include "xview/graph/plan_view.h"
+#include "xview/map/semantic_map.h"
+#include "xview/options.h"
+#include "xview/types/blob.h"
+#include "xview/types/semantic_place.h"
+
+namespace xview {
+
+/// Called after each frame with (done, total). May be empty.
+using Progress = std::function<void(std::size_t, std::size_t)>;
+
+/// What later stages need of one frame; small enough to keep for a whole recording. In the odometry
+/// frame.
+struct FrameDigest {
+  std::int64_t number = 0;
+  double stamp_s = 0;
+  Sensor sensor = Sensor::camera;
+  Eigen::Isometry3d T_odom_sensor = Eigen::Isometry3d::Identity();
+  LabelledCloud cloud;       ///< lifted, one point per voxel and class
+  std::vector<float> votes;  ///< per point: how much it counts (measurements in the voxel, range)
+  std::vector<bool> thin_trusted;  ///< per point: measured near enough to believe in thin things
+  bool aerial = false;             ///< a camera that looks down from the air
+  std::vector<Blob> blobs;
+  BlobEdges blob_edges;  ///< image space only (options.graph_space)
+  LiftCounts counts;
+  Timings timing_ms;  ///< read, lift, blobs
+};
+
+bool isImageSpace(const Options& options);  ///< options.graph_space
+
+/// Image space (options.graph_space) is for depth and label images: UsageError for another sensor,
+/// naming the recording.
+void requireGraphSpace(const Options& options, Sensor sensor, const std::string& recording);
+
+/// One frame through lift, clean and blobs. Throws UsageError if options.graph_space is image and
+/// the frame has no images.
+FrameDigest digestFrame(Frame frame, const LabelSet& labels, const Options& options);
+
+/// All frames of a recording, read and digested on options.threads threads, in order.
+std::vector<FrameDigest> digestRecording(const FrameSource& source, const Options& options,
+                                         const Progress& progress = {});
+
+/// The same one by one, in order, on the caller's thread: only a few of them are in memory at a
+/// time.
+void digestRecording(const FrameSource& source, const Options& options,
+                     const std::function<void(FrameDigest)>& take);
+
+/// What a place is made for. The graph and the view from above are the same for both.
+enum class PlaceUse {
+  query,  ///< with all poses, and the points of the last metres of travel as they were seen
+  map     ///< with key frames, and all points, thinned
+};
+
+/// Makes a place of frames that come one by one, in the frame of their odometry. Only those of the
+/// last metres of a query are kept; memory follows the place, not the number of frames. The first
+/// frames tell together which way is up, and wait until they do.
+class PlaceBuilder {
+ public:
+  /// So many frames tell which way is up unless the caller knows how many there are.
+  static constexpr std::size_t kFramesForGravity = 16;
+  using SharedDigest = std::shared_ptr<const FrameDigest>;
+
+  PlaceBuilder(const LabelSet& labels, const Options& options, PlaceUse use,
+               std::size_t frames_for_gravity = kFramesForGravity);
+
+  void add(SharedDigest frame);
+  void add(FrameDigest frame) { add(std::make_shared<const FrameDigest>(std::move(frame))); }
+  /// A recording is over: frames that wait are all that tell which way is up, and the next frame
+  /// is a key frame. Returns how many poses the place has.
+  std::size_t endRecording();
+  /// Afterwards the builder is empty.
+  Place finish();
+
+ private:
+  struct Recent {
+    SharedDigest frame;
+    double travelled_m;  ///< until this frame
+  };
+  void takePose(const FrameDigest& frame);
+  void takePoints(const SharedDigest& frame);
+  void thinPoints();
+  void settleUpright();
+  void addUpright(const FrameDigest& frame);
+  void drawGraph();
+  void finishPoints();
+
+  Options options_;
+  PlaceUse use_;
+  std::size_t frames_for_gravity_;
+  PlaceGraphBuilder graph_;
+  PlanViewBuilder plan_;
+  Place place_;
+  std::vector<SharedDigest> waiting_;  ///< until it is known which way is up
+  bool is_upright_ = false;
+  bool is_new_recording_ = true;
+  std::deque<Recent> recent_;  ///< frames of the last metres of a query
+  double travelled_m_ = 0;
+  std::size_t thinned_size_ = 0;  ///< points of a map after they were thinned last
+  double graph_ms_ = 0;
+};
+
+/// What is to be found in a map: a place in its own odometry frame.
+using Query = Place;
+
+/// A query from a window of frames, which tell all together which way is up.
+Query makeQuery(const FrameDigest* first, const FrameDigest* last, const LabelSet& labels,
+                const Options& options);
+/// A query from a whole recording, frame by frame (PlaceBuilder). `seen` is called with every
+/// frame, in order.
+Query makeQuery(const FrameSource& source, const Options& options,
+                const std::function<void(const FrameDigest&)>& seen = {});
+/// A query from a bare graph.
+Query makeQuery(const SemanticGraph& graph, const LabelSet& labels, const Options& options);
+/// A query from a saved session: everything the map knows, answered for its last key frame.
+Query makeQuery(SemanticMap map, const Options& options);
+
+}  // namespace xview

@@ -1,0 +1,214 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "xview/place_builder.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "pipeline/gravity.h"
+#include "pipeline/point_quality.h"
+#include "pipeline/thin_objects.h"
+#include "xview/graph/blobs.h"
+#include "xview/graph/edges.h"
+#include "xview/types/error.h"
+#include "xview/types/stopwatch.h"
+
+namespace xview {
+namespace {
+
+/// The points of a map are thinned when there are twice as many, and so many more, as the last
+/// time.
+constexpr std::size_t kSlackPoints = 500000;
+/// Frames a little farther back are kept, too: sums of ways depend on where they begin.
+constexpr double kWayRounding_m = 0.01;
+
+/// Adds the times of a frame, stage by stage.
+void addTimings(const FrameDigest& frame, Timings& sum) {
+  for (const auto& [stage, ms] : frame.timing_ms) {
+    auto it = sum.begin();
+    while (it != sum.end() && it->first != stage) ++it;
+    if (it == sum.end())
+      sum.emplace_back(stage, ms);
+    else
+      it->second += ms;
+  }
+}
+
+double distance(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
+  return (a.translation() - b.translation()).norm();
+}
+
+}  // namespace
+
+bool isImageSpace(const Options& options) { return options.graph_space == "image"; }
+
+void requireGraphSpace(const Options& options, Sensor sensor, const std::string& recording) {
+  if (!isImageSpace(options) || sensor == Sensor::camera) return;
+  throw UsageError("graph_space = image needs depth and label images, but " + recording +
+                   (sensor == Sensor::lidar ? " holds LiDAR scans" : " is a cloud") +
+                   "; use graph_space = cloud");
+}
+
+PlaceBuilder::PlaceBuilder(const LabelSet& labels, const Options& options, PlaceUse use,
+                           std::size_t frames_for_gravity)
+    : options_(options),
+      use_(use),
+      frames_for_gravity_(frames_for_gravity),
+      graph_(labels, options.merge),
+      plan_(labels, options.plan) {
+  place_.labels = labels;
+}
+
+void PlaceBuilder::add(SharedDigest frame) {
+  Stopwatch watch;
+  addTimings(*frame, place_.timing_ms);
+  takePose(*frame);
+  takePoints(frame);
+  if (is_upright_) {
+    addUpright(*frame);
+  } else {
+    waiting_.push_back(std::move(frame));
+    if (waiting_.size() == frames_for_gravity_) settleUpright();
+  }
+  graph_ms_ += watch.lap_ms();
+}
+
+std::size_t PlaceBuilder::endRecording() {
+  if (!is_upright_) settleUpright();
+  is_new_recording_ = true;
+  return place_.poses.size();
+}
+
+Place PlaceBuilder::finish() {
+  Stopwatch watch;
+  endRecording();
+  place_.plan = plan_.build();
+  place_.plan.upright = place_.gravity.upright;
+  drawGraph();
+  finishPoints();
+  if (use_ == PlaceUse::query && place_.poses.empty())
+    place_.poses.push_back(Eigen::Isometry3d::Identity());  // nothing was seen, from nowhere
+  place_.timing_ms.emplace_back("graph", graph_ms_ + watch.lap_ms());
+  return std::move(place_);
+}
+
+void PlaceBuilder::takePose(const FrameDigest& frame) {
+  place_.sensor = frame.sensor;
+  const bool is_key =
+      use_ == PlaceUse::query || is_new_recording_ ||
+      distance(place_.poses.back(), frame.T_odom_sensor) >= options_.map.keyframe_every_m;
+  if (!is_key) return;
+  if (!place_.poses.empty()) travelled_m_ += distance(place_.poses.back(), frame.T_odom_sensor);
+  place_.poses.push_back(frame.T_odom_sensor);
+  place_.frames.push_back(frame.number);
+  place_.stamps_s.push_back(frame.stamp_s);
+  is_new_recording_ = false;
+}
+
+/// The points of a map at once, those of a query when it is known where it ends.
+void PlaceBuilder::takePoints(const SharedDigest& frame) {
+  if (use_ == PlaceUse::query) {
+    recent_.push_back({frame, travelled_m_});
+    while (travelled_m_ - recent_.front().travelled_m > options_.refine.reach_m + kWayRounding_m)
+      recent_.pop_front();
+  } else if (!frame->cloud.empty()) {
+    if (place_.cloud.empty()) place_.cloud.origin = frame->cloud.origin;
+    appendKnownPoints(*frame, options_.refine.max_sigma_m, kNoView, place_.cloud);
+    if (place_.cloud.size() > 2 * thinned_size_ + kSlackPoints) thinPoints();
+  }
+}
+
+void PlaceBuilder::thinPoints() {
+  place_.cloud = thinByVoxel(place_.cloud, options_.map.cloud_voxel_m);
+  thinned_size_ = place_.cloud.size();
+}
+
+void PlaceBuilder::settleUpright() {
+  place_.gravity = gravityOf(waiting_, place_.labels, options_.gravity);
+  is_upright_ = true;
+  for (const SharedDigest& frame : waiting_) addUpright(*frame);
+  waiting_ = {};
+}
+
+void PlaceBuilder::addUpright(const FrameDigest& frame) {
+  if (isImageSpace(options_)) {
+    graph_.addImageBlobs(frame.blobs, frame.blob_edges, frame.number);
+  } else {
+    graph_.add(frame.blobs, frame.number);
+    graph_.addSurfacePoints(frame.cloud, frame.number);
+  }
+  if (place_.gravity.known)
+    plan_.add(frame.cloud, frame.votes, frame.thin_trusted,
+              Eigen::Isometry3d(place_.gravity.upright), frame.aerial);
+}
+
+/// Thin objects stand where the view from above has them, unless the graph is of image space or as
+/// in the paper.
+void PlaceBuilder::drawGraph() {
+  place_.graph = graph_.graph();
+  if (isImageSpace(options_)) return;
+  if (options_.merge.mode == "running_mean")
+    placeThinObjects(place_.graph, place_.plan, place_.labels);
+  connectByRadius(place_.graph, options_.edges);
+}
+
+/// Of a query the points of the last metres of travel, last frame first. Of either those that are
+/// known as well as others around them.
+void PlaceBuilder::finishPoints() {
+  if (use_ == PlaceUse::map) thinPoints();
+  if (!recent_.empty()) place_.cloud.origin = recent_.back().frame->cloud.origin;
+  auto view = static_cast<std::uint32_t>(place_.poses.size());
+  double travelled = 0;
+  while (!recent_.empty() && travelled <= options_.refine.reach_m) {
+    const SharedDigest frame = std::move(recent_.back().frame);
+    recent_.pop_back();
+    appendKnownPoints(*frame, options_.refine.max_sigma_m, --view, place_.cloud);
+    if (!recent_.empty())
+      travelled += distance(frame->T_odom_sensor, recent_.back().frame->T_odom_sensor);
+  }
+  keepBestLooks(place_.cloud);
+}
+
+Query makeQuery(const FrameDigest* first, const FrameDigest* last, const LabelSet& labels,
+                const Options& options) {
+  PlaceBuilder place(labels, options, PlaceUse::query, static_cast<std::size_t>(last - first));
+  for (const FrameDigest* frame = first; frame != last; ++frame) {
+    // Owned by the caller, who waits.
+    place.add(PlaceBuilder::SharedDigest(PlaceBuilder::SharedDigest(), frame));
+  }
+  return place.finish();
+}
+
+Query makeQuery(const FrameSource& source, const Options& options,
+                const std::function<void(const FrameDigest&)>& seen) {
+  PlaceBuilder place(source.labels(), options, PlaceUse::query);
+  digestRecording(source, options, [&](FrameDigest frame) {
+    if (seen) seen(frame);
+    place.add(std::move(frame));
+  });
+  return place.finish();
+}
+
+Query makeQuery(const SemanticGraph& graph, const LabelSet& labels, const Options& options) {
+  Stopwatch watch;
+  Query query;
+  query.labels = labels;
+  query.graph = graph;
+  if (graph.edgeCount() == 0) connectByRadius(query.graph, options.edges);
+  query.gravity = gravityOf(graph, labels, options.gravity);
+  query.poses.push_back(Eigen::Isometry3d::Identity());
+  query.timing_ms.emplace_back("graph", watch.lap_ms());
+  return query;
+}
+
+Query makeQuery(SemanticMap map, const Options& options) {
+  Query query = static_cast<Place&&>(map);
+  query.gravity = gravityOf(query, options.gravity);
+  query.sensor = Sensor::cloud;
+  query.timing_ms.clear();
+  query.frames.clear();  // those of several recordings are in no order
+  query.stamps_s.clear();
+  if (query.poses.empty()) query.poses.push_back(Eigen::Isometry3d::Identity());
+  return query;
+}
+
+}  // namespace xview
