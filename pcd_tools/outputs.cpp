@@ -15,12 +15,20 @@ std::string endingOf(const std::string& path) {
   return std::filesystem::path(path).extension().string();
 }
 
+void append(const ColorMesh& part, ColorMesh& mesh) {
+  const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+  mesh.vertices.insert(mesh.vertices.end(), part.vertices.begin(), part.vertices.end());
+  mesh.colors.insert(mesh.colors.end(), part.colors.begin(), part.colors.end());
+  for (auto triangle : part.triangles) {
+    for (std::uint32_t& corner : triangle) corner += first;
+    mesh.triangles.push_back(triangle);
+  }
+}
+
 /// The graph, the way and the pose of an answer, in the colour of its status.
 void addQuery(const SceneQuery& query, const LabelSet& labels, double radius_m, ColorMesh& mesh) {
   const Color color = statusColor(query.status);
-  GraphMeshStyle style;
-  style.edge_color = color;
-  if (query.graph) append(mesh, graphMesh(*query.graph, labels, style, query.T_map_query));
+  if (query.graph) append(graphMesh(*query.graph, labels, query.T_map_query), mesh);
   const auto at = [&](std::size_t i) -> Eigen::Vector3d {
     return query.T_map_query * query.poses[i].translation();
   };

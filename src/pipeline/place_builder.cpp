@@ -15,6 +15,10 @@
 namespace xview {
 namespace {
 
+/// Distance between the sensor poses that a map remembers [m]: they are drawn, and the last one is
+/// answered when the map itself is the query.
+constexpr double kKeyframeEvery_m = 2;
+
 /// The points of a map are thinned when there are twice as many, and so many more, as the last
 /// time.
 constexpr std::size_t kSlackPoints = 500000;
@@ -95,7 +99,7 @@ void PlaceBuilder::takePose(const FrameDigest& frame) {
   place_.sensor = frame.sensor;
   const bool is_key =
       use_ == PlaceUse::query || is_new_recording_ ||
-      distance(place_.poses.back(), frame.T_odom_sensor) >= options_.map.keyframe_every_m;
+      distance(place_.poses.back(), frame.T_odom_sensor) >= kKeyframeEvery_m;
   if (!is_key) return;
   if (!place_.poses.empty()) travelled_m_ += distance(place_.poses.back(), frame.T_odom_sensor);
   place_.poses.push_back(frame.T_odom_sensor);

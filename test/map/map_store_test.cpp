@@ -264,7 +264,7 @@ TEST(MapStore, RefusesAMapThatCouldNotBeReadBack) {
 
 TEST(MapStore, EveryMessageBeginsWithThePath) {
   SemanticMap map = sampleMap();
-  map.keyframes[2].source = 2;
+  map.source_of_pose[2] = 2;
   const TemporaryFolder folder;
   EXPECT_EQ(messageOfSave(folder / "a.xvm", map).rfind(folder / "a.xvm: ", 0), 0u);
 }

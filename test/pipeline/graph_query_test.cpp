@@ -4,6 +4,7 @@
 
 #include "xview/graph/edges.h"
 #include "xview/localizer.h"
+#include "xview/mapper.h"
 #include "xview/types/pose.h"
 #include "xview/types/random.h"
 

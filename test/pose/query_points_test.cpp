@@ -33,7 +33,7 @@ LabelledCloud cloudOf(const std::map<std::uint32_t, int>& counts) {
 
 std::vector<QueryPoint> chosenOf(const LabelledCloud& cloud, int max_points) {
   const std::vector<Eigen::Isometry3d> poses{Eigen::Isometry3d::Identity()};
-  return choosePoints({cloud, {}, poses}, streetLabels(), max_points);
+  return choosePoints({cloud, poses}, streetLabels(), max_points);
 }
 
 std::map<std::uint32_t, double> shares(const std::vector<QueryPoint>& points) {
