@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <deque>
 #include <limits>
-#include <memory>
 #include <optional>
 #include <unordered_map>
 #include <vector>
@@ -27,13 +26,10 @@ class LikelihoodRaster {
  public:
   /// At most 4096 channels; cell_m > 0 [m]. Throws UsageError otherwise.
   LikelihoodRaster(double cell_m, std::vector<std::uint8_t> background_of_channel);
-  ~LikelihoodRaster();
-  LikelihoodRaster(LikelihoodRaster&&) noexcept;
-  LikelihoodRaster& operator=(LikelihoodRaster&&) noexcept;
 
-  double cellSize() const;
-  std::size_t channels() const;
-  std::uint8_t background(std::size_t channel) const;
+  double cellSize() const { return cell_m_; }
+  std::size_t channels() const { return background_.size(); }
+  std::uint8_t background(std::size_t channel) const { return background_.at(channel); }
   /// Cell (cx, cy) covers [cx, cx + 1) x [cy, cy + 1) times cellSize().
   void set(std::size_t channel, std::int32_t cx, std::int32_t cy, std::uint8_t value);
   /// Keeps the larger of the old and the new value.
@@ -41,16 +37,6 @@ class LikelihoodRaster {
   std::uint8_t at(std::size_t channel, std::int32_t cx, std::int32_t cy) const;
   std::size_t bytes() const;
 
-  struct Tiles;
-  /// For the search only.
-  const Tiles& tiles() const { return *tiles_; }
-
- private:
-  std::unique_ptr<Tiles> tiles_;
-};
-
-/// The storage of a LikelihoodRaster.
-struct LikelihoodRaster::Tiles {
   struct Tile {
     std::int32_t tx, ty;  ///< cell (cx, cy) is in tile (cx >> 6, cy >> 6)
     std::uint16_t channel;
@@ -59,26 +45,26 @@ struct LikelihoodRaster::Tiles {
         differs;  ///< bit 8 * (y / 8) + x / 8: that 8x8 block may differ from the background
     std::array<std::uint8_t, kTileSide * kTileSide> cells;  ///< row-major
   };
-
-  double cell_m;
-  std::vector<std::uint8_t> background;
-  std::vector<std::uint8_t> highest;  ///< per channel: no cell is above this
-  std::deque<Tile> tiles;             ///< in order of creation; addresses are stable
+  const std::deque<Tile>& tiles() const { return tiles_; }
   /// The tiles of one place by channel; null where nothing was written.
   using Place = std::vector<Tile*>;
-  std::unordered_map<std::uint64_t, Place> places;
-  Tile* last_written = nullptr;
-
   /// Null if no channel has a tile there.
   const Place* findPlace(std::int64_t tx, std::int64_t ty) const;
   static const Tile* tileOf(const Place* place, std::size_t channel) {
     return place && channel < place->size() ? (*place)[channel] : nullptr;
   }
-  const Tile* find(std::size_t channel, std::int64_t tx, std::int64_t ty) const {
-    return tileOf(findPlace(tx, ty), channel);
+
+ private:
+  const Tile* find(std::size_t channel, std::int32_t cx, std::int32_t cy) const {
+    return tileOf(findPlace(cx >> kTileBits, cy >> kTileBits), channel);
   }
-  /// The cell, created if absent, that is about to receive `value`.
   std::uint8_t& make(std::size_t channel, std::int32_t cx, std::int32_t cy, std::uint8_t value);
+
+  double cell_m_;
+  std::vector<std::uint8_t> background_;
+  std::deque<Tile> tiles_;  ///< in order of creation; addresses are stable
+  std::unordered_map<std::uint64_t, Place> places_;
+  Tile* last_written_ = nullptr;
 };
 
 /// A query sample, relative to the centre of the query, in metres.
@@ -134,9 +120,5 @@ struct RasterLevels {
 std::vector<PlacePose> searchRaster(const LikelihoodRaster& coarse,
                                     const std::vector<RasterSample>& samples,
                                     const RasterLevel& fine, const RasterSearchOptions& options);
-
-/// The same score for one pose, cell by cell.
-int rasterScore(const LikelihoodRaster& raster, const std::vector<RasterSample>& samples,
-                const PlacePose& pose);
 
 }  // namespace xview::search

@@ -149,8 +149,6 @@ std::vector<PlacePose> distinctPoses(const std::vector<Candidate>& candidates, c
   return poses;
 }
 
-using Tiles = LikelihoodRaster::Tiles;
-
 namespace {
 
 constexpr int kPartBits = 3;
@@ -159,9 +157,8 @@ constexpr double kDenseShare = 0.6;
 
 }  // namespace
 
-Window::Window(const LikelihoodRaster::Tiles& tiles, const PreparedSamples& prepared,
-               std::int64_t side)
-    : tiles_(tiles),
+Window::Window(const LikelihoodRaster& raster, const PreparedSamples& prepared, std::int64_t side)
+    : raster_(raster),
       prepared_(prepared),
       side_(side),
       parts_(side / kPartSide + 2),
@@ -178,9 +175,10 @@ void Window::load(std::int64_t first_x, std::int64_t first_y) {
   std::fill(part_sums_.begin(), part_sums_.end(), 0);
   for (std::int64_t ty = first_y >> kTileBits; ty <= (first_y + side_ - 1) >> kTileBits; ++ty) {
     for (std::int64_t tx = first_x >> kTileBits; tx <= (first_x + side_ - 1) >> kTileBits; ++tx) {
-      const Tiles::Place* place = tiles_.findPlace(tx, ty);
+      const LikelihoodRaster::Place* place = raster_.findPlace(tx, ty);
       for (std::size_t slot = 0; slot < prepared_.channels.size(); ++slot) {
-        const Tiles::Tile* tile = Tiles::tileOf(place, prepared_.channels[slot]);
+        const LikelihoodRaster::Tile* tile =
+            LikelihoodRaster::tileOf(place, prepared_.channels[slot]);
         copyTile(slot, tile, tx, ty);
         if (tile) noteTile(slot, *tile);
       }
@@ -190,7 +188,7 @@ void Window::load(std::int64_t first_x, std::int64_t first_y) {
 }
 
 /// Marks the parts of the window that the tile fills, one right and below of their place.
-void Window::noteTile(std::size_t slot, const Tiles::Tile& tile) {
+void Window::noteTile(std::size_t slot, const LikelihoodRaster::Tile& tile) {
   highest_[slot] = std::max(highest_[slot], tile.highest);
   std::uint32_t* sums =
       part_sums_.data() + slot * static_cast<std::size_t>((parts_ + 1) * (parts_ + 1));
@@ -206,7 +204,8 @@ void Window::noteTile(std::size_t slot, const Tiles::Tile& tile) {
   }
 }
 
-void Window::copyTile(std::size_t slot, const Tiles::Tile* tile, std::int64_t tx, std::int64_t ty) {
+void Window::copyTile(std::size_t slot, const LikelihoodRaster::Tile* tile, std::int64_t tx,
+                      std::int64_t ty) {
   const std::int64_t x0 = std::max(first_x_, tx * kTileSide),
                      x1 = std::min(first_x_ + side_, (tx + 1) * kTileSide);
   const std::int64_t y0 = std::max(first_y_, ty * kTileSide),
@@ -257,8 +256,8 @@ using TilePlace = std::pair<std::int64_t, std::int64_t>;  // ty, tx
 /// Where any channel of the query differs from its background, in parts of 8x8 cells.
 class Content {
  public:
-  Content(const Tiles& tiles, const std::vector<std::uint16_t>& channels) {
-    for (const Tiles::Tile& tile : tiles.tiles) {
+  Content(const LikelihoodRaster& raster, const std::vector<std::uint16_t>& channels) {
+    for (const LikelihoodRaster::Tile& tile : raster.tiles()) {
       if (tile.differs == 0 || !std::binary_search(channels.begin(), channels.end(), tile.channel))
         continue;
       parts_of_tile_[{tile.ty, tile.tx}] |= tile.differs;
@@ -343,15 +342,16 @@ bool touchesCircle(const TilePlace& tile, const PlacePrior::Circle& circle, doub
 
 /// Each channel contributes at most its number of samples times the largest rise over the
 /// background in reach.
-std::int64_t scoreBound(const Tiles& tiles, const PreparedSamples& prepared, const TilePlace& place,
-                        std::int64_t reach_tiles) {
+std::int64_t scoreBound(const LikelihoodRaster& raster, const PreparedSamples& prepared,
+                        const TilePlace& place, std::int64_t reach_tiles) {
   std::vector<std::uint8_t> highest = prepared.background;
   for (std::int64_t y = place.first - reach_tiles; y <= place.first + reach_tiles; ++y) {
     for (std::int64_t x = place.second - reach_tiles; x <= place.second + reach_tiles; ++x) {
-      const Tiles::Place* near = tiles.findPlace(x, y);
+      const LikelihoodRaster::Place* near = raster.findPlace(x, y);
       if (!near) continue;
       for (std::size_t slot = 0; slot < highest.size(); ++slot) {
-        const Tiles::Tile* tile = Tiles::tileOf(near, prepared.channels[slot]);
+        const LikelihoodRaster::Tile* tile =
+            LikelihoodRaster::tileOf(near, prepared.channels[slot]);
         if (tile) highest[slot] = std::max(highest[slot], tile->highest);
       }
     }
@@ -368,7 +368,7 @@ std::int64_t scoreBound(const Tiles& tiles, const PreparedSamples& prepared, con
 
 std::vector<OutputTile> outputTiles(const LikelihoodRaster& raster, const PreparedSamples& prepared,
                                     const RasterSearchOptions& options) {
-  const Content content(raster.tiles(), prepared.channels);
+  const Content content(raster, prepared.channels);
   const double margin = std::max(0.0, std::ceil(options.margin_m / raster.cellSize()));
   const std::int64_t reach = margin < static_cast<double>(prepared.reach)
                                  ? static_cast<std::int64_t>(margin)
@@ -380,7 +380,7 @@ std::vector<OutputTile> outputTiles(const LikelihoodRaster& raster, const Prepar
     if (near && !touchesCircle(place, *near, raster.cellSize())) continue;
     std::vector<RowRun> rows = content.rowsNear(place, reach);
     if (rows.empty()) continue;
-    const std::int64_t bound = scoreBound(raster.tiles(), prepared, place, sample_tiles);
+    const std::int64_t bound = scoreBound(raster, prepared, place, sample_tiles);
     if (bound > 0) outputs.push_back({place.second, place.first, bound, std::move(rows)});
   }
   std::stable_sort(outputs.begin(), outputs.end(),

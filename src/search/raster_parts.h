@@ -99,7 +99,7 @@ std::vector<PlacePose> distinctPoses(const std::vector<Candidate>& candidates, c
 /// loop knows nothing of tiles.
 class Window {
  public:
-  Window(const LikelihoodRaster::Tiles& tiles, const PreparedSamples& prepared, std::int64_t side);
+  Window(const LikelihoodRaster& raster, const PreparedSamples& prepared, std::int64_t side);
 
   /// Copies the cells [first_x, first_x + side) x [first_y, first_y + side).
   void load(std::int64_t first_x, std::int64_t first_y);
@@ -118,12 +118,12 @@ class Window {
   bool isDense(std::size_t slot) const { return dense_[slot] != 0; }
 
  private:
-  void copyTile(std::size_t slot, const LikelihoodRaster::Tiles::Tile* tile, std::int64_t tx,
+  void copyTile(std::size_t slot, const LikelihoodRaster::Tile* tile, std::int64_t tx,
                 std::int64_t ty);
-  void noteTile(std::size_t slot, const LikelihoodRaster::Tiles::Tile& tile);
+  void noteTile(std::size_t slot, const LikelihoodRaster::Tile& tile);
   void countParts(std::size_t slot);
 
-  const LikelihoodRaster::Tiles& tiles_;
+  const LikelihoodRaster& raster_;
   const PreparedSamples& prepared_;
   std::int64_t side_;
   std::int64_t parts_;  ///< 8x8 parts across, including cut ones
@@ -138,9 +138,8 @@ class Window {
 /// where few are wanted.
 class NearTiles {
  public:
-  NearTiles(const LikelihoodRaster::Tiles& tiles, const PreparedSamples& prepared,
-            std::int64_t side)
-      : tiles_(tiles),
+  NearTiles(const LikelihoodRaster& raster, const PreparedSamples& prepared, std::int64_t side)
+      : raster_(raster),
         prepared_(prepared),
         across_((side >> kTileBits) + 2),
         cells_(prepared.channels.size() * static_cast<std::size_t>(across_ * across_)),
@@ -157,11 +156,10 @@ class NearTiles {
     for (std::size_t i = 0; i < places; ++i) {
       const auto ty = static_cast<std::int64_t>(i) / across_,
                  tx = static_cast<std::int64_t>(i) % across_;
-      const LikelihoodRaster::Tiles::Place* place =
-          tiles_.findPlace(first_tx_ + tx, first_ty_ + ty);
+      const LikelihoodRaster::Place* place = raster_.findPlace(first_tx_ + tx, first_ty_ + ty);
       for (std::size_t slot = 0; slot < empty_.size(); ++slot) {
-        const LikelihoodRaster::Tiles::Tile* tile =
-            LikelihoodRaster::Tiles::tileOf(place, prepared_.channels[slot]);
+        const LikelihoodRaster::Tile* tile =
+            LikelihoodRaster::tileOf(place, prepared_.channels[slot]);
         cells_[slot * places + i] = tile ? tile->cells.data() : empty_[slot].data();
       }
     }
@@ -193,7 +191,7 @@ class NearTiles {
            (y & kMask) * kTileSide + (x & kMask);
   }
 
-  const LikelihoodRaster::Tiles& tiles_;
+  const LikelihoodRaster& raster_;
   const PreparedSamples& prepared_;
   std::int64_t across_;
   std::int64_t first_tx_ = 0, first_ty_ = 0;

@@ -38,9 +38,7 @@ struct ScanWorker {
   std::vector<std::uint32_t> groups;
 
   ScanWorker(const LikelihoodRaster& raster, const PreparedSamples& prepared, std::size_t keep)
-      : window(raster.tiles(), prepared, kBlock + 2 * prepared.reach),
-        best(keep),
-        hits(kBlock * kBlock) {}
+      : window(raster, prepared, kBlock + 2 * prepared.reach), best(keep), hits(kBlock * kBlock) {}
 };
 
 /// The exhaustive search of one raster.
@@ -189,7 +187,7 @@ class Refinement {
   Refinement(const RasterLevel& fine, int cell_ratio, const YawGrid& coarse_grid)
       : ratio_(cell_ratio),
         prepared_(fine.raster, fine.samples),
-        tiles_(fine.raster.tiles()),
+        raster_(fine.raster),
         yaws_per_coarse_(yawsPerCoarse(fine, coarse_grid)),
         grid_(fineGrid(coarse_grid)),
         offsets_(offsetTable(prepared_, grid_, fine.raster.cellSize())) {}
@@ -210,7 +208,7 @@ class Refinement {
     const std::size_t count = first_of_tile.size() - 1;
     std::atomic<std::size_t> next{0};
     onWorkers(workerCount(threads, count), [&](std::size_t) {
-      NearTiles near(tiles_, prepared_, kTileSide * ratio_ + 2 * prepared_.reach);
+      NearTiles near(raster_, prepared_, kTileSide * ratio_ + 2 * prepared_.reach);
       for (std::size_t t = next++; t < count; t = next++) {
         refineTile(candidates, first_of_tile[t], first_of_tile[t + 1], near);
       }
@@ -272,7 +270,7 @@ class Refinement {
 
   int ratio_;
   PreparedSamples prepared_;
-  const LikelihoodRaster::Tiles& tiles_;
+  const LikelihoodRaster& raster_;
   int yaws_per_coarse_;
   YawGrid grid_;
   std::vector<CellOffset> offsets_;

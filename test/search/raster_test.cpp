@@ -47,6 +47,23 @@ std::vector<RasterSample> randomSamples(int count, double radius, std::size_t ch
   return samples;
 }
 
+/// The score of one pose, cell by cell.
+int rasterScore(const LikelihoodRaster& map, const std::vector<RasterSample>& samples,
+                const PlacePose& pose) {
+  check(map, samples);
+  const double cell = map.cellSize(), c = std::cos(pose.yaw), s = std::sin(pose.yaw);
+  const auto cellOf = [](double v) {
+    return static_cast<std::int32_t>(std::floor(v + kRoundingSlack));
+  };
+  int score = 0;
+  for (const RasterSample& q : samples) {
+    const std::int32_t cx = cellOf(pose.x / cell + (c * q.x - s * q.y) / cell);
+    const std::int32_t cy = cellOf(pose.y / cell + (s * q.x + c * q.y) / cell);
+    score += map.at(q.channel, cx, cy) - map.background(q.channel);
+  }
+  return score;
+}
+
 /// The best score over all cells and a given set of headings, by asking for each.
 int bruteForceBest(const LikelihoodRaster& raster, const std::vector<RasterSample>& samples,
                    int half, const std::vector<double>& yaws) {
