@@ -79,7 +79,7 @@ Row ask(const Baseline& method, const std::vector<TownQuery>& queries) {
   return row;
 }
 
-void bench(std::map<std::string, std::string>& a, int size, const std::string& noise_name) {
+void compare(std::map<std::string, std::string>& a, int size, const std::string& noise_name) {
   const std::uint64_t seed = std::stoull(a["--seed"]);
   const TownNoise noise = noiseNamed(noise_name);
   const ObjectTown town(size, seed);
@@ -121,7 +121,7 @@ int main(int argc, char** argv) try {
   fmt::print("{:>8} {:<8} {:<7} {:<10} {:>6} {:>6} {:>9}\n", "map", "noise", "view", "method",
              "<=5m%", "<=20m%", "ms med");
   for (const std::string& size : words(a["--sizes"])) {
-    for (const std::string& noise : words(a["--noise"])) bench(a, std::stoi(size), noise);
+    for (const std::string& noise : words(a["--noise"])) compare(a, std::stoi(size), noise);
   }
   return 0;
 } catch (const std::exception& e) {
