@@ -55,7 +55,8 @@ LabelledCloud readObjects(const std::string& path, const Arguments& a) {
   for (const Point& p : all.points) {
     if (p.label > a.support && p.getVector3fMap().allFinite()) objects.points.push_back(p);
   }
-  return a.options.blobs.voxel_m > 0 ? thinByVoxel(objects, a.options.blobs.voxel_m) : objects;
+  return a.options.blobs.voxel_m > 0 ? graph::thinByVoxel(objects, a.options.blobs.voxel_m)
+                                     : objects;
 }
 
 template <class ClassOf>
@@ -69,7 +70,7 @@ void score(const std::string& name, const LabelledCloud& parts, const Arguments&
     classes.push_back(p.label);
   }
   std::vector<int> blob_of_point;
-  extractBlobs(cloud, genericLabelSet(classes), a.options.blobs, &blob_of_point);
+  graph::extractBlobs(cloud, genericLabelSet(classes), a.options.blobs, &blob_of_point);
   const ClusterScore s = scoreClusters(part_of_point, blob_of_point, {});
   fmt::print(
       "  {:<22} objects {:3}  blobs {:3}  precision {:5.1f} %  recall {:5.1f} %  overlap {:.3f}\n",

@@ -20,7 +20,6 @@
 #include "xview/graph/lift.h"
 #include "xview/graph/merge.h"
 #include "xview/graph/plan_view.h"
-#include "xview/graph/thin_frame.h"
 #include "xview/io/recording.h"
 #include "xview/mapper.h"
 #include "xview/types/random.h"
@@ -58,7 +57,7 @@ Input makeInput(const std::string& path) {
     input.raw.push_back(input.source->read(input.chosen.back()));
     input.cleaned.push_back(input.raw.back());
     Frame& frame = input.cleaned.back();
-    frame.label = cleanLabels(frame.label, input.labels(), options.clean);
+    frame.label = graph::cleanLabels(frame.label, input.labels(), options.clean);
     input.lifted.push_back(lift(frame, input.labels(), options.lift));
     input.digests.push_back(digestFrame(input.raw.back(), input.labels(), options));
   }
@@ -104,22 +103,25 @@ void registerStages(const std::string& kind, const Input& input) {
   });
   if (input.source->sensor() == Sensor::camera) {
     stage("clean", [](const Input& in, std::size_t i) {
-      benchmark::DoNotOptimize(cleanLabels(in.raw[i].label, in.labels(), CleanOptions()));
+      benchmark::DoNotOptimize(
+          graph::cleanLabels(in.raw[i].label, in.labels(), graph::CleanOptions()));
     });
     stage("image_blobs", [](const Input& in, std::size_t i) {
-      benchmark::DoNotOptimize(extractImageBlobs(in.cleaned[i], in.labels(), 50));
+      benchmark::DoNotOptimize(graph::extractImageBlobs(in.cleaned[i], in.labels(), 50));
     });
   }
   stage("lift", [](const Input& in, std::size_t i) {
-    benchmark::DoNotOptimize(lift(in.cleaned[i], in.labels(), LiftOptions()));
+    benchmark::DoNotOptimize(lift(in.cleaned[i], in.labels(), graph::LiftOptions()));
   });
   stage("thin", [](const Input& in, std::size_t i) {
     std::vector<std::uint32_t> points_per_voxel;
-    benchmark::DoNotOptimize(thinByVoxel(in.lifted[i], PlanOptions().voxel_m, &points_per_voxel));
+    benchmark::DoNotOptimize(
+        graph::thinByVoxel(in.lifted[i], graph::kPlanVoxel_m, &points_per_voxel));
   });
   stage("lift_thin", [](const Input& in, std::size_t i) {
-    benchmark::DoNotOptimize(liftThin(in.cleaned[i], in.labels(), LiftOptions(),
-                                      PlanOptions().voxel_m, WholeClasses::no_surfaces));
+    benchmark::DoNotOptimize(graph::liftThin(in.cleaned[i], in.labels(), graph::LiftOptions(),
+                                             graph::kPlanVoxel_m,
+                                             graph::WholeClasses::no_surfaces));
   });
   stage("digest", [](const Input& in, std::size_t i) {
     benchmark::DoNotOptimize(digestFrame(in.raw[i], in.labels(), oneThread()));
@@ -131,7 +133,7 @@ void registerMerge(const std::string& kind, const Input& input) {
   benchmark::RegisterBenchmark(
       (kind + "/merge_into").c_str(),
       [&input](benchmark::State& state) {
-        PlaceGraphBuilder places(input.labels(), MergeOptions());
+        graph::PlaceGraphBuilder places(input.labels(), graph::MergeOptions());
         places.add(farAway(static_cast<std::size_t>(state.range(0)), input.labels()), -1);
         overFrames(state, input, [&](std::size_t i) {
           places.add(input.digests[i].blobs, input.digests[i].number);
@@ -145,14 +147,14 @@ void registerMerge(const std::string& kind, const Input& input) {
       ->Unit(benchmark::kMillisecond);
 }
 
-void addToView(PlanViewBuilder& view, const FrameDigest& digest) {
+void addToView(graph::PlanViewBuilder& view, const FrameDigest& digest) {
   view.add(digest.cloud, digest.votes, digest.thin_trusted, Eigen::Isometry3d::Identity(),
            digest.aerial);
 }
 
 void registerPlanView(const std::string& kind, const Input& input) {
   benchmark::RegisterBenchmark((kind + "/plan_view").c_str(), [&input](benchmark::State& state) {
-    PlanViewBuilder view(input.labels(), PlanOptions());
+    graph::PlanViewBuilder view(input.labels());
     overFrames(state, input, [&](std::size_t i) { addToView(view, input.digests[i]); });
   })->Unit(benchmark::kMillisecond);
 }
@@ -165,8 +167,8 @@ void registerWhole(const std::string& kind, const Input& input) {
                                (with_view ? "_with_plan_view" : "");
       benchmark::RegisterBenchmark((kind + name).c_str(), [&input, from_file,
                                                            with_view](benchmark::State& state) {
-        PlaceGraphBuilder places(input.labels(), MergeOptions());
-        PlanViewBuilder view(input.labels(), PlanOptions());
+        graph::PlaceGraphBuilder places(input.labels(), graph::MergeOptions());
+        graph::PlanViewBuilder view(input.labels());
         overFrames(state, input, [&](std::size_t i) {
           const FrameDigest digest =
               from_file

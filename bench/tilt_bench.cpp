@@ -50,7 +50,7 @@ FrameDigest asCloud(const std::vector<FrameDigest>& frames, const LabelSet& labe
       one.cloud.points.push_back(point);
     }
   }
-  one.cloud = thinByVoxel(one.cloud, 0.2);
+  one.cloud = graph::thinByVoxel(one.cloud, 0.2);
   return digestFrame(std::move(one), labels, options);
 }
 

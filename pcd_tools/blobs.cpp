@@ -49,7 +49,7 @@ BlobbedCloud clusterCloud(const FrameSource& source, const Job& job) {
   job.narrate.stage("lift", watch.lap_ms(),
                     fmt::format("{} frames, {} points", source.size(), cloud.size()));
   std::vector<int> blob_of_point;
-  result.blobs = extractBlobs(cloud, source.labels(), job.options.blobs, &blob_of_point);
+  result.blobs = graph::extractBlobs(cloud, source.labels(), job.options.blobs, &blob_of_point);
   for (std::size_t i = 0; i < cloud.size(); ++i)
     cloud.points[i].instance = static_cast<std::uint32_t>(blob_of_point[i] + 1);
   job.narrate.stage("blobs", watch.lap_ms(), fmt::format("{} blobs", result.blobs.size()));
@@ -59,13 +59,14 @@ BlobbedCloud clusterCloud(const FrameSource& source, const Job& job) {
 /// Blobs of one frame only, its pixels lifted.
 struct FrameRegions {
   BlobbedCloud regions;
-  LiftCounts counts;
+  graph::LiftCounts counts;
   Eigen::Vector3d sensor;
 };
 
 FrameRegions regionsOfFrame(Frame frame, const LabelSet& labels, const Options& options) {
-  frame.label = cleanLabels(frame.label, labels, options.clean);
-  ImageBlobs found = extractImageBlobs(frame, labels, maxRange(frame, options.lift));
+  frame.label = graph::cleanLabels(frame.label, labels, options.clean);
+  graph::ImageBlobs found =
+      graph::extractImageBlobs(frame, labels, graph::maxRange(frame, options.lift));
   frame.instance = LabelImage(frame.label.width, frame.label.height);
   for (std::size_t i = 0; i < frame.instance.pixels.size(); ++i)
     frame.instance.pixels[i] = static_cast<std::uint16_t>(found.blob_of_pixel.pixels[i] + 1);
@@ -87,7 +88,8 @@ BlobbedCloud regionsOfImages(const FrameSource& source, const Job& job) {
       [&](FrameRegions frame) {
         auto& [cloud, blobs] = frame.regions;
         depths.add(frame.counts, cloud, frame.sensor);
-        if (job.options.blobs.voxel_m > 0) cloud = thinByVoxel(cloud, job.options.blobs.voxel_m);
+        if (job.options.blobs.voxel_m > 0)
+          cloud = graph::thinByVoxel(cloud, job.options.blobs.voxel_m);
         const auto before = static_cast<std::uint32_t>(result.blobs.size());
         for (Point& point : cloud.points) point.instance += point.instance > 0 ? before : 0;
         appendCloud(result.cloud, cloud);

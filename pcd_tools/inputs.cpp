@@ -7,15 +7,15 @@
 #include <set>
 
 #include "xview/depth_plausibility.h"
-#include "xview/graph/blobs.h"
+#include "xview/graph/class_shapes.h"
 #include "xview/graph/edges.h"
+#include "xview/graph/lift.h"
 #include "xview/io/graph_files.h"
 #include "xview/io/label_files.h"
 #include "xview/map/map_store.h"
 #include "xview/types/error.h"
 #include "xview/types/moved_recording.h"
 #include "xview/types/stopwatch.h"
-#include "xview/unnamed_classes.h"
 
 namespace xview::tools {
 namespace {
@@ -117,7 +117,8 @@ std::unique_ptr<FrameSource> openInput(const std::string& path, const InputOptio
 std::unique_ptr<FrameSource> openMapInput(const std::string& path, const InputOptions& options,
                                           const Job& job) {
   if (options.unnamed) return openInput(path, options, job);
-  std::unique_ptr<FrameSource> source = withRolesByShape(openRecording(path, options), job.options);
+  std::unique_ptr<FrameSource> source =
+      graph::withRolesByShape(openRecording(path, options), job.options.lift, job.options.threads);
   sayGuessedRoles(source->labels(), job.narrate);
   return source;
 }
@@ -132,7 +133,7 @@ InputOptions inputIn(const InputFlags& input, const LabelSet& map_labels) {
 LabelledGraph readLabelledGraph(const std::string& path, const InputOptions& input,
                                 const Options& options) {
   GraphFile file = readGraph(path);
-  if (!file.has_edges) connectByRadius(file.graph, options.edges);
+  if (!file.has_edges) graph::connectByRadius(file.graph, options.edges);
   return {labelsOfGraph(path, file, input), std::move(file.graph)};
 }
 
@@ -227,14 +228,14 @@ void checkOrder(const std::vector<std::string>& operands, const InputFlags& inpu
 }
 
 LabelledCloud liftAll(const FrameSource& source, const Job& job, double voxel_m,
-                      LiftCounts* counts) {
+                      graph::LiftCounts* counts) {
   struct Lifted {
     LabelledCloud cloud;
-    LiftCounts counts;
+    graph::LiftCounts counts;
     Eigen::Vector3d sensor;
   };
   LabelledCloud whole;
-  LiftCounts sum;
+  graph::LiftCounts sum;
   DepthPlausibility depths;
   forEachFrame(
       source, job, "lift",
@@ -261,7 +262,7 @@ LabelledCloud liftAll(const FrameSource& source, const Job& job, double voxel_m,
                     source.size(), sum.no_depth, sum.out_of_range, sum.ignored_class));
   }
   if (counts) *counts = sum;
-  if (voxel_m > 0) whole = thinByVoxel(whole, voxel_m);
+  if (voxel_m > 0) whole = graph::thinByVoxel(whole, voxel_m);
   return whole;
 }
 

@@ -100,7 +100,7 @@ void forEachFrame(const FrameSource& source, const Job& job, const char* stage, 
 /// The measurements of all frames in the odometry frame, one behind the other, thinned to one point
 /// per voxel and class (0 = all). Throws Error if nothing is left.
 LabelledCloud liftAll(const FrameSource& source, const Job& job, double voxel_m,
-                      LiftCounts* counts = nullptr);
+                      graph::LiftCounts* counts = nullptr);
 
 /// Appends a cloud whose origin may differ.
 void appendCloud(LabelledCloud& whole, const LabelledCloud& part);

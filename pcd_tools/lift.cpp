@@ -34,7 +34,7 @@ class LiftCommand final : public Command {
     requireCloudPath(job.operands[1]);
     Stopwatch watch;
     const auto source = openInput(job.operands[0], input_.parsed(), job);
-    LiftCounts counts;
+    graph::LiftCounts counts;
     const LabelledCloud cloud = liftAll(*source, job, voxel_m_, &counts);
     writeCloud(job.operands[1], cloud, source->labels());
     job.narrate.stage("lift", watch.lap_ms(),

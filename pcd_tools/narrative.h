@@ -51,7 +51,7 @@ class FrameReport {
   const Narrative& narrate_;
   Progress progress_;
   std::size_t added_ = 0, points_ = 0, blobs_ = 0;
-  LiftCounts left_out_;
+  graph::LiftCounts left_out_;
   Timings sums_ms_;
   Stopwatch watch_;
   double ms_ = 0;

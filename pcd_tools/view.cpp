@@ -9,7 +9,7 @@
 #include "answer.h"
 #include "inputs.h"
 #include "outputs.h"
-#include "xview/graph/blobs.h"
+#include "xview/graph/lift.h"
 #include "xview/io/graph_files.h"
 #include "xview/map/map_store.h"
 #include "xview/types/error.h"
@@ -135,7 +135,7 @@ void DrawnAnswers::drawWay(const FrameSource& recording, const Answer& answer, S
 void DrawnAnswers::drawCloud(const FrameSource& recording, double scale, SceneQuery& query) {
   LabelledCloud cloud = liftAll(recording, job_, 0);
   scaleBy(scale, cloud);
-  clouds_.push_back(voxel_m_ > 0 ? thinByVoxel(cloud, voxel_m_) : std::move(cloud));
+  clouds_.push_back(voxel_m_ > 0 ? graph::thinByVoxel(cloud, voxel_m_) : std::move(cloud));
   query.cloud = &clouds_.back();
   outlines_.push_back(outlineOf(clouds_.back(), query));
   query.poses.clear();  // the origin of a cloud is no place where anything was

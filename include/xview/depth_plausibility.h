@@ -18,7 +18,8 @@ void requireKindOfDepth(const FrameSource& source);
 class DepthPlausibility {
  public:
   /// One frame: what lifting counted and kept, and where the sensor was in the frame of the cloud.
-  void add(const LiftCounts& counts, const LabelledCloud& cloud, const Eigen::Vector3d& sensor);
+  void add(const graph::LiftCounts& counts, const LabelledCloud& cloud,
+           const Eigen::Vector3d& sensor);
 
   /// Throws Error
   /// - if next to nothing that was measured is within the range limits;
@@ -30,7 +31,7 @@ class DepthPlausibility {
   void require(const FrameSource& source) const;
 
  private:
-  LiftCounts counts_;
+  graph::LiftCounts counts_;
   std::vector<float> median_ranges_;  ///< of frames
 };
 

@@ -9,7 +9,6 @@
 #include "xview/graph/edges.h"
 #include "xview/graph/lift.h"
 #include "xview/graph/merge.h"
-#include "xview/graph/plan_view.h"
 #include "xview/match/descriptors.h"
 #include "xview/match/walks.h"
 #include "xview/pose/posterior.h"
@@ -70,12 +69,11 @@ struct Options {
   int seed = 1;
   int threads = 0;
   PriorOptions prior;
-  CleanOptions clean;
-  LiftOptions lift;
-  BlobOptions blobs;
-  MergeOptions merge;
-  EdgeOptions edges;
-  PlanOptions plan;
+  graph::CleanOptions clean;
+  graph::LiftOptions lift;
+  graph::BlobOptions blobs;
+  graph::MergeOptions merge;
+  graph::EdgeOptions edges;
   MapOptions map;
   match::WalkOptions walks;
   match::MatchOptions match;
@@ -111,7 +109,6 @@ void visit(Options& o, Visitor&& field) {
   field.group("blobs", o.blobs);
   field.group("merge", o.merge);
   field.group("edges", o.edges);
-  field.group("plan", o.plan);
   field.group("map", o.map);
   field.group("walks", o.walks);
   field.group("match", o.match);

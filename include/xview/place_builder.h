@@ -33,7 +33,7 @@ struct FrameDigest {
   bool aerial = false;             ///< a camera that looks down from the air
   std::vector<Blob> blobs;
   BlobEdges blob_edges;  ///< image space only (options.graph_space)
-  LiftCounts counts;
+  graph::LiftCounts counts;
   Timings timing_ms;  ///< read, lift, blobs
 };
 
@@ -98,8 +98,8 @@ class PlaceBuilder {
   Options options_;
   PlaceUse use_;
   std::size_t frames_for_gravity_;
-  PlaceGraphBuilder graph_;
-  PlanViewBuilder plan_;
+  graph::PlaceGraphBuilder graph_;
+  graph::PlanViewBuilder plan_;
   Place place_;
   std::vector<SharedDigest> waiting_;  ///< until it is known which way is up
   bool is_upright_ = false;

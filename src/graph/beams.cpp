@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/graph/beams.h"
+#include "xview/graph/blobs.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <map>
-#include <numeric>
 #include <tuple>
+
+#include "graph/disjoint_sets.h"
 #include "xview/types/median.h"
 
-namespace xview {
+namespace xview::graph {
 namespace {
 
 // Sectors in which the elevations are looked at.
@@ -176,28 +177,6 @@ class RangeImage {
   std::vector<Pixel> pixels_;
 };
 
-/// Clusters that were joined, each named by its smallest number.
-class JoinedClusters {
- public:
-  explicit JoinedClusters(int count) : leader_(static_cast<std::size_t>(count)) {
-    std::iota(leader_.begin(), leader_.end(), 0);
-  }
-  int leaderOf(int cluster) {
-    while (leader_[static_cast<std::size_t>(cluster)] != cluster) {
-      int& above = leader_[static_cast<std::size_t>(cluster)];
-      cluster = above = leader_[static_cast<std::size_t>(above)];
-    }
-    return cluster;
-  }
-  void join(int a, int b) {
-    const int leader_a = leaderOf(a), leader_b = leaderOf(b);
-    leader_[static_cast<std::size_t>(std::max(leader_a, leader_b))] = std::min(leader_a, leader_b);
-  }
-
- private:
-  std::vector<int> leader_;
-};
-
 /// What one beam measured.
 struct Ring {
   std::vector<double> elevations;  ///< of its far points
@@ -286,13 +265,15 @@ void joinAlongBeams(const std::vector<Eigen::Vector3f>& points, const BeamSpacin
   if (!beams.isKnown() || points.empty()) return;
   const double widest = kReach * std::max(beams.azimuth_rad, beams.elevation_rad);
   const RangeImage image(points, beams, static_cast<float>(depth_m / widest));
-  JoinedClusters joined(1 + *std::max_element(cluster_of_point.begin(), cluster_of_point.end()));
+  DisjointSets joined(static_cast<std::size_t>(
+      1 + *std::max_element(cluster_of_point.begin(), cluster_of_point.end())));
   image.forNeighbours(depth_m, [&](std::uint32_t a, std::uint32_t b) {
     if (cluster_of_point[a] >= 0 && cluster_of_point[b] >= 0)
-      joined.join(cluster_of_point[a], cluster_of_point[b]);
+      joined.unite(static_cast<std::uint32_t>(cluster_of_point[a]),
+                   static_cast<std::uint32_t>(cluster_of_point[b]));
   });
   for (int& cluster : cluster_of_point) {
-    if (cluster >= 0) cluster = joined.leaderOf(cluster);
+    if (cluster >= 0) cluster = static_cast<int>(joined.find(static_cast<std::uint32_t>(cluster)));
   }
 }
 
@@ -303,4 +284,4 @@ int pointsOfThinThing(double range_m, const BeamSpacing& beams, int most) {
   return static_cast<int>(std::clamp<double>(points, std::min(kFewestPoints, most), most));
 }
 
-}  // namespace xview
+}  // namespace xview::graph

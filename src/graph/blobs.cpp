@@ -8,7 +8,7 @@
 #include <tuple>
 #include <utility>
 
-namespace xview {
+namespace xview::graph {
 namespace {
 
 /// Points of one class (and instance) and where they were in the cloud.
@@ -23,16 +23,15 @@ std::map<GroupKey, PointGroup> groupPoints(const LabelledCloud& cloud, const Lab
   std::map<GroupKey, PointGroup> groups;
   GroupKey last_key;
   PointGroup* last = nullptr;  // neighbouring points mostly share their group
-  bool last_is_ignored = false;
   for (std::uint32_t i = 0; i < cloud.size(); ++i) {
-    const GroupKey key(cloud.points.points[i].label, cloud.points.points[i].instance);
-    if (i == 0 || key != last_key) {
+    const Point& point = cloud.points[i];
+    if (set.role(point.label) == Role::ignored) continue;
+    const GroupKey key(point.label, point.instance);
+    if (!last || key != last_key) {
       last_key = key;
-      last_is_ignored = set.role(key.first) == Role::ignored;
-      last = last_is_ignored ? nullptr : &groups[key];
+      last = &groups[key];
     }
-    if (last_is_ignored) continue;
-    last->points.push_back(cloud.points.points[i].getVector3fMap());
+    last->points.push_back(point.getVector3fMap());
     last->indices.push_back(i);
   }
   return groups;
@@ -253,4 +252,4 @@ std::vector<Blob> extractBlobs(const LabelledCloud& cloud, const LabelSet& set,
   return blobs;
 }
 
-}  // namespace xview
+}  // namespace xview::graph

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "block_moments.h"
+#include "graph/block_moments.h"
 
 #include <algorithm>
 #include <array>
 #include <cstring>
 
-#include "row_loops.h"
+#include "graph/point_rows.h"
 
-namespace xview {
+namespace xview::graph {
 namespace {
 
 constexpr int kPixels = kBlock_px * kBlock_px;
@@ -147,4 +147,4 @@ void BlockMoments::append(std::uint16_t label, std::uint64_t powers, double w, d
                       uw, vw, ww});
 }
 
-}  // namespace xview
+}  // namespace xview::graph

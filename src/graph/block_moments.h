@@ -7,7 +7,7 @@
 
 #include "xview/types/image.h"
 
-namespace xview {
+namespace xview::graph {
 
 constexpr int kBlock_px = 4;
 
@@ -46,4 +46,4 @@ class BlockMoments {
   std::vector<Moments> moments_;
 };
 
-}  // namespace xview
+}  // namespace xview::graph

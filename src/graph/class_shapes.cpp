@@ -9,7 +9,11 @@
 #include <tuple>
 #include <utility>
 
-namespace xview {
+#include "xview/types/forwarding_source.h"
+#include "xview/types/median.h"
+#include "xview/types/parallel.h"
+
+namespace xview::graph {
 namespace {
 
 using Cell = std::pair<std::int64_t, std::int64_t>;
@@ -41,9 +45,7 @@ class Ground {
       heights[cellOf(p.x(), p.y(), kGroundCell_m)].push_back(static_cast<float>(p.z()));
     });
     for (auto& [cell, z] : heights) {
-      const auto low = z.begin() + static_cast<std::ptrdiff_t>(z.size() / 20);  // 5 % may be noise
-      std::nth_element(z.begin(), low, z.end());
-      lowest_[cell] = *low;
+      lowest_[cell] = quantileOf(z, 0.05);  // what is below may be noise
     }
   }
 
@@ -65,14 +67,6 @@ class Ground {
  private:
   std::map<Cell, double> lowest_;
 };
-
-/// The value below which this share of the values lies; reorders them.
-double quantileOf(std::vector<double>& values, double share) {
-  const auto at = values.begin() +
-                  static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1) + 0.5);
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
-}
 
 /// Most points of a class above one cell, heights above the ground [m]. The outermost may be of
 /// another class, and a column of one or two points says nothing.
@@ -140,10 +134,10 @@ std::vector<Piece> piecesOf(const Columns& columns) {
 
 /// Median over the columns of what each piece is.
 template <class Value>
-double medianOf(const std::vector<Piece>& pieces, Value&& value) {
+double medianOver(const std::vector<Piece>& pieces, Value&& value) {
   std::vector<double> values;
   for (const Piece& piece : pieces) values.insert(values.end(), piece.columns, value(piece));
-  return quantileOf(values, 0.5);
+  return medianOf(std::move(values));
 }
 
 template <class Test>
@@ -170,8 +164,8 @@ std::pair<Role, Kind> runningOn(const Columns& columns) {
 }
 
 std::pair<Role, Kind> standingAlone(const std::vector<Piece>& pieces) {
-  const double length = medianOf(pieces, [](const Piece& p) { return p.length_m; });
-  const double height = medianOf(pieces, [](const Piece& p) { return p.height_m; });
+  const double length = medianOver(pieces, [](const Piece& p) { return p.length_m; });
+  const double height = medianOver(pieces, [](const Piece& p) { return p.height_m; });
   if (length <= 2 && height >= 1.5) return {Role::object, Kind::pole};
   if (length >= 2.5 && height >= 1 && height <= 2.7) return {Role::dynamic, Kind::vehicle};
   if (length >= 2.5 && height >= 4) return {Role::object, Kind::vegetation};  // a tree
@@ -200,6 +194,31 @@ std::map<std::uint32_t, Kind> groundKinds(const std::map<std::uint32_t, Columns>
   return kinds;
 }
 
+/// The same frames under other classes.
+class Reclassified final : public ForwardingSource {
+ public:
+  Reclassified(std::unique_ptr<FrameSource> source, LabelSet labels)
+      : ForwardingSource(*source), source_(std::move(source)), labels_(std::move(labels)) {}
+
+  const LabelSet& labels() const override { return labels_; }
+
+ private:
+  std::unique_ptr<FrameSource> source_;
+  LabelSet labels_;
+};
+
+std::vector<LabelledCloud> cloudsOver(const FrameSource& source, const LiftOptions& options,
+                                      int threads) {
+  constexpr std::size_t kFrames = 60;
+  constexpr double kVoxel_m = 0.25;
+  std::vector<LabelledCloud> clouds(std::min(kFrames, source.size()));
+  parallelFor(clouds.size(), threads, [&](std::size_t i) {
+    const Frame frame = source.read(i * source.size() / clouds.size());
+    clouds[i] = thinByVoxel(lift(frame, source.labels(), options), kVoxel_m);
+  });
+  return clouds;
+}
+
 }  // namespace
 
 LabelSet rolesByShape(const LabelSet& unnamed, const std::vector<LabelledCloud>& clouds) {
@@ -223,4 +242,11 @@ LabelSet rolesByShape(const LabelSet& unnamed, const std::vector<LabelledCloud>&
   return result;
 }
 
-}  // namespace xview
+std::unique_ptr<FrameSource> withRolesByShape(std::unique_ptr<FrameSource> source,
+                                              const LiftOptions& options, int threads) {
+  if (!source->labels().isGeneric()) return source;
+  LabelSet labels = rolesByShape(source->labels(), cloudsOver(*source, options, threads));
+  return std::make_unique<Reclassified>(std::move(source), std::move(labels));
+}
+
+}  // namespace xview::graph

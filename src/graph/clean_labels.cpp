@@ -7,9 +7,9 @@
 #include <tuple>
 #include <vector>
 
-#include "label_regions.h"
+#include "graph/label_regions.h"
 
-namespace xview {
+namespace xview::graph {
 namespace {
 
 // Half size of the dilate/erode element that fills what specks leave (paper: 4 px).
@@ -121,4 +121,4 @@ LabelImage cleanLabels(const LabelImage& labels, const LabelSet& set, const Clea
   return result;
 }
 
-}  // namespace xview
+}  // namespace xview::graph

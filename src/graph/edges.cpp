@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <limits>
 
-namespace xview {
+namespace xview::graph {
 namespace {
 
 using Edge = std::pair<std::uint32_t, std::uint32_t>;
@@ -68,4 +68,4 @@ void connectByRadius(SemanticGraph& graph, const EdgeOptions& options) {
   graph.setEdges(edges);
 }
 
-}  // namespace xview
+}  // namespace xview::graph

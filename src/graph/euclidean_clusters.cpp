@@ -3,13 +3,13 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <string>
 
+#include "graph/disjoint_sets.h"
 #include "xview/graph/blobs.h"
 #include "xview/types/error.h"
 
-namespace xview {
+namespace xview::graph {
 namespace {
 
 // Two points within tolerance are at most two cells apart along each axis.
@@ -97,22 +97,6 @@ void sortByKey(std::vector<SortedPoint>& points, int bits) {
   }
 }
 
-/// Disjoint sets with path halving.
-class Components {
- public:
-  explicit Components(std::size_t size) : parent_(size) {
-    std::iota(parent_.begin(), parent_.end(), 0u);
-  }
-  std::uint32_t find(std::uint32_t i) {
-    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-    return i;
-  }
-  void unite(std::uint32_t a, std::uint32_t b) { parent_[std::max(a, b)] = std::min(a, b); }
-
- private:
-  std::vector<std::uint32_t> parent_;
-};
-
 /// The points of one call in cells, and the search for touching cells.
 class CellGrid {
  public:
@@ -120,7 +104,7 @@ class CellGrid {
            float tolerance_m);
 
   /// Component of each cell.
-  Components connect() const;
+  DisjointSets connect() const;
 
   const std::vector<Cell>& cells() const { return cells_; }
   const std::vector<SortedPoint>& order() const { return order_; }
@@ -128,7 +112,7 @@ class CellGrid {
  private:
   void sortIntoCells(const std::vector<Eigen::Vector3f>& points,
                      const std::vector<std::uint32_t>& finite, double side);
-  void connectWithin(std::uint64_t reach, Components& components) const;
+  void connectWithin(std::uint64_t reach, DisjointSets& components) const;
   bool touch(const Cell& a, const Cell& b) const;
 
   KeyLayout layout_;
@@ -179,8 +163,8 @@ void CellGrid::sortIntoCells(const std::vector<Eigen::Vector3f>& points,
   sortByKey(order_, bits[0] + bits[1] + bits[2]);
 }
 
-Components CellGrid::connect() const {
-  Components components(cells_.size());
+DisjointSets CellGrid::connect() const {
+  DisjointSets components(cells_.size());
   // Direct neighbours first: afterwards nearly all cells further apart are known to be connected,
   // which saves looking at their points.
   connectWithin(1, components);
@@ -190,7 +174,7 @@ Components CellGrid::connect() const {
 
 /// Looks at all pairs of cells at most `reach` apart along each axis, each pair once: for every row
 /// of cells ahead, a cursor follows the cells in sorted order.
-void CellGrid::connectWithin(std::uint64_t reach, Components& components) const {
+void CellGrid::connectWithin(std::uint64_t reach, DisjointSets& components) const {
   std::vector<std::uint64_t> rows;  // key difference to the first cell of a row
   const std::uint64_t width = 2 * reach + 1;
   for (std::uint64_t dz = 0; dz <= reach; ++dz) {
@@ -201,8 +185,8 @@ void CellGrid::connectWithin(std::uint64_t reach, Components& components) const 
   }
   std::vector<std::size_t> cursor(rows.size(), 0);
   const auto connectPair = [&](std::uint32_t a, std::uint32_t b) {
-    const std::uint32_t root_a = components.find(a), root_b = components.find(b);
-    if (root_a != root_b && touch(cells_[a], cells_[b])) components.unite(root_a, root_b);
+    if (components.find(a) != components.find(b) && touch(cells_[a], cells_[b]))
+      components.unite(a, b);
   };
   for (std::uint32_t c = 0; c < cells_.size(); ++c) {
     const std::uint64_t key = cells_[c].key;
@@ -251,7 +235,7 @@ std::vector<int> euclideanClusters(const std::vector<Eigen::Vector3f>& points, f
   if (finite.empty()) return cluster_of_point;
 
   const CellGrid grid(points, finite, tolerance_m);
-  Components components = grid.connect();
+  DisjointSets components = grid.connect();
   std::vector<std::uint32_t> root_of_point(points.size());
   std::vector<int> size(grid.cells().size(), 0);
   for (std::uint32_t c = 0; c < grid.cells().size(); ++c) {
@@ -272,4 +256,4 @@ std::vector<int> euclideanClusters(const std::vector<Eigen::Vector3f>& points, f
   return cluster_of_point;
 }
 
-}  // namespace xview
+}  // namespace xview::graph

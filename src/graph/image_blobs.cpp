@@ -6,11 +6,11 @@
 #include <string>
 #include <utility>
 
-#include "label_regions.h"
+#include "graph/label_regions.h"
 #include "xview/types/error.h"
 #include "xview/types/median.h"
 
-namespace xview {
+namespace xview::graph {
 namespace {
 
 // The image size that the following lengths speak of.
@@ -43,13 +43,6 @@ struct RegionPixels {
 };
 
 bool isDepth(float z, double max_range_m) { return z > 0 && z <= max_range_m; }
-
-/// p_sensor of a pixel.
-Eigen::Vector3d unproject(const Camera& camera, double u, double v, double depth) {
-  const Eigen::Vector3d ray((u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy, 1);
-  return camera.depth_is_range ? Eigen::Vector3d(ray.normalized() * depth)
-                               : Eigen::Vector3d(ray * depth);
-}
 
 void addRun(const Frame& frame, const LabelRun& run, double max_range_m, RegionPixels& region) {
   const Camera& camera = frame.camera;
@@ -89,7 +82,7 @@ Blob makeBlob(const Frame& frame, const LabelRegion& region, RegionPixels& pixel
   blob.first_frame = blob.last_frame = frame.number;
   const double u = pixels.sum_u / region.pixels, v = pixels.sum_v / region.pixels;
   blob.position =
-      frame.T_odom_sensor * unproject(frame.camera, u, v, medianOf(std::move(pixels.depths)));
+      frame.T_odom_sensor * frame.camera.unproject(u, v, medianOf(std::move(pixels.depths)));
   blob.min = pixels.min;
   blob.max = pixels.max;
   const Eigen::Vector3d mean = pixels.sum / blob.points;
@@ -200,4 +193,4 @@ ImageBlobs extractImageBlobs(const Frame& frame, const LabelSet& set, double max
   return result;
 }
 
-}  // namespace xview
+}  // namespace xview::graph

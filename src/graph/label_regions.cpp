@@ -1,24 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "label_regions.h"
+#include "graph/label_regions.h"
 
 #include <algorithm>
 #include <cstring>
-#include <limits>
 
-namespace xview {
+#include "graph/disjoint_sets.h"
+
+namespace xview::graph {
 namespace {
-
-/// Disjoint sets of runs; the root is the first run of a region.
-std::uint32_t rootOf(std::vector<std::uint32_t>& parent, std::uint32_t i) {
-  while (parent[i] != i) i = parent[i] = parent[parent[i]];
-  return i;
-}
-
-void unite(std::vector<std::uint32_t>& parent, std::uint32_t a, std::uint32_t b) {
-  a = rootOf(parent, a);
-  b = rootOf(parent, b);
-  parent[std::max(a, b)] = std::min(a, b);
-}
 
 /// First pixel at or after x that differs from `value`; four pixels at a time.
 int endOfRun(const std::uint16_t* row, int x, int width, std::uint16_t value) {
@@ -56,7 +45,7 @@ class RegionFinder {
     for (int x = 0; x < labels_.width;) {
       int end = endOfRun(label_row, x, labels_.width, label_row[x]);
       if (instance_row) end = endOfRun(instance_row, x, end, instance_row[x]);
-      parent_.push_back(static_cast<std::uint32_t>(runs_.size()));
+      sets_.add();
       runs_.push_back({y, x, end, 0});
       x = end;
     }
@@ -75,7 +64,7 @@ class RegionFinder {
       while (first < here && runs_[first].end < runs_[i].begin) ++first;
       for (std::size_t j = first; j < here && runs_[j].begin <= runs_[i].end; ++j) {
         if (isSame(runs_[i], runs_[j])) {
-          unite(parent_, static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(j));
+          sets_.unite(static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(j));
         }
       }
     }
@@ -86,7 +75,7 @@ class RegionFinder {
     std::vector<std::uint32_t> region_of_root(runs_.size());
     for (std::uint32_t i = 0; i < runs_.size(); ++i) {
       LabelRun& run = runs_[i];
-      const std::uint32_t root = rootOf(parent_, i);
+      const std::uint32_t root = sets_.find(i);
       if (root == i) {
         region_of_root[i] = static_cast<std::uint32_t>(result.regions.size());
         result.regions.push_back(
@@ -108,7 +97,7 @@ class RegionFinder {
   const LabelImage& labels_;
   const LabelImage& instances_;
   std::vector<LabelRun> runs_;
-  std::vector<std::uint32_t> parent_;
+  DisjointSets sets_;  ///< of runs; named by the first run of a region
 };
 
 }  // namespace
@@ -117,4 +106,4 @@ LabelRegions findLabelRegions(const LabelImage& labels, const LabelImage& instan
   return RegionFinder(labels, instances).find();
 }
 
-}  // namespace xview
+}  // namespace xview::graph

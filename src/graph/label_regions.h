@@ -6,7 +6,7 @@
 
 #include "xview/types/image.h"
 
-namespace xview {
+namespace xview::graph {
 
 /// Pixels [begin, end) of one row with the same label (and instance).
 struct LabelRun {
@@ -30,8 +30,8 @@ struct LabelRegions {
   std::vector<LabelRegion> regions;
 };
 
-/// One pass over the image for all labels together. `instances` may be empty; else it must be as
-/// large as `labels`.
+/// One pass over the image for all labels together (OpenCV would need one per class). `instances`
+/// may be empty; else it must be as large as `labels`.
 LabelRegions findLabelRegions(const LabelImage& labels, const LabelImage& instances = {});
 
-}  // namespace xview
+}  // namespace xview::graph

@@ -5,18 +5,15 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <numeric>
 #include <optional>
-#include <unordered_map>
 #include <unordered_set>
 #include <utility>
 
-#include "label_votes.h"
-#include "place_node.h"
-#include "surface_cells.h"
+#include "graph/place_nodes.h"
+#include "xview/graph/edges.h"
 #include "xview/types/error.h"
 
-namespace xview {
+namespace xview::graph {
 namespace {
 
 // A blob counts as its points, but not more: a car beside the camera has thousands.
@@ -50,6 +47,17 @@ bool isFirstObservation(const MergeOptions& options) {
   throw UsageError("merge.mode = " + options.mode + ", must be running_mean or first_observation");
 }
 
+/// The mean of both, weighted by how often each was seen.
+void joinVertex(Vertex& vertex, const Vertex& other) {
+  const double a = vertex.observations, b = other.observations, share = b / std::max(1.0, a + b);
+  vertex.position += share * (other.position - vertex.position);
+  vertex.extent += share * (other.extent - vertex.extent);
+  vertex.sigma_m = std::sqrt((1 - share) * vertex.sigma_m * vertex.sigma_m +
+                             share * other.sigma_m * other.sigma_m);
+  vertex.observations += other.observations;
+  vertex.points += other.points;
+}
+
 }  // namespace
 
 struct PlaceGraphBuilder::State {
@@ -59,28 +67,168 @@ struct PlaceGraphBuilder::State {
         is_first_observation(isFirstObservation(merge_options)),
         surfaces(merge_options.surface_m) {}
 
+  bool isUsable(const Blob& blob) const {
+    const Role role = labels.role(blob.label);
+    if (role == Role::ignored || !blob.position.allFinite()) return false;
+    return is_first_observation || space == GraphSpace::image || role != Role::surface;
+  }
+
+  bool keepsFirstPosition(std::uint32_t label) const {
+    return is_first_observation || labels.role(label) == Role::surface;
+  }
+
+  double mergeDistance(std::uint32_t label) const {
+    return keepsFirstPosition(label) ? options.first_observation_m : options.object_m;
+  }
+
+  ClassCell cellOfNode(const Eigen::Vector3d& p, std::uint32_t label) const {
+    return cellOf(p, mergeDistance(label), label);
+  }
+
+  /// Calls visit(node index, squared distance) for the vertices that may be the blob.
+  template <class Visit>
+  void forNodesNear(const Blob& blob, Visit&& visit) const {
+    const double merge_m = mergeDistance(blob.label);
+    nodes_of_cell.forAround(cellOfNode(blob.position, blob.label), [&](std::size_t index) {
+      const Vertex& vertex = nodes[index].vertex;
+      const double distance2 = (vertex.position - blob.position).squaredNorm();
+      if (distance2 <= merge_m * merge_m && agree(vertex.instance, blob.instance))
+        visit(index, distance2);
+    });
+  }
+
+  std::size_t addNode(const Blob& blob) {
+    Node node;
+    node.first = blob.position;
+    node.vertex.label = blob.label;
+    node.vertex.position = blob.position;
+    node.vertex.extent = blob.max - blob.min;
+    node.vertex.observations = 0;
+    nodes.push_back(node);
+    nodes_of_cell.add(cellOfNode(blob.position, blob.label), nodes.size() - 1);
+    return nodes.size() - 1;
+  }
+
+  void absorb(Node& node, const Blob& blob, std::int64_t frame) {
+    const double weight = std::clamp<double>(blob.points, 1, kMaxBlobWeight);
+    const Eigen::Vector3d offset = blob.position - node.first;
+    node.sum += weight * offset;
+    node.square_sum += weight * offset.squaredNorm();
+    node.extent_sum += weight * (blob.max - blob.min);
+    node.weight += weight;
+    node.vertex.points += blob.points;
+    if (node.vertex.instance == 0) node.vertex.instance = blob.instance;
+    countFrame(node.vertex, frame);
+  }
+
+  void moveToMean(std::size_t index) {
+    Node& node = nodes[index];
+    const ClassCell before = cellOfNode(node.vertex.position, node.vertex.label);
+    node.vertex.position = node.first + node.meanOffset();
+    node.vertex.extent = node.extent_sum / node.weight;
+    nodes_of_cell.move(before, cellOfNode(node.vertex.position, node.vertex.label), index);
+  }
+
   void absorbByFirstObservation(const std::vector<Blob>& blobs,
                                 const std::vector<std::size_t>& which, std::int64_t frame,
-                                std::vector<std::size_t>& node_of_blob);
-  void mergeByMean(const std::vector<Blob>& blobs, const std::vector<std::size_t>& which,
-                   std::int64_t frame, std::vector<std::size_t>& node_of_blob);
-  std::vector<std::size_t> merge(const std::vector<Blob>& blobs, std::int64_t frame);
-  std::vector<Pairing> pairings(const std::vector<Blob>& blobs,
-                                const std::vector<std::size_t>& usable) const;
-  template <class Visit>
-  void forNodesNear(const Blob& blob, Visit&& visit) const;
-  bool isUsable(const Blob& blob) const;
-  bool keepsFirstPosition(std::uint32_t label) const;
-  double mergeDistance(std::uint32_t label) const;
-  CellKey cellOfNode(const Eigen::Vector3d& p, std::uint32_t label) const;
+                                std::vector<std::size_t>& node_of_blob) {
+    for (const std::size_t b : which) {
+      std::optional<Pairing> nearest;
+      forNodesNear(blobs[b], [&](std::size_t index, double distance2) {
+        const Pairing pairing{distance2, 0, index};
+        if (!nearest || pairing < *nearest) nearest = pairing;
+      });
+      node_of_blob[b] = nearest ? nearest->node : addNode(blobs[b]);
+      absorb(nodes[node_of_blob[b]], blobs[b], frame);
+    }
+  }
 
-  std::size_t addNode(const Blob& blob);
-  void absorb(Node& node, const Blob& blob, std::int64_t frame);
-  void moveToMean(std::size_t index);
-  std::vector<std::size_t> sameNodes() const;
-  std::map<std::size_t, Node> joined(const std::vector<std::size_t>& same) const;
-  bool isKept(const Node& node) const;
-  Vertex finished(const Node& node) const;
+  std::vector<Pairing> pairings(const std::vector<Blob>& blobs,
+                                const std::vector<std::size_t>& usable) const {
+    std::vector<Pairing> result;
+    for (const std::size_t b : usable) {
+      forNodesNear(blobs[b], [&](std::size_t index, double distance2) {
+        result.push_back({distance2, b, index});
+      });
+    }
+    std::sort(result.begin(), result.end());
+    return result;
+  }
+
+  void mergeByMean(const std::vector<Blob>& blobs, const std::vector<std::size_t>& which,
+                   std::int64_t frame, std::vector<std::size_t>& node_of_blob) {
+    std::vector<std::size_t> taken;  // nodes, sorted
+    for (const Pairing& pairing : pairings(blobs, which)) {
+      const auto place = std::lower_bound(taken.begin(), taken.end(), pairing.node);
+      const bool is_taken = place != taken.end() && *place == pairing.node;
+      if (is_taken || node_of_blob[pairing.blob] != kNoNode) continue;
+      node_of_blob[pairing.blob] = pairing.node;
+      taken.insert(place, pairing.node);
+    }
+    for (const std::size_t b : which) {
+      if (node_of_blob[b] == kNoNode) node_of_blob[b] = addNode(blobs[b]);
+      absorb(nodes[node_of_blob[b]], blobs[b], frame);
+      moveToMean(node_of_blob[b]);
+      std::vector<std::int64_t>& frames = nodes[node_of_blob[b]].frames;
+      if (frames.empty() || frames.back() != frames_added) frames.push_back(frames_added);
+    }
+  }
+
+  /// The node that each blob became part of, or kNoNode.
+  std::vector<std::size_t> merge(const std::vector<Blob>& blobs, std::int64_t frame) {
+    ++frames_added;
+    std::vector<std::size_t> fixed, moving;
+    for (std::size_t b = 0; b < blobs.size(); ++b) {
+      if (isUsable(blobs[b])) (keepsFirstPosition(blobs[b].label) ? fixed : moving).push_back(b);
+    }
+    std::vector<std::size_t> node_of_blob(blobs.size(), kNoNode);
+    absorbByFirstObservation(blobs, fixed, frame, node_of_blob);
+    mergeByMean(blobs, moving, frame, node_of_blob);
+    return node_of_blob;
+  }
+
+  /// The nodes that stand for others, with the observations of all and the label that most of them
+  /// say.
+  std::map<std::size_t, Node> joined(const std::vector<std::size_t>& same) const {
+    std::map<std::size_t, Node> result;
+    std::map<std::size_t, std::map<std::uint32_t, std::uint32_t>> votes;
+    for (std::size_t i = 0; i < nodes.size(); ++i) {
+      if (same[i] == i) continue;
+      const auto [place, is_new] = result.try_emplace(same[i], nodes[same[i]]);
+      auto& count = votes[same[i]];
+      if (is_new) count[place->second.vertex.label] = place->second.vertex.observations;
+      join(place->second, nodes[i]);
+      count[nodes[i].vertex.label] += nodes[i].vertex.observations;
+    }
+    for (const auto& [index, count] : votes) {
+      Vertex& vertex = result.at(index).vertex;
+      for (const auto& [label, observations] : count) {
+        if (observations > count.at(vertex.label)) vertex.label = label;
+      }
+    }
+    return result;
+  }
+
+  bool isKept(const Node& node) const {
+    return !node.is_surface ||
+           node.vertex.points >= static_cast<std::uint32_t>(options.min_surface_points);
+  }
+
+  Vertex finished(const Node& node) const {
+    Vertex vertex = node.vertex;
+    if (node.is_surface) {
+      vertex.position = node.first + node.meanOffset();
+      vertex.extent = node.max - node.min;
+      return vertex;
+    }
+    if (vertex.observations < 2) return vertex;
+    const double about_first = node.square_sum / node.weight;
+    const double variance = keepsFirstPosition(vertex.label)
+                                ? about_first
+                                : about_first - node.meanOffset().squaredNorm();
+    vertex.sigma_m = std::sqrt(std::max(0.0, variance) / 3);
+    return vertex;
+  }
 
   LabelSet labels;
   MergeOptions options;
@@ -89,208 +237,9 @@ struct PlaceGraphBuilder::State {
   std::int64_t frames_added = 0;  ///< numbers of frames begin again with every recording
   std::vector<Node> nodes;        ///< in order of first observation
   std::unordered_set<std::uint64_t> image_edges;  ///< smaller node * 2^32 + larger node
-  std::unordered_map<CellKey, std::vector<std::size_t>, CellKeyHash>
-      nodes_of_cell;  ///< side mergeDistance(label)
+  CellLists nodes_of_cell;                        ///< of side mergeDistance(label)
   SurfaceCells surfaces;
 };
-
-bool PlaceGraphBuilder::State::isUsable(const Blob& blob) const {
-  const Role role = labels.role(blob.label);
-  if (role == Role::ignored || !blob.position.allFinite()) return false;
-  return is_first_observation || space == GraphSpace::image || role != Role::surface;
-}
-
-bool PlaceGraphBuilder::State::keepsFirstPosition(std::uint32_t label) const {
-  return is_first_observation || labels.role(label) == Role::surface;
-}
-
-double PlaceGraphBuilder::State::mergeDistance(std::uint32_t label) const {
-  return keepsFirstPosition(label) ? options.first_observation_m : options.object_m;
-}
-
-CellKey PlaceGraphBuilder::State::cellOfNode(const Eigen::Vector3d& p, std::uint32_t label) const {
-  return cellOf(p, mergeDistance(label), label);
-}
-
-/// Calls visit(node index, squared distance) for the vertices that may be the blob.
-template <class Visit>
-void PlaceGraphBuilder::State::forNodesNear(const Blob& blob, Visit&& visit) const {
-  const double merge_m = mergeDistance(blob.label);
-  const CellKey centre = cellOf(blob.position, merge_m, blob.label);
-  for (int i = 0; i < 27; ++i) {
-    const CellKey key{centre.x + i % 3 - 1, centre.y + i / 3 % 3 - 1, centre.z + i / 9 - 1,
-                      blob.label};
-    const auto found = nodes_of_cell.find(key);
-    if (found == nodes_of_cell.end()) continue;
-    for (const std::size_t index : found->second) {
-      const Vertex& vertex = nodes[index].vertex;
-      const double distance2 = (vertex.position - blob.position).squaredNorm();
-      if (distance2 <= merge_m * merge_m && agree(vertex.instance, blob.instance)) {
-        visit(index, distance2);
-      }
-    }
-  }
-}
-
-std::size_t PlaceGraphBuilder::State::addNode(const Blob& blob) {
-  Node node;
-  node.first = blob.position;
-  node.vertex.label = blob.label;
-  node.vertex.position = blob.position;
-  node.vertex.extent = blob.max - blob.min;
-  node.vertex.observations = 0;
-  nodes.push_back(node);
-  nodes_of_cell[cellOfNode(blob.position, blob.label)].push_back(nodes.size() - 1);
-  return nodes.size() - 1;
-}
-
-void PlaceGraphBuilder::State::absorb(Node& node, const Blob& blob, std::int64_t frame) {
-  const double weight = std::clamp<double>(blob.points, 1, kMaxBlobWeight);
-  const Eigen::Vector3d offset = blob.position - node.first;
-  node.sum += weight * offset;
-  node.square_sum += weight * offset.squaredNorm();
-  node.extent_sum += weight * (blob.max - blob.min);
-  node.weight += weight;
-  node.vertex.points += blob.points;
-  if (node.vertex.instance == 0) node.vertex.instance = blob.instance;
-  countFrame(node.vertex, frame);
-}
-
-void PlaceGraphBuilder::State::moveToMean(std::size_t index) {
-  Node& node = nodes[index];
-  const CellKey old_cell = cellOfNode(node.vertex.position, node.vertex.label);
-  node.vertex.position = node.first + node.meanOffset();
-  node.vertex.extent = node.extent_sum / node.weight;
-  const CellKey new_cell = cellOfNode(node.vertex.position, node.vertex.label);
-  if (new_cell == old_cell) return;
-  std::vector<std::size_t>& old_list = nodes_of_cell[old_cell];
-  old_list.erase(std::find(old_list.begin(), old_list.end(), index));
-  if (old_list.empty()) nodes_of_cell.erase(old_cell);
-  nodes_of_cell[new_cell].push_back(index);
-}
-
-void PlaceGraphBuilder::State::absorbByFirstObservation(const std::vector<Blob>& blobs,
-                                                        const std::vector<std::size_t>& which,
-                                                        std::int64_t frame,
-                                                        std::vector<std::size_t>& node_of_blob) {
-  for (const std::size_t b : which) {
-    std::optional<Pairing> nearest;
-    forNodesNear(blobs[b], [&](std::size_t index, double distance2) {
-      const Pairing pairing{distance2, 0, index};
-      if (!nearest || pairing < *nearest) nearest = pairing;
-    });
-    node_of_blob[b] = nearest ? nearest->node : addNode(blobs[b]);
-    absorb(nodes[node_of_blob[b]], blobs[b], frame);
-  }
-}
-
-std::vector<Pairing> PlaceGraphBuilder::State::pairings(
-    const std::vector<Blob>& blobs, const std::vector<std::size_t>& usable) const {
-  std::vector<Pairing> result;
-  for (const std::size_t b : usable) {
-    forNodesNear(blobs[b], [&](std::size_t index, double distance2) {
-      result.push_back({distance2, b, index});
-    });
-  }
-  std::sort(result.begin(), result.end());
-  return result;
-}
-
-void PlaceGraphBuilder::State::mergeByMean(const std::vector<Blob>& blobs,
-                                           const std::vector<std::size_t>& which,
-                                           std::int64_t frame,
-                                           std::vector<std::size_t>& node_of_blob) {
-  std::vector<std::size_t> taken;  // nodes, sorted
-  for (const Pairing& pairing : pairings(blobs, which)) {
-    const auto place = std::lower_bound(taken.begin(), taken.end(), pairing.node);
-    const bool is_taken = place != taken.end() && *place == pairing.node;
-    if (is_taken || node_of_blob[pairing.blob] != kNoNode) continue;
-    node_of_blob[pairing.blob] = pairing.node;
-    taken.insert(place, pairing.node);
-  }
-  for (const std::size_t b : which) {
-    if (node_of_blob[b] == kNoNode) node_of_blob[b] = addNode(blobs[b]);
-    absorb(nodes[node_of_blob[b]], blobs[b], frame);
-    moveToMean(node_of_blob[b]);
-    std::vector<std::int64_t>& frames = nodes[node_of_blob[b]].frames;
-    if (frames.empty() || frames.back() != frames_added) frames.push_back(frames_added);
-  }
-}
-
-/// The node that each blob became part of, or kNoNode.
-std::vector<std::size_t> PlaceGraphBuilder::State::merge(const std::vector<Blob>& blobs,
-                                                         std::int64_t frame) {
-  ++frames_added;
-  std::vector<std::size_t> fixed, moving;
-  for (std::size_t b = 0; b < blobs.size(); ++b) {
-    if (isUsable(blobs[b])) (keepsFirstPosition(blobs[b].label) ? fixed : moving).push_back(b);
-  }
-  std::vector<std::size_t> node_of_blob(blobs.size(), kNoNode);
-  absorbByFirstObservation(blobs, fixed, frame, node_of_blob);
-  mergeByMean(blobs, moving, frame, node_of_blob);
-  return node_of_blob;
-}
-
-/// For each node the one that stands for it (sameThings).
-std::vector<std::size_t> PlaceGraphBuilder::State::sameNodes() const {
-  std::vector<std::size_t> same(nodes.size()), objects;
-  std::iota(same.begin(), same.end(), std::size_t{0});
-  std::vector<Observed> observed;
-  for (std::size_t i = 0; i < nodes.size(); ++i) {
-    const Vertex& vertex = nodes[i].vertex;
-    if (nodes[i].frames.empty()) continue;
-    objects.push_back(i);
-    observed.push_back(
-        {vertex.label, labels.role(vertex.label), vertex.position, vertex.extent, nodes[i].frames});
-  }
-  const std::vector<std::size_t> leaders = sameThings(observed, kVote_m);
-  for (std::size_t i = 0; i < objects.size(); ++i) same[objects[i]] = objects[leaders[i]];
-  return same;
-}
-
-/// The nodes that stand for others, with the observations of all and the label that most of them
-/// say.
-std::map<std::size_t, Node> PlaceGraphBuilder::State::joined(
-    const std::vector<std::size_t>& same) const {
-  std::map<std::size_t, Node> result;
-  std::map<std::size_t, std::map<std::uint32_t, std::uint32_t>> votes;
-  for (std::size_t i = 0; i < nodes.size(); ++i) {
-    if (same[i] == i) continue;
-    const auto [place, is_new] = result.try_emplace(same[i], nodes[same[i]]);
-    auto& count = votes[same[i]];
-    if (is_new) count[place->second.vertex.label] = place->second.vertex.observations;
-    join(place->second, nodes[i]);
-    count[nodes[i].vertex.label] += nodes[i].vertex.observations;
-  }
-  for (const auto& [index, count] : votes) {
-    Vertex& vertex = result.at(index).vertex;
-    for (const auto& [label, observations] : count) {
-      if (observations > count.at(vertex.label)) vertex.label = label;
-    }
-  }
-  return result;
-}
-
-bool PlaceGraphBuilder::State::isKept(const Node& node) const {
-  return !node.is_surface ||
-         node.vertex.points >= static_cast<std::uint32_t>(options.min_surface_points);
-}
-
-Vertex PlaceGraphBuilder::State::finished(const Node& node) const {
-  Vertex vertex = node.vertex;
-  if (node.is_surface) {
-    vertex.position = node.first + node.meanOffset();
-    vertex.extent = node.max - node.min;
-    return vertex;
-  }
-  if (vertex.observations < 2) return vertex;
-  const double about_first = node.square_sum / node.weight;
-  const double variance = keepsFirstPosition(vertex.label)
-                              ? about_first
-                              : about_first - node.meanOffset().squaredNorm();
-  vertex.sigma_m = std::sqrt(std::max(0.0, variance) / 3);
-  return vertex;
-}
 
 PlaceGraphBuilder::PlaceGraphBuilder(const LabelSet& labels, const MergeOptions& options)
     : state_(std::make_unique<State>(labels, options)) {}
@@ -320,7 +269,7 @@ void PlaceGraphBuilder::addSurfacePoints(const LabelledCloud& cloud, std::int64_
 SemanticGraph PlaceGraphBuilder::graph() const {
   SemanticGraph graph;
   graph.space = state_->space;
-  const std::vector<std::size_t> same = state_->sameNodes();
+  const std::vector<std::size_t> same = sameThings(state_->nodes, state_->labels, kVote_m);
   const std::map<std::size_t, Node> joined = state_->joined(same);
   std::vector<std::uint32_t> vertex_of_node(same.size(), kNoVertex);
   for (std::size_t i = 0; i < same.size(); ++i) {
@@ -340,4 +289,40 @@ SemanticGraph PlaceGraphBuilder::graph() const {
   return graph;
 }
 
-}  // namespace xview
+void mergeGraphs(SemanticGraph& graph, const SemanticGraph& addition, const LabelSet& labels,
+                 const MergeOptions& options, const EdgeOptions& edge_options) {
+  if (graph.empty()) graph.space = addition.space;
+  const bool in_images = graph.space == GraphSpace::image;
+  const double surface_m = in_images ? options.first_observation_m : options.surface_m / 2;
+  CellLists vertices_of_cell;
+  const auto reachOf = [&](const Vertex& v) {
+    return labels.role(v.label) == Role::surface ? surface_m : options.object_m;
+  };
+  const auto cellOfVertex = [&](const Vertex& v) {
+    return cellOf(v.position, std::max(surface_m, options.object_m), v.label);
+  };
+  for (std::size_t i = 0; i < graph.size(); ++i)
+    vertices_of_cell.add(cellOfVertex(graph.vertices[i]), i);
+  std::vector<std::uint32_t> now_at;  // of the vertices of the addition
+  for (const Vertex& v : addition.vertices) {
+    std::size_t nearest = graph.size();
+    double distance = reachOf(v);
+    vertices_of_cell.forAround(cellOfVertex(v), [&](std::size_t i) {
+      const double d = (graph.vertices[i].position - v.position).norm();
+      if (d > distance) return;
+      distance = d;
+      nearest = i;
+    });
+    now_at.push_back(static_cast<std::uint32_t>(nearest));
+    if (nearest < graph.size())
+      joinVertex(graph.vertices[nearest], v);
+    else
+      graph.vertices.push_back(v);
+  }
+  if (!in_images) return connectByRadius(graph, edge_options);
+  BlobEdges edges = graph.edges();
+  for (const auto& [a, b] : addition.edges()) edges.emplace_back(now_at[a], now_at[b]);
+  graph.setEdges(edges);
+}
+
+}  // namespace xview::graph

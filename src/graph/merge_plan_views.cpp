@@ -1,85 +1,76 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/graph/merge_plan_views.h"
-
 #include <algorithm>
 #include <cmath>
-#include <unordered_map>
-#include <unordered_set>
+#include <string>
 
+#include "xview/graph/plan_view.h"
+#include "xview/types/cells.h"
 #include "xview/types/error.h"
 
-namespace xview {
+namespace xview::graph {
 namespace {
 
 constexpr float kSameObject_m = 1.0f;
 
-std::uint64_t keyOf(std::int64_t x, std::int64_t y) {
-  return (static_cast<std::uint64_t>(static_cast<std::uint32_t>(x)) << 32) |
-         static_cast<std::uint32_t>(y);
-}
-
-std::int64_t cellOf(float p, double side) {
-  return static_cast<std::int64_t>(std::floor(p / side));
-}
-
-using CellSet = std::unordered_set<std::uint64_t>;
-
-void addKnown(PlanView& view, const std::vector<GroundCell>& addition, CellSet& measured_before) {
-  std::unordered_map<std::uint64_t, std::size_t> index;
-  for (std::size_t i = 0; i < view.known.size(); ++i) {
-    index.emplace(keyOf(view.known[i].x, view.known[i].y), i);
-    if (view.known[i].measured) measured_before.insert(keyOf(view.known[i].x, view.known[i].y));
+/// Returns the cells that `view` had measured before.
+CellIndex addKnown(PlanView& view, const std::vector<GroundCell>& addition) {
+  CellIndex index, measured_before;  // the numbers of `index` are positions in view.known
+  for (const GroundCell& cell : view.known) {
+    index.findOrAdd(cell.x, cell.y);
+    if (cell.measured) measured_before.findOrAdd(cell.x, cell.y);
   }
   for (const GroundCell& cell : addition) {
-    const auto [it, is_new] = index.emplace(keyOf(cell.x, cell.y), view.known.size());
-    if (is_new)
+    const auto at = static_cast<std::size_t>(index.findOrAdd(cell.x, cell.y));
+    if (at == view.known.size())
       view.known.push_back(cell);
-    else if (cell.measured && !view.known[it->second].measured)
-      view.known[it->second] = cell;
+    else if (cell.measured && !view.known[at].measured)
+      view.known[at] = cell;
   }
-  std::sort(view.known.begin(), view.known.end(), [](const GroundCell& a, const GroundCell& b) {
-    return a.y != b.y ? a.y < b.y : a.x < b.x;
-  });
+  std::sort(view.known.begin(), view.known.end(), inRowOrder<GroundCell>);
+  return measured_before;
 }
 
 bool isBorder(Channel c) {
   return c >= Channel::border_road_sidewalk && c <= Channel::border_road_terrain;
 }
 
+CellIndex::Cell planCellOf(const PlanSample& s, double side) {
+  return {floorToInt(s.x / side), floorToInt(s.y / side)};
+}
+
 /// One sample per cell, the one that was there first; none in cells that are `taken`. Borders lie
 /// on the edges of cells, so that two of them may meet in one cell, but not in one quarter of it.
 void addSurface(Channel channel, PlanView& view, const std::vector<PlanSample>& addition,
-                const CellSet* taken) {
+                const CellIndex* taken) {
   std::vector<PlanSample>& samples = view[channel];
   const double side = isBorder(channel) ? view.cell_m / 2 : view.cell_m;
-  CellSet occupied;
-  for (const PlanSample& s : samples) occupied.insert(keyOf(cellOf(s.x, side), cellOf(s.y, side)));
+  CellIndex occupied;
+  const auto occupy = [&](const PlanSample& s) {
+    const CellIndex::Cell c = planCellOf(s, side);
+    const std::size_t before = occupied.size();
+    occupied.findOrAdd(c.x, c.y);
+    return occupied.size() > before;
+  };
+  for (const PlanSample& s : samples) occupy(s);
   for (const PlanSample& s : addition) {
-    if (taken && taken->count(keyOf(cellOf(s.x, view.cell_m), cellOf(s.y, view.cell_m)))) continue;
-    if (occupied.insert(keyOf(cellOf(s.x, side), cellOf(s.y, side))).second) samples.push_back(s);
+    const CellIndex::Cell c = planCellOf(s, view.cell_m);
+    if (taken && taken->find(c.x, c.y) >= 0) continue;
+    if (occupy(s)) samples.push_back(s);
   }
 }
 
 void addObjects(std::vector<PlanSample>& samples, const std::vector<PlanSample>& addition) {
-  const std::size_t before = samples.size();
-  std::unordered_map<std::uint64_t, std::vector<std::size_t>> index;
-  for (std::size_t i = 0; i < before; ++i) {
-    index[keyOf(cellOf(samples[i].x, kSameObject_m), cellOf(samples[i].y, kSameObject_m))]
-        .push_back(i);
-  }
+  const auto cellOfObject = [](const PlanSample& s) {
+    return cellOf(Eigen::Vector3d(s.x, s.y, 0), kSameObject_m, 0);
+  };
+  CellLists known;
+  for (std::size_t i = 0; i < samples.size(); ++i) known.add(cellOfObject(samples[i]), i);
   for (const PlanSample& s : addition) {
-    bool known = false;
-    for (int dy = -1; dy <= 1 && !known; ++dy) {
-      for (int dx = -1; dx <= 1 && !known; ++dx) {
-        const auto it =
-            index.find(keyOf(cellOf(s.x, kSameObject_m) + dx, cellOf(s.y, kSameObject_m) + dy));
-        if (it == index.end()) continue;
-        known = std::any_of(it->second.begin(), it->second.end(), [&](std::size_t i) {
-          return std::hypot(samples[i].x - s.x, samples[i].y - s.y) <= kSameObject_m;
-        });
-      }
-    }
-    if (!known) samples.push_back(s);
+    bool is_known = false;
+    known.forAround(cellOfObject(s), [&](std::size_t i) {
+      is_known |= std::hypot(samples[i].x - s.x, samples[i].y - s.y) <= kSameObject_m;
+    });
+    if (!is_known) samples.push_back(s);
   }
 }
 
@@ -111,22 +102,20 @@ void mergePlanViews(PlanView& view, const PlanView& addition) {
     return;
   }
   if (view.cell_m != addition.cell_m)
-    throw UsageError("plan.cell_m of the map and of what is added to it differ");
+    throw UsageError("the views from above of the map and of what is added to it have cells of " +
+                     std::to_string(view.cell_m) + " and " + std::to_string(addition.cell_m) +
+                     " m; they cannot be joined");
   const PlanView moved = shifted(addition, view);
-  CellSet measured_before;
-  addKnown(view, moved.known, measured_before);
+  const CellIndex measured_before = addKnown(view, moved.known);
   for (std::size_t c = 0; c < kChannels; ++c) {
     const auto channel = static_cast<Channel>(c);
-    const bool ground = isArea(channel) || isBorder(channel);
+    const bool is_ground = isArea(channel) || isBorder(channel);
     if (isObject(channel))
       addObjects(view.samples[c], moved.samples[c]);
     else
-      addSurface(channel, view, moved.samples[c], ground ? &measured_before : nullptr);
-    std::sort(view.samples[c].begin(), view.samples[c].end(),
-              [](const PlanSample& a, const PlanSample& b) {
-                return a.y != b.y ? a.y < b.y : a.x < b.x;
-              });
+      addSurface(channel, view, moved.samples[c], is_ground ? &measured_before : nullptr);
+    std::sort(view.samples[c].begin(), view.samples[c].end(), inRowOrder<PlanSample>);
   }
 }
 
-}  // namespace xview
+}  // namespace xview::graph

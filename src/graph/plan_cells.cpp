@@ -2,12 +2,15 @@
 #include "graph/plan_cells.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
-namespace xview {
+#include "xview/graph/plan_view.h"
+
+namespace xview::graph {
 namespace {
 
+constexpr float kMinHeight_m =
+    0.25f;  ///< upright classes below this are labels spilt on the ground
 constexpr float kLowFrom = 0.3f, kObstacleFrom = 0.4f, kLowTo = 2.0f, kHighFrom = 2.5f;
 constexpr float kColumnFrom = 0.5f, kColumnTo = 4.5f;
 constexpr std::size_t kLevels = 32;  ///< the last one has no end
@@ -33,13 +36,13 @@ struct VoxelsByCell {
   std::vector<std::uint32_t> order;  ///< voxel numbers
 };
 
-VoxelsByCell groupByCell(const ChunkedVector<PlanVoxel>& voxels, double cell_m, CellIndex& index) {
+VoxelsByCell groupByCell(const PlanVoxels& voxels, CellIndex& index) {
   VoxelsByCell groups;
   std::vector<std::uint32_t> cell_of(voxels.size());
   groups.first.assign(1, 0);
   for (std::size_t i = 0; i < voxels.size(); ++i) {
-    const auto cell = static_cast<std::uint32_t>(
-        index.findOrAdd(floorToInt(voxels[i].x / cell_m), floorToInt(voxels[i].y / cell_m)));
+    const auto cell = static_cast<std::uint32_t>(index.findOrAdd(
+        floorToInt(voxels[i].x / kPlanCell_m), floorToInt(voxels[i].y / kPlanCell_m)));
     cell_of[i] = cell;
     if (groups.first.size() < cell + 2u) groups.first.push_back(0);
     ++groups.first[cell + 1];
@@ -55,10 +58,7 @@ VoxelsByCell groupByCell(const ChunkedVector<PlanVoxel>& voxels, double cell_m, 
 /// Gathers the votes of one cell after the other.
 class CellSorter {
  public:
-  CellSorter(const GroundRule& rule, const PlanOptions& options)
-      : gate_m_(static_cast<float>(rule.gate_m)),
-        min_height_m_(static_cast<float>(options.min_height_m)),
-        min_votes_(options.min_votes) {}
+  explicit CellSorter(const GroundRule& rule) : gate_m_(static_cast<float>(rule.gate_m)) {}
 
   void start(float ground_height) {
     floor_ = {};
@@ -74,11 +74,11 @@ class CellSorter {
   void add(const PlanVoxel& v) {
     floor_.total += v.votes;
     const float height = v.z - floor_.height;
-    if (!isGround(v.kind)) {
+    if (!isGround(v.kind())) {
       addObstacle(v, height);
-      if (height >= min_height_m_) addStanding(v, height);
+      if (height >= kMinHeight_m) addStanding(v, height);
     } else if (std::abs(height) < gate_m_) {
-      floor_.votes[static_cast<std::size_t>(v.kind)] += v.votes;
+      floor_.votes[static_cast<std::size_t>(v.kind())] += v.votes;
       height_sum_ += v.votes * v.z;
     } else if (height > 0) {
       addObstacle(v, height);  // e.g. a crown labelled as terrain
@@ -91,14 +91,14 @@ class CellSorter {
   /// A voxel that was added, and what all other classes have in its place.
   void addOwn(const PlanVoxel& v, float others) {
     const float height = v.z - floor_.height;
-    const bool is_post = height >= min_height_m_ && height <= kColumnTo;  // above it crowns begin
+    const bool is_post = height >= kMinHeight_m && height <= kColumnTo;  // above it crowns begin
     if (is_post && v.votes > others)
-      standing_[static_cast<std::size_t>(v.kind)].own_votes += v.near_votes;
+      standing_[static_cast<std::size_t>(v.kind())].own_votes += v.near_votes;
   }
 
   void finish(PlanCells& cells) {
     const float ground_votes = floor_.ground();
-    if (ground_votes > min_votes_) floor_.height = height_sum_ / ground_votes;
+    if (ground_votes > kMinVotes) floor_.height = height_sum_ / ground_votes;
     cells.floor.push_back(floor_);
     cells.upright_of.push_back(is_upright_ ? static_cast<std::int32_t>(cells.upright.size()) : -1);
     if (!is_upright_) return;
@@ -122,8 +122,8 @@ class CellSorter {
   }
 
   void addStanding(const PlanVoxel& v, float height) {
-    Standing& s = standing_[static_cast<std::size_t>(v.kind)];
-    s.kind = v.kind;
+    Standing& s = standing_[static_cast<std::size_t>(v.kind())];
+    s.kind = v.kind();
     s.bottom = s.votes > 0 ? std::min(s.bottom, height) : height;
     s.top = s.votes > 0 ? std::max(s.top, height) : height;
     s.votes += v.votes;
@@ -133,9 +133,9 @@ class CellSorter {
     if (height > kLowFrom && height < kLowTo) s.low += v.votes;
     if (height > kHighFrom) s.high += v.votes;
     s.levels |= levelBit(v, height);
-    if (!isPoleLike(v.kind)) return;
+    if (!isPoleLike(v.kind())) return;
     has_pole_like_ = true;
-    votes_at_level_[poleLikeIndex(v.kind)][levelAt(height)] += v.near_votes;
+    votes_at_level_[poleLikeIndex(v.kind())][levelAt(height)] += v.near_votes;
   }
 
   /// What has half as many votes as any of the three at a level is clear there: a plate hides a
@@ -159,8 +159,7 @@ class CellSorter {
     strays.levels |= levelBit(v, height);
   }
 
-  float gate_m_, min_height_m_;
-  double min_votes_;
+  float gate_m_;
   FloorCell floor_;
   float height_sum_ = 0;
   bool is_upright_ = false;
@@ -171,15 +170,15 @@ class CellSorter {
 };
 
 /// Gives the sorter the pole-like voxels of a cell together with their rivals.
-void addOwnVotes(const ChunkedVector<PlanVoxel>& voxels, const std::uint32_t* first,
-                 const std::uint32_t* last, CellSorter& sorter) {
+void addOwnVotes(const PlanVoxels& voxels, const std::uint32_t* first, const std::uint32_t* last,
+                 CellSorter& sorter) {
   for (const std::uint32_t* i = first; i != last; ++i) {
     const PlanVoxel& v = voxels[*i];
-    if (!isPoleLike(v.kind)) continue;
+    if (!isPoleLike(v.kind())) continue;
     float others = 0;
     for (const std::uint32_t* j = first; j != last; ++j) {
       const PlanVoxel& rival = voxels[*j];
-      if (samePlace(rival.key, v.key) && !isPoleLike(rival.kind)) others += rival.votes;
+      if (samePlace(rival.key, v.key) && !isPoleLike(rival.kind())) others += rival.votes;
     }
     sorter.addOwn(v, others);
   }
@@ -187,65 +186,44 @@ void addOwnVotes(const ChunkedVector<PlanVoxel>& voxels, const std::uint32_t* fi
 
 }  // namespace
 
-float UprightCell::ofThingsBesidePosts() const {
-  return of(Kind::building) + of(Kind::fence) + of(Kind::vegetation) + of(Kind::vehicle);
-}
-
-const Standing* UprightCell::find(Kind kind) const {
+const Standing& UprightCell::of(Kind kind) const {
+  static const Standing kNothing;
   for (const Standing* s = first; s != last; ++s) {
-    if (s->kind == kind) return s;
+    if (s->kind == kind) return *s;
   }
-  return nullptr;
+  return kNothing;
 }
 
-float UprightCell::of(Kind kind) const {
-  const Standing* s = find(kind);
-  return s ? s->votes : 0.f;
+float UprightCell::ofThingsBesidePosts() const {
+  return of(Kind::building).votes + of(Kind::fence).votes + of(Kind::vegetation).votes +
+         of(Kind::vehicle).votes;
 }
 
-float UprightCell::nearOf(Kind kind) const {
-  const Standing* s = find(kind);
-  return s ? s->near_votes : 0.f;
-}
-
-float UprightCell::ownOf(Kind kind) const {
-  const Standing* s = find(kind);
-  return s ? s->own_votes : 0.f;
-}
-
-float UprightCell::clearOf(Kind kind) const {
-  const Standing* s = find(kind);
-  return s ? s->clear_votes : 0.f;
-}
-
-float UprightCell::lowOf(Kind kind) const {
-  const Standing* s = find(kind);
-  return s ? s->low : 0.f;
-}
-
-float UprightCell::highOf(Kind kind) const {
-  const Standing* s = find(kind);
-  return s ? s->high : 0.f;
-}
-
-bool UprightCell::holds(Kind kind, double min_votes, double min_share) const {
-  const Standing* asked = find(kind);
+bool UprightCell::holds(Kind kind, double min_share) const {
   float total = 0;
   for (const Standing* s = first; s != last; ++s) total += s->votes;
-  return asked && asked->votes >= min_votes && asked->votes >= min_share * total;
+  const float votes = of(kind).votes;
+  return votes >= kMinVotes && votes >= min_share * total;
 }
 
-PlanCells sortIntoCells(const ChunkedVector<PlanVoxel>& voxels, const GroundSurface& ground,
-                        const GroundRule& rule, const PlanOptions& options) {
+PlanSample PlanCells::middleOf(std::size_t i) const {
+  constexpr auto kSide = static_cast<float>(kPlanCell_m);
+  const CellIndex::Cell c = cell(i);
+  return {(static_cast<float>(c.x) + 0.5f) * kSide, (static_cast<float>(c.y) + 0.5f) * kSide,
+          floor[i].height};
+}
+
+PlanCells sortIntoCells(const PlanVoxels& voxels, const GroundSurface& ground,
+                        const GroundRule& rule) {
   constexpr std::size_t kAhead = 16;  // voxels of a cell lie far apart in memory
   PlanCells cells;
-  const VoxelsByCell groups = groupByCell(voxels, options.cell_m, cells.index);
-  CellSorter sorter(rule, options);
+  const VoxelsByCell groups = groupByCell(voxels, cells.index);
+  CellSorter sorter(rule);
   std::vector<std::size_t> first_standing;
   for (std::size_t c = 0; c < cells.index.size(); ++c) {
-    const CellIndex::Cell cell = cells.index.cells()[c];
-    sorter.start(ground.heightAt(static_cast<float>((cell.x + 0.5) * options.cell_m),
-                                 static_cast<float>((cell.y + 0.5) * options.cell_m)));
+    const CellIndex::Cell cell = cells.cell(c);
+    sorter.start(ground.heightAt(static_cast<float>((cell.x + 0.5) * kPlanCell_m),
+                                 static_cast<float>((cell.y + 0.5) * kPlanCell_m)));
     for (std::uint32_t k = groups.first[c]; k < groups.first[c + 1]; ++k) {
       if (k + kAhead < groups.order.size()) __builtin_prefetch(&voxels[groups.order[k + kAhead]]);
       sorter.add(voxels[groups.order[k]]);
@@ -265,4 +243,44 @@ PlanCells sortIntoCells(const ChunkedVector<PlanVoxel>& voxels, const GroundSurf
   return cells;
 }
 
-}  // namespace xview
+ValueGrid::ValueGrid(const PlanCells& cells, const std::function<float(const UprightCell&)>& value)
+    : cells_(&cells), values_(cells.size(), 0.f) {
+  for (std::size_t i = 0; i < values_.size(); ++i) {
+    if (const UprightCell* cell = cells.uprightOf(i)) values_[i] = value(*cell);
+  }
+}
+
+ValueGrid ValueGrid::boxSum(int reach) const {
+  ValueGrid sums = *this;
+  for (std::size_t i = 0; i < values_.size(); ++i) {
+    if (values_[i] > 0) sums.values_[i] = sumAround(cells_->cell(i), reach);
+  }
+  return sums;
+}
+
+float ValueGrid::sumAround(CellIndex::Cell cell, int reach) const {
+  float sum = 0;
+  for (int dy = -reach; dy <= reach; ++dy) {
+    for (int dx = -reach; dx <= reach; ++dx) sum += at({cell.x + dx, cell.y + dy});
+  }
+  return sum;
+}
+
+float ValueGrid::at(CellIndex::Cell cell) const {
+  const std::int32_t i = cells_->index.find(cell.x, cell.y);
+  return i < 0 ? 0.f : values_[static_cast<std::size_t>(i)];
+}
+
+bool ValueGrid::isMaximum(std::size_t i, int reach) const {
+  const CellIndex::Cell c = cells_->cell(i);
+  for (int dy = -reach; dy <= reach; ++dy) {
+    for (int dx = -reach; dx <= reach; ++dx) {
+      const float other = at({c.x + dx, c.y + dy});
+      const bool before = dy < 0 || (dy == 0 && dx < 0);
+      if (other > values_[i] || (other == values_[i] && before)) return false;
+    }
+  }
+  return true;
+}
+
+}  // namespace xview::graph

@@ -1,17 +1,73 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
-#include "graph/cell_index.h"
-#include "graph/plan_ground.h"
-#include "graph/plan_voxels.h"
-#include "xview/graph/plan_view.h"
+#include "xview/types/cells.h"
+#include "xview/types/labels.h"
+#include "xview/types/plan_view.h"
 
-namespace xview {
+namespace xview::graph {
 
-/// What stands in a cell, of one upright class, higher than min_height_m.
+// From votes to the cells of a plan view: votes are summed in voxels, voxels tell the height of the
+// ground, and above it they are sorted into cells.
+
+constexpr float kMinVotes = 1;     ///< a cell says something about a class from so many votes on
+constexpr double kMinShare = 0.5;  ///< and if the class holds this share of the cell
+
+/// A voxel and a kind as a number: 21 bits for each of x and y (two million voxels), 18 for z, 4
+/// for the kind. Larger coordinates wrap around.
+struct VoxelKey {
+  std::uint64_t bits = 0;
+
+  bool operator==(const VoxelKey& o) const { return bits == o.bits; }
+  std::uint64_t hash() const {
+    const std::uint64_t h = (bits ^ (bits >> 32)) * 0x9E3779B97F4A7C15ull;
+    return h ^ (h >> 29);
+  }
+  Kind kind() const { return static_cast<Kind>(bits & 0xF); }
+};
+/// True for two kinds in one voxel.
+inline bool samePlace(VoxelKey a, VoxelKey b) { return a.bits >> 4 == b.bits >> 4; }
+
+/// The voxel of side kPlanVoxel_m of a point relative to the plan origin.
+VoxelKey voxelOf(const Eigen::Vector3d& p, Kind kind);
+
+/// Votes of one kind in one voxel.
+struct PlanVoxel {
+  VoxelKey key;
+  float x = 0, y = 0, z = 0;  ///< vote-weighted mean, relative to the plan origin [m]
+  float votes = 0;
+  float near_votes = 0;  ///< of these, measured near enough for thin objects
+  Kind kind() const { return key.kind(); }
+};
+using PlanVoxels = ChunkedVector<PlanVoxel>;
+
+/// How the ground is drawn from points that are wrong now and then: labels under trees, stereo
+/// noise from the air.
+struct GroundRule {
+  double quantile;  ///< of the heights in a 2 m cell: low near the ground, the median from the air
+  double gate_m;    ///< half thickness of the layer that counts as ground
+};
+GroundRule groundRule(bool aerial);
+
+/// Height of the ground on a 2 m lattice, bilinear in between.
+class GroundSurface {
+ public:
+  GroundSurface(const PlanVoxels& voxels, const GroundRule& rule);
+  float heightAt(float x, float y) const;
+
+ private:
+  float latticeHeight(std::int32_t x, std::int32_t y, float fallback) const;
+
+  CellIndex index_;
+  std::vector<float> heights_;
+};
+
+/// What stands in a cell, of one upright class, higher than spilt labels.
 struct Standing {
   Kind kind = Kind::none;
   float votes = 0;
@@ -48,15 +104,9 @@ struct UprightCell {
   Column column;
   Strays strays;
 
-  const Standing* find(Kind kind) const;  ///< null if there is none
-  float of(Kind kind) const;              ///< votes; the others likewise 0 if there is none
-  float nearOf(Kind kind) const;
-  float ownOf(Kind kind) const;
-  float clearOf(Kind kind) const;
-  float lowOf(Kind kind) const;
-  float highOf(Kind kind) const;
-  float ofThingsBesidePosts() const;  ///< votes of buildings, fences, vegetation and vehicles
-  bool holds(Kind kind, double min_votes, double min_share) const;
+  const Standing& of(Kind kind) const;  ///< without votes if there is none
+  float ofThingsBesidePosts() const;    ///< votes of buildings, fences, vegetation and vehicles
+  bool holds(Kind kind, double min_share) const;
 };
 
 /// What lies in a cell.
@@ -67,8 +117,8 @@ struct FloorCell {
   float ground() const { return votes[0] + votes[1] + votes[2] + votes[3]; }
 };
 
-/// All votes of a view sorted into cells. `upright_of[i]` is the number of the UprightCell of cell
-/// i, or -1.
+/// All votes of a view sorted into cells of kPlanCell_m. `upright_of[i]` is the number of the
+/// UprightCell of cell i, or -1.
 struct PlanCells {
   PlanCells() = default;
   PlanCells(PlanCells&&) = default;  // not copied: cells point into `standing`
@@ -79,26 +129,54 @@ struct PlanCells {
   std::vector<UprightCell> upright;
   std::vector<Standing> standing;
 
+  std::size_t size() const { return floor.size(); }
+  CellIndex::Cell cell(std::size_t i) const { return index.cells()[i]; }
   const UprightCell* uprightOf(std::size_t cell) const {
     return upright_of[cell] < 0 ? nullptr : &upright[upright_of[cell]];
   }
-  const UprightCell* uprightAt(std::int32_t x, std::int32_t y) const {
-    const std::int32_t i = index.find(x, y);
+  const UprightCell* uprightAt(CellIndex::Cell c) const {
+    const std::int32_t i = index.find(c.x, c.y);
     return i < 0 ? nullptr : uprightOf(i);
   }
+  PlanSample middleOf(std::size_t cell) const;  ///< on the ground
   /// Calls visit(cell, where) for what stands in the cells up to `reach` away, row by row.
   template <class Visit>
   void forUprightAround(CellIndex::Cell c, int reach, Visit&& visit) const {
     for (int dy = -reach; dy <= reach; ++dy) {
       for (int dx = -reach; dx <= reach; ++dx) {
         const CellIndex::Cell where{c.x + dx, c.y + dy};
-        if (const UprightCell* cell = uprightAt(where.x, where.y)) visit(*cell, where);
+        if (const UprightCell* cell = uprightAt(where)) visit(*cell, where);
       }
     }
   }
 };
 
-PlanCells sortIntoCells(const ChunkedVector<PlanVoxel>& voxels, const GroundSurface& ground,
-                        const GroundRule& rule, const PlanOptions& options);
+PlanCells sortIntoCells(const PlanVoxels& voxels, const GroundSurface& ground,
+                        const GroundRule& rule);
 
-}  // namespace xview
+/// A value per cell of a view, 0 where nothing stands. The cells must outlive it.
+class ValueGrid {
+ public:
+  ValueGrid(const PlanCells& cells, const std::function<float(const UprightCell&)>& value);
+  /// Sum over the square of half size `reach` around each cell with a value; 0 elsewhere.
+  ValueGrid boxSum(int reach) const;
+  /// Sum over the square of half size `reach` around any cell.
+  float sumAround(CellIndex::Cell cell, int reach) const;
+  float at(CellIndex::Cell cell) const;
+  float operator[](std::size_t i) const { return values_[i]; }
+  /// Largest within `reach` cells; of equal ones the first in (y, x) order.
+  bool isMaximum(std::size_t i, int reach) const;
+
+ private:
+  const PlanCells* cells_;
+  std::vector<float> values_;
+};
+
+/// Poles, signs and lights as density peaks, because clusters of them smear along the ray with
+/// noise, and what is pole-like by its shape. They are where they stand on the ground.
+void findPosts(const PlanCells& cells, PlanView& view);
+
+/// Vehicles, trunks and other objects as clusters of cells, trees as maxima of the canopy.
+void findPlanObjects(const PlanCells& cells, PlanView& view);
+
+}  // namespace xview::graph

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "graph/plan_ground.h"
+#include "graph/plan_cells.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,9 @@
 #include <limits>
 #include <numeric>
 
-namespace xview {
+#include "xview/types/median.h"
+
+namespace xview::graph {
 namespace {
 
 constexpr float kLatticeM = 2.f;
@@ -16,19 +18,9 @@ constexpr float kStepM =
     0.7f;  ///< a cell further than this from its neighbourhood is replaced by it
 constexpr double kLowestShare =
     0.05;  ///< quantile that is the ground where no ground class was seen
+constexpr double kGroundGate_m =
+    0.6;  ///< ground classes farther than this above the surface are obstacles
 constexpr float kUnset = std::numeric_limits<float>::quiet_NaN();
-
-/// Reorders the values.
-float quantile(float* first, float* last, double share) {
-  const auto at = static_cast<std::ptrdiff_t>(share * static_cast<double>(last - first));
-  float* const middle = std::min(first + at, last - 1);
-  std::nth_element(first, middle, last);
-  return *middle;
-}
-
-float quantile(std::vector<float>& values, double share) {
-  return quantile(values.data(), values.data() + values.size(), share);
-}
 
 std::int32_t latticeCell(float p) { return floorToInt(p / kLatticeM); }
 
@@ -43,16 +35,15 @@ struct HeightLists {
   std::size_t size(std::size_t cell) const { return starts[cell + 1] - starts[cell]; }
 };
 
-bool anyGround(const ChunkedVector<PlanVoxel>& voxels) {
+bool anyGround(const PlanVoxels& voxels) {
   for (std::size_t i = 0; i < voxels.size(); ++i) {
-    if (isGround(voxels[i].kind)) return true;
+    if (isGround(voxels[i].kind())) return true;
   }
   return false;
 }
 
 /// Heights of the ground classes, or of all points. Every cell with any point gets a number.
-HeightLists gatherHeights(const ChunkedVector<PlanVoxel>& voxels, bool only_ground,
-                          CellIndex& index) {
+HeightLists gatherHeights(const PlanVoxels& voxels, bool only_ground, CellIndex& index) {
   constexpr std::uint32_t kLeftOut = std::numeric_limits<std::uint32_t>::max();
   HeightLists lists;
   lists.starts.assign(1, 0);
@@ -62,7 +53,7 @@ HeightLists gatherHeights(const ChunkedVector<PlanVoxel>& voxels, bool only_grou
     const auto cell =
         static_cast<std::uint32_t>(index.findOrAdd(latticeCell(v.x), latticeCell(v.y)));
     if (cell == lists.cells()) lists.starts.push_back(0);
-    if (only_ground && !isGround(v.kind)) continue;
+    if (only_ground && !isGround(v.kind())) continue;
     cell_of[i] = cell;
     ++lists.starts[cell + 1];
   }
@@ -88,7 +79,7 @@ std::vector<float> smoothed(const CellIndex& index, const std::vector<float>& ra
       }
     }
     if (around.size() < 3) continue;
-    const float typical = quantile(around, share);
+    const float typical = quantileOf(around, share);
     if (std::isnan(result[i]) || std::abs(result[i] - typical) > kStepM) result[i] = typical;
   }
   return result;
@@ -102,7 +93,7 @@ void centreOnLayer(HeightLists& lists, double gate_m, std::vector<float>& height
     layer.clear();
     std::copy_if(lists.begin(i), lists.end(i), std::back_inserter(layer),
                  [&](float z) { return std::abs(z - heights[i]) < 2 * gate_m; });
-    if (layer.size() >= kFewest) heights[i] = quantile(layer, 0.5);
+    if (layer.size() >= kFewest) heights[i] = quantileOf(layer, 0.5);
   }
 }
 
@@ -115,7 +106,7 @@ void fillGaps(const CellIndex& index, std::vector<float>& heights) {
   }
   std::vector<float> known;
   for (const std::int32_t i : queue) known.push_back(heights[i]);
-  const float typical = known.empty() ? 0.f : quantile(known, 0.5);
+  const float typical = known.empty() ? 0.f : quantileOf(known, 0.5);
   for (std::size_t k = 0; k < queue.size(); ++k) {
     const CellIndex::Cell cell = index.cells()[queue[k]];
     for (int dy = -2; dy <= 2; ++dy) {
@@ -133,20 +124,19 @@ void fillGaps(const CellIndex& index, std::vector<float>& heights) {
 
 }  // namespace
 
-GroundRule groundRule(const PlanOptions& options, bool aerial) {
+GroundRule groundRule(bool aerial) {
   // From the air, stereo noise in height exceeds that near the ground, and a low quantile would be
   // biased by a metre.
-  return aerial ? GroundRule{0.5, 2 * options.ground_gate_m}
-                : GroundRule{0.25, options.ground_gate_m};
+  return aerial ? GroundRule{0.5, 2 * kGroundGate_m} : GroundRule{0.25, kGroundGate_m};
 }
 
-GroundSurface::GroundSurface(const ChunkedVector<PlanVoxel>& voxels, const GroundRule& rule) {
+GroundSurface::GroundSurface(const PlanVoxels& voxels, const GroundRule& rule) {
   const bool only_ground = anyGround(voxels);
   HeightLists lists = gatherHeights(voxels, only_ground, index_);
   const double share = only_ground ? rule.quantile : std::min(kLowestShare, rule.quantile);
   heights_.assign(lists.cells(), kUnset);
   for (std::size_t i = 0; i < lists.cells(); ++i) {
-    if (lists.size(i) >= kFewest) heights_[i] = quantile(lists.begin(i), lists.end(i), share);
+    if (lists.size(i) >= kFewest) heights_[i] = quantileOf(lists.begin(i), lists.end(i), share);
   }
   heights_ = smoothed(index_, heights_, rule.quantile < 0.5 ? 0.4 : 0.5);
   if (only_ground) centreOnLayer(lists, rule.gate_m, heights_);
@@ -169,4 +159,4 @@ float GroundSurface::heightAt(float x, float y) const {
   return (a * (1 - rx) + b * rx) * (1 - ry) + (c * (1 - rx) + d * rx) * ry;
 }
 
-}  // namespace xview
+}  // namespace xview::graph

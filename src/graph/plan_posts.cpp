@@ -1,16 +1,193 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "graph/plan_posts.h"
-
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <optional>
 
-#include "graph/plan_columns.h"
-#include "graph/post_feet.h"
-#include "graph/value_grid.h"
+#include "graph/plan_cells.h"
 
-namespace xview {
+namespace xview::graph {
 namespace {
 
+constexpr int kCore = 1, kRing = 3;  ///< half sizes in cells: of the column, and of what is free
+constexpr float kColumnVotes = 20;   ///< of a column, below and above 2 m
+constexpr float kClutter = 0.3f;     ///< votes around a column, as a share of its own
+constexpr float kWidestSpread_m = 0.3f;  ///< a bush has more
+constexpr float kLabelledShare = 0.85f;  ///< of one label, which is believed then
+
+/// Votes around a cell with their moments, relative to their mean in the cell itself.
+struct VoteMoments {
+  float votes = 0, x = 0, y = 0, square = 0;
+  float spread() const {
+    const float mean_x = x / votes, mean_y = y / votes;
+    return std::sqrt(std::max(0.f, square / votes - mean_x * mean_x - mean_y * mean_y));
+  }
+};
+
+VoteMoments momentsAround(const PlanCells& cells, CellIndex::Cell c, const Column& own) {
+  VoteMoments m;
+  const float x0 = own.x / own.votes(), y0 = own.y / own.votes();
+  cells.forUprightAround(c, kCore, [&](const UprightCell& cell, CellIndex::Cell) {
+    const float w = cell.column.votes();
+    if (w <= 0) return;
+    const float x = cell.column.x / w - x0, y = cell.column.y / w - y0;
+    m.votes += w;
+    m.x += w * x;
+    m.y += w * y;
+    m.square += w * (x * x + y * y);
+  });
+  return m;
+}
+
+bool standsAlone(const ValueGrid& band, CellIndex::Cell cell) {
+  const float core = band.sumAround(cell, kCore);
+  return core >= kColumnVotes && band.sumAround(cell, kRing) <= (1 + kClutter) * core;
+}
+
+/// True if nearly all labels agree on what a column is.
+bool isLabelledClearly(const PlanCells& cells, CellIndex::Cell cell) {
+  std::array<float, static_cast<std::size_t>(Kind::none)> votes{};
+  float total = 0;
+  cells.forUprightAround(cell, kCore, [&](const UprightCell& c, CellIndex::Cell) {
+    for (const Standing* s = c.first; s != c.last; ++s) {
+      const Kind kind = s->kind == Kind::trunk ? Kind::vegetation : s->kind;  // both are trees
+      votes[static_cast<std::size_t>(kind)] += s->near_votes;
+      total += s->near_votes;
+    }
+  });
+  return *std::max_element(votes.begin(), votes.end()) > kLabelledShare * total;
+}
+
+/// Thin upright things of any label: a network may call a lamp post vegetation in all frames of a
+/// drive and a pole in the next one, but it stands alone and is taller than it is wide. Each needs
+/// votes below and above 2 m, and next to nothing within 1.5 m of it at either height. Where
+/// nearly all labels agree they are believed: then it is a trunk, or whatever they say.
+std::vector<PlanSample> findColumns(const PlanCells& cells) {
+  const ValueGrid low(cells, [](const UprightCell& c) { return c.column.low; });
+  const ValueGrid high(cells, [](const UprightCell& c) { return c.column.high; });
+  const ValueGrid all(cells, [](const UprightCell& c) { return c.column.votes(); });
+  const ValueGrid sums = all.boxSum(kCore);
+  std::vector<PlanSample> found;
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    if (sums[i] <= 0 || sums[i] < 2 * kColumnVotes || !sums.isMaximum(i, kRing)) continue;
+    const CellIndex::Cell cell = cells.cell(i);
+    if (!standsAlone(low, cell) || !standsAlone(high, cell)) continue;
+    const Column& own = cells.uprightOf(i)->column;
+    const VoteMoments m = momentsAround(cells, cell, own);
+    if (m.spread() > kWidestSpread_m || isLabelledClearly(cells, cell)) continue;
+    found.push_back({own.x / own.votes() + m.x / m.votes, own.y / own.votes() + m.y / m.votes,
+                     cells.floor[i].height});
+  }
+  return found;
+}
+
+constexpr int kArmReach = 5;        ///< cells: arms of street lamps are up to 2.5 m long
+constexpr float kHangs = 0.1f;      ///< share of the votes near the ground, at most
+constexpr int kTaller = 2;          ///< times as high as what hangs is a post
+constexpr int kFewestLevels = 3;    ///< that a post has and what hangs from it has not
+constexpr float kLampBottom_m = 4;  ///< lamps on short arms hang higher than noise of posts starts
+constexpr float kLampShare = 0.3f;  ///< of the votes of a peak that pulls its centre off
+
+/// What a cell has of a post.
+struct Part {
+  float votes = 0, x = 0, y = 0;
+  std::uint32_t levels = 0;
+  int height() const { return __builtin_popcount(levels); }
+};
+
+Part partAt(const PlanCells& cells, CellIndex::Cell c) {
+  Part part;
+  const UprightCell* cell = cells.uprightAt(c);
+  if (!cell) return part;
+  const Standing& pole = cell->of(Kind::pole);
+  part = {pole.votes, pole.sum_x, pole.sum_y, pole.levels};
+  const Strays& strays = cell->strays;
+  if (strays.votes <= cell->ofThingsBesidePosts()) return part;
+  part.votes += strays.votes;
+  part.x += strays.x;
+  part.y += strays.y;
+  part.levels |= strays.levels;
+  return part;
+}
+
+bool isFarTaller(const Part& post, const Part& lamp) {
+  return post.height() >= std::max(kTaller * lamp.height(), lamp.height() + kFewestLevels);
+}
+
+bool isHangingPole(const PlanCells& cells, CellIndex::Cell c) {
+  float all = 0, low = 0, poles = 0;
+  cells.forUprightAround(c, 1, [&](const UprightCell& cell, CellIndex::Cell) {
+    for (const Kind kind : {Kind::pole, Kind::sign, Kind::light}) {
+      all += cell.of(kind).votes;
+      low += cell.of(kind).low;
+    }
+    poles += cell.of(Kind::pole).votes;
+  });
+  return low <= kHangs * all && 2 * poles >= all;
+}
+
+/// The cell around one that has something at most heights, of equal ones the one with most votes.
+CellIndex::Cell tallestAround(const PlanCells& cells, CellIndex::Cell c, int reach) {
+  CellIndex::Cell tallest = c;
+  Part best = partAt(cells, c);
+  for (int dy = -reach; dy <= reach; ++dy) {
+    for (int dx = -reach; dx <= reach; ++dx) {
+      const Part part = partAt(cells, {c.x + dx, c.y + dy});
+      const bool more_votes = part.votes > best.votes;
+      if (part.height() < best.height() || (part.height() == best.height() && !more_votes))
+        continue;
+      tallest = {c.x + dx, c.y + dy};
+      best = part;
+    }
+  }
+  return tallest;
+}
+
+/// Whether a good part of the votes around a cell hang beside the post there: the lamp of a short
+/// arm, which has one peak with its post.
+bool hasLamp(const PlanCells& cells, CellIndex::Cell c, const Part& post) {
+  float all = 0, hanging = 0;
+  cells.forUprightAround(c, 1, [&](const UprightCell& cell, CellIndex::Cell where) {
+    const Standing& pole = cell.of(Kind::pole);
+    all += pole.votes;
+    if (pole.bottom >= kLampBottom_m && isFarTaller(post, partAt(cells, where)))
+      hanging += pole.votes;
+  });
+  return hanging > kLampShare * all;
+}
+
+/// Mean of the 3x3 cells around a foot that are half as tall, as the post may stand between cells.
+PlanSample centreOfPost(const PlanCells& cells, CellIndex::Cell foot) {
+  const int tallest = partAt(cells, foot).height();
+  Part post;
+  for (int dy = -1; dy <= 1; ++dy) {
+    for (int dx = -1; dx <= 1; ++dx) {
+      const Part part = partAt(cells, {foot.x + dx, foot.y + dy});
+      if (2 * part.height() < tallest) continue;
+      post.votes += part.votes;
+      post.x += part.x;
+      post.y += part.y;
+    }
+  }
+  return {post.x / post.votes, post.y / post.votes,
+          cells.floor[cells.index.find(foot.x, foot.y)].height};
+}
+
+/// The foot of a pole that hangs in the air around a cell, of a lamp on an arm: from above it hides
+/// its post and has most of the votes, but the post is there at more heights. On a short arm both
+/// are in one peak, and its middle between them. Nothing if the peak stands on the ground itself
+/// without such a lamp, is a sign or a light, or if no post is within 2.5 m. A post may be too thin
+/// for the labels, so that it has those of the ground behind it (Strays).
+std::optional<PlanSample> findFoot(const PlanCells& cells, CellIndex::Cell peak) {
+  const bool hangs = isHangingPole(cells, peak);
+  const CellIndex::Cell foot = tallestAround(cells, peak, hangs ? kArmReach : 1);
+  const Part post = partAt(cells, foot);
+  const bool is_off = hangs ? isFarTaller(post, partAt(cells, peak)) : hasLamp(cells, peak, post);
+  if (!is_off) return std::nullopt;
+  return centreOfPost(cells, foot);
+}
+
+constexpr float kPeakVotes = 2;         ///< that make a pole, sign or light
 constexpr int kPeakReach = 3;           ///< a peak is the largest within so many cells
 constexpr float kMinPoleShare = 0.25f;  ///< of the votes of the other upright classes in the cell
 /// A post may stand before a wall, so that less than that share is its own. Then the places where
@@ -27,7 +204,7 @@ constexpr float kSameFoot_m = 1, kSameColumn_m = 1.5f;  ///< as a post that is k
 PlanSample peakCentre(const PlanCells& cells, const ValueGrid& value, CellIndex::Cell c) {
   float weight = 0, x = 0, y = 0;
   cells.forUprightAround(c, 1, [&](const UprightCell& cell, CellIndex::Cell where) {
-    const float w = value.at(where.x, where.y);
+    const float w = value.at(where);
     if (w <= 0) return;
     float votes = 0, sum_x = 0, sum_y = 0;
     for (const Standing* s = cell.first; s != cell.last; ++s) {
@@ -60,18 +237,17 @@ float poleTop(const PlanCells& cells, CellIndex::Cell c) {
 /// and ends at about 2 m although the sensor saw higher ones beside it.
 class LowThings {
  public:
-  LowThings(const PlanCells& cells, double min_votes)
+  explicit LowThings(const PlanCells& cells)
       : cells_(cells),
         low_(cells, [](const UprightCell& c) { return c.column.low; }),
-        high_(cells, [](const UprightCell& c) { return c.column.high; }),
-        min_votes_(static_cast<float>(min_votes)) {}
+        high_(cells, [](const UprightCell& c) { return c.column.high; }) {}
 
   bool contain(CellIndex::Cell cell, float peak_votes) const {
     constexpr float kSeenWell = 25, kOtherLabels = 0.8f, kHigher = 0.02f, kBeside = 0.5f;
     constexpr float kTop_m = 2.2f;
     constexpr int kBesideReach = 9;  // cells
     const float low = low_.sumAround(cell, 1);
-    return low >= kSeenWell * min_votes_ && peak_votes < kOtherLabels * low &&
+    return low >= kSeenWell * kMinVotes && peak_votes < kOtherLabels * low &&
            high_.sumAround(cell, 1) < kHigher * low &&
            high_.sumAround(cell, kBesideReach) > kBeside * low && poleTop(cells_, cell) < kTop_m;
   }
@@ -79,7 +255,6 @@ class LowThings {
  private:
   const PlanCells& cells_;
   ValueGrid low_, high_;
-  float min_votes_;
 };
 
 /// Adds those that are not there yet.
@@ -96,32 +271,29 @@ void addUnknown(const std::vector<PlanSample>& more, float same_m,
 /// Peaks of the votes of pole-like things.
 class PeakFinder {
  public:
-  PeakFinder(const PlanCells& cells, const PlanOptions& options, bool aerial)
-      : cells_(cells),
-        low_things_(cells, options.min_votes),
-        min_votes_(static_cast<float>(options.peak_votes * options.min_votes)),
-        aerial_(aerial) {}
+  PeakFinder(const PlanCells& cells, bool aerial)
+      : cells_(cells), low_things_(cells), aerial_(aerial) {}
 
   std::vector<PlanSample> find(const std::vector<Kind>& kinds) const {
     const ValueGrid value(cells_, [&](const UprightCell& cell) {
       float votes = 0, own = 0;
       for (const Kind kind : kinds) {
-        votes += cell.nearOf(kind);
-        own += cell.ownOf(kind);
+        votes += cell.of(kind).near_votes;
+        own += cell.of(kind).own_votes;
       }
       return votes >= kMinPoleShare * cell.ofThingsBesidePosts() ? votes : kBeforeWall * own;
     });
     const ValueGrid sums = value.boxSum(1);
     const bool of_poles = std::count(kinds.begin(), kinds.end(), Kind::pole) > 0;
     std::vector<PlanSample> peaks, feet;
-    for (std::size_t i = 0; i < cells_.index.size(); ++i) {
-      if (sums[i] <= 0 || sums[i] < min_votes_) continue;
-      const CellIndex::Cell cell = cells_.index.cells()[i];
+    for (std::size_t i = 0; i < cells_.size(); ++i) {
+      if (sums[i] <= 0 || sums[i] < kPeakVotes) continue;
+      const CellIndex::Cell cell = cells_.cell(i);
       const bool is_peak = sums.isMaximum(i, kPeakReach) ||
                            (sums.isMaximum(i, kPeakReach - 1) && standsApart(kinds, value, cell));
       if (!is_peak || low_things_.contain(cell, sums[i])) continue;
       if (!of_poles && !isClear(kinds, cell)) continue;
-      if (!aerial_ && sums[i] < kSure * min_votes_ && hasRivals(kinds, cell)) continue;
+      if (!aerial_ && sums[i] < kSure * kPeakVotes && hasRivals(kinds, cell)) continue;
       const auto foot = of_poles ? findFoot(cells_, cell) : std::nullopt;
       if (foot)
         feet.push_back(*foot);
@@ -142,8 +314,8 @@ class PeakFinder {
     if (value.sumAround(c, 2) > (1 + kInTheGap) * own) return false;
     float low = 0;
     cells_.forUprightAround(c, 1, [&](const UprightCell& cell, CellIndex::Cell where) {
-      if (value.at(where.x, where.y) <= 0) return;
-      for (const Kind kind : kinds) low += cell.lowOf(kind);
+      if (value.at(where) <= 0) return;
+      for (const Kind kind : kinds) low += cell.of(kind).low;
     });
     return low >= kLowShare * own;
   }
@@ -154,8 +326,8 @@ class PeakFinder {
     float all = 0, clear = 0;
     cells_.forUprightAround(c, 1, [&](const UprightCell& cell, CellIndex::Cell) {
       for (const Kind kind : kinds) {
-        all += cell.nearOf(kind);
-        clear += cell.clearOf(kind);
+        all += cell.of(kind).near_votes;
+        clear += cell.of(kind).clear_votes;
       }
     });
     return clear >= kClearShare * all;
@@ -167,8 +339,8 @@ class PeakFinder {
     float all = 0, own = 0, others = 0;
     cells_.forUprightAround(c, 1, [&](const UprightCell& cell, CellIndex::Cell) {
       for (const Kind kind : kinds) {
-        all += cell.nearOf(kind);
-        own += cell.ownOf(kind);
+        all += cell.of(kind).near_votes;
+        own += cell.of(kind).own_votes;
       }
       others += cell.ofThingsBesidePosts();
     });
@@ -177,21 +349,18 @@ class PeakFinder {
 
   const PlanCells& cells_;
   LowThings low_things_;
-  float min_votes_;
   bool aerial_;
 };
 
 }  // namespace
 
-void findPosts(const PlanCells& cells, const PlanOptions& options, PlanView& view) {
-  constexpr double kColumnVotes = 20;  // of min_votes, at each height
-  const PeakFinder peaks(cells, options, view.aerial);
+void findPosts(const PlanCells& cells, PlanView& view) {
+  const PeakFinder peaks(cells, view.aerial);
   view[Channel::pole] = peaks.find({Kind::pole});
   view[Channel::sign] = peaks.find({Kind::sign});
   view[Channel::light] = peaks.find({Kind::light});
   view[Channel::pole_like] = peaks.find({Kind::pole, Kind::sign, Kind::light});
-  addUnknown(findColumns(cells, kColumnVotes * options.min_votes), kSameColumn_m,
-             view[Channel::pole_like]);
+  addUnknown(findColumns(cells), kSameColumn_m, view[Channel::pole_like]);
 }
 
-}  // namespace xview
+}  // namespace xview::graph

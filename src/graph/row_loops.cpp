@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "row_loops.h"
+#include "graph/point_rows.h"
 
 #include <cmath>
 
-namespace xview {
+namespace xview::graph {
 namespace {
 
 // Compiled with -O3 -ffp-contract=off: vectors of any width, but the same roundings with all of
@@ -100,4 +100,4 @@ XVIEW_CLONES void invertDepths(const float* __restrict depth, std::size_t count,
   for (std::size_t i = 0; i < count; ++i) inverse[i] = 1 / (sigma * depth[i]);
 }
 
-}  // namespace xview
+}  // namespace xview::graph

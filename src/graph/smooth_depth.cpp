@@ -8,10 +8,9 @@
 #include <optional>
 #include <vector>
 
-#include "block_moments.h"
-#include "range_limit.h"
+#include "graph/block_moments.h"
 
-namespace xview {
+namespace xview::graph {
 namespace {
 
 constexpr int kLargest = 2;           ///< blocks to each side of a window
@@ -170,4 +169,4 @@ void smoothDepth(DepthImage& depth, const LabelImage& labels, double inverse_dep
   Blocks(depth, labels, inverse_depth_sigma).smooth(depth, labels, inverse_depth_sigma, good_m);
 }
 
-}  // namespace xview
+}  // namespace xview::graph

@@ -7,8 +7,7 @@
 #include <optional>
 #include <utility>
 
-#include "pipeline/depth_agreement.h"
-#include "pipeline/plane_curvature.h"
+#include "pipeline/depth_witnesses.h"
 #include "xview/types/error.h"
 #include "xview/types/median.h"
 
@@ -25,8 +24,6 @@ constexpr double kBetter =
     0.003;  ///< more agreement for the other kind of depth: 0.006 to 0.5 in towns
 constexpr double kContradict =
     0.6;  ///< and if it is ten times too small, over that share: 0.1 to 0.5 near the ground
-
-bool isDepth(float z) { return z > 0 && z < 1e9f; }
 
 /// Of all that was measured, whatever its class and range [m].
 float medianMeasured(const Frame& frame) {
@@ -65,7 +62,7 @@ std::string scaleHint(const FrameSource& source, float median_m) {
                      median_m, source.read(source.size() / 2).camera.depth_scale);
 }
 
-void requireInRange(const LiftCounts& counts, const FrameSource& source) {
+void requireInRange(const graph::LiftCounts& counts, const FrameSource& source) {
   const auto measured = static_cast<double>(counts.lifted + counts.out_of_range);
   if (measured == 0 || static_cast<double>(counts.lifted) >= kFewLifted * measured) return;
   throw Error(source.name(),
@@ -109,7 +106,7 @@ void requireKindOfDepth(const FrameSource& source) {
                   100 * as_given, is_range ? "planar" : "range"));
 }
 
-void DepthPlausibility::add(const LiftCounts& counts, const LabelledCloud& cloud,
+void DepthPlausibility::add(const graph::LiftCounts& counts, const LabelledCloud& cloud,
                             const Eigen::Vector3d& sensor) {
   counts_.lifted += counts.lifted;
   counts_.out_of_range += counts.out_of_range;

@@ -2,14 +2,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "pipeline/depth_noise.h"
 #include "pipeline/point_quality.h"
 #include "xview/depth_plausibility.h"
 #include "xview/graph/blobs.h"
 #include "xview/graph/clean_labels.h"
 #include "xview/graph/image_blobs.h"
 #include "xview/graph/smooth_depth.h"
-#include "xview/graph/thin_frame.h"
 #include "xview/place_builder.h"
 #include "xview/types/parallel.h"
 #include "xview/types/stopwatch.h"
@@ -67,23 +65,25 @@ void doubtSparseSurfaces(const LabelSet& labels, const std::vector<std::uint32_t
 
 void findImageBlobs(const Frame& cleaned, const LabelSet& labels, const Options& options,
                     FrameDigest& digest) {
-  ImageBlobs found = extractImageBlobs(cleaned, labels, maxRange(cleaned, options.lift));
+  graph::ImageBlobs found =
+      graph::extractImageBlobs(cleaned, labels, graph::maxRange(cleaned, options.lift));
   digest.blobs = std::move(found.blobs);
   digest.blob_edges = std::move(found.edges);
 }
 
 /// The classes whose blobs merging uses: surfaces are sampled in mode running_mean, and most
 /// points are theirs.
-WholeClasses blobClasses(const Options& options) {
-  if (isImageSpace(options)) return WholeClasses::none;
-  return options.merge.mode == "running_mean" ? WholeClasses::no_surfaces : WholeClasses::all;
+graph::WholeClasses blobClasses(const Options& options) {
+  if (isImageSpace(options)) return graph::WholeClasses::none;
+  return options.merge.mode == "running_mean" ? graph::WholeClasses::no_surfaces
+                                              : graph::WholeClasses::all;
 }
 
-std::vector<Blob> frameBlobs(const LabelledCloud& points, const ScanView& scan,
+std::vector<Blob> frameBlobs(const LabelledCloud& points, const graph::ScanView& scan,
                              const LabelSet& labels, const Options& options) {
   const bool thin = options.blobs.voxel_m > 0;
-  return extractBlobs(thin ? thinByVoxel(points, options.blobs.voxel_m) : points, labels,
-                      options.blobs, nullptr, scan);
+  return graph::extractBlobs(thin ? graph::thinByVoxel(points, options.blobs.voxel_m) : points,
+                             labels, options.blobs, nullptr, scan);
 }
 
 FrameDigest readAndDigest(const FrameSource& source, std::size_t i, const Options& options) {
@@ -122,15 +122,16 @@ FrameDigest digestFrame(Frame frame, const LabelSet& labels, const Options& opti
   digest.sensor = frame.sensor;
   digest.T_odom_sensor = frame.T_odom_sensor;
   if (frame.sensor == Sensor::camera) {
-    const double noise = inverse_depth_sigma = inverseDepthNoise(frame.depth);
-    frame.label = cleanLabels(frame.label, labels, options.clean);
-    if (isNoiseOfPixels(noise, frame.depth))
-      smoothDepth(frame.depth, frame.label, noise, kKnownWell_m);
+    const double noise = inverse_depth_sigma = graph::inverseDepthNoise(frame.depth);
+    frame.label = graph::cleanLabels(frame.label, labels, options.clean);
+    if (graph::isNoiseOfPixels(noise, frame.depth))
+      graph::smoothDepth(frame.depth, frame.label, noise, kKnownWell_m);
   }
-  ScanView scan{frame.T_odom_sensor, {}};
-  if (frame.sensor != Sensor::camera) scan.beams = measureBeamSpacing(frame.cloud, frame.rings);
-  ThinFrame lifted = liftThin(frame, labels, options.lift, options.plan.voxel_m,
-                              blobClasses(options), &digest.counts);
+  graph::ScanView scan{frame.T_odom_sensor, {}};
+  if (frame.sensor != Sensor::camera)
+    scan.beams = graph::measureBeamSpacing(frame.cloud, frame.rings);
+  graph::ThinFrame lifted = graph::liftThin(frame, labels, options.lift, graph::kPlanVoxel_m,
+                                            blobClasses(options), &digest.counts);
   digest.aerial = lifted.is_aerial;
   digest.cloud = std::move(lifted.thin);
   for (std::size_t i = 0; i < digest.cloud.size(); ++i) {
@@ -139,7 +140,7 @@ FrameDigest digestFrame(Frame frame, const LabelSet& labels, const Options& opti
   }
   castVotes(frame, lifted.points_per_voxel, digest);
   if (frame.sensor == Sensor::cloud)
-    doubtSparseSurfaces(labels, lifted.points_per_voxel, options.plan.voxel_m, digest);
+    doubtSparseSurfaces(labels, lifted.points_per_voxel, graph::kPlanVoxel_m, digest);
   digest.timing_ms.emplace_back("lift", watch.lap_ms());
   if (isImageSpace(options))
     findImageBlobs(frame, labels, options, digest);

@@ -8,8 +8,6 @@
 #include <cmath>
 #include <map>
 
-#include "pipeline/up_evidence.h"
-
 namespace xview {
 namespace {
 

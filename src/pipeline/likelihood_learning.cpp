@@ -28,9 +28,8 @@ struct Travel {
   }
 };
 
-PlanView planOf(const FrameDigest* first, const FrameDigest* last, const LabelSet& labels,
-                const PlanOptions& options) {
-  PlanViewBuilder builder(labels, options);
+PlanView planOf(const FrameDigest* first, const FrameDigest* last, const LabelSet& labels) {
+  graph::PlanViewBuilder builder(labels);
   for (const FrameDigest* f = first; f != last; ++f) {
     builder.add(f->cloud, f->votes, f->thin_trusted, Eigen::Isometry3d::Identity(), f->aerial);
   }
@@ -111,8 +110,7 @@ search::LikelihoodTable learnLikelihoods(const SemanticMap& map,
     const auto last = static_cast<std::size_t>(
         std::upper_bound(distance.begin(), distance.end(), from + window_m) - distance.begin());
     const std::size_t middle = std::min((first + last) / 2, frames.size() - 1);
-    const PlanView view =
-        planOf(frames.data() + first, frames.data() + last, map.labels, options.plan);
+    const PlanView view = planOf(frames.data() + first, frames.data() + last, map.labels);
     const Eigen::Isometry3d T_true = T_map_sensor[middle] * frames[middle].T_odom_sensor.inverse();
     const double height = frames[middle].T_odom_sensor.translation().z();
     const auto wrong = wrongPoses(map_travel, query_travel, middle, frames[middle].T_odom_sensor,

@@ -1,12 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "xview/mapper.h"
 
-#include "xview/graph/edges.h"
+#include <limits>
+
+#include "pipeline/point_quality.h"
+#include "xview/graph/merge.h"
+#include "xview/graph/plan_view.h"
 #include "xview/options_file.h"
 #include "xview/types/error.h"
 
 namespace xview {
 namespace {
+
+constexpr double kSameUp_rad = 0.03;
 
 /// The options that a map remembers. The number of threads changes no result, so it is none of
 /// them.
@@ -20,6 +26,30 @@ void requireSameLabels(const LabelSet& a, const std::string& name_a, const Label
   if (a != b)
     throw Error(name_b, "its classes (label set '" + b.name() + "') are not those of " + name_a +
                             " ('" + a.name() + "')");
+}
+
+/// What messages call it.
+std::string nameOf(const SemanticMap& addition) {
+  return addition.sources.empty() ? "addition" : addition.sources.front();
+}
+
+/// Edges found in images and edges of a radius say different things of the same vertices.
+void requireSameSpace(const SemanticMap& map, const SemanticMap& addition) {
+  if (map.graph.space == addition.graph.space || map.graph.empty() || addition.graph.empty())
+    return;
+  throw Error(nameOf(addition), std::string("its graph_space is ") +
+                                    toString(addition.graph.space) + ", that of the map is " +
+                                    toString(map.graph.space));
+}
+
+void appendCloud(LabelledCloud& cloud, const LabelledCloud& addition, double voxel_m) {
+  if (cloud.empty()) {
+    cloud = addition;
+    return;
+  }
+  for (Point& point : cloud.points) point.instance = 0;  // numbers of two recordings differ
+  appendKnownPoints(addition, std::numeric_limits<double>::infinity(), kNoView, cloud);
+  cloud = graph::thinByVoxel(cloud, voxel_m);
 }
 
 }  // namespace
@@ -53,10 +83,32 @@ SemanticMap buildMap(const SemanticGraph& graph, const LabelSet& labels, const s
   SemanticMap map;
   map.labels = labels;
   map.graph = graph;
-  if (graph.edgeCount() == 0) connectByRadius(map.graph, options.edges);
+  if (graph.edgeCount() == 0) graph::connectByRadius(map.graph, options.edges);
   map.sources = {source};
   map.options_yaml = recordOf(options);
   return map;
+}
+
+void appendToMap(SemanticMap& map, const SemanticMap& addition, const Options& options) {
+  if (map.labels != addition.labels) {
+    throw Error(nameOf(addition), "its classes (label set '" + addition.labels.name() +
+                                      "') are not those of the map ('" + map.labels.name() + "')");
+  }
+  if (!map.plan.known.empty() && !addition.plan.known.empty() &&
+      map.plan.upright.angularDistance(addition.plan.upright) > kSameUp_rad) {
+    throw Error(
+        nameOf(addition),
+        "its frame is tilted against that of the map; only recordings in one frame can be joined");
+  }
+  requireSameSpace(map, addition);
+  graph::mergeGraphs(map.graph, addition.graph, map.labels, options.merge, options.edges);
+  graph::mergePlanViews(map.plan, addition.plan);
+  appendCloud(map.cloud, addition.cloud, options.map.cloud_voxel_m);
+  const auto first_source = static_cast<std::uint32_t>(map.sources.size());
+  for (std::size_t i = 0; i < addition.poses.size(); ++i)
+    map.addKeyframe(addition.poses[i], addition.frames[i], addition.stamps_s[i],
+                    first_source + addition.source_of_pose[i]);
+  map.sources.insert(map.sources.end(), addition.sources.begin(), addition.sources.end());
 }
 
 }  // namespace xview

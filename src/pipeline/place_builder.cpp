@@ -6,8 +6,6 @@
 
 #include "pipeline/gravity.h"
 #include "pipeline/point_quality.h"
-#include "pipeline/thin_objects.h"
-#include "xview/graph/blobs.h"
 #include "xview/graph/edges.h"
 #include "xview/types/error.h"
 #include "xview/types/stopwatch.h"
@@ -58,7 +56,7 @@ PlaceBuilder::PlaceBuilder(const LabelSet& labels, const Options& options, Place
       use_(use),
       frames_for_gravity_(frames_for_gravity),
       graph_(labels, options.merge),
-      plan_(labels, options.plan) {
+      plan_(labels) {
   place_.labels = labels;
 }
 
@@ -97,9 +95,8 @@ Place PlaceBuilder::finish() {
 
 void PlaceBuilder::takePose(const FrameDigest& frame) {
   place_.sensor = frame.sensor;
-  const bool is_key =
-      use_ == PlaceUse::query || is_new_recording_ ||
-      distance(place_.poses.back(), frame.T_odom_sensor) >= kKeyframeEvery_m;
+  const bool is_key = use_ == PlaceUse::query || is_new_recording_ ||
+                      distance(place_.poses.back(), frame.T_odom_sensor) >= kKeyframeEvery_m;
   if (!is_key) return;
   if (!place_.poses.empty()) travelled_m_ += distance(place_.poses.back(), frame.T_odom_sensor);
   place_.poses.push_back(frame.T_odom_sensor);
@@ -116,13 +113,13 @@ void PlaceBuilder::takePoints(const SharedDigest& frame) {
       recent_.pop_front();
   } else if (!frame->cloud.empty()) {
     if (place_.cloud.empty()) place_.cloud.origin = frame->cloud.origin;
-    appendKnownPoints(*frame, options_.refine.max_sigma_m, kNoView, place_.cloud);
+    appendKnownPoints(frame->cloud, options_.refine.max_sigma_m, kNoView, place_.cloud);
     if (place_.cloud.size() > 2 * thinned_size_ + kSlackPoints) thinPoints();
   }
 }
 
 void PlaceBuilder::thinPoints() {
-  place_.cloud = thinByVoxel(place_.cloud, options_.map.cloud_voxel_m);
+  place_.cloud = graph::thinByVoxel(place_.cloud, options_.map.cloud_voxel_m);
   thinned_size_ = place_.cloud.size();
 }
 
@@ -151,8 +148,8 @@ void PlaceBuilder::drawGraph() {
   place_.graph = graph_.graph();
   if (isImageSpace(options_)) return;
   if (options_.merge.mode == "running_mean")
-    placeThinObjects(place_.graph, place_.plan, place_.labels);
-  connectByRadius(place_.graph, options_.edges);
+    graph::placeThinObjects(place_.graph, place_.plan, place_.labels);
+  graph::connectByRadius(place_.graph, options_.edges);
 }
 
 /// Of a query the points of the last metres of travel, last frame first. Of either those that are
@@ -165,7 +162,7 @@ void PlaceBuilder::finishPoints() {
   while (!recent_.empty() && travelled <= options_.refine.reach_m) {
     const SharedDigest frame = std::move(recent_.back().frame);
     recent_.pop_back();
-    appendKnownPoints(*frame, options_.refine.max_sigma_m, --view, place_.cloud);
+    appendKnownPoints(frame->cloud, options_.refine.max_sigma_m, --view, place_.cloud);
     if (!recent_.empty())
       travelled += distance(frame->T_odom_sensor, recent_.back().frame->T_odom_sensor);
   }
@@ -197,7 +194,7 @@ Query makeQuery(const SemanticGraph& graph, const LabelSet& labels, const Option
   Query query;
   query.labels = labels;
   query.graph = graph;
-  if (graph.edgeCount() == 0) connectByRadius(query.graph, options.edges);
+  if (graph.edgeCount() == 0) graph::connectByRadius(query.graph, options.edges);
   query.gravity = gravityOf(graph, labels, options.gravity);
   query.poses.push_back(Eigen::Isometry3d::Identity());
   query.timing_ms.emplace_back("graph", watch.lap_ms());

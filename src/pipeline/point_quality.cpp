@@ -5,7 +5,8 @@
 #include <array>
 #include <cmath>
 #include <numeric>
-#include <unordered_map>
+
+#include "xview/types/cells.h"
 
 namespace xview {
 namespace {
@@ -28,73 +29,17 @@ int stepOf(float sigma_m) {
 
 float upperEnd(int step) { return kGood_m * std::pow(kStep, static_cast<float>(step)); }
 
-struct Cell {
-  std::int64_t x, y, z;
-  std::uint32_t label;
-  bool operator==(const Cell& o) const {
-    return x == o.x && y == o.y && z == o.z && label == o.label;
-  }
-  std::uint64_t hash() const {
-    std::uint64_t h = static_cast<std::uint64_t>(x) * 0x9E3779B97F4A7C15ull;
-    h = (h ^ (h >> 31)) + static_cast<std::uint64_t>(y) * 0xBF58476D1CE4E5B9ull;
-    h = (h ^ (h >> 29)) + static_cast<std::uint64_t>(z) * 0x94D049BB133111EBull;
-    h = (h ^ (h >> 30)) + label * 0xD1342543DE82EF95ull;
-    return h ^ (h >> 32);
-  }
-};
-
-Cell cellOf(const LabelledCloud& cloud, std::size_t i) {
-  const Eigen::Vector3d p = cloud.position(i) / kCell_m;
-  return {static_cast<std::int64_t>(std::floor(p.x())),
-          static_cast<std::int64_t>(std::floor(p.y())),
-          static_cast<std::int64_t>(std::floor(p.z())), cloud.points[i].label};
-}
-
 /// How many points of each step a cell has.
-class Looks {
- public:
-  /// Number of the cell, which is made if it is new.
-  std::uint32_t numberOf(const Cell& cell) {
-    if (2 * cells_.size() >= slots_.size()) grow();
-    const std::size_t slot = slotOf(cell);
-    if (slots_[slot] == 0) {
-      cells_.push_back(cell);
-      counts_.push_back({});
-      slots_[slot] = static_cast<std::uint32_t>(cells_.size());
-    }
-    return slots_[slot] - 1;
-  }
-  void count(std::uint32_t number, float sigma_m) { ++counts_[number][stepOf(sigma_m)]; }
+struct Looks {
+  ClassCell key;
+  std::array<std::uint32_t, kSteps> counts{};
 
-  /// Per cell, what is kept.
-  std::vector<float> limits() const {
-    std::vector<float> limits;
-    for (const auto& counts : counts_) {
-      int step = 0;
-      for (std::uint32_t seen = counts[0]; seen < kBest && step + 1 < kSteps;)
-        seen += counts[++step];
-      limits.push_back(step + 1 < kSteps ? kWorse * upperEnd(step) : INFINITY);
-    }
-    return limits;
+  /// Up to this uncertainty points are kept.
+  float limit() const {
+    int step = 0;
+    for (std::uint32_t seen = counts[0]; seen < kBest && step + 1 < kSteps;) seen += counts[++step];
+    return step + 1 < kSteps ? kWorse * upperEnd(step) : INFINITY;
   }
-
- private:
-  std::size_t slotOf(const Cell& cell) const {
-    const std::size_t mask = slots_.size() - 1;
-    std::size_t slot = cell.hash() & mask;
-    while (slots_[slot] != 0 && !(cells_[slots_[slot] - 1] == cell)) slot = (slot + 1) & mask;
-    return slot;
-  }
-  void grow() {
-    slots_.assign(2 * slots_.size(), 0);
-    for (std::size_t i = 0; i < cells_.size(); ++i)
-      slots_[slotOf(cells_[i])] = static_cast<std::uint32_t>(i + 1);
-  }
-
-  std::vector<std::uint32_t> slots_ =
-      std::vector<std::uint32_t>(1024, 0);  ///< 1 + number, 0 = free
-  std::vector<Cell> cells_;
-  std::vector<std::array<std::uint32_t, kSteps>> counts_;
 };
 
 constexpr double kBlockSide = 3;  ///< [voxels]
@@ -109,37 +54,32 @@ class Blocks {
  public:
   Blocks(const LabelledCloud& voxels, const std::vector<std::uint32_t>& points, double block_m)
       : block_of_(voxels.size()) {
-    std::unordered_map<std::uint64_t, std::uint32_t> numbers;
-    numbers.reserve(voxels.size() / 4);
     for (std::size_t i = 0; i < voxels.size(); ++i) {
-      const auto [it, is_new] = numbers.try_emplace(keyOf(voxels.position(i) / block_m),
-                                                    static_cast<std::uint32_t>(occupied_.size()));
-      if (is_new) {
-        occupied_.push_back(0);
-        points_.push_back(0);
-      }
-      block_of_[i] = it->second;
-      ++occupied_[it->second];
-      points_[it->second] += std::min(points[i], kStoodThere);
+      const ClassCell cell = cellOf(voxels.position(i), block_m, 0);
+      block_of_[i] = blocks_.numberOf(cell, [&] { return Block{cell}; });
+      ++blocks_[block_of_[i]].occupied;
+      blocks_[block_of_[i]].points += std::min(points[i], kStoodThere);
     }
   }
 
   /// Points around a voxel.
-  float around(std::size_t voxel) const { return static_cast<float>(points_[block_of_[voxel]]); }
+  float around(std::size_t voxel) const {
+    return static_cast<float>(blocks_[block_of_[voxel]].points);
+  }
   /// Occupied voxels in the block of the median voxel.
-  float thickness() const { return ofMedian(occupied_); }
+  float thickness() const { return ofMedian(&Block::occupied); }
   /// Points in the block of the median point.
-  float usual() const { return ofMedian(points_); }
+  float usual() const { return ofMedian(&Block::points); }
 
  private:
-  static std::uint64_t keyOf(const Eigen::Vector3d& p) {
-    const auto part = [](double v) {
-      return static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(v))) & 0x1FFFFF;
-    };
-    return part(p.x()) << 42 | part(p.y()) << 21 | part(p.z());
-  }
+  struct Block {
+    ClassCell key;
+    std::uint32_t occupied = 0, points = 0;
+  };
 
-  static float ofMedian(std::vector<std::uint32_t> counts) {
+  float ofMedian(std::uint32_t Block::*count) const {
+    std::vector<std::uint32_t> counts;
+    for (std::size_t i = 0; i < blocks_.size(); ++i) counts.push_back(blocks_[i].*count);
     std::sort(counts.begin(), counts.end());
     const auto all = std::accumulate(counts.begin(), counts.end(), std::size_t{0});
     std::size_t up_to = 0, block = 0;
@@ -147,7 +87,8 @@ class Blocks {
     return static_cast<float>(counts[block]);
   }
 
-  std::vector<std::uint32_t> block_of_, occupied_, points_;
+  CellTable<Block> blocks_;
+  std::vector<std::size_t> block_of_;
 };
 
 }  // namespace
@@ -159,18 +100,18 @@ float rangeOf(const FrameDigest& frame, std::size_t i) {
   return (frame.cloud.points[i].getVector3fMap() - sensor).norm();
 }
 
-std::size_t appendKnownPoints(const FrameDigest& frame, double max_sigma_m, std::uint32_t view,
+std::size_t appendKnownPoints(const LabelledCloud& addition, double max_sigma_m, std::uint32_t view,
                               LabelledCloud& cloud) {
-  const Eigen::Vector3f shift = (frame.cloud.origin - cloud.origin).cast<float>();
-  const std::size_t before = cloud.points.size();
-  for (Point point : frame.cloud.points) {
+  const Eigen::Vector3f shift = (addition.origin - cloud.origin).cast<float>();
+  const std::size_t before = cloud.size();
+  for (Point point : addition.points) {
     if (!(double{point.sigma} <= max_sigma_m)) continue;
     point.getVector3fMap() += shift;
-    point.instance = 0;  // numbers of two frames need not agree
+    point.instance = 0;  // numbers of two of them need not agree
     point.view = view;
     cloud.points.push_back(point);
   }
-  return cloud.points.size() - before;
+  return cloud.size() - before;
 }
 
 std::vector<bool> bestLooks(const LabelledCloud& cloud) {
@@ -178,13 +119,15 @@ std::vector<bool> bestLooks(const LabelledCloud& cloud) {
   if (std::all_of(cloud.points.begin(), cloud.points.end(),
                   [](const Point& p) { return p.sigma <= kGood_m; }))
     return kept;
-  Looks looks;
-  std::vector<std::uint32_t> numbers(cloud.size(), 0);
+  CellTable<Looks> looks;
+  std::vector<std::size_t> numbers(cloud.size());
   for (std::size_t i = 0; i < cloud.size(); ++i) {
-    numbers[i] = looks.numberOf(cellOf(cloud, i));
-    looks.count(numbers[i], cloud.points[i].sigma);
+    const ClassCell cell = cellOf(cloud.position(i), kCell_m, cloud.points[i].label);
+    numbers[i] = looks.numberOf(cell, [&] { return Looks{cell}; });
+    ++looks[numbers[i]].counts[static_cast<std::size_t>(stepOf(cloud.points[i].sigma))];
   }
-  const std::vector<float> limits = looks.limits();
+  std::vector<float> limits;
+  for (std::size_t i = 0; i < looks.size(); ++i) limits.push_back(looks[i].limit());
   for (std::size_t i = 0; i < cloud.size(); ++i)
     kept[i] = cloud.points[i].sigma <= std::max(kGood_m, limits[numbers[i]]);
   return kept;

@@ -14,9 +14,9 @@ namespace xview {
 /// Distance of a point of a frame from the sensor [m]; 0 for clouds, which do not tell it.
 float rangeOf(const FrameDigest& frame, std::size_t i);
 
-/// Adds the points of a frame whose positions are known well enough to a cloud, as seen from the
-/// pose with that number. Returns how many.
-std::size_t appendKnownPoints(const FrameDigest& frame, double max_sigma_m, std::uint32_t view,
+/// Adds the points of another cloud of the same frame whose positions are known well enough, as
+/// seen from the pose with that number. Returns how many.
+std::size_t appendKnownPoints(const LabelledCloud& addition, double max_sigma_m, std::uint32_t view,
                               LabelledCloud& cloud);
 
 /// Which points to keep where things were seen from afar and from near: those that are known about

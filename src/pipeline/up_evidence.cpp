@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "pipeline/up_evidence.h"
+#include "pipeline/gravity.h"
 
 #include <fmt/core.h>
 
@@ -49,24 +49,6 @@ struct Moments {
 
 bool standsUp(Kind kind) { return kind != Kind::none && !isGround(kind); }
 
-/// LabelSet::kind, remembered: it is asked for every point.
-class Kinds {
- public:
-  explicit Kinds(const LabelSet& labels) : labels_(labels) {}
-  Kind of(std::uint32_t label) {
-    if (label != last_label_ || !asked_) last_kind_ = labels_.kind(label);
-    asked_ = true;
-    last_label_ = label;
-    return last_kind_;
-  }
-
- private:
-  const LabelSet& labels_;
-  std::uint32_t last_label_ = 0;
-  Kind last_kind_ = Kind::none;
-  bool asked_ = false;
-};
-
 struct WeightedPoint {
   Eigen::Vector3d p;
   double variance;
@@ -106,7 +88,7 @@ struct GroundSight {
   std::vector<GroundPlane> planes;    ///< one per frame that shows a plane, normals up
 };
 
-void addGround(const FrameDigest& frame, const Eigen::Vector3d& origin, Kinds& kinds,
+void addGround(const FrameDigest& frame, const Eigen::Vector3d& origin, const LabelSet& labels,
                GroundSight& sight) {
   const float reach = frame.aerial ? INFINITY : static_cast<float>(kUnderSensor_m);
   const Eigen::Vector3d shift = frame.cloud.origin - origin;
@@ -115,7 +97,7 @@ void addGround(const FrameDigest& frame, const Eigen::Vector3d& origin, Kinds& k
   const std::size_t step = 1 + frame.cloud.size() / kMostPoints;
   for (std::size_t i = 0; i < frame.cloud.size(); i += step) {
     if (rangeOf(frame, i) > reach) continue;
-    const Kind kind = kinds.of(frame.cloud.points[i].label);
+    const Kind kind = labels.kind(frame.cloud.points[i].label);
     const Eigen::Vector3d p = shift + frame.cloud.points[i].getVector3fMap().cast<double>();
     if (!p.allFinite()) continue;
     if (isGround(kind))
@@ -174,14 +156,14 @@ struct Verticals {
 
 using FramePointers = std::vector<const FrameDigest*>;
 
-void addWalls(const FramePointers& frames, Kinds& kinds, Verticals& found) {
+void addWalls(const FramePointers& frames, const LabelSet& labels, Verticals& found) {
   std::map<std::tuple<int, int, int, std::uint32_t>, Moments> cells;
   for (const FrameDigest* f : frames) {
     const FrameDigest& frame = *f;
     const Eigen::Vector3d shift = frame.cloud.origin - frames[0]->cloud.origin;
     for (std::size_t i = 0; i < frame.cloud.size(); ++i) {
       const std::uint32_t label = frame.cloud.points[i].label;
-      const Kind kind = kinds.of(label);
+      const Kind kind = labels.kind(label);
       if ((kind != Kind::building && kind != Kind::fence) ||
           double{frame.cloud.points[i].sigma} > kWallSigma_m)
         continue;
@@ -202,11 +184,11 @@ void addWalls(const FramePointers& frames, Kinds& kinds, Verticals& found) {
   }
 }
 
-void addPoles(const FramePointers& frames, Kinds& kinds, Verticals& found) {
+void addPoles(const FramePointers& frames, const LabelSet& labels, Verticals& found) {
   constexpr double kLong_m = 0.5, kThin = 0.15;
   for (const FrameDigest* frame : frames) {
     for (const Blob& blob : frame->blobs) {
-      const Kind kind = kinds.of(blob.label);
+      const Kind kind = labels.kind(blob.label);
       if (!isPoleLike(kind) && kind != Kind::trunk) continue;
       const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(blob.covariance);
       const double longest = std::sqrt(std::max(0.0, axes.eigenvalues()(2)));
@@ -271,14 +253,13 @@ void correct(const Verticals& verticals, const Eigen::Vector3d& guess, double gu
 
 UpEvidence findUp(const std::vector<PlaceBuilder::SharedDigest>& all, const LabelSet& labels) {
   UpEvidence evidence;
-  Kinds kinds(labels);
   const std::size_t step = (all.size() + kMostFrames - 1) / kMostFrames;
   FramePointers frames;
   for (std::size_t i = 0; i < all.size(); i += step) frames.push_back(all[i].get());
   GroundSight grounds;
   Eigen::Vector3d sensor_up = Eigen::Vector3d::Zero();
   for (const FrameDigest* frame : frames) {
-    addGround(*frame, frames[0]->cloud.origin, kinds, grounds);
+    addGround(*frame, frames[0]->cloud.origin, labels, grounds);
     if (frame->sensor == Sensor::camera && !frame->aerial)
       sensor_up -= frame->T_odom_sensor.linear().col(1);
     if (frame->sensor == Sensor::lidar) sensor_up += frame->T_odom_sensor.linear().col(2);
@@ -288,8 +269,8 @@ UpEvidence findUp(const std::vector<PlaceBuilder::SharedDigest>& all, const Labe
   const Eigen::Vector3d up = from_ground.value_or(sensor_up);
   if (up.norm() == 0) return evidence;
   Verticals verticals;
-  addWalls(frames, kinds, verticals);
-  addPoles(frames, kinds, verticals);
+  addWalls(frames, labels, verticals);
+  addPoles(frames, labels, verticals);
   correct(verticals, up.normalized(), from_ground ? kGroundSigma_rad : kSensorSigma_rad, evidence);
   evidence.source =
       fmt::format("{} and {} verticals", from_ground ? "ground plane" : "mounting of the sensor",

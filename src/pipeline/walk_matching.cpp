@@ -223,7 +223,7 @@ WalkGraph walkGraph(const SemanticGraph& graph, const LabelSet& labels, const Op
       result.graph.vertices.push_back(v);
       result.source.push_back(i);
     }
-    connectByRadius(result.graph, options.edges);
+    graph::connectByRadius(result.graph, options.edges);
   }
   for (const Vertex& v : result.graph.vertices) result.positions.push_back(v.position);
   return result;

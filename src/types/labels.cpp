@@ -240,21 +240,23 @@ bool isPoleLike(Kind kind) {
 
 bool LabelSet::isGeneric() const { return name_ == kGenericName; }
 
-void LabelSet::add(ClassInfo info) { classes_[info.id] = std::move(info); }
+void LabelSet::add(ClassInfo info) {
+  const std::uint32_t id = info.id;
+  classes_[id] = std::move(info);
+  if (id >= kTabled) return;
+  if (id >= meanings_.size()) meanings_.resize(id + 1);
+  meanings_[id] = lookUp(id);
+}
 
 const ClassInfo* LabelSet::find(std::uint32_t id) const {
   const auto it = classes_.find(id);
   return it == classes_.end() ? nullptr : &it->second;
 }
 
-Role LabelSet::role(std::uint32_t id) const {
+LabelSet::Meaning LabelSet::lookUp(std::uint32_t id) const {
   const ClassInfo* info = find(id);
-  return info ? info->role : Role::ignored;
-}
-
-Kind LabelSet::kind(std::uint32_t id) const {
-  const ClassInfo* info = find(id);
-  return info && info->role != Role::ignored ? info->kind : Kind::none;
+  if (!info || info->role == Role::ignored) return {};
+  return {info->role, info->kind};
 }
 
 std::string LabelSet::className(std::uint32_t id) const {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/graph/beams.h"
+#include "xview/graph/blobs.h"
 
 #include <gtest/gtest.h>
 
@@ -12,6 +12,9 @@
 #include "xview/graph/blobs.h"
 
 namespace xview {
+
+using namespace graph;
+
 namespace {
 
 using namespace test;

@@ -13,6 +13,9 @@
 #include "scenes.h"
 
 namespace xview {
+
+using namespace graph;
+
 namespace {
 
 using namespace test;

@@ -8,6 +8,9 @@
 #include "xview/types/random.h"
 
 namespace xview {
+
+using namespace graph;
+
 namespace {
 
 enum : std::uint32_t { kStreet = 11, kLawn, kHouse, kPost, kCar, kHedge, kRare };

@@ -11,6 +11,9 @@
 #include "scenes.h"
 
 namespace xview {
+
+using namespace graph;
+
 namespace {
 
 using namespace test;

@@ -10,6 +10,9 @@
 #include "scenes.h"
 
 namespace xview {
+
+using namespace graph;
+
 namespace {
 
 using namespace test;

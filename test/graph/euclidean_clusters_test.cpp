@@ -14,6 +14,9 @@
 #include "xview/io/recording.h"
 
 namespace xview {
+
+using namespace graph;
+
 namespace {
 
 using namespace test;

@@ -7,6 +7,9 @@
 #include "xview/types/error.h"
 
 namespace xview {
+
+using namespace graph;
+
 namespace {
 
 using namespace test;

@@ -6,6 +6,9 @@
 #include "xview/types/random.h"
 
 namespace xview {
+
+using namespace graph;
+
 namespace {
 
 /// Region number of every pixel by flood fill, in order of the first pixel: the slow truth.

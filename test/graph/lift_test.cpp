@@ -10,6 +10,9 @@
 #include "xview/types/error.h"
 
 namespace xview {
+
+using namespace graph;
+
 namespace {
 
 using namespace test;

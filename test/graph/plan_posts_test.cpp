@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "graph/plan_posts.h"
-
 #include <gtest/gtest.h>
 
 #include "plan_scene.h"

@@ -8,6 +8,9 @@
 #include "support/label_sets.h"
 
 namespace xview::test {
+
+using namespace graph;
+
 namespace {
 
 constexpr double kStep_m = 0.25;
@@ -81,9 +84,8 @@ void PlanScene::addTo(PlanViewBuilder& builder, bool aerial,
   builder.add(cloud_, votes_, near_, T_plan_cloud, aerial);
 }
 
-PlanView PlanScene::view(bool aerial, const PlanOptions& options,
-                         const Eigen::Isometry3d& T_plan_cloud) const {
-  PlanViewBuilder builder(planLabels(), options);
+PlanView PlanScene::view(bool aerial, const Eigen::Isometry3d& T_plan_cloud) const {
+  PlanViewBuilder builder(planLabels());
   addTo(builder, aerial, T_plan_cloud);
   return builder.build();
 }

@@ -28,9 +28,9 @@ class PlanScene {
   PlanScene reversed() const;
 
   LabelledCloud cloud() const { return cloud_; }
-  PlanView view(bool aerial = false, const PlanOptions& options = {},
+  PlanView view(bool aerial = false,
                 const Eigen::Isometry3d& T_plan_cloud = Eigen::Isometry3d::Identity()) const;
-  void addTo(PlanViewBuilder& builder, bool aerial = false,
+  void addTo(graph::PlanViewBuilder& builder, bool aerial = false,
              const Eigen::Isometry3d& T_plan_cloud = Eigen::Isometry3d::Identity()) const;
 
  private:

@@ -12,6 +12,9 @@
 #include "xview/types/random.h"
 
 namespace xview::test {
+
+using namespace graph;
+
 namespace {
 
 double groundAt(const PlanView& view, double x, double y) {
@@ -88,19 +91,15 @@ TEST(PlanView, IsAerialIfHalfOfTheVotesCameFromTheAir) {
   PlanScene three, one;
   three.patch(Kind::road, 0, 0, 9, 6, 0.0);
   one.patch(Kind::road, 0, 0, 3, 6, 0.0);
-  const auto mixed = [&](bool three_aerial, bool one_aerial, double share) {
-    PlanOptions options;
-    options.min_aerial_share = share;
-    PlanViewBuilder builder(planLabels(), options);
+  const auto mixed = [&](bool three_aerial, bool one_aerial) {
+    PlanViewBuilder builder(planLabels());
     three.addTo(builder, three_aerial);
     one.addTo(builder, one_aerial);
     return builder.build().aerial;
   };
-  EXPECT_FALSE(mixed(false, false, 0.5));
-  EXPECT_FALSE(mixed(false, true, 0.5));
-  EXPECT_TRUE(mixed(true, false, 0.5));
-  EXPECT_TRUE(mixed(false, true, 0.2));
-  EXPECT_FALSE(mixed(true, false, 0.8));
+  EXPECT_FALSE(mixed(false, false));
+  EXPECT_FALSE(mixed(false, true));
+  EXPECT_TRUE(mixed(true, false));
 }
 
 TEST(PlanFloor, BorderRunsBetweenRoadAndSidewalkCells) {
@@ -258,23 +257,6 @@ TEST(PlanView, OfASinglePointKnowsItsCell) {
   EXPECT_EQ(view.known[0].y, 121);
 }
 
-TEST(PlanView, WithoutAVoteLimitStillNamesOnlyWhatWasSeen) {
-  PlanScene scene;
-  scene.patch(Kind::road, 2, 2, 12, 6, 0.0).wall(Kind::fence, 2, 8.2, 12, 8.2, 0, 2);
-  scene.patch(Kind::terrain, 2, 10, 12, 14, 9.0);  // ground far above the surface: an obstacle
-  scene.patch(Kind::terrain, 2, 10, 12, 14, 0.0);
-  PlanOptions options;
-  options.min_votes = 0;
-  const PlanView view = scene.view(false, options);
-  EXPECT_GT(distanceTo(view, Channel::road, 7, 8.25), 1.5);
-  for (const Channel c : {Channel::building, Channel::canopy, Channel::vehicle_surface}) {
-    EXPECT_TRUE(view[c].empty()) << toString(c);
-  }
-  for (const auto& channel : view.samples) {
-    for (const PlanSample& s : channel) EXPECT_TRUE(std::isfinite(s.x + s.y + s.z));
-  }
-}
-
 TEST(PlanView, LeavesOutWildPoints) {
   PlanScene plain, wild;
   wild.point(Kind::road, 1e30, 0, 0).point(Kind::road, 0, -3e38, 0);
@@ -314,7 +296,7 @@ TEST(PlanView, EverySampleOfASurfaceLiesInASeenCell) {
 TEST(PlanView, FollowsAShiftOfTheFrameByTilesExactly) {
   Eigen::Isometry3d shift = Eigen::Isometry3d::Identity();
   shift.translation() << 640, -128, 64;
-  const PlanView here = junction().view(), there = junction().view(false, {}, shift);
+  const PlanView here = junction().view(), there = junction().view(false, shift);
   EXPECT_EQ(there.origin_x, here.origin_x + 640);
   EXPECT_EQ(there.origin_y, here.origin_y - 128);
   EXPECT_EQ(there.origin_z, here.origin_z + 64);
@@ -330,7 +312,7 @@ TEST(PlanView, FollowsAShiftOfTheFrameByTilesExactly) {
 TEST(PlanView, FollowsATurnOfTheFrame) {
   Eigen::Isometry3d turn = Eigen::Isometry3d::Identity();
   turn.linear() << 0, -1, 0, 1, 0, 0, 0, 0, 1;
-  const PlanView here = junction().view(), there = junction().view(false, {}, turn);
+  const PlanView here = junction().view(), there = junction().view(false, turn);
   for (std::size_t c = 0; c < kChannels; ++c) {
     const auto channel = static_cast<Channel>(c);
     SCOPED_TRACE(toString(channel));

@@ -7,6 +7,8 @@
 
 namespace xview::test {
 
+using namespace graph;
+
 LabelSet townLabels() {
   return labelSetOf("town", {{kVoid, "void", Role::ignored, Kind::none},
                              {kSky, "sky", Role::ignored, Kind::none},

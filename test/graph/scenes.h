@@ -32,10 +32,10 @@ std::vector<Eigen::Vector3f> clumpedPoints(std::size_t count, double extent_m, R
 Blob blobAt(std::uint32_t label, double x, double y, double z, std::uint32_t points = 50);
 
 /// Merging of this mode that keeps surface vertices of single points.
-MergeOptions mergeOptions(const std::string& mode);
+graph::MergeOptions mergeOptions(const std::string& mode);
 
 /// The vertices of blobs, frame by frame.
-std::vector<Vertex> merged(const MergeOptions& options,
+std::vector<Vertex> merged(const graph::MergeOptions& options,
                            const std::vector<std::vector<Blob>>& frames);
 
 /// A camera frame in which every pixel has this label and planar depth.

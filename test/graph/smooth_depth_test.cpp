@@ -11,6 +11,9 @@
 #include "xview/types/random.h"
 
 namespace xview {
+
+using namespace graph;
+
 namespace {
 
 constexpr double kSigma = 0.002;  ///< of inverse depth [1/m]

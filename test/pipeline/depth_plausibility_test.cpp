@@ -5,8 +5,7 @@
 
 #include <cmath>
 
-#include "pipeline/depth_agreement.h"
-#include "pipeline/plane_curvature.h"
+#include "pipeline/depth_witnesses.h"
 #include "pipeline/simulated_drive.h"
 #include "xview/mapper.h"
 #include "xview/types/error.h"

@@ -9,6 +9,9 @@
 #include "xview/types/random.h"
 
 namespace xview {
+
+using namespace graph;
+
 namespace {
 
 constexpr std::uint32_t kClasses = 5;

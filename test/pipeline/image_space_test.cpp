@@ -12,6 +12,9 @@
 #include "xview/types/error.h"
 
 namespace xview {
+
+using namespace graph;
+
 namespace {
 
 using test::simulatedDrive;

@@ -25,7 +25,7 @@ FrameDigest frameOfThree(double inverse_depth_sigma) {
 
 TEST(KnownPoints, AreThoseOfASmallError) {
   LabelledCloud cloud;
-  EXPECT_EQ(appendKnownPoints(frameOfThree(1e-3), 0.5, kNoView, cloud), 2u);
+  EXPECT_EQ(appendKnownPoints(frameOfThree(1e-3).cloud, 0.5, kNoView, cloud), 2u);
   EXPECT_FLOAT_EQ(cloud.points[0].sigma, 0.1f);
   EXPECT_FLOAT_EQ(cloud.points[1].sigma, 0.4f) << "that of 0.9 m is left out";
 }
@@ -40,8 +40,8 @@ TEST(KnownPoints, RangeIsThatFromTheSensor) {
 TEST(KnownPoints, KeepTheirPlacesAndClasses) {
   LabelledCloud cloud;
   cloud.origin = {90, 5, 0};
-  EXPECT_EQ(appendKnownPoints(frameOfThree(0), 0.5, kNoView, cloud), 3u);
-  EXPECT_EQ(appendKnownPoints(frameOfThree(0), 0.5, kNoView, cloud), 3u);
+  EXPECT_EQ(appendKnownPoints(frameOfThree(0).cloud, 0.5, kNoView, cloud), 3u);
+  EXPECT_EQ(appendKnownPoints(frameOfThree(0).cloud, 0.5, kNoView, cloud), 3u);
   ASSERT_EQ(cloud.size(), 6u);
   EXPECT_EQ(cloud.position(4), Eigen::Vector3d(120, 0, 0));
   EXPECT_EQ(cloud.points[4].label, 7u);
@@ -49,7 +49,8 @@ TEST(KnownPoints, KeepTheirPlacesAndClasses) {
 
 TEST(KnownPoints, AreNotThoseWhoseErrorIsNoNumber) {
   LabelledCloud cloud;
-  EXPECT_EQ(appendKnownPoints(frameOfThree(std::numeric_limits<double>::quiet_NaN()), 0.5, kNoView, cloud),
+  EXPECT_EQ(appendKnownPoints(frameOfThree(std::numeric_limits<double>::quiet_NaN()).cloud, 0.5,
+                              kNoView, cloud),
             0u);
 }
 

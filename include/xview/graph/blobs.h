@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <Eigen/Geometry>
 #include <cstdint>
 #include <vector>
 
-#include "xview/graph/beams.h"
 #include "xview/types/blob.h"
 #include "xview/types/labelled_cloud.h"
 #include "xview/types/labels.h"
 #include "xview/types/option_field.h"
 
-namespace xview {
+namespace xview::graph {
 
 struct BlobOptions {
   double tolerance_m = 0.5;  ///< two points of a class nearer than this are in one blob
@@ -30,6 +30,37 @@ void visit(BlobOptions& o, Visitor&& field) {
   field("max_surface_m", o.max_surface_m, Range{0, 1e6},
         "cut blobs of surface classes that spread further into squares of this side; 0 = off [m]");
 }
+
+/// Angles between neighbouring measurements of a spinning scanner.
+struct BeamSpacing {
+  double azimuth_rad = 0;    ///< of one beam, from measurement to measurement
+  double elevation_rad = 0;  ///< between two beams
+  bool isKnown() const { return azimuth_rad > 0 && elevation_rad > 0; }
+};
+
+/// The spacing of the beams that measured these points around the origin of their frame, or nothing
+/// if they are no scan: in narrow sectors of a scan the elevations come in steps, those of a cloud
+/// from many places do not. The order of the points does not matter. Rings (the beam of each point)
+/// are used if there are any and if they lie at elevations of their own, but they are not needed.
+BeamSpacing measureBeamSpacing(const LabelledCloud& cloud,
+                               const std::vector<std::uint16_t>& rings = {});
+
+/// How a cloud was scanned.
+struct ScanView {
+  Eigen::Isometry3d T_cloud_sensor =
+      Eigen::Isometry3d::Identity();  ///< sensor in the cloud's frame
+  BeamSpacing beams;
+};
+
+/// Joins clusters (numbers from 0, or -1) whose points lie next to one another in the range image:
+/// at most two beams apart, one of them lost, upwards and sideways, and at most `depth_m` in range.
+/// `points` are in the frame of the sensor; only those further away than `depth_m` over the spacing
+/// are looked at, because a tolerance of `depth_m` has joined the others already.
+void joinAlongBeams(const std::vector<Eigen::Vector3f>& points, const BeamSpacing& beams,
+                    float depth_m, std::vector<int>& cluster_of_point);
+
+/// How many points of a thin post a scan holds at that range, at most `most` and at least a few.
+int pointsOfThinThing(double range_m, const BeamSpacing& beams, int most);
 
 /// For each point the number of its cluster (0 …, ordered by the first point of each), or -1 if the
 /// cluster is smaller than min_points or the point is not finite. Exactly the components of
@@ -58,11 +89,4 @@ std::vector<Blob> extractBlobs(const LabelledCloud& cloud, const LabelSet& set,
                                std::vector<int>* blob_of_point = nullptr,
                                const ScanView& scan = {});
 
-/// One point per voxel, class and instance: their centroid, in order of first appearance; sigmas
-/// become the mean range. Voxels are cells of the frame of the cloud, whatever its origin. Points
-/// that are not finite, or 2^30 voxels from zero, are left out; voxel_m = 0 changes nothing.
-/// `points_per_voxel`, if given, receives how many points each one stands for.
-LabelledCloud thinByVoxel(const LabelledCloud& cloud, double voxel_m,
-                          std::vector<std::uint32_t>* points_per_voxel = nullptr);
-
-}  // namespace xview
+}  // namespace xview::graph

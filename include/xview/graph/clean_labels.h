@@ -5,7 +5,7 @@
 #include "xview/types/labels.h"
 #include "xview/types/option_field.h"
 
-namespace xview {
+namespace xview::graph {
 
 struct CleanOptions {
   bool enabled = true;
@@ -33,4 +33,4 @@ void visit(CleanOptions& o, Visitor&& field) {
 /// points worse; 1 px is a draw (99.7 %, +0.02 points).
 LabelImage cleanLabels(const LabelImage& labels, const LabelSet& set, const CleanOptions& options);
 
-}  // namespace xview
+}  // namespace xview::graph

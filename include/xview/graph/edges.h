@@ -4,7 +4,7 @@
 #include "xview/types/graph.h"
 #include "xview/types/option_field.h"
 
-namespace xview {
+namespace xview::graph {
 
 struct EdgeOptions {
   double radius_m = 15;  ///< vertices nearer than this are neighbours
@@ -20,4 +20,4 @@ void visit(EdgeOptions& o, Visitor&& field) {
 /// double precision. Vertices whose position is not finite stay alone.
 void connectByRadius(SemanticGraph& graph, const EdgeOptions& options);
 
-}  // namespace xview
+}  // namespace xview::graph

@@ -7,7 +7,7 @@
 #include "xview/types/blob.h"
 #include "xview/types/frame.h"
 
-namespace xview {
+namespace xview::graph {
 
 /// Blobs and edges in image space, as the paper has them: 8-connected regions of the label image
 /// per class and instance, edges where contours come near; smaller regions than 300 px of 640x480
@@ -23,4 +23,4 @@ struct ImageBlobs {
 
 ImageBlobs extractImageBlobs(const Frame& frame, const LabelSet& set, double max_range_m);
 
-}  // namespace xview
+}  // namespace xview::graph

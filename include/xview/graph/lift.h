@@ -2,11 +2,12 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 #include "xview/types/frame.h"
 #include "xview/types/option_field.h"
 
-namespace xview {
+namespace xview::graph {
 
 struct LiftOptions {
   double min_range_m = 0.3;
@@ -50,4 +51,26 @@ double maxRange(const Frame& frame, const LiftOptions& options);
 LabelledCloud lift(const Frame& frame, const LabelSet& set, const LiftOptions& options,
                    LiftCounts* counts = nullptr);
 
-}  // namespace xview
+/// One point per voxel, class and instance: their centroid, in order of first appearance; sigmas
+/// are averaged. Voxels are cells of the frame of the cloud, whatever its origin. Points
+/// that are not finite, or 2^30 voxels from zero, are left out; voxel_m = 0 changes nothing.
+/// `points_per_voxel`, if given, receives how many points each one stands for.
+LabelledCloud thinByVoxel(const LabelledCloud& cloud, double voxel_m,
+                          std::vector<std::uint32_t>* points_per_voxel = nullptr);
+
+/// Which points of a frame are wanted besides the thinned ones.
+enum class WholeClasses { none, no_surfaces, all };
+
+/// A frame as mapping needs it.
+struct ThinFrame {
+  LabelledCloud thin;  ///< all points, thinned by voxel
+  std::vector<std::uint32_t> points_per_voxel;
+  LabelledCloud whole;     ///< the points of the classes that were asked for, as they are
+  bool is_aerial = false;  ///< a camera, and the nearest tenth of its points is over 15 m away
+};
+
+/// thinByVoxel(lift(frame), voxel_m) in one go, without all points in memory: the same results.
+ThinFrame liftThin(const Frame& frame, const LabelSet& set, const LiftOptions& options,
+                   double voxel_m, WholeClasses whole, LiftCounts* counts = nullptr);
+
+}  // namespace xview::graph

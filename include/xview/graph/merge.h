@@ -5,13 +5,15 @@
 #include <string>
 #include <vector>
 
+#include "xview/graph/edges.h"
 #include "xview/types/blob.h"
 #include "xview/types/graph.h"
 #include "xview/types/labelled_cloud.h"
 #include "xview/types/labels.h"
 #include "xview/types/option_field.h"
+#include "xview/types/plan_view.h"
 
-namespace xview {
+namespace xview::graph {
 
 struct MergeOptions {
   std::string mode = "running_mean";
@@ -86,4 +88,20 @@ class PlaceGraphBuilder {
   std::unique_ptr<State> state_;
 };
 
-}  // namespace xview
+/// Adds the vertices of another graph of the same frame: one within the merge distance of a vertex
+/// of its class (half the spacing of surfaces) is that vertex, at the mean of both, weighted by how
+/// often each was seen. Edges are made anew (connectByRadius); in image space those of both stay.
+void mergeGraphs(SemanticGraph& graph, const SemanticGraph& addition, const LabelSet& labels,
+                 const MergeOptions& options, const EdgeOptions& edge_options);
+
+/// Replaces the vertices of poles, signs and lights by those of the plan view of the same points.
+/// The centre of a cluster depends on which part of a post was seen, and a cluster smears along the
+/// rays of a noisy camera; a density peak does not, and its foot on the ground is the same from the
+/// street and from the air. A post is a pole whatever its labels say, also that of a sign, because
+/// in noise its labels differ from visit to visit; the sign is a vertex beside it. Posts without a
+/// cluster of poles are of the first class of poles, if there is one. A vertex keeps what is known
+/// of the nearest cluster of its kind; the new ones come last, in the order of the plan view. Edges
+/// are dropped. Nothing changes without a plan view.
+void placeThinObjects(SemanticGraph& graph, const PlanView& plan, const LabelSet& labels);
+
+}  // namespace xview::graph

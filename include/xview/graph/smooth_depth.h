@@ -1,9 +1,33 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <optional>
+
 #include "xview/types/image.h"
 
-namespace xview {
+namespace xview::graph {
+
+/// Standard deviation of inverse depth [1/m], so that a depth z is known to z^2 times this. Inverse
+/// depth is an affine function of the pixel on every plane, whatever its slant: second differences
+/// over a few pixels that are not zero are noise, or an edge, which the median passes over. 0 if
+/// too few pixels are measured, or if quantization hides the noise.
+double inverseDepthNoise(const DepthImage& depth);
+
+/// Whether that noise is one of single pixels: then neighbours show at least a fifth of it. What
+/// differs over a few pixels only are leaves and other small shapes.
+bool isNoiseOfPixels(double inverse_depth_noise, const DepthImage& depth);
+
+/// Lowest inverse depth that the sensor tells, in units of its noise, if the image shows one: many
+/// measurements lie just above it. The noise of a surface that the sensor sees whole fades out
+/// towards its farthest measurement. None where depths are known to half a metre, because there
+/// the steps of a sensor look the same.
+std::optional<double> rangeLimit(const DepthImage& depth, double inverse_depth_sigma);
+
+/// Where a surface is of which only the measurements above zero are told, in units of their noise,
+/// if these are `seen` above zero on average: the mean of a truncated normal distribution is
+/// mu + phi(mu) / Phi(mu). None if it is not one unit above zero: then most of what is told are
+/// errors.
+std::optional<double> meanOfAll(double seen);
 
 /// Averages depths of a noisy camera where that does no harm. The inverse of planar depth is an
 /// affine function of the pixel on every plane (along the rays it nearly is, over a few pixels),
@@ -22,4 +46,4 @@ namespace xview {
 void smoothDepth(DepthImage& depth, const LabelImage& labels, double inverse_depth_sigma,
                  double good_m);
 
-}  // namespace xview
+}  // namespace xview::graph

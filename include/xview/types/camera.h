@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <Eigen/Core>
 #include <limits>
 
 namespace xview {
@@ -16,6 +17,13 @@ struct Camera {
   bool depth_is_range = false;  ///< depth along the ray instead of along the optical axis
   double min_range_m = 0;       ///< what this camera measures nearer, or further, is not believed;
   double max_range_m = std::numeric_limits<double>::infinity();  ///< beside the limits of lifting
+
+  /// p_sensor of a pixel of that depth.
+  Eigen::Vector3d unproject(double u, double v, double depth) const {
+    const Eigen::Vector3d ray((u - cx) / fx, (v - cy) / fy, 1);
+    return depth_is_range ? Eigen::Vector3d(ray.normalized() * depth)
+                          : Eigen::Vector3d(ray * depth);
+  }
 };
 
 }  // namespace xview

@@ -10,7 +10,7 @@
 namespace xview {
 
 /// How a class takes part in localization.
-enum class Role {
+enum class Role : std::uint8_t {
   object,   ///< a thing with a place of its own: pole, sign, trunk, lamp
   surface,  ///< continuous: road, facade, hedge; its clusters depend on the view, so it is sampled
   dynamic,  ///< moves between visits: car, person
@@ -64,9 +64,9 @@ class LabelSet {
   bool empty() const { return classes_.empty(); }
   bool isGeneric() const;  ///< made of bare ids by genericLabelSet()
   const std::map<std::uint32_t, ClassInfo>& classes() const { return classes_; }
-  const ClassInfo* find(std::uint32_t id) const;  ///< null if the id is unknown
-  Role role(std::uint32_t id) const;              ///< ignored if the id is unknown
-  Kind kind(std::uint32_t id) const;              ///< none if the id is unknown or ignored
+  const ClassInfo* find(std::uint32_t id) const;                    ///< null if the id is unknown
+  Role role(std::uint32_t id) const { return meaningOf(id).role; }  ///< ignored if unknown
+  Kind kind(std::uint32_t id) const { return meaningOf(id).kind; }  ///< none if unknown or ignored
   std::string className(std::uint32_t id) const;  ///< "class 17" if the id is unknown
   std::array<std::uint8_t, 3> color(std::uint32_t id) const;
 
@@ -74,8 +74,20 @@ class LabelSet {
   bool operator!=(const LabelSet& other) const { return !(*this == other); }
 
  private:
+  /// What is asked for every pixel and point.
+  struct Meaning {
+    Role role = Role::ignored;
+    Kind kind = Kind::none;
+  };
+  Meaning meaningOf(std::uint32_t id) const {
+    return id < meanings_.size() ? meanings_[id] : id < kTabled ? Meaning() : lookUp(id);
+  }
+  Meaning lookUp(std::uint32_t id) const;
+
+  static constexpr std::uint32_t kTabled = 1 << 16;  ///< ids below are in a table
   std::string name_;
   std::map<std::uint32_t, ClassInfo> classes_;
+  std::vector<Meaning> meanings_;
 };
 
 /// Role and kind of a class from its name in any of the usual data sets ("traffic sign",

@@ -7,12 +7,24 @@
 
 namespace xview {
 
-/// Of an even number of values the upper one of the middle two. There must be one value at least.
+/// The value below which this share of the values lies, of 0.5 and an even number of values the
+/// upper one of the middle two. Reorders them. There must be one value at least.
+template <class T>
+T quantileOf(T* first, T* last, double share) {
+  const auto at = static_cast<std::ptrdiff_t>(share * static_cast<double>(last - first));
+  T* const value = std::min(first + at, last - 1);
+  std::nth_element(first, value, last);
+  return *value;
+}
+
+template <class T>
+T quantileOf(std::vector<T>& values, double share) {
+  return quantileOf(values.data(), values.data() + values.size(), share);
+}
+
 template <class T>
 T medianOf(std::vector<T> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+  return quantileOf(values, 0.5);
 }
 
 }  // namespace xview

@@ -61,6 +61,12 @@ struct GroundCell {
   bool measured = false;      ///< ground points fell into it; else z comes from the neighbourhood
 };
 
+/// Row by row: by y, then x.
+template <class Cell>
+bool inRowOrder(const Cell& a, const Cell& b) {
+  return a.y != b.y ? a.y < b.y : a.x < b.x;
+}
+
 /// A place seen from above: the semantic graph's fine surface vertices and its
 /// objects, on a grid of cell_m. What is not among `known` was never seen, which is not the same as
 /// empty.

@@ -2,10 +2,35 @@
 #pragma once
 
 #include <optional>
+#include <utility>
+#include <vector>
 
 #include "xview/types/frame.h"
 
 namespace xview {
+
+// Two witnesses of wrong depths that do not know of each other: frames that contradict one another,
+// and planes that are bent.
+
+inline bool isDepth(float z) { return z > 0 && z < 1e9f; }
+
+/// What becomes of the pixels of one frame in another one, if depths times a scale and the poses
+/// are right.
+struct DepthAgreement {
+  double visible = 0;   ///< share of the pixels that the other frame should see
+  double agreeing = 0;  ///< share of these that it measures there, within 5 %
+};
+
+DepthAgreement agreementOfDepths(const Frame& a, const Frame& b, double scale);
+
+using FramePair = std::pair<Frame, Frame>;
+
+/// Frames of three places of a recording between which the camera has moved by half a metre or
+/// more; fewer where it stood.
+std::vector<FramePair> movedPairs(const FrameSource& source);
+
+/// The mean of the pairs.
+DepthAgreement agreementOf(const std::vector<FramePair>& pairs, double scale);
 
 /// How bent ground and houses look, 0 = flat. The inverse of planar depth is an affine function of
 /// the pixel on every plane, so its second difference over a tenth of the image is zero, but for

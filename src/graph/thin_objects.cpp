@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "pipeline/thin_objects.h"
+#include "xview/graph/merge.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <optional>
 
-namespace xview {
+namespace xview::graph {
 namespace {
 
 constexpr double kSameThing_m = 2;  ///< between the foot of a post and the centre of its cluster
@@ -113,4 +113,4 @@ void placeThinObjects(SemanticGraph& graph, const PlanView& plan, const LabelSet
   graph.neighbours.assign(graph.size(), {});
 }
 
-}  // namespace xview
+}  // namespace xview::graph

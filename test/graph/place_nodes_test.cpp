@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "graph/label_votes.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -8,6 +6,9 @@
 #include "scenes.h"
 
 namespace xview {
+
+using namespace graph;
+
 namespace {
 
 using namespace test;

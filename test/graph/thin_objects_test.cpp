@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "pipeline/thin_objects.h"
+#include "xview/graph/merge.h"
 
 #include <gtest/gtest.h>
 
@@ -8,6 +8,9 @@
 #include "support/label_sets.h"
 
 namespace xview {
+
+using namespace graph;
+
 namespace {
 
 constexpr std::uint32_t kPole = 3, kSign = 5, kHouse = 7;

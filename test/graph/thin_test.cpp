@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/graph/thin_frame.h"
+#include "xview/graph/lift.h"
 
 #include <gtest/gtest.h>
 
@@ -7,9 +7,11 @@
 #include <string>
 
 #include "scenes.h"
-#include "xview/graph/blobs.h"
 
 namespace xview {
+
+using namespace graph;
+
 namespace {
 
 using namespace test;

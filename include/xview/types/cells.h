@@ -1,0 +1,240 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+namespace xview {
+
+// Points by the cells of unbounded grids.
+
+/// std::floor is a call of a function on processors without SSE 4.1, and this is done for every
+/// point.
+inline std::int32_t floorToInt(double value) {
+  const auto toward_zero = static_cast<std::int32_t>(value);
+  return toward_zero - (value < toward_zero);
+}
+
+/// Cell of a lattice in space, for one class.
+struct ClassCell {
+  std::int64_t x = 0, y = 0, z = 0;
+  std::uint32_t label = 0;
+
+  bool operator==(const ClassCell& o) const {
+    return x == o.x && y == o.y && z == o.z && label == o.label;
+  }
+  std::uint64_t hash() const {
+    std::uint64_t h = static_cast<std::uint64_t>(x) * 0x9E3779B97F4A7C15ull;
+    h = (h ^ (h >> 29)) + static_cast<std::uint64_t>(y) * 0xBF58476D1CE4E5B9ull;
+    h = (h ^ (h >> 31)) + static_cast<std::uint64_t>(z) * 0x94D049BB133111EBull;
+    h = (h ^ (h >> 30)) + label * 0xD1342543DE82EF95ull;
+    return h ^ (h >> 32);
+  }
+};
+
+inline ClassCell cellOf(const Eigen::Vector3d& p, double side, std::uint32_t label) {
+  // Beyond 2^53 a double has no cells; whatever is there shares one.
+  const auto index = [side](double c) {
+    return static_cast<std::int64_t>(std::floor(std::clamp(c / side, -9e15, 9e15)));
+  };
+  return {index(p.x()), index(p.y()), index(p.z()), label};
+}
+
+/// Things in cells, to look for those near a point: no farther away than the side of a cell.
+class CellLists {
+ public:
+  void add(const ClassCell& cell, std::size_t thing) { lists_[cell].push_back(thing); }
+  void move(const ClassCell& from, const ClassCell& to, std::size_t thing) {
+    if (from == to) return;
+    std::vector<std::size_t>& list = lists_[from];
+    list.erase(std::find(list.begin(), list.end(), thing));
+    if (list.empty()) lists_.erase(from);
+    add(to, thing);
+  }
+  /// Calls visit(thing) for those in the cell and the 26 around it.
+  template <class Visit>
+  void forAround(const ClassCell& cell, Visit&& visit) const {
+    for (int i = 0; i < 27; ++i) {
+      const auto found =
+          lists_.find({cell.x + i % 3 - 1, cell.y + i / 3 % 3 - 1, cell.z + i / 9 - 1, cell.label});
+      if (found == lists_.end()) continue;
+      for (const std::size_t thing : found->second) visit(thing);
+    }
+  }
+
+ private:
+  struct Hash {
+    std::size_t operator()(const ClassCell& cell) const { return cell.hash(); }
+  };
+  std::unordered_map<ClassCell, std::vector<std::size_t>, Hash> lists_;
+};
+
+/// A vector that grows by chunks and never moves what it holds: no copies, and pages are touched
+/// once.
+template <class T>
+class ChunkedVector {
+ public:
+  void push_back(const T& value) {
+    if (size_ >> kBits == chunks_.size()) {
+      chunks_.emplace_back();
+      chunks_.back().reserve(kChunk);
+    }
+    chunks_.back().push_back(value);
+    ++size_;
+  }
+  T& operator[](std::size_t i) { return chunks_[i >> kBits][i & (kChunk - 1)]; }
+  const T& operator[](std::size_t i) const { return chunks_[i >> kBits][i & (kChunk - 1)]; }
+  std::size_t size() const { return size_; }
+  bool empty() const { return size_ == 0; }
+
+ private:
+  static constexpr std::size_t kBits = 12, kChunk = std::size_t{1} << kBits;
+  std::vector<std::vector<T>> chunks_;
+  std::size_t size_ = 0;
+};
+
+/// Entries by key, numbered in order of first use: a hash table with linear probing. An entry has a
+/// `key`, and a key has a hash() and can be compared. It is for many points in few cells, and can
+/// be told ahead what it will be asked for, because large ones outgrow the caches.
+template <class Entry>
+class CellTable {
+ public:
+  using Key = decltype(Entry::key);
+
+  void reserve(std::size_t entries) {
+    std::size_t size = slots_.empty() ? 64 : slots_.size();
+    while (size < 2 * entries) size *= 2;
+    if (size == slots_.size()) return;
+    slots_.assign(size, Slot());
+    for (std::size_t i = 0; i < entries_.size(); ++i) {
+      if (i + kAhead < entries_.size()) prefetchSlot(entries_[i + kAhead].key);
+      const std::uint64_t hash = entries_[i].key.hash();
+      slotOf(entries_[i].key, hash) = {tagOf(hash), static_cast<std::int32_t>(i)};
+    }
+  }
+
+  /// Number of the entry of this key; make() makes it if it is new.
+  template <class Make>
+  std::size_t numberOf(const Key& key, Make&& make) {
+    if (2 * entries_.size() >= slots_.size()) reserve(entries_.size() + 1);
+    const std::uint64_t hash = key.hash();
+    Slot& slot = slotOf(key, hash);
+    if (slot.entry < 0) {
+      slot = {tagOf(hash), static_cast<std::int32_t>(entries_.size())};
+      entries_.push_back(make());
+    }
+    return static_cast<std::size_t>(slot.entry);
+  }
+
+  Entry& operator[](std::size_t number) { return entries_[number]; }
+  const Entry& operator[](std::size_t number) const { return entries_[number]; }
+  std::size_t size() const { return entries_.size(); }
+  const ChunkedVector<Entry>& entries() const { return entries_; }
+
+  /// What this key needs is fetched into the caches, first its slot, then its entry.
+  void prefetchSlot(const Key& key) const {
+    __builtin_prefetch(&slots_[key.hash() & (slots_.size() - 1)], 1);
+  }
+  void prefetchEntry(const Key& key) const {
+    const std::int32_t entry = slots_[key.hash() & (slots_.size() - 1)].entry;
+    if (entry >= 0) __builtin_prefetch(&entries_[static_cast<std::size_t>(entry)], 1);
+  }
+
+ private:
+  static constexpr std::size_t kAhead = 16;
+  struct Slot {
+    std::uint32_t tag = 0;    ///< upper half of the hash: other entries are seldom looked at
+    std::int32_t entry = -1;  ///< its number
+  };
+  static std::uint32_t tagOf(std::uint64_t hash) { return static_cast<std::uint32_t>(hash >> 32); }
+
+  Slot& slotOf(const Key& key, std::uint64_t hash) {
+    const std::size_t mask = slots_.size() - 1;
+    std::size_t i = hash & mask;
+    while (slots_[i].entry >= 0 &&
+           !(slots_[i].tag == tagOf(hash) &&
+             entries_[static_cast<std::size_t>(slots_[i].entry)].key == key))
+      i = (i + 1) & mask;
+    return slots_[i];
+  }
+
+  ChunkedVector<Entry> entries_;
+  std::vector<Slot> slots_;  ///< a power of two of them, or none
+};
+
+/// Numbers the occupied cells of an unbounded grid: (x, y) -> 0, 1, 2 … in order of first use.
+/// Cells live in 64x64 tiles, so that a look-up near the last ones costs a few instructions and a
+/// road network costs its streets, not its bounding box. Remembers the last tiles: not for several
+/// threads at once.
+class CellIndex {
+ public:
+  /// Number of the cell, or -1.
+  std::int32_t find(std::int32_t x, std::int32_t y) const {
+    const Tile* tile = findTile(x >> 6, y >> 6);
+    return tile ? (*tile)[slot(x, y)] : -1;
+  }
+
+  std::int32_t findOrAdd(std::int32_t x, std::int32_t y) {
+    std::int32_t& number = (*addTile(x >> 6, y >> 6))[slot(x, y)];
+    if (number < 0) {
+      number = static_cast<std::int32_t>(cells_.size());
+      cells_.push_back({x, y});
+    }
+    return number;
+  }
+
+  struct Cell {
+    std::int32_t x, y;
+  };
+  const std::vector<Cell>& cells() const { return cells_; }
+  std::size_t size() const { return cells_.size(); }
+
+ private:
+  using Tile = std::array<std::int32_t, 64 * 64>;
+  struct Recent {
+    std::uint64_t key = 0;
+    Tile* tile = nullptr;
+  };
+
+  static std::size_t slot(std::int32_t x, std::int32_t y) {
+    return static_cast<std::size_t>(y & 63) * 64 + static_cast<std::size_t>(x & 63);
+  }
+  static std::uint64_t key(std::int32_t tx, std::int32_t ty) {
+    return (static_cast<std::uint64_t>(static_cast<std::uint32_t>(tx)) << 32) |
+           static_cast<std::uint32_t>(ty);
+  }
+  /// The tiles that were asked for last, one for each of 4x4 neighbouring ones.
+  Recent& recentOf(std::int32_t tx, std::int32_t ty) const {
+    return recent_[(tx & 3) + 4 * (ty & 3)];
+  }
+  Tile* findTile(std::int32_t tx, std::int32_t ty) const {
+    const std::uint64_t k = key(tx, ty);
+    Recent& recent = recentOf(tx, ty);
+    if (recent.tile && k == recent.key) return recent.tile;
+    const auto it = tiles_.find(k);
+    if (it == tiles_.end()) return nullptr;
+    recent = {k, it->second.get()};
+    return recent.tile;
+  }
+  Tile* addTile(std::int32_t tx, std::int32_t ty) {
+    if (Tile* found = findTile(tx, ty)) return found;
+    auto& tile = tiles_[key(tx, ty)];
+    tile = std::make_unique<Tile>();
+    tile->fill(-1);
+    return tile.get();
+  }
+
+  std::unordered_map<std::uint64_t, std::unique_ptr<Tile>> tiles_;
+  std::vector<Cell> cells_;
+  mutable std::array<Recent, 16> recent_;
+};
+
+}  // namespace xview

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "xview/types/cells.h"
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <set>
+#include <tuple>
+
+#include "xview/types/random.h"
+
+namespace xview {
+namespace {
+
+TEST(CellIndex, NumbersCellsLikeAMapDoes) {
+  Random random(1);
+  CellIndex index;
+  std::map<std::pair<std::int32_t, std::int32_t>, std::int32_t> oracle;
+  for (int i = 0; i < 50000; ++i) {
+    const int extent = i % 2 ? 400 : 20;  // near the last tiles and far from them
+    const auto x = static_cast<std::int32_t>(random.below(extent)) - extent / 2;
+    const auto y = static_cast<std::int32_t>(random.below(extent)) - extent / 2;
+    const auto it = oracle.find({x, y});
+    ASSERT_EQ(index.find(x, y), it == oracle.end() ? -1 : it->second);
+    if (i % 3 > 0) continue;
+    const std::int32_t number = index.findOrAdd(x, y);
+    ASSERT_EQ(number, oracle.emplace(std::make_pair(x, y), static_cast<std::int32_t>(oracle.size()))
+                          .first->second);
+    ASSERT_EQ(index.cells()[number].x, x);
+    ASSERT_EQ(index.cells()[number].y, y);
+  }
+  EXPECT_EQ(index.size(), oracle.size());
+}
+
+TEST(CellIndex, TakesTheOutermostCells) {
+  constexpr std::int32_t kMost = 2147483647;
+  CellIndex index;
+  EXPECT_EQ(index.findOrAdd(kMost, -kMost - 1), 0);
+  EXPECT_EQ(index.findOrAdd(-kMost - 1, kMost), 1);
+  EXPECT_EQ(index.findOrAdd(0, 0), 2);
+  EXPECT_EQ(index.find(kMost, -kMost - 1), 0);
+  EXPECT_EQ(index.find(-1, -1), -1);
+}
+
+struct Count {
+  ClassCell key;
+  int points = 0;
+};
+
+ClassCell randomCell(Random& random) {
+  const auto at = [&] { return static_cast<std::int64_t>(random.below(30)) - 15; };
+  return {at(), at(), at(), random.below(3)};
+}
+
+TEST(CellTable, CountsLikeAMapDoes) {
+  Random random(2);
+  CellTable<Count> table;
+  std::map<std::tuple<std::int64_t, std::int64_t, std::int64_t, std::uint32_t>, std::size_t> oracle;
+  for (int i = 0; i < 100000; ++i) {
+    const ClassCell cell = randomCell(random);
+    const std::size_t expected =
+        oracle.emplace(std::make_tuple(cell.x, cell.y, cell.z, cell.label), oracle.size())
+            .first->second;
+    ASSERT_EQ(table.numberOf(cell, [&] { return Count{cell}; }), expected);
+    ++table[expected].points;
+    if (i == 50) table.reserve(1000);
+  }
+  ASSERT_EQ(table.size(), oracle.size());
+  int points = 0;
+  for (std::size_t i = 0; i < table.size(); ++i) points += table[i].points;
+  EXPECT_EQ(points, 100000);
+}
+
+TEST(CellLists, FindWhatIsWithinTheSideOfACell) {
+  constexpr double kSide_m = 2;
+  Random random(3);
+  const auto somewhere = [&] {
+    const auto at = [&] { return random.uniform(-8, 8); };
+    return Eigen::Vector3d(at(), at(), at());
+  };
+  std::vector<Eigen::Vector3d> points;
+  CellLists lists;
+  for (std::size_t i = 0; i < 400; ++i) {
+    points.push_back(somewhere());
+    lists.add(cellOf(points[i], kSide_m, i % 2), i);
+  }
+  for (std::size_t i = 0; i < 400; i += 3) {
+    const ClassCell before = cellOf(points[i], kSide_m, i % 2);
+    points[i] = somewhere();
+    lists.move(before, cellOf(points[i], kSide_m, i % 2), i);
+  }
+  for (int query = 0; query < 50; ++query) {
+    const Eigen::Vector3d p = somewhere();
+    std::set<std::size_t> found, expected;
+    lists.forAround(cellOf(p, kSide_m, 1), [&](std::size_t i) {
+      EXPECT_EQ(i % 2, 1u) << "of another class";
+      if ((points[i] - p).norm() <= kSide_m) found.insert(i);
+    });
+    for (std::size_t i = 1; i < points.size(); i += 2) {
+      if ((points[i] - p).norm() <= kSide_m) expected.insert(i);
+    }
+    EXPECT_EQ(found, expected);
+  }
+}
+
+}  // namespace
+}  // namespace xview
