@@ -45,9 +45,10 @@ Drive simulate(Random& random, double wrong_share, const PosteriorOptions& o) {
       const double x = random.uniform(-1, 1), y = random.uniform(-15, 15),
                    z = random.uniform(-2, 8);
       MatchedVertex vertex;
-      vertex.p_odom = T_odom * (Eigen::Vector3d(x, y, z) + normal3(random, o.vertex_sigma_m));
+      vertex.p_odom = T_odom * (Eigen::Vector3d(x, y, z) + normal3(random, o.model.vertex_sigma_m));
       vertex.first_pose = vertex.last_pose = static_cast<std::size_t>(i);
-      vertex.p_map = drive.T_map_last * Eigen::Vector3d(x, y, z) + normal3(random, o.match_sigma_m);
+      vertex.p_map =
+          drive.T_map_last * Eigen::Vector3d(x, y, z) + normal3(random, o.model.match_sigma_m);
       if (random.uniform() < wrong_share) {
         const double dx = random.uniform(-20, 20), dy = random.uniform(-20, 20);
         vertex.p_map += Eigen::Vector3d(dx, dy, 0);
@@ -87,7 +88,7 @@ int main(int argc, char** argv) try {
   bench::parseArguments(argc, argv, {{"--problems", bench::into(problems)}}, options, 0,
                         "posterior_bench [options]");
   PosteriorOptions robust = options.posterior, quadratic = robust, paper = robust;
-  quadratic.robust_scale = 0;
+  quadratic.model.robust_scale = 0;
   paper.solver = "gauss_newton";
   quadratic.gravity = paper.gravity = "free";  // from parallel axes gauss_newton could not know it
   fmt::print(

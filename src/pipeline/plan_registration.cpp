@@ -18,12 +18,12 @@ namespace {
 RefineOptions planRefinement() {
   RefineOptions options;
   options.cell_m = 2;
-  options.roughness_m = 0.3;
-  options.first_gate_m = 1.5;
-  options.last_gate_m = 1.2;
+  options.model.roughness_m = 0.3;
+  options.model.first_gate_m = 1.5;
+  options.model.last_gate_m = 1.2;
   options.tilt_sigma_deg = 0.01;
-  options.drift_share = 0;
-  options.start_reach_m = 0;
+  options.model.drift_share = 0;
+  options.model.start_reach_m = 0;
   return options;
 }
 

@@ -135,7 +135,8 @@ PoseRefinement::PoseRefinement(const SemanticMap& map, const Options& options)
 /// The paper's back-end: odometry between the poses of the window, vertices, their partners.
 void PoseRefinement::usePosterior(const std::vector<Correspondence>& kept, Step& step) const {
   PosteriorOptions options = options_.posterior;
-  options.gravity_sigma_rad = std::hypot(options.gravity_sigma_rad, step.up_sigma_rad);
+  double& gravity_sigma_rad = options.model.gravity_sigma_rad;
+  gravity_sigma_rad = std::hypot(gravity_sigma_rad, step.up_sigma_rad);
   Posterior posterior =
       maximizePosterior(step.query.poses, matchedVertices(step.query, map_.graph, kept),
                         step.pose.T_map_query, options);

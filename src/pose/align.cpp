@@ -11,67 +11,48 @@ namespace {
 constexpr double kMinSpreadRatio = 1e-3;  // across / along, below which points are one line
 constexpr double kMinSpread_m = 1e-9;
 
+using Points = std::vector<Eigen::Vector3d>;
+
 struct Moments {
   std::string problem;
-  std::vector<double> weights;
-  double total = 0;
-  std::size_t used = 0;  // points of positive weight
   Eigen::Vector3d source_mean = Eigen::Vector3d::Zero();
   Eigen::Vector3d target_mean = Eigen::Vector3d::Zero();
-  // Centred second moments divided by the total weight.
+  // Centred second moments per point.
   Eigen::Matrix3d source = Eigen::Matrix3d::Zero();
   Eigen::Matrix3d target = Eigen::Matrix3d::Zero();
   Eigen::Matrix3d cross = Eigen::Matrix3d::Zero();  // target * source^T
 };
 
-std::string checkInput(const std::vector<Eigen::Vector3d>& source,
-                       const std::vector<Eigen::Vector3d>& target,
-                       const std::vector<double>& weights) {
+std::string inputProblem(const Points& source, const Points& target, std::size_t needed) {
   if (source.size() != target.size()) {
     return std::to_string(source.size()) + " source points for " + std::to_string(target.size()) +
            " target points";
   }
-  if (!weights.empty() && weights.size() != source.size()) {
-    return std::to_string(weights.size()) + " weights for " + std::to_string(source.size()) +
-           " points";
-  }
   for (std::size_t i = 0; i < source.size(); ++i) {
-    if (!source[i].allFinite() || !target[i].allFinite()) {
+    if (!source[i].allFinite() || !target[i].allFinite())
       return "point " + std::to_string(i) + " is not finite";
-    }
-    if (!weights.empty() && !(weights[i] >= 0 && std::isfinite(weights[i]))) {
-      return "weight " + std::to_string(i) + " is negative or not finite";
-    }
   }
-  return "";
+  if (source.size() >= needed) return "";
+  return std::to_string(source.size()) + " points, at least " + std::to_string(needed) +
+         " are needed";
 }
 
-Moments computeMoments(const std::vector<Eigen::Vector3d>& source,
-                       const std::vector<Eigen::Vector3d>& target,
-                       const std::vector<double>& weights, std::size_t needed) {
+Moments momentsOf(const Points& source, const Points& target, std::size_t needed) {
   Moments m;
-  m.problem = checkInput(source, target, weights);
+  m.problem = inputProblem(source, target, needed);
   if (!m.problem.empty()) return m;
-  m.weights = weights.empty() ? std::vector<double>(source.size(), 1.0) : weights;
+  const auto count = static_cast<double>(source.size());
   for (std::size_t i = 0; i < source.size(); ++i) {
-    m.used += m.weights[i] > 0 ? 1 : 0;
-    m.total += m.weights[i];
-    m.source_mean += m.weights[i] * source[i];
-    m.target_mean += m.weights[i] * target[i];
+    m.source_mean += source[i];
+    m.target_mean += target[i];
   }
-  if (m.used < needed) {
-    m.problem =
-        std::to_string(m.used) + " points, at least " + std::to_string(needed) + " are needed";
-    return m;
-  }
-  m.source_mean /= m.total;
-  m.target_mean /= m.total;
+  m.source_mean /= count;
+  m.target_mean /= count;
   for (std::size_t i = 0; i < source.size(); ++i) {
     const Eigen::Vector3d s = source[i] - m.source_mean, t = target[i] - m.target_mean;
-    const double w = m.weights[i] / m.total;
-    m.source += w * s * s.transpose();
-    m.target += w * t * t.transpose();
-    m.cross += w * t * s.transpose();
+    m.source += 1 / count * s * s.transpose();
+    m.target += 1 / count * t * t.transpose();
+    m.cross += 1 / count * t * s.transpose();
   }
   return m;
 }
@@ -93,28 +74,23 @@ Alignment failure(const std::string& problem) {
   return result;
 }
 
-Alignment success(const Eigen::Matrix3d& R, const Moments& m,
-                  const std::vector<Eigen::Vector3d>& source,
-                  const std::vector<Eigen::Vector3d>& target) {
+Alignment success(const Eigen::Matrix3d& R, const Moments& m, const Points& source,
+                  const Points& target) {
   Alignment result;
   result.valid = true;
   result.T_target_source.linear() = R;
   result.T_target_source.translation() = m.target_mean - R * m.source_mean;
   double sum = 0;
-  for (std::size_t i = 0; i < source.size(); ++i) {
-    const Eigen::Vector3d error = (target[i] - m.target_mean) - R * (source[i] - m.source_mean);
-    sum += m.weights[i] * error.squaredNorm();
-  }
-  result.rms_m = std::sqrt(sum / m.total);
+  for (std::size_t i = 0; i < source.size(); ++i)
+    sum += ((target[i] - m.target_mean) - R * (source[i] - m.source_mean)).squaredNorm();
+  result.rms_m = std::sqrt(sum / static_cast<double>(source.size()));
   return result;
 }
 
 }  // namespace
 
-Alignment alignPoints(const std::vector<Eigen::Vector3d>& source,
-                      const std::vector<Eigen::Vector3d>& target,
-                      const std::vector<double>& weights) {
-  const Moments m = computeMoments(source, target, weights, 3);
+Alignment alignPoints(const Points& source, const Points& target) {
+  const Moments m = momentsOf(source, target, 3);
   if (!m.problem.empty()) return failure(m.problem);
   for (const auto& problem : {lineProblem(m.source, "source"), lineProblem(m.target, "target")}) {
     if (!problem.empty()) return failure(problem);
@@ -131,12 +107,10 @@ Alignment alignPoints(const std::vector<Eigen::Vector3d>& source,
   return success(svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose(), m, source, target);
 }
 
-Alignment alignPointsUpright(const std::vector<Eigen::Vector3d>& source,
-                             const std::vector<Eigen::Vector3d>& target,
-                             const std::vector<double>& weights) {
-  const Moments m = computeMoments(source, target, weights, 2);
+Alignment alignPointsUpright(const Points& source, const Points& target) {
+  const Moments m = momentsOf(source, target, 2);
   if (!m.problem.empty()) return failure(m.problem);
-  // Maximises sum w t . Rz(yaw) s over yaw.
+  // Maximises sum t . Rz(yaw) s over yaw.
   const double sine = m.cross(1, 0) - m.cross(0, 1);
   const double cosine = m.cross(0, 0) + m.cross(1, 1);
   const double spread = std::sqrt(m.source.topLeftCorner<2, 2>().trace()) *

@@ -1,29 +1,42 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "xview/pose/posterior.h"
 
+#include <ceres/autodiff_cost_function.h>
+#include <ceres/crs_matrix.h>
+#include <ceres/loss_function.h>
+#include <ceres/manifold.h>
+#include <ceres/problem.h>
+#include <ceres/product_manifold.h>
 #include <ceres/solver.h>
 
+#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/SparseCholesky>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <memory>
 #include <optional>
 
-#include "posterior_problem.h"
+#include "residuals.h"
 
 namespace xview {
 namespace {
 
-constexpr double kUpright = 0.9961947;    // cos 5 degrees
-constexpr double kMinInformation = 1e-9;  // 1/m^2 or 1/rad^2; less is no knowledge at all
-constexpr double kSettledChange = 1e-8;   // relative change of the cost
+constexpr double kUpright = 0.9961947;    ///< cos 5 degrees
+constexpr double kMinInformation = 1e-9;  ///< 1/m^2 or 1/rad^2; less is no knowledge at all
+constexpr double kSettledChange = 1e-8;   ///< relative change of the cost
+constexpr int kMaxIterations = 50;        ///< right matches take 4 to 15
+constexpr double kShortestStep_m = 0.05;  ///< a robot that stands still is not known without error
 
-/// The poses that become unknowns, and where each pose of the window hangs on.
+using PoseManifold =
+    ceres::ProductManifold<ceres::EuclideanManifold<3>, ceres::EigenQuaternionManifold>;
+
+/// The poses that become unknowns; the last one of the window is always among them.
 struct Window {
-  std::vector<std::size_t> kept;     // positions in the window; the last pose is always kept
-  std::vector<std::size_t> carrier;  // per pose of the window: position in `kept`
-  std::vector<Eigen::Isometry3d> T_odom_sensor;  // of the kept ones
-  std::vector<double> path_m;                    // of the kept ones
+  std::vector<Eigen::Isometry3d> T_odom_sensor;
+  std::vector<double> path_m;        ///< travelled up to each of them
+  std::vector<std::size_t> carrier;  ///< per pose of the whole window: which of them carries it
 };
 
 Window thinWindow(const std::vector<Eigen::Isometry3d>& T_odom_sensor, std::size_t max_poses) {
@@ -32,22 +45,180 @@ Window thinWindow(const std::vector<Eigen::Isometry3d>& T_odom_sensor, std::size
   const std::size_t stride = (n + max_poses - 1) / max_poses;
   double path_m = 0;
   for (std::size_t i = 0; i < n; ++i) {
-    if (i > 0) {
+    if (i > 0)
       path_m += (T_odom_sensor[i].translation() - T_odom_sensor[i - 1].translation()).norm();
-    }
-    if ((n - 1 - i) % stride == 0) {
-      window.kept.push_back(i);
-      window.T_odom_sensor.push_back(T_odom_sensor[i]);
-      window.path_m.push_back(path_m);
-    }
-  }
-  std::size_t k = 0;
-  for (std::size_t i = 0; i < n; ++i) {
-    while (k + 1 < window.kept.size() && window.kept[k] < i) ++k;
-    window.carrier.push_back(k);
+    window.carrier.push_back(window.T_odom_sensor.size());  // the next one that is kept
+    if ((n - 1 - i) % stride != 0) continue;
+    window.T_odom_sensor.push_back(T_odom_sensor[i]);
+    window.path_m.push_back(path_m);
   }
   return window;
 }
+
+/// What a match says, seen from the poses that are kept.
+std::vector<MatchedVertex> seenByKept(std::vector<MatchedVertex> vertices, const Window& window) {
+  const std::size_t last = window.carrier.size() - 1;
+  for (MatchedVertex& vertex : vertices) {
+    vertex.first_pose = window.carrier[std::min(vertex.first_pose, last)];
+    vertex.last_pose = window.carrier[std::min(vertex.last_pose, last)];
+  }
+  return vertices;
+}
+
+/// The pose nearest to a vertex among those that saw it.
+std::size_t nearestObserver(const std::vector<Eigen::Isometry3d>& T_odom_sensor,
+                            const MatchedVertex& vertex) {
+  std::size_t nearest = std::min(vertex.first_pose, vertex.last_pose);
+  double nearest2 = (T_odom_sensor[nearest].translation() - vertex.p_odom).squaredNorm();
+  for (std::size_t i = nearest + 1; i <= vertex.last_pose; ++i) {
+    const double distance2 = (T_odom_sensor[i].translation() - vertex.p_odom).squaredNorm();
+    if (distance2 >= nearest2) continue;
+    nearest = i;
+    nearest2 = distance2;
+  }
+  return nearest;
+}
+
+/// Residuals and Jacobian in the tangent space, robust loss applied. Columns: 6 per pose in order
+/// (x y z, then half the rotation increment, as Ceres has it), then 3 per vertex.
+struct Linearization {
+  double cost = 0;
+  Eigen::VectorXd residuals;
+  Eigen::SparseMatrix<double, Eigen::RowMajor> jacobian;
+  bool valid = false;
+};
+
+/// Poses and vertices as parameter blocks (residuals.h says how) with their constraints.
+class Problem {
+ public:
+  Problem(const Window& window, const std::vector<MatchedVertex>& matched,
+          const PosteriorOptions& options, double robust_scale,
+          const Eigen::Isometry3d& T_map_query, bool gravity_known)
+      : poses_(window.T_odom_sensor.size()), vertices_(matched.size()) {
+    for (std::size_t i = 0; i < poses_.size(); ++i) {
+      set(poses_[i], T_map_query * window.T_odom_sensor[i]);
+      problem_.AddParameterBlock(poses_[i].data(), 7, new PoseManifold());
+    }
+    for (std::size_t j = 0; j < vertices_.size(); ++j) {
+      Eigen::Map<Eigen::Vector3d>(vertices_[j].data()) = T_map_query * matched[j].p_odom;
+      problem_.AddParameterBlock(vertices_[j].data(), 3);
+    }
+    constrainOdometry(window, options);
+    constrainVertices(window, matched, options.model, robust_scale);
+    if (gravity_known) constrainGravity(window, options.model.gravity_sigma_rad);
+  }
+
+  std::size_t poses() const { return poses_.size(); }
+  Eigen::Isometry3d pose(std::size_t i) const {
+    Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+    T.translation() = positionOf(poses_[i].data());
+    T.linear() = rotationOf(poses_[i].data()).normalized().toRotationMatrix();
+    return T;
+  }
+
+  Linearization linearize() {
+    ceres::Problem::EvaluateOptions options;
+    for (Pose& pose : poses_) options.parameter_blocks.push_back(pose.data());
+    for (Position& vertex : vertices_) options.parameter_blocks.push_back(vertex.data());
+    Linearization result;
+    std::vector<double> residuals;
+    ceres::CRSMatrix jacobian;
+    result.valid = problem_.Evaluate(options, &result.cost, &residuals, nullptr, &jacobian) &&
+                   std::isfinite(result.cost);
+    if (!result.valid) return result;
+    result.residuals =
+        Eigen::Map<Eigen::VectorXd>(residuals.data(), static_cast<Eigen::Index>(residuals.size()));
+    result.jacobian = Eigen::Map<Eigen::SparseMatrix<double, Eigen::RowMajor>>(
+        jacobian.num_rows, jacobian.num_cols, static_cast<Eigen::Index>(jacobian.values.size()),
+        jacobian.rows.data(), jacobian.cols.data(), jacobian.values.data());
+    return result;
+  }
+
+  /// Adds an increment of the tangent space to all parameters.
+  void add(const Eigen::VectorXd& increment) {
+    const PoseManifold manifold;
+    const double* delta = increment.data();
+    for (Pose& pose : poses_) {
+      const Pose before = pose;
+      manifold.Plus(before.data(), delta, pose.data());
+      delta += 6;
+    }
+    for (Position& vertex : vertices_) {
+      for (double& coordinate : vertex) coordinate += *delta++;
+    }
+  }
+
+  ceres::Solver::Summary solve(ceres::Solver::Options solver) {
+    solver.linear_solver_ordering = std::make_shared<ceres::ParameterBlockOrdering>();
+    for (Position& vertex : vertices_)
+      solver.linear_solver_ordering->AddElementToGroup(vertex.data(), 0);
+    for (Pose& pose : poses_) solver.linear_solver_ordering->AddElementToGroup(pose.data(), 1);
+    ceres::Solver::Summary summary;
+    ceres::Solve(solver, &problem_, &summary);
+    return summary;
+  }
+
+ private:
+  using Pose = std::array<double, 7>;
+  using Position = std::array<double, 3>;
+
+  template <int kResiduals, int... kSizes, class Functor, class... Blocks>
+  void constrain(const Functor& functor, ceres::LossFunction* loss, Blocks&... blocks) {
+    problem_.AddResidualBlock(
+        new ceres::AutoDiffCostFunction<Functor, kResiduals, kSizes...>(new Functor(functor)), loss,
+        blocks.data()...);
+  }
+
+  static void set(Pose& pose, const Eigen::Isometry3d& T) {
+    Eigen::Map<Eigen::Vector3d>(pose.data()) = T.translation();
+    Eigen::Map<Eigen::Quaterniond>(pose.data() + 3) = Eigen::Quaterniond(T.linear()).normalized();
+  }
+
+  /// Errors of steps are independent, so variances add up along the way.
+  void constrainOdometry(const Window& window, const PosteriorOptions& options) {
+    for (std::size_t i = 1; i < poses_.size(); ++i) {
+      const double root =
+          std::sqrt(std::max(window.path_m[i] - window.path_m[i - 1], kShortestStep_m));
+      const OdometryResidual step{window.T_odom_sensor[i - 1].inverse() * window.T_odom_sensor[i],
+                                  options.odometry_sigma_m * root,
+                                  options.odometry_sigma_rad * root};
+      constrain<6, 7, 7>(step, nullptr, poses_[i - 1], poses_[i]);
+    }
+  }
+
+  void constrainVertices(const Window& window, const std::vector<MatchedVertex>& matched,
+                         const PosteriorOptions::Model& model, double robust_scale) {
+    const double match_variance = model.match_sigma_m * model.match_sigma_m;
+    for (std::size_t j = 0; j < matched.size(); ++j) {
+      const MatchedVertex& vertex = matched[j];
+      const std::size_t i = nearestObserver(window.T_odom_sensor, vertex);
+      const ObservationResidual seen{window.T_odom_sensor[i].inverse() * vertex.p_odom,
+                                     std::hypot(vertex.sigma_m, model.vertex_sigma_m)};
+      constrain<3, 7, 3>(seen, nullptr, poses_[i], vertices_[j]);
+
+      const Eigen::Matrix3d covariance =
+          vertex.map_covariance + match_variance * Eigen::Matrix3d::Identity();
+      const Eigen::Matrix3d L = covariance.llt().matrixL();
+      constrain<3, 3>(MatchResidual{vertex.p_map, L.inverse()},
+                      robust_scale > 0 ? new ceres::CauchyLoss(robust_scale) : nullptr,
+                      vertices_[j]);
+    }
+  }
+
+  /// Up is known once for the window, not anew at each pose.
+  void constrainGravity(const Window& window, double sigma_rad) {
+    const double sigma_each = sigma_rad * std::sqrt(static_cast<double>(poses_.size()));
+    for (std::size_t i = 0; i < poses_.size(); ++i) {
+      const Eigen::Vector3d up =
+          window.T_odom_sensor[i].linear().transpose() * Eigen::Vector3d::UnitZ();
+      constrain<2, 7>(GravityResidual{up, sigma_each}, nullptr, poses_[i]);
+    }
+  }
+
+  std::vector<Pose> poses_;
+  std::vector<Position> vertices_;
+  ceres::Problem problem_;  // refers to poses_ and vertices_
+};
 
 std::string inputProblem(const std::vector<Eigen::Isometry3d>& T_odom_sensor,
                          const std::vector<MatchedVertex>& vertices,
@@ -89,7 +260,7 @@ Eigen::Isometry3d meanOfMatches(const std::vector<MatchedVertex>& vertices,
 /// J^T J factorized; nothing if it leaves some direction open.
 class NormalEquations {
  public:
-  explicit NormalEquations(const PosteriorProblem::Linearization& at)
+  explicit NormalEquations(const Linearization& at)
       : factor_(Eigen::SparseMatrix<double>(at.jacobian.transpose() * at.jacobian)) {}
 
   bool determined() const {
@@ -105,29 +276,25 @@ std::string undetermined(std::size_t matches) {
   return std::to_string(matches) + " matches leave the pose open";
 }
 
-void solveTrustRegion(PosteriorProblem& problem, const PosteriorOptions& options,
-                      Posterior& result) {
+void solveTrustRegion(Problem& problem, Posterior& result) {
   ceres::Solver::Options solver;
   solver.linear_solver_type = ceres::DENSE_SCHUR;
-  solver.linear_solver_ordering = problem.eliminationOrder();
-  solver.max_num_iterations = options.max_iterations;
+  solver.max_num_iterations = kMaxIterations;
   solver.function_tolerance = kSettledChange;
   solver.parameter_tolerance = 1e-9;
   solver.num_threads = 1;
   solver.logging_type = ceres::SILENT;
-  ceres::Solver::Summary summary;
-  ceres::Solve(solver, &problem.ceresProblem(), &summary);
+  const ceres::Solver::Summary summary = problem.solve(solver);
   result.cost_before = summary.initial_cost;
   result.cost_after = summary.final_cost;
   result.iterations = static_cast<int>(summary.iterations.size()) - 1;
   if (!summary.IsSolutionUsable()) result.problem = summary.message;
 }
 
-void solveGaussNewton(PosteriorProblem& problem, const PosteriorOptions& options,
-                      std::size_t matches, Posterior& result) {
+void solveGaussNewton(Problem& problem, std::size_t matches, Posterior& result) {
   auto at = problem.linearize();
   result.cost_before = at.cost;
-  for (int i = 1; i <= options.max_iterations && at.valid; ++i) {
+  for (int i = 1; i <= kMaxIterations && at.valid; ++i) {
     const NormalEquations normal(at);
     if (!normal.determined()) {
       result.problem = undetermined(matches);
@@ -145,7 +312,7 @@ void solveGaussNewton(PosteriorProblem& problem, const PosteriorOptions& options
 }
 
 /// Of the last pose, all other unknowns marginalized.
-std::optional<Matrix6d> lastPoseCovariance(PosteriorProblem& problem) {
+std::optional<Matrix6d> lastPoseCovariance(Problem& problem) {
   const auto at = problem.linearize();
   if (!at.valid) return std::nullopt;
   const NormalEquations normal(at);
@@ -171,21 +338,16 @@ Posterior maximizePosterior(const std::vector<Eigen::Isometry3d>& T_odom_sensor,
   if (!result.problem.empty()) return result;
 
   const bool paper = options.solver == "gauss_newton";
-  const Window window = thinWindow(T_odom_sensor, static_cast<std::size_t>(options.max_poses));
-  std::vector<MatchedVertex> seen_by_kept = vertices;
-  for (MatchedVertex& vertex : seen_by_kept) {
-    vertex.first_pose = window.carrier[std::min(vertex.first_pose, T_odom_sensor.size() - 1)];
-    vertex.last_pose = window.carrier[std::min(vertex.last_pose, T_odom_sensor.size() - 1)];
-  }
-  PosteriorProblem problem(window.T_odom_sensor, window.path_m, seen_by_kept, options,
-                           gravityKnown(options.gravity, T_map_query),
-                           paper ? 0 : options.robust_scale);
-  problem.start(paper ? meanOfMatches(vertices, T_odom_sensor.back()) : T_map_query);
-  if (paper) {
-    solveGaussNewton(problem, options, vertices.size(), result);
-  } else {
-    solveTrustRegion(problem, options, result);
-  }
+  const Window window =
+      thinWindow(T_odom_sensor, static_cast<std::size_t>(options.model.max_poses));
+  Problem problem(window, seenByKept(vertices, window), options,
+                  paper ? 0 : options.model.robust_scale,
+                  paper ? meanOfMatches(vertices, T_odom_sensor.back()) : T_map_query,
+                  gravityKnown(options.gravity, T_map_query));
+  if (paper)
+    solveGaussNewton(problem, vertices.size(), result);
+  else
+    solveTrustRegion(problem, result);
   if (!result.problem.empty()) return result;
 
   const auto covariance = lastPoseCovariance(problem);

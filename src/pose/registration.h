@@ -2,19 +2,36 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <array>
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
-#include "distribution_cells.h"
-#include "drift_chain.h"
-#include "query_points.h"
+#include "odometry_errors.h"
 #include "xview/pose/refine.h"
 
 namespace xview {
 
 constexpr std::size_t kFewestPartners = 50;  ///< points with a distribution, for a pose
 
-/// A pose, and how far the odometry is off at the knots of the chain.
+/// A point of a query that takes part in a registration.
+struct QueryPoint {
+  Eigen::Vector3d p;  ///< query frame
+  std::uint32_t group = kNoGroup;
+  Eigen::Vector3d view = Eigen::Vector3d::Zero();  ///< unit vector to who saw it; zero if unknown
+  std::size_t pose = 0;                            ///< that it was seen from
+};
+
+/// Points of static classes, about so many at most, in the order of the cloud: fewer of ground and
+/// more of posts than the share that they have of it.
+std::vector<QueryPoint> choosePoints(const RefineQuery& query, const LabelSet& labels,
+                                     int max_points);
+
+/// Where a point lies, and what it is of: points of one block err together.
+using Block = std::array<std::int64_t, 3>;
+Block blockOf(const QueryPoint& q);
+
+/// A pose, and how far the odometry is off at the knots of the drift.
 struct Estimate {
   Eigen::Isometry3d T_map_query;
   Eigen::VectorXd drift;
@@ -28,13 +45,7 @@ struct NormalEquations {
   double cost = 0;  ///< of points and priors
 };
 
-/// What the points of one pose say, one rigid body.
-struct PoseSystem {
-  Matrix6d H = Matrix6d::Zero();
-  Vector6d b = Vector6d::Zero();
-};
-
-/// How far off a point may be to have a say.
+/// How far off a point may be to take part.
 struct Scope {
   double gate_m;
   double tolerance;  ///< of a squared Mahalanobis distance; 1 at the end
@@ -49,66 +60,66 @@ struct Partner {
   Eigen::Vector3d view, map_view;  ///< to who saw the point and the distribution; zero if unknown
 };
 
-/// What the points say.
+/// What the points say, by pose: those of one pose are one rigid body.
 struct Evidence {
-  std::vector<PoseSystem> poses;
+  explicit Evidence(std::size_t pose_count) : poses(pose_count) {}
+  void add(const QueryPoint& point, const Partner& partner);
+
+  struct System {
+    Matrix6d H = Matrix6d::Zero();
+    Vector6d b = Vector6d::Zero();
+  };
+  std::vector<System> poses;
   std::size_t partners = 0;  ///< points with a distribution
   double cost = 0;           ///< sum over points; without a partner 0, exactly there -4
-  void add(const QueryPoint& point, const Partner& partner);
 };
 
-/// How much of the drift of the options a window is presumed to have, and how far off its points
+/// How much of the drift of the options a window is expected to have, and how far off its points
 /// may be at first (see Scope).
-struct Presumption {
-  double drift;
+struct DriftPrior {
+  double scale;
   double first_tolerance;
 };
 
-/// Fits a window to the distributions of a map, under one presumption about its drift.
+/// Fits a window to the distributions of a map, under one prior of its drift.
 class Registration {
  public:
+  /// All must outlive the registration.
   Registration(const DistributionMap& map, const RefineQuery& query,
                const Eigen::Isometry3d& T_map_query, const std::vector<QueryPoint>& points,
-               const RefineOptions& options, const Presumption& presumption);
+               const RefineOptions& options, const DriftPrior& prior);
 
   struct Descent {
     bool valid = false;
     Estimate at;
-    Evidence last;
-    int iterations = 0;
+    std::size_t partners = 0;
   };
-  /// `measure`: finds out on the way what a point is worth.
+  /// `weigh`: finds out on the way what a point is worth.
   Descent descend(const std::vector<QueryPoint>& points, const Estimate& start, int iterations,
-                  bool measure);
+                  bool weigh);
+
   struct Start {
     Estimate at;
     Eigen::Matrix3d open = Eigen::Matrix3d::Zero();  ///< covariance of where one may start as well
   };
+  Estimate start() const { return {given_, Eigen::VectorXd::Zero(drift_.size())}; }
   /// Along a street little tells how far: few points go from places to both sides, and the start is
   /// the mean of where they get to, by likelihood. Where they agree that is the best one; where the
   /// street shows nothing it is the middle, and `open` is wide.
-  Start likelyStart(const std::vector<QueryPoint>& points);
+  Start multiStart(const std::vector<QueryPoint>& points);
 
-  Estimate start() const { return {given_, Eigen::VectorXd::Zero(chain_.size())}; }
-  bool canDrift() const { return chain_.knots() > 0; }
-  const DriftChain& chain() const { return chain_; }
-  /// Information of a point over that of an independent one.
-  double trust() const { return trust_; }
+  const DriftChain& drift() const { return drift_; }
+  double pointWeight() const { return point_weight_; }
   std::size_t poseCount() const { return poses_.size(); }
-  /// Of pose and, against it, of any other pose of the query.
+  Scope lastScope() const { return {options_.model.last_gate_m, 1}; }
+  /// Of the last pose and, against it, of any other pose of the query.
   Eigen::Vector3d sensorOf(const Estimate& at) const { return at.T_map_query * sensor_in_query_; }
   Eigen::Vector3d sensorAt(const Estimate& at, std::size_t pose) const {
     return poseAt(at, pose) * poses_[pose].translation();
   }
-  /// Length of the way in the map over that of the odometry.
-  double scaleOf(const Estimate& at) const;
-  double costOf(const std::vector<QueryPoint>& points, const Estimate& at) const {
-    return look(points, at, lastScope()).cost;
-  }
 
-  Scope lastScope() const { return {options_.last_gate_m, 1}; }
-  Evidence look(const std::vector<QueryPoint>& points, const Estimate& at,
-                const Scope& scope) const;
+  Evidence evidenceAt(const Estimate& at, const std::vector<QueryPoint>& points,
+                      const Scope& scope) const;
   NormalEquations assemble(const Evidence& evidence, const Estimate& at) const;
   /// Calls visit(point, partner) for the points that have one.
   template <class Visit>
@@ -125,25 +136,22 @@ class Registration {
   }
 
  private:
-  DriftChain chainOf(const std::vector<QueryPoint>& points) const;
+  DriftChain driftOf(const std::vector<QueryPoint>& points, double scale) const;
   Eigen::Isometry3d poseAt(const Estimate& at, std::size_t pose) const;
   bool findPartner(const QueryPoint& q, const Eigen::Isometry3d& T, const Eigen::Vector3d& about,
                    const Scope& scope, Partner& partner) const;
   void addPriors(const Estimate& at, NormalEquations& n) const;
-  void addGivenPose(const Estimate& at, NormalEquations& n) const;
-  double measuredTrust(const std::vector<QueryPoint>& points, const Estimate& at) const;
-  Vector6d givenInformation() const;
-  double gravityInformation() const;
+  double measuredWeight(const std::vector<QueryPoint>& points, const Estimate& at) const;
   Estimate moved(const Estimate& at, const Eigen::VectorXd& step) const;
 
-  const DistributionCells& cells_;
+  const DistributionMap& map_;
   const std::vector<Eigen::Isometry3d>& poses_;
   const Eigen::Vector3d sensor_in_query_, up_in_query_;
   const Eigen::Isometry3d given_;
   const RefineOptions& options_;
-  const Presumption presumption_;
-  DriftChain chain_;
-  double trust_;  ///< information of a point over that of an independent one
+  const double first_tolerance_;
+  const DriftChain drift_;
+  double point_weight_;  ///< information of a point over that of an independent one
 };
 
 }  // namespace xview

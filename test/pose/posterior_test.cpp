@@ -77,14 +77,14 @@ Eigen::Matrix<double, 6, 1> errorOf(const Eigen::Isometry3d& truth, const Eigen:
 
 PosteriorOptions quadratic() {
   PosteriorOptions options;
-  options.robust_scale = 0;
+  options.model.robust_scale = 0;
   options.gravity = "free";
   return options;
 }
 
 DriveNoise noiseOf(const PosteriorOptions& options) {
-  return {options.odometry_sigma_m, options.odometry_sigma_rad, options.vertex_sigma_m,
-          options.match_sigma_m};
+  return {options.odometry_sigma_m, options.odometry_sigma_rad, options.model.vertex_sigma_m,
+          options.model.match_sigma_m};
 }
 
 TEST(Posterior, OfPerfectDataIsTheTruth) {
@@ -168,7 +168,7 @@ TEST(Posterior, WithRobustLossWithstandsWrongMatches) {
     return errorOf(drive.T_map_sensor.back(), result.T_map_sensor.back()).head<3>().norm();
   };
   PosteriorOptions robust, plain;
-  plain.robust_scale = 0;
+  plain.model.robust_scale = 0;
   EXPECT_LT(error(robust), 0.25);
   EXPECT_GT(error(plain), 3 * error(robust));
 }
@@ -222,13 +222,13 @@ TEST(Posterior, KnownGravityTightensTheTilt) {
     return result.covariance(3, 3) + result.covariance(4, 4);
   };
   EXPECT_LT(tilt(aligned), 0.5 * tilt(free));
-  EXPECT_LT(tilt(aligned), 2.5 * aligned.gravity_sigma_rad * aligned.gravity_sigma_rad);
+  EXPECT_LT(tilt(aligned), 2.5 * aligned.model.gravity_sigma_rad * aligned.model.gravity_sigma_rad);
 }
 
 TEST(Posterior, CarriesThinnedPosesAlong) {
   const Drive drive = simulate(6, {}, 150, 40);
   PosteriorOptions options;
-  options.max_poses = 20;
+  options.model.max_poses = 20;
   const Eigen::Isometry3d start = poseFromYaw({0.4, 0.2, 0.1}, 0) * drive.T_map_query;
   const Posterior result = maximizePosterior(drive.T_odom_sensor, drive.vertices, start, options);
   ASSERT_TRUE(result.converged) << result.problem;

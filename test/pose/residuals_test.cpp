@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/pose/residuals.h"
+#include "../../src/pose/residuals.h"
 
 #include <ceres/autodiff_cost_function.h>
 #include <ceres/numeric_diff_cost_function.h>

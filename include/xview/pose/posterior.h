@@ -14,15 +14,21 @@ namespace xview {
 struct PosteriorOptions {
   bool enabled = true;
   std::string solver = "trust_region";
+  std::string gravity = "auto";
   double odometry_sigma_m = 0.05;
   double odometry_sigma_rad = 0.002;
-  double vertex_sigma_m = 0.1;
-  double match_sigma_m = 0.3;
-  double robust_scale = 2;
-  std::string gravity = "auto";
-  double gravity_sigma_rad = 0.01;
-  int max_iterations = 50;
-  int max_poses = 60;
+
+  /// What a caller may know better than this, but a user need not.
+  struct Model {
+    double vertex_sigma_m = 0.1;      ///< of an observed vertex, beside what its graph says
+    double match_sigma_m = 0.3;       ///< of a vertex to its partner, beside the error of the map
+    double gravity_sigma_rad = 0.01;  ///< of the known up
+    /// Of trust_region: matches further apart than this many standard deviations count less
+    /// (Cauchy); 0 = quadratic.
+    double robust_scale = 2;
+    /// Longer windows are thinned to about so many poses, which the odometry then carries along.
+    int max_poses = 60;
+  } model;
 };
 
 template <class Visitor>
@@ -33,24 +39,14 @@ void visit(PosteriorOptions& o, Visitor&& field) {
       "solver", o.solver, Choices{{"trust_region", "gauss_newton"}},
       "trust_region: from the given pose, robust; gauss_newton: as in the paper, quadratic costs, "
       "from the mean of the matched map vertices");
-  field("odometry_sigma_m", o.odometry_sigma_m, Range{1e-6, 1e3},
-        "odometry error after one metre; grows with the root of the distance [m]");
-  field("odometry_sigma_rad", o.odometry_sigma_rad, Range{1e-8, 10},
-        "same for the direction [rad]");
-  field("vertex_sigma_m", o.vertex_sigma_m, Range{1e-6, 1e3},
-        "error of an observed vertex, beside what its graph says [m]");
-  field("match_sigma_m", o.match_sigma_m, Range{1e-6, 1e3},
-        "difference of a vertex and its partner, beside the error of the map [m]");
-  field("robust_scale", o.robust_scale, Range{0, 1e6},
-        "matches further apart than this count less (Cauchy); 0 = quadratic [standard deviations]");
   field(
       "gravity", o.gravity, Choices{{"auto", "aligned", "free"}},
       "aligned: up is known in query and map; free: it is not; auto: aligned if the given pose is "
       "upright within 5 degrees");
-  field("gravity_sigma_rad", o.gravity_sigma_rad, Range{1e-6, 10}, "error of the known up [rad]");
-  field("max_iterations", o.max_iterations, Range{1, 1e6}, "iterations of the solver");
-  field("max_poses", o.max_poses, Range{1, 1e5},
-        "longer windows are thinned to about so many poses, which the odometry then carries along");
+  field("odometry_sigma_m", o.odometry_sigma_m, Range{1e-6, 1e3},
+        "odometry error after one metre; grows with the root of the distance [m]");
+  field("odometry_sigma_rad", o.odometry_sigma_rad, Range{1e-8, 10},
+        "same for the direction [rad]");
 }
 
 /// A vertex of the query that has a partner in the map.

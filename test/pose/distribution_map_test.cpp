@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "../../src/pose/distribution_cells.h"
+#include "xview/pose/distribution_map.h"
 
 #include <gtest/gtest.h>
 
@@ -8,6 +8,7 @@
 #include <tuple>
 
 #include "support/label_sets.h"
+#include "xview/pose/refine.h"
 #include "xview/types/random.h"
 
 namespace xview {
@@ -79,9 +80,9 @@ class Oracle {
   std::map<Key, Cell> cells_;
 };
 
-TEST(DistributionCells, NearestIsThatOfAllCellsAroundWhereverTilesMeet) {
+TEST(DistributionMap, NearestIsThatOfAllCellsAroundWhereverTilesMeet) {
   const LabelledCloud cloud = cloudOverTiles();
-  const DistributionCells cells(cloud, twoClasses(), {}, options());
+  const DistributionMap map(cloud, twoClasses(), {}, options());
   const Oracle oracle(cloud);
   Random random(4);
   int found = 0;
@@ -90,7 +91,7 @@ TEST(DistributionCells, NearestIsThatOfAllCellsAroundWhereverTilesMeet) {
     const Eigen::Vector3f p(random.uniform(-reach, reach), random.uniform(-reach, reach),
                             random.uniform(-1.2, 1.2));
     const std::uint32_t label = random.below(2) ? kWall : kFence;
-    const Distribution* d = cells.nearest(p, matchingGroup(twoClasses(), label), 0.4f);
+    const Distribution* d = map.nearest(p, matchingGroup(twoClasses(), label), 0.4f);
     const double expected = oracle.nearest(p, label, 0.4f);
     ASSERT_EQ(d != nullptr, std::isfinite(expected)) << p.transpose();
     if (!d) continue;
@@ -100,14 +101,14 @@ TEST(DistributionCells, NearestIsThatOfAllCellsAroundWhereverTilesMeet) {
   EXPECT_GT(found, 100);
 }
 
-TEST(DistributionCells, WithoutPointsHaveNothingNear) {
+TEST(DistributionMap, WithoutPointsHaveNothingNear) {
   const LabelledCloud empty;
-  const DistributionCells cells(empty, twoClasses(), {}, options());
-  EXPECT_EQ(cells.size(), 0u);
-  EXPECT_EQ(cells.nearest({0, 0, 0}, matchingGroup(twoClasses(), kWall), 1), nullptr);
+  const DistributionMap map(empty, twoClasses(), {}, options());
+  EXPECT_EQ(map.size(), 0u);
+  EXPECT_EQ(map.nearest({0, 0, 0}, matchingGroup(twoClasses(), kWall), 1), nullptr);
 }
 
-TEST(DistributionCells, OfGroundTellHardlyHowFarItWasSeen) {
+TEST(DistributionMap, OfGroundTellHardlyHowFarItWasSeen) {
   const auto informationOf = [](Kind kind) {
     const LabelSet set = test::labelSetOf("ground", {{kWall, "surface", Role::surface, kind}});
     LabelledCloud cloud;  // level, and it ends in the middle of the cell
@@ -115,9 +116,9 @@ TEST(DistributionCells, OfGroundTellHardlyHowFarItWasSeen) {
     for (int i = 0; i < 500; ++i)
       cloud.points.push_back({static_cast<float>(random.uniform(0, kSide / 2)),
                               static_cast<float>(random.uniform(0, kSide)), 0.25F, kWall});
-    const DistributionCells cells(cloud, set, {}, options());
+    const DistributionMap map(cloud, set, {}, options());
     const Eigen::Matrix3f& all =
-        cells.nearest({0.1F, 0.2F, 0.25F}, matchingGroup(set, kWall), 0.5F)->information;
+        map.nearest({0.1F, 0.2F, 0.25F}, matchingGroup(set, kWall), 0.5F)->information;
     return Eigen::Vector2f(all(0, 0), all(2, 2));
   };
   const Eigen::Vector2f fence = informationOf(Kind::fence), road = informationOf(Kind::road);
@@ -126,7 +127,7 @@ TEST(DistributionCells, OfGroundTellHardlyHowFarItWasSeen) {
   EXPECT_FLOAT_EQ(road[1], fence[1]) << "across the surface it tells as much";
 }
 
-TEST(DistributionCells, OfALargeMapKnowTheThicknessOfItsWalls) {
+TEST(DistributionMap, OfALargeMapKnowTheThicknessOfItsWalls) {
   const auto informationOf = [](double thickness_m) {
     Random random(5);
     LabelledCloud cloud;  // a wall of 300 m along x, of which not all cells are asked
@@ -134,11 +135,11 @@ TEST(DistributionCells, OfALargeMapKnowTheThicknessOfItsWalls) {
       cloud.points.push_back({static_cast<float>(random.uniform(-150, 150)),
                               0.25f + static_cast<float>(thickness_m * random.normal()),
                               static_cast<float>(random.uniform(0, 3)), kWall});
-    const DistributionCells cells(cloud, twoClasses(), {}, options());
-    return cells.nearest({0.25f, 0.25f, 1.25f}, matchingGroup(twoClasses(), kWall), 0.5f)
+    const DistributionMap map(cloud, twoClasses(), {}, options());
+    return map.nearest({0.25f, 0.25f, 1.25f}, matchingGroup(twoClasses(), kWall), 0.5f)
         ->information(1, 1);
   };
-  const double roughness = options().roughness_m,
+  const double roughness = options().model.roughness_m,
                even = 1 / (kSide * kSide / 12 + roughness * roughness);
   EXPECT_NEAR(informationOf(0), 1 / (roughness * roughness) - even, 1);
   // Four times the thickness is added to the spread.

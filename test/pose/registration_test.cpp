@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "../../src/pose/query_points.h"
+#include "../../src/pose/registration.h"
 
 #include <gtest/gtest.h>
 

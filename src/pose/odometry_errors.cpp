@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "drift_chain.h"
+#include "odometry_errors.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 
 namespace xview {
 namespace {
 
 constexpr double kPiece_m = 5;
-constexpr std::size_t kMostKnots = 12;
+constexpr Eigen::Index kMostKnots = 12;
 constexpr double kShortest_m = 0.1;  ///< a robot that stood still has not drifted
 constexpr double kSlow = 0.8;        ///< share of the variance that keeps its value over kMemory_m
 constexpr double kMemory_m = 60;
@@ -37,6 +39,26 @@ Eigen::MatrixXd covarianceOfPieces(Eigen::Index pieces, double piece_m) {
   return covariance;
 }
 
+constexpr int kFewestBlocks = 6;
+/// Jitter beyond which a pose is not asked: keeps what its points leave open from being taken for
+/// jitter.
+constexpr double kWidest_m = 0.05, kWidest_rad = 0.005;
+/// Points pull at a pose that much less than it is off, because other distributions become the
+/// nearest ones: across level ground less so. Measured on simulated jitter and drift.
+constexpr double kGivesWay = 3, kGivesWayOnGround = 2.25;
+
+using AxisSums = Eigen::Array<double, 6, 1>;
+
+double share(const AxisSums& excess, const AxisSums& answer, std::initializer_list<int> axes,
+             double gives_way) {
+  double above = 0, below = 0;
+  for (const int axis : axes) {
+    above += excess(axis);
+    below += answer(axis);
+  }
+  return below > 0 ? gives_way * gives_way * std::max(0.0, above / below) : 0;
+}
+
 }  // namespace
 
 Eigen::Matrix3d crossFromRight(const Eigen::Vector3d& v) {
@@ -46,25 +68,26 @@ Eigen::Matrix3d crossFromRight(const Eigen::Vector3d& v) {
 DriftChain::DriftChain(const std::vector<double>& ways_m,
                        const std::vector<Eigen::Vector3d>& sensors, double reach_m,
                        const Rates& rates)
-    : places_(ways_m.size()) {
+    : shares_(ways_m.size()) {
   reach_m = std::min(reach_m, ways_m.front());
   if (!(reach_m > kShortest_m) || !(rates.share > 0)) return;
-  knots_ = std::clamp<std::size_t>(static_cast<std::size_t>(std::ceil(reach_m / kPiece_m)), 1,
-                                   kMostKnots);
-  const double piece_m = reach_m / static_cast<double>(knots_);
+  const auto pieces = std::clamp<Eigen::Index>(
+      static_cast<Eigen::Index>(std::ceil(reach_m / kPiece_m)), 1, kMostKnots);
+  const double piece_m = reach_m / static_cast<double>(pieces);
   for (std::size_t i = 0; i < ways_m.size(); ++i) {
     const double position = std::min(ways_m[i], reach_m) / piece_m;
-    const std::size_t knot = std::min(static_cast<std::size_t>(position), knots_ - 1);
-    places_[i] = {knot, position - static_cast<double>(knot)};
+    const Eigen::Index piece = std::min(static_cast<Eigen::Index>(position), pieces - 1);
+    const double share = position - static_cast<double>(piece);
+    shares_[i].push_back({6 * piece, share});
+    if (piece > 0) shares_[i].push_back({6 * piece - 6, 1 - share});
   }
 
-  const auto pieces = static_cast<Eigen::Index>(knots_);
   of_pieces_ =
       covarianceOfPieces(pieces, piece_m).llt().solve(Eigen::MatrixXd::Identity(pieces, pieces));
   const double turn = std::max(rates.turn_per_m, kLeastTurn);
   Vector6d rate;
   rate << Eigen::Vector3d::Constant(rates.share), Eigen::Vector3d::Constant(turn);
-  differences_.fill(Eigen::MatrixXd::Zero(pieces, size()));
+  differences_.fill(Eigen::MatrixXd::Zero(pieces, 6 * pieces));
   for (Eigen::Index k = 0; k < pieces; ++k) {
     // A piece turns about its middle.
     const double middle_m = (static_cast<double>(k) + 0.5) * piece_m;
@@ -76,7 +99,7 @@ DriftChain::DriftChain(const std::vector<double>& ways_m,
       if (k > 0) difference.block<1, 6>(k, 6 * k - 6) = -about_middle.row(axis) / rate(axis);
     }
   }
-  information_ = Eigen::MatrixXd::Zero(size(), size());
+  information_ = Eigen::MatrixXd::Zero(6 * pieces, 6 * pieces);
   for (Eigen::Index axis = 0; axis < 6; ++axis) information_ += informationOf(axis);
 }
 
@@ -85,12 +108,31 @@ Eigen::MatrixXd DriftChain::informationOf(Eigen::Index axis) const {
   return difference.transpose() * of_pieces_ * difference;
 }
 
-Vector6d DriftChain::at(const Place& place, const Eigen::VectorXd& errors) const {
-  if (knots_ == 0) return Vector6d::Zero();
-  const auto next = static_cast<Eigen::Index>(6 * place.knot);
-  Vector6d error = place.share * errors.segment<6>(next);
-  if (place.knot > 0) error += (1 - place.share) * errors.segment<6>(next - 6);
+Vector6d DriftChain::errorOf(std::size_t pose, const Eigen::VectorXd& errors) const {
+  Vector6d error = Vector6d::Zero();
+  for (const auto& [row, share] : sharesOf(pose)) error += share * errors.segment<6>(row);
   return error;
+}
+
+Vector6d poseJitter(const std::vector<PosePull>& poses) {
+  Vector6d widest;
+  widest << Eigen::Vector3d::Constant(1 / (kWidest_m * kWidest_m)),
+      Eigen::Vector3d::Constant(1 / (kWidest_rad * kWidest_rad));
+  AxisSums excess = AxisSums::Zero(), answer = AxisSums::Zero();
+  for (const PosePull& pose : poses) {
+    if (pose.blocks < kFewestBlocks) continue;
+    const Matrix6d least = pose.information + Matrix6d(widest.asDiagonal());
+    const Matrix6d gain = least.inverse();
+    excess += (gain * pose.pull).array().square() -
+              (gain * pose.of_blocks * gain.transpose()).diagonal().array();
+    answer += (gain * pose.information).diagonal().array().square();
+  }
+  Vector6d variances;
+  variances.head<2>().setConstant(share(excess, answer, {0, 1}, kGivesWay));
+  variances(2) = share(excess, answer, {2}, kGivesWayOnGround);
+  variances.segment<2>(3).setConstant(share(excess, answer, {3, 4}, kGivesWayOnGround));
+  variances(5) = share(excess, answer, {5}, kGivesWay);
+  return variances;
 }
 
 }  // namespace xview

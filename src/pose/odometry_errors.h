@@ -12,6 +12,9 @@ namespace xview {
 
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 
+// How far the odometry of a window is off: by drift, which poses share, and by jitter, which they
+// do not.
+
 /// L with L w = w x v, as the derivative of a point v under a rotation vector is.
 Eigen::Matrix3d crossFromRight(const Eigen::Vector3d& v);
 
@@ -33,18 +36,17 @@ class DriftChain {
   DriftChain(const std::vector<double>& ways_m, const std::vector<Eigen::Vector3d>& sensors,
              double reach_m, const Rates& rates);
 
-  std::size_t knots() const { return knots_; }  ///< beside the last pose
-  Eigen::Index size() const { return static_cast<Eigen::Index>(6 * knots_); }
+  Eigen::Index size() const { return information_.rows(); }  ///< 6 per knot; 0: no drift
 
-  /// Where a pose is: its error is (1 - share) of that of `knot` and `share` of that of the next
-  /// one. Knot 0 is the last pose.
-  struct Place {
-    std::size_t knot = 0;
-    double share = 0;
+  /// Of a pose in the error of a knot, whose six numbers begin at `row` among those of all knots
+  /// but the last pose, nearest first.
+  struct Share {
+    Eigen::Index row;
+    double share;
   };
-  const Place& placeOf(std::size_t pose) const { return places_[pose]; }
-  /// `errors`: those of the knots but the last pose, nearest first.
-  Vector6d at(const Place& place, const Eigen::VectorXd& errors) const;
+  /// At most two; none where there is no drift.
+  const std::vector<Share>& sharesOf(std::size_t pose) const { return shares_[pose]; }
+  Vector6d errorOf(std::size_t pose, const Eigen::VectorXd& errors) const;
 
   /// Inverse covariance of the errors, before anything was seen.
   const Eigen::MatrixXd& information() const { return information_; }
@@ -52,11 +54,23 @@ class DriftChain {
   Eigen::MatrixXd informationOf(Eigen::Index axis) const;
 
  private:
-  std::size_t knots_ = 0;
-  std::vector<Place> places_;
+  std::vector<std::vector<Share>> shares_;      ///< by pose
   Eigen::MatrixXd of_pieces_;                   ///< inverse covariance of pieces in one axis
   std::array<Eigen::MatrixXd, 6> differences_;  ///< errors of pieces over their rates, by axis
   Eigen::MatrixXd information_;
 };
+
+/// How the points of one pose pull at it, about its own sensor: x y z, rx ry rz in the map frame.
+struct PosePull {
+  Matrix6d information = Matrix6d::Zero();
+  Vector6d pull = Vector6d::Zero();
+  Matrix6d of_blocks = Matrix6d::Zero();  ///< squares of the pulls of blocks of points, summed
+  int blocks = 0;
+};
+
+/// Variances by which poses err each on its own: of x and y, z, tilt, and yaw [m^2, rad^2]. Found
+/// from how much further the points of a pose pull together than blocks of them that err each on
+/// its own would; 0 where they do not. Poses of few blocks do not count.
+Vector6d poseJitter(const std::vector<PosePull>& poses);
 
 }  // namespace xview

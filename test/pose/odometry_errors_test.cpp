@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "../../src/pose/drift_chain.h"
+#include "../../src/pose/odometry_errors.h"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>
 #include <cmath>
+
+#include "xview/types/random.h"
 
 namespace xview {
 namespace {
@@ -30,24 +32,24 @@ TEST(DriftChain, TheLastPoseHasNoError) {
   const Drive drive(40);
   const DriftChain chain = drive.chain({0.02, 1e-3});
   const Eigen::VectorXd errors = Eigen::VectorXd::Ones(chain.size());
-  EXPECT_EQ(chain.at(chain.placeOf(40), errors), Vector6d::Zero());
+  EXPECT_EQ(chain.errorOf(40, errors), Vector6d::Zero());
 }
 
 TEST(DriftChain, ErrorsAreLinearBetweenKnots) {
   const Drive drive(40);
   const DriftChain chain = drive.chain({0.02, 1e-3});
-  ASSERT_EQ(chain.knots(), 8u);
+  ASSERT_EQ(chain.size(), 6 * 8);
   Eigen::VectorXd errors = Eigen::VectorXd::Zero(chain.size());
   for (Eigen::Index k = 0; k < 8; ++k) errors(6 * k) = 5.0 * static_cast<double>(k + 1);
   for (std::size_t pose = 0; pose <= 40; ++pose)
-    EXPECT_NEAR(chain.at(chain.placeOf(pose), errors)(0), drive.ways_m[pose], 1e-9);
+    EXPECT_NEAR(chain.errorOf(pose, errors)(0), drive.ways_m[pose], 1e-9);
 }
 
 TEST(DriftChain, PosesOutOfReachErrLikeTheLastOneInReach) {
   const DriftChain chain = Drive(100).chain({0.02, 1e-3}, 20);
   Eigen::VectorXd errors = Eigen::VectorXd::Zero(chain.size());
   errors.tail<6>().setConstant(3);
-  EXPECT_NEAR(chain.at(chain.placeOf(0), errors)(1), 3, 1e-9);
+  EXPECT_NEAR(chain.errorOf(0, errors)(1), 3, 1e-9);
 }
 
 TEST(DriftChain, ErrorsGrowWithTheWayByAboutTheRate) {
@@ -93,10 +95,71 @@ TEST(DriftChain, InformationIsPositiveDefinite) {
 }
 
 TEST(DriftChain, WhoStandsStillOrIsTrustedDoesNotDrift) {
-  EXPECT_EQ(Drive(0).chain({0.02, 1e-3}).knots(), 0u);
-  EXPECT_EQ(Drive(40).chain({0, 1e-3}).knots(), 0u);
+  EXPECT_EQ(Drive(0).chain({0.02, 1e-3}).size(), 0);
+  EXPECT_EQ(Drive(40).chain({0, 1e-3}).size(), 0);
   const DriftChain none = Drive(40).chain({0, 0});
-  EXPECT_EQ(none.at(none.placeOf(0), Eigen::VectorXd()), Vector6d::Zero());
+  EXPECT_EQ(none.errorOf(0, Eigen::VectorXd()), Vector6d::Zero());
+}
+
+constexpr double kGround = 2.25;  ///< ground moves a pose by that much less than it is off
+
+/// Poses over level ground and between fronts, of `blocks` blocks each; every point errs on its own
+/// and every pose by a roll of this spread.
+std::vector<PosePull> poses(int count, int blocks, double roll_rad) {
+  Random random(11);
+  std::vector<PosePull> all;
+  for (int i = 0; i < count; ++i) {
+    PosePull pose;
+    const double roll = roll_rad * random.normal();
+    for (int b = 0; b < blocks; ++b) {
+      constexpr double kInformation = 4e4, kNoise_m = 0.002;
+      const Eigen::Vector3d p(random.uniform(-10, 10), random.uniform(-10, 10), -1.5);
+      const Eigen::Vector3d n = b % 2 == 0   ? Eigen::Vector3d::UnitZ()
+                                : b % 4 == 1 ? Eigen::Vector3d::UnitX()
+                                             : Eigen::Vector3d::UnitY();
+      Vector6d j;
+      j << n, p.cross(n);
+      const Vector6d pull = kInformation * j * (roll * j(3) + kNoise_m * random.normal());
+      pose.information += kInformation * j * j.transpose();
+      pose.pull += pull;
+      pose.of_blocks += pull * pull.transpose();
+      ++pose.blocks;
+    }
+    all.push_back(pose);
+  }
+  return all;
+}
+
+double degrees(double variance) { return std::sqrt(variance) * 180 / M_PI; }
+
+TEST(PoseJitter, FindsTheSpreadOfTheTilt) {
+  constexpr double kRoll = 0.004;
+  const Vector6d jitter = poseJitter(poses(60, 40, kRoll));
+  EXPECT_EQ(jitter(3), jitter(4)) << "roll and pitch are one tilt";
+  // Only one of both axes rolls.
+  EXPECT_NEAR(degrees(jitter(3)), kGround * degrees(kRoll * kRoll / 2),
+              0.25 * degrees(kRoll * kRoll));
+}
+
+TEST(PoseJitter, IsNoneWhereBlocksErrEachOnItsOwn) {
+  const Vector6d jitter = poseJitter(poses(60, 40, 0));
+  EXPECT_LT(degrees(jitter(3)), 0.02);
+  EXPECT_LT(std::sqrt(jitter(2)), 0.001);
+}
+
+TEST(PoseJitter, GrowsWithTheJitter) {
+  double before = 0;
+  for (const double roll : {0.001, 0.002, 0.004}) {
+    const double found = poseJitter(poses(60, 40, roll))(3);
+    EXPECT_GT(found, before);
+    before = found;
+  }
+}
+
+TEST(PoseJitter, PosesThatSeeLittleDoNotCount) {
+  EXPECT_EQ(poseJitter({}), Vector6d::Zero());
+  EXPECT_EQ(poseJitter(poses(60, 5, 0.01)), Vector6d::Zero());
+  EXPECT_EQ(poseJitter(std::vector<PosePull>(10)), Vector6d::Zero());
 }
 
 }  // namespace
