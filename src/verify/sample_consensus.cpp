@@ -8,6 +8,8 @@
 #include <mutex>
 #include <numeric>
 #include <optional>
+#include <tuple>
+#include <utility>
 
 namespace xview::verify {
 namespace {
@@ -31,32 +33,22 @@ std::vector<Correspondence> finiteOnes(const Points& query, const Points& map,
 class QuietPcl {
  public:
   QuietPcl() {
-    const std::lock_guard<std::mutex> lock(mutex());
-    if (users()++ == 0) {
-      level() = pcl::console::getVerbosityLevel();
-      pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);
-    }
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (users_++ > 0) return;
+    level_ = pcl::console::getVerbosityLevel();
+    pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);
   }
   ~QuietPcl() {
-    const std::lock_guard<std::mutex> lock(mutex());
-    if (--users() == 0) pcl::console::setVerbosityLevel(level());
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (--users_ == 0) pcl::console::setVerbosityLevel(level_);
   }
   QuietPcl(const QuietPcl&) = delete;
   QuietPcl& operator=(const QuietPcl&) = delete;
 
  private:
-  static std::mutex& mutex() {
-    static std::mutex instance;
-    return instance;
-  }
-  static int& users() {
-    static int count = 0;
-    return count;
-  }
-  static pcl::console::VERBOSITY_LEVEL& level() {
-    static pcl::console::VERBOSITY_LEVEL saved = pcl::console::L_INFO;
-    return saved;
-  }
+  static inline std::mutex mutex_;
+  static inline int users_ = 0;
+  static inline pcl::console::VERBOSITY_LEVEL level_ = pcl::console::L_INFO;
 };
 
 bool hasThreePlaces(const Points& points) {
@@ -164,26 +156,18 @@ Consensus rejectBySampleConsensus(const Points& query, const Points& map,
 std::vector<Correspondence> supporters(const Points& query, const Points& map,
                                        const std::vector<Correspondence>& correspondences,
                                        const Eigen::Isometry3d& T_map_query, double inlier_m) {
-  struct Near {
-    double distance2;
-    Correspondence correspondence;
-  };
-  std::vector<Near> near;
+  std::vector<std::pair<double, Correspondence>> near;  // by squared distance
   for (const Correspondence& c : correspondences) {
     const double distance2 = (map[c.map] - T_map_query * query[c.query]).squaredNorm();
-    if (distance2 <= inlier_m * inlier_m) near.push_back({distance2, c});
+    if (distance2 <= inlier_m * inlier_m) near.emplace_back(distance2, c);
   }
-  std::sort(near.begin(), near.end(), [](const Near& a, const Near& b) {
-    if (a.distance2 != b.distance2) return a.distance2 < b.distance2;
-    if (a.correspondence.query != b.correspondence.query) {
-      return a.correspondence.query < b.correspondence.query;
-    }
-    return a.correspondence.map < b.correspondence.map;
+  std::sort(near.begin(), near.end(), [](const auto& a, const auto& b) {
+    return std::tie(a.first, a.second.query, a.second.map) <
+           std::tie(b.first, b.second.query, b.second.map);
   });
   std::vector<bool> query_used(query.size(), false), map_used(map.size(), false);
   std::vector<Correspondence> kept;
-  for (const Near& n : near) {
-    const Correspondence& c = n.correspondence;
+  for (const auto& [distance2, c] : near) {
     if (query_used[c.query] || map_used[c.map]) continue;
     query_used[c.query] = map_used[c.map] = true;
     kept.push_back(c);

@@ -40,8 +40,8 @@ double agreementOf(const PartEvidence& part) {
   return (part.score + kPartPrior_nats) / (std::max(0.0, part.expected) + kPartPrior_nats);
 }
 
-/// Share of the score of a true pose, the smallest of all and of each part, in [0, 1]. A street that
-/// repeats fits with its road but not with its houses, or with one side only.
+/// Share of the score of a true pose, the smallest of all and of each part, in [0, 1]. A street
+/// that repeats fits with its road but not with its houses, or with one side only.
 double agreementOf(const Evidence& e) {
   if (!(e.expected > 0)) return 1;  // nobody knows what a true pose scores: walks
   return std::clamp(std::min({e.score / e.expected, agreementOf(e.standing),

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -11,26 +12,25 @@
 namespace xview::verify {
 
 struct ConsistencyOptions {
-  double tolerance_m =
-      1.5;  ///< two correspondences agree if their pair distances differ by less than this
-  double relative = 0.02;          ///< plus this share of the distance (drift of the odometry)
-  double min_separation_m = 1;     ///< pairs nearer than this say nothing
-  int max_correspondences = 3000;  ///< only the most similar ones take part
-  int clique_budget =
-      200000;  ///< branch-and-bound nodes; the best clique so far is returned when it is used up
+  double tolerance_m = 1.5;
+  double min_separation_m = 1;
 };
 
 template <class Visitor>
 void visit(ConsistencyOptions& o, Visitor&& field) {
   field("tolerance_m", o.tolerance_m, Range{0.001, 1e3},
-        "pair distances may differ by this much [m]");
-  field("relative", o.relative, Range{0, 1}, "and by this share of the distance");
-  field("min_separation_m", o.min_separation_m, Range{0, 1e3}, "ignore pairs nearer than this [m]");
-  field("max_correspondences", o.max_correspondences, Range{3, 20000},
-        "use only the most similar ones beyond this");
-  field("clique_budget", o.clique_budget, Range{1, 1e9},
-        "search nodes of the maximum clique before it settles for the best so far");
+        "pair distances of correspondences that agree differ by less than this [m]");
+  field("min_separation_m", o.min_separation_m, Range{0, 1e3},
+        "ignore pairs nearer than this: they tell nothing [m]");
 }
+
+/// Pair distances may also differ by this share of the longer one: drift of the odometry.
+constexpr double kRelativeTolerance = 0.02;
+/// The bits of all pairs of so many correspondences take 1 MB; of more only the most similar ones
+/// take part.
+constexpr std::size_t kMostCorrespondences = 3000;
+/// Search nodes of a maximum clique: some 0.1 s.
+constexpr int kCliqueBudget = 200000;
 
 /// Undirected graph over correspondences as one bit row per node.
 class ConsistencyGraph {
@@ -51,13 +51,28 @@ class ConsistencyGraph {
 };
 
 /// Two correspondences agree if they use different vertices on both sides and
-///   | |q_a - q_b| - |m_a - m_b| | <= tolerance + relative * max of the two distances,
-/// both of them at least min_separation. One node per correspondence; beyond max_correspondences
-/// the less similar ones (ties: later ones) stay without edges. Positions that are not finite agree
-/// with nothing. Pair distances cannot see a mirror image: the pose step must.
+///   | |q_a - q_b| - |m_a - m_b| | <= tolerance + kRelativeTolerance * max of the two distances,
+/// both of them at least min_separation. One node per correspondence; beyond `most` the less
+/// similar ones (ties: later ones) stay without edges. Positions that are not finite agree with
+/// nothing. Pair distances cannot see a mirror image: the pose step must.
 ConsistencyGraph pairwiseConsistency(const std::vector<Eigen::Vector3d>& query,
                                      const std::vector<Eigen::Vector3d>& map,
                                      const std::vector<Correspondence>& correspondences,
-                                     const ConsistencyOptions& options);
+                                     const ConsistencyOptions& options,
+                                     std::size_t most = kMostCorrespondences);
+
+/// Core number of each node (largest k such that the node survives in a subgraph of minimum degree
+/// k).
+std::vector<std::uint32_t> coreNumbers(const ConsistencyGraph& graph);
+
+struct Clique {
+  std::vector<std::uint32_t> nodes;  ///< sorted
+  bool proven_maximum = false;       ///< false if the budget ran out
+};
+
+/// Maximum clique by branch and bound with greedy colouring (Tomita & Seki 2003; bit rows after
+/// San Segundo 2011) after a greedy start and k-core pruning. The budget counts search nodes, not
+/// time, so the result is repeatable; whatever it is, the result is a clique.
+Clique maximumClique(const ConsistencyGraph& graph, int budget = kCliqueBudget);
 
 }  // namespace xview::verify
