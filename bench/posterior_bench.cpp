@@ -23,7 +23,7 @@ using namespace xview;
 
 struct Drive {
   std::vector<Eigen::Isometry3d> T_odom_sensor;
-  std::vector<MatchedVertex> vertices;
+  std::vector<pose::MatchedVertex> vertices;
   Eigen::Isometry3d T_map_query, T_map_last;
 };
 
@@ -32,7 +32,7 @@ Eigen::Vector3d normal3(Random& random, double sigma) {
   return sigma * Eigen::Vector3d(x, y, z);
 }
 
-Drive simulate(Random& random, double wrong_share, const PosteriorOptions& o) {
+Drive simulate(Random& random, double wrong_share, const pose::PosteriorOptions& o) {
   constexpr int kPoses = 30, kLandmarks = 40;
   constexpr double kStep_m = 2;
   Drive drive;
@@ -44,7 +44,7 @@ Drive simulate(Random& random, double wrong_share, const PosteriorOptions& o) {
     for (int j = i * kLandmarks / kPoses; j < (i + 1) * kLandmarks / kPoses; ++j) {
       const double x = random.uniform(-1, 1), y = random.uniform(-15, 15),
                    z = random.uniform(-2, 8);
-      MatchedVertex vertex;
+      pose::MatchedVertex vertex;
       vertex.p_odom = T_odom * (Eigen::Vector3d(x, y, z) + normal3(random, o.model.vertex_sigma_m));
       vertex.first_pose = vertex.last_pose = static_cast<std::size_t>(i);
       vertex.p_map =
@@ -69,7 +69,7 @@ Drive simulate(Random& random, double wrong_share, const PosteriorOptions& o) {
 struct Tally {
   int settled = 0, near = 0;
   std::vector<double> errors_m;
-  void add(const Posterior& result, const Drive& drive) {
+  void add(const pose::Posterior& result, const Drive& drive) {
     const double error =
         result.converged
             ? (result.T_map_sensor.back().translation() - drive.T_map_last.translation()).norm()
@@ -87,7 +87,7 @@ int main(int argc, char** argv) try {
   Options options;
   bench::parseArguments(argc, argv, {{"--problems", bench::into(problems)}}, options, 0,
                         "posterior_bench [options]");
-  PosteriorOptions robust = options.posterior, quadratic = robust, paper = robust;
+  pose::PosteriorOptions robust = options.posterior, quadratic = robust, paper = robust;
   quadratic.model.robust_scale = 0;
   paper.solver = "gauss_newton";
   quadratic.gravity = paper.gravity = "free";  // from parallel axes gauss_newton could not know it
@@ -100,14 +100,14 @@ int main(int argc, char** argv) try {
     for (int i = 0; i < static_cast<int>(problems); ++i) {
       Random random(static_cast<std::uint64_t>(options.seed), static_cast<std::uint64_t>(i));
       const Drive drive = simulate(random, share, options.posterior);
-      const Posterior p =
-          maximizePosterior(drive.T_odom_sensor, drive.vertices, drive.T_map_query, paper);
-      const Posterior q =
-          maximizePosterior(drive.T_odom_sensor, drive.vertices, drive.T_map_query, quadratic);
+      const pose::Posterior p =
+          pose::maximizePosterior(drive.T_odom_sensor, drive.vertices, drive.T_map_query, paper);
+      const pose::Posterior q = pose::maximizePosterior(drive.T_odom_sensor, drive.vertices,
+                                                        drive.T_map_query, quadratic);
       parted += !p.converged || p.cost_after > 1.001 * q.cost_after;
       a.add(p, drive);
       b.add(q, drive);
-      c.add(maximizePosterior(drive.T_odom_sensor, drive.vertices, drive.T_map_query, robust),
+      c.add(pose::maximizePosterior(drive.T_odom_sensor, drive.vertices, drive.T_map_query, robust),
             drive);
     }
     const double percent = 100 / problems;

@@ -3,10 +3,13 @@
 
 #include "baselines/baseline.h"
 #include "xview/pose/align.h"
-#include "xview/verify/clique.h"
+#include "xview/verify/consistency.h"
 
 namespace xview {
 namespace {
+
+constexpr std::size_t kMostPairs = 12000;
+constexpr int kBudget = 100000;
 
 std::vector<Eigen::Vector3d> positionsOf(const SemanticGraph& graph) {
   std::vector<Eigen::Vector3d> positions;
@@ -17,10 +20,7 @@ std::vector<Eigen::Vector3d> positionsOf(const SemanticGraph& graph) {
 class AllPairsClique final : public Baseline {
  public:
   AllPairsClique(const SemanticGraph& map, const LabelSet& labels)
-      : labels_(labels), map_(objectsOf(map, labels)), positions_(positionsOf(map_)) {
-    options_.max_correspondences = 12000;
-    options_.clique_budget = 100000;
-  }
+      : labels_(labels), map_(objectsOf(map, labels)), positions_(positionsOf(map_)) {}
 
   std::optional<Eigen::Isometry3d> localize(const SemanticGraph& graph) const override {
     const SemanticGraph query = objectsOf(graph, labels_);
@@ -31,14 +31,14 @@ class AllPairsClique final : public Baseline {
       }
     }
     const std::vector<Eigen::Vector3d> positions = positionsOf(query);
-    const ConsistencyGraph agreement =
-        pairwiseConsistency(positions, positions_, putative, options_);
+    const verify::ConsistencyGraph agreement =
+        verify::pairwiseConsistency(positions, positions_, putative, {}, kMostPairs);
     std::vector<Eigen::Vector3d> from, to;
-    for (const std::uint32_t k : maximumClique(agreement, options_.clique_budget).nodes) {
+    for (const std::uint32_t k : verify::maximumClique(agreement, kBudget).nodes) {
       from.push_back(positions[putative[k].query]);
       to.push_back(positions_[putative[k].map]);
     }
-    const Alignment fit = alignPointsUpright(from, to);
+    const pose::Alignment fit = pose::alignPointsUpright(from, to);
     if (!fit.valid) return std::nullopt;
     return fit.T_target_source;
   }
@@ -47,7 +47,6 @@ class AllPairsClique final : public Baseline {
   LabelSet labels_;
   SemanticGraph map_;
   std::vector<Eigen::Vector3d> positions_;
-  ConsistencyOptions options_;
 };
 
 }  // namespace

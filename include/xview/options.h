@@ -16,7 +16,7 @@
 #include "xview/search/search.h"
 #include "xview/types/option_field.h"
 #include "xview/types/prior_text.h"
-#include "xview/verify/clique.h"
+#include "xview/verify/consistency.h"
 #include "xview/verify/sample_consensus.h"
 #include "xview/verify/verdict.h"
 
@@ -81,8 +81,8 @@ struct Options {
   verify::ConsensusOptions consensus;
   search::SearchOptions places;
   verify::VerdictOptions verdict;
-  PosteriorOptions posterior;
-  RefineOptions refine;
+  pose::PosteriorOptions posterior;
+  pose::RefineOptions refine;
   OdometryOptions odometry;
 };
 

@@ -15,8 +15,8 @@ namespace {
 
 /// Four cells of a plan view in a distribution. Samples err by about half a cell; of tilt the plan
 /// knows nothing.
-RefineOptions planRefinement() {
-  RefineOptions options;
+pose::RefineOptions planRefinement() {
+  pose::RefineOptions options;
   options.cell_m = 2;
   options.model.roughness_m = 0.3;
   options.model.first_gate_m = 1.5;
@@ -64,7 +64,7 @@ Eigen::Isometry3d planarPart(const Eigen::Isometry3d& T) {
 
 }  // namespace
 
-const DistributionMap& PlanRegistration::distributions() const {
+const pose::DistributionMap& PlanRegistration::distributions() const {
   std::call_once(made_, [&] {
     distributions_.emplace(
         flatCloud(map_, Eigen::Vector2d::Zero(), std::numeric_limits<double>::infinity()),
@@ -82,8 +82,9 @@ std::optional<RegisteredPlans> PlanRegistration::align(const PlanView& query,
   sensor.translation().head<2>() = (up_of_query * sensor_in_query).head<2>();
   const LabelledCloud cloud = flatCloud(query, sensor.translation().head<2>(), kRecent_m);
   const std::vector<Eigen::Isometry3d> poses{sensor};
-  const Refinement found = refine(distributions(), RefineQuery{cloud, poses}, channelClasses(),
-                                  before, planRefinement());
+  const pose::Refinement found =
+      pose::refine(distributions(), pose::RefineQuery{cloud, poses},
+                   channelClasses(), before, planRefinement());
   if (!found.converged) return std::nullopt;
   const Eigen::Isometry3d motion = planarPart(found.T_map_query) * before.inverse();
   return RegisteredPlans{up_of_map.inverse() * motion * up_of_map * T_map_query, found.overlap};

@@ -34,11 +34,11 @@ class PlanRegistration {
                                        const Eigen::Isometry3d& T_map_query) const;
 
  private:
-  const DistributionMap& distributions() const;
+  const pose::DistributionMap& distributions() const;
 
   const PlanView& map_;
   mutable std::once_flag made_;
-  mutable std::optional<DistributionMap> distributions_;  ///< made for the first query
+  mutable std::optional<pose::DistributionMap> distributions_;  ///< made for the first query
 };
 
 }  // namespace xview

@@ -51,12 +51,12 @@ std::size_t poseOfFrame(const Query& query, std::int64_t frame) {
 
 /// The correspondences as the back-end of the paper wants them: vertices as the query saw them,
 /// their partners in the map.
-std::vector<MatchedVertex> matchedVertices(const Query& query, const SemanticGraph& map,
-                                           const std::vector<Correspondence>& kept) {
-  std::vector<MatchedVertex> matched;
+std::vector<pose::MatchedVertex> matchedVertices(const Query& query, const SemanticGraph& map,
+                                                 const std::vector<Correspondence>& kept) {
+  std::vector<pose::MatchedVertex> matched;
   for (const Correspondence& pair : kept) {
     const Vertex &seen = query.graph.vertices[pair.query], &known = map.vertices[pair.map];
-    MatchedVertex vertex;
+    pose::MatchedVertex vertex;
     vertex.p_odom = seen.position;
     vertex.sigma_m = seen.sigma_m;
     vertex.first_pose = poseOfFrame(query, seen.first_frame);
@@ -134,12 +134,12 @@ PoseRefinement::PoseRefinement(const SemanticMap& map, const Options& options)
 
 /// The paper's back-end: odometry between the poses of the window, vertices, their partners.
 void PoseRefinement::usePosterior(const std::vector<Correspondence>& kept, Step& step) const {
-  PosteriorOptions options = options_.posterior;
+  pose::PosteriorOptions options = options_.posterior;
   double& gravity_sigma_rad = options.model.gravity_sigma_rad;
   gravity_sigma_rad = std::hypot(gravity_sigma_rad, step.up_sigma_rad);
-  Posterior posterior =
-      maximizePosterior(step.query.poses, matchedVertices(step.query, map_.graph, kept),
-                        step.pose.T_map_query, options);
+  pose::Posterior posterior =
+      pose::maximizePosterior(step.query.poses, matchedVertices(step.query, map_.graph, kept),
+                              step.pose.T_map_query, options);
   if (!posterior.converged) return;
   const Eigen::Isometry3d T = posterior.T_map_sensor.back() * step.query.poses.back().inverse();
   if (step.shiftTo(T) >= step.max_shift_m || !step.keepsScore(T, 1)) return;
@@ -160,10 +160,11 @@ void PoseRefinement::useRecentPart(Step& step) const {
 /// The clouds take the nearest surface for the right one, and see only some classes.
 void PoseRefinement::useClouds(Step& step) const {
   const Query& query = step.query;
-  RefineOptions options = options_.refine;
+  pose::RefineOptions options = options_.refine;
   options.tilt_sigma_deg = std::hypot(options.tilt_sigma_deg, step.up_sigma_rad * 180 / M_PI);
-  const Refinement refined = xview::refine(*distributions_, {query.cloud, query.poses},
-                                           query.labels, step.pose.T_map_query, options);
+  const pose::Refinement refined = pose::refine(
+      *distributions_, {query.cloud, query.poses},
+      query.labels, step.pose.T_map_query, options);
   if (!refined.converged || !step.keepsScore(refined.T_map_query, kScoreKept)) return;
   step.pose.T_map_query = refined.T_map_query;
   step.pose.covariance = refined.covariance;

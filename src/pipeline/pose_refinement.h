@@ -45,7 +45,7 @@ class PoseRefinement {
   const SemanticMap& map_;
   const Options& options_;
   PlanRegistration plan_;
-  std::optional<DistributionMap> distributions_;  ///< of a map with a cloud
+  std::optional<pose::DistributionMap> distributions_;  ///< of a map with a cloud
 };
 
 }  // namespace xview

@@ -14,7 +14,7 @@
 #include "xview/match/descriptors.h"
 #include "xview/pose/align.h"
 #include "xview/types/stopwatch.h"
-#include "xview/verify/clique.h"
+#include "xview/verify/consistency.h"
 #include "xview/verify/sample_consensus.h"
 
 namespace xview {
@@ -66,10 +66,12 @@ double thicknessOf(const std::vector<Eigen::Vector3d>& points) {
 /// Both frames are gravity-aligned as a rule; then four degrees of freedom fit about as well as
 /// six, and are safer. Points in one plane fit their mirror image as well, turned upside down; only
 /// gravity tells.
-Alignment alignWithGravity(const std::vector<Eigen::Vector3d>& from,
-                           const std::vector<Eigen::Vector3d>& to, const std::string& gravity) {
+pose::Alignment alignWithGravity(const std::vector<Eigen::Vector3d>& from,
+                                 const std::vector<Eigen::Vector3d>& to,
+                                 const std::string& gravity) {
   constexpr double kMuchWorse = 1.3, kSlack_m = 0.3, kFlat_m = 0.3;
-  const Alignment free = alignPoints(from, to), upright = alignPointsUpright(from, to);
+  const pose::Alignment free = pose::alignPoints(from, to),
+                        upright = pose::alignPointsUpright(from, to);
   if (gravity == "free") return free;
   if (gravity == "aligned" || !free.valid || thicknessOf(from) < kFlat_m) return upright;
   return upright.valid && upright.rms_m <= kMuchWorse * free.rms_m + kSlack_m ? upright : free;
@@ -88,7 +90,7 @@ std::vector<Correspondence> pruned(const WalkGraph& query, const std::vector<Eig
   }
   const verify::ConsistencyGraph agreement =
       verify::pairwiseConsistency(query.positions, map, compared, options);
-  const verify::Clique clique = verify::maximumClique(agreement, options.clique_budget);
+  const verify::Clique clique = verify::maximumClique(agreement);
   std::vector<Correspondence> agreeing;
   for (std::uint32_t i = 0; i < agreement.size(); ++i) {
     std::size_t count = 0;
@@ -117,7 +119,7 @@ MatchedPose consensusOf(const WalkGraph& query, const std::vector<Eigen::Vector3
     from.push_back(query.positions[c.query]);
     to.push_back(map[c.map]);
   }
-  const Alignment fit = alignWithGravity(from, to, gravity);
+  const pose::Alignment fit = alignWithGravity(from, to, gravity);
   if (!fit.valid) return result;
   result.T_map_query = fit.T_target_source;
   result.rms_m = fit.rms_m;

@@ -5,7 +5,7 @@
 #include <Eigen/SVD>
 #include <cmath>
 
-namespace xview {
+namespace xview::pose {
 namespace {
 
 constexpr double kMinSpreadRatio = 1e-3;  // across / along, below which points are one line
@@ -124,4 +124,4 @@ Alignment alignPointsUpright(const Points& source, const Points& target) {
                  target);
 }
 
-}  // namespace xview
+}  // namespace xview::pose

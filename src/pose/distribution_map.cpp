@@ -12,7 +12,7 @@
 #include "xview/pose/refine.h"
 #include "xview/types/median.h"
 
-namespace xview {
+namespace xview::pose {
 namespace {
 
 constexpr std::uint32_t kFirstOtherGroup = static_cast<std::uint32_t>(Kind::none) + 1;
@@ -440,4 +440,4 @@ const Distribution* DistributionMap::nearest(const Eigen::Vector3f& p, std::uint
   return tiles_->nearest(p, group, gate_m);
 }
 
-}  // namespace xview
+}  // namespace xview::pose

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <initializer_list>
 
-namespace xview {
+namespace xview::pose {
 namespace {
 
 constexpr double kPiece_m = 5;
@@ -135,4 +135,4 @@ Vector6d poseJitter(const std::vector<PosePull>& poses) {
   return variances;
 }
 
-}  // namespace xview
+}  // namespace xview::pose

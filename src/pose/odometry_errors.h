@@ -8,7 +8,7 @@
 
 #include "xview/types/localization.h"
 
-namespace xview {
+namespace xview::pose {
 
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 
@@ -73,4 +73,4 @@ struct PosePull {
 /// its own would; 0 where they do not. Poses of few blocks do not count.
 Vector6d poseJitter(const std::vector<PosePull>& poses);
 
-}  // namespace xview
+}  // namespace xview::pose

@@ -20,7 +20,7 @@
 
 #include "residuals.h"
 
-namespace xview {
+namespace xview::pose {
 namespace {
 
 constexpr double kUpright = 0.9961947;    ///< cos 5 degrees
@@ -365,4 +365,4 @@ Posterior maximizePosterior(const std::vector<Eigen::Isometry3d>& T_odom_sensor,
   return result;
 }
 
-}  // namespace xview
+}  // namespace xview::pose

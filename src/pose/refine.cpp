@@ -9,7 +9,7 @@
 
 #include "registration.h"
 
-namespace xview {
+namespace xview::pose {
 namespace {
 
 constexpr int kIterations = 20;
@@ -257,4 +257,4 @@ Refinement refine(const DistributionMap& map, const RefineQuery& query, const La
   return result;
 }
 
-}  // namespace xview
+}  // namespace xview::pose

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <map>
 
-namespace xview {
+namespace xview::pose {
 namespace {
 
 constexpr double kRadians = M_PI / 180;
@@ -327,4 +327,4 @@ double Registration::measuredWeight(const std::vector<QueryPoint>& points,
   return 1 / (kBlocksAlike * std::clamp(excess, kLeastExcess, kMostExcess));
 }
 
-}  // namespace xview
+}  // namespace xview::pose

@@ -10,7 +10,7 @@
 #include "odometry_errors.h"
 #include "xview/pose/refine.h"
 
-namespace xview {
+namespace xview::pose {
 
 constexpr std::size_t kFewestPartners = 50;  ///< points with a distribution, for a pose
 
@@ -154,4 +154,4 @@ class Registration {
   double point_weight_;  ///< information of a point over that of an independent one
 };
 
-}  // namespace xview
+}  // namespace xview::pose

@@ -3,7 +3,7 @@
 
 #include <Eigen/Geometry>
 
-namespace xview {
+namespace xview::pose {
 
 // The constraints of the posterior (paper, section III-F), as functors for automatic
 // differentiation.
@@ -90,4 +90,4 @@ struct GravityResidual {
   }
 };
 
-}  // namespace xview
+}  // namespace xview::pose

@@ -8,7 +8,7 @@
 #include "xview/types/pose.h"
 #include "xview/types/random.h"
 
-namespace xview {
+namespace xview::pose {
 namespace {
 
 using Points = std::vector<Eigen::Vector3d>;
@@ -173,4 +173,4 @@ TEST(AlignPointsUpright, ReportsAnUndeterminedYaw) {
 }
 
 }  // namespace
-}  // namespace xview
+}  // namespace xview::pose

@@ -11,7 +11,7 @@
 #include "xview/pose/refine.h"
 #include "xview/types/random.h"
 
-namespace xview {
+namespace xview::pose {
 namespace {
 
 constexpr float kSide = 0.5f;
@@ -149,4 +149,4 @@ TEST(DistributionMap, OfALargeMapKnowTheThicknessOfItsWalls) {
 }
 
 }  // namespace
-}  // namespace xview
+}  // namespace xview::pose

@@ -8,7 +8,7 @@
 
 #include "xview/types/random.h"
 
-namespace xview {
+namespace xview::pose {
 namespace {
 
 /// A drive along x of 1 m steps that ends at the origin.
@@ -163,4 +163,4 @@ TEST(PoseJitter, PosesThatSeeLittleDoNotCount) {
 }
 
 }  // namespace
-}  // namespace xview
+}  // namespace xview::pose

@@ -9,7 +9,7 @@
 #include "xview/types/pose.h"
 #include "xview/types/random.h"
 
-namespace xview {
+namespace xview::pose {
 namespace {
 
 /// A drive of 60 m past landmarks, and what a robot with known errors makes of it.
@@ -309,4 +309,4 @@ TEST(Posterior, IsRepeatable) {
 }
 
 }  // namespace
-}  // namespace xview
+}  // namespace xview::pose

@@ -13,7 +13,7 @@
 #include "xview/types/pose.h"
 #include "xview/types/random.h"
 
-namespace xview {
+namespace xview::pose {
 namespace {
 
 constexpr std::uint32_t kRoad = 1, kMarking = 2, kBuilding = 3, kPole = 4, kFence = 5, kCar = 6,
@@ -499,4 +499,4 @@ TEST(Refine, AStreetThatTellsNothingLengthwiseLeavesThePlaceAlongItOpen) {
 }
 
 }  // namespace
-}  // namespace xview
+}  // namespace xview::pose

@@ -9,7 +9,7 @@
 
 #include "support/label_sets.h"
 
-namespace xview {
+namespace xview::pose {
 namespace {
 
 constexpr std::uint32_t kRoad = 1, kWall = 2, kPole = 3, kCar = 4;
@@ -71,4 +71,4 @@ TEST(ChoosePoints, AreAllOfAClassThatHasFewAndNoneOfWhatMoves) {
 }
 
 }  // namespace
-}  // namespace xview
+}  // namespace xview::pose

@@ -11,7 +11,7 @@
 #include "xview/types/pose.h"
 #include "xview/types/random.h"
 
-namespace xview {
+namespace xview::pose {
 namespace {
 
 using Pose = std::array<double, 7>;
@@ -134,4 +134,4 @@ TEST(Residuals, HaveTheJacobiansOfNumericDifferences) {
 }
 
 }  // namespace
-}  // namespace xview
+}  // namespace xview::pose

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace xview {
+namespace xview::pose {
 
 struct Alignment {
   bool valid = false;
@@ -26,4 +26,4 @@ Alignment alignPoints(const std::vector<Eigen::Vector3d>& source,
 Alignment alignPointsUpright(const std::vector<Eigen::Vector3d>& source,
                              const std::vector<Eigen::Vector3d>& target);
 
-}  // namespace xview
+}  // namespace xview::pose

@@ -10,7 +10,7 @@
 #include "xview/types/labelled_cloud.h"
 #include "xview/types/labels.h"
 
-namespace xview {
+namespace xview::pose {
 
 struct RefineOptions;
 
@@ -60,4 +60,4 @@ class DistributionMap {
   std::unique_ptr<const Tiles> tiles_;
 };
 
-}  // namespace xview
+}  // namespace xview::pose

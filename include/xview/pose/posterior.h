@@ -9,7 +9,7 @@
 #include "xview/types/localization.h"
 #include "xview/types/option_field.h"
 
-namespace xview {
+namespace xview::pose {
 
 struct PosteriorOptions {
   bool enabled = true;
@@ -87,4 +87,4 @@ Posterior maximizePosterior(const std::vector<Eigen::Isometry3d>& T_odom_sensor,
                             const std::vector<MatchedVertex>& vertices,
                             const Eigen::Isometry3d& T_map_query, const PosteriorOptions& options);
 
-}  // namespace xview
+}  // namespace xview::pose

@@ -11,7 +11,7 @@
 #include "xview/types/localization.h"
 #include "xview/types/option_field.h"
 
-namespace xview {
+namespace xview::pose {
 
 struct RefineOptions {
   bool enabled = true;
@@ -76,4 +76,4 @@ struct Refinement {
 Refinement refine(const DistributionMap& map, const RefineQuery& query, const LabelSet& labels,
                   const Eigen::Isometry3d& T_map_query, const RefineOptions& options);
 
-}  // namespace xview
+}  // namespace xview::pose
