@@ -39,6 +39,7 @@ function(xview_layer name)
   target_link_libraries(xview_${name} PUBLIC ${arg_PUBLIC}
                         PRIVATE ${arg_PRIVATE} $<BUILD_INTERFACE:xview_warnings>)
   set_property(GLOBAL APPEND PROPERTY XVIEW_LAYERS xview_${name})
+  xview_precompile(xview_${name})
 endfunction()
 
 # xview_test(<name> SOURCES … LINK …): one binary and one ctest entry; registration fails
@@ -51,6 +52,7 @@ function(xview_test name)
   add_executable(${name}_test ${arg_SOURCES})
   target_include_directories(${name}_test PRIVATE ${PROJECT_SOURCE_DIR}/test)
   target_link_libraries(${name}_test PRIVATE ${arg_LINK} xview_warnings xview_test_main)
+  xview_precompile(${name}_test)
   add_test(NAME ${name} COMMAND ${name}_test)
   set_tests_properties(${name} PROPERTIES TIMEOUT ${arg_TIMEOUT})
   file(GLOB present RELATIVE ${CMAKE_CURRENT_SOURCE_DIR} CONFIGURE_DEPENDS *_test.cpp)
