@@ -18,7 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 
 /// Grows with the root of the way.
-Matrix6d odometryCovariance(double way_m, const PosteriorOptions& odometry) {
+Matrix6d odometryCovariance(double way_m, const pose::PosteriorOptions& odometry) {
   const double root = std::sqrt(std::max(way_m, 1e-3));
   Matrix6d covariance = Matrix6d::Zero();
   covariance.diagonal().head<3>().setConstant(std::pow(odometry.odometry_sigma_m * root, 2));
@@ -166,7 +166,7 @@ void AnswerFiles::writeTrajectory() const {
 
 /// Vertex 0 is the map (fixed), the others are the poses of the QUERY; edges of the odometry, and
 /// from the map to each answered pose.
-void AnswerFiles::writeGraph(const PosteriorOptions& odometry) const {
+void AnswerFiles::writeGraph(const pose::PosteriorOptions& odometry) const {
   PoseGraph graph;
   graph.poses = trajectoryThrough(T_odom_sensor_, fixes_);
   graph.poses.insert(graph.poses.begin(), Eigen::Isometry3d::Identity());

@@ -33,7 +33,7 @@ class AnswerFiles {
   /// The accepted answer that is surest; the first of equals.
   const TrajectoryFix& surest() const;
   void writeTrajectory() const;
-  void writeGraph(const PosteriorOptions& odometry) const;
+  void writeGraph(const pose::PosteriorOptions& odometry) const;
 
   std::string explain_, tum_, trajectory_, graph_, matrix_;
   std::vector<Eigen::Isometry3d> T_odom_sensor_;  ///< of this QUERY

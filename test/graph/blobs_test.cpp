@@ -11,6 +11,7 @@
 #include <tuple>
 
 #include "scenes.h"
+#include "xview/graph/lift.h"
 
 namespace xview {
 

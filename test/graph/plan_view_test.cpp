@@ -227,7 +227,7 @@ TEST(PlanObjects, ThinTallVegetationIsATrunk) {
 }
 
 TEST(PlanView, OfNothingIsEmpty) {
-  const PlanView view = PlanViewBuilder(planLabels(), {}).build();
+  const PlanView view = PlanViewBuilder(planLabels()).build();
   EXPECT_EQ(view.sampleCount(), 0u);
   EXPECT_TRUE(view.known.empty());
   EXPECT_FALSE(view.aerial);
