@@ -142,10 +142,11 @@ void AnswerFiles::add(const Answer& answer, const std::function<Explanation()>& 
       {index, fix.T_map_query, fix.T_map_sensor, fix.scale, fix.covariance, fix.confidence});
 }
 
-const TrajectoryFix& AnswerFiles::surest() const {
-  return *std::max_element(
-      fixes_.begin(), fixes_.end(),
-      [](const TrajectoryFix& a, const TrajectoryFix& b) { return a.confidence < b.confidence; });
+const pose::TrajectoryFix& AnswerFiles::surest() const {
+  return *std::max_element(fixes_.begin(), fixes_.end(),
+                           [](const pose::TrajectoryFix& a, const pose::TrajectoryFix& b) {
+                             return a.confidence < b.confidence;
+                           });
 }
 
 void AnswerFiles::end(const Job& job) const {
@@ -159,7 +160,7 @@ void AnswerFiles::end(const Job& job) const {
 
 void AnswerFiles::writeTrajectory() const {
   std::vector<StampedPose> stamped;
-  for (const Eigen::Isometry3d& T : trajectoryThrough(T_odom_sensor_, fixes_))
+  for (const Eigen::Isometry3d& T : pose::trajectoryThrough(T_odom_sensor_, fixes_))
     stamped.push_back({stamps_s_[stamped.size()], T});
   writeTumPoses(trajectory_, stamped);
 }
@@ -168,7 +169,7 @@ void AnswerFiles::writeTrajectory() const {
 /// from the map to each answered pose.
 void AnswerFiles::writeGraph(const pose::PosteriorOptions& odometry) const {
   PoseGraph graph;
-  graph.poses = trajectoryThrough(T_odom_sensor_, fixes_);
+  graph.poses = pose::trajectoryThrough(T_odom_sensor_, fixes_);
   graph.poses.insert(graph.poses.begin(), Eigen::Isometry3d::Identity());
   graph.fixed = {0};
   for (std::size_t i = 0; i + 1 < T_odom_sensor_.size(); ++i) {
@@ -177,7 +178,7 @@ void AnswerFiles::writeGraph(const pose::PosteriorOptions& odometry) const {
     graph.edges.push_back(
         {i + 1, i + 2, step, odometryCovariance(step.translation().norm(), odometry)});
   }
-  for (const TrajectoryFix& fix : fixes_)
+  for (const pose::TrajectoryFix& fix : fixes_)
     graph.edges.push_back({0, fix.index + 1, fix.T_map_sensor, fix.covariance});
   writePoseGraph(graph_, graph);
 }

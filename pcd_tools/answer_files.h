@@ -31,14 +31,14 @@ class AnswerFiles {
 
  private:
   /// The accepted answer that is surest; the first of equals.
-  const TrajectoryFix& surest() const;
+  const pose::TrajectoryFix& surest() const;
   void writeTrajectory() const;
   void writeGraph(const pose::PosteriorOptions& odometry) const;
 
   std::string explain_, tum_, trajectory_, graph_, matrix_;
   std::vector<Eigen::Isometry3d> T_odom_sensor_;  ///< of this QUERY
   std::vector<double> stamps_s_;
-  std::vector<TrajectoryFix> fixes_;
+  std::vector<pose::TrajectoryFix> fixes_;
   std::vector<StampedPose> accepted_;  ///< of all of them
   int answers_ = 0;
 };

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-namespace xview {
+namespace xview::pose {
 namespace {
 
 /// Between two poses, straight and turning evenly.
@@ -47,4 +47,4 @@ std::vector<Eigen::Isometry3d> trajectoryThrough(
   return poses;
 }
 
-}  // namespace xview
+}  // namespace xview::pose

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace xview {
+namespace xview::pose {
 namespace {
 
 /// A drive along x, a pose every metre.
@@ -59,4 +59,4 @@ TEST(Trajectory, IsInTheLengthsOfTheMap) {
 }
 
 }  // namespace
-}  // namespace xview
+}  // namespace xview::pose

@@ -7,7 +7,7 @@
 
 #include "xview/types/localization.h"
 
-namespace xview {
+namespace xview::pose {
 
 /// A pose of a recording that was found in the map.
 struct TrajectoryFix {
@@ -26,4 +26,4 @@ struct TrajectoryFix {
 std::vector<Eigen::Isometry3d> trajectoryThrough(
     const std::vector<Eigen::Isometry3d>& T_odom_sensor, const std::vector<TrajectoryFix>& fixes);
 
-}  // namespace xview
+}  // namespace xview::pose
