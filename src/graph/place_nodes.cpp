@@ -89,17 +89,16 @@ void join(Node& node, const Node& other) {
 
 std::size_t SurfaceCells::nodeOf(const ClassCell& cell, const Eigen::Vector3d& p,
                                  std::vector<Node>& nodes) {
-  return cells_[cells_.numberOf(cell,
-                                [&] {
-                                  Node node;
-                                  node.is_surface = true;
-                                  node.first = node.min = node.max = p;
-                                  node.vertex.label = cell.label;
-                                  node.vertex.observations = 0;
-                                  nodes.push_back(node);
-                                  return NodeOfCell{cell, nodes.size() - 1};
-                                })]
-      .node;
+  const auto makeNode = [&] {
+    Node node;
+    node.is_surface = true;
+    node.first = node.min = node.max = p;
+    node.vertex.label = cell.label;
+    node.vertex.observations = 0;
+    nodes.push_back(node);
+    return NodeOfCell{cell, nodes.size() - 1};
+  };
+  return cells_[cells_.numberOf(cell, makeNode)].node;
 }
 
 void SurfaceCells::add(const LabelledCloud& cloud, const LabelSet& labels, std::int64_t frame,
@@ -124,7 +123,6 @@ std::vector<std::size_t> sameThings(const std::vector<Node>& nodes, const LabelS
                                     double reach_m) {
   std::vector<std::size_t> same(nodes.size());
   std::iota(same.begin(), same.end(), std::size_t{0});
-  if (reach_m <= 0) return same;
   const auto mayBeSame = [&](const Node& a, const Node& b) {
     return a.vertex.label != b.vertex.label &&
            labels.role(a.vertex.label) == labels.role(b.vertex.label) &&
