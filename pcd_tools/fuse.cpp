@@ -7,7 +7,6 @@
 #include "tool.h"
 #include "xview/io/atomic_file.h"
 #include "xview/localizer.h"
-#include "xview/map/map_lock.h"
 #include "xview/map/map_store.h"
 #include "xview/types/error.h"
 #include "xview/types/stopwatch.h"

@@ -7,7 +7,6 @@
 #include "inputs.h"
 #include "tool.h"
 #include "xview/io/atomic_file.h"
-#include "xview/map/map_lock.h"
 #include "xview/map/map_store.h"
 #include "xview/mapper.h"
 #include "xview/types/error.h"

@@ -2,39 +2,15 @@
 // Table undo_steps lists the revisions; undo_added the keys of rows that a revision wrote; and
 // undo_<table> the rows that it removed or overwrote. They exist only in files that have a
 // revision.
-#include "map_revisions.h"
-
 #include <SQLiteCpp/Statement.h>
 
-#include "map_schema.h"
+#include "map_content.h"
+#include "map_tables.h"
 
 namespace xview {
 namespace {
 
 bool hasRevisions(SQLite::Database& database) { return database.tableExists("undo_steps"); }
-
-void createRevisionTables(SQLite::Database& database) {
-  if (hasRevisions(database)) return;
-  database.exec("CREATE TABLE undo_steps(step INTEGER PRIMARY KEY, note TEXT)");
-  database.exec("CREATE TABLE undo_added(step INTEGER, table_name TEXT, id INTEGER)");
-  for (const MapTable& table : kMapTables) {
-    const std::string name = table.name;
-    database.exec("CREATE TABLE undo_" + name + " AS SELECT 0 AS step, * FROM main." + name +
-                  " WHERE 0");
-  }
-}
-
-/// Rows of one schema that the other does not have in the same form.
-std::string rowsOnlyIn(const std::string& schema, const std::string& other,
-                       const std::string& table) {
-  return "SELECT * FROM " + schema + "." + table + " EXCEPT SELECT * FROM " + other + "." + table;
-}
-
-void execute(SQLite::Database& database, const std::string& sql, int step) {
-  SQLite::Statement statement(database, sql);
-  statement.bind(1, step);
-  statement.exec();
-}
 
 int lastStep(SQLite::Database& database) {
   return database.execAndGet("SELECT coalesce(max(step), 0) FROM undo_steps").getInt();
@@ -50,16 +26,42 @@ std::string columnsOf(SQLite::Database& database, const std::string& table) {
   return columns;
 }
 
+void replaceAll(std::string& text, const std::string& word, const std::string& replacement) {
+  for (auto at = text.find(word); at != std::string::npos; at = text.find(word, at)) {
+    text.replace(at, word.size(), replacement);
+    at += replacement.size();
+  }
+}
+
+/// Runs the statements once for every table, with its name for {table}, its columns for {columns}
+/// and the number of the revision for {step}.
+void executeForEachTable(SQLite::Database& database, const std::string& statements, int step = 0) {
+  for (const MapTable& table : kMapTables) {
+    std::string sql = statements;
+    replaceAll(sql, "{table}", table.name);
+    replaceAll(sql, "{step}", std::to_string(step));
+    if (sql.find("{columns}") != std::string::npos)
+      replaceAll(sql, "{columns}", columnsOf(database, table.name));
+    database.exec(sql);
+  }
+}
+
+void createRevisionTables(SQLite::Database& database) {
+  if (hasRevisions(database)) return;
+  database.exec("CREATE TABLE undo_steps(step INTEGER PRIMARY KEY, note TEXT)");
+  database.exec("CREATE TABLE undo_added(step INTEGER, table_name TEXT, id INTEGER)");
+  executeForEachTable(database,
+                      "CREATE TABLE undo_{table} AS SELECT 0 AS step, * FROM main.{table} WHERE 0");
+}
+
 }  // namespace
 
 void takeOverFresh(SQLite::Database& database) {
-  for (const MapTable& table : kMapTables) {
-    const std::string name = table.name;
-    database.exec("DELETE FROM main." + name + " WHERE id IN (SELECT id FROM (" +
-                  rowsOnlyIn("main", "fresh", name) + "))");
-    database.exec("INSERT INTO main." + name + " SELECT * FROM fresh." + name +
-                  " WHERE id NOT IN (SELECT id FROM main." + name + ") ORDER BY id");
-  }
+  executeForEachTable(database, R"(
+    DELETE FROM main.{table} WHERE id IN (SELECT id FROM (
+      SELECT * FROM main.{table} EXCEPT SELECT * FROM fresh.{table}));
+    INSERT INTO main.{table} SELECT * FROM fresh.{table}
+      WHERE id NOT IN (SELECT id FROM main.{table}) ORDER BY id;)");
 }
 
 void recordRevision(SQLite::Database& database, const std::string& note) {
@@ -69,38 +71,26 @@ void recordRevision(SQLite::Database& database, const std::string& note) {
   insert.bind(1, step);
   insert.bind(2, note);
   insert.exec();
-  for (const MapTable& table : kMapTables) {
-    const std::string name = table.name;
-    execute(database,
-            "INSERT INTO undo_" + name + " SELECT ?, * FROM (" + rowsOnlyIn("main", "fresh", name) +
-                ")",
-            step);
-    execute(database,
-            "INSERT INTO undo_added SELECT ?, '" + name + "', id FROM (" +
-                rowsOnlyIn("fresh", "main", name) + ")",
-            step);
-  }
+  executeForEachTable(database, R"(
+    INSERT INTO undo_{table} SELECT {step}, * FROM (
+      SELECT * FROM main.{table} EXCEPT SELECT * FROM fresh.{table});
+    INSERT INTO undo_added SELECT {step}, '{table}', id FROM (
+      SELECT * FROM fresh.{table} EXCEPT SELECT * FROM main.{table});)",
+                      step);
 }
 
 bool restoreRevision(SQLite::Database& database) {
   if (!hasRevisions(database)) return false;
   const int step = lastStep(database);
   if (step == 0) return false;
-  for (const MapTable& table : kMapTables) {
-    const std::string name = table.name;
-    execute(database,
-            "DELETE FROM " + name +
-                " WHERE id IN (SELECT id FROM undo_added WHERE step = ? AND table_name = '" + name +
-                "')",
-            step);
-    execute(database,
-            "INSERT INTO " + name + " SELECT " + columnsOf(database, name) + " FROM undo_" + name +
-                " WHERE step = ? ORDER BY id",
-            step);
-    execute(database, "DELETE FROM undo_" + name + " WHERE step = ?", step);
-  }
-  execute(database, "DELETE FROM undo_added WHERE step = ?", step);
-  execute(database, "DELETE FROM undo_steps WHERE step = ?", step);
+  executeForEachTable(database, R"(
+    DELETE FROM {table} WHERE id IN (
+      SELECT id FROM undo_added WHERE step = {step} AND table_name = '{table}');
+    INSERT INTO {table} SELECT {columns} FROM undo_{table} WHERE step = {step} ORDER BY id;
+    DELETE FROM undo_{table} WHERE step = {step};)",
+                      step);
+  database.exec("DELETE FROM undo_added WHERE step = " + std::to_string(step));
+  database.exec("DELETE FROM undo_steps WHERE step = " + std::to_string(step));
   if (step == 1) forgetRevisions(database);
   return true;
 }
@@ -108,8 +98,7 @@ bool restoreRevision(SQLite::Database& database) {
 void forgetRevisions(SQLite::Database& database) {
   database.exec("DROP TABLE IF EXISTS undo_steps");
   database.exec("DROP TABLE IF EXISTS undo_added");
-  for (const MapTable& table : kMapTables)
-    database.exec("DROP TABLE IF EXISTS undo_" + std::string(table.name));
+  executeForEachTable(database, "DROP TABLE IF EXISTS undo_{table}");
 }
 
 std::vector<std::string> revisionNotes(SQLite::Database& database) {

@@ -6,6 +6,7 @@
 #include <SQLiteCpp/Transaction.h>
 #include <fcntl.h>
 #include <sqlite3.h>
+#include <sys/file.h>
 #include <unistd.h>
 
 #include <array>
@@ -16,10 +17,8 @@
 #include <new>
 #include <stdexcept>
 
-#include "damage.h"
 #include "map_content.h"
-#include "map_revisions.h"
-#include "map_schema.h"
+#include "map_tables.h"
 #include "xview/types/error.h"
 #include "xview/types/unfinished_file.h"
 
@@ -31,7 +30,6 @@ namespace fs = std::filesystem;
 constexpr int kBusy_ms = 5000;  // how long another program's transaction is waited for
 
 // ---- what the first 100 bytes tell, before SQLite sees the file
-// ----------------------------------------------------------
 
 using Header = std::array<unsigned char, 100>;
 
@@ -83,7 +81,6 @@ void requireMapFile(const std::string& path) {
 }
 
 // ---- connections
-// ---------------------------------------------------------------------------------------------------------
 
 void configure(SQLite::Database& database) {
   database.exec("PRAGMA trusted_schema = OFF");
@@ -152,7 +149,6 @@ auto guarded(const std::string& path, const char* what, Action&& action) {
 }
 
 // ---- a new file
-// ----------------------------------------------------------------------------------------------------------
 
 /// A file that is removed unless it was renamed.
 class FileBeside {
@@ -203,7 +199,6 @@ void saveNew(const std::string& path, const SemanticMap& map) {
 }
 
 // ---- an existing file
-// ----------------------------------------------------------------------------------------------------
 
 void attachFresh(SQLite::Database& database, const SemanticMap& map) {
   database.exec("ATTACH ':memory:' AS fresh");
@@ -277,10 +272,19 @@ MapSummary readMapSummary(const std::string& path) {
   return guarded(path, kCannotRead, [&] {
     SQLite::Database database = openForReading(path);
     const SQLite::Transaction snapshot(database);
-    MapSummary summary = readSummary(database);
-    summary.revisions = revisionNotes(database);
-    return summary;
+    return readSummary(database);
   });
+}
+
+// SQLite locks with fcntl(), which flock() does not meet; its locks are those of one transaction.
+MapLock::MapLock(const std::string& path) : descriptor_(open(path.c_str(), O_RDONLY | O_CLOEXEC)) {
+  if (descriptor_ < 0) return;
+  while (flock(descriptor_, LOCK_EX) != 0 && errno == EINTR) {
+  }
+}
+
+MapLock::~MapLock() {
+  if (descriptor_ >= 0) close(descriptor_);
 }
 
 }  // namespace xview

@@ -4,9 +4,6 @@
 #include <zlib.h>
 
 #include <new>
-#include <stdexcept>
-
-#include "damage.h"
 
 namespace xview {
 namespace {
@@ -81,6 +78,14 @@ Bytes decompressed(const Bytes& packed) {
   if (result != Z_OK || size != raw_size) throw Damage("packed block does not decompress");
   raw.resize(raw_size);
   return raw;
+}
+
+std::int64_t toSteps(double metres, const char* what) {
+  if (!(std::abs(metres) <= kFarthest_m)) {
+    throw std::out_of_range(std::string(what) + " at " + std::to_string(metres) +
+                            " m from the origin; at most 10000 km fit into a map");
+  }
+  return std::llround(metres * kStoredSteps);
 }
 
 }  // namespace xview

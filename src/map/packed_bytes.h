@@ -1,11 +1,21 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <stdexcept>
+#include <string>
 #include <vector>
 
 namespace xview {
+
+/// The bytes of a map file contradict themselves. Becomes an Error with the path at the border of
+/// the folder.
+class Damage : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
 
 using Bytes = std::vector<std::uint8_t>;
 
@@ -46,5 +56,22 @@ class ByteReader {
 Bytes compressed(const Bytes& raw);
 /// Throws Damage if the stream is broken, or claims a size that it cannot have.
 Bytes decompressed(const Bytes& packed);
+
+/// Resolution of stored single-precision coordinates: one centimetre.
+constexpr double kStoredSteps = 100;  // per metre
+
+/// Nothing farther from its origin than this fits into a map [m].
+constexpr double kFarthest_m = 1e7;
+
+/// Coordinate in whole centimetres. Throws std::out_of_range; `what` names the owner.
+std::int64_t toSteps(double metres, const char* what);
+
+inline float toMetres(std::int64_t steps) {
+  return static_cast<float>(static_cast<double>(steps) / kStoredSteps);
+}
+
+inline std::int64_t floorDivide(std::int64_t a, std::int64_t b) {
+  return a / b - (a % b < 0 ? 1 : 0);
+}
 
 }  // namespace xview

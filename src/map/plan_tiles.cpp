@@ -5,8 +5,6 @@
 //   per channel: number of samples; then in columns, sorted by cell: cell index (difference), x and
 //   y within the cell, height (difference to the ground of the cell if it is known, to the sample
 //   before otherwise).
-#include "plan_tiles.h"
-
 #include <algorithm>
 #include <array>
 #include <bitset>
@@ -14,8 +12,7 @@
 #include <tuple>
 #include <utility>
 
-#include "damage.h"
-#include "grid.h"
+#include "map_tiles.h"
 
 namespace xview {
 namespace {

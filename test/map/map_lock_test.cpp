@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/map/map_lock.h"
+#include "xview/map/map_store.h"
 
 #include <gtest/gtest.h>
 
@@ -11,7 +11,6 @@
 
 #include "map/sample_map.h"
 #include "support/test_data.h"
-#include "xview/map/map_store.h"
 
 namespace xview {
 namespace {

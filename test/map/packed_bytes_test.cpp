@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <limits>
 
-#include "../../src/map/damage.h"
 
 namespace xview {
 namespace {

@@ -4,15 +4,35 @@
 #include <SQLiteCpp/Database.h>
 #include <SQLiteCpp/Statement.h>
 
+#include <array>
 #include <cstdint>
 #include <limits>
 #include <string>
 #include <type_traits>
 
-#include "damage.h"
 #include "packed_bytes.h"
 
 namespace xview {
+
+constexpr std::uint32_t kMapApplicationId = 0x78766D70;  // "xvmp"
+constexpr int kMapSchemaVersion = 1;
+
+struct MapTable {
+  std::string name;
+  const char* definition;  ///< what stands between the brackets of CREATE TABLE; comments show in
+                           ///< `sqlite3 FILE .schema`
+};
+
+/// All tables with content, each with an integer primary key `id`; `checksums` is the last and
+/// covers the others.
+extern const std::array<MapTable, 9> kMapTables;
+
+/// Creates the empty tables in a schema of the connection ("main", or an attached one).
+void createMapTables(SQLite::Database& database, const std::string& schema);
+
+/// Throws Damage if a table is missing or defined otherwise, or if the file has triggers or views,
+/// which we never write.
+void checkMapTables(SQLite::Database& database);
 
 /// Hash over all values of a table in order. It notices what SQLite does not: a changed byte inside
 /// a value.
@@ -32,13 +52,14 @@ class ContentHash {
 };
 
 // RowWriter and RowReader take columns in the order of the table, so that one function lists the
-// columns of a noun for both directions:  template <class Row> void columns(Row& row, Thing& thing)
-// { row(thing.a); row(thing.b); }
+// columns of a noun for both directions:
+//   template <class Row> void columns(Row& row, Thing& thing) { row(thing.a); row(thing.b); }
+// An enumerator stands as its name.
 
 /// Fills a table row by row.
 class RowWriter {
  public:
-  RowWriter(SQLite::Database& database, const std::string& table, int columns);
+  RowWriter(SQLite::Database& database, const std::string& table);
 
   template <class Integer, class = std::enable_if_t<std::is_integral_v<Integer>>>
   void operator()(Integer value) {
@@ -47,6 +68,10 @@ class RowWriter {
   void operator()(double value);
   void operator()(const std::string& text);
   void operator()(const Bytes& blob);
+  template <class Enum>
+  void named(Enum value, Enum /*last*/, const char* /*what*/) {
+    (*this)(std::string(toString(value)));
+  }
   void endRow();
   std::int64_t hash() const { return hash_.value(); }
 
@@ -77,6 +102,16 @@ class RowReader {
   void operator()(double& value);
   void operator()(std::string& text);
   void operator()(Bytes& blob);
+  template <class Enum>
+  void named(Enum& value, Enum last, const char* what) {
+    std::string name;
+    (*this)(name);
+    for (int i = 0; i <= static_cast<int>(last); ++i) {
+      value = static_cast<Enum>(i);
+      if (name == toString(value)) return;
+    }
+    throw Damage(table_ + ": unknown " + what + " " + name);
+  }
   /// Throws Damage if the values read were not those written.
   void verify(std::int64_t expected_hash) const;
 

@@ -1,0 +1,397 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What stands in each table of a map, for writing and for reading.
+#include "map_content.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <map>
+#include <stdexcept>
+#include <tuple>
+
+#include "map_tables.h"
+#include "map_tiles.h"
+#include "xview/types/pose.h"
+
+namespace xview {
+namespace {
+
+// ---- columns behind the key, in the order of the table
+
+/// A row of the tables meta (value) and checksums (content).
+template <class Value>
+struct NamedRow {
+  std::string name;
+  Value value{};
+};
+
+template <class Row, class Value>
+void columns(Row& row, NamedRow<Value>& named) {
+  row(named.name);
+  row(named.value);
+}
+
+template <class Row>
+void columns(Row& row, ClassInfo& info) {
+  row(info.name);
+  for (std::uint8_t& channel : info.color) row(channel);
+  row.named(info.role, Role::ignored, "role");
+  row.named(info.kind, Kind::none, "kind");
+  row(info.guessed);
+}
+
+template <class Row>
+void columns(Row& row, std::string& source) {
+  row(source);
+}
+
+struct Keyframe {
+  std::int64_t number = 0;
+  double stamp_s = 0;
+  std::uint32_t source = 0;
+  Eigen::Isometry3d T_map_sensor = Eigen::Isometry3d::Identity();
+};
+
+template <class Row>
+void columns(Row& row, Keyframe& k) {
+  row(k.number);
+  row(k.stamp_s);
+  row(k.source);
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 4; ++j) row(k.T_map_sensor.matrix()(i, j));
+  }
+}
+
+template <class Row>
+void columns(Row& row, Vertex& v) {
+  row(v.label);
+  row(v.instance);
+  for (double& coordinate : v.position) row(coordinate);
+  for (double& length : v.extent) row(length);
+  row(v.sigma_m);
+  row(v.observations);
+  row(v.points);
+  row(v.first_frame);
+  row(v.last_frame);
+}
+
+// ---- tables
+
+/// Writes the tables one after the other and the hash of each at the end.
+class ContentWriter {
+ public:
+  ContentWriter(SQLite::Database& database, std::string schema)
+      : database_(database), schema_(std::move(schema)) {}
+
+  /// One row per item; id(item, index) gives its key.
+  template <class Item, class Id>
+  void table(const std::string& name, const std::vector<Item>& items, Id&& id) {
+    RowWriter row(database_, schema_ + "." + name);
+    for (std::size_t i = 0; i < items.size(); ++i) {
+      row(static_cast<std::int64_t>(id(items[i], i)));
+      Item copy = items[i];
+      columns(row, copy);
+      row.endRow();
+    }
+    hashes_.push_back({name, row.hash()});
+  }
+
+  /// Rows whose ids count from zero.
+  template <class Item>
+  void table(const std::string& name, const std::vector<Item>& items) {
+    table(name, items, [](const Item&, std::size_t i) { return i; });
+  }
+
+  void finish() { table("checksums", std::vector<NamedRow<std::int64_t>>(hashes_)); }
+
+ private:
+  SQLite::Database& database_;
+  std::string schema_;
+  std::vector<NamedRow<std::int64_t>> hashes_;
+};
+
+class ContentReader {
+ public:
+  explicit ContentReader(SQLite::Database& database) : database_(database) {
+    rows<NamedRow<std::int64_t>>("checksums", [&](std::int64_t, NamedRow<std::int64_t>& checksum) {
+      hashes_[checksum.name] = checksum.value;
+    });
+  }
+
+  /// take(id, item) receives each row.
+  template <class Item, class Take>
+  void table(const std::string& name, Take&& take) {
+    const RowReader row = rows<Item>(name, take);
+    const auto hash = hashes_.find(name);
+    if (hash == hashes_.end()) throw Damage("no checksum of table " + name);
+    row.verify(hash->second);
+  }
+
+  /// Rows whose ids count from zero.
+  template <class Item>
+  std::vector<Item> items(const std::string& name) {
+    std::vector<Item> all;
+    table<Item>(name, [&](std::int64_t id, Item& item) {
+      if (id != static_cast<std::int64_t>(all.size()))
+        throw Damage("table " + name + " misses a row");
+      all.push_back(std::move(item));
+    });
+    return all;
+  }
+
+ private:
+  template <class Item, class Take>
+  RowReader rows(const std::string& name, Take&& take) {
+    RowReader row(database_, name);
+    while (row.nextRow()) {
+      std::int64_t id = 0;
+      row(id);
+      Item item;
+      columns(row, item);
+      take(id, item);
+    }
+    return row;
+  }
+
+  SQLite::Database& database_;
+  std::map<std::string, std::int64_t> hashes_;
+};
+
+// ---- the table of single values, as text
+
+using Meta = std::map<std::string, std::string>;
+
+/// visit(name, number) for the real numbers of a map, in both directions.
+template <class Map, class Visit>
+void forEachNumber(Map& map, Visit&& visit) {
+  visit("cloud_origin_x", map.cloud.origin.x());
+  visit("cloud_origin_y", map.cloud.origin.y());
+  visit("cloud_origin_z", map.cloud.origin.z());
+  visit("plan_cell_m", map.plan.cell_m);
+  visit("plan_origin_x", map.plan.origin_x);
+  visit("plan_origin_y", map.plan.origin_y);
+  visit("plan_origin_z", map.plan.origin_z);
+  visit("plan_upright_w", map.plan.upright.w());
+  visit("plan_upright_x", map.plan.upright.x());
+  visit("plan_upright_y", map.plan.upright.y());
+  visit("plan_upright_z", map.plan.upright.z());
+}
+
+/// `stored_points`: of the cloud, which is thinned on its way into the file.
+Meta metaOf(const SemanticMap& map, std::size_t stored_points) {
+  Meta meta{{"graph_space", toString(map.graph.space)},
+            {"program_version", XVIEW_VERSION},
+            {"label_set", map.labels.name()},
+            {"options", map.options_yaml},
+            {"vertices", std::to_string(map.graph.size())},
+            {"edges", std::to_string(map.graph.edgeCount())},
+            {"keyframes", std::to_string(map.poses.size())},
+            {"cloud_points", std::to_string(stored_points)},
+            {"cloud_instances", map.cloud.hasInstances() ? "1" : "0"},
+            {"plan_samples", std::to_string(map.plan.sampleCount())},
+            {"plan_channels", channelNames()},
+            {"plan_aerial", map.plan.aerial ? "1" : "0"}};
+  forEachNumber(map, [&](const char* name, double value) {
+    char text[64];
+    meta[name] = std::string(text, std::to_chars(text, text + sizeof text, value).ptr);
+  });
+  return meta;
+}
+
+const std::string& textIn(const Meta& meta, const std::string& name) {
+  const auto found = meta.find(name);
+  if (found == meta.end()) throw Damage("meta: no " + name);
+  return found->second;
+}
+
+template <class Number>
+Number numberIn(const Meta& meta, const std::string& name) {
+  const std::string& text = textIn(meta, name);
+  Number value{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size())
+    throw Damage("meta: " + name + " is no number: " + text);
+  return value;
+}
+
+/// Maps of the first days do not say it: they are of the cloud.
+GraphSpace graphSpaceIn(const Meta& meta) {
+  const auto found = meta.find("graph_space");
+  if (found == meta.end()) return GraphSpace::cloud;
+  for (const GraphSpace space : {GraphSpace::cloud, GraphSpace::image}) {
+    if (found->second == toString(space)) return space;
+  }
+  throw Damage("meta: unknown graph_space " + found->second);
+}
+
+Meta readMeta(ContentReader& in) {
+  Meta meta;
+  in.table<NamedRow<std::string>>(
+      "meta", [&](std::int64_t, NamedRow<std::string>& row) { meta[row.name] = row.value; });
+  return meta;
+}
+
+/// The single values of the parts; what they contain comes later.
+void setNumbers(const Meta& meta, SemanticMap& map) {
+  forEachNumber(map, [&](const char* name, double& value) {
+    value = numberIn<double>(meta, name);
+    if (!std::isfinite(value)) throw Damage(std::string("meta: ") + name + " is not finite");
+  });
+  if (map.plan.cell_m <= 0) throw Damage("meta: plan_cell_m is not positive");
+  if (std::abs(map.plan.upright.norm() - 1) > 1e-6)
+    throw Damage("meta: plan_upright is no rotation");
+  if (textIn(meta, "plan_channels") != channelNames())
+    throw Damage("plan view with unknown channels");
+  map.plan.aerial = numberIn<int>(meta, "plan_aerial") != 0;
+  map.graph.space = graphSpaceIn(meta);
+  map.options_yaml = textIn(meta, "options");
+}
+
+// ---- maps as a whole
+
+/// Throws if a part of the map could not be read back as it is.
+void requireStorable(const SemanticMap& map) {
+  if (!isConsistent(map.graph)) throw std::invalid_argument("the graph of the map is inconsistent");
+  for (std::size_t i = 0; i < map.graph.size(); ++i) {
+    if (!map.graph.vertices[i].position.allFinite()) {
+      throw std::invalid_argument("vertex " + std::to_string(i) +
+                                  " of the map has a position that is not finite");
+    }
+  }
+  if (map.frames.size() != map.poses.size() || map.stamps_s.size() != map.poses.size() ||
+      map.source_of_pose.size() != map.poses.size())
+    throw std::invalid_argument("key frames of the map without number, time or source");
+  for (std::size_t i = 0; i < map.poses.size(); ++i) {
+    const std::string name = "key frame " + std::to_string(i) + " of the map";
+    if (!isRigid(map.poses[i].matrix()))
+      throw std::invalid_argument(name + " has a pose that is no rigid motion");
+    if (map.source_of_pose[i] >= map.sources.size()) {
+      throw std::invalid_argument(name + " comes from source " +
+                                  std::to_string(map.source_of_pose[i]) + ", but there are " +
+                                  std::to_string(map.sources.size()));
+    }
+  }
+  if (!(map.plan.cell_m > 0.01) || !(map.plan.cell_m < 1e3)) {
+    throw std::invalid_argument("cells of the plan view are " + std::to_string(map.plan.cell_m) +
+                                " m, expected 0.01 to 1000");
+  }
+}
+
+void requireComplete(const Meta& meta, const SemanticMap& map) {
+  const std::pair<const char*, std::size_t> counts[] = {{"vertices", map.graph.size()},
+                                                        {"edges", map.graph.edgeCount()},
+                                                        {"keyframes", map.poses.size()},
+                                                        {"cloud_points", map.cloud.size()},
+                                                        {"plan_samples", map.plan.sampleCount()}};
+  for (const auto& [name, found] : counts) {
+    const auto expected = numberIn<std::size_t>(meta, name);
+    if (found == expected) continue;
+    throw Damage(std::string(name) + ": expected " + std::to_string(expected) + ", found " +
+                 std::to_string(found));
+  }
+  for (const Vertex& v : map.graph.vertices) {
+    if (!v.position.allFinite()) throw Damage("vertex with a position that is not finite");
+  }
+  for (const Eigen::Isometry3d& T : map.poses) {
+    if (!isRigid(T.matrix())) throw Damage("key frame with a pose that is no rigid motion");
+  }
+  for (const std::uint32_t source : map.source_of_pose) {
+    if (source >= map.sources.size()) throw Damage("key frame of an unknown source");
+  }
+}
+
+LabelSet readLabels(ContentReader& in, const std::string& set_name) {
+  LabelSet labels(set_name);
+  in.table<ClassInfo>("labels", [&](std::int64_t id, ClassInfo& info) {
+    if (id < 0 || id > 0xFFFFFFFFll) throw Damage("labels: class id out of range");
+    info.id = static_cast<std::uint32_t>(id);
+    labels.add(std::move(info));
+  });
+  return labels;
+}
+
+void readBulk(ContentReader& in, SemanticMap& map) {
+  for (const Keyframe& k : in.items<Keyframe>("keyframes"))
+    map.addKeyframe(k.T_map_sensor, k.number, k.stamp_s, k.source);
+  map.graph.vertices = in.items<Vertex>("vertices");
+  std::vector<EdgeBlock> blocks;
+  in.table<EdgeBlock>("edges", [&](std::int64_t id, EdgeBlock& block) {
+    block.first_vertex = id;
+    blocks.push_back(std::move(block));
+  });
+  setEdges(blocks, map.graph);
+  in.table<PlanTile>("plan_tiles",
+                     [&](std::int64_t, PlanTile& tile) { appendTile(tile, map.plan); });
+  std::sort(map.plan.known.begin(), map.plan.known.end(),
+            [](const GroundCell& a, const GroundCell& b) {
+              return std::tie(a.y, a.x) < std::tie(b.y, b.x);
+            });
+  in.table<CloudTile>("cloud_tiles",
+                      [&](std::int64_t, CloudTile& tile) { appendTile(tile, map.cloud); });
+  map.cloud.points.width = static_cast<std::uint32_t>(map.cloud.points.size());
+  map.cloud.points.height = 1;
+}
+
+}  // namespace
+
+void writeContent(SQLite::Database& database, const std::string& schema, const SemanticMap& map) {
+  requireStorable(map);
+  const std::vector<PlanTile> plan_tiles = toTiles(map.plan);
+  const std::vector<CloudTile> cloud_tiles = toTiles(map.cloud);
+  std::size_t stored_points = 0;
+  for (const CloudTile& tile : cloud_tiles) stored_points += tile.points;
+  std::vector<NamedRow<std::string>> meta;
+  for (const auto& [name, value] : metaOf(map, stored_points)) meta.push_back({name, value});
+  std::vector<ClassInfo> labels;
+  for (const auto& [id, info] : map.labels.classes()) labels.push_back(info);
+  std::vector<Keyframe> keyframes;
+  for (std::size_t i = 0; i < map.poses.size(); ++i)
+    keyframes.push_back({map.frames[i], map.stamps_s[i], map.source_of_pose[i], map.poses[i]});
+
+  ContentWriter out(database, schema);
+  out.table("meta", meta);
+  out.table("labels", labels, [](const ClassInfo& info, std::size_t) { return info.id; });
+  out.table("sources", map.sources);
+  out.table("keyframes", keyframes);
+  out.table("vertices", map.graph.vertices);
+  out.table("edges", toBlocks(map.graph),
+            [](const EdgeBlock& b, std::size_t) { return b.first_vertex; });
+  out.table("plan_tiles", plan_tiles,
+            [](const PlanTile& t, std::size_t) { return tileId(t.x, t.y); });
+  out.table("cloud_tiles", cloud_tiles,
+            [](const CloudTile& t, std::size_t) { return tileId(t.x, t.y, t.z); });
+  out.finish();
+}
+
+SemanticMap readContent(SQLite::Database& database) {
+  checkMapTables(database);
+  ContentReader in(database);
+  const Meta meta = readMeta(in);
+  SemanticMap map;
+  map.labels = readLabels(in, textIn(meta, "label_set"));
+  map.sources = in.items<std::string>("sources");
+  setNumbers(meta, map);
+  readBulk(in, map);
+  requireComplete(meta, map);
+  return map;
+}
+
+MapSummary readSummary(SQLite::Database& database) {
+  checkMapTables(database);
+  ContentReader in(database);
+  const Meta meta = readMeta(in);
+  MapSummary summary;
+  summary.schema_version = kMapSchemaVersion;
+  summary.program_version = textIn(meta, "program_version");
+  summary.label_set = textIn(meta, "label_set");
+  summary.vertices = numberIn<std::size_t>(meta, "vertices");
+  summary.edges = numberIn<std::size_t>(meta, "edges");
+  summary.keyframes = numberIn<std::size_t>(meta, "keyframes");
+  summary.cloud_points = numberIn<std::size_t>(meta, "cloud_points");
+  summary.plan_samples = numberIn<std::size_t>(meta, "plan_samples");
+  summary.sources = in.items<std::string>("sources");
+  summary.revisions = revisionNotes(database);
+  return summary;
+}
+
+}  // namespace xview

@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "map_tables.h"
+
+#include <SQLiteCpp/Column.h>
+
+#include <cmath>
+#include <cstring>
+
+namespace xview {
+namespace {
+
+std::string definitionOf(const MapTable& table, const std::string& name) {
+  return "CREATE TABLE " + name + "(" + table.definition + ")";
+}
+
+std::string insertStatement(SQLite::Database& database, const std::string& table) {
+  const int columns = SQLite::Statement(database, "SELECT * FROM " + table).getColumnCount();
+  std::string sql = "INSERT INTO " + table + " VALUES(?";
+  for (int i = 1; i < columns; ++i) sql += ",?";
+  return sql + ")";
+}
+
+}  // namespace
+
+const std::array<MapTable, 9> kMapTables = {{
+    {"meta", R"(
+  id INTEGER PRIMARY KEY,
+  name TEXT,              -- origins in metres: p_map = origin + p
+  value TEXT
+)"},
+    {"labels", R"(
+  id INTEGER PRIMARY KEY, -- class id
+  name TEXT,
+  red INTEGER, green INTEGER, blue INTEGER,
+  role TEXT,              -- object, surface, dynamic, ignored
+  kind TEXT,
+  guessed INTEGER         -- 1: role derived from the name
+)"},
+    {"sources", R"(
+  id INTEGER PRIMARY KEY, -- in order of arrival
+  path TEXT
+)"},
+    {"keyframes", R"(
+  id INTEGER PRIMARY KEY,
+  number INTEGER,         -- of the frame in its source
+  stamp_s REAL,
+  source INTEGER,         -- sources.id
+  r00 REAL, r01 REAL, r02 REAL, x REAL, -- T_map_sensor, row by row, metres
+  r10 REAL, r11 REAL, r12 REAL, y REAL,
+  r20 REAL, r21 REAL, r22 REAL, z REAL
+)"},
+    {"vertices", R"(
+  id INTEGER PRIMARY KEY,
+  label INTEGER,          -- labels.id
+  instance INTEGER,       -- 0: none
+  x REAL, y REAL, z REAL, -- map frame, metres
+  extent_x REAL, extent_y REAL, extent_z REAL,
+  sigma_m REAL,
+  observations INTEGER,
+  points INTEGER,
+  first_frame INTEGER,
+  last_frame INTEGER
+)"},
+    {"edges", R"(
+  id INTEGER PRIMARY KEY, -- vertices.id of the first of 4096 vertices
+  edges INTEGER,          -- from these to later vertices
+  data BLOB               -- packed
+)"},
+    {"plan_tiles", R"(
+  id INTEGER PRIMARY KEY,
+  x INTEGER, y INTEGER,   -- tile of 64 x 64 cells: floor(cell index / 64)
+  known INTEGER,          -- cells seen
+  samples INTEGER,
+  data BLOB               -- packed, 1 cm
+)"},
+    {"cloud_tiles", R"(
+  id INTEGER PRIMARY KEY,
+  x INTEGER, y INTEGER, z INTEGER, -- tile of 64 m from the origin of the cloud
+  points INTEGER,
+  data BLOB               -- packed, 1 cm
+)"},
+    {"checksums", R"(
+  id INTEGER PRIMARY KEY,
+  table_name TEXT,
+  content INTEGER         -- hash of all values
+)"},
+}};
+
+void createMapTables(SQLite::Database& database, const std::string& schema) {
+  for (const MapTable& table : kMapTables) {
+    database.exec(definitionOf(table, schema + "." + table.name));
+  }
+}
+
+void checkMapTables(SQLite::Database& database) {
+  SQLite::Statement query(database,
+                          "SELECT sql FROM sqlite_master WHERE type = 'table' AND name = ?");
+  for (const MapTable& table : kMapTables) {
+    query.reset();
+    query.bind(1, table.name);
+    if (!query.executeStep()) throw Damage("table " + table.name + " is missing");
+    if (query.getColumn(0).getString() != definitionOf(table, table.name)) {
+      throw Damage("table " + table.name + " has other columns than expected");
+    }
+  }
+  SQLite::Statement others(database,
+                           "SELECT name FROM sqlite_master WHERE type NOT IN ('table', 'index')");
+  if (others.executeStep()) throw Damage("unexpected object " + others.getColumn(0).getString());
+}
+
+void ContentHash::add(double value) {
+  std::uint64_t bits = 0;
+  std::memcpy(&bits, &value, sizeof bits);
+  mix(bits);
+}
+
+void ContentHash::add(const void* data, std::size_t size) {
+  mix(size);
+  const auto* bytes = static_cast<const std::uint8_t*>(data);
+  for (; size >= 8; size -= 8, bytes += 8) {
+    std::uint64_t word = 0;
+    std::memcpy(&word, bytes, 8);
+    mix(word);
+  }
+  for (; size > 0; --size) mix(*bytes++);
+}
+
+RowWriter::RowWriter(SQLite::Database& database, const std::string& table)
+    : statement_(database, insertStatement(database, table)) {}
+
+void RowWriter::bindInteger(std::int64_t value) {
+  statement_.bind(next_++, value);
+  hash_.add(value);
+}
+
+void RowWriter::operator()(double value) {
+  // SQLite knows neither NaN, which becomes NULL, nor the sign of zero.
+  value = std::isnan(value) ? std::numeric_limits<double>::quiet_NaN() : value + 0.0;
+  statement_.bind(next_++, value);
+  hash_.add(value);
+}
+
+void RowWriter::operator()(const std::string& text) {
+  statement_.bind(next_++, text);
+  hash_.add(text.data(), text.size());
+}
+
+void RowWriter::operator()(const Bytes& blob) {
+  statement_.bind(next_++, blob.data(), static_cast<int>(blob.size()));
+  hash_.add(blob.data(), blob.size());
+}
+
+void RowWriter::endRow() {
+  statement_.exec();
+  statement_.reset();
+  next_ = 1;
+}
+
+RowReader::RowReader(SQLite::Database& database, const std::string& table)
+    : table_(table), statement_(database, "SELECT * FROM " + table + " ORDER BY id") {}
+
+bool RowReader::nextRow() {
+  next_ = 0;
+  return statement_.executeStep();
+}
+
+std::int64_t RowReader::integer() {
+  const std::int64_t value = statement_.getColumn(next_++).getInt64();
+  hash_.add(value);
+  return value;
+}
+
+void RowReader::operator()(double& value) {
+  const SQLite::Column column = statement_.getColumn(next_++);
+  value = column.getDouble();
+  if (value == 0 && column.isNull()) value = std::numeric_limits<double>::quiet_NaN();
+  hash_.add(value);
+}
+
+void RowReader::operator()(std::string& text) {
+  text = statement_.getColumn(next_++).getString();
+  hash_.add(text.data(), text.size());
+}
+
+void RowReader::operator()(Bytes& blob) {
+  const SQLite::Column column = statement_.getColumn(next_++);
+  const auto* data = static_cast<const std::uint8_t*>(column.getBlob());
+  blob.assign(data, data + column.getBytes());
+  hash_.add(blob.data(), blob.size());
+}
+
+void RowReader::verify(std::int64_t expected_hash) const {
+  if (hash_.value() != expected_hash) throw Damage("table " + table_ + " is not as it was written");
+}
+
+}  // namespace xview
