@@ -82,14 +82,6 @@ const Element& pointsOf(const FileLayout& layout, const InputFile& file) {
   file.fail("has no element vertex");
 }
 
-bool looksLikeGraph(const FileLayout& layout, const Element& points) {
-  const auto isOurs = [](const Column& column) {
-    return column.name == "observations" || column.name == "sigma" || column.name == "extent_x";
-  };
-  return layout.findElement("edge") != nullptr ||
-         std::any_of(points.columns.begin(), points.columns.end(), isOurs);
-}
-
 /// Coordinates farther than this are stored relative to an origin. Numbers that are float32 in the
 /// file lose nothing in a float32 cloud; a text may have more digits than the type its header
 /// declares.
@@ -287,7 +279,6 @@ CloudHeader readCloudHeader(const std::string& path, const CloudFields& fields) 
   const IdColumns ids = findIdColumns(points, fields, file);
   if (ids.label) header.label_field = points.columns[*ids.label].name;
   if (ids.instance) header.instance_field = points.columns[*ids.instance].name;
-  header.has_edges = looksLikeGraph(layout, points);
   header.labels = readClassComments(layout.comments, file);
   return header;
 }

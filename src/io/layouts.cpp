@@ -47,10 +47,7 @@ class ListedRecording : public FrameSource {
 
 // ---- files of frames
 
-struct NumberedFile {
-  std::string stem;  ///< "000017"
-  std::string path;
-};
+using StemAndPath = std::pair<std::string, std::string>;
 
 /// Digits at the end of a stem. Not those behind a dot: "1305031102.175304" is a time, not frame
 /// 175304.
@@ -62,12 +59,12 @@ std::optional<std::int64_t> trailingNumber(const std::string& stem) {
 }
 
 /// The files of the series by name.
-std::vector<NumberedFile> listFiles(const FileSeries& series) {
+std::vector<StemAndPath> listFiles(const FileSeries& series) {
   std::error_code failed;
   fs::directory_iterator entries(series.folder, failed);
   if (failed) throw Error(series.folder, "cannot list the folder: " + failed.message());
   const std::vector<std::string>& endings = series.endings;
-  std::vector<NumberedFile> files;
+  std::vector<StemAndPath> files;
   for (const auto& entry : entries) {
     const fs::path& path = entry.path();
     if (std::find(endings.begin(), endings.end(), path.extension().string()) == endings.end())
@@ -80,14 +77,13 @@ std::vector<NumberedFile> listFiles(const FileSeries& series) {
     for (const std::string& ending : endings) expected += (expected.empty() ? "" : ", ") + ending;
     throw Error(series.folder, "no " + expected + " files");
   }
-  std::sort(files.begin(), files.end(), [](const NumberedFile& a, const NumberedFile& b) {
-    return a.stem != b.stem ? a.stem < b.stem : a.path < b.path;
-  });
+  std::sort(files.begin(), files.end());
   const auto twice = std::adjacent_find(
       files.begin(), files.end(),
-      [](const NumberedFile& a, const NumberedFile& b) { return a.stem == b.stem; });
+      [](const StemAndPath& a, const StemAndPath& b) { return a.first == b.first; });
   if (twice != files.end()) {
-    throw Error(twice->path, "there is also " + std::next(twice)->path + "; which is the frame?");
+    throw Error(twice->second,
+                "there is also " + std::next(twice)->second + "; which is the frame?");
   }
   return files;
 }
@@ -165,10 +161,10 @@ LabelCounts countLabels(const RecordingListing& listing, std::size_t max_frames)
 }
 
 std::vector<ListedFrame> listFrames(const FileSeries& measurements) {
-  const std::vector<NumberedFile> files = listFiles(measurements);
-  std::map<std::int64_t, const NumberedFile*> numbered;
-  for (const NumberedFile& file : files) {
-    if (const auto number = trailingNumber(file.stem)) numbered[*number] = &file;
+  const std::vector<StemAndPath> files = listFiles(measurements);
+  std::map<std::int64_t, std::string> numbered;
+  for (const auto& [stem, path] : files) {
+    if (const auto number = trailingNumber(stem)) numbered[*number] = path;
   }
   std::vector<ListedFrame> frames(files.size());
   // Numbers count if every file has one of its own.
@@ -176,7 +172,7 @@ std::vector<ListedFrame> listFrames(const FileSeries& measurements) {
   auto next = numbered.begin();
   for (std::size_t i = 0; i < files.size(); ++i) {
     frames[i].number = all ? next->first : static_cast<std::int64_t>(i);
-    frames[i].measurement = all ? (next++)->second->path : files[i].path;
+    frames[i].measurement = all ? (next++)->second : files[i].second;
   }
   return frames;
 }
@@ -184,9 +180,8 @@ std::vector<ListedFrame> listFrames(const FileSeries& measurements) {
 void addFiles(const std::string& recording, const FileSeries& series,
               std::string ListedFrame::*file, const std::string& measurements_name,
               std::vector<ListedFrame>& frames) {
-  const std::vector<NumberedFile> files = listFiles(series);
-  std::map<std::string, std::string> paths;  // by stem
-  for (const NumberedFile& other : files) paths[other.stem] = other.path;
+  const std::vector<StemAndPath> files = listFiles(series);
+  std::map<std::string, std::string> paths(files.begin(), files.end());  // by stem
   const std::string counts = std::to_string(frames.size()) + " " + measurements_name +
                              " files but " + std::to_string(files.size()) + " " + series.name +
                              " files; ";

@@ -51,6 +51,8 @@ RecordingListing listSemanticKitti(const std::string& path, const InputOptions& 
 /// The folder of one camera below Depth chooses that camera; else the first one in the order of the
 /// names.
 RecordingListing listSynthia(const std::string& folder, const InputOptions& options);
+/// SEQ/Depth/Stereo_Left/Omni_F: one camera of a SYNTHIA sequence.
+bool isSynthiaCamera(const std::string& folder);
 /// AirSim recording: airsim_rec.txt and images/ with depth (types 1 and 2) and segmentation (type
 /// 5).
 RecordingListing listAirsim(const std::string& folder, const InputOptions& options);

@@ -13,42 +13,36 @@ namespace {
 
 static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "binary files are read by copying bytes");
 
-/// Calls visit() with a value of the C++ type.
-template <class Visit>
-auto withType(ScalarType type, Visit&& visit) {
-  switch (type) {
-    case ScalarType::i8:
-      return visit(std::int8_t{});
-    case ScalarType::u8:
-      return visit(std::uint8_t{});
-    case ScalarType::i16:
-      return visit(std::int16_t{});
-    case ScalarType::u16:
-      return visit(std::uint16_t{});
-    case ScalarType::i32:
-      return visit(std::int32_t{});
-    case ScalarType::u32:
-      return visit(std::uint32_t{});
-    case ScalarType::i64:
-      return visit(std::int64_t{});
-    case ScalarType::u64:
-      return visit(std::uint64_t{});
-    case ScalarType::f32:
-      return visit(float{});
-    case ScalarType::f64:
-      break;
-  }
-  return visit(double{});
+template <class T>
+double decodeAs(const char* bytes, bool big_endian) {
+  char ordered[sizeof(T)];
+  std::memcpy(ordered, bytes, sizeof(T));
+  if (big_endian) std::reverse(ordered, ordered + sizeof(T));
+  T value;
+  std::memcpy(&value, ordered, sizeof(T));
+  return static_cast<double>(value);
 }
 
-double decodeScalar(const char* bytes, ScalarType type, bool big_endian) {
-  return withType(type, [&](auto value) {
-    char ordered[sizeof value];
-    std::memcpy(ordered, bytes, sizeof value);
-    if (big_endian) std::reverse(ordered, ordered + sizeof value);
-    std::memcpy(&value, ordered, sizeof value);
-    return static_cast<double>(value);
-  });
+using Decode = double (*)(const char* bytes, bool big_endian);
+
+struct TypeTraits {
+  std::size_t size;
+  double largest;  ///< the nearest double
+  Decode decode;
+};
+
+template <class T>
+constexpr TypeTraits traitsOf() {
+  return {sizeof(T), static_cast<double>(std::numeric_limits<T>::max()), decodeAs<T>};
+}
+
+const TypeTraits& traitsOf(ScalarType type) {
+  static constexpr TypeTraits kTypes[] = {traitsOf<std::int8_t>(),  traitsOf<std::uint8_t>(),
+                                          traitsOf<std::int16_t>(), traitsOf<std::uint16_t>(),
+                                          traitsOf<std::int32_t>(), traitsOf<std::uint32_t>(),
+                                          traitsOf<std::int64_t>(), traitsOf<std::uint64_t>(),
+                                          traitsOf<float>(),        traitsOf<double>()};
+  return kTypes[static_cast<std::size_t>(type)];
 }
 
 // ---- text
@@ -104,9 +98,7 @@ void requireFits(double value, const Column& column, const RowPlace& place) {
   if (!isInteger(column.type)) return;
   if (value != std::floor(value))
     place.fail("the value of " + quoted(column.name) + " is not a whole number");
-  const auto largest = withType(column.type, [](auto zero) {
-    return static_cast<double>(std::numeric_limits<decltype(zero)>::max());
-  });
+  const double largest = traitsOf(column.type).largest;
   if (value > largest) {
     place.fail("the value of " + quoted(column.name) + " does not fit its type, whose largest is " +
                std::to_string(static_cast<std::uint64_t>(largest)));
@@ -152,7 +144,7 @@ void readTextRows(InputFile& file, const Element& element, const std::vector<std
 struct ColumnBytes {
   const char* next;
   std::size_t stride;
-  ScalarType type;
+  Decode decode;
 };
 
 void visitRows(std::vector<ColumnBytes> columns, std::uint64_t rows, bool big_endian,
@@ -160,7 +152,7 @@ void visitRows(std::vector<ColumnBytes> columns, std::uint64_t rows, bool big_en
   std::vector<double> values(columns.size());
   for (std::uint64_t end = place.row + rows; place.row < end; ++place.row) {
     for (std::size_t i = 0; i < columns.size(); ++i) {
-      values[i] = decodeScalar(columns[i].next, columns[i].type, big_endian);
+      values[i] = columns[i].decode(columns[i].next, big_endian);
       columns[i].next += columns[i].stride;
     }
     visit(values.data(), place);
@@ -180,7 +172,7 @@ void readFixedRows(InputFile& file, const Element& element, const std::vector<st
   }
   std::vector<ColumnBytes> views;
   for (const std::size_t c : columns) {
-    views.push_back({block.data() + offsets[c], stride, element.columns[c].type});
+    views.push_back({block.data() + offsets[c], stride, traitsOf(element.columns[c].type).decode});
   }
   RowPlace place{file, element};
   while (place.row < element.rows) {
@@ -218,9 +210,9 @@ void readListRows(InputFile& file, const Element& element, const std::vector<std
   for (; place.row < element.rows; ++place.row) {
     for (std::size_t c = 0; c < slots.size(); ++c) {
       const Column& column = element.columns[c];
-      const ScalarType type = column.list_size.value_or(column.type);
-      file.readBytes(bytes, sizeOf(type));
-      const double value = decodeScalar(bytes, type, big_endian);
+      const TypeTraits& type = traitsOf(column.list_size.value_or(column.type));
+      file.readBytes(bytes, type.size);
+      const double value = type.decode(bytes, big_endian);
       if (column.list_size) skipValues(file, value, column.type, place);
       if (slots[c] != kSkipped) values[static_cast<std::size_t>(slots[c])] = value;
     }
@@ -304,8 +296,8 @@ void readCompressedRows(InputFile& file, const Element& element,
   }
   std::vector<ColumnBytes> views;
   for (const std::size_t c : columns) {
-    const ScalarType type = element.columns[c].type;
-    views.push_back({begins[c], sizeOf(type), type});
+    const TypeTraits& type = traitsOf(element.columns[c].type);
+    views.push_back({begins[c], type.size, type.decode});
   }
   RowPlace place{file, element};
   visitRows(views, element.rows, false, place, visit);
@@ -352,9 +344,7 @@ std::optional<std::size_t> findRing(const Element& points) {
 
 }  // namespace
 
-std::size_t sizeOf(ScalarType type) {
-  return withType(type, [](auto value) { return sizeof value; });
-}
+std::size_t sizeOf(ScalarType type) { return traitsOf(type).size; }
 
 void RowPlace::fail(const std::string& what) const {
   if (text) file.failAtLine(what);

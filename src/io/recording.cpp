@@ -50,15 +50,6 @@ bool hasClouds(const fs::path& folder) {
   return false;
 }
 
-/// SEQ/Depth/Stereo_Left/Omni_F: one camera of a SYNTHIA sequence.
-bool isSynthiaCamera(const fs::path& folder) {
-  for (fs::path above = fs::absolute(folder); above != above.root_path();
-       above = above.parent_path()) {
-    if (above.filename() == "Depth") return fs::exists(above.parent_path() / "GT" / "LABELS");
-  }
-  return false;
-}
-
 InputKind recogniseFolder(const fs::path& folder) {
   const auto has = [&](const char* name) { return fs::exists(folder / name); };
   std::vector<InputKind> kinds;
@@ -72,7 +63,7 @@ InputKind recogniseFolder(const fs::path& folder) {
     kinds.push_back(InputKind::sequence);
   }
   if (has("velodyne")) kinds.push_back(InputKind::semantic_kitti);
-  if (has("GT/LABELS") || isSynthiaCamera(folder)) kinds.push_back(InputKind::synthia);
+  if (has("GT/LABELS") || isSynthiaCamera(folder.string())) kinds.push_back(InputKind::synthia);
   if (has("extrinsic.txt") && has("frames")) kinds.push_back(InputKind::virtual_kitti);
   if (kinds.empty() && hasClouds(folder)) kinds.push_back(InputKind::cloud_folder);
   if (kinds.size() > 1)

@@ -11,7 +11,7 @@
 #include <iostream>
 #include <set>
 
-#include "io/written_files.h"
+#include "small_files.h"
 #include "support/test_data.h"
 #include "xview/io/cloud_files.h"
 #include "xview/io/graph_files.h"

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "io/written_files.h"
+#include "small_files.h"
 #include "support/test_data.h"
 
 namespace xview {
@@ -384,7 +384,6 @@ TEST_F(CloudFiles, TheHeaderTellsWhatReadingWouldUse) {
   EXPECT_EQ(header.fields, (std::vector<std::string>{"x", "y", "z", "class", "object"}));
   EXPECT_EQ(header.label_field, "class");
   EXPECT_EQ(header.instance_field, "object");
-  EXPECT_TRUE(header.has_edges);
   EXPECT_EQ(readCloudHeader(path, {"object", "class"}).label_field, "object");
 }
 

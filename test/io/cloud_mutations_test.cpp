@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "io/written_files.h"
+#include "small_files.h"
 #include "support/test_data.h"
 #include "xview/io/cloud_files.h"
 #include "xview/io/graph_files.h"

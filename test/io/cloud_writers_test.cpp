@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <limits>
 
-#include "io/written_files.h"
+#include "small_files.h"
 #include "support/clouds.h"
 #include "support/test_data.h"
 #include "xview/io/cloud_files.h"

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "io/written_files.h"
+#include "small_files.h"
 #include "support/test_data.h"
 #include "xview/types/random.h"
 

@@ -7,6 +7,8 @@
 #include <fstream>
 #include <sstream>
 
+#include "xview/types/error.h"
+
 namespace xview::test {
 namespace {
 
@@ -62,6 +64,7 @@ std::string rawBytes(const std::vector<T>& values) {
 
 void writeBytes(const std::string& path, const std::string& bytes) {
   std::filesystem::create_directories(std::filesystem::path(path).parent_path());
+  std::filesystem::remove(path);  // some file systems are slow to overwrite
   std::ofstream(path, std::ios::binary) << bytes;
 }
 
@@ -121,6 +124,15 @@ std::string messageOf(const std::function<void()>& call) {
     call();
   } catch (const std::exception& problem) {
     return problem.what();
+  }
+  return "";
+}
+
+std::string errorOf(const std::function<void()>& call) {
+  try {
+    call();
+  } catch (const Error& error) {
+    return error.what();
   }
   return "";
 }

@@ -28,7 +28,15 @@ std::string pfmBytes(int width, int height, const std::vector<float>& values, bo
 std::string scanBytes(const std::vector<float>& numbers);
 std::string labelBytes(const std::vector<std::uint32_t>& labels);
 
+/// The bytes of a number as they stand in memory, i.e. little-endian.
+template <class T>
+std::string raw(T value) {
+  return std::string(reinterpret_cast<const char*>(&value), sizeof(T));
+}
+
 /// The message of what the call throws; empty if nothing.
 std::string messageOf(const std::function<void()>& call);
+/// The same of an Error; anything else is not caught.
+std::string errorOf(const std::function<void()>& call);
 
 }  // namespace xview::test

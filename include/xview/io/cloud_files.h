@@ -23,7 +23,6 @@ struct CloudHeader {
   std::vector<std::string> fields;  ///< names of the point fields in order
   std::string label_field;          ///< the one that would be used; empty = none
   std::string instance_field;
-  bool has_edges = false;          ///< PLY with element edge (or vertex with our graph properties)
   std::optional<LabelSet> labels;  ///< the classes that its comments name
 };
 /// Reads no more than the header; it is checked against the size of the file. Throws Error.

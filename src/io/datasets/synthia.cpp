@@ -37,12 +37,18 @@ bool hasImages(const fs::path& folder) {
   return std::any_of(fs::directory_iterator(folder), fs::directory_iterator(), is_png);
 }
 
-SynthiaCamera findCamera(const std::string& folder) {
+/// The folder Depth above the folder of one camera; nothing if it is none.
+std::optional<fs::path> depthFolderAbove(const std::string& folder) {
   for (fs::path above = fs::absolute(folder); above != above.root_path();
        above = above.parent_path()) {
-    if (above.filename() != "Depth") continue;
-    return {above.parent_path(), fs::absolute(folder).lexically_relative(above)};
+    if (above.filename() == "Depth") return above;
   }
+  return std::nullopt;
+}
+
+SynthiaCamera findCamera(const std::string& folder) {
+  if (const auto above = depthFolderAbove(folder))
+    return {above->parent_path(), fs::absolute(folder).lexically_relative(*above)};
   const fs::path root = folder, depth = root / "Depth";
   std::vector<fs::path> cameras;
   if (fs::is_directory(depth)) {
@@ -113,6 +119,11 @@ DepthImage readCentimetres(const std::string& path) {
 
 }  // namespace
 
+bool isSynthiaCamera(const std::string& folder) {
+  const auto above = depthFolderAbove(folder);
+  return above && fs::exists(above->parent_path() / "GT" / "LABELS");
+}
+
 RecordingListing listSynthia(const std::string& folder, const InputOptions& options) {
   const SynthiaCamera place = findCamera(folder);
   const Camera camera = readIntrinsics(place.root);
@@ -131,9 +142,9 @@ RecordingListing listSynthia(const std::string& folder, const InputOptions& opti
     frame.depth = readCentimetres(listed.measurement);
     frame.camera.width = frame.depth.width;
     frame.camera.height = frame.depth.height;
-    const cv::Mat labels = decodeImage(listed.label);
-    frame.label = channelOf(labels, 2, listed.label);     // red: class
-    frame.instance = channelOf(labels, 1, listed.label);  // green: instance
+    const cv::Mat ids = decodeImage(listed.label);
+    frame.label = channelOf(ids, 2, listed.label);     // red: class
+    frame.instance = channelOf(ids, 1, listed.label);  // green: instance
     requireSameSizes(listed, frame);
   };
   const auto named = namedLabels(options.labels, place.root.string());
