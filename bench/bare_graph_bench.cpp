@@ -116,7 +116,7 @@ class Bench {
   }
 
   const Arguments& a_;
-  SemanticMap map_;
+  map::SemanticMap map_;
   std::unique_ptr<const search::Field> field_;
 };
 

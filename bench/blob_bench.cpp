@@ -49,7 +49,7 @@ Arguments parse(int argc, char** argv) {
 
 /// The points of objects, thinned, and the part that each belongs to.
 LabelledCloud readObjects(const std::string& path, const Arguments& a) {
-  const LabelledCloud all = openRecording(path)->read(0).cloud;
+  const LabelledCloud all = io::openRecording(path)->read(0).cloud;
   LabelledCloud objects;
   objects.origin = all.origin;
   for (const Point& p : all.points) {

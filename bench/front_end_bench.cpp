@@ -50,7 +50,7 @@ Options oneThread() {
 Input makeInput(const std::string& path) {
   const Options options = oneThread();
   Input input;
-  input.source = openRecording(path);
+  input.source = io::openRecording(path);
   const std::size_t count = std::min(kFrames, input.source->size());
   for (std::size_t i = 0; i < count; ++i) {
     input.chosen.push_back(i * input.source->size() / count);

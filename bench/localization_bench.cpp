@@ -176,10 +176,10 @@ void runSession(const Session& s, double window_m, const Localizer& localizer, c
 
 int main(int argc, char** argv) try {
   const Arguments a = parse(argc, argv);
-  const auto source = openRecording(a.sessions[0]);
+  const auto source = io::openRecording(a.sessions[0]);
   Options parallel = a.options;
   parallel.threads = 0;
-  const SemanticMap map = buildMap({source.get()}, parallel);
+  const map::SemanticMap map = buildMap({source.get()}, parallel);
   std::ofstream csv;
   if (!a.csv.empty()) csv.open(a.csv, std::ios::app);
   const Localizer localizer(map, a.options);

@@ -272,7 +272,7 @@ void benchTowns(const Arguments& a, int size, const std::string& noise) {
 }
 
 LabelSet labelsOf(const Arguments& a, const SemanticGraph& graph) {
-  if (!a.classes.empty()) return readLabelSet(a.classes);
+  if (!a.classes.empty()) return io::readLabelSet(a.classes);
   std::vector<std::uint32_t> ids;
   for (const Vertex& v : graph.vertices) ids.push_back(v.label);
   return genericLabelSet(ids);
@@ -293,7 +293,7 @@ SemanticGraph cutCircle(const SemanticGraph& graph, const Eigen::Vector2d& centr
 
 void benchCircles(const Arguments& a) {
   constexpr std::size_t kFewest = 15;  // vertices of a query
-  const SemanticGraph map = readGraph(a.map).graph, source = readGraph(a.query).graph;
+  const SemanticGraph map = io::readGraph(a.map).graph, source = io::readGraph(a.query).graph;
   const auto field = search::makeObjectField(map, labelsOf(a, map), a.search);
   Random random(a.seed);
   std::vector<Trial> trials;

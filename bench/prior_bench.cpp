@@ -41,7 +41,7 @@ Arguments parse(int argc, char** argv) {
   return a;
 }
 
-std::vector<Eigen::Vector3d> circles(const SemanticMap& map) {
+std::vector<Eigen::Vector3d> circles(const map::SemanticMap& map) {
   std::vector<Eigen::Vector3d> middles;
   for (const Eigen::Isometry3d& T : map.poses) {
     const Eigen::Vector3d p = T.translation();
@@ -77,11 +77,11 @@ struct Tally {
   }
 };
 
-void run(const std::string& path, const SemanticMap& map, const Localizer& localizer,
+void run(const std::string& path, const map::SemanticMap& map, const Localizer& localizer,
          const std::vector<Believer>& believers, const Arguments& a) {
   const Session session = loadSession(path, a.options);
   const std::vector<FrameDigest>& frames = session.frames;
-  const std::vector<StampedPose>& truth = session.truth;
+  const std::vector<io::StampedPose>& truth = session.truth;
   Tally free, right, wrong;
   for (std::size_t first = 0; first < frames.size();) {
     double way = 0;
@@ -124,8 +124,8 @@ void run(const std::string& path, const SemanticMap& map, const Localizer& local
 
 int main(int argc, char** argv) try {
   const Arguments a = parse(argc, argv);
-  const auto source = openRecording(a.sessions[0]);
-  const SemanticMap map = buildMap({source.get()}, a.options);
+  const auto source = io::openRecording(a.sessions[0]);
+  const map::SemanticMap map = buildMap({source.get()}, a.options);
   const Localizer localizer(map, a.options);
   std::vector<Believer> believers;
   for (const Eigen::Vector3d& p : circles(map))

@@ -95,7 +95,7 @@ double errorOf(const Localization& fix, const Eigen::Isometry3d& truth) {
 /// The stages one by one and together, all from the place that the search finds.
 class Stages {
  public:
-  Stages(const SemanticMap& map, const Arguments& a)
+  Stages(const map::SemanticMap& map, const Arguments& a)
       : search_(map, withStages(a.options, false, false)),
         posterior_(map, withStages(a.options, true, false)),
         refinement_(map, withStages(a.options, false, true)),
@@ -141,10 +141,10 @@ class Stages {
 
 int main(int argc, char** argv) try {
   const Arguments a = parse(argc, argv);
-  const auto source = openRecording(a.sessions[0]);
+  const auto source = io::openRecording(a.sessions[0]);
   Options parallel = a.options;
   parallel.threads = 0;
-  const SemanticMap map = buildMap({source.get()}, parallel);
+  const map::SemanticMap map = buildMap({source.get()}, parallel);
   const Stages stages(map, a);
   fmt::print("map {}, windows of {} m every {} m\n", a.sessions[0], a.window_m, a.stride_m);
   fmt::print("  stage             n | median    p90 | <=.3m <=.5m  <=1m | harmed |  ms\n");

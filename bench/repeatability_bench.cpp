@@ -116,7 +116,7 @@ struct Reference {
 
   MapSight sight;  ///< in the frame of the map
 
-  Reference(const SemanticMap& map, const FrameSource& source)
+  Reference(const map::SemanticMap& map, const FrameSource& source)
       : T_plan_map(map.plan.upright),
         plan(flattened(landmarksOf(map.plan, 0))),
         graph(moved(landmarksOf(map.graph), T_plan_map)),
@@ -254,7 +254,7 @@ std::map<std::uint32_t, std::size_t> countLabels(const std::vector<Landmark>& la
   return counts;
 }
 
-void printSpacing(const SemanticMap& map, double reach_m) {
+void printSpacing(const map::SemanticMap& map, double reach_m) {
   fmt::print("{:<24} {:>6} | nearest of its class within 0.5, 1, 2, 4 m\n", "vertex", "count");
   for (const auto& [label, distances] : neighbourDistances(landmarksOf(map.graph), reach_m)) {
     fmt::print("{:<24} {:6} |", map.labels.className(label), distances.size());
@@ -271,7 +271,7 @@ void printSpacing(const SemanticMap& map, double reach_m) {
 int main(int argc, char** argv) try {
   const Arguments a = parse(argc, argv);
   const auto source = openPart(a.sessions[0]);
-  const SemanticMap map = buildMap({source.get()}, a.options);
+  const map::SemanticMap map = buildMap({source.get()}, a.options);
   if (a.spacing_m > 0) {
     printSpacing(map, a.spacing_m);
     return 0;

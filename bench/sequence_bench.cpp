@@ -103,8 +103,8 @@ int main(int argc, char** argv) try {
   const std::vector<std::string> sessions =
       parseArguments(argc, argv, {{"--window", into(window_m)}, {"--stride", into(stride_m)}},
                      options, 2, "sequence_bench MAP_SESSION SESSION... [options]");
-  const auto source = openRecording(sessions[0]);
-  const SemanticMap map = buildMap({source.get()}, options);
+  const auto source = io::openRecording(sessions[0]);
+  const map::SemanticMap map = buildMap({source.get()}, options);
   const Localizer localizer(map, options);
   fmt::print("map {}; windows of {} m every {} m; ms: graph and search\n", sessions[0], window_m,
              stride_m);

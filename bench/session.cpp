@@ -60,10 +60,10 @@ double cpuMilliseconds() {
 }
 
 std::unique_ptr<FrameSource> openPart(const std::string& word) {
-  InputOptions input;
+  io::InputOptions input;
   const std::size_t at = word.rfind('@');
-  if (at != std::string::npos) input.frames = parseFrameRange(word.substr(at + 1));
-  return openRecording(folderOf(word), input);
+  if (at != std::string::npos) input.frames = io::parseFrameRange(word.substr(at + 1));
+  return io::openRecording(folderOf(word), input);
 }
 
 Session loadSession(const std::string& word, const Options& options) {
@@ -86,7 +86,7 @@ Session loadSession(const std::string& word, const Options& options) {
     }
     s.travelled.push_back(way);
   }
-  if (!s.negative) s.truth = posesOfFrames(truthFileOf(folder), numbers);
+  if (!s.negative) s.truth = io::posesOfFrames(truthFileOf(folder), numbers);
   return s;
 }
 

@@ -39,8 +39,8 @@ struct Session {
   bool negative = false;  ///< named elsewhere* or negative*: nothing of it is in the map
   LabelSet labels;
   std::vector<FrameDigest> frames;
-  std::vector<double> travelled;   ///< up to each frame [m]
-  std::vector<StampedPose> truth;  ///< by frame; empty for negatives
+  std::vector<double> travelled;       ///< up to each frame [m]
+  std::vector<io::StampedPose> truth;  ///< by frame; empty for negatives
 };
 
 /// `word`: a folder, or folder@A:B for a part of it.

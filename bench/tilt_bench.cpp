@@ -143,7 +143,7 @@ class Bench {
   }
 
   const Arguments& a_;
-  SemanticMap map_, bare_;
+  map::SemanticMap map_, bare_;
   std::unique_ptr<Localizer> with_views_, with_graph_;
 };
 

@@ -108,11 +108,11 @@ void AnswerFiles::check(std::size_t inputs, bool is_cut) const {
   const bool of_way = !trajectory_.empty() || !graph_.empty() || !matrix_.empty();
   if (isOneFile(explain_) && (is_cut || inputs > 1))
     throw UsageError("--explain " + explain_ + " is for one query; name a folder for several");
-  if (isOneFile(explain_)) requireWritable(explain_);
+  if (isOneFile(explain_)) io::requireWritable(explain_);
   if (of_way && inputs > 1)
     throw UsageError(
         fmt::format("--trajectory, --g2o and --matrix are for one QUERY, found {}", inputs));
-  for (const std::string& path : {tum_, trajectory_, graph_, matrix_}) requireWritable(path);
+  for (const std::string& path : {tum_, trajectory_, graph_, matrix_}) io::requireWritable(path);
 }
 
 void AnswerFiles::begin(const QueryInput& input) {
@@ -155,20 +155,20 @@ void AnswerFiles::end(const Job& job) const {
     return job.narrate.error("no accepted pose, so no trajectory, graph or matrix is written");
   if (!trajectory_.empty()) writeTrajectory();
   if (!graph_.empty()) writeGraph(job.options.posterior);
-  if (!matrix_.empty()) writeMatrix(matrix_, surest().T_map_query, surest().scale);
+  if (!matrix_.empty()) io::writeMatrix(matrix_, surest().T_map_query, surest().scale);
 }
 
 void AnswerFiles::writeTrajectory() const {
-  std::vector<StampedPose> stamped;
+  std::vector<io::StampedPose> stamped;
   for (const Eigen::Isometry3d& T : pose::trajectoryThrough(T_odom_sensor_, fixes_))
     stamped.push_back({stamps_s_[stamped.size()], T});
-  writeTumPoses(trajectory_, stamped);
+  io::writeTumPoses(trajectory_, stamped);
 }
 
 /// Vertex 0 is the map (fixed), the others are the poses of the QUERY; edges of the odometry, and
 /// from the map to each answered pose.
 void AnswerFiles::writeGraph(const pose::PosteriorOptions& odometry) const {
-  PoseGraph graph;
+  io::PoseGraph graph;
   graph.poses = pose::trajectoryThrough(T_odom_sensor_, fixes_);
   graph.poses.insert(graph.poses.begin(), Eigen::Isometry3d::Identity());
   graph.fixed = {0};
@@ -180,11 +180,11 @@ void AnswerFiles::writeGraph(const pose::PosteriorOptions& odometry) const {
   }
   for (const pose::TrajectoryFix& fix : fixes_)
     graph.edges.push_back({0, fix.index + 1, fix.T_map_sensor, fix.covariance});
-  writePoseGraph(graph_, graph);
+  io::writePoseGraph(graph_, graph);
 }
 
 void AnswerFiles::finish() const {
-  if (!tum_.empty()) writeTumPoses(tum_, accepted_);
+  if (!tum_.empty()) io::writeTumPoses(tum_, accepted_);
 }
 
 }  // namespace xview::tools

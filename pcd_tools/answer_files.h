@@ -39,7 +39,7 @@ class AnswerFiles {
   std::vector<Eigen::Isometry3d> T_odom_sensor_;  ///< of this QUERY
   std::vector<double> stamps_s_;
   std::vector<pose::TrajectoryFix> fixes_;
-  std::vector<StampedPose> accepted_;  ///< of all of them
+  std::vector<io::StampedPose> accepted_;  ///< of all of them
   int answers_ = 0;
 };
 

@@ -23,32 +23,32 @@ namespace {
 /// sides have settles the second case first.
 class Truth {
  public:
-  explicit Truth(const std::string& path) : path_(path), poses_(readPoses(path)) {}
+  explicit Truth(const std::string& path) : path_(path), poses_(io::readPoses(path)) {}
 
   /// T_map_sensor of the last frame of the query. Throws Error if the file has none.
   const Eigen::Isometry3d& poseFor(const Answer& answer) const;
 
  private:
-  const StampedPose* withStamp(const Answer& answer) const;
+  const io::StampedPose* withStamp(const Answer& answer) const;
 
   std::string path_;
-  std::vector<StampedPose> poses_;
+  std::vector<io::StampedPose> poses_;
 };
 
 const Eigen::Isometry3d& Truth::poseFor(const Answer& answer) const {
   if (answer.frames == poses_.size() && answer.last_index < poses_.size())
     return poses_[answer.last_index].T_frame_sensor;
-  if (const StampedPose* stamped = withStamp(answer)) return stamped->T_frame_sensor;
+  if (const io::StampedPose* stamped = withStamp(answer)) return stamped->T_frame_sensor;
   const auto number = static_cast<std::size_t>(answer.last_frame);
   if (answer.last_frame >= 0 && number < poses_.size()) return poses_[number].T_frame_sensor;
   throw Error(path_, fmt::format("expected a pose of frame {} of {}, found {} poses",
                                  answer.last_frame, answer.input, poses_.size()));
 }
 
-const StampedPose* Truth::withStamp(const Answer& answer) const {
+const io::StampedPose* Truth::withStamp(const Answer& answer) const {
   if (answer.last_stamp_s == static_cast<double>(answer.last_index))
     return nullptr;  // a mere count
-  const auto same = [&](const StampedPose& p) {
+  const auto same = [&](const io::StampedPose& p) {
     return std::abs(p.stamp_s - answer.last_stamp_s) < 1e-4;
   };
   const auto found = std::find_if(poses_.begin(), poses_.end(), same);
@@ -93,7 +93,7 @@ void addErrors(const std::vector<ScoredQuery>& queries, Scene& scene) {
 
 /// The report below a view of the map with the errors.
 std::string reportPage(const Evaluation& evaluation, const std::vector<ScoredQuery>& queries,
-                       const SemanticMap& map) {
+                       const map::SemanticMap& map) {
   Scene scene;
   scene.title = "xview evaluation";
   scene.labels = &map.labels;
@@ -136,7 +136,7 @@ class EvaluateCommand final : public Command {
     const std::vector<ScoredQuery> queries = score(job.operands[0], Truth(job.operands[1]));
     const Evaluation evaluation = evaluate(queries, within_m_);
     if (!out_.empty()) {
-      const SemanticMap map = map_.empty() ? SemanticMap() : readMap(map_, input_, job);
+      const map::SemanticMap map = map_.empty() ? map::SemanticMap() : readMap(map_, input_, job);
       writeAll(evaluation, queries, reportPage(evaluation, queries, map));
       job.narrate.note(out_ + "/report.html written");
     }
@@ -174,14 +174,14 @@ class EvaluateCommand final : public Command {
   /// All of them or, if the largest does not fit, none.
   void writeFiles(const Evaluation& evaluation, const std::vector<ScoredQuery>& queries,
                   const std::string& page) const {
-    AtomicFile report(out_ + "/report.html"), results(out_ + "/results.csv"),
+    io::AtomicFile report(out_ + "/report.html"), results(out_ + "/results.csv"),
         success(out_ + "/success.csv"), pr(out_ + "/pr.csv"), summary(out_ + "/summary.json");
     report.write(page);
     results.write(resultsCsv(queries));
     success.write(successCsv(queries));
     pr.write(precisionRecallCsv(evaluation));
     summary.write(evaluationJson(evaluation));
-    for (AtomicFile* file : {&report, &results, &success, &pr, &summary}) file->commit();
+    for (io::AtomicFile* file : {&report, &results, &success, &pr, &summary}) file->commit();
   }
 
   InputFlags input_;

@@ -39,15 +39,16 @@ class FuseCommand final : public Command {
     if (job.operands.size() != 2) throw UsageError("xview fuse needs QUERY MAP, found 1 operand");
     const std::string &query = job.operands[0], &path = job.operands[1];
     checkOrder(job.operands, input_);
-    requireWritable(path);
-    const MapLock lock(path);
-    SemanticMap map = loadMap(path);
+    io::requireWritable(path);
+    const map::MapLock lock(path);
+    map::SemanticMap map = map::loadMap(path);
     const std::optional<Localization> fix = locate(query, map, job);
     if (!fix) return kNoPose;
     const std::size_t before = map.graph.size();
     Stopwatch watch;
     appendToMap(map, additionOf(query, fix->T_map_query, map.labels, job), job.options);
-    saveRevision(path, map, fmt::format("fused {} at confidence {:.4f}", query, fix->confidence));
+    map::saveRevision(path, map,
+                      fmt::format("fused {} at confidence {:.4f}", query, fix->confidence));
     job.narrate.stage("fuse", watch.lap_ms(), path);
     fmt::print("{}: {} vertices, {} before\n", path, map.graph.size(), before);
     return kDone;
@@ -55,14 +56,15 @@ class FuseCommand final : public Command {
 
  private:
   static ExitCode undo(const std::string& path) {
-    if (!undoRevision(path))
+    if (!map::undoRevision(path))
       throw Error(path, "nothing to undo: no addition by xview fuse is on record");
-    fmt::print("{}: last addition taken back, {} vertices\n", path, readMapSummary(path).vertices);
+    fmt::print("{}: last addition taken back, {} vertices\n", path,
+               map::readMapSummary(path).vertices);
     return kDone;
   }
 
   /// Nothing if the query was not accepted.
-  std::optional<Localization> locate(const std::string& path, const SemanticMap& map,
+  std::optional<Localization> locate(const std::string& path, const map::SemanticMap& map,
                                      const Job& job) const {
     if (!job.options.scale.empty())
       throw UsageError("--scale: only what has the lengths of the map can be added to it");
@@ -77,10 +79,10 @@ class FuseCommand final : public Command {
   }
 
   /// The query as a map of its own, in the frame of the map.
-  SemanticMap additionOf(const std::string& path, const Eigen::Isometry3d& T_map_query,
-                         const LabelSet& map_labels, const Job& job) const {
-    const InputOptions input = inputIn(input_, map_labels);
-    if (recogniseInput(path, input) == InputKind::map)
+  map::SemanticMap additionOf(const std::string& path, const Eigen::Isometry3d& T_map_query,
+                              const LabelSet& map_labels, const Job& job) const {
+    const io::InputOptions input = inputIn(input_, map_labels);
+    if (io::recogniseInput(path, input) == io::InputKind::map)
       throw UsageError(path + ": fuse adds recordings and graphs; use xview map --append for maps");
     return mapOf(path, input, job, T_map_query);
   }

@@ -34,9 +34,9 @@ class GraphCommand final : public Command {
     const std::string& out = job.operands[1];
     if (std::filesystem::path(out).extension() != ".ply")
       throw UsageError(out + ": a graph ends with .ply");
-    requireWritable(out);
+    io::requireWritable(out);
     const LabelledGraph result = read(job);
-    writeGraph(out, result.graph, result.labels);
+    io::writeGraph(out, result.graph, result.labels);
     fmt::print("{} vertices, {} edges, {} connected parts\n", result.graph.size(),
                result.graph.edgeCount(), componentCount(result.graph));
     return kDone;
@@ -45,12 +45,12 @@ class GraphCommand final : public Command {
  private:
   LabelledGraph read(const Job& job) const {
     const std::string& path = job.operands[0];
-    switch (recogniseInput(path, input_.parsed())) {
-      case InputKind::map: {
-        SemanticMap map = loadMap(path);
+    switch (io::recogniseInput(path, input_.parsed())) {
+      case io::InputKind::map: {
+        map::SemanticMap map = map::loadMap(path);
         return {std::move(map.labels), std::move(map.graph)};
       }
-      case InputKind::graph:
+      case io::InputKind::graph:
         return readLabelledGraph(path, input_.parsed(), job.options);
       default:
         return assemble(path, job);

@@ -92,13 +92,13 @@ void printGraph(const SemanticGraph& graph, const LabelSet& labels) {
 }
 
 void printMap(const std::string& path) {
-  const MapSummary summary = readMapSummary(path);
+  const map::MapSummary summary = map::readMapSummary(path);
   printRow("version", fmt::format("schema {}, written by {}", summary.schema_version,
                                   summary.program_version));
   printRow("size", fmt::format("{} key frames, {} points, {} plan samples", summary.keyframes,
                                summary.cloud_points, summary.plan_samples));
   for (const std::string& source : summary.sources) printRow("source", source);
-  const SemanticMap map = loadMap(path);
+  const map::SemanticMap map = map::loadMap(path);
   printGraph(map.graph, map.labels);
 }
 
@@ -141,15 +141,15 @@ class InfoCommand final : public Command {
 
   ExitCode run(const Job& job) override {
     const std::string& path = job.operands[0];
-    const InputKind kind = recogniseInput(path, input_.parsed());
+    const io::InputKind kind = io::recogniseInput(path, input_.parsed());
     printRow("path", path);
     printRow("kind", toString(kind));
-    if (kind == InputKind::map) {
+    if (kind == io::InputKind::map) {
       printMap(path);
-    } else if (kind == InputKind::graph) {
+    } else if (kind == io::InputKind::graph) {
       const LabelledGraph file = readLabelledGraph(path, input_.parsed(), job.options);
       printGraph(file.graph, file.labels);
-    } else if (kind == InputKind::cloud) {
+    } else if (kind == io::InputKind::cloud) {
       printCloud(path, job);
     } else {
       printRecording(*openInput(path, input_.parsed(), job), job);
@@ -161,9 +161,9 @@ class InfoCommand final : public Command {
   /// A single PCD or PLY; one without labels is described as well, as what it lacks is worth
   /// knowing.
   void printCloud(const std::string& path, const Job& job) const {
-    const InputOptions options = input_.parsed();
-    const CloudFields fields{options.label_field, options.instance_field};
-    const CloudHeader header = readCloudHeader(path, fields);
+    const io::InputOptions options = input_.parsed();
+    const io::CloudFields fields{options.label_field, options.instance_field};
+    const io::CloudHeader header = io::readCloudHeader(path, fields);
     const auto or_none = [](const std::string& field) {
       return field.empty() ? "no such field" : field;
     };
@@ -173,7 +173,7 @@ class InfoCommand final : public Command {
     printRow("label", or_none(header.label_field));
     printRow("instance", or_none(header.instance_field));
     if (header.label_field.empty())
-      return printBounds("bounds", censusOf(readCloud(path, fields, false)).bounds);
+      return printBounds("bounds", censusOf(io::readCloud(path, fields, false)).bounds);
     const auto source = openInput(path, options, job);
     const Census census = censusOf(source->read(0));
     printRow("finite", fmt::format("{} points", census.measured));

@@ -22,10 +22,10 @@ namespace {
 
 constexpr const char* kOfTheMap = "of the map";
 
-LabelSet labelsOfGraph(const std::string& path, const GraphFile& file,
-                       const InputOptions& options) {
+LabelSet labelsOfGraph(const std::string& path, const io::GraphFile& file,
+                       const io::InputOptions& options) {
   const std::string folder = std::filesystem::path(path).parent_path().string();
-  if (const auto named = namedLabels(options.labels, folder, file.labels)) return *named;
+  if (const auto named = io::namedLabels(options.labels, folder, file.labels)) return *named;
   if (options.unnamed) return *options.unnamed;
   std::set<std::uint32_t> ids;
   for (const Vertex& vertex : file.graph.vertices) ids.insert(vertex.label);
@@ -93,19 +93,19 @@ void InputFlags::declare(Flags& flags) {
   flags.add("--instance-field", instance_field_, "field of a cloud that holds the instance");
 }
 
-InputOptions InputFlags::parsed() const {
-  InputOptions options;
+io::InputOptions InputFlags::parsed() const {
+  io::InputOptions options;
   options.kind = kind_;
   options.labels = labels_;
   options.label_field = label_field_;
   options.instance_field = instance_field_;
-  if (!frames_.empty()) options.frames = parseFrameRange(frames_);
+  if (!frames_.empty()) options.frames = io::parseFrameRange(frames_);
   return options;
 }
 
-std::unique_ptr<FrameSource> openInput(const std::string& path, const InputOptions& options,
+std::unique_ptr<FrameSource> openInput(const std::string& path, const io::InputOptions& options,
                                        const Job& job) {
-  std::unique_ptr<FrameSource> source = openRecording(path, options);
+  std::unique_ptr<FrameSource> source = io::openRecording(path, options);
   if (source->labels().name() == kOfTheMap || (options.unnamed && source->labels().isGeneric())) {
     job.narrate.note(path + " names no classes; its ids are taken as those of the map");
   } else {
@@ -114,35 +114,35 @@ std::unique_ptr<FrameSource> openInput(const std::string& path, const InputOptio
   return source;
 }
 
-std::unique_ptr<FrameSource> openMapInput(const std::string& path, const InputOptions& options,
+std::unique_ptr<FrameSource> openMapInput(const std::string& path, const io::InputOptions& options,
                                           const Job& job) {
   if (options.unnamed) return openInput(path, options, job);
-  std::unique_ptr<FrameSource> source =
-      graph::withRolesByShape(openRecording(path, options), job.options.lift, job.options.threads);
+  std::unique_ptr<FrameSource> source = graph::withRolesByShape(
+      io::openRecording(path, options), job.options.lift, job.options.threads);
   sayGuessedRoles(source->labels(), job.narrate);
   return source;
 }
 
-InputOptions inputIn(const InputFlags& input, const LabelSet& map_labels) {
-  InputOptions options = input.parsed();
+io::InputOptions inputIn(const InputFlags& input, const LabelSet& map_labels) {
+  io::InputOptions options = input.parsed();
   options.unnamed = LabelSet(map_labels.isGeneric() ? map_labels.name() : kOfTheMap);
   for (const auto& [id, info] : map_labels.classes()) options.unnamed->add(info);
   return options;
 }
 
-LabelledGraph readLabelledGraph(const std::string& path, const InputOptions& input,
+LabelledGraph readLabelledGraph(const std::string& path, const io::InputOptions& input,
                                 const Options& options) {
-  GraphFile file = readGraph(path);
+  io::GraphFile file = io::readGraph(path);
   if (!file.has_edges) graph::connectByRadius(file.graph, options.edges);
   return {labelsOfGraph(path, file, input), std::move(file.graph)};
 }
 
-SemanticMap mapOf(const std::string& path, const InputOptions& input, const Job& job,
-                  const std::optional<Eigen::Isometry3d>& T_map_input) {
-  switch (recogniseInput(path, input)) {
-    case InputKind::map:
-      return loadMap(path);
-    case InputKind::graph: {
+map::SemanticMap mapOf(const std::string& path, const io::InputOptions& input, const Job& job,
+                       const std::optional<Eigen::Isometry3d>& T_map_input) {
+  switch (io::recogniseInput(path, input)) {
+    case io::InputKind::map:
+      return map::loadMap(path);
+    case io::InputKind::graph: {
       LabelledGraph file = readLabelledGraph(path, input, job.options);
       for (Vertex& vertex : file.graph.vertices) {
         if (T_map_input) vertex.position = *T_map_input * vertex.position;
@@ -159,11 +159,11 @@ SemanticMap mapOf(const std::string& path, const InputOptions& input, const Job&
   }
 }
 
-SemanticMap readMap(const std::string& path, const InputFlags& input, const Job& job) {
+map::SemanticMap readMap(const std::string& path, const InputFlags& input, const Job& job) {
   Stopwatch watch;
-  InputOptions whole = input.parsed();
+  io::InputOptions whole = input.parsed();
   whole.frames = {};  // --frames speaks of the query
-  SemanticMap map = mapOf(path, whole, job);
+  map::SemanticMap map = mapOf(path, whole, job);
   job.narrate.stage(
       "map", watch.lap_ms(),
       fmt::format("{}: {} vertices, {} edges, {} key frames, {} points", path, map.graph.size(),
@@ -175,13 +175,13 @@ QueryInput openQuery(const std::string& path, const InputFlags& input, const Job
                      const LabelSet& map_labels) {
   QueryInput result;
   result.path = path;
-  const InputOptions options = inputIn(input, map_labels);
-  switch (recogniseInput(path, options)) {
-    case InputKind::map:
-      result.whole = std::make_unique<Query>(makeQuery(loadMap(path), job.options));
+  const io::InputOptions options = inputIn(input, map_labels);
+  switch (io::recogniseInput(path, options)) {
+    case io::InputKind::map:
+      result.whole = std::make_unique<Query>(makeQuery(map::loadMap(path), job.options));
       result.labels = result.whole->labels;
       break;
-    case InputKind::graph: {
+    case io::InputKind::graph: {
       LabelledGraph file = readLabelledGraph(path, options, job.options);
       result.labels = std::move(file.labels);
       result.whole = std::make_unique<Query>(makeQuery(file.graph, result.labels, job.options));
@@ -205,9 +205,9 @@ QueryInput readQuery(const std::string& path, const InputFlags& input, const Job
   if (result.used_from > 0) {
     job.narrate.note(
         fmt::format("{}: its last {:g} m tell where it ends (--last)", source->name(), last_m));
-    InputOptions end = inputIn(input, map_labels);
+    io::InputOptions end = inputIn(input, map_labels);
     end.frames.begin += result.used_from * end.frames.step;
-    source = openRecording(path, end);
+    source = io::openRecording(path, end);
   }
   FrameReport report(source->name(), source->size(), job.narrate);
   result.whole = std::make_unique<Query>(
@@ -218,10 +218,10 @@ QueryInput readQuery(const std::string& path, const InputFlags& input, const Job
 
 void checkOrder(const std::vector<std::string>& operands, const InputFlags& input) {
   const std::string& last = operands.back();
-  const auto map = std::find_if(operands.begin(), operands.end() - 1, isMapFile);
+  const auto map = std::find_if(operands.begin(), operands.end() - 1, map::isMapFile);
   if (map == operands.end() - 1) return;
-  const InputKind kind = recogniseInput(last, input.parsed());
-  if (kind == InputKind::map || kind == InputKind::graph) return;
+  const io::InputKind kind = io::recogniseInput(last, input.parsed());
+  if (kind == io::InputKind::map || kind == io::InputKind::graph) return;
   throw UsageError(fmt::format(
       "{} is a map and {} a recording: the operands are QUERY... MAP, the map comes last", *map,
       last));

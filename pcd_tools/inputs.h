@@ -20,7 +20,7 @@ namespace xview::tools {
 class InputFlags {
  public:
   void declare(Flags& flags);
-  InputOptions parsed() const;  ///< throws UsageError
+  io::InputOptions parsed() const;  ///< throws UsageError
 
  private:
   std::string frames_, kind_, labels_, label_field_, instance_field_;
@@ -28,17 +28,17 @@ class InputFlags {
 
 /// Opens a recording; says on stderr which roles of classes were only guessed, and whose classes it
 /// was given if it names none.
-std::unique_ptr<FrameSource> openInput(const std::string& path, const InputOptions& options,
+std::unique_ptr<FrameSource> openInput(const std::string& path, const io::InputOptions& options,
                                        const Job& job);
 
 /// The same for what a map is made of: if it names no classes, and none are offered, they are
 /// judged by their shapes.
-std::unique_ptr<FrameSource> openMapInput(const std::string& path, const InputOptions& options,
+std::unique_ptr<FrameSource> openMapInput(const std::string& path, const io::InputOptions& options,
                                           const Job& job);
 
 /// How to read what shall be found in a map or added to it: if it names no classes, they are those
 /// of the map.
-InputOptions inputIn(const InputFlags& input, const LabelSet& map_labels);
+io::InputOptions inputIn(const InputFlags& input, const LabelSet& map_labels);
 
 /// A graph file with its label set: --labels, else that of its comments, else classes.yaml beside
 /// the file, else input.unnamed, else generic names. Edges are made by radius search if the file
@@ -47,16 +47,16 @@ struct LabelledGraph {
   LabelSet labels;
   SemanticGraph graph;
 };
-LabelledGraph readLabelledGraph(const std::string& path, const InputOptions& input,
+LabelledGraph readLabelledGraph(const std::string& path, const io::InputOptions& input,
                                 const Options& options);
 
 /// A map of anything. A graph or a recording is first brought into the frame of the map, if that is
 /// another one.
-SemanticMap mapOf(const std::string& path, const InputOptions& input, const Job& job,
-                  const std::optional<Eigen::Isometry3d>& T_map_input = {});
+map::SemanticMap mapOf(const std::string& path, const io::InputOptions& input, const Job& job,
+                       const std::optional<Eigen::Isometry3d>& T_map_input = {});
 
 /// The MAP operand: a map file, or anything a map can be built of on the fly.
-SemanticMap readMap(const std::string& path, const InputFlags& input, const Job& job);
+map::SemanticMap readMap(const std::string& path, const InputFlags& input, const Job& job);
 
 /// A QUERY operand: what a map, a graph or a recording holds, or a recording yet to be cut.
 struct QueryInput {

@@ -43,12 +43,12 @@ class LearnCommand final : public Command {
     if (!(length_m_ > 0)) throw UsageError(fmt::format("--length = {}, must be > 0", length_m_));
     if (!truth_.empty() && job.operands.size() != 3)
       throw UsageError("--truth is for one RECORDING; put groundtruth.txt into their folders");
-    if (isMapFile(job.operands.back())) {
+    if (map::isMapFile(job.operands.back())) {
       throw UsageError(job.operands.back() +
                        " is a map: the operands are RECORDING... MAP OUT.txt, OUT.txt comes last");
     }
-    AtomicFile out(job.operands.back());
-    const SemanticMap map = readMap(job.operands[job.operands.size() - 2], input_, job);
+    io::AtomicFile out(job.operands.back());
+    const map::SemanticMap map = readMap(job.operands[job.operands.size() - 2], input_, job);
     search::LikelihoodTable learned;
     for (std::size_t i = 0; i + 2 < job.operands.size(); ++i)
       learned.add(learnFrom(job.operands[i], map, job));
@@ -67,7 +67,7 @@ class LearnCommand final : public Command {
   }
 
  private:
-  search::LikelihoodTable learnFrom(const std::string& path, const SemanticMap& map,
+  search::LikelihoodTable learnFrom(const std::string& path, const map::SemanticMap& map,
                                     const Job& job) const {
     const auto recording = openInput(path, input_.parsed(), job);
     std::vector<FrameDigest> frames;
@@ -80,7 +80,7 @@ class LearnCommand final : public Command {
     });
     report.say();
     std::vector<Eigen::Isometry3d> truth;
-    for (const StampedPose& pose : posesOfFrames(truthFileOf(path), numbers))
+    for (const io::StampedPose& pose : io::posesOfFrames(truthFileOf(path), numbers))
       truth.push_back(pose.T_frame_sensor);
     Stopwatch watch;
     const search::LikelihoodTable table =

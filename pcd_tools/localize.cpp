@@ -214,7 +214,7 @@ class LocalizeCommand final : public Command {
 
   ExitCode answerAll(const Job& job) {
     Stopwatch watch;
-    const SemanticMap map = readMap(job.operands.back(), input_, job);
+    const map::SemanticMap map = readMap(job.operands.back(), input_, job);
     const Localizer localizer(map, job.options);
     load_map_ms_ = watch.lap_ms();
     if (!json_) fmt::print("{}\n", tableHeading());

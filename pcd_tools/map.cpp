@@ -40,22 +40,22 @@ class MapCommand final : public Command {
     if (std::filesystem::path(out).extension() != ".xvm")
       throw UsageError(out + ": a map ends with .xvm; the last operand is the map to write");
     const bool exists = std::filesystem::exists(out);
-    if (exists && !isMapFile(out))
+    if (exists && !map::isMapFile(out))
       throw Error(out, "exists and is no map; the last operand is the map to write");
-    requireWritable(out);
+    io::requireWritable(out);
 
-    const MapLock lock(out);
+    const map::MapLock lock(out);
     Stopwatch watch;
-    std::optional<SemanticMap> map;
-    if (append_ && exists) map = loadMap(out);
-    for (SemanticMap& part : build(inputs, map ? &map->labels : nullptr, job)) {
+    std::optional<map::SemanticMap> map;
+    if (append_ && exists) map = map::loadMap(out);
+    for (map::SemanticMap& part : build(inputs, map ? &map->labels : nullptr, job)) {
       if (map)
         appendToMap(*map, part, job.options);
       else
         map = std::move(part);
     }
     job.narrate.stage("map", watch.lap_ms(), fmt::format("{} inputs", inputs.size()));
-    saveMap(out, *map);
+    map::saveMap(out, *map);
     job.narrate.stage("save", watch.lap_ms(), out);
     fmt::print("{}: {} vertices, {} edges, {} key frames, {} points\n", out, map->graph.size(),
                map->graph.edgeCount(), map->poses.size(), map->cloud.size());
@@ -65,16 +65,16 @@ class MapCommand final : public Command {
  private:
   /// One map of all recordings, and one of each graph or map. Inputs that name no classes have
   /// those of the map that they are `added_to`, else of the first recording.
-  std::vector<SemanticMap> build(const std::vector<std::string>& inputs, const LabelSet* added_to,
-                                 const Job& job) const {
-    std::vector<SemanticMap> parts;
+  std::vector<map::SemanticMap> build(const std::vector<std::string>& inputs,
+                                      const LabelSet* added_to, const Job& job) const {
+    std::vector<map::SemanticMap> parts;
     std::vector<std::unique_ptr<FrameSource>> recordings;
-    InputOptions input = added_to ? inputIn(input_, *added_to) : input_.parsed();
+    io::InputOptions input = added_to ? inputIn(input_, *added_to) : input_.parsed();
     for (const std::string& path : inputs) {
       if (!added_to && !recordings.empty()) input.unnamed = recordings.front()->labels();
-      switch (recogniseInput(path, input)) {
-        case InputKind::map:
-        case InputKind::graph:
+      switch (io::recogniseInput(path, input)) {
+        case io::InputKind::map:
+        case io::InputKind::graph:
           parts.push_back(mapOf(path, input, job));
           break;
         default:
@@ -85,11 +85,11 @@ class MapCommand final : public Command {
     return parts;
   }
 
-  SemanticMap buildOfRecordings(const std::vector<std::unique_ptr<FrameSource>>& recordings,
-                                const Job& job) const {
+  map::SemanticMap buildOfRecordings(const std::vector<std::unique_ptr<FrameSource>>& recordings,
+                                     const Job& job) const {
     std::vector<const FrameSource*> sources;
     for (const auto& recording : recordings) sources.push_back(recording.get());
-    SemanticMap map = buildMap(sources, job.options, job.narrate.progress("map"));
+    map::SemanticMap map = buildMap(sources, job.options, job.narrate.progress("map"));
     if (map.graph.empty() && map.plan.sampleCount() == 0) {
       throw Error(recordings.front()->name(),
                   "nothing to make a map of: no blob of any known class");

@@ -62,7 +62,7 @@ bool makeFolder(const std::string& path) {
 }
 
 void writeFile(const std::string& path, const void* data, std::size_t bytes) {
-  AtomicFile file(path);
+  io::AtomicFile file(path);
   file.write(data, bytes);
   file.commit();
 }
@@ -71,17 +71,17 @@ void requireCloudPath(const std::string& path) {
   const std::string ending = endingOf(path);
   if (ending != ".pcd" && ending != ".ply")
     throw UsageError(path + ": a cloud ends with .pcd or .ply");
-  requireWritable(path);
+  io::requireWritable(path);
 }
 
 void writeCloud(const std::string& path, const LabelledCloud& cloud, const LabelSet& labels) {
   if (endingOf(path) == ".pcd")
-    writePcd(path, cloud, &labels);
+    io::writePcd(path, cloud, &labels);
   else
-    writePly(path, cloud, &labels);
+    io::writePly(path, cloud, &labels);
 }
 
-Scene sceneOf(const SemanticMap& map, const std::string& title) {
+Scene sceneOf(const map::SemanticMap& map, const std::string& title) {
   Scene scene;
   scene.title = title;
   scene.labels = &map.labels;
@@ -101,7 +101,7 @@ bool isDrawing(const std::string& path) {
 void requireDrawingPath(const std::string& path) {
   if (!isDrawing(path))
     throw UsageError(path + ": a drawing ends with .png, .html, .vtk, .ply or .pcd");
-  requireWritable(path);
+  io::requireWritable(path);
 }
 
 void writeMesh(const std::string& path, const ColorMesh& mesh) {
@@ -116,8 +116,8 @@ void writeDrawing(const std::string& path, const Scene& scene) {
   if (ending == ".html") return writeFile(path, htmlView(scene));
   const bool has_mesh = has_graph || (!has_cloud && !scene.queries.empty());
   if (has_mesh && ending != ".pcd") return writeMesh(path, meshOf(scene));
-  if (has_cloud && ending == ".pcd") return writePcd(path, *scene.map_cloud, scene.labels);
-  if (has_cloud && ending == ".ply") return writePly(path, *scene.map_cloud, scene.labels);
+  if (has_cloud && ending == ".pcd") return io::writePcd(path, *scene.map_cloud, scene.labels);
+  if (has_cloud && ending == ".ply") return io::writePly(path, *scene.map_cloud, scene.labels);
   throw UsageError(
       path +
       ": a graph is drawn as .png, .html, .vtk or .ply, a cloud as .png, .html, .pcd or .ply");

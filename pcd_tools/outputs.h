@@ -25,7 +25,7 @@ void requireCloudPath(const std::string& path);
 void writeCloud(const std::string& path, const LabelledCloud& cloud, const LabelSet& labels);
 
 /// A picture of a map, which must outlive it.
-Scene sceneOf(const SemanticMap& map, const std::string& title);
+Scene sceneOf(const map::SemanticMap& map, const std::string& title);
 
 /// True if the ending is one that writeDrawing knows: .png, .html, .vtk, .ply, .pcd.
 bool isDrawing(const std::string& path);

@@ -2,7 +2,7 @@
 #include <fmt/core.h>
 
 #include "tool.h"
-#include "xview/io/recording_writer.h"
+#include "xview/io/recording.h"
 #include "xview/sim/recordings.h"
 #include "xview/types/stopwatch.h"
 
@@ -54,8 +54,8 @@ class SimulateCommand final : public Command {
       std::vector<Eigen::Isometry3d> truth;
       for (std::size_t i = 0; i < session->size(); ++i) truth.push_back(session->truth(i));
       const std::string folder = job.operands[0] + "/" + session->name();
-      writeRecording(folder, *session, truth, job.options.threads,
-                     job.narrate.progress(session->name()));
+      io::writeRecording(folder, *session, truth, job.options.threads,
+                         job.narrate.progress(session->name()));
       job.narrate.stage("render", watch.lap_ms(),
                         fmt::format("{}: {} frames", folder, session->size()));
       fmt::print("{}\n", folder);

@@ -35,7 +35,7 @@ void addLabels(const LabelSet& more, LabelSet& labels) {
 }
 
 bool isGraph(const std::string& path) {
-  return fs::path(path).extension() == ".ply" && recogniseInput(path) == InputKind::graph;
+  return fs::path(path).extension() == ".ply" && io::recogniseInput(path) == io::InputKind::graph;
 }
 
 /// The rectangle around a cloud, in the colour of the answer.
@@ -91,9 +91,9 @@ const FrameSource* DrawnAnswers::recordingOf(const std::string& path) {
   if (known != recordings_.end()) return known->second.get();
   std::unique_ptr<FrameSource> recording;
   try {
-    InputOptions whole = input_.parsed();
+    io::InputOptions whole = input_.parsed();
     whole.frames = {};
-    recording = openRecording(path, whole);
+    recording = io::openRecording(path, whole);
   } catch (const Error& e) {
     job_.narrate.note(fmt::format("only the poses of {} are drawn: {}", path, e.what()));
   }
@@ -108,7 +108,7 @@ SceneQuery DrawnAnswers::draw(const Answer& answer) {
   query.poses = {Eigen::Isometry3d::Identity()};  // as if its odometry began there
   if (!fs::exists(answer.input)) return query;
   if (isGraph(answer.input)) {
-    graphs_.push_back(readGraph(answer.input).graph);
+    graphs_.push_back(io::readGraph(answer.input).graph);
     scaleBy(answer.fix.scale, graphs_.back());
     query.graph = &graphs_.back();
   } else if (const FrameSource* recording = recordingOf(answer.input)) {
@@ -169,7 +169,7 @@ class ViewCommand final : public Command {
     const std::string out = takeOut(files);
     requireDrawingPath(out);
     Stopwatch watch;
-    SemanticMap content;  // everything that is shown together, in one frame
+    map::SemanticMap content;  // everything that is shown together, in one frame
     std::vector<SceneQuery> queries;
     DrawnAnswers drawn(input_, voxel_m_, job);
     for (const std::string& file : files) {
@@ -206,11 +206,11 @@ class ViewCommand final : public Command {
     return beside.replace_extension(".png").string();
   }
 
-  void add(const std::string& path, const Job& job, SemanticMap& content) const {
-    switch (recogniseInput(path, input_.parsed())) {
-      case InputKind::map:
-        return addMap(loadMap(path), content);
-      case InputKind::graph: {
+  void add(const std::string& path, const Job& job, map::SemanticMap& content) const {
+    switch (io::recogniseInput(path, input_.parsed())) {
+      case io::InputKind::map:
+        return addMap(map::loadMap(path), content);
+      case io::InputKind::graph: {
         const LabelledGraph file = readLabelledGraph(path, input_.parsed(), job.options);
         addLabels(file.labels, content.labels);
         return append(content.graph, file.graph);
@@ -220,7 +220,7 @@ class ViewCommand final : public Command {
     }
   }
 
-  static void addMap(const SemanticMap& map, SemanticMap& content) {
+  static void addMap(const map::SemanticMap& map, map::SemanticMap& content) {
     addLabels(map.labels, content.labels);
     append(content.graph, map.graph);
     appendCloud(content.cloud, map.cloud);
@@ -228,7 +228,7 @@ class ViewCommand final : public Command {
     content.poses.insert(content.poses.end(), map.poses.begin(), map.poses.end());
   }
 
-  void addRecording(const std::string& path, const Job& job, SemanticMap& content) const {
+  void addRecording(const std::string& path, const Job& job, map::SemanticMap& content) const {
     const auto source = openInput(path, input_.parsed(), job);
     addLabels(source->labels(), content.labels);
     appendCloud(content.cloud, liftAll(*source, job, voxel_m_));

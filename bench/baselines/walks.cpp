@@ -28,7 +28,7 @@ class Walks final : public Baseline {
 
  private:
   Options options_;
-  SemanticMap map_;
+  map::SemanticMap map_;
   Localizer localizer_;
 };
 

@@ -14,7 +14,7 @@ namespace xview {
 /// pose and at wrong poses on the road of the map (heading along it or against it, at least 25 m
 /// off). `T_map_sensor`: true pose of each frame. Windows of `window_m` metres of travel overlap by
 /// two thirds.
-search::LikelihoodTable learnLikelihoods(const SemanticMap& map,
+search::LikelihoodTable learnLikelihoods(const map::SemanticMap& map,
                                          const std::vector<FrameDigest>& frames,
                                          const std::vector<Eigen::Isometry3d>& T_map_sensor,
                                          double window_m, const Options& options);

@@ -35,7 +35,7 @@ struct PoseCheck {
 class Localizer {
  public:
   /// The map must outlive the localizer.
-  Localizer(const SemanticMap& map, const Options& options);
+  Localizer(const map::SemanticMap& map, const Options& options);
   ~Localizer();
 
   /// Throws Error if the labels of the query cannot be those of the map. With options.scale the

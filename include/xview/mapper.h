@@ -9,13 +9,13 @@
 namespace xview {
 
 /// Map of one or more recordings in one common frame. Label sets must agree (Error).
-SemanticMap buildMap(const std::vector<const FrameSource*>& sources, const Options& options,
-                     const Progress& progress = {});
+map::SemanticMap buildMap(const std::vector<const FrameSource*>& sources, const Options& options,
+                          const Progress& progress = {});
 /// Map of a bare graph.
-SemanticMap buildMap(const SemanticGraph& graph, const LabelSet& labels, const std::string& source,
-                     const Options& options);
+map::SemanticMap buildMap(const SemanticGraph& graph, const LabelSet& labels,
+                          const std::string& source, const Options& options);
 
 /// Adds a recording or another map's content to a map in the same frame.
-void appendToMap(SemanticMap& map, const SemanticMap& addition, const Options& options);
+void appendToMap(map::SemanticMap& map, const map::SemanticMap& addition, const Options& options);
 
 }  // namespace xview

@@ -123,6 +123,6 @@ Query makeQuery(const FrameSource& source, const Options& options,
 /// A query from a bare graph.
 Query makeQuery(const SemanticGraph& graph, const LabelSet& labels, const Options& options);
 /// A query from a saved session: everything the map knows, answered for its last key frame.
-Query makeQuery(SemanticMap map, const Options& options);
+Query makeQuery(map::SemanticMap map, const Options& options);
 
 }  // namespace xview

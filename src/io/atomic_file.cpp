@@ -12,7 +12,7 @@
 
 #include "xview/types/error.h"
 
-namespace xview {
+namespace xview::io {
 namespace {
 
 constexpr std::size_t kBufferBytes = std::size_t{1} << 20;
@@ -102,4 +102,4 @@ void requireWritable(const std::string& path) {
   AtomicFile{path};
 }
 
-}  // namespace xview
+}  // namespace xview::io

@@ -12,7 +12,7 @@
 #include "point_table.h"
 #include "xview/io/atomic_file.h"
 
-namespace xview {
+namespace xview::io {
 namespace {
 
 /// Collects points that arrive in double precision. The first coordinate beyond `far_m` makes that
@@ -325,4 +325,4 @@ LabelledCloud readKittiScan(const std::string& bin_path, const std::string& labe
   }
 }
 
-}  // namespace xview
+}  // namespace xview::io

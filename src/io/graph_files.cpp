@@ -10,7 +10,7 @@
 #include "point_table.h"
 #include "xview/io/atomic_file.h"
 
-namespace xview {
+namespace xview::io {
 namespace {
 
 using Edges = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
@@ -217,4 +217,4 @@ void writeGraph(const std::string& path, const SemanticGraph& graph, const Label
   file.commit();
 }
 
-}  // namespace xview
+}  // namespace xview::io

@@ -16,7 +16,7 @@
 #include "input_file.h"
 #include "xview/types/error.h"
 
-namespace xview {
+namespace xview::io {
 namespace {
 
 using Byte = unsigned char;
@@ -416,4 +416,4 @@ Image<float> readPfm(const std::string& path) {
   return image;
 }
 
-}  // namespace xview
+}  // namespace xview::io

@@ -10,7 +10,7 @@
 #include "xview/types/image.h"
 #include "xview/types/labels.h"
 
-namespace xview {
+namespace xview::io {
 
 /// A PNG, TIFF or EXR exactly as stored: no conversion of depth or channels (colours are in
 /// OpenCV's order B G R). Throws Error, also for PNGs of 1, 2 or 4 bits and with a palette, whose
@@ -64,4 +64,4 @@ PngHeader checkPng(const std::string& path, const std::vector<unsigned char>& by
 /// palette, transparent colour) or if its data cannot be unpacked.
 cv::Mat decodePng(const PngHeader& header, const std::vector<unsigned char>& bytes);
 
-}  // namespace xview
+}  // namespace xview::io

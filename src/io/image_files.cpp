@@ -13,7 +13,7 @@
 #include "xview/types/error.h"
 #include "yaml_file.h"
 
-namespace xview {
+namespace xview::io {
 namespace {
 
 void dropImpossible(DepthImage& depth) {
@@ -168,4 +168,4 @@ void writeCamera(const std::string& path, const Camera& camera) {
   file.commit();
 }
 
-}  // namespace xview
+}  // namespace xview::io

@@ -13,7 +13,7 @@
 
 #include "xview/types/error.h"
 
-namespace xview {
+namespace xview::io {
 namespace {
 
 constexpr std::size_t kBufferBytes = std::size_t{1} << 18;
@@ -162,4 +162,4 @@ std::optional<std::int64_t> asInteger(std::string_view word) {
   return parseWord(word, value) == std::errc() ? std::optional<std::int64_t>(value) : std::nullopt;
 }
 
-}  // namespace xview
+}  // namespace xview::io

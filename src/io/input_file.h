@@ -9,7 +9,7 @@
 #include <system_error>
 #include <vector>
 
-namespace xview {
+namespace xview::io {
 
 /// A regular file that is read once from front to back, by lines and by bytes, through one small
 /// buffer. Its size is known before anything is read, so that headers can be checked against it.
@@ -79,4 +79,4 @@ std::optional<Enum> enumeratorNamed(std::string_view name, Enum last) {
   return std::nullopt;
 }
 
-}  // namespace xview
+}  // namespace xview::io

@@ -11,7 +11,7 @@
 #include "xview/types/nearest_word.h"
 #include "yaml_file.h"
 
-namespace xview {
+namespace xview::io {
 namespace {
 
 const std::vector<std::string> kClassKeys = {"id", "name", "color", "role", "kind", "static"};
@@ -137,4 +137,4 @@ std::optional<LabelSet> namedLabels(const std::string& chosen, const std::string
   return std::nullopt;
 }
 
-}  // namespace xview
+}  // namespace xview::io

@@ -9,7 +9,7 @@
 #include "xview/io/pose_files.h"
 #include "xview/types/error.h"
 
-namespace xview {
+namespace xview::io {
 namespace {
 
 namespace fs = std::filesystem;
@@ -278,4 +278,4 @@ LabelSet semanticKittiLabels(const LabelCounts& counts, const InputOptions& opti
   return shippedLabelSet(from_1 >= from_0 ? "semantic_kitti_train_1" : "semantic_kitti_train_0");
 }
 
-}  // namespace xview
+}  // namespace xview::io

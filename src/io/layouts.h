@@ -10,7 +10,7 @@
 #include "input_file.h"
 #include "xview/io/recording.h"
 
-namespace xview {
+namespace xview::io {
 
 /// A frame before it is read.
 struct ListedFrame {
@@ -123,4 +123,4 @@ LabelSet labelsOfIds(const LabelCounts& counts, const InputOptions& options);
 /// LabelSet::name() tells which.
 LabelSet semanticKittiLabels(const LabelCounts& counts, const InputOptions& options);
 
-}  // namespace xview
+}  // namespace xview::io

@@ -9,7 +9,7 @@
 #include "xview/io/label_files.h"
 #include "xview/types/error.h"
 
-namespace xview {
+namespace xview::io {
 namespace {
 
 namespace fs = std::filesystem;
@@ -143,4 +143,4 @@ RecordingListing listCloudFolder(const std::string& folder, const InputOptions& 
   return listing;
 }
 
-}  // namespace xview
+}  // namespace xview::io

@@ -11,7 +11,7 @@
 #include "input_file.h"
 #include "xview/io/cloud_files.h"
 
-namespace xview {
+namespace xview::io {
 
 // PCD and PLY files in one form: elements (points, vertices, edges), each a table of typed columns.
 
@@ -131,4 +131,4 @@ class ChosenColumns {
   std::vector<std::size_t> columns_;
 };
 
-}  // namespace xview
+}  // namespace xview::io

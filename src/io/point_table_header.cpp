@@ -7,7 +7,7 @@
 
 #include "point_table.h"
 
-namespace xview {
+namespace xview::io {
 namespace {
 
 using Words = std::vector<std::string_view>;
@@ -413,4 +413,4 @@ std::optional<LabelSet> readClassComments(const std::vector<std::string>& commen
   return labels;
 }
 
-}  // namespace xview
+}  // namespace xview::io

@@ -8,7 +8,7 @@
 
 #include "point_table.h"
 
-namespace xview {
+namespace xview::io {
 namespace {
 
 static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "binary files are read by copying bytes");
@@ -437,4 +437,4 @@ std::uint32_t ChosenColumns::id(const Slot& slot, const double* values, const Ro
   return static_cast<std::uint32_t>(value);
 }
 
-}  // namespace xview
+}  // namespace xview::io

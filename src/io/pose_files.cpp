@@ -12,7 +12,7 @@
 #include "xview/types/localization.h"
 #include "xview/types/pose.h"
 
-namespace xview {
+namespace xview::io {
 namespace {
 
 std::string shortNumber(double value) {
@@ -168,4 +168,4 @@ void writePoseGraph(const std::string& path, const PoseGraph& graph) {
   file.commit();
 }
 
-}  // namespace xview
+}  // namespace xview::io

@@ -12,7 +12,7 @@
 #include "xview/types/median.h"
 #include "xview/types/nearest_word.h"
 
-namespace xview {
+namespace xview::io {
 namespace {
 
 namespace fs = std::filesystem;
@@ -244,4 +244,4 @@ std::unique_ptr<FrameSource> openRecording(const std::string& path, const InputO
   return makeRecording(path, listKind(path, kind, options), options.frames);
 }
 
-}  // namespace xview
+}  // namespace xview::io

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/io/recording_writer.h"
+#include "xview/io/recording.h"
 
 #include <fmt/core.h>
 
@@ -13,7 +13,7 @@
 #include "xview/types/error.h"
 #include "xview/types/parallel.h"
 
-namespace xview {
+namespace xview::io {
 namespace {
 
 void makeFolder(const std::string& path) {
@@ -150,4 +150,4 @@ void writeRecording(const std::string& folder, const FrameSource& source,
   }
 }
 
-}  // namespace xview
+}  // namespace xview::io

@@ -6,7 +6,7 @@
 #include "xview/io/label_files.h"
 #include "xview/types/error.h"
 
-namespace xview {
+namespace xview::io {
 namespace {
 
 namespace fs = std::filesystem;
@@ -106,4 +106,4 @@ RecordingListing listSemanticKitti(const std::string& path, const InputOptions& 
   return listing;
 }
 
-}  // namespace xview
+}  // namespace xview::io

@@ -8,7 +8,7 @@
 #include "xview/types/error.h"
 #include "xview/types/nearest_word.h"
 
-namespace xview {
+namespace xview::io {
 namespace {
 
 constexpr std::uint64_t kMaxBytes = 4 << 20;
@@ -89,4 +89,4 @@ bool YamlFile::boolean(const YAML::Node& node, const std::string& what) const {
   return value;
 }
 
-}  // namespace xview
+}  // namespace xview::io

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace xview {
+namespace xview::io {
 
 /// A parsed YAML text with the name that its error messages start with.
 class YamlFile {
@@ -35,4 +35,4 @@ class YamlFile {
   YAML::Node root_;
 };
 
-}  // namespace xview
+}  // namespace xview::io

@@ -13,7 +13,7 @@
 #include "map_tiles.h"
 #include "xview/types/pose.h"
 
-namespace xview {
+namespace xview::map {
 namespace {
 
 // ---- columns behind the key, in the order of the table
@@ -394,4 +394,4 @@ MapSummary readSummary(SQLite::Database& database) {
   return summary;
 }
 
-}  // namespace xview
+}  // namespace xview::map

@@ -8,7 +8,7 @@
 
 #include "xview/map/map_store.h"
 
-namespace xview {
+namespace xview::map {
 
 /// Fills the empty tables of a schema ("main", or an attached one). Throws std::logic_error if
 /// the map cannot be written as it is.
@@ -37,4 +37,4 @@ void forgetRevisions(SQLite::Database& database);
 /// Oldest first.
 std::vector<std::string> revisionNotes(SQLite::Database& database);
 
-}  // namespace xview
+}  // namespace xview::map

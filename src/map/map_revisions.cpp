@@ -7,7 +7,7 @@
 #include "map_content.h"
 #include "map_tables.h"
 
-namespace xview {
+namespace xview::map {
 namespace {
 
 bool hasRevisions(SQLite::Database& database) { return database.tableExists("undo_steps"); }
@@ -109,4 +109,4 @@ std::vector<std::string> revisionNotes(SQLite::Database& database) {
   return notes;
 }
 
-}  // namespace xview
+}  // namespace xview::map

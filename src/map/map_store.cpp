@@ -22,7 +22,7 @@
 #include "xview/types/error.h"
 #include "xview/types/unfinished_file.h"
 
-namespace xview {
+namespace xview::map {
 namespace {
 
 namespace fs = std::filesystem;
@@ -287,4 +287,4 @@ MapLock::~MapLock() {
   if (descriptor_ >= 0) close(descriptor_);
 }
 
-}  // namespace xview
+}  // namespace xview::map

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstring>
 
-namespace xview {
+namespace xview::map {
 namespace {
 
 std::string definitionOf(const MapTable& table, const std::string& name) {
@@ -193,4 +193,4 @@ void RowReader::verify(std::int64_t expected_hash) const {
   if (hash_.value() != expected_hash) throw Damage("table " + table_ + " is not as it was written");
 }
 
-}  // namespace xview
+}  // namespace xview::map

@@ -12,7 +12,7 @@
 
 #include "packed_bytes.h"
 
-namespace xview {
+namespace xview::map {
 
 constexpr std::uint32_t kMapApplicationId = 0x78766D70;  // "xvmp"
 constexpr int kMapSchemaVersion = 1;
@@ -124,4 +124,4 @@ class RowReader {
   ContentHash hash_;
 };
 
-}  // namespace xview
+}  // namespace xview::map

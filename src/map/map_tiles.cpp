@@ -10,7 +10,7 @@
 #include <map>
 #include <tuple>
 
-namespace xview {
+namespace xview::map {
 namespace {
 
 // ---- clouds
@@ -200,4 +200,4 @@ void setEdges(const std::vector<EdgeBlock>& blocks, SemanticGraph& graph) {
   }
 }
 
-}  // namespace xview
+}  // namespace xview::map

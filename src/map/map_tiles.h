@@ -10,7 +10,7 @@
 #include "xview/types/labelled_cloud.h"
 #include "xview/types/plan_view.h"
 
-namespace xview {
+namespace xview::map {
 
 // The bulk of a map in pieces, each one row of a table. columns() lists what stands behind the key,
 // in the order of the table, for writing and for reading.
@@ -89,4 +89,4 @@ inline std::int64_t tileId(std::int64_t x, std::int64_t y, std::int64_t z = 0) {
 }
 inline bool isTileIndex(std::int64_t i) { return i >= -kTileIndexBias && i < kTileIndexBias; }
 
-}  // namespace xview
+}  // namespace xview::map

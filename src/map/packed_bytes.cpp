@@ -5,7 +5,7 @@
 
 #include <new>
 
-namespace xview {
+namespace xview::map {
 namespace {
 
 constexpr std::size_t kSizeBytes = 4;
@@ -88,4 +88,4 @@ std::int64_t toSteps(double metres, const char* what) {
   return std::llround(metres * kStoredSteps);
 }
 
-}  // namespace xview
+}  // namespace xview::map

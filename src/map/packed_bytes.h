@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace xview {
+namespace xview::map {
 
 /// The bytes of a map file contradict themselves. Becomes an Error with the path at the border of
 /// the folder.
@@ -74,4 +74,4 @@ inline std::int64_t floorDivide(std::int64_t a, std::int64_t b) {
   return a / b - (a % b < 0 ? 1 : 0);
 }
 
-}  // namespace xview
+}  // namespace xview::map

@@ -14,7 +14,7 @@
 
 #include "map_tiles.h"
 
-namespace xview {
+namespace xview::map {
 namespace {
 
 constexpr std::int64_t kSide = 64;
@@ -243,4 +243,4 @@ std::string channelNames() {
   return names;
 }
 
-}  // namespace xview
+}  // namespace xview::map

@@ -96,7 +96,7 @@ void explainSamples(const PlanView& map, const Query& query, const search::Field
   }
 }
 
-void explainVertices(const SemanticMap& map, const Query& query,
+void explainVertices(const map::SemanticMap& map, const Query& query,
                      const std::vector<Correspondence>& kept, const Eigen::Isometry3d& T_map_query,
                      Explanation& explanation) {
   for (const Correspondence& c : kept) {

@@ -12,7 +12,7 @@ void explainSamples(const PlanView& map, const Query& query, const search::Field
                     const Eigen::Isometry3d& T_map_query, Explanation& explanation);
 
 /// Adds pairs of vertices that a pose brings together.
-void explainVertices(const SemanticMap& map, const Query& query,
+void explainVertices(const map::SemanticMap& map, const Query& query,
                      const std::vector<Correspondence>& kept, const Eigen::Isometry3d& T_map_query,
                      Explanation& explanation);
 

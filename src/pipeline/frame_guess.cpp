@@ -70,9 +70,10 @@ Eigen::AlignedBox2d boxOf(const Query& query) {
 
 }  // namespace
 
-std::optional<SemanticMap> uprightMap(const SemanticMap& map, const Eigen::Quaterniond& R_up) {
+std::optional<map::SemanticMap> uprightMap(const map::SemanticMap& map,
+                                           const Eigen::Quaterniond& R_up) {
   if (!isTurn(R_up)) return std::nullopt;
-  SemanticMap turned = map;
+  map::SemanticMap turned = map;
   turn(R_up, turned.graph, turned.cloud, turned.plan);
   for (Eigen::Isometry3d& T : turned.poses) T = R_up * T;
   return turned;

@@ -18,7 +18,8 @@ struct FrameGuess {
 };
 
 /// The map in a gravity-aligned frame; nothing if its own is one.
-std::optional<SemanticMap> uprightMap(const SemanticMap& map, const Eigen::Quaterniond& R_up);
+std::optional<map::SemanticMap> uprightMap(const map::SemanticMap& map,
+                                           const Eigen::Quaterniond& R_up);
 
 /// The query with every length times `scale`, about the origin of its frame.
 Query scaledQuery(const Query& query, double scale);

@@ -85,7 +85,7 @@ std::vector<Eigen::Isometry3d> wrongPoses(const Travel& map, const Travel& query
 
 }  // namespace
 
-search::LikelihoodTable learnLikelihoods(const SemanticMap& map,
+search::LikelihoodTable learnLikelihoods(const map::SemanticMap& map,
                                          const std::vector<FrameDigest>& frames,
                                          const std::vector<Eigen::Isometry3d>& T_map_sensor,
                                          double window_m, const Options& options) {

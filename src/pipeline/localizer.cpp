@@ -47,7 +47,7 @@ void requireKnownLabels(const LabelSet& map, const LabelSet& query) {
   }
 }
 
-std::vector<Eigen::Vector3d> trajectoryOf(const SemanticMap& map) {
+std::vector<Eigen::Vector3d> trajectoryOf(const map::SemanticMap& map) {
   std::vector<Eigen::Vector3d> path;
   for (const Eigen::Isometry3d& T : map.poses) path.push_back(T.translation());
   return path;
@@ -135,7 +135,7 @@ bool isElsewhere(const Query& query, const TriedFrame& a, const TriedFrame& b) {
 
 /// What is made once per map, and the steps of a localization. The map stands upright here.
 struct Localizer::Index {
-  Index(const SemanticMap& given, const Options& all_options)
+  Index(const map::SemanticMap& given, const Options& all_options)
       : options(all_options),
         gravity(gravityOf(given, options.gravity)),
         turned(uprightMap(given, gravity.upright)),
@@ -204,8 +204,8 @@ struct Localizer::Index {
 
   const Options options;
   const Gravity gravity;  ///< of the caller's map
-  const std::optional<SemanticMap> turned;
-  const SemanticMap& map;
+  const std::optional<map::SemanticMap> turned;
+  const map::SemanticMap& map;
   const PlacePrior prior;
   const std::optional<ScaleRange> scales;
   const WalkMatcher walks;
@@ -535,7 +535,7 @@ std::vector<PoseCheck> Localizer::Index::check(const Query& given,
   return checked;
 }
 
-Localizer::Localizer(const SemanticMap& map, const Options& options)
+Localizer::Localizer(const map::SemanticMap& map, const Options& options)
     : index_(std::make_unique<Index>(map, options)) {}
 Localizer::~Localizer() = default;
 

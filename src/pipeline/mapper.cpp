@@ -29,12 +29,12 @@ void requireSameLabels(const LabelSet& a, const std::string& name_a, const Label
 }
 
 /// What messages call it.
-std::string nameOf(const SemanticMap& addition) {
+std::string nameOf(const map::SemanticMap& addition) {
   return addition.sources.empty() ? "addition" : addition.sources.front();
 }
 
 /// Edges found in images and edges of a radius say different things of the same vertices.
-void requireSameSpace(const SemanticMap& map, const SemanticMap& addition) {
+void requireSameSpace(const map::SemanticMap& map, const map::SemanticMap& addition) {
   if (map.graph.space == addition.graph.space || map.graph.empty() || addition.graph.empty())
     return;
   throw Error(nameOf(addition), std::string("its graph_space is ") +
@@ -54,8 +54,8 @@ void appendCloud(LabelledCloud& cloud, const LabelledCloud& addition, double vox
 
 }  // namespace
 
-SemanticMap buildMap(const std::vector<const FrameSource*>& sources, const Options& options,
-                     const Progress& progress) {
+map::SemanticMap buildMap(const std::vector<const FrameSource*>& sources, const Options& options,
+                          const Progress& progress) {
   std::size_t total = 0, done = 0;
   for (const FrameSource* source : sources) {
     total += source->size();
@@ -64,7 +64,7 @@ SemanticMap buildMap(const std::vector<const FrameSource*>& sources, const Optio
   }
   if (progress) progress(0, total);
   PlaceBuilder place(sources[0]->labels(), options, PlaceUse::map);
-  SemanticMap map;
+  map::SemanticMap map;
   for (const FrameSource* source : sources) {
     digestRecording(*source, options, [&](FrameDigest frame) {
       place.add(std::move(frame));
@@ -78,9 +78,9 @@ SemanticMap buildMap(const std::vector<const FrameSource*>& sources, const Optio
   return map;
 }
 
-SemanticMap buildMap(const SemanticGraph& graph, const LabelSet& labels, const std::string& source,
-                     const Options& options) {
-  SemanticMap map;
+map::SemanticMap buildMap(const SemanticGraph& graph, const LabelSet& labels,
+                          const std::string& source, const Options& options) {
+  map::SemanticMap map;
   map.labels = labels;
   map.graph = graph;
   if (graph.edgeCount() == 0) graph::connectByRadius(map.graph, options.edges);
@@ -89,7 +89,7 @@ SemanticMap buildMap(const SemanticGraph& graph, const LabelSet& labels, const s
   return map;
 }
 
-void appendToMap(SemanticMap& map, const SemanticMap& addition, const Options& options) {
+void appendToMap(map::SemanticMap& map, const map::SemanticMap& addition, const Options& options) {
   if (map.labels != addition.labels) {
     throw Error(nameOf(addition), "its classes (label set '" + addition.labels.name() +
                                       "') are not those of the map ('" + map.labels.name() + "')");

@@ -201,7 +201,7 @@ Query makeQuery(const SemanticGraph& graph, const LabelSet& labels, const Option
   return query;
 }
 
-Query makeQuery(SemanticMap map, const Options& options) {
+Query makeQuery(map::SemanticMap map, const Options& options) {
   Query query = static_cast<Place&&>(map);
   query.gravity = gravityOf(query, options.gravity);
   query.sensor = Sensor::cloud;

@@ -126,7 +126,7 @@ struct PoseRefinement::Step {
   }
 };
 
-PoseRefinement::PoseRefinement(const SemanticMap& map, const Options& options)
+PoseRefinement::PoseRefinement(const map::SemanticMap& map, const Options& options)
     : map_(map), options_(options), plan_(map.plan) {
   if (!options.refine.enabled || map.cloud.empty()) return;
   distributions_.emplace(map.cloud, map.labels, map.poses, options.refine);
@@ -162,9 +162,8 @@ void PoseRefinement::useClouds(Step& step) const {
   const Query& query = step.query;
   pose::RefineOptions options = options_.refine;
   options.tilt_sigma_deg = std::hypot(options.tilt_sigma_deg, step.up_sigma_rad * 180 / M_PI);
-  const pose::Refinement refined = pose::refine(
-      *distributions_, {query.cloud, query.poses},
-      query.labels, step.pose.T_map_query, options);
+  const pose::Refinement refined = pose::refine(*distributions_, {query.cloud, query.poses},
+                                                query.labels, step.pose.T_map_query, options);
   if (!refined.converged || !step.keepsScore(refined.T_map_query, kScoreKept)) return;
   step.pose.T_map_query = refined.T_map_query;
   step.pose.covariance = refined.covariance;

@@ -27,7 +27,7 @@ struct RefinedPose {
 class PoseRefinement {
  public:
   /// All must outlive the refinement.
-  PoseRefinement(const SemanticMap& map, const Options& options);
+  PoseRefinement(const map::SemanticMap& map, const Options& options);
 
   /// `in_field`: the query as a field of views from above sees it; null if it has none.
   /// `up_sigma_rad` is the error of up in query and map where it was measured.
@@ -42,7 +42,7 @@ class PoseRefinement {
   void useClouds(Step& step) const;
   void usePlans(Step& step) const;
 
-  const SemanticMap& map_;
+  const map::SemanticMap& map_;
   const Options& options_;
   PlanRegistration plan_;
   std::optional<pose::DistributionMap> distributions_;  ///< of a map with a cloud

@@ -87,7 +87,7 @@ TEST(EuclideanClusters, AreThoseOfPclOnLatticesAtTheTolerance) {
 
 TEST(EuclideanClusters, AreThoseOfPclOnAScan) {
   XVIEW_REQUIRE_DATA(data, "kitti00/map");
-  const auto scans = openRecording(data);
+  const auto scans = io::openRecording(data);
   for (const auto& [label, points] : pointsByClass(scans->read(0), scans->labels())) {
     expectAsPcl(points, 0.5f, 20);
   }
@@ -95,7 +95,7 @@ TEST(EuclideanClusters, AreThoseOfPclOnAScan) {
 
 TEST(EuclideanClusters, AreThoseOfPclOnRenderedFrames) {
   XVIEW_REQUIRE_DATA(data, "suburb_clean/forward");
-  const auto frames = openRecording(data);
+  const auto frames = io::openRecording(data);
   for (const std::size_t index : {0u, 60u}) {
     for (const auto& [label, points] : pointsByClass(frames->read(index), frames->labels())) {
       expectAsPcl(points, 0.5f, 20);

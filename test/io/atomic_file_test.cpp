@@ -14,7 +14,7 @@
 #include "support/test_data.h"
 #include "xview/types/error.h"
 
-namespace xview {
+namespace xview::io {
 namespace {
 
 std::string contentOf(const std::string& path) {
@@ -133,4 +133,4 @@ TEST(AtomicFile, AMissingFolderAndAFolderAsTargetAreErrors) {
 }
 
 }  // namespace
-}  // namespace xview
+}  // namespace xview::io

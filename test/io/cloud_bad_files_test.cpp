@@ -16,7 +16,7 @@
 #include "xview/io/cloud_files.h"
 #include "xview/io/graph_files.h"
 
-namespace xview {
+namespace xview::io {
 namespace {
 
 namespace fs = std::filesystem;
@@ -388,4 +388,4 @@ TEST(OddCloudFiles, NoFileTakesMoreMemoryThanItHasBytes) {
 }
 
 }  // namespace
-}  // namespace xview
+}  // namespace xview::io

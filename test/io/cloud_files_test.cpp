@@ -10,7 +10,7 @@
 #include "small_files.h"
 #include "support/test_data.h"
 
-namespace xview {
+namespace xview::io {
 namespace {
 
 using test::errorOf;
@@ -437,4 +437,4 @@ TEST_F(CloudFiles, AFieldRingThatIsNoBeamIsNobodysBusiness) {
 }
 
 }  // namespace
-}  // namespace xview
+}  // namespace xview::io

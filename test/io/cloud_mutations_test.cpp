@@ -9,7 +9,7 @@
 #include "xview/io/graph_files.h"
 #include "xview/types/random.h"
 
-namespace xview {
+namespace xview::io {
 namespace {
 
 using test::raw;
@@ -147,4 +147,4 @@ TEST(MutatedFiles, EveryTruncationOfABinaryFileIsAnError) {
 }
 
 }  // namespace
-}  // namespace xview
+}  // namespace xview::io

@@ -8,7 +8,7 @@
 #include "xview/io/cloud_files.h"
 #include "xview/types/random.h"
 
-namespace xview {
+namespace xview::io {
 namespace {
 
 LabelledCloud someCloud() {
@@ -80,4 +80,4 @@ TEST(PclPrograms, WriteFilesThatWeRead) {
 }
 
 }  // namespace
-}  // namespace xview
+}  // namespace xview::io

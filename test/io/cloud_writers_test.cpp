@@ -11,7 +11,7 @@
 #include "xview/io/recording.h"
 #include "xview/types/random.h"
 
-namespace xview {
+namespace xview::io {
 namespace {
 
 using Writer = void (*)(const std::string&, const LabelledCloud&, const LabelSet*);
@@ -192,4 +192,4 @@ TEST(CloudWriterColors, PlyHasThemAsBytes) {
 }
 
 }  // namespace
-}  // namespace xview
+}  // namespace xview::io

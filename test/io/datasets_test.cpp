@@ -12,7 +12,7 @@
 #include "xview/io/recording.h"
 #include "xview/types/error.h"
 
-namespace xview {
+namespace xview::io {
 namespace {
 
 using test::messageOf;
@@ -428,4 +428,4 @@ TEST_F(Carla, WithDepthInOneChannelSaysWhatIsExpected) {
 }
 
 }  // namespace
-}  // namespace xview
+}  // namespace xview::io

@@ -7,7 +7,7 @@
 #include "support/test_data.h"
 #include "xview/types/random.h"
 
-namespace xview {
+namespace xview::io {
 namespace {
 
 using test::errorOf;
@@ -211,4 +211,4 @@ TEST(RecordedGraphs, LoadWithAllDigitsAndInstances) {
 }
 
 }  // namespace
-}  // namespace xview
+}  // namespace xview::io

@@ -12,7 +12,7 @@
 #include "support/test_data.h"
 #include "xview/types/error.h"
 
-namespace xview {
+namespace xview::io {
 namespace {
 
 using test::messageOf;
@@ -229,4 +229,4 @@ TEST_F(ImageFiles, CameraSaysAllThatIsMissingAndWhereTheRestIsWrong) {
 }
 
 }  // namespace
-}  // namespace xview
+}  // namespace xview::io

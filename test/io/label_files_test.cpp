@@ -7,7 +7,7 @@
 #include "support/test_data.h"
 #include "xview/types/error.h"
 
-namespace xview {
+namespace xview::io {
 namespace {
 
 using test::messageOf;
@@ -155,4 +155,4 @@ TEST(ShippedLabelSets, APathIsAFileThatIsMissingNotAMisspeltName) {
 }
 
 }  // namespace
-}  // namespace xview
+}  // namespace xview::io

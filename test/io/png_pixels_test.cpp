@@ -10,7 +10,7 @@
 #include "small_files.h"
 #include "xview/types/random.h"
 
-namespace xview {
+namespace xview::io {
 namespace {
 
 std::vector<unsigned char> asBytes(const std::string& text) { return {text.begin(), text.end()}; }
@@ -144,4 +144,4 @@ TEST(PngPixels, ThatAreTooFewOrHaveAnUnknownFilterAreNone) {
 }
 
 }  // namespace
-}  // namespace xview
+}  // namespace xview::io

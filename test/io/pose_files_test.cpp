@@ -13,7 +13,7 @@
 #include "xview/types/pose.h"
 #include "xview/types/random.h"
 
-namespace xview {
+namespace xview::io {
 namespace {
 
 using test::messageOf;
@@ -161,4 +161,4 @@ TEST(MatrixFile, FolderThatDoesNotExistIsAnErrorWithThePath) {
 }
 
 }  // namespace
-}  // namespace xview
+}  // namespace xview::io

@@ -13,7 +13,7 @@
 #include "xview/types/localization.h"
 #include "xview/types/random.h"
 
-namespace xview {
+namespace xview::io {
 namespace {
 
 using Vector6d = Eigen::Matrix<double, 6, 1>;
@@ -160,4 +160,4 @@ TEST(PoseGraphFile, EdgeToNowhereThrowsAndLeavesNothing) {
 }
 
 }  // namespace
-}  // namespace xview
+}  // namespace xview::io

@@ -6,7 +6,7 @@
 #include "support/test_data.h"
 #include "xview/io/recording.h"
 
-namespace xview {
+namespace xview::io {
 namespace {
 
 TEST(RecordedData, SuburbOpensWithItsFramesPosesAndClasses) {
@@ -76,4 +76,4 @@ TEST(RecordedData, BareObjectMapsAreGraphsAndClustersAreClouds) {
 }
 
 }  // namespace
-}  // namespace xview
+}  // namespace xview::io

@@ -18,8 +18,8 @@ class RecordingFolder : public ::testing::Test {
     writeBytes(folder_ / name, bytes);
     return folder_ / name;
   }
-  std::string openMessage(const std::string& path, const InputOptions& options = {}) const {
-    return messageOf([&] { openRecording(path, options); });
+  std::string openMessage(const std::string& path, const io::InputOptions& options = {}) const {
+    return messageOf([&] { io::openRecording(path, options); });
   }
 
   TemporaryFolder folder_;

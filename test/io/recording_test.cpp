@@ -11,7 +11,7 @@
 #include "xview/types/error.h"
 #include "xview/types/parallel.h"
 
-namespace xview {
+namespace xview::io {
 namespace {
 
 namespace fs = std::filesystem;
@@ -350,4 +350,4 @@ TEST(ToString, NamesEveryKindOnceAndReadsItBack) {
 }
 
 }  // namespace
-}  // namespace xview
+}  // namespace xview::io

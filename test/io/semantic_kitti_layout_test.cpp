@@ -8,7 +8,7 @@
 #include "support/clouds.h"
 #include "xview/io/cloud_files.h"
 
-namespace xview {
+namespace xview::io {
 namespace {
 
 namespace fs = std::filesystem;
@@ -175,4 +175,4 @@ TEST(RecordedKittiScan, HasItsClasses) {
 }
 
 }  // namespace
-}  // namespace xview
+}  // namespace xview::io

@@ -13,7 +13,7 @@
 #include "xview/types/error.h"
 #include "xview/types/random.h"
 
-namespace xview {
+namespace xview::map {
 namespace {
 
 namespace fs = std::filesystem;
@@ -193,4 +193,4 @@ TEST_F(DamagedMap, CountsThatLieDoNotCostMemory) {
 }
 
 }  // namespace
-}  // namespace xview
+}  // namespace xview::map

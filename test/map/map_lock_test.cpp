@@ -12,7 +12,7 @@
 #include "map/sample_map.h"
 #include "support/test_data.h"
 
-namespace xview {
+namespace xview::map {
 namespace {
 
 TEST(MapLock, TheSecondWaitsForTheFirst) {
@@ -53,4 +53,4 @@ TEST(MapLock, AMapThatIsNotThereIsNotHeld) {
 }
 
 }  // namespace
-}  // namespace xview
+}  // namespace xview::map

@@ -15,7 +15,7 @@
 #include "support/test_data.h"
 #include "xview/types/error.h"
 
-namespace xview {
+namespace xview::map {
 namespace {
 
 using test::isSame;
@@ -270,4 +270,4 @@ TEST(MapStore, EveryMessageBeginsWithThePath) {
 }
 
 }  // namespace
-}  // namespace xview
+}  // namespace xview::map

@@ -17,7 +17,7 @@
 #include "xview/map/map_store.h"
 #include "xview/types/error.h"
 
-namespace xview {
+namespace xview::map {
 namespace {
 
 namespace fs = std::filesystem;
@@ -258,4 +258,4 @@ TEST_F(MapTransaction, RevisionNeedsAMap) {
 }
 
 }  // namespace
-}  // namespace xview
+}  // namespace xview::map

@@ -6,8 +6,7 @@
 #include <cstdint>
 #include <limits>
 
-
-namespace xview {
+namespace xview::map {
 namespace {
 
 TEST(PackedBytes, IntegersComeBackFromEndToEnd) {
@@ -64,4 +63,4 @@ TEST(PackedBytes, ABlockThatLiesAboutItsSizeIsDamage) {
 }
 
 }  // namespace
-}  // namespace xview
+}  // namespace xview::map

@@ -89,7 +89,7 @@ LabelledCloud sampleCloud(Random& random) {
   return cloud;
 }
 
-void addSampleKeyframe(std::int64_t number, Random& random, SemanticMap& map) {
+void addSampleKeyframe(std::int64_t number, Random& random, map::SemanticMap& map) {
   const double stamp_s = 1.6e9 + random.uniform();
   map.addKeyframe(
       poseFromYaw({random.normal(), random.normal(), random.normal()}, random.uniform(-3, 3)),
@@ -100,9 +100,9 @@ std::vector<float> keyOf(const PlanSample& s) { return {s.x, s.y, s.z}; }
 
 }  // namespace
 
-SemanticMap sampleMap(std::uint64_t seed) {
+map::SemanticMap sampleMap(std::uint64_t seed) {
   Random random(seed);
-  SemanticMap map;
+  map::SemanticMap map;
   map.labels = sampleLabels();
   map.graph = sampleGraph(random);
   map.plan = samplePlan(random);
@@ -202,7 +202,7 @@ bool isSame(const LabelledCloud& a, const LabelledCloud& b) {
                                             });
 }
 
-bool isSame(const SemanticMap& a, const SemanticMap& b) {
+bool isSame(const map::SemanticMap& a, const map::SemanticMap& b) {
   return isSame(a.labels, b.labels) && isSame(a.graph, b.graph) && isSame(a.plan, b.plan) &&
          isSame(a.cloud, b.cloud) && a.sources == b.sources && a.options_yaml == b.options_yaml &&
          a.frames == b.frames && a.stamps_s == b.stamps_s && a.source_of_pose == b.source_of_pose &&

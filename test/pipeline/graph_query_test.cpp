@@ -49,7 +49,7 @@ Localization find(const SemanticGraph& query, const SemanticGraph& map_graph,
                   const std::string& method = "auto") {
   Options options;
   options.method = method;
-  const SemanticMap map = buildMap(map_graph, objectLabels(), "objects", options);
+  const map::SemanticMap map = buildMap(map_graph, objectLabels(), "objects", options);
   return Localizer(map, options).localize(makeQuery(query, objectLabels(), options));
 }
 

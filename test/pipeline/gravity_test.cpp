@@ -191,7 +191,7 @@ TEST(Gravity, ThatIsAlignedByWordIsNotLevelled) {
 TEST(Gravity, TurnedGraphsAreFoundOrRefused) {
   const auto& drive = simulatedDrive();
   const Options options;
-  const SemanticMap bare = buildMap(drive.map.graph, drive.labels, "graph", options);
+  const map::SemanticMap bare = buildMap(drive.map.graph, drive.labels, "graph", options);
   const Localizer localizer(bare, options);
   int found = 0;
   for (const double degrees : {10.0, 40.0, 90.0, 180.0}) {
@@ -232,7 +232,7 @@ SemanticGraph partOf(const SemanticGraph& graph, const Eigen::Vector2d& middle, 
 TEST(Gravity, ThatNothingTellsIsFoundWithThePose) {
   const LabelSet labels = genericLabelSet({1, 2, 3, 4, 5});
   const SemanticGraph graph = wood(600, 400, 3);
-  const SemanticMap map = buildMap(graph, labels, "wood", {});
+  const map::SemanticMap map = buildMap(graph, labels, "wood", {});
   for (const char* method : {"auto", "walks"}) {
     Options options;
     options.method = method;
@@ -257,7 +257,7 @@ TEST(Gravity, ThatNothingTellsIsFoundWithThePose) {
 
 TEST(Gravity, ThatNothingTellsFindsNoOtherWorld) {
   const LabelSet labels = genericLabelSet({1, 2, 3, 4, 5});
-  const SemanticMap map = buildMap(wood(600, 400, 3), labels, "wood", {});
+  const map::SemanticMap map = buildMap(wood(600, 400, 3), labels, "wood", {});
   const Localizer localizer(map, {});
   for (const std::uint64_t seed :
        {104, 105, 106, 108, 109}) {  // not the map's stream shifted by whole vertices
@@ -272,7 +272,7 @@ TEST(Gravity, FlatWorldsAreNotFoundInTheirMirrorImage) {
   const LabelSet labels = genericLabelSet({1, 2, 3, 4, 5});
   SemanticGraph flat = wood(600, 400, 3);
   for (Vertex& v : flat.vertices) v.position.z() = 0;
-  const SemanticMap map = buildMap(flat, labels, "flat", {});
+  const map::SemanticMap map = buildMap(flat, labels, "flat", {});
   const Eigen::Isometry3d over(Eigen::AngleAxisd(M_PI, Eigen::Vector3d::UnitX()));
   const Query query = makeQuery(partOf(flat, {200, 180}, 60, over), labels, withGravity("free"));
   const Localization fix = Localizer(map, withGravity("free")).localize(query);

@@ -34,8 +34,8 @@ const std::vector<FrameDigest>& imageFrames(const std::string& session) {
   return found;
 }
 
-const SemanticMap& imageMap() {
-  static const SemanticMap map =
+const map::SemanticMap& imageMap() {
+  static const map::SemanticMap map =
       buildMap({simulatedDrive().sessions.at("forward").get()}, walksIn("image"));
   return map;
 }
@@ -144,7 +144,7 @@ TEST(ImageSpace, ThreadsDoNotChangeTheGraph) {
 }
 
 TEST(ImageSpace, AppendingKeepsTheEdgesOfBoth) {
-  SemanticMap map = imageMap();
+  map::SemanticMap map = imageMap();
   appendToMap(map, imageMap(), {});
   EXPECT_EQ(map.graph.space, GraphSpace::image);
   EXPECT_TRUE(isConsistent(map.graph));
@@ -153,7 +153,7 @@ TEST(ImageSpace, AppendingKeepsTheEdgesOfBoth) {
 }
 
 TEST(ImageSpace, GraphsOfTwoSpacesAreNotJoined) {
-  SemanticMap map = simulatedDrive().map;
+  map::SemanticMap map = simulatedDrive().map;
   EXPECT_THROW(appendToMap(map, imageMap(), {}), Error);
 }
 

@@ -87,7 +87,7 @@ TEST(Localizer, FramesOfAFirstCameraAreTurnedUpright) {
   EXPECT_LT(rotationBetween(fix.T_map_sensor, truth), 0.03);
 
   const MovedRecording forward(*drive.sessions.at("forward"), T_optical);
-  const SemanticMap tilted = buildMap({&forward}, {});
+  const map::SemanticMap tilted = buildMap({&forward}, {});
   const Localization in_tilted = Localizer(tilted, {}).localize(query);
   EXPECT_EQ(in_tilted.status, Status::accepted) << in_tilted.reason;
   EXPECT_LT((in_tilted.T_map_sensor.translation() - T_optical * truth.translation()).norm(), 0.5);
@@ -288,7 +288,7 @@ TEST(Localizer, AQueryOfNoFramesIsRejected) {
 
 TEST(Localizer, AnEmptyMapRejectsEverything) {
   const auto& drive = simulatedDrive();
-  SemanticMap empty;
+  map::SemanticMap empty;
   empty.labels = drive.labels;
   for (const char* method : {"auto", "walks"}) {
     EXPECT_EQ(Localizer(empty, withMethod(method)).localize(drive.query("rear", 0, 20)).status,

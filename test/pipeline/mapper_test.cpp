@@ -13,7 +13,7 @@ namespace {
 using test::simulatedDrive;
 
 TEST(Mapper, AMapHoldsGraphPlanCloudAndPoses) {
-  const SemanticMap& map = simulatedDrive().map;
+  const map::SemanticMap& map = simulatedDrive().map;
   EXPECT_TRUE(isConsistent(map.graph));
   EXPECT_GT(map.graph.size(), 100u);
   EXPECT_GT(map.plan.sampleCount(), 1000u);
@@ -28,7 +28,7 @@ TEST(Mapper, ThreadsDoNotChangeTheMap) {
   one.threads = 1;
   two.threads = 2;
   const FrameSource* forward = simulatedDrive().sessions.at("forward").get();
-  const SemanticMap a = buildMap({forward}, one), b = buildMap({forward}, two);
+  const map::SemanticMap a = buildMap({forward}, one), b = buildMap({forward}, two);
   ASSERT_EQ(a.graph.size(), b.graph.size());
   for (std::size_t i = 0; i < a.graph.size(); ++i)
     EXPECT_EQ(a.graph.vertices[i].position, b.graph.vertices[i].position);
@@ -87,8 +87,8 @@ TEST(Mapper, FramesOneByOneAreThoseAllAtOnce) {
 }
 
 TEST(Mapper, AppendingTheSameDriveAddsPosesButHardlyVertices) {
-  SemanticMap map = simulatedDrive().map;
-  const SemanticMap again = map;
+  map::SemanticMap map = simulatedDrive().map;
+  const map::SemanticMap again = map;
   appendToMap(map, again, {});
   EXPECT_TRUE(isConsistent(map.graph));
   EXPECT_EQ(map.poses.size(), 2 * again.poses.size());
@@ -119,7 +119,7 @@ TEST(Mapper, AMapOfTwoHalvesFindsBoth) {
     return buildMap({&part}, {});
   };
   const std::size_t size = drive.frames.at("forward").size();
-  SemanticMap map = half(0, size / 2);
+  map::SemanticMap map = half(0, size / 2);
   appendToMap(map, half(size / 2, size), {});
   const Localizer localizer(map, {});
   for (const std::size_t first : {std::size_t{5}, size - 35}) {
@@ -131,14 +131,14 @@ TEST(Mapper, AMapOfTwoHalvesFindsBoth) {
 }
 
 TEST(Mapper, OtherClassesCannotBeAppended) {
-  SemanticMap map = simulatedDrive().map;
-  SemanticMap other = map;
+  map::SemanticMap map = simulatedDrive().map;
+  map::SemanticMap other = map;
   other.labels = genericLabelSet({1, 2});
   EXPECT_THROW(appendToMap(map, other, {}), Error);
 }
 
 TEST(Mapper, RefusesToAppendAFrameThatIsTiltedAgainstThatOfTheMap) {
-  SemanticMap map = simulatedDrive().map, addition = map;
+  map::SemanticMap map = simulatedDrive().map, addition = map;
   addition.plan.upright = Eigen::AngleAxisd(0.1, Eigen::Vector3d::UnitX());
   EXPECT_THROW(appendToMap(map, addition, {}), Error);
   EXPECT_EQ(map.graph.size(), simulatedDrive().map.graph.size());

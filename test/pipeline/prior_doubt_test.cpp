@@ -11,7 +11,7 @@ namespace {
 
 Localization localizeNear(const char* circle, double x) {
   const test::PlanTown town = test::twoStreets(false);
-  const SemanticMap map = test::mapOf(town);
+  const map::SemanticMap map = test::mapOf(town);
   Options options;
   options.threads = 1;
   options.prior.near = circle;

@@ -58,7 +58,7 @@ TEST(ScaleSearch, WithoutItAWrongScaleIsNeverAWrongAcceptedPose) {
 
 TEST(ScaleSearch, FindsAGraphInAGraph) {
   const auto& drive = simulatedDrive();
-  const SemanticMap bare = buildMap(drive.map.graph, drive.labels, "graph", {});
+  const map::SemanticMap bare = buildMap(drive.map.graph, drive.labels, "graph", {});
   const Query right = makeQuery(drive.query("rear", 5, 45).graph, drive.labels, {});
   const Eigen::Isometry3d truth = Localizer(bare, {}).localize(right).T_map_query;
   const Localization fix =

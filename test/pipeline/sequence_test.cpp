@@ -30,7 +30,7 @@ const Eigen::Isometry3d kOdometry = poseFromYaw({310, -40, 5}, 2.3);
 
 TEST(Sequence, HistoryTellsTwoEqualStreetsApart) {
   const PlanTown town = twoStreets(false);
-  const SemanticMap map = mapOf(town);
+  const map::SemanticMap map = mapOf(town);
   const Localizer localizer(map, quiet());
   Sequence sequence(localizer, quiet());
   int ambiguous_alone = 0;
@@ -46,7 +46,7 @@ TEST(Sequence, HistoryTellsTwoEqualStreetsApart) {
 
 TEST(Sequence, HistoryAcceptsNothingOutsideOfThePrior) {
   const PlanTown town = twoStreets(false);
-  const SemanticMap map = mapOf(town);
+  const map::SemanticMap map = mapOf(town);
   Options options = quiet();
   options.prior.near = "-80,0,50";
   const Localizer localizer(map, options);
@@ -60,7 +60,7 @@ TEST(Sequence, HistoryAcceptsNothingOutsideOfThePrior) {
 
 TEST(Sequence, AWorldThatRepeatsAltogetherStaysAmbiguous) {
   const PlanTown town = twoStreets(true);
-  const SemanticMap map = mapOf(town);
+  const map::SemanticMap map = mapOf(town);
   const Localizer localizer(map, quiet());
   Sequence sequence(localizer, quiet());
   std::size_t frame = 0;
@@ -83,7 +83,7 @@ TEST(Sequence, NothingIsAcceptedOfAnotherTown) {
 
 TEST(Sequence, AJumpOfTheOdometryDropsTheHistory) {
   const PlanTown town = twoStreets(false);
-  const SemanticMap map = mapOf(town);
+  const map::SemanticMap map = mapOf(town);
   const Localizer localizer(map, quiet());
   Sequence sequence(localizer, quiet());
   sequence.add(queryAt(town, -120, 0, kOdometry), 0, 10);
@@ -99,7 +99,7 @@ TEST(Sequence, AJumpOfTheOdometryDropsTheHistory) {
 
 TEST(Sequence, WindowsThatShareFramesCountOnce) {
   const PlanTown town = twoStreets(false);
-  const SemanticMap map = mapOf(town);
+  const map::SemanticMap map = mapOf(town);
   const Localizer localizer(map, quiet());
   Sequence sequence(localizer, quiet());
   const SequenceAnswer first = sequence.add(queryAt(town, -100, 0, kOdometry), 0, 10);
@@ -130,7 +130,7 @@ TEST(Sequence, WhatIsAcceptedAloneIsAcceptedWithItsHistory) {
 
 TEST(Sequence, ThreadsDoNotChangeTheAnswer) {
   const PlanTown town = twoStreets(false);
-  const SemanticMap map = mapOf(town);
+  const map::SemanticMap map = mapOf(town);
   std::vector<double> scores;
   for (const int threads : {1, 2}) {
     Options options;
@@ -148,7 +148,7 @@ TEST(Sequence, ThreadsDoNotChangeTheAnswer) {
 
 TEST(Sequence, AnEmptyQueryIsRejectedAndHarmsNothing) {
   const PlanTown town = twoStreets(false);
-  const SemanticMap map = mapOf(town);
+  const map::SemanticMap map = mapOf(town);
   const Localizer localizer(map, quiet());
   Sequence sequence(localizer, quiet());
   Query nothing;
@@ -162,7 +162,7 @@ TEST(Sequence, AnEmptyQueryIsRejectedAndHarmsNothing) {
 TEST(Sequence, WalksHaveNothingToSum) {
   Options options;
   options.method = "walks";
-  const SemanticMap map;
+  const map::SemanticMap map;
   const Localizer localizer(map, options);
   EXPECT_THROW(Sequence(localizer, options), UsageError);
 }

@@ -19,7 +19,7 @@ struct SimulatedDrive {
   std::map<std::string, std::unique_ptr<SimulatedRecording>>
       sessions;  ///< forward, rear, elsewhere
   std::map<std::string, std::vector<FrameDigest>> frames;
-  SemanticMap map;  ///< of forward
+  map::SemanticMap map;  ///< of forward
   LabelSet labels;
 
   Query query(const std::string& session, std::size_t first, std::size_t last,

@@ -22,8 +22,8 @@ inline PlanTown twoStreets(bool all) {
   return town;
 }
 
-inline SemanticMap mapOf(const PlanTown& town) {
-  SemanticMap map;
+inline map::SemanticMap mapOf(const PlanTown& town) {
+  map::SemanticMap map;
   map.plan = town.view({0, 100}, 260, Eigen::Isometry3d::Identity());
   for (const double y : {0.0, 200.0}) {
     for (double x = -150; x <= 150; x += 5) {

@@ -130,13 +130,14 @@ TEST_F(BadInput, DepthScalesAreWatchedByLiftAndBlobsToo) {
 }
 
 TEST_F(BadInput, LabelsOfAnotherSizeThanDepth) {
-  writeLabelPng(sequence_ + "/label/000002.png", LabelImage(32, 24, 3));
+  io::writeLabelPng(sequence_ + "/label/000002.png", LabelImage(32, 24, 3));
   expectRefused("000002.png");
 }
 
 TEST_F(BadInput, AllUnlabelled) {
   for (int i = 0; i < 4; ++i)
-    writeLabelPng(sequence_ + "/label/00000" + std::to_string(i) + ".png", LabelImage(64, 48, 0));
+    io::writeLabelPng(sequence_ + "/label/00000" + std::to_string(i) + ".png",
+                      LabelImage(64, 48, 0));
   expectRefused("seq");
 }
 

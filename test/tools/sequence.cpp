@@ -54,11 +54,11 @@ void writeSequence(const std::string& folder, int frames) {
   std::filesystem::create_directories(folder + "/depth");
   std::filesystem::create_directories(folder + "/label");
   const Camera c = camera();
-  writeCamera(folder + "/camera.yaml", c);
+  io::writeCamera(folder + "/camera.yaml", c);
   writeText(folder + "/classes.yaml",
             "- {id: 0, name: void}\n- {id: 2, name: building}\n- {id: 3, name: road}\n- {id: 7, "
             "name: pole}\n");
-  std::vector<StampedPose> poses;
+  std::vector<io::StampedPose> poses;
   for (int i = 0; i < frames; ++i) {
     DepthImage depth(c.width, c.height);
     LabelImage label(c.width, c.height);
@@ -69,16 +69,16 @@ void writeSequence(const std::string& folder, int frames) {
         label.at(u, v) = hit.label;
       }
     }
-    writeDepthPng(numbered(folder + "/depth", i), depth, c.depth_scale);
-    writeLabelPng(numbered(folder + "/label", i), label);
-    StampedPose pose;
+    io::writeDepthPng(numbered(folder + "/depth", i), depth, c.depth_scale);
+    io::writeLabelPng(numbered(folder + "/label", i), label);
+    io::StampedPose pose;
     pose.stamp_s = 0.1 * i;
     // optical axes (x right, y down, z forward) in an odometry frame with x forward and z up
     pose.T_frame_sensor.linear() << 0, 0, 1, -1, 0, 0, 0, -1, 0;
     pose.T_frame_sensor.translation() = Eigen::Vector3d(0.5 * i, 0, 1.5);
     poses.push_back(pose);
   }
-  writeTumPoses(folder + "/poses.txt", poses);
+  io::writeTumPoses(folder + "/poses.txt", poses);
 }
 
 }  // namespace xview::test

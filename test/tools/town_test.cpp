@@ -120,7 +120,7 @@ TEST_F(TinyTown, LiftedCloudsRememberTheirClasses) {
       jsonLines(succeed({"localize", "-q", "--json", file("rear.ply"), file("town.pcd")}).out)
           .at(0);
   const Eigen::Vector3d last_sensor =
-      readPoses(town("rear") + "/poses.txt").back().T_frame_sensor.translation();
+      io::readPoses(town("rear") + "/poses.txt").back().T_frame_sensor.translation();
   EXPECT_LT((poseIn(of_clouds) * last_sensor - poseIn(of_folders) * last_sensor).norm(), 0.1);
 }
 

@@ -7,7 +7,7 @@
 
 #include "xview/types/unfinished_file.h"
 
-namespace xview {
+namespace xview::io {
 
 /// An output file that appears whole or not at all: bytes go to a file beside the target, commit()
 /// puts it in place. An object that goes without commit() leaves nothing behind and the old file
@@ -45,4 +45,4 @@ class AtomicFile {
 /// would throw. An empty path is none, and a pipe is not tried.
 void requireWritable(const std::string& path);
 
-}  // namespace xview
+}  // namespace xview::io

@@ -8,7 +8,7 @@
 #include "xview/types/labelled_cloud.h"
 #include "xview/types/labels.h"
 
-namespace xview {
+namespace xview::io {
 
 /// Names of the fields to use; empty = the first of the well-known names that is present.
 struct CloudFields {
@@ -61,4 +61,4 @@ void writePly(const std::string& path, const LabelledCloud& cloud,
 /// the number of points.
 LabelledCloud readKittiScan(const std::string& bin_path, const std::string& label_path);
 
-}  // namespace xview
+}  // namespace xview::io

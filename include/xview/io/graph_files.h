@@ -7,7 +7,7 @@
 #include "xview/types/graph.h"
 #include "xview/types/labels.h"
 
-namespace xview {
+namespace xview::io {
 
 struct GraphFile {
   SemanticGraph graph;
@@ -26,4 +26,4 @@ GraphFile readGraph(const std::string& path);
 /// digits as it takes to read back the same graph. Written beside and renamed. Throws Error.
 void writeGraph(const std::string& path, const SemanticGraph& graph, const LabelSet& labels);
 
-}  // namespace xview
+}  // namespace xview::io

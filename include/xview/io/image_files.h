@@ -6,7 +6,7 @@
 #include "xview/types/camera.h"
 #include "xview/types/image.h"
 
-namespace xview {
+namespace xview::io {
 
 /// PNG uint16 (times depth_scale), TIFF/EXR float32 metres, or PFM; not finite and negative values
 /// become 0. Throws Error.
@@ -20,4 +20,4 @@ void writeDepthPng(const std::string& path, const DepthImage& depth, double dept
 void writeLabelPng(const std::string& path, const LabelImage& labels);
 void writeCamera(const std::string& path, const Camera& camera);
 
-}  // namespace xview
+}  // namespace xview::io

@@ -7,7 +7,7 @@
 
 #include "xview/types/labels.h"
 
-namespace xview {
+namespace xview::io {
 
 /// classes.yaml: {name, classes: [{id, name, color, role, kind, static}]} or the bare list; only id
 /// and name must be there. Missing roles are guessed from the names (ClassInfo::guessed); `static:
@@ -27,4 +27,4 @@ LabelSet shippedLabelSet(
 std::optional<LabelSet> namedLabels(const std::string& chosen, const std::string& folder,
                                     const std::optional<LabelSet>& own = std::nullopt);
 
-}  // namespace xview
+}  // namespace xview::io

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace xview {
+namespace xview::io {
 
 struct StampedPose {
   double stamp_s = 0;
@@ -55,4 +55,4 @@ struct PoseGraph {
 /// Throws std::out_of_range if an index is no pose.
 void writePoseGraph(const std::string& path, const PoseGraph& graph);
 
-}  // namespace xview
+}  // namespace xview::io

@@ -7,7 +7,7 @@
 
 #include "xview/map/semantic_map.h"
 
-namespace xview {
+namespace xview::map {
 
 /// What `xview info` prints without reading the bulk of a map.
 struct MapSummary {
@@ -61,4 +61,4 @@ class MapLock {
   int descriptor_;
 };
 
-}  // namespace xview
+}  // namespace xview::map

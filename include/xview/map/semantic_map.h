@@ -7,7 +7,7 @@
 
 #include "xview/types/semantic_place.h"
 
-namespace xview {
+namespace xview::map {
 
 /// A place that is kept in a file, to localize in. Its poses, frames and stamps are key frames.
 struct SemanticMap : Place {
@@ -24,4 +24,4 @@ struct SemanticMap : Place {
   }
 };
 
-}  // namespace xview
+}  // namespace xview::map

@@ -9,7 +9,7 @@
 #include "xview/io/label_files.h"
 #include "xview/types/error.h"
 
-namespace xview {
+namespace xview::io {
 namespace {
 
 namespace fs = std::filesystem;
@@ -206,4 +206,4 @@ RecordingListing listAirsim(const std::string& folder, const InputOptions& optio
   return listing;
 }
 
-}  // namespace xview
+}  // namespace xview::io

@@ -8,7 +8,7 @@
 #include "xview/types/error.h"
 #include "xview/types/pose.h"
 
-namespace xview {
+namespace xview::io {
 namespace {
 
 namespace fs = std::filesystem;
@@ -152,4 +152,4 @@ RecordingListing listSynthia(const std::string& folder, const InputOptions& opti
   return listing;
 }
 
-}  // namespace xview
+}  // namespace xview::io

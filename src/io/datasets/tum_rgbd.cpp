@@ -10,7 +10,7 @@
 #include "xview/io/pose_files.h"
 #include "xview/types/error.h"
 
-namespace xview {
+namespace xview::io {
 namespace {
 
 namespace fs = std::filesystem;
@@ -141,4 +141,4 @@ RecordingListing listTumRgbd(const std::string& folder, const InputOptions& opti
   return listing;
 }
 
-}  // namespace xview
+}  // namespace xview::io

@@ -8,7 +8,7 @@
 #include "xview/io/label_files.h"
 #include "xview/types/error.h"
 
-namespace xview {
+namespace xview::io {
 namespace {
 
 namespace fs = std::filesystem;
@@ -146,4 +146,4 @@ RecordingListing listVirtualKitti(const std::string& folder, const InputOptions&
   return listing;
 }
 
-}  // namespace xview
+}  // namespace xview::io

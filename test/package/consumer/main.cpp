@@ -9,8 +9,8 @@
 int main(int argc, char** argv) {
   if (argc != 3) return 2;
   const xview::Options options;
-  const xview::SemanticMap map = xview::loadMap(argv[1]);
-  const auto scan = xview::openRecording(argv[2]);
+  const xview::map::SemanticMap map = xview::map::loadMap(argv[1]);
+  const auto scan = xview::io::openRecording(argv[2]);
   const auto frames = xview::digestRecording(*scan, options);
   const auto query =
       xview::makeQuery(frames.data(), frames.data() + frames.size(), scan->labels(), options);
