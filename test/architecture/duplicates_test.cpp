@@ -17,9 +17,6 @@ namespace {
 /// Files that stand in for another one, so that a build has one of the two.
 const std::set<std::string> kStandIns = {"simulate_absent.cpp"};
 
-/// Until their folders have namespaces of their own; no file includes both of either.
-const std::set<std::string> kKnown = {"xview:: type CellKey", "xview:: type Column"};
-
 /// Where the bracket that opens at `first` closes, behind it.
 std::size_t behindBracket(const std::string& code, std::size_t first, char open, char close) {
   int depth = 0;
@@ -155,10 +152,8 @@ TEST(Definitions, OfANameInANamespaceAreInOneFileOnly) {
       files_of[name].insert(file.path.lexically_relative(XVIEW_SOURCE_DIR).string());
   }
   EXPECT_GT(files_of.size(), 500u) << "the scan has missed most of the project";
-  for (const auto& [name, files] : files_of) {
-    if (kKnown.count(name)) continue;
+  for (const auto& [name, files] : files_of)
     EXPECT_EQ(files.size(), 1u) << name << " is defined in " << testing::PrintToString(files);
-  }
 }
 
 }  // namespace
