@@ -33,6 +33,8 @@ struct HouseDesign {
 };
 
 HouseDesign drawHouse(Random& random);
+/// A building of a campus: long, of several storeys, with a flat roof.
+HouseDesign drawHall(Random& random);
 
 /// T_world_house: on the ground at the centre of the main body, y away from the street.
 void addHouse(TriangleMesh& mesh, const Eigen::Isometry3d& T_world_house, const HouseDesign& design,

@@ -179,7 +179,7 @@ void addGround(Town& town, double margin_m) {
 
 void addLaneMarkings(Town& town) {
   for (std::size_t i = 0; i < town.network.streets.size(); ++i) {
-    Random random(town.options.seed ^ 0x4C41, i);
+    Random random = town.randomOfStreet(0x4C41, i);
     paintStreet(town, town.network.streets[i], random);
   }
 }

@@ -8,9 +8,10 @@
 namespace xview {
 namespace {
 
-constexpr double kCorner = 9;            // no lot nearer to the end of a street [m]
-constexpr double kPathHalfWidth = 1.35;  // of driveways [m]
-constexpr double kBoundaryStep = 1.5;    // fences and hedges follow the ground in such pieces [m]
+constexpr double kCorner = 9;                      // no lot nearer to the end of a street [m]
+constexpr double kPathHalfWidth = 1.35;            // of driveways [m]
+constexpr double kAlikeLot = 17, kAlikeHall = 45;  // width of a lot where streets are alike [m]
+constexpr double kBoundaryStep = 1.5;  // fences and hedges follow the ground in such pieces [m]
 
 /// A fence, picket fence, hedge or wall.
 struct Boundary {
@@ -20,7 +21,7 @@ struct Boundary {
 
 Boundary drawBoundary(Town& town, Random& random) {
   const double kind = random.uniform();
-  if (kind < 0.22) return {};
+  if (kind < 0.22 || (town.options.lots == Lots::halls && random.uniform() < 0.85)) return {};
   Boundary boundary;
   const bool is_hedge = kind >= 0.55 && kind < 0.88;
   if (kind < 0.42) {
@@ -72,18 +73,21 @@ class StreetSideBuilder {
         random_(random),
         edge_m_(street.half_width_m + street.sidewalk_m) {}
 
-  void build() {
+  void build(std::size_t street) {
     const bool is_row = random_.uniform() < town_.options.row_share;
-    const HouseDesign row_design = drawHouse(random_);
+    const HouseDesign row_design = draw();
     const double row_garden = random_.uniform(2.5, 6);
     const double row_width = row_design.extent().sizes().x() + random_.uniform(1.5, 4);
-    for (double s = kCorner; s < line_.length() - kCorner - 6;) {
+    std::uint64_t number = 0;
+    for (double s = kCorner; s < line_.length() - kCorner - 6; ++number) {
+      const bool like_others = followsPattern(street, number);
       Lot lot;
       lot.from_m = s;
-      lot.house = is_row ? row_design : drawHouse(random_);
-      lot.garden_m = is_row ? row_garden : random_.uniform(2.5, 9);
+      lot.house = is_row && !like_others ? row_design : draw();
+      lot.garden_m = is_row ? row_garden : random_.uniform(2.5, 9) * (isCampus() ? 2 : 1);
       const double room = lot.house.extent().sizes().x();
-      lot.to_m = s + (is_row ? row_width : room + random_.uniform(2, 10));
+      lot.to_m = s + (is_row ? row_width : room + random_.uniform(2, 10) * (isCampus() ? 2.5 : 1));
+      if (town_.options.alike > 0) lot.to_m = s + (isCampus() ? kAlikeHall : kAlikeLot);
       lot.turn = is_row ? 0 : random_.uniform(-0.12, 0.12);
       buildLot(lot);
       s = lot.to_m;
@@ -98,6 +102,21 @@ class StreetSideBuilder {
     HouseDesign house;
     double depth_m() const { return garden_m + house.size.y() + 9; }
   };
+
+  bool isCampus() const { return town_.options.lots == Lots::halls; }
+  HouseDesign draw() { return isCampus() ? drawHall(random_) : drawHouse(random_); }
+
+  /// Decides it, if streets are alike at all; what is drawn for the lot then is its own, or the
+  /// same as in all streets.
+  bool followsPattern(std::size_t street, std::uint64_t number) {
+    const TownOptions& options = town_.options;
+    if (options.alike == 0) return false;
+    const std::uint64_t lot = 2 * number + (side_ > 0 ? 1 : 0);
+    random_ = Random(options.seed ^ 0x4F57, 1000 * street + lot);
+    const bool follows = random_.uniform() < options.alike;
+    if (follows) random_ = Random(options.pattern_seed ^ 0x5041, lot);
+    return follows;
+  }
 
   Eigen::Vector2d at(double along_m, double out_m) const {
     const PolylinePoint p = line_.at(along_m);
@@ -199,16 +218,16 @@ void addShed(Town& town, const Eigen::Vector2d& p, Random& random) {
 
 void addLots(Town& town) {
   for (std::size_t i = 0; i < town.network.streets.size(); ++i) {
-    Random random(town.options.seed ^ 0x4C4F, i);
+    Random random = town.randomOfStreet(0x4C4F, i);
     for (const double side : {-1.0, 1.0}) {
-      StreetSideBuilder(town, town.network.streets[i], side, random).build();
+      StreetSideBuilder(town, town.network.streets[i], side, random).build(i);
     }
   }
 }
 
 void addStreetTrees(Town& town) {
   for (std::size_t i = 0; i < town.network.streets.size(); ++i) {
-    Random random(town.options.seed ^ 0x5354, i);
+    Random random = town.randomOfStreet(0x5354, i);
     if (random.uniform() > 0.35 * town.options.tree_density) continue;
     const Street& street = town.network.streets[i];
     const ArcLength line(street.centreline);

@@ -134,6 +134,17 @@ HouseDesign drawHouse(Random& random) {
   return design;
 }
 
+HouseDesign drawHall(Random& random) {
+  HouseDesign design = drawHouse(random);
+  design.size = {random.uniform(18, 38), random.uniform(11, 17)};
+  design.wall_m = 3.4 * random.uniform(2, 5);
+  design.roof = Roof::flat;
+  design.wing_shift_m = random.uniform(-0.25, 0.25) * design.size.x();
+  design.wing_depth_m = std::copysign(random.uniform(5, 11), design.wing_depth_m);
+  design.has_garage = design.has_chimney = design.has_dormer = false;
+  return design;
+}
+
 void addHouse(TriangleMesh& mesh, const Eigen::Isometry3d& T_world_house, const HouseDesign& design,
               Tag tag) {
   addWalls(mesh, T_world_house, design.size, design.wall_m, tag);

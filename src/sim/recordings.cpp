@@ -12,11 +12,13 @@ namespace xview {
 namespace {
 
 constexpr double kLane = 1.4;     // from the middle of the road to the right [m]
-constexpr double kSpeed = 9;      // [m/s]
+constexpr double kWalking = 0.6;  // speed in an office [m/s]
 constexpr double kTurn_s = 0.1;   // of the scanner
 constexpr double kStart = 1.6e9;  // stamp of the first session [s]
 constexpr double kFarAway = 1e5;  // truth of what is not in the map [m]
 constexpr double kCameraHeight = 1.7, kLidarHeight = 1.8;
+constexpr double kHandHeight = 1.15;                 // of sensors in an office [m]
+constexpr double kNearest_m = 0.3, kFarthest_m = 8;  // of an RGB-D camera
 constexpr std::uint64_t kElsewhere = 0x454C5345;
 
 /// One of the recordings that can be made.
@@ -71,14 +73,14 @@ std::vector<SessionKind> sessionKinds(const SimulationOptions& options) {
   };
 }
 
-/// A town, a drive through it, and the sessions that record the drive.
-class Stage {
+/// What stands somewhere, the way through it, and what a day brings.
+class World {
  public:
-  Stage(const SimulationOptions& options, std::uint64_t town_seed)
-      : options_(options),
-        town_(makeTown(seeded(options.town, town_seed))),
-        static_scene_(std::make_shared<RayScene>(std::move(town_.mesh))),
-        drive_(planDrive(town_.network, options.route_length_m, town_seed)) {}
+  virtual ~World() = default;
+
+  /// Poses of the sensor's body.
+  virtual std::vector<Eigen::Isometry3d> bodyPoses(const SessionKind& kind,
+                                                   std::uint64_t seed) const = 0;
 
   /// All but what the odometry says and the truth.
   SessionPlan plan(const SessionKind& kind) const {
@@ -86,11 +88,8 @@ class Stage {
     plan.name = kind.name;
     plan.sensor = kind.sensor;
     plan.seed = Random(static_cast<std::uint64_t>(options_.seed), 100 + kind.number).next();
-    plan.start_s = kStart + 86400.0 * static_cast<double>(kind.number);
-    plan.period_s = options_.frame_spacing_m / kSpeed;
-    const Polyline line = shifted(kind.is_way_back ? reversed(drive_) : drive_, kind.left_m);
-    plan.T_world_sensor =
-        bodyPoses(line, options_.frame_spacing_m, kind.mount, town_.relief, plan.seed);
+    plan.labels = labels();
+    plan.T_world_sensor = bodyPoses(kind, plan.seed);
     if (kind.sensor == Sensor::camera) {
       plan.camera = pinholeCamera(options_.width, options_.height, options_.view_deg * M_PI / 180);
       plan.camera.depth_scale = 0.01;
@@ -100,36 +99,162 @@ class Stage {
       }
       for (Eigen::Isometry3d& T : plan.T_world_sensor) T = opticalPose(T);
     }
+    suit(plan);
+    plan.start_s = kStart + 86400.0 * static_cast<double>(kind.number);
+    plan.period_s = options_.frame_spacing_m / plan.speed;
     return plan;
   }
 
   /// On a day of its own.
   std::unique_ptr<SimulatedRecording> record(SessionPlan plan) const {
-    auto traffic = std::make_shared<RayScene>(makeTraffic(town_, plan.seed));
-    const Renderer renderer({static_scene_, std::move(traffic)});
+    auto moved = std::make_shared<RayScene>(whatMoves(plan.seed));
+    const Renderer renderer({static_scene_, std::move(moved)});
     return std::make_unique<SimulatedRecording>(std::move(plan), renderer, options_);
   }
 
- private:
-  static TownOptions seeded(TownOptions town, std::uint64_t seed) {
-    town.seed = seed;
-    return town;
-  }
+ protected:
+  World(const SimulationOptions& options, TriangleMesh mesh)
+      : options_(options), static_scene_(std::make_shared<RayScene>(std::move(mesh))) {}
+
+  virtual LabelSet labels() const = 0;
+  virtual TriangleMesh whatMoves(std::uint64_t day_seed) const = 0;
+  virtual void suit(SessionPlan& /*plan*/) const {}  ///< what is special about its sensors
 
   const SimulationOptions& options_;
-  Town town_;
+
+ private:
   std::shared_ptr<const RayScene> static_scene_;
+};
+
+/// The options of a town or a floor of this world.
+template <class Options>
+Options seeded(Options options, const SimulationOptions& world, std::uint64_t seed) {
+  options.seed = seed;
+  options.pattern_seed = static_cast<std::uint64_t>(world.seed);
+  options.alike = world.sim.alike;
+  return options;
+}
+
+class DrivenTown final : public World {
+ public:
+  DrivenTown(const SimulationOptions& options, std::uint64_t seed)
+      : DrivenTown(options, makeTown(seeded(options.town, options, seed)), seed) {}
+
+  std::vector<Eigen::Isometry3d> bodyPoses(const SessionKind& kind,
+                                           std::uint64_t seed) const override {
+    const Polyline line = shifted(kind.is_way_back ? reversed(drive_) : drive_, kind.left_m);
+    return xview::bodyPoses(line, options_.frame_spacing_m, kind.mount, town_.relief, seed);
+  }
+
+ private:
+  DrivenTown(const SimulationOptions& options, Town town, std::uint64_t seed)
+      : World(options, std::move(town.mesh)),
+        town_(std::move(town)),
+        drive_(planDrive(town_.network, options.route_length_m, seed)) {}
+
+  LabelSet labels() const override { return townLabels(); }
+  TriangleMesh whatMoves(std::uint64_t day_seed) const override {
+    return makeTraffic(town_, day_seed);
+  }
+
+  Town town_;
   Polyline drive_;
 };
+
+class WalkedOffice final : public World {
+ public:
+  WalkedOffice(const SimulationOptions& options, std::uint64_t seed)
+      : WalkedOffice(options, makeOffice(seeded(options.office, options, seed)), seed) {}
+
+  std::vector<Eigen::Isometry3d> bodyPoses(const SessionKind& kind,
+                                           std::uint64_t seed) const override {
+    Mount mount = kind.mount;
+    mount.height_m = kHandHeight;
+    mount.sway_rad = 0.01;
+    // Lanes are narrower than those of cars.
+    return carriedPoses(planWalk(office_, options_.route_length_m, options_.frame_spacing_m,
+                                 kind.is_way_back, seed_),
+                        mount, 0.15 * (kind.left_m + kLane), seed);
+  }
+
+ private:
+  WalkedOffice(const SimulationOptions& options, Office office, std::uint64_t seed)
+      : World(options, std::move(office.mesh)), office_(std::move(office)), seed_(seed) {}
+
+  LabelSet labels() const override { return officeLabels(); }
+  TriangleMesh whatMoves(std::uint64_t day_seed) const override {
+    return makeClutter(office_, day_seed);
+  }
+  void suit(SessionPlan& plan) const override {
+    plan.camera.depth_scale = 0.001;
+    plan.nearest_m = kNearest_m;
+    plan.farthest_m = kFarthest_m;
+    plan.speed = kWalking;
+  }
+
+  Office office_;
+  std::uint64_t seed_;
+};
+
+std::unique_ptr<World> makeWorld(const SimulationOptions& options, std::uint64_t seed) {
+  if (options.sim.style == "office") return std::make_unique<WalkedOffice>(options, seed);
+  return std::make_unique<DrivenTown>(options, seed);
+}
+
+/// Options with what is usual for their style where they say nothing.
+SimulationOptions styled(SimulationOptions o) {
+  const SimulationOptions usual;
+  const auto take = [](auto& value, const auto& unless, auto own) {
+    if (value == unless) value = own;
+  };
+  const auto takeTown = [&](double TownOptions::*field, double own) {
+    take(o.town.*field, usual.town.*field, own);
+  };
+  const auto takeBlocks = [&](int blocks, double spacing_m) {
+    take(o.town.blocks_x, usual.town.blocks_x, blocks);
+    take(o.town.blocks_y, usual.town.blocks_y, blocks);
+    takeTown(&TownOptions::street_spacing_m, spacing_m);
+  };
+  if (o.sim.style == "grid") {
+    takeTown(&TownOptions::irregularity, 0);
+    takeTown(&TownOptions::relief_m, 0.5);
+    takeTown(&TownOptions::row_share, 0.6);
+    o.sim.alike = std::max(o.sim.alike, 0.4);
+  } else if (o.sim.style == "village") {
+    takeBlocks(2, 130);
+    takeTown(&TownOptions::irregularity, 0.8);
+    takeTown(&TownOptions::relief_m, 4);
+    takeTown(&TownOptions::house_density, 0.5);
+    takeTown(&TownOptions::row_share, 0);
+    takeTown(&TownOptions::tree_density, 1.5);
+    take(o.town.winding_m, usual.town.winding_m, 8);
+  } else if (o.sim.style == "campus") {
+    takeBlocks(3, 115);
+    takeTown(&TownOptions::irregularity, 0.3);
+    takeTown(&TownOptions::house_density, 0.75);
+    takeTown(&TownOptions::row_share, 0);
+    takeTown(&TownOptions::car_density, 0.4);
+    o.town.lots = Lots::halls;
+  } else if (o.sim.style == "office") {
+    o.sessions.aerial = false;
+    take(o.route_length_m, usual.route_length_m, 60);
+    take(o.frame_spacing_m, usual.frame_spacing_m, 0.4);
+    take(o.view_deg, usual.view_deg, 60);
+    // A projected pattern: 1 mm at 1 m, 3 cm at 4 m.
+    take(o.depth_noise.baseline_m, usual.depth_noise.baseline_m, 0.075);
+    take(o.depth_noise.disparity_sigma_px, usual.depth_noise.disparity_sigma_px, 0.035);
+    take(o.depth_noise.bleeding_px, usual.depth_noise.bleeding_px, 0.8);
+    take(o.depth_noise.max_range_m, usual.depth_noise.max_range_m, kFarthest_m);
+    take(o.label_noise.patch_m, usual.label_noise.patch_m, 1);
+  }
+  return o;
+}
 
 }  // namespace
 
 SimulatedRecording::SimulatedRecording(SessionPlan plan, Renderer renderer,
                                        const SimulationOptions& options)
-    : plan_(std::move(plan)),
-      renderer_(std::move(renderer)),
-      options_(options),
-      labels_(townLabels()) {}
+    : plan_(std::move(plan)), renderer_(std::move(renderer)), options_(options) {}
 
 Frame SimulatedRecording::withNoise(Frame frame, std::size_t index) const {
   if (plan_.sensor == Sensor::camera) {
@@ -140,7 +265,7 @@ Frame SimulatedRecording::withNoise(Frame frame, std::size_t index) const {
     const std::size_t first = std::min(index, size() - 2);
     const Eigen::Isometry3d step =
         plan_.T_world_sensor[first].inverse() * plan_.T_world_sensor[first + 1];
-    const double turns_per_step = options_.frame_spacing_m / (kSpeed * kTurn_s);
+    const double turns_per_step = options_.frame_spacing_m / (plan_.speed * kTurn_s);
     frame = withOwnMotion(std::move(frame), step,
                           options_.lidar_noise.uncorrected_motion / turns_per_step);
   }
@@ -155,23 +280,26 @@ Frame SimulatedRecording::read(std::size_t index) const {
   frame.number = number(index);
   frame.stamp_s = stamp(index);
   frame.T_odom_sensor = pose(index);
-  return options_.isNoisy() ? withNoise(std::move(frame), index) : frame;
+  if (options_.isNoisy()) frame = withNoise(std::move(frame), index);
+  for (float& depth : frame.depth.pixels)
+    if (depth < plan_.nearest_m || depth > plan_.farthest_m) depth = 0;
+  return frame;
 }
 
-std::vector<std::unique_ptr<SimulatedRecording>> makeSessions(const SimulationOptions& options) {
-  SimulationOptions checked = options;
-  visit(checked, OptionCheck());
+std::vector<std::unique_ptr<SimulatedRecording>> makeSessions(const SimulationOptions& given) {
+  SimulationOptions options = styled(given);
+  visit(options, OptionCheck());
   const auto seed = static_cast<std::uint64_t>(options.seed);
-  const Stage town(options, seed);
-  std::optional<Stage> other_town;
-  if (options.sessions.elsewhere) other_town.emplace(options, seed ^ kElsewhere);
+  const std::unique_ptr<World> world = makeWorld(options, seed);
+  std::unique_ptr<World> other_world;
+  if (options.sessions.elsewhere) other_world = makeWorld(options, seed ^ kElsewhere);
 
   std::vector<std::unique_ptr<SimulatedRecording>> sessions;
   Eigen::Isometry3d T_map_world = Eigen::Isometry3d::Identity();
   for (const SessionKind& kind : sessionKinds(options)) {
     if (!kind.wanted) continue;
-    const Stage& stage = kind.is_elsewhere ? *other_town : town;
-    SessionPlan plan = stage.plan(kind);
+    const World& place = kind.is_elsewhere ? *other_world : *world;
+    SessionPlan plan = place.plan(kind);
     const double drift = options.isNoisy() && !kind.isMappingDrive() ? options.drift : 0;
     plan.T_odom_sensor = asOdometry(plan.T_world_sensor, drift, plan.seed);
     if (kind.number == SessionKind::kForward) {
@@ -185,7 +313,7 @@ std::vector<std::unique_ptr<SimulatedRecording>> makeSessions(const SimulationOp
       const Eigen::Vector3d far_away(kFarAway, kFarAway, 0);
       for (Eigen::Isometry3d& T : plan.T_map_sensor) T.pretranslate(far_away);
     }
-    sessions.push_back(stage.record(std::move(plan)));
+    sessions.push_back(place.record(std::move(plan)));
   }
   return sessions;
 }

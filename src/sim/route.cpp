@@ -104,8 +104,12 @@ Eigen::AngleAxisd about(const Eigen::Vector3d& axis, double angle) { return {ang
 
 }  // namespace
 
+Polyline streetsThrough(const StreetNetwork& network, double length_m, std::uint64_t seed) {
+  return Driver(network, seed).drive(length_m);
+}
+
 Polyline planDrive(const StreetNetwork& network, double length_m, std::uint64_t seed) {
-  const Polyline line = Driver(network, seed).drive(length_m);
+  const Polyline line = streetsThrough(network, length_m, seed);
   return resampled(rounded(resampled(line, kStep, ArcLength(line).length())), kStep, length_m);
 }
 
@@ -148,6 +152,21 @@ std::vector<Eigen::Isometry3d> bodyPoses(const Polyline& line, double spacing_m,
     poses.push_back(T);
   }
   return poses;
+}
+
+std::vector<Eigen::Isometry3d> carriedPoses(std::vector<Eigen::Isometry3d> T_world_body,
+                                            const Mount& mount, double left_m, std::uint64_t seed) {
+  Random random(seed, 12);
+  const Sway roll(random), pitch(random), yaw(random);
+  for (std::size_t i = 0; i < T_world_body.size(); ++i) {
+    const auto step = static_cast<double>(i);  // a sway lasts for some steps
+    Eigen::Isometry3d& T = T_world_body[i];
+    T.translate(Eigen::Vector3d(0, left_m, mount.height_m));
+    T.rotate(about(Eigen::Vector3d::UnitZ(), mount.yaw_rad + 2 * mount.sway_rad * yaw.at(step)));
+    T.rotate(about(Eigen::Vector3d::UnitY(), mount.pitch_rad + mount.sway_rad * pitch.at(step)));
+    T.rotate(about(Eigen::Vector3d::UnitX(), mount.sway_rad * roll.at(step)));
+  }
+  return T_world_body;
 }
 
 Eigen::Isometry3d opticalPose(const Eigen::Isometry3d& T_world_body) {

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 
+#include "furniture.h"
 #include "xview/sim/town.h"
 #include "xview/types/random.h"
 
@@ -65,33 +66,71 @@ struct ClassErrors {
   std::vector<Confusion> confusions;
 };
 
-/// Indexed by class; modelled on confusion matrices of street-scene networks: ground classes with
-/// one another, facades with fences and trees, thin things with what lies behind.
-const std::array<ClassErrors, town_class::kCount>& classErrors() {
+using ErrorTable = std::array<ClassErrors, office_class::kPerson + 1>;
+
+/// Modelled on confusion matrices of street-scene networks: ground classes with one another,
+/// facades with fences and trees, thin things with what lies behind.
+void addStreetErrors(ErrorTable& t) {
   using namespace town_class;
-  static const auto table = [] {
-    std::array<ClassErrors, kCount> t;
-    t[kSky] = {-0.2, {{kVegetation, 2}, {kBuilding, 1}}};
-    t[kBuilding] = {0, {{kVegetation, 4}, {kFence, 3}, {kSky, 1}, {kTerrain, 0.5}}};
-    t[kRoad] = {-0.015, {{kSidewalk, 6}, {kTerrain, 0.6}, {kLaneMarking, 0.2}}};
-    t[kSidewalk] = {0.03, {{kRoad, 5}, {kTerrain, 3}}};
-    t[kFence] = {0.1, {{kBuilding, 4}, {kVegetation, 3}, {kTerrain, 1}}};
-    t[kVegetation] = {0.03, {{kTerrain, 3}, {kBuilding, 2.5}, {kFence, 1}, {kSky, 0.4}}};
-    t[kPole] = {0.06, {{kBuilding, 2}, {kVegetation, 2}, {kSky, 1}, {kFence, 1}}};
-    t[kCar] = {-0.03, {{kFence, 2}, {kBuilding, 2}, {kRoad, 1}, {kVegetation, 1}}};
-    t[kTrafficSign] = {0, {{kBuilding, 3}, {kVegetation, 2}, {kPole, 2}}};
-    t[kPedestrian] = {0, {{kVegetation, 2}, {kPole, 1}, {kBuilding, 1}, {kSidewalk, 1}}};
-    t[kBicycle] = {0.12, {{kPedestrian, 3}, {kCar, 1}, {kFence, 1}, {kTerrain, 1}}};
-    t[kLaneMarking] = {0.08, {{kRoad, 8}, {kSidewalk, 1}}};
-    t[kTrafficLight] = {0, {{kPole, 2}, {kVegetation, 2}, {kBuilding, 1}}};
-    t[kTerrain] = {0.02, {{kVegetation, 6}, {kSidewalk, 2}, {kRoad, 0.5}}};
+  t[kSky] = {-0.2, {{kVegetation, 2}, {kBuilding, 1}}};
+  t[kBuilding] = {0, {{kVegetation, 4}, {kFence, 3}, {kSky, 1}, {kTerrain, 0.5}}};
+  t[kRoad] = {-0.015, {{kSidewalk, 6}, {kTerrain, 0.6}, {kLaneMarking, 0.2}}};
+  t[kSidewalk] = {0.03, {{kRoad, 5}, {kTerrain, 3}}};
+  t[kFence] = {0.1, {{kBuilding, 4}, {kVegetation, 3}, {kTerrain, 1}}};
+  t[kVegetation] = {0.03, {{kTerrain, 3}, {kBuilding, 2.5}, {kFence, 1}, {kSky, 0.4}}};
+  t[kPole] = {0.06, {{kBuilding, 2}, {kVegetation, 2}, {kSky, 1}, {kFence, 1}}};
+  t[kCar] = {-0.03, {{kFence, 2}, {kBuilding, 2}, {kRoad, 1}, {kVegetation, 1}}};
+  t[kTrafficSign] = {0, {{kBuilding, 3}, {kVegetation, 2}, {kPole, 2}}};
+  t[kPedestrian] = {0, {{kVegetation, 2}, {kPole, 1}, {kBuilding, 1}, {kSidewalk, 1}}};
+  t[kBicycle] = {0.12, {{kPedestrian, 3}, {kCar, 1}, {kFence, 1}, {kTerrain, 1}}};
+  t[kLaneMarking] = {0.08, {{kRoad, 8}, {kSidewalk, 1}}};
+  t[kTrafficLight] = {0, {{kPole, 2}, {kVegetation, 2}, {kBuilding, 1}}};
+  t[kTerrain] = {0.02, {{kVegetation, 6}, {kSidewalk, 2}, {kRoad, 0.5}}};
+}
+
+/// And of networks for indoor scenes: furniture with other furniture, flat things with the wall
+/// that they hang on.
+void addRoomErrors(ErrorTable& t) {
+  using namespace office_class;
+  t[kWallClass] = {0, {{kCabinet, 2}, {kDoor, 2}, {kWindow, 1}, {kPillar, 1}, {kWhiteboard, 1}}};
+  t[kFloor] = {-0.03, {{kTable, 1}, {kBox, 1}, {kCabinet, 1}}};
+  t[kCeiling] = {-0.02, {{kWallClass, 3}, {kLamp, 1}}};
+  t[kDoor] = {0.04, {{kWallClass, 3}, {kCabinet, 2}, {kWindow, 1}}};
+  t[kWindow] = {0.03, {{kWallClass, 2}, {kWhiteboard, 2}, {kPicture, 1}, {kDoor, 1}}};
+  t[kCabinet] = {0.05, {{kBookshelf, 2}, {kWallClass, 2}, {kDesk, 1}, {kDoor, 1}}};
+  t[kBookshelf] = {0.05, {{kCabinet, 4}, {kWallClass, 1}}};
+  t[kDesk] = {0.06, {{kTable, 4}, {kCabinet, 2}, {kFloor, 1}}};
+  t[kTable] = {0.06, {{kDesk, 4}, {kCabinet, 1}, {kFloor, 1}}};
+  t[kChair] = {0, {{kSofa, 2}, {kDesk, 1}, {kBox, 1}}};
+  t[kSofa] = {0.02, {{kChair, 3}, {kCabinet, 1}}};
+  t[kWhiteboard] = {0.05, {{kWallClass, 3}, {kPicture, 2}, {kWindow, 2}}};
+  t[kPicture] = {0.06, {{kWallClass, 4}, {kWhiteboard, 2}}};
+  t[kMonitor] = {0.03, {{kPicture, 1}, {kDesk, 2}, {kBox, 1}}};
+  t[kLamp] = {0.04, {{kCeiling, 4}}};
+  t[kRadiator] = {0.07, {{kWallClass, 3}, {kCabinet, 1}}};
+  t[kPlant] = {0.02, {{kWallClass, 1}, {kChair, 1}}};
+  t[kTrashBin] = {0.05, {{kBox, 2}, {kCabinet, 1}, {kFloor, 1}}};
+  t[kExtinguisher] = {0.06, {{kWallClass, 2}, {kTrashBin, 1}}};
+  t[kPillar] = {0.07, {{kWallClass, 5}, {kCabinet, 1}}};
+  t[kCurtain] = {0.06, {{kWindow, 2}, {kWallClass, 2}}};
+  t[kBox] = {0.08, {{kCabinet, 1}, {kBag, 2}, {kTrashBin, 1}}};
+  t[kBag] = {0.08, {{kBox, 3}, {kChair, 1}}};
+  t[kPerson] = {0, {{kChair, 1}, {kWallClass, 1}}};
+}
+
+/// Indexed by class.
+const ErrorTable& classErrors() {
+  static const ErrorTable table = [] {
+    ErrorTable t;
+    addStreetErrors(t);
+    addRoomErrors(t);
     return t;
   }();
   return table;
 }
 
 bool hasErrors(std::uint32_t label) {
-  return label < town_class::kCount && !classErrors()[label].confusions.empty();
+  return label < classErrors().size() && !classErrors()[label].confusions.empty();
 }
 
 double difficultyOf(std::uint32_t label) { return classErrors()[label].difficulty; }
@@ -116,13 +155,17 @@ std::uint64_t frameSeed(std::uint64_t seed, const Frame& frame, std::uint64_t pu
 /// Where errors are likely, and of which kind: both vary slowly over the image and over the world.
 class ErrorField {
  public:
-  ErrorField(std::uint64_t recording_seed, std::uint64_t frame_seed, double persistence)
-      : world_(recording_seed ^ 0x57), image_(frame_seed ^ 0x49), persistence_(persistence) {}
+  ErrorField(std::uint64_t recording_seed, std::uint64_t frame_seed, double persistence,
+             double patch_m)
+      : world_(recording_seed ^ 0x57),
+        image_(frame_seed ^ 0x49),
+        persistence_(persistence),
+        patch_m_(patch_m) {}
 
   /// World position in metres, image position in units of 1/320 of the image's width.
   double strength(const Eigen::Vector3d& p, double x, double y) const {
-    constexpr double kWorldScale = 3, kCoarse = 26, kFine = 7;
-    const Eigen::Vector3d q = p / kWorldScale;
+    constexpr double kCoarse = 26, kFine = 7;
+    const Eigen::Vector3d q = p / patch_m_;
     const double in_world = world_.at(q.x(), q.y(), q.z());
     const double in_image =
         0.65 * image_.at(x / kCoarse, y / kCoarse, 0) + 0.35 * image_.at(x / kFine, y / kFine, 7);
@@ -131,8 +174,8 @@ class ErrorField {
 
   /// In [0, 1), uniform and the same all over an irregular patch.
   double kind(const Eigen::Vector3d& p, double x, double y) const {
-    constexpr double kWorldScale = 4, kImageScale = 40;
-    const double in_world = patch(world_, p / kWorldScale);
+    constexpr double kImageScale = 40;
+    const double in_world = patch(world_, p / (patch_m_ * 4 / 3));
     const bool sticks = 7 * in_world - std::floor(7 * in_world) < persistence_;
     return sticks ? in_world : patch(image_, Eigen::Vector3d(x, y, 0) / kImageScale);
   }
@@ -145,7 +188,7 @@ class ErrorField {
   }
 
   ValueNoise world_, image_;
-  double persistence_;
+  double persistence_, patch_m_;
 };
 
 /// Labels looked up a few pixels away, by a smooth random displacement: boundaries wobble, thin
@@ -248,7 +291,7 @@ Frame withLabelNoise(Frame frame, const LabelNoise& noise, std::uint64_t seed) {
   if (wrong == 0) return frame;
   frame.label = wobbledWithin(truth, wrong, frame_seed);
 
-  const ErrorField field(seed, frame_seed, noise.persistence);
+  const ErrorField field(seed, frame_seed, noise.persistence, noise.patch_m);
   const double unit = 320.0 / truth.width;
   std::vector<Candidate> candidates;
   std::size_t already_wrong = 0;
@@ -309,7 +352,7 @@ Frame withDepthNoise(Frame frame, const DepthNoise& noise, std::uint64_t seed) {
 Frame withLidarNoise(Frame frame, const LidarNoise& noise, std::uint64_t seed) {
   const LabelledCloud truth = frame.cloud;
   const std::uint64_t frame_seed = frameSeed(seed, frame, 0x4C49);
-  const ErrorField field(seed, frame_seed, 1);
+  const ErrorField field(seed, frame_seed, 1, LabelNoise().patch_m);
   std::vector<Candidate> candidates;
   for (std::size_t i = 0; i < truth.size(); ++i) {
     const std::uint32_t label = truth.points[i].label;

@@ -31,6 +31,20 @@ Polyline bentLine(const Eigen::Vector2d& a, const Eigen::Vector2d& b, double tur
   return line;
 }
 
+/// Swings to both sides, about once in 90 m, and not at its ends.
+void wind(Polyline& line, double amplitude_m, double phase) {
+  const double length = ArcLength(line).length();
+  const Polyline straight = line;
+  for (std::size_t i = 1; i + 1 < line.size(); ++i) {
+    const double share = static_cast<double>(i) / static_cast<double>(line.size() - 1);
+    const Eigen::Vector2d along = straight[i + 1] - straight[i - 1];
+    const double swing =
+        std::sin(2 * M_PI * share * std::max(1.0, std::round(length / 90)) + phase);
+    line[i] += amplitude_m * swing * std::sin(M_PI * share) *
+               Eigen::Vector2d(-along.y(), along.x()).normalized();
+  }
+}
+
 /// Builds a jittered grid of junctions, joins neighbours, slants some blocks, removes some streets.
 class NetworkBuilder {
  public:
@@ -81,6 +95,13 @@ class NetworkBuilder {
     const double turn_a = random_.uniform(-bend, bend), turn_b = random_.uniform(-bend, bend);
     street.centreline = bentLine(network_.junctions[from].position, network_.junctions[to].position,
                                  turn_a, turn_b);
+    if (options_.winding_m > 0)
+      wind(street.centreline, options_.winding_m * random_.uniform(0.6, 1.4),
+           random_.uniform(0, 2 * M_PI));
+    if (options_.alike > 0 && random_.uniform() < options_.alike) {
+      street.half_width_m = 3.5;
+      street.sidewalk_m = 2;
+    }
     network_.streets.push_back(std::move(street));
   }
 

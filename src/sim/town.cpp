@@ -162,7 +162,7 @@ void addTrafficLights(Town& town, int junction, Random& random) {
 /// Lamps, utility poles, signs and traffic lights along all streets.
 void addStreetFurniture(Town& town) {
   for (std::size_t i = 0; i < town.network.streets.size(); ++i) {
-    Random random(town.options.seed ^ 0x4655, i);
+    Random random = town.randomOfStreet(0x4655, i);
     const Curbs curbs{town, town.network.streets[i]};
     addLamps(town, curbs, random);
     addUtilityPoles(town, curbs, random);
@@ -277,6 +277,13 @@ bool Town::hasRoomFor(const Footprint& house) const {
   }
   return std::none_of(houses.begin(), houses.end(),
                       [&](const Footprint& other) { return overlap(house, other, kHouseGap); });
+}
+
+Random Town::randomOfStreet(std::uint64_t purpose, std::size_t street) const {
+  const double alike = options.alike;
+  if (alike > 0 && Random(options.seed ^ purpose ^ 0x414C, street).uniform() < alike)
+    return Random(options.pattern_seed ^ purpose, 0x5041);
+  return Random(options.seed ^ purpose, street);
 }
 
 Town makeTown(const TownOptions& options) {

@@ -214,5 +214,26 @@ TEST(Recordings, OptionsOutOfRangeAreRefusedByName) {
   EXPECT_EQ(message(options), "town.tree_density = -1, must be in [0, 4]");
 }
 
+TEST(Recordings, EveryStyleGivesAllItsSessions) {
+  for (const char* style : {"grid", "village", "campus", "office"}) {
+    SimulationOptions options = smallSimulation();
+    options.sim.style = style;
+    options.quality = "noisy";
+    options.route_length_m = 30;
+    const bool indoors = options.sim.style == "office";
+    const Sessions sessions = byName(options);
+    EXPECT_EQ(sessions.size(), indoors ? 9u : 10u) << style;
+    const Frame frame = sessions.at("rear")->read(0);
+    std::size_t seen = 0;
+    for (const float depth : frame.depth.pixels) {
+      seen += depth > 0;
+      if (indoors && depth > 0) EXPECT_TRUE(depth >= 0.3f && depth <= 8.0f) << depth;
+    }
+    EXPECT_GT(seen, frame.depth.pixels.size() / 3) << style;
+    const LabelSet& labels = sessions.at("rear")->labels();
+    for (const std::uint16_t label : frame.label.pixels) ASSERT_TRUE(labels.find(label)) << label;
+  }
+}
+
 }  // namespace
 }  // namespace xview

@@ -163,5 +163,33 @@ TEST(Footprint, OverlapAgreesWithSampling) {
   }
 }
 
+TEST(Town, AlikeStreetsFollowOnePatternInTownsOfAnySeed) {
+  TownOptions options;
+  options.irregularity = options.relief_m = 0;
+  options.alike = 1;
+  options.seed = 1;
+  const Town a = makeTown(options);
+  options.seed = 2;
+  const Town b = makeTown(options);
+  options.alike = 0;
+  const Town other = makeTown(options);
+  std::size_t same = 0, chance = 0;
+  for (std::size_t i = 0; i < 100; ++i) {
+    same += (a.houses[i].center - b.houses[i].center).norm() < 1e-6;
+    chance += (a.houses[i].center - other.houses[i].center).norm() < 1e-6;
+  }
+  EXPECT_EQ(same, 100u);
+  EXPECT_LT(chance, 5u);
+}
+
+TEST(Town, HallsAreLargerThanHouses) {
+  TownOptions options;
+  options.lots = Lots::halls;
+  const Town campus = makeTown(options);
+  double largest = 0;
+  for (const Footprint& house : campus.houses) largest = std::max(largest, house.size.x());
+  EXPECT_GT(largest, 25);
+}
+
 }  // namespace
 }  // namespace xview

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "xview/sim/office.h"
 #include "xview/sim/render.h"
 #include "xview/sim/sensor_noise.h"
 #include "xview/sim/town.h"
@@ -13,6 +14,24 @@
 #include "xview/types/option_field.h"
 
 namespace xview {
+
+/// What kind of world. Other fields that are left at their default take the value that is usual for
+/// the style: straight streets in a grid, frames 0.4 m apart in an office.
+struct WorldStyle {
+  std::string style = "suburb";
+  double alike = 0;
+};
+
+template <class Visitor>
+void visit(WorldStyle& o, Visitor&& field) {
+  field("style", o.style, Choices{{"suburb", "grid", "village", "campus", "office"}},
+        "suburb = crooked streets of houses, grid = one street like the other, village = winding "
+        "roads, campus = halls in open spaces, office = a floor of rooms and corridors with an "
+        "RGB-D camera (never from the air)");
+  field("alike", o.alike, Range{0, 1},
+        "share of the lots and streets, or rooms, that follow one pattern, here and elsewhere; in "
+        "a grid at least 0.4");
+}
 
 /// Which recordings to make. `forward` is always there: its odometry frame is the map frame, and so
 /// is that of `lidar`, the mapping drive of the scanner.
@@ -64,9 +83,11 @@ struct SimulationOptions {
   int height = 240;
   double view_deg = 90;
   double drift = 0.01;
+  WorldStyle sim;
   SessionChoice sessions;
   AerialOptions aerial;
   TownOptions town;
+  OfficeOptions office;
   LidarModel lidar;
   DepthNoise depth_noise;
   LabelNoise label_noise;
@@ -91,9 +112,11 @@ void visit(SimulationOptions& o, Visitor&& field) {
   field("drift", o.drift, Range{0, 0.2},
         "noisy: error of the odometry per distance; the mapping drives have none, as after "
         "optimisation");
+  field.group("sim", o.sim);
   field.group("sessions", o.sessions);
   field.group("aerial", o.aerial);
   field.group("town", o.town);
+  field.group("office", o.office);
   field.group("lidar", o.lidar);
   field.group("depth_noise", o.depth_noise);
   field.group("label_noise", o.label_noise);
@@ -105,9 +128,12 @@ struct SessionPlan {
   std::string name;
   Sensor sensor = Sensor::camera;
   Camera camera;
+  LabelSet labels;
   DepthNoise depth_noise;
-  double start_s = 0;   ///< stamp of the first frame
-  double period_s = 0;  ///< between frames
+  double nearest_m = 0, farthest_m = 1e9;  ///< depths that the camera can measure
+  double speed = 9;                        ///< [m/s]
+  double start_s = 0;                      ///< stamp of the first frame
+  double period_s = 0;                     ///< between frames
   std::uint64_t seed = 0;
   std::vector<Eigen::Isometry3d> T_world_sensor;
   std::vector<Eigen::Isometry3d> T_odom_sensor;  ///< what the odometry says
@@ -128,7 +154,7 @@ class SimulatedRecording : public FrameSource {
   std::int64_t number(std::size_t index) const override { return static_cast<std::int64_t>(index); }
   Frame read(std::size_t index) const override;
   Sensor sensor() const override { return plan_.sensor; }
-  const LabelSet& labels() const override { return labels_; }
+  const LabelSet& labels() const override { return plan_.labels; }
   const std::string& name() const override { return plan_.name; }
 
   /// T_map_sensor, with the map in the frame of the first session's odometry. A session from
@@ -142,7 +168,6 @@ class SimulatedRecording : public FrameSource {
   SessionPlan plan_;
   Renderer renderer_;
   SimulationOptions options_;
-  LabelSet labels_;
 };
 
 /// The chosen sessions, `forward` first. Each has its own traffic, odometry frame and noise; all

@@ -9,9 +9,12 @@
 
 namespace xview {
 
-/// A drive of this length along the middle of the streets, without turning round; prefers streets
-/// it has not seen. Points about 1 m apart, corners rounded so that lanes on both sides stay on the
-/// road.
+/// The middle of streets one after the other, longer than this and without turning round; prefers
+/// streets it has not seen.
+Polyline streetsThrough(const StreetNetwork& network, double length_m, std::uint64_t seed);
+
+/// Such a drive of this length. Points about 1 m apart, corners rounded so that lanes on both sides
+/// stay on the road.
 Polyline planDrive(const StreetNetwork& network, double length_m, std::uint64_t seed);
 
 /// The line `left_m` to the left of a drive (negative: right).
@@ -32,6 +35,10 @@ struct Mount {
 /// Poses of a body (x forward, y left, z up) every `spacing_m` along the line.
 std::vector<Eigen::Isometry3d> bodyPoses(const Polyline& line, double spacing_m, const Mount& mount,
                                          const Relief& relief, std::uint64_t seed);
+
+/// The sensor of somebody who walks through these poses on a floor, `left_m` beside the middle.
+std::vector<Eigen::Isometry3d> carriedPoses(std::vector<Eigen::Isometry3d> T_world_body,
+                                            const Mount& mount, double left_m, std::uint64_t seed);
 
 /// Optical frame (x right, y down, z forward) of a camera that looks along x of the body.
 Eigen::Isometry3d opticalPose(const Eigen::Isometry3d& T_world_body);

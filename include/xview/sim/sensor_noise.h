@@ -8,7 +8,7 @@
 
 namespace xview {
 
-/// Errors of a stereo camera.
+/// Errors of a stereo camera, or of one that projects a pattern.
 struct DepthNoise {
   double baseline_m = 0.5;
   double disparity_sigma_px = 0.2;  ///< sigma_z = z^2 / (fx * baseline) * this
@@ -33,7 +33,8 @@ struct LabelNoise {
   double accuracy = 0.83;   ///< share of the pixels that keep their label, on average over frames
   double variation = 0.02;  ///< standard deviation of that between frames
   double persistence =
-      0.5;  ///< 0 = errors change with the image, 1 = they stick to places in the world
+      0.5;             ///< 0 = errors change with the image, 1 = they stick to places in the world
+  double patch_m = 3;  ///< size of regions that are wrong for their place in the world
 };
 
 template <class Visitor>
@@ -43,6 +44,8 @@ void visit(LabelNoise& o, Visitor&& field) {
         "standard deviation of the accuracy between frames");
   field("persistence", o.persistence, Range{0, 1},
         "0 = wrong regions change from frame to frame, 1 = they stick to places in the world");
+  field("patch_m", o.patch_m, Range{0.1, 20},
+        "size of regions that are wrong for their place in the world [m]");
 }
 
 struct LidarNoise {

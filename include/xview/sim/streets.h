@@ -10,9 +10,18 @@
 
 namespace xview {
 
+/// What stands on the lots of a town.
+enum class Lots { houses, halls };
+
 /// Shape of a simulated town. The seed decides everything that the fields leave open.
 struct TownOptions {
-  std::uint64_t seed = 1;  ///< set by whoever makes the town; not a field of its own
+  // Set by whoever makes the town; not fields of their own.
+  std::uint64_t seed = 1;
+  std::uint64_t pattern_seed = 1;  ///< decides what alike streets and lots look like
+  double alike = 0;                ///< share of the streets and lots that follow the pattern
+  double winding_m = 0;            ///< streets swing by this to both sides
+  Lots lots = Lots::houses;
+
   int blocks_x = 4;
   int blocks_y = 4;
   double street_spacing_m = 75;

@@ -104,6 +104,9 @@ struct Town {
   /// Away from sidewalks, roads and houses by these distances.
   bool isFree(const Eigen::Vector2d& p, double from_sidewalk_m, double from_house_m) const;
   bool hasRoomFor(const Footprint& house) const;
+  /// Random numbers for one purpose in one street: its own, or those of the pattern that alike
+  /// streets follow.
+  Random randomOfStreet(std::uint64_t purpose, std::size_t street) const;
 };
 
 /// Same options and seed: same town, on every machine. Throws UsageError if an option is out of
