@@ -130,6 +130,27 @@ Matrix6d covarianceFrom(const Json& row_major) {
   return Eigen::Map<const Matrix6d>(values.data()).transpose();
 }
 
+/// All places of an answer as xview wrote them; the best one alone if the file has no list.
+std::vector<Hypothesis> hypothesesFrom(const Json& json, double scale) {
+  std::vector<Hypothesis> hypotheses;
+  const auto list = json.find("hypotheses");
+  for (std::size_t i = 0; list != json.end() && i < list->size(); ++i) {
+    const auto numbers = (*list)[i].at("T_map_query").get<std::vector<double>>();
+    if (numbers.size() != 16)
+      throw std::invalid_argument(
+          fmt::format("T_map_query has {} numbers, expected 16", numbers.size()));
+    Hypothesis hypothesis;
+    hypothesis.T_map_query.matrix() =
+        Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(numbers.data());
+    hypothesis.T_map_query.linear() /= scale;
+    hypothesis.score = (*list)[i].value("score", 0.0);
+    hypothesis.inliers = (*list)[i].value("inliers", 0);
+    hypotheses.push_back(hypothesis);
+  }
+  if (hypotheses.empty()) hypotheses.resize(1);
+  return hypotheses;
+}
+
 Answer answerFrom(const std::string& line) {
   const Json json = Json::parse(line);
   const Json& query = json.at("query");
@@ -142,13 +163,15 @@ Answer answerFrom(const std::string& line) {
   answer.frames = query.value("frames_in_input", std::size_t{0});
   answer.fix.status = statusFrom(json.at("status").get<std::string>());
   answer.fix.confidence = json.at("confidence").get<double>();
+  answer.fix.reason = json.value("reason", "");
+  answer.fix.scale = json.value("scale", 1.0);
+  if (!(answer.fix.scale > 0)) throw std::invalid_argument("scale is not positive");
   const auto pose = json.find("pose");
   if (pose != json.end() && !pose->is_null()) {
     answer.fix.T_map_sensor = poseFrom(*pose);
-    answer.fix.hypotheses.resize(1);
+    answer.fix.hypotheses = hypothesesFrom(json, answer.fix.scale);
+    answer.fix.T_map_query = answer.fix.hypotheses[0].T_map_query;
   }
-  answer.fix.scale = json.value("scale", 1.0);
-  if (!(answer.fix.scale > 0)) throw std::invalid_argument("scale is not positive");
   const auto covariance = json.find("covariance");
   if (covariance != json.end() && !covariance->is_null())
     answer.fix.covariance = covarianceFrom(*covariance);

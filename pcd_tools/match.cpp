@@ -1,47 +1,34 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <fmt/core.h>
 
-#include <filesystem>
-
 #include "inputs.h"
 #include "outputs.h"
+#include "scenes.h"
 #include "tool.h"
 #include "xview/localizer.h"
 #include "xview/types/error.h"
 #include "xview/types/stopwatch.h"
-#include "xview/view/color_mesh.h"
 
 namespace xview::tools {
 namespace {
 
-SceneQuery drawn(const Query& query, const Localization& fix) {
-  SceneQuery result;
-  result.name = "query";
-  result.status = fix.status;
-  result.graph = &query.graph;
-  result.cloud = &query.cloud;
-  result.T_map_query = fix.T_map_query;
-  result.poses = query.poses;
-  result.putative = fix.putative;
-  result.kept = fix.kept;
-  return result;
-}
-
 class MatchCommand final : public Command {
  public:
   Description describe() const override {
-    return {"match",
-            "QUERY MAP OUT.ply",
-            "putative and kept correspondences, coloured",
-            "The map lies below, the query above it at the pose that was found; green lines were "
-            "kept, pale red ones only\n"
-            "tried. OUT.ply or OUT.vtk is a mesh for MeshLab or pcl_viewer, OUT.png a picture, "
-            "OUT.html a page to turn.\n"
-            "It is written for the best pose that was found, whether accepted (exit code 0) or not "
-            "(3).",
-            "xview match town/rear town.xvm match.ply --frames 0:60",
-            3,
-            3};
+    return {
+        "match",
+        "QUERY MAP OUT.ply",
+        "putative and kept correspondences, coloured",
+        "The map lies below, the query above it at the pose that was found; green lines were "
+        "kept, pale red ones only\n"
+        "tried. OUT.ply or OUT.vtk is a mesh for MeshLab or pcl_viewer, OUT.pcd a cloud, OUT.png "
+        "or OUT.svg a picture, OUT.html\n"
+        "a page to turn.\n"
+        "It is written for the best pose that was found, whether accepted (exit code 0) or not "
+        "(3).",
+        "xview match town/rear town.xvm match.ply --frames 0:60",
+        3,
+        3};
   }
 
   void declare(Flags& flags) override { input_.declare(flags); }
@@ -60,15 +47,16 @@ class MatchCommand final : public Command {
     job.narrate.stage("match", watch.lap_ms(),
                       fmt::format("{}: {}", toString(fix.status), fix.reason));
 
-    const std::string ending = std::filesystem::path(out).extension().string();
-    if (ending == ".ply" || ending == ".vtk") {
-      writeMesh(out, drawMatches(map.graph, query.graph, map.labels, fix.T_map_query, fix.putative,
-                                 fix.kept));
-    } else {
-      Scene scene = sceneOf(map, fmt::format("{}: {}", toString(fix.status), fix.reason));
-      scene.queries.push_back(drawn(query, fix));
-      writeDrawing(out, scene);
-    }
+    Scene scene = sceneOf(map);
+    scene.queries.push_back(queryWith(query, fix));
+    scene.title = outcomeOf(scene.queries);
+    scene.caption = fmt::format("{} in {}: {}", job.operands[0], job.operands[1], fix.reason);
+    scene.made_by = madeBy("match", job);
+    scene.facts = {
+        {"kept correspondences", fmt::format("{} of {}", fix.kept.size(), fix.putative.size())},
+        {"query vertices", fmt::format("{}", query.graph.size())},
+        {"map vertices", fmt::format("{}", map.graph.size())}};
+    writeDrawing(out, scene);
     fmt::print("{} query vertices, {} map vertices, {} putative correspondences, {} kept, {}\n",
                query.graph.size(), map.graph.size(), fix.putative.size(), fix.kept.size(),
                toString(fix.status));

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "xview/map/semantic_map.h"
+#include "xview/types/labelled_cloud.h"
 #include "xview/view/scene.h"
 
 namespace xview::tools {
@@ -24,19 +24,15 @@ void requireCloudPath(const std::string& path);
 /// PCD or PLY by the ending of the path, coloured by class.
 void writeCloud(const std::string& path, const LabelledCloud& cloud, const LabelSet& labels);
 
-/// A picture of a map, which must outlive it.
-Scene sceneOf(const map::SemanticMap& map, const std::string& title);
-
-/// True if the ending is one that writeDrawing knows: .png, .html, .vtk, .ply, .pcd.
+/// True if the ending is one that writeDrawing knows: .png, .svg, .html, .vtk, .ply, .pcd.
 bool isDrawing(const std::string& path);
 
 /// Throws UsageError unless isDrawing, Error if it cannot be written; called before the work, not
 /// after it.
 void requireDrawingPath(const std::string& path);
 
-/// .png: from above; .html: a page to turn and zoom; .vtk and .ply: graphs, ways and answers as a
-/// mesh; .pcd, or .ply if there is nothing for a mesh: the cloud of the map. Throws UsageError if
-/// the scene has no such part.
+/// Everything that is in the scene, by the ending: .png and .svg from above; .html as a page; .vtk
+/// and .ply as a mesh, .pcd as a cloud.
 void writeDrawing(const std::string& path, const Scene& scene);
 
 /// A mesh as .vtk or .ply by the ending of the path.

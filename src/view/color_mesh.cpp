@@ -6,8 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <set>
-#include <utility>
 
 #include "drawing.h"
 #include "xview/types/median.h"
@@ -17,42 +15,11 @@ namespace {
 
 constexpr double kSmallest_m = 0.15, kLargest_m = 3;
 constexpr double kShareOfEdge = 0.06;  // an octahedron is this part of a typical edge
-constexpr Color kEdgeColor{150, 150, 150};
-constexpr double kLeastLift_m = 10;
-constexpr std::size_t kMostPutative = 400;  // correspondences drawn, evenly thinned
-
-Eigen::AlignedBox3d boundsOf(const SemanticGraph& graph, const Eigen::Isometry3d& T) {
-  Eigen::AlignedBox3d box;
-  for (const Vertex& v : graph.vertices) {
-    if (v.position.allFinite()) box.extend(Eigen::Vector3d(T * v.position));
-  }
-  return box;
-}
-
-/// Height of the query above the map.
-double liftOf(const Eigen::AlignedBox3d& query) {
-  return query.isEmpty() ? kLeastLift_m
-                         : std::max(kLeastLift_m, query.sizes().head<2>().maxCoeff() / 3);
-}
 
 std::uint32_t addVertex(ColorMesh& mesh, const Eigen::Vector3d& position, const Color& color) {
   mesh.vertices.push_back(position);
   mesh.colors.push_back(color);
   return static_cast<std::uint32_t>(mesh.vertices.size() - 1);
-}
-
-void addGraph(ColorMesh& mesh, const SemanticGraph& graph, const LabelSet& labels,
-              double vertex_radius_m, const Color& edge_color, const Eigen::Isometry3d& T) {
-  for (const Vertex& v : graph.vertices) {
-    if (!v.position.allFinite()) continue;
-    const bool is_surface = labels.role(v.label) == Role::surface;
-    addOctahedron(mesh, T * v.position, is_surface ? vertex_radius_m / 2 : vertex_radius_m,
-                  labels.color(v.label));
-  }
-  for (const auto& [i, j] : readableEdges(graph)) {
-    addTube(mesh, T * graph.vertices[i].position, T * graph.vertices[j].position,
-            vertex_radius_m / 8, edge_color);
-  }
 }
 
 }  // namespace
@@ -104,6 +71,13 @@ std::string toVtk(const ColorMesh& mesh) {
     fmt::format_to(out, "{:.3f} {:.3f} {:.3f}\n", p.x(), p.y(), p.z());
   fmt::format_to(out, "POLYGONS {} {}\n", mesh.triangles.size(), 4 * mesh.triangles.size());
   for (const auto& t : mesh.triangles) fmt::format_to(out, "3 {} {} {}\n", t[0], t[1], t[2]);
+  std::vector<bool> used(mesh.vertices.size(), false);
+  for (const auto& t : mesh.triangles) used[t[0]] = used[t[1]] = used[t[2]] = true;
+  const auto loose = std::count(used.begin(), used.end(), false);
+  if (loose > 0) fmt::format_to(out, "VERTICES {} {}\n", loose, 2 * loose);
+  for (std::size_t i = 0; i < used.size(); ++i) {
+    if (!used[i]) fmt::format_to(out, "1 {}\n", i);
+  }
   // In ASCII files these are fractions of one.
   fmt::format_to(out, "POINT_DATA {}\nCOLOR_SCALARS RGB 3\n", mesh.colors.size());
   for (const Color& c : mesh.colors)
@@ -138,40 +112,19 @@ double typicalVertexRadius(const SemanticGraph& graph) {
   return std::clamp(kShareOfEdge * medianOf(std::move(lengths)), kSmallest_m, kLargest_m);
 }
 
-ColorMesh graphMesh(const SemanticGraph& graph, const LabelSet& labels,
-                    const Eigen::Isometry3d& T_scene_graph) {
-  ColorMesh mesh;
-  addGraph(mesh, graph, labels, typicalVertexRadius(graph), kEdgeColor, T_scene_graph);
-  return mesh;
-}
-
-ColorMesh drawMatches(const SemanticGraph& map, const SemanticGraph& query, const LabelSet& labels,
-                      const Eigen::Isometry3d& T_map_query,
-                      const std::vector<Correspondence>& putative,
-                      const std::vector<Correspondence>& kept) {
-  const Eigen::Isometry3d T_scene_query =
-      Eigen::Translation3d(0, 0, liftOf(boundsOf(query, T_map_query))) * T_map_query;
-  const double vertex_radius = typicalVertexRadius(map.empty() ? query : map);
-  ColorMesh mesh;
-  addGraph(mesh, map, labels, vertex_radius, kEdgeColor, Eigen::Isometry3d::Identity());
-  addGraph(mesh, query, labels, vertex_radius, kQueryEdgeColor, T_scene_query);
-
-  const auto line = [&](const Correspondence& c, double radius_m, const Color& color) {
-    if (c.query >= query.size() || c.map >= map.size()) return;
-    const Eigen::Vector3d from = T_scene_query * query.vertices[c.query].position,
-                          to = map.vertices[c.map].position;
-    if (from.allFinite() && to.allFinite()) addTube(mesh, from, to, radius_m, color);
-  };
-  std::set<std::pair<std::uint32_t, std::uint32_t>> kept_pairs;
-  for (const Correspondence& c : kept) kept_pairs.insert({c.query, c.map});
-  const std::size_t step = 1 + putative.size() / kMostPutative;
-  for (std::size_t i = 0; i < putative.size(); i += step) {
-    if (kept_pairs.count({putative[i].query, putative[i].map}) == 0) {
-      line(putative[i], vertex_radius / 16, kPutativeTubeColor);
-    }
+void addGraph(ColorMesh& mesh, const SemanticGraph& graph, const LabelSet& labels,
+              double vertex_radius_m, const Color& edge_color,
+              const Eigen::Isometry3d& T_scene_graph) {
+  for (const Vertex& v : graph.vertices) {
+    if (!v.position.allFinite()) continue;
+    const bool is_surface = labels.role(v.label) == Role::surface;
+    addOctahedron(mesh, T_scene_graph * v.position,
+                  is_surface ? vertex_radius_m / 2 : vertex_radius_m, labels.color(v.label));
   }
-  for (const Correspondence& c : kept) line(c, vertex_radius / 5, kKeptTubeColor);
-  return mesh;
+  for (const auto& [i, j] : readableEdges(graph)) {
+    addTube(mesh, T_scene_graph * graph.vertices[i].position,
+            T_scene_graph * graph.vertices[j].position, vertex_radius_m / 8, edge_color);
+  }
 }
 
 }  // namespace xview

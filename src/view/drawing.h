@@ -22,23 +22,37 @@ std::vector<std::pair<std::uint32_t, std::uint32_t>> readableEdges(const Semanti
 std::vector<std::vector<Eigen::Vector3d>> trajectoryPieces(
     const std::vector<Eigen::Isometry3d>& poses);
 
+/// T_map_sensor of the frames of a query.
+std::vector<Eigen::Isometry3d> posesInMap(const SceneQuery& query);
+
 /// A color mixed with white; 0 leaves it, 1 is white.
 Color paler(const Color& color, double share);
+
+/// The colour of a class in a map that is to recede behind what lies on it: one quiet colour per
+/// kind; what is of no known kind keeps a paler form of its own.
+Color quietColor(const LabelSet& labels, std::uint32_t id);
 
 /// Channels of a plan view that are drawn, the lowest first. Borders and obstacles repeat what is
 /// drawn already.
 std::vector<Channel> drawnChannels();
 Color channelColor(Channel channel);
 
-constexpr Color kKeyframeColor{70, 90, 140};
-constexpr Color kQueryEdgeColor{90, 130, 200};
-constexpr Color kKeptColor{20, 160, 60};
-constexpr Color kPutativeColor{230, 180, 180};
-constexpr Color kTruthColor{20, 20, 20};
+/// The two ends of a correspondence in the map frame.
+struct MatchEnds {
+  Eigen::Vector3d query, map;
+};
+/// Those that are in range and finite.
+std::vector<MatchEnds> endsOf(const std::vector<Correspondence>& matches, const SceneQuery& query,
+                              const SemanticGraph& map);
 
-/// The page around the data: everything before the JSON text of the scene, and everything behind
-/// it.
-extern const char* const kHtmlPageBegin;
-extern const char* const kHtmlPageEnd;
+/// The pairs of `putative` that are not in `kept`.
+std::vector<Correspondence> onlyPutative(const std::vector<Correspondence>& putative,
+                                         const std::vector<Correspondence>& kept);
+
+constexpr Color kKeyframeColor{96, 104, 122};
+constexpr Color kQueryColor{30, 96, 214};
+constexpr Color kKeptColor{20, 160, 60};
+constexpr Color kPutativeColor{214, 150, 150};
+constexpr Color kTruthColor{20, 20, 20};
 
 }  // namespace xview

@@ -4,6 +4,8 @@
 #include "drawing.h"
 
 namespace xview {
+extern const char* const kHtmlPageBegin;
+extern const char* const kHtmlPageEnd;
 
 const char* const kHtmlPageBegin = R"page(<!DOCTYPE html>
 <html lang="en">

@@ -6,11 +6,13 @@
 #include "drawing.h"
 
 namespace xview {
+extern const char* const kHtmlPageBegin;
+extern const char* const kHtmlPageEnd;
 namespace {
 
 using nlohmann::ordered_json;
 
-constexpr Color kMapEdgeColor{190, 190, 196};
+constexpr Color kMapEdgeColor{190, 190, 196}, kQueryEdgeColor{90, 130, 200};
 
 /// RFC 4648 with padding.
 std::string base64(const void* data, std::size_t size) {

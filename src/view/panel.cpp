@@ -1,168 +1,294 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "panel.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <opencv2/imgproc.hpp>
+#include <set>
 
 namespace xview {
 namespace {
 
-constexpr int kShift = 4;           // OpenCV's fixed-point coordinates: 1/16 pixel
-constexpr double kFarOff_px = 1e5;  // beyond this OpenCV's fixed-point numbers overflow
+constexpr Color kRim{52, 56, 66}, kWhite{255, 255, 255}, kGrid{226, 228, 232}, kInk{60, 64, 74};
+constexpr std::size_t kCrowded = 4000;  // vertices in view from which they shrink to dots
+constexpr double kPointSize_m = 0.35;   // maps are thinned to about this distance
 
-cv::Point fixedPoint(const Eigen::Vector2d& p) {
-  const double unit = 1 << kShift;
-  return {cvRound(std::clamp(p.x(), -kFarOff_px, kFarOff_px) * unit),
-          cvRound(std::clamp(p.y(), -kFarOff_px, kFarOff_px) * unit)};
+/// 1, 2 or 5 times a power of ten, at most `length`.
+double roundLength(double length) {
+  const double power = std::pow(10, std::floor(std::log10(length)));
+  for (const double factor : {5.0, 2.0}) {
+    if (factor * power <= length) return factor * power;
+  }
+  return power;
 }
 
-Eigen::AlignedBox2d inShapeOf(const cv::Mat& pixels, const Eigen::AlignedBox2d& area) {
-  const double aspect = static_cast<double>(pixels.cols) / pixels.rows;
-  Eigen::Vector2d half = area.sizes() / 2;
-  half = half.cwiseMax(1e-3);
-  if (half.x() < aspect * half.y()) {
+std::uint32_t argb(const Color& c, double opacity = 1) {
+  const auto part = [&](std::uint8_t value) {
+    return static_cast<std::uint32_t>(std::lround(opacity * value));
+  };
+  return (part(255) << 24) | (part(c[0]) << 16) | (part(c[1]) << 8) | part(c[2]);
+}
+
+Eigen::AlignedBox2d inShapeOf(const Eigen::AlignedBox2d& box, const Eigen::AlignedBox2d& area) {
+  const double aspect = box.sizes().x() / box.sizes().y();
+  Eigen::Vector2d half = (area.sizes() / 2).cwiseMax(1e-3);
+  if (half.x() < aspect * half.y())
     half.x() = aspect * half.y();
-  } else {
+  else
     half.y() = half.x() / aspect;
-  }
   return {area.center() - half, area.center() + half};
 }
 
-int fontOf(bool bold) { return bold ? cv::FONT_HERSHEY_DUPLEX : cv::FONT_HERSHEY_SIMPLEX; }
-double fontScale(double size_px) {
-  return size_px / 30;
-}  // Hershey letters are about 30 pixels from ascender to descender
-
-std::string asciiOnly(const std::string& text) {
-  std::string ascii;
-  for (const char c : text) {
-    const auto byte = static_cast<unsigned char>(c);
-    if ((byte & 0xC0) == 0x80) continue;  // rest of a character that was replaced
-    ascii += byte >= 32 && byte < 127 ? c : '?';
-  }
-  return ascii;
+/// Where the sensor looks, seen from above with y down; zero if it looks up or down.
+Eigen::Vector2d headingOf(const Eigen::Isometry3d& T_map_sensor, const Eigen::Vector3d& forward) {
+  const Eigen::Vector3d ahead = T_map_sensor.linear() * forward.normalized();
+  const Eigen::Vector2d heading(ahead.x(), -ahead.y());
+  return heading.norm() < 0.3 ? Eigen::Vector2d::Zero() : Eigen::Vector2d(heading.normalized());
 }
 
 }  // namespace
 
-Panel::Panel(cv::Mat pixels, const Eigen::AlignedBox2d& area)
-    : pixels_(std::move(pixels)),
-      area_(inShapeOf(pixels_, area)),
-      scale_(pixels_.cols / area_.sizes().x()) {}
-
-Eigen::Vector2d Panel::toPixel(const Eigen::Vector2d& p) const {
-  return {(p.x() - area_.min().x()) * scale_, (area_.max().y() - p.y()) * scale_};
+void drawArrowHead(Canvas& canvas, const Canvas::Point& at, const Eigen::Vector2d& direction,
+                   double size, const Color& fill, const Color& rim) {
+  if (direction.isZero()) return canvas.disc(at, 0.6 * size, fill, rim, 2);
+  const Eigen::Vector2d ahead = size * direction.normalized(), aside(-ahead.y(), ahead.x());
+  canvas.polygon({at + ahead, at - 0.8 * ahead + 0.72 * aside, at - 0.4 * ahead,
+                  at - 0.8 * ahead - 0.72 * aside},
+                 fill, rim, 2);
 }
 
-void Panel::fillSquare(const Eigen::Vector2d& center, double side_px, const Color& color) {
-  const Eigen::Vector2d p = toPixel(center);
-  const double half = side_px / 2;
-  const int x0 = std::max(0, cvFloor(p.x() - half + 0.5)),
-            x1 = std::min(pixels_.cols, std::max(x0 + 1, cvFloor(p.x() + half + 0.5)));
-  const int y0 = std::max(0, cvFloor(p.y() - half + 0.5)),
-            y1 = std::min(pixels_.rows, std::max(y0 + 1, cvFloor(p.y() + half + 0.5)));
-  const cv::Vec3b value(color[2], color[1], color[0]);
-  for (int y = y0; y < y1; ++y) {
-    for (int x = x0; x < x1; ++x) pixels_.at<cv::Vec3b>(y, x) = value;
+void drawDiamond(Canvas& canvas, const Canvas::Point& at, double radius, bool filled) {
+  const Eigen::Vector2d x(radius, 0), y(0, radius);
+  canvas.polygon({at + x, at + y, at - x, at - y}, filled ? kKeptColor : kWhite,
+                 filled ? kWhite : kQueryColor, 1);
+}
+
+Panel::Panel(Canvas& canvas, const Eigen::AlignedBox2d& box, const Eigen::AlignedBox2d& area)
+    : canvas_(canvas),
+      box_(box),
+      area_(inShapeOf(box, area)),
+      scale_(box.sizes().x() / area_.sizes().x()) {}
+
+bool Panel::shows(const Eigen::Vector3d& p) const {
+  return p.allFinite() && area_.contains(Eigen::Vector2d(p.head<2>()));
+}
+
+Canvas::Point Panel::toPixel(const Eigen::Vector2d& p) const {
+  return box_.min() + scale_ * Eigen::Vector2d(p.x() - area_.min().x(), area_.max().y() - p.y());
+}
+
+std::vector<Canvas::Point> Panel::toPixels(const std::vector<Eigen::Vector3d>& points) const {
+  std::vector<Canvas::Point> pixels;
+  for (const Eigen::Vector3d& p : points) pixels.push_back(toPixel(p));
+  return pixels;
+}
+
+double Panel::gridStep() const { return roundLength(260 / scale_); }
+
+void Panel::drawGrid() {
+  canvas_.fill(box_, {249, 249, 247});
+  const double step = gridStep();
+  const Eigen::Vector2d low = area_.min(), high = area_.max();
+  for (double x = std::ceil(low.x() / step) * step; x < high.x(); x += step)
+    canvas_.line(toPixel(Eigen::Vector2d(x, low.y())), toPixel(Eigen::Vector2d(x, high.y())), kGrid,
+                 1);
+  for (double y = std::ceil(low.y() / step) * step; y < high.y(); y += step)
+    canvas_.line(toPixel(Eigen::Vector2d(low.x(), y)), toPixel(Eigen::Vector2d(high.x(), y)), kGrid,
+                 1);
+}
+
+/// Along the lower and the left edge.
+void Panel::drawCoordinates() {
+  constexpr double kSize = 13;
+  constexpr Color kFaint{120, 124, 134};
+  const double step = gridStep();
+  const Eigen::Vector2d low = area_.min(), high = area_.max();
+  const auto name = [&](double value) {
+    return fmt::format("{:.{}f}", std::abs(value) < step / 2 ? 0 : value,
+                       std::max(0, static_cast<int>(std::ceil(-std::log10(step) - 1e-9))));
+  };
+  for (double x = std::ceil(low.x() / step) * step; x < high.x(); x += step) {
+    const Canvas::Point at(toPixel(Eigen::Vector2d(x, 0)).x(), box_.max().y() - 12);
+    if (at.x() > box_.min().x() + 60 && at.x() < box_.max().x() - 60)
+      canvas_.text(name(x), at, kSize, kFaint, false, 0.5, true);
   }
+  for (double y = std::ceil(low.y() / step) * step; y < high.y(); y += step) {
+    const Canvas::Point at(box_.min().x() + 8, toPixel(Eigen::Vector2d(0, y)).y());
+    if (at.y() > box_.min().y() + 30 && at.y() < box_.max().y() - 70)
+      canvas_.text(name(y), at, kSize, kFaint, false, 0, true);
+  }
+  canvas_.text("x [m]", box_.max() - Eigen::Vector2d(8, 12), kSize, kFaint, false, 1, true);
+  canvas_.text("y [m]", box_.min() + Eigen::Vector2d(8, 14), kSize, kFaint, false, 0, true);
 }
 
-void Panel::line(const Eigen::Vector2d& from, const Eigen::Vector2d& to, const Color& color,
-                 int thickness) {
-  if (!from.allFinite() || !to.allFinite()) return;
-  cv::line(pixels_, fixedPoint(toPixel(from)), fixedPoint(toPixel(to)), bgr(color), thickness,
-           cv::LINE_AA, kShift);
-}
-
-void Panel::polyline(const std::vector<Eigen::Vector2d>& points, const Color& color,
-                     int thickness) {
-  for (std::size_t i = 1; i < points.size(); ++i) line(points[i - 1], points[i], color, thickness);
-}
-
-void Panel::dashedPolyline(const std::vector<Eigen::Vector2d>& points, const Color& color,
-                           int thickness, double dash_px) {
-  const double dash_m = dash_px / scale_;
-  double walked = 0;  // along the whole line, so that dashes go round corners
-  for (std::size_t i = 1; i < points.size(); ++i) {
-    const Eigen::Vector2d step = points[i] - points[i - 1];
-    const double length = step.norm();
-    if (!(length > 0) || length > 1e4 * dash_m) continue;
-    for (double at = 0; at < length;) {
-      const double left = dash_m - std::fmod(walked + at, dash_m),
-                   end = std::min(length, at + std::max(left, 1e-6 * dash_m));
-      if (static_cast<long long>((walked + at + 1e-9) / dash_m) % 2 == 0) {
-        line(points[i - 1] + step * (at / length), points[i - 1] + step * (end / length), color,
-             thickness);
+void Panel::drawPlan(const PlanView& plan) {
+  const double cell_px = plan.cell_m * scale_;
+  for (const Channel channel : drawnChannels()) {
+    for (const PlanSample& s : plan[channel]) {
+      const Eigen::Vector3d p(plan.origin_x + s.x, plan.origin_y + s.y, 0);
+      if (!shows(p)) continue;
+      if (isObject(channel)) {
+        canvas_.disc(toPixel(p), std::clamp(cell_px, 1.5, 4.0), channelColor(channel), kRim, 0);
+      } else {
+        const Eigen::Vector2d half =
+            Eigen::Vector2d::Constant(std::max(1.0, isArea(channel) ? cell_px : 0.8 * cell_px) / 2);
+        canvas_.fill({toPixel(p) - half, toPixel(p) + half}, channelColor(channel));
       }
-      at = end;
     }
-    walked += length;
   }
 }
 
-void Panel::disc(const Eigen::Vector2d& center, double radius_px, const Color& fill,
-                 const Color& rim) {
-  const cv::Point at = fixedPoint(toPixel(center));
-  const int radius = cvRound(radius_px * (1 << kShift));
-  cv::circle(pixels_, at, radius, bgr(fill), cv::FILLED, cv::LINE_AA, kShift);
-  if (radius_px > 2) cv::circle(pixels_, at, radius, bgr(rim), 1, cv::LINE_AA, kShift);
+/// Points as squares of pixels on a picture of the panel; argbOf(label) is what a class looks like.
+/// The lowest come first.
+template <class ColorOf>
+void Panel::splat(const LabelledCloud& cloud, const Eigen::Isometry3d& T, ColorOf&& argbOf,
+                  std::vector<std::uint32_t>& pixels) const {
+  const int width = static_cast<int>(box_.sizes().x()), height = static_cast<int>(box_.sizes().y());
+  std::vector<std::pair<double, std::size_t>> lowest_first;
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    const Eigen::Vector3d p = T * cloud.position(i);
+    if (shows(p)) lowest_first.emplace_back(p.z(), i);
+  }
+  std::sort(lowest_first.begin(), lowest_first.end());
+  pixels.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), 0);
+  const double half = std::max(1.0, kPointSize_m * scale_) / 2;
+  const auto low = [&](double v) { return std::max(0, static_cast<int>(v - half + 0.5)); };
+  const auto high = [&](double v, int least, int end) {
+    return std::min(end, std::max(least + 1, static_cast<int>(v + half + 0.5)));
+  };
+  for (const auto& [z, i] : lowest_first) {
+    const Canvas::Point at = toPixel(Eigen::Vector3d(T * cloud.position(i))) - box_.min();
+    const std::uint32_t color = argbOf(cloud.points[i].label);
+    if (color == 0) continue;
+    const int x0 = low(at.x()), y0 = low(at.y());
+    for (int y = y0, y1 = high(at.y(), y0, height); y < y1; ++y) {
+      for (int x = x0, x1 = high(at.x(), x0, width); x < x1; ++x)
+        pixels[static_cast<std::size_t>(y * width + x)] = color;
+    }
+  }
 }
 
-void Panel::ring(const Eigen::Vector2d& center, double radius_px, const Color& color,
-                 int thickness) {
-  cv::circle(pixels_, fixedPoint(toPixel(center)), cvRound(radius_px * (1 << kShift)), bgr(color),
-             thickness, cv::LINE_AA, kShift);
+void Panel::drawCloud(const LabelledCloud& cloud, const LabelSet& labels) {
+  std::vector<std::uint32_t> pixels;
+  splat(
+      cloud, Eigen::Isometry3d::Identity(),
+      [&](std::uint32_t label) { return argb(quietColor(labels, label)); }, pixels);
+  canvas_.image(pixels, static_cast<int>(box_.sizes().x()), box_.min());
 }
 
-std::vector<cv::Point> Panel::around(const Eigen::Vector2d& center,
-                                     const std::vector<Eigen::Vector2d>& offsets_px) const {
-  std::vector<cv::Point> corners;
-  for (const Eigen::Vector2d& offset : offsets_px)
-    corners.push_back(fixedPoint(toPixel(center) + offset));
-  return corners;
+/// The ground is only a shade, so that the map is seen through it, and things lie above it. What
+/// was not accepted is paler: it need not be there.
+void Panel::drawQueryClouds(const std::vector<SceneQuery>& queries, const LabelSet& labels) {
+  std::vector<std::uint32_t> ground, things;
+  const auto argbOf = [&](bool of_ground, double opacity) {
+    return [=, &labels](std::uint32_t label) {
+      return isGround(labels.kind(label)) == of_ground ? argb(kQueryColor, opacity) : 0u;
+    };
+  };
+  for (const SceneQuery& query : queries) {
+    if (query.cloud == nullptr || !query.has_pose) continue;
+    const double opacity = query.status == Status::accepted ? 0.8 : 0.35;
+    splat(*query.cloud, query.T_map_query, argbOf(true, 0.2 * opacity), ground);
+    splat(*query.cloud, query.T_map_query, argbOf(false, opacity), things);
+  }
+  for (const auto* pixels : {&ground, &things})
+    canvas_.image(*pixels, static_cast<int>(box_.sizes().x()), box_.min());
 }
 
-void Panel::polygon(const std::vector<cv::Point>& corners, const Color& fill, const Color& rim) {
-  cv::fillConvexPoly(pixels_, corners, bgr(fill), cv::LINE_AA, kShift);
-  cv::polylines(pixels_, corners, true, bgr(rim), 1, cv::LINE_AA, kShift);
+void Panel::drawMapGraph(const SemanticGraph& graph, const LabelSet& labels, bool objects_only) {
+  const auto isSurface = [&](std::uint32_t i) {
+    return labels.role(graph.vertices[i].label) == Role::surface;
+  };
+  std::vector<std::uint32_t> visible;
+  for (std::uint32_t i = 0; i < graph.size(); ++i) {
+    if (shows(graph.vertices[i].position) && !(objects_only && isSurface(i))) visible.push_back(i);
+  }
+  const bool crowded = visible.size() > kCrowded;
+  if (!objects_only && !crowded) {
+    for (const auto& [i, j] : readableEdges(graph)) {
+      const Eigen::Vector3d &a = graph.vertices[i].position, &b = graph.vertices[j].position;
+      if (!(isSurface(i) && isSurface(j)) && (shows(a) || shows(b)))
+        canvas_.line(toPixel(a), toPixel(b), {206, 208, 214}, 0.7);
+    }
+  }
+  const double size = crowded ? 1.6 : objects_only ? 2.6 : 3.6;
+  std::stable_partition(visible.begin(), visible.end(), isSurface);  // things above surfaces
+  for (const std::uint32_t i : visible) {
+    const Vertex& v = graph.vertices[i];
+    const Color color = objects_only ? quietColor(labels, v.label) : labels.color(v.label);
+    canvas_.disc(toPixel(v.position), isSurface(i) ? std::min(size, 2.2) : size, color, kRim,
+                 crowded || isSurface(i) ? 0 : 0.6);
+  }
 }
 
-void Panel::diamond(const Eigen::Vector2d& center, double radius_px, const Color& fill,
-                    const Color& rim) {
-  polygon(around(center, {{radius_px, 0}, {0, radius_px}, {-radius_px, 0}, {0, -radius_px}}), fill,
-          rim);
+void Panel::drawKeyframes(const std::vector<Eigen::Isometry3d>& poses) {
+  for (const auto& piece : trajectoryPieces(poses))
+    canvas_.polyline(toPixels(piece), kKeyframeColor, 1.4);
 }
 
-void Panel::arrowHead(const Eigen::Vector2d& center, const Eigen::Vector2d& direction,
-                      double radius_px, const Color& fill, const Color& rim, int rim_thickness) {
-  const Eigen::Vector2d ahead =
-      radius_px * Eigen::Vector2d(direction.x(), -direction.y()).normalized();
-  const Eigen::Vector2d aside(-ahead.y(), ahead.x());
-  const std::vector<cv::Point> corners = around(
-      center, {ahead, -0.8 * ahead + 0.75 * aside, -0.4 * ahead, -0.8 * ahead - 0.75 * aside});
-  cv::fillPoly(pixels_, std::vector<std::vector<cv::Point>>{corners}, bgr(fill), cv::LINE_AA,
-               kShift);
-  cv::polylines(pixels_, corners, true, bgr(rim), rim_thickness, cv::LINE_AA, kShift);
+void Panel::drawLine(const SceneLine& line) {
+  canvas_.polyline(toPixels(line.points), line.color, 2);
 }
 
-void writeText(cv::Mat& image, const std::string& text, const cv::Point& left, double size_px,
-               const Color& color, bool bold) {
-  const cv::Point origin(left.x, left.y + cvRound(size_px * 0.35));
-  cv::putText(image, asciiOnly(text), origin, fontOf(bold), fontScale(size_px), bgr(color), 1,
-              cv::LINE_AA);
+void Panel::drawMatches(const SceneQuery& query, const SemanticGraph& map, const LabelSet& labels) {
+  if (query.graph == nullptr) return;
+  for (const MatchEnds& ends : endsOf(query.kept, query, map))
+    canvas_.line(toPixel(ends.query), toPixel(ends.map), kKeptColor, 2);
+  std::set<std::uint32_t> kept;
+  for (const Correspondence& c : query.kept) kept.insert(c.query);
+  for (std::uint32_t i = 0; i < query.graph->size(); ++i) {
+    const Vertex& v = query.graph->vertices[i];
+    const bool surface = labels.role(v.label) == Role::surface, is_kept = kept.count(i) > 0;
+    const Eigen::Vector3d p = query.T_map_query * v.position;
+    if ((!surface || is_kept) && shows(p)) drawDiamond(canvas_, toPixel(p), 5.5, is_kept);
+  }
 }
 
-int textWidth(const std::string& text, double size_px, bool bold) {
-  int below = 0;
-  return cv::getTextSize(asciiOnly(text), fontOf(bold), fontScale(size_px), 1, &below).width;
+void Panel::drawMarks(const std::vector<SceneMark>& marks) {
+  for (const SceneMark& mark : marks) {
+    if (shows(mark.at)) canvas_.disc(toPixel(mark.at), 3, mark.color, kWhite, 0.6);
+  }
 }
 
-std::string fitted(const std::string& text, double size_px, int width_px, bool bold) {
-  std::string shown = asciiOnly(text);
-  if (textWidth(shown, size_px, bold) <= width_px) return shown;
-  while (!shown.empty() && textWidth(shown + "...", size_px, bold) > width_px) shown.pop_back();
-  return shown + "...";
+void Panel::drawWay(const SceneQuery& query) {
+  for (const auto& piece : trajectoryPieces(query.true_poses))
+    canvas_.polyline(toPixels(piece), kTruthColor, 2, 6);
+  for (const auto& piece : trajectoryPieces(posesInMap(query)))
+    canvas_.polyline(toPixels(piece), statusColor(query.status), 2.4);
+}
+
+void Panel::drawArrow(const SceneQuery& query, double size) {
+  const auto draw = [&](const Eigen::Isometry3d& T_map_sensor, const Color& fill,
+                        const Color& rim) {
+    if (T_map_sensor.matrix().allFinite() && shows(T_map_sensor.translation()))
+      drawArrowHead(canvas_, toPixel(Eigen::Vector3d(T_map_sensor.translation())),
+                    headingOf(T_map_sensor, query.forward), size, fill, rim);
+  };
+  if (!query.true_poses.empty()) draw(query.true_poses.back(), kWhite, kTruthColor);
+  if (!query.poses.empty())
+    draw(query.T_map_query * query.poses.back(), statusColor(query.status), kWhite);
+}
+
+void Panel::drawScaleBar() {
+  const double length_m = roundLength(std::max(120.0, 0.16 * box_.sizes().x()) / scale_);
+  const Canvas::Point left(box_.min().x() + 22, box_.max().y() - 36),
+      right = left + Eigen::Vector2d(length_m * scale_, 0), tick(0, 5);
+  for (const auto& [color, width] : {std::pair(kWhite, 6.0), std::pair(kInk, 2.0)}) {
+    canvas_.line(left, right, color, width);
+    canvas_.line(left - tick, left + tick, color, width);
+    canvas_.line(right - tick, right + tick, color, width);
+  }
+  const std::string text = length_m >= 1000 ? fmt::format("{:g} km", length_m / 1000)
+                           : length_m < 1   ? fmt::format("{:g} cm", 100 * length_m)
+                                            : fmt::format("{:g} m", length_m);
+  canvas_.text(text, (left + right) / 2 - Eigen::Vector2d(0, 14), 16, kInk, true, 0.5, true);
+}
+
+void Panel::drawFrameOf(const Eigen::AlignedBox2d& area) {
+  const Canvas::Point a = toPixel(Eigen::Vector2d(area.min())),
+                      b = toPixel(Eigen::Vector2d(area.max()));
+  canvas_.frame({a.cwiseMin(b), a.cwiseMax(b)}, kInk, 1.6);
 }
 
 }  // namespace xview

@@ -1,81 +1,63 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <Eigen/Geometry>
-#include <opencv2/core.hpp>
 #include <string>
 #include <vector>
 
-#include "drawing.h"
+#include "canvas.h"
 
 namespace xview {
 
-/// OpenCV keeps blue first.
-inline cv::Scalar bgr(const Color& c) { return cv::Scalar(c[2], c[1], c[0]); }
-
 /// A part of a picture that shows a rectangle of the map frame from above: x to the right, y up,
-/// one scale.
+/// one scale. Its functions are the layers of a picture, in the order in which they are drawn.
 class Panel {
  public:
-  /// `area` is enlarged to the shape of the pixels.
-  Panel(cv::Mat pixels, const Eigen::AlignedBox2d& area);
+  /// `area` is enlarged to the shape of the box.
+  Panel(Canvas& canvas, const Eigen::AlignedBox2d& box, const Eigen::AlignedBox2d& area);
 
   const Eigen::AlignedBox2d& area() const { return area_; }
-  double pixelsPerMetre() const { return scale_; }
-  int width() const { return pixels_.cols; }
-  int height() const { return pixels_.rows; }
-  cv::Mat& pixels() { return pixels_; }
-  bool shows(const Eigen::Vector2d& p) const { return area_.contains(p); }
-  /// In pixels from the upper left corner.
-  Eigen::Vector2d toPixel(const Eigen::Vector2d& p) const;
 
-  void fillSquare(const Eigen::Vector2d& center, double side_px, const Color& color);
-  void line(const Eigen::Vector2d& from, const Eigen::Vector2d& to, const Color& color,
-            int thickness = 1);
-  void polyline(const std::vector<Eigen::Vector2d>& points, const Color& color, int thickness = 1);
-  void dashedPolyline(const std::vector<Eigen::Vector2d>& points, const Color& color, int thickness,
-                      double dash_px);
-  void disc(const Eigen::Vector2d& center, double radius_px, const Color& fill, const Color& rim);
-  void ring(const Eigen::Vector2d& center, double radius_px, const Color& color, int thickness);
-  void diamond(const Eigen::Vector2d& center, double radius_px, const Color& fill,
-               const Color& rim);
-  /// An arrow head around a point, its tip towards a direction of the map frame.
-  void arrowHead(const Eigen::Vector2d& center, const Eigen::Vector2d& direction, double radius_px,
-                 const Color& fill, const Color& rim, int rim_thickness);
+  void drawGrid();
+  void drawPlan(const PlanView& plan);
+  /// The highest point of a place is seen.
+  void drawCloud(const LabelledCloud& cloud, const LabelSet& labels);
+  void drawQueryClouds(const std::vector<SceneQuery>& queries, const LabelSet& labels);
+  /// Without surfaces and edges it leaves a cloud below it visible.
+  void drawMapGraph(const SemanticGraph& graph, const LabelSet& labels, bool objects_only);
+  void drawKeyframes(const std::vector<Eigen::Isometry3d>& poses);
+  void drawLine(const SceneLine& line);
+  void drawMatches(const SceneQuery& query, const SemanticGraph& map, const LabelSet& labels);
+  void drawMarks(const std::vector<SceneMark>& marks);
+  void drawWay(const SceneQuery& query);
+  void drawArrow(const SceneQuery& query, double size);
+  void drawScaleBar();
+  /// A rectangle where another panel looks.
+  void drawFrameOf(const Eigen::AlignedBox2d& area);
+  void drawCoordinates();
 
  private:
-  std::vector<cv::Point> around(const Eigen::Vector2d& center,
-                                const std::vector<Eigen::Vector2d>& offsets_px) const;
-  void polygon(const std::vector<cv::Point>& corners, const Color& fill, const Color& rim);
+  bool shows(const Eigen::Vector3d& p) const;
+  Canvas::Point toPixel(const Eigen::Vector2d& p) const;
+  Canvas::Point toPixel(const Eigen::Vector3d& p) const {
+    return toPixel(Eigen::Vector2d(p.head<2>()));
+  }
+  std::vector<Canvas::Point> toPixels(const std::vector<Eigen::Vector3d>& points) const;
+  template <class ColorOf>
+  void splat(const LabelledCloud& cloud, const Eigen::Isometry3d& T, ColorOf&& argbOf,
+             std::vector<std::uint32_t>& pixels) const;
+  double gridStep() const;
 
-  cv::Mat pixels_;
-  Eigen::AlignedBox2d area_;
-  double scale_ = 1;
+  Canvas& canvas_;
+  Eigen::AlignedBox2d box_, area_;
+  double scale_ = 1;  // pixels per metre
 };
 
-/// Text with its left end at a pixel, vertically centred. What is not ASCII becomes '?'.
-void writeText(cv::Mat& image, const std::string& text, const cv::Point& left, double size_px,
-               const Color& color, bool bold = false);
+/// An arrow head around a point, its tip towards a direction on the picture; a disc if that is
+/// zero.
+void drawArrowHead(Canvas& canvas, const Canvas::Point& at, const Eigen::Vector2d& direction,
+                   double size, const Color& fill, const Color& rim);
 
-/// Width of a text in pixels.
-int textWidth(const std::string& text, double size_px, bool bold = false);
-
-/// The beginning of a text that fits into a width, with "..." if something is missing.
-std::string fitted(const std::string& text, double size_px, int width_px, bool bold = false);
-
-// Layers of a picture from above, in the order in which they are drawn.
-
-void drawGrid(Panel& panel);
-void drawPlan(Panel& panel, const PlanView& plan);
-/// The highest point of a place is seen. `fade` mixes white into the colours, more into the ground.
-void drawCloud(Panel& panel, const LabelledCloud& cloud, const LabelSet& labels,
-               const Eigen::Isometry3d& T_map_cloud, double fade);
-void drawMapGraph(Panel& panel, const SemanticGraph& graph, const LabelSet& labels);
-void drawKeyframes(Panel& panel, const std::vector<Eigen::Isometry3d>& poses);
-void drawPutative(Panel& panel, const SceneQuery& query, const SemanticGraph& map);
-void drawKept(Panel& panel, const SceneQuery& query, const SemanticGraph& map);
-void drawQueryGraph(Panel& panel, const SceneQuery& query, const LabelSet& labels);
-void drawQueryPoses(Panel& panel, const SceneQuery& query);
-void drawScaleBar(Panel& panel);
+/// The sign of a vertex of a query: filled if it was kept.
+void drawDiamond(Canvas& canvas, const Canvas::Point& at, double radius, bool filled);
 
 }  // namespace xview

@@ -44,27 +44,49 @@ double longestStep(std::vector<double> steps) {
   return std::max(kAlwaysFine_m, kTimesUsual * medianOf(std::move(steps)));
 }
 
+struct KindColor {
+  Kind kind;
+  Color color;
+};
+constexpr KindColor kKindColors[] = {
+    {Kind::road, {208, 210, 216}},       {Kind::sidewalk, {228, 224, 217}},
+    {Kind::terrain, {222, 229, 206}},    {Kind::lane_marking, {250, 250, 250}},
+    {Kind::building, {172, 154, 142}},   {Kind::fence, {196, 176, 152}},
+    {Kind::vegetation, {163, 187, 140}}, {Kind::trunk, {126, 100, 76}},
+    {Kind::pole, {74, 78, 90}},          {Kind::sign, {176, 134, 46}},
+    {Kind::light, {176, 134, 46}},       {Kind::vehicle, {146, 152, 180}}};
+
 /// In the order in which they are drawn: canopies cover what is below them, so they go first.
-constexpr std::pair<Channel, Color> kChannelColors[] = {  //
-    {Channel::canopy, {176, 206, 150}},
-    {Channel::terrain, {216, 230, 200}},
-    {Channel::sidewalk, {232, 206, 222}},
-    {Channel::road, {196, 186, 200}},
-    {Channel::lane_marking, {255, 255, 255}},
-    {Channel::low_vegetation, {120, 170, 90}},
-    {Channel::vehicle_surface, {150, 170, 230}},
-    {Channel::other_surface, {205, 205, 205}},
-    {Channel::fence, {190, 140, 100}},
-    {Channel::building, {150, 130, 120}},
-    {Channel::wall_foot, {110, 90, 84}},
-    {Channel::tree, {40, 110, 50}},
-    {Channel::trunk, {40, 110, 50}},
-    {Channel::vehicle, {60, 90, 200}},
-    {Channel::other_object, {160, 60, 160}},
-    {Channel::pole_like, {120, 120, 40}},
-    {Channel::pole, {120, 120, 40}},
-    {Channel::sign, {220, 180, 0}},
-    {Channel::light, {240, 130, 20}}};
+struct ChannelKind {
+  Channel channel;
+  Kind kind;
+};
+constexpr ChannelKind kDrawnChannels[] = {{Channel::canopy, Kind::vegetation},
+                                          {Channel::terrain, Kind::terrain},
+                                          {Channel::sidewalk, Kind::sidewalk},
+                                          {Channel::road, Kind::road},
+                                          {Channel::lane_marking, Kind::lane_marking},
+                                          {Channel::low_vegetation, Kind::vegetation},
+                                          {Channel::vehicle_surface, Kind::vehicle},
+                                          {Channel::other_surface, Kind::other_surface},
+                                          {Channel::fence, Kind::fence},
+                                          {Channel::building, Kind::building},
+                                          {Channel::wall_foot, Kind::building},
+                                          {Channel::tree, Kind::trunk},
+                                          {Channel::trunk, Kind::trunk},
+                                          {Channel::vehicle, Kind::vehicle},
+                                          {Channel::other_object, Kind::other_object},
+                                          {Channel::pole_like, Kind::pole},
+                                          {Channel::pole, Kind::pole},
+                                          {Channel::sign, Kind::sign},
+                                          {Channel::light, Kind::light}};
+
+const Color* colorOf(Kind kind) {
+  for (const KindColor& known : kKindColors) {
+    if (known.kind == kind) return &known.color;
+  }
+  return nullptr;
+}
 
 }  // namespace
 
@@ -75,23 +97,59 @@ Color paler(const Color& color, double share) {
   return result;
 }
 
+Color quietColor(const LabelSet& labels, std::uint32_t id) {
+  if (const Color* color = colorOf(labels.kind(id))) return *color;
+  return paler(labels.color(id), 0.3);
+}
+
 std::vector<Channel> drawnChannels() {
   std::vector<Channel> channels;
-  for (const auto& entry : kChannelColors) channels.push_back(entry.first);
+  for (const ChannelKind& drawn : kDrawnChannels) channels.push_back(drawn.channel);
   return channels;
 }
 
 Color channelColor(Channel channel) {
-  for (const auto& [drawn, color] : kChannelColors) {
-    if (drawn == channel) return color;
+  for (const ChannelKind& drawn : kDrawnChannels) {
+    if (drawn.channel != channel) continue;
+    if (const Color* color = colorOf(drawn.kind)) return *color;
   }
-  return {205, 205, 205};
+  return {190, 180, 196};
+}
+
+std::vector<Eigen::Isometry3d> posesInMap(const SceneQuery& query) {
+  std::vector<Eigen::Isometry3d> poses;
+  for (const Eigen::Isometry3d& T_odom_sensor : query.poses)
+    poses.push_back(query.T_map_query * T_odom_sensor);
+  return poses;
+}
+
+std::vector<MatchEnds> endsOf(const std::vector<Correspondence>& matches, const SceneQuery& query,
+                              const SemanticGraph& map) {
+  std::vector<MatchEnds> ends;
+  for (const Correspondence& c : matches) {
+    if (query.graph == nullptr || c.query >= query.graph->size() || c.map >= map.size()) continue;
+    ends.push_back({query.T_map_query * query.graph->vertices[c.query].position,
+                    map.vertices[c.map].position});
+    if (!ends.back().query.allFinite() || !ends.back().map.allFinite()) ends.pop_back();
+  }
+  return ends;
+}
+
+std::vector<Correspondence> onlyPutative(const std::vector<Correspondence>& putative,
+                                         const std::vector<Correspondence>& kept) {
+  std::set<std::pair<std::uint32_t, std::uint32_t>> kept_pairs;
+  for (const Correspondence& c : kept) kept_pairs.insert({c.query, c.map});
+  std::vector<Correspondence> rest;
+  for (const Correspondence& c : putative) {
+    if (kept_pairs.count({c.query, c.map}) == 0) rest.push_back(c);
+  }
+  return rest;
 }
 
 Color statusColor(Status status) {
   switch (status) {
     case Status::accepted:
-      return {22, 130, 60};
+      return {22, 138, 62};
     case Status::ambiguous:
       return {214, 130, 0};
     case Status::rejected:

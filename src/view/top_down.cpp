@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
 #include <cmath>
-#include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
+#include <functional>
+#include <map>
 #include <optional>
 
 #include "panel.h"
@@ -11,23 +11,17 @@ namespace xview {
 namespace {
 
 // Pixels
-constexpr int kWidth = 1600, kHeight = 1200, kMargin = 14, kTitle = 48, kLegend = 220;
-constexpr int kLine = 2;         // thickness of lines that matter
-constexpr double kLetters = 17;  // of the legend
+constexpr double kLongest = 1600, kHighest = 1200, kLeastWidth = 1000, kLeastHeight = 420;
+constexpr double kMargin = 22, kGap = 10, kTitleSize = 28, kTextSize = 15, kRow = 25;
+constexpr Color kInk{34, 36, 42}, kFaint{104, 108, 118}, kRule{206, 208, 214};
 
 constexpr double kSmallShare = 0.3;  // of the map, below which a query gets a panel of its own
-constexpr double kFadeMap = 0.35, kFadeQuery = 0;
 
 const LabelSet kNoLabels;
 
-const LabelSet& labelsOf(const Scene& scene) {
-  return scene.labels != nullptr ? *scene.labels : kNoLabels;
-}
-
-bool showsCloud(const Scene& scene) {
-  return scene.map_cloud != nullptr && !scene.map_cloud->empty();
-}
-bool showsPlan(const Scene& scene) { return scene.map_plan != nullptr && !showsCloud(scene); }
+const LabelSet& labelsOf(const Scene& scene) { return scene.labels ? *scene.labels : kNoLabels; }
+bool showsCloud(const Scene& scene) { return scene.map_cloud && !scene.map_cloud->empty(); }
+bool showsPlan(const Scene& scene) { return scene.map_plan && !showsCloud(scene); }
 
 // ---- what is where
 
@@ -69,10 +63,12 @@ void include(Eigen::AlignedBox2d& box, const LabelledCloud* cloud, const Eigen::
 
 Eigen::AlignedBox2d boxOf(const SceneQuery& query) {
   Eigen::AlignedBox2d box;
+  if (!query.has_pose) return box;
   include(box, query.graph, query.T_map_query);
   include(box, query.cloud, query.T_map_query);
   include(box, query.poses, query.T_map_query);
   include(box, query.true_poses, Eigen::Isometry3d::Identity());
+  for (const SceneMark& mark : query.marks) include(box, mark.at);
   return box;
 }
 
@@ -82,239 +78,292 @@ Eigen::AlignedBox2d mapBox(const Scene& scene) {
   include(box, scene.map_graph, identity);
   include(box, scene.map_cloud, identity);
   include(box, scene.map_poses, identity);
+  for (const SceneMark& mark : scene.marks) include(box, mark.at);
   for (const SceneLine& line : scene.lines) {
     for (const Eigen::Vector3d& p : line.points) include(box, p);
   }
   if (scene.map_plan == nullptr) return box;
   const PlanView& plan = *scene.map_plan;
-  for (const GroundCell& cell : plan.known) {
+  for (const GroundCell& cell : plan.known)
     include(box, {plan.origin_x + cell.x * plan.cell_m, plan.origin_y + cell.y * plan.cell_m, 0});
-  }
   return box;
 }
 
 Eigen::AlignedBox2d withMargin(const Eigen::AlignedBox2d& box, double share) {
   if (box.isEmpty()) return {Eigen::Vector2d(-10, -10), Eigen::Vector2d(10, 10)};
+  const double longest = box.sizes().maxCoeff();
   const Eigen::Vector2d margin =
-      Eigen::Vector2d::Constant(std::max(2.0, share * box.sizes().maxCoeff()));
+      Eigen::Vector2d::Constant(longest > 0 ? share * longest : 2);  // of a single point
   return {box.min() - margin, box.max() + margin};
 }
 
-// ---- panels
-
-void drawContent(Panel& panel, const Scene& scene) {
-  const LabelSet& labels = labelsOf(scene);
-  const Eigen::Isometry3d identity = Eigen::Isometry3d::Identity();
-  panel.pixels().setTo(cv::Scalar(252, 252, 252));
-  drawGrid(panel);
-  if (showsCloud(scene)) drawCloud(panel, *scene.map_cloud, labels, identity, kFadeMap);
-  if (showsPlan(scene)) drawPlan(panel, *scene.map_plan);
-  for (const SceneQuery& query : scene.queries) {
-    if (query.cloud != nullptr)
-      drawCloud(panel, *query.cloud, labels, query.T_map_query, kFadeQuery);
-  }
-  for (const SceneQuery& query : scene.queries) {
-    if (scene.map_graph != nullptr) drawPutative(panel, query, *scene.map_graph);
-  }
-  if (scene.map_graph != nullptr) drawMapGraph(panel, *scene.map_graph, labels);
-  drawKeyframes(panel, scene.map_poses);
-  for (const SceneLine& line : scene.lines) {
-    std::vector<Eigen::Vector2d> points;
-    for (const Eigen::Vector3d& p : line.points) points.push_back(p.head<2>());
-    panel.polyline(points, line.color, kLine);
-  }
-  for (const SceneQuery& query : scene.queries) {
-    if (scene.map_graph != nullptr) drawKept(panel, query, *scene.map_graph);
-    drawQueryGraph(panel, query, labels);
-  }
-  for (const SceneQuery& query : scene.queries) drawQueryPoses(panel, query);
-  drawScaleBar(panel);
-}
-
-void drawBorder(cv::Mat pixels) {
-  cv::rectangle(pixels, {0, 0}, {pixels.cols - 1, pixels.rows - 1}, cv::Scalar(190, 190, 190), 1);
-}
-
-/// A rectangle where the other panel looks.
-void drawFrameOf(Panel& panel, const Eigen::AlignedBox2d& area) {
-  const Eigen::Vector2d a = area.min(), b = area.max();
-  panel.polyline({a, {b.x(), a.y()}, b, {a.x(), b.y()}, a}, {20, 20, 20}, kLine);
-}
-
-// ---- legend
-
-/// A column of symbols with names.
-class Legend {
- public:
-  explicit Legend(cv::Mat pixels)
-      : panel_(pixels, Eigen::AlignedBox2d(Eigen::Vector2d(0, 0),
-                                           Eigen::Vector2d(pixels.cols, pixels.rows))) {}
-
-  /// symbol(panel, centre) draws about 20 pixels wide. False if there is no room left.
-  template <class Symbol>
-  bool entry(const std::string& name, Symbol&& symbol) {
-    if (next_ + kRow > panel_.height()) return false;
-    const double y = next_ + kRow / 2;
-    symbol(panel_, Eigen::Vector2d(18, panel_.height() - y));
-    writeName(name, 38, y, {40, 40, 40});
-    next_ += kRow;
-    return true;
-  }
-  void more(std::size_t count) {
-    writeName("and " + std::to_string(count) + " more", 6, next_ + kRow / 2, {110, 110, 110});
-  }
-  void gap() { next_ += kRow / 2; }
-  /// Rows that are still free.
-  std::size_t room() const {
-    return static_cast<std::size_t>(std::max(0.0, (panel_.height() - next_) / kRow));
-  }
-
- private:
-  static constexpr double kRow = 26;
-  void writeName(const std::string& name, double x, double y, const Color& color) {
-    const std::string shown = fitted(name, kLetters, panel_.width() - cvRound(x));
-    writeText(panel_.pixels(), shown, {cvRound(x), cvRound(y)}, kLetters, color);
-  }
-
-  Panel panel_;
-  double next_ = 0;
-};
-
-void drawSymbols(Legend& legend, const Scene& scene) {
-  const auto any = [&](auto&& has) {
-    return std::any_of(scene.queries.begin(), scene.queries.end(), has);
-  };
-  const auto dash = [](const Color& color, int thickness) {
-    return [color, thickness](Panel& p, const Eigen::Vector2d& at) {
-      p.line(at - Eigen::Vector2d(12, 0), at + Eigen::Vector2d(12, 0), color, thickness);
-    };
-  };
-  if (scene.map_graph != nullptr && !scene.map_graph->empty()) {
-    legend.entry("map vertex", [&](Panel& p, const Eigen::Vector2d& at) {
-      p.disc(at, 5, {190, 190, 190}, {40, 40, 40});
-    });
-  }
-  if (!scene.map_poses.empty()) legend.entry("key frames", dash(kKeyframeColor, kLine));
-  if (any([](const SceneQuery& q) { return q.graph != nullptr && !q.graph->empty(); })) {
-    legend.entry("query vertex", [&](Panel& p, const Eigen::Vector2d& at) {
-      p.diamond(at, 6, {190, 190, 190}, {40, 40, 40});
-    });
-  }
-  if (any([](const SceneQuery& q) { return !q.putative.empty(); }))
-    legend.entry("putative match", dash(kPutativeColor, 1));
-  if (any([](const SceneQuery& q) { return !q.kept.empty(); })) {
-    legend.entry("kept match",
-                 [&](Panel& p, const Eigen::Vector2d& at) { p.ring(at, 8, kKeptColor, kLine); });
-  }
-  for (const Status status : {Status::accepted, Status::ambiguous, Status::rejected}) {
-    if (any([&](const SceneQuery& q) { return !q.poses.empty() && q.status == status; })) {
-      legend.entry(std::string("pose, ") + toString(status),
-                   [&](Panel& p, const Eigen::Vector2d& at) {
-                     p.arrowHead(at, {1, 0}, 11, statusColor(status), {255, 255, 255}, 1);
-                   });
-    }
-  }
-  if (any([](const SceneQuery& q) { return !q.true_poses.empty(); })) {
-    legend.entry("true pose", [&](Panel& p, const Eigen::Vector2d& at) {
-      p.arrowHead(at, {1, 0}, 11, {255, 255, 255}, kTruthColor, kLine);
-    });
-  }
-  for (const SceneLine& line : scene.lines) {
-    if (!line.name.empty()) legend.entry(line.name, dash(line.color, kLine));
-  }
-}
-
-struct Swatch {
-  std::string name;
-  Color color;
-};
-
-std::vector<Swatch> swatchesOf(const Scene& scene) {
-  std::vector<Swatch> swatches;
-  const LabelSet& labels = labelsOf(scene);
-  for (const std::uint32_t id : classesIn(scene)) {
-    swatches.push_back({labels.className(id), labels.color(id)});
-  }
-  if (!showsPlan(scene)) return swatches;
-  for (const Channel channel : drawnChannels()) {
-    if ((*scene.map_plan)[channel].empty()) continue;
-    std::string name = toString(channel);
-    std::replace(name.begin(), name.end(), '_', ' ');
-    swatches.push_back({name, channelColor(channel)});
-  }
-  return swatches;
-}
-
-void drawClasses(Legend& legend, const Scene& scene) {
-  const std::vector<Swatch> swatches = swatchesOf(scene);
-  const std::size_t room = legend.room();
-  const std::size_t shown =
-      swatches.size() <= room ? swatches.size() : std::max<std::size_t>(room, 1) - 1;
-  for (std::size_t i = 0; i < shown; ++i) {
-    legend.entry(swatches[i].name, [&](Panel& p, const Eigen::Vector2d& at) {
-      p.fillSquare(at, 16, swatches[i].color);
-    });
-  }
-  if (shown < swatches.size()) legend.more(swatches.size() - shown);
-}
-
-void drawTitle(cv::Mat pixels, const std::string& title) {
-  double size = 28;
-  while (size > 16 && textWidth(title, size, true) > pixels.cols) size -= 1;
-  writeText(pixels, fitted(title, size, pixels.cols, true), {0, pixels.rows / 2}, size,
-            {30, 30, 30}, true);
-}
-
-/// The query's box if it is small in the map.
+/// The queries' box if it is small in the map.
 std::optional<Eigen::AlignedBox2d> smallQuery(const Scene& scene,
                                               const Eigen::AlignedBox2d& everything) {
   Eigen::AlignedBox2d box;
   for (const SceneQuery& query : scene.queries) box.extend(boxOf(query));
   if (box.isEmpty() || box.sizes().maxCoeff() > kSmallShare * everything.sizes().maxCoeff())
     return std::nullopt;
-  const Eigen::Vector2d least =
-      Eigen::Vector2d::Constant(10);  // metres around a query without extent
-  return Eigen::AlignedBox2d(box.center() - least.cwiseMax(box.sizes() / 2),
-                             box.center() + least.cwiseMax(box.sizes() / 2));
+  const double least_m = 0.02 * everything.sizes().maxCoeff();  // around a query without extent
+  const Eigen::Vector2d half = (box.sizes() / 2).cwiseMax(least_m);
+  return Eigen::AlignedBox2d(box.center() - half, box.center() + half);
 }
 
-void drawPanels(cv::Mat pixels, const Scene& scene) {
-  Eigen::AlignedBox2d everything = mapBox(scene);
-  for (const SceneQuery& query : scene.queries) everything.extend(boxOf(query));
-  const auto small = smallQuery(scene, everything);
-  if (!small) {
-    Panel panel(pixels, withMargin(everything, 0.03));
-    drawContent(panel, scene);
-    return drawBorder(pixels);
+// ---- panels
+
+void drawContent(Canvas& canvas, const Eigen::AlignedBox2d& box, Panel& panel, const Scene& scene,
+                 const Eigen::AlignedBox2d* frame_of) {
+  const LabelSet& labels = labelsOf(scene);
+  {
+    const Canvas::Clip clip(canvas, box);
+    panel.drawGrid();
+    if (showsCloud(scene)) panel.drawCloud(*scene.map_cloud, labels);
+    if (showsPlan(scene)) panel.drawPlan(*scene.map_plan);
+    panel.drawQueryClouds(scene.queries, labels);
+    if (scene.map_graph != nullptr)
+      panel.drawMapGraph(*scene.map_graph, labels, showsCloud(scene) || showsPlan(scene));
+    panel.drawKeyframes(scene.map_poses);
+    for (const SceneLine& line : scene.lines) panel.drawLine(line);
+    panel.drawMarks(scene.marks);
+    for (const SceneQuery& query : scene.queries) {
+      if (query.has_pose) panel.drawWay(query);
+    }
+    for (const SceneQuery& query : scene.queries) {
+      if (query.has_pose && scene.map_graph != nullptr) panel.drawMatches(query, *scene.map_graph, labels);
+      panel.drawMarks(query.marks);
+    }
+    const double size = scene.queries.size() > 40 ? 9 : 14;
+    for (const SceneQuery& query : scene.queries) {
+      if (query.has_pose) panel.drawArrow(query, size);
+    }
+    if (frame_of) panel.drawFrameOf(*frame_of);
+    panel.drawCoordinates();
+    panel.drawScaleBar();
   }
-  const int split = cvRound(0.4 * pixels.cols), gap = 8;
-  cv::Mat left = pixels.colRange(0, split), right = pixels.colRange(split + gap, pixels.cols);
-  Panel overview(left, withMargin(everything, 0.03)), close(right, withMargin(*small, 0.12));
-  drawContent(overview, scene);
-  drawFrameOf(overview, close.area());
-  drawContent(close, scene);
-  drawBorder(left);
-  drawBorder(right);
+  canvas.frame(box, kRule, 1);
+}
+
+// ---- legend
+
+using Symbol = std::function<void(Canvas&, const Canvas::Point&)>;
+struct LegendEntry {
+  std::string name;
+  Symbol draw;
+};
+
+Symbol dashOf(const Color& color, double width) {
+  return [=](Canvas& canvas, const Canvas::Point& at) {
+    canvas.line(at - Eigen::Vector2d(9, 0), at + Eigen::Vector2d(9, 0), color, width);
+  };
+}
+Symbol swatchOf(const Color& color) {
+  return [=](Canvas& canvas, const Canvas::Point& at) {
+    const Eigen::AlignedBox2d box(at - Eigen::Vector2d(7, 7), at + Eigen::Vector2d(7, 7));
+    canvas.fill(box, color);
+    canvas.frame(box, kRule, 0.8);
+  };
+}
+Symbol dotOf(const Color& color) {
+  return [=](Canvas& canvas, const Canvas::Point& at) {
+    canvas.disc(at, 4, color, {255, 255, 255}, 0.6);
+  };
+}
+Symbol arrowOf(const Color& fill, const Color& rim) {
+  return [=](Canvas& canvas, const Canvas::Point& at) {
+    drawArrowHead(canvas, at, {1, 0}, 9, fill, rim);
+  };
+}
+Symbol diamondOf(bool filled) {
+  return [=](Canvas& canvas, const Canvas::Point& at) { drawDiamond(canvas, at, 5.5, filled); };
+}
+
+void addOnce(std::vector<LegendEntry>& entries, const std::string& name, Symbol symbol) {
+  const auto same = [&](const LegendEntry& e) { return e.name == name; };
+  if (!name.empty() && std::none_of(entries.begin(), entries.end(), same))
+    entries.push_back({name, std::move(symbol)});
+}
+
+std::vector<LegendEntry> queryEntries(const Scene& scene) {
+  std::vector<LegendEntry> entries;
+  for (const Status status : {Status::accepted, Status::ambiguous, Status::rejected}) {
+    for (const SceneQuery& query : scene.queries) {
+      if (query.status == status && query.has_pose && !query.poses.empty())
+        addOnce(entries, std::string("pose, ") + toString(status),
+                arrowOf(statusColor(status), {255, 255, 255}));
+    }
+  }
+  for (const SceneQuery& query : scene.queries) {
+    if (!query.true_poses.empty())
+      addOnce(entries, "true pose", arrowOf({255, 255, 255}, kTruthColor));
+    if (query.cloud) addOnce(entries, "query", swatchOf(kQueryColor));
+    if (query.graph && !query.graph->empty()) {
+      if (!query.kept.empty()) addOnce(entries, "vertex, kept", diamondOf(true));
+      addOnce(entries, "vertex without partner", diamondOf(false));
+    }
+    for (const SceneMark& mark : query.marks) addOnce(entries, mark.group, dotOf(mark.color));
+  }
+  for (const SceneMark& mark : scene.marks) addOnce(entries, mark.group, dotOf(mark.color));
+  for (const SceneLine& line : scene.lines) addOnce(entries, line.name, dashOf(line.color, 2));
+  if (!scene.map_poses.empty()) addOnce(entries, "key frames", dashOf(kKeyframeColor, 1.4));
+  return entries;
+}
+
+/// Classes of one colour are one entry.
+std::vector<LegendEntry> mapEntries(const Scene& scene) {
+  const LabelSet& labels = labelsOf(scene);
+  const bool bare_graph = !showsCloud(scene) && !showsPlan(scene);
+  std::vector<std::pair<Color, std::string>> names;
+  const auto add = [&](const Color& color, const std::string& name) {
+    const auto found = std::find_if(names.begin(), names.end(),
+                                    [&](const auto& entry) { return entry.first == color; });
+    if (found == names.end())
+      names.emplace_back(color, name);
+    else if (found->second.find(name) == std::string::npos)
+      found->second += ", " + name;
+  };
+  if (!showsPlan(scene)) {
+    for (const std::uint32_t id : classesIn(scene))
+      add(bare_graph ? Color(labels.color(id)) : quietColor(labels, id), labels.className(id));
+  } else {
+    for (const Channel channel : drawnChannels()) {
+      if ((*scene.map_plan)[channel].empty()) continue;
+      std::string name = toString(channel);
+      std::replace(name.begin(), name.end(), '_', ' ');
+      add(channelColor(channel), name);
+    }
+  }
+  std::vector<LegendEntry> entries;
+  for (const auto& [color, name] : names) entries.push_back({name, swatchOf(color)});
+  return entries;
+}
+
+/// Entries in rows as wide as the picture.
+class Legend {
+ public:
+  Legend(Canvas& canvas, const Scene& scene, double width) {
+    for (const auto& entries : {queryEntries(scene), mapEntries(scene)}) {
+      if (!places_.empty() && !entries.empty()) breakRow();
+      for (const LegendEntry& entry : entries) place(canvas, entry, width);
+    }
+    if (left_out_ > 0) places_.back().name = "and " + std::to_string(left_out_ + 1) + " more";
+  }
+  double height() const { return places_.empty() ? 0 : (row_ + 1) * kRow + 8; }
+
+  void draw(Canvas& canvas, const Canvas::Point& corner) const {
+    for (const Place& place : places_) {
+      const Canvas::Point at = corner + Eigen::Vector2d(place.x, (place.row + 0.5) * kRow);
+      place.draw(canvas, at + Eigen::Vector2d(9, 0));
+      canvas.text(place.name, at + Eigen::Vector2d(25, 0), kTextSize, kInk);
+    }
+  }
+
+ private:
+  struct Place : LegendEntry {
+    Place(const LegendEntry& entry, double left, int in_row)
+        : LegendEntry(entry), x(left), row(in_row) {}
+    double x = 0;
+    int row = 0;
+  };
+  static constexpr int kMostRows = 6;
+
+  void breakRow() {
+    x_ = 0;
+    ++row_;
+  }
+  void place(Canvas& canvas, const LegendEntry& entry, double width) {
+    if (left_out_ > 0) return void(++left_out_);
+    Place place(entry, 0, 0);
+    place.name = canvas.fitted(entry.name, kTextSize, 320);
+    const double needed = 25 + canvas.textWidth(place.name, kTextSize) + 24;
+    if (x_ > 0 && x_ + needed > width) {
+      if (row_ + 1 >= kMostRows) return void(++left_out_);
+      breakRow();
+    }
+    place.x = x_;
+    place.row = row_;
+    x_ += needed;
+    places_.push_back(std::move(place));
+  }
+
+  std::vector<Place> places_;
+  double x_ = 0;
+  int row_ = 0;
+  std::size_t left_out_ = 0;
+};
+
+// ---- layout
+
+/// What each panel shows: everything, or an overview and what is close.
+struct Layout {
+  double width = kLongest, height = kHighest;  // of the panels
+  Eigen::AlignedBox2d everything;
+  std::optional<Eigen::AlignedBox2d> close;
+};
+
+Layout layoutOf(const Scene& scene) {
+  Layout layout;
+  Eigen::AlignedBox2d box = mapBox(scene);
+  for (const SceneQuery& query : scene.queries) box.extend(boxOf(query));
+  layout.close = smallQuery(scene, box);
+  layout.everything = withMargin(box, 0.025);
+  if (layout.close) {
+    layout.close = withMargin(*layout.close, 0.1);
+    layout.height = 800;
+    return layout;
+  }
+  const Eigen::Vector2d size = layout.everything.sizes();
+  const double scale = std::min(kLongest / size.x(), kHighest / size.y());
+  layout.width = std::clamp(std::round(scale * size.x()), kLeastWidth, kLongest);
+  layout.height = std::clamp(std::round(scale * size.y()), kLeastHeight, kHighest);
+  return layout;
+}
+
+void drawPanels(Canvas& canvas, const Canvas::Point& corner, const Layout& layout,
+                const Scene& scene) {
+  const Canvas::Point end = corner + Eigen::Vector2d(layout.width, layout.height);
+  if (!layout.close) {
+    const Eigen::AlignedBox2d box(corner, end);
+    Panel panel(canvas, box, layout.everything);
+    return drawContent(canvas, box, panel, scene, nullptr);
+  }
+  const Eigen::Vector2d sizes = layout.everything.sizes();
+  const double share = std::clamp(layout.height * sizes.x() / sizes.y() / layout.width, 0.25, 0.5);
+  const double split = std::round(corner.x() + share * layout.width);
+  const Eigen::AlignedBox2d left(corner, Canvas::Point(split, end.y())),
+      right(Canvas::Point(split + kGap, corner.y()), end);
+  Panel overview(canvas, left, layout.everything), close(canvas, right, *layout.close);
+  drawContent(canvas, left, overview, scene, &close.area());
+  drawContent(canvas, right, close, scene, nullptr);
+}
+
+double headHeight(const Scene& scene) {
+  return (scene.title.empty() ? 0 : 48) + (scene.caption.empty() ? 0 : 24) +
+         (scene.title.empty() && scene.caption.empty() ? kMargin : 8);
+}
+
+void drawHead(Canvas& canvas, const Scene& scene, double width) {
+  double y = 34;
+  if (!scene.title.empty()) {
+    canvas.text(canvas.fitted(scene.title, kTitleSize, width, true), {kMargin, y}, kTitleSize, kInk,
+                true);
+    y += 31;
+  }
+  if (!scene.caption.empty())
+    canvas.text(canvas.fitted(scene.caption, kTextSize, width), {kMargin, y}, kTextSize, kFaint);
 }
 
 }  // namespace
 
-std::vector<std::uint8_t> drawTopDown(const Scene& scene) {
-  cv::Mat image(kHeight, kWidth, CV_8UC3, cv::Scalar(255, 255, 255));
-  const auto part = [&](int x0, int y0, int x1, int y1) {
-    return image(cv::Range(y0, y1), cv::Range(x0, x1));
-  };
-  constexpr int kLegendX = kWidth - kLegend;
-  drawTitle(part(kMargin, 0, kWidth - kMargin, kTitle), scene.title);
-  drawPanels(part(kMargin, kTitle, kLegendX - kMargin, kHeight - kMargin), scene);
-  Legend legend(part(kLegendX, kTitle, kWidth - kMargin / 2, kHeight - kMargin));
-  drawSymbols(legend, scene);
-  legend.gap();
-  drawClasses(legend, scene);
-
-  std::vector<std::uint8_t> png;
-  cv::imencode(".png", image, png);
-  return png;
+std::string drawTopDown(const Scene& scene, PictureFormat format) {
+  const Layout layout = layoutOf(scene);
+  Canvas ruler(1, 1, PictureFormat::png);
+  const Legend legend(ruler, scene, layout.width);
+  const double head = headHeight(scene), foot = std::max(kMargin, legend.height() + kGap);
+  Canvas canvas(layout.width + 2 * kMargin, head + layout.height + foot, format);
+  drawHead(canvas, scene, layout.width);
+  drawPanels(canvas, {kMargin, head}, layout, scene);
+  legend.draw(canvas, {kMargin, head + layout.height + kGap});
+  return canvas.take();
 }
 
 }  // namespace xview

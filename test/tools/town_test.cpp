@@ -9,6 +9,7 @@
 
 #include "support/program.h"
 #include "support/test_data.h"
+#include "xview/io/cloud_files.h"
 #include "xview/io/pose_files.h"
 
 namespace xview::test {
@@ -323,8 +324,53 @@ TEST_F(TinyTown, PicturesAreWrittenByTheEndingOfTheirName) {
   EXPECT_NE(readText(file("town.html")).find("<html"), std::string::npos);
   succeed({"view", "-q", town("rear"), file("rear.pcd"), "--voxel", "0.5"});
   EXPECT_EQ(readText(file("rear.pcd")).rfind("# .PCD", 0), 0u);
-  const Outcome beside = succeed({"view", "-q", map()});
-  EXPECT_EQ(beside.out, file("town.png") + "\n");
+  const Outcome unnamed = succeed({"view", "-q", map()});
+  EXPECT_EQ(unnamed.out, "town.xvm.png\n");
+  EXPECT_TRUE(fs::remove("town.xvm.png"));
+}
+
+std::size_t pointsOfClass(const std::string& pcd, const std::string& name) {
+  const io::CloudHeader header = io::readCloudHeader(pcd);
+  const LabelledCloud cloud = io::readCloud(pcd);
+  std::size_t count = 0;
+  for (const Point& p : cloud.points) count += header.labels->className(p.label) == name;
+  return count;
+}
+
+TEST_F(TinyTown, CloudsOfMatchAndViewHoldMapQueryAndCorrespondences) {
+  succeed({"lift", "-q", town("rear"), file("scan.pcd"), "--voxel", "0.3"});
+  writeText(file("scan.jsonl"), succeed({"localize", "-q", "--json", file("scan.pcd"), map()}).out);
+  succeed({"match", "-q", file("scan.pcd"), map(), file("match.pcd")});
+  for (const char* name : {"road", "query, accepted", "kept correspondence", "pose, accepted"})
+    EXPECT_GT(pointsOfClass(file("match.pcd"), name), 20u) << name;
+  const auto viewed = [&](std::vector<std::string> files) {
+    files.insert(files.begin(), {"view", "-q", "-o", file("view.pcd")});
+    succeed(files);
+    return readText(file("view.pcd"));
+  };
+  const std::string alone = viewed({map(), file("scan.jsonl")});
+  EXPECT_GT(pointsOfClass(file("view.pcd"), "query, accepted"), 1000u);
+  EXPECT_EQ(viewed({map(), file("scan.jsonl"), file("scan.pcd")}), alone)
+      << "a scan beside its answer is drawn at its answer's pose, and once";
+}
+
+TEST_F(TinyTown, QueriesAreFoundFromTheFolderOfTheirAnswers) {
+  const std::string relative = "rear";
+  std::string answers = succeed({"localize", "-q", "--json", town("rear"), map()}).out;
+  answers.replace(answers.find(town("rear")), town("rear").size(), relative);
+  writeText(town("rear") + "/../beside.jsonl", answers);
+  const Outcome drawn =
+      runXview({"view", map(), town("rear") + "/../beside.jsonl", "-o", file("beside.pcd")});
+  EXPECT_EQ(drawn.err.find("is not found"), std::string::npos) << drawn.err;
+  EXPECT_GT(pointsOfClass(file("beside.pcd"), "query, accepted"), 1000u);
+}
+
+TEST_F(TinyTown, ACloudWithoutLabelsIsDrawnGrey) {
+  writeText(file("bare.pcd"),
+            "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 3\nHEIGHT 1\n"
+            "VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 3\nDATA ascii\n0 0 0\n1 0 0\n1 2 0\n");
+  succeed({"view", "-q", file("bare.pcd"), "-o", file("grey.pcd")});
+  EXPECT_EQ(pointsOfClass(file("grey.pcd"), "without label"), 3u);
 }
 
 TEST_F(TinyTown, LikelihoodsThatWereLearnedAreUsed) {

@@ -11,6 +11,7 @@
 #include <stdexcept>
 
 #include "xview/types/pose.h"
+#include "xview/view/scene.h"
 
 namespace xview {
 namespace {
@@ -133,6 +134,13 @@ LabelSet threeClasses() {
   return labels;
 }
 
+ColorMesh graphMesh(const SemanticGraph& graph, const LabelSet& labels,
+                    const Eigen::Isometry3d& T = Eigen::Isometry3d::Identity()) {
+  ColorMesh mesh;
+  addGraph(mesh, graph, labels, typicalVertexRadius(graph), {150, 150, 150}, T);
+  return mesh;
+}
+
 TEST(ColorMesh, OctahedronHasItsVolumeAndLooksOutwards) {
   ColorMesh mesh;
   addOctahedron(mesh, {0, 0, 0}, 2, kRed);
@@ -236,29 +244,100 @@ std::size_t verticesOfColor(const ColorMesh& mesh, const Color& color) {
   return static_cast<std::size_t>(std::count(mesh.colors.begin(), mesh.colors.end(), color));
 }
 
-TEST(MatchDrawing, DrawsEachMatchOnceInItsColor) {
+/// A chain as map, another as query, without a way.
+Scene sceneOf(const SemanticGraph& map, const SemanticGraph& query, const LabelSet& labels) {
+  Scene scene;
+  scene.labels = &labels;
+  scene.map_graph = &map;
+  scene.queries.resize(1);
+  scene.queries[0].graph = &query;
+  scene.queries[0].T_map_query = poseFromYaw({50, 1, 2}, 0);
+  return scene;
+}
+
+const Color kKept{20, 160, 60}, kPutative{214, 150, 150};
+
+TEST(SceneMesh, DrawsEachMatchOnceInItsColor) {
   const SemanticGraph map = chain(10, 10), query = chain(4, 10);
-  const std::vector<Correspondence> putative{{0, 5, 1}, {1, 6, 1}, {2, 0, 1}},
-      kept{{0, 5, 1}, {1, 6, 1}};
-  const ColorMesh mesh =
-      drawMatches(map, query, threeClasses(), poseFromYaw({50, 0, 0}, 0), putative, kept);
+  const LabelSet labels = threeClasses();
+  Scene scene = sceneOf(map, query, labels);
+  scene.queries[0].putative = {{0, 5, 1}, {1, 6, 1}, {2, 0, 1}};
+  scene.queries[0].kept = {{0, 5, 1}, {1, 6, 1}};
+  const ColorMesh mesh = sceneMesh(scene);
   EXPECT_TRUE(isValid(mesh));
-  EXPECT_EQ(verticesOfColor(mesh, kKeptTubeColor), 2u * 6);
-  EXPECT_EQ(verticesOfColor(mesh, kPutativeTubeColor), 1u * 6);
+  EXPECT_EQ(verticesOfColor(mesh, kKept), 2u * 6);
+  EXPECT_EQ(verticesOfColor(mesh, kPutative), 1u * 6);
 }
 
-TEST(MatchDrawing, QueryHangsAboveItsPlace) {
+TEST(SceneMesh, AQueryIsAtItsPoseAndAboveItWithCorrespondences) {
   const SemanticGraph map = chain(1, 10), query = chain(1, 10);
-  const ColorMesh mesh =
-      drawMatches(map, query, threeClasses(), poseFromYaw({50, 1, 2}, 0), {}, {});
-  ASSERT_EQ(mesh.vertices.size(), 12u);
-  EXPECT_TRUE(((mesh.vertices[6] + mesh.vertices[7]) / 2).isApprox(Eigen::Vector3d(50, 1, 12)));
+  const LabelSet labels = threeClasses();
+  Scene scene = sceneOf(map, query, labels);
+  const auto heightOfQuery = [&] {
+    const ColorMesh mesh = sceneMesh(scene);
+    return ((mesh.vertices[6] + mesh.vertices[7]) / 2 - Eigen::Vector3d(50, 1, 2)).z();
+  };
+  EXPECT_NEAR(heightOfQuery(), 0, 1e-9);
+  scene.queries[0].kept = {{0, 0, 1}};
+  EXPECT_GT(heightOfQuery(), 1);
 }
 
-TEST(MatchDrawing, IndicesOutOfRangeAndEmptyGraphsAreFine) {
-  const ColorMesh mesh =
-      drawMatches({}, {}, {}, Eigen::Isometry3d::Identity(), {{0, 0, 1}}, {{7, 7, 1}});
-  EXPECT_TRUE(mesh.vertices.empty());
+TEST(SceneMesh, HoldsEverythingThatWasGiven) {
+  const SemanticGraph map = chain(3, 10), query = chain(2, 10);
+  const LabelSet labels = threeClasses();
+  LabelledCloud cloud;
+  cloud.points.resize(5);
+  Scene scene = sceneOf(map, query, labels);
+  const auto vertices = [&] { return sceneMesh(scene).vertices.size(); };
+  std::size_t before = vertices();
+  const auto expectMore = [&](const char* what) {
+    EXPECT_GT(vertices(), before) << what;
+    before = vertices();
+  };
+  scene.map_cloud = &cloud;
+  expectMore("cloud of the map");
+  scene.map_poses = {poseFromYaw({0, 0, 0}, 0), poseFromYaw({5, 0, 0}, 0)};
+  expectMore("key frames");
+  scene.queries[0].cloud = &cloud;
+  expectMore("cloud of the query");
+  scene.queries[0].poses = {poseFromYaw({0, 0, 0}, 0)};
+  expectMore("arrow of the query");
+  scene.queries[0].marks = {{"agrees", {0, 200, 0}, {1, 2, 3}, ""}};
+  expectMore("marks");
+  const std::string vtk = toVtk(sceneMesh(scene));
+  EXPECT_NE(vtk.find("VERTICES 10 20"), std::string::npos) << "points without triangles";
+}
+
+TEST(SceneCloud, HasTheMapByClassAndTheQueryAsAClassOfItsOwn) {
+  const SemanticGraph map = chain(3, 10), query = chain(2, 10);
+  const LabelSet labels = threeClasses();
+  LabelledCloud cloud;
+  cloud.origin = {500000, 4649776, 0};
+  cloud.points.resize(5);
+  Scene scene = sceneOf(map, query, labels);
+  scene.map_cloud = &cloud;
+  scene.queries[0].kept = {{0, 0, 1}};
+  LabelSet drawn;
+  const LabelledCloud whole = sceneCloud(scene, drawn);
+  std::map<std::string, int> points;
+  for (const Point& p : whole.points) ++points[drawn.className(p.label)];
+  EXPECT_EQ(points["query, accepted"], 2 * 7);
+  EXPECT_GT(points["kept correspondence"], 5);
+  EXPECT_EQ(whole.position(0), cloud.position(0));
+  EXPECT_GE(whole.size(), 5u + 3 * 7 + 2 * 7);
+  for (const auto& [id, info] : labels.classes()) EXPECT_EQ(drawn.className(id), info.name);
+}
+
+TEST(SceneMesh, IndicesOutOfRangeAndEmptyGraphsAreFine) {
+  const SemanticGraph none;
+  const LabelSet labels;
+  Scene scene = sceneOf(none, none, labels);
+  scene.queries[0].putative = {{0, 0, 1}};
+  scene.queries[0].kept = {{7, 7, 1}};
+  EXPECT_TRUE(sceneMesh(scene).vertices.empty());
+  LabelSet drawn;
+  EXPECT_TRUE(sceneCloud(scene, drawn).empty());
+  EXPECT_TRUE(sceneMesh({}).vertices.empty());
 }
 
 }  // namespace

@@ -4,7 +4,9 @@
 #include <Eigen/Geometry>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "xview/types/correspondence.h"
@@ -17,10 +19,27 @@
 
 namespace xview {
 
+/// A place of the map frame that something was said about, e.g. a piece of a query that speaks for
+/// or against its pose.
+struct SceneMark {
+  std::string group;  ///< marks of one group share a switch and a line of the legend
+  Color color{0, 0, 0};
+  Eigen::Vector3d at = Eigen::Vector3d::Zero();  ///< [m]
+  std::string note;                              ///< what is told when it is picked
+};
+
 /// A query in a picture, at its estimated pose. What is null or empty is not drawn.
 struct SceneQuery {
   std::string name;
-  Status status = Status::accepted;      ///< chooses the colour of its frame
+  Status status = Status::accepted;  ///< chooses the colour of its way and its arrow
+  std::string reason;
+  double confidence = std::numeric_limits<double>::quiet_NaN();
+  double sigma_m = std::numeric_limits<double>::quiet_NaN();  ///< of its position, horizontal
+  double error_m = std::numeric_limits<double>::quiet_NaN();  ///< against the truth, if known
+  double error_deg = std::numeric_limits<double>::quiet_NaN();
+  double total_ms = std::numeric_limits<double>::quiet_NaN();
+  bool from_elsewhere = false;           ///< there is no right place for it
+  bool has_pose = true;                  ///< false: it is only listed
   const SemanticGraph* graph = nullptr;  ///< in the query's odometry frame
   const LabelledCloud* cloud = nullptr;  ///< in the query's odometry frame
   Eigen::Isometry3d T_map_query = Eigen::Isometry3d::Identity();
@@ -30,6 +49,8 @@ struct SceneQuery {
   Eigen::Vector3d forward = Eigen::Vector3d::UnitZ();  ///< where the sensor looks, in its frame: z
                                                        ///< for cameras, x for LiDAR
   std::vector<Correspondence> putative, kept;          ///< into `graph` and the map graph
+  std::vector<Eigen::Isometry3d> hypotheses;           ///< T_map_sensor, best first
+  std::vector<SceneMark> marks;
 };
 
 /// A line through the map frame: a trajectory, an error.
@@ -39,10 +60,20 @@ struct SceneLine {
   std::vector<Eigen::Vector3d> points;
 };
 
+/// A curve over one quantity.
+struct SceneChart {
+  std::string title, x_name, y_name;
+  bool log_x = false;
+  std::vector<std::pair<std::string, std::vector<Eigen::Vector2d>>> curves;  ///< y in [0, 1]
+};
+
 /// What a picture shows. Large parts are borrowed; null or empty parts are not drawn. Everything is
 /// in the map frame but the queries.
 struct Scene {
-  std::string title;  ///< one line, e.g. the verdict
+  std::string title;                                       ///< the outcome in one line
+  std::string caption;                                     ///< a second line: of what, or why
+  std::string made_by;                                     ///< version and command
+  std::vector<std::pair<std::string, std::string>> facts;  ///< headline numbers: name, value
   const LabelSet* labels = nullptr;
   const SemanticGraph* map_graph = nullptr;
   const LabelledCloud* map_cloud = nullptr;
@@ -50,6 +81,8 @@ struct Scene {
   std::vector<Eigen::Isometry3d> map_poses;  ///< T_map_sensor of the key frames
   std::vector<SceneQuery> queries;
   std::vector<SceneLine> lines;
+  std::vector<SceneMark> marks;
+  std::vector<SceneChart> charts;
 };
 
 /// Colour of a status: green, amber, red.
@@ -58,18 +91,27 @@ Color statusColor(Status status);
 /// Ids of the classes that are in the scene, ascending, without ignored ones.
 std::vector<std::uint32_t> classesIn(const Scene& scene);
 
-/// A picture from above as the bytes of a PNG: the map by class, its key frames, each query at its
-/// estimated pose with its matches and view directions, the true pose if known, scale bar and
-/// legend. Needs no display. A query that is small in its map gets a panel of its own.
-std::vector<std::uint8_t> drawTopDown(const Scene& scene);
+enum class PictureFormat { png, svg };
+
+/// A picture from above as the bytes of a file: the map in quiet colours by kind of class, its key
+/// frames, the cloud of each query at its estimated pose with an arrow where it looks, the kept
+/// correspondences, the true pose if known; grid with coordinates, scale bar and legend. Needs no
+/// display. A query that is small in its map gets a panel of its own.
+std::string drawTopDown(const Scene& scene, PictureFormat format = PictureFormat::png);
 
 struct HtmlViewOptions {
   std::size_t most_points = 1000000;  ///< of each cloud, evenly thinned; each costs 20 bytes
   std::string below;  ///< HTML that stands below the view, e.g. a report; leaves it less room
 };
-
-/// A page with a 3-D view to turn, shift and zoom, and a switch per layer; lines of one name are
-/// one layer. It holds everything it needs: opens from file:// without a network.
 std::string htmlView(const Scene& scene, const HtmlViewOptions& options = {});
+
+/// Everything as one cloud: points of the map with their classes; points, ways and arrows of
+/// queries, and correspondences as dotted lines, as classes of their own, which are added to
+/// `labels`.
+LabelledCloud sceneCloud(const Scene& scene, LabelSet& labels);
+
+/// Everything as one mesh: graphs as octahedra and tubes, ways, arrows and correspondences as
+/// tubes, clouds as vertices without faces.
+ColorMesh sceneMesh(const Scene& scene);
 
 }  // namespace xview

@@ -1,0 +1,220 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "scenes.h"
+#include "xview/graph/lift.h"
+#include "xview/io/cloud_files.h"
+#include "xview/map/map_store.h"
+#include "xview/types/error.h"
+
+namespace xview::tools {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Frames whose points are drawn: of one answer, and of all together. More would take minutes and
+/// hide one another.
+constexpr std::size_t kFramesOfAnswer = 8, kFramesOfAll = 160;
+
+/// Lengths of the query become those of the map.
+void scaleBy(double scale, SemanticGraph& graph) {
+  for (Vertex& v : graph.vertices) v.position *= scale;
+}
+void scaleBy(double scale, LabelledCloud& cloud) {
+  if (scale == 1) return;
+  cloud.origin *= scale;
+  for (Point& p : cloud.points) p.getVector3fMap() *= static_cast<float>(scale);
+}
+
+bool isBareCloud(const std::string& path) {
+  const std::string ending = fs::path(path).extension().string();
+  return (ending == ".pcd" || ending == ".ply") && io::readCloudHeader(path).label_field.empty();
+}
+
+/// Where an arrow is drawn for a cloud or graph: at its origin if that is in the midst of it, else
+/// in its middle, as of a cloud in coordinates of a country.
+template <class PositionOf>
+Eigen::Isometry3d arrowPose(std::size_t size, PositionOf&& position) {
+  Eigen::AlignedBox3d box;
+  for (std::size_t i = 0; i < size; ++i) {
+    if (position(i).allFinite()) box.extend(Eigen::Vector3d(position(i)));
+  }
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  const bool around_origin = !box.isEmpty() && (box.min().head<2>().array() <= 0).all() &&
+                             (box.max().head<2>().array() >= 0).all();
+  if (!box.isEmpty() && !around_origin) pose.translation() = box.center();
+  return pose;
+}
+
+}  // namespace
+
+LabelledCloud readAnyCloud(const std::string& path, const InputFlags& input, const Job& job,
+                           double voxel_m, LabelSet& labels,
+                           std::vector<Eigen::Isometry3d>* poses) {
+  if (io::recogniseInput(path, input.parsed()) == io::InputKind::cloud && isBareCloud(path)) {
+    ClassInfo grey;
+    grey.id = 1;
+    grey.name = "without label";
+    grey.color = {150, 150, 150};
+    grey.role = Role::surface;
+    grey.kind = Kind::other_surface;
+    labels = LabelSet("none");
+    labels.add(grey);
+    LabelledCloud cloud = io::readCloud(path, {}, false);
+    for (Point& p : cloud.points) p.label = grey.id;
+    return voxel_m > 0 ? graph::thinByVoxel(cloud, voxel_m) : cloud;
+  }
+  const auto source = openInput(path, input.parsed(), job);
+  labels = source->labels();
+  for (std::size_t i = 0; poses && i < source->size(); ++i) poses->push_back(source->pose(i));
+  return liftAll(*source, job, voxel_m);
+}
+
+/// The first that exists, or the path as it is.
+std::string DrawnAnswers::pathOf(const std::string& input, const std::string& answers_path) const {
+  if (fs::exists(input)) return input;
+  for (fs::path folder = fs::absolute(answers_path).parent_path();; folder = folder.parent_path()) {
+    if (fs::exists(folder / input)) return (folder / input).string();
+    if (!folder.has_relative_path()) break;
+  }
+  const auto same = [&](const std::string& path) {
+    return fs::path(path).filename() == fs::path(input).filename();
+  };
+  const auto found = std::find_if(given_.begin(), given_.end(), same);
+  return found == given_.end() ? input : *found;
+}
+
+bool DrawnAnswers::isQuery(const std::string& path) const {
+  return std::any_of(drawn_.begin(), drawn_.end(), [&](const std::string& drawn) {
+    std::error_code problem;
+    return fs::equivalent(path, drawn, problem);
+  });
+}
+
+const FrameSource* DrawnAnswers::recordingOf(const std::string& path) {
+  const auto known = recordings_.find(path);
+  if (known != recordings_.end()) return known->second.get();
+  std::unique_ptr<FrameSource> recording;
+  try {
+    io::InputOptions whole = input_.parsed();
+    whole.frames = {};
+    recording = io::openRecording(path, whole);
+  } catch (const Error& e) {
+    job_.narrate.note(fmt::format("only the poses of {} are drawn: {}", path, e.what()));
+  }
+  return recordings_.emplace(path, std::move(recording)).first->second.get();
+}
+
+std::vector<SceneQuery> DrawnAnswers::draw(const std::string& answers_path, JoinedLabels& joined) {
+  const std::vector<Answer> answers = readAnswers(answers_path);
+  const std::size_t frames =
+      std::clamp<std::size_t>(kFramesOfAll / answers.size(), 1, kFramesOfAnswer);
+  const std::size_t step = 1 + (answers.size() - 1) / kFramesOfAll;  // answers with a cloud
+  if (step > 1)
+    job_.narrate.note(
+        fmt::format("{}: one answer of {} is drawn with its points", answers_path, step));
+  std::vector<SceneQuery> queries;
+  for (std::size_t i = 0; i < answers.size(); ++i) {
+    const Answer& answer = answers[i];
+    SceneQuery query = queryOf(answer.fix);
+    query.name = fmt::format("{} {}-{}", answer.input, answer.first_frame, answer.last_frame);
+    query.T_map_query = answer.fix.T_map_sensor;
+    query.poses = {Eigen::Isometry3d::Identity()};  // as if its odometry began there
+    const std::string path = pathOf(answer.input, answers_path);
+    if (fs::exists(path) && query.has_pose) {
+      drawn_.push_back(path);
+      const io::InputKind kind = io::recogniseInput(path, input_.parsed());
+      if (kind == io::InputKind::graph || kind == io::InputKind::map ||
+          (kind == io::InputKind::cloud && isBareCloud(path)))
+        drawPlace(path, answer, joined, query);
+      else if (const FrameSource* recording = recordingOf(path))
+        drawRecording(*recording, answer, i % step == 0 ? frames : 0, joined, query);
+    } else if (query.has_pose) {
+      job_.narrate.note(fmt::format("only the poses of {} are drawn: it is not found", path));
+    }
+    queries.push_back(std::move(query));
+  }
+  return queries;
+}
+
+void DrawnAnswers::keepCloud(LabelledCloud cloud, const LabelSet& labels, JoinedLabels& joined,
+                             SceneQuery& query) {
+  joined.adopt(labels, cloud);
+  clouds_.push_back(std::move(cloud));
+  query.cloud = &clouds_.back();
+}
+
+/// What is one thing in one frame: a graph, a map, a cloud. The answer's pose is that of its frame
+/// or, of a map, of its last key frame.
+void DrawnAnswers::drawPlace(const std::string& path, const Answer& answer, JoinedLabels& joined,
+                             SceneQuery& query) {
+  query.forward = Eigen::Vector3d::UnitX();
+  if (io::recogniseInput(path, input_.parsed()) == io::InputKind::graph) {
+    LabelledGraph file = readLabelledGraph(path, inputIn(input_, joined.labels()), job_.options);
+    joined.adopt(file.labels, file.graph);
+    graphs_.push_back(std::move(file.graph));
+    scaleBy(answer.fix.scale, graphs_.back());
+    query.graph = &graphs_.back();
+    query.poses = {arrowPose(graphs_.back().size(), [&](std::size_t k) -> const Eigen::Vector3d& {
+      return graphs_.back().vertices[k].position;
+    })};
+    return;
+  }
+  LabelSet labels;
+  LabelledCloud cloud;
+  if (fs::path(path).extension() == ".xvm") {
+    const map::SemanticMap map = map::loadMap(path);
+    labels = map.labels;
+    cloud = map.cloud;
+    if (!map.poses.empty()) {
+      query.forward = Eigen::Vector3d::UnitZ();
+      query.T_map_query = answer.fix.T_map_sensor * map.poses.back().inverse();
+      query.poses = map.poses;
+    }
+  } else {
+    cloud = readAnyCloud(path, input_, job_, voxel_m_, labels);
+    scaleBy(answer.fix.scale, cloud);
+    query.poses = {arrowPose(cloud.size(), [&](std::size_t k) { return cloud.position(k); })};
+  }
+  keepCloud(std::move(cloud), labels, joined, query);
+}
+
+void DrawnAnswers::drawRecording(const FrameSource& recording, const Answer& answer,
+                                 std::size_t most_frames, JoinedLabels& joined, SceneQuery& query) {
+  std::vector<std::size_t> window;
+  for (std::size_t i = 0; i < recording.size(); ++i) {
+    const std::int64_t number = recording.number(i);
+    if (number >= answer.first_frame && number <= answer.last_frame) window.push_back(i);
+  }
+  if (window.empty()) return;  // another recording than the one that was answered
+  if (recording.sensor() != Sensor::camera) query.forward = Eigen::Vector3d::UnitX();
+  query.poses.clear();
+  for (const std::size_t i : window) {
+    query.poses.push_back(recording.pose(i));
+    query.poses.back().translation() *= answer.fix.scale;
+  }
+  query.T_map_query = answer.fix.T_map_sensor * query.poses.back().inverse();
+  LabelledCloud cloud;
+  const std::size_t count = std::min(most_frames, window.size());
+  for (std::size_t k = 0; k < count; ++k) {  // evenly, the last one always
+    const Frame frame = recording.read(window[window.size() - 1 - k * window.size() / count]);
+    const auto& labels = recording.labels();
+    appendCloud(cloud, voxel_m_ > 0 ? graph::liftThin(frame, labels, job_.options.lift, voxel_m_,
+                                                      graph::WholeClasses::none)
+                                          .thin
+                                    : graph::lift(frame, labels, job_.options.lift));
+  }
+  if (count > 1 && voxel_m_ > 0) cloud = graph::thinByVoxel(cloud, voxel_m_);
+  if (cloud.empty()) return;
+  scaleBy(answer.fix.scale, cloud);
+  if (recording.sensor() == Sensor::cloud && window.size() == 1)
+    query.poses = {query.poses[0] * arrowPose(cloud.size(), [&](std::size_t i) {
+                     return query.poses[0].inverse() * cloud.position(i);
+                   })};
+  keepCloud(std::move(cloud), recording.labels(), joined, query);
+}
+
+}  // namespace xview::tools

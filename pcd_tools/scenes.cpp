@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "scenes.h"
+
+#include <fmt/core.h>
+#include <fmt/ranges.h>
+
+#include <Eigen/Eigenvalues>
+#include <cmath>
+#include <cstdlib>
+#include <ctime>
+
+#include "xview/types/median.h"
+
+namespace xview::tools {
+namespace {
+
+std::string sigmaText(double sigma_m) {
+  return std::isfinite(sigma_m) && sigma_m > 0 ? ", ±" + lengthText(sigma_m) : "";
+}
+
+/// "2026-11-22" in UTC; empty unless the environment tells a time.
+std::string dateText() {
+  const char* const epoch = std::getenv("SOURCE_DATE_EPOCH");
+  char* end = nullptr;
+  const long long seconds = epoch ? std::strtoll(epoch, &end, 10) : 0;
+  if (epoch == nullptr || end == epoch || *end != '\0') return {};
+  const auto time = static_cast<std::time_t>(seconds);
+  std::tm parts{};
+  char text[32];
+  if (gmtime_r(&time, &parts) == nullptr) return {};
+  return std::strftime(text, sizeof text, "%Y-%m-%d", &parts) > 0 ? text : "";
+}
+
+}  // namespace
+
+Scene sceneOf(const map::SemanticMap& map) {
+  Scene scene;
+  scene.labels = &map.labels;
+  scene.map_graph = &map.graph;
+  scene.map_cloud = &map.cloud;
+  scene.map_plan = &map.plan;
+  scene.map_poses = map.poses;
+  return scene;
+}
+
+std::string madeBy(const std::string& command, const Job& job) {
+  const std::string date = dateText();
+  return fmt::format("xview {} {} · version {}{}", command, fmt::join(job.operands, " "),
+                     XVIEW_VERSION, date.empty() ? "" : " · " + date);
+}
+
+std::string lengthText(double length_m) {
+  if (!std::isfinite(length_m)) return "?";
+  if (length_m < 0.01) return fmt::format("{:.0f} mm", std::max(1.0, 1000 * length_m));
+  if (length_m < 1) return fmt::format("{:.0f} cm", 100 * length_m);
+  return fmt::format("{:.{}f} m", length_m, length_m < 10 ? 1 : 0);
+}
+
+double horizontalSigma(const Matrix6d& covariance) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(covariance.topLeftCorner<2, 2>());
+  return std::sqrt(std::max(0.0, solver.eigenvalues().maxCoeff()));
+}
+
+SceneQuery queryOf(const Localization& fix) {
+  SceneQuery query;
+  query.status = fix.status;
+  query.reason = fix.reason;
+  query.confidence = fix.confidence;
+  query.has_pose = !fix.hypotheses.empty();
+  if (!fix.covariance.isZero()) query.sigma_m = horizontalSigma(fix.covariance);
+  for (const auto& [stage, ms] : fix.timing_ms) {
+    if (stage == "total") query.total_ms = ms;
+  }
+  query.T_map_query = fix.T_map_query;
+  const Eigen::Isometry3d T_query_sensor = fix.T_map_query.inverse() * fix.T_map_sensor;
+  for (const Hypothesis& h : fix.hypotheses)
+    query.hypotheses.push_back(h.T_map_query * T_query_sensor);
+  return query;
+}
+
+std::string outcomeOf(const std::vector<SceneQuery>& queries) {
+  std::vector<double> sigmas;
+  std::size_t accepted = 0;
+  for (const SceneQuery& query : queries) {
+    if (query.status != Status::accepted) continue;
+    ++accepted;
+    if (std::isfinite(query.sigma_m)) sigmas.push_back(query.sigma_m);
+  }
+  const std::string sigma = sigmas.empty() ? "" : sigmaText(medianOf(sigmas));
+  if (queries.size() == 1) return toString(queries[0].status) + sigma;
+  return fmt::format("{} of {} found{}", accepted, queries.size(), sigma);
+}
+
+SceneQuery queryWith(const Query& query, const Localization& fix) {
+  SceneQuery result = queryOf(fix);
+  result.name = "query";
+  result.graph = &query.graph;
+  result.cloud = &query.cloud;
+  result.poses = query.poses;
+  if (query.sensor != Sensor::camera) result.forward = Eigen::Vector3d::UnitX();
+  result.putative = fix.putative;
+  result.kept = fix.kept;
+  return result;
+}
+
+std::map<std::uint32_t, std::uint32_t> JoinedLabels::idsFor(const LabelSet& its_labels) {
+  std::map<std::string, std::uint32_t> known;
+  for (const auto& [id, info] : labels_.classes()) known.emplace(info.name, id);
+  std::map<std::uint32_t, std::uint32_t> ids;
+  for (const auto& [id, info] : its_labels.classes()) {
+    const auto same = known.find(info.name);
+    if (same != known.end()) {
+      ids[id] = same->second;
+      continue;
+    }
+    ClassInfo added = info;
+    if (labels_.find(id)) added.id = labels_.classes().rbegin()->first + 1;
+    labels_.add(added);
+    ids[id] = added.id;
+  }
+  return ids;
+}
+
+void JoinedLabels::adopt(const LabelSet& its_labels, LabelledCloud& cloud) {
+  const auto ids = idsFor(its_labels);
+  for (Point& p : cloud.points) {
+    const auto found = ids.find(p.label);
+    if (found != ids.end()) p.label = found->second;
+  }
+}
+
+void JoinedLabels::adopt(const LabelSet& its_labels, SemanticGraph& graph) {
+  const auto ids = idsFor(its_labels);
+  for (Vertex& v : graph.vertices) {
+    const auto found = ids.find(v.label);
+    if (found != ids.end()) v.label = found->second;
+  }
+}
+
+}  // namespace xview::tools

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <deque>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "answer.h"
+#include "inputs.h"
+#include "xview/localizer.h"
+#include "xview/map/semantic_map.h"
+#include "xview/view/scene.h"
+
+namespace xview::tools {
+
+/// A picture of a map, which must outlive it.
+Scene sceneOf(const map::SemanticMap& map);
+
+/// The command line as it could be typed again, the version, and, if $SOURCE_DATE_EPOCH tells one,
+/// the date.
+std::string madeBy(const std::string& command, const Job& job);
+
+/// A length as people say it: "4 mm", "2 cm", "1.3 m", "25 m".
+std::string lengthText(double length_m);
+
+/// Standard deviation of a position on the ground, along its worst direction [m].
+double horizontalSigma(const Matrix6d& covariance);
+
+/// What an answer says about its query; its graph, cloud and way are left empty.
+SceneQuery queryOf(const Localization& fix);
+
+/// "accepted, ±2 cm" of one query, "8 of 9 found, ±2 cm" of several.
+std::string outcomeOf(const std::vector<SceneQuery>& queries);
+
+/// The query with its graph, its cloud and its correspondences; it must outlive the result.
+SceneQuery queryWith(const Query& query, const Localization& fix);
+
+/// Brings clouds of several label sets under one: classes of the same name are the same.
+class JoinedLabels {
+ public:
+  const LabelSet& labels() const { return labels_; }
+  /// The same cloud or graph with the ids of the joined set.
+  void adopt(const LabelSet& its_labels, LabelledCloud& cloud);
+  void adopt(const LabelSet& its_labels, SemanticGraph& graph);
+
+ private:
+  std::map<std::uint32_t, std::uint32_t> idsFor(const LabelSet& its_labels);
+  LabelSet labels_;
+};
+
+/// A cloud of any file or recording; what has no labels gets a class of its own, in grey.
+LabelledCloud readAnyCloud(const std::string& path, const InputFlags& input, const Job& job,
+                           double voxel_m, LabelSet& labels,
+                           std::vector<Eigen::Isometry3d>* poses = nullptr);
+
+/// Answers as they are drawn into the map: with the way and the cloud of the query if its recording
+/// is found, else with the pose alone. A path of an answer is sought from the working folder, from
+/// the folder of the answers and those above it, and among the other files that were given.
+class DrawnAnswers {
+ public:
+  DrawnAnswers(const InputFlags& input, double voxel_m, const Job& job,
+               std::vector<std::string> given)
+      : input_(input), voxel_m_(voxel_m), job_(job), given_(std::move(given)) {}
+
+  /// All answers of a file. Clouds and graphs in the result live as long as this object.
+  std::vector<SceneQuery> draw(const std::string& answers_path, JoinedLabels& joined);
+  /// True for a file that an answer speaks of: it is drawn at its answer's pose.
+  bool isQuery(const std::string& path) const;
+
+ private:
+  std::string pathOf(const std::string& input, const std::string& answers_path) const;
+  const FrameSource* recordingOf(const std::string& path);  ///< null if it cannot be opened
+  void drawPlace(const std::string& path, const Answer& answer, JoinedLabels& joined,
+                 SceneQuery& query);
+  void drawRecording(const FrameSource& recording, const Answer& answer, std::size_t most_frames,
+                     JoinedLabels& joined, SceneQuery& query);
+  void keepCloud(LabelledCloud cloud, const LabelSet& labels, JoinedLabels& joined,
+                 SceneQuery& query);
+
+  const InputFlags& input_;
+  double voxel_m_;
+  const Job& job_;
+  std::vector<std::string> given_, drawn_;
+  std::map<std::string, std::unique_ptr<FrameSource>> recordings_;
+  std::deque<LabelledCloud> clouds_;
+  std::deque<SemanticGraph> graphs_;
+};
+
+}  // namespace xview::tools

@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "canvas.h"
+
+#include <cairo-svg.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace xview {
+namespace {
+
+cairo_status_t appendBytes(void* bytes, const unsigned char* data, unsigned int size) {
+  static_cast<std::string*>(bytes)->append(reinterpret_cast<const char*>(data), size);
+  return CAIRO_STATUS_SUCCESS;
+}
+
+/// Length of the UTF-8 character that begins with the byte; 0 if none does.
+std::size_t utf8Length(unsigned char lead) {
+  if (lead < 0x80) return 1;
+  if (lead >= 0xC2 && lead < 0xE0) return 2;
+  if (lead >= 0xE0 && lead < 0xF0) return 3;
+  return lead >= 0xF0 && lead < 0xF5 ? 4 : 0;
+}
+
+/// Cairo stops for good at a text that is not UTF-8; what is not, and control characters, become
+/// question marks.
+std::string printable(const std::string& text) {
+  std::string out;
+  for (std::size_t i = 0; i < text.size();) {
+    const auto lead = static_cast<unsigned char>(text[i]);
+    const std::size_t length = utf8Length(lead);
+    bool valid = length > 0 && i + length <= text.size() && (lead >= 0x20 && lead != 0x7F);
+    for (std::size_t k = 1; valid && k < length; ++k)
+      valid = (static_cast<unsigned char>(text[i + k]) & 0xC0) == 0x80;
+    if (valid && length > 1) {  // surrogates, overlong forms and numbers beyond Unicode
+      const auto second = static_cast<unsigned char>(text[i + 1]);
+      valid = !(lead == 0xED && second >= 0xA0) && !(lead == 0xE0 && second < 0xA0) &&
+              !(lead == 0xF0 && second < 0x90) && !(lead == 0xF4 && second >= 0x90);
+    }
+    out += valid ? text.substr(i, length) : "?";
+    i += valid ? length : 1;
+  }
+  return out;
+}
+
+}  // namespace
+
+Canvas::Canvas(double width, double height, PictureFormat format)
+    : format_(format),
+      surface_(format == PictureFormat::svg
+                   ? cairo_svg_surface_create_for_stream(appendBytes, &bytes_, width, height)
+                   : cairo_image_surface_create(CAIRO_FORMAT_RGB24, static_cast<int>(width),
+                                                static_cast<int>(height)),
+               cairo_surface_destroy),
+      cairo_(cairo_create(surface_.get()), cairo_destroy) {
+  cairo_set_line_join(cairo_.get(), CAIRO_LINE_JOIN_ROUND);
+  cairo_set_line_cap(cairo_.get(), CAIRO_LINE_CAP_ROUND);
+  fill({Point(0, 0), Point(width, height)}, {255, 255, 255});
+}
+
+std::string Canvas::take() {
+  if (cairo_status(cairo_.get()) != CAIRO_STATUS_SUCCESS)
+    throw std::runtime_error(std::string("a picture cannot be drawn: ") +
+                             cairo_status_to_string(cairo_status(cairo_.get())));
+  if (format_ == PictureFormat::png)
+    cairo_surface_write_to_png_stream(surface_.get(), appendBytes, &bytes_);
+  cairo_surface_finish(surface_.get());
+  return std::move(bytes_);
+}
+
+void Canvas::source(const Color& color, double opacity) {
+  cairo_set_source_rgba(cairo_.get(), color[0] / 255.0, color[1] / 255.0, color[2] / 255.0,
+                        opacity);
+}
+
+bool Canvas::trace(const std::vector<Point>& points) {
+  constexpr double kFarOff = 1e6;  // cairo's fixed-point numbers overflow beyond 2^23
+  cairo_new_path(cairo_.get());
+  bool any = false;
+  for (const Point& p : points) {
+    if (!p.allFinite()) return false;
+    cairo_line_to(cairo_.get(), std::clamp(p.x(), -kFarOff, kFarOff),
+                  std::clamp(p.y(), -kFarOff, kFarOff));
+    any = true;
+  }
+  return any;
+}
+
+void Canvas::fill(const Eigen::AlignedBox2d& box, const Color& color, double opacity) {
+  cairo_new_path(cairo_.get());
+  cairo_rectangle(cairo_.get(), box.min().x(), box.min().y(), box.sizes().x(), box.sizes().y());
+  source(color, opacity);
+  cairo_fill(cairo_.get());
+}
+
+void Canvas::frame(const Eigen::AlignedBox2d& box, const Color& color, double width) {
+  const Point a = box.min(), b = box.max();
+  polyline({a, {b.x(), a.y()}, b, {a.x(), b.y()}, a}, color, width);
+}
+
+void Canvas::polyline(const std::vector<Point>& points, const Color& color, double width,
+                      double dash) {
+  if (!trace(points)) return;
+  source(color);
+  cairo_set_line_width(cairo_.get(), width);
+  cairo_set_dash(cairo_.get(), &dash, dash > 0 ? 1 : 0, 0);
+  cairo_stroke(cairo_.get());
+}
+
+void Canvas::disc(const Point& center, double radius, const Color& fill, const Color& rim,
+                  double rim_width) {
+  if (!center.allFinite()) return;
+  cairo_new_path(cairo_.get());
+  cairo_arc(cairo_.get(), center.x(), center.y(), radius, 0, 2 * M_PI);
+  source(fill);
+  cairo_fill_preserve(cairo_.get());
+  if (rim_width > 0) {
+    source(rim);
+    cairo_set_line_width(cairo_.get(), rim_width);
+    cairo_set_dash(cairo_.get(), nullptr, 0, 0);
+    cairo_stroke(cairo_.get());
+  }
+}
+
+void Canvas::polygon(const std::vector<Point>& corners, const Color& fill, const Color& rim,
+                     double rim_width) {
+  if (!trace(corners)) return;
+  cairo_close_path(cairo_.get());
+  source(rim);
+  cairo_set_line_width(cairo_.get(), 2 * rim_width);
+  cairo_set_dash(cairo_.get(), nullptr, 0, 0);
+  cairo_stroke_preserve(cairo_.get());
+  source(fill);
+  cairo_fill(cairo_.get());
+}
+
+void Canvas::font(double size, bool bold) {
+  cairo_select_font_face(cairo_.get(), "sans-serif", CAIRO_FONT_SLANT_NORMAL,
+                         bold ? CAIRO_FONT_WEIGHT_BOLD : CAIRO_FONT_WEIGHT_NORMAL);
+  cairo_set_font_size(cairo_.get(), size);
+}
+
+double Canvas::textWidth(const std::string& text, double size, bool bold) {
+  font(size, bold);
+  cairo_text_extents_t extents;
+  cairo_text_extents(cairo_.get(), printable(text).c_str(), &extents);
+  return extents.x_advance;
+}
+
+void Canvas::text(const std::string& text, const Point& at, double size, const Color& color,
+                  bool bold, double align, bool halo) {
+  const std::string shown = printable(text);
+  const double left = at.x() - align * textWidth(text, size, bold);
+  cairo_move_to(cairo_.get(), left, at.y() + 0.36 * size);
+  if (halo) {
+    cairo_text_path(cairo_.get(), shown.c_str());
+    source({255, 255, 255}, 0.85);
+    cairo_set_line_width(cairo_.get(), 4);
+    cairo_set_dash(cairo_.get(), nullptr, 0, 0);
+    cairo_stroke(cairo_.get());
+    cairo_move_to(cairo_.get(), left, at.y() + 0.36 * size);
+  }
+  source(color);
+  cairo_show_text(cairo_.get(), shown.c_str());
+}
+
+std::string Canvas::fitted(const std::string& text, double size, double width, bool bold) {
+  std::string shown = printable(text);
+  if (textWidth(shown, size, bold) <= width) return shown;
+  constexpr std::size_t kMost = 400;  // letters that fit into any width
+  shown.resize(std::min(shown.size(), kMost));
+  while (!shown.empty() && textWidth(shown + "…", size, bold) > width) {
+    while (shown.size() > 1 && (static_cast<unsigned char>(shown.back()) & 0xC0) == 0x80)
+      shown.pop_back();
+    shown.pop_back();
+  }
+  return shown + "…";
+}
+
+void Canvas::image(const std::vector<std::uint32_t>& pixels, int width, const Point& corner) {
+  if (pixels.empty() || width <= 0) return;
+  auto* const bytes = reinterpret_cast<unsigned char*>(const_cast<std::uint32_t*>(pixels.data()));
+  cairo_surface_t* const image = cairo_image_surface_create_for_data(
+      bytes, CAIRO_FORMAT_ARGB32, width, static_cast<int>(pixels.size()) / width, 4 * width);
+  cairo_set_source_surface(cairo_.get(), image, corner.x(), corner.y());
+  cairo_paint(cairo_.get());
+  cairo_set_source_rgb(cairo_.get(), 0, 0, 0);  // lets go of the image
+  cairo_surface_destroy(image);
+}
+
+Canvas::Clip::Clip(Canvas& canvas, const Eigen::AlignedBox2d& box) : canvas_(canvas) {
+  cairo_save(canvas_.cairo_.get());
+  cairo_new_path(canvas_.cairo_.get());
+  cairo_rectangle(canvas_.cairo_.get(), box.min().x(), box.min().y(), box.sizes().x(),
+                  box.sizes().y());
+  cairo_clip(canvas_.cairo_.get());
+}
+
+Canvas::Clip::~Clip() { cairo_restore(canvas_.cairo_.get()); }
+
+}  // namespace xview

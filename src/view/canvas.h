@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cairo.h>
+
+#include <Eigen/Geometry>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "drawing.h"
+
+namespace xview {
+
+/// A picture of vectors and text, in pixels from the upper left corner, made by cairo.
+class Canvas {
+ public:
+  using Point = Eigen::Vector2d;
+
+  Canvas(double width, double height, PictureFormat format);
+  /// The bytes of the file; nothing may be drawn afterwards.
+  std::string take();
+
+  void fill(const Eigen::AlignedBox2d& box, const Color& color, double opacity = 1);
+  void frame(const Eigen::AlignedBox2d& box, const Color& color, double width);
+  void polyline(const std::vector<Point>& points, const Color& color, double width,
+                double dash = 0);
+  void line(const Point& from, const Point& to, const Color& color, double width) {
+    polyline({from, to}, color, width);
+  }
+  /// Filled, with a rim if its width is above 0. A hollow one has white inside.
+  void disc(const Point& center, double radius, const Color& fill, const Color& rim,
+            double rim_width);
+  void polygon(const std::vector<Point>& corners, const Color& fill, const Color& rim,
+               double rim_width);
+  /// A line of text, vertically centred at a point; align 0 begins there, 1 ends there. With a
+  /// halo it is readable on anything.
+  void text(const std::string& text, const Point& at, double size, const Color& color,
+            bool bold = false, double align = 0, bool halo = false);
+  double textWidth(const std::string& text, double size, bool bold = false);
+  /// The beginning of a text that fits into a width, with an ellipsis if something is missing.
+  std::string fitted(const std::string& text, double size, double width, bool bold = false);
+
+  /// Nothing outside of the box is drawn until the end of the object.
+  class Clip {
+   public:
+    Clip(Canvas& canvas, const Eigen::AlignedBox2d& box);
+    ~Clip();
+    Clip(const Clip&) = delete;
+    Clip& operator=(const Clip&) = delete;
+
+   private:
+    Canvas& canvas_;
+  };
+
+  /// Pixels, row by row, as premultiplied ARGB.
+  void image(const std::vector<std::uint32_t>& pixels, int width, const Point& corner);
+
+ private:
+  void source(const Color& color, double opacity = 1);
+  bool trace(const std::vector<Point>& points);
+  void font(double size, bool bold);
+
+  std::string bytes_;  // of an SVG, while it grows
+  PictureFormat format_;
+  std::unique_ptr<cairo_surface_t, void (*)(cairo_surface_t*)> surface_;
+  std::unique_ptr<cairo_t, void (*)(cairo_t*)> cairo_;
+};
+
+}  // namespace xview
