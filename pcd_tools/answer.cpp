@@ -172,6 +172,17 @@ Answer answerFrom(const std::string& line) {
     answer.fix.hypotheses = hypothesesFrom(json, answer.fix.scale);
     answer.fix.T_map_query = answer.fix.hypotheses[0].T_map_query;
   }
+  if (const auto s = json.find("statistics"); s != json.end()) {
+    Statistics& to = answer.fix.statistics;
+    to.lead = s->at("lead").get<double>();
+    to.agreement = s->at("agreement").get<double>();
+    to.registered = s->at("registered").get<bool>();
+    to.settled = s->at("settled").get<bool>();
+    to.views = s->at("views").get<bool>();
+    to.dense = s->at("dense").get<double>();
+    to.by_chance = s->at("by_chance").get<double>();
+    to.rival = s->at("rival").get<double>();
+  }
   const auto covariance = json.find("covariance");
   if (covariance != json.end() && !covariance->is_null())
     answer.fix.covariance = covarianceFrom(*covariance);
@@ -199,6 +210,14 @@ std::string toJson(const Answer& answer) {
   json["witnesses"] = {{"place", fix.witnesses.place},
                        {"correspondences", fix.witnesses.correspondences},
                        {"dense", fix.witnesses.dense}};
+  json["statistics"] = {{"lead", fix.statistics.lead},
+                        {"agreement", fix.statistics.agreement},
+                        {"registered", fix.statistics.registered},
+                        {"settled", fix.statistics.settled},
+                        {"views", fix.statistics.views},
+                        {"dense", fix.statistics.dense},
+                        {"by_chance", fix.statistics.by_chance},
+                        {"rival", fix.statistics.rival}};
   json["T_map_query"] =
       has_pose ? rowMajor<4>(inLengthsOfQuery(fix.T_map_query, fix.scale)) : Json();
   json["pose"] = has_pose ? poseOf(answer) : Json();

@@ -32,8 +32,8 @@ struct Answer {
 std::string toJson(const Answer& answer);
 
 /// Reads what `xview localize --json` printed, or any file with the same keys; of the fix only
-/// status, reason, confidence, the poses and the times. Keys that only xview writes may be missing
-/// (Answer::frames is then 0). Throws Error with path:line.
+/// status, reason, confidence, statistics, the poses and the times. Keys that only xview writes may
+/// be missing (Answer::frames is then 0). Throws Error with path:line.
 std::vector<Answer> readAnswers(const std::string& path);
 
 /// The heading of the table, and one line of it.

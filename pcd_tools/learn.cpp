@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <fmt/core.h>
 
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 
+#include "answer.h"
 #include "inputs.h"
 #include "tool.h"
 #include "xview/io/atomic_file.h"
@@ -11,6 +14,7 @@
 #include "xview/map/map_store.h"
 #include "xview/types/error.h"
 #include "xview/types/stopwatch.h"
+#include "xview/verify/verdict.h"
 
 namespace xview::tools {
 namespace {
@@ -19,20 +23,27 @@ class LearnCommand final : public Command {
  public:
   Description describe() const override {
     return {"learn",
-            "RECORDING... MAP OUT.txt",
-            "learn the likelihoods of the place search from recordings with known poses",
+            "RECORDING... MAP OUT.txt | --verdict RESULTS.jsonl... OUT.txt",
+            "learn the likelihoods of the place search, or the verdict, from known poses",
             "Counts how far what a RECORDING saw lies from the same class in the MAP, at its true "
             "poses and at wrong ones.\n"
             "True poses (sensor in the map frame, TUM or KITTI) are in groundtruth.txt or "
             "truth.txt of the RECORDING. The\n"
-            "map must be of another drive. Use the result with --places.likelihoods OUT.txt.",
+            "map must be of another drive. Use the result with --places.likelihoods OUT.txt.\n"
+            "--verdict fits the confidence to answers of xview localize --json about recordings "
+            "with such a file, and about\n"
+            "recordings from elsewhere. Use the result with --verdict.model OUT.txt.",
             "xview learn town/rear town/aerial town.xvm town.txt",
-            3,
+            2,
             100000};
   }
 
   void declare(Flags& flags) override {
     input_.declare(flags);
+    flags.add("--verdict", verdict_, "learn from the answers in RESULTS.jsonl how sure to be");
+    flags.add("--right", right_m_, "an answer this near to the truth is right [m]");
+    flags.add("--wrong", wrong_m_,
+              "one farther than this is wrong; between them it is left out [m]");
     flags.add("--truth", truth_, "file with the true poses, if there is one RECORDING");
     flags.add("--length", length_m_, "travel per query, as queries will have it [m]");
     flags.add("--add", add_, "start with the counts of this file");
@@ -40,6 +51,8 @@ class LearnCommand final : public Command {
   }
 
   ExitCode run(const Job& job) override {
+    if (verdict_) return learnVerdict(job);
+    if (job.operands.size() < 3) throw UsageError("the operands are RECORDING... MAP OUT.txt");
     if (!(length_m_ > 0)) throw UsageError(fmt::format("--length = {}, must be > 0", length_m_));
     if (!truth_.empty() && job.operands.size() != 3)
       throw UsageError("--truth is for one RECORDING; put groundtruth.txt into their folders");
@@ -67,6 +80,47 @@ class LearnCommand final : public Command {
   }
 
  private:
+  ExitCode learnVerdict(const Job& job) const {
+    io::AtomicFile out(job.operands.back());
+    std::vector<verify::JudgedStatistics> judged;
+    for (std::size_t i = 0; i + 1 < job.operands.size(); ++i) {
+      for (const Answer& answer : readAnswers(job.operands[i])) {
+        if (answer.fix.hypotheses.empty()) continue;
+        const double error_m = errorOf(answer);
+        if (error_m > right_m_ && error_m <= wrong_m_) continue;
+        judged.push_back({answer.fix.statistics, error_m <= right_m_});
+      }
+    }
+    const auto rights = std::count_if(judged.begin(), judged.end(),
+                                      [](const verify::JudgedStatistics& j) { return j.right; });
+    out.write(verify::toText(verify::fitVerdictModel(judged)));
+    out.commit();
+    fmt::print("{}: {} right and {} wrong answers\n", job.operands.back(), rights,
+               static_cast<std::ptrdiff_t>(judged.size()) - rights);
+    return kDone;
+  }
+
+  /// Infinite for a recording without true poses, which is from elsewhere.
+  static double errorOf(const Answer& answer) {
+    const std::string file = truthBeside(answer.input);
+    if (file.empty()) return INFINITY;
+    const std::vector<io::StampedPose> poses = io::readPoses(file);
+    const auto at = answer.frames == poses.size() ? answer.last_index
+                                                  : static_cast<std::size_t>(answer.last_frame);
+    if (at >= poses.size())
+      throw Error(file, fmt::format("expected a pose of frame {} of {}, found {} poses",
+                                    answer.last_frame, answer.input, poses.size()));
+    return (poses[at].T_frame_sensor.translation() - answer.fix.T_map_sensor.translation()).norm();
+  }
+
+  /// Empty if there is none.
+  static std::string truthBeside(const std::string& recording) {
+    for (const char* name : {"/groundtruth.txt", "/truth.txt"}) {
+      if (std::filesystem::exists(recording + name)) return recording + name;
+    }
+    return {};
+  }
+
   search::LikelihoodTable learnFrom(const std::string& path, const map::SemanticMap& map,
                                     const Job& job) const {
     const auto recording = openInput(path, input_.parsed(), job);
@@ -91,9 +145,7 @@ class LearnCommand final : public Command {
 
   std::string truthFileOf(const std::string& recording) const {
     if (!truth_.empty()) return truth_;
-    for (const char* name : {"/groundtruth.txt", "/truth.txt"}) {
-      if (std::filesystem::exists(recording + name)) return recording + name;
-    }
+    if (std::string file = truthBeside(recording); !file.empty()) return file;
     throw Error(recording,
                 "expected groundtruth.txt or truth.txt with the poses in the map frame, found "
                 "neither; --truth names another file");
@@ -110,6 +162,8 @@ class LearnCommand final : public Command {
   }
 
   InputFlags input_;
+  bool verdict_ = false;
+  double right_m_ = 1, wrong_m_ = 5;
   std::string truth_, add_;
   double length_m_ = 60;
   bool add_default_ = false;

@@ -64,6 +64,13 @@ verify::Evidence evidenceOf(const search::PlaceHypothesis& place) {
   return e;
 }
 
+double travelOf(const Query& query) {
+  double travel_m = 0;
+  for (std::size_t i = 1; i < query.poses.size(); ++i)
+    travel_m += (query.poses[i].translation() - query.poses[i - 1].translation()).norm();
+  return travel_m;
+}
+
 /// Takes an acceptance back.
 void refuse(std::string reason, Localization& answer) {
   answer.status = Status::rejected;
@@ -82,7 +89,15 @@ struct Candidates {
 verify::Evidence evidenceOf(const Candidates& found) {
   if (found.places.empty()) return {};
   verify::Evidence e = evidenceOf(found.places[0]);
-  e.runner_up = std::max(found.rival_score, found.places.size() > 1 ? found.places[1].score() : 0);
+  const auto scoreOf = [&](std::size_t i) {
+    return i < found.places.size() ? found.places[i].score() : 0.0;
+  };
+  e.runner_up = std::max(found.rival_score, scoreOf(1));
+  e.third = std::max(std::min(found.rival_score, scoreOf(1)), scoreOf(2));
+  if (found.places.size() > 1 && scoreOf(1) >= found.rival_score) {
+    const PlacePose &best = found.places[0].centre, &next = found.places[1].centre;
+    e.rival_distance_m = std::hypot(best.x - next.x, best.y - next.y);
+  }
   if (found.matches.empty() || found.matches[0].poses.empty()) return e;
   const MatchedPose& chain = found.matches[0].poses[0];
   e.kept = static_cast<int>(chain.kept.size());
@@ -140,6 +155,7 @@ struct Localizer::Index {
         gravity(gravityOf(given, options.gravity)),
         turned(uprightMap(given, gravity.upright)),
         map(turned ? *turned : given),
+        verdict_model(verify::verdictModelOf(options.verdict)),
         prior(parsePrior(options.prior)),
         scales(parseScale("scale", options.scale)),
         walks(map.graph, map.labels, options),
@@ -206,6 +222,7 @@ struct Localizer::Index {
   const Gravity gravity;  ///< of the caller's map
   const std::optional<map::SemanticMap> turned;
   const map::SemanticMap& map;
+  const verify::VerdictModel verdict_model;
   const PlacePrior prior;
   const std::optional<ScaleRange> scales;
   const WalkMatcher walks;
@@ -256,17 +273,14 @@ Localization Localizer::Index::inUprightFrames(const Query& given, const Expecte
   answer.scale = frame.scale;
 
   verify::Evidence evidence = evidenceOf(found);
+  evidence.travel_m = travelOf(*query);
   evidence.vertices = answer.vertices =
       static_cast<int>(walks.queryGraph(query->graph).graph.size());
   const search::FieldQuery* view = isView(*query) ? found.in_field.get() : nullptr;
   const Eigen::Quaterniond turn = refine(*query, view, answer, evidence);
   frame.R_up = turn * frame.R_up;
 
-  const verify::Verdict verdict = verify::judge(evidence, options.verdict);
-  answer.status = verdict.status;
-  answer.confidence = verdict.confidence;
-  answer.reason = verdict.reason;
-  answer.witnesses = verdict.witnesses;
+  setVerdict(verify::judge(evidence, options.verdict, verdict_model), answer);
   if (answer.accepted() &&
       !satisfies(priors, *GuessedQuery(*query, {turn, 1}), answer.hypotheses[0].T_map_query))
     refuse("the refined pose is outside of the prior; without it: " + answer.reason, answer);
@@ -356,7 +370,17 @@ Eigen::Quaterniond Localizer::Index::refine(const Query& query, const search::Fi
   best = pose.T_map_query;
   answer.covariance = pose.covariance;
   answer.trajectory = pose.T_map_sensor;
-  evidence.overlap = pose.overlap;
+  evidence.dense = pose.dense;
+  if (evidence.rivalIsClose() && evidence.rival_distance_m > 0) {
+    Stopwatch watch;
+    Timings unused;
+    evidence.dense_at_runner_up =
+        refinement
+            .refine(level ? level->query : query, level ? level->in_field.get() : in_field,
+                    answer.hypotheses[1].T_map_query, {}, up_sigma_rad, unused)
+            .dense;
+    answer.timing_ms.emplace_back("rival", watch.lap_ms());
+  }
   return turn;
 }
 
@@ -373,7 +397,7 @@ void Localizer::Index::refuteFromOutside(const search::FieldQuery& in_field,
     verify::Evidence outside = evidenceOf(anywhere.places[0]);
     outside.runner_up = inside.score;
     if (outside.score > inside.score &&
-        verify::judge(outside, options.verdict).status == Status::accepted)
+        verify::judge(outside, options.verdict, verdict_model).status == Status::accepted)
       refuse(fmt::format("a place outside of the prior is {:.0f} nats better than the best one "
                          "inside",
                          outside.score - inside.score),
@@ -568,9 +592,10 @@ Localization Localizer::describe(const Query& given, const PoseCheck& place) con
   index_->matchVertices(*query, found, answer.timing_ms);
   report(found, 1, answer);
   answer.hypotheses[0].score = place.evidence.score;
-  verify::Evidence unused;
+  verify::Evidence evidence = place.evidence;
   const search::FieldQuery* view = index_->isView(*query) ? found.in_field.get() : nullptr;
-  frame.R_up = index_->refine(*query, view, answer, unused) * frame.R_up;
+  frame.R_up = index_->refine(*query, view, answer, evidence) * frame.R_up;
+  answer.statistics = verify::statisticsOf(evidence);
   index_->leaveUprightFrames(given, frame, answer);
   return answer;
 }

@@ -16,7 +16,7 @@ constexpr double kRecent_m = 20;
 /// A pose by registered plans.
 struct RegisteredPlans {
   Eigen::Isometry3d T_map_query = Eigen::Isometry3d::Identity();
-  double overlap = 0;  ///< share of the samples that find their like
+  std::optional<pose::Agreement> agreement;  ///< of the samples
 };
 
 /// Registers the plan views of a query and a map: their samples are surfaces, borders and objects

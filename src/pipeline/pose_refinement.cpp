@@ -106,6 +106,13 @@ Matrix6d covarianceOfPlans(const Query& query, const Eigen::Isometry3d& T_map_qu
   return covariance;
 }
 
+void setAgreement(const std::optional<pose::Agreement>& agreement, verify::DenseEvidence& dense) {
+  dense.settled = agreement.has_value();
+  if (!agreement) return;
+  dense.agreement = agreement->found;
+  dense.by_chance = agreement->by_chance;
+}
+
 }  // namespace
 
 /// A pose on its way through the steps.
@@ -159,6 +166,7 @@ void PoseRefinement::useRecentPart(Step& step) const {
 
 /// The clouds take the nearest surface for the right one, and see only some classes.
 void PoseRefinement::useClouds(Step& step) const {
+  step.pose.dense.of = verify::DenseEvidence::Of::points;
   const Query& query = step.query;
   pose::RefineOptions options = options_.refine;
   options.tilt_sigma_deg = std::hypot(options.tilt_sigma_deg, step.up_sigma_rad * 180 / M_PI);
@@ -167,11 +175,12 @@ void PoseRefinement::useClouds(Step& step) const {
   if (!refined.converged || !step.keepsScore(refined.T_map_query, kScoreKept)) return;
   step.pose.T_map_query = refined.T_map_query;
   step.pose.covariance = refined.covariance;
-  step.pose.overlap = refined.overlap;
+  setAgreement(refined.agreement, step.pose.dense);
 }
 
 /// Where single points are known too badly, their averages seen from above are left.
 void PoseRefinement::usePlans(Step& step) const {
+  step.pose.dense.of = verify::DenseEvidence::Of::views;
   const Query& query = step.query;
   const auto found =
       plan_.align(query.plan, query.poses.back().translation(), step.pose.T_map_query);
@@ -180,7 +189,7 @@ void PoseRefinement::usePlans(Step& step) const {
     return;
   step.pose.T_map_query = found->T_map_query;
   step.pose.covariance = covarianceOfPlans(query, found->T_map_query, step.up_sigma_rad);
-  step.pose.overlap = found->overlap;
+  setAgreement(found->agreement, step.pose.dense);
 }
 
 RefinedPose PoseRefinement::refine(const Query& query, const search::FieldQuery* in_field,

@@ -9,6 +9,7 @@
 #include "xview/pose/posterior.h"
 #include "xview/pose/refine.h"
 #include "xview/search/field.h"
+#include "xview/verify/verdict.h"
 
 namespace xview {
 
@@ -18,7 +19,7 @@ struct RefinedPose {
   Matrix6d covariance = Matrix6d::Zero();  ///< of the last sensor pose; see Localization
   /// Poses of the window after the posterior; empty if it did not converge.
   std::vector<Eigen::Isometry3d> T_map_sensor;
-  std::optional<double> overlap;  ///< share of the points that meet the map; views with points only
+  verify::DenseEvidence dense;
 };
 
 /// From the pose of the place to that of the last sensor, against which the older part of a window

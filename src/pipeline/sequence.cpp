@@ -54,13 +54,6 @@ bool agrees(const verify::Evidence& e, const verify::VerdictOptions& o) {
   return e.expected > 0 && e.score >= kShare * e.expected && e.known_share >= o.min_known_share;
 }
 
-void setVerdict(const verify::Verdict& verdict, Localization& fix) {
-  fix.status = verdict.status;
-  fix.confidence = verdict.confidence;
-  fix.reason = verdict.reason;
-  fix.witnesses = verdict.witnesses;
-}
-
 void sumUp(const verify::PartEvidence& part, verify::PartEvidence& sum) {
   sum.score += part.score;
   sum.expected += part.expected;
@@ -85,14 +78,17 @@ struct Sequence::State {
   bool bestIsThatOf(const Localization& alone) const;
   bool bestFitsNewest() const;
   void restart(SequenceAnswer& answer);
-  verify::Evidence evidenceOfSum(const SequenceAnswer& answer) const;
-  verify::Verdict verdictOfSum(const SequenceAnswer& answer) const;
+  Localization atBest(const Query& query, const SequenceAnswer& answer) const;
+  verify::Evidence evidenceOfSum(const SequenceAnswer& answer, const Localization& at_best) const;
+  verify::Verdict verdictOfSum(const SequenceAnswer& answer, const Localization& at_best) const;
   void decide(const Query& query, SequenceAnswer& answer) const;
-  void takeFused(const Query& query, const verify::Verdict& verdict, SequenceAnswer& answer) const;
+  void takeFused(const Query& query, Localization at_best, verify::Verdict verdict,
+                 SequenceAnswer& answer) const;
   void refuseOutsidePrior(const Query& query, Localization& fix) const;
 
   const Localizer& localizer;
   const Options options;
+  const verify::VerdictModel verdict_model = verify::verdictModelOf(options.verdict);
   std::deque<Window> windows;  ///< oldest first
   std::vector<Track> tracks;   ///< best first
 };
@@ -200,17 +196,19 @@ void Sequence::State::sumEvidence() {
   tracks = std::move(kept);
 }
 
+/// What the newest window says at the best place.
+Localization Sequence::State::atBest(const Query& query, const SequenceAnswer& answer) const {
+  if (bestIsThatOf(answer.alone)) return answer.alone;
+  Localization described = localizer.describe(query, tracks.front().seen.back());
+  described.vertices = answer.alone.vertices;
+  described.matches = answer.alone.matches;
+  return described;
+}
+
 /// The answer of the newest window with the hypotheses of the history.
-void Sequence::State::takeFused(const Query& query, const verify::Verdict& verdict,
+void Sequence::State::takeFused(const Query& query, Localization at_best, verify::Verdict verdict,
                                 SequenceAnswer& answer) const {
-  const Track& best = tracks.front();
-  Localization& fix = answer.fix;
-  if (fix.hypotheses.empty() || !isSamePlace(best.seen.back(), {fix.T_map_query, {}})) {
-    Localization described = localizer.describe(query, best.seen.back());
-    described.vertices = fix.vertices;
-    described.matches = fix.matches;
-    fix = std::move(described);
-  }
+  Localization& fix = answer.fix = std::move(at_best);
   const Hypothesis refined = fix.hypotheses.front();
   fix.hypotheses.clear();
   for (std::size_t i = 0;
@@ -219,7 +217,7 @@ void Sequence::State::takeFused(const Query& query, const verify::Verdict& verdi
     if (i == 0) h = {refined.T_map_query, tracks[i].sum.score, refined.inliers, refined.proposer};
     fix.hypotheses.push_back(h);
   }
-  setVerdict(verdict, fix);
+  verify::setVerdict(std::move(verdict), fix);
   refuseOutsidePrior(query, fix);
 }
 
@@ -231,9 +229,16 @@ void Sequence::State::refuseOutsidePrior(const Query& query, Localization& fix) 
   fix.reason = "the place is outside of the prior; without it: " + fix.reason;
 }
 
-verify::Evidence Sequence::State::evidenceOfSum(const SequenceAnswer& answer) const {
+verify::Evidence Sequence::State::evidenceOfSum(const SequenceAnswer& answer,
+                                                const Localization& at_best) const {
   verify::Evidence e = tracks.front().sum;
   e.runner_up = answer.runner_up;
+  e.third = tracks.size() > 2 ? std::max(0.0, tracks[2].sum.score) : 0;
+  if (tracks.size() > 1) {
+    const PlacePose best = placeNow(tracks[0].seen.back()), next = placeNow(tracks[1].seen.back());
+    e.rival_distance_m = std::hypot(best.x - next.x, best.y - next.y);
+  }
+  e.dense = verify::denseEvidenceOf(at_best.statistics);
   e.windows = answer.windows;
   return e;
 }
@@ -265,8 +270,9 @@ void Sequence::State::restart(SequenceAnswer& answer) {
 }
 
 /// What the sum says; a place that the newest window does not agree with is not accepted.
-verify::Verdict Sequence::State::verdictOfSum(const SequenceAnswer& answer) const {
-  verify::Verdict verdict = judge(evidenceOfSum(answer), options.verdict);
+verify::Verdict Sequence::State::verdictOfSum(const SequenceAnswer& answer,
+                                              const Localization& at_best) const {
+  verify::Verdict verdict = judge(evidenceOfSum(answer, at_best), options.verdict, verdict_model);
   verdict.reason = fmt::format("{} windows together: {}", answer.windows, verdict.reason);
   if (verdict.status != Status::accepted || bestFitsNewest()) return verdict;
   verdict.status = Status::rejected;
@@ -280,7 +286,8 @@ verify::Verdict Sequence::State::verdictOfSum(const SequenceAnswer& answer) cons
 /// Brings what the sum says and what the newest window says by itself together. An acceptance that
 /// the sum only does not reach stays as it is; one of another place is in doubt.
 void Sequence::State::decide(const Query& query, SequenceAnswer& answer) const {
-  verify::Verdict verdict = verdictOfSum(answer);
+  Localization at_best = atBest(query, answer);
+  verify::Verdict verdict = verdictOfSum(answer, at_best);
   const bool sum_accepts = verdict.status == Status::accepted;
   if (answer.alone.accepted()) {
     const bool same = bestIsThatOf(answer.alone);
@@ -288,7 +295,7 @@ void Sequence::State::decide(const Query& query, SequenceAnswer& answer) const {
     if (same) verdict.confidence = std::max(verdict.confidence, answer.alone.confidence);
     if (!same && !sum_accepts) verdict.status = Status::ambiguous;
   }
-  takeFused(query, verdict, answer);
+  takeFused(query, std::move(at_best), std::move(verdict), answer);
 }
 
 SequenceAnswer Sequence::State::add(const Query& query, std::size_t first, std::size_t last) {

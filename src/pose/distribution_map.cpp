@@ -189,7 +189,14 @@ class CellTable {
       if (cell.points < kFewestPoints) continue;
       const std::uint32_t bit = bitOf(cell.key);
       marks_[bit >> 6] |= std::uint64_t{1} << (bit & 63);
+      const std::uint32_t place = bit & kPlaceMask;
+      held_[place >> 6] |= std::uint64_t{1} << (place & 63);
     }
+  }
+  /// Of any group; heights that are 16 cells apart are taken for one.
+  bool holdsAnything(const CellKey& key) const {
+    const std::uint32_t place = bitOf(key) & kPlaceMask;
+    return (held_[place >> 6] >> (place & 63)) & 1;
   }
   /// Null if there are too few points.
   const Distribution* find(const CellKey& key) const {
@@ -207,8 +214,11 @@ class CellTable {
            (static_cast<std::uint32_t>(k.z) & 15) << 10 | (k.group & 7) << 14;
   }
 
+  static constexpr std::uint32_t kPlaceMask = (1u << 14) - 1;  ///< a bit but for its group
+
   HashTable<Cell> cells_;
   std::vector<std::uint64_t> marks_ = std::vector<std::uint64_t>((1u << 17) / 64, 0);
+  std::vector<std::uint64_t> held_ = std::vector<std::uint64_t>((kPlaceMask + 1) / 64, 0);
 };
 
 /// Information of a distribution about a position, less that of a cell of this side filled evenly,
@@ -312,6 +322,21 @@ class DistributionMap::Tiles {
       }
     }
     return best;
+  }
+
+  bool holdsAnything(const Eigen::Vector3f& p) const {
+    const CellKey own = cellOf(p, kNoGroup, side_);
+    for (std::int32_t dy = -1; dy <= 1; ++dy) {
+      for (std::int32_t dx = -1; dx <= 1; ++dx) {
+        CellKey key{own.x + dx, own.y + dy, 0, kNoGroup};
+        const CellTable* table = tableAt(tileOf(key));
+        if (!table) continue;
+        for (key.z = own.z - 1; key.z <= own.z + 1; ++key.z) {
+          if (table->holdsAnything(key)) return true;
+        }
+      }
+    }
+    return false;
   }
 
  private:
@@ -438,6 +463,10 @@ std::size_t DistributionMap::size() const { return tiles_->size(); }
 const Distribution* DistributionMap::nearest(const Eigen::Vector3f& p, std::uint32_t group,
                                              float gate_m) const {
   return tiles_->nearest(p, group, gate_m);
+}
+
+bool DistributionMap::holdsAnything(const Eigen::Vector3f& p) const {
+  return tiles_->holdsAnything(p);
 }
 
 }  // namespace xview::pose

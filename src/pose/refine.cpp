@@ -17,6 +17,11 @@ constexpr int kIterations = 20;
 constexpr double kSteady = 0.4;
 /// Where it may drift, residuals are so much more tolerant at first: points may be off by some 2 m.
 constexpr double kTolerance = 30;
+constexpr double kFewestOfGroup = 5;  ///< points of a kind for it to agree or not
+/// How well some of the points would agree by chance is asked around the pose, so far off.
+constexpr int kMoves = 6;
+constexpr double kMove_m = 3;
+constexpr std::size_t kOfMovedPoints = 3;
 constexpr double kClearlyBetter = 50;  ///< by so much points must fit better with drift
 
 // What the covariance is made of: how far each kind of error reaches the pose through the fit. Set
@@ -223,6 +228,57 @@ Matrix6d covarianceOf(const Fit& fit, const Eigen::Matrix3d& start_open,
   return 0.5 * (covariance + covariance.transpose());
 }
 
+/// The points of one group that lie where the map holds anything, or some of them.
+struct GroupAgreement {
+  double points = 0, found = 0, by_chance = 0;
+};
+
+/// Adds how much the points agree at a pose; a point agrees as much as it counts in the fit.
+void addAgreement(const Registration& registration, const std::vector<QueryPoint>& points,
+                  const Estimate& at, double weight, double GroupAgreement::*sum,
+                  std::map<std::uint32_t, GroupAgreement>& groups) {
+  registration.forPartners(points, at, registration.lastScope(),
+                           [&](const QueryPoint& q, const Partner& partner) {
+                             const auto group = groups.find(q.group);
+                             if (group != groups.end())
+                               group->second.*sum += weight / (1 + partner.mahalanobis / 4);
+                           });
+}
+
+std::optional<Agreement> agreementOf(const DistributionMap& map,
+                                     const std::vector<QueryPoint>& points,
+                                     const Registration& registration, const Estimate& at) {
+  std::map<std::uint32_t, GroupAgreement> groups;
+  std::size_t held = 0;
+  for (const QueryPoint& q : points) {
+    if (isGround(kindOfGroup(q.group))) continue;
+    if (!map.holdsAnything((at.T_map_query * q.p - map.origin()).cast<float>())) continue;
+    groups[q.group].points += 1;
+    ++held;
+  }
+  if (held < kFewestPartners) return std::nullopt;
+  addAgreement(registration, points, at, 1, &GroupAgreement::found, groups);
+  const std::vector<QueryPoint> some = evenlySpread(points, points.size() / kOfMovedPoints);
+  const double weight = static_cast<double>(points.size()) / static_cast<double>(some.size());
+  for (int k = 0; k < kMoves; ++k) {
+    Estimate moved = at;
+    const double angle = 0.3 + 2 * M_PI * k / kMoves;
+    moved.T_map_query.pretranslate(kMove_m * Eigen::Vector3d(std::cos(angle), std::sin(angle), 0));
+    addAgreement(registration, some, moved, weight / kMoves, &GroupAgreement::by_chance, groups);
+  }
+  Agreement sum;
+  double weights = 0;
+  for (const auto& [id, group] : groups) {
+    if (group.points < kFewestOfGroup) continue;
+    const double root = std::sqrt(group.points);
+    sum.found += group.found / root;
+    sum.by_chance += group.by_chance / root;
+    weights += root;
+  }
+  if (!(weights > 0)) return std::nullopt;
+  return Agreement{std::min(1.0, sum.found / weights), std::min(1.0, sum.by_chance / weights)};
+}
+
 }  // namespace
 
 Refinement refine(const DistributionMap& map, const RefineQuery& query, const LabelSet& labels,
@@ -247,7 +303,7 @@ Refinement refine(const DistributionMap& map, const RefineQuery& query, const La
   const Registration::Descent& d = best.descent;
   if (!d.valid) return result;
   result.T_map_query = d.at.T_map_query;
-  result.overlap = static_cast<double>(d.partners) / static_cast<double>(points.size());
+  result.agreement = agreementOf(map, points, best.registration, d.at);
   // The noise of the map is there where that of the query is not known, too.
   const double sigma_m = std::hypot(query.cloud.typicalSigma(), map.noise_m());
   result.covariance = covarianceOf(best, start.open, points, sigma_m, drifts);

@@ -27,15 +27,6 @@ constexpr double kOtherSideWeight = 0.1;
 constexpr double kBlocksAlike = 40;
 constexpr double kLeastExcess = 1e-3, kMostExcess = 1e3;
 
-/// So many of all, evenly spread over their order.
-template <class T>
-std::vector<T> evenlySpread(const std::vector<T>& all, std::size_t count) {
-  count = std::min(all.size(), count);
-  std::vector<T> chosen;
-  for (std::size_t k = 0; k < count; ++k) chosen.push_back(all[k * all.size() / count]);
-  return chosen;
-}
-
 QueryPoint queryPoint(const RefineQuery& query, const LabelSet& labels, std::size_t i) {
   QueryPoint q;
   q.pose = query.poses.size() - 1;

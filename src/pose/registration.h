@@ -22,6 +22,15 @@ struct QueryPoint {
   std::size_t pose = 0;                            ///< that it was seen from
 };
 
+/// So many of all, evenly spread over their order.
+template <class T>
+std::vector<T> evenlySpread(const std::vector<T>& all, std::size_t count) {
+  count = std::min(all.size(), count);
+  std::vector<T> chosen;
+  for (std::size_t k = 0; k < count; ++k) chosen.push_back(all[k * all.size() / count]);
+  return chosen;
+}
+
 /// Points of static classes, about so many at most, in the order of the cloud: fewer of ground and
 /// more of posts than the share that they have of it.
 std::vector<QueryPoint> choosePoints(const RefineQuery& query, const LabelSet& labels,

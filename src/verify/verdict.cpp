@@ -5,33 +5,29 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace xview::verify {
 namespace {
 
-/// Log odds of the place witness per factor e of its statistic, and the statistic at even odds:
-/// logistic regression over windows of 15 to 60 m of clean and noisy worlds and over queries from
-/// elsewhere, counted as if both were as frequent.
-constexpr double kOddsPerFactorE = 2.6, kEvenOdds = 6;
 /// What a wrong place may score by chance, so that small scores say little [nats].
 constexpr double kNoise_nats = 2;
-/// A runner-up with this share of the best score explains the query about equally well.
-constexpr double kEqualShare = 0.8;
-/// Below this agreement a place is a stranger's, not one of two.
-constexpr double kLeastAgreement = 0.2;
 /// Added to scores of parts, of which a small one says little [nats].
 constexpr double kPartPrior_nats = 15;
+constexpr double kLeastAgreement = 0.02;  ///< what agrees less is all the same
+constexpr double kLeastLead = 0.3;        ///< of which a factor counts; as the model was fitted
+constexpr double kEvenExcess = 0.15;      ///< of agreement over chance, at about even odds
+constexpr double kMostExcess = 0.3;       ///< over even odds; more says no more
 /// Chance that a vertex keeps a correspondence at the true place (search, detection of objects).
 constexpr double kKeptIfTrue = 0.62;
-/// Share of points that meet the map: at this share a right and a wrong answer are as likely, and
-/// log odds per share. Only reported.
-constexpr double kEvenOverlap = 0.35, kOddsPerOverlap = 12;
+/// More than this many times its length is not asked of a query.
+constexpr double kLongest = 3;
 
 /// (s1 - s2) ln(s1 / s2) with the noise of wrong scores, which grows with the root of the number of
 /// windows.
-double leadStatistic(const Evidence& e) {
+double leadOver(double rival, const Evidence& e) {
   const double noise = kNoise_nats * std::sqrt(std::max(1, e.windows));
-  const double best = e.score + noise, next = std::max(0.0, e.runner_up) + noise;
+  const double best = e.score + noise, next = std::max(0.0, rival) + noise;
   if (!(best > next)) return 0;
   return (best - next) * std::log(best / next) / std::sqrt(std::max(1, e.windows));
 }
@@ -40,18 +36,13 @@ double agreementOf(const PartEvidence& part) {
   return (part.score + kPartPrior_nats) / (std::max(0.0, part.expected) + kPartPrior_nats);
 }
 
-/// Share of the score of a true pose, the smallest of all and of each part, in [0, 1]. A street
-/// that repeats fits with its road but not with its houses, or with one side only.
+/// Share of the score of a true pose, the smallest of all and of each part. A street that repeats
+/// fits with its road but not with its houses, or with one side only.
 double agreementOf(const Evidence& e) {
   if (!(e.expected > 0)) return 1;  // nobody knows what a true pose scores: walks
   return std::clamp(std::min({e.score / e.expected, agreementOf(e.standing),
                               agreementOf(e.sides[0]), agreementOf(e.sides[1])}),
-                    0.0, 1.0);
-}
-
-double placeOdds(const Evidence& e) {
-  const double statistic = leadStatistic(e) * agreementOf(e);
-  return kOddsPerFactorE * std::log(std::max(1e-9, statistic) / kEvenOdds);
+                    kLeastAgreement, 1.0);
 }
 
 /// Binomial: how much likelier so many kept correspondences are at the true place than by chance.
@@ -63,47 +54,165 @@ double correspondenceOdds(const Evidence& e) {
          (n - k) * std::log((1 - kKeptIfTrue) / (1 - by_chance));
 }
 
-Witnesses witnessesOf(const Evidence& e) {
-  Witnesses w;
-  w.place = placeOdds(e);
-  w.correspondences = correspondenceOdds(e);
-  if (e.overlap) w.dense = kOddsPerOverlap * (*e.overlap - kEvenOverlap);
-  return w;
+double placeOdds(const Statistics& s, const VerdictModel& model) {
+  const auto terms = termsOf(s);
+  const double* weights = s.registered ? model.registered.data() : model.alone.data();
+  return std::inner_product(terms.begin(), terms.begin() + kPlaceTerms, weights, 0.0);
 }
+
+double denseOdds(const Statistics& s, const VerdictModel& model) {
+  const auto terms = termsOf(s);
+  return std::inner_product(terms.begin() + kPlaceTerms, terms.end(),
+                            model.registered.begin() + kPlaceTerms, 0.0);
+}
+
+/// Of a rival that nobody asked nothing better is known than that it agrees as well.
+double excessAtRival(const Evidence& e) {
+  const DenseEvidence& there = e.dense_at_runner_up.value_or(e.dense);
+  return there.settled ? there.agreement - there.by_chance : 0;
+}
+
+double confidenceOf(double odds) { return 1 / (1 + std::exp(-odds)); }
+
+/// The words of a verdict.
+class Reason {
+ public:
+  Reason(const Evidence& e, const Statistics& s, const VerdictModel& model, double odds_needed)
+      : e_(e), s_(s), model_(model), odds_needed_(odds_needed) {}
+
+  std::string ofAccepted() const {
+    const double times = e_.score / std::max(1.0, e_.runner_up);
+    std::string text = times > 20
+                           ? "no other place fits"
+                           : fmt::format("fits {:.1f} times better than any other place", times);
+    if (s_.settled && !s_.views)
+      text += fmt::format(
+          "; {:.0f} % of what stands upright lies on its like there ({:.0f} % by "
+          "chance)",
+          100 * s_.dense, 100 * s_.by_chance);
+    return text;
+  }
+  std::string ofAmbiguous() const {
+    const std::string apart =
+        e_.rival_distance_m > 0 ? fmt::format(", {:.0f} m apart", e_.rival_distance_m) : "";
+    return fmt::format("two places fit about equally well{}{}", apart, whatWouldHelp());
+  }
+  std::string ofRejected() const {
+    const double times = e_.score / std::max(1.0, e_.runner_up);
+    if (s_.registered && !s_.settled)
+      return "the best place does not hold: the points do not settle on the map there" +
+             whatWouldHelp();
+    if (denseOdds(s_, model_) < -1)
+      return fmt::format(
+                 "the best place does not hold: only {:.0f} % of what stands upright lies "
+                 "on its like there ({:.0f} % by chance)",
+                 100 * s_.dense, 100 * s_.by_chance) +
+             whatWouldHelp();
+    return fmt::format(
+        "no place stands out: the best fits only {:.1f} times better than the next{}", times,
+        whatWouldHelp());
+  }
+
+ private:
+  /// Leads grow with the length of a query.
+  std::string whatWouldHelp() const {
+    if (e_.travel_m <= 0 || s_.lead <= 0) return "";
+    const double missing = odds_needed_ - placeOdds(s_, model_) - denseOdds(s_, model_);
+    const double weight = s_.registered ? model_.registered[kLead] : model_.alone[kLead];
+    const double times = std::exp(missing / std::max(0.1, weight)) - 1;
+    if (!(times > 0) || times > kLongest) return "";
+    return fmt::format("; about {:.0f} m more would tell", std::max(1.0, times * e_.travel_m));
+  }
+
+  const Evidence& e_;
+  const Statistics& s_;
+  const VerdictModel& model_;
+  const double odds_needed_;
+};
 
 }  // namespace
 
-Verdict judge(const Evidence& e, const VerdictOptions& o) {
+Statistics statisticsOf(const Evidence& e) {
+  Statistics s;
+  s.lead = leadOver(e.runner_up, e);
+  s.agreement = agreementOf(e);
+  s.registered = e.dense.of != DenseEvidence::Of::nothing;
+  s.settled = s.registered && e.dense.settled;
+  s.views = e.dense.of == DenseEvidence::Of::views;
+  if (!s.settled) return s;
+  s.dense = e.dense.agreement;
+  s.by_chance = e.dense.by_chance;
+  if (e.rivalIsClose()) s.rival = excessAtRival(e);
+  return s;
+}
+
+DenseEvidence denseEvidenceOf(const Statistics& s) {
+  using Of = DenseEvidence::Of;
+  return {!s.registered ? Of::nothing
+          : s.views     ? Of::views
+                        : Of::points,
+          s.settled, s.dense, s.by_chance};
+}
+
+std::array<double, kTerms> termsOf(const Statistics& s) {
+  std::array<double, kTerms> terms{};
+  terms[kConstant] = 1;
+  terms[kLead] = std::log(s.lead + kLeastLead);
+  terms[kAgreement] = std::log(s.agreement);
+  if (!s.registered) return terms;
+  terms[kFailed] = !s.settled;
+  terms[kViews] = s.settled && s.views;
+  if (!s.settled) return terms;
+  double excess = s.dense - s.by_chance - kEvenExcess;
+  if (excess > 0) excess = std::min(kMostExcess, excess - std::max(0.0, s.rival - kEvenExcess));
+  if (s.views)
+    terms[kViewsAgree] = excess;
+  else
+    terms[kPointsAgree] = excess;
+  return terms;
+}
+
+Verdict judge(const Evidence& e, const VerdictOptions& o, const VerdictModel& model) {
   Verdict verdict;
   if (!std::isfinite(e.score) || e.score <= 0) {
     verdict.reason = "nothing in the map agrees with the query";
     return verdict;
   }
-  verdict.witnesses = witnessesOf(e);
-  verdict.confidence = 1 / (1 + std::exp(-verdict.witnesses.place));
-  const bool unseen = e.known_share < o.min_known_share;
-  if (unseen) verdict.confidence *= 0.5 * e.known_share / o.min_known_share;
-  const double agreement = agreementOf(e);
-  const std::string lead =
-      fmt::format("the best place has {:.0f} nats, the next one {:.0f}", e.score, e.runner_up);
-  if (unseen) {
+  Statistics s = verdict.statistics = statisticsOf(e);
+  verdict.witnesses.place = placeOdds(s, model);
+  verdict.witnesses.dense = denseOdds(s, model);
+  verdict.witnesses.correspondences = correspondenceOdds(e);
+  verdict.confidence = confidenceOf(verdict.witnesses.place + verdict.witnesses.dense);
+  if (e.known_share < o.min_known_share) {
+    verdict.confidence *= 0.5 * e.known_share / o.min_known_share;
     verdict.reason =
         fmt::format("only {:.0f} % of the query lies where the map was seen ({:.0f} % needed)",
                     100 * e.known_share, 100 * o.min_known_share);
-  } else if (verdict.confidence >= o.min_confidence) {
+    return verdict;
+  }
+  const Reason reason(e, s, model, std::log(o.min_confidence / (1 - o.min_confidence)));
+  if (verdict.confidence >= o.min_confidence) {
     verdict.status = Status::accepted;
-    verdict.reason =
-        lead + fmt::format(", {:.0f} % of the agreement of a usual true pose", 100 * agreement);
-  } else if (e.runner_up >= kEqualShare * e.score && agreement >= kLeastAgreement) {
+    verdict.reason = reason.ofAccepted();
+    return verdict;
+  }
+  // Would one of the best two places be believed if the other were not there?
+  s.lead = leadOver(e.third, e);
+  if (confidenceOf(placeOdds(s, model) + denseOdds(s, model)) >= o.min_confidence) {
     verdict.status = Status::ambiguous;
-    verdict.reason =
-        fmt::format("two places explain the query about equally well ({:.0f} and {:.0f} nats)",
-                    e.score, e.runner_up);
+    verdict.reason = reason.ofAmbiguous();
   } else {
-    verdict.reason = lead + fmt::format(": right with {:.3g} % at most, {:.4g} % needed",
-                                        100 * verdict.confidence, 100 * o.min_confidence);
+    verdict.reason = reason.ofRejected();
   }
   return verdict;
+}
+
+void setVerdict(Verdict verdict, Localization& answer) {
+  answer.status = verdict.status;
+  answer.confidence = verdict.confidence;
+  answer.reason = std::move(verdict.reason);
+  answer.witnesses = verdict.witnesses;
+  answer.statistics = verdict.statistics;
 }
 
 }  // namespace xview::verify

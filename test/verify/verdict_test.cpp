@@ -4,8 +4,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <fstream>
 #include <limits>
 
+#include "support/test_data.h"
+#include "xview/types/error.h"
 #include "xview/types/random.h"
 
 namespace xview::verify {
@@ -48,7 +51,11 @@ Evidence randomEvidence(Random& random) {
   e.with_candidates = static_cast<int>(random.below(40));
   e.kept = static_cast<int>(random.below(40));
   e.kept_by_chance = random.uniform(0, 40);
-  if (random.below(2)) e.overlap = random.uniform();
+  e.third = random.uniform(-50, e.runner_up);
+  e.dense.of = static_cast<DenseEvidence::Of>(random.below(3));
+  e.dense.settled = random.below(2);
+  e.dense.agreement = random.uniform();
+  e.dense.by_chance = random.uniform(0, 0.3);
   return e;
 }
 
@@ -86,9 +93,14 @@ TEST(Verdict, AcceptedIsExactlyWhatReachesTheConfidence) {
 
 TEST(Verdict, ConfidenceNeverFallsWithBetterEvidence) {
   const auto improvements = {
-      +[](Evidence& e) { e.score += 10; },          +[](Evidence& e) { e.runner_up -= 10; },
-      +[](Evidence& e) { e.standing.score += 10; }, +[](Evidence& e) { e.sides[0].score += 10; },
-      +[](Evidence& e) { e.sides[1].score += 10; }, +[](Evidence& e) { e.known_share += 0.05; },
+      +[](Evidence& e) { e.score += 10; },
+      +[](Evidence& e) { e.runner_up -= 10; },
+      +[](Evidence& e) { e.standing.score += 10; },
+      +[](Evidence& e) { e.sides[0].score += 10; },
+      +[](Evidence& e) { e.sides[1].score += 10; },
+      +[](Evidence& e) { e.known_share += 0.05; },
+      +[](Evidence& e) { e.dense.agreement += 0.1; },
+      +[](Evidence& e) { e.dense.by_chance -= 0.1; },
   };
   Random random(6);
   int grown = 0;
@@ -107,17 +119,18 @@ TEST(Verdict, ConfidenceNeverFallsWithBetterEvidence) {
 
 TEST(Verdict, ALayoutWhoseHousesContradictIsRefused) {
   Evidence e = goodView();
-  e.standing.score = -20;
+  e.score = 130;
+  e.standing.score = -14;
   EXPECT_EQ(judged(e).status, Status::rejected) << "roads alone repeat between towns";
-  EXPECT_LT(judged(e).confidence, 0.5);
   e.standing.score = 30;
   EXPECT_LT(judged(e).confidence, judged(goodView()).confidence);
 }
 
-TEST(Verdict, AStreetThatFitsOnOneSideOnlyIsRefused) {
+TEST(Verdict, AStreetThatFitsOnOneSideOnlyIsLessBelieved) {
   Evidence e = goodView();
-  e.sides[1].score = -20;
-  EXPECT_EQ(judged(e).status, Status::rejected);
+  const double both = judged(e).confidence;
+  e.sides[1].score = -14;
+  EXPECT_LT(judged(e).confidence, both);
   e.sides[1] = {};
   EXPECT_EQ(judged(e).status, Status::accepted) << "a view to one side is judged by that side";
   e.standing = {};
@@ -125,25 +138,54 @@ TEST(Verdict, AStreetThatFitsOnOneSideOnlyIsRefused) {
   EXPECT_EQ(judged(e).status, Status::accepted) << "one without anything upright by the rest";
 }
 
-TEST(Verdict, TwoPlacesThatFitEquallyWellAreAmbiguousAndTwoBadOnesRejected) {
+TEST(Verdict, TwoPlacesAreAmbiguousOnlyIfEachCouldBeBelieved) {
   Evidence e = goodView();
   e.runner_up = 290;
-  EXPECT_EQ(judged(e).status, Status::ambiguous) << judged(e).reason;
-  EXPECT_LT(judged(e).confidence, 0.5);
-  e.score = 20;
-  e.runner_up = 19;
-  EXPECT_EQ(judged(e).status, Status::rejected);
+  e.third = 280;
+  EXPECT_EQ(judged(e).status, Status::rejected) << "a stranger fits everywhere a little";
+  e.third = 60;
+  EXPECT_EQ(judged(e).status, Status::ambiguous);
+  e.rival_distance_m = 84;
+  EXPECT_NE(judged(e).reason.find("84 m apart"), std::string::npos) << judged(e).reason;
+  e.dense.of = DenseEvidence::Of::points;
+  e.dense.settled = true;
+  e.dense.agreement = 0.05;
+  EXPECT_EQ(judged(e).status, Status::rejected) << "neither can be where nothing lies on its like";
 }
 
-TEST(Verdict, HalfTheLeadOfAStrangerIsNoAcceptance) {
-  Evidence stranger;  // of a town whose streets look alike
-  stranger.score = 138;
-  stranger.runner_up = 74;
-  stranger.expected = 260;
-  EXPECT_NE(judged(stranger).status, Status::accepted);
-  Evidence poor_labels = stranger;  // the same score where nothing else comes near
-  poor_labels.runner_up = 31;
-  EXPECT_EQ(judged(poor_labels).status, Status::accepted);
+TEST(Verdict, PointsDecideBetweenPlacesThatScoreAlike) {
+  Evidence e = goodView();
+  e.score = 160;
+  e.runner_up = 90;
+  e.dense.of = DenseEvidence::Of::points;
+  e.dense_at_runner_up = DenseEvidence{DenseEvidence::Of::points, true, 0.1, 0.04};
+  EXPECT_NE(judged(e).status, Status::accepted) << "points that do not settle";
+  e.dense.settled = true;
+  e.dense.agreement = 0.12;
+  e.dense.by_chance = 0.04;
+  EXPECT_NE(judged(e).status, Status::accepted) << judged(e).reason;
+  e.dense.agreement = 0.4;
+  EXPECT_EQ(judged(e).status, Status::accepted) << judged(e).reason;
+  e.dense_at_runner_up->agreement = 0.4;
+  EXPECT_NE(judged(e).status, Status::accepted) << "points agree at the next place as well";
+  e.dense_at_runner_up->agreement = 0.1;
+  e.dense.by_chance = 0.35;
+  EXPECT_NE(judged(e).status, Status::accepted) << "in a room full of chairs chairs meet chairs";
+}
+
+TEST(Verdict, SaysHowMuchMoreWouldTell) {
+  Evidence e = goodView();
+  e.score = 60;
+  e.runner_up = 30;
+  e.third = 28;
+  e.expected = 60;
+  e.standing = {};
+  e.sides = {};
+  e.travel_m = 30;
+  ASSERT_EQ(judged(e).status, Status::rejected) << judged(e).reason;
+  EXPECT_NE(judged(e).reason.find("m more would tell"), std::string::npos) << judged(e).reason;
+  e.travel_m = 0;
+  EXPECT_EQ(judged(e).reason.find("more would tell"), std::string::npos) << "it did not move";
 }
 
 TEST(Verdict, MoreWindowsNeedMore) {
@@ -186,11 +228,58 @@ TEST(Witnesses, SayWhatEachKnows) {
   EXPECT_GT(judged(e).witnesses.correspondences, 5);
   e.kept = 7;
   EXPECT_LT(judged(e).witnesses.correspondences, -5);
-  e.overlap = 0.6;
+  e.dense = {DenseEvidence::Of::points, true, 0.6, 0.05};
   EXPECT_GT(judged(e).witnesses.dense, 0);
-  e.overlap = 0.1;
+  e.dense.agreement = 0.1;
   EXPECT_LT(judged(e).witnesses.dense, 0);
   EXPECT_EQ(judged(goodGraph()).witnesses.dense, 0) << "without points nothing is said";
+}
+
+// ---- The model ----
+
+/// Answers of a world in which confidence is what `truth` says.
+std::vector<JudgedStatistics> answersOf(const VerdictModel& truth, int count) {
+  Random random(11);
+  std::vector<JudgedStatistics> answers;
+  for (int i = 0; i < count; ++i) {
+    const Evidence e = randomEvidence(random);
+    if (e.score <= 0) continue;
+    const Verdict v = judge(e, kOptions, truth);
+    const double odds = v.witnesses.place + v.witnesses.dense;
+    answers.push_back({v.statistics, random.uniform() < 1 / (1 + std::exp(-odds))});
+  }
+  return answers;
+}
+
+TEST(VerdictModel, IsFoundFromAnswers) {
+  VerdictModel truth;
+  truth.alone = {-1, 0.8, 1.2};
+  truth.registered = {-1, 0.8, 1.2, -1, 0.5, 4, 6};
+  const VerdictModel found = fitVerdictModel(answersOf(truth, 60000));
+  for (std::size_t t = kLead; t < kTerms; ++t)  // the constant depends on how many are right
+    EXPECT_NEAR(found.registered[t], truth.registered[t],
+                0.15 * std::abs(truth.registered[t]) + 0.1)
+        << t;
+}
+
+TEST(VerdictModel, SurvivesItsFile) {
+  const xview::test::TemporaryFolder folder;
+  const std::string path = folder / "model.txt";
+  std::ofstream(path) << toText(defaultVerdictModel());
+  const VerdictModel read = readVerdictModel(path);
+  for (std::size_t t = 0; t < kTerms; ++t)
+    EXPECT_NEAR(read.registered[t], defaultVerdictModel().registered[t], 1e-3);
+  std::ofstream(path, std::ios::app) << "registered.hope 3\n";
+  EXPECT_THROW(readVerdictModel(path), Error);
+  std::ofstream(path) << "alone.lead much\n";
+  EXPECT_THROW(readVerdictModel(path), Error);
+}
+
+TEST(VerdictModel, NeedsRightAndWrongAnswers) {
+  std::vector<JudgedStatistics> answers = answersOf(defaultVerdictModel(), 100);
+  for (JudgedStatistics& answer : answers) answer.right = true;
+  EXPECT_THROW(fitVerdictModel(answers), Error);
+  EXPECT_THROW(fitVerdictModel({}), Error);
 }
 
 }  // namespace

@@ -51,6 +51,8 @@ class DistributionMap {
   /// The nearest distribution of the group in the cell of p (relative to the origin) and the 26
   /// around it, within the gate; null if there is none.
   const Distribution* nearest(const Eigen::Vector3f& p, std::uint32_t group, float gate_m) const;
+  /// True if there is anything of any group in the cell of p or one beside it.
+  bool holdsAnything(const Eigen::Vector3f& p) const;
   double noise_m() const;    ///< by which looks at one surface err as a whole
   std::size_t size() const;  ///< makes all of them
 

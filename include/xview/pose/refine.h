@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "xview/pose/distribution_map.h"
@@ -55,11 +56,18 @@ struct RefineQuery {
       poses;  ///< T_query_sensor, at least one; the last is refined
 };
 
+/// How closely what stands upright lies on its like, of what lies where the map holds anything, in
+/// [0, 1]. Kinds count by the root of their points, so that walls do not outvote poles.
+struct Agreement {
+  double found = 0;      ///< at the pose
+  double by_chance = 0;  ///< on average some metres off, in whatever stands there
+};
+
 struct Refinement {
   bool converged = false;  ///< other fields are valid only if true
   Eigen::Isometry3d T_map_query = Eigen::Isometry3d::Identity();  ///< right for the last pose
-  /// Share of the points that have a distribution of their class within the last gate.
-  double overlap = 0;
+  /// None if the map holds next to nothing there.
+  std::optional<Agreement> agreement;
   /// Of the last pose: x y z [m], rx ry rz [rad], map frame, left increment: errors of points, of
   /// drift and of single poses. An error of the map as a whole against the world is not in it.
   Matrix6d covariance = Matrix6d::Zero();

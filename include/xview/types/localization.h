@@ -41,6 +41,18 @@ struct Witnesses {
   double dense = 0;            ///< how many points meet the map after the refinement
 };
 
+/// What the verdict was made of.
+struct Statistics {
+  double lead = 0;          ///< (s1 - s2) ln(s1 / s2) of the best two places, with noise [nats]
+  double agreement = 1;     ///< share of the score that a true pose would have, in (0, 1]
+  bool registered = false;  ///< there was something to register
+  bool settled = false;     ///< the registration found a pose near the place
+  bool views = false;       ///< of views from above instead of points
+  double dense = 0;         ///< how closely upright things lie on their like then, in [0, 1]
+  double by_chance = 0;     ///< and how closely they would some metres off
+  double rival = 0;         ///< how much more than by chance at the next place, if that is close
+};
+
 /// Milliseconds per stage, in the order of execution.
 using Timings = std::vector<std::pair<std::string, double>>;
 
@@ -54,6 +66,7 @@ struct Localization {
   double confidence =
       0;  ///< in [0, 1], monotone in how sure the program is; comparable between queries
   Witnesses witnesses;
+  Statistics statistics;
   Eigen::Isometry3d T_map_query =
       Eigen::Isometry3d::Identity();  ///< query odometry frame to map frame
   Eigen::Isometry3d T_map_sensor =

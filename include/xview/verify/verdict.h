@@ -2,8 +2,10 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "xview/types/localization.h"
 #include "xview/types/option_field.h"
@@ -15,6 +17,7 @@ struct VerdictOptions {
   /// accepted.
   double min_confidence = 0.98;
   double min_known_share = 0.15;  ///< share of the query that must lie where the map was seen
+  std::string model;  ///< file of xview learn --verdict; empty = what the program comes with
 };
 
 template <class Visitor>
@@ -23,6 +26,7 @@ void visit(VerdictOptions& o, Visitor&& field) {
         "confidence from which on an answer is accepted");
   field("min_known_share", o.min_known_share, Range{0, 1},
         "share of the query that must lie where the map was seen");
+  field("model", o.model, "file of xview learn --verdict; empty = built in");
 }
 
 /// What a part of a query says for a place, and what it would say at a true pose [nats].
@@ -30,39 +34,108 @@ struct PartEvidence {
   double score = 0, expected = 0;
 };
 
+/// What the registration says after it moved the query to the best place.
+struct DenseEvidence {
+  enum class Of : std::uint8_t {
+    nothing,  ///< there was nothing to register
+    points,   ///< points of query and map
+    views     ///< views from above, where no single point is known well enough
+  };
+  Of of = Of::nothing;
+  bool settled = false;  ///< it found a pose near the place
+  /// How closely what stands upright lies on its like, where the map holds anything, in [0, 1].
+  double agreement = 0;
+  double by_chance = 0;  ///< the same some metres off, in whatever the map holds there
+};
+
 /// What speaks for and against the best place of one query, or of several together, by whatever
 /// method and field it was found.
 struct Evidence {
   double score = 0;        ///< of the best place [nats]
   double runner_up = 0;    ///< score of the best other place; what unseen area scores (0) if none
+  double third = 0;        ///< score of the place after that
   double expected = 0;     ///< score that a true pose would have on average [nats]
   double known_share = 1;  ///< share of the query where the map knows anything
   PartEvidence standing;   ///< views: what stands upright
   std::array<PartEvidence, 2> sides;  ///< views: left and right of the way; zero if there is no way
-  int windows = 1;  ///< queries that share no frame, whose evidence is summed here
+  int windows = 1;              ///< queries that share no frame, whose evidence is summed here
+  double rival_distance_m = 0;  ///< from the best place to the runner-up; 0 = not known
+  double travel_m = 0;          ///< of the query; 0 = it stood
 
   int vertices = 0;           ///< of the query, as the walks see it
   int kept = 0;               ///< correspondences that survive sample consensus at the best place
   int with_candidates = 0;    ///< vertices that had a candidate there
   double kept_by_chance = 0;  ///< how many of these would keep one at a wrong place
-  std::optional<double> overlap;  ///< share of the points that meet the map after the refinement
+  DenseEvidence dense;
+  /// At the runner-up, if that was asked.
+  std::optional<DenseEvidence> dense_at_runner_up;
+
+  /// The runner-up scores so well that it must be asked whether points agree there as well.
+  bool rivalIsClose() const { return runner_up > 0.5 * score; }
 };
+
+Statistics statisticsOf(const Evidence& evidence);
+DenseEvidence denseEvidenceOf(const Statistics& statistics);
+
+/// What log odds of right against wrong are linear in, if every other query is from elsewhere.
+enum Term : std::size_t {
+  kConstant,
+  kLead,       ///< logarithm of the lead
+  kAgreement,  ///< logarithm of the agreement
+  kPlaceTerms,
+  kFailed = kPlaceTerms,  ///< 1 if the registration did not settle
+  kViews,                 ///< 1 if views were registered, not points
+  kPointsAgree,  ///< dense agreement of points over that by chance and that of a close rival
+  kViewsAgree,
+  kTerms
+};
+
+/// The weights. What the registration says is not independent of the score, so they are fitted
+/// together, and others where nothing could be registered.
+struct VerdictModel {
+  std::array<double, kPlaceTerms> alone{};
+  std::array<double, kTerms> registered{};
+};
+
+/// The last four are 0 where nothing was registered.
+std::array<double, kTerms> termsOf(const Statistics& statistics);
+
+/// The model that the program comes with, config/verdict.txt.
+const VerdictModel& defaultVerdictModel();
+/// That of the options; throws Error if it cannot be read.
+VerdictModel verdictModelOf(const VerdictOptions& options);
+/// Throws Error with path and line if the file is not one that toText() made.
+VerdictModel readVerdictModel(const std::string& path);
+std::string toText(const VerdictModel& model);
+
+/// An answer of which is known whether it is right.
+struct JudgedStatistics {
+  Statistics statistics;
+  bool right = false;
+};
+/// The likeliest model if all right answers weigh as much as all wrong ones (logistic regression
+/// with a small ridge, so that it exists). Throws Error if one of the two is missing.
+VerdictModel fitVerdictModel(const std::vector<JudgedStatistics>& answers);
 
 struct Verdict {
   Status status = Status::rejected;
   double confidence = 0;
   std::string reason;
   Witnesses witnesses;
+  Statistics statistics;
 };
 
-/// One formula and one scale for views, bare graphs, walks and sequences. Every witness says, as
-/// log odds, how much more often its evidence comes with a right answer than with a wrong one, if
-/// every other query is from elsewhere. Only the place decides so far; the others are reported.
+/// One formula and one scale for views, bare graphs, walks and sequences.
 ///
-/// The place witness grows with the logarithm of (s1 - s2) ln(s1 / s2), the lead of the best place
-/// over the next one in nats, times how many times better it is: a lead of 60 nats is much over 30
-/// and little over 600. It counts by the agreement, the share of a true pose's score that the place
-/// has, the smallest of all, of what stands upright, and of either side of the way.
-Verdict judge(const Evidence& evidence, const VerdictOptions& options);
+/// The place witness grows with the logarithm of the lead (s1 - s2) ln(s1 / s2): 60 nats before the
+/// next place are much over 30 and little over 600. It counts by the agreement, the share of a true
+/// pose's score that the place has, the smallest of all, of what stands upright, and of either side
+/// of the way. The dense witness is what the registration adds to it. Correspondences add nothing
+/// to both (measured) and are reported only.
+Verdict judge(const Evidence& evidence, const VerdictOptions& options,
+              const VerdictModel& model = defaultVerdictModel());
+
+/// Makes it that of an answer.
+void setVerdict(Verdict verdict, Localization& answer);
 
 }  // namespace xview::verify

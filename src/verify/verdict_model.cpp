@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <fmt/core.h>
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <map>
+#include <sstream>
+
+#include "xview/types/error.h"
+#include "xview/verify/verdict.h"
+
+namespace xview::verify {
+
+/// Contents of config/verdict.txt, compiled in.
+extern const char* const kDefaultVerdictModel;
+
+namespace {
+
+constexpr double kRidge = 1e-4;  ///< of standardised weights, per answer
+constexpr int kNewtonSteps = 50;
+
+constexpr std::array<const char*, kTerms> kTermNames = {
+    "constant", "lead", "agreement", "failed", "views", "points_agree", "views_agree"};
+
+/// Every weight beside its name in files.
+template <class Model, class Visit>
+void forWeights(Model& model, const Visit& visit) {
+  for (std::size_t t = 0; t < model.alone.size(); ++t)
+    visit(std::string("alone.") + kTermNames[t], model.alone[t]);
+  for (std::size_t t = 0; t < model.registered.size(); ++t)
+    visit(std::string("registered.") + kTermNames[t], model.registered[t]);
+}
+
+VerdictModel parse(const std::string& text, const std::string& path) {
+  std::map<std::string, double> numbers;
+  std::istringstream lines(text);
+  std::string line;
+  for (int number = 1; std::getline(lines, line); ++number) {
+    std::istringstream words(line.substr(0, line.find('#')));
+    std::string name, more;
+    double value = 0;
+    if (!(words >> name)) continue;
+    if (!(words >> value) || words >> more || !std::isfinite(value))
+      throw Error(fmt::format("{}:{}", path, number), "expected a name and a number");
+    numbers[name] = value;
+  }
+  VerdictModel model;
+  forWeights(model, [&](const std::string& name, double& value) {
+    const auto found = numbers.find(name);
+    if (found == numbers.end()) throw Error(path, fmt::format("has no line for {}", name));
+    value = found->second;
+    numbers.erase(found);
+  });
+  if (!numbers.empty())
+    throw Error(path, fmt::format("has a line for {}, which the model does not know",
+                                  numbers.begin()->first));
+  return model;
+}
+
+/// Logistic regression by Newton's method, right and wrong answers weighing the same in all. Rows
+/// are answers, and their first column is 1.
+Eigen::VectorXd fitLogistic(const Eigen::MatrixXd& rows, const std::vector<bool>& right) {
+  const auto n = static_cast<double>(right.size());
+  const auto rights = static_cast<double>(std::count(right.begin(), right.end(), true));
+  if (rights == 0 || rights == n)
+    throw Error("verdict", "needs right and wrong answers of each kind to learn from");
+  const Eigen::RowVectorXd mean = rows.colwise().mean();
+  Eigen::RowVectorXd spread = ((rows.rowwise() - mean).colwise().squaredNorm() / n).cwiseSqrt();
+  Eigen::MatrixXd X = rows;
+  for (Eigen::Index c = 1; c < X.cols(); ++c) {
+    if (!(spread[c] > 1e-9)) spread[c] = 1;
+    X.col(c) = (X.col(c).array() - mean[c]) / spread[c];
+  }
+  Eigen::VectorXd beta = Eigen::VectorXd::Zero(X.cols());
+  for (int step = 0; step < kNewtonSteps; ++step) {
+    Eigen::VectorXd gradient = kRidge * n * beta;
+    Eigen::MatrixXd H = kRidge * n * Eigen::MatrixXd::Identity(X.cols(), X.cols());
+    for (Eigen::Index i = 0; i < X.rows(); ++i) {
+      const double p = 1 / (1 + std::exp(-X.row(i).dot(beta)));
+      const double weight = right[i] ? 0.5 * n / rights : 0.5 * n / (n - rights);
+      gradient += weight * (p - right[i]) * X.row(i).transpose();
+      H += weight * std::max(1e-9, p * (1 - p)) * X.row(i).transpose() * X.row(i);
+    }
+    const Eigen::VectorXd move = H.ldlt().solve(gradient);
+    beta -= move / std::max(1.0, move.norm() / 2);
+    if (move.norm() < 1e-10) break;
+  }
+  for (Eigen::Index c = 1; c < X.cols(); ++c) {
+    beta[c] /= spread[c];
+    beta[0] -= beta[c] * mean[c];
+  }
+  return beta;
+}
+
+}  // namespace
+
+std::string toText(const VerdictModel& model) {
+  std::string text =
+      "# log odds of right against wrong; see include/xview/verify/verdict.h; made by xview learn "
+      "--verdict\n";
+  forWeights(model, [&](const std::string& name, double value) {
+    text += fmt::format("{} {:.4g}\n", name, value);
+  });
+  return text;
+}
+
+const VerdictModel& defaultVerdictModel() {
+  static const VerdictModel model = parse(kDefaultVerdictModel, "config/verdict.txt");
+  return model;
+}
+
+VerdictModel readVerdictModel(const std::string& path) {
+  std::ifstream file(path);
+  std::ostringstream text;
+  if (!file || !(text << file.rdbuf())) throw Error(path, "cannot be read as a verdict model");
+  return parse(text.str(), path);
+}
+
+VerdictModel verdictModelOf(const VerdictOptions& options) {
+  return options.model.empty() ? defaultVerdictModel() : readVerdictModel(options.model);
+}
+
+VerdictModel fitVerdictModel(const std::vector<JudgedStatistics>& answers) {
+  const auto fit = [&](bool only_registered, auto& weights) {
+    std::vector<std::array<double, kTerms>> terms;
+    std::vector<bool> right;
+    for (const JudgedStatistics& a : answers) {
+      if (only_registered && !a.statistics.registered) continue;
+      terms.push_back(termsOf(a.statistics));
+      right.push_back(a.right);
+    }
+    Eigen::MatrixXd rows(terms.size(), weights.size());
+    for (Eigen::Index i = 0; i < rows.rows(); ++i) {
+      for (Eigen::Index t = 0; t < rows.cols(); ++t) rows(i, t) = terms[i][t];
+    }
+    const Eigen::VectorXd fitted = fitLogistic(rows, right);
+    std::copy(fitted.begin(), fitted.end(), weights.begin());
+  };
+  VerdictModel model;
+  fit(false, model.alone);
+  fit(true, model.registered);
+  return model;
+}
+
+}  // namespace xview::verify
