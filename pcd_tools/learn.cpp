@@ -23,14 +23,15 @@ class LearnCommand final : public Command {
  public:
   Description describe() const override {
     return {"learn",
-            "RECORDING... MAP OUT.txt | --verdict RESULTS.jsonl... OUT.txt",
+            "RECORDING... MAP OUT.txt",
             "learn the likelihoods of the place search, or the verdict, from known poses",
             "Counts how far what a RECORDING saw lies from the same class in the MAP, at its true "
             "poses and at wrong ones.\n"
             "True poses (sensor in the map frame, TUM or KITTI) are in groundtruth.txt or "
             "truth.txt of the RECORDING. The\n"
             "map must be of another drive. Use the result with --places.likelihoods OUT.txt.\n"
-            "--verdict fits the confidence to answers of xview localize --json about recordings "
+            "--verdict RESULTS.jsonl... OUT.txt fits the confidence to answers of xview localize "
+            "--json about recordings "
             "with such a file, and about\n"
             "recordings from elsewhere. Use the result with --verdict.model OUT.txt.",
             "xview learn town/rear town/aerial town.xvm town.txt",

@@ -15,6 +15,7 @@ constexpr double kNoise_nats = 2;
 /// Added to scores of parts, of which a small one says little [nats].
 constexpr double kPartPrior_nats = 15;
 constexpr double kLeastAgreement = 0.02;  ///< what agrees less is all the same
+constexpr double kLikeTrue = 0.8;         ///< agreement of a usual true place
 constexpr double kLeastLead = 0.3;        ///< of which a factor counts; as the model was fitted
 constexpr double kEvenExcess = 0.15;      ///< of agreement over chance, at about even odds
 constexpr double kMostExcess = 0.3;       ///< over even odds; more says no more
@@ -130,6 +131,18 @@ class Reason {
   const double odds_needed_;
 };
 
+/// The best place would be believed if its rival were not there, or if none of several were that
+/// fit as a true place would.
+bool oneOfSeveral(const Evidence& e, Statistics s, const VerdictOptions& o,
+                  const VerdictModel& model) {
+  if (!e.rivalIsClose()) return false;
+  const bool fits =
+      s.agreement >= kLikeTrue && (!s.registered || s.dense - s.by_chance >= kEvenExcess);
+  s.lead = leadOver(fits ? 0 : e.third, e);
+  s.rival = 0;
+  return confidenceOf(placeOdds(s, model) + denseOdds(s, model)) >= o.min_confidence;
+}
+
 }  // namespace
 
 Statistics statisticsOf(const Evidence& e) {
@@ -165,10 +178,7 @@ std::array<double, kTerms> termsOf(const Statistics& s) {
   if (!s.settled) return terms;
   double excess = s.dense - s.by_chance - kEvenExcess;
   if (excess > 0) excess = std::min(kMostExcess, excess - std::max(0.0, s.rival - kEvenExcess));
-  if (s.views)
-    terms[kViewsAgree] = excess;
-  else
-    terms[kPointsAgree] = excess;
+  terms[kExcess] = excess;
   return terms;
 }
 
@@ -196,9 +206,7 @@ Verdict judge(const Evidence& e, const VerdictOptions& o, const VerdictModel& mo
     verdict.reason = reason.ofAccepted();
     return verdict;
   }
-  // Would one of the best two places be believed if the other were not there?
-  s.lead = leadOver(e.third, e);
-  if (confidenceOf(placeOdds(s, model) + denseOdds(s, model)) >= o.min_confidence) {
+  if (oneOfSeveral(e, s, o, model)) {
     verdict.status = Status::ambiguous;
     verdict.reason = reason.ofAmbiguous();
   } else {

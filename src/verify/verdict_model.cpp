@@ -21,8 +21,8 @@ namespace {
 constexpr double kRidge = 1e-4;  ///< of standardised weights, per answer
 constexpr int kNewtonSteps = 50;
 
-constexpr std::array<const char*, kTerms> kTermNames = {
-    "constant", "lead", "agreement", "failed", "views", "points_agree", "views_agree"};
+constexpr std::array<const char*, kTerms> kTermNames = {"constant", "lead",  "agreement",
+                                                        "failed",   "views", "excess"};
 
 /// Every weight beside its name in files.
 template <class Model, class Visit>

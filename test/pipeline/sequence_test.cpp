@@ -13,6 +13,9 @@
 namespace xview {
 namespace {
 
+/// Along a street that shows little lengthwise a pose may slip, but not as far as another place.
+constexpr double kSlip_m = 3;
+
 using test::errorOf;
 using test::mapOf;
 using test::PlanTown;
@@ -121,7 +124,7 @@ TEST(Sequence, WhatIsAcceptedAloneIsAcceptedWithItsHistory) {
       EXPECT_TRUE(answer.fix.accepted()) << answer.fix.reason;
     }
     if (answer.fix.accepted()) {
-      EXPECT_LT((answer.fix.T_map_sensor.translation() - truth.translation()).norm(), 1.0)
+      EXPECT_LT((answer.fix.T_map_sensor.translation() - truth.translation()).norm(), kSlip_m)
           << "from " << first;
     }
     EXPECT_EQ(answer.fix.timing_ms.back().first, "total");

@@ -120,7 +120,9 @@ TEST(Refine, RecoversASmallMotion) {
     ASSERT_TRUE(refined.converged);
     EXPECT_LT((refined.T_map_query.translation() - T_map_query.translation()).norm(), 0.05);
     EXPECT_LT(rotationBetween(refined.T_map_query, T_map_query), 0.1 * kDegree);
-    EXPECT_GT(refined.overlap, 0.9);
+    ASSERT_TRUE(refined.agreement);
+    EXPECT_GT(refined.agreement->found, 0.7);
+    EXPECT_LT(refined.agreement->by_chance, 0.5 * refined.agreement->found);
   }
 }
 
@@ -169,7 +171,7 @@ TEST(Refine, DynamicAndIgnoredClassesHaveNoSay) {
   const Refinement with = refineAt(map, with_cars.cloud(), start, {0, 0, 1.5}, {});
   ASSERT_TRUE(with.converged);
   EXPECT_EQ(with.T_map_query.matrix(), without.T_map_query.matrix());
-  EXPECT_EQ(with.overlap, without.overlap);
+  EXPECT_EQ(with.agreement->found, without.agreement->found);
 }
 
 TEST(Refine, LaneMarkingsLieOnTheRoadAndOtherClassesDoNotMix) {

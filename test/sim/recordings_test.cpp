@@ -227,7 +227,9 @@ TEST(Recordings, EveryStyleGivesAllItsSessions) {
     std::size_t seen = 0;
     for (const float depth : frame.depth.pixels) {
       seen += depth > 0;
-      if (indoors && depth > 0) EXPECT_TRUE(depth >= 0.3f && depth <= 8.0f) << depth;
+      if (indoors && depth > 0) {
+        EXPECT_TRUE(depth >= 0.3f && depth <= 8.0f) << depth;
+      }
     }
     EXPECT_GT(seen, frame.depth.pixels.size() / 3) << style;
     const LabelSet& labels = sessions.at("rear")->labels();

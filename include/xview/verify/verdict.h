@@ -85,8 +85,7 @@ enum Term : std::size_t {
   kPlaceTerms,
   kFailed = kPlaceTerms,  ///< 1 if the registration did not settle
   kViews,                 ///< 1 if views were registered, not points
-  kPointsAgree,  ///< dense agreement of points over that by chance and that of a close rival
-  kViewsAgree,
+  kExcess,                ///< dense agreement over that by chance and that at a close rival
   kTerms
 };
 
