@@ -28,7 +28,8 @@ class LearnCommand final : public Command {
             "map must be of another drive. Use the result with --places.likelihoods OUT.txt.",
             "xview learn town/rear town/aerial town.xvm town.txt",
             3,
-            100000};
+            100000,
+            true};
   }
 
   void declare(Flags& flags) override {

@@ -20,7 +20,8 @@ class LiftCommand final : public Command {
             "or .ply by the ending of its name.",
             "xview lift town/forward --frames 0:30 town.pcd",
             2,
-            2};
+            2,
+            true};
   }
 
   void declare(Flags& flags) override {

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
 
+#include <yaml-cpp/yaml.h>
 #include <Eigen/Geometry>
 #include <cmath>
+
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -215,13 +217,47 @@ TEST_F(FixFiles, MatrixIsTheTransformOfTheSurestWindow) {
   }
 }
 
-TEST_F(FixFiles, WithoutAcceptedPoseNothingIsWrittenAndItIsSaid) {
-  const Outcome outcome =
-      runXview({"localize", "-q", elsewhere(), map(), "--trajectory", file("no.tum"), "--g2o",
-                file("no.g2o"), "--matrix", file("no.txt")});
-  EXPECT_EQ(outcome.code, 3);
-  EXPECT_NE(outcome.err.find("no accepted pose"), std::string::npos) << outcome.err;
-  for (const char* name : {"no.tum", "no.g2o", "no.txt"}) EXPECT_FALSE(fs::exists(file(name)));
+TEST_F(FixFiles, WithoutAcceptedPoseWhatAnEarlierQueryLeftIsRemovedAndItIsSaid) {
+  const std::vector<std::string> names{"no.tum", "no.g2o", "no.txt", "no.yaml", "all.tum"};
+  for (const std::string& name : names) writeText(file(name), "of an earlier query");
+  for (const std::string& query : {elsewhere(), file("no such query")}) {
+    const Outcome outcome = runXview({"localize", query, map(), "--trajectory", file("no.tum"),
+                                      "--g2o", file("no.g2o"), "--matrix", file("no.txt"),
+                                      "--initialpose", file("no.yaml"), "--tum", file("all.tum")});
+    EXPECT_EQ(outcome.code, query == elsewhere() ? 3 : 1);
+    for (const std::string& name : names) {
+      EXPECT_FALSE(fs::exists(file(name))) << name;
+      const bool was_there = query == elsewhere();
+      EXPECT_EQ(
+          outcome.err.find(file(name) + " of an earlier query is removed") != std::string::npos,
+          was_there)
+          << outcome.err;
+    }
+  }
+}
+
+TEST_F(FixFiles, InitialPoseIsTheLastAcceptedOne) {
+  const Outcome outcome = runXview({"localize", "-q", "-o", file("ip.jsonl"), rear(), map(),
+                                    "--window", "20", "--initialpose", file("ip.yaml")},
+                                   {120, 0, ""});
+  EXPECT_EQ(outcome.out, "");
+  Json last;
+  for (const Json& answer : answers(readText(file("ip.jsonl")))) {
+    if (answer["status"] == "accepted") last = answer;
+  }
+  const YAML::Node message = YAML::LoadFile(file("ip.yaml"));
+  EXPECT_EQ(message["header"]["frame_id"].as<std::string>(), "map");
+  const YAML::Node pose = message["pose"]["pose"];
+  int i = 0;
+  for (const char* axis : {"x", "y", "z"})
+    EXPECT_EQ(pose["position"][axis].as<double>(), last["pose"]["position"][i++].get<double>());
+  double same = 0;  // q and -q are one attitude
+  i = 0;
+  for (const char* axis : {"x", "y", "z", "w"})
+    same += pose["orientation"][axis].as<double>() * last["pose"]["quaternion"][i++].get<double>();
+  EXPECT_NEAR(std::abs(same), 1, 1e-9);
+  EXPECT_EQ(message["pose"]["covariance"].as<std::vector<double>>(),
+            last["covariance"].get<std::vector<double>>());
 }
 
 TEST_F(FixFiles, WhatCannotBeWrittenIsSaidBeforeTheWork) {
@@ -320,13 +356,13 @@ TEST_F(FixFiles, TheWayOfAnAnswerIsDrawnInItsScale) {
   const auto drawn = [&](double scale) {
     answer["scale"] = scale;
     writeText(file("scaled.jsonl"), answer.dump() + "\n");
-    EXPECT_EQ(runXview({"view", "-q", map(), file("scaled.jsonl"), file("way.png")}).code, 0);
+    EXPECT_EQ(runXview({"view", "-q", map(), file("scaled.jsonl"), "-o", file("way.png")}).code, 0);
     return readText(file("way.png"));
   };
   EXPECT_NE(drawn(1), drawn(3));
   answer["scale"] = -1;
   writeText(file("scaled.jsonl"), answer.dump() + "\n");
-  EXPECT_EQ(runXview({"view", "-q", map(), file("scaled.jsonl"), file("way.png")}).code, 1);
+  EXPECT_EQ(runXview({"view", "-q", map(), file("scaled.jsonl"), "-o", file("way.png")}).code, 1);
 }
 
 /// Check fix for: a mesh showed the map alone.
