@@ -50,9 +50,9 @@ std::string nameOf(const Answer& answer) {
 
 /// What is unusual about the frame of the query.
 std::string frameOf(const Localization& fix) {
-  std::string text = fix.scale == 1 ? "" : fmt::format("scale {:.3f}; ", fix.scale);
+  std::string text = fix.scale == 1 ? "" : fmt::format("; scale {:.3f}", fix.scale);
   if (fix.gravity != GravityUse::aligned)
-    text += fmt::format("{}: {}; ", toString(fix.gravity), fix.gravity_reason);
+    text += fmt::format("; {}: {}", toString(fix.gravity), fix.gravity_reason);
   return text;
 }
 
@@ -74,7 +74,7 @@ double positionSigma(const Matrix6d& covariance) {
 }
 
 std::string lengthText(double length_m) {
-  if (length_m < 0.01) return fmt::format("{:.0f} mm", 1e3 * length_m);
+  if (length_m < 0.0095) return fmt::format("{:.0f} mm", 1e3 * length_m);
   if (length_m < 0.995) return fmt::format("{:.0f} cm", 1e2 * length_m);
   return fmt::format("{:.{}f} m", length_m, length_m < 9.95 ? 1 : 0);
 }
@@ -135,7 +135,7 @@ std::string AnswerTable::line(const Answer& answer) const {
     text += inked(values, fix.accepted() ? Ink::plain : Ink::dim, screen_);
     column += columnsOf(values);
   }
-  const std::string reason = frameOf(fix) + fix.reason;
+  const std::string reason = fix.reason + frameOf(fix);
   const std::size_t room = width_ > column + 2 ? width_ - column - 2 : 0;
   if (room < kShortestReason) return text;
   if (is_single_ && !fix.accepted()) return text + "  " + wrapped(reason, room, column + 2);

@@ -12,6 +12,7 @@
 
 #include "support/program.h"
 #include "support/test_data.h"
+#include "xview/io/cloud_files.h"
 
 namespace xview::test {
 namespace {
@@ -124,6 +125,33 @@ TEST_F(FixFiles, TrajectoryGoesThroughTheAcceptedPoses) {
   }
 }
 
+/// What evo_ape prints for `tum groundtruth.txt way.tum` without alignment, in a few lines.
+TEST_F(FixFiles, EvaluateJudgesATrajectoryAsEvoDoes) {
+  const auto found = wordsOf(file("way.tum")), truth = wordsOf(rear() + "/groundtruth.txt");
+  double squares = 0, sum = 0, worst = 0;
+  int pairs = 0;
+  for (const auto& pose : found) {
+    for (const auto& true_pose : truth) {
+      if (std::abs(std::stod(pose[0]) - std::stod(true_pose[0])) > 0.01) continue;
+      double square = 0;
+      for (std::size_t i = 1; i < 4; ++i)
+        square += std::pow(std::stod(pose[i]) - std::stod(true_pose[i]), 2);
+      squares += square;
+      sum += std::sqrt(square);
+      worst = std::max(worst, std::sqrt(square));
+      ++pairs;
+    }
+  }
+  ASSERT_EQ(static_cast<std::size_t>(pairs), found.size());
+  const Outcome outcome = runXview(
+      {"evaluate", "-q", file("way.tum"), rear() + "/groundtruth.txt", "-o", file("of_way")});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const Json summary = Json::parse(readText(file("of_way/summary.json")))["accepted_only"];
+  EXPECT_NEAR(summary["rmse_m"].get<double>(), std::sqrt(squares / pairs), 1e-9);
+  EXPECT_NEAR(summary["mean_m"].get<double>(), sum / pairs, 1e-9);
+  EXPECT_NEAR(summary["max_m"].get<double>(), worst, 1e-9);
+}
+
 TEST_F(FixFiles, PoseGraphHasOdometryAndOneMatchPerAcceptedWindow) {
   std::map<std::size_t, Eigen::Isometry3d> vertices;
   std::size_t fixed = 0, steps = 0, matches = 0;
@@ -215,6 +243,34 @@ TEST_F(FixFiles, MatrixIsTheTransformOfTheSurestWindow) {
     ASSERT_EQ(rows[i / 4].size(), 4u);
     EXPECT_EQ(std::stod(rows[i / 4][i % 4]), expected[i]) << i;
   }
+}
+
+/// Check fix for: a cloud that another program moved came back without its classes.
+TEST_F(FixFiles, LiftMovesALabelledCloudByTheMatrixAndKeepsItsClasses) {
+  ASSERT_EQ(runXview({"lift", "-q", rear(), "--voxel", "0.5", file("rear.pcd")}).code, 0);
+  ASSERT_EQ(runXview({"lift", "-q", file("rear.pcd"), "--transform", file("T.txt"), "-o",
+                      file("moved.pcd")})
+                .code,
+            0);
+  Eigen::Matrix4d T;
+  const auto rows = wordsOf(file("T.txt"));
+  for (std::size_t i = 0; i < 16; ++i)
+    T(static_cast<int>(i / 4), static_cast<int>(i % 4)) = std::stod(rows[i / 4][i % 4]);
+  const LabelledCloud before = io::readCloud(file("rear.pcd")),
+                      after = io::readCloud(file("moved.pcd"));
+  ASSERT_EQ(before.size(), after.size());
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    ASSERT_EQ(before.points[i].label, after.points[i].label);
+    const Eigen::Vector3d expected = (T * before.position(i).homogeneous()).head<3>();
+    ASSERT_LT((expected - after.position(i)).norm(), 1e-3) << i;
+  }
+  EXPECT_EQ(io::readCloudHeader(file("moved.pcd")).labels->classes().size(),
+            io::readCloudHeader(file("rear.pcd")).labels->classes().size());
+  writeText(file("bent.txt"), "1 0 0 0\n0 2 0 0\n0 0 1 0\n0 0 0 1\n");
+  const Outcome bent =
+      runXview({"lift", file("rear.pcd"), "--transform", file("bent.txt"), "-o", file("bent.pcd")});
+  EXPECT_EQ(bent.code, 1);
+  EXPECT_NE(bent.err.find("bent.txt: expected a rotation"), std::string::npos) << bent.err;
 }
 
 TEST_F(FixFiles, WithoutAcceptedPoseWhatAnEarlierQueryLeftIsRemovedAndItIsSaid) {
