@@ -4,7 +4,7 @@ include(CMakePackageConfigHelpers)
 
 add_library(xview INTERFACE)
 add_library(xview::xview ALIAS xview)
-target_link_libraries(xview INTERFACE xview_pipeline xview_io)
+target_link_libraries(xview INTERFACE xview_pipeline xview_io xview_options)
 
 get_property(layers GLOBAL PROPERTY XVIEW_LAYERS)
 install(TARGETS xview ${layers} EXPORT xviewTargets)

@@ -8,12 +8,12 @@
 #include <nlohmann/json.hpp>
 
 #include "xview/types/error.h"
-#include "xview/types/pose.h"
 
 namespace xview::tools {
 namespace {
 
 using Json = nlohmann::ordered_json;
+constexpr const char* kError = "error";
 
 /// Takes points of the query as they are, in its own lengths, to the map.
 Eigen::Matrix4d inLengthsOfQuery(const Eigen::Isometry3d& T_map_query, double scale) {
@@ -57,15 +57,6 @@ double timeOf(const Timings& timings, const std::string& stage) {
   return sum;
 }
 
-double totalOf(const Timings& timings) {
-  double sum = 0;
-  for (const auto& [name, ms] : timings) {
-    if (name == "total") return ms;
-    sum += ms;
-  }
-  return sum;
-}
-
 /// Every stage of the contract is present, also those that a method skips; further stages follow.
 Json timingOf(const Answer& answer) {
   Json timing = Json::object();
@@ -77,7 +68,7 @@ Json timingOf(const Answer& answer) {
     if (name != "total" && !timing.contains(name))
       timing[name] = timeOf(answer.fix.timing_ms, name);
   }
-  timing["total"] = totalOf(answer.fix.timing_ms);
+  timing["total"] = totalMs(answer.fix.timing_ms);
   timing["load_map"] = answer.load_map_ms;
   return timing;
 }
@@ -99,11 +90,27 @@ Json trackOf(const TrackAnswer& track) {
           {"radius_m", track.radius_m}};
 }
 
+Json errorOf(const Answer& answer) {
+  Json json;
+  json["query"] = {{"input", answer.input}, {"first_frame", nullptr}, {"last_frame", nullptr}};
+  json["status"] = kError;
+  json["reason"] = answer.error;
+  json["confidence"] = 0.0;
+  for (const char* unknown : {"T_map_query", "pose", "covariance"}) json[unknown] = nullptr;
+  json["hypotheses"] = Json::array();
+  return json;
+}
+
+std::string toText(const Json& json) {
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);  // paths need not be UTF-8
+}
+
 Status statusFrom(const std::string& text) {
   for (const Status status : {Status::accepted, Status::ambiguous, Status::rejected}) {
     if (text == toString(status)) return status;
   }
-  throw std::invalid_argument("status \"" + text + "\", expected accepted, ambiguous or rejected");
+  throw std::invalid_argument("status \"" + text +
+                              "\", expected accepted, ambiguous, rejected or error");
 }
 
 Eigen::Isometry3d poseFrom(const Json& pose) {
@@ -156,6 +163,10 @@ Answer answerFrom(const std::string& line) {
   const Json& query = json.at("query");
   Answer answer;
   answer.input = query.at("input").get<std::string>();
+  if (json.at("status") == kError) {
+    answer.error = json.value("reason", "could not be read");
+    return answer;
+  }
   answer.first_frame = query.at("first_frame").get<std::int64_t>();
   answer.last_frame = query.at("last_frame").get<std::int64_t>();
   answer.last_index = query.value("last_index", std::size_t{0});
@@ -196,7 +207,17 @@ Answer answerFrom(const std::string& line) {
 
 }  // namespace
 
+double totalMs(const Timings& timings) {
+  double sum = 0;
+  for (const auto& [name, ms] : timings) {
+    if (name == "total") return ms;
+    sum += ms;
+  }
+  return sum;
+}
+
 std::string toJson(const Answer& answer) {
+  if (!answer.error.empty()) return toText(errorOf(answer));
   const Localization& fix = answer.fix;
   const bool has_pose = !fix.hypotheses.empty();
   Json json;
@@ -232,7 +253,7 @@ std::string toJson(const Answer& answer) {
   if (answer.sequence) json["sequence"] = sequenceOf(*answer.sequence);
   if (answer.track) json["track"] = trackOf(*answer.track);
   json["timing_ms"] = timingOf(answer);
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace);  // paths need not be UTF-8
+  return toText(json);
 }
 
 std::vector<Answer> readAnswers(const std::string& path) {
@@ -243,7 +264,8 @@ std::vector<Answer> readAnswers(const std::string& path) {
   for (std::size_t number = 1; std::getline(file, line); ++number) {
     if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
     try {
-      answers.push_back(answerFrom(line));
+      if (Answer answer = answerFrom(line); answer.error.empty())
+        answers.push_back(std::move(answer));
     } catch (const std::exception& e) {
       std::string problem = e.what();  // "[json.exception.parse_error.101] ..."
       if (problem[0] == '[') problem.erase(0, problem.find(' ') + 1);
@@ -254,31 +276,6 @@ std::vector<Answer> readAnswers(const std::string& path) {
   if (file.bad()) throw Error(path, "cannot be read");
   if (answers.empty()) throw Error(path, "no answers");
   return answers;
-}
-
-std::string tableHeading() {
-  return fmt::format("{:<28} {:>11}  {:<9} {:>10} {:>10} {:>8} {:>7} {:>9} {:>6} {:>7}  {}",
-                     "query", "frames", "status", "x m", "y m", "z m", "yaw deg", "inliers",
-                     "conf.", "ms", "reason");
-}
-
-std::string toTableLine(const Answer& answer) {
-  constexpr double kDegrees = 57.29577951308232;
-  const Localization& fix = answer.fix;
-  const Eigen::Vector3d p = fix.T_map_sensor.translation();
-  const std::string where = fix.hypotheses.empty()
-                                ? fmt::format("{:>10} {:>10} {:>8} {:>7}", "-", "-", "-", "-")
-                                : fmt::format("{:>10.2f} {:>10.2f} {:>8.2f} {:>7.1f}", p.x(), p.y(),
-                                              p.z(), kDegrees * yawOf(fix.T_map_query.linear()));
-  const std::string scale = fix.scale == 1 ? "" : fmt::format(" [scale {:.3f}]", fix.scale);
-  const std::string gravity =
-      fix.gravity == GravityUse::aligned
-          ? ""
-          : fmt::format(" [{}; {}]", toString(fix.gravity), fix.gravity_reason);
-  return fmt::format("{:<28} {:>11}  {:<9} {} {:>9} {:>6.3f} {:>7.1f}  {}{}{}", answer.input,
-                     fmt::format("{}-{}", answer.first_frame, answer.last_frame),
-                     toString(fix.status), where, fmt::format("{}/{}", fix.inliers, fix.vertices),
-                     fix.confidence, totalOf(fix.timing_ms), fix.reason, scale, gravity);
 }
 
 }  // namespace xview::tools

@@ -21,23 +21,26 @@ struct Answer {
   std::size_t last_index = 0;  ///< position of the last frame in the recording
   std::size_t frames = 1;      ///< length of the recording
   double last_stamp_s = 0;
+  double heading_rad = 0;  ///< where the sensor of the last frame looks in the map
   double load_map_ms = 0;
+  std::string error;  ///< why the query could not be read; then there is no fix
   Localization fix;
   std::optional<SequenceAnswer> sequence;  ///< with --sequence
   std::optional<TrackAnswer> track;        ///< with --track
 };
 
+/// Milliseconds that an answer took: "total", or the sum of the stages.
+double totalMs(const Timings& timings);
+
 /// One JSON object on one line, keys in a fixed order, numbers such that reading them gives the
-/// same bits. Poses and covariance are null if there is no hypothesis at all.
+/// same bits. Poses and covariance are null if there is no hypothesis at all, and of a query that
+/// could not be read, whose status is "error".
 std::string toJson(const Answer& answer);
 
 /// Reads what `xview localize --json` printed, or any file with the same keys; of the fix only
 /// status, reason, confidence, statistics, the poses and the times. Keys that only xview writes may
-/// be missing (Answer::frames is then 0). Throws Error with path:line.
+/// be missing (Answer::frames is then 0). Queries that could not be read are left out. Throws Error
+/// with path:line.
 std::vector<Answer> readAnswers(const std::string& path);
-
-/// The heading of the table, and one line of it.
-std::string tableHeading();
-std::string toTableLine(const Answer& answer);
 
 }  // namespace xview::tools

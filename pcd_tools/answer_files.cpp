@@ -90,35 +90,58 @@ void writeExplanation(const std::string& path, int query, const Answer& answer,
   writeMesh(stem + ".ply", meshOf(explanation));
 }
 
+/// What ros2 topic pub and a YAML reader take as geometry_msgs/PoseWithCovarianceStamped: the pose
+/// of the sensor, in the frame "map".
+std::string initialPose(const pose::TrajectoryFix& fix, double stamp_s) {
+  const Eigen::Vector3d p = fix.T_map_sensor.translation();
+  const Eigen::Quaterniond q(fix.T_map_sensor.linear());
+  const double whole_s = std::floor(stamp_s);
+  std::string text = fmt::format(
+      "header:\n  stamp: {{sec: {:.0f}, nanosec: {:.0f}}}\n  frame_id: map\npose:\n  pose:\n"
+      "    position: {{x: {}, y: {}, z: {}}}\n    orientation: {{x: {}, y: {}, z: {}, w: {}}}\n"
+      "  covariance: [",
+      whole_s, std::floor(1e9 * (stamp_s - whole_s)), p.x(), p.y(), p.z(), q.x(), q.y(), q.z(),
+      q.w());
+  for (Eigen::Index i = 0; i < 36; ++i)
+    text += fmt::format("{}{}", i == 0 ? "" : ", ", fix.covariance(i / 6, i % 6));
+  return text + "]\n";
+}
+
 }  // namespace
 
 void AnswerFiles::declare(Flags& flags) {
-  flags.add("--explain", explain_,
-            "write what speaks for and against each answer: FILE.csv and FILE.ply of one query, or "
-            "a folder");
-  flags.add("--tum", tum_, "write accepted poses as TUM lines to this file");
+  flags.add(
+      "--explain", explain_,
+      "what speaks for and against an answer: FILE.csv and FILE.ply, or a folder for several");
+  flags.add("--tum", tum_, "file for accepted poses, as TUM lines");
   flags.add("--trajectory", trajectory_,
-            "write all poses of the QUERY in the map frame as TUM lines to this file");
-  flags.add("--g2o", graph_, "write its pose graph, odometry and matches, for g2o to this file");
-  flags.add("--matrix", matrix_,
-            "write T_map_query as four lines of four numbers to this file (CloudCompare, PDAL)");
+            "file for every pose of the QUERY in the map, as TUM lines");
+  flags.add("--matrix", matrix_, "file for T_map_query, 4 x 4 (CloudCompare, PDAL)");
+  flags.add("--initialpose", initial_pose_,
+            "file for the last accepted pose, as YAML of PoseWithCovarianceStamped (ROS)");
+  flags.rare().add("--g2o", graph_, "file for its pose graph, odometry and matches (g2o)");
 }
 
 void AnswerFiles::check(std::size_t inputs, bool is_cut) const {
-  const bool of_way = !trajectory_.empty() || !graph_.empty() || !matrix_.empty();
+  const bool of_way =
+      !(trajectory_.empty() && graph_.empty() && matrix_.empty() && initial_pose_.empty());
   if (isOneFile(explain_) && (is_cut || inputs > 1))
     throw UsageError("--explain " + explain_ + " is for one query; name a folder for several");
   if (isOneFile(explain_)) io::requireWritable(explain_);
   if (of_way && inputs > 1)
-    throw UsageError(
-        fmt::format("--trajectory, --g2o and --matrix are for one QUERY, found {}", inputs));
-  for (const std::string& path : {tum_, trajectory_, graph_, matrix_}) io::requireWritable(path);
+    throw UsageError(fmt::format(
+        "--trajectory, --g2o, --matrix and --initialpose are for one QUERY, found {}", inputs));
+  for (const std::string& path : {tum_, trajectory_, graph_, matrix_, initial_pose_})
+    io::requireWritable(path);
 }
 
-void AnswerFiles::begin(const QueryInput& input) {
+void AnswerFiles::begin() {
   T_odom_sensor_.clear();
   stamps_s_.clear();
   fixes_.clear();
+}
+
+void AnswerFiles::take(const QueryInput& input) {
   for (const FrameDigest& frame : input.frames) {
     T_odom_sensor_.push_back(frame.T_odom_sensor);
     stamps_s_.push_back(frame.stamp_s);
@@ -150,12 +173,16 @@ const pose::TrajectoryFix& AnswerFiles::surest() const {
 }
 
 void AnswerFiles::end(const Job& job) const {
-  if (trajectory_.empty() && graph_.empty() && matrix_.empty()) return;
-  if (fixes_.empty())
-    return job.narrate.error("no accepted pose, so no trajectory, graph or matrix is written");
+  if (fixes_.empty()) {
+    for (const std::string& path : {trajectory_, graph_, matrix_, initial_pose_})
+      removeStale(path, job.narrate);
+    return;
+  }
   if (!trajectory_.empty()) writeTrajectory();
   if (!graph_.empty()) writeGraph(job.options.posterior);
   if (!matrix_.empty()) io::writeMatrix(matrix_, surest().T_map_query, surest().scale);
+  if (!initial_pose_.empty())
+    writeFile(initial_pose_, initialPose(fixes_.back(), accepted_.back().stamp_s));
 }
 
 void AnswerFiles::writeTrajectory() const {
@@ -183,8 +210,10 @@ void AnswerFiles::writeGraph(const pose::PosteriorOptions& odometry) const {
   io::writePoseGraph(graph_, graph);
 }
 
-void AnswerFiles::finish() const {
-  if (!tum_.empty()) io::writeTumPoses(tum_, accepted_);
+void AnswerFiles::finish(const Job& job) const {
+  if (tum_.empty()) return;
+  if (accepted_.empty()) return removeStale(tum_, job.narrate);
+  io::writeTumPoses(tum_, accepted_);
 }
 
 }  // namespace xview::tools

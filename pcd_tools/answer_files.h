@@ -20,14 +20,16 @@ class AnswerFiles {
   /// Throws UsageError if a file for one query is to hold several, Error if one cannot be written.
   void check(std::size_t inputs, bool is_cut) const;
 
-  /// The next QUERY begins.
-  void begin(const QueryInput& input);
+  /// The next QUERY begins, which may turn out to be unreadable; then take() is not called.
+  void begin();
+  void take(const QueryInput& input);
   /// Answers of one QUERY come in the order of the recording.
   void add(const Answer& answer, const std::function<Explanation()>& explain);
-  /// Writes what is about one QUERY: trajectory, graph and matrix, from its accepted answers.
+  /// Writes what is about one QUERY: trajectory, graph, matrix and last pose, from its accepted
+  /// answers. Without one, what an earlier query left at those paths is removed.
   void end(const Job& job) const;
-  /// Writes the accepted poses of all of them.
-  void finish() const;
+  /// Writes the accepted poses of all of them; the same holds.
+  void finish(const Job& job) const;
 
  private:
   /// The accepted answer that is surest; the first of equals.
@@ -35,7 +37,7 @@ class AnswerFiles {
   void writeTrajectory() const;
   void writeGraph(const pose::PosteriorOptions& odometry) const;
 
-  std::string explain_, tum_, trajectory_, graph_, matrix_;
+  std::string explain_, tum_, trajectory_, graph_, matrix_, initial_pose_;
   std::vector<Eigen::Isometry3d> T_odom_sensor_;  ///< of this QUERY
   std::vector<double> stamps_s_;
   std::vector<pose::TrajectoryFix> fixes_;

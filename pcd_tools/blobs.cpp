@@ -115,7 +115,8 @@ class BlobsCommand final : public Command {
             "frame, as in the paper; merging over frames is left to xview graph.",
             "xview blobs scan.pcd blobs.pcd --blobs.tolerance_m 0.3",
             2,
-            2};
+            2,
+            true};
   }
 
   void declare(Flags& flags) override { input_.declare(flags); }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 
 #include "answer.h"
 #include "inputs.h"
@@ -70,6 +71,64 @@ ScoredQuery withoutTruth(const Answer& answer) {
   return query;
 }
 
+/// True if the file holds poses, not answers of localize --json.
+bool isTrajectory(const std::string& path) {
+  std::ifstream file(path);
+  for (std::string line; std::getline(file, line);) {
+    const std::size_t first = line.find_first_not_of(" \t\r");
+    if (first != std::string::npos && line[first] != '#') return line[first] != '{';
+  }
+  return false;
+}
+
+/// The true pose of each stamp: that of the nearest stamp within 10 ms, as evo_ape pairs them;
+/// else, of two files of the same length whose stamps have nothing in common, that of the same
+/// line.
+std::vector<const io::StampedPose*> partnersOf(const std::vector<io::StampedPose>& found,
+                                               const std::vector<io::StampedPose>& truth) {
+  constexpr double kSame_s = 0.01;
+  std::vector<const io::StampedPose*> partners;
+  bool is_any = false;
+  for (const io::StampedPose& pose : found) {
+    const auto gap = [&](const io::StampedPose& p) { return std::abs(p.stamp_s - pose.stamp_s); };
+    const auto nearest = std::min_element(
+        truth.begin(), truth.end(), [&](const auto& a, const auto& b) { return gap(a) < gap(b); });
+    const bool has_one = nearest != truth.end() && gap(*nearest) <= kSame_s;
+    partners.push_back(has_one ? &*nearest : nullptr);
+    is_any = is_any || has_one;
+  }
+  for (std::size_t i = 0; !is_any && found.size() == truth.size() && i < found.size(); ++i)
+    partners[i] = &truth[i];
+  return partners;
+}
+
+/// The poses of a trajectory as answers that were accepted without saying how sure they are.
+std::vector<ScoredQuery> scoredTrajectory(const std::string& path, const std::string& truth_path,
+                                          const Narrative& narrate) {
+  const std::vector<io::StampedPose> found = io::readPoses(path), truth = io::readPoses(truth_path);
+  const std::vector<const io::StampedPose*> partners = partnersOf(found, truth);
+  std::vector<ScoredQuery> queries;
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    if (!partners[i]) continue;
+    ScoredQuery query;
+    query.input = path;
+    query.first_frame = query.last_frame = static_cast<std::int64_t>(i);
+    query.status = Status::accepted;
+    query.confidence = 1;
+    query.has_pose = true;
+    query.estimate = found[i].T_frame_sensor;
+    query.truth = partners[i]->T_frame_sensor;
+    queries.push_back(query);
+  }
+  if (queries.empty())
+    throw Error(path, fmt::format("none of its {} stamps is one of the {} of {} (within 0.01 s)",
+                                  found.size(), truth.size(), truth_path));
+  if (queries.size() < found.size())
+    narrate.note(fmt::format("{} of {} poses have no true one within 0.01 s and are left out",
+                             found.size() - queries.size(), found.size()));
+  return queries;
+}
+
 /// True and found positions as posts, with a line from one to the other in the colour of the
 /// verdict.
 void addErrors(const std::vector<ScoredQuery>& queries, Scene& scene) {
@@ -109,16 +168,17 @@ std::string reportPage(const Evaluation& evaluation, const std::vector<ScoredQue
 class EvaluateCommand final : public Command {
  public:
   Description describe() const override {
-    return {"evaluate",
-            "RESULTS.jsonl TRUTH",
-            "errors, success rate over distance, precision-recall",
-            "RESULTS.jsonl is what localize --json printed; TRUTH holds TUM or KITTI poses of the "
-            "query's frames in the map\n"
-            "frame. With -o the folder gets results.csv, pr.csv, success.csv, summary.json and "
-            "report.html.",
-            "xview evaluate rear.jsonl town/rear/groundtruth.txt -o report --map town.xvm",
-            2,
-            2};
+    return {
+        "evaluate",
+        "RESULTS TRUTH",
+        "errors, success rate over distance, precision-recall",
+        "RESULTS is what localize --json printed, or a trajectory (TUM, KITTI) such as that of "
+        "localize --trajectory; TRUTH holds TUM or KITTI poses of the query's frames in the map "
+        "frame. With -o the folder gets results.csv, pr.csv, success.csv, summary.json and "
+        "report.html.",
+        "xview evaluate rear.jsonl town/rear/groundtruth.txt -o report --map town.xvm",
+        2,
+        2};
   }
 
   void declare(Flags& flags) override {
@@ -133,7 +193,7 @@ class EvaluateCommand final : public Command {
 
   ExitCode run(const Job& job) override {
     if (!(within_m_ > 0)) throw UsageError(fmt::format("--within = {}, must be > 0", within_m_));
-    const std::vector<ScoredQuery> queries = score(job.operands[0], Truth(job.operands[1]));
+    const std::vector<ScoredQuery> queries = score(job);
     const Evaluation evaluation = evaluate(queries, within_m_);
     if (!out_.empty()) {
       const map::SemanticMap map = map_.empty() ? map::SemanticMap() : readMap(map_, input_, job);
@@ -145,7 +205,10 @@ class EvaluateCommand final : public Command {
   }
 
  private:
-  std::vector<ScoredQuery> score(const std::string& results, const Truth& truth) const {
+  std::vector<ScoredQuery> score(const Job& job) const {
+    const std::string &results = job.operands[0], &truth_path = job.operands[1];
+    if (isTrajectory(results)) return scoredTrajectory(results, truth_path, job.narrate);
+    const Truth truth(truth_path);
     std::vector<ScoredQuery> queries;
     for (const Answer& answer : readAnswers(results)) {
       queries.push_back(withoutTruth(answer));

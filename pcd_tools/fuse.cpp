@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <fmt/core.h>
 
+#include <filesystem>
 #include <optional>
 
 #include "inputs.h"
@@ -32,14 +33,25 @@ class FuseCommand final : public Command {
   void declare(Flags& flags) override {
     input_.declare(flags);
     flags.add("--undo", undo_, "take back the last addition to MAP");
+    flags.add("-o,--out", out_, "write the larger map to this file and leave MAP alone");
   }
 
   ExitCode run(const Job& job) override {
-    if (undo_) return undo(job.operands.back());
+    if (undo_) {
+      if (!out_.empty()) throw UsageError("--undo changes MAP itself, without -o");
+      return undo(job.operands.back());
+    }
     if (job.operands.size() != 2) throw UsageError("xview fuse needs QUERY MAP, found 1 operand");
     const std::string &query = job.operands[0], &path = job.operands[1];
     checkOrder(job.operands, input_);
-    io::requireWritable(path);
+    std::optional<io::AtomicFile> copy;
+    if (!out_.empty() && (std::filesystem::path(out_).extension() != ".xvm" ||
+                          (std::filesystem::exists(out_) && !map::isMapFile(out_))))
+      throw UsageError(out_ + ": a map ends with .xvm, and only a map is written over");
+    if (out_.empty())
+      io::requireWritable(path);
+    else
+      copy.emplace(out_);
     const map::MapLock lock(path);
     map::SemanticMap map = map::loadMap(path);
     const std::optional<Localization> fix = locate(query, map, job);
@@ -47,10 +59,15 @@ class FuseCommand final : public Command {
     const std::size_t before = map.graph.size();
     Stopwatch watch;
     appendToMap(map, additionOf(query, fix->T_map_query, map.labels, job), job.options);
-    map::saveRevision(path, map,
+    if (copy)
+      std::filesystem::copy_file(path, copy->temporaryPath(),
+                                 std::filesystem::copy_options::overwrite_existing);
+    map::saveRevision(copy ? copy->temporaryPath() : path, map,
                       fmt::format("fused {} at confidence {:.4f}", query, fix->confidence));
-    job.narrate.stage("fuse", watch.lap_ms(), path);
-    fmt::print("{}: {} vertices, {} before\n", path, map.graph.size(), before);
+    if (copy) copy->commit();
+    const std::string& changed = copy ? out_ : path;
+    job.narrate.stage("fuse", watch.lap_ms(), changed);
+    fmt::print("{}: {} vertices, {} before\n", changed, map.graph.size(), before);
     return kDone;
   }
 
@@ -88,6 +105,7 @@ class FuseCommand final : public Command {
   }
 
   InputFlags input_;
+  std::string out_;
   bool undo_ = false;
 };
 

@@ -25,7 +25,8 @@ class GraphCommand final : public Command {
             "them.",
             "xview graph town/forward town.ply --edges.radius_m 15",
             2,
-            2};
+            2,
+            true};
   }
 
   void declare(Flags& flags) override { input_.declare(flags); }

@@ -84,13 +84,14 @@ std::vector<FrameDigest> unreadFrames(const FrameSource& source) {
 }  // namespace
 
 void InputFlags::declare(Flags& flags) {
-  flags.add("--frames", frames_, "only frames A:B[:STEP] of a recording, half-open, by position");
-  flags.add("--input-kind", kind_,
-            "what the input is, if its path fits two kinds: sequence, semantic_kitti, cloud, "
-            "cloud_folder, graph, map, synthia, airsim, tum_rgbd, virtual_kitti, carla");
+  flags.add("--frames", frames_, "only frames A:B[:STEP], half-open, by position");
+  flags.rare().add(
+      "--input-kind", kind_,
+      "what the input is, if its path fits two kinds: sequence, semantic_kitti, cloud, "
+      "cloud_folder, graph, map, synthia, airsim, tum_rgbd, virtual_kitti, carla");
   flags.add("--labels", labels_, "label set: a shipped one by name, or a classes.yaml");
-  flags.add("--label-field", label_field_, "field of a cloud that holds the class");
-  flags.add("--instance-field", instance_field_, "field of a cloud that holds the instance");
+  flags.rare().add("--label-field", label_field_, "field of a cloud that holds the class");
+  flags.rare().add("--instance-field", instance_field_, "field of a cloud that holds the instance");
 }
 
 io::InputOptions InputFlags::parsed() const {

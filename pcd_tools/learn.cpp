@@ -36,7 +36,8 @@ class LearnCommand final : public Command {
             "recordings from elsewhere. Use the result with --verdict.model OUT.txt.",
             "xview learn town/rear town/aerial town.xvm town.txt",
             2,
-            100000};
+            100000,
+            true};
   }
 
   void declare(Flags& flags) override {

@@ -4,18 +4,21 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <cstdio>
+#include <filesystem>
 #include <functional>
 #include <optional>
 
 #include "answer.h"
 #include "answer_files.h"
+#include "answer_table.h"
 #include "inputs.h"
+#include "outputs.h"
 #include "tool.h"
 #include "xview/depth_plausibility.h"
 #include "xview/sequence.h"
 #include "xview/tracker.h"
 #include "xview/types/error.h"
+#include "xview/types/pose.h"
 #include "xview/types/prior_text.h"
 #include "xview/types/stopwatch.h"
 
@@ -39,16 +42,16 @@ struct WindowFlags {
 
 void WindowFlags::declare(Flags& flags) {
   flags.add("--window", size, "frames per query; 0 = the whole QUERY");
-  flags.add("--stride", stride, "frames between the starts of two windows; 0 = as --window");
-  flags.add("--sequence", sequence,
-            "let the windows of a QUERY speak together: a place that gathers evidence over several "
-            "of them is accepted");
-  flags.add("--track", track,
-            "after an accepted window search the next one only where odometry expects it");
+  flags.add("--stride", stride, "frames from one start to the next; 0 = as --window");
+  flags.add(
+      "--sequence", sequence,
+      "let the windows speak together: a place that gathers evidence over several is accepted");
+  flags.add("--track", track, "search the next window where odometry expects it");
   last_m = 150;  // of 1 % drift little more than a metre, and more than any place needs
-  flags.add("--last", last_m,
-            "a QUERY of one piece that is longer is found by its last metres, because odometry "
-            "drifts; 0 = by all of it");
+  flags.rare().add(
+      "--last", last_m,
+      "a QUERY of one piece that is longer is found by its last metres, because odometry "
+      "drifts; 0 = by all of it");
 }
 
 void WindowFlags::check() const {
@@ -115,7 +118,14 @@ Answer answerFor(const QueryInput& input, const Window& window) {
   return answer;
 }
 
-void sayHypotheses(const Answer& answer, const Narrative& narrate) {
+void sayEvidence(const Answer& answer, const Narrative& narrate) {
+  const Localization& fix = answer.fix;
+  narrate.detail(fmt::format(
+      "{}-{} {}: {}; confidence {:.4f}, log odds: place {:.1f}, correspondences {:.1f}, dense "
+      "{:.1f}; {} of {} vertices kept",
+      answer.first_frame, answer.last_frame, toString(fix.status), fix.reason, fix.confidence,
+      fix.witnesses.place, fix.witnesses.correspondences, fix.witnesses.dense, fix.inliers,
+      fix.vertices));
   for (const Hypothesis& h : answer.fix.hypotheses) {
     const Eigen::Vector3d p = h.T_map_query.translation();
     narrate.detail(fmt::format("{}-{} {}: x {:.2f}, y {:.2f}, z {:.2f} m, score {:.1f}, {} inliers",
@@ -126,10 +136,18 @@ void sayHypotheses(const Answer& answer, const Narrative& narrate) {
 
 void sayLost(const Answer& answer, const Narrative& narrate) {
   if (!answer.track || !answer.track->lost) return;
-  narrate.stage(
-      "track", 0,
-      fmt::format("lost at frame {} (expected within {:.1f} m); searched everywhere: {}",
-                  answer.last_frame, answer.track->radius_m, toString(answer.fix.status)));
+  narrate.note(fmt::format("lost at frame {} (expected within {:.1f} m); searched everywhere: {}",
+                           answer.last_frame, answer.track->radius_m, toString(answer.fix.status)));
+}
+
+/// The largest coordinate of what the map holds [m].
+double largestCoordinate(const map::SemanticMap& map) {
+  double largest = 0;
+  for (const Vertex& v : map.graph.vertices)
+    largest = std::max(largest, v.position.cwiseAbs().maxCoeff());
+  for (const auto& pose : map.poses)
+    largest = std::max(largest, pose.translation().cwiseAbs().maxCoeff());
+  return largest;
 }
 
 /// How the windows of one QUERY are answered.
@@ -165,13 +183,9 @@ class LocalizeCommand final : public Command {
     return {"localize",
             "QUERY... MAP",
             "where is each query in the map?",
-            "One answer per QUERY, in order: accepted, ambiguous (several places fit equally well) "
-            "or rejected. With\n"
-            "--window every window of frames is a query of its own; with --sequence what earlier "
-            "windows found counts too,\n"
-            "with --track the robot is followed from fix to fix. Exit code 0: all accepted, 3: not "
-            "all, 1: a query\n"
-            "could not be read (the others are answered all the same).",
+            "One line per QUERY, in order: accepted, ambiguous (several places fit equally well) "
+            "or rejected. Exit code 0: all accepted, 3: not all, 1: a QUERY could not be read; the "
+            "others are answered all the same.",
             "xview localize town/rear --window 60 --stride 20 town.xvm",
             2,
             100000};
@@ -180,11 +194,10 @@ class LocalizeCommand final : public Command {
   void declare(Flags& flags) override {
     input_.declare(flags);
     windows_.declare(flags);
-    flags.add("--near", near_,
-              "the last pose of each query is in the circle x,y,radius of the map [m]");
-    flags.add("--yaw", yaw_,
-              "it looks along heading,tolerance, counter-clockwise from x of the map [deg]");
+    flags.add("--near", near_, "the last pose is within x,y,radius of the map [m]");
+    flags.add("--yaw", yaw_, "it looks along heading,tolerance, counter-clockwise from x [deg]");
     flags.add("--json", json_, "print one JSON object per query");
+    flags.add("-o,--out", out_, "file for the answers; .jsonl: as JSON");
     files_.declare(flags);
   }
 
@@ -192,6 +205,8 @@ class LocalizeCommand final : public Command {
     if (!job.options.scale.empty() && (windows_.sequence || windows_.track))
       throw UsageError("--scale is for windows on their own, without --sequence and --track");
     windows_.check();
+    watch_.lap_ms();
+    json_ = json_ || std::filesystem::path(out_).extension() == ".jsonl";
     files_.check(job.operands.size() - 1, windows_.size > 0);
     Job known = job;
     takePrior(known.options.prior);
@@ -213,25 +228,47 @@ class LocalizeCommand final : public Command {
   }
 
   ExitCode answerAll(const Job& job) {
-    Stopwatch watch;
     const map::SemanticMap map = readMap(job.operands.back(), input_, job);
     const Localizer localizer(map, job.options);
-    load_map_ms_ = watch.lap_ms();
-    if (!json_) fmt::print("{}\n", tableHeading());
-    for (std::size_t i = 0; i + 1 < job.operands.size(); ++i) {
-      WindowAnswers answers(localizer, windows_, job.options);
-      try {
-        answerInput(openOrRead(job.operands[i], map.labels, job), localizer, answers, job);
-      } catch (const std::exception& e) {  // also what is misuse for this one alone
-        job.narrate.error(e.what());
-        ++failed_;
-      }
+    load_map_ms_ = watch_.lap_ms();
+    const std::vector<std::string> queries(job.operands.begin(), job.operands.end() - 1);
+    Results results(out_);
+    AnswerTable table(queries, largestCoordinate(map), queries.size() == 1 && windows_.size == 0,
+                      results.screen());
+    results_ = &results;
+    table_ = &table;
+    for (const std::string& query : queries) {
+      tryTo([&] { answerQuery(query, map.labels, localizer, job); }, query, job);
+      tryTo([&] { files_.end(job); }, "", job);
     }
-    job.narrate.stage("localize", watch.lap_ms(),
-                      fmt::format("{} of {} queries accepted", accepted_, answered_));
-    files_.finish();
-    if (failed_ > 0) return kFailed;
+    files_.finish(job);
+    results.finish();
+    if (answered_ > 0) job.narrate.summary(table.summary());
+    for (const std::string& error : errors_) job.narrate.error(error);
+    if (!errors_.empty()) return kFailed;
     return accepted_ == answered_ ? kDone : kNoPose;
+  }
+
+  /// What is wrong with one QUERY, misuse of it alone included, does not end the batch. It is said
+  /// last, where it is seen, and has its line among the answers if `query` was to be answered.
+  void tryTo(const std::function<void()>& work, const std::string& query, const Job& job) {
+    try {
+      work();
+    } catch (const std::exception& e) {
+      errors_.push_back(e.what());
+      if (query.empty() || !json_) return;
+      Answer unread;
+      unread.input = query;
+      unread.error = oneLine(e.what());
+      results_->print(toJson(unread), job.narrate);
+    }
+  }
+
+  void answerQuery(const std::string& path, const LabelSet& map_labels, const Localizer& localizer,
+                   const Job& job) {
+    files_.begin();
+    WindowAnswers answers(localizer, windows_, job.options);
+    answerInput(openOrRead(path, map_labels, job), localizer, answers, job);
   }
 
   /// A recording that is to be cut into windows is opened only.
@@ -244,7 +281,7 @@ class LocalizeCommand final : public Command {
 
   void answerInput(const QueryInput& input, const Localizer& localizer, WindowAnswers& answers,
                    const Job& job) {
-    files_.begin(input);
+    files_.take(input);
     if (input.source && static_cast<std::size_t>(windows_.size) > input.size()) {
       job.narrate.note(fmt::format("--window {} is longer than {}: its {} frames are one query",
                                    windows_.size, input.path, input.size()));
@@ -253,28 +290,32 @@ class LocalizeCommand final : public Command {
       Answer answer = answerFor(input, window);
       answer.load_map_ms = load_map_ms_;
       answers.answer(query, window, answer);
+      answer.heading_rad = headingOf(answer.fix.T_map_sensor.linear(), query.sensor);
       ++answered_;
       accepted_ += answer.fix.accepted();
       files_.add(answer, [&] { return localizer.explain(query, answer.fix); });
       sayLost(answer, job.narrate);
-      sayHypotheses(answer, job.narrate);
-      fmt::print("{}\n", json_ ? toJson(answer) : toTableLine(answer));
-      std::fflush(stdout);
+      sayEvidence(answer, job.narrate);
+      const std::string lines = table_->add(answer);
+      results_->print(json_ ? toJson(answer) : lines, job.narrate);
     };
     if (input.source)
       forEachWindow(input, windows_, job, answerWindow);
     else
       answerWindow(*input.whole, {0, input.size()});
-    files_.end(job);
   }
 
   InputFlags input_;
   WindowFlags windows_;
   AnswerFiles files_;
-  std::string near_, yaw_;
+  std::string near_, yaw_, out_;
   bool json_ = false;
+  Results* results_ = nullptr;  ///< of this run
+  AnswerTable* table_ = nullptr;
+  Stopwatch watch_;
   double load_map_ms_ = 0;
-  std::size_t answered_ = 0, accepted_ = 0, failed_ = 0;
+  std::size_t answered_ = 0, accepted_ = 0;
+  std::vector<std::string> errors_;
 };
 
 }  // namespace

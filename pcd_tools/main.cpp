@@ -7,6 +7,7 @@
 #include <new>
 #include <utility>
 
+#include "terminal.h"
 #include "tool.h"
 #include "xview/options_file.h"
 #include "xview/types/error.h"
@@ -32,43 +33,78 @@ std::string withDefault(const std::string& help, const std::string& fallback) {
   return fallback.empty() ? help : fmt::format("{} (default {})", help, fallback);
 }
 
+const std::string kCommon = "Common flags", kRare = "More flags", kStage = "Options of ";
+
 /// Flags on top of CLI11.
 class CliFlags final : public Flags {
  public:
-  CliFlags(CLI::App& app, std::string group) : app_(app), group_(std::move(group)) {}
+  CliFlags(CLI::App& app, const std::string& group) : app_(app), group_(group) {}
 
   void add(const std::string& names, bool& value, const std::string& help) override {
     app_.add_flag(names, value, help)->group(group_);
   }
   void add(const std::string& names, int& value, const std::string& help) override {
-    addValue(names, value, help, "N");
+    addValue(names, value, help, "N", value == 0 ? "" : fmt::format("{}", value));
   }
   void add(const std::string& names, double& value, const std::string& help) override {
-    addValue(names, value, help, "X");
+    addValue(names, value, help, "X", value == 0 ? "" : fmt::format("{}", value));
   }
   void add(const std::string& names, std::string& value, const std::string& help) override {
-    addValue(names, value, help, "TEXT");
+    addValue(names, value, help, "TEXT", value);
+  }
+  Flags& rare() override {
+    if (!rare_) rare_ = std::make_unique<CliFlags>(app_, kRare);
+    return *rare_;
   }
 
  private:
   template <class T>
-  void addValue(const std::string& names, T& value, const std::string& help, const char* type) {
-    app_.add_option(names, value, withDefault(help, fmt::format("{}", value)))
-        ->group(group_)
-        ->type_name(type);
+  void addValue(const std::string& names, T& value, const std::string& help, const char* type,
+                const std::string& fallback) {
+    app_.add_option(names, value, withDefault(help, fallback))->group(group_)->type_name(type);
   }
 
   CLI::App& app_;
   std::string group_;
+  std::unique_ptr<CliFlags> rare_;
 };
 
-/// CLI11's help text with the usage in our own words.
-class HelpText final : public CLI::Formatter {
+/// The usage in our own words and the flags in two columns, fitted to the terminal. --help leaves
+/// out what only few need, --help-all nothing.
+class HelpText final : public CLI::FormatterBase {
  public:
-  explicit HelpText(std::string usage) : usage_(std::move(usage)) { column_width(36); }
-  std::string make_usage(const CLI::App*, std::string) const override { return usage_ + "\n"; }
+  explicit HelpText(std::string usage) : usage_(std::move(usage)) {}
+
+  std::string make_help(const CLI::App* app, std::string, CLI::AppFormatMode mode) const override {
+    const bool is_all = mode == CLI::AppFormatMode::All;
+    std::string text = usage_ + "\n";
+    std::size_t left_out = 0;
+    for (const std::string& group : app->get_groups()) {
+      const auto options =
+          app->get_options([&](const CLI::Option* option) { return option->get_group() == group; });
+      if (group.empty() || options.empty()) continue;
+      if (!is_all && (group == kRare || group.rfind(kStage, 0) == 0)) {
+        left_out += options.size();
+        continue;
+      }
+      text += "\n" + inked(group + ":", Ink::bold, stdout) + "\n";
+      for (const CLI::Option* option : options) text += lineOf(*option);
+    }
+    if (left_out > 0) text += fmt::format("\n--help-all lists {} more.\n", left_out);
+    return text;
+  }
 
  private:
+  static std::string lineOf(const CLI::Option& option) {
+    constexpr std::size_t kNames = 24;
+    const bool has_value = option.get_expected_min() > 0;
+    std::string names = "  " + option.get_name(false, true);
+    if (has_value) names += " " + option.get_type_name();
+    const std::string gap = columnsOf(names) < kNames ? "" : "\n" + std::string(kNames, ' ');
+    return padded(names, kNames) + (gap.empty() ? "" : gap) +
+           wrapped(option.get_description(), textWidth(stdout) - kNames, kNames) + "\n";
+  }
+
   std::string usage_;
 };
 
@@ -76,8 +112,8 @@ class HelpText final : public CLI::Formatter {
 void declareOptions(CLI::App& app, CommonFlags& common, bool listed) {
   for (const OptionEntry& entry : listOptions(Options{})) {
     const std::size_t dot = entry.key.rfind('.');
-    std::string group = "Common flags";
-    if (dot != std::string::npos) group = listed ? "Options of " + entry.key.substr(0, dot) : "";
+    std::string group = entry.key == "threads" ? kCommon : kRare;
+    if (dot != std::string::npos) group = listed ? kStage + entry.key.substr(0, dot) : "";
     const auto store = [&common, key = entry.key](const std::string& text) {
       common.values[key] = text;
     };
@@ -89,23 +125,24 @@ void declareOptions(CLI::App& app, CommonFlags& common, bool listed) {
 }
 
 void declareCommon(CLI::App& app, CommonFlags& common, bool list_options) {
-  const std::string group = "Common flags";
-  app.set_help_flag("-h,--help", "print this text")->group(group);
-  app.set_version_flag("--version", "xview " XVIEW_VERSION)
-      ->description("print the version")
-      ->group(group);
   app.add_option("--config", common.configs,
-                 "options from a YAML file; may be repeated, later ones win")
-      ->group(group)
+                 "options from a YAML file, or one of lidar, rgbd, paper/...; may be repeated")
+      ->group(kCommon)
       ->type_name("FILE")
       ->expected(1)
       ->allow_extra_args(false)  // else it would swallow the operands behind it
       ->take_all();
+  app.add_flag("-q,--quiet", common.quiet, "say nothing on stderr but errors")->group(kCommon);
+  app.add_flag("-v,--verbose", common.verbose, "say more on stderr")->group(kCommon);
+  app.set_help_flag("-h,--help", "print this text")->group(kCommon);
+  app.set_help_all_flag("--help-all", "print it with every option, its unit and default")
+      ->group(kCommon);
   app.add_flag("--print-config", common.print_config,
                "print the effective options as YAML and stop")
-      ->group(group);
-  app.add_flag("-q,--quiet", common.quiet, "say nothing on stderr but errors")->group(group);
-  app.add_flag("-v,--verbose", common.verbose, "say more on stderr")->group(group);
+      ->group(kRare);
+  app.set_version_flag("--version", "xview " XVIEW_VERSION)
+      ->description("print the version")
+      ->group(list_options ? kRare : kCommon);
   declareOptions(app, common, list_options);
 }
 
@@ -119,8 +156,7 @@ std::vector<std::string> takeOperands(const CLI::App& app) {
       for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
     }
     const std::string name = operand.substr(0, operand.find('='));
-    throw UsageError(fmt::format("unknown flag {}; the nearest known one is {}", name,
-                                 nearestWord(name, known)));
+    throw UsageError("unknown flag " + name + knownWordsHint(name, known));
   }
   operands.erase(std::remove(operands.begin(), operands.end(), "--"), operands.end());
   return operands;
@@ -161,19 +197,29 @@ bool parse(CLI::App& app, std::vector<std::string> arguments) {
   return true;
 }
 
+std::string usageOf(const Description& about) {
+  const std::size_t width = textWidth(stdout);
+  return wrapped(fmt::format("Usage: xview {} {} [FLAGS]", about.name, about.operands), width) +
+         "\n" + wrapped("Example: " + about.example, width) + "\n\n" +
+         wrapped(fmt::format("{}: {}{} {}", about.name, about.summary,
+                             about.summary.back() == '?' ? "" : ".", oneLine(about.details)),
+                 width);
+}
+
 int runCommand(Command& command, const std::vector<std::string>& arguments) {
   const Description about = command.describe();
-  CLI::App app(fmt::format("xview {}: {}", about.name, about.summary));
-  app.formatter(std::make_shared<HelpText>(
-      fmt::format("Usage: xview {} {} [FLAGS]\nExample: {}\n\n{}", about.name, about.operands,
-                  about.example, about.details)));
+  CLI::App app;
+  app.formatter(std::make_shared<HelpText>(usageOf(about)));
   CliFlags flags(app, "Flags of xview " + about.name);
   command.declare(flags);
+  std::string out;
+  if (about.writes_last) flags.add("-o,--out", out, "the output, if it is not the last operand");
   CommonFlags common;
   declareCommon(app, common, true);
   if (!parse(app, arguments)) return kDone;
   Job job;
   job.operands = takeOperands(app);
+  if (!out.empty()) job.operands.push_back(out);
   job.options = effectiveOptions(common);
   job.narrate = Narrative(verbosityOf(common));
   if (common.print_config) {
@@ -184,28 +230,28 @@ int runCommand(Command& command, const std::vector<std::string>& arguments) {
   return command.run(job);
 }
 
-/// xview without a command: --help lists the commands.
+/// xview without a command, which helps.
 int runWithoutCommand(const std::vector<Description>& commands,
-                      const std::vector<std::string>& arguments) {
-  std::string list = "Commands:\n";
+                      std::vector<std::string> arguments) {
+  std::string list;
   std::vector<std::string> names;
   for (const Description& about : commands) {
-    list += fmt::format("  {:<10}{:<26}{}\n", about.name, about.operands, about.summary);
+    list +=
+        fmt::format("\n  {:<11}{}", about.name, wrapped(about.summary, textWidth(stdout) - 13, 13));
     names.push_back(about.name);
   }
-  CLI::App app("xview finds where a robot is in a semantic map, from any view-point.");
+  CLI::App app;
   app.formatter(std::make_shared<HelpText>(
-      "Usage: xview COMMAND ... [FLAGS]\nExample: xview localize town/rear "
-      "--window 60 town.xvm\n\n" +
-      list + "\nxview COMMAND --help explains one, with all options."));
+      "xview finds where a robot is in a semantic map, from any view-point.\n\nUsage: xview "
+      "COMMAND ... [FLAGS]\nExample: xview localize town/rear --window 60 town.xvm\n\nCommands:" +
+      list + "\n\nxview COMMAND --help explains one."));
   CommonFlags common;
   declareCommon(app, common, false);
+  if (arguments.empty()) arguments = {"--help"};
   if (!parse(app, arguments)) return kDone;
   const std::vector<std::string> operands = takeOperands(app);
-  if (!operands.empty()) {
-    throw UsageError(fmt::format("unknown command {}; the nearest known one is {}", operands[0],
-                                 nearestWord(operands[0], names)));
-  }
+  if (!operands.empty())
+    throw UsageError("unknown command " + operands[0] + knownWordsHint(operands[0], names));
   if (!common.print_config) throw UsageError("no command given");
   fmt::print("{}", toYaml(effectiveOptions(common)));
   return kDone;
@@ -224,6 +270,10 @@ bool isCommandAt(const std::vector<std::string>& arguments, std::size_t position
 
 /// Runs one of the commands; `called` gets its name behind a blank.
 int dispatch(std::vector<std::string> arguments, std::string& called) {
+  if (!arguments.empty() && arguments[0] == "help") {  // xview help [COMMAND]
+    arguments.erase(arguments.begin());
+    arguments.push_back("--help");
+  }
   std::vector<Description> known;
   for (const CommandMaker make : kCommands) {
     std::unique_ptr<Command> command = make();

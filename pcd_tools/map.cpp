@@ -26,7 +26,8 @@ class MapCommand final : public Command {
             "--append kept and added to; either happens as a whole or not at all.",
             "xview map town/forward town.xvm",
             2,
-            100000};
+            100000,
+            true};
   }
 
   void declare(Flags& flags) override {

@@ -28,7 +28,8 @@ class MatchCommand final : public Command {
         "(3).",
         "xview match town/rear town.xvm match.ply --frames 0:60",
         3,
-        3};
+        3,
+        true};
   }
 
   void declare(Flags& flags) override { input_.declare(flags); }

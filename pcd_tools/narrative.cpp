@@ -9,6 +9,8 @@
 #include <cstdio>
 #include <mutex>
 
+#include "terminal.h"
+
 namespace xview::tools {
 namespace {
 
@@ -18,35 +20,43 @@ double secondsSince(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-/// Redrawn at most ten times a second; wiped when the last item is done.
+void wipeLine() {
+  fmt::print(stderr, "\r\x1b[K");
+  std::fflush(stderr);
+}
+
+/// Redrawn at most ten times a second; wiped when the last item is done, or nobody counts on.
 class Bar {
  public:
   explicit Bar(std::string name) : name_(std::move(name)) {}
+  Bar(const Bar&) = delete;
+  Bar& operator=(const Bar&) = delete;
+  ~Bar() { wipeLine(); }
 
   void show(std::size_t done, std::size_t total) {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (done >= total) {
-      fmt::print(stderr, "\r\x1b[K");
+      wipeLine();
     } else if (done == 0 || secondsSince(drawn_) >= 0.1) {
       drawn_ = Clock::now();
       draw(done, total);
     }
-    std::fflush(stderr);
   }
 
  private:
   void draw(std::size_t done, std::size_t total) const {
-    constexpr std::size_t kWidth = 30;
-    const std::size_t filled = kWidth * done / total;
-    if (done == 0) {
-      fmt::print(stderr, "\r[{}] {} 0/{}\x1b[K", name_, std::string(kWidth, '.'), total);
-      return;
+    std::string numbers = fmt::format("{}/{}", done, total);
+    if (done > 0) {
+      const double rate = static_cast<double>(done) / std::max(secondsSince(start_), 1e-3);
+      const double left_s = static_cast<double>(total - done) / std::max(rate, 1e-9);
+      numbers += fmt::format("  {:.1f}/s  {:.0f} s left", rate, left_s);
     }
-    const double rate = static_cast<double>(done) / std::max(secondsSince(start_), 1e-3);
-    const double left_s = static_cast<double>(total - done) / std::max(rate, 1e-9);
-    fmt::print(stderr, "\r[{}] {}{} {}/{}  {:.1f} frames/s  {:.0f} s left\x1b[K", name_,
-               std::string(filled, '#'), std::string(kWidth - filled, '.'), done, total, rate,
-               left_s);
+    const std::size_t text = columnsOf(name_) + numbers.size() + 5, room = textWidth(stderr);
+    const std::size_t bar = std::min<std::size_t>(room > text ? room - text : 0, 30);
+    const std::size_t filled = bar * done / total;
+    fmt::print(stderr, "\r[{}] {}{} {}\x1b[K", name_, std::string(filled, '#'),
+               std::string(bar - filled, '.'), numbers);
+    std::fflush(stderr);
   }
 
   std::string name_;
@@ -57,23 +67,36 @@ class Bar {
 
 }  // namespace
 
+/// On a terminal long lines are broken between words.
+void Narrative::say(const std::string& line, std::size_t indent) const {
+  clearBar();
+  const auto width = terminalWidth(stderr);
+  fmt::print(stderr, "{}\n", width ? wrapped(line, *width - indent, indent) : line);
+}
+
 void Narrative::stage(const std::string& name, double ms, const std::string& what) const {
-  if (verbosity_ == Verbosity::quiet) return;
-  fmt::print(stderr, "[{}] {:.0f} ms, {}\n", name, ms, what);
+  if (verbosity_ != Verbosity::quiet) say(fmt::format("[{}] {:.0f} ms, {}", name, ms, what), 2);
 }
 
 void Narrative::note(const std::string& what) const {
   if (verbosity_ == Verbosity::quiet || !noted_->insert(what).second) return;
-  fmt::print(stderr, "note: {}\n", oneLine(what));
+  say(inked("note:", Ink::amber, stderr) + " " + oneLine(what), 6);
+}
+
+void Narrative::summary(const std::string& what) const {
+  if (verbosity_ != Verbosity::quiet) say(inked(oneLine(what), Ink::bold, stderr), 0);
 }
 
 void Narrative::detail(const std::string& what) const {
-  if (verbosity_ == Verbosity::verbose) fmt::print(stderr, "  {}\n", oneLine(what));
+  if (verbosity_ == Verbosity::verbose) say("  " + oneLine(what), 4);
+}
+
+void Narrative::clearBar() const {
+  if (isatty(STDERR_FILENO) == 1) wipeLine();
 }
 
 void Narrative::error(const std::string& what) const {
-  const bool wipe_bar = isatty(STDERR_FILENO) == 1;
-  fmt::print(stderr, "{}error: {}\n", wipe_bar ? "\r\x1b[K" : "", oneLine(what));
+  say(inked("error:", Ink::red, stderr) + " " + oneLine(what), 7);
 }
 
 Progress Narrative::progress(const std::string& name) const {
@@ -105,8 +128,8 @@ void FrameReport::add(const FrameDigest& frame) {
 
 void FrameReport::say() {
   pause();
-  narrate_.stage("frames", ms_,
-                 fmt::format("{}: {} frames, {} points, {} blobs", name_, added_, points_, blobs_));
+  narrate_.detail(fmt::format("{}: {} frames, {} points, {} blobs in {:.0f} ms", name_, added_,
+                              points_, blobs_, ms_));
   narrate_.detail(
       fmt::format("left out: {} measurements without depth, {} out of range, {} of ignored classes",
                   left_out_.no_depth, left_out_.out_of_range, left_out_.ignored_class));

@@ -22,14 +22,20 @@ class Narrative {
   void stage(const std::string& name, double ms, const std::string& what) const;
   /// Something to know that is no error; "note: …". Said once, however often it is noted.
   void note(const std::string& what) const;
+  /// What all of it came to, in one line.
+  void summary(const std::string& what) const;
   /// Only with --verbose.
   void detail(const std::string& what) const;
+  /// Wipes a bar, so that results can be printed where it stood.
+  void clearBar() const;
   /// "error: …", also with --quiet, for one item of a batch whose rest goes on.
   void error(const std::string& what) const;
   /// A bar with rate and time left; empty if stderr is no terminal or the user wants quiet.
   Progress progress(const std::string& name) const;
 
  private:
+  void say(const std::string& line, std::size_t indent) const;
+
   Verbosity verbosity_;
   std::shared_ptr<std::set<std::string>> noted_;
 };

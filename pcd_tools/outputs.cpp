@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "outputs.h"
 
+#include <fmt/core.h>
+
 #include <filesystem>
 
 #include "xview/io/atomic_file.h"
@@ -16,6 +18,29 @@ std::string endingOf(const std::string& path) {
 }
 
 }  // namespace
+
+Results::Results(const std::string& path) {
+  if (!path.empty()) file_.emplace(path);
+}
+
+void Results::print(const std::string& lines, const Narrative& narrate) {
+  if (file_) return file_->write(lines + "\n");
+  narrate.clearBar();
+  fmt::print("{}\n", lines);
+  std::fflush(stdout);
+}
+
+void Results::finish() {
+  if (file_) file_->commit();
+}
+
+void removeStale(const std::string& path, const Narrative& narrate) {
+  std::error_code problem;
+  if (path.empty() || !std::filesystem::is_regular_file(path, problem)) return;
+  if (!std::filesystem::remove(path, problem) || problem)
+    throw Error(path, "is of an earlier query and cannot be removed: " + problem.message());
+  narrate.note(path + " of an earlier query is removed: there is no accepted pose to write");
+}
 
 bool makeFolder(const std::string& path) {
   std::error_code problem;

@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstdio>
+#include <optional>
 #include <string>
 
+#include "narrative.h"
+#include "xview/io/atomic_file.h"
 #include "xview/types/labelled_cloud.h"
 #include "xview/view/scene.h"
 
@@ -17,6 +21,23 @@ template <class Bytes>
 void writeFile(const std::string& path, const Bytes& bytes) {
   writeFile(path, bytes.data(), bytes.size() * sizeof(*bytes.data()));
 }
+
+/// Where the results of a command go: to standard output as they come, or into a file that appears
+/// whole at the end.
+class Results {
+ public:
+  explicit Results(const std::string& path);  ///< empty: standard output. Throws Error
+  void print(const std::string& lines, const Narrative& narrate);  ///< adds a line break
+  void finish();                                                   ///< throws Error
+  std::FILE* screen() const { return file_ ? nullptr : stdout; }
+
+ private:
+  std::optional<io::AtomicFile> file_;
+};
+
+/// Removes what an earlier run left at the path, because this run has nothing to write there, and
+/// says so.
+void removeStale(const std::string& path, const Narrative& narrate);
 
 /// Throws UsageError unless the path ends with .pcd or .ply, Error if it cannot be written; called
 /// before the work, not after it.

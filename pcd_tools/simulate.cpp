@@ -22,7 +22,9 @@ struct FlagOfField {
   template <class T>
   void operator()(const char* name, T& value, const std::string& help) const {
     const std::string key = prefix + name;
-    if (key != "seed" && key != "threads") flags.add("--" + key, value, help);
+    if (key == "seed" || key == "threads") return;
+    const bool is_rare = !prefix.empty() && prefix != "sessions.";
+    (is_rare ? flags.rare() : flags).add("--" + key, value, help);
   }
   template <class Group>
   void group(const char* name, Group& fields) const {
@@ -33,14 +35,18 @@ struct FlagOfField {
 class SimulateCommand final : public Command {
  public:
   Description describe() const override {
-    return {"simulate", "OUT_DIR",
+    return {"simulate",
+            "OUT_DIR",
             "a seeded world and its recordings (sequence folders, LiDAR scans, truth)",
             "Each session becomes a folder: forward (whose odometry frame is the map frame) and "
             "those that are chosen.\n"
             "--sim.style suburb|grid|village|campus|office says what kind of world.\n"
             "groundtruth.txt holds the true poses in the map frame. Switch a session with "
             "--sessions.rear=false.",
-            "xview simulate town --seed 7 --quality noisy --sessions.elsewhere"};
+            "xview simulate town --seed 7 --quality noisy --sessions.elsewhere",
+            1,
+            1,
+            true};
   }
 
   void declare(Flags& flags) override { visit(options_, FlagOfField{flags, ""}); }

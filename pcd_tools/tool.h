@@ -29,6 +29,7 @@ struct Description {
   std::string example;   ///< one line to copy
   std::size_t min_operands = 1;
   std::size_t max_operands = 1;
+  bool writes_last = false;  ///< the last operand is the output, which -o may name as well
 };
 
 /// The flags of one sub-command: names like "--window" or "-o,--out", a variable that holds the
@@ -40,6 +41,8 @@ class Flags {
   virtual void add(const std::string& names, int& value, const std::string& help) = 0;
   virtual void add(const std::string& names, double& value, const std::string& help) = 0;
   virtual void add(const std::string& names, std::string& value, const std::string& help) = 0;
+  /// The same for flags that only few need: --help-all lists them.
+  virtual Flags& rare() = 0;
 };
 
 /// What a sub-command gets to work with.

@@ -28,24 +28,24 @@ void append(SemanticGraph& graph, const SemanticGraph& part) {
 class ViewCommand final : public Command {
  public:
   Description describe() const override {
-    return {"view",
-            "FILE... [OUT]",
-            "a picture, page, mesh or cloud of maps, recordings, graphs, clouds and answers",
-            "FILEs share one frame; answers of localize --json (.jsonl) are drawn into the map "
-            "before them, with the\n"
-            "way and the cloud or graph of the query if it is found. OUT ends with .png, .svg, "
-            ".html,\n"
-            ".vtk, .ply or .pcd; a .ply or .pcd that exists is a FILE unless it is "
-            "given by -o. Without OUT,\n"
-            "FILE.png is written in the working folder.",
-            "xview view town.xvm rear.jsonl -o town.png",
-            1,
-            1000};
+    return {
+        "view",
+        "FILE... [OUT]",
+        "a picture, page, mesh or cloud of maps, recordings, graphs, clouds and answers",
+        "FILEs share one frame; answers of localize --json (.jsonl) are drawn into the map "
+        "before them, with the way, cloud or graph of the query if it is found. "
+        "OUT ends with .png, .svg, .html, .vtk, .ply or .pcd. A last FILE that does not exist is "
+        "OUT, "
+        "too; one that exists is written over with -o only. Without OUT the picture is FILE.png "
+        "in the working folder.",
+        "xview view town.xvm rear.jsonl -o rear.png",
+        1,
+        1000};
   }
 
   void declare(Flags& flags) override {
     input_.declare(flags);
-    flags.add("-o,--out", out_, "the file to write, if not the last operand");
+    flags.add("-o,--out", out_, "the file to write");
     flags.add("--voxel", voxel_m_, "thin recordings to one point per voxel and class [m]");
   }
 
@@ -89,12 +89,15 @@ class ViewCommand final : public Command {
   /// yet, or one that could not be an input.
   std::string takeOut(std::vector<std::string>& files) const {
     if (!out_.empty()) return out_;
-    const std::string last = files.back();
-    const std::string ending = fs::path(last).extension().string();
+    const std::string last = files.back(), ending = fs::path(last).extension().string();
     const bool may_be_input = ending == ".ply" || ending == ".pcd";
-    if (files.size() > 1 && isDrawing(last) && !(may_be_input && fs::exists(last))) {
-      files.pop_back();
-      return last;
+    if (files.size() > 1 && isDrawing(last)) {
+      if (!fs::exists(last)) {
+        files.pop_back();
+        return last;
+      }
+      if (!may_be_input)
+        throw UsageError(fmt::format("{} exists already; -o {} writes it anew", last, last));
     }
     fs::path first = fs::path(files[0]).lexically_normal();
     if (!first.has_filename()) first = first.parent_path();  // "town/"

@@ -23,8 +23,8 @@ std::vector<OptionEntry> listOptions(const Options& options);
 /// ("walks.walk_length = 0, must be in [2, 8]"), not among the choices.
 void setOption(Options& options, const std::string& key, const std::string& value);
 
-/// Applies a YAML file (nested maps; only what differs from the defaults). Throws Error with
-/// path:line for anything unknown or wrong.
+/// Applies a YAML file (nested maps; only what differs from the defaults), or the one of this name
+/// that comes with the program ("rgbd"). Throws Error with path:line for anything unknown or wrong.
 void applyOptionsFile(Options& options, const std::string& path);
 
 /// All options as YAML that applyOptionsFile reads back to the same values; defaults carry the

@@ -3,7 +3,9 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <cmath>
 #include <functional>
+#include <iterator>
 #include <limits>
 #include <numeric>
 
@@ -32,6 +34,8 @@ SuccessTable successOf(const std::vector<ScoredQuery>& queries, std::size_t tota
     table.within_m.push_back(shareWithin(metres, limit, total));
   for (const double limit : kAngles_deg)
     table.within_deg.push_back(shareWithin(degrees, limit, total));
+  table.ape_m = summarized(metres);
+  table.ape_deg = summarized(degrees);
   table.median_m = quantile(metres, 0.5);
   table.p90_m = quantile(metres, 0.9);
   table.median_deg = quantile(degrees, 0.5);
@@ -62,21 +66,29 @@ void countVerdicts(const std::vector<ScoredQuery>& queries, Evaluation& result) 
   }
 }
 
-/// Median of every stage that any query has, "total" left out.
-Timings mediansOf(const std::vector<ScoredQuery>& queries) {
+/// Every stage that any query has, "total" last.
+std::vector<StageTime> stageTimes(const std::vector<ScoredQuery>& queries) {
   std::vector<std::pair<std::string, std::vector<double>>> stages;
+  std::vector<double> totals;
   for (const ScoredQuery& query : queries) {
     for (const auto& [name, ms] : query.timing_ms) {
-      if (name == "total") continue;
+      if (name == "total") {
+        totals.push_back(ms);
+        continue;
+      }
       auto stage = std::find_if(stages.begin(), stages.end(),
                                 [&n = name](const auto& s) { return s.first == n; });
       if (stage == stages.end()) stage = stages.insert(stages.end(), {name, {}});
       stage->second.push_back(ms);
     }
   }
-  Timings medians;
-  for (const auto& [name, values] : stages) medians.emplace_back(name, quantile(values, 0.5));
-  return medians;
+  if (!totals.empty()) stages.emplace_back("total", std::move(totals));
+  std::vector<StageTime> times;
+  for (const auto& [name, values] : stages) {
+    const ErrorSummary of_stage = summarized(values);
+    times.push_back({name, of_stage.median, of_stage.mean, of_stage.deviation});
+  }
+  return times;
 }
 
 }  // namespace
@@ -123,6 +135,47 @@ double averagePrecision(const std::vector<PrecisionRecall>& curve) {
     recall = point.recall;
   }
   return area;
+}
+
+double recallAtPrecision(const std::vector<PrecisionRecall>& curve, double precision) {
+  double recall = 0;
+  for (const PrecisionRecall& point : curve) {
+    if (point.precision >= precision) recall = std::max(recall, point.recall);
+  }
+  return recall;
+}
+
+std::vector<ConfidenceBand> confidenceBands(const std::vector<Detection>& detections) {
+  constexpr double kEdges[] = {0, 0.1, 0.5, 0.8, 0.9, 0.95, 0.98, 0.99, 0.999, 1};
+  std::vector<ConfidenceBand> bands;
+  for (std::size_t i = 0; i + 1 < std::size(kEdges); ++i) {
+    ConfidenceBand band{kEdges[i], kEdges[i + 1]};
+    double sum = 0;
+    for (const Detection& d : detections) {
+      const bool is_inside =
+          d.confidence >= band.low && (d.confidence < band.high || band.high == 1);
+      if (!is_inside) continue;
+      ++band.answers;
+      band.right += d.correct;
+      sum += d.confidence;
+    }
+    band.mean_confidence = band.answers == 0 ? kUnknown : sum / static_cast<double>(band.answers);
+    bands.push_back(band);
+  }
+  return bands;
+}
+
+ErrorSummary summarized(const std::vector<double>& errors) {
+  ErrorSummary result;
+  result.count = errors.size();
+  const auto n = static_cast<double>(errors.size());
+  const double squares = std::inner_product(errors.begin(), errors.end(), errors.begin(), 0.0);
+  result.rmse = std::sqrt(squares / n);
+  result.mean = std::accumulate(errors.begin(), errors.end(), 0.0) / n;
+  result.deviation = std::sqrt(std::max(0.0, squares / n - result.mean * result.mean));
+  result.median = quantile(errors, 0.5);
+  result.max = quantile(errors, 1);
+  return result;
 }
 
 double f1Score(double precision, double recall) {
@@ -191,13 +244,16 @@ Evaluation evaluate(const std::vector<ScoredQuery>& queries, double correct_with
   }
   result.precision = ratio(hits, result.accepted + result.false_accepts);
   result.recall = ratio(hits, result.queries);
+  result.false_accept_rate = ratio(result.false_accepts, result.negatives);
   result.f1 = f1Score(result.precision, result.recall);
   result.curve = precisionRecallCurve(detections, result.queries);
   result.area_under_pr = result.queries == 0 ? kUnknown : averagePrecision(result.curve);
+  result.recall_at_99 = result.queries == 0 ? kUnknown : recallAtPrecision(result.curve, 0.99);
+  result.bands = confidenceBands(detections);
   result.consistency = consistencyOf(normalised);
   result.median_ms = quantile(times, 0.5);
   result.p90_ms = quantile(times, 0.9);
-  result.stages_ms = mediansOf(queries);
+  result.stages = stageTimes(queries);
   return result;
 }
 

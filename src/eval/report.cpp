@@ -35,6 +35,36 @@ std::string errorLine(const std::string& name, const SuccessTable& table) {
                      number(table.p90_deg, 3));
 }
 
+std::string apeLine(const std::string& name, const SuccessTable& table) {
+  return fmt::format("{:<16} rmse {} m, mean {}, deviation {}, max {}; rmse {} deg ({} poses)\n",
+                     name, number(table.ape_m.rmse, 4), number(table.ape_m.mean, 4),
+                     number(table.ape_m.deviation, 4), number(table.ape_m.max, 4),
+                     number(table.ape_deg.rmse, 3), table.ape_m.count);
+}
+
+/// How sure the answers were, and how many of them were right.
+std::string bandTable(const std::vector<ConfidenceBand>& bands) {
+  std::string text =
+      fmt::format("{:<16}{:>9}{:>9}{:>10}\n", "confidence", "answers", "mean", "right");
+  for (const ConfidenceBand& band : bands) {
+    if (band.answers == 0) continue;
+    text +=
+        fmt::format("{:<16}{:>9}{:>9}{:>8} %\n", fmt::format("{} to {}", band.low, band.high),
+                    band.answers, number(band.mean_confidence, 4),
+                    percent(static_cast<double>(band.right) / static_cast<double>(band.answers)));
+  }
+  return text;
+}
+
+std::string timeTable(const std::vector<StageTime>& stages) {
+  std::string text =
+      fmt::format("{:<16}{:>10}{:>10}{:>11}\n", "time [ms]", "median", "mean", "deviation");
+  for (const StageTime& stage : stages)
+    text += fmt::format("{:<16}{:>10.1f}{:>10.1f}{:>11.1f}\n", stage.name, stage.median_ms,
+                        stage.mean_ms, stage.deviation_ms);
+  return text;
+}
+
 /// Text in quotes as CSV has it.
 std::string quoted(const std::string& text) {
   std::string out = "\"";
@@ -56,6 +86,11 @@ Json successJson(const SuccessTable& table) {
   for (std::size_t i = 0; i < kAngles_deg.size(); ++i) {
     json["within_deg"][fmt::format("{}", kAngles_deg[i])] = table.within_deg[i];
   }
+  json["rmse_m"] = table.ape_m.rmse;
+  json["mean_m"] = table.ape_m.mean;
+  json["deviation_m"] = table.ape_m.deviation;
+  json["max_m"] = table.ape_m.max;
+  json["rmse_deg"] = table.ape_deg.rmse;
   json["median_m"] = table.median_m;
   json["p90_m"] = table.p90_m;
   json["median_deg"] = table.median_deg;
@@ -115,14 +150,22 @@ std::string curves(const Evaluation& evaluation, const std::vector<ScoredQuery>&
   for (const ScoredQuery& query : queries) {
     if (!query.negative) errors.push_back(query.positionError());
   }
-  std::vector<CurvePoint> success, recall;
+  std::vector<CurvePoint> success, recall, calibration;
+  for (const ConfidenceBand& band : evaluation.bands) {
+    if (band.answers > 0)
+      calibration.push_back({band.mean_confidence,
+                             static_cast<double>(band.right) / static_cast<double>(band.answers)});
+  }
   for (int i = 0; i <= 300 && !errors.empty(); ++i)
     success.push_back({0.1 * i, shareWithin(errors, 0.1 * i, errors.size())});
   for (const PrecisionRecall& point : evaluation.curve)
     recall.push_back({point.recall, point.precision});
   return figure("Success rate of the best hypothesis over the distance", "distance [m]", 30,
                 success) +
-         figure("Precision over recall, threshold on the confidence", "recall", 1, recall);
+         figure("Precision over recall, threshold on the confidence", "recall", 1, recall) +
+         figure(
+             "Share of right answers over their confidence, in bands; the diagonal is calibrated",
+             "confidence", 1, calibration);
 }
 
 std::string queryTable(const std::vector<ScoredQuery>& queries) {
@@ -149,31 +192,29 @@ std::string evaluationTable(const Evaluation& e) {
   std::string text = fmt::format("{} queries: {} accepted, {} ambiguous, {} rejected", e.queries,
                                  e.accepted, e.ambiguous, e.rejected);
   if (e.negatives > 0)
-    text += fmt::format("; {} of {} from elsewhere falsely accepted", e.false_accepts, e.negatives);
+    text += fmt::format("; {} of {} from elsewhere falsely accepted ({} %)", e.false_accepts,
+                        e.negatives, percent(e.false_accept_rate));
   text += fmt::format("\n\n{:<16}", "success [%]");
   for (const double limit : kDistances_m) text += fmt::format("{:>7}", fmt::format("{} m", limit));
   text += "  |";
   for (const double limit : kAngles_deg) text += fmt::format("{:>7}", fmt::format("{} deg", limit));
   text +=
       "\n" + successLine("best hypothesis", e.best) + successLine("accepted", e.believed) + "\n";
-  text += errorLine("best hypothesis", e.best) + errorLine("accepted", e.believed) + "\n";
-  text +=
-      fmt::format("precision {} %, recall {} %, F1 {}, area under PR {} (correct: within {} m)\n",
-                  percent(e.precision), percent(e.recall), number(e.f1, 4),
-                  number(e.area_under_pr, 4), e.correct_within_m);
+  text += errorLine("best hypothesis", e.best) + errorLine("accepted", e.believed) +
+          apeLine("accepted", e.believed) + "\n";
+  text += fmt::format(
+      "precision {} %, recall {} %, F1 {}, area under PR {}, recall at 99 % precision {} % "
+      "(correct: within {} m)\n",
+      percent(e.precision), percent(e.recall), number(e.f1, 4), number(e.area_under_pr, 4),
+      percent(e.recall_at_99), e.correct_within_m);
   if (e.consistency.answers > 0)
     text += fmt::format(
         "covariance of {} right answers: normalised error squared over 6 mean {} (1 if right), "
         "median {} (0.89), within 3 sigma {} %\n",
         e.consistency.answers, number(e.consistency.mean, 2), number(e.consistency.median, 2),
         percent(e.consistency.within_3_sigma));
-  text += fmt::format("time per query: median {} ms, p90 {} ms\n", number(e.median_ms, 1),
-                      number(e.p90_ms, 1));
-  std::string stages;
-  for (const auto& [name, ms] : e.stages_ms) {
-    stages += fmt::format("{} {} {}", stages.empty() ? "" : ",", name, number(ms, 1));
-  }
-  return stages.empty() ? text : text + "median per stage [ms]:" + stages + "\n";
+  text += "\n" + bandTable(e.bands);
+  return e.stages.empty() ? text : text + "\n" + timeTable(e.stages);
 }
 
 std::string resultsCsv(const std::vector<ScoredQuery>& queries) {
@@ -232,7 +273,15 @@ std::string evaluationJson(const Evaluation& e) {
   json["precision"] = e.precision;
   json["recall"] = e.recall;
   json["f1"] = e.f1;
+  json["false_accept_rate"] = e.false_accept_rate;
   json["area_under_pr"] = e.area_under_pr;
+  json["recall_at_99_precision"] = e.recall_at_99;
+  for (const ConfidenceBand& band : e.bands)
+    json["calibration"].push_back({{"from", band.low},
+                                   {"to", band.high},
+                                   {"answers", band.answers},
+                                   {"right", band.right},
+                                   {"mean_confidence", band.mean_confidence}});
   json["covariance"]["answers"] = e.consistency.answers;
   json["covariance"]["nees_over_6_mean"] = e.consistency.mean;
   json["covariance"]["nees_over_6_median"] = e.consistency.median;
@@ -241,7 +290,9 @@ std::string evaluationJson(const Evaluation& e) {
   json["accepted_only"] = successJson(e.believed);
   json["median_ms"] = e.median_ms;
   json["p90_ms"] = e.p90_ms;
-  for (const auto& [name, ms] : e.stages_ms) json["stages_ms"][name] = ms;
+  for (const StageTime& stage : e.stages)
+    json["stages_ms"][stage.name] = {
+        {"median", stage.median_ms}, {"mean", stage.mean_ms}, {"deviation", stage.deviation_ms}};
   return json.dump(2) + "\n";  // NaN becomes null
 }
 

@@ -119,8 +119,8 @@ LabelSet shippedLabelSet(const std::string& name) {
   const std::filesystem::path path(name);
   if (path.has_parent_path() || path.has_extension())
     throw UsageError("label set '" + name + "': no such file");
-  throw UsageError("unknown label set '" + name + "', the nearest known one is '" +
-                   nearestWord(name, shippedLabelSets()) + "'");
+  throw UsageError("unknown label set '" + name + "'" +
+                   knownWordsHint(name, shippedLabelSets()));
 }
 
 std::optional<LabelSet> namedLabels(const std::string& chosen, const std::string& folder,

@@ -154,6 +154,28 @@ void writeMatrix(const std::string& path, const Eigen::Isometry3d& T_target_sour
   file.commit();
 }
 
+Eigen::Affine3d readMatrix(const std::string& path) {
+  InputFile file(path);
+  Eigen::Affine3d T = Eigen::Affine3d::Identity();
+  std::vector<std::string_view> words;
+  Eigen::Index row = 0;
+  for (; file.readWords(words, "#"); ++row) {
+    const std::vector<double> numbers = file.numbersOf(words);
+    if (numbers.size() != 4 || row >= 4)
+      file.failAtLine("expected four lines of four numbers, found " +
+                      std::to_string(numbers.size()) + " in line " + std::to_string(row + 1));
+    T.matrix().row(row) = Eigen::Map<const Eigen::RowVector4d>(numbers.data());
+  }
+  if (row != 4) file.fail("expected four lines of four numbers, found " + std::to_string(row));
+  const double scale = std::cbrt(T.linear().determinant());
+  Eigen::Matrix4d rigid = T.matrix();
+  rigid.topLeftCorner<3, 3>() /= scale;
+  if (!(scale > 0) || !isRigid(rigid))
+    file.fail(
+        "expected a rotation, one scale and a translation, found something that bends shapes");
+  return T;
+}
+
 void writePoseGraph(const std::string& path, const PoseGraph& graph) {
   AtomicFile file(path);
   for (std::size_t i = 0; i < graph.poses.size(); ++i) {

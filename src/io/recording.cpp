@@ -27,8 +27,7 @@ InputKind requireKind(const std::string& name) {
   for (int i = 0; i <= static_cast<int>(kLastKind); ++i) {
     names.emplace_back(toString(static_cast<InputKind>(i)));
   }
-  throw UsageError("--input-kind " + name + ": unknown, the nearest known one is " +
-                   nearestWord(name, names));
+  throw UsageError("--input-kind " + name + ": unknown" + knownWordsHint(name, names));
 }
 
 [[noreturn]] void failBetween(const std::string& path, InputKind a, InputKind b,

@@ -45,8 +45,7 @@ void YamlFile::requireKeys(const YAML::Node& map, const std::vector<std::string>
   for (const auto& entry : map) {
     const std::string key = text(entry.first, "a key");
     if (std::find(known.begin(), known.end(), key) == known.end()) {
-      fail(entry.first, "unknown key " + quoted(key) + ", the nearest known one is '" +
-                            nearestWord(key, known) + "'");
+      fail(entry.first, "unknown key " + quoted(key) + knownWordsHint(key, known));
     }
     if (std::find(seen.begin(), seen.end(), key) != seen.end()) {
       fail(entry.first, "key " + quoted(key) + " a second time");

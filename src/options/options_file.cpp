@@ -13,6 +13,7 @@
 #include <sstream>
 #include <variant>
 
+#include "shipped_config.h"
 #include "xview/types/error.h"
 #include "xview/types/nearest_word.h"
 
@@ -161,7 +162,7 @@ std::string unknownKey(const std::string& key, const std::vector<OptionField>& f
     const std::string group = field.key.substr(0, field.key.find('.'));
     if (group != field.key) known.push_back(group);
   }
-  return "unknown option " + key + "; the nearest known one is " + nearestWord(key, known);
+  return "unknown option " + key + knownWordsHint(key, known);
 }
 
 const OptionField* findField(const std::vector<OptionField>& fields, const std::string& key) {
@@ -221,13 +222,22 @@ class FileReader {
   std::set<std::string> seen_;
 };
 
+/// The text of a file, or of the one that comes with the program and has this name.
 std::string readText(const std::string& path) {
   constexpr std::size_t kMaxBytes = 1 << 20;
   std::error_code failed;
   if (std::filesystem::is_directory(path, failed))
     throw Error(path, "is a folder, expected a file");
   std::ifstream file(path, std::ios::binary);
-  if (!file) throw Error(path, "cannot open");
+  if (!file) {
+    std::vector<std::string> names;
+    for (const ShippedConfig& shipped : kShippedConfig) {
+      if (path == shipped.name) return shipped.yaml;
+      names.emplace_back(shipped.name);
+    }
+    const bool is_name = std::filesystem::path(path).extension().empty();
+    throw Error(path, "cannot open" + (is_name ? knownWordsHint(path, names) : std::string()));
+  }
   std::string text(kMaxBytes, '\0');
   file.read(text.data(), static_cast<std::streamsize>(text.size()));
   if (file.gcount() == static_cast<std::streamsize>(kMaxBytes)) {

@@ -8,21 +8,6 @@
 #include "xview/types/prior_text.h"
 
 namespace xview {
-namespace {
-
-/// Where the sensor looks in the plane: cameras along z, everything else along x. For a camera that
-/// looks straight down it is what the top of its image shows.
-double headingOf(const Eigen::Matrix3d& R, Sensor sensor) {
-  constexpr double kStraightDown = 0.98;
-  Eigen::Vector3d forward =
-      R * (sensor == Sensor::camera ? Eigen::Vector3d::UnitZ() : Eigen::Vector3d::UnitX());
-  if (std::abs(forward.z()) > kStraightDown && sensor == Sensor::camera)
-    forward = -(R * Eigen::Vector3d::UnitY());
-  return std::atan2(forward.y(), forward.x());
-}
-
-}  // namespace
-
 PlacePrior parsePrior(const PriorOptions& options) {
   PlacePrior prior;
   if (!options.near.empty()) prior.near = parseCircle("prior.near", options.near);

@@ -2,7 +2,6 @@
 #include "xview/types/nearest_word.h"
 
 #include <algorithm>
-#include <limits>
 #include <numeric>
 
 namespace xview {
@@ -28,7 +27,7 @@ std::size_t editDistance(const std::string& a, const std::string& b) {
 
 std::string nearestWord(const std::string& word, const std::vector<std::string>& words) {
   std::string nearest;
-  std::size_t smallest = std::numeric_limits<std::size_t>::max();
+  std::size_t smallest = std::max<std::size_t>((word.size() + 2) / 4, 1) + 1;  // too far
   for (const std::string& candidate : words) {
     const std::size_t distance = editDistance(word, candidate);
     if (distance < smallest) {
@@ -37,6 +36,16 @@ std::string nearestWord(const std::string& word, const std::vector<std::string>&
     }
   }
   return nearest;
+}
+
+std::string knownWordsHint(const std::string& word, const std::vector<std::string>& words) {
+  constexpr std::size_t kFew = 20;
+  const std::string nearest = nearestWord(word, words);
+  if (!nearest.empty()) return "; the nearest known one is " + nearest;
+  if (words.empty() || words.size() > kFew) return "";
+  std::string list;
+  for (const std::string& known : words) list += (list.empty() ? "; known are " : ", ") + known;
+  return list;
 }
 
 }  // namespace xview

@@ -61,6 +61,7 @@ std::string placeOf(const fs::path& path) {
   std::advance(part, *part == "include" ? 2 : 1);  // include/xview, src
   if (std::next(part) != inside.end()) return part->string();
   const std::string stem = part->stem().string();
+  if (stem == "xview") return "tools";  // the header for programs, which puts all together
   return stem == "options" || stem == "options_file" ? "options" : "pipeline";
 }
 

@@ -74,6 +74,37 @@ TEST(PrecisionRecall, EmptyHasNoAreaAndNoPoints) {
   EXPECT_DOUBLE_EQ(averagePrecision({}), 0);
 }
 
+TEST(RecallAtPrecision, IsTheLargestOfThePointsThatAreThatPrecise) {
+  const std::vector<PrecisionRecall> curve{{0.9, 1, 0.2}, {0.8, 0.98, 0.3}, {0.7, 0.99, 0.6}};
+  EXPECT_DOUBLE_EQ(recallAtPrecision(curve, 0.99), 0.6);
+  EXPECT_DOUBLE_EQ(recallAtPrecision(curve, 0.999), 0.2);
+  EXPECT_DOUBLE_EQ(recallAtPrecision({{0.9, 0.5, 0.2}}, 0.99), 0);
+}
+
+TEST(ConfidenceBands, HoldEveryAnswerOnce) {
+  const auto bands = confidenceBands({{1, true}, {0.999, false}, {0.98, true}, {0, false}});
+  std::size_t answers = 0, right = 0;
+  for (const ConfidenceBand& band : bands) {
+    answers += band.answers;
+    right += band.right;
+  }
+  EXPECT_EQ(answers, 4u);
+  EXPECT_EQ(right, 2u);
+  EXPECT_EQ(bands.back().answers, 2u);
+  EXPECT_DOUBLE_EQ(bands.back().mean_confidence, 0.9995);
+  EXPECT_TRUE(std::isnan(bands[1].mean_confidence));
+}
+
+TEST(ErrorSummary, IsThatOfNumbersByHand) {
+  const ErrorSummary e = summarized({3, 4, 5});
+  EXPECT_DOUBLE_EQ(e.rmse, std::sqrt(50.0 / 3));
+  EXPECT_DOUBLE_EQ(e.mean, 4);
+  EXPECT_NEAR(e.deviation, std::sqrt(2.0 / 3), 1e-12);
+  EXPECT_DOUBLE_EQ(e.median, 4);
+  EXPECT_DOUBLE_EQ(e.max, 5);
+  EXPECT_TRUE(std::isnan(summarized({}).rmse));
+}
+
 TEST(F1, IsTheHarmonicMean) {
   EXPECT_DOUBLE_EQ(f1Score(1, 0.5), 2.0 / 3);
   EXPECT_DOUBLE_EQ(f1Score(0, 0), 0);
@@ -224,6 +255,7 @@ TEST(Evaluation, AcceptedNegativesLowerThePrecisionButNotTheRecall) {
                            negative(Status::rejected, 0.2)},
                           5);
   EXPECT_EQ(e.false_accepts, 1u);
+  EXPECT_DOUBLE_EQ(e.false_accept_rate, 0.5);
   EXPECT_EQ(e.negatives, 2u);
   EXPECT_DOUBLE_EQ(e.precision, 0.5);
   EXPECT_DOUBLE_EQ(e.recall, 1);
@@ -244,10 +276,17 @@ TEST(Evaluation, TimesAreMediansPerStageAndInTotal) {
   slow.timing_ms = {{"read", 8}, {"refine", 3}, {"total", 30}};
   const auto e = evaluate({query(Status::accepted, 1, 0), slow}, 5);
   EXPECT_DOUBLE_EQ(e.median_ms, 20);
-  ASSERT_EQ(e.stages_ms.size(), 2u);
-  EXPECT_EQ(e.stages_ms[0], (std::pair<std::string, double>("read", 6)));
-  EXPECT_EQ(e.stages_ms[1], (std::pair<std::string, double>("refine", 3)));
-  EXPECT_NE(evaluationTable(e).find("read 6.0, refine 3.0\n"), std::string::npos);
+  ASSERT_EQ(e.stages.size(), 3u);
+  EXPECT_EQ(e.stages[0].name, "read");
+  EXPECT_DOUBLE_EQ(e.stages[0].median_ms, 6);
+  EXPECT_DOUBLE_EQ(e.stages[0].mean_ms, 6);
+  EXPECT_DOUBLE_EQ(e.stages[0].deviation_ms, 2);
+  EXPECT_EQ(e.stages[1].name, "refine");
+  EXPECT_DOUBLE_EQ(e.stages[1].deviation_ms, 0);
+  EXPECT_EQ(e.stages[2].name, "total");
+  EXPECT_NE(evaluationTable(e).find("\nread                   6.0       6.0        2.0\n"),
+            std::string::npos)
+      << evaluationTable(e);
 }
 
 TEST(Evaluation, OfNothingIsUnknownNotPerfect) {

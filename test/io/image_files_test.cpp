@@ -213,7 +213,7 @@ TEST_F(ImageFiles, CameraSaysAllThatIsMissingAndWhereTheRestIsWrong) {
             path + ": missing: fy, cx, depth_scale");
   EXPECT_EQ(messageFor("width: 3\nheight: 2\nsensor: zed\ndepth: planar\n" + rest), "");
   EXPECT_EQ(messageFor("width: 3\nheigth: 2\n" + rest),
-            path + ":2: unknown key 'heigth', the nearest known one is 'height'");
+            path + ":2: unknown key 'heigth'; the nearest known one is height");
   EXPECT_EQ(messageFor("width: 0\nheight: 2\n" + rest),
             path + ":1: width: expected a whole number in [1, 32768], found '0'");
   EXPECT_EQ(messageFor("width: 3\nheight: 2\ndepth: ray\n" + rest),

@@ -81,7 +81,7 @@ TEST_F(LabelFiles, WhatIsWrongIsNamedWithItsLine) {
   EXPECT_EQ(messageFor("- {id: -1, name: a}\n"),
             at(1) + ": id: expected a whole number in [0, 4294967295], found '-1'");
   EXPECT_EQ(messageFor("\n- {id: 1, name: a, colour: [1, 2, 3]}\n"),
-            at(2) + ": unknown key 'colour', the nearest known one is 'color'");
+            at(2) + ": unknown key 'colour'; the nearest known one is color");
   EXPECT_EQ(messageFor("- {id: 1, name: a, color: [1, 2]}\n"),
             at(1) + ": color: expected [red, green, blue]");
   EXPECT_EQ(messageFor("- {id: 1, name: a, color: [1, 2, 256]}\n"),
@@ -146,7 +146,7 @@ TEST(ShippedLabelSets, ServeTheClassesThatRepeatBetweenVisits) {
 TEST(ShippedLabelSets, AnUnknownNameNamesTheNearest) {
   EXPECT_THROW(shippedLabelSet("semantickitti"), UsageError);
   EXPECT_EQ(messageOf([] { shippedLabelSet("semantickitti"); }),
-            "unknown label set 'semantickitti', the nearest known one is 'semantic_kitti'");
+            "unknown label set 'semantickitti'; the nearest known one is semantic_kitti");
 }
 
 TEST(ShippedLabelSets, APathIsAFileThatIsMissingNotAMisspeltName) {

@@ -2,6 +2,8 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <nlohmann/json.hpp>
+#include <sstream>
 #include <utility>
 
 #include "support/program.h"
@@ -270,9 +272,29 @@ TEST_F(BadInput, InABatchTheRestIsAnswered) {
   const Outcome outcome =
       runXview({"localize", "-q", "--json", sequence_, folder_ / "nothing", sequence_, map_});
   EXPECT_EQ(outcome.code, 1);
-  EXPECT_EQ(lineCount(outcome.out), 2u);
+  EXPECT_EQ(lineCount(outcome.out), 3u);
+  std::istringstream lines(outcome.out);
+  std::vector<std::string> states;
+  for (std::string line; std::getline(lines, line);) {
+    const nlohmann::json answer = nlohmann::json::parse(line);
+    states.push_back(answer["status"]);
+    if (states.size() == 2) {
+      EXPECT_EQ(answer["reason"], (folder_ / "nothing") + ": no such file or folder");
+    }
+  }
+  EXPECT_EQ(states, (std::vector<std::string>{"accepted", "error", "accepted"}));
   EXPECT_EQ(lineCount(outcome.err), 1u) << outcome.err;
   EXPECT_NE(outcome.err.find("nothing"), std::string::npos) << outcome.err;
+}
+
+/// Check fix for: the heading of the table stood above no answer, and below the error.
+TEST_F(BadInput, WithoutAnAnswerThereIsNoTable) {
+  makeMap();
+  const Outcome outcome = runXview({"localize", folder_ / "nothing", map_});
+  EXPECT_EQ(outcome.code, 1);
+  EXPECT_EQ(outcome.out, "");
+  const std::size_t last = outcome.err.rfind('\n', outcome.err.size() - 2) + 1;
+  EXPECT_EQ(outcome.err.find("error: "), last) << outcome.err;
 }
 
 /// Check fix for: misuse that concerns one query only ended the batch, with code 2.
@@ -283,7 +305,7 @@ TEST_F(BadInput, InABatchTheRestIsAnsweredAfterAQueryThatIsMisusedAlone) {
   const Outcome outcome = runXview({"localize", "-q", "--json", "--method", "walks",
                                     "--graph_space", "image", cloud, sequence_, map_});
   EXPECT_EQ(outcome.code, 1);
-  EXPECT_EQ(lineCount(outcome.out), 1u) << outcome.out;
+  EXPECT_EQ(lineCount(outcome.out), 2u) << outcome.out;
   EXPECT_EQ(lineCount(outcome.err), 1u) << outcome.err;
   EXPECT_NE(outcome.err.find("needs depth and label images"), std::string::npos) << outcome.err;
 }

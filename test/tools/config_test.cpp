@@ -76,6 +76,14 @@ TEST(Config, UnknownKeyNamesFileAndNearestKey) {
   EXPECT_NE(outcome.err.find("walks.num_walks"), std::string::npos) << outcome.err;
 }
 
+TEST(Config, AFileThatComesWithTheProgramHasAName) {
+  EXPECT_EQ(effective({"--config", "rgbd"}),
+            effective({"--config", XVIEW_SOURCE_DIR "/config/rgbd.yaml"}));
+  const Outcome outcome = runXview({"map", "--print-config", "--config", "rgdb"});
+  EXPECT_EQ(outcome.code, 1);
+  EXPECT_NE(outcome.err.find("paper/synthia, rgbd"), std::string::npos) << outcome.err;
+}
+
 TEST(Config, MissingFileIsAFailureNotAMisuse) {
   EXPECT_EQ(runXview({"map", "--print-config", "--config", "/nowhere/a.yaml"}).code, 1);
 }

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
 
+#include <yaml-cpp/yaml.h>
 #include <Eigen/Geometry>
 #include <cmath>
+
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -10,6 +12,7 @@
 
 #include "support/program.h"
 #include "support/test_data.h"
+#include "xview/io/cloud_files.h"
 
 namespace xview::test {
 namespace {
@@ -122,6 +125,33 @@ TEST_F(FixFiles, TrajectoryGoesThroughTheAcceptedPoses) {
   }
 }
 
+/// What evo_ape prints for `tum groundtruth.txt way.tum` without alignment, in a few lines.
+TEST_F(FixFiles, EvaluateJudgesATrajectoryAsEvoDoes) {
+  const auto found = wordsOf(file("way.tum")), truth = wordsOf(rear() + "/groundtruth.txt");
+  double squares = 0, sum = 0, worst = 0;
+  int pairs = 0;
+  for (const auto& pose : found) {
+    for (const auto& true_pose : truth) {
+      if (std::abs(std::stod(pose[0]) - std::stod(true_pose[0])) > 0.01) continue;
+      double square = 0;
+      for (std::size_t i = 1; i < 4; ++i)
+        square += std::pow(std::stod(pose[i]) - std::stod(true_pose[i]), 2);
+      squares += square;
+      sum += std::sqrt(square);
+      worst = std::max(worst, std::sqrt(square));
+      ++pairs;
+    }
+  }
+  ASSERT_EQ(static_cast<std::size_t>(pairs), found.size());
+  const Outcome outcome = runXview(
+      {"evaluate", "-q", file("way.tum"), rear() + "/groundtruth.txt", "-o", file("of_way")});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const Json summary = Json::parse(readText(file("of_way/summary.json")))["accepted_only"];
+  EXPECT_NEAR(summary["rmse_m"].get<double>(), std::sqrt(squares / pairs), 1e-9);
+  EXPECT_NEAR(summary["mean_m"].get<double>(), sum / pairs, 1e-9);
+  EXPECT_NEAR(summary["max_m"].get<double>(), worst, 1e-9);
+}
+
 TEST_F(FixFiles, PoseGraphHasOdometryAndOneMatchPerAcceptedWindow) {
   std::map<std::size_t, Eigen::Isometry3d> vertices;
   std::size_t fixed = 0, steps = 0, matches = 0;
@@ -215,13 +245,75 @@ TEST_F(FixFiles, MatrixIsTheTransformOfTheSurestWindow) {
   }
 }
 
-TEST_F(FixFiles, WithoutAcceptedPoseNothingIsWrittenAndItIsSaid) {
-  const Outcome outcome =
-      runXview({"localize", "-q", elsewhere(), map(), "--trajectory", file("no.tum"), "--g2o",
-                file("no.g2o"), "--matrix", file("no.txt")});
-  EXPECT_EQ(outcome.code, 3);
-  EXPECT_NE(outcome.err.find("no accepted pose"), std::string::npos) << outcome.err;
-  for (const char* name : {"no.tum", "no.g2o", "no.txt"}) EXPECT_FALSE(fs::exists(file(name)));
+/// Check fix for: a cloud that another program moved came back without its classes.
+TEST_F(FixFiles, LiftMovesALabelledCloudByTheMatrixAndKeepsItsClasses) {
+  ASSERT_EQ(runXview({"lift", "-q", rear(), "--voxel", "0.5", file("rear.pcd")}).code, 0);
+  ASSERT_EQ(runXview({"lift", "-q", file("rear.pcd"), "--transform", file("T.txt"), "-o",
+                      file("moved.pcd")})
+                .code,
+            0);
+  Eigen::Matrix4d T;
+  const auto rows = wordsOf(file("T.txt"));
+  for (std::size_t i = 0; i < 16; ++i)
+    T(static_cast<int>(i / 4), static_cast<int>(i % 4)) = std::stod(rows[i / 4][i % 4]);
+  const LabelledCloud before = io::readCloud(file("rear.pcd")),
+                      after = io::readCloud(file("moved.pcd"));
+  ASSERT_EQ(before.size(), after.size());
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    ASSERT_EQ(before.points[i].label, after.points[i].label);
+    const Eigen::Vector3d expected = (T * before.position(i).homogeneous()).head<3>();
+    ASSERT_LT((expected - after.position(i)).norm(), 1e-3) << i;
+  }
+  EXPECT_EQ(io::readCloudHeader(file("moved.pcd")).labels->classes().size(),
+            io::readCloudHeader(file("rear.pcd")).labels->classes().size());
+  writeText(file("bent.txt"), "1 0 0 0\n0 2 0 0\n0 0 1 0\n0 0 0 1\n");
+  const Outcome bent =
+      runXview({"lift", file("rear.pcd"), "--transform", file("bent.txt"), "-o", file("bent.pcd")});
+  EXPECT_EQ(bent.code, 1);
+  EXPECT_NE(bent.err.find("bent.txt: expected a rotation"), std::string::npos) << bent.err;
+}
+
+TEST_F(FixFiles, WithoutAcceptedPoseWhatAnEarlierQueryLeftIsRemovedAndItIsSaid) {
+  const std::vector<std::string> names{"no.tum", "no.g2o", "no.txt", "no.yaml", "all.tum"};
+  for (const std::string& name : names) writeText(file(name), "of an earlier query");
+  for (const std::string& query : {elsewhere(), file("no such query")}) {
+    const Outcome outcome = runXview({"localize", query, map(), "--trajectory", file("no.tum"),
+                                      "--g2o", file("no.g2o"), "--matrix", file("no.txt"),
+                                      "--initialpose", file("no.yaml"), "--tum", file("all.tum")});
+    EXPECT_EQ(outcome.code, query == elsewhere() ? 3 : 1);
+    for (const std::string& name : names) {
+      EXPECT_FALSE(fs::exists(file(name))) << name;
+      const bool was_there = query == elsewhere();
+      EXPECT_EQ(
+          outcome.err.find(file(name) + " of an earlier query is removed") != std::string::npos,
+          was_there)
+          << outcome.err;
+    }
+  }
+}
+
+TEST_F(FixFiles, InitialPoseIsTheLastAcceptedOne) {
+  const Outcome outcome = runXview({"localize", "-q", "-o", file("ip.jsonl"), rear(), map(),
+                                    "--window", "20", "--initialpose", file("ip.yaml")},
+                                   {120, 0, ""});
+  EXPECT_EQ(outcome.out, "");
+  Json last;
+  for (const Json& answer : answers(readText(file("ip.jsonl")))) {
+    if (answer["status"] == "accepted") last = answer;
+  }
+  const YAML::Node message = YAML::LoadFile(file("ip.yaml"));
+  EXPECT_EQ(message["header"]["frame_id"].as<std::string>(), "map");
+  const YAML::Node pose = message["pose"]["pose"];
+  int i = 0;
+  for (const char* axis : {"x", "y", "z"})
+    EXPECT_EQ(pose["position"][axis].as<double>(), last["pose"]["position"][i++].get<double>());
+  double same = 0;  // q and -q are one attitude
+  i = 0;
+  for (const char* axis : {"x", "y", "z", "w"})
+    same += pose["orientation"][axis].as<double>() * last["pose"]["quaternion"][i++].get<double>();
+  EXPECT_NEAR(std::abs(same), 1, 1e-9);
+  EXPECT_EQ(message["pose"]["covariance"].as<std::vector<double>>(),
+            last["covariance"].get<std::vector<double>>());
 }
 
 TEST_F(FixFiles, WhatCannotBeWrittenIsSaidBeforeTheWork) {
@@ -320,13 +412,13 @@ TEST_F(FixFiles, TheWayOfAnAnswerIsDrawnInItsScale) {
   const auto drawn = [&](double scale) {
     answer["scale"] = scale;
     writeText(file("scaled.jsonl"), answer.dump() + "\n");
-    EXPECT_EQ(runXview({"view", "-q", map(), file("scaled.jsonl"), file("way.png")}).code, 0);
+    EXPECT_EQ(runXview({"view", "-q", map(), file("scaled.jsonl"), "-o", file("way.png")}).code, 0);
     return readText(file("way.png"));
   };
   EXPECT_NE(drawn(1), drawn(3));
   answer["scale"] = -1;
   writeText(file("scaled.jsonl"), answer.dump() + "\n");
-  EXPECT_EQ(runXview({"view", "-q", map(), file("scaled.jsonl"), file("way.png")}).code, 1);
+  EXPECT_EQ(runXview({"view", "-q", map(), file("scaled.jsonl"), "-o", file("way.png")}).code, 1);
 }
 
 /// Check fix for: a mesh showed the map alone.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
 
+#include <sstream>
+
 #include "support/program.h"
 
 namespace xview::test {
@@ -16,7 +18,26 @@ TEST(Help, ListsEveryCommand) {
   EXPECT_EQ(outcome.err, "");
   for (const std::string& command : kCommands)
     EXPECT_NE(outcome.out.find("\n  " + command + " "), std::string::npos);
-  EXPECT_NE(outcome.out.find("OUT.txt  learn the"), std::string::npos) << "the longest operands";
+}
+
+TEST(Help, IsWhatXviewAloneAndXviewHelpSay) {
+  const std::string help = runXview({"--help"}).out;
+  for (const std::vector<std::string>& arguments :
+       std::vector<std::vector<std::string>>{{}, {"help"}}) {
+    const Outcome outcome = runXview(arguments);
+    EXPECT_EQ(outcome.code, 0);
+    EXPECT_EQ(outcome.out, help);
+  }
+  EXPECT_EQ(runXview({"help", "view"}).out, runXview({"view", "--help"}).out);
+}
+
+TEST(Help, FitsOntoAScreen) {
+  for (const std::string& command : kCommands) {
+    const Outcome outcome = runXview({command, "--help"});
+    EXPECT_LE(lineCount(outcome.out), 45u) << command;
+    std::istringstream lines(outcome.out);
+    for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 80u) << line;
+  }
 }
 
 TEST(Help, OfEveryCommandIsOnStdoutWithAnExample) {
@@ -31,10 +52,12 @@ TEST(Help, OfEveryCommandIsOnStdoutWithAnExample) {
 }
 
 TEST(Help, ShowsOptionsByStageWithDefaultAndUnit) {
-  const Outcome outcome = runXview({"graph", "--help"});
-  EXPECT_NE(outcome.out.find("Options of walks:"), std::string::npos);
-  EXPECT_NE(outcome.out.find("--edges.radius_m"), std::string::npos);
-  EXPECT_NE(outcome.out.find("[m]; in [0.01, 10000] (default 15)"), std::string::npos);
+  const std::string all = runXview({"graph", "--help-all"}).out;
+  EXPECT_NE(all.find("Options of walks:"), std::string::npos);
+  const std::size_t radius = all.find("--edges.radius_m");
+  ASSERT_NE(radius, std::string::npos);
+  EXPECT_NE(all.find("(default 15)", radius), std::string::npos);
+  EXPECT_EQ(runXview({"graph", "--help"}).out.find("--walks.num_walks"), std::string::npos);
 }
 
 TEST(Version, IsOneLineOnStdout) {
@@ -54,7 +77,15 @@ void expectMisuse(const std::vector<std::string>& arguments, const std::string& 
   EXPECT_NE(outcome.err.find("see: xview"), std::string::npos) << outcome.err;
 }
 
-TEST(Misuse, NoCommand) { expectMisuse({}, "no command"); }
+TEST(Misuse, NoCommand) { expectMisuse({"--quiet"}, "no command"); }
+TEST(Misuse, AFarFetchedCommandIsNotSuggested) {
+  const Outcome outcome = runXview({"town.xvm"});
+  EXPECT_EQ(outcome.err.find("nearest"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("known are simulate, info"), std::string::npos) << outcome.err;
+}
+TEST(Misuse, ThereIsOneOutput) {
+  expectMisuse({"lift", "a", "b.pcd", "-o", "c.pcd"}, "INPUT CLOUD.pcd");
+}
 TEST(Misuse, UnknownCommandNamesTheNearest) { expectMisuse({"localise", "a", "b"}, "localize"); }
 TEST(Misuse, UnknownFlagNamesTheNearest) {
   expectMisuse({"localize", "a", "b", "--windw", "3"}, "--window");

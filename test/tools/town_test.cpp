@@ -161,10 +161,10 @@ TEST_F(TinyTown, AnswersAreDrawnWithTheWayOfTheQueryWhileItIsThere) {
   const std::string answers = file("drawn.jsonl"), page = file("drawn.html");
   fs::copy(town("rear"), file("moving"), fs::copy_options::recursive);
   writeText(answers, succeed({"localize", "-q", "--json", file("moving"), map()}).out);
-  succeed({"view", "-q", map(), answers, page});
+  succeed({"view", "-q", map(), answers, "-o", page});
   const auto with_way = fs::file_size(page);
   fs::rename(file("moving"), file("moved"));
-  succeed({"view", "-q", map(), answers, page});
+  succeed({"view", "-q", map(), answers, "-o", page});
   EXPECT_GT(with_way, fs::file_size(page) + 100);
 }
 
@@ -233,7 +233,8 @@ TEST_F(TinyTown, WindowsAreQueriesOfTheirOwn) {
 
 TEST_F(TinyTown, WithoutJsonThereIsALinePerQueryUnderAHeading) {
   const Outcome outcome = runXview({"localize", "-q", town("rear"), map(), "--window", "20"});
-  EXPECT_EQ(outcome.out.rfind("query ", 0), 0u) << outcome.out;
+  EXPECT_EQ(outcome.out.rfind("  status ", 0), 0u) << outcome.out;
+  EXPECT_EQ(outcome.out.find('\x1b'), std::string::npos) << "no colours in a pipe";
   EXPECT_EQ(lineCount(outcome.out), 3u) << outcome.out;
 }
 
@@ -324,9 +325,6 @@ TEST_F(TinyTown, PicturesAreWrittenByTheEndingOfTheirName) {
   EXPECT_NE(readText(file("town.html")).find("<html"), std::string::npos);
   succeed({"view", "-q", town("rear"), file("rear.pcd"), "--voxel", "0.5"});
   EXPECT_EQ(readText(file("rear.pcd")).rfind("# .PCD", 0), 0u);
-  const Outcome unnamed = succeed({"view", "-q", map()});
-  EXPECT_EQ(unnamed.out, "town.xvm.png\n");
-  EXPECT_TRUE(fs::remove("town.xvm.png"));
 }
 
 std::size_t pointsOfClass(const std::string& pcd, const std::string& name) {
@@ -371,6 +369,32 @@ TEST_F(TinyTown, ACloudWithoutLabelsIsDrawnGrey) {
             "VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 3\nDATA ascii\n0 0 0\n1 0 0\n1 2 0\n");
   succeed({"view", "-q", file("bare.pcd"), "-o", file("grey.pcd")});
   EXPECT_EQ(pointsOfClass(file("grey.pcd"), "without label"), 3u);
+}
+
+/// Check fix for: a last operand that existed was read, and the picture of the first written over.
+TEST_F(TinyTown, ViewWritesOverNothingThatItWasNotToldToWrite) {
+  const fs::path before = fs::current_path();
+  fs::create_directories(file("here"));
+  fs::current_path(file("here"));
+  succeed({"lift", "-q", town("rear"), "--voxel", "0.5", "-o", "town.pcd"});
+  const std::string cloud = readText("town.pcd");
+  EXPECT_EQ(succeed({"view", "-q", map(), "town.pcd"}).out, "town.xvm.png\n");
+  EXPECT_EQ(succeed({"view", "-q", "town.pcd"}).out, "town.pcd.png\n");
+  EXPECT_TRUE(readText("town.pcd") == cloud);
+  const Outcome refused = runXview({"view", "-q", map(), "town.pcd.png"});
+  EXPECT_EQ(refused.code, 2);
+  EXPECT_NE(refused.err.find("-o town.pcd.png writes it anew"), std::string::npos) << refused.err;
+  fs::current_path(before);
+}
+
+TEST_F(TinyTown, FuseIntoAnotherFileLeavesTheMapAlone) {
+  const std::string bytes = readText(map()), larger = file("larger.xvm");
+  succeed({"fuse", "-q", town("rear"), map(), "-o", larger});
+  EXPECT_TRUE(readText(map()) == bytes);
+  EXPECT_NE(succeed({"info", larger}).out.find(town("rear")), std::string::npos);
+  fs::remove(larger);
+  EXPECT_EQ(runXview({"fuse", "-q", town("elsewhere"), map(), "-o", larger}).code, 3);
+  EXPECT_FALSE(fs::exists(larger));
 }
 
 TEST_F(TinyTown, LikelihoodsThatWereLearnedAreUsed) {

@@ -20,5 +20,16 @@ TEST(NearestWord, TakesTheFirstOfEqualsAndNothingOfNothing) {
   EXPECT_EQ(nearestWord("a", {}), "");
 }
 
+TEST(NearestWord, IsNotFarFetched) {
+  EXPECT_EQ(nearestWord("town.xvm", {"fuse", "graph", "view"}), "");
+  EXPECT_EQ(nearestWord("localise", {"evaluate", "localize"}), "localize");
+}
+
+TEST(KnownWordsHint, NamesTheNearestElseFewElseNothing) {
+  EXPECT_EQ(knownWordsHint("wallks", {"walks", "blobs"}), "; the nearest known one is walks");
+  EXPECT_EQ(knownWordsHint("banana", {"walks", "blobs"}), "; known are walks, blobs");
+  EXPECT_EQ(knownWordsHint("banana", std::vector<std::string>(21, "walks")), "");
+}
+
 }  // namespace
 }  // namespace xview

@@ -42,6 +42,25 @@ std::vector<PrecisionRecall> precisionRecallCurve(std::vector<Detection> detecti
 /// which would flatter.
 double averagePrecision(const std::vector<PrecisionRecall>& curve);
 
+/// The largest recall of the points of a curve with at least this precision; 0 if none has it.
+double recallAtPrecision(const std::vector<PrecisionRecall>& curve, double precision);
+
+/// Answers that are about equally sure, and how often they are right: a confidence is calibrated if
+/// `right` over `answers` is its mean. How many answers come from elsewhere decides with.
+struct ConfidenceBand {
+  double low = 0, high = 0;  ///< confidence; `low` included, `high` only if it is 1
+  std::size_t answers = 0, right = 0;
+  double mean_confidence = 0;  ///< NaN without answers
+};
+std::vector<ConfidenceBand> confidenceBands(const std::vector<Detection>& detections);
+
+/// What a number of errors comes to.
+struct ErrorSummary {
+  std::size_t count = 0;
+  double rmse = 0, mean = 0, deviation = 0, median = 0, max = 0;  ///< NaN without errors
+};
+ErrorSummary summarized(const std::vector<double>& errors);
+
 /// Harmonic mean; 0 if both are 0, NaN if either is unknown.
 double f1Score(double precision, double recall);
 
@@ -88,6 +107,7 @@ struct ScoredQuery {
 
 /// Success over distance and angle for one choice of answers.
 struct SuccessTable {
+  ErrorSummary ape_m, ape_deg;     ///< absolute pose errors of the answers that have a pose
   std::vector<double> within_m;    ///< share for each of kDistances_m
   std::vector<double> within_deg;  ///< share for each of kAngles_deg
   double median_m = 0, p90_m = 0, median_deg = 0,
@@ -96,6 +116,12 @@ struct SuccessTable {
 
 extern const std::vector<double> kDistances_m;  ///< 1, 2, 5, 10, 20, 30
 extern const std::vector<double> kAngles_deg;   ///< 1, 2, 5, 10
+
+/// Milliseconds of one stage over all queries.
+struct StageTime {
+  std::string name;
+  double median_ms = 0, mean_ms = 0, deviation_ms = 0;
+};
 
 /// What a set of answers is worth. Ratios are NaN where nothing was asked.
 struct Evaluation {
@@ -108,10 +134,13 @@ struct Evaluation {
       best;  ///< best hypothesis of every query, accepted or not (the paper's success rate)
   SuccessTable believed;  ///< accepted answers only; the share is still of all queries
   double precision = 0, recall = 0, f1 = 0;  ///< of the program's own verdict
+  double false_accept_rate = 0;              ///< false accepts over negatives
   double area_under_pr = 0;
+  double recall_at_99 = 0;  ///< recall at 99 % precision
+  std::vector<ConfidenceBand> bands;
   Consistency consistency;             ///< of the covariances of accepted answers that are correct
   double median_ms = 0, p90_ms = 0;    ///< total per query
-  Timings stages_ms;                   ///< median of each stage, in the order of execution
+  std::vector<StageTime> stages;       ///< in the order of execution, and "total" at the end
   std::vector<PrecisionRecall> curve;  ///< over the confidence
 };
 

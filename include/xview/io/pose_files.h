@@ -34,6 +34,9 @@ void writeTumPoses(const std::string& path, const std::vector<StampedPose>& pose
 void writeMatrix(const std::string& path, const Eigen::Isometry3d& T_target_source,
                  double scale = 1);
 
+/// Reads such a file: a rotation, one scale for all axes, and a translation. Throws Error.
+Eigen::Affine3d readMatrix(const std::string& path);
+
 /// Poses with what is known between them, as solvers of pose graphs take it.
 struct PoseGraph {
   /// The pose of `to` seen from `from`. `covariance` is that of Localization: x y z [m], rx ry rz

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+// Everything that a program of your own needs: read recordings, make maps, localize in them. The
+// stages have headers of their own, in folders that are named after them.
+
+#include "xview/io/cloud_files.h"
+#include "xview/io/pose_files.h"
+#include "xview/io/recording.h"
+#include "xview/localizer.h"
+#include "xview/map/map_store.h"
+#include "xview/mapper.h"
+#include "xview/options.h"
+#include "xview/options_file.h"
+#include "xview/place_builder.h"
+#include "xview/sequence.h"
+#include "xview/tracker.h"
+#include "xview/types/error.h"

@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "answer_table.h"
+
+#include <fmt/core.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+
+#include "terminal.h"
+#include "xview/types/median.h"
+
+namespace xview::tools {
+namespace {
+
+constexpr double kDegrees = 57.29577951308232;
+constexpr std::size_t kStatus = 13, kSigma = 15, kTime = 8, kYaw = 9, kConfidence = 7;
+constexpr std::size_t kWide = 110;  ///< from here on nothing is left out of the numbers
+constexpr std::size_t kEndless = 100000;
+constexpr std::size_t kShortestReason = 24, kLongReason = 60;
+
+std::string markOf(Status status) {
+  switch (status) {
+    case Status::accepted:
+      return "✔";
+    case Status::ambiguous:
+      return "?";
+    default:
+      return "✘";
+  }
+}
+
+Ink inkOf(Status status) {
+  switch (status) {
+    case Status::accepted:
+      return Ink::green;
+    case Status::ambiguous:
+      return Ink::amber;
+    default:
+      return Ink::red;
+  }
+}
+
+std::string nameOf(const Answer& answer) {
+  if (answer.frames < 2) return answer.input;
+  return fmt::format("{} {}-{}", answer.input, answer.first_frame, answer.last_frame);
+}
+
+/// What is unusual about the frame of the query.
+std::string frameOf(const Localization& fix) {
+  std::string text = fix.scale == 1 ? "" : fmt::format("; scale {:.3f}", fix.scale);
+  if (fix.gravity != GravityUse::aligned)
+    text += fmt::format("; {}: {}", toString(fix.gravity), fix.gravity_reason);
+  return text;
+}
+
+std::string timeText(double ms) { return fmt::format("{:.{}f} s", ms / 1e3, ms < 1e4 ? 2 : 1); }
+
+std::string sigmaText(const Matrix6d& covariance) {
+  if (covariance.isZero()) return "";
+  const double turn = kDegrees * std::sqrt(std::max(0.0, covariance(5, 5)));
+  return "±" + lengthText(positionSigma(covariance)) +
+         rightAligned(fmt::format("±{:.{}f}°", turn, turn < 9.95 ? 1 : 0), 7);
+}
+
+}  // namespace
+
+double positionSigma(const Matrix6d& covariance) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(covariance.topLeftCorner<3, 3>(),
+                                                            Eigen::EigenvaluesOnly);
+  return std::sqrt(std::max(0.0, axes.eigenvalues().z()));
+}
+
+std::string lengthText(double length_m) {
+  if (length_m < 0.0095) return fmt::format("{:.0f} mm", 1e3 * length_m);
+  if (length_m < 0.995) return fmt::format("{:.0f} cm", 1e2 * length_m);
+  return fmt::format("{:.{}f} m", length_m, length_m < 9.95 ? 1 : 0);
+}
+
+AnswerTable::AnswerTable(const std::vector<std::string>& queries, double largest_m, bool is_single,
+                         std::FILE* screen)
+    : screen_(screen),
+      width_(terminalWidth(screen).value_or(kEndless)),
+      is_wide_(width_ >= kWide),
+      is_single_(is_single) {
+  coordinate_ = std::max<std::size_t>(9, fmt::format("  -{:.2f}", largest_m).size());
+  const std::size_t taken = kStatus + 2 * coordinate_ + kYaw + kSigma + kTime +
+                            (is_wide_ ? coordinate_ + kConfidence : 0);
+  const std::size_t room = width_ > taken + 8 ? width_ - taken : 8;
+  for (const std::string& query : queries)
+    name_ = std::max(name_, columnsOf(query) + (std::filesystem::is_directory(query) ? 10 : 0));
+  name_ = std::min({name_, room, std::max<std::size_t>(room / 2, 24)});
+}
+
+std::string AnswerTable::heading() const {
+  std::string text = padded("  status", kStatus) + padded("query", name_);
+  text += rightAligned("x m", coordinate_) + rightAligned("y m", coordinate_);
+  if (is_wide_) text += rightAligned("z m", coordinate_);
+  text += rightAligned("heading", kYaw) + rightAligned("sigma", kSigma);
+  if (is_wide_) text += rightAligned("conf.", kConfidence);
+  text += rightAligned("time", kTime);
+  if (width_ == kEndless) text += "  reason";
+  return inked(text, Ink::dim, screen_) + "\n";
+}
+
+std::string AnswerTable::numbers(const Answer& answer) const {
+  const Localization& fix = answer.fix;
+  const bool is_placed = !fix.hypotheses.empty();
+  const Eigen::Vector3d p = fix.T_map_sensor.translation();
+  const auto cell = [&](const std::string& text, std::size_t columns) {
+    return rightAligned(is_placed ? text : "-", columns);
+  };
+  std::string text;
+  for (const int axis : {0, 1, 2}) {
+    if (axis < 2 || is_wide_) text += cell(fmt::format("{:.2f}", p(axis)), coordinate_);
+  }
+  text += cell(fmt::format("{:.1f}°", kDegrees * answer.heading_rad), kYaw) +
+          cell(sigmaText(fix.covariance), kSigma);
+  if (is_wide_) text += rightAligned(fmt::format("{:.3f}", fix.confidence), kConfidence);
+  return text + rightAligned(timeText(totalMs(fix.timing_ms)), kTime);
+}
+
+std::string AnswerTable::line(const Answer& answer) const {
+  const Localization& fix = answer.fix;
+  const std::string status =
+      padded(fmt::format("{} {}", markOf(fix.status), toString(fix.status)), kStatus);
+  std::string text = inked(status, inkOf(fix.status), screen_) +
+                     padded(withoutBeginning(nameOf(answer), name_), name_);
+  std::size_t column =
+      kStatus + std::max(name_, columnsOf(withoutBeginning(nameOf(answer), name_)));
+  if (fix.accepted() || width_ >= kWide + kLongReason) {
+    const std::string values = numbers(answer);
+    text += inked(values, fix.accepted() ? Ink::plain : Ink::dim, screen_);
+    column += columnsOf(values);
+  }
+  const std::string reason = fix.reason + frameOf(fix);
+  const std::size_t room = width_ > column + 2 ? width_ - column - 2 : 0;
+  if (room < kShortestReason) return text;
+  if (is_single_ && !fix.accepted()) return text + "  " + wrapped(reason, room, column + 2);
+  return text + "  " + withoutEnd(reason, room);
+}
+
+std::string AnswerTable::add(const Answer& answer) {
+  if (answer.fix.accepted()) sigmas_m_.push_back(positionSigma(answer.fix.covariance));
+  time_ms_ += totalMs(answer.fix.timing_ms);
+  return (answers_++ == 0 ? heading() : "") + line(answer);
+}
+
+std::string AnswerTable::summary() const {
+  std::string text = fmt::format("{} of {} accepted", sigmas_m_.size(), answers_);
+  if (!sigmas_m_.empty()) text += ", median ±" + lengthText(medianOf(sigmas_m_));
+  if (answers_ > 0)
+    text += ", " + timeText(time_ms_ / static_cast<double>(answers_)) + " per query";
+  return text;
+}
+
+}  // namespace xview::tools

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdio>
+#include <string>
+#include <vector>
+
+#include "answer.h"
+
+namespace xview::tools {
+
+/// Answers as people read them: one line each, in columns that are made once for all of them and
+/// fit into the terminal. On a narrow one a reason takes the place of a pose that is not to be
+/// believed; in a file or a pipe nothing is left out.
+class AnswerTable {
+ public:
+  /// The names of the queries and the largest coordinate of the map [m] tell how wide columns are.
+  /// `is_single`: there will be one line, so a long reason may go on below it.
+  /// `screen`: where the lines go; null for a file.
+  AnswerTable(const std::vector<std::string>& queries, double largest_m, bool is_single,
+              std::FILE* screen);
+
+  /// The lines of one more answer, with the heading before the first; no line break at the end.
+  std::string add(const Answer& answer);
+  /// "8 of 9 accepted, median ±2 cm, 0.12 s per query"
+  std::string summary() const;
+
+ private:
+  std::string heading() const;
+  std::string numbers(const Answer& answer) const;
+  std::string line(const Answer& answer) const;
+
+  std::FILE* screen_;
+  std::size_t width_, name_ = 0, coordinate_ = 0;  ///< columns
+  bool is_wide_, is_single_;
+  std::size_t answers_ = 0;
+  std::vector<double> sigmas_m_;  ///< of the accepted ones
+  double time_ms_ = 0;
+};
+
+/// The standard deviation of the position along its worst axis [m].
+double positionSigma(const Matrix6d& covariance);
+
+/// "8 mm", "2 cm", "1.3 m"
+std::string lengthText(double length_m);
+
+}  // namespace xview::tools
