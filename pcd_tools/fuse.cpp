@@ -3,6 +3,7 @@
 
 #include <optional>
 
+#include "doubts.h"
 #include "inputs.h"
 #include "tool.h"
 #include "xview/io/atomic_file.h"
@@ -30,7 +31,7 @@ class FuseCommand final : public Command {
   }
 
   void declare(Flags& flags) override {
-    input_.declare(flags);
+    input_.declareWithMap(flags);
     flags.add("--undo", undo_, "take back the last addition to MAP");
   }
 
@@ -46,7 +47,9 @@ class FuseCommand final : public Command {
     if (!fix) return kNoPose;
     const std::size_t before = map.graph.size();
     Stopwatch watch;
-    appendToMap(map, additionOf(query, fix->T_map_query, map.labels, job), job.options);
+    const map::SemanticMap addition = additionOf(query, fix->T_map_query, map.labels, job);
+    sayDoubts(map, addition, job.narrate);
+    appendToMap(map, addition, job.options);
     map::saveRevision(path, map,
                       fmt::format("fused {} at confidence {:.4f}", query, fix->confidence));
     job.narrate.stage("fuse", watch.lap_ms(), path);

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 
+#include "doubts.h"
 #include "inputs.h"
 #include "tool.h"
 #include "xview/io/atomic_file.h"
@@ -32,7 +33,7 @@ class LearnCommand final : public Command {
   }
 
   void declare(Flags& flags) override {
-    input_.declare(flags);
+    input_.declareWithMap(flags);
     flags.add("--truth", truth_, "file with the true poses, if there is one RECORDING");
     flags.add("--length", length_m_, "travel per query, as queries will have it [m]");
     flags.add("--add", add_, "start with the counts of this file");
@@ -69,10 +70,10 @@ class LearnCommand final : public Command {
  private:
   search::LikelihoodTable learnFrom(const std::string& path, const map::SemanticMap& map,
                                     const Job& job) const {
-    const auto recording = openInput(path, input_.parsed(), job);
+    const auto recording = openPlaceInput(path, inputIn(input_, map.labels), job);
     std::vector<FrameDigest> frames;
     std::vector<std::int64_t> numbers;
-    FrameReport report(recording->name(), recording->size(), job.narrate);
+    FrameReport report(*recording, job.narrate);
     digestRecording(*recording, job.options, [&](FrameDigest frame) {
       report.add(frame);
       numbers.push_back(frame.number);
@@ -82,6 +83,12 @@ class LearnCommand final : public Command {
     std::vector<Eigen::Isometry3d> truth;
     for (const io::StampedPose& pose : io::posesOfFrames(truthFileOf(path), numbers))
       truth.push_back(pose.T_frame_sensor);
+    if (areOfOneDrive(truth, map.poses)) {
+      throw Error(
+          path,
+          "is the drive that the map was made of, which finds itself without any error; learn "
+          "from another drive of the same place");
+    }
     Stopwatch watch;
     const search::LikelihoodTable table =
         learnLikelihoods(map, frames, truth, length_m_, job.options);
