@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <optional>
 
+#include "doubts.h"
 #include "inputs.h"
 #include "tool.h"
 #include "xview/io/atomic_file.h"
@@ -31,7 +32,7 @@ class FuseCommand final : public Command {
   }
 
   void declare(Flags& flags) override {
-    input_.declare(flags);
+    input_.declareWithMap(flags);
     flags.add("--undo", undo_, "take back the last addition to MAP");
     flags.add("-o,--out", out_, "write the larger map to this file and leave MAP alone");
   }
@@ -58,7 +59,9 @@ class FuseCommand final : public Command {
     if (!fix) return kNoPose;
     const std::size_t before = map.graph.size();
     Stopwatch watch;
-    appendToMap(map, additionOf(query, fix->T_map_query, map.labels, job), job.options);
+    const map::SemanticMap addition = additionOf(query, fix->T_map_query, map.labels, job);
+    sayDoubts(map, addition, job.narrate);
+    appendToMap(map, addition, job.options);
     if (copy)
       std::filesystem::copy_file(path, copy->temporaryPath(),
                                  std::filesystem::copy_options::overwrite_existing);

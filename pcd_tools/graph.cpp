@@ -52,7 +52,7 @@ class GraphCommand final : public Command {
         return {std::move(map.labels), std::move(map.graph)};
       }
       case io::InputKind::graph:
-        return readLabelledGraph(path, input_.parsed(), job.options);
+        return readLabelledGraph(path, input_.parsed(), job);
       default:
         return assemble(path, job);
     }
@@ -60,7 +60,7 @@ class GraphCommand final : public Command {
 
   LabelledGraph assemble(const std::string& path, const Job& job) const {
     const auto source = openInput(path, input_.parsed(), job);
-    FrameReport report(path, source->size(), job.narrate);
+    FrameReport report(*source, job.narrate);
     SemanticGraph graph =
         makeQuery(*source, job.options, [&](const FrameDigest& frame) { report.add(frame); }).graph;
     report.say();

@@ -147,7 +147,7 @@ class InfoCommand final : public Command {
     if (kind == io::InputKind::map) {
       printMap(path);
     } else if (kind == io::InputKind::graph) {
-      const LabelledGraph file = readLabelledGraph(path, input_.parsed(), job.options);
+      const LabelledGraph file = readLabelledGraph(path, input_.parsed(), job);
       printGraph(file.graph, file.labels);
     } else if (kind == io::InputKind::cloud) {
       printCloud(path, job);

@@ -3,9 +3,7 @@
 
 #include <fmt/core.h>
 
-#include <filesystem>
-#include <set>
-
+#include "classes.h"
 #include "xview/depth_plausibility.h"
 #include "xview/graph/class_shapes.h"
 #include "xview/graph/edges.h"
@@ -20,42 +18,9 @@
 namespace xview::tools {
 namespace {
 
-constexpr const char* kOfTheMap = "of the map";
-
-LabelSet labelsOfGraph(const std::string& path, const io::GraphFile& file,
-                       const io::InputOptions& options) {
-  const std::string folder = std::filesystem::path(path).parent_path().string();
-  if (const auto named = io::namedLabels(options.labels, folder, file.labels)) return *named;
-  if (options.unnamed) return *options.unnamed;
-  std::set<std::uint32_t> ids;
-  for (const Vertex& vertex : file.graph.vertices) ids.insert(vertex.label);
-  return genericLabelSet({ids.begin(), ids.end()});
-}
-
-void sayShapes(const LabelSet& unnamed, const Narrative& narrate) {
-  std::string shapes;
-  for (const auto& [id, info] : unnamed.classes()) {
-    if (info.kind != Kind::none && info.kind != Kind::other_object)
-      shapes += fmt::format("{} {} as {}", shapes.empty() ? "" : ",", id, toString(info.kind));
-  }
-  narrate.note(
-      shapes.empty()
-          ? "the classes have no names, so each counts as an object, the ground too; --labels "
-            "names them"
-          : "the classes have no names and were judged by their shapes:" + shapes +
-                "; --labels names them");
-}
-
-void sayGuessedRoles(const LabelSet& labels, const Narrative& narrate) {
-  if (labels.isGeneric()) return sayShapes(labels, narrate);
-  std::string guessed;
-  for (const auto& [id, info] : labels.classes()) {
-    if (info.guessed)
-      guessed +=
-          fmt::format("{} {} = {}", guessed.empty() ? "" : ",", info.name, toString(info.role));
-  }
-  if (!guessed.empty())
-    narrate.note(fmt::format("{} gives no roles; guessed:{}", labels.name(), guessed));
+/// What its reader says of it.
+void sayNotes(const FrameSource& source, const Narrative& narrate) {
+  for (const std::string& note : source.notes()) narrate.note(source.name() + ": " + note);
 }
 
 /// Position of the first frame that is at most so many metres of travel before the last one.
@@ -90,8 +55,20 @@ void InputFlags::declare(Flags& flags) {
       "what the input is, if its path fits two kinds: sequence, semantic_kitti, cloud, "
       "cloud_folder, graph, map, synthia, airsim, tum_rgbd, virtual_kitti, carla");
   flags.add("--labels", labels_, "label set: a shipped one by name, or a classes.yaml");
+  flags.rare().add("--class-names", class_names_,
+                   "file of names that mean the same class, asked before those that the program "
+                   "knows (config/class_names.txt)");
   flags.rare().add("--label-field", label_field_, "field of a cloud that holds the class");
   flags.rare().add("--instance-field", instance_field_, "field of a cloud that holds the instance");
+  flags.rare().add("--mount", mount_,
+                   "x,y,z,roll,pitch,yaw of the camera of an AirSim recording on its vehicle, x "
+                   "forward, z down [m, deg]");
+}
+
+void InputFlags::declareWithMap(Flags& flags) {
+  declare(flags);
+  flags.add("--map-labels", map_labels_,
+            "label set of a MAP that is not an .xvm; --labels is then that of the others only");
 }
 
 io::InputOptions InputFlags::parsed() const {
@@ -100,6 +77,8 @@ io::InputOptions InputFlags::parsed() const {
   options.labels = labels_;
   options.label_field = label_field_;
   options.instance_field = instance_field_;
+  options.mount = mount_;
+  if (!class_names_.empty()) options.class_names = io::readClassNames(class_names_);
   if (!frames_.empty()) options.frames = io::parseFrameRange(frames_);
   return options;
 }
@@ -107,35 +86,37 @@ io::InputOptions InputFlags::parsed() const {
 std::unique_ptr<FrameSource> openInput(const std::string& path, const io::InputOptions& options,
                                        const Job& job) {
   std::unique_ptr<FrameSource> source = io::openRecording(path, options);
-  if (source->labels().name() == kOfTheMap || (options.unnamed && source->labels().isGeneric())) {
-    job.narrate.note(path + " names no classes; its ids are taken as those of the map");
-  } else {
-    sayGuessedRoles(source->labels(), job.narrate);
-  }
+  sayNotes(*source, job.narrate);
+  const bool is_of_map = options.map_labels && source->labels() == *options.map_labels;
+  if (!is_of_map) sayGuesses(path, source->labels(), job.narrate);
   return source;
 }
 
-std::unique_ptr<FrameSource> openMapInput(const std::string& path, const io::InputOptions& options,
-                                          const Job& job) {
-  if (options.unnamed) return openInput(path, options, job);
-  std::unique_ptr<FrameSource> source = graph::withRolesByShape(
-      io::openRecording(path, options), job.options.lift, job.options.threads);
-  sayGuessedRoles(source->labels(), job.narrate);
-  return source;
+std::unique_ptr<FrameSource> openPlaceInput(const std::string& path,
+                                            const io::InputOptions& options, const Job& job) {
+  std::unique_ptr<FrameSource> source = io::openRecording(path, options);
+  sayNotes(*source, job.narrate);
+  if (options.map_labels && source->labels() == *options.map_labels) return source;
+  source = graph::withRolesByShape(std::move(source), job.options.lift, job.options.threads);
+  sayGuesses(path, source->labels(), job.narrate);
+  return inClassesOfMap(std::move(source), options, job.narrate);
 }
 
 io::InputOptions inputIn(const InputFlags& input, const LabelSet& map_labels) {
   io::InputOptions options = input.parsed();
-  options.unnamed = LabelSet(map_labels.isGeneric() ? map_labels.name() : kOfTheMap);
-  for (const auto& [id, info] : map_labels.classes()) options.unnamed->add(info);
+  options.map_labels = map_labels;
   return options;
 }
 
 LabelledGraph readLabelledGraph(const std::string& path, const io::InputOptions& input,
-                                const Options& options) {
+                                const Job& job) {
+  std::string guess;
+  io::recogniseInput(path, input, &guess);
+  if (!guess.empty()) job.narrate.note(path + ": " + guess);
   io::GraphFile file = io::readGraph(path);
-  if (!file.has_edges) graph::connectByRadius(file.graph, options.edges);
-  return {labelsOfGraph(path, file, input), std::move(file.graph)};
+  if (!file.has_edges) graph::connectByRadius(file.graph, job.options.edges);
+  LabelSet labels = labelsOfGraph(path, file.graph, file.labels, input, job.narrate);
+  return {std::move(labels), std::move(file.graph)};
 }
 
 map::SemanticMap mapOf(const std::string& path, const io::InputOptions& input, const Job& job,
@@ -144,14 +125,14 @@ map::SemanticMap mapOf(const std::string& path, const io::InputOptions& input, c
     case io::InputKind::map:
       return map::loadMap(path);
     case io::InputKind::graph: {
-      LabelledGraph file = readLabelledGraph(path, input, job.options);
+      LabelledGraph file = readLabelledGraph(path, input, job);
       for (Vertex& vertex : file.graph.vertices) {
         if (T_map_input) vertex.position = *T_map_input * vertex.position;
       }
       return buildMap(file.graph, file.labels, path, job.options);
     }
     default: {
-      const std::unique_ptr<FrameSource> source = openMapInput(path, input, job);
+      const std::unique_ptr<FrameSource> source = openPlaceInput(path, input, job);
       const Progress progress = job.narrate.progress("map");
       if (!T_map_input) return buildMap({source.get()}, job.options, progress);
       const MovedRecording moved(*source, *T_map_input);
@@ -164,6 +145,7 @@ map::SemanticMap readMap(const std::string& path, const InputFlags& input, const
   Stopwatch watch;
   io::InputOptions whole = input.parsed();
   whole.frames = {};  // --frames speaks of the query
+  if (!input.mapLabels().empty()) whole.labels = input.mapLabels();
   map::SemanticMap map = mapOf(path, whole, job);
   job.narrate.stage(
       "map", watch.lap_ms(),
@@ -179,17 +161,19 @@ QueryInput openQuery(const std::string& path, const InputFlags& input, const Job
   const io::InputOptions options = inputIn(input, map_labels);
   switch (io::recogniseInput(path, options)) {
     case io::InputKind::map:
-      result.whole = std::make_unique<Query>(makeQuery(map::loadMap(path), job.options));
+      result.whole = std::make_unique<Query>(
+          inClassesOfMap(path, makeQuery(map::loadMap(path), job.options), options, job.narrate));
       result.labels = result.whole->labels;
       break;
     case io::InputKind::graph: {
-      LabelledGraph file = readLabelledGraph(path, options, job.options);
-      result.labels = std::move(file.labels);
-      result.whole = std::make_unique<Query>(makeQuery(file.graph, result.labels, job.options));
+      const LabelledGraph file = readLabelledGraph(path, options, job);
+      result.whole = std::make_unique<Query>(inClassesOfMap(
+          path, makeQuery(file.graph, file.labels, job.options), options, job.narrate));
+      result.labels = result.whole->labels;
       break;
     }
     default:
-      result.source = openInput(path, options, job);
+      result.source = openPlaceInput(path, options, job);
       result.labels = result.source->labels();
       result.frames = unreadFrames(*result.source);
       if (result.frames.empty()) throw Error(path, "no frames");
@@ -208,9 +192,9 @@ QueryInput readQuery(const std::string& path, const InputFlags& input, const Job
         fmt::format("{}: its last {:g} m tell where it ends (--last)", source->name(), last_m));
     io::InputOptions end = inputIn(input, map_labels);
     end.frames.begin += result.used_from * end.frames.step;
-    source = io::openRecording(path, end);
+    source = openPlaceInput(path, end, job);
   }
-  FrameReport report(source->name(), source->size(), job.narrate);
+  FrameReport report(*source, job.narrate);
   result.whole = std::make_unique<Query>(
       makeQuery(*source, job.options, [&](const FrameDigest& frame) { report.add(frame); }));
   report.say();
@@ -249,10 +233,7 @@ LabelledCloud liftAll(const FrameSource& source, const Job& job, double voxel_m,
       [&](const Lifted& lifted) {
         depths.add(lifted.counts, lifted.cloud, lifted.sensor);
         appendCloud(whole, lifted.cloud);
-        sum.lifted += lifted.counts.lifted;
-        sum.no_depth += lifted.counts.no_depth;
-        sum.out_of_range += lifted.counts.out_of_range;
-        sum.ignored_class += lifted.counts.ignored_class;
+        sum += lifted.counts;
       });
   depths.require(source);
   if (whole.empty()) {

@@ -20,35 +20,36 @@ namespace xview::tools {
 class InputFlags {
  public:
   void declare(Flags& flags);
-  io::InputOptions parsed() const;  ///< throws UsageError
+  void declareWithMap(Flags& flags);  ///< for commands with the operand MAP
+  io::InputOptions parsed() const;    ///< throws UsageError
+  const std::string& mapLabels() const { return map_labels_; }  ///< --map-labels
 
  private:
-  std::string frames_, kind_, labels_, label_field_, instance_field_;
+  std::string frames_, kind_, labels_, map_labels_, class_names_, label_field_, instance_field_,
+      mount_;
 };
 
-/// Opens a recording; says on stderr which roles of classes were only guessed, and whose classes it
-/// was given if it names none.
+/// Opens a recording; says on stderr what its reader guessed or left out, and which roles of
+/// classes were only guessed.
 std::unique_ptr<FrameSource> openInput(const std::string& path, const io::InputOptions& options,
                                        const Job& job);
 
-/// The same for what a map is made of: if it names no classes, and none are offered, they are
-/// judged by their shapes.
-std::unique_ptr<FrameSource> openMapInput(const std::string& path, const io::InputOptions& options,
-                                          const Job& job);
+/// The same for what a place is made of: classes without names are judged by their shapes, and all
+/// are brought into those of options.map_labels, if they are given.
+std::unique_ptr<FrameSource> openPlaceInput(const std::string& path,
+                                            const io::InputOptions& options, const Job& job);
 
-/// How to read what shall be found in a map or added to it: if it names no classes, they are those
-/// of the map.
+/// How to read what shall be found in a map or added to it.
 io::InputOptions inputIn(const InputFlags& input, const LabelSet& map_labels);
 
-/// A graph file with its label set: --labels, else that of its comments, else classes.yaml beside
-/// the file, else input.unnamed, else generic names. Edges are made by radius search if the file
-/// has none.
+/// A graph file with its label set (labelsOfGraph). Edges are made by radius search if the file has
+/// none.
 struct LabelledGraph {
   LabelSet labels;
   SemanticGraph graph;
 };
 LabelledGraph readLabelledGraph(const std::string& path, const io::InputOptions& input,
-                                const Options& options);
+                                const Job& job);
 
 /// A map of anything. A graph or a recording is first brought into the frame of the map, if that is
 /// another one.

@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "answer.h"
+#include "doubts.h"
 #include "inputs.h"
 #include "tool.h"
 #include "xview/io/atomic_file.h"
@@ -41,7 +42,7 @@ class LearnCommand final : public Command {
   }
 
   void declare(Flags& flags) override {
-    input_.declare(flags);
+    input_.declareWithMap(flags);
     flags.add("--verdict", verdict_, "learn from the answers in RESULTS.jsonl how sure to be");
     flags.add("--right", right_m_, "an answer this near to the truth is right [m]");
     flags.add("--wrong", wrong_m_,
@@ -125,10 +126,10 @@ class LearnCommand final : public Command {
 
   search::LikelihoodTable learnFrom(const std::string& path, const map::SemanticMap& map,
                                     const Job& job) const {
-    const auto recording = openInput(path, input_.parsed(), job);
+    const auto recording = openPlaceInput(path, inputIn(input_, map.labels), job);
     std::vector<FrameDigest> frames;
     std::vector<std::int64_t> numbers;
-    FrameReport report(recording->name(), recording->size(), job.narrate);
+    FrameReport report(*recording, job.narrate);
     digestRecording(*recording, job.options, [&](FrameDigest frame) {
       report.add(frame);
       numbers.push_back(frame.number);
@@ -138,6 +139,12 @@ class LearnCommand final : public Command {
     std::vector<Eigen::Isometry3d> truth;
     for (const io::StampedPose& pose : io::posesOfFrames(truthFileOf(path), numbers))
       truth.push_back(pose.T_frame_sensor);
+    if (areOfOneDrive(truth, map.poses)) {
+      throw Error(
+          path,
+          "is the drive that the map was made of, which finds itself without any error; learn "
+          "from another drive of the same place");
+    }
     Stopwatch watch;
     const search::LikelihoodTable table =
         learnLikelihoods(map, frames, truth, length_m_, job.options);

@@ -81,7 +81,7 @@ std::vector<Window> windowsOf(const QueryInput& input, const WindowFlags& flags)
 void forEachWindow(const QueryInput& input, const WindowFlags& flags, const Job& job,
                    const std::function<void(const Query&, const Window&)>& take) {
   const std::vector<Window> windows = windowsOf(input, flags);
-  FrameReport report(input.source->name(), input.size(), job.narrate);
+  FrameReport report(*input.source, job.narrate);
   std::vector<FrameDigest> kept;  // the last of them is the one that was read last
   auto next = windows.begin();
   digestRecording(*input.source, job.options, [&](FrameDigest frame) {
@@ -192,7 +192,7 @@ class LocalizeCommand final : public Command {
   }
 
   void declare(Flags& flags) override {
-    input_.declare(flags);
+    input_.declareWithMap(flags);
     windows_.declare(flags);
     flags.add("--near", near_, "the last pose is within x,y,radius of the map [m]");
     flags.add("--yaw", yaw_, "it looks along heading,tolerance, counter-clockwise from x [deg]");

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <optional>
 
+#include "doubts.h"
 #include "inputs.h"
 #include "tool.h"
 #include "xview/io/atomic_file.h"
@@ -50,10 +51,12 @@ class MapCommand final : public Command {
     std::optional<map::SemanticMap> map;
     if (append_ && exists) map = map::loadMap(out);
     for (map::SemanticMap& part : build(inputs, map ? &map->labels : nullptr, job)) {
-      if (map)
-        appendToMap(*map, part, job.options);
-      else
+      if (!map) {
         map = std::move(part);
+        continue;
+      }
+      sayDoubts(*map, part, job.narrate);
+      appendToMap(*map, part, job.options);
     }
     job.narrate.stage("map", watch.lap_ms(), fmt::format("{} inputs", inputs.size()));
     map::saveMap(out, *map);
@@ -72,14 +75,14 @@ class MapCommand final : public Command {
     std::vector<std::unique_ptr<FrameSource>> recordings;
     io::InputOptions input = added_to ? inputIn(input_, *added_to) : input_.parsed();
     for (const std::string& path : inputs) {
-      if (!added_to && !recordings.empty()) input.unnamed = recordings.front()->labels();
+      if (!added_to && !recordings.empty()) input.map_labels = recordings.front()->labels();
       switch (io::recogniseInput(path, input)) {
         case io::InputKind::map:
         case io::InputKind::graph:
           parts.push_back(mapOf(path, input, job));
           break;
         default:
-          recordings.push_back(openMapInput(path, input, job));
+          recordings.push_back(openPlaceInput(path, input, job));
       }
     }
     if (!recordings.empty()) parts.insert(parts.begin(), buildOfRecordings(recordings, job));
@@ -89,7 +92,21 @@ class MapCommand final : public Command {
   map::SemanticMap buildOfRecordings(const std::vector<std::unique_ptr<FrameSource>>& recordings,
                                      const Job& job) const {
     std::vector<const FrameSource*> sources;
-    for (const auto& recording : recordings) sources.push_back(recording.get());
+    std::vector<std::string> names;
+    std::vector<std::vector<Eigen::Isometry3d>> ways(recordings.size());
+    for (const auto& recording : recordings) {
+      sources.push_back(recording.get());
+      const std::size_t step = 1 + recording->size() / 200;
+      for (std::size_t i = 0; i < recording->size(); i += step)
+        ways[names.size()].push_back(recording->pose(i));
+      for (std::size_t j = 0; j < names.size(); ++j) {
+        if (areOfOneDrive(ways[names.size()], ways[j]))
+          job.narrate.note(recording->name() + " is the same drive as " + names[j] +
+                           "; it counts the same things twice and shows nothing new");
+      }
+      names.push_back(recording->name());
+    }
+    sayIfApart(names, ways, job.narrate);
     map::SemanticMap map = buildMap(sources, job.options, job.narrate.progress("map"));
     if (map.graph.empty() && map.plan.sampleCount() == 0) {
       throw Error(recordings.front()->name(),

@@ -32,7 +32,7 @@ class MatchCommand final : public Command {
         true};
   }
 
-  void declare(Flags& flags) override { input_.declare(flags); }
+  void declare(Flags& flags) override { input_.declareWithMap(flags); }
 
   ExitCode run(const Job& job) override {
     const std::string& out = job.operands[2];

@@ -106,30 +106,25 @@ Progress Narrative::progress(const std::string& name) const {
   };
 }
 
-FrameReport::FrameReport(std::string name, std::size_t frames, const Narrative& narrate)
-    : name_(std::move(name)),
-      frames_(frames),
-      narrate_(narrate),
-      progress_(narrate.progress("frames")) {}
+FrameReport::FrameReport(const FrameSource& source, const Narrative& narrate)
+    : source_(source), narrate_(narrate), progress_(narrate.progress("frames")) {}
 
 void FrameReport::add(const FrameDigest& frame) {
   ++added_;
   points_ += frame.cloud.size();
   blobs_ += frame.blobs.size();
-  left_out_.no_depth += frame.counts.no_depth;
-  left_out_.out_of_range += frame.counts.out_of_range;
-  left_out_.ignored_class += frame.counts.ignored_class;
+  left_out_ += frame.counts;
   for (std::size_t i = 0; i < frame.timing_ms.size(); ++i) {
     if (i >= sums_ms_.size()) sums_ms_.emplace_back(frame.timing_ms[i].first, 0);
     sums_ms_[i].second += frame.timing_ms[i].second;
   }
-  if (progress_) progress_(added_, frames_);
+  if (progress_) progress_(added_, source_.size());
 }
 
 void FrameReport::say() {
   pause();
-  narrate_.detail(fmt::format("{}: {} frames, {} points, {} blobs in {:.0f} ms", name_, added_,
-                              points_, blobs_, ms_));
+  narrate_.detail(fmt::format("{}: {} frames, {} points, {} blobs in {:.0f} ms", source_.name(),
+                              added_, points_, blobs_, ms_));
   narrate_.detail(
       fmt::format("left out: {} measurements without depth, {} out of range, {} of ignored classes",
                   left_out_.no_depth, left_out_.out_of_range, left_out_.ignored_class));
@@ -138,6 +133,49 @@ void FrameReport::say() {
     means += fmt::format("{} {} {:.2f}", means.empty() ? "" : ",", stage,
                          sum_ms / static_cast<double>(added_));
   narrate_.detail("mean per frame [ms]:" + means);
+  sayUnknown();
+  sayNothingLeft();
+}
+
+/// What became of all measurements if none is left.
+void FrameReport::sayNothingLeft() const {
+  if (left_out_.lifted > 0) return;
+  const auto share = [&](std::uint64_t count) {
+    return 100.0 * static_cast<double>(count) /
+           static_cast<double>(std::max<std::uint64_t>(1, left_out_.all()));
+  };
+  const graph::LiftCounts& counts = left_out_;
+  std::string why;
+  if (counts.all() == 0)
+    why = "it holds no points at all";
+  else if (counts.ignored_class >= std::max(counts.no_depth, counts.out_of_range))
+    why = fmt::format(
+        "{:.0f} % are unlabelled or of ignored classes; is it the right label set "
+        "(--labels, --label-field)?",
+        share(counts.ignored_class));
+  else if (counts.out_of_range >= counts.no_depth)
+    why = fmt::format(
+        "{:.0f} % are nearer than lift.min_range_m or farther than lift.max_range_m; are "
+        "they in millimetres?",
+        share(counts.out_of_range));
+  else
+    why = fmt::format("{:.0f} % have no depth", share(counts.no_depth));
+  narrate_.note(fmt::format("{}: none of its {} measurements is left: {}", source_.name(),
+                            counts.all(), why));
+}
+
+/// What is not of a class that counts is left out, which is said if nobody wished it.
+void FrameReport::sayUnknown() const {
+  const auto all = static_cast<double>(left_out_.all());
+  std::string classes;
+  for (const auto& [label, count] : left_out_.unknown) {
+    const double percent = 100.0 * static_cast<double>(count) / all;
+    classes += fmt::format("{} {:.{}f} % {}", classes.empty() ? "" : ",", percent,
+                           percent < 1 ? 2 : 0, source_.describeUnknown(label));
+  }
+  if (classes.empty()) return;
+  narrate_.note(fmt::format("{}: of its measurements are left out as unlabelled:{}", source_.name(),
+                            classes));
 }
 
 std::string oneLine(std::string text) {

@@ -43,7 +43,8 @@ class Narrative {
 /// Says what became of the frames of a recording: a bar while they come, lines at the end.
 class FrameReport {
  public:
-  FrameReport(std::string name, std::size_t frames, const Narrative& narrate);
+  /// The recording must outlive it.
+  FrameReport(const FrameSource& source, const Narrative& narrate);
   void add(const FrameDigest& frame);
   std::size_t added() const { return added_; }
   /// The time between these two is not that of the frames.
@@ -52,8 +53,10 @@ class FrameReport {
   void say();
 
  private:
-  std::string name_;
-  std::size_t frames_;
+  void sayUnknown() const;
+  void sayNothingLeft() const;
+
+  const FrameSource& source_;
   const Narrative& narrate_;
   Progress progress_;
   std::size_t added_ = 0, points_ = 0, blobs_ = 0;

@@ -131,7 +131,7 @@ class ViewCommand final : public Command {
       case io::InputKind::map:
         return addMap(map::loadMap(path), content);
       case io::InputKind::graph: {
-        LabelledGraph file = readLabelledGraph(path, input_.parsed(), job.options);
+        LabelledGraph file = readLabelledGraph(path, input_.parsed(), job);
         content.labels.adopt(file.labels, file.graph);
         return append(content.map.graph, file.graph);
       }

@@ -38,9 +38,9 @@ class Localizer {
   Localizer(const map::SemanticMap& map, const Options& options);
   ~Localizer();
 
-  /// Throws Error if the labels of the query cannot be those of the map. With options.scale the
-  /// answer has a scale: its pose and its hypotheses are those of the query with all lengths
-  /// multiplied by it.
+  /// The classes of the query are those of the map that mean the same (LabelMatch). With
+  /// options.scale the answer has a scale: its pose and its hypotheses are those of the query with
+  /// all lengths multiplied by it.
   Localization localize(const Query& query) const;
   /// The same, where it is expected only; the prior of the options must hold as well.
   Localization localize(const Query& query, const ExpectedPose& expected) const;

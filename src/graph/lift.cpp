@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <string>
 
 #include "graph/point_rows.h"
@@ -140,12 +141,23 @@ class Lifting {
     }
     row.size = kept;
     counts_.ignored_class += state.size() - known;
+    for (std::size_t u = 0; known < state.size() && u < state.size(); ++u) {
+      if (!isKnown(label[u])) countUnknown(label[u]);
+    }
     counts_.no_depth += known - measured;
     counts_.out_of_range += measured - kept;
     counts_.lifted += kept;
   }
 
   bool isKnown(std::uint32_t label) const { return set_.role(label) != Role::ignored; }
+  /// Of a label that does not count. Neighbours are mostly of one class.
+  void countUnknown(std::uint32_t label) {
+    if (!last_ignored_ || *last_ignored_ != label) {
+      last_ignored_ = label;
+      count_of_last_ = set_.find(label) ? nullptr : &counts_.unknown[label];
+    }
+    if (count_of_last_) ++*count_of_last_;
+  }
   bool isInRange(float range2) const {
     return range2 >= plan_.min_range2 && range2 <= plan_.max_range2;
   }
@@ -154,6 +166,7 @@ class Lifting {
   bool counts(std::uint32_t label, bool is_measured, bool is_in_range) {
     if (!isKnown(label)) {
       ++counts_.ignored_class;
+      countUnknown(label);
     } else if (!is_measured) {
       ++counts_.no_depth;
     } else if (!is_in_range) {
@@ -174,9 +187,20 @@ class Lifting {
   const LiftPlan& plan_;
   const std::function<void(const PointRow&)>& take_;
   LiftCounts counts_;
+  std::optional<std::uint32_t> last_ignored_;
+  std::uint64_t* count_of_last_ = nullptr;  ///< null if the set knows it
 };
 
 }  // namespace
+
+LiftCounts& LiftCounts::operator+=(const LiftCounts& other) {
+  lifted += other.lifted;
+  no_depth += other.no_depth;
+  out_of_range += other.out_of_range;
+  ignored_class += other.ignored_class;
+  for (const auto& [id, count] : other.unknown) unknown[id] += count;
+  return *this;
+}
 
 LiftPlan planOf(const Frame& frame, const LiftOptions& options) {
   if (!frame.T_odom_sensor.matrix().allFinite()) refuse(frame, "the pose is not finite");

@@ -268,6 +268,30 @@ LabelledCloud readScan(InputFile& scan, InputFile& labels, std::size_t points) {
 
 }  // namespace
 
+float largestFloatCoordinate(const std::string& path) {
+  struct Found {};  // one point is enough
+  InputFile file(path);
+  const FileLayout layout = readLayout(file);
+  const Element& points = pointsOf(layout, file);
+  const ChosenColumns columns(points, file);
+  float largest = 0;
+  if (layout.encoding == Encoding::ascii || columns.column(0).type != ScalarType::f32) return 0;
+  try {
+    for (const Element& element : layout.elements) {
+      readRows(
+          file, layout, element, &element == &points ? columns.all() : std::vector<std::size_t>(),
+          &element != &points ? RowVisitor() : [&](const double* p, const RowPlace&) {
+            if (!std::isfinite(p[0] + p[1] + p[2])) return;
+            largest =
+                static_cast<float>(std::max({std::abs(p[0]), std::abs(p[1]), std::abs(p[2])}));
+            throw Found();
+          });
+    }
+  } catch (const Found&) {
+  }
+  return largest;
+}
+
 CloudHeader readCloudHeader(const std::string& path, const CloudFields& fields) {
   InputFile file(path);
   const FileLayout layout = readLayout(file);

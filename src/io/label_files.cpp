@@ -6,7 +6,9 @@
 #include <filesystem>
 #include <optional>
 
+#include "input_file.h"
 #include "shipped_labels.h"
+#include "xview/io/recording.h"
 #include "xview/types/error.h"
 #include "xview/types/nearest_word.h"
 #include "yaml_file.h"
@@ -40,8 +42,7 @@ std::array<std::uint8_t, 3> parseColor(const YamlFile& file, const YAML::Node& n
 
 /// A guess of the role, corrected by what the file says about motion: what is not static is
 /// dynamic, unless it is nothing.
-Role guessedRole(const std::string& name, std::optional<bool> is_static) {
-  const Role guess = guessRole(name);
+Role correctedRole(Role guess, std::optional<bool> is_static) {
   if (!is_static || guess == Role::ignored) return guess;
   if (!*is_static) return Role::dynamic;
   return guess == Role::dynamic ? Role::object : guess;
@@ -62,7 +63,7 @@ Kind kindFor(Role role, Kind guess) {
   return Kind::none;
 }
 
-ClassInfo parseClass(const YamlFile& file, const YAML::Node& node) {
+ClassInfo parseClass(const YamlFile& file, const YAML::Node& node, const ClassNames& names) {
   file.requireKeys(node, kClassKeys);
   if (!node["id"] || !node["name"]) file.fail(node, "a class needs id and name");
   ClassInfo info;
@@ -72,14 +73,15 @@ ClassInfo parseClass(const YamlFile& file, const YAML::Node& node) {
   std::optional<bool> is_static;
   if (node["static"]) is_static = file.boolean(node["static"], "static");
   info.guessed = !node["role"];
-  info.role = info.guessed ? guessedRole(info.name, is_static)
+  info.role = info.guessed ? correctedRole(names.role(info.name), is_static)
                            : parseName(file, node["role"], "role", Role::ignored);
   info.kind = node["kind"] ? parseName(file, node["kind"], "kind", Kind::none)
-                           : kindFor(info.role, guessKind(info.name));
+                           : kindFor(info.role, names.kind(info.name));
   return info;
 }
 
-LabelSet parseLabelSet(const YamlFile& file, const std::string& fallback_name) {
+LabelSet parseLabelSet(const YamlFile& file, const std::string& fallback_name,
+                       const ClassNames& names) {
   const YAML::Node root = file.root();
   const bool bare = root.IsSequence();
   if (!bare) {
@@ -93,7 +95,7 @@ LabelSet parseLabelSet(const YamlFile& file, const std::string& fallback_name) {
   const bool named = !bare && root["name"];
   LabelSet set(named ? file.text(root["name"], "name") : fallback_name);
   for (const YAML::Node& node : classes) {
-    const ClassInfo info = parseClass(file, node);
+    const ClassInfo info = parseClass(file, node, names);
     if (set.find(info.id)) file.fail(node, "id " + std::to_string(info.id) + " a second time");
     set.add(info);
   }
@@ -102,8 +104,9 @@ LabelSet parseLabelSet(const YamlFile& file, const std::string& fallback_name) {
 
 }  // namespace
 
-LabelSet readLabelSet(const std::string& path) {
-  return parseLabelSet(YamlFile::read(path), std::filesystem::path(path).filename().string());
+LabelSet readLabelSet(const std::string& path, const ClassNames& names) {
+  return parseLabelSet(YamlFile::read(path), std::filesystem::path(path).filename().string(),
+                       names);
 }
 
 std::vector<std::string> shippedLabelSets() {
@@ -114,7 +117,8 @@ std::vector<std::string> shippedLabelSets() {
 
 LabelSet shippedLabelSet(const std::string& name) {
   for (const ShippedLabels& set : kShippedLabels) {
-    if (name == set.name) return parseLabelSet(YamlFile::parse(name + ".yaml", set.yaml), name);
+    if (name == set.name)
+      return parseLabelSet(YamlFile::parse(name + ".yaml", set.yaml), name, ClassNames::shipped());
   }
   const std::filesystem::path path(name);
   if (path.has_parent_path() || path.has_extension())
@@ -123,18 +127,27 @@ LabelSet shippedLabelSet(const std::string& name) {
                    knownWordsHint(name, shippedLabelSets()));
 }
 
-std::optional<LabelSet> namedLabels(const std::string& chosen, const std::string& folder,
+std::optional<LabelSet> namedLabels(const InputOptions& options, const std::string& folder,
                                     const std::optional<LabelSet>& own) {
+  const std::string& chosen = options.labels;
   if (!chosen.empty()) {
     const std::vector<std::string> shipped = shippedLabelSets();
     const bool is_shipped = std::find(shipped.begin(), shipped.end(), chosen) != shipped.end();
     const bool is_file = !is_shipped && std::filesystem::exists(chosen);
-    return is_file ? readLabelSet(chosen) : shippedLabelSet(chosen);
+    return is_file ? readLabelSet(chosen, options.class_names) : shippedLabelSet(chosen);
   }
   if (own) return own;
   const std::filesystem::path beside = std::filesystem::path(folder) / "classes.yaml";
-  if (std::filesystem::exists(beside)) return readLabelSet(beside.string());
+  if (std::filesystem::exists(beside)) return readLabelSet(beside.string(), options.class_names);
   return std::nullopt;
+}
+
+ClassNames readClassNames(const std::string& path) {
+  InputFile file(path);
+  std::string text;
+  std::string_view line;
+  while (file.readLine(line)) text += std::string(line) + "\n";
+  return ClassNames::shipped().extendedBy(ClassNames::parse(text, path));
 }
 
 }  // namespace xview::io

@@ -5,7 +5,6 @@
 #include <filesystem>
 #include <optional>
 
-#include "xview/io/label_files.h"
 #include "xview/io/pose_files.h"
 #include "xview/types/error.h"
 
@@ -13,16 +12,6 @@ namespace xview::io {
 namespace {
 
 namespace fs = std::filesystem;
-
-Frame readListed(const RecordingListing& listing, const ListedFrame& listed) {
-  Frame frame;
-  frame.number = listed.number;
-  frame.stamp_s = listed.stamp_s;
-  frame.sensor = listing.sensor;
-  frame.T_odom_sensor = listed.T_odom_sensor;
-  listing.read(listed, frame);
-  return frame;
-}
 
 class ListedRecording : public FrameSource {
  public:
@@ -37,6 +26,7 @@ class ListedRecording : public FrameSource {
   Sensor sensor() const override { return listing_.sensor; }
   const LabelSet& labels() const override { return listing_.labels; }
   const std::string& name() const override { return name_; }
+  std::vector<std::string> notes() const override { return listing_.notes; }
 
  private:
   const ListedFrame& at(std::size_t index) const { return listing_.frames.at(index); }
@@ -90,46 +80,17 @@ std::vector<StemAndPath> listFiles(const FileSeries& series) {
 
 std::string stemOf(const ListedFrame& frame) { return fs::path(frame.measurement).stem().string(); }
 
-// ---- classes
-
-/// A set fits if it knows this share of the points; networks and exporters add a few odd ids.
-constexpr double kKnownShare = 0.9;
-
-std::uint64_t pointsOf(const LabelCounts& counts, std::initializer_list<std::uint32_t> ids) {
-  std::uint64_t points = 0;
-  for (const std::uint32_t id : ids) {
-    const auto found = counts.find(id);
-    if (found != counts.end()) points += found->second;
-  }
-  return points;
-}
-
-/// Share of the points whose id the set knows.
-double knownShare(const LabelCounts& counts, const LabelSet& labels) {
-  std::uint64_t known = 0, all = 0;
-  for (const auto& [id, points] : counts) {
-    all += points;
-    if (labels.find(id)) known += points;
-  }
-  return all > 0 ? static_cast<double>(known) / static_cast<double>(all) : 0;
-}
-
-/// The raw ids of SemanticKITTI leave gaps and go up to 259; no other usual data set has several of
-/// those above 30 and none in the gaps.
-bool areRawSemanticKitti(const LabelCounts& counts, const LabelSet& raw) {
-  constexpr std::uint32_t kAboveOthers = 30;
-  constexpr std::ptrdiff_t kSeveral = 5;
-  const auto above = std::count_if(counts.begin(), counts.end(), [&](const auto& entry) {
-    return entry.first > kAboveOthers && raw.find(entry.first);
-  });
-  return above >= kSeveral && knownShare(counts, raw) >= 0.999;
-}
-
-bool isSemanticKitti(const LabelSet& labels) {
-  return labels.name().rfind("semantic_kitti", 0) == 0;
-}
-
 }  // namespace
+
+Frame readListed(const RecordingListing& listing, const ListedFrame& listed) {
+  Frame frame;
+  frame.number = listed.number;
+  frame.stamp_s = listed.stamp_s;
+  frame.sensor = listing.sensor;
+  frame.T_odom_sensor = listed.T_odom_sensor;
+  listing.read(listed, frame);
+  return frame;
+}
 
 std::unique_ptr<FrameSource> makeRecording(const std::string& name, RecordingListing listing,
                                            const FrameRange& range) {
@@ -146,18 +107,6 @@ std::unique_ptr<FrameSource> makeRecording(const std::string& name, RecordingLis
   }
   listing.frames = std::move(chosen);
   return std::make_unique<ListedRecording>(name, std::move(listing));
-}
-
-LabelCounts countLabels(const RecordingListing& listing, std::size_t max_frames) {
-  LabelCounts counts;
-  const std::size_t count = listing.frames.size();
-  const std::size_t samples = std::min(count, max_frames);
-  for (std::size_t i = 0; i < samples; ++i) {
-    const Frame frame = readListed(listing, listing.frames[i * count / samples]);
-    for (const std::uint16_t label : frame.label.pixels) ++counts[label];
-    for (const auto& point : frame.cloud.points) ++counts[point.label];
-  }
-  return counts;
 }
 
 std::vector<ListedFrame> listFrames(const FileSeries& measurements) {
@@ -247,35 +196,6 @@ void requireSameSizes(const ListedFrame& listed, const Frame& frame) {
   if (frame.instance.empty()) return;
   requireSameSize(listed.instance, frame.instance.width, frame.instance.height, listed.measurement,
                   depth.width, depth.height);
-}
-
-LabelSet labelsOfIds(const LabelCounts& counts, const InputOptions& options) {
-  if (options.unnamed && knownShare(counts, *options.unnamed) >= kKnownShare)
-    return *options.unnamed;
-  LabelSet semantic_kitti = shippedLabelSet("semantic_kitti");
-  if (areRawSemanticKitti(counts, semantic_kitti)) return semantic_kitti;
-  std::vector<std::uint32_t> ids;
-  for (const auto& [id, points] : counts) ids.push_back(id);
-  return genericLabelSet(ids);
-}
-
-LabelSet semanticKittiLabels(const LabelCounts& counts, const InputOptions& options) {
-  const bool training_ids = std::all_of(counts.begin(), counts.end(), [](const auto& entry) {
-    return entry.first <= 19 || entry.first == 255;
-  });
-  if (!training_ids) {
-    LabelSet raw = shippedLabelSet("semantic_kitti");
-    return knownShare(counts, raw) >= kKnownShare ? raw : labelsOfIds(counts, options);
-  }
-  if (options.unnamed && !isSemanticKitti(*options.unnamed) &&
-      knownShare(counts, *options.unnamed) >= kKnownShare)
-    return *options.unnamed;
-  if (counts.count(19) > 0) return shippedLabelSet("semantic_kitti_train_1");
-  if (counts.count(255) > 0) return shippedLabelSet("semantic_kitti_train_0");
-  // Road, sidewalk, building and vegetation in either counting.
-  const std::uint64_t from_1 = pointsOf(counts, {9, 11, 13, 15});
-  const std::uint64_t from_0 = pointsOf(counts, {8, 10, 12, 14});
-  return shippedLabelSet(from_1 >= from_0 ? "semantic_kitti_train_1" : "semantic_kitti_train_0");
 }
 
 }  // namespace xview::io

@@ -28,8 +28,11 @@ struct RecordingListing {
   Sensor sensor = Sensor::camera;
   LabelSet labels;
   std::vector<ListedFrame> frames;
+  std::vector<std::string> notes;  ///< FrameSource::notes()
   std::function<void(const ListedFrame&, Frame&)> read;
 };
+
+Frame readListed(const RecordingListing& listing, const ListedFrame& listed);
 
 /// The frames of the range as a recording. Throws UsageError if the range is beyond the last frame.
 std::unique_ptr<FrameSource> makeRecording(const std::string& name, RecordingListing listing,
@@ -108,19 +111,24 @@ void requireSameSize(const std::string& path, int width, int height, const std::
 /// The same for the label and instance images of a frame and its depth.
 void requireSameSizes(const ListedFrame& listed, const Frame& frame);
 
-/// How often each class id occurs in at most `max_frames` frames spread over the recording.
+// What is done about the classes of a recording of which only the ids are known; what was guessed
+// is said in listing.notes.
+
+/// How often each class id occurs.
 using LabelCounts = std::map<std::uint32_t, std::uint64_t>;
+/// In at most `max_frames` frames spread over the recording.
 LabelCounts countLabels(const RecordingListing& listing, std::size_t max_frames);
 
-/// The classes of a recording of which only the ids are known: options.unnamed if it knows nearly
-/// all of them, else SemanticKITTI's if they can be no others, else a generic set.
-LabelSet labelsOfIds(const LabelCounts& counts, const InputOptions& options);
+/// options.map_labels if it knows nearly all ids; else SemanticKITTI's if they can be no others;
+/// either only if its ground is flat and below what stands on it, as far as there is any; else a
+/// generic set.
+void guessLabels(RecordingListing& listing, const InputOptions& options);
 
 /// SemanticKITTI labels exist in three id spaces that no file names: raw ids, the 19 training
 /// classes counted from 1, and from 0. Ids that only one of them has decide; else
-/// options.unnamed if it is of another data set, else the ground, facades and vegetation that make
-/// up most of any scan. Ids of none of them are taken as by labelsOfIds().
-/// LabelSet::name() tells which.
-LabelSet semanticKittiLabels(const LabelCounts& counts, const InputOptions& options);
+/// options.map_labels if it is of another data set, else the ground, facades and vegetation that
+/// make up most of any scan. Ids of none of them are taken as by guessLabels(). LabelSet::name()
+/// tells which.
+void guessSemanticKittiLabels(RecordingListing& listing, const InputOptions& options);
 
 }  // namespace xview::io

@@ -1,9 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Layouts of numbered files with camera.yaml and poses.txt: sequence folders, CARLA dumps, clouds.
+#include <cmath>
 #include <filesystem>
+#include <iomanip>
+#include <limits>
+#include <sstream>
 
 #include "image_decoding.h"
 #include "layouts.h"
+#include "point_table.h"
 #include "xview/io/cloud_files.h"
 #include "xview/io/image_files.h"
 #include "xview/io/label_files.h"
@@ -13,9 +18,6 @@ namespace xview::io {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// Frames and clouds are looked at in so many places when nothing names the classes.
-constexpr std::size_t kFramesToLookAt = 32;
 
 // ---- CARLA
 
@@ -68,12 +70,29 @@ RecordingListing cloudListing(Sensor sensor, const InputOptions& options) {
   return listing;
 }
 
+/// Coordinates of single precision that are too large for centimetres; empty if they are not.
+std::string coarseSteps(const std::string& path) {
+  constexpr double kCoarse_m = 0.01;
+  const float largest = largestFloatCoordinate(path);
+  const double step_m = std::nextafter(largest, std::numeric_limits<float>::infinity()) - largest;
+  if (step_m < kCoarse_m) return {};
+  std::ostringstream text;
+  text << "its coordinates are float32 and as large as " << std::fixed << std::setprecision(0)
+       << largest << " m, so that they have steps of " << std::setprecision(2) << step_m
+       << " m; subtract an origin before they are made float32, or write them as doubles";
+  return text.str();
+}
+
 /// What the first cloud says of its classes holds for all.
 void chooseLabels(RecordingListing& listing, const InputOptions& options, const fs::path& folder) {
   const CloudFields fields{options.label_field, options.instance_field};
   const CloudHeader header = readCloudHeader(listing.frames.front().measurement, fields);
-  const auto named = namedLabels(options.labels, folder.string(), header.labels);
-  listing.labels = named ? *named : labelsOfIds(countLabels(listing, kFramesToLookAt), options);
+  const std::string coarse = coarseSteps(listing.frames.front().measurement);
+  if (!coarse.empty()) listing.notes.push_back(coarse);
+  if (const auto named = namedLabels(options, folder.string(), header.labels))
+    listing.labels = *named;
+  else
+    guessLabels(listing, options);
 }
 
 }  // namespace
@@ -99,8 +118,10 @@ RecordingListing listSequence(const std::string& folder, const InputOptions& opt
     if (!listed.instance.empty()) frame.instance = readLabels(listed.instance);
     requireSameSizes(listed, frame);
   };
-  const auto named = namedLabels(options.labels, folder);
-  listing.labels = named ? *named : labelsOfIds(countLabels(listing, kFramesToLookAt), options);
+  if (const auto named = namedLabels(options, folder))
+    listing.labels = *named;
+  else
+    guessLabels(listing, options);
   return listing;
 }
 
@@ -121,7 +142,7 @@ RecordingListing listCarla(const std::string& folder, const InputOptions& option
     frame.label = channelOf(tags, tags.channels() == 1 ? 0 : 2, listed.label);  // red: the tag
     requireSameSizes(listed, frame);
   };
-  const auto named = namedLabels(options.labels, folder);
+  const auto named = namedLabels(options, folder);
   listing.labels = named ? *named : carlaLabels(countLabels(listing, kCarlaFramesToLookAt));
   return listing;
 }

@@ -95,6 +95,10 @@ using RowVisitor = std::function<void(const double* values, const RowPlace& plac
 void readRows(InputFile& file, const FileLayout& layout, const Element& element,
               const std::vector<std::size_t>& columns, const RowVisitor& visit);
 
+/// The largest coordinate, but for its sign, of the first point of a cloud, if they are float32 in
+/// a binary file; else 0. No more is read.
+float largestFloatCoordinate(const std::string& path);
+
 /// Throws Error if something other than blanks, blank lines or a little padding with zeros follows
 /// the last row.
 void requireEnd(InputFile& file, const FileLayout& layout);

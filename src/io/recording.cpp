@@ -2,14 +2,11 @@
 #include "xview/io/recording.h"
 
 #include <algorithm>
-#include <cmath>
 #include <filesystem>
-#include <limits>
 
 #include "layouts.h"
-#include "point_table.h"
+#include "things_or_samples.h"
 #include "xview/types/error.h"
-#include "xview/types/median.h"
 #include "xview/types/nearest_word.h"
 
 namespace xview::io {
@@ -34,10 +31,6 @@ InputKind requireKind(const std::string& name) {
                               const std::string& why) {
   throw Error(path, std::string("may be a ") + toString(a) + " or a " + toString(b) + " (" + why +
                         "); say which with --input-kind");
-}
-
-bool isOneOf(const std::string& name, std::initializer_list<const char*> names) {
-  return std::find(names.begin(), names.end(), name) != names.end();
 }
 
 bool hasClouds(const fs::path& folder) {
@@ -75,83 +68,12 @@ InputKind recogniseFolder(const fs::path& folder) {
   return kinds[0];
 }
 
-/// What the header of a .ply says it holds.
-enum class PlyContent {
-  cloud,  ///< points with more than positions and labels, or too many for a graph
-  graph,  ///< edges, or properties that only graphs have
-  bare    ///< positions, integer labels and perhaps instances: may be either
-};
-
-PlyContent plyContent(const std::string& path) {
-  constexpr std::size_t kMaxBareVertices = 100000;
-  InputFile file(path);
-  const FileLayout layout = readPlyHeader(file);
-  const Element* vertices = layout.findElement("vertex");
-  if (!vertices) throw Error(path, "no `element vertex` in the header");
-  bool bare = vertices->rows < kMaxBareVertices, labelled = false;
-  for (const Column& column : vertices->columns) {
-    if (isOneOf(column.name, {"observations", "sigma", "extent_x"})) return PlyContent::graph;
-    bare = bare && isOneOf(column.name, {"x", "y", "z", "label", "instance"});
-    labelled = labelled || (column.name == "label" && isInteger(column.type));
-  }
-  if (labelled && layout.findElement("edge")) return PlyContent::graph;
-  return bare && labelled ? PlyContent::bare : PlyContent::cloud;
-}
-
-/// Median distance of a vertex to the nearest other one, over some of the vertices [m].
-double medianSpacing(const LabelledCloud& cloud) {
-  constexpr std::size_t kProbes = 200;
-  const std::size_t step = std::max<std::size_t>(1, cloud.size() / kProbes);
-  std::vector<float> nearest;
-  for (std::size_t i = 0; i < cloud.size(); i += step) {
-    float best = std::numeric_limits<float>::max();
-    for (std::size_t j = 0; j < cloud.size(); ++j) {
-      if (j == i) continue;
-      best = std::min(
-          best,
-          (cloud.points[i].getVector3fMap() - cloud.points[j].getVector3fMap()).squaredNorm());
-    }
-    nearest.push_back(best);
-  }
-  return std::sqrt(medianOf(std::move(nearest)));
-}
-
-/// True if no two vertices share an instance (but for none at all, 0).
-bool instancesAreUnique(const LabelledCloud& cloud) {
-  std::vector<std::uint32_t> ids;
-  for (const Point& p : cloud.points) {
-    if (p.instance != 0) ids.push_back(p.instance);
-  }
-  std::sort(ids.begin(), ids.end());
-  const auto distinct = std::unique(ids.begin(), ids.end()) - ids.begin();
-  return static_cast<double>(distinct) >= 0.95 * static_cast<double>(cloud.size());
-}
-
-/// A .ply with positions, labels and perhaps instances only: a bare graph or a labelled cloud.
-InputKind recogniseBarePly(const std::string& path, const InputOptions& options) {
-  constexpr double kGraphSpacing = 1.0, kCloudSpacing = 0.3;  // [m]
-  const LabelledCloud cloud = readCloud(path, {options.label_field, options.instance_field});
-  if (cloud.size() < 2) return InputKind::cloud;
-  if (cloud.hasInstances() && instancesAreUnique(cloud)) return InputKind::graph;
-  const double spacing = medianSpacing(cloud);
-  if (spacing >= kGraphSpacing) return InputKind::graph;
-  if (spacing <= kCloudSpacing) return InputKind::cloud;
-  failBetween(path, InputKind::cloud, InputKind::graph,
-              "its points are about " + std::to_string(spacing) + " m apart");
-}
-
-InputKind recognisePly(const std::string& path, const InputOptions& options) {
-  const PlyContent content = plyContent(path);
-  if (content == PlyContent::bare) return recogniseBarePly(path, options);
-  return content == PlyContent::graph ? InputKind::graph : InputKind::cloud;
-}
-
-InputKind recogniseFile(const std::string& path, const InputOptions& options) {
+InputKind recogniseFile(const std::string& path, std::string* guess) {
   const std::string ending = fs::path(path).extension().string();
   if (ending == ".xvm") return InputKind::map;
   if (ending == ".bin") return InputKind::semantic_kitti;
   if (ending == ".pcd") return InputKind::cloud;
-  if (ending == ".ply") return recognisePly(path, options);
+  if (ending == ".ply") return holdsGraph(path, guess) ? InputKind::graph : InputKind::cloud;
   throw Error(path, "not a known kind of file: expected .xvm, .ply, .pcd, .bin or a folder");
 }
 
@@ -184,13 +106,6 @@ RecordingListing listKind(const std::string& path, InputKind kind, const InputOp
   throw Error(path, std::string("is a ") + toString(kind) + ", expected something with points");
 }
 
-/// Whoever asks for points gets them of a .ply that may be a graph or a cloud.
-bool isBarePly(const std::string& path, const InputOptions& options) {
-  const fs::path file(path);
-  return options.kind.empty() && file.extension() == ".ply" && fs::is_regular_file(file) &&
-         plyContent(path) == PlyContent::bare;
-}
-
 }  // namespace
 
 const char* toString(InputKind kind) {
@@ -200,7 +115,7 @@ const char* toString(InputKind kind) {
   return kind <= kLastKind ? kNames[static_cast<int>(kind)] : "?";
 }
 
-InputKind recogniseInput(const std::string& path, const InputOptions& options) {
+InputKind recogniseInput(const std::string& path, const InputOptions& options, std::string* guess) {
   if (!options.kind.empty()) {
     const InputKind kind = requireKind(options.kind);
     return fs::path(path).extension() == ".xvm" ? InputKind::map : kind;
@@ -208,7 +123,7 @@ InputKind recogniseInput(const std::string& path, const InputOptions& options) {
   std::error_code failed;
   const fs::file_status status = fs::status(path, failed);
   if (!fs::exists(status)) throw Error(path, "no such file or folder");
-  return fs::is_directory(status) ? recogniseFolder(path) : recogniseFile(path, options);
+  return fs::is_directory(status) ? recogniseFolder(path) : recogniseFile(path, guess);
 }
 
 FrameRange parseFrameRange(const std::string& text) {
@@ -238,9 +153,14 @@ FrameRange parseFrameRange(const std::string& text) {
 }
 
 std::unique_ptr<FrameSource> openRecording(const std::string& path, const InputOptions& options) {
-  const InputKind kind =
-      isBarePly(path, options) ? InputKind::cloud : recogniseInput(path, options);
-  return makeRecording(path, listKind(path, kind, options), options.frames);
+  std::string guess;
+  InputKind kind = recogniseInput(path, options, &guess);
+  if (kind == InputKind::graph && !guess.empty()) kind = InputKind::cloud;  // who wants points
+  RecordingListing listing = listKind(path, kind, options);
+  if (!guess.empty()) listing.notes.push_back(guess);
+  if (!options.mount.empty() && kind != InputKind::airsim)
+    listing.notes.push_back("--mount is for AirSim recordings and changes nothing here");
+  return makeRecording(path, std::move(listing), options.frames);
 }
 
 }  // namespace xview::io

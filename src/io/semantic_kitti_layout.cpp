@@ -11,10 +11,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Scans are looked at in this many frames to tell the id space; every scan has thousands of
-/// labels.
-constexpr std::size_t kScansToLookAt = 8;
-
 /// Tr of calib.txt: velodyne to camera 0.
 Eigen::Isometry3d readVelodyneToCamera(const std::string& path) {
   InputFile file(path);
@@ -100,9 +96,10 @@ RecordingListing listSemanticKitti(const std::string& path, const InputOptions& 
     listing.frames[0].measurement = path;
     listing.frames[0].label = labelFileOf(path);
   }
-  const auto named = namedLabels(options.labels, folderOfClasses(path));
-  listing.labels =
-      named ? *named : semanticKittiLabels(countLabels(listing, kScansToLookAt), options);
+  if (const auto named = namedLabels(options, folderOfClasses(path)))
+    listing.labels = *named;
+  else
+    guessSemanticKittiLabels(listing, options);
   return listing;
 }
 

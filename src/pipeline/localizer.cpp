@@ -13,9 +13,11 @@
 #include "pipeline/level_on_map.h"
 #include "pipeline/pose_prior.h"
 #include "pipeline/pose_refinement.h"
+#include "pipeline/query_check.h"
 #include "pipeline/walk_matching.h"
 #include "xview/search/search.h"
 #include "xview/types/error.h"
+#include "xview/types/label_match.h"
 #include "xview/types/pose.h"
 #include "xview/types/prior_text.h"
 #include "xview/types/stopwatch.h"
@@ -35,17 +37,6 @@ constexpr double kNatsOfInlier = 7, kWrongInliers = 2.5, kWrongInlierShare = 0.0
                  kMostWrongInliers = 12;
 constexpr std::size_t kClimbedScales = 3;
 constexpr double kSureOfPrior = 0.9999;  ///< from that confidence on the outside is not looked at
-
-void requireKnownLabels(const LabelSet& map, const LabelSet& query) {
-  for (const auto& [id, info] : query.classes()) {
-    const ClassInfo* known = map.find(id);
-    if (known && known->name != info.name) {
-      throw Error("label set '" + query.name() + "'",
-                  fmt::format("class {} is '{}' here but '{}' in the map (label set '{}')", id,
-                              info.name, known->name, map.name()));
-    }
-  }
-}
 
 std::vector<Eigen::Vector3d> trajectoryOf(const map::SemanticMap& map) {
   std::vector<Eigen::Vector3d> path;
@@ -77,6 +68,34 @@ void refuse(std::string reason, Localization& answer) {
   answer.confidence = std::min(answer.confidence, 0.49);
   answer.reason = std::move(reason);
 }
+
+/// The answer to a query that needs no search.
+Localization unfindable(const Query& query, std::string reason) {
+  Localization answer;
+  answer.vertices = static_cast<int>(query.graph.size());
+  answer.reason = std::move(reason);
+  answer.T_map_sensor = query.poses.back();
+  answer.timing_ms = query.timing_ms;
+  double total = 0;
+  for (const auto& [stage, ms] : query.timing_ms) total += ms;
+  answer.timing_ms.emplace_back("total", total);
+  return answer;
+}
+
+/// A query in the classes of a map.
+class InClassesOf {
+ public:
+  InClassesOf(const LabelSet& labels, const Query& query) : given_(query) {
+    if (query.labels == labels) return;
+    const LabelMatch match(query.labels, labels);
+    if (!match.changesNothing() && !match.isHopeless()) translated_ = translated(query, match);
+  }
+  const Query& operator*() const { return translated_ ? *translated_ : given_; }
+
+ private:
+  const Query& given_;
+  std::optional<Query> translated_;
+};
 
 /// The places where a query may be, in upright frames and metres of the map.
 struct Candidates {
@@ -234,8 +253,8 @@ struct Localizer::Index {
 
 /// The way of a query, in the frames of the caller.
 Localization Localizer::Index::localize(const Query& given, const ExpectedPose* expected) const {
-  requireKnownLabels(map.labels, given.labels);
   Stopwatch watch;
+  if (const auto reason = whyUnfindable(given, map, prior)) return unfindable(given, *reason);
   const std::optional<Query> centred =
       given.cloud.empty() ? std::nullopt : seenFromItsCentre(given);
   const Query& query = centred ? *centred : given;
@@ -564,17 +583,17 @@ Localizer::Localizer(const map::SemanticMap& map, const Options& options)
 Localizer::~Localizer() = default;
 
 Localization Localizer::localize(const Query& query) const {
-  return index_->localize(query, nullptr);
+  return index_->localize(*InClassesOf(index_->map.labels, query), nullptr);
 }
 
 Localization Localizer::localize(const Query& query, const ExpectedPose& expected) const {
-  return index_->localize(query, &expected);
+  return index_->localize(*InClassesOf(index_->map.labels, query), &expected);
 }
 
 std::vector<PoseCheck> Localizer::check(const Query& query,
                                         const std::vector<Eigen::Isometry3d>& T_map_query,
                                         double reach_m) const {
-  return index_->check(query, T_map_query, reach_m);
+  return index_->check(*InClassesOf(index_->map.labels, query), T_map_query, reach_m);
 }
 
 bool Localizer::priorAllows(const Query& query, const Eigen::Isometry3d& T_map_query) const {
@@ -582,7 +601,9 @@ bool Localizer::priorAllows(const Query& query, const Eigen::Isometry3d& T_map_q
   return satisfies({index_->prior}, *upright, index_->toAligned(query, T_map_query));
 }
 
-Localization Localizer::describe(const Query& given, const PoseCheck& place) const {
+Localization Localizer::describe(const Query& foreign, const PoseCheck& place) const {
+  const InClassesOf in_classes(index_->map.labels, foreign);
+  const Query& given = *in_classes;
   FrameGuess frame{index_->uprightOf(given, place.T_map_query), 1};
   const GuessedQuery query(given, frame);
   Candidates found;
@@ -600,8 +621,10 @@ Localization Localizer::describe(const Query& given, const PoseCheck& place) con
   return answer;
 }
 
-Explanation Localizer::explain(const Query& given, const Localization& answer) const {
+Explanation Localizer::explain(const Query& foreign, const Localization& answer) const {
   if (answer.hypotheses.empty()) return {};
+  const InClassesOf in_classes(index_->map.labels, foreign);
+  const Query& given = *in_classes;
   const GuessedQuery scaled(given, {Eigen::Quaterniond::Identity(), answer.scale});
   const GuessedQuery query(*scaled, {index_->uprightOf(*scaled, answer.T_map_query), 1});
   const Eigen::Isometry3d T = index_->toAligned(*scaled, answer.T_map_query);

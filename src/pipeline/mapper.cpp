@@ -2,12 +2,14 @@
 #include "xview/mapper.h"
 
 #include <limits>
+#include <memory>
 
 #include "pipeline/point_quality.h"
 #include "xview/graph/merge.h"
 #include "xview/graph/plan_view.h"
 #include "xview/options_file.h"
 #include "xview/types/error.h"
+#include "xview/types/label_match.h"
 
 namespace xview {
 namespace {
@@ -21,11 +23,19 @@ std::string recordOf(Options options) {
   return toYaml(options);
 }
 
-void requireSameLabels(const LabelSet& a, const std::string& name_a, const LabelSet& b,
-                       const std::string& name_b) {
-  if (a != b)
-    throw Error(name_b, "its classes (label set '" + b.name() + "') are not those of " + name_a +
-                            " ('" + a.name() + "')");
+LabelMatch requireCommonClasses(const LabelSet& addition, const std::string& name,
+                                const LabelSet& map) {
+  LabelMatch match(addition, map);
+  if (!match.isHopeless()) return match;
+  throw Error(name, "none of its classes (label set '" + addition.name() +
+                        "') is among those of the map ('" + map.name() +
+                        "'); name them with a label set");
+}
+
+/// The recording in the classes of a map.
+std::unique_ptr<const FrameSource> inClassesOf(const LabelSet& labels, const FrameSource& source) {
+  return std::make_unique<TranslatedRecording>(
+      source, requireCommonClasses(source.labels(), source.name(), labels));
 }
 
 /// What messages call it.
@@ -57,15 +67,16 @@ void appendCloud(LabelledCloud& cloud, const LabelledCloud& addition, double vox
 map::SemanticMap buildMap(const std::vector<const FrameSource*>& sources, const Options& options,
                           const Progress& progress) {
   std::size_t total = 0, done = 0;
+  std::vector<std::unique_ptr<const FrameSource>> in_one_set;
   for (const FrameSource* source : sources) {
     total += source->size();
-    requireSameLabels(sources[0]->labels(), sources[0]->name(), source->labels(), source->name());
+    in_one_set.push_back(inClassesOf(sources[0]->labels(), *source));
     requireGraphSpace(options, source->sensor(), source->name());
   }
   if (progress) progress(0, total);
   PlaceBuilder place(sources[0]->labels(), options, PlaceUse::map);
   map::SemanticMap map;
-  for (const FrameSource* source : sources) {
+  for (const auto& source : in_one_set) {
     digestRecording(*source, options, [&](FrameDigest frame) {
       place.add(std::move(frame));
       if (progress) progress(++done, total);
@@ -90,9 +101,11 @@ map::SemanticMap buildMap(const SemanticGraph& graph, const LabelSet& labels,
 }
 
 void appendToMap(map::SemanticMap& map, const map::SemanticMap& addition, const Options& options) {
-  if (map.labels != addition.labels) {
-    throw Error(nameOf(addition), "its classes (label set '" + addition.labels.name() +
-                                      "') are not those of the map ('" + map.labels.name() + "')");
+  const LabelMatch match = requireCommonClasses(addition.labels, nameOf(addition), map.labels);
+  if (!match.changesNothing()) {
+    map::SemanticMap same = addition;
+    static_cast<Place&>(same) = translated(addition, match);
+    return appendToMap(map, same, options);
   }
   if (!map.plan.known.empty() && !addition.plan.known.empty() &&
       map.plan.upright.angularDistance(addition.plan.upright) > kSameUp_rad) {

@@ -224,10 +224,42 @@ TEST_F(Airsim, TurnsNorthEastDownIntoZUp) {
   expectOptical(T, Eigen::Vector3d::UnitX(), -Eigen::Vector3d::UnitZ());
 }
 
-TEST_F(Airsim, NeedsTheColoursOfItsClasses) {
+TEST_F(Airsim, ACameraIsMountedAsTheUserOrTheSettingsSay) {
+  const std::string images = "img_drone_0_1_7.pfm;img_drone_0_5_7.png";
+  for (const char* name : {"img_drone_0_1_7.pfm", "img_drone_0_5_7.png"})
+    std::filesystem::copy(folder_ / (std::string("images/img__") + (name + 10)),
+                          folder_ / (std::string("images/") + name));
+  writeRow("0\t0\t-5\t1\t0\t0\t0", images);
+  InputOptions options;
+  options.mount = "0.5,0,0.1,0,-90,0";
+  const Eigen::Isometry3d T = openRecording(folder_.path(), options)->pose(0);
+  // Looks down; the upper edge of the image is ahead.
+  expectAxes(T, {0, -1, 0}, {-1, 0, 0}, {0, 0, -1});
+  EXPECT_LT((T.translation() - Eigen::Vector3d(0.5, 0, 4.9)).norm(), 1e-9);
+
+  EXPECT_FALSE(openRecording(folder_.path())->notes().empty()) << "that it looks ahead is a guess";
+  write("settings.json",
+        "{\"SettingsVersion\": 1.2, \"Vehicles\": {\"drone\": {\"Cameras\": {\n"
+        "  \"1\": {\"X\": 9, \"Yaw\": 180},\n"
+        "  \"0\": {\"X\": 0.5, \"Y\": 0, \"Z\": 0.1, \"Pitch\": -90, \"Roll\": 0, \"Yaw\": 0,\n"
+        "  \"CaptureSettings\": [{\"ImageType\": 1, \"FOV_Degrees\": 53.13010235}]}}}}}\n");
+  const auto source = openRecording(folder_.path());
+  EXPECT_LT((source->pose(0).matrix() - T.matrix()).norm(), 1e-9);
+  EXPECT_TRUE(source->notes().empty());
+  EXPECT_NEAR(source->read(0).camera.fx, 2, 1e-6) << "half a width of one over a half";
+  options.mount = "0,0,0,0,0,0";
+  EXPECT_EQ(openRecording(folder_.path(), options)->pose(0).translation().z(), 5);
+  options.mount = "0,0,0";
+  EXPECT_THROW(openRecording(folder_.path(), options), UsageError);
+}
+
+TEST_F(Airsim, WithoutClassesTheColoursOfItsPaletteAreNamelessIds) {
   std::filesystem::remove(folder_ / "classes.yaml");
-  EXPECT_EQ(message(), (folder_ / "classes.yaml") +
-                           ": needed to tell the classes by the colours of the segmentation");
+  write("images/img__0_5_7.png",
+        pngBytes(2, 2, 3, 8, {153, 108, 6, 43, 47, 206, 1, 2, 3, 153, 108, 6}));
+  const auto source = openRecording(folder_.path());
+  EXPECT_TRUE(source->labels().isGeneric());
+  EXPECT_EQ(source->read(0).label.pixels, (std::vector<std::uint16_t>{1, 255, 0, 1}));
 }
 
 TEST_F(Airsim, ThatIsDamagedSaysWhere) {
@@ -296,16 +328,24 @@ TEST_F(TumRgbd, LabelsOfAnotherTimeAndPosesFarApartAreNotUsed) {
   write("rgb.txt", "10.03 rgb/10.01.png\n10.13 rgb/10.11.png\n");
   EXPECT_EQ(openRecording(folder_.path())->size(), 1u);  // the one with a label of its own name
   write("groundtruth.txt", "9.95 0 0 0 0 0 0 1\n10.16 3 0 0 0 0 0 1\n");
-  EXPECT_NE(message().find("none of those with a pose at its time"), std::string::npos);
+  EXPECT_NE(message().find("have no pose within 0.2 s"), std::string::npos);
 }
 
 TEST_F(TumRgbd, LeavesOutFramesWithoutLabelOrPose) {
   std::filesystem::remove(folder_ / "label/10.01.png");
-  EXPECT_EQ(openRecording(folder_.path())->size(), 1u);
+  const auto source = openRecording(folder_.path());
+  EXPECT_EQ(source->size(), 1u);
+  EXPECT_EQ(source->notes().at(0).find("1 of 2 depth images are left out; 1 have no label image"),
+            0u)
+      << source->notes().at(0);
   write("groundtruth.txt", "9.95 0 0 0 0 0 0 1\n");
-  EXPECT_EQ(message(), (folder_ / "depth.txt") +
-                           ": no usable frame: 2 depth images, 1 of them with a label image, "
-                           "none of those with a pose at its time");
+  const std::string found = message();
+  EXPECT_EQ(
+      found.find((folder_ / "depth.txt") +
+                 ": no usable frame: 2 of 2 depth images are left out; 1 have no label image"),
+      0u)
+      << found;
+  EXPECT_NE(found.find("; 1 have no pose within 0.2 s"), std::string::npos) << found;
 }
 
 class VirtualKitti : public Dataset {

@@ -130,13 +130,6 @@ TEST(Mapper, AMapOfTwoHalvesFindsBoth) {
   }
 }
 
-TEST(Mapper, OtherClassesCannotBeAppended) {
-  map::SemanticMap map = simulatedDrive().map;
-  map::SemanticMap other = map;
-  other.labels = genericLabelSet({1, 2});
-  EXPECT_THROW(appendToMap(map, other, {}), Error);
-}
-
 TEST(Mapper, RefusesToAppendAFrameThatIsTiltedAgainstThatOfTheMap) {
   map::SemanticMap map = simulatedDrive().map, addition = map;
   addition.plan.upright = Eigen::AngleAxisd(0.1, Eigen::Vector3d::UnitX());

@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <filesystem>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <thread>
@@ -10,6 +11,8 @@
 #include "support/program.h"
 #include "support/test_data.h"
 #include "xview/io/cloud_files.h"
+#include "xview/io/image_files.h"
+#include "xview/io/label_files.h"
 #include "xview/io/pose_files.h"
 
 namespace xview::test {
@@ -136,6 +139,86 @@ TEST_F(TinyTown, AQueryThatNamesNoClassesTakesThoseOfTheMap) {
   std::string named = succeed({"localize", "-q", "--json", town("rear"), map()}).out;
   named.replace(named.find(town("rear")), town("rear").size(), nameless);
   EXPECT_EQ(timeless(found.out), timeless(named));
+}
+
+TEST_F(TinyTown, AQueryInOtherClassesIsFoundAndSaysWhatItTookThemFor) {
+  // The same drive as another program would have saved it: other ids, other words, a class that the
+  // map does not know.
+  const std::string foreign = file("foreign");
+  fs::copy(town("rear"), foreign, fs::copy_options::recursive);
+  const LabelSet labels = io::readLabelSet(foreign + "/classes.yaml");
+  const std::map<std::string, std::string> words = {{"road", "street"},
+                                                    {"building", "static.house"},
+                                                    {"vegetation", "Plants"},
+                                                    {"pole", "utility_pole"},
+                                                    {"traffic light", "gnomon"}};
+  std::string classes = "name: foreign\nclasses:\n";
+  for (const auto& [id, info] : labels.classes()) {
+    const auto word = words.find(info.name);
+    classes += "  - {id: " + std::to_string(100 - id) + ", name: \"" +
+               (word == words.end() ? info.name : word->second) + "\"}\n";
+  }
+  writeText(foreign + "/classes.yaml", classes);
+  for (const auto& entry : fs::directory_iterator(foreign + "/label")) {
+    LabelImage image = io::readLabels(entry.path().string());
+    for (std::uint16_t& label : image.pixels) label = static_cast<std::uint16_t>(100 - label);
+    io::writeLabelPng(entry.path().string(), image);
+  }
+  const Outcome found = succeed({"localize", "--json", "--verbose", foreign, map()});
+  EXPECT_NE(found.err.find("street is road in the map (by meaning)"), std::string::npos)
+      << found.err;
+  EXPECT_NE(found.err.find("gnomon (no such class in label set"), std::string::npos) << found.err;
+  const Json named =
+      jsonLines(succeed({"localize", "-q", "--json", town("rear"), map()}).out).at(0);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    EXPECT_NEAR(jsonLines(found.out).at(0)["pose"]["position"][axis].get<double>(),
+                named["pose"]["position"][axis].get<double>(), 0.1);
+  }
+  // As part of a map, too.
+  succeed({"map", "-q", town("forward"), foreign, file("both.xvm")});
+
+  writeText(file("words.txt"), "object light: gnomon, traffic light\n");
+  const Outcome told =
+      succeed({"localize", "--json", "--class-names", file("words.txt"), foreign, map()});
+  EXPECT_EQ(told.err.find("gnomon (no such class"), std::string::npos) << told.err;
+}
+
+TEST_F(TinyTown, UnknownIdsAreSaidWithTheirShare) {
+  const std::string odd = file("odd");
+  fs::copy(town("rear"), odd, fs::copy_options::recursive);
+  const std::string image = odd + "/label/000003.png";
+  LabelImage labels = io::readLabels(image);
+  std::fill(labels.pixels.begin(), labels.pixels.end(), std::uint16_t{77});
+  io::writeLabelPng(image, labels);
+  const Outcome found = succeed({"localize", "--json", odd, map()});
+  EXPECT_NE(found.err.find("class 77 (label set"), std::string::npos) << found.err;
+}
+
+TEST_F(TinyTown, WhatIsInAMapAlreadyIsSaid) {
+  const std::string copy = file("again.xvm");
+  fs::copy(map(), copy);
+  const Outcome again = succeed({"map", "--append", town("forward"), copy});
+  EXPECT_NE(again.err.find("is in the map already"), std::string::npos) << again.err;
+  fs::copy(map(), file("other.xvm"));
+  const Outcome other = succeed({"map", "--append", town("rear"), file("other.xvm")});
+  EXPECT_EQ(other.err.find("is in the map already"), std::string::npos) << other.err;
+  const Outcome learned =
+      runXview({"learn", town("forward"), map(), file("own.txt")}, {120, 0, ""});
+  EXPECT_EQ(learned.code, 1);
+  EXPECT_NE(learned.err.find("is the drive that the map was made of"), std::string::npos)
+      << learned.err;
+}
+
+TEST_F(TinyTown, APriorOutsideOfTheMapIsTheReason) {
+  const Outcome outside =
+      runXview({"localize", "-q", "--json", "--near", "90000,0,10", town("rear"), map()});
+  EXPECT_EQ(outside.code, 3);
+  EXPECT_NE(jsonLines(outside.out)
+                .at(0)["reason"]
+                .get<std::string>()
+                .find("the prior is outside of the map"),
+            std::string::npos)
+      << outside.out;
 }
 
 TEST_F(TinyTown, WithoutAnyClassNamesShapesTellStreetsFromThings) {

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include "xview/types/class_names.h"
+
 namespace xview {
 namespace {
 
@@ -15,8 +17,10 @@ struct Guess {
 class GuessFromName : public ::testing::TestWithParam<Guess> {};
 
 TEST_P(GuessFromName, KnowsTheNamesOfTheUsualDataSets) {
-  EXPECT_EQ(toString(guessRole(GetParam().name)), std::string(toString(GetParam().role)));
-  EXPECT_EQ(toString(guessKind(GetParam().name)), std::string(toString(GetParam().kind)));
+  EXPECT_EQ(toString(ClassNames::shipped().role(GetParam().name)),
+            std::string(toString(GetParam().role)));
+  EXPECT_EQ(toString(ClassNames::shipped().kind(GetParam().name)),
+            std::string(toString(GetParam().kind)));
 }
 
 INSTANTIATE_TEST_SUITE_P(

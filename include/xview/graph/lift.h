@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <vector>
 
 #include "xview/types/frame.h"
@@ -27,7 +28,10 @@ struct LiftCounts {
   std::uint64_t lifted = 0;
   std::uint64_t no_depth = 0;  ///< depth not positive, NaN or infinite
   std::uint64_t out_of_range = 0;
-  std::uint64_t ignored_class = 0;  ///< role ignored or id unknown to the label set
+  std::uint64_t ignored_class = 0;                 ///< role ignored or id unknown to the label set
+  std::map<std::uint32_t, std::uint64_t> unknown;  ///< of those the ones that the set does not know
+  std::uint64_t all() const { return lifted + no_depth + out_of_range + ignored_class; }
+  LiftCounts& operator+=(const LiftCounts& other);
 };
 
 /// How far a sensor is believed, as share of LiftOptions::max_range_m. A camera is in the air if

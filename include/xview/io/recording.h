@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "xview/types/class_names.h"
 #include "xview/types/frame.h"
 
 namespace xview::io {
@@ -38,19 +39,23 @@ const char* toString(InputKind kind);
 struct InputOptions {
   std::string kind;    ///< --input-kind; empty = look at the path
   std::string labels;  ///< label set: name of a shipped one or path of a YAML file; empty = look
-  std::optional<LabelSet> unnamed;  ///< classes for a recording that names none, such as those of
-                                    ///< the map it is sought in
+  std::optional<LabelSet> map_labels;  ///< classes of the map that it is sought in or added to,
+                                       ///< which a recording that names none may have
+  ClassNames class_names = ClassNames::shipped();  ///< tell roles and kinds that are not given
   std::string label_field;  ///< clouds: name of the label field; empty = the well-known names
   std::string instance_field;
+  std::string mount;  ///< AirSim: "x,y,z,roll,pitch,yaw" of the camera on its vehicle, x forward, y
+                      ///< right, z down [m, deg]; empty = settings.json beside the recording
   FrameRange frames;
 };
 
 /// What the path is. Throws Error if nothing fits or (naming both and --input-kind) if two fit;
 /// UsageError if options.kind is no kind. A .xvm is a map even if options.kind is another one,
-/// which is then that of the query that is sought in it. A .ply is a graph if it has edges or the
-/// properties that only graphs have; with nothing but positions and labels its content decides: one
-/// instance per vertex, or vertices metres apart, make a graph.
-InputKind recogniseInput(const std::string& path, const InputOptions& options = {});
+/// which is then that of the query that is sought in it. A .ply is a graph if its vertices are
+/// things and not samples of surfaces, however many there are (things_or_samples.h).
+/// `guess`, if given, receives a sentence if only the content of a .ply told.
+InputKind recogniseInput(const std::string& path, const InputOptions& options = {},
+                         std::string* guess = nullptr);
 
 /// Opens anything with points (not graph, not map). Checks what can be checked without reading the
 /// bulk: that files and poses agree in number, that poses are rigid, that the camera is complete.

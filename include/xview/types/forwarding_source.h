@@ -16,6 +16,10 @@ class ForwardingSource : public FrameSource {
   Sensor sensor() const override { return source_.sensor(); }
   const LabelSet& labels() const override { return source_.labels(); }
   const std::string& name() const override { return source_.name(); }
+  std::vector<std::string> notes() const override { return source_.notes(); }
+  std::string describeUnknown(std::uint32_t label) const override {
+    return source_.describeUnknown(label);
+  }
 
  protected:
   /// The other recording must outlive this object.

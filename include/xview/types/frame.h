@@ -50,6 +50,13 @@ class FrameSource {
   virtual Sensor sensor() const = 0;
   virtual const LabelSet& labels() const = 0;
   virtual const std::string& name() const = 0;  ///< the path as given
+  /// What its reader guessed or left out, and why: whole sentences without the path.
+  virtual std::vector<std::string> notes() const { return {}; }
+  /// What a label in its frames is that labels() does not know.
+  virtual std::string describeUnknown(std::uint32_t label) const {
+    return "class " + std::to_string(label) + " (label set '" + labels().name() +
+           "' has no such id)";
+  }
 };
 
 }  // namespace xview

@@ -90,11 +90,6 @@ class LabelSet {
   std::vector<Meaning> meanings_;
 };
 
-/// Role and kind of a class from its name in any of the usual data sets ("traffic sign",
-/// "static.manmade", "Hedge"). Unknown names are objects of kind other_object.
-Role guessRole(const std::string& name);
-Kind guessKind(const std::string& name);
-
 /// A set for ids of which nothing is known: every id but 0 is an object called "class N"; 0 is
 /// ignored.
 LabelSet genericLabelSet(const std::vector<std::uint32_t>& ids);

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <filesystem>
 #include <optional>
 
 #include "io/image_decoding.h"
 #include "io/layouts.h"
+#include "io/yaml_file.h"
 #include "xview/io/image_files.h"
 #include "xview/io/label_files.h"
 #include "xview/types/error.h"
@@ -65,8 +68,21 @@ std::optional<ImagePair> findPair(std::string_view list) {
   return std::nullopt;
 }
 
+/// x y z of a camera on its vehicle, x forward, y right, z down [m], and roll, pitch, yaw [deg],
+/// which turn about z first.
+Eigen::Isometry3d mountOf(const std::array<double, 6>& m) {
+  constexpr double kDegree = M_PI / 180;
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  T.linear() = (Eigen::AngleAxisd(kDegree * m[5], Eigen::Vector3d::UnitZ()) *
+                Eigen::AngleAxisd(kDegree * m[4], Eigen::Vector3d::UnitY()) *
+                Eigen::AngleAxisd(kDegree * m[3], Eigen::Vector3d::UnitX()))
+                   .toRotationMatrix();
+  T.translation() = Eigen::Vector3d(m[0], m[1], m[2]);
+  return T;
+}
+
 /// Body x forward, y right, z down in a world of north, east, down; to the optical frame in a world
-/// with z up. The camera is taken to sit at the origin of the vehicle and to look forward.
+/// with z up. The camera looks along x of the body that it is mounted as.
 Eigen::Isometry3d opticalPose(const Eigen::Isometry3d& T_ned_body) {
   Eigen::Matrix3d R_up_ned, R_body_optical;
   R_up_ned << 1, 0, 0, 0, -1, 0, 0, 0, -1;
@@ -100,6 +116,7 @@ class RecordingTable {
         file_.failAtLine("expected " + std::to_string(columns_.size()) + " columns, found " +
                          std::to_string(cells.size()));
       }
+      ++rows_;
       if (const auto pair = findPair(cells[image_column_])) {
         if (depth_type_ >= 0 && depth_type_ != pair->depth.type) {
           file_.failAtLine("depth of type " + std::to_string(pair->depth.type) +
@@ -107,6 +124,7 @@ class RecordingTable {
                            "; expected one type (1: planar, 2: along the ray) in all rows");
         }
         depth_type_ = pair->depth.type;
+        camera_ = pair->depth.camera;
         frames.push_back(frameOf(row, cells, *pair));
       }
     }
@@ -115,6 +133,9 @@ class RecordingTable {
   }
 
   bool depthIsRange() const { return depth_type_ == kDepthPerspective; }
+  int depthType() const { return depth_type_; }
+  std::size_t rows() const { return rows_; }
+  const std::string& camera() const { return camera_; }  ///< "img_<vehicle>_<camera>_"
 
  private:
   static constexpr const char* kPoseColumns[] = {"POS_X", "POS_Y", "POS_Z", "Q_X",
@@ -133,8 +154,8 @@ class RecordingTable {
     const std::vector<double> numbers = file_.numbersOf(words);
     ListedFrame frame;
     frame.number = row;
-    frame.stamp_s = 1e-3 * numbers[0];  // milliseconds
-    frame.T_odom_sensor = opticalPose(poseFromTum(numbers.data() + 1, file_));
+    frame.stamp_s = 1e-3 * numbers[0];                             // milliseconds
+    frame.T_odom_sensor = poseFromTum(numbers.data() + 1, file_);  // of the vehicle
     frame.measurement = (folder_ / "images" / pair.depth.file).string();
     frame.label = (folder_ / "images" / pair.segmentation.file).string();
     return frame;
@@ -145,14 +166,109 @@ class RecordingTable {
   std::vector<std::string> columns_;
   std::vector<std::size_t> pose_columns_;
   std::size_t time_column_ = 0, image_column_ = 0;
+  std::string camera_;
+  std::size_t rows_ = 0;
   int depth_type_ = -1;
 };
 
+// ---- how the camera is mounted
+
+/// What AirSim's own settings.json says of the camera of the recording.
+struct CameraSettings {
+  std::array<double, 6> mount{};  ///< as mountOf() takes it
+  bool is_mounted = false;
+  double fov_deg = 90;
+};
+
+/// The settings of the images of a type, in a list of CaptureSettings.
+void readFieldOfView(const YamlFile& file, const YAML::Node& captures, int type, double& fov_deg) {
+  if (!captures || !captures.IsSequence()) return;
+  for (const YAML::Node& capture : captures) {
+    if (!capture.IsMap() || !capture["FOV_Degrees"]) continue;
+    const bool same =
+        capture["ImageType"] && file.integer(capture["ImageType"], "ImageType", 0, 100) == type;
+    if (same) fov_deg = file.number(capture["FOV_Degrees"], "FOV_Degrees");
+  }
+}
+
+/// Whether the file names of a camera "img_<vehicle>_<camera>_" are of the camera called so.
+bool isCalled(const std::string& images_of, const std::string& camera) {
+  const std::string end = "_" + camera + "_";
+  return images_of.size() > end.size() &&
+         images_of.compare(images_of.size() - end.size(), end.size(), end) == 0;
+}
+
+CameraSettings readSettings(const std::string& path, const RecordingTable& table) {
+  const YamlFile file = YamlFile::read(path);  // JSON is YAML, too
+  CameraSettings settings;
+  const YAML::Node root = file.root();
+  if (!root.IsMap()) file.fail(root, "expected AirSim's settings");
+  if (root["CameraDefaults"])
+    readFieldOfView(file, root["CameraDefaults"]["CaptureSettings"], table.depthType(),
+                    settings.fov_deg);
+  if (!root["Vehicles"] || !root["Vehicles"].IsMap()) return settings;
+  for (const auto& vehicle : root["Vehicles"]) {
+    const YAML::Node cameras = vehicle.second["Cameras"];
+    if (!cameras || !cameras.IsMap()) continue;
+    for (const auto& camera : cameras) {
+      if (!isCalled(table.camera(), camera.first.as<std::string>()) && cameras.size() > 1) continue;
+      constexpr const char* kKeys[] = {"X", "Y", "Z", "Roll", "Pitch", "Yaw"};
+      for (std::size_t i = 0; i < 6; ++i) {
+        if (camera.second[kKeys[i]])
+          settings.mount[i] = file.number(camera.second[kKeys[i]], kKeys[i]);
+      }
+      settings.is_mounted = true;
+      readFieldOfView(file, camera.second["CaptureSettings"], table.depthType(), settings.fov_deg);
+    }
+  }
+  return settings;
+}
+
+std::array<double, 6> parseMount(const std::string& text) {
+  std::array<double, 6> mount{};
+  const std::vector<std::string_view> words = splitTabs(text, ',');
+  for (std::size_t i = 0; i < words.size() && words.size() == 6; ++i) {
+    const auto number = asNumber(words[i]);
+    if (!number || !std::isfinite(*number)) break;
+    mount[i] = *number;
+    if (i == 5) return mount;
+  }
+  throw UsageError("--mount " + text +
+                   ": expected six numbers x,y,z,roll,pitch,yaw, metres and degrees, as "
+                   "0,0,0,0,-90,0 for a camera that looks down");
+}
+
+/// --mount, else settings.json beside the recording, else what the name of the camera says, which
+/// is a guess.
+CameraSettings settingsOf(const fs::path& folder, const RecordingTable& table,
+                          const InputOptions& options, std::vector<std::string>& notes) {
+  CameraSettings settings;
+  for (const fs::path& place : {folder, folder.parent_path()}) {
+    const fs::path path = place / "settings.json";
+    if (settings.is_mounted || !fs::exists(path)) continue;
+    settings = readSettings(path.string(), table);
+  }
+  if (!options.mount.empty()) {
+    settings.mount = parseMount(options.mount);
+  } else if (!settings.is_mounted) {
+    if (isCalled(table.camera(), "bottom_center")) settings.mount[4] = -90;
+    if (isCalled(table.camera(), "back_center")) settings.mount[5] = 180;
+    notes.push_back(
+        std::string("no settings.json tells how its camera is mounted; taken to look ") +
+        (settings.mount[4] != 0   ? "down, by its name"
+         : settings.mount[5] != 0 ? "back, by its name"
+                                  : "forward") +
+        "; --mount says otherwise");
+  }
+  return settings;
+}
+
 bool isPfm(const std::string& path) { return fs::path(path).extension() == ".pfm"; }
 
-/// camera.yaml, else AirSim's default field of view of 90 degrees; the latter only for depth in
-/// metres. Whether depth is planar is said by the type of the images.
-Camera cameraOf(const fs::path& folder, const ListedFrame& first, bool depth_is_range) {
+/// camera.yaml, else the field of view of the settings; the latter only for depth in metres.
+/// Whether depth is planar is said by the type of the images.
+Camera cameraOf(const fs::path& folder, const ListedFrame& first, double fov_deg,
+                bool depth_is_range) {
   const std::string path = (folder / "camera.yaml").string();
   Camera camera;
   if (fs::exists(path)) {
@@ -161,7 +277,8 @@ Camera cameraOf(const fs::path& folder, const ListedFrame& first, bool depth_is_
     const Image<float> depth = readPfm(first.measurement);
     camera.width = depth.width;
     camera.height = depth.height;
-    camera.fx = camera.fy = 0.5 * depth.width;
+    camera.fx = camera.fy =
+        fov_deg == 90 ? 0.5 * depth.width : 0.5 * depth.width / std::tan(fov_deg * M_PI / 360);
     camera.cx = 0.5 * (depth.width - 1);
     camera.cy = 0.5 * (depth.height - 1);
   } else {
@@ -186,23 +303,31 @@ DepthImage readAirsimDepth(const std::string& path, const Camera& camera) {
 }  // namespace
 
 RecordingListing listAirsim(const std::string& folder, const InputOptions& options) {
-  const auto named = namedLabels(options.labels, folder);
-  if (!named) {
-    throw Error((fs::path(folder) / "classes.yaml").string(),
-                "needed to tell the classes by the colours of the segmentation");
-  }
   RecordingTable table(folder);
   RecordingListing listing;
-  listing.labels = *named;
   listing.frames = table.readFrames();
-  const Camera camera = cameraOf(folder, listing.frames[0], table.depthIsRange());
-  const ColorTable colors = colorTable(listing.labels);
+  if (listing.frames.size() < table.rows()) {
+    listing.notes.push_back(std::to_string(table.rows() - listing.frames.size()) + " of " +
+                            std::to_string(table.rows()) +
+                            " rows are left out: no depth and segmentation of one camera");
+  }
+  const CameraSettings settings = settingsOf(folder, table, options, listing.notes);
+  for (ListedFrame& frame : listing.frames)
+    frame.T_odom_sensor = opticalPose(frame.T_odom_sensor * mountOf(settings.mount));
+  const Camera camera = cameraOf(folder, listing.frames[0], settings.fov_deg, table.depthIsRange());
+  const auto named = namedLabels(options, folder);
+  const LabelSet palette = named ? *named : shippedLabelSet("airsim");
+  const ColorTable colors = colorTable(palette);
   listing.read = [camera, colors](const ListedFrame& listed, Frame& frame) {
     frame.camera = camera;
     frame.depth = readAirsimDepth(listed.measurement, camera);
     frame.label = labelsOfColors(decodeImage(listed.label), colors, listed.label);
     requireSameSizes(listed, frame);
   };
+  if (named)
+    listing.labels = *named;
+  else
+    guessLabels(listing, options);
   return listing;
 }
 

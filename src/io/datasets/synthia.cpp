@@ -147,7 +147,7 @@ RecordingListing listSynthia(const std::string& folder, const InputOptions& opti
     frame.instance = channelOf(ids, 1, listed.label);  // green: instance
     requireSameSizes(listed, frame);
   };
-  const auto named = namedLabels(options.labels, place.root.string());
+  const auto named = namedLabels(options, place.root.string());
   listing.labels = named ? *named : shippedLabelSet("synthia");
   return listing;
 }

@@ -17,7 +17,6 @@ namespace fs = std::filesystem;
 
 constexpr double kSameTime = 0.02;   ///< a depth and a colour image this near are one frame [s]
 constexpr double kLongestGap = 0.2;  ///< between poses that are still interpolated [s]
-constexpr std::size_t kFramesToLookAt = 32;
 
 struct StampedFile {
   double stamp_s = 0;
@@ -102,6 +101,24 @@ class LabelFinder {
   std::vector<StampedFile> colors_;
 };
 
+/// Empty if nothing is.
+std::string whatIsLeftOut(std::size_t depths, std::size_t with_label, std::size_t used) {
+  if (used == depths) return {};
+  const auto of_them = [](std::size_t count, const std::string& why) {
+    return count > 0 ? "; " + std::to_string(count) + " " + why : "";
+  };
+  return std::to_string(depths - used) + " of " + std::to_string(depths) +
+         " depth images are left out" +
+         of_them(
+             depths - with_label,
+             "have no label image (label/ of their own name, or of the colour image within 0.02 "
+             "s of rgb.txt)") +
+         of_them(
+             with_label - used,
+             "have no pose within 0.2 s; do the stamps of depth.txt and groundtruth.txt have all "
+             "their digits?");
+}
+
 }  // namespace
 
 RecordingListing listTumRgbd(const std::string& folder, const InputOptions& options) {
@@ -125,19 +142,19 @@ RecordingListing listTumRgbd(const std::string& folder, const InputOptions& opti
     listing.frames.push_back({static_cast<std::int64_t>(i), depths[i].stamp_s, *pose,
                               (root / depths[i].file).string(), label, ""});
   }
-  if (listing.frames.empty()) {
-    throw Error(list_path, "no usable frame: " + std::to_string(depths.size()) + " depth images, " +
-                               std::to_string(with_label) + " of them with a label image, none " +
-                               "of those with a pose at its time");
-  }
+  const std::string left_out = whatIsLeftOut(depths.size(), with_label, listing.frames.size());
+  if (listing.frames.empty()) throw Error(list_path, "no usable frame: " + left_out);
+  if (!left_out.empty()) listing.notes.push_back(left_out);
   listing.read = [camera = cameraOf(root)](const ListedFrame& listed, Frame& frame) {
     frame.camera = camera;
     frame.depth = readDepth(listed.measurement, camera);
     frame.label = readLabels(listed.label);
     requireSameSizes(listed, frame);
   };
-  const auto named = namedLabels(options.labels, folder);
-  listing.labels = named ? *named : labelsOfIds(countLabels(listing, kFramesToLookAt), options);
+  if (const auto named = namedLabels(options, folder))
+    listing.labels = *named;
+  else
+    guessLabels(listing, options);
   return listing;
 }
 

@@ -16,33 +16,26 @@ namespace fs = std::filesystem;
 constexpr float kFarthest = 655.35f;  ///< the largest value of the depth images: sky [m]
 constexpr double kFrameSeconds = 0.1;
 
-/// Ids are ours (the data has colours only), fixed so that they agree between scenes.
-const std::vector<std::string> kCategories = {
-    "Undefined", "Building",     "Car",         "GuardRail", "Misc",  "Pole", "Road",      "Sky",
-    "Terrain",   "TrafficLight", "TrafficSign", "Tree",      "Truck", "Van",  "Vegetation"};
-
-/// colors.txt: "Category r g b" and one line per category.
+/// The shipped classes with the colours of colors.txt, "Category r g b" and one line per category.
 LabelSet readColors(const std::string& path) {
+  const LabelSet shipped = shippedLabelSet("virtual_kitti");
   InputFile file(path);
-  LabelSet labels("virtual_kitti");
+  LabelSet labels(shipped.name());
   std::vector<std::string_view> words;
   std::string_view line;
   while (file.readWords(words, "", &line)) {
     if (words[0] == "Category") continue;
     if (words.size() != 4) file.failAtLine("expected category and r g b, found " + quoted(line));
     const std::vector<double> rgb = file.numbersOf({words[1], words[2], words[3]});
-    const auto known = std::find(kCategories.begin(), kCategories.end(), words[0]);
-    if (known == kCategories.end()) file.failAtLine("unknown category " + quoted(words[0]));
-    ClassInfo info;
-    info.id = static_cast<std::uint32_t>(known - kCategories.begin());
-    info.name = words[0];
+    const auto known =
+        std::find_if(shipped.classes().begin(), shipped.classes().end(),
+                     [&](const auto& entry) { return entry.second.name == words[0]; });
+    if (known == shipped.classes().end()) file.failAtLine("unknown category " + quoted(words[0]));
+    ClassInfo info = known->second;
     for (std::size_t c = 0; c < 3; ++c) {
       if (rgb[c] < 0 || rgb[c] > 255) file.failAtLine("expected colours in [0, 255]");
       info.color[c] = static_cast<std::uint8_t>(rgb[c]);
     }
-    info.role = guessRole(info.name);
-    info.kind = guessKind(info.name);
-    info.guessed = true;
     labels.add(info);
   }
   if (labels.empty()) file.fail("no categories");
@@ -126,7 +119,9 @@ RecordingListing listVirtualKitti(const std::string& folder, const InputOptions&
   }
   const std::string poses_path = (root / "extrinsic.txt").string();
   const auto poses = readPoses(poses_path);
-  const LabelSet colors = readColors((root / "colors.txt").string());
+  const std::string colors_path = (root / "colors.txt").string();
+  const LabelSet colors =
+      fs::exists(colors_path) ? readColors(colors_path) : shippedLabelSet("virtual_kitti");
   for (std::size_t i = 0; i < labels.size(); ++i) {
     ListedFrame& frame = listing.frames[i];
     const auto pose = poses.find(frame.number);
@@ -141,7 +136,7 @@ RecordingListing listVirtualKitti(const std::string& folder, const InputOptions&
                   table = colorTable(colors)](const ListedFrame& listed, Frame& frame) {
     readImages(camera, table, listed, frame);
   };
-  const auto named = namedLabels(options.labels, folder);
+  const auto named = namedLabels(options, folder);
   listing.labels = named ? *named : colors;
   return listing;
 }

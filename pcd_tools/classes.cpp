@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "classes.h"
+
+#include <fmt/core.h>
+
+#include <filesystem>
+#include <map>
+
+#include "xview/io/label_files.h"
+
+namespace xview::tools {
+namespace {
+
+void appendTo(std::string& list, const std::string& item) {
+  list += (list.empty() ? "" : ", ") + item;
+}
+
+void sayShapes(const std::string& path, const LabelSet& unnamed, const Narrative& narrate) {
+  std::string shapes;
+  for (const auto& [id, info] : unnamed.classes()) {
+    if (info.kind != Kind::none && info.kind != Kind::other_object)
+      appendTo(shapes, fmt::format("{} as {}", id, toString(info.kind)));
+  }
+  narrate.note(path + ": " +
+               (shapes.empty()
+                    ? "the classes have no names, so each counts as an object, the ground too; "
+                      "--labels names them"
+                    : "the classes have no names and were judged by their shapes: " + shapes +
+                          "; --labels names them"));
+}
+
+bool isNameless(const LabelMatch& match) {
+  return match.from().isGeneric() != match.to().isGeneric();
+}
+
+}  // namespace
+
+void sayGuesses(const std::string& path, const LabelSet& labels, const Narrative& narrate) {
+  if (labels.isGeneric()) return sayShapes(path, labels, narrate);
+  std::string guessed;
+  for (const auto& [id, info] : labels.classes()) {
+    if (info.guessed) appendTo(guessed, fmt::format("{} = {}", info.name, toString(info.role)));
+  }
+  if (!guessed.empty())
+    narrate.note(fmt::format("{} gives no roles; guessed: {}", labels.name(), guessed));
+}
+
+LabelMatch meetMap(const std::string& path, const LabelSet& labels, const io::InputOptions& options,
+                   const Narrative& narrate) {
+  LabelMatch match(labels, *options.map_labels, options.class_names);
+  if (match.changesNothing()) return match;
+  for (const auto& [id, partner] : match.partners()) {
+    narrate.detail(fmt::format("{}: {} is {} in the map (by {})", path, labels.className(id),
+                               match.to().className(partner.id), toString(partner.by)));
+  }
+  for (const std::uint32_t id : match.alone())
+    narrate.detail(fmt::format("{}: {} is nothing in the map", path, labels.className(id)));
+  if (isNameless(match) && !match.isHopeless()) {
+    narrate.note(
+        fmt::format("{}: its classes meet those of the map by the shapes of their points "
+                    "only, as those of the {} have no names; {} names them",
+                    path, labels.isGeneric() ? "query" : "map",
+                    labels.isGeneric() ? "--labels" : "--map-labels"));
+  }
+  return match;
+}
+
+std::unique_ptr<FrameSource> inClassesOfMap(std::unique_ptr<FrameSource> source,
+                                            const io::InputOptions& options,
+                                            const Narrative& narrate) {
+  if (!options.map_labels) return source;
+  LabelMatch match = meetMap(source->name(), source->labels(), options, narrate);
+  if (match.changesNothing() || match.isHopeless()) return source;
+  return std::make_unique<TranslatedRecording>(std::move(source), std::move(match));
+}
+
+Place inClassesOfMap(const std::string& path, Place place, const io::InputOptions& options,
+                     const Narrative& narrate) {
+  const LabelMatch match = meetMap(path, place.labels, options, narrate);
+  if (match.changesNothing() || match.isHopeless()) return place;
+  std::map<std::uint32_t, std::size_t> alone;
+  for (const Vertex& vertex : place.graph.vertices) {
+    const bool has_partner = match.partners().count(vertex.label) > 0;
+    if (!has_partner && place.labels.role(vertex.label) != Role::ignored) ++alone[vertex.label];
+  }
+  std::string left_out;
+  for (const auto& [id, count] : alone)
+    appendTo(left_out, fmt::format("{} {}", count, place.labels.className(id)));
+  if (!left_out.empty()) {
+    narrate.note(
+        fmt::format("{}: vertices without a partner among the classes of the map count "
+                    "for nothing: {}",
+                    path, left_out));
+  }
+  return translated(std::move(place), match);
+}
+
+LabelSet labelsOfGraph(const std::string& path, const SemanticGraph& graph,
+                       const std::optional<LabelSet>& own, const io::InputOptions& options,
+                       const Narrative& narrate) {
+  constexpr double kKnownShare = 0.9;
+  const std::string folder = std::filesystem::path(path).parent_path().string();
+  if (const auto named = io::namedLabels(options, folder, own)) return *named;
+  std::map<std::uint32_t, std::size_t> counts;
+  std::size_t known = 0;
+  for (const Vertex& vertex : graph.vertices) {
+    ++counts[vertex.label];
+    known += options.map_labels && options.map_labels->find(vertex.label) ? 1 : 0;
+  }
+  if (options.map_labels &&
+      static_cast<double>(known) >= kKnownShare * static_cast<double>(graph.size())) {
+    narrate.note(path + " names no classes; its ids are taken as those of the map" +
+                 (options.map_labels->isGeneric() ? ", which names none either"
+                                                  : "; --labels names others"));
+    return *options.map_labels;
+  }
+  std::vector<std::uint32_t> ids;
+  for (const auto& [id, count] : counts) ids.push_back(id);
+  return genericLabelSet(ids);
+}
+
+}  // namespace xview::tools

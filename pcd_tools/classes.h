@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "narrative.h"
+#include "xview/io/recording.h"
+#include "xview/types/label_match.h"
+
+namespace xview::tools {
+
+/// Says which roles and kinds of classes are guesses, as nobody gave them.
+void sayGuesses(const std::string& path, const LabelSet& labels, const Narrative& narrate);
+
+/// How the classes of what lies at `path` meet those of options.map_labels, which must be there;
+/// with --verbose it is said what is matched with what.
+LabelMatch meetMap(const std::string& path, const LabelSet& labels, const io::InputOptions& options,
+                   const Narrative& narrate);
+
+/// The recording in the classes of options.map_labels, if they are given and any class of it can be
+/// found there.
+std::unique_ptr<FrameSource> inClassesOfMap(std::unique_ptr<FrameSource> source,
+                                            const io::InputOptions& options,
+                                            const Narrative& narrate);
+/// The same for what is in memory. It is said which classes of its vertices have no partner.
+Place inClassesOfMap(const std::string& path, Place place, const io::InputOptions& options,
+                     const Narrative& narrate);
+
+/// The classes of a graph file that names `own` or none: those chosen, those of classes.yaml beside
+/// it, those of the map if it knows nearly all ids (a guess, which is said), else generic ones.
+LabelSet labelsOfGraph(const std::string& path, const SemanticGraph& graph,
+                       const std::optional<LabelSet>& own, const io::InputOptions& options,
+                       const Narrative& narrate);
+
+}  // namespace xview::tools

@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "doubts.h"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <set>
+#include <tuple>
+
+namespace xview::tools {
+namespace {
+
+using Poses = std::vector<Eigen::Isometry3d>;
+
+/// Lengths of the ways from pose to pose [um], sorted; those of standing still say nothing.
+std::vector<long long> waysOf(const Poses& poses) {
+  constexpr double kMicrometres = 1e6, kStanding_m = 1e-3;
+  std::vector<long long> ways;
+  for (std::size_t i = 1; i < poses.size(); ++i) {
+    const double way_m = (poses[i].translation() - poses[i - 1].translation()).norm();
+    if (way_m > kStanding_m) ways.push_back(std::llround(kMicrometres * way_m));
+  }
+  std::sort(ways.begin(), ways.end());
+  return ways;
+}
+
+std::string nameOf(const map::SemanticMap& map) {
+  return map.sources.empty() ? "the addition" : map.sources.front();
+}
+
+/// Class and place to the millimetre.
+using Spot = std::tuple<std::uint32_t, long long, long long, long long>;
+std::set<Spot> spotsOf(const SemanticGraph& graph) {
+  std::set<Spot> spots;
+  for (const Vertex& v : graph.vertices) {
+    const auto mm = [&](int axis) { return std::llround(1e3 * v.position[axis]); };
+    spots.emplace(v.label, mm(0), mm(1), mm(2));
+  }
+  return spots;
+}
+
+/// Most of the things of a bare graph stand in the other one.
+bool areSameThings(const SemanticGraph& addition, const SemanticGraph& map) {
+  const std::set<Spot> added = spotsOf(addition), there = spotsOf(map);
+  const auto common = std::count_if(added.begin(), added.end(),
+                                    [&](const Spot& spot) { return there.count(spot) > 0; });
+  return added.size() >= 3 && 10 * static_cast<std::size_t>(common) >= 9 * added.size();
+}
+
+bool isInAlready(const map::SemanticMap& map, const map::SemanticMap& addition) {
+  for (const std::string& source : addition.sources) {
+    if (std::find(map.sources.begin(), map.sources.end(), source) != map.sources.end()) return true;
+  }
+  if (addition.poses.size() > 1) return areOfOneDrive(addition.poses, map.poses);
+  return addition.poses.empty() && areSameThings(addition.graph, map.graph);
+}
+
+/// Of the walls of one view where the other one has seen something, the share that has a wall of
+/// the other one beside it; nothing if there are too few to tell.
+std::optional<double> wallAgreement(const PlanView& a, const PlanView& b) {
+  constexpr double kNear_m = 1.5;
+  constexpr std::size_t kFewest = 40;
+  using Cell = std::pair<long long, long long>;
+  const auto cellOf = [](double x, double y) {
+    return Cell{std::llround(x / kNear_m), std::llround(y / kNear_m)};
+  };
+  std::set<Cell> seen, walls;
+  for (const GroundCell& cell : b.known)
+    seen.insert(
+        cellOf(b.origin_x + (cell.x + 0.5) * b.cell_m, b.origin_y + (cell.y + 0.5) * b.cell_m));
+  for (const PlanSample& s : b[Channel::building])
+    walls.insert(cellOf(b.origin_x + s.x, b.origin_y + s.y));
+  const auto around = [](const std::set<Cell>& cells, const Cell& c) {
+    for (long long dy = -1; dy <= 1; ++dy) {
+      for (long long dx = -1; dx <= 1; ++dx) {
+        if (cells.count({c.first + dx, c.second + dy}) > 0) return true;
+      }
+    }
+    return false;
+  };
+  std::size_t both = 0, agree = 0;
+  for (const PlanSample& s : a[Channel::building]) {
+    const Cell cell = cellOf(a.origin_x + s.x, a.origin_y + s.y);
+    if (seen.count(cell) == 0) continue;
+    ++both;
+    agree += around(walls, cell);
+  }
+  if (both < kFewest || walls.size() < kFewest) return std::nullopt;
+  return static_cast<double>(agree) / static_cast<double>(both);
+}
+
+}  // namespace
+
+bool areOfOneDrive(const Poses& poses, const Poses& others) {
+  constexpr std::size_t kFewest = 3;
+  const std::vector<long long> ways = waysOf(poses), other_ways = waysOf(others);
+  const auto common = std::count_if(ways.begin(), ways.end(), [&](long long way) {
+    const auto next = std::lower_bound(other_ways.begin(), other_ways.end(), way - 1);
+    return next != other_ways.end() && *next <= way + 1;
+  });
+  return ways.size() >= kFewest && 2 * static_cast<std::size_t>(common) > ways.size();
+}
+
+void sayDoubts(const map::SemanticMap& map, const map::SemanticMap& addition,
+               const Narrative& narrate) {
+  if (isInAlready(map, addition)) {
+    return narrate.note(nameOf(addition) +
+                        " is in the map already; adding it once more counts the same things twice "
+                        "and shows nothing new");
+  }
+  sayIfApart({"the map", nameOf(addition)}, {map.poses, addition.poses}, narrate);
+  const auto agreement = wallAgreement(addition.plan, map.plan);
+  constexpr double kFits = 0.35;
+  if (agreement && *agreement < kFits) {
+    narrate.note(
+        fmt::format("{} does not fit the map: of its walls where both have seen something "
+                    "only {:.0f} % are walls of the map; are they in one frame?",
+                    nameOf(addition), 100 * *agreement));
+  }
+}
+
+void sayIfApart(const std::vector<std::string>& names, const std::vector<Poses>& ways,
+                const Narrative& narrate) {
+  constexpr double kApart_m = 500;
+  for (std::size_t i = 1; i < ways.size(); ++i) {
+    double nearest_m = std::numeric_limits<double>::infinity();
+    for (std::size_t j = 0; j < i; ++j) {
+      for (const Eigen::Isometry3d& a : ways[i]) {
+        for (const Eigen::Isometry3d& b : ways[j])
+          nearest_m = std::min(nearest_m, (a.translation() - b.translation()).norm());
+      }
+    }
+    if (nearest_m > kApart_m && std::isfinite(nearest_m)) {
+      narrate.note(fmt::format("{} is {:.0f} m away from {}; are they in one frame?", names[i],
+                               nearest_m, i == 1 ? names[0] : "all others"));
+    }
+  }
+}
+
+}  // namespace xview::tools

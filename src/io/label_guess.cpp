@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Classes of recordings whose files name none.
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "layouts.h"
+#include "xview/io/label_files.h"
+
+namespace xview::io {
+namespace {
+
+/// Frames and clouds are looked at in so many places; of scans fewer will do, as every one has
+/// thousands of labels.
+constexpr std::size_t kFramesToLookAt = 32, kScansToLookAt = 8;
+/// A set fits if it knows this share of the points; networks and exporters add a few odd ids.
+constexpr double kKnownShare = 0.9;
+
+template <class Counts>
+double shareOf(const LabelCounts& counts, Counts&& of_id) {
+  std::uint64_t all = 0, some = 0;
+  for (const auto& [id, points] : counts) {
+    all += points;
+    if (of_id(id)) some += points;
+  }
+  return all > 0 ? static_cast<double>(some) / static_cast<double>(all) : 0;
+}
+
+double knownShare(const LabelCounts& counts, const LabelSet& labels) {
+  return shareOf(counts, [&](std::uint32_t id) { return labels.find(id) != nullptr; });
+}
+
+std::vector<std::size_t> spreadFrames(const RecordingListing& listing, std::size_t most) {
+  const std::size_t count = listing.frames.size(), samples = std::min(count, most);
+  std::vector<std::size_t> frames;
+  for (std::size_t i = 0; i < samples; ++i) frames.push_back(i * count / samples);
+  return frames;
+}
+
+// ---- does the ground lie as ground does?
+
+/// Calls take(p, label) for some thousand points of a frame, in the frame of the sensor [m].
+template <class Take>
+void forSomePoints(const Frame& frame, Take&& take) {
+  constexpr std::size_t kPoints = 20000;
+  const auto step = [](std::size_t size) { return std::max<std::size_t>(1, size / kPoints); };
+  const std::vector<float>& depths = frame.depth.pixels;
+  for (std::size_t i = 0; i < depths.size(); i += step(depths.size())) {
+    if (!(depths[i] > 0) || !std::isfinite(depths[i])) continue;
+    const auto u = static_cast<double>(i % static_cast<std::size_t>(frame.depth.width));
+    const auto v = static_cast<double>(i / static_cast<std::size_t>(frame.depth.width));
+    const Eigen::Vector3d ray((u - frame.camera.cx) / frame.camera.fx,
+                              (v - frame.camera.cy) / frame.camera.fy, 1);
+    const double far = frame.camera.depth_is_range ? depths[i] / ray.norm() : depths[i];
+    take(far * ray, std::uint32_t{frame.label.pixels[i]});
+  }
+  for (std::size_t i = 0; i < frame.cloud.size(); i += step(frame.cloud.size()))
+    take(frame.cloud.points[i].getVector3fMap().cast<double>(), frame.cloud.points[i].label);
+}
+
+/// How the points of a frame lie if a label set names them.
+struct Lie {
+  double ground_share = 0;  ///< of all points
+  double thickness_m = 0;   ///< standard deviation of ground points across the plane through them
+  double width_m = 0;       ///< the smaller one within that plane
+  double one_side = 0;      ///< share of the other points that is on the fuller side of it
+};
+
+std::optional<Lie> lieOf(const Frame& frame, const LabelSet& labels) {
+  constexpr std::size_t kFewest = 100;
+  std::vector<Eigen::Vector3d> ground, others;
+  forSomePoints(frame, [&](const Eigen::Vector3d& p, std::uint32_t label) {
+    (isGround(labels.kind(label)) ? ground : others).push_back(p);
+  });
+  if (ground.size() < kFewest || others.size() < kFewest) return std::nullopt;
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& p : ground) mean += p / static_cast<double>(ground.size());
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  for (const Eigen::Vector3d& p : ground)
+    covariance += (p - mean) * (p - mean).transpose() / static_cast<double>(ground.size());
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(covariance);
+  Lie lie;
+  lie.ground_share =
+      static_cast<double>(ground.size()) / static_cast<double>(ground.size() + others.size());
+  lie.thickness_m = std::sqrt(std::max(0.0, axes.eigenvalues()[0]));
+  lie.width_m = std::sqrt(std::max(0.0, axes.eigenvalues()[1]));
+  const auto above = std::count_if(others.begin(), others.end(), [&](const Eigen::Vector3d& p) {
+    return (p - mean).dot(axes.eigenvectors().col(0)) > 0;
+  });
+  const double share = static_cast<double>(above) / static_cast<double>(others.size());
+  lie.one_side = std::max(share, 1 - share);
+  return lie;
+}
+
+/// Whether what a set calls ground is a plane with everything else on one side of it, in most of
+/// the frames that show enough of it; nothing if none does. Whatever way is up.
+std::optional<bool> groundFits(const RecordingListing& listing, const LabelSet& labels,
+                               double min_width_m = 0) {
+  constexpr std::size_t kFrames = 5;
+  constexpr double kThickest = 0.3, kOneSide = 0.8, kGroundShare = 0.05;
+  int fits = 0, judged = 0;
+  for (const std::size_t i : spreadFrames(listing, kFrames)) {
+    const auto lie = lieOf(readListed(listing, listing.frames[i]), labels);
+    if (!lie) continue;
+    ++judged;
+    fits += lie->ground_share >= kGroundShare && lie->thickness_m <= kThickest * lie->width_m &&
+            lie->one_side >= kOneSide && lie->width_m >= min_width_m;
+  }
+  if (judged == 0) return std::nullopt;
+  return 2 * fits > judged;
+}
+
+// ---- SemanticKITTI
+
+/// The raw ids of SemanticKITTI leave gaps and go up to 259; no other usual data set has several of
+/// those above 30 and none in the gaps. Its scans are of streets: little is unlabelled, and the
+/// ground reaches far.
+bool areRawSemanticKitti(const RecordingListing& listing, const LabelCounts& counts,
+                         const LabelSet& raw) {
+  constexpr std::uint32_t kAboveOthers = 30;
+  constexpr std::ptrdiff_t kSeveral = 5;
+  constexpr double kUnlabelledShare = 0.3, kStreetWidth_m = 1.5;
+  const auto above = std::count_if(counts.begin(), counts.end(), [&](const auto& entry) {
+    return entry.first > kAboveOthers && raw.find(entry.first);
+  });
+  const auto is_ignored = [&](std::uint32_t id) { return raw.role(id) == Role::ignored; };
+  return above >= kSeveral && knownShare(counts, raw) >= 0.999 &&
+         shareOf(counts, is_ignored) <= kUnlabelledShare &&
+         groundFits(listing, raw, kStreetWidth_m).value_or(false);
+}
+
+/// What the ids of a SemanticKITTI folder are; nothing if they are others.
+std::optional<std::string> semanticKittiSet(const LabelCounts& counts) {
+  const bool training_ids = std::all_of(counts.begin(), counts.end(), [](const auto& entry) {
+    return entry.first <= 19 || entry.first == 255;
+  });
+  if (!training_ids) {
+    const bool raw = knownShare(counts, shippedLabelSet("semantic_kitti")) >= kKnownShare;
+    return raw ? std::optional<std::string>("semantic_kitti") : std::nullopt;
+  }
+  if (counts.count(19) > 0) return "semantic_kitti_train_1";
+  if (counts.count(255) > 0) return "semantic_kitti_train_0";
+  // Road, sidewalk, building and vegetation in either counting.
+  const auto points_of = [&](std::initializer_list<std::uint32_t> ids) {
+    return shareOf(counts, [&](std::uint32_t id) {
+      return std::find(ids.begin(), ids.end(), id) != ids.end();
+    });
+  };
+  return points_of({9, 11, 13, 15}) >= points_of({8, 10, 12, 14}) ? "semantic_kitti_train_1"
+                                                                  : "semantic_kitti_train_0";
+}
+
+void takeSemanticKitti(RecordingListing& listing, const std::string& set) {
+  listing.labels = shippedLabelSet(set);
+  listing.notes.push_back("its files name no classes; by their ids they are those of " + set +
+                          "; --labels names others");
+}
+
+/// True if the ids are among those of the offered set, and what it calls ground lies as ground
+/// does. A set without names says nothing of the ground, nor does one of things.
+bool offeredFits(const RecordingListing& listing, const LabelCounts& counts,
+                 const InputOptions& options) {
+  if (!options.map_labels || knownShare(counts, *options.map_labels) < kKnownShare) return false;
+  const auto& classes = options.map_labels->classes();
+  const bool has_ground = std::any_of(classes.begin(), classes.end(), [&](const auto& entry) {
+    return isGround(options.map_labels->kind(entry.first));
+  });
+  return options.map_labels->isGeneric() || !has_ground ||
+         groundFits(listing, *options.map_labels).value_or(false);
+}
+
+void takeOffered(RecordingListing& listing, const InputOptions& options) {
+  listing.labels = *options.map_labels;
+  listing.notes.push_back("names no classes; its ids are taken as those of the map" +
+                          std::string(listing.labels.isGeneric() ? ", which names none either"
+                                                                 : "; --labels names others"));
+}
+
+void guessLabels(RecordingListing& listing, const LabelCounts& counts,
+                 const InputOptions& options) {
+  if (offeredFits(listing, counts, options)) return takeOffered(listing, options);
+  if (areRawSemanticKitti(listing, counts, shippedLabelSet("semantic_kitti")))
+    return takeSemanticKitti(listing, "semantic_kitti");
+  std::vector<std::uint32_t> ids;
+  for (const auto& [id, points] : counts) ids.push_back(id);
+  listing.labels = genericLabelSet(ids);
+}
+
+}  // namespace
+
+LabelCounts countLabels(const RecordingListing& listing, std::size_t max_frames) {
+  LabelCounts counts;
+  for (const std::size_t i : spreadFrames(listing, max_frames)) {
+    const Frame frame = readListed(listing, listing.frames[i]);
+    for (const std::uint16_t label : frame.label.pixels) ++counts[label];
+    for (const auto& point : frame.cloud.points) ++counts[point.label];
+  }
+  return counts;
+}
+
+void guessLabels(RecordingListing& listing, const InputOptions& options) {
+  guessLabels(listing, countLabels(listing, kFramesToLookAt), options);
+}
+
+void guessSemanticKittiLabels(RecordingListing& listing, const InputOptions& options) {
+  const LabelCounts counts = countLabels(listing, kScansToLookAt);
+  const bool of_another_set =
+      options.map_labels && options.map_labels->name().rfind("semantic_kitti", 0) != 0;
+  const auto set = semanticKittiSet(counts);
+  if (!set || (of_another_set && offeredFits(listing, counts, options)))
+    guessLabels(listing, counts, options);
+  else
+    takeSemanticKitti(listing, *set);
+}
+
+}  // namespace xview::io

@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "things_or_samples.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <unordered_map>
+#include <unordered_set>
+#include <vector>
+
+#include "point_table.h"
+#include "xview/types/error.h"
+#include "xview/types/median.h"
+
+namespace xview::io {
+namespace {
+
+/// Things of a town are farther apart than the first, samples of any sensor closer than the last;
+/// things of a desk lie between [m].
+constexpr double kThings_m = 1.0, kSamples_m = 0.1;
+constexpr std::size_t kFirstVertices = 4096;  ///< probes are chosen among them, spread evenly
+constexpr std::size_t kProbes = 256;
+
+struct Probe {
+  Eigen::Vector3d position;
+  std::uint32_t label = 0;
+  double nearest_m = kThings_m;  ///< other vertex; at most this far
+  bool among_its_like = false;   ///< that one is of the same class
+};
+
+/// Thrown out of the reader when enough is known.
+struct KnownEnough {};
+
+/// Finds the nearest neighbours of a few vertices while all of them pass by, with no more of them
+/// in memory than the first.
+class Neighbourhoods {
+ public:
+  void add(const Eigen::Vector3d& p, std::uint32_t label, std::uint32_t instance) {
+    ++count_;
+    if (count_ <= kFirstVertices) {
+      if (instance != 0) instances_.insert(instance);
+      first_.push_back({p, label, kThings_m, false});
+      if (count_ == kFirstVertices) chooseProbes();
+    } else {
+      meet(p, label);
+    }
+  }
+
+  void end() {
+    if (probes_.empty()) chooseProbes();
+  }
+
+  /// Nearly every vertex is an instance of its own.
+  bool areInstances() const {
+    return static_cast<double>(instances_.size()) >=
+           0.95 * static_cast<double>(std::min(count_, kFirstVertices));
+  }
+  double spacing_m() const {
+    std::vector<double> nearest;
+    for (const Probe& probe : probes_) nearest.push_back(probe.nearest_m);
+    return nearest.empty() ? 0 : medianOf(std::move(nearest));
+  }
+  double shareAmongTheirLike() const {
+    const auto alike = std::count_if(probes_.begin(), probes_.end(),
+                                     [](const Probe& p) { return p.among_its_like; });
+    return static_cast<double>(alike) /
+           static_cast<double>(std::max<std::size_t>(1, probes_.size()));
+  }
+  std::size_t count() const { return count_; }
+
+ private:
+  static std::uint64_t keyOf(std::int64_t x, std::int64_t y, std::int64_t z) {
+    const auto bits = [](std::int64_t i) { return static_cast<std::uint64_t>(i) & 0x1FFFFF; };
+    return bits(x) << 42 | bits(y) << 21 | bits(z);
+  }
+  static std::int64_t cellOf(double x) {
+    return static_cast<std::int64_t>(std::floor(x / kThings_m));
+  }
+
+  /// Every probe stands in all cells around it, so that whoever passes looks at one.
+  void chooseProbes() {
+    const std::size_t step = std::max<std::size_t>(1, first_.size() / kProbes);
+    for (std::size_t i = 0; i < first_.size(); i += step) {
+      const Eigen::Vector3d& p = first_[i].position;
+      for (int n = 0; n < 27; ++n) {
+        around_[keyOf(cellOf(p.x()) + n % 3 - 1, cellOf(p.y()) + n / 3 % 3 - 1,
+                      cellOf(p.z()) + n / 9 - 1)]
+            .push_back(probes_.size());
+      }
+      probes_.push_back(first_[i]);
+      own_.push_back(i);
+    }
+    for (std::size_t i = 0; i < first_.size(); ++i) meet(first_[i].position, first_[i].label, i);
+  }
+
+  void meet(const Eigen::Vector3d& p, std::uint32_t label, std::size_t index = SIZE_MAX) {
+    const auto found = around_.find(keyOf(cellOf(p.x()), cellOf(p.y()), cellOf(p.z())));
+    if (found == around_.end()) return;
+    for (const std::size_t i : found->second) {
+      Probe& probe = probes_[i];
+      const double distance_m = (p - probe.position).norm();
+      if (own_[i] == index || !(distance_m < probe.nearest_m)) continue;
+      close_ += probe.nearest_m > kSamples_m && distance_m <= kSamples_m;
+      probe.nearest_m = distance_m;
+      probe.among_its_like = label == probe.label;
+    }
+    // Neighbours only come closer, so these can be nothing but samples.
+    if (4 * close_ > 3 * probes_.size() && count_ >= kFirstVertices && !areInstances())
+      throw KnownEnough();
+  }
+
+  std::size_t count_ = 0, close_ = 0;
+  std::unordered_set<std::uint32_t> instances_;  ///< of the first vertices
+  std::vector<Probe> first_, probes_;
+  std::vector<std::size_t> own_;  ///< position of each probe among the vertices
+  std::unordered_map<std::uint64_t, std::vector<std::size_t>> around_;
+};
+
+Neighbourhoods lookAt(InputFile& file, const FileLayout& layout, const Element& vertices,
+                      const IdColumns& ids) {
+  ChosenColumns columns(vertices, file);
+  const auto label = columns.add(ids.label), instance = columns.add(ids.instance);
+  Neighbourhoods found;
+  try {
+    for (const Element& element : layout.elements) {
+      if (&element == &vertices) {
+        readRows(
+            file, layout, element, columns.all(), [&](const double* values, const RowPlace& place) {
+              const Eigen::Vector3d p(values[0], values[1], values[2]);
+              if (p.allFinite())
+                found.add(p, columns.id(label, values, place), columns.id(instance, values, place));
+            });
+        break;
+      }
+      readRows(file, layout, element, {}, nullptr);
+    }
+    found.end();
+  } catch (const KnownEnough&) {
+  }
+  return found;
+}
+
+}  // namespace
+
+bool holdsGraph(const std::string& path, std::string* guess) {
+  constexpr double kAmongTheirLike = 0.8;
+  InputFile file(path);
+  const FileLayout layout = readPlyHeader(file);
+  const Element* vertices = layout.findElement("vertex");
+  if (!vertices) throw Error(path, "no `element vertex` in the header");
+  const auto has = [&](const char* name) {
+    return std::any_of(vertices->columns.begin(), vertices->columns.end(),
+                       [&](const Column& column) { return column.name == name; });
+  };
+  const Element* faces = layout.findElement("face");
+  if (has("observations") || has("sigma") || has("extent_x")) return true;
+  if (!has("label") || (faces && faces->rows > 0)) return false;
+  if (layout.findElement("edge")) return true;
+  checkSize(file, layout);
+  const Neighbourhoods around = lookAt(file, layout, *vertices, findIdColumns(*vertices, {}, file));
+  if (around.count() < 2) return false;
+  const double spacing_m = around.spacing_m();
+  const bool instances = around.areInstances();
+  if (spacing_m <= kSamples_m && !instances) return false;
+  const bool things =
+      spacing_m >= kThings_m || instances || around.shareAmongTheirLike() < kAmongTheirLike;
+  if (guess) {
+    const std::string spacing = spacing_m >= kThings_m
+                                    ? "more than 1 m"
+                                    : "about " + std::to_string(spacing_m).substr(0, 4) + " m";
+    *guess = things ? "its vertices are " + spacing +
+                          " apart, so they may be things; --input-kind graph reads them as such"
+                    : "its vertices are " + spacing +
+                          " apart among their like, so they are taken for samples of surfaces; "
+                          "--input-kind graph reads them as things";
+  }
+  return things;
+}
+
+}  // namespace xview::io

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "pipeline/query_check.h"
+
+#include <fmt/core.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+
+#include "xview/types/label_match.h"
+
+namespace xview {
+namespace {
+
+constexpr const char* kNothingIsLeft =
+    "nothing of the query is left to be found: it is empty, or all of it is unlabelled or out of "
+    "range";
+
+bool isEmpty(const Place& place) {
+  return place.graph.empty() && place.plan.sampleCount() == 0 && place.cloud.empty();
+}
+
+/// Some names of a set, for a message.
+std::string namesIn(const LabelSet& labels) {
+  constexpr std::size_t kMost = 4;
+  std::string names;
+  std::size_t count = 0;
+  for (const auto& [id, info] : labels.classes()) {
+    if (info.role == Role::ignored || ++count > kMost) continue;
+    names += (names.empty() ? "" : ", ") + info.name;
+  }
+  return count > kMost ? names + ", ..." : names;
+}
+
+std::optional<std::string> whyClassesDiffer(const LabelSet& query, const LabelSet& map) {
+  if (query == map || !LabelMatch(query, map).isHopeless()) return std::nullopt;
+  if (query.isGeneric() != map.isGeneric()) {
+    return fmt::format(
+        "the classes of the {} have no names and the shapes of its points do not tell them, so "
+        "they "
+        "cannot meet those of the {} ({}); name them with {} SET or a classes.yaml beside the file",
+        query.isGeneric() ? "query" : "map", query.isGeneric() ? "map" : "query",
+        namesIn(query.isGeneric() ? map : query), query.isGeneric() ? "--labels" : "--map-labels");
+  }
+  return fmt::format(
+      "query and map have no class in common ({} against {}); if they mean the same, "
+      "say so with --class-names",
+      namesIn(query), namesIn(map));
+}
+
+/// What of a map is anywhere, from above [m].
+Eigen::AlignedBox2d boundsOf(const map::SemanticMap& map) {
+  Eigen::AlignedBox2d box;
+  for (const Vertex& vertex : map.graph.vertices) box.extend(vertex.position.head<2>());
+  for (const Eigen::Isometry3d& T : map.poses) box.extend(T.translation().head<2>());
+  for (const GroundCell& cell : map.plan.known) {
+    box.extend(Eigen::Vector2d(map.plan.origin_x + cell.x * map.plan.cell_m,
+                               map.plan.origin_y + cell.y * map.plan.cell_m));
+  }
+  return box;
+}
+
+/// A sensor may stand outside of what it sees, but not by more than half of a map, nor by more than
+/// it sees.
+std::optional<std::string> whyPriorIsOutside(const PlacePrior& prior, const map::SemanticMap& map) {
+  constexpr double kSight_m = 50;
+  const Eigen::AlignedBox2d box = boundsOf(map);
+  if (!prior.near || box.isEmpty()) return std::nullopt;
+  const double outside_m = box.exteriorDistance(Eigen::Vector2d(prior.near->x, prior.near->y));
+  const double reach_m = std::min(kSight_m, 0.5 * box.diagonal().norm());
+  if (outside_m <= prior.near->radius + reach_m) return std::nullopt;
+  return fmt::format(
+      "the prior is outside of the map: x {:.1f}, y {:.1f} within {:.1f} m, but the map has x "
+      "{:.1f} .. {:.1f}, y {:.1f} .. {:.1f}; give it in the frame of the map or leave it out",
+      prior.near->x, prior.near->y, prior.near->radius, box.min().x(), box.max().x(), box.min().y(),
+      box.max().y());
+}
+
+/// A place on the ground is not kilometres high; a number in millimetres is.
+std::optional<std::string> whyTooLarge(const Query& query) {
+  constexpr float kHighest_m = 1000;
+  constexpr float kSteepest = 0.02F;  // a country is high, too, but far wider
+  Eigen::AlignedBox3f box;
+  for (const Point& p : query.cloud.points) box.extend(p.getVector3fMap());
+  if (query.cloud.empty()) return std::nullopt;
+  const Eigen::Vector3f size = box.sizes();
+  if (size.minCoeff() < kHighest_m || size.minCoeff() < kSteepest * size.maxCoeff())
+    return std::nullopt;
+  return fmt::format(
+      "the query is {:.0f} x {:.0f} x {:.0f} m large; are its units millimetres? "
+      "Lengths must be metres",
+      size.x(), size.y(), size.z());
+}
+
+/// Less than any place can be told by. A bare graph may have few vertices.
+std::optional<std::string> whyTooLittle(const Query& query) {
+  constexpr std::size_t kFewestSamples = 30, kFewestVertices = 4, kFewestPoints = 500;
+  if (query.plan.known.empty() && query.cloud.empty()) return std::nullopt;
+  if (query.plan.sampleCount() >= kFewestSamples || query.graph.size() >= kFewestVertices ||
+      query.cloud.size() >= kFewestPoints)
+    return std::nullopt;
+  return fmt::format(
+      "the query is too little to tell one place from another: {} points after "
+      "thinning and {} vertices; use more of the recording (longer --window), or a "
+      "denser cloud",
+      query.cloud.size(), query.graph.size());
+}
+
+}  // namespace
+
+std::optional<std::string> whyUnfindable(const Query& query, const map::SemanticMap& map,
+                                         const PlacePrior& prior) {
+  if (isEmpty(map)) return "the map is empty; build it of a recording that sees something";
+  if (isEmpty(query)) return kNothingIsLeft;
+  if (const auto reason = whyTooLarge(query)) return reason;
+  if (const auto reason = whyTooLittle(query)) return reason;
+  if (const auto reason = whyClassesDiffer(query.labels, map.labels)) return reason;
+  return whyPriorIsOutside(prior, map);
+}
+
+}  // namespace xview
