@@ -199,6 +199,7 @@ std::string toJson(const Answer& answer) {
   json["witnesses"] = {{"place", fix.witnesses.place},
                        {"correspondences", fix.witnesses.correspondences},
                        {"dense", fix.witnesses.dense}};
+  json["size"] = answer.size;
   json["T_map_query"] =
       has_pose ? rowMajor<4>(inLengthsOfQuery(fix.T_map_query, fix.scale)) : Json();
   json["pose"] = has_pose ? poseOf(answer) : Json();

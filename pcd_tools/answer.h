@@ -22,6 +22,7 @@ struct Answer {
   std::size_t frames = 1;      ///< length of the recording
   double last_stamp_s = 0;
   double load_map_ms = 0;
+  std::string size;  ///< of the place, see types/place_size.h
   Localization fix;
   std::optional<SequenceAnswer> sequence;  ///< with --sequence
   std::optional<TrackAnswer> track;        ///< with --track

@@ -34,14 +34,15 @@ class FuseCommand final : public Command {
     flags.add("--undo", undo_, "take back the last addition to MAP");
   }
 
-  ExitCode run(const Job& job) override {
-    if (undo_) return undo(job.operands.back());
-    if (job.operands.size() != 2) throw UsageError("xview fuse needs QUERY MAP, found 1 operand");
-    const std::string &query = job.operands[0], &path = job.operands[1];
-    checkOrder(job.operands, input_);
+  ExitCode run(const Job& given) override {
+    if (undo_) return undo(given.operands.back());
+    if (given.operands.size() != 2) throw UsageError("xview fuse needs QUERY MAP, found 1 operand");
+    const std::string &query = given.operands[0], &path = given.operands[1];
+    checkOrder(given.operands, input_);
     io::requireWritable(path);
     const map::MapLock lock(path);
     map::SemanticMap map = map::loadMap(path);
+    const Job job = inMap(given, map);
     const std::optional<Localization> fix = locate(query, map, job);
     if (!fix) return kNoPose;
     const std::size_t before = map.graph.size();

@@ -40,6 +40,10 @@ std::unique_ptr<FrameSource> openMapInput(const std::string& path, const io::Inp
 /// of the map.
 io::InputOptions inputIn(const InputFlags& input, const LabelSet& map_labels);
 
+/// The job with what the map decides about all that is looked for in it: its size. Says so if another
+/// one was asked for.
+Job inMap(Job job, const map::SemanticMap& map);
+
 /// A graph file with its label set: --labels, else that of its comments, else classes.yaml beside
 /// the file, else input.unnamed, else generic names. Edges are made by radius search if the file
 /// has none.

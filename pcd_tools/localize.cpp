@@ -212,10 +212,12 @@ class LocalizeCommand final : public Command {
     }
   }
 
-  ExitCode answerAll(const Job& job) {
+  ExitCode answerAll(const Job& given) {
     Stopwatch watch;
-    const map::SemanticMap map = readMap(job.operands.back(), input_, job);
+    const map::SemanticMap map = readMap(given.operands.back(), input_, given);
+    const Job job = inMap(given, map);
     const Localizer localizer(map, job.options);
+    size_ = sizeText(map.size);
     load_map_ms_ = watch.lap_ms();
     if (!json_) fmt::print("{}\n", tableHeading());
     for (std::size_t i = 0; i + 1 < job.operands.size(); ++i) {
@@ -252,6 +254,7 @@ class LocalizeCommand final : public Command {
     const auto answerWindow = [&](const Query& query, const Window& window) {
       Answer answer = answerFor(input, window);
       answer.load_map_ms = load_map_ms_;
+      answer.size = size_;
       answers.answer(query, window, answer);
       ++answered_;
       accepted_ += answer.fix.accepted();
@@ -274,6 +277,7 @@ class LocalizeCommand final : public Command {
   std::string near_, yaw_;
   bool json_ = false;
   double load_map_ms_ = 0;
+  std::string size_;
   std::size_t answered_ = 0, accepted_ = 0, failed_ = 0;
 };
 
