@@ -187,9 +187,8 @@ class InfoCommand final : public Command {
     if (header.label_field.empty())
       return printBounds("bounds", censusOf(io::readCloud(path, fields, false)).bounds);
     const auto source = openInput(path, options, job);
-    const Frame cloud = source->read(0);
-    printSize(cloud, job.options);
-    const Census census = censusOf(cloud);
+    printSize(std::vector<const FrameSource*>{source.get()}, job.options);
+    const Census census = censusOf(source->read(0));
     printRow("finite", fmt::format("{} points", census.measured));
     printBounds("bounds", census.bounds);
     printClasses(census, source->labels(), "points");

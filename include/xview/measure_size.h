@@ -18,7 +18,6 @@ struct MeasuredSize {
 /// Of some frames, alike over all of them: of a sensor how far away what it sees is, of a cloud
 /// without view-points how far and how high it reaches.
 MeasuredSize measureSize(const std::vector<const FrameSource*>& recordings);
-MeasuredSize measureSize(const Frame& frame);
 /// Of a bare graph: how far its vertices are apart and how far it reaches.
 MeasuredSize measureSize(const SemanticGraph& graph);
 

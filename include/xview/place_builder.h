@@ -44,7 +44,8 @@ bool isImageSpace(const Options& options);  ///< options.graph_space
 /// naming the recording.
 void requireGraphSpace(const Options& options, Sensor sensor, const std::string& recording);
 
-/// One frame through lift, clean and blobs, of the size that options.size says; auto measures it.
+/// One frame through lift, clean and blobs, of the size that options.size says. One frame
+/// tells no size, so auto is that of a town here.
 /// Throws UsageError if options.graph_space is image and the frame has no images.
 FrameDigest digestFrame(Frame frame, const LabelSet& labels, const Options& options);
 

@@ -60,7 +60,9 @@ class InverseDepths {
  public:
   explicit InverseDepths(const Frame& frame) : frame_(frame) {}
 
-  bool isMeasured(Pixel p) const { return isDepth(frame_.depth.at(p.u, p.v)); }
+  bool isMeasured(Pixel p) const {
+    return isDepth(frame_.depth.at(p.u, p.v));
+  }
   /// Of planar depth, if the numbers are `range` along the ray, or are planar.
   double at(Pixel p, bool range) const {
     const Camera& c = frame_.camera;

@@ -124,7 +124,7 @@ FrameDigest digestFrame(Frame frame, const LabelSet& labels, const Options& give
   requireGraphSpace(given, frame.sensor, "frame " + std::to_string(frame.number));
   Stopwatch watch;
   FrameDigest digest;
-  digest.size = sizeFor(given, frame);
+  digest.size = parseSize(given.size).value_or(kTown);
   if (digest.size != kTown) scaleLengths(1 / digest.size, frame);
   const Options options = inTownLengths(given, digest.size);
   double inverse_depth_sigma = 0;  // depth z of a camera is known to z^2 times this [1/m]

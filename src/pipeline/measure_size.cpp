@@ -16,6 +16,7 @@ namespace {
 constexpr std::size_t kFrames = 12;    ///< looked at of all recordings together
 constexpr std::size_t kPoints = 5000;  ///< about so many of a frame
 constexpr double kMostSeen = 0.9;      ///< the ground near by is seen in any place
+constexpr double kFlat = 16;           ///< so many times as wide as high
 /// What is between two sizes is taken for the nearer one, in ratios.
 constexpr double kTownRange_m = 9, kRoomRange_m = 1.6;     ///< of most that a sensor sees
 constexpr double kTownReach_m = 10, kRoomReach_m = 1.2;    ///< of clouds
@@ -60,7 +61,8 @@ double reachOf(const LabelledCloud& cloud) {
   std::vector<double> spreads;
   for (auto& values : along) spreads.push_back(spreadOf(std::move(values)));
   std::sort(spreads.begin(), spreads.end());
-  return std::sqrt(spreads[0] * spreads[2]);  // whichever way is up
+  // Whichever way is up; what is flat shows nothing but ground.
+  return std::sqrt(std::max(spreads[0], spreads[2] / kFlat) * spreads[2]);
 }
 
 /// What tells the size of a frame [m]: of a sensor how far away most of what it sees is, of a cloud
@@ -83,11 +85,6 @@ MeasuredSize measured(const std::vector<double>& lengths, Sensor sensor) {
 }
 
 }  // namespace
-
-MeasuredSize measureSize(const Frame& frame) {
-  const double length = lengthOf(frame);
-  return measured(length > 0 ? std::vector{length} : std::vector<double>{}, frame.sensor);
-}
 
 MeasuredSize measureSize(const std::vector<const FrameSource*>& recordings) {
   std::size_t total = 0;

@@ -82,8 +82,9 @@ std::optional<RegisteredPlans> PlanRegistration::align(const PlanView& query,
   sensor.translation().head<2>() = (up_of_query * sensor_in_query).head<2>();
   const LabelledCloud cloud = flatCloud(query, sensor.translation().head<2>(), kRecent_m);
   const std::vector<Eigen::Isometry3d> poses{sensor};
-  const pose::Refinement found = pose::refine(distributions(), pose::RefineQuery{cloud, poses},
-                                              channelClasses(), before, planRefinement());
+  const pose::Refinement found =
+      pose::refine(distributions(), pose::RefineQuery{cloud, poses},
+                   channelClasses(), before, planRefinement());
   if (!found.converged) return std::nullopt;
   const Eigen::Isometry3d motion = planarPart(found.T_map_query) * before.inverse();
   return RegisteredPlans{up_of_map.inverse() * motion * up_of_map * T_map_query, found.overlap};
