@@ -297,6 +297,15 @@ def rooms(world, folder, made):
     yield graphs_row(world, "mp3d in scannet", "whole", scannet, house, names, INDOORS_M, stranger=True)
 
 
+def mosd(world, folder, made):
+    """Scenes of a table seen by a Kinect: each in itself, and in the others, where it is a stranger."""
+    scenes = sorted(folder.glob("*.pcd"))
+    itself = [Part(Map([scene], []), [scene], [], truth_of_queries({scene: turned_about_z(0)})) for scene in scenes]
+    yield Row(world, "in itself", "whole", itself, DESK_M)
+    others = [Part(Map([place], []), [scene for scene in scenes if scene != place], [], None) for place in scenes]
+    yield Row(world, "in another", "whole", others, DESK_M)
+
+
 def laser_teach_repeat(world, folder, made):
     parts = []
     for scan, place, *numbers in lines_of(folder / "truth.txt"):
@@ -317,6 +326,7 @@ WORLDS = {
     "office_noisy": town(("rear", "other"), ROOMS_M, INDOORS_M),
     "kitti00": kitti00, "nuscenes32": nuscenes32, "pandaset": pandaset, "laser_teach_repeat": laser_teach_repeat,
     "osm": osm, "pole_maps": pole_maps, "tum_fr2_desk": tum_fr2_desk, "rooms": rooms,
+    "mosd": mosd,
 }
 
 STRANGER = ["--sessions.elsewhere"]

@@ -239,6 +239,7 @@ std::string toJson(const Answer& answer) {
                         {"dense", fix.statistics.dense},
                         {"by_chance", fix.statistics.by_chance},
                         {"rival", fix.statistics.rival}};
+  json["size"] = answer.size;
   json["T_map_query"] =
       has_pose ? rowMajor<4>(inLengthsOfQuery(fix.T_map_query, fix.scale)) : Json();
   json["pose"] = has_pose ? poseOf(answer) : Json();

@@ -13,6 +13,8 @@
 #include "xview/graph/image_blobs.h"
 #include "xview/graph/lift.h"
 #include "xview/mapper.h"
+#include "xview/measure_size.h"
+#include "xview/sized_options.h"
 #include "xview/types/error.h"
 #include "xview/types/stopwatch.h"
 
@@ -121,9 +123,13 @@ class BlobsCommand final : public Command {
 
   void declare(Flags& flags) override { input_.declare(flags); }
 
-  ExitCode run(const Job& job) override {
-    requireCloudPath(job.operands[1]);
-    const auto source = openInput(job.operands[0], input_.parsed(), job);
+  ExitCode run(const Job& given) override {
+    requireCloudPath(given.operands[1]);
+    const auto source = openInput(given.operands[0], input_.parsed(), given);
+    Job job = given;
+    job.options =
+        atSize(given.options,
+               sizeFor(given.options, std::vector{static_cast<const FrameSource*>(source.get())}));
     const bool in_images = job.options.graph_space == "image";
     const BlobbedCloud result =
         in_images ? regionsOfImages(*source, job) : clusterCloud(*source, job);

@@ -37,14 +37,14 @@ class FuseCommand final : public Command {
     flags.add("-o,--out", out_, "write the larger map to this file and leave MAP alone");
   }
 
-  ExitCode run(const Job& job) override {
+  ExitCode run(const Job& given) override {
     if (undo_) {
       if (!out_.empty()) throw UsageError("--undo changes MAP itself, without -o");
-      return undo(job.operands.back());
+      return undo(given.operands.back());
     }
-    if (job.operands.size() != 2) throw UsageError("xview fuse needs QUERY MAP, found 1 operand");
-    const std::string &query = job.operands[0], &path = job.operands[1];
-    checkOrder(job.operands, input_);
+    if (given.operands.size() != 2) throw UsageError("xview fuse needs QUERY MAP, found 1 operand");
+    const std::string &query = given.operands[0], &path = given.operands[1];
+    checkOrder(given.operands, input_);
     std::optional<io::AtomicFile> copy;
     if (!out_.empty() && (std::filesystem::path(out_).extension() != ".xvm" ||
                           (std::filesystem::exists(out_) && !map::isMapFile(out_))))
@@ -55,6 +55,7 @@ class FuseCommand final : public Command {
       copy.emplace(out_);
     const map::MapLock lock(path);
     map::SemanticMap map = map::loadMap(path);
+    const Job job = inMap(given, map);
     const std::optional<Localization> fix = locate(query, map, job);
     if (!fix) return kNoPose;
     const std::size_t before = map.graph.size();

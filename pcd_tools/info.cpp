@@ -8,6 +8,7 @@
 #include "tool.h"
 #include "xview/io/cloud_files.h"
 #include "xview/map/map_store.h"
+#include "xview/measure_size.h"
 #include "xview/types/error.h"
 
 namespace xview::tools {
@@ -95,15 +96,25 @@ void printMap(const std::string& path) {
   const map::MapSummary summary = map::readMapSummary(path);
   printRow("version", fmt::format("schema {}, written by {}", summary.schema_version,
                                   summary.program_version));
-  printRow("size", fmt::format("{} key frames, {} points, {} plan samples", summary.keyframes,
-                               summary.cloud_points, summary.plan_samples));
+  printRow("size", summary.size);
+  printRow("holds", fmt::format("{} key frames, {} points, {} plan samples", summary.keyframes,
+                                summary.cloud_points, summary.plan_samples));
   for (const std::string& source : summary.sources) printRow("source", source);
   const map::SemanticMap map = map::loadMap(path);
   printGraph(map.graph, map.labels);
 }
 
+/// What lengths are usual there, given or measured.
+template <class Measured>
+void printSize(const Measured& data, const Options& options) {
+  if (const auto given = parseSize(options.size)) return printRow("size", sizeText(*given));
+  const MeasuredSize found = measureSize(data);
+  printRow("size", fmt::format("{} ({})", sizeText(found.size), found.reason));
+}
+
 void printRecording(const FrameSource& source, const Job& job) {
   if (source.size() == 0) throw Error(source.name(), "no frames");
+  printSize(std::vector<const FrameSource*>{&source}, job.options);
   std::vector<Census> frames;
   forEachFrame(
       source, job, "info", [](const Frame& frame) { return censusOf(frame); },
@@ -148,6 +159,7 @@ class InfoCommand final : public Command {
       printMap(path);
     } else if (kind == io::InputKind::graph) {
       const LabelledGraph file = readLabelledGraph(path, input_.parsed(), job);
+      printSize(file.graph, job.options);
       printGraph(file.graph, file.labels);
     } else if (kind == io::InputKind::cloud) {
       printCloud(path, job);
@@ -175,6 +187,7 @@ class InfoCommand final : public Command {
     if (header.label_field.empty())
       return printBounds("bounds", censusOf(io::readCloud(path, fields, false)).bounds);
     const auto source = openInput(path, options, job);
+    printSize(std::vector<const FrameSource*>{source.get()}, job.options);
     const Census census = censusOf(source->read(0));
     printRow("finite", fmt::format("{} points", census.measured));
     printBounds("bounds", census.bounds);

@@ -11,6 +11,8 @@
 #include "xview/io/graph_files.h"
 #include "xview/io/label_files.h"
 #include "xview/map/map_store.h"
+#include "xview/measure_size.h"
+#include "xview/sized_options.h"
 #include "xview/types/error.h"
 #include "xview/types/moved_recording.h"
 #include "xview/types/stopwatch.h"
@@ -108,13 +110,25 @@ io::InputOptions inputIn(const InputFlags& input, const LabelSet& map_labels) {
   return options;
 }
 
+Job inMap(Job job, const map::SemanticMap& map) {
+  const std::string size = sizeText(map.size);
+  const auto asked = parseSize(job.options.size);
+  if (asked && *asked != map.size)
+    job.narrate.note("the map has lengths of size " + size +
+                     ", and so has what is looked for in it");
+  job.options.size = size;
+  return job;
+}
+
 LabelledGraph readLabelledGraph(const std::string& path, const io::InputOptions& input,
                                 const Job& job) {
   std::string guess;
   io::recogniseInput(path, input, &guess);
   if (!guess.empty()) job.narrate.note(path + ": " + guess);
   io::GraphFile file = io::readGraph(path);
-  if (!file.has_edges) graph::connectByRadius(file.graph, job.options.edges);
+  if (!file.has_edges)
+    graph::connectByRadius(file.graph,
+                           atSize(job.options, sizeFor(job.options, file.graph)).edges);
   LabelSet labels = labelsOfGraph(path, file.graph, file.labels, input, job.narrate);
   return {std::move(labels), std::move(file.graph)};
 }

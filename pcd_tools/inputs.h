@@ -42,6 +42,10 @@ std::unique_ptr<FrameSource> openPlaceInput(const std::string& path,
 /// How to read what shall be found in a map or added to it.
 io::InputOptions inputIn(const InputFlags& input, const LabelSet& map_labels);
 
+/// The job with what the map decides about all that is looked for in it: its size. Says so if
+/// another one was asked for.
+Job inMap(Job job, const map::SemanticMap& map);
+
 /// A graph file with its label set (labelsOfGraph). Edges are made by radius search if the file has
 /// none.
 struct LabelledGraph {

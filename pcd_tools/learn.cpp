@@ -65,9 +65,10 @@ class LearnCommand final : public Command {
     }
     io::AtomicFile out(job.operands.back());
     const map::SemanticMap map = readMap(job.operands[job.operands.size() - 2], input_, job);
+    const Job sized = inMap(job, map);
     search::LikelihoodTable learned;
     for (std::size_t i = 0; i + 2 < job.operands.size(); ++i)
-      learned.add(learnFrom(job.operands[i], map, job));
+      learned.add(learnFrom(job.operands[i], map, sized));
     const double samples = samplesAtTruth(learned);
     if (samples == 0) {
       throw Error(job.operands[0], fmt::format("nothing learned: no travel of {} m of it sees "

@@ -227,9 +227,11 @@ class LocalizeCommand final : public Command {
     }
   }
 
-  ExitCode answerAll(const Job& job) {
-    const map::SemanticMap map = readMap(job.operands.back(), input_, job);
+  ExitCode answerAll(const Job& given) {
+    const map::SemanticMap map = readMap(given.operands.back(), input_, given);
+    const Job job = inMap(given, map);
     const Localizer localizer(map, job.options);
+    size_ = sizeText(map.size);
     load_map_ms_ = watch_.lap_ms();
     const std::vector<std::string> queries(job.operands.begin(), job.operands.end() - 1);
     Results results(out_);
@@ -289,6 +291,7 @@ class LocalizeCommand final : public Command {
     const auto answerWindow = [&](const Query& query, const Window& window) {
       Answer answer = answerFor(input, window);
       answer.load_map_ms = load_map_ms_;
+      answer.size = size_;
       answers.answer(query, window, answer);
       answer.heading_rad = headingOf(answer.fix.T_map_sensor.linear(), query.sensor);
       ++answered_;
@@ -314,6 +317,7 @@ class LocalizeCommand final : public Command {
   AnswerTable* table_ = nullptr;
   Stopwatch watch_;
   double load_map_ms_ = 0;
+  std::string size_;
   std::size_t answered_ = 0, accepted_ = 0;
   std::vector<std::string> errors_;
 };

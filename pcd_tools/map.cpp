@@ -50,7 +50,8 @@ class MapCommand final : public Command {
     Stopwatch watch;
     std::optional<map::SemanticMap> map;
     if (append_ && exists) map = map::loadMap(out);
-    for (map::SemanticMap& part : build(inputs, map ? &map->labels : nullptr, job)) {
+    for (map::SemanticMap& part :
+         build(inputs, map ? &map->labels : nullptr, map ? inMap(job, *map) : job)) {
       if (!map) {
         map = std::move(part);
         continue;

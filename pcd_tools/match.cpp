@@ -41,10 +41,11 @@ class MatchCommand final : public Command {
       throw UsageError("--scale: match draws the query in its own lengths");
     checkOrder({job.operands[0], job.operands[1]}, input_);
     const map::SemanticMap map = readMap(job.operands[1], input_, job);
-    const QueryInput input = readQuery(job.operands[0], input_, job, map.labels);
+    const Job sized = inMap(job, map);
+    const QueryInput input = readQuery(job.operands[0], input_, sized, map.labels);
     const Query& query = *input.whole;
     Stopwatch watch;
-    const Localization fix = Localizer(map, job.options).localize(query);
+    const Localization fix = Localizer(map, sized.options).localize(query);
     job.narrate.stage("match", watch.lap_ms(),
                       fmt::format("{}: {}", toString(fix.status), fix.reason));
 

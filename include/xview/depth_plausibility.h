@@ -17,9 +17,10 @@ void requireKindOfDepth(const FrameSource& source);
 /// along the ray taken for planar depth, instead of mapping nonsense.
 class DepthPlausibility {
  public:
-  /// One frame: what lifting counted and kept, and where the sensor was in the frame of the cloud.
+  /// One frame: what lifting counted and kept, where the sensor was in the frame of the cloud, and
+  /// how many metres the lengths of both have.
   void add(const graph::LiftCounts& counts, const LabelledCloud& cloud,
-           const Eigen::Vector3d& sensor);
+           const Eigen::Vector3d& sensor, double metres = 1);
 
   /// Throws Error
   /// - if next to nothing that was measured is within the range limits;

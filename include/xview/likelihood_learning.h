@@ -16,7 +16,7 @@ namespace xview {
 /// two thirds.
 search::LikelihoodTable learnLikelihoods(const map::SemanticMap& map,
                                          const std::vector<FrameDigest>& frames,
-                                         const std::vector<Eigen::Isometry3d>& T_map_sensor,
+                                         std::vector<Eigen::Isometry3d> T_map_sensor,
                                          double window_m, const Options& options);
 
 }  // namespace xview

@@ -12,6 +12,7 @@
 #include "xview/place_builder.h"
 #include "xview/types/gravity.h"
 #include "xview/types/localization.h"
+#include "xview/types/place_size.h"
 #include "xview/verify/verdict.h"
 
 namespace xview {
@@ -34,13 +35,16 @@ struct PoseCheck {
 /// be called from several threads.
 class Localizer {
  public:
-  /// The map must outlive the localizer.
+  /// The map must outlive the localizer. It decides about the size (types/place_size.h) of all that
+  /// is looked for in it.
   Localizer(const map::SemanticMap& map, const Options& options);
   ~Localizer();
 
-  /// The classes of the query are those of the map that mean the same (LabelMatch). With
-  /// options.scale the answer has a scale: its pose and its hypotheses are those of the query with
-  /// all lengths multiplied by it.
+  double size() const { return size_; }
+
+  /// The classes of the query are those of the map that mean the same (LabelMatch). Throws Error if
+  /// it was made with lengths of another size. With options.scale the answer has a scale: its pose
+  /// and its hypotheses are those of the query with all lengths multiplied by it.
   Localization localize(const Query& query) const;
   /// The same, where it is expected only; the prior of the options must hold as well.
   Localization localize(const Query& query, const ExpectedPose& expected) const;
@@ -62,6 +66,9 @@ class Localizer {
 
  private:
   struct Index;
+
+  double size_;
+  Scaled<map::SemanticMap> map_;  ///< in lengths of a town, as all that the index knows
   std::unique_ptr<const Index> index_;
 };
 

@@ -15,6 +15,7 @@
 #include "xview/pose/refine.h"
 #include "xview/search/search.h"
 #include "xview/types/option_field.h"
+#include "xview/types/place_size.h"
 #include "xview/types/prior_text.h"
 #include "xview/verify/consistency.h"
 #include "xview/verify/sample_consensus.h"
@@ -65,7 +66,8 @@ struct Options {
   std::string graph_space = "cloud";  ///< image: blobs and edges of the place graph are found in
                                       ///< the images, as in the paper
   std::string gravity = "auto";       ///< is z up in map and query? See xview/types/gravity.h
-  std::string scale;  ///< "low,high" or "free"; empty = lengths of the query are right
+  std::string scale;          ///< "low,high" or "free"; empty = lengths of the query are right
+  std::string size = "auto";  ///< what lengths are usual in the place; see types/place_size.h
   int seed = 1;
   int threads = 0;
   PriorOptions prior;
@@ -100,6 +102,9 @@ void visit(Options& o, Visitor&& field) {
   field("scale", o.scale, Syntax{requireScale},
         "lengths of the query may be wrong by one factor: low,high of what they are to be "
         "multiplied with, or free = 0.75,1.34; empty = they are right");
+  field("size", o.size, Syntax{requireSize},
+        "what lengths are usual: town, room or desk, or the typical spacing of neighbouring things "
+        "[m]; auto follows from the data; a query has the size of the map");
   field("seed", o.seed, Range{0, 2147483647}, "seed of everything random");
   field("threads", o.threads, Range{0, 1024},
         "threads; 0 = all cores. Results do not depend on it");

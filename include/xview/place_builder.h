@@ -21,8 +21,9 @@ namespace xview {
 using Progress = std::function<void(std::size_t, std::size_t)>;
 
 /// What later stages need of one frame; small enough to keep for a whole recording. In the odometry
-/// frame.
+/// frame, whose lengths are those of a town (types/place_size.h).
 struct FrameDigest {
+  double size = 1;  ///< its lengths times this are metres
   std::int64_t number = 0;
   double stamp_s = 0;
   Sensor sensor = Sensor::camera;
@@ -43,8 +44,9 @@ bool isImageSpace(const Options& options);  ///< options.graph_space
 /// naming the recording.
 void requireGraphSpace(const Options& options, Sensor sensor, const std::string& recording);
 
-/// One frame through lift, clean and blobs. Throws UsageError if options.graph_space is image and
-/// the frame has no images.
+/// One frame through lift, clean and blobs, of the size that options.size says. One frame
+/// tells no size, so auto is that of a town here.
+/// Throws UsageError if options.graph_space is image and the frame has no images.
 FrameDigest digestFrame(Frame frame, const LabelSet& labels, const Options& options);
 
 /// All frames of a recording, read and digested on options.threads threads, in order.

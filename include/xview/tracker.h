@@ -18,7 +18,8 @@ struct TrackAnswer {
 /// Follows a robot from fix to fix: the last accepted pose and the odometry since then say where
 /// the next query is expected, the covariance of the fix and the drift of the odometry how far
 /// around. Only there is searched. A query that does not agree with the map there is searched for
-/// everywhere; until one is found the expectation grows, beyond a radius of 20 m there is none.
+/// everywhere; until one is found the expectation grows, beyond a radius of 20 m (of a town;
+/// less in smaller places) there is none.
 class Tracker {
  public:
   /// The localizer must outlive the tracker.

@@ -11,6 +11,8 @@
 
 #include "map_tables.h"
 #include "map_tiles.h"
+#include "xview/types/error.h"
+#include "xview/types/place_size.h"
 #include "xview/types/pose.h"
 
 namespace xview::map {
@@ -183,6 +185,7 @@ Meta metaOf(const SemanticMap& map, std::size_t stored_points) {
             {"program_version", XVIEW_VERSION},
             {"label_set", map.labels.name()},
             {"options", map.options_yaml},
+            {"size", sizeText(map.size)},
             {"vertices", std::to_string(map.graph.size())},
             {"edges", std::to_string(map.graph.edgeCount())},
             {"keyframes", std::to_string(map.poses.size())},
@@ -224,6 +227,17 @@ GraphSpace graphSpaceIn(const Meta& meta) {
   throw Damage("meta: unknown graph_space " + found->second);
 }
 
+/// Maps that do not say it are of a town.
+double sizeIn(const Meta& meta) {
+  const auto found = meta.find("size");
+  if (found == meta.end()) return kTown;
+  try {
+    return parseSize(found->second).value_or(kTown);
+  } catch (const UsageError& e) {
+    throw Damage(std::string("meta: ") + e.what());
+  }
+}
+
 Meta readMeta(ContentReader& in) {
   Meta meta;
   in.table<NamedRow<std::string>>(
@@ -244,6 +258,7 @@ void setNumbers(const Meta& meta, SemanticMap& map) {
     throw Damage("plan view with unknown channels");
   map.plan.aerial = numberIn<int>(meta, "plan_aerial") != 0;
   map.graph.space = graphSpaceIn(meta);
+  map.size = sizeIn(meta);
   map.options_yaml = textIn(meta, "options");
 }
 
@@ -320,6 +335,8 @@ void readBulk(ContentReader& in, SemanticMap& map) {
     blocks.push_back(std::move(block));
   });
   setEdges(blocks, map.graph);
+  scaleLengths(1 / map.size, map.plan);  // tiles have the lengths of a town
+  scaleLengths(1 / map.size, map.cloud);
   in.table<PlanTile>("plan_tiles",
                      [&](std::int64_t, PlanTile& tile) { appendTile(tile, map.plan); });
   std::sort(map.plan.known.begin(), map.plan.known.end(),
@@ -328,6 +345,8 @@ void readBulk(ContentReader& in, SemanticMap& map) {
             });
   in.table<CloudTile>("cloud_tiles",
                       [&](std::int64_t, CloudTile& tile) { appendTile(tile, map.cloud); });
+  scaleLengths(map.size, map.plan);
+  scaleLengths(map.size, map.cloud);
   map.cloud.points.width = static_cast<std::uint32_t>(map.cloud.points.size());
   map.cloud.points.height = 1;
 }
@@ -336,8 +355,10 @@ void readBulk(ContentReader& in, SemanticMap& map) {
 
 void writeContent(SQLite::Database& database, const std::string& schema, const SemanticMap& map) {
   requireStorable(map);
-  const std::vector<PlanTile> plan_tiles = toTiles(map.plan);
-  const std::vector<CloudTile> cloud_tiles = toTiles(map.cloud);
+  // Tiles have the lengths of a town, for whose precision they are made.
+  const std::vector<PlanTile> plan_tiles = toTiles(*Scaled<PlanView>(map.plan, 1 / map.size));
+  const std::vector<CloudTile> cloud_tiles =
+      toTiles(*Scaled<LabelledCloud>(map.cloud, 1 / map.size));
   std::size_t stored_points = 0;
   for (const CloudTile& tile : cloud_tiles) stored_points += tile.points;
   std::vector<NamedRow<std::string>> meta;
@@ -384,6 +405,7 @@ MapSummary readSummary(SQLite::Database& database) {
   summary.schema_version = kMapSchemaVersion;
   summary.program_version = textIn(meta, "program_version");
   summary.label_set = textIn(meta, "label_set");
+  summary.size = sizeText(sizeIn(meta));
   summary.vertices = numberIn<std::size_t>(meta, "vertices");
   summary.edges = numberIn<std::size_t>(meta, "edges");
   summary.keyframes = numberIn<std::size_t>(meta, "keyframes");

@@ -107,14 +107,14 @@ void requireKindOfDepth(const FrameSource& source) {
 }
 
 void DepthPlausibility::add(const graph::LiftCounts& counts, const LabelledCloud& cloud,
-                            const Eigen::Vector3d& sensor) {
+                            const Eigen::Vector3d& sensor, double metres) {
   counts_.lifted += counts.lifted;
   counts_.out_of_range += counts.out_of_range;
   if (cloud.empty()) return;
   const Eigen::Vector3f here = (sensor - cloud.origin).cast<float>();
   std::vector<float> ranges;
   for (const Point& p : cloud.points) ranges.push_back((p.getVector3fMap() - here).norm());
-  median_ranges_.push_back(medianOf(std::move(ranges)));
+  median_ranges_.push_back(static_cast<float>(metres) * medianOf(std::move(ranges)));
 }
 
 void DepthPlausibility::require(const FrameSource& source) const {

@@ -8,7 +8,9 @@
 #include "xview/graph/clean_labels.h"
 #include "xview/graph/image_blobs.h"
 #include "xview/graph/smooth_depth.h"
+#include "xview/measure_size.h"
 #include "xview/place_builder.h"
+#include "xview/sized_options.h"
 #include "xview/types/parallel.h"
 #include "xview/types/stopwatch.h"
 
@@ -104,18 +106,27 @@ void digestInOrder(const FrameSource& source, const Options& options, std::size_
   const auto make = [&](std::size_t i) { waiting[i % ahead] = readAndDigest(source, i, options); };
   makeInOrder(source.size(), options.threads, ahead, make, [&](std::size_t i) {
     const FrameDigest& digest = waiting[i % ahead];
-    depths.add(digest.counts, digest.cloud, digest.T_odom_sensor.translation());
+    depths.add(digest.counts, digest.cloud, digest.T_odom_sensor.translation(), digest.size);
     take(std::move(waiting[i % ahead]));
   });
   depths.require(source);
 }
 
+/// The size is that of the recording, not of each frame.
+Options sizedFor(const FrameSource& source, Options options) {
+  options.size = sizeText(sizeFor(options, std::vector<const FrameSource*>{&source}));
+  return options;
+}
+
 }  // namespace
 
-FrameDigest digestFrame(Frame frame, const LabelSet& labels, const Options& options) {
-  requireGraphSpace(options, frame.sensor, "frame " + std::to_string(frame.number));
+FrameDigest digestFrame(Frame frame, const LabelSet& labels, const Options& given) {
+  requireGraphSpace(given, frame.sensor, "frame " + std::to_string(frame.number));
   Stopwatch watch;
   FrameDigest digest;
+  digest.size = parseSize(given.size).value_or(kTown);
+  if (digest.size != kTown) scaleLengths(1 / digest.size, frame);
+  const Options options = inTownLengths(given, digest.size);
   double inverse_depth_sigma = 0;  // depth z of a camera is known to z^2 times this [1/m]
   digest.number = frame.number;
   digest.stamp_s = frame.stamp_s;
@@ -153,17 +164,18 @@ FrameDigest digestFrame(Frame frame, const LabelSet& labels, const Options& opti
 
 void digestRecording(const FrameSource& source, const Options& options,
                      const std::function<void(FrameDigest)>& take) {
-  digestInOrder(source, options, kFramesAhead, take);
+  digestInOrder(source, sizedFor(source, options), kFramesAhead, take);
 }
 
 std::vector<FrameDigest> digestRecording(const FrameSource& source, const Options& options,
                                          const Progress& progress) {
   std::vector<FrameDigest> digests;
   digests.reserve(source.size());
-  digestInOrder(source, options, std::max<std::size_t>(1, source.size()), [&](FrameDigest digest) {
+  const auto take = [&](FrameDigest digest) {
     digests.push_back(std::move(digest));
     if (progress) progress(digests.size(), source.size());
-  });
+  };
+  digestInOrder(source, sizedFor(source, options), std::max<std::size_t>(1, source.size()), take);
   return digests;
 }
 

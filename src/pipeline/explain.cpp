@@ -115,6 +115,14 @@ void explainVertices(const map::SemanticMap& map, const Query& query,
   }
 }
 
+void scaleLengths(double factor, Explanation& explanation) {
+  for (Contribution& c : explanation.contributions) {
+    c.map_position *= factor;
+    if (c.partner) *c.partner *= factor;
+    if (c.residual_m) *c.residual_m *= factor;
+  }
+}
+
 void turn(const Eigen::Quaterniond& R, Explanation& explanation) {
   for (Contribution& c : explanation.contributions) {
     c.map_position = R * c.map_position;

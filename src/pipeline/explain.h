@@ -16,6 +16,9 @@ void explainVertices(const map::SemanticMap& map, const Query& query,
                      const std::vector<Correspondence>& kept, const Eigen::Isometry3d& T_map_query,
                      Explanation& explanation);
 
+/// All lengths times `factor`.
+void scaleLengths(double factor, Explanation& explanation);
+
 /// Turns all positions.
 void turn(const Eigen::Quaterniond& R, Explanation& explanation);
 

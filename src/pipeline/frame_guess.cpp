@@ -5,6 +5,7 @@
 #include <cmath>
 #include <tuple>
 
+#include "xview/types/place_size.h"
 #include "xview/types/pose.h"
 
 namespace xview {
@@ -94,27 +95,7 @@ Query tiltedQuery(const Query& query, const Eigen::Quaterniond& R) {
 
 Query scaledQuery(const Query& query, double scale) {
   Query scaled = query;
-  for (Vertex& v : scaled.graph.vertices) {
-    v.position *= scale;
-    v.extent *= scale;
-    v.sigma_m *= scale;
-  }
-  const auto factor = static_cast<float>(scale);
-  PlanView& plan = scaled.plan;
-  plan.cell_m *= scale;
-  plan.origin_x *= scale;
-  plan.origin_y *= scale;
-  plan.origin_z *= scale;
-  for (auto& channel : plan.samples) {
-    for (PlanSample& s : channel) s = {factor * s.x, factor * s.y, factor * s.z};
-  }
-  for (GroundCell& cell : plan.known) cell.z *= factor;
-  scaled.cloud.origin *= scale;
-  for (Point& p : scaled.cloud.points) {
-    p.getVector3fMap() *= factor;
-    p.sigma *= factor;
-  }
-  for (Eigen::Isometry3d& T : scaled.poses) T.translation() *= scale;
+  scaleLengths(scale, scaled);
   return scaled;
 }
 

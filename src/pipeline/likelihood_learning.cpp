@@ -7,6 +7,7 @@
 
 #include "xview/graph/plan_view.h"
 #include "xview/search/distance_field.h"
+#include "xview/types/place_size.h"
 #include "xview/types/pose.h"
 #include "xview/types/random.h"
 
@@ -85,10 +86,14 @@ std::vector<Eigen::Isometry3d> wrongPoses(const Travel& map, const Travel& query
 
 }  // namespace
 
-search::LikelihoodTable learnLikelihoods(const map::SemanticMap& map,
+search::LikelihoodTable learnLikelihoods(const map::SemanticMap& given,
                                          const std::vector<FrameDigest>& frames,
-                                         const std::vector<Eigen::Isometry3d>& T_map_sensor,
+                                         std::vector<Eigen::Isometry3d> T_map_sensor,
                                          double window_m, const Options& options) {
+  const Scaled<map::SemanticMap> in_towns(given, 1 / given.size);
+  const map::SemanticMap& map = *in_towns;
+  for (Eigen::Isometry3d& T : T_map_sensor) scaleLengths(1 / given.size, T);
+  window_m /= given.size;
   search::LikelihoodTable table;
   if (frames.size() < 3 || map.poses.size() < 3) return table;
   const search::DistanceField field(map.plan, options.threads);

@@ -16,8 +16,10 @@
 #include "pipeline/query_check.h"
 #include "pipeline/walk_matching.h"
 #include "xview/search/search.h"
+#include "xview/sized_options.h"
 #include "xview/types/error.h"
 #include "xview/types/label_match.h"
+#include "xview/types/place_size.h"
 #include "xview/types/pose.h"
 #include "xview/types/prior_text.h"
 #include "xview/types/stopwatch.h"
@@ -205,6 +207,8 @@ struct Localizer::Index {
   void leaveUprightFrames(const Query& query, const FrameGuess& frame, Localization& answer) const;
   std::vector<PoseCheck> check(const Query& query, const std::vector<Eigen::Isometry3d>& poses,
                                double reach_m) const;
+  Localization describe(const Query& query, const PoseCheck& place) const;
+  Explanation explain(const Query& query, const Localization& answer) const;
 
   bool upIsKnown(const Query& query) const { return gravity.known && query.gravity.known; }
   bool isView(const Query& query) const { return surfaces && !query.plan.known.empty(); }
@@ -292,7 +296,8 @@ Localization Localizer::Index::inUprightFrames(const Query& given, const Expecte
   answer.scale = frame.scale;
 
   verify::Evidence evidence = evidenceOf(found);
-  evidence.travel_m = travelOf(*query);
+  evidence.travel_m = map.size * travelOf(*query);  // for words, in lengths of the place
+  evidence.rival_distance_m *= map.size;
   evidence.vertices = answer.vertices =
       static_cast<int>(walks.queryGraph(query->graph).graph.size());
   const search::FieldQuery* view = isView(*query) ? found.in_field.get() : nullptr;
@@ -578,63 +583,116 @@ std::vector<PoseCheck> Localizer::Index::check(const Query& given,
   return checked;
 }
 
+namespace {
+
+/// The query in lengths of a town.
+Scaled<Query> inTowns(const Query& query, double size) {
+  if (query.size != size && !query.plan.known.empty()) {
+    throw Error("the query", fmt::format("it was made with lengths of size {0} and the map with "
+                                         "those of size {1}; make it again with --size {1}",
+                                         sizeText(query.size), sizeText(size)));
+  }
+  return {query, 1 / size};
+}
+
+Eigen::Isometry3d scaled(double factor, Eigen::Isometry3d T) {
+  scaleLengths(factor, T);
+  return T;
+}
+
+ExpectedPose scaled(double factor, const ExpectedPose& pose) {
+  return {scaled(factor, pose.T_map_query), factor * pose.radius_m, pose.yaw_rad};
+}
+
+Localization inMetres(Localization answer, double size) {
+  if (size != kTown) scaleLengths(size, answer);
+  return answer;
+}
+
+}  // namespace
+
 Localizer::Localizer(const map::SemanticMap& map, const Options& options)
-    : index_(std::make_unique<Index>(map, options)) {}
+    : size_(map.size),
+      map_(map, 1 / size_),
+      index_(std::make_unique<Index>(*map_, inTownLengths(options, size_))) {}
 Localizer::~Localizer() = default;
 
 Localization Localizer::localize(const Query& query) const {
-  return index_->localize(*InClassesOf(index_->map.labels, query), nullptr);
+  return inMetres(
+      index_->localize(*inTowns(*InClassesOf(index_->map.labels, query), size_), nullptr), size_);
 }
 
 Localization Localizer::localize(const Query& query, const ExpectedPose& expected) const {
-  return index_->localize(*InClassesOf(index_->map.labels, query), &expected);
+  const ExpectedPose in_towns = scaled(1 / size_, expected);
+  return inMetres(
+      index_->localize(*inTowns(*InClassesOf(index_->map.labels, query), size_), &in_towns), size_);
 }
 
 std::vector<PoseCheck> Localizer::check(const Query& query,
                                         const std::vector<Eigen::Isometry3d>& T_map_query,
                                         double reach_m) const {
-  return index_->check(*InClassesOf(index_->map.labels, query), T_map_query, reach_m);
+  const InClassesOf in_classes(index_->map.labels, query);
+  std::vector<Eigen::Isometry3d> poses;
+  for (const Eigen::Isometry3d& T : T_map_query) poses.push_back(scaled(1 / size_, T));
+  std::vector<PoseCheck> checked =
+      index_->check(*inTowns(*in_classes, size_), poses, reach_m / size_);
+  for (PoseCheck& place : checked) scaleLengths(size_, place.T_map_query);
+  return checked;
 }
 
-bool Localizer::priorAllows(const Query& query, const Eigen::Isometry3d& T_map_query) const {
-  const GuessedQuery upright(query, {index_->uprightOf(query, T_map_query), 1});
-  return satisfies({index_->prior}, *upright, index_->toAligned(query, T_map_query));
+bool Localizer::priorAllows(const Query& given, const Eigen::Isometry3d& T_given) const {
+  const Scaled<Query> query = inTowns(given, size_);
+  const Eigen::Isometry3d T = scaled(1 / size_, T_given);
+  const GuessedQuery upright(*query, {index_->uprightOf(*query, T), 1});
+  return satisfies({index_->prior}, *upright, index_->toAligned(*query, T));
 }
 
-Localization Localizer::describe(const Query& foreign, const PoseCheck& place) const {
-  const InClassesOf in_classes(index_->map.labels, foreign);
-  const Query& given = *in_classes;
-  FrameGuess frame{index_->uprightOf(given, place.T_map_query), 1};
+Localization Localizer::describe(const Query& query, const PoseCheck& place) const {
+  const InClassesOf in_classes(index_->map.labels, query);
+  const PoseCheck in_towns{scaled(1 / size_, place.T_map_query), place.evidence};
+  return inMetres(index_->describe(*inTowns(*in_classes, size_), in_towns), size_);
+}
+
+Explanation Localizer::explain(const Query& query, const Localization& answer) const {
+  if (answer.hypotheses.empty()) return {};
+  const InClassesOf in_classes(index_->map.labels, query);
+  Localization in_towns = answer;
+  if (size_ != kTown) scaleLengths(1 / size_, in_towns);
+  Explanation explanation = index_->explain(*inTowns(*in_classes, size_), in_towns);
+  scaleLengths(size_, explanation);
+  return explanation;
+}
+
+/// Pose, covariance and correspondences for a place that was found otherwise.
+Localization Localizer::Index::describe(const Query& given, const PoseCheck& place) const {
+  FrameGuess frame{uprightOf(given, place.T_map_query), 1};
   const GuessedQuery query(given, frame);
   Candidates found;
-  found.in_field = index_->fieldFor(*query).prepare(observationOf(*query));
-  found.places.push_back(found.in_field->describe(index_->toAligned(given, place.T_map_query)));
+  found.in_field = fieldFor(*query).prepare(observationOf(*query));
+  found.places.push_back(found.in_field->describe(toAligned(given, place.T_map_query)));
   Localization answer;
-  index_->matchVertices(*query, found, answer.timing_ms);
+  matchVertices(*query, found, answer.timing_ms);
   report(found, 1, answer);
   answer.hypotheses[0].score = place.evidence.score;
   verify::Evidence evidence = place.evidence;
-  const search::FieldQuery* view = index_->isView(*query) ? found.in_field.get() : nullptr;
-  frame.R_up = index_->refine(*query, view, answer, evidence) * frame.R_up;
+  const search::FieldQuery* view = isView(*query) ? found.in_field.get() : nullptr;
+  frame.R_up = refine(*query, view, answer, evidence) * frame.R_up;
   answer.statistics = verify::statisticsOf(evidence);
-  index_->leaveUprightFrames(given, frame, answer);
+  leaveUprightFrames(given, frame, answer);
   return answer;
 }
 
-Explanation Localizer::explain(const Query& foreign, const Localization& answer) const {
-  if (answer.hypotheses.empty()) return {};
-  const InClassesOf in_classes(index_->map.labels, foreign);
-  const Query& given = *in_classes;
+Explanation Localizer::Index::explain(const Query& given, const Localization& answer) const {
   const GuessedQuery scaled(given, {Eigen::Quaterniond::Identity(), answer.scale});
-  const GuessedQuery query(*scaled, {index_->uprightOf(*scaled, answer.T_map_query), 1});
-  const Eigen::Isometry3d T = index_->toAligned(*scaled, answer.T_map_query);
+  const GuessedQuery query(*scaled, {uprightOf(*scaled, answer.T_map_query), 1});
+  const Eigen::Isometry3d T = toAligned(*scaled, answer.T_map_query);
   Explanation explanation;
-  if (index_->isView(*query)) {
-    const auto in_field = index_->fieldFor(*query).prepare(observationOf(*query));
-    explainSamples(index_->map.plan, *query, *in_field, T, explanation);
+  if (isView(*query)) {
+    const auto in_field = fieldFor(*query).prepare(observationOf(*query));
+    explainSamples(map.plan, *query, *in_field, T, explanation);
   }
-  explainVertices(index_->map, *query, answer.kept, T, explanation);
-  turn(index_->gravity.upright.conjugate(), explanation);
+  explainVertices(map, *query, answer.kept, T, explanation);
+  turn(gravity.upright.conjugate(), explanation);
   return explanation;
 }
 

@@ -7,7 +7,9 @@
 #include "pipeline/point_quality.h"
 #include "xview/graph/merge.h"
 #include "xview/graph/plan_view.h"
+#include "xview/measure_size.h"
 #include "xview/options_file.h"
+#include "xview/sized_options.h"
 #include "xview/types/error.h"
 #include "xview/types/label_match.h"
 
@@ -52,6 +54,14 @@ void requireSameSpace(const map::SemanticMap& map, const map::SemanticMap& addit
                                     toString(map.graph.space));
 }
 
+/// A bare graph has no lengths of its own.
+void requireSameSize(const map::SemanticMap& map, const map::SemanticMap& addition) {
+  if (map.size == addition.size || addition.plan.known.empty()) return;
+  throw Error(nameOf(addition), "it was made with lengths of size " + sizeText(addition.size) +
+                                    " and the map with those of size " + sizeText(map.size) +
+                                    "; make it again with --size " + sizeText(map.size));
+}
+
 void appendCloud(LabelledCloud& cloud, const LabelledCloud& addition, double voxel_m) {
   if (cloud.empty()) {
     cloud = addition;
@@ -64,8 +74,10 @@ void appendCloud(LabelledCloud& cloud, const LabelledCloud& addition, double vox
 
 }  // namespace
 
-map::SemanticMap buildMap(const std::vector<const FrameSource*>& sources, const Options& options,
+map::SemanticMap buildMap(const std::vector<const FrameSource*>& sources, const Options& given,
                           const Progress& progress) {
+  Options options = given;
+  options.size = sizeText(sizeFor(given, sources));
   std::size_t total = 0, done = 0;
   std::vector<std::unique_ptr<const FrameSource>> in_one_set;
   for (const FrameSource* source : sources) {
@@ -94,34 +106,40 @@ map::SemanticMap buildMap(const SemanticGraph& graph, const LabelSet& labels,
   map::SemanticMap map;
   map.labels = labels;
   map.graph = graph;
-  if (graph.edgeCount() == 0) graph::connectByRadius(map.graph, options.edges);
+  map.size = sizeFor(options, graph);
+  if (graph.edgeCount() == 0) graph::connectByRadius(map.graph, atSize(options, map.size).edges);
   map.sources = {source};
   map.options_yaml = recordOf(options);
   return map;
 }
 
-void appendToMap(map::SemanticMap& map, const map::SemanticMap& addition, const Options& options) {
-  const LabelMatch match = requireCommonClasses(addition.labels, nameOf(addition), map.labels);
+void appendToMap(map::SemanticMap& map, const map::SemanticMap& given, const Options& in_metres) {
+  const LabelMatch match = requireCommonClasses(given.labels, nameOf(given), map.labels);
   if (!match.changesNothing()) {
-    map::SemanticMap same = addition;
-    static_cast<Place&>(same) = translated(addition, match);
-    return appendToMap(map, same, options);
+    map::SemanticMap same = given;
+    static_cast<Place&>(same) = translated(given, match);
+    return appendToMap(map, same, in_metres);
   }
-  if (!map.plan.known.empty() && !addition.plan.known.empty() &&
-      map.plan.upright.angularDistance(addition.plan.upright) > kSameUp_rad) {
+  if (!map.plan.known.empty() && !given.plan.known.empty() &&
+      map.plan.upright.angularDistance(given.plan.upright) > kSameUp_rad) {
     throw Error(
-        nameOf(addition),
+        nameOf(given),
         "its frame is tilted against that of the map; only recordings in one frame can be joined");
   }
-  requireSameSpace(map, addition);
-  graph::mergeGraphs(map.graph, addition.graph, map.labels, options.merge, options.edges);
-  graph::mergePlanViews(map.plan, addition.plan);
-  appendCloud(map.cloud, addition.cloud, options.map.cloud_voxel_m);
+  requireSameSpace(map, given);
+  requireSameSize(map, given);
+  const Options options = inTownLengths(in_metres, map.size);
+  const Scaled<map::SemanticMap> addition(given, 1 / map.size);
+  if (map.size != kTown) scaleLengths(1 / map.size, map);
+  graph::mergeGraphs(map.graph, addition->graph, map.labels, options.merge, options.edges);
+  graph::mergePlanViews(map.plan, addition->plan);
+  appendCloud(map.cloud, addition->cloud, options.map.cloud_voxel_m);
   const auto first_source = static_cast<std::uint32_t>(map.sources.size());
-  for (std::size_t i = 0; i < addition.poses.size(); ++i)
-    map.addKeyframe(addition.poses[i], addition.frames[i], addition.stamps_s[i],
-                    first_source + addition.source_of_pose[i]);
-  map.sources.insert(map.sources.end(), addition.sources.begin(), addition.sources.end());
+  for (std::size_t i = 0; i < addition->poses.size(); ++i)
+    map.addKeyframe(addition->poses[i], addition->frames[i], addition->stamps_s[i],
+                    first_source + addition->source_of_pose[i]);
+  map.sources.insert(map.sources.end(), addition->sources.begin(), addition->sources.end());
+  if (map.size != kTown) scaleLengths(map.size, map);
 }
 
 }  // namespace xview

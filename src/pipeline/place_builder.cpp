@@ -7,6 +7,8 @@
 #include "pipeline/gravity.h"
 #include "pipeline/point_quality.h"
 #include "xview/graph/edges.h"
+#include "xview/measure_size.h"
+#include "xview/sized_options.h"
 #include "xview/types/error.h"
 #include "xview/types/stopwatch.h"
 
@@ -52,15 +54,19 @@ void requireGraphSpace(const Options& options, Sensor sensor, const std::string&
 
 PlaceBuilder::PlaceBuilder(const LabelSet& labels, const Options& options, PlaceUse use,
                            std::size_t frames_for_gravity)
-    : options_(options),
+    : options_(inTownLengths(options, parseSize(options.size).value_or(kTown))),
       use_(use),
       frames_for_gravity_(frames_for_gravity),
-      graph_(labels, options.merge),
+      graph_(labels, options_.merge),
       plan_(labels) {
   place_.labels = labels;
+  place_.size = parseSize(options.size).value_or(kTown);
 }
 
 void PlaceBuilder::add(SharedDigest frame) {
+  if (frame->size != place_.size)
+    throw UsageError("a frame of size " + sizeText(frame->size) + " in a place of size " +
+                     sizeText(place_.size) + "; set options.size for both");
   Stopwatch watch;
   addTimings(*frame, place_.timing_ms);
   takePose(*frame);
@@ -89,6 +95,7 @@ Place PlaceBuilder::finish() {
   finishPoints();
   if (use_ == PlaceUse::query && place_.poses.empty())
     place_.poses.push_back(Eigen::Isometry3d::Identity());  // nothing was seen, from nowhere
+  if (place_.size != kTown) scaleLengths(place_.size, place_);
   place_.timing_ms.emplace_back("graph", graph_ms_ + watch.lap_ms());
   return std::move(place_);
 }
@@ -169,9 +176,19 @@ void PlaceBuilder::finishPoints() {
   keepBestLooks(place_.cloud);
 }
 
+namespace {
+
+Options ofSize(double size, Options options) {
+  options.size = sizeText(size);
+  return options;
+}
+
+}  // namespace
+
 Query makeQuery(const FrameDigest* first, const FrameDigest* last, const LabelSet& labels,
                 const Options& options) {
-  PlaceBuilder place(labels, options, PlaceUse::query, static_cast<std::size_t>(last - first));
+  const Options sized = first == last ? options : ofSize(first->size, options);
+  PlaceBuilder place(labels, sized, PlaceUse::query, static_cast<std::size_t>(last - first));
   for (const FrameDigest* frame = first; frame != last; ++frame) {
     // Owned by the caller, who waits.
     place.add(PlaceBuilder::SharedDigest(PlaceBuilder::SharedDigest(), frame));
@@ -181,8 +198,9 @@ Query makeQuery(const FrameDigest* first, const FrameDigest* last, const LabelSe
 
 Query makeQuery(const FrameSource& source, const Options& options,
                 const std::function<void(const FrameDigest&)>& seen) {
-  PlaceBuilder place(source.labels(), options, PlaceUse::query);
-  digestRecording(source, options, [&](FrameDigest frame) {
+  const Options sized = ofSize(sizeFor(options, std::vector<const FrameSource*>{&source}), options);
+  PlaceBuilder place(source.labels(), sized, PlaceUse::query);
+  digestRecording(source, sized, [&](FrameDigest frame) {
     if (seen) seen(frame);
     place.add(std::move(frame));
   });
@@ -194,7 +212,9 @@ Query makeQuery(const SemanticGraph& graph, const LabelSet& labels, const Option
   Query query;
   query.labels = labels;
   query.graph = graph;
-  if (graph.edgeCount() == 0) graph::connectByRadius(query.graph, options.edges);
+  query.size = sizeFor(options, graph);
+  if (graph.edgeCount() == 0)
+    graph::connectByRadius(query.graph, atSize(options, query.size).edges);
   query.gravity = gravityOf(graph, labels, options.gravity);
   query.poses.push_back(Eigen::Isometry3d::Identity());
   query.timing_ms.emplace_back("graph", watch.lap_ms());

@@ -18,7 +18,8 @@ namespace {
 constexpr std::size_t kWindows = 12;
 // Places that are followed through them, the best ones.
 constexpr std::size_t kPlaces = 40;
-// A place may move so far from one window to the next [m], besides the drift of the odometry.
+// A place of a town may move so far from one window to the next [m], besides the drift of the
+// odometry.
 constexpr double kReach_m = 1.5;
 
 /// Queries of a recording that may speak for a place: those whose frames begin later than the
@@ -95,13 +96,14 @@ struct Sequence::State {
 
 /// Odometry drifts between windows, so a place may move a little against it.
 double Sequence::State::reachBetween(std::size_t a, std::size_t b) const {
-  return kReach_m + options.odometry.drift * (windows[a].sensor() - windows[b].sensor()).norm();
+  return kReach_m * localizer.size() +
+         options.odometry.drift * (windows[a].sensor() - windows[b].sensor()).norm();
 }
 
-/// Where it puts the last sensor. Query frames begin anywhere, so poses of their origins cannot be
-/// compared.
+/// Where it puts the last sensor, in lengths of a town. Query frames begin anywhere, so poses of
+/// their origins cannot be compared.
 PlacePose Sequence::State::placeNow(const PoseCheck& place) const {
-  const Eigen::Vector3d p = place.T_map_query * windows.back().sensor();
+  const Eigen::Vector3d p = place.T_map_query * windows.back().sensor() / localizer.size();
   return {p.x(), p.y(), yawOf(place.T_map_query.linear()), 0};
 }
 
@@ -133,7 +135,8 @@ void Sequence::State::begin(const std::vector<Hypothesis>& hypotheses) {
   const std::size_t newest = windows.size() - 1;
   std::vector<Eigen::Isometry3d> poses;
   for (const Hypothesis& h : hypotheses) poses.push_back(h.T_map_query);
-  for (PoseCheck& place : localizer.check(windows[newest].query, poses, kReach_m)) {
+  for (PoseCheck& place :
+       localizer.check(windows[newest].query, poses, kReach_m * localizer.size())) {
     const auto same = std::find_if(tracks.begin(), tracks.end(), [&](const Track& t) {
       return isSamePlace(t.seen.back(), place);
     });

@@ -8,7 +8,7 @@ namespace xview {
 namespace {
 
 constexpr double kSigmas = 3;
-// A query is searched at least so far around [m] and turned by at least so much [deg].
+// In a town a query is searched at least so far around [m] and turned by at least so much [deg].
 constexpr double kMinRadius_m = 3, kMinYaw_deg = 6;
 // Beyond this radius the whole map is searched again [m].
 constexpr double kMaxRadius_m = 20;
@@ -37,12 +37,13 @@ std::optional<ExpectedPose> Tracker::expectation(const Query& query) {
   const double travelled = fix_->travelled_m + travelledSince(fix_->T_query_sensor, query.poses);
   ExpectedPose expected;
   // The lever: an error of the heading at the fix moves what lies ahead.
-  expected.radius_m = kMinRadius_m +
+  const double size = localizer_.size();
+  expected.radius_m = kMinRadius_m * size +
                       kSigmas * std::hypot(fix_->sigma_m, fix_->sigma_rad * travelled) +
                       odometry.drift * travelled;
   expected.yaw_rad = kMinYaw_deg * M_PI / 180 + kSigmas * fix_->sigma_rad +
                      odometry.drift_deg_per_m * M_PI / 180 * travelled;
-  if (expected.radius_m > kMaxRadius_m) {
+  if (expected.radius_m > kMaxRadius_m * size) {
     fix_.reset();
     return std::nullopt;
   }

@@ -14,6 +14,7 @@ struct MapSummary {
   int schema_version = 0;
   std::string program_version;  ///< that wrote it
   std::string label_set;
+  std::string size;  ///< of the place, see types/place_size.h
   std::size_t vertices = 0, edges = 0, keyframes = 0, cloud_points = 0, plan_samples = 0;
   std::vector<std::string> sources;
   std::vector<std::string> revisions;  ///< notes of the changes that can be undone, oldest first

@@ -32,6 +32,7 @@ struct Place {
   std::vector<double> stamps_s;      ///< and times [s]
 
   Sensor sensor = Sensor::cloud;  ///< that saw it last
+  double size = 1;                ///< its lengths against those of a town; see place_size.h
   Gravity gravity;                ///< which way is up
   Timings timing_ms;              ///< what making it took: read, lift, blobs, graph
 };

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "xview/options.h"
+#include "xview/types/frame.h"
+
+namespace xview {
+
+/// How long things are in a place (types/place_size.h), and what says so.
+struct MeasuredSize {
+  double size = 1;
+  std::string reason;
+};
+
+/// Of some frames, alike over all of them: of a sensor how far away what it sees is, of a cloud
+/// without view-points how far and how high it reaches.
+MeasuredSize measureSize(const std::vector<const FrameSource*>& recordings);
+/// Of a bare graph: how far its vertices are apart and how far it reaches.
+MeasuredSize measureSize(const SemanticGraph& graph);
+
+/// What options.size says, else what is measured.
+template <class Measured>
+double sizeFor(const Options& options, const Measured& data) {
+  const auto given = parseSize(options.size);
+  return given ? *given : measureSize(data).size;
+}
+
+}  // namespace xview

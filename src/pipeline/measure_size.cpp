@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "xview/measure_size.h"
+
+#include <fmt/core.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "pipeline/depth_witnesses.h"
+#include "xview/types/median.h"
+
+namespace xview {
+namespace {
+
+constexpr std::size_t kFrames = 12;    ///< looked at of all recordings together
+constexpr std::size_t kPoints = 5000;  ///< about so many of a frame
+constexpr double kMostSeen = 0.9;      ///< the ground near by is seen in any place
+constexpr double kFlat = 16;           ///< so many times as wide as high
+/// What is between two sizes is taken for the nearer one, in ratios.
+constexpr double kTownRange_m = 9, kRoomRange_m = 1.6;     ///< of most that a sensor sees
+constexpr double kTownReach_m = 10, kRoomReach_m = 1.2;    ///< of clouds
+constexpr double kTownGraph_m = 7.2, kRoomGraph_m = 1.35;  ///< of bare graphs
+
+double sizeOf(double length, double least_town, double least_room) {
+  return length >= least_town ? kTown : length >= least_room ? kRoom : kDesk;
+}
+
+/// Distances of what a sensor measured [m].
+std::vector<double> rangesOf(const Frame& frame) {
+  std::vector<double> ranges;
+  const std::size_t step = 1 + frame.depth.pixels.size() / kPoints;
+  for (std::size_t i = 0; i < frame.depth.pixels.size(); i += step) {
+    if (isDepth(frame.depth.pixels[i])) ranges.push_back(frame.depth.pixels[i]);
+  }
+  const std::size_t stride = 1 + frame.cloud.size() / kPoints;
+  for (std::size_t i = 0; i < frame.cloud.size(); i += stride) {
+    const double range = frame.cloud.position(i).norm();
+    if (std::isfinite(range) && range > 0) ranges.push_back(range);
+  }
+  return ranges;
+}
+
+/// Between the fifth and the 95th percentile.
+double spreadOf(std::vector<double> values) {
+  if (values.size() < 2) return 0;
+  std::sort(values.begin(), values.end());
+  const std::size_t cut = values.size() / 20;
+  return values[values.size() - 1 - cut] - values[cut];
+}
+
+/// The mean, in ratios, of how far and how high a cloud reaches [m].
+double reachOf(const LabelledCloud& cloud) {
+  std::vector<double> along[3];
+  const std::size_t step = 1 + cloud.size() / kPoints;
+  for (std::size_t i = 0; i < cloud.size(); i += step) {
+    const Eigen::Vector3d p = cloud.position(i);
+    if (!p.allFinite()) continue;
+    for (int axis = 0; axis < 3; ++axis) along[axis].push_back(p[axis]);
+  }
+  std::vector<double> spreads;
+  for (auto& values : along) spreads.push_back(spreadOf(std::move(values)));
+  std::sort(spreads.begin(), spreads.end());
+  // Whichever way is up; what is flat shows nothing but ground.
+  return std::sqrt(std::max(spreads[0], spreads[2] / kFlat) * spreads[2]);
+}
+
+/// What tells the size of a frame [m]: of a sensor how far away most of what it sees is, of a cloud
+/// how far it reaches; 0 if nothing is measured.
+double lengthOf(const Frame& frame) {
+  if (frame.sensor == Sensor::cloud) return reachOf(frame.cloud);
+  std::vector<double> ranges = rangesOf(frame);
+  return ranges.empty() ? 0 : quantileOf(ranges, kMostSeen);
+}
+
+MeasuredSize measured(const std::vector<double>& lengths, Sensor sensor) {
+  if (lengths.empty()) return {kTown, "nothing to measure"};
+  const double length = medianOf(lengths);
+  if (sensor == Sensor::cloud) {
+    return {sizeOf(length, kTownReach_m, kRoomReach_m),
+            fmt::format("it reaches {:.3g} m, a mean of width and height", length)};
+  }
+  return {sizeOf(length, kTownRange_m, kRoomRange_m),
+          fmt::format("most of what is seen is within {:.3g} m", length)};
+}
+
+}  // namespace
+
+MeasuredSize measureSize(const std::vector<const FrameSource*>& recordings) {
+  std::size_t total = 0;
+  for (const FrameSource* source : recordings) total += source->size();
+  const std::size_t step = std::max<std::size_t>(1, total / kFrames);
+  std::vector<double> lengths;
+  std::size_t before = 0;  // frames of earlier recordings
+  for (const FrameSource* source : recordings) {
+    for (std::size_t i = (step - before % step) % step; i < source->size(); i += step) {
+      const double length = lengthOf(source->read(i));
+      if (length > 0) lengths.push_back(length);
+    }
+    before += source->size();
+  }
+  return measured(lengths, recordings.empty() ? Sensor::cloud : recordings[0]->sensor());
+}
+
+/// The mean, in ratios, of the distance to the nearest vertex and of the width of the whole.
+MeasuredSize measureSize(const SemanticGraph& graph) {
+  const std::size_t step = 1 + graph.size() / 300;
+  std::vector<double> nearest, along[3];
+  for (std::size_t i = 0; i < graph.size(); ++i) {
+    for (int axis = 0; axis < 3; ++axis) along[axis].push_back(graph.vertices[i].position[axis]);
+    if (i % step != 0) continue;
+    double least = INFINITY;
+    for (std::size_t j = 0; j < graph.size(); ++j) {
+      const double d = (graph.vertices[i].position - graph.vertices[j].position).norm();
+      if (j != i && d > 0) least = std::min(least, d);
+    }
+    if (std::isfinite(least)) nearest.push_back(least);
+  }
+  if (nearest.empty()) return {kTown, "nothing to measure"};
+  const double spacing = medianOf(std::move(nearest));
+  double width = 0;
+  for (auto& values : along) width = std::max(width, spreadOf(std::move(values)));
+  return {sizeOf(std::sqrt(spacing * std::max(spacing, width)), kTownGraph_m, kRoomGraph_m),
+          fmt::format("things are {:.3g} m apart over {:.3g} m", spacing, width)};
+}
+
+}  // namespace xview

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "xview/measure_size.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdio>
+
+#include "pipeline/simulated_drive.h"
+#include "xview/map/map_store.h"
+#include "xview/types/error.h"
+#include "xview/types/forwarding_source.h"
+
+namespace xview {
+namespace {
+
+using test::simulatedDrive;
+
+/// A drive through a model of the town.
+class ModelDrive : public ForwardingSource {
+ public:
+  ModelDrive(const FrameSource& drive, double size) : ForwardingSource(drive), size_(size) {}
+  Eigen::Isometry3d pose(std::size_t i) const override {
+    Eigen::Isometry3d T = ForwardingSource::pose(i);
+    scaleLengths(size_, T);
+    return T;
+  }
+  Frame read(std::size_t i) const override {
+    Frame frame = ForwardingSource::read(i);
+    scaleLengths(size_, frame);
+    return frame;
+  }
+
+ private:
+  double size_;
+};
+
+Options ofSize(const std::string& size) {
+  Options options;
+  options.size = size;
+  return options;
+}
+
+/// A window of the drive back through a model of the town, in the model's map.
+Localization answerInModel(double size, const map::SemanticMap& map) {
+  const ModelDrive rear(*simulatedDrive().sessions.at("rear"), size);
+  const Options options = ofSize(sizeText(map.size));
+  const std::vector<FrameDigest> frames = digestRecording(rear, options);
+  const Query query = makeQuery(frames.data() + 5, frames.data() + 45, map.labels, options);
+  return Localizer(map, options).localize(query);
+}
+
+map::SemanticMap mapOfModel(double size) {
+  const ModelDrive forward(*simulatedDrive().sessions.at("forward"), size);
+  return buildMap({&forward}, ofSize(sizeText(size)));
+}
+
+TEST(MeasuredSizes, AModelOfATownGivesTheAnswerOfTheTownInItsOwnLengths) {
+  const Localization town = answerInModel(kTown, simulatedDrive().map);
+  ASSERT_TRUE(town.accepted()) << town.reason;
+  for (const double size : {kRoom, kDesk}) {
+    const map::SemanticMap map = mapOfModel(size);
+    EXPECT_EQ(map.graph.size(), simulatedDrive().map.graph.size());
+    const Localization model = answerInModel(size, map);
+    EXPECT_EQ(model.confidence, town.confidence);
+    EXPECT_EQ(model.reason, town.reason);
+    EXPECT_EQ(model.T_map_sensor.translation(), size * town.T_map_sensor.translation());
+    EXPECT_EQ(model.covariance(0, 0), size * size * town.covariance(0, 0));
+    EXPECT_EQ(model.covariance(5, 5), town.covariance(5, 5));
+  }
+}
+
+TEST(MeasuredSizes, AMapKeepsItsSizeInItsFile) {
+  const map::SemanticMap map = mapOfModel(kDesk);
+  const std::string path = testing::TempDir() + "/model.xvm";
+  map::saveMap(path, map);
+  const map::SemanticMap read = map::loadMap(path);
+  std::remove(path.c_str());
+  EXPECT_EQ(read.size, kDesk);
+  EXPECT_EQ(map.plan.cell_m, read.plan.cell_m);
+  EXPECT_EQ(map.plan.sampleCount(), read.plan.sampleCount());
+  EXPECT_TRUE(answerInModel(kDesk, read).accepted());
+}
+
+TEST(MeasuredSizes, RecordingsAndGraphsTellTheirSize) {
+  const FrameSource& forward = *simulatedDrive().sessions.at("forward");
+  for (const double size : {kTown, kRoom, kDesk}) {
+    const ModelDrive drive(forward, size);
+    EXPECT_EQ(measureSize(std::vector<const FrameSource*>{&drive}).size, size)
+        << measureSize(std::vector<const FrameSource*>{&drive}).reason;
+    SemanticGraph graph = simulatedDrive().map.graph;
+    scaleLengths(size, graph);
+    EXPECT_EQ(measureSize(graph).size, size) << measureSize(graph).reason;
+  }
+  EXPECT_EQ(measureSize(SemanticGraph()).size, kTown);
+}
+
+TEST(MeasuredSizes, AQueryOfAnotherSizeThanItsMapIsRefusedWithBothSizes) {
+  const Query query = simulatedDrive().query("rear", 5, 20);
+  try {
+    Localizer(mapOfModel(kRoom), {}).localize(query);
+    FAIL();
+  } catch (const Error& e) {
+    EXPECT_NE(std::string(e.what()).find("size town"), std::string::npos) << e.what();
+    EXPECT_NE(std::string(e.what()).find("--size room"), std::string::npos) << e.what();
+  }
+}
+
+}  // namespace
+}  // namespace xview
