@@ -156,6 +156,15 @@ class EvaluateCommand final : public Command {
   }
 
  private:
+  static void judge(const ScoredQuery& scored, SceneQuery& query) {
+    query.from_elsewhere = scored.negative;
+    if (scored.negative) return;
+    query.true_poses = {scored.truth};
+    if (!scored.has_pose) return;
+    query.error_m = scored.positionError();
+    query.error_deg = kDegrees * scored.rotationError();
+  }
+
   /// The map with all queries, those from elsewhere last, as in `scored`.
   std::string reportPage(const Evaluation& evaluation, const std::vector<ScoredQuery>& scored,
                          const map::SemanticMap& map, const Job& job) const {
@@ -168,15 +177,7 @@ class EvaluateCommand final : public Command {
       for (SceneQuery& query : drawn.draw(answers, labels, !map_.empty()))
         scene.queries.push_back(std::move(query));
     }
-    for (std::size_t i = 0; i < scored.size(); ++i) {
-      SceneQuery& query = scene.queries[i];
-      query.from_elsewhere = scored[i].negative;
-      if (scored[i].negative) continue;
-      query.true_poses = {scored[i].truth};
-      if (!scored[i].has_pose) continue;
-      query.error_m = scored[i].positionError();
-      query.error_deg = kDegrees * scored[i].rotationError();
-    }
+    for (std::size_t i = 0; i < scored.size(); ++i) judge(scored[i], scene.queries[i]);
     scene.labels = &labels.labels();
     scene.title = fmt::format("{} of {} found, median {} off", evaluation.accepted,
                               evaluation.queries, lengthText(evaluation.believed.median_m));

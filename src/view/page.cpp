@@ -14,9 +14,9 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::size_t kMostOfQueries = 1000000;  // points of all queries together
-constexpr std::size_t kMostMatches = 2000;       // drawn of one query, evenly thinned
-constexpr std::size_t kMostClasses = 255;        // of a page; the others share the last entry
+constexpr std::size_t kMostOfQueries = 400000;  // points of all queries together
+constexpr std::size_t kMostMatches = 2000;      // drawn of one query, evenly thinned
+constexpr std::size_t kMostClasses = 255;       // of a page; the others share the last entry
 
 /// RFC 4648 with padding.
 std::string base64(const void* data, std::size_t size) {

@@ -205,7 +205,7 @@ TEST(Page, SameSceneGivesTheSameBytes) {
 std::string inBrowser(const std::string& html_path, const std::string& fragment) {
   const std::string command =
       "timeout 100 chromium --headless --no-sandbox --use-gl=angle --use-angle=swiftshader "
-      "--enable-unsafe-swiftshader --window-size=1280,800 --virtual-time-budget=8000 --dump-dom "
+      "--enable-unsafe-swiftshader --window-size=1280,800 --dump-dom "
       "'file://" +
       html_path + fragment + "' 2>/dev/null";
   std::FILE* const pipe = popen(command.c_str(), "r");

@@ -82,7 +82,7 @@ function draw() {
 }
 function home(above) {
   controls.target.set(0, 0, 0);
-  const d = 2.1 * radius;
+  const d = 1.55 * radius;
   if (above) camera.position.set(0, -1e-3 * d, d); else camera.position.set(-0.25 * d, -0.72 * d, 0.68 * d);
   controls.update();
   redraw();
@@ -111,7 +111,7 @@ const hidden = new Set();
 function fillPalette() {
   const own = byId('own').checked;
   scene.classes.forEach((c, i) => {
-    const shown = own ? c.color : c.quiet.map(v => Math.round(v * (dark.matches ? 0.78 : 0.9)));
+    const shown = own ? c.color : c.quiet.map(v => Math.round(dark.matches ? 52 + 0.62 * v : 0.9 * v));
     palette.set([...shown, hidden.has(i) ? 0 : 255], 4 * i);
     if (c.item) {
       c.item.firstChild.style.background = rgb(shown);
@@ -325,7 +325,7 @@ function choose(q, at_once) {
   q.group.visible = true;
   byId('lifting').hidden = q.matches.length === 0;
   byId('lift').max = Math.max(10 * arrowSize, q.extent);
-  byId('lift').value = q.matches.length ? q.extent / 3 : 0;
+  byId('lift').value = q.matches.length ? q.extent / 5 : 0;
   lifted(q);
   flyTo(q.pose, Math.max(8 * arrowSize, 1.7 * q.extent), at_once);
 }
@@ -379,7 +379,7 @@ function drawChart(chart) {
     parent.append(made);
     return made;
   };
-  const W = 320, H = 190, left = 34, right = 12, top = 8, bottom = 34;
+  const W = 320, H = 190, left = 34, right = 20, top = 8, bottom = 34;
   const svg = make('svg', {viewBox: `0 0 ${W} ${H}`}, figure);
   const xs = chart.curves.flatMap(c => c.points.map(p => p[0])).filter(x => !chart.log_x || x > 0);
   const map = chart.log_x ? Math.log10 : x => x;
