@@ -108,7 +108,8 @@ const FrameSource* DrawnAnswers::recordingOf(const std::string& path) {
   return recordings_.emplace(path, std::move(recording)).first->second.get();
 }
 
-std::vector<SceneQuery> DrawnAnswers::draw(const std::string& answers_path, JoinedLabels& joined) {
+std::vector<SceneQuery> DrawnAnswers::draw(const std::string& answers_path, JoinedLabels& joined,
+                                           bool with_recordings) {
   const std::vector<Answer> answers = readAnswers(answers_path);
   const std::size_t frames =
       std::clamp<std::size_t>(kFramesOfAll / answers.size(), 1, kFramesOfAnswer);
@@ -124,7 +125,11 @@ std::vector<SceneQuery> DrawnAnswers::draw(const std::string& answers_path, Join
     query.T_map_query = answer.fix.T_map_sensor;
     query.poses = {Eigen::Isometry3d::Identity()};  // as if its odometry began there
     const std::string path = pathOf(answer.input, answers_path);
-    if (fs::exists(path) && query.has_pose) {
+    if (!query.has_pose || !with_recordings) {
+      queries.push_back(std::move(query));
+      continue;
+    }
+    if (fs::exists(path)) {
       drawn_.push_back(path);
       const io::InputKind kind = io::recogniseInput(path, input_.parsed());
       if (kind == io::InputKind::graph || kind == io::InputKind::map ||
@@ -132,7 +137,7 @@ std::vector<SceneQuery> DrawnAnswers::draw(const std::string& answers_path, Join
         drawPlace(path, answer, joined, query);
       else if (const FrameSource* recording = recordingOf(path))
         drawRecording(*recording, answer, i % step == 0 ? frames : 0, joined, query);
-    } else if (query.has_pose) {
+    } else {
       job_.narrate.note(fmt::format("only the poses of {} are drawn: it is not found", path));
     }
     queries.push_back(std::move(query));

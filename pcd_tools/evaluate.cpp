@@ -9,6 +9,7 @@
 #include "answer.h"
 #include "inputs.h"
 #include "outputs.h"
+#include "scenes.h"
 #include "tool.h"
 #include "xview/eval/report.h"
 #include "xview/io/atomic_file.h"
@@ -129,40 +130,59 @@ std::vector<ScoredQuery> scoredTrajectory(const std::string& path, const std::st
   return queries;
 }
 
-/// True and found positions as posts, with a line from one to the other in the colour of the
-/// verdict.
-void addErrors(const std::vector<ScoredQuery>& queries, Scene& scene) {
-  constexpr double kPost_m = 3;
-  const Color kTrue{20, 20, 20};
-  const auto add = [&](const std::string& name, const Color& color, const Eigen::Vector3d& from,
-                       const Eigen::Vector3d& to) {
-    scene.lines.push_back({name, color, {from, to}});
-  };
+/// Shares of queries within a distance, from a millimetre to 100 m, evenly on a log scale.
+std::vector<Eigen::Vector2d> successCurve(const std::vector<ScoredQuery>& queries,
+                                          bool accepted_only) {
+  std::vector<double> errors;
+  std::size_t total = 0;
   for (const ScoredQuery& query : queries) {
     if (query.negative) continue;
-    const Eigen::Vector3d truth = query.truth.translation(), found = query.estimate.translation();
-    const Eigen::Vector3d post(0, 0, kPost_m);
-    add("true positions", kTrue, truth, truth + post);
-    if (!query.has_pose) continue;
-    const Color color = statusColor(query.status);
-    add(std::string(toString(query.status)) + " positions", color, found, found + post);
-    add(std::string(toString(query.status)) + " errors", color, truth, found);
+    ++total;
+    if (!accepted_only || query.status == Status::accepted) errors.push_back(query.positionError());
   }
+  std::vector<Eigen::Vector2d> curve;
+  for (int i = 0; i <= 100 && total > 0; ++i) {
+    const double limit = std::pow(10, -3 + 0.05 * i);
+    curve.emplace_back(limit, shareWithin(errors, limit, total));
+  }
+  return curve;
 }
 
-/// The report below a view of the map with the errors.
-std::string reportPage(const Evaluation& evaluation, const std::vector<ScoredQuery>& queries,
-                       const map::SemanticMap& map) {
-  Scene scene;
-  scene.title = "xview evaluation";
-  scene.labels = &map.labels;
-  scene.map_cloud = &map.cloud;
-  if (map.cloud.empty()) scene.map_graph = &map.graph;
-  addErrors(queries, scene);
-  HtmlViewOptions options;
-  options.most_points = 30000;
-  options.below = reportHtml(evaluation, queries);
-  return htmlView(scene, options);
+std::vector<SceneChart> chartsOf(const Evaluation& evaluation,
+                                 const std::vector<ScoredQuery>& queries) {
+  SceneChart success{"Queries within a distance of the truth", "distance", "share", true, {}};
+  success.curves = {{"best hypothesis", successCurve(queries, false)},
+                    {"accepted", successCurve(queries, true)}};
+  SceneChart precision{
+      "Precision over recall, threshold on the confidence", "recall", "precision", false, {}};
+  precision.curves.emplace_back("", std::vector<Eigen::Vector2d>{});
+  for (const PrecisionRecall& point : evaluation.curve)
+    precision.curves[0].second.emplace_back(point.recall, point.precision);
+  SceneChart calibration{
+      "Share of right answers over their confidence, in bands", "confidence", "right", false, {}};
+  calibration.curves.emplace_back("", std::vector<Eigen::Vector2d>{});
+  for (const ConfidenceBand& band : evaluation.bands) {
+    if (band.answers > 0)
+      calibration.curves[0].second.emplace_back(
+          band.mean_confidence,
+          static_cast<double>(band.right) / static_cast<double>(band.answers));
+  }
+  return {success, precision, calibration};
+}
+
+std::vector<std::pair<std::string, std::string>> factsOf(const Evaluation& e) {
+  const auto percent = [](double share) {
+    return std::isfinite(share) ? fmt::format("{:.1f} %", 100 * share) : std::string("-");
+  };
+  std::vector<std::pair<std::string, std::string>> facts = {
+      {"median error", lengthText(e.believed.median_m)},
+      {"90 % within", lengthText(e.believed.p90_m)},
+      {fmt::format("precision, {} m", e.correct_within_m), percent(e.precision)},
+      {"recall", percent(e.recall)},
+      {"time per query", fmt::format("{:.2f} s", e.median_ms / 1000)}};
+  if (e.negatives > 0)
+    facts.emplace_back("strangers accepted", fmt::format("{} of {}", e.false_accepts, e.negatives));
+  return facts;
 }
 
 class EvaluateCommand final : public Command {
@@ -197,7 +217,7 @@ class EvaluateCommand final : public Command {
     const Evaluation evaluation = evaluate(queries, within_m_);
     if (!out_.empty()) {
       const map::SemanticMap map = map_.empty() ? map::SemanticMap() : readMap(map_, input_, job);
-      writeAll(evaluation, queries, reportPage(evaluation, queries, map));
+      writeAll(evaluation, queries, reportPage(evaluation, queries, map, job));
       job.narrate.note(out_ + "/report.html written");
     }
     fmt::print("{}", evaluationTable(evaluation));
@@ -205,6 +225,48 @@ class EvaluateCommand final : public Command {
   }
 
  private:
+  static void judge(const ScoredQuery& scored, SceneQuery& query) {
+    query.from_elsewhere = scored.negative;
+    if (scored.negative) return;
+    query.true_poses = {scored.truth};
+    if (!scored.has_pose) return;
+    query.error_m = scored.positionError();
+    query.error_deg = kDegrees * scored.rotationError();
+  }
+
+  /// The map with all queries, those from elsewhere last, as in `scored`.
+  std::string reportPage(const Evaluation& evaluation, const std::vector<ScoredQuery>& scored,
+                         const map::SemanticMap& map, const Job& job) const {
+    Scene scene = sceneOf(map);
+    JoinedLabels labels;  // of queries; ids of the map stay
+    labels.take(map.labels);
+    DrawnAnswers drawn(input_, kReportVoxel_m, job, {});
+    const bool is_trajectory = isTrajectory(job.operands[0]);
+    for (std::size_t i = 0; is_trajectory && i < scored.size(); ++i) {
+      SceneQuery query;
+      query.name = fmt::format("pose {}", scored[i].first_frame);
+      query.poses = {scored[i].estimate};
+      scene.queries.push_back(std::move(query));
+    }
+    for (const std::string& answers : {job.operands[0], negatives_}) {
+      if (answers.empty() || is_trajectory) continue;
+      for (SceneQuery& query : drawn.draw(answers, labels, !map_.empty()))
+        scene.queries.push_back(std::move(query));
+    }
+    for (std::size_t i = 0; i < scored.size(); ++i) judge(scored[i], scene.queries[i]);
+    scene.labels = &labels.labels();
+    scene.title = fmt::format("{} of {} found, median {} off", evaluation.accepted,
+                              evaluation.queries, lengthText(evaluation.believed.median_m));
+    scene.caption = fmt::format("{} against {}", job.operands[0], job.operands[1]);
+    scene.made_by = madeBy("evaluate", job);
+    scene.facts = factsOf(evaluation);
+    scene.charts = chartsOf(evaluation, scored);
+    return htmlPage(scene, kReportPoints);
+  }
+
+  static constexpr double kReportVoxel_m = 0.3, kDegrees = 57.29577951308232;
+  static constexpr std::size_t kReportPoints = 300000;
+
   std::vector<ScoredQuery> score(const Job& job) const {
     const std::string &results = job.operands[0], &truth_path = job.operands[1];
     if (isTrajectory(results)) return scoredTrajectory(results, truth_path, job.narrate);

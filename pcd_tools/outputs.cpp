@@ -89,7 +89,7 @@ void writeDrawing(const std::string& path, const Scene& scene) {
   const std::string ending = endingOf(path);
   if (ending == ".png") return writeFile(path, drawTopDown(scene, PictureFormat::png));
   if (ending == ".svg") return writeFile(path, drawTopDown(scene, PictureFormat::svg));
-  if (ending == ".html") return writeFile(path, htmlView(scene));
+  if (ending == ".html") return writeFile(path, htmlPage(scene));
   if (ending != ".pcd") return writeMesh(path, sceneMesh(scene));
   LabelSet labels;
   const LabelledCloud cloud = sceneCloud(scene, labels);

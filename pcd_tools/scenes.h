@@ -41,6 +41,8 @@ SceneQuery queryWith(const Query& query, const Localization& fix);
 class JoinedLabels {
  public:
   const LabelSet& labels() const { return labels_; }
+  /// Begins with a set whose ids stay as they are.
+  void take(const LabelSet& first) { labels_ = first; }
   /// The same cloud or graph with the ids of the joined set.
   void adopt(const LabelSet& its_labels, LabelledCloud& cloud);
   void adopt(const LabelSet& its_labels, SemanticGraph& graph);
@@ -64,8 +66,10 @@ class DrawnAnswers {
                std::vector<std::string> given)
       : input_(input), voxel_m_(voxel_m), job_(job), given_(std::move(given)) {}
 
-  /// All answers of a file. Clouds and graphs in the result live as long as this object.
-  std::vector<SceneQuery> draw(const std::string& answers_path, JoinedLabels& joined);
+  /// All answers of a file, with their recordings if they are wanted. Clouds and graphs in the
+  /// result live as long as this object.
+  std::vector<SceneQuery> draw(const std::string& answers_path, JoinedLabels& joined,
+                               bool with_recordings = true);
   /// True for a file that an answer speaks of: it is drawn at its answer's pose.
   bool isQuery(const std::string& path) const;
 

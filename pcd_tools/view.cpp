@@ -3,6 +3,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 
 #include "inputs.h"
@@ -10,6 +11,7 @@
 #include "scenes.h"
 #include "xview/map/map_store.h"
 #include "xview/types/error.h"
+#include "xview/types/median.h"
 #include "xview/types/stopwatch.h"
 
 namespace xview::tools {
@@ -123,6 +125,13 @@ class ViewCommand final : public Command {
     scene.facts = {{"vertices", fmt::format("{}", content.map.graph.size())},
                    {"points", fmt::format("{}", content.map.cloud.size())},
                    {"key frames", fmt::format("{}", content.map.poses.size())}};
+    std::vector<double> times_ms;
+    for (const SceneQuery& query : scene.queries) {
+      if (std::isfinite(query.total_ms)) times_ms.push_back(query.total_ms);
+    }
+    if (!times_ms.empty())
+      scene.facts.emplace_back("time per query",
+                               fmt::format("{:.2f} s", medianOf(times_ms) / 1000));
     if (scene.queries.size() == 1) scene.caption = names + ": " + scene.queries[0].reason;
   }
 

@@ -98,94 +98,6 @@ Json successJson(const SuccessTable& table) {
   return json;
 }
 
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    if (c == '<')
-      out += "&lt;";
-    else if (c == '>')
-      out += "&gt;";
-    else if (c == '&')
-      out += "&amp;";
-    else if (c == '"')
-      out += "&quot;";
-    else
-      out += c;
-  }
-  return out;
-}
-
-struct CurvePoint {
-  double x = 0, y = 0;
-};
-
-/// A curve with values in [0, 1] over [0, x_max] as an SVG figure.
-std::string figure(const std::string& title, const std::string& x_name, double x_max,
-                   const std::vector<CurvePoint>& curve) {
-  constexpr double kWidth = 460, kHeight = 280, kLeft = 45, kBottom = 40, kTop = 10;
-  const auto px = [&](double x) { return kLeft + (kWidth - kLeft - 10) * x / x_max; };
-  const auto py = [&](double y) { return kHeight - kBottom - (kHeight - kBottom - kTop) * y; };
-  std::string svg =
-      fmt::format("<figure><svg width=\"{}\" height=\"{}\" font-size=\"12\">", kWidth, kHeight);
-  for (int i = 0; i <= 5; ++i) {
-    const double y = 0.2 * i, x = x_max * 0.2 * i;
-    svg += fmt::format(
-        "<line x1=\"{:.1f}\" x2=\"{:.1f}\" y1=\"{:.1f}\" y2=\"{:.1f}\" stroke=\"#ddd\"/>", px(0),
-        px(x_max), py(y), py(y));
-    svg += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"end\">{:.1f}</text>",
-                       px(0) - 6, py(y) + 4, y);
-    svg += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"middle\">{:.3g}</text>",
-                       px(x), py(0) + 16, x);
-  }
-  svg += fmt::format(
-      "<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"middle\">{}</text><polyline fill=\"none\" "
-      "stroke=\"#1560bd\" stroke-width=\"2\" points=\"",
-      px(x_max / 2), kHeight - 6, x_name);
-  for (const CurvePoint& p : curve) svg += fmt::format("{:.2f},{:.2f} ", px(p.x), py(p.y));
-  return svg + "\"/></svg><figcaption>" + title + "</figcaption></figure>\n";
-}
-
-std::string curves(const Evaluation& evaluation, const std::vector<ScoredQuery>& queries) {
-  std::vector<double> errors;
-  for (const ScoredQuery& query : queries) {
-    if (!query.negative) errors.push_back(query.positionError());
-  }
-  std::vector<CurvePoint> success, recall, calibration;
-  for (const ConfidenceBand& band : evaluation.bands) {
-    if (band.answers > 0)
-      calibration.push_back({band.mean_confidence,
-                             static_cast<double>(band.right) / static_cast<double>(band.answers)});
-  }
-  for (int i = 0; i <= 300 && !errors.empty(); ++i)
-    success.push_back({0.1 * i, shareWithin(errors, 0.1 * i, errors.size())});
-  for (const PrecisionRecall& point : evaluation.curve)
-    recall.push_back({point.recall, point.precision});
-  return figure("Success rate of the best hypothesis over the distance", "distance [m]", 30,
-                success) +
-         figure("Precision over recall, threshold on the confidence", "recall", 1, recall) +
-         figure(
-             "Share of right answers over their confidence, in bands; the diagonal is calibrated",
-             "confidence", 1, calibration);
-}
-
-std::string queryTable(const std::vector<ScoredQuery>& queries) {
-  std::string html =
-      "<table><tr><th>query</th><th>frames</th><th>status</th><th>confidence</th><th>error [m]</th>"
-      "<th>error [deg]</th><th>ms</th></tr>\n";
-  for (const ScoredQuery& q : queries) {
-    const bool measured = q.has_pose && !q.negative;
-    html += fmt::format(
-        "<tr><td>{}{}</td><td>{}-{}</td><td "
-        "class=\"{}\">{}</td><td>{:.4f}</td><td>{}</td><td>{}</td>"
-        "<td>{:.1f}</td></tr>\n",
-        escaped(q.input), q.negative ? " (from elsewhere)" : "", q.first_frame, q.last_frame,
-        toString(q.status), toString(q.status), q.confidence,
-        measured ? fmt::format("{:.3f}", q.positionError()) : "-",
-        measured ? fmt::format("{:.3f}", kDegrees * q.rotationError()) : "-", q.totalMs());
-  }
-  return html + "</table>\n";
-}
-
 }  // namespace
 
 std::string evaluationTable(const Evaluation& e) {
@@ -294,11 +206,6 @@ std::string evaluationJson(const Evaluation& e) {
     json["stages_ms"][stage.name] = {
         {"median", stage.median_ms}, {"mean", stage.mean_ms}, {"deviation", stage.deviation_ms}};
   return json.dump(2) + "\n";  // NaN becomes null
-}
-
-std::string reportHtml(const Evaluation& evaluation, const std::vector<ScoredQuery>& queries) {
-  return "<pre>" + escaped(evaluationTable(evaluation)) + "</pre>\n" + curves(evaluation, queries) +
-         "\n<h2>Queries</h2>\n" + queryTable(queries);
 }
 
 }  // namespace xview

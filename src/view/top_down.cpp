@@ -129,7 +129,8 @@ void drawContent(Canvas& canvas, const Eigen::AlignedBox2d& box, Panel& panel, c
       if (query.has_pose) panel.drawWay(query);
     }
     for (const SceneQuery& query : scene.queries) {
-      if (query.has_pose && scene.map_graph != nullptr) panel.drawMatches(query, *scene.map_graph, labels);
+      if (query.has_pose && scene.map_graph != nullptr)
+        panel.drawMatches(query, *scene.map_graph, labels);
       panel.drawMarks(query.marks);
     }
     const double size = scene.queries.size() > 40 ? 9 : 14;

@@ -17,8 +17,4 @@ std::string successCsv(
     const std::vector<ScoredQuery>& queries);              ///< share of queries over the distance
 std::string evaluationJson(const Evaluation& evaluation);  ///< all numbers; unknown ones are null
 
-/// For people: the table, both curves and the list of queries as HTML, which stands below the 3-D
-/// view of a page.
-std::string reportHtml(const Evaluation& evaluation, const std::vector<ScoredQuery>& queries);
-
 }  // namespace xview

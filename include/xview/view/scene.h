@@ -99,11 +99,10 @@ enum class PictureFormat { png, svg };
 /// display. A query that is small in its map gets a panel of its own.
 std::string drawTopDown(const Scene& scene, PictureFormat format = PictureFormat::png);
 
-struct HtmlViewOptions {
-  std::size_t most_points = 1000000;  ///< of each cloud, evenly thinned; each costs 20 bytes
-  std::string below;  ///< HTML that stands below the view, e.g. a report; leaves it less room
-};
-std::string htmlView(const Scene& scene, const HtmlViewOptions& options = {});
+/// A page to turn, shift and zoom: layers and classes with switches, search, the queries with their
+/// reasons, charts. It holds everything it needs: opens from file:// without a network. Clouds of
+/// more than `most_points` are thinned, and the page says so.
+std::string htmlPage(const Scene& scene, std::size_t most_points = 1000000);
 
 /// Everything as one cloud: points of the map with their classes; points, ways and arrows of
 /// queries, and correspondences as dotted lines, as classes of their own, which are added to

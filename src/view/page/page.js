@@ -1,0 +1,468 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The page of a scene: what the JSON beside it holds, drawn by three.js. Texts only ever become text
+// nodes, so that no name can be more than a name.
+'use strict';
+const scene = JSON.parse(document.getElementById('scene').textContent);
+const began = performance.now();
+const byId = id => document.getElementById(id);
+function element(name, parent, text, className) {
+  const made = document.createElement(name);
+  if (text !== undefined) made.textContent = text;
+  if (className) made.className = className;
+  if (parent) parent.append(made);
+  return made;
+}
+function decode(base64, Type) {
+  const text = atob(base64 || ''), bytes = new Uint8Array(text.length);
+  for (let i = 0; i < text.length; ++i) bytes[i] = text.charCodeAt(i);
+  return new Type(bytes.buffer);
+}
+const css = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+const rgb = c => 'rgb(' + c.join() + ')';
+const hex = c => (c[0] << 16) | (c[1] << 8) | c[2];
+const statusHex = {accepted: 0x168a3e, ambiguous: 0xd68200, rejected: 0xc82828};
+const kQuery = 0x1e60d6;
+const dark = matchMedia('(prefers-color-scheme: dark)');
+
+// ---- headline
+byId('title').textContent = document.title = scene.title || 'xview';
+byId('caption').textContent = scene.caption;
+byId('made').textContent = scene.made_by;
+for (const [name, value] of scene.facts) {
+  const pair = element('div', byId('facts'));
+  element('dt', pair, name);
+  element('dd', pair, value);
+}
+
+// ---- renderer, camera
+THREE.Object3D.DefaultUp.set(0, 0, 1);
+const canvas = byId('view');
+let renderer = null;
+try {
+  renderer = new THREE.WebGLRenderer({canvas, antialias: true, preserveDrawingBuffer: true});
+} catch (problem) {
+  byId('caption').textContent += ' This browser has no WebGL: the 3-D view cannot be drawn.';
+}
+const world = new THREE.Scene();
+const radius = Math.max(1e-3, scene.radius);
+const camera = new THREE.PerspectiveCamera(45, 1, radius / 500, radius * 60);
+camera.up.set(0, 0, 1);
+const controls = new THREE.MapControls(camera, canvas);
+controls.screenSpacePanning = false;
+controls.maxPolarAngle = Math.PI * 0.495;
+controls.minDistance = radius / 200;
+controls.maxDistance = radius * 12;
+const fatLines = [], pointMaterials = [], clouds = [];
+let wanted = false;
+function redraw() {
+  if (!wanted && renderer) { wanted = true; requestAnimationFrame(draw); }
+}
+controls.addEventListener('change', redraw);
+function resize() {
+  if (!renderer) return;
+  const ratio = Math.min(2, devicePixelRatio || 1), w = innerWidth, h = innerHeight;
+  renderer.setPixelRatio(ratio);
+  renderer.setSize(w, h, false);
+  camera.aspect = w / h;
+  // What is looked at lies in the middle of what the panel leaves free.
+  if (w > 800) camera.setViewOffset(w, h, 170, 0, w, h); else camera.setViewOffset(w, h, 0, h / 4, w, h);
+  camera.updateProjectionMatrix();
+  for (const line of fatLines) line.material.resolution.set(w, h);
+  for (const material of pointMaterials) material.uniforms.perMetre.value = ratio * h / 2 / Math.tan(Math.PI / 8);
+  redraw();
+}
+function draw() {
+  wanted = false;
+  for (const cloud of clouds) chooseDetail(cloud);
+  renderer.render(world, camera);
+  if (!document.documentElement.dataset.firstDraw) {
+    renderer.getContext().finish();
+    document.documentElement.dataset.firstDraw = String(Math.round(performance.now() - began));
+  }
+}
+function home(above) {
+  controls.target.set(0, 0, 0);
+  const d = 1.55 * radius;
+  if (above) camera.position.set(0, -1e-3 * d, d); else camera.position.set(-0.25 * d, -0.72 * d, 0.68 * d);
+  controls.update();
+  redraw();
+}
+let flight = 0;
+function flyTo(target, distance, at_once) {
+  const from = controls.target.clone(), goal = new THREE.Vector3(...target);
+  const offset = camera.position.clone().sub(from), offsetGoal = offset.clone().setLength(distance);
+  const start = performance.now(), mine = ++flight;
+  const step = now => {
+    if (mine !== flight) return;
+    const t = at_once ? 1 : Math.min(1, (now - start) / 650), s = t * t * (3 - 2 * t);
+    controls.target.lerpVectors(from, goal, s);
+    camera.position.copy(controls.target).add(offset.clone().lerp(offsetGoal, s));
+    controls.update();
+    redraw();
+    if (t < 1) requestAnimationFrame(step);
+  };
+  step(start);
+}
+
+// ---- classes: one palette for all clouds and graphs; a hidden class has no opacity
+const palette = new Uint8Array(256 * 4);
+const paletteTexture = new THREE.DataTexture(palette, 256, 1, THREE.RGBAFormat);
+const hidden = new Set();
+function fillPalette() {
+  const own = byId('own').checked;
+  scene.classes.forEach((c, i) => {
+    const shown = own ? c.color : c.quiet.map(v => Math.round(dark.matches ? 52 + 0.62 * v : 0.9 * v));
+    palette.set([...shown, hidden.has(i) ? 0 : 255], 4 * i);
+    if (c.item) {
+      c.item.firstChild.style.background = rgb(shown);
+      c.item.classList.toggle('off', hidden.has(i));
+    }
+  });
+  paletteTexture.needsUpdate = true;
+  if (renderer) renderer.setClearColor(new THREE.Color(css('--paper')), 1);
+  redraw();
+}
+scene.classes.forEach((c, i) => {
+  c.item = element('li', byId('classes').querySelector('ul'));
+  element('i', c.item);
+  element('span', c.item, c.name);
+  element('small', c.item, c.vertices ? c.vertices + ' vertices' : '');
+  c.item.onclick = () => { if (!hidden.delete(i)) hidden.add(i); fillPalette(); };
+  c.item.ondblclick = () => {  // this class alone, or all again
+    const alone = hidden.size === scene.classes.length - 1 && !hidden.has(i);
+    hidden.clear();
+    if (!alone) scene.classes.forEach((_, k) => k !== i && hidden.add(k));
+    fillPalette();
+  };
+});
+byId('classes').hidden = scene.classes.length === 0;
+byId('own').onchange = fillPalette;
+
+// ---- points and vertices
+function pointMaterial(size, ball, tint, mix) {
+  const material = new THREE.ShaderMaterial({
+    uniforms: {palette: {value: paletteTexture}, size: {value: size}, least: {value: ball ? 5 : 1.6}, perMetre: {value: 500},
+               tint: {value: new THREE.Color(tint || 0)}, mixed: {value: mix || 0}, ball: {value: ball ? 1 : 0}},
+    vertexShader: `attribute float kind; uniform sampler2D palette; uniform float size, perMetre, mixed, least; uniform vec3 tint;
+      varying vec3 shade;
+      void main() {
+        vec4 color = texture2D(palette, vec2((kind + 0.5) / 256.0, 0.5));
+        vec4 p = modelViewMatrix * vec4(position, 1.0);
+        gl_Position = color.a < 0.5 ? vec4(2.0, 2.0, 2.0, 1.0) : projectionMatrix * p;
+        gl_PointSize = clamp(size * perMetre / -p.z, least, 40.0);
+        shade = mix(color.rgb, tint, mixed);
+      }`,
+    fragmentShader: `varying vec3 shade; uniform float ball;
+      void main() {
+        float light = 1.0;
+        if (ball > 0.5) {
+          vec2 p = 2.0 * gl_PointCoord - 1.0;
+          float r = dot(p, p);
+          if (r > 1.0) discard;
+          light = r > 0.72 ? 0.35 : 1.0;
+        }
+        gl_FragColor = vec4(shade * light, 1.0);
+      }`});
+  pointMaterials.push(material);
+  return material;
+}
+// Chunks of points, each in an order of which every beginning is a fair sample.
+function addCloud(parent, data, material) {
+  const positions = decode(data.positions, Uint16Array), kinds = decode(data.kinds, Uint8Array);
+  let first = 0;
+  for (const [count, x, y, z, size] of data.chunks) {
+    const geometry = new THREE.BufferGeometry();
+    geometry.setAttribute('position', new THREE.BufferAttribute(positions.subarray(3 * first, 3 * (first + count)), 3, true));
+    geometry.setAttribute('kind', new THREE.BufferAttribute(kinds.subarray(first, first + count), 1));
+    geometry.boundingSphere = new THREE.Sphere(new THREE.Vector3(0.5, 0.5, 0.5), 0.87);
+    const points = new THREE.Points(geometry, material);
+    points.position.set(x, y, z);
+    points.scale.setScalar(size);
+    points.userData = {count, size};
+    parent.add(points);
+    clouds.push(points);
+    first += count;
+  }
+}
+// More points than pixels only cost time.
+const centre = new THREE.Vector3();
+function chooseDetail(points) {
+  const {count, size} = points.userData;
+  points.getWorldPosition(centre).addScalar(size / 2);
+  const distance = Math.max(1e-6, camera.position.distanceTo(centre) - size);
+  const pixels = size * points.material.uniforms.perMetre.value / distance;
+  points.geometry.setDrawRange(0, Math.ceil(Math.min(count, Math.max(count / 50, 1.5 * pixels * pixels))));
+}
+const pickable = [];
+function addVertices(parent, graph, what, size, tint, mix) {
+  const positions = decode(graph.positions, Float32Array), kinds = decode(graph.kinds, Uint8Array);
+  const geometry = new THREE.BufferGeometry();
+  geometry.setAttribute('position', new THREE.BufferAttribute(positions, 3));
+  geometry.setAttribute('kind', new THREE.BufferAttribute(kinds, 1));
+  const points = new THREE.Points(geometry, pointMaterial(size, true, tint, mix));
+  points.frustumCulled = false;
+  parent.add(points);
+  pickable.push({parent: points, positions, kinds, tell: i => {
+    const told = [what + ': ' + scene.classes[kinds[i]].name, place(positions, i)];
+    const seen = graph.observations[i];
+    told.push('seen in ' + seen + (seen === 1 ? ' frame' : ' frames') + (graph.points[i] ? ', ' + graph.points[i] + ' points' : ''));
+    if (graph.sigmas[i] > 0) told.push('sigma ' + lengthText(graph.sigmas[i]));
+    return told.join('\n');
+  }});
+}
+const place = (p, i) => ['x', 'y', 'z'].map((axis, k) => axis + ' ' + (p[3 * i + k] + scene.center[k]).toFixed(2)).join(', ') + ' m';
+const lengthText = m => m < 0.01 ? (1000 * m).toFixed(0) + ' mm' : m < 1 ? (100 * m).toFixed(0) + ' cm' : m.toFixed(m < 10 ? 1 : 0) + ' m';
+
+// ---- lines: pairs of ends
+function addLines(parent, ends, color, width, dashed) {
+  if (ends.length === 0) return null;
+  const geometry = new THREE.LineSegmentsGeometry();
+  geometry.setPositions(ends);
+  const material = new THREE.LineMaterial({color, linewidth: width, dashed: !!dashed, dashSize: radius / 100, gapSize: radius / 150});
+  if (dashed) material.defines.USE_DASH = '';
+  const lines = new THREE.LineSegments2(geometry, material);
+  if (dashed) lines.computeLineDistances();
+  lines.frustumCulled = false;
+  parent.add(lines);
+  fatLines.push(lines);
+  return lines;
+}
+function arrow(parent, pose, heading, color, size, hollow) {
+  const shape = new THREE.BufferGeometry(), h = new THREE.Vector3(...heading);
+  const side = h.clone().cross(new THREE.Vector3(0, 0, 1));
+  if (side.length() < 0.2) side.set(1, 0, 0);
+  side.normalize();
+  const lift = new THREE.Vector3(0, 0, size * 0.15), at = (a, s) =>
+    new THREE.Vector3(...pose).add(lift).addScaledVector(h, a * size).addScaledVector(side, s * size).toArray();
+  shape.setAttribute('position', new THREE.BufferAttribute(new Float32Array([...at(1, 0), ...at(-0.8, 0.7), ...at(-0.4, 0),
+    ...at(1, 0), ...at(-0.4, 0), ...at(-0.8, -0.7)]), 3));
+  parent.add(new THREE.Mesh(shape, new THREE.MeshBasicMaterial({color, side: THREE.DoubleSide, depthTest: false, transparent: true,
+    opacity: hollow ? 0.6 : 1})));
+}
+
+// ---- layers
+function addLayer(name, count, color, object, shown) {
+  object.visible = shown;
+  world.add(object);
+  const item = element('li', byId('layers').querySelector('ul'));
+  element('i', item).style.background = color;
+  element('span', item, name);
+  element('small', item, count);
+  const show = visible => { object.visible = visible; item.classList.toggle('off', !visible); redraw(); };
+  item.onclick = () => show(!object.visible);
+  item.classList.toggle('off', !shown);
+}
+const group = () => new THREE.Group();
+let layer;
+if (scene.cloud) {
+  addCloud(layer = group(), scene.cloud, pointMaterial(scene.cloud.size, false));
+  const thinned = scene.cloud.shown < scene.cloud.total ? ' of ' + scene.cloud.total : '';
+  addLayer(scene.cloud.name, scene.cloud.shown + thinned + ' points', '#999', layer, true);
+}
+if (scene.graph) {
+  addVertices(layer = group(), scene.graph, 'map vertex', scene.vertex_size);
+  addLayer('map vertices', scene.graph.observations.length, '#555', layer, !scene.cloud);
+  const edges = decode(scene.graph.edges, Float32Array);
+  if (addLines(layer = group(), edges, 0x9aa0aa, 1)) addLayer('map edges', edges.length / 6, '#9aa0aa', layer, !scene.cloud);
+}
+for (const line of scene.lines) {
+  const ends = decode(line.ends, Float32Array);
+  if (addLines(layer = group(), ends, hex(line.color), 2)) addLayer(line.name, '', rgb(line.color), layer, true);
+}
+function addMarks(parent, marks) {
+  const positions = decode(marks.positions, Float32Array);
+  const geometry = new THREE.BufferGeometry();
+  geometry.setAttribute('position', new THREE.BufferAttribute(positions, 3));
+  const dots = new THREE.Points(geometry, new THREE.PointsMaterial({color: hex(marks.color), size: 7, sizeAttenuation: false}));
+  dots.frustumCulled = false;
+  parent.add(dots);
+  pickable.push({parent: dots, positions, tell: i => [marks.group, marks.notes[i], place(positions, i)].filter(Boolean).join('\n')});
+}
+for (const marks of scene.marks) {
+  addMarks(layer = group(), marks);
+  addLayer(marks.group, marks.notes.length, rgb(marks.color), layer, true);
+}
+
+// ---- queries
+const poses = group(), ways = group();
+const arrowSize = radius / 60;
+let chosen = null;
+function lifted(q) {  // the part of a query that is raised, and its correspondences
+  const lift = q === chosen && q.kept.length ? +byId('lift').value : 0;
+  if (q.raised) q.raised.position.z = lift;
+  for (const [lines, ends] of q.matches) {
+    const moved = ends.slice();
+    for (let i = 2; i < moved.length; i += 6) moved[i] += lift;
+    lines.geometry.setPositions(moved);
+  }
+  redraw();
+}
+function build(q) {  // what is only shown of the chosen query
+  q.group = group();
+  q.raised = group();
+  q.group.add(q.raised);
+  if (q.cloud) addCloud(q.raised, q.cloud, pointMaterial(q.cloud.size, false, kQuery, 0.8));
+  if (q.graph) addVertices(q.raised, q.graph, 'query vertex', scene.vertex_size, kQuery, 0.35);
+  q.matches = [[q.putative, 0xd69696, 1], [q.kept, 0x14a03c, 2.5]].map(([ends, color, width]) => [addLines(q.group, ends, color, width), ends])
+    .filter(([lines]) => lines);
+  for (const marks of q.marks) addMarks(q.group, marks);
+  const radiusOfPlace = 3 * arrowSize;
+  q.hypotheses.slice(1).forEach(h => {
+    const ring = new THREE.Mesh(new THREE.RingBufferGeometry(0.8 * radiusOfPlace, radiusOfPlace, 40),
+                                new THREE.MeshBasicMaterial({color: statusHex.ambiguous, side: THREE.DoubleSide, depthTest: false, transparent: true}));
+    ring.position.set(...h);
+    q.group.add(ring);
+  });
+  world.add(q.group);
+  resize();
+}
+function choose(q, at_once) {
+  if (chosen) { chosen.item.classList.remove('chosen'); if (chosen.group) chosen.group.visible = false; }
+  chosen = q;
+  q.item.classList.add('chosen');
+  if (!q.pose) return redraw();
+  if (!q.group) build(q);
+  q.group.visible = true;
+  byId('lifting').hidden = q.matches.length === 0;
+  byId('lift').max = Math.max(10 * arrowSize, q.extent);
+  byId('lift').value = q.matches.length ? q.extent / 5 : 0;
+  lifted(q);
+  flyTo(q.pose, Math.max(8 * arrowSize, 1.7 * q.extent), at_once);
+}
+scene.queries.forEach(q => {
+  q.kept = decode(q.kept, Float32Array);
+  q.putative = decode(q.putative, Float32Array);
+  q.matches = [];
+  q.item = element('li', byId('queries').querySelector('ol'), undefined, q.status);
+  const right = [q.error !== null ? lengthText(q.error) + ' off' : q.sigma !== null ? '±' + lengthText(q.sigma) : ''];
+  element('span', q.item, right.join(' '));
+  element('b', q.item, q.status + ' ');
+  element('div', q.item, q.name + (q.elsewhere ? ' (from elsewhere)' : ''), 'name');
+  const numbers = [];
+  if (q.confidence !== null) numbers.push('confidence ' + q.confidence.toFixed(4));
+  if (q.sigma !== null) numbers.push('sigma ' + lengthText(q.sigma));
+  if (q.error !== null) numbers.push('error ' + lengthText(q.error) + (q.error_deg !== null ? ', ' + q.error_deg.toFixed(2) + '°' : ''));
+  if (q.ms !== null) numbers.push((q.ms / 1000).toFixed(2) + ' s');
+  element('p', q.item, q.reason);
+  element('p', q.item, numbers.join(' · '));
+  if (q.hypotheses.length > 1) {
+    const others = element('p', q.item, 'other places: ');
+    q.hypotheses.slice(1).forEach((h, i) => {
+      element('button', others, String(i + 2)).onclick = event => { event.stopPropagation(); flyTo(h, 20 * arrowSize); };
+    });
+  }
+  q.item.onclick = () => choose(q);
+  if (!q.pose) return;
+  addLines(ways, decode(q.way, Float32Array), statusHex[q.status], 3);
+  addLines(ways, decode(q.truth, Float32Array), dark.matches ? 0xffffff : 0x141414, 2, true);
+  arrow(poses, q.pose, q.heading, statusHex[q.status], arrowSize);
+  if (q.error_line) addLines(ways, q.error_line, statusHex[q.status], 2);
+});
+const posed = scene.queries.filter(q => q.pose);
+if (posed.length) {
+  addLayer('ways of queries', '', rgb([22, 138, 62]), ways, true);
+  addLayer('poses of queries', posed.length, rgb([22, 138, 62]), poses, true);
+  pickable.push({parent: poses, positions: new Float32Array(posed.flatMap(q => q.pose)),
+                 tell: i => { choose(posed[i]); return posed[i].status + ': ' + posed[i].name + '\n' + posed[i].reason; }});
+}
+byId('queries').hidden = scene.queries.length === 0;
+byId('lifting').hidden = true;
+byId('lift').oninput = () => chosen && lifted(chosen);
+
+// ---- charts, as SVG
+function drawChart(chart) {
+  const figure = element('figure', byId('charts'));
+  element('figcaption', figure, chart.title);
+  const make = (name, attributes, parent) => {
+    const made = document.createElementNS('http://www.w3.org/2000/svg', name);
+    for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
+    parent.append(made);
+    return made;
+  };
+  const W = 320, H = 190, left = 34, right = 20, top = 8, bottom = 34;
+  const svg = make('svg', {viewBox: `0 0 ${W} ${H}`}, figure);
+  const xs = chart.curves.flatMap(c => c.points.map(p => p[0])).filter(x => !chart.log_x || x > 0);
+  const map = chart.log_x ? Math.log10 : x => x;
+  const low = map(Math.min(...xs)), high = Math.max(low + 1e-9, map(Math.max(...xs)));
+  const px = x => left + (W - left - right) * (map(x) - low) / (high - low), py = y => H - bottom - (H - bottom - top) * y;
+  const text = (x, y, value, anchor) => { make('text', {x, y, 'text-anchor': anchor}, svg).textContent = value; };
+  for (let y = 0; y <= 1.001; y += 0.25) {
+    make('line', {x1: left, x2: W - right, y1: py(y), y2: py(y), class: 'axis'}, svg);
+    text(left - 5, py(y) + 4, (100 * y).toFixed(0), 'end');
+  }
+  const ticks = [];
+  if (chart.log_x) for (let e = Math.ceil(low - 1e-9); e <= high + 1e-9; ++e) ticks.push(Math.pow(10, e));
+  else for (let k = 0; k <= 4; ++k) ticks.push(low + k * (high - low) / 4);
+  for (const x of ticks) {
+    make('line', {x1: px(x), x2: px(x), y1: top, y2: H - bottom, class: 'axis'}, svg);
+    text(px(x), H - bottom + 14, chart.log_x ? lengthText(x) : x.toFixed(2), 'middle');
+  }
+  text((left + W - right) / 2, H - 4, chart.x_name + ', ' + chart.y_name + ' in %', 'middle');
+  const colors = ['--mark', '--accepted', '--ambiguous'];
+  chart.curves.forEach((curve, i) => {
+    const line = make('polyline', {class: 'curve', points: curve.points.filter(p => !chart.log_x || p[0] > 0)
+      .map(p => px(p[0]).toFixed(1) + ',' + py(p[1]).toFixed(1)).join(' ')}, svg);
+    line.style.stroke = `var(${colors[i % 3]})`;
+    if (chart.curves.length > 1) {
+      const name = make('text', {x: W - right - 4, y: H - bottom - 8 - 14 * (chart.curves.length - 1 - i), 'text-anchor': 'end'}, svg);
+      name.textContent = curve.name;
+      name.style.fill = `var(${colors[i % 3]})`;
+    }
+  });
+}
+scene.charts.filter(chart => chart.curves.some(c => c.points.length)).forEach(drawChart);
+byId('charts').hidden = scene.charts.length === 0;
+
+// ---- picking: what is nearest to the pointer on the screen
+function pick(x, y) {
+  let best = null, nearest = 12 * 12;
+  const p = new THREE.Vector3();
+  for (const set of pickable) {
+    let visible = true;
+    for (let o = set.parent; o; o = o.parent) visible = visible && o.visible;
+    if (!visible) continue;
+    set.parent.updateWorldMatrix(true, false);
+    for (let i = 0; i < set.positions.length / 3; ++i) {
+      if (set.kinds && hidden.has(set.kinds[i])) continue;
+      p.set(set.positions[3 * i], set.positions[3 * i + 1], set.positions[3 * i + 2]).applyMatrix4(set.parent.matrixWorld).project(camera);
+      if (p.z > 1) continue;
+      const dx = (p.x + 1) / 2 * innerWidth - x, dy = (1 - p.y) / 2 * innerHeight - y;
+      if (dx * dx + dy * dy < nearest) { nearest = dx * dx + dy * dy; best = [set, i]; }
+    }
+  }
+  byId('picked').hidden = !best;
+  if (best) byId('picked').textContent = best[0].tell(best[1]);
+  return best;
+}
+let pressed = null;
+canvas.addEventListener('pointerdown', e => { pressed = [e.clientX, e.clientY]; ++flight; });
+canvas.addEventListener('pointerup', e => {
+  if (pressed && Math.hypot(e.clientX - pressed[0], e.clientY - pressed[1]) < 4) pick(e.clientX, e.clientY);
+});
+
+// ---- search, views
+byId('search').oninput = () => {
+  const wantedText = byId('search').value.toLowerCase();
+  for (const q of scene.queries) q.item.hidden = !(q.name + ' ' + q.status + ' ' + q.reason).toLowerCase().includes(wantedText);
+  for (const c of scene.classes) c.item.hidden = !c.name.toLowerCase().includes(wantedText) && scene.queries.length === 0;
+};
+byId('search').onkeydown = e => {
+  const found = e.key === 'Enter' && scene.queries.find(q => !q.item.hidden);
+  if (found) choose(found);
+};
+byId('top').onclick = () => home(true);
+byId('side').onclick = () => home(false);
+addEventListener('resize', resize);
+dark.addListener(fillPalette);
+if (renderer) {
+  fillPalette();
+  home(false);
+  resize();
+  if (scene.queries.length === 1) choose(scene.queries[0], true);
+  // page.html#query=3 opens with the third query.
+  const asked = /query=(\d+)/.exec(location.hash);
+  if (asked && scene.queries[asked[1] - 1]) choose(scene.queries[asked[1] - 1], true);
+  draw();
+  if (/pick/.test(location.hash)) pick((innerWidth > 800 ? innerWidth - 340 : innerWidth) / 2, innerHeight / 2);
+  document.documentElement.dataset.ready = 'yes';
+}
