@@ -10,7 +10,8 @@ namespace {
 
 const std::vector<std::string> kCommands{"simulate", "info", "lift",  "blobs",
                                          "graph",    "map",  "match", "localize",
-                                         "evaluate", "fuse", "learn", "view"};
+                                         "evaluate", "fuse", "learn", "view",
+                                         "lookalikes"};
 
 TEST(Help, ListsEveryCommand) {
   const Outcome outcome = runXview({"--help"});

@@ -1,0 +1,167 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Answers of localize in many simulated worlds, one line each, with their evidence and whether they are right.
+
+Worlds of five styles with labels of several qualities, from as many seeds as are asked for, are mapped. Windows of
+several lengths of their other sessions, of a place elsewhere and of the next seed's world are localized. The table is
+what `xview learn --verdict` fits the confidence to. Worlds and runs are kept in --work, so that a run that was broken
+off goes on where it stopped; the table is written anew after every world.
+"""
+import argparse
+import csv
+import hashlib
+import io
+import math
+import subprocess
+import sys
+from collections import namedtuple
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+sys.dont_write_bytecode = True
+import regress_worlds as worlds
+from regress import Runner, simulated, write_whole
+
+STYLES = ("suburb", "grid", "village", "campus", "office")
+QUALITIES = (0.83, 0.68, 1.0, 0.6)  # Share of the pixels with the right label; 1 = perfect sensors.
+LENGTHS_M = {"office": ((4, 16), (8, 30))}
+LENGTHS_OUTDOORS_M = ((8, 30, 100), (15, 60))  # Sessions take turns.
+SESSIONS = ("rear", "oblique", "aerial", "forward2", "elsewhere")
+OF_OTHER_WORLD = ("rear", "oblique", "aerial")
+RIGHT_M = {"office": 0.5}
+RIGHT_OUTDOORS_M = 3.0
+
+World = namedtuple("World", "style seed quality")
+COLUMNS = ["style", "seed", "quality", "session", "window_m", "first_frame", "stranger", "right", "error_m", "status",
+           "confidence"]
+
+
+def name_of(world):
+    return f"{world.style}_{world.seed}_{world.quality:g}"
+
+
+def flags_of(world, lidar):
+    flags = ["--seed", str(world.seed), "--sim.style", world.style, "--sessions.forward2", "--sessions.oblique",
+             "--sessions.elsewhere", "--threads", "1"]
+    if world.style != "office":
+        flags += ["--route_length_m", "160"]
+    if world.seed % 3 == 1:  # Every third seed has streets or rooms that look very alike.
+        flags += ["--sim.alike", "0.7"]
+    if lidar:
+        flags += ["--sessions.lidar", "--lidar.azimuths", "512", "--lidar.rings", "32"]
+    if world.quality < 1:
+        flags += ["--quality", "noisy", "--label_noise.accuracy", str(world.quality),
+                  "--drift", "0.02" if world.quality < 0.8 else "0.01"]
+    return flags
+
+
+def windows(folder, metres, count):
+    """Flags for about `count` windows of this length, or None if the recording is shorter."""
+    frames = len(worlds.frame_numbers(folder))
+    size = max(2, round(metres / max(1e-3, worlds.metres_per_frame(folder))))
+    if size > frames:
+        return None
+    return ["--window", str(size), "--stride", str(max(1, (frames - size) // max(1, count - 1)))]
+
+
+def jobs_of(world, folders, arguments):
+    """Runs of one world: session, length, queries, truth or None, name of the map's session."""
+    lengths = LENGTHS_M.get(world.style, LENGTHS_OUTDOORS_M)
+    other = folders.get(world._replace(seed=arguments.seeds[(arguments.seeds.index(world.seed) + 1)
+                                                            % len(arguments.seeds)]))
+    candidates = [(session, folders[world] / session, session != "elsewhere", "forward") for session in SESSIONS]
+    candidates += [(session, folders[world] / session, session != "lidar_elsewhere", "lidar")
+                   for session in ("lidar_reverse", "lidar_elsewhere")]
+    if other and other != folders[world]:
+        candidates += [(f"other {session}", other / session, False, "forward") for session in OF_OTHER_WORLD]
+    for turn, (session, folder, in_map, mapped) in enumerate(candidates):
+        if not folder.is_dir():
+            continue
+        for metres in lengths[(turn + world.seed) % len(lengths)]:
+            flags = windows(folder, metres, arguments.windows)
+            if flags:
+                truth = worlds.true_poses(folder) if in_map else None
+                yield session, metres, worlds.Part(worlds.Map([folders[world] / mapped], []), [folder], flags, truth)
+
+
+def flat(value, name=""):
+    """The numbers of an answer by a name each: lists become name_1, name_2; poses and times are left out."""
+    if isinstance(value, (bool, int, float)):
+        return {name: int(value) if isinstance(value, bool) else value}
+    found = {}
+    if isinstance(value, dict):
+        for key, part in value.items():
+            if key not in ("query", "pose", "T_map_query", "covariance", "timing_ms", "trajectory", "confidence"):
+                found.update(flat(part, f"{name}_{key}" if name else key))
+    if isinstance(value, list) and all(isinstance(part, dict) for part in value):
+        for number, part in enumerate(value[:3], 1):
+            found.update(flat(part, f"{name}_{number}"))
+    return found
+
+
+def line_of(world, session, metres, answer, truth):
+    error = math.inf
+    if truth and answer.get("pose"):
+        T = truth(answer)
+        error = math.dist([T[i][3] for i in range(3)], answer["pose"]["position"])
+    right = error <= RIGHT_M.get(world.style, RIGHT_OUTDOORS_M)
+    line = {"style": world.style, "seed": world.seed, "quality": world.quality, "session": session,
+            "window_m": metres, "first_frame": answer["query"]["first_frame"], "stranger": int(truth is None),
+            "right": int(right), "error_m": round(error, 3), "status": answer["status"],
+            "confidence": answer.get("confidence", 0)}
+    return {**line, **flat(answer)}
+
+
+def lines_of(world, folders, runner, arguments):
+    lines = []
+    for session, metres, part in jobs_of(world, folders, arguments):
+        run, mapped = runner.localize(part, [], [])
+        if run is None:
+            print(f"{name_of(world)} cannot be mapped: {mapped['said']}", file=sys.stderr)
+            return lines
+        lines += [line_of(world, session, metres, a, part.truth) for a in run["answers"] if a["status"] != "error"]
+    return lines
+
+
+def save(file, lines):
+    columns = COLUMNS + sorted({key for line in lines for key in line} - set(COLUMNS))
+    text = io.StringIO()
+    table = csv.DictWriter(text, columns, lineterminator="\n")
+    table.writeheader()
+    table.writerows(lines)
+    write_whole(file, text.getvalue())
+
+
+def main():
+    root = Path(__file__).resolve().parent.parent
+    what, how = __doc__.split("\n\n", 1)
+    parser = argparse.ArgumentParser(description=what, epilog=how)
+    add = parser.add_argument
+    add("table", type=Path, metavar="TABLE.csv", help="written anew after every world")
+    add("--program", type=Path, default=root / "build/xview", help="default: that of build/")
+    add("--work", type=Path, default=root / "verdict", help="where worlds and runs are kept; default verdict/")
+    add("--seeds", type=int, nargs="+", default=list(range(1, 11)), help="default: 1 to 10")
+    add("--styles", nargs="+", default=STYLES, choices=STYLES)
+    add("--qualities", type=float, nargs="+", default=QUALITIES)
+    add("--windows", type=int, default=6, help="of each length and session; default 6")
+    add("--jobs", type=int, default=2, help="worlds at a time, of one thread each; default 2")
+    arguments = parser.parse_args()
+    arguments.program, arguments.work = arguments.program.resolve(), arguments.work.resolve()
+    runner = Runner(arguments.program, arguments.work)
+    chosen = [World(style, seed, quality) for seed in arguments.seeds for quality in arguments.qualities
+              for style in arguments.styles]
+
+    def made(world):
+        lidar = world.quality == 0.83 and world.style != "office" and world.seed % 2 == 1
+        return simulated(arguments.program, arguments.work, name_of(world), flags_of(world, lidar))
+
+    with ThreadPoolExecutor(arguments.jobs) as pool:
+        folders, lines = dict(zip(chosen, pool.map(made, chosen))), []
+        for world, found in zip(chosen, pool.map(lambda w: lines_of(w, folders, runner, arguments), chosen)):
+            lines += found
+            save(arguments.table, lines)
+            print(f"{name_of(world)}: {len(lines)} lines", file=sys.stderr)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "inputs.h"
+#include "outputs.h"
+#include "tool.h"
+#include "xview/alikeness.h"
+#include "xview/io/atomic_file.h"
+#include "xview/types/error.h"
+#include "xview/types/stopwatch.h"
+
+namespace xview::tools {
+namespace {
+
+constexpr std::size_t kPlaces = 60;  ///< at 5 lengths each: some seconds for any map
+
+/// From green for what a few metres tell to red for what nothing tells.
+Color colorOf(const std::optional<double>& sure_m, const std::vector<double>& lengths_m) {
+  const auto at = sure_m ? std::find(lengths_m.begin(), lengths_m.end(), *sure_m) : lengths_m.end();
+  const double share = static_cast<double>(at - lengths_m.begin()) /
+                       static_cast<double>(std::max<std::size_t>(1, lengths_m.size()));
+  return {static_cast<std::uint8_t>(40 + 190 * std::min(1.0, 2 * share)),
+          static_cast<std::uint8_t>(40 + 130 * std::min(1.0, 2 - 2 * share)), 40};
+}
+
+std::string nameOf(const std::optional<double>& sure_m) {
+  return sure_m ? fmt::format("sure from {:.0f} m on", *sure_m) : std::string("not sure at all");
+}
+
+std::string toCsv(const Alikeness& alikeness) {
+  std::string text = "x,y,z,sure_from_m,like_x,like_y,like_z\n";
+  for (const Alikeness::Place& place : alikeness.places) {
+    const Eigen::Vector3d& p = place.position;
+    text += fmt::format("{:.2f},{:.2f},{:.2f},", p.x(), p.y(), p.z());
+    text += place.sure_m ? fmt::format("{:.0f},", *place.sure_m) : std::string(",");
+    if (place.rival)
+      text +=
+          fmt::format("{:.2f},{:.2f},{:.2f}", place.rival->x(), place.rival->y(), place.rival->z());
+    else
+      text += ",,";
+    text += "\n";
+  }
+  return text;
+}
+
+/// The way in the colour of its places, and lines between places that look alike.
+Scene sceneOf(const map::SemanticMap& map, const Alikeness& alikeness) {
+  Scene scene = tools::sceneOf(map, "how far one must go to be sure");
+  const bool has_way = map.poses.size() > 1;
+  for (std::size_t i = 0; i < alikeness.places.size(); ++i) {
+    const Alikeness::Place& place = alikeness.places[i];
+    SceneLine line{nameOf(place.sure_m), colorOf(place.sure_m, alikeness.lengths_m), {}};
+    const std::size_t end =
+        i + 1 < alikeness.places.size() ? alikeness.places[i + 1].key_frame + 1 : map.poses.size();
+    for (std::size_t k = place.key_frame; has_way && k < end; ++k)
+      line.points.push_back(map.poses[k].translation());
+    if (line.points.size() > 1) scene.lines.push_back(std::move(line));
+    if (place.rival)
+      scene.lines.push_back({"look alike", {120, 60, 160}, {place.position, *place.rival}});
+  }
+  return scene;
+}
+
+/// What the map holds, each point with the length of the nearest place as its class.
+void writeColoured(const std::string& path, const map::SemanticMap& map,
+                   const Alikeness& alikeness) {
+  LabelSet labels("lookalikes");
+  const auto labelOf = [&](const Alikeness::Place& place) {
+    const auto at = std::find(alikeness.lengths_m.begin(), alikeness.lengths_m.end(),
+                              place.sure_m.value_or(-1));
+    return static_cast<std::uint32_t>(at - alikeness.lengths_m.begin()) + 1;
+  };
+  for (const Alikeness::Place& place : alikeness.places)
+    labels.add({labelOf(place), nameOf(place.sure_m), colorOf(place.sure_m, alikeness.lengths_m),
+                Role::object, Kind::other_object, false});
+  LabelledCloud cloud = map.cloud;
+  if (cloud.empty()) {
+    for (const Vertex& v : map.graph.vertices) {
+      Point point;
+      point.getVector3fMap() = v.position.cast<float>();
+      cloud.points.push_back(point);
+    }
+  }
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    const Eigen::Vector3d p = cloud.position(i);
+    const auto nearest = std::min_element(
+        alikeness.places.begin(), alikeness.places.end(), [&](const auto& a, const auto& b) {
+          return (a.position - p).squaredNorm() < (b.position - p).squaredNorm();
+        });
+    cloud.points[i].label = labelOf(*nearest);
+  }
+  writeCloud(path, cloud, labels);
+}
+
+void printSummary(const Alikeness& alikeness) {
+  for (const WrongScores& scores : wrongScores(alikeness)) {
+    const auto sure =
+        std::count_if(alikeness.queries.begin(), alikeness.queries.end(),
+                      [&](const SelfQuery& q) { return q.window_m == scores.window_m && q.sure; });
+    fmt::print(
+        "{:4.0f} m: sure at {:3.0f} % of {} places; the best wrong place has {:.0f} % of the "
+        "score of the right one (at most {:.0f} %)\n",
+        scores.window_m, 100.0 * static_cast<double>(sure) / static_cast<double>(scores.queries),
+        scores.queries, 100 * scores.share.front(), 100 * scores.share.back());
+  }
+}
+
+class LookalikesCommand final : public Command {
+ public:
+  Description describe() const override {
+    return {"lookalikes", "MAP",
+            "which places of a map look alike, and how long a query must be there to be sure",
+            "Stretches of the map are looked for in the map itself, with the noise of a usual "
+            "query.\n"
+            "OUT.csv is a table of places, OUT.png a picture, OUT.html a page, OUT.pcd or OUT.ply "
+            "the cloud of the map,\n"
+            "coloured by the length that is needed. Without -o: MAP's name + _lookalikes.png in "
+            "the working folder.",
+            "xview lookalikes town.xvm -o town_lookalikes.html"};
+  }
+
+  void declare(Flags& flags) override {
+    input_.declare(flags);
+    flags.add("-o,--out", out_, "the file to write");
+  }
+
+  ExitCode run(const Job& job) override {
+    namespace fs = std::filesystem;
+    const std::string& path = job.operands[0];
+    const std::string out =
+        !out_.empty() ? out_ : fs::path(path).stem().string() + "_lookalikes.png";
+    const std::string ending = fs::path(out).extension().string();
+    if (ending != ".csv" && !isDrawing(out))
+      throw UsageError(out + ": expected an ending of .csv, .png, .html, .pcd, .ply or .vtk");
+    io::requireWritable(out);
+    const map::SemanticMap map = readMap(path, input_, job);
+    Stopwatch watch;
+    const Alikeness alikeness = measureAlikeness(map, job.options, kPlaces);
+    job.narrate.stage(
+        "lookalikes", watch.lap_ms(),
+        fmt::format("{} places, {} queries", alikeness.places.size(), alikeness.queries.size()));
+    if (alikeness.places.empty())
+      throw Error(path, "has no two places that could be compared; map a longer drive");
+    if (ending == ".csv")
+      writeFile(out, toCsv(alikeness));
+    else if (ending == ".pcd" || ending == ".ply")
+      writeColoured(out, map, alikeness);
+    else
+      writeDrawing(out, sceneOf(map, alikeness));
+    printSummary(alikeness);
+    fmt::print("{}\n", out);
+    return kDone;
+  }
+
+ private:
+  InputFlags input_;
+  std::string out_;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> makeLookalikes() { return std::make_unique<LookalikesCommand>(); }
+
+}  // namespace xview::tools

@@ -1,0 +1,309 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "xview/alikeness.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "pipeline/frame_guess.h"
+#include "pipeline/gravity.h"
+#include "xview/search/search.h"
+#include "xview/types/parallel.h"
+#include "xview/types/pose.h"
+#include "xview/types/random.h"
+#include "xview/verify/verdict.h"
+
+namespace xview {
+namespace {
+
+constexpr double kLengths_m[] = {8, 15, 30, 60, 100};
+constexpr double kFullLength = 0.8;  ///< a stretch that is shorter than this share is left out
+constexpr double kSeenShare = 0.6;   ///< of the samples that a second visit sees again
+constexpr double kOdometryError = 0.01;
+constexpr double kReach = 0.8;  ///< so many of the samples are nearer to the way
+constexpr double kNearest_m = 3, kFarthest_m = 25;  ///< limits of that reach
+constexpr std::uint64_t kSeed = 41;
+
+/// A neighbourhood of the map as a query of its own, in a frame of its own.
+struct Neighbourhood {
+  PlanView plan;
+  SemanticGraph graph;
+  std::vector<Eigen::Vector2d> way;
+  Eigen::Isometry3d T_map_query = Eigen::Isometry3d::Identity();
+};
+
+/// A position with the noise of a second look.
+class SecondLook {
+ public:
+  SecondLook(const Eigen::Isometry3d& T_map_query, double sigma_m, Random& random)
+      : T_query_map_(T_map_query.inverse()),
+        sigma_m_(sigma_m),
+        scale_(1 + kOdometryError * random.uniform(-1, 1)),
+        random_(random) {}
+
+  Eigen::Vector3d operator()(const Eigen::Vector3d& p_map) {
+    const Eigen::Vector3d error(random_.normal(), random_.normal(), 0);
+    return scale_ * (T_query_map_ * p_map) + sigma_m_ * error;
+  }
+
+ private:
+  Eigen::Isometry3d T_query_map_;
+  double sigma_m_, scale_;
+  Random& random_;
+};
+
+/// The map with its field, gravity-aligned, and where its neighbourhoods are.
+class SelfSearch {
+ public:
+  SelfSearch(const map::SemanticMap& map, const Options& options) : map_(map), options_(options) {
+    if (map.poses.size() > 1 && !map.plan.known.empty()) {
+      std::vector<Eigen::Vector3d> path;
+      for (const Eigen::Isometry3d& T : map.poses) path.push_back(T.translation());
+      field_ = search::makeSurfaceField(map.plan, path, options.places, options.threads);
+      along_.assign(path.size(), 0);
+      for (std::size_t i = 1; i < path.size(); ++i) {
+        const double step_m = (path[i] - path[i - 1]).norm();
+        along_[i] = along_[i - 1] + (sourceOf(i) == sourceOf(i - 1) ? step_m : 0);
+      }
+      reach_m_ = reachOfWay();
+    } else {
+      field_ = search::makeObjectField(map.graph, map.labels, options.places);
+    }
+  }
+
+  bool hasWay() const { return !along_.empty(); }
+
+  /// Evenly spread key frames, or vertices.
+  std::vector<std::size_t> choosePlaces(std::size_t most) const {
+    std::vector<std::size_t> chosen;
+    if (!hasWay()) {
+      const std::size_t step =
+          std::max<std::size_t>(1, map_.graph.size() / std::max<std::size_t>(1, most));
+      for (std::size_t i = 0; i < map_.graph.size() && chosen.size() < most; i += step)
+        chosen.push_back(i);
+      return chosen;
+    }
+    const double step_m = std::max(2.0, along_.back() / static_cast<double>(most));
+    for (std::size_t i = 0; i < along_.size() && chosen.size() < most; ++i) {
+      if (along_[i] >= step_m * (static_cast<double>(chosen.size()) + 0.5)) chosen.push_back(i);
+    }
+    return chosen;
+  }
+
+  Eigen::Vector3d positionOf(std::size_t place) const {
+    return hasWay() ? Eigen::Vector3d(map_.poses[place].translation())
+                    : map_.graph.vertices[place].position;
+  }
+
+  /// Looks for a neighbourhood. Nothing if the map has no such stretch there.
+  std::optional<SelfQuery> ask(std::size_t place, double window_m) const {
+    Random random(kSeed ^ static_cast<std::uint64_t>(window_m), place);
+    Neighbourhood around;
+    around.T_map_query = poseFromYaw(positionOf(place), random.uniform(-M_PI, M_PI));
+    if (!(hasWay() ? cutWay(place, window_m, random, around)
+                   : cutGraph(place, window_m, random, around)))
+      return std::nullopt;
+    search::Observation seen;
+    seen.plan = hasWay() ? &around.plan : nullptr;
+    seen.graph = &around.graph;
+    seen.way = around.way;
+    seen.focus = Eigen::Vector3d::Zero();
+    const auto query = field_->prepare(seen);
+    if (query->empty()) return std::nullopt;
+    return judged(*query, around.T_map_query, window_m);
+  }
+
+ private:
+  std::uint32_t sourceOf(std::size_t key_frame) const {
+    return key_frame < map_.source_of_pose.size() ? map_.source_of_pose[key_frame] : 0;
+  }
+
+  /// Distance from the way within which the map has most of its samples.
+  double reachOfWay() const {
+    std::vector<double> distances;
+    for (const auto& samples : map_.plan.samples) {
+      const std::size_t step = std::max<std::size_t>(1, samples.size() / 200);
+      for (std::size_t i = 0; i < samples.size(); i += step) {
+        const Eigen::Vector2d p(map_.plan.origin_x + samples[i].x,
+                                map_.plan.origin_y + samples[i].y);
+        double nearest = 1e18;
+        for (const Eigen::Isometry3d& T : map_.poses)
+          nearest = std::min(nearest, (T.translation().head<2>() - p).squaredNorm());
+        distances.push_back(std::sqrt(nearest));
+      }
+    }
+    if (distances.empty()) return kNearest_m;
+    const auto at = distances.begin() +
+                    static_cast<std::ptrdiff_t>(kReach * static_cast<double>(distances.size() - 1));
+    std::nth_element(distances.begin(), at, distances.end());
+    return std::clamp(*at, kNearest_m, kFarthest_m);
+  }
+
+  /// The stretch of one recording that ends there, or goes on if it began too late.
+  bool cutWay(std::size_t place, double window_m, Random& random, Neighbourhood& around) const {
+    const auto sameWay = [&](std::size_t i) { return sourceOf(i) == sourceOf(place); };
+    std::size_t first = place, last = place;
+    while (first > 0 && sameWay(first - 1) && along_[last] - along_[first] < window_m) --first;
+    while (last + 1 < along_.size() && sameWay(last + 1) && along_[last] - along_[first] < window_m)
+      ++last;
+    if (along_[last] - along_[first] < kFullLength * window_m) return false;
+    std::vector<Eigen::Vector2d> way;
+    Eigen::AlignedBox2d box;
+    for (std::size_t i = first; i <= last; ++i) {
+      const Eigen::Vector2d p = map_.poses[i].translation().head<2>();
+      if (way.empty() || (p - way.back()).norm() > reach_m_ / 4) way.push_back(p);
+      box.extend(p);
+    }
+    box.extend(box.min() - Eigen::Vector2d::Constant(reach_m_));
+    box.extend(box.max() + Eigen::Vector2d::Constant(reach_m_));
+    const auto isSeen = [&](const Eigen::Vector2d& p) {
+      return box.contains(p) && std::any_of(way.begin(), way.end(), [&](const auto& w) {
+               return (w - p).squaredNorm() < reach_m_ * reach_m_;
+             });
+    };
+    SecondLook again(around.T_map_query, map_.plan.cell_m / 2, random);
+    const Eigen::Vector3d origin(map_.plan.origin_x, map_.plan.origin_y, map_.plan.origin_z);
+    around.plan.cell_m = map_.plan.cell_m;
+    around.plan.aerial = map_.plan.aerial;
+    for (std::size_t c = 0; c < kChannels; ++c) {
+      for (const PlanSample& s : map_.plan.samples[c]) {
+        const Eigen::Vector3d p_map = origin + Eigen::Vector3d(s.x, s.y, s.z);
+        if (!isSeen(p_map.head<2>()) || random.uniform() > kSeenShare) continue;
+        const Eigen::Vector3f p = again(p_map).cast<float>();
+        around.plan.samples[c].push_back({p.x(), p.y(), p.z()});
+      }
+    }
+    const Eigen::Isometry3d T_query_map = around.T_map_query.inverse();
+    for (std::size_t i = first; i <= last; ++i)
+      around.way.emplace_back((T_query_map * map_.poses[i].translation()).head<2>());
+    return true;
+  }
+
+  bool cutGraph(std::size_t place, double window_m, Random& random, Neighbourhood& around) const {
+    const Eigen::Vector3d centre = positionOf(place);
+    SecondLook again(around.T_map_query, options_.places.sigma_m / 2, random);
+    for (const Vertex& v : map_.graph.vertices) {
+      if ((v.position - centre).head<2>().norm() > window_m / 2) continue;
+      if (random.uniform() > options_.places.detection) continue;
+      Vertex seen = v;
+      seen.position = again(v.position);
+      around.graph.vertices.push_back(seen);
+    }
+    around.graph.neighbours.resize(around.graph.size());
+    return around.graph.size() > 2 && around.graph.size() < map_.graph.size() / 2;
+  }
+
+  SelfQuery judged(const search::FieldQuery& query, const Eigen::Isometry3d& T_map_query,
+                   double window_m) const {
+    const search::PlaceHypothesis truth = query.verify(T_map_query);
+    const search::SearchResult found = search::search(query, {}, options_.places, 1);
+    SelfQuery result;
+    result.window_m = window_m;
+    // A copy of the map agrees with it better than any second visit does.
+    const bool is_known = truth.expected > 0;
+    result.self = is_known ? std::min(truth.score(), truth.expected) : truth.score();
+    for (const search::PlaceHypothesis& h : found.places) {
+      if (samePlace(h.centre, truth.centre)) continue;
+      if (!result.rival) {
+        result.wrong = h.score();
+        result.rival = h.T_map_query.translation();
+        continue;
+      }
+      result.next_wrong = h.score();
+      break;
+    }
+    verify::Evidence e;
+    e.score = result.self;
+    e.runner_up = result.wrong;
+    e.expected = truth.expected;
+    e.known_share = truth.known_share;
+    result.sure = verify::judge(e, options_.verdict).status == Status::accepted;
+    return result;
+  }
+
+  const map::SemanticMap& map_;
+  const Options& options_;
+  std::unique_ptr<const search::Field> field_;
+  std::vector<double> along_;  ///< way of each key frame; empty for a bare graph
+  double reach_m_ = 0;
+};
+
+/// The shortest length that is sure and from which on all are.
+void conclude(const SelfQuery* first, const SelfQuery* last, Alikeness::Place& place) {
+  for (const SelfQuery* q = last; q != first;) {
+    --q;
+    if (!q->sure) {
+      place.rival = q->rival;
+      return;
+    }
+    place.sure_m = q->window_m;
+  }
+}
+
+}  // namespace
+
+Alikeness measureAlikeness(const map::SemanticMap& given, const Options& options,
+                           std::size_t most_places) {
+  const Gravity gravity = gravityOf(given, options.gravity);
+  const std::optional<map::SemanticMap> turned = uprightMap(given, gravity.upright);
+  const map::SemanticMap& map = turned ? *turned : given;
+  const SelfSearch search(map, options);
+  const std::vector<std::size_t> chosen = search.choosePlaces(most_places);
+
+  constexpr std::size_t kCount = std::size(kLengths_m);
+  std::vector<std::optional<SelfQuery>> asked(chosen.size() * kCount);
+  parallelFor(asked.size(), options.threads, [&](std::size_t i) {
+    asked[i] = search.ask(chosen[i / kCount], kLengths_m[i % kCount]);
+  });
+
+  Alikeness result;
+  const Eigen::Quaterniond back = gravity.upright.conjugate();
+  for (std::size_t i = 0; i < chosen.size(); ++i) {
+    Alikeness::Place place;
+    place.key_frame = chosen[i];
+    place.position = back * search.positionOf(chosen[i]);
+    std::vector<SelfQuery> here;
+    for (std::size_t k = 0; k < kCount; ++k) {
+      if (std::optional<SelfQuery>& query = asked[i * kCount + k]) {
+        query->place = result.places.size();
+        if (query->rival) query->rival = back * *query->rival;
+        here.push_back(*query);
+      }
+    }
+    if (here.empty()) continue;
+    conclude(here.data(), here.data() + here.size(), place);
+    result.places.push_back(place);
+    result.queries.insert(result.queries.end(), here.begin(), here.end());
+  }
+  result.lengths_m.assign(std::begin(kLengths_m), std::end(kLengths_m));
+  return result;
+}
+
+std::vector<WrongScores> wrongScores(const Alikeness& alikeness) {
+  std::vector<WrongScores> all;
+  for (const double length_m : alikeness.lengths_m) {
+    std::vector<double> leads, shares;
+    for (const SelfQuery& q : alikeness.queries) {
+      if (q.window_m != length_m) continue;
+      const double best = std::max(1.0, q.wrong), next = std::max(1.0, q.next_wrong);
+      leads.push_back((best - next) * std::log(best / next));
+      shares.push_back(q.wrong / std::max(1.0, q.self));
+    }
+    if (leads.empty()) continue;
+    std::sort(leads.begin(), leads.end());
+    std::sort(shares.begin(), shares.end());
+    WrongScores scores;
+    scores.window_m = length_m;
+    scores.queries = leads.size();
+    for (std::size_t k = 0; k < WrongScores::kQuantiles.size(); ++k) {
+      const auto at = static_cast<std::size_t>(WrongScores::kQuantiles[k] *
+                                               static_cast<double>(leads.size() - 1));
+      scores.lead[k] = leads[at];
+      scores.share[k] = shares[at];
+    }
+    all.push_back(scores);
+  }
+  return all;
+}
+
+}  // namespace xview
