@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // 03_own_clouds MAP.xvm CLOUD.pcd: labelled clouds of your own driver. Here they come from a file
 // of PCL's pcl::PointXYZL; a callback of a driver would fill the frames in the same way.
+#include <pcl/common/point_tests.h>
 #include <pcl/io/pcd_io.h>
 #include <pcl/point_types.h>
 #include <xview/xview.h>

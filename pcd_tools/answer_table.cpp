@@ -74,6 +74,7 @@ double positionSigma(const Matrix6d& covariance) {
 }
 
 std::string lengthText(double length_m) {
+  if (!std::isfinite(length_m)) return "?";
   if (length_m < 0.0095) return fmt::format("{:.0f} mm", 1e3 * length_m);
   if (length_m < 0.995) return fmt::format("{:.0f} cm", 1e2 * length_m);
   return fmt::format("{:.{}f} m", length_m, length_m < 9.95 ? 1 : 0);

@@ -158,7 +158,7 @@ void DrawnAnswers::drawPlace(const std::string& path, const Answer& answer, Join
                              SceneQuery& query) {
   query.forward = Eigen::Vector3d::UnitX();
   if (io::recogniseInput(path, input_.parsed()) == io::InputKind::graph) {
-    LabelledGraph file = readLabelledGraph(path, inputIn(input_, joined.labels()), job_.options);
+    LabelledGraph file = readLabelledGraph(path, inputIn(input_, joined.labels()), job_);
     joined.adopt(file.labels, file.graph);
     graphs_.push_back(std::move(file.graph));
     scaleBy(answer.fix.scale, graphs_.back());

@@ -6,6 +6,7 @@
 
 #include "inputs.h"
 #include "outputs.h"
+#include "scenes.h"
 #include "tool.h"
 #include "xview/alikeness.h"
 #include "xview/io/atomic_file.h"
@@ -48,7 +49,8 @@ std::string toCsv(const Alikeness& alikeness) {
 
 /// The way in the colour of its places, and lines between places that look alike.
 Scene sceneOf(const map::SemanticMap& map, const Alikeness& alikeness) {
-  Scene scene = tools::sceneOf(map, "how far one must go to be sure");
+  Scene scene = tools::sceneOf(map);
+  scene.title = "how far one must go to be sure";
   const bool has_way = map.poses.size() > 1;
   for (std::size_t i = 0; i < alikeness.places.size(); ++i) {
     const Alikeness::Place& place = alikeness.places[i];

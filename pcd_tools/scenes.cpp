@@ -49,13 +49,6 @@ std::string madeBy(const std::string& command, const Job& job) {
                      XVIEW_VERSION, date.empty() ? "" : " · " + date);
 }
 
-std::string lengthText(double length_m) {
-  if (!std::isfinite(length_m)) return "?";
-  if (length_m < 0.01) return fmt::format("{:.0f} mm", std::max(1.0, 1000 * length_m));
-  if (length_m < 1) return fmt::format("{:.0f} cm", 100 * length_m);
-  return fmt::format("{:.{}f} m", length_m, length_m < 10 ? 1 : 0);
-}
-
 double horizontalSigma(const Matrix6d& covariance) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(covariance.topLeftCorner<2, 2>());
   return std::sqrt(std::max(0.0, solver.eigenvalues().maxCoeff()));

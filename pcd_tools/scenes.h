@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "answer.h"
+#include "answer_table.h"
 #include "inputs.h"
 #include "xview/localizer.h"
 #include "xview/map/semantic_map.h"
@@ -21,9 +22,6 @@ Scene sceneOf(const map::SemanticMap& map);
 /// The command line as it could be typed again, the version, and, if $SOURCE_DATE_EPOCH tells one,
 /// the date.
 std::string madeBy(const std::string& command, const Job& job);
-
-/// A length as people say it: "4 mm", "2 cm", "1.3 m", "25 m".
-std::string lengthText(double length_m);
 
 /// Standard deviation of a position on the ground, along its worst direction [m].
 double horizontalSigma(const Matrix6d& covariance);

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "building.h"
+#include "xview/types/class_names.h"
 #include "xview/types/pose.h"
 
 namespace xview {
@@ -251,7 +252,7 @@ LabelSet officeLabels() {
                            {kPerson, "person", kMoves}};
   LabelSet set("office");
   for (const Named& c : classes) {
-    const Kind guess = guessKind(c.name);
+    const Kind guess = ClassNames::shipped().kind(c.name);
     const Kind as_object = isPoleLike(guess) ? guess : Kind::other_object;
     const Kind kind = c.role == kSurface ? guess : c.role == kObject ? as_object : Kind::none;
     set.add({c.id, c.name, distinctColor(c.id), c.role, kind, false});
