@@ -15,6 +15,7 @@
 #include "pipeline/pose_refinement.h"
 #include "pipeline/query_check.h"
 #include "pipeline/walk_matching.h"
+#include "xview/search/likelihoods.h"
 #include "xview/search/search.h"
 #include "xview/sized_options.h"
 #include "xview/types/error.h"
@@ -595,6 +596,14 @@ Scaled<Query> inTowns(const Query& query, double size) {
   return {query, 1 / size};
 }
 
+/// What the index works with. Nobody drives through rooms: walls are near, and alike on all sides.
+Options optionsOf(const Options& given, double size) {
+  Options options = inTownLengths(given, size);
+  if (size < kTown && options.places.likelihoods.empty())
+    options.places.likelihoods = search::kRooms;
+  return options;
+}
+
 Eigen::Isometry3d scaled(double factor, Eigen::Isometry3d T) {
   scaleLengths(factor, T);
   return T;
@@ -614,7 +623,7 @@ Localization inMetres(Localization answer, double size) {
 Localizer::Localizer(const map::SemanticMap& map, const Options& options)
     : size_(map.size),
       map_(map, 1 / size_),
-      index_(std::make_unique<Index>(*map_, inTownLengths(options, size_))) {}
+      index_(std::make_unique<Index>(*map_, optionsOf(options, size_))) {}
 Localizer::~Localizer() = default;
 
 Localization Localizer::localize(const Query& query) const {

@@ -11,8 +11,9 @@
 
 namespace xview::search {
 
-/// Contents of config/likelihoods.txt, compiled in.
+/// Contents of config/likelihoods.txt and config/likelihoods_rooms.txt, compiled in.
 extern const char* const kDefaultLikelihoods;
+extern const char* const kLikelihoodsOfRooms;
 
 namespace {
 
@@ -136,6 +137,7 @@ LikelihoodTable parseLikelihoods(const std::string& text, const std::string& pat
 }
 
 LikelihoodTable readLikelihoods(const std::string& path) {
+  if (path == kRooms) return parseLikelihoods(kLikelihoodsOfRooms, "built-in likelihoods");
   const std::ifstream file(path);
   std::ostringstream text;
   if (file) text << file.rdbuf();
