@@ -15,18 +15,6 @@ namespace {
 
 using Poses = std::vector<Eigen::Isometry3d>;
 
-/// Lengths of the ways from pose to pose [um], sorted; those of standing still say nothing.
-std::vector<long long> waysOf(const Poses& poses) {
-  constexpr double kMicrometres = 1e6, kStanding_m = 1e-3;
-  std::vector<long long> ways;
-  for (std::size_t i = 1; i < poses.size(); ++i) {
-    const double way_m = (poses[i].translation() - poses[i - 1].translation()).norm();
-    if (way_m > kStanding_m) ways.push_back(std::llround(kMicrometres * way_m));
-  }
-  std::sort(ways.begin(), ways.end());
-  return ways;
-}
-
 std::string nameOf(const map::SemanticMap& map) {
   return map.sources.empty() ? "the addition" : map.sources.front();
 }
@@ -42,20 +30,25 @@ std::set<Spot> spotsOf(const SemanticGraph& graph) {
   return spots;
 }
 
-/// Most of the things of a bare graph stand in the other one.
-bool areSameThings(const SemanticGraph& addition, const SemanticGraph& map) {
+/// So much of the things stands in the other graph, to the millimetre.
+bool areSameThings(const SemanticGraph& addition, const SemanticGraph& map, double share) {
   const std::set<Spot> added = spotsOf(addition), there = spotsOf(map);
   const auto common = std::count_if(added.begin(), added.end(),
                                     [&](const Spot& spot) { return there.count(spot) > 0; });
-  return added.size() >= 3 && 10 * static_cast<std::size_t>(common) >= 9 * added.size();
+  return added.size() >= 3 &&
+         static_cast<double>(common) >= share * static_cast<double>(added.size());
 }
 
 bool isInAlready(const map::SemanticMap& map, const map::SemanticMap& addition) {
-  for (const std::string& source : addition.sources) {
-    if (std::find(map.sources.begin(), map.sources.end(), source) != map.sources.end()) return true;
-  }
-  if (addition.poses.size() > 1) return areOfOneDrive(addition.poses, map.poses);
-  return addition.poses.empty() && areSameThings(addition.graph, map.graph);
+  constexpr double kExact_m = 1e-3, kFused_m = 0.5;
+  if (addition.poses.empty()) return areSameThings(addition.graph, map.graph, 0.9);
+  const bool same_name =
+      std::any_of(addition.sources.begin(), addition.sources.end(), [&](const std::string& source) {
+        return std::find(map.sources.begin(), map.sources.end(), source) != map.sources.end();
+      });
+  if (same_name) return areSamePoses(addition.poses, map.poses, kFused_m);
+  return areSamePoses(addition.poses, map.poses, kExact_m) &&
+         areSameThings(addition.graph, map.graph, 0.5);
 }
 
 /// Of the walls of one view where the other one has seen something, the share that has a wall of
@@ -94,14 +87,14 @@ std::optional<double> wallAgreement(const PlanView& a, const PlanView& b) {
 
 }  // namespace
 
-bool areOfOneDrive(const Poses& poses, const Poses& others) {
-  constexpr std::size_t kFewest = 3;
-  const std::vector<long long> ways = waysOf(poses), other_ways = waysOf(others);
-  const auto common = std::count_if(ways.begin(), ways.end(), [&](long long way) {
-    const auto next = std::lower_bound(other_ways.begin(), other_ways.end(), way - 1);
-    return next != other_ways.end() && *next <= way + 1;
-  });
-  return ways.size() >= kFewest && 2 * static_cast<std::size_t>(common) > ways.size();
+bool areSamePoses(const Poses& poses, const Poses& others, double tolerance_m) {
+  const auto has_partner = [&](const Eigen::Isometry3d& a) {
+    return std::any_of(others.begin(), others.end(), [&](const Eigen::Isometry3d& b) {
+      return (a.translation() - b.translation()).norm() <= tolerance_m;
+    });
+  };
+  const auto common = std::count_if(poses.begin(), poses.end(), has_partner);
+  return !poses.empty() && 2 * static_cast<std::size_t>(common) > poses.size();
 }
 
 void sayDoubts(const map::SemanticMap& map, const map::SemanticMap& addition,

@@ -10,10 +10,9 @@
 
 namespace xview::tools {
 
-/// True if most of the ways from pose to pose are among those of the other ones to the micrometre,
-/// which only the same drive has, in whatever frame.
-bool areOfOneDrive(const std::vector<Eigen::Isometry3d>& poses,
-                   const std::vector<Eigen::Isometry3d>& others);
+/// True if most of the poses are where one of the others is.
+bool areSamePoses(const std::vector<Eigen::Isometry3d>& poses,
+                  const std::vector<Eigen::Isometry3d>& others, double tolerance_m);
 
 /// Notes if what is added to a map is in it already, or does not fit where both have seen
 /// something.

@@ -3,6 +3,8 @@
 
 #include <fmt/core.h>
 
+#include <map>
+
 #include "classes.h"
 #include "xview/depth_plausibility.h"
 #include "xview/graph/class_shapes.h"
@@ -133,6 +135,16 @@ LabelledGraph readLabelledGraph(const std::string& path, const io::InputOptions&
   return {std::move(labels), std::move(file.graph)};
 }
 
+map::SemanticMap mapOfRecordings(const std::vector<const FrameSource*>& sources, const Job& job) {
+  std::map<const FrameSource*, graph::LiftCounts> counts;
+  map::SemanticMap map = buildMap(sources, job.options, job.narrate.progress("map"),
+                                  [&](const FrameSource& source, const FrameDigest& frame) {
+                                    counts[&source] += frame.counts;
+                                  });
+  for (const FrameSource* source : sources) sayLeftOut(*source, counts[source], job.narrate);
+  return map;
+}
+
 map::SemanticMap mapOf(const std::string& path, const io::InputOptions& input, const Job& job,
                        const std::optional<Eigen::Isometry3d>& T_map_input) {
   switch (io::recogniseInput(path, input)) {
@@ -147,10 +159,9 @@ map::SemanticMap mapOf(const std::string& path, const io::InputOptions& input, c
     }
     default: {
       const std::unique_ptr<FrameSource> source = openPlaceInput(path, input, job);
-      const Progress progress = job.narrate.progress("map");
-      if (!T_map_input) return buildMap({source.get()}, job.options, progress);
+      if (!T_map_input) return mapOfRecordings({source.get()}, job);
       const MovedRecording moved(*source, *T_map_input);
-      return buildMap({&moved}, job.options, progress);
+      return mapOfRecordings({&moved}, job);
     }
   }
 }

@@ -55,6 +55,9 @@ struct LabelledGraph {
 LabelledGraph readLabelledGraph(const std::string& path, const io::InputOptions& input,
                                 const Job& job);
 
+/// A map of recordings in one frame. It is said what of them was left out.
+map::SemanticMap mapOfRecordings(const std::vector<const FrameSource*>& sources, const Job& job);
+
 /// A map of anything. A graph or a recording is first brought into the frame of the map, if that is
 /// another one.
 map::SemanticMap mapOf(const std::string& path, const io::InputOptions& input, const Job& job,

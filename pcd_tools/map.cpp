@@ -100,15 +100,10 @@ class MapCommand final : public Command {
       const std::size_t step = 1 + recording->size() / 200;
       for (std::size_t i = 0; i < recording->size(); i += step)
         ways[names.size()].push_back(recording->pose(i));
-      for (std::size_t j = 0; j < names.size(); ++j) {
-        if (areOfOneDrive(ways[names.size()], ways[j]))
-          job.narrate.note(recording->name() + " is the same drive as " + names[j] +
-                           "; it counts the same things twice and shows nothing new");
-      }
       names.push_back(recording->name());
     }
     sayIfApart(names, ways, job.narrate);
-    map::SemanticMap map = buildMap(sources, job.options, job.narrate.progress("map"));
+    map::SemanticMap map = mapOfRecordings(sources, job);
     if (map.graph.empty() && map.plan.sampleCount() == 0) {
       throw Error(recordings.front()->name(),
                   "nothing to make a map of: no blob of any known class");

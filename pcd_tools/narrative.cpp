@@ -65,6 +65,28 @@ class Bar {
   std::mutex mutex_;
 };
 
+double percentOf(std::uint64_t count, const graph::LiftCounts& counts) {
+  return 100.0 * static_cast<double>(count) /
+         static_cast<double>(std::max<std::uint64_t>(1, counts.all()));
+}
+
+std::string whyNothingIsLeft(const graph::LiftCounts& counts) {
+  if (counts.all() == 0) return "it holds no points at all";
+  if (counts.ignored_class >= std::max(counts.no_depth, counts.out_of_range)) {
+    return fmt::format(
+        "{:.0f} % are unlabelled or of ignored classes; is it the right label set "
+        "(--labels, --label-field)?",
+        percentOf(counts.ignored_class, counts));
+  }
+  if (counts.out_of_range >= counts.no_depth) {
+    return fmt::format(
+        "{:.0f} % are nearer than lift.min_range_m or farther than "
+        "lift.max_range_m; are they in millimetres?",
+        percentOf(counts.out_of_range, counts));
+  }
+  return fmt::format("{:.0f} % have no depth", percentOf(counts.no_depth, counts));
+}
+
 }  // namespace
 
 /// On a terminal long lines are broken between words.
@@ -106,6 +128,22 @@ Progress Narrative::progress(const std::string& name) const {
   };
 }
 
+void sayLeftOut(const FrameSource& source, const graph::LiftCounts& counts,
+                const Narrative& narrate) {
+  std::string classes;
+  for (const auto& [label, count] : counts.unknown) {
+    const double percent = percentOf(count, counts);
+    classes += fmt::format("{} {:.{}f} % {}", classes.empty() ? "" : ",", percent,
+                           percent < 1 ? 2 : 0, source.describeUnknown(label));
+  }
+  if (!classes.empty())
+    narrate.note(fmt::format("{}: of its measurements are left out as unlabelled:{}", source.name(),
+                             classes));
+  if (counts.lifted == 0)
+    narrate.note(fmt::format("{}: none of its {} measurements is left: {}", source.name(),
+                             counts.all(), whyNothingIsLeft(counts)));
+}
+
 FrameReport::FrameReport(const FrameSource& source, const Narrative& narrate)
     : source_(source), narrate_(narrate), progress_(narrate.progress("frames")) {}
 
@@ -133,49 +171,7 @@ void FrameReport::say() {
     means += fmt::format("{} {} {:.2f}", means.empty() ? "" : ",", stage,
                          sum_ms / static_cast<double>(added_));
   narrate_.detail("mean per frame [ms]:" + means);
-  sayUnknown();
-  sayNothingLeft();
-}
-
-/// What became of all measurements if none is left.
-void FrameReport::sayNothingLeft() const {
-  if (left_out_.lifted > 0) return;
-  const auto share = [&](std::uint64_t count) {
-    return 100.0 * static_cast<double>(count) /
-           static_cast<double>(std::max<std::uint64_t>(1, left_out_.all()));
-  };
-  const graph::LiftCounts& counts = left_out_;
-  std::string why;
-  if (counts.all() == 0)
-    why = "it holds no points at all";
-  else if (counts.ignored_class >= std::max(counts.no_depth, counts.out_of_range))
-    why = fmt::format(
-        "{:.0f} % are unlabelled or of ignored classes; is it the right label set "
-        "(--labels, --label-field)?",
-        share(counts.ignored_class));
-  else if (counts.out_of_range >= counts.no_depth)
-    why = fmt::format(
-        "{:.0f} % are nearer than lift.min_range_m or farther than lift.max_range_m; are "
-        "they in millimetres?",
-        share(counts.out_of_range));
-  else
-    why = fmt::format("{:.0f} % have no depth", share(counts.no_depth));
-  narrate_.note(fmt::format("{}: none of its {} measurements is left: {}", source_.name(),
-                            counts.all(), why));
-}
-
-/// What is not of a class that counts is left out, which is said if nobody wished it.
-void FrameReport::sayUnknown() const {
-  const auto all = static_cast<double>(left_out_.all());
-  std::string classes;
-  for (const auto& [label, count] : left_out_.unknown) {
-    const double percent = 100.0 * static_cast<double>(count) / all;
-    classes += fmt::format("{} {:.{}f} % {}", classes.empty() ? "" : ",", percent,
-                           percent < 1 ? 2 : 0, source_.describeUnknown(label));
-  }
-  if (classes.empty()) return;
-  narrate_.note(fmt::format("{}: of its measurements are left out as unlabelled:{}", source_.name(),
-                            classes));
+  sayLeftOut(source_, left_out_, narrate_);
 }
 
 std::string oneLine(std::string text) {

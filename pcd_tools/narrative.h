@@ -40,6 +40,11 @@ class Narrative {
   std::shared_ptr<std::set<std::string>> noted_;
 };
 
+/// Notes which measurements of a recording were left out though nobody wished it: those of unknown
+/// classes, or all of them.
+void sayLeftOut(const FrameSource& source, const graph::LiftCounts& counts,
+                const Narrative& narrate);
+
 /// Says what became of the frames of a recording: a bar while they come, lines at the end.
 class FrameReport {
  public:
@@ -53,9 +58,6 @@ class FrameReport {
   void say();
 
  private:
-  void sayUnknown() const;
-  void sayNothingLeft() const;
-
   const FrameSource& source_;
   const Narrative& narrate_;
   Progress progress_;

@@ -31,33 +31,48 @@ double knownShare(const LabelCounts& counts, const LabelSet& labels) {
   return shareOf(counts, [&](std::uint32_t id) { return labels.find(id) != nullptr; });
 }
 
-std::vector<std::size_t> spreadFrames(const RecordingListing& listing, std::size_t most) {
-  const std::size_t count = listing.frames.size(), samples = std::min(count, most);
-  std::vector<std::size_t> frames;
-  for (std::size_t i = 0; i < samples; ++i) frames.push_back(i * count / samples);
-  return frames;
+/// Some thousand points of a frame, in the frame of the sensor [m].
+std::vector<Point> somePoints(const Frame& frame) {
+  constexpr std::size_t kPoints = 20000;
+  const auto step = [](std::size_t size) { return std::max<std::size_t>(1, size / kPoints); };
+  std::vector<Point> points;
+  const std::vector<float>& depths = frame.depth.pixels;
+  const std::size_t pixels = std::min(depths.size(), frame.label.pixels.size());
+  const auto width = static_cast<std::size_t>(frame.depth.width);
+  for (std::size_t i = 0; i < pixels; i += step(pixels)) {
+    if (!(depths[i] > 0) || !std::isfinite(depths[i])) continue;
+    const Eigen::Vector3f ray(
+        static_cast<float>((static_cast<double>(i % width) - frame.camera.cx) / frame.camera.fx),
+        static_cast<float>((static_cast<double>(i / width) - frame.camera.cy) / frame.camera.fy),
+        1);
+    const Eigen::Vector3f p =
+        (frame.camera.depth_is_range ? depths[i] / ray.norm() : depths[i]) * ray;
+    points.emplace_back(p.x(), p.y(), p.z(), frame.label.pixels[i]);
+  }
+  for (std::size_t i = 0; i < frame.cloud.size(); i += step(frame.cloud.size()))
+    points.push_back(frame.cloud.points[i]);
+  return points;
+}
+
+/// What is seen of a recording in one pass over frames spread over it.
+struct Impression {
+  LabelCounts counts;
+  std::vector<std::vector<Point>> frames;  ///< some points of each
+};
+
+Impression lookAt(const RecordingListing& listing, std::size_t max_frames) {
+  Impression seen;
+  const std::size_t count = listing.frames.size(), samples = std::min(count, max_frames);
+  for (std::size_t i = 0; i < samples; ++i) {
+    const Frame frame = readListed(listing, listing.frames[i * count / samples]);
+    for (const std::uint16_t label : frame.label.pixels) ++seen.counts[label];
+    for (const auto& point : frame.cloud.points) ++seen.counts[point.label];
+    seen.frames.push_back(somePoints(frame));
+  }
+  return seen;
 }
 
 // ---- does the ground lie as ground does?
-
-/// Calls take(p, label) for some thousand points of a frame, in the frame of the sensor [m].
-template <class Take>
-void forSomePoints(const Frame& frame, Take&& take) {
-  constexpr std::size_t kPoints = 20000;
-  const auto step = [](std::size_t size) { return std::max<std::size_t>(1, size / kPoints); };
-  const std::vector<float>& depths = frame.depth.pixels;
-  for (std::size_t i = 0; i < depths.size(); i += step(depths.size())) {
-    if (!(depths[i] > 0) || !std::isfinite(depths[i])) continue;
-    const auto u = static_cast<double>(i % static_cast<std::size_t>(frame.depth.width));
-    const auto v = static_cast<double>(i / static_cast<std::size_t>(frame.depth.width));
-    const Eigen::Vector3d ray((u - frame.camera.cx) / frame.camera.fx,
-                              (v - frame.camera.cy) / frame.camera.fy, 1);
-    const double far = frame.camera.depth_is_range ? depths[i] / ray.norm() : depths[i];
-    take(far * ray, std::uint32_t{frame.label.pixels[i]});
-  }
-  for (std::size_t i = 0; i < frame.cloud.size(); i += step(frame.cloud.size()))
-    take(frame.cloud.points[i].getVector3fMap().cast<double>(), frame.cloud.points[i].label);
-}
 
 /// How the points of a frame lie if a label set names them.
 struct Lie {
@@ -67,12 +82,12 @@ struct Lie {
   double one_side = 0;      ///< share of the other points that is on the fuller side of it
 };
 
-std::optional<Lie> lieOf(const Frame& frame, const LabelSet& labels) {
+std::optional<Lie> lieOf(const std::vector<Point>& points, const LabelSet& labels) {
   constexpr std::size_t kFewest = 100;
   std::vector<Eigen::Vector3d> ground, others;
-  forSomePoints(frame, [&](const Eigen::Vector3d& p, std::uint32_t label) {
-    (isGround(labels.kind(label)) ? ground : others).push_back(p);
-  });
+  for (const Point& p : points) {
+    (isGround(labels.kind(p.label)) ? ground : others).push_back(p.getVector3fMap().cast<double>());
+  }
   if (ground.size() < kFewest || others.size() < kFewest) return std::nullopt;
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
   for (const Eigen::Vector3d& p : ground) mean += p / static_cast<double>(ground.size());
@@ -95,13 +110,12 @@ std::optional<Lie> lieOf(const Frame& frame, const LabelSet& labels) {
 
 /// Whether what a set calls ground is a plane with everything else on one side of it, in most of
 /// the frames that show enough of it; nothing if none does. Whatever way is up.
-std::optional<bool> groundFits(const RecordingListing& listing, const LabelSet& labels,
+std::optional<bool> groundFits(const Impression& seen, const LabelSet& labels,
                                double min_width_m = 0) {
-  constexpr std::size_t kFrames = 5;
   constexpr double kThickest = 0.3, kOneSide = 0.8, kGroundShare = 0.05;
   int fits = 0, judged = 0;
-  for (const std::size_t i : spreadFrames(listing, kFrames)) {
-    const auto lie = lieOf(readListed(listing, listing.frames[i]), labels);
+  for (const std::vector<Point>& points : seen.frames) {
+    const auto lie = lieOf(points, labels);
     if (!lie) continue;
     ++judged;
     fits += lie->ground_share >= kGroundShare && lie->thickness_m <= kThickest * lie->width_m &&
@@ -116,18 +130,18 @@ std::optional<bool> groundFits(const RecordingListing& listing, const LabelSet& 
 /// The raw ids of SemanticKITTI leave gaps and go up to 259; no other usual data set has several of
 /// those above 30 and none in the gaps. Its scans are of streets: little is unlabelled, and the
 /// ground reaches far.
-bool areRawSemanticKitti(const RecordingListing& listing, const LabelCounts& counts,
-                         const LabelSet& raw) {
+bool areRawSemanticKitti(const Impression& seen, const LabelSet& raw) {
   constexpr std::uint32_t kAboveOthers = 30;
   constexpr std::ptrdiff_t kSeveral = 5;
   constexpr double kUnlabelledShare = 0.3, kStreetWidth_m = 1.5;
+  const LabelCounts& counts = seen.counts;
   const auto above = std::count_if(counts.begin(), counts.end(), [&](const auto& entry) {
     return entry.first > kAboveOthers && raw.find(entry.first);
   });
   const auto is_ignored = [&](std::uint32_t id) { return raw.role(id) == Role::ignored; };
   return above >= kSeveral && knownShare(counts, raw) >= 0.999 &&
          shareOf(counts, is_ignored) <= kUnlabelledShare &&
-         groundFits(listing, raw, kStreetWidth_m).value_or(false);
+         groundFits(seen, raw, kStreetWidth_m).value_or(false);
 }
 
 /// What the ids of a SemanticKITTI folder are; nothing if they are others.
@@ -159,15 +173,15 @@ void takeSemanticKitti(RecordingListing& listing, const std::string& set) {
 
 /// True if the ids are among those of the offered set, and what it calls ground lies as ground
 /// does. A set without names says nothing of the ground, nor does one of things.
-bool offeredFits(const RecordingListing& listing, const LabelCounts& counts,
-                 const InputOptions& options) {
-  if (!options.map_labels || knownShare(counts, *options.map_labels) < kKnownShare) return false;
+bool offeredFits(const Impression& seen, const InputOptions& options) {
+  if (!options.map_labels || knownShare(seen.counts, *options.map_labels) < kKnownShare)
+    return false;
   const auto& classes = options.map_labels->classes();
   const bool has_ground = std::any_of(classes.begin(), classes.end(), [&](const auto& entry) {
     return isGround(options.map_labels->kind(entry.first));
   });
   return options.map_labels->isGeneric() || !has_ground ||
-         groundFits(listing, *options.map_labels).value_or(false);
+         groundFits(seen, *options.map_labels).value_or(false);
 }
 
 void takeOffered(RecordingListing& listing, const InputOptions& options) {
@@ -177,39 +191,32 @@ void takeOffered(RecordingListing& listing, const InputOptions& options) {
                                                                  : "; --labels names others"));
 }
 
-void guessLabels(RecordingListing& listing, const LabelCounts& counts,
-                 const InputOptions& options) {
-  if (offeredFits(listing, counts, options)) return takeOffered(listing, options);
-  if (areRawSemanticKitti(listing, counts, shippedLabelSet("semantic_kitti")))
+void guessLabels(RecordingListing& listing, const Impression& seen, const InputOptions& options) {
+  if (offeredFits(seen, options)) return takeOffered(listing, options);
+  if (areRawSemanticKitti(seen, shippedLabelSet("semantic_kitti")))
     return takeSemanticKitti(listing, "semantic_kitti");
   std::vector<std::uint32_t> ids;
-  for (const auto& [id, points] : counts) ids.push_back(id);
+  for (const auto& [id, points] : seen.counts) ids.push_back(id);
   listing.labels = genericLabelSet(ids);
 }
 
 }  // namespace
 
 LabelCounts countLabels(const RecordingListing& listing, std::size_t max_frames) {
-  LabelCounts counts;
-  for (const std::size_t i : spreadFrames(listing, max_frames)) {
-    const Frame frame = readListed(listing, listing.frames[i]);
-    for (const std::uint16_t label : frame.label.pixels) ++counts[label];
-    for (const auto& point : frame.cloud.points) ++counts[point.label];
-  }
-  return counts;
+  return lookAt(listing, max_frames).counts;
 }
 
 void guessLabels(RecordingListing& listing, const InputOptions& options) {
-  guessLabels(listing, countLabels(listing, kFramesToLookAt), options);
+  guessLabels(listing, lookAt(listing, kFramesToLookAt), options);
 }
 
 void guessSemanticKittiLabels(RecordingListing& listing, const InputOptions& options) {
-  const LabelCounts counts = countLabels(listing, kScansToLookAt);
+  const Impression seen = lookAt(listing, kScansToLookAt);
   const bool of_another_set =
       options.map_labels && options.map_labels->name().rfind("semantic_kitti", 0) != 0;
-  const auto set = semanticKittiSet(counts);
-  if (!set || (of_another_set && offeredFits(listing, counts, options)))
-    guessLabels(listing, counts, options);
+  const auto set = semanticKittiSet(seen.counts);
+  if (!set || (of_another_set && offeredFits(seen, options)))
+    guessLabels(listing, seen, options);
   else
     takeSemanticKitti(listing, *set);
 }

@@ -2,9 +2,7 @@
 // Layouts of numbered files with camera.yaml and poses.txt: sequence folders, CARLA dumps, clouds.
 #include <cmath>
 #include <filesystem>
-#include <iomanip>
 #include <limits>
-#include <sstream>
 
 #include "image_decoding.h"
 #include "layouts.h"
@@ -76,11 +74,10 @@ std::string coarseSteps(const std::string& path) {
   const float largest = largestFloatCoordinate(path);
   const double step_m = std::nextafter(largest, std::numeric_limits<float>::infinity()) - largest;
   if (step_m < kCoarse_m) return {};
-  std::ostringstream text;
-  text << "its coordinates are float32 and as large as " << std::fixed << std::setprecision(0)
-       << largest << " m, so that they have steps of " << std::setprecision(2) << step_m
-       << " m; subtract an origin before they are made float32, or write them as doubles";
-  return text.str();
+  return "its coordinates are float32 and as large as " +
+         std::to_string(static_cast<long>(largest)) + " m, so that they have steps of " +
+         std::to_string(step_m).substr(0, 4) +
+         " m; subtract an origin before they are made float32, or write them as doubles";
 }
 
 /// What the first cloud says of its classes holds for all.

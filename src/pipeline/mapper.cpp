@@ -75,7 +75,8 @@ void appendCloud(LabelledCloud& cloud, const LabelledCloud& addition, double vox
 }  // namespace
 
 map::SemanticMap buildMap(const std::vector<const FrameSource*>& sources, const Options& given,
-                          const Progress& progress) {
+                          const Progress& progress,
+                          const std::function<void(const FrameSource&, const FrameDigest&)>& seen) {
   Options options = given;
   options.size = sizeText(sizeFor(given, sources));
   std::size_t total = 0, done = 0;
@@ -90,6 +91,7 @@ map::SemanticMap buildMap(const std::vector<const FrameSource*>& sources, const 
   map::SemanticMap map;
   for (const auto& source : in_one_set) {
     digestRecording(*source, options, [&](FrameDigest frame) {
+      if (seen) seen(*sources[map.sources.size()], frame);
       place.add(std::move(frame));
       if (progress) progress(++done, total);
     });

@@ -208,10 +208,11 @@ std::uint32_t LabelMatch::operator()(std::uint32_t id) const {
 }
 
 std::string LabelMatch::nameOfAlone(std::uint32_t translated_id) const {
+  if (changes_nothing_) return {};
   for (const std::uint32_t id : alone_) {
     if (translated_.at(id) == translated_id) return from_.className(id);
   }
-  return {};
+  return translated_id == unknown_ ? "ids unknown to its own label set" : "";
 }
 
 Place translated(Place place, const LabelMatch& match) {
