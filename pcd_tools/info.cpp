@@ -2,9 +2,12 @@
 #include <fmt/core.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <map>
+#include <nlohmann/json.hpp>
 
 #include "inputs.h"
+#include "outputs.h"
 #include "tool.h"
 #include "xview/io/cloud_files.h"
 #include "xview/map/map_store.h"
@@ -13,6 +16,8 @@
 
 namespace xview::tools {
 namespace {
+
+using Json = nlohmann::ordered_json;
 
 /// What some points, pixels or vertices hold: how many of each class, and where.
 struct Census {
@@ -56,65 +61,100 @@ Census censusOf(const Frame& frame) {
   return census;
 }
 
-void printRow(const std::string& name, const std::string& value) {
-  fmt::print("{:<14}{}\n", name, value);
-}
+/// What is known, as rows for people and as JSON for programs.
+class Sheet {
+ public:
+  explicit Sheet(bool as_json) : as_json_(as_json) {}
 
-void printBounds(const std::string& name, const Eigen::AlignedBox3d& box) {
+  /// The key of the JSON is the name with underscores; `value` stands there unless it is null.
+  void row(const std::string& name, const std::string& text, Json value = nullptr) {
+    std::string key = name;
+    std::replace(key.begin(), key.end(), ' ', '_');
+    json_[key] = value.is_null() ? Json(text) : std::move(value);
+    text_ += fmt::format("{:<14}{}\n", name, text);
+  }
+  void bounds(const std::string& name, const Eigen::AlignedBox3d& box);
+  void classes(const Census& census, const LabelSet& labels, const char* unit);
+  std::string text() const {
+    if (!as_json_) return text_.substr(0, text_.find_last_not_of('\n') + 1);
+    return json_.dump(2, ' ', false, Json::error_handler_t::replace);
+  }
+
+ private:
+  bool as_json_;
+  Json json_;
+  std::string text_;
+};
+
+void Sheet::bounds(const std::string& name, const Eigen::AlignedBox3d& box) {
   if (box.isEmpty()) return;
   const Eigen::Vector3d a = box.min(), b = box.max(), size = box.sizes();
-  printRow(
-      name,
+  row(name,
       fmt::format(
           "x {:.2f} .. {:.2f}, y {:.2f} .. {:.2f}, z {:.2f} .. {:.2f} m ({:.1f} x {:.1f} x {:.1f})",
-          a.x(), b.x(), a.y(), b.y(), a.z(), b.z(), size.x(), size.y(), size.z()));
+          a.x(), b.x(), a.y(), b.y(), a.z(), b.z(), size.x(), size.y(), size.z()),
+      {{"min", {a.x(), a.y(), a.z()}}, {"max", {b.x(), b.y(), b.z()}}});
 }
 
-void printClasses(const Census& census, const LabelSet& labels, const char* unit) {
+void Sheet::classes(const Census& census, const LabelSet& labels, const char* unit) {
   std::size_t total = 0;
   for (const auto& [id, count] : census.counts) total += count;
-  printRow("classes", fmt::format("{}{}{}", census.counts.size(),
-                                  labels.name().empty() ? "" : " of label set ", labels.name()));
-  fmt::print("{:>6}  {:<24}{:<10}{:>14}\n", "id", "name", "role", unit);
+  text_ += fmt::format("{:<14}{}{}{}\n{:>6}  {:<24}{:<10}{:>14}\n", "classes", census.counts.size(),
+                       labels.name().empty() ? "" : " of label set ", labels.name(), "id", "name",
+                       "role", unit);
+  json_["label_set"] = labels.name();
+  json_["unit"] = unit;
+  json_["classes"] = Json::array();
   for (const auto& [id, count] : census.counts) {
     const char* role = labels.find(id) ? toString(labels.role(id)) : "unknown";
-    fmt::print("{:>6}  {:<24}{:<10}{:>14}{:>7.2f} %\n", id, labels.className(id), role, count,
-               100.0 * static_cast<double>(count) / static_cast<double>(total));
+    const double share = static_cast<double>(count) / static_cast<double>(total);
+    text_ += fmt::format("{:>6}  {:<24}{:<10}{:>14}{:>7.2f} %\n", id, labels.className(id), role,
+                         count, 100 * share);
+    json_["classes"].push_back(
+        {{"id", id}, {"name", labels.className(id)}, {"role", role}, {"count", count}});
   }
 }
 
-void printGraph(const SemanticGraph& graph, const LabelSet& labels) {
+void printGraph(Sheet& sheet, const SemanticGraph& graph, const LabelSet& labels) {
   const Census census = censusOf(graph);
-  printRow("graph", fmt::format("{} vertices, {} edges, {} connected parts", graph.size(),
-                                graph.edgeCount(), componentCount(graph)));
-  if (graph.space == GraphSpace::image) printRow("graph space", "image");
-  printBounds("bounds", census.bounds);
-  printClasses(census, labels, "vertices");
+  const std::size_t parts = componentCount(graph);
+  sheet.row("graph",
+            fmt::format("{} vertices, {} edges, {} connected parts", graph.size(),
+                        graph.edgeCount(), parts),
+            {{"vertices", graph.size()}, {"edges", graph.edgeCount()}, {"parts", parts}});
+  if (graph.space == GraphSpace::image) sheet.row("graph space", "image");
+  sheet.bounds("bounds", census.bounds);
+  sheet.classes(census, labels, "vertices");
 }
 
-void printMap(const std::string& path) {
+void printMap(Sheet& sheet, const std::string& path) {
   const map::MapSummary summary = map::readMapSummary(path);
-  printRow("version", fmt::format("schema {}, written by {}", summary.schema_version,
-                                  summary.program_version));
-  printRow("size", summary.size);
-  printRow("holds", fmt::format("{} key frames, {} points, {} plan samples", summary.keyframes,
-                                summary.cloud_points, summary.plan_samples));
-  for (const std::string& source : summary.sources) printRow("source", source);
+  sheet.row("version", fmt::format("schema {}, written by {}", summary.schema_version,
+                                   summary.program_version));
+  sheet.row("size", summary.size);
+  sheet.row("holds",
+            fmt::format("{} key frames, {} points, {} plan samples", summary.keyframes,
+                        summary.cloud_points, summary.plan_samples),
+            {{"key_frames", summary.keyframes},
+             {"points", summary.cloud_points},
+             {"plan_samples", summary.plan_samples}});
+  sheet.row("sources", fmt::format("{}", fmt::join(summary.sources, ", ")), summary.sources);
   const map::SemanticMap map = map::loadMap(path);
-  printGraph(map.graph, map.labels);
+  printGraph(sheet, map.graph, map.labels);
 }
 
 /// What lengths are usual there, given or measured.
 template <class Measured>
-void printSize(const Measured& data, const Options& options) {
-  if (const auto given = parseSize(options.size)) return printRow("size", sizeText(*given));
+void printSize(Sheet& sheet, const Measured& data, const Options& options) {
+  if (const auto given = parseSize(options.size)) return sheet.row("size", sizeText(*given));
   const MeasuredSize found = measureSize(data);
-  printRow("size", fmt::format("{} ({})", sizeText(found.size), found.reason));
+  sheet.row("size", fmt::format("{} ({})", sizeText(found.size), found.reason),
+            sizeText(found.size));
 }
 
-void printRecording(const FrameSource& source, const Job& job) {
+void printRecording(Sheet& sheet, const FrameSource& source, const Job& job) {
   if (source.size() == 0) throw Error(source.name(), "no frames");
-  printSize(std::vector<const FrameSource*>{&source}, job.options);
+  printSize(sheet, std::vector<const FrameSource*>{&source}, job.options);
   std::vector<Census> frames;
   forEachFrame(
       source, job, "info", [](const Frame& frame) { return censusOf(frame); },
@@ -130,13 +170,19 @@ void printRecording(const FrameSource& source, const Job& job) {
   }
   const std::size_t last = frames.size() - 1;
   const char* unit = frames[0].camera.empty() ? "points" : "pixels";
-  printRow("frames", fmt::format("{}, numbers {} .. {}, {:.3f} s", frames.size(), source.number(0),
-                                 source.number(last), source.stamp(last) - source.stamp(0)));
-  if (!frames[0].camera.empty()) printRow("camera", frames[0].camera);
-  printRow("measured", fmt::format("{} of {} {}", all.measured, all.size, unit));
-  printRow("path length", fmt::format("{:.1f} m", length_m));
-  printBounds("positions", all.bounds);
-  printClasses(all, source.labels(), unit);
+  const double duration_s = source.stamp(last) - source.stamp(0);
+  sheet.row("frames",
+            fmt::format("{}, numbers {} .. {}, {:.3f} s", frames.size(), source.number(0),
+                        source.number(last), duration_s),
+            {{"count", frames.size()},
+             {"first", source.number(0)},
+             {"last", source.number(last)},
+             {"duration_s", duration_s}});
+  if (!frames[0].camera.empty()) sheet.row("camera", frames[0].camera);
+  sheet.row("measured", fmt::format("{} of {} {}", all.measured, all.size, unit), all.measured);
+  sheet.row("path length", fmt::format("{:.1f} m", length_m), length_m);
+  sheet.bounds("positions", all.bounds);
+  sheet.classes(all, source.labels(), unit);
 }
 
 class InfoCommand final : public Command {
@@ -144,57 +190,67 @@ class InfoCommand final : public Command {
   Description describe() const override {
     return {"info", "FILE|DIR", "what is it: kind, classes and counts, bounds, poses, versions",
             "Reads everything, so that what info accepts the other commands accept as well; only a "
-            "cloud without\nclasses is described, too.",
+            "cloud without classes is described, too.",
             "xview info town/forward"};
   }
 
-  void declare(Flags& flags) override { input_.declare(flags); }
+  void declare(Flags& flags) override {
+    input_.declare(flags);
+    flags.add("--json", json_, "print one JSON object");
+    flags.add("-o,--out", out_, "write it to this file");
+  }
 
   ExitCode run(const Job& job) override {
     const std::string& path = job.operands[0];
     const io::InputKind kind = io::recogniseInput(path, input_.parsed());
-    printRow("path", path);
-    printRow("kind", toString(kind));
+    Sheet sheet(json_);
+    sheet.row("path", path);
+    sheet.row("kind", toString(kind));
     if (kind == io::InputKind::map) {
-      printMap(path);
+      printMap(sheet, path);
     } else if (kind == io::InputKind::graph) {
       const LabelledGraph file = readLabelledGraph(path, input_.parsed(), job);
-      printSize(file.graph, job.options);
-      printGraph(file.graph, file.labels);
+      printSize(sheet, file.graph, job.options);
+      printGraph(sheet, file.graph, file.labels);
     } else if (kind == io::InputKind::cloud) {
-      printCloud(path, job);
+      printCloud(sheet, path, job);
     } else {
-      printRecording(*openInput(path, input_.parsed(), job), job);
+      printRecording(sheet, *openInput(path, input_.parsed(), job), job);
     }
+    Results results(out_);
+    results.print(sheet.text(), job.narrate);
+    results.finish();
     return kDone;
   }
 
  private:
   /// A single PCD or PLY; one without labels is described as well, as what it lacks is worth
   /// knowing.
-  void printCloud(const std::string& path, const Job& job) const {
+  void printCloud(Sheet& sheet, const std::string& path, const Job& job) const {
     const io::InputOptions options = input_.parsed();
     const io::CloudFields fields{options.label_field, options.instance_field};
     const io::CloudHeader header = io::readCloudHeader(path, fields);
     const auto or_none = [](const std::string& field) {
       return field.empty() ? "no such field" : field;
     };
-    printRow("format", header.format);
-    printRow("points", std::to_string(header.points));
-    printRow("fields", fmt::format("{}", fmt::join(header.fields, " ")));
-    printRow("label", or_none(header.label_field));
-    printRow("instance", or_none(header.instance_field));
+    sheet.row("format", header.format);
+    sheet.row("points", std::to_string(header.points), header.points);
+    sheet.row("fields", fmt::format("{}", fmt::join(header.fields, " ")), header.fields);
+    sheet.row("label", or_none(header.label_field));
+    sheet.row("instance", or_none(header.instance_field));
     if (header.label_field.empty())
-      return printBounds("bounds", censusOf(io::readCloud(path, fields, false)).bounds);
+      return sheet.bounds("bounds", censusOf(io::readCloud(path, fields, false)).bounds);
     const auto source = openInput(path, options, job);
-    printSize(std::vector<const FrameSource*>{source.get()}, job.options);
+    printSize(sheet, std::vector<const FrameSource*>{source.get()}, job.options);
     const Census census = censusOf(source->read(0));
-    printRow("finite", fmt::format("{} points", census.measured));
-    printBounds("bounds", census.bounds);
-    printClasses(census, source->labels(), "points");
+    sheet.row("finite", fmt::format("{} points", census.measured), census.measured);
+    sheet.bounds("bounds", census.bounds);
+    sheet.classes(census, source->labels(), "points");
   }
 
   InputFlags input_;
+  std::string out_;
+  bool json_ = false;
 };
 
 }  // namespace

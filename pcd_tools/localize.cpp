@@ -18,7 +18,7 @@
 #include "xview/sequence.h"
 #include "xview/tracker.h"
 #include "xview/types/error.h"
-#include "xview/types/pose.h"
+#include "xview/types/heading.h"
 #include "xview/types/prior_text.h"
 #include "xview/types/stopwatch.h"
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "xview/types/heading.h"
 #include "xview/types/pose.h"
 #include "xview/types/prior_text.h"
 

@@ -4,19 +4,9 @@
 #include <Eigen/SVD>
 #include <cmath>
 
-#include "xview/types/frame.h"
-
 namespace xview {
 
 double yawOf(const Eigen::Matrix3d& R) { return std::atan2(R(1, 0), R(0, 0)); }
-
-double headingOf(const Eigen::Matrix3d& R_map_sensor, Sensor sensor) {
-  constexpr double kStraightDown = 0.98;
-  const bool is_camera = sensor == Sensor::camera;
-  Eigen::Vector3d forward = R_map_sensor.col(is_camera ? 2 : 0);
-  if (is_camera && std::abs(forward.z()) > kStraightDown) forward = -R_map_sensor.col(1);
-  return std::atan2(forward.y(), forward.x());
-}
 
 Eigen::Isometry3d poseFromYaw(const Eigen::Vector3d& position, double yaw_rad) {
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();

@@ -454,6 +454,21 @@ TEST_F(TinyTown, ACloudWithoutLabelsIsDrawnGrey) {
   EXPECT_EQ(pointsOfClass(file("grey.pcd"), "without label"), 3u);
 }
 
+TEST_F(TinyTown, InfoIsJsonForPrograms) {
+  const Json drive = Json::parse(succeed({"info", "-q", "--json", town("rear")}).out);
+  EXPECT_EQ(drive["kind"], "sequence");
+  EXPECT_EQ(drive["frames"]["count"], io::readPoses(town("rear") + "/poses.txt").size());
+  EXPECT_EQ(drive["bounds"].is_null(), true) << "a camera has positions";
+  EXPECT_EQ(drive["positions"]["min"].size(), 3u);
+  EXPECT_GT(drive["classes"].size(), 3u);
+  EXPECT_EQ(succeed({"info", "-q", "--json", map(), "-o", file("map.json")}).out, "");
+  const Json of_map = Json::parse(readText(file("map.json")));
+  EXPECT_EQ(of_map["sources"], Json::array({town("forward")}));
+  std::size_t vertices = 0;
+  for (const Json& of_class : of_map["classes"]) vertices += of_class["count"].get<std::size_t>();
+  EXPECT_EQ(of_map["graph"]["vertices"], vertices);
+}
+
 /// Check fix for: a last operand that existed was read, and the picture of the first written over.
 TEST_F(TinyTown, ViewWritesOverNothingThatItWasNotToldToWrite) {
   const fs::path before = fs::current_path();

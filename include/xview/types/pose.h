@@ -5,18 +5,11 @@
 
 namespace xview {
 
-enum class Sensor;
-
 // Naming: T_target_source takes points of the source frame to the target frame,
 //   p_target = T_target_source * p_source.
 
 /// Yaw (rotation about z) of a rotation whose z axes roughly agree [rad, -pi..pi].
 double yawOf(const Eigen::Matrix3d& R);
-
-/// Where a sensor with this attitude in the map looks in the plane, counter-clockwise from x [rad]:
-/// cameras along z, everything else along x. For a camera that looks straight down it is what the
-/// top of its image shows.
-double headingOf(const Eigen::Matrix3d& R_map_sensor, Sensor sensor);
 
 /// x, y, z and yaw as a transform that keeps z upright.
 Eigen::Isometry3d poseFromYaw(const Eigen::Vector3d& position, double yaw_rad);
