@@ -51,6 +51,10 @@ std::string toCsv(const Alikeness& alikeness) {
 Scene sceneOf(const map::SemanticMap& map, const Alikeness& alikeness) {
   Scene scene = tools::sceneOf(map);
   scene.title = "how far one must go to be sure";
+  for (const Alikeness::Place& place : alikeness.places) {
+    if (place.rival)
+      scene.lines.push_back({"look alike", {200, 180, 215}, {place.position, *place.rival}});
+  }
   const bool has_way = map.poses.size() > 1;
   for (std::size_t i = 0; i < alikeness.places.size(); ++i) {
     const Alikeness::Place& place = alikeness.places[i];
@@ -60,8 +64,6 @@ Scene sceneOf(const map::SemanticMap& map, const Alikeness& alikeness) {
     for (std::size_t k = place.key_frame; has_way && k < end; ++k)
       line.points.push_back(map.poses[k].translation());
     if (line.points.size() > 1) scene.lines.push_back(std::move(line));
-    if (place.rival)
-      scene.lines.push_back({"look alike", {120, 60, 160}, {place.position, *place.rival}});
   }
   return scene;
 }

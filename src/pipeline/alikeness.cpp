@@ -204,12 +204,14 @@ class SelfSearch {
     result.self = is_known ? std::min(truth.score(), truth.expected) : truth.score();
     for (const search::PlaceHypothesis& h : found.places) {
       if (samePlace(h.centre, truth.centre)) continue;
+      // No more than that does another place, be it a copy.
+      const double score = std::min(h.score(), result.self);
       if (!result.rival) {
-        result.wrong = h.score();
+        result.wrong = score;
         result.rival = h.T_map_query.translation();
         continue;
       }
-      result.next_wrong = h.score();
+      result.next_wrong = score;
       break;
     }
     verify::Evidence e;

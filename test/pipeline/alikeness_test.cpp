@@ -21,7 +21,7 @@ const Alikeness& measured() {
   static const Alikeness alikeness = [] {
     Options options;
     options.threads = 2;
-    return measureAlikeness(copiedStreets(), options, 16);
+    return measureAlikeness(copiedStreets(), options, 12);
   }();
   return alikeness;
 }
@@ -31,33 +31,38 @@ TEST(Alikeness, TellsCopiesFromWhatIsThereOnce) {
   for (const SelfQuery& q : measured().queries) {
     const Eigen::Vector3d& p = measured().places[q.place].position;
     if (q.window_m > 30 || std::abs(p.x()) < 75) continue;  // what they see ends before x = 0
-    EXPECT_EQ(q.sure, p.x() < 0) << p.transpose() << ", " << q.window_m << " m";
     if (p.x() < 0) {
       ++singles;
+      EXPECT_LT(q.wrong, 0.97 * q.self) << p.transpose() << ", " << q.window_m << " m";
       continue;
     }
+    EXPECT_FALSE(q.sure) << p.transpose() << ", " << q.window_m << " m";
     ++copies;
     ASSERT_TRUE(q.rival);
     EXPECT_LT((*q.rival - Eigen::Vector3d(p.x(), 200 - p.y(), q.rival->z())).norm(), 3);
-    EXPECT_GT(q.wrong, 0.7 * q.self);
+    EXPECT_GT(q.wrong, 0.99 * q.self);
   }
-  EXPECT_GT(copies, 8);
-  EXPECT_GT(singles, 8);
+  EXPECT_GT(copies, 5);
+  EXPECT_GT(singles, 5);
 }
 
-TEST(Alikeness, PlacesKnowWhenTheyAreSure) {
-  for (const Alikeness::Place& place : measured().places) {
-    if (place.position.x() < -75) {
-      EXPECT_TRUE(place.sure_m) << place.position.transpose();
-      EXPECT_FALSE(place.sure_m && *place.sure_m > 30 && !place.rival);
+TEST(Alikeness, PlacesAreSureFromALengthOnFromWhichAllAre) {
+  for (std::size_t i = 0; i < measured().places.size(); ++i) {
+    const Alikeness::Place& place = measured().places[i];
+    std::optional<double> from;
+    for (const SelfQuery& q : measured().queries) {
+      if (q.place != i) continue;
+      if (!q.sure) from = std::nullopt;
+      if (q.sure && !from) from = q.window_m;
     }
+    EXPECT_EQ(place.sure_m, from) << place.position.transpose();
   }
 }
 
 TEST(Alikeness, IsTheSameForAnyNumberOfThreads) {
   Options options;
   options.threads = 1;
-  const Alikeness again = measureAlikeness(copiedStreets(), options, 16);
+  const Alikeness again = measureAlikeness(copiedStreets(), options, 12);
   ASSERT_EQ(again.queries.size(), measured().queries.size());
   for (std::size_t i = 0; i < again.queries.size(); ++i) {
     EXPECT_EQ(again.queries[i].self, measured().queries[i].self);
