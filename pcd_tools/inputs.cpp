@@ -13,6 +13,7 @@
 #include "xview/io/graph_files.h"
 #include "xview/io/label_files.h"
 #include "xview/map/map_store.h"
+#include "xview/raw_recording.h"
 #include "xview/types/error.h"
 #include "xview/types/moved_recording.h"
 #include "xview/types/stopwatch.h"
@@ -56,6 +57,36 @@ void sayGuessedRoles(const LabelSet& labels, const Narrative& narrate) {
   }
   if (!guessed.empty())
     narrate.note(fmt::format("{} gives no roles; guessed:{}", labels.name(), guessed));
+}
+
+void sayShares(const ShapeShares& shares, const LabelSet& shapes, bool has_labels,
+               const Narrative& narrate) {
+  std::vector<std::size_t> order;
+  for (std::size_t i = 0; i < shares.size(); ++i) {
+    if (shares[i] >= 0.005) order.push_back(i);
+  }
+  std::sort(order.begin(), order.end(),
+            [&](std::size_t a, std::size_t b) { return shares[a] > shares[b]; });
+  std::string text = has_labels ? "labels are left aside; " : "no labels; ";
+  text += "classes from shapes:";
+  for (const std::size_t i : order) {
+    text += fmt::format("{} {} {:.0f} %", i == order[0] ? "" : ",",
+                        shapes.className(static_cast<std::uint32_t>(i)), 100 * shares[i]);
+  }
+  narrate.note(text);
+}
+
+/// What has no labels gets them from shapes.
+std::unique_ptr<FrameSource> openWithLabels(const std::string& path,
+                                            const io::InputOptions& options, const Job& job) {
+  std::unique_ptr<FrameSource> source = io::openRecording(path, options);
+  const bool has_labels = !source->labels().empty();
+  if (has_labels && options.labels != kShapes) return source;
+  const LabelSet shapes = io::shippedLabelSet(kShapes);
+  ShapeShares shares{};
+  source = withShapeLabels(std::move(source), shapes, job.options.lift, &shares);
+  sayShares(shares, shapes, has_labels, job.narrate);
+  return source;
 }
 
 /// Position of the first frame that is at most so many metres of travel before the last one.
@@ -105,7 +136,7 @@ io::InputOptions InputFlags::parsed() const {
 
 std::unique_ptr<FrameSource> openInput(const std::string& path, const io::InputOptions& options,
                                        const Job& job) {
-  std::unique_ptr<FrameSource> source = io::openRecording(path, options);
+  std::unique_ptr<FrameSource> source = openWithLabels(path, options, job);
   if (source->labels().name() == kOfTheMap || (options.unnamed && source->labels().isGeneric())) {
     job.narrate.note(path + " names no classes; its ids are taken as those of the map");
   } else {
@@ -118,7 +149,7 @@ std::unique_ptr<FrameSource> openMapInput(const std::string& path, const io::Inp
                                           const Job& job) {
   if (options.unnamed) return openInput(path, options, job);
   std::unique_ptr<FrameSource> source = graph::withRolesByShape(
-      io::openRecording(path, options), job.options.lift, job.options.threads);
+      openWithLabels(path, options, job), job.options.lift, job.options.threads);
   sayGuessedRoles(source->labels(), job.narrate);
   return source;
 }
@@ -175,7 +206,8 @@ QueryInput openQuery(const std::string& path, const InputFlags& input, const Job
                      const LabelSet& map_labels) {
   QueryInput result;
   result.path = path;
-  const io::InputOptions options = inputIn(input, map_labels);
+  io::InputOptions options = inputIn(input, map_labels);
+  if (map_labels.name() == kShapes) options.labels = kShapes;  // whatever labels it has
   switch (io::recogniseInput(path, options)) {
     case io::InputKind::map:
       result.whole = std::make_unique<Query>(makeQuery(map::loadMap(path), job.options));
@@ -206,8 +238,9 @@ QueryInput readQuery(const std::string& path, const InputFlags& input, const Job
     job.narrate.note(
         fmt::format("{}: its last {:g} m tell where it ends (--last)", source->name(), last_m));
     io::InputOptions end = inputIn(input, map_labels);
+    if (map_labels.name() == kShapes) end.labels = kShapes;
     end.frames.begin += result.used_from * end.frames.step;
-    source = io::openRecording(path, end);
+    source = openWithLabels(path, end, job);
   }
   FrameReport report(source->name(), source->size(), job.narrate);
   result.whole = std::make_unique<Query>(

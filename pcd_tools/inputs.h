@@ -36,6 +36,9 @@ std::unique_ptr<FrameSource> openInput(const std::string& path, const io::InputO
 std::unique_ptr<FrameSource> openMapInput(const std::string& path, const io::InputOptions& options,
                                           const Job& job);
 
+/// The name of the label set of classes from shapes.
+constexpr const char* kShapes = "shapes";
+
 /// How to read what shall be found in a map or added to it: if it names no classes, they are those
 /// of the map.
 io::InputOptions inputIn(const InputFlags& input, const LabelSet& map_labels);

@@ -13,6 +13,8 @@
 #include "inputs.h"
 #include "tool.h"
 #include "xview/depth_plausibility.h"
+#include "xview/io/label_files.h"
+#include "xview/raw_recording.h"
 #include "xview/sequence.h"
 #include "xview/tracker.h"
 #include "xview/types/error.h"
@@ -159,6 +161,18 @@ class WindowAnswers {
   std::optional<Tracker> tracker_;
 };
 
+/// A map for queries without labels: what classes it has counts by their shapes.
+struct RawMap {
+  RawMap(map::SemanticMap given, const Options& options)
+      : map(reduced(std::move(given))), localizer(map, options) {}
+  static map::SemanticMap reduced(map::SemanticMap map) {
+    reduceToShapes(io::shippedLabelSet(kShapes), map);
+    return map;
+  }
+  const map::SemanticMap map;
+  const Localizer localizer;
+};
+
 class LocalizeCommand final : public Command {
  public:
   Description describe() const override {
@@ -216,12 +230,17 @@ class LocalizeCommand final : public Command {
     Stopwatch watch;
     const map::SemanticMap map = readMap(job.operands.back(), input_, job);
     const Localizer localizer(map, job.options);
+    std::optional<RawMap> raw_map;  // made when the first raw query comes
     load_map_ms_ = watch.lap_ms();
     if (!json_) fmt::print("{}\n", tableHeading());
     for (std::size_t i = 0; i + 1 < job.operands.size(); ++i) {
-      WindowAnswers answers(localizer, windows_, job.options);
       try {
-        answerInput(openOrRead(job.operands[i], map.labels, job), localizer, answers, job);
+        const QueryInput input = openOrRead(job.operands[i], map.labels, job);
+        const bool is_raw = input.labels.name() == kShapes && map.labels.name() != kShapes;
+        if (is_raw && !raw_map) raw_map.emplace(map, job.options);
+        const Localizer& chosen = is_raw ? raw_map->localizer : localizer;
+        WindowAnswers answers(chosen, windows_, job.options);
+        answerInput(input, chosen, answers, job);
       } catch (const std::exception& e) {  // also what is misuse for this one alone
         job.narrate.error(e.what());
         ++failed_;

@@ -17,9 +17,9 @@ namespace xview::tools {
 namespace {
 
 using CommandMaker = std::unique_ptr<Command> (*)();
-constexpr CommandMaker kCommands[] = {makeSimulate, makeInfo, makeLift,  makeBlobs,
-                                      makeGraph,    makeMap,  makeMatch, makeLocalize,
-                                      makeEvaluate, makeFuse, makeLearn, makeView};
+constexpr CommandMaker kCommands[] = {
+    makeSimulate, makeInfo,     makeLabel,    makeLift, makeBlobs, makeGraph, makeMap,
+    makeMatch,    makeLocalize, makeEvaluate, makeFuse, makeLearn, makeView};
 
 /// What every command understands.
 struct CommonFlags {

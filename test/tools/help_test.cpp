@@ -6,9 +6,9 @@
 namespace xview::test {
 namespace {
 
-const std::vector<std::string> kCommands{"simulate", "info", "lift",  "blobs",
-                                         "graph",    "map",  "match", "localize",
-                                         "evaluate", "fuse", "learn", "view"};
+const std::vector<std::string> kCommands{"simulate", "info",  "label", "lift",     "blobs",
+                                         "graph",    "map",   "match", "localize", "evaluate",
+                                         "fuse",     "learn", "view"};
 
 TEST(Help, ListsEveryCommand) {
   const Outcome outcome = runXview({"--help"});
