@@ -14,6 +14,16 @@ namespace xview {
 namespace {
 
 constexpr std::size_t kFramesToLookAt = 3;
+constexpr double kKnownWell_m = 0.05;     ///< depths with less noise are not smoothed
+constexpr double kNoiseOfAverages = 0.2;  ///< what is left of the noise where a plane was found
+
+/// Depths whose noise no longer hides shapes: without labels all pixels may share a plane.
+DepthImage smoothed(const DepthImage& depth, double noise) {
+  DepthImage smooth = depth;
+  if (graph::isNoiseOfPixels(noise, depth))
+    graph::smoothDepth(smooth, LabelImage(depth.width, depth.height, 1), noise, kKnownWell_m);
+  return smooth;
+}
 
 /// The measurements of a camera frame, turned upright, and the pixels that they are of.
 struct PixelPoints {
@@ -23,8 +33,9 @@ struct PixelPoints {
 
 PixelPoints pointsOf(const Frame& frame, const Eigen::Matrix3d& R_up_sensor,
                      const graph::LiftOptions& options) {
-  const DepthImage& depth = frame.depth;
-  const double noise = graph::inverseDepthNoise(depth), farthest = graph::maxRange(frame, options);
+  const double noise = graph::inverseDepthNoise(frame.depth);
+  const double farthest = graph::maxRange(frame, options);
+  const DepthImage depth = smoothed(frame.depth, noise);
   PixelPoints result;
   for (int v = 0; v < depth.height; ++v) {
     for (int u = 0; u < depth.width; ++u) {
@@ -35,7 +46,8 @@ PixelPoints pointsOf(const Frame& frame, const Eigen::Matrix3d& R_up_sensor,
       if (range > farthest) continue;
       Point point;
       point.getVector3fMap() = (R_up_sensor * p).cast<float>();
-      point.sigma = static_cast<float>(noise * range * range);
+      const bool is_average = depth.at(u, v) != frame.depth.at(u, v);
+      point.sigma = static_cast<float>((is_average ? kNoiseOfAverages : 1) * noise * range * range);
       result.points.push_back(point);
       result.pixels.push_back(static_cast<std::size_t>(v) * depth.width + u);
     }

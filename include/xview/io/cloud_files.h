@@ -57,8 +57,8 @@ void writePly(const std::string& path, const LabelledCloud& cloud,
               const LabelSet* labels = nullptr);
 
 /// A SemanticKITTI scan: float32 x y z intensity and uint32 labels (class low, instance high 16
-/// bits). Without a `label_path` all labels are 0. Points that are not finite are dropped. Throws
-/// Error, also if the two files disagree in the number of points.
+/// bits). Points that are not finite are dropped. Throws Error, also if the two files disagree in
+/// the number of points.
 LabelledCloud readKittiScan(const std::string& bin_path, const std::string& label_path);
 
 }  // namespace xview::io

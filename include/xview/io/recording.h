@@ -21,10 +21,10 @@ struct FrameRange {
 FrameRange parseFrameRange(const std::string& text);  ///< throws UsageError
 
 enum class InputKind {
-  sequence,        ///< folder with camera.yaml, depth/ and perhaps label/
-  semantic_kitti,  ///< folder with velodyne/ and perhaps labels/, or one .bin with its .label
+  sequence,        ///< folder with camera.yaml, depth/ and label/
+  semantic_kitti,  ///< folder with velodyne/ and labels/, or one .bin with its .label
   cloud,           ///< one .pcd or .ply with points
-  cloud_folder,    ///< folder of .pcd, .ply or .bin with poses.txt
+  cloud_folder,    ///< folder of .pcd/.ply with poses.txt
   graph,           ///< .ply semantic graph
   map,             ///< .xvm
   synthia,         ///< folder with GT/LABELS, Depth and CameraParams
@@ -59,10 +59,9 @@ std::unique_ptr<FrameSource> openRecording(const std::string& path,
                                            const InputOptions& options = {});
 
 /// Writes a recording as a sequence folder (camera) or a SemanticKITTI folder (LiDAR); frames are
-/// read and written on `threads` threads. `truth` (T_map_sensor per frame), if there is any, goes
-/// to groundtruth.txt. Throws Error; a folder that was made for it is then removed again, since a
-/// part of a recording would be taken for a whole one. `progress`, if not empty, is called with
-/// (done, total).
+/// read and written on `threads` threads. `truth` (T_map_sensor per frame) goes to groundtruth.txt.
+/// Throws Error; a folder that was made for it is then removed again, since a part of a recording
+/// would be taken for a whole one. `progress`, if not empty, is called with (done, total).
 void writeRecording(const std::string& folder, const FrameSource& source,
                     const std::vector<Eigen::Isometry3d>& truth, int threads,
                     const std::function<void(std::size_t, std::size_t)>& progress = {});

@@ -30,7 +30,7 @@ struct Frame {
 
   Camera camera;        ///< camera only
   DepthImage depth;     ///< camera only
-  LabelImage label;     ///< camera only; same size as depth, or empty if there are no labels
+  LabelImage label;     ///< camera only; same size as depth
   LabelImage instance;  ///< camera only; empty if there are no instances
 
   LabelledCloud cloud;               ///< lidar and cloud only, in the sensor frame
@@ -48,7 +48,7 @@ class FrameSource {
   virtual std::int64_t number(std::size_t index) const = 0;     ///< number in the file name
   virtual Frame read(std::size_t index) const = 0;  ///< throws Error with path and place
   virtual Sensor sensor() const = 0;
-  virtual const LabelSet& labels() const = 0;  ///< empty: it has no labels, whatever its points say
+  virtual const LabelSet& labels() const = 0;
   virtual const std::string& name() const = 0;  ///< the path as given
 };
 
