@@ -27,7 +27,7 @@ class QuietOpenCv {
 
 /// "layer Foo (node name)" if the message has it, else its first line.
 std::string causeOf(const cv::Exception& e) {
-  static const std::regex node(R"(\[(\w+)\](?:@[\w.]+)?:\(([^)]*)\))");
+  static const std::regex node(R"(\[(\w+)(?:@[\w.]+)?\]:\(([^)]*)\))");
   std::smatch match;
   const std::string message = e.what();
   if (std::regex_search(message, match, node))

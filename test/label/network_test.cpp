@@ -48,6 +48,9 @@ std::string model(const std::string& op, const std::string& weights, bool has_we
   std::string node = text(1, "x");
   if (has_weights) node += text(1, "w");
   node += text(2, "y") + text(3, "only") + text(4, op);
+  if (has_weights)  // an attribute of integers
+    node += text(
+        5, text(1, "kernel_shape") + number(8, 1) + number(8, 1) + varint(20 << 3) + varint(7));
   std::string graph = text(1, node) + text(2, "graph");
   if (has_weights) graph += text(5, weights);
   graph += text(11, port("x", {1, 3, 4, 6})) + text(12, port("y", {1, 3, 4, 6}));

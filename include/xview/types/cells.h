@@ -134,19 +134,6 @@ class CellTable {
     return static_cast<std::size_t>(slot.entry);
   }
 
-  /// Number of the entry of this key, or -1.
-  std::int32_t find(const Key& key) const {
-    if (slots_.empty()) return -1;
-    const std::uint64_t hash = key.hash();
-    const std::size_t mask = slots_.size() - 1;
-    for (std::size_t i = hash & mask; slots_[i].entry >= 0; i = (i + 1) & mask) {
-      if (slots_[i].tag == tagOf(hash) &&
-          entries_[static_cast<std::size_t>(slots_[i].entry)].key == key)
-        return slots_[i].entry;
-    }
-    return -1;
-  }
-
   Entry& operator[](std::size_t number) { return entries_[number]; }
   const Entry& operator[](std::size_t number) const { return entries_[number]; }
   std::size_t size() const { return entries_.size(); }
