@@ -340,9 +340,10 @@ def simulated(program, work, name, flags):
 def all_rows(arguments, absent):
     """Of every world; one that cannot be read loses its rows, which the comparison tells."""
     made, rows = arguments.work / "inputs", []
-    for name, rows_of in worlds.WORLDS.items():
+    folders = {name: (name, rows_of) for name, rows_of in worlds.WORLDS.items()} | worlds.WITHOUT_LABELS
+    for name, (folder, rows_of) in folders.items():
         try:
-            rows += [] if name in absent else rows_of(name, arguments.data / name, made / name)
+            rows += [] if name in absent else rows_of(name, arguments.data / folder, made / name)
         except (OSError, ValueError, LookupError, RuntimeError) as problem:
             print(f"{name} cannot be read: {problem}", file=sys.stderr)
     for name, (flags, rows_of) in worlds.SIMULATED.items():
@@ -404,7 +405,8 @@ def main():
     lock = open(arguments.work / "lock", "w")
     fcntl.flock(lock, fcntl.LOCK_EX)  # A second check waits for its turn in the same folder.
     chosen = re.compile(arguments.only).search
-    absent = [name for name in worlds.WORLDS if not (arguments.data / name).is_dir()]
+    folders = {name: name for name in worlds.WORLDS} | {name: of for name, (of, _) in worlds.WITHOUT_LABELS.items()}
+    absent = [name for name, folder in folders.items() if not (arguments.data / folder).is_dir()]
     rows = [row for row in all_rows(arguments, absent) if chosen(" ".join(row[:3]))]
     if not rows:
         sys.exit("no row to check")

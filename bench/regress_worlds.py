@@ -315,6 +315,87 @@ def laser_teach_repeat(world, folder, made):
     yield Row(world, "scans", "1 frame", parts, OUTDOORS_M)
 
 
+# ---- The same without labels ----
+
+
+def unlabelled(folder, target):
+    """A recording without its labels, made of links."""
+    shutil.rmtree(target, ignore_errors=True)
+    for source in folder.rglob("*"):
+        place = target / source.relative_to(folder)
+        if source.is_file() and place.relative_to(target).parts[0] not in ("label", "labels", "instance", "classes.yaml"):
+            place.parent.mkdir(parents=True, exist_ok=True)
+            place.symlink_to(source.resolve())
+    return target
+
+
+def fused(folder, target, voxel_m=0.1):
+    """All scans of a SemanticKITTI folder as one PCD in the frame of its odometry, without labels or view-points."""
+    points, odometry = {}, odometry_of(folder)
+    for number in sorted(odometry):
+        (a, b, c, x), (d, e, f, y), (g, h, i, z), _ = odometry[number]
+        scan = next((folder / "velodyne").glob(f"*{number:06}.bin")).read_bytes()
+        for px, py, pz, _ in struct.iter_unpack("<4f", scan):
+            p = (a * px + b * py + c * pz + x, d * px + e * py + f * pz + y, g * px + h * py + i * pz + z)
+            points.setdefault((p[0] // voxel_m, p[1] // voxel_m, p[2] // voxel_m), p)
+    header = ("VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH {0}\nHEIGHT 1\n"
+              "VIEWPOINT 0 0 0 1 0 0 0\nPOINTS {0}\nDATA binary\n").format(len(points))
+    target.write_bytes(header.encode() + b"".join(struct.pack("<3f", *p) for p in points.values()))
+    return target
+
+
+def raw_kitti00(world, folder, made):
+    raw = {name: unlabelled(folder / name, made / name) for name in ("map", "query_4501", "negative_850")}
+    scans, labelled = Map([raw["map"]], []), Map([folder / "map"], [])
+    cloud = Map([fused(folder / "map", made / "fused.pcd")], [])
+    truth = true_poses(folder / "query_4501", "truth.txt")
+
+    def row(session, place, query, its_truth):
+        return Row(world, session, "1 frame", [Part(place, [query], ["--window", "1"], its_truth)], OUTDOORS_M)
+
+    yield row("query_4501", scans, raw["query_4501"], truth)
+    yield row("negative_850", scans, raw["negative_850"], None)
+    yield row("query_4501 in fused", cloud, raw["query_4501"], truth)
+    yield row("negative_850 in fused", cloud, raw["negative_850"], None)
+    yield row("query_4501 in labelled", labelled, raw["query_4501"], truth)
+    yield row("negative_850 in labelled", labelled, raw["negative_850"], None)
+    yield row("labelled query_4501", scans, folder / "query_4501", truth)
+    yield row("labelled negative_850", scans, folder / "negative_850", None)
+
+
+def raw_nuscenes32(world, folder, made):
+    """The five sweeps that the study of raw clouds left out."""
+    gone, raw = (4, 8, 16, 24, 28), unlabelled(folder, made / "raw")
+    rest, _ = part_of(raw, made / "rest", lambda i: i not in gone, turned_about_z(0))
+    query, truth = part_of(raw, made / "left_out", lambda i: i in gone, random_move(world))
+    part = Part(Map([rest], []), [query], ["--window", "1"], truth_of_frames(truth))
+    yield Row(world, "5 left out", "1 frame", [part], OUTDOORS_M)
+
+
+def raw_pandaset(world, folder, made):
+    raw = {name: unlabelled(folder / name, made / name) for name in ("pandar64", "pandargt")}
+    T_map_odom = from_numbers(sum(lines_of(folder / "pandargt" / "truth.txt"), []))
+    truth = {number: product(T_map_odom, T) for number, T in odometry_of(raw["pandargt"]).items()}
+    part = Part(Map([raw["pandar64"]], []), [raw["pandargt"]], ["--window", "3"], truth_of_frames(truth))
+    yield Row(world, "pandargt in scans", "3 frames", [part], OUTDOORS_M)
+
+
+def registration(world, folder, made):
+    T = [v for words in lines_of(folder / "T_target_source.txt") for v in words]
+    truth = truth_of_queries({folder / "source.ply": from_numbers(T)})
+    part = Part(Map([folder / "target.ply"], []), [folder / "source.ply"], [], truth)
+    yield Row(world, "source in target", "whole", [part], OUTDOORS_M)
+
+
+def raw_town(world, folder, made):
+    drives = [path.name for path in sorted(folder.iterdir()) if path.is_dir()]
+    raw = {name: unlabelled(folder / name, made / name) for name in drives}
+    place = Map([raw["forward"]], [])
+    for name in ("rear", "oblique", "aerial", "elsewhere"):
+        truth = true_poses(raw[name]) if name != "elsewhere" else None
+        yield from drive_rows(world, raw[name], place, (60,), truth, OUTDOORS_M)
+
+
 STREETS_M, ROOMS_M = (60, 30, 15), (10, 5)
 
 # By the name of the folder in DATA_DIR.
@@ -325,8 +406,15 @@ WORLDS = {
     "village_poor": town(("rear", "oblique"), STREETS_M, OUTDOORS_M),
     "office_noisy": town(("rear", "other"), ROOMS_M, INDOORS_M),
     "kitti00": kitti00, "nuscenes32": nuscenes32, "pandaset": pandaset, "laser_teach_repeat": laser_teach_repeat,
-    "osm": osm, "pole_maps": pole_maps, "tum_fr2_desk": tum_fr2_desk, "rooms": rooms,
+    "registration": registration, "osm": osm, "pole_maps": pole_maps, "tum_fr2_desk": tum_fr2_desk, "rooms": rooms,
     "mosd": mosd,
+}
+
+# The same recordings with their labels withheld: the folder in DATA_DIR, then the rows.
+WITHOUT_LABELS = {
+    "raw_kitti00": ("kitti00", raw_kitti00), "raw_nuscenes32": ("nuscenes32", raw_nuscenes32),
+    "raw_pandaset": ("pandaset", raw_pandaset), "raw_suburb_clean": ("suburb_clean", raw_town),
+    "raw_suburb_noisy": ("suburb_noisy", raw_town),
 }
 
 STRANGER = ["--sessions.elsewhere"]

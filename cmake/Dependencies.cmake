@@ -8,7 +8,7 @@ endforeach()
 find_package(PCL 1.12 QUIET REQUIRED COMPONENTS common kdtree octree search sample_consensus
              filters segmentation registration)
 find_package(Eigen3 3.3 REQUIRED NO_MODULE)
-find_package(OpenCV 4 REQUIRED COMPONENTS core imgproc imgcodecs)
+find_package(OpenCV 4 REQUIRED COMPONENTS core dnn imgproc imgcodecs)
 find_package(Ceres REQUIRED)
 find_package(yaml-cpp REQUIRED)
 find_package(SQLite3 REQUIRED)

@@ -14,6 +14,7 @@
 #include "xview/io/label_files.h"
 #include "xview/map/map_store.h"
 #include "xview/measure_size.h"
+#include "xview/raw_recording.h"
 #include "xview/sized_options.h"
 #include "xview/types/error.h"
 #include "xview/types/moved_recording.h"
@@ -25,6 +26,36 @@ namespace {
 /// What its reader says of it.
 void sayNotes(const FrameSource& source, const Narrative& narrate) {
   for (const std::string& note : source.notes()) narrate.note(source.name() + ": " + note);
+}
+
+void sayShares(const ShapeShares& shares, const LabelSet& shapes, bool has_labels,
+               const Narrative& narrate) {
+  std::vector<std::size_t> order;
+  for (std::size_t i = 0; i < shares.size(); ++i) {
+    if (shares[i] >= 0.005) order.push_back(i);
+  }
+  std::sort(order.begin(), order.end(),
+            [&](std::size_t a, std::size_t b) { return shares[a] > shares[b]; });
+  std::string text = has_labels ? "labels are left aside; " : "no labels; ";
+  text += "classes from shapes:";
+  for (const std::size_t i : order) {
+    text += fmt::format("{} {} {:.0f} %", i == order[0] ? "" : ",",
+                        shapes.className(static_cast<std::uint32_t>(i)), 100 * shares[i]);
+  }
+  narrate.note(text);
+}
+
+/// What has no labels gets them from shapes.
+std::unique_ptr<FrameSource> openWithLabels(const std::string& path,
+                                            const io::InputOptions& options, const Job& job) {
+  std::unique_ptr<FrameSource> source = io::openRecording(path, options);
+  const bool has_labels = !source->labels().empty();
+  if (has_labels && options.labels != kShapes) return source;
+  const LabelSet shapes = io::shippedLabelSet(kShapes);
+  ShapeShares shares{};
+  source = withShapeLabels(std::move(source), shapes, job.options.lift, &shares);
+  sayShares(shares, shapes, has_labels, job.narrate);
+  return source;
 }
 
 /// Position of the first frame that is at most so many metres of travel before the last one.
@@ -89,17 +120,19 @@ io::InputOptions InputFlags::parsed() const {
 
 std::unique_ptr<FrameSource> openInput(const std::string& path, const io::InputOptions& options,
                                        const Job& job) {
-  std::unique_ptr<FrameSource> source = io::openRecording(path, options);
+  std::unique_ptr<FrameSource> source = openWithLabels(path, options, job);
   sayNotes(*source, job.narrate);
   const bool is_of_map = options.map_labels && source->labels() == *options.map_labels;
-  if (!is_of_map) sayGuesses(path, source->labels(), job.narrate);
+  if (!is_of_map && source->labels().name() != kShapes)
+    sayGuesses(path, source->labels(), job.narrate);
   return source;
 }
 
 std::unique_ptr<FrameSource> openPlaceInput(const std::string& path,
                                             const io::InputOptions& options, const Job& job) {
-  std::unique_ptr<FrameSource> source = io::openRecording(path, options);
+  std::unique_ptr<FrameSource> source = openWithLabels(path, options, job);
   sayNotes(*source, job.narrate);
+  if (source->labels().name() == kShapes) return source;  // they meet those of a map by kind
   if (options.map_labels && source->labels() == *options.map_labels) return source;
   source = graph::withRolesByShape(std::move(source), job.options.lift, job.options.threads);
   sayGuesses(path, source->labels(), job.narrate);
@@ -183,7 +216,8 @@ QueryInput openQuery(const std::string& path, const InputFlags& input, const Job
                      const LabelSet& map_labels) {
   QueryInput result;
   result.path = path;
-  const io::InputOptions options = inputIn(input, map_labels);
+  io::InputOptions options = inputIn(input, map_labels);
+  if (map_labels.name() == kShapes) options.labels = kShapes;  // whatever labels it has
   switch (io::recogniseInput(path, options)) {
     case io::InputKind::map:
       result.whole = std::make_unique<Query>(
@@ -216,6 +250,7 @@ QueryInput readQuery(const std::string& path, const InputFlags& input, const Job
     job.narrate.note(
         fmt::format("{}: its last {:g} m tell where it ends (--last)", source->name(), last_m));
     io::InputOptions end = inputIn(input, map_labels);
+    if (map_labels.name() == kShapes) end.labels = kShapes;
     end.frames.begin += result.used_from * end.frames.step;
     source = openPlaceInput(path, end, job);
   }

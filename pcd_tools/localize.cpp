@@ -15,6 +15,8 @@
 #include "outputs.h"
 #include "tool.h"
 #include "xview/depth_plausibility.h"
+#include "xview/io/label_files.h"
+#include "xview/raw_recording.h"
 #include "xview/sequence.h"
 #include "xview/tracker.h"
 #include "xview/types/error.h"
@@ -177,6 +179,18 @@ class WindowAnswers {
   std::optional<Tracker> tracker_;
 };
 
+/// A map for queries without labels: what classes it has counts by their shapes.
+struct RawMap {
+  RawMap(map::SemanticMap given, const Options& options)
+      : map(reduced(std::move(given))), localizer(map, options) {}
+  static map::SemanticMap reduced(map::SemanticMap map) {
+    reduceToShapes(io::shippedLabelSet(kShapes), map);
+    return map;
+  }
+  const map::SemanticMap map;
+  const Localizer localizer;
+};
+
 class LocalizeCommand final : public Command {
  public:
   Description describe() const override {
@@ -239,8 +253,18 @@ class LocalizeCommand final : public Command {
                       results.screen());
     results_ = &results;
     table_ = &table;
+    std::optional<RawMap> raw_map;  // made when the first raw query comes
+    const auto answer = [&](const std::string& query) {
+      files_.begin();
+      const QueryInput input = openOrRead(query, map.labels, job);
+      const bool is_raw = input.labels.name() == kShapes && map.labels.name() != kShapes;
+      if (is_raw && !raw_map) raw_map.emplace(map, job.options);
+      const Localizer& chosen = is_raw ? raw_map->localizer : localizer;
+      WindowAnswers answers(chosen, windows_, job.options);
+      answerInput(input, chosen, answers, job);
+    };
     for (const std::string& query : queries) {
-      tryTo([&] { answerQuery(query, map.labels, localizer, job); }, query, job);
+      tryTo([&] { answer(query); }, query, job);
       tryTo([&] { files_.end(job); }, "", job);
     }
     files_.finish(job);
@@ -264,13 +288,6 @@ class LocalizeCommand final : public Command {
       unread.error = oneLine(e.what());
       results_->print(toJson(unread), job.narrate);
     }
-  }
-
-  void answerQuery(const std::string& path, const LabelSet& map_labels, const Localizer& localizer,
-                   const Job& job) {
-    files_.begin();
-    WindowAnswers answers(localizer, windows_, job.options);
-    answerInput(openOrRead(path, map_labels, job), localizer, answers, job);
   }
 
   /// A recording that is to be cut into windows is opened only.

@@ -65,6 +65,7 @@ class Command {
 // Every sub-command lives in the file of its name.
 std::unique_ptr<Command> makeSimulate();
 std::unique_ptr<Command> makeInfo();
+std::unique_ptr<Command> makeLabel();
 std::unique_ptr<Command> makeLift();
 std::unique_ptr<Command> makeBlobs();
 std::unique_ptr<Command> makeGraph();

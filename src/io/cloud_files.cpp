@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <limits>
 #include <new>
+#include <optional>
 
 #include "point_table.h"
 #include "xview/io/atomic_file.h"
@@ -248,14 +249,14 @@ void requireLabels(const InputFile& labels, const InputFile& scan, std::size_t p
               scan.path() + ", found " + std::to_string(labels.size()) + " bytes");
 }
 
-LabelledCloud readScan(InputFile& scan, InputFile& labels, std::size_t points) {
+LabelledCloud readScan(InputFile& scan, std::optional<InputFile>& labels, std::size_t points) {
   LabelledCloud cloud;
   cloud.points.reserve(points);
   for (std::size_t i = 0; i < points; ++i) {
     float position[4];
     std::uint32_t label = 0;
     scan.readBytes(position, sizeof(position));
-    labels.readBytes(&label, sizeof(label));
+    if (labels) labels->readBytes(&label, sizeof(label));
     if (!Eigen::Map<const Eigen::Vector3f>(position).allFinite()) continue;
     Point point;
     point.getVector3fMap() = Eigen::Map<const Eigen::Vector3f>(position);
@@ -339,9 +340,13 @@ void writePly(const std::string& path, const LabelledCloud& cloud, const LabelSe
 }
 
 LabelledCloud readKittiScan(const std::string& bin_path, const std::string& label_path) {
-  InputFile scan(bin_path), labels(label_path);
+  InputFile scan(bin_path);
+  std::optional<InputFile> labels;
   const std::size_t points = pointCount(scan);
-  requireLabels(labels, scan, points);
+  if (!label_path.empty()) {
+    labels.emplace(label_path);
+    requireLabels(*labels, scan, points);
+  }
   try {
     return readScan(scan, labels, points);
   } catch (const std::bad_alloc&) {

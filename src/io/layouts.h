@@ -26,7 +26,7 @@ struct ListedFrame {
 /// the frame; it is called from several threads.
 struct RecordingListing {
   Sensor sensor = Sensor::camera;
-  LabelSet labels;
+  LabelSet labels;  ///< empty if there are no labels at all
   std::vector<ListedFrame> frames;
   std::vector<std::string> notes;  ///< FrameSource::notes()
   std::function<void(const ListedFrame&, Frame&)> read;

@@ -58,12 +58,17 @@ LabelSet carlaLabels(const LabelCounts& counts) {
 
 // ---- clouds
 
+/// x, y, z and intensity as SemanticKITTI has them.
+bool isScan(const std::string& path) { return fs::path(path).extension() == ".bin"; }
+
 RecordingListing cloudListing(Sensor sensor, const InputOptions& options) {
   RecordingListing listing;
   listing.sensor = sensor;
   const CloudFields fields{options.label_field, options.instance_field};
   listing.read = [fields](const ListedFrame& listed, Frame& frame) {
-    frame.cloud = readCloud(listed.measurement, fields, true, &frame.rings);
+    frame.cloud = isScan(listed.measurement)
+                      ? readKittiScan(listed.measurement, listed.label)
+                      : readCloud(listed.measurement, fields, false, &frame.rings);
   };
   return listing;
 }
@@ -80,12 +85,14 @@ std::string coarseSteps(const std::string& path) {
          " m; subtract an origin before they are made float32, or write them as doubles";
 }
 
-/// What the first cloud says of its classes holds for all.
+/// What the first cloud says of its classes holds for all; without a label field they are raw.
 void chooseLabels(RecordingListing& listing, const InputOptions& options, const fs::path& folder) {
+  if (isScan(listing.frames.front().measurement)) return;
   const CloudFields fields{options.label_field, options.instance_field};
   const CloudHeader header = readCloudHeader(listing.frames.front().measurement, fields);
   const std::string coarse = coarseSteps(listing.frames.front().measurement);
   if (!coarse.empty()) listing.notes.push_back(coarse);
+  if (header.label_field.empty()) return;
   if (const auto named = namedLabels(options, folder.string(), header.labels))
     listing.labels = *named;
   else
@@ -101,8 +108,11 @@ RecordingListing listSequence(const std::string& folder, const InputOptions& opt
   RecordingListing listing;
   listing.frames =
       listFrames({"depth", (root / "depth").string(), {".png", ".tif", ".tiff", ".exr", ".pfm"}});
-  addFiles(folder, {"label", (root / "label").string(), kLabelEndings}, &ListedFrame::label,
-           "depth", listing.frames);
+  const bool is_raw = !fs::exists(root / "label");
+  if (!is_raw) {
+    addFiles(folder, {"label", (root / "label").string(), kLabelEndings}, &ListedFrame::label,
+             "depth", listing.frames);
+  }
   if (fs::is_directory(root / "instance")) {
     addFiles(folder, {"instance", (root / "instance").string(), kLabelEndings},
              &ListedFrame::instance, "depth", listing.frames);
@@ -111,10 +121,12 @@ RecordingListing listSequence(const std::string& folder, const InputOptions& opt
   listing.read = [camera](const ListedFrame& listed, Frame& frame) {
     frame.camera = camera;
     frame.depth = readDepth(listed.measurement, camera);
+    if (listed.label.empty()) return;
     frame.label = readLabels(listed.label);
     if (!listed.instance.empty()) frame.instance = readLabels(listed.instance);
     requireSameSizes(listed, frame);
   };
+  if (is_raw) return listing;
   if (const auto named = namedLabels(options, folder))
     listing.labels = *named;
   else
@@ -154,7 +166,7 @@ RecordingListing listCloud(const std::string& path, const InputOptions& options)
 
 RecordingListing listCloudFolder(const std::string& folder, const InputOptions& options) {
   RecordingListing listing = cloudListing(Sensor::lidar, options);
-  listing.frames = listFrames({"cloud", folder, {".pcd", ".ply"}});
+  listing.frames = listFrames({"cloud", folder, {".pcd", ".ply", ".bin"}});
   const fs::path poses = fs::path(folder) / "poses.txt";
   if (listing.frames.size() > 1 || fs::exists(poses)) setPoses(poses.string(), listing.frames);
   chooseLabels(listing, options, folder);

@@ -37,7 +37,7 @@ bool hasClouds(const fs::path& folder) {
   std::error_code failed;
   for (const auto& entry : fs::directory_iterator(folder, failed)) {
     const std::string ending = entry.path().extension().string();
-    if (ending == ".pcd" || ending == ".ply") return true;
+    if (ending == ".pcd" || ending == ".ply" || ending == ".bin") return true;
   }
   return false;
 }
@@ -62,8 +62,8 @@ InputKind recogniseFolder(const fs::path& folder) {
     failBetween(folder.string(), kinds[0], kinds[1], "it has the folders of both");
   if (kinds.empty()) {
     throw Error(folder.string(),
-                "not a recording: expected camera.yaml with depth/ and label/, velodyne/ with "
-                "labels/, .pcd or .ply files, or the layout of a known data set");
+                "not a recording: expected camera.yaml with depth/, velodyne/, .pcd, .ply or .bin "
+                "files, or the layout of a known data set");
   }
   return kinds[0];
 }

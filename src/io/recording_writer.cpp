@@ -42,11 +42,12 @@ void removeFramesFrom(std::size_t first, const std::string& folder, const char* 
 }
 
 std::string classesYaml(const LabelSet& labels) {
-  std::string text = "classes:\n";
+  std::string text = labels.name().empty() ? "" : fmt::format("name: \"{}\"\n", labels.name());
+  text += "classes:\n";
   for (const auto& [id, info] : labels.classes()) {
-    text +=
-        fmt::format("  - {{id: {}, name: \"{}\", color: [{}, {}, {}], role: {}}}\n", id, info.name,
-                    info.color[0], info.color[1], info.color[2], toString(info.role));
+    text += fmt::format("  - {{id: {}, name: \"{}\", color: [{}, {}, {}], role: {}, kind: {}}}\n",
+                        id, info.name, info.color[0], info.color[1], info.color[2],
+                        toString(info.role), toString(info.kind));
   }
   return text;
 }
@@ -115,11 +116,12 @@ void writeParts(const std::string& folder, const FrameSource& source,
   const Parts parts = camera ? Parts{{"depth", "png"}, {"label", "png"}, {"instance", "png"}}
                              : Parts{{"velodyne", "bin"}, {"labels", "label"}};
   for (const auto& [part, ending] : parts) {
+    if (part == std::string("instance") && source.read(0).instance.empty()) continue;
     makeFolder(folder + "/" + part);
     removeFramesFrom(source.size(), folder + "/" + part, ending);
   }
   writeSidecars(folder, source);
-  writeTumPoses(folder + "/groundtruth.txt", stamped(source, truth));
+  if (!truth.empty()) writeTumPoses(folder + "/groundtruth.txt", stamped(source, truth));
   std::atomic<std::size_t> done{0};
   parallelFor(source.size(), threads, [&](std::size_t i) {
     const Frame frame = source.read(i);

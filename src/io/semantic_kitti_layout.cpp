@@ -57,15 +57,13 @@ void setVelodynePoses(const fs::path& root, std::vector<ListedFrame>& frames) {
   for (std::size_t i = 0; i < frames.size(); ++i) frames[i].stamp_s = times[lines[i]];
 }
 
-/// The labels of a single scan: beside it, or in the folder of a sequence.
+/// The labels of a single scan: beside it, or in the folder of a sequence; empty if it has none.
 std::string labelFileOf(const fs::path& scan) {
   const fs::path beside = fs::path(scan).replace_extension(".label");
   if (fs::exists(beside)) return beside.string();
   const fs::path folder = fs::absolute(scan).parent_path().parent_path() / "labels";
   const fs::path in_sequence = folder / (scan.stem().string() + ".label");
-  if (fs::exists(in_sequence)) return in_sequence.string();
-  throw Error(scan.string(),
-              "no labels: neither " + beside.string() + " nor " + in_sequence.string());
+  return fs::exists(in_sequence) ? in_sequence.string() : std::string();
 }
 
 /// classes.yaml may lie beside a single scan or in the folder of its sequence.
@@ -87,8 +85,10 @@ RecordingListing listSemanticKitti(const std::string& path, const InputOptions& 
   if (fs::is_directory(path)) {
     const fs::path root(path);
     listing.frames = listFrames({".bin", (root / "velodyne").string(), {".bin"}});
-    addFiles(path, {".label", (root / "labels").string(), {".label"}}, &ListedFrame::label, ".bin",
-             listing.frames);
+    if (fs::exists(root / "labels")) {
+      addFiles(path, {".label", (root / "labels").string(), {".label"}}, &ListedFrame::label,
+               ".bin", listing.frames);
+    }
     setVelodynePoses(root, listing.frames);
   } else {
     listing.frames.resize(1);
@@ -96,6 +96,7 @@ RecordingListing listSemanticKitti(const std::string& path, const InputOptions& 
     listing.frames[0].measurement = path;
     listing.frames[0].label = labelFileOf(path);
   }
+  if (listing.frames.front().label.empty()) return listing;  // raw
   if (const auto named = namedLabels(options, folderOfClasses(path)))
     listing.labels = *named;
   else

@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <sstream>
 
 #include "acceptance/answers.h"
@@ -29,6 +30,37 @@ TEST(KittiStreet, ALaterScanIsFoundAndOneFromElsewhereRefused) {
   const Tally refused = tallyOfStrangers(answers.substr(second));
   EXPECT_EQ(refused.windows, 1u);
   EXPECT_EQ(refused.accepted, 0u) << refused.reasons;
+}
+
+/// A KITTI folder without its labels, made of links.
+std::string withoutLabels(const std::string& recording, const std::string& target) {
+  std::filesystem::create_directory(target);
+  for (const char* part : {"velodyne", "poses.txt", "calib.txt"})
+    std::filesystem::create_symlink(recording + "/" + part, target + "/" + part);
+  return target;
+}
+
+/// Map and queries have no labels, then only one side has none.
+TEST(KittiStreet, ALaterScanIsFoundWithoutLabels) {
+  XVIEW_REQUIRE_DATA(kitti, "kitti00");
+  const TemporaryFolder folder;
+  const std::string map = folder / "street.xvm", labelled_map = folder / "labelled.xvm";
+  outputOf({"map", "--quiet", withoutLabels(kitti + "/map", folder / "map"), map});
+  outputOf({"map", "--quiet", kitti + "/map", labelled_map});
+  const std::string raw = withoutLabels(kitti + "/query_4501", folder / "raw"),
+                    raw_stranger = withoutLabels(kitti + "/negative_850", folder / "stranger");
+  for (const std::string& answers :
+       {localize({raw, raw_stranger, map}), localize({raw, raw_stranger, labelled_map}),
+        localize({kitti + "/query_4501", kitti + "/negative_850", map})}) {
+    ASSERT_EQ(lineCount(answers), 2u);
+    const std::size_t second = answers.find('\n') + 1;
+    const Tally found =
+        tallyOf(answers.substr(0, second), positionsIn(kitti + "/query_4501/truth.txt"), 0.1);
+    EXPECT_EQ(found.accepted, 1u) << found.reasons;
+    EXPECT_EQ(found.wrong, 0u) << found.reasons;
+    const Tally refused = tallyOfStrangers(answers.substr(second));
+    EXPECT_EQ(refused.accepted, 0u) << refused.reasons;
+  }
 }
 
 /// A vertex of a bare graph, with the rest of its line.

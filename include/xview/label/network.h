@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "xview/types/color_image.h"
+#include "xview/types/network_input.h"
+
+namespace xview::label {
+
+/// A segmentation network, run by OpenCV on the processor. One image at a time.
+class Network {
+ public:
+  /// An ONNX model, or any other that OpenCV reads. Throws Error with the layer that it cannot
+  /// read.
+  Network(const std::string& model_path, NetworkInput input);
+  ~Network();
+  Network(const Network&) = delete;
+  Network& operator=(const Network&) = delete;
+
+  /// Class ids of the pixels of an image, in a size of the caller's choice. The network may answer
+  /// with scores of classes (1 x classes x rows x columns, at any stride) or with one channel of
+  /// class numbers. Throws Error if it answers otherwise, or with a class that has no id.
+  LabelImage label(const ColorImage& image, int width, int height);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace xview::label

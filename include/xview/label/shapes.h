@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+
+#include "xview/types/point.h"
+
+namespace xview::label {
+
+/// What a point belongs to, by the shape of the points around it; the numbers are the class ids of
+/// the label set `shapes`.
+enum class Shape : std::uint8_t {
+  none,       ///< not finite
+  ground,     ///< what lies lowest and runs on without steps
+  wall,       ///< flat and upright
+  post,       ///< thin and upright
+  foliage,    ///< scattered, or too few points to tell
+  low_thing,  ///< stands alone, as low and as long as a vehicle
+  roof,       ///< flat, high, nothing known below it
+  ceiling,    ///< flat, high, over ground
+  table,      ///< flat, between knee and head
+};
+constexpr std::size_t kShapes = 9;
+
+/// Sets the label of every point to its Shape. The points are of one frame whose z points up [m];
+/// where they were seen from does not matter. Neighbourhoods follow the spacing of the points and
+/// what is known of their errors (Point::sigma).
+///
+/// The ground is a field of heights: of the lowest points of cells of 1 m those are joined that a
+/// slope connects; what is joined and lies above its surroundings by a step is no ground. Above the
+/// ground the eigenvalues of the covariance around a point tell planes and lines from the rest.
+void labelByShape(pcl::PointCloud<Point>& points);
+
+}  // namespace xview::label

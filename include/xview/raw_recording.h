@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <memory>
+
+#include "xview/graph/lift.h"
+#include "xview/label/shapes.h"
+#include "xview/types/frame.h"
+#include "xview/types/semantic_place.h"
+
+namespace xview {
+
+/// Shares of the points by Shape, in [0, 1].
+using ShapeShares = std::array<double, label::kShapes>;
+
+/// The recording with classes from the shapes of its points (label::labelByShape), frame by frame.
+/// What it has of labels is left aside. `shapes` is the label set whose ids are those of
+/// label::Shape. `shares`, if given, receives what a few frames consist of.
+std::unique_ptr<FrameSource> withShapeLabels(std::unique_ptr<FrameSource> source, LabelSet shapes,
+                                             const graph::LiftOptions& lift,
+                                             ShapeShares* shares = nullptr);
+
+/// A place with the classes of `shapes` instead of its own, by their kinds: what a raw query can
+/// be compared with.
+void reduceToShapes(const LabelSet& shapes, Place& place);
+
+}  // namespace xview

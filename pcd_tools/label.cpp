@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <mutex>
+
+#include "inputs.h"
+#include "outputs.h"
+#include "tool.h"
+#include "xview/io/label_files.h"
+#include "xview/io/network_files.h"
+#include "xview/label/network.h"
+#include "xview/types/error.h"
+#include "xview/types/forwarding_source.h"
+#include "xview/types/stopwatch.h"
+
+namespace xview::tools {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool isCloudPath(const std::string& path) {
+  const std::string ending = fs::path(path).extension().string();
+  return ending == ".pcd" || ending == ".ply";
+}
+
+/// The images of RECORDING/rgb by the number in their names.
+std::map<std::int64_t, std::string> colorFiles(const std::string& recording) {
+  const fs::path folder = fs::path(recording) / "rgb";
+  if (!fs::is_directory(folder))
+    throw Error(folder.string(), "no such folder; a network labels the images of RECORDING/rgb");
+  std::map<std::int64_t, std::string> files;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    const std::string ending = entry.path().extension().string();
+    if (ending != ".png" && ending != ".jpg" && ending != ".jpeg") continue;
+    const std::string stem = entry.path().stem().string();
+    const std::size_t digits = stem.find_last_not_of("0123456789") + 1;
+    if (digits < stem.size() && stem.size() - digits < 19)
+      files[std::stoll(stem.substr(digits))] = entry.path().string();
+  }
+  return files;
+}
+
+io::InputOptions labelsOnly(const std::string& labels) {
+  io::InputOptions options;
+  options.labels = labels;
+  return options;
+}
+
+/// A recording of cameras with the classes that a network finds in its colours.
+class NetworkLabelled final : public ForwardingSource {
+ public:
+  NetworkLabelled(std::unique_ptr<FrameSource> source, const std::string& model,
+                  const NetworkInput& input)
+      : ForwardingSource(*source),
+        source_(std::move(source)),
+        labels_(*io::namedLabels(labelsOnly(input.labels), "")),
+        files_(colorFiles(source_->name())),
+        network_(model, input) {
+    if (sensor() != Sensor::camera)
+      throw UsageError("--net needs images, but " + name() + " has none");
+    for (std::size_t i = 0; i < size(); ++i) fileOf(number(i));
+  }
+
+  const LabelSet& labels() const override { return labels_; }
+  Frame read(std::size_t index) const override {
+    Frame frame = source_->read(index);
+    const ColorImage colors = io::readColors(fileOf(frame.number));
+    const std::lock_guard<std::mutex> lock(one_at_a_time_);
+    frame.label = network_.label(colors, frame.depth.width, frame.depth.height);
+    frame.instance = {};
+    return frame;
+  }
+
+ private:
+  const std::string& fileOf(std::int64_t number) const {
+    const auto found = files_.find(number);
+    if (found == files_.end())
+      throw Error(name() + "/rgb", fmt::format("no image of frame {}", number));
+    return found->second;
+  }
+
+  std::unique_ptr<FrameSource> source_;
+  LabelSet labels_;
+  std::map<std::int64_t, std::string> files_;
+  mutable label::Network network_;
+  mutable std::mutex one_at_a_time_;
+};
+
+class LabelCommand final : public Command {
+ public:
+  Description describe() const override {
+    return {
+        "label",
+        "INPUT OUT",
+        "classes for a raw recording, from shapes or by a network",
+        "Ground, walls, posts, foliage, low things, roofs, ceilings and tables are told by the "
+        "shapes of the points; what\n"
+        "INPUT has of labels is left aside. OUT is one cloud in the odometry frame, coloured by "
+        "class (.pcd or .ply),\n"
+        "or else a folder that becomes the labelled recording. With --net a network labels the "
+        "images of INPUT/rgb.",
+        "xview label scan.pcd labelled.pcd && pcl_viewer labelled.pcd",
+        2,
+        2};
+  }
+
+  void declare(Flags& flags) override {
+    input_.declare(flags);
+    flags.add("--net", model_, "a segmentation network that labels rgb images, such as an .onnx");
+    flags.add("--net-config", net_config_,
+              "YAML of its label set, ids of its classes, width, height, mean, std, order of "
+              "colours; see config/networks/");
+    flags.add("--voxel", voxel_m_,
+              "thin the cloud to one point per voxel and class; 0 = keep all [m]");
+  }
+
+  ExitCode run(const Job& job) override {
+    if (!(voxel_m_ >= 0)) throw UsageError(fmt::format("--voxel {}, must be >= 0", voxel_m_));
+    const std::string& out = job.operands[1];
+    if (isCloudPath(out)) requireCloudPath(out);
+    Stopwatch watch;
+    const auto source = openLabelled(job);
+    if (isCloudPath(out)) {
+      writeCloud(out, liftAll(*source, job, voxel_m_), source->labels());
+    } else {
+      io::writeRecording(out, *source, {}, job.options.threads, job.narrate.progress("label"));
+    }
+    job.narrate.stage("label", watch.lap_ms(), fmt::format("{} frames: {}", source->size(), out));
+    return kDone;
+  }
+
+ private:
+  std::unique_ptr<FrameSource> openLabelled(const Job& job) const {
+    io::InputOptions options = input_.parsed();
+    if (model_.empty() != net_config_.empty())
+      throw UsageError("--net and --net-config belong together");
+    if (!model_.empty()) {
+      return std::make_unique<NetworkLabelled>(io::openRecording(job.operands[0], options), model_,
+                                               io::readNetworkInput(net_config_));
+    }
+    options.labels = kShapes;
+    return openInput(job.operands[0], options, job);
+  }
+
+  InputFlags input_;
+  std::string model_, net_config_;
+  double voxel_m_ = 0;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> makeLabel() { return std::make_unique<LabelCommand>(); }
+
+}  // namespace xview::tools

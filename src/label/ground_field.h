@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "xview/types/cells.h"
+#include "xview/types/point.h"
+
+namespace xview::label {
+
+/// Height of the ground under points whose z points up, from the points alone.
+class GroundField {
+ public:
+  static constexpr float kCell_m = 1;
+
+  /// Points that are not finite have no cell, and do not count.
+  explicit GroundField(const pcl::PointCloud<Point>& points);
+
+  float heightAt(float x, float y) const;  ///< bilinear [m]
+  /// Whether the lowest that was seen above this place is ground.
+  bool isSeenAt(float x, float y) const;
+
+ private:
+  void findLowest(const pcl::PointCloud<Point>& points);
+  void joinCells();
+  void chooseGround();
+  void fillGaps();
+  std::int32_t cellAt(float x, float y) const;
+  float toleranceOf(std::size_t cell, std::size_t other, float distance_m) const;
+
+  CellIndex index_;
+  std::vector<float> lowest_;               ///< of each cell [m]
+  std::vector<float> sigma_;                ///< error of that [m]
+  std::vector<std::int32_t> component_of_;  ///< of each cell: what slopes join
+  std::vector<std::uint8_t> is_ground_;
+  std::vector<float> height_;  ///< of the ground [m]
+};
+
+}  // namespace xview::label

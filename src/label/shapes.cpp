@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "xview/label/shapes.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "label/ground_field.h"
+#include "label/shape_voxels.h"
+
+namespace xview::label {
+namespace {
+
+constexpr double kVoxel_m = 0.3;
+constexpr float kOnGround_m = 0.25F;  ///< what is lower is ground
+constexpr std::array<double, ShapeVoxels::kLevels> kFewestPoints = {
+    12, 8, 5};                                     ///< that tell a shape, by level
+constexpr float kPlanar = 0.4F, kUpright = 0.25F;  ///< a wall: its normal is nearly level
+constexpr float kLinear = 0.7F, kPlumb = 0.85F;    ///< a post: its axis is nearly plumb
+constexpr float kFlat = 0.6F, kLevel = 0.85F;      ///< a roof or table: its normal is nearly plumb
+constexpr float kOverhead_m = 1.9F;                ///< what is higher is none that one works at
+constexpr float kBeam = 0.7F;                      ///< one beam over a wall is a level line
+
+struct Voxel {
+  float height_m = 0;  ///< of its points above the ground
+  Shape shape = Shape::foliage;
+};
+
+/// One scan line over a surface tells no more than its direction.
+bool isOneBeam(const Spread& spread) { return spread.linear > kBeam && spread.axis_z < 0.5F; }
+
+Shape shapeOf(const Spread& spread, float height_m, bool ground_below) {
+  if (spread.planar > kPlanar && spread.normal_z < kUpright) return Shape::wall;
+  if (spread.linear > kLinear && spread.axis_z > kPlumb) return Shape::post;
+  if (spread.planar > kFlat && spread.normal_z > kLevel) {
+    if (height_m < kOverhead_m) return Shape::table;
+    return ground_below ? Shape::ceiling : Shape::roof;
+  }
+  return Shape::foliage;
+}
+
+/// Labels in progress: what stands on the ground, in voxels.
+class Standing {
+ public:
+  Standing(const pcl::PointCloud<Point>& points, const GroundField& ground) : voxels_(kVoxel_m) {
+    std::vector<float> heights;
+    voxel_of_.assign(points.size(), kOnGround);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const Point& p = points[i];
+      const float height = p.z - ground.heightAt(p.x, p.y);
+      if (height < kOnGround_m) continue;
+      const std::size_t v = voxels_.add(p.getVector3fMap().cast<double>());
+      if (v == heights.size()) heights.push_back(0);
+      heights[v] += height;
+      voxel_of_[i] = static_cast<std::int32_t>(v);
+    }
+    voxels_.finish();
+    found_.resize(voxels_.size());
+    for (std::size_t v = 0; v < found_.size(); ++v) {
+      const PointSums& sums = voxels_.points(v);
+      found_[v].height_m = heights[v] / static_cast<float>(sums.count);
+      const Eigen::Vector3d mean = sums.sum / sums.count;
+      const bool ground_below =
+          ground.isSeenAt(static_cast<float>(mean.x()), static_cast<float>(mean.y()));
+      found_[v].shape = judge(v, ground_below);
+    }
+    smooth();
+    findLowThings();
+  }
+
+  Shape of(std::size_t point) const {
+    return voxel_of_[point] < 0 ? Shape::ground : found_[voxel_of_[point]].shape;
+  }
+
+ private:
+  static constexpr std::int32_t kOnGround = -1;
+
+  /// By the smallest neighbourhood that tells.
+  Shape judge(std::size_t voxel, bool ground_below) {
+    for (int level = 0; level < ShapeVoxels::kLevels; ++level) {
+      ShapeVoxels::Neighbourhood& here = voxels_.around(voxel, level);
+      if (here.around.count < kFewestPoints[level]) continue;
+      if (!here.spread) here.spread = spreadOf(here.around);
+      if (isOneBeam(*here.spread)) continue;
+      return shapeOf(*here.spread, found_[voxel].height_m, ground_below);
+    }
+    return Shape::foliage;
+  }
+
+  /// What most points around say, but posts, which are thin, stay.
+  void smooth() {
+    std::vector<Shape> smoothed(found_.size());
+    for (std::size_t v = 0; v < found_.size(); ++v) {
+      smoothed[v] = found_[v].shape;
+      if (smoothed[v] == Shape::post) continue;
+      std::array<double, kShapes> votes{};
+      for (int i = 0; i < 27; ++i) {
+        const std::int32_t j = voxels_.find(voxels_.key(v).at(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1));
+        if (j < 0) continue;
+        const auto other = static_cast<std::size_t>(j);
+        votes[static_cast<std::size_t>(found_[other].shape)] += voxels_.points(other).count;
+      }
+      const auto own = static_cast<std::size_t>(smoothed[v]);
+      const auto most = std::max_element(votes.begin(), votes.end());
+      if (*most > votes[own]) smoothed[v] = static_cast<Shape>(most - votes.begin());
+    }
+    for (std::size_t v = 0; v < found_.size(); ++v) found_[v].shape = smoothed[v];
+  }
+
+  void findLowThings();
+
+  ShapeVoxels voxels_;
+  std::vector<Voxel> found_;
+  std::vector<std::int32_t> voxel_of_;  ///< of each point
+};
+
+constexpr double kColumn_m = 0.5;
+constexpr float kLowest_m = 0.9F, kHighest_m = 2.3F;    ///< top of a vehicle
+constexpr double kSmallest_m2 = 1.5, kLargest_m2 = 14;  ///< of what is seen of it from above
+
+/// Columns that touch one another, as low and as large as a vehicle.
+void Standing::findLowThings() {
+  CellIndex columns;
+  std::vector<float> tops;
+  std::vector<std::int32_t> column_of(found_.size());
+  for (std::size_t v = 0; v < found_.size(); ++v) {
+    const Eigen::Vector3d mean = voxels_.points(v).sum / voxels_.points(v).count;
+    column_of[v] =
+        columns.findOrAdd(floorToInt(mean.x() / kColumn_m), floorToInt(mean.y() / kColumn_m));
+    if (static_cast<std::size_t>(column_of[v]) == tops.size()) tops.push_back(0);
+    tops[column_of[v]] = std::max(tops[column_of[v]], found_[v].height_m);
+  }
+  std::vector<std::uint8_t> seen(columns.size(), 0), is_low(columns.size(), 0);
+  std::vector<std::int32_t> piece;
+  for (std::size_t start = 0; start < columns.size(); ++start) {
+    if (seen[start]) continue;
+    seen[start] = 1;
+    piece.assign(1, static_cast<std::int32_t>(start));
+    float top = 0;
+    for (std::size_t k = 0; k < piece.size(); ++k) {
+      top = std::max(top, tops[piece[k]]);
+      const CellIndex::Cell cell = columns.cells()[piece[k]];
+      for (int i = 0; i < 9; ++i) {
+        const std::int32_t j = columns.find(cell.x + i % 3 - 1, cell.y + i / 3 - 1);
+        if (j < 0 || seen[j]) continue;
+        seen[j] = 1;
+        piece.push_back(j);
+      }
+    }
+    const double area = static_cast<double>(piece.size()) * kColumn_m * kColumn_m;
+    if (top < kLowest_m || top > kHighest_m || area < kSmallest_m2 || area > kLargest_m2) continue;
+    for (const std::int32_t c : piece) is_low[c] = 1;
+  }
+  for (std::size_t v = 0; v < found_.size(); ++v) {
+    if (is_low[column_of[v]]) found_[v].shape = Shape::low_thing;
+  }
+}
+
+}  // namespace
+
+void labelByShape(pcl::PointCloud<Point>& points) {
+  if (points.empty()) return;
+  const GroundField ground(points);
+  const Standing standing(points, ground);
+  for (std::size_t i = 0; i < points.size(); ++i)
+    points[i].label = static_cast<std::uint32_t>(standing.of(i));
+}
+
+}  // namespace xview::label

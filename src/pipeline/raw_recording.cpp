@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "xview/raw_recording.h"
+
+#include <algorithm>
+#include <initializer_list>
+#include <mutex>
+#include <optional>
+#include <utility>
+
+#include "xview/graph/smooth_depth.h"
+#include "xview/types/forwarding_source.h"
+
+namespace xview {
+namespace {
+
+constexpr std::size_t kFramesToLookAt = 3;
+constexpr double kKnownWell_m = 0.05;     ///< depths with less noise are not smoothed
+constexpr double kNoiseOfAverages = 0.2;  ///< what is left of the noise where a plane was found
+
+/// Depths whose noise no longer hides shapes: without labels all pixels may share a plane.
+DepthImage smoothed(const DepthImage& depth, double noise) {
+  DepthImage smooth = depth;
+  if (graph::isNoiseOfPixels(noise, depth))
+    graph::smoothDepth(smooth, LabelImage(depth.width, depth.height, 1), noise, kKnownWell_m);
+  return smooth;
+}
+
+/// The measurements of a camera frame, turned upright, and the pixels that they are of.
+struct PixelPoints {
+  pcl::PointCloud<Point> points;
+  std::vector<std::size_t> pixels;
+};
+
+PixelPoints pointsOf(const Frame& frame, const Eigen::Matrix3d& R_up_sensor,
+                     const graph::LiftOptions& options) {
+  const double noise = graph::inverseDepthNoise(frame.depth);
+  const double farthest = graph::maxRange(frame, options);
+  const DepthImage depth = smoothed(frame.depth, noise);
+  PixelPoints result;
+  for (int v = 0; v < depth.height; ++v) {
+    for (int u = 0; u < depth.width; ++u) {
+      const double z = depth.at(u, v);
+      if (!(z > 0) || !(z < farthest)) continue;
+      const Eigen::Vector3d p = frame.camera.unproject(u, v, z);
+      const double range = p.norm();
+      if (range > farthest) continue;
+      Point point;
+      point.getVector3fMap() = (R_up_sensor * p).cast<float>();
+      const bool is_average = depth.at(u, v) != frame.depth.at(u, v);
+      point.sigma = static_cast<float>((is_average ? kNoiseOfAverages : 1) * noise * range * range);
+      result.points.push_back(point);
+      result.pixels.push_back(static_cast<std::size_t>(v) * depth.width + u);
+    }
+  }
+  return result;
+}
+
+void labelImage(const Eigen::Matrix3d& R_up_sensor, const graph::LiftOptions& options,
+                Frame& frame) {
+  PixelPoints seen = pointsOf(frame, R_up_sensor, options);
+  label::labelByShape(seen.points);
+  frame.label = LabelImage(frame.depth.width, frame.depth.height);
+  for (std::size_t i = 0; i < seen.pixels.size(); ++i)
+    frame.label.pixels[seen.pixels[i]] = static_cast<std::uint16_t>(seen.points[i].label);
+}
+
+void labelCloud(const Eigen::Matrix3d& R_up_sensor, LabelledCloud& cloud) {
+  pcl::PointCloud<Point> turned = cloud.points;
+  const Eigen::Matrix3f R = R_up_sensor.cast<float>();
+  for (Point& point : turned) point.getVector3fMap() = R * point.getVector3fMap();
+  label::labelByShape(turned);
+  for (std::size_t i = 0; i < turned.size(); ++i) cloud.points[i].label = turned[i].label;
+}
+
+/// What a thing of this kind looks like to somebody who knows shapes only.
+label::Shape shapeOf(Kind kind) {
+  if (isGround(kind)) return label::Shape::ground;
+  if (isPoleLike(kind) || kind == Kind::trunk) return label::Shape::post;
+  switch (kind) {
+    case Kind::building:
+    case Kind::fence:
+    case Kind::other_surface:
+      return label::Shape::wall;
+    case Kind::vehicle:
+      return label::Shape::low_thing;
+    case Kind::none:
+      return label::Shape::none;
+    default:
+      return label::Shape::foliage;
+  }
+}
+
+/// Moves the samples of channels to those that the shapes feed; those of lines between grounds go.
+void mergeChannels(PlanView& plan) {
+  const auto move = [&](Channel from, std::initializer_list<Channel> targets) {
+    const std::vector<PlanSample> samples = std::exchange(plan[from], {});
+    for (const Channel to : targets) {
+      plan[to].insert(plan[to].end(), samples.begin(), samples.end());
+      std::sort(plan[to].begin(), plan[to].end(), inRowOrder<PlanSample>);
+    }
+  };
+  for (const Channel ground : {Channel::sidewalk, Channel::terrain}) move(ground, {Channel::road});
+  for (const Channel upright : {Channel::fence, Channel::other_surface})
+    move(upright, {Channel::building, Channel::wall_foot});
+  for (const Channel thin : {Channel::sign, Channel::light}) move(thin, {Channel::pole});
+  move(Channel::trunk, {Channel::pole, Channel::pole_like});
+  for (const Channel gone :
+       {Channel::lane_marking, Channel::border_road_sidewalk, Channel::border_sidewalk_terrain,
+        Channel::border_road_terrain, Channel::other_object})
+    move(gone, {});
+}
+
+class ShapeLabelled final : public ForwardingSource {
+ public:
+  ShapeLabelled(std::unique_ptr<FrameSource> source, LabelSet shapes,
+                const graph::LiftOptions& lift)
+      : ForwardingSource(*source),
+        source_(std::move(source)),
+        shapes_(std::move(shapes)),
+        lift_(lift) {}
+
+  const LabelSet& labels() const override { return shapes_; }
+
+  Frame read(std::size_t index) const override {
+    if (std::optional<Frame> kept = takeKept()) return *std::move(kept);
+    Frame frame = source_->read(index);
+    const Eigen::Matrix3d R_up_sensor = frame.T_odom_sensor.linear();
+    if (frame.sensor == Sensor::camera)
+      labelImage(R_up_sensor, lift_, frame);
+    else
+      labelCloud(R_up_sensor, frame.cloud);
+    frame.instance = {};
+    for (Point& point : frame.cloud.points) point.instance = 0;
+    return frame;
+  }
+
+  ShapeShares look() {
+    ShapeShares shares{};
+    const std::size_t frames = std::min(kFramesToLookAt, size());
+    for (std::size_t i = 0; i < frames; ++i) {
+      Frame frame = read(i * size() / frames);
+      for (const std::uint16_t label : frame.label.pixels) shares[label] += label > 0;
+      for (const Point& point : frame.cloud.points) shares[point.label] += 1;
+      if (size() == 1) kept_ = std::move(frame);  // a cloud may be all that memory holds
+    }
+    double sum = 0;
+    for (const double share : shares) sum += share;
+    for (double& share : shares) share /= std::max(1.0, sum);
+    return shares;
+  }
+
+ private:
+  std::optional<Frame> takeKept() const {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return std::exchange(kept_, std::nullopt);
+  }
+
+  std::unique_ptr<FrameSource> source_;
+  LabelSet shapes_;
+  graph::LiftOptions lift_;
+  mutable std::mutex mutex_;
+  mutable std::optional<Frame> kept_;  ///< the only frame, until somebody reads it
+};
+
+}  // namespace
+
+std::unique_ptr<FrameSource> withShapeLabels(std::unique_ptr<FrameSource> source, LabelSet shapes,
+                                             const graph::LiftOptions& lift, ShapeShares* shares) {
+  auto labelled = std::make_unique<ShapeLabelled>(std::move(source), std::move(shapes), lift);
+  if (shares) *shares = labelled->look();
+  return labelled;
+}
+
+void reduceToShapes(const LabelSet& shapes, Place& place) {
+  const auto shapeOfClass = [&](std::uint32_t label) {
+    return static_cast<std::uint32_t>(shapeOf(place.labels.kind(label)));
+  };
+  for (Point& point : place.cloud.points) point.label = shapeOfClass(point.label);
+  for (Vertex& vertex : place.graph.vertices) vertex.label = shapeOfClass(vertex.label);
+  mergeChannels(place.plan);
+  place.labels = shapes;
+}
+
+}  // namespace xview
