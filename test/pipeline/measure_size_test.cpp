@@ -7,6 +7,7 @@
 
 #include "pipeline/simulated_drive.h"
 #include "xview/map/map_store.h"
+#include "xview/search/likelihoods.h"
 #include "xview/types/error.h"
 #include "xview/types/forwarding_source.h"
 
@@ -43,7 +44,8 @@ Options ofSize(const std::string& size) {
 /// A window of the drive back through a model of the town, in the model's map.
 Localization answerInModel(double size, const map::SemanticMap& map) {
   const ModelDrive rear(*simulatedDrive().sessions.at("rear"), size);
-  const Options options = ofSize(sizeText(map.size));
+  Options options = ofSize(sizeText(map.size));
+  options.places.likelihoods = search::kRooms;  // else those of the size
   const std::vector<FrameDigest> frames = digestRecording(rear, options);
   const Query query = makeQuery(frames.data() + 5, frames.data() + 45, map.labels, options);
   return Localizer(map, options).localize(query);
