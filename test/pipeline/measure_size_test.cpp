@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cstdio>
+#include <utility>
 
 #include "pipeline/simulated_drive.h"
 #include "xview/map/map_store.h"
@@ -85,12 +86,12 @@ TEST(MeasuredSizes, AMapKeepsItsSizeInItsFile) {
 
 TEST(MeasuredSizes, RecordingsAndGraphsTellTheirSize) {
   const FrameSource& forward = *simulatedDrive().sessions.at("forward");
-  for (const double size : {kTown, kRoom, kDesk}) {
-    const ModelDrive drive(forward, size);
+  for (const auto [factor, size] : {std::pair(1., kTown), {0.25, kRoom}, {1. / 32, kDesk}}) {
+    const ModelDrive drive(forward, factor);
     EXPECT_EQ(measureSize(std::vector<const FrameSource*>{&drive}).size, size)
         << measureSize(std::vector<const FrameSource*>{&drive}).reason;
     SemanticGraph graph = simulatedDrive().map.graph;
-    scaleLengths(size, graph);
+    scaleLengths(factor, graph);
     EXPECT_EQ(measureSize(graph).size, size) << measureSize(graph).reason;
   }
   EXPECT_EQ(measureSize(SemanticGraph()).size, kTown);
