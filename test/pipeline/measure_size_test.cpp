@@ -4,9 +4,11 @@
 #include <gtest/gtest.h>
 
 #include <cstdio>
+#include <utility>
 
 #include "pipeline/simulated_drive.h"
 #include "xview/map/map_store.h"
+#include "xview/search/likelihoods.h"
 #include "xview/types/error.h"
 #include "xview/types/forwarding_source.h"
 
@@ -43,7 +45,8 @@ Options ofSize(const std::string& size) {
 /// A window of the drive back through a model of the town, in the model's map.
 Localization answerInModel(double size, const map::SemanticMap& map) {
   const ModelDrive rear(*simulatedDrive().sessions.at("rear"), size);
-  const Options options = ofSize(sizeText(map.size));
+  Options options = ofSize(sizeText(map.size));
+  options.places.likelihoods = search::kRooms;  // else those of the size
   const std::vector<FrameDigest> frames = digestRecording(rear, options);
   const Query query = makeQuery(frames.data() + 5, frames.data() + 45, map.labels, options);
   return Localizer(map, options).localize(query);
@@ -83,12 +86,12 @@ TEST(MeasuredSizes, AMapKeepsItsSizeInItsFile) {
 
 TEST(MeasuredSizes, RecordingsAndGraphsTellTheirSize) {
   const FrameSource& forward = *simulatedDrive().sessions.at("forward");
-  for (const double size : {kTown, kRoom, kDesk}) {
-    const ModelDrive drive(forward, size);
+  for (const auto [factor, size] : {std::pair(1., kTown), {0.25, kRoom}, {1. / 32, kDesk}}) {
+    const ModelDrive drive(forward, factor);
     EXPECT_EQ(measureSize(std::vector<const FrameSource*>{&drive}).size, size)
         << measureSize(std::vector<const FrameSource*>{&drive}).reason;
     SemanticGraph graph = simulatedDrive().map.graph;
-    scaleLengths(size, graph);
+    scaleLengths(factor, graph);
     EXPECT_EQ(measureSize(graph).size, size) << measureSize(graph).reason;
   }
   EXPECT_EQ(measureSize(SemanticGraph()).size, kTown);
