@@ -3,16 +3,16 @@
 """Answers of localize in many simulated worlds, one line each, with their evidence and whether they are right.
 
 Worlds of five styles with labels of several qualities, from as many seeds as are asked for, are mapped. Windows of
-several lengths of their other sessions, of a place elsewhere and of the next seed's world are localized. The table is
-what `xview learn --verdict` fits the confidence to. Worlds and runs are kept in --work, so that a run that was broken
-off goes on where it stopped; the table is written anew after every world.
+several lengths of their other sessions, of a place elsewhere and of the next seed's world are localized. The table
+shows how far the confidence can be trusted, a summary of it is printed, and `xview learn --verdict` can be fed with
+the answers themselves (--answers). Worlds and runs are kept in --work, so that a check that was broken off goes on
+where it stopped; the table is written anew after every world.
 """
 import argparse
 import csv
-import hashlib
 import io
+import json
 import math
-import subprocess
 import sys
 from collections import namedtuple
 from concurrent.futures import ThreadPoolExecutor
@@ -119,8 +119,32 @@ def lines_of(world, folders, runner, arguments):
         if run is None:
             print(f"{name_of(world)} cannot be mapped: {mapped['said']}", file=sys.stderr)
             return lines
-        lines += [line_of(world, session, metres, a, part.truth) for a in run["answers"] if a["status"] != "error"]
+        answers = [a for a in run["answers"] if a["status"] != "error"]
+        lines += [line_of(world, session, metres, a, part.truth) for a in answers]
+        if arguments.answers:
+            with open(arguments.answers / f"{name_of(world)}.jsonl", "a") as file:
+                file.writelines(json.dumps(answer) + "\n" for answer in answers)
     return lines
+
+
+BANDS = (0, 0.5, 0.9, 0.98, 0.999, 1.0001)  # Of confidence.
+
+
+def summary(lines):
+    """Whether answers are right as often as they say, and what is accepted, by style and quality."""
+    for low, high in zip(BANDS, BANDS[1:]):
+        band = [line for line in lines if low <= line["confidence"] < high]
+        if band:
+            said, right = (sum(line[key] for line in band) / len(band) for key in ("confidence", "right"))
+            yield (f"confidence {low:5.3f} to {min(high, 1):5.3f}: {len(band):5d} answers say {said:.3f}, "
+                   f"{right:.3f} are right")
+    for style, quality in sorted({(line["style"], line["quality"]) for line in lines}):
+        here = [line for line in lines if (line["style"], line["quality"]) == (style, quality)]
+        own, strangers = ([line for line in here if line["stranger"] == kind] for kind in (0, 1))
+        accepted = [line for line in own if line["status"] == "accepted"]
+        yield (f"{style} {quality:g}: {len(own)} windows, {sum(line['right'] for line in own)} right, {len(accepted)} "
+               f"accepted, of these {sum(not line['right'] for line in accepted)} wrong; {len(strangers)} strangers, "
+               f"{sum(line['status'] == 'accepted' for line in strangers)} accepted")
 
 
 def save(file, lines):
@@ -145,7 +169,10 @@ def main():
     add("--qualities", type=float, nargs="+", default=QUALITIES)
     add("--windows", type=int, default=6, help="of each length and session; default 6")
     add("--jobs", type=int, default=2, help="worlds at a time, of one thread each; default 2")
+    add("--answers", type=Path, metavar="DIR", help="a new folder for the answers, one .jsonl per world")
     arguments = parser.parse_args()
+    if arguments.answers:
+        arguments.answers.mkdir(parents=True)
     arguments.program, arguments.work = arguments.program.resolve(), arguments.work.resolve()
     runner = Runner(arguments.program, arguments.work)
     chosen = [World(style, seed, quality) for seed in arguments.seeds for quality in arguments.qualities
@@ -161,6 +188,7 @@ def main():
             lines += found
             save(arguments.table, lines)
             print(f"{name_of(world)}: {len(lines)} lines", file=sys.stderr)
+    print(*summary(lines), sep="\n")
 
 
 if __name__ == "__main__":

@@ -217,6 +217,8 @@ class SelfSearch {
     verify::Evidence e;
     e.score = result.self;
     e.runner_up = result.wrong;
+    e.third = result.next_wrong;
+    e.travel_m = hasWay() ? window_m : 0;
     e.expected = truth.expected;
     e.known_share = truth.known_share;
     result.sure = verify::judge(e, options_.verdict).status == Status::accepted;
