@@ -16,16 +16,12 @@ bool tellsShape(Kind kind) { return kind < Kind::other_object; }
 
 /// What else a kind may be called in a set that is coarser, nearest first: lane markings are part
 /// of the road, trunks of the trees. The other way round nothing is known: a tree is no trunk.
+/// Ground of one kind does not stand in for another: a verge taken for a road speaks against the
+/// right place, one that is left out does not.
 std::vector<Kind> standInsFor(Kind kind) {
   switch (kind) {
-    case Kind::road:
-      return {Kind::terrain, Kind::sidewalk};
-    case Kind::sidewalk:
-      return {Kind::terrain, Kind::road};
-    case Kind::terrain:
-      return {Kind::sidewalk, Kind::road};
     case Kind::lane_marking:
-      return {Kind::road, Kind::terrain, Kind::sidewalk};
+      return {Kind::road};
     case Kind::fence:
       return {Kind::building};
     case Kind::trunk:

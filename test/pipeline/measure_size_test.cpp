@@ -86,7 +86,7 @@ TEST(MeasuredSizes, AMapKeepsItsSizeInItsFile) {
 
 TEST(MeasuredSizes, RecordingsAndGraphsTellTheirSize) {
   const FrameSource& forward = *simulatedDrive().sessions.at("forward");
-  for (const auto [factor, size] : {std::pair(1., kTown), {0.25, kRoom}, {1. / 32, kDesk}}) {
+  for (const auto& [factor, size] : {std::pair(1., kTown), {0.25, kRoom}, {1. / 32, kDesk}}) {
     const ModelDrive drive(forward, factor);
     EXPECT_EQ(measureSize(std::vector<const FrameSource*>{&drive}).size, size)
         << measureSize(std::vector<const FrameSource*>{&drive}).reason;

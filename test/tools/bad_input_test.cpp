@@ -227,7 +227,8 @@ TEST_F(BadInput, MapOfAnotherLabelSet) {
   writeText(sequence_ + "/classes.yaml",
             "- {id: 0, name: void}\n- {id: 2, name: road}\n- {id: 3, name: pole}\n- {id: 7, name: "
             "building}\n");
-  expectFailure({"localize", "-q", "--json", sequence_, map_}, "label");
+  const Outcome outcome = runXview({"localize", "-q", "--json", sequence_, map_});
+  EXPECT_TRUE(outcome.code == 0 || outcome.code == 3) << "classes meet by name: " << outcome.err;
 }
 
 TEST_F(BadInput, OutputFolderDoesNotExist) {

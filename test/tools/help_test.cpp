@@ -8,8 +8,8 @@
 namespace xview::test {
 namespace {
 
-const std::vector<std::string> kCommands{"simulate", "info",  "label", "lift",     "blobs",
-                                         "graph",    "map",   "match", "localize", "evaluate",
+const std::vector<std::string> kCommands{"simulate", "info",  "label", "lift",      "blobs",
+                                         "graph",    "map",   "match", "localize",  "evaluate",
                                          "fuse",     "learn", "view",  "lookalikes"};
 
 TEST(Help, ListsEveryCommand) {

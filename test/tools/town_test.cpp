@@ -257,9 +257,9 @@ TEST_F(TinyTown, AnswerHasTheKeysOfTheContractInOrder) {
   std::vector<std::string> keys;
   for (const auto& [key, value] : answer.items()) keys.push_back(key);
   const std::vector<std::string> expected{
-      "query",       "status",   "reason",     "confidence", "witnesses", "statistics",
-      "T_map_query", "pose",     "covariance", "scale",      "gravity",   "gravity_reason",
-      "inliers",     "vertices", "matches",    "hypotheses", "timing_ms"};
+      "query",          "status",      "reason",   "confidence", "witnesses",  "statistics",
+      "size",           "T_map_query", "pose",     "covariance", "scale",      "gravity",
+      "gravity_reason", "inliers",     "vertices", "matches",    "hypotheses", "timing_ms"};
   EXPECT_EQ(keys, expected);
   EXPECT_EQ(answer["query"]["input"], town("rear"));
   EXPECT_EQ(answer["query"]["first_frame"], 0);
