@@ -126,7 +126,7 @@ void declareOptions(CLI::App& app, CommonFlags& common, bool listed) {
 
 void declareCommon(CLI::App& app, CommonFlags& common, bool list_options) {
   app.add_option("--config", common.configs,
-                 "options from a YAML file, or one of lidar, rgbd, paper/...; may be repeated")
+                 "options from a YAML file, or one of paper/...; may be repeated")
       ->group(kCommon)
       ->type_name("FILE")
       ->expected(1)
