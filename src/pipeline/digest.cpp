@@ -28,14 +28,8 @@ struct Trust {
   float half_m, reach_m, thin_m, gain;
 };
 
-/// Whether most voxels hold a single measurement, as in one scan; then one is as good as it gets.
-bool isSparse(const std::vector<std::uint32_t>& points_per_voxel) {
-  const auto single = std::count(points_per_voxel.begin(), points_per_voxel.end(), 1U);
-  return 2 * static_cast<std::size_t>(single) > points_per_voxel.size();
-}
-
-Trust trustOf(Sensor sensor, bool aerial, bool sparse) {
-  if (sensor == Sensor::cloud) return {INFINITY, INFINITY, INFINITY, sparse ? 2.F : 1.F};
+Trust trustOf(Sensor sensor, bool aerial) {
+  if (sensor == Sensor::cloud) return {INFINITY, INFINITY, INFINITY, 1};
   if (sensor == Sensor::lidar) return {40, 50, 60, 2};
   return aerial ? Trust{60, 90, 90, 1} : Trust{10, 30, 25, 1};
 }
@@ -44,7 +38,7 @@ Trust trustOf(Sensor sensor, bool aerial, bool sparse) {
 /// range.
 void castVotes(const Frame& frame, const std::vector<std::uint32_t>& points_per_voxel,
                FrameDigest& digest) {
-  const Trust trust = trustOf(frame.sensor, digest.aerial, isSparse(points_per_voxel));
+  const Trust trust = trustOf(frame.sensor, digest.aerial);
   const float density = frame.sensor == Sensor::camera
                             ? kReferenceFocal * kReferenceFocal /
                                   static_cast<float>(frame.camera.fx * frame.camera.fy)
