@@ -58,6 +58,13 @@ std::unique_ptr<FrameSource> openWithLabels(const std::string& path,
   return source;
 }
 
+/// In a map from shapes classes come from shapes, whatever labels the query has.
+io::InputOptions queryIn(const InputFlags& input, const LabelSet& map_labels) {
+  io::InputOptions options = inputIn(input, map_labels);
+  if (map_labels.name() == kShapes) options.labels = kShapes;
+  return options;
+}
+
 /// Position of the first frame that is at most so many metres of travel before the last one.
 std::size_t firstWithin(const FrameSource& source, double length_m) {
   std::size_t first = source.size();
@@ -162,8 +169,7 @@ LabelledGraph readLabelledGraph(const std::string& path, const io::InputOptions&
   if (!guess.empty()) job.narrate.note(path + ": " + guess);
   io::GraphFile file = io::readGraph(path);
   if (!file.has_edges)
-    graph::connectByRadius(file.graph,
-                           atSize(job.options, sizeFor(job.options, file.graph)).edges);
+    graph::connectByRadius(file.graph, atSize(job.options, sizeFor(job.options, file.graph)).edges);
   LabelSet labels = labelsOfGraph(path, file.graph, file.labels, input, job.narrate);
   return {std::move(labels), std::move(file.graph)};
 }
@@ -216,8 +222,7 @@ QueryInput openQuery(const std::string& path, const InputFlags& input, const Job
                      const LabelSet& map_labels) {
   QueryInput result;
   result.path = path;
-  io::InputOptions options = inputIn(input, map_labels);
-  if (map_labels.name() == kShapes) options.labels = kShapes;  // whatever labels it has
+  const io::InputOptions options = queryIn(input, map_labels);
   switch (io::recogniseInput(path, options)) {
     case io::InputKind::map:
       result.whole = std::make_unique<Query>(
@@ -249,8 +254,7 @@ QueryInput readQuery(const std::string& path, const InputFlags& input, const Job
   if (result.used_from > 0) {
     job.narrate.note(
         fmt::format("{}: its last {:g} m tell where it ends (--last)", source->name(), last_m));
-    io::InputOptions end = inputIn(input, map_labels);
-    if (map_labels.name() == kShapes) end.labels = kShapes;
+    io::InputOptions end = queryIn(input, map_labels);
     end.frames.begin += result.used_from * end.frames.step;
     source = openPlaceInput(path, end, job);
   }

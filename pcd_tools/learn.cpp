@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <map>
 
 #include "answer.h"
 #include "doubts.h"
@@ -86,11 +87,12 @@ class LearnCommand final : public Command {
  private:
   ExitCode learnVerdict(const Job& job) const {
     io::AtomicFile out(job.operands.back());
+    Truths truths;
     std::vector<verify::JudgedStatistics> judged;
     for (std::size_t i = 0; i + 1 < job.operands.size(); ++i) {
       for (const Answer& answer : readAnswers(job.operands[i])) {
         if (answer.fix.hypotheses.empty()) continue;
-        const double error_m = errorOf(answer);
+        const double error_m = truths.errorOf(answer);
         if (error_m > right_m_ && error_m <= wrong_m_) continue;
         judged.push_back({answer.fix.statistics, error_m <= right_m_});
       }
@@ -104,18 +106,28 @@ class LearnCommand final : public Command {
     return kDone;
   }
 
-  /// Infinite for a recording without true poses, which is from elsewhere.
-  static double errorOf(const Answer& answer) {
-    const std::string file = truthBeside(answer.input);
-    if (file.empty()) return INFINITY;
-    const std::vector<io::StampedPose> poses = io::readPoses(file);
-    const auto at = answer.frames == poses.size() ? answer.last_index
-                                                  : static_cast<std::size_t>(answer.last_frame);
-    if (at >= poses.size())
-      throw Error(file, fmt::format("expected a pose of frame {} of {}, found {} poses",
-                                    answer.last_frame, answer.input, poses.size()));
-    return (poses[at].T_frame_sensor.translation() - answer.fix.T_map_sensor.translation()).norm();
-  }
+  /// The true poses of recordings, each file read once.
+  class Truths {
+   public:
+    /// Infinite for a recording without true poses, which is from elsewhere.
+    double errorOf(const Answer& answer) {
+      const auto [known, is_new] = poses_.try_emplace(answer.input);
+      const std::string file = truthBeside(answer.input);
+      if (is_new && !file.empty()) known->second = io::readPoses(file);
+      if (file.empty()) return INFINITY;
+      const std::vector<io::StampedPose>& poses = known->second;
+      const auto at = answer.frames == poses.size() ? answer.last_index
+                                                    : static_cast<std::size_t>(answer.last_frame);
+      if (at >= poses.size())
+        throw Error(file, fmt::format("expected a pose of frame {} of {}, found {} poses",
+                                      answer.last_frame, answer.input, poses.size()));
+      return (poses[at].T_frame_sensor.translation() - answer.fix.T_map_sensor.translation())
+          .norm();
+    }
+
+   private:
+    std::map<std::string, std::vector<io::StampedPose>> poses_;
+  };
 
   /// Empty if there is none.
   static std::string truthBeside(const std::string& recording) {

@@ -55,6 +55,9 @@ double correspondenceOdds(const Evidence& e) {
          (n - k) * std::log((1 - kKeptIfTrue) / (1 - by_chance));
 }
 
+/// How much closer than by chance upright things lie on their like, above even odds.
+double excessOf(const Statistics& s) { return s.dense - s.by_chance - kEvenExcess; }
+
 double placeOdds(const Statistics& s, const VerdictModel& model) {
   const auto terms = termsOf(s);
   const double* weights = s.registered ? model.registered.data() : model.alone.data();
@@ -136,8 +139,7 @@ class Reason {
 bool oneOfSeveral(const Evidence& e, Statistics s, const VerdictOptions& o,
                   const VerdictModel& model) {
   if (!e.rivalIsClose()) return false;
-  const bool fits =
-      s.agreement >= kLikeTrue && (!s.registered || s.dense - s.by_chance >= kEvenExcess);
+  const bool fits = s.agreement >= kLikeTrue && (!s.registered || excessOf(s) >= 0);
   s.lead = leadOver(fits ? 0 : e.third, e);
   s.rival = 0;
   return confidenceOf(placeOdds(s, model) + denseOdds(s, model)) >= o.min_confidence;
@@ -176,7 +178,7 @@ std::array<double, kTerms> termsOf(const Statistics& s) {
   terms[kFailed] = !s.settled;
   terms[kViews] = s.settled && s.views;
   if (!s.settled) return terms;
-  double excess = s.dense - s.by_chance - kEvenExcess;
+  double excess = excessOf(s);
   if (excess > 0) excess = std::min(kMostExcess, excess - std::max(0.0, s.rival - kEvenExcess));
   terms[kExcess] = excess;
   return terms;

@@ -15,12 +15,8 @@
 namespace xview::test {
 namespace {
 
-TEST(KittiStreet, ALaterScanIsFoundAndOneFromElsewhereRefused) {
-  XVIEW_REQUIRE_DATA(kitti, "kitti00");
-  const TemporaryFolder folder;
-  const std::string map = folder / "street.xvm";
-  outputOf({"map", "--quiet", kitti + "/map", map});
-  const std::string answers = localize({kitti + "/query_4501", kitti + "/negative_850", map});
+/// The first of two answers is the later scan, where it was, the other one from elsewhere.
+void expectFoundAndRefused(const std::string& kitti, const std::string& answers) {
   ASSERT_EQ(lineCount(answers), 2u);
   const std::size_t second = answers.find('\n') + 1;
   const Tally found =
@@ -30,6 +26,15 @@ TEST(KittiStreet, ALaterScanIsFoundAndOneFromElsewhereRefused) {
   const Tally refused = tallyOfStrangers(answers.substr(second));
   EXPECT_EQ(refused.windows, 1u);
   EXPECT_EQ(refused.accepted, 0u) << refused.reasons;
+}
+
+TEST(KittiStreet, ALaterScanIsFoundAndOneFromElsewhereRefused) {
+  XVIEW_REQUIRE_DATA(kitti, "kitti00");
+  const TemporaryFolder folder;
+  const std::string map = folder / "street.xvm";
+  outputOf({"map", "--quiet", kitti + "/map", map});
+  const std::string answers = localize({kitti + "/query_4501", kitti + "/negative_850", map});
+  expectFoundAndRefused(kitti, answers);
 }
 
 /// A KITTI folder without its labels, made of links.
@@ -52,14 +57,7 @@ TEST(KittiStreet, ALaterScanIsFoundWithoutLabels) {
   for (const std::string& answers :
        {localize({raw, raw_stranger, map}), localize({raw, raw_stranger, labelled_map}),
         localize({kitti + "/query_4501", kitti + "/negative_850", map})}) {
-    ASSERT_EQ(lineCount(answers), 2u);
-    const std::size_t second = answers.find('\n') + 1;
-    const Tally found =
-        tallyOf(answers.substr(0, second), positionsIn(kitti + "/query_4501/truth.txt"), 0.1);
-    EXPECT_EQ(found.accepted, 1u) << found.reasons;
-    EXPECT_EQ(found.wrong, 0u) << found.reasons;
-    const Tally refused = tallyOfStrangers(answers.substr(second));
-    EXPECT_EQ(refused.accepted, 0u) << refused.reasons;
+    expectFoundAndRefused(kitti, answers);
   }
 }
 
