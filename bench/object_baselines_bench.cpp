@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Other methods on the queries of place_search_bench.
+// Other methods on circles cut out of a graph of things, in another graph of the same frame.
 //
-//   object_baselines_bench [--sizes 3,9] [--noise perfect,medium,noisy] [--view rear,aerial]
-//                          [--methods search,walks,clique,triangles,fpfh] [--queries 50]
-//                          [--length 60] [--seed 7]
+//   object_baselines_bench CLASSES.yaml MAP.ply QUERY.ply [--methods search,walks,...]
+//                          [--radius 200] [--queries 50] [--seed 7]
+//
+// For each method the share of circles placed within 5 and 20 m, and the median CPU time.
 #include <fmt/core.h>
+#include <time.h>
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <iostream>
 #include <map>
 #include <sstream>
@@ -16,15 +17,16 @@
 #include <vector>
 
 #include "baselines/baseline.h"
-#include "object_town.h"
-#include "session.h"
+#include "xview/io/graph_files.h"
+#include "xview/io/label_files.h"
 #include "xview/search/search.h"
 #include "xview/types/error.h"
+#include "xview/types/pose.h"
+#include "xview/types/random.h"
 
 namespace {
 
 using namespace xview;
-using namespace xview::bench;
 
 class PlaceSearch final : public Baseline {
  public:
@@ -51,78 +53,82 @@ std::unique_ptr<Baseline> make(const std::string& method, const SemanticGraph& m
   throw UsageError("method " + method + ", must be search, walks, clique, triangles or fpfh");
 }
 
-TownNoise noiseNamed(const std::string& name) {
-  if (name == "perfect") return TownNoise::perfect();
-  if (name == "medium") return TownNoise::medium();
-  if (name == "noisy") return TownNoise::noisy();
-  throw UsageError("noise " + name + ", must be perfect, medium or noisy");
-}
-
-struct Row {
-  int asked = 0, within5 = 0, within20 = 0;
-  std::vector<double> ms;
+struct Query {
+  SemanticGraph graph;  ///< without edges, in a frame of its own
+  Eigen::Isometry3d T_map_query;
 };
 
-Row ask(const Baseline& method, const std::vector<TownQuery>& queries) {
-  Row row;
-  for (const TownQuery& q : queries) {
-    const double start = cpuMilliseconds();
-    const std::optional<Eigen::Isometry3d> T = method.localize(q.graph);
-    row.ms.push_back(cpuMilliseconds() - start);
-    ++row.asked;
-    if (!T) continue;
-    const double error = (*T * q.last_in_query - q.last_in_map).head<2>().norm();
-    row.within5 += error <= 5;
-    row.within20 += error <= 20;
+/// What stands around random vertices, moved and turned; circles with few vertices are left out.
+std::vector<Query> cutCircles(const SemanticGraph& graph, double radius_m, std::size_t count,
+                              std::uint64_t seed) {
+  constexpr std::size_t kFewest = 20;
+  Random random(seed);
+  std::vector<Query> queries;
+  for (std::size_t tries = 0; queries.size() < count && tries < 100 * count; ++tries) {
+    const auto chosen = random.below(static_cast<std::uint32_t>(graph.size()));
+    const Eigen::Vector3d middle = graph.vertices[chosen].position;
+    Query query{{}, poseFromYaw(middle, random.uniform(-M_PI, M_PI))};
+    for (Vertex v : graph.vertices) {
+      if ((v.position - middle).head<2>().norm() > radius_m) continue;
+      v.position = query.T_map_query.inverse() * v.position;
+      v.instance = 0;
+      query.graph.vertices.push_back(v);
+    }
+    query.graph.setEdges({});
+    if (query.graph.size() >= kFewest) queries.push_back(std::move(query));
   }
-  std::sort(row.ms.begin(), row.ms.end());
-  return row;
+  return queries;
 }
 
-void compare(std::map<std::string, std::string>& a, int size, const std::string& noise_name) {
-  const std::uint64_t seed = std::stoull(a["--seed"]);
-  const TownNoise noise = noiseNamed(noise_name);
-  const ObjectTown town(size, seed);
-  const SemanticGraph map = mapObjectTown(town, noise, {}, 1);
-  const LabelSet labels = objectTownLabels();
-  for (const std::string& view : words(a["--view"])) {
-    std::vector<TownQuery> queries;
-    for (int i = 0; i < std::stoi(a["--queries"]); ++i) {
-      queries.push_back(
-          queryObjectTown(town, noise, {}, view == "aerial" ? TownView::aerial : TownView::rear,
-                          std::stod(a["--length"]), seed * 100000 + static_cast<std::uint64_t>(i)));
-    }
-    for (const std::string& name : words(a["--methods"])) {
-      const Row row = ask(*make(name, map, labels), queries);
-      const double n = std::max(1, row.asked);
-      fmt::print("{:>8} {:<8} {:<7} {:<10} {:>6.1f} {:>6.1f} {:>9.1f}\n", map.size(), noise_name,
-                 view, name, 100 * row.within5 / n, 100 * row.within20 / n,
-                 row.ms.empty() ? 0.0 : row.ms[row.ms.size() / 2]);
-      std::cout.flush();
-    }
+double cpuMilliseconds() {
+  timespec t;
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+  return static_cast<double>(t.tv_sec) * 1e3 + static_cast<double>(t.tv_nsec) * 1e-6;
+}
+
+void ask(const std::string& name, const Baseline& method, const std::vector<Query>& queries) {
+  int within5 = 0, within20 = 0;
+  std::vector<double> ms;
+  for (const Query& q : queries) {
+    const double start = cpuMilliseconds();
+    const std::optional<Eigen::Isometry3d> T = method.localize(q.graph);
+    ms.push_back(cpuMilliseconds() - start);
+    if (!T) continue;
+    const double error = (T->translation() - q.T_map_query.translation()).head<2>().norm();
+    within5 += error <= 5;
+    within20 += error <= 20;
   }
+  std::sort(ms.begin(), ms.end());
+  const double n = static_cast<double>(queries.size()) / 100;
+  fmt::print("{:<10} {:>6.1f} {:>6.1f} {:>9.1f}\n", name, within5 / n, within20 / n,
+             ms[ms.size() / 2]);
+  std::cout.flush();
 }
 
 }  // namespace
 
 int main(int argc, char** argv) try {
-  std::map<std::string, std::string> a{{"--sizes", "3,9"},
-                                       {"--noise", "perfect,medium,noisy"},
-                                       {"--view", "rear,aerial"},
-                                       {"--methods", "search,walks,clique,triangles,fpfh"},
-                                       {"--queries", "50"},
-                                       {"--length", "60"},
-                                       {"--seed", "7"}};
-  for (int i = 1; i < argc; i += 2) {
-    if (a.count(argv[i]) == 0) throw UsageError(std::string("unknown argument ") + argv[i]);
+  std::map<std::string, std::string> flags{{"--methods", "search,walks,clique,triangles,fpfh"},
+                                           {"--radius", "200"},
+                                           {"--queries", "50"},
+                                           {"--seed", "7"}};
+  if (argc < 4) throw UsageError("needs CLASSES.yaml MAP.ply QUERY.ply");
+  for (int i = 4; i < argc; i += 2) {
+    if (flags.count(argv[i]) == 0) throw UsageError(std::string("unknown argument ") + argv[i]);
     if (i + 1 == argc) throw UsageError(std::string(argv[i]) + " needs a value");
-    a[argv[i]] = argv[i + 1];
+    flags[argv[i]] = argv[i + 1];
   }
-  fmt::print("{:>8} {:<8} {:<7} {:<10} {:>6} {:>6} {:>9}\n", "map", "noise", "view", "method",
-             "<=5m%", "<=20m%", "ms med");
-  for (const std::string& size : words(a["--sizes"])) {
-    for (const std::string& noise : words(a["--noise"])) compare(a, std::stoi(size), noise);
-  }
+  const LabelSet labels = io::readLabelSet(argv[1]);
+  const SemanticGraph map = io::readGraph(argv[2]).graph;
+  const std::vector<Query> queries =
+      cutCircles(io::readGraph(argv[3]).graph, std::stod(flags["--radius"]),
+                 std::stoul(flags["--queries"]), std::stoull(flags["--seed"]));
+  if (queries.empty()) throw Error(argv[3], "no circle has enough vertices");
+  fmt::print("{} vertices, {} circles\n{:<10} {:>6} {:>6} {:>9}\n", map.size(), queries.size(),
+             "method", "<=5m%", "<=20m%", "ms med");
+  std::istringstream methods(flags["--methods"]);
+  for (std::string name; std::getline(methods, name, ',');)
+    ask(name, *make(name, map, labels), queries);
   return 0;
 } catch (const std::exception& e) {
   std::cerr << "object_baselines_bench: " << e.what() << '\n';

@@ -58,10 +58,11 @@ struct PngHeader {
 /// stderr and believes any size in a header.
 PngHeader checkPng(const std::string& path, const std::vector<unsigned char>& bytes);
 
-/// The pixels of a sound PNG, colours in OpenCV's order B G R: the same as OpenCV's decoder in a
-/// quarter of the time (1.5 instead of 5.7 ms), which is most of what reading a recording costs.
-/// Grey, RGB and RGBA of 8 or 16 bits; an empty image if it is of another kind (interlaced,
-/// palette, transparent colour) or if its data cannot be unpacked.
+/// The pixels of a sound PNG, colours in OpenCV's order B G R. Own code because libraries take so
+/// much longer for what is most of reading a recording: 16-bit depth of 320x240 pixels 0.28 ms
+/// here, 1.06 ms with libspng 0.7.3, 1.07 ms with OpenCV; 8-bit labels 0.04, 0.10, 0.13 ms. Grey,
+/// RGB and RGBA of 8 or 16 bits; an empty image if it is of another kind (interlaced, palette,
+/// transparent colour) or if its data cannot be unpacked.
 cv::Mat decodePng(const PngHeader& header, const std::vector<unsigned char>& bytes);
 
 }  // namespace xview::io

@@ -21,23 +21,6 @@ Spread spreadOf(const PointSums& sums) {
           std::abs(axes.eigenvectors()(2, 2))};
 }
 
-void LatticeIndex::reserve(std::size_t keys) {
-  std::size_t size = 64;
-  while (size < 2 * keys) size *= 2;
-  slots_.assign(size, Slot());
-}
-
-std::size_t LatticeIndex::slotOf(LatticeKey key) const {
-  const std::size_t mask = slots_.size() - 1;
-  std::size_t i = key.hash() & mask;
-  while (slots_[i].number >= 0 && !(slots_[i].key == key)) i = (i + 1) & mask;
-  return i;
-}
-
-void LatticeIndex::add(LatticeKey key, std::int32_t number) { slots_[slotOf(key)] = {key, number}; }
-
-std::int32_t LatticeIndex::find(LatticeKey key) const { return slots_[slotOf(key)].number; }
-
 std::size_t ShapeVoxels::add(const Eigen::Vector3d& p) {
   const double scale = 1 / finest_m_;
   const LatticeKey key = LatticeKey::of(floorToInt(p.x() * scale), floorToInt(p.y() * scale),
@@ -65,11 +48,6 @@ void ShapeVoxels::finish() {
       coarse[parent].sums.add(fine[i].sums);
     }
   }
-  for (int level = 0; level < kLevels; ++level) {
-    index_[level].reserve(levels_[level].size());
-    for (std::size_t i = 0; i < levels_[level].size(); ++i)
-      index_[level].add(levels_[level][i].key, static_cast<std::int32_t>(i));
-  }
 }
 
 ShapeVoxels::Neighbourhood& ShapeVoxels::around(std::size_t voxel, int level) {
@@ -80,7 +58,7 @@ ShapeVoxels::Neighbourhood& ShapeVoxels::around(std::size_t voxel, int level) {
   if (here.is_summed) return here;
   here.is_summed = true;
   for (int i = 0; i < 27; ++i) {
-    const std::int32_t j = index_[level].find(here.key.at(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1));
+    const std::int32_t j = table.find(here.key.at(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1));
     if (j >= 0) here.around.add(table[static_cast<std::size_t>(j)].sums);
   }
   return here;

@@ -64,22 +64,6 @@ struct Spread {
 };
 Spread spreadOf(const PointSums& sums);
 
-/// Numbers by key, once all keys are known.
-class LatticeIndex {
- public:
-  void reserve(std::size_t keys);
-  void add(LatticeKey key, std::int32_t number);
-  std::int32_t find(LatticeKey key) const;  ///< or -1
-
- private:
-  struct Slot {
-    LatticeKey key;
-    std::int32_t number = -1;
-  };
-  std::size_t slotOf(LatticeKey key) const;
-  std::vector<Slot> slots_;  ///< a power of two of them, at most half of them used
-};
-
 /// Points in voxels of several sides, each twice the one before.
 class ShapeVoxels {
  public:
@@ -95,7 +79,7 @@ class ShapeVoxels {
   std::size_t size() const { return levels_[0].size(); }
   LatticeKey key(std::size_t voxel) const { return levels_[0][voxel].key; }
   const PointSums& points(std::size_t voxel) const { return levels_[0][voxel].sums; }
-  std::int32_t find(LatticeKey key) const { return index_[0].find(key); }
+  std::int32_t find(LatticeKey key) const { return levels_[0].find(key); }  ///< or -1
 
   /// The sums over the 27 voxels around one at a level.
   struct Neighbourhood {
@@ -112,7 +96,6 @@ class ShapeVoxels {
  private:
   double finest_m_;
   std::array<CellTable<Neighbourhood>, kLevels> levels_;
-  std::array<LatticeIndex, kLevels> index_;
 };
 
 }  // namespace xview::label

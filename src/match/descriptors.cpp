@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "xview/types/cells.h"
 #include "xview/types/error.h"
 #include "xview/types/parallel.h"
 
@@ -79,45 +80,16 @@ double similarity(const std::vector<WalkCount>& a, const std::vector<WalkCount>&
 
 namespace {
 
-/// Numbers words 0, 1, … in the order of their first appearance (open addressing).
-class WordNumbers {
- public:
-  static constexpr std::uint32_t kNone = 0xFFFFFFFFu;
-
-  std::uint32_t find(WalkKey key) const { return numbers_[slotOf(key)]; }
-
-  std::uint32_t findOrAdd(WalkKey key) {
-    std::size_t slot = slotOf(key);
-    if (numbers_[slot] != kNone) return numbers_[slot];
-    if (2 * (keys_.size() + 1) > numbers_.size()) {
-      grow();
-      slot = slotOf(key);
+/// A word in a table that numbers them in the order of their first appearance.
+struct Word {
+  struct Key {
+    WalkKey bits;
+    bool operator==(const Key& o) const { return bits == o.bits; }
+    std::uint64_t hash() const {
+      const std::uint64_t h = bits * 0x9E3779B97F4A7C15ull;
+      return h ^ (h >> 32);
     }
-    keys_.push_back(key);
-    return numbers_[slot] = static_cast<std::uint32_t>(keys_.size() - 1);
-  }
-
-  const std::vector<WalkKey>& keys() const { return keys_; }
-  std::size_t bytes() const {
-    return numbers_.size() * sizeof(std::uint32_t) + keys_.size() * sizeof(WalkKey);
-  }
-
- private:
-  std::size_t slotOf(WalkKey key) const {
-    const std::size_t mask = numbers_.size() - 1;
-    std::uint64_t h = key * 0x9E3779B97F4A7C15ull;
-    std::size_t slot = static_cast<std::size_t>(h ^ (h >> 32)) & mask;
-    while (numbers_[slot] != kNone && keys_[numbers_[slot]] != key) slot = (slot + 1) & mask;
-    return slot;
-  }
-
-  void grow() {
-    numbers_.assign(2 * numbers_.size(), kNone);
-    for (std::uint32_t i = 0; i < keys_.size(); ++i) numbers_[slotOf(keys_[i])] = i;
-  }
-
-  std::vector<std::uint32_t> numbers_ = std::vector<std::uint32_t>(1024, kNone);
-  std::vector<WalkKey> keys_;
+  } key;
 };
 
 }  // namespace
@@ -135,7 +107,7 @@ struct DescriptorIndex::Postings {
     float count = 0;
   };
 
-  WordNumbers words;
+  CellTable<Word> words;
   std::vector<std::uint32_t> first;  // words + 1 entries into holders
   std::vector<float> rarity;         // per word
   std::vector<Holder> holders;       // of each word, by slot
@@ -156,16 +128,16 @@ struct DescriptorIndex::Postings {
 DescriptorIndex::Postings::Postings(const Descriptors& map) {
   numberByClass(map);
   fillWords(map);
-  rarity.resize(words.keys().size());
+  rarity.resize(words.size());
   for (std::size_t w = 0; w < rarity.size(); ++w) {
-    rarity[w] = rarityOf(words.keys()[w], first[w + 1] - first[w]);
+    rarity[w] = rarityOf(words[w].key.bits, first[w + 1] - first[w]);
   }
   totals.resize(vertex_of_slot.size());
   for (std::size_t slot = 0; slot < totals.size(); ++slot) {
     const std::uint32_t v = vertex_of_slot[slot];
     for (const WalkCount* x = begin(map, v); x != end(map, v); ++x) {
       totals[slot].plain += x->count;
-      totals[slot].rare += rarity[words.find(x->key)] * x->count;
+      totals[slot].rare += rarity[static_cast<std::size_t>(words.find({x->key}))] * x->count;
     }
   }
 }
@@ -188,7 +160,9 @@ void DescriptorIndex::Postings::fillWords(const Descriptors& map) {
   std::vector<std::uint32_t> word_of_entry;
   word_of_entry.reserve(map.counts.size());
   for (const WalkCount& x : map.counts) {
-    word_of_entry.push_back(words.findOrAdd(x.key));
+    const Word word{{x.key}};
+    word_of_entry.push_back(
+        static_cast<std::uint32_t>(words.numberOf(word.key, [&] { return word; })));
     if (word_of_entry.back() == first.size()) first.push_back(0);
     ++first[word_of_entry.back()];
   }
@@ -223,8 +197,8 @@ std::vector<Correspondence> DescriptorIndex::Postings::best(const Descriptors& q
   std::vector<float> common(slots_end - slots_begin, 0.f);
   float total = 0;
   for (const WalkCount* x = begin(query, i); x != end(query, i); ++x) {
-    const std::uint32_t w = words.find(x->key);
-    const bool known = w != WordNumbers::kNone;
+    const std::int32_t w = words.find({x->key});
+    const bool known = w >= 0;
     const float weight = !options.rare_words ? 1.f : known ? rarity[w] : rarityOf(x->key, 1);
     total += weight * x->count;
     if (!known) continue;
@@ -265,18 +239,6 @@ std::vector<Correspondence> DescriptorIndex::bestMatches(const Descriptors& quer
   std::vector<Correspondence> matches;
   for (const auto& list : of_vertex) matches.insert(matches.end(), list.begin(), list.end());
   return matches;
-}
-
-std::size_t DescriptorIndex::bytes() const {
-  const Postings& p = *postings_;
-  return p.words.bytes() + p.first.size() * sizeof(p.first[0]) +
-         p.rarity.size() * sizeof(p.rarity[0]) + p.holders.size() * sizeof(p.holders[0]) +
-         p.vertex_of_slot.size() * (sizeof(p.vertex_of_slot[0]) + sizeof(p.totals[0]));
-}
-
-std::vector<Correspondence> bestMatches(const Descriptors& query, const Descriptors& map,
-                                        const MatchOptions& options, int threads) {
-  return DescriptorIndex(map).bestMatches(query, options, threads);
 }
 
 }  // namespace xview::match

@@ -196,13 +196,6 @@ DistanceField::~DistanceField() = default;
 DistanceField::DistanceField(DistanceField&&) noexcept = default;
 DistanceField& DistanceField::operator=(DistanceField&&) noexcept = default;
 
-std::size_t DistanceField::bytes() const {
-  std::size_t total = tiles_.size() * (sizeof(Tile) + kCells * sizeof(float));
-  for (const auto& planes : planes_) total += planes.size();
-  for (const auto& block : blocks_) total += block.size() * sizeof(std::int32_t);
-  return total;
-}
-
 namespace {
 
 constexpr int kDraws = 300;

@@ -162,9 +162,6 @@ class ObjectField final : public Field {
 
   std::unique_ptr<FieldQuery> prepare(const Observation& query) const override;
   std::size_t size() const override { return map_.points().size(); }
-  std::size_t bytes() const override {
-    return map_.bytes() + fine_.bytes() + (coarse_ ? coarse_->bytes() : 0);
-  }
 
   const SearchOptions& options() const { return options_; }
   const ObjectMap& map() const { return map_; }

@@ -383,11 +383,4 @@ bool ObjectMap::isKnown(double x, double y) const {
   return known && *known;
 }
 
-std::size_t ObjectMap::bytes() const {
-  std::size_t sum =
-      points_.size() * sizeof(MapPoint) + blocks_.bytes() + known_.bytes() + coverage_.bytes();
-  for (const auto& grid : counts_) sum += grid.bytes();
-  return sum;
-}
-
 }  // namespace xview::search

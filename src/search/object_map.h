@@ -36,8 +36,6 @@ class SparseGrid {
     return (*last_)[cellInTile(cx, cy)];
   }
 
-  std::size_t bytes() const { return tiles_.size() * (sizeof(Tile) + 64); }
-
  private:
   static constexpr int kBits = 5;
   static constexpr std::int64_t kSide = 1 << kBits;
@@ -121,7 +119,6 @@ class ObjectMap {
   bool hasHeights() const { return has_heights_; }
   /// Indices of the points in a square.
   void pointsIn(double x, double y, double half_side, std::vector<std::uint32_t>& found) const;
-  std::size_t bytes() const;
 
  private:
   struct Range {

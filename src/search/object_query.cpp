@@ -6,6 +6,7 @@
 #include <map>
 #include <tuple>
 
+#include "xview/types/cells.h"
 #include "xview/types/median.h"
 
 namespace xview::search {
@@ -14,48 +15,11 @@ namespace {
 constexpr double kSame = 2.5;       // [m]
 constexpr double kClearlyMore = 4;  // times as many points: the other one is a wrong label
 
-std::int64_t cellOf(double v) { return static_cast<std::int64_t>(std::floor(v / kSame)); }
-
 bool isSaidBy(const Vertex& v, const Vertex& better) {
   const Eigen::Vector3d d = v.position - better.position;
   if (v.label == better.label) return d.head<2>().squaredNorm() < kSame * kSame;
   return better.points > kClearlyMore * v.points && d.squaredNorm() < kSame * kSame;
 }
-
-/// The vertices that stay, chained by cell: a list per cell would take more memory than the map.
-class KeptVertices {
- public:
-  explicit KeptVertices(const SemanticGraph& graph) : graph_(graph) {}
-
-  void add(std::uint32_t vertex) {
-    const Eigen::Vector3d& p = graph_.vertices[vertex].position;
-    std::uint32_t& last = last_.at(cellOf(p.x()), cellOf(p.y()));
-    links_.push_back({vertex, last});
-    last = static_cast<std::uint32_t>(links_.size());
-  }
-
-  bool anySays(const Vertex& v) const {
-    const std::int64_t cx = cellOf(v.position.x()), cy = cellOf(v.position.y());
-    for (std::int64_t y = cy - 1; y <= cy + 1; ++y) {
-      for (std::int64_t x = cx - 1; x <= cx + 1; ++x) {
-        const std::uint32_t* last = last_.find(x, y);
-        for (std::uint32_t k = last ? *last : 0; k > 0; k = links_[k - 1].before)
-          if (isSaidBy(v, graph_.vertices[links_[k - 1].vertex])) return true;
-      }
-    }
-    return false;
-  }
-
- private:
-  /// Links are counted from 1; 0 = none.
-  struct Link {
-    std::uint32_t vertex, before;
-  };
-
-  const SemanticGraph& graph_;
-  SparseGrid<std::uint32_t> last_;  ///< link of each cell
-  std::vector<Link> links_;
-};
 
 }  // namespace
 
@@ -73,10 +37,14 @@ std::vector<std::uint32_t> distinctFromAbove(const SemanticGraph& graph,
     };
     return key(a) < key(b);
   });
-  KeptVertices kept(graph);
+  CellLists kept;
   for (const std::uint32_t i : surfaces) {
-    if (kept.anySays(graph.vertices[i])) continue;
-    kept.add(i);
+    const Vertex& v = graph.vertices[i];
+    const ClassCell cell = cellOf({v.position.x(), v.position.y(), 0}, kSame, 0);
+    bool is_said = false;
+    kept.forAround(cell, [&](std::size_t j) { is_said |= isSaidBy(v, graph.vertices[j]); });
+    if (is_said) continue;
+    kept.add(cell, i);
     distinct.push_back(i);
   }
   std::sort(distinct.begin(), distinct.end());

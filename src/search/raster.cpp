@@ -82,11 +82,4 @@ std::uint8_t LikelihoodRaster::at(std::size_t channel, std::int32_t cx, std::int
   return tile ? tile->cells[cellInTile(cx, cy)] : background(channel);
 }
 
-std::size_t LikelihoodRaster::bytes() const {
-  constexpr std::size_t kPlaceEntry = 64;  // node and bucket of the hash map
-  std::size_t sum = tiles_.size() * sizeof(Tile);
-  for (const auto& [key, place] : places_) sum += kPlaceEntry + place.capacity() * sizeof(void*);
-  return sum;
-}
-
 }  // namespace xview::search

@@ -35,7 +35,6 @@ class LikelihoodRaster {
   /// Keeps the larger of the old and the new value.
   void raise(std::size_t channel, std::int32_t cx, std::int32_t cy, std::uint8_t value);
   std::uint8_t at(std::size_t channel, std::int32_t cx, std::int32_t cy) const;
-  std::size_t bytes() const;
 
   struct Tile {
     std::int32_t tx, ty;  ///< cell (cx, cy) is in tile (cx >> 6, cy >> 6)

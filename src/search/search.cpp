@@ -247,12 +247,6 @@ PlacePrior priorOfPoint(const std::vector<PlacePrior>& priors, const Eigen::Vect
   return result;
 }
 
-std::vector<double> SearchResult::wrongScores() const {
-  std::vector<double> scores;
-  for (std::size_t i = 1; i < places.size(); ++i) scores.push_back(places[i].score());
-  return scores;
-}
-
 PlacePose FieldQuery::centrePose(const Eigen::Isometry3d& T_map_query) const {
   const Eigen::Vector3d p = T_map_query * centre_ - origin_;
   return {p.x(), p.y(), yawOf(T_map_query.linear()), 0};

@@ -124,13 +124,6 @@ class SurfaceField final : public Field {
 
   std::unique_ptr<FieldQuery> prepare(const Observation& query) const override;
   std::size_t size() const override { return distances_.tiles().size(); }
-  std::size_t bytes() const override {
-    std::size_t total = distances_.bytes();
-    for (const auto& view : views_) {
-      if (view) total += view->raster.bytes() + (view->first_look ? view->first_look->bytes() : 0);
-    }
-    return total;
-  }
 
   const DistanceField& distances() const { return distances_; }
   const Eigen::Vector3d& origin() const { return origin_; }

@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Networks of one layer, written here as ONNX by hand.
-#include "xview/label/network.h"
-
 #include <gtest/gtest.h>
-
 #include <cstring>
 #include <fstream>
 
 #include "support/test_data.h"
-#include "xview/io/network_files.h"
+#include "xview/io/image_files.h"
+#include "xview/label/network.h"
 #include "xview/types/error.h"
 
 namespace xview::label {

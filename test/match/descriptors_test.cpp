@@ -13,6 +13,11 @@
 namespace xview::match {
 namespace {
 
+std::vector<Correspondence> bestMatches(const Descriptors& query, const Descriptors& map,
+                                        const MatchOptions& options, int threads) {
+  return DescriptorIndex(map).bestMatches(query, options, threads);
+}
+
 Descriptors describeAlone(const SemanticGraph& graph, const std::string& kind = "walks",
                           WalkOptions options = {}) {
   return describe(graph, LabelAlphabet(graph), options, kind, 1, 1);
@@ -238,7 +243,6 @@ TEST(BestMatches, DoNotDependOnTheNumberOfThreads) {
   const Descriptors d = describeAlone(randomGraph(150, 4, 0.05, 3));
   const DescriptorIndex index(d);
   EXPECT_TRUE(sameMatches(index.bestMatches(d, {}, 1), index.bestMatches(d, {}, 3)));
-  EXPECT_GT(index.bytes(), d.counts.size() * 8);
 }
 
 TEST(BestMatches, OfClassesTheMapDoesNotHaveAreNone) {

@@ -112,12 +112,11 @@ class Index {
 
 /// Score of the best other place; 0 if there is none.
 double bestWrong(const SearchResult& result) {
-  return result.places.size() > 1 ? result.wrongScores()[0] : 0;
+  return result.places.size() > 1 ? result.places[1].score() : 0;
 }
 
 void expectSame(const SearchResult& a, const SearchResult& b) {
   ASSERT_EQ(a.places.size(), b.places.size());
-  EXPECT_EQ(a.wrongScores(), b.wrongScores());
   for (std::size_t i = 0; i < a.places.size(); ++i) {
     EXPECT_TRUE(a.places[i].T_map_query.matrix() == b.places[i].T_map_query.matrix());
     EXPECT_EQ(a.places[i].score(), b.places[i].score());
@@ -207,7 +206,7 @@ TEST(ObjectField, TellsAllOfAsManyPlacesAsAskedFor) {
                                          [](const PlaceHypothesis& h) { return h.expected != 0; });
     EXPECT_EQ(described, std::max(1, wanted));
     EXPECT_EQ(few.places[0].score(), many.places[0].score());
-    EXPECT_EQ(few.wrongScores(), many.wrongScores());
+    EXPECT_EQ(few.places[1].score(), many.places[1].score());
   }
 }
 

@@ -4,7 +4,9 @@
 #include <string>
 
 #include "xview/types/camera.h"
+#include "xview/types/color_image.h"
 #include "xview/types/image.h"
+#include "xview/types/network_input.h"
 
 namespace xview::io {
 
@@ -15,6 +17,12 @@ DepthImage readDepth(const std::string& path, const Camera& camera);
 LabelImage readLabels(const std::string& path);
 /// camera.yaml; throws Error that lists all missing keys.
 Camera readCamera(const std::string& path);
+
+/// PNG or JPEG of 8 bits; grey images become colours. Throws Error.
+ColorImage readColors(const std::string& path);
+/// YAML of how a network wants its images: {labels, ids, width, height, mean, std, order: rgb|bgr};
+/// only `labels` must be there. Throws Error with path:line.
+NetworkInput readNetworkInput(const std::string& path);
 
 void writeDepthPng(const std::string& path, const DepthImage& depth, double depth_scale);
 void writeLabelPng(const std::string& path, const LabelImage& labels);

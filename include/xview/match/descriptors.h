@@ -64,15 +64,10 @@ class DescriptorIndex {
   /// quotient that `similarity` forms.
   std::vector<Correspondence> bestMatches(const Descriptors& query, const MatchOptions& options,
                                           int threads) const;
-  std::size_t bytes() const;
 
  private:
   struct Postings;
   std::unique_ptr<const Postings> postings_;
 };
-
-/// The same for a map that is matched once.
-std::vector<Correspondence> bestMatches(const Descriptors& query, const Descriptors& map,
-                                        const MatchOptions& options, int threads);
 
 }  // namespace xview::match

@@ -54,7 +54,6 @@ class DistanceField {
     const Tile* tile = tileOfCell(cx, cy);
     return tile ? tile->bins[channel][cellInTile(cx, cy)] : static_cast<std::uint8_t>(kUnknownBin);
   }
-  std::size_t bytes() const;
 
  private:
   static constexpr int kBlockBits = 5;  ///< the directory has blocks of 32x32 tiles

@@ -140,8 +140,7 @@ class Field {
  public:
   virtual ~Field() = default;
   virtual std::unique_ptr<FieldQuery> prepare(const Observation& query) const = 0;
-  virtual std::size_t size() const = 0;   ///< tiles or vertices; 0 = nothing is known
-  virtual std::size_t bytes() const = 0;  ///< memory
+  virtual std::size_t size() const = 0;  ///< tiles or vertices; 0 = nothing is known
   bool empty() const { return size() == 0; }
 };
 

@@ -51,9 +51,6 @@ struct SearchResult {
   double outside = 0;
   int poses = 0;             ///< distinct poses that were tried
   std::size_t vertices = 0;  ///< samples or vertices of the query that took part
-
-  /// Scores of all places but the best one, best first [nats].
-  std::vector<double> wrongScores() const;
 };
 
 /// Where does the query fit? Exhaustive over position and heading within the priors, all of which

@@ -117,7 +117,7 @@ class CellTable {
     for (std::size_t i = 0; i < entries_.size(); ++i) {
       if (i + kAhead < entries_.size()) prefetchSlot(entries_[i + kAhead].key);
       const std::uint64_t hash = entries_[i].key.hash();
-      slotOf(entries_[i].key, hash) = {tagOf(hash), static_cast<std::int32_t>(i)};
+      slots_[slotOf(entries_[i].key, hash)] = {tagOf(hash), static_cast<std::int32_t>(i)};
     }
   }
 
@@ -126,12 +126,17 @@ class CellTable {
   std::size_t numberOf(const Key& key, Make&& make) {
     if (2 * entries_.size() >= slots_.size()) reserve(entries_.size() + 1);
     const std::uint64_t hash = key.hash();
-    Slot& slot = slotOf(key, hash);
+    Slot& slot = slots_[slotOf(key, hash)];
     if (slot.entry < 0) {
       slot = {tagOf(hash), static_cast<std::int32_t>(entries_.size())};
       entries_.push_back(make());
     }
     return static_cast<std::size_t>(slot.entry);
+  }
+
+  /// Number of the entry of this key, or -1.
+  std::int32_t find(const Key& key) const {
+    return slots_.empty() ? -1 : slots_[slotOf(key, key.hash())].entry;
   }
 
   Entry& operator[](std::size_t number) { return entries_[number]; }
@@ -156,14 +161,15 @@ class CellTable {
   };
   static std::uint32_t tagOf(std::uint64_t hash) { return static_cast<std::uint32_t>(hash >> 32); }
 
-  Slot& slotOf(const Key& key, std::uint64_t hash) {
+  /// Where a key is, or where it would be put.
+  std::size_t slotOf(const Key& key, std::uint64_t hash) const {
     const std::size_t mask = slots_.size() - 1;
     std::size_t i = hash & mask;
     while (slots_[i].entry >= 0 &&
            !(slots_[i].tag == tagOf(hash) &&
              entries_[static_cast<std::size_t>(slots_[i].entry)].key == key))
       i = (i + 1) & mask;
-    return slots_[i];
+    return i;
   }
 
   ChunkedVector<Entry> entries_;

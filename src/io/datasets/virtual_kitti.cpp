@@ -17,7 +17,7 @@ constexpr float kFarthest = 655.35f;  ///< the largest value of the depth images
 constexpr double kFrameSeconds = 0.1;
 
 /// The shipped classes with the colours of colors.txt, "Category r g b" and one line per category.
-LabelSet readColors(const std::string& path) {
+LabelSet readClassColors(const std::string& path) {
   const LabelSet shipped = shippedLabelSet("virtual_kitti");
   InputFile file(path);
   LabelSet labels(shipped.name());
@@ -121,7 +121,7 @@ RecordingListing listVirtualKitti(const std::string& folder, const InputOptions&
   const auto poses = readPoses(poses_path);
   const std::string colors_path = (root / "colors.txt").string();
   const LabelSet colors =
-      fs::exists(colors_path) ? readColors(colors_path) : shippedLabelSet("virtual_kitti");
+      fs::exists(colors_path) ? readClassColors(colors_path) : shippedLabelSet("virtual_kitti");
   for (std::size_t i = 0; i < labels.size(); ++i) {
     ListedFrame& frame = listing.frames[i];
     const auto pose = poses.find(frame.number);
