@@ -12,23 +12,7 @@ namespace {
 constexpr float kMinHeight_m =
     0.25f;  ///< upright classes below this are labels spilt on the ground
 constexpr float kLowFrom = 0.3f, kObstacleFrom = 0.4f, kLowTo = 2.0f, kHighFrom = 2.5f;
-constexpr float kColumnFrom = 0.5f, kColumnTo = 4.5f;
-constexpr std::size_t kLevels = 32;  ///< the last one has no end
 constexpr std::size_t kKinds = static_cast<std::size_t>(Kind::none);
-
-constexpr std::array<Kind, 3> kPoleLike = {Kind::pole, Kind::sign, Kind::light};
-
-std::size_t poleLikeIndex(Kind kind) {
-  return static_cast<std::size_t>(kind) - static_cast<std::size_t>(Kind::pole);
-}
-
-std::size_t levelAt(float height) {
-  return std::min(static_cast<std::size_t>(height / kLevel_m), kLevels - 1);
-}
-
-std::uint32_t levelBit(const PlanVoxel& v, float height) {
-  return v.near_votes > 0 ? 1u << levelAt(height) : 0;
-}
 
 /// Voxels grouped by cell, in their order within each.
 struct VoxelsByCell {
@@ -67,8 +51,6 @@ class CellSorter {
     is_upright_ = false;
     upright_ = {};
     standing_.fill({});
-    if (has_pole_like_) votes_at_level_ = {};
-    has_pole_like_ = false;
   }
 
   void add(const PlanVoxel& v) {
@@ -82,18 +64,7 @@ class CellSorter {
       height_sum_ += v.votes * v.z;
     } else if (height > 0) {
       addObstacle(v, height);  // e.g. a crown labelled as terrain
-      addStray(v, height);
     }
-  }
-
-  bool hasPoleLike() const { return has_pole_like_; }
-
-  /// A voxel that was added, and what all other classes have in its place.
-  void addOwn(const PlanVoxel& v, float others) {
-    const float height = v.z - floor_.height;
-    const bool is_post = height >= kMinHeight_m && height <= kColumnTo;  // above it crowns begin
-    if (is_post && v.votes > others)
-      standing_[static_cast<std::size_t>(v.kind())].own_votes += v.near_votes;
   }
 
   void finish(PlanCells& cells) {
@@ -103,7 +74,6 @@ class CellSorter {
     cells.upright_of.push_back(is_upright_ ? static_cast<std::int32_t>(cells.upright.size()) : -1);
     if (!is_upright_) return;
     cells.upright.push_back(upright_);
-    if (has_pole_like_) countClearVotes();
     for (const Standing& s : standing_) {
       if (s.votes > 0) cells.standing.push_back(s);
     }
@@ -114,11 +84,6 @@ class CellSorter {
     is_upright_ = true;
     if (height > kObstacleFrom && height < kLowTo) upright_.obstacle_low += v.votes;
     if (height > kHighFrom) upright_.obstacle_high += v.votes;
-    if (height < kColumnFrom || height > kColumnTo) return;
-    Column& column = upright_.column;
-    (height < kLowTo ? column.low : column.high) += v.near_votes;
-    column.x += v.near_votes * v.x;
-    column.y += v.near_votes * v.y;
   }
 
   void addStanding(const PlanVoxel& v, float height) {
@@ -132,31 +97,6 @@ class CellSorter {
     s.sum_y += v.votes * v.y;
     if (height > kLowFrom && height < kLowTo) s.low += v.votes;
     if (height > kHighFrom) s.high += v.votes;
-    s.levels |= levelBit(v, height);
-    if (!isPoleLike(v.kind())) return;
-    has_pole_like_ = true;
-    votes_at_level_[poleLikeIndex(v.kind())][levelAt(height)] += v.near_votes;
-  }
-
-  /// What has half as many votes as any of the three at a level is clear there: a plate hides a
-  /// part of its post.
-  void countClearVotes() {
-    for (std::size_t level = 0; level < kLevels; ++level) {
-      float most = 0;
-      for (const auto& votes : votes_at_level_) most = std::max(most, votes[level]);
-      for (const Kind kind : kPoleLike) {
-        const float votes = votes_at_level_[poleLikeIndex(kind)][level];
-        if (2 * votes >= most) standing_[static_cast<std::size_t>(kind)].clear_votes += votes;
-      }
-    }
-  }
-
-  void addStray(const PlanVoxel& v, float height) {
-    Strays& strays = upright_.strays;
-    strays.votes += v.near_votes;
-    strays.x += v.near_votes * v.x;
-    strays.y += v.near_votes * v.y;
-    strays.levels |= levelBit(v, height);
   }
 
   float gate_m_;
@@ -165,24 +105,7 @@ class CellSorter {
   bool is_upright_ = false;
   UprightCell upright_;
   std::array<Standing, kKinds> standing_;
-  bool has_pole_like_ = false;
-  std::array<std::array<float, kLevels>, kPoleLike.size()> votes_at_level_{};
 };
-
-/// Gives the sorter the pole-like voxels of a cell together with their rivals.
-void addOwnVotes(const PlanVoxels& voxels, const std::uint32_t* first, const std::uint32_t* last,
-                 CellSorter& sorter) {
-  for (const std::uint32_t* i = first; i != last; ++i) {
-    const PlanVoxel& v = voxels[*i];
-    if (!isPoleLike(v.kind())) continue;
-    float others = 0;
-    for (const std::uint32_t* j = first; j != last; ++j) {
-      const PlanVoxel& rival = voxels[*j];
-      if (samePlace(rival.key, v.key) && !isPoleLike(rival.kind())) others += rival.votes;
-    }
-    sorter.addOwn(v, others);
-  }
-}
 
 }  // namespace
 
@@ -228,9 +151,6 @@ PlanCells sortIntoCells(const PlanVoxels& voxels, const GroundSurface& ground,
       if (k + kAhead < groups.order.size()) __builtin_prefetch(&voxels[groups.order[k + kAhead]]);
       sorter.add(voxels[groups.order[k]]);
     }
-    if (sorter.hasPoleLike())
-      addOwnVotes(voxels, &groups.order[groups.first[c]], &groups.order[groups.first[c + 1]],
-                  sorter);
     const std::size_t before = cells.standing.size();
     sorter.finish(cells);
     if (cells.upright_of[c] >= 0) first_standing.push_back(before);

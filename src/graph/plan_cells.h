@@ -30,9 +30,6 @@ struct VoxelKey {
   }
   Kind kind() const { return static_cast<Kind>(bits & 0xF); }
 };
-/// True for two kinds in one voxel.
-inline bool samePlace(VoxelKey a, VoxelKey b) { return a.bits >> 4 == b.bits >> 4; }
-
 /// The voxel of side kPlanVoxel_m of a point relative to the plan origin.
 VoxelKey voxelOf(const Eigen::Vector3d& p, Kind kind);
 
@@ -71,29 +68,10 @@ class GroundSurface {
 struct Standing {
   Kind kind = Kind::none;
   float votes = 0;
-  float near_votes = 0;  ///< of these, measured near enough for thin objects
-  float own_votes = 0;   ///< pole-like: of these, up to 4.5 m, where it outvotes all other classes
-  float clear_votes =
-      0;  ///< pole-like: near votes at levels where no other of the three has twice as many
+  float near_votes = 0;        ///< of these, measured near enough for thin objects
   float sum_x = 0, sum_y = 0;  ///< of the positions times their votes
   float low = 0, high = 0;     ///< votes at 0.3–2 m and above 2.5 m
   float top = 0, bottom = 0;   ///< greatest and least height above ground [m]
-  std::uint32_t levels = 0;    ///< bit i: something near at i to i + 1 times kLevel_m above ground
-};
-constexpr float kLevel_m = 0.5f;
-
-/// Of anything that stands in a cell what was measured near enough for thin objects.
-struct Column {
-  float low = 0, high = 0;  ///< votes at 0.5–2 m and 2–4.5 m
-  float x = 0, y = 0;       ///< sums of the positions times their votes
-  float votes() const { return low + high; }
-};
-
-/// Of ground classes in a cell what is above the ground, where no ground is: labels of things too
-/// thin for the image that took those of the ground behind them.
-struct Strays {
-  float votes = 0, x = 0, y = 0;  ///< sums, as of columns
-  std::uint32_t levels = 0;       ///< as in Standing
 };
 
 /// All that stands in a cell.
@@ -101,8 +79,6 @@ struct UprightCell {
   const Standing* first = nullptr;  ///< its kinds, at most one each: [first, last)
   const Standing* last = nullptr;
   float obstacle_low = 0, obstacle_high = 0;  ///< votes of anything at 0.4–2 m and above 2.5 m
-  Column column;
-  Strays strays;
 
   const Standing& of(Kind kind) const;  ///< without votes if there is none
   float ofThingsBesidePosts() const;    ///< votes of buildings, fences, vegetation and vehicles

@@ -18,6 +18,7 @@ constexpr double kLeastShare =
     0.3;  // of the weight of a surface: what does not tell places apart still tells where they are
 constexpr double kHeadingBlur = 0.5;  // [m^2] the pose is known to half a yaw step only
 
+constexpr double kCell_m = 3;            // of the fine raster
 constexpr std::size_t kSmallMap = 1000;  // vertices; the fine raster is searched directly
 constexpr double kCellsPerRoot =
     37;  // cells kept of the first look: 3700 for 10,000 vertices, 37,000 for a million
@@ -96,8 +97,7 @@ Stamp widened(const ObjectClass& model, bool directed, double across_m, double c
   return {along, std::sqrt(across_m * across_m + blur), 0, weight};
 }
 
-LikelihoodRaster rasterizeObjects(const ObjectMap& map, const SearchOptions& options,
-                                  double cell_m) {
+LikelihoodRaster rasterizeObjects(const ObjectMap& map, double cell_m) {
   LikelihoodRaster raster(cell_m, std::vector<std::uint8_t>(map.classes().size(), 0));
   for (const MapPoint& point : map.points()) {
     const ObjectClass& model = map.classes()[point.slot];
@@ -111,12 +111,12 @@ LikelihoodRaster rasterizeObjects(const ObjectMap& map, const SearchOptions& opt
     raise(stamper, point.slot, model.across_m, 1);
     if (model.kind == Kind::building && stamper.directed()) {
       for (const double side : {-1.0, 1.0}) {
-        Stamper roof(raster, shifted(point, side * options.roof_offset_m));
+        Stamper roof(raster, shifted(point, side * kRoofOffset_m));
         raise(roof, point.slot, kRoofSigma_m, 0.5);
       }
     }
     for (const std::uint16_t partner : model.confused_with)
-      raise(stamper, partner, model.across_m, options.confusion);
+      raise(stamper, partner, model.across_m, kConfusion);
   }
   return raster;
 }
@@ -154,10 +154,8 @@ std::vector<Correspondence> pairsOf(const ObjectVerifier& verifier, const Object
 class ObjectField final : public Field {
  public:
   ObjectField(const SemanticGraph& graph, const LabelSet& labels, const SearchOptions& options)
-      : options_(options),
-        map_(graph, labels, options),
-        fine_(rasterizeObjects(map_, options, options.object_cell_m)) {
-    if (size() > kSmallMap) coarse_ = rasterizeObjects(map_, options, 2 * options.object_cell_m);
+      : options_(options), map_(graph, labels, options), fine_(rasterizeObjects(map_, kCell_m)) {
+    if (size() > kSmallMap) coarse_ = rasterizeObjects(map_, 2 * kCell_m);
   }
 
   std::unique_ptr<FieldQuery> prepare(const Observation& query) const override;

@@ -80,12 +80,12 @@ ObjectMap::ObjectMap(const SemanticGraph& graph, const LabelSet& labels,
                      const SearchOptions& options) {
   takeVertices(graph, labels, options);
   sortIntoBlocks();
-  measureSpacing(options);
+  measureSpacing();
   findTangents();
   weighSurfaces();
   measureDensities();
   drawCoverage(kSeenNear_m);
-  findConfusions(options);
+  findConfusions();
   for (MapPoint& p : points_) {
     const ObjectClass& model = classes_[p.slot];
     const bool directed = p.tangent_x != 0 || p.tangent_y != 0;
@@ -195,7 +195,7 @@ void ObjectMap::pointsIn(double x, double y, double half_side,
   });
 }
 
-void ObjectMap::measureSpacing(const SearchOptions& options) {
+void ObjectMap::measureSpacing() {
   std::vector<std::vector<double>> nearest(classes_.size()), rises(classes_.size());
   std::vector<std::uint32_t> near;
   const std::size_t step = std::max<std::size_t>(
@@ -223,7 +223,7 @@ void ObjectMap::measureSpacing(const SearchOptions& options) {
     if (!model.is_surface) continue;
     // The query's samples fall anywhere between two of the map.
     model.along_m = 0.8 + 0.2 * model.spacing_m;
-    model.across_m = options.surface_sigma_m;
+    model.across_m = kSurfaceSigma_m;
     model.height_m = std::max(model.height_m, kDeviationPerMedian * medianOf(rises[slot]));
     model.weight = std::min(1.0, model.spacing_m / kIndependentM);
   }
@@ -355,8 +355,7 @@ double ObjectMap::coverage(double x, double y) const {
   return cell ? *cell / 255.0 : 0;
 }
 
-void ObjectMap::findConfusions(const SearchOptions& options) {
-  if (options.confusion <= 0) return;
+void ObjectMap::findConfusions() {
   for (std::size_t a = 0; a < classes_.size(); ++a) {
     for (std::size_t b = 0; b < classes_.size(); ++b) {
       if (a == b || classes_[a].is_surface != classes_[b].is_surface) continue;

@@ -58,8 +58,13 @@ constexpr double kIndependentM = 6;
 /// Factors on the chance to find an object again: for things that move between visits, and for
 /// vertices of surfaces, which depend on the view.
 constexpr double kDynamicDetection = 0.7, kSurfaceDetection = 0.65;
-/// Error across the front of what is seen of a building from above [m].
-constexpr double kRoofSigma_m = 1.8;
+/// Error of a vertex of a surface across it, map and query together [m].
+constexpr double kSurfaceSigma_m = 1.2;
+/// From the front of a building to what is seen of it from above, on either side, and the error of
+/// that [m].
+constexpr double kRoofOffset_m = 5, kRoofSigma_m = 1.8;
+/// Chance that a class is taken for a given similar one: a pole for a sign.
+constexpr double kConfusion = 0.05;
 /// A query should see objects of the map that are this close to one of its vertices [m]; what one
 /// costs that it does not see [nats].
 constexpr double kSeenNear_m = 8.5, kUnseenWeight = 0.5;
@@ -132,14 +137,14 @@ class ObjectMap {
   void makeClasses(const LabelSet& labels, const std::vector<std::uint32_t>& label_of_slot,
                    const SearchOptions& options);
   void sortIntoBlocks();
-  void measureSpacing(const SearchOptions& options);
+  void measureSpacing();
   void weighSurfaces();
   bool goesOn(const MapPoint& point, const Eigen::Vector2d& direction, double metres) const;
   void measureDensities();
   void drawCoverage(double reach_m);
   void findTangents();
   bool tangentFrom(MapPoint& point, double radius, bool own_class_only) const;
-  void findConfusions(const SearchOptions& options);
+  void findConfusions();
 
   Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();
   std::vector<ObjectClass> classes_;

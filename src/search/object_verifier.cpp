@@ -70,15 +70,14 @@ ObjectVerifier::Spread ObjectVerifier::spreadOf(const ObjectClass& model, double
   const double roof = widen * kRoofSigma_m;
   const bool has_roof =
       model.is_surface && model.kind == Kind::building && query_.fromAbove() > kMaybeFromAbove;
-  if (has_roof)
-    spread.gate = std::max(spread.gate, static_cast<float>(options_.roof_offset_m + 2 * roof));
+  if (has_roof) spread.gate = std::max(spread.gate, static_cast<float>(kRoofOffset_m + 2 * roof));
   spread.inverse_roof2 = static_cast<float>(1 / (roof * roof));
   spread.front_penalty = static_cast<float>(has_roof ? -2 * std::log1p(-query_.fromAbove()) : 0);
   spread.roof_penalty = static_cast<float>(
       has_roof ? 2 * std::log(2 * roof / (across * query_.fromAbove())) : 2 * kFarthest);
   spread.odds_factor = static_cast<float>(model.along_m * model.across_m / (along * across));
   spread.confused_odds =
-      static_cast<float>(options_.confusion * std::exp(logGain(model, along * across, 0)));
+      static_cast<float>(kConfusion * std::exp(logGain(model, along * across, 0)));
   spread.pull = static_cast<float>(model.is_surface ? std::max(kLeastPull, model.gain_weight) : 1);
   return spread;
 }
@@ -163,7 +162,7 @@ void ObjectVerifier::visitNear(std::uint16_t slot, float x, float y, float gate,
   const auto cell = [&](double v) { return std::clamp(static_cast<int>(v / cell_), 0, side_ - 1); };
   const int x0 = cell(x - gate - grid_x_), x1 = cell(x + gate - grid_x_);
   const int y0 = cell(y - gate - grid_y_), y1 = cell(y + gate - grid_y_);
-  const auto roof_offset = static_cast<float>(options_.roof_offset_m);
+  const auto roof_offset = static_cast<float>(kRoofOffset_m);
   for (int cy = y0; cy <= y1; ++cy) {
     const auto row = static_cast<std::size_t>((lane_of_slot_[slot] * side_ + cy) * side_);
     const std::uint32_t end = cell_start_[row + static_cast<std::size_t>(x1) + 1];
@@ -278,8 +277,8 @@ PlacePose ObjectVerifier::improved(const PlacePose& pose, double widen,
           double ex = p.x - x, ey = p.y - y;
           if (is_roof) {
             const double side = ex * ty - ey * tx > 0 ? 1 : -1;  // of the front it belongs to
-            ex -= side * options_.roof_offset_m * ty;
-            ey += side * options_.roof_offset_m * tx;
+            ex -= side * kRoofOffset_m * ty;
+            ey += side * kRoofOffset_m * tx;
           }
           a += pa, b += pb, d += pd;
           gx += pa * ex + pb * ey, gy += pb * ex + pd * ey;

@@ -10,18 +10,13 @@
 namespace xview::search {
 
 struct SearchOptions {
-  int hypotheses = 5;        ///< distinct places that are reported
-  std::string likelihoods;   ///< file of xview learn; empty = what the program comes with
-  double cell_m = 2;         ///< of the exhaustive search over surfaces seen from above, taken as
-                             ///< the nearest power of two of plan.cell_m; twice that at first in
-                             ///< large maps. Larger is faster and less sure
-  double object_cell_m = 3;  ///< the same over bare graphs
-  double detection = 0.62;   ///< bare graphs: chance that a query finds an object again
-  double sigma_m = 0.9;      ///< bare graphs: of an object's position, map and query together
-  double surface_sigma_m = 1.2;  ///< bare graphs: of a surface vertex across the surface
-  double roof_offset_m = 5;      ///< bare graphs: of a building seen from above, from its front
-  double confusion = 0.05;       ///< bare graphs: chance that a class is taken for a given similar
-                                 ///< one (pole for sign); 0 = never
+  int hypotheses = 5;       ///< distinct places that are reported
+  std::string likelihoods;  ///< file of xview learn; empty = what the program comes with
+  double cell_m = 2;        ///< of the exhaustive search over surfaces seen from above, taken as
+                            ///< the nearest power of two of plan.cell_m; twice that at first in
+                            ///< large maps. Larger is faster and less sure
+  double detection = 0.62;  ///< bare graphs: chance that a query finds an object again
+  double sigma_m = 0.9;     ///< bare graphs: of an object's position, map and query together
 };
 
 template <class Visitor>
@@ -29,17 +24,10 @@ void visit(SearchOptions& o, Visitor&& field) {
   field("hypotheses", o.hypotheses, Range{1, 1000}, "distinct places reported");
   field("likelihoods", o.likelihoods, "file of xview learn; empty = built in");
   field("cell_m", o.cell_m, Range{0.5, 8}, "cells of the exhaustive (x, y, yaw) search [m]");
-  field("object_cell_m", o.object_cell_m, Range{0.2, 50}, "the same for bare graphs [m]");
   field("detection", o.detection, Range{0.05, 0.99},
         "bare graphs: chance that a query finds an object of the map again");
   field("sigma_m", o.sigma_m, Range{0.05, 20},
         "bare graphs: position error of objects, map and query together [m]");
-  field("surface_sigma_m", o.surface_sigma_m, Range{0.05, 20},
-        "bare graphs: error of surface vertices across the surface [m]");
-  field("roof_offset_m", o.roof_offset_m, Range{0, 50},
-        "bare graphs: of a building seen from above, from its front, on either side [m]");
-  field("confusion", o.confusion, Range{0, 0.5},
-        "bare graphs: chance that a class is taken for a similar one");
 }
 
 struct SearchResult {
