@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdint>
-#include <cstring>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include "graph/point_rows.h"
 #include "xview/graph/smooth_depth.h"
+#include "xview/types/median.h"
 
 namespace xview::graph {
 namespace {
@@ -19,30 +18,6 @@ constexpr int kEvery = 3;          ///< rows and columns looked at
 constexpr std::size_t kFewest = 200;          ///< second differences that tell the noise
 constexpr double kMedianOfAbs = 0.6745;       ///< of the standard normal distribution
 constexpr double kNoiseOfSecond = 2.4494897;  ///< root of 1 + 4 + 1
-
-/// medianOf for values that are not negative. The bits of such numbers are in their order, so most
-/// of the values are counted instead of compared.
-float medianOfMany(const std::vector<float>& values) {
-  constexpr int kShift = 19;  // exponent and four bits more
-  const auto binOf = [](float value) {
-    std::uint32_t bits;
-    std::memcpy(&bits, &value, sizeof bits);
-    return bits >> kShift;
-  };
-  std::array<std::uint32_t, (1u << 31 >> kShift)> counts{};
-  for (const float value : values) ++counts[binOf(value)];
-  std::size_t bin = 0, before = 0;
-  const std::size_t middle = values.size() / 2;
-  while (before + counts[bin] <= middle) before += counts[bin++];
-  std::vector<float> near;
-  near.reserve(counts[bin]);
-  for (const float value : values) {
-    if (binOf(value) == bin) near.push_back(value);
-  }
-  const auto at = near.begin() + static_cast<std::ptrdiff_t>(middle - before);
-  std::nth_element(near.begin(), at, near.end());
-  return *at;
-}
 
 /// From second differences over pixels this far apart.
 double noiseOver(const DepthImage& depth, int step) {
@@ -57,7 +32,7 @@ double noiseOver(const DepthImage& depth, int step) {
     }
   }
   if (seconds.size() < kFewest) return 0;
-  return medianOfMany(seconds) / (kMedianOfAbs * kNoiseOfSecond);
+  return medianOf(std::move(seconds)) / (kMedianOfAbs * kNoiseOfSecond);
 }
 
 constexpr double kNear = 0.5;     ///< times the noise: this near to the limit ...

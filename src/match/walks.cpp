@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <tuple>
+#include <unordered_set>
 
 #include "xview/types/error.h"
 #include "xview/types/random.h"
@@ -100,38 +101,12 @@ class Walker {
   const WalkOptions& options_;
 };
 
-/// Open-addressing set of walks for one vertex.
-class WalkSet {
- public:
-  explicit WalkSet(std::size_t capacity) {
-    std::size_t slots = 16;
-    while (slots < 2 * capacity) slots *= 2;
-    slots_.assign(slots, -1);
-    walks_.reserve(capacity);
-  }
-
-  bool insert(const Walk& walk) {
-    const std::size_t mask = slots_.size() - 1;
-    std::size_t slot = hash(walk) & mask;
-    for (; slots_[slot] >= 0; slot = (slot + 1) & mask) {
-      if (walks_[static_cast<std::size_t>(slots_[slot])] == walk) return false;
-    }
-    slots_[slot] = static_cast<int>(walks_.size());
-    walks_.push_back(walk);
-    return true;
-  }
-
-  std::vector<Walk>& walks() { return walks_; }
-
- private:
-  static std::size_t hash(const Walk& walk) {
+struct HashOfWalk {
+  std::size_t operator()(const Walk& walk) const {
     std::uint64_t h = static_cast<std::uint64_t>(walk.length);
     for (int i = 0; i < walk.length; ++i) h = (h ^ walk.vertices[i]) * 0x9E3779B97F4A7C15ull;
     return static_cast<std::size_t>(h ^ (h >> 32));
   }
-
-  std::vector<int> slots_;
-  std::vector<Walk> walks_;
 };
 
 /// Draws `count` of the walks without replacement, each time by probability: the smallest of
@@ -165,11 +140,10 @@ std::vector<Walk> drawDistinct(const Walker& walker, std::uint32_t vertex, std::
     keepRandom(walks, probabilities, count, random);
     return walks;
   }
-  WalkSet set(count);
-  for (std::size_t i = 0; i < kMaxTriesPerWalk * count && set.walks().size() < count; ++i) {
-    set.insert(walker.draw(vertex, random));
-  }
-  return std::move(set.walks());
+  std::unordered_set<Walk, HashOfWalk> distinct(2 * count);
+  for (std::size_t i = 0; i < kMaxTriesPerWalk * count && distinct.size() < count; ++i)
+    distinct.insert(walker.draw(vertex, random));
+  return {distinct.begin(), distinct.end()};
 }
 
 std::vector<WalkCount> countWords(std::vector<WalkKey>& keys) {
