@@ -193,6 +193,7 @@ Answer answerFrom(const std::string& line) {
     to.dense = s->at("dense").get<double>();
     to.by_chance = s->at("by_chance").get<double>();
     to.rival = s->at("rival").get<double>();
+    if (s->contains("shown")) to.shown = s->at("shown").get<double>();
   }
   const auto covariance = json.find("covariance");
   if (covariance != json.end() && !covariance->is_null())
@@ -239,6 +240,7 @@ std::string toJson(const Answer& answer) {
                         {"dense", fix.statistics.dense},
                         {"by_chance", fix.statistics.by_chance},
                         {"rival", fix.statistics.rival}};
+  if (fix.statistics.shown) json["statistics"]["shown"] = *fix.statistics.shown;
   json["size"] = answer.size;
   json["T_map_query"] =
       has_pose ? rowMajor<4>(inLengthsOfQuery(fix.T_map_query, fix.scale)) : Json();

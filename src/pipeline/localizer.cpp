@@ -376,6 +376,12 @@ Eigen::Quaterniond Localizer::Index::refine(const Query& query, const search::Fi
       upIsKnown(query) ? std::hypot(gravity.sigma_rad, query.gravity.sigma_rad) : kFreeSigma_rad;
   answer.gravity = upIsKnown(query) ? GravityUse::aligned : GravityUse::free;
   Eigen::Isometry3d& best = answer.hypotheses[0].T_map_query;
+  const bool ask_rival = evidence.rivalIsClose() && evidence.rival_distance_m > 0;
+  // In rooms furniture hides furniture: what a query does not show there says nothing.
+  const bool ask_shown = in_field && map.size >= kTown;
+  std::optional<double> shown, rival_shown;
+  if (ask_shown) shown = in_field->shown(best);
+  if (ask_shown && ask_rival) rival_shown = in_field->shown(answer.hypotheses[1].T_map_query);
   const auto level =
       in_field ? levelOnMap(*surfaces, *in_field, query, best, up_sigma_rad, options) : nullptr;
   if (level) {
@@ -396,7 +402,8 @@ Eigen::Quaterniond Localizer::Index::refine(const Query& query, const search::Fi
   answer.covariance = pose.covariance;
   answer.trajectory = pose.T_map_sensor;
   evidence.dense = pose.dense;
-  if (evidence.rivalIsClose() && evidence.rival_distance_m > 0) {
+  evidence.dense.shown = shown;
+  if (ask_rival) {
     Stopwatch watch;
     Timings unused;
     evidence.dense_at_runner_up =
@@ -404,6 +411,7 @@ Eigen::Quaterniond Localizer::Index::refine(const Query& query, const search::Fi
             .refine(level ? level->query : query, level ? level->in_field.get() : in_field,
                     answer.hypotheses[1].T_map_query, {}, up_sigma_rad, unused)
             .dense;
+    evidence.dense_at_runner_up->shown = rival_shown;
     answer.timing_ms.emplace_back("rival", watch.lap_ms());
   }
   return turn;

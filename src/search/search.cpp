@@ -286,4 +286,6 @@ std::vector<SampleEvidence> FieldQuery::evidence(const Eigen::Isometry3d& /*T_ma
   return {};
 }
 
+double FieldQuery::shown(const Eigen::Isometry3d& /*T_map_query*/) const { return 0; }
+
 }  // namespace xview::search

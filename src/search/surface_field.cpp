@@ -22,6 +22,8 @@ constexpr std::size_t kLargeMapTiles = 400;
 /// First steps of a climb to the end, and how far a step of yaw moves the rim at most.
 constexpr double kStep_m = 0.5, kStep_rad = 0.012, kRimStep_m = 0.5;
 constexpr double kPolishStep_m = 0.125, kPolishStep_rad = 0.003;
+constexpr std::array<Channel, 2> kStanding = {Channel::obstacle_low, Channel::obstacle_high};
+constexpr double kShownPrior_nats = 15;  ///< added to what is expected: a few things say little
 
 WeightedRatios weighted(const LogRatios& ratios, bool coarse) {
   WeightedRatios result;
@@ -101,6 +103,36 @@ double medianHeight(const std::vector<SurfaceSamples::Ground>& ground) {
   return heights.empty() ? 0 : medianOf(std::move(heights));
 }
 
+/// Whatever stands there, without its class, and optionally what was seen.
+PlanView standingThings(const PlanView& view, bool with_known) {
+  PlanView things;
+  things.cell_m = view.cell_m;
+  things.origin_x = view.origin_x;
+  things.origin_y = view.origin_y;
+  things.origin_z = view.origin_z;
+  things.aerial = view.aerial;
+  for (const Channel c : kStanding) things[c] = view[c];
+  if (with_known) things.known = view.known;
+  return things;
+}
+
+/// Those within `radius_m` of a point of the map, in the query frame.
+PlanView thingsAround(const PlanView& map, const Eigen::Vector2d& centre, double radius_m,
+                      const Eigen::Isometry3d& T_query_map) {
+  PlanView near;
+  near.cell_m = map.cell_m;
+  const Eigen::Vector3d origin(map.origin_x, map.origin_y, map.origin_z);
+  for (const Channel c : kStanding) {
+    for (const PlanSample& s : map[c]) {
+      const Eigen::Vector3d p_map = origin + Eigen::Vector3d(s.x, s.y, s.z);
+      if ((p_map.head<2>() - centre).squaredNorm() > radius_m * radius_m) continue;
+      const Eigen::Vector3f p = (T_query_map * p_map).cast<float>();
+      near[c].push_back({p.x(), p.y(), p.z()});
+    }
+  }
+  return near;
+}
+
 /// What depends on the view-point of the query.
 struct ViewTables {
   WeightedRatios ratios;
@@ -115,6 +147,7 @@ class SurfaceField final : public Field {
       : cell_m_(options.cell_m),
         table_(options.likelihoods.empty() ? defaultLikelihoods()
                                            : readLikelihoods(options.likelihoods)),
+        things_(standingThings(map, false)),
         distances_(map, threads),
         origin_(distances_.originX(), distances_.originY(), map.origin_z) {
     std::vector<Eigen::Vector2d> path;
@@ -126,6 +159,8 @@ class SurfaceField final : public Field {
   std::size_t size() const override { return distances_.tiles().size(); }
 
   const DistanceField& distances() const { return distances_; }
+  const LikelihoodTable& table() const { return table_; }
+  const PlanView& things() const { return things_; }
   const Eigen::Vector3d& origin() const { return origin_; }
   /// Made at the first query of this view-point.
   const ViewTables& view(Viewpoint viewpoint) const {
@@ -144,6 +179,7 @@ class SurfaceField final : public Field {
  private:
   double cell_m_;
   LikelihoodTable table_;
+  PlanView things_;
   DistanceField distances_;
   Eigen::Vector3d origin_;
   MapNull null_;
@@ -153,10 +189,12 @@ class SurfaceField final : public Field {
 
 class SurfaceQuery final : public FieldQuery {
  public:
-  SurfaceQuery(const SurfaceField& field, SurfaceSamples samples,
+  /// `plan`: all of the query; null for a part of one.
+  SurfaceQuery(const SurfaceField& field, const PlanView* plan, SurfaceSamples samples,
                const std::optional<Eigen::Vector3d>& focus)
       : FieldQuery(field.origin(), focus),
         field_(field),
+        plan_(plan),
         samples_(std::move(samples)),
         view_(field.view(samples_.viewpoint)),
         score_(field.distances(), view_.ratios, samples_.fine) {
@@ -167,7 +205,8 @@ class SurfaceQuery final : public FieldQuery {
   std::size_t size() const override { return field_.empty() ? 0 : samples_.fine.size(); }
 
   std::unique_ptr<FieldQuery> part(const Eigen::Vector2d& centre, double radius_m) const override {
-    return std::make_unique<SurfaceQuery>(field_, partOf(samples_, centre, radius_m), focus_);
+    return std::make_unique<SurfaceQuery>(field_, nullptr, partOf(samples_, centre, radius_m),
+                                          focus_);
   }
 
   std::vector<Point> points() const override {
@@ -222,17 +261,36 @@ class SurfaceQuery final : public FieldQuery {
     return evidence;
   }
 
+  double shown(const Eigen::Isometry3d& T_map_query) const override {
+    if (!plan_) return 0;
+    std::call_once(things_made_, [&] {
+      things_ = std::make_unique<DistanceField>(standingThings(*plan_, true), 1);
+    });
+    const SurfaceSamples samples = surfaceSamples(thingsAround(
+        field_.things(), (T_map_query * centre_).head<2>(), radius_, T_map_query.inverse()));
+    const WeightedRatios ratios =
+        weighted(logRatios(field_.table(), samples_.viewpoint, nullptr, 0), false);
+    const PlacePose as_it_is{samples.centre.x() - things_->originX(),
+                             samples.centre.y() - things_->originY(), 0, 0};
+    const PartScore sum =
+        SurfaceScore(*things_, ratios, samples.fine).details(as_it_is, {}).standing;
+    return std::clamp(sum.score / (std::max(0.0, sum.expected) + kShownPrior_nats), -1.0, 1.0);
+  }
+
  private:
   const SurfaceField& field_;
+  const PlanView* plan_;
   const SurfaceSamples samples_;
   const ViewTables& view_;
   const SurfaceScore score_;
+  mutable std::once_flag things_made_;
+  mutable std::unique_ptr<const DistanceField> things_;  ///< what stands in the query
 };
 
 std::unique_ptr<FieldQuery> SurfaceField::prepare(const Observation& query) const {
   SurfaceSamples samples;
   if (query.plan) samples = surfaceSamples(*query.plan, query.way);
-  return std::make_unique<SurfaceQuery>(*this, std::move(samples), query.focus);
+  return std::make_unique<SurfaceQuery>(*this, query.plan, std::move(samples), query.focus);
 }
 
 }  // namespace

@@ -18,7 +18,9 @@ constexpr double kLeastAgreement = 0.02;  ///< what agrees less is all the same
 constexpr double kLikeTrue = 0.8;         ///< agreement of a usual true place
 constexpr double kLeastLead = 0.3;        ///< of which a factor counts; as the model was fitted
 constexpr double kEvenExcess = 0.15;      ///< of agreement over chance, at about even odds
-constexpr double kMostExcess = 0.3;       ///< over even odds; more says no more
+/// Over even odds; more says no more, and less so where the query shows the map as well: a house
+/// built like another is like it to the centimetre.
+constexpr double kMostExcess = 0.3, kMostExcessShown = 0.15;
 /// Chance that a vertex keeps a correspondence at the true place (search, detection of objects).
 constexpr double kKeptIfTrue = 0.62;
 /// More than this many times its length is not asked of a query.
@@ -58,22 +60,35 @@ double correspondenceOdds(const Evidence& e) {
 /// How much closer than by chance upright things lie on their like, above even odds.
 double excessOf(const Statistics& s) { return s.dense - s.by_chance - kEvenExcess; }
 
+/// The part of the odds that the terms [first, last) make.
+double oddsOf(const Statistics& s, const VerdictModel& model, std::size_t first,
+              std::size_t last = kTerms) {
+  const auto terms = termsOf(s), weights = model.weightsFor(s);
+  return std::inner_product(terms.begin() + first, terms.begin() + last, weights.begin() + first,
+                            0.0);
+}
+
 double placeOdds(const Statistics& s, const VerdictModel& model) {
-  const auto terms = termsOf(s);
-  const double* weights = s.registered ? model.registered.data() : model.alone.data();
-  return std::inner_product(terms.begin(), terms.begin() + kPlaceTerms, weights, 0.0);
+  return oddsOf(s, model, 0, kPlaceTerms);
 }
 
 double denseOdds(const Statistics& s, const VerdictModel& model) {
-  const auto terms = termsOf(s);
-  return std::inner_product(terms.begin() + kPlaceTerms, terms.end(),
-                            model.registered.begin() + kPlaceTerms, 0.0);
+  return oddsOf(s, model, kPlaceTerms);
 }
 
 /// Of a rival that nobody asked nothing better is known than that it agrees as well.
 double excessAtRival(const Evidence& e) {
   const DenseEvidence& there = e.dense_at_runner_up.value_or(e.dense);
   return there.settled ? there.agreement - there.by_chance : 0;
+}
+
+/// How far the query shows the map at the best place, less what it shows of it at the next one, as
+/// far as that is close: streets of one town stand alike.
+double shownOver(const Evidence& e) {
+  const double at_rival =
+      e.dense_at_runner_up ? e.dense_at_runner_up->shown.value_or(0) : *e.dense.shown;
+  const double close = e.score > 0 ? std::clamp(2 * e.runner_up / e.score - 1, 0.0, 1.0) : 1;
+  return *e.dense.shown - close * std::max(0.0, at_rival);
 }
 
 double confidenceOf(double odds) { return 1 / (1 + std::exp(-odds)); }
@@ -106,6 +121,9 @@ class Reason {
     if (s_.registered && !s_.settled)
       return "the best place does not hold: the points do not settle on the map there" +
              whatWouldHelp();
+    if (oddsOf(s_, model_, kShown) < -1)
+      return "the best place does not hold: the query does not show what stands there in the map" +
+             whatWouldHelp();
     if (denseOdds(s_, model_) < -1)
       return fmt::format(
                  "the best place does not hold: only {:.0f} % of what stands upright lies "
@@ -122,7 +140,7 @@ class Reason {
   std::string whatWouldHelp() const {
     if (e_.travel_m <= 0 || s_.lead <= 0) return "";
     const double missing = odds_needed_ - placeOdds(s_, model_) - denseOdds(s_, model_);
-    const double weight = s_.registered ? model_.registered[kLead] : model_.alone[kLead];
+    const double weight = model_.weightsFor(s_)[kLead];
     const double times = std::exp(missing / std::max(0.1, weight)) - 1;
     if (!(times > 0) || times > kLongest) return "";
     return fmt::format("; about {:.0f} m more would tell", std::max(1.0, times * e_.travel_m));
@@ -154,6 +172,7 @@ Statistics statisticsOf(const Evidence& e) {
   s.registered = e.dense.of != DenseEvidence::Of::nothing;
   s.settled = s.registered && e.dense.settled;
   s.views = e.dense.of == DenseEvidence::Of::views;
+  if (e.dense.shown) s.shown = shownOver(e);
   if (!s.settled) return s;
   s.dense = e.dense.agreement;
   s.by_chance = e.dense.by_chance;
@@ -166,7 +185,18 @@ DenseEvidence denseEvidenceOf(const Statistics& s) {
   return {!s.registered ? Of::nothing
           : s.views     ? Of::views
                         : Of::points,
-          s.settled, s.dense, s.by_chance};
+          s.settled, s.dense, s.by_chance, s.shown};
+}
+
+std::array<double, kTerms> VerdictModel::weightsFor(const Statistics& s) const {
+  std::array<double, kTerms> weights{};
+  if (!s.registered)
+    std::copy(alone.begin(), alone.end(), weights.begin());
+  else if (!s.shown)
+    std::copy(registered.begin(), registered.end(), weights.begin());
+  else
+    weights = shown;
+  return weights;
 }
 
 std::array<double, kTerms> termsOf(const Statistics& s) {
@@ -175,11 +205,14 @@ std::array<double, kTerms> termsOf(const Statistics& s) {
   terms[kLead] = std::log(s.lead + kLeastLead);
   terms[kAgreement] = std::log(s.agreement);
   if (!s.registered) return terms;
+  terms[kShown] = s.shown.value_or(0);
   terms[kFailed] = !s.settled;
   terms[kViews] = s.settled && s.views;
   if (!s.settled) return terms;
   double excess = excessOf(s);
-  if (excess > 0) excess = std::min(kMostExcess, excess - std::max(0.0, s.rival - kEvenExcess));
+  if (excess > 0)
+    excess = std::min(s.shown ? kMostExcessShown : kMostExcess,
+                      excess - std::max(0.0, s.rival - kEvenExcess));
   terms[kExcess] = excess;
   return terms;
 }
@@ -195,6 +228,7 @@ Verdict judge(const Evidence& e, const VerdictOptions& o, const VerdictModel& mo
   verdict.witnesses.dense = denseOdds(s, model);
   verdict.witnesses.correspondences = correspondenceOdds(e);
   verdict.confidence = confidenceOf(verdict.witnesses.place + verdict.witnesses.dense);
+  if (s.lead <= 0) verdict.confidence = std::min(verdict.confidence, 0.5);  // one of two at best
   if (e.known_share < o.min_known_share) {
     verdict.confidence *= 0.5 * e.known_share / o.min_known_share;
     verdict.reason =

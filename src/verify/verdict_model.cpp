@@ -21,16 +21,18 @@ namespace {
 constexpr double kRidge = 1e-4;  ///< of standardised weights, per answer
 constexpr int kNewtonSteps = 50;
 
-constexpr std::array<const char*, kTerms> kTermNames = {"constant", "lead",  "agreement",
-                                                        "failed",   "views", "excess"};
+constexpr std::array<const char*, kTerms> kTermNames = {"constant", "lead",   "agreement", "failed",
+                                                        "views",    "excess", "shown"};
 
 /// Every weight beside its name in files.
 template <class Model, class Visit>
 void forWeights(Model& model, const Visit& visit) {
-  for (std::size_t t = 0; t < model.alone.size(); ++t)
-    visit(std::string("alone.") + kTermNames[t], model.alone[t]);
-  for (std::size_t t = 0; t < model.registered.size(); ++t)
-    visit(std::string("registered.") + kTermNames[t], model.registered[t]);
+  const auto all = [&](const std::string& name, auto& weights) {
+    for (std::size_t t = 0; t < weights.size(); ++t) visit(name + kTermNames[t], weights[t]);
+  };
+  all("alone.", model.alone);
+  all("registered.", model.registered);
+  all("shown.", model.shown);
 }
 
 VerdictModel parse(const std::string& text, const std::string& path) {
@@ -123,14 +125,16 @@ VerdictModel verdictModelOf(const VerdictOptions& options) {
 }
 
 VerdictModel fitVerdictModel(const std::vector<JudgedStatistics>& answers) {
-  const auto fit = [&](bool only_registered, auto& weights) {
+  const auto fit = [&](const auto& evidence, auto& weights) {
     std::vector<std::array<double, kTerms>> terms;
     std::vector<bool> right;
     for (const JudgedStatistics& a : answers) {
-      if (only_registered && !a.statistics.registered) continue;
-      terms.push_back(termsOf(a.statistics));
+      const std::optional<Statistics> known = evidence(a.statistics);
+      if (!known) continue;
+      terms.push_back(termsOf(*known));
       right.push_back(a.right);
     }
+    if (right.empty() && !answers.empty()) return;  // nothing new is known of such answers
     Eigen::MatrixXd rows(terms.size(), weights.size());
     for (Eigen::Index i = 0; i < rows.rows(); ++i) {
       for (Eigen::Index t = 0; t < rows.cols(); ++t) rows(i, t) = terms[i][t];
@@ -138,9 +142,17 @@ VerdictModel fitVerdictModel(const std::vector<JudgedStatistics>& answers) {
     const Eigen::VectorXd fitted = fitLogistic(rows, right);
     std::copy(fitted.begin(), fitted.end(), weights.begin());
   };
-  VerdictModel model;
-  fit(false, model.alone);
-  fit(true, model.registered);
+  using Known = std::optional<Statistics>;
+  VerdictModel model = defaultVerdictModel();
+  fit([](const Statistics& s) { return Known(s); }, model.alone);
+  fit(
+      [](Statistics s) {
+        s.shown.reset();
+        return s.registered ? Known(s) : std::nullopt;
+      },
+      model.registered);
+  fit([](const Statistics& s) { return s.registered && s.shown ? Known(s) : std::nullopt; },
+      model.shown);
   return model;
 }
 

@@ -258,6 +258,39 @@ TEST(SurfaceField, UnseenAreaNeitherHelpsNorHarms) {
   EXPECT_EQ(far.matched, 0);
 }
 
+TEST(SurfaceField, AQueryShowsWhatStandsThereWhateverItsLabel) {
+  const PlanTown town = randomTown(5);
+  const Index places = indexOf(town);
+  const MovedQuery moved(town, {20, 45}, 30, poseFromYaw({12, -7, 3}, 0.9));
+  const double seen = places.prepare(moved.query)->shown(moved.truth);
+  EXPECT_GT(seen, 0.4);
+
+  PlanView of_other_labels = moved.query;
+  for (std::size_t c = 0; c < kChannels; ++c) {
+    if (c != static_cast<std::size_t>(Channel::obstacle_low) &&
+        c != static_cast<std::size_t>(Channel::obstacle_high) &&
+        c != static_cast<std::size_t>(Channel::road))
+      of_other_labels.samples[c].clear();
+  }
+  EXPECT_NEAR(places.prepare(of_other_labels)->shown(moved.truth), seen, 0.02);
+
+  PlanView bare = moved.query;
+  bare[Channel::obstacle_low].clear();
+  bare[Channel::obstacle_high].clear();
+  EXPECT_LT(places.prepare(bare)->shown(moved.truth), -0.4) << "it saw that nothing stands there";
+  bare.known.clear();
+  EXPECT_EQ(places.prepare(bare)->shown(moved.truth), 0) << "it saw nothing of the place";
+}
+
+TEST(SurfaceField, AQueryOfOtherStreetsDoesNotShowWhatStandsInTheMap) {
+  const Index places = indexOf(randomTown(5));
+  const MovedQuery stranger(randomTown(6), {20, 45}, 30, poseFromYaw({12, -7, 3}, 0.9));
+  const auto query = places.prepare(stranger.query);
+  const auto found = places.search(stranger.query);
+  ASSERT_FALSE(found.empty());
+  EXPECT_LT(query->shown(found[0].T_map_query), 0.2);
+}
+
 TEST(SurfaceField, VerifyClimbsToThePlaceBesideTheProposal) {
   const PlanTown town = randomTown(5);
   const Index places = indexOf(town);

@@ -56,6 +56,7 @@ Evidence randomEvidence(Random& random) {
   e.dense.settled = random.below(2);
   e.dense.agreement = random.uniform();
   e.dense.by_chance = random.uniform(0, 0.3);
+  if (random.below(2)) e.dense.shown = random.uniform(-1, 1);
   return e;
 }
 
@@ -101,6 +102,9 @@ TEST(Verdict, ConfidenceNeverFallsWithBetterEvidence) {
       +[](Evidence& e) { e.known_share += 0.05; },
       +[](Evidence& e) { e.dense.agreement += 0.1; },
       +[](Evidence& e) { e.dense.by_chance -= 0.1; },
+      +[](Evidence& e) {
+        if (e.dense.shown) *e.dense.shown += 0.1;
+      },
   };
   Random random(6);
   int grown = 0;
@@ -161,7 +165,7 @@ TEST(Verdict, PointsDecideBetweenPlacesThatScoreAlike) {
   e.score = 160;
   e.runner_up = 90;
   e.dense.of = DenseEvidence::Of::points;
-  e.dense_at_runner_up = DenseEvidence{DenseEvidence::Of::points, true, 0.1, 0.04};
+  e.dense_at_runner_up = DenseEvidence{DenseEvidence::Of::points, true, 0.1, 0.04, {}};
   EXPECT_NE(judged(e).status, Status::accepted) << "points that do not settle";
   e.dense.settled = true;
   e.dense.agreement = 0.12;
@@ -223,6 +227,18 @@ TEST(Verdict, OutsideTheMapIsRejectedAndSaysSo) {
   EXPECT_NE(judged(e).reason.find("10 %"), std::string::npos) << judged(e).reason;
 }
 
+TEST(Verdict, APlaceThatTheQueryDoesNotShowIsRefused) {
+  Evidence e = goodView();
+  e.dense = {DenseEvidence::Of::points, true, 0.35, 0.05, 0.5};
+  EXPECT_EQ(judged(e).status, Status::accepted) << judged(e).reason;
+  e.score = 120;
+  e.standing.score = 60;
+  e.sides[1].score = 40;
+  e.dense.shown = -0.6;
+  EXPECT_NE(judged(e).status, Status::accepted);
+  EXPECT_NE(judged(e).reason.find("does not show"), std::string::npos) << judged(e).reason;
+}
+
 TEST(Witnesses, SayWhatEachKnows) {
   Evidence e = goodView();
   e.with_candidates = 30;
@@ -231,7 +247,7 @@ TEST(Witnesses, SayWhatEachKnows) {
   EXPECT_GT(judged(e).witnesses.correspondences, 5);
   e.kept = 7;
   EXPECT_LT(judged(e).witnesses.correspondences, -5);
-  e.dense = {DenseEvidence::Of::points, true, 0.6, 0.05};
+  e.dense = {DenseEvidence::Of::points, true, 0.6, 0.05, {}};
   EXPECT_GT(judged(e).witnesses.dense, 0);
   e.dense.agreement = 0.1;
   EXPECT_LT(judged(e).witnesses.dense, 0);
@@ -258,11 +274,18 @@ TEST(VerdictModel, IsFoundFromAnswers) {
   VerdictModel truth;
   truth.alone = {-1, 0.8, 1.2};
   truth.registered = {-1, 0.8, 1.2, -1, 0.5, 6};
+  truth.shown = {-1, 0.8, 1.2, -1, 0.5, 6, 3};
   const VerdictModel found = fitVerdictModel(answersOf(truth, 60000));
   for (std::size_t t = kLead; t < kTerms; ++t)  // the constant depends on how many are right
-    EXPECT_NEAR(found.registered[t], truth.registered[t],
-                0.15 * std::abs(truth.registered[t]) + 0.1)
-        << t;
+    EXPECT_NEAR(found.shown[t], truth.shown[t], 0.15 * std::abs(truth.shown[t]) + 0.1) << t;
+}
+
+TEST(VerdictModel, WithoutAnswersThatShowTheMapThoseWeightsStay) {
+  std::vector<JudgedStatistics> answers = answersOf(defaultVerdictModel(), 2000);
+  for (JudgedStatistics& answer : answers) answer.statistics.shown.reset();
+  const VerdictModel found = fitVerdictModel(answers);
+  EXPECT_EQ(found.shown, defaultVerdictModel().shown);
+  EXPECT_NE(found.registered, defaultVerdictModel().registered);
 }
 
 TEST(VerdictModel, SurvivesItsFile) {
@@ -271,7 +294,7 @@ TEST(VerdictModel, SurvivesItsFile) {
   std::ofstream(path) << toText(defaultVerdictModel());
   const VerdictModel read = readVerdictModel(path);
   for (std::size_t t = 0; t < kTerms; ++t)
-    EXPECT_NEAR(read.registered[t], defaultVerdictModel().registered[t], 1e-3);
+    EXPECT_NEAR(read.shown[t], defaultVerdictModel().shown[t], 1e-3);
   std::ofstream(path, std::ios::app) << "registered.hope 3\n";
   EXPECT_THROW(readVerdictModel(path), Error);
   std::ofstream(path) << "alone.lead much\n";

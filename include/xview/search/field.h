@@ -107,6 +107,11 @@ class FieldQuery {
   virtual HeightFit fitHeights(const Eigen::Isometry3d& T_map_query, double slope_sigma) const;
   /// What the score of a pose is the sum of, by sample; surface fields only.
   virtual std::vector<SampleEvidence> evidence(const Eigen::Isometry3d& T_map_query) const;
+  /// The other direction of a score, which no search has made large: how far the query shows what
+  /// stands in the map, where it has looked. Labels do not count, only that something stands there.
+  /// Share of the log-likelihood ratio that a true pose would have on average, in [-1, 1]; negative
+  /// if the query rather saw that nothing is there. 0 for bare graphs, which saw no empty ground.
+  virtual double shown(const Eigen::Isometry3d& T_map_query) const;
 
   // What search() works with: poses of the centre, relative to the origin of the field.
   struct Point {

@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -51,6 +52,8 @@ struct Statistics {
   double dense = 0;         ///< how closely upright things lie on their like then, in [0, 1]
   double by_chance = 0;     ///< and how closely they would some metres off
   double rival = 0;         ///< how much more than by chance at the next place, if that is close
+  std::optional<double>
+      shown;  ///< how far the query shows what stands in the map, over a close rival
 };
 
 /// Milliseconds per stage, in the order of execution.

@@ -34,7 +34,8 @@ struct PartEvidence {
   double score = 0, expected = 0;
 };
 
-/// What the registration says after it moved the query to the best place.
+/// What was looked at closely at one place: what the query shows of the map, and what the
+/// registration says after it moved the query there.
 struct DenseEvidence {
   enum class Of : std::uint8_t {
     nothing,  ///< there was nothing to register
@@ -46,6 +47,9 @@ struct DenseEvidence {
   /// How closely what stands upright lies on its like, where the map holds anything, in [0, 1].
   double agreement = 0;
   double by_chance = 0;  ///< the same some metres off, in whatever the map holds there
+  /// How far the query shows what stands in the map, in [-1, 1], if that was asked; see
+  /// search::FieldQuery::shown.
+  std::optional<double> shown;
 };
 
 /// What speaks for and against the best place of one query, or of several together, by whatever
@@ -86,17 +90,23 @@ enum Term : std::size_t {
   kFailed = kPlaceTerms,  ///< 1 if the registration did not settle
   kViews,                 ///< 1 if views were registered, not points
   kExcess,                ///< dense agreement over that by chance and that at a close rival
+  kRegisteredTerms,
+  kShown = kRegisteredTerms,  ///< how far the query shows what stands in the map
   kTerms
 };
 
-/// The weights. What the registration says is not independent of the score, so they are fitted
-/// together, and others where nothing could be registered.
+/// The weights. The witnesses are not independent, so those that there are were fitted together:
+/// the place alone, with a registration, and with what the query shows of the map as well.
 struct VerdictModel {
   std::array<double, kPlaceTerms> alone{};
-  std::array<double, kTerms> registered{};
+  std::array<double, kRegisteredTerms> registered{};
+  std::array<double, kTerms> shown{};
+
+  /// Those for the evidence that there is; missing ones are 0.
+  std::array<double, kTerms> weightsFor(const Statistics& statistics) const;
 };
 
-/// The last four are 0 where nothing was registered.
+/// 0 for evidence that there is not.
 std::array<double, kTerms> termsOf(const Statistics& statistics);
 
 /// The model that the program comes with, config/verdict.txt.
@@ -113,7 +123,9 @@ struct JudgedStatistics {
   bool right = false;
 };
 /// The likeliest model if all right answers weigh as much as all wrong ones (logistic regression
-/// with a small ridge, so that it exists). Throws Error if one of the two is missing.
+/// with a small ridge, so that it exists). Each set of weights is learned from all answers that
+/// have its evidence; where none has, the weights stay those of the program. Throws Error if right
+/// or wrong ones are missing.
 VerdictModel fitVerdictModel(const std::vector<JudgedStatistics>& answers);
 
 struct Verdict {
