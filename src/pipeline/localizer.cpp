@@ -378,7 +378,7 @@ Eigen::Quaterniond Localizer::Index::refine(const Query& query, const search::Fi
   Eigen::Isometry3d& best = answer.hypotheses[0].T_map_query;
   const bool ask_rival = evidence.rivalIsClose() && evidence.rival_distance_m > 0;
   // In rooms furniture hides furniture: what a query does not show there says nothing.
-  const bool ask_shown = in_field && map.size >= kTown;
+  const bool ask_shown = in_field && options.places.likelihoods != search::kRooms;
   std::optional<double> shown, rival_shown;
   if (ask_shown) shown = in_field->shown(best);
   if (ask_shown && ask_rival) rival_shown = in_field->shown(answer.hypotheses[1].T_map_query);

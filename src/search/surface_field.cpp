@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <mutex>
 
 #include "search/heights.h"
@@ -103,7 +104,8 @@ double medianHeight(const std::vector<SurfaceSamples::Ground>& ground) {
   return heights.empty() ? 0 : medianOf(std::move(heights));
 }
 
-/// Whatever stands there, without its class, and optionally what was seen.
+/// Whatever stands there, without its class, and optionally where the ground was measured: between
+/// the rings of a scanner things may stand that it does not show.
 PlanView standingThings(const PlanView& view, bool with_known) {
   PlanView things;
   things.cell_m = view.cell_m;
@@ -112,7 +114,10 @@ PlanView standingThings(const PlanView& view, bool with_known) {
   things.origin_z = view.origin_z;
   things.aerial = view.aerial;
   for (const Channel c : kStanding) things[c] = view[c];
-  if (with_known) things.known = view.known;
+  if (with_known) {
+    std::copy_if(view.known.begin(), view.known.end(), std::back_inserter(things.known),
+                 [](const GroundCell& cell) { return cell.measured; });
+  }
   return things;
 }
 

@@ -1,26 +1,41 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <fstream>
 #include <utility>
 
 #include "pipeline/two_streets.h"
 #include "xview/types/pose.h"
+#include "xview/verify/verdict.h"
 
 namespace xview {
 namespace {
 
-Localization localizeNear(const char* circle, double x) {
+/// A verdict that does not ask whether the query shows the map, which tells these streets apart.
+std::string credulousModel() {
+  verify::VerdictModel model = verify::defaultVerdictModel();
+  model.shown = {};
+  std::copy(model.registered.begin(), model.registered.end(), model.shown.begin());
+  const std::string path = testing::TempDir() + "/credulous_verdict.txt";
+  std::ofstream(path) << verify::toText(model);
+  return path;
+}
+
+Localization localizeNear(const char* circle, double x, const std::string& verdict_model = "") {
   const test::PlanTown town = test::twoStreets(false);
   const map::SemanticMap map = test::mapOf(town);
   Options options;
   options.threads = 1;
   options.prior.near = circle;
+  options.verdict.model = verdict_model;
   const Query query = test::queryAt(town, x, 0, poseFromYaw({310, -40, 5}, 2.3));
   return Localizer(map, options).localize(query);
 }
 
 TEST(Prior, IsRefutedByAFarBetterPlaceElsewhere) {
-  const Localization fix = localizeNear("-7,200,15", -7);
+  EXPECT_FALSE(localizeNear("-7,200,15", -7).accepted());
+  const Localization fix = localizeNear("-7,200,15", -7, credulousModel());
   EXPECT_FALSE(fix.accepted());
   EXPECT_EQ(fix.reason.rfind("a place outside of the prior is", 0), 0u) << fix.reason;
 }
