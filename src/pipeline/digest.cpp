@@ -28,8 +28,8 @@ struct Trust {
   float half_m, reach_m, thin_m, gain;
 };
 
-Trust trustOf(Sensor sensor, bool aerial) {
-  if (sensor == Sensor::cloud) return {INFINITY, INFINITY, INFINITY, 1};
+Trust trustOf(Sensor sensor, bool aerial, bool sparse) {
+  if (sensor == Sensor::cloud) return {INFINITY, INFINITY, INFINITY, sparse ? 2.F : 1.F};
   if (sensor == Sensor::lidar) return {40, 50, 60, 2};
   return aerial ? Trust{60, 90, 90, 1} : Trust{10, 30, 25, 1};
 }
@@ -38,7 +38,9 @@ Trust trustOf(Sensor sensor, bool aerial) {
 /// range.
 void castVotes(const Frame& frame, const std::vector<std::uint32_t>& points_per_voxel,
                FrameDigest& digest) {
-  const Trust trust = trustOf(frame.sensor, digest.aerial);
+  const bool sparse = frame.sensor == Sensor::cloud &&
+                      isSparse(digest.cloud, points_per_voxel, graph::kPlanVoxel_m);
+  const Trust trust = trustOf(frame.sensor, digest.aerial, sparse);
   const float density = frame.sensor == Sensor::camera
                             ? kReferenceFocal * kReferenceFocal /
                                   static_cast<float>(frame.camera.fx * frame.camera.fy)

@@ -17,6 +17,7 @@ constexpr double kClearly_rad = 6 / kDegrees;  ///< z is believed to be up if th
 constexpr double kLayerSigma_rad = 0.06;       ///< slope of the ground under a graph
 constexpr double kLayerFlatness = 0.3;         ///< thickness over width of a layer
 constexpr double kLevelledMapSigma_rad = 0.03;
+constexpr double kMountingSigma_rad = 0.05;  ///< how far off level scanners stand
 constexpr double kFewestVertices = 8;
 
 double angleToZ(const Eigen::Vector3d& up) { return std::acos(std::clamp(up.z(), -1.0, 1.0)); }
@@ -45,6 +46,20 @@ Gravity measured(const Eigen::Vector3d& up, double sigma_rad, const std::string&
   gravity.reason = fmt::format("turned upright by {:.1f} +- {:.1f} deg, by {}",
                                angleToZ(up) * kDegrees, sigma_rad * kDegrees, source);
   return gravity;
+}
+
+/// A frame that is that of its first scan stands as the scanner stood, not as gravity says.
+bool isFrameOfScanner(const FrameDigest& first) {
+  return first.sensor != Sensor::camera &&
+         first.T_odom_sensor.linear() == Eigen::Matrix3d::Identity();
+}
+
+/// How far off z may be that is kept all the same: what the mounting of scanners and the measured
+/// up leave of their lean, together with that lean.
+double errorOfKept(double off_rad, double sigma_rad) {
+  const double mounting = kMountingSigma_rad * kMountingSigma_rad, seen = sigma_rad * sigma_rad;
+  return std::hypot(off_rad * mounting / (mounting + seen),
+                    std::sqrt(mounting * seen / (mounting + seen)));
 }
 
 /// Mean height of ground classes and of the others over a layer, and how sure their order is.
@@ -92,8 +107,10 @@ Gravity gravityOf(const std::vector<PlaceBuilder::SharedDigest>& frames, const L
   const double off = angleToZ(evidence.up);
   if (mode == "free" || isClearlyOff(off, evidence.sigma_rad))
     return measured(evidence.up, evidence.sigma_rad, evidence.source);
-  return asGiven(fmt::format("{} say {:.1f} +- {:.1f} deg off it", evidence.source, off * kDegrees,
-                             evidence.sigma_rad * kDegrees));
+  Gravity gravity = asGiven(fmt::format("{} say {:.1f} +- {:.1f} deg off it", evidence.source,
+                                        off * kDegrees, evidence.sigma_rad * kDegrees));
+  if (isFrameOfScanner(*frames.front())) gravity.sigma_rad = errorOfKept(off, evidence.sigma_rad);
+  return gravity;
 }
 
 /// Classes differ in height, so each is taken about its own mean.

@@ -48,6 +48,7 @@ constexpr std::uint32_t kStoodThere =
 /// Voxels of a block that are occupied: 9 of a plane, 6 to 9 of scanners and exact cameras, 13 to
 /// 19 of stereo cameras (each class counted).
 constexpr float kSharp = 10, kScattered = 13;
+constexpr float kLines = 4;  ///< or fewer, if there are gaps between what a scanner measured
 
 /// Voxels of a cloud by blocks.
 class Blocks {
@@ -140,6 +141,13 @@ void keepBestLooks(LabelledCloud& cloud) {
     if (keep[i]) cloud.points[kept++] = cloud.points[i];
   }
   cloud.points.resize(kept);
+}
+
+bool isSparse(const LabelledCloud& voxels, const std::vector<std::uint32_t>& points,
+              double voxel_m) {
+  const auto single = std::count(points.begin(), points.end(), 1U);
+  if (2 * static_cast<std::size_t>(single) <= points.size()) return false;
+  return Blocks(voxels, points, kBlockSide * voxel_m).thickness() <= kLines;
 }
 
 std::vector<float> trustByDensity(const LabelledCloud& voxels,

@@ -34,4 +34,9 @@ void keepBestLooks(LabelledCloud& cloud);
 std::vector<float> trustByDensity(const LabelledCloud& voxels,
                                   const std::vector<std::uint32_t>& points, double voxel_m);
 
+/// Whether most voxels of a cloud hold a single measurement and lie apart from one another: then
+/// one measurement is as good as it gets.
+bool isSparse(const LabelledCloud& voxels, const std::vector<std::uint32_t>& points,
+              double voxel_m);
+
 }  // namespace xview

@@ -21,6 +21,7 @@ constexpr std::uint32_t kFewestPoints = 4;  ///< of a distribution
 constexpr float kCommonNoise = 4;
 /// Of what cells of ground tell within their surface: mostly how far it was seen.
 constexpr float kWithinGround = 0.1f;
+constexpr int kWidest = 3;    ///< a cell of a sparse map speaks for so many cells around it
 constexpr int kTileBits = 5;  ///< a tile is so many cells wide, as a power of two
 
 /// The poses that a map was seen from, on a grid, to ask which of them saw a place best.
@@ -175,6 +176,14 @@ struct Cell {
     distribution.mean += before / static_cast<float>(++points);
     distribution.information += before * (p - distribution.mean).transpose();
   }
+  void add(const Cell& other) {
+    const auto n = static_cast<float>(points), m = static_cast<float>(other.points);
+    const Eigen::Vector3f between = other.distribution.mean - distribution.mean;
+    distribution.mean += m / (n + m) * between;
+    distribution.information +=
+        other.distribution.information + n * m / (n + m) * between * between.transpose();
+    points += other.points;
+  }
   Eigen::Matrix3f covariance() const {
     return distribution.information / static_cast<float>(points);
   }
@@ -232,6 +241,27 @@ Eigen::Matrix3f surplusInformation(const Eigen::Matrix3f& covariance, float side
   Eigen::Vector3f information = (spread.inverse() - even).max(0.f);
   information.tail<2>() *= within;
   return axes.eigenvectors() * information.asDiagonal() * axes.eigenvectors().transpose();
+}
+
+/// What the points of the cells around say of a cell that has few itself. One beam over a surface,
+/// a level line, tells no more than its direction.
+bool tellsShape(const Cell& cell) {
+  constexpr std::uint32_t kEnough = 8;
+  constexpr float kWidthOfLine = 0.3f, kLevel = 0.5f;
+  if (cell.points < kEnough) return false;
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix3f> axes;
+  axes.computeDirect(cell.covariance());
+  const Eigen::Array3f spread = axes.eigenvalues().array().max(0.f).sqrt();
+  return spread(1) > kWidthOfLine * spread(2) || std::abs(axes.eigenvectors()(2, 2)) > kLevel;
+}
+
+/// The mean of a cell, laid on the surface that the points around it form.
+Eigen::Vector3f laidOn(const Cell& around, const Eigen::Vector3f& mean) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3f> axes(around.covariance());
+  const Eigen::Array3f spread = axes.eigenvalues().array().max(0.f);
+  const Eigen::Array3f own = spread / std::max(1e-9f, spread(2));
+  const Eigen::Array3f away = axes.eigenvectors().transpose() * (mean - around.distribution.mean);
+  return around.distribution.mean + axes.eigenvectors() * (own * away).matrix();
 }
 
 /// Median spread across the surfaces [m].
@@ -391,31 +421,74 @@ class DistributionMap::Tiles {
     });
   }
 
+  /// Fewer than half of the points lie in cells that make a distribution.
+  static bool isSparse(const std::vector<Cell>& cells) {
+    std::size_t all = 0, taking_part = 0;
+    for (const Cell& cell : cells) {
+      all += cell.points;
+      if (cell.points >= kFewestPoints) taking_part += cell.points;
+    }
+    return 2 * taking_part < all;
+  }
+
   /// How thick surfaces are in the map. It is the noise of what the map was made of, and that of a
   /// query will be alike. Of large maps some cells are asked, spread evenly.
-  float typicalThickness() const {
+  float typicalThickness() {
     constexpr std::size_t kSampledPoints = 100000;
     const auto stride = static_cast<std::int32_t>(1 + map_.size() / kSampledPoints);
     HashTable<Cell> sample;
     forPoints(allPoints(), [&](const Eigen::Vector3f& p, const CellKey& cell, std::uint32_t) {
       if ((cell.x + 7 * cell.y) % stride == 0) sample.findOrAdd(cell).add(p);
     });
+    is_sparse_ = isSparse(sample.entries());
     return medianThickness(sample.entries());
   }
 
-  CellTable makeTable(const Tile& tile) const {
-    HashTable<Cell> cells;
+  void addPoints(const Tile& tile, HashTable<Cell>& cells) const {
     for (const Run& run : tile.runs)
       forPoints(run, [&](const Eigen::Vector3f& p, const CellKey& cell, std::uint32_t) {
         cells.findOrAdd(cell).add(p);
       });
+  }
+
+  CellTable makeTable(const Tile& tile) const {
+    HashTable<Cell> cells, around;
+    addPoints(tile, cells);
+    if (is_sparse_) {
+      for (int i = 0; i < 9; ++i) {
+        const Tile* other = tiles_.find({tile.key.x + i % 3 - 1, tile.key.y + i / 3 - 1});
+        if (other) addPoints(*other, around);
+      }
+    }
     for (Cell& cell : cells.entries()) {
+      float side = side_;
+      if (is_sparse_ && cell.points < kFewestPoints) side = widen(around, cell);
       Distribution& d = cell.distribution;
       const float within = isGround(kindOfGroup(cell.key.group)) ? kWithinGround : 1;
-      d.information = surplusInformation(cell.covariance(), side_, variance_, within);
+      d.information = surplusInformation(cell.covariance(), side, variance_, within);
       d.view = views_.directionFrom(map_.origin + d.mean.cast<double>());
     }
     return CellTable(std::move(cells));
+  }
+
+  /// Gives a cell the points of the cells around it, as far as it takes to tell their shape.
+  /// Returns the side of what it speaks for then.
+  float widen(const HashTable<Cell>& all, Cell& cell) const {
+    for (int reach = 1; reach <= kWidest; ++reach) {
+      Cell wide(cell.key);
+      for (int dz = -reach; dz <= reach; ++dz)
+        for (int dy = -reach; dy <= reach; ++dy)
+          for (int dx = -reach; dx <= reach; ++dx) {
+            const CellKey& k = cell.key;
+            const Cell* other = all.find({k.x + dx, k.y + dy, k.z + dz, k.group});
+            if (other) wide.add(*other);
+          }
+      if (!tellsShape(wide)) continue;
+      wide.distribution.mean = laidOn(wide, cell.distribution.mean);
+      cell = wide;
+      return static_cast<float>(2 * reach + 1) * side_;
+    }
+    return side_;
   }
 
   const CellTable& tableOf(const Tile& tile) const {
@@ -436,9 +509,10 @@ class DistributionMap::Tiles {
   const LabelledCloud& map_;
   const LabelSet labels_;
   const Viewpoints views_;
-  const float side_;    ///< of a cell [m]
-  float noise_m_ = 0;   ///< by which looks at one surface err as a whole
-  float variance_ = 0;  ///< added to every distribution [m^2]
+  const float side_;        ///< of a cell [m]
+  float noise_m_ = 0;       ///< by which looks at one surface err as a whole
+  bool is_sparse_ = false;  ///< cells ask their neighbours
+  float variance_ = 0;      ///< added to every distribution [m^2]
   HashTable<Tile, std::deque<Tile>> tiles_;
 };
 

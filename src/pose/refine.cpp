@@ -48,8 +48,10 @@ constexpr double kMoreWeight = 3000;
 /// Of how far starts to both sides end apart, along a street that shows nothing lengthwise.
 constexpr double kStarts = 0.7;
 constexpr double kFloor_m = 0.0005, kFloor_rad = 0.00008;
-/// Of single poses in themselves, as by motion while a scanner turns.
-constexpr double kSinglePose_m = 0.001, kSinglePose_rad = 0.00012;
+/// Of single poses in themselves, as by motion while a scanner turns: what stands on wheels pitches
+/// and rolls meanwhile.
+constexpr double kSinglePose_m = 0.001, kSinglePoseUp_m = 0.0025;
+constexpr double kSinglePose_rad = 0.00012, kSinglePoseTilt_rad = 0.0009;
 
 using Matrix6Xd = Eigen::Matrix<double, 6, Eigen::Dynamic>;
 
@@ -219,12 +221,17 @@ Matrix6d covarianceOf(const Fit& fit, const Eigen::Matrix3d& start_open,
                         covarianceOfGivenPose(pulled) + covarianceLeftOpen(pulled) +
                         covarianceOfJitter(pulled, registration, fit.descent.at);
   const double poses = std::sqrt(static_cast<double>(registration.poseCount()));
-  const double floor_m = std::hypot(kFloor_m, kSinglePose_m / poses),
-               floor_rad = std::hypot(kFloor_rad, kSinglePose_rad / poses);
-  covariance.diagonal().head<3>().array() += floor_m * floor_m;
+  const auto floor = [&](double always, double single) {
+    return always * always + std::pow(single / poses, 2);
+  };
+  Vector6d floors;
+  floors << Eigen::Vector2d::Constant(floor(kFloor_m, kSinglePose_m)),
+      floor(kFloor_m, kSinglePoseUp_m),
+      Eigen::Vector2d::Constant(floor(kFloor_rad, kSinglePoseTilt_rad)),
+      floor(kFloor_rad, kSinglePose_rad);
+  covariance.diagonal() += floors;
   covariance.topLeftCorner<3, 3>() += kStarts * kStarts * start_open;
   covariance.diagonal().head<2>().array() += std::pow(kCommon * sigma_m, 2);
-  covariance.diagonal().tail<3>().array() += floor_rad * floor_rad;
   return 0.5 * (covariance + covariance.transpose());
 }
 

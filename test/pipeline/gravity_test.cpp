@@ -114,6 +114,16 @@ TEST(Gravity, ThatIsAlignedIsLeftAlone) {
   }
 }
 
+TEST(Gravity, OfAFrameThatStandsAsItsScannerStoodIsLessSure) {
+  const Eigen::Isometry3d none = Eigen::Isometry3d::Identity();
+  const Gravity scanner = turnedCloud(none, withGravity("auto")).query.gravity;
+  EXPECT_FALSE(scanner.turned());
+  EXPECT_GT(scanner.sigma_rad, Options().refine.tilt_sigma_deg * kDegree);
+  EXPECT_LT(scanner.sigma_rad, 4 * kDegree);
+  EXPECT_EQ(turnedCloud(none, withGravity("aligned")).query.gravity.sigma_rad, 0);
+  EXPECT_EQ(turnedFrames(none, withGravity("auto")).query.gravity.sigma_rad, 0);
+}
+
 TEST(Gravity, TurnedQueriesAreFound) {
   const auto& drive = simulatedDrive();
   for (const char* gravity : {"auto", "free"}) {

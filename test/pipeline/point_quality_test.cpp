@@ -230,5 +230,23 @@ TEST(CloudDensity, CountsSurfacesAndNotObjects) {
   }
 }
 
+/// Where nearly every voxel holds one measurement, one is as good as it gets.
+TEST(CloudDensity, OneMeasurementOfASparseScannerCountsInFull) {
+  Frame frame;
+  frame.sensor = Sensor::cloud;
+  for (int i = 0; i < 400; ++i) {
+    Point point;
+    point.x = static_cast<float>(i % 20), point.y = static_cast<float>(i / 20);
+    point.label = 3;
+    frame.cloud.points.push_back(point);
+  }
+  const LabelSet labels = genericLabelSet({3});
+  const auto votesOf = [&](const Frame& seen) { return digestFrame(seen, labels, {}).votes; };
+  for (const float votes : votesOf(frame)) EXPECT_FLOAT_EQ(votes, 1);
+  Frame dense = frame;
+  for (int k = 0; k < 2; ++k) dense.cloud.points += frame.cloud.points;
+  for (const float votes : votesOf(dense)) EXPECT_FLOAT_EQ(votes, 1.5);
+}
+
 }  // namespace
 }  // namespace xview

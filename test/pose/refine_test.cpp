@@ -5,8 +5,10 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <set>
 
 #include "support/label_sets.h"
 #include "xview/types/parallel.h"
@@ -498,6 +500,31 @@ TEST(Refine, AStreetThatTellsNothingLengthwiseLeavesThePlaceAlongItOpen) {
     EXPECT_LT(std::abs(error), 4 * std::sqrt(found.covariance(0, 0))) << off << " " << error;
     EXPECT_LT(found.covariance(1, 1), 0.02 * 0.02) << "across it is known";
   }
+}
+
+/// One point per voxel of 0.8 m, as in thinned maps of sparse scanners: no cell makes a
+/// distribution of its own points.
+TEST(Refine, FindsHeightAndTiltInASparseMap) {
+  LabelledCloud dense = mapCloud(), sparse = dense;
+  sparse.points.clear();
+  std::set<std::array<int, 4>> taken;
+  for (const Point& p : dense.points) {
+    const auto cell = [](float c) { return static_cast<int>(std::floor(c / 0.8F)); };
+    if (taken.insert({cell(p.x), cell(p.y), cell(p.z), static_cast<int>(p.label)}).second)
+      sparse.points.push_back(p);
+  }
+  ASSERT_LT(sparse.size(), 4000u);
+  const DistributionMap map = distributions(std::move(sparse));
+  Street street(2);
+  street.everything(1500);
+  RefineOptions options;
+  options.tilt_sigma_deg = 3;
+  Eigen::Isometry3d error = nudge(0.3, -0.2, -0.5, 1);
+  error.rotate(Eigen::AngleAxisd(2 * kDegree, Eigen::Vector3d::UnitY()));
+  const Refinement found = refineAt(map, street.cloud(), error, Eigen::Vector3d::Zero(), options);
+  ASSERT_TRUE(found.converged);
+  EXPECT_LT(found.T_map_query.translation().norm(), 0.1);
+  EXPECT_LT(rotationBetween(found.T_map_query, Eigen::Isometry3d::Identity()), 0.5 * kDegree);
 }
 
 }  // namespace
