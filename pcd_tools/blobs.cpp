@@ -112,7 +112,8 @@ class BlobsCommand final : public Command {
             "per-class Euclidean clusters (label = class, instance = blob)",
             "Blobs are numbered from 1; instance 0 marks points of clusters that are too small. "
             "Points are thinned to\n"
-            "--blobs.voxel_m first; 0 keeps them all. With --graph_space image the blobs are the "
+            "--blobs.voxel_m first; 0 keeps them all. With --graph_space image or regions the "
+            "blobs are the "
             "regions of each depth+label\n"
             "frame, as in the paper; merging over frames is left to xview graph.",
             "xview blobs scan.pcd blobs.pcd --blobs.tolerance_m 0.3",
@@ -130,9 +131,8 @@ class BlobsCommand final : public Command {
     job.options =
         atSize(given.options,
                sizeFor(given.options, std::vector{static_cast<const FrameSource*>(source.get())}));
-    const bool in_images = job.options.graph_space == "image";
     const BlobbedCloud result =
-        in_images ? regionsOfImages(*source, job) : clusterCloud(*source, job);
+        usesImageRegions(job.options) ? regionsOfImages(*source, job) : clusterCloud(*source, job);
     writeCloud(job.operands[1], result.cloud, source->labels());
     printClasses(result.blobs, source->labels());
     return kDone;

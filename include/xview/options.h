@@ -63,11 +63,12 @@ void visit(OdometryOptions& o, Visitor&& field) {
 /// walks.num_walks, --walks.num_walks 200.
 struct Options {
   std::string method = "auto";
-  std::string graph_space = "cloud";  ///< image: blobs and edges of the place graph are found in
-                                      ///< the images, as in the paper
-  std::string gravity = "auto";       ///< is z up in map and query? See xview/types/gravity.h
-  std::string scale;          ///< "low,high" or "free"; empty = lengths of the query are right
-  std::string size = "auto";  ///< what lengths are usual in the place; see types/place_size.h
+  /// Where the blobs and the edges of a place graph come from: points in space, label images, or
+  /// (regions) the one from label images and the other by distance in space, as in the paper.
+  std::string graph_space = "cloud";
+  std::string gravity = "auto";  ///< is z up in map and query? See xview/types/gravity.h
+  std::string scale;             ///< "low,high" or "free"; empty = lengths of the query are right
+  std::string size = "auto";     ///< what lengths are usual in the place; see types/place_size.h
   int seed = 1;
   int threads = 0;
   PriorOptions prior;
@@ -92,9 +93,10 @@ template <class Visitor>
 void visit(Options& o, Visitor&& field) {
   field("method", o.method, Choices{{"auto", "walks", "search"}},
         "who proposes poses: X-View's walks, the place search, or both");
-  field("graph_space", o.graph_space, Choices{{"cloud", "image"}},
-        "blobs and edges from points in space, or from regions near each other in depth+label "
-        "images (the paper's image space)");
+  field("graph_space", o.graph_space, Choices{{"cloud", "image", "regions"}},
+        "blobs and edges from points in space; image: from regions near each other in depth+label "
+        "images (the paper's image space); regions: the same blobs, edges in space (the paper's "
+        "3-D space)");
   field("gravity", o.gravity, Choices{{"auto", "aligned", "free"}},
         "aligned: z is up in map and query; free: it may not be, what they hold tells, else all "
         "six degrees of freedom are "

@@ -38,7 +38,8 @@ struct FrameDigest {
   Timings timing_ms;  ///< read, lift, blobs
 };
 
-bool isImageSpace(const Options& options);  ///< options.graph_space
+bool isImageSpace(const Options& options);      ///< options.graph_space
+bool usesImageRegions(const Options& options);  ///< blobs come from label images
 
 /// Image space (options.graph_space) is for depth and label images: UsageError for another sensor,
 /// naming the recording.

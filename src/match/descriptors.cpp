@@ -209,9 +209,7 @@ std::vector<Correspondence> DescriptorIndex::Postings::best(const Descriptors& q
   for (std::uint32_t s = slots_begin; s < slots_end; ++s) {
     const float map_total = options.rare_words ? totals[s].rare : totals[s].plain;
     const float share = common[s - slots_begin] / std::min(total, map_total);
-    if (share > static_cast<float>(options.min_similarity)) {
-      matches.push_back({i, vertex_of_slot[s], share});
-    }
+    if (share > 0) matches.push_back({i, vertex_of_slot[s], share});
   }
   const auto k = std::min(matches.size(), static_cast<std::size_t>(options.candidates));
   std::partial_sort(matches.begin(), matches.begin() + static_cast<std::ptrdiff_t>(k),

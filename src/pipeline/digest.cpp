@@ -78,7 +78,7 @@ void findImageBlobs(const Frame& cleaned, const LabelSet& labels, const Options&
 /// The classes whose blobs merging uses: surfaces are sampled in mode running_mean, and most
 /// points are theirs.
 graph::WholeClasses blobClasses(const Options& options) {
-  if (isImageSpace(options)) return graph::WholeClasses::none;
+  if (usesImageRegions(options)) return graph::WholeClasses::none;
   return options.merge.mode == "running_mean" ? graph::WholeClasses::no_surfaces
                                               : graph::WholeClasses::all;
 }
@@ -155,7 +155,7 @@ FrameDigest digestFrame(Frame frame, const LabelSet& labels, const Options& give
   if (frame.sensor == Sensor::cloud)
     doubtSparseSurfaces(labels, lifted.points_per_voxel, graph::kPlanVoxel_m, digest);
   digest.timing_ms.emplace_back("lift", watch.lap_ms());
-  if (isImageSpace(options))
+  if (usesImageRegions(options))
     findImageBlobs(frame, labels, options, digest);
   else
     digest.blobs = frameBlobs(lifted.whole, scan, labels, options);

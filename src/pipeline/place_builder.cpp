@@ -44,11 +44,12 @@ double distance(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
 }  // namespace
 
 bool isImageSpace(const Options& options) { return options.graph_space == "image"; }
+bool usesImageRegions(const Options& options) { return options.graph_space != "cloud"; }
 
 void requireGraphSpace(const Options& options, Sensor sensor, const std::string& recording) {
-  if (!isImageSpace(options) || sensor == Sensor::camera) return;
-  throw UsageError("graph_space = image needs depth and label images, but " + recording +
-                   (sensor == Sensor::lidar ? " holds LiDAR scans" : " is a cloud") +
+  if (!usesImageRegions(options) || sensor == Sensor::camera) return;
+  throw UsageError("graph_space = " + options.graph_space + " needs depth and label images, but " +
+                   recording + (sensor == Sensor::lidar ? " holds LiDAR scans" : " is a cloud") +
                    "; use graph_space = cloud");
 }
 
@@ -138,7 +139,7 @@ void PlaceBuilder::settleUpright() {
 }
 
 void PlaceBuilder::addUpright(const FrameDigest& frame) {
-  if (isImageSpace(options_)) {
+  if (usesImageRegions(options_)) {
     graph_.addImageBlobs(frame.blobs, frame.blob_edges, frame.number);
   } else {
     graph_.add(frame.blobs, frame.number);
@@ -149,12 +150,12 @@ void PlaceBuilder::addUpright(const FrameDigest& frame) {
               Eigen::Isometry3d(place_.gravity.upright), frame.aerial);
 }
 
-/// Thin objects stand where the view from above has them, unless the graph is of image space or as
-/// in the paper.
+/// Thin objects stand where the view from above has them, unless the graph is made as in the paper.
 void PlaceBuilder::drawGraph() {
   place_.graph = graph_.graph();
   if (isImageSpace(options_)) return;
-  if (options_.merge.mode == "running_mean")
+  place_.graph.space = GraphSpace::cloud;
+  if (!usesImageRegions(options_) && options_.merge.mode == "running_mean")
     graph::placeThinObjects(place_.graph, place_.plan, place_.labels);
   graph::connectByRadius(place_.graph, options_.edges);
 }

@@ -78,10 +78,12 @@ pose::Alignment alignWithGravity(const std::vector<Eigen::Vector3d>& from,
 }
 
 /// The largest set of matches that agree pairwise, and every match that agrees with most of it.
-/// Sample consensus fails below about a tenth of inliers, so what cannot agree goes first.
+/// Sample consensus fails below about a tenth of inliers, so what cannot agree goes first; with
+/// tolerance 0 it draws from all matches, as in the paper.
 std::vector<Correspondence> pruned(const WalkGraph& query, const std::vector<Eigen::Vector3d>& map,
                                    const std::vector<Correspondence>& matches,
                                    const verify::ConsistencyOptions& options) {
+  if (options.tolerance_m == 0) return matches;
   constexpr std::size_t kMost = 10000;  // the bits of all pairs of so many take 12 MB
   std::vector<Correspondence> compared = matches;
   if (matches.size() > kMost) {

@@ -29,7 +29,7 @@ struct SessionKind {
   Sensor sensor;
   Mount mount;
   double left_m = -kLane;  ///< from the middle of the road
-  bool is_way_back = false, is_elsewhere = false;
+  bool is_way_back = false, is_elsewhere = false, is_bare = false;
 
   /// Its odometry is as after optimisation.
   bool isMappingDrive() const { return number == kForward || number == kLidar; }
@@ -65,12 +65,26 @@ std::vector<SessionKind> sessionKinds(const SimulationOptions& options) {
       {"rear", choice.rear, 2, Sensor::camera, back, -kLane - 0.15},
       {"reverse", choice.reverse, 3, Sensor::camera, ahead, -kLane, true},
       {"oblique", choice.oblique, 4, Sensor::camera, aside},
+      {"winter", choice.winter, 10, Sensor::camera, ahead, -kLane + 0.25, false, false, true},
       {"aerial", choice.aerial, SessionKind::kAerial, Sensor::camera, aerial, 3},
       {"lidar", choice.lidar, SessionKind::kLidar, Sensor::lidar, scanner},
       {"lidar_reverse", choice.lidar, 8, Sensor::lidar, scanner, -kLane, true},
       {"elsewhere", choice.elsewhere, 6, Sensor::camera, ahead, -kLane, false, true},
       {"lidar_elsewhere", lidar_elsewhere, 9, Sensor::lidar, scanner, -kLane, false, true},
   };
+}
+
+/// Without what grows, and without small things.
+TriangleMesh bare(TriangleMesh mesh) {
+  using namespace town_class;
+  const auto isGone = [](const TriangleMesh::Triangle& triangle) {
+    const std::uint16_t label = triangle.tag.label;
+    return label == kVegetation || label == kTrafficSign || label == kPedestrian ||
+           label == kBicycle;
+  };
+  auto& all = mesh.triangles;
+  all.erase(std::remove_if(all.begin(), all.end(), isGone), all.end());
+  return mesh;
 }
 
 /// What stands somewhere, the way through it, and what a day brings.
@@ -106,15 +120,19 @@ class World {
   }
 
   /// On a day of its own.
-  std::unique_ptr<SimulatedRecording> record(SessionPlan plan) const {
-    auto moved = std::make_shared<RayScene>(whatMoves(plan.seed));
-    const Renderer renderer({static_scene_, std::move(moved)});
+  std::unique_ptr<SimulatedRecording> record(const SessionKind& kind, SessionPlan plan) const {
+    TriangleMesh moving = whatMoves(plan.seed);
+    if (kind.is_bare) moving = bare(std::move(moving));
+    auto moved = std::make_shared<RayScene>(std::move(moving));
+    const Renderer renderer({kind.is_bare ? bare_scene_ : static_scene_, std::move(moved)});
     return std::make_unique<SimulatedRecording>(std::move(plan), renderer, options_);
   }
 
  protected:
-  World(const SimulationOptions& options, TriangleMesh mesh)
-      : options_(options), static_scene_(std::make_shared<RayScene>(std::move(mesh))) {}
+  World(const SimulationOptions& options, TriangleMesh mesh) : options_(options) {
+    if (options.sessions.winter) bare_scene_ = std::make_shared<RayScene>(bare(mesh));
+    static_scene_ = std::make_shared<RayScene>(std::move(mesh));
+  }
 
   virtual LabelSet labels() const = 0;
   virtual TriangleMesh whatMoves(std::uint64_t day_seed) const = 0;
@@ -123,7 +141,7 @@ class World {
   const SimulationOptions& options_;
 
  private:
-  std::shared_ptr<const RayScene> static_scene_;
+  std::shared_ptr<const RayScene> static_scene_, bare_scene_;
 };
 
 /// The options of a town or a floor of this world.
@@ -236,7 +254,7 @@ SimulationOptions styled(SimulationOptions o) {
     takeTown(&TownOptions::car_density, 0.4);
     o.town.lots = Lots::halls;
   } else if (o.sim.style == "office") {
-    o.sessions.aerial = false;
+    o.sessions.aerial = o.sessions.winter = false;
     take(o.route_length_m, usual.route_length_m, 60);
     take(o.frame_spacing_m, usual.frame_spacing_m, 0.4);
     take(o.view_deg, usual.view_deg, 60);
@@ -313,7 +331,7 @@ std::vector<std::unique_ptr<SimulatedRecording>> makeSessions(const SimulationOp
       const Eigen::Vector3d far_away(kFarAway, kFarAway, 0);
       for (Eigen::Isometry3d& T : plan.T_map_sensor) T.pretranslate(far_away);
     }
-    sessions.push_back(place.record(std::move(plan)));
+    sessions.push_back(place.record(kind, std::move(plan)));
   }
   return sessions;
 }

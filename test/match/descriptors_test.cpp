@@ -54,9 +54,7 @@ std::vector<Correspondence> bestByBruteForce(const Descriptors& query, const Des
       }
       for (const auto& [key, count] : b) total_m += weight(key) * count;
       const double share = common / std::min(total_q, total_m);
-      if (common > 0 && share > options.min_similarity) {
-        list.push_back({q, m, static_cast<float>(share)});
-      }
+      if (common > 0) list.push_back({q, m, static_cast<float>(share)});
     }
     std::stable_sort(list.begin(), list.end(), [](const auto& a, const auto& b) {
       return a.similarity > b.similarity + 1e-5f;
@@ -157,7 +155,6 @@ TEST(BestMatches, EqualTheComparisonOfAllPairs) {
         MatchOptions options;
         options.rare_words = rare_words;
         options.candidates = k;
-        options.min_similarity = k == 7 ? 0.2 : 0.0;
         const auto expected = bestByBruteForce(q, m, options);
         const auto found = bestMatches(q, m, options, 1);
         ASSERT_EQ(found.size(), expected.size());

@@ -89,6 +89,29 @@ TEST(Recordings, FramesAreCompleteAndEvenlySpaced) {
   }
 }
 
+TEST(Recordings, InWinterNothingGrowsAndTheHousesStandWhereTheyStood) {
+  SimulationOptions options = smallSimulation();
+  options.sessions = SessionChoice();
+  options.sessions.forward2 = options.sessions.winter = true;
+  const Sessions sessions = byName(options);
+  const auto pixelsOf = [&](const char* session, std::uint16_t label) {
+    std::size_t pixels = 0;
+    for (const std::size_t i : {0u, 10u, 20u}) {
+      const LabelImage image = sessions.at(session)->read(i).label;
+      pixels += std::count(image.pixels.begin(), image.pixels.end(), label);
+    }
+    return pixels;
+  };
+  EXPECT_GT(pixelsOf("forward2", town_class::kVegetation), 100u);
+  EXPECT_EQ(pixelsOf("winter", town_class::kVegetation), 0u);
+  // What stood behind trees is seen as well.
+  EXPECT_GE(pixelsOf("winter", town_class::kBuilding), pixelsOf("forward2", town_class::kBuilding));
+  EXPECT_LT((sessions.at("winter")->truth(20).translation() -
+             sessions.at("forward2")->truth(20).translation())
+                .norm(),
+            0.5);
+}
+
 TEST(Recordings, CleanOdometryIsTheTruthUpToOneUprightMotion) {
   for (const auto& [name, session] : cleanSessions()) {
     const Eigen::Isometry3d T_map_odom = session->truth(0) * session->pose(0).inverse();

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
+#include <yaml-cpp/yaml.h>
 
 #include <filesystem>
 #include <sstream>
@@ -82,6 +83,31 @@ TEST(Config, AFileThatComesWithTheProgramHasAName) {
   const Outcome outcome = runXview({"map", "--print-config", "--config", "synthia_rear"});
   EXPECT_EQ(outcome.code, 1);
   EXPECT_NE(outcome.err.find("paper/synthia"), std::string::npos) << outcome.err;
+}
+
+TEST(Config, ThePresetsOfThePaperSetEverythingThatThePaperSays) {
+  const std::pair<const char*, double> presets[] = {
+      {"paper/synthia", 10}, {"paper/airsim", 15}, {"paper/streetview", 15}};
+  for (const auto& [name, merge_m] : presets) {
+    const YAML::Node options = YAML::Load(effective({"--config", name}));
+    const auto is = [&, preset = name](const char* group, const char* key,
+                                       const std::string& value) {
+      EXPECT_EQ(options[group][key].as<std::string>(), value)
+          << preset << " " << group << "." << key;
+    };
+    EXPECT_EQ(options["method"].as<std::string>(), "walks");
+    EXPECT_EQ(options["graph_space"].as<std::string>(), "regions");
+    is("clean", "boundary_px", "4");
+    is("merge", "mode", "first_observation");
+    EXPECT_EQ(options["merge"]["first_observation_m"].as<double>(), merge_m) << name;
+    is("walks", "num_walks", "200");
+    is("walks", "immediate_return", "false");
+    is("match", "descriptor", "walks");
+    is("match", "rare_words", "false");
+    is("consistency", "tolerance_m", "0");
+    is("posterior", "solver", "gauss_newton");
+    is("refine", "enabled", "false");
+  }
 }
 
 TEST(Config, MissingFileIsAFailureNotAMisuse) {

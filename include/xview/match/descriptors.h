@@ -16,7 +16,6 @@ struct MatchOptions {
   std::string descriptor = "walks";
   int candidates = 15;     ///< k best map vertices per query vertex
   bool rare_words = true;  ///< weight words by their rarity in the map (inverse document frequency)
-  double min_similarity = 0.0;  ///< candidates at or below this are no candidates
 };
 
 template <class Visitor>
@@ -26,8 +25,6 @@ void visit(MatchOptions& o, Visitor&& field) {
   field("candidates", o.candidates, Range{1, 10000},
         "best map vertices kept per query vertex, k of the paper");
   field("rare_words", o.rare_words, "weight walk words by their rarity in the map");
-  field("min_similarity", o.min_similarity, Range{0, 1},
-        "ignore candidates at or below this similarity");
 }
 
 /// Walk descriptors of all vertices of a graph: sorted (word, count) lists one after the other.

@@ -43,6 +43,7 @@ struct SessionChoice {
   bool aerial = true;
   bool elsewhere = false;
   bool lidar = false;
+  bool winter = false;
 };
 
 template <class Visitor>
@@ -51,6 +52,8 @@ void visit(SessionChoice& o, Visitor&& field) {
   field("rear", o.rear, "the same drive with the camera looking back");
   field("reverse", o.reverse, "the way back, on the other lane");
   field("oblique", o.oblique, "the same drive with the camera looking half to the left");
+  field("winter", o.winter,
+        "forward2 when every tree, hedge and sign is gone, and nobody is about; not in an office");
   field("aerial", o.aerial, "the same streets from the air");
   field("elsewhere", o.elsewhere, "a drive in another town, which must not be found in the map");
   field("lidar", o.lidar,

@@ -13,15 +13,14 @@ namespace xview::verify {
 
 struct ConsistencyOptions {
   double tolerance_m = 1.5;
-  double min_separation_m = 1;
+  double min_separation_m = 1;  ///< nearer pairs tell nothing
 };
 
 template <class Visitor>
 void visit(ConsistencyOptions& o, Visitor&& field) {
-  field("tolerance_m", o.tolerance_m, Range{0.001, 1e3},
-        "pair distances of correspondences that agree differ by less than this [m]");
-  field("min_separation_m", o.min_separation_m, Range{0, 1e3},
-        "ignore pairs nearer than this: they tell nothing [m]");
+  field("tolerance_m", o.tolerance_m, Range{0, 1e3},
+        "pair distances of correspondences that agree differ by less than this; 0 = sample "
+        "consensus draws from all of them [m]");
 }
 
 /// Pair distances may also differ by this share of the longer one: drift of the odometry.
