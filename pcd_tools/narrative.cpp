@@ -109,6 +109,10 @@ void Narrative::summary(const std::string& what) const {
   if (verbosity_ != Verbosity::quiet) say(inked(oneLine(what), Ink::bold, stderr), 0);
 }
 
+void Narrative::line(const std::string& what) const {
+  if (verbosity_ != Verbosity::quiet) say("  " + what, 4);
+}
+
 void Narrative::detail(const std::string& what) const {
   if (verbosity_ == Verbosity::verbose) say("  " + oneLine(what), 4);
 }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <optional>
 
+#include "two_visits.h"
 #include "option_check.h"
 #include "xview/sim/route.h"
 
@@ -106,15 +107,22 @@ class World {
   }
 
   /// On a day of its own.
-  std::unique_ptr<SimulatedRecording> record(SessionPlan plan) const {
+  std::unique_ptr<SimulatedRecording> record(const SessionKind& kind, SessionPlan plan) const {
     auto moved = std::make_shared<RayScene>(whatMoves(plan.seed));
-    const Renderer renderer({static_scene_, std::move(moved)});
+    const Renderer renderer(
+        {kind.isMappingDrive() || !after_ ? before_ : after_, std::move(moved)});
     return std::make_unique<SimulatedRecording>(std::move(plan), renderer, options_);
   }
 
+  const std::vector<ThingChange>& changes() const { return changes_; }  ///< world frame
+
  protected:
-  World(const SimulationOptions& options, TriangleMesh mesh)
-      : options_(options), static_scene_(std::make_shared<RayScene>(std::move(mesh))) {}
+  World(const SimulationOptions& options, TwoVisits visits)
+      : options_(options),
+        before_(std::make_shared<RayScene>(std::move(visits.before))),
+        changes_(std::move(visits.changes)) {
+    if (!changes_.empty()) after_ = std::make_shared<RayScene>(std::move(visits.after));
+  }
 
   virtual LabelSet labels() const = 0;
   virtual TriangleMesh whatMoves(std::uint64_t day_seed) const = 0;
@@ -123,7 +131,9 @@ class World {
   const SimulationOptions& options_;
 
  private:
-  std::shared_ptr<const RayScene> static_scene_;
+  std::shared_ptr<const RayScene> before_;  ///< what stands when it is mapped
+  std::shared_ptr<const RayScene> after_;   ///< and later, if that is something else
+  std::vector<ThingChange> changes_;
 };
 
 /// The options of a town or a floor of this world.
@@ -133,6 +143,23 @@ Options seeded(Options options, const SimulationOptions& world, std::uint64_t se
   options.pattern_seed = static_cast<std::uint64_t>(world.seed);
   options.alike = world.sim.alike;
   return options;
+}
+
+/// A place some metres away, on the ground beside the roads and not in a house.
+std::optional<Eigen::Vector3d> roadsideNear(const Town& town, const Eigen::Vector3d& from,
+                                            Random& random) {
+  for (int i = 0; i < 20; ++i) {
+    const double angle = random.uniform(-M_PI, M_PI), way_m = random.uniform(1.5, 5);
+    const Eigen::Vector2d p =
+        from.head<2>() + way_m * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+    const bool is_free =
+        town.field.toRoad(p) > 0.25 &&
+        std::none_of(town.houses.begin(), town.houses.end(),
+                     [&](const Footprint& house) { return house.distanceTo(p) < 0.5; });
+    // As deep in the ground as before.
+    if (is_free) return from + town.onGround(p) - town.onGround(from.head<2>());
+  }
+  return std::nullopt;
 }
 
 class DrivenTown final : public World {
@@ -148,7 +175,10 @@ class DrivenTown final : public World {
 
  private:
   DrivenTown(const SimulationOptions& options, Town town, std::uint64_t seed)
-      : World(options, std::move(town.mesh)),
+      : World(options, withChanges(std::move(town.mesh), townLabels(), options.sim.changed, seed,
+                                   [&](const Eigen::Vector3d& p, Random& random) {
+                                     return roadsideNear(town, p, random);
+                                   })),
         town_(std::move(town)),
         drive_(planDrive(town_.network, options.route_length_m, seed)) {}
 
@@ -179,7 +209,11 @@ class WalkedOffice final : public World {
 
  private:
   WalkedOffice(const SimulationOptions& options, Office office, std::uint64_t seed)
-      : World(options, std::move(office.mesh)), office_(std::move(office)), seed_(seed) {}
+      : World(options,
+              withChanges(std::move(office.mesh), officeLabels(), options.sim.changed, seed,
+                          [](const Eigen::Vector3d&, Random&) { return std::nullopt; })),
+        office_(std::move(office)),
+        seed_(seed) {}
 
   LabelSet labels() const override { return officeLabels(); }
   TriangleMesh whatMoves(std::uint64_t day_seed) const override {
@@ -286,7 +320,8 @@ Frame SimulatedRecording::read(std::size_t index) const {
   return frame;
 }
 
-std::vector<std::unique_ptr<SimulatedRecording>> makeSessions(const SimulationOptions& given) {
+std::vector<std::unique_ptr<SimulatedRecording>> makeSessions(const SimulationOptions& given,
+                                                              std::vector<ThingChange>* changes) {
   SimulationOptions options = styled(given);
   visit(options, OptionCheck());
   const auto seed = static_cast<std::uint64_t>(options.seed);
@@ -313,7 +348,14 @@ std::vector<std::unique_ptr<SimulatedRecording>> makeSessions(const SimulationOp
       const Eigen::Vector3d far_away(kFarAway, kFarAway, 0);
       for (Eigen::Isometry3d& T : plan.T_map_sensor) T.pretranslate(far_away);
     }
-    sessions.push_back(place.record(std::move(plan)));
+    sessions.push_back(place.record(kind, std::move(plan)));
+  }
+  if (changes) {
+    *changes = world->changes();
+    for (ThingChange& change : *changes) {
+      change.foot = T_map_world * change.foot;
+      change.later = T_map_world * change.later;
+    }
   }
   return sessions;
 }
