@@ -113,7 +113,10 @@ class Visit {
       thing.chance[i] =
           shareMet(points, kBeside_m * Eigen::Vector3d(std::cos(angle), std::sin(angle), 0));
     }
-    const double reach_m = kSameThing_m + meet_m_ - kMeet_m + v.extent.head<2>().maxCoeff() / 4;
+    // The middle of a large thing depends on what of it was seen, the foot of a post does not.
+    const bool is_post = isPost(labels().kind(v.label));
+    const double large_m = is_post ? 0 : v.extent.head<2>().maxCoeff() / 4;
+    const double reach_m = kSameThing_m + meet_m_ - kMeet_m + large_m;
     thing.is_matched = std::any_of(things_.begin(), things_.end(), [&](const Thing& other) {
       return labels().kind(other.vertex->label) == labels().kind(v.label) &&
              (other.position - thing.position).norm() <= reach_m;
