@@ -235,7 +235,7 @@ class LocalizeCommand final : public Command {
       tryTo([&] { answer(query); }, query, job);
       tryTo([&] { files_.end(job); }, "", job);
     }
-    files_.finish(job);
+    files_.finish(map, job);
     results.finish();
     if (answered_ > 0) job.narrate.summary(table.summary());
     for (const std::string& error : errors_) job.narrate.error(error);
@@ -281,7 +281,7 @@ class LocalizeCommand final : public Command {
       answer.heading_rad = headingOf(answer.fix.T_map_sensor.linear(), query.sensor);
       ++answered_;
       accepted_ += answer.fix.accepted();
-      files_.add(answer, [&] { return localizer.explain(query, answer.fix); });
+      files_.add(answer, query, [&] { return localizer.explain(query, answer.fix); });
       sayLost(answer, job.narrate);
       sayEvidence(answer, job.narrate);
       const std::string lines = table_->add(answer);

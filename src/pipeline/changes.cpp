@@ -87,15 +87,16 @@ class Visit {
     }
     std::vector<Eigen::Vector3d> of_class, of_any;
     const ClassCell low = cellOf(box.min(), kBlock_m, 0), high = cellOf(box.max(), kBlock_m, 0);
-    for (ClassCell cell = low; cell.z <= high.z; ++cell.z) {
-      for (cell.y = low.y; cell.y <= high.y; ++cell.y) {
-        for (cell.x = low.x; cell.x <= high.x; ++cell.x)
-          upright_.forIn(cell, [&](std::size_t i) {
-            const Eigen::Vector3d p = place_.cloud.position(i);
-            if (!box.contains(p)) return;
-            const bool same = place_.cloud.points[i].label == v.label;
-            (same ? of_class : of_any).push_back(T_common_visit_ * p);
-          });
+    const auto take = [&](std::size_t i) {
+      const Eigen::Vector3d p = place_.cloud.position(i);
+      if (!box.contains(p)) return;
+      const bool same = place_.cloud.points[i].label == v.label;
+      (same ? of_class : of_any).push_back(T_common_visit_ * p);
+    };
+    for (auto z = low.z; z <= high.z; z += 3) {  // each call is about three cells a side
+      for (auto y = low.y; y <= high.y; y += 3) {
+        for (auto x = low.x; x <= high.x; x += 3)
+          upright_.forAround({x + 1, y + 1, z + 1, 0}, take);
       }
     }
     // In noise a post may have points of other labels only.

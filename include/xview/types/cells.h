@@ -59,18 +59,15 @@ class CellLists {
     if (list.empty()) lists_.erase(from);
     add(to, thing);
   }
-  /// Calls visit(thing) for those in the cell.
-  template <class Visit>
-  void forIn(const ClassCell& cell, Visit&& visit) const {
-    const auto found = lists_.find(cell);
-    if (found == lists_.end()) return;
-    for (const std::size_t thing : found->second) visit(thing);
-  }
-  /// The same for the cell and the 26 around it.
+  /// Calls visit(thing) for those in the cell and the 26 around it.
   template <class Visit>
   void forAround(const ClassCell& cell, Visit&& visit) const {
-    for (int i = 0; i < 27; ++i)
-      forIn({cell.x + i % 3 - 1, cell.y + i / 3 % 3 - 1, cell.z + i / 9 - 1, cell.label}, visit);
+    for (int i = 0; i < 27; ++i) {
+      const auto found =
+          lists_.find({cell.x + i % 3 - 1, cell.y + i / 3 % 3 - 1, cell.z + i / 9 - 1, cell.label});
+      if (found == lists_.end()) continue;
+      for (const std::size_t thing : found->second) visit(thing);
+    }
   }
 
  private:
