@@ -167,14 +167,16 @@ TEST(Changes, OfAThingThatStandsAFewMetresAsideAreOneMove) {
       later.cloud.points[i].getVector3fMap() += way.cast<float>();
   }
   const Changes changes = findChanges(earlier, later, Eigen::Isometry3d::Identity(), 0.02);
-  EXPECT_GE(2 * changes.changes.size(), poles.size());
-  EXPECT_GE(changes.changes.size(), 3u);
+  std::size_t moves = 0;
   for (const Change& c : changes.changes) {
-    EXPECT_EQ(c.what, Change::What::moved);
+    EXPECT_GT(c.probability, 0.5);
+    if (c.what != Change::What::moved) continue;  // one of its places was not looked at
+    ++moves;
     ASSERT_TRUE(c.moved_to);
     EXPECT_LT((*c.moved_to - c.position - way).norm(), 0.01);
-    EXPECT_GT(c.probability, 0.5);
   }
+  EXPECT_GE(moves, 2u);
+  EXPECT_GE(2 * moves, changes.changes.size());
 }
 
 TEST(Changes, AreTheSameInWhateverFrameTheLaterVisitIs) {
