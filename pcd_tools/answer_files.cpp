@@ -8,6 +8,7 @@
 #include <filesystem>
 
 #include "outputs.h"
+#include "scenes.h"
 #include "xview/io/atomic_file.h"
 #include "xview/types/error.h"
 #include "xview/view/color_mesh.h"
@@ -26,6 +27,7 @@ Matrix6d odometryCovariance(double way_m, const pose::PosteriorOptions& odometry
   return covariance;
 }
 
+bool isPage(const std::string& path) { return fs::path(path).extension() == ".html"; }
 bool isOneFile(const std::string& path) { return fs::path(path).extension() == ".csv"; }
 
 /// Without ending: FILE of FILE.csv, or QUERY_FIRST-LAST in that folder.
@@ -70,6 +72,29 @@ Color colorOf(Testimony testimony) {
   }
 }
 
+std::string groupOf(Testimony testimony) {
+  switch (testimony) {
+    case Testimony::kept:
+      return "speaks for it";
+    case Testimony::contradicting:
+      return "speaks against it";
+    default:
+      return "where the map was not seen";
+  }
+}
+
+std::vector<SceneMark> marksOf(const Explanation& explanation) {
+  std::vector<SceneMark> marks;
+  for (const Contribution& c : explanation.contributions) {
+    SceneMark mark{groupOf(c.testimony), colorOf(c.testimony), c.map_position, c.name};
+    if (c.nats) mark.note += fmt::format(", {:.1f} nats", *c.nats);
+    if (c.expected) mark.note += fmt::format(" of {:.1f}", *c.expected);
+    if (c.residual_m) mark.note += fmt::format(", {:.2f} m from its partner", *c.residual_m);
+    marks.push_back(std::move(mark));
+  }
+  return marks;
+}
+
 /// Each piece of the query where the pose puts it, with a line to its partner in the map.
 ColorMesh meshOf(const Explanation& explanation) {
   ColorMesh mesh;
@@ -112,7 +137,8 @@ std::string initialPose(const pose::TrajectoryFix& fix, double stamp_s) {
 void AnswerFiles::declare(Flags& flags) {
   flags.add(
       "--explain", explain_,
-      "what speaks for and against an answer: FILE.csv and FILE.ply, or a folder for several");
+      "what speaks for and against an answer: FILE.csv and FILE.ply, a folder of them for several "
+      "queries, or FILE.html, a page for any number");
   flags.add("--tum", tum_, "file for accepted poses, as TUM lines");
   flags.add("--trajectory", trajectory_,
             "file for every pose of the QUERY in the map, as TUM lines");
@@ -127,7 +153,7 @@ void AnswerFiles::check(std::size_t inputs, bool is_cut) const {
       !(trajectory_.empty() && graph_.empty() && matrix_.empty() && initial_pose_.empty());
   if (isOneFile(explain_) && (is_cut || inputs > 1))
     throw UsageError("--explain " + explain_ + " is for one query; name a folder for several");
-  if (isOneFile(explain_)) io::requireWritable(explain_);
+  if (isOneFile(explain_) || isPage(explain_)) io::requireWritable(explain_);
   if (of_way && inputs > 1)
     throw UsageError(fmt::format(
         "--trajectory, --g2o, --matrix and --initialpose are for one QUERY, found {}", inputs));
@@ -152,9 +178,34 @@ void AnswerFiles::take(const QueryInput& input) {
     stamps_s_.push_back(static_cast<double>(i));
 }
 
-void AnswerFiles::add(const Answer& answer, const std::function<Explanation()>& explain) {
+void AnswerFiles::explain(const Answer& answer, const Query& query,
+                          const Explanation& explanation) {
+  if (!isPage(explain_)) return writeExplanation(explain_, answers_, answer, explanation);
+  explained_.push_back(query);
+  explained_.back().plan = {};  // the page shows points and vertices
+  SceneQuery shown = queryWith(explained_.back(), answer.fix);
+  shown.name = answer.frames > 1
+                   ? fmt::format("{} {}-{}", answer.input, answer.first_frame, answer.last_frame)
+                   : answer.input;
+  shown.marks = marksOf(explanation);
+  on_page_.push_back(std::move(shown));
+}
+
+void AnswerFiles::writePage(const map::SemanticMap& map, const Job& job) const {
+  Scene scene = sceneOf(map);
+  scene.queries = on_page_;
+  scene.title = outcomeOf(on_page_);
+  scene.caption =
+      fmt::format("what speaks for and against {} in {}",
+                  on_page_.size() == 1 ? "the answer" : "the answers", job.operands.back());
+  scene.made_by = madeBy("localize", job);
+  writeFile(explain_, htmlPage(scene));
+}
+
+void AnswerFiles::add(const Answer& answer, const Query& query,
+                      const std::function<Explanation()>& explain_answer) {
   ++answers_;
-  if (!explain_.empty()) writeExplanation(explain_, answers_, answer, explain());
+  if (!explain_.empty()) explain(answer, query, explain_answer());
   const Localization& fix = answer.fix;
   if (!fix.accepted()) return;
   accepted_.push_back({answer.last_stamp_s, fix.T_map_sensor});
@@ -210,7 +261,8 @@ void AnswerFiles::writeGraph(const pose::PosteriorOptions& odometry) const {
   io::writePoseGraph(graph_, graph);
 }
 
-void AnswerFiles::finish(const Job& job) const {
+void AnswerFiles::finish(const map::SemanticMap& map, const Job& job) const {
+  if (!on_page_.empty()) writePage(map, job);
   if (tum_.empty()) return;
   if (accepted_.empty()) return removeStale(tum_, job.narrate);
   io::writeTumPoses(tum_, accepted_);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <deque>
 #include <functional>
 #include <string>
 #include <vector>
@@ -10,6 +11,7 @@
 #include "xview/explanation.h"
 #include "xview/io/pose_files.h"
 #include "xview/pose/trajectory.h"
+#include "xview/view/scene.h"
 
 namespace xview::tools {
 
@@ -24,12 +26,13 @@ class AnswerFiles {
   void begin();
   void take(const QueryInput& input);
   /// Answers of one QUERY come in the order of the recording.
-  void add(const Answer& answer, const std::function<Explanation()>& explain);
+  void add(const Answer& answer, const Query& query, const std::function<Explanation()>& explain);
   /// Writes what is about one QUERY: trajectory, graph, matrix and last pose, from its accepted
   /// answers. Without one, what an earlier query left at those paths is removed.
   void end(const Job& job) const;
-  /// Writes the accepted poses of all of them; the same holds.
-  void finish(const Job& job) const;
+  /// Writes the accepted poses of all of them, for which the same holds, and the page of all
+  /// explanations.
+  void finish(const map::SemanticMap& map, const Job& job) const;
 
  private:
   /// The accepted answer that is surest; the first of equals.
@@ -37,11 +40,16 @@ class AnswerFiles {
   void writeTrajectory() const;
   void writeGraph(const pose::PosteriorOptions& odometry) const;
 
+  void explain(const Answer& answer, const Query& query, const Explanation& explanation);
+  void writePage(const map::SemanticMap& map, const Job& job) const;
+
   std::string explain_, tum_, trajectory_, graph_, matrix_, initial_pose_;
   std::vector<Eigen::Isometry3d> T_odom_sensor_;  ///< of this QUERY
   std::vector<double> stamps_s_;
   std::vector<pose::TrajectoryFix> fixes_;
   std::vector<io::StampedPose> accepted_;  ///< of all of them
+  std::deque<Query> explained_;            ///< those on the page, which borrows from them
+  std::vector<SceneQuery> on_page_;
   int answers_ = 0;
 };
 

@@ -14,6 +14,7 @@
 #include "inputs.h"
 #include "outputs.h"
 #include "tool.h"
+#include "windows.h"
 #include "xview/depth_plausibility.h"
 #include "xview/io/label_files.h"
 #include "xview/raw_recording.h"
@@ -27,11 +28,6 @@
 namespace xview::tools {
 namespace {
 
-/// Half-open range of positions in QueryInput::frames.
-struct Window {
-  std::size_t first = 0;
-  std::size_t last = 0;
-};
 /// The flags that say how a QUERY is cut into windows and how those speak to one another.
 struct WindowFlags {
   int size = 0, stride = 0;
@@ -76,34 +72,6 @@ std::vector<Window> windowsOf(const QueryInput& input, const WindowFlags& flags)
   for (std::size_t first = 0; first + length <= frames; first += step)
     windows.push_back({first, first + length});
   return windows;
-}
-
-/// Calls take(query, window) for the windows of a recording, in order. It is digested once,
-/// whatever the windows share, and no more of it is kept than the next window needs.
-void forEachWindow(const QueryInput& input, const WindowFlags& flags, const Job& job,
-                   const std::function<void(const Query&, const Window&)>& take) {
-  const std::vector<Window> windows = windowsOf(input, flags);
-  FrameReport report(*input.source, job.narrate);
-  std::vector<FrameDigest> kept;  // the last of them is the one that was read last
-  auto next = windows.begin();
-  digestRecording(*input.source, job.options, [&](FrameDigest frame) {
-    report.add(frame);
-    kept.push_back(std::move(frame));
-    for (; next != windows.end() && next->last == report.added(); ++next) {
-      const FrameDigest* end = kept.data() + kept.size();
-      const Query query =
-          makeQuery(end - (next->last - next->first), end, input.labels, job.options);
-      report.pause();
-      take(query, *next);
-      report.resume();
-    }
-    const std::size_t first = next == windows.end() ? input.size() : next->first;
-    const std::size_t before = report.added() - kept.size();  // frames that are kept no more
-    if (first > before)
-      kept.erase(kept.begin(),
-                 kept.begin() + static_cast<std::ptrdiff_t>(std::min(first - before, kept.size())));
-  });
-  report.say();
 }
 
 Answer answerFor(const QueryInput& input, const Window& window) {
@@ -267,7 +235,7 @@ class LocalizeCommand final : public Command {
       tryTo([&] { answer(query); }, query, job);
       tryTo([&] { files_.end(job); }, "", job);
     }
-    files_.finish(job);
+    files_.finish(map, job);
     results.finish();
     if (answered_ > 0) job.narrate.summary(table.summary());
     for (const std::string& error : errors_) job.narrate.error(error);
@@ -313,14 +281,14 @@ class LocalizeCommand final : public Command {
       answer.heading_rad = headingOf(answer.fix.T_map_sensor.linear(), query.sensor);
       ++answered_;
       accepted_ += answer.fix.accepted();
-      files_.add(answer, [&] { return localizer.explain(query, answer.fix); });
+      files_.add(answer, query, [&] { return localizer.explain(query, answer.fix); });
       sayLost(answer, job.narrate);
       sayEvidence(answer, job.narrate);
       const std::string lines = table_->add(answer);
       results_->print(json_ ? toJson(answer) : lines, job.narrate);
     };
     if (input.source)
-      forEachWindow(input, windows_, job, answerWindow);
+      forEachWindow(input, windowsOf(input, windows_), job, answerWindow);
     else
       answerWindow(*input.whole, {0, input.size()});
   }

@@ -20,7 +20,7 @@ namespace {
 using CommandMaker = std::unique_ptr<Command> (*)();
 constexpr CommandMaker kCommands[] = {
     makeSimulate, makeInfo,     makeLabel,      makeLift,     makeBlobs, makeGraph, makeMap,
-    makeMatch,    makeLocalize, makeLookalikes, makeEvaluate, makeFuse,  makeLearn, makeView};
+    makeMatch,    makeLocalize, makeLookalikes, makeDiff, makeEvaluate, makeFuse,  makeLearn, makeView};
 
 /// What every command understands.
 struct CommonFlags {

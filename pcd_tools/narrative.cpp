@@ -70,6 +70,8 @@ double percentOf(std::uint64_t count, const graph::LiftCounts& counts) {
          static_cast<double>(std::max<std::uint64_t>(1, counts.all()));
 }
 
+constexpr double kWorthANote = 0.1;  ///< [%] of the measurements that are left out
+
 std::string whyNothingIsLeft(const graph::LiftCounts& counts) {
   if (counts.all() == 0) return "it holds no points at all";
   if (counts.ignored_class >= std::max(counts.no_depth, counts.out_of_range)) {
@@ -109,6 +111,10 @@ void Narrative::summary(const std::string& what) const {
   if (verbosity_ != Verbosity::quiet) say(inked(oneLine(what), Ink::bold, stderr), 0);
 }
 
+void Narrative::line(const std::string& what) const {
+  if (verbosity_ != Verbosity::quiet) say("  " + what, 4);
+}
+
 void Narrative::detail(const std::string& what) const {
   if (verbosity_ == Verbosity::verbose) say("  " + oneLine(what), 4);
 }
@@ -133,8 +139,9 @@ void sayLeftOut(const FrameSource& source, const graph::LiftCounts& counts,
   std::string classes;
   for (const auto& [label, count] : counts.unknown) {
     const double percent = percentOf(count, counts);
+    if (percent < kWorthANote) continue;
     classes += fmt::format("{} {:.{}f} % {}", classes.empty() ? "" : ",", percent,
-                           percent < 1 ? 2 : 0, source.describeUnknown(label));
+                           percent < 1 ? 1 : 0, source.describeUnknown(label));
   }
   if (!classes.empty())
     narrate.note(fmt::format("{}: of its measurements are left out as unlabelled:{}", source.name(),

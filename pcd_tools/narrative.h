@@ -24,6 +24,8 @@ class Narrative {
   void note(const std::string& what) const;
   /// What all of it came to, in one line.
   void summary(const std::string& what) const;
+  /// A line of a list.
+  void line(const std::string& what) const;
   /// Only with --verbose.
   void detail(const std::string& what) const;
   /// Wipes a bar, so that results can be printed where it stood.

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <fmt/core.h>
 
+#include <filesystem>
+
+#include "outputs.h"
 #include "tool.h"
 #include "xview/io/recording.h"
 #include "xview/sim/recordings.h"
@@ -55,7 +58,8 @@ class SimulateCommand final : public Command {
     options_.seed = job.options.seed;
     options_.threads = job.options.threads;
     Stopwatch watch;
-    const auto sessions = makeSessions(options_);
+    std::vector<ThingChange> changes;
+    const auto sessions = makeSessions(options_, &changes);
     job.narrate.stage("town", watch.lap_ms(), fmt::format("{} sessions", sessions.size()));
     for (const auto& session : sessions) {
       std::vector<Eigen::Isometry3d> truth;
@@ -67,10 +71,29 @@ class SimulateCommand final : public Command {
                         fmt::format("{}: {} frames", folder, session->size()));
       fmt::print("{}\n", folder);
     }
+    const std::string table = job.operands[0] + "/changes.csv";
+    if (changes.empty())
+      std::filesystem::remove(table);  // of another world that was there
+    else
+      writeFile(table, toCsv(changes));
     return kDone;
   }
 
  private:
+  /// Where a thing stood or stands, and to where it was moved; map frame.
+  static std::string toCsv(const std::vector<ThingChange>& changes) {
+    constexpr const char* kNames[] = {"gone", "new", "moved"};
+    std::string text = "change,class,x,y,z,to_x,to_y,to_z\n";
+    for (const ThingChange& c : changes) {
+      text += fmt::format("{},{},{:.3f},{:.3f},{:.3f},", kNames[static_cast<int>(c.what)],
+                          c.class_name, c.foot.x(), c.foot.y(), c.foot.z());
+      text += c.what == ThingChange::What::moved
+                  ? fmt::format("{:.3f},{:.3f},{:.3f}\n", c.later.x(), c.later.y(), c.later.z())
+                  : std::string(",,\n");
+    }
+    return text;
+  }
+
   SimulationOptions options_;
 };
 

@@ -73,6 +73,7 @@ std::unique_ptr<Command> makeMap();
 std::unique_ptr<Command> makeMatch();
 std::unique_ptr<Command> makeLocalize();
 std::unique_ptr<Command> makeLookalikes();
+std::unique_ptr<Command> makeDiff();
 std::unique_ptr<Command> makeEvaluate();
 std::unique_ptr<Command> makeFuse();
 std::unique_ptr<Command> makeLearn();

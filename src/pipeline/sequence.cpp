@@ -44,6 +44,7 @@ Window windowOf(const Query& query, std::size_t first, std::size_t last) {
   window.query.plan = query.plan;
   window.query.poses = query.poses;
   window.query.sensor = query.sensor;
+  window.query.size = query.size;
   window.first = first;
   window.last = last;
   return window;

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "option_check.h"
+#include "two_visits.h"
 #include "xview/sim/route.h"
 
 namespace xview {
@@ -124,14 +125,22 @@ class World {
     TriangleMesh moving = whatMoves(plan.seed);
     if (kind.is_bare) moving = bare(std::move(moving));
     auto moved = std::make_shared<RayScene>(std::move(moving));
-    const Renderer renderer({kind.is_bare ? bare_scene_ : static_scene_, std::move(moved)});
+    const auto& what_stands = kind.is_bare                       ? bare_
+                              : kind.isMappingDrive() || !after_ ? before_
+                                                                 : after_;
+    const Renderer renderer({what_stands, std::move(moved)});
     return std::make_unique<SimulatedRecording>(std::move(plan), renderer, options_);
   }
 
+  const std::vector<ThingChange>& changes() const { return changes_; }  ///< world frame
+
  protected:
-  World(const SimulationOptions& options, TriangleMesh mesh) : options_(options) {
-    if (options.sessions.winter) bare_scene_ = std::make_shared<RayScene>(bare(mesh));
-    static_scene_ = std::make_shared<RayScene>(std::move(mesh));
+  World(const SimulationOptions& options, TwoVisits visits)
+      : options_(options), changes_(std::move(visits.changes)) {
+    if (options.sessions.winter)
+      bare_ = std::make_shared<RayScene>(bare(changes_.empty() ? visits.before : visits.after));
+    before_ = std::make_shared<RayScene>(std::move(visits.before));
+    if (!changes_.empty()) after_ = std::make_shared<RayScene>(std::move(visits.after));
   }
 
   virtual LabelSet labels() const = 0;
@@ -141,7 +150,10 @@ class World {
   const SimulationOptions& options_;
 
  private:
-  std::shared_ptr<const RayScene> static_scene_, bare_scene_;
+  std::shared_ptr<const RayScene> before_;  ///< what stands when it is mapped
+  std::shared_ptr<const RayScene> after_;   ///< and later, if that is something else
+  std::shared_ptr<const RayScene> bare_;    ///< and without leaves, if there is a winter
+  std::vector<ThingChange> changes_;
 };
 
 /// The options of a town or a floor of this world.
@@ -151,6 +163,23 @@ Options seeded(Options options, const SimulationOptions& world, std::uint64_t se
   options.pattern_seed = static_cast<std::uint64_t>(world.seed);
   options.alike = world.sim.alike;
   return options;
+}
+
+/// A place some metres away, on the ground beside the roads and not in a house.
+std::optional<Eigen::Vector3d> roadsideNear(const Town& town, const Eigen::Vector3d& from,
+                                            Random& random) {
+  for (int i = 0; i < 20; ++i) {
+    const double angle = random.uniform(-M_PI, M_PI), way_m = random.uniform(1.5, 5);
+    const Eigen::Vector2d p =
+        from.head<2>() + way_m * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+    const bool is_free =
+        town.field.toRoad(p) > 0.25 &&
+        std::none_of(town.houses.begin(), town.houses.end(),
+                     [&](const Footprint& house) { return house.distanceTo(p) < 0.5; });
+    // As deep in the ground as before.
+    if (is_free) return from + town.onGround(p) - town.onGround(from.head<2>());
+  }
+  return std::nullopt;
 }
 
 class DrivenTown final : public World {
@@ -166,7 +195,10 @@ class DrivenTown final : public World {
 
  private:
   DrivenTown(const SimulationOptions& options, Town town, std::uint64_t seed)
-      : World(options, std::move(town.mesh)),
+      : World(options, withChanges(std::move(town.mesh), townLabels(), options.sim.changed, seed,
+                                   [&](const Eigen::Vector3d& p, Random& random) {
+                                     return roadsideNear(town, p, random);
+                                   })),
         town_(std::move(town)),
         drive_(planDrive(town_.network, options.route_length_m, seed)) {}
 
@@ -197,7 +229,11 @@ class WalkedOffice final : public World {
 
  private:
   WalkedOffice(const SimulationOptions& options, Office office, std::uint64_t seed)
-      : World(options, std::move(office.mesh)), office_(std::move(office)), seed_(seed) {}
+      : World(options,
+              withChanges(std::move(office.mesh), officeLabels(), options.sim.changed, seed,
+                          [](const Eigen::Vector3d&, Random&) { return std::nullopt; })),
+        office_(std::move(office)),
+        seed_(seed) {}
 
   LabelSet labels() const override { return officeLabels(); }
   TriangleMesh whatMoves(std::uint64_t day_seed) const override {
@@ -304,7 +340,8 @@ Frame SimulatedRecording::read(std::size_t index) const {
   return frame;
 }
 
-std::vector<std::unique_ptr<SimulatedRecording>> makeSessions(const SimulationOptions& given) {
+std::vector<std::unique_ptr<SimulatedRecording>> makeSessions(const SimulationOptions& given,
+                                                              std::vector<ThingChange>* changes) {
   SimulationOptions options = styled(given);
   visit(options, OptionCheck());
   const auto seed = static_cast<std::uint64_t>(options.seed);
@@ -332,6 +369,13 @@ std::vector<std::unique_ptr<SimulatedRecording>> makeSessions(const SimulationOp
       for (Eigen::Isometry3d& T : plan.T_map_sensor) T.pretranslate(far_away);
     }
     sessions.push_back(place.record(kind, std::move(plan)));
+  }
+  if (changes) {
+    *changes = world->changes();
+    for (ThingChange& change : *changes) {
+      change.foot = T_map_world * change.foot;
+      change.later = T_map_world * change.later;
+    }
   }
   return sessions;
 }

@@ -8,9 +8,9 @@
 namespace xview::test {
 namespace {
 
-const std::vector<std::string> kCommands{"simulate", "info",  "label", "lift",      "blobs",
-                                         "graph",    "map",   "match", "localize",  "evaluate",
-                                         "fuse",     "learn", "view",  "lookalikes"};
+const std::vector<std::string> kCommands{"simulate", "info",  "label", "lift",       "blobs",
+                                         "graph",    "map",   "match", "localize",   "evaluate",
+                                         "fuse",     "learn", "view",  "lookalikes", "diff"};
 
 TEST(Help, ListsEveryCommand) {
   const Outcome outcome = runXview({"--help"});

@@ -614,5 +614,31 @@ TEST_F(TinyTown, AppendingGrowsTheMapAndNotAppendingReplacesIt) {
   EXPECT_EQ(keyframes(), first);
 }
 
+TEST_F(TinyTown, DiffComparesAVisitWithTheMap) {
+  const Outcome outcome = succeed({"diff", map(), town("rear"), "-o", file("changes.csv")});
+  EXPECT_EQ(outcome.out.find("0 gone, 0 new, 0 moved (of "), 0u) << outcome.out;
+  EXPECT_EQ(readText(file("changes.csv")).rfind("change,class,dynamic,x,y,z,", 0), 0u);
+  const Json json = Json::parse(
+      succeed({"diff", "-q", map(), town("rear"), "--json", "-o", file("changes.ply")}).out);
+  EXPECT_EQ(json["gone"], 0);
+  EXPECT_GT(json["seen_by_both"], 3);
+  EXPECT_NE(readText(file("changes.ply")).find("element vertex"), std::string::npos);
+  succeed({"diff", "-q", map(), town("rear"), "-o", file("changes.html")});
+  EXPECT_NE(readText(file("changes.html")).find("seen by both"), std::string::npos);
+}
+
+TEST_F(TinyTown, DiffRefusesWhatItCannotCompare) {
+  writeText(file("changes.csv"), "of an earlier visit");
+  const Outcome elsewhere =
+      runXview({"diff", map(), town("elsewhere"), "-o", file("changes.csv")}, {120, 0, ""});
+  EXPECT_EQ(elsewhere.code, 3);
+  EXPECT_NE(elsewhere.out.find("not found in the map, nothing is compared: "), std::string::npos);
+  EXPECT_FALSE(fs::exists(file("changes.csv")));
+  succeed({"graph", "-q", map(), file("bare.ply")});
+  const Outcome bare = runXview({"diff", map(), file("bare.ply")}, {120, 0, ""});
+  EXPECT_NE(bare.code, 0);
+  EXPECT_EQ(runXview({"diff", map(), town("rear"), "-o", "changes.txt"}).code, 2);
+}
+
 }  // namespace
 }  // namespace xview::test

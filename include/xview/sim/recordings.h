@@ -20,6 +20,7 @@ namespace xview {
 struct WorldStyle {
   std::string style = "suburb";
   double alike = 0;
+  double changed = 0;
 };
 
 template <class Visitor>
@@ -31,6 +32,9 @@ void visit(WorldStyle& o, Visitor&& field) {
   field("alike", o.alike, Range{0, 1},
         "share of the lots and streets, or rooms, that follow one pattern, here and elsewhere; in "
         "a grid at least 0.4");
+  field("changed", o.changed, Range{0, 1},
+        "share of the things (poles, signs, lights; furniture) that were taken away, put up or "
+        "moved after the mapping drives; changes.csv tells which");
 }
 
 /// Which recordings to make. `forward` is always there: its odometry frame is the map frame, and so
@@ -173,8 +177,20 @@ class SimulatedRecording : public FrameSource {
   SimulationOptions options_;
 };
 
+/// What happened to a thing, or to one class of its parts, between the mapping drives and all other
+/// sessions. Map frame.
+struct ThingChange {
+  enum class What { gone, added, moved };
+  What what = What::gone;
+  std::string class_name;
+  Eigen::Vector3d foot = Eigen::Vector3d::Zero();   ///< where it stands, or stood before [m]
+  Eigen::Vector3d later = Eigen::Vector3d::Zero();  ///< where it stands after it was moved [m]
+};
+
 /// The chosen sessions, `forward` first. Each has its own traffic, odometry frame and noise; all
 /// but `elsewhere` share the town. Throws UsageError if an option is out of range.
-std::vector<std::unique_ptr<SimulatedRecording>> makeSessions(const SimulationOptions& options);
+/// `changes` tells what sim.changed did.
+std::vector<std::unique_ptr<SimulatedRecording>> makeSessions(
+    const SimulationOptions& options, std::vector<ThingChange>* changes = nullptr);
 
 }  // namespace xview

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <Eigen/Geometry>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "xview/types/semantic_place.h"
+
+namespace xview {
+
+/// A thing that is not as it was.
+struct Change {
+  enum class What { gone, added, moved };
+  What what = What::gone;
+  std::uint32_t label = 0;                             ///< its class, of the earlier visit's set
+  bool is_dynamic = false;                             ///< of a class that moves anyway: cars
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< of what is new, else as it was [m]
+  Eigen::Vector3d extent = Eigen::Vector3d::Zero();    ///< size of its box [m]
+  double sigma_m = 0;      ///< of its position, and of the pose between the visits [m]
+  double probability = 0;  ///< that this changed, in (0, 1)
+  std::optional<Eigen::Vector3d> moved_to;  ///< where it stands now [m]
+};
+
+const char* toString(Change::What what);  ///< "gone", "new", "moved"
+
+struct Changes {
+  std::vector<Change> changes;  ///< by what happened, the surest first
+  std::size_t compared = 0;     ///< things of static classes where both visits have looked
+  bool has_looked = true;       ///< false: one of them does not tell where it has looked
+};
+
+/// What appeared, disappeared or moved between two visits, in the frame of the earlier one. The
+/// later one must have its classes; `T_earlier_later` brings its frame there and is known to
+/// `sigma_m`.
+///
+/// A thing is a vertex of an object or dynamic class whose points are known. It is gone if the
+/// later visit has looked where it stood and has nothing upright where its points were. A visit has
+/// looked where it measured ground all around the foot, from as near as it sees its other things of
+/// that kind; of other places nothing is said. How much of a thing that still stands is met again
+/// follows from the things that both have, how much is met by chance from places beside them, and
+/// the probability from both. New is what is gone the other way round. What is gone and the nearest
+/// new thing of its class within some metres have moved. Surfaces are not compared.
+Changes findChanges(const Place& earlier, const Place& later,
+                    const Eigen::Isometry3d& T_earlier_later, double sigma_m);
+
+}  // namespace xview

@@ -1,0 +1,324 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "answer_table.h"
+#include "classes.h"
+#include "outputs.h"
+#include "scenes.h"
+#include "windows.h"
+#include "xview/changes.h"
+#include "xview/io/atomic_file.h"
+#include "xview/io/graph_files.h"
+#include "xview/io/label_files.h"
+#include "xview/raw_recording.h"
+#include "xview/types/error.h"
+#include "xview/types/moved_recording.h"
+#include "xview/types/stopwatch.h"
+
+namespace xview::tools {
+namespace {
+
+namespace fs = std::filesystem;
+using What = Change::What;
+
+constexpr const char* kAnyway = " (moves anyway)";
+
+Color colorOf(What what) {
+  switch (what) {
+    case What::gone:
+      return {206, 44, 44};
+    case What::added:
+      return {22, 138, 62};
+    default:
+      return {216, 120, 0};
+  }
+}
+
+std::size_t countOf(const Changes& changes, What what, bool is_dynamic = false) {
+  return static_cast<std::size_t>(
+      std::count_if(changes.changes.begin(), changes.changes.end(),
+                    [&](const Change& c) { return c.what == what && c.is_dynamic == is_dynamic; }));
+}
+
+/// "3 gone, 2 new, 1 moved (of 212 things seen by both)"
+std::string summaryOf(const Changes& changes) {
+  std::string text = fmt::format("{} gone, {} new, {} moved (of {} things seen by both)",
+                                 countOf(changes, What::gone), countOf(changes, What::added),
+                                 countOf(changes, What::moved), changes.compared);
+  const std::size_t gone = countOf(changes, What::gone, true),
+                    added = countOf(changes, What::added, true);
+  if (gone + added > 0)
+    text += fmt::format("; of classes that move anyway {} gone, {} new", gone, added);
+  return text;
+}
+
+/// "pole, ±3 cm, 97 %, moved by 2.10 m"
+std::string noteOf(const Change& change, const LabelSet& labels) {
+  std::string text = fmt::format("{}, ±{}, {:.0f} %", labels.className(change.label),
+                                 lengthText(change.sigma_m), std::floor(100 * change.probability));
+  if (change.moved_to)
+    text += fmt::format(", moved by {:.2f} m", (*change.moved_to - change.position).norm());
+  return text;
+}
+
+std::string toCsv(const Changes& changes, const LabelSet& labels) {
+  std::string text =
+      "change,class,dynamic,x,y,z,size_x,size_y,size_z,sigma,probability,to_x,to_y,to_z\n";
+  for (const Change& c : changes.changes) {
+    text += fmt::format("{},{},{},{:.3f},{:.3f},{:.3f},{:.2f},{:.2f},{:.2f},{:.3f},{:.4f},",
+                        toString(c.what), labels.className(c.label), c.is_dynamic ? 1 : 0,
+                        c.position.x(), c.position.y(), c.position.z(), c.extent.x(), c.extent.y(),
+                        c.extent.z(), c.sigma_m, c.probability);
+    text += c.moved_to ? fmt::format("{:.3f},{:.3f},{:.3f}\n", c.moved_to->x(), c.moved_to->y(),
+                                     c.moved_to->z())
+                       : std::string(",,\n");
+  }
+  return text;
+}
+
+nlohmann::ordered_json toJson(const Change& c, const LabelSet& labels) {
+  const auto listOf = [](const Eigen::Vector3d& p) {
+    return nlohmann::ordered_json{p.x(), p.y(), p.z()};
+  };
+  nlohmann::ordered_json json = {
+      {"change", toString(c.what)},  {"class", labels.className(c.label)},
+      {"dynamic", c.is_dynamic},     {"position", listOf(c.position)},
+      {"extent", listOf(c.extent)},  {"sigma", c.sigma_m},
+      {"probability", c.probability}};
+  if (c.moved_to) json["moved_to"] = listOf(*c.moved_to);
+  return json;
+}
+
+/// A class for each thing that can happen to a class: "gone pole".
+LabelSet changeLabels(const Changes& changes, const LabelSet& labels,
+                      std::vector<std::uint32_t>& ids) {
+  LabelSet set("changes");
+  std::map<std::string, std::uint32_t> known;
+  for (const Change& c : changes.changes) {
+    const std::string name = std::string(toString(c.what)) + " " + labels.className(c.label);
+    const auto [at, is_new] = known.emplace(name, known.size() + 1);
+    ids.push_back(at->second);
+    if (is_new)
+      set.add({at->second, name, colorOf(c.what), c.is_dynamic ? Role::dynamic : Role::object,
+               labels.kind(c.label), false});
+  }
+  return set;
+}
+
+/// One vertex for each change, and two with an edge for what moved.
+void writeChangeGraph(const std::string& path, const Changes& changes, const LabelSet& labels) {
+  std::vector<std::uint32_t> ids;
+  const LabelSet set = changeLabels(changes, labels, ids);
+  SemanticGraph graph;
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> edges;
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    const Change& change = changes.changes[i];
+    Vertex vertex;
+    vertex.label = ids[i];
+    vertex.position = change.position;
+    vertex.extent = change.extent;
+    vertex.sigma_m = change.sigma_m;
+    graph.vertices.push_back(vertex);
+    if (!change.moved_to) continue;
+    vertex.position = *change.moved_to;
+    graph.vertices.push_back(vertex);
+    const auto last = static_cast<std::uint32_t>(graph.size() - 1);
+    edges.emplace_back(last - 1, last);
+  }
+  graph.setEdges(edges);
+  io::writeGraph(path, graph, set);
+}
+
+/// The later visit in the frame of the earlier one.
+struct Found {
+  Place place;
+  Eigen::Isometry3d T_earlier_later = Eigen::Isometry3d::Identity();
+  std::vector<Eigen::Isometry3d> poses;  ///< T_earlier_sensor
+  double sigma_m = 0;
+  std::string how;  ///< one line about how it was brought there
+};
+
+class DiffCommand final : public Command {
+ public:
+  Description describe() const override {
+    return {"diff",
+            "MAP MAP|RECORDING",
+            "what appeared, disappeared or moved between two visits",
+            "The second visit is localized in the first (exit code 3 if it is not accepted). A "
+            "thing is gone where the second\n"
+            "visit looked and nothing stands any more, new the other way round; what one of them "
+            "did not see is not spoken of.\n"
+            "OUT.csv is a table, OUT.ply a graph of the changes, OUT.png or OUT.svg a picture, "
+            "OUT.html a page, OUT.vtk a mesh,\n"
+            "OUT.pcd a cloud.",
+            "xview diff town.xvm town/later -o changes.html",
+            2,
+            2};
+  }
+
+  void declare(Flags& flags) override {
+    input_.declareWithMap(flags);
+    flags.add("-o,--out", out_, "the file to write");
+    flags.add("--json", json_, "print one JSON object instead of a line");
+  }
+
+  ExitCode run(const Job& given) override {
+    const std::string ending = fs::path(out_).extension().string();
+    if (!out_.empty() && ending != ".csv" && !isDrawing(out_))
+      throw UsageError(out_ +
+                       ": expected an ending of .csv, .ply, .png, .svg, .html, .vtk or .pcd");
+    if (!given.options.scale.empty())
+      throw UsageError("--scale: only visits with the same lengths can be compared");
+    io::requireWritable(out_);
+    map::SemanticMap earlier = readMap(given.operands[0], input_, given);
+    const Job job = inMap(given, earlier);
+    Stopwatch watch;
+    const std::optional<Found> later = find(job.operands[1], earlier, job);
+    if (!later) {
+      removeStale(out_, job.narrate);
+      return kNoPose;
+    }
+    job.narrate.stage("localize", watch.lap_ms(), later->how);
+    const Changes changes =
+        findChanges(earlier, later->place, later->T_earlier_later, later->sigma_m);
+    if (!changes.has_looked) requireLooks(earlier, later->place, job);
+    job.narrate.stage("diff", watch.lap_ms(), fmt::format("{} changes", changes.changes.size()));
+    write(changes, earlier, *later, job);
+    sayChanges(changes, earlier.labels, job.narrate);
+    print(changes, earlier.labels, job);
+    return kDone;
+  }
+
+ private:
+  /// Nothing if it is not accepted, which is said.
+  std::optional<Found> find(const std::string& path, map::SemanticMap& earlier,
+                            const Job& job) const {
+    QueryInput input = openQuery(path, input_, job, earlier.labels);
+    if (input.labels.name() == kShapes && earlier.labels.name() != kShapes)
+      reduceToShapes(io::shippedLabelSet(kShapes), earlier);
+    const Localizer localizer(earlier, job.options);
+    return input.source ? findRecording(input, localizer, job) : findWhole(input, localizer, job);
+  }
+
+  static std::optional<Found> findRecording(const QueryInput& input, const Localizer& localizer,
+                                            const Job& job) {
+    PlacedRecording placed = placeRecording(input, localizer, job);
+    if (placed.fixes.empty()) return sayRefused(input.path, placed.reason);
+    Found found;
+    found.poses = placed.T_map_sensor;
+    found.sigma_m = placed.sigma_m;
+    found.how = fmt::format("{}: {} of {} stretches accepted, ±{}", input.path, placed.fixes.size(),
+                            placed.windows, lengthText(placed.sigma_m));
+    const std::size_t left_out = input.size() - (placed.last - placed.first);
+    if (left_out > 0)
+      job.narrate.note(fmt::format("{}: {} of its {} frames are left out, where it was not found",
+                                   input.path, left_out, input.size()));
+    const PosedRecording posed(*input.source, placed.first, std::move(placed.T_map_sensor));
+    found.place = mapOfRecordings({&posed}, job);
+    return found;
+  }
+
+  static std::optional<Found> findWhole(QueryInput& input, const Localizer& localizer, const Job&) {
+    const Localization fix = localizer.localize(*input.whole);
+    if (!fix.accepted()) return sayRefused(input.path, fix.reason);
+    Found found;
+    found.place = std::move(*input.whole);
+    found.T_earlier_later = fix.T_map_query;
+    found.sigma_m = horizontalSigma(fix.covariance);
+    for (const Eigen::Isometry3d& T : found.place.poses) found.poses.push_back(fix.T_map_query * T);
+    const Eigen::Isometry3d& last = found.place.poses.back();
+    const double off_m = (found.poses.back().translation() - last.translation()).norm();
+    const double off_deg = Eigen::AngleAxisd(fix.T_map_query.linear()).angle() * 180 / M_PI;
+    found.how = off_m < kOneFrame_m * found.place.size
+                    ? fmt::format("{} is in the frame of the map but for {} and {:.2f}°",
+                                  input.path, lengthText(off_m), off_deg)
+                    : fmt::format("{} is brought to the frame of the map: {:.1f} m, {:.1f}°",
+                                  input.path, off_m, off_deg);
+    return found;
+  }
+
+  static std::optional<Found> sayRefused(const std::string& path, const std::string& reason) {
+    fmt::print("{}: not found in the map, nothing is compared: {}\n", path, reason);
+    return std::nullopt;
+  }
+
+  [[noreturn]] static void requireLooks(const Place& earlier, const Place& later, const Job& job) {
+    const bool first = earlier.plan.known.empty() || earlier.cloud.empty();
+    (void)later;
+    throw Error(job.operands[first ? 0 : 1],
+                "does not tell where it has looked, so nothing can be said to be gone or new; give "
+                "a recording, or a map that was made of one");
+  }
+
+  void write(const Changes& changes, const map::SemanticMap& earlier, const Found& later,
+             const Job& job) const {
+    const std::string ending = fs::path(out_).extension().string();
+    if (out_.empty()) return;
+    if (ending == ".csv") return writeFile(out_, toCsv(changes, earlier.labels));
+    if (ending == ".ply") return writeChangeGraph(out_, changes, earlier.labels);
+    writeDrawing(out_, sceneOf(changes, earlier, later, job));
+  }
+
+  static Scene sceneOf(const Changes& changes, const map::SemanticMap& earlier, const Found& later,
+                       const Job& job) {
+    Scene scene = tools::sceneOf(earlier);
+    scene.title = summaryOf(changes);
+    scene.caption = job.operands[0] + " and, later, " + job.operands[1];
+    scene.made_by = madeBy("diff", job);
+    SceneLine way{"way of the later visit", {90, 110, 200}, {}};
+    for (const Eigen::Isometry3d& T : later.poses) way.points.push_back(T.translation());
+    if (way.points.size() > 1) scene.lines.push_back(std::move(way));
+    for (const Change& c : changes.changes) {
+      const std::string group = toString(c.what) + std::string(c.is_dynamic ? kAnyway : "");
+      Color color = colorOf(c.what);
+      if (c.is_dynamic)
+        for (std::uint8_t& part : color) part = static_cast<std::uint8_t>((part + 2 * 200) / 3);
+      scene.marks.push_back({group, color, c.position, noteOf(c, earlier.labels)});
+      if (c.moved_to) scene.lines.push_back({"moved", color, {c.position, *c.moved_to}});
+    }
+    for (const What what : {What::gone, What::added, What::moved})
+      scene.facts.emplace_back(toString(what), std::to_string(countOf(changes, what)));
+    scene.facts.emplace_back("seen by both", std::to_string(changes.compared));
+    return scene;
+  }
+
+  void sayChanges(const Changes& changes, const LabelSet& labels, const Narrative& narrate) const {
+    constexpr std::size_t kMost = 12;
+    std::size_t said = 0;
+    for (const Change& c : changes.changes) {
+      if (c.is_dynamic || said == kMost) continue;
+      ++said;
+      narrate.line(fmt::format("{:5}  x {:.2f}, y {:.2f}, z {:.2f} m  {}", toString(c.what),
+                               c.position.x(), c.position.y(), c.position.z(), noteOf(c, labels)));
+    }
+    if (said == kMost && out_.empty() && !json_) narrate.line("-o changes.csv lists all of them");
+  }
+
+  void print(const Changes& changes, const LabelSet& labels, const Job& job) const {
+    if (!json_) return fmt::print("{}\n", summaryOf(changes));
+    nlohmann::ordered_json json = {{"earlier", job.operands[0]},
+                                   {"later", job.operands[1]},
+                                   {"gone", countOf(changes, What::gone)},
+                                   {"new", countOf(changes, What::added)},
+                                   {"moved", countOf(changes, What::moved)},
+                                   {"seen_by_both", changes.compared},
+                                   {"changes", nlohmann::ordered_json::array()}};
+    for (const Change& c : changes.changes) json["changes"].push_back(toJson(c, labels));
+    fmt::print("{}\n", json.dump());
+  }
+
+  static constexpr double kOneFrame_m = 1;  ///< of a town
+  InputFlags input_;
+  std::string out_;
+  bool json_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> makeDiff() { return std::make_unique<DiffCommand>(); }
+
+}  // namespace xview::tools

@@ -1,0 +1,345 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "xview/changes.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <tuple>
+
+#include "xview/types/cells.h"
+#include "xview/types/median.h"
+#include "xview/types/place_size.h"
+
+namespace xview {
+namespace {
+
+// Lengths of a town (types/place_size.h).
+constexpr double kBlock_m = 1;          ///< of the index of points; no reach is longer
+constexpr double kAboveGround_m = 0.3;  ///< lower points may be ground
+constexpr double kPostRadius_m = 0.45;  ///< points of a post are as near to its axis
+constexpr double kPostHeight_m = 12;    ///< and not higher
+constexpr double kAround_m = 1;         ///< ground within that of a foot was looked at
+constexpr double kMeet_m = 0.4;         ///< points of two visits on one thing are as near
+constexpr double kSameThing_m = 0.5;    ///< and their vertices
+constexpr double kMoved_m = 8;          ///< farther away it is another thing
+constexpr double kBeside_m = 2.5;       ///< for what is met by chance
+
+constexpr double kLookedShare = 0.6;  ///< of the cells around a foot
+constexpr double kUsualLooks = 0.9;   ///< of the things of a kind are seen from as near as that
+
+/// How often a thing changes between two visits, before anything is known of it.
+constexpr double kChanged = 0.05;
+/// Of things that stand this share is not met at all, which counts as much as so many things: 3 of
+/// 600 were not in drives with perfect and with noisy sensors.
+constexpr double kUnmet = 0.01, kUnmetWeight = 25;
+
+bool isPost(Kind kind) { return isPoleLike(kind) || kind == Kind::trunk; }
+
+/// A vertex that may change, as the other visit sees it.
+struct Thing {
+  const Vertex* vertex = nullptr;
+  bool is_dynamic = false;
+  Eigen::Vector3d position;  ///< common frame
+  bool was_looked_at = false, is_matched = false;
+  double met = 0;                  ///< share of its points that the other visit meets
+  std::array<double, 4> chance{};  ///< the same, beside it
+};
+
+/// What one visit has seen. Points of a common frame are asked for.
+class Visit {
+ public:
+  Visit(const Place& place, const Eigen::Isometry3d& T_common_visit, double meet_m)
+      : place_(place),
+        T_common_visit_(T_common_visit),
+        T_(T_common_visit.inverse()),
+        meet_m_(meet_m) {
+    for (std::size_t i = 0; i < place.cloud.size(); ++i) {
+      const std::uint32_t label = place.cloud.points[i].label;
+      const Eigen::Vector3d p = place.cloud.position(i);
+      if (isGround(place.labels.kind(label)) || place.labels.role(label) == Role::ignored) continue;
+      const GroundCell* cell = cellAt(inCells(p));
+      if (cell && (place.plan.upright * p).z() < place.plan.origin_z + cell->z + kAboveGround_m)
+        continue;
+      upright_.add(cellOf(p, kBlock_m, 0), i);
+    }
+    collectThings();
+    measureLooks();
+  }
+
+  bool tellsWhereItLooked() const { return !place_.plan.known.empty() && !place_.cloud.empty(); }
+  std::vector<Thing>& things() { return things_; }
+  const std::vector<Thing>& things() const { return things_; }
+  const LabelSet& labels() const { return place_.labels; }
+
+  /// The points of a thing, which stand above the ground; common frame.
+  std::vector<Eigen::Vector3d> pointsOf(const Thing& thing) const {
+    const Vertex& v = *thing.vertex;
+    Eigen::AlignedBox3d box(v.position - v.extent / 2, v.position + v.extent / 2);
+    const bool is_post = isPost(labels().kind(v.label));
+    if (is_post) {
+      const Eigen::Vector3d side(kPostRadius_m, kPostRadius_m, 0);
+      box = Eigen::AlignedBox3d(v.position - side, v.position + side);
+      box.extend(v.position + Eigen::Vector3d(0, 0, kPostHeight_m));
+    } else {
+      const Eigen::Vector3d margin = Eigen::Vector3d::Constant(kMeet_m / 2);
+      box = Eigen::AlignedBox3d(box.min() - margin, box.max() + margin);
+    }
+    std::vector<Eigen::Vector3d> of_class, of_any;
+    const ClassCell low = cellOf(box.min(), kBlock_m, 0), high = cellOf(box.max(), kBlock_m, 0);
+    const auto take = [&](std::size_t i) {
+      const Eigen::Vector3d p = place_.cloud.position(i);
+      if (!box.contains(p)) return;
+      const bool same = place_.cloud.points[i].label == v.label;
+      (same ? of_class : of_any).push_back(T_common_visit_ * p);
+    };
+    for (auto z = low.z; z <= high.z; z += 3) {  // each call is about three cells a side
+      for (auto y = low.y; y <= high.y; y += 3) {
+        for (auto x = low.x; x <= high.x; x += 3)
+          upright_.forAround({x + 1, y + 1, z + 1, 0}, take);
+      }
+    }
+    // In noise a post may have points of other labels only.
+    return of_class.empty() && is_post ? of_any : of_class;
+  }
+
+  /// Fills in what this visit says of a thing of the other one.
+  void judge(Thing& thing, const std::vector<Eigen::Vector3d>& points) const {
+    const Vertex& v = *thing.vertex;
+    thing.was_looked_at = !points.empty() && hasLookedAt(thing.position, v.label);
+    if (!thing.was_looked_at) return;
+    thing.met = shareMet(points, Eigen::Vector3d::Zero());
+    for (std::size_t i = 0; i < thing.chance.size(); ++i) {
+      const double angle = M_PI * (0.25 + 0.5 * static_cast<double>(i));
+      thing.chance[i] =
+          shareMet(points, kBeside_m * Eigen::Vector3d(std::cos(angle), std::sin(angle), 0));
+    }
+    // The middle of a large thing depends on what of it was seen, the foot of a post does not.
+    const bool is_post = isPost(labels().kind(v.label));
+    const double large_m = is_post ? 0 : v.extent.head<2>().maxCoeff() / 4;
+    const double reach_m = kSameThing_m + meet_m_ - kMeet_m + large_m;
+    thing.is_matched = std::any_of(things_.begin(), things_.end(), [&](const Thing& other) {
+      return labels().kind(other.vertex->label) == labels().kind(v.label) &&
+             (other.position - thing.position).norm() <= reach_m;
+    });
+  }
+
+ private:
+  void collectThings() {
+    for (const Vertex& v : place_.graph.vertices) {
+      const Role role = labels().role(v.label);
+      if (role != Role::object && role != Role::dynamic) continue;
+      Thing thing;
+      thing.vertex = &v;
+      thing.is_dynamic = role == Role::dynamic;
+      thing.position = T_common_visit_ * v.position;
+      things_.push_back(thing);
+    }
+  }
+
+  /// From how far away things of each kind are seen.
+  void measureLooks() {
+    std::map<Kind, std::vector<double>> distances;
+    for (const Thing& thing : things_)
+      distances[labels().kind(thing.vertex->label)].push_back(nearestPose(thing.position));
+    for (auto& [kind, values] : distances) looks_m_[kind] = quantileOf(values, kUsualLooks);
+  }
+
+  double nearestPose(const Eigen::Vector3d& p_common) const {
+    const Eigen::Vector3d p = T_ * p_common;
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const Eigen::Isometry3d& pose : place_.poses)
+      nearest = std::min(nearest, (pose.translation() - p).norm());
+    return nearest;
+  }
+
+  /// A thing that stands at a place would have been seen.
+  bool hasLookedAt(const Eigen::Vector3d& p_common, std::uint32_t label) const {
+    const auto usual = looks_m_.find(labels().kind(label));
+    if (usual != looks_m_.end() && nearestPose(p_common) > usual->second) return false;
+    const Eigen::Vector2d foot = inCells(T_ * p_common);
+    const double reach = kAround_m / place_.plan.cell_m;
+    int all = 0, measured = 0;
+    for (double y = std::floor(foot.y() - reach); y <= foot.y() + reach; ++y) {
+      for (double x = std::floor(foot.x() - reach); x <= foot.x() + reach; ++x) {
+        const Eigen::Vector2d middle(x + 0.5, y + 0.5);
+        if ((middle - foot).norm() > reach) continue;
+        const GroundCell* cell = cellAt(middle);
+        measured += cell && cell->measured;
+        ++all;
+      }
+    }
+    return measured >= kLookedShare * all;
+  }
+
+  double shareMet(const std::vector<Eigen::Vector3d>& points, const Eigen::Vector3d& shift) const {
+    const auto met = std::count_if(points.begin(), points.end(), [&](const Eigen::Vector3d& q) {
+      const Eigen::Vector3d p = T_ * (q + shift);
+      bool is_met = false;
+      upright_.forAround(cellOf(p, kBlock_m, 0), [&](std::size_t i) {
+        is_met = is_met || (place_.cloud.position(i) - p).norm() <= meet_m_;
+      });
+      return is_met;
+    });
+    return static_cast<double>(met) / static_cast<double>(points.size());
+  }
+
+  /// A point of this visit in cells of its view from above.
+  Eigen::Vector2d inCells(const Eigen::Vector3d& p) const {
+    const PlanView& plan = place_.plan;
+    const Eigen::Vector3d at = plan.upright * p;
+    return Eigen::Vector2d(at.x() - plan.origin_x, at.y() - plan.origin_y) / plan.cell_m;
+  }
+
+  const GroundCell* cellAt(const Eigen::Vector2d& in_cells) const {
+    GroundCell key;
+    key.x = floorToInt(in_cells.x());
+    key.y = floorToInt(in_cells.y());
+    const auto& known = place_.plan.known;
+    const auto at = std::lower_bound(known.begin(), known.end(), key, inRowOrder<GroundCell>);
+    return at != known.end() && at->x == key.x && at->y == key.y ? &*at : nullptr;
+  }
+
+  const Place& place_;
+  Eigen::Isometry3d T_common_visit_, T_;
+  double meet_m_;
+  CellLists upright_;  ///< points above the ground, this visit's frame
+  std::vector<Thing> things_;
+  std::map<Kind, double> looks_m_;
+};
+
+/// How much is met of things that stand, and how much where they do not.
+class Experience {
+ public:
+  void add(const std::vector<Thing>& things) {
+    for (const Thing& thing : things) {
+      if (!thing.was_looked_at) continue;
+      if (thing.is_matched) standing_.push_back(thing.met);
+      chance_.insert(chance_.end(), thing.chance.begin(), thing.chance.end());
+    }
+  }
+
+  /// That a thing of which so much is met does not stand any more.
+  double probabilityOfChange(double met) const {
+    const auto so_little = [&](double m) { return m <= met; };
+    const auto so_much = [&](double m) { return m >= met; };
+    const double standing = shareOf(standing_, so_little, kUnmet);
+    const double changed = shareOf(chance_, so_much, 1);
+    return kChanged * changed / (kChanged * changed + (1 - kChanged) * standing);
+  }
+
+ private:
+  template <class Condition>
+  static double shareOf(const std::vector<double>& values, const Condition& condition,
+                        double expected) {
+    const auto count = std::count_if(values.begin(), values.end(), condition);
+    return (static_cast<double>(count) + expected * kUnmetWeight) /
+           (static_cast<double>(values.size()) + kUnmetWeight);
+  }
+  std::vector<double> standing_, chance_;
+};
+
+std::vector<Change> changesAmong(const std::vector<Thing>& things, Change::What what,
+                                 const Experience& experience, double sigma_m) {
+  std::vector<Change> changes;
+  for (const Thing& thing : things) {
+    if (!thing.was_looked_at || thing.is_matched) continue;
+    Change change;
+    change.what = what;
+    change.label = thing.vertex->label;
+    change.is_dynamic = thing.is_dynamic;
+    change.position = thing.position;
+    change.extent = thing.vertex->extent;
+    change.sigma_m = std::hypot(thing.vertex->sigma_m, sigma_m);
+    change.probability = experience.probabilityOfChange(thing.met);
+    if (change.probability >= 0.5) changes.push_back(change);
+  }
+  return changes;
+}
+
+/// Joins what is gone with what is new, the nearest pair of one class first.
+void joinMoved(std::vector<Change>& gone, std::vector<Change>& added) {
+  std::vector<std::tuple<double, std::size_t, std::size_t>> pairs;
+  for (std::size_t i = 0; i < gone.size(); ++i) {
+    for (std::size_t j = 0; j < added.size(); ++j) {
+      const double way_m = (gone[i].position - added[j].position).norm();
+      const bool may_be = gone[i].label == added[j].label && !gone[i].is_dynamic;
+      if (may_be && way_m <= kMoved_m) pairs.emplace_back(way_m, i, j);
+    }
+  }
+  std::sort(pairs.begin(), pairs.end());
+  std::vector<bool> is_taken(added.size(), false);
+  for (const auto& [way_m, i, j] : pairs) {
+    if (gone[i].moved_to || is_taken[j]) continue;
+    is_taken[j] = true;
+    gone[i].what = Change::What::moved;
+    gone[i].moved_to = added[j].position;
+    gone[i].probability *= added[j].probability;
+    gone[i].sigma_m = std::hypot(gone[i].sigma_m, added[j].sigma_m);
+  }
+  std::size_t kept = 0;
+  for (std::size_t j = 0; j < added.size(); ++j) {
+    if (!is_taken[j]) added[kept++] = added[j];
+  }
+  added.resize(kept);
+}
+
+Changes compare(Visit& earlier, Visit& later, double sigma_m) {
+  Changes result;
+  result.has_looked = earlier.tellsWhereItLooked() && later.tellsWhereItLooked();
+  for (Thing& thing : earlier.things()) later.judge(thing, earlier.pointsOf(thing));
+  for (Thing& thing : later.things()) earlier.judge(thing, later.pointsOf(thing));
+  Experience experience;
+  experience.add(earlier.things());
+  experience.add(later.things());
+  auto gone = changesAmong(earlier.things(), Change::What::gone, experience, sigma_m);
+  auto added = changesAmong(later.things(), Change::What::added, experience, sigma_m);
+  joinMoved(gone, added);
+  for (const Thing& thing : earlier.things())
+    result.compared += thing.was_looked_at && !thing.is_dynamic;
+  result.compared += static_cast<std::size_t>(std::count_if(
+      added.begin(), added.end(), [](const Change& change) { return !change.is_dynamic; }));
+  result.changes = std::move(gone);
+  result.changes.insert(result.changes.end(), added.begin(), added.end());
+  std::stable_sort(result.changes.begin(), result.changes.end(),
+                   [](const Change& a, const Change& b) {
+                     return std::make_tuple(a.is_dynamic, a.what, -a.probability) <
+                            std::make_tuple(b.is_dynamic, b.what, -b.probability);
+                   });
+  return result;
+}
+
+}  // namespace
+
+const char* toString(Change::What what) {
+  switch (what) {
+    case Change::What::gone:
+      return "gone";
+    case Change::What::added:
+      return "new";
+    default:
+      return "moved";
+  }
+}
+
+Changes findChanges(const Place& earlier, const Place& later,
+                    const Eigen::Isometry3d& T_earlier_later, double sigma_m) {
+  const double size = earlier.size;
+  const Scaled<Place> earlier_town(earlier, 1 / size), later_town(later, 1 / size);
+  Eigen::Isometry3d T = T_earlier_later;
+  scaleLengths(1 / size, T);
+  const double town_sigma_m = sigma_m / size;
+  const double meet_m = std::min(kBlock_m, kMeet_m + 2 * town_sigma_m);
+  Visit first(*earlier_town, Eigen::Isometry3d::Identity(), meet_m);
+  Visit second(*later_town, T, meet_m);
+  Changes result = compare(first, second, town_sigma_m);
+  for (Change& change : result.changes) {
+    change.position *= size;
+    change.extent *= size;
+    change.sigma_m *= size;
+    if (change.moved_to) *change.moved_to *= size;
+  }
+  return result;
+}
+
+}  // namespace xview

@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "xview/changes.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <map>
+
+#include "xview/mapper.h"
+#include "xview/sim/recordings.h"
+#include "xview/types/moved_recording.h"
+
+namespace xview {
+namespace {
+
+/// Two visits of a town in one frame, with or without changes between them.
+struct Visits {
+  std::vector<ThingChange> truth;
+  std::map<std::string, map::SemanticMap> maps;  ///< by session, all in the frame of `forward`
+};
+
+Visits makeVisits(double changed) {
+  SimulationOptions simulation;
+  simulation.seed = 11;
+  simulation.route_length_m = 240;
+  simulation.width = 240;
+  simulation.height = 180;
+  simulation.sim.changed = changed;
+  simulation.sessions.aerial = false;
+  simulation.sessions.forward2 = true;
+  Visits visits;
+  for (const auto& session : makeSessions(simulation, &visits.truth)) {
+    std::vector<Eigen::Isometry3d> truth;
+    for (std::size_t i = 0; i < session->size(); ++i) truth.push_back(session->truth(i));
+    const PosedRecording in_map(*session, 0, truth);
+    visits.maps[session->name()] = buildMap({&in_map}, {});
+  }
+  return visits;
+}
+
+const Visits& changedTown() {
+  static const Visits visits = makeVisits(0.3);
+  return visits;
+}
+
+Changes between(const Visits& visits, const std::string& earlier, const std::string& later) {
+  return findChanges(visits.maps.at(earlier), visits.maps.at(later), Eigen::Isometry3d::Identity(),
+                     0.02);
+}
+
+bool isAt(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+  return (a - b).head<2>().norm() < 0.7;
+}
+
+/// Something of that class went from there, or came there.
+bool isTrue(const Visits& visits, const std::string& class_name, const Eigen::Vector3d& p,
+            bool is_gone) {
+  using What = ThingChange::What;
+  return std::any_of(visits.truth.begin(), visits.truth.end(), [&](const ThingChange& c) {
+    const bool fits = c.what == What::moved || c.what == (is_gone ? What::gone : What::added);
+    const Eigen::Vector3d& at = c.what == What::moved && !is_gone ? c.later : c.foot;
+    return fits && c.class_name == class_name && isAt(p, at);
+  });
+}
+
+struct Score {
+  int reported = 0, right = 0;
+};
+
+Score scoreOf(const Visits& visits, const Changes& changes) {
+  Score score;
+  for (const Change& c : changes.changes) {
+    if (c.is_dynamic) continue;
+    const std::string name = visits.maps.at("forward").labels.className(c.label);
+    const bool came = c.what == Change::What::added;
+    ++score.reported;
+    score.right += isTrue(visits, name, c.position, !came) &&
+                   (!c.moved_to || isTrue(visits, name, *c.moved_to, false));
+  }
+  return score;
+}
+
+/// Vertices of both visits that are among the truth: what could be reported at best.
+int couldBeReported(const Visits& visits, const std::string& later) {
+  int count = 0;
+  for (const std::string& visit : {std::string("forward"), later}) {
+    const map::SemanticMap& map = visits.maps.at(visit);
+    for (const Vertex& v : map.graph.vertices)
+      count += map.labels.role(v.label) == Role::object &&
+               isTrue(visits, map.labels.className(v.label), v.position, visit == "forward");
+  }
+  return count;
+}
+
+TEST(Changes, OfThingsThatWentAndCameAreFoundAndNothingElse) {
+  const Changes changes = between(changedTown(), "forward", "forward2");
+  const Score score = scoreOf(changedTown(), changes);
+  EXPECT_GE(score.right, 6);
+  EXPECT_GE(score.right, 0.9 * score.reported);
+  EXPECT_GE(2 * score.right, couldBeReported(changedTown(), "forward2"));
+  EXPECT_GT(changes.compared, 15U);
+}
+
+TEST(Changes, AreFoundFromTheOtherSide) {
+  const Score score = scoreOf(changedTown(), between(changedTown(), "forward", "rear"));
+  EXPECT_GE(score.right, 5);
+  EXPECT_GE(score.right, 0.9 * score.reported);
+}
+
+TEST(Changes, TurnRoundWithTheVisits) {
+  const auto countOf = [](const Changes& changes, Change::What what) {
+    return std::count_if(changes.changes.begin(), changes.changes.end(),
+                         [&](const Change& c) { return c.what == what && !c.is_dynamic; });
+  };
+  const Changes there = between(changedTown(), "forward", "forward2");
+  const Changes back = between(changedTown(), "forward2", "forward");
+  EXPECT_EQ(countOf(there, Change::What::gone), countOf(back, Change::What::added));
+  EXPECT_EQ(countOf(there, Change::What::added), countOf(back, Change::What::gone));
+  EXPECT_EQ(countOf(there, Change::What::moved), countOf(back, Change::What::moved));
+}
+
+TEST(Changes, AreNoneWhereNothingChangedButTraffic) {
+  const Visits visits = makeVisits(0);
+  for (const std::string later : {"forward2", "rear"}) {
+    const Changes changes = between(visits, "forward", later);
+    EXPECT_GT(changes.compared, 15U);
+    EXPECT_LE(std::count_if(changes.changes.begin(), changes.changes.end(),
+                            [](const Change& c) { return !c.is_dynamic; }),
+              later == "rear" ? 1 : 0);
+    EXPECT_GT(std::count_if(changes.changes.begin(), changes.changes.end(),
+                            [](const Change& c) { return c.is_dynamic; }),
+              5);
+  }
+}
+
+/// Poles that stand alone, every second one of them.
+std::vector<Eigen::Vector3d> someLonelyPoles(const map::SemanticMap& map) {
+  std::vector<Eigen::Vector3d> poles, some;
+  for (const Vertex& v : map.graph.vertices)
+    if (map.labels.kind(v.label) == Kind::pole) poles.push_back(v.position);
+  for (const Eigen::Vector3d& p : poles) {
+    const auto near = std::count_if(poles.begin(), poles.end(), [&](const Eigen::Vector3d& other) {
+      return (other - p).head<2>().norm() < 8;
+    });
+    if (near == 1) some.push_back(p);
+  }
+  for (std::size_t i = 0; 2 * i < some.size(); ++i) some[i] = some[2 * i];
+  some.resize((some.size() + 1) / 2);
+  return some;
+}
+
+TEST(Changes, OfAThingThatStandsAFewMetresAsideAreOneMove) {
+  const map::SemanticMap& earlier = changedTown().maps.at("forward");
+  map::SemanticMap later = earlier;
+  const std::vector<Eigen::Vector3d> poles = someLonelyPoles(earlier);
+  const Eigen::Vector3d way(1.2, -0.9, 0);
+  const auto isMoved = [&](std::uint32_t label, const Eigen::Vector3d& p) {
+    return isPoleLike(earlier.labels.kind(label)) &&
+           std::any_of(poles.begin(), poles.end(), [&](const Eigen::Vector3d& pole) {
+             return (p - pole).head<2>().norm() < 3;
+           });
+  };
+  for (Vertex& v : later.graph.vertices)
+    if (isMoved(v.label, v.position)) v.position += way;
+  for (std::size_t i = 0; i < later.cloud.size(); ++i) {
+    if (isMoved(later.cloud.points[i].label, later.cloud.position(i)))
+      later.cloud.points[i].getVector3fMap() += way.cast<float>();
+  }
+  const Changes changes = findChanges(earlier, later, Eigen::Isometry3d::Identity(), 0.02);
+  std::size_t moves = 0;
+  for (const Change& c : changes.changes) {
+    EXPECT_GT(c.probability, 0.5);
+    if (c.what != Change::What::moved) continue;  // one of its places was not looked at
+    ++moves;
+    ASSERT_TRUE(c.moved_to);
+    EXPECT_LT((*c.moved_to - c.position - way).norm(), 0.01);
+  }
+  EXPECT_GE(moves, 2u);
+  EXPECT_GE(2 * moves, changes.changes.size());
+}
+
+TEST(Changes, AreTheSameInWhateverFrameTheLaterVisitIs) {
+  const map::SemanticMap& earlier = changedTown().maps.at("forward");
+  const Place& later = changedTown().maps.at("forward2");
+  Eigen::Isometry3d T_new_old = Eigen::Isometry3d::Identity();
+  T_new_old.translation() = Eigen::Vector3d(300, -70, 4);
+  Place moved = later;
+  moved.cloud.origin += T_new_old.translation();
+  moved.plan.origin_x += 300;
+  moved.plan.origin_y -= 70;
+  moved.plan.origin_z += 4;
+  for (Vertex& v : moved.graph.vertices) v.position = T_new_old * v.position;
+  for (Eigen::Isometry3d& pose : moved.poses) pose = T_new_old * pose;
+  const Changes here = findChanges(earlier, later, Eigen::Isometry3d::Identity(), 0.02);
+  const Changes there = findChanges(earlier, moved, T_new_old.inverse(), 0.02);
+  ASSERT_EQ(here.changes.size(), there.changes.size());
+  EXPECT_EQ(here.compared, there.compared);
+  for (std::size_t i = 0; i < here.changes.size(); ++i)
+    EXPECT_LT((here.changes[i].position - there.changes[i].position).norm(), 1e-6);
+}
+
+TEST(Changes, AreNotSpokenOfWhereAVisitDoesNotTellWhereItLooked) {
+  map::SemanticMap bare = changedTown().maps.at("forward2");
+  bare.cloud = {};
+  const Changes changes =
+      findChanges(changedTown().maps.at("forward"), bare, Eigen::Isometry3d::Identity(), 0.02);
+  EXPECT_FALSE(changes.has_looked);
+  EXPECT_TRUE(std::none_of(changes.changes.begin(), changes.changes.end(),
+                           [](const Change& c) { return c.what == Change::What::added; }));
+}
+
+}  // namespace
+}  // namespace xview
