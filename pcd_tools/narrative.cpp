@@ -70,8 +70,6 @@ double percentOf(std::uint64_t count, const graph::LiftCounts& counts) {
          static_cast<double>(std::max<std::uint64_t>(1, counts.all()));
 }
 
-constexpr double kWorthANote = 0.1;  ///< [%] of the measurements that are left out
-
 std::string whyNothingIsLeft(const graph::LiftCounts& counts) {
   if (counts.all() == 0) return "it holds no points at all";
   if (counts.ignored_class >= std::max(counts.no_depth, counts.out_of_range)) {
@@ -139,9 +137,11 @@ void sayLeftOut(const FrameSource& source, const graph::LiftCounts& counts,
   std::string classes;
   for (const auto& [label, count] : counts.unknown) {
     const double percent = percentOf(count, counts);
-    if (percent < kWorthANote) continue;
-    classes += fmt::format("{} {:.{}f} % {}", classes.empty() ? "" : ",", percent,
-                           percent < 1 ? 1 : 0, source.describeUnknown(label));
+    const std::string amount = percent < 0.1
+                                   ? std::to_string(count)
+                                   : fmt::format("{:.{}f} %", percent, percent < 1 ? 1 : 0);
+    classes +=
+        fmt::format("{} {} {}", classes.empty() ? "" : ",", amount, source.describeUnknown(label));
   }
   if (!classes.empty())
     narrate.note(fmt::format("{}: of its measurements are left out as unlabelled:{}", source.name(),
