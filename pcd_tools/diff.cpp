@@ -185,7 +185,7 @@ class DiffCommand final : public Command {
     job.narrate.stage("localize", watch.lap_ms(), later->how);
     const Changes changes =
         findChanges(earlier, later->place, later->T_earlier_later, later->sigma_m);
-    if (!changes.has_looked) requireLooks(earlier, later->place, job);
+    if (!changes.has_looked) requireLooks(earlier, job);
     job.narrate.stage("diff", watch.lap_ms(), fmt::format("{} changes", changes.changes.size()));
     write(changes, earlier, *later, job);
     sayChanges(changes, earlier.labels, job.narrate);
@@ -201,7 +201,7 @@ class DiffCommand final : public Command {
     if (input.labels.name() == kShapes && earlier.labels.name() != kShapes)
       reduceToShapes(io::shippedLabelSet(kShapes), earlier);
     const Localizer localizer(earlier, job.options);
-    return input.source ? findRecording(input, localizer, job) : findWhole(input, localizer, job);
+    return input.source ? findRecording(input, localizer, job) : findWhole(input, localizer);
   }
 
   static std::optional<Found> findRecording(const QueryInput& input, const Localizer& localizer,
@@ -222,7 +222,7 @@ class DiffCommand final : public Command {
     return found;
   }
 
-  static std::optional<Found> findWhole(QueryInput& input, const Localizer& localizer, const Job&) {
+  static std::optional<Found> findWhole(QueryInput& input, const Localizer& localizer) {
     const Localization fix = localizer.localize(*input.whole);
     if (!fix.accepted()) return sayRefused(input.path, fix.reason);
     Found found;
@@ -246,9 +246,9 @@ class DiffCommand final : public Command {
     return std::nullopt;
   }
 
-  [[noreturn]] static void requireLooks(const Place& earlier, const Place& later, const Job& job) {
+  /// One of the visits is to blame.
+  [[noreturn]] static void requireLooks(const Place& earlier, const Job& job) {
     const bool first = earlier.plan.known.empty() || earlier.cloud.empty();
-    (void)later;
     throw Error(job.operands[first ? 0 : 1],
                 "does not tell where it has looked, so nothing can be said to be gone or new; give "
                 "a recording, or a map that was made of one");

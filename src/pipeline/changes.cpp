@@ -30,8 +30,8 @@ constexpr double kUsualLooks = 0.9;   ///< of the things of a kind are seen from
 
 /// How often a thing changes between two visits, before anything is known of it.
 constexpr double kChanged = 0.05;
-/// Of things that stand this share is not met at all, which counts as much as so many things: 3 of
-/// 600 were not in drives with perfect and with noisy sensors.
+/// Of things that stand this share is presumed not to be met at all, which counts as much as so
+/// many things of the two visits.
 constexpr double kUnmet = 0.01, kUnmetWeight = 25;
 
 bool isPost(Kind kind) { return isPoleLike(kind) || kind == Kind::trunk; }
