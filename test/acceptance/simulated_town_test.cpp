@@ -48,10 +48,10 @@ TEST_F(SimulatedTown, ScansAreFoundInTheMapOfACamera) {
   EXPECT_GE(tally.accepted, 2u) << tally.reasons;
 }
 
-/// Lines of the README's code blocks that call the program, in order.
-std::vector<std::string> commandsOfTheReadme() {
+/// Lines of the code blocks of a page that call the program, in order.
+std::vector<std::string> commandsOf(const std::string& page) {
   std::vector<std::string> commands;
-  std::istringstream lines(readText(XVIEW_SOURCE_DIR "/README.md"));
+  std::istringstream lines(readText(XVIEW_SOURCE_DIR "/" + page));
   bool fenced = false;
   for (std::string line; std::getline(lines, line);) {
     if (line.rfind("```", 0) == 0) fenced = !fenced;
@@ -73,21 +73,25 @@ int runLine(const std::string& folder, const std::string& command) {
   return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
 }
 
-/// The README speaks of a town, of a scan in it and of a cloud of the town. What else its commands
-/// need they make themselves, so they run in order; lines of other programs (pdal, CloudCompare)
-/// are none of ours.
-TEST_F(SimulatedTown, CommandsOfTheReadmeRunInTheirOrder) {
-  outputOf({"lift", "--quiet", file("town/rear"), "--frames", "20:50", file("scan.pcd")});
-  outputOf({"lift", "--quiet", file("town/forward"), file("town.pcd")});
+/// README and tutorial speak of the town of `./run demo` and of clouds of it. What else their
+/// commands need they make themselves, so they run in order; lines of other programs (pdal,
+/// pcl_viewer) are none of ours.
+TEST_F(SimulatedTown, CommandsOfReadmeAndTutorialRunInTheirOrder) {
   fs::create_directory(file("build"));
   fs::create_symlink(XVIEW_PROGRAM, file("build/xview"));
-  const std::vector<std::string> commands = commandsOfTheReadme();
-  EXPECT_GE(commands.size(), 8u);
-  for (const std::string& command : commands) {
-    const int code = runLine(folder_->path(), command);
-    const bool some_refused = code == 3 && command.find("--window") != std::string::npos;
-    EXPECT_TRUE(code == 0 || some_refused) << command << " ended with " << code << "\n"
-                                           << readText(file("last_errors"));
+  fs::create_directory(file("demo"));
+  fs::create_directory_symlink(file("town"), file("demo/town"));
+  for (const auto& [page, least] :
+       {std::pair("README.md", 5u), std::pair("docs/tutorial.md", 12u)}) {
+    const std::vector<std::string> commands = commandsOf(page);
+    EXPECT_GE(commands.size(), least) << page;
+    for (const std::string& command : commands) {
+      const int code = runLine(folder_->path(), command);
+      const bool some_refused = code == 3 && command.find("--window") != std::string::npos;
+      EXPECT_TRUE(code == 0 || some_refused)
+          << page << ": " << command << " ended with " << code << "\n"
+          << readText(file("last_errors"));
+    }
   }
 }
 
