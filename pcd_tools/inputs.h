@@ -39,9 +39,6 @@ std::unique_ptr<FrameSource> openInput(const std::string& path, const io::InputO
 std::unique_ptr<FrameSource> openPlaceInput(const std::string& path,
                                             const io::InputOptions& options, const Job& job);
 
-/// The name of the label set of classes from shapes.
-constexpr const char* kShapes = "shapes";
-
 /// How to read what shall be found in a map or added to it.
 io::InputOptions inputIn(const InputFlags& input, const LabelSet& map_labels);
 

@@ -2,6 +2,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <map>
 #include <mutex>
@@ -12,6 +13,7 @@
 #include "xview/io/image_files.h"
 #include "xview/io/label_files.h"
 #include "xview/label/network.h"
+#include "xview/raw_recording.h"
 #include "xview/types/error.h"
 #include "xview/types/forwarding_source.h"
 #include "xview/types/stopwatch.h"
@@ -26,22 +28,58 @@ bool isCloudPath(const std::string& path) {
   return ending == ".pcd" || ending == ".ply";
 }
 
-/// The images of RECORDING/rgb by the number in their names.
-std::map<std::int64_t, std::string> colorFiles(const std::string& recording) {
-  const fs::path folder = fs::path(recording) / "rgb";
-  if (!fs::is_directory(folder))
-    throw Error(folder.string(), "no such folder; a network labels the images of RECORDING/rgb");
-  std::map<std::int64_t, std::string> files;
-  for (const auto& entry : fs::directory_iterator(folder)) {
-    const std::string ending = entry.path().extension().string();
-    if (ending != ".png" && ending != ".jpg" && ending != ".jpeg") continue;
-    const std::string stem = entry.path().stem().string();
-    const std::size_t digits = stem.find_last_not_of("0123456789") + 1;
-    if (digits < stem.size() && stem.size() - digits < 19)
-      files[std::stoll(stem.substr(digits))] = entry.path().string();
+/// The colour images of a recording: those of its rgb.txt by time, as TUM RGB-D has them, or those
+/// of RECORDING/rgb by the number in their names.
+class ColorFiles {
+ public:
+  explicit ColorFiles(const std::string& recording) : recording_(recording) {
+    const fs::path root(recording);
+    if (const fs::path list = root / "rgb.txt";
+        fs::exists(list) && fs::exists(root / "depth.txt")) {
+      for (io::StampedFile& image : io::readFileList(list)) by_stamp_[image.stamp_s] = image.path;
+      if (by_stamp_.empty()) throw Error(list, "there is no image in it");
+    } else if (fs::is_directory(root / "rgb")) {
+      readFolder(root / "rgb");
+    } else {
+      throw Error((root / "rgb").string(),
+                  "no such folder; a network labels the images of RECORDING/rgb");
+    }
   }
-  return files;
-}
+
+  const std::string& of(std::int64_t number, double stamp_s) const {
+    constexpr double kSameTime_s = 0.05;
+    if (by_stamp_.empty()) {
+      const auto found = by_number_.find(number);
+      if (found != by_number_.end()) return found->second;
+      throw Error(recording_ + "/rgb", fmt::format("no image of frame {}", number));
+    }
+    auto nearest = by_stamp_.lower_bound(stamp_s);
+    if (nearest == by_stamp_.end() ||
+        (nearest != by_stamp_.begin() &&
+         stamp_s - std::prev(nearest)->first < nearest->first - stamp_s))
+      --nearest;
+    if (std::abs(nearest->first - stamp_s) <= kSameTime_s) return nearest->second;
+    throw Error(recording_ + "/rgb.txt",
+                fmt::format("no image within {} s of frame {}, which is of {:.3f} s", kSameTime_s,
+                            number, stamp_s));
+  }
+
+ private:
+  void readFolder(const fs::path& folder) {
+    for (const auto& entry : fs::directory_iterator(folder)) {
+      const std::string ending = entry.path().extension().string();
+      if (ending != ".png" && ending != ".jpg" && ending != ".jpeg") continue;
+      const std::string stem = entry.path().stem().string();
+      const std::size_t digits = stem.find_last_not_of("0123456789") + 1;
+      if (digits < stem.size() && stem.size() - digits < 19)
+        by_number_[std::stoll(stem.substr(digits))] = entry.path().string();
+    }
+  }
+
+  std::string recording_;
+  std::map<std::int64_t, std::string> by_number_;
+  std::map<double, std::string> by_stamp_;  ///< [s]
+};
 
 io::InputOptions labelsOnly(const std::string& labels) {
   io::InputOptions options;
@@ -57,17 +95,17 @@ class NetworkLabelled final : public ForwardingSource {
       : ForwardingSource(*source),
         source_(std::move(source)),
         labels_(*io::namedLabels(labelsOnly(input.labels), "")),
-        files_(colorFiles(source_->name())),
+        files_(source_->name()),
         network_(model, input) {
     if (sensor() != Sensor::camera)
       throw UsageError("--net needs images, but " + name() + " has none");
-    for (std::size_t i = 0; i < size(); ++i) fileOf(number(i));
+    for (std::size_t i = 0; i < size(); ++i) files_.of(number(i), stamp(i));
   }
 
   const LabelSet& labels() const override { return labels_; }
   Frame read(std::size_t index) const override {
     Frame frame = source_->read(index);
-    const ColorImage colors = io::readColors(fileOf(frame.number));
+    const ColorImage colors = io::readColors(files_.of(frame.number, frame.stamp_s));
     const std::lock_guard<std::mutex> lock(one_at_a_time_);
     frame.label = network_.label(colors, frame.depth.width, frame.depth.height);
     frame.instance = {};
@@ -75,16 +113,9 @@ class NetworkLabelled final : public ForwardingSource {
   }
 
  private:
-  const std::string& fileOf(std::int64_t number) const {
-    const auto found = files_.find(number);
-    if (found == files_.end())
-      throw Error(name() + "/rgb", fmt::format("no image of frame {}", number));
-    return found->second;
-  }
-
   std::unique_ptr<FrameSource> source_;
   LabelSet labels_;
-  std::map<std::int64_t, std::string> files_;
+  ColorFiles files_;
   mutable label::Network network_;
   mutable std::mutex one_at_a_time_;
 };

@@ -16,8 +16,6 @@
 #include "tool.h"
 #include "windows.h"
 #include "xview/depth_plausibility.h"
-#include "xview/io/label_files.h"
-#include "xview/raw_recording.h"
 #include "xview/sequence.h"
 #include "xview/tracker.h"
 #include "xview/types/error.h"
@@ -147,18 +145,6 @@ class WindowAnswers {
   std::optional<Tracker> tracker_;
 };
 
-/// A map for queries without labels: what classes it has counts by their shapes.
-struct RawMap {
-  RawMap(map::SemanticMap given, const Options& options)
-      : map(reduced(std::move(given))), localizer(map, options) {}
-  static map::SemanticMap reduced(map::SemanticMap map) {
-    reduceToShapes(io::shippedLabelSet(kShapes), map);
-    return map;
-  }
-  const map::SemanticMap map;
-  const Localizer localizer;
-};
-
 class LocalizeCommand final : public Command {
  public:
   Description describe() const override {
@@ -221,15 +207,11 @@ class LocalizeCommand final : public Command {
                       results.screen());
     results_ = &results;
     table_ = &table;
-    std::optional<RawMap> raw_map;  // made when the first raw query comes
     const auto answer = [&](const std::string& query) {
       files_.begin();
       const QueryInput input = openOrRead(query, map.labels, job);
-      const bool is_raw = input.labels.name() == kShapes && map.labels.name() != kShapes;
-      if (is_raw && !raw_map) raw_map.emplace(map, job.options);
-      const Localizer& chosen = is_raw ? raw_map->localizer : localizer;
-      WindowAnswers answers(chosen, windows_, job.options);
-      answerInput(input, chosen, answers, job);
+      WindowAnswers answers(localizer, windows_, job.options);
+      answerInput(input, localizer, answers, job);
     };
     for (const std::string& query : queries) {
       tryTo([&] { answer(query); }, query, job);

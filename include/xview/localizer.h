@@ -42,9 +42,11 @@ class Localizer {
 
   double size() const { return size_; }
 
-  /// The classes of the query are those of the map that mean the same (LabelMatch). Throws Error if
-  /// it was made with lengths of another size. With options.scale the answer has a scale: its pose
-  /// and its hypotheses are those of the query with all lengths multiplied by it.
+  /// The classes of the query are those of the map that mean the same (LabelMatch). What only one
+  /// of them tells apart is left aside in both: a query that knows shapes only (withShapeLabels)
+  /// meets the shapes of the map, kinds of ground that one set lacks are one ground. Throws Error
+  /// if the query was made with lengths of another size. With options.scale the answer has a scale:
+  /// its pose and its hypotheses are those of the query with all lengths multiplied by it.
   Localization localize(const Query& query) const;
   /// The same, where it is expected only; the prior of the options must hold as well.
   Localization localize(const Query& query, const ExpectedPose& expected) const;
@@ -66,10 +68,13 @@ class Localizer {
 
  private:
   struct Index;
+  struct CoarseIndices;
+  const Index& indexFor(const Query& query) const;
 
   double size_;
   Scaled<map::SemanticMap> map_;  ///< in lengths of a town, as all that the index knows
   std::unique_ptr<const Index> index_;
+  std::unique_ptr<CoarseIndices> coarse_;  ///< made when the first query comes that needs them
 };
 
 }  // namespace xview

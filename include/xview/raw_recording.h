@@ -11,6 +11,10 @@
 
 namespace xview {
 
+/// The name of the label set of classes from shapes.
+constexpr const char* kShapes = "shapes";
+inline bool knowsShapesOnly(const LabelSet& labels) { return labels.name() == kShapes; }
+
 /// Shares of the points by Shape, in [0, 1].
 using ShapeShares = std::array<double, label::kShapes>;
 

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <map>
 
-#include "pipeline/frame_guess.h"
 #include "pipeline/gravity.h"
+#include "pipeline/query_in_map.h"
 #include "xview/search/search.h"
 #include "xview/types/parallel.h"
 #include "xview/types/pose.h"

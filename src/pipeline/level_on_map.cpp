@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "pipeline/frame_guess.h"
+#include "pipeline/query_in_map.h"
 
 namespace xview {
 namespace {

@@ -8,18 +8,18 @@
 #include <mutex>
 
 #include "pipeline/explain.h"
-#include "pipeline/frame_guess.h"
 #include "pipeline/gravity.h"
 #include "pipeline/level_on_map.h"
 #include "pipeline/pose_prior.h"
 #include "pipeline/pose_refinement.h"
 #include "pipeline/query_check.h"
+#include "pipeline/query_in_map.h"
 #include "pipeline/walk_matching.h"
+#include "xview/raw_recording.h"
 #include "xview/search/likelihoods.h"
 #include "xview/search/search.h"
 #include "xview/sized_options.h"
 #include "xview/types/error.h"
-#include "xview/types/label_match.h"
 #include "xview/types/place_size.h"
 #include "xview/types/pose.h"
 #include "xview/types/prior_text.h"
@@ -92,21 +92,6 @@ Localization unfindable(const Query& query, std::string reason) {
   answer.timing_ms.emplace_back("total", total);
   return answer;
 }
-
-/// A query in the classes of a map.
-class InClassesOf {
- public:
-  InClassesOf(const LabelSet& labels, const Query& query) : given_(query) {
-    if (query.labels == labels) return;
-    const LabelMatch match(query.labels, labels);
-    if (!match.changesNothing() && !match.isHopeless()) translated_ = translated(query, match);
-  }
-  const Query& operator*() const { return translated_ ? *translated_ : given_; }
-
- private:
-  const Query& given_;
-  std::optional<Query> translated_;
-};
 
 /// The places where a query may be, in upright frames and metres of the map.
 struct Candidates {
@@ -603,16 +588,6 @@ std::vector<PoseCheck> Localizer::Index::check(const Query& given,
 
 namespace {
 
-/// The query in lengths of a town.
-Scaled<Query> inTowns(const Query& query, double size) {
-  if (query.size != size && !query.plan.known.empty()) {
-    throw Error("the query", fmt::format("it was made with lengths of size {0} and the map with "
-                                         "those of size {1}; make it again with --size {1}",
-                                         sizeText(query.size), sizeText(size)));
-  }
-  return {query, 1 / size};
-}
-
 /// What the index works with. Nobody drives through rooms: walls are near, and alike on all sides.
 Options optionsOf(const Options& given, double size) {
   Options options = inTownLengths(given, size);
@@ -637,54 +612,79 @@ Localization inMetres(Localization answer, double size) {
 
 }  // namespace
 
+/// The map with no more detail than some queries have.
+struct Localizer::CoarseIndices {
+  struct Coarse {
+    std::once_flag made;
+    map::SemanticMap map;
+    std::unique_ptr<const Index> index;
+  } one_ground, shapes;
+};
+
 Localizer::Localizer(const map::SemanticMap& map, const Options& options)
     : size_(map.size),
       map_(map, 1 / size_),
-      index_(std::make_unique<Index>(*map_, optionsOf(options, size_))) {}
+      index_(std::make_unique<Index>(*map_, optionsOf(options, size_))),
+      coarse_(std::make_unique<CoarseIndices>()) {}
 Localizer::~Localizer() = default;
 
+const Localizer::Index& Localizer::indexFor(const Query& query) const {
+  const Detail detail = commonDetail(query.labels, map_->labels);
+  if (detail == Detail::classes) return *index_;
+  CoarseIndices::Coarse& coarse = detail == Detail::shapes ? coarse_->shapes : coarse_->one_ground;
+  std::call_once(coarse.made, [&] {
+    coarse.map = *map_;
+    if (detail == Detail::shapes)
+      reduceToShapes(query.labels, coarse.map);
+    else
+      mergeGround(coarse.map.plan);
+    coarse.index = std::make_unique<Index>(coarse.map, index_->options);
+  });
+  return *coarse.index;
+}
+
 Localization Localizer::localize(const Query& query) const {
-  return inMetres(
-      index_->localize(*inTowns(*InClassesOf(index_->map.labels, query), size_), nullptr), size_);
+  const Index& index = indexFor(query);
+  return inMetres(index.localize(*QueryInMap(query, index.map.labels, size_), nullptr), size_);
 }
 
 Localization Localizer::localize(const Query& query, const ExpectedPose& expected) const {
+  const Index& index = indexFor(query);
   const ExpectedPose in_towns = scaled(1 / size_, expected);
-  return inMetres(
-      index_->localize(*inTowns(*InClassesOf(index_->map.labels, query), size_), &in_towns), size_);
+  return inMetres(index.localize(*QueryInMap(query, index.map.labels, size_), &in_towns), size_);
 }
 
 std::vector<PoseCheck> Localizer::check(const Query& query,
                                         const std::vector<Eigen::Isometry3d>& T_map_query,
                                         double reach_m) const {
-  const InClassesOf in_classes(index_->map.labels, query);
+  const Index& index = indexFor(query);
   std::vector<Eigen::Isometry3d> poses;
   for (const Eigen::Isometry3d& T : T_map_query) poses.push_back(scaled(1 / size_, T));
   std::vector<PoseCheck> checked =
-      index_->check(*inTowns(*in_classes, size_), poses, reach_m / size_);
+      index.check(*QueryInMap(query, index.map.labels, size_), poses, reach_m / size_);
   for (PoseCheck& place : checked) scaleLengths(size_, place.T_map_query);
   return checked;
 }
 
 bool Localizer::priorAllows(const Query& given, const Eigen::Isometry3d& T_given) const {
-  const Scaled<Query> query = inTowns(given, size_);
+  const QueryInMap query(given, given.labels, size_);  // a prior knows no classes
   const Eigen::Isometry3d T = scaled(1 / size_, T_given);
   const GuessedQuery upright(*query, {index_->uprightOf(*query, T), 1});
   return satisfies({index_->prior}, *upright, index_->toAligned(*query, T));
 }
 
 Localization Localizer::describe(const Query& query, const PoseCheck& place) const {
-  const InClassesOf in_classes(index_->map.labels, query);
+  const Index& index = indexFor(query);
   const PoseCheck in_towns{scaled(1 / size_, place.T_map_query), place.evidence};
-  return inMetres(index_->describe(*inTowns(*in_classes, size_), in_towns), size_);
+  return inMetres(index.describe(*QueryInMap(query, index.map.labels, size_), in_towns), size_);
 }
 
 Explanation Localizer::explain(const Query& query, const Localization& answer) const {
   if (answer.hypotheses.empty()) return {};
-  const InClassesOf in_classes(index_->map.labels, query);
+  const Index& index = indexFor(query);
   Localization in_towns = answer;
   if (size_ != kTown) scaleLengths(1 / size_, in_towns);
-  Explanation explanation = index_->explain(*inTowns(*in_classes, size_), in_towns);
+  Explanation explanation = index.explain(*QueryInMap(query, index.map.labels, size_), in_towns);
   scaleLengths(size_, explanation);
   return explanation;
 }

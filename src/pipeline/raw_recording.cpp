@@ -7,6 +7,7 @@
 #include <optional>
 #include <utility>
 
+#include "pipeline/query_in_map.h"
 #include "xview/graph/smooth_depth.h"
 #include "xview/types/forwarding_source.h"
 
@@ -99,15 +100,12 @@ void mergeChannels(PlanView& plan) {
       std::sort(plan[to].begin(), plan[to].end(), inRowOrder<PlanSample>);
     }
   };
-  for (const Channel ground : {Channel::sidewalk, Channel::terrain}) move(ground, {Channel::road});
+  mergeGround(plan);
   for (const Channel upright : {Channel::fence, Channel::other_surface})
     move(upright, {Channel::building, Channel::wall_foot});
   for (const Channel thin : {Channel::sign, Channel::light}) move(thin, {Channel::pole});
   move(Channel::trunk, {Channel::pole, Channel::pole_like});
-  for (const Channel gone :
-       {Channel::lane_marking, Channel::border_road_sidewalk, Channel::border_sidewalk_terrain,
-        Channel::border_road_terrain, Channel::other_object})
-    move(gone, {});
+  move(Channel::other_object, {});
 }
 
 class ShapeLabelled final : public ForwardingSource {

@@ -1,66 +1,21 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Networks of one layer, written here as ONNX by hand.
+// Networks of one layer.
+#include "xview/label/network.h"
+
 #include <gtest/gtest.h>
-#include <cstring>
+
 #include <fstream>
 
+#include "support/onnx.h"
 #include "support/test_data.h"
 #include "xview/io/image_files.h"
-#include "xview/label/network.h"
 #include "xview/types/error.h"
 
 namespace xview::label {
 namespace {
 
-// ---- protobuf
-
-std::string varint(std::uint64_t value) {
-  std::string bytes;
-  for (; value >= 0x80; value >>= 7) bytes += static_cast<char>(value | 0x80);
-  return bytes + static_cast<char>(value);
-}
-std::string number(int field, std::uint64_t value) {
-  return varint(static_cast<std::uint64_t>(field) << 3) + varint(value);
-}
-std::string text(int field, const std::string& bytes) {
-  return varint(static_cast<std::uint64_t>(field) << 3 | 2) + varint(bytes.size()) + bytes;
-}
-
-std::string tensor(const std::string& name, const std::vector<std::uint64_t>& dims,
-                   const std::vector<float>& values) {
-  std::string bytes;
-  for (const std::uint64_t d : dims) bytes += number(1, d);
-  const std::string raw(reinterpret_cast<const char*>(values.data()),
-                        values.size() * sizeof(float));
-  return bytes + number(2, 1) + text(8, name) + text(9, raw);
-}
-
-std::string port(const std::string& name, const std::vector<std::uint64_t>& dims) {
-  std::string shape;
-  for (const std::uint64_t d : dims) shape += text(1, number(1, d));
-  return text(1, name) + text(2, text(1, number(1, 1) + text(2, shape)));
-}
-
-/// y = op(x, weights) with 1 x 3 x 4 x 6 pixels in.
-std::string model(const std::string& op, const std::string& weights, bool has_weights) {
-  std::string node = text(1, "x");
-  if (has_weights) node += text(1, "w");
-  node += text(2, "y") + text(3, "only") + text(4, op);
-  if (has_weights)  // an attribute of integers
-    node += text(
-        5, text(1, "kernel_shape") + number(8, 1) + number(8, 1) + varint(20 << 3) + varint(7));
-  std::string graph = text(1, node) + text(2, "graph");
-  if (has_weights) graph += text(5, weights);
-  graph += text(11, port("x", {1, 3, 4, 6})) + text(12, port("y", {1, 3, 4, 6}));
-  return number(1, 7) + text(8, text(1, "") + number(2, 11)) + text(7, graph);
-}
-
-/// A convolution of one pixel: a score for each row of the matrix.
-std::string scoresOf(const std::vector<std::vector<float>>& matrix) {
-  std::vector<float> values;
-  for (const auto& row : matrix) values.insert(values.end(), row.begin(), row.end());
-  return model("Conv", tensor("w", {matrix.size(), 3, 1, 1}, values), true);
-}
+using test::onnxModel;
+using test::onnxScores;
 
 class Networks : public testing::Test {
  protected:
@@ -84,7 +39,7 @@ const std::vector<std::vector<float>> kRedGreenBlue = {{1, 0, 0}, {0, 1, 0}, {0,
 TEST_F(Networks, ScoresBecomeTheIdsOfTheBestClasses) {
   NetworkInput input;
   input.ids = {7, 8, 26};
-  Network network(write("a.onnx", scoresOf(kRedGreenBlue)), input);
+  Network network(write("a.onnx", onnxScores(kRedGreenBlue)), input);
   const LabelImage labels = network.label(halves(), 6, 4);
   EXPECT_EQ(labels.at(0, 0), 7);
   EXPECT_EQ(labels.at(5, 3), 26);
@@ -93,7 +48,7 @@ TEST_F(Networks, ScoresBecomeTheIdsOfTheBestClasses) {
 TEST_F(Networks, ColoursComeInTheOrderOfTheConfiguration) {
   NetworkInput input;
   input.is_rgb = false;
-  Network network(write("a.onnx", scoresOf(kRedGreenBlue)), input);
+  Network network(write("a.onnx", onnxScores(kRedGreenBlue)), input);
   EXPECT_EQ(network.label(halves(), 6, 4).at(0, 0), 2);
 }
 
@@ -101,14 +56,14 @@ TEST_F(Networks, MeanAndDeviationAreTakenOff) {
   NetworkInput input;
   input.mean = {1, 0, 0};  // red becomes 0, everything else negative in the first channel
   input.std = {1, 1, 0.01};
-  Network network(write("a.onnx", scoresOf({{0, 0, -1}, {-0.1F, 0, 0}})), input);
+  Network network(write("a.onnx", onnxScores({{0, 0, -1}, {-0.1F, 0, 0}})), input);
   EXPECT_EQ(network.label(halves(), 6, 4).at(5, 0), 1);
 }
 
 TEST_F(Networks, AnswersAreBroughtToTheSizeOfTheDepth) {
   NetworkInput input;
   input.width = 6, input.height = 4;
-  Network network(write("a.onnx", scoresOf(kRedGreenBlue)), input);
+  Network network(write("a.onnx", onnxScores(kRedGreenBlue)), input);
   const LabelImage labels = network.label(halves(), 60, 40);
   EXPECT_EQ(labels.width, 60);
   EXPECT_EQ(labels.at(2, 2), 0);
@@ -118,14 +73,14 @@ TEST_F(Networks, AnswersAreBroughtToTheSizeOfTheDepth) {
 /// One channel is no score but the number of the class.
 TEST_F(Networks, OneChannelHoldsTheClassesThemselves) {
   NetworkInput input;
-  Network network(write("a.onnx", scoresOf({{5.1F, 0, 9.2F}})), input);
+  Network network(write("a.onnx", onnxScores({{5.1F, 0, 9.2F}})), input);
   const LabelImage labels = network.label(halves(), 6, 4);
   EXPECT_EQ(labels.at(0, 0), 5);
   EXPECT_EQ(labels.at(5, 0), 9);
 }
 
 TEST_F(Networks, ThatOpenCvCannotReadNameTheLayer) {
-  const std::string path = write("b.onnx", model("Frobnicate", "", false));
+  const std::string path = write("b.onnx", onnxModel("Frobnicate", "", false));
   try {
     Network network(path, {});
     network.label(halves(), 6, 4);
@@ -145,7 +100,7 @@ TEST_F(Networks, ThatAreNoneAreRefused) {
 TEST_F(Networks, ClassesWithoutAnIdAreAnError) {
   NetworkInput input;
   input.ids = {7, 8};
-  Network network(write("a.onnx", scoresOf(kRedGreenBlue)), input);
+  Network network(write("a.onnx", onnxScores(kRedGreenBlue)), input);
   EXPECT_THROW(network.label(halves(), 6, 4), Error);
 }
 

@@ -2,8 +2,8 @@
 // Recordings in the classes of one data set, sought in maps of another.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <memory>
-#include <set>
 
 #include "pipeline/simulated_drive.h"
 #include "xview/io/label_files.h"
@@ -15,11 +15,22 @@ namespace {
 
 using test::simulatedDrive;
 
-/// True if a set tells road, sidewalk and verge apart; one that does not is too coarse for others.
-bool hasFineGround(const LabelSet& labels) {
-  std::set<Kind> kinds;
-  for (const auto& [id, info] : labels.classes()) kinds.insert(info.kind);
-  return kinds.count(Kind::road) && kinds.count(Kind::sidewalk) && kinds.count(Kind::terrain);
+bool namesAny(const LabelSet& labels, std::initializer_list<Kind> kinds) {
+  const auto& classes = labels.classes();
+  return std::any_of(classes.begin(), classes.end(), [&](const auto& entry) {
+    return entry.second.role != Role::ignored &&
+           std::find(kinds.begin(), kinds.end(), entry.second.kind) != kinds.end();
+  });
+}
+
+/// True if one of two sets knows all that the other knows of ground, or both know poles.
+bool shareEnough(const LabelSet& a, const LabelSet& b) {
+  const auto hasFineGround = [](const LabelSet& labels) {
+    return namesAny(labels, {Kind::road}) && namesAny(labels, {Kind::sidewalk}) &&
+           namesAny(labels, {Kind::terrain});
+  };
+  const auto hasPoles = [](const LabelSet& labels) { return namesAny(labels, {Kind::pole}); };
+  return (hasFineGround(a) && hasFineGround(b)) || (hasPoles(a) && hasPoles(b));
 }
 
 /// What the drive would have recorded had its classes been those of a shipped set.
@@ -49,13 +60,15 @@ class DriveIn {
 TEST(LabelSets, ARecordingInOneShippedSetIsFoundInAMapOfAnyOther) {
   std::vector<std::unique_ptr<DriveIn>> drives;
   for (const std::string& set : io::shippedLabelSets()) {
-    if (hasFineGround(io::shippedLabelSet(set))) drives.push_back(std::make_unique<DriveIn>(set));
+    if (set == "shapes" || set == "airsim") continue;  // these have no classes of their own
+    drives.push_back(std::make_unique<DriveIn>(set));
   }
-  ASSERT_GE(drives.size(), 8u);
+  ASSERT_GE(drives.size(), 12u);
   const Eigen::Vector3d truth = simulatedDrive().sessions.at("rear")->truth(39).translation();
   for (const auto& in : drives) {
     const Localizer localizer(in->map, {});
     for (const auto& of : drives) {
+      if (!shareEnough(of->labels, in->labels)) continue;
       const Localization fix = localizer.localize(of->query);
       EXPECT_EQ(fix.status, Status::accepted)
           << of->labels.name() << " in " << in->labels.name() << ": " << fix.reason;

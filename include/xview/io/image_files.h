@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "xview/types/camera.h"
 #include "xview/types/color_image.h"
@@ -23,6 +24,15 @@ ColorImage readColors(const std::string& path);
 /// YAML of how a network wants its images: {labels, ids, width, height, mean, std, order: rgb|bgr};
 /// only `labels` must be there. Throws Error with path:line.
 NetworkInput readNetworkInput(const std::string& path);
+
+/// An image and when it was taken.
+struct StampedFile {
+  double stamp_s = 0;
+  std::string path;
+};
+/// A list of TUM RGB-D, as rgb.txt: lines "stamp file", with files from its own folder; comments
+/// start with #. Throws Error.
+std::vector<StampedFile> readFileList(const std::string& path);
 
 void writeDepthPng(const std::string& path, const DepthImage& depth, double depth_scale);
 void writeLabelPng(const std::string& path, const LabelImage& labels);

@@ -18,24 +18,6 @@ namespace fs = std::filesystem;
 constexpr double kSameTime = 0.02;   ///< a depth and a colour image this near are one frame [s]
 constexpr double kLongestGap = 0.2;  ///< between poses that are still interpolated [s]
 
-struct StampedFile {
-  double stamp_s = 0;
-  std::string file;
-};
-
-/// Lines "stamp file"; comments start with #.
-std::vector<StampedFile> readFileList(const std::string& path) {
-  InputFile input(path);
-  std::vector<StampedFile> files;
-  std::vector<std::string_view> words;
-  std::string_view line;
-  while (input.readWords(words, "#", &line)) {
-    if (words.size() != 2) input.failAtLine("expected stamp and file, found " + quoted(line));
-    files.push_back({input.numbersOf({words[0]})[0], std::string(words[1])});
-  }
-  return files;
-}
-
 /// Kinect of the published sequences, unless camera.yaml says otherwise.
 Camera cameraOf(const fs::path& folder) {
   const fs::path path = folder / "camera.yaml";
@@ -79,7 +61,7 @@ class LabelFinder {
     if (fs::exists(folder / "rgb.txt")) colors_ = readFileList((folder / "rgb.txt").string());
   }
   std::string find(const StampedFile& depth) const {
-    const std::string own = labelNamed(depth.file);
+    const std::string own = labelNamed(depth.path);
     if (!own.empty()) return own;
     const StampedFile* nearest = nullptr;
     for (const StampedFile& color : colors_) {
@@ -88,7 +70,7 @@ class LabelFinder {
         nearest = &color;
       }
     }
-    return nearest ? labelNamed(nearest->file) : "";
+    return nearest ? labelNamed(nearest->path) : "";
   }
 
  private:
@@ -121,6 +103,18 @@ std::string whatIsLeftOut(std::size_t depths, std::size_t with_label, std::size_
 
 }  // namespace
 
+std::vector<StampedFile> readFileList(const std::string& path) {
+  InputFile input(path);
+  std::vector<StampedFile> files;
+  std::vector<std::string_view> words;
+  std::string_view line;
+  while (input.readWords(words, "#", &line)) {
+    if (words.size() != 2) input.failAtLine("expected stamp and file, found " + quoted(line));
+    files.push_back({input.numbersOf({words[0]})[0], fs::path(path).parent_path() / words[1]});
+  }
+  return files;
+}
+
 RecordingListing listTumRgbd(const std::string& folder, const InputOptions& options) {
   const fs::path root(folder);
   const std::string list_path = (root / "depth.txt").string();
@@ -130,17 +124,18 @@ RecordingListing listTumRgbd(const std::string& folder, const InputOptions& opti
     return a.stamp_s < b.stamp_s;
   });
   const LabelFinder labels(root);
+  const bool is_raw = !fs::exists(root / "label");
 
   RecordingListing listing;
   std::size_t with_label = 0;
   for (std::size_t i = 0; i < depths.size(); ++i) {
     const std::string label = labels.find(depths[i]);
-    if (label.empty()) continue;
+    if (label.empty() && !is_raw) continue;
     ++with_label;
     const auto pose = poseAt(poses, depths[i].stamp_s);
     if (!pose) continue;
-    listing.frames.push_back({static_cast<std::int64_t>(i), depths[i].stamp_s, *pose,
-                              (root / depths[i].file).string(), label, ""});
+    listing.frames.push_back(
+        {static_cast<std::int64_t>(i), depths[i].stamp_s, *pose, depths[i].path, label, ""});
   }
   const std::string left_out = whatIsLeftOut(depths.size(), with_label, listing.frames.size());
   if (listing.frames.empty()) throw Error(list_path, "no usable frame: " + left_out);
@@ -148,9 +143,11 @@ RecordingListing listTumRgbd(const std::string& folder, const InputOptions& opti
   listing.read = [camera = cameraOf(root)](const ListedFrame& listed, Frame& frame) {
     frame.camera = camera;
     frame.depth = readDepth(listed.measurement, camera);
+    if (listed.label.empty()) return;
     frame.label = readLabels(listed.label);
     requireSameSizes(listed, frame);
   };
+  if (is_raw) return listing;
   if (const auto named = namedLabels(options, folder))
     listing.labels = *named;
   else

@@ -1,10 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "pipeline/frame_guess.h"
+#include "pipeline/query_in_map.h"
+
+#include <fmt/core.h>
 
 #include <algorithm>
 #include <cmath>
 #include <tuple>
 
+#include "xview/raw_recording.h"
+#include "xview/types/error.h"
+#include "xview/types/label_match.h"
 #include "xview/types/place_size.h"
 #include "xview/types/pose.h"
 
@@ -69,7 +74,39 @@ Eigen::AlignedBox2d boxOf(const Query& query) {
   return box;
 }
 
+/// The kinds of ground that a set knows, as bits.
+unsigned groundsOf(const LabelSet& labels) {
+  unsigned grounds = 0;
+  for (const auto& [id, info] : labels.classes()) {
+    if (info.role == Role::ignored) continue;
+    if (info.kind == Kind::road || info.kind == Kind::lane_marking) grounds |= 1;
+    if (info.kind == Kind::sidewalk) grounds |= 2;
+    if (info.kind == Kind::terrain) grounds |= 4;
+  }
+  return grounds;
+}
+
 }  // namespace
+
+Detail commonDetail(const LabelSet& query, const LabelSet& map) {
+  if (query == map) return Detail::classes;
+  if (knowsShapesOnly(query)) return knowsShapesOnly(map) ? Detail::classes : Detail::shapes;
+  if (knowsShapesOnly(map)) return Detail::classes;
+  const unsigned in_query = groundsOf(query), in_map = groundsOf(map);
+  const bool differ = in_query != 0 && in_map != 0 && in_query != in_map;
+  return differ ? Detail::one_ground : Detail::classes;
+}
+
+void mergeGround(PlanView& plan) {
+  for (const Channel ground : {Channel::sidewalk, Channel::terrain}) {
+    plan[Channel::road].insert(plan[Channel::road].end(), plan[ground].begin(), plan[ground].end());
+    plan[ground].clear();
+  }
+  std::sort(plan[Channel::road].begin(), plan[Channel::road].end(), inRowOrder<PlanSample>);
+  for (const Channel line : {Channel::lane_marking, Channel::border_road_sidewalk,
+                             Channel::border_sidewalk_terrain, Channel::border_road_terrain})
+    plan[line].clear();
+}
 
 std::optional<map::SemanticMap> uprightMap(const map::SemanticMap& map,
                                            const Eigen::Quaterniond& R_up) {
@@ -97,6 +134,24 @@ Query scaledQuery(const Query& query, double scale) {
   Query scaled = query;
   scaleLengths(scale, scaled);
   return scaled;
+}
+
+QueryInMap::QueryInMap(const Query& given, const LabelSet& map_labels, double map_size)
+    : given_(given) {
+  if (given.size != map_size && !given.plan.known.empty()) {
+    throw Error("the query", fmt::format("it was made with lengths of size {0} and the map with "
+                                         "those of size {1}; make it again with --size {1}",
+                                         sizeText(given.size), sizeText(map_size)));
+  }
+  if (!(given.labels == map_labels)) {
+    const LabelMatch match(given.labels, map_labels);
+    if (!match.changesNothing() && !match.isHopeless()) changed_ = translated(given, match);
+  }
+  if (commonDetail(given.labels, map_labels) == Detail::one_ground) {
+    if (!changed_) changed_ = given;
+    mergeGround(changed_->plan);
+  }
+  if (map_size != kTown) changed_ = scaledQuery(**this, 1 / map_size);
 }
 
 GuessedQuery::GuessedQuery(const Query& given, const FrameGuess& guess) : given_(given) {

@@ -30,6 +30,33 @@ Query turnedQuery(const Query& query, const Eigen::Quaterniond& R_up);
 /// lie on the ground below them, so what stands h metres above it is drawn h * sin(angle) away.
 Query tiltedQuery(const Query& query, const Eigen::Quaterniond& R);
 
+/// How much a query and a map that have different label sets both tell apart.
+enum class Detail {
+  classes,     ///< all that the sets have in common
+  one_ground,  ///< the same, but one of them lacks a kind of ground that the other has: what it
+               ///< calls that ground instead is not known
+  shapes       ///< the query knows shapes only, the map does not
+};
+Detail commonDetail(const LabelSet& query, const LabelSet& map);
+
+/// Road, sidewalk and terrain become one, and the lines between them go.
+void mergeGround(PlanView& plan);
+
+/// A query in the classes of a map that mean the same, and in lengths of a town, as all that an
+/// index knows. It is copied only if it has to be changed. Throws Error if it was made with lengths
+/// of another size.
+class QueryInMap {
+ public:
+  QueryInMap(const Query& given, const LabelSet& map_labels, double map_size);
+  QueryInMap(const QueryInMap&) = delete;
+  QueryInMap& operator=(const QueryInMap&) = delete;
+  const Query& operator*() const { return changed_ ? *changed_ : given_; }
+
+ private:
+  const Query& given_;
+  std::optional<Query> changed_;
+};
+
 /// A query as a guess has it. It is copied only if it has to be changed.
 class GuessedQuery {
  public:

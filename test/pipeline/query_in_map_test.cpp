@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "pipeline/frame_guess.h"
+#include "pipeline/query_in_map.h"
 
 #include <gtest/gtest.h>
 
