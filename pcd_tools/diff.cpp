@@ -27,6 +27,8 @@ using What = Change::What;
 
 constexpr const char* kAnyway = " (moves anyway)";
 
+bool isAnyway(const std::string& group) { return group.find(kAnyway) != std::string::npos; }
+
 Color colorOf(What what) {
   switch (what) {
     case What::gone:
@@ -44,16 +46,23 @@ std::size_t countOf(const Changes& changes, What what, bool is_dynamic = false) 
                     [&](const Change& c) { return c.what == what && c.is_dynamic == is_dynamic; }));
 }
 
-/// "3 gone, 2 new, 1 moved (of 212 things seen by both)"
-std::string summaryOf(const Changes& changes) {
-  std::string text = fmt::format("{} gone, {} new, {} moved (of {} things seen by both)",
-                                 countOf(changes, What::gone), countOf(changes, What::added),
-                                 countOf(changes, What::moved), changes.compared);
+/// "3 gone, 2 new, 1 moved"
+std::string headlineOf(const Changes& changes) {
+  return fmt::format("{} gone, {} new, {} moved", countOf(changes, What::gone),
+                     countOf(changes, What::added), countOf(changes, What::moved));
+}
+
+/// What is expected to change from day to day; empty if nothing did.
+std::string passingOf(const Changes& changes) {
   const std::size_t gone = countOf(changes, What::gone, true),
                     added = countOf(changes, What::added, true);
-  if (gone + added > 0)
-    text += fmt::format("; of classes that move anyway {} gone, {} new", gone, added);
-  return text;
+  return gone + added > 0 ? fmt::format("{} gone, {} new", gone, added) : "";
+}
+
+std::string summaryOf(const Changes& changes) {
+  const std::string passing = passingOf(changes);
+  return fmt::format("{} (of {} things seen by both){}", headlineOf(changes), changes.compared,
+                     passing.empty() ? "" : "; of classes that move anyway " + passing);
 }
 
 /// "pole, ±3 cm, 97 %, moved by 2.10 m"
@@ -266,8 +275,9 @@ class DiffCommand final : public Command {
   static Scene sceneOf(const Changes& changes, const map::SemanticMap& earlier, const Found& later,
                        const Job& job) {
     Scene scene = tools::sceneOf(earlier);
-    scene.title = summaryOf(changes);
-    scene.caption = job.operands[0] + " and, later, " + job.operands[1];
+    scene.title = headlineOf(changes);
+    scene.caption = fmt::format("{} and, later, {}: {} things seen by both", job.operands[0],
+                                job.operands[1], changes.compared);
     scene.made_by = madeBy("diff", job);
     SceneLine way{"way of the later visit", {90, 110, 200}, {}};
     for (const Eigen::Isometry3d& T : later.poses) way.points.push_back(T.translation());
@@ -283,6 +293,13 @@ class DiffCommand final : public Command {
     for (const What what : {What::gone, What::added, What::moved})
       scene.facts.emplace_back(toString(what), std::to_string(countOf(changes, what)));
     scene.facts.emplace_back("seen by both", std::to_string(changes.compared));
+    if (const std::string passing = passingOf(changes); !passing.empty())
+      scene.facts.emplace_back("of classes that move anyway", passing);
+    // What matters is listed first.
+    std::stable_sort(scene.marks.begin(), scene.marks.end(),
+                     [](const SceneMark& a, const SceneMark& b) {
+                       return isAnyway(a.group) < isAnyway(b.group);
+                     });
     return scene;
   }
 

@@ -69,7 +69,9 @@ LabelledCloud readAnyCloud(const std::string& path, const InputFlags& input, con
   }
   const auto source = openInput(path, input.parsed(), job);
   labels = source->labels();
-  for (std::size_t i = 0; poses && i < source->size(); ++i) poses->push_back(source->pose(i));
+  // A cloud of its own was seen from nowhere in particular.
+  const bool is_way = poses && (source->size() > 1 || source->sensor() != Sensor::cloud);
+  for (std::size_t i = 0; is_way && i < source->size(); ++i) poses->push_back(source->pose(i));
   return liftAll(*source, job, voxel_m);
 }
 

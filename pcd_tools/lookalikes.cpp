@@ -47,10 +47,24 @@ std::string toCsv(const Alikeness& alikeness) {
   return text;
 }
 
+/// Share of the places where a query of this length is sure, in percent.
+double percentSure(const Alikeness& alikeness, const WrongScores& scores) {
+  const auto sure =
+      std::count_if(alikeness.queries.begin(), alikeness.queries.end(),
+                    [&](const SelfQuery& q) { return q.window_m == scores.window_m && q.sure; });
+  return 100.0 * static_cast<double>(sure) / static_cast<double>(scores.queries);
+}
+
 /// The way in the colour of its places, and lines between places that look alike.
-Scene sceneOf(const map::SemanticMap& map, const Alikeness& alikeness) {
+Scene sceneOf(const map::SemanticMap& map, const Alikeness& alikeness, const Job& job) {
   Scene scene = tools::sceneOf(map);
   scene.title = "how far one must go to be sure";
+  scene.caption = fmt::format("{}: share of {} places where a query of a length is sure",
+                              job.operands[0], alikeness.places.size());
+  scene.made_by = madeBy("lookalikes", job);
+  for (const WrongScores& scores : wrongScores(alikeness))
+    scene.facts.emplace_back(fmt::format("{:.0f} m", scores.window_m),
+                             fmt::format("{:.0f} %", percentSure(alikeness, scores)));
   for (const Alikeness::Place& place : alikeness.places) {
     if (place.rival)
       scene.lines.push_back({"look alike", {200, 180, 215}, {place.position, *place.rival}});
@@ -65,6 +79,14 @@ Scene sceneOf(const map::SemanticMap& map, const Alikeness& alikeness) {
       line.points.push_back(map.poses[k].translation());
     if (line.points.size() > 1) scene.lines.push_back(std::move(line));
   }
+  const auto rank = [&](const SceneLine& line) {  // the legend goes from short to long
+    const auto& lengths = alikeness.lengths_m;
+    return std::find_if(lengths.begin(), lengths.end(),
+                        [&](double length) { return line.name == nameOf(length); }) -
+           lengths.begin();
+  };
+  std::stable_sort(scene.lines.begin(), scene.lines.end(),
+                   [&](const SceneLine& a, const SceneLine& b) { return rank(a) < rank(b); });
   return scene;
 }
 
@@ -101,14 +123,11 @@ void writeColoured(const std::string& path, const map::SemanticMap& map,
 
 void printSummary(const Alikeness& alikeness) {
   for (const WrongScores& scores : wrongScores(alikeness)) {
-    const auto sure =
-        std::count_if(alikeness.queries.begin(), alikeness.queries.end(),
-                      [&](const SelfQuery& q) { return q.window_m == scores.window_m && q.sure; });
     fmt::print(
         "{:4.0f} m: sure at {:3.0f} % of {} places; the best wrong place has {:.0f} % of the "
         "score of the right one (at most {:.0f} %)\n",
-        scores.window_m, 100.0 * static_cast<double>(sure) / static_cast<double>(scores.queries),
-        scores.queries, 100 * scores.share.front(), 100 * scores.share.back());
+        scores.window_m, percentSure(alikeness, scores), scores.queries, 100 * scores.share.front(),
+        100 * scores.share.back());
   }
 }
 
@@ -153,7 +172,7 @@ class LookalikesCommand final : public Command {
     else if (ending == ".pcd" || ending == ".ply")
       writeColoured(out, map, alikeness);
     else
-      writeDrawing(out, sceneOf(map, alikeness));
+      writeDrawing(out, sceneOf(map, alikeness, job));
     printSummary(alikeness);
     fmt::print("{}\n", out);
     return kDone;

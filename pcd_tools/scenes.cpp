@@ -18,17 +18,15 @@ std::string sigmaText(double sigma_m) {
   return std::isfinite(sigma_m) && sigma_m > 0 ? ", ±" + lengthText(sigma_m) : "";
 }
 
-/// "2026-11-22" in UTC; empty unless the environment tells a time.
+/// "2026-11-22" in UTC: that of SOURCE_DATE_EPOCH, if it is set, so that a page can be made again
+/// to the byte.
 std::string dateText() {
   const char* const epoch = std::getenv("SOURCE_DATE_EPOCH");
-  char* end = nullptr;
-  const long long seconds = epoch ? std::strtoll(epoch, &end, 10) : 0;
-  if (epoch == nullptr || end == epoch || *end != '\0') return {};
-  const auto time = static_cast<std::time_t>(seconds);
+  const std::time_t time = epoch ? std::atoll(epoch) : std::time(nullptr);
   std::tm parts{};
-  char text[32];
-  if (gmtime_r(&time, &parts) == nullptr) return {};
-  return std::strftime(text, sizeof text, "%Y-%m-%d", &parts) > 0 ? text : "";
+  char text[32] = "";
+  if (gmtime_r(&time, &parts)) std::strftime(text, sizeof text, "%Y-%m-%d", &parts);
+  return text;
 }
 
 }  // namespace
@@ -44,9 +42,8 @@ Scene sceneOf(const map::SemanticMap& map) {
 }
 
 std::string madeBy(const std::string& command, const Job& job) {
-  const std::string date = dateText();
-  return fmt::format("xview {} {} · version {}{}", command, fmt::join(job.operands, " "),
-                     XVIEW_VERSION, date.empty() ? "" : " · " + date);
+  return fmt::format("xview {} {} · version {} · {}", command, fmt::join(job.operands, " "),
+                     XVIEW_VERSION, dateText());
 }
 
 double horizontalSigma(const Matrix6d& covariance) {

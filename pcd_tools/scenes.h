@@ -19,8 +19,8 @@ namespace xview::tools {
 /// A picture of a map, which must outlive it.
 Scene sceneOf(const map::SemanticMap& map);
 
-/// The command line as it could be typed again, the version, and, if $SOURCE_DATE_EPOCH tells one,
-/// the date.
+/// The command line as it could be typed again, the version and the date, which $SOURCE_DATE_EPOCH can
+/// set.
 std::string madeBy(const std::string& command, const Job& job);
 
 /// Standard deviation of a position on the ground, along its worst direction [m].

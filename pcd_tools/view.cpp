@@ -116,15 +116,17 @@ class ViewCommand final : public Command {
   static void describe(const std::vector<std::string>& files, const Job& job,
                        const Content& content, Scene& scene) {
     const std::string names = fmt::format("{}", fmt::join(files, ", "));
-    const std::string size =
-        fmt::format("{} vertices, {} points, {} key frames", content.map.graph.size(),
-                    content.map.cloud.size(), content.map.poses.size());
+    std::string size;
+    for (const auto& [name, count] : {std::pair("vertices", content.map.graph.size()),
+                                      std::pair("points", content.map.cloud.size()),
+                                      std::pair("key frames", content.map.poses.size())}) {
+      if (count == 0) continue;
+      scene.facts.emplace_back(name, std::to_string(count));
+      size += fmt::format("{}{} {}", size.empty() ? "" : ", ", count, name);
+    }
     scene.title = scene.queries.empty() ? names : outcomeOf(scene.queries);
     scene.caption = scene.queries.empty() ? size : names + ": " + size;
     scene.made_by = madeBy("view", job);
-    scene.facts = {{"vertices", fmt::format("{}", content.map.graph.size())},
-                   {"points", fmt::format("{}", content.map.cloud.size())},
-                   {"key frames", fmt::format("{}", content.map.poses.size())}};
     std::vector<double> times_ms;
     for (const SceneQuery& query : scene.queries) {
       if (std::isfinite(query.total_ms)) times_ms.push_back(query.total_ms);

@@ -99,6 +99,7 @@ class PageData {
     const Eigen::AlignedBox3d box = boxOf();
     if (!box.isEmpty()) center_ = box.center();
     radius_ = box.isEmpty() ? 10 : std::max(1e-3, box.sizes().head<2>().norm() / 2);
+    half_size_ = box.isEmpty() ? Eigen::Vector3d(10, 10, 0) : Eigen::Vector3d(box.sizes() / 2);
   }
 
   Json json() {
@@ -108,6 +109,7 @@ class PageData {
                  {"facts", scene_.facts},
                  {"center", {center_.x(), center_.y(), center_.z()}},
                  {"radius", radius_},
+                 {"half_size", {half_size_.x(), half_size_.y(), half_size_.z()}},
                  {"vertex_size", vertexSize()},
                  {"cloud", mapPoints()},
                  {"graph", scene_.map_graph && !scene_.map_graph->empty()
@@ -117,7 +119,8 @@ class PageData {
     page["marks"] = marks(scene_.marks);
     page["queries"] = Json::array();
     for (const SceneQuery& q : scene_.queries) page["queries"].push_back(query(q));
-    page["charts"] = charts();
+    page["charts"] = Json::array();
+    for (const SceneChart& chart : scene_.charts) page["charts"].push_back(chartSvg(chart));
     page["classes"] = classes_;
     return page;
   }
@@ -367,31 +370,12 @@ class PageData {
     return box.isEmpty() ? radius_ : std::max(0.05 * radius_, box.sizes().head<2>().norm());
   }
 
-  Json charts() const {
-    Json list = Json::array();
-    for (const SceneChart& chart : scene_.charts) {
-      Json curves = Json::array();
-      for (const auto& [name, points] : chart.curves) {
-        Json numbers = Json::array();
-        for (const Eigen::Vector2d& p : points) {
-          if (p.allFinite()) numbers.push_back({p.x(), p.y()});
-        }
-        curves.push_back({{"name", name}, {"points", numbers}});
-      }
-      list.push_back({{"title", chart.title},
-                      {"x_name", chart.x_name},
-                      {"y_name", chart.y_name},
-                      {"log_x", chart.log_x},
-                      {"curves", curves}});
-    }
-    return list;
-  }
-
   const Scene& scene_;
   std::size_t most_;
   LabelSet labels_;
   Eigen::Vector3d center_ = Eigen::Vector3d::Zero();
   double radius_ = 10;
+  Eigen::Vector3d half_size_;
   std::map<std::uint32_t, std::uint8_t> kinds_;
   Json classes_ = Json::array();
 };

@@ -86,9 +86,11 @@ struct World {
     query.true_poses = scene.map_poses;
     query.hypotheses = {poseFromYaw({1, 0, 0}, 0), poseFromYaw({20, 0, 0}, 0)};
     query.error_m = 0.03;
+    scene.marks = {{"gone", {200, 0, 0}, {5, 5, 0}, "<b>a pole</b>"}};
     query.marks = {{"agrees", {0, 200, 0}, {1, 2, 3}, "a pole"}};
     scene.queries = {query};
-    scene.charts = {{"errors", "distance", "share", true, {{"all", {{0.01, 0.5}, {1, 1}}}}}};
+    scene.charts = {
+        {"errors", "distance", "share", ChartAxis::length, {{"all", {{0.01, 0.5}, {1, 1}}}}}};
     scene.facts = {{"median error", "3 cm"}};
   }
 };
@@ -111,7 +113,7 @@ TEST(Page, HoldsMapQueryReasonsAndCharts) {
   EXPECT_EQ(decoded<float>(query["putative"]).size(), 6u) << "without those that were kept";
   EXPECT_EQ(query["hypotheses"].size(), 2u);
   EXPECT_EQ(query["marks"][0]["notes"][0], "a pole");
-  EXPECT_EQ(data["charts"][0]["curves"][0]["points"][1][1], 1.0);
+  EXPECT_EQ(data["charts"][0], chartSvg(world.scene.charts[0]));
 }
 
 TEST(Page, PointsComeBackWithinTheStepOfTheirChunk) {
@@ -195,6 +197,17 @@ TEST(Page, NumbersThatAreNotFiniteAreLeftOut) {
   EXPECT_TRUE(data["queries"][0]["pose"].is_null());
 }
 
+TEST(Page, ChartsAreWellFormedForAnyName) {
+  for (const ChartAxis axis : {ChartAxis::share, ChartAxis::length, ChartAxis::odds}) {
+    SceneChart chart{"</svg>&\"", "x", "y", axis, {}};
+    chart.curves = {{"<a>", {{0, 0}, {0.5, std::nan("")}, {1, 1}}}, {"b", {{0.01, 1}}}};
+    const std::string svg = chartSvg(chart);
+    EXPECT_EQ(svg.find("</svg>"), svg.size() - 7) << "it ends once";
+    EXPECT_EQ(svg.find("nan"), std::string::npos);
+    EXPECT_EQ(svg.find("<a>"), std::string::npos);
+  }
+}
+
 TEST(Page, SameSceneGivesTheSameBytes) {
   EXPECT_EQ(htmlPage(World(500).scene), htmlPage(World(500).scene));
 }
@@ -234,6 +247,9 @@ TEST(Page, DrawsFliesAndPicksInChromium) {
   EXPECT_NE(dom.find("class=\"accepted chosen\""), std::string::npos) << "it flew to the query";
   EXPECT_NE(dom.find("&lt;img src=x"), std::string::npos);
   EXPECT_EQ(dom.find("<img"), std::string::npos);
+  EXPECT_NE(dom.find("&lt;b&gt;a pole"), std::string::npos) << "places are listed";
+  EXPECT_NE(dom.find("matches, kept"), std::string::npos) << "what the query shows has switches";
+  EXPECT_NE(dom.find("<polyline"), std::string::npos) << "charts are drawn";
   const std::smatch picked = [&] {
     std::smatch match;
     std::regex_search(dom, match, std::regex("<output id=\"picked\"( hidden=\"\")?>([^<]*)"));

@@ -60,10 +60,14 @@ struct SceneLine {
   std::vector<Eigen::Vector3d> points;
 };
 
-/// A curve over one quantity.
+/// What is along the x axis of a chart: a share from 0 to 1; a length [m], in decades; or a
+/// confidence, evenly in its log odds.
+enum class ChartAxis { share, length, odds };
+
+/// Shares over one quantity. Over a confidence they are dots, one a curve, beside what was claimed.
 struct SceneChart {
   std::string title, x_name, y_name;
-  bool log_x = false;
+  ChartAxis axis = ChartAxis::share;
   std::vector<std::pair<std::string, std::vector<Eigen::Vector2d>>> curves;  ///< y in [0, 1]
 };
 
@@ -103,6 +107,9 @@ std::string drawTopDown(const Scene& scene, PictureFormat format = PictureFormat
 /// reasons, charts. It holds everything it needs: opens from file:// without a network. Clouds of
 /// more than `most_points` are thinned, and the page says so.
 std::string htmlPage(const Scene& scene, std::size_t most_points = 1000000);
+
+/// A chart as the text of an SVG file, which can be read on white and on black.
+std::string chartSvg(const SceneChart& chart);
 
 /// Everything as one cloud: points of the map with their classes; points, ways and arrows of
 /// queries, and correspondences as dotted lines, as classes of their own, which are added to

@@ -3,7 +3,6 @@
 // nodes, so that no name can be more than a name.
 'use strict';
 const scene = JSON.parse(document.getElementById('scene').textContent);
-const began = performance.now();
 const byId = id => document.getElementById(id);
 function element(name, parent, text, className) {
   const made = document.createElement(name);
@@ -57,7 +56,15 @@ let wanted = false;
 function redraw() {
   if (!wanted && renderer) { wanted = true; requestAnimationFrame(draw); }
 }
-controls.addEventListener('change', redraw);
+// While the view moves so many of the points are drawn that a frame takes no longer than this; all when it rests.
+const kFrame_ms = 60;
+let detail = 1, moving = false, settling = 0;
+controls.addEventListener('change', () => {
+  moving = true;
+  clearTimeout(settling);
+  settling = setTimeout(() => { moving = false; redraw(); }, 250);
+  redraw();
+});
 function resize() {
   if (!renderer) return;
   const ratio = Math.min(2, devicePixelRatio || 1), w = innerWidth, h = innerHeight;
@@ -73,17 +80,29 @@ function resize() {
 }
 function draw() {
   wanted = false;
-  for (const cloud of clouds) chooseDetail(cloud);
+  for (const cloud of clouds) chooseDetail(cloud, moving ? detail : 1);
+  const began = performance.now();
   renderer.render(world, camera);
+  const gl = renderer.getContext();
+  gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));  // waits until it is drawn
+  if (moving) detail = Math.min(1, Math.max(0.05, detail * Math.min(1.2, Math.max(0.4, kFrame_ms / (performance.now() - began)))));
+  byId('detail').textContent = moving && detail < 0.95 ? `${Math.ceil(100 * detail)} % of the points while moving` : '';
   if (!document.documentElement.dataset.firstDraw) {
-    renderer.getContext().finish();
-    document.documentElement.dataset.firstDraw = String(Math.round(performance.now() - began));
+    document.documentElement.dataset.firstDraw = String(Math.round(performance.now()))  // since the page was asked for;
   }
 }
+// The whole map, as large as it fits between headline, panel and hints.
 function home(above) {
+  const from = new THREE.Vector3(...(above ? [0, -1e-3, 1] : [-0.25, -0.72, 0.68])).normalize();
+  const right = new THREE.Vector3(0, 0, 1).cross(from).normalize(), up = from.clone().cross(right);
+  const v = 0.8 * Math.tan(Math.PI / 8), h = v * Math.max(0.3, innerWidth > 800 ? (innerWidth - 340) / innerHeight : innerWidth / innerHeight);
+  let distance = controls.minDistance;
+  for (let corner = 0; corner < 8; ++corner) {
+    const p = new THREE.Vector3(...scene.half_size.map((half, k) => corner & (1 << k) ? half : -half));
+    distance = Math.max(distance, p.dot(from) + Math.max(Math.abs(p.dot(right)) / h, Math.abs(p.dot(up)) / v));
+  }
   controls.target.set(0, 0, 0);
-  const d = 1.55 * radius;
-  if (above) camera.position.set(0, -1e-3 * d, d); else camera.position.set(-0.25 * d, -0.72 * d, 0.68 * d);
+  camera.position.copy(from).multiplyScalar(distance);
   controls.update();
   redraw();
 }
@@ -111,7 +130,7 @@ const hidden = new Set();
 function fillPalette() {
   const own = byId('own').checked;
   scene.classes.forEach((c, i) => {
-    const shown = own ? c.color : c.quiet.map(v => Math.round(dark.matches ? 52 + 0.62 * v : 0.9 * v));
+    const shown = own ? c.color : c.quiet.map(v => Math.round(dark.matches ? 30 + 0.6 * v : 0.9 * v));
     palette.set([...shown, hidden.has(i) ? 0 : 255], 4 * i);
     if (c.item) {
       c.item.firstChild.style.background = rgb(shown);
@@ -186,12 +205,12 @@ function addCloud(parent, data, material) {
 }
 // More points than pixels only cost time.
 const centre = new THREE.Vector3();
-function chooseDetail(points) {
+function chooseDetail(points, share) {
   const {count, size} = points.userData;
   points.getWorldPosition(centre).addScalar(size / 2);
   const distance = Math.max(1e-6, camera.position.distanceTo(centre) - size);
   const pixels = size * points.material.uniforms.perMetre.value / distance;
-  points.geometry.setDrawRange(0, Math.ceil(Math.min(count, Math.max(count / 50, 1.5 * pixels * pixels))));
+  points.geometry.setDrawRange(0, Math.ceil(share * Math.min(count, Math.max(count / 50, 1.5 * pixels * pixels))));
 }
 const pickable = [];
 function addVertices(parent, graph, what, size, tint, mix) {
@@ -210,7 +229,11 @@ function addVertices(parent, graph, what, size, tint, mix) {
     return told.join('\n');
   }});
 }
-const place = (p, i) => ['x', 'y', 'z'].map((axis, k) => axis + ' ' + (p[3 * i + k] + scene.center[k]).toFixed(2)).join(', ') + ' m';
+const place = (p, i, digits = 2) => ['x', 'y', 'z'].map((axis, k) => axis + ' ' + (p[3 * i + k] + scene.center[k]).toFixed(digits)).join(', ') + ' m';
+function show(lines) {
+  byId('picked').hidden = false;
+  byId('picked').textContent = lines.join('\n');
+}
 const lengthText = m => m < 0.01 ? (1000 * m).toFixed(0) + ' mm' : m < 1 ? (100 * m).toFixed(0) + ' cm' : m.toFixed(m < 10 ? 1 : 0) + ' m';
 
 // ---- lines: pairs of ends
@@ -240,51 +263,73 @@ function arrow(parent, pose, heading, color, size, hollow) {
     opacity: hollow ? 0.6 : 1})));
 }
 
-// ---- layers
-function addLayer(name, count, color, object, shown) {
-  object.visible = shown;
-  world.add(object);
+// ---- layers: what has one switch, also what comes later
+function addLayer(name, count, color, objects, shown) {
+  const layer = {shown, objects: []};
+  layer.add = object => { object.visible = layer.shown; layer.objects.push(object); };
   const item = element('li', byId('layers').querySelector('ul'));
   element('i', item).style.background = color;
   element('span', item, name);
   element('small', item, count);
-  const show = visible => { object.visible = visible; item.classList.toggle('off', !visible); redraw(); };
-  item.onclick = () => show(!object.visible);
+  item.onclick = () => {
+    layer.shown = !layer.shown;
+    for (const object of layer.objects) object.visible = layer.shown;
+    item.classList.toggle('off', !layer.shown);
+    redraw();
+  };
   item.classList.toggle('off', !shown);
+  for (const object of objects) { layer.add(object); world.add(object); }
+  return layer;
 }
 const group = () => new THREE.Group();
 let layer;
 if (scene.cloud) {
   addCloud(layer = group(), scene.cloud, pointMaterial(scene.cloud.size, false));
   const thinned = scene.cloud.shown < scene.cloud.total ? ' of ' + scene.cloud.total : '';
-  addLayer(scene.cloud.name, scene.cloud.shown + thinned + ' points', '#999', layer, true);
+  addLayer(scene.cloud.name, scene.cloud.shown + thinned + ' points', '#999', [layer], true);
 }
 if (scene.graph) {
   addVertices(layer = group(), scene.graph, 'map vertex', scene.vertex_size);
-  addLayer('map vertices', scene.graph.observations.length, '#555', layer, !scene.cloud);
+  addLayer('map vertices', scene.graph.observations.length, '#555', [layer], !scene.cloud);
   const edges = decode(scene.graph.edges, Float32Array);
-  if (addLines(layer = group(), edges, 0x9aa0aa, 1)) addLayer('map edges', edges.length / 6, '#9aa0aa', layer, !scene.cloud);
+  if (addLines(layer = group(), edges, 0x9aa0aa, 1)) addLayer('map edges', edges.length / 6, '#9aa0aa', [layer], !scene.cloud);
 }
 for (const line of scene.lines) {
   const ends = decode(line.ends, Float32Array);
-  if (addLines(layer = group(), ends, hex(line.color), 2)) addLayer(line.name, '', rgb(line.color), layer, true);
+  if (addLines(layer = group(), ends, hex(line.color), 2)) addLayer(line.name, '', rgb(line.color), [layer], true);
 }
-function addMarks(parent, marks) {
+function addMarks(marks, in_front) {
   const positions = decode(marks.positions, Float32Array);
   const geometry = new THREE.BufferGeometry();
   geometry.setAttribute('position', new THREE.BufferAttribute(positions, 3));
-  const dots = new THREE.Points(geometry, new THREE.PointsMaterial({color: hex(marks.color), size: 7, sizeAttenuation: false}));
+  const dots = new THREE.Points(geometry, new THREE.PointsMaterial({color: hex(marks.color), size: in_front ? 9 : 7, sizeAttenuation: false, depthTest: !in_front, transparent: in_front}));
   dots.frustumCulled = false;
-  parent.add(dots);
   pickable.push({parent: dots, positions, tell: i => [marks.group, marks.notes[i], place(positions, i)].filter(Boolean).join('\n')});
+  return {dots, positions};
 }
+const listedMarks = [], kMostListed = 300;
 for (const marks of scene.marks) {
-  addMarks(layer = group(), marks);
-  addLayer(marks.group, marks.notes.length, rgb(marks.color), layer, true);
+  const {dots, positions} = addMarks(marks, true);
+  addLayer(marks.group, marks.notes.length, rgb(marks.color), [dots], true);
+  marks.notes.slice(0, kMostListed - listedMarks.length).forEach((note, i) => {
+    const item = element('li', byId('marks').querySelector('ol'));
+    item.style.setProperty('--status', rgb(marks.color));
+    element('span', item, place(positions, i, 1));
+    element('b', item, marks.group + ' ');
+    element('div', item, note, 'name');
+    item.onclick = () => {
+      flyTo(positions.slice(3 * i, 3 * i + 3), radius / 6);
+      show([marks.group, note, place(positions, i)]);
+    };
+    listedMarks.push({item, text: marks.group + ' ' + note});
+  });
 }
+const marksInAll = scene.marks.reduce((sum, marks) => sum + marks.notes.length, 0);
+if (marksInAll > listedMarks.length) element('p', byId('marks'), (marksInAll - listedMarks.length) + ' more are in the picture');
+byId('marks').hidden = marksInAll === 0;
 
 // ---- queries
-const poses = group(), ways = group();
+const poses = group(), ways = group(), queryLayers = new Map();
 const arrowSize = radius / 60;
 let chosen = null;
 function lifted(q) {  // the part of a query that is raised, and its correspondences
@@ -301,11 +346,28 @@ function build(q) {  // what is only shown of the chosen query
   q.group = group();
   q.raised = group();
   q.group.add(q.raised);
-  if (q.cloud) addCloud(q.raised, q.cloud, pointMaterial(q.cloud.size, false, kQuery, 0.8));
-  if (q.graph) addVertices(q.raised, q.graph, 'query vertex', scene.vertex_size, kQuery, 0.35);
-  q.matches = [[q.putative, 0xd69696, 1], [q.kept, 0x14a03c, 2.5]].map(([ends, color, width]) => [addLines(q.group, ends, color, width), ends])
-    .filter(([lines]) => lines);
-  for (const marks of q.marks) addMarks(q.group, marks);
+  const shared = (name, color, object, parent, shown = true) => {
+    if (!queryLayers.has(name)) queryLayers.set(name, addLayer(name, '', color, [], shown));
+    queryLayers.get(name).add(object);
+    parent.add(object);
+  };
+  // Marks lie on what they speak of, which would hide them.
+  const points = group(), things = group(), isMarked = q.marks.length > 0;
+  if (q.cloud) {
+    addCloud(points, q.cloud, pointMaterial(q.cloud.size, false, kQuery, 0.8));
+    shared('points of the query', rgb([30, 96, 214]), points, q.raised, !isMarked);
+  }
+  if (q.graph) {
+    addVertices(things, q.graph, 'query vertex', scene.vertex_size, kQuery, 0.35);
+    shared('vertices of the query', rgb([30, 96, 214]), things, q.raised, !isMarked);
+  }
+  for (const [name, ends, color, width] of [['matches, left out', q.putative, 0xd69696, 1], ['matches, kept', q.kept, 0x14a03c, 2.5]]) {
+    const parent = group(), lines = addLines(parent, ends, color, width);
+    if (!lines) continue;
+    q.matches.push([lines, ends]);
+    shared(name, '#' + color.toString(16).padStart(6, '0'), parent, q.group, !isMarked);
+  }
+  for (const marks of q.marks) shared(marks.group, rgb(marks.color), addMarks(marks, false).dots, q.group);
   const radiusOfPlace = 3 * arrowSize;
   q.hypotheses.slice(1).forEach(h => {
     const ring = new THREE.Mesh(new THREE.RingBufferGeometry(0.8 * radiusOfPlace, radiusOfPlace, 40),
@@ -325,7 +387,7 @@ function choose(q, at_once) {
   q.group.visible = true;
   byId('lifting').hidden = q.matches.length === 0;
   byId('lift').max = Math.max(10 * arrowSize, q.extent);
-  byId('lift').value = q.matches.length ? q.extent / 5 : 0;
+  byId('lift').value = q.matches.length && !q.marks.length ? q.extent / 5 : 0;
   lifted(q);
   flyTo(q.pose, Math.max(8 * arrowSize, 1.7 * q.extent), at_once);
 }
@@ -360,8 +422,8 @@ scene.queries.forEach(q => {
 });
 const posed = scene.queries.filter(q => q.pose);
 if (posed.length) {
-  addLayer('ways of queries', '', rgb([22, 138, 62]), ways, true);
-  addLayer('poses of queries', posed.length, rgb([22, 138, 62]), poses, true);
+  addLayer('ways of queries', '', rgb([22, 138, 62]), [ways], true);
+  addLayer('poses of queries', posed.length, rgb([22, 138, 62]), [poses], true);
   pickable.push({parent: poses, positions: new Float32Array(posed.flatMap(q => q.pose)),
                  tell: i => { choose(posed[i]); return posed[i].status + ': ' + posed[i].name + '\n' + posed[i].reason; }});
 }
@@ -369,48 +431,9 @@ byId('queries').hidden = scene.queries.length === 0;
 byId('lifting').hidden = true;
 byId('lift').oninput = () => chosen && lifted(chosen);
 
-// ---- charts, as SVG
-function drawChart(chart) {
-  const figure = element('figure', byId('charts'));
-  element('figcaption', figure, chart.title);
-  const make = (name, attributes, parent) => {
-    const made = document.createElementNS('http://www.w3.org/2000/svg', name);
-    for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
-    parent.append(made);
-    return made;
-  };
-  const W = 320, H = 190, left = 34, right = 20, top = 8, bottom = 34;
-  const svg = make('svg', {viewBox: `0 0 ${W} ${H}`}, figure);
-  const xs = chart.curves.flatMap(c => c.points.map(p => p[0])).filter(x => !chart.log_x || x > 0);
-  const map = chart.log_x ? Math.log10 : x => x;
-  const low = map(Math.min(...xs)), high = Math.max(low + 1e-9, map(Math.max(...xs)));
-  const px = x => left + (W - left - right) * (map(x) - low) / (high - low), py = y => H - bottom - (H - bottom - top) * y;
-  const text = (x, y, value, anchor) => { make('text', {x, y, 'text-anchor': anchor}, svg).textContent = value; };
-  for (let y = 0; y <= 1.001; y += 0.25) {
-    make('line', {x1: left, x2: W - right, y1: py(y), y2: py(y), class: 'axis'}, svg);
-    text(left - 5, py(y) + 4, (100 * y).toFixed(0), 'end');
-  }
-  const ticks = [];
-  if (chart.log_x) for (let e = Math.ceil(low - 1e-9); e <= high + 1e-9; ++e) ticks.push(Math.pow(10, e));
-  else for (let k = 0; k <= 4; ++k) ticks.push(low + k * (high - low) / 4);
-  for (const x of ticks) {
-    make('line', {x1: px(x), x2: px(x), y1: top, y2: H - bottom, class: 'axis'}, svg);
-    text(px(x), H - bottom + 14, chart.log_x ? lengthText(x) : x.toFixed(2), 'middle');
-  }
-  text((left + W - right) / 2, H - 4, chart.x_name + ', ' + chart.y_name + ' in %', 'middle');
-  const colors = ['--mark', '--accepted', '--ambiguous'];
-  chart.curves.forEach((curve, i) => {
-    const line = make('polyline', {class: 'curve', points: curve.points.filter(p => !chart.log_x || p[0] > 0)
-      .map(p => px(p[0]).toFixed(1) + ',' + py(p[1]).toFixed(1)).join(' ')}, svg);
-    line.style.stroke = `var(${colors[i % 3]})`;
-    if (chart.curves.length > 1) {
-      const name = make('text', {x: W - right - 4, y: H - bottom - 8 - 14 * (chart.curves.length - 1 - i), 'text-anchor': 'end'}, svg);
-      name.textContent = curve.name;
-      name.style.fill = `var(${colors[i % 3]})`;
-    }
-  });
-}
-scene.charts.filter(chart => chart.curves.some(c => c.points.length)).forEach(drawChart);
+// ---- charts: the SVG files that stand beside the page
+for (const svg of scene.charts)
+  byId('charts').append(document.importNode(new DOMParser().parseFromString(svg, 'image/svg+xml').documentElement, true));
 byId('charts').hidden = scene.charts.length === 0;
 
 // ---- picking: what is nearest to the pointer on the screen
@@ -430,8 +453,8 @@ function pick(x, y) {
       if (dx * dx + dy * dy < nearest) { nearest = dx * dx + dy * dy; best = [set, i]; }
     }
   }
-  byId('picked').hidden = !best;
-  if (best) byId('picked').textContent = best[0].tell(best[1]);
+  byId('picked').hidden = true;
+  if (best) show([best[0].tell(best[1])]);
   return best;
 }
 let pressed = null;
@@ -444,11 +467,13 @@ canvas.addEventListener('pointerup', e => {
 byId('search').oninput = () => {
   const wantedText = byId('search').value.toLowerCase();
   for (const q of scene.queries) q.item.hidden = !(q.name + ' ' + q.status + ' ' + q.reason).toLowerCase().includes(wantedText);
-  for (const c of scene.classes) c.item.hidden = !c.name.toLowerCase().includes(wantedText) && scene.queries.length === 0;
+  for (const mark of listedMarks) mark.item.hidden = !mark.text.toLowerCase().includes(wantedText);
+  const lists = scene.queries.length + listedMarks.length;
+  for (const c of scene.classes) c.item.hidden = !c.name.toLowerCase().includes(wantedText) && lists === 0;
 };
 byId('search').onkeydown = e => {
-  const found = e.key === 'Enter' && scene.queries.find(q => !q.item.hidden);
-  if (found) choose(found);
+  const found = e.key === 'Enter' && [...scene.queries, ...listedMarks].find(entry => !entry.item.hidden);
+  if (found) found.item.click();
 };
 byId('top').onclick = () => home(true);
 byId('side').onclick = () => home(false);
