@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <filesystem>
 #include <fstream>
 
@@ -150,22 +151,28 @@ std::vector<Eigen::Vector2d> successCurve(const std::vector<ScoredQuery>& querie
 
 std::vector<SceneChart> chartsOf(const Evaluation& evaluation,
                                  const std::vector<ScoredQuery>& queries) {
-  SceneChart success{"Queries within a distance of the truth", "distance", "share", true, {}};
+  SceneChart success{
+      "Queries within a distance of the truth", "distance", "queries", ChartAxis::length, {}};
   success.curves = {{"best hypothesis", successCurve(queries, false)},
                     {"accepted", successCurve(queries, true)}};
-  SceneChart precision{
-      "Precision over recall, threshold on the confidence", "recall", "precision", false, {}};
-  precision.curves.emplace_back("", std::vector<Eigen::Vector2d>{});
+  SceneChart precision{"Precision over recall, by the threshold of confidence",
+                       "recall",
+                       "precision",
+                       ChartAxis::share,
+                       {{"", {}}}};
   for (const PrecisionRecall& point : evaluation.curve)
     precision.curves[0].second.emplace_back(point.recall, point.precision);
-  SceneChart calibration{
-      "Share of right answers over their confidence, in bands", "confidence", "right", false, {}};
-  calibration.curves.emplace_back("", std::vector<Eigen::Vector2d>{});
+  SceneChart calibration{"Right answers, and what their confidence claims",
+                         "confidence (dots: so many answers)",
+                         "right",
+                         ChartAxis::odds,
+                         {}};
   for (const ConfidenceBand& band : evaluation.bands) {
+    const auto answers = static_cast<double>(band.answers);
     if (band.answers > 0)
-      calibration.curves[0].second.emplace_back(
-          band.mean_confidence,
-          static_cast<double>(band.right) / static_cast<double>(band.answers));
+      calibration.curves.push_back(
+          {std::to_string(band.answers),
+           {{band.mean_confidence, static_cast<double>(band.right) / answers}}});
   }
   return {success, precision, calibration};
 }
@@ -190,15 +197,16 @@ class EvaluateCommand final : public Command {
   Description describe() const override {
     return {
         "evaluate",
-        "RESULTS TRUTH",
+        "RESULTS TRUTH [RESULTS TRUTH]...",
         "errors, success rate over distance, precision-recall",
         "RESULTS is what localize --json printed, or a trajectory (TUM, KITTI) such as that of "
         "localize --trajectory; TRUTH holds TUM or KITTI poses of the query's frames in the map "
-        "frame. With -o the folder gets results.csv, pr.csv, success.csv, summary.json and "
+        "frame. Several pairs are judged together. With -o the folder gets results.csv, pr.csv, "
+        "success.csv, summary.json, the charts success.svg, pr.svg and calibration.svg, and "
         "report.html.",
         "xview evaluate rear.jsonl town/rear/groundtruth.txt -o report --map town.xvm",
         2,
-        2};
+        100000};
   }
 
   void declare(Flags& flags) override {
@@ -213,14 +221,16 @@ class EvaluateCommand final : public Command {
 
   ExitCode run(const Job& job) override {
     if (!(within_m_ > 0)) throw UsageError(fmt::format("--within = {}, must be > 0", within_m_));
+    if (job.operands.size() % 2 != 0)
+      throw UsageError(job.operands.back() + " has no TRUTH: RESULTS and TRUTH come in pairs");
     const std::vector<ScoredQuery> queries = score(job);
     const Evaluation evaluation = evaluate(queries, within_m_);
     if (!out_.empty()) {
       const map::SemanticMap map = map_.empty() ? map::SemanticMap() : readMap(map_, input_, job);
-      writeAll(evaluation, queries, reportPage(evaluation, queries, map, job));
-      job.narrate.note(out_ + "/report.html written");
+      writeAll(evaluation, queries, map, job);
     }
     fmt::print("{}", evaluationTable(evaluation));
+    if (!out_.empty()) job.narrate.summary(out_ + "/report.html");
     return kDone;
   }
 
@@ -236,31 +246,39 @@ class EvaluateCommand final : public Command {
 
   /// The map with all queries, those from elsewhere last, as in `scored`.
   std::string reportPage(const Evaluation& evaluation, const std::vector<ScoredQuery>& scored,
-                         const map::SemanticMap& map, const Job& job) const {
+                         const std::vector<SceneChart>& charts, const map::SemanticMap& map,
+                         const Job& job) const {
     Scene scene = sceneOf(map);
     JoinedLabels labels;  // of queries; ids of the map stay
     labels.take(map.labels);
     DrawnAnswers drawn(input_, kReportVoxel_m, job, {});
-    const bool is_trajectory = isTrajectory(job.operands[0]);
-    for (std::size_t i = 0; is_trajectory && i < scored.size(); ++i) {
-      SceneQuery query;
-      query.name = fmt::format("pose {}", scored[i].first_frame);
-      query.poses = {scored[i].estimate};
-      scene.queries.push_back(std::move(query));
-    }
-    for (const std::string& answers : {job.operands[0], negatives_}) {
-      if (answers.empty() || is_trajectory) continue;
-      for (SceneQuery& query : drawn.draw(answers, labels, !map_.empty()))
+    std::vector<std::string> files;
+    for (std::size_t i = 0; i < job.operands.size(); i += 2) files.push_back(job.operands[i]);
+    if (!negatives_.empty()) files.push_back(negatives_);
+    for (const std::string& file : files) {
+      if (!isTrajectory(file)) {
+        for (SceneQuery& query : drawn.draw(file, labels, !map_.empty()))
+          scene.queries.push_back(std::move(query));
+        continue;
+      }
+      for (std::size_t i = scene.queries.size(); i < scored.size() && scored[i].input == file;
+           ++i) {
+        SceneQuery query;
+        query.name = fmt::format("pose {}", scored[i].first_frame);
+        query.poses = {scored[i].estimate};
         scene.queries.push_back(std::move(query));
+      }
     }
     for (std::size_t i = 0; i < scored.size(); ++i) judge(scored[i], scene.queries[i]);
     scene.labels = &labels.labels();
     scene.title = fmt::format("{} of {} found, median {} off", evaluation.accepted,
                               evaluation.queries, lengthText(evaluation.believed.median_m));
     scene.caption = fmt::format("{} against {}", job.operands[0], job.operands[1]);
+    if (job.operands.size() > 2)
+      scene.caption += fmt::format(" and {} more", job.operands.size() / 2 - 1);
     scene.made_by = madeBy("evaluate", job);
     scene.facts = factsOf(evaluation);
-    scene.charts = chartsOf(evaluation, scored);
+    scene.charts = charts;
     return htmlPage(scene, kReportPoints);
   }
 
@@ -268,13 +286,19 @@ class EvaluateCommand final : public Command {
   static constexpr std::size_t kReportPoints = 300000;
 
   std::vector<ScoredQuery> score(const Job& job) const {
-    const std::string &results = job.operands[0], &truth_path = job.operands[1];
-    if (isTrajectory(results)) return scoredTrajectory(results, truth_path, job.narrate);
-    const Truth truth(truth_path);
     std::vector<ScoredQuery> queries;
-    for (const Answer& answer : readAnswers(results)) {
-      queries.push_back(withoutTruth(answer));
-      queries.back().truth = truth.poseFor(answer);
+    for (std::size_t i = 0; i < job.operands.size(); i += 2) {
+      const std::string &results = job.operands[i], &truth_path = job.operands[i + 1];
+      if (isTrajectory(results)) {
+        const auto poses = scoredTrajectory(results, truth_path, job.narrate);
+        queries.insert(queries.end(), poses.begin(), poses.end());
+        continue;
+      }
+      const Truth truth(truth_path);
+      for (const Answer& answer : readAnswers(results)) {
+        queries.push_back(withoutTruth(answer));
+        queries.back().truth = truth.poseFor(answer);
+      }
     }
     if (negatives_.empty()) return queries;
     for (const Answer& answer : readAnswers(negatives_)) {
@@ -284,29 +308,30 @@ class EvaluateCommand final : public Command {
     return queries;
   }
 
+  /// All of the files or, if the largest does not fit, none.
   void writeAll(const Evaluation& evaluation, const std::vector<ScoredQuery>& queries,
-                const std::string& page) const {
+                const map::SemanticMap& map, const Job& job) const {
+    const std::vector<SceneChart> charts = chartsOf(evaluation, queries);
+    const std::pair<const char*, std::string> contents[] = {
+        {"report.html", reportPage(evaluation, queries, charts, map, job)},
+        {"results.csv", resultsCsv(queries)},
+        {"success.csv", successCsv(queries)},
+        {"pr.csv", precisionRecallCsv(evaluation)},
+        {"summary.json", evaluationJson(evaluation)},
+        {"success.svg", chartSvg(charts[0])},
+        {"pr.svg", chartSvg(charts[1])},
+        {"calibration.svg", chartSvg(charts[2])}};
     const bool is_new = makeFolder(out_);
     try {
-      writeFiles(evaluation, queries, page);
+      std::deque<io::AtomicFile> files;
+      for (const auto& [name, content] : contents)
+        files.emplace_back(out_ + "/" + name).write(content);
+      for (io::AtomicFile& file : files) file.commit();
     } catch (const Error&) {
       std::error_code problem;
       if (is_new) std::filesystem::remove(out_, problem);
       throw;
     }
-  }
-
-  /// All of them or, if the largest does not fit, none.
-  void writeFiles(const Evaluation& evaluation, const std::vector<ScoredQuery>& queries,
-                  const std::string& page) const {
-    io::AtomicFile report(out_ + "/report.html"), results(out_ + "/results.csv"),
-        success(out_ + "/success.csv"), pr(out_ + "/pr.csv"), summary(out_ + "/summary.json");
-    report.write(page);
-    results.write(resultsCsv(queries));
-    success.write(successCsv(queries));
-    pr.write(precisionRecallCsv(evaluation));
-    summary.write(evaluationJson(evaluation));
-    for (io::AtomicFile* file : {&report, &results, &success, &pr, &summary}) file->commit();
   }
 
   InputFlags input_;

@@ -203,8 +203,10 @@ class LocalizeCommand final : public Command {
     load_map_ms_ = watch_.lap_ms();
     const std::vector<std::string> queries(job.operands.begin(), job.operands.end() - 1);
     Results results(out_);
+    // Who sends JSON to a file sees the table all the same.
+    beside_ = json_ && !out_.empty() && !job.narrate.isQuiet();
     AnswerTable table(queries, largestCoordinate(map), queries.size() == 1 && windows_.size == 0,
-                      results.screen());
+                      beside_ ? stdout : results.screen());
     results_ = &results;
     table_ = &table;
     const auto answer = [&](const std::string& query) {
@@ -268,6 +270,7 @@ class LocalizeCommand final : public Command {
       sayEvidence(answer, job.narrate);
       const std::string lines = table_->add(answer);
       results_->print(json_ ? toJson(answer) : lines, job.narrate);
+      if (beside_) Results("").print(lines, job.narrate);
     };
     if (input.source)
       forEachWindow(input, windowsOf(input, windows_), job, answerWindow);
@@ -279,7 +282,7 @@ class LocalizeCommand final : public Command {
   WindowFlags windows_;
   AnswerFiles files_;
   std::string near_, yaw_, out_;
-  bool json_ = false;
+  bool json_ = false, beside_ = false;
   Results* results_ = nullptr;  ///< of this run
   AnswerTable* table_ = nullptr;
   Stopwatch watch_;

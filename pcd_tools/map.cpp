@@ -59,7 +59,8 @@ class MapCommand final : public Command {
       sayDoubts(*map, part, job.narrate);
       appendToMap(*map, part, job.options);
     }
-    job.narrate.stage("map", watch.lap_ms(), fmt::format("{} inputs", inputs.size()));
+    job.narrate.stage("map", watch.lap_ms(),
+                      fmt::format("{} {}", inputs.size(), inputs.size() == 1 ? "input" : "inputs"));
     map::saveMap(out, *map);
     job.narrate.stage("save", watch.lap_ms(), out);
     fmt::print("{}: {} vertices, {} edges, {} key frames, {} points\n", out, map->graph.size(),

@@ -28,6 +28,7 @@ class Narrative {
   void line(const std::string& what) const;
   /// Only with --verbose.
   void detail(const std::string& what) const;
+  bool isQuiet() const { return verbosity_ == Verbosity::quiet; }
   /// Wipes a bar, so that results can be printed where it stood.
   void clearBar() const;
   /// "error: …", also with --quiet, for one item of a batch whose rest goes on.

@@ -30,7 +30,9 @@ std::size_t bytesOf(const std::string& text, std::size_t characters) {
   return byte;
 }
 
+/// A line that fits keeps its blanks, which may be columns.
 std::string wrappedLine(const std::string& text, std::size_t width, std::size_t indent) {
+  if (columnsOf(text) <= width) return text;
   std::istringstream words(text);
   // Blanks before the text belong to its shape.
   std::string result(std::min(text.find_first_not_of(' '), text.size()), ' ');

@@ -115,14 +115,14 @@ std::string evaluationTable(const Evaluation& e) {
   text += errorLine("best hypothesis", e.best) + errorLine("accepted", e.believed) +
           apeLine("accepted", e.believed) + "\n";
   text += fmt::format(
-      "precision {} %, recall {} %, F1 {}, area under PR {}, recall at 99 % precision {} % "
-      "(correct: within {} m)\n",
+      "precision {} %, recall {} %, F1 {}, area under PR {}\n"
+      "recall at 99 % precision {} % (correct: within {} m)\n",
       percent(e.precision), percent(e.recall), number(e.f1, 4), number(e.area_under_pr, 4),
       percent(e.recall_at_99), e.correct_within_m);
   if (e.consistency.answers > 0)
     text += fmt::format(
-        "covariance of {} right answers: normalised error squared over 6 mean {} (1 if right), "
-        "median {} (0.89), within 3 sigma {} %\n",
+        "covariance of {} right answers: normalised error squared over 6\n"
+        "mean {} (1 if right), median {} (0.89), within 3 sigma {} %\n",
         e.consistency.answers, number(e.consistency.mean, 2), number(e.consistency.median, 2),
         percent(e.consistency.within_3_sigma));
   text += "\n" + bandTable(e.bands);
