@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <mutex>
 
 #include "pipeline/explain.h"
@@ -615,10 +616,11 @@ Localization inMetres(Localization answer, double size) {
 /// The map with no more detail than some queries have.
 struct Localizer::CoarseIndices {
   struct Coarse {
-    std::once_flag made;
     map::SemanticMap map;
     std::unique_ptr<const Index> index;
-  } one_ground, shapes;
+  };
+  std::mutex mutex;
+  std::map<CommonDetail, Coarse> made;
 };
 
 Localizer::Localizer(const map::SemanticMap& map, const Options& options)
@@ -629,29 +631,28 @@ Localizer::Localizer(const map::SemanticMap& map, const Options& options)
 Localizer::~Localizer() = default;
 
 const Localizer::Index& Localizer::indexFor(const Query& query) const {
-  const Detail detail = commonDetail(query.labels, map_->labels);
-  if (detail == Detail::classes) return *index_;
-  CoarseIndices::Coarse& coarse = detail == Detail::shapes ? coarse_->shapes : coarse_->one_ground;
-  std::call_once(coarse.made, [&] {
+  const CommonDetail detail = commonDetail(query.labels, map_->labels);
+  if (detail.isAll()) return *index_;
+  const std::lock_guard<std::mutex> lock(coarse_->mutex);
+  CoarseIndices::Coarse& coarse = coarse_->made[detail];
+  if (!coarse.index) {
     coarse.map = *map_;
-    if (detail == Detail::shapes)
-      reduceToShapes(query.labels, coarse.map);
-    else
-      mergeGround(coarse.map.plan);
+    if (detail.shapes) reduceToShapes(query.labels, coarse.map);
+    reduceTo(detail, coarse.map.plan);
     coarse.index = std::make_unique<Index>(coarse.map, index_->options);
-  });
+  }
   return *coarse.index;
 }
 
 Localization Localizer::localize(const Query& query) const {
   const Index& index = indexFor(query);
-  return inMetres(index.localize(*QueryInMap(query, index.map.labels, size_), nullptr), size_);
+  return inMetres(index.localize(*QueryInMap(query, map_->labels, size_), nullptr), size_);
 }
 
 Localization Localizer::localize(const Query& query, const ExpectedPose& expected) const {
   const Index& index = indexFor(query);
   const ExpectedPose in_towns = scaled(1 / size_, expected);
-  return inMetres(index.localize(*QueryInMap(query, index.map.labels, size_), &in_towns), size_);
+  return inMetres(index.localize(*QueryInMap(query, map_->labels, size_), &in_towns), size_);
 }
 
 std::vector<PoseCheck> Localizer::check(const Query& query,
@@ -661,7 +662,7 @@ std::vector<PoseCheck> Localizer::check(const Query& query,
   std::vector<Eigen::Isometry3d> poses;
   for (const Eigen::Isometry3d& T : T_map_query) poses.push_back(scaled(1 / size_, T));
   std::vector<PoseCheck> checked =
-      index.check(*QueryInMap(query, index.map.labels, size_), poses, reach_m / size_);
+      index.check(*QueryInMap(query, map_->labels, size_), poses, reach_m / size_);
   for (PoseCheck& place : checked) scaleLengths(size_, place.T_map_query);
   return checked;
 }
@@ -676,7 +677,7 @@ bool Localizer::priorAllows(const Query& given, const Eigen::Isometry3d& T_given
 Localization Localizer::describe(const Query& query, const PoseCheck& place) const {
   const Index& index = indexFor(query);
   const PoseCheck in_towns{scaled(1 / size_, place.T_map_query), place.evidence};
-  return inMetres(index.describe(*QueryInMap(query, index.map.labels, size_), in_towns), size_);
+  return inMetres(index.describe(*QueryInMap(query, map_->labels, size_), in_towns), size_);
 }
 
 Explanation Localizer::explain(const Query& query, const Localization& answer) const {
@@ -684,7 +685,7 @@ Explanation Localizer::explain(const Query& query, const Localization& answer) c
   const Index& index = indexFor(query);
   Localization in_towns = answer;
   if (size_ != kTown) scaleLengths(1 / size_, in_towns);
-  Explanation explanation = index.explain(*QueryInMap(query, index.map.labels, size_), in_towns);
+  Explanation explanation = index.explain(*QueryInMap(query, map_->labels, size_), in_towns);
   scaleLengths(size_, explanation);
   return explanation;
 }

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <tuple>
+#include <utility>
 
 #include "xview/raw_recording.h"
 #include "xview/types/error.h"
@@ -74,38 +75,112 @@ Eigen::AlignedBox2d boxOf(const Query& query) {
   return box;
 }
 
-/// The kinds of ground that a set knows, as bits.
-unsigned groundsOf(const LabelSet& labels) {
-  unsigned grounds = 0;
+using Kinds = std::uint32_t;  ///< bit = Kind
+
+constexpr Kinds bits(std::initializer_list<Kind> kinds) {
+  Kinds set = 0;
+  for (const Kind kind : kinds) set |= 1u << static_cast<unsigned>(kind);
+  return set;
+}
+constexpr std::uint32_t bits(std::initializer_list<Channel> channels) {
+  std::uint32_t set = 0;
+  for (const Channel channel : channels) set |= 1u << static_cast<unsigned>(channel);
+  return set;
+}
+
+/// Kinds of classes that are seen; a lane marking is part of the road.
+Kinds kindsOf(const LabelSet& labels) {
+  Kinds kinds = 0;
   for (const auto& [id, info] : labels.classes()) {
     if (info.role == Role::ignored) continue;
-    if (info.kind == Kind::road || info.kind == Kind::lane_marking) grounds |= 1;
-    if (info.kind == Kind::sidewalk) grounds |= 2;
-    if (info.kind == Kind::terrain) grounds |= 4;
+    kinds |= bits({info.kind == Kind::lane_marking ? Kind::road : info.kind});
   }
-  return grounds;
+  return kinds;
 }
+
+constexpr Kinds kGround = bits({Kind::road, Kind::sidewalk, Kind::terrain});
+constexpr Kinds kWalls = bits({Kind::building, Kind::fence});
+constexpr Kinds kPosts = bits({Kind::pole, Kind::sign, Kind::light});
+
+/// What is left of kinds where classes come from shapes.
+Kinds asShapes(Kinds kinds) {
+  constexpr struct {
+    Kinds from, to;
+  } kLooks[] = {{kGround, bits({Kind::road})},
+                {kWalls | bits({Kind::other_surface}), bits({Kind::building})},
+                {kPosts | bits({Kind::trunk}), bits({Kind::pole})},
+                {bits({Kind::other_object}), 0}};
+  for (const auto& look : kLooks) {
+    if (kinds & look.from) kinds = (kinds & ~look.from) | look.to;
+  }
+  return kinds;
+}
+
+/// What is seen of kinds that only one of two sets has.
+struct Feeds {
+  Kinds kinds;  ///< any of them
+  std::uint32_t channels;
+};
+constexpr Feeds kFeeds[] = {
+    {kWalls, bits({Channel::building, Channel::wall_foot, Channel::fence})},
+    {bits({Kind::vegetation}), bits({Channel::low_vegetation, Channel::canopy, Channel::tree})},
+    {bits({Kind::trunk}), bits({Channel::trunk})},
+    {kPosts, bits({Channel::pole, Channel::sign, Channel::light, Channel::pole_like})},
+    {bits({Kind::vehicle}), bits({Channel::vehicle, Channel::vehicle_surface})},
+    {bits({Kind::other_surface}), bits({Channel::other_surface})},
+    {bits({Kind::other_object}), bits({Channel::other_object})}};
+
+/// Kinds that much of what stands is of: without one of them, obstacles are others.
+constexpr Kinds kStanding = bits({Kind::vegetation, Kind::vehicle});
 
 }  // namespace
 
-Detail commonDetail(const LabelSet& query, const LabelSet& map) {
-  if (query == map) return Detail::classes;
-  if (knowsShapesOnly(query)) return knowsShapesOnly(map) ? Detail::classes : Detail::shapes;
-  if (knowsShapesOnly(map)) return Detail::classes;
-  const unsigned in_query = groundsOf(query), in_map = groundsOf(map);
-  const bool differ = in_query != 0 && in_map != 0 && in_query != in_map;
-  return differ ? Detail::one_ground : Detail::classes;
+CommonDetail commonDetail(const LabelSet& query, const LabelSet& map) {
+  CommonDetail detail;
+  if (query == map) return detail;
+  detail.shapes = knowsShapesOnly(query) && !knowsShapesOnly(map);
+  const bool by_shape = knowsShapesOnly(query) || knowsShapesOnly(map);
+  const Kinds in_query = by_shape ? asShapes(kindsOf(query)) : kindsOf(query),
+              in_map = by_shape ? asShapes(kindsOf(map)) : kindsOf(map);
+  const auto isTold = [&](Kinds kinds) { return (in_query & kinds) != 0 && (in_map & kinds) != 0; };
+  const auto differ = [&](Kinds kinds) { return (in_query & kinds) != (in_map & kinds); };
+  detail.one_ground = isTold(kGround) && differ(kGround);
+  detail.one_wall = isTold(kWalls) && differ(kWalls);
+  detail.one_post = isTold(kPosts) && differ(kPosts);
+  for (const Feeds& feeds : kFeeds) {
+    if (!isTold(feeds.kinds) && differ(feeds.kinds)) detail.gone |= feeds.channels;
+  }
+  if (!by_shape && ((!isTold(kWalls) && differ(kWalls)) || differ(kStanding)))
+    detail.gone |= bits({Channel::obstacle_low, Channel::obstacle_high});
+  return detail;
+}
+
+void moveSamples(Channel from, std::initializer_list<Channel> targets, PlanView& plan) {
+  const std::vector<PlanSample> samples = std::exchange(plan[from], {});
+  for (const Channel to : targets) {
+    plan[to].insert(plan[to].end(), samples.begin(), samples.end());
+    std::sort(plan[to].begin(), plan[to].end(), inRowOrder<PlanSample>);
+  }
 }
 
 void mergeGround(PlanView& plan) {
-  for (const Channel ground : {Channel::sidewalk, Channel::terrain}) {
-    plan[Channel::road].insert(plan[Channel::road].end(), plan[ground].begin(), plan[ground].end());
-    plan[ground].clear();
-  }
-  std::sort(plan[Channel::road].begin(), plan[Channel::road].end(), inRowOrder<PlanSample>);
+  moveSamples(Channel::sidewalk, {Channel::road}, plan);
+  moveSamples(Channel::terrain, {Channel::road}, plan);
   for (const Channel line : {Channel::lane_marking, Channel::border_road_sidewalk,
                              Channel::border_sidewalk_terrain, Channel::border_road_terrain})
     plan[line].clear();
+}
+
+void reduceTo(const CommonDetail& detail, PlanView& plan) {
+  if (detail.one_ground) mergeGround(plan);
+  if (detail.one_wall) moveSamples(Channel::fence, {Channel::building, Channel::wall_foot}, plan);
+  if (detail.one_post) {
+    moveSamples(Channel::sign, {Channel::pole}, plan);
+    moveSamples(Channel::light, {Channel::pole}, plan);
+  }
+  for (std::size_t channel = 0; channel < kChannels; ++channel) {
+    if (detail.gone >> channel & 1) plan.samples[channel].clear();
+  }
 }
 
 std::optional<map::SemanticMap> uprightMap(const map::SemanticMap& map,
@@ -143,13 +218,17 @@ QueryInMap::QueryInMap(const Query& given, const LabelSet& map_labels, double ma
                                          "those of size {1}; make it again with --size {1}",
                                          sizeText(given.size), sizeText(map_size)));
   }
-  if (!(given.labels == map_labels)) {
+  const CommonDetail detail = commonDetail(given.labels, map_labels);
+  if (knowsShapesOnly(map_labels) && !knowsShapesOnly(given.labels)) {
+    changed_ = given;
+    reduceToShapes(map_labels, *changed_);
+  } else if (!detail.shapes && !(given.labels == map_labels)) {
     const LabelMatch match(given.labels, map_labels);
     if (!match.changesNothing() && !match.isHopeless()) changed_ = translated(given, match);
   }
-  if (commonDetail(given.labels, map_labels) == Detail::one_ground) {
+  if (!detail.isAll()) {
     if (!changed_) changed_ = given;
-    mergeGround(changed_->plan);
+    reduceTo(detail, changed_->plan);
   }
   if (map_size != kTown) changed_ = scaledQuery(**this, 1 / map_size);
 }

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <initializer_list>
 #include <optional>
+#include <tuple>
 #include <vector>
 
 #include "xview/localizer.h"
@@ -30,15 +32,33 @@ Query turnedQuery(const Query& query, const Eigen::Quaterniond& R_up);
 /// lie on the ground below them, so what stands h metres above it is drawn h * sin(angle) away.
 Query tiltedQuery(const Query& query, const Eigen::Quaterniond& R);
 
-/// How much a query and a map that have different label sets both tell apart.
-enum class Detail {
-  classes,     ///< all that the sets have in common
-  one_ground,  ///< the same, but one of them lacks a kind of ground that the other has: what it
-               ///< calls that ground instead is not known
-  shapes       ///< the query knows shapes only, the map does not
-};
-Detail commonDetail(const LabelSet& query, const LabelSet& map);
+/// What a query and a map that have different label sets both tell apart. What only one of them
+/// can name is no evidence in the other: it would be missed everywhere, and where the map shows it
+/// least it would be missed least.
+struct CommonDetail {
+  bool shapes = false;      ///< the query knows shapes only, the map does not
+  bool one_ground = false;  ///< one of them lacks a kind of ground that the other has: what it
+                            ///< calls that ground instead is not known
+  bool one_wall = false;    ///< fences are walls like those of houses
+  bool one_post = false;    ///< signs and lights are poles
+  std::uint32_t gone = 0;   ///< channels that one of them has no class for; bit = Channel
 
+  bool isAll() const { return *this == CommonDetail{}; }
+  bool operator==(const CommonDetail& o) const { return tied() == o.tied(); }
+  bool operator<(const CommonDetail& o) const { return tied() < o.tied(); }
+
+ private:
+  std::tuple<bool, bool, bool, bool, std::uint32_t> tied() const {
+    return {shapes, one_ground, one_wall, one_post, gone};
+  }
+};
+CommonDetail commonDetail(const LabelSet& query, const LabelSet& map);
+
+/// Leaves the detail in a view that is common.
+void reduceTo(const CommonDetail& detail, PlanView& plan);
+
+/// Moves the samples of a channel to others.
+void moveSamples(Channel from, std::initializer_list<Channel> targets, PlanView& plan);
 /// Road, sidewalk and terrain become one, and the lines between them go.
 void mergeGround(PlanView& plan);
 

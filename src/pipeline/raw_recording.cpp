@@ -93,19 +93,13 @@ label::Shape shapeOf(Kind kind) {
 
 /// Moves the samples of channels to those that the shapes feed; those of lines between grounds go.
 void mergeChannels(PlanView& plan) {
-  const auto move = [&](Channel from, std::initializer_list<Channel> targets) {
-    const std::vector<PlanSample> samples = std::exchange(plan[from], {});
-    for (const Channel to : targets) {
-      plan[to].insert(plan[to].end(), samples.begin(), samples.end());
-      std::sort(plan[to].begin(), plan[to].end(), inRowOrder<PlanSample>);
-    }
-  };
   mergeGround(plan);
   for (const Channel upright : {Channel::fence, Channel::other_surface})
-    move(upright, {Channel::building, Channel::wall_foot});
-  for (const Channel thin : {Channel::sign, Channel::light}) move(thin, {Channel::pole});
-  move(Channel::trunk, {Channel::pole, Channel::pole_like});
-  move(Channel::other_object, {});
+    moveSamples(upright, {Channel::building, Channel::wall_foot}, plan);
+  for (const Channel thin : {Channel::sign, Channel::light})
+    moveSamples(thin, {Channel::pole}, plan);
+  moveSamples(Channel::trunk, {Channel::pole, Channel::pole_like}, plan);
+  plan[Channel::other_object].clear();
 }
 
 class ShapeLabelled final : public ForwardingSource {
