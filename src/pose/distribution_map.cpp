@@ -5,11 +5,11 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <deque>
 #include <map>
 #include <utility>
 
 #include "xview/pose/refine.h"
+#include "xview/types/cells.h"
 #include "xview/types/median.h"
 
 namespace xview::pose {
@@ -78,60 +78,6 @@ class Viewpoints {
   std::map<Square, std::vector<Eigen::Isometry3d>> grid_;
 };
 
-/// Entries by key, in a hash table with open addresses. An entry has a `key`, from which it is
-/// made; a key has a hash() and can be compared.
-template <class Entry, class Entries = std::vector<Entry>>
-class HashTable {
- public:
-  using Key = decltype(Entry::key);
-
-  Entry& findOrAdd(const Key& key) {
-    if (2 * entries_.size() >= slots_.size()) grow();
-    const std::uint64_t hash = key.hash();
-    Slot& slot = slots_[slotOf(key, hash)];
-    if (slot.entry < 0) {
-      slot = {static_cast<std::int32_t>(entries_.size()), tagOf(hash)};
-      entries_.emplace_back(key);
-    }
-    return entries_[slot.entry];
-  }
-  /// Null if there is none.
-  const Entry* find(const Key& key) const {
-    const std::int32_t i = slots_[slotOf(key, key.hash())].entry;
-    return i < 0 ? nullptr : &entries_[i];
-  }
-  Entries& entries() { return entries_; }
-  const Entries& entries() const { return entries_; }
-
- private:
-  struct Slot {
-    std::int32_t entry = -1;  ///< its number; -1: free
-    std::uint32_t tag = 0;    ///< tells most other keys apart without a look at their entries
-  };
-  static std::uint32_t tagOf(std::uint64_t hash) { return static_cast<std::uint32_t>(hash >> 32); }
-
-  /// Where a key is, or where it would be put.
-  std::size_t slotOf(const Key& key, std::uint64_t hash) const {
-    const std::size_t mask = slots_.size() - 1;
-    const std::uint32_t tag = tagOf(hash);
-    std::size_t slot = hash & mask;
-    while (slots_[slot].entry >= 0 &&
-           (slots_[slot].tag != tag || !(entries_[slots_[slot].entry].key == key)))
-      slot = (slot + 1) & mask;
-    return slot;
-  }
-  void grow() {
-    slots_.assign(2 * slots_.size(), {});
-    for (std::size_t i = 0; i < entries_.size(); ++i) {
-      const std::uint64_t hash = entries_[i].key.hash();
-      slots_[slotOf(entries_[i].key, hash)] = {static_cast<std::int32_t>(i), tagOf(hash)};
-    }
-  }
-
-  Entries entries_;
-  std::vector<Slot> slots_ = std::vector<Slot>(64);
-};
-
 /// A cell of a group; cells are counted from the origin of the map.
 struct CellKey {
   std::int32_t x, y, z;
@@ -154,20 +100,14 @@ struct CellKey {
 };
 
 CellKey cellOf(const Eigen::Vector3f& p, std::uint32_t group, float side) {
-  // std::floor is a library call on baseline x86-64.
-  const auto index = [side](float c) {
-    const auto towards_zero = static_cast<std::int32_t>(c / side);
-    return towards_zero - (c / side < static_cast<float>(towards_zero));
-  };
-  return {index(p.x()), index(p.y()), index(p.z()), group};
+  return {floorToInt(p.x() / side), floorToInt(p.y() / side), floorToInt(p.z() / side), group};
 }
 
 /// A distribution; while points are still added, `information` is the sum of squares about the
 /// mean.
 struct Cell {
-  explicit Cell(const CellKey& cell) : key(cell) {}
   CellKey key;
-  Distribution distribution;
+  Distribution distribution{};
   std::uint32_t points = 0;
 
   /// Welford's update keeps single precision good far from the origin.
@@ -189,11 +129,17 @@ struct Cell {
   }
 };
 
+using Cells = CellTable<Cell, std::vector<Cell>>;
+
+Cell& cellIn(Cells& cells, const CellKey& key) {
+  return cells[cells.numberOf(key, [&] { return Cell{key}; })];
+}
+
 /// The cells of a tile. Most that are asked for are empty: one bit per cell tells, with groups and
 /// heights folded.
-class CellTable {
+class TileTable {
  public:
-  explicit CellTable(HashTable<Cell> cells) : cells_(std::move(cells)) {
+  explicit TileTable(Cells cells) : cells_(std::move(cells)) {
     for (const Cell& cell : cells_.entries()) {
       if (cell.points < kFewestPoints) continue;
       const std::uint32_t bit = bitOf(cell.key);
@@ -211,10 +157,12 @@ class CellTable {
   const Distribution* find(const CellKey& key) const {
     const std::uint32_t bit = bitOf(key);
     if (!((marks_[bit >> 6] >> (bit & 63)) & 1)) return nullptr;
-    const Cell* cell = cells_.find(key);
-    return cell && cell->points >= kFewestPoints ? &cell->distribution : nullptr;
+    const std::int32_t number = cells_.find(key);
+    if (number < 0) return nullptr;
+    const Cell& cell = cells_[static_cast<std::size_t>(number)];
+    return cell.points >= kFewestPoints ? &cell.distribution : nullptr;
   }
-  std::size_t size() const { return cells_.entries().size(); }
+  std::size_t size() const { return cells_.size(); }
 
  private:
   /// Neighbours have different bits, and so have most groups.
@@ -225,7 +173,7 @@ class CellTable {
 
   static constexpr std::uint32_t kPlaceMask = (1u << 14) - 1;  ///< a bit but for its group
 
-  HashTable<Cell> cells_;
+  Cells cells_;
   std::vector<std::uint64_t> marks_ = std::vector<std::uint64_t>((1u << 17) / 64, 0);
   std::vector<std::uint64_t> held_ = std::vector<std::uint64_t>((kPlaceMask + 1) / 64, 0);
 };
@@ -308,7 +256,7 @@ class DistributionMap::Tiles {
   double noise_m() const { return noise_m_; }
   std::size_t size() const {
     std::size_t sum = 0;
-    for (const Tile& tile : tiles_.entries()) sum += tableOf(tile).size();
+    for (const TileEntry& entry : tiles_.entries()) sum += tableOf(*entry.tile).size();
     return sum;
   }
 
@@ -316,7 +264,7 @@ class DistributionMap::Tiles {
     constexpr float kRounding_m = 1e-3f;  // by which a mean may lie outside of its cell
     const CellKey own = cellOf(p, group, side_);
     const TileKey own_tile = tileOf(own);
-    const CellTable* own_table = tableAt(own_tile);
+    const TileTable* own_table = tableAt(own_tile);
     const Eigen::Vector3f corner = side_ * Eigen::Vector3f(own.x, own.y, own.z);
     const auto squaredWay = [&](int axis, std::int32_t step) {
       if (step == 0) return 0.0f;
@@ -329,7 +277,7 @@ class DistributionMap::Tiles {
     const auto look = [&](std::int32_t dx, std::int32_t dy, std::int32_t dz) {
       const CellKey key{own.x + dx, own.y + dy, own.z + dz, group};
       const TileKey tile = tileOf(key);
-      const CellTable* table = tile == own_tile ? own_table : tableAt(tile);
+      const TileTable* table = tile == own_tile ? own_table : tableAt(tile);
       const Distribution* d = table ? table->find(key) : nullptr;
       if (!d) return;
       const float squared = (d->mean - p).squaredNorm();
@@ -359,7 +307,7 @@ class DistributionMap::Tiles {
     for (std::int32_t dy = -1; dy <= 1; ++dy) {
       for (std::int32_t dx = -1; dx <= 1; ++dx) {
         CellKey key{own.x + dx, own.y + dy, 0, kNoGroup};
-        const CellTable* table = tableAt(tileOf(key));
+        const TileTable* table = tableAt(tileOf(key));
         if (!table) continue;
         for (key.z = own.z - 1; key.z <= own.z + 1; ++key.z) {
           if (table->holdsAnything(key)) return true;
@@ -387,9 +335,13 @@ class DistributionMap::Tiles {
   struct Tile {
     explicit Tile(const TileKey& tile) : key(tile) {}
     ~Tile() { delete table.load(); }
-    TileKey key;
+    const TileKey key;
     std::vector<Run> runs;
-    mutable std::atomic<const CellTable*> table{nullptr};  ///< null: not made yet
+    mutable std::atomic<const TileTable*> table{nullptr};  ///< null: not made yet
+  };
+  struct TileEntry {
+    TileKey key;
+    std::unique_ptr<Tile> tile;
   };
 
   static TileKey tileOf(const CellKey& cell) { return {cell.x >> kTileBits, cell.y >> kTileBits}; }
@@ -413,7 +365,13 @@ class DistributionMap::Tiles {
   void sortIntoTiles() {
     Tile* tile = nullptr;  // of the point before
     forPoints(allPoints(), [&](const Eigen::Vector3f&, const CellKey& cell, std::uint32_t i) {
-      if (!tile || !(tile->key == tileOf(cell))) tile = &tiles_.findOrAdd(tileOf(cell));
+      const TileKey key = tileOf(cell);
+      if (!tile || !(tile->key == key)) {
+        const std::size_t number = tiles_.numberOf(key, [&] {
+          return TileEntry{key, std::make_unique<Tile>(key)};
+        });
+        tile = tiles_[number].tile.get();
+      }
       if (tile->runs.empty() || tile->runs.back().last != i)
         tile->runs.push_back({i, i + 1});
       else
@@ -436,27 +394,27 @@ class DistributionMap::Tiles {
   float typicalThickness() {
     constexpr std::size_t kSampledPoints = 100000;
     const auto stride = static_cast<std::int32_t>(1 + map_.size() / kSampledPoints);
-    HashTable<Cell> sample;
+    Cells sample;
     forPoints(allPoints(), [&](const Eigen::Vector3f& p, const CellKey& cell, std::uint32_t) {
-      if ((cell.x + 7 * cell.y) % stride == 0) sample.findOrAdd(cell).add(p);
+      if ((cell.x + 7 * cell.y) % stride == 0) cellIn(sample, cell).add(p);
     });
     is_sparse_ = isSparse(sample.entries());
     return medianThickness(sample.entries());
   }
 
-  void addPoints(const Tile& tile, HashTable<Cell>& cells) const {
+  void addPoints(const Tile& tile, Cells& cells) const {
     for (const Run& run : tile.runs)
       forPoints(run, [&](const Eigen::Vector3f& p, const CellKey& cell, std::uint32_t) {
-        cells.findOrAdd(cell).add(p);
+        cellIn(cells, cell).add(p);
       });
   }
 
-  CellTable makeTable(const Tile& tile) const {
-    HashTable<Cell> cells, around;
+  TileTable makeTable(const Tile& tile) const {
+    Cells cells, around;
     addPoints(tile, cells);
     if (is_sparse_) {
       for (int i = 0; i < 9; ++i) {
-        const Tile* other = tiles_.find({tile.key.x + i % 3 - 1, tile.key.y + i / 3 - 1});
+        const Tile* other = tileAt({tile.key.x + i % 3 - 1, tile.key.y + i / 3 - 1});
         if (other) addPoints(*other, around);
       }
     }
@@ -468,20 +426,20 @@ class DistributionMap::Tiles {
       d.information = surplusInformation(cell.covariance(), side, variance_, within);
       d.view = views_.directionFrom(map_.origin + d.mean.cast<double>());
     }
-    return CellTable(std::move(cells));
+    return TileTable(std::move(cells));
   }
 
   /// Gives a cell the points of the cells around it, as far as it takes to tell their shape.
   /// Returns the side of what it speaks for then.
-  float widen(const HashTable<Cell>& all, Cell& cell) const {
+  float widen(const Cells& all, Cell& cell) const {
     for (int reach = 1; reach <= kWidest; ++reach) {
-      Cell wide(cell.key);
+      Cell wide{cell.key};
       for (int dz = -reach; dz <= reach; ++dz)
         for (int dy = -reach; dy <= reach; ++dy)
           for (int dx = -reach; dx <= reach; ++dx) {
             const CellKey& k = cell.key;
-            const Cell* other = all.find({k.x + dx, k.y + dy, k.z + dz, k.group});
-            if (other) wide.add(*other);
+            const std::int32_t other = all.find({k.x + dx, k.y + dy, k.z + dz, k.group});
+            if (other >= 0) wide.add(all[static_cast<std::size_t>(other)]);
           }
       if (!tellsShape(wide)) continue;
       wide.distribution.mean = laidOn(wide, cell.distribution.mean);
@@ -491,18 +449,22 @@ class DistributionMap::Tiles {
     return side_;
   }
 
-  const CellTable& tableOf(const Tile& tile) const {
-    const CellTable* known = tile.table.load(std::memory_order_acquire);
+  const TileTable& tableOf(const Tile& tile) const {
+    const TileTable* known = tile.table.load(std::memory_order_acquire);
     if (known) return *known;
-    auto made = std::make_unique<const CellTable>(makeTable(tile));
+    auto made = std::make_unique<const TileTable>(makeTable(tile));
     // If another thread was faster, its table is the same.
     if (!tile.table.compare_exchange_strong(known, made.get())) return *known;
     return *made.release();
   }
 
+  const Tile* tileAt(const TileKey& key) const {
+    const std::int32_t number = tiles_.find(key);
+    return number < 0 ? nullptr : tiles_[static_cast<std::size_t>(number)].tile.get();
+  }
   /// Null: no points.
-  const CellTable* tableAt(const TileKey& key) const {
-    const Tile* tile = tiles_.find(key);
+  const TileTable* tableAt(const TileKey& key) const {
+    const Tile* tile = tileAt(key);
     return tile ? &tableOf(*tile) : nullptr;
   }
 
@@ -513,7 +475,7 @@ class DistributionMap::Tiles {
   float noise_m_ = 0;       ///< by which looks at one surface err as a whole
   bool is_sparse_ = false;  ///< cells ask their neighbours
   float variance_ = 0;      ///< added to every distribution [m^2]
-  HashTable<Tile, std::deque<Tile>> tiles_;
+  CellTable<TileEntry, std::vector<TileEntry>> tiles_;
 };
 
 DistributionMap::DistributionMap(const LabelledCloud& map, const LabelSet& labels,

@@ -76,15 +76,8 @@ class Stamper {
   const MapPoint point_;
 };
 
-/// So far to the left of the surface.
-MapPoint shifted(MapPoint p, double metres) {
-  p.x -= static_cast<float>(metres) * p.tangent_y;
-  p.y += static_cast<float>(metres) * p.tangent_x;
-  return p;
-}
-
 /// Where a query vertex falls within its cell is unknown, which adds to the variance.
-Stamp widened(const ObjectClass& model, bool directed, double across_m, double cell_m) {
+Stamp widened(const ObjectClass& model, bool directed, double cell_m) {
   const double blur = cell_m * cell_m / 6 + kHeadingBlur;
   const double along = std::sqrt(model.along_m * model.along_m + blur);
   // The samples of the query are as far apart as a cell at least, see ObjectQuery::samples.
@@ -94,7 +87,7 @@ Stamp widened(const ObjectClass& model, bool directed, double across_m, double c
                             : model.weight;
   if (!model.is_surface) return {along, along, 0, weight};
   if (!directed) return {0.8 * along, 0.8 * along, 0, weight};
-  return {along, std::sqrt(across_m * across_m + blur), 0, weight};
+  return {along, std::sqrt(model.across_m * model.across_m + blur), 0, weight};
 }
 
 LikelihoodRaster rasterizeObjects(const ObjectMap& map, double cell_m) {
@@ -102,21 +95,10 @@ LikelihoodRaster rasterizeObjects(const ObjectMap& map, double cell_m) {
   for (const MapPoint& point : map.points()) {
     const ObjectClass& model = map.classes()[point.slot];
     Stamper stamper(raster, point);
-    const auto raise = [&](Stamper& at, std::uint16_t slot, double across_m, double chance) {
-      Stamp stamp = widened(model, at.directed(), across_m, cell_m);
-      stamp.log_gain = std::log(chance) + logGain(map.classes()[slot], stamp.along * stamp.across,
-                                                  map.logClutter(slot, point.x, point.y));
-      at.raise(slot, stamp);
-    };
-    raise(stamper, point.slot, model.across_m, 1);
-    if (model.kind == Kind::building && stamper.directed()) {
-      for (const double side : {-1.0, 1.0}) {
-        Stamper roof(raster, shifted(point, side * kRoofOffset_m));
-        raise(roof, point.slot, kRoofSigma_m, 0.5);
-      }
-    }
-    for (const std::uint16_t partner : model.confused_with)
-      raise(stamper, partner, model.across_m, kConfusion);
+    Stamp stamp = widened(model, stamper.directed(), cell_m);
+    stamp.log_gain =
+        logGain(model, stamp.along * stamp.across, map.logClutter(point.slot, point.x, point.y));
+    stamper.raise(point.slot, stamp);
   }
   return raster;
 }

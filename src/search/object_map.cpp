@@ -32,19 +32,10 @@ constexpr double kAlone = 0.25;     // share of looks to both sides that find no
                                     // whose pieces tell as much as objects do
 constexpr double kMostAlone = 1.5;  // of the weight of an object
 constexpr double kIndependentPieceM = 4;  // [m] spacing of samples that count in full
-constexpr double kTangentReach = 22;      // [m] where other surfaces must tell the direction
 constexpr double kLeastElongation = 0.7;  // of the scatter of neighbours, to have a direction
 
 std::int64_t cellOf(double v, double cell) {
   return static_cast<std::int64_t>(std::floor(v / cell));
-}
-
-/// Classes that are easily taken for one another.
-bool areSimilar(Kind a, Kind b) {
-  const auto isUpright = [](Kind k) {
-    return k == Kind::building || k == Kind::fence || k == Kind::vegetation;
-  };
-  return (isPoleLike(a) && isPoleLike(b)) || (isUpright(a) && isUpright(b));
 }
 
 /// Along the surface; within an area, which has no direction, both ways across.
@@ -85,7 +76,6 @@ ObjectMap::ObjectMap(const SemanticGraph& graph, const LabelSet& labels,
   weighSurfaces();
   measureDensities();
   drawCoverage(kSeenNear_m);
-  findConfusions();
   for (MapPoint& p : points_) {
     const ObjectClass& model = classes_[p.slot];
     const bool directed = p.tangent_x != 0 || p.tangent_y != 0;
@@ -142,7 +132,6 @@ void ObjectMap::makeClasses(const LabelSet& labels, const std::vector<std::uint3
     ObjectClass model;
     model.label = label;
     const ClassInfo* info = labels.find(label);
-    if (info) model.kind = info->kind;
     const Role role = info ? info->role : Role::object;
     model.is_surface = role == Role::surface;
     model.detection = options.detection;
@@ -232,30 +221,27 @@ void ObjectMap::measureSpacing() {
 void ObjectMap::findTangents() {
   for (MapPoint& p : points_) {
     const ObjectClass& model = classes_[p.slot];
-    if (!model.is_surface) continue;
-    if (!tangentFrom(p, std::max(10.0, 2.2 * model.spacing_m), true))
-      tangentFrom(p, kTangentReach, false);
+    if (model.is_surface) findTangent(p, std::max(10.0, 2.2 * model.spacing_m));
   }
 }
 
-/// Principal direction of the surface vertices around.
-bool ObjectMap::tangentFrom(MapPoint& point, double radius, bool own_class_only) const {
+/// Principal direction of the vertices of the class around, if they have one.
+void ObjectMap::findTangent(MapPoint& point, double radius) const {
   double n = 0, sx = 0, sy = 0, sxx = 0, syy = 0, sxy = 0;
   visitBlocks(point.x, point.y, radius, [&](std::uint32_t i) {
     const MapPoint& q = points_[i];
-    if (own_class_only ? q.slot != point.slot : !classes_[q.slot].is_surface) return;
+    if (q.slot != point.slot) return;
     const double x = q.x - point.x, y = q.y - point.y;
     if (x * x + y * y > radius * radius) return;
     n += 1, sx += x, sy += y, sxx += x * x, syy += y * y, sxy += x * y;
   });
-  if (n < 3) return false;
+  if (n < 3) return;
   sxx -= sx * sx / n, syy -= sy * sy / n, sxy -= sx * sy / n;
   const double elongation = std::hypot(sxx - syy, 2 * sxy);
-  if (!(elongation > kLeastElongation * (sxx + syy))) return false;
+  if (!(elongation > kLeastElongation * (sxx + syy))) return;
   const double angle = 0.5 * std::atan2(2 * sxy, sxx - syy);
   point.tangent_x = static_cast<float>(std::cos(angle));
   point.tangent_y = static_cast<float>(std::sin(angle));
-  return true;
 }
 
 /// How often a surface goes on where one looks along it says how little its pieces tell apart.
@@ -353,16 +339,6 @@ void ObjectMap::drawCoverage(double reach_m) {
 double ObjectMap::coverage(double x, double y) const {
   const std::uint8_t* cell = coverage_.find(cellOf(x, kCoverageCell), cellOf(y, kCoverageCell));
   return cell ? *cell / 255.0 : 0;
-}
-
-void ObjectMap::findConfusions() {
-  for (std::size_t a = 0; a < classes_.size(); ++a) {
-    for (std::size_t b = 0; b < classes_.size(); ++b) {
-      if (a == b || classes_[a].is_surface != classes_[b].is_surface) continue;
-      if (areSimilar(classes_[a].kind, classes_[b].kind))
-        classes_[a].confused_with.push_back(static_cast<std::uint16_t>(b));
-    }
-  }
 }
 
 std::optional<std::uint16_t> ObjectMap::slotOf(std::uint32_t label) const {

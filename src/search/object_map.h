@@ -60,11 +60,6 @@ constexpr double kIndependentM = 6;
 constexpr double kDynamicDetection = 0.7, kSurfaceDetection = 0.65;
 /// Error of a vertex of a surface across it, map and query together [m].
 constexpr double kSurfaceSigma_m = 1.2;
-/// From the front of a building to what is seen of it from above, on either side, and the error of
-/// that [m].
-constexpr double kRoofOffset_m = 5, kRoofSigma_m = 1.8;
-/// Chance that a class is taken for a given similar one: a pole for a sign.
-constexpr double kConfusion = 0.05;
 /// A query should see objects of the map that are this close to one of its vertices [m]; what one
 /// costs that it does not see [nats].
 constexpr double kSeenNear_m = 8.5, kUnseenWeight = 0.5;
@@ -72,7 +67,6 @@ constexpr double kSeenNear_m = 8.5, kUnseenWeight = 0.5;
 /// What is assumed about one class. Slots number the classes of the map.
 struct ObjectClass {
   std::uint32_t label = 0;
-  Kind kind = Kind::other_object;
   bool is_surface = false;  ///< sampled along lines; else every vertex is a thing
   double spacing_m = 0;     ///< of surface vertices in the map
   double detection = 0;     ///< P_D
@@ -87,7 +81,6 @@ struct ObjectClass {
                             ///< not tell where along it one is
   double mean_density = 0;  ///< around places of the map [1/m^2]
   std::vector<float> log_clutter;  ///< log of the clutter density by number of vertices around
-  std::vector<std::uint16_t> confused_with;  ///< slots
 };
 
 /// log of P_D N(0) / ((1 - P_D) rho): the evidence of a perfect hit. The Gaussian has the area
@@ -143,8 +136,7 @@ class ObjectMap {
   void measureDensities();
   void drawCoverage(double reach_m);
   void findTangents();
-  bool tangentFrom(MapPoint& point, double radius, bool own_class_only) const;
-  void findConfusions();
+  void findTangent(MapPoint& point, double radius) const;
 
   Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();
   std::vector<ObjectClass> classes_;

@@ -73,8 +73,6 @@ namespace {
 
 constexpr double kSeenShare =
     0.25;  // of the expected number: below, the sensor does not see the class
-constexpr double kFewFromAbove = 0.25, kManyFromBelow = 0.8;  // thin things seen of the expected
-constexpr double kRarelyFromAbove = 0.25;                     // odds before anything is counted
 constexpr double kThinning =
     0.9;  // of the gap: samples of the same spacing must not lose every second one
 constexpr std::size_t kMostSamples = 300;  // more do not make the search any surer
@@ -136,34 +134,15 @@ ObjectQuery::ObjectQuery(const SemanticGraph& graph, const ObjectMap& map,
 void ObjectQuery::findVisibleClasses(const ObjectMap& map) {
   const std::vector<ObjectClass>& classes = map.classes();
   std::vector<double> count(classes.size(), 0);
-  double objects = 0, map_density = 0, object_density = 0;
-  for (const QueryItem& item : items_) {
-    count[item.slot] += 1;
-    if (!classes[item.slot].is_surface) objects += 1;
-  }
-  for (const ObjectClass& model : classes) {
-    map_density += model.mean_density;
-    if (!model.is_surface) object_density += model.mean_density;
-  }
-  const auto expectedOf = [](double total, const ObjectClass& model, double density) {
-    return density > 0 ? total * model.mean_density / density : 0;
-  };
-  double thin_expected = 0, thin_seen = 0;
+  double map_density = 0;
+  for (const QueryItem& item : items_) count[item.slot] += 1;
+  for (const ObjectClass& model : classes) map_density += model.mean_density;
+  const double per_density = map_density > 0 ? static_cast<double>(items_.size()) / map_density : 0;
   for (std::size_t slot = 0; slot < classes.size(); ++slot) {
-    const double expected =
-        expectedOf(static_cast<double>(items_.size()), classes[slot], map_density);
+    const double expected = per_density * classes[slot].mean_density;
     const double share = (count[slot] + 0.5) / (expected + 0.5);
     visible_[slot] = count[slot] > 0 && share >= kSeenShare ? std::min(1.0, share) : 0;
-    if (!classes[slot].is_surface && isPoleLike(classes[slot].kind)) {
-      thin_expected += expectedOf(objects, classes[slot], object_density);
-      thin_seen += count[slot];
-    }
   }
-  // Poisson counts.
-  const double log_odds = std::log(kRarelyFromAbove) +
-                          thin_expected * (kManyFromBelow - kFewFromAbove) -
-                          thin_seen * std::log(kManyFromBelow / kFewFromAbove);
-  from_above_ = 1 / (1 + std::exp(-log_odds));
 }
 
 void ObjectQuery::drawCoverage(const ObjectMap& map, double reach_m) {

@@ -49,9 +49,6 @@ class ObjectQuery {
   /// How much of this class the sensor of the query sees, compared to the map: 0 = nothing, 1 = as
   /// much as of the others.
   double visibleShare(std::uint16_t slot) const { return visible_[slot]; }
-  /// Chance that the query was recorded from the air: little that is thin and upright, though the
-  /// map has plenty.
-  double fromAbove() const { return from_above_; }
   /// False if all heights of the query are equal: it has none.
   bool hasHeights() const { return has_heights_; }
   /// How surely an object at this place (relative to the centre) would have been seen, were it of a
@@ -74,7 +71,6 @@ class ObjectQuery {
   Eigen::Vector3d centre_ = Eigen::Vector3d::Zero();
   double radius_ = 0;
   std::vector<double> visible_;
-  double from_above_ = 0;
   bool has_heights_ = false;
   double coverage_cell_ = 1;
   int coverage_side_ = 0;

@@ -19,7 +19,6 @@ constexpr double kFocusRadius = 30;   // [m]
 constexpr double kFewestObjects = 6;  // that tell how far objects are off
 constexpr double kIndependentShare =
     0.6;  // of the evidence of objects that agree: they stand in rows, one brings others along
-constexpr double kMaybeFromAbove = 0.2;             // then tops are not at the heights of sides
 constexpr int kLeastSide = 20, kLargestSide = 300;  // cells of the local grid
 constexpr double kItemsPerCell = 4;
 constexpr float kFadingSteps = 64;  // per unit of squared distance
@@ -47,14 +46,10 @@ ObjectVerifier::ObjectVerifier(const ObjectMap& map, const ObjectQuery& query,
   const auto addLane = [&](std::uint16_t slot) {
     if (lane_of_slot_[slot] < 0) lane_of_slot_[slot] = lanes_++;
   };
-  for (const QueryItem& item : query.items()) {
-    addLane(item.slot);
-    for (const std::uint16_t partner : map.classes()[item.slot].confused_with) addLane(partner);
-  }
+  for (const QueryItem& item : query.items()) addLane(item.slot);
   associations_.resize(query.items().size());
   known_.resize(query.items().size());
   cost_.resize(query.items().size());
-  rarity_.resize(query.items().size());
 }
 
 ObjectVerifier::Spread ObjectVerifier::spreadOf(const ObjectClass& model, double widen) const {
@@ -67,17 +62,7 @@ ObjectVerifier::Spread ObjectVerifier::spreadOf(const ObjectClass& model, double
   spread.inverse_along2 = static_cast<float>(1 / (along * along));
   spread.inverse_across2 = static_cast<float>(1 / (across * across));
   spread.inverse_round2 = static_cast<float>(1 / round2);
-  const double roof = widen * kRoofSigma_m;
-  const bool has_roof =
-      model.is_surface && model.kind == Kind::building && query_.fromAbove() > kMaybeFromAbove;
-  if (has_roof) spread.gate = std::max(spread.gate, static_cast<float>(kRoofOffset_m + 2 * roof));
-  spread.inverse_roof2 = static_cast<float>(1 / (roof * roof));
-  spread.front_penalty = static_cast<float>(has_roof ? -2 * std::log1p(-query_.fromAbove()) : 0);
-  spread.roof_penalty = static_cast<float>(
-      has_roof ? 2 * std::log(2 * roof / (across * query_.fromAbove())) : 2 * kFarthest);
   spread.odds_factor = static_cast<float>(model.along_m * model.across_m / (along * across));
-  spread.confused_odds =
-      static_cast<float>(kConfusion * std::exp(logGain(model, along * across, 0)));
   spread.pull = static_cast<float>(model.is_surface ? std::max(kLeastPull, model.gain_weight) : 1);
   return spread;
 }
@@ -100,8 +85,6 @@ void ObjectVerifier::moveTo(const PlacePose& pose) {
     const double coverage = map_.coverage(x, y);
     known_[i] = coverage > 0 || map_.isKnown(x, y);
     cost_[i] = static_cast<float>(known_[i] ? costOfMissing(item.slot, coverage) : 0);
-    if (!map_.classes()[item.slot].confused_with.empty())
-      rarity_[i] = static_cast<float>(std::exp(-map_.logClutter(item.slot, x, y)));
   }
 }
 
@@ -155,14 +138,13 @@ void ObjectVerifier::buildGrid(const PlacePose& pose) {
   }
 }
 
-/// Calls visitor(local, distance2, is_roof) for the points of a class within the gate.
+/// Calls visitor(local, distance2) for the points of a class within the gate.
 template <class Visitor>
 void ObjectVerifier::visitNear(std::uint16_t slot, float x, float y, float gate,
                                const Spread& spread, const Visitor& visitor) const {
   const auto cell = [&](double v) { return std::clamp(static_cast<int>(v / cell_), 0, side_ - 1); };
   const int x0 = cell(x - gate - grid_x_), x1 = cell(x + gate - grid_x_);
   const int y0 = cell(y - gate - grid_y_), y1 = cell(y + gate - grid_y_);
-  const auto roof_offset = static_cast<float>(kRoofOffset_m);
   for (int cy = y0; cy <= y1; ++cy) {
     const auto row = static_cast<std::size_t>((lane_of_slot_[slot] * side_ + cy) * side_);
     const std::uint32_t end = cell_start_[row + static_cast<std::size_t>(x1) + 1];
@@ -173,11 +155,8 @@ void ObjectVerifier::visitNear(std::uint16_t slot, float x, float y, float gate,
       const float u = ex * p.tangent_x + ey * p.tangent_y, v = ey * p.tangent_x - ex * p.tangent_y;
       const float along2 =
           u * u * spread.inverse_along2 + p.undirected * e2 * spread.inverse_round2;
-      const float front = along2 + v * v * spread.inverse_across2 + spread.front_penalty;
-      const float behind = std::abs(v) - roof_offset;
-      const float roof = along2 + behind * behind * spread.inverse_roof2 + spread.roof_penalty;
-      const float distance2 = std::min(front, roof);
-      if (distance2 < kFarthest) visitor(k, distance2, roof < front);
+      const float distance2 = along2 + v * v * spread.inverse_across2;
+      if (distance2 < kFarthest) visitor(k, distance2);
     }
   }
 }
@@ -185,24 +164,14 @@ void ObjectVerifier::visitNear(std::uint16_t slot, float x, float y, float gate,
 double ObjectVerifier::score(const PlacePose& pose, double widen) {
   const std::vector<Spread>& spread = spreads(widen);
   const double c = std::cos(pose.yaw), s = std::sin(pose.yaw);
-  const auto placeOf = [&](const QueryItem& item) {
-    return std::make_pair(static_cast<float>(pose.x + c * item.x - s * item.y),
-                          static_cast<float>(pose.y + s * item.x + c * item.y));
-  };
   explained_.assign(points_.size(), 0);
-  for (std::size_t i = 0; i < query_.items().size(); ++i) {
-    const QueryItem& item = query_.items()[i];
-    const auto [x, y] = placeOf(item);
-    associations_[i] = {};
-    associate(item.slot, x, y, spread[item.slot], associations_[i]);
-  }
   double total = 0;
   for (std::size_t i = 0; i < query_.items().size(); ++i) {
     const QueryItem& item = query_.items()[i];
-    Association& association = associations_[i];
-    const auto [x, y] = placeOf(item);
-    associateConfused(item.slot, x, y, rarity_[i], spread, association);
     const ObjectClass& model = map_.classes()[item.slot];
+    Association& association = associations_[i] = {};
+    associate(item.slot, static_cast<float>(pose.x + c * item.x - s * item.y),
+              static_cast<float>(pose.y + s * item.x + c * item.y), spread[item.slot], association);
     const double odds = association.odds, chance = association.chance();
     total += chance * model.gain_weight * model.log_miss - (1 - chance) * cost_[i] +
              model.gain_weight * kIndependentShare * std::log1p(odds);
@@ -215,7 +184,7 @@ void ObjectVerifier::associate(std::uint16_t slot, float x, float y, const Sprea
                                Association& association) {
   float best = 0;
   pairs_.clear();
-  visitNear(slot, x, y, spread.gate, spread, [&](std::uint32_t k, float distance2, bool) {
+  visitNear(slot, x, y, spread.gate, spread, [&](std::uint32_t k, float distance2) {
     const float odds = points_[k].odds * spread.odds_factor * fading(distance2);
     pairs_.emplace_back(k, odds);
     association.odds += odds;
@@ -224,26 +193,6 @@ void ObjectVerifier::associate(std::uint16_t slot, float x, float y, const Sprea
     association.local = static_cast<std::int32_t>(k);
   });
   for (const auto& [k, odds] : pairs_) explained_[k] += odds / (1 + association.odds);
-}
-
-/// Adds those of the classes that this one is taken for, as far as no item of their own class is
-/// there.
-void ObjectVerifier::associateConfused(std::uint16_t slot, float x, float y, float rarity,
-                                       const std::vector<Spread>& spread,
-                                       Association& association) {
-  const float own = association.odds;
-  float best = own;
-  for (const std::uint16_t partner : map_.classes()[slot].confused_with) {
-    visitNear(partner, x, y, spread[slot].gate, spread[partner],
-              [&](std::uint32_t k, float distance2, bool) {
-                const float odds = spread[slot].confused_odds * rarity * fading(distance2) *
-                                   std::max(0.0f, 1 - explained_[k]);
-                association.odds += odds;
-                if (odds <= best) return;
-                best = odds;
-                association.local = static_cast<std::int32_t>(k);
-              });
-  }
 }
 
 PlacePose ObjectVerifier::improved(const PlacePose& pose, double widen,
@@ -262,24 +211,19 @@ PlacePose ObjectVerifier::improved(const PlacePose& pose, double widen,
     float odds = 0;
     visitNear(
         item.slot, static_cast<float>(x), static_cast<float>(y), w.gate, w,
-        [&](std::uint32_t k, float distance2, bool is_roof) {
+        [&](std::uint32_t k, float distance2) {
           const LocalPoint& p = points_[k];
           const float odds_of_pair = p.odds * w.odds_factor * fading(distance2);
           odds += odds_of_pair;
           square += odds_of_pair * distance2;
           // An undirected point has no tangent, which leaves the round part.
           const double tx = p.tangent_x, ty = p.tangent_y;
-          const double across2 = is_roof ? w.inverse_roof2 : w.inverse_across2;
+          const double across2 = w.inverse_across2;
           const double round = p.undirected * w.inverse_round2;
           const double pa = odds_of_pair * (w.inverse_along2 * tx * tx + across2 * ty * ty + round);
           const double pb = odds_of_pair * (w.inverse_along2 - across2) * tx * ty;
           const double pd = odds_of_pair * (w.inverse_along2 * ty * ty + across2 * tx * tx + round);
-          double ex = p.x - x, ey = p.y - y;
-          if (is_roof) {
-            const double side = ex * ty - ey * tx > 0 ? 1 : -1;  // of the front it belongs to
-            ex -= side * kRoofOffset_m * ty;
-            ey += side * kRoofOffset_m * tx;
-          }
+          const double ex = p.x - x, ey = p.y - y;
           a += pa, b += pb, d += pd;
           gx += pa * ex + pb * ey, gy += pb * ex + pd * ey;
         });
@@ -337,9 +281,7 @@ const std::vector<HeightPair>& ObjectVerifier::heightPairs() {
     const QueryItem& item = query_.items()[i];
     const MapPoint& p = mapPoint(association.local);
     const ObjectClass& model = map_.classes()[p.slot];
-    const bool has_top = model.kind == Kind::building || model.kind == Kind::vegetation;
-    if (!has_top || query_.fromAbove() < kMaybeFromAbove)
-      height_pairs_.push_back({item.x, item.y, p.z - item.z, model.height_m, model.weight});
+    height_pairs_.push_back({item.x, item.y, p.z - item.z, model.height_m, model.weight});
   }
   return height_pairs_;
 }
@@ -370,7 +312,7 @@ std::vector<std::optional<double>> ObjectVerifier::gainsOfSeenAgain(const PlaceP
         (k & 2 ? 1.0f : -1.0f) / std::sqrt(has_tangent ? s.inverse_across2 : s.inverse_round2);
     float odds = 0;
     visitNear(slot, p.x + along * tx - across * ty, p.y + along * ty + across * tx, s.gate, s,
-              [&](std::uint32_t j, float distance2, bool) {
+              [&](std::uint32_t j, float distance2) {
                 odds += points_[j].odds * s.odds_factor * fading(distance2);
               });
     sum[slot] += std::log1p(odds);

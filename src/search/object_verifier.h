@@ -39,7 +39,7 @@ class ObjectVerifier {
   /// How far the objects are off at the pose given to the last improved(), in standard deviations
   /// of the options: about 1 if map and query are as noisy as assumed.
   double scatter() const { return scatter_; }
-  /// Pairs of the last score() whose heights can be compared: not roofs and crowns seen from above.
+  /// Pairs of the last score() that are more likely than not, with their heights.
   const std::vector<HeightPair>& heightPairs();
   /// What the heights of these pairs speak against the pose [nats]; 0 if map or query has no
   /// heights.
@@ -69,11 +69,8 @@ class ObjectVerifier {
   /// What the scale of the standard deviations means for a class.
   struct Spread {
     float gate, inverse_along2, inverse_across2, inverse_round2;  ///< [m], [1/m^2]
-    float inverse_roof2;                ///< across fronts if the query may show the roofs [1/m^2]
-    float front_penalty, roof_penalty;  ///< added to the squared distance; infinite = impossible
-    float odds_factor;                  ///< because of other deviations than the map's
-    float confused_odds;                ///< of a confused pair, times the density of clutter
-    float pull;                         ///< of a vertex of the class on the pose
+    float odds_factor;  ///< because of other deviations than the map's
+    float pull;         ///< of a vertex of the class on the pose
   };
 
   void buildGrid(const PlacePose& pose);
@@ -84,8 +81,6 @@ class ObjectVerifier {
                  const Visitor& visitor) const;
   void associate(std::uint16_t slot, float x, float y, const Spread& spread,
                  Association& association);
-  void associateConfused(std::uint16_t slot, float x, float y, float rarity,
-                         const std::vector<Spread>& spread, Association& association);
   double costOfMissing(std::uint16_t slot, double coverage) const;
   double costOfUnseen(const MapPoint& p, double x, double y) const;
   std::vector<std::optional<double>> gainsOfSeenAgain(const PlacePose& pose);
@@ -104,8 +99,7 @@ class ObjectVerifier {
   double grid_x_ = 0, grid_y_ = 0, cell_ = 1;
   int side_ = 0;
   std::vector<std::uint8_t> known_;  ///< per item: lies in known area at the pose of moveTo
-  std::vector<float> cost_;    ///< per item: of having no partner at the pose of moveTo [nats]
-  std::vector<float> rarity_;  ///< per item: one over the density of clutter at the pose of moveTo
+  std::vector<float> cost_;       ///< per item: of having no partner at the pose of moveTo [nats]
   std::vector<float> explained_;  ///< per point: chance that the last score() found it in the query
   std::vector<std::pair<std::uint32_t, float>> pairs_;  ///< of one item: points and their odds
   std::vector<Association> associations_;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <optional>
 
 #include "option_check.h"
@@ -75,8 +76,10 @@ std::vector<SessionKind> sessionKinds(const SimulationOptions& options) {
   };
 }
 
+bool isOffice(const SimulationOptions& options) { return options.sim.style == "office"; }
+
 /// Without what grows, and without small things.
-TriangleMesh bare(TriangleMesh mesh) {
+TriangleMesh withoutLeaves(TriangleMesh mesh) {
   using namespace town_class;
   const auto isGone = [](const TriangleMesh::Triangle& triangle) {
     const std::uint16_t label = triangle.tag.label;
@@ -89,71 +92,64 @@ TriangleMesh bare(TriangleMesh mesh) {
 }
 
 /// What stands somewhere, the way through it, and what a day brings.
-class World {
- public:
-  virtual ~World() = default;
+struct World {
+  const SimulationOptions& options;
+  LabelSet labels;
+  std::shared_ptr<const RayScene> before;  ///< what stands when it is mapped
+  std::shared_ptr<const RayScene> after;   ///< and later, if that is something else
+  std::shared_ptr<const RayScene> bare;    ///< and without leaves, if there is a winter
+  std::vector<ThingChange> changes;        ///< world frame
+  /// Poses of the sensor's body in a session of this seed.
+  std::function<std::vector<Eigen::Isometry3d>(const SessionKind&, std::uint64_t)> bodyPoses;
+  std::function<TriangleMesh(std::uint64_t day_seed)> whatMoves;
 
-  /// Poses of the sensor's body.
-  virtual std::vector<Eigen::Isometry3d> bodyPoses(const SessionKind& kind,
-                                                   std::uint64_t seed) const = 0;
+  World(const SimulationOptions& o, LabelSet set, TwoVisits visits)
+      : options(o), labels(std::move(set)), changes(std::move(visits.changes)) {
+    if (o.sessions.winter)
+      bare =
+          std::make_shared<RayScene>(withoutLeaves(changes.empty() ? visits.before : visits.after));
+    before = std::make_shared<RayScene>(std::move(visits.before));
+    if (!changes.empty()) after = std::make_shared<RayScene>(std::move(visits.after));
+  }
 
   /// All but what the odometry says and the truth.
   SessionPlan plan(const SessionKind& kind) const {
     SessionPlan plan;
     plan.name = kind.name;
     plan.sensor = kind.sensor;
-    plan.seed = Random(static_cast<std::uint64_t>(options_.seed), 100 + kind.number).next();
-    plan.labels = labels();
+    plan.seed = Random(static_cast<std::uint64_t>(options.seed), 100 + kind.number).next();
+    plan.labels = labels;
     plan.T_world_sensor = bodyPoses(kind, plan.seed);
     if (kind.sensor == Sensor::camera) {
-      plan.camera = pinholeCamera(options_.width, options_.height, options_.view_deg * M_PI / 180);
+      plan.camera = pinholeCamera(options.width, options.height, options.view_deg * M_PI / 180);
       plan.camera.depth_scale = 0.01;
-      plan.depth_noise = options_.depth_noise;
+      plan.depth_noise = options.depth_noise;
       if (kind.number == SessionKind::kAerial) {
-        plan.depth_noise.baseline_m = options_.aerial.baseline_m;
+        plan.depth_noise.baseline_m = options.aerial.baseline_m;
       }
       for (Eigen::Isometry3d& T : plan.T_world_sensor) T = opticalPose(T);
     }
-    suit(plan);
+    if (isOffice(options)) {
+      plan.camera.depth_scale = 0.001;
+      plan.nearest_m = kNearest_m;
+      plan.farthest_m = kFarthest_m;
+      plan.speed = kWalking;
+    }
     plan.start_s = kStart + 86400.0 * static_cast<double>(kind.number);
-    plan.period_s = options_.frame_spacing_m / plan.speed;
+    plan.period_s = options.frame_spacing_m / plan.speed;
     return plan;
   }
 
   /// On a day of its own.
   std::unique_ptr<SimulatedRecording> record(const SessionKind& kind, SessionPlan plan) const {
     TriangleMesh moving = whatMoves(plan.seed);
-    if (kind.is_bare) moving = bare(std::move(moving));
-    auto moved = std::make_shared<RayScene>(std::move(moving));
-    const auto& what_stands = kind.is_bare                       ? bare_
-                              : kind.isMappingDrive() || !after_ ? before_
-                                                                 : after_;
-    const Renderer renderer({what_stands, std::move(moved)});
-    return std::make_unique<SimulatedRecording>(std::move(plan), renderer, options_);
+    if (kind.is_bare) moving = withoutLeaves(std::move(moving));
+    const auto& what_stands = kind.is_bare                      ? bare
+                              : kind.isMappingDrive() || !after ? before
+                                                                : after;
+    const Renderer renderer({what_stands, std::make_shared<RayScene>(std::move(moving))});
+    return std::make_unique<SimulatedRecording>(std::move(plan), renderer, options);
   }
-
-  const std::vector<ThingChange>& changes() const { return changes_; }  ///< world frame
-
- protected:
-  World(const SimulationOptions& options, TwoVisits visits)
-      : options_(options), changes_(std::move(visits.changes)) {
-    if (options.sessions.winter)
-      bare_ = std::make_shared<RayScene>(bare(changes_.empty() ? visits.before : visits.after));
-    before_ = std::make_shared<RayScene>(std::move(visits.before));
-    if (!changes_.empty()) after_ = std::make_shared<RayScene>(std::move(visits.after));
-  }
-
-  virtual LabelSet labels() const = 0;
-  virtual TriangleMesh whatMoves(std::uint64_t day_seed) const = 0;
-  virtual void suit(SessionPlan& /*plan*/) const {}  ///< what is special about its sensors
-
-  const SimulationOptions& options_;
-
- private:
-  std::shared_ptr<const RayScene> before_;  ///< what stands when it is mapped
-  std::shared_ptr<const RayScene> after_;   ///< and later, if that is something else
-  std::shared_ptr<const RayScene> bare_;    ///< and without leaves, if there is a winter
-  std::vector<ThingChange> changes_;
 };
 
 /// The options of a town or a floor of this world.
@@ -182,77 +178,44 @@ std::optional<Eigen::Vector3d> roadsideNear(const Town& town, const Eigen::Vecto
   return std::nullopt;
 }
 
-class DrivenTown final : public World {
- public:
-  DrivenTown(const SimulationOptions& options, std::uint64_t seed)
-      : DrivenTown(options, makeTown(seeded(options.town, options, seed)), seed) {}
+/// A town that is driven through.
+World drivenTown(const SimulationOptions& options, std::uint64_t seed) {
+  const auto town = std::make_shared<Town>(makeTown(seeded(options.town, options, seed)));
+  const auto near = [&](const Eigen::Vector3d& p, Random& random) {
+    return roadsideNear(*town, p, random);
+  };
+  World world(options, townLabels(),
+              withChanges(std::move(town->mesh), townLabels(), options.sim.changed, seed, near));
+  const Polyline drive = planDrive(town->network, options.route_length_m, seed);
+  world.bodyPoses = [&options, town, drive](const SessionKind& kind, std::uint64_t session_seed) {
+    const Polyline line = shifted(kind.is_way_back ? reversed(drive) : drive, kind.left_m);
+    return bodyPoses(line, options.frame_spacing_m, kind.mount, town->relief, session_seed);
+  };
+  world.whatMoves = [town](std::uint64_t day_seed) { return makeTraffic(*town, day_seed); };
+  return world;
+}
 
-  std::vector<Eigen::Isometry3d> bodyPoses(const SessionKind& kind,
-                                           std::uint64_t seed) const override {
-    const Polyline line = shifted(kind.is_way_back ? reversed(drive_) : drive_, kind.left_m);
-    return xview::bodyPoses(line, options_.frame_spacing_m, kind.mount, town_.relief, seed);
-  }
-
- private:
-  DrivenTown(const SimulationOptions& options, Town town, std::uint64_t seed)
-      : World(options, withChanges(std::move(town.mesh), townLabels(), options.sim.changed, seed,
-                                   [&](const Eigen::Vector3d& p, Random& random) {
-                                     return roadsideNear(town, p, random);
-                                   })),
-        town_(std::move(town)),
-        drive_(planDrive(town_.network, options.route_length_m, seed)) {}
-
-  LabelSet labels() const override { return townLabels(); }
-  TriangleMesh whatMoves(std::uint64_t day_seed) const override {
-    return makeTraffic(town_, day_seed);
-  }
-
-  Town town_;
-  Polyline drive_;
-};
-
-class WalkedOffice final : public World {
- public:
-  WalkedOffice(const SimulationOptions& options, std::uint64_t seed)
-      : WalkedOffice(options, makeOffice(seeded(options.office, options, seed)), seed) {}
-
-  std::vector<Eigen::Isometry3d> bodyPoses(const SessionKind& kind,
-                                           std::uint64_t seed) const override {
+/// An office that somebody walks through.
+World walkedOffice(const SimulationOptions& options, std::uint64_t seed) {
+  const auto office = std::make_shared<Office>(makeOffice(seeded(options.office, options, seed)));
+  World world(options, officeLabels(),
+              withChanges(std::move(office->mesh), officeLabels(), options.sim.changed, seed,
+                          [](const Eigen::Vector3d&, Random&) { return std::nullopt; }));
+  world.bodyPoses = [&options, office, seed](const SessionKind& kind, std::uint64_t session_seed) {
     Mount mount = kind.mount;
     mount.height_m = kHandHeight;
     mount.sway_rad = 0.01;
     // Lanes are narrower than those of cars.
-    return carriedPoses(planWalk(office_, options_.route_length_m, options_.frame_spacing_m,
-                                 kind.is_way_back, seed_),
-                        mount, 0.15 * (kind.left_m + kLane), seed);
-  }
+    return carriedPoses(
+        planWalk(*office, options.route_length_m, options.frame_spacing_m, kind.is_way_back, seed),
+        mount, 0.15 * (kind.left_m + kLane), session_seed);
+  };
+  world.whatMoves = [office](std::uint64_t day_seed) { return makeClutter(*office, day_seed); };
+  return world;
+}
 
- private:
-  WalkedOffice(const SimulationOptions& options, Office office, std::uint64_t seed)
-      : World(options,
-              withChanges(std::move(office.mesh), officeLabels(), options.sim.changed, seed,
-                          [](const Eigen::Vector3d&, Random&) { return std::nullopt; })),
-        office_(std::move(office)),
-        seed_(seed) {}
-
-  LabelSet labels() const override { return officeLabels(); }
-  TriangleMesh whatMoves(std::uint64_t day_seed) const override {
-    return makeClutter(office_, day_seed);
-  }
-  void suit(SessionPlan& plan) const override {
-    plan.camera.depth_scale = 0.001;
-    plan.nearest_m = kNearest_m;
-    plan.farthest_m = kFarthest_m;
-    plan.speed = kWalking;
-  }
-
-  Office office_;
-  std::uint64_t seed_;
-};
-
-std::unique_ptr<World> makeWorld(const SimulationOptions& options, std::uint64_t seed) {
-  if (options.sim.style == "office") return std::make_unique<WalkedOffice>(options, seed);
-  return std::make_unique<DrivenTown>(options, seed);
+World makeWorld(const SimulationOptions& options, std::uint64_t seed) {
+  return isOffice(options) ? walkedOffice(options, seed) : drivenTown(options, seed);
 }
 
 /// Options with what is usual for their style where they say nothing.
@@ -289,7 +252,7 @@ SimulationOptions styled(SimulationOptions o) {
     takeTown(&TownOptions::row_share, 0);
     takeTown(&TownOptions::car_density, 0.4);
     o.town.lots = Lots::halls;
-  } else if (o.sim.style == "office") {
+  } else if (isOffice(o)) {
     o.sessions.aerial = o.sessions.winter = false;
     take(o.route_length_m, usual.route_length_m, 60);
     take(o.frame_spacing_m, usual.frame_spacing_m, 0.4);
@@ -345,15 +308,15 @@ std::vector<std::unique_ptr<SimulatedRecording>> makeSessions(const SimulationOp
   SimulationOptions options = styled(given);
   visit(options, OptionCheck());
   const auto seed = static_cast<std::uint64_t>(options.seed);
-  const std::unique_ptr<World> world = makeWorld(options, seed);
-  std::unique_ptr<World> other_world;
-  if (options.sessions.elsewhere) other_world = makeWorld(options, seed ^ kElsewhere);
+  const World world = makeWorld(options, seed);
+  std::optional<const World> other_world;
+  if (options.sessions.elsewhere) other_world.emplace(makeWorld(options, seed ^ kElsewhere));
 
   std::vector<std::unique_ptr<SimulatedRecording>> sessions;
   Eigen::Isometry3d T_map_world = Eigen::Isometry3d::Identity();
   for (const SessionKind& kind : sessionKinds(options)) {
     if (!kind.wanted) continue;
-    const World& place = kind.is_elsewhere ? *other_world : *world;
+    const World& place = kind.is_elsewhere ? *other_world : world;
     SessionPlan plan = place.plan(kind);
     const double drift = options.isNoisy() && !kind.isMappingDrive() ? options.drift : 0;
     plan.T_odom_sensor = asOdometry(plan.T_world_sensor, drift, plan.seed);
@@ -371,7 +334,7 @@ std::vector<std::unique_ptr<SimulatedRecording>> makeSessions(const SimulationOp
     sessions.push_back(place.record(kind, std::move(plan)));
   }
   if (changes) {
-    *changes = world->changes();
+    *changes = world.changes;
     for (ThingChange& change : *changes) {
       change.foot = T_map_world * change.foot;
       change.later = T_map_world * change.later;

@@ -229,27 +229,6 @@ TEST(ObjectField, OrderOfTheQueryDoesNotMatter) {
   EXPECT_LE((forward.T_map_query * p - backward.T_map_query * p).norm(), 0.05);
 }
 
-TEST(ObjectField, RoofsSpeakForTheFrontsBeforeThem) {
-  SemanticGraph map, trees_only, with_roofs;
-  Random random(61);
-  for (int house = 0; house < 40; ++house) {
-    const double x = random.uniform(-100, 100), y = random.uniform(-100, 100);
-    for (int k = -1; k <= 1; ++k) addVertex(map, kWall, {x + 3 * k, y, 0});
-    addVertex(with_roofs, kWall, {x, y + 5, 6});
-  }
-  for (int i = 0; i < 60; ++i) {
-    const Eigen::Vector3d p(random.uniform(-100, 100), random.uniform(-100, 100), 0);
-    addVertex(map, i % 2 ? kPole : kTree, p);
-    if (i % 2 == 0) addVertex(trees_only, kTree, p);
-    if (i % 2 == 0) addVertex(with_roofs, kTree, p);
-  }
-  const Index index(map, someLabels());
-  const auto scoreOf = [&](const SemanticGraph& query) {
-    return index.verify(query, Eigen::Isometry3d::Identity()).score();
-  };
-  EXPECT_GT(scoreOf(with_roofs), scoreOf(trees_only) + 10);
-}
-
 TEST(ObjectField, OneClassIsEnough) {
   Random random(10);
   SemanticGraph map;

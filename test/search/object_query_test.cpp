@@ -89,32 +89,5 @@ TEST(ObjectThinning, NothingComesOfNothing) {
   EXPECT_TRUE(wellSeen({}, {}, isSurface).empty());
 }
 
-TEST(ObjectQuery, WhoSeesNoPolesWhereThereAreManyLooksFromAbove) {
-  constexpr std::uint32_t kTree = 4;
-  const LabelSet labels = xview::test::labelSetOf(
-      "test",
-      {{kPole, "pole", Role::object, Kind::pole}, {kTree, "tree", Role::object, Kind::vegetation}});
-  Random random(1);
-  SemanticGraph graph, from_above, from_below;
-  const auto addTo = [](SemanticGraph& to, std::uint32_t label, double x, double y) {
-    add(to, label, x, 0, 0);
-    to.vertices.back().position.y() = y;
-  };
-  for (int i = 0; i < 600; ++i) {
-    const std::uint32_t label = i % 2 == 0 ? kPole : kTree;
-    const double x = random.uniform(-150, 150), y = random.uniform(-150, 150);
-    addTo(graph, label, x, y);
-    if (std::hypot(x, y) > 50) continue;
-    addTo(from_below, label, x, y);
-    if (label == kTree) addTo(from_above, label, x, y);
-  }
-  const ObjectMap map(graph, labels, {});
-  const auto chance = [&](const SemanticGraph& query) {
-    return ObjectQuery(query, map, all(query)).fromAbove();
-  };
-  EXPECT_GT(chance(from_above), 0.9);
-  EXPECT_LT(chance(from_below), 0.02);
-}
-
 }  // namespace
 }  // namespace xview::search

@@ -103,8 +103,9 @@ class ChunkedVector {
 
 /// Entries by key, numbered in order of first use: a hash table with linear probing. An entry has a
 /// `key`, and a key has a hash() and can be compared. It is for many points in few cells, and can
-/// be told ahead what it will be asked for, because large ones outgrow the caches.
-template <class Entry>
+/// be told ahead what it will be asked for, because large ones outgrow the caches. Small ones keep
+/// their entries in a std::vector.
+template <class Entry, class Entries = ChunkedVector<Entry>>
 class CellTable {
  public:
   using Key = decltype(Entry::key);
@@ -142,7 +143,8 @@ class CellTable {
   Entry& operator[](std::size_t number) { return entries_[number]; }
   const Entry& operator[](std::size_t number) const { return entries_[number]; }
   std::size_t size() const { return entries_.size(); }
-  const ChunkedVector<Entry>& entries() const { return entries_; }
+  Entries& entries() { return entries_; }
+  const Entries& entries() const { return entries_; }
 
   /// What this key needs is fetched into the caches, first its slot, then its entry.
   void prefetchSlot(const Key& key) const {
@@ -172,7 +174,7 @@ class CellTable {
     return i;
   }
 
-  ChunkedVector<Entry> entries_;
+  Entries entries_;
   std::vector<Slot> slots_;  ///< a power of two of them, or none
 };
 
