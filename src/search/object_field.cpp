@@ -26,13 +26,9 @@ constexpr std::size_t kCellsPerPose = 20;  // kept of small maps: many are neigh
 constexpr double kCoarseYawStep = 0.16, kFineYawStep = 0.105;  // [rad]
 constexpr double kCentreMargin = 15;    // [m] beyond the gap around the query's own centre
 constexpr double kSurfaceWeight = 0.2;  // of a vertex of a surface in a dense part of a query
-// Scales of the standard deviations: they narrow while the pose gets better. Those of poses that
-// are told follow from the scatter: vertices that are less noisy than assumed need not be smoothed
-// as much.
+// Scales of the standard deviations: they narrow while the pose gets better.
 constexpr double kRoughStep = 1.8, kRoughScore = 1.3;
 constexpr double kSteps[] = {1.8, 1.4, 1.2, 1.0, 1.0};
-constexpr int kPolishSteps = 4;
-constexpr double kWidestAtLast = 1.2, kNarrowestAtLast = 0.3, kDeviationsAtLast = 1.3;
 
 /// A Gaussian around a map point.
 struct Stamp {
@@ -181,7 +177,6 @@ class ObjectFieldQuery final : public FieldQuery {
         query_(graph, field.map(), vertices) {
     centre_ = query_.centre();
     radius_ = query_.radius();
-    if (focus) weighted_about_ = (*focus - centre_).head<2>();
   }
 
   std::size_t size() const override { return query_.items().size(); }
@@ -191,8 +186,7 @@ class ObjectFieldQuery final : public FieldQuery {
     for (std::uint32_t i = 0; i < graph_.vertices.size(); ++i) {
       if ((graph_.vertices[i].position.head<2>() - centre).norm() <= radius_m) inside.push_back(i);
     }
-    const auto focus = weighted_about_ ? std::optional(focus_) : std::nullopt;
-    return std::make_unique<ObjectFieldQuery>(field_, graph_, inside, focus);
+    return std::make_unique<ObjectFieldQuery>(field_, graph_, inside, focus_);
   }
 
   std::vector<Point> points() const override {
@@ -208,16 +202,10 @@ class ObjectFieldQuery final : public FieldQuery {
   RasterLevels rasterLevels() const override { return field_.rasterLevels(query_); }
 
   PlacePose climb(const PlacePose& start, Climb how) const override {
+    if (how == Climb::polish) return start;  // the end is as exact as vertices are
     ObjectVerifier verifier = verifierAt(start);
     PlacePose pose = start;
-    if (how == Climb::polish) {
-      double widen = kWidestAtLast;
-      for (int k = 0; k < kPolishSteps; ++k) {
-        pose = verifier.improved(pose, widen, weighted_about_);
-        widen = std::clamp(kDeviationsAtLast * verifier.scatter(), kNarrowestAtLast, kWidestAtLast);
-      }
-      pose.score = start.score;  // that of all vertices alike
-    } else if (how == Climb::rough) {
+    if (how == Climb::rough) {
       pose = verifier.improved(pose, kRoughStep);
       pose.score = scoreBy(verifier, pose, kRoughScore);
     } else {
@@ -270,7 +258,6 @@ class ObjectFieldQuery final : public FieldQuery {
   const ObjectField& field_;
   const SemanticGraph& graph_;
   const ObjectQuery query_;
-  std::optional<Eigen::Vector2d> weighted_about_;  ///< from the centre
 };
 
 std::unique_ptr<FieldQuery> ObjectField::prepare(const Observation& query) const {

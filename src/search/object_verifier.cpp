@@ -15,8 +15,6 @@ constexpr double kLeastPull = 0.3;  // of a surface: what does not tell places a
                                     // where they are
 constexpr double kRoundShare =
     0.6;  // variance of surface vertices without tangent, of that along a surface
-constexpr double kFocusRadius = 30;   // [m]
-constexpr double kFewestObjects = 6;  // that tell how far objects are off
 constexpr double kIndependentShare =
     0.6;  // of the evidence of objects that agree: they stand in rows, one brings others along
 constexpr int kLeastSide = 20, kLargestSide = 300;  // cells of the local grid
@@ -195,19 +193,17 @@ void ObjectVerifier::associate(std::uint16_t slot, float x, float y, const Sprea
   for (const auto& [k, odds] : pairs_) explained_[k] += odds / (1 + association.odds);
 }
 
-PlacePose ObjectVerifier::improved(const PlacePose& pose, double widen,
-                                   const std::optional<Eigen::Vector2d>& focus) {
+PlacePose ObjectVerifier::improved(const PlacePose& pose, double widen) {
   const std::vector<Spread>& spread = spreads(widen);
   const double c = std::cos(pose.yaw), s = std::sin(pose.yaw);
   Eigen::Matrix3d hessian = Eigen::Matrix3d::Identity() * 1e-3;
   Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
-  double objects = 0, squares = 0;  // chances of pairs of objects, and squared distances with them
   for (const QueryItem& item : query_.items()) {
     const Spread& w = spread[item.slot];
     const double rx = c * item.x - s * item.y, ry = s * item.x + c * item.y;
     const double x = pose.x + rx, y = pose.y + ry;
     // Sums over the partners of information matrices [a b; b d] and of pulls.
-    double a = 0, b = 0, d = 0, gx = 0, gy = 0, square = 0;
+    double a = 0, b = 0, d = 0, gx = 0, gy = 0;
     float odds = 0;
     visitNear(
         item.slot, static_cast<float>(x), static_cast<float>(y), w.gate, w,
@@ -215,7 +211,6 @@ PlacePose ObjectVerifier::improved(const PlacePose& pose, double widen,
           const LocalPoint& p = points_[k];
           const float odds_of_pair = p.odds * w.odds_factor * fading(distance2);
           odds += odds_of_pair;
-          square += odds_of_pair * distance2;
           // An undirected point has no tangent, which leaves the round part.
           const double tx = p.tangent_x, ty = p.tangent_y;
           const double across2 = w.inverse_across2;
@@ -228,15 +223,7 @@ PlacePose ObjectVerifier::improved(const PlacePose& pose, double widen,
           gx += pa * ex + pb * ey, gy += pb * ex + pd * ey;
         });
     if (odds == 0) continue;
-    double weight = w.pull / (1 + odds);
-    if (!map_.classes()[item.slot].is_surface) {
-      objects += odds / (1 + odds);
-      squares += square / (1 + odds);
-    }
-    if (focus) {
-      const double d2 = (Eigen::Vector2d(item.x, item.y) - *focus).squaredNorm();
-      weight *= std::exp(-0.5 * d2 / (kFocusRadius * kFocusRadius));
-    }
+    const double weight = w.pull / (1 + odds);
     a *= weight, b *= weight, d *= weight, gx *= weight, gy *= weight;
     // The derivative of the residual p - (t + R q) by (x, y, yaw) is -[1 0 -ry; 0 1 rx].
     gradient += Eigen::Vector3d(gx, gy, rx * gy - ry * gx);
@@ -247,7 +234,6 @@ PlacePose ObjectVerifier::improved(const PlacePose& pose, double widen,
     hessian(1, 2) += rx * d - ry * b;
     hessian(2, 2) += rx * rx * d - 2 * rx * ry * b + ry * ry * a;
   }
-  scatter_ = objects >= kFewestObjects ? widen * std::sqrt(squares / (2 * objects)) : 1;
   const Eigen::Vector3d step = hessian.selfadjointView<Eigen::Upper>().ldlt().solve(gradient);
   return {pose.x + step.x(), pose.y + step.y(), pose.yaw + step.z(), 0};
 }

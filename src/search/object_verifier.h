@@ -32,13 +32,8 @@ class ObjectVerifier {
   /// the standard deviations while the pose is still rough.
   double score(const PlacePose& pose, double widen);
   /// One Gauss-Newton step on x, y, yaw (expectation maximization): every map point of the class
-  /// pulls by the chance that it is the partner. Weights fall off with 30 m around `focus`
-  /// (relative to the query centre) if given.
-  PlacePose improved(const PlacePose& pose, double widen,
-                     const std::optional<Eigen::Vector2d>& focus = {});
-  /// How far the objects are off at the pose given to the last improved(), in standard deviations
-  /// of the options: about 1 if map and query are as noisy as assumed.
-  double scatter() const { return scatter_; }
+  /// pulls by the chance that it is the partner.
+  PlacePose improved(const PlacePose& pose, double widen);
   /// Pairs of the last score() that are more likely than not, with their heights.
   const std::vector<HeightPair>& heightPairs();
   /// What the heights of these pairs speak against the pose [nats]; 0 if map or query has no
@@ -103,7 +98,6 @@ class ObjectVerifier {
   std::vector<float> explained_;  ///< per point: chance that the last score() found it in the query
   std::vector<std::pair<std::uint32_t, float>> pairs_;  ///< of one item: points and their odds
   std::vector<Association> associations_;
-  double scatter_ = 1;
   std::vector<HeightPair> height_pairs_;
 };
 

@@ -22,9 +22,8 @@ struct Observation {
   const PlanView* plan = nullptr;        ///< for surface fields
   const SemanticGraph* graph = nullptr;  ///< for object fields
   std::vector<Eigen::Vector2d> way;      ///< positions of the sensor, in order
-  /// The point of the query that matters most, usually where the robot is now. Priors speak of it,
-  /// and an object field weighs vertices by their distance to it at last, which takes out most of
-  /// the odometry drift. None = priors speak of the origin of the query.
+  /// The point of the query that priors speak of, usually where the robot is now; none = its
+  /// origin.
   std::optional<Eigen::Vector3d> focus;
 };
 
