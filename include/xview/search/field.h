@@ -22,8 +22,9 @@ struct Observation {
   const PlanView* plan = nullptr;        ///< for surface fields
   const SemanticGraph* graph = nullptr;  ///< for object fields
   std::vector<Eigen::Vector2d> way;      ///< positions of the sensor, in order
-  /// The point of the query that priors speak of, usually where the robot is now; none = its
-  /// origin.
+  /// The point of the query that priors speak of, usually where the robot is now: they hold for it,
+  /// whatever the odometry did before. None = priors speak of the origin
+  /// of the query.
   std::optional<Eigen::Vector3d> focus;
 };
 
