@@ -51,8 +51,7 @@ std::string nameOf(const Answer& answer) {
 /// What is unusual about the frame of the query.
 std::string frameOf(const Localization& fix) {
   std::string text = fix.scale == 1 ? "" : fmt::format("; scale {:.3f}", fix.scale);
-  if (fix.gravity != GravityUse::aligned)
-    text += fmt::format("; {}: {}", toString(fix.gravity), fix.gravity_reason);
+  if (fix.gravity != GravityUse::aligned) text += fmt::format("; {}", toString(fix.gravity));
   return text;
 }
 

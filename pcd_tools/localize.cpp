@@ -94,6 +94,8 @@ void sayEvidence(const Answer& answer, const Narrative& narrate) {
       answer.first_frame, answer.last_frame, toString(fix.status), fix.reason, fix.confidence,
       fix.witnesses.place, fix.witnesses.correspondences, fix.witnesses.dense, fix.inliers,
       fix.vertices));
+  narrate.detail(fmt::format("{}-{} {}: {}", answer.first_frame, answer.last_frame,
+                             toString(fix.gravity), fix.gravity_reason));
   for (const Hypothesis& h : answer.fix.hypotheses) {
     const Eigen::Vector3d p = h.T_map_query.translation();
     narrate.detail(fmt::format("{}-{} {}: x {:.2f}, y {:.2f}, z {:.2f} m, score {:.1f}, {} inliers",

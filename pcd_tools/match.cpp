@@ -1,16 +1,36 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <fmt/core.h>
 
+#include <filesystem>
+#include <set>
+
 #include "inputs.h"
 #include "outputs.h"
 #include "scenes.h"
 #include "tool.h"
+#include "xview/io/atomic_file.h"
 #include "xview/localizer.h"
 #include "xview/types/error.h"
 #include "xview/types/stopwatch.h"
 
 namespace xview::tools {
 namespace {
+
+/// What was tried, a line per pair: the query's vertex in its odometry frame, the map's in that of
+/// the map.
+std::string toCsv(const Localization& fix, const Query& query, const map::SemanticMap& map) {
+  std::string text = "kept,similarity,class,query_vertex,x,y,z,map_vertex,map_x,map_y,map_z\n";
+  std::set<std::pair<std::uint32_t, std::uint32_t>> kept;
+  for (const Correspondence& c : fix.kept) kept.insert({c.query, c.map});
+  for (const Correspondence& c : fix.putative) {
+    const Vertex &a = query.graph.vertices[c.query], &b = map.graph.vertices[c.map];
+    text += fmt::format("{},{:.4f},{},{},{:.3f},{:.3f},{:.3f},{},{:.3f},{:.3f},{:.3f}\n",
+                        kept.count({c.query, c.map}), c.similarity, map.labels.className(b.label),
+                        c.query, a.position.x(), a.position.y(), a.position.z(), c.map,
+                        b.position.x(), b.position.y(), b.position.z());
+  }
+  return text;
+}
 
 class MatchCommand final : public Command {
  public:
@@ -23,7 +43,7 @@ class MatchCommand final : public Command {
         "kept, pale red ones only\n"
         "tried. OUT.ply or OUT.vtk is a mesh for MeshLab or pcl_viewer, OUT.pcd a cloud, OUT.png "
         "or OUT.svg a picture, OUT.html\n"
-        "a page to turn.\n"
+        "a page to turn, OUT.csv a table of the pairs.\n"
         "It is written for the best pose that was found, whether accepted (exit code 0) or not "
         "(3).",
         "xview match town/rear town.xvm match.ply --frames 0:60",
@@ -36,7 +56,11 @@ class MatchCommand final : public Command {
 
   ExitCode run(const Job& job) override {
     const std::string& out = job.operands[2];
-    requireDrawingPath(out);
+    const bool is_table = std::filesystem::path(out).extension() == ".csv";
+    if (is_table)
+      io::requireWritable(out);
+    else
+      requireDrawingPath(out);
     if (!job.options.scale.empty())
       throw UsageError("--scale: match draws the query in its own lengths");
     checkOrder({job.operands[0], job.operands[1]}, input_);
@@ -58,7 +82,10 @@ class MatchCommand final : public Command {
         {"kept correspondences", fmt::format("{} of {}", fix.kept.size(), fix.putative.size())},
         {"query vertices", fmt::format("{}", query.graph.size())},
         {"map vertices", fmt::format("{}", map.graph.size())}};
-    writeDrawing(out, scene);
+    if (is_table)
+      writeFile(out, toCsv(fix, query, map));
+    else
+      writeDrawing(out, scene);
     fmt::print("{} query vertices, {} map vertices, {} putative correspondences, {} kept, {}\n",
                query.graph.size(), map.graph.size(), fix.putative.size(), fix.kept.size(),
                toString(fix.status));

@@ -5,10 +5,12 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <set>
 
 #include "inputs.h"
 #include "outputs.h"
 #include "scenes.h"
+#include "xview/io/pose_files.h"
 #include "xview/map/map_store.h"
 #include "xview/types/error.h"
 #include "xview/types/median.h"
@@ -79,6 +81,7 @@ class ViewCommand final : public Command {
     Scene scene = sceneOf(content.map);
     scene.labels = &content.labels.labels();
     scene.queries = std::move(queries);
+    scene.lines = content.ways;
     describe(files, job, content, scene);
     writeDrawing(out, scene);
     job.narrate.stage("view", watch.lap_ms(), out);
@@ -93,6 +96,9 @@ class ViewCommand final : public Command {
     if (!out_.empty()) return out_;
     const std::string last = files.back(), ending = fs::path(last).extension().string();
     const bool may_be_input = ending == ".ply" || ending == ".pcd";
+    static const std::set<std::string> kInputs = {"", ".xvm", ".jsonl", ".bin", ".tum", ".txt"};
+    if (files.size() > 1 && !fs::exists(last) && kInputs.count(ending) == 0)
+      requireDrawingPath(last);
     if (files.size() > 1 && isDrawing(last)) {
       if (!fs::exists(last)) {
         files.pop_back();
@@ -110,6 +116,7 @@ class ViewCommand final : public Command {
   struct Content {
     map::SemanticMap map;
     JoinedLabels labels;
+    std::vector<SceneLine> ways;
   };
 
   /// Title, caption and headline numbers.
@@ -138,6 +145,8 @@ class ViewCommand final : public Command {
   }
 
   void add(const std::string& path, const Job& job, Content& content) const {
+    const std::string ending = fs::path(path).extension().string();
+    if (ending == ".tum" || ending == ".txt") return addWay(path, content);
     switch (io::recogniseInput(path, input_.parsed())) {
       case io::InputKind::map:
         return addMap(map::loadMap(path), content);
@@ -160,6 +169,14 @@ class ViewCommand final : public Command {
     content.map.poses.insert(content.map.poses.end(), map.poses.begin(), map.poses.end());
   }
 
+  /// A trajectory, such as that of localize --trajectory.
+  static void addWay(const std::string& path, Content& content) {
+    SceneLine way{fs::path(path).filename().string(), kWayColor, {}};
+    for (const io::StampedPose& pose : io::readPoses(path))
+      way.points.push_back(pose.T_frame_sensor.translation());
+    content.ways.push_back(std::move(way));
+  }
+
   void addRecording(const std::string& path, const Job& job, Content& content) const {
     LabelSet labels;
     LabelledCloud cloud = readAnyCloud(path, input_, job, voxel_m_, labels, &content.map.poses);
@@ -167,6 +184,7 @@ class ViewCommand final : public Command {
     appendCloud(content.map.cloud, cloud);
   }
 
+  static constexpr Color kWayColor{30, 96, 214};
   InputFlags input_;
   std::string out_;
   double voxel_m_ = 0.1;

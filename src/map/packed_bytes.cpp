@@ -83,7 +83,7 @@ Bytes decompressed(const Bytes& packed) {
 std::int64_t toSteps(double metres, const char* what) {
   if (!(std::abs(metres) <= kFarthest_m)) {
     throw std::out_of_range(std::string(what) + " at " + std::to_string(metres) +
-                            " m from the origin; at most 10000 km fit into a map");
+                            " m from the origin; at most 100000 km fit into a map");
   }
   return std::llround(metres * kStoredSteps);
 }

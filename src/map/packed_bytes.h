@@ -61,7 +61,7 @@ Bytes decompressed(const Bytes& packed);
 constexpr double kStoredSteps = 100;  // per metre
 
 /// Nothing farther from its origin than this fits into a map [m].
-constexpr double kFarthest_m = 1e7;
+constexpr double kFarthest_m = 1e8;
 
 /// Coordinate in whole centimetres. Throws std::out_of_range; `what` names the owner.
 std::int64_t toSteps(double metres, const char* what);

@@ -454,6 +454,46 @@ TEST_F(TinyTown, ACloudWithoutLabelsIsDrawnGrey) {
   EXPECT_EQ(pointsOfClass(file("grey.pcd"), "without label"), 3u);
 }
 
+TEST_F(TinyTown, TrajectoriesAreDrawnAndUnknownEndingsRefused) {
+  const std::string way = file("drawn.tum");
+  writeText(way, readText(town("rear") + "/groundtruth.txt"));
+  succeed({"view", "-q", map(), way, "-o", file("drawn.html")});
+  EXPECT_NE(readText(file("drawn.html")).find("\"name\":\"drawn.tum\""), std::string::npos);
+  const Outcome refused = runXview({"view", map(), file("drawn.jpg")});
+  EXPECT_EQ(refused.code, 2);
+  EXPECT_NE(refused.err.find("a drawing ends with .png"), std::string::npos) << refused.err;
+}
+
+TEST_F(TinyTown, TheTableOfAMatchHasALinePerPair) {
+  const Outcome matched = succeed({"match", "-q", town("rear"), map(), file("pairs.csv")});
+  std::istringstream lines(readText(file("pairs.csv")));
+  std::size_t pairs = 0, kept = 0;
+  std::string line;
+  for (std::getline(lines, line); std::getline(lines, line); ++pairs) kept += line[0] == '1';
+  EXPECT_NE(matched.out.find(std::to_string(pairs) + " putative correspondences, " +
+                             std::to_string(kept) + " kept"),
+            std::string::npos)
+      << matched.out;
+}
+
+TEST_F(TinyTown, AFileOfJsonLeavesTheTableToTheTerminal) {
+  const Outcome shown = succeed({"localize", town("rear"), map(), "-o", file("shown.jsonl")});
+  EXPECT_NE(shown.out.find("accepted"), std::string::npos) << shown.out;
+  EXPECT_EQ(Json::parse(readText(file("shown.jsonl")))["status"], "accepted");
+  EXPECT_EQ(succeed({"localize", "-q", town("rear"), map(), "-o", file("shown.jsonl")}).out, "");
+}
+
+TEST_F(TinyTown, SeveralResultsAreJudgedTogether) {
+  const std::string truth = town("rear") + "/groundtruth.txt", folder = file("together");
+  succeed({"localize", "-q", town("rear"), map(), "-o", file("one.jsonl")});
+  const Outcome judged =
+      succeed({"evaluate", "-q", file("one.jsonl"), truth, file("one.jsonl"), truth, "-o", folder});
+  EXPECT_EQ(judged.out.rfind("2 queries: 2 accepted", 0), 0u) << judged.out;
+  for (const char* name : {"success.svg", "pr.svg", "calibration.svg"})
+    EXPECT_EQ(readText(folder + "/" + name).rfind("<svg", 0), 0u) << name;
+  EXPECT_EQ(runXview({"evaluate", file("one.jsonl"), truth, file("one.jsonl")}).code, 2);
+}
+
 TEST_F(TinyTown, InfoIsJsonForPrograms) {
   const Json drive = Json::parse(succeed({"info", "-q", "--json", town("rear")}).out);
   EXPECT_EQ(drive["kind"], "sequence");
