@@ -1,0 +1,312 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What xview localize answers, in every mode.
+#include <filesystem>
+#include <map>
+#include <sstream>
+
+#include "tools/tiny_town.h"
+#include "xview/io/image_files.h"
+#include "xview/io/label_files.h"
+
+namespace xview::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+TEST_F(TinyTown, RearViewIsFoundWhereItIs) {
+  const Outcome found = succeed({"localize", "-q", "--json", town("rear"), map()});
+  writeText(file("rear.jsonl"), found.out);
+  const std::string report = file("report");
+  const Outcome judged = succeed(
+      {"evaluate", "-q", file("rear.jsonl"), town("rear") + "/groundtruth.txt", "-o", report});
+  EXPECT_NE(judged.out.find("1 queries: 1 accepted"), std::string::npos) << judged.out;
+  const Json summary = Json::parse(readText(report + "/summary.json"));
+  EXPECT_DOUBLE_EQ(summary["accepted_only"]["within_m"]["1"].get<double>(), 1) << judged.out;
+  EXPECT_EQ(summary["covariance"]["answers"].get<int>(), 1);
+  EXPECT_GT(summary["covariance"]["nees_over_6_mean"].get<double>(), 0);
+  for (const char* name : {"results.csv", "pr.csv", "success.csv", "report.html"}) {
+    EXPECT_GT(fs::file_size(report + "/" + name), 20u) << name;
+  }
+  const std::string blocked = file("blocked report");
+  fs::create_directories(blocked + "/summary.json");
+  EXPECT_EQ(runXview({"evaluate", "-q", file("rear.jsonl"), town("rear") + "/groundtruth.txt", "-o",
+                      blocked})
+                .code,
+            1);
+  EXPECT_EQ(std::distance(fs::directory_iterator(blocked), {}), 1) << "all files or none";
+}
+
+TEST_F(TinyTown, AnExplanationThatCannotBeWrittenIsToldBeforeTheSearch) {
+  const Outcome refused = runXview({"localize", "--json", town("rear"), map(), "--explain",
+                                    file("no such folder") + "/why.csv"});
+  EXPECT_EQ(refused.code, 1);
+  EXPECT_EQ(lineCount(refused.err), 1u) << refused.err;
+}
+
+TEST_F(TinyTown, AQueryThatNamesNoClassesTakesThoseOfTheMap) {
+  const std::string nameless = file("nameless");
+  fs::copy(town("rear"), nameless, fs::copy_options::recursive);
+  fs::remove(nameless + "/classes.yaml");
+  const Outcome found = succeed({"localize", "--json", nameless, map()});
+  EXPECT_NE(found.err.find("names no classes; its ids are taken as those of the map"),
+            std::string::npos)
+      << found.err;
+  std::string named = succeed({"localize", "-q", "--json", town("rear"), map()}).out;
+  named.replace(named.find(town("rear")), town("rear").size(), nameless);
+  EXPECT_EQ(timeless(found.out), timeless(named));
+}
+
+TEST_F(TinyTown, AQueryInOtherClassesIsFoundAndSaysWhatItTookThemFor) {
+  // The same drive as another program would have saved it: other ids, other words, a class that the
+  // map does not know.
+  const std::string foreign = file("foreign");
+  fs::copy(town("rear"), foreign, fs::copy_options::recursive);
+  const LabelSet labels = io::readLabelSet(foreign + "/classes.yaml");
+  const std::map<std::string, std::string> words = {{"road", "street"},
+                                                    {"building", "static.house"},
+                                                    {"vegetation", "Plants"},
+                                                    {"pole", "utility_pole"},
+                                                    {"traffic light", "gnomon"}};
+  std::string classes = "name: foreign\nclasses:\n";
+  for (const auto& [id, info] : labels.classes()) {
+    const auto word = words.find(info.name);
+    classes += "  - {id: " + std::to_string(100 - id) + ", name: \"" +
+               (word == words.end() ? info.name : word->second) + "\"}\n";
+  }
+  writeText(foreign + "/classes.yaml", classes);
+  for (const auto& entry : fs::directory_iterator(foreign + "/label")) {
+    LabelImage image = io::readLabels(entry.path().string());
+    for (std::uint16_t& label : image.pixels) label = static_cast<std::uint16_t>(100 - label);
+    io::writeLabelPng(entry.path().string(), image);
+  }
+  const Outcome found = succeed({"localize", "--json", "--verbose", foreign, map()});
+  EXPECT_NE(found.err.find("street is road in the map (by meaning)"), std::string::npos)
+      << found.err;
+  EXPECT_NE(found.err.find("gnomon (no such class in label set"), std::string::npos) << found.err;
+  const Json named =
+      jsonLines(succeed({"localize", "-q", "--json", town("rear"), map()}).out).at(0);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    EXPECT_NEAR(jsonLines(found.out).at(0)["pose"]["position"][axis].get<double>(),
+                named["pose"]["position"][axis].get<double>(), 0.1);
+  }
+  // As part of a map, too.
+  succeed({"map", "-q", town("forward"), foreign, file("both.xvm")});
+
+  writeText(file("words.txt"), "object light: gnomon, traffic light\n");
+  const Outcome told =
+      succeed({"localize", "--json", "--class-names", file("words.txt"), foreign, map()});
+  EXPECT_EQ(told.err.find("gnomon (no such class"), std::string::npos) << told.err;
+}
+
+TEST_F(TinyTown, UnknownIdsAreSaidWithTheirShare) {
+  const std::string odd = file("odd");
+  fs::copy(town("rear"), odd, fs::copy_options::recursive);
+  const std::string image = odd + "/label/000003.png";
+  LabelImage labels = io::readLabels(image);
+  std::fill(labels.pixels.begin(), labels.pixels.end(), std::uint16_t{77});
+  io::writeLabelPng(image, labels);
+  const Outcome found = succeed({"localize", "--json", odd, map()});
+  EXPECT_NE(found.err.find("class 77 (label set"), std::string::npos) << found.err;
+}
+
+TEST_F(TinyTown, APriorOutsideOfTheMapIsTheReason) {
+  const Outcome outside =
+      runXview({"localize", "-q", "--json", "--near", "90000,0,10", town("rear"), map()});
+  EXPECT_EQ(outside.code, 3);
+  EXPECT_NE(jsonLines(outside.out)
+                .at(0)["reason"]
+                .get<std::string>()
+                .find("the prior is outside of the map"),
+            std::string::npos)
+      << outside.out;
+}
+
+TEST_F(TinyTown, WithoutAnyClassNamesShapesTellStreetsFromThings) {
+  for (const char* session : {"forward", "rear"}) {
+    fs::copy(town(session), file(std::string("bare_") + session), fs::copy_options::recursive);
+    fs::remove(file(std::string("bare_") + session) + "/classes.yaml");
+  }
+  const Outcome mapped = succeed({"map", file("bare_forward"), file("bare.xvm")});
+  EXPECT_NE(mapped.err.find("as road"), std::string::npos) << mapped.err;
+  EXPECT_NE(mapped.err.find("as pole"), std::string::npos) << mapped.err;
+  const Json bare =
+      jsonLines(succeed({"localize", "-q", "--json", file("bare_rear"), file("bare.xvm")}).out)
+          .at(0);
+  const Json named =
+      jsonLines(succeed({"localize", "-q", "--json", town("rear"), map()}).out).at(0);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    EXPECT_NEAR(bare["pose"]["position"][axis].get<double>(),
+                named["pose"]["position"][axis].get<double>(), 0.3);
+  }
+}
+
+TEST_F(TinyTown, AnswerHasTheKeysOfTheContractInOrder) {
+  const Json answer =
+      jsonLines(succeed({"localize", "-q", "--json", town("rear"), map()}).out).at(0);
+  std::vector<std::string> keys;
+  for (const auto& [key, value] : answer.items()) keys.push_back(key);
+  const std::vector<std::string> expected{
+      "query",          "status",      "reason",   "confidence", "witnesses",  "statistics",
+      "size",           "T_map_query", "pose",     "covariance", "scale",      "gravity",
+      "gravity_reason", "inliers",     "vertices", "matches",    "hypotheses", "timing_ms"};
+  EXPECT_EQ(keys, expected);
+  EXPECT_EQ(answer["query"]["input"], town("rear"));
+  EXPECT_EQ(answer["query"]["first_frame"], 0);
+  EXPECT_EQ(answer["query"]["last_frame"], answer["pose"]["frame"]);
+  EXPECT_EQ(answer["T_map_query"].size(), 16u);
+  EXPECT_EQ(answer["covariance"].size(), 36u);
+  EXPECT_EQ(answer["pose"]["position"].size(), 3u);
+  EXPECT_EQ(answer["pose"]["quaternion"].size(), 4u);
+  EXPECT_EQ(answer["hypotheses"][0]["T_map_query"].size(), 16u);
+  for (const char* stage : {"read", "lift", "blobs", "graph", "descriptors", "matching",
+                            "rejection", "pose", "refine", "total", "load_map"}) {
+    EXPECT_TRUE(answer["timing_ms"].contains(stage)) << stage;
+  }
+}
+
+TEST_F(TinyTown, ThreadsDoNotChangeAByte) {
+  for (const char* threads : {"1", "2"}) {
+    const std::string t = threads;
+    succeed({"lift", "-q", "--threads", t, town("rear"), file("lift" + t + ".pcd")});
+    succeed({"blobs", "-q", "--threads", t, town("rear"), file("blobs" + t + ".pcd")});
+    succeed({"graph", "-q", "--threads", t, town("rear"), file("graph" + t + ".ply")});
+    succeed({"map", "-q", "--threads", t, town("rear"), file("map" + t + ".xvm")});
+    writeText(file("fix" + t),
+              timeless(runXview({"localize", "-q", "--json", "--threads", t, town("rear"),
+                                 town("elsewhere"), map(), "--window", "20", "--stride", "10"})
+                           .out));
+  }
+  for (const char* name : {"lift1.pcd", "blobs1.pcd", "graph1.ply", "map1.xvm", "fix1"}) {
+    std::string other = name;
+    other.replace(other.find('1'), 1, "2");
+    EXPECT_FALSE(readText(file(name)).empty()) << name;
+    EXPECT_TRUE(readText(file(name)) == readText(file(other))) << name << " differs from " << other;
+  }
+}
+
+TEST_F(TinyTown, QueryFromElsewhereIsRefusedWithCodeThree) {
+  const Outcome outcome = runXview({"localize", "-q", "--json", town("elsewhere"), map()});
+  EXPECT_EQ(outcome.code, 3) << outcome.out;
+  EXPECT_NE(jsonLines(outcome.out).at(0)["status"], "accepted");
+}
+
+TEST_F(TinyTown, WindowsAreQueriesOfTheirOwn) {
+  const Outcome outcome = runXview({"localize", "-q", "--json", town("rear"), map(), "--window",
+                                    "20", "--stride", "10", "--tum", file("a.tum")});
+  const std::vector<Json> answers = jsonLines(outcome.out);
+  ASSERT_GE(answers.size(), 3u);
+  EXPECT_EQ(answers[1]["query"]["first_frame"], 10);
+  EXPECT_EQ(answers[1]["query"]["last_frame"], 29);
+  std::size_t accepted = 0;
+  for (const Json& answer : answers) accepted += answer["status"] == "accepted";
+  EXPECT_EQ(lineCount(readText(file("a.tum"))), accepted);
+  EXPECT_EQ(outcome.code, accepted == answers.size() ? 0 : 3);
+}
+
+TEST_F(TinyTown, WithoutJsonThereIsALinePerQueryUnderAHeading) {
+  const Outcome outcome = runXview({"localize", "-q", town("rear"), map(), "--window", "20"});
+  EXPECT_EQ(outcome.out.rfind("  status ", 0), 0u) << outcome.out;
+  EXPECT_EQ(outcome.out.find('\x1b'), std::string::npos) << "no colours in a pipe";
+  EXPECT_EQ(lineCount(outcome.out), 3u) << outcome.out;
+}
+
+TEST_F(TinyTown, AFileOfJsonLeavesTheTableToTheTerminal) {
+  const Outcome shown = succeed({"localize", town("rear"), map(), "-o", file("shown.jsonl")});
+  EXPECT_NE(shown.out.find("accepted"), std::string::npos) << shown.out;
+  EXPECT_EQ(Json::parse(readText(file("shown.jsonl")))["status"], "accepted");
+  EXPECT_EQ(succeed({"localize", "-q", town("rear"), map(), "-o", file("shown.jsonl")}).out, "");
+}
+
+TEST_F(TinyTown, SeveralResultsAreJudgedTogether) {
+  const std::string truth = town("rear") + "/groundtruth.txt", folder = file("together");
+  succeed({"localize", "-q", town("rear"), map(), "-o", file("one.jsonl")});
+  const Outcome judged =
+      succeed({"evaluate", "-q", file("one.jsonl"), truth, file("one.jsonl"), truth, "-o", folder});
+  EXPECT_EQ(judged.out.rfind("2 queries: 2 accepted", 0), 0u) << judged.out;
+  for (const char* name : {"success.svg", "pr.svg", "calibration.svg"})
+    EXPECT_EQ(readText(folder + "/" + name).rfind("<svg", 0), 0u) << name;
+  EXPECT_EQ(runXview({"evaluate", file("one.jsonl"), truth, file("one.jsonl")}).code, 2);
+}
+
+TEST_F(TinyTown, GraphIsAQueryAndAMap) {
+  succeed({"graph", "-q", town("forward"), file("forward.ply")});
+  const Outcome outcome =
+      succeed({"localize", "-q", "--json", file("forward.ply"), file("forward.ply")});
+  ASSERT_EQ(lineCount(outcome.out), 1u);
+  EXPECT_TRUE(poseIn(jsonLines(outcome.out)[0]).isApprox(Eigen::Isometry3d::Identity(), 1e-3))
+      << outcome.out;
+}
+
+TEST_F(TinyTown, ExplanationsAddUpToTheScore) {
+  const std::string csv = file("why.csv");
+  const Outcome outcome = succeed({"localize", "-q", "--json", town("rear"), map(), "--explain",
+                                   csv, "--refine.enabled", "false"});
+  const Json answer = jsonLines(outcome.out).at(0);
+  std::istringstream lines(readText(csv));
+  std::string line, field;
+  std::getline(lines, line);
+  EXPECT_NE(line.find(answer["reason"].get<std::string>()), std::string::npos) << line;
+  std::getline(lines, line);
+  EXPECT_EQ(line.rfind("kind,name,testimony,x,y,z,nats,", 0), 0u) << line;
+  double nats = 0;
+  std::size_t samples = 0, vertices = 0;
+  while (std::getline(lines, line)) {
+    std::vector<std::string> fields;
+    std::istringstream words(line);
+    while (std::getline(words, field, ',')) fields.push_back(field);
+    ASSERT_GE(fields.size(), 8u) << line;
+    if (fields[0] == "vertex") ++vertices;
+    if (fields[0] != "sample") continue;
+    ++samples;
+    const double value = std::stod(fields[6]);
+    EXPECT_EQ(fields[2] == "contradicting", value < 0) << line;
+    nats += value;
+  }
+  EXPECT_GT(samples, 100u);
+  EXPECT_EQ(vertices, answer["inliers"].get<std::size_t>());
+  const double score = answer["hypotheses"][0]["score"].get<double>();
+  EXPECT_NEAR(nats, score, 0.02 * score);
+  EXPECT_EQ(readText(file("why.ply")).rfind("ply\n", 0), 0u);
+}
+
+TEST_F(TinyTown, SeveralExplanationsNeedAFolder) {
+  EXPECT_EQ(
+      runXview({"localize", town("rear"), map(), "--window", "20", "--explain", "a.csv"}).code, 2);
+  const std::string folder = file("whys");
+  runXview({"localize", "-q", town("rear"), map(), "--window", "20", "--explain", folder});
+  std::size_t files = 0;
+  for (const auto& entry : fs::directory_iterator(folder))
+    files += entry.path().extension() == ".csv";
+  EXPECT_EQ(files, 2u);
+}
+
+TEST_F(TinyTown, ImageSpaceGoesThroughAllCommands) {
+  const std::vector<std::string> image{"--graph_space", "image"};
+  const auto with = [&](std::vector<std::string> arguments) {
+    arguments.insert(arguments.end(), image.begin(), image.end());
+    return arguments;
+  };
+  const std::string of_images = file("image.xvm");
+  succeed(with({"blobs", "-q", town("forward"), file("regions.pcd"), "--frames", "0:3"}));
+  succeed(with({"graph", "-q", town("rear"), file("image.ply")}));
+  EXPECT_NE(readText(file("image.ply")).find("comment graph_space image"), std::string::npos);
+  succeed(with({"map", "-q", town("forward"), of_images}));
+  EXPECT_NE(succeed({"info", "-q", of_images}).out.find("graph space   image"), std::string::npos);
+  for (const std::string& against : {of_images, map()}) {
+    const Outcome found =
+        succeed(with({"localize", "-q", "--json", "--method", "walks", town("rear"), against}));
+    writeText(file("image.jsonl"), found.out);
+    const std::string truth = town("rear") + "/groundtruth.txt";
+    const std::string report = file("image_report");
+    succeed({"evaluate", "-q", file("image.jsonl"), truth, "-o", report});
+    const Json summary = Json::parse(readText(report + "/summary.json"));
+    EXPECT_DOUBLE_EQ(summary["accepted_only"]["within_m"]["5"].get<double>(), 1) << against;
+  }
+  const Outcome scans = runXview(with({"map", "-q", town("lidar"), file("scans.xvm")}));
+  EXPECT_EQ(scans.code, 2) << scans.err;
+  EXPECT_NE(scans.err.find("needs depth and label images"), std::string::npos) << scans.err;
+  EXPECT_FALSE(fs::exists(file("scans.xvm")));
+}
+
+}  // namespace
+}  // namespace xview::test

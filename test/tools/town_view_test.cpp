@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What is drawn and told of maps and answers.
+#include <filesystem>
+#include <sstream>
+
+#include "tools/tiny_town.h"
+#include "xview/io/cloud_files.h"
+#include "xview/io/pose_files.h"
+
+namespace xview::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+TEST_F(TinyTown, AnswersAreDrawnWithTheWayOfTheQueryWhileItIsThere) {
+  const std::string answers = file("drawn.jsonl"), page = file("drawn.html");
+  fs::copy(town("rear"), file("moving"), fs::copy_options::recursive);
+  writeText(answers, succeed({"localize", "-q", "--json", file("moving"), map()}).out);
+  succeed({"view", "-q", map(), answers, "-o", page});
+  const auto with_way = fs::file_size(page);
+  fs::rename(file("moving"), file("moved"));
+  succeed({"view", "-q", map(), answers, "-o", page});
+  EXPECT_GT(with_way, fs::file_size(page) + 100);
+}
+
+TEST_F(TinyTown, MatchesAreDrawnAlsoIfTheQueryIsNotAccepted) {
+  const Outcome refused =
+      runXview({"match", "-q", town("elsewhere"), map(), file("refused.ply")}, {120, 0, ""});
+  EXPECT_EQ(refused.code, 3) << refused.err;
+  EXPECT_EQ(readText(file("refused.ply")).rfind("ply\n", 0), 0u);
+}
+
+TEST_F(TinyTown, PicturesAreWrittenByTheEndingOfTheirName) {
+  succeed({"match", "-q", town("rear"), map(), file("match.ply")});
+  EXPECT_EQ(readText(file("match.ply")).rfind("ply\n", 0), 0u);
+  succeed({"match", "-q", town("rear"), map(), file("match.png")});
+  EXPECT_EQ(readText(file("match.png")).substr(1, 3), "PNG");
+  succeed({"view", "-q", map(), file("town.html")});
+  EXPECT_NE(readText(file("town.html")).find("<html"), std::string::npos);
+  succeed({"view", "-q", town("rear"), file("rear.pcd"), "--voxel", "0.5"});
+  EXPECT_EQ(readText(file("rear.pcd")).rfind("# .PCD", 0), 0u);
+}
+
+std::size_t pointsOfClass(const std::string& pcd, const std::string& name) {
+  const io::CloudHeader header = io::readCloudHeader(pcd);
+  const LabelledCloud cloud = io::readCloud(pcd);
+  std::size_t count = 0;
+  for (const Point& p : cloud.points) count += header.labels->className(p.label) == name;
+  return count;
+}
+
+TEST_F(TinyTown, CloudsOfMatchAndViewHoldMapQueryAndCorrespondences) {
+  succeed({"lift", "-q", town("rear"), file("scan.pcd"), "--voxel", "0.3"});
+  writeText(file("scan.jsonl"), succeed({"localize", "-q", "--json", file("scan.pcd"), map()}).out);
+  succeed({"match", "-q", file("scan.pcd"), map(), file("match.pcd")});
+  for (const char* name : {"road", "query, accepted", "kept correspondence", "pose, accepted"})
+    EXPECT_GT(pointsOfClass(file("match.pcd"), name), 20u) << name;
+  const auto viewed = [&](std::vector<std::string> files) {
+    files.insert(files.begin(), {"view", "-q", "-o", file("view.pcd")});
+    succeed(files);
+    return readText(file("view.pcd"));
+  };
+  const std::string alone = viewed({map(), file("scan.jsonl")});
+  EXPECT_GT(pointsOfClass(file("view.pcd"), "query, accepted"), 1000u);
+  EXPECT_EQ(viewed({map(), file("scan.jsonl"), file("scan.pcd")}), alone)
+      << "a scan beside its answer is drawn at its answer's pose, and once";
+}
+
+TEST_F(TinyTown, QueriesAreFoundFromTheFolderOfTheirAnswers) {
+  const std::string relative = "rear";
+  std::string answers = succeed({"localize", "-q", "--json", town("rear"), map()}).out;
+  answers.replace(answers.find(town("rear")), town("rear").size(), relative);
+  writeText(town("rear") + "/../beside.jsonl", answers);
+  const Outcome drawn =
+      runXview({"view", map(), town("rear") + "/../beside.jsonl", "-o", file("beside.pcd")});
+  EXPECT_EQ(drawn.err.find("is not found"), std::string::npos) << drawn.err;
+  EXPECT_GT(pointsOfClass(file("beside.pcd"), "query, accepted"), 1000u);
+}
+
+TEST_F(TinyTown, ACloudWithoutLabelsIsDrawnGrey) {
+  writeText(file("bare.pcd"),
+            "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 3\nHEIGHT 1\n"
+            "VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 3\nDATA ascii\n0 0 0\n1 0 0\n1 2 0\n");
+  succeed({"view", "-q", file("bare.pcd"), "-o", file("grey.pcd")});
+  EXPECT_EQ(pointsOfClass(file("grey.pcd"), "without label"), 3u);
+}
+
+TEST_F(TinyTown, TrajectoriesAreDrawnAndUnknownEndingsRefused) {
+  const std::string way = file("drawn.tum");
+  writeText(way, readText(town("rear") + "/groundtruth.txt"));
+  succeed({"view", "-q", map(), way, "-o", file("drawn.html")});
+  EXPECT_NE(readText(file("drawn.html")).find("\"name\":\"drawn.tum\""), std::string::npos);
+  const Outcome refused = runXview({"view", map(), file("drawn.jpg")});
+  EXPECT_EQ(refused.code, 2);
+  EXPECT_NE(refused.err.find("a drawing ends with .png"), std::string::npos) << refused.err;
+}
+
+TEST_F(TinyTown, TheTableOfAMatchHasALinePerPair) {
+  const Outcome matched = succeed({"match", "-q", town("rear"), map(), file("pairs.csv")});
+  std::istringstream lines(readText(file("pairs.csv")));
+  std::size_t pairs = 0, kept = 0;
+  std::string line;
+  for (std::getline(lines, line); std::getline(lines, line); ++pairs) kept += line[0] == '1';
+  EXPECT_NE(matched.out.find(std::to_string(pairs) + " putative correspondences, " +
+                             std::to_string(kept) + " kept"),
+            std::string::npos)
+      << matched.out;
+}
+
+TEST_F(TinyTown, InfoIsJsonForPrograms) {
+  const Json drive = Json::parse(succeed({"info", "-q", "--json", town("rear")}).out);
+  EXPECT_EQ(drive["kind"], "sequence");
+  EXPECT_EQ(drive["frames"]["count"], io::readPoses(town("rear") + "/poses.txt").size());
+  EXPECT_EQ(drive["bounds"].is_null(), true) << "a camera has positions";
+  EXPECT_EQ(drive["positions"]["min"].size(), 3u);
+  EXPECT_GT(drive["classes"].size(), 3u);
+  EXPECT_EQ(succeed({"info", "-q", "--json", map(), "-o", file("map.json")}).out, "");
+  const Json of_map = Json::parse(readText(file("map.json")));
+  EXPECT_EQ(of_map["sources"], Json::array({town("forward")}));
+  std::size_t vertices = 0;
+  for (const Json& of_class : of_map["classes"]) vertices += of_class["count"].get<std::size_t>();
+  EXPECT_EQ(of_map["graph"]["vertices"], vertices);
+}
+
+/// Check fix for: a last operand that existed was read, and the picture of the first written over.
+TEST_F(TinyTown, ViewWritesOverNothingThatItWasNotToldToWrite) {
+  const fs::path before = fs::current_path();
+  fs::create_directories(file("here"));
+  fs::current_path(file("here"));
+  succeed({"lift", "-q", town("rear"), "--voxel", "0.5", "-o", "town.pcd"});
+  const std::string cloud = readText("town.pcd");
+  EXPECT_EQ(succeed({"view", "-q", map(), "town.pcd"}).out, "town.xvm.png\n");
+  EXPECT_EQ(succeed({"view", "-q", "town.pcd"}).out, "town.pcd.png\n");
+  EXPECT_TRUE(readText("town.pcd") == cloud);
+  const Outcome refused = runXview({"view", "-q", map(), "town.pcd.png"});
+  EXPECT_EQ(refused.code, 2);
+  EXPECT_NE(refused.err.find("-o town.pcd.png writes it anew"), std::string::npos) << refused.err;
+  fs::current_path(before);
+}
+
+}  // namespace
+}  // namespace xview::test
