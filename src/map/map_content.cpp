@@ -7,7 +7,6 @@
 #include <cmath>
 #include <map>
 #include <stdexcept>
-#include <tuple>
 
 #include "map_tables.h"
 #include "map_tiles.h"
@@ -339,10 +338,7 @@ void readBulk(ContentReader& in, SemanticMap& map) {
   scaleLengths(1 / map.size, map.cloud);
   in.table<PlanTile>("plan_tiles",
                      [&](std::int64_t, PlanTile& tile) { appendTile(tile, map.plan); });
-  std::sort(map.plan.known.begin(), map.plan.known.end(),
-            [](const GroundCell& a, const GroundCell& b) {
-              return std::tie(a.y, a.x) < std::tie(b.y, b.x);
-            });
+  std::sort(map.plan.known.begin(), map.plan.known.end(), inRowOrder<GroundCell>);
   in.table<CloudTile>("cloud_tiles",
                       [&](std::int64_t, CloudTile& tile) { appendTile(tile, map.cloud); });
   scaleLengths(map.size, map.plan);

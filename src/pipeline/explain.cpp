@@ -3,45 +3,36 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 #include "xview/search/likelihoods.h"
+#include "xview/types/cells.h"
 
 namespace xview {
 namespace {
 
 constexpr double kPartnerReach_m = search::kBinLimits_m.back();
 
-/// Map samples of one channel in blocks as large as the reach.
+/// Map samples of one channel in cells as large as the reach.
 class NearestSample {
  public:
-  explicit NearestSample(const std::vector<PlanSample>& samples) {
-    for (const PlanSample& s : samples) blocks_[blockOf(s.x, s.y)].push_back(s);
+  explicit NearestSample(const std::vector<PlanSample>& samples) : samples_(samples) {
+    for (std::size_t i = 0; i < samples.size(); ++i)
+      cells_.add(cellOf({samples[i].x, samples[i].y, 0}, kPartnerReach_m, 0), i);
   }
 
   const PlanSample* find(double x, double y) const {
     const PlanSample* nearest = nullptr;
     double best = kPartnerReach_m;
-    const auto [bx, by] = blockOf(x, y);
-    for (int dy = -1; dy <= 1; ++dy) {
-      for (int dx = -1; dx <= 1; ++dx) {
-        const auto it = blocks_.find({bx + dx, by + dy});
-        if (it == blocks_.end()) continue;
-        for (const PlanSample& s : it->second) {
-          const double d = std::hypot(s.x - x, s.y - y);
-          if (d < best) nearest = &s, best = d;
-        }
-      }
-    }
+    cells_.forAround(cellOf({x, y, 0}, kPartnerReach_m, 0), [&](std::size_t i) {
+      const double d = std::hypot(samples_[i].x - x, samples_[i].y - y);
+      if (d < best) nearest = &samples_[i], best = d;
+    });
     return nearest;
   }
 
  private:
-  static std::pair<int, int> blockOf(double x, double y) {
-    return {static_cast<int>(std::floor(x / kPartnerReach_m)),
-            static_cast<int>(std::floor(y / kPartnerReach_m))};
-  }
-  std::map<std::pair<int, int>, std::vector<PlanSample>> blocks_;
+  const std::vector<PlanSample>& samples_;
+  CellLists cells_;
 };
 
 /// Ground height of the query at a position, 0 where it was not seen; in its plan frame.

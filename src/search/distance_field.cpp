@@ -5,9 +5,9 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <set>
 
 #include "search/distance_window.h"
+#include "xview/types/cells.h"
 #include "xview/types/parallel.h"
 #include "xview/types/random.h"
 
@@ -208,37 +208,29 @@ double headingAt(const std::vector<Eigen::Vector2d>& path, std::size_t i) {
   return std::atan2(d.y(), d.x());
 }
 
-/// Samples of a channel by 30 m block, thinned.
+/// Samples of a channel in cells as wide as the sight, thinned.
 class NearbySamples {
  public:
-  explicit NearbySamples(const std::vector<PlanSample>& samples) {
-    std::set<std::pair<int, int>> taken;
-    for (const PlanSample& s : samples) {
-      const std::pair<int, int> thin{static_cast<int>(std::floor(s.x / kBlock_m)),
-                                     static_cast<int>(std::floor(s.y / kBlock_m))};
-      if (taken.insert(thin).second) blocks_[blockOf(s.x, s.y)].push_back(s);
+  explicit NearbySamples(const std::vector<PlanSample>& samples) : samples_(samples) {
+    CellIndex taken;
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+      const std::size_t before = taken.size();
+      taken.findOrAdd(floorToInt(samples[i].x / kBlock_m), floorToInt(samples[i].y / kBlock_m));
+      if (taken.size() > before)
+        cells_.add(cellOf({samples[i].x, samples[i].y, 0}, kSight_m, 0), i);
     }
   }
   template <class Body>
   void around(const Eigen::Vector2d& p, Body&& body) const {
-    const auto [bx, by] = blockOf(p.x(), p.y());
-    for (int dy = -1; dy <= 1; ++dy) {
-      for (int dx = -1; dx <= 1; ++dx) {
-        const auto it = blocks_.find({bx + dx, by + dy});
-        if (it == blocks_.end()) continue;
-        for (const PlanSample& s : it->second) {
-          const double x = s.x - p.x(), y = s.y - p.y();
-          if (x * x + y * y <= kSight_m * kSight_m) body(x, y);
-        }
-      }
-    }
+    cells_.forAround(cellOf({p.x(), p.y(), 0}, kSight_m, 0), [&](std::size_t i) {
+      const double x = samples_[i].x - p.x(), y = samples_[i].y - p.y();
+      if (x * x + y * y <= kSight_m * kSight_m) body(x, y);
+    });
   }
 
  private:
-  static std::pair<int, int> blockOf(double x, double y) {
-    return {static_cast<int>(std::floor(x / kSight_m)), static_cast<int>(std::floor(y / kSight_m))};
-  }
-  std::map<std::pair<int, int>, std::vector<PlanSample>> blocks_;
+  const std::vector<PlanSample>& samples_;
+  CellLists cells_;
 };
 
 struct WrongPose {

@@ -15,10 +15,29 @@ namespace {
 constexpr double kSame = 2.5;       // [m]
 constexpr double kClearlyMore = 4;  // times as many points: the other one is a wrong label
 
+constexpr double kSeenShare =
+    0.25;  // of the expected number: below, the sensor does not see the class
+constexpr double kThinning =
+    0.9;  // of the gap: samples of the same spacing must not lose every second one
+constexpr std::size_t kMostSamples = 300;  // more do not make the search any surer
+constexpr double kCoverageCells = 400;     // across the query, at most
+constexpr double kCoarseCoverage = 3;      // [m] larger cells say nothing about a missing object
+constexpr double kFading = 1.5;            // [m] half the width of the rim of what the query covers
+constexpr double kTakenFor = 1.5;   // [m] closer to a vertex, an object may have been taken for it
+constexpr double kSameSurface = 4;  // [m] samples of one piece of a surface are this close
+constexpr float kFarAway = 1e9f;
+constexpr std::uint8_t kNoBit = 255;
+
 bool isSaidBy(const Vertex& v, const Vertex& better) {
   const Eigen::Vector3d d = v.position - better.position;
   if (v.label == better.label) return d.head<2>().squaredNorm() < kSame * kSame;
   return better.points > kClearlyMore * v.points && d.squaredNorm() < kSame * kSame;
+}
+
+Eigen::Vector3d meanOf(const std::vector<std::pair<Eigen::Vector3d, QueryItem>>& items) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const auto& [position, item] : items) sum += position;
+  return items.empty() ? sum : Eigen::Vector3d(sum / static_cast<double>(items.size()));
 }
 
 }  // namespace
@@ -68,29 +87,6 @@ std::vector<std::uint32_t> wellSeen(const SemanticGraph& graph,
   candidates.erase(std::remove_if(candidates.begin(), candidates.end(), isVague), candidates.end());
   return candidates;
 }
-
-namespace {
-
-constexpr double kSeenShare =
-    0.25;  // of the expected number: below, the sensor does not see the class
-constexpr double kThinning =
-    0.9;  // of the gap: samples of the same spacing must not lose every second one
-constexpr std::size_t kMostSamples = 300;  // more do not make the search any surer
-constexpr double kCoverageCells = 400;     // across the query, at most
-constexpr double kCoarseCoverage = 3;      // [m] larger cells say nothing about a missing object
-constexpr double kFading = 1.5;            // [m] half the width of the rim of what the query covers
-constexpr double kTakenFor = 1.5;   // [m] closer to a vertex, an object may have been taken for it
-constexpr double kSameSurface = 4;  // [m] samples of one piece of a surface are this close
-constexpr float kFarAway = 1e9f;
-constexpr std::uint8_t kNoBit = 255;
-
-Eigen::Vector3d meanOf(const std::vector<std::pair<Eigen::Vector3d, QueryItem>>& items) {
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (const auto& [position, item] : items) sum += position;
-  return items.empty() ? sum : Eigen::Vector3d(sum / static_cast<double>(items.size()));
-}
-
-}  // namespace
 
 ObjectQuery::ObjectQuery(const SemanticGraph& graph, const ObjectMap& map,
                          const std::vector<std::uint32_t>& vertices)

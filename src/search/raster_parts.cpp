@@ -18,6 +18,11 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 constexpr double kMaxRadiusCells = 2000;
+constexpr double kSuppressed_cells = 1.6, kSuppressed_yaw_steps = 1.6;  // by a better candidate
+constexpr int kBinBits = 1;  // of 2x2 cells: what suppresses a candidate is in the 3x3 bins around
+constexpr int kPartBits = 3;
+static_assert(1 << kPartBits == kPartSide, "parts are found by shifts");
+constexpr double kDenseShare = 0.6;  // of the parts of a layer that differ from the background
 
 }  // namespace
 
@@ -88,14 +93,6 @@ std::vector<CellOffset> offsetTable(const PreparedSamples& prepared, const YawGr
   return table;
 }
 
-namespace {
-
-constexpr double kCells = 1.6, kYawSteps = 1.6;
-constexpr int kBinBits =
-    1;  // bins of 2x2 cells: what suppresses a candidate is in one of the 3x3 bins around
-
-}  // namespace
-
 void BestCandidates::merge(const BestCandidates& other) {
   for (const Candidate& candidate : other.candidates_) offer(candidate);
 }
@@ -122,8 +119,8 @@ std::vector<PlacePose> distinctPoses(const std::vector<Candidate>& candidates, c
   const auto bin = [](std::int64_t x, std::int64_t y) { return y * 0x100000001ll + x; };
   const auto suppresses = [&](const Candidate& a, const Candidate& b) {
     const double d = std::hypot(static_cast<double>(a.x - b.x), static_cast<double>(a.y - b.y));
-    return d < kCells &&
-           std::abs(angleDifference(grid.yaw(a.yaw), grid.yaw(b.yaw))) < kYawSteps * grid.step;
+    return d < kSuppressed_cells && std::abs(angleDifference(grid.yaw(a.yaw), grid.yaw(b.yaw))) <
+                                        kSuppressed_yaw_steps * grid.step;
   };
   const auto isSuppressed = [&](const Candidate& c) {
     for (std::int64_t y = (c.y >> kBinBits) - 1; y <= (c.y >> kBinBits) + 1; ++y) {
@@ -148,14 +145,6 @@ std::vector<PlacePose> distinctPoses(const std::vector<Candidate>& candidates, c
   }
   return poses;
 }
-
-namespace {
-
-constexpr int kPartBits = 3;
-static_assert(1 << kPartBits == kPartSide, "parts are found by shifts");
-constexpr double kDenseShare = 0.6;
-
-}  // namespace
 
 Window::Window(const LikelihoodRaster& raster, const PreparedSamples& prepared, std::int64_t side)
     : raster_(raster),
