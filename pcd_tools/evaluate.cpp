@@ -155,14 +155,11 @@ std::vector<SceneChart> chartsOf(const Evaluation& evaluation,
       "Queries within a distance of the truth", "distance", "queries", ChartAxis::length, {}};
   success.curves = {{"best hypothesis", successCurve(queries, false)},
                     {"accepted", successCurve(queries, true)}};
-  SceneChart precision{"Precision over recall, by the threshold of confidence",
-                       "recall",
-                       "precision",
-                       ChartAxis::share,
-                       {{"", {}}}};
+  SceneChart precision{
+      "Precision over recall", "recall", "precision", ChartAxis::share, {{"", {}}}};
   for (const PrecisionRecall& point : evaluation.curve)
     precision.curves[0].second.emplace_back(point.recall, point.precision);
-  SceneChart calibration{"Right answers, and what their confidence claims",
+  SceneChart calibration{"Right answers, and what confidence claims",
                          "confidence (dots: so many answers)",
                          "right",
                          ChartAxis::odds,

@@ -211,10 +211,9 @@ map::SemanticMap readMap(const std::string& path, const InputFlags& input, const
   whole.frames = {};  // --frames speaks of the query
   if (!input.mapLabels().empty()) whole.labels = input.mapLabels();
   map::SemanticMap map = mapOf(path, whole, job);
-  job.narrate.stage(
-      "map", watch.lap_ms(),
-      fmt::format("{}: {} vertices, {} edges, {} key frames, {} points", path, map.graph.size(),
-                  map.graph.edgeCount(), map.poses.size(), map.cloud.size()));
+  job.narrate.stage("map", watch.lap_ms(),
+                    fmt::format("{}: {} vertices, {} key frames, {} points", path, map.graph.size(),
+                                map.poses.size(), map.cloud.size()));
   return map;
 }
 

@@ -124,8 +124,8 @@ void writeColoured(const std::string& path, const map::SemanticMap& map,
 void printSummary(const Alikeness& alikeness) {
   for (const WrongScores& scores : wrongScores(alikeness)) {
     fmt::print(
-        "{:4.0f} m: sure at {:3.0f} % of {} places; the best wrong place has {:.0f} % of the "
-        "score of the right one (at most {:.0f} %)\n",
+        "{:4.0f} m: sure at {:3.0f} % of {} places; the best wrong one scores {:.0f} % (at most "
+        "{:.0f} %)\n",
         scores.window_m, percentSure(alikeness, scores), scores.queries, 100 * scores.share.front(),
         100 * scores.share.back());
   }
