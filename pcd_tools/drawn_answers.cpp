@@ -51,10 +51,10 @@ Eigen::Isometry3d arrowPose(std::size_t size, PositionOf&& position) {
 
 }  // namespace
 
-LabelledCloud readAnyCloud(const std::string& path, const InputFlags& input, const Job& job,
+LabelledCloud readAnyCloud(const std::string& path, const io::InputOptions& input, const Job& job,
                            double voxel_m, LabelSet& labels,
                            std::vector<Eigen::Isometry3d>* poses) {
-  if (io::recogniseInput(path, input.parsed()) == io::InputKind::cloud && isBareCloud(path)) {
+  if (io::recogniseInput(path, input) == io::InputKind::cloud && isBareCloud(path)) {
     ClassInfo grey;
     grey.id = 1;
     grey.name = "without label";
@@ -67,7 +67,7 @@ LabelledCloud readAnyCloud(const std::string& path, const InputFlags& input, con
     for (Point& p : cloud.points) p.label = grey.id;
     return voxel_m > 0 ? graph::thinByVoxel(cloud, voxel_m) : cloud;
   }
-  const auto source = openInput(path, input.parsed(), job);
+  const auto source = openInput(path, input, job);
   labels = source->labels();
   // A cloud of its own was seen from nowhere in particular.
   const bool is_way = poses && (source->size() > 1 || source->sensor() != Sensor::cloud);
@@ -159,8 +159,10 @@ void DrawnAnswers::keepCloud(LabelledCloud cloud, const LabelSet& labels, Joined
 void DrawnAnswers::drawPlace(const std::string& path, const Answer& answer, JoinedLabels& joined,
                              SceneQuery& query) {
   query.forward = Eigen::Vector3d::UnitX();
-  if (io::recogniseInput(path, input_.parsed()) == io::InputKind::graph) {
-    LabelledGraph file = readLabelledGraph(path, inputIn(input_, joined.labels()), job_);
+  io::InputOptions input = input_.parsed();
+  if (settleKind(path, input, job_) == io::InputKind::graph) {
+    input.map_labels = joined.labels();
+    LabelledGraph file = readLabelledGraph(path, input, job_);
     joined.adopt(file.labels, file.graph);
     graphs_.push_back(std::move(file.graph));
     scaleBy(answer.fix.scale, graphs_.back());
@@ -182,7 +184,7 @@ void DrawnAnswers::drawPlace(const std::string& path, const Answer& answer, Join
       query.poses = map.poses;
     }
   } else {
-    cloud = readAnyCloud(path, input_, job_, voxel_m_, labels);
+    cloud = readAnyCloud(path, input, job_, voxel_m_, labels);
     scaleBy(answer.fix.scale, cloud);
     query.poses = {arrowPose(cloud.size(), [&](std::size_t k) { return cloud.position(k); })};
   }

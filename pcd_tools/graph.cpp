@@ -46,20 +46,22 @@ class GraphCommand final : public Command {
  private:
   LabelledGraph read(const Job& job) const {
     const std::string& path = job.operands[0];
-    switch (io::recogniseInput(path, input_.parsed())) {
+    io::InputOptions input = input_.parsed();
+    switch (settleKind(path, input, job)) {
       case io::InputKind::map: {
         map::SemanticMap map = map::loadMap(path);
         return {std::move(map.labels), std::move(map.graph)};
       }
       case io::InputKind::graph:
-        return readLabelledGraph(path, input_.parsed(), job);
+        return readLabelledGraph(path, input, job);
       default:
-        return assemble(path, job);
+        return assemble(path, input, job);
     }
   }
 
-  LabelledGraph assemble(const std::string& path, const Job& job) const {
-    const auto source = openInput(path, input_.parsed(), job);
+  LabelledGraph assemble(const std::string& path, const io::InputOptions& input,
+                         const Job& job) const {
+    const auto source = openInput(path, input, job);
     FrameReport report(*source, job.narrate);
     SemanticGraph graph =
         makeQuery(*source, job.options, [&](const FrameDigest& frame) { report.add(frame); }).graph;

@@ -202,20 +202,21 @@ class InfoCommand final : public Command {
 
   ExitCode run(const Job& job) override {
     const std::string& path = job.operands[0];
-    const io::InputKind kind = io::recogniseInput(path, input_.parsed());
+    io::InputOptions input = input_.parsed();
+    const io::InputKind kind = settleKind(path, input, job);
     Sheet sheet(json_);
     sheet.row("path", path);
     sheet.row("kind", toString(kind));
     if (kind == io::InputKind::map) {
       printMap(sheet, path);
     } else if (kind == io::InputKind::graph) {
-      const LabelledGraph file = readLabelledGraph(path, input_.parsed(), job);
+      const LabelledGraph file = readLabelledGraph(path, input, job);
       printSize(sheet, file.graph, job.options);
       printGraph(sheet, file.graph, file.labels);
     } else if (kind == io::InputKind::cloud) {
-      printCloud(sheet, path, job);
+      printCloud(sheet, path, input, job);
     } else {
-      printRecording(sheet, *openInput(path, input_.parsed(), job), job);
+      printRecording(sheet, *openInput(path, input, job), job);
     }
     Results results(out_);
     results.print(sheet.text(), job.narrate);
@@ -226,8 +227,8 @@ class InfoCommand final : public Command {
  private:
   /// A single PCD or PLY; one without labels is described as well, as what it lacks is worth
   /// knowing.
-  void printCloud(Sheet& sheet, const std::string& path, const Job& job) const {
-    const io::InputOptions options = input_.parsed();
+  void printCloud(Sheet& sheet, const std::string& path, const io::InputOptions& options,
+                  const Job& job) const {
     const io::CloudFields fields{options.label_field, options.instance_field};
     const io::CloudHeader header = io::readCloudHeader(path, fields);
     const auto or_none = [](const std::string& field) {

@@ -162,11 +162,16 @@ Job inMap(Job job, const map::SemanticMap& map) {
   return job;
 }
 
+io::InputKind settleKind(const std::string& path, io::InputOptions& options, const Job& job) {
+  std::string guess;
+  const io::InputKind kind = io::recogniseInput(path, options, &guess);
+  if (!guess.empty()) job.narrate.note(path + ": " + guess);
+  if (kind == io::InputKind::graph || kind == io::InputKind::cloud) options.kind = toString(kind);
+  return kind;
+}
+
 LabelledGraph readLabelledGraph(const std::string& path, const io::InputOptions& input,
                                 const Job& job) {
-  std::string guess;
-  io::recogniseInput(path, input, &guess);
-  if (!guess.empty()) job.narrate.note(path + ": " + guess);
   io::GraphFile file = io::readGraph(path);
   if (!file.has_edges)
     graph::connectByRadius(file.graph, atSize(job.options, sizeFor(job.options, file.graph)).edges);
@@ -184,9 +189,9 @@ map::SemanticMap mapOfRecordings(const std::vector<const FrameSource*>& sources,
   return map;
 }
 
-map::SemanticMap mapOf(const std::string& path, const io::InputOptions& input, const Job& job,
+map::SemanticMap mapOf(const std::string& path, io::InputOptions input, const Job& job,
                        const std::optional<Eigen::Isometry3d>& T_map_input) {
-  switch (io::recogniseInput(path, input)) {
+  switch (settleKind(path, input, job)) {
     case io::InputKind::map:
       return map::loadMap(path);
     case io::InputKind::graph: {
@@ -221,8 +226,8 @@ QueryInput openQuery(const std::string& path, const InputFlags& input, const Job
                      const LabelSet& map_labels) {
   QueryInput result;
   result.path = path;
-  const io::InputOptions options = queryIn(input, map_labels);
-  switch (io::recogniseInput(path, options)) {
+  io::InputOptions options = queryIn(input, map_labels);
+  switch (settleKind(path, options, job)) {
     case io::InputKind::map:
       result.whole = std::make_unique<Query>(
           inClassesOfMap(path, makeQuery(map::loadMap(path), job.options), options, job.narrate));

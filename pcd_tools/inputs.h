@@ -46,6 +46,10 @@ io::InputOptions inputIn(const InputFlags& input, const LabelSet& map_labels);
 /// another one was asked for.
 Job inMap(Job job, const map::SemanticMap& map);
 
+/// What the path is (io::recogniseInput). If its bytes told, the options say so from now on, and
+/// nobody reads them for that again; a guess is said.
+io::InputKind settleKind(const std::string& path, io::InputOptions& options, const Job& job);
+
 /// A graph file with its label set (labelsOfGraph). Edges are made by radius search if the file has
 /// none.
 struct LabelledGraph {
@@ -60,7 +64,7 @@ map::SemanticMap mapOfRecordings(const std::vector<const FrameSource*>& sources,
 
 /// A map of anything. A graph or a recording is first brought into the frame of the map, if that is
 /// another one.
-map::SemanticMap mapOf(const std::string& path, const io::InputOptions& input, const Job& job,
+map::SemanticMap mapOf(const std::string& path, io::InputOptions input, const Job& job,
                        const std::optional<Eigen::Isometry3d>& T_map_input = {});
 
 /// The MAP operand: a map file, or anything a map can be built of on the fly.

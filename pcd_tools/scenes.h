@@ -19,8 +19,8 @@ namespace xview::tools {
 /// A picture of a map, which must outlive it.
 Scene sceneOf(const map::SemanticMap& map);
 
-/// The command line as it could be typed again, the version and the date, which $SOURCE_DATE_EPOCH can
-/// set.
+/// The command line as it could be typed again, the version and the date, which $SOURCE_DATE_EPOCH
+/// can set.
 std::string madeBy(const std::string& command, const Job& job);
 
 /// Standard deviation of a position on the ground, along its worst direction [m].
@@ -51,7 +51,7 @@ class JoinedLabels {
 };
 
 /// A cloud of any file or recording; what has no labels gets a class of its own, in grey.
-LabelledCloud readAnyCloud(const std::string& path, const InputFlags& input, const Job& job,
+LabelledCloud readAnyCloud(const std::string& path, const io::InputOptions& input, const Job& job,
                            double voxel_m, LabelSet& labels,
                            std::vector<Eigen::Isometry3d>* poses = nullptr);
 

@@ -147,16 +147,17 @@ class ViewCommand final : public Command {
   void add(const std::string& path, const Job& job, Content& content) const {
     const std::string ending = fs::path(path).extension().string();
     if (ending == ".tum" || ending == ".txt") return addWay(path, content);
-    switch (io::recogniseInput(path, input_.parsed())) {
+    io::InputOptions input = input_.parsed();
+    switch (settleKind(path, input, job)) {
       case io::InputKind::map:
         return addMap(map::loadMap(path), content);
       case io::InputKind::graph: {
-        LabelledGraph file = readLabelledGraph(path, input_.parsed(), job);
+        LabelledGraph file = readLabelledGraph(path, input, job);
         content.labels.adopt(file.labels, file.graph);
         return append(content.map.graph, file.graph);
       }
       default:
-        return addRecording(path, job, content);
+        return addRecording(path, input, job, content);
     }
   }
 
@@ -177,9 +178,10 @@ class ViewCommand final : public Command {
     content.ways.push_back(std::move(way));
   }
 
-  void addRecording(const std::string& path, const Job& job, Content& content) const {
+  void addRecording(const std::string& path, const io::InputOptions& input, const Job& job,
+                    Content& content) const {
     LabelSet labels;
-    LabelledCloud cloud = readAnyCloud(path, input_, job, voxel_m_, labels, &content.map.poses);
+    LabelledCloud cloud = readAnyCloud(path, input, job, voxel_m_, labels, &content.map.poses);
     content.labels.adopt(labels, cloud);
     appendCloud(content.map.cloud, cloud);
   }
