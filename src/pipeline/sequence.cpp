@@ -81,8 +81,10 @@ struct Sequence::State {
   bool bestFitsNewest() const;
   void restart(SequenceAnswer& answer);
   Localization atBest(const Query& query, const SequenceAnswer& answer) const;
-  verify::Evidence evidenceOfSum(const SequenceAnswer& answer, const Localization& at_best) const;
-  verify::Verdict verdictOfSum(const SequenceAnswer& answer, const Localization& at_best) const;
+  verify::Evidence evidenceOfSum(const Query& query, const SequenceAnswer& answer,
+                                 const Localization& at_best) const;
+  verify::Verdict verdictOfSum(const Query& query, const SequenceAnswer& answer,
+                               const Localization& at_best) const;
   void decide(const Query& query, SequenceAnswer& answer) const;
   void takeFused(const Query& query, Localization at_best, verify::Verdict verdict,
                  SequenceAnswer& answer) const;
@@ -233,7 +235,7 @@ void Sequence::State::refuseOutsidePrior(const Query& query, Localization& fix) 
   fix.reason = "the place is outside of the prior; without it: " + fix.reason;
 }
 
-verify::Evidence Sequence::State::evidenceOfSum(const SequenceAnswer& answer,
+verify::Evidence Sequence::State::evidenceOfSum(const Query& query, const SequenceAnswer& answer,
                                                 const Localization& at_best) const {
   verify::Evidence e = tracks.front().sum;
   e.runner_up = answer.runner_up;
@@ -243,6 +245,9 @@ verify::Evidence Sequence::State::evidenceOfSum(const SequenceAnswer& answer,
     e.rival_distance_m = std::hypot(best.x - next.x, best.y - next.y);
   }
   e.dense = verify::denseEvidenceOf(at_best.statistics);
+  if (tracks.size() > 1 && e.dense.settled && e.rivalIsClose())
+    e.dense_at_runner_up =
+        verify::denseEvidenceOf(localizer.describe(query, tracks[1].seen.back()).statistics);
   e.windows = answer.windows;
   return e;
 }
@@ -274,9 +279,10 @@ void Sequence::State::restart(SequenceAnswer& answer) {
 }
 
 /// What the sum says; a place that the newest window does not agree with is not accepted.
-verify::Verdict Sequence::State::verdictOfSum(const SequenceAnswer& answer,
+verify::Verdict Sequence::State::verdictOfSum(const Query& query, const SequenceAnswer& answer,
                                               const Localization& at_best) const {
-  verify::Verdict verdict = judge(evidenceOfSum(answer, at_best), options.verdict, verdict_model);
+  verify::Verdict verdict =
+      judge(evidenceOfSum(query, answer, at_best), options.verdict, verdict_model);
   verdict.reason = fmt::format("{} windows together: {}", answer.windows, verdict.reason);
   if (verdict.status != Status::accepted || bestFitsNewest()) return verdict;
   verdict.status = Status::rejected;
@@ -291,7 +297,7 @@ verify::Verdict Sequence::State::verdictOfSum(const SequenceAnswer& answer,
 /// the sum only does not reach stays as it is; one of another place is in doubt.
 void Sequence::State::decide(const Query& query, SequenceAnswer& answer) const {
   Localization at_best = atBest(query, answer);
-  verify::Verdict verdict = verdictOfSum(answer, at_best);
+  verify::Verdict verdict = verdictOfSum(query, answer, at_best);
   const bool sum_accepts = verdict.status == Status::accepted;
   if (answer.alone.accepted()) {
     const bool same = bestIsThatOf(answer.alone);
