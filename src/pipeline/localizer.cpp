@@ -40,7 +40,6 @@ constexpr double kPartnerReach_m = 5;   ///< partners of a vertex are so near un
 constexpr double kNatsOfInlier = 7, kWrongInliers = 2.5, kWrongInlierShare = 0.09,
                  kMostWrongInliers = 12;
 constexpr std::size_t kClimbedScales = 3;
-constexpr double kLooked_m2 = 150;  ///< a query that measured less ground shows too little of a map
 constexpr double kSureOfPrior = 0.9999;  ///< from that confidence on the outside is not looked at
 
 std::vector<Eigen::Vector3d> trajectoryOf(const map::SemanticMap& map) {
@@ -58,13 +57,6 @@ verify::Evidence evidenceOf(const search::PlaceHypothesis& place) {
   for (std::size_t side = 0; side < e.sides.size(); ++side)
     e.sides[side] = {place.sides[side].score, place.sides[side].expected};
   return e;
-}
-
-/// Where it measured the ground [m^2].
-double lookedAt(const PlanView& plan) {
-  const auto cells = std::count_if(plan.known.begin(), plan.known.end(),
-                                   [](const GroundCell& cell) { return cell.measured; });
-  return static_cast<double>(cells) * plan.cell_m * plan.cell_m;
 }
 
 double travelOf(const Query& query) {
@@ -371,12 +363,9 @@ Eigen::Quaterniond Localizer::Index::refine(const Query& query, const search::Fi
   answer.gravity = upIsKnown(query) ? GravityUse::aligned : GravityUse::free;
   Eigen::Isometry3d& best = answer.hypotheses[0].T_map_query;
   const bool ask_rival = evidence.rivalIsClose() && evidence.rival_distance_m > 0;
-  // In rooms furniture hides furniture: what a query does not show there says nothing.
-  const bool ask_shown = in_field && options.places.likelihoods != search::kRooms &&
-                         lookedAt(query.plan) >= kLooked_m2;
   std::optional<double> shown, rival_shown;
-  if (ask_shown) shown = in_field->shown(best);
-  if (ask_shown && ask_rival) rival_shown = in_field->shown(answer.hypotheses[1].T_map_query);
+  if (in_field) shown = in_field->shown(best);
+  if (shown && ask_rival) rival_shown = in_field->shown(answer.hypotheses[1].T_map_query);
   const auto level =
       in_field ? levelOnMap(*surfaces, *in_field, query, best, up_sigma_rad, options) : nullptr;
   if (level) {

@@ -286,6 +286,8 @@ std::vector<SampleEvidence> FieldQuery::evidence(const Eigen::Isometry3d& /*T_ma
   return {};
 }
 
-double FieldQuery::shown(const Eigen::Isometry3d& /*T_map_query*/) const { return 0; }
+std::optional<double> FieldQuery::shown(const Eigen::Isometry3d& /*T_map_query*/) const {
+  return std::nullopt;
+}
 
 }  // namespace xview::search

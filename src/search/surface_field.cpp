@@ -25,6 +25,7 @@ constexpr double kStep_m = 0.5, kStep_rad = 0.012, kRimStep_m = 0.5;
 constexpr double kPolishStep_m = 0.125, kPolishStep_rad = 0.003;
 constexpr std::array<Channel, 2> kStanding = {Channel::obstacle_low, Channel::obstacle_high};
 constexpr double kShownPrior_nats = 15;  ///< added to what is expected: a few things say little
+constexpr double kLooked_m2 = 150;  ///< a query that measured less ground shows too little of a map
 
 WeightedRatios weighted(const LogRatios& ratios, bool coarse) {
   WeightedRatios result;
@@ -150,6 +151,7 @@ class SurfaceField final : public Field {
   SurfaceField(const PlanView& map, const std::vector<Eigen::Vector3d>& trajectory,
                const SearchOptions& options, int threads)
       : cell_m_(options.cell_m),
+        in_town_(options.likelihoods != kRooms),
         table_(options.likelihoods.empty() ? defaultLikelihoods()
                                            : readLikelihoods(options.likelihoods)),
         things_(standingThings(map, false)),
@@ -167,6 +169,7 @@ class SurfaceField final : public Field {
   const LikelihoodTable& table() const { return table_; }
   const PlanView& things() const { return things_; }
   const Eigen::Vector3d& origin() const { return origin_; }
+  bool inTown() const { return in_town_; }
   /// Made at the first query of this view-point.
   const ViewTables& view(Viewpoint viewpoint) const {
     const auto v = static_cast<std::size_t>(viewpoint);
@@ -183,6 +186,7 @@ class SurfaceField final : public Field {
 
  private:
   double cell_m_;
+  bool in_town_;
   LikelihoodTable table_;
   PlanView things_;
   DistanceField distances_;
@@ -191,6 +195,12 @@ class SurfaceField final : public Field {
   mutable std::array<std::once_flag, 2> once_;
   mutable std::array<std::unique_ptr<ViewTables>, 2> views_;
 };
+
+double measuredGround_m2(const PlanView& plan) {
+  const auto cells = std::count_if(plan.known.begin(), plan.known.end(),
+                                   [](const GroundCell& cell) { return cell.measured; });
+  return static_cast<double>(cells) * plan.cell_m * plan.cell_m;
+}
 
 class SurfaceQuery final : public FieldQuery {
  public:
@@ -266,8 +276,8 @@ class SurfaceQuery final : public FieldQuery {
     return evidence;
   }
 
-  double shown(const Eigen::Isometry3d& T_map_query) const override {
-    if (!plan_) return 0;
+  std::optional<double> shown(const Eigen::Isometry3d& T_map_query) const override {
+    if (!plan_ || !field_.inTown() || measuredGround_m2(*plan_) < kLooked_m2) return std::nullopt;
     std::call_once(things_made_, [&] {
       things_ = std::make_unique<DistanceField>(standingThings(*plan_, true), 1);
     });

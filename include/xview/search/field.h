@@ -110,8 +110,10 @@ class FieldQuery {
   /// The other direction of a score, which no search has made large: how far the query shows what
   /// stands in the map, where it has looked. Labels do not count, only that something stands there.
   /// Share of the log-likelihood ratio that a true pose would have on average, in [-1, 1]; negative
-  /// if the query rather saw that nothing is there. 0 for bare graphs, which saw no empty ground.
-  virtual double shown(const Eigen::Isometry3d& T_map_query) const;
+  /// if the query rather saw that nothing is there. Nothing where that tells nothing: for bare
+  /// graphs, which saw no empty ground, for queries that measured little of it, and in rooms, where
+  /// furniture hides furniture.
+  virtual std::optional<double> shown(const Eigen::Isometry3d& T_map_query) const;
 
   // What search() works with: poses of the centre, relative to the origin of the field.
   struct Point {
