@@ -194,6 +194,7 @@ Answer answerFrom(const std::string& line) {
     to.by_chance = s->at("by_chance").get<double>();
     to.rival = s->at("rival").get<double>();
     if (s->contains("shown")) to.shown = s->at("shown").get<double>();
+    if (s->contains("of_itself")) to.of_itself = s->at("of_itself").get<double>();
   }
   const auto covariance = json.find("covariance");
   if (covariance != json.end() && !covariance->is_null())
@@ -241,6 +242,7 @@ std::string toJson(const Answer& answer) {
                         {"by_chance", fix.statistics.by_chance},
                         {"rival", fix.statistics.rival}};
   if (fix.statistics.shown) json["statistics"]["shown"] = *fix.statistics.shown;
+  if (fix.statistics.of_itself) json["statistics"]["of_itself"] = *fix.statistics.of_itself;
   json["size"] = answer.size;
   json["T_map_query"] =
       has_pose ? rowMajor<4>(inLengthsOfQuery(fix.T_map_query, fix.scale)) : Json();

@@ -387,6 +387,8 @@ Eigen::Quaterniond Localizer::Index::refine(const Query& query, const search::Fi
   answer.trajectory = pose.T_map_sensor;
   evidence.dense = pose.dense;
   evidence.dense.shown = shown;
+  if (!shown && pose.dense.settled)
+    evidence.dense.of_itself = refinement.agreementWithItself(query);
   if (ask_rival) {
     Stopwatch watch;
     Timings unused;

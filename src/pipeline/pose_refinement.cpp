@@ -220,4 +220,9 @@ RefinedPose PoseRefinement::refine(const Query& query, const search::FieldQuery*
   return std::move(step.pose);
 }
 
+std::optional<double> PoseRefinement::agreementWithItself(const Query& query) const {
+  if (query.cloud.empty() || !distributions_) return std::nullopt;
+  return pose::agreementWithItself({query.cloud, query.poses}, query.labels, options_.refine);
+}
+
 }  // namespace xview

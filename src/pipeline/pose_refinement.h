@@ -36,6 +36,9 @@ class PoseRefinement {
                      const Eigen::Isometry3d& T_map_query, const std::vector<Correspondence>& kept,
                      double up_sigma_rad, Timings& timing_ms) const;
 
+  /// See pose::agreementWithItself; none for a query whose points are not registered.
+  std::optional<double> agreementWithItself(const Query& query) const;
+
  private:
   struct Step;
   void usePosterior(const std::vector<Correspondence>& kept, Step& step) const;

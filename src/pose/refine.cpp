@@ -3,6 +3,7 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <utility>
@@ -318,6 +319,25 @@ Refinement refine(const DistributionMap& map, const RefineQuery& query, const La
   const double shift_m = (result.T_map_query * sensor - T_map_query * sensor).norm();
   result.converged = shift_m <= options.max_shift_m;
   return result;
+}
+
+std::optional<double> agreementWithItself(const RefineQuery& query, const LabelSet& labels,
+                                          const RefineOptions& options) {
+  std::array<LabelledCloud, 2> halves;
+  for (LabelledCloud& half : halves) half.origin = query.cloud.origin;
+  for (std::size_t i = 0; i < query.cloud.size(); ++i) {
+    const Point& point = query.cloud.points[i];
+    const std::size_t turn = query.poses.size() > 1 ? point.view : i;
+    halves[turn % 2].points.push_back(point);
+  }
+  if (halves[0].empty() || halves[1].empty()) return std::nullopt;
+  const DistributionMap map(std::move(halves[0]), labels, query.poses, options);
+  const RefineQuery other{halves[1], query.poses};
+  const std::vector<QueryPoint> points = choosePoints(other, labels, options.model.max_points);
+  const Registration registration(map, other, Eigen::Isometry3d::Identity(), points, options,
+                                  {kSteady, 1});
+  const auto agreement = agreementOf(map, points, registration, registration.start());
+  return agreement ? std::optional(agreement->found) : std::nullopt;
 }
 
 }  // namespace xview::pose

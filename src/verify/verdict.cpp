@@ -17,10 +17,13 @@ constexpr double kPartPrior_nats = 15;
 constexpr double kLeastAgreement = 0.02;  ///< what agrees less is all the same
 constexpr double kLikeTrue = 0.8;         ///< agreement of a usual true place
 constexpr double kLeastLead = 0.3;        ///< of which a factor counts; as the model was fitted
-constexpr double kEvenExcess = 0.15;      ///< of agreement over chance, at about even odds
-/// Over even odds; more says no more, and less so where the query shows the map as well: a house
-/// built like another is like it to the centimetre.
-constexpr double kMostExcess = 0.3, kMostExcessShown = 0.15;
+/// Where the query tells what it shows of the map: agreement over chance at about even odds, and
+/// how much more counts, as a house built like another is like it to the centimetre.
+constexpr double kEvenAgreement = 0.15, kMostAgreement = 0.15;
+/// The same of the share that the agreement has of that of the query with itself. A wrong place of
+/// rooms that are alike has half of it, the right one three quarters.
+constexpr double kEvenShare = 0.4, kMostShare = 0.45;
+constexpr double kUsualOfItself = 0.6;  ///< where it could not be measured
 /// Chance that a vertex keeps a correspondence at the true place (search, detection of objects).
 constexpr double kKeptIfTrue = 0.62;
 /// More than this many times its length is not asked of a query.
@@ -57,8 +60,24 @@ double correspondenceOdds(const Evidence& e) {
          (n - k) * std::log((1 - kKeptIfTrue) / (1 - by_chance));
 }
 
-/// How much closer than by chance upright things lie on their like, above even odds.
-double excessOf(const Statistics& s) { return s.dense - s.by_chance - kEvenExcess; }
+/// How much closer than by chance upright things lie on their like, above even odds: as measured,
+/// or as a share of what a true place could show.
+double excessOf(const Statistics& s, double over_chance) {
+  constexpr double kLeastOfItself = 0.1;
+  if (s.shown) return over_chance - kEvenAgreement;
+  return over_chance / std::max(kLeastOfItself, s.of_itself.value_or(kUsualOfItself)) - kEvenShare;
+}
+double excessOf(const Statistics& s) { return excessOf(s, s.dense - s.by_chance); }
+
+double logLead(const Statistics& s) { return std::log(s.lead + kLeastLead); }
+
+/// A close rival where as much agrees speaks against the place as much as the place for itself.
+double excessOverRival(const Statistics& s) {
+  const double excess = excessOf(s);
+  if (excess <= 0) return excess;
+  return std::min(s.shown ? kMostAgreement : kMostShare,
+                  excess - std::max(0.0, excessOf(s, s.rival)));
+}
 
 /// The part of the odds that the terms [first, last) make.
 double oddsOf(const Statistics& s, const VerdictModel& model, std::size_t first,
@@ -140,7 +159,9 @@ class Reason {
   std::string whatWouldHelp() const {
     if (e_.travel_m <= 0 || s_.lead <= 0) return "";
     const double missing = odds_needed_ - placeOdds(s_, model_) - denseOdds(s_, model_);
-    const double weight = model_.weightsFor(s_)[kLead];
+    const auto weights = model_.weightsFor(s_);
+    const double excess = s_.settled ? std::max(0.0, excessOverRival(s_)) : 0;
+    const double weight = weights[kLead] + excess * weights[kLeadThere];
     const double times = std::exp(missing / std::max(0.1, weight)) - 1;
     if (!(times > 0) || times > kLongest) return "";
     return fmt::format("; about {:.0f} m more would tell", std::max(1.0, times * e_.travel_m));
@@ -173,6 +194,7 @@ Statistics statisticsOf(const Evidence& e) {
   s.settled = s.registered && e.dense.settled;
   s.views = e.dense.of == DenseEvidence::Of::views;
   if (e.dense.shown) s.shown = shownOver(e);
+  s.of_itself = e.dense.of_itself;
   if (!s.settled) return s;
   s.dense = e.dense.agreement;
   s.by_chance = e.dense.by_chance;
@@ -185,7 +207,11 @@ DenseEvidence denseEvidenceOf(const Statistics& s) {
   return {!s.registered ? Of::nothing
           : s.views     ? Of::views
                         : Of::points,
-          s.settled, s.dense, s.by_chance, s.shown};
+          s.settled,
+          s.dense,
+          s.by_chance,
+          s.shown,
+          s.of_itself};
 }
 
 std::array<double, kTerms> VerdictModel::weightsFor(const Statistics& s) const {
@@ -202,18 +228,15 @@ std::array<double, kTerms> VerdictModel::weightsFor(const Statistics& s) const {
 std::array<double, kTerms> termsOf(const Statistics& s) {
   std::array<double, kTerms> terms{};
   terms[kConstant] = 1;
-  terms[kLead] = std::log(s.lead + kLeastLead);
+  terms[kLead] = logLead(s);
   terms[kAgreement] = std::log(s.agreement);
   if (!s.registered) return terms;
   terms[kShown] = s.shown.value_or(0);
   terms[kFailed] = !s.settled;
   terms[kViews] = s.settled && s.views;
   if (!s.settled) return terms;
-  double excess = excessOf(s);
-  if (excess > 0)
-    excess = std::min(s.shown ? kMostExcessShown : kMostExcess,
-                      excess - std::max(0.0, s.rival - kEvenExcess));
-  terms[kExcess] = excess;
+  terms[kExcess] = excessOverRival(s);
+  terms[kLeadThere] = std::max(0.0, terms[kExcess]) * std::max(0.0, terms[kLead]);
   return terms;
 }
 

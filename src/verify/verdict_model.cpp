@@ -21,8 +21,8 @@ namespace {
 constexpr double kRidge = 1e-4;  ///< of standardised weights, per answer
 constexpr int kNewtonSteps = 50;
 
-constexpr std::array<const char*, kTerms> kTermNames = {"constant", "lead",   "agreement", "failed",
-                                                        "views",    "excess", "shown"};
+constexpr std::array<const char*, kTerms> kTermNames = {
+    "constant", "lead", "agreement", "failed", "views", "excess", "lead_there", "shown"};
 
 /// Every weight beside its name in files.
 template <class Model, class Visit>
@@ -145,11 +145,7 @@ VerdictModel fitVerdictModel(const std::vector<JudgedStatistics>& answers) {
   using Known = std::optional<Statistics>;
   VerdictModel model = defaultVerdictModel();
   fit([](const Statistics& s) { return Known(s); }, model.alone);
-  fit(
-      [](Statistics s) {
-        s.shown.reset();
-        return s.registered ? Known(s) : std::nullopt;
-      },
+  fit([](const Statistics& s) { return s.registered && !s.shown ? Known(s) : std::nullopt; },
       model.registered);
   fit([](const Statistics& s) { return s.registered && s.shown ? Known(s) : std::nullopt; },
       model.shown);

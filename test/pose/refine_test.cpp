@@ -128,6 +128,32 @@ TEST(Refine, RecoversASmallMotion) {
   }
 }
 
+TEST(AgreementWithItself, FallsWithTheErrorsOfPointsAndLabels) {
+  Street street(2);
+  street.everything(6000);
+  const std::vector<Eigen::Isometry3d> one{Eigen::Isometry3d::Identity()}, two(2, one[0]);
+  const auto agreement = [](const LabelledCloud& cloud, const auto& poses) {
+    return agreementWithItself({cloud, poses}, streetLabels(), {});
+  };
+  LabelledCloud exact = street.cloud(), moved = exact, mistaken = exact;
+  for (std::size_t i = 0; i < exact.size(); ++i)
+    exact.points[i].view = moved.points[i].view = mistaken.points[i].view = (i / 7) % 2;
+  Random random(3);
+  for (Point& point : moved.points) {
+    for (float& x : point.getVector3fMap()) x += static_cast<float>(random.uniform(-0.5, 0.5));
+  }
+  for (Point& point : mistaken.points) {
+    if (random.below(3) == 0) point.label = kFence;
+  }
+  const auto best = agreement(exact, two);
+  ASSERT_TRUE(best);
+  EXPECT_GT(*best, 0.7);
+  EXPECT_NEAR(*best, *agreement(exact, one), 0.05) << "of a single scan the points take turns";
+  EXPECT_LT(*agreement(moved, two), *best - 0.05);
+  EXPECT_LT(*agreement(mistaken, two), *best - 0.1);
+  EXPECT_FALSE(agreement(LabelledCloud(), one));
+}
+
 TEST(Refine, TheGivenPoseDecidesWhereNothingElseDoes) {
   Street map_street(1), street(2);
   map_street.box({-40, -6, 0}, {40, 6, 0}, kRoad, 80000);

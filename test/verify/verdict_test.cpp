@@ -56,7 +56,10 @@ Evidence randomEvidence(Random& random) {
   e.dense.settled = random.below(2);
   e.dense.agreement = random.uniform();
   e.dense.by_chance = random.uniform(0, 0.3);
-  if (random.below(2)) e.dense.shown = random.uniform(-1, 1);
+  if (random.below(2))
+    e.dense.shown = random.uniform(-1, 1);
+  else if (random.below(2))
+    e.dense.of_itself = random.uniform();
   return e;
 }
 
@@ -229,7 +232,7 @@ TEST(Verdict, OutsideTheMapIsRejectedAndSaysSo) {
 
 TEST(Verdict, APlaceThatTheQueryDoesNotShowIsRefused) {
   Evidence e = goodView();
-  e.dense = {DenseEvidence::Of::points, true, 0.35, 0.05, 0.5};
+  e.dense = {DenseEvidence::Of::points, true, 0.35, 0.05, 0.5, {}};
   EXPECT_EQ(judged(e).status, Status::accepted) << judged(e).reason;
   e.score = 120;
   e.standing.score = 60;
@@ -237,6 +240,17 @@ TEST(Verdict, APlaceThatTheQueryDoesNotShowIsRefused) {
   e.dense.shown = -0.6;
   EXPECT_NE(judged(e).status, Status::accepted);
   EXPECT_NE(judged(e).reason.find("does not show"), std::string::npos) << judged(e).reason;
+}
+
+/// Rooms are alike: what agrees is told by what a true place could show.
+TEST(Verdict, PointsMustAgreeAsTheQueryAgreesWithItself) {
+  Evidence e = goodView();
+  e.runner_up = 0.7 * e.score;
+  e.dense_at_runner_up = DenseEvidence{};
+  e.dense = {DenseEvidence::Of::points, true, 0.4, 0.05, {}, 0.5};
+  EXPECT_EQ(judged(e).status, Status::accepted) << judged(e).reason;
+  e.dense.of_itself = 0.8;
+  EXPECT_NE(judged(e).status, Status::accepted) << judged(e).reason;
 }
 
 TEST(Witnesses, SayWhatEachKnows) {
@@ -247,7 +261,7 @@ TEST(Witnesses, SayWhatEachKnows) {
   EXPECT_GT(judged(e).witnesses.correspondences, 5);
   e.kept = 7;
   EXPECT_LT(judged(e).witnesses.correspondences, -5);
-  e.dense = {DenseEvidence::Of::points, true, 0.6, 0.05, {}};
+  e.dense = {DenseEvidence::Of::points, true, 0.6, 0.05, {}, {}};
   EXPECT_GT(judged(e).witnesses.dense, 0);
   e.dense.agreement = 0.1;
   EXPECT_LT(judged(e).witnesses.dense, 0);
@@ -273,9 +287,9 @@ std::vector<JudgedStatistics> answersOf(const VerdictModel& truth, int count) {
 TEST(VerdictModel, IsFoundFromAnswers) {
   VerdictModel truth;
   truth.alone = {-1, 0.8, 1.2};
-  truth.registered = {-1, 0.8, 1.2, -1, 0.5, 6};
-  truth.shown = {-1, 0.8, 1.2, -1, 0.5, 6, 3};
-  const VerdictModel found = fitVerdictModel(answersOf(truth, 60000));
+  truth.registered = {-1, 0.8, 1.2, -1, 0.5, 6, 2};
+  truth.shown = {-1, 0.8, 1.2, -1, 0.5, 6, 2, 3};
+  const VerdictModel found = fitVerdictModel(answersOf(truth, 120000));
   for (std::size_t t = kLead; t < kTerms; ++t)  // the constant depends on how many are right
     EXPECT_NEAR(found.shown[t], truth.shown[t], 0.15 * std::abs(truth.shown[t]) + 0.1) << t;
 }

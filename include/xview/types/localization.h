@@ -54,6 +54,8 @@ struct Statistics {
   double rival = 0;         ///< how much more than by chance at the next place, if that is close
   std::optional<double>
       shown;  ///< how far the query shows what stands in the map, over a close rival
+  std::optional<double>
+      of_itself;  ///< how closely one half of the query lies on the other; only without `shown`
 };
 
 /// Milliseconds per stage, in the order of execution.

@@ -50,6 +50,9 @@ struct DenseEvidence {
   /// How far the query shows what stands in the map, in [-1, 1], if that was asked; see
   /// search::FieldQuery::shown.
   std::optional<double> shown;
+  /// How closely one half of the query lies on the other: what a true place could show at best.
+  /// Asked where the query cannot tell what it shows.
+  std::optional<double> of_itself;
 };
 
 /// What speaks for and against the best place of one query, or of several together, by whatever
@@ -89,7 +92,9 @@ enum Term : std::size_t {
   kPlaceTerms,
   kFailed = kPlaceTerms,  ///< 1 if the registration did not settle
   kViews,                 ///< 1 if views were registered, not points
-  kExcess,                ///< dense agreement over that by chance and that at a close rival
+  kExcess,  ///< dense agreement over that by chance and that at a close rival, as a share of that
+            ///< of the query with itself where that was asked
+  kLeadThere,  ///< a lead says more where the points agree: what is in excess times its logarithm
   kRegisteredTerms,
   kShown = kRegisteredTerms,  ///< how far the query shows what stands in the map
   kTerms
