@@ -245,9 +245,13 @@ verify::Evidence Sequence::State::evidenceOfSum(const Query& query, const Sequen
     e.rival_distance_m = std::hypot(best.x - next.x, best.y - next.y);
   }
   e.dense = verify::denseEvidenceOf(at_best.statistics);
-  if (tracks.size() > 1 && e.dense.settled && e.rivalIsClose())
-    e.dense_at_runner_up =
-        verify::denseEvidenceOf(localizer.describe(query, tracks[1].seen.back()).statistics);
+  if (tracks.size() > 1 && e.dense.settled && e.rivalIsClose()) {
+    const auto lookAt = [&](const Track& track) {
+      return verify::denseEvidenceOf(localizer.describe(query, track.seen.back()).statistics);
+    };
+    e.dense = lookAt(tracks[0]);  // alone the window may have had another rival
+    e.dense_at_runner_up = lookAt(tracks[1]);
+  }
   e.windows = answer.windows;
   return e;
 }
