@@ -38,18 +38,7 @@ class CloudBuilder {
     cloud_.points.push_back(point);
   }
 
-  /// The beam of the point that was added last. A number that is none makes all of them unknown.
-  void addRing(double ring) {
-    const bool is_ring = ring >= 0 && ring <= std::numeric_limits<std::uint16_t>::max();
-    has_wrong_ring_ = has_wrong_ring_ || !is_ring;
-    rings_.push_back(is_ring ? static_cast<std::uint16_t>(ring) : 0);
-  }
-
   LabelledCloud finish() { return std::move(cloud_); }
-  /// One per point, or empty.
-  std::vector<std::uint16_t> rings() const {
-    return has_wrong_ring_ ? std::vector<std::uint16_t>() : rings_;
-  }
 
  private:
   void setOrigin(const Eigen::Vector3d& position) {
@@ -62,10 +51,8 @@ class CloudBuilder {
   }
 
   double far_m_;
-  bool has_wrong_ring_ = false;
   bool has_origin_ = false;
   LabelledCloud cloud_;
-  std::vector<std::uint16_t> rings_;
 };
 
 FileLayout readLayout(InputFile& file) {
@@ -104,14 +91,13 @@ std::size_t likelyPoints(const InputFile& file, const FileLayout& layout, const 
 }
 
 LabelledCloud readPoints(InputFile& file, const FileLayout& layout, const Element& points,
-                         const IdColumns& ids, std::vector<std::uint16_t>* rings) {
+                         const IdColumns& ids) {
   constexpr std::uint64_t kMostPoints =
       std::numeric_limits<std::int32_t>::max();  // PCL counts in int
   if (points.rows > kMostPoints) file.fail("has more than 2^31 points");
 
   ChosenColumns columns(points, file);
   const auto label = columns.add(ids.label), instance = columns.add(ids.instance);
-  const auto ring = columns.add(ids.ring);
   CloudBuilder builder(farLimit(layout, columns));
   readRows(file, layout, points, columns.all(), [&](const double* values, const RowPlace& place) {
     if (place.row == 0) builder.reserve(likelyPoints(file, layout, points));
@@ -119,19 +105,16 @@ LabelledCloud readPoints(InputFile& file, const FileLayout& layout, const Elemen
     if (!position.allFinite()) return;  // a pixel without measurement; its label means nothing
     builder.add(position, columns.id(label, values, place), columns.id(instance, values, place),
                 place);
-    if (ring) builder.addRing(values[*ring]);
   });
-  if (rings) *rings = builder.rings();
   return builder.finish();
 }
 
-LabelledCloud readElements(InputFile& file, const FileLayout& layout, const IdColumns& ids,
-                           std::vector<std::uint16_t>* rings) {
+LabelledCloud readElements(InputFile& file, const FileLayout& layout, const IdColumns& ids) {
   const Element& points = pointsOf(layout, file);
   LabelledCloud cloud;
   for (const Element& element : layout.elements) {
     if (&element == &points) {
-      cloud = readPoints(file, layout, points, ids, rings);
+      cloud = readPoints(file, layout, points, ids);
     } else {
       readRows(file, layout, element, {}, nullptr);
     }
@@ -308,8 +291,7 @@ CloudHeader readCloudHeader(const std::string& path, const CloudFields& fields) 
   return header;
 }
 
-LabelledCloud readCloud(const std::string& path, const CloudFields& fields, bool require_label,
-                        std::vector<std::uint16_t>* rings) {
+LabelledCloud readCloud(const std::string& path, const CloudFields& fields, bool require_label) {
   InputFile file(path);
   try {
     const FileLayout layout = readLayout(file);
@@ -319,7 +301,7 @@ LabelledCloud readCloud(const std::string& path, const CloudFields& fields, bool
       file.fail("has no label field, name one with --label-field; its fields: " +
                 points.columnNames());
     }
-    return readElements(file, layout, ids, rings);
+    return readElements(file, layout, ids);
   } catch (const std::bad_alloc&) {
     file.fail("needs more memory than there is for its " + std::to_string(file.size()) + " bytes");
   }

@@ -66,9 +66,8 @@ RecordingListing cloudListing(Sensor sensor, const InputOptions& options) {
   listing.sensor = sensor;
   const CloudFields fields{options.label_field, options.instance_field};
   listing.read = [fields](const ListedFrame& listed, Frame& frame) {
-    frame.cloud = isScan(listed.measurement)
-                      ? readKittiScan(listed.measurement, listed.label)
-                      : readCloud(listed.measurement, fields, false, &frame.rings);
+    frame.cloud = isScan(listed.measurement) ? readKittiScan(listed.measurement, listed.label)
+                                             : readCloud(listed.measurement, fields, false);
   };
   return listing;
 }

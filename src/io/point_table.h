@@ -103,14 +103,13 @@ float largestFloatCoordinate(const std::string& path);
 /// the last row.
 void requireEnd(InputFile& file, const FileLayout& layout);
 
-/// Columns of a point element that hold the label, the instance and the beam of a scanner.
+/// Columns of a point element that hold the label and the instance.
 struct IdColumns {
-  std::optional<std::size_t> label, instance, ring;
+  std::optional<std::size_t> label, instance;
 };
 
 /// The columns that were asked for, else the first of the well-known names. Throws Error if one
-/// that was asked for is absent or is not one number per point. A field "ring" that holds anything
-/// but one integer per point is somebody else's.
+/// that was asked for is absent or is not one number per point.
 IdColumns findIdColumns(const Element& points, const CloudFields& fields, const InputFile& file);
 
 /// The columns that are read of an element with points: first x, y and z, then those added.

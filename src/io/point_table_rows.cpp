@@ -332,16 +332,6 @@ std::optional<std::size_t> findFirst(const Element& points, const std::string& a
   return std::nullopt;
 }
 
-std::optional<std::size_t> findRing(const Element& points) {
-  const auto& columns = points.columns;
-  const auto ring = std::find_if(columns.begin(), columns.end(), [](const Column& column) {
-    return column.name == "ring" && isInteger(column.type) && !column.list_size &&
-           column.count == 1;
-  });
-  if (ring == columns.end()) return std::nullopt;
-  return static_cast<std::size_t>(ring - columns.begin());
-}
-
 }  // namespace
 
 std::size_t sizeOf(ScalarType type) { return traitsOf(type).size; }
@@ -393,8 +383,6 @@ IdColumns findIdColumns(const Element& points, const CloudFields& fields, const 
   IdColumns columns;
   columns.label = findFirst(points, fields.label, kLabelNames, file);
   columns.instance = findFirst(points, fields.instance, kInstanceNames, file);
-  columns.ring = findRing(points);
-  if (columns.ring == columns.label || columns.ring == columns.instance) columns.ring.reset();
   if (columns.label && columns.label == columns.instance) {
     file.fail("the field " + quoted(fields.label) + " cannot be label and instance at once");
   }

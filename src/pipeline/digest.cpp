@@ -83,11 +83,11 @@ graph::WholeClasses blobClasses(const Options& options) {
                                               : graph::WholeClasses::all;
 }
 
-std::vector<Blob> frameBlobs(const LabelledCloud& points, const graph::ScanView& scan,
-                             const LabelSet& labels, const Options& options) {
+std::vector<Blob> frameBlobs(const LabelledCloud& points, const LabelSet& labels,
+                             const Options& options) {
   const bool thin = options.blobs.voxel_m > 0;
   return graph::extractBlobs(thin ? graph::thinByVoxel(points, options.blobs.voxel_m) : points,
-                             labels, options.blobs, nullptr, scan);
+                             labels, options.blobs);
 }
 
 FrameDigest readAndDigest(const FrameSource& source, std::size_t i, const Options& options) {
@@ -140,9 +140,6 @@ FrameDigest digestFrame(Frame frame, const LabelSet& labels, const Options& give
     if (graph::isNoiseOfPixels(noise, frame.depth))
       graph::smoothDepth(frame.depth, frame.label, noise, kKnownWell_m);
   }
-  graph::ScanView scan{frame.T_odom_sensor, {}};
-  if (frame.sensor != Sensor::camera)
-    scan.beams = graph::measureBeamSpacing(frame.cloud, frame.rings);
   graph::ThinFrame lifted = graph::liftThin(frame, labels, options.lift, graph::kPlanVoxel_m,
                                             blobClasses(options), &digest.counts);
   digest.aerial = lifted.is_aerial;
@@ -158,7 +155,7 @@ FrameDigest digestFrame(Frame frame, const LabelSet& labels, const Options& give
   if (usesImageRegions(options))
     findImageBlobs(frame, labels, options, digest);
   else
-    digest.blobs = frameBlobs(lifted.whole, scan, labels, options);
+    digest.blobs = frameBlobs(lifted.whole, labels, options);
   for (Blob& blob : digest.blobs) blob.first_frame = blob.last_frame = frame.number;
   digest.timing_ms.emplace_back("blobs", watch.lap_ms());
   return digest;

@@ -41,10 +41,9 @@ CloudHeader readCloudHeader(const std::string& path, const CloudFields& fields =
 /// point, rounded down to
 ///   metres, becomes the origin. Binary float32 coordinates are kept as they are.
 /// - VIEWPOINT is not applied to the points, as in PCL.
-/// `require_label`: a file without a label field is an error that lists the fields it has. `rings`
-/// receives the beam of each point, or nothing, if it is given.
+/// `require_label`: a file without a label field is an error that lists the fields it has.
 LabelledCloud readCloud(const std::string& path, const CloudFields& fields = {},
-                        bool require_label = true, std::vector<std::uint16_t>* rings = nullptr);
+                        bool require_label = true);
 
 /// Binary PCD with x y z label [instance]; with a label set also rgb, so that pcl_viewer shows it,
 /// and its classes as comments of the header. x y z are float32, unless the cloud has an origin and

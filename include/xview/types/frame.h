@@ -33,9 +33,7 @@ struct Frame {
   LabelImage label;     ///< camera only; same size as depth
   LabelImage instance;  ///< camera only; empty if there are no instances
 
-  LabelledCloud cloud;               ///< lidar and cloud only, in the sensor frame
-  std::vector<std::uint16_t> rings;  ///< empty, or the beam of each point of the cloud, numbered in
-                                     ///< any order
+  LabelledCloud cloud;  ///< lidar and cloud only, in the sensor frame
 };
 
 /// A recording: frames that can be read one by one, in any order and from several threads.
