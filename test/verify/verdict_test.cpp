@@ -168,7 +168,7 @@ TEST(Verdict, PointsDecideBetweenPlacesThatScoreAlike) {
   e.score = 160;
   e.runner_up = 90;
   e.dense.of = DenseEvidence::Of::points;
-  e.dense_at_runner_up = DenseEvidence{DenseEvidence::Of::points, true, 0.1, 0.04, {}};
+  e.dense_at_runner_up = DenseEvidence{DenseEvidence::Of::points, true, 0.1, 0.04, {}, {}};
   EXPECT_NE(judged(e).status, Status::accepted) << "points that do not settle";
   e.dense.settled = true;
   e.dense.agreement = 0.12;
