@@ -94,8 +94,8 @@ TEST_F(LabelCommand, ANetworkThatCannotBeReadIsOneLineThatNamesTheLayer) {
 TEST_F(LabelCommand, ImagesOfTumRgbdAreFoundByTheirTime) {
   std::string depth, rgb, truth;
   for (std::size_t i = 0; i < given_.size(); ++i) {
-    char name[16];
-    std::snprintf(name, sizeof name, "%06zu.png", i);
+    const std::string number = std::to_string(i),
+                      name = std::string(6 - number.size(), '0') + number + ".png";
     const double t = 100 + 0.1 * static_cast<double>(i);
     depth += std::to_string(t) + " depth/" + name + "\n";
     rgb += std::to_string(t + 0.01) + " rgb/" + name + "\n";
