@@ -249,7 +249,8 @@ verify::Evidence Sequence::State::evidenceOfSum(const Query& query, const Sequen
     const auto lookAt = [&](const Track& track) {
       return verify::denseEvidenceOf(localizer.describe(query, track.seen.back()).statistics);
     };
-    e.dense = lookAt(tracks[0]);  // alone the window may have had another rival
+    if (bestIsThatOf(answer.alone))  // which may have had another rival
+      e.dense = lookAt(tracks[0]);
     e.dense_at_runner_up = lookAt(tracks[1]);
   }
   e.windows = answer.windows;
