@@ -30,22 +30,6 @@ std::vector<double> numbersIn(const std::string& line) {
 
 }  // namespace
 
-std::vector<Json> jsonLines(const std::string& text) {
-  std::vector<Json> lines;
-  std::istringstream stream(text);
-  for (std::string line; std::getline(stream, line);) lines.push_back(Json::parse(line));
-  return lines;
-}
-
-std::string withoutTimes(const std::string& text) {
-  std::string result;
-  for (Json line : jsonLines(text)) {
-    line.erase("timing_ms");
-    result += line.dump() + "\n";
-  }
-  return result;
-}
-
 std::string outputOf(const std::vector<std::string>& arguments) {
   const Outcome outcome = runXview(arguments, kPatient);
   EXPECT_EQ(outcome.code, 0) << joined(arguments) << ": " << outcome.err;

@@ -2,19 +2,12 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
+#include "support/json_lines.h"
+
 namespace xview::test {
-
-using Json = nlohmann::ordered_json;
-
-/// One object per line, as `localize --json` prints them.
-std::vector<Json> jsonLines(const std::string& text);
-
-/// The same lines without what the clock decides.
-std::string withoutTimes(const std::string& text);
 
 /// Runs the program and expects exit code 0.
 std::string outputOf(const std::vector<std::string>& arguments);

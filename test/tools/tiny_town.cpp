@@ -1,25 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "tools/tiny_town.h"
 
-#include <sstream>
-
 namespace xview::test {
-
-std::vector<Json> jsonLines(const std::string& text) {
-  std::vector<Json> lines;
-  std::istringstream stream(text);
-  for (std::string line; std::getline(stream, line);) lines.push_back(Json::parse(line));
-  return lines;
-}
-
-std::string timeless(const std::string& text) {
-  std::string result;
-  for (Json line : jsonLines(text)) {
-    line.erase("timing_ms");
-    result += line.dump() + "\n";
-  }
-  return result;
-}
 
 Outcome succeed(const std::vector<std::string>& arguments) {
   const Outcome outcome = runXview(arguments, {120, 0, ""});

@@ -4,21 +4,14 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
+#include "support/json_lines.h"
 #include "support/program.h"
 #include "support/test_data.h"
 
 namespace xview::test {
-
-using Json = nlohmann::ordered_json;
-
-std::vector<Json> jsonLines(const std::string& text);
-
-/// Answers without what the clock decides.
-std::string timeless(const std::string& text);
 
 Outcome succeed(const std::vector<std::string>& arguments);
 
