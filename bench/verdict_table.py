@@ -19,6 +19,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 sys.dont_write_bytecode = True
+import paper_page as page
 import regress_worlds as worlds
 from regress import Runner, simulated, write_whole
 
@@ -128,16 +129,59 @@ def lines_of(world, folders, runner, arguments):
 
 
 BANDS = (0, 0.5, 0.9, 0.98, 0.999, 1.0001)  # Of confidence.
+Band = namedtuple("Band", "low high answers said right")
+
+
+def bands(lines):
+    """How many answers of each band of confidence there are, what they say on average and how many are right."""
+    for low, high in zip(BANDS, BANDS[1:]):
+        band = [line for line in lines if low <= line["confidence"] < high]
+        if band:
+            yield Band(low, min(high, 1), len(band), *(sum(line[key] for line in band) / len(band)
+                                                       for key in ("confidence", "right")))
+
+
+def picture(lines):
+    """Right answers over what their confidence says, both evenly in log odds."""
+    def log_odds(share):
+        return math.log10(share / (1 - share))
+
+    def spread(band):
+        """Where the true share lies with 95 %: Wilson."""
+        n, z = band.answers, 1.96
+        centre = (band.right + z * z / (2 * n)) / (1 + z * z / n)
+        half = z / (1 + z * z / n) * math.sqrt(band.right * (1 - band.right) / n + z * z / (4 * n * n))
+        return centre - half, centre + half
+
+    width, height, ticks = 460, 400, (0.01, 0.1, 0.5, 0.9, 0.99, 0.999)
+    end = log_odds(0.9996)
+    x, y = page.Axis(-end, end, 60, width - 20), page.Axis(-end, end, height - 50, 50)
+    place = lambda axis, share: axis(log_odds(min(max(share, 1 - 0.9996), 0.9996)))
+    parts = [f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}" '
+             f'height="{height}" font-family="sans-serif" fill="#222">',
+             f'<rect width="{width}" height="{height}" fill="white"/>',
+             page.text(20, 26, "Right answers, and what confidence claims", "start", 15, 'font-weight="bold"'),
+             page.text((40 + width) / 2, height - 12, "confidence"),
+             page.text(18, height / 2, "right, with 95 % interval", more=f'transform="rotate(-90 18 {height / 2})"')]
+    for share in ticks:
+        parts += [page.line(x(-end), place(y, share), x(end), place(y, share), "#dddddd"),
+                  page.line(place(x, share), y(-end), place(x, share), y(end), "#dddddd"),
+                  page.text(place(x, share), y(-end) + 18, f"{share:g}"),
+                  page.text(x(-end) - 6, place(y, share) + 4, f"{share:g}", "end")]
+    parts.append(page.line(x(-end), y(-end), x(end), y(end), page.GREY, 'stroke-dasharray="5 4"'))
+    for band in bands(lines):
+        at, (low, high) = place(x, band.said), spread(band)
+        parts += [page.line(at, place(y, low), at, place(y, high), page.BLUE, 'stroke-width="2"'),
+                  f'<circle cx="{at:.1f}" cy="{place(y, band.right):.1f}" r="5" fill="{page.BLUE}"/>',
+                  page.text(at - 9, place(y, band.right) - 8, f"{band.answers} answers", "end", 11)]
+    return "\n".join([*parts, "</svg>", ""])
 
 
 def summary(lines):
     """Whether answers are right as often as they say, and what is accepted, by style and quality."""
-    for low, high in zip(BANDS, BANDS[1:]):
-        band = [line for line in lines if low <= line["confidence"] < high]
-        if band:
-            said, right = (sum(line[key] for line in band) / len(band) for key in ("confidence", "right"))
-            yield (f"confidence {low:5.3f} to {min(high, 1):5.3f}: {len(band):5d} answers say {said:.3f}, "
-                   f"{right:.3f} are right")
+    for band in bands(lines):
+        yield (f"confidence {band.low:5.3f} to {band.high:5.3f}: {band.answers:5d} answers say {band.said:.3f}, "
+               f"{band.right:.3f} are right")
     for style, quality in sorted({(line["style"], line["quality"]) for line in lines}):
         here = [line for line in lines if (line["style"], line["quality"]) == (style, quality)]
         own, strangers = ([line for line in here if line["stranger"] == kind] for kind in (0, 1))
@@ -156,21 +200,18 @@ def save(file, lines):
     write_whole(file, text.getvalue())
 
 
-def main():
-    root = Path(__file__).resolve().parent.parent
-    what, how = __doc__.split("\n\n", 1)
-    parser = argparse.ArgumentParser(description=what, epilog=how)
-    add = parser.add_argument
-    add("table", type=Path, metavar="TABLE.csv", help="written anew after every world")
-    add("--program", type=Path, default=root / "build/xview", help="default: that of build/")
-    add("--work", type=Path, default=root / "verdict", help="where worlds and runs are kept; default verdict/")
-    add("--seeds", type=int, nargs="+", default=list(range(1, 11)), help="default: 1 to 10")
-    add("--styles", nargs="+", default=STYLES, choices=STYLES)
-    add("--qualities", type=float, nargs="+", default=QUALITIES)
-    add("--windows", type=int, default=6, help="of each length and session; default 6")
-    add("--jobs", type=int, default=2, help="worlds at a time, of one thread each; default 2")
-    add("--answers", type=Path, metavar="DIR", help="a new folder for the answers, one .jsonl per world")
-    arguments = parser.parse_args()
+def stored(table):
+    """The lines of a table, with numbers where the summary needs them."""
+    with open(table, newline="") as file:
+        lines = list(csv.DictReader(file))
+    for line in lines:
+        for key, number in (("quality", float), ("confidence", float), ("right", int), ("stranger", int)):
+            line[key] = number(line[key])
+    return lines
+
+
+def measured(arguments):
+    """Runs all worlds and writes their lines to the table."""
     if arguments.answers:
         arguments.answers.mkdir(parents=True)
     arguments.program, arguments.work = arguments.program.resolve(), arguments.work.resolve()
@@ -188,6 +229,29 @@ def main():
             lines += found
             save(arguments.table, lines)
             print(f"{name_of(world)}: {len(lines)} lines", file=sys.stderr)
+    return lines
+
+
+def main():
+    root = Path(__file__).resolve().parent.parent
+    what, how = __doc__.split("\n\n", 1)
+    parser = argparse.ArgumentParser(description=what, epilog=how)
+    add = parser.add_argument
+    add("table", type=Path, metavar="TABLE.csv", help="written anew after every world")
+    add("--program", type=Path, default=root / "build/xview", help="default: that of build/")
+    add("--work", type=Path, default=root / "verdict", help="where worlds and runs are kept; default verdict/")
+    add("--seeds", type=int, nargs="+", default=list(range(1, 11)), help="default: 1 to 10")
+    add("--styles", nargs="+", default=STYLES, choices=STYLES)
+    add("--qualities", type=float, nargs="+", default=QUALITIES)
+    add("--windows", type=int, default=6, help="of each length and session; default 6")
+    add("--jobs", type=int, default=2, help="worlds at a time, of one thread each; default 2")
+    add("--picture", type=Path, metavar="FILE.svg", help="draw whether answers are right as often as they say")
+    add("--stored", action="store_true", help="run nothing: summary and picture of TABLE.csv as it is")
+    add("--answers", type=Path, metavar="DIR", help="a new folder for the answers, one .jsonl per world")
+    arguments = parser.parse_args()
+    lines = stored(arguments.table) if arguments.stored else measured(arguments)
+    if arguments.picture:
+        write_whole(arguments.picture, picture(lines))
     print(*summary(lines), sep="\n")
 
 
