@@ -16,7 +16,7 @@ namespace xview::tools {
 namespace {
 
 constexpr double kDegrees = 57.29577951308232;
-constexpr std::size_t kStatus = 13, kSigma = 15, kTime = 8, kYaw = 9, kConfidence = 7;
+constexpr std::size_t kStatus = 13, kSigma = 15, kTime = 8, kYaw = 9, kChance = 12;
 constexpr std::size_t kWide = 110;  ///< from here on nothing is left out of the numbers
 constexpr std::size_t kEndless = 100000;
 constexpr std::size_t kShortestReason = 24, kLongReason = 60;
@@ -61,7 +61,11 @@ std::string sigmaText(const Matrix6d& covariance) {
   if (covariance.isZero()) return "";
   const double turn = kDegrees * std::sqrt(std::max(0.0, covariance(5, 5)));
   return "±" + lengthText(positionSigma(covariance)) +
-         rightAligned(fmt::format("±{:.{}f}°", turn, turn < 9.95 ? 1 : 0), 7);
+         rightAligned(fmt::format("±{:.{}f}°", turn,
+                                  turn < 0.095  ? 2
+                                  : turn < 9.95 ? 1
+                                                : 0),
+                      7);
 }
 
 }  // namespace
@@ -70,6 +74,16 @@ double positionSigma(const Matrix6d& covariance) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(covariance.topLeftCorner<3, 3>(),
                                                             Eigen::EigenvaluesOnly);
   return std::sqrt(std::max(0.0, axes.eigenvalues().z()));
+}
+
+std::string chanceWrongText(double confidence) {
+  constexpr double kRarest = 1000;
+  const double wrong = std::clamp(1 - confidence, 0.0, 1.0);
+  if (wrong * kRarest < 1) return fmt::format("<1 in {:.0f}", kRarest);
+  if (wrong >= 0.995) return ">99 %";
+  if (wrong > 0.095) return fmt::format("{:.0f} %", 100 * wrong);
+  const double one_in = 1 / wrong, step = one_in < 100 ? 1 : 10;
+  return fmt::format("1 in {:.0f}", step * std::floor(one_in / step));
 }
 
 std::string lengthText(double length_m) {
@@ -86,8 +100,8 @@ AnswerTable::AnswerTable(const std::vector<std::string>& queries, double largest
       is_wide_(width_ >= kWide),
       is_single_(is_single) {
   coordinate_ = std::max<std::size_t>(9, fmt::format("  -{:.2f}", largest_m).size());
-  const std::size_t taken = kStatus + 2 * coordinate_ + kYaw + kSigma + kTime +
-                            (is_wide_ ? coordinate_ + kConfidence : 0);
+  const std::size_t taken =
+      kStatus + 2 * coordinate_ + kYaw + kSigma + kTime + (is_wide_ ? coordinate_ + kChance : 0);
   const std::size_t room = width_ > taken + 8 ? width_ - taken : 8;
   for (const std::string& query : queries)
     name_ = std::max(name_, columnsOf(query) + (std::filesystem::is_directory(query) ? 10 : 0));
@@ -99,7 +113,7 @@ std::string AnswerTable::heading() const {
   text += rightAligned("x m", coordinate_) + rightAligned("y m", coordinate_);
   if (is_wide_) text += rightAligned("z m", coordinate_);
   text += rightAligned("heading", kYaw) + rightAligned("sigma", kSigma);
-  if (is_wide_) text += rightAligned("conf.", kConfidence);
+  if (is_wide_) text += rightAligned("wrong", kChance);
   text += rightAligned("time", kTime);
   if (width_ == kEndless) text += "  reason";
   return inked(text, Ink::dim, screen_) + "\n";
@@ -118,7 +132,7 @@ std::string AnswerTable::numbers(const Answer& answer) const {
   }
   text += cell(fmt::format("{:.1f}°", kDegrees * answer.heading_rad), kYaw) +
           cell(sigmaText(fix.covariance), kSigma);
-  if (is_wide_) text += rightAligned(fmt::format("{:.3f}", fix.confidence), kConfidence);
+  if (is_wide_) text += cell(chanceWrongText(fix.confidence), kChance);
   return text + rightAligned(timeText(totalMs(fix.timing_ms)), kTime);
 }
 

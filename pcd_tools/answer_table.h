@@ -41,6 +41,10 @@ class AnswerTable {
 /// The standard deviation of the position along its worst axis [m].
 double positionSigma(const Matrix6d& covariance);
 
+/// How likely it is that an answer is wrong: "<1 in 1000", "1 in 60", "35 %". Rarer than one in a
+/// thousand is no claim that was checked against as many answers.
+std::string chanceWrongText(double confidence);
+
 /// "8 mm", "2 cm", "1.3 m"
 std::string lengthText(double length_m);
 

@@ -6,18 +6,17 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <optional>
 #include <set>
 #include <tuple>
+#include <utility>
+
+#include "xview/common_frame.h"
+#include "xview/types/place_size.h"
 
 namespace xview::tools {
 namespace {
 
 using Poses = std::vector<Eigen::Isometry3d>;
-
-std::string nameOf(const map::SemanticMap& map) {
-  return map.sources.empty() ? "the addition" : map.sources.front();
-}
 
 /// Class and place to the millimetre.
 using Spot = std::tuple<std::uint32_t, long long, long long, long long>;
@@ -42,6 +41,7 @@ bool areSameThings(const SemanticGraph& addition, const SemanticGraph& map, doub
 bool isInAlready(const map::SemanticMap& map, const map::SemanticMap& addition) {
   constexpr double kExact_m = 1e-3, kFused_m = 0.5;
   if (addition.poses.empty()) return areSameThings(addition.graph, map.graph, 0.9);
+  if (holdsSameDrive(map, addition)) return true;
   const bool same_name =
       std::any_of(addition.sources.begin(), addition.sources.end(), [&](const std::string& source) {
         return std::find(map.sources.begin(), map.sources.end(), source) != map.sources.end();
@@ -51,38 +51,39 @@ bool isInAlready(const map::SemanticMap& map, const map::SemanticMap& addition) 
          areSameThings(addition.graph, map.graph, 0.5);
 }
 
-/// Of the walls of one view where the other one has seen something, the share that has a wall of
-/// the other one beside it; nothing if there are too few to tell.
-std::optional<double> wallAgreement(const PlanView& a, const PlanView& b) {
-  constexpr double kNear_m = 1.5;
-  constexpr std::size_t kFewest = 40;
-  using Cell = std::pair<long long, long long>;
-  const auto cellOf = [](double x, double y) {
-    return Cell{std::llround(x / kNear_m), std::llround(y / kNear_m)};
-  };
-  std::set<Cell> seen, walls;
-  for (const GroundCell& cell : b.known)
-    seen.insert(
-        cellOf(b.origin_x + (cell.x + 0.5) * b.cell_m, b.origin_y + (cell.y + 0.5) * b.cell_m));
-  for (const PlanSample& s : b[Channel::building])
-    walls.insert(cellOf(b.origin_x + s.x, b.origin_y + s.y));
-  const auto around = [](const std::set<Cell>& cells, const Cell& c) {
-    for (long long dy = -1; dy <= 1; ++dy) {
-      for (long long dx = -1; dx <= 1; ++dx) {
-        if (cells.count({c.first + dx, c.second + dy}) > 0) return true;
-      }
-    }
-    return false;
-  };
-  std::size_t both = 0, agree = 0;
-  for (const PlanSample& s : a[Channel::building]) {
-    const Cell cell = cellOf(a.origin_x + s.x, a.origin_y + s.y);
-    if (seen.count(cell) == 0) continue;
-    ++both;
-    agree += around(walls, cell);
+struct Distance {
+  double nearest_m = std::numeric_limits<double>::infinity();
+  std::size_t near = 0;  ///< poses of the second that are as near as sensors see
+};
+
+Distance distanceOf(const Poses& first, const Poses& second) {
+  constexpr double kSeen_m = 40;
+  Distance distance;
+  for (const Eigen::Isometry3d& a : second) {
+    double nearest_m = std::numeric_limits<double>::infinity();
+    for (const Eigen::Isometry3d& b : first)
+      nearest_m = std::min(nearest_m, (a.translation() - b.translation()).norm());
+    distance.nearest_m = std::min(distance.nearest_m, nearest_m);
+    distance.near += nearest_m < kSeen_m;
   }
-  if (both < kFewest || walls.size() < kFewest) return std::nullopt;
-  return static_cast<double>(agree) / static_cast<double>(both);
+  return distance;
+}
+
+std::string percentText(double share) {
+  return fmt::format("{:.0f} %", 100 * std::clamp(share, 0.0, 1.0));
+}
+
+std::string whyInAnotherFrame(const FrameEvidence& evidence) {
+  constexpr double kFits = 0.4;
+  const std::string seen = evidence.area_m2 > 0
+                               ? fmt::format("the {:.0f} m² that both have seen", evidence.area_m2)
+                               : "what both have seen";
+  const double moved = evidence.nearby / evidence.expected;
+  return fmt::format(
+      "of {}, {} agrees as it does between visits of one place{}", seen,
+      percentText(evidence.agreement()),
+      moved > kFits ? fmt::format(" (moved by {:.1f} m: {})", evidence.shift_m, percentText(moved))
+                    : "");
 }
 
 }  // namespace
@@ -97,39 +98,64 @@ bool areSamePoses(const Poses& poses, const Poses& others, double tolerance_m) {
   return !poses.empty() && 2 * static_cast<std::size_t>(common) > poses.size();
 }
 
-void sayDoubts(const map::SemanticMap& map, const map::SemanticMap& addition,
-               const Narrative& narrate) {
+void sayDoubts(const map::SemanticMap& map, const std::string& map_name,
+               const map::SemanticMap& addition, const Options& options, const Narrative& narrate) {
+  constexpr double kApart_m = 500;
+  const std::string name = addition.sources.empty() ? "the addition" : addition.sources.front();
   if (isInAlready(map, addition)) {
-    return narrate.note(nameOf(addition) +
-                        " is in the map already; adding it once more counts the same things twice "
-                        "and shows nothing new");
+    return narrate.note(fmt::format(
+        "{} is in {} already; adding it once more counts the same things twice and shows nothing "
+        "new",
+        name, map_name));
   }
-  sayIfApart({"the map", nameOf(addition)}, {map.poses, addition.poses}, narrate);
-  const auto agreement = wallAgreement(addition.plan, map.plan);
-  constexpr double kFits = 0.35;
-  if (agreement && *agreement < kFits) {
-    narrate.note(
-        fmt::format("{} does not fit the map: of its walls where both have seen something "
-                    "only {:.0f} % are walls of the map; are they in one frame?",
-                    nameOf(addition), 100 * *agreement));
-  }
+  const double apart_m = distanceOf(map.poses, addition.poses).nearest_m;
+  if (apart_m > kApart_m && std::isfinite(apart_m))
+    narrate.note(fmt::format("{} is {:.0f} m away from {}; are they in one frame?", name, apart_m,
+                             map_name));
+  const auto evidence = evidenceOfOneFrame(map, addition, options);
+  if (!evidence || !evidence->contradicts()) return;
+  std::string advice =
+      fmt::format("`xview localize {0} {1} --matrix T.txt` finds the transform", name, map_name);
+  if (!addition.cloud.empty())
+    advice += fmt::format(", `xview lift {} --transform T.txt -o moved.pcd` applies it", name);
+  narrate.note(fmt::format("{} does not fit {}: {}; are they in one frame? {}", name, map_name,
+                           whyInAnotherFrame(*evidence), advice));
 }
 
-void sayIfApart(const std::vector<std::string>& names, const std::vector<Poses>& ways,
-                const Narrative& narrate) {
-  constexpr double kApart_m = 500;
-  for (std::size_t i = 1; i < ways.size(); ++i) {
-    double nearest_m = std::numeric_limits<double>::infinity();
-    for (std::size_t j = 0; j < i; ++j) {
-      for (const Eigen::Isometry3d& a : ways[i]) {
-        for (const Eigen::Isometry3d& b : ways[j])
-          nearest_m = std::min(nearest_m, (a.translation() - b.translation()).norm());
-      }
+void SketchedRecordings::add(const FrameSource& source, const FrameDigest& frame) {
+  constexpr std::size_t kFrames = 60;  // enough of any recording to know it again
+  if (last_ && sources_[sketches_.size()] != &source) finishLast();
+  if (!last_) {
+    Options options = options_;
+    options.size = sizeText(frame.size);
+    last_ = std::make_unique<PlaceBuilder>(sources_.front()->labels(), options, PlaceUse::map);
+  }
+  if (frames_++ % (1 + source.size() / kFrames) == 0) last_->add(frame);
+}
+
+void SketchedRecordings::finishLast() {
+  map::SemanticMap sketch;
+  static_cast<Place&>(sketch) = last_->finish();
+  sketch.sources = {sources_[sketches_.size()]->name()};
+  sketch.source_of_pose.assign(sketch.poses.size(), 0);
+  sketches_.push_back(std::move(sketch));
+  last_.reset();
+  frames_ = 0;
+}
+
+void SketchedRecordings::sayDoubts(const Narrative& narrate) {
+  if (last_) finishLast();
+  const auto distance = [&](std::size_t i, std::size_t j) {
+    const Distance d = distanceOf(sketches_[j].poses, sketches_[i].poses);
+    return std::pair(-static_cast<double>(d.near), d.nearest_m);
+  };
+  for (std::size_t i = 1; i < sketches_.size(); ++i) {
+    std::size_t nearest = 0;
+    for (std::size_t j = 1; j < i; ++j) {
+      if (distance(i, j) < distance(i, nearest)) nearest = j;
     }
-    if (nearest_m > kApart_m && std::isfinite(nearest_m)) {
-      narrate.note(fmt::format("{} is {:.0f} m away from {}; are they in one frame?", names[i],
-                               nearest_m, i == 1 ? names[0] : "all others"));
-    }
+    tools::sayDoubts(sketches_[nearest], sketches_[nearest].sources[0], sketches_[i], options_,
+                     narrate);
   }
 }
 

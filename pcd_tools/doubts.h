@@ -2,11 +2,14 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "narrative.h"
 #include "xview/map/semantic_map.h"
+#include "xview/options.h"
+#include "xview/place_builder.h"
 
 namespace xview::tools {
 
@@ -14,14 +17,30 @@ namespace xview::tools {
 bool areSamePoses(const std::vector<Eigen::Isometry3d>& poses,
                   const std::vector<Eigen::Isometry3d>& others, double tolerance_m);
 
-/// Notes if what is added to a map is in it already, or does not fit where both have seen
-/// something.
-void sayDoubts(const map::SemanticMap& map, const map::SemanticMap& addition,
-               const Narrative& narrate);
+/// Notes if what is added to a map is in it already, or lies as if its frame were another one:
+/// far away, or so that what both have seen is not the same.
+void sayDoubts(const map::SemanticMap& map, const std::string& map_name,
+               const map::SemanticMap& addition, const Options& options, const Narrative& narrate);
 
-/// Notes if recordings that are to share one frame lie so far from one another that they hardly do.
-/// `ways` are their poses.
-void sayIfApart(const std::vector<std::string>& names,
-                const std::vector<std::vector<Eigen::Isometry3d>>& ways, const Narrative& narrate);
+/// The same for recordings that become one map at once: each of them by itself, made of some of its
+/// frames, against the one before it that it lies nearest to.
+class SketchedRecordings {
+ public:
+  /// `sources` must outlive this.
+  SketchedRecordings(const std::vector<const FrameSource*>& sources, const Options& options)
+      : sources_(sources), options_(options) {}
+  /// In order of the recordings and of their frames.
+  void add(const FrameSource& source, const FrameDigest& frame);
+  void sayDoubts(const Narrative& narrate);
+
+ private:
+  void finishLast();
+
+  std::vector<const FrameSource*> sources_;
+  Options options_;
+  std::vector<map::SemanticMap> sketches_;  ///< of the recordings before the last
+  std::unique_ptr<PlaceBuilder> last_;
+  std::size_t frames_ = 0;  ///< of the last
+};
 
 }  // namespace xview::tools

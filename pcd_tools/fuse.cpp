@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <optional>
 
+#include "answer_table.h"
 #include "doubts.h"
 #include "inputs.h"
 #include "tool.h"
@@ -61,13 +62,13 @@ class FuseCommand final : public Command {
     const std::size_t before = map.graph.size();
     Stopwatch watch;
     const map::SemanticMap addition = additionOf(query, fix->T_map_query, map.labels, job);
-    sayDoubts(map, addition, job.narrate);
+    sayDoubts(map, path, addition, job.options, job.narrate);
     appendToMap(map, addition, job.options);
     if (copy)
       std::filesystem::copy_file(path, copy->temporaryPath(),
                                  std::filesystem::copy_options::overwrite_existing);
     map::saveRevision(copy ? copy->temporaryPath() : path, map,
-                      fmt::format("fused {} at confidence {:.4f}", query, fix->confidence));
+                      fmt::format("fused {}, wrong {}", query, chanceWrongText(fix->confidence)));
     if (copy) copy->commit();
     const std::string& changed = copy ? out_ : path;
     job.narrate.stage("fuse", watch.lap_ms(), changed);

@@ -179,11 +179,14 @@ LabelledGraph readLabelledGraph(const std::string& path, const io::InputOptions&
   return {std::move(labels), std::move(file.graph)};
 }
 
-map::SemanticMap mapOfRecordings(const std::vector<const FrameSource*>& sources, const Job& job) {
+map::SemanticMap mapOfRecordings(
+    const std::vector<const FrameSource*>& sources, const Job& job,
+    const std::function<void(const FrameSource&, const FrameDigest&)>& seen) {
   std::map<const FrameSource*, graph::LiftCounts> counts;
   map::SemanticMap map = buildMap(sources, job.options, job.narrate.progress("map"),
                                   [&](const FrameSource& source, const FrameDigest& frame) {
                                     counts[&source] += frame.counts;
+                                    if (seen) seen(source, frame);
                                   });
   for (const FrameSource* source : sources) sayLeftOut(*source, counts[source], job.narrate);
   return map;

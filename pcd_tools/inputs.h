@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -59,8 +60,11 @@ struct LabelledGraph {
 LabelledGraph readLabelledGraph(const std::string& path, const io::InputOptions& input,
                                 const Job& job);
 
-/// A map of recordings in one frame. It is said what of them was left out.
-map::SemanticMap mapOfRecordings(const std::vector<const FrameSource*>& sources, const Job& job);
+/// A map of recordings in one frame. It is said what of them was left out. `seen` is called with
+/// every frame, in order.
+map::SemanticMap mapOfRecordings(
+    const std::vector<const FrameSource*>& sources, const Job& job,
+    const std::function<void(const FrameSource&, const FrameDigest&)>& seen = {});
 
 /// A map of anything. A graph or a recording is first brought into the frame of the map, if that is
 /// another one.

@@ -89,7 +89,7 @@ Answer answerFor(const QueryInput& input, const Window& window) {
 void sayEvidence(const Answer& answer, const Narrative& narrate) {
   const Localization& fix = answer.fix;
   narrate.detail(fmt::format(
-      "{}-{} {}: {}; confidence {:.4f}, log odds: place {:.1f}, correspondences {:.1f}, dense "
+      "{}-{} {}: {}; confidence {:.6g}, log odds: place {:.1f}, correspondences {:.1f}, dense "
       "{:.1f}; {} of {} vertices kept",
       answer.first_frame, answer.last_frame, toString(fix.status), fix.reason, fix.confidence,
       fix.witnesses.place, fix.witnesses.correspondences, fix.witnesses.dense, fix.inliers,

@@ -56,7 +56,8 @@ class MapCommand final : public Command {
         map = std::move(part);
         continue;
       }
-      sayDoubts(*map, part, job.narrate);
+      sayDoubts(*map, append_ && exists ? out : map->sources.front(), part, job.options,
+                job.narrate);
       appendToMap(*map, part, job.options);
     }
     job.narrate.stage("map", watch.lap_ms(),
@@ -94,17 +95,13 @@ class MapCommand final : public Command {
   map::SemanticMap buildOfRecordings(const std::vector<std::unique_ptr<FrameSource>>& recordings,
                                      const Job& job) const {
     std::vector<const FrameSource*> sources;
-    std::vector<std::string> names;
-    std::vector<std::vector<Eigen::Isometry3d>> ways(recordings.size());
-    for (const auto& recording : recordings) {
-      sources.push_back(recording.get());
-      const std::size_t step = 1 + recording->size() / 200;
-      for (std::size_t i = 0; i < recording->size(); i += step)
-        ways[names.size()].push_back(recording->pose(i));
-      names.push_back(recording->name());
-    }
-    sayIfApart(names, ways, job.narrate);
-    map::SemanticMap map = mapOfRecordings(sources, job);
+    for (const auto& recording : recordings) sources.push_back(recording.get());
+    SketchedRecordings sketches(sources, job.options);
+    map::SemanticMap map =
+        mapOfRecordings(sources, job, [&](const FrameSource& source, const FrameDigest& frame) {
+          if (sources.size() > 1) sketches.add(source, frame);
+        });
+    sketches.sayDoubts(job.narrate);
     if (map.graph.empty() && map.plan.sampleCount() == 0) {
       throw Error(recordings.front()->name(),
                   "nothing to make a map of: no blob of any known class");

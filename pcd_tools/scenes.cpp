@@ -55,7 +55,7 @@ SceneQuery queryOf(const Localization& fix) {
   SceneQuery query;
   query.status = fix.status;
   query.reason = fix.reason;
-  query.confidence = fix.confidence;
+  query.chance_wrong = chanceWrongText(fix.confidence);
   query.has_pose = !fix.hypotheses.empty();
   if (!fix.covariance.isZero()) query.sigma_m = horizontalSigma(fix.covariance);
   for (const auto& [stage, ms] : fix.timing_ms) {

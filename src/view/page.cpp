@@ -326,7 +326,7 @@ class PageData {
     Json json = {{"name", q.name},
                  {"status", toString(q.status)},
                  {"reason", q.reason},
-                 {"confidence", orNull(q.confidence)},
+                 {"chance_wrong", q.chance_wrong},
                  {"sigma", orNull(q.sigma_m)},
                  {"error", orNull(q.error_m)},
                  {"error_deg", orNull(q.error_deg)},

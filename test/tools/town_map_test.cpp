@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Recordings, clouds and maps that are made, grown and compared.
 #include <filesystem>
+#include <fstream>
+#include <sstream>
 #include <thread>
 
 #include "tools/tiny_town.h"
@@ -28,15 +30,40 @@ TEST_F(TinyTown, WhatIsInAMapAlreadyIsSaid) {
   const std::string copy = file("again.xvm");
   fs::copy(map(), copy);
   const Outcome again = succeed({"map", "--append", town("forward"), copy});
-  EXPECT_NE(again.err.find("is in the map already"), std::string::npos) << again.err;
+  EXPECT_NE(again.err.find(" already; adding it once more"), std::string::npos) << again.err;
   fs::copy(map(), file("other.xvm"));
   const Outcome other = succeed({"map", "--append", town("rear"), file("other.xvm")});
-  EXPECT_EQ(other.err.find("is in the map already"), std::string::npos) << other.err;
+  EXPECT_EQ(other.err.find(" already; adding it once more"), std::string::npos) << other.err;
   const Outcome learned =
       runXview({"learn", town("forward"), map(), file("own.txt")}, {120, 0, ""});
   EXPECT_EQ(learned.code, 1);
   EXPECT_NE(learned.err.find("is the drive that the map was made of"), std::string::npos)
       << learned.err;
+}
+
+TEST_F(TinyTown, RecordingsOfTwoFramesAreSaidAndThoseOfOneAreNot) {
+  succeed({"localize", "-q", town("rear"), map(), "--matrix", file("T.txt")});
+  std::istringstream numbers(readText(file("T.txt")));
+  Eigen::Matrix<double, 4, 4, Eigen::RowMajor> T;
+  for (double& number : T.reshaped<Eigen::RowMajor>()) numbers >> number;
+  T(0, 3) += 4;
+  std::ofstream(file("off.txt")) << T;
+  const auto said = [&](const std::string& matrix) {
+    succeed({"lift", "-q", town("rear"), "--transform", file(matrix), file("rear.pcd")});
+    return succeed({"map", town("forward"), file("rear.pcd"), file("both.xvm")}).err;
+  };
+  EXPECT_EQ(said("T.txt").find("in one frame?"), std::string::npos);
+  const std::string doubt = said("off.txt");
+  EXPECT_NE(doubt.find(file("rear.pcd") + " does not fit " + town("forward")), std::string::npos)
+      << doubt;
+}
+
+TEST_F(TinyTown, ADriveFusedUnderAnotherNameIsSaid) {
+  fs::copy(map(), file("fused.xvm"));
+  succeed({"fuse", "-q", town("rear"), file("fused.xvm")});
+  fs::copy(town("rear"), file("another"), fs::copy_options::recursive);
+  const Outcome again = succeed({"fuse", file("another"), file("fused.xvm")});
+  EXPECT_NE(again.err.find(" already; adding it once more"), std::string::npos) << again.err;
 }
 
 TEST_F(TinyTown, ScansAreReadBackAsScans) {

@@ -33,7 +33,7 @@ struct SceneQuery {
   std::string name;
   Status status = Status::accepted;  ///< chooses the colour of its way and its arrow
   std::string reason;
-  double confidence = std::numeric_limits<double>::quiet_NaN();
+  std::string chance_wrong;  ///< how likely the answer is wrong, in words
   double sigma_m = std::numeric_limits<double>::quiet_NaN();  ///< of its position, horizontal
   double error_m = std::numeric_limits<double>::quiet_NaN();  ///< against the truth, if known
   double error_deg = std::numeric_limits<double>::quiet_NaN();

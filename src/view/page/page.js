@@ -401,7 +401,7 @@ scene.queries.forEach(q => {
   element('b', q.item, q.status + ' ');
   element('div', q.item, q.name + (q.elsewhere ? ' (from elsewhere)' : ''), 'name');
   const numbers = [];
-  if (q.confidence !== null) numbers.push('confidence ' + q.confidence.toFixed(4));
+  if (q.chance_wrong) numbers.push('wrong ' + q.chance_wrong);
   if (q.sigma !== null) numbers.push('sigma ' + lengthText(q.sigma));
   if (q.error !== null) numbers.push('error ' + lengthText(q.error) + (q.error_deg !== null ? ', ' + q.error_deg.toFixed(2) + '°' : ''));
   if (q.ms !== null) numbers.push((q.ms / 1000).toFixed(2) + ' s');

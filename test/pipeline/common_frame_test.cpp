@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "xview/common_frame.h"
+
+#include <gtest/gtest.h>
+
+#include "pipeline/simulated_drive.h"
+#include "xview/types/pose.h"
+
+namespace xview::test {
+namespace {
+
+/// The map of a session whose frame lies at a pose in that of the town.
+map::SemanticMap mapMovedBy(const std::string& session, const Eigen::Isometry3d& T_moved_town) {
+  const SimulatedRecording& recording = *simulatedDrive().sessions.at(session);
+  std::vector<Eigen::Isometry3d> truth;
+  for (std::size_t i = 0; i < recording.size(); ++i) truth.push_back(recording.truth(i));
+  const PosedRecording in_town(recording, 0, truth);
+  const MovedRecording moved(in_town, T_moved_town);
+  return buildMap({&moved}, {});
+}
+
+Eigen::Isometry3d shift(double x, double y, double yaw = 0) { return poseFromYaw({x, y, 0}, yaw); }
+
+TEST(CommonFrame, TwoVisitsInOneFrameAgree) {
+  const auto evidence =
+      evidenceOfOneFrame(simulatedDrive().map, mapMovedBy("rear", shift(0, 0)), {});
+  ASSERT_TRUE(evidence);
+  EXPECT_FALSE(evidence->contradicts());
+  EXPECT_GT(evidence->agreement(), 0.5);
+  EXPECT_GT(evidence->area_m2, 500);
+}
+
+TEST(CommonFrame, AFrameBesideTheOtherContradicts) {
+  for (const auto& T : {shift(2, 2), shift(-6, 4), shift(0, 0, 0.2)}) {
+    const auto evidence = evidenceOfOneFrame(simulatedDrive().map, mapMovedBy("rear", T), {});
+    ASSERT_TRUE(evidence);
+    EXPECT_TRUE(evidence->contradicts()) << evidence->score << " of " << evidence->expected;
+  }
+}
+
+TEST(CommonFrame, ASmallShiftIsFound) {
+  const auto evidence =
+      evidenceOfOneFrame(simulatedDrive().map, mapMovedBy("rear", shift(2, 2)), {});
+  ASSERT_TRUE(evidence);
+  EXPECT_GT(evidence->nearby, 0.5 * evidence->expected);
+  EXPECT_NEAR(evidence->shift_m, std::hypot(2, 2), 1);
+}
+
+TEST(CommonFrame, PlacesThatShareNothingTellNothing) {
+  const auto far = mapMovedBy("rear", shift(2000, 0));
+  EXPECT_FALSE(evidenceOfOneFrame(simulatedDrive().map, far, {}));
+}
+
+TEST(CommonFrame, AnotherMethodAndAPriorChangeNothing) {
+  const map::SemanticMap rear = mapMovedBy("rear", shift(0, 0));
+  Options options;
+  const auto plain = evidenceOfOneFrame(simulatedDrive().map, rear, options);
+  options.method = "walks";
+  options.prior.near = "900,900,5";
+  EXPECT_EQ(evidenceOfOneFrame(simulatedDrive().map, rear, options)->score, plain->score);
+}
+
+TEST(CommonFrame, ADriveIsKnownAgainWhereverItWasPut) {
+  EXPECT_TRUE(holdsSameDrive(simulatedDrive().map, mapMovedBy("forward", shift(40, -3, 1))));
+  EXPECT_FALSE(holdsSameDrive(simulatedDrive().map, mapMovedBy("rear", shift(0, 0))));
+  EXPECT_FALSE(holdsSameDrive(map::SemanticMap(), simulatedDrive().map));
+}
+
+}  // namespace
+}  // namespace xview::test
