@@ -34,21 +34,6 @@ bool isBareCloud(const std::string& path) {
   return (ending == ".pcd" || ending == ".ply") && io::readCloudHeader(path).label_field.empty();
 }
 
-/// Where an arrow is drawn for a cloud or graph: at its origin if that is in the midst of it, else
-/// in its middle, as of a cloud in coordinates of a country.
-template <class PositionOf>
-Eigen::Isometry3d arrowPose(std::size_t size, PositionOf&& position) {
-  Eigen::AlignedBox3d box;
-  for (std::size_t i = 0; i < size; ++i) {
-    if (position(i).allFinite()) box.extend(Eigen::Vector3d(position(i)));
-  }
-  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-  const bool around_origin = !box.isEmpty() && (box.min().head<2>().array() <= 0).all() &&
-                             (box.max().head<2>().array() >= 0).all();
-  if (!box.isEmpty() && !around_origin) pose.translation() = box.center();
-  return pose;
-}
-
 }  // namespace
 
 LabelledCloud readAnyCloud(const std::string& path, const io::InputOptions& input, const Job& job,
@@ -167,9 +152,7 @@ void DrawnAnswers::drawPlace(const std::string& path, const Answer& answer, Join
     graphs_.push_back(std::move(file.graph));
     scaleBy(answer.fix.scale, graphs_.back());
     query.graph = &graphs_.back();
-    query.poses = {arrowPose(graphs_.back().size(), [&](std::size_t k) -> const Eigen::Vector3d& {
-      return graphs_.back().vertices[k].position;
-    })};
+    query.poses = {arrowPose(graphs_.back())};
     return;
   }
   LabelSet labels;
@@ -186,7 +169,7 @@ void DrawnAnswers::drawPlace(const std::string& path, const Answer& answer, Join
   } else {
     cloud = readAnyCloud(path, input, job_, voxel_m_, labels);
     scaleBy(answer.fix.scale, cloud);
-    query.poses = {arrowPose(cloud.size(), [&](std::size_t k) { return cloud.position(k); })};
+    query.poses = {arrowPose(cloud)};
   }
   keepCloud(std::move(cloud), labels, joined, query);
 }
@@ -220,9 +203,7 @@ void DrawnAnswers::drawRecording(const FrameSource& recording, const Answer& ans
   if (cloud.empty()) return;
   scaleBy(answer.fix.scale, cloud);
   if (recording.sensor() == Sensor::cloud && window.size() == 1)
-    query.poses = {query.poses[0] * arrowPose(cloud.size(), [&](std::size_t i) {
-                     return query.poses[0].inverse() * cloud.position(i);
-                   })};
+    query.poses = {arrowPose(cloud, query.poses[0])};
   keepCloud(std::move(cloud), recording.labels(), joined, query);
 }
 

@@ -36,6 +36,7 @@ void sayShares(const ShapeShares& shares, const LabelSet& shapes, bool has_label
   }
   std::sort(order.begin(), order.end(),
             [&](std::size_t a, std::size_t b) { return shares[a] > shares[b]; });
+  if (order.empty()) return;
   std::string text = has_labels ? "labels are left aside; " : "no labels; ";
   text += "classes from shapes:";
   for (const std::size_t i : order) {

@@ -81,6 +81,33 @@ std::string outcomeOf(const std::vector<SceneQuery>& queries) {
   return fmt::format("{} of {} found{}", accepted, queries.size(), sigma);
 }
 
+namespace {
+
+template <class PositionOf>
+Eigen::Isometry3d arrowAmong(std::size_t size, const Eigen::Isometry3d& origin,
+                             PositionOf&& position) {
+  Eigen::AlignedBox3d box;
+  for (std::size_t i = 0; i < size; ++i) {
+    const Eigen::Vector3d p = origin.inverse() * position(i);
+    if (p.allFinite()) box.extend(p);
+  }
+  const bool around_origin = !box.isEmpty() && (box.min().head<2>().array() <= 0).all() &&
+                             (box.max().head<2>().array() >= 0).all();
+  if (box.isEmpty() || around_origin) return origin;
+  return origin * Eigen::Translation3d(box.center());
+}
+
+}  // namespace
+
+Eigen::Isometry3d arrowPose(const LabelledCloud& cloud, const Eigen::Isometry3d& origin) {
+  return arrowAmong(cloud.size(), origin, [&](std::size_t i) { return cloud.position(i); });
+}
+
+Eigen::Isometry3d arrowPose(const SemanticGraph& graph) {
+  return arrowAmong(graph.size(), Eigen::Isometry3d::Identity(),
+                    [&](std::size_t i) { return graph.vertices[i].position; });
+}
+
 SceneQuery queryWith(const Query& query, const Localization& fix) {
   SceneQuery result = queryOf(fix);
   result.name = "query";
@@ -88,6 +115,9 @@ SceneQuery queryWith(const Query& query, const Localization& fix) {
   result.cloud = &query.cloud;
   result.poses = query.poses;
   if (query.sensor != Sensor::camera) result.forward = Eigen::Vector3d::UnitX();
+  if (query.sensor == Sensor::cloud && query.poses.size() == 1)  // seen from nowhere in particular
+    result.poses = {query.cloud.empty() ? arrowPose(query.graph)
+                                        : arrowPose(query.cloud, query.poses[0])};
   result.putative = fix.putative;
   result.kept = fix.kept;
   return result;

@@ -32,6 +32,12 @@ SceneQuery queryOf(const Localization& fix);
 /// "accepted, ±2 cm" of one query, "8 of 9 found, ±2 cm" of several.
 std::string outcomeOf(const std::vector<SceneQuery>& queries);
 
+/// Where the arrow of a cloud or graph is drawn: at its origin if that is in the midst of it, else
+/// in its middle, as of a cloud in coordinates of a country. Turned as `origin` is.
+Eigen::Isometry3d arrowPose(const LabelledCloud& cloud,
+                            const Eigen::Isometry3d& origin = Eigen::Isometry3d::Identity());
+Eigen::Isometry3d arrowPose(const SemanticGraph& graph);
+
 /// The query with its graph, its cloud and its correspondences; it must outlive the result.
 SceneQuery queryWith(const Query& query, const Localization& fix);
 

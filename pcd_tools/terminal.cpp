@@ -73,8 +73,14 @@ std::string inked(const std::string& text, Ink ink, std::FILE* stream) {
 }
 
 std::size_t columnsOf(const std::string& text) {
-  return text.size() -
-         static_cast<std::size_t>(std::count_if(text.begin(), text.end(), continuesCharacter));
+  std::size_t columns = 0;
+  bool is_code = false;  // of a colour, which takes no room
+  for (const char c : text) {
+    is_code = is_code || c == '\x1b';
+    columns += !is_code && !continuesCharacter(c);
+    is_code = is_code && c != 'm';
+  }
+  return columns;
 }
 
 std::string padded(const std::string& text, std::size_t columns) {

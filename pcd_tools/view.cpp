@@ -78,6 +78,9 @@ class ViewCommand final : public Command {
     job.narrate.stage("read", watch.lap_ms(),
                       fmt::format("{} vertices, {} points, {} queries", content.map.graph.size(),
                                   content.map.cloud.size(), queries.size()));
+    if (content.map.graph.empty() && content.map.cloud.empty() && queries.empty() &&
+        content.ways.empty())
+      throw Error(files[0], "nothing to draw: it holds no points, vertices or poses");
     Scene scene = sceneOf(content.map);
     scene.labels = &content.labels.labels();
     scene.queries = std::move(queries);

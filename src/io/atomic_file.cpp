@@ -39,6 +39,7 @@ AtomicFile::AtomicFile(std::string path)
   const bool exists = stat(target_path_.c_str(), &old) == 0;
   if (exists && S_ISDIR(old.st_mode)) throw Error(path_, "cannot write: it is a folder");
   if (exists && access(target_path_.c_str(), W_OK) != 0) fail("cannot write");
+  const std::string folder = std::filesystem::path(path_).parent_path().string();
   if (exists && !S_ISREG(old.st_mode)) {
     descriptor_ = open(target_path_.c_str(), O_WRONLY | O_CLOEXEC);
   } else {
@@ -46,6 +47,8 @@ AtomicFile::AtomicFile(std::string path)
     unfinished_.emplace(temporary_path_);
     descriptor_ = open(temporary_path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
   }
+  if (descriptor_ < 0 && errno == ENOENT && !folder.empty() && access(folder.c_str(), F_OK) != 0)
+    throw Error(path_, "cannot write: there is no folder " + folder + "; make it first");
   if (descriptor_ < 0) fail("cannot write");
   if (exists && S_ISREG(old.st_mode)) {
     (void)fchmod(descriptor_, old.st_mode & 07777);  // a file system without modes is no failure

@@ -159,8 +159,9 @@ TEST_P(CloudWriters, AnErrorLeavesTheOldFile) {
   const std::string inside = folder_ / "sub/" + GetParam().first;
   const std::string missing = folder_ / "missing/" + GetParam().first;
   const LabelledCloud cloud = randomCloud(3, false);
-  EXPECT_EQ(test::errorOf([&] { GetParam().second(missing, cloud, nullptr); }),
-            missing + ": cannot write: No such file or directory");
+  EXPECT_EQ(
+      test::errorOf([&] { GetParam().second(missing, cloud, nullptr); }),
+      missing + ": cannot write: there is no folder " + (folder_ / "missing") + "; make it first");
   EXPECT_FALSE(std::filesystem::exists(folder_ / "missing"));
   EXPECT_EQ(test::errorOf([&] { GetParam().second(inside, cloud, nullptr); }), "");
 }

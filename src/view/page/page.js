@@ -396,13 +396,13 @@ scene.queries.forEach(q => {
   q.putative = decode(q.putative, Float32Array);
   q.matches = [];
   q.item = element('li', byId('queries').querySelector('ol'), undefined, q.status);
-  const right = [q.error !== null ? lengthText(q.error) + ' off' : q.sigma !== null ? '±' + lengthText(q.sigma) : ''];
+  const right = [q.error !== null ? lengthText(q.error) + ' off' : q.sigma !== null && q.status === 'accepted' ? '±' + lengthText(q.sigma) : ''];
   element('span', q.item, right.join(' '));
   element('b', q.item, q.status + ' ');
   element('div', q.item, q.name + (q.elsewhere ? ' (from elsewhere)' : ''), 'name');
   const numbers = [];
   if (q.chance_wrong) numbers.push('wrong ' + q.chance_wrong);
-  if (q.sigma !== null) numbers.push('sigma ' + lengthText(q.sigma));
+  if (q.sigma !== null && q.status === 'accepted') numbers.push('sigma ' + lengthText(q.sigma));
   if (q.error !== null) numbers.push('error ' + lengthText(q.error) + (q.error_deg !== null ? ', ' + q.error_deg.toFixed(2) + '°' : ''));
   if (q.ms !== null) numbers.push((q.ms / 1000).toFixed(2) + ' s');
   element('p', q.item, q.reason);
