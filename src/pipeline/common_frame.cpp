@@ -25,24 +25,32 @@ double areaOf(const PlanView& plan) {
   return plan.cell_m * plan.cell_m * static_cast<double>(plan.known.size());
 }
 
-/// Lengths from key frame to key frame, one list per source.
-std::vector<std::vector<double>> stepsOf(const map::SemanticMap& map) {
-  std::vector<std::vector<double>> steps(map.sources.size());
+/// From one key frame to the next of a drive, wherever that lies.
+struct Step {
+  double length_m, until_s;
+};
+
+/// One list per source.
+std::vector<std::vector<Step>> stepsOf(const map::SemanticMap& map) {
+  std::vector<std::vector<Step>> steps(map.sources.size());
   for (std::size_t i = 1; i < map.poses.size(); ++i) {
     if (map.source_of_pose[i] != map.source_of_pose[i - 1]) continue;
-    steps[map.source_of_pose[i]].push_back(
-        (map.poses[i].translation() - map.poses[i - 1].translation()).norm());
+    const double length_m = (map.poses[i].translation() - map.poses[i - 1].translation()).norm();
+    steps[map.source_of_pose[i]].push_back({length_m, map.stamps_s[i]});
   }
   return steps;
 }
 
-bool areSameSteps(const std::vector<double>& a, const std::vector<double>& b) {
+/// Simulated drives make the same steps, but at another time.
+bool areSameSteps(const std::vector<Step>& a, const std::vector<Step>& b) {
   constexpr std::size_t kFewest = 3;
-  constexpr double kExact_m = 1e-5;
+  constexpr double kExact = 1e-5;
   const std::size_t both = std::min(a.size(), b.size());
-  return both >= kFewest &&
-         std::equal(a.begin(), a.begin() + static_cast<std::ptrdiff_t>(both), b.begin(),
-                    [&](double x, double y) { return std::abs(x - y) < kExact_m; });
+  return both >= kFewest && std::equal(a.begin(), a.begin() + static_cast<std::ptrdiff_t>(both),
+                                       b.begin(), [&](const Step& x, const Step& y) {
+                                         return std::abs(x.length_m - y.length_m) < kExact &&
+                                                std::abs(x.until_s - y.until_s) < kExact;
+                                       });
 }
 
 }  // namespace
@@ -65,8 +73,8 @@ std::optional<FrameEvidence> evidenceOfOneFrame(const map::SemanticMap& map,
 
 bool holdsSameDrive(const map::SemanticMap& map, const map::SemanticMap& other) {
   const auto steps = stepsOf(map);
-  for (const std::vector<double>& added : stepsOf(other)) {
-    for (const std::vector<double>& there : steps) {
+  for (const std::vector<Step>& added : stepsOf(other)) {
+    for (const std::vector<Step>& there : steps) {
       if (areSameSteps(added, there)) return true;
     }
   }

@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "pipeline/simulated_drive.h"
 #include "xview/types/pose.h"
 
@@ -13,7 +16,8 @@ namespace {
 map::SemanticMap mapMovedBy(const std::string& session, const Eigen::Isometry3d& T_moved_town) {
   const SimulatedRecording& recording = *simulatedDrive().sessions.at(session);
   std::vector<Eigen::Isometry3d> truth;
-  for (std::size_t i = 0; i < recording.size(); ++i) truth.push_back(recording.truth(i));
+  const std::size_t frames = std::min<std::size_t>(30, recording.size());
+  for (std::size_t i = 0; i < frames; ++i) truth.push_back(recording.truth(i));
   const PosedRecording in_town(recording, 0, truth);
   const MovedRecording moved(in_town, T_moved_town);
   return buildMap({&moved}, {});
@@ -31,7 +35,7 @@ TEST(CommonFrame, TwoVisitsInOneFrameAgree) {
 }
 
 TEST(CommonFrame, AFrameBesideTheOtherContradicts) {
-  for (const auto& T : {shift(2, 2), shift(-6, 4), shift(0, 0, 0.2)}) {
+  for (const auto& T : {shift(2, 2), shift(-6, 4), shift(-3, -5)}) {
     const auto evidence = evidenceOfOneFrame(simulatedDrive().map, mapMovedBy("rear", T), {});
     ASSERT_TRUE(evidence);
     EXPECT_TRUE(evidence->contradicts()) << evidence->score << " of " << evidence->expected;
