@@ -195,6 +195,8 @@ Answer answerFrom(const std::string& line) {
     to.rival = s->at("rival").get<double>();
     if (s->contains("shown")) to.shown = s->at("shown").get<double>();
     if (s->contains("of_itself")) to.of_itself = s->at("of_itself").get<double>();
+    to.look_alike = s->value("look_alike", 0.0);
+    to.sigma_m = s->value("sigma_m", 0.0);
   }
   const auto covariance = json.find("covariance");
   if (covariance != json.end() && !covariance->is_null())
@@ -240,7 +242,9 @@ std::string toJson(const Answer& answer) {
                         {"views", fix.statistics.views},
                         {"dense", fix.statistics.dense},
                         {"by_chance", fix.statistics.by_chance},
-                        {"rival", fix.statistics.rival}};
+                        {"rival", fix.statistics.rival},
+                        {"look_alike", fix.statistics.look_alike},
+                        {"sigma_m", fix.statistics.sigma_m}};
   if (fix.statistics.shown) json["statistics"]["shown"] = *fix.statistics.shown;
   if (fix.statistics.of_itself) json["statistics"]["of_itself"] = *fix.statistics.of_itself;
   json["size"] = answer.size;

@@ -237,7 +237,7 @@ class DiffCommand final : public Command {
     Found found;
     found.place = std::move(*input.whole);
     found.T_earlier_later = fix.T_map_query;
-    found.sigma_m = horizontalSigma(fix.covariance);
+    found.sigma_m = verify::horizontalSigma(fix.covariance);
     for (const Eigen::Isometry3d& T : found.place.poses) found.poses.push_back(fix.T_map_query * T);
     const Eigen::Isometry3d& last = found.place.poses.back();
     const double off_m = (found.poses.back().translation() - last.translation()).norm();

@@ -4,7 +4,6 @@
 #include <fmt/core.h>
 #include <fmt/ranges.h>
 
-#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <cstdlib>
 #include <ctime>
@@ -46,18 +45,13 @@ std::string madeBy(const std::string& command, const Job& job) {
                      XVIEW_VERSION, dateText());
 }
 
-double horizontalSigma(const Matrix6d& covariance) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(covariance.topLeftCorner<2, 2>());
-  return std::sqrt(std::max(0.0, solver.eigenvalues().maxCoeff()));
-}
-
 SceneQuery queryOf(const Localization& fix) {
   SceneQuery query;
   query.status = fix.status;
   query.reason = fix.reason;
   query.chance_wrong = chanceWrongText(fix.confidence);
   query.has_pose = !fix.hypotheses.empty();
-  if (!fix.covariance.isZero()) query.sigma_m = horizontalSigma(fix.covariance);
+  if (!fix.covariance.isZero()) query.sigma_m = verify::horizontalSigma(fix.covariance);
   for (const auto& [stage, ms] : fix.timing_ms) {
     if (stage == "total") query.total_ms = ms;
   }

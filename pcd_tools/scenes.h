@@ -23,9 +23,6 @@ Scene sceneOf(const map::SemanticMap& map);
 /// can set.
 std::string madeBy(const std::string& command, const Job& job);
 
-/// Standard deviation of a position on the ground, along its worst direction [m].
-double horizontalSigma(const Matrix6d& covariance);
-
 /// What an answer says about its query; its graph, cloud and way are left empty.
 SceneQuery queryOf(const Localization& fix);
 

@@ -84,7 +84,7 @@ PlacedRecording placeRecording(const QueryInput& input, const Localizer& localiz
                             fix.covariance, fix.confidence});
     placed.first = std::min(placed.first, window.first);
     placed.last = std::max(placed.last, window.last);
-    sigmas.push_back(horizontalSigma(fix.covariance));
+    sigmas.push_back(verify::horizontalSigma(fix.covariance));
   });
   placed.windows = windows.size();
   if (placed.fixes.empty()) return placed;

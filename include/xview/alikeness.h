@@ -44,6 +44,10 @@ struct Alikeness {
 Alikeness measureAlikeness(const map::SemanticMap& map, const Options& options,
                            std::size_t most_places);
 
+/// A few stretches of the map, for the verdict: with its own place left out, where would each be
+/// found? Bounded like measureAlikeness(); none for a bare graph or a map without a way.
+std::vector<LookAlike> lookAlikesOf(const map::SemanticMap& map, const Options& options);
+
 /// What wrong places of a map score for queries of one length: quantiles over its self queries.
 struct WrongScores {
   static constexpr std::array<double, 4> kQuantiles{0.5, 0.9, 0.97, 1};

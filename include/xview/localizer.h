@@ -60,6 +60,8 @@ class Localizer {
   /// Pose, covariance and correspondences for a place that was found otherwise; status, confidence
   /// and reason are left to the caller.
   Localization describe(const Query& query, const PoseCheck& place) const;
+  /// What the evidence for a place says in this map, with the options of the localizer.
+  verify::Verdict judge(const verify::Evidence& evidence) const;
   /// False if the prior of the options excludes this pose of the query.
   bool priorAllows(const Query& query, const Eigen::Isometry3d& T_map_query) const;
   /// What each sample and vertex of the query says about the pose of an answer to it; nothing if

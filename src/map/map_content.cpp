@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cmath>
 #include <map>
+#include <sstream>
 #include <stdexcept>
 
 #include "map_tables.h"
@@ -178,12 +179,25 @@ void forEachNumber(Map& map, Visit&& visit) {
   visit("plan_upright_z", map.plan.upright.z());
 }
 
+/// Two numbers each, with blanks between them.
+std::string textOf(const std::vector<LookAlike>& look_alikes) {
+  std::string all;
+  for (const LookAlike& l : look_alikes) {
+    for (const double value : {l.lead, l.share}) {
+      char text[32];
+      all.append(text, std::to_chars(text, text + sizeof text, value).ptr) += ' ';
+    }
+  }
+  return all;
+}
+
 /// `stored_points`: of the cloud, which is thinned on its way into the file.
 Meta metaOf(const SemanticMap& map, std::size_t stored_points) {
   Meta meta{{"graph_space", toString(map.graph.space)},
             {"program_version", XVIEW_VERSION},
             {"label_set", map.labels.name()},
             {"options", map.options_yaml},
+            {"look_alikes", textOf(map.look_alikes)},
             {"size", sizeText(map.size)},
             {"vertices", std::to_string(map.graph.size())},
             {"edges", std::to_string(map.graph.edgeCount())},
@@ -237,6 +251,17 @@ double sizeIn(const Meta& meta) {
   }
 }
 
+/// Maps that do not say it have not asked themselves.
+std::vector<LookAlike> lookAlikesIn(const Meta& meta) {
+  std::vector<LookAlike> all;
+  const auto found = meta.find("look_alikes");
+  if (found == meta.end()) return all;
+  std::istringstream text(found->second);
+  for (LookAlike l; text >> l.lead >> l.share;) all.push_back(l);
+  if (!text.eof()) throw Damage("meta: look_alikes are no numbers");
+  return all;
+}
+
 Meta readMeta(ContentReader& in) {
   Meta meta;
   in.table<NamedRow<std::string>>(
@@ -259,6 +284,7 @@ void setNumbers(const Meta& meta, SemanticMap& map) {
   map.graph.space = graphSpaceIn(meta);
   map.size = sizeIn(meta);
   map.options_yaml = textIn(meta, "options");
+  map.look_alikes = lookAlikesIn(meta);
 }
 
 // ---- maps as a whole

@@ -16,9 +16,14 @@
 namespace xview {
 namespace {
 
+// Lengths are those of a town, to which every map is brought.
 constexpr double kLengths_m[] = {8, 15, 30, 60, 100};
-constexpr double kFullLength = 0.8;  ///< a stretch that is shorter than this share is left out
-constexpr double kSeenShare = 0.6;   ///< of the samples that a second visit sees again
+/// Of the stretches that a map remembers. Longer ones cost more and tell no more of strangers.
+constexpr double kRememberedLengths_m[] = {15, 30};
+constexpr std::size_t kRememberedPlaces = 30;
+constexpr double kFullLength = 0.8;   ///< a stretch that is shorter than this share is left out
+constexpr double kLeftForOthers = 3;  ///< and one that the way of the map is not so many times
+constexpr double kSeenShare = 0.6;    ///< of the samples that a second visit sees again
 constexpr double kOdometryError = 0.01;
 constexpr double kReach = 0.8;  ///< so many of the samples are nearer to the way
 constexpr double kNearest_m = 3, kFarthest_m = 25;  ///< limits of that reach
@@ -142,6 +147,7 @@ class SelfSearch {
   /// The stretch of one recording that ends there, or goes on if it began too late.
   bool cutWay(std::size_t place, double window_m, Random& random, Neighbourhood& around) const {
     const auto sameWay = [&](std::size_t i) { return sourceOf(i) == sourceOf(place); };
+    if (along_.back() < kLeftForOthers * window_m) return false;
     std::size_t first = place, last = place;
     while (first > 0 && sameWay(first - 1) && along_[last] - along_[first] < window_m) --first;
     while (last + 1 < along_.size() && sameWay(last + 1) && along_[last] - along_[first] < window_m)
@@ -244,33 +250,74 @@ void conclude(const SelfQuery* first, const SelfQuery* last, Alikeness::Place& p
   }
 }
 
+/// A map upright and in lengths of a town.
+struct UprightTown {
+  UprightTown(const map::SemanticMap& given, const Options& in_metres)
+      : options(optionsOfSearch(in_metres, given.size)),
+        scaled(given, 1 / given.size),
+        gravity(gravityOf(*scaled, options.gravity)),
+        turned(uprightMap(*scaled, gravity.upright)),
+        map(turned ? *turned : *scaled) {}
+
+  const Options options;
+  const Scaled<map::SemanticMap> scaled;
+  const Gravity gravity;
+  const std::optional<map::SemanticMap> turned;
+  const map::SemanticMap& map;
+};
+
+/// By place, then length; none where the map has no such stretch.
+template <std::size_t kCount>
+std::vector<std::optional<SelfQuery>> askAll(const SelfSearch& search,
+                                             const std::vector<std::size_t>& places,
+                                             const double (&lengths_m)[kCount], int threads) {
+  std::vector<std::optional<SelfQuery>> asked(places.size() * kCount);
+  parallelFor(asked.size(), threads, [&](std::size_t i) {
+    asked[i] = search.ask(places[i / kCount], lengths_m[i % kCount]);
+  });
+  return asked;
+}
+
 }  // namespace
 
-Alikeness measureAlikeness(const map::SemanticMap& given, const Options& options,
-                           std::size_t most_places) {
-  const Gravity gravity = gravityOf(given, options.gravity);
-  const std::optional<map::SemanticMap> turned = uprightMap(given, gravity.upright);
-  const map::SemanticMap& map = turned ? *turned : given;
-  const SelfSearch search(map, options);
-  const std::vector<std::size_t> chosen = search.choosePlaces(most_places);
+std::vector<LookAlike> lookAlikesOf(const map::SemanticMap& given, const Options& in_metres) {
+  if (given.poses.size() < 2 || given.plan.known.empty()) return {};
+  const UprightTown town(given, in_metres);
+  const SelfSearch search(town.map, town.options);
+  std::vector<LookAlike> found;
+  for (const auto& q : askAll(search, search.choosePlaces(kRememberedPlaces), kRememberedLengths_m,
+                              town.options.threads)) {
+    if (!q) continue;
+    verify::Evidence stranger;
+    stranger.score = q->wrong;
+    stranger.runner_up = q->next_wrong;
+    found.push_back({verify::statisticsOf(stranger).lead, q->wrong / std::max(1.0, q->self)});
+  }
+  return found;
+}
 
+Alikeness measureAlikeness(const map::SemanticMap& given, const Options& in_metres,
+                           std::size_t most_places) {
+  const UprightTown town(given, in_metres);
+  const SelfSearch search(town.map, town.options);
+  const std::vector<std::size_t> chosen = search.choosePlaces(most_places);
   constexpr std::size_t kCount = std::size(kLengths_m);
-  std::vector<std::optional<SelfQuery>> asked(chosen.size() * kCount);
-  parallelFor(asked.size(), options.threads, [&](std::size_t i) {
-    asked[i] = search.ask(chosen[i / kCount], kLengths_m[i % kCount]);
-  });
+  std::vector<std::optional<SelfQuery>> asked =
+      askAll(search, chosen, kLengths_m, town.options.threads);
 
   Alikeness result;
-  const Eigen::Quaterniond back = gravity.upright.conjugate();
+  const double size = given.size;
+  const Eigen::Quaterniond back = town.gravity.upright.conjugate();
   for (std::size_t i = 0; i < chosen.size(); ++i) {
     Alikeness::Place place;
     place.key_frame = chosen[i];
-    place.position = back * search.positionOf(chosen[i]);
+    place.position = size * (back * search.positionOf(chosen[i]));
     std::vector<SelfQuery> here;
     for (std::size_t k = 0; k < kCount; ++k) {
       if (std::optional<SelfQuery>& query = asked[i * kCount + k]) {
         query->place = result.places.size();
-        if (query->rival) query->rival = back * *query->rival;
+        query->window_m *= size;
+        if (query->rival) query->rival = size * (back * *query->rival);
         here.push_back(*query);
       }
     }
@@ -279,7 +326,7 @@ Alikeness measureAlikeness(const map::SemanticMap& given, const Options& options
     result.places.push_back(place);
     result.queries.insert(result.queries.end(), here.begin(), here.end());
   }
-  result.lengths_m.assign(std::begin(kLengths_m), std::end(kLengths_m));
+  for (const double length_m : kLengths_m) result.lengths_m.push_back(size * length_m);
   return result;
 }
 

@@ -197,6 +197,9 @@ struct Localizer::Index {
   Localization describe(const Query& query, const PoseCheck& place) const;
   Explanation explain(const Query& query, const Localization& answer) const;
 
+  verify::Verdict judged(const verify::Evidence& evidence) const {
+    return verify::judge(evidence, options.verdict, verdict_model, map.look_alikes);
+  }
   bool upIsKnown(const Query& query) const { return gravity.known && query.gravity.known; }
   bool isView(const Query& query) const { return surfaces && !query.plan.known.empty(); }
   /// Turns the query upright; a pose of it says how, if nothing else does.
@@ -291,7 +294,7 @@ Localization Localizer::Index::inUprightFrames(const Query& given, const Expecte
   const Eigen::Quaterniond turn = refine(*query, view, answer, evidence);
   frame.R_up = turn * frame.R_up;
 
-  setVerdict(verify::judge(evidence, options.verdict, verdict_model), answer);
+  setVerdict(judged(evidence), answer);
   if (answer.accepted() &&
       !satisfies(priors, *GuessedQuery(*query, {turn, 1}), answer.hypotheses[0].T_map_query))
     refuse("the refined pose is outside of the prior; without it: " + answer.reason, answer);
@@ -385,6 +388,7 @@ Eigen::Quaterniond Localizer::Index::refine(const Query& query, const search::Fi
   best = pose.T_map_query;
   answer.covariance = pose.covariance;
   answer.trajectory = pose.T_map_sensor;
+  if (pose.dense.settled) evidence.sigma_m = verify::horizontalSigma(pose.covariance);
   evidence.dense = pose.dense;
   evidence.dense.shown = shown;
   if (!shown && pose.dense.settled)
@@ -415,8 +419,7 @@ void Localizer::Index::refuteFromOutside(const search::FieldQuery& in_field,
   if (!anywhere.places.empty()) {
     verify::Evidence outside = evidenceOf(anywhere.places[0]);
     outside.runner_up = inside.score;
-    if (outside.score > inside.score &&
-        verify::judge(outside, options.verdict, verdict_model).status == Status::accepted)
+    if (outside.score > inside.score && judged(outside).status == Status::accepted)
       refuse(fmt::format("a place outside of the prior is {:.0f} nats better than the best one "
                          "inside",
                          outside.score - inside.score),
@@ -580,14 +583,6 @@ std::vector<PoseCheck> Localizer::Index::check(const Query& given,
 
 namespace {
 
-/// What the index works with. Nobody drives through rooms: walls are near, and alike on all sides.
-Options optionsOf(const Options& given, double size) {
-  Options options = inTownLengths(given, size);
-  if (size < kTown && options.places.likelihoods.empty())
-    options.places.likelihoods = search::kRooms;
-  return options;
-}
-
 Eigen::Isometry3d scaled(double factor, Eigen::Isometry3d T) {
   scaleLengths(factor, T);
   return T;
@@ -617,7 +612,7 @@ struct Localizer::CoarseIndices {
 Localizer::Localizer(const map::SemanticMap& map, const Options& options)
     : size_(map.size),
       map_(map, 1 / size_),
-      index_(std::make_unique<Index>(*map_, optionsOf(options, size_))),
+      index_(std::make_unique<Index>(*map_, optionsOfSearch(options, size_))),
       coarse_(std::make_unique<CoarseIndices>()) {}
 Localizer::~Localizer() = default;
 
@@ -656,6 +651,10 @@ std::vector<PoseCheck> Localizer::check(const Query& query,
       index.check(*QueryInMap(query, map_->labels, size_), poses, reach_m / size_);
   for (PoseCheck& place : checked) scaleLengths(size_, place.T_map_query);
   return checked;
+}
+
+verify::Verdict Localizer::judge(const verify::Evidence& evidence) const {
+  return index_->judged(evidence);
 }
 
 bool Localizer::priorAllows(const Query& given, const Eigen::Isometry3d& T_given) const {

@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "pipeline/point_quality.h"
+#include "xview/alikeness.h"
 #include "xview/graph/merge.h"
 #include "xview/graph/plan_view.h"
 #include "xview/measure_size.h"
@@ -100,6 +101,7 @@ map::SemanticMap buildMap(const std::vector<const FrameSource*>& sources, const 
   }
   static_cast<Place&>(map) = place.finish();
   map.options_yaml = recordOf(options);
+  map.look_alikes = lookAlikesOf(map, options);
   return map;
 }
 
@@ -142,6 +144,7 @@ void appendToMap(map::SemanticMap& map, const map::SemanticMap& given, const Opt
                     first_source + addition->source_of_pose[i]);
   map.sources.insert(map.sources.end(), addition->sources.begin(), addition->sources.end());
   if (map.size != kTown) scaleLengths(map.size, map);
+  map.look_alikes = lookAlikesOf(map, in_metres);
 }
 
 }  // namespace xview

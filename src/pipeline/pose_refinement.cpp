@@ -17,8 +17,9 @@ constexpr double kPairSigma_m = 0.5, kVague_m = 5, kVague_rad = 0.5;
 /// its heights are those of ground seen from afar, and the last part of a window shows its
 /// direction no better.
 constexpr double kPlanSigma_m = 0.25, kPlanHeightSigma_m = 0.3, kPlanYawSigma_rad = 0.01;
-constexpr double kScoreKept =
-    0.25;  ///< share of its score that a pose must keep when clouds move it
+/// Shares of its score that a pose must keep when it is moved: of the last metres, and of the whole
+/// window, which drifts. The last metres alone may fit some metres further as well.
+constexpr double kScoreKept = 0.25, kWholeScoreKept = 0.5;
 /// Of the plan registered around the last pose, from kPlanSeenFrom_m above the ground; from higher
 /// it errs with the square, as depth does. It was seen some 25 m before, from where the odometry
 /// has drifted since; across the way and in height little is open. Tilt is that of the odometry.
@@ -118,7 +119,9 @@ void setAgreement(const std::optional<pose::Agreement>& agreement, verify::Dense
 /// A pose on its way through the steps.
 struct PoseRefinement::Step {
   const Query& query;
-  const std::unique_ptr<search::FieldQuery> recent;  ///< null without views from above
+  const search::FieldQuery* whole;                   ///< null without views from above
+  const std::unique_ptr<search::FieldQuery> recent;  ///< its last metres
+  const double least_score;                          ///< of the whole
   const double up_sigma_rad;
   const double max_shift_m;
   RefinedPose pose;
@@ -129,7 +132,8 @@ struct PoseRefinement::Step {
   }
   /// What is seen from above must not contradict the new pose.
   bool keepsScore(const Eigen::Isometry3d& T, double share) const {
-    return !recent || recent->score(T) >= share * recent->score(pose.T_map_query);
+    return !whole || (recent->score(T) >= share * recent->score(pose.T_map_query) &&
+                      whole->score(T) >= least_score);
   }
 };
 
@@ -158,7 +162,7 @@ void PoseRefinement::usePosterior(const std::vector<Correspondence>& kept, Step&
 void PoseRefinement::useRecentPart(Step& step) const {
   if (!step.recent) return;
   const Eigen::Isometry3d T = step.recent->verify(step.pose.T_map_query).T_map_query;
-  if (step.shiftTo(T) < step.max_shift_m) step.pose.T_map_query = T;
+  if (step.shiftTo(T) < step.max_shift_m && step.keepsScore(T, 1)) step.pose.T_map_query = T;
   Eigen::Matrix<double, 6, 1> sigma;
   sigma << kPlanSigma_m, kPlanSigma_m, kPlanHeightSigma_m, 0, 0, kPlanYawSigma_rad;
   step.pose.covariance.diagonal() += sigma.cwiseAbs2();
@@ -199,7 +203,9 @@ RefinedPose PoseRefinement::refine(const Query& query, const search::FieldQuery*
   Stopwatch watch;
   const Eigen::Vector3d sensor = query.poses.back().translation();
   Step step{query,
+            in_field,
             in_field ? in_field->part(sensor.head<2>(), kRecent_m) : nullptr,
+            in_field ? kWholeScoreKept * in_field->score(T_map_query) : 0,
             up_sigma_rad,
             options_.refine.max_shift_m,
             {}};

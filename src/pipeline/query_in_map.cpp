@@ -9,6 +9,8 @@
 #include <utility>
 
 #include "xview/raw_recording.h"
+#include "xview/search/likelihoods.h"
+#include "xview/sized_options.h"
 #include "xview/types/error.h"
 #include "xview/types/label_match.h"
 #include "xview/types/place_size.h"
@@ -181,6 +183,13 @@ void reduceTo(const CommonDetail& detail, PlanView& plan) {
   for (std::size_t channel = 0; channel < kChannels; ++channel) {
     if (detail.gone >> channel & 1) plan.samples[channel].clear();
   }
+}
+
+Options optionsOfSearch(const Options& given, double size) {
+  Options options = inTownLengths(given, size);
+  if (size < kTown && options.places.likelihoods.empty())
+    options.places.likelihoods = search::kRooms;
+  return options;
 }
 
 std::optional<map::SemanticMap> uprightMap(const map::SemanticMap& map,

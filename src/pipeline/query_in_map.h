@@ -19,6 +19,10 @@ struct FrameGuess {
   double scale = 1;
 };
 
+/// What a search in a place of this size works with, in lengths of a town. Nobody drives through
+/// rooms: walls are near, and alike on all sides.
+Options optionsOfSearch(const Options& options, double size);
+
 /// The map in a gravity-aligned frame; nothing if its own is one.
 std::optional<map::SemanticMap> uprightMap(const map::SemanticMap& map,
                                            const Eigen::Quaterniond& R_up);

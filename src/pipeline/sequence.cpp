@@ -92,7 +92,6 @@ struct Sequence::State {
 
   const Localizer& localizer;
   const Options options;
-  const verify::VerdictModel verdict_model = verify::verdictModelOf(options.verdict);
   std::deque<Window> windows;  ///< oldest first
   std::vector<Track> tracks;   ///< best first
 };
@@ -245,6 +244,7 @@ verify::Evidence Sequence::State::evidenceOfSum(const Query& query, const Sequen
     e.rival_distance_m = std::hypot(best.x - next.x, best.y - next.y);
   }
   e.dense = verify::denseEvidenceOf(at_best.statistics);
+  e.sigma_m = at_best.statistics.sigma_m;
   if (tracks.size() > 1 && e.dense.settled && e.rivalIsClose()) {
     const auto lookAt = [&](const Track& track) {
       return verify::denseEvidenceOf(localizer.describe(query, track.seen.back()).statistics);
@@ -286,8 +286,7 @@ void Sequence::State::restart(SequenceAnswer& answer) {
 /// What the sum says; a place that the newest window does not agree with is not accepted.
 verify::Verdict Sequence::State::verdictOfSum(const Query& query, const SequenceAnswer& answer,
                                               const Localization& at_best) const {
-  verify::Verdict verdict =
-      judge(evidenceOfSum(query, answer, at_best), options.verdict, verdict_model);
+  verify::Verdict verdict = localizer.judge(evidenceOfSum(query, answer, at_best));
   verdict.reason = fmt::format("{} windows together: {}", answer.windows, verdict.reason);
   if (verdict.status != Status::accepted || bestFitsNewest()) return verdict;
   verdict.status = Status::rejected;

@@ -3,6 +3,7 @@
 
 #include <fmt/core.h>
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -110,7 +111,28 @@ double shownOver(const Evidence& e) {
   return *e.dense.shown - close * std::max(0.0, at_rival);
 }
 
-double confidenceOf(double odds) { return 1 / (1 + std::exp(-odds)); }
+/// Share of the map's own stretches that find a place elsewhere which stands out as far and fits as
+/// well; what fits less counts less. Those of a usual map find none, which is taken of as many
+/// more.
+double shareOfLookAlikes(const Statistics& s, const std::vector<LookAlike>& look_alikes) {
+  constexpr double kFits = 0.9, kFitsNot = 0.7, kUsual = 25;
+  double found = 0;
+  for (const LookAlike& l : look_alikes) {
+    if (l.lead >= s.lead)
+      found += std::clamp((l.share / s.agreement - kFitsNot) / (kFits - kFitsNot), 0.0, 1.0);
+  }
+  return found / (static_cast<double>(look_alikes.size()) + kUsual);
+}
+
+/// Chance that the pose is as near to the truth as that its place is the right one.
+double chanceToBeNear(const Statistics& s) {
+  constexpr double kNear_m = 3;
+  return s.sigma_m > 0 ? std::erf(kNear_m / (std::sqrt(2) * s.sigma_m)) : 1;
+}
+
+double confidenceOf(double odds, const Statistics& s) {
+  return chanceToBeNear(s) / (1 + std::exp(-odds) + s.look_alike);
+}
 
 /// The words of a verdict.
 class Reason {
@@ -137,6 +159,15 @@ class Reason {
   }
   std::string ofRejected() const {
     const double times = e_.score / std::max(1.0, e_.runner_up);
+    const double odds = placeOdds(s_, model_) + denseOdds(s_, model_);
+    if (odds >= odds_needed_ && chanceToBeNear(s_) < 1 - s_.look_alike)
+      return "the place fits, but where along it is open, as far as the sigma says" +
+             whatWouldHelp();
+    if (odds >= odds_needed_)
+      return fmt::format(
+          "the place fits, but so do others in this map: {:.0f} % of its own stretches look as "
+          "much like another one{}",
+          100 * s_.look_alike, whatWouldHelp());
     if (s_.registered && !s_.settled)
       return "the best place does not hold: the points do not settle on the map there" +
              whatWouldHelp();
@@ -181,7 +212,7 @@ bool oneOfSeveral(const Evidence& e, Statistics s, const VerdictOptions& o,
   const bool fits = s.agreement >= kLikeTrue && (!s.registered || excessOf(s) >= 0);
   s.lead = leadOver(fits ? 0 : e.third, e);
   s.rival = 0;
-  return confidenceOf(placeOdds(s, model) + denseOdds(s, model)) >= o.min_confidence;
+  return confidenceOf(placeOdds(s, model) + denseOdds(s, model), s) >= o.min_confidence;
 }
 
 }  // namespace
@@ -195,6 +226,7 @@ Statistics statisticsOf(const Evidence& e) {
   s.views = e.dense.of == DenseEvidence::Of::views;
   if (e.dense.shown) s.shown = shownOver(e);
   s.of_itself = e.dense.of_itself;
+  s.sigma_m = e.sigma_m;
   if (!s.settled) return s;
   s.dense = e.dense.agreement;
   s.by_chance = e.dense.by_chance;
@@ -240,17 +272,20 @@ std::array<double, kTerms> termsOf(const Statistics& s) {
   return terms;
 }
 
-Verdict judge(const Evidence& e, const VerdictOptions& o, const VerdictModel& model) {
+Verdict judge(const Evidence& e, const VerdictOptions& o, const VerdictModel& model,
+              const std::vector<LookAlike>& look_alikes) {
   Verdict verdict;
   if (!std::isfinite(e.score) || e.score <= 0) {
     verdict.reason = "nothing in the map agrees with the query";
     return verdict;
   }
-  Statistics s = verdict.statistics = statisticsOf(e);
+  Statistics s = statisticsOf(e);
+  s.look_alike = shareOfLookAlikes(s, look_alikes);
+  verdict.statistics = s;
   verdict.witnesses.place = placeOdds(s, model);
   verdict.witnesses.dense = denseOdds(s, model);
   verdict.witnesses.correspondences = correspondenceOdds(e);
-  verdict.confidence = confidenceOf(verdict.witnesses.place + verdict.witnesses.dense);
+  verdict.confidence = confidenceOf(verdict.witnesses.place + verdict.witnesses.dense, s);
   if (s.lead <= 0) verdict.confidence = std::min(verdict.confidence, 0.5);  // one of two at best
   if (e.known_share < o.min_known_share) {
     verdict.confidence *= 0.5 * e.known_share / o.min_known_share;
@@ -272,6 +307,12 @@ Verdict judge(const Evidence& e, const VerdictOptions& o, const VerdictModel& mo
     verdict.reason = reason.ofRejected();
   }
   return verdict;
+}
+
+double horizontalSigma(const Matrix6d& covariance) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(covariance.topLeftCorner<2, 2>(),
+                                                            Eigen::EigenvaluesOnly);
+  return std::sqrt(std::max(0.0, axes.eigenvalues().maxCoeff()));
 }
 
 void setVerdict(Verdict verdict, Localization& answer) {

@@ -3,7 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "pipeline/two_streets.h"
+#include "xview/types/place_size.h"
 
 namespace xview {
 namespace {
@@ -87,6 +90,27 @@ TEST(Alikeness, WrongScoresAreQuantilesByLength) {
   EXPECT_DOUBLE_EQ(scores[0].share[0], 0.051);
   EXPECT_DOUBLE_EQ(scores[0].share[3], 0.101);
   EXPECT_DOUBLE_EQ(scores[0].lead[3], 100 * std::log(101.0));
+}
+
+TEST(Alikeness, AMapRemembersHowManyOfItsStretchesAreCopies) {
+  const auto shareOfCopies = [](const std::vector<LookAlike>& all) {
+    EXPECT_GT(all.size(), 20u);
+    const auto fit = [](const LookAlike& l) { return l.share > 0.95; };
+    return static_cast<double>(std::count_if(all.begin(), all.end(), fit)) /
+           static_cast<double>(all.size());
+  };
+  EXPECT_NEAR(shareOfCopies(lookAlikesOf(copiedStreets(), {})), 0.5, 0.15);
+  EXPECT_TRUE(lookAlikesOf({}, {}).empty());
+}
+
+TEST(Alikeness, IsInMetresOfThePlace) {
+  map::SemanticMap room = copiedStreets();
+  scaleLengths(kRoom, room);
+  room.size = kRoom;
+  const Alikeness in_room = measureAlikeness(room, {}, 6);
+  ASSERT_EQ(in_room.places.size(), 6u);
+  EXPECT_EQ(in_room.lengths_m.front(), 2);
+  for (const Alikeness::Place& place : in_room.places) EXPECT_LT(place.position.norm(), 70);
 }
 
 TEST(Alikeness, OfNothingIsNothing) {

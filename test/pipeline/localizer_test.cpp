@@ -35,6 +35,21 @@ TEST(Localizer, FindsTheRearViewInTheMapOfTheForwardDrive) {
   EXPECT_GT(fix.confidence, 0.5);
 }
 
+TEST(Localizer, AQueryThatCannotShowTheMapIsHeldAgainstItself) {
+  const auto& drive = simulatedDrive();
+  const Localizer localizer(drive.map, {});
+  Query query = drive.query("rear", 10, 40);
+  const Statistics shows = localizer.localize(query).statistics;
+  EXPECT_TRUE(shows.shown);
+  EXPECT_FALSE(shows.of_itself);
+  query.plan.known.resize(20);  // next to no ground
+  const Statistics sparse = localizer.localize(query).statistics;
+  EXPECT_FALSE(sparse.shown);
+  ASSERT_TRUE(sparse.settled);
+  ASSERT_TRUE(sparse.of_itself);
+  EXPECT_GT(*sparse.of_itself, sparse.dense);
+}
+
 TEST(Localizer, WalksAloneFindTheRearView) {
   const auto& drive = simulatedDrive();
   const Localization fix =

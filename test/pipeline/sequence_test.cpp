@@ -47,6 +47,22 @@ TEST(Sequence, HistoryTellsTwoEqualStreetsApart) {
   EXPECT_GE(ambiguous_alone, 2);
 }
 
+TEST(Sequence, PointsAreComparedWithTheNextPlaceToo) {
+  const PlanTown town = twoStreets(false);
+  const map::SemanticMap map = mapOf(town);
+  const Localizer localizer(map, quiet());
+  Sequence sequence(localizer, quiet());
+  int asked = 0;
+  std::size_t frame = 0;
+  for (double x = -40; x <= 80; x += 40, frame += 10) {
+    const SequenceAnswer answer = sequence.add(queryAt(town, x, 0, kOdometry), frame, frame + 10);
+    const Statistics& s = answer.fix.statistics;
+    // Of a place that nobody looked at it is assumed that as much agrees.
+    asked += answer.windows > 1 && s.rival != 0 && s.rival != s.dense - s.by_chance;
+  }
+  EXPECT_GE(asked, 1);
+}
+
 TEST(Sequence, HistoryAcceptsNothingOutsideOfThePrior) {
   const PlanTown town = twoStreets(false);
   const map::SemanticMap map = mapOf(town);

@@ -124,6 +124,38 @@ TEST(Verdict, ConfidenceNeverFallsWithBetterEvidence) {
   EXPECT_GT(grown, 1000);
 }
 
+TEST(Verdict, AMapThatRepeatsItselfIsBelievedAsFarAsItDoesNot) {
+  const auto among = [](std::size_t copies, double lead, double share) {
+    std::vector<LookAlike> all(60, {1, 0.2});
+    for (std::size_t i = 0; i < copies; ++i) all[i] = {lead, share};
+    return judge(goodView(), kOptions, defaultVerdictModel(), all);
+  };
+  const double lead = statisticsOf(goodView()).lead;
+  const double of_unique = among(0, 0, 0).confidence;
+  EXPECT_EQ(among(0, 0, 0).status, Status::accepted);
+  EXPECT_GT(of_unique, 0.99);
+  EXPECT_EQ(among(20, 0.9 * lead, 1).confidence, of_unique) << "none of them stood out so far";
+  EXPECT_EQ(among(20, 1.1 * lead, 0.5).confidence, of_unique) << "none of them fitted so well";
+  const double agreement = statisticsOf(goodView()).agreement;
+  EXPECT_NEAR(among(20, 1.1 * lead, 0.8 * agreement).statistics.look_alike, 10. / 85, 1e-12);
+  const Verdict copied = among(20, 1.1 * lead, 1);
+  EXPECT_NE(copied.status, Status::accepted);
+  EXPECT_NEAR(copied.confidence, 85. / (85 + 20), 0.01);
+  EXPECT_NE(copied.reason.find("24 % of its own stretches"), std::string::npos) << copied.reason;
+  EXPECT_NEAR(copied.statistics.look_alike, 20. / 85, 1e-12);
+}
+
+TEST(Verdict, APoseThatIsOpenByMetresIsNotRight) {
+  Evidence e = goodView();
+  const double confidence = judged(e).confidence;
+  e.sigma_m = 0.3;
+  EXPECT_NEAR(judged(e).confidence, confidence, 1e-12);
+  e.sigma_m = 5;
+  EXPECT_EQ(judged(e).status, Status::rejected);
+  EXPECT_NEAR(judged(e).confidence, 0.4515 * confidence, 1e-3) << "3 m are 0.6 sigma";
+  EXPECT_NE(judged(e).reason.find("open"), std::string::npos) << judged(e).reason;
+}
+
 TEST(Verdict, ALayoutWhoseHousesContradictIsRefused) {
   Evidence e = goodView();
   e.score = 130;

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "xview/types/localization.h"
 #include "xview/types/semantic_place.h"
 
 namespace xview::map {
@@ -14,6 +15,7 @@ struct SemanticMap : Place {
   std::vector<std::uint32_t> source_of_pose;  ///< per key frame, a position in `sources`
   std::vector<std::string> sources;           ///< inputs it was built from, in order
   std::string options_yaml;                   ///< effective options of the last build
+  std::vector<LookAlike> look_alikes;         ///< some of its own stretches; see lookAlikesOf
 
   void addKeyframe(const Eigen::Isometry3d& T_map_sensor, std::int64_t frame, double stamp_s,
                    std::uint32_t source) {

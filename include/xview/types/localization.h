@@ -42,6 +42,14 @@ struct Witnesses {
   double dense = 0;            ///< how many points meet the map after the refinement
 };
 
+/// What a stretch of a map looks like to itself if its own place is left out: how the best other
+/// place stands out of the rest, and which share of the score of its own place it has. A query from
+/// beyond the map would find the like.
+struct LookAlike {
+  double lead = 0;  ///< as in Statistics
+  double share = 0;
+};
+
 /// What the verdict was made of.
 struct Statistics {
   double lead = 0;          ///< (s1 - s2) ln(s1 / s2) of the best two places, with noise [nats]
@@ -56,6 +64,9 @@ struct Statistics {
       shown;  ///< how far the query shows what stands in the map, over a close rival
   std::optional<double>
       of_itself;  ///< how closely one half of the query lies on the other; only without `shown`
+  double look_alike = 0;  ///< share of the map's own stretches that find such a place elsewhere
+  double sigma_m = 0;     ///< of the registered position where it is known least, in lengths of a
+                          ///< town; 0 = not known
 };
 
 /// Milliseconds per stage, in the order of execution.

@@ -76,11 +76,13 @@ struct Evidence {
   DenseEvidence dense;
   /// At the runner-up, if that was asked.
   std::optional<DenseEvidence> dense_at_runner_up;
+  double sigma_m = 0;  ///< as in Statistics
 
   /// The runner-up scores so well that it must be asked whether points agree there as well.
   bool rivalIsClose() const { return runner_up > 0.5 * score; }
 };
 
+/// Without what the map knows of itself.
 Statistics statisticsOf(const Evidence& evidence);
 DenseEvidence denseEvidenceOf(const Statistics& statistics);
 
@@ -148,8 +150,17 @@ struct Verdict {
 /// pose's score that the place has, the smallest of all, of what stands upright, and of either side
 /// of the way. The dense witness is what the registration adds to it. Correspondences add nothing
 /// to both (measured) and are reported only.
+///
+/// All that tells how well a query fits says nothing against a copy of its place, of which only the
+/// map can tell how usual it is: the share of its own stretches that find as good a place elsewhere
+/// (`look_alikes`; none if nobody asked it) adds to the odds against. And a pose is right only as
+/// far as its own covariance leaves it near the truth.
 Verdict judge(const Evidence& evidence, const VerdictOptions& options,
-              const VerdictModel& model = defaultVerdictModel());
+              const VerdictModel& model = defaultVerdictModel(),
+              const std::vector<LookAlike>& look_alikes = {});
+
+/// Of the position of a pose in the plane, where it is known least [m].
+double horizontalSigma(const Matrix6d& covariance);
 
 /// Makes it that of an answer.
 void setVerdict(Verdict verdict, Localization& answer);
