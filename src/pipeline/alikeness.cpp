@@ -22,7 +22,7 @@ constexpr double kLengths_m[] = {8, 15, 30, 60, 100};
 constexpr double kRememberedLengths_m[] = {15, 30};
 constexpr std::size_t kRememberedPlaces = 30;
 constexpr double kFullLength = 0.8;   ///< a stretch that is shorter than this share is left out
-constexpr double kLeftForOthers = 3;  ///< and one that the way of the map is not so many times
+constexpr double kLeftForOthers = 3;  ///< and one that its recording is not so many times
 constexpr double kSeenShare = 0.6;    ///< of the samples that a second visit sees again
 constexpr double kOdometryError = 0.01;
 constexpr double kReach = 0.8;  ///< so many of the samples are nearer to the way
@@ -123,6 +123,17 @@ class SelfSearch {
     return key_frame < map_.source_of_pose.size() ? map_.source_of_pose[key_frame] : 0;
   }
 
+  /// Length of the way of one recording.
+  double wayOf(std::uint32_t source) const {
+    double first_m = 0, last_m = 0;
+    for (std::size_t i = along_.size(); i-- > 0;) {
+      if (sourceOf(i) != source) continue;
+      if (last_m == 0) last_m = along_[i];
+      first_m = along_[i];
+    }
+    return last_m - first_m;
+  }
+
   /// Distance from the way within which the map has most of its samples.
   double reachOfWay() const {
     std::vector<double> distances;
@@ -147,7 +158,7 @@ class SelfSearch {
   /// The stretch of one recording that ends there, or goes on if it began too late.
   bool cutWay(std::size_t place, double window_m, Random& random, Neighbourhood& around) const {
     const auto sameWay = [&](std::size_t i) { return sourceOf(i) == sourceOf(place); };
-    if (along_.back() < kLeftForOthers * window_m) return false;
+    if (wayOf(sourceOf(place)) < kLeftForOthers * window_m) return false;
     std::size_t first = place, last = place;
     while (first > 0 && sameWay(first - 1) && along_[last] - along_[first] < window_m) --first;
     while (last + 1 < along_.size() && sameWay(last + 1) && along_[last] - along_[first] < window_m)

@@ -17,9 +17,9 @@ constexpr double kPairSigma_m = 0.5, kVague_m = 5, kVague_rad = 0.5;
 /// its heights are those of ground seen from afar, and the last part of a window shows its
 /// direction no better.
 constexpr double kPlanSigma_m = 0.25, kPlanHeightSigma_m = 0.3, kPlanYawSigma_rad = 0.01;
-/// Shares of its score that a pose must keep when it is moved: of the last metres, and of the whole
-/// window, which drifts. The last metres alone may fit some metres further as well.
-constexpr double kScoreKept = 0.25, kWholeScoreKept = 0.5;
+/// Share of its score that a pose must keep when it is moved, of the last metres and of the whole
+/// window. The last metres alone may fit some metres further as well.
+constexpr double kScoreKept = 0.25;
 /// Of the plan registered around the last pose, from kPlanSeenFrom_m above the ground; from higher
 /// it errs with the square, as depth does. It was seen some 25 m before, from where the odometry
 /// has drifted since; across the way and in height little is open. Tilt is that of the odometry.
@@ -205,7 +205,7 @@ RefinedPose PoseRefinement::refine(const Query& query, const search::FieldQuery*
   Step step{query,
             in_field,
             in_field ? in_field->part(sensor.head<2>(), kRecent_m) : nullptr,
-            in_field ? kWholeScoreKept * in_field->score(T_map_query) : 0,
+            in_field ? kScoreKept * in_field->score(T_map_query) : 0,
             up_sigma_rad,
             options_.refine.max_shift_m,
             {}};
