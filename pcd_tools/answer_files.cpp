@@ -184,9 +184,7 @@ void AnswerFiles::explain(const Answer& answer, const Query& query,
   explained_.push_back(query);
   explained_.back().plan = {};  // the page shows points and vertices
   SceneQuery shown = queryWith(explained_.back(), answer.fix);
-  shown.name = answer.frames > 1
-                   ? fmt::format("{} {}-{}", answer.input, answer.first_frame, answer.last_frame)
-                   : answer.input;
+  shown.name = nameOf(answer);
   shown.marks = marksOf(explanation);
   on_page_.push_back(std::move(shown));
 }

@@ -43,11 +43,6 @@ Ink inkOf(Status status) {
   }
 }
 
-std::string nameOf(const Answer& answer) {
-  if (answer.frames < 2) return answer.input;
-  return fmt::format("{} {}-{}", answer.input, answer.first_frame, answer.last_frame);
-}
-
 /// What is unusual about the frame of the query.
 std::string frameOf(const Localization& fix) {
   std::string text = fix.scale == 1 ? "" : fmt::format("; scale {:.3f}", fix.scale);
@@ -74,6 +69,11 @@ double positionSigma(const Matrix6d& covariance) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(covariance.topLeftCorner<3, 3>(),
                                                             Eigen::EigenvaluesOnly);
   return std::sqrt(std::max(0.0, axes.eigenvalues().z()));
+}
+
+std::string nameOf(const Answer& answer) {
+  if (answer.frames < 2) return answer.input;
+  return fmt::format("{} {}-{}", answer.input, answer.first_frame, answer.last_frame);
 }
 
 std::string chanceWrongText(double confidence) {

@@ -41,6 +41,9 @@ class AnswerTable {
 /// The standard deviation of the position along its worst axis [m].
 double positionSigma(const Matrix6d& covariance);
 
+/// What was asked: the input, and which of its frames if it has several.
+std::string nameOf(const Answer& answer);
+
 /// How likely it is that an answer is wrong: "<1 in 1000", "1 in 60", "35 %". Rarer than one in a
 /// thousand is no claim that was checked against as many answers.
 std::string chanceWrongText(double confidence);

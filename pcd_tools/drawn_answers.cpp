@@ -108,7 +108,7 @@ std::vector<SceneQuery> DrawnAnswers::draw(const std::string& answers_path, Join
   for (std::size_t i = 0; i < answers.size(); ++i) {
     const Answer& answer = answers[i];
     SceneQuery query = queryOf(answer.fix);
-    query.name = fmt::format("{} {}-{}", answer.input, answer.first_frame, answer.last_frame);
+    query.name = nameOf(answer);
     query.T_map_query = answer.fix.T_map_sensor;
     query.poses = {Eigen::Isometry3d::Identity()};  // as if its odometry began there
     const std::string path = pathOf(answer.input, answers_path);

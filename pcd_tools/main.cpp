@@ -19,8 +19,8 @@ namespace {
 
 using CommandMaker = std::unique_ptr<Command> (*)();
 constexpr CommandMaker kCommands[] = {
-    makeSimulate, makeInfo,     makeLabel,      makeLift,     makeBlobs, makeGraph, makeMap,
-    makeMatch,    makeLocalize, makeLookalikes, makeDiff, makeEvaluate, makeFuse,  makeLearn, makeView};
+    makeSimulate, makeInfo,       makeLabel, makeLift,     makeBlobs, makeGraph, makeMap, makeMatch,
+    makeLocalize, makeLookalikes, makeDiff,  makeEvaluate, makeFuse,  makeLearn, makeView};
 
 /// What every command understands.
 struct CommonFlags {

@@ -10,7 +10,7 @@
 namespace xview {
 namespace {
 
-constexpr double kEnough_nats = 20;  ///< as much as a few things that both have seen
+constexpr double kEnough_nats = 10;  ///< for or against: a few things that both have seen
 constexpr double kReach_m = 5;       ///< of a town; the climb of a search ends about there
 
 /// What the user believes about queries says nothing about maps, and bare walks judge no pose.
@@ -63,7 +63,7 @@ std::optional<FrameEvidence> evidenceOfOneFrame(const map::SemanticMap& map,
   const Query query = makeQuery(other, options);
   const std::vector<Eigen::Isometry3d> as_it_is{Eigen::Isometry3d::Identity()};
   const verify::Evidence here = localizer.check(query, as_it_is, 0)[0].evidence;
-  if (here.expected < kEnough_nats) return std::nullopt;
+  if (std::abs(here.score) < kEnough_nats) return std::nullopt;
   const PoseCheck best = localizer.check(query, as_it_is, kReach_m * map.size)[0];
   const Eigen::Vector3d sensor = query.poses.back().translation();
   return FrameEvidence{here.score, here.expected, best.evidence.score,

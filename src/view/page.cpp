@@ -367,6 +367,10 @@ class PageData {
       const Eigen::Vector3d p = q.T_map_query * q.graph->vertices[i].position;
       if (p.allFinite()) box.extend(p);
     }
+    if (box.sizes().isZero() && q.cloud) {  // a cloud of its own, without a way
+      for (std::size_t i = 0; i < q.cloud->size(); ++i)
+        box.extend(q.T_map_query * q.cloud->position(i));
+    }
     return box.isEmpty() ? radius_ : std::max(0.05 * radius_, box.sizes().head<2>().norm());
   }
 
