@@ -76,10 +76,11 @@ Impression lookAt(const RecordingListing& listing, std::size_t max_frames) {
 
 /// How the points of a frame lie if a label set names them.
 struct Lie {
-  double ground_share = 0;  ///< of all points
-  double thickness_m = 0;   ///< standard deviation of ground points across the plane through them
-  double width_m = 0;       ///< the smaller one within that plane
-  double one_side = 0;      ///< share of the other points that is on the fuller side of it
+  double ground_share = 0;       ///< of all points
+  Eigen::Vector3d mean, normal;  ///< of the ground
+  double thickness_m = 0;  ///< standard deviation of ground points across the plane through them
+  double width_m = 0;      ///< the smaller one within that plane
+  double one_side = 0;     ///< share of the other points that is on the fuller side of it
 };
 
 std::optional<Lie> lieOf(const std::vector<Point>& points, const LabelSet& labels) {
@@ -98,6 +99,8 @@ std::optional<Lie> lieOf(const std::vector<Point>& points, const LabelSet& label
   Lie lie;
   lie.ground_share =
       static_cast<double>(ground.size()) / static_cast<double>(ground.size() + others.size());
+  lie.mean = mean;
+  lie.normal = axes.eigenvectors().col(0);
   lie.thickness_m = std::sqrt(std::max(0.0, axes.eigenvalues()[0]));
   lie.width_m = std::sqrt(std::max(0.0, axes.eigenvalues()[1]));
   const auto above = std::count_if(others.begin(), others.end(), [&](const Eigen::Vector3d& p) {
@@ -165,7 +168,30 @@ std::optional<std::string> semanticKittiSet(const LabelCounts& counts) {
                                                                   : "semantic_kitti_train_0";
 }
 
-void takeSemanticKitti(RecordingListing& listing, const std::string& set) {
+// ---- NYU Depth, as of ScanNet
+
+/// Ids up to 40, many of them, whose floor is that of a room and whose walls rise from it.
+bool areNyu40(const Impression& seen, const LabelSet& nyu) {
+  constexpr std::uint32_t kWall = 1, kLast = 40;
+  constexpr std::size_t kFewestIds = 6;
+  constexpr double kWidestRoom_m = 6, kRise_m = 0.4;
+  if (seen.counts.size() < kFewestIds || seen.counts.rbegin()->first > kLast ||
+      seen.counts.rbegin()->first <= kLast / 2 || !groundFits(seen, nyu).value_or(false))
+    return false;
+  return std::all_of(seen.frames.begin(), seen.frames.end(), [&](const auto& points) {
+    const auto lie = lieOf(points, nyu);
+    if (!lie) return true;
+    double walls = 0, squares = 0;
+    for (const Point& p : points) {
+      if (p.label != kWall) continue;
+      walls += 1;
+      squares += std::pow((p.getVector3fMap().cast<double>() - lie->mean).dot(lie->normal), 2);
+    }
+    return lie->width_m < kWidestRoom_m && walls > 0 && squares > kRise_m * kRise_m * walls;
+  });
+}
+
+void takeShipped(RecordingListing& listing, const std::string& set) {
   listing.labels = shippedLabelSet(set);
   listing.notes.push_back("its files name no classes; by their ids they are those of " + set +
                           "; --labels names others");
@@ -194,7 +220,8 @@ void takeOffered(RecordingListing& listing, const InputOptions& options) {
 void guessLabels(RecordingListing& listing, const Impression& seen, const InputOptions& options) {
   if (offeredFits(seen, options)) return takeOffered(listing, options);
   if (areRawSemanticKitti(seen, shippedLabelSet("semantic_kitti")))
-    return takeSemanticKitti(listing, "semantic_kitti");
+    return takeShipped(listing, "semantic_kitti");
+  if (areNyu40(seen, shippedLabelSet("nyu40"))) return takeShipped(listing, "nyu40");
   std::vector<std::uint32_t> ids;
   for (const auto& [id, points] : seen.counts) ids.push_back(id);
   listing.labels = genericLabelSet(ids);
@@ -218,7 +245,7 @@ void guessSemanticKittiLabels(RecordingListing& listing, const InputOptions& opt
   if (!set || (of_another_set && offeredFits(seen, options)))
     guessLabels(listing, seen, options);
   else
-    takeSemanticKitti(listing, *set);
+    takeShipped(listing, *set);
 }
 
 }  // namespace xview::io

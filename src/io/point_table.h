@@ -69,8 +69,9 @@ void checkSize(const InputFile& file, const FileLayout& layout);
 /// The lines, each after `mark` ("# " in PCD, "comment " in PLY) and ended; none for a generic set,
 /// whose names say nothing.
 std::string classComments(const LabelSet& labels, const std::string& mark);
-/// The classes that the comments of a header name; none if it names none. Throws Error if one of
-/// them is not as written by classComments.
+/// The classes that the comments of a header name, or those of the shipped label set that one of
+/// them names; none if there is neither. Throws Error if one of them is not as written by
+/// classComments.
 std::optional<LabelSet> readClassComments(const std::vector<std::string>& comments,
                                           const InputFile& file);
 

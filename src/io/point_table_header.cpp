@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The headers of PCD and PLY files, and the classes in their comments.
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <limits>
 #include <map>
 
 #include "point_table.h"
+#include "xview/io/label_files.h"
 
 namespace xview::io {
 namespace {
@@ -391,6 +393,36 @@ std::string classComments(const LabelSet& labels, const std::string& mark) {
   return lines;
 }
 
+namespace {
+
+/// Lower case, without what names are joined by: "SemanticKITTI" and "semantic_kitti" are one.
+std::string plainName(std::string_view word) {
+  std::string plain;
+  for (const char c : word) {
+    if (std::isalnum(static_cast<unsigned char>(c)))
+      plain += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  }
+  return plain;
+}
+
+/// Exporters tell the label set in a comment of their own, such as "label = NYU40 id". Short names
+/// and `shapes` are words that mean other things as well.
+std::optional<LabelSet> shippedSetNamedIn(const std::vector<std::string>& comments) {
+  constexpr std::size_t kShortestName = 5;
+  for (const std::string& set : shippedLabelSets()) {
+    const std::string name = plainName(set);
+    if (name.size() < kShortestName || set == "shapes") continue;
+    for (const std::string& comment : comments) {
+      for (const std::string_view word : splitWords(comment)) {
+        if (plainName(word) == name) return shippedLabelSet(set);
+      }
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
 std::optional<LabelSet> readClassComments(const std::vector<std::string>& comments,
                                           const InputFile& file) {
   std::string set_name;
@@ -407,7 +439,7 @@ std::optional<LabelSet> readClassComments(const std::vector<std::string>& commen
     }
     classes.push_back(*info);
   }
-  if (classes.empty()) return std::nullopt;
+  if (classes.empty()) return shippedSetNamedIn(comments);
   LabelSet labels(set_name);
   for (ClassInfo& info : classes) labels.add(std::move(info));
   return labels;

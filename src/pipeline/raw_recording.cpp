@@ -2,12 +2,13 @@
 #include "xview/raw_recording.h"
 
 #include <algorithm>
-#include <initializer_list>
+#include <array>
 #include <mutex>
 #include <optional>
 #include <utility>
 
 #include "pipeline/query_in_map.h"
+#include "xview/graph/average_depth.h"
 #include "xview/graph/smooth_depth.h"
 #include "xview/types/forwarding_source.h"
 
@@ -17,6 +18,9 @@ namespace {
 constexpr std::size_t kFramesToLookAt = 3;
 constexpr double kKnownWell_m = 0.05;     ///< depths with less noise are not smoothed
 constexpr double kNoiseOfAverages = 0.2;  ///< what is left of the noise where a plane was found
+constexpr double kHidesShapes_m = 0.3;    ///< noise as large as the voxels that shapes are told in
+constexpr double kNearlyOnePlace = 0.25;  ///< times the depth: cameras nearer than this see alike
+constexpr std::size_t kBefore = 4;        ///< frames before one, and after it, to average it with
 
 /// Depths whose noise no longer hides shapes: without labels all pixels may share a plane.
 DepthImage smoothed(const DepthImage& depth, double noise) {
@@ -102,6 +106,32 @@ void mergeChannels(PlanView& plan) {
   plan[Channel::other_object].clear();
 }
 
+/// The frames of a recording that were asked for last, for readers that need neighbours.
+class RecentFrames {
+ public:
+  using Shared = std::shared_ptr<const Frame>;
+
+  Shared read(const FrameSource& source, std::size_t index) {
+    Slot& slot = slots_[index % slots_.size()];
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      if (slot.frame && slot.index == index) return slot.frame;
+    }
+    auto frame = std::make_shared<const Frame>(source.read(index));
+    const std::lock_guard<std::mutex> lock(mutex_);
+    slot = {index, frame};
+    return frame;
+  }
+
+ private:
+  struct Slot {
+    std::size_t index = 0;
+    Shared frame;
+  };
+  std::mutex mutex_;
+  std::array<Slot, 4 * kBefore> slots_;
+};
+
 class ShapeLabelled final : public ForwardingSource {
  public:
   ShapeLabelled(std::unique_ptr<FrameSource> source, LabelSet shapes,
@@ -117,10 +147,12 @@ class ShapeLabelled final : public ForwardingSource {
     if (std::optional<Frame> kept = takeKept()) return *std::move(kept);
     Frame frame = source_->read(index);
     const Eigen::Matrix3d R_up_sensor = frame.T_odom_sensor.linear();
-    if (frame.sensor == Sensor::camera)
+    if (frame.sensor == Sensor::camera) {
+      averageWithNeighbours(index, frame);
       labelImage(R_up_sensor, lift_, frame);
-    else
+    } else {
       labelCloud(R_up_sensor, frame.cloud);
+    }
     frame.instance = {};
     for (Point& point : frame.cloud.points) point.instance = 0;
     return frame;
@@ -142,6 +174,28 @@ class ShapeLabelled final : public ForwardingSource {
   }
 
  private:
+  /// Where noise hides the shapes in one frame, as from the air, several frames show them.
+  void averageWithNeighbours(std::size_t index, Frame& frame) const {
+    const double noise = graph::inverseDepthNoise(frame.depth);
+    const double z = graph::medianDepth(frame.depth);
+    if (noise * z * z < kHidesShapes_m || !graph::isNoiseOfPixels(noise, frame.depth)) return;
+    const auto seesAlike = [&](std::size_t other) {
+      return (pose(other).translation() - frame.T_odom_sensor.translation()).norm() <
+             kNearlyOnePlace * z;
+    };
+    std::size_t first = index, last = index;
+    while (first > 0 && index - first < kBefore && seesAlike(first - 1)) --first;
+    while (last + 1 < size() && last - index < kBefore && seesAlike(last + 1)) ++last;
+    std::vector<RecentFrames::Shared> kept;
+    std::vector<const Frame*> others;
+    for (std::size_t i = first; i <= last; ++i) {
+      if (i == index) continue;
+      kept.push_back(recent_.read(*source_, i));
+      others.push_back(kept.back().get());
+    }
+    frame.depth = graph::averageDepth(frame, others, noise);
+  }
+
   std::optional<Frame> takeKept() const {
     const std::lock_guard<std::mutex> lock(mutex_);
     return std::exchange(kept_, std::nullopt);
@@ -150,6 +204,7 @@ class ShapeLabelled final : public ForwardingSource {
   std::unique_ptr<FrameSource> source_;
   LabelSet shapes_;
   graph::LiftOptions lift_;
+  mutable RecentFrames recent_;
   mutable std::mutex mutex_;
   mutable std::optional<Frame> kept_;  ///< the only frame, until somebody reads it
 };
