@@ -297,6 +297,29 @@ TEST_F(Recording, AScanSavedAsACloudIsKnownByTheIdsOfSemanticKitti) {
   EXPECT_EQ(source({40, 0, 10, 11, 13, 30, 48})->labels().name(), "generic");
 }
 
+TEST_F(Recording, ARoomIsKnownByTheIdsOfNyu40) {
+  const auto source = [&](const std::vector<int>& ids) {
+    return openRecording(write("a.ply", plyOf(kXyz + "property ushort label\n", streetOf(ids))));
+  };
+  const auto room = source({2, 1, 3, 5, 22, 39, 40});
+  EXPECT_EQ(room->labels().name(), "nyu40");
+  EXPECT_FALSE(room->notes().empty()) << "it is a guess";
+  EXPECT_EQ(source({1, 2, 3, 5, 22, 39, 40})->labels().name(), "generic") << "walls lie";
+  EXPECT_EQ(source({2, 3, 5, 22, 38, 39, 40})->labels().name(), "generic") << "no walls";
+  EXPECT_EQ(source({2, 1, 3, 5, 22, 39, 41})->labels().name(), "generic") << "no such id";
+}
+
+TEST_F(Recording, ACommentOfACloudMayNameItsLabelSet) {
+  const auto nameIn = [&](const std::string& comment) {
+    std::string text = plyOf(kXyz + "property int label\n", {"1 2 3 1", "1 2 4 2"});
+    text.insert(text.find("element"), "comment " + comment + "\n");
+    return openRecording(write("a.ply", text))->labels().name();
+  };
+  EXPECT_EQ(nameIn("label = NYU40 id"), "nyu40");
+  EXPECT_EQ(nameIn("classes: SemanticKITTI"), "semantic_kitti");
+  EXPECT_EQ(nameIn("shapes of an artist"), "generic") << "an ordinary word";
+}
+
 TEST_F(Recording, WhatOnlyHasTheIdsOfSemanticKittiIsNotTakenForIt) {
   // A kitchen whose numbers happen to be those: road, sidewalk and terrain are upright.
   const auto path = write(

@@ -56,8 +56,8 @@ TEST(LabelSets, ARecordingInOneShippedSetIsFoundInAMapOfAnyOther) {
   };
   std::vector<std::unique_ptr<DriveIn>> drives;
   for (const std::string& set : io::shippedLabelSets()) {
-    if (set != "airsim")  // its classes are numbers of things
-      drives.push_back(std::make_unique<DriveIn>(set));
+    // Classes of airsim are numbers of things, and those of nyu40 are of rooms.
+    if (set != "airsim" && set != "nyu40") drives.push_back(std::make_unique<DriveIn>(set));
   }
   ASSERT_GE(drives.size(), 16u);
   const Eigen::Vector3d truth = simulatedDrive().sessions.at("rear")->truth(39).translation();
