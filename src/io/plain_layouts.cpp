@@ -94,6 +94,8 @@ void chooseLabels(RecordingListing& listing, const InputOptions& options, const 
   if (header.label_field.empty()) return;
   if (const auto named = namedLabels(options, folder.string(), header.labels))
     listing.labels = *named;
+  else if (header.label_field == "ObjTag")  // as CARLA's semantic LiDAR writes it
+    listing.labels = carlaLabels(countLabels(listing, kCarlaFramesToLookAt));
   else
     guessLabels(listing, options);
 }

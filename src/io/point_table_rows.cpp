@@ -313,9 +313,10 @@ constexpr const char* kLabelNames[] = {"label",
                                        "scalar_label",
                                        "scalar_Classification",
                                        "classification",
-                                       "scalar_Class"};
-constexpr const char* kInstanceNames[] = {"instance", "object", "ins_label", "scalar_Instance",
-                                          "scalar_Object"};
+                                       "scalar_Class",
+                                       "ObjTag"};
+constexpr const char* kInstanceNames[] = {"instance",        "object",        "ins_label",
+                                          "scalar_Instance", "scalar_Object", "ObjIdx"};
 
 template <std::size_t N>
 std::optional<std::size_t> findFirst(const Element& points, const std::string& asked,

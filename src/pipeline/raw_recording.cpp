@@ -20,6 +20,8 @@ constexpr double kKnownWell_m = 0.05;     ///< depths with less noise are not sm
 constexpr double kNoiseOfAverages = 0.2;  ///< what is left of the noise where a plane was found
 constexpr double kHidesShapes_m = 0.3;    ///< noise as large as the voxels that shapes are told in
 constexpr double kNearlyOnePlace = 0.25;  ///< times the depth: cameras nearer than this see alike
+constexpr double kLittleGround = 0.15;    ///< share of a cloud; less makes one ask which way is up
+constexpr double kMuchMore = 2;           ///< times as much ground: another way is up
 constexpr std::size_t kBefore = 4;        ///< frames before one, and after it, to average it with
 
 /// Depths whose noise no longer hides shapes: without labels all pixels may share a plane.
@@ -69,12 +71,38 @@ void labelImage(const Eigen::Matrix3d& R_up_sensor, const graph::LiftOptions& op
     frame.label.pixels[seen.pixels[i]] = static_cast<std::uint16_t>(seen.points[i].label);
 }
 
-void labelCloud(const Eigen::Matrix3d& R_up_sensor, LabelledCloud& cloud) {
-  pcl::PointCloud<Point> turned = cloud.points;
-  const Eigen::Matrix3f R = R_up_sensor.cast<float>();
-  for (Point& point : turned) point.getVector3fMap() = R * point.getVector3fMap();
+double groundShare(const pcl::PointCloud<Point>& points) {
+  const auto ground = std::count_if(points.begin(), points.end(), [](const Point& point) {
+    return point.label == static_cast<std::uint32_t>(label::Shape::ground);
+  });
+  return static_cast<double>(ground) / static_cast<double>(std::max<std::size_t>(1, points.size()));
+}
+
+/// Labels points as they lie when turned. Those that need no turn are not copied: a cloud may be
+/// all that memory holds.
+void labelTurned(const Eigen::Matrix3d& R, pcl::PointCloud<Point>& points) {
+  if (R == Eigen::Matrix3d::Identity()) return label::labelByShape(points);
+  pcl::PointCloud<Point> turned = points;
+  const Eigen::Matrix3f R_float = R.cast<float>();
+  for (Point& point : turned) point.getVector3fMap() = R_float * point.getVector3fMap();
   label::labelByShape(turned);
-  for (std::size_t i = 0; i < turned.size(); ++i) cloud.points[i].label = turned[i].label;
+  for (std::size_t i = 0; i < turned.size(); ++i) points[i].label = turned[i].label;
+}
+
+/// Where hardly anything lies as ground would, z may not be up: meshes are often drawn with y up,
+/// and clouds of one camera with y down. They are labelled as they show by far the most ground.
+void labelAnyWayUp(const Eigen::Matrix3d& R_up_sensor, pcl::PointCloud<Point>& points) {
+  labelTurned(R_up_sensor, points);
+  double most = groundShare(points);
+  if (most >= kLittleGround) return;
+  for (const double turn : {M_PI / 2, -M_PI / 2}) {
+    pcl::PointCloud<Point> other = points;
+    labelTurned(R_up_sensor * Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitX()).matrix(), other);
+    const double ground = groundShare(other);
+    if (ground < std::max(kLittleGround, kMuchMore * most)) continue;
+    most = ground;
+    points = std::move(other);
+  }
 }
 
 /// What a thing of this kind looks like to somebody who knows shapes only.
@@ -150,8 +178,10 @@ class ShapeLabelled final : public ForwardingSource {
     if (frame.sensor == Sensor::camera) {
       averageWithNeighbours(index, frame);
       labelImage(R_up_sensor, lift_, frame);
+    } else if (frame.sensor == Sensor::lidar) {
+      labelTurned(R_up_sensor, frame.cloud.points);
     } else {
-      labelCloud(R_up_sensor, frame.cloud);
+      labelAnyWayUp(R_up_sensor, frame.cloud.points);
     }
     frame.instance = {};
     for (Point& point : frame.cloud.points) point.instance = 0;

@@ -309,6 +309,15 @@ TEST_F(Recording, ARoomIsKnownByTheIdsOfNyu40) {
   EXPECT_EQ(source({2, 1, 3, 5, 22, 39, 41})->labels().name(), "generic") << "no such id";
 }
 
+TEST_F(Recording, SemanticScansOfCarlaHaveItsTags) {
+  const auto scan = openRecording(write(
+      "a.ply", plyOf(kXyz + "property float CosAngle\nproperty uint ObjIdx\nproperty uint ObjTag\n",
+                     {"1 2 3 0.5 7 1", "1 2 4 0.5 9 24"})));
+  EXPECT_EQ(scan->labels().name(), "carla_0_9_14");
+  EXPECT_EQ(scan->read(0).cloud.points[1].label, 24u);
+  EXPECT_EQ(scan->read(0).cloud.points[1].instance, 9u);
+}
+
 TEST_F(Recording, ACommentOfACloudMayNameItsLabelSet) {
   const auto nameIn = [&](const std::string& comment) {
     std::string text = plyOf(kXyz + "property int label\n", {"1 2 3 1", "1 2 4 2"});
