@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <memory>
+
 #include "xview/io/label_files.h"
 #include "xview/types/random.h"
 
