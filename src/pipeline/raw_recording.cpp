@@ -89,20 +89,16 @@ void labelTurned(const Eigen::Matrix3d& R, pcl::PointCloud<Point>& points) {
   for (std::size_t i = 0; i < turned.size(); ++i) points[i].label = turned[i].label;
 }
 
-/// Where hardly anything lies as ground would, z may not be up: meshes are often drawn with y up,
-/// and clouds of one camera with y down. They are labelled as they show by far the most ground.
+/// Where hardly anything lies as ground would, z may not be up: meshes are often drawn with y up.
+/// They are labelled so if that shows by far more ground.
 void labelAnyWayUp(const Eigen::Matrix3d& R_up_sensor, pcl::PointCloud<Point>& points) {
   labelTurned(R_up_sensor, points);
-  double most = groundShare(points);
-  if (most >= kLittleGround) return;
-  for (const double turn : {M_PI / 2, -M_PI / 2}) {
-    pcl::PointCloud<Point> other = points;
-    labelTurned(R_up_sensor * Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitX()).matrix(), other);
-    const double ground = groundShare(other);
-    if (ground < std::max(kLittleGround, kMuchMore * most)) continue;
-    most = ground;
-    points = std::move(other);
-  }
+  const double ground = groundShare(points);
+  if (ground >= kLittleGround) return;
+  const Eigen::AngleAxisd y_to_z(M_PI / 2, Eigen::Vector3d::UnitX());
+  pcl::PointCloud<Point> other = points;
+  labelTurned(R_up_sensor * y_to_z.toRotationMatrix(), other);
+  if (groundShare(other) >= std::max(kLittleGround, kMuchMore * ground)) points = std::move(other);
 }
 
 /// What a thing of this kind looks like to somebody who knows shapes only.
