@@ -311,9 +311,9 @@ void requireStorable(const SemanticMap& map) {
                                   std::to_string(map.sources.size()));
     }
   }
-  if (!(map.plan.cell_m > 0.01) || !(map.plan.cell_m < 1e3)) {
+  if (!(map.plan.cell_m > 0.02) || !(map.plan.cell_m < 1e3)) {
     throw std::invalid_argument("cells of the plan view are " + std::to_string(map.plan.cell_m) +
-                                " m, expected 0.01 to 1000");
+                                " m, expected 0.02 to 1000");
   }
 }
 
@@ -362,11 +362,10 @@ void readBulk(ContentReader& in, SemanticMap& map) {
   setEdges(blocks, map.graph);
   scaleLengths(1 / map.size, map.plan);  // tiles have the lengths of a town
   scaleLengths(1 / map.size, map.cloud);
-  in.table<PlanTile>("plan_tiles",
-                     [&](std::int64_t, PlanTile& tile) { appendTile(tile, map.plan); });
-  std::sort(map.plan.known.begin(), map.plan.known.end(), inRowOrder<GroundCell>);
-  in.table<CloudTile>("cloud_tiles",
-                      [&](std::int64_t, CloudTile& tile) { appendTile(tile, map.cloud); });
+  LabelledCloud plan;
+  in.table<Tile>("plan_tiles", [&](std::int64_t, Tile& tile) { appendTile(tile, plan); });
+  fill(plan, map.plan);
+  in.table<Tile>("cloud_tiles", [&](std::int64_t, Tile& tile) { appendTile(tile, map.cloud); });
   scaleLengths(map.size, map.plan);
   scaleLengths(map.size, map.cloud);
   map.cloud.points.width = static_cast<std::uint32_t>(map.cloud.points.size());
@@ -378,11 +377,10 @@ void readBulk(ContentReader& in, SemanticMap& map) {
 void writeContent(SQLite::Database& database, const std::string& schema, const SemanticMap& map) {
   requireStorable(map);
   // Tiles have the lengths of a town, for whose precision they are made.
-  const std::vector<PlanTile> plan_tiles = toTiles(*Scaled<PlanView>(map.plan, 1 / map.size));
-  const std::vector<CloudTile> cloud_tiles =
-      toTiles(*Scaled<LabelledCloud>(map.cloud, 1 / map.size));
+  const std::vector<Tile> plan_tiles = toTiles(pointsOf(*Scaled<PlanView>(map.plan, 1 / map.size)));
+  const std::vector<Tile> cloud_tiles = toTiles(*Scaled<LabelledCloud>(map.cloud, 1 / map.size));
   std::size_t stored_points = 0;
-  for (const CloudTile& tile : cloud_tiles) stored_points += tile.points;
+  for (const Tile& tile : cloud_tiles) stored_points += tile.points;
   std::vector<NamedRow<std::string>> meta;
   for (const auto& [name, value] : metaOf(map, stored_points)) meta.push_back({name, value});
   std::vector<ClassInfo> labels;
@@ -399,10 +397,9 @@ void writeContent(SQLite::Database& database, const std::string& schema, const S
   out.table("vertices", map.graph.vertices);
   out.table("edges", toBlocks(map.graph),
             [](const EdgeBlock& b, std::size_t) { return b.first_vertex; });
-  out.table("plan_tiles", plan_tiles,
-            [](const PlanTile& t, std::size_t) { return tileId(t.x, t.y); });
-  out.table("cloud_tiles", cloud_tiles,
-            [](const CloudTile& t, std::size_t) { return tileId(t.x, t.y, t.z); });
+  const auto id = [](const Tile& tile, std::size_t) { return tileId(tile); };
+  out.table("plan_tiles", plan_tiles, id);
+  out.table("cloud_tiles", cloud_tiles, id);
   out.finish();
 }
 

@@ -72,7 +72,8 @@ void requireMapFile(const std::string& path) {
   const auto version = static_cast<std::int32_t>(bigEndian(header, 60));
   if (version != kMapSchemaVersion) {
     throw Error(path, "map of schema version " + std::to_string(version) +
-                          ", but this program reads version " + std::to_string(kMapSchemaVersion));
+                          ", but this program reads version " + std::to_string(kMapSchemaVersion) +
+                          "; make it again with xview map");
   }
   // We never use a write-ahead log, and with one SQLite would create files beside a map that is
   // only read.

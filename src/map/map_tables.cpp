@@ -22,6 +22,13 @@ std::string insertStatement(SQLite::Database& database, const std::string& table
 
 }  // namespace
 
+static constexpr const char* kTileTable = R"(
+  id INTEGER PRIMARY KEY,
+  x INTEGER, y INTEGER, z INTEGER, -- tile of 64 m from the origin
+  points INTEGER,
+  data BLOB               -- packed, 1 cm
+)";
+
 const std::array<MapTable, 9> kMapTables = {{
     {"meta", R"(
   id INTEGER PRIMARY KEY,
@@ -66,19 +73,8 @@ const std::array<MapTable, 9> kMapTables = {{
   edges INTEGER,          -- from these to later vertices
   data BLOB               -- packed
 )"},
-    {"plan_tiles", R"(
-  id INTEGER PRIMARY KEY,
-  x INTEGER, y INTEGER,   -- tile of 64 x 64 cells: floor(cell index / 64)
-  known INTEGER,          -- cells seen
-  samples INTEGER,
-  data BLOB               -- packed, 1 cm
-)"},
-    {"cloud_tiles", R"(
-  id INTEGER PRIMARY KEY,
-  x INTEGER, y INTEGER, z INTEGER, -- tile of 64 m from the origin of the cloud
-  points INTEGER,
-  data BLOB               -- packed, 1 cm
-)"},
+    {"plan_tiles", kTileTable},
+    {"cloud_tiles", kTileTable},
     {"checksums", R"(
   id INTEGER PRIMARY KEY,
   table_name TEXT,

@@ -15,7 +15,7 @@
 namespace xview::map {
 
 constexpr std::uint32_t kMapApplicationId = 0x78766D70;  // "xvmp"
-constexpr int kMapSchemaVersion = 1;
+constexpr int kMapSchemaVersion = 2;
 
 struct MapTable {
   std::string name;

@@ -16,14 +16,14 @@ namespace xview::map {
 // in the order of the table, for writing and for reading.
 
 /// The points of a cloud in a cube of 64 m.
-struct CloudTile {
+struct Tile {
   std::int64_t x = 0, y = 0, z = 0;  ///< floor((p - origin) / 64 m)
   std::uint32_t points = 0;
   Bytes data;
 };
 
 template <class Row>
-void columns(Row& row, CloudTile& t) {
+void columns(Row& row, Tile& t) {
   row(t.x);
   row(t.y);
   row(t.z);
@@ -33,33 +33,15 @@ void columns(Row& row, CloudTile& t) {
 
 /// Tiles sorted by (z, y, x). Coordinates are rounded to 1 cm, points that are not finite are
 /// dropped. Throws std::out_of_range on points too far from the origin.
-std::vector<CloudTile> toTiles(const LabelledCloud& cloud);
+std::vector<Tile> toTiles(const LabelledCloud& cloud);
 /// Appends points with their instances, sorted by label, instance, position; throws Damage.
-void appendTile(const CloudTile& tile, LabelledCloud& cloud);
+void appendTile(const Tile& tile, LabelledCloud& cloud);
 
-/// What a plan view has in a square of 64 x 64 cells.
-struct PlanTile {
-  std::int64_t x = 0, y = 0;  ///< floor(cell index / 64)
-  std::uint32_t known = 0;    ///< cells that were seen
-  std::uint32_t samples = 0;
-  Bytes data;
-};
-
-template <class Row>
-void columns(Row& row, PlanTile& t) {
-  row(t.x);
-  row(t.y);
-  row(t.known);
-  row(t.samples);
-  row(t.data);
-}
-
-/// Tiles sorted by (y, x). Coordinates are rounded to 1 cm; a cell known twice counts once. Throws
-/// std::out_of_range on coordinates that are not finite or too far.
-std::vector<PlanTile> toTiles(const PlanView& plan);
-/// Appends the content of a tile; throws Damage. `plan` has its grid already. Known cells come tile
-/// by tile.
-void appendTile(const PlanTile& tile, PlanView& plan);
+/// A plan view as points: samples with their channel as label, and the cells that were seen, at
+/// their middle. Throws std::out_of_range for samples that are not finite.
+LabelledCloud pointsOf(const PlanView& plan);
+/// Fills a plan view, which has its grid already, with the points of one; throws Damage.
+void fill(const LabelledCloud& points, PlanView& plan);
 /// Names of the channels in the order of storage; another order is another file.
 std::string channelNames();
 
@@ -84,8 +66,8 @@ void setEdges(const std::vector<EdgeBlock>& blocks, SemanticGraph& graph);
 
 /// Row id of a tile: packs its indices so that ids do not change when tiles are added.
 constexpr std::int64_t kTileIndexBias = std::int64_t{1} << 19;
-inline std::int64_t tileId(std::int64_t x, std::int64_t y, std::int64_t z = 0) {
-  return ((z + kTileIndexBias) << 40) | ((y + kTileIndexBias) << 20) | (x + kTileIndexBias);
+inline std::int64_t tileId(const Tile& t) {
+  return ((t.z + kTileIndexBias) << 40) | ((t.y + kTileIndexBias) << 20) | (t.x + kTileIndexBias);
 }
 inline bool isTileIndex(std::int64_t i) { return i >= -kTileIndexBias && i < kTileIndexBias; }
 

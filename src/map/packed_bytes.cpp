@@ -38,19 +38,6 @@ std::int64_t ByteReader::signedInteger() {
   return static_cast<std::int64_t>((coded >> 1) ^ (~(coded & 1) + 1));
 }
 
-std::size_t ByteReader::itemCount() {
-  const std::uint64_t count = unsignedInteger();
-  if (count > remaining()) throw Damage("packed numbers announce more items than bytes");
-  return static_cast<std::size_t>(count);
-}
-
-const std::uint8_t* ByteReader::raw(std::size_t size) {
-  if (size > remaining()) throw Damage("packed bytes end too early");
-  const std::uint8_t* const data = next_;
-  next_ += size;
-  return data;
-}
-
 Bytes compressed(const Bytes& raw) {
   if (raw.size() > 0xFFFFFFFFu) throw std::length_error("a tile of more than 4 GB");
   uLongf size = compressBound(static_cast<uLong>(raw.size()));

@@ -25,9 +25,6 @@ class ByteWriter {
  public:
   void unsignedInteger(std::uint64_t value);
   void signedInteger(std::int64_t value);
-  void raw(const std::uint8_t* data, std::size_t size) {
-    bytes_.insert(bytes_.end(), data, data + size);
-  }
   const Bytes& bytes() const { return bytes_; }
 
  private:
@@ -41,10 +38,6 @@ class ByteReader {
       : next_(bytes.data()), end_(bytes.data() + bytes.size()) {}
   std::uint64_t unsignedInteger();
   std::int64_t signedInteger();
-  /// A number of items that follow, each at least one byte long; so memory is bounded by the bytes
-  /// that are there.
-  std::size_t itemCount();
-  const std::uint8_t* raw(std::size_t size);
   std::size_t remaining() const { return static_cast<std::size_t>(end_ - next_); }
 
  private:

@@ -205,7 +205,7 @@ TEST(MapStore, SummaryCountsWhatTheMapHas) {
   const SemanticMap map = sampleMap();
   saveMap(folder / "a.xvm", map);
   const MapSummary summary = readMapSummary(folder / "a.xvm");
-  EXPECT_EQ(summary.schema_version, 1);
+  EXPECT_EQ(summary.schema_version, 2);
   EXPECT_FALSE(summary.program_version.empty());
   EXPECT_EQ(summary.label_set, "street classes");
   EXPECT_EQ(summary.vertices, map.graph.size());

@@ -38,16 +38,6 @@ TEST(PackedBytes, WhatEndsTooEarlyOrNeverIsDamage) {
   EXPECT_THROW(ByteReader(cut).unsignedInteger(), Damage);
   EXPECT_THROW(ByteReader(endless).unsignedInteger(), Damage);
   EXPECT_THROW(ByteReader(nothing).signedInteger(), Damage);
-  EXPECT_THROW(ByteReader(cut).raw(2), Damage);
-}
-
-TEST(PackedBytes, MoreItemsThanBytesAreDamageBeforeMemoryIsTaken) {
-  ByteWriter writer;
-  writer.unsignedInteger(3);
-  writer.raw(Bytes{1, 2}.data(), 2);
-  EXPECT_THROW(ByteReader(writer.bytes()).itemCount(), Damage);
-  writer.raw(Bytes{3}.data(), 1);
-  EXPECT_EQ(ByteReader(writer.bytes()).itemCount(), 3u);
 }
 
 TEST(PackedBytes, ABlockThatLiesAboutItsSizeIsDamage) {
