@@ -89,10 +89,4 @@ struct DepthCounts {
 };
 DepthCounts countDepths(const float* depth, std::size_t count, float above, float upto);
 
-/// The largest measured depth, 0 if there is none.
-float farthestDepth(const float* depth, std::size_t count);
-
-/// 1 / (sigma * depth), whatever the depth is.
-void invertDepths(const float* depth, std::size_t count, double sigma, double* inverse);
-
 }  // namespace xview::graph

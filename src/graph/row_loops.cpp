@@ -76,28 +76,4 @@ XVIEW_CLONES DepthCounts countDepths(const float* depth, std::size_t count, floa
   return counts;
 }
 
-XVIEW_CLONES float farthestDepth(const float* depth, std::size_t count) {
-  constexpr std::size_t kLanes = 16;
-  float farthest[kLanes] = {};
-  std::size_t i = 0;
-  for (; i + kLanes <= count; i += kLanes) {
-    for (std::size_t lane = 0; lane < kLanes; ++lane) {
-      const float z = depth[i + lane] < kNoDepthFrom ? depth[i + lane] : 0;
-      farthest[lane] = z > farthest[lane] ? z : farthest[lane];
-    }
-  }
-  float result = 0;
-  for (; i < count; ++i) {
-    const float z = depth[i] < kNoDepthFrom ? depth[i] : 0;
-    result = z > result ? z : result;
-  }
-  for (const float z : farthest) result = z > result ? z : result;
-  return result;
-}
-
-XVIEW_CLONES void invertDepths(const float* __restrict depth, std::size_t count, double sigma,
-                               double* __restrict inverse) {
-  for (std::size_t i = 0; i < count; ++i) inverse[i] = 1 / (sigma * depth[i]);
-}
-
 }  // namespace xview::graph

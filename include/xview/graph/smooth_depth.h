@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <optional>
-
 #include "xview/types/image.h"
 
 namespace xview::graph {
@@ -17,18 +15,6 @@ double inverseDepthNoise(const DepthImage& depth);
 /// differs over a few pixels only are leaves and other small shapes.
 bool isNoiseOfPixels(double inverse_depth_noise, const DepthImage& depth);
 
-/// Lowest inverse depth that the sensor tells, in units of its noise, if the image shows one: many
-/// measurements lie just above it. The noise of a surface that the sensor sees whole fades out
-/// towards its farthest measurement. None where depths are known to half a metre, because there
-/// the steps of a sensor look the same.
-std::optional<double> rangeLimit(const DepthImage& depth, double inverse_depth_sigma);
-
-/// Where a surface is of which only the measurements above zero are told, in units of their noise,
-/// if these are `seen` above zero on average: the mean of a truncated normal distribution is
-/// mu + phi(mu) / Phi(mu). None if it is not one unit above zero: then most of what is told are
-/// errors.
-std::optional<double> meanOfAll(double seen);
-
 /// Averages depths of a noisy camera where that does no harm. The inverse of planar depth is an
 /// affine function of the pixel on every plane (along the rays it nearly is, over a few pixels),
 /// and it is what errs evenly: noisy depths themselves are too far on average, by their variance
@@ -39,10 +25,6 @@ std::optional<double> meanOfAll(double seen);
 /// `inverse_depth_sigma` [1/m] is the noise of single pixels; nothing happens if it is 0. What is
 /// known to `good_m` stays as it is, and so does what no plane explains: leaves, edges, single
 /// wrong depths. Pixels without depth stay without.
-///
-/// A sensor that tells depths up to some limit only tells too short ones of a surface near it:
-/// planes are moved to where the measurements that are told come from, and what lies so near to the
-/// limit that most of it is not told loses its depth.
 void smoothDepth(DepthImage& depth, const LabelImage& labels, double inverse_depth_sigma,
                  double good_m);
 
