@@ -233,8 +233,12 @@ LabelCounts countLabels(const RecordingListing& listing, std::size_t max_frames)
   return lookAt(listing, max_frames).counts;
 }
 
-void guessLabels(RecordingListing& listing, const InputOptions& options) {
-  guessLabels(listing, lookAt(listing, kFramesToLookAt), options);
+void nameClasses(RecordingListing& listing, const InputOptions& options, const std::string& folder,
+                 const std::optional<LabelSet>& own) {
+  if (const auto named = namedLabels(options, folder, own))
+    listing.labels = *named;
+  else
+    guessLabels(listing, lookAt(listing, kFramesToLookAt), options);
 }
 
 void guessSemanticKittiLabels(RecordingListing& listing, const InputOptions& options) {

@@ -119,15 +119,16 @@ using LabelCounts = std::map<std::uint32_t, std::uint64_t>;
 /// In at most `max_frames` frames spread over the recording.
 LabelCounts countLabels(const RecordingListing& listing, std::size_t max_frames);
 
-/// options.map_labels if it knows nearly all ids; else SemanticKITTI's if they can be no others;
-/// either only if its ground is flat and below what stands on it, as far as there is any; else a
-/// generic set.
-void guessLabels(RecordingListing& listing, const InputOptions& options);
+/// Those that are named (namedLabels); else options.map_labels if it knows nearly all ids; else
+/// SemanticKITTI's if they can be no others; either only if its ground is flat and below what
+/// stands on it, as far as there is any; else a generic set.
+void nameClasses(RecordingListing& listing, const InputOptions& options, const std::string& folder,
+                 const std::optional<LabelSet>& own = std::nullopt);
 
 /// SemanticKITTI labels exist in three id spaces that no file names: raw ids, the 19 training
 /// classes counted from 1, and from 0. Ids that only one of them has decide; else
 /// options.map_labels if it is of another data set, else the ground, facades and vegetation that
-/// make up most of any scan. Ids of none of them are taken as by guessLabels(). LabelSet::name()
+/// make up most of any scan. Ids of none of them are taken as by nameClasses(). LabelSet::name()
 /// tells which.
 void guessSemanticKittiLabels(RecordingListing& listing, const InputOptions& options);
 

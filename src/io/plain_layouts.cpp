@@ -92,12 +92,10 @@ void chooseLabels(RecordingListing& listing, const InputOptions& options, const 
   const std::string coarse = coarseSteps(listing.frames.front().measurement);
   if (!coarse.empty()) listing.notes.push_back(coarse);
   if (header.label_field.empty()) return;
-  if (const auto named = namedLabels(options, folder.string(), header.labels))
-    listing.labels = *named;
-  else if (header.label_field == "ObjTag")  // as CARLA's semantic LiDAR writes it
-    listing.labels = carlaLabels(countLabels(listing, kCarlaFramesToLookAt));
+  if (header.label_field == "ObjTag" && !namedLabels(options, folder.string(), header.labels))
+    listing.labels = carlaLabels(countLabels(listing, kCarlaFramesToLookAt));  // as CARLA writes
   else
-    guessLabels(listing, options);
+    nameClasses(listing, options, folder.string(), header.labels);
 }
 
 }  // namespace
@@ -127,11 +125,7 @@ RecordingListing listSequence(const std::string& folder, const InputOptions& opt
     if (!listed.instance.empty()) frame.instance = readLabels(listed.instance);
     requireSameSizes(listed, frame);
   };
-  if (is_raw) return listing;
-  if (const auto named = namedLabels(options, folder))
-    listing.labels = *named;
-  else
-    guessLabels(listing, options);
+  if (!is_raw) nameClasses(listing, options, folder);
   return listing;
 }
 

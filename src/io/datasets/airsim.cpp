@@ -315,19 +315,15 @@ RecordingListing listAirsim(const std::string& folder, const InputOptions& optio
   for (ListedFrame& frame : listing.frames)
     frame.T_odom_sensor = opticalPose(frame.T_odom_sensor * mountOf(settings.mount));
   const Camera camera = cameraOf(folder, listing.frames[0], settings.fov_deg, table.depthIsRange());
-  const auto named = namedLabels(options, folder);
-  const LabelSet palette = named ? *named : shippedLabelSet("airsim");
-  const ColorTable colors = colorTable(palette);
+  const ColorTable colors =
+      colorTable(namedLabels(options, folder).value_or(shippedLabelSet("airsim")));
   listing.read = [camera, colors](const ListedFrame& listed, Frame& frame) {
     frame.camera = camera;
     frame.depth = readAirsimDepth(listed.measurement, camera);
     frame.label = labelsOfColors(decodeImage(listed.label), colors, listed.label);
     requireSameSizes(listed, frame);
   };
-  if (named)
-    listing.labels = *named;
-  else
-    guessLabels(listing, options);
+  nameClasses(listing, options, folder);
   return listing;
 }
 

@@ -147,11 +147,7 @@ RecordingListing listTumRgbd(const std::string& folder, const InputOptions& opti
     frame.label = readLabels(listed.label);
     requireSameSizes(listed, frame);
   };
-  if (is_raw) return listing;
-  if (const auto named = namedLabels(options, folder))
-    listing.labels = *named;
-  else
-    guessLabels(listing, options);
+  if (!is_raw) nameClasses(listing, options, folder);
   return listing;
 }
 
