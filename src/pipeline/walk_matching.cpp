@@ -4,15 +4,14 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <mutex>
 #include <numeric>
 #include <optional>
-#include <tuple>
 
 #include "xview/graph/edges.h"
 #include "xview/match/descriptors.h"
 #include "xview/pose/align.h"
+#include "xview/types/cells.h"
 #include "xview/types/stopwatch.h"
 #include "xview/verify/consistency.h"
 #include "xview/verify/sample_consensus.h"
@@ -22,34 +21,6 @@ namespace {
 
 /// Map vertices so far beyond a hypothesis take part in walks; edges reach no further.
 constexpr double kMargin_m = 20;
-
-/// Positions of kept vertices by class and cell of the spacing.
-class SpacedVertices {
- public:
-  explicit SpacedVertices(double spacing_m) : spacing_m_(spacing_m) {}
-  bool addIfFree(const Vertex& v) {
-    const Key at{v.label, cellOf(v.position.x()), cellOf(v.position.y())};
-    for (int dy = -1; dy <= 1; ++dy) {
-      for (int dx = -1; dx <= 1; ++dx) {
-        const auto it = cells_.find({v.label, std::get<1>(at) + dx, std::get<2>(at) + dy});
-        if (it == cells_.end()) continue;
-        for (const Eigen::Vector3d& p : it->second) {
-          if ((p - v.position).norm() <= spacing_m_) return false;
-        }
-      }
-    }
-    cells_[at].push_back(v.position);
-    return true;
-  }
-
- private:
-  using Key = std::tuple<std::uint32_t, std::int64_t, std::int64_t>;
-  std::int64_t cellOf(double metres) const {
-    return static_cast<std::int64_t>(std::floor(metres / spacing_m_));
-  }
-  double spacing_m_;
-  std::map<Key, std::vector<Eigen::Vector3d>> cells_;
-};
 
 /// Standard deviation of points across the plane that fits them best.
 double thicknessOf(const std::vector<Eigen::Vector3d>& points) {
@@ -220,10 +191,20 @@ WalkGraph walkGraph(const SemanticGraph& graph, const LabelSet& labels, const Op
     result.source.resize(graph.size());
     std::iota(result.source.begin(), result.source.end(), 0u);
   } else {
-    SpacedVertices spaced(options.merge.first_observation_m);
+    const double spacing_m = options.merge.first_observation_m;
+    CellLists kept;
     for (std::uint32_t i = 0; i < graph.size(); ++i) {
       const Vertex& v = graph.vertices[i];
-      if (labels.role(v.label) == Role::surface && !spaced.addIfFree(v)) continue;
+      if (labels.role(v.label) == Role::surface) {
+        const ClassCell cell = cellOf({v.position.x(), v.position.y(), 0}, spacing_m, v.label);
+        bool is_free = true;
+        kept.forAround(cell, [&](std::size_t k) {
+          const Eigen::Vector3d& other = result.graph.vertices[k].position;
+          is_free = is_free && (other - v.position).norm() > spacing_m;
+        });
+        if (!is_free) continue;
+        kept.add(cell, result.graph.size());
+      }
       result.graph.vertices.push_back(v);
       result.source.push_back(i);
     }

@@ -196,32 +196,20 @@ double ObjectQuery::expectsSurface(std::uint16_t slot, double x, double y) const
 
 std::vector<RasterSample> ObjectQuery::samples(const ObjectMap& map, double gap_m) const {
   const double gap = kThinning * gap_m;
-  using Cell = std::tuple<std::uint16_t, int, int>;
-  std::map<Cell, std::vector<RasterSample>> kept;  // of surfaces, by class and cell of a gap
-  const auto cellOf = [&](double v) { return static_cast<int>(std::floor(v / gap)); };
-  const auto isTaken = [&](const QueryItem& item, const Cell& cell) {
-    const auto near = kept.find(cell);
-    return near != kept.end() &&
-           std::any_of(near->second.begin(), near->second.end(), [&](const RasterSample& s) {
-             const double dx = s.x - item.x, dy = s.y - item.y;
-             return dx * dx + dy * dy < gap * gap;
-           });
-  };
-  const auto isAnyTaken = [&](const QueryItem& item) {
-    for (int y = cellOf(item.y) - 1; y <= cellOf(item.y) + 1; ++y) {
-      for (int x = cellOf(item.x) - 1; x <= cellOf(item.x) + 1; ++x)
-        if (isTaken(item, {item.slot, y, x})) return true;
-    }
-    return false;
-  };
+  CellLists kept;  // samples of surfaces
   std::vector<RasterSample> samples;
   for (const QueryItem& item : items_) {
-    const RasterSample sample{item.x, item.y, item.slot};
     if (map.classes()[item.slot].is_surface) {
-      if (isAnyTaken(item)) continue;
-      kept[{item.slot, cellOf(item.y), cellOf(item.x)}].push_back(sample);
+      const ClassCell cell = cellOf({item.x, item.y, 0}, gap, item.slot);
+      bool is_taken = false;
+      kept.forAround(cell, [&](std::size_t k) {
+        const double dx = samples[k].x - item.x, dy = samples[k].y - item.y;
+        is_taken |= dx * dx + dy * dy < gap * gap;
+      });
+      if (is_taken) continue;
+      kept.add(cell, samples.size());
     }
-    samples.push_back(sample);
+    samples.push_back({item.x, item.y, item.slot});
   }
   if (samples.size() <= kMostSamples) return samples;
   std::vector<RasterSample> some;  // evenly, which keeps the mixture of classes

@@ -72,8 +72,21 @@ struct RasterSample {
   std::uint16_t channel = 0;
 };
 
-struct RasterSearchOptions {
+/// A raster of a place with samples of a query for it. A finer raster of the same place has its own
+/// samples of the same query (thicker, if evidence per square metre should stay the same).
+struct RasterLevel {
+  const LikelihoodRaster& raster;
+  std::vector<RasterSample> samples;
   double max_yaw_step_rad = 0.105;  ///< 6 degrees; smaller if the query is large
+};
+
+/// What one query is searched with, and how much of it is kept.
+struct RasterLevels {
+  RasterLevel fine;
+  /// The first look at large maps: the best of its cells are looked at again on the fine raster
+  /// (all fine cells and yaws that a coarse cell stands for). Its cells are a whole multiple of the
+  /// fine ones.
+  std::optional<RasterLevel> coarse;
   /// The query centre is looked for this close to cells above the background only (up to 16 cells
   /// more). Saves time where the centre cannot be far from the map's content; the default looks
   /// wherever a sample can score.
@@ -81,7 +94,9 @@ struct RasterSearchOptions {
   std::size_t keep_cells = 4000;  ///< best (x, y, yaw) cells kept before thinning
   std::size_t keep_poses = 200;   ///< distinct poses returned
   int threads = 1;
-  PlacePrior centre_prior;  ///< restricts the pose of the query centre
+  PlacePrior centre_prior = {};  ///< restricts the pose of the query centre
+
+  const RasterLevel& first() const { return coarse ? *coarse : fine; }
 };
 
 /// Exhaustive search over (x, y, yaw): the score of a pose is the sum over samples of the raster
@@ -89,35 +104,9 @@ struct RasterSearchOptions {
 /// unseen area counts zero). Returns the best distinct poses of positive score (non-maximum
 /// suppression within 1.6 cells and 1.6 yaw steps), best first; ties are broken by position, so
 /// that neither threads nor the instruction set matter. Positions are cell centres;
-/// PlacePose::score is that integer sum. Time grows with the area near written tiles, the number of
-/// samples and the query radius (finer yaw); at most 2000 cells of radius are possible. Throws
-/// UsageError for samples that are farther, not finite, or of an unknown channel.
-std::vector<PlacePose> searchRaster(const LikelihoodRaster& raster,
-                                    const std::vector<RasterSample>& samples,
-                                    const RasterSearchOptions& options);
-
-/// A raster of a place with samples of a query for it. A finer raster of the same place has its own
-/// samples of the same query (thicker, if evidence per square metre should stay the same).
-struct RasterLevel {
-  const LikelihoodRaster& raster;
-  std::vector<RasterSample> samples;
-  double max_yaw_step_rad = 0.105;
-};
-
-/// What one query is searched with, and how much of it is kept (see RasterSearchOptions).
-struct RasterLevels {
-  RasterLevel fine;
-  std::optional<RasterLevel> coarse;  ///< the first look at large maps
-  double margin_m = std::numeric_limits<double>::infinity();
-  std::size_t keep_cells = 4000, keep_poses = 200;
-};
-
-/// For large maps: the best keep_cells cells of the coarse raster are looked at again on the fine
-/// one (all fine cells and yaws that the coarse cell stands for) and thinned there. Scores are
-/// those of the fine raster. The cell size of the coarse raster must be a whole multiple of the
-/// fine one.
-std::vector<PlacePose> searchRaster(const LikelihoodRaster& coarse,
-                                    const std::vector<RasterSample>& samples,
-                                    const RasterLevel& fine, const RasterSearchOptions& options);
+/// PlacePose::score is that integer sum, on the fine raster. Time grows with the area near written
+/// tiles, the number of samples and the query radius (finer yaw); at most 2000 cells of radius are
+/// possible. Throws UsageError for samples that are farther, not finite, or of an unknown channel.
+std::vector<PlacePose> searchRaster(const RasterLevels& levels);
 
 }  // namespace xview::search

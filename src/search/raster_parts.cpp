@@ -24,16 +24,18 @@ constexpr int kPartBits = 3;
 static_assert(1 << kPartBits == kPartSide, "parts are found by shifts");
 constexpr double kDenseShare = 0.6;  // of the parts of a layer that differ from the background
 
-}  // namespace
-
+/// Largest distance of a sample from the centre [m].
 double radiusOf(const std::vector<RasterSample>& samples) {
   double radius = 0;
   for (const RasterSample& s : samples) radius = std::max(radius, std::hypot<double>(s.x, s.y));
   return radius;
 }
 
-void check(const LikelihoodRaster& raster, const std::vector<RasterSample>& samples) {
-  for (const RasterSample& s : samples) {
+}  // namespace
+
+void check(const RasterLevel& level) {
+  const LikelihoodRaster& raster = level.raster;
+  for (const RasterSample& s : level.samples) {
     if (s.channel >= raster.channels()) {
       throw UsageError("raster search: sample of channel " + std::to_string(s.channel) +
                        ", the raster has " + std::to_string(raster.channels()));
@@ -46,8 +48,9 @@ void check(const LikelihoodRaster& raster, const std::vector<RasterSample>& samp
   }
 }
 
-double yawStep(double max_step, double cell_m, double radius_m) {
-  return std::min(max_step, 1.2 * cell_m / std::max(10.0, 0.7 * radius_m));
+double yawStep(const RasterLevel& level) {
+  return std::min(level.max_yaw_step_rad,
+                  1.2 * level.raster.cellSize() / std::max(10.0, 0.7 * radiusOf(level.samples)));
 }
 
 YawGrid yawGrid(double wanted_step, const std::optional<PlacePrior::Heading>& prior) {
@@ -356,16 +359,16 @@ std::int64_t scoreBound(const LikelihoodRaster& raster, const PreparedSamples& p
 }  // namespace
 
 std::vector<OutputTile> outputTiles(const LikelihoodRaster& raster, const PreparedSamples& prepared,
-                                    const RasterSearchOptions& options) {
+                                    const RasterLevels& levels) {
   const Content content(raster, prepared.channels);
-  const double margin = std::max(0.0, std::ceil(options.margin_m / raster.cellSize()));
+  const double margin = std::max(0.0, std::ceil(levels.margin_m / raster.cellSize()));
   const std::int64_t reach = margin < static_cast<double>(prepared.reach)
                                  ? static_cast<std::int64_t>(margin)
                                  : prepared.reach;
   const std::int64_t sample_tiles = (prepared.reach + kTileSide - 1) / kTileSide;
   std::vector<OutputTile> outputs;
   for (const TilePlace& place : content.tilesWithin((reach + kTileSide - 1) / kTileSide)) {
-    const auto& near = options.centre_prior.near;
+    const auto& near = levels.centre_prior.near;
     if (near && !touchesCircle(place, *near, raster.cellSize())) continue;
     std::vector<RowRun> rows = content.rowsNear(place, reach);
     if (rows.empty()) continue;

@@ -11,11 +11,8 @@
 
 namespace xview::search {
 
-/// Largest distance of a sample from the centre [m].
-double radiusOf(const std::vector<RasterSample>& samples);
-
 /// Throws UsageError for samples that cannot be looked up.
-void check(const LikelihoodRaster& raster, const std::vector<RasterSample>& samples);
+void check(const RasterLevel& level);
 
 /// Evenly spaced headings: the circle, or the tolerance around the expected one.
 struct YawGrid {
@@ -25,7 +22,7 @@ struct YawGrid {
 };
 
 /// A sample at 70 % of the query radius moves by at most 1.2 cells from one heading to the next.
-double yawStep(double max_step, double cell_m, double radius_m);
+double yawStep(const RasterLevel& level);
 YawGrid yawGrid(double wanted_step, const std::optional<PlacePrior::Heading>& prior);
 
 /// Samples sorted by channel, with the channels that occur numbered densely.
@@ -215,6 +212,6 @@ struct OutputTile {
 /// The tiles where a query centre can score, the most promising first so that the threshold of the
 /// search rises early.
 std::vector<OutputTile> outputTiles(const LikelihoodRaster& raster, const PreparedSamples& prepared,
-                                    const RasterSearchOptions& options);
+                                    const RasterLevels& levels);
 
 }  // namespace xview::search

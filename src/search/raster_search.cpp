@@ -44,29 +44,27 @@ struct ScanWorker {
 /// The exhaustive search of one raster.
 class Scan {
  public:
-  Scan(const LikelihoodRaster& raster, const std::vector<RasterSample>& samples,
-       const RasterSearchOptions& options)
-      : raster_(raster),
-        options_(options),
-        prepared_(raster, samples),
-        grid_(yawGrid(yawStep(options.max_yaw_step_rad, raster.cellSize(), radiusOf(samples)),
-                      options.centre_prior.heading)),
-        offsets_(offsetTable(prepared_, grid_, raster.cellSize())) {}
+  explicit Scan(const RasterLevels& levels)
+      : raster_(levels.first().raster),
+        levels_(levels),
+        prepared_(raster_, levels.first().samples),
+        grid_(yawGrid(yawStep(levels.first()), levels.centre_prior.heading)),
+        offsets_(offsetTable(prepared_, grid_, raster_.cellSize())) {}
 
   const YawGrid& grid() const { return grid_; }
 
   /// The best keep_cells candidates, best first.
   std::vector<Candidate> run() {
-    const std::vector<OutputTile> outputs = outputTiles(raster_, prepared_, options_);
-    const std::size_t workers = workerCount(options_.threads, outputs.size());
-    std::vector<BestCandidates> best(workers, BestCandidates(options_.keep_cells));
+    const std::vector<OutputTile> outputs = outputTiles(raster_, prepared_, levels_);
+    const std::size_t workers = workerCount(levels_.threads, outputs.size());
+    std::vector<BestCandidates> best(workers, BestCandidates(levels_.keep_cells));
     std::atomic<std::size_t> next{0};
     onWorkers(workers, [&](std::size_t w) {
-      ScanWorker worker(raster_, prepared_, options_.keep_cells);
+      ScanWorker worker(raster_, prepared_, levels_.keep_cells);
       for (std::size_t i = next++; i < outputs.size(); i = next++) scanTile(outputs[i], worker);
       best[w] = std::move(worker.best);
     });
-    BestCandidates all(options_.keep_cells);
+    BestCandidates all(levels_.keep_cells);
     for (const BestCandidates& part : best) all.merge(part);
     return std::move(all).sorted();
   }
@@ -164,7 +162,7 @@ class Scan {
   }
 
   bool isAllowed(const Candidate& c) const {
-    const auto& near = options_.centre_prior.near;
+    const auto& near = levels_.centre_prior.near;
     if (!near) return true;
     const double cell = raster_.cellSize();
     const double x = (static_cast<double>(c.x) + 0.5) * cell,
@@ -174,7 +172,7 @@ class Scan {
   }
 
   const LikelihoodRaster& raster_;
-  const RasterSearchOptions& options_;
+  const RasterLevels& levels_;
   PreparedSamples prepared_;
   YawGrid grid_;
   std::vector<CellOffset> offsets_;
@@ -222,9 +220,7 @@ class Refinement {
 
  private:
   static int yawsPerCoarse(const RasterLevel& fine, const YawGrid& coarse_grid) {
-    const double step =
-        yawStep(fine.max_yaw_step_rad, fine.raster.cellSize(), radiusOf(fine.samples));
-    return std::max(1, static_cast<int>(std::ceil(coarse_grid.step / step - 1e-9)));
+    return std::max(1, static_cast<int>(std::ceil(coarse_grid.step / yawStep(fine) - 1e-9)));
   }
 
   YawGrid fineGrid(const YawGrid& coarse) const {
@@ -287,26 +283,18 @@ int cellRatio(double coarse_m, double fine_m) {
 
 }  // namespace
 
-std::vector<PlacePose> searchRaster(const LikelihoodRaster& map,
-                                    const std::vector<RasterSample>& samples,
-                                    const RasterSearchOptions& options) {
-  check(map, samples);
-  if (samples.empty()) return {};
-  Scan scan(map, samples, options);
-  return distinctPoses(scan.run(), scan.grid(), map.cellSize(), options.keep_poses);
-}
-
-std::vector<PlacePose> searchRaster(const LikelihoodRaster& coarse,
-                                    const std::vector<RasterSample>& samples,
-                                    const RasterLevel& fine, const RasterSearchOptions& options) {
-  check(coarse, samples);
-  check(fine.raster, fine.samples);
-  const int ratio = cellRatio(coarse.cellSize(), fine.raster.cellSize());
-  if (samples.empty() || fine.samples.empty()) return {};
-  Scan scan(coarse, samples, options);
+std::vector<PlacePose> searchRaster(const RasterLevels& levels) {
+  const RasterLevel& fine = levels.fine;
+  check(levels.first());
+  check(fine);
+  const double cell_m = fine.raster.cellSize();
+  const int ratio = cellRatio(levels.first().raster.cellSize(), cell_m);
+  if (levels.first().samples.empty() || fine.samples.empty()) return {};
+  Scan scan(levels);
+  if (!levels.coarse) return distinctPoses(scan.run(), scan.grid(), cell_m, levels.keep_poses);
   const Refinement refinement(fine, ratio, scan.grid());
-  return distinctPoses(refinement.run(scan.run(), options.threads), refinement.grid(),
-                       fine.raster.cellSize(), options.keep_poses);
+  return distinctPoses(refinement.run(scan.run(), levels.threads), refinement.grid(), cell_m,
+                       levels.keep_poses);
 }
 
 }  // namespace xview::search

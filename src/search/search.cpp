@@ -89,23 +89,15 @@ bool satisfiesAll(const std::vector<PlacePrior>& priors, const PlaceHypothesis& 
 }
 
 /// Distinct poses of positive score by the exhaustive search of the rasters, coarse to fine.
-Poses proposals(const FieldQuery& query, const RasterLevels& levels, const PlacePrior& prior,
+Poses proposals(const FieldQuery& query, RasterLevels levels, const PlacePrior& prior,
                 int threads) {
-  RasterSearchOptions options;
-  options.margin_m = levels.margin_m;
-  options.keep_cells = levels.keep_cells;
-  options.keep_poses = levels.keep_poses;
-  options.threads = threads;
-  options.centre_prior = prior;
-  if (options.centre_prior.near) {
-    const Eigen::Vector3d& origin = query.origin();
-    options.centre_prior.near->x -= origin.x();
-    options.centre_prior.near->y -= origin.y();
+  levels.threads = threads;
+  levels.centre_prior = prior;
+  if (levels.centre_prior.near) {
+    levels.centre_prior.near->x -= query.origin().x();
+    levels.centre_prior.near->y -= query.origin().y();
   }
-  const RasterLevel& first = levels.coarse ? *levels.coarse : levels.fine;
-  options.max_yaw_step_rad = first.max_yaw_step_rad;
-  if (!levels.coarse) return searchRaster(first.raster, first.samples, options);
-  return searchRaster(first.raster, first.samples, levels.fine, options);
+  return searchRaster(levels);
 }
 
 /// Proposed poses, climbed roughly, thinned, and climbed to the end. Counts what was proposed.

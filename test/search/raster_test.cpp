@@ -50,7 +50,7 @@ std::vector<RasterSample> randomSamples(int count, double radius, std::size_t ch
 /// The score of one pose, cell by cell.
 int rasterScore(const LikelihoodRaster& map, const std::vector<RasterSample>& samples,
                 const PlacePose& pose) {
-  check(map, samples);
+  check({map, samples});
   const double cell = map.cellSize(), c = std::cos(pose.yaw), s = std::sin(pose.yaw);
   const auto cellOf = [](double v) {
     return static_cast<std::int32_t>(std::floor(v + kRoundingSlack));
@@ -94,6 +94,27 @@ void expectSame(const std::vector<PlacePose>& a, const std::vector<PlacePose>& b
     EXPECT_EQ(a[i].yaw, b[i].yaw);
     EXPECT_EQ(a[i].score, b[i].score);
   }
+}
+
+struct Settings {
+  double max_yaw_step_rad = 0.105;
+  double margin_m = std::numeric_limits<double>::infinity();
+  std::size_t keep_cells = 4000;
+  int threads = 1;
+  PlacePrior centre_prior;
+};
+
+std::vector<PlacePose> searchRaster(const LikelihoodRaster& raster,
+                                    const std::vector<RasterSample>& samples,
+                                    const Settings& settings,
+                                    const LikelihoodRaster* coarse = nullptr) {
+  RasterLevels levels{{raster, samples, settings.max_yaw_step_rad}, std::nullopt};
+  if (coarse) levels.coarse.emplace(RasterLevel{*coarse, samples, settings.max_yaw_step_rad});
+  levels.margin_m = settings.margin_m;
+  levels.keep_cells = settings.keep_cells;
+  levels.threads = settings.threads;
+  levels.centre_prior = settings.centre_prior;
+  return search::searchRaster(levels);
 }
 
 TEST(LikelihoodRaster, KeepsValuesOfCellsOfAnySign) {
@@ -151,7 +172,7 @@ TEST(RasterSearch, FindsTheBestCellOfABruteForceSearch) {
   for (int trial = 0; trial < 4; ++trial) {
     const LikelihoodRaster raster = randomRaster(3.0, {0, 0, 0}, 30, 15, random);
     const std::vector<RasterSample> samples = randomSamples(25, 30, 3, random);
-    RasterSearchOptions options;
+    Settings options;
     options.max_yaw_step_rad = 0.6;
     const std::vector<PlacePose> poses = searchRaster(raster, samples, options);
     ASSERT_FALSE(poses.empty());
@@ -206,7 +227,7 @@ TEST(RasterSearch, IsTheSameForAnyNumberOfThreads) {
   Random random(4);
   const LikelihoodRaster raster = randomRaster(2.0, {0, 1, 2}, 200, 3, random);  // many ties
   const std::vector<RasterSample> samples = randomSamples(20, 40, 3, random);
-  RasterSearchOptions options;
+  Settings options;
   options.max_yaw_step_rad = 0.5;
   options.keep_cells = 300;
   const std::vector<PlacePose> one = searchRaster(raster, samples, options);
@@ -219,7 +240,7 @@ TEST(RasterSearch, IsTheSameForAnyNumberOfThreads) {
 TEST(RasterSearch, TiesAreBrokenByPositionThenHeading) {
   LikelihoodRaster raster(1.0, {0});
   for (const int x : {70, -70, 5}) raster.set(0, x, 10, 9);
-  RasterSearchOptions options;
+  Settings options;
   options.keep_cells = 30;
   options.max_yaw_step_rad = 1.0;
   const std::vector<PlacePose> poses = searchRaster(raster, {{0, 0, 0}}, options);
@@ -276,7 +297,7 @@ TEST(RasterSearch, AQueryWiderThanATileIsFound) {
     raster.set(s.channel, static_cast<int>(std::floor(-999.5 - s.y)),
                static_cast<int>(std::floor(2000.5 + s.x)), 15);
   }
-  RasterSearchOptions options;
+  Settings options;
   options.centre_prior.heading = PlacePrior::Heading{kPi / 2, 0.01};
   const std::vector<PlacePose> poses = searchRaster(raster, samples, options);
   ASSERT_FALSE(poses.empty());
@@ -312,7 +333,7 @@ TEST(RasterSearch, RefusesImpossibleSamples) {
 TEST(RasterSearch, PosesAreDistinct) {
   Random random(8);
   const LikelihoodRaster raster = randomRaster(2.0, {0}, 50, 15, random);
-  RasterSearchOptions options;
+  Settings options;
   options.max_yaw_step_rad = 0.3;
   const std::vector<PlacePose> poses =
       searchRaster(raster, randomSamples(12, 10, 1, random), options);
@@ -335,7 +356,7 @@ TEST(RasterSearch, ThePriorRestrictsCentreAndHeading) {
     raster.set(0, x + 8, 0, 10);
   }
   const std::vector<RasterSample> samples{{-4, 0, 0}, {4, 0, 0}};
-  RasterSearchOptions options;
+  Settings options;
   options.centre_prior.near = PlacePrior::Circle{310, 0, 10};
   options.centre_prior.heading = PlacePrior::Heading{kPi, 0.5};
   const std::vector<PlacePose> poses = searchRaster(raster, samples, options);
@@ -357,7 +378,7 @@ TEST(RasterSearch, SparseWorldsAreSearchedCompletely) {
                  static_cast<std::uint8_t>(random.below(60)));
     }
     const std::vector<RasterSample> samples = randomSamples(40, 60, 3, random);
-    RasterSearchOptions options;
+    Settings options;
     options.centre_prior.heading = PlacePrior::Heading{0.7, 0};
     options.keep_cells = 100;
     const std::vector<PlacePose> poses = searchRaster(raster, samples, options);
@@ -374,7 +395,7 @@ TEST(RasterSearch, TheMarginKeepsCentresNearContentAndLosesNothingThere) {
                static_cast<std::uint8_t>(1 + random.below(15)));
   }
   const std::vector<RasterSample> samples = randomSamples(30, 80, 1, random);
-  RasterSearchOptions options;
+  Settings options;
   options.max_yaw_step_rad = 0.3;
   const std::vector<PlacePose> everywhere = searchRaster(raster, samples, options);
   options.margin_m = 5;
@@ -419,9 +440,9 @@ TEST(RasterSearch, TwoLevelsFindWhatTheFineSearchFinds) {
   }
   ASSERT_GT(samples.size(), 8u);
   const std::vector<PlacePose> direct = searchRaster(fine, samples, {});
-  RasterSearchOptions options;
+  Settings options;
   options.max_yaw_step_rad = 0.2;
-  const std::vector<PlacePose> poses = searchRaster(coarse, samples, {fine, samples}, options);
+  const std::vector<PlacePose> poses = searchRaster(fine, samples, options, &coarse);
   ASSERT_FALSE(direct.empty());
   ASSERT_FALSE(poses.empty());
   EXPECT_NEAR(poses[0].x, 120, 4.5);
@@ -429,8 +450,8 @@ TEST(RasterSearch, TwoLevelsFindWhatTheFineSearchFinds) {
   EXPECT_GE(poses[0].score, 0.75 * direct[0].score);
   for (const PlacePose& pose : poses) EXPECT_EQ(rasterScore(fine, samples, pose), pose.score);
   options.threads = 3;
-  expectSame(searchRaster(coarse, samples, {fine, samples}, options), poses);
-  EXPECT_THROW(searchRaster(fine, samples, {coarse, samples}, options), UsageError);
+  expectSame(searchRaster(fine, samples, options, &coarse), poses);
+  EXPECT_THROW(searchRaster(coarse, samples, options, &fine), UsageError);
 }
 
 /// Sums by the definition.
