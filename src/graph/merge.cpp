@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <optional>
 #include <unordered_set>
 #include <utility>
@@ -18,10 +17,6 @@ namespace {
 
 // A blob counts as its points, but not more: a car beside the camera has thousands.
 constexpr double kMaxBlobWeight = 200;
-
-// Objects of different classes as near as this are one under two labels, if they are seldom seen
-// together [m]: about the error of the middle of a thing.
-constexpr double kVote_m = 1;
 
 constexpr std::size_t kNoNode = std::numeric_limits<std::size_t>::max();
 constexpr std::uint32_t kNoVertex = std::numeric_limits<std::uint32_t>::max();
@@ -169,14 +164,11 @@ struct PlaceGraphBuilder::State {
       if (node_of_blob[b] == kNoNode) node_of_blob[b] = addNode(blobs[b]);
       absorb(nodes[node_of_blob[b]], blobs[b], frame);
       moveToMean(node_of_blob[b]);
-      std::vector<std::int64_t>& frames = nodes[node_of_blob[b]].frames;
-      if (frames.empty() || frames.back() != frames_added) frames.push_back(frames_added);
     }
   }
 
   /// The node that each blob became part of, or kNoNode.
   std::vector<std::size_t> merge(const std::vector<Blob>& blobs, std::int64_t frame) {
-    ++frames_added;
     std::vector<std::size_t> fixed, moving;
     for (std::size_t b = 0; b < blobs.size(); ++b) {
       if (isUsable(blobs[b])) (keepsFirstPosition(blobs[b].label) ? fixed : moving).push_back(b);
@@ -185,28 +177,6 @@ struct PlaceGraphBuilder::State {
     absorbByFirstObservation(blobs, fixed, frame, node_of_blob);
     mergeByMean(blobs, moving, frame, node_of_blob);
     return node_of_blob;
-  }
-
-  /// The nodes that stand for others, with the observations of all and the label that most of them
-  /// say.
-  std::map<std::size_t, Node> joined(const std::vector<std::size_t>& same) const {
-    std::map<std::size_t, Node> result;
-    std::map<std::size_t, std::map<std::uint32_t, std::uint32_t>> votes;
-    for (std::size_t i = 0; i < nodes.size(); ++i) {
-      if (same[i] == i) continue;
-      const auto [place, is_new] = result.try_emplace(same[i], nodes[same[i]]);
-      auto& count = votes[same[i]];
-      if (is_new) count[place->second.vertex.label] = place->second.vertex.observations;
-      join(place->second, nodes[i]);
-      count[nodes[i].vertex.label] += nodes[i].vertex.observations;
-    }
-    for (const auto& [index, count] : votes) {
-      Vertex& vertex = result.at(index).vertex;
-      for (const auto& [label, observations] : count) {
-        if (observations > count.at(vertex.label)) vertex.label = label;
-      }
-    }
-    return result;
   }
 
   bool isKept(const Node& node) const {
@@ -234,8 +204,7 @@ struct PlaceGraphBuilder::State {
   MergeOptions options;
   bool is_first_observation;
   GraphSpace space = GraphSpace::cloud;
-  std::int64_t frames_added = 0;  ///< numbers of frames begin again with every recording
-  std::vector<Node> nodes;        ///< in order of first observation
+  std::vector<Node> nodes;                        ///< in order of first observation
   std::unordered_set<std::uint64_t> image_edges;  ///< smaller node * 2^32 + larger node
   CellLists nodes_of_cell;                        ///< of side mergeDistance(label)
   SurfaceCells surfaces;
@@ -269,20 +238,16 @@ void PlaceGraphBuilder::addSurfacePoints(const LabelledCloud& cloud, std::int64_
 SemanticGraph PlaceGraphBuilder::graph() const {
   SemanticGraph graph;
   graph.space = state_->space;
-  const std::vector<std::size_t> same = sameThings(state_->nodes, state_->labels, kVote_m);
-  const std::map<std::size_t, Node> joined = state_->joined(same);
-  std::vector<std::uint32_t> vertex_of_node(same.size(), kNoVertex);
-  for (std::size_t i = 0; i < same.size(); ++i) {
-    const auto found = joined.find(i);
-    const Node& node = found != joined.end() ? found->second : state_->nodes[i];
-    if (same[i] != i || !state_->isKept(node)) continue;
-    vertex_of_node[i] = static_cast<std::uint32_t>(graph.size());
-    graph.vertices.push_back(state_->finished(node));
+  std::vector<std::uint32_t> vertex_of_node;
+  for (const Node& node : state_->nodes) {
+    const bool is_kept = state_->isKept(node);
+    vertex_of_node.push_back(is_kept ? static_cast<std::uint32_t>(graph.size()) : kNoVertex);
+    if (is_kept) graph.vertices.push_back(state_->finished(node));
   }
   BlobEdges edges;
   for (const std::uint64_t edge : state_->image_edges) {
-    const std::uint32_t a = vertex_of_node[same[edge >> 32]];
-    const std::uint32_t b = vertex_of_node[same[edge & 0xFFFFFFFF]];
+    const std::uint32_t a = vertex_of_node[edge >> 32];
+    const std::uint32_t b = vertex_of_node[edge & 0xFFFFFFFF];
     if (a != kNoVertex && b != kNoVertex) edges.emplace_back(a, b);
   }
   graph.setEdges(edges);

@@ -22,7 +22,6 @@ struct Node {
   double square_sum = 0;                                 ///< weight * |position - first|^2
   double weight = 0;
   Eigen::Vector3d min = Eigen::Vector3d::Zero(), max = Eigen::Vector3d::Zero();  ///< surfaces only
-  std::vector<std::int64_t> frames;  ///< that saw it, counted from 1; objects of running_mean only
   bool is_surface = false;
 
   Eigen::Vector3d meanOffset() const { return sum / weight; }
@@ -30,9 +29,6 @@ struct Node {
 
 /// Counts the frame once, however many blobs or points of it arrive.
 void countFrame(Vertex& vertex, std::int64_t frame);
-
-/// Adds the observations of the other one.
-void join(Node& node, const Node& other);
 
 /// Vertices of surfaces: one per class and cell of a lattice, at the mean of the points in it,
 /// however much of the surface was seen.
@@ -54,14 +50,5 @@ class SurfaceCells {
   double side_m_;
   CellTable<NodeOfCell> cells_;
 };
-
-/// For each node the number of the one that it is the same thing as: itself, or one that more
-/// frames saw. The same thing is what a network calls a truck in some frames and a car in others:
-/// another class of the same role within reach_m of one that at least three frames saw, its box
-/// over the other's, and seldom (in at most a quarter of the frames of the rarer one) both in one
-/// frame. What stands beside something else is seen together with it. Nodes without frames stay
-/// alone.
-std::vector<std::size_t> sameThings(const std::vector<Node>& nodes, const LabelSet& labels,
-                                    double reach_m);
 
 }  // namespace xview::graph
