@@ -161,8 +161,7 @@ class Reason {
     const double times = e_.score / std::max(1.0, e_.runner_up);
     const double odds = placeOdds(s_, model_) + denseOdds(s_, model_);
     if (odds >= odds_needed_ && chanceToBeNear(s_) < 1 - s_.look_alike)
-      return "the place fits, but where along it is open, as far as the sigma says" +
-             whatWouldHelp();
+      return "the place fits, but the position there is open by metres" + whatWouldHelp();
     if (odds >= odds_needed_)
       return fmt::format(
           "the place fits, but so do others in this map: {:.0f} % of its own stretches look as "
