@@ -32,6 +32,7 @@ struct Element {
   std::uint64_t rows = 0;
   std::vector<Column> columns;
 
+  bool hasLists() const;
   /// Bytes of a row in a binary file if its lists are empty; saturates at 2^64-1.
   std::uint64_t rowBytes() const;
   /// Position of the column of that name; none if there is none. Two of that name, or one that does

@@ -318,6 +318,11 @@ FileLayout readPlyHeader(InputFile& file) {
   return layout;
 }
 
+bool Element::hasLists() const {
+  return std::any_of(columns.begin(), columns.end(),
+                     [](const Column& column) { return column.list_size.has_value(); });
+}
+
 std::uint64_t Element::rowBytes() const {
   std::uint64_t bytes = 0;
   for (const Column& column : columns) {
