@@ -63,6 +63,11 @@ TEST(MapStore, KeepsGraphLabelsKeyframesAndTextsExactly) {
   EXPECT_EQ(loaded.source_of_pose, map.source_of_pose);
   EXPECT_EQ(loaded.sources, map.sources);
   EXPECT_EQ(loaded.options_yaml, map.options_yaml);
+  ASSERT_EQ(loaded.look_alikes.size(), map.look_alikes.size());
+  for (std::size_t i = 0; i < map.look_alikes.size(); ++i) {
+    EXPECT_EQ(loaded.look_alikes[i].lead, map.look_alikes[i].lead);
+    EXPECT_EQ(loaded.look_alikes[i].share, map.look_alikes[i].share);
+  }
 }
 
 TEST(MapStore, KeepsThePlanViewToACentimetre) {

@@ -50,6 +50,17 @@ TEST(Localizer, AQueryThatCannotShowTheMapIsHeldAgainstItself) {
   EXPECT_GT(*sparse.of_itself, sparse.dense);
 }
 
+TEST(Localizer, InAMapThatRepeatsItselfTheSamePoseIsRefused) {
+  const auto& drive = simulatedDrive();
+  map::SemanticMap map = drive.map;
+  EXPECT_FALSE(map.look_alikes.empty());
+  map.look_alikes.assign(60, {1e9, 1});
+  const Localization fix = Localizer(map, {}).localize(drive.query("rear", 10, 40));
+  EXPECT_LT(errorOf(fix, "rear", 39), 0.5);
+  EXPECT_NE(fix.status, Status::accepted);
+  EXPECT_GT(fix.statistics.look_alike, 0.5);
+}
+
 TEST(Localizer, WalksAloneFindTheRearView) {
   const auto& drive = simulatedDrive();
   const Localization fix =
