@@ -125,13 +125,11 @@ class SelfSearch {
 
   /// Length of the way of one recording.
   double wayOf(std::uint32_t source) const {
-    double first_m = 0, last_m = 0;
-    for (std::size_t i = along_.size(); i-- > 0;) {
-      if (sourceOf(i) != source) continue;
-      if (last_m == 0) last_m = along_[i];
-      first_m = along_[i];
+    double way_m = 0;
+    for (std::size_t i = 1; i < along_.size(); ++i) {
+      if (sourceOf(i) == source && sourceOf(i - 1) == source) way_m += along_[i] - along_[i - 1];
     }
-    return last_m - first_m;
+    return way_m;
   }
 
   /// Distance from the way within which the map has most of its samples.
