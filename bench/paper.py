@@ -421,7 +421,8 @@ INTRODUCTION = """# The paper's experiments
 
 Written by `./run paper` (`--help`). It repeats the experiments of X-View (RA-L 2018) with the paper's own settings,
 `config/paper/*.yaml` and `config/labels/paper_*.yaml` (*walks*), and with today's default on the same recordings (*default*, all classes unless a column says otherwise).
-Measured on 2026-11-22 on two virtual cores that others used at the same time: 20 minutes, and 6 for the table of reasons.
+Measured on 2026-11-23 on two virtual cores that others used at the same time: 17 minutes, of which the experiments took 11 of CPU time, so about 6 on two
+cores that are free. What is broken off goes on where it stopped.
 
 **The data is rendered.** Neither SYNTHIA, AirSim nor StreetView is used: towns of our own simulator stand in for them, with the length of the drive, the view and the spacing of frames
 of the paper. What the paper found on its images need not appear here, and a number here is no verdict on its numbers. The images are smaller (480 x 285 instead of

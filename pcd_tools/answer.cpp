@@ -90,17 +90,6 @@ Json trackOf(const TrackAnswer& track) {
           {"radius_m", track.radius_m}};
 }
 
-Json errorOf(const Answer& answer) {
-  Json json;
-  json["query"] = {{"input", answer.input}, {"first_frame", nullptr}, {"last_frame", nullptr}};
-  json["status"] = kError;
-  json["reason"] = answer.error;
-  json["confidence"] = 0.0;
-  for (const char* unknown : {"T_map_query", "pose", "covariance"}) json[unknown] = nullptr;
-  json["hypotheses"] = Json::array();
-  return json;
-}
-
 std::string toText(const Json& json) {
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);  // paths need not be UTF-8
 }
@@ -221,16 +210,17 @@ double totalMs(const Timings& timings) {
 }
 
 std::string toJson(const Answer& answer) {
-  if (!answer.error.empty()) return toText(errorOf(answer));
   const Localization& fix = answer.fix;
+  const bool is_read = answer.error.empty();
   const bool has_pose = !fix.hypotheses.empty();
   Json json;
   json["query"] = {{"input", answer.input},           {"first_frame", answer.first_frame},
                    {"last_frame", answer.last_frame}, {"used_from_index", answer.used_from},
                    {"last_index", answer.last_index}, {"last_stamp", answer.last_stamp_s},
                    {"frames_in_input", answer.frames}};
-  json["status"] = toString(fix.status);
-  json["reason"] = fix.reason;
+  if (!is_read) json["query"]["first_frame"] = json["query"]["last_frame"] = nullptr;
+  json["status"] = is_read ? toString(fix.status) : kError;
+  json["reason"] = is_read ? fix.reason : answer.error;
   json["confidence"] = fix.confidence;
   json["witnesses"] = {{"place", fix.witnesses.place},
                        {"correspondences", fix.witnesses.correspondences},

@@ -174,6 +174,7 @@ io::InputKind settleKind(const std::string& path, io::InputOptions& options, con
 LabelledGraph readLabelledGraph(const std::string& path, const io::InputOptions& input,
                                 const Job& job) {
   io::GraphFile file = io::readGraph(path);
+  if (file.graph.empty()) throw Error(path, "the graph has no vertices");
   if (!file.has_edges)
     graph::connectByRadius(file.graph, atSize(job.options, sizeFor(job.options, file.graph)).edges);
   LabelSet labels = labelsOfGraph(path, file.graph, file.labels, input, job.narrate);
@@ -220,6 +221,8 @@ map::SemanticMap readMap(const std::string& path, const InputFlags& input, const
   whole.frames = {};  // --frames speaks of the query
   if (!input.mapLabels().empty()) whole.labels = input.mapLabels();
   map::SemanticMap map = mapOf(path, whole, job);
+  if (map.graph.empty() && map.cloud.empty())
+    throw Error(path, "the map is empty; build it of a recording that sees something");
   job.narrate.stage("map", watch.lap_ms(),
                     fmt::format("{}: {} vertices, {} key frames, {} points", path, map.graph.size(),
                                 map.poses.size(), map.cloud.size()));
@@ -308,13 +311,7 @@ LabelledCloud liftAll(const FrameSource& source, const Job& job, double voxel_m,
         sum += lifted.counts;
       });
   depths.require(source);
-  if (whole.empty()) {
-    throw Error(
-        source.name(),
-        fmt::format("no points to lift in {} frames: {} without depth, {} out of range, {} of "
-                    "ignored or unknown classes",
-                    source.size(), sum.no_depth, sum.out_of_range, sum.ignored_class));
-  }
+  sayLeftOut(source, sum, job.narrate);
   if (counts) *counts = sum;
   if (voxel_m > 0) whole = graph::thinByVoxel(whole, voxel_m);
   return whole;

@@ -239,6 +239,8 @@ class LocalizeCommand final : public Command {
       if (query.empty() || !json_) return;
       Answer unread;
       unread.input = query;
+      unread.size = size_;
+      unread.load_map_ms = load_map_ms_;
       unread.error = oneLine(e.what());
       results_->print(toJson(unread), job.narrate);
     }

@@ -10,6 +10,7 @@
 #include <mutex>
 
 #include "terminal.h"
+#include "xview/types/error.h"
 
 namespace xview::tools {
 namespace {
@@ -70,13 +71,13 @@ double percentOf(std::uint64_t count, const graph::LiftCounts& counts) {
          static_cast<double>(std::max<std::uint64_t>(1, counts.all()));
 }
 
-std::string whyNothingIsLeft(const graph::LiftCounts& counts) {
-  if (counts.all() == 0) return "it holds no points at all";
+std::string whyNothingIsLeft(const graph::LiftCounts& counts, const std::string& unknown) {
+  if (counts.all() == 0) return "it has no finite point";
   if (counts.ignored_class >= std::max(counts.no_depth, counts.out_of_range)) {
     return fmt::format(
-        "{:.0f} % are unlabelled or of ignored classes; is it the right label set "
+        "{:.0f} % are unlabelled or of ignored classes{}; is it the right label set "
         "(--labels, --label-field)?",
-        percentOf(counts.ignored_class, counts));
+        percentOf(counts.ignored_class, counts), unknown.empty() ? "" : ":" + unknown);
   }
   if (counts.out_of_range >= counts.no_depth) {
     return fmt::format(
@@ -143,12 +144,12 @@ void sayLeftOut(const FrameSource& source, const graph::LiftCounts& counts,
     classes +=
         fmt::format("{} {} {}", classes.empty() ? "" : ",", amount, source.describeUnknown(label));
   }
+  if (counts.lifted == 0)
+    throw Error(source.name(), fmt::format("none of its {} measurements is left: {}", counts.all(),
+                                           whyNothingIsLeft(counts, classes)));
   if (!classes.empty())
     narrate.note(fmt::format("{}: of its measurements are left out as unlabelled:{}", source.name(),
                              classes));
-  if (counts.lifted == 0)
-    narrate.note(fmt::format("{}: none of its {} measurements is left: {}", source.name(),
-                             counts.all(), whyNothingIsLeft(counts)));
 }
 
 FrameReport::FrameReport(const FrameSource& source, const Narrative& narrate)

@@ -43,8 +43,8 @@ class Narrative {
   std::shared_ptr<std::set<std::string>> noted_;
 };
 
-/// Notes which measurements of a recording were left out though nobody wished it: those of unknown
-/// classes, or all of them.
+/// Notes which measurements of a recording were left out though nobody wished it, those of unknown
+/// classes; throws Error if nothing is left of it.
 void sayLeftOut(const FrameSource& source, const graph::LiftCounts& counts,
                 const Narrative& narrate);
 

@@ -51,7 +51,7 @@ SceneQuery queryOf(const Localization& fix) {
   query.reason = fix.reason;
   query.chance_wrong = chanceWrongText(fix.confidence);
   query.has_pose = !fix.hypotheses.empty();
-  if (!fix.covariance.isZero()) query.sigma_m = verify::horizontalSigma(fix.covariance);
+  if (!fix.covariance.isZero()) query.sigma_m = positionSigma(fix.covariance);
   for (const auto& [stage, ms] : fix.timing_ms) {
     if (stage == "total") query.total_ms = ms;
   }

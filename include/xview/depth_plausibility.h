@@ -13,6 +13,10 @@ namespace xview {
 /// at some frames of the recording.
 void requireKindOfDepth(const FrameSource& source);
 
+/// Throws Error if a saved cloud is as large as one in millimetres: a place is not kilometres high
+/// and so thinly measured that no thing in it could be told.
+void requireMetres(const Frame& frame, const std::string& name);
+
 /// Watches what became of the measurements of a recording, to name a wrong depth scale, or depth
 /// along the ray taken for planar depth, instead of mapping nonsense.
 class DepthPlausibility {
@@ -24,9 +28,8 @@ class DepthPlausibility {
 
   /// Throws Error
   /// - if next to nothing that was measured is within the range limits;
-  /// - if depths are suspiciously small and frames contradict one another, while depths ten, a
-  /// hundred or a thousand times as large would
-  ///   agree (agreementOfDepths);
+  /// - if depths are suspiciously small or large and frames contradict one another, while depths
+  ///   ten, a hundred or a thousand times as large or small would agree (agreementOfDepths);
   /// - if depths are of the other kind (requireKindOfDepth).
   /// A recording that is merely unusual passes.
   void require(const FrameSource& source) const;

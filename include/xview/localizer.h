@@ -36,7 +36,7 @@ struct PoseCheck {
 class Localizer {
  public:
   /// The map must outlive the localizer. It decides about the size (types/place_size.h) of all that
-  /// is looked for in it.
+  /// is looked for in it. Throws UsageError if the prior of the options lies outside of it.
   Localizer(const map::SemanticMap& map, const Options& options);
   ~Localizer();
 

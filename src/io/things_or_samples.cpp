@@ -170,7 +170,8 @@ bool holdsGraph(const std::string& path, std::string* guess) {
                                     ? "more than 1 m"
                                     : "about " + std::to_string(spacing_m).substr(0, 4) + " m";
     *guess = things ? "its vertices are " + spacing +
-                          " apart, so they may be things; --input-kind graph reads them as such"
+                          " apart, so they are taken for things; --input-kind cloud reads them as "
+                          "samples of surfaces"
                     : "its vertices are " + spacing +
                           " apart among their like, so they are taken for samples of surfaces; "
                           "--input-kind graph reads them as things";

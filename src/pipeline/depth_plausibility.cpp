@@ -3,6 +3,7 @@
 
 #include <fmt/core.h>
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <optional>
 #include <utility>
@@ -16,14 +17,19 @@ namespace {
 
 constexpr double kFewLifted =
     0.02;  ///< less of what was measured in range is no unusual recording any more
-constexpr float kSmallRange_m = 5;  ///< half of a frame nearer than this: a room, or a wrong scale
-constexpr double kSeen = 0.05;      ///< share of pixels that both frames see
+/// Half of a frame nearer than the one: a room, or a wrong scale; farther than the other: a flight,
+/// or a wrong scale.
+constexpr float kSmallRange_m = 5, kLargeRange_m = 40;
+constexpr double kSeen = 0.05;  ///< share of pixels that both frames see
 constexpr double kAgree = 0.7;  ///< share of these that agree if the scale is right: 0.85 to 1.00
                                 ///< in towns, noisy ones included
 constexpr double kBetter =
     0.003;  ///< more agreement for the other kind of depth: 0.006 to 0.5 in towns
 constexpr double kContradict =
     0.6;  ///< and if it is ten times too small, over that share: 0.1 to 0.5 near the ground
+/// And if it is ten times too large, over that share, where the motion is next to nothing: 0.67 to
+/// 0.84 near the ground. Right ones agree better than a tenth of them anywhere.
+constexpr double kContradictLarge = 0.88;
 
 /// Of all that was measured, whatever its class and range [m].
 float medianMeasured(const Frame& frame) {
@@ -37,21 +43,22 @@ float medianMeasured(const Frame& frame) {
   return values.empty() ? 0 : medianOf(std::move(values));
 }
 
-/// How many times larger depths would have to be for frames to agree; none if they agree as they
-/// are, or do not tell.
-std::optional<int> missingFactor(const FrameSource& source) {
+/// How many times larger (or a tenth, ...) depths would have to be for frames to agree; none if
+/// they agree as they are, or do not tell.
+std::optional<double> missingFactor(const FrameSource& source) {
   if (source.sensor() != Sensor::camera) return std::nullopt;
   const std::vector<FramePair> pairs = movedPairs(source);
   const double as_given = agreementOf(pairs, 1).agreeing;
   double best = as_given;
-  std::optional<int> factor;
-  for (const int candidate : {10, 100, 1000}) {
+  std::optional<double> factor;
+  for (const double candidate : {10., 100., 1000., 0.1, 0.01, 0.001}) {
     const DepthAgreement agreement = agreementOf(pairs, candidate);
     if (agreement.visible < kSeen || agreement.agreeing <= best) continue;
     best = agreement.agreeing;
     factor = candidate;
   }
-  return best >= kAgree && as_given <= kContradict * best ? factor : std::nullopt;
+  if (!factor || best < kAgree) return std::nullopt;
+  return as_given <= (*factor > 1 ? kContradict : kContradictLarge) * best ? factor : std::nullopt;
 }
 
 std::string scaleHint(const FrameSource& source, float median_m) {
@@ -77,9 +84,10 @@ void requireScale(const FrameSource& source) {
   if (!factor) return;
   throw Error(
       source.name(),
-      fmt::format("depths contradict the poses, but would agree with them if they were {} times as "
-                  "large: {}",
-                  *factor, scaleHint(source, medianMeasured(source.read(source.size() / 2)))));
+      fmt::format(
+          "depths contradict the poses, but would agree with them if they were {:g} times as "
+          "large: {}",
+          *factor, scaleHint(source, medianMeasured(source.read(source.size() / 2)))));
 }
 
 }  // namespace
@@ -106,6 +114,24 @@ void requireKindOfDepth(const FrameSource& source) {
                   100 * as_given, is_range ? "planar" : "range"));
 }
 
+void requireMetres(const Frame& frame, const std::string& name) {
+  constexpr float kHighest_m = 1000, kSparsest_m = 10;
+  constexpr float kSteepest = 0.02F;  // a country is high, too, but far wider
+  if (frame.sensor != Sensor::cloud || frame.cloud.empty()) return;
+  Eigen::AlignedBox3f box;
+  for (const Point& p : frame.cloud.points) {
+    if (p.getVector3fMap().allFinite()) box.extend(p.getVector3fMap());
+  }
+  const Eigen::Vector3f size = box.sizes();
+  const float area = box.volume() / size.minCoeff();
+  if (!(size.minCoeff() >= std::max(kHighest_m, kSteepest * size.maxCoeff())) ||
+      area < kSparsest_m * kSparsest_m * static_cast<float>(frame.cloud.size()))
+    return;
+  throw Error(name, fmt::format("its points fill {:.0f} x {:.0f} x {:.0f} m; are their units "
+                                "millimetres? Lengths must be metres",
+                                size.x(), size.y(), size.z()));
+}
+
 void DepthPlausibility::add(const graph::LiftCounts& counts, const LabelledCloud& cloud,
                             const Eigen::Vector3d& sensor, double metres) {
   counts_.lifted += counts.lifted;
@@ -120,7 +146,8 @@ void DepthPlausibility::add(const graph::LiftCounts& counts, const LabelledCloud
 void DepthPlausibility::require(const FrameSource& source) const {
   requireInRange(counts_, source);
   if (median_ranges_.empty()) return;
-  if (medianOf(median_ranges_) <= kSmallRange_m) requireScale(source);
+  const float range_m = medianOf(median_ranges_);
+  if (range_m <= kSmallRange_m || range_m >= kLargeRange_m) requireScale(source);
   requireKindOfDepth(source);
 }
 

@@ -93,6 +93,7 @@ std::vector<Blob> frameBlobs(const LabelledCloud& points, const LabelSet& labels
 FrameDigest readAndDigest(const FrameSource& source, std::size_t i, const Options& options) {
   Stopwatch watch;
   Frame frame = source.read(i);
+  requireMetres(frame, source.name());
   const double read_ms = watch.lap_ms();
   FrameDigest digest = digestFrame(std::move(frame), source.labels(), options);
   digest.timing_ms.insert(digest.timing_ms.begin(), {"read", read_ms});

@@ -248,7 +248,7 @@ struct Localizer::Index {
 /// The way of a query, in the frames of the caller.
 Localization Localizer::Index::localize(const Query& given, const ExpectedPose* expected) const {
   Stopwatch watch;
-  if (const auto reason = whyUnfindable(given, map, prior)) return unfindable(given, *reason);
+  if (const auto reason = whyUnfindable(given, map)) return unfindable(given, *reason);
   const std::optional<Query> centred =
       given.cloud.empty() ? std::nullopt : seenFromItsCentre(given);
   const Query& query = centred ? *centred : given;
@@ -613,7 +613,9 @@ Localizer::Localizer(const map::SemanticMap& map, const Options& options)
     : size_(map.size),
       map_(map, 1 / size_),
       index_(std::make_unique<Index>(*map_, optionsOfSearch(options, size_))),
-      coarse_(std::make_unique<CoarseIndices>()) {}
+      coarse_(std::make_unique<CoarseIndices>()) {
+  requirePriorInside(parsePrior(options.prior), map);
+}
 Localizer::~Localizer() = default;
 
 const Localizer::Index& Localizer::indexFor(const Query& query) const {

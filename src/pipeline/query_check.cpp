@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 
+#include "xview/types/error.h"
 #include "xview/types/label_match.h"
 
 namespace xview {
@@ -59,38 +60,6 @@ Eigen::AlignedBox2d boundsOf(const map::SemanticMap& map) {
   return box;
 }
 
-/// A sensor may stand outside of what it sees, but not by more than half of a map, nor by more than
-/// it sees.
-std::optional<std::string> whyPriorIsOutside(const PlacePrior& prior, const map::SemanticMap& map) {
-  constexpr double kSight_m = 50;
-  const Eigen::AlignedBox2d box = boundsOf(map);
-  if (!prior.near || box.isEmpty()) return std::nullopt;
-  const double outside_m = box.exteriorDistance(Eigen::Vector2d(prior.near->x, prior.near->y));
-  const double reach_m = std::min(kSight_m, 0.5 * box.diagonal().norm());
-  if (outside_m <= prior.near->radius + reach_m) return std::nullopt;
-  return fmt::format(
-      "the prior is outside of the map: x {:.1f}, y {:.1f} within {:.1f} m, but the map has x "
-      "{:.1f} .. {:.1f}, y {:.1f} .. {:.1f}; give it in the frame of the map or leave it out",
-      prior.near->x, prior.near->y, prior.near->radius, box.min().x(), box.max().x(), box.min().y(),
-      box.max().y());
-}
-
-/// A place on the ground is not kilometres high; a number in millimetres is.
-std::optional<std::string> whyTooLarge(const Query& query) {
-  constexpr float kHighest_m = 1000;
-  constexpr float kSteepest = 0.02F;  // a country is high, too, but far wider
-  Eigen::AlignedBox3f box;
-  for (const Point& p : query.cloud.points) box.extend(p.getVector3fMap());
-  if (query.cloud.empty()) return std::nullopt;
-  const Eigen::Vector3f size = box.sizes();
-  if (size.minCoeff() < kHighest_m || size.minCoeff() < kSteepest * size.maxCoeff())
-    return std::nullopt;
-  return fmt::format(
-      "the query is {:.0f} x {:.0f} x {:.0f} m large; are its units millimetres? "
-      "Lengths must be metres",
-      size.x(), size.y(), size.z());
-}
-
 /// Less than any place can be told by. A bare graph may have few vertices.
 std::optional<std::string> whyTooLittle(const Query& query) {
   constexpr std::size_t kFewestSamples = 30, kFewestVertices = 4, kFewestPoints = 500;
@@ -107,14 +76,27 @@ std::optional<std::string> whyTooLittle(const Query& query) {
 
 }  // namespace
 
-std::optional<std::string> whyUnfindable(const Query& query, const map::SemanticMap& map,
-                                         const PlacePrior& prior) {
+std::optional<std::string> whyUnfindable(const Query& query, const map::SemanticMap& map) {
   if (isEmpty(map)) return "the map is empty; build it of a recording that sees something";
   if (isEmpty(query)) return kNothingIsLeft;
-  if (const auto reason = whyTooLarge(query)) return reason;
   if (const auto reason = whyTooLittle(query)) return reason;
-  if (const auto reason = whyClassesDiffer(query.labels, map.labels)) return reason;
-  return whyPriorIsOutside(prior, map);
+  return whyClassesDiffer(query.labels, map.labels);
+}
+
+/// A sensor may stand outside of what it sees, but not by more than half of a map, nor by more than
+/// it sees.
+void requirePriorInside(const PlacePrior& prior, const map::SemanticMap& map) {
+  const double sight_m = 50 * map.size;
+  const Eigen::AlignedBox2d box = boundsOf(map);
+  if (!prior.near || box.isEmpty()) return;
+  const double outside_m = box.exteriorDistance(Eigen::Vector2d(prior.near->x, prior.near->y));
+  const double reach_m = std::min(sight_m, 0.5 * box.diagonal().norm());
+  if (outside_m <= prior.near->radius + reach_m) return;
+  throw UsageError(fmt::format(
+      "the prior is outside of the map: x {:.1f}, y {:.1f} within {:.1f} m, but the map has x "
+      "{:.1f} .. {:.1f}, y {:.1f} .. {:.1f}; give it in the frame of the map or leave it out",
+      prior.near->x, prior.near->y, prior.near->radius, box.min().x(), box.max().x(), box.min().y(),
+      box.max().y()));
 }
 
 }  // namespace xview

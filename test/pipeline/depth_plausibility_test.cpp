@@ -63,6 +63,11 @@ TEST(DepthPlausibility, DepthsTenTimesTooSmallContradictTheMotion) {
   EXPECT_NE(complaint.find("10 times"), std::string::npos) << complaint;
 }
 
+TEST(DepthPlausibility, DepthsTenTimesTooLargeContradictTheMotion) {
+  const std::string complaint = complaintAbout(ScaledRecording(10));
+  EXPECT_NE(complaint.find("0.1 times"), std::string::npos) << complaint;
+}
+
 TEST(DepthPlausibility, MapsAreNotMadeOfWrongDepths) {
   const ScaledRecording wrong(0.001f);
   EXPECT_THROW(buildMap({&wrong}, {}), Error);

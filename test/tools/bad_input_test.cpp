@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <utility>
@@ -141,6 +142,47 @@ TEST_F(BadInput, AllUnlabelled) {
     io::writeLabelPng(sequence_ + "/label/00000" + std::to_string(i) + ".png",
                       LabelImage(64, 48, 0));
   expectRefused("seq");
+}
+
+/// Check fix for: a QUERY of which nothing is left was refused with code 3, as if it were
+/// elsewhere.
+TEST_F(BadInput, AQueryOfWhichNothingIsLeftIsAFailure) {
+  makeMap();
+  const std::string unlabelled = folder_ / "unlabelled", empty = folder_ / "empty.pcd";
+  writeSequence(unlabelled);
+  for (int i = 0; i < 4; ++i)
+    io::writeLabelPng(unlabelled + "/label/00000" + std::to_string(i) + ".png",
+                      LabelImage(64, 48, 200));
+  writeText(empty,
+            "VERSION .7\nFIELDS x y z label\nSIZE 4 4 4 4\nTYPE F F F U\nCOUNT 1 1 1 1\nWIDTH "
+            "0\nHEIGHT 1\nPOINTS 0\nDATA ascii\n");
+  expectFailure({"localize", "-q", empty, map_}, "empty.pcd: none of its 0 measurements is left");
+  expectFailure({"localize", "-q", sequence_, empty}, "empty.pcd: none of its 0");
+  expectFailure({"localize", "-q", "--window", "2", unlabelled, map_}, "100 % class 200");
+  const Outcome batch = runXview({"localize", "-q", "--json", empty, sequence_, map_});
+  EXPECT_EQ(batch.code, 1);
+  std::istringstream lines(batch.out);
+  std::vector<std::vector<std::string>> keys;
+  for (std::string line; std::getline(lines, line);) {
+    const auto answer = nlohmann::json::parse(line).get<std::map<std::string, nlohmann::json>>();
+    keys.emplace_back();
+    for (const auto& [key, value] : answer) keys.back().push_back(key);
+  }
+  ASSERT_EQ(keys.size(), 2u) << batch.out;
+  EXPECT_EQ(keys[0], keys[1]) << "a line of an error lacks keys";
+}
+
+TEST_F(BadInput, CloudInMillimetres) {
+  std::string cloud =
+      "VERSION .7\nFIELDS x y z label\nSIZE 4 4 4 4\nTYPE F F F U\nCOUNT 1 1 1 1\nWIDTH "
+      "100\nHEIGHT 1\nPOINTS 100\nDATA ascii\n";
+  for (int i = 0; i < 100; ++i)
+    cloud += std::to_string(700 * i) + " " + std::to_string(5000 * (i % 10)) + " " +
+             std::to_string(300 * (i % 20)) + " 3\n";
+  writeText(folder_ / "mm.pcd", cloud);
+  makeMap();
+  expectFailure({"map", "-q", folder_ / "mm.pcd", output_}, "millimetres");
+  expectFailure({"localize", "-q", folder_ / "mm.pcd", map_}, "millimetres");
 }
 
 TEST_F(BadInput, TruncatedImage) {

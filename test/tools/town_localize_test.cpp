@@ -109,16 +109,13 @@ TEST_F(TinyTown, UnknownIdsAreSaidWithTheirShare) {
   EXPECT_NE(found.err.find("class 77 (label set"), std::string::npos) << found.err;
 }
 
-TEST_F(TinyTown, APriorOutsideOfTheMapIsTheReason) {
+TEST_F(TinyTown, APriorOutsideOfTheMapIsMisuse) {
   const Outcome outside =
       runXview({"localize", "-q", "--json", "--near", "90000,0,10", town("rear"), map()});
-  EXPECT_EQ(outside.code, 3);
-  EXPECT_NE(jsonLines(outside.out)
-                .at(0)["reason"]
-                .get<std::string>()
-                .find("the prior is outside of the map"),
-            std::string::npos)
-      << outside.out;
+  EXPECT_EQ(outside.code, 2);
+  EXPECT_EQ(outside.out, "");
+  EXPECT_NE(outside.err.find("the prior is outside of the map: x 90000.0"), std::string::npos)
+      << outside.err;
 }
 
 TEST_F(TinyTown, WithoutAnyClassNamesShapesTellStreetsFromThings) {
