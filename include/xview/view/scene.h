@@ -34,8 +34,7 @@ struct SceneQuery {
   Status status = Status::accepted;  ///< chooses the colour of its way and its arrow
   std::string reason;
   std::string chance_wrong;  ///< how likely the answer is wrong, in words
-  double sigma_m =
-      std::numeric_limits<double>::quiet_NaN();  ///< of its position, where it is known least [m]
+  double sigma_m = std::numeric_limits<double>::quiet_NaN();  ///< of its position, 3-D [m]
   double error_m = std::numeric_limits<double>::quiet_NaN();  ///< against the truth, if known
   double error_deg = std::numeric_limits<double>::quiet_NaN();
   double total_ms = std::numeric_limits<double>::quiet_NaN();
