@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "pipeline/point_quality.h"
+#include "pipeline/query_in_map.h"
 #include "xview/depth_plausibility.h"
 #include "xview/graph/blobs.h"
 #include "xview/graph/clean_labels.h"
@@ -148,6 +149,11 @@ FrameDigest digestFrame(Frame frame, const LabelSet& labels, const Options& give
   for (std::size_t i = 0; i < digest.cloud.size(); ++i) {
     const double range = rangeOf(digest, i);
     digest.cloud.points[i].sigma = static_cast<float>(inverse_depth_sigma * range * range);
+  }
+  if (frame.sensor == Sensor::cloud) {
+    Eigen::AlignedBox3d seen;
+    for (std::size_t i = 0; i < digest.cloud.size(); ++i) seen.extend(digest.cloud.position(i));
+    digest.T_odom_sensor.translation() = standpoint(frame.T_odom_sensor.translation(), seen);
   }
   castVotes(frame, lifted.points_per_voxel, digest);
   if (frame.sensor == Sensor::cloud)

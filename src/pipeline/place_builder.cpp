@@ -6,6 +6,7 @@
 
 #include "pipeline/gravity.h"
 #include "pipeline/point_quality.h"
+#include "pipeline/query_in_map.h"
 #include "xview/graph/edges.h"
 #include "xview/measure_size.h"
 #include "xview/sized_options.h"
@@ -217,7 +218,9 @@ Query makeQuery(const SemanticGraph& graph, const LabelSet& labels, const Option
   if (graph.edgeCount() == 0)
     graph::connectByRadius(query.graph, atSize(options, query.size).edges);
   query.gravity = gravityOf(graph, labels, options.gravity);
-  query.poses.push_back(Eigen::Isometry3d::Identity());
+  Eigen::AlignedBox3d seen;
+  for (const Vertex& vertex : graph.vertices) seen.extend(vertex.position);
+  query.poses.emplace_back(Eigen::Translation3d(standpoint(Eigen::Vector3d::Zero(), seen)));
   query.timing_ms.emplace_back("graph", watch.lap_ms());
   return query;
 }

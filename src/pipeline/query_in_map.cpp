@@ -254,6 +254,12 @@ Eigen::Vector3d middleOf(const Query& query) {
   return sum / static_cast<double>(query.graph.size());
 }
 
+Eigen::Vector3d standpoint(const Eigen::Vector3d& given, const Eigen::AlignedBox3d& seen) {
+  constexpr double kFar = 30;  // times the extent of what is seen
+  if (seen.isEmpty() || seen.exteriorDistance(given) < kFar * seen.diagonal().norm()) return given;
+  return seen.center();
+}
+
 std::optional<Query> seenFromItsCentre(const Query& query) {
   if (query.sensor != Sensor::cloud || query.poses.size() != 1 || query.graph.empty())
     return std::nullopt;

@@ -95,6 +95,11 @@ class GuessedQuery {
   std::optional<Query> changed_;
 };
 
+/// Where a cloud or graph was seen from: the given point, or the middle of what it shows if no
+/// sensor can have stood so far away, as the origin of the coordinates of a country, where a
+/// hundredth of a degree is a kilometre.
+Eigen::Vector3d standpoint(const Eigen::Vector3d& given, const Eigen::AlignedBox3d& seen);
+
 /// A cloud or graph whose origin lies outside of what it shows (lifted from a drive, cut from a
 /// town) was not seen from there, and on a lever of hundreds of metres a tenth of a degree looks
 /// like another place. The same query with its centre as its pose, in which it can be judged,

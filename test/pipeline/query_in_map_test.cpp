@@ -136,6 +136,16 @@ TEST(ViewPoint, IsTheOriginOfAScanAndTheCentreOfACloudFarFromIt) {
   EXPECT_TRUE(centred->poses[0].translation().isApprox(Eigen::Vector3d(500, -40, 3)));
 }
 
+TEST(ViewPoint, IsTheMiddleWhereCoordinatesBeginInAnotherCountry) {
+  const Eigen::AlignedBox3d near(Eigen::Vector3d(500, -60, 0), Eigen::Vector3d(560, 0, 10));
+  EXPECT_EQ(standpoint(Eigen::Vector3d::Zero(), near), Eigen::Vector3d::Zero());
+  const Eigen::Vector3d utm(691234, 5335678, 512);
+  const Eigen::AlignedBox3d far(utm + near.min(), utm + near.max());
+  EXPECT_TRUE(standpoint(Eigen::Vector3d::Zero(), far).isApprox(utm + near.center()));
+  EXPECT_EQ(standpoint(utm, far), utm);
+  EXPECT_EQ(standpoint(utm, Eigen::AlignedBox3d()), utm);
+}
+
 TEST(ViewPoint, OfADriveIsWhereItsSensorWas) {
   Query drive = squareAround(500, -40);
   drive.sensor = Sensor::camera;
