@@ -12,6 +12,7 @@
 
 #include "xview/common_frame.h"
 #include "xview/types/place_size.h"
+#include "xview/types/pose.h"
 
 namespace xview::tools {
 namespace {
@@ -96,6 +97,24 @@ bool areSamePoses(const Poses& poses, const Poses& others, double tolerance_m) {
   };
   const auto common = std::count_if(poses.begin(), poses.end(), has_partner);
   return !poses.empty() && 2 * static_cast<std::size_t>(common) > poses.size();
+}
+
+void sayOwnDrive(const map::SemanticMap& map, const std::string& query, const Poses& T_odom_sensor,
+                 const Narrative& narrate) {
+  constexpr double kExact_m = 1e-3, kExact_rad = 1e-3;
+  constexpr std::ptrdiff_t kFewest = 3;  // any two recordings may begin at the identity
+  const auto isInMap = [&](const Eigen::Isometry3d& T) {
+    return std::any_of(map.poses.begin(), map.poses.end(), [&](const Eigen::Isometry3d& other) {
+      return (T.translation() - other.translation()).norm() < kExact_m &&
+             rotationBetween(T, other) < kExact_rad;
+    });
+  };
+  const bool same_name =
+      std::find(map.sources.begin(), map.sources.end(), query) != map.sources.end();
+  if (same_name || std::count_if(T_odom_sensor.begin(), T_odom_sensor.end(), isInMap) >= kFewest)
+    narrate.note(query +
+                 " is a recording that the map was made of; that it is found there says "
+                 "nothing about other visits");
 }
 
 void sayDoubts(const map::SemanticMap& map, const std::string& map_name,

@@ -17,6 +17,10 @@ namespace xview::tools {
 bool areSamePoses(const std::vector<Eigen::Isometry3d>& poses,
                   const std::vector<Eigen::Isometry3d>& others, double tolerance_m);
 
+/// Notes if a query is a drive that the map was made of, which is found whatever the map is worth.
+void sayOwnDrive(const map::SemanticMap& map, const std::string& query,
+                 const std::vector<Eigen::Isometry3d>& T_odom_sensor, const Narrative& narrate);
+
 /// Notes if what is added to a map is in it already, or lies as if its frame were another one:
 /// far away, or so that what both have seen is not the same.
 void sayDoubts(const map::SemanticMap& map, const std::string& map_name,

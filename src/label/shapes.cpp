@@ -20,6 +20,7 @@ constexpr float kPlanar = 0.4F, kUpright = 0.25F;  ///< a wall: its normal is ne
 constexpr float kLinear = 0.7F, kPlumb = 0.85F;    ///< a post: its axis is nearly plumb
 constexpr float kFlat = 0.6F, kLevel = 0.85F;      ///< a roof or table: its normal is nearly plumb
 constexpr float kOverhead_m = 1.9F;                ///< what is higher is none that one works at
+constexpr float kAlone = 0.5F;                     ///< linear for a post seen from farther
 constexpr float kBeam = 0.7F;                      ///< one beam over a wall is a level line
 
 struct Voxel {
@@ -76,6 +77,14 @@ class Standing {
  private:
   static constexpr std::int32_t kOnGround = -1;
 
+  /// A column of a scan over a surface is as plumb as a post, but has others beside it.
+  bool standsAlone(std::size_t voxel, int level) {
+    if (level + 1 == ShapeVoxels::kLevels) return true;
+    ShapeVoxels::Neighbourhood& wide = voxels_.around(voxel, level + 1);
+    if (!wide.spread) wide.spread = spreadOf(wide.around);
+    return wide.spread->linear > kAlone && wide.spread->axis_z > kPlumb;
+  }
+
   /// By the smallest neighbourhood that tells.
   Shape judge(std::size_t voxel, bool ground_below) {
     for (int level = 0; level < ShapeVoxels::kLevels; ++level) {
@@ -83,7 +92,9 @@ class Standing {
       if (here.around.count < kFewestPoints[level]) continue;
       if (!here.spread) here.spread = spreadOf(here.around);
       if (isOneBeam(*here.spread)) continue;
-      return shapeOf(*here.spread, found_[voxel].height_m, ground_below);
+      const Shape shape = shapeOf(*here.spread, found_[voxel].height_m, ground_below);
+      if (shape == Shape::post && !standsAlone(voxel, level)) continue;
+      return shape;
     }
     return Shape::foliage;
   }

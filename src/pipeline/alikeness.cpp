@@ -262,7 +262,7 @@ void conclude(const SelfQuery* first, const SelfQuery* last, Alikeness::Place& p
 /// A map upright and in lengths of a town.
 struct UprightTown {
   UprightTown(const map::SemanticMap& given, const Options& in_metres)
-      : options(optionsOfSearch(in_metres, given.size)),
+      : options(optionsOfSearch(in_metres, given.size, given.labels)),
         scaled(given, 1 / given.size),
         gravity(gravityOf(*scaled, options.gravity)),
         turned(uprightMap(*scaled, gravity.upright)),

@@ -612,7 +612,7 @@ struct Localizer::CoarseIndices {
 Localizer::Localizer(const map::SemanticMap& map, const Options& options)
     : size_(map.size),
       map_(map, 1 / size_),
-      index_(std::make_unique<Index>(*map_, optionsOfSearch(options, size_))),
+      index_(std::make_unique<Index>(*map_, optionsOfSearch(options, size_, map.labels))),
       coarse_(std::make_unique<CoarseIndices>()) {
   requirePriorInside(parsePrior(options.prior), map);
 }
@@ -627,7 +627,8 @@ const Localizer::Index& Localizer::indexFor(const Query& query) const {
     coarse.map = *map_;
     if (detail.shapes) reduceToShapes(query.labels, coarse.map);
     reduceTo(detail, coarse.map.plan);
-    coarse.index = std::make_unique<Index>(coarse.map, index_->options);
+    coarse.index = std::make_unique<Index>(
+        coarse.map, optionsOfSearch(index_->options, kTown, coarse.map.labels));
   }
   return *coarse.index;
 }

@@ -185,10 +185,13 @@ void reduceTo(const CommonDetail& detail, PlanView& plan) {
   }
 }
 
-Options optionsOfSearch(const Options& given, double size) {
+Options optionsOfSearch(const Options& given, double size, const LabelSet& map_labels) {
   Options options = inTownLengths(given, size);
-  if (size < kTown && options.places.likelihoods.empty())
+  if (!options.places.likelihoods.empty()) return options;
+  if (size < kTown)
     options.places.likelihoods = search::kRooms;
+  else if (knowsShapesOnly(map_labels))
+    options.places.likelihoods = search::kShapes;
   return options;
 }
 

@@ -20,8 +20,8 @@ struct FrameGuess {
 };
 
 /// What a search in a place of this size works with, in lengths of a town. Nobody drives through
-/// rooms: walls are near, and alike on all sides.
-Options optionsOfSearch(const Options& options, double size);
+/// rooms: walls are near, and alike on all sides. Classes from shapes are seen again less often.
+Options optionsOfSearch(const Options& options, double size, const LabelSet& map_labels);
 
 /// The map in a gravity-aligned frame; nothing if its own is one.
 std::optional<map::SemanticMap> uprightMap(const map::SemanticMap& map,

@@ -11,9 +11,10 @@
 
 namespace xview::search {
 
-/// Contents of config/likelihoods.txt and config/likelihoods_rooms.txt, compiled in.
+/// Contents of config/likelihoods.txt, _rooms.txt and _shapes.txt, compiled in.
 extern const char* const kDefaultLikelihoods;
 extern const char* const kLikelihoodsOfRooms;
+extern const char* const kLikelihoodsOfShapes;
 
 namespace {
 
@@ -138,6 +139,7 @@ LikelihoodTable parseLikelihoods(const std::string& text, const std::string& pat
 
 LikelihoodTable readLikelihoods(const std::string& path) {
   if (path == kRooms) return parseLikelihoods(kLikelihoodsOfRooms, "built-in likelihoods");
+  if (path == kShapes) return parseLikelihoods(kLikelihoodsOfShapes, "built-in likelihoods");
   const std::ifstream file(path);
   std::ostringstream text;
   if (file) text << file.rdbuf();

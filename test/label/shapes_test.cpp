@@ -96,6 +96,25 @@ TEST(Shapes, HardlyDependOnWhereTheOriginIs) {
   EXPECT_GT(same / static_cast<double>(here.size()), 0.95);
 }
 
+/// A facade far from a scanner whose columns are a metre apart there.
+TEST(Shapes, OfAScanColumnOverASurfaceAreNoPosts) {
+  pcl::PointCloud<Point> points;
+  Random random(5);
+  for (int i = 0; i < 20000; ++i)
+    points.push_back({static_cast<float>(random.uniform(-20, 20)),
+                      static_cast<float>(random.uniform(-20, 9)), 0});
+  const std::size_t ground = points.size();
+  for (int column = -15; column <= 15; ++column) {
+    for (int i = 0; i < 50; ++i)
+      points.push_back({static_cast<float>(column), 10, 0.5F + 0.1F * static_cast<float>(i)});
+  }
+  labelByShape(points);
+  std::size_t posts = 0;
+  for (std::size_t i = ground; i < points.size(); ++i)
+    posts += points[i].label == static_cast<std::uint32_t>(Shape::post);
+  EXPECT_LT(posts, (points.size() - ground) / 20);
+}
+
 TEST(Shapes, OfASlopeAreGround) {
   pcl::PointCloud<Point> slope;
   Random random(3);

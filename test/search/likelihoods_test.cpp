@@ -194,6 +194,13 @@ TEST(LikelihoodFile, HoldsTheCountsThatWereWritten) {
   std::remove(path.c_str());
 }
 
+TEST(LikelihoodFile, OfShapesCountsAPostOnce) {
+  const LogRatios ratios = logRatios(readLikelihoods(kShapes), Viewpoint::ground, nullptr, 0);
+  const auto expected = [&](Channel c) { return ratios.expected[static_cast<std::size_t>(c)]; };
+  EXPECT_GT(expected(Channel::pole), 1);
+  EXPECT_EQ(expected(Channel::pole_like), 0);
+}
+
 TEST(LikelihoodFile, ThatIsMissingOrEmptyOrSomethingElseIsAnError) {
   EXPECT_THROW(readLikelihoods("/no/such/file.txt"), Error);
   EXPECT_THROW(readLikelihoods(testing::TempDir()), Error) << "a folder";

@@ -109,6 +109,13 @@ TEST_F(TinyTown, UnknownIdsAreSaidWithTheirShare) {
   EXPECT_NE(found.err.find("class 77 (label set"), std::string::npos) << found.err;
 }
 
+TEST_F(TinyTown, AQueryThatTheMapWasMadeOfIsSaid) {
+  const Outcome own = runXview({"localize", town("forward"), map()});
+  EXPECT_NE(own.err.find("is a recording that the map was made of"), std::string::npos) << own.err;
+  const Outcome other = runXview({"localize", town("rear"), map()});
+  EXPECT_EQ(other.err.find("the map was made of"), std::string::npos) << other.err;
+}
+
 TEST_F(TinyTown, APriorOutsideOfTheMapIsMisuse) {
   const Outcome outside =
       runXview({"localize", "-q", "--json", "--near", "90000,0,10", town("rear"), map()});
