@@ -627,8 +627,7 @@ const Localizer::Index& Localizer::indexFor(const Query& query) const {
     coarse.map = *map_;
     if (detail.shapes) reduceToShapes(query.labels, coarse.map);
     reduceTo(detail, coarse.map.plan);
-    coarse.index = std::make_unique<Index>(
-        coarse.map, optionsOfSearch(index_->options, kTown, coarse.map.labels));
+    coarse.index = std::make_unique<Index>(coarse.map, index_->options);
   }
   return *coarse.index;
 }
