@@ -42,19 +42,6 @@ void removeStale(const std::string& path, const Narrative& narrate) {
   narrate.note(path + " of an earlier query is removed: there is no accepted pose to write");
 }
 
-bool makeFolder(const std::string& path) {
-  std::error_code problem;
-  const bool is_new = std::filesystem::create_directories(path, problem);
-  if (problem) throw Error(path, "cannot be made: " + problem.message());
-  return is_new;
-}
-
-void writeFile(const std::string& path, const void* data, std::size_t bytes) {
-  io::AtomicFile file(path);
-  file.write(data, bytes);
-  file.commit();
-}
-
 void requireCloudPath(const std::string& path) {
   const std::string ending = endingOf(path);
   if (ending != ".pcd" && ending != ".ply")

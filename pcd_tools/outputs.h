@@ -12,15 +12,8 @@
 
 namespace xview::tools {
 
-/// Makes a folder and those above it; true if it was missing. Throws Error.
-bool makeFolder(const std::string& path);
-
-/// Writes a file that appears whole or not at all. Throws Error.
-void writeFile(const std::string& path, const void* data, std::size_t bytes);
-template <class Bytes>
-void writeFile(const std::string& path, const Bytes& bytes) {
-  writeFile(path, bytes.data(), bytes.size() * sizeof(*bytes.data()));
-}
+using io::makeFolder;
+using io::writeFile;
 
 /// Where the results of a command go: to standard output as they come, or into a file that appears
 /// whole at the end.

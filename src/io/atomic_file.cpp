@@ -98,6 +98,19 @@ void AtomicFile::fail(const std::string& action) const {
   throw Error(path_, action + ": " + std::strerror(errno));
 }
 
+void writeFile(const std::string& path, const void* data, std::size_t bytes) {
+  AtomicFile file(path);
+  file.write(data, bytes);
+  file.commit();
+}
+
+bool makeFolder(const std::string& path) {
+  std::error_code problem;
+  const bool is_new = std::filesystem::create_directories(path, problem);
+  if (problem) throw Error(path, "cannot be made: " + problem.message());
+  return is_new;
+}
+
 void requireWritable(const std::string& path) {
   struct stat old = {};
   // Who reads a pipe would see its end if it were opened and closed again.

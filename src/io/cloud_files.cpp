@@ -99,28 +99,15 @@ LabelledCloud readPoints(InputFile& file, const FileLayout& layout, const Elemen
   ChosenColumns columns(points, file);
   const auto label = columns.add(ids.label), instance = columns.add(ids.instance);
   CloudBuilder builder(farLimit(layout, columns));
-  readRows(file, layout, points, columns.all(), [&](const double* values, const RowPlace& place) {
+  readTable(file, layout, points, columns.all(), [&](const double* values, const RowPlace& place) {
     if (place.row == 0) builder.reserve(likelyPoints(file, layout, points));
     const Eigen::Vector3d position(values[0], values[1], values[2]);
     if (!position.allFinite()) return;  // a pixel without measurement; its label means nothing
     builder.add(position, columns.id(label, values, place), columns.id(instance, values, place),
                 place);
   });
-  return builder.finish();
-}
-
-LabelledCloud readElements(InputFile& file, const FileLayout& layout, const IdColumns& ids) {
-  const Element& points = pointsOf(layout, file);
-  LabelledCloud cloud;
-  for (const Element& element : layout.elements) {
-    if (&element == &points) {
-      cloud = readPoints(file, layout, points, ids);
-    } else {
-      readRows(file, layout, element, {}, nullptr);
-    }
-  }
   requireEnd(file, layout);
-  return cloud;
+  return builder.finish();
 }
 
 // ---- writing
@@ -189,12 +176,11 @@ std::string pcdHeader(const LabelledCloud& cloud, const Contents& contents) {
   if (contents.labels) addField("rgb", "F");
   addField("label", "U");
   if (contents.instances) addField("instance", "U");
-  const std::string points = std::to_string(cloud.size());
-  const std::string classes =
-      contents.labels ? classComments(*contents.labels, "# ") : std::string();
-  return "# .PCD v0.7 - Point Cloud Data file format\n" + classes + "VERSION 0.7\nFIELDS " +
-         fields + "\nSIZE " + sizes + "\nTYPE " + types + "\nCOUNT " + counts + "\nWIDTH " +
-         points + "\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS " + points + "\nDATA binary\n";
+  return fmt::format(
+      "# .PCD v0.7 - Point Cloud Data file format\n{}VERSION 0.7\nFIELDS {}\nSIZE {}\nTYPE {}\n"
+      "COUNT {}\nWIDTH {}\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS {}\nDATA binary\n",
+      contents.labels ? classComments(*contents.labels, "# ") : std::string(), fields, sizes, types,
+      counts, cloud.size(), cloud.size());
 }
 
 std::string plyHeader(const LabelledCloud& cloud, const Contents& contents) {
@@ -218,9 +204,10 @@ constexpr std::size_t kLabelBytes = sizeof(std::uint32_t);
 std::size_t pointCount(const InputFile& scan) {
   const std::uint64_t points = scan.size() / kPointBytes;
   if (scan.size() % kPointBytes != 0) {
-    scan.fail("expected 16 bytes per point (x y z intensity), found " +
-              std::to_string(scan.size()) + " bytes: " + std::to_string(scan.size() % kPointBytes) +
-              " are left after " + std::to_string(points) + " points");
+    scan.fail(
+        "expected 16 bytes per point (x y z intensity), found {} bytes: {} are left after {} "
+        "points",
+        scan.size(), scan.size() % kPointBytes, points);
   }
   if (points > std::numeric_limits<std::int32_t>::max()) scan.fail("has more than 2^31 points");
   return static_cast<std::size_t>(points);
@@ -228,8 +215,8 @@ std::size_t pointCount(const InputFile& scan) {
 
 void requireLabels(const InputFile& labels, const InputFile& scan, std::size_t points) {
   if (labels.size() == points * kLabelBytes) return;
-  labels.fail("expected " + std::to_string(points) + " labels of 4 bytes, one for each point of " +
-              scan.path() + ", found " + std::to_string(labels.size()) + " bytes");
+  labels.fail("expected {} labels of 4 bytes, one for each point of {}, found {} bytes", points,
+              scan.path(), labels.size());
 }
 
 LabelledCloud readScan(InputFile& scan, std::optional<InputFile>& labels, std::size_t points) {
@@ -261,16 +248,11 @@ float largestFloatCoordinate(const std::string& path) {
   float largest = 0;
   if (layout.encoding == Encoding::ascii || columns.column(0).type != ScalarType::f32) return 0;
   try {
-    for (const Element& element : layout.elements) {
-      readRows(
-          file, layout, element, &element == &points ? columns.all() : std::vector<std::size_t>(),
-          &element != &points ? RowVisitor() : [&](const double* p, const RowPlace&) {
-            if (!std::isfinite(p[0] + p[1] + p[2])) return;
-            largest =
-                static_cast<float>(std::max({std::abs(p[0]), std::abs(p[1]), std::abs(p[2])}));
-            throw Found();
-          });
-    }
+    readTable(file, layout, points, columns.all(), [&](const double* p, const RowPlace&) {
+      if (!std::isfinite(p[0] + p[1] + p[2])) return;
+      largest = static_cast<float>(std::max({std::abs(p[0]), std::abs(p[1]), std::abs(p[2])}));
+      throw Found();
+    });
   } catch (const Found&) {
   }
   return largest;
@@ -298,12 +280,12 @@ LabelledCloud readCloud(const std::string& path, const CloudFields& fields, bool
     const Element& points = pointsOf(layout, file);
     const IdColumns ids = findIdColumns(points, fields, file);
     if (require_label && !ids.label) {
-      file.fail("has no label field, name one with --label-field; its fields: " +
+      file.fail("has no label field, name one with --label-field; its fields: {}",
                 points.columnNames());
     }
-    return readElements(file, layout, ids);
+    return readPoints(file, layout, points, ids);
   } catch (const std::bad_alloc&) {
-    file.fail("needs more memory than there is for its " + std::to_string(file.size()) + " bytes");
+    file.fail("needs more memory than there is for its {} bytes", file.size());
   }
 }
 
@@ -332,7 +314,7 @@ LabelledCloud readKittiScan(const std::string& bin_path, const std::string& labe
   try {
     return readScan(scan, labels, points);
   } catch (const std::bad_alloc&) {
-    scan.fail("needs more memory than there is for its " + std::to_string(points) + " points");
+    scan.fail("needs more memory than there is for its {} points", points);
   }
 }
 

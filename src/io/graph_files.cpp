@@ -62,7 +62,7 @@ class VertexColumns {
     if (!slot) return 0;
     const double value = values[*slot];
     if (!(std::isfinite(value) && value >= 0))
-      place.fail(quoted(columns_.column(*slot).name) + " must be finite and >= 0");
+      place.fail("{} must be finite and >= 0", quoted(columns_.column(*slot).name));
     return value;
   }
 
@@ -70,7 +70,7 @@ class VertexColumns {
     if (!slot) return 0;
     const double value = values[*slot];
     if (!(std::abs(value) <= 0x1p53 && value == std::floor(value))) {
-      place.fail(quoted(columns_.column(*slot).name) + " must be a whole number");
+      place.fail("{} must be a whole number", quoted(columns_.column(*slot).name));
     }
     return static_cast<std::int64_t>(value);
   }
@@ -95,7 +95,7 @@ Edges readEdges(InputFile& file, const FileLayout& layout, const Element& elemen
   std::vector<std::size_t> columns;
   for (const char* name : {"vertex1", "vertex2"}) {
     const auto column = element.findColumn(name, file);
-    if (!column) file.fail(std::string("the element edge has no property ") + name);
+    if (!column) file.fail("the element edge has no property {}", name);
     columns.push_back(*column);
   }
   Edges edges;
@@ -104,7 +104,7 @@ Edges readEdges(InputFile& file, const FileLayout& layout, const Element& elemen
       if (ends[end] >= 0 && ends[end] < static_cast<double>(vertices) &&
           ends[end] == std::floor(ends[end]))
         continue;
-      place.fail("an edge must join vertices 0 to " + std::to_string(vertices) + " (excluded)");
+      place.fail("an edge must join vertices 0 to {} (excluded)", vertices);
     }
     edges.emplace_back(static_cast<std::uint32_t>(ends[0]), static_cast<std::uint32_t>(ends[1]));
   });
@@ -166,20 +166,17 @@ std::string header(const SemanticGraph& graph, const LabelSet& labels) {
       std::any_of(graph.vertices.begin(), graph.vertices.end(), [](const Vertex& vertex) {
         return vertex.label > static_cast<std::uint32_t>(std::numeric_limits<std::int32_t>::max());
       });
-  return std::string("ply\nformat ascii 1.0\ncomment xview semantic graph 1, metres\n") +
-         (graph.space == GraphSpace::image ? "comment graph_space image\n" : "") +
-         classComments(labels, "comment ") + "element vertex " + std::to_string(graph.size()) +
-         "\nproperty double x\nproperty double y\nproperty double z"
-         "\nproperty uchar red\nproperty uchar green\nproperty uchar blue"
-         "\nproperty " +
-         (large ? "uint" : "int") +
-         " label\nproperty uint instance"
-         "\nproperty uint observations\nproperty uint points\nproperty double sigma"
-         "\nproperty double extent_x\nproperty double extent_y\nproperty double extent_z"
-         "\nproperty double first_frame\nproperty double last_frame"
-         "\nelement edge " +
-         std::to_string(graph.edgeCount()) +
-         "\nproperty int vertex1\nproperty int vertex2\nend_header\n";
+  return fmt::format(
+      "ply\nformat ascii 1.0\ncomment xview semantic graph 1, metres\n{}{}element vertex {}\n"
+      "property double x\nproperty double y\nproperty double z\n"
+      "property uchar red\nproperty uchar green\nproperty uchar blue\n"
+      "property {} label\nproperty uint instance\n"
+      "property uint observations\nproperty uint points\nproperty double sigma\n"
+      "property double extent_x\nproperty double extent_y\nproperty double extent_z\n"
+      "property double first_frame\nproperty double last_frame\n"
+      "element edge {}\nproperty int vertex1\nproperty int vertex2\nend_header\n",
+      graph.space == GraphSpace::image ? "comment graph_space image\n" : "",
+      classComments(labels, "comment "), graph.size(), large ? "uint" : "int", graph.edgeCount());
 }
 
 std::string vertexLine(const Vertex& vertex, const LabelSet& labels) {
@@ -201,7 +198,7 @@ GraphFile readGraph(const std::string& path) {
     checkSize(file, layout);
     return readElements(file, layout);
   } catch (const std::bad_alloc&) {
-    file.fail("needs more memory than there is for its " + std::to_string(file.size()) + " bytes");
+    file.fail("needs more memory than there is for its {} bytes", file.size());
   }
 }
 

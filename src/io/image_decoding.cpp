@@ -46,12 +46,11 @@ int channelsOf(PngColor color) {
 }
 
 PngHeader parseHeader(const std::string& path, const unsigned char* data, std::size_t size) {
-  if (size != 13)
-    throw Error(path, "PNG header of " + std::to_string(size) + " bytes, expected 13");
+  if (size != 13) throw Error(path, fmt::format("PNG header of {} bytes, expected 13", size));
   const std::uint32_t width = bigEndian(data), height = bigEndian(data + 4);
   if (width == 0 || height == 0 || width > kMaxSide || height > kMaxSide) {
-    throw Error(path, "PNG of " + std::to_string(width) + " x " + std::to_string(height) +
-                          " pixels, expected 1 to " + std::to_string(kMaxSide) + " each way");
+    throw Error(path, fmt::format("PNG of {} x {} pixels, expected 1 to {} each way", width, height,
+                                  kMaxSide));
   }
   PngHeader header;
   header.width = static_cast<int>(width);
@@ -60,15 +59,15 @@ PngHeader parseHeader(const std::string& path, const unsigned char* data, std::s
   header.color = static_cast<PngColor>(data[9]);
   header.interlaced = data[12] != 0;
   if (channelsOf(header.color) == 0 || header.bits == 0 || header.bits > 16) {
-    throw Error(path, "PNG with colour type " + std::to_string(data[9]) + " and " +
-                          std::to_string(data[8]) + " bits per channel");
+    throw Error(path,
+                fmt::format("PNG with colour type {} and {} bits per channel", data[9], data[8]));
   }
   return header;
 }
 
 std::string describe(const PngHeader& header) {
   static constexpr const char* kNames[] = {"grey", "", "RGB", "palette", "grey+alpha", "", "RGBA"};
-  return std::to_string(header.bits) + "-bit " + kNames[static_cast<int>(header.color)];
+  return fmt::format("{}-bit {}", header.bits, kNames[static_cast<int>(header.color)]);
 }
 
 // ---- pixels of a PNG
@@ -244,7 +243,7 @@ PfmHeader readPfmHeader(InputFile& file) {
   const auto side = [&](std::size_t i) {
     const auto value = i < words.size() ? asInteger(words[i]) : std::nullopt;
     if (!value || *value < 1 || *value > 32768 || words.size() != 2) {
-      file.failAtLine("expected width and height, 1 to 32768 each, found " + quoted(line));
+      file.failAtLine("expected width and height, 1 to 32768 each, found {}", quoted(line));
     }
     return static_cast<int>(*value);
   };
@@ -253,7 +252,7 @@ PfmHeader readPfmHeader(InputFile& file) {
   if (!file.readLine(line)) file.fail("ends before the scale");
   const auto scale = asNumber(line);
   if (!scale || !std::isfinite(*scale) || *scale == 0) {
-    file.failAtLine("expected a scale that is not 0, found " + quoted(line));
+    file.failAtLine("expected a scale that is not 0, found {}", quoted(line));
   }
   header.little_endian = *scale < 0;
   return header;
@@ -268,13 +267,13 @@ PngHeader checkPng(const std::string& path, const std::vector<unsigned char>& by
   PngHeader header;
   std::uint64_t packed_bytes = 0;
   for (std::size_t at = 8;;) {
-    const std::string place = "PNG damaged at byte " + std::to_string(at) + ": ";
+    const std::string place = fmt::format("PNG damaged at byte {}: ", at);
     if (bytes.size() - at < 12) throw Error(path, place + "the file ends inside a chunk");
     const unsigned char* chunk = bytes.data() + at;
     const std::uint64_t length = bigEndian(chunk);
     if (length > bytes.size() - at - 12) {
-      throw Error(path, place + "a chunk of " + std::to_string(length) + " bytes, only " +
-                            std::to_string(bytes.size() - at - 12) + " are left");
+      throw Error(path, fmt::format("{}a chunk of {} bytes, only {} are left", place, length,
+                                    bytes.size() - at - 12));
     }
     if (libdeflate_crc32(0, chunk + 4, length + 4) != bigEndian(chunk + 8 + length)) {
       throw Error(path, place + "wrong checksum");
@@ -293,9 +292,8 @@ PngHeader checkPng(const std::string& path, const std::vector<unsigned char>& by
   const auto pixels = static_cast<std::uint64_t>(header.width) * header.height;
   const std::uint64_t raw_bytes = pixels * header.bits * channelsOf(header.color) / 8;
   if (raw_bytes > packed_bytes * kMaxInflation) {
-    throw Error(path, "PNG with " + std::to_string(packed_bytes) + " bytes of data cannot hold " +
-                          std::to_string(header.width) + " x " + std::to_string(header.height) +
-                          " pixels");
+    throw Error(path, fmt::format("PNG with {} bytes of data cannot hold {} x {} pixels",
+                                  packed_bytes, header.width, header.height));
   }
   return header;
 }
@@ -349,15 +347,15 @@ std::string describePixels(const cv::Mat& image) {
                                            "16-bit signed",  "32-bit signed", "32-bit float",
                                            "64-bit float",   "16-bit float"};
   const int channels = image.channels();
-  return std::string(kTypes[image.depth()]) + ", " + std::to_string(channels) +
-         (channels == 1 ? " channel" : " channels");
+  return fmt::format("{}, {} channel{}", kTypes[image.depth()], channels, channels == 1 ? "" : "s");
 }
 
 LabelImage channelOf(const cv::Mat& image, int channel, const std::string& path) {
   const bool fits = image.depth() == CV_8U || image.depth() == CV_16U;
   if (!fits || channel >= image.channels()) {
-    throw Error(path, "expected 8 or 16-bit unsigned with at least " + std::to_string(channel + 1) +
-                          " channels, found " + describePixels(image));
+    throw Error(path,
+                fmt::format("expected 8 or 16-bit unsigned with at least {} channels, found {}",
+                            channel + 1, describePixels(image)));
   }
   cv::Mat one = image;
   if (image.channels() > 1) cv::extractChannel(image, one, channel);
@@ -400,9 +398,8 @@ Image<float> readPfm(const std::string& path) {
   const PfmHeader header = readPfmHeader(file);
   const std::uint64_t row_bytes = std::uint64_t{4} * header.width;
   if (file.remaining() != row_bytes * header.height) {
-    file.fail("expected " + std::to_string(row_bytes * header.height) + " bytes for " +
-              std::to_string(header.width) + " x " + std::to_string(header.height) +
-              " pixels, found " + std::to_string(file.remaining()));
+    file.fail("expected {} bytes for {} x {} pixels, found {}", row_bytes * header.height,
+              header.width, header.height, file.remaining());
   }
   Image<float> image(header.width, header.height);
   std::vector<unsigned char> row(row_bytes);

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "xview/io/image_files.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 #include <opencv2/imgcodecs.hpp>
 #include <vector>
@@ -44,9 +45,7 @@ void writePng(const std::string& path, const cv::Mat& image) {
   std::vector<unsigned char> bytes;
   if (image.empty()) throw Error(path, "an image without pixels cannot be written");
   if (!cv::imencode(".png", image, bytes)) throw Error(path, "cannot be encoded as PNG");
-  AtomicFile file(path);
-  file.write(bytes.data(), bytes.size());
-  file.commit();
+  writeFile(path, bytes);
 }
 
 // ---- camera.yaml
@@ -68,12 +67,6 @@ double positive(const YamlFile& file, const std::string& key) {
   return value;
 }
 
-std::string rangeLine(const char* key, double metres) {
-  char text[64];
-  std::snprintf(text, sizeof text, "%s: %.17g\n", key, metres);
-  return text;
-}
-
 std::array<double, 3> parseTriple(const YamlFile& file, const YAML::Node& node,
                                   const std::string& what) {
   if (!node.IsSequence() || node.size() != 3) file.fail(node, what + ": expected three numbers");
@@ -90,9 +83,8 @@ DepthImage readDepth(const std::string& path, const Camera& camera) {
   DepthImage depth = is_pfm ? readPfm(path) : depthOfPixels(image, camera.depth_scale, path);
   if (is_pfm || image.depth() == CV_32F) dropImpossible(depth);
   if (depth.width != camera.width || depth.height != camera.height) {
-    throw Error(path, "depth of " + std::to_string(depth.width) + " x " +
-                          std::to_string(depth.height) + " pixels, the camera has " +
-                          std::to_string(camera.width) + " x " + std::to_string(camera.height));
+    throw Error(path, fmt::format("depth of {} x {} pixels, the camera has {} x {}", depth.width,
+                                  depth.height, camera.width, camera.height));
   }
   return depth;
 }
@@ -163,17 +155,15 @@ Camera readCamera(const std::string& path) {
 }
 
 void writeCamera(const std::string& path, const Camera& camera) {
-  char text[400];
-  std::snprintf(text, sizeof text,
-                "width: %d\nheight: %d\nfx: %.17g\nfy: %.17g\ncx: %.17g\ncy: %.17g\n"
-                "depth_scale: %.17g\ndepth: %s\n",
-                camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy,
-                camera.depth_scale, camera.depth_is_range ? "range" : "planar");
-  AtomicFile file(path);
-  file.write(text);
-  if (camera.min_range_m > 0) file.write(rangeLine("min_range", camera.min_range_m));
-  if (std::isfinite(camera.max_range_m)) file.write(rangeLine("max_range", camera.max_range_m));
-  file.commit();
+  std::string text = fmt::format(
+      "width: {}\nheight: {}\nfx: {:.17g}\nfy: {:.17g}\ncx: {:.17g}\ncy: {:.17g}\n"
+      "depth_scale: {:.17g}\ndepth: {}\n",
+      camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy, camera.depth_scale,
+      camera.depth_is_range ? "range" : "planar");
+  if (camera.min_range_m > 0) text += fmt::format("min_range: {:.17g}\n", camera.min_range_m);
+  if (std::isfinite(camera.max_range_m))
+    text += fmt::format("max_range: {:.17g}\n", camera.max_range_m);
+  writeFile(path, text);
 }
 
 NetworkInput readNetworkInput(const std::string& path) {

@@ -100,7 +100,7 @@ std::vector<double> InputFile::numbersOf(const std::vector<std::string_view>& wo
   for (const std::string_view word : words) {
     const std::optional<double> number = asNumber(word);
     if (!number || !std::isfinite(*number)) {
-      failAtLine("expected a finite number, found " + quoted(word));
+      failAtLine("expected a finite number, found {}", quoted(word));
     }
     numbers.push_back(*number);
   }
@@ -111,8 +111,7 @@ void InputFile::readBytes(void* data, std::size_t bytes) {
   auto* out = static_cast<char*>(data);
   while (bytes > 0) {
     if (begin_ == end_ && !fillBuffer()) {
-      fail("ends at byte " + std::to_string(position_) + ", expected " + std::to_string(bytes) +
-           " bytes more");
+      fail("ends at byte {}, expected {} bytes more", position_, bytes);
     }
     const std::size_t part = std::min(bytes, end_ - begin_);
     std::memcpy(out, buffer_.data() + begin_, part);

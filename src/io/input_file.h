@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <fmt/core.h>
+
 #include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <system_error>
+#include <utility>
 #include <vector>
 
 namespace xview::io {
@@ -40,10 +43,20 @@ class InputFile {
   /// Words of the line read last as finite numbers.
   std::vector<double> numbersOf(const std::vector<std::string_view>& words) const;
 
-  [[noreturn]] void fail(const std::string& what) const;  ///< "path: what"
-  /// "path:line: what", by default of the line read last.
-  [[noreturn]] void failAtLine(const std::string& what) const;
+  [[noreturn]] void fail(const std::string& what) const;        ///< "path: what"
+  [[noreturn]] void failAtLine(const std::string& what) const;  ///< "path:line: what", read last
   [[noreturn]] void failAtLine(std::uint64_t line, const std::string& what) const;
+  /// The same with a text of fmt and what belongs into its braces.
+  template <class Value, class... Values>
+  [[noreturn]] void fail(fmt::format_string<Value, Values...> text, Value&& value,
+                         Values&&... values) const {
+    fail(fmt::format(text, std::forward<Value>(value), std::forward<Values>(values)...));
+  }
+  template <class Value, class... Values>
+  [[noreturn]] void failAtLine(fmt::format_string<Value, Values...> text, Value&& value,
+                               Values&&... values) const {
+    failAtLine(fmt::format(text, std::forward<Value>(value), std::forward<Values>(values)...));
+  }
 
  private:
   bool fillBuffer();

@@ -96,7 +96,7 @@ LabelSet parseLabelSet(const YamlFile& file, const std::string& fallback_name,
   LabelSet set(named ? file.text(root["name"], "name") : fallback_name);
   for (const YAML::Node& node : classes) {
     const ClassInfo info = parseClass(file, node, names);
-    if (set.find(info.id)) file.fail(node, "id " + std::to_string(info.id) + " a second time");
+    if (set.find(info.id)) file.fail(node, fmt::format("id {} a second time", info.id));
     set.add(info);
   }
   return set;
@@ -123,8 +123,7 @@ LabelSet shippedLabelSet(const std::string& name) {
   const std::filesystem::path path(name);
   if (path.has_parent_path() || path.has_extension())
     throw UsageError("label set '" + name + "': no such file");
-  throw UsageError("unknown label set '" + name + "'" +
-                   knownWordsHint(name, shippedLabelSets()));
+  throw UsageError("unknown label set '" + name + "'" + knownWordsHint(name, shippedLabelSets()));
 }
 
 std::optional<LabelSet> namedLabels(const InputOptions& options, const std::string& folder,

@@ -97,9 +97,8 @@ std::unique_ptr<FrameSource> makeRecording(const std::string& name, RecordingLis
   const std::size_t count = listing.frames.size();
   const std::size_t end = std::min(range.end.value_or(count), count);
   if (range.begin >= end) {
-    throw UsageError("--frames " + std::to_string(range.begin) + ":" +
-                     (range.end ? std::to_string(*range.end) : "") + " has no frames: " + name +
-                     " has " + std::to_string(count));
+    throw UsageError(fmt::format("--frames {}:{} has no frames: {} has {}", range.begin,
+                                 range.end ? std::to_string(*range.end) : "", name, count));
   }
   std::vector<ListedFrame> chosen;
   for (std::size_t i = range.begin; i < end; i += std::min(range.step, end - i)) {
@@ -131,9 +130,8 @@ void addFiles(const std::string& recording, const FileSeries& series,
               std::vector<ListedFrame>& frames) {
   const std::vector<StemAndPath> files = listFiles(series);
   std::map<std::string, std::string> paths(files.begin(), files.end());  // by stem
-  const std::string counts = std::to_string(frames.size()) + " " + measurements_name +
-                             " files but " + std::to_string(files.size()) + " " + series.name +
-                             " files; ";
+  const std::string counts = fmt::format("{} {} files but {} {} files; ", frames.size(),
+                                         measurements_name, files.size(), series.name);
   for (ListedFrame& frame : frames) {
     const auto found = paths.find(stemOf(frame));
     if (found == paths.end())
@@ -158,15 +156,15 @@ std::vector<std::int64_t> numbersOf(const std::vector<ListedFrame>& frames) {
 std::vector<std::size_t> linesOfFrames(const std::string& path, const std::string& what,
                                        std::size_t lines,
                                        const std::vector<std::int64_t>& numbers) {
-  const std::string counts =
-      std::to_string(lines) + " " + what + " for " + std::to_string(numbers.size()) + " frames";
+  const std::string counts = fmt::format("{} {} for {} frames", lines, what, numbers.size());
   if (lines < numbers.size()) throw Error(path, counts);
   std::vector<std::size_t> chosen(numbers.size());
   for (std::size_t i = 0; i < numbers.size(); ++i) {
     const std::int64_t line = lines == numbers.size() ? static_cast<std::int64_t>(i) : numbers[i];
     if (line < 0 || static_cast<std::uint64_t>(line) >= lines) {
-      throw Error(path, counts + ", taken by the number of the frame, but frame " +
-                            std::to_string(line) + " is beyond the last line");
+      throw Error(path, fmt::format("{}, taken by the number of the frame, but frame {} is beyond "
+                                    "the last line",
+                                    counts, line));
     }
     chosen[i] = static_cast<std::size_t>(line);
   }
@@ -184,9 +182,8 @@ void setPoses(const std::string& path, std::vector<ListedFrame>& frames) {
 void requireSameSize(const std::string& path, int width, int height, const std::string& other_path,
                      int other_width, int other_height) {
   if (width == other_width && height == other_height) return;
-  throw Error(path, std::to_string(width) + " x " + std::to_string(height) + " pixels, but " +
-                        other_path + " has " + std::to_string(other_width) + " x " +
-                        std::to_string(other_height));
+  throw Error(path, fmt::format("{} x {} pixels, but {} has {} x {}", width, height, other_path,
+                                other_width, other_height));
 }
 
 void requireSameSizes(const ListedFrame& listed, const Frame& frame) {

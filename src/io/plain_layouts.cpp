@@ -78,10 +78,10 @@ std::string coarseSteps(const std::string& path) {
   const float largest = largestFloatCoordinate(path);
   const double step_m = std::nextafter(largest, std::numeric_limits<float>::infinity()) - largest;
   if (step_m < kCoarse_m) return {};
-  return "its coordinates are float32 and as large as " +
-         std::to_string(static_cast<long>(largest)) + " m, so that they have steps of " +
-         std::to_string(step_m).substr(0, 4) +
-         " m; subtract an origin before they are made float32, or write them as doubles";
+  return fmt::format(
+      "its coordinates are float32 and as large as {} m, so that they have steps of {} m; subtract "
+      "an origin before they are made float32, or write them as doubles",
+      static_cast<long>(largest), std::to_string(step_m).substr(0, 4));
 }
 
 /// What the first cloud says of its classes holds for all; without a label field they are raw.

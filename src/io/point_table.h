@@ -84,6 +84,11 @@ struct RowPlace {
   std::uint64_t row = 0;
 
   [[noreturn]] void fail(const std::string& what) const;
+  template <class Value, class... Values>
+  [[noreturn]] void fail(fmt::format_string<Value, Values...> what, Value&& value,
+                         Values&&... values) const {
+    fail(fmt::format(what, std::forward<Value>(value), std::forward<Values>(values)...));
+  }
 };
 
 /// Is called for every row with the values of the chosen columns, in the order of the choice.
@@ -95,6 +100,10 @@ using RowVisitor = std::function<void(const double* values, const RowPlace& plac
 /// Throws Error.
 void readRows(InputFile& file, const FileLayout& layout, const Element& element,
               const std::vector<std::size_t>& columns, const RowVisitor& visit);
+
+/// The rows of one table of a file, up to its end; all others are read over. Throws Error.
+void readTable(InputFile& file, const FileLayout& layout, const Element& table,
+               const std::vector<std::size_t>& columns, const RowVisitor& visit);
 
 /// The largest coordinate, but for its sign, of the first point of a cloud, if they are float32 in
 /// a binary file; else 0. No more is read.

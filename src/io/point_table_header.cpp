@@ -107,9 +107,9 @@ class PcdHeader {
     const Entry& entry = required(key);
     const std::size_t fields = required("FIELDS").values.size();
     if (entry.values.size() != fields) {
-      file_.failAtLine(entry.line, key + " has " + std::to_string(entry.values.size()) +
-                                       " values, expected one for each of the " +
-                                       std::to_string(fields) + " FIELDS");
+      file_.failAtLine(entry.line,
+                       fmt::format("{} has {} values, expected one for each of the {} FIELDS", key,
+                                   entry.values.size(), fields));
     }
     return entry;
   }
@@ -135,9 +135,10 @@ class PcdHeader {
       column.name = names.values[i];
       const auto type = kTypes.find(types.values[i] + sizes.values[i]);
       if (type == kTypes.end()) {
-        file_.failAtLine(sizes.line, "TYPE and SIZE of " + quoted(column.name) +
-                                         " must be I or U with 1 2 4 8, or F with 4 8; found " +
-                                         quoted(types.values[i] + " " + sizes.values[i]));
+        file_.failAtLine(
+            sizes.line,
+            fmt::format("TYPE and SIZE of {} must be I or U with 1 2 4 8, or F with 4 8; found {}",
+                        quoted(column.name), quoted(types.values[i] + " " + sizes.values[i])));
       }
       column.type = type->second;
       if (counts) column.count = parseCount(counts->values[i], "COUNT", file_, counts->line);
@@ -156,9 +157,8 @@ class PcdHeader {
     std::uint64_t product = 0;
     const bool overflow = __builtin_mul_overflow(*width, height, &product);
     if (overflow || product != points.value_or(product)) {
-      file_.fail("the header contradicts itself: WIDTH " + std::to_string(*width) + " x HEIGHT " +
-                 std::to_string(height) + ", POINTS " +
-                 (points ? std::to_string(*points) : "missing"));
+      file_.fail("the header contradicts itself: WIDTH {} x HEIGHT {}, POINTS {}", *width, height,
+                 points ? std::to_string(*points) : "missing");
     }
     return product;
   }
@@ -313,7 +313,7 @@ FileLayout readPlyHeader(InputFile& file) {
   for (const Element& element : layout.elements) {
     if (!element.columns.empty() || element.rows == 0) continue;
     // Rows without bytes could be announced in any number.
-    file.failAtLine("the element " + quoted(element.name) + " has no properties");
+    file.failAtLine("the element {} has no properties", quoted(element.name));
   }
   return layout;
 }
@@ -338,11 +338,11 @@ std::optional<std::size_t> Element::findColumn(const std::string& column,
   std::optional<std::size_t> found;
   for (std::size_t i = 0; i < columns.size(); ++i) {
     if (columns[i].name != column) continue;
-    if (found) file.fail("the field " + quoted(column) + " appears twice in the header");
+    if (found) file.fail("the field {} appears twice in the header", quoted(column));
     found = i;
   }
   if (found && (columns[*found].list_size || columns[*found].count != 1)) {
-    file.fail("the field " + quoted(column) + " must be one number per " + name);
+    file.fail("the field {} must be one number per {}", quoted(column), name);
   }
   return found;
 }
@@ -374,9 +374,9 @@ void checkSize(const InputFile& file, const FileLayout& layout) {
   for (const Element& element : layout.elements) {
     needed = saturatingSum(needed, saturatingProduct(element.rows, text ? 2 : element.rowBytes()));
     if (needed > available) {
-      file.fail("is too short for its header: expected " + std::to_string(element.rows) +
-                " rows of " + quoted(element.name) + ", which need at least " + bytesText(needed) +
-                ", found " + bytesText(file.remaining()));
+      file.fail(
+          "is too short for its header: expected {} rows of {}, which need at least {}, found {}",
+          element.rows, quoted(element.name), bytesText(needed), bytesText(file.remaining()));
     }
   }
 }
@@ -385,10 +385,9 @@ std::string classComments(const LabelSet& labels, const std::string& mark) {
   if (labels.isGeneric()) return {};
   std::string lines = mark + "xview label_set " + inOneLine(labels.name()) + "\n";
   for (const auto& [id, info] : labels.classes()) {
-    lines += mark + "xview class " + std::to_string(id) + " " + toString(info.role) + " " +
-             toString(info.kind);
-    for (const std::uint8_t channel : info.color) lines += " " + std::to_string(channel);
-    lines += " " + inOneLine(info.name) + "\n";
+    const auto& [red, green, blue] = info.color;
+    lines += fmt::format("{}xview class {} {} {} {} {} {} {}\n", mark, id, toString(info.role),
+                         toString(info.kind), red, green, blue, inOneLine(info.name));
   }
   return lines;
 }
@@ -434,8 +433,8 @@ std::optional<LabelSet> readClassComments(const std::vector<std::string>& commen
     if (words[1] != "class") continue;
     const auto info = parseClass(words);
     if (!info) {
-      file.fail("expected the comment 'xview class ID ROLE KIND RED GREEN BLUE NAME', found '" +
-                comment + "'");
+      file.fail("expected the comment 'xview class ID ROLE KIND RED GREEN BLUE NAME', found '{}'",
+                comment);
     }
     classes.push_back(*info);
   }

@@ -97,11 +97,11 @@ class TextRow {
 void requireFits(double value, const Column& column, const RowPlace& place) {
   if (!isInteger(column.type)) return;
   if (value != std::floor(value))
-    place.fail("the value of " + quoted(column.name) + " is not a whole number");
+    place.fail("the value of {} is not a whole number", quoted(column.name));
   const double largest = traitsOf(column.type).largest;
   if (value > largest) {
-    place.fail("the value of " + quoted(column.name) + " does not fit its type, whose largest is " +
-               std::to_string(static_cast<std::uint64_t>(largest)));
+    place.fail("the value of {} does not fit its type, whose largest is {}", quoted(column.name),
+               static_cast<std::uint64_t>(largest));
   }
 }
 
@@ -130,8 +130,8 @@ void readTextRows(InputFile& file, const Element& element, const std::vector<std
   std::string_view line;
   for (; place.row < element.rows; ++place.row) {
     if (!file.readLine(line)) {
-      file.failAtLine("the file ends after " + std::to_string(place.row) + " of " +
-                      std::to_string(element.rows) + " rows of " + quoted(element.name));
+      file.failAtLine("the file ends after {} of {} rows of {}", place.row, element.rows,
+                      quoted(element.name));
     }
     readTextRow(line, slots, place, values);
     if (visit) visit(values.data(), place);
@@ -269,16 +269,14 @@ std::vector<char> readCompressedBlock(InputFile& file, const Element& element) {
   std::uint64_t expected = 0;
   const std::uint64_t row_bytes = element.rowBytes();
   if (__builtin_mul_overflow(element.rows, row_bytes, &expected) || sizes[1] != expected) {
-    file.fail("the compressed block unpacks to " + std::to_string(sizes[1]) + " bytes, expected " +
-              std::to_string(element.rows) + " points of " + std::to_string(row_bytes) + " bytes");
+    file.fail("the compressed block unpacks to {} bytes, expected {} points of {} bytes", sizes[1],
+              element.rows, row_bytes);
   }
   if (sizes[0] > file.remaining()) {
-    file.fail("the compressed block has " + std::to_string(sizes[0]) + " bytes, but only " +
-              std::to_string(file.remaining()) + " follow");
+    file.fail("the compressed block has {} bytes, but only {} follow", sizes[0], file.remaining());
   }
   if (sizes[1] / kLargestLzfExpansion > sizes[0]) {
-    file.fail(std::to_string(sizes[0]) + " compressed bytes cannot unpack to " +
-              std::to_string(sizes[1]));
+    file.fail("{} compressed bytes cannot unpack to {}", sizes[0], sizes[1]);
   }
   std::vector<unsigned char> packed(sizes[0]);
   std::vector<char> unpacked(sizes[1]);
@@ -324,8 +322,7 @@ std::optional<std::size_t> findFirst(const Element& points, const std::string& a
                                      const char* const (&well_known)[N], const InputFile& file) {
   if (!asked.empty()) {
     const auto column = points.findColumn(asked, file);
-    if (!column)
-      file.fail("has no field " + quoted(asked) + "; its fields: " + points.columnNames());
+    if (!column) file.fail("has no field {}; its fields: {}", quoted(asked), points.columnNames());
     return column;
   }
   for (const char* name : well_known) {
@@ -340,7 +337,7 @@ std::size_t sizeOf(ScalarType type) { return traitsOf(type).size; }
 
 void RowPlace::fail(const std::string& what) const {
   if (text) file.failAtLine(what);
-  file.fail(element.name + " " + std::to_string(row) + ": " + what);
+  file.fail("{} {}: {}", element.name, row, what);
 }
 
 void readRows(InputFile& file, const FileLayout& layout, const Element& element,
@@ -354,6 +351,16 @@ void readRows(InputFile& file, const FileLayout& layout, const Element& element,
     readListRows(file, element, columns, big_endian, visit);
   } else {
     readFixedRows(file, element, columns, big_endian, visit);
+  }
+}
+
+void readTable(InputFile& file, const FileLayout& layout, const Element& table,
+               const std::vector<std::size_t>& columns, const RowVisitor& visit) {
+  for (const Element& element : layout.elements) {
+    if (&element == &table)
+      readRows(file, layout, element, columns, visit);
+    else
+      readRows(file, layout, element, {}, nullptr);
   }
 }
 
@@ -376,8 +383,7 @@ void requireEnd(InputFile& file, const FileLayout& layout) {
       excess <= kLongestPadding &&
       std::all_of(rest.begin(), rest.end(), [&](char c) { return c == '\0' || isBlank(c); });
   if (!padding) {
-    file.fail(std::to_string(excess) + " bytes more than the header announces, from byte " +
-              std::to_string(begin));
+    file.fail("{} bytes more than the header announces, from byte {}", excess, begin);
   }
 }
 
@@ -386,7 +392,7 @@ IdColumns findIdColumns(const Element& points, const CloudFields& fields, const 
   columns.label = findFirst(points, fields.label, kLabelNames, file);
   columns.instance = findFirst(points, fields.instance, kInstanceNames, file);
   if (columns.label && columns.label == columns.instance) {
-    file.fail("the field " + quoted(fields.label) + " cannot be label and instance at once");
+    file.fail("the field {} cannot be label and instance at once", quoted(fields.label));
   }
   return columns;
 }
@@ -396,8 +402,7 @@ ChosenColumns::ChosenColumns(const Element& points, const InputFile& file) : ele
        {std::pair("x", "X"), std::pair("y", "Y"), std::pair("z", "Z")}) {
     auto column = points.findColumn(axis, file);
     if (!column) column = points.findColumn(upper, file);
-    if (!column)
-      file.fail(std::string("has no field ") + axis + "; its fields: " + points.columnNames());
+    if (!column) file.fail("has no field {}; its fields: {}", axis, points.columnNames());
     columns_.push_back(*column);
   }
 }

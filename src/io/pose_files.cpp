@@ -4,7 +4,6 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <stdexcept>
 
 #include "layouts.h"
@@ -14,12 +13,6 @@
 
 namespace xview::io {
 namespace {
-
-std::string shortNumber(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.6g", value);
-  return text;
-}
 
 /// g2o's error of an edge is (translation, quaternion vector part) of T_measured^-1 * T_from_to: in
 /// the axes of `to`.
@@ -40,22 +33,17 @@ std::string numbersOf(const Eigen::Isometry3d& T) {
   q.normalize();
   if (q.w() < 0) q.coeffs() = -q.coeffs();
   const Eigen::Vector3d t = T.translation();
-  char text[240];
-  std::snprintf(text, sizeof text, " %.12g %.12g %.12g %.12g %.12g %.12g %.12g", t.x(), t.y(),
-                t.z(), q.x(), q.y(), q.z(), q.w());
-  return text;
+  return fmt::format(" {:.12g} {:.12g} {:.12g} {:.12g} {:.12g} {:.12g} {:.12g}", t.x(), t.y(),
+                     t.z(), q.x(), q.y(), q.z(), q.w());
 }
 
 std::string lineOf(const PoseGraph::Edge& edge) {
-  std::string line = "EDGE_SE3:QUAT " + std::to_string(edge.from) + " " + std::to_string(edge.to) +
-                     numbersOf(edge.T_from_to);
+  std::string line =
+      fmt::format("EDGE_SE3:QUAT {} {}{}", edge.from, edge.to, numbersOf(edge.T_from_to));
   const Matrix6d information = informationOf(edge);
   for (int row = 0; row < 6; ++row) {
-    for (int column = row; column < 6; ++column) {
-      char number[32];
-      std::snprintf(number, sizeof number, " %.9g", information(row, column));
-      line += number;
-    }
+    for (int column = row; column < 6; ++column)
+      line += fmt::format(" {:.9g}", information(row, column));
   }
   return line + "\n";
 }
@@ -65,7 +53,7 @@ std::string lineOf(const PoseGraph::Edge& edge) {
 Eigen::Isometry3d poseFromTum(const double* numbers, const InputFile& file) {
   const Eigen::Quaterniond q(numbers[6], numbers[3], numbers[4], numbers[5]);
   if (std::abs(q.norm() - 1) > 0.01) {
-    file.failAtLine("expected a unit quaternion, found length " + shortNumber(q.norm()));
+    file.failAtLine("expected a unit quaternion, found length {:.6g}", q.norm());
   }
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   T.linear() = q.normalized().toRotationMatrix();
@@ -79,8 +67,9 @@ Eigen::Isometry3d poseFromRows(const double* numbers, const InputFile& file) {
   if (!isRigid(matrix, 1e-3)) {
     const Eigen::Matrix3d R = matrix.topLeftCorner<3, 3>();
     const double skew = (R * R.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
-    file.failAtLine("expected a rotation in columns 1-3, found R R^T off by " + shortNumber(skew) +
-                    " and determinant " + shortNumber(R.determinant()));
+    file.failAtLine(
+        "expected a rotation in columns 1-3, found R R^T off by {:.6g} and determinant {:.6g}",
+        skew, R.determinant());
   }
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   T.linear() = orthonormalized(matrix.topLeftCorner<3, 3>());
@@ -96,13 +85,12 @@ std::vector<StampedPose> readPoses(const std::string& path) {
   while (file.readWords(words, "#")) {
     const std::vector<double> numbers = file.numbersOf(words);
     if (numbers.size() != 8 && numbers.size() != 12) {
-      file.failAtLine("expected 8 numbers (TUM) or 12 (KITTI), found " +
-                      std::to_string(numbers.size()));
+      file.failAtLine("expected 8 numbers (TUM) or 12 (KITTI), found {}", numbers.size());
     }
     if (columns == 0) columns = numbers.size();
     if (numbers.size() != columns) {
-      file.failAtLine("expected " + std::to_string(columns) +
-                      " numbers as in the lines before, found " + std::to_string(numbers.size()));
+      file.failAtLine("expected {} numbers as in the lines before, found {}", columns,
+                      numbers.size());
     }
     StampedPose pose;
     if (columns == 8) {
@@ -128,30 +116,25 @@ std::vector<StampedPose> posesOfFrames(const std::string& path,
 }
 
 void writeTumPoses(const std::string& path, const std::vector<StampedPose>& poses) {
-  AtomicFile file(path);
+  std::string text;
   for (const StampedPose& pose : poses) {
     const Eigen::Vector3d t = pose.T_frame_sensor.translation();
     Eigen::Quaterniond q(pose.T_frame_sensor.linear());
     if (q.w() < 0) q.coeffs() = -q.coeffs();
-    char line[400];
-    std::snprintf(line, sizeof line, "%.9f %.9f %.9f %.9f %.9f %.9f %.9f %.9f\n", pose.stamp_s,
-                  t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w());
-    file.write(line);
+    text += fmt::format("{:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f}\n", pose.stamp_s,
+                        t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w());
   }
-  file.commit();
+  writeFile(path, text);
 }
 
 void writeMatrix(const std::string& path, const Eigen::Isometry3d& T_target_source, double scale) {
-  AtomicFile file(path);
+  std::string text;
   Eigen::Matrix4d m = T_target_source.matrix();
   m.topLeftCorner<3, 3>() *= scale;
-  for (int row = 0; row < 4; ++row) {
-    char line[120];
-    std::snprintf(line, sizeof line, "%.17g %.17g %.17g %.17g\n", m(row, 0), m(row, 1), m(row, 2),
-                  m(row, 3));
-    file.write(line);
-  }
-  file.commit();
+  for (int row = 0; row < 4; ++row)
+    text += fmt::format("{:.17g} {:.17g} {:.17g} {:.17g}\n", m(row, 0), m(row, 1), m(row, 2),
+                        m(row, 3));
+  writeFile(path, text);
 }
 
 Eigen::Affine3d readMatrix(const std::string& path) {
@@ -162,11 +145,11 @@ Eigen::Affine3d readMatrix(const std::string& path) {
   for (; file.readWords(words, "#"); ++row) {
     const std::vector<double> numbers = file.numbersOf(words);
     if (numbers.size() != 4 || row >= 4)
-      file.failAtLine("expected four lines of four numbers, found " +
-                      std::to_string(numbers.size()) + " in line " + std::to_string(row + 1));
+      file.failAtLine("expected four lines of four numbers, found {} in line {}", numbers.size(),
+                      row + 1);
     T.matrix().row(row) = Eigen::Map<const Eigen::RowVector4d>(numbers.data());
   }
-  if (row != 4) file.fail("expected four lines of four numbers, found " + std::to_string(row));
+  if (row != 4) file.fail("expected four lines of four numbers, found {}", row);
   const double scale = std::cbrt(T.linear().determinant());
   Eigen::Matrix4d rigid = T.matrix();
   rigid.topLeftCorner<3, 3>() /= scale;
@@ -177,17 +160,16 @@ Eigen::Affine3d readMatrix(const std::string& path) {
 }
 
 void writePoseGraph(const std::string& path, const PoseGraph& graph) {
-  AtomicFile file(path);
-  for (std::size_t i = 0; i < graph.poses.size(); ++i) {
-    file.write("VERTEX_SE3:QUAT " + std::to_string(i) + numbersOf(graph.poses[i]) + "\n");
-  }
-  for (const std::size_t i : graph.fixed) file.write("FIX " + std::to_string(i) + "\n");
+  std::string text;
+  for (std::size_t i = 0; i < graph.poses.size(); ++i)
+    text += fmt::format("VERTEX_SE3:QUAT {}{}\n", i, numbersOf(graph.poses[i]));
+  for (const std::size_t i : graph.fixed) text += fmt::format("FIX {}\n", i);
   for (const PoseGraph::Edge& edge : graph.edges) {
     if (std::max(edge.from, edge.to) >= graph.poses.size())
       throw std::out_of_range("edge between poses that do not exist");
-    file.write(lineOf(edge));
+    text += lineOf(edge);
   }
-  file.commit();
+  writeFile(path, text);
 }
 
 }  // namespace xview::io

@@ -5,7 +5,6 @@
 #include <filesystem>
 
 #include "layouts.h"
-#include "things_or_samples.h"
 #include "xview/types/error.h"
 #include "xview/types/nearest_word.h"
 

@@ -10,24 +10,11 @@
 #include "xview/io/atomic_file.h"
 #include "xview/io/image_files.h"
 #include "xview/io/pose_files.h"
-#include "xview/types/error.h"
+
 #include "xview/types/parallel.h"
 
 namespace xview::io {
 namespace {
-
-void makeFolder(const std::string& path) {
-  std::error_code problem;
-  std::filesystem::create_directories(path, problem);
-  if (problem) throw Error(path, "cannot be made: " + problem.message());
-}
-
-template <class Bytes>
-void writeFile(const std::string& path, const Bytes& bytes) {
-  AtomicFile file(path);
-  file.write(bytes.data(), bytes.size() * sizeof(*bytes.data()));
-  file.commit();
-}
 
 std::string numbered(const std::string& folder, std::int64_t number, const char* ending) {
   return fmt::format("{}/{:06d}.{}", folder, number, ending);

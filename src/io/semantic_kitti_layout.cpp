@@ -20,7 +20,7 @@ Eigen::Isometry3d readVelodyneToCamera(const std::string& path) {
     words.erase(words.begin());
     const std::vector<double> numbers = file.numbersOf(words);
     if (numbers.size() != 12) {
-      file.failAtLine("Tr: expected 12 numbers, found " + std::to_string(numbers.size()));
+      file.failAtLine("Tr: expected 12 numbers, found {}", numbers.size());
     }
     return poseFromRows(numbers.data(), file);
   }
@@ -34,7 +34,7 @@ std::vector<double> readTimes(const std::string& path) {
   std::vector<std::string_view> words;
   std::string_view line;
   while (file.readWords(words, "", &line)) {
-    if (words.size() != 1) file.failAtLine("expected one number, found " + quoted(line));
+    if (words.size() != 1) file.failAtLine("expected one number, found {}", quoted(line));
     times.push_back(file.numbersOf(words)[0]);
   }
   return times;

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "things_or_samples.h"
-
+// Whether a .ply holds things or samples of surfaces.
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -9,6 +8,7 @@
 #include <unordered_set>
 #include <vector>
 
+#include "layouts.h"
 #include "point_table.h"
 #include "xview/types/error.h"
 #include "xview/types/median.h"
@@ -123,18 +123,12 @@ Neighbourhoods lookAt(InputFile& file, const FileLayout& layout, const Element& 
   const auto label = columns.add(ids.label), instance = columns.add(ids.instance);
   Neighbourhoods found;
   try {
-    for (const Element& element : layout.elements) {
-      if (&element == &vertices) {
-        readRows(
-            file, layout, element, columns.all(), [&](const double* values, const RowPlace& place) {
-              const Eigen::Vector3d p(values[0], values[1], values[2]);
-              if (p.allFinite())
-                found.add(p, columns.id(label, values, place), columns.id(instance, values, place));
-            });
-        break;
-      }
-      readRows(file, layout, element, {}, nullptr);
-    }
+    readTable(
+        file, layout, vertices, columns.all(), [&](const double* values, const RowPlace& place) {
+          const Eigen::Vector3d p(values[0], values[1], values[2]);
+          if (p.allFinite())
+            found.add(p, columns.id(label, values, place), columns.id(instance, values, place));
+        });
     found.end();
   } catch (const KnownEnough&) {
   }
@@ -169,12 +163,11 @@ bool holdsGraph(const std::string& path, std::string* guess) {
     const std::string spacing = spacing_m >= kThings_m
                                     ? "more than 1 m"
                                     : "about " + std::to_string(spacing_m).substr(0, 4) + " m";
-    *guess = things ? "its vertices are " + spacing +
-                          " apart, so they are taken for things; --input-kind cloud reads them as "
-                          "samples of surfaces"
-                    : "its vertices are " + spacing +
-                          " apart among their like, so they are taken for samples of surfaces; "
-                          "--input-kind graph reads them as things";
+    *guess = fmt::format("its vertices are {} apart{}", spacing,
+                         things ? ", so they are taken for things; --input-kind cloud reads them "
+                                  "as samples of surfaces"
+                                : " among their like, so they are taken for samples of surfaces; "
+                                  "--input-kind graph reads them as things");
   }
   return things;
 }

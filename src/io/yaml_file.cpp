@@ -29,7 +29,7 @@ YamlFile YamlFile::parse(const std::string& path, const std::string& text) {
   try {
     file.root_ = YAML::Load(text);
   } catch (const YAML::Exception& problem) {
-    throw Error(path + ":" + std::to_string(std::max(problem.mark.line, 0) + 1),
+    throw Error(fmt::format("{}:{}", path, std::max(problem.mark.line, 0) + 1),
                 "not YAML: " + problem.msg);
   }
   return file;
@@ -73,8 +73,8 @@ std::int64_t YamlFile::integer(const YAML::Node& node, const std::string& what, 
   const std::string word = text(node, what);
   const std::optional<std::int64_t> value = asInteger(word);
   if (!value || *value < min || *value > max) {
-    fail(node, what + ": expected a whole number in [" + std::to_string(min) + ", " +
-                   std::to_string(max) + "], found " + quoted(word));
+    fail(node, fmt::format("{}: expected a whole number in [{}, {}], found {}", what, min, max,
+                           quoted(word)));
   }
   return *value;
 }

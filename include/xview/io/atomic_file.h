@@ -41,6 +41,16 @@ class AtomicFile {
   int descriptor_ = -1;
 };
 
+/// Writes a file in one go. Throws Error.
+void writeFile(const std::string& path, const void* data, std::size_t bytes);
+template <class Bytes>
+void writeFile(const std::string& path, const Bytes& bytes) {
+  writeFile(path, bytes.data(), bytes.size() * sizeof(*bytes.data()));
+}
+
+/// Makes a folder and those above it; true if it was missing. Throws Error.
+bool makeFolder(const std::string& path);
+
 /// What cannot be written should be known before the work, not after it: throws what AtomicFile
 /// would throw. An empty path is none, and a pipe is not tried.
 void requireWritable(const std::string& path);

@@ -113,15 +113,15 @@ class RecordingTable {
       if (line.empty()) continue;
       const std::vector<std::string_view> cells = splitTabs(line);
       if (cells.size() != columns_.size()) {
-        file_.failAtLine("expected " + std::to_string(columns_.size()) + " columns, found " +
-                         std::to_string(cells.size()));
+        file_.failAtLine("expected {} columns, found {}", columns_.size(), cells.size());
       }
       ++rows_;
       if (const auto pair = findPair(cells[image_column_])) {
         if (depth_type_ >= 0 && depth_type_ != pair->depth.type) {
-          file_.failAtLine("depth of type " + std::to_string(pair->depth.type) +
-                           " after depth of type " + std::to_string(depth_type_) +
-                           "; expected one type (1: planar, 2: along the ray) in all rows");
+          file_.failAtLine(
+              "depth of type {} after depth of type {}; expected one type (1: planar, 2: along the "
+              "ray) in all rows",
+              pair->depth.type, depth_type_);
         }
         depth_type_ = pair->depth.type;
         camera_ = pair->depth.camera;
@@ -143,7 +143,7 @@ class RecordingTable {
 
   std::size_t indexOf(const std::string& name) const {
     const auto found = std::find(columns_.begin(), columns_.end(), name);
-    if (found == columns_.end()) file_.failAtLine("no column " + name);
+    if (found == columns_.end()) file_.failAtLine("no column {}", name);
     return static_cast<std::size_t>(found - columns_.begin());
   }
 
@@ -254,11 +254,11 @@ CameraSettings settingsOf(const fs::path& folder, const RecordingTable& table,
     if (isCalled(table.camera(), "bottom_center")) settings.mount[4] = -90;
     if (isCalled(table.camera(), "back_center")) settings.mount[5] = 180;
     notes.push_back(
-        std::string("no settings.json tells how its camera is mounted; taken to look ") +
-        (settings.mount[4] != 0   ? "down, by its name"
-         : settings.mount[5] != 0 ? "back, by its name"
-                                  : "forward") +
-        "; --mount says otherwise");
+        fmt::format("no settings.json tells how its camera is mounted; taken to look {}; --mount "
+                    "says otherwise",
+                    settings.mount[4] != 0   ? "down, by its name"
+                    : settings.mount[5] != 0 ? "back, by its name"
+                                             : "forward"));
   }
   return settings;
 }
@@ -307,9 +307,9 @@ RecordingListing listAirsim(const std::string& folder, const InputOptions& optio
   RecordingListing listing;
   listing.frames = table.readFrames();
   if (listing.frames.size() < table.rows()) {
-    listing.notes.push_back(std::to_string(table.rows() - listing.frames.size()) + " of " +
-                            std::to_string(table.rows()) +
-                            " rows are left out: no depth and segmentation of one camera");
+    listing.notes.push_back(
+        fmt::format("{} of {} rows are left out: no depth and segmentation of one camera",
+                    table.rows() - listing.frames.size(), table.rows()));
   }
   const CameraSettings settings = settingsOf(folder, table, options, listing.notes);
   for (ListedFrame& frame : listing.frames)

@@ -74,8 +74,8 @@ Camera readIntrinsics(const fs::path& root) {
   if (fs::exists(path)) {
     const std::vector<double> numbers = numbersOfFile(path);
     if (numbers.size() < 3 || numbers[0] <= 0) {
-      throw Error(path, "expected focal length, cx and cy, found " +
-                            std::to_string(numbers.size()) + " numbers");
+      throw Error(
+          path, fmt::format("expected focal length, cx and cy, found {} numbers", numbers.size()));
     }
     camera.fx = numbers[0];
     camera.cx = numbers[1];
@@ -91,8 +91,7 @@ Camera readIntrinsics(const fs::path& root) {
 Eigen::Isometry3d readPose(const std::string& path) {
   const std::vector<double> numbers = numbersOfFile(path);
   if (numbers.size() != 16) {
-    throw Error(path,
-                "expected a 4x4 matrix, found " + std::to_string(numbers.size()) + " numbers");
+    throw Error(path, fmt::format("expected a 4x4 matrix, found {} numbers", numbers.size()));
   }
   Eigen::Matrix4d matrix = Eigen::Map<const Eigen::Matrix4d>(numbers.data());
   matrix.row(1).swap(matrix.row(2));

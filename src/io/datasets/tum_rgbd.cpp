@@ -86,19 +86,18 @@ class LabelFinder {
 /// Empty if nothing is.
 std::string whatIsLeftOut(std::size_t depths, std::size_t with_label, std::size_t used) {
   if (used == depths) return {};
-  const auto of_them = [](std::size_t count, const std::string& why) {
-    return count > 0 ? "; " + std::to_string(count) + " " + why : "";
-  };
-  return std::to_string(depths - used) + " of " + std::to_string(depths) +
-         " depth images are left out" +
-         of_them(
-             depths - with_label,
-             "have no label image (label/ of their own name, or of the colour image within 0.02 "
-             "s of rgb.txt)") +
-         of_them(
-             with_label - used,
-             "have no pose within 0.2 s; do the stamps of depth.txt and groundtruth.txt have all "
-             "their digits?");
+  std::string text = fmt::format("{} of {} depth images are left out", depths - used, depths);
+  if (depths > with_label)
+    text += fmt::format(
+        "; {} have no label image (label/ of their own name, or of the colour image within 0.02 s "
+        "of rgb.txt)",
+        depths - with_label);
+  if (with_label > used)
+    text += fmt::format(
+        "; {} have no pose within 0.2 s; do the stamps of depth.txt and groundtruth.txt have all "
+        "their digits?",
+        with_label - used);
+  return text;
 }
 
 }  // namespace
@@ -109,7 +108,7 @@ std::vector<StampedFile> readFileList(const std::string& path) {
   std::vector<std::string_view> words;
   std::string_view line;
   while (input.readWords(words, "#", &line)) {
-    if (words.size() != 2) input.failAtLine("expected stamp and file, found " + quoted(line));
+    if (words.size() != 2) input.failAtLine("expected stamp and file, found {}", quoted(line));
     files.push_back({input.numbersOf({words[0]})[0], fs::path(path).parent_path() / words[1]});
   }
   return files;

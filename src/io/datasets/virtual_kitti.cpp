@@ -25,7 +25,7 @@ LabelSet readClassColors(const std::string& path) {
   std::string_view line;
   while (file.readWords(words, "", &line)) {
     if (words[0] == "Category") continue;
-    if (words.size() != 4) file.failAtLine("expected category and r g b, found " + quoted(line));
+    if (words.size() != 4) file.failAtLine("expected category and r g b, found {}", quoted(line));
     const std::vector<double> rgb = file.numbersOf({words[1], words[2], words[3]});
     const auto known =
         std::find_if(shipped.classes().begin(), shipped.classes().end(),
@@ -55,8 +55,7 @@ std::vector<TableRow> readRows(InputFile& file, std::size_t columns) {
     if (words[0] == "frame") continue;
     const std::vector<double> numbers = file.numbersOf(words);
     if (numbers.size() != columns + 2) {
-      file.failAtLine("expected " + std::to_string(columns + 2) + " numbers, found " +
-                      std::to_string(numbers.size()));
+      file.failAtLine("expected {} numbers, found {}", columns + 2, numbers.size());
     }
     if (numbers[1] != 0) continue;
     const auto frame = static_cast<std::int64_t>(numbers[0]);
