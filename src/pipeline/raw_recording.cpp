@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "pipeline/query_in_map.h"
-#include "xview/graph/average_depth.h"
 #include "xview/graph/smooth_depth.h"
 #include "xview/types/forwarding_source.h"
 
