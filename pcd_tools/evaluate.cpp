@@ -12,7 +12,7 @@
 #include "outputs.h"
 #include "scenes.h"
 #include "tool.h"
-#include "xview/eval/report.h"
+#include "xview/eval/evaluation.h"
 #include "xview/io/atomic_file.h"
 #include "xview/io/pose_files.h"
 #include "xview/types/error.h"
@@ -192,18 +192,17 @@ std::vector<std::pair<std::string, std::string>> factsOf(const Evaluation& e) {
 class EvaluateCommand final : public Command {
  public:
   Description describe() const override {
-    return {
-        "evaluate",
-        "RESULTS TRUTH [RESULTS TRUTH]...",
-        "errors, success rate over distance, precision-recall",
-        "RESULTS is what localize --json printed, or a trajectory (TUM, KITTI) such as that of "
-        "localize --trajectory; TRUTH holds TUM or KITTI poses of the query's frames in the map "
-        "frame. Several pairs are judged together. With -o the folder gets results.csv, pr.csv, "
-        "success.csv, summary.json, the charts success.svg, pr.svg and calibration.svg, and "
-        "report.html.",
-        "xview evaluate rear.jsonl town/rear/groundtruth.txt -o report --map town.xvm",
-        2,
-        100000};
+    return {"evaluate",
+            "RESULTS TRUTH [RESULTS TRUTH]...",
+            "errors, success rate over distance, precision-recall",
+            "RESULTS is what localize --json printed, or a trajectory (TUM, KITTI) such as that of "
+            "localize --trajectory; TRUTH holds TUM or KITTI poses of the query's frames in the "
+            "map frame. Several pairs are judged together. With -o the folder gets results.csv, "
+            "pr.csv, success.csv, summary.json, the charts success.svg, pr.svg and "
+            "calibration.svg, and report.html.",
+            "xview evaluate rear.jsonl town/rear/groundtruth.txt -o report --map town.xvm",
+            2,
+            100000};
   }
 
   void declare(Flags& flags) override {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/eval/report.h"
+#include "xview/eval/evaluation.h"
 
 #include <fmt/core.h>
 

@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <cstdint>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -48,6 +49,15 @@ std::vector<MatchEnds> endsOf(const std::vector<Correspondence>& matches, const 
 /// The pairs of `putative` that are not in `kept`.
 std::vector<Correspondence> onlyPutative(const std::vector<Correspondence>& putative,
                                          const std::vector<Correspondence>& kept);
+
+/// That of the scene, or an empty one.
+const LabelSet& labelsOf(const Scene& scene);
+
+// The files of the page, which are part of the program.
+std::string pageTemplate();   ///< page/page.html
+std::string pageStyle();      ///< page/page.css
+std::string pageScript();     ///< page/page.js
+std::string pageLibraries();  ///< three.js with its camera controls and its lines
 
 constexpr Color kKeyframeColor{96, 104, 122};
 constexpr Color kQueryColor{30, 96, 214};

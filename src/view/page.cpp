@@ -7,7 +7,6 @@
 #include <numeric>
 
 #include "drawing.h"
-#include "page_assets.h"
 
 namespace xview {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "page_assets.h"
+#include "drawing.h"
 
 // The assembler puts a file into the program; the paths come from CMake.
 #define XVIEW_EMBED(symbol, path)                                                           \

@@ -158,6 +158,11 @@ Color statusColor(Status status) {
   return {128, 128, 128};
 }
 
+const LabelSet& labelsOf(const Scene& scene) {
+  static const LabelSet kNone;
+  return scene.labels ? *scene.labels : kNone;
+}
+
 std::vector<std::uint32_t> classesIn(const Scene& scene) {
   std::set<std::uint32_t> ids;
   collect(scene.map_graph, ids);

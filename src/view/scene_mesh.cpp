@@ -10,9 +10,6 @@ namespace {
 
 constexpr Color kMapEdgeColor{150, 150, 150}, kQueryEdgeColor{90, 130, 200};
 constexpr std::size_t kMostPutative = 400;  // correspondences drawn, evenly thinned
-const LabelSet kNoLabels;
-
-const LabelSet& labelsOf(const Scene& scene) { return scene.labels ? *scene.labels : kNoLabels; }
 
 /// A line of the scene, whatever it stands for.
 struct Stroke {

@@ -17,9 +17,6 @@ constexpr Color kInk{34, 36, 42}, kFaint{104, 108, 118}, kRule{206, 208, 214};
 
 constexpr double kSmallShare = 0.3;  // of the map, below which a query gets a panel of its own
 
-const LabelSet kNoLabels;
-
-const LabelSet& labelsOf(const Scene& scene) { return scene.labels ? *scene.labels : kNoLabels; }
 bool showsCloud(const Scene& scene) { return scene.map_cloud && !scene.map_cloud->empty(); }
 bool showsPlan(const Scene& scene) { return scene.map_plan && !showsCloud(scene); }
 

@@ -9,7 +9,6 @@
 #include <limits>
 #include <random>
 
-#include "xview/eval/report.h"
 #include "xview/types/random.h"
 
 namespace xview {

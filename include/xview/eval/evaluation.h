@@ -148,4 +148,13 @@ struct Evaluation {
 /// 20 or 30 m).
 Evaluation evaluate(const std::vector<ScoredQuery>& queries, double correct_within_m);
 
+// The contents of the files that describe an evaluation; whoever calls writes them.
+
+std::string evaluationTable(const Evaluation& evaluation);  ///< for people, some lines of text
+std::string resultsCsv(const std::vector<ScoredQuery>& queries);  ///< one line per query
+std::string precisionRecallCsv(const Evaluation& evaluation);     ///< one line per threshold
+std::string successCsv(
+    const std::vector<ScoredQuery>& queries);              ///< share of queries over the distance
+std::string evaluationJson(const Evaluation& evaluation);  ///< all numbers; unknown ones are null
+
 }  // namespace xview
