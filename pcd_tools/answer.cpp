@@ -51,6 +51,39 @@ Json hypothesesOf(const Localization& fix) {
   return list;
 }
 
+/// visit(name, value) for what a verdict was made of, in the order of the file.
+template <class Values, class Visit>
+void forEachStatistic(Values& s, Visit&& visit) {
+  visit("lead", s.lead);
+  visit("agreement", s.agreement);
+  visit("registered", s.registered);
+  visit("settled", s.settled);
+  visit("views", s.views);
+  visit("dense", s.dense);
+  visit("by_chance", s.by_chance);
+  visit("rival", s.rival);
+  visit("look_alike", s.look_alike);
+  visit("sigma_m", s.sigma_m);
+  visit("shown", s.shown);
+  visit("of_itself", s.of_itself);
+}
+
+template <class Value>
+void write(Json& json, const char* name, const Value& value) {
+  json[name] = value;
+}
+void write(Json& json, const char* name, const std::optional<double>& value) {
+  if (value) json[name] = *value;
+}
+
+template <class Value>
+void read(const Json& json, const char* name, Value& value) {
+  value = json.value(name, value);
+}
+void read(const Json& json, const char* name, std::optional<double>& value) {
+  if (json.contains(name)) value = json.at(name).get<double>();
+}
+
 double timeOf(const Timings& timings, const std::string& stage) {
   double sum = 0;
   for (const auto& [name, ms] : timings) sum += name == stage ? ms : 0;
@@ -102,13 +135,16 @@ Status statusFrom(const std::string& text) {
                               "\", expected accepted, ambiguous, rejected or error");
 }
 
+std::vector<double> numbersOf(const Json& json, const char* key, std::size_t count) {
+  const auto numbers = json.at(key).get<std::vector<double>>();
+  if (numbers.size() == count) return numbers;
+  throw std::invalid_argument(
+      fmt::format("{} has {} numbers, expected {}", key, numbers.size(), count));
+}
+
 Eigen::Isometry3d poseFrom(const Json& pose) {
-  const auto p = pose.at("position").get<std::vector<double>>();
-  const auto q = pose.at("quaternion").get<std::vector<double>>();
-  if (p.size() != 3)
-    throw std::invalid_argument(fmt::format("position has {} numbers, expected 3", p.size()));
-  if (q.size() != 4)
-    throw std::invalid_argument(fmt::format("quaternion has {} numbers, expected 4", q.size()));
+  const auto p = numbersOf(pose, "position", 3), q = numbersOf(pose, "quaternion", 4);
+
   const Eigen::Quaterniond rotation(q[3], q[0], q[1], q[2]);
   if (!(std::abs(rotation.norm() - 1) < 1e-3))
     throw std::invalid_argument("quaternion is not of length 1");
@@ -118,23 +154,13 @@ Eigen::Isometry3d poseFrom(const Json& pose) {
   return T;
 }
 
-Matrix6d covarianceFrom(const Json& row_major) {
-  const auto values = row_major.get<std::vector<double>>();
-  if (values.size() != 36)
-    throw std::invalid_argument(
-        fmt::format("covariance has {} numbers, expected 36", values.size()));
-  return Eigen::Map<const Matrix6d>(values.data()).transpose();
-}
-
 /// All places of an answer as xview wrote them; the best one alone if the file has no list.
 std::vector<Hypothesis> hypothesesFrom(const Json& json, double scale) {
   std::vector<Hypothesis> hypotheses;
   const auto list = json.find("hypotheses");
   for (std::size_t i = 0; list != json.end() && i < list->size(); ++i) {
-    const auto numbers = (*list)[i].at("T_map_query").get<std::vector<double>>();
-    if (numbers.size() != 16)
-      throw std::invalid_argument(
-          fmt::format("T_map_query has {} numbers, expected 16", numbers.size()));
+    const auto numbers = numbersOf((*list)[i], "T_map_query", 16);
+
     Hypothesis hypothesis;
     hypothesis.T_map_query.matrix() =
         Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(numbers.data());
@@ -173,23 +199,13 @@ Answer answerFrom(const std::string& line) {
     answer.fix.T_map_query = answer.fix.hypotheses[0].T_map_query;
   }
   if (const auto s = json.find("statistics"); s != json.end()) {
-    Statistics& to = answer.fix.statistics;
-    to.lead = s->at("lead").get<double>();
-    to.agreement = s->at("agreement").get<double>();
-    to.registered = s->at("registered").get<bool>();
-    to.settled = s->at("settled").get<bool>();
-    to.views = s->at("views").get<bool>();
-    to.dense = s->at("dense").get<double>();
-    to.by_chance = s->at("by_chance").get<double>();
-    to.rival = s->at("rival").get<double>();
-    if (s->contains("shown")) to.shown = s->at("shown").get<double>();
-    if (s->contains("of_itself")) to.of_itself = s->at("of_itself").get<double>();
-    to.look_alike = s->value("look_alike", 0.0);
-    to.sigma_m = s->value("sigma_m", 0.0);
+    forEachStatistic(answer.fix.statistics,
+                     [&](const char* name, auto& value) { read(*s, name, value); });
   }
   const auto covariance = json.find("covariance");
   if (covariance != json.end() && !covariance->is_null())
-    answer.fix.covariance = covarianceFrom(*covariance);
+    answer.fix.covariance =
+        Eigen::Map<const Matrix6d>(numbersOf(json, "covariance", 36).data()).transpose();
   const auto timing = json.find("timing_ms");
   if (timing == json.end()) return answer;
   for (const auto& [stage, ms] : timing->items()) {
@@ -225,18 +241,9 @@ std::string toJson(const Answer& answer) {
   json["witnesses"] = {{"place", fix.witnesses.place},
                        {"correspondences", fix.witnesses.correspondences},
                        {"dense", fix.witnesses.dense}};
-  json["statistics"] = {{"lead", fix.statistics.lead},
-                        {"agreement", fix.statistics.agreement},
-                        {"registered", fix.statistics.registered},
-                        {"settled", fix.statistics.settled},
-                        {"views", fix.statistics.views},
-                        {"dense", fix.statistics.dense},
-                        {"by_chance", fix.statistics.by_chance},
-                        {"rival", fix.statistics.rival},
-                        {"look_alike", fix.statistics.look_alike},
-                        {"sigma_m", fix.statistics.sigma_m}};
-  if (fix.statistics.shown) json["statistics"]["shown"] = *fix.statistics.shown;
-  if (fix.statistics.of_itself) json["statistics"]["of_itself"] = *fix.statistics.of_itself;
+  forEachStatistic(fix.statistics, [&](const char* name, const auto& value) {
+    write(json["statistics"], name, value);
+  });
   json["size"] = answer.size;
   json["T_map_query"] =
       has_pose ? rowMajor<4>(inLengthsOfQuery(fix.T_map_query, fix.scale)) : Json();

@@ -61,32 +61,22 @@ std::string toCsv(const Answer& answer, const Explanation& explanation) {
   return text;
 }
 
-Color colorOf(Testimony testimony) {
-  switch (testimony) {
-    case Testimony::kept:
-      return {30, 170, 60};
-    case Testimony::contradicting:
-      return {210, 40, 40};
-    default:
-      return {150, 150, 150};
-  }
-}
-
-std::string groupOf(Testimony testimony) {
-  switch (testimony) {
-    case Testimony::kept:
-      return "speaks for it";
-    case Testimony::contradicting:
-      return "speaks against it";
-    default:
-      return "where the map was not seen";
-  }
+/// How a testimony is drawn.
+struct TestimonyLook {
+  const char* group;
+  Color color;
+};
+TestimonyLook lookOf(Testimony testimony) {
+  if (testimony == Testimony::kept) return {"speaks for it", {30, 170, 60}};
+  if (testimony == Testimony::contradicting) return {"speaks against it", {210, 40, 40}};
+  return {"where the map was not seen", {150, 150, 150}};
 }
 
 std::vector<SceneMark> marksOf(const Explanation& explanation) {
   std::vector<SceneMark> marks;
   for (const Contribution& c : explanation.contributions) {
-    SceneMark mark{groupOf(c.testimony), colorOf(c.testimony), c.map_position, c.name};
+    const TestimonyLook look = lookOf(c.testimony);
+    SceneMark mark{look.group, look.color, c.map_position, c.name};
     if (c.nats) mark.note += fmt::format(", {:.1f} nats", *c.nats);
     if (c.expected) mark.note += fmt::format(" of {:.1f}", *c.expected);
     if (c.residual_m) mark.note += fmt::format(", {:.2f} m from its partner", *c.residual_m);
@@ -100,8 +90,9 @@ ColorMesh meshOf(const Explanation& explanation) {
   ColorMesh mesh;
   for (const Contribution& c : explanation.contributions) {
     const bool is_vertex = c.kind == Contribution::Kind::vertex;
-    addOctahedron(mesh, c.map_position, is_vertex ? 0.5 : 0.25, colorOf(c.testimony));
-    if (c.partner) addTube(mesh, c.map_position, *c.partner, 0.05, colorOf(c.testimony));
+    const Color color = lookOf(c.testimony).color;
+    addOctahedron(mesh, c.map_position, is_vertex ? 0.5 : 0.25, color);
+    if (c.partner) addTube(mesh, c.map_position, *c.partner, 0.05, color);
   }
   return mesh;
 }

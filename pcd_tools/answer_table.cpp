@@ -21,27 +21,12 @@ constexpr std::size_t kWide = 110;  ///< from here on nothing is left out of the
 constexpr std::size_t kEndless = 100000;
 constexpr std::size_t kShortestReason = 24, kLongReason = 60;
 
-std::string markOf(Status status) {
-  switch (status) {
-    case Status::accepted:
-      return "✔";
-    case Status::ambiguous:
-      return "?";
-    default:
-      return "✘";
-  }
-}
-
-Ink inkOf(Status status) {
-  switch (status) {
-    case Status::accepted:
-      return Ink::green;
-    case Status::ambiguous:
-      return Ink::amber;
-    default:
-      return Ink::red;
-  }
-}
+/// How a status looks, in the order of Status.
+struct StatusLook {
+  const char* mark;
+  Ink ink;
+};
+constexpr StatusLook kLooks[] = {{"✔", Ink::green}, {"?", Ink::amber}, {"✘", Ink::red}};
 
 /// What is unusual about the frame of the query.
 std::string frameOf(const Localization& fix) {
@@ -138,12 +123,11 @@ std::string AnswerTable::numbers(const Answer& answer) const {
 
 std::string AnswerTable::line(const Answer& answer) const {
   const Localization& fix = answer.fix;
-  const std::string status =
-      padded(fmt::format("{} {}", markOf(fix.status), toString(fix.status)), kStatus);
-  std::string text = inked(status, inkOf(fix.status), screen_) +
-                     padded(withoutBeginning(nameOf(answer), name_), name_);
-  std::size_t column =
-      kStatus + std::max(name_, columnsOf(withoutBeginning(nameOf(answer), name_)));
+  const StatusLook& look = kLooks[static_cast<int>(fix.status)];
+  const std::string status = padded(fmt::format("{} {}", look.mark, toString(fix.status)), kStatus),
+                    name = withoutBeginning(nameOf(answer), name_);
+  std::string text = inked(status, look.ink, screen_) + padded(name, name_);
+  std::size_t column = kStatus + std::max(name_, columnsOf(name));
   if (fix.accepted() || width_ >= kWide + kLongReason) {
     const std::string values = numbers(answer);
     text += inked(values, fix.accepted() ? Ink::plain : Ink::dim, screen_);

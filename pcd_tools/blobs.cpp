@@ -111,11 +111,9 @@ class BlobsCommand final : public Command {
             "INPUT BLOBS.pcd",
             "per-class Euclidean clusters (label = class, instance = blob)",
             "Blobs are numbered from 1; instance 0 marks points of clusters that are too small. "
-            "Points are thinned to\n"
-            "--blobs.voxel_m first; 0 keeps them all. With --graph_space image or regions the "
-            "blobs are the "
-            "regions of each depth+label\n"
-            "frame, as in the paper; merging over frames is left to xview graph.",
+            "Points are thinned to --blobs.voxel_m first; 0 keeps them all. With --graph_space "
+            "image or regions the blobs are the regions of each depth+label frame, as in the "
+            "paper; merging over frames is left to xview graph.",
             "xview blobs scan.pcd blobs.pcd --blobs.tolerance_m 0.3",
             2,
             2,

@@ -30,14 +30,8 @@ constexpr const char* kAnyway = " (moves anyway)";
 bool isAnyway(const std::string& group) { return group.find(kAnyway) != std::string::npos; }
 
 Color colorOf(What what) {
-  switch (what) {
-    case What::gone:
-      return {206, 44, 44};
-    case What::added:
-      return {22, 138, 62};
-    default:
-      return {216, 120, 0};
-  }
+  if (what == What::gone) return {206, 44, 44};
+  return what == What::added ? Color{22, 138, 62} : Color{216, 120, 0};
 }
 
 std::size_t countOf(const Changes& changes, What what, bool is_dynamic = false) {
@@ -158,12 +152,10 @@ class DiffCommand final : public Command {
             "MAP MAP|RECORDING",
             "what appeared, disappeared or moved between two visits",
             "The second visit is localized in the first (exit code 3 if it is not accepted). A "
-            "thing is gone where the second\n"
-            "visit looked and nothing stands any more, new the other way round; what one of them "
-            "did not see is not spoken of.\n"
-            "OUT.csv is a table, OUT.ply a graph of the changes, OUT.png or OUT.svg a picture, "
-            "OUT.html a page, OUT.vtk a mesh,\n"
-            "OUT.pcd a cloud.",
+            "thing is gone where the second visit looked and nothing stands any more, new the "
+            "other way round; what one of them did not see is not spoken of. OUT.csv is a table, "
+            "OUT.ply a graph of the changes, OUT.png or OUT.svg a picture, OUT.html a page, "
+            "OUT.vtk a mesh, OUT.pcd a cloud.",
             "xview diff town.xvm town/later -o changes.html",
             2,
             2};

@@ -24,9 +24,8 @@ class FuseCommand final : public Command {
             "QUERY MAP",
             "add an accepted query to the map (undo with --undo)",
             "The query is localized; if it is accepted it is brought into the map frame and added, "
-            "else the map stays as it\n"
-            "is (exit code 3). Either all of it happens or nothing. `xview fuse MAP --undo` takes "
-            "the last addition back.",
+            "else the map stays as it is (exit code 3). Either all of it happens or nothing. "
+            "`xview fuse MAP --undo` takes the last addition back.",
             "xview fuse town/rear town.xvm",
             1,
             2};

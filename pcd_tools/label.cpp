@@ -123,19 +123,16 @@ class NetworkLabelled final : public ForwardingSource {
 class LabelCommand final : public Command {
  public:
   Description describe() const override {
-    return {
-        "label",
-        "INPUT OUT",
-        "classes for a raw recording, from shapes or by a network",
-        "Ground, walls, posts, foliage, low things, roofs, ceilings and tables are told by the "
-        "shapes of the points; what\n"
-        "INPUT has of labels is left aside. OUT is one cloud in the odometry frame, coloured by "
-        "class (.pcd or .ply),\n"
-        "or else a folder that becomes the labelled recording. With --net a network labels the "
-        "images of INPUT/rgb.",
-        "xview label scan.pcd labelled.pcd && pcl_viewer labelled.pcd",
-        2,
-        2};
+    return {"label",
+            "INPUT OUT",
+            "classes for a raw recording, from shapes or by a network",
+            "Ground, walls, posts, foliage, low things, roofs, ceilings and tables are told by the "
+            "shapes of the points; what INPUT has of labels is left aside. OUT is one cloud in the "
+            "odometry frame, coloured by class (.pcd or .ply), or else a folder that becomes the "
+            "labelled recording. With --net a network labels the images of INPUT/rgb.",
+            "xview label scan.pcd labelled.pcd && pcl_viewer labelled.pcd",
+            2,
+            2};
   }
 
   void declare(Flags& flags) override {

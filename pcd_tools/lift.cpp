@@ -21,17 +21,16 @@ void move(LabelledCloud& cloud, const Eigen::Affine3d& T_out_in) {
 class LiftCommand final : public Command {
  public:
   Description describe() const override {
-    return {
-        "lift",
-        "INPUT CLOUD.pcd",
-        "depth+label frames -> one labelled cloud in the odometry frame",
-        "Every measurement of a class that is not ignored becomes one point. The cloud is .pcd "
-        "or .ply by the ending of its name. Of a labelled cloud it is the same cloud again, moved "
-        "with --transform, its classes kept.",
-        "xview lift town/forward --frames 0:30 town.pcd",
-        2,
-        2,
-        true};
+    return {"lift",
+            "INPUT CLOUD.pcd",
+            "depth+label frames -> one labelled cloud in the odometry frame",
+            "Every measurement of a class that is not ignored becomes one point. The cloud is .pcd "
+            "or .ply by the ending of its name. Of a labelled cloud it is the same cloud again, "
+            "moved with --transform, its classes kept.",
+            "xview lift town/forward --frames 0:30 town.pcd",
+            2,
+            2,
+            true};
   }
 
   void declare(Flags& flags) override {

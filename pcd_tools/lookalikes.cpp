@@ -137,11 +137,9 @@ class LookalikesCommand final : public Command {
     return {"lookalikes", "MAP",
             "which places of a map look alike, and how long a query must be there to be sure",
             "Stretches of the map are looked for in the map itself, with the noise of a usual "
-            "query.\n"
-            "OUT.csv is a table of places, OUT.png a picture, OUT.html a page, OUT.pcd or OUT.ply "
-            "the cloud of the map,\n"
-            "coloured by the length that is needed. Without -o: MAP's name + _lookalikes.png in "
-            "the working folder.",
+            "query. OUT.csv is a table of places, OUT.png a picture, OUT.html a page, OUT.pcd or "
+            "OUT.ply the cloud of the map, coloured by the length that is needed. Without -o: "
+            "MAP's name + _lookalikes.png in the working folder.",
             "xview lookalikes town.xvm -o town_lookalikes.html"};
   }
 

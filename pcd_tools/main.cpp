@@ -35,39 +35,11 @@ std::string withDefault(const std::string& help, const std::string& fallback) {
 
 const std::string kCommon = "Common flags", kRare = "More flags", kStage = "Options of ";
 
-/// Flags on top of CLI11.
-class CliFlags final : public Flags {
- public:
-  CliFlags(CLI::App& app, const std::string& group) : app_(app), group_(group) {}
-
-  void add(const std::string& names, bool& value, const std::string& help) override {
-    app_.add_flag(names, value, help)->group(group_);
-  }
-  void add(const std::string& names, int& value, const std::string& help) override {
-    addValue(names, value, help, "N", value == 0 ? "" : fmt::format("{}", value));
-  }
-  void add(const std::string& names, double& value, const std::string& help) override {
-    addValue(names, value, help, "X", value == 0 ? "" : fmt::format("{}", value));
-  }
-  void add(const std::string& names, std::string& value, const std::string& help) override {
-    addValue(names, value, help, "TEXT", value);
-  }
-  Flags& rare() override {
-    if (!rare_) rare_ = std::make_unique<CliFlags>(app_, kRare);
-    return *rare_;
-  }
-
- private:
-  template <class T>
-  void addValue(const std::string& names, T& value, const std::string& help, const char* type,
-                const std::string& fallback) {
-    app_.add_option(names, value, withDefault(help, fallback))->group(group_)->type_name(type);
-  }
-
-  CLI::App& app_;
-  std::string group_;
-  std::unique_ptr<CliFlags> rare_;
-};
+/// What a default of 0 means is told in the words of the help.
+template <class Number>
+std::string withDefault(const std::string& help, Number fallback) {
+  return withDefault(help, fallback == 0 ? std::string() : fmt::format("{}", fallback));
+}
 
 /// The usage in our own words and the flags in two columns, fitted to the terminal. --help leaves
 /// out what only few need, --help-all nothing.
@@ -210,7 +182,7 @@ int runCommand(Command& command, const std::vector<std::string>& arguments) {
   const Description about = command.describe();
   CLI::App app;
   app.formatter(std::make_shared<HelpText>(usageOf(about)));
-  CliFlags flags(app, "Flags of xview " + about.name);
+  Flags flags(app, "Flags of xview " + about.name);
   command.declare(flags);
   std::string out;
   if (about.writes_last) flags.add("-o,--out", out, "the output, if it is not the last operand");
@@ -315,6 +287,21 @@ int runProgram(const std::vector<std::string>& arguments) {
 }
 
 }  // namespace
+
+void Flags::add(const std::string& names, bool& value, const std::string& help) const {
+  app_.add_flag(names, value, help)->group(group_);
+}
+void Flags::add(const std::string& names, int& value, const std::string& help) const {
+  app_.add_option(names, value, withDefault(help, value))->group(group_)->type_name("N");
+}
+void Flags::add(const std::string& names, double& value, const std::string& help) const {
+  app_.add_option(names, value, withDefault(help, value))->group(group_)->type_name("X");
+}
+void Flags::add(const std::string& names, std::string& value, const std::string& help) const {
+  app_.add_option(names, value, withDefault(help, value))->group(group_)->type_name("TEXT");
+}
+Flags Flags::rare() const { return {app_, kRare}; }
+
 }  // namespace xview::tools
 
 int main(int argc, char** argv) {

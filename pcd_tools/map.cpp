@@ -19,16 +19,16 @@ namespace {
 class MapCommand final : public Command {
  public:
   Description describe() const override {
-    return {"map",
-            "INPUT... MAP.xvm",
-            "build a map from recordings or graphs in one frame",
-            "All inputs must share one frame: their poses are taken as they are. An existing map "
-            "is replaced, or with\n"
-            "--append kept and added to; either happens as a whole or not at all.",
-            "xview map town/forward town.xvm",
-            2,
-            100000,
-            true};
+    return {
+        "map",
+        "INPUT... MAP.xvm",
+        "build a map from recordings or graphs in one frame",
+        "All inputs must share one frame: their poses are taken as they are. An existing map is "
+        "replaced, or with --append kept and added to; either happens as a whole or not at all.",
+        "xview map town/forward town.xvm",
+        2,
+        100000,
+        true};
   }
 
   void declare(Flags& flags) override {

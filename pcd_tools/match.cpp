@@ -35,21 +35,18 @@ std::string toCsv(const Localization& fix, const Query& query, const map::Semant
 class MatchCommand final : public Command {
  public:
   Description describe() const override {
-    return {
-        "match",
-        "QUERY MAP OUT.ply",
-        "putative and kept correspondences, coloured",
-        "The map lies below, the query above it at the pose that was found; green lines were "
-        "kept, pale red ones only\n"
-        "tried. OUT.ply or OUT.vtk is a mesh for MeshLab or pcl_viewer, OUT.pcd a cloud, OUT.png "
-        "or OUT.svg a picture, OUT.html\n"
-        "a page to turn, OUT.csv a table of the pairs.\n"
-        "It is written for the best pose that was found, whether accepted (exit code 0) or not "
-        "(3).",
-        "xview match town/rear town.xvm match.ply --frames 0:60",
-        3,
-        3,
-        true};
+    return {"match",
+            "QUERY MAP OUT.ply",
+            "putative and kept correspondences, coloured",
+            "The map lies below, the query above it at the pose that was found; green lines were "
+            "kept, pale red ones only tried. OUT.ply or OUT.vtk is a mesh for MeshLab or "
+            "pcl_viewer, OUT.pcd a cloud, OUT.png or OUT.svg a picture, OUT.html a page to turn, "
+            "OUT.csv a table of the pairs. It is written for the best pose that was found, whether "
+            "accepted (exit code 0) or not (3).",
+            "xview match town/rear town.xvm match.ply --frames 0:60",
+            3,
+            3,
+            true};
   }
 
   void declare(Flags& flags) override { input_.declareWithMap(flags); }

@@ -135,20 +135,21 @@ std::map<std::uint32_t, std::uint32_t> JoinedLabels::idsFor(const LabelSet& its_
   return ids;
 }
 
-void JoinedLabels::adopt(const LabelSet& its_labels, LabelledCloud& cloud) {
+template <class Labelled>
+void JoinedLabels::rename(const LabelSet& its_labels, Labelled& labelled) {
   const auto ids = idsFor(its_labels);
-  for (Point& p : cloud.points) {
-    const auto found = ids.find(p.label);
-    if (found != ids.end()) p.label = found->second;
+  for (auto& one : labelled) {
+    const auto found = ids.find(one.label);
+    if (found != ids.end()) one.label = found->second;
   }
 }
 
+void JoinedLabels::adopt(const LabelSet& its_labels, LabelledCloud& cloud) {
+  rename(its_labels, cloud.points);
+}
+
 void JoinedLabels::adopt(const LabelSet& its_labels, SemanticGraph& graph) {
-  const auto ids = idsFor(its_labels);
-  for (Vertex& v : graph.vertices) {
-    const auto found = ids.find(v.label);
-    if (found != ids.end()) v.label = found->second;
-  }
+  rename(its_labels, graph.vertices);
 }
 
 }  // namespace xview::tools

@@ -50,6 +50,8 @@ class JoinedLabels {
 
  private:
   std::map<std::uint32_t, std::uint32_t> idsFor(const LabelSet& its_labels);
+  template <class Labelled>
+  void rename(const LabelSet& its_labels, Labelled& labelled);
   LabelSet labels_;
 };
 

@@ -42,10 +42,9 @@ class SimulateCommand final : public Command {
             "OUT_DIR",
             "a seeded world and its recordings (sequence folders, LiDAR scans, truth)",
             "Each session becomes a folder: forward (whose odometry frame is the map frame) and "
-            "those that are chosen.\n"
-            "--sim.style suburb|grid|village|campus|office says what kind of world.\n"
-            "groundtruth.txt holds the true poses in the map frame. Switch a session with "
-            "--sessions.rear=false.",
+            "those that are chosen. --sim.style suburb|grid|village|campus|office says what kind "
+            "of world. groundtruth.txt holds the true poses in the map frame. Switch a session "
+            "with --sessions.rear=false.",
             "xview simulate town --seed 7 --quality noisy --sessions.elsewhere",
             1,
             1,

@@ -4,10 +4,15 @@
 #include <cstddef>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "narrative.h"
 #include "xview/options.h"
+
+namespace CLI {
+class App;
+}
 
 namespace xview::tools {
 
@@ -36,13 +41,18 @@ struct Description {
 /// default, and what it means.
 class Flags {
  public:
-  virtual ~Flags() = default;
-  virtual void add(const std::string& names, bool& value, const std::string& help) = 0;
-  virtual void add(const std::string& names, int& value, const std::string& help) = 0;
-  virtual void add(const std::string& names, double& value, const std::string& help) = 0;
-  virtual void add(const std::string& names, std::string& value, const std::string& help) = 0;
+  /// `group`: their headline in the help.
+  Flags(CLI::App& app, std::string group) : app_(app), group_(std::move(group)) {}
+  void add(const std::string& names, bool& value, const std::string& help) const;
+  void add(const std::string& names, int& value, const std::string& help) const;
+  void add(const std::string& names, double& value, const std::string& help) const;
+  void add(const std::string& names, std::string& value, const std::string& help) const;
   /// The same for flags that only few need: --help-all lists them.
-  virtual Flags& rare() = 0;
+  Flags rare() const;
+
+ private:
+  CLI::App& app_;
+  std::string group_;
 };
 
 /// What a sub-command gets to work with.

@@ -36,12 +36,10 @@ class ViewCommand final : public Command {
         "view",
         "FILE... [OUT]",
         "a picture, page, mesh or cloud of maps, recordings, graphs, clouds and answers",
-        "FILEs share one frame; answers of localize --json (.jsonl) are drawn into the map "
-        "before them, with the way, cloud or graph of the query if it is found. "
-        "OUT ends with .png, .svg, .html, .vtk, .ply or .pcd. A last FILE that does not exist is "
-        "OUT, "
-        "too; one that exists is written over with -o only. Without OUT the picture is FILE.png "
-        "in the working folder.",
+        "FILEs share one frame; answers of localize --json (.jsonl) are drawn into the map before "
+        "them, with the way, cloud or graph of the query if it is found. OUT ends with .png, .svg, "
+        ".html, .vtk, .ply or .pcd. A last FILE that does not exist is OUT, too; one that exists "
+        "is written over with -o only. Without OUT the picture is FILE.png in the working folder.",
         "xview view town.xvm rear.jsonl -o rear.png",
         1,
         1000};
