@@ -66,6 +66,7 @@ void forEachStatistic(Values& s, Visit&& visit) {
   visit("sigma_m", s.sigma_m);
   visit("shown", s.shown);
   visit("of_itself", s.of_itself);
+  visit("seen_through", s.seen_through);
 }
 
 template <class Value>

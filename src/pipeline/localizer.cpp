@@ -158,8 +158,10 @@ bool isElsewhere(const Query& query, const TriedFrame& a, const TriedFrame& b) {
 
 /// What is made once per map, and the steps of a localization. The map stands upright here.
 struct Localizer::Index {
-  Index(const map::SemanticMap& given, const Options& all_options)
+  /// `made_alike`: what stands in map and query was found in the same way.
+  Index(const map::SemanticMap& given, const Options& all_options, bool made_alike)
       : options(all_options),
+        is_made_alike(made_alike),
         gravity(gravityOf(given, options.gravity)),
         turned(uprightMap(given, gravity.upright)),
         map(turned ? *turned : given),
@@ -232,6 +234,7 @@ struct Localizer::Index {
   }
 
   const Options options;
+  const bool is_made_alike;
   const Gravity gravity;  ///< of the caller's map
   const std::optional<map::SemanticMap> turned;
   const map::SemanticMap& map;
@@ -368,6 +371,8 @@ Eigen::Quaterniond Localizer::Index::refine(const Query& query, const search::Fi
   const bool ask_rival = evidence.rivalIsClose() && evidence.rival_distance_m > 0;
   std::optional<double> shown, rival_shown;
   if (in_field) shown = in_field->shown(best);
+  // What a query does not show may be what its shapes do not tell.
+  if (shown && !is_made_alike) shown = std::max(0.0, *shown);
   if (shown && ask_rival) rival_shown = in_field->shown(answer.hypotheses[1].T_map_query);
   const auto level =
       in_field ? levelOnMap(*surfaces, *in_field, query, best, up_sigma_rad, options) : nullptr;
@@ -382,23 +387,25 @@ Eigen::Quaterniond Localizer::Index::refine(const Query& query, const search::Fi
         fmt::format("; turned by {:.1f} +- {:.1f} deg onto the ground of the map",
                     Eigen::AngleAxisd(turn).angle() * kDegrees, up_sigma_rad * kDegrees);
   }
-  const RefinedPose pose =
-      refinement.refine(level ? level->query : query, level ? level->in_field.get() : in_field,
-                        best, answer.kept, up_sigma_rad, answer.timing_ms);
+  const Query& levelled = level ? level->query : query;
+  const RefinedPose pose = refinement.refine(levelled, level ? level->in_field.get() : in_field,
+                                             best, answer.kept, up_sigma_rad, answer.timing_ms);
   best = pose.T_map_query;
   answer.covariance = pose.covariance;
   answer.trajectory = pose.T_map_sensor;
   if (pose.dense.settled) evidence.sigma_m = verify::horizontalSigma(pose.covariance);
   evidence.dense = pose.dense;
   evidence.dense.shown = shown;
-  if (!shown && pose.dense.settled)
+  if (!shown && pose.dense.settled) {
     evidence.dense.of_itself = refinement.agreementWithItself(query);
+    evidence.dense.seen_through = refinement.seenThrough(levelled, best);
+  }
   if (ask_rival) {
     Stopwatch watch;
     Timings unused;
     evidence.dense_at_runner_up =
         refinement
-            .refine(level ? level->query : query, level ? level->in_field.get() : in_field,
+            .refine(levelled, level ? level->in_field.get() : in_field,
                     answer.hypotheses[1].T_map_query, {}, up_sigma_rad, unused)
             .dense;
     evidence.dense_at_runner_up->shown = rival_shown;
@@ -612,7 +619,7 @@ struct Localizer::CoarseIndices {
 Localizer::Localizer(const map::SemanticMap& map, const Options& options)
     : size_(map.size),
       map_(map, 1 / size_),
-      index_(std::make_unique<Index>(*map_, optionsOfSearch(options, size_, map.labels))),
+      index_(std::make_unique<Index>(*map_, optionsOfSearch(options, size_, map.labels), true)),
       coarse_(std::make_unique<CoarseIndices>()) {
   requirePriorInside(parsePrior(options.prior), map);
 }
@@ -627,7 +634,7 @@ const Localizer::Index& Localizer::indexFor(const Query& query) const {
     coarse.map = *map_;
     if (detail.shapes) reduceToShapes(query.labels, coarse.map);
     reduceTo(detail, coarse.map.plan);
-    coarse.index = std::make_unique<Index>(coarse.map, index_->options);
+    coarse.index = std::make_unique<Index>(coarse.map, index_->options, !detail.shapes);
   }
   return *coarse.index;
 }

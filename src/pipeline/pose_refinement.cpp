@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "xview/pose/seen_through.h"
 #include "xview/types/median.h"
 #include "xview/types/stopwatch.h"
 
@@ -229,6 +230,12 @@ RefinedPose PoseRefinement::refine(const Query& query, const search::FieldQuery*
 std::optional<double> PoseRefinement::agreementWithItself(const Query& query) const {
   if (query.cloud.empty() || !distributions_) return std::nullopt;
   return pose::agreementWithItself({query.cloud, query.poses}, query.labels, options_.refine);
+}
+
+std::optional<double> PoseRefinement::seenThrough(const Query& query,
+                                                  const Eigen::Isometry3d& T_map_query) const {
+  if (query.cloud.empty() || !distributions_) return std::nullopt;
+  return pose::seenThrough(*distributions_, {query.cloud, query.poses}, query.labels, T_map_query);
 }
 
 }  // namespace xview

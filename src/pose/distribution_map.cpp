@@ -163,6 +163,12 @@ class TileTable {
     return cell.points >= kFewestPoints ? &cell.distribution : nullptr;
   }
   std::size_t size() const { return cells_.size(); }
+  template <class Visit>
+  void forAll(const Visit& visit) const {
+    for (const Cell& cell : cells_.entries()) {
+      if (cell.points >= kFewestPoints) visit(cell.distribution, cell.key.group);
+    }
+  }
 
  private:
   /// Neighbours have different bits, and so have most groups.
@@ -300,6 +306,19 @@ class DistributionMap::Tiles {
       }
     }
     return best;
+  }
+
+  template <class Visit>
+  void forAround(const Eigen::Vector3d& centre, double radius_m, const Visit& visit) const {
+    const Eigen::Vector3f p = (centre - map_.origin).cast<float>();
+    const Eigen::Vector3f reach = Eigen::Vector3f::Constant(static_cast<float>(radius_m));
+    const TileKey low = tileOf(cellOf(p - reach, kNoGroup, side_)),
+                  high = tileOf(cellOf(p + reach, kNoGroup, side_));
+    for (TileKey key = low; key.y <= high.y; ++key.y) {
+      for (key.x = low.x; key.x <= high.x; ++key.x) {
+        if (const TileTable* table = tableAt(key)) table->forAll(visit);
+      }
+    }
   }
 
   bool holdsAnything(const Eigen::Vector3f& p) const {
@@ -499,6 +518,12 @@ std::size_t DistributionMap::size() const { return tiles_->size(); }
 const Distribution* DistributionMap::nearest(const Eigen::Vector3f& p, std::uint32_t group,
                                              float gate_m) const {
   return tiles_->nearest(p, group, gate_m);
+}
+
+void DistributionMap::forAround(
+    const Eigen::Vector3d& centre, double radius_m,
+    const std::function<void(const Distribution&, std::uint32_t)>& visit) const {
+  tiles_->forAround(centre, radius_m, visit);
 }
 
 bool DistributionMap::holdsAnything(const Eigen::Vector3f& p) const {

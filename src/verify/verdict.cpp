@@ -80,6 +80,19 @@ double excessOverRival(const Statistics& s) {
                   excess - std::max(0.0, excessOf(s, s.rival)));
 }
 
+/// Who shows less than a tenth of the map is a stranger, however far the place stands out: it
+/// counts twice from there.
+double shownTerm(const Statistics& s) {
+  constexpr double kLittle = 0.1;
+  return s.shown ? *s.shown + std::min(0.0, *s.shown - kLittle) : 0;
+}
+
+/// A tenth is as usual at right places as at wrong ones; nothing is said where it was not asked.
+double seenLittle(const Statistics& s) {
+  constexpr double kNoise = 0.03, kEven = 0.1;
+  return s.seen_through ? -std::log((*s.seen_through + kNoise) / kEven) : 0;
+}
+
 /// The part of the odds that the terms [first, last) make.
 double oddsOf(const Statistics& s, const VerdictModel& model, std::size_t first,
               std::size_t last = kTerms) {
@@ -122,6 +135,13 @@ double shareOfLookAlikes(const Statistics& s, const std::vector<LookAlike>& look
       found += std::clamp((l.share / s.agreement - kFitsNot) / (kFits - kFitsNot), 0.0, 1.0);
   }
   return found / (static_cast<double>(look_alikes.size()) + kUsual);
+}
+
+/// How much less likely a copy of the map is for what the query shows: e times for every stretch of
+/// the way along which it shows all of the map. A copy shows less of it, the less the longer it is.
+double copyLeft(const Statistics& s, double travel_m) {
+  constexpr double kShownByCopy = 0.2, kStretch_m = 15;
+  return std::exp(-std::max(0.0, s.shown.value_or(0) - kShownByCopy) * travel_m / kStretch_m);
 }
 
 /// Chance that the pose is as near to the truth as that its place is the right one.
@@ -172,6 +192,9 @@ class Reason {
              whatWouldHelp();
     if (oddsOf(s_, model_, kShown) < -1)
       return "the best place does not hold: the query does not show what stands there in the map" +
+             whatWouldHelp();
+    if (oddsOf(s_, model_, kSeenThrough, kSeenThrough + 1) < -1)
+      return "the best place does not hold: the query saw through what stands there in the map" +
              whatWouldHelp();
     if (denseOdds(s_, model_) < -1)
       return fmt::format(
@@ -225,6 +248,7 @@ Statistics statisticsOf(const Evidence& e) {
   s.views = e.dense.of == DenseEvidence::Of::views;
   if (e.dense.shown) s.shown = shownOver(e);
   s.of_itself = e.dense.of_itself;
+  s.seen_through = e.dense.seen_through;
   s.sigma_m = e.sigma_m;
   if (!s.settled) return s;
   s.dense = e.dense.agreement;
@@ -242,7 +266,8 @@ DenseEvidence denseEvidenceOf(const Statistics& s) {
           s.dense,
           s.by_chance,
           s.shown,
-          s.of_itself};
+          s.of_itself,
+          s.seen_through};
 }
 
 std::array<double, kTerms> VerdictModel::weightsFor(const Statistics& s) const {
@@ -262,12 +287,13 @@ std::array<double, kTerms> termsOf(const Statistics& s) {
   terms[kLead] = logLead(s);
   terms[kAgreement] = std::log(s.agreement);
   if (!s.registered) return terms;
-  terms[kShown] = s.shown.value_or(0);
+  terms[kShown] = shownTerm(s);
   terms[kFailed] = !s.settled;
   terms[kViews] = s.settled && s.views;
   if (!s.settled) return terms;
   terms[kExcess] = excessOverRival(s);
   terms[kLeadThere] = std::max(0.0, terms[kExcess]) * std::max(0.0, terms[kLead]);
+  terms[kSeenThrough] = seenLittle(s);
   return terms;
 }
 
@@ -279,7 +305,7 @@ Verdict judge(const Evidence& e, const VerdictOptions& o, const VerdictModel& mo
     return verdict;
   }
   Statistics s = statisticsOf(e);
-  s.look_alike = shareOfLookAlikes(s, look_alikes);
+  s.look_alike = shareOfLookAlikes(s, look_alikes) * copyLeft(s, e.travel_m);
   verdict.statistics = s;
   verdict.witnesses.place = placeOdds(s, model);
   verdict.witnesses.dense = denseOdds(s, model);

@@ -21,8 +21,9 @@ namespace {
 constexpr double kRidge = 1e-4;  ///< of standardised weights, per answer
 constexpr int kNewtonSteps = 50;
 
-constexpr std::array<const char*, kTerms> kTermNames = {
-    "constant", "lead", "agreement", "failed", "views", "excess", "lead_there", "shown"};
+constexpr std::array<const char*, kTerms> kTermNames = {"constant",   "lead",         "agreement",
+                                                        "failed",     "views",        "excess",
+                                                        "lead_there", "seen_through", "shown"};
 
 /// Every weight beside its name in files.
 template <class Model, class Visit>
@@ -61,9 +62,11 @@ VerdictModel parse(const std::string& text, const std::string& path) {
   return model;
 }
 
-/// Logistic regression by Newton's method, right and wrong answers weighing the same in all. Rows
-/// are answers, and their first column is 1.
-Eigen::VectorXd fitLogistic(const Eigen::MatrixXd& rows, const std::vector<bool>& right) {
+/// Logistic regression by Fisher scoring, right and wrong answers weighing the same in all. Rows
+/// are answers, and their first column is 1. `against`: odds against each that nothing here
+/// explains.
+Eigen::VectorXd fitLogistic(const Eigen::MatrixXd& rows, const std::vector<bool>& right,
+                            const std::vector<double>& against) {
   const auto n = static_cast<double>(right.size());
   const auto rights = static_cast<double>(std::count(right.begin(), right.end(), true));
   if (rights == 0 || rights == n)
@@ -80,10 +83,13 @@ Eigen::VectorXd fitLogistic(const Eigen::MatrixXd& rows, const std::vector<bool>
     Eigen::VectorXd gradient = kRidge * n * beta;
     Eigen::MatrixXd H = kRidge * n * Eigen::MatrixXd::Identity(X.cols(), X.cols());
     for (Eigen::Index i = 0; i < X.rows(); ++i) {
-      const double p = 1 / (1 + std::exp(-X.row(i).dot(beta)));
+      // With the odds against, explained + a, p = 1 / (1 + odds) and dp / dx = p^2 explained.
+      const double explained = std::exp(-std::clamp<double>(X.row(i).dot(beta), -30, 30));
+      const double odds = explained + against[i], p = 1 / (1 + odds);
       const double weight = right[i] ? 0.5 * n / rights : 0.5 * n / (n - rights);
-      gradient += weight * (p - right[i]) * X.row(i).transpose();
-      H += weight * std::max(1e-9, p * (1 - p)) * X.row(i).transpose() * X.row(i);
+      gradient += weight * explained * (right[i] ? -p : p / odds) * X.row(i).transpose();
+      H += weight * std::max(1e-9, std::pow(explained * p, 2) / odds) * X.row(i).transpose() *
+           X.row(i);
     }
     const Eigen::VectorXd move = H.ldlt().solve(gradient);
     beta -= move / std::max(1.0, move.norm() / 2);
@@ -128,18 +134,20 @@ VerdictModel fitVerdictModel(const std::vector<JudgedStatistics>& answers) {
   const auto fit = [&](const auto& evidence, auto& weights) {
     std::vector<std::array<double, kTerms>> terms;
     std::vector<bool> right;
+    std::vector<double> against;
     for (const JudgedStatistics& a : answers) {
       const std::optional<Statistics> known = evidence(a.statistics);
       if (!known) continue;
       terms.push_back(termsOf(*known));
       right.push_back(a.right);
+      against.push_back(a.statistics.look_alike);
     }
     if (right.empty() && !answers.empty()) return;  // nothing new is known of such answers
     Eigen::MatrixXd rows(terms.size(), weights.size());
     for (Eigen::Index i = 0; i < rows.rows(); ++i) {
       for (Eigen::Index t = 0; t < rows.cols(); ++t) rows(i, t) = terms[i][t];
     }
-    const Eigen::VectorXd fitted = fitLogistic(rows, right);
+    const Eigen::VectorXd fitted = fitLogistic(rows, right, against);
     std::copy(fitted.begin(), fitted.end(), weights.begin());
   };
   using Known = std::optional<Statistics>;

@@ -60,6 +60,7 @@ Evidence randomEvidence(Random& random) {
     e.dense.shown = random.uniform(-1, 1);
   else if (random.below(2))
     e.dense.of_itself = random.uniform();
+  if (random.below(2)) e.dense.seen_through = random.uniform();
   return e;
 }
 
@@ -107,6 +108,9 @@ TEST(Verdict, ConfidenceNeverFallsWithBetterEvidence) {
       +[](Evidence& e) { e.dense.by_chance -= 0.1; },
       +[](Evidence& e) {
         if (e.dense.shown) *e.dense.shown += 0.1;
+      },
+      +[](Evidence& e) {
+        if (e.dense.seen_through) *e.dense.seen_through *= 0.5;
       },
   };
   Random random(6);
@@ -200,15 +204,15 @@ TEST(Verdict, PointsDecideBetweenPlacesThatScoreAlike) {
   e.score = 160;
   e.runner_up = 90;
   e.dense.of = DenseEvidence::Of::points;
-  e.dense_at_runner_up = DenseEvidence{DenseEvidence::Of::points, true, 0.1, 0.04, {}, {}};
+  e.dense_at_runner_up = DenseEvidence{DenseEvidence::Of::points, true, 0.1, 0.04, {}, {}, {}};
   EXPECT_NE(judged(e).status, Status::accepted) << "points that do not settle";
   e.dense.settled = true;
   e.dense.agreement = 0.12;
   e.dense.by_chance = 0.04;
   EXPECT_NE(judged(e).status, Status::accepted) << judged(e).reason;
-  e.dense.agreement = 0.4;
+  e.dense.agreement = 0.5;
   EXPECT_EQ(judged(e).status, Status::accepted) << judged(e).reason;
-  e.dense_at_runner_up->agreement = 0.4;
+  e.dense_at_runner_up->agreement = 0.5;
   EXPECT_NE(judged(e).status, Status::accepted) << "points agree at the next place as well";
   e.dense_at_runner_up->agreement = 0.1;
   e.dense.by_chance = 0.35;
@@ -264,7 +268,7 @@ TEST(Verdict, OutsideTheMapIsRejectedAndSaysSo) {
 
 TEST(Verdict, APlaceThatTheQueryDoesNotShowIsRefused) {
   Evidence e = goodView();
-  e.dense = {DenseEvidence::Of::points, true, 0.35, 0.05, 0.5, {}};
+  e.dense = {DenseEvidence::Of::points, true, 0.35, 0.05, 0.5, {}, {}};
   EXPECT_EQ(judged(e).status, Status::accepted) << judged(e).reason;
   e.score = 120;
   e.standing.score = 60;
@@ -279,10 +283,45 @@ TEST(Verdict, PointsMustAgreeAsTheQueryAgreesWithItself) {
   Evidence e = goodView();
   e.runner_up = 0.7 * e.score;
   e.dense_at_runner_up = DenseEvidence{};
-  e.dense = {DenseEvidence::Of::points, true, 0.4, 0.05, {}, 0.5};
+  e.dense = {DenseEvidence::Of::points, true, 0.4, 0.05, {}, 0.5, {}};
   EXPECT_EQ(judged(e).status, Status::accepted) << judged(e).reason;
   e.dense.of_itself = 0.8;
   EXPECT_NE(judged(e).status, Status::accepted) << judged(e).reason;
+}
+
+TEST(Verdict, APlaceThatTheQuerySawThroughIsRefused) {
+  Evidence e = goodView();
+  e.dense = {DenseEvidence::Of::points, true, 0.5, 0.05, {}, 0.7, 0.02};
+  EXPECT_EQ(judged(e).status, Status::accepted) << judged(e).reason;
+  e.dense.seen_through = 0.6;
+  EXPECT_NE(judged(e).status, Status::accepted);
+  EXPECT_NE(judged(e).reason.find("saw through"), std::string::npos) << judged(e).reason;
+}
+
+TEST(Verdict, AStreetThatStandsOutButIsNotShownIsRefused) {
+  Evidence e = goodView();
+  e.score = 1200;
+  e.runner_up = 50;
+  e.expected = 3000;
+  e.dense = {DenseEvidence::Of::points, true, 0.34, 0.04, 0.3, {}, {}};
+  EXPECT_EQ(judged(e).status, Status::accepted) << judged(e).reason;
+  e.dense.shown = -0.15;
+  EXPECT_NE(judged(e).status, Status::accepted);
+}
+
+TEST(Verdict, ACopyThatWouldHaveToBeLongIsLessLikely) {
+  Evidence e = goodView();
+  e.dense.shown = 0.6;
+  const std::vector<LookAlike> copies(60, {1e9, 1});
+  double before = 1;
+  for (const double travel_m : {0., 15., 60., 200.}) {
+    e.travel_m = travel_m;
+    const double copy = judge(e, {}, defaultVerdictModel(), copies).statistics.look_alike;
+    EXPECT_LT(copy, before) << travel_m;
+    before = copy;
+  }
+  e.dense.shown = 0.1;  // no more than a copy shows
+  EXPECT_GT(judge(e, {}, defaultVerdictModel(), copies).statistics.look_alike, 0.5);
 }
 
 TEST(Witnesses, SayWhatEachKnows) {
@@ -293,7 +332,7 @@ TEST(Witnesses, SayWhatEachKnows) {
   EXPECT_GT(judged(e).witnesses.correspondences, 5);
   e.kept = 7;
   EXPECT_LT(judged(e).witnesses.correspondences, -5);
-  e.dense = {DenseEvidence::Of::points, true, 0.6, 0.05, {}, {}};
+  e.dense = {DenseEvidence::Of::points, true, 0.6, 0.05, {}, {}, {}};
   EXPECT_GT(judged(e).witnesses.dense, 0);
   e.dense.agreement = 0.1;
   EXPECT_LT(judged(e).witnesses.dense, 0);

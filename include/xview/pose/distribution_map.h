@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -53,6 +54,9 @@ class DistributionMap {
   const Distribution* nearest(const Eigen::Vector3f& p, std::uint32_t group, float gate_m) const;
   /// True if there is anything of any group in the cell of p or one beside it.
   bool holdsAnything(const Eigen::Vector3f& p) const;
+  /// Calls visit(distribution, group) for all around, at least as far as the radius in plan.
+  void forAround(const Eigen::Vector3d& centre, double radius_m,
+                 const std::function<void(const Distribution&, std::uint32_t)>& visit) const;
   double noise_m() const;    ///< by which looks at one surface err as a whole
   std::size_t size() const;  ///< makes all of them
 

@@ -53,6 +53,9 @@ struct DenseEvidence {
   /// How closely one half of the query lies on the other: what a true place could show at best.
   /// Asked where the query cannot tell what it shows.
   std::optional<double> of_itself;
+  /// How much of what stands in the map the query saw through; asked there as well. See
+  /// pose::seenThrough.
+  std::optional<double> seen_through;
 };
 
 /// What speaks for and against the best place of one query, or of several together, by whatever
@@ -96,7 +99,8 @@ enum Term : std::size_t {
   kViews,                 ///< 1 if views were registered, not points
   kExcess,  ///< dense agreement over that by chance and that at a close rival, as a share of that
             ///< of the query with itself where that was asked
-  kLeadThere,  ///< a lead says more where the points agree: what is in excess times its logarithm
+  kLeadThere,    ///< a lead says more where the points agree: what is in excess times its logarithm
+  kSeenThrough,  ///< logarithm of how little of the map the query saw through
   kRegisteredTerms,
   kShown = kRegisteredTerms,  ///< how far the query shows what stands in the map
   kTerms
