@@ -51,22 +51,23 @@ Json hypothesesOf(const Localization& fix) {
   return list;
 }
 
-/// visit(name, value) for what a verdict was made of, in the order of the file.
+/// visit(name, value, every_file) for what a verdict was made of, in the order of the file;
+/// `every_file`: no answer with statistics was ever written without it.
 template <class Values, class Visit>
 void forEachStatistic(Values& s, Visit&& visit) {
-  visit("lead", s.lead);
-  visit("agreement", s.agreement);
-  visit("registered", s.registered);
-  visit("settled", s.settled);
-  visit("views", s.views);
-  visit("dense", s.dense);
-  visit("by_chance", s.by_chance);
-  visit("rival", s.rival);
-  visit("look_alike", s.look_alike);
-  visit("sigma_m", s.sigma_m);
-  visit("shown", s.shown);
-  visit("of_itself", s.of_itself);
-  visit("seen_through", s.seen_through);
+  visit("lead", s.lead, true);
+  visit("agreement", s.agreement, true);
+  visit("registered", s.registered, true);
+  visit("settled", s.settled, true);
+  visit("views", s.views, true);
+  visit("dense", s.dense, true);
+  visit("by_chance", s.by_chance, true);
+  visit("rival", s.rival, true);
+  visit("look_alike", s.look_alike, false);
+  visit("sigma_m", s.sigma_m, false);
+  visit("shown", s.shown, false);
+  visit("of_itself", s.of_itself, false);
+  visit("seen_through", s.seen_through, false);
 }
 
 template <class Value>
@@ -79,10 +80,10 @@ void write(Json& json, const char* name, const std::optional<double>& value) {
 
 template <class Value>
 void read(const Json& json, const char* name, Value& value) {
-  value = json.value(name, value);
+  value = json.at(name).get<Value>();
 }
 void read(const Json& json, const char* name, std::optional<double>& value) {
-  if (json.contains(name)) value = json.at(name).get<double>();
+  value = json.at(name).get<double>();
 }
 
 double timeOf(const Timings& timings, const std::string& stage) {
@@ -145,7 +146,6 @@ std::vector<double> numbersOf(const Json& json, const char* key, std::size_t cou
 
 Eigen::Isometry3d poseFrom(const Json& pose) {
   const auto p = numbersOf(pose, "position", 3), q = numbersOf(pose, "quaternion", 4);
-
   const Eigen::Quaterniond rotation(q[3], q[0], q[1], q[2]);
   if (!(std::abs(rotation.norm() - 1) < 1e-3))
     throw std::invalid_argument("quaternion is not of length 1");
@@ -161,7 +161,6 @@ std::vector<Hypothesis> hypothesesFrom(const Json& json, double scale) {
   const auto list = json.find("hypotheses");
   for (std::size_t i = 0; list != json.end() && i < list->size(); ++i) {
     const auto numbers = numbersOf((*list)[i], "T_map_query", 16);
-
     Hypothesis hypothesis;
     hypothesis.T_map_query.matrix() =
         Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(numbers.data());
@@ -200,8 +199,9 @@ Answer answerFrom(const std::string& line) {
     answer.fix.T_map_query = answer.fix.hypotheses[0].T_map_query;
   }
   if (const auto s = json.find("statistics"); s != json.end()) {
-    forEachStatistic(answer.fix.statistics,
-                     [&](const char* name, auto& value) { read(*s, name, value); });
+    forEachStatistic(answer.fix.statistics, [&](const char* name, auto& value, bool every_file) {
+      if (every_file || s->contains(name)) read(*s, name, value);
+    });
   }
   const auto covariance = json.find("covariance");
   if (covariance != json.end() && !covariance->is_null())
@@ -242,7 +242,7 @@ std::string toJson(const Answer& answer) {
   json["witnesses"] = {{"place", fix.witnesses.place},
                        {"correspondences", fix.witnesses.correspondences},
                        {"dense", fix.witnesses.dense}};
-  forEachStatistic(fix.statistics, [&](const char* name, const auto& value) {
+  forEachStatistic(fix.statistics, [&](const char* name, const auto& value, bool /*every_file*/) {
     write(json["statistics"], name, value);
   });
   json["size"] = answer.size;
