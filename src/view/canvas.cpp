@@ -2,6 +2,7 @@
 #include "canvas.h"
 
 #include <cairo-svg.h>
+#include <zlib.h>
 
 #include <algorithm>
 #include <cmath>
@@ -44,10 +45,25 @@ std::string printable(const std::string& text) {
   return out;
 }
 
+constexpr std::size_t kPngHead = 8 + 25;  // signature and header of a PNG
+
+/// A chunk of UTF-8 text (PNG 1.2, 4.2.3.3), which `identify -verbose` and `exiftool` show.
+std::string pngComment(const std::string& text) {
+  const auto number = [](std::size_t value) {
+    std::string bytes;
+    for (const int shift : {24, 16, 8, 0}) bytes += static_cast<char>(value >> shift & 0xFF);
+    return bytes;
+  };
+  const std::string chunk = std::string("iTXtComment") + std::string(5, '\0') + text;
+  const auto* const data = reinterpret_cast<const Bytef*>(chunk.data());
+  return number(chunk.size() - 4) + chunk + number(crc32(0, data, static_cast<uInt>(chunk.size())));
+}
+
 }  // namespace
 
-Canvas::Canvas(double width, double height, PictureFormat format)
+Canvas::Canvas(double width, double height, PictureFormat format, std::string comment)
     : format_(format),
+      comment_(std::move(comment)),
       surface_(format == PictureFormat::svg
                    ? cairo_svg_surface_create_for_stream(appendBytes, &bytes_, width, height)
                    : cairo_image_surface_create(CAIRO_FORMAT_RGB24, static_cast<int>(width),
@@ -65,6 +81,8 @@ std::string Canvas::take() {
                              cairo_status_to_string(cairo_status(cairo_.get())));
   if (format_ == PictureFormat::png)
     cairo_surface_write_to_png_stream(surface_.get(), appendBytes, &bytes_);
+  if (format_ == PictureFormat::png && !comment_.empty())
+    bytes_.insert(kPngHead, pngComment(comment_));
   cairo_surface_finish(surface_.get());
   return std::move(bytes_);
 }

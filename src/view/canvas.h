@@ -17,7 +17,8 @@ class Canvas {
  public:
   using Point = Eigen::Vector2d;
 
-  Canvas(double width, double height, PictureFormat format);
+  /// `comment`: kept in a PNG beside the picture.
+  Canvas(double width, double height, PictureFormat format, std::string comment = "");
   /// The bytes of the file; nothing may be drawn afterwards.
   std::string take();
 
@@ -63,6 +64,7 @@ class Canvas {
 
   std::string bytes_;  // of an SVG, while it grows
   PictureFormat format_;
+  std::string comment_;
   std::unique_ptr<cairo_surface_t, void (*)(cairo_surface_t*)> surface_;
   std::unique_ptr<cairo_t, void (*)(cairo_t*)> cairo_;
 };

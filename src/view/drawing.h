@@ -33,6 +33,9 @@ Color paler(const Color& color, double share);
 /// kind; what is of no known kind keeps a paler form of its own.
 Color quietColor(const LabelSet& labels, std::uint32_t id);
 
+/// A picture from above leaves the ceiling out, under which a room would disappear.
+bool isCeiling(const LabelSet& labels, std::uint32_t id);
+
 /// Channels of a plan view that are drawn, the lowest first. Borders and obstacles repeat what is
 /// drawn already.
 std::vector<Channel> drawnChannels();

@@ -11,8 +11,8 @@ namespace xview {
 namespace {
 
 constexpr Color kRim{52, 56, 66}, kWhite{255, 255, 255}, kGrid{226, 228, 232}, kInk{60, 64, 74};
-constexpr std::size_t kCrowded = 4000;  // vertices in view from which they shrink to dots
-constexpr double kPointSize_m = 0.35;   // maps are thinned to about this distance
+constexpr std::size_t kCrowded = 4000;    // vertices in view from which they shrink to dots
+constexpr double kLargestPoint_m = 0.35;  // maps of towns are thinned to about this distance
 
 /// 1, 2 or 5 times a power of ten, at most `length`.
 double roundLength(double length) {
@@ -45,6 +45,30 @@ Eigen::Vector2d headingOf(const Eigen::Isometry3d& T_map_sensor, const Eigen::Ve
   const Eigen::Vector3d ahead = T_map_sensor.linear() * forward.normalized();
   const Eigen::Vector2d heading(ahead.x(), -ahead.y());
   return heading.norm() < 0.3 ? Eigen::Vector2d::Zero() : Eigen::Vector2d(heading.normalized());
+}
+
+/// About how far points are apart as seen from above, as long as that is less than in a map of a
+/// town: halved cells are two to four times as many until they are smaller than that.
+double pointSize(const LabelledCloud& cloud) {
+  constexpr double kGrows = 1.6, kSmallest_m = 0.005;
+  const auto filled = [&](double cell_m) {
+    std::vector<std::pair<int, int>> cells;
+    cells.reserve(cloud.size());
+    for (const Point& p : cloud.points) {
+      if (std::isfinite(p.x) && std::isfinite(p.y))
+        cells.emplace_back(static_cast<int>(std::floor(p.x / cell_m)),
+                           static_cast<int>(std::floor(p.y / cell_m)));
+    }
+    std::sort(cells.begin(), cells.end());
+    return static_cast<double>(std::unique(cells.begin(), cells.end()) - cells.begin());
+  };
+  double cell_m = kLargestPoint_m;
+  for (double count = filled(cell_m); cell_m > kSmallest_m; cell_m /= 2) {
+    const double halved = filled(cell_m / 2);
+    if (halved < kGrows * count) break;
+    count = halved;
+  }
+  return std::min(2 * cell_m, kLargestPoint_m);  // so that surfaces have no gaps
 }
 
 }  // namespace
@@ -152,7 +176,7 @@ void Panel::splat(const LabelledCloud& cloud, const Eigen::Isometry3d& T, ColorO
   }
   std::sort(lowest_first.begin(), lowest_first.end());
   pixels.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), 0);
-  const double half = std::max(1.0, kPointSize_m * scale_) / 2;
+  const double half = std::max(1.0, pointSize(cloud) * scale_) / 2;
   const auto low = [&](double v) { return std::max(0, static_cast<int>(v - half + 0.5)); };
   const auto high = [&](double v, int least, int end) {
     return std::min(end, std::max(least + 1, static_cast<int>(v + half + 0.5)));
@@ -173,7 +197,10 @@ void Panel::drawCloud(const LabelledCloud& cloud, const LabelSet& labels) {
   std::vector<std::uint32_t> pixels;
   splat(
       cloud, Eigen::Isometry3d::Identity(),
-      [&](std::uint32_t label) { return argb(quietColor(labels, label)); }, pixels);
+      [&](std::uint32_t label) {
+        return isCeiling(labels, label) ? 0u : argb(quietColor(labels, label));
+      },
+      pixels);
   canvas_.image(pixels, static_cast<int>(box_.sizes().x()), box_.min());
 }
 
@@ -183,7 +210,8 @@ void Panel::drawQueryClouds(const std::vector<SceneQuery>& queries, const LabelS
   std::vector<std::uint32_t> ground, things;
   const auto argbOf = [&](bool of_ground, double opacity) {
     return [=, &labels](std::uint32_t label) {
-      return isGround(labels.kind(label)) == of_ground ? argb(kQueryColor, opacity) : 0u;
+      const bool is_drawn = isGround(labels.kind(label)) == of_ground && !isCeiling(labels, label);
+      return is_drawn ? argb(kQueryColor, opacity) : 0u;
     };
   };
   for (const SceneQuery& query : queries) {

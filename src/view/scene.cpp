@@ -6,6 +6,7 @@
 #include <set>
 
 #include "drawing.h"
+#include "xview/types/class_names.h"
 #include "xview/types/median.h"
 
 namespace xview {
@@ -95,6 +96,10 @@ Color paler(const Color& color, double share) {
   for (std::size_t i = 0; i < 3; ++i)
     result[i] = static_cast<std::uint8_t>(std::lround(color[i] + share * (255 - color[i])));
   return result;
+}
+
+bool isCeiling(const LabelSet& labels, std::uint32_t id) {
+  return foldedName(labels.className(id)) == "ceiling";
 }
 
 Color quietColor(const LabelSet& labels, std::uint32_t id) {

@@ -36,9 +36,10 @@ void include(Eigen::AlignedBox2d& box, const std::vector<Eigen::Isometry3d>& pos
   for (const Eigen::Isometry3d& pose : poses) include(box, T * pose.translation());
 }
 
-/// A few points that lie far off do not count.
+/// A few points that lie far off do not count: those farther outside of all others than a tenth of
+/// what those fill.
 void include(Eigen::AlignedBox2d& box, const LabelledCloud* cloud, const Eigen::Isometry3d& T) {
-  constexpr double kOutliers = 0.002;
+  constexpr double kOutliers = 0.002, kAround = 0.1;
   std::vector<double> xs, ys;
   for (std::size_t i = 0; cloud != nullptr && i < cloud->size(); ++i) {
     const Eigen::Vector3d p = T * cloud->position(i);
@@ -54,8 +55,13 @@ void include(Eigen::AlignedBox2d& box, const LabelledCloud* cloud, const Eigen::
   };
   const std::size_t last = xs.size() - 1;
   const auto low = static_cast<std::size_t>(kOutliers * static_cast<double>(last));
-  for (const std::size_t rank : {low, last - low})
-    box.extend(Eigen::Vector2d(ranked(xs, rank), ranked(ys, rank)));
+  const auto boxFrom = [&](std::size_t rank) {
+    return Eigen::AlignedBox2d(Eigen::Vector2d(ranked(xs, rank), ranked(ys, rank)),
+                               Eigen::Vector2d(ranked(xs, last - rank), ranked(ys, last - rank)));
+  };
+  const Eigen::AlignedBox2d most = boxFrom(low);
+  const Eigen::Vector2d around = Eigen::Vector2d::Constant(kAround * most.sizes().maxCoeff());
+  box.extend(boxFrom(0).intersection({most.min() - around, most.max() + around}));
 }
 
 Eigen::AlignedBox2d boxOf(const SceneQuery& query) {
@@ -221,7 +227,8 @@ std::vector<LegendEntry> mapEntries(const Scene& scene) {
   };
   if (!showsPlan(scene)) {
     for (const std::uint32_t id : classesIn(scene))
-      add(bare_graph ? Color(labels.color(id)) : quietColor(labels, id), labels.className(id));
+      add(bare_graph ? Color(labels.color(id)) : quietColor(labels, id),
+          labels.className(id) + (!bare_graph && isCeiling(labels, id) ? " (not drawn)" : ""));
   } else {
     for (const Channel channel : drawnChannels()) {
       if ((*scene.map_plan)[channel].empty()) continue;
@@ -357,7 +364,7 @@ std::string drawTopDown(const Scene& scene, PictureFormat format) {
   Canvas ruler(1, 1, PictureFormat::png);
   const Legend legend(ruler, scene, layout.width);
   const double head = headHeight(scene), foot = std::max(kMargin, legend.height() + kGap);
-  Canvas canvas(layout.width + 2 * kMargin, head + layout.height + foot, format);
+  Canvas canvas(layout.width + 2 * kMargin, head + layout.height + foot, format, scene.made_by);
   drawHead(canvas, scene, layout.width);
   drawPanels(canvas, {kMargin, head}, layout, scene);
   legend.draw(canvas, {kMargin, head + layout.height + kGap});

@@ -122,6 +122,31 @@ TEST(TopDown, AMapWithoutACloudHasTheColorsOfItsClasses) {
   EXPECT_GT(pixelsOf(decoded(drawTopDown(scene)), kBlue), 40 * 15);
 }
 
+TEST(TopDown, CeilingsAreLeftOutUnderWhichARoomWouldDisappear) {
+  World world;
+  for (Point& p : world.cloud.points) p.label = 2;
+  Scene scene;
+  scene.labels = &world.labels;
+  scene.map_cloud = &world.cloud;
+  const cv::Mat drawn = decoded(drawTopDown(scene));
+  ClassInfo ceiling = *world.labels.find(2);
+  ceiling.name = "Ceiling";
+  world.labels.add(ceiling);
+  const cv::Mat left_out = decoded(drawTopDown(scene));
+  ASSERT_EQ(drawn.size(), left_out.size());
+  const Color paper{249, 249, 247};
+  EXPECT_GT(pixelsOf(left_out, paper), pixelsOf(drawn, paper) + 100);
+}
+
+TEST(TopDown, APngKeepsTheCommandThatMadeIt) {
+  const World world;
+  Scene scene = world.scene();
+  scene.made_by = "xview view town.xvm";
+  const std::string png = drawTopDown(scene);
+  EXPECT_NE(png.find("xview view town.xvm"), std::string::npos);
+  EXPECT_FALSE(decoded(png).empty());
+}
+
 TEST(TopDown, NothingOfTheQueryIsDrawnWithoutAPose) {
   const World world;
   Scene scene = world.scene();
