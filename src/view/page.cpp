@@ -350,7 +350,9 @@ class PageData {
     for (const Eigen::Isometry3d& T : q.hypotheses) {
       if (T.matrix().allFinite()) json["hypotheses"].push_back(place(T.translation()));
     }
-    json["extent"] = extentOf(q, poses);
+    const Eigen::AlignedBox3d box = boxOf(q, poses);
+    json["extent"] = std::max(0.05 * radius_, box.sizes().head<2>().norm());
+    json["middle"] = place(box.center());
     if (q.graph && !q.graph->empty()) json["graph"] = graph(*q.graph, q.T_map_query, false);
     if (q.cloud && !q.cloud->empty())
       json["cloud"] =
@@ -359,7 +361,8 @@ class PageData {
     return json;
   }
 
-  double extentOf(const SceneQuery& q, const std::vector<Eigen::Isometry3d>& poses) const {
+  static Eigen::AlignedBox3d boxOf(const SceneQuery& q,
+                                   const std::vector<Eigen::Isometry3d>& poses) {
     Eigen::AlignedBox3d box;
     for (const Eigen::Isometry3d& T : poses) box.extend(Eigen::Vector3d(T.translation()));
     for (std::size_t i = 0; q.graph && i < q.graph->size(); ++i) {
@@ -368,9 +371,9 @@ class PageData {
     }
     if (box.sizes().isZero() && q.cloud) {  // a cloud of its own, without a way
       for (std::size_t i = 0; i < q.cloud->size(); ++i)
-        box.extend(q.T_map_query * q.cloud->position(i));
+        box.extend(Eigen::Vector3d(q.T_map_query * q.cloud->position(i)));
     }
-    return box.isEmpty() ? radius_ : std::max(0.05 * radius_, box.sizes().head<2>().norm());
+    return box;
   }
 
   const Scene& scene_;

@@ -236,6 +236,7 @@ TEST(Page, DrawsFliesAndPicksInChromium) {
   World world(2000);
   world.scene.queries[0].name = "</li><img src=x onerror=document.title='broken'>";
   world.scene.queries[0].reason = "<b>bold</b> & \"quoted\"";
+  world.cloud.points[0] = Point(15, 20, 0, 5);  // in the middle of the query
   const test::TemporaryFolder folder;
   const std::string path = folder / "page.html";
   std::ofstream(path) << htmlPage(world.scene);
@@ -257,6 +258,22 @@ TEST(Page, DrawsFliesAndPicksInChromium) {
   }();
   ASSERT_EQ(picked.size(), 3u);
   EXPECT_FALSE(picked[2].str().empty()) << "something lies where the view was flown to";
+}
+
+TEST(Page, APointOfTheMapTellsItsClassAndItsVertexInChromium) {
+  if (std::system("command -v chromium > /dev/null") != 0)
+    GTEST_SKIP() << "chromium is not installed: the page was not opened in a browser";
+  World world(20000);
+  world.scene.queries.clear();
+  world.scene.marks.clear();
+  world.cloud.points[0] = Point(15, 20, 1, 5);  // in the middle of the map
+  const test::TemporaryFolder folder;
+  const std::string path = folder / "page.html";
+  std::ofstream(path) << htmlPage(world.scene);
+  const std::string dom = inBrowser(path, "#pick");
+  EXPECT_NE(dom.find("map point: class 5"), std::string::npos) << dom.substr(dom.size() - 1000);
+  EXPECT_NE(dom.find("sigma 25 cm"), std::string::npos)
+      << "that of the nearest vertex of the class";
 }
 
 }  // namespace

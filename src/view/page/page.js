@@ -221,7 +221,7 @@ function addVertices(parent, graph, what, size, tint, mix) {
   const points = new THREE.Points(geometry, pointMaterial(size, true, tint, mix));
   points.frustumCulled = false;
   parent.add(points);
-  pickable.push({parent: points, positions, kinds, tell: i => {
+  pickable.push({parent: points, positions, kinds, of_map: !mix, tell: i => {
     const told = [what + ': ' + scene.classes[kinds[i]].name, place(positions, i)];
     const seen = graph.observations[i];
     told.push('seen in ' + seen + (seen === 1 ? ' frame' : ' frames') + (graph.points[i] ? ', ' + graph.points[i] + ' points' : ''));
@@ -302,7 +302,12 @@ function addMarks(marks, in_front) {
   const positions = decode(marks.positions, Float32Array);
   const geometry = new THREE.BufferGeometry();
   geometry.setAttribute('position', new THREE.BufferAttribute(positions, 3));
-  const dots = new THREE.Points(geometry, new THREE.PointsMaterial({color: hex(marks.color), size: in_front ? 9 : 7, sizeAttenuation: false, depthTest: !in_front, transparent: in_front}));
+  const material = new THREE.PointsMaterial({color: hex(marks.color), size: in_front ? 9 : 7, sizeAttenuation: false, depthTest: !in_front, transparent: in_front});
+  material.onBeforeCompile = shader => {  // a little nearer than what they speak of, which would hide them
+    shader.vertexShader = shader.vertexShader.replace('#include <project_vertex>',
+      '#include <project_vertex>\ngl_Position = projectionMatrix * vec4(0.98 * mvPosition.xyz, 1.0);');
+  };
+  const dots = new THREE.Points(geometry, material);
   dots.frustumCulled = false;
   pickable.push({parent: dots, positions, tell: i => [marks.group, marks.notes[i], place(positions, i)].filter(Boolean).join('\n')});
   return {dots, positions};
@@ -369,11 +374,13 @@ function build(q) {  // what is only shown of the chosen query
   }
   for (const marks of q.marks) shared(marks.group, rgb(marks.color), addMarks(marks, false).dots, q.group);
   const radiusOfPlace = 3 * arrowSize;
+  const others = group();
+  if (q.hypotheses.length > 1) shared('other places', rgb([214, 130, 0]), others, q.group);
   q.hypotheses.slice(1).forEach(h => {
     const ring = new THREE.Mesh(new THREE.RingBufferGeometry(0.8 * radiusOfPlace, radiusOfPlace, 40),
                                 new THREE.MeshBasicMaterial({color: statusHex.ambiguous, side: THREE.DoubleSide, depthTest: false, transparent: true}));
     ring.position.set(...h);
-    q.group.add(ring);
+    others.add(ring);
   });
   world.add(q.group);
   resize();
@@ -389,7 +396,7 @@ function choose(q, at_once) {
   byId('lift').max = Math.max(10 * arrowSize, q.extent);
   byId('lift').value = q.matches.length && !q.marks.length ? q.extent / 5 : 0;
   lifted(q);
-  flyTo(q.pose, Math.max(8 * arrowSize, 1.7 * q.extent), at_once);
+  flyTo([q.middle[0], q.middle[1], q.pose[2]], Math.max(8 * arrowSize, 1.4 * q.extent), at_once);
 }
 scene.queries.forEach(q => {
   q.kept = decode(q.kept, Float32Array);
@@ -437,13 +444,53 @@ for (const svg of scene.charts)
 byId('charts').hidden = scene.charts.length === 0;
 
 // ---- picking: what is nearest to the pointer on the screen
+function isShown(object) {
+  for (let o = object; o; o = o.parent) if (!o.visible) return false;
+  return true;
+}
+const spot = new THREE.Points(new THREE.BufferGeometry(), new THREE.PointsMaterial({color: 0xe0218a, size: 9, sizeAttenuation: false, depthTest: false, transparent: true}));
+spot.frustumCulled = spot.visible = false;
+world.add(spot);
+function markSpot(p) {
+  spot.visible = !!p;
+  if (p) spot.geometry.setAttribute('position', new THREE.BufferAttribute(new Float32Array(p.toArray()), 3));
+  redraw();
+}
+// The foremost of the points that are drawn around the pointer, with what is known of the vertex it belongs to.
+function pickPoint(x, y) {
+  const toScreen = new THREE.Matrix4().multiplyMatrices(camera.projectionMatrix, camera.matrixWorldInverse);
+  const matrix = new THREE.Matrix4(), p = new THREE.Vector3();
+  let best = null, foremost = 1;
+  for (const points of clouds) {
+    if (!isShown(points)) continue;
+    matrix.multiplyMatrices(toScreen, points.matrixWorld);
+    const at = points.geometry.attributes.position.array, kinds = points.geometry.attributes.kind.array;
+    for (let i = 0; i < Math.min(points.geometry.drawRange.count, kinds.length); ++i) {
+      p.set(at[3 * i], at[3 * i + 1], at[3 * i + 2]).multiplyScalar(1 / 65535).applyMatrix4(matrix);
+      if (p.z >= foremost || hidden.has(kinds[i])) continue;
+      if (Math.hypot((p.x + 1) / 2 * innerWidth - x, (1 - p.y) / 2 * innerHeight - y) > 5) continue;
+      foremost = p.z;
+      best = {kind: kinds[i], of_query: points.material.uniforms.mixed.value > 0,
+              at: new THREE.Vector3(at[3 * i], at[3 * i + 1], at[3 * i + 2]).multiplyScalar(1 / 65535).applyMatrix4(points.matrixWorld)};
+    }
+  }
+  if (!best) return null;
+  const told = [(best.of_query ? 'query point: ' : 'map point: ') + scene.classes[best.kind].name, place(best.at.toArray(), 0)];
+  const graph = pickable.find(set => set.of_map);
+  let nearest = -1, distance = 20 * scene.vertex_size;
+  for (let i = 0; graph && !best.of_query && i < graph.kinds.length; ++i) {
+    if (graph.kinds[i] !== best.kind) continue;
+    const d = p.fromArray(graph.positions, 3 * i).distanceTo(best.at);
+    if (d < distance) { distance = d; nearest = i; }
+  }
+  if (nearest >= 0) told.push('nearest vertex of its class, ' + lengthText(distance) + ' away:', ...graph.tell(nearest).split('\n').slice(1));
+  return {told, at: best.at};
+}
 function pick(x, y) {
   let best = null, nearest = 12 * 12;
   const p = new THREE.Vector3();
   for (const set of pickable) {
-    let visible = true;
-    for (let o = set.parent; o; o = o.parent) visible = visible && o.visible;
-    if (!visible) continue;
+    if (!isShown(set.parent)) continue;
     set.parent.updateWorldMatrix(true, false);
     for (let i = 0; i < set.positions.length / 3; ++i) {
       if (set.kinds && hidden.has(set.kinds[i])) continue;
@@ -454,8 +501,10 @@ function pick(x, y) {
     }
   }
   byId('picked').hidden = true;
+  const point = best ? null : pickPoint(x, y);
   if (best) show([best[0].tell(best[1])]);
-  return best;
+  if (point) show(point.told);
+  markSpot(point ? point.at : best && p.fromArray(best[0].positions, 3 * best[1]).applyMatrix4(best[0].parent.matrixWorld));
 }
 let pressed = null;
 canvas.addEventListener('pointerdown', e => { pressed = [e.clientX, e.clientY]; ++flight; });
