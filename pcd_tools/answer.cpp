@@ -178,6 +178,7 @@ Answer answerFrom(const std::string& line) {
   const Json& query = json.at("query");
   Answer answer;
   answer.input = query.at("input").get<std::string>();
+  answer.map = json.value("map", "");
   if (json.at("status") == kError) {
     answer.error = json.value("reason", "could not be read");
     return answer;
@@ -246,6 +247,7 @@ std::string toJson(const Answer& answer) {
     write(json["statistics"], name, value);
   });
   json["size"] = answer.size;
+  json["map"] = answer.map;
   json["T_map_query"] =
       has_pose ? rowMajor<4>(inLengthsOfQuery(fix.T_map_query, fix.scale)) : Json();
   json["pose"] = has_pose ? poseOf(answer) : Json();

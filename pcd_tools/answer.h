@@ -15,6 +15,7 @@ namespace xview::tools {
 /// The answer to one query with what identifies the query.
 struct Answer {
   std::string input;             ///< path as given
+  std::string map;               ///< path of the MAP as given
   std::int64_t first_frame = 0;  ///< numbers of the frames, both inclusive
   std::int64_t last_frame = 0;
   std::size_t used_from = 0;   ///< position of the first frame that took part

@@ -187,7 +187,19 @@ void AnswerFiles::writePage(const map::SemanticMap& map, const Job& job) const {
   scene.caption =
       fmt::format("what speaks for and against {} in {}",
                   on_page_.size() == 1 ? "the answer" : "the answers", job.operands.back());
-  scene.made_by = madeBy("localize", job);
+  scene.made_by = madeBy(job);
+  std::vector<std::pair<std::string, std::size_t>> counts;  // of marks by group
+  for (const SceneQuery& query : on_page_) {
+    for (const SceneMark& mark : query.marks) {
+      const auto of_group = [&](const auto& count) { return count.first == mark.group; };
+      const auto known = std::find_if(counts.begin(), counts.end(), of_group);
+      if (known == counts.end())
+        counts.emplace_back(mark.group, 1);
+      else
+        ++known->second;
+    }
+  }
+  for (const auto& [group, count] : counts) scene.facts.emplace_back(group, std::to_string(count));
   writeFile(explain_, htmlPage(scene));
 }
 

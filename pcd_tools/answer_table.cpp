@@ -35,6 +35,13 @@ std::string frameOf(const Localization& fix) {
   return text;
 }
 
+/// Zero has no sign.
+std::string withDigits(double value, int digits) {
+  std::string text = fmt::format("{:.{}f}", value, digits);
+  if (text[0] == '-' && text.find_first_of("123456789") == std::string::npos) text.erase(0, 1);
+  return text;
+}
+
 std::string timeText(double ms) { return fmt::format("{:.{}f} s", ms / 1e3, ms < 1e4 ? 2 : 1); }
 
 std::string sigmaText(const Matrix6d& covariance) {
@@ -113,9 +120,9 @@ std::string AnswerTable::numbers(const Answer& answer) const {
   };
   std::string text;
   for (const int axis : {0, 1, 2}) {
-    if (axis < 2 || is_wide_) text += cell(fmt::format("{:.2f}", p(axis)), coordinate_);
+    if (axis < 2 || is_wide_) text += cell(withDigits(p(axis), 2), coordinate_);
   }
-  text += cell(fmt::format("{:.1f}°", kDegrees * answer.heading_rad), kYaw) +
+  text += cell(withDigits(kDegrees * answer.heading_rad, 1) + "°", kYaw) +
           cell(sigmaText(fix.covariance), kSigma);
   if (is_wide_) text += cell(chanceWrongText(fix.confidence), kChance);
   return text + rightAligned(timeText(totalMs(fix.timing_ms)), kTime);

@@ -270,7 +270,7 @@ class DiffCommand final : public Command {
     scene.title = headlineOf(changes);
     scene.caption = fmt::format("{} and, later, {}: {} things seen by both", job.operands[0],
                                 job.operands[1], changes.compared);
-    scene.made_by = madeBy("diff", job);
+    scene.made_by = madeBy(job);
     SceneLine way{"way of the later visit", {90, 110, 200}, {}};
     for (const Eigen::Isometry3d& T : later.poses) way.points.push_back(T.translation());
     if (way.points.size() > 1) scene.lines.push_back(std::move(way));

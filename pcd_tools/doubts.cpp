@@ -70,6 +70,17 @@ Distance distanceOf(const Poses& first, const Poses& second) {
   return distance;
 }
 
+/// Between what two graphs fill [m]; 0 if one is empty.
+double gapBetween(const SemanticGraph& first, const SemanticGraph& second) {
+  const auto boxOf = [](const SemanticGraph& graph) {
+    Eigen::AlignedBox3d box;
+    for (const Vertex& v : graph.vertices) box.extend(v.position);
+    return box;
+  };
+  const Eigen::AlignedBox3d a = boxOf(first), b = boxOf(second);
+  return a.isEmpty() || b.isEmpty() ? 0 : a.exteriorDistance(b);
+}
+
 std::string percentText(double share) {
   return fmt::format("{:.0f} %", 100 * std::clamp(share, 0.0, 1.0));
 }
@@ -119,7 +130,7 @@ void sayOwnDrive(const map::SemanticMap& map, const std::string& query, const Po
 
 void sayDoubts(const map::SemanticMap& map, const std::string& map_name,
                const map::SemanticMap& addition, const Options& options, const Narrative& narrate) {
-  constexpr double kApart_m = 500;
+  constexpr double kApart_m = 100;  // parts of one map touch, or nearly so
   const std::string name = addition.sources.empty() ? "the addition" : addition.sources.front();
   if (isInAlready(map, addition)) {
     return narrate.note(fmt::format(
@@ -127,8 +138,8 @@ void sayDoubts(const map::SemanticMap& map, const std::string& map_name,
         "new",
         name, map_name));
   }
-  const double apart_m = distanceOf(map.poses, addition.poses).nearest_m;
-  if (apart_m > kApart_m && std::isfinite(apart_m))
+  const double apart_m = gapBetween(map.graph, addition.graph);
+  if (apart_m > kApart_m)
     narrate.note(fmt::format("{} is {:.0f} m away from {}; are they in one frame?", name, apart_m,
                              map_name));
   const auto evidence = evidenceOfOneFrame(map, addition, options);

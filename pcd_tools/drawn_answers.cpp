@@ -60,8 +60,8 @@ LabelledCloud readAnyCloud(const std::string& path, const io::InputOptions& inpu
   return liftAll(*source, job, voxel_m);
 }
 
-/// The first that exists, or the path as it is.
-std::string DrawnAnswers::pathOf(const std::string& input, const std::string& answers_path) const {
+std::string foundPath(const std::string& input, const std::string& answers_path,
+                      const std::vector<std::string>& given) {
   if (fs::exists(input)) return input;
   for (fs::path folder = fs::absolute(answers_path).parent_path();; folder = folder.parent_path()) {
     if (fs::exists(folder / input)) return (folder / input).string();
@@ -70,8 +70,30 @@ std::string DrawnAnswers::pathOf(const std::string& input, const std::string& an
   const auto same = [&](const std::string& path) {
     return fs::path(path).filename() == fs::path(input).filename();
   };
-  const auto found = std::find_if(given_.begin(), given_.end(), same);
-  return found == given_.end() ? input : *found;
+  const auto found = std::find_if(given.begin(), given.end(), same);
+  return found == given.end() ? input : *found;
+}
+
+std::string DrawnAnswers::mapBehind(const std::string& answers_path) const {
+  const std::vector<Answer> answers = readAnswers(answers_path);
+  for (const std::string& file : given_) {
+    const std::string ending = fs::path(file).extension().string();
+    const bool is_query = std::any_of(answers.begin(), answers.end(), [&](const Answer& answer) {
+      std::error_code problem;
+      return fs::equivalent(file, foundPath(answer.input, answers_path, given_), problem);
+    });
+    if (!is_query && ending != ".jsonl" && ending != ".tum" && ending != ".txt") return {};
+  }
+  const std::string& map = answers[0].map;
+  const std::string path = foundPath(map, answers_path, given_);
+  if (!map.empty() && fs::exists(path)) {
+    job_.narrate.note(fmt::format("{} is drawn, in which {} was answered", path, answers_path));
+    return path;
+  }
+  job_.narrate.note(fmt::format("no map is drawn: {}; give it before {}",
+                                map.empty() ? answers_path + " names none" : map + " is not found",
+                                answers_path));
+  return {};
 }
 
 bool DrawnAnswers::isQuery(const std::string& path) const {
@@ -111,7 +133,7 @@ std::vector<SceneQuery> DrawnAnswers::draw(const std::string& answers_path, Join
     query.name = nameOf(answer);
     query.T_map_query = answer.fix.T_map_sensor;
     query.poses = {Eigen::Isometry3d::Identity()};  // as if its odometry began there
-    const std::string path = pathOf(answer.input, answers_path);
+    const std::string path = foundPath(answer.input, answers_path, given_);
     if (!query.has_pose || !with_recordings) {
       queries.push_back(std::move(query));
       continue;

@@ -206,12 +206,12 @@ class EvaluateCommand final : public Command {
   }
 
   void declare(Flags& flags) override {
-    flags.add("-o,--out", out_, "folder for the files; made if missing");
+    flags.add("-o,--out DIR", out_, "folder for the files; made if missing");
     flags.add("--negatives", negatives_,
               "answers to queries from elsewhere, which must be refused");
     flags.add("--within", within_m_,
               "an answer is correct if its position is this near the truth [m]");
-    flags.add("--map", map_, "draw this map in report.html");
+    flags.add("--map", map_, "draw this map in report.html, not that which RESULTS name");
     input_.declare(flags);
   }
 
@@ -222,7 +222,8 @@ class EvaluateCommand final : public Command {
     const std::vector<ScoredQuery> queries = score(job);
     const Evaluation evaluation = evaluate(queries, within_m_);
     if (!out_.empty()) {
-      const map::SemanticMap map = map_.empty() ? map::SemanticMap() : readMap(map_, input_, job);
+      const std::string path = mapPath(job);
+      const map::SemanticMap map = path.empty() ? map::SemanticMap() : readMap(path, input_, job);
       writeAll(evaluation, queries, map, job);
     }
     fmt::print("{}", evaluationTable(evaluation));
@@ -231,6 +232,15 @@ class EvaluateCommand final : public Command {
   }
 
  private:
+  /// --map, or the map that the first answers name, if it is found.
+  std::string mapPath(const Job& job) const {
+    const std::string& results = job.operands[0];
+    if (!map_.empty() || isTrajectory(results)) return map_;
+    const std::string map = readAnswers(results)[0].map;
+    const std::string path = map.empty() ? "" : foundPath(map, results, {});
+    return std::filesystem::exists(path) ? path : "";
+  }
+
   static void judge(const ScoredQuery& scored, SceneQuery& query) {
     query.from_elsewhere = scored.negative;
     if (scored.negative) return;
@@ -253,7 +263,7 @@ class EvaluateCommand final : public Command {
     if (!negatives_.empty()) files.push_back(negatives_);
     for (const std::string& file : files) {
       if (!isTrajectory(file)) {
-        for (SceneQuery& query : drawn.draw(file, labels, !map_.empty()))
+        for (SceneQuery& query : drawn.draw(file, labels, !map.graph.empty() || !map.cloud.empty()))
           scene.queries.push_back(std::move(query));
         continue;
       }
@@ -272,7 +282,7 @@ class EvaluateCommand final : public Command {
     scene.caption = fmt::format("{} against {}", job.operands[0], job.operands[1]);
     if (job.operands.size() > 2)
       scene.caption += fmt::format(" and {} more", job.operands.size() / 2 - 1);
-    scene.made_by = madeBy("evaluate", job);
+    scene.made_by = madeBy(job);
     scene.facts = factsOf(evaluation);
     scene.charts = charts;
     return htmlPage(scene, kReportPoints);

@@ -151,22 +151,23 @@ class WindowAnswers {
 class LocalizeCommand final : public Command {
  public:
   Description describe() const override {
-    return {"localize",
-            "QUERY... MAP",
-            "where is each query in the map?",
-            "One line per QUERY, in order: accepted, ambiguous (several places fit equally well) "
-            "or rejected. Exit code 0: all accepted, 3: not all, 1: a QUERY could not be read; the "
-            "others are answered all the same.",
-            "xview localize town/rear --window 60 --stride 20 town.xvm",
-            2,
-            100000};
+    return {
+        "localize",
+        "QUERY... MAP",
+        "where is each query in the map?",
+        "One line per QUERY, in order: accepted, ambiguous (several places fit equally well) "
+        "or rejected. Exit code 0: at least one is accepted, 3: none is, 1: a QUERY could not be "
+        "read; the others are answered all the same.",
+        "xview localize town/rear --window 60 --stride 20 town.xvm",
+        2,
+        100000};
   }
 
   void declare(Flags& flags) override {
     input_.declareWithMap(flags);
     windows_.declare(flags);
-    flags.add("--near", near_, "the last pose is within x,y,radius of the map [m]");
-    flags.add("--yaw", yaw_, "it looks along heading,tolerance, counter-clockwise from x [deg]");
+    flags.add("--near X,Y,RADIUS", near_, "the last pose is in this circle of the map [m]");
+    flags.add("--yaw HEADING,TOLERANCE", yaw_, "it looks this way, counter-clockwise from x [deg]");
     flags.add("--json", json_, "print one JSON object per query");
     flags.add("-o,--out", out_, "file for the answers; .jsonl: as JSON");
     files_.declare(flags);
@@ -202,6 +203,7 @@ class LocalizeCommand final : public Command {
     const map::SemanticMap map = readMap(given.operands.back(), input_, given);
     const Job job = inMap(given, map);
     const Localizer localizer(map, job.options);
+    map_ = given.operands.back();
     size_ = sizeText(map.size);
     load_map_ms_ = watch_.lap_ms();
     const std::vector<std::string> queries(job.operands.begin(), job.operands.end() - 1);
@@ -230,7 +232,7 @@ class LocalizeCommand final : public Command {
     if (answered_ > 0) job.narrate.summary(table.summary());
     for (const std::string& error : errors_) job.narrate.error(error);
     if (!errors_.empty()) return kFailed;
-    return accepted_ == answered_ ? kDone : kNoPose;
+    return accepted_ > 0 ? kDone : kNoPose;
   }
 
   /// What is wrong with one QUERY, misuse of it alone included, does not end the batch. It is said
@@ -243,6 +245,7 @@ class LocalizeCommand final : public Command {
       if (query.empty() || !json_) return;
       Answer unread;
       unread.input = query;
+      unread.map = map_;
       unread.size = size_;
       unread.load_map_ms = load_map_ms_;
       unread.error = oneLine(e.what());
@@ -267,6 +270,7 @@ class LocalizeCommand final : public Command {
     }
     const auto answerWindow = [&](const Query& query, const Window& window) {
       Answer answer = answerFor(input, window);
+      answer.map = map_;
       answer.load_map_ms = load_map_ms_;
       answer.size = size_;
       answers.answer(query, window, answer);
@@ -289,7 +293,7 @@ class LocalizeCommand final : public Command {
   InputFlags input_;
   WindowFlags windows_;
   AnswerFiles files_;
-  std::string near_, yaw_, out_;
+  std::string near_, yaw_, out_, map_;
   bool json_ = false, beside_ = false;
   Results* results_ = nullptr;  ///< of this run
   AnswerTable* table_ = nullptr;

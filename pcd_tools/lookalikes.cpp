@@ -61,7 +61,7 @@ Scene sceneOf(const map::SemanticMap& map, const Alikeness& alikeness, const Job
   scene.title = "how far one must go to be sure";
   scene.caption = fmt::format("{}: share of {} places where a query of a length is sure",
                               job.operands[0], alikeness.places.size());
-  scene.made_by = madeBy("lookalikes", job);
+  scene.made_by = madeBy(job);
   for (const WrongScores& scores : wrongScores(alikeness))
     scene.facts.emplace_back(fmt::format("{:.0f} m", scores.window_m),
                              fmt::format("{:.0f} %", percentSure(alikeness, scores)));

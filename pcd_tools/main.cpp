@@ -178,7 +178,21 @@ std::string usageOf(const Description& about) {
                  width);
 }
 
-int runCommand(Command& command, const std::vector<std::string>& arguments) {
+/// As a shell would take it again.
+std::string typed(const std::vector<std::string>& arguments) {
+  std::string line = "xview";
+  for (const std::string& word : arguments) {
+    const bool is_plain =
+        !word.empty() && word.find_first_of(" \t\n\"'\\$`*?[]{}()<>|&;#~!") == std::string::npos;
+    std::string quoted;
+    for (const char c : word) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    line += " " + (is_plain ? word : "'" + quoted + "'");
+  }
+  return line;
+}
+
+int runCommand(Command& command, const std::vector<std::string>& arguments,
+               const std::string& command_line) {
   const Description about = command.describe();
   CLI::App app;
   app.formatter(std::make_shared<HelpText>(usageOf(about)));
@@ -192,6 +206,7 @@ int runCommand(Command& command, const std::vector<std::string>& arguments) {
   Job job;
   job.operands = takeOperands(app);
   if (!out.empty()) job.operands.push_back(out);
+  job.command_line = command_line;
   job.options = effectiveOptions(common);
   job.narrate = Narrative(verbosityOf(common));
   if (common.print_config) {
@@ -242,9 +257,11 @@ bool isCommandAt(const std::vector<std::string>& arguments, std::size_t position
 
 /// Runs one of the commands; `called` gets its name behind a blank.
 int dispatch(std::vector<std::string> arguments, std::string& called) {
+  const std::string command_line = typed(arguments);
+  bool wants_help = false;
   if (!arguments.empty() && arguments[0] == "help") {  // xview help [COMMAND]
     arguments.erase(arguments.begin());
-    arguments.push_back("--help");
+    wants_help = true;
   }
   std::vector<Description> known;
   for (const CommandMaker make : kCommands) {
@@ -254,7 +271,8 @@ int dispatch(std::vector<std::string> arguments, std::string& called) {
     if (!isCommandAt(arguments, static_cast<std::size_t>(found - arguments.begin()))) continue;
     called = " " + *found;
     arguments.erase(found);
-    return runCommand(*command, arguments);
+    if (wants_help) arguments = {"--help"};
+    return runCommand(*command, arguments, command_line);
   }
   return runWithoutCommand(known, arguments);
 }
@@ -291,14 +309,23 @@ int runProgram(const std::vector<std::string>& arguments) {
 void Flags::add(const std::string& names, bool& value, const std::string& help) const {
   app_.add_flag(names, value, help)->group(group_);
 }
+/// `what`: the value, if `names` do not say it.
+template <class Value>
+void Flags::addValue(const std::string& names, Value& value, const std::string& help,
+                     const std::string& what) const {
+  const std::size_t blank = names.find(' ');
+  app_.add_option(names.substr(0, blank), value, withDefault(help, value))
+      ->group(group_)
+      ->type_name(blank == std::string::npos ? what : names.substr(blank + 1));
+}
 void Flags::add(const std::string& names, int& value, const std::string& help) const {
-  app_.add_option(names, value, withDefault(help, value))->group(group_)->type_name("N");
+  addValue(names, value, help, "N");
 }
 void Flags::add(const std::string& names, double& value, const std::string& help) const {
-  app_.add_option(names, value, withDefault(help, value))->group(group_)->type_name("X");
+  addValue(names, value, help, "X");
 }
 void Flags::add(const std::string& names, std::string& value, const std::string& help) const {
-  app_.add_option(names, value, withDefault(help, value))->group(group_)->type_name("TEXT");
+  addValue(names, value, help, "FILE");
 }
 Flags Flags::rare() const { return {app_, kRare}; }
 

@@ -72,9 +72,10 @@ class MatchCommand final : public Command {
 
     Scene scene = sceneOf(map);
     scene.queries.push_back(queryWith(query, fix));
+    scene.queries[0].name = job.operands[0];
     scene.title = outcomeOf(scene.queries);
     scene.caption = fmt::format("{} in {}: {}", job.operands[0], job.operands[1], fix.reason);
-    scene.made_by = madeBy("match", job);
+    scene.made_by = madeBy(job);
     scene.facts = {
         {"kept correspondences", fmt::format("{} of {}", fix.kept.size(), fix.putative.size())},
         {"query vertices", fmt::format("{}", query.graph.size())},

@@ -72,7 +72,6 @@ double percentOf(std::uint64_t count, const graph::LiftCounts& counts) {
 }
 
 std::string whyNothingIsLeft(const graph::LiftCounts& counts, const std::string& unknown) {
-  if (counts.all() == 0) return "it has no finite point";
   if (counts.ignored_class >= std::max(counts.no_depth, counts.out_of_range)) {
     return fmt::format(
         "{:.0f} % are unlabelled or of ignored classes{}; is it the right label set "
@@ -144,6 +143,7 @@ void sayLeftOut(const FrameSource& source, const graph::LiftCounts& counts,
     classes +=
         fmt::format("{} {} {}", classes.empty() ? "" : ",", amount, source.describeUnknown(label));
   }
+  if (counts.all() == 0) throw Error(source.name(), "it is empty: it holds no finite point");
   if (counts.lifted == 0)
     throw Error(source.name(), fmt::format("none of its {} measurements is left: {}", counts.all(),
                                            whyNothingIsLeft(counts, classes)));

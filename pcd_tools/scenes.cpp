@@ -40,9 +40,8 @@ Scene sceneOf(const map::SemanticMap& map) {
   return scene;
 }
 
-std::string madeBy(const std::string& command, const Job& job) {
-  return fmt::format("xview {} {} · version {} · {}", command, fmt::join(job.operands, " "),
-                     XVIEW_VERSION, dateText());
+std::string madeBy(const Job& job) {
+  return fmt::format("{} · version {} · {}", job.command_line, XVIEW_VERSION, dateText());
 }
 
 SceneQuery queryOf(const Localization& fix) {

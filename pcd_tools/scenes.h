@@ -21,7 +21,7 @@ Scene sceneOf(const map::SemanticMap& map);
 
 /// The command line as it could be typed again, the version and the date, which $SOURCE_DATE_EPOCH
 /// can set.
-std::string madeBy(const std::string& command, const Job& job);
+std::string madeBy(const Job& job);
 
 /// What an answer says about its query; its graph, cloud and way are left empty.
 SceneQuery queryOf(const Localization& fix);
@@ -60,9 +60,13 @@ LabelledCloud readAnyCloud(const std::string& path, const io::InputOptions& inpu
                            double voxel_m, LabelSet& labels,
                            std::vector<Eigen::Isometry3d>* poses = nullptr);
 
+/// A path of an answer, sought from the working folder, from the folder of the answers and those
+/// above it, and by its name among the other files that were given; as it is if nothing is there.
+std::string foundPath(const std::string& input, const std::string& answers_path,
+                      const std::vector<std::string>& given);
+
 /// Answers as they are drawn into the map: with the way and the cloud of the query if its recording
-/// is found, else with the pose alone. A path of an answer is sought from the working folder, from
-/// the folder of the answers and those above it, and among the other files that were given.
+/// is found, else with the pose alone.
 class DrawnAnswers {
  public:
   DrawnAnswers(const InputFlags& input, double voxel_m, const Job& job,
@@ -73,11 +77,13 @@ class DrawnAnswers {
   /// result live as long as this object.
   std::vector<SceneQuery> draw(const std::string& answers_path, JoinedLabels& joined,
                                bool with_recordings = true);
+  /// The map that the answers name, if no other file than queries and ways was given and it is
+  /// found; says so, or which map is missing.
+  std::string mapBehind(const std::string& answers_path) const;
   /// True for a file that an answer speaks of: it is drawn at its answer's pose.
   bool isQuery(const std::string& path) const;
 
  private:
-  std::string pathOf(const std::string& input, const std::string& answers_path) const;
   const FrameSource* recordingOf(const std::string& path);  ///< null if it cannot be opened
   void drawPlace(const std::string& path, const Answer& answer, JoinedLabels& joined,
                  SceneQuery& query);

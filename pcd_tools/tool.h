@@ -21,7 +21,7 @@ enum ExitCode {
   kDone = 0,
   kFailed = 1,  ///< bad file, full disk, anything outside the program
   kMisuse = 2,  ///< wrong flags or operands
-  kNoPose = 3   ///< ran well, but not every query has an accepted pose
+  kNoPose = 3   ///< ran well, but no pose was accepted
 };
 
 /// How a sub-command presents itself. Operands are the arguments without a flag: inputs first,
@@ -37,8 +37,8 @@ struct Description {
   bool writes_last = false;  ///< the last operand is the output, which -o may name as well
 };
 
-/// The flags of one sub-command: names like "--window" or "-o,--out", a variable that holds the
-/// default, and what it means.
+/// The flags of one sub-command: names like "--window" or "-o,--out FILE", where a word behind a
+/// blank says what the value is, a variable that holds the default, and what it means.
 class Flags {
  public:
   /// `group`: their headline in the help.
@@ -51,6 +51,10 @@ class Flags {
   Flags rare() const;
 
  private:
+  template <class Value>
+  void addValue(const std::string& names, Value& value, const std::string& help,
+                const std::string& what) const;
+
   CLI::App& app_;
   std::string group_;
 };
@@ -58,7 +62,8 @@ class Flags {
 /// What a sub-command gets to work with.
 struct Job {
   std::vector<std::string> operands;
-  Options options;  ///< defaults < --config files < flags
+  std::string command_line;  ///< as it was typed, for what the result is signed with
+  Options options;           ///< defaults < --config files < flags
   Narrative narrate;
 };
 

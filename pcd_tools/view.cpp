@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 #include <set>
 
 #include "inputs.h"
@@ -53,7 +54,7 @@ class ViewCommand final : public Command {
 
   ExitCode run(const Job& job) override {
     std::vector<std::string> files = job.operands;
-    const std::string out = takeOut(files);
+    const std::string out = takeOut(files, job);
     requireDrawingPath(out);
     Stopwatch watch;
     Content content;
@@ -65,10 +66,15 @@ class ViewCommand final : public Command {
     std::stable_partition(files.begin(), files.end(), [&](const std::string& f) {
       return fs::path(f).extension() == ".xvm";  // its classes come first
     });
+    std::set<std::string> maps;  // that answers name and nobody gave
     for (const std::string& file : files) {
       if (!is_answers(file)) continue;
+      maps.insert(drawn.mapBehind(file));
       for (SceneQuery& query : drawn.draw(file, content.labels))
         queries.push_back(std::move(query));
+    }
+    for (const std::string& map : maps) {
+      if (!map.empty()) add(map, job, content);
     }
     for (const std::string& file : files) {
       if (!is_answers(file) && !drawn.isQuery(file)) add(file, job, content);
@@ -91,9 +97,17 @@ class ViewCommand final : public Command {
   }
 
  private:
+  /// True for the picture of an earlier run of just this command.
+  static bool isMadeBy(const std::string& picture, const Job& job) {
+    std::ifstream file(picture, std::ios::binary);
+    std::string beginning(8192, '\0');
+    file.read(beginning.data(), static_cast<std::streamsize>(beginning.size()));
+    return beginning.find(std::string(1, '\0') + job.command_line + " · ") != std::string::npos;
+  }
+
   /// The output, removed from the operands if it was the last of them: a file that is not there
   /// yet, or one that could not be an input.
-  std::string takeOut(std::vector<std::string>& files) const {
+  std::string takeOut(std::vector<std::string>& files, const Job& job) const {
     if (!out_.empty()) return out_;
     const std::string last = files.back(), ending = fs::path(last).extension().string();
     const bool may_be_input = ending == ".ply" || ending == ".pcd";
@@ -110,7 +124,11 @@ class ViewCommand final : public Command {
     }
     fs::path first = fs::path(files[0]).lexically_normal();
     if (!first.has_filename()) first = first.parent_path();  // "town/"
-    return first.filename().string() + ".png";
+    const std::string guess = first.filename().string() + ".png";
+    if (fs::exists(guess) && !isMadeBy(guess, job))
+      throw UsageError(fmt::format(
+          "{} exists already, and not of this command; -o {} writes it anew", guess, guess));
+    return guess;
   }
 
   /// Everything that is shown together, in one frame.
@@ -134,7 +152,7 @@ class ViewCommand final : public Command {
     }
     scene.title = scene.queries.empty() ? names : outcomeOf(scene.queries);
     scene.caption = scene.queries.empty() ? size : names + ": " + size;
-    scene.made_by = madeBy("view", job);
+    scene.made_by = madeBy(job);
     std::vector<double> times_ms;
     for (const SceneQuery& query : scene.queries) {
       if (std::isfinite(query.total_ms)) times_ms.push_back(query.total_ms);
@@ -142,7 +160,13 @@ class ViewCommand final : public Command {
     if (!times_ms.empty())
       scene.facts.emplace_back("time per query",
                                fmt::format("{:.2f} s", medianOf(times_ms) / 1000));
-    if (scene.queries.size() == 1) scene.caption = names + ": " + scene.queries[0].reason;
+    const auto is_accepted = [](const SceneQuery& q) { return q.status == Status::accepted; };
+    if (scene.queries.size() == 1)
+      scene.caption = names + ": " + scene.queries[0].reason;
+    else if (!scene.queries.empty() &&
+             std::none_of(scene.queries.begin(), scene.queries.end(), is_accepted))
+      scene.caption =
+          fmt::format("{}: {}: {}", names, scene.queries[0].name, scene.queries[0].reason);
   }
 
   void add(const std::string& path, const Job& job, Content& content) const {

@@ -227,7 +227,7 @@ TranslatedRecording::TranslatedRecording(const FrameSource& source, LabelMatch m
 std::string TranslatedRecording::describeUnknown(std::uint32_t label) const {
   const std::string name = match_.nameOfAlone(label);
   if (name.empty()) return ForwardingSource::describeUnknown(label);
-  return name + " (no such class in label set '" + labels().name() + "')";
+  return name + " (no counterpart in label set '" + labels().name() + "')";
 }
 
 Frame TranslatedRecording::read(std::size_t index) const {

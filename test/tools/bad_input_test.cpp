@@ -156,8 +156,8 @@ TEST_F(BadInput, AQueryOfWhichNothingIsLeftIsAFailure) {
   writeText(empty,
             "VERSION .7\nFIELDS x y z label\nSIZE 4 4 4 4\nTYPE F F F U\nCOUNT 1 1 1 1\nWIDTH "
             "0\nHEIGHT 1\nPOINTS 0\nDATA ascii\n");
-  expectFailure({"localize", "-q", empty, map_}, "empty.pcd: none of its 0 measurements is left");
-  expectFailure({"localize", "-q", sequence_, empty}, "empty.pcd: none of its 0");
+  expectFailure({"localize", "-q", empty, map_}, "empty.pcd: it is empty");
+  expectFailure({"localize", "-q", sequence_, empty}, "empty.pcd: it is empty");
   expectFailure({"localize", "-q", "--window", "2", unlabelled, map_}, "100 % class 200");
   const Outcome batch = runXview({"localize", "-q", "--json", empty, sequence_, map_});
   EXPECT_EQ(batch.code, 1);

@@ -29,6 +29,9 @@ TEST(Help, IsWhatXviewAloneAndXviewHelpSay) {
     EXPECT_EQ(outcome.out, help);
   }
   EXPECT_EQ(runXview({"help", "view"}).out, runXview({"view", "--help"}).out);
+  const Outcome unknown = runXview({"help", "localise"});
+  EXPECT_EQ(unknown.code, 2);
+  EXPECT_NE(unknown.err.find("nearest known one is localize"), std::string::npos) << unknown.err;
 }
 
 TEST(Help, FitsOntoAScreen) {

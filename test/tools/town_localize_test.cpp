@@ -82,7 +82,7 @@ TEST_F(TinyTown, AQueryInOtherClassesIsFoundAndSaysWhatItTookThemFor) {
   const Outcome found = succeed({"localize", "--json", "--verbose", foreign, map()});
   EXPECT_NE(found.err.find("street is road in the map (by meaning)"), std::string::npos)
       << found.err;
-  EXPECT_NE(found.err.find("gnomon (no such class in label set"), std::string::npos) << found.err;
+  EXPECT_NE(found.err.find("gnomon (no counterpart in label set"), std::string::npos) << found.err;
   const Json named =
       jsonLines(succeed({"localize", "-q", "--json", town("rear"), map()}).out).at(0);
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -95,7 +95,7 @@ TEST_F(TinyTown, AQueryInOtherClassesIsFoundAndSaysWhatItTookThemFor) {
   writeText(file("words.txt"), "object light: gnomon, traffic light\n");
   const Outcome told =
       succeed({"localize", "--json", "--class-names", file("words.txt"), foreign, map()});
-  EXPECT_EQ(told.err.find("gnomon (no such class"), std::string::npos) << told.err;
+  EXPECT_EQ(told.err.find("gnomon (no counterpart"), std::string::npos) << told.err;
 }
 
 TEST_F(TinyTown, UnknownIdsAreSaidWithTheirShare) {
@@ -150,9 +150,10 @@ TEST_F(TinyTown, AnswerHasTheKeysOfTheContractInOrder) {
   std::vector<std::string> keys;
   for (const auto& [key, value] : answer.items()) keys.push_back(key);
   const std::vector<std::string> expected{
-      "query",          "status",      "reason",   "confidence", "witnesses",  "statistics",
-      "size",           "T_map_query", "pose",     "covariance", "scale",      "gravity",
-      "gravity_reason", "inliers",     "vertices", "matches",    "hypotheses", "timing_ms"};
+      "query",      "status",  "reason",     "confidence",     "witnesses",
+      "statistics", "size",    "map",        "T_map_query",    "pose",
+      "covariance", "scale",   "gravity",    "gravity_reason", "inliers",
+      "vertices",   "matches", "hypotheses", "timing_ms"};
   EXPECT_EQ(keys, expected);
   EXPECT_EQ(answer["query"]["input"], town("rear"));
   EXPECT_EQ(answer["query"]["first_frame"], 0);
@@ -192,6 +193,15 @@ TEST_F(TinyTown, QueryFromElsewhereIsRefusedWithCodeThree) {
   const Outcome outcome = runXview({"localize", "-q", "--json", town("elsewhere"), map()});
   EXPECT_EQ(outcome.code, 3) << outcome.out;
   EXPECT_NE(jsonLines(outcome.out).at(0)["status"], "accepted");
+}
+
+TEST_F(TinyTown, CodeThreeSaysThatNothingWasAccepted) {
+  const Outcome outcome =
+      runXview({"localize", "-q", "--json", town("elsewhere"), town("rear"), map()});
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_NE(jsonLines(outcome.out).at(0)["status"], "accepted");
+  EXPECT_EQ(jsonLines(outcome.out).at(1)["status"], "accepted");
+  EXPECT_EQ(jsonLines(outcome.out).at(1)["map"], map());
 }
 
 TEST_F(TinyTown, WindowsAreQueriesOfTheirOwn) {

@@ -56,6 +56,12 @@ TEST_F(TinyTown, RecordingsOfTwoFramesAreSaidAndThoseOfOneAreNot) {
   const std::string doubt = said("off.txt");
   EXPECT_NE(doubt.find(file("rear.pcd") + " does not fit " + town("forward")), std::string::npos)
       << doubt;
+  T(0, 3) += 1000;
+  std::ofstream(file("away.txt")) << T;
+  const std::string away = said("away.txt");
+  EXPECT_NE(away.find(" m away from " + town("forward") + "; are they in one frame?"),
+            std::string::npos)
+      << away;
 }
 
 TEST_F(TinyTown, ADriveFusedUnderAnotherNameIsSaid) {

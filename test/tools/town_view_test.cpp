@@ -77,6 +77,22 @@ TEST_F(TinyTown, QueriesAreFoundFromTheFolderOfTheirAnswers) {
   EXPECT_GT(pointsOfClass(file("beside.pcd"), "query, accepted"), 1000u);
 }
 
+/// Check fix for: answers beside their query were drawn without any map.
+TEST_F(TinyTown, AnswersAreDrawnInTheMapThatTheyName) {
+  const std::string answers = file("alone.jsonl");
+  succeed({"localize", "-q", town("rear"), map(), "-o", answers});
+  const Outcome drawn = runXview({"view", town("rear"), answers, "-o", file("alone.pcd")});
+  EXPECT_EQ(drawn.code, 0);
+  EXPECT_NE(drawn.err.find(map() + " is drawn"), std::string::npos) << drawn.err;
+  EXPECT_GT(pointsOfClass(file("alone.pcd"), "road"), 1000u);
+  std::string text = readText(answers);
+  text.replace(text.find(map()), map().size(), "gone.xvm");
+  writeText(answers, text);
+  const Outcome bare = runXview({"view", answers, "-o", file("bare.pcd")});
+  EXPECT_EQ(bare.code, 0);
+  EXPECT_NE(bare.err.find("no map is drawn: gone.xvm is not found"), std::string::npos) << bare.err;
+}
+
 TEST_F(TinyTown, ACloudWithoutLabelsIsDrawnGrey) {
   writeText(file("bare.pcd"),
             "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 3\nHEIGHT 1\n"
@@ -135,6 +151,10 @@ TEST_F(TinyTown, ViewWritesOverNothingThatItWasNotToldToWrite) {
   const Outcome refused = runXview({"view", "-q", map(), "town.pcd.png"});
   EXPECT_EQ(refused.code, 2);
   EXPECT_NE(refused.err.find("-o town.pcd.png writes it anew"), std::string::npos) << refused.err;
+  const std::string picture = readText("town.pcd.png");
+  EXPECT_EQ(succeed({"view", "-q", "town.pcd"}).out, "town.pcd.png\n") << "the same picture again";
+  EXPECT_EQ(runXview({"view", "-q", "town.pcd", map()}).code, 2) << "a picture of another command";
+  EXPECT_TRUE(readText("town.pcd.png") == picture);
   fs::current_path(before);
 }
 
