@@ -155,21 +155,26 @@ Eigen::Isometry3d poseFrom(const Json& pose) {
   return T;
 }
 
-/// All places of an answer as xview wrote them; the best one alone if the file has no list.
+/// T_map_query without the scale that it holds in the file.
+Eigen::Isometry3d transformFrom(const Json& json, double scale) {
+  const auto numbers = numbersOf(json, "T_map_query", 16);
+  Eigen::Isometry3d T;
+  T.matrix() = Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(numbers.data());
+  T.linear() /= scale;
+  return T;
+}
+
+/// All places of an answer as xview wrote them; none if the file has no list.
 std::vector<Hypothesis> hypothesesFrom(const Json& json, double scale) {
   std::vector<Hypothesis> hypotheses;
   const auto list = json.find("hypotheses");
   for (std::size_t i = 0; list != json.end() && i < list->size(); ++i) {
-    const auto numbers = numbersOf((*list)[i], "T_map_query", 16);
     Hypothesis hypothesis;
-    hypothesis.T_map_query.matrix() =
-        Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(numbers.data());
-    hypothesis.T_map_query.linear() /= scale;
+    hypothesis.T_map_query = transformFrom((*list)[i], scale);
     hypothesis.score = (*list)[i].value("score", 0.0);
     hypothesis.inliers = (*list)[i].value("inliers", 0);
     hypotheses.push_back(hypothesis);
   }
-  if (hypotheses.empty()) hypotheses.resize(1);
   return hypotheses;
 }
 
@@ -197,7 +202,10 @@ Answer answerFrom(const std::string& line) {
   if (pose != json.end() && !pose->is_null()) {
     answer.fix.T_map_sensor = poseFrom(*pose);
     answer.fix.hypotheses = hypothesesFrom(json, answer.fix.scale);
-    answer.fix.T_map_query = answer.fix.hypotheses[0].T_map_query;
+    if (answer.fix.hypotheses.empty()) answer.fix.hypotheses.resize(1);
+    answer.fix.T_map_query = json.contains("T_map_query")
+                                 ? transformFrom(json, answer.fix.scale)
+                                 : answer.fix.T_map_sensor;  // as if its odometry began there
   }
   if (const auto s = json.find("statistics"); s != json.end()) {
     forEachStatistic(answer.fix.statistics, [&](const char* name, auto& value, bool every_file) {

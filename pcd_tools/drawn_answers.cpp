@@ -154,6 +154,15 @@ std::vector<SceneQuery> DrawnAnswers::draw(const std::string& answers_path, Join
   return queries;
 }
 
+/// `arrow`: in the frame of the query, in lengths of the map.
+void DrawnAnswers::place(const Eigen::Isometry3d& arrow, const Answer& answer, SceneQuery& query) {
+  query.T_map_query = answer.fix.T_map_query;
+  query.poses = {arrow};
+  if (!answer.fix.covariance.isZero())
+    query.sigma_m =
+        positionSigma(movedTo(arrow.translation() / answer.fix.scale, answer.fix).covariance);
+}
+
 void DrawnAnswers::keepCloud(LabelledCloud cloud, const LabelSet& labels, JoinedLabels& joined,
                              SceneQuery& query) {
   joined.adopt(labels, cloud);
@@ -161,8 +170,7 @@ void DrawnAnswers::keepCloud(LabelledCloud cloud, const LabelSet& labels, Joined
   query.cloud = &clouds_.back();
 }
 
-/// What is one thing in one frame: a graph, a map, a cloud. The answer's pose is that of its frame
-/// or, of a map, of its last key frame.
+/// What is one thing in one frame: a graph, a map, a cloud.
 void DrawnAnswers::drawPlace(const std::string& path, const Answer& answer, JoinedLabels& joined,
                              SceneQuery& query) {
   query.forward = Eigen::Vector3d::UnitX();
@@ -174,8 +182,7 @@ void DrawnAnswers::drawPlace(const std::string& path, const Answer& answer, Join
     graphs_.push_back(std::move(file.graph));
     scaleBy(answer.fix.scale, graphs_.back());
     query.graph = &graphs_.back();
-    query.poses = {arrowPose(graphs_.back())};
-    return;
+    return place(arrowPose(graphs_.back()), answer, query);
   }
   LabelSet labels;
   LabelledCloud cloud;
@@ -185,13 +192,13 @@ void DrawnAnswers::drawPlace(const std::string& path, const Answer& answer, Join
     cloud = map.cloud;
     if (!map.poses.empty()) {
       query.forward = Eigen::Vector3d::UnitZ();
-      query.T_map_query = answer.fix.T_map_sensor * map.poses.back().inverse();
+      query.T_map_query = answer.fix.T_map_query;
       query.poses = map.poses;
     }
   } else {
     cloud = readAnyCloud(path, input, job_, voxel_m_, labels);
     scaleBy(answer.fix.scale, cloud);
-    query.poses = {arrowPose(cloud)};
+    place(arrowPose(cloud), answer, query);
   }
   keepCloud(std::move(cloud), labels, joined, query);
 }
@@ -210,7 +217,7 @@ void DrawnAnswers::drawRecording(const FrameSource& recording, const Answer& ans
     query.poses.push_back(recording.pose(i));
     query.poses.back().translation() *= answer.fix.scale;
   }
-  query.T_map_query = answer.fix.T_map_sensor * query.poses.back().inverse();
+  query.T_map_query = answer.fix.T_map_query;
   LabelledCloud cloud;
   const std::size_t count = std::min(most_frames, window.size());
   for (std::size_t k = 0; k < count; ++k) {  // evenly, the last one always
@@ -225,7 +232,7 @@ void DrawnAnswers::drawRecording(const FrameSource& recording, const Answer& ans
   if (cloud.empty()) return;
   scaleBy(answer.fix.scale, cloud);
   if (recording.sensor() == Sensor::cloud && window.size() == 1)
-    query.poses = {arrowPose(cloud, query.poses[0])};
+    place(arrowPose(cloud, query.poses[0]), answer, query);
   keepCloud(std::move(cloud), recording.labels(), joined, query);
 }
 

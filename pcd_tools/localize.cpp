@@ -14,6 +14,7 @@
 #include "doubts.h"
 #include "inputs.h"
 #include "outputs.h"
+#include "scenes.h"
 #include "tool.h"
 #include "windows.h"
 #include "xview/depth_plausibility.h"
@@ -109,6 +110,20 @@ void sayLost(const Answer& answer, const Narrative& narrate) {
   if (!answer.track || !answer.track->lost) return;
   narrate.note(fmt::format("lost at frame {} (expected within {:.1f} m); searched everywhere: {}",
                            answer.last_frame, answer.track->radius_m, toString(answer.fix.status)));
+}
+
+/// Nobody looks for the origin of a cloud that lies beside it: people see where its middle is.
+Answer asShown(const Answer& answer, const Query& query, const Narrative& narrate) {
+  Answer shown = answer;
+  const Eigen::Vector3d middle = arrowPose(query).translation();
+  const double away_m = (middle - query.poses.back().translation()).norm();
+  if (away_m == 0 || answer.fix.hypotheses.empty()) return shown;
+  shown.fix = movedTo(middle, answer.fix);
+  narrate.note(
+      fmt::format("{}: its points lie {} away from its origin; x, y and sigma here are those "
+                  "of their middle, poses in files those of the origin",
+                  answer.input, lengthText(away_m)));
+  return shown;
 }
 
 /// The largest coordinate of what the map holds [m].
@@ -280,7 +295,7 @@ class LocalizeCommand final : public Command {
       files_.add(answer, query, [&] { return localizer.explain(query, answer.fix); });
       sayLost(answer, job.narrate);
       sayEvidence(answer, job.narrate);
-      const std::string lines = table_->add(answer);
+      const std::string lines = table_->add(asShown(answer, query, job.narrate));
       results_->print(json_ ? toJson(answer) : lines, job.narrate);
       if (beside_) Results("").print(lines, job.narrate);
     };

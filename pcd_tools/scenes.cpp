@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <ctime>
 
+#include "xview/pose/trajectory.h"
 #include "xview/types/median.h"
 
 namespace xview::tools {
@@ -42,6 +43,13 @@ Scene sceneOf(const map::SemanticMap& map) {
 
 std::string madeBy(const Job& job) {
   return fmt::format("{} · version {} · {}", job.command_line, XVIEW_VERSION, dateText());
+}
+
+Localization movedTo(const Eigen::Vector3d& p_query, Localization fix) {
+  const Eigen::Vector3d p_map = fix.T_map_query * (fix.scale * p_query);
+  fix.covariance = pose::movedCovariance(fix.covariance, fix.T_map_sensor.translation(), p_map);
+  fix.T_map_sensor.translation() = p_map;
+  return fix;
 }
 
 SceneQuery queryOf(const Localization& fix) {
@@ -101,16 +109,20 @@ Eigen::Isometry3d arrowPose(const SemanticGraph& graph) {
                     [&](std::size_t i) { return graph.vertices[i].position; });
 }
 
+Eigen::Isometry3d arrowPose(const Query& query) {
+  if (query.sensor != Sensor::cloud || query.poses.size() != 1) return query.poses.back();
+  return query.cloud.empty() ? arrowPose(query.graph) : arrowPose(query.cloud, query.poses[0]);
+}
+
 SceneQuery queryWith(const Query& query, const Localization& fix) {
-  SceneQuery result = queryOf(fix);
+  const Eigen::Isometry3d arrow = arrowPose(query);
+  SceneQuery result = queryOf(movedTo(arrow.translation(), fix));
   result.name = "query";
   result.graph = &query.graph;
   result.cloud = &query.cloud;
   result.poses = query.poses;
   if (query.sensor != Sensor::camera) result.forward = Eigen::Vector3d::UnitX();
-  if (query.sensor == Sensor::cloud && query.poses.size() == 1)  // seen from nowhere in particular
-    result.poses = {query.cloud.empty() ? arrowPose(query.graph)
-                                        : arrowPose(query.cloud, query.poses[0])};
+  result.poses.back() = arrow;
   result.putative = fix.putative;
   result.kept = fix.kept;
   return result;

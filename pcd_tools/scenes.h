@@ -23,6 +23,9 @@ Scene sceneOf(const map::SemanticMap& map);
 /// can set.
 std::string madeBy(const Job& job);
 
+/// The same answer about another point of its query than the sensor.
+Localization movedTo(const Eigen::Vector3d& p_query, Localization fix);
+
 /// What an answer says about its query; its graph, cloud and way are left empty.
 SceneQuery queryOf(const Localization& fix);
 
@@ -34,6 +37,7 @@ std::string outcomeOf(const std::vector<SceneQuery>& queries);
 Eigen::Isometry3d arrowPose(const LabelledCloud& cloud,
                             const Eigen::Isometry3d& origin = Eigen::Isometry3d::Identity());
 Eigen::Isometry3d arrowPose(const SemanticGraph& graph);
+Eigen::Isometry3d arrowPose(const Query& query);  ///< of a drive at its last pose
 
 /// The query with its graph, its cloud and its correspondences; it must outlive the result.
 SceneQuery queryWith(const Query& query, const Localization& fix);
@@ -89,6 +93,7 @@ class DrawnAnswers {
                  SceneQuery& query);
   void drawRecording(const FrameSource& recording, const Answer& answer, std::size_t most_frames,
                      JoinedLabels& joined, SceneQuery& query);
+  static void place(const Eigen::Isometry3d& arrow, const Answer& answer, SceneQuery& query);
   void keepCloud(LabelledCloud cloud, const LabelSet& labels, JoinedLabels& joined,
                  SceneQuery& query);
 

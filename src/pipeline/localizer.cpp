@@ -16,6 +16,7 @@
 #include "pipeline/query_check.h"
 #include "pipeline/query_in_map.h"
 #include "pipeline/walk_matching.h"
+#include "xview/pose/trajectory.h"
 #include "xview/raw_recording.h"
 #include "xview/search/likelihoods.h"
 #include "xview/search/search.h"
@@ -264,7 +265,7 @@ Localization Localizer::Index::localize(const Query& given, const ExpectedPose* 
     pose.translation() *= answer.scale;
     answer.T_map_sensor = answer.T_map_query * pose;
     answer.covariance =
-        movedCovariance(answer.covariance, centre, answer.T_map_sensor.translation());
+        pose::movedCovariance(answer.covariance, centre, answer.T_map_sensor.translation());
   }
   double total = watch.lap_ms();
   for (const auto& [stage, ms] : given.timing_ms) total += ms;

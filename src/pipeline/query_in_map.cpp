@@ -281,15 +281,6 @@ std::vector<double> scalesIn(const ScaleRange& range) {
   return scales;
 }
 
-Matrix6d movedCovariance(const Matrix6d& covariance, const Eigen::Vector3d& p_map,
-                         const Eigen::Vector3d& to_map) {
-  // d(to) = d(p) + d(theta) x (to - p)
-  const Eigen::Vector3d v = to_map - p_map;
-  Matrix6d J = Matrix6d::Identity();
-  J.topRightCorner<3, 3>() << 0, v.z(), -v.y(), -v.z(), 0, v.x(), v.y(), -v.x(), 0;
-  return J * covariance * J.transpose();
-}
-
 Eigen::Isometry3d alignedAbout(const Eigen::Vector3d& point, const Eigen::Isometry3d& T) {
   Eigen::Isometry3d aligned = poseFromYaw(Eigen::Vector3d::Zero(), yawOf(T.linear()));
   aligned.translation() = T * point - aligned.linear() * point;

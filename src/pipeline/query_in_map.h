@@ -113,11 +113,6 @@ constexpr double kScaleStep = 0.06;
 /// The middle of what was seen, which a change of the scale should leave where it is.
 Eigen::Vector3d middleOf(const Query& query);
 
-/// The covariance of a pose, if that of a pose with position `p_map` is `covariance`; both are
-/// moved by the same left increments (x y z rx ry rz, map frame).
-Matrix6d movedCovariance(const Matrix6d& covariance, const Eigen::Vector3d& p_map,
-                         const Eigen::Vector3d& to_map);
-
 /// The gravity-aligned pose that heads the same way and puts a point of the query in the same
 /// place.
 Eigen::Isometry3d alignedAbout(const Eigen::Vector3d& point, const Eigen::Isometry3d& T);

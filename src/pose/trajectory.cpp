@@ -47,4 +47,13 @@ std::vector<Eigen::Isometry3d> trajectoryThrough(
   return poses;
 }
 
+Matrix6d movedCovariance(const Matrix6d& covariance, const Eigen::Vector3d& p_map,
+                         const Eigen::Vector3d& to_map) {
+  // d(to) = d(p) + d(theta) x (to - p)
+  const Eigen::Vector3d v = to_map - p_map;
+  Matrix6d J = Matrix6d::Identity();
+  J.topRightCorner<3, 3>() << 0, v.z(), -v.y(), -v.z(), 0, v.x(), v.y(), -v.x(), 0;
+  return J * covariance * J.transpose();
+}
+
 }  // namespace xview::pose

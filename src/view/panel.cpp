@@ -163,11 +163,11 @@ void Panel::drawPlan(const PlanView& plan) {
   }
 }
 
-/// Points as squares of pixels on a picture of the panel; argbOf(label) is what a class looks like.
-/// The lowest come first.
+/// Points as squares of `size_m` on a picture of the panel; argbOf(label) is what a class looks
+/// like. The lowest come first.
 template <class ColorOf>
-void Panel::splat(const LabelledCloud& cloud, const Eigen::Isometry3d& T, ColorOf&& argbOf,
-                  std::vector<std::uint32_t>& pixels) const {
+void Panel::splat(const LabelledCloud& cloud, const Eigen::Isometry3d& T, double size_m,
+                  ColorOf&& argbOf, std::vector<std::uint32_t>& pixels) const {
   const int width = static_cast<int>(box_.sizes().x()), height = static_cast<int>(box_.sizes().y());
   std::vector<std::pair<double, std::size_t>> lowest_first;
   for (std::size_t i = 0; i < cloud.size(); ++i) {
@@ -176,7 +176,7 @@ void Panel::splat(const LabelledCloud& cloud, const Eigen::Isometry3d& T, ColorO
   }
   std::sort(lowest_first.begin(), lowest_first.end());
   pixels.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), 0);
-  const double half = std::max(1.0, pointSize(cloud) * scale_) / 2;
+  const double half = std::max(1.0, size_m * scale_) / 2;
   const auto low = [&](double v) { return std::max(0, static_cast<int>(v - half + 0.5)); };
   const auto high = [&](double v, int least, int end) {
     return std::min(end, std::max(least + 1, static_cast<int>(v + half + 0.5)));
@@ -196,7 +196,7 @@ void Panel::splat(const LabelledCloud& cloud, const Eigen::Isometry3d& T, ColorO
 void Panel::drawCloud(const LabelledCloud& cloud, const LabelSet& labels) {
   std::vector<std::uint32_t> pixels;
   splat(
-      cloud, Eigen::Isometry3d::Identity(),
+      cloud, Eigen::Isometry3d::Identity(), pointSize(cloud),
       [&](std::uint32_t label) {
         return isCeiling(labels, label) ? 0u : argb(quietColor(labels, label));
       },
@@ -217,8 +217,9 @@ void Panel::drawQueryClouds(const std::vector<SceneQuery>& queries, const LabelS
   for (const SceneQuery& query : queries) {
     if (query.cloud == nullptr || !query.has_pose) continue;
     const double opacity = query.status == Status::accepted ? 0.8 : 0.35;
-    splat(*query.cloud, query.T_map_query, argbOf(true, 0.2 * opacity), ground);
-    splat(*query.cloud, query.T_map_query, argbOf(false, opacity), things);
+    const double size_m = pointSize(*query.cloud);
+    splat(*query.cloud, query.T_map_query, size_m, argbOf(true, 0.2 * opacity), ground);
+    splat(*query.cloud, query.T_map_query, size_m, argbOf(false, opacity), things);
   }
   for (const auto* pixels : {&ground, &things})
     canvas_.image(*pixels, static_cast<int>(box_.sizes().x()), box_.min());

@@ -43,8 +43,8 @@ class Panel {
   }
   std::vector<Canvas::Point> toPixels(const std::vector<Eigen::Vector3d>& points) const;
   template <class ColorOf>
-  void splat(const LabelledCloud& cloud, const Eigen::Isometry3d& T, ColorOf&& argbOf,
-             std::vector<std::uint32_t>& pixels) const;
+  void splat(const LabelledCloud& cloud, const Eigen::Isometry3d& T, double size_m,
+             ColorOf&& argbOf, std::vector<std::uint32_t>& pixels) const;
   double gridStep() const;
 
   Canvas& canvas_;

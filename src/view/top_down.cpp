@@ -80,7 +80,13 @@ Eigen::AlignedBox2d mapBox(const Scene& scene) {
   Eigen::AlignedBox2d box;
   include(box, scene.map_graph, identity);
   include(box, scene.map_cloud, identity);
-  include(box, scene.map_poses, identity);
+  if (box.isEmpty()) include(box, scene.map_poses, identity);
+  const Eigen::Vector2d reach = Eigen::Vector2d::Constant(box.isEmpty() ? 0 : box.sizes().norm());
+  const Eigen::AlignedBox2d around(box.min() - reach, box.max() + reach);
+  for (const Eigen::Isometry3d& pose : scene.map_poses) {  // a cloud has one at its origin
+    if (around.contains(Eigen::Vector2d(pose.translation().head<2>())))
+      include(box, pose.translation());
+  }
   for (const SceneMark& mark : scene.marks) include(box, mark.at);
   for (const SceneLine& line : scene.lines) {
     for (const Eigen::Vector3d& p : line.points) include(box, p);

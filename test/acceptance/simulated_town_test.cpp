@@ -87,10 +87,8 @@ TEST_F(SimulatedTown, CommandsOfReadmeAndTutorialRunInTheirOrder) {
     EXPECT_GE(commands.size(), least) << page;
     for (const std::string& command : commands) {
       const int code = runLine(folder_->path(), command);
-      const bool some_refused = code == 3 && command.find("--window") != std::string::npos;
-      EXPECT_TRUE(code == 0 || some_refused)
-          << page << ": " << command << " ended with " << code << "\n"
-          << readText(file("last_errors"));
+      EXPECT_EQ(code, 0) << page << ": " << command << " ended with " << code << "\n"
+                         << readText(file("last_errors"));
     }
   }
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <tuple>
 
+#include "xview/pose/trajectory.h"
 #include "xview/types/pose.h"
 #include "xview/types/random.h"
 
@@ -179,7 +180,7 @@ TEST(MovedCovariance, IsThatOfTheMovedPoint) {
     const Eigen::Vector3d error_there = from + shift + R * (to - from) - to;
     moved += error_there * error_there.transpose() / kDraws;
   }
-  const Matrix6d there = movedCovariance(covariance, from, to);
+  const Matrix6d there = pose::movedCovariance(covariance, from, to);
   EXPECT_LT((there.topLeftCorner<3, 3>() - moved).norm(), 1e-3 * moved.norm());
   EXPECT_TRUE((there.bottomRightCorner<3, 3>()).isApprox(covariance.bottomRightCorner<3, 3>()));
 }

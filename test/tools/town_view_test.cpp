@@ -37,8 +37,8 @@ TEST_F(TinyTown, PicturesAreWrittenByTheEndingOfTheirName) {
   EXPECT_EQ(readText(file("match.png")).substr(1, 3), "PNG");
   succeed({"view", "-q", map(), file("town.html")});
   EXPECT_NE(readText(file("town.html")).find("<html"), std::string::npos);
-  succeed({"view", "-q", town("rear"), file("rear.pcd"), "--voxel", "0.5"});
-  EXPECT_EQ(readText(file("rear.pcd")).rfind("# .PCD", 0), 0u);
+  succeed({"view", "-q", town("rear"), file("seen.pcd"), "--voxel", "0.5"});
+  EXPECT_EQ(readText(file("seen.pcd")).rfind("# .PCD", 0), 0u);
 }
 
 std::size_t pointsOfClass(const std::string& pcd, const std::string& name) {
@@ -75,6 +75,23 @@ TEST_F(TinyTown, QueriesAreFoundFromTheFolderOfTheirAnswers) {
       runXview({"view", map(), town("rear") + "/../beside.jsonl", "-o", file("beside.pcd")});
   EXPECT_EQ(drawn.err.find("is not found"), std::string::npos) << drawn.err;
   EXPECT_GT(pointsOfClass(file("beside.pcd"), "query, accepted"), 1000u);
+}
+
+/// Check fix for: a cloud in national coordinates was drawn as far from the map as its origin is.
+TEST_F(TinyTown, ACloudFarFromItsOriginIsDrawnWhereItWasFound) {
+  succeed({"lift", "-q", town("rear"), file("near.pcd"), "--voxel", "0.3"});
+  writeText(file("shift.txt"), "1 0 0 500000\n0 1 0 5400000\n0 0 1 0\n0 0 0 1\n");
+  writeText(file("beside.txt"), "1 0 0 900\n0 1 0 0\n0 0 1 0\n0 0 0 1\n");
+  for (const std::string name : {"shift", "beside"}) {
+    const std::string cloud = file(name + ".pcd"), answers = file(name + ".jsonl");
+    succeed({"lift", "-q", file("near.pcd"), "--transform", file(name + ".txt"), cloud});
+    const Outcome found = succeed({"localize", cloud, map(), "-o", answers});
+    EXPECT_EQ(found.err.find("away from its origin") != std::string::npos, name == "beside");
+    succeed({"view", "-q", map(), answers, "-o", file("drawn.pcd")});
+    const LabelledCloud drawn = io::readCloud(file("drawn.pcd"));
+    for (std::size_t i = 0; i < drawn.size(); ++i)
+      ASSERT_LT(drawn.position(i).norm(), 3000) << name;
+  }
 }
 
 /// Check fix for: answers beside their query were drawn without any map.

@@ -26,4 +26,9 @@ struct TrajectoryFix {
 std::vector<Eigen::Isometry3d> trajectoryThrough(
     const std::vector<Eigen::Isometry3d>& T_odom_sensor, const std::vector<TrajectoryFix>& fixes);
 
+/// The covariance of a pose, if that of a pose with position `p_map` is `covariance`; both are
+/// moved by the same left increments (x y z rx ry rz, map frame).
+Matrix6d movedCovariance(const Matrix6d& covariance, const Eigen::Vector3d& p_map,
+                         const Eigen::Vector3d& to_map);
+
 }  // namespace xview::pose
