@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <set>
 
 #include "terminal.h"
 #include "xview/types/median.h"
@@ -16,7 +17,7 @@ namespace xview::tools {
 namespace {
 
 constexpr double kDegrees = 57.29577951308232;
-constexpr std::size_t kStatus = 13, kSigma = 15, kTime = 8, kYaw = 9, kChance = 12;
+constexpr std::size_t kFrames = 10, kStatus = 13, kSigma = 15, kTime = 8, kYaw = 9, kChance = 12;
 constexpr std::size_t kWide = 110;  ///< from here on nothing is left out of the numbers
 constexpr std::size_t kEndless = 100000;
 constexpr std::size_t kShortestReason = 24, kLongReason = 60;
@@ -42,6 +43,18 @@ std::string withDigits(double value, int digits) {
   return text;
 }
 
+/// " 30-59", of a recording of several frames.
+std::string framesOf(const Answer& answer) {
+  if (answer.frames < 2) return "";
+  return fmt::format(" {}-{}", answer.first_frame, answer.last_frame);
+}
+
+/// "rear" of "town/rear/"
+std::string lastName(const std::string& path) {
+  const std::filesystem::path normal = std::filesystem::path(path).lexically_normal();
+  return (normal.has_filename() ? normal : normal.parent_path()).filename().string();
+}
+
 std::string timeText(double ms) { return fmt::format("{:.{}f} s", ms / 1e3, ms < 1e4 ? 2 : 1); }
 
 std::string sigmaText(const Matrix6d& covariance) {
@@ -63,10 +76,7 @@ double positionSigma(const Matrix6d& covariance) {
   return std::sqrt(std::max(0.0, axes.eigenvalues().z()));
 }
 
-std::string nameOf(const Answer& answer) {
-  if (answer.frames < 2) return answer.input;
-  return fmt::format("{} {}-{}", answer.input, answer.first_frame, answer.last_frame);
-}
+std::string nameOf(const Answer& answer) { return answer.input + framesOf(answer); }
 
 std::string chanceWrongText(double confidence) {
   constexpr double kRarest = 1000;
@@ -95,9 +105,25 @@ AnswerTable::AnswerTable(const std::vector<std::string>& queries, double largest
   const std::size_t taken =
       kStatus + 2 * coordinate_ + kYaw + kSigma + kTime + (is_wide_ ? coordinate_ + kChance : 0);
   const std::size_t room = width_ > taken + 8 ? width_ - taken : 8;
-  for (const std::string& query : queries)
-    name_ = std::max(name_, columnsOf(query) + (std::filesystem::is_directory(query) ? 10 : 0));
-  name_ = std::min({name_, room, std::max<std::size_t>(room / 2, 24)});
+  const auto longest = [&] {
+    std::size_t columns = 0;
+    for (const std::string& query : queries)
+      columns = std::max(columns, columnsOf(shownPath(query)) +
+                                      (std::filesystem::is_directory(query) ? kFrames : 0));
+    return columns;
+  };
+  const std::size_t most = std::min(room, std::max<std::size_t>(room / 2, 24));
+  name_ = longest();
+  if (name_ > most) {
+    std::set<std::string> names;
+    for (const std::string& query : queries) names.insert(lastName(query));
+    is_short_ = names.size() == queries.size();
+    name_ = std::min(longest(), most);
+  }
+}
+
+std::string AnswerTable::shownPath(const std::string& path) const {
+  return is_short_ ? lastName(path) : path;
 }
 
 std::string AnswerTable::heading() const {
@@ -132,7 +158,7 @@ std::string AnswerTable::line(const Answer& answer) const {
   const Localization& fix = answer.fix;
   const StatusLook& look = kLooks[static_cast<int>(fix.status)];
   const std::string status = padded(fmt::format("{} {}", look.mark, toString(fix.status)), kStatus),
-                    name = withoutBeginning(nameOf(answer), name_);
+                    name = withoutBeginning(shownPath(answer.input) + framesOf(answer), name_);
   std::string text = inked(status, look.ink, screen_) + padded(name, name_);
   std::size_t column = kStatus + std::max(name_, columnsOf(name));
   if (fix.accepted() || width_ >= kWide + kLongReason) {

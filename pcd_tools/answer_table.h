@@ -27,12 +27,15 @@ class AnswerTable {
 
  private:
   std::string heading() const;
+  /// The path, or its last name where there is no room for all of it and that is enough to tell
+  /// queries apart.
+  std::string shownPath(const std::string& path) const;
   std::string numbers(const Answer& answer) const;
   std::string line(const Answer& answer) const;
 
   std::FILE* screen_;
   std::size_t width_, name_ = 0, coordinate_ = 0;  ///< columns
-  bool is_wide_, is_single_;
+  bool is_wide_, is_single_, is_short_ = false;
   std::size_t answers_ = 0;
   std::vector<double> sigmas_m_;  ///< of the accepted ones
   double time_ms_ = 0;
