@@ -29,6 +29,13 @@ void scaleBy(double scale, LabelledCloud& cloud) {
   for (Point& p : cloud.points) p.getVector3fMap() *= static_cast<float>(scale);
 }
 
+/// Thinning a small cloud would only take the room or the desk from it.
+LabelledCloud thinned(LabelledCloud cloud, double voxel_m) {
+  constexpr std::size_t kSmall = 100000;
+  if (voxel_m <= 0 || cloud.size() <= kSmall) return cloud;
+  return graph::thinByVoxel(cloud, voxel_m);
+}
+
 bool isBareCloud(const std::string& path) {
   const std::string ending = fs::path(path).extension().string();
   return (ending == ".pcd" || ending == ".ply") && io::readCloudHeader(path).label_field.empty();
@@ -50,14 +57,15 @@ LabelledCloud readAnyCloud(const std::string& path, const io::InputOptions& inpu
     labels.add(grey);
     LabelledCloud cloud = io::readCloud(path, {}, false);
     for (Point& p : cloud.points) p.label = grey.id;
-    return voxel_m > 0 ? graph::thinByVoxel(cloud, voxel_m) : cloud;
+    return thinned(std::move(cloud), voxel_m);
   }
   const auto source = openInput(path, input, job);
   labels = source->labels();
   // A cloud of its own was seen from nowhere in particular.
   const bool is_way = poses && (source->size() > 1 || source->sensor() != Sensor::cloud);
   for (std::size_t i = 0; is_way && i < source->size(); ++i) poses->push_back(source->pose(i));
-  return liftAll(*source, job, voxel_m);
+  return source->size() == 1 ? thinned(liftAll(*source, job, 0), voxel_m)
+                             : liftAll(*source, job, voxel_m);
 }
 
 std::string foundPath(const std::string& input, const std::string& answers_path,

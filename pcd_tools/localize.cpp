@@ -182,7 +182,7 @@ class LocalizeCommand final : public Command {
     input_.declareWithMap(flags);
     windows_.declare(flags);
     flags.add("--near X,Y,RADIUS", near_, "the last pose is in this circle of the map [m]");
-    flags.add("--yaw HEADING,TOLERANCE", yaw_, "it looks this way, counter-clockwise from x [deg]");
+    flags.add("--yaw YAW,TOLERANCE", yaw_, "it looks this way, counter-clockwise from x [deg]");
     flags.add("--json", json_, "print one JSON object per query");
     flags.add("-o,--out", out_, "file for the answers; .jsonl: as JSON");
     files_.declare(flags);

@@ -49,7 +49,9 @@ class ViewCommand final : public Command {
   void declare(Flags& flags) override {
     input_.declare(flags);
     flags.add("-o,--out", out_, "the file to write");
-    flags.add("--voxel", voxel_m_, "thin recordings to one point per voxel and class [m]");
+    flags.add("--voxel", voxel_m_,
+              "thin recordings to one point per voxel and class; a cloud of up to 100,000 points "
+              "stays [m]");
   }
 
   ExitCode run(const Job& job) override {
