@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <regex>
 #include <set>
 
 #include "inputs.h"
@@ -104,7 +105,14 @@ class ViewCommand final : public Command {
     std::ifstream file(picture, std::ios::binary);
     std::string beginning(8192, '\0');
     file.read(beginning.data(), static_cast<std::streamsize>(beginning.size()));
-    return beginning.find(std::string(1, '\0') + job.command_line + " · ") != std::string::npos;
+    const std::size_t first = beginning.find("xview view "), end = beginning.find(" · ", first);
+    // What is said meanwhile, and by how many threads it is drawn, changes no picture.
+    static const std::regex kWithoutEffect(" (-q|--quiet|-v|--verbose|--threads[ =]\\d+)(?= |$)");
+    const auto drawing = [](const std::string& line) {
+      return std::regex_replace(line, kWithoutEffect, "");
+    };
+    return end != std::string::npos &&
+           drawing(beginning.substr(first, end - first)) == drawing(job.command_line);
   }
 
   /// The output, removed from the operands if it was the last of them: a file that is not there
