@@ -7,8 +7,9 @@
 
 int main(int argc, char** argv) try {
   if (argc != 3) return std::cerr << "01_one_call MAP.xvm RECORDING\n", 2;
-  const xview::Options options;  // defaults; see xview localize --help-all
+  xview::Options options;  // defaults; see xview localize --help-all
   const xview::map::SemanticMap map = xview::map::loadMap(argv[1]);
+  options.size = xview::sizeText(map.size);  // a query has the lengths of its map
   const auto recording = xview::io::openRecording(argv[2]);
   const xview::Localizer localizer(map, options);
   const xview::Localization fix = localizer.localize(xview::makeQuery(*recording, options));

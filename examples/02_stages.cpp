@@ -41,6 +41,7 @@ int main(int argc, char** argv) try {
              recording = xview::io::openRecording(argv[2]);
   const xview::map::SemanticMap map = xview::buildMap({drive.get()}, options);
   std::cout << "map: " << map.graph.size() << " vertices, " << map.graph.edgeCount() << " edges\n";
+  options.size = xview::sizeText(map.size);  // a query has the lengths of its map
   const std::size_t window = argc > 3 ? std::stoul(argv[3]) : 30;
   localizeWindows(*recording, xview::Localizer(map, options), options, window);
   return 0;

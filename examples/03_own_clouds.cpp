@@ -29,8 +29,9 @@ int main(int argc, char** argv) try {
   if (argc != 3) return std::cerr << "03_own_clouds MAP.xvm CLOUD.pcd\n", 2;
   pcl::PointCloud<pcl::PointXYZL> cloud;
   if (pcl::io::loadPCDFile(argv[2], cloud) != 0) throw xview::Error(argv[2], "cannot be read");
-  const xview::Options options;
+  xview::Options options;
   const xview::map::SemanticMap map = xview::map::loadMap(argv[1]);
+  options.size = xview::sizeText(map.size);    // a query has the lengths of its map
   const xview::LabelSet& labels = map.labels;  // the driver's classes are those of the map here
 
   xview::PlaceBuilder builder(labels, options, xview::PlaceUse::query);

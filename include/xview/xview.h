@@ -16,3 +16,4 @@
 #include "xview/sequence.h"
 #include "xview/tracker.h"
 #include "xview/types/error.h"
+#include "xview/types/place_size.h"

@@ -6,8 +6,9 @@
 /// consumer MAP.xvm SCAN: the example of the README.
 int main(int argc, char** argv) {
   if (argc != 3) return 2;
-  const xview::Options options;
+  xview::Options options;
   const xview::map::SemanticMap map = xview::map::loadMap(argv[1]);
+  options.size = xview::sizeText(map.size);  // a query has the lengths of its map
   const auto scan = xview::io::openRecording(argv[2]);
   const xview::Localization fix =
       xview::Localizer(map, options).localize(xview::makeQuery(*scan, options));
