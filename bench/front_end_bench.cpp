@@ -16,7 +16,6 @@
 
 #include "xview/graph/blobs.h"
 #include "xview/graph/clean_labels.h"
-#include "xview/graph/image_blobs.h"
 #include "xview/graph/lift.h"
 #include "xview/graph/merge.h"
 #include "xview/graph/plan_view.h"

@@ -25,7 +25,7 @@ struct Answer {
   double heading_rad = 0;  ///< where the sensor of the last frame looks in the map
   double load_map_ms = 0;
   std::string error;  ///< why the query could not be read; then there is no fix
-  std::string size;   ///< of the place, see types/place_size.h
+  std::string size;   ///< of the place, see types/semantic_place.h
   Localization fix;
   std::optional<SequenceAnswer> sequence;  ///< with --sequence
   std::optional<TrackAnswer> track;        ///< with --track

@@ -8,8 +8,8 @@
 
 #include "answer.h"
 #include "inputs.h"
-#include "xview/explanation.h"
 #include "xview/io/pose_files.h"
+#include "xview/localizer.h"
 #include "xview/pose/trajectory.h"
 #include "xview/view/scene.h"
 

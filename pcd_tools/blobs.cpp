@@ -10,13 +10,12 @@
 #include "tool.h"
 #include "xview/depth_plausibility.h"
 #include "xview/graph/clean_labels.h"
-#include "xview/graph/image_blobs.h"
 #include "xview/graph/lift.h"
 #include "xview/mapper.h"
 #include "xview/measure_size.h"
-#include "xview/sized_options.h"
+#include "xview/options.h"
 #include "xview/types/error.h"
-#include "xview/types/stopwatch.h"
+#include "xview/types/localization.h"
 
 namespace xview::tools {
 namespace {

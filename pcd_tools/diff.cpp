@@ -16,8 +16,8 @@
 #include "xview/io/label_files.h"
 #include "xview/raw_recording.h"
 #include "xview/types/error.h"
-#include "xview/types/moved_recording.h"
-#include "xview/types/stopwatch.h"
+#include "xview/types/frame.h"
+#include "xview/types/localization.h"
 
 namespace xview::tools {
 namespace {

@@ -10,9 +10,9 @@
 #include <tuple>
 #include <utility>
 
-#include "xview/common_frame.h"
-#include "xview/types/place_size.h"
+#include "xview/mapper.h"
 #include "xview/types/pose.h"
+#include "xview/types/semantic_place.h"
 
 namespace xview::tools {
 namespace {

@@ -7,7 +7,7 @@
 #include "scenes.h"
 #include "xview/graph/lift.h"
 #include "xview/io/cloud_files.h"
-#include "xview/map/map_store.h"
+#include "xview/map/semantic_map.h"
 #include "xview/types/error.h"
 
 namespace xview::tools {

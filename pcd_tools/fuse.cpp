@@ -10,9 +10,9 @@
 #include "tool.h"
 #include "xview/io/atomic_file.h"
 #include "xview/localizer.h"
-#include "xview/map/map_store.h"
+#include "xview/map/semantic_map.h"
 #include "xview/types/error.h"
-#include "xview/types/stopwatch.h"
+#include "xview/types/localization.h"
 
 namespace xview::tools {
 namespace {

@@ -9,7 +9,7 @@
 #include "tool.h"
 #include "xview/io/atomic_file.h"
 #include "xview/io/graph_files.h"
-#include "xview/map/map_store.h"
+#include "xview/map/semantic_map.h"
 #include "xview/types/error.h"
 
 namespace xview::tools {

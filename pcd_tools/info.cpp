@@ -10,7 +10,7 @@
 #include "outputs.h"
 #include "tool.h"
 #include "xview/io/cloud_files.h"
-#include "xview/map/map_store.h"
+#include "xview/map/semantic_map.h"
 #include "xview/measure_size.h"
 #include "xview/types/error.h"
 

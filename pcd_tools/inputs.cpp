@@ -12,13 +12,13 @@
 #include "xview/graph/lift.h"
 #include "xview/io/graph_files.h"
 #include "xview/io/label_files.h"
-#include "xview/map/map_store.h"
+#include "xview/map/semantic_map.h"
 #include "xview/measure_size.h"
+#include "xview/options.h"
 #include "xview/raw_recording.h"
-#include "xview/sized_options.h"
 #include "xview/types/error.h"
-#include "xview/types/moved_recording.h"
-#include "xview/types/stopwatch.h"
+#include "xview/types/frame.h"
+#include "xview/types/localization.h"
 
 namespace xview::tools {
 namespace {

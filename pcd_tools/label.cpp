@@ -15,8 +15,8 @@
 #include "xview/label/network.h"
 #include "xview/raw_recording.h"
 #include "xview/types/error.h"
-#include "xview/types/forwarding_source.h"
-#include "xview/types/stopwatch.h"
+#include "xview/types/frame.h"
+#include "xview/types/localization.h"
 
 namespace xview::tools {
 namespace {

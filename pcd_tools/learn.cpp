@@ -13,9 +13,9 @@
 #include "xview/io/atomic_file.h"
 #include "xview/io/pose_files.h"
 #include "xview/likelihood_learning.h"
-#include "xview/map/map_store.h"
+#include "xview/map/semantic_map.h"
 #include "xview/types/error.h"
-#include "xview/types/stopwatch.h"
+#include "xview/types/localization.h"
 #include "xview/verify/verdict.h"
 
 namespace xview::tools {

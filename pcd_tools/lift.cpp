@@ -6,7 +6,7 @@
 #include "tool.h"
 #include "xview/io/pose_files.h"
 #include "xview/types/error.h"
-#include "xview/types/stopwatch.h"
+#include "xview/types/localization.h"
 
 namespace xview::tools {
 namespace {

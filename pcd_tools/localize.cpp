@@ -21,9 +21,9 @@
 #include "xview/sequence.h"
 #include "xview/tracker.h"
 #include "xview/types/error.h"
-#include "xview/types/heading.h"
-#include "xview/types/prior_text.h"
-#include "xview/types/stopwatch.h"
+#include "xview/types/frame.h"
+#include "xview/types/localization.h"
+#include "xview/types/user_text.h"
 
 namespace xview::tools {
 namespace {

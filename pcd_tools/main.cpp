@@ -9,10 +9,10 @@
 
 #include "terminal.h"
 #include "tool.h"
-#include "xview/options_file.h"
+#include "xview/options.h"
 #include "xview/types/error.h"
-#include "xview/types/nearest_word.h"
 #include "xview/types/unfinished_file.h"
+#include "xview/types/user_text.h"
 
 namespace xview::tools {
 namespace {

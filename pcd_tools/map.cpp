@@ -8,10 +8,10 @@
 #include "inputs.h"
 #include "tool.h"
 #include "xview/io/atomic_file.h"
-#include "xview/map/map_store.h"
+#include "xview/map/semantic_map.h"
 #include "xview/mapper.h"
 #include "xview/types/error.h"
-#include "xview/types/stopwatch.h"
+#include "xview/types/localization.h"
 
 namespace xview::tools {
 namespace {

@@ -11,7 +11,7 @@
 #include "xview/io/atomic_file.h"
 #include "xview/localizer.h"
 #include "xview/types/error.h"
-#include "xview/types/stopwatch.h"
+#include "xview/types/localization.h"
 
 namespace xview::tools {
 namespace {

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "xview/mapper.h"
-#include "xview/types/stopwatch.h"
+#include "xview/types/localization.h"
 
 namespace xview::tools {
 

@@ -7,7 +7,7 @@
 #include "tool.h"
 #include "xview/io/recording.h"
 #include "xview/sim/recordings.h"
-#include "xview/types/stopwatch.h"
+#include "xview/types/localization.h"
 
 namespace xview::tools {
 namespace {

@@ -13,10 +13,10 @@
 #include "outputs.h"
 #include "scenes.h"
 #include "xview/io/pose_files.h"
-#include "xview/map/map_store.h"
+#include "xview/map/semantic_map.h"
 #include "xview/types/error.h"
+#include "xview/types/localization.h"
 #include "xview/types/median.h"
-#include "xview/types/stopwatch.h"
 
 namespace xview::tools {
 namespace {

@@ -1,21 +1,49 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
-#include <functional>
 #include <memory>
+#include <optional>
+#include <string>
 #include <vector>
 
-#include "xview/explanation.h"
 #include "xview/map/semantic_map.h"
 #include "xview/options.h"
 #include "xview/place_builder.h"
-#include "xview/types/gravity.h"
 #include "xview/types/localization.h"
-#include "xview/types/place_size.h"
+#include "xview/types/semantic_place.h"
 #include "xview/verify/verdict.h"
 
 namespace xview {
+
+/// What a piece of the query says about the best hypothesis.
+enum class Testimony {
+  kept,           ///< speaks for it
+  contradicting,  ///< speaks against it
+  unknown         ///< the map was never seen there
+};
+
+const char* toString(Testimony testimony);
+
+/// A sample of the query's view from above, or a vertex of its graph.
+struct Contribution {
+  enum class Kind { sample, vertex };
+  Kind kind = Kind::sample;
+  std::string name;  ///< channel of a sample, class of a vertex
+  Testimony testimony = Testimony::unknown;
+  Eigen::Vector3d map_position = Eigen::Vector3d::Zero();  ///< where the pose puts it [m]
+  std::optional<double> nats;                              ///< its share of the score; samples only
+  std::optional<double> expected;  ///< what it would give at a true pose on average; samples only
+  std::optional<Eigen::Vector3d> partner;      ///< nearest of its kind in the map [m]
+  std::optional<std::uint32_t> partner_index;  ///< map vertex, if the partner is one
+  std::optional<double> residual_m;            ///< horizontal for samples, in space for vertices
+};
+
+/// Why a query got its verdict: all samples first, then all vertices.
+struct Explanation {
+  std::vector<Contribution> contributions;
+};
 
 /// Where a query is expected, from something else than the query: odometry since the last fix,
 /// another sensor.
@@ -35,7 +63,7 @@ struct PoseCheck {
 /// be called from several threads.
 class Localizer {
  public:
-  /// The map must outlive the localizer. It decides about the size (types/place_size.h) of all that
+  /// The map must outlive the localizer. It decides about the size (semantic_place.h) of all that
   /// is looked for in it. Throws UsageError if the prior of the options lies outside of it.
   Localizer(const map::SemanticMap& map, const Options& options);
   ~Localizer();

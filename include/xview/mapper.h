@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "xview/map/semantic_map.h"
+#include "xview/options.h"
 #include "xview/place_builder.h"
 
 namespace xview {
@@ -20,5 +23,27 @@ map::SemanticMap buildMap(const SemanticGraph& graph, const LabelSet& labels,
 
 /// Adds a recording or another map's content to a map in the same frame, in the classes of the map.
 void appendToMap(map::SemanticMap& map, const map::SemanticMap& addition, const Options& options);
+
+/// What speaks for two places lying in one frame where both were seen, as the search weighs it:
+/// every sample of one at the place of the other against what stands there by chance.
+struct FrameEvidence {
+  double score = 0;     ///< of the frames as they are; below 0 chance explains it better [nats]
+  double expected = 0;  ///< what two visits of one place would score on average [nats]
+  double nearby = 0;    ///< score of the best pose within a few metres [nats]
+  double shift_m = 0;   ///< how far the other place moves to it
+  double area_m2 = 0;   ///< that both have seen from above; 0 for bare graphs
+
+  double agreement() const { return score / expected; }
+  bool contradicts() const { return score < 0; }
+};
+
+/// Nothing where both have seen too little of the same to tell, and for places of two sizes.
+std::optional<FrameEvidence> evidenceOfOneFrame(const map::SemanticMap& map,
+                                                const map::SemanticMap& other,
+                                                const Options& options);
+
+/// True if the other place was seen on a drive that the map was made of, wherever that was put:
+/// no second drive makes the same steps from key frame to key frame at the same times.
+bool holdsSameDrive(const map::SemanticMap& map, const map::SemanticMap& other);
 
 }  // namespace xview

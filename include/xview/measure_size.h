@@ -9,7 +9,7 @@
 
 namespace xview {
 
-/// How long things are in a place (types/place_size.h), and what says so.
+/// How long things are in a place (types/semantic_place.h), and what says so.
 struct MeasuredSize {
   double size = 1;
   std::string reason;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <cstdint>
 #include <string>
+#include <vector>
 
 #include "xview/graph/blobs.h"
 #include "xview/graph/clean_labels.h"
@@ -15,8 +15,8 @@
 #include "xview/pose/refine.h"
 #include "xview/search/search.h"
 #include "xview/types/option_field.h"
-#include "xview/types/place_size.h"
-#include "xview/types/prior_text.h"
+#include "xview/types/semantic_place.h"
+#include "xview/types/user_text.h"
 #include "xview/verify/consistency.h"
 #include "xview/verify/sample_consensus.h"
 #include "xview/verify/verdict.h"
@@ -68,7 +68,7 @@ struct Options {
   std::string graph_space = "cloud";
   std::string gravity = "auto";  ///< is z up in map and query? See xview/types/gravity.h
   std::string scale;             ///< "low,high" or "free"; empty = lengths of the query are right
-  std::string size = "auto";     ///< what lengths are usual in the place; see types/place_size.h
+  std::string size = "auto";     ///< what lengths are usual in the place; see semantic_place.h
   int seed = 1;
   int threads = 0;
   PriorOptions prior;
@@ -127,5 +127,36 @@ void visit(Options& o, Visitor&& field) {
   field.group("refine", o.refine);
   field.group("odometry", o.odometry);
 }
+
+/// One option as the command line and --print-config see it.
+struct OptionEntry {
+  std::string key;       ///< "walks.num_walks"
+  std::string value;     ///< current value as text
+  std::string fallback;  ///< default as text
+  std::string help;      ///< meaning, unit and range
+};
+
+std::vector<OptionEntry> listOptions(const Options& options);
+
+/// Sets one option from text. Throws UsageError: unknown key (names the nearest known one), not a
+/// number, out of range
+/// ("walks.walk_length = 0, must be in [2, 8]"), not among the choices.
+void setOption(Options& options, const std::string& key, const std::string& value);
+
+/// Applies a YAML file (nested maps; only what differs from the defaults), or the one of this name
+/// that comes with the program ("rgbd"). Throws Error with path:line for anything unknown or wrong.
+void applyOptionsFile(Options& options, const std::string& path);
+
+/// All options as YAML that applyOptionsFile reads back to the same values; defaults carry the
+/// comment "# default".
+std::string toYaml(const Options& options);
+
+/// The options as a place of this size has them, in its own metres: lengths that nobody set are
+/// those of a town times the size.
+Options atSize(Options options, double size);
+
+/// The same options for a place that was brought to lengths of a town: what nobody set is as it
+/// is, and what somebody set in metres of the place becomes longer by as much as the place does.
+Options inTownLengths(Options options, double size);
 
 }  // namespace xview

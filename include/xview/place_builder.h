@@ -12,7 +12,7 @@
 #include "xview/graph/plan_view.h"
 #include "xview/map/semantic_map.h"
 #include "xview/options.h"
-#include "xview/types/blob.h"
+#include "xview/types/graph.h"
 #include "xview/types/semantic_place.h"
 
 namespace xview {
@@ -21,7 +21,7 @@ namespace xview {
 using Progress = std::function<void(std::size_t, std::size_t)>;
 
 /// What later stages need of one frame; small enough to keep for a whole recording. In the odometry
-/// frame, whose lengths are those of a town (types/place_size.h).
+/// frame, whose lengths are those of a town (types/semantic_place.h).
 struct FrameDigest {
   double size = 1;  ///< its lengths times this are metres
   std::int64_t number = 0;

@@ -9,7 +9,6 @@
 #include <tuple>
 #include <utility>
 
-#include "xview/types/forwarding_source.h"
 #include "xview/types/median.h"
 #include "xview/types/parallel.h"
 

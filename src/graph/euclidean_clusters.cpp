@@ -2,11 +2,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <string>
 
-#include "graph/disjoint_sets.h"
 #include "xview/graph/blobs.h"
+#include "xview/types/cells.h"
 #include "xview/types/error.h"
 
 namespace xview::graph {
@@ -97,6 +96,13 @@ void sortByKey(std::vector<SortedPoint>& points, int bits) {
   }
 }
 
+/// Squared distance in single precision with the operations of FLANN in their order, so that the
+/// answers agree bit by bit.
+float distance2(const Eigen::Vector3f& a, const Eigen::Vector3f& b) {
+  const float dx = a.x() - b.x(), dy = a.y() - b.y(), dz = a.z() - b.z();
+  return dx * dx + dy * dy + dz * dz;
+}
+
 /// The points of one call in cells, and the search for touching cells.
 class CellGrid {
  public:
@@ -104,16 +110,83 @@ class CellGrid {
            float tolerance_m);
 
   /// Component of each cell.
-  DisjointSets connect() const;
+  DisjointSets connect() const {
+    DisjointSets components(cells_.size());
+    // Direct neighbours first: afterwards nearly all cells further apart are known to be connected,
+    // which saves looking at their points.
+    connectWithin(1, components);
+    connectWithin(kReach, components);
+    return components;
+  }
 
   const std::vector<Cell>& cells() const { return cells_; }
   const std::vector<SortedPoint>& order() const { return order_; }
 
  private:
   void sortIntoCells(const std::vector<Eigen::Vector3f>& points,
-                     const std::vector<std::uint32_t>& finite, double side);
-  void connectWithin(std::uint64_t reach, DisjointSets& components) const;
-  bool touch(const Cell& a, const Cell& b) const;
+                     const std::vector<std::uint32_t>& finite, double side) {
+    std::array<std::vector<std::uint32_t>, 3> cells;
+    std::array<int, 3> bits;
+    std::vector<double> coordinates(finite.size());
+    for (int axis = 0; axis < 3; ++axis) {
+      for (std::size_t i = 0; i < finite.size(); ++i) coordinates[i] = points[finite[i]][axis];
+      cells[axis] = cellsAlongAxis(coordinates, side);
+      const std::uint64_t last = *std::max_element(cells[axis].begin(), cells[axis].end());
+      bits[axis] = bitsFor(last + 1 + 2 * kReach);
+    }
+    layout_.step_y = std::uint64_t{1} << bits[0];
+    layout_.step_z = std::uint64_t{1} << (bits[0] + bits[1]);
+    order_.resize(finite.size());
+    for (std::size_t i = 0; i < finite.size(); ++i) {
+      order_[i] = {(cells[2][i] + kReach) * layout_.step_z +
+                       (cells[1][i] + kReach) * layout_.step_y + (cells[0][i] + kReach),
+                   finite[i]};
+    }
+    sortByKey(order_, bits[0] + bits[1] + bits[2]);
+  }
+
+  /// Looks at all pairs of cells at most `reach` apart along each axis, each pair once: for every
+  /// row of cells ahead, a cursor follows the cells in sorted order.
+  void connectWithin(std::uint64_t reach, DisjointSets& components) const {
+    std::vector<std::uint64_t> rows;  // key difference to the first cell of a row
+    const std::uint64_t width = 2 * reach + 1;
+    for (std::uint64_t dz = 0; dz <= reach; ++dz) {
+      for (std::uint64_t dy = 0; dy < width; ++dy) {
+        if (dz == 0 && dy <= reach) continue;
+        rows.push_back(dz * layout_.step_z + (dy - reach) * layout_.step_y - reach);
+      }
+    }
+    std::vector<std::size_t> cursor(rows.size(), 0);
+    const auto connectPair = [&](std::uint32_t a, std::uint32_t b) {
+      if (components.find(a) != components.find(b) && touch(cells_[a], cells_[b]))
+        components.unite(a, b);
+    };
+    for (std::uint32_t c = 0; c < cells_.size(); ++c) {
+      const std::uint64_t key = cells_[c].key;
+      for (std::uint32_t q = c + 1; q < cells_.size() && cells_[q].key <= key + reach; ++q) {
+        connectPair(c, q);
+      }
+      for (std::size_t r = 0; r < rows.size(); ++r) {
+        const std::uint64_t first = key + rows[r];
+        while (cursor[r] < cells_.size() && cells_[cursor[r]].key < first) ++cursor[r];
+        for (std::size_t q = cursor[r]; q < cells_.size() && cells_[q].key < first + width; ++q) {
+          connectPair(c, static_cast<std::uint32_t>(q));
+        }
+      }
+    }
+  }
+
+  bool touch(const Cell& a, const Cell& b) const {
+    const float margin2 = tolerance2_ * (1 + 1e-5f);  // the bounds are rounded, too
+    for (std::uint32_t i = a.begin; i < a.end; ++i) {
+      const Eigen::Vector3f nearest = points_[i].cwiseMax(b.min).cwiseMin(b.max);
+      if (distance2(points_[i], nearest) > margin2) continue;
+      for (std::uint32_t j = b.begin; j < b.end; ++j) {
+        if (distance2(points_[i], points_[j]) < tolerance2_) return true;
+      }
+    }
+    return false;
+  }
 
   KeyLayout layout_;
   float tolerance2_;
@@ -139,87 +212,6 @@ CellGrid::CellGrid(const std::vector<Eigen::Vector3f>& points,
     cell.min = cell.min.cwiseMin(p);
     cell.max = cell.max.cwiseMax(p);
   }
-}
-
-void CellGrid::sortIntoCells(const std::vector<Eigen::Vector3f>& points,
-                             const std::vector<std::uint32_t>& finite, double side) {
-  std::array<std::vector<std::uint32_t>, 3> cells;
-  std::array<int, 3> bits;
-  std::vector<double> coordinates(finite.size());
-  for (int axis = 0; axis < 3; ++axis) {
-    for (std::size_t i = 0; i < finite.size(); ++i) coordinates[i] = points[finite[i]][axis];
-    cells[axis] = cellsAlongAxis(coordinates, side);
-    const std::uint64_t last = *std::max_element(cells[axis].begin(), cells[axis].end());
-    bits[axis] = bitsFor(last + 1 + 2 * kReach);
-  }
-  layout_.step_y = std::uint64_t{1} << bits[0];
-  layout_.step_z = std::uint64_t{1} << (bits[0] + bits[1]);
-  order_.resize(finite.size());
-  for (std::size_t i = 0; i < finite.size(); ++i) {
-    order_[i] = {(cells[2][i] + kReach) * layout_.step_z + (cells[1][i] + kReach) * layout_.step_y +
-                     (cells[0][i] + kReach),
-                 finite[i]};
-  }
-  sortByKey(order_, bits[0] + bits[1] + bits[2]);
-}
-
-DisjointSets CellGrid::connect() const {
-  DisjointSets components(cells_.size());
-  // Direct neighbours first: afterwards nearly all cells further apart are known to be connected,
-  // which saves looking at their points.
-  connectWithin(1, components);
-  connectWithin(kReach, components);
-  return components;
-}
-
-/// Looks at all pairs of cells at most `reach` apart along each axis, each pair once: for every row
-/// of cells ahead, a cursor follows the cells in sorted order.
-void CellGrid::connectWithin(std::uint64_t reach, DisjointSets& components) const {
-  std::vector<std::uint64_t> rows;  // key difference to the first cell of a row
-  const std::uint64_t width = 2 * reach + 1;
-  for (std::uint64_t dz = 0; dz <= reach; ++dz) {
-    for (std::uint64_t dy = 0; dy < width; ++dy) {
-      if (dz == 0 && dy <= reach) continue;
-      rows.push_back(dz * layout_.step_z + (dy - reach) * layout_.step_y - reach);
-    }
-  }
-  std::vector<std::size_t> cursor(rows.size(), 0);
-  const auto connectPair = [&](std::uint32_t a, std::uint32_t b) {
-    if (components.find(a) != components.find(b) && touch(cells_[a], cells_[b]))
-      components.unite(a, b);
-  };
-  for (std::uint32_t c = 0; c < cells_.size(); ++c) {
-    const std::uint64_t key = cells_[c].key;
-    for (std::uint32_t q = c + 1; q < cells_.size() && cells_[q].key <= key + reach; ++q) {
-      connectPair(c, q);
-    }
-    for (std::size_t r = 0; r < rows.size(); ++r) {
-      const std::uint64_t first = key + rows[r];
-      while (cursor[r] < cells_.size() && cells_[cursor[r]].key < first) ++cursor[r];
-      for (std::size_t q = cursor[r]; q < cells_.size() && cells_[q].key < first + width; ++q) {
-        connectPair(c, static_cast<std::uint32_t>(q));
-      }
-    }
-  }
-}
-
-/// Squared distance in single precision with the operations of FLANN in their order, so that the
-/// answers agree bit by bit.
-float distance2(const Eigen::Vector3f& a, const Eigen::Vector3f& b) {
-  const float dx = a.x() - b.x(), dy = a.y() - b.y(), dz = a.z() - b.z();
-  return dx * dx + dy * dy + dz * dz;
-}
-
-bool CellGrid::touch(const Cell& a, const Cell& b) const {
-  const float margin2 = tolerance2_ * (1 + 1e-5f);  // the bounds are rounded, too
-  for (std::uint32_t i = a.begin; i < a.end; ++i) {
-    const Eigen::Vector3f nearest = points_[i].cwiseMax(b.min).cwiseMin(b.max);
-    if (distance2(points_[i], nearest) > margin2) continue;
-    for (std::uint32_t j = b.begin; j < b.end; ++j) {
-      if (distance2(points_[i], points_[j]) < tolerance2_) return true;
-    }
-  }
-  return false;
 }
 
 }  // namespace

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/graph/image_blobs.h"
+#include "xview/graph/blobs.h"
 
 #include <algorithm>
 #include <cmath>
 #include <string>
 #include <utility>
 
-#include "graph/label_regions.h"
+#include "xview/graph/clean_labels.h"
 #include "xview/types/error.h"
 #include "xview/types/median.h"
 

@@ -6,14 +6,89 @@
 #include <limits>
 #include <optional>
 #include <unordered_set>
-#include <utility>
 
-#include "graph/place_nodes.h"
-#include "xview/graph/edges.h"
+#include "xview/types/cells.h"
 #include "xview/types/error.h"
 
 namespace xview::graph {
 namespace {
+
+/// A vertex in the making. Sums are relative to the first position, so that they stay small.
+struct Node {
+  Vertex vertex;  ///< position, extent: kept up to date
+  Eigen::Vector3d first = Eigen::Vector3d::Zero();
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();         ///< weight * (position - first)
+  Eigen::Vector3d extent_sum = Eigen::Vector3d::Zero();  ///< weight * extent
+  double square_sum = 0;                                 ///< weight * |position - first|^2
+  double weight = 0;
+  Eigen::Vector3d min = Eigen::Vector3d::Zero(), max = Eigen::Vector3d::Zero();  ///< surfaces only
+  bool is_surface = false;
+
+  Eigen::Vector3d meanOffset() const { return sum / weight; }
+};
+
+/// Counts the frame once, however many blobs or points of it arrive.
+void countFrame(Vertex& vertex, std::int64_t frame) {
+  if (vertex.observations == 0) vertex.first_frame = frame;
+  if (vertex.observations == 0 || vertex.last_frame != frame) ++vertex.observations;
+  vertex.last_frame = frame;
+}
+
+void addPoint(Node& node, const Eigen::Vector3d& p, std::int64_t frame) {
+  node.sum += p - node.first;
+  node.weight += 1;
+  node.min = node.min.cwiseMin(p);
+  node.max = node.max.cwiseMax(p);
+  ++node.vertex.points;
+  countFrame(node.vertex, frame);
+}
+
+/// Vertices of surfaces: one per class and cell of a lattice, at the mean of the points in it,
+/// however much of the surface was seen.
+class SurfaceCells {
+ public:
+  explicit SurfaceCells(double side_m) : side_m_(side_m) {}
+
+  /// Points of surface classes; new cells are appended to `nodes`.
+  void add(const LabelledCloud& cloud, const LabelSet& labels, std::int64_t frame,
+           std::vector<Node>& nodes) {
+    ClassCell last_cell;
+    std::size_t last_node = std::numeric_limits<std::size_t>::max();
+    for (std::size_t i = 0; i < cloud.size(); ++i) {
+      const std::uint32_t label = cloud.points[i].label;
+      const Eigen::Vector3d p = cloud.position(i);
+      if (labels.role(label) != Role::surface || !p.allFinite()) continue;
+      const ClassCell cell = cellOf(p, side_m_, label);
+      // Neighbouring points mostly share their cell.
+      if (last_node >= nodes.size() || !(cell == last_cell)) {
+        last_node = nodeOf(cell, p, nodes);
+        last_cell = cell;
+      }
+      addPoint(nodes[last_node], p, frame);
+    }
+  }
+
+ private:
+  struct NodeOfCell {
+    ClassCell key;
+    std::size_t node;
+  };
+  std::size_t nodeOf(const ClassCell& cell, const Eigen::Vector3d& p, std::vector<Node>& nodes) {
+    const auto makeNode = [&] {
+      Node node;
+      node.is_surface = true;
+      node.first = node.min = node.max = p;
+      node.vertex.label = cell.label;
+      node.vertex.observations = 0;
+      nodes.push_back(node);
+      return NodeOfCell{cell, nodes.size() - 1};
+    };
+    return cells_[cells_.numberOf(cell, makeNode)].node;
+  }
+
+  double side_m_;
+  CellTable<NodeOfCell> cells_;
+};
 
 // A blob counts as its points, but not more: a car beside the camera has thousands.
 constexpr double kMaxBlobWeight = 200;
@@ -40,17 +115,6 @@ bool isFirstObservation(const MergeOptions& options) {
   if (options.mode == "first_observation") return true;
   if (options.mode == "running_mean") return false;
   throw UsageError("merge.mode = " + options.mode + ", must be running_mean or first_observation");
-}
-
-/// The mean of both, weighted by how often each was seen.
-void joinVertex(Vertex& vertex, const Vertex& other) {
-  const double a = vertex.observations, b = other.observations, share = b / std::max(1.0, a + b);
-  vertex.position += share * (other.position - vertex.position);
-  vertex.extent += share * (other.extent - vertex.extent);
-  vertex.sigma_m = std::sqrt((1 - share) * vertex.sigma_m * vertex.sigma_m +
-                             share * other.sigma_m * other.sigma_m);
-  vertex.observations += other.observations;
-  vertex.points += other.points;
 }
 
 }  // namespace
@@ -252,42 +316,6 @@ SemanticGraph PlaceGraphBuilder::graph() const {
   }
   graph.setEdges(edges);
   return graph;
-}
-
-void mergeGraphs(SemanticGraph& graph, const SemanticGraph& addition, const LabelSet& labels,
-                 const MergeOptions& options, const EdgeOptions& edge_options) {
-  if (graph.empty()) graph.space = addition.space;
-  const bool in_images = graph.space == GraphSpace::image;
-  const double surface_m = in_images ? options.first_observation_m : options.surface_m / 2;
-  CellLists vertices_of_cell;
-  const auto reachOf = [&](const Vertex& v) {
-    return labels.role(v.label) == Role::surface ? surface_m : options.object_m;
-  };
-  const auto cellOfVertex = [&](const Vertex& v) {
-    return cellOf(v.position, std::max(surface_m, options.object_m), v.label);
-  };
-  for (std::size_t i = 0; i < graph.size(); ++i)
-    vertices_of_cell.add(cellOfVertex(graph.vertices[i]), i);
-  std::vector<std::uint32_t> now_at;  // of the vertices of the addition
-  for (const Vertex& v : addition.vertices) {
-    std::size_t nearest = graph.size();
-    double distance = reachOf(v);
-    vertices_of_cell.forAround(cellOfVertex(v), [&](std::size_t i) {
-      const double d = (graph.vertices[i].position - v.position).norm();
-      if (d > distance) return;
-      distance = d;
-      nearest = i;
-    });
-    now_at.push_back(static_cast<std::uint32_t>(nearest));
-    if (nearest < graph.size())
-      joinVertex(graph.vertices[nearest], v);
-    else
-      graph.vertices.push_back(v);
-  }
-  if (!in_images) return connectByRadius(graph, edge_options);
-  BlobEdges edges = graph.edges();
-  for (const auto& [a, b] : addition.edges()) edges.emplace_back(now_at[a], now_at[b]);
-  graph.setEdges(edges);
 }
 
 }  // namespace xview::graph

@@ -136,7 +136,7 @@ PlanSample PlanCells::middleOf(std::size_t i) const {
           floor[i].height};
 }
 
-PlanCells sortIntoCells(const PlanVoxels& voxels, const GroundSurface& ground,
+PlanCells sortIntoCells(const PlanVoxels& voxels, const HeightLattice& ground,
                         const GroundRule& rule) {
   constexpr std::size_t kAhead = 16;  // voxels of a cell lie far apart in memory
   PlanCells cells;
@@ -173,17 +173,11 @@ ValueGrid::ValueGrid(const PlanCells& cells, const std::function<float(const Upr
 ValueGrid ValueGrid::boxSum(int reach) const {
   ValueGrid sums = *this;
   for (std::size_t i = 0; i < values_.size(); ++i) {
-    if (values_[i] > 0) sums.values_[i] = sumAround(cells_->cell(i), reach);
+    if (values_[i] <= 0) continue;
+    float& sum = sums.values_[i] = 0;
+    cells_->index.forAround(i, reach, [&](std::int32_t j) { sum += values_[j]; });
   }
   return sums;
-}
-
-float ValueGrid::sumAround(CellIndex::Cell cell, int reach) const {
-  float sum = 0;
-  for (int dy = -reach; dy <= reach; ++dy) {
-    for (int dx = -reach; dx <= reach; ++dx) sum += at({cell.x + dx, cell.y + dy});
-  }
-  return sum;
 }
 
 float ValueGrid::at(CellIndex::Cell cell) const {

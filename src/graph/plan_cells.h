@@ -51,18 +51,8 @@ struct GroundRule {
 };
 GroundRule groundRule(bool aerial);
 
-/// Height of the ground on a 2 m lattice, bilinear in between.
-class GroundSurface {
- public:
-  GroundSurface(const PlanVoxels& voxels, const GroundRule& rule);
-  float heightAt(float x, float y) const;
-
- private:
-  float latticeHeight(std::int32_t x, std::int32_t y, float fallback) const;
-
-  CellIndex index_;
-  std::vector<float> heights_;
-};
+/// Height of the ground on a 2 m lattice.
+HeightLattice groundSurface(const PlanVoxels& voxels, const GroundRule& rule);
 
 /// What stands in a cell, of one upright class, higher than spilt labels.
 struct Standing {
@@ -110,24 +100,10 @@ struct PlanCells {
   const UprightCell* uprightOf(std::size_t cell) const {
     return upright_of[cell] < 0 ? nullptr : &upright[upright_of[cell]];
   }
-  const UprightCell* uprightAt(CellIndex::Cell c) const {
-    const std::int32_t i = index.find(c.x, c.y);
-    return i < 0 ? nullptr : uprightOf(i);
-  }
   PlanSample middleOf(std::size_t cell) const;  ///< on the ground
-  /// Calls visit(cell, where) for what stands in the cells up to `reach` away, row by row.
-  template <class Visit>
-  void forUprightAround(CellIndex::Cell c, int reach, Visit&& visit) const {
-    for (int dy = -reach; dy <= reach; ++dy) {
-      for (int dx = -reach; dx <= reach; ++dx) {
-        const CellIndex::Cell where{c.x + dx, c.y + dy};
-        if (const UprightCell* cell = uprightAt(where)) visit(*cell, where);
-      }
-    }
-  }
 };
 
-PlanCells sortIntoCells(const PlanVoxels& voxels, const GroundSurface& ground,
+PlanCells sortIntoCells(const PlanVoxels& voxels, const HeightLattice& ground,
                         const GroundRule& rule);
 
 /// A value per cell of a view, 0 where nothing stands. The cells must outlive it.
@@ -136,8 +112,6 @@ class ValueGrid {
   ValueGrid(const PlanCells& cells, const std::function<float(const UprightCell&)>& value);
   /// Sum over the square of half size `reach` around each cell with a value; 0 elsewhere.
   ValueGrid boxSum(int reach) const;
-  /// Sum over the square of half size `reach` around any cell.
-  float sumAround(CellIndex::Cell cell, int reach) const;
   float at(CellIndex::Cell cell) const;
   float operator[](std::size_t i) const { return values_[i]; }
   /// Largest within `reach` cells; of equal ones the first in (y, x) order.

@@ -20,6 +20,7 @@ constexpr double kLowestShare =
     0.05;  ///< quantile that is the ground where no ground class was seen
 constexpr double kGroundGate_m =
     0.6;  ///< ground classes farther than this above the surface are obstacles
+constexpr std::int32_t kAround = 2;  ///< cells to each side of the neighbourhood of one
 constexpr float kUnset = std::numeric_limits<float>::quiet_NaN();
 
 std::int32_t latticeCell(float p) { return floorToInt(p / kLatticeM); }
@@ -71,13 +72,9 @@ std::vector<float> smoothed(const CellIndex& index, const std::vector<float>& ra
   std::vector<float> result = raw, around;
   for (std::size_t i = 0; i < raw.size(); ++i) {
     around.clear();
-    const CellIndex::Cell cell = index.cells()[i];
-    for (int dy = -2; dy <= 2; ++dy) {
-      for (int dx = -2; dx <= 2; ++dx) {
-        const std::int32_t j = index.find(cell.x + dx, cell.y + dy);
-        if (j >= 0 && !std::isnan(raw[j])) around.push_back(raw[j]);
-      }
-    }
+    index.forAround(i, kAround, [&](std::int32_t j) {
+      if (!std::isnan(raw[j])) around.push_back(raw[j]);
+    });
     if (around.size() < 3) continue;
     const float typical = quantileOf(around, share);
     if (std::isnan(result[i]) || std::abs(result[i] - typical) > kStepM) result[i] = typical;
@@ -97,31 +94,6 @@ void centreOnLayer(HeightLists& lists, double gate_m, std::vector<float>& height
   }
 }
 
-/// Spreads known heights to the other occupied cells, nearest first (breadth first); cells that
-/// cannot be reached get the median.
-void fillGaps(const CellIndex& index, std::vector<float>& heights) {
-  std::vector<std::int32_t> queue;
-  for (std::size_t i = 0; i < heights.size(); ++i) {
-    if (!std::isnan(heights[i])) queue.push_back(static_cast<std::int32_t>(i));
-  }
-  std::vector<float> known;
-  for (const std::int32_t i : queue) known.push_back(heights[i]);
-  const float typical = known.empty() ? 0.f : quantileOf(known, 0.5);
-  for (std::size_t k = 0; k < queue.size(); ++k) {
-    const CellIndex::Cell cell = index.cells()[queue[k]];
-    for (int dy = -2; dy <= 2; ++dy) {
-      for (int dx = -2; dx <= 2; ++dx) {
-        const std::int32_t j = index.find(cell.x + dx, cell.y + dy);
-        if (j < 0 || !std::isnan(heights[j])) continue;
-        heights[j] = heights[queue[k]];
-        queue.push_back(j);
-      }
-    }
-  }
-  std::replace_if(
-      heights.begin(), heights.end(), [](float z) { return std::isnan(z); }, typical);
-}
-
 }  // namespace
 
 GroundRule groundRule(bool aerial) {
@@ -130,33 +102,19 @@ GroundRule groundRule(bool aerial) {
   return aerial ? GroundRule{0.5, 2 * kGroundGate_m} : GroundRule{0.25, kGroundGate_m};
 }
 
-GroundSurface::GroundSurface(const PlanVoxels& voxels, const GroundRule& rule) {
+HeightLattice groundSurface(const PlanVoxels& voxels, const GroundRule& rule) {
+  HeightLattice ground{kLatticeM, {}, {}};
   const bool only_ground = anyGround(voxels);
-  HeightLists lists = gatherHeights(voxels, only_ground, index_);
+  HeightLists lists = gatherHeights(voxels, only_ground, ground.index);
   const double share = only_ground ? rule.quantile : std::min(kLowestShare, rule.quantile);
-  heights_.assign(lists.cells(), kUnset);
+  std::vector<float> heights(lists.cells(), kUnset);
   for (std::size_t i = 0; i < lists.cells(); ++i) {
-    if (lists.size(i) >= kFewest) heights_[i] = quantileOf(lists.begin(i), lists.end(i), share);
+    if (lists.size(i) >= kFewest) heights[i] = quantileOf(lists.begin(i), lists.end(i), share);
   }
-  heights_ = smoothed(index_, heights_, rule.quantile < 0.5 ? 0.4 : 0.5);
-  if (only_ground) centreOnLayer(lists, rule.gate_m, heights_);
-  fillGaps(index_, heights_);
-}
-
-float GroundSurface::latticeHeight(std::int32_t x, std::int32_t y, float fallback) const {
-  const std::int32_t i = index_.find(x, y);
-  return i < 0 ? fallback : heights_[i];
-}
-
-float GroundSurface::heightAt(float x, float y) const {
-  const float fx = x / kLatticeM - 0.5f, fy = y / kLatticeM - 0.5f;
-  const auto ix = static_cast<std::int32_t>(std::floor(fx)),
-             iy = static_cast<std::int32_t>(std::floor(fy));
-  const float rx = fx - static_cast<float>(ix), ry = fy - static_cast<float>(iy);
-  const float own = latticeHeight(latticeCell(x), latticeCell(y), 0.f);
-  const float a = latticeHeight(ix, iy, own), b = latticeHeight(ix + 1, iy, own);
-  const float c = latticeHeight(ix, iy + 1, own), d = latticeHeight(ix + 1, iy + 1, own);
-  return (a * (1 - rx) + b * rx) * (1 - ry) + (c * (1 - rx) + d * rx) * ry;
+  ground.heights = smoothed(ground.index, heights, rule.quantile < 0.5 ? 0.4 : 0.5);
+  if (only_ground) centreOnLayer(lists, rule.gate_m, ground.heights);
+  ground.fillGaps(kAround);
+  return ground;
 }
 
 }  // namespace xview::graph

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <Eigen/Geometry>
 #include <algorithm>
-#include <cmath>
+
 #include <functional>
 
 #include "graph/plan_cells.h"
@@ -27,51 +28,19 @@ struct ClusterRule {
   float min_top_m;
 };
 
-struct Cluster {
-  std::vector<std::int32_t> cells;
-  std::int32_t min_x, min_y, max_x, max_y;
-};
-
-std::vector<Cluster> connectedCells(const PlanCells& cells,
-                                    const std::function<bool(const UprightCell&)>& belongs) {
-  std::vector<bool> seen(cells.size(), false);
-  const auto member = [&](std::int32_t i) {
-    const UprightCell* cell = i < 0 || seen[i] ? nullptr : cells.uprightOf(i);
-    return cell && belongs(*cell);
-  };
-  std::vector<Cluster> clusters;
-  for (std::int32_t start = 0; start < static_cast<std::int32_t>(cells.size()); ++start) {
-    if (!member(start)) continue;
-    const CellIndex::Cell first = cells.cell(start);
-    Cluster cluster{{start}, first.x, first.y, first.x, first.y};
-    seen[start] = true;
-    for (std::size_t k = 0; k < cluster.cells.size(); ++k) {
-      const CellIndex::Cell c = cells.cell(cluster.cells[k]);
-      cluster.min_x = std::min(cluster.min_x, c.x);
-      cluster.max_x = std::max(cluster.max_x, c.x);
-      cluster.min_y = std::min(cluster.min_y, c.y);
-      cluster.max_y = std::max(cluster.max_y, c.y);
-      for (int dy = -1; dy <= 1; ++dy) {
-        for (int dx = -1; dx <= 1; ++dx) {
-          const std::int32_t j = cells.index.find(c.x + dx, c.y + dy);
-          if (!member(j)) continue;
-          seen[j] = true;
-          cluster.cells.push_back(j);
-        }
-      }
-    }
-    clusters.push_back(std::move(cluster));
-  }
-  return clusters;
-}
-
 void findClusters(const PlanCells& cells, const ClusterRule& rule, std::vector<PlanSample>& out) {
-  for (const Cluster& cluster : connectedCells(cells, rule.belongs)) {
-    const double extent =
-        kPlanCell_m * (1 + std::max(cluster.max_x - cluster.min_x, cluster.max_y - cluster.min_y));
+  const auto belongs = [&](std::int32_t i) {
+    const UprightCell* cell = cells.uprightOf(i);
+    return cell && rule.belongs(*cell);
+  };
+  for (const std::vector<std::int32_t>& cluster : connectedCells(cells.index, belongs)) {
+    Eigen::AlignedBox2i box;
+    for (const std::int32_t i : cluster)
+      box.extend(Eigen::Vector2i(cells.cell(i).x, cells.cell(i).y));
+    const double extent = kPlanCell_m * (1 + box.sizes().maxCoeff());
     if (extent > rule.max_extent_m || extent < rule.min_extent_m) continue;
     float weight = 0, votes = 0, x = 0, y = 0, z = 0, bottom = 1e9f, top = -1e9f;
-    for (const std::int32_t i : cluster.cells) {
+    for (const std::int32_t i : cluster) {
       const UprightCell& cell = *cells.uprightOf(i);
       const Standing& standing = cell.of(rule.kind);
       if (standing.votes <= 0) continue;
@@ -100,16 +69,13 @@ void findTrees(const PlanCells& cells, PlanView& view) {
   const ValueGrid sums = crown.boxSum(kCrownReach);
   for (std::size_t i = 0; i < cells.size(); ++i) {
     if (sums[i] < kMinCanopy || !sums.isMaximum(i, kTreeReach)) continue;
-    const CellIndex::Cell c = cells.cell(i);
     double weight = 0, x = 0, y = 0;
-    for (int dy = -kTreeReach; dy <= kTreeReach; ++dy) {
-      for (int dx = -kTreeReach; dx <= kTreeReach; ++dx) {
-        const double w = crown.at({c.x + dx, c.y + dy});
-        weight += w;
-        x += w * (c.x + dx + 0.5);
-        y += w * (c.y + dy + 0.5);
-      }
-    }
+    cells.index.forAround(i, kTreeReach, [&](std::int32_t j) {
+      const double w = crown[j];
+      weight += w;
+      x += w * (cells.cell(j).x + 0.5);
+      y += w * (cells.cell(j).y + 0.5);
+    });
     view[Channel::tree].push_back({static_cast<float>(x / weight * kPlanCell_m),
                                    static_cast<float>(y / weight * kPlanCell_m),
                                    cells.floor[i].height});
@@ -119,6 +85,49 @@ void findTrees(const PlanCells& cells, PlanView& view) {
 /// Votes of a kind near the ground.
 CellValue low(Kind kind) {
   return [kind](const UprightCell& c) { return c.of(kind).low; };
+}
+
+constexpr float kPeakVotes = 2;         ///< that make a pole, sign or light
+constexpr int kPeakReach = 3;           ///< a peak is the largest within so many cells
+constexpr float kMinPoleShare = 0.25f;  ///< of the votes of the other upright classes in the cell
+
+/// Weighted mean of the pole-like points in the 3x3 cells around a peak.
+PlanSample peakCentre(const PlanCells& cells, const ValueGrid& value, std::size_t peak) {
+  float weight = 0, x = 0, y = 0;
+  cells.index.forAround(peak, 1, [&](std::int32_t i) {
+    const float w = value[i];
+    if (w <= 0) return;
+    const UprightCell& cell = *cells.uprightOf(i);
+    float votes = 0, sum_x = 0, sum_y = 0;
+    for (const Standing* s = cell.first; s != cell.last; ++s) {
+      if (!isPoleLike(s->kind)) continue;
+      votes += s->votes;
+      sum_x += s->sum_x;
+      sum_y += s->sum_y;
+    }
+    if (votes <= 0) return;
+    weight += w;
+    x += w * sum_x / votes;
+    y += w * sum_y / votes;
+  });
+  if (weight <= 0) return {};
+  return {x / weight, y / weight, cells.floor[peak].height};
+}
+
+/// Peaks of the votes of some kinds, where nothing else has many more.
+std::vector<PlanSample> peaksOf(const std::vector<Kind>& kinds, const PlanCells& cells) {
+  const ValueGrid value(cells, [&](const UprightCell& cell) {
+    float votes = 0;
+    for (const Kind kind : kinds) votes += cell.of(kind).near_votes;
+    return votes >= kMinPoleShare * cell.ofThingsBesidePosts() ? votes : 0.f;
+  });
+  const ValueGrid sums = value.boxSum(1);
+  std::vector<PlanSample> peaks;
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    if (sums[i] >= kPeakVotes && sums.isMaximum(i, kPeakReach))
+      peaks.push_back(peakCentre(cells, value, i));
+  }
+  return peaks;
 }
 
 }  // namespace
@@ -146,6 +155,13 @@ void findPlanObjects(const PlanCells& cells, PlanView& view) {
   findClusters(cells, {Kind::other_object, isOther, votes, 4.f, 0.f, 2 * kMinVotes, -1.f, -1.f},
                view[Channel::other_object]);
   findTrees(cells, view);
+}
+
+void findPosts(const PlanCells& cells, PlanView& view) {
+  view[Channel::pole] = peaksOf({Kind::pole}, cells);
+  view[Channel::sign] = peaksOf({Kind::sign}, cells);
+  view[Channel::light] = peaksOf({Kind::light}, cells);
+  view[Channel::pole_like] = peaksOf({Kind::pole, Kind::sign, Kind::light}, cells);
 }
 
 }  // namespace xview::graph

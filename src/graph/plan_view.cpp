@@ -31,13 +31,9 @@ FloorClass majorityAround(const PlanCells& cells, const std::vector<FloorClass>&
                           std::size_t i) {
   if (classes[i] == kNoFloor) return kNoFloor;
   std::array<int, 3> count{};
-  const CellIndex::Cell c = cells.cell(i);
-  for (int dy = -1; dy <= 1; ++dy) {
-    for (int dx = -1; dx <= 1; ++dx) {
-      const std::int32_t j = cells.index.find(c.x + dx, c.y + dy);
-      if (j >= 0 && classes[j] != kNoFloor) ++count[classes[j]];
-    }
-  }
+  cells.index.forAround(i, 1, [&](std::int32_t j) {
+    if (classes[j] != kNoFloor) ++count[classes[j]];
+  });
   const auto best = std::max_element(count.begin(), count.end());
   return *best > count[classes[i]] ? static_cast<FloorClass>(best - count.begin()) : classes[i];
 }
@@ -216,7 +212,7 @@ PlanView PlanViewBuilder::build() const {
   const PlanVoxels& voxels = s.voxels.entries();
   if (voxels.empty()) return view;
   const GroundRule rule = groundRule(view.aerial);
-  const PlanCells cells = sortIntoCells(voxels, GroundSurface(voxels, rule), rule);
+  const PlanCells cells = sortIntoCells(voxels, groundSurface(voxels, rule), rule);
   addFloor(cells, view);
   addUprights(cells, view);
   findPosts(cells, view);

@@ -71,8 +71,51 @@ class VoxelThinner {
   }
 
  private:
-  void findRuns(const PointRow& row);
-  void addRun(const PointRow& row, std::size_t begin, std::size_t end);
+  /// Neighbouring measurements mostly share their voxel.
+  void findRuns(const PointRow& row) {
+    const std::size_t count = row.size;
+    if (is_first_.size() < count) {
+      for (auto* cells : {&cell_x_, &cell_y_, &cell_z_}) cells->resize(count);
+      is_first_.resize(count);
+    }
+    const Eigen::Vector3d start = origin_ * per_metre_;
+    cellsOf(row.x.data(), count, per_metre_, start.x(), cell_x_.data());
+    cellsOf(row.y.data(), count, per_metre_, start.y(), cell_y_.data());
+    cellsOf(row.z.data(), count, per_metre_, start.z(), cell_z_.data());
+    std::fill_n(is_first_.begin(), count, std::uint8_t{0});
+    for (const auto* cells : {&cell_x_, &cell_y_, &cell_z_})
+      markChanges(reinterpret_cast<const std::uint32_t*>(cells->data()), count, is_first_.data());
+    markChanges(row.label.data(), count, is_first_.data());
+    markChanges(row.instance.data(), count, is_first_.data());
+    is_first_[0] = 1;
+
+    run_begin_.resize(count + 1);
+    std::size_t runs = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      run_begin_[runs] = static_cast<std::uint32_t>(i);
+      runs += is_first_[i];
+    }
+    run_begin_[runs] = static_cast<std::uint32_t>(count);
+    run_begin_.resize(runs + 1);
+  }
+
+  void addRun(const PointRow& row, std::size_t begin, std::size_t end) {
+    const Voxel voxel{cell_x_[begin], cell_y_[begin], cell_z_[begin], row.label[begin],
+                      row.instance[begin]};
+    if (voxel.x == kNoCell || voxel.y == kNoCell || voxel.z == kNoCell) return;
+    Sums& sums = voxels_[voxels_.numberOf(voxel, [&] {
+      return Sums{voxel, 0, {row.x[begin], row.y[begin], row.z[begin]}};
+    })];
+    float dx = sums.offset[0], dy = sums.offset[1], dz = sums.offset[2], sigma = sums.sigma;
+    for (std::size_t i = begin; i < end; ++i) {
+      dx += row.x[i] - sums.first[0];
+      dy += row.y[i] - sums.first[1];
+      dz += row.z[i] - sums.first[2];
+      sigma += row.sigma[i];
+    }
+    sums.offset[0] = dx, sums.offset[1] = dy, sums.offset[2] = dz, sums.sigma = sigma;
+    sums.count += static_cast<std::uint32_t>(end - begin);
+  }
 
   Eigen::Vector3d origin_;
   double per_metre_;
@@ -81,52 +124,6 @@ class VoxelThinner {
   std::vector<std::uint8_t> is_first_;    ///< of a run of points in one voxel
   std::vector<std::uint32_t> run_begin_;  ///< and the end
 };
-
-/// Neighbouring measurements mostly share their voxel.
-void VoxelThinner::findRuns(const PointRow& row) {
-  const std::size_t count = row.size;
-  if (is_first_.size() < count) {
-    for (auto* cells : {&cell_x_, &cell_y_, &cell_z_}) cells->resize(count);
-    is_first_.resize(count);
-  }
-  const Eigen::Vector3d start = origin_ * per_metre_;
-  cellsOf(row.x.data(), count, per_metre_, start.x(), cell_x_.data());
-  cellsOf(row.y.data(), count, per_metre_, start.y(), cell_y_.data());
-  cellsOf(row.z.data(), count, per_metre_, start.z(), cell_z_.data());
-  std::fill_n(is_first_.begin(), count, std::uint8_t{0});
-  for (const auto* cells : {&cell_x_, &cell_y_, &cell_z_})
-    markChanges(reinterpret_cast<const std::uint32_t*>(cells->data()), count, is_first_.data());
-  markChanges(row.label.data(), count, is_first_.data());
-  markChanges(row.instance.data(), count, is_first_.data());
-  is_first_[0] = 1;
-
-  run_begin_.resize(count + 1);
-  std::size_t runs = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    run_begin_[runs] = static_cast<std::uint32_t>(i);
-    runs += is_first_[i];
-  }
-  run_begin_[runs] = static_cast<std::uint32_t>(count);
-  run_begin_.resize(runs + 1);
-}
-
-void VoxelThinner::addRun(const PointRow& row, std::size_t begin, std::size_t end) {
-  const Voxel voxel{cell_x_[begin], cell_y_[begin], cell_z_[begin], row.label[begin],
-                    row.instance[begin]};
-  if (voxel.x == kNoCell || voxel.y == kNoCell || voxel.z == kNoCell) return;
-  Sums& sums = voxels_[voxels_.numberOf(voxel, [&] {
-    return Sums{voxel, 0, {row.x[begin], row.y[begin], row.z[begin]}};
-  })];
-  float dx = sums.offset[0], dy = sums.offset[1], dz = sums.offset[2], sigma = sums.sigma;
-  for (std::size_t i = begin; i < end; ++i) {
-    dx += row.x[i] - sums.first[0];
-    dy += row.y[i] - sums.first[1];
-    dz += row.z[i] - sums.first[2];
-    sigma += row.sigma[i];
-  }
-  sums.offset[0] = dx, sums.offset[1] = dy, sums.offset[2] = dz, sums.sigma = sigma;
-  sums.count += static_cast<std::uint32_t>(end - begin);
-}
 
 void gather(const LabelledCloud& cloud, std::size_t first, PointRow& row) {
   row.size = std::min(kPointsAtOnce, cloud.size() - first);

@@ -8,7 +8,6 @@
 #include <filesystem>
 #include <limits>
 #include <new>
-#include <optional>
 
 #include "point_table.h"
 #include "xview/io/atomic_file.h"

@@ -30,19 +30,11 @@ std::uint32_t bigEndian(const unsigned char* data) {
          data[3];
 }
 
+/// 0 for a colour type that does not exist.
 int channelsOf(PngColor color) {
-  switch (color) {
-    case PngColor::grey:
-    case PngColor::palette:
-      return 1;
-    case PngColor::grey_alpha:
-      return 2;
-    case PngColor::rgb:
-      return 3;
-    case PngColor::rgba:
-      return 4;
-  }
-  return 0;
+  static constexpr int kChannels[] = {1, 0, 3, 1, 2, 0, 4};
+  const auto type = static_cast<std::size_t>(color);
+  return type < std::size(kChannels) ? kChannels[type] : 0;
 }
 
 PngHeader parseHeader(const std::string& path, const unsigned char* data, std::size_t size) {
@@ -156,22 +148,10 @@ bool undoFilter(Byte* row, const Byte* above, std::size_t size) {
 }
 
 using UndoFilter = bool (*)(Byte*, const Byte*, std::size_t);
-UndoFilter undoFilterOf(std::size_t pixel_bytes) {
-  switch (pixel_bytes) {
-    case 1:
-      return undoFilter<1>;
-    case 2:
-      return undoFilter<2>;
-    case 3:
-      return undoFilter<3>;
-    case 4:
-      return undoFilter<4>;
-    case 6:
-      return undoFilter<6>;
-    default:
-      return undoFilter<8>;
-  }
-}
+/// By the bytes of a pixel; the channels and depths that there are make no others.
+constexpr UndoFilter kUndoFilterOf[] = {nullptr,       undoFilter<1>, undoFilter<2>,
+                                        undoFilter<3>, undoFilter<4>, nullptr,
+                                        undoFilter<6>, nullptr,       undoFilter<8>};
 
 /// Samples in the order of the file to pixels in OpenCV's order.
 template <class Sample>
@@ -311,7 +291,7 @@ cv::Mat decodePng(const PngHeader& header, const std::vector<unsigned char>& byt
                 CV_MAKETYPE(header.bits == 8 ? CV_8U : CV_16U, channels));
   const std::vector<Byte> nothing(row_bytes, 0);
   const Byte* above = nothing.data();
-  const UndoFilter undoRow = undoFilterOf(pixel_bytes);
+  const UndoFilter undoRow = kUndoFilterOf[pixel_bytes];
   for (int y = 0; y < header.height; ++y) {
     Byte* row = rows.data() + (1 + row_bytes) * static_cast<std::size_t>(y);
     if (!undoRow(row, above, row_bytes)) return {};

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <filesystem>
 #include <opencv2/imgcodecs.hpp>
-#include <vector>
 
 #include "image_decoding.h"
 #include "xview/io/atomic_file.h"

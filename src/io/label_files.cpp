@@ -4,13 +4,12 @@
 #include <algorithm>
 #include <array>
 #include <filesystem>
-#include <optional>
 
 #include "input_file.h"
 #include "shipped_labels.h"
 #include "xview/io/recording.h"
 #include "xview/types/error.h"
-#include "xview/types/nearest_word.h"
+#include "xview/types/user_text.h"
 #include "yaml_file.h"
 
 namespace xview::io {

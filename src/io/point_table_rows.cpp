@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The rows of PCD and PLY files in all their encodings, and what their columns mean.
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <cstring>
 #include <limits>
 
 #include "point_table.h"
+#include "xview/types/user_text.h"
 
 namespace xview::io {
 namespace {
@@ -424,10 +424,8 @@ std::uint32_t ChosenColumns::id(const Slot& slot, const double* values, const Ro
   const bool whole = std::isfinite(value) && value == std::floor(value);
   if (whole && value < 0) return 0;
   if (!whole || value > kMinusOne32) {
-    char text[32];
-    const char* end = std::to_chars(text, text + sizeof(text), value).ptr;
-    place.fail(quoted(source.name) + " must be a whole number below 2^32, found " +
-               std::string(text, static_cast<std::size_t>(end - text)));
+    place.fail("{} must be a whole number below 2^32, found {}", quoted(source.name),
+               numberText(value));
   }
   return static_cast<std::uint32_t>(value);
 }

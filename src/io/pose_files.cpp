@@ -55,10 +55,7 @@ Eigen::Isometry3d poseFromTum(const double* numbers, const InputFile& file) {
   if (std::abs(q.norm() - 1) > 0.01) {
     file.failAtLine("expected a unit quaternion, found length {:.6g}", q.norm());
   }
-  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
-  T.linear() = q.normalized().toRotationMatrix();
-  T.translation() << numbers[0], numbers[1], numbers[2];
-  return T;
+  return poseOf(q.normalized().toRotationMatrix(), {numbers[0], numbers[1], numbers[2]});
 }
 
 Eigen::Isometry3d poseFromRows(const double* numbers, const InputFile& file) {
@@ -71,10 +68,7 @@ Eigen::Isometry3d poseFromRows(const double* numbers, const InputFile& file) {
         "expected a rotation in columns 1-3, found R R^T off by {:.6g} and determinant {:.6g}",
         skew, R.determinant());
   }
-  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
-  T.linear() = orthonormalized(matrix.topLeftCorner<3, 3>());
-  T.translation() = matrix.topRightCorner<3, 1>();
-  return T;
+  return poseOf(orthonormalized(matrix.topLeftCorner<3, 3>()), matrix.topRightCorner<3, 1>());
 }
 
 std::vector<StampedPose> readPoses(const std::string& path) {

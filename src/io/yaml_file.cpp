@@ -6,7 +6,7 @@
 
 #include "input_file.h"
 #include "xview/types/error.h"
-#include "xview/types/nearest_word.h"
+#include "xview/types/user_text.h"
 
 namespace xview::io {
 namespace {

@@ -3,7 +3,6 @@
 
 #include <yaml-cpp/yaml.h>
 
-#include <optional>
 #include <string>
 #include <vector>
 

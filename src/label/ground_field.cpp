@@ -36,11 +36,6 @@ std::vector<Offset> halfRing(int reach) {
   return offsets;
 }
 
-std::int32_t rootOf(std::vector<std::int32_t>& parents, std::int32_t i) {
-  while (parents[i] != i) i = parents[i] = parents[parents[i]];
-  return i;
-}
-
 /// What speaks for and against a component being ground.
 struct Patch {
   std::size_t cells = 0, above = 0, below = 0;  ///< neighbours of others that it lies above, below
@@ -60,11 +55,7 @@ GroundField::GroundField(const pcl::PointCloud<Point>& points) {
   findLowest(points);
   joinCells();
   chooseGround();
-  fillGaps();
-}
-
-std::int32_t GroundField::cellAt(float x, float y) const {
-  return index_.find(floorToInt(x / kCell_m), floorToInt(y / kCell_m));
+  ground_.fillGaps(kReach);
 }
 
 void GroundField::findLowest(const pcl::PointCloud<Point>& points) {
@@ -73,20 +64,20 @@ void GroundField::findLowest(const pcl::PointCloud<Point>& points) {
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Point& p = points[i];
     cell_of[i] = static_cast<std::uint32_t>(
-        index_.findOrAdd(floorToInt(p.x / kCell_m), floorToInt(p.y / kCell_m)));
+        ground_.index.findOrAdd(floorToInt(p.x / kCell_m), floorToInt(p.y / kCell_m)));
     if (cell_of[i] + 1 == first.size()) first.push_back(0);
     ++first[cell_of[i] + 1];
   }
   std::partial_sum(first.begin(), first.end(), first.begin());
-  std::vector<float> heights(points.size()), sigmas(index_.size(), 0);
+  std::vector<float> heights(points.size()), sigmas(ground_.index.size(), 0);
   std::vector<std::size_t> next = first;
   for (std::size_t i = 0; i < points.size(); ++i) {
     heights[next[cell_of[i]]++] = points[i].z;
     sigmas[cell_of[i]] += points[i].sigma;
   }
-  lowest_.resize(index_.size());
-  sigma_.resize(index_.size());
-  for (std::size_t c = 0; c < index_.size(); ++c) {
+  lowest_.resize(ground_.index.size());
+  sigma_.resize(ground_.index.size());
+  for (std::size_t c = 0; c < ground_.index.size(); ++c) {
     const std::size_t count = first[c + 1] - first[c];
     float* const begin = heights.data() + first[c];
     float* const nth = begin + std::min(kSpurious, (count - 1) / 3);
@@ -102,32 +93,28 @@ float GroundField::toleranceOf(std::size_t cell, std::size_t other, float distan
 
 void GroundField::joinCells() {
   const std::vector<Offset> offsets = halfRing(kReach);
-  std::vector<std::int32_t>& parents = component_of_;
-  parents.resize(index_.size());
-  std::iota(parents.begin(), parents.end(), 0);
-  for (std::size_t i = 0; i < index_.size(); ++i) {
-    const CellIndex::Cell cell = index_.cells()[i];
+  DisjointSets sets(ground_.index.size());
+  for (std::size_t i = 0; i < ground_.index.size(); ++i) {
+    const CellIndex::Cell cell = ground_.index.cells()[i];
     for (const Offset& o : offsets) {
-      const std::int32_t j = index_.find(cell.x + o.x, cell.y + o.y);
+      const std::int32_t j = ground_.index.find(cell.x + o.x, cell.y + o.y);
       if (j < 0 || std::abs(lowest_[i] - lowest_[j]) >= toleranceOf(i, j, o.distance_m)) continue;
-      const std::int32_t a = rootOf(parents, static_cast<std::int32_t>(i)), b = rootOf(parents, j);
-      parents[std::max(a, b)] = std::min(a, b);
+      sets.unite(static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(j));
     }
   }
-  for (std::size_t i = 0; i < index_.size(); ++i)
-    parents[i] = rootOf(parents, static_cast<std::int32_t>(i));
+  for (std::uint32_t i = 0; i < ground_.index.size(); ++i) component_of_.push_back(sets.find(i));
 }
 
 void GroundField::chooseGround() {
   const std::vector<Offset> offsets = halfRing(kReach);
-  std::vector<Patch> patches(index_.size());
-  for (std::size_t i = 0; i < index_.size(); ++i) {
+  std::vector<Patch> patches(ground_.index.size());
+  for (std::size_t i = 0; i < ground_.index.size(); ++i) {
     Patch& patch = patches[component_of_[i]];
     ++patch.cells;
     patch.lowest = std::min(patch.lowest, lowest_[i]);
-    const CellIndex::Cell cell = index_.cells()[i];
+    const CellIndex::Cell cell = ground_.index.cells()[i];
     for (const Offset& o : offsets) {
-      const std::int32_t j = index_.find(cell.x + o.x, cell.y + o.y);
+      const std::int32_t j = ground_.index.find(cell.x + o.x, cell.y + o.y);
       if (j < 0 || component_of_[i] == component_of_[j]) continue;
       const float step = lowest_[i] - lowest_[j];
       if (std::abs(step) < kStep_m + kSlope * o.distance_m) continue;
@@ -147,55 +134,16 @@ void GroundField::chooseGround() {
     any += chosen[c];
   }
   if (any == 0 && !patches.empty()) chosen[largest] = 1;
-  is_ground_.resize(index_.size());
-  for (std::size_t i = 0; i < index_.size(); ++i) is_ground_[i] = chosen[component_of_[i]];
-}
-
-/// Heights of the nearest ground, breadth first; what is out of reach gets the median.
-void GroundField::fillGaps() {
-  constexpr float kUnset = NAN;
-  height_.assign(index_.size(), kUnset);
-  std::vector<std::int32_t> queue;
-  std::vector<float> known;
-  for (std::size_t i = 0; i < index_.size(); ++i) {
-    if (!is_ground_[i]) continue;
-    height_[i] = lowest_[i];
-    queue.push_back(static_cast<std::int32_t>(i));
-    known.push_back(lowest_[i]);
+  is_ground_.resize(ground_.index.size());
+  ground_.heights.resize(ground_.index.size());
+  for (std::size_t i = 0; i < ground_.index.size(); ++i) {
+    is_ground_[i] = chosen[component_of_[i]];
+    ground_.heights[i] = is_ground_[i] ? lowest_[i] : NAN;
   }
-  if (known.empty()) return;
-  const float typical = quantileOf(known, 0.5);
-  for (std::size_t k = 0; k < queue.size(); ++k) {
-    const CellIndex::Cell cell = index_.cells()[queue[k]];
-    for (int dy = -kReach; dy <= kReach; ++dy) {
-      for (int dx = -kReach; dx <= kReach; ++dx) {
-        const std::int32_t j = index_.find(cell.x + dx, cell.y + dy);
-        if (j < 0 || !std::isnan(height_[j])) continue;
-        height_[j] = height_[queue[k]];
-        queue.push_back(j);
-      }
-    }
-  }
-  std::replace_if(
-      height_.begin(), height_.end(), [](float z) { return std::isnan(z); }, typical);
-}
-
-float GroundField::heightAt(float x, float y) const {
-  const float fx = x / kCell_m - 0.5F, fy = y / kCell_m - 0.5F;
-  const std::int32_t ix = floorToInt(fx), iy = floorToInt(fy);
-  const float rx = fx - static_cast<float>(ix), ry = fy - static_cast<float>(iy);
-  const std::int32_t own = cellAt(x, y);
-  const float fallback = own < 0 ? 0 : height_[own];
-  const auto at = [&](std::int32_t cx, std::int32_t cy) {
-    const std::int32_t i = index_.find(cx, cy);
-    return i < 0 ? fallback : height_[i];
-  };
-  return (at(ix, iy) * (1 - rx) + at(ix + 1, iy) * rx) * (1 - ry) +
-         (at(ix, iy + 1) * (1 - rx) + at(ix + 1, iy + 1) * rx) * ry;
 }
 
 bool GroundField::isSeenAt(float x, float y) const {
-  const std::int32_t i = cellAt(x, y);
+  const std::int32_t i = ground_.cellAt(x, y);
   return i >= 0 && is_ground_[i];
 }
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "xview/types/cells.h"
-#include "xview/types/point.h"
+#include "xview/types/labelled_cloud.h"
 
 namespace xview::label {
 
@@ -17,7 +17,7 @@ class GroundField {
   /// Points that are not finite have no cell, and do not count.
   explicit GroundField(const pcl::PointCloud<Point>& points);
 
-  float heightAt(float x, float y) const;  ///< bilinear [m]
+  float heightAt(float x, float y) const { return ground_.heightAt(x, y); }  ///< bilinear [m]
   /// Whether the lowest that was seen above this place is ground.
   bool isSeenAt(float x, float y) const;
 
@@ -25,16 +25,13 @@ class GroundField {
   void findLowest(const pcl::PointCloud<Point>& points);
   void joinCells();
   void chooseGround();
-  void fillGaps();
-  std::int32_t cellAt(float x, float y) const;
   float toleranceOf(std::size_t cell, std::size_t other, float distance_m) const;
 
-  CellIndex index_;
-  std::vector<float> lowest_;               ///< of each cell [m]
-  std::vector<float> sigma_;                ///< error of that [m]
-  std::vector<std::int32_t> component_of_;  ///< of each cell: what slopes join
+  HeightLattice ground_{kCell_m, {}, {}};
+  std::vector<float> lowest_;                ///< of each cell [m]
+  std::vector<float> sigma_;                 ///< error of that [m]
+  std::vector<std::uint32_t> component_of_;  ///< of each cell: what slopes join
   std::vector<std::uint8_t> is_ground_;
-  std::vector<float> height_;  ///< of the ground [m]
 };
 
 }  // namespace xview::label

@@ -6,7 +6,6 @@
 #include <opencv2/dnn.hpp>
 #include <opencv2/imgproc.hpp>
 #include <regex>
-#include <vector>
 
 #include "xview/types/error.h"
 

@@ -1,16 +1,156 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "xview/label/shapes.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 #include <vector>
 
 #include "label/ground_field.h"
-#include "label/shape_voxels.h"
+#include "xview/types/cells.h"
 
 namespace xview::label {
 namespace {
+
+/// A cell of a lattice in space as a number: 21 bits for each coordinate.
+struct LatticeKey {
+  std::uint64_t bits = 0;
+
+  static LatticeKey of(std::int64_t x, std::int64_t y, std::int64_t z) {
+    constexpr std::int64_t kMiddle = 1 << 20, kMask = (1 << 21) - 1;
+    return {static_cast<std::uint64_t>(((x + kMiddle) & kMask) << 42 |
+                                       ((y + kMiddle) & kMask) << 21 | ((z + kMiddle) & kMask))};
+  }
+  LatticeKey at(int dx, int dy, int dz) const {
+    const std::int64_t step = (std::int64_t{dx} << 42) + (std::int64_t{dy} << 21) + dz;
+    return {bits + static_cast<std::uint64_t>(step)};
+  }
+  /// The cell of twice the side that holds this one.
+  LatticeKey parent() const {
+    constexpr std::uint64_t kMask = ((1ULL << 20) - 1) * ((1ULL << 42) + (1ULL << 21) + 1);
+    constexpr std::uint64_t kMiddle = (1ULL << 19) * ((1ULL << 42) + (1ULL << 21) + 1);
+    return {((bits >> 1) & kMask) + kMiddle};
+  }
+  bool operator==(const LatticeKey& o) const { return bits == o.bits; }
+  std::uint64_t hash() const {
+    const std::uint64_t h = (bits ^ (bits >> 32)) * 0x9E3779B97F4A7C15ull;
+    return h ^ (h >> 29);
+  }
+};
+
+/// Sums over points that give their mean and covariance.
+struct PointSums {
+  double count = 0;
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  Eigen::Matrix<double, 6, 1> squares = Eigen::Matrix<double, 6, 1>::Zero();  ///< xx xy xz yy yz zz
+
+  void add(const Eigen::Vector3d& p) {
+    count += 1;
+    sum += p;
+    squares[0] += p.x() * p.x(), squares[1] += p.x() * p.y(), squares[2] += p.x() * p.z();
+    squares[3] += p.y() * p.y(), squares[4] += p.y() * p.z(), squares[5] += p.z() * p.z();
+  }
+  void add(const PointSums& other) {
+    count += other.count;
+    sum += other.sum;
+    squares += other.squares;
+  }
+};
+
+/// How the points around a place are spread: the eigenvalues of their covariance.
+struct Spread {
+  float linear = 0, planar = 0;  ///< shares of the largest deviation that only one, or two, have
+  float normal_z = 0;            ///< of the direction with the least spread, absolute
+  float axis_z = 0;              ///< of the direction with the greatest spread, absolute
+};
+
+Spread spreadOf(const PointSums& sums) {
+  const Eigen::Vector3d mean = sums.sum / sums.count;
+  const Eigen::Matrix<double, 6, 1> s = sums.squares / sums.count;
+  Eigen::Matrix3d covariance;
+  covariance << s[0], s[1], s[2], s[1], s[3], s[4], s[2], s[4], s[5];
+  covariance -= mean * mean.transpose();
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix3f> axes;
+  axes.computeDirect(covariance.cast<float>());
+  const Eigen::Vector3f l = axes.eigenvalues().cwiseMax(0);
+  const float largest = l[2] + 1e-9F;
+  return {(l[2] - l[1]) / largest, (l[1] - l[0]) / largest, std::abs(axes.eigenvectors()(2, 0)),
+          std::abs(axes.eigenvectors()(2, 2))};
+}
+
+/// Points in voxels of several sides, each twice the one before.
+class ShapeVoxels {
+ public:
+  static constexpr int kLevels = 3;
+
+  explicit ShapeVoxels(double finest_m) : finest_m_(finest_m) {}
+
+  /// Number of the finest voxel of a point.
+  std::size_t add(const Eigen::Vector3d& p) {
+    const double scale = 1 / finest_m_;
+    const LatticeKey key = LatticeKey::of(floorToInt(p.x() * scale), floorToInt(p.y() * scale),
+                                          floorToInt(p.z() * scale));
+    const std::size_t voxel = levels_[0].numberOf(key, [&] {
+      Neighbourhood made;
+      made.key = key;
+      return made;
+    });
+    levels_[0][voxel].sums.add(p);
+    return voxel;
+  }
+
+  /// All points are there.
+  void finish() {
+    for (int level = 1; level < kLevels; ++level) {
+      auto &fine = levels_[level - 1], &coarse = levels_[level];
+      for (std::size_t i = 0; i < fine.size(); ++i) {
+        const LatticeKey key = fine[i].key.parent();
+        const std::size_t parent = coarse.numberOf(key, [&] {
+          Neighbourhood made;
+          made.key = key;
+          return made;
+        });
+        fine[i].parent = static_cast<std::int32_t>(parent);
+        coarse[parent].sums.add(fine[i].sums);
+      }
+    }
+  }
+
+  std::size_t size() const { return levels_[0].size(); }
+  LatticeKey key(std::size_t voxel) const { return levels_[0][voxel].key; }
+  const PointSums& points(std::size_t voxel) const { return levels_[0][voxel].sums; }
+  std::int32_t find(LatticeKey key) const { return levels_[0].find(key); }  ///< or -1
+
+  /// The sums over the 27 voxels around one at a level.
+  struct Neighbourhood {
+    LatticeKey key;
+    PointSums sums;
+    std::optional<Spread> spread;  ///< once somebody has asked for it
+    std::int32_t parent = -1;
+    bool is_summed = false;
+    PointSums around;
+  };
+  /// Of the voxel at a level that holds this finest one.
+  Neighbourhood& around(std::size_t voxel, int level) {
+    std::size_t number = voxel;
+    for (int l = 0; l < level; ++l) number = static_cast<std::size_t>(levels_[l][number].parent);
+    const auto& table = levels_[level];
+    Neighbourhood& here = levels_[level][number];
+    if (here.is_summed) return here;
+    here.is_summed = true;
+    for (int i = 0; i < 27; ++i) {
+      const std::int32_t j = table.find(here.key.at(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1));
+      if (j >= 0) here.around.add(table[static_cast<std::size_t>(j)].sums);
+    }
+    return here;
+  }
+
+ private:
+  double finest_m_;
+  std::array<CellTable<Neighbourhood>, kLevels> levels_;
+};
 
 constexpr double kVoxel_m = 0.3;
 constexpr float kOnGround_m = 0.25F;  ///< what is lower is ground
@@ -142,23 +282,10 @@ void Standing::findLowThings() {
     if (static_cast<std::size_t>(column_of[v]) == tops.size()) tops.push_back(0);
     tops[column_of[v]] = std::max(tops[column_of[v]], found_[v].height_m);
   }
-  std::vector<std::uint8_t> seen(columns.size(), 0), is_low(columns.size(), 0);
-  std::vector<std::int32_t> piece;
-  for (std::size_t start = 0; start < columns.size(); ++start) {
-    if (seen[start]) continue;
-    seen[start] = 1;
-    piece.assign(1, static_cast<std::int32_t>(start));
+  std::vector<std::uint8_t> is_low(columns.size(), 0);
+  for (const auto& piece : connectedCells(columns, [](std::int32_t) { return true; })) {
     float top = 0;
-    for (std::size_t k = 0; k < piece.size(); ++k) {
-      top = std::max(top, tops[piece[k]]);
-      const CellIndex::Cell cell = columns.cells()[piece[k]];
-      for (int i = 0; i < 9; ++i) {
-        const std::int32_t j = columns.find(cell.x + i % 3 - 1, cell.y + i / 3 - 1);
-        if (j < 0 || seen[j]) continue;
-        seen[j] = 1;
-        piece.push_back(j);
-      }
-    }
+    for (const std::int32_t c : piece) top = std::max(top, tops[c]);
     const double area = static_cast<double>(piece.size()) * kColumn_m * kColumn_m;
     if (top < kLowest_m || top > kHighest_m || area < kSmallest_m2 || area > kLargest_m2) continue;
     for (const std::int32_t c : piece) is_low[c] = 1;

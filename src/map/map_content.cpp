@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What stands in each table of a map, for writing and for reading.
-#include "map_content.h"
+#include "map_tables.h"
 
 #include <algorithm>
 #include <charconv>
@@ -9,11 +9,10 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "map_tables.h"
-#include "map_tiles.h"
 #include "xview/types/error.h"
-#include "xview/types/place_size.h"
 #include "xview/types/pose.h"
+#include "xview/types/semantic_place.h"
+#include "xview/types/user_text.h"
 
 namespace xview::map {
 namespace {
@@ -183,10 +182,7 @@ void forEachNumber(Map& map, Visit&& visit) {
 std::string textOf(const std::vector<LookAlike>& look_alikes) {
   std::string all;
   for (const LookAlike& l : look_alikes) {
-    for (const double value : {l.lead, l.share}) {
-      char text[32];
-      all.append(text, std::to_chars(text, text + sizeof text, value).ptr) += ' ';
-    }
+    for (const double value : {l.lead, l.share}) all += numberText(value) + ' ';
   }
   return all;
 }
@@ -207,10 +203,7 @@ Meta metaOf(const SemanticMap& map, std::size_t stored_points) {
             {"plan_samples", std::to_string(map.plan.sampleCount())},
             {"plan_channels", channelNames()},
             {"plan_aerial", map.plan.aerial ? "1" : "0"}};
-  forEachNumber(map, [&](const char* name, double value) {
-    char text[64];
-    meta[name] = std::string(text, std::to_chars(text, text + sizeof text, value).ptr);
-  });
+  forEachNumber(map, [&](const char* name, double value) { meta[name] = numberText(value); });
   return meta;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/map/map_store.h"
+#include "xview/map/semantic_map.h"
 
 #include <SQLiteCpp/Database.h>
 #include <SQLiteCpp/Exception.h>
@@ -17,7 +17,6 @@
 #include <new>
 #include <stdexcept>
 
-#include "map_content.h"
 #include "map_tables.h"
 #include "xview/types/error.h"
 #include "xview/types/unfinished_file.h"

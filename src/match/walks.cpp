@@ -2,7 +2,6 @@
 #include "xview/match/walks.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <tuple>
 #include <unordered_set>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/options_file.h"
+#include "xview/options.h"
 
 #include <yaml-cpp/yaml.h>
 
@@ -15,7 +15,6 @@
 
 #include "shipped_config.h"
 #include "xview/types/error.h"
-#include "xview/types/nearest_word.h"
 
 namespace xview {
 namespace {
@@ -61,13 +60,6 @@ class FieldCollector {
   std::vector<OptionField>& fields_;
   std::string prefix_;
 };
-
-template <class Number>
-std::string numberText(Number value) {
-  char text[40];
-  const auto result = std::to_chars(text, text + sizeof text, value);
-  return std::string(text, result.ptr);
-}
 
 template <class Number>
 bool parseNumber(const std::string& text, Number& value) {
@@ -133,7 +125,7 @@ struct Assignment {
 };
 
 struct AsText {
-  std::string operator()(const int* value) const { return numberText(*value); }
+  std::string operator()(const int* value) const { return std::to_string(*value); }
   std::string operator()(const double* value) const { return numberText(*value); }
   std::string operator()(const bool* value) const { return *value ? "true" : "false"; }
   std::string operator()(const std::string* value) const { return *value; }

@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/sized_options.h"
+#include "xview/options.h"
 
-#include <charconv>
 #include <string_view>
 #include <type_traits>
-#include <vector>
 
 namespace xview {
 namespace {
@@ -57,11 +55,6 @@ void scale(double factor, bool defaults, Options& options) {
   for (std::size_t i = 0; i < mine.per_metre.size(); ++i) {
     if ((*mine.per_metre[i] == *theirs.per_metre[i]) == defaults) *mine.per_metre[i] /= factor;
   }
-}
-
-std::string numberText(double value) {
-  char text[40];
-  return std::string(text, std::to_chars(text, text + sizeof text, value).ptr);
 }
 
 }  // namespace

@@ -9,12 +9,11 @@
 
 #include "xview/types/cells.h"
 #include "xview/types/median.h"
-#include "xview/types/place_size.h"
 
 namespace xview {
 namespace {
 
-// Lengths of a town (types/place_size.h).
+// Lengths of a town (types/semantic_place.h).
 constexpr double kBlock_m = 1;          ///< of the index of points; no reach is longer
 constexpr double kAboveGround_m = 0.3;  ///< lower points may be ground
 constexpr double kPostRadius_m = 0.45;  ///< points of a post are as near to its axis
@@ -312,14 +311,8 @@ Changes compare(Visit& earlier, Visit& later, double sigma_m) {
 }  // namespace
 
 const char* toString(Change::What what) {
-  switch (what) {
-    case Change::What::gone:
-      return "gone";
-    case Change::What::added:
-      return "new";
-    default:
-      return "moved";
-  }
+  static constexpr const char* kNames[] = {"gone", "new", "moved"};
+  return kNames[static_cast<int>(what)];
 }
 
 Changes findChanges(const Place& earlier, const Place& later,

@@ -4,16 +4,89 @@
 #include <fmt/core.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
 #include <cmath>
-#include <optional>
-#include <utility>
 
-#include "pipeline/depth_witnesses.h"
 #include "xview/types/error.h"
 #include "xview/types/median.h"
 
 namespace xview {
 namespace {
+
+constexpr int kSamplesAcross = 48;   ///< pixels compared per row and column
+constexpr double kTolerance = 0.05;  ///< of two depths of one point
+constexpr double kMoved_m = 0.5;     ///< poses at least so far apart tell scales apart
+constexpr std::size_t kMostFramesOn = 10;
+
+/// Depth as a camera tells it.
+double depthOf(const Camera& camera, const Eigen::Vector3d& p_sensor) {
+  return camera.depth_is_range ? p_sensor.norm() : p_sensor.z();
+}
+
+/// Whether a frame measures a point about where it is: within the tolerance in one of 3x3 pixels,
+/// as surfaces seen at a grazing angle change by more from pixel to pixel. None if the point is out
+/// of view.
+std::optional<bool> isMeasuredAt(const Frame& frame, const Eigen::Vector3d& p_sensor,
+                                 double scale) {
+  if (p_sensor.z() <= 0) return std::nullopt;
+  const double u = frame.camera.fx * p_sensor.x() / p_sensor.z() + frame.camera.cx;
+  const double v = frame.camera.fy * p_sensor.y() / p_sensor.z() + frame.camera.cy;
+  if (!(u > 1 && v > 1 && u < frame.depth.width - 2 && v < frame.depth.height - 2))
+    return std::nullopt;
+  const double expected = depthOf(frame.camera, p_sensor);
+  for (int dv = -1; dv <= 1; ++dv) {
+    for (int du = -1; du <= 1; ++du) {
+      const float z = frame.depth.at(static_cast<int>(std::lround(u)) + du,
+                                     static_cast<int>(std::lround(v)) + dv);
+      if (isDepth(z) && std::abs(expected / (scale * z) - 1) < kTolerance) return true;
+    }
+  }
+  return false;
+}
+
+constexpr int kSpan = 10;             ///< parts of the image width between the depths compared
+constexpr int kEvery = 4;             ///< rows and columns looked at
+constexpr std::size_t kFewest = 200;  ///< samples of a frame
+constexpr std::size_t kFrames = 5;    ///< looked at, spread over the recording
+constexpr double kLeastShift =
+    0.004;  ///< what the two kinds must differ in; less means a narrow camera
+constexpr double kBent =
+    0.7;  ///< of that: bent as given; right data has 0.2 at most, wrong data 0.8 to 1.2
+constexpr double kFlat = 0.3;  ///< of that: flat otherwise
+
+struct Pixel {
+  int u, v;
+};
+
+/// Inverse depths of a frame under both readings.
+class InverseDepths {
+ public:
+  explicit InverseDepths(const Frame& frame) : frame_(frame) {}
+
+  bool isMeasured(Pixel p) const { return isDepth(frame_.depth.at(p.u, p.v)); }
+  /// Of planar depth, if the numbers are `range` along the ray, or are planar.
+  double at(Pixel p, bool range) const {
+    const Camera& c = frame_.camera;
+    const double x = (p.u - c.cx) / c.fx, y = (p.v - c.cy) / c.fy;
+    return (range ? std::sqrt(x * x + y * y + 1) : 1) / frame_.depth.at(p.u, p.v);
+  }
+  /// Second difference over three pixels in a line, as a share of the middle.
+  double bend(const std::array<Pixel, 3>& line, bool range) const {
+    return (at(line[0], range) + at(line[2], range)) / (2 * at(line[1], range)) - 1;
+  }
+
+ private:
+  const Frame& frame_;
+};
+
+bool isOneFlatThing(const Frame& frame, const LabelSet& labels, const std::array<Pixel, 3>& line) {
+  const std::uint16_t label = frame.label.at(line[1].u, line[1].v);
+  const Kind kind = labels.kind(label);
+  return (isGround(kind) || kind == Kind::building) &&
+         frame.label.at(line[0].u, line[0].v) == label &&
+         frame.label.at(line[2].u, line[2].v) == label;
+}
 
 constexpr double kFewLifted =
     0.02;  ///< less of what was measured in range is no unusual recording any more
@@ -91,6 +164,88 @@ void requireScale(const FrameSource& source) {
 }
 
 }  // namespace
+
+DepthAgreement agreementOfDepths(const Frame& a, const Frame& b, double scale) {
+  const Eigen::Isometry3d T_b_a = b.T_odom_sensor.inverse() * a.T_odom_sensor;
+  int compared = 0, visible = 0, agreeing = 0;
+  const int step_u = std::max(1, a.depth.width / kSamplesAcross),
+            step_v = std::max(1, a.depth.height / kSamplesAcross);
+  for (int v = step_v / 2; v < a.depth.height; v += step_v) {
+    for (int u = step_u / 2; u < a.depth.width; u += step_u) {
+      const float depth = a.depth.at(u, v);
+      if (!isDepth(depth)) continue;
+      ++compared;
+      const auto measured = isMeasuredAt(b, T_b_a * a.camera.unproject(u, v, scale * depth), scale);
+      visible += measured.has_value();
+      agreeing += measured.value_or(false);
+    }
+  }
+  DepthAgreement result;
+  if (compared > 0) result.visible = static_cast<double>(visible) / compared;
+  if (visible > 0) result.agreeing = static_cast<double>(agreeing) / visible;
+  return result;
+}
+
+std::vector<FramePair> movedPairs(const FrameSource& source) {
+  std::vector<FramePair> pairs;
+  for (const std::size_t quarter : {1u, 2u, 3u}) {
+    const std::size_t a = quarter * source.size() / 4;
+    for (std::size_t b = a + 1; b < std::min(source.size(), a + kMostFramesOn); ++b) {
+      if ((source.pose(a).translation() - source.pose(b).translation()).norm() < kMoved_m) continue;
+      pairs.emplace_back(source.read(a), source.read(b));
+      break;
+    }
+  }
+  return pairs;
+}
+
+DepthAgreement agreementOf(const std::vector<FramePair>& pairs, double scale) {
+  DepthAgreement mean;
+  for (const auto& [a, b] : pairs) {
+    const DepthAgreement one = agreementOfDepths(a, b, scale);
+    mean.visible += one.visible / static_cast<double>(pairs.size());
+    mean.agreeing += one.agreeing / static_cast<double>(pairs.size());
+  }
+  return mean;
+}
+
+std::optional<PlaneCurvature> curvatureOfPlanes(const Frame& frame, const LabelSet& labels) {
+  const InverseDepths inverse(frame);
+  const int span = std::max(1, frame.depth.width / kSpan);
+  std::vector<double> as_given, otherwise;
+  const auto look = [&](const std::array<Pixel, 3>& line) {
+    const auto measured = [&](Pixel p) { return inverse.isMeasured(p); };
+    if (!isOneFlatThing(frame, labels, line) || !std::all_of(line.begin(), line.end(), measured))
+      return;
+    as_given.push_back(inverse.bend(line, frame.camera.depth_is_range));
+    otherwise.push_back(inverse.bend(line, !frame.camera.depth_is_range));
+  };
+  for (int v = 0; v < frame.depth.height; v += kEvery) {
+    for (int u = 0; u < frame.depth.width; u += kEvery) {
+      if (u >= span && u + span < frame.depth.width)
+        look({Pixel{u - span, v}, {u, v}, {u + span, v}});
+      if (v >= span && v + span < frame.depth.height)
+        look({Pixel{u, v - span}, {u, v}, {u, v + span}});
+    }
+  }
+  if (as_given.size() < kFewest) return std::nullopt;
+  return PlaneCurvature{medianOf(as_given), medianOf(otherwise)};
+}
+
+bool planesSayOtherKind(const FrameSource& source) {
+  std::vector<double> as_given, otherwise;
+  for (std::size_t i = 0; i < std::min(kFrames, source.size()); ++i) {
+    const auto curvature = curvatureOfPlanes(
+        source.read(source.size() <= kFrames ? i : i * source.size() / kFrames), source.labels());
+    if (!curvature) continue;
+    as_given.push_back(curvature->as_given);
+    otherwise.push_back(curvature->otherwise);
+  }
+  if (as_given.empty()) return false;
+  const double given = medianOf(as_given), other = medianOf(otherwise),
+               shift = std::abs(given - other);
+  return shift >= kLeastShift && std::abs(given) > kBent * shift && std::abs(other) < kFlat * shift;
+}
 
 /// Two witnesses that do not know of each other, because a refusal of right data is worse than a
 /// map that is somewhat bent.

@@ -7,13 +7,12 @@
 #include "xview/depth_plausibility.h"
 #include "xview/graph/blobs.h"
 #include "xview/graph/clean_labels.h"
-#include "xview/graph/image_blobs.h"
 #include "xview/graph/smooth_depth.h"
 #include "xview/measure_size.h"
+#include "xview/options.h"
 #include "xview/place_builder.h"
-#include "xview/sized_options.h"
+#include "xview/types/localization.h"
 #include "xview/types/parallel.h"
-#include "xview/types/stopwatch.h"
 
 namespace xview {
 namespace {

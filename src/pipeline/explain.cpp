@@ -54,14 +54,8 @@ Testimony testimonyOf(const search::SampleEvidence& e) {
 }  // namespace
 
 const char* toString(Testimony testimony) {
-  switch (testimony) {
-    case Testimony::kept:
-      return "kept";
-    case Testimony::contradicting:
-      return "contradicting";
-    default:
-      return "unknown";
-  }
+  static constexpr const char* kNames[] = {"kept", "contradicting", "unknown"};
+  return kNames[static_cast<int>(testimony)];
 }
 
 void explainSamples(const PlanView& map, const Query& query, const search::FieldQuery& in_field,

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "xview/explanation.h"
 #include "xview/localizer.h"
 #include "xview/search/field.h"
 

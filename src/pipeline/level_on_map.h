@@ -2,7 +2,6 @@
 #pragma once
 
 #include <memory>
-#include <optional>
 
 #include "xview/localizer.h"
 #include "xview/search/field.h"

@@ -7,9 +7,9 @@
 
 #include "xview/graph/plan_view.h"
 #include "xview/search/distance_field.h"
-#include "xview/types/place_size.h"
 #include "xview/types/pose.h"
 #include "xview/types/random.h"
+#include "xview/types/semantic_place.h"
 
 namespace xview {
 namespace {

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "pipeline/depth_witnesses.h"
 #include "xview/types/median.h"
 
 namespace xview {

@@ -9,9 +9,8 @@
 #include "pipeline/query_in_map.h"
 #include "xview/graph/edges.h"
 #include "xview/measure_size.h"
-#include "xview/sized_options.h"
 #include "xview/types/error.h"
-#include "xview/types/stopwatch.h"
+#include "xview/types/localization.h"
 
 namespace xview {
 namespace {

@@ -5,16 +5,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <tuple>
 #include <utility>
 
+#include "xview/options.h"
 #include "xview/raw_recording.h"
 #include "xview/search/likelihoods.h"
-#include "xview/sized_options.h"
 #include "xview/types/error.h"
 #include "xview/types/label_match.h"
-#include "xview/types/place_size.h"
 #include "xview/types/pose.h"
+#include "xview/types/semantic_place.h"
 
 namespace xview {
 namespace {

@@ -2,14 +2,12 @@
 #include "xview/raw_recording.h"
 
 #include <algorithm>
-#include <array>
 #include <mutex>
 #include <optional>
 #include <utility>
 
 #include "pipeline/query_in_map.h"
 #include "xview/graph/smooth_depth.h"
-#include "xview/types/forwarding_source.h"
 
 namespace xview {
 namespace {
@@ -104,18 +102,10 @@ void labelAnyWayUp(const Eigen::Matrix3d& R_up_sensor, pcl::PointCloud<Point>& p
 label::Shape shapeOf(Kind kind) {
   if (isGround(kind)) return label::Shape::ground;
   if (isPoleLike(kind) || kind == Kind::trunk) return label::Shape::post;
-  switch (kind) {
-    case Kind::building:
-    case Kind::fence:
-    case Kind::other_surface:
-      return label::Shape::wall;
-    case Kind::vehicle:
-      return label::Shape::low_thing;
-    case Kind::none:
-      return label::Shape::none;
-    default:
-      return label::Shape::foliage;
-  }
+  if (kind == Kind::building || kind == Kind::fence || kind == Kind::other_surface)
+    return label::Shape::wall;
+  if (kind == Kind::vehicle) return label::Shape::low_thing;
+  return kind == Kind::none ? label::Shape::none : label::Shape::foliage;
 }
 
 /// Moves the samples of channels to those that the shapes feed; those of lines between grounds go.

@@ -8,8 +8,8 @@
 #include <deque>
 
 #include "xview/types/error.h"
+#include "xview/types/localization.h"
 #include "xview/types/pose.h"
-#include "xview/types/stopwatch.h"
 
 namespace xview {
 namespace {
@@ -66,268 +66,247 @@ void sumUp(const verify::PartEvidence& part, verify::PartEvidence& sum) {
 struct Sequence::State {
   State(const Localizer& l, const Options& o) : localizer(l), options(o) {}
 
-  SequenceAnswer add(const Query& query, std::size_t first, std::size_t last);
-  void remember(const Query& query, std::size_t first, std::size_t last);
-  void follow();
-  void begin(const std::vector<Hypothesis>& hypotheses);
-  void sumEvidence();
-  std::vector<bool> counted() const;
-  double reachBetween(std::size_t a, std::size_t b) const;
-  PlacePose placeNow(const PoseCheck& place) const;
-  bool isSamePlace(const PoseCheck& a, const PoseCheck& b) const;
+  SequenceAnswer add(const Query& query, std::size_t first, std::size_t last) {
+    SequenceAnswer answer;
+    answer.alone = answer.fix = localizer.localize(query);
+    remember(query, first, last);
+    follow();
+    begin(answer.alone.hypotheses);
+    if (tracks.empty()) return answer;
+    sumEvidence();
+    judgeSum(answer);
+    if (answer.windows < 2) return answer;
+    if (answer.alone.accepted() && !bestIsThatOf(answer.alone) && !bestFitsNewest())
+      restart(answer);
+    else
+      decide(query, answer);
+    return answer;
+  }
+
+  void remember(const Query& query, std::size_t first, std::size_t last) {
+    windows.push_back(windowOf(query, first, last));
+    if (windows.size() <= kWindows) return;
+    windows.pop_front();
+    for (Track& track : tracks) track.seen.erase(track.seen.begin());
+  }
+
+  /// Asks the newest window about the places known so far.
+  void follow() {
+    if (windows.size() < 2) return;
+    std::vector<Eigen::Isometry3d> poses;
+    for (const Track& track : tracks) poses.push_back(track.seen.back().T_map_query);
+    const std::size_t newest = windows.size() - 1;
+    const std::vector<PoseCheck> places =
+        localizer.check(windows[newest].query, poses, reachBetween(newest, newest - 1));
+    for (std::size_t i = 0; i < tracks.size(); ++i) tracks[i].seen.push_back(places[i]);
+  }
+
+  /// Hypotheses of the newest window that no track has, with what the earlier windows say about
+  /// them.
+  void begin(const std::vector<Hypothesis>& hypotheses) {
+    const std::size_t newest = windows.size() - 1;
+    std::vector<Eigen::Isometry3d> poses;
+    for (const Hypothesis& h : hypotheses) poses.push_back(h.T_map_query);
+    for (PoseCheck& place :
+         localizer.check(windows[newest].query, poses, kReach_m * localizer.size())) {
+      const auto same = std::find_if(tracks.begin(), tracks.end(), [&](const Track& t) {
+        return isSamePlace(t.seen.back(), place);
+      });
+      if (same == tracks.end()) {
+        Track track;
+        track.seen.assign(windows.size(), place);
+        tracks.push_back(std::move(track));
+      } else if (place.evidence.score > same->seen.back().evidence.score) {
+        same->seen.back() = place;
+        continue;
+      } else {
+        continue;
+      }
+      std::vector<PoseCheck>& seen = tracks.back().seen;
+      for (std::size_t w = newest; w-- > 0;) {
+        seen[w] =
+            localizer.check(windows[w].query, {seen[w + 1].T_map_query}, reachBetween(w + 1, w))[0];
+      }
+    }
+  }
+
+  void sumEvidence() {
+    const std::vector<bool> counts = counted();
+    const auto number = static_cast<double>(std::count(counts.begin(), counts.end(), true));
+    for (Track& track : tracks) {
+      track.sum = {};
+      for (std::size_t w = 0; w < windows.size(); ++w) {
+        if (!counts[w]) continue;
+        const verify::Evidence& e = track.seen[w].evidence;
+        track.sum.score += e.score;
+        track.sum.expected += e.expected;
+        track.sum.known_share += e.known_share / number;
+        sumUp(e.standing, track.sum.standing);
+        for (std::size_t side = 0; side < e.sides.size(); ++side)
+          sumUp(e.sides[side], track.sum.sides[side]);
+      }
+    }
+    std::stable_sort(tracks.begin(), tracks.end(),
+                     [](const Track& a, const Track& b) { return a.sum.score > b.sum.score; });
+    std::vector<Track> kept;
+    for (Track& track : tracks) {  // tracks that have met are one place now
+      if (kept.size() >= kPlaces) break;
+      const bool known = std::any_of(kept.begin(), kept.end(), [&](const Track& k) {
+        return isSamePlace(k.seen.back(), track.seen.back());
+      });
+      if (!known) kept.push_back(std::move(track));
+    }
+    tracks = std::move(kept);
+  }
+
+  /// From the newest window back, every window that shares no frame with a later one.
+  std::vector<bool> counted() const {
+    std::vector<bool> counts(windows.size(), false);
+    std::size_t first = windows.back().last;
+    for (std::size_t w = windows.size(); w-- > 0;) {
+      if (windows[w].last > first) continue;
+      counts[w] = true;
+      first = windows[w].first;
+    }
+    return counts;
+  }
+
+  /// Odometry drifts between windows, so a place may move a little against it.
+  double reachBetween(std::size_t a, std::size_t b) const {
+    return kReach_m * localizer.size() +
+           options.odometry.drift * (windows[a].sensor() - windows[b].sensor()).norm();
+  }
+
+  /// Where it puts the last sensor, in lengths of a town. Query frames begin anywhere, so poses of
+  /// their origins cannot be compared.
+  PlacePose placeNow(const PoseCheck& place) const {
+    const Eigen::Vector3d p = place.T_map_query * windows.back().sensor() / localizer.size();
+    return {p.x(), p.y(), yawOf(place.T_map_query.linear()), 0};
+  }
+
+  /// Two tracks are one if the newest window sees them at one pose.
+  bool isSamePlace(const PoseCheck& a, const PoseCheck& b) const {
+    return samePlace(placeNow(a), placeNow(b));
+  }
+
   const Track* runnerUp() const;
-  void judgeSum(SequenceAnswer& answer) const;
-  bool bestIsThatOf(const Localization& alone) const;
-  bool bestFitsNewest() const;
-  void restart(SequenceAnswer& answer);
-  Localization atBest(const Query& query, const SequenceAnswer& answer) const;
+  void judgeSum(SequenceAnswer& answer) const {
+    const std::vector<bool> counts = counted();
+    answer.windows = static_cast<int>(std::count(counts.begin(), counts.end(), true));
+    answer.score = tracks.front().sum.score;
+    answer.runner_up = tracks.size() > 1 ? std::max(0.0, tracks[1].sum.score) : 0;
+  }
+
+  /// The best place is where the newest window would be by itself.
+  bool bestIsThatOf(const Localization& alone) const {
+    return !alone.hypotheses.empty() &&
+           isSamePlace(tracks.front().seen.back(), {alone.T_map_query, {}});
+  }
+
+  bool bestFitsNewest() const {
+    return agrees(tracks.front().seen.back().evidence, options.verdict);
+  }
+
+  /// Forgets all windows but the newest.
+  void restart(SequenceAnswer& answer) {
+    answer.restarted = true;
+    windows.erase(windows.begin(), windows.end() - 1);
+    for (Track& track : tracks) track.seen.erase(track.seen.begin(), track.seen.end() - 1);
+    sumEvidence();
+    judgeSum(answer);
+  }
+
+  /// What the newest window says at the best place.
+  Localization atBest(const Query& query, const SequenceAnswer& answer) const {
+    if (bestIsThatOf(answer.alone)) return answer.alone;
+    Localization described = localizer.describe(query, tracks.front().seen.back());
+    described.vertices = answer.alone.vertices;
+    described.matches = answer.alone.matches;
+    return described;
+  }
+
   verify::Evidence evidenceOfSum(const Query& query, const SequenceAnswer& answer,
-                                 const Localization& at_best) const;
+                                 const Localization& at_best) const {
+    verify::Evidence e = tracks.front().sum;
+    e.runner_up = answer.runner_up;
+    e.third = tracks.size() > 2 ? std::max(0.0, tracks[2].sum.score) : 0;
+    if (tracks.size() > 1) {
+      const PlacePose best = placeNow(tracks[0].seen.back()),
+                      next = placeNow(tracks[1].seen.back());
+      e.rival_distance_m = std::hypot(best.x - next.x, best.y - next.y);
+    }
+    e.dense = verify::denseEvidenceOf(at_best.statistics);
+    e.sigma_m = at_best.statistics.sigma_m;
+    if (tracks.size() > 1 && e.dense.settled && e.rivalIsClose()) {
+      const auto lookAt = [&](const Track& track) {
+        return verify::denseEvidenceOf(localizer.describe(query, track.seen.back()).statistics);
+      };
+      if (bestIsThatOf(answer.alone))  // which may have had another rival
+        e.dense = lookAt(tracks[0]);
+      e.dense_at_runner_up = lookAt(tracks[1]);
+    }
+    e.windows = answer.windows;
+    return e;
+  }
+
+  /// What the sum says; a place that the newest window does not agree with is not accepted.
   verify::Verdict verdictOfSum(const Query& query, const SequenceAnswer& answer,
-                               const Localization& at_best) const;
-  void decide(const Query& query, SequenceAnswer& answer) const;
+                               const Localization& at_best) const {
+    verify::Verdict verdict = localizer.judge(evidenceOfSum(query, answer, at_best));
+    verdict.reason = fmt::format("{} windows together: {}", answer.windows, verdict.reason);
+    if (verdict.status != Status::accepted || bestFitsNewest()) return verdict;
+    verdict.status = Status::rejected;
+    verdict.confidence = std::min(verdict.confidence, answer.alone.confidence);
+    verdict.reason =
+        fmt::format("{} windows know a place that this one does not agree with; alone: {}",
+                    answer.windows, answer.alone.reason);
+    return verdict;
+  }
+
+  /// Brings what the sum says and what the newest window says by itself together. An acceptance
+  /// that the sum only does not reach stays as it is; one of another place is in doubt.
+  void decide(const Query& query, SequenceAnswer& answer) const {
+    Localization at_best = atBest(query, answer);
+    verify::Verdict verdict = verdictOfSum(query, answer, at_best);
+    const bool sum_accepts = verdict.status == Status::accepted;
+    if (answer.alone.accepted()) {
+      const bool same = bestIsThatOf(answer.alone);
+      if (same && !sum_accepts) return;
+      if (same) verdict.confidence = std::max(verdict.confidence, answer.alone.confidence);
+      if (!same && !sum_accepts) verdict.status = Status::ambiguous;
+    }
+    takeFused(query, std::move(at_best), std::move(verdict), answer);
+  }
+
+  /// The answer of the newest window with the hypotheses of the history.
   void takeFused(const Query& query, Localization at_best, verify::Verdict verdict,
-                 SequenceAnswer& answer) const;
-  void refuseOutsidePrior(const Query& query, Localization& fix) const;
+                 SequenceAnswer& answer) const {
+    Localization& fix = answer.fix = std::move(at_best);
+    const Hypothesis refined = fix.hypotheses.front();
+    fix.hypotheses.clear();
+    for (std::size_t i = 0;
+         i < tracks.size() && i < static_cast<std::size_t>(options.places.hypotheses); ++i) {
+      Hypothesis h{tracks[i].seen.back().T_map_query, tracks[i].sum.score, 0, Proposer::search};
+      if (i == 0) h = {refined.T_map_query, tracks[i].sum.score, refined.inliers, refined.proposer};
+      fix.hypotheses.push_back(h);
+    }
+    verify::setVerdict(std::move(verdict), fix);
+    refuseOutsidePrior(query, fix);
+  }
+
+  /// The history may have led out of where this window may be.
+  void refuseOutsidePrior(const Query& query, Localization& fix) const {
+    if (!fix.accepted() || localizer.priorAllows(query, fix.T_map_query)) return;
+    fix.status = Status::rejected;
+    fix.confidence = std::min(fix.confidence, 0.49);
+    fix.reason = "the place is outside of the prior; without it: " + fix.reason;
+  }
 
   const Localizer& localizer;
   const Options options;
   std::deque<Window> windows;  ///< oldest first
   std::vector<Track> tracks;   ///< best first
 };
-
-/// Odometry drifts between windows, so a place may move a little against it.
-double Sequence::State::reachBetween(std::size_t a, std::size_t b) const {
-  return kReach_m * localizer.size() +
-         options.odometry.drift * (windows[a].sensor() - windows[b].sensor()).norm();
-}
-
-/// Where it puts the last sensor, in lengths of a town. Query frames begin anywhere, so poses of
-/// their origins cannot be compared.
-PlacePose Sequence::State::placeNow(const PoseCheck& place) const {
-  const Eigen::Vector3d p = place.T_map_query * windows.back().sensor() / localizer.size();
-  return {p.x(), p.y(), yawOf(place.T_map_query.linear()), 0};
-}
-
-/// Two tracks are one if the newest window sees them at one pose.
-bool Sequence::State::isSamePlace(const PoseCheck& a, const PoseCheck& b) const {
-  return samePlace(placeNow(a), placeNow(b));
-}
-
-void Sequence::State::remember(const Query& query, std::size_t first, std::size_t last) {
-  windows.push_back(windowOf(query, first, last));
-  if (windows.size() <= kWindows) return;
-  windows.pop_front();
-  for (Track& track : tracks) track.seen.erase(track.seen.begin());
-}
-
-/// Asks the newest window about the places known so far.
-void Sequence::State::follow() {
-  if (windows.size() < 2) return;
-  std::vector<Eigen::Isometry3d> poses;
-  for (const Track& track : tracks) poses.push_back(track.seen.back().T_map_query);
-  const std::size_t newest = windows.size() - 1;
-  const std::vector<PoseCheck> places =
-      localizer.check(windows[newest].query, poses, reachBetween(newest, newest - 1));
-  for (std::size_t i = 0; i < tracks.size(); ++i) tracks[i].seen.push_back(places[i]);
-}
-
-/// Hypotheses of the newest window that no track has, with what the earlier windows say about them.
-void Sequence::State::begin(const std::vector<Hypothesis>& hypotheses) {
-  const std::size_t newest = windows.size() - 1;
-  std::vector<Eigen::Isometry3d> poses;
-  for (const Hypothesis& h : hypotheses) poses.push_back(h.T_map_query);
-  for (PoseCheck& place :
-       localizer.check(windows[newest].query, poses, kReach_m * localizer.size())) {
-    const auto same = std::find_if(tracks.begin(), tracks.end(), [&](const Track& t) {
-      return isSamePlace(t.seen.back(), place);
-    });
-    if (same == tracks.end()) {
-      Track track;
-      track.seen.assign(windows.size(), place);
-      tracks.push_back(std::move(track));
-    } else if (place.evidence.score > same->seen.back().evidence.score) {
-      same->seen.back() = place;
-      continue;
-    } else {
-      continue;
-    }
-    std::vector<PoseCheck>& seen = tracks.back().seen;
-    for (std::size_t w = newest; w-- > 0;) {
-      seen[w] =
-          localizer.check(windows[w].query, {seen[w + 1].T_map_query}, reachBetween(w + 1, w))[0];
-    }
-  }
-}
-
-/// From the newest window back, every window that shares no frame with a later one.
-std::vector<bool> Sequence::State::counted() const {
-  std::vector<bool> counts(windows.size(), false);
-  std::size_t first = windows.back().last;
-  for (std::size_t w = windows.size(); w-- > 0;) {
-    if (windows[w].last > first) continue;
-    counts[w] = true;
-    first = windows[w].first;
-  }
-  return counts;
-}
-
-void Sequence::State::sumEvidence() {
-  const std::vector<bool> counts = counted();
-  const auto number = static_cast<double>(std::count(counts.begin(), counts.end(), true));
-  for (Track& track : tracks) {
-    track.sum = {};
-    for (std::size_t w = 0; w < windows.size(); ++w) {
-      if (!counts[w]) continue;
-      const verify::Evidence& e = track.seen[w].evidence;
-      track.sum.score += e.score;
-      track.sum.expected += e.expected;
-      track.sum.known_share += e.known_share / number;
-      sumUp(e.standing, track.sum.standing);
-      for (std::size_t side = 0; side < e.sides.size(); ++side)
-        sumUp(e.sides[side], track.sum.sides[side]);
-    }
-  }
-  std::stable_sort(tracks.begin(), tracks.end(),
-                   [](const Track& a, const Track& b) { return a.sum.score > b.sum.score; });
-  std::vector<Track> kept;
-  for (Track& track : tracks) {  // tracks that have met are one place now
-    if (kept.size() >= kPlaces) break;
-    const bool known = std::any_of(kept.begin(), kept.end(), [&](const Track& k) {
-      return isSamePlace(k.seen.back(), track.seen.back());
-    });
-    if (!known) kept.push_back(std::move(track));
-  }
-  tracks = std::move(kept);
-}
-
-/// What the newest window says at the best place.
-Localization Sequence::State::atBest(const Query& query, const SequenceAnswer& answer) const {
-  if (bestIsThatOf(answer.alone)) return answer.alone;
-  Localization described = localizer.describe(query, tracks.front().seen.back());
-  described.vertices = answer.alone.vertices;
-  described.matches = answer.alone.matches;
-  return described;
-}
-
-/// The answer of the newest window with the hypotheses of the history.
-void Sequence::State::takeFused(const Query& query, Localization at_best, verify::Verdict verdict,
-                                SequenceAnswer& answer) const {
-  Localization& fix = answer.fix = std::move(at_best);
-  const Hypothesis refined = fix.hypotheses.front();
-  fix.hypotheses.clear();
-  for (std::size_t i = 0;
-       i < tracks.size() && i < static_cast<std::size_t>(options.places.hypotheses); ++i) {
-    Hypothesis h{tracks[i].seen.back().T_map_query, tracks[i].sum.score, 0, Proposer::search};
-    if (i == 0) h = {refined.T_map_query, tracks[i].sum.score, refined.inliers, refined.proposer};
-    fix.hypotheses.push_back(h);
-  }
-  verify::setVerdict(std::move(verdict), fix);
-  refuseOutsidePrior(query, fix);
-}
-
-/// The history may have led out of where this window may be.
-void Sequence::State::refuseOutsidePrior(const Query& query, Localization& fix) const {
-  if (!fix.accepted() || localizer.priorAllows(query, fix.T_map_query)) return;
-  fix.status = Status::rejected;
-  fix.confidence = std::min(fix.confidence, 0.49);
-  fix.reason = "the place is outside of the prior; without it: " + fix.reason;
-}
-
-verify::Evidence Sequence::State::evidenceOfSum(const Query& query, const SequenceAnswer& answer,
-                                                const Localization& at_best) const {
-  verify::Evidence e = tracks.front().sum;
-  e.runner_up = answer.runner_up;
-  e.third = tracks.size() > 2 ? std::max(0.0, tracks[2].sum.score) : 0;
-  if (tracks.size() > 1) {
-    const PlacePose best = placeNow(tracks[0].seen.back()), next = placeNow(tracks[1].seen.back());
-    e.rival_distance_m = std::hypot(best.x - next.x, best.y - next.y);
-  }
-  e.dense = verify::denseEvidenceOf(at_best.statistics);
-  e.sigma_m = at_best.statistics.sigma_m;
-  if (tracks.size() > 1 && e.dense.settled && e.rivalIsClose()) {
-    const auto lookAt = [&](const Track& track) {
-      return verify::denseEvidenceOf(localizer.describe(query, track.seen.back()).statistics);
-    };
-    if (bestIsThatOf(answer.alone))  // which may have had another rival
-      e.dense = lookAt(tracks[0]);
-    e.dense_at_runner_up = lookAt(tracks[1]);
-  }
-  e.windows = answer.windows;
-  return e;
-}
-
-void Sequence::State::judgeSum(SequenceAnswer& answer) const {
-  const std::vector<bool> counts = counted();
-  answer.windows = static_cast<int>(std::count(counts.begin(), counts.end(), true));
-  answer.score = tracks.front().sum.score;
-  answer.runner_up = tracks.size() > 1 ? std::max(0.0, tracks[1].sum.score) : 0;
-}
-
-/// The best place is where the newest window would be by itself.
-bool Sequence::State::bestIsThatOf(const Localization& alone) const {
-  return !alone.hypotheses.empty() &&
-         isSamePlace(tracks.front().seen.back(), {alone.T_map_query, {}});
-}
-
-bool Sequence::State::bestFitsNewest() const {
-  return agrees(tracks.front().seen.back().evidence, options.verdict);
-}
-
-/// Forgets all windows but the newest.
-void Sequence::State::restart(SequenceAnswer& answer) {
-  answer.restarted = true;
-  windows.erase(windows.begin(), windows.end() - 1);
-  for (Track& track : tracks) track.seen.erase(track.seen.begin(), track.seen.end() - 1);
-  sumEvidence();
-  judgeSum(answer);
-}
-
-/// What the sum says; a place that the newest window does not agree with is not accepted.
-verify::Verdict Sequence::State::verdictOfSum(const Query& query, const SequenceAnswer& answer,
-                                              const Localization& at_best) const {
-  verify::Verdict verdict = localizer.judge(evidenceOfSum(query, answer, at_best));
-  verdict.reason = fmt::format("{} windows together: {}", answer.windows, verdict.reason);
-  if (verdict.status != Status::accepted || bestFitsNewest()) return verdict;
-  verdict.status = Status::rejected;
-  verdict.confidence = std::min(verdict.confidence, answer.alone.confidence);
-  verdict.reason =
-      fmt::format("{} windows know a place that this one does not agree with; alone: {}",
-                  answer.windows, answer.alone.reason);
-  return verdict;
-}
-
-/// Brings what the sum says and what the newest window says by itself together. An acceptance that
-/// the sum only does not reach stays as it is; one of another place is in doubt.
-void Sequence::State::decide(const Query& query, SequenceAnswer& answer) const {
-  Localization at_best = atBest(query, answer);
-  verify::Verdict verdict = verdictOfSum(query, answer, at_best);
-  const bool sum_accepts = verdict.status == Status::accepted;
-  if (answer.alone.accepted()) {
-    const bool same = bestIsThatOf(answer.alone);
-    if (same && !sum_accepts) return;
-    if (same) verdict.confidence = std::max(verdict.confidence, answer.alone.confidence);
-    if (!same && !sum_accepts) verdict.status = Status::ambiguous;
-  }
-  takeFused(query, std::move(at_best), std::move(verdict), answer);
-}
-
-SequenceAnswer Sequence::State::add(const Query& query, std::size_t first, std::size_t last) {
-  SequenceAnswer answer;
-  answer.alone = answer.fix = localizer.localize(query);
-  remember(query, first, last);
-  follow();
-  begin(answer.alone.hypotheses);
-  if (tracks.empty()) return answer;
-  sumEvidence();
-  judgeSum(answer);
-  if (answer.windows < 2) return answer;
-  if (answer.alone.accepted() && !bestIsThatOf(answer.alone) && !bestFitsNewest())
-    restart(answer);
-  else
-    decide(query, answer);
-  return answer;
-}
 
 Sequence::Sequence(const Localizer& localizer, const Options& options)
     : state_(std::make_unique<State>(localizer, options)) {

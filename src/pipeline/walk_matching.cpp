@@ -12,7 +12,6 @@
 #include "xview/match/descriptors.h"
 #include "xview/pose/align.h"
 #include "xview/types/cells.h"
-#include "xview/types/stopwatch.h"
 #include "xview/verify/consistency.h"
 #include "xview/verify/sample_consensus.h"
 

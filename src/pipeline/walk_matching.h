@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "xview/options.h"
-#include "xview/types/correspondence.h"
 #include "xview/types/graph.h"
 #include "xview/types/labels.h"
 #include "xview/types/localization.h"

@@ -19,6 +19,7 @@
 #include <optional>
 
 #include "residuals.h"
+#include "xview/types/pose.h"
 
 namespace xview::pose {
 namespace {
@@ -110,10 +111,8 @@ class Problem {
 
   std::size_t poses() const { return poses_.size(); }
   Eigen::Isometry3d pose(std::size_t i) const {
-    Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
-    T.translation() = positionOf(poses_[i].data());
-    T.linear() = rotationOf(poses_[i].data()).normalized().toRotationMatrix();
-    return T;
+    return poseOf(rotationOf(poses_[i].data()).normalized().toRotationMatrix(),
+                  positionOf(poses_[i].data()));
   }
 
   Linearization linearize() {

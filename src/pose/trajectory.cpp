@@ -3,18 +3,10 @@
 
 #include <algorithm>
 
+#include "xview/types/pose.h"
+
 namespace xview::pose {
 namespace {
-
-/// Between two poses, straight and turning evenly.
-Eigen::Isometry3d between(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b, double share) {
-  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
-  T.linear() = Eigen::Quaterniond(a.linear())
-                   .slerp(share, Eigen::Quaterniond(b.linear()))
-                   .toRotationMatrix();
-  T.translation() = (1 - share) * a.translation() + share * b.translation();
-  return T;
-}
 
 std::vector<double> travelled(const std::vector<Eigen::Isometry3d>& poses) {
   std::vector<double> way{0};
@@ -41,8 +33,8 @@ std::vector<Eigen::Isometry3d> trajectoryThrough(
     const TrajectoryFix& b = after == fixes.end() ? *(after - 1) : *after;
     const double length = way[b.index] - way[a.index];
     const double share = length > 0 ? (way[i] - way[a.index]) / length : 1;
-    poses.push_back(between(inMap(a, T_odom_sensor[i]), inMap(b, T_odom_sensor[i]),
-                            std::clamp(share, 0.0, 1.0)));
+    poses.push_back(interpolated(inMap(a, T_odom_sensor[i]), inMap(b, T_odom_sensor[i]),
+                                 std::clamp(share, 0.0, 1.0)));
   }
   return poses;
 }

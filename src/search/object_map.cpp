@@ -14,7 +14,7 @@ namespace xview::search {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
-constexpr double kBlock = 32;        // [m]
+constexpr double kBlock_m = 32;      // [m]
 constexpr double kDensityCell = 16;  // [m]
 constexpr double kCoverageCell = 4;  // [m]
 constexpr double kFading = 1.5;      // [m] half the width of the rim of what the map covers
@@ -146,15 +146,15 @@ void ObjectMap::makeClasses(const LabelSet& labels, const std::vector<std::uint3
 void ObjectMap::sortIntoBlocks() {
   std::sort(points_.begin(), points_.end(), [](const MapPoint& a, const MapPoint& b) {
     const auto key = [](const MapPoint& p) {
-      return std::make_tuple(cellOf(p.y, kBlock), cellOf(p.x, kBlock), p.slot, p.vertex);
+      return std::make_tuple(cellOf(p.y, kBlock_m), cellOf(p.x, kBlock_m), p.slot, p.vertex);
     };
     return key(a) < key(b);
   });
   for (std::uint32_t i = 0; i < points_.size();) {
-    const std::int64_t bx = cellOf(points_[i].x, kBlock), by = cellOf(points_[i].y, kBlock);
+    const std::int64_t bx = cellOf(points_[i].x, kBlock_m), by = cellOf(points_[i].y, kBlock_m);
     Range range{i, i};
-    while (range.end < points_.size() && cellOf(points_[range.end].x, kBlock) == bx &&
-           cellOf(points_[range.end].y, kBlock) == by) {
+    while (range.end < points_.size() && cellOf(points_[range.end].x, kBlock_m) == bx &&
+           cellOf(points_[range.end].y, kBlock_m) == by) {
       ++range.end;
     }
     blocks_.at(bx, by) = range;
@@ -165,8 +165,9 @@ void ObjectMap::sortIntoBlocks() {
 /// Calls visitor(index) for the points of all blocks that a square touches.
 template <class Visitor>
 void ObjectMap::visitBlocks(double x, double y, double half_side, const Visitor& visitor) const {
-  for (std::int64_t by = cellOf(y - half_side, kBlock); by <= cellOf(y + half_side, kBlock); ++by) {
-    for (std::int64_t bx = cellOf(x - half_side, kBlock); bx <= cellOf(x + half_side, kBlock);
+  for (std::int64_t by = cellOf(y - half_side, kBlock_m); by <= cellOf(y + half_side, kBlock_m);
+       ++by) {
+    for (std::int64_t bx = cellOf(x - half_side, kBlock_m); bx <= cellOf(x + half_side, kBlock_m);
          ++bx) {
       const Range* range = blocks_.find(bx, by);
       if (!range) continue;

@@ -2,6 +2,7 @@
 #include "search/raster.h"
 
 #include <algorithm>
+#include <cstring>
 #include <string>
 #include <utility>
 
@@ -24,6 +25,124 @@ std::uint64_t partBit(std::size_t cell) {
   const std::size_t part = cell / (kTileSide * kPartSide) * kParts + cell % kTileSide / kPartSide;
   return std::uint64_t{1} << part;
 }
+
+#define XVIEW_INLINE inline __attribute__((always_inline))
+
+// Vectors of the compiler, which splits them to what the processor has. Loops over plain arrays are
+// an order of magnitude slower, because the accumulators do not stay in registers.
+using Bytes = std::uint8_t __attribute__((vector_size(32)));
+using Words = std::uint16_t __attribute__((vector_size(64)));
+
+// 15 bits hold the sums of this many groups; the 16th tells the sign of a difference.
+constexpr std::size_t kGroupsPerWord = 128;
+static_assert(kGroupsPerWord * 255 < 32768, "sums must fit");
+
+/// A row of 64 cells.
+struct RowSum {
+  Words left, right;
+};
+
+XVIEW_INLINE void addGroup(const BlockScan& scan, std::size_t group, std::ptrdiff_t row,
+                           RowSum& sum) {
+  Bytes left{}, right{};
+  for (std::uint32_t k = scan.groups[group]; k < scan.groups[group + 1]; ++k) {
+    const std::uint8_t* cells = scan.samples[k] + row;
+    Bytes a, b;
+    std::memcpy(&a, cells, sizeof a);
+    std::memcpy(&b, cells + sizeof a, sizeof b);
+    left += a;
+    right += b;
+  }
+  sum.left += __builtin_convertvector(left, Words);
+  sum.right += __builtin_convertvector(right, Words);
+}
+
+/// Of differences instead of comparisons, which the compiler does lane by lane.
+XVIEW_INLINE bool anyReaches(const RowSum& sum, std::uint16_t threshold) {
+  const Words limit = Words{} + static_cast<std::uint16_t>(threshold - 1);
+  const Words negative_if_reached = (limit - sum.left) | (limit - sum.right);
+  std::uint64_t parts[8];
+  std::memcpy(parts, &negative_if_reached, sizeof parts);
+  const std::uint64_t any =
+      parts[0] | parts[1] | parts[2] | parts[3] | parts[4] | parts[5] | parts[6] | parts[7];
+  return (any & 0x8000800080008000u) != 0;
+}
+
+template <class Sum>
+XVIEW_INLINE BlockHit* report(const Sum* sums, int row, std::uint32_t threshold, BlockHit* hits) {
+  for (int column = 0; column < kBlock; ++column) {
+    if (sums[column] < threshold) continue;
+    *hits++ = {static_cast<std::uint16_t>(row), static_cast<std::uint16_t>(column), sums[column]};
+  }
+  return hits;
+}
+
+XVIEW_INLINE std::size_t scanNarrow(const BlockScan& scan, BlockHit* hits) {
+  if (scan.threshold > 32767) return 0;
+  const auto threshold = static_cast<std::uint16_t>(scan.threshold);
+  BlockHit* end = hits;
+  for (int row = 0; row < scan.rows; ++row) {
+    RowSum sum{};
+    for (std::size_t g = 0; g < scan.group_count; ++g) addGroup(scan, g, row * scan.stride, sum);
+    if (!anyReaches(sum, threshold)) continue;
+    std::uint16_t sums[kBlock];
+    std::memcpy(sums, &sum, sizeof sums);
+    end = report(sums, row, scan.threshold, end);
+  }
+  return static_cast<std::size_t>(end - hits);
+}
+
+/// For so many samples that 16 bits might overflow.
+XVIEW_INLINE std::size_t scanWide(const BlockScan& scan, BlockHit* hits) {
+  BlockHit* end = hits;
+  for (int row = 0; row < scan.rows; ++row) {
+    std::uint32_t sums[kBlock] = {};
+    for (std::size_t first = 0; first < scan.group_count; first += kGroupsPerWord) {
+      RowSum sum{};
+      for (std::size_t g = first; g < scan.group_count && g < first + kGroupsPerWord; ++g) {
+        addGroup(scan, g, row * scan.stride, sum);
+      }
+      std::uint16_t part[kBlock];
+      std::memcpy(part, &sum, sizeof part);
+      for (int column = 0; column < kBlock; ++column) sums[column] += part[column];
+    }
+    end = report(sums, row, scan.threshold, end);
+  }
+  return static_cast<std::size_t>(end - hits);
+}
+
+XVIEW_INLINE std::size_t scanBlock(const BlockScan& scan, BlockHit* hits) {
+  return scan.group_count <= kGroupsPerWord ? scanNarrow(scan, hits) : scanWide(scan, hits);
+}
+
+std::size_t scanBaseline(const BlockScan& scan, BlockHit* hits) { return scanBlock(scan, hits); }
+
+// One function per instruction set and a choice at run time do what target_clones does, but every
+// variant can be tested and sanitizers need no resolver before main.
+#if defined(__x86_64__) && defined(__GNUC__)
+__attribute__((target("avx2"))) std::size_t scanAvx2(const BlockScan& scan, BlockHit* hits) {
+  return scanBlock(scan, hits);
+}
+
+__attribute__((target("avx512f,avx512bw,avx512vl,avx512dq"))) std::size_t scanAvx512(
+    const BlockScan& scan, BlockHit* hits) {
+  return scanBlock(scan, hits);
+}
+
+ScanVariants detectVariants() {
+  __builtin_cpu_init();
+  ScanVariants found{};
+  if (__builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512vl") &&
+      __builtin_cpu_supports("avx512dq")) {
+    found.variant[found.count++] = {"avx512", scanAvx512};
+  }
+  if (__builtin_cpu_supports("avx2")) found.variant[found.count++] = {"avx2", scanAvx2};
+  found.variant[found.count++] = {"baseline", scanBaseline};
+  return found;
+}
+#else
+ScanVariants detectVariants() { return {{{"baseline", scanBaseline}, {}, {}}, 1}; }
+#endif
 
 }  // namespace
 
@@ -80,6 +199,11 @@ void LikelihoodRaster::raise(std::size_t channel, std::int32_t cx, std::int32_t 
 std::uint8_t LikelihoodRaster::at(std::size_t channel, std::int32_t cx, std::int32_t cy) const {
   const Tile* tile = find(channel, cx, cy);
   return tile ? tile->cells[cellInTile(cx, cy)] : background(channel);
+}
+
+const ScanVariants& scanVariants() {
+  static const ScanVariants variants = detectVariants();
+  return variants;
 }
 
 }  // namespace xview::search

@@ -8,7 +8,6 @@
 #include <thread>
 #include <tuple>
 
-#include "search/raster_kernel.h"
 #include "search/raster_parts.h"
 #include "xview/types/error.h"
 #include "xview/types/parallel.h"

@@ -11,6 +11,13 @@ namespace xview {
 // steps that fill a town with them (ground.cpp, lots.cpp).
 
 inline Eigen::Vector3d up(double z) { return {0, 0, z}; }
+/// A point of the frame of a thing, and that frame moved there.
+inline Eigen::Vector3d pointAt(const Eigen::Isometry3d& T, double x, double y, double z) {
+  return T * Eigen::Vector3d(x, y, z);
+}
+inline Eigen::Isometry3d moved(const Eigen::Isometry3d& T, double x, double y, double z) {
+  return T * Eigen::Translation3d(x, y, z);
+}
 
 enum class Roof { flat, gable, hip };
 

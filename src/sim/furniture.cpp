@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "building.h"
-#include "xview/types/class_names.h"
+#include "xview/types/labels.h"
 #include "xview/types/pose.h"
 
 namespace xview {
@@ -16,15 +16,11 @@ namespace {
 
 constexpr double kAttempts = 6;  // to find room for a thing
 
-Eigen::Vector3d moved(const Eigen::Isometry3d& T, double x, double y, double z) {
-  return T * Eigen::Vector3d(x, y, z);
-}
-
 void addChair(TriangleMesh& mesh, const Eigen::Isometry3d& T, Tag tag) {
-  addTube(mesh, moved(T, 0, 0, 0.06), moved(T, 0, 0, 0.42), 0.04, 0.04, 5, tag);
-  addTube(mesh, moved(T, 0, 0, 0.02), moved(T, 0, 0, 0.08), 0.28, 0.1, 7, tag);
-  addBox(mesh, T * Eigen::Translation3d(0, 0, 0.42), {0.46, 0.46, 0.08}, tag);
-  addBox(mesh, T * Eigen::Translation3d(-0.22, 0, 0.5), {0.06, 0.42, 0.5}, tag);
+  addTube(mesh, pointAt(T, 0, 0, 0.06), pointAt(T, 0, 0, 0.42), 0.04, 0.04, 5, tag);
+  addTube(mesh, pointAt(T, 0, 0, 0.02), pointAt(T, 0, 0, 0.08), 0.28, 0.1, 7, tag);
+  addBox(mesh, moved(T, 0, 0, 0.42), {0.46, 0.46, 0.08}, tag);
+  addBox(mesh, moved(T, -0.22, 0, 0.5), {0.06, 0.42, 0.5}, tag);
 }
 
 /// Something small beside one of the long edges of a space.
@@ -77,7 +73,7 @@ std::optional<Eigen::Isometry3d> Furnisher::atWall(Wall wall, const Eigen::Vecto
 
 bool Furnisher::addThing(std::uint16_t label, Wall wall, const Eigen::Vector3d& size, double low) {
   const auto T = atWall(wall, size, low);
-  if (T) addBox(office_.mesh, *T * Eigen::Translation3d(0, 0, low), size, office_.tags.next(label));
+  if (T) addBox(office_.mesh, moved(*T, 0, 0, low), size, office_.tags.next(label));
   return T.has_value();
 }
 
@@ -86,18 +82,17 @@ void Furnisher::addDesk() {
   const auto T = atWall(any, size);
   if (!T) return;
   const Tag tag = office_.tags.next(kDesk);
-  addBox(office_.mesh, *T * Eigen::Translation3d(0, 0, 0.7), {size.x(), size.y(), 0.04}, tag);
+  addBox(office_.mesh, moved(*T, 0, 0, 0.7), {size.x(), size.y(), 0.04}, tag);
   for (const double side : {-0.5, 0.5}) {
-    addBox(office_.mesh, *T * Eigen::Translation3d(side * (size.x() - 0.06), 0, 0),
-           {0.04, size.y() - 0.1, 0.7}, tag);
+    addBox(office_.mesh, moved(*T, side * (size.x() - 0.06), 0, 0), {0.04, size.y() - 0.1, 0.7},
+           tag);
   }
   const double x = random_.uniform(-0.25, 0.25) * size.x();
   const Tag screen = office_.tags.next(kMonitor);
-  addBox(office_.mesh, *T * Eigen::Translation3d(x, -0.15, 0.86),
-         {random_.uniform(0.45, 0.65), 0.05, 0.36}, screen);
-  addBox(office_.mesh, *T * Eigen::Translation3d(x, -0.15, 0.74), {0.2, 0.15, 0.12}, screen,
-         {0.3, 0.3});
-  const Eigen::Vector3d seat = moved(*T, x, size.y() / 2 + 0.25, 0);
+  addBox(office_.mesh, moved(*T, x, -0.15, 0.86), {random_.uniform(0.45, 0.65), 0.05, 0.36},
+         screen);
+  addBox(office_.mesh, moved(*T, x, -0.15, 0.74), {0.2, 0.15, 0.12}, screen, {0.3, 0.3});
+  const Eigen::Vector3d seat = pointAt(*T, x, size.y() / 2 + 0.25, 0);
   office_.seats.push_back({seat.head<2>(), yawOf(T->linear()) - M_PI / 2});
 }
 
@@ -106,7 +101,7 @@ void Furnisher::addSeatingGroup() {
   if (!T) return;
   const Tag tag = office_.tags.next(kSofa);
   addBox(office_.mesh, *T, {1.6, 0.85, 0.42}, tag);
-  addBox(office_.mesh, *T * Eigen::Translation3d(0, -0.34, 0.42), {1.6, 0.17, 0.38}, tag);
+  addBox(office_.mesh, moved(*T, 0, -0.34, 0.42), {1.6, 0.17, 0.38}, tag);
   addThing(kTable, any, {random_.uniform(0.6, 1.1), 0.6, random_.uniform(0.42, 0.75)});
 }
 
@@ -114,12 +109,11 @@ void Furnisher::addWindow() {
   const double width = random_.uniform(0.9, 1.5);
   const auto T = atWall(north, {width, 0.05, 1.3}, 0.9);
   if (!T) return;
-  addBox(office_.mesh, *T * Eigen::Translation3d(0, 0, 0.9), {width, 0.05, 1.3},
-         office_.tags.next(kWindow));
-  addBox(office_.mesh, *T * Eigen::Translation3d(0, 0.05, 0.12), {0.8 * width, 0.12, 0.6},
+  addBox(office_.mesh, moved(*T, 0, 0, 0.9), {width, 0.05, 1.3}, office_.tags.next(kWindow));
+  addBox(office_.mesh, moved(*T, 0, 0.05, 0.12), {0.8 * width, 0.12, 0.6},
          office_.tags.next(kRadiator));
   if (random_.uniform() < 0.4)
-    addBox(office_.mesh, *T * Eigen::Translation3d(0.5 * width, 0.06, 0.5), {0.35, 0.08, 1.9},
+    addBox(office_.mesh, moved(*T, 0.5 * width, 0.06, 0.5), {0.35, 0.08, 1.9},
            office_.tags.next(kCurtain));
 }
 
@@ -128,22 +122,22 @@ void Furnisher::addPlant() {
   const auto T = atWall(any, {2 * radius, 2 * radius, height});
   if (!T) return;
   const Tag tag = office_.tags.next(kPlant);
-  addTube(office_.mesh, moved(*T, 0, 0, 0), moved(*T, 0, 0, 0.3), 0.13, 0.17, 8, tag);
-  addLumpyEllipsoid(office_.mesh, moved(*T, 0, 0, 0.3 + 0.5 * (height - 0.3)),
+  addTube(office_.mesh, pointAt(*T, 0, 0, 0), pointAt(*T, 0, 0, 0.3), 0.13, 0.17, 8, tag);
+  addLumpyEllipsoid(office_.mesh, pointAt(*T, 0, 0, 0.3 + 0.5 * (height - 0.3)),
                     {radius, radius, 0.5 * (height - 0.3)}, 0.2, random_, tag);
 }
 
 void Furnisher::addBin() {
   const auto T = atWall(any, {0.34, 0.34, 0.4});
   if (!T) return;
-  addTube(office_.mesh, moved(*T, 0, 0, 0), moved(*T, 0, 0, 0.38), 0.13, 0.16, 8,
+  addTube(office_.mesh, pointAt(*T, 0, 0, 0), pointAt(*T, 0, 0, 0.38), 0.13, 0.16, 8,
           office_.tags.next(kTrashBin));
 }
 
 void Furnisher::addExtinguisher() {
   const auto T = atWall(any, {0.2, 0.2, 0.6}, 0.5);
   if (!T) return;
-  addTube(office_.mesh, moved(*T, 0, 0, 0.5), moved(*T, 0, 0, 1.05), 0.09, 0.07, 8,
+  addTube(office_.mesh, pointAt(*T, 0, 0, 0.5), pointAt(*T, 0, 0, 1.05), 0.09, 0.07, 8,
           office_.tags.next(kExtinguisher));
 }
 
@@ -151,8 +145,7 @@ void Furnisher::addLamps(double spacing_m) {
   const int count = std::max(1, static_cast<int>(area_.size.x() / spacing_m));
   for (int i = 0; i < count; ++i) {
     const double along = (i + 0.5) * area_.size.x() / count;
-    addBox(office_.mesh,
-           T_world_area_ * Eigen::Translation3d(along, area_.size.y() / 2, area_.height_m - 0.08),
+    addBox(office_.mesh, moved(T_world_area_, along, area_.size.y() / 2, area_.height_m - 0.08),
            {1.2, 0.3, 0.08}, office_.tags.next(kLamp));
   }
 }

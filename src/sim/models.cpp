@@ -12,10 +12,6 @@ constexpr double kEaves = 0.4;    // roofs stick out by this [m]
 constexpr double kGarageHeight = 2.6;
 constexpr double kRoot = 0.3;  // trunks go this deep [m]
 
-Eigen::Isometry3d moved(const Eigen::Isometry3d& T, double x, double y, double z) {
-  return T * Eigen::Translation3d(x, y, z);
-}
-
 void addWalls(TriangleMesh& mesh, const Eigen::Isometry3d& T, const Eigen::Vector2d& size,
               double height, Tag tag) {
   addBox(mesh, moved(T, 0, 0, -kFooting), {size.x(), size.y(), height + kFooting}, tag);
@@ -25,7 +21,7 @@ void addWalls(TriangleMesh& mesh, const Eigen::Isometry3d& T, const Eigen::Vecto
 void addGable(TriangleMesh& mesh, const Eigen::Isometry3d& T, const Eigen::Vector2d& size,
               double base, double rise, Tag tag) {
   const double x = size.x() / 2 + kEaves / 2, y = size.y() / 2 + kEaves;
-  const auto p = [&](double px, double py, double pz) { return T * Eigen::Vector3d(px, py, pz); };
+  const auto p = [&](double px, double py, double pz) { return pointAt(T, px, py, pz); };
   const Eigen::Vector3d ridge_a = p(-x, 0, base + rise), ridge_b = p(x, 0, base + rise);
   addQuad(mesh, p(-x, -y, base), p(x, -y, base), ridge_b, ridge_a, tag);
   addQuad(mesh, p(x, y, base), p(-x, y, base), ridge_a, ridge_b, tag);
@@ -191,17 +187,12 @@ void addTree(TriangleMesh& mesh, const Eigen::Vector3d& base, const TreeDesign& 
   const double r = design.crown_radius_m, half = (design.height_m - design.trunk_m) / 2;
   const Eigen::Vector3d foot = base + up(design.trunk_m);
   const Eigen::Vector3d center = foot + up(half);
-  switch (design.shape) {
-    case TreeShape::round:
-    case TreeShape::columnar:
-      addLumpyEllipsoid(mesh, center, {r, r, half}, 0.12, random, tag);
-      break;
-    case TreeShape::conifer:
-      addTube(mesh, foot, base + up(design.height_m), r, 0.05, 9, tag);
-      break;
-    case TreeShape::spreading:
-      addSpreadingCrown(mesh, base, design, random, tag);
-      break;
+  if (design.shape == TreeShape::conifer) {
+    addTube(mesh, foot, base + up(design.height_m), r, 0.05, 9, tag);
+  } else if (design.shape == TreeShape::spreading) {
+    addSpreadingCrown(mesh, base, design, random, tag);
+  } else {
+    addLumpyEllipsoid(mesh, center, {r, r, half}, 0.12, random, tag);
   }
 }
 
@@ -216,9 +207,9 @@ void addCar(TriangleMesh& mesh, const Eigen::Isometry3d& T_world_car, Random& ra
   const double length = van ? random.uniform(4.8, 5.6) : random.uniform(3.7, 4.8);
   const double width = random.uniform(1.65, 1.85), sill = 0.25;
   const double body = van ? 1.0 : random.uniform(0.5, 0.65), cabin = van ? 0.8 : 0.6;
-  const Eigen::Isometry3d T_body = T_world_car * Eigen::Translation3d(0, 0, sill);
+  const Eigen::Isometry3d T_body = moved(T_world_car, 0, 0, sill);
   addBox(mesh, T_body, {length, width, body}, tag, {0.97, 0.95});
-  const Eigen::Isometry3d T_cabin = T_body * Eigen::Translation3d(van ? -0.2 : -0.3, 0, body);
+  const Eigen::Isometry3d T_cabin = moved(T_body, van ? -0.2 : -0.3, 0, body);
   addBox(mesh, T_cabin, {(van ? 0.85 : 0.6) * length, 0.93 * width, cabin}, tag, {0.75, 0.85});
   for (const double x : {-0.3, 0.3}) {
     for (const double y : {-0.5, 0.5}) {
@@ -232,24 +223,21 @@ void addCar(TriangleMesh& mesh, const Eigen::Isometry3d& T_world_car, Random& ra
 void addPerson(TriangleMesh& mesh, const Eigen::Isometry3d& T, Random& random, Tag tag) {
   const double height = random.uniform(1.5, 1.9);
   for (const double y : {-0.1, 0.1}) {
-    addTube(mesh, T * Eigen::Vector3d(2 * y, y, 0), T * Eigen::Vector3d(0, y, 0.48 * height), 0.08,
-            0.1, 5, tag);
+    addTube(mesh, pointAt(T, 2 * y, y, 0), pointAt(T, 0, y, 0.48 * height), 0.08, 0.1, 5, tag);
   }
   addTube(mesh, T * up(0.46 * height), T * up(0.84 * height), 0.17, 0.22, 7, tag);
   addLumpyEllipsoid(mesh, T * up(0.92 * height), {0.11, 0.11, 0.14}, 0, random, tag);
 }
 
 void addBicycle(TriangleMesh& mesh, const Eigen::Isometry3d& T, Tag tag) {
-  const auto p = [&](double x, double z) { return T * Eigen::Vector3d(x, 0, z); };
+  const auto p = [&](double x, double z) { return pointAt(T, x, 0, z); };
   for (const double x : {-0.5, 0.5}) {
-    addTube(mesh, T * Eigen::Vector3d(x, -0.02, 0.33), T * Eigen::Vector3d(x, 0.02, 0.33), 0.33,
-            0.33, 10, tag);
+    addTube(mesh, pointAt(T, x, -0.02, 0.33), pointAt(T, x, 0.02, 0.33), 0.33, 0.33, 10, tag);
   }
   addTube(mesh, p(-0.5, 0.33), p(-0.15, 0.9), 0.03, 0.03, 4, tag);
   addTube(mesh, p(-0.15, 0.8), p(0.4, 0.8), 0.03, 0.03, 4, tag);
   addTube(mesh, p(0.5, 0.33), p(0.38, 1.0), 0.03, 0.03, 4, tag);
-  addTube(mesh, T * Eigen::Vector3d(0.38, -0.28, 1.0), T * Eigen::Vector3d(0.38, 0.28, 1.0), 0.03,
-          0.03, 4, tag);
+  addTube(mesh, pointAt(T, 0.38, -0.28, 1.0), pointAt(T, 0.38, 0.28, 1.0), 0.03, 0.03, 4, tag);
 }
 
 }  // namespace xview

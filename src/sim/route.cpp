@@ -205,10 +205,7 @@ std::vector<Eigen::Isometry3d> asOdometry(const std::vector<Eigen::Isometry3d>& 
       position.z() += climb * step.norm();
       yaw += bend * step.norm();
     }
-    Eigen::Isometry3d measured = Eigen::Isometry3d::Identity();
-    measured.linear() = about(Eigen::Vector3d::UnitZ(), yaw) * T.linear();
-    measured.translation() = position;
-    T_odom_sensor.push_back(measured);
+    T_odom_sensor.push_back(poseOf(about(Eigen::Vector3d::UnitZ(), yaw) * T.linear(), position));
   }
   return T_odom_sensor;
 }

@@ -19,21 +19,12 @@ bool tellsShape(Kind kind) { return kind < Kind::other_object; }
 /// Ground of one kind does not stand in for another: a verge taken for a road speaks against the
 /// right place, one that is left out does not.
 std::vector<Kind> standInsFor(Kind kind) {
-  switch (kind) {
-    case Kind::lane_marking:
-      return {Kind::road};
-    case Kind::fence:
-      return {Kind::building};
-    case Kind::trunk:
-      return {Kind::vegetation};
-    case Kind::pole:
-      return {Kind::light, Kind::sign};
-    case Kind::sign:
-    case Kind::light:
-      return {Kind::pole};
-    default:
-      return {};
-  }
+  static const std::map<Kind, std::vector<Kind>> kStandIns = {
+      {Kind::lane_marking, {Kind::road}}, {Kind::fence, {Kind::building}},
+      {Kind::trunk, {Kind::vegetation}},  {Kind::pole, {Kind::light, Kind::sign}},
+      {Kind::sign, {Kind::pole}},         {Kind::light, {Kind::pole}}};
+  const auto found = kStandIns.find(kind);
+  return found == kStandIns.end() ? std::vector<Kind>() : found->second;
 }
 
 /// "human.pedestrian.adult": adult, pedestrian, human; without words that tell nothing alone.

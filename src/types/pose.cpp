@@ -8,11 +8,23 @@ namespace xview {
 
 double yawOf(const Eigen::Matrix3d& R) { return std::atan2(R(1, 0), R(0, 0)); }
 
-Eigen::Isometry3d poseFromYaw(const Eigen::Vector3d& position, double yaw_rad) {
+Eigen::Isometry3d poseOf(const Eigen::Matrix3d& R, const Eigen::Vector3d& position) {
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
-  T.linear() = Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  T.linear() = R;
   T.translation() = position;
   return T;
+}
+
+Eigen::Isometry3d poseFromYaw(const Eigen::Vector3d& position, double yaw_rad) {
+  return poseOf(Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix(), position);
+}
+
+Eigen::Isometry3d interpolated(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b,
+                               double share) {
+  return poseOf(Eigen::Quaterniond(a.linear())
+                    .slerp(share, Eigen::Quaterniond(b.linear()))
+                    .toRotationMatrix(),
+                (1 - share) * a.translation() + share * b.translation());
 }
 
 double rotationBetween(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {

@@ -6,7 +6,7 @@
 #include <set>
 
 #include "drawing.h"
-#include "xview/types/class_names.h"
+#include "xview/types/labels.h"
 #include "xview/types/median.h"
 
 namespace xview {

@@ -62,7 +62,7 @@ std::string placeOf(const fs::path& path) {
   if (std::next(part) != inside.end()) return part->string();
   const std::string stem = part->stem().string();
   if (stem == "xview") return "tools";  // the header for programs, which puts all together
-  return stem == "options" || stem == "options_file" || stem == "sized_options" ? "options" : "pipeline";
+  return stem == "options" ? "options" : "pipeline";
 }
 
 std::vector<SourceFile> sourceFiles() {

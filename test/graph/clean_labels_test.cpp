@@ -7,7 +7,6 @@
 #include <array>
 #include <string>
 
-#include "graph/label_regions.h"
 #include "scenes.h"
 
 namespace xview {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/graph/image_blobs.h"
+#include "xview/graph/blobs.h"
 
 #include <gtest/gtest.h>
 

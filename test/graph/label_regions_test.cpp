@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "graph/label_regions.h"
+#include "xview/graph/clean_labels.h"
 
 #include <gtest/gtest.h>
 

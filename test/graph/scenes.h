@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "xview/graph/merge.h"
-#include "xview/types/blob.h"
 #include "xview/types/frame.h"
 #include "xview/types/graph.h"
 #include "xview/types/labelled_cloud.h"

@@ -9,7 +9,7 @@
 
 #include "map/sample_map.h"
 #include "support/test_data.h"
-#include "xview/map/map_store.h"
+#include "xview/map/semantic_map.h"
 #include "xview/types/error.h"
 #include "xview/types/random.h"
 

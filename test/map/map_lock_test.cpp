@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/map/map_store.h"
+#include "xview/map/semantic_map.h"
 
 #include <gtest/gtest.h>
 

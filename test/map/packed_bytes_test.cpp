@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "../../src/map/packed_bytes.h"
+#include "../../src/map/map_tiles.h"
 
 #include <gtest/gtest.h>
 

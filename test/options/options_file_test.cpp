@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/options_file.h"
+#include "xview/options.h"
 
 #include <gtest/gtest.h>
 

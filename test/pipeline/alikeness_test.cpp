@@ -6,7 +6,7 @@
 #include <algorithm>
 
 #include "pipeline/two_streets.h"
-#include "xview/types/place_size.h"
+#include "xview/types/semantic_place.h"
 
 namespace xview {
 namespace {

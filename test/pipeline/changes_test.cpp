@@ -8,7 +8,7 @@
 
 #include "xview/mapper.h"
 #include "xview/sim/recordings.h"
-#include "xview/types/moved_recording.h"
+#include "xview/types/frame.h"
 
 namespace xview {
 namespace {

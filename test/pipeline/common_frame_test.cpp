@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/common_frame.h"
+#include "xview/mapper.h"
 
 #include <gtest/gtest.h>
 

@@ -5,11 +5,10 @@
 
 #include <cmath>
 
-#include "pipeline/depth_witnesses.h"
 #include "pipeline/simulated_drive.h"
 #include "xview/mapper.h"
 #include "xview/types/error.h"
-#include "xview/types/forwarding_source.h"
+#include "xview/types/frame.h"
 
 namespace xview {
 namespace {

@@ -7,10 +7,10 @@
 #include <utility>
 
 #include "pipeline/simulated_drive.h"
-#include "xview/map/map_store.h"
+#include "xview/map/semantic_map.h"
 #include "xview/search/likelihoods.h"
 #include "xview/types/error.h"
-#include "xview/types/forwarding_source.h"
+#include "xview/types/frame.h"
 
 namespace xview {
 namespace {

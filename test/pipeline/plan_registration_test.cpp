@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "pipeline/plan_registration.h"
+#include "pipeline/pose_refinement.h"
 
 #include <gtest/gtest.h>
 

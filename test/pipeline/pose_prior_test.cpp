@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "pipeline/pose_prior.h"
+#include "pipeline/query_check.h"
 
 #include <gtest/gtest.h>
 

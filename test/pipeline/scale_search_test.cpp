@@ -6,7 +6,7 @@
 #include "pipeline/simulated_drive.h"
 #include "xview/types/error.h"
 #include "xview/types/pose.h"
-#include "xview/types/prior_text.h"
+#include "xview/types/user_text.h"
 
 namespace xview {
 namespace {

@@ -9,7 +9,7 @@
 #include "xview/localizer.h"
 #include "xview/mapper.h"
 #include "xview/sim/recordings.h"
-#include "xview/types/moved_recording.h"
+#include "xview/types/frame.h"
 
 namespace xview::test {
 

@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
 #include <map>
 #include <set>
 #include <tuple>
@@ -101,6 +104,54 @@ TEST(CellLists, FindWhatIsWithinTheSideOfACell) {
     }
     EXPECT_EQ(found, expected);
   }
+}
+
+/// Pieces are what disjoint sets of all touching pairs are.
+TEST(ConnectedCells, AreThoseThatDisjointSetsJoin) {
+  Random random(4);
+  CellIndex index;
+  for (int i = 0; i < 300; ++i)
+    index.findOrAdd(static_cast<std::int32_t>(random.below(30)) - 15,
+                    static_cast<std::int32_t>(random.below(30)) - 15);
+  const auto belongs = [](std::int32_t cell) { return cell % 7 != 0; };
+  DisjointSets sets(index.size());
+  std::size_t expected = 0;
+  for (std::uint32_t i = 0; i < index.size(); ++i) {
+    for (std::uint32_t j = 0; j < i; ++j) {
+      const CellIndex::Cell a = index.cells()[i], b = index.cells()[j];
+      const bool touch = std::max(std::abs(a.x - b.x), std::abs(a.y - b.y)) <= 1;
+      if (touch && belongs(static_cast<std::int32_t>(i)) && belongs(static_cast<std::int32_t>(j)))
+        sets.unite(i, j);
+    }
+  }
+  const auto pieces = connectedCells(index, belongs);
+  for (std::uint32_t i = 0; i < index.size(); ++i)
+    expected += belongs(static_cast<std::int32_t>(i)) && sets.find(i) == i;
+  EXPECT_EQ(pieces.size(), expected);
+  std::set<std::int32_t> seen;
+  for (const auto& piece : pieces) {
+    for (const std::int32_t cell : piece) {
+      EXPECT_TRUE(belongs(cell) && seen.insert(cell).second);
+      EXPECT_EQ(sets.find(static_cast<std::uint32_t>(cell)),
+                sets.find(static_cast<std::uint32_t>(piece.front())));
+    }
+  }
+}
+
+TEST(HeightLattice, IsBilinearAndFillsGapsFromTheNearest) {
+  HeightLattice lattice{2, {}, {}};
+  for (int y = -3; y <= 3; ++y) {
+    for (int x = -3; x <= 3; ++x) {
+      lattice.index.findOrAdd(x, y);
+      const bool is_gap = x == 0 && y == 0;
+      lattice.heights.push_back(is_gap ? NAN : static_cast<float>(2 * x + 1 - 3 * (2 * y + 1)));
+    }
+  }
+  EXPECT_NEAR(lattice.heightAt(4.3f, -2.8f), 4.3f + 3 * 2.8f, 1e-5);
+  lattice.fillGaps(1);
+  // The first of the neighbours, which are equally near.
+  EXPECT_EQ(lattice.heightAt(1, 1), lattice.heightAt(-1, -1));
+  EXPECT_EQ(lattice.heightAt(100, 100), 0) << "beyond the cells";
 }
 
 }  // namespace

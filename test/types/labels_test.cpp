@@ -3,8 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include "xview/types/class_names.h"
-
 namespace xview {
 namespace {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/types/place_size.h"
+#include "xview/types/semantic_place.h"
 
 #include <gtest/gtest.h>
 

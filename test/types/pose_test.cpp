@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "xview/types/place.h"
+#include "xview/types/localization.h"
 #include "xview/types/random.h"
 
 namespace xview {

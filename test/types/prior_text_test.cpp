@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/types/prior_text.h"
+#include "xview/types/user_text.h"
 
 #include <gtest/gtest.h>
 

@@ -5,7 +5,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "xview/types/blob.h"
+#include "xview/types/frame.h"
+#include "xview/types/graph.h"
 #include "xview/types/labelled_cloud.h"
 #include "xview/types/labels.h"
 #include "xview/types/option_field.h"
@@ -50,5 +51,19 @@ std::vector<int> euclideanClusters(const std::vector<Eigen::Vector3f>& points, f
 std::vector<Blob> extractBlobs(const LabelledCloud& cloud, const LabelSet& set,
                                const BlobOptions& options,
                                std::vector<int>* blob_of_point = nullptr);
+
+/// Blobs and edges in image space, as the paper has them: 8-connected regions of the label image
+/// per class and instance, edges where contours come near; smaller regions than 300 px of 640x480
+/// are dropped. Positions are 3-D all the same: the
+/// median depth of the region at its pixel centroid, in the odometry frame. Covariance and bounds
+/// are those of its points. Regions without any depth up to max_range_m are dropped. Throws Error
+/// if images differ in size.
+struct ImageBlobs {
+  std::vector<Blob> blobs;
+  BlobEdges edges;
+  Image<std::int32_t> blob_of_pixel;  ///< index into blobs, or -1
+};
+
+ImageBlobs extractImageBlobs(const Frame& frame, const LabelSet& set, double max_range_m);
 
 }  // namespace xview::graph

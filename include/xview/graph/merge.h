@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "xview/graph/edges.h"
-#include "xview/types/blob.h"
 #include "xview/types/graph.h"
 #include "xview/types/labelled_cloud.h"
 #include "xview/types/labels.h"

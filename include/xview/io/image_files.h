@@ -4,10 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "xview/types/camera.h"
-#include "xview/types/color_image.h"
 #include "xview/types/image.h"
-#include "xview/types/network_input.h"
 
 namespace xview::io {
 

@@ -5,7 +5,6 @@
 #include <string>
 #include <vector>
 
-#include "xview/types/class_names.h"
 #include "xview/types/labels.h"
 
 namespace xview::io {

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "xview/types/class_names.h"
 #include "xview/types/frame.h"
+#include "xview/types/labels.h"
 
 namespace xview::io {
 

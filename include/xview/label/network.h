@@ -4,8 +4,7 @@
 #include <memory>
 #include <string>
 
-#include "xview/types/color_image.h"
-#include "xview/types/network_input.h"
+#include "xview/types/image.h"
 
 namespace xview::label {
 

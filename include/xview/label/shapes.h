@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "xview/types/point.h"
+#include "xview/types/labelled_cloud.h"
 
 namespace xview::label {
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -24,6 +25,59 @@ struct SemanticMap : Place {
     stamps_s.push_back(stamp_s);
     source_of_pose.push_back(source);
   }
+};
+
+/// What `xview info` prints without reading the bulk of a map.
+struct MapSummary {
+  int schema_version = 0;
+  std::string program_version;  ///< that wrote it
+  std::string label_set;
+  std::string size;  ///< of the place, see types/semantic_place.h
+  std::size_t vertices = 0, edges = 0, keyframes = 0, cloud_points = 0, plan_samples = 0;
+  std::vector<std::string> sources;
+  std::vector<std::string> revisions;  ///< notes of the changes that can be undone, oldest first
+};
+
+/// True if the file starts like an .xvm database (SQLite magic and our application_id); false for
+/// anything else, also missing.
+bool isMapFile(const std::string& path);
+
+/// Writes the whole map in one transaction. A new file appears only when complete (written beside,
+/// then renamed); an existing map is replaced inside one transaction, so that a killed process
+/// leaves the old map or the new one. A file that is no map, or a map of another schema version, is
+/// not overwritten. Throws Error; the file is then as before.
+///
+/// Vertices, edges, key frames, labels and texts are kept exactly. Plan view and cloud are rounded
+/// to 1 cm relative to their origins and come back in the order of their tiles; points that are not
+/// finite are dropped, and so are their ranges. The same map gives the same bytes in a new file.
+void saveMap(const std::string& path, const SemanticMap& map);
+
+/// Replaces an existing map like saveMap, but keeps what changes, so that undoRevision brings the
+/// former map back. `note` says what was done.
+void saveRevision(const std::string& path, const SemanticMap& map, const std::string& note);
+
+/// Takes back the last saveRevision that was not followed by saveMap, in one transaction. False if
+/// there is none. Throws Error.
+bool undoRevision(const std::string& path);
+
+/// Throws Error: missing, not a map, unknown schema version (the message names both), damaged. The
+/// file is opened for reading only.
+SemanticMap loadMap(const std::string& path);
+MapSummary readMapSummary(const std::string& path);
+
+/// Held from reading a map to writing it back, so that two programs that add to it at one time add
+/// one after the other, and neither loses what the other added. The constructor waits for whoever
+/// holds it. A map that does not exist or lies on a file system without locks is not held.
+/// Reading a map needs no lock.
+class MapLock {
+ public:
+  explicit MapLock(const std::string& path);
+  ~MapLock();
+  MapLock(const MapLock&) = delete;
+  MapLock& operator=(const MapLock&) = delete;
+
+ private:
+  int descriptor_;
 };
 
 }  // namespace xview::map

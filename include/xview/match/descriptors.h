@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "xview/match/walks.h"
-#include "xview/types/correspondence.h"
+#include "xview/types/graph.h"
 #include "xview/types/option_field.h"
 
 namespace xview::match {

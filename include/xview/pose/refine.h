@@ -2,7 +2,6 @@
 #pragma once
 
 #include <Eigen/Geometry>
-#include <cstdint>
 #include <optional>
 #include <vector>
 

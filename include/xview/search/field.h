@@ -8,10 +8,9 @@
 #include <optional>
 #include <vector>
 
-#include "xview/types/correspondence.h"
 #include "xview/types/graph.h"
 #include "xview/types/labels.h"
-#include "xview/types/place.h"
+#include "xview/types/localization.h"
 #include "xview/types/plan_view.h"
 
 namespace xview::search {

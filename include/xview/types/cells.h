@@ -8,9 +8,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <numeric>
 #include <unordered_map>
-#include <utility>
 #include <vector>
+
+#include "xview/types/median.h"
 
 namespace xview {
 
@@ -205,6 +207,18 @@ class CellIndex {
   const std::vector<Cell>& cells() const { return cells_; }
   std::size_t size() const { return cells_.size(); }
 
+  /// Calls visit(number) for the occupied cells up to `reach` rows and columns away, row by row.
+  template <class Visit>
+  void forAround(std::size_t cell, std::int32_t reach, Visit&& visit) const {
+    const Cell c = cells_[cell];
+    for (std::int32_t y = c.y - reach; y <= c.y + reach; ++y) {
+      for (std::int32_t x = c.x - reach; x <= c.x + reach; ++x) {
+        const std::int32_t number = find(x, y);
+        if (number >= 0) visit(number);
+      }
+    }
+  }
+
  private:
   using Tile = std::array<std::int32_t, 64 * 64>;
   struct Recent {
@@ -243,6 +257,94 @@ class CellIndex {
   std::unordered_map<std::uint64_t, std::unique_ptr<Tile>> tiles_;
   std::vector<Cell> cells_;
   mutable std::array<Recent, 16> recent_;
+};
+
+/// The cells that belong(number), in pieces that touch one another, be it at a corner: each lists
+/// its cells from the first one on.
+template <class Belongs>
+std::vector<std::vector<std::int32_t>> connectedCells(const CellIndex& index, Belongs&& belongs) {
+  std::vector<std::vector<std::int32_t>> pieces;
+  std::vector<std::uint8_t> is_taken(index.size(), 0);
+  const auto take = [&](std::int32_t cell, std::vector<std::int32_t>& piece) {
+    if (is_taken[cell] || !belongs(cell)) return;
+    is_taken[cell] = 1;
+    piece.push_back(cell);
+  };
+  for (std::size_t start = 0; start < index.size(); ++start) {
+    std::vector<std::int32_t> piece;
+    take(static_cast<std::int32_t>(start), piece);
+    for (std::size_t k = 0; k < piece.size(); ++k)
+      index.forAround(piece[k], 1, [&](std::int32_t cell) { take(cell, piece); });
+    if (!piece.empty()) pieces.push_back(std::move(piece));
+  }
+  return pieces;
+}
+
+/// Heights of the ground at the middles of square cells, bilinear in between [m].
+struct HeightLattice {
+  float side_m;
+  CellIndex index;
+  std::vector<float> heights;  ///< by number of the cell; NaN where nothing is known yet
+
+  std::int32_t cellAt(float x, float y) const {  ///< or -1
+    return index.find(floorToInt(x / side_m), floorToInt(y / side_m));
+  }
+
+  /// Spreads heights to the cells without one, nearest first (breadth first), up to `reach` cells
+  /// further each time; what is out of reach gets the median.
+  void fillGaps(std::int32_t reach) {
+    std::vector<std::int32_t> queue;
+    std::vector<float> known;
+    for (std::size_t i = 0; i < heights.size(); ++i) {
+      if (std::isnan(heights[i])) continue;
+      queue.push_back(static_cast<std::int32_t>(i));
+      known.push_back(heights[i]);
+    }
+    const float typical = known.empty() ? 0.f : medianOf(std::move(known));
+    for (std::size_t k = 0; k < queue.size(); ++k) {
+      index.forAround(queue[k], reach, [&](std::int32_t cell) {
+        if (!std::isnan(heights[cell])) return;
+        heights[cell] = heights[queue[k]];
+        queue.push_back(cell);
+      });
+    }
+    std::replace_if(
+        heights.begin(), heights.end(), [](float z) { return std::isnan(z); }, typical);
+  }
+
+  float heightAt(float x, float y) const {
+    const float fx = x / side_m - 0.5f, fy = y / side_m - 0.5f;
+    const std::int32_t ix = floorToInt(fx), iy = floorToInt(fy), own = cellAt(x, y);
+    const float rx = fx - static_cast<float>(ix), ry = fy - static_cast<float>(iy);
+    const auto at = [&](std::int32_t cx, std::int32_t cy) {
+      const std::int32_t i = index.find(cx, cy);
+      return i >= 0 ? heights[i] : own >= 0 ? heights[own] : 0;
+    };
+    return (at(ix, iy) * (1 - rx) + at(ix + 1, iy) * rx) * (1 - ry) +
+           (at(ix, iy + 1) * (1 - rx) + at(ix + 1, iy + 1) * rx) * ry;
+  }
+};
+
+/// Disjoint sets of numbers, each named by its smallest one. With path halving.
+class DisjointSets {
+ public:
+  explicit DisjointSets(std::size_t size = 0) : parent_(size) {
+    std::iota(parent_.begin(), parent_.end(), 0u);
+  }
+  /// A set of its own for the next number.
+  void add() { parent_.push_back(static_cast<std::uint32_t>(parent_.size())); }
+  std::uint32_t find(std::uint32_t i) {
+    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
+    return i;
+  }
+  void unite(std::uint32_t a, std::uint32_t b) {
+    a = find(a);
+    b = find(b);
+    parent_[std::max(a, b)] = std::min(a, b);
+  }
+
+ private:
+  std::vector<std::uint32_t> parent_;
 };
 
 }  // namespace xview

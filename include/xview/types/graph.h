@@ -8,6 +8,22 @@
 
 namespace xview {
 
+/// A connected region of one class (paper, section III-A): the node of a frame graph.
+struct Blob {
+  std::uint32_t label = 0;
+  std::uint32_t instance = 0;                            ///< 0 = none given by the data
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();    ///< mean of the points [m]
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of the points [m^2]
+  Eigen::Vector3d min = Eigen::Vector3d::Zero();         ///< axis-aligned bounds [m]
+  Eigen::Vector3d max = Eigen::Vector3d::Zero();
+  std::uint32_t points = 0;
+  std::int64_t first_frame = 0;
+  std::int64_t last_frame = 0;
+};
+
+/// Pairs of blobs of one frame, smaller index first, sorted.
+using BlobEdges = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
+
 /// A vertex of a semantic graph: v = {label, position} of the paper, with what later stages need.
 struct Vertex {
   std::uint32_t label = 0;
@@ -50,5 +66,12 @@ bool isConsistent(const SemanticGraph& graph);
 
 /// Number of connected components.
 std::size_t componentCount(const SemanticGraph& graph);
+
+/// A believed identity of a query vertex and a map vertex.
+struct Correspondence {
+  std::uint32_t query = 0;  ///< index of the vertex in the query graph
+  std::uint32_t map = 0;    ///< index of the vertex in the map graph
+  float similarity = 0;     ///< of their descriptors, in [0, 1]
+};
 
 }  // namespace xview

@@ -7,8 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "xview/types/class_names.h"
-#include "xview/types/forwarding_source.h"
+#include "xview/types/frame.h"
 #include "xview/types/labels.h"
 #include "xview/types/semantic_place.h"
 

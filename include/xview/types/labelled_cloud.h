@@ -1,14 +1,57 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <pcl/point_cloud.h>
+#include <pcl/register_point_struct.h>
+
 #include <Eigen/Core>
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
+#include <limits>
 #include <utility>
 #include <vector>
 
 #include "xview/types/median.h"
-#include "xview/types/point.h"
+
+namespace xview {
+
+/// `Point::view` of a point of which nobody knows from where it was seen.
+constexpr std::uint32_t kNoView = std::numeric_limits<std::uint32_t>::max();
+
+/// A labelled point, laid out as PCL wants it (16 bytes of x, y, z, 1 first) and registered there,
+/// so that one pcl::PointCloud<Point> flows through the program and into any filter, search, writer
+/// or viewer of PCL. It is not made of PCL's macros because <pcl/point_types.h> takes twice as long
+/// to compile as everything else here.
+struct alignas(16) Point {
+  float x = 0, y = 0, z = 0, one = 1;
+  std::uint32_t label = 0;       ///< class id
+  std::uint32_t instance = 0;    ///< 0 = none given by the data
+  float sigma = 0;               ///< standard deviation of its position [m]; 0 = not known to err
+  std::uint32_t view = kNoView;  ///< which of the poses of its place saw it
+
+  Point() = default;
+  Point(float px, float py, float pz, std::uint32_t class_id = 0)
+      : x(px), y(py), z(pz), label(class_id) {}
+
+  using Vector3fMap = Eigen::Map<Eigen::Vector3f>;
+  using ConstVector3fMap = Eigen::Map<const Eigen::Vector3f>;
+  using Vector4fMap = Eigen::Map<Eigen::Vector4f, Eigen::Aligned>;
+  using ConstVector4fMap = Eigen::Map<const Eigen::Vector4f, Eigen::Aligned>;
+  Vector3fMap getVector3fMap() { return Vector3fMap(&x); }
+  ConstVector3fMap getVector3fMap() const { return ConstVector3fMap(&x); }
+  Vector4fMap getVector4fMap() { return Vector4fMap(&x); }
+  ConstVector4fMap getVector4fMap() const { return ConstVector4fMap(&x); }
+};
+
+}  // namespace xview
+
+// clang-format off
+POINT_CLOUD_REGISTER_POINT_STRUCT(xview::Point,
+  (float, x, x) (float, y, y) (float, z, z)
+  (std::uint32_t, label, label) (std::uint32_t, instance, instance)
+  (float, sigma, sigma) (std::uint32_t, view, view))
+// clang-format on
 
 namespace xview {
 

@@ -2,16 +2,66 @@
 #pragma once
 
 #include <Eigen/Geometry>
-#include <cstdint>
+#include <chrono>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "xview/types/correspondence.h"
-#include "xview/types/gravity.h"
+#include "xview/types/graph.h"
 
 namespace xview {
+
+/// A gravity-aligned pose: p_map = Rz(yaw) * p_query + (x, y), and what speaks for it.
+struct PlacePose {
+  double x = 0, y = 0;  ///< [m]
+  double yaw = 0;       ///< [rad]
+  double score = 0;     ///< log-likelihood ratio against chance [nats]
+};
+
+/// What a user may know beforehand about the pose of the last query frame.
+struct PlacePrior {
+  struct Circle {
+    double x = 0, y = 0, radius = 0;  ///< [m], map frame
+  };
+  struct Heading {
+    double yaw = 0, tolerance = 0;  ///< [rad], map frame
+  };
+  std::optional<Circle> near;
+  std::optional<Heading> heading;
+};
+
+/// How many times as long a length of the map may be as it is in the query.
+struct ScaleRange {
+  double low = 1, high = 1;
+};
+
+/// Poses this near to one another are the same place for the verdict.
+constexpr double kSamePlace_m = 8, kSamePlace_rad = 0.4;
+/// Neither farther away nor turned by more than that.
+bool samePlace(const PlacePose& a, const PlacePose& b);
+
+/// Which way is up in a frame, and how that is known.
+struct Gravity {
+  bool known = true;  ///< false: nothing tells; poses of this frame have six degrees of freedom
+  Eigen::Quaterniond upright =
+      Eigen::Quaterniond::Identity();  ///< turns the frame so that z points up
+  double sigma_rad = 0;  ///< error of that; 0 = z is up by the word of whoever made the frame
+  std::string reason = "z is up as given";
+
+  bool turned() const { return upright.angularDistance(Eigen::Quaterniond::Identity()) > 0; }
+};
+
+/// How many degrees of freedom an answer was looked for with.
+enum class GravityUse {
+  aligned,   ///< x, y, z and heading: z is up in map and query as they are
+  levelled,  ///< the same after one of them was turned to stand upright
+  free       ///< six: the pose itself says which way is up
+};
+
+inline const char* toString(GravityUse use) {
+  return use == GravityUse::aligned ? "aligned" : use == GravityUse::levelled ? "levelled" : "free";
+}
 
 /// What the answer promises.
 enum class Status {
@@ -108,6 +158,21 @@ struct Localization {
   Timings timing_ms;
 
   bool accepted() const { return status == Status::accepted; }
+};
+
+/// Milliseconds of wall time since construction or the last lap.
+class Stopwatch {
+ public:
+  double lap_ms() {
+    const auto now = Clock::now();
+    const double ms = std::chrono::duration<double, std::milli>(now - last_).count();
+    last_ = now;
+    return ms;
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  Clock::time_point last_ = Clock::now();
 };
 
 }  // namespace xview

@@ -11,8 +11,13 @@ namespace xview {
 /// Yaw (rotation about z) of a rotation whose z axes roughly agree [rad, -pi..pi].
 double yawOf(const Eigen::Matrix3d& R);
 
+Eigen::Isometry3d poseOf(const Eigen::Matrix3d& R, const Eigen::Vector3d& position);
 /// x, y, z and yaw as a transform that keeps z upright.
 Eigen::Isometry3d poseFromYaw(const Eigen::Vector3d& position, double yaw_rad);
+
+/// After this share of the way from one pose to another, straight and turning evenly.
+Eigen::Isometry3d interpolated(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b,
+                               double share);
 
 /// Angle of the rotation between two poses [rad, 0..pi].
 double rotationBetween(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b);

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "xview/types/correspondence.h"
+#include "xview/types/graph.h"
 #include "xview/types/option_field.h"
 
 namespace xview::verify {

@@ -4,7 +4,7 @@
 #include <Eigen/Geometry>
 #include <vector>
 
-#include "xview/types/correspondence.h"
+#include "xview/types/graph.h"
 #include "xview/types/option_field.h"
 
 namespace xview::verify {

@@ -9,7 +9,6 @@
 #include <utility>
 #include <vector>
 
-#include "xview/types/correspondence.h"
 #include "xview/types/graph.h"
 #include "xview/types/labelled_cloud.h"
 #include "xview/types/labels.h"

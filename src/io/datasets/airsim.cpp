@@ -11,6 +11,7 @@
 #include "xview/io/image_files.h"
 #include "xview/io/label_files.h"
 #include "xview/types/error.h"
+#include "xview/types/pose.h"
 
 namespace xview::io {
 namespace {
@@ -72,13 +73,10 @@ std::optional<ImagePair> findPair(std::string_view list) {
 /// which turn about z first.
 Eigen::Isometry3d mountOf(const std::array<double, 6>& m) {
   constexpr double kDegree = M_PI / 180;
-  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
-  T.linear() = (Eigen::AngleAxisd(kDegree * m[5], Eigen::Vector3d::UnitZ()) *
-                Eigen::AngleAxisd(kDegree * m[4], Eigen::Vector3d::UnitY()) *
-                Eigen::AngleAxisd(kDegree * m[3], Eigen::Vector3d::UnitX()))
-                   .toRotationMatrix();
-  T.translation() = Eigen::Vector3d(m[0], m[1], m[2]);
-  return T;
+  const Eigen::Quaterniond turn = Eigen::AngleAxisd(kDegree * m[5], Eigen::Vector3d::UnitZ()) *
+                                  Eigen::AngleAxisd(kDegree * m[4], Eigen::Vector3d::UnitY()) *
+                                  Eigen::AngleAxisd(kDegree * m[3], Eigen::Vector3d::UnitX());
+  return poseOf(turn.toRotationMatrix(), {m[0], m[1], m[2]});
 }
 
 /// Body x forward, y right, z down in a world of north, east, down; to the optical frame in a world
@@ -87,10 +85,8 @@ Eigen::Isometry3d opticalPose(const Eigen::Isometry3d& T_ned_body) {
   Eigen::Matrix3d R_up_ned, R_body_optical;
   R_up_ned << 1, 0, 0, 0, -1, 0, 0, 0, -1;
   R_body_optical << 0, 0, 1, 1, 0, 0, 0, 1, 0;
-  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
-  T.linear() = R_up_ned * T_ned_body.linear() * R_body_optical;
-  T.translation() = R_up_ned * T_ned_body.translation();
-  return T;
+  return poseOf(R_up_ned * T_ned_body.linear() * R_body_optical,
+                R_up_ned * T_ned_body.translation());
 }
 
 /// The rows of airsim_rec.txt that have depth and segmentation.

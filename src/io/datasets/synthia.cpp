@@ -98,10 +98,7 @@ Eigen::Isometry3d readPose(const std::string& path) {
   matrix.col(1) = -matrix.col(1);
   if (matrix.topLeftCorner<3, 3>().determinant() < 0) matrix.col(2) = -matrix.col(2);
   if (!isRigid(matrix, 1e-3)) throw Error(path, "the 4x4 matrix is not a rigid transform");
-  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
-  T.linear() = orthonormalized(matrix.topLeftCorner<3, 3>());
-  T.translation() = matrix.topRightCorner<3, 1>();
-  return T;
+  return poseOf(orthonormalized(matrix.topLeftCorner<3, 3>()), matrix.topRightCorner<3, 1>());
 }
 
 DepthImage readCentimetres(const std::string& path) {

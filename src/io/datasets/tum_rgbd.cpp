@@ -9,6 +9,7 @@
 #include "xview/io/label_files.h"
 #include "xview/io/pose_files.h"
 #include "xview/types/error.h"
+#include "xview/types/pose.h"
 
 namespace xview::io {
 namespace {
@@ -44,13 +45,7 @@ std::optional<Eigen::Isometry3d> poseAt(const std::vector<StampedPose>& poses, d
   const StampedPose& b = *after;
   if (b.stamp_s - a.stamp_s > kLongestGap) return std::nullopt;
   const double share = (stamp_s - a.stamp_s) / (b.stamp_s - a.stamp_s);
-  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
-  T.linear() = Eigen::Quaterniond(a.T_frame_sensor.linear())
-                   .slerp(share, Eigen::Quaterniond(b.T_frame_sensor.linear()))
-                   .toRotationMatrix();
-  T.translation() =
-      (1 - share) * a.T_frame_sensor.translation() + share * b.T_frame_sensor.translation();
-  return T;
+  return interpolated(a.T_frame_sensor, b.T_frame_sensor, share);
 }
 
 /// The label image of a depth image: of its own name, or of the name of the colour image of that

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/types/heading.h"
+#include "xview/types/frame.h"
 
 #include <cmath>
 

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Two places in one frame become one: their graphs, and their views from above.
 #include <algorithm>
 #include <cmath>
 #include <string>
 
+#include "xview/graph/merge.h"
 #include "xview/graph/plan_view.h"
 #include "xview/types/cells.h"
 #include "xview/types/error.h"
@@ -93,6 +95,17 @@ PlanView shifted(const PlanView& addition, const PlanView& view) {
   return result;
 }
 
+/// The mean of both, weighted by how often each was seen.
+void joinVertex(Vertex& vertex, const Vertex& other) {
+  const double a = vertex.observations, b = other.observations, share = b / std::max(1.0, a + b);
+  vertex.position += share * (other.position - vertex.position);
+  vertex.extent += share * (other.extent - vertex.extent);
+  vertex.sigma_m = std::sqrt((1 - share) * vertex.sigma_m * vertex.sigma_m +
+                             share * other.sigma_m * other.sigma_m);
+  vertex.observations += other.observations;
+  vertex.points += other.points;
+}
+
 }  // namespace
 
 void mergePlanViews(PlanView& view, const PlanView& addition) {
@@ -116,6 +129,42 @@ void mergePlanViews(PlanView& view, const PlanView& addition) {
       addSurface(channel, view, moved.samples[c], is_ground ? &measured_before : nullptr);
     std::sort(view.samples[c].begin(), view.samples[c].end(), inRowOrder<PlanSample>);
   }
+}
+
+void mergeGraphs(SemanticGraph& graph, const SemanticGraph& addition, const LabelSet& labels,
+                 const MergeOptions& options, const EdgeOptions& edge_options) {
+  if (graph.empty()) graph.space = addition.space;
+  const bool in_images = graph.space == GraphSpace::image;
+  const double surface_m = in_images ? options.first_observation_m : options.surface_m / 2;
+  CellLists vertices_of_cell;
+  const auto reachOf = [&](const Vertex& v) {
+    return labels.role(v.label) == Role::surface ? surface_m : options.object_m;
+  };
+  const auto cellOfVertex = [&](const Vertex& v) {
+    return cellOf(v.position, std::max(surface_m, options.object_m), v.label);
+  };
+  for (std::size_t i = 0; i < graph.size(); ++i)
+    vertices_of_cell.add(cellOfVertex(graph.vertices[i]), i);
+  std::vector<std::uint32_t> now_at;  // of the vertices of the addition
+  for (const Vertex& v : addition.vertices) {
+    std::size_t nearest = graph.size();
+    double distance = reachOf(v);
+    vertices_of_cell.forAround(cellOfVertex(v), [&](std::size_t i) {
+      const double d = (graph.vertices[i].position - v.position).norm();
+      if (d > distance) return;
+      distance = d;
+      nearest = i;
+    });
+    now_at.push_back(static_cast<std::uint32_t>(nearest));
+    if (nearest < graph.size())
+      joinVertex(graph.vertices[nearest], v);
+    else
+      graph.vertices.push_back(v);
+  }
+  if (!in_images) return connectByRadius(graph, edge_options);
+  BlobEdges edges = graph.edges();
+  for (const auto& [a, b] : addition.edges()) edges.emplace_back(now_at[a], now_at[b]);
+  graph.setEdges(edges);
 }
 
 }  // namespace xview::graph

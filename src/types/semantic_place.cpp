@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/types/place_size.h"
+#include "xview/types/semantic_place.h"
 
 #include <charconv>
 #include <cmath>
 
 #include "xview/types/error.h"
+#include "xview/types/user_text.h"
 
 namespace xview {
 namespace {
@@ -40,8 +41,7 @@ std::string sizeText(double size) {
   for (const NamedSize& known : kSizes) {
     if (size == known.size) return known.name;
   }
-  char text[40];
-  return std::string(text, std::to_chars(text, text + sizeof text, size * kTownSpacing_m).ptr);
+  return numberText(size * kTownSpacing_m);
 }
 
 void requireSize(const std::string&, const std::string& text) { parseSize(text); }

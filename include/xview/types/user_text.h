@@ -3,10 +3,23 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
-#include "xview/types/place.h"
+#include "xview/types/localization.h"
 
 namespace xview {
+
+/// The word with the smallest edit distance, for "did you mean"; the first one if several are
+/// equally near, empty if none differs in about a quarter of its letters or less: what is farther
+/// was hardly meant.
+std::string nearestWord(const std::string& word, const std::vector<std::string>& words);
+
+/// The end of a message about an unknown word: "; the nearest known one is X", else the known ones
+/// if they are few, else nothing.
+std::string knownWordsHint(const std::string& word, const std::vector<std::string>& words);
+
+/// The fewest digits that read back as the same number.
+std::string numberText(double value);
 
 /// Priors as users write them. `name` is what they wrote it behind, a flag or a key: a UsageError
 /// names it.
