@@ -396,6 +396,16 @@ def raw_town(world, folder, made):
         yield from drive_rows(world, raw[name], place, (60,), truth, OUTDOORS_M)
 
 
+def own_scans(world, folder, made):
+    """Scans of one moment and of 8 m, and single raw ones in the cloud of a whole drive, as many people have them."""
+    yield from town(("lidar_reverse",), (8, 0), OUTDOORS_M, "lidar", "lidar_elsewhere")(world, folder, made)
+    raw = {name: unlabelled(folder / name, made / name) for name in ("lidar_reverse", "lidar_elsewhere")}
+    cloud = Map([fused(folder / "lidar", made / "fused.pcd")], [])
+    for name, query in raw.items():
+        truth = true_poses(folder / name) if name == "lidar_reverse" else None
+        yield Row(world, f"{name} raw in fused", "1 frame", [Part(cloud, [query], windows(query, 0), truth)], OUTDOORS_M)
+
+
 STREETS_M, ROOMS_M = (60, 30, 15), (10, 5)
 
 # By the name of the folder in DATA_DIR.
@@ -419,12 +429,11 @@ WITHOUT_LABELS = {
 
 STRANGER = ["--sessions.elsewhere"]
 OWN_TOWN = town(("rear", "oblique", "aerial"), (60, 15), OUTDOORS_M)
-OWN_SCANS = town(("lidar_reverse",), (8, 0), OUTDOORS_M, "lidar", "lidar_elsewhere")
 NO_CAMERAS = ["--sessions.rear=false", "--sessions.aerial=false"]
 
 # Made by `xview simulate`: its flags, then the rows.
 SIMULATED = {
     "own_clean": (["--seed", "2001", "--sessions.oblique", *STRANGER], OWN_TOWN),
     "own_noisy": (["--seed", "2002", "--quality", "noisy", "--sessions.oblique", *STRANGER], OWN_TOWN),
-    "own_scans": (["--seed", "2003", "--quality", "noisy", "--sessions.lidar", *NO_CAMERAS, *STRANGER], OWN_SCANS),
+    "own_scans": (["--seed", "2003", "--quality", "noisy", "--sessions.lidar", *NO_CAMERAS, *STRANGER], own_scans),
 }

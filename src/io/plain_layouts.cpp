@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Layouts of numbered files with camera.yaml and poses.txt: sequence folders, CARLA dumps, clouds.
+#include <fmt/core.h>
+
 #include <cmath>
 
 #include <filesystem>
@@ -229,7 +231,16 @@ RecordingListing listCloudFolder(const std::string& folder, const InputOptions& 
   RecordingListing listing = cloudListing(Sensor::lidar, options);
   listing.frames = listFrames({"cloud", folder, {".pcd", ".ply", ".bin"}});
   const fs::path poses = fs::path(folder) / "poses.txt";
-  if (listing.frames.size() > 1 || fs::exists(poses)) setPoses(poses.string(), listing.frames);
+  const bool has_poses = fs::exists(poses);
+  if (listing.frames.size() > 1 && !has_poses) {
+    throw Error(folder,
+                fmt::format("{} clouds, but no poses.txt with a pose of each; give clouds of one "
+                            "frame, or queries of their own, one by one: {}",
+                            listing.frames.size(),
+                            (fs::path(folder) / "*").string() +
+                                fs::path(listing.frames[0].measurement).extension().string()));
+  }
+  if (has_poses) setPoses(poses.string(), listing.frames);
   chooseLabels(listing, options, folder);
   return listing;
 }

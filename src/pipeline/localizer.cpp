@@ -40,6 +40,8 @@ constexpr double kPartnerReach_m = 5;   ///< partners of a vertex are so near un
 constexpr double kNatsOfInlier = 7, kWrongInliers = 2.5, kWrongInlierShare = 0.09,
                  kMostWrongInliers = 12;
 constexpr std::size_t kClimbedScales = 3;
+constexpr double kShownByStranger = 0.1;  ///< share of a town that a stranger shows at most
+constexpr double kOnePlace_m = 4;  ///< who moved less looked from one place [lengths of towns]
 constexpr double kSureOfPrior = 0.9999;  ///< from that confidence on the outside is not looked at
 
 std::vector<Eigen::Vector3d> trajectoryOf(const map::SemanticMap& map) {
@@ -158,13 +160,12 @@ bool isElsewhere(const Query& query, const TriedFrame& a, const TriedFrame& b) {
 
 /// What is made once per map, and the steps of a localization. The map stands upright here.
 struct Localizer::Index {
-  /// `made_alike`: what stands in map and query was found in the same way.
-  Index(const map::SemanticMap& given, const Options& all_options, bool made_alike)
+  Index(const map::SemanticMap& given, const Options& all_options)
       : options(all_options),
-        is_made_alike(made_alike),
         gravity(gravityOf(given, options.gravity)),
         turned(uprightMap(given, gravity.upright)),
         map(turned ? *turned : given),
+        shapes_only(knowsShapesOnly(given.labels)),
         verdict_model(verify::verdictModelOf(options.verdict)),
         prior(parsePrior(options.prior)),
         scales(parseScale("scale", options.scale)),
@@ -234,10 +235,10 @@ struct Localizer::Index {
   }
 
   const Options options;
-  const bool is_made_alike;
   const Gravity gravity;  ///< of the caller's map
   const std::optional<map::SemanticMap> turned;
   const map::SemanticMap& map;
+  const bool shapes_only;  ///< what the map has of classes is what shapes tell
   const verify::VerdictModel verdict_model;
   const PlacePrior prior;
   const std::optional<ScaleRange> scales;
@@ -372,7 +373,7 @@ Eigen::Quaterniond Localizer::Index::refine(const Query& query, const search::Fi
   std::optional<double> shown, rival_shown;
   if (in_field) shown = in_field->shown(best);
   // What a query does not show may be what its shapes do not tell.
-  if (shown && !is_made_alike) shown = std::max(0.0, *shown);
+  if (shown && shapes_only) shown = std::max(0.0, *shown);
   if (shown && ask_rival) rival_shown = in_field->shown(answer.hypotheses[1].T_map_query);
   const auto level =
       in_field ? levelOnMap(*surfaces, *in_field, query, best, up_sigma_rad, options) : nullptr;
@@ -395,11 +396,14 @@ Eigen::Quaterniond Localizer::Index::refine(const Query& query, const search::Fi
   answer.trajectory = pose.T_map_sensor;
   if (pose.dense.settled) evidence.sigma_m = verify::horizontalSigma(pose.covariance);
   evidence.dense = pose.dense;
-  evidence.dense.shown = shown;
-  if (!shown && pose.dense.settled) {
-    evidence.dense.of_itself = refinement.agreementWithItself(query);
+  // From one place a query cannot show what stands behind what it shows, but its rays tell.
+  const bool shows_little = !shown || (*shown < kShownByStranger && travelOf(query) < kOnePlace_m);
+  if (shows_little && pose.dense.settled)
     evidence.dense.seen_through = refinement.seenThrough(levelled, best);
-  }
+  if (shown && !evidence.dense.seen_through)
+    evidence.dense.shown = shown;
+  else if (pose.dense.settled)
+    evidence.dense.of_itself = refinement.agreementWithItself(query);
   if (ask_rival) {
     Stopwatch watch;
     Timings unused;
@@ -619,7 +623,7 @@ struct Localizer::CoarseIndices {
 Localizer::Localizer(const map::SemanticMap& map, const Options& options)
     : size_(map.size),
       map_(map, 1 / size_),
-      index_(std::make_unique<Index>(*map_, optionsOfSearch(options, size_, map.labels), true)),
+      index_(std::make_unique<Index>(*map_, optionsOfSearch(options, size_, map.labels))),
       coarse_(std::make_unique<CoarseIndices>()) {
   requirePriorInside(parsePrior(options.prior), map);
 }
@@ -634,7 +638,7 @@ const Localizer::Index& Localizer::indexFor(const Query& query) const {
     coarse.map = *map_;
     if (detail.shapes) reduceToShapes(query.labels, coarse.map);
     reduceTo(detail, coarse.map.plan);
-    coarse.index = std::make_unique<Index>(coarse.map, index_->options, !detail.shapes);
+    coarse.index = std::make_unique<Index>(coarse.map, index_->options);
   }
   return *coarse.index;
 }

@@ -258,7 +258,9 @@ TEST_F(Recording, ACloudFolderNeedsPoses) {
                       {"1 2 3 7", std::string(1, name[1]) == "0" ? "9 9 9 9" : "1 2 3 8"}));
   }
   EXPECT_EQ(recogniseInput(folder_.path()), InputKind::cloud_folder);
-  EXPECT_NE(openMessage(folder_.path()).find("poses.txt: cannot open"), std::string::npos);
+  const std::string said = openMessage(folder_.path());
+  EXPECT_NE(said.find("3 clouds, but no poses.txt"), std::string::npos) << said;
+  EXPECT_NE(said.find("one by one: " + (folder_ / "*.ply")), std::string::npos) << said;
   write("poses.txt", "0 0 0 0 0 0 0 1\n1 1 0 0 0 0 0 1\n2 2 0 0 0 0 0 1\n");
   const auto source = openRecording(folder_.path());
   ASSERT_EQ(source->size(), 3u);

@@ -322,5 +322,24 @@ TEST_F(TinyTown, ImageSpaceGoesThroughAllCommands) {
   EXPECT_FALSE(fs::exists(file("scans.xvm")));
 }
 
+/// A scan of one moment in a cloud of a whole drive, as people have them.
+TEST_F(TinyTown, OneScanIsJudgedByItsRaysWhereItShowsLittle) {
+  succeed({"lift", "-q", town("lidar"), file("fused.pcd")});
+  succeed({"map", "-q", "--labels", "shapes", file("fused.pcd"), file("fused.xvm")});
+  const auto answerTo = [&](const std::string& session, const std::string& frames) {
+    return Json::parse(runXview({"localize", "-q", "--json", "--labels", "shapes", town(session),
+                                 file("fused.xvm"), "--frames", frames})
+                           .out);
+  };
+  const Json scan = answerTo("lidar_reverse", "9:10"), stretch = answerTo("lidar_reverse", "5:25");
+  EXPECT_EQ(scan["status"], "accepted") << scan["reason"];
+  EXPECT_FALSE(scan["statistics"].contains("shown"));
+  ASSERT_TRUE(scan["statistics"].contains("seen_through"));
+  EXPECT_LT(scan["statistics"]["seen_through"].get<double>(), 0.5);
+  EXPECT_EQ(stretch["status"], "accepted") << stretch["reason"];
+  EXPECT_TRUE(stretch["statistics"].contains("shown"));
+  EXPECT_EQ(answerTo("lidar_elsewhere", "9:10")["status"], "rejected");
+}
+
 }  // namespace
 }  // namespace xview::test
