@@ -143,6 +143,9 @@ std::vector<OptionEntry> listOptions(const Options& options);
 /// ("walks.walk_length = 0, must be in [2, 8]"), not among the choices.
 void setOption(Options& options, const std::string& key, const std::string& value);
 
+/// Throws UsageError as setOption does if a value could not have been set so.
+void requireValid(const Options& options);
+
 /// Applies a YAML file (nested maps; only what differs from the defaults), or the one of this name
 /// that comes with the program ("rgbd"). Throws Error with path:line for anything unknown or wrong.
 void applyOptionsFile(Options& options, const std::string& path);

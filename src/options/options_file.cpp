@@ -303,6 +303,11 @@ void setOption(Options& options, const std::string& key, const std::string& valu
   assign(*field, value);
 }
 
+void requireValid(const Options& options) {
+  Options checked;
+  for (const OptionEntry& entry : listOptions(options)) setOption(checked, entry.key, entry.value);
+}
+
 void applyOptionsFile(Options& options, const std::string& path) {
   const YAML::Node root = parse(path);
   if (root.IsNull()) return;  // nothing but comments

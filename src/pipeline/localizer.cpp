@@ -621,7 +621,7 @@ struct Localizer::CoarseIndices {
 };
 
 Localizer::Localizer(const map::SemanticMap& map, const Options& options)
-    : size_(map.size),
+    : size_((requireValid(options), map.size)),
       map_(map, 1 / size_),
       index_(std::make_unique<Index>(*map_, optionsOfSearch(options, size_, map.labels))),
       coarse_(std::make_unique<CoarseIndices>()) {

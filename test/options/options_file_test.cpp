@@ -192,5 +192,12 @@ TEST(ToYaml, MarksDefaults) {
   EXPECT_NE(yaml.find("walks:\n  num_walks: 200  # default\n"), std::string::npos) << yaml;
 }
 
+TEST_F(OptionsFile, ValuesThatAProgramSetsAreCheckedLikeThoseOfAFile) {
+  Options options;
+  EXPECT_NO_THROW(requireValid(options));
+  options.places.cell_m = -3;
+  EXPECT_THROW(requireValid(options), UsageError);
+}
+
 }  // namespace
 }  // namespace xview
