@@ -324,11 +324,11 @@ TEST_F(TinyTown, ImageSpaceGoesThroughAllCommands) {
 
 /// A scan of one moment in a cloud of a whole drive, as people have them.
 TEST_F(TinyTown, OneScanIsJudgedByItsRaysWhereItShowsLittle) {
-  succeed({"lift", "-q", town("lidar"), file("fused.pcd")});
-  succeed({"map", "-q", "--labels", "shapes", file("fused.pcd"), file("fused.xvm")});
+  succeed({"lift", "-q", town("lidar"), file("drive.pcd")});
+  succeed({"map", "-q", "--labels", "shapes", file("drive.pcd"), file("drive.xvm")});
   const auto answerTo = [&](const std::string& session, const std::string& frames) {
     return Json::parse(runXview({"localize", "-q", "--json", "--labels", "shapes", town(session),
-                                 file("fused.xvm"), "--frames", frames})
+                                 file("drive.xvm"), "--frames", frames})
                            .out);
   };
   const Json scan = answerTo("lidar_reverse", "9:10"), stretch = answerTo("lidar_reverse", "5:25");
