@@ -11,55 +11,11 @@
 #include "scenes.h"
 #include "xview/io/atomic_file.h"
 #include "xview/types/error.h"
-#include "xview/view/color_mesh.h"
 
 namespace xview::tools {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// Grows with the root of the way.
-Matrix6d odometryCovariance(double way_m, const pose::PosteriorOptions& odometry) {
-  const double root = std::sqrt(std::max(way_m, 1e-3));
-  Matrix6d covariance = Matrix6d::Zero();
-  covariance.diagonal().head<3>().setConstant(std::pow(odometry.odometry_sigma_m * root, 2));
-  covariance.diagonal().tail<3>().setConstant(std::pow(odometry.odometry_sigma_rad * root, 2));
-  return covariance;
-}
-
-bool isPage(const std::string& path) { return fs::path(path).extension() == ".html"; }
-bool isOneFile(const std::string& path) { return fs::path(path).extension() == ".csv"; }
-
-/// Without ending: FILE of FILE.csv, or QUERY_FIRST-LAST in that folder.
-std::string stemOf(const std::string& path, int query, const Answer& answer) {
-  if (isOneFile(path)) return fs::path(path).replace_extension().string();
-  return fmt::format("{}/{:04}_{}-{}", path, query, answer.first_frame, answer.last_frame);
-}
-
-std::string numberOrNothing(const std::optional<double>& value, int digits) {
-  return value ? fmt::format("{:.{}f}", *value, digits) : std::string();
-}
-
-std::string csvLine(const Contribution& c) {
-  const Eigen::Vector3d& p = c.map_position;
-  std::string line = fmt::format("{},{},{},{:.3f},{:.3f},{:.3f},{},{},",
-                                 c.kind == Contribution::Kind::sample ? "sample" : "vertex", c.name,
-                                 toString(c.testimony), p.x(), p.y(), p.z(),
-                                 numberOrNothing(c.nats, 3), numberOrNothing(c.expected, 3));
-  if (c.partner_index) line += fmt::format("{}", *c.partner_index);
-  line += c.partner ? fmt::format(",{:.3f},{:.3f},{:.3f},", c.partner->x(), c.partner->y(),
-                                  c.partner->z())
-                    : std::string(",,,,");
-  return line + numberOrNothing(c.residual_m, 3) + "\n";
-}
-
-std::string toCsv(const Answer& answer, const Explanation& explanation) {
-  std::string text = fmt::format("# {}: {}; confidence {:.4f}\n", toString(answer.fix.status),
-                                 answer.fix.reason, answer.fix.confidence);
-  text += "kind,name,testimony,x,y,z,nats,expected_nats,map_vertex,map_x,map_y,map_z,residual_m\n";
-  for (const Contribution& c : explanation.contributions) text += csvLine(c);
-  return text;
-}
 
 /// How a testimony is drawn.
 struct TestimonyLook {
@@ -85,27 +41,6 @@ std::vector<SceneMark> marksOf(const Explanation& explanation) {
   return marks;
 }
 
-/// Each piece of the query where the pose puts it, with a line to its partner in the map.
-ColorMesh meshOf(const Explanation& explanation) {
-  ColorMesh mesh;
-  for (const Contribution& c : explanation.contributions) {
-    const bool is_vertex = c.kind == Contribution::Kind::vertex;
-    const Color color = lookOf(c.testimony).color;
-    addOctahedron(mesh, c.map_position, is_vertex ? 0.5 : 0.25, color);
-    if (c.partner) addTube(mesh, c.map_position, *c.partner, 0.05, color);
-  }
-  return mesh;
-}
-
-/// FILE.csv and FILE.ply; a folder is made if it is missing.
-void writeExplanation(const std::string& path, int query, const Answer& answer,
-                      const Explanation& explanation) {
-  if (!isOneFile(path)) makeFolder(path);
-  const std::string stem = stemOf(path, query, answer);
-  writeFile(stem + ".csv", toCsv(answer, explanation));
-  writeMesh(stem + ".ply", meshOf(explanation));
-}
-
 /// What ros2 topic pub and a YAML reader take as geometry_msgs/PoseWithCovarianceStamped: the pose
 /// of the sensor, in the frame "map".
 std::string initialPose(const pose::TrajectoryFix& fix, double stamp_s) {
@@ -126,29 +61,23 @@ std::string initialPose(const pose::TrajectoryFix& fix, double stamp_s) {
 }  // namespace
 
 void AnswerFiles::declare(Flags& flags) {
-  flags.add(
-      "--explain", explain_,
-      "what speaks for and against an answer: FILE.csv and FILE.ply, a folder of them for several "
-      "queries, or FILE.html, a page for any number");
+  flags.add("--explain", explain_, "what speaks for and against the answers: a page, FILE.html");
   flags.add("--tum", tum_, "file for accepted poses, as TUM lines");
   flags.add("--trajectory", trajectory_,
             "file for every pose of the QUERY in the map, as TUM lines");
   flags.add("--matrix", matrix_, "file for T_map_query, 4 x 4 (CloudCompare, PDAL)");
   flags.add("--initialpose", initial_pose_,
             "file for the last accepted pose, as YAML of PoseWithCovarianceStamped (ROS)");
-  flags.rare().add("--g2o", graph_, "file for its pose graph, odometry and matches (g2o)");
 }
 
-void AnswerFiles::check(std::size_t inputs, bool is_cut) const {
-  const bool of_way =
-      !(trajectory_.empty() && graph_.empty() && matrix_.empty() && initial_pose_.empty());
-  if (isOneFile(explain_) && (is_cut || inputs > 1))
-    throw UsageError("--explain " + explain_ + " is for one query; name a folder for several");
-  if (isOneFile(explain_) || isPage(explain_)) io::requireWritable(explain_);
+void AnswerFiles::check(std::size_t inputs) const {
+  const bool of_way = !(trajectory_.empty() && matrix_.empty() && initial_pose_.empty());
+  if (!explain_.empty() && fs::path(explain_).extension() != ".html")
+    throw UsageError("--explain " + explain_ + ": a page ends with .html");
   if (of_way && inputs > 1)
     throw UsageError(fmt::format(
-        "--trajectory, --g2o, --matrix and --initialpose are for one QUERY, found {}", inputs));
-  for (const std::string& path : {tum_, trajectory_, graph_, matrix_, initial_pose_})
+        "--trajectory, --matrix and --initialpose are for one QUERY, found {}", inputs));
+  for (const std::string& path : {explain_, tum_, trajectory_, matrix_, initial_pose_})
     io::requireWritable(path);
 }
 
@@ -171,7 +100,6 @@ void AnswerFiles::take(const QueryInput& input) {
 
 void AnswerFiles::explain(const Answer& answer, const Query& query,
                           const Explanation& explanation) {
-  if (!isPage(explain_)) return writeExplanation(explain_, answers_, answer, explanation);
   explained_.push_back(query);
   explained_.back().plan = {};  // the page shows points and vertices
   SceneQuery shown = queryWith(explained_.back(), answer.fix);
@@ -205,7 +133,6 @@ void AnswerFiles::writePage(const map::SemanticMap& map, const Job& job) const {
 
 void AnswerFiles::add(const Answer& answer, const Query& query,
                       const std::function<Explanation()>& explain_answer) {
-  ++answers_;
   if (!explain_.empty()) explain(answer, query, explain_answer());
   const Localization& fix = answer.fix;
   if (!fix.accepted()) return;
@@ -226,12 +153,11 @@ const pose::TrajectoryFix& AnswerFiles::surest() const {
 
 void AnswerFiles::end(const Job& job) const {
   if (fixes_.empty()) {
-    for (const std::string& path : {trajectory_, graph_, matrix_, initial_pose_})
+    for (const std::string& path : {trajectory_, matrix_, initial_pose_})
       removeStale(path, job.narrate);
     return;
   }
   if (!trajectory_.empty()) writeTrajectory();
-  if (!graph_.empty()) writeGraph(job.options.posterior);
   if (!matrix_.empty()) io::writeMatrix(matrix_, surest().T_map_query, surest().scale);
   if (!initial_pose_.empty())
     writeFile(initial_pose_, initialPose(fixes_.back(), accepted_.back().stamp_s));
@@ -242,24 +168,6 @@ void AnswerFiles::writeTrajectory() const {
   for (const Eigen::Isometry3d& T : pose::trajectoryThrough(T_odom_sensor_, fixes_))
     stamped.push_back({stamps_s_[stamped.size()], T});
   io::writeTumPoses(trajectory_, stamped);
-}
-
-/// Vertex 0 is the map (fixed), the others are the poses of the QUERY; edges of the odometry, and
-/// from the map to each answered pose.
-void AnswerFiles::writeGraph(const pose::PosteriorOptions& odometry) const {
-  io::PoseGraph graph;
-  graph.poses = pose::trajectoryThrough(T_odom_sensor_, fixes_);
-  graph.poses.insert(graph.poses.begin(), Eigen::Isometry3d::Identity());
-  graph.fixed = {0};
-  for (std::size_t i = 0; i + 1 < T_odom_sensor_.size(); ++i) {
-    Eigen::Isometry3d step = T_odom_sensor_[i].inverse() * T_odom_sensor_[i + 1];
-    step.translation() *= surest().scale;
-    graph.edges.push_back(
-        {i + 1, i + 2, step, odometryCovariance(step.translation().norm(), odometry)});
-  }
-  for (const pose::TrajectoryFix& fix : fixes_)
-    graph.edges.push_back({0, fix.index + 1, fix.T_map_sensor, fix.covariance});
-  io::writePoseGraph(graph_, graph);
 }
 
 void AnswerFiles::finish(const map::SemanticMap& map, const Job& job) const {

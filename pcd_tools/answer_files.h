@@ -20,14 +20,14 @@ class AnswerFiles {
  public:
   void declare(Flags& flags);
   /// Throws UsageError if a file for one query is to hold several, Error if one cannot be written.
-  void check(std::size_t inputs, bool is_cut) const;
+  void check(std::size_t inputs) const;
 
   /// The next QUERY begins, which may turn out to be unreadable; then take() is not called.
   void begin();
   void take(const QueryInput& input);
   /// Answers of one QUERY come in the order of the recording.
   void add(const Answer& answer, const Query& query, const std::function<Explanation()>& explain);
-  /// Writes what is about one QUERY: trajectory, graph, matrix and last pose, from its accepted
+  /// Writes what is about one QUERY: trajectory, matrix and last pose, from its accepted
   /// answers. Without one, what an earlier query left at those paths is removed.
   void end(const Job& job) const;
   /// Writes the accepted poses of all of them, for which the same holds, and the page of all
@@ -38,19 +38,17 @@ class AnswerFiles {
   /// The accepted answer that is surest; the first of equals.
   const pose::TrajectoryFix& surest() const;
   void writeTrajectory() const;
-  void writeGraph(const pose::PosteriorOptions& odometry) const;
 
   void explain(const Answer& answer, const Query& query, const Explanation& explanation);
   void writePage(const map::SemanticMap& map, const Job& job) const;
 
-  std::string explain_, tum_, trajectory_, graph_, matrix_, initial_pose_;
+  std::string explain_, tum_, trajectory_, matrix_, initial_pose_;
   std::vector<Eigen::Isometry3d> T_odom_sensor_;  ///< of this QUERY
   std::vector<double> stamps_s_;
   std::vector<pose::TrajectoryFix> fixes_;
   std::vector<io::StampedPose> accepted_;  ///< of all of them
   std::deque<Query> explained_;            ///< those on the page, which borrows from them
   std::vector<SceneQuery> on_page_;
-  int answers_ = 0;
 };
 
 }  // namespace xview::tools

@@ -194,7 +194,7 @@ class LocalizeCommand final : public Command {
     windows_.check();
     watch_.lap_ms();
     json_ = json_ || std::filesystem::path(out_).extension() == ".jsonl";
-    files_.check(job.operands.size() - 1, windows_.size > 0);
+    files_.check(job.operands.size() - 1);
     Job known = job;
     takePrior(known.options.prior);
     checkOrder(job.operands, input_);

@@ -1,55 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "xview/io/pose_files.h"
 
-#include <Eigen/Cholesky>
-#include <algorithm>
 #include <cmath>
-#include <stdexcept>
 
 #include "layouts.h"
 #include "xview/io/atomic_file.h"
-#include "xview/types/localization.h"
 #include "xview/types/pose.h"
 
 namespace xview::io {
-namespace {
-
-/// g2o's error of an edge is (translation, quaternion vector part) of T_measured^-1 * T_from_to: in
-/// the axes of `to`.
-Matrix6d informationOf(const PoseGraph::Edge& edge) {
-  Matrix6d to_error = Matrix6d::Zero();
-  to_error.topLeftCorner<3, 3>() = edge.T_from_to.linear().transpose();
-  to_error.bottomRightCorner<3, 3>() = 0.5 * edge.T_from_to.linear().transpose();
-  Matrix6d covariance = edge.covariance;
-  covariance.diagonal().head<3>().array() += 1e-6;  // 1 mm
-  covariance.diagonal().tail<3>().array() += 1e-8;  // 1e-4 rad
-  const Matrix6d of_error = to_error * covariance * to_error.transpose();
-  const Matrix6d information = of_error.ldlt().solve(Matrix6d::Identity());
-  return 0.5 * (information + information.transpose());
-}
-
-std::string numbersOf(const Eigen::Isometry3d& T) {
-  Eigen::Quaterniond q(T.linear());
-  q.normalize();
-  if (q.w() < 0) q.coeffs() = -q.coeffs();
-  const Eigen::Vector3d t = T.translation();
-  return fmt::format(" {:.12g} {:.12g} {:.12g} {:.12g} {:.12g} {:.12g} {:.12g}", t.x(), t.y(),
-                     t.z(), q.x(), q.y(), q.z(), q.w());
-}
-
-std::string lineOf(const PoseGraph::Edge& edge) {
-  std::string line =
-      fmt::format("EDGE_SE3:QUAT {} {}{}", edge.from, edge.to, numbersOf(edge.T_from_to));
-  const Matrix6d information = informationOf(edge);
-  for (int row = 0; row < 6; ++row) {
-    for (int column = row; column < 6; ++column)
-      line += fmt::format(" {:.9g}", information(row, column));
-  }
-  return line + "\n";
-}
-
-}  // namespace
-
 Eigen::Isometry3d poseFromTum(const double* numbers, const InputFile& file) {
   const Eigen::Quaterniond q(numbers[6], numbers[3], numbers[4], numbers[5]);
   if (std::abs(q.norm() - 1) > 0.01) {
@@ -151,19 +109,6 @@ Eigen::Affine3d readMatrix(const std::string& path) {
     file.fail(
         "expected a rotation, one scale and a translation, found something that bends shapes");
   return T;
-}
-
-void writePoseGraph(const std::string& path, const PoseGraph& graph) {
-  std::string text;
-  for (std::size_t i = 0; i < graph.poses.size(); ++i)
-    text += fmt::format("VERTEX_SE3:QUAT {}{}\n", i, numbersOf(graph.poses[i]));
-  for (const std::size_t i : graph.fixed) text += fmt::format("FIX {}\n", i);
-  for (const PoseGraph::Edge& edge : graph.edges) {
-    if (std::max(edge.from, edge.to) >= graph.poses.size())
-      throw std::out_of_range("edge between poses that do not exist");
-    text += lineOf(edge);
-  }
-  writeFile(path, text);
 }
 
 }  // namespace xview::io

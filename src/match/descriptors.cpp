@@ -26,20 +26,14 @@ const WalkCount* end(const Descriptors& d, std::size_t i) {
 }  // namespace
 
 Descriptors describe(const SemanticGraph& graph, const LabelAlphabet& alphabet,
-                     const WalkOptions& walks, const std::string& descriptor, std::uint64_t seed,
-                     int threads) {
-  if (descriptor != "walks" && descriptor != "spectrum") {
-    throw UsageError("match.descriptor = " + descriptor + ", must be walks or spectrum");
-  }
-  const bool spectrum = descriptor == "spectrum";
+                     const WalkOptions& walks, std::uint64_t seed, int threads) {
   Descriptors result;
   result.offsets.assign(graph.size() + 1, 0);
   std::vector<std::vector<WalkCount>> blocks((graph.size() + kBlock - 1) / kBlock);
   parallelFor(blocks.size(), threads, [&](std::size_t b) {
     for (std::size_t i = b * kBlock; i < std::min(graph.size(), (b + 1) * kBlock); ++i) {
       const auto v = static_cast<std::uint32_t>(i);
-      const auto counts = spectrum ? walkSpectrum(graph, alphabet, v, walks)
-                                   : sampleWalks(graph, alphabet, v, walks, seed);
+      const auto counts = sampleWalks(graph, alphabet, v, walks, seed);
       result.offsets[i + 1] = static_cast<std::uint32_t>(counts.size());
       blocks[b].insert(blocks[b].end(), counts.begin(), counts.end());
     }

@@ -20,14 +20,12 @@ class NearestSample {
       cells_.add(cellOf({samples[i].x, samples[i].y, 0}, kPartnerReach_m, 0), i);
   }
 
-  const PlanSample* find(double x, double y) const {
-    const PlanSample* nearest = nullptr;
+  std::optional<double> distanceTo(double x, double y) const {
     double best = kPartnerReach_m;
     cells_.forAround(cellOf({x, y, 0}, kPartnerReach_m, 0), [&](std::size_t i) {
-      const double d = std::hypot(samples_[i].x - x, samples_[i].y - y);
-      if (d < best) nearest = &samples_[i], best = d;
+      best = std::min(best, std::hypot(samples_[i].x - x, samples_[i].y - y));
     });
-    return nearest;
+    return best < kPartnerReach_m ? std::optional(best) : std::nullopt;
   }
 
  private:
@@ -53,11 +51,6 @@ Testimony testimonyOf(const search::SampleEvidence& e) {
 
 }  // namespace
 
-const char* toString(Testimony testimony) {
-  static constexpr const char* kNames[] = {"kept", "contradicting", "unknown"};
-  return kNames[static_cast<int>(testimony)];
-}
-
 void explainSamples(const PlanView& map, const Query& query, const search::FieldQuery& in_field,
                     const Eigen::Isometry3d& T_map_query, Explanation& explanation) {
   std::array<std::optional<NearestSample>, kChannels> nearest;
@@ -71,12 +64,8 @@ void explainSamples(const PlanView& map, const Query& query, const search::Field
     contribution.map_position << e.map, (T_map_query * in_query).z();
     contribution.nats = e.nats;
     contribution.expected = e.expected;
-    if (const PlanSample* s =
-            nearest[c]->find(e.map.x() - map.origin_x, e.map.y() - map.origin_y)) {
-      contribution.partner =
-          Eigen::Vector3d(map.origin_x + s->x, map.origin_y + s->y, map.origin_z + s->z);
-      contribution.residual_m = (contribution.partner->head<2>() - e.map).norm();
-    }
+    contribution.residual_m =
+        nearest[c]->distanceTo(e.map.x() - map.origin_x, e.map.y() - map.origin_y);
     explanation.contributions.push_back(contribution);
   }
 }
@@ -88,13 +77,10 @@ void explainVertices(const map::SemanticMap& map, const Query& query,
     if (c.query >= query.graph.size() || c.map >= map.graph.size()) continue;
     const Vertex &seen = query.graph.vertices[c.query], &known = map.graph.vertices[c.map];
     Contribution contribution;
-    contribution.kind = Contribution::Kind::vertex;
     const ClassInfo* info = map.labels.find(known.label);
     contribution.name = info ? info->name : std::to_string(known.label);
     contribution.testimony = Testimony::kept;
     contribution.map_position = T_map_query * seen.position;
-    contribution.partner = known.position;
-    contribution.partner_index = c.map;
     contribution.residual_m = (known.position - contribution.map_position).norm();
     explanation.contributions.push_back(contribution);
   }
@@ -103,16 +89,12 @@ void explainVertices(const map::SemanticMap& map, const Query& query,
 void scaleLengths(double factor, Explanation& explanation) {
   for (Contribution& c : explanation.contributions) {
     c.map_position *= factor;
-    if (c.partner) *c.partner *= factor;
     if (c.residual_m) *c.residual_m *= factor;
   }
 }
 
 void turn(const Eigen::Quaterniond& R, Explanation& explanation) {
-  for (Contribution& c : explanation.contributions) {
-    c.map_position = R * c.map_position;
-    if (c.partner) c.partner = R * *c.partner;
-  }
+  for (Contribution& c : explanation.contributions) c.map_position = R * c.map_position;
 }
 
 }  // namespace xview

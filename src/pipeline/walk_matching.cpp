@@ -113,7 +113,7 @@ struct DescribedMap {
   DescribedMap(WalkGraph walk_graph, const Options& o)
       : walks(std::move(walk_graph)),
         alphabet(walks.graph),
-        index(match::describe(walks.graph, alphabet, o.walks, o.match.descriptor,
+        index(match::describe(walks.graph, alphabet, o.walks,
                               2 * static_cast<std::uint64_t>(o.seed) + 1, o.threads)) {}
   WalkGraph walks;
   match::LabelAlphabet alphabet;
@@ -128,11 +128,7 @@ class DescriptorCache {
       : graph_(graph), alphabet_(alphabet), options_(options), seed_(seed), made_(graph.size()) {}
   const std::vector<match::WalkCount>& of(std::uint32_t vertex) {
     std::optional<std::vector<match::WalkCount>>& made = made_[vertex];
-    if (!made) {
-      made = options_.match.descriptor == "spectrum"
-                 ? match::walkSpectrum(graph_, alphabet_, vertex, options_.walks)
-                 : match::sampleWalks(graph_, alphabet_, vertex, options_.walks, seed_);
-    }
+    if (!made) made = match::sampleWalks(graph_, alphabet_, vertex, options_.walks, seed_);
     return *made;
   }
 
@@ -271,9 +267,8 @@ WalkMatches WalkMatcher::matchEverywhere(const WalkGraph& query, int count, bool
   const Options& o = index_->options;
   Stopwatch watch;
   const DescribedMap& map = index_->described();
-  const match::Descriptors words =
-      match::describe(query.graph, map.alphabet, o.walks, o.match.descriptor,
-                      2 * static_cast<std::uint64_t>(o.seed), o.threads);
+  const match::Descriptors words = match::describe(
+      query.graph, map.alphabet, o.walks, 2 * static_cast<std::uint64_t>(o.seed), o.threads);
   timing_ms.emplace_back("descriptors", watch.lap_ms());
   result.putative = map.index.bestMatches(words, o.match, o.threads);
   timing_ms.emplace_back("matching", watch.lap_ms());

@@ -8,7 +8,6 @@
 #include <map>
 
 #include "match/random_graph.h"
-#include "xview/types/error.h"
 
 namespace xview::match {
 namespace {
@@ -18,9 +17,8 @@ std::vector<Correspondence> bestMatches(const Descriptors& query, const Descript
   return DescriptorIndex(map).bestMatches(query, options, threads);
 }
 
-Descriptors describeAlone(const SemanticGraph& graph, const std::string& kind = "walks",
-                          WalkOptions options = {}) {
-  return describe(graph, LabelAlphabet(graph), options, kind, 1, 1);
+Descriptors describeAlone(const SemanticGraph& graph) {
+  return describe(graph, LabelAlphabet(graph), {}, 1, 1);
 }
 
 /// All pairs, scored by the definition.
@@ -74,20 +72,14 @@ bool sameMatches(const std::vector<Correspondence>& a, const std::vector<Corresp
 TEST(Describe, DoesNotDependOnTheNumberOfThreads) {
   const SemanticGraph graph = randomGraph(300, 5, 0.03, 1);
   const LabelAlphabet alphabet(graph);
-  for (const char* kind : {"walks", "spectrum"}) {
-    const Descriptors one = describe(graph, alphabet, {}, kind, 1, 1);
-    const Descriptors three = describe(graph, alphabet, {}, kind, 1, 3);
-    EXPECT_EQ(one.offsets, three.offsets);
-    ASSERT_EQ(one.counts.size(), three.counts.size());
-    for (std::size_t i = 0; i < one.counts.size(); ++i) {
-      EXPECT_EQ(one.counts[i].key, three.counts[i].key);
-      EXPECT_EQ(one.counts[i].count, three.counts[i].count);
-    }
+  const Descriptors one = describe(graph, alphabet, {}, 1, 1);
+  const Descriptors three = describe(graph, alphabet, {}, 1, 3);
+  EXPECT_EQ(one.offsets, three.offsets);
+  ASSERT_EQ(one.counts.size(), three.counts.size());
+  for (std::size_t i = 0; i < one.counts.size(); ++i) {
+    EXPECT_EQ(one.counts[i].key, three.counts[i].key);
+    EXPECT_EQ(one.counts[i].count, three.counts[i].count);
   }
-}
-
-TEST(Describe, RefusesAnUnknownKind) {
-  EXPECT_THROW(describeAlone(graphOf({1}, {}), "histogram"), UsageError);
 }
 
 TEST(Describe, EmptyGraphHasNoDescriptors) {
@@ -122,46 +114,22 @@ TEST(Similarity, IsZeroBetweenClasses) {
   }
 }
 
-TEST(Similarity, OfSampledWalksConvergesToThatOfTheSpectrum) {
-  const SemanticGraph graph = randomGraph(40, 3, 0.12, 7);
-  const LabelAlphabet alphabet(graph);
-  const Descriptors exact = describe(graph, alphabet, {}, "spectrum", 1, 1);
-  double worst_few = 0, worst_many = 0;
-  for (const int n : {100, 100000}) {
-    WalkOptions options;
-    options.num_walks = n;
-    options.duplicates = true;
-    const Descriptors sampled = describe(graph, alphabet, options, "walks", 1, 1);
-    double& worst = n == 100 ? worst_few : worst_many;
-    for (std::uint32_t i = 0; i < graph.size(); ++i) {
-      for (std::uint32_t j = 0; j < graph.size(); ++j) {
-        worst = std::max(
-            worst, std::abs(similarity(sampled, i, sampled, j) - similarity(exact, i, exact, j)));
-      }
-    }
-  }
-  EXPECT_LT(worst_many, 0.01);
-  EXPECT_LT(worst_many, worst_few / 5);
-}
-
 TEST(BestMatches, EqualTheComparisonOfAllPairs) {
   const SemanticGraph map = randomGraph(150, 4, 0.04, 3), query = randomGraph(30, 5, 0.15, 4);
   const LabelAlphabet alphabet(query, map);
-  for (const char* kind : {"walks", "spectrum"}) {
-    const Descriptors m = describe(map, alphabet, {}, kind, 1, 1);
-    const Descriptors q = describe(query, alphabet, {}, kind, 2, 1);
-    for (const bool rare_words : {false, true}) {
-      for (const int k : {1, 7, 1000}) {
-        MatchOptions options;
-        options.rare_words = rare_words;
-        options.candidates = k;
-        const auto expected = bestByBruteForce(q, m, options);
-        const auto found = bestMatches(q, m, options, 1);
-        ASSERT_EQ(found.size(), expected.size());
-        for (std::size_t i = 0; i < found.size(); ++i) {
-          EXPECT_EQ(found[i].query, expected[i].query);
-          EXPECT_NEAR(found[i].similarity, expected[i].similarity, 2e-5);
-        }
+  const Descriptors m = describe(map, alphabet, {}, 1, 1);
+  const Descriptors q = describe(query, alphabet, {}, 2, 1);
+  for (const bool rare_words : {false, true}) {
+    for (const int k : {1, 7, 1000}) {
+      MatchOptions options;
+      options.rare_words = rare_words;
+      options.candidates = k;
+      const auto expected = bestByBruteForce(q, m, options);
+      const auto found = bestMatches(q, m, options, 1);
+      ASSERT_EQ(found.size(), expected.size());
+      for (std::size_t i = 0; i < found.size(); ++i) {
+        EXPECT_EQ(found[i].query, expected[i].query);
+        EXPECT_NEAR(found[i].similarity, expected[i].similarity, 2e-5);
       }
     }
   }
@@ -181,20 +149,18 @@ TEST(BestMatches, WithoutRarityAreTheSimilarityOfThePaper) {
 
 TEST(BestMatches, FindEachVertexInItsOwnGraphWithSimilarityOne) {
   const SemanticGraph graph = randomGraph(200, 6, 0.03, 11);
-  for (const char* kind : {"walks", "spectrum"}) {
-    const Descriptors d = describeAlone(graph, kind);
-    const auto matches = bestMatches(d, d, {}, 1);
-    std::vector<bool> itself(graph.size(), false);
-    for (const Correspondence& c : matches) {
-      EXPECT_GT(c.similarity, 0.f);
-      EXPECT_LE(c.similarity, 1.f);
-      if (c.query == c.map) {
-        EXPECT_EQ(c.similarity, 1.f);
-        itself[c.query] = true;
-      }
+  const Descriptors d = describeAlone(graph);
+  const auto matches = bestMatches(d, d, {}, 1);
+  std::vector<bool> itself(graph.size(), false);
+  for (const Correspondence& c : matches) {
+    EXPECT_GT(c.similarity, 0.f);
+    EXPECT_LE(c.similarity, 1.f);
+    if (c.query == c.map) {
+      EXPECT_EQ(c.similarity, 1.f);
+      itself[c.query] = true;
     }
-    EXPECT_GT(std::count(itself.begin(), itself.end(), true), 190);  // others lose a tie
   }
+  EXPECT_GT(std::count(itself.begin(), itself.end(), true), 190);  // others lose a tie
 }
 
 TEST(BestMatches, PreferEarlierMapVerticesWhenTied) {
@@ -246,8 +212,8 @@ TEST(BestMatches, OfClassesTheMapDoesNotHaveAreNone) {
   const SemanticGraph map = graphOf({1, 2, 1}, {{0, 1}, {1, 2}});
   const SemanticGraph query = graphOf({9, 1}, {{0, 1}});
   const LabelAlphabet alphabet(map);
-  const Descriptors m = describe(map, alphabet, {}, "walks", 1, 1);
-  const Descriptors q = describe(query, alphabet, {}, "walks", 1, 1);
+  const Descriptors m = describe(map, alphabet, {}, 1, 1);
+  const Descriptors q = describe(query, alphabet, {}, 1, 1);
   EXPECT_TRUE(bestMatches(q, m, {}, 1).empty());
 }
 

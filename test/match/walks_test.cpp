@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <map>
 #include <set>
 
@@ -12,33 +13,49 @@
 namespace xview::match {
 namespace {
 
-/// Every walk of vertices that the rules allow, spelled as a word.
+/// A walk as a word, and how probable it is.
+struct SpelledWalk {
+  WalkKey key = 0;
+  double probability = 0;
+};
+
+/// Every walk of vertices that the rules allow.
 void listWalks(const SemanticGraph& graph, const LabelAlphabet& alphabet,
-               const WalkOptions& options, std::vector<std::uint32_t>& walk,
-               std::vector<WalkKey>& words) {
-  bool stuck = true;
+               const WalkOptions& options, double probability, std::vector<std::uint32_t>& walk,
+               std::vector<SpelledWalk>& walks) {
+  std::vector<std::uint32_t> next;
   if (static_cast<int>(walk.size()) < options.walk_length) {
-    for (const std::uint32_t next : graph.neighbours[walk.back()]) {
-      if (!options.immediate_return && walk.size() > 1 && walk[walk.size() - 2] == next) continue;
-      stuck = false;
-      walk.push_back(next);
-      listWalks(graph, alphabet, options, walk, words);
-      walk.pop_back();
+    for (const std::uint32_t v : graph.neighbours[walk.back()]) {
+      if (options.immediate_return || walk.size() < 2 || walk[walk.size() - 2] != v)
+        next.push_back(v);
     }
   }
-  if (!stuck) return;
+  for (const std::uint32_t v : next) {
+    walk.push_back(v);
+    listWalks(graph, alphabet, options, probability / static_cast<double>(next.size()), walk,
+              walks);
+    walk.pop_back();
+  }
+  if (!next.empty()) return;
   WalkKey key = 0;
   for (std::size_t i = 0; i < walk.size(); ++i) {
     key |= WalkKey{alphabet(graph.vertices[walk[i]].label)} << (8 * i);
   }
-  words.push_back(key);
+  walks.push_back({key, probability});
+}
+
+std::vector<SpelledWalk> spelledWalks(const SemanticGraph& graph, std::uint32_t start,
+                                      const WalkOptions& options) {
+  std::vector<std::uint32_t> walk{start};
+  std::vector<SpelledWalk> walks;
+  listWalks(graph, LabelAlphabet(graph), options, 1, walk, walks);
+  return walks;
 }
 
 std::vector<WalkKey> allWalks(const SemanticGraph& graph, std::uint32_t start,
                               const WalkOptions& options) {
-  std::vector<std::uint32_t> walk{start};
   std::vector<WalkKey> words;
-  listWalks(graph, LabelAlphabet(graph), options, walk, words);
+  for (const SpelledWalk& walk : spelledWalks(graph, start, options)) words.push_back(walk.key);
   return words;
 }
 
@@ -143,6 +160,26 @@ TEST(Walks, DrawnWithoutReplacementFavourProbableWalks) {
     EXPECT_EQ(total(walks), 10);
   }
   EXPECT_GT(with_leaf, 390);  // missed with probability 2^-10 each
+}
+
+TEST(Walks, WithDuplicatesOccurAsOftenAsTheyAreProbable) {
+  const SemanticGraph graph = randomGraph(30, 4, 0.15, 6);
+  const LabelAlphabet alphabet(graph);
+  WalkOptions options;
+  options.num_walks = 100000;
+  options.duplicates = true;
+  for (std::uint32_t v = 0; v < graph.size(); ++v) {
+    std::map<WalkKey, double> words, sampled;
+    for (const SpelledWalk& walk : spelledWalks(graph, v, options))
+      words[walk.key] += walk.probability;
+    for (const WalkCount& c : sampleWalks(graph, alphabet, v, options, 1)) sampled[c.key] = c.count;
+    for (const auto& [key, probability] : words) {
+      const double expected = probability * options.num_walks;
+      EXPECT_NEAR(sampled[key], expected, 6 * std::sqrt(expected + 1));
+      sampled.erase(key);
+    }
+    EXPECT_TRUE(sampled.empty());
+  }
 }
 
 TEST(Walks, DependOnTheSeedAndOnNothingBeyondTheNeighbourhood) {

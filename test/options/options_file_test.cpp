@@ -58,7 +58,7 @@ TEST(ListOptions, NamesEveryFieldOnceWithItsGroupValueDefaultAndRule) {
   EXPECT_EQ(length->fallback, "4");
   EXPECT_NE(length->help.find("in [2, 8]"), std::string::npos) << length->help;
   ASSERT_NE(find(entries, "seed"), nullptr);
-  ASSERT_NE(find(entries, "match.descriptor"), nullptr);
+  ASSERT_NE(find(entries, "merge.mode"), nullptr);
 }
 
 TEST(ListOptions, EveryDefaultIsLegal) {
@@ -74,11 +74,11 @@ TEST(SetOption, SetsEachTypeOfOption) {
   setOption(options, "walks.num_walks", "300");
   setOption(options, "blobs.tolerance_m", "2.5e-1");
   setOption(options, "match.rare_words", "false");
-  setOption(options, "match.descriptor", "spectrum");
+  setOption(options, "merge.mode", "first_observation");
   EXPECT_EQ(options.walks.num_walks, 300);
   EXPECT_DOUBLE_EQ(options.blobs.tolerance_m, 0.25);
   EXPECT_FALSE(options.match.rare_words);
-  EXPECT_EQ(options.match.descriptor, "spectrum");
+  EXPECT_EQ(options.merge.mode, "first_observation");
 }
 
 TEST(SetOption, NamesTheNearestKnownKey) {
@@ -94,8 +94,8 @@ TEST(SetOption, SaysTheViolatedRule) {
             "walks.walk_length = 0, must be in [2, 8]");
   EXPECT_EQ(messageOf([&] { setOption(options, "walks.walk_length", "four"); }),
             "walks.walk_length = four, must be a whole number");
-  EXPECT_EQ(messageOf([&] { setOption(options, "match.descriptor", "bow"); }),
-            "match.descriptor = bow, must be one of walks, spectrum");
+  EXPECT_EQ(messageOf([&] { setOption(options, "merge.mode", "bow"); }),
+            "merge.mode = bow, must be one of running_mean, first_observation");
   EXPECT_EQ(messageOf([&] { setOption(options, "match.rare_words", "maybe"); }),
             "match.rare_words = maybe, must be true or false");
 }

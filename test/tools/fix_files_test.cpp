@@ -68,10 +68,9 @@ class FixFiles : public testing::Test {
         {120, 0, ""});
     if (made_.code == 0) made_ = runXview({"map", "-q", file("town/forward"), map()}, {120, 0, ""});
     if (made_.code == 0) {
-      found_ = runXview(
-          {"localize", "-q", "--json", rear(), map(), "--window", "20", "--stride", "10",
-           "--trajectory", file("way.tum"), "--g2o", file("way.g2o"), "--matrix", file("T.txt")},
-          {120, 0, ""});
+      found_ = runXview({"localize", "-q", "--json", rear(), map(), "--window", "20", "--stride",
+                         "10", "--trajectory", file("way.tum"), "--matrix", file("T.txt")},
+                        {120, 0, ""});
     }
   }
   static void TearDownTestSuite() {
@@ -152,85 +151,6 @@ TEST_F(FixFiles, EvaluateJudgesATrajectoryAsEvoDoes) {
   EXPECT_NEAR(summary["max_m"].get<double>(), worst, 1e-9);
 }
 
-TEST_F(FixFiles, PoseGraphHasOdometryAndOneMatchPerAcceptedWindow) {
-  std::map<std::size_t, Eigen::Isometry3d> vertices;
-  std::size_t fixed = 0, steps = 0, matches = 0;
-  for (const auto& words : wordsOf(file("way.g2o"))) {
-    if (words[0] == "VERTEX_SE3:QUAT") {
-      ASSERT_EQ(words.size(), 9u);
-      vertices[std::stoul(words[1])] = poseOf(words, 2);
-    } else if (words[0] == "FIX") {
-      EXPECT_EQ(words[1], "0");
-      ++fixed;
-    } else {
-      ASSERT_EQ(words[0], "EDGE_SE3:QUAT");
-      ASSERT_EQ(words.size(), 1u + 2u + 7u + 21u);
-      const std::size_t from = std::stoul(words[1]), to = std::stoul(words[2]);
-      ASSERT_TRUE(vertices.count(from) && vertices.count(to)) << from << " " << to;
-      const Eigen::Isometry3d predicted = vertices[from] * poseOf(words, 3);
-      EXPECT_LT(distance(predicted, vertices[to]), 0.3);
-      for (const std::size_t diagonal : {10, 16, 21, 25, 28, 30})
-        EXPECT_GT(std::stod(words[diagonal]), 0);
-      ++(from == 0 ? matches : steps);
-    }
-  }
-  EXPECT_EQ(fixed, 1u);
-  EXPECT_EQ(vertices.size(), framesOfRear() + 1);
-  EXPECT_EQ(steps, framesOfRear() - 1);
-  EXPECT_EQ(matches, accepted().size());
-  EXPECT_TRUE(vertices[0].isApprox(Eigen::Isometry3d::Identity()));
-}
-
-/// e^T Omega e of an edge with the error that g2o gives it: translation and quaternion vector of
-/// measured^-1 * from^-1 * to.
-double chiSquare(const Eigen::Isometry3d& from, const Eigen::Isometry3d& to,
-                 const std::vector<std::string>& edge) {
-  const Eigen::Isometry3d delta = poseOf(edge, 3).inverse() * from.inverse() * to;
-  Eigen::Quaterniond q(delta.linear());
-  if (q.w() < 0) q.coeffs() *= -1;
-  Eigen::Matrix<double, 6, 1> e;
-  e << delta.translation(), q.vec();
-  Eigen::Matrix<double, 6, 6> information;
-  std::size_t word = 10;
-  for (int row = 0; row < 6; ++row) {
-    for (int column = row; column < 6; ++column)
-      information(row, column) = information(column, row) = std::stod(edge[word++]);
-  }
-  EXPECT_GT(information.determinant(), 0);
-  return e.dot(information * e);
-}
-
-TEST_F(FixFiles, PoseGraphIsNearItsOptimumAndItsWeightsAreThoseOfTheErrors) {
-  std::map<std::size_t, Eigen::Isometry3d> vertices;
-  double of_steps = 0, of_matches = 0;
-  std::size_t steps = 0;
-  for (const auto& words : wordsOf(file("way.g2o"))) {
-    if (words[0] == "VERTEX_SE3:QUAT") vertices[std::stoul(words[1])] = poseOf(words, 2);
-    if (words[0] != "EDGE_SE3:QUAT") continue;
-    const std::size_t from = std::stoul(words[1]), to = std::stoul(words[2]);
-    const double chi2 = chiSquare(vertices[from], vertices[to], words);
-    if (from == 0)
-      of_matches += chi2;
-    else
-      of_steps += chi2, ++steps;
-  }
-  // The trajectory goes through its fixes and spreads over the steps what odometry lacks between
-  // them, so the graph begins with little left to gain.
-  EXPECT_LT(of_matches, 1e-3);
-  EXPECT_GT(of_steps, 0);
-  EXPECT_LT(of_steps / static_cast<double>(steps), 6);
-  // An odometry step a sigma too long costs 1.
-  for (const auto& words : wordsOf(file("way.g2o"))) {
-    if (words[0] != "EDGE_SE3:QUAT" || words[1] == "0") continue;
-    const Eigen::Isometry3d step = poseOf(words, 3);
-    const double sigma = 0.05 * std::sqrt(step.translation().norm());
-    Eigen::Isometry3d longer = step;
-    longer.translation() *= 1 + sigma / step.translation().norm();
-    EXPECT_NEAR(chiSquare(Eigen::Isometry3d::Identity(), longer, words), 1, 0.02);
-    break;
-  }
-}
-
 TEST_F(FixFiles, MatrixIsTheTransformOfTheSurestWindow) {
   Json surest;
   for (const Json& answer : accepted()) {
@@ -274,12 +194,12 @@ TEST_F(FixFiles, LiftMovesALabelledCloudByTheMatrixAndKeepsItsClasses) {
 }
 
 TEST_F(FixFiles, WithoutAcceptedPoseWhatAnEarlierQueryLeftIsRemovedAndItIsSaid) {
-  const std::vector<std::string> names{"no.tum", "no.g2o", "no.txt", "no.yaml", "all.tum"};
+  const std::vector<std::string> names{"no.tum", "no.txt", "no.yaml", "all.tum"};
   for (const std::string& name : names) writeText(file(name), "of an earlier query");
   for (const std::string& query : {elsewhere(), file("no such query")}) {
-    const Outcome outcome = runXview({"localize", query, map(), "--trajectory", file("no.tum"),
-                                      "--g2o", file("no.g2o"), "--matrix", file("no.txt"),
-                                      "--initialpose", file("no.yaml"), "--tum", file("all.tum")});
+    const Outcome outcome =
+        runXview({"localize", query, map(), "--trajectory", file("no.tum"), "--matrix",
+                  file("no.txt"), "--initialpose", file("no.yaml"), "--tum", file("all.tum")});
     EXPECT_EQ(outcome.code, query == elsewhere() ? 3 : 1);
     for (const std::string& name : names) {
       EXPECT_FALSE(fs::exists(file(name))) << name;

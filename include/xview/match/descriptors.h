@@ -3,7 +3,6 @@
 
 #include <cstdint>
 #include <memory>
-#include <string>
 #include <vector>
 
 #include "xview/match/walks.h"
@@ -13,15 +12,12 @@
 namespace xview::match {
 
 struct MatchOptions {
-  std::string descriptor = "walks";
   int candidates = 15;     ///< k best map vertices per query vertex
   bool rare_words = true;  ///< weight words by their rarity in the map (inverse document frequency)
 };
 
 template <class Visitor>
 void visit(MatchOptions& o, Visitor&& field) {
-  field("descriptor", o.descriptor, Choices{{"walks", "spectrum"}},
-        "sampled random walks, or their exact limit");
   field("candidates", o.candidates, Range{1, 10000},
         "best map vertices kept per query vertex, k of the paper");
   field("rare_words", o.rare_words, "weight walk words by their rarity in the map");
@@ -34,10 +30,9 @@ struct Descriptors {
   std::size_t size() const { return offsets.empty() ? 0 : offsets.size() - 1; }
 };
 
-/// `descriptor` is "walks" (sampleWalks) or "spectrum" (walkSpectrum).
+/// The walks of all vertices (sampleWalks).
 Descriptors describe(const SemanticGraph& graph, const LabelAlphabet& alphabet,
-                     const WalkOptions& walks, const std::string& descriptor, std::uint64_t seed,
-                     int threads);
+                     const WalkOptions& walks, std::uint64_t seed, int threads);
 
 /// Share of identical walks of two vertices in [0, 1] (paper section III-D): sum of
 /// min(count_a, count_b) over common words divided by the smaller number of walks. 1 for a vertex

@@ -59,7 +59,7 @@ class LabelAlphabet {
 /// The walks of one vertex as sorted (word, multiplicity).
 struct WalkCount {
   WalkKey key = 0;
-  float count = 0;  ///< multiplicity; or probability times num_walks in the exact spectrum
+  float count = 0;  ///< multiplicity
 };
 
 /// num_walks random walks from `vertex` over the graph, as words in increasing order; seeded per
@@ -71,11 +71,5 @@ struct WalkCount {
 std::vector<WalkCount> sampleWalks(const SemanticGraph& graph, const LabelAlphabet& alphabet,
                                    std::uint32_t vertex, const WalkOptions& options,
                                    std::uint64_t seed);
-
-/// The exact limit of sampleWalks for many walks with duplicates allowed: every walk word, in
-/// increasing order, with its probability times num_walks. Same strategy (immediate return or not),
-/// no randomness. Work grows with the edges and words within reach, not with the walks.
-std::vector<WalkCount> walkSpectrum(const SemanticGraph& graph, const LabelAlphabet& alphabet,
-                                    std::uint32_t vertex, const WalkOptions& options);
 
 }  // namespace xview::match
