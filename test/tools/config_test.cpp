@@ -102,7 +102,6 @@ TEST(Config, ThePresetsOfThePaperSetEverythingThatThePaperSays) {
     EXPECT_EQ(options["merge"]["first_observation_m"].as<double>(), merge_m) << name;
     is("walks", "num_walks", "200");
     is("walks", "immediate_return", "false");
-    is("match", "descriptor", "walks");
     is("match", "rare_words", "false");
     is("consistency", "tolerance_m", "0");
     is("posterior", "solver", "gauss_newton");
