@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "xview/graph/class_shapes.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -9,6 +10,7 @@
 #include <tuple>
 #include <utility>
 
+#include "xview/types/cells.h"
 #include "xview/types/median.h"
 #include "xview/types/parallel.h"
 
@@ -101,31 +103,19 @@ struct Piece {
 };
 
 std::vector<Piece> piecesOf(const Columns& columns) {
+  CellIndex index;
+  for (const auto& [cell, column] : columns)
+    index.findOrAdd(static_cast<std::int32_t>(cell.first), static_cast<std::int32_t>(cell.second));
   std::vector<Piece> pieces;
-  Columns rest = columns;
-  while (!rest.empty()) {
-    std::vector<std::pair<Cell, Column>> open = {*rest.begin()};
-    rest.erase(rest.begin());
-    Cell low = open[0].first, high = low;
-    Piece piece;
-    while (!open.empty()) {
-      const auto [cell, column] = open.back();
-      open.pop_back();
-      ++piece.columns;
-      piece.height_m = std::max(piece.height_m, column.high);
-      low = {std::min(low.first, cell.first), std::min(low.second, cell.second)};
-      high = {std::max(high.first, cell.first), std::max(high.second, cell.second)};
-      for (int dy = -1; dy <= 1; ++dy) {
-        for (int dx = -1; dx <= 1; ++dx) {
-          const auto next = rest.find({cell.first + dx, cell.second + dy});
-          if (next == rest.end()) continue;
-          open.push_back(*next);
-          rest.erase(next);
-        }
-      }
+  for (const auto& members : connectedCells(index, [](std::int32_t) { return true; })) {
+    Piece piece{members.size()};
+    Eigen::AlignedBox2i box;
+    for (const std::int32_t member : members) {
+      const auto [x, y] = index.cells()[member];
+      piece.height_m = std::max(piece.height_m, columns.at({x, y}).high);
+      box.extend(Eigen::Vector2i(x, y));
     }
-    const std::int64_t longest = std::max(high.first - low.first, high.second - low.second) + 1;
-    piece.length_m = kColumn_m * static_cast<double>(longest);
+    piece.length_m = kColumn_m * (box.sizes().maxCoeff() + 1);
     pieces.push_back(piece);
   }
   return pieces;

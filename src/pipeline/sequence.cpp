@@ -189,7 +189,6 @@ struct Sequence::State {
     return samePlace(placeNow(a), placeNow(b));
   }
 
-  const Track* runnerUp() const;
   void judgeSum(SequenceAnswer& answer) const {
     const std::vector<bool> counts = counted();
     answer.windows = static_cast<int>(std::count(counts.begin(), counts.end(), true));

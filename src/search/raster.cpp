@@ -111,39 +111,6 @@ XVIEW_INLINE std::size_t scanWide(const BlockScan& scan, BlockHit* hits) {
   return static_cast<std::size_t>(end - hits);
 }
 
-XVIEW_INLINE std::size_t scanBlock(const BlockScan& scan, BlockHit* hits) {
-  return scan.group_count <= kGroupsPerWord ? scanNarrow(scan, hits) : scanWide(scan, hits);
-}
-
-std::size_t scanBaseline(const BlockScan& scan, BlockHit* hits) { return scanBlock(scan, hits); }
-
-// One function per instruction set and a choice at run time do what target_clones does, but every
-// variant can be tested and sanitizers need no resolver before main.
-#if defined(__x86_64__) && defined(__GNUC__)
-__attribute__((target("avx2"))) std::size_t scanAvx2(const BlockScan& scan, BlockHit* hits) {
-  return scanBlock(scan, hits);
-}
-
-__attribute__((target("avx512f,avx512bw,avx512vl,avx512dq"))) std::size_t scanAvx512(
-    const BlockScan& scan, BlockHit* hits) {
-  return scanBlock(scan, hits);
-}
-
-ScanVariants detectVariants() {
-  __builtin_cpu_init();
-  ScanVariants found{};
-  if (__builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512vl") &&
-      __builtin_cpu_supports("avx512dq")) {
-    found.variant[found.count++] = {"avx512", scanAvx512};
-  }
-  if (__builtin_cpu_supports("avx2")) found.variant[found.count++] = {"avx2", scanAvx2};
-  found.variant[found.count++] = {"baseline", scanBaseline};
-  return found;
-}
-#else
-ScanVariants detectVariants() { return {{{"baseline", scanBaseline}, {}, {}}, 1}; }
-#endif
-
 }  // namespace
 
 LikelihoodRaster::LikelihoodRaster(double cell_m, std::vector<std::uint8_t> background_of_channel)
@@ -201,9 +168,10 @@ std::uint8_t LikelihoodRaster::at(std::size_t channel, std::int32_t cx, std::int
   return tile ? tile->cells[cellInTile(cx, cy)] : background(channel);
 }
 
-const ScanVariants& scanVariants() {
-  static const ScanVariants variants = detectVariants();
-  return variants;
+// Integers only, so that all variants give the same hits.
+__attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default"))) std::size_t scanBlock(
+    const BlockScan& scan, BlockHit* hits) {
+  return scan.group_count <= kGroupsPerWord ? scanNarrow(scan, hits) : scanWide(scan, hits);
 }
 
 }  // namespace xview::search

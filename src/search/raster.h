@@ -130,19 +130,6 @@ struct BlockScan {
 };
 
 /// Writes the hits in row-major order (room for rows * 64 of them) and returns their number.
-using ScanFunction = std::size_t (*)(const BlockScan& scan, BlockHit* hits);
-
-struct ScanVariant {
-  const char* name;
-  ScanFunction function;
-};
-
-/// Variants that this processor can run, the fastest first; the last is compiled for every
-/// processor. All give the same hits.
-struct ScanVariants {
-  ScanVariant variant[3];
-  int count;
-};
-const ScanVariants& scanVariants();
+std::size_t scanBlock(const BlockScan& scan, BlockHit* hits);
 
 }  // namespace xview::search

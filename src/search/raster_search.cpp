@@ -150,7 +150,7 @@ class Scan {
                           worker.window.side(),
                           static_cast<int>(rows.count),
                           static_cast<std::uint32_t>(threshold(worker) + selection.background)};
-    const std::size_t count = scanVariants().variant[0].function(block, worker.hits.data());
+    const std::size_t count = scanBlock(block, worker.hits.data());
     for (std::size_t i = 0; i < count; ++i) {
       const BlockHit& hit = worker.hits[i];
       const Candidate candidate{static_cast<std::int32_t>(hit.sum - selection.background), yaw,
