@@ -11,10 +11,8 @@
 #include "xview/depth_plausibility.h"
 #include "xview/graph/clean_labels.h"
 #include "xview/graph/lift.h"
-#include "xview/mapper.h"
 #include "xview/measure_size.h"
 #include "xview/options.h"
-#include "xview/types/error.h"
 #include "xview/types/localization.h"
 
 namespace xview::tools {

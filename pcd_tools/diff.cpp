@@ -6,7 +6,6 @@
 #include <nlohmann/json.hpp>
 
 #include "answer_table.h"
-#include "classes.h"
 #include "outputs.h"
 #include "scenes.h"
 #include "windows.h"

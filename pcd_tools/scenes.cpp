@@ -2,7 +2,6 @@
 #include "scenes.h"
 
 #include <fmt/core.h>
-#include <fmt/ranges.h>
 
 #include <cmath>
 #include <cstdlib>

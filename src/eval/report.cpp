@@ -6,7 +6,6 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "xview/types/pose.h"
 
 namespace xview {
 namespace {

@@ -2,7 +2,6 @@
 // Layouts of numbered files with camera.yaml and poses.txt: sequence folders, CARLA dumps, clouds.
 #include <fmt/core.h>
 
-#include <cmath>
 
 #include <filesystem>
 #include <limits>

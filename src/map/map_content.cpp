@@ -2,7 +2,6 @@
 // What stands in each table of a map, for writing and for reading.
 #include "map_tables.h"
 
-#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <map>

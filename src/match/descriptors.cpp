@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "xview/types/cells.h"
-#include "xview/types/error.h"
 #include "xview/types/parallel.h"
 
 namespace xview::match {

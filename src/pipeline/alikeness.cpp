@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 #include "pipeline/gravity.h"
 #include "pipeline/query_in_map.h"

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "xview/place_builder.h"
 
-#include <algorithm>
 #include <utility>
 
 #include "pipeline/gravity.h"

@@ -8,7 +8,6 @@
 #include "search/raster.h"
 #include "xview/search/search.h"
 #include "xview/types/median.h"
-#include "xview/types/pose.h"
 
 namespace xview::search {
 namespace {

@@ -3,8 +3,6 @@
 // when they are in different files: the linker takes either.
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <cctype>
 #include <map>
 #include <regex>
 #include <set>

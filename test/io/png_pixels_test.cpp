@@ -4,7 +4,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <opencv2/imgcodecs.hpp>
 
 #include "small_files.h"

@@ -5,7 +5,6 @@
 #include <algorithm>
 
 #include <filesystem>
-#include <fstream>
 
 #include "recording_folder.h"
 #include "small_files.h"

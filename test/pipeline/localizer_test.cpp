@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 
 #include "pipeline/simulated_drive.h"
 #include "xview/types/error.h"

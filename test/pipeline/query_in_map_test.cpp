@@ -3,11 +3,9 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <tuple>
 
 #include "xview/pose/trajectory.h"
-#include "xview/types/pose.h"
 #include "xview/types/random.h"
 
 namespace xview {

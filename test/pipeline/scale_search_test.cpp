@@ -5,7 +5,6 @@
 
 #include "pipeline/simulated_drive.h"
 #include "xview/types/error.h"
-#include "xview/types/pose.h"
 #include "xview/types/user_text.h"
 
 namespace xview {

@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
 
 #include "pipeline/simulated_drive.h"
 #include "pipeline/two_streets.h"

@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
 
 #include "support/label_sets.h"
 #include "xview/types/random.h"

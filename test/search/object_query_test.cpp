@@ -4,11 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cmath>
 #include <numeric>
 
-#include "support/label_sets.h"
-#include "xview/types/random.h"
 
 namespace xview::search {
 namespace {

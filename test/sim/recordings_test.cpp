@@ -8,7 +8,6 @@
 #include <map>
 
 #include "xview/types/error.h"
-#include "xview/types/pose.h"
 
 namespace xview {
 namespace {

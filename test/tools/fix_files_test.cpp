@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include <filesystem>
-#include <map>
 #include <nlohmann/json.hpp>
 #include <sstream>
 

@@ -2,7 +2,6 @@
 // What xview localize answers, in every mode.
 #include <filesystem>
 #include <map>
-#include <sstream>
 
 #include "tools/tiny_town.h"
 #include "xview/io/image_files.h"

@@ -6,7 +6,6 @@
 
 #include "io/layouts.h"
 #include "xview/io/image_files.h"
-#include "xview/io/label_files.h"
 #include "xview/io/pose_files.h"
 #include "xview/types/error.h"
 #include "xview/types/pose.h"
