@@ -13,7 +13,6 @@
 namespace xview::search {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kBlock_m = 32;      // [m]
 constexpr double kDensityCell = 16;  // [m]
 constexpr double kCoverageCell = 4;  // [m]
@@ -64,7 +63,7 @@ double softplus(double v) {
 }
 
 double logGain(const ObjectClass& model, double area, double log_clutter) {
-  return std::log(model.detection / ((1 - model.detection) * 2 * kPi * area)) - log_clutter;
+  return std::log(model.detection / ((1 - model.detection) * 2 * M_PI * area)) - log_clutter;
 }
 
 ObjectMap::ObjectMap(const SemanticGraph& graph, const LabelSet& labels,

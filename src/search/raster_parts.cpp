@@ -16,7 +16,6 @@ namespace xview::search {
 
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kMaxRadiusCells = 2000;
 constexpr double kSuppressed_cells = 1.6, kSuppressed_yaw_steps = 1.6;  // by a better candidate
 constexpr int kBinBits = 1;  // of 2x2 cells: what suppresses a candidate is in the 3x3 bins around
@@ -54,13 +53,13 @@ double yawStep(const RasterLevel& level) {
 }
 
 YawGrid yawGrid(double wanted_step, const std::optional<PlacePrior::Heading>& prior) {
-  if (prior && prior->tolerance < kPi) {
+  if (prior && prior->tolerance < M_PI) {
     const int half = static_cast<int>(std::ceil(std::max(0.0, prior->tolerance) / wanted_step));
     const double step = half > 0 ? prior->tolerance / half : wanted_step;
     return {prior->yaw - half * step, step, 2 * half + 1};
   }
-  const int count = std::max(1, static_cast<int>(std::ceil(2 * kPi / wanted_step)));
-  return {0, 2 * kPi / count, count};
+  const int count = std::max(1, static_cast<int>(std::ceil(2 * M_PI / wanted_step)));
+  return {0, 2 * M_PI / count, count};
 }
 
 PreparedSamples::PreparedSamples(const LikelihoodRaster& raster, std::vector<RasterSample> unsorted)

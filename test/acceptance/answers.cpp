@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "support/program.h"
+#include "support/test_data.h"
 
 namespace xview::test {
 namespace {

@@ -17,13 +17,6 @@
 namespace xview::io {
 namespace {
 
-std::string contentOf(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::ostringstream text;
-  text << file.rdbuf();
-  return text.str();
-}
-
 std::size_t filesIn(const std::string& folder) {
   return static_cast<std::size_t>(std::distance(std::filesystem::directory_iterator(folder),
                                                 std::filesystem::directory_iterator()));
@@ -36,7 +29,7 @@ TEST(AtomicFile, AppearsOnCommitAndLeavesNothingBeside) {
   file.write("world", 5);
   EXPECT_FALSE(std::filesystem::exists(folder / "out.txt"));
   file.commit();
-  EXPECT_EQ(contentOf(folder / "out.txt"), "hello world");
+  EXPECT_EQ(test::readText(folder / "out.txt"), "hello world");
   EXPECT_EQ(filesIn(folder.path()), 1u);
 }
 
@@ -54,7 +47,7 @@ TEST(AtomicFile, OfAnInterruptedProgramLeavesTheOldFileAlone) {
   int status = 0;
   waitpid(child, &status, 0);
   EXPECT_TRUE(WIFSIGNALED(status));
-  EXPECT_EQ(contentOf(folder / "out.txt"), "old");
+  EXPECT_EQ(test::readText(folder / "out.txt"), "old");
   EXPECT_EQ(filesIn(folder.path()), 1u);
 }
 
@@ -65,7 +58,7 @@ TEST(AtomicFile, WithoutCommitTheOldFileStays) {
     AtomicFile file(folder / "out.txt");
     file.write("new");
   }
-  EXPECT_EQ(contentOf(folder / "out.txt"), "old");
+  EXPECT_EQ(test::readText(folder / "out.txt"), "old");
   EXPECT_EQ(filesIn(folder.path()), 1u);
 }
 
@@ -79,7 +72,7 @@ TEST(AtomicFile, MoreThanTheBufferArrivesInOrder) {
     file.write(line);
   }
   file.commit();
-  EXPECT_EQ(contentOf(folder / "out.bin"), expected);
+  EXPECT_EQ(test::readText(folder / "out.bin"), expected);
 }
 
 TEST(AtomicFile, ALibraryMayWriteToTheTemporaryPath) {
@@ -87,7 +80,7 @@ TEST(AtomicFile, ALibraryMayWriteToTheTemporaryPath) {
   AtomicFile file(folder / "out.txt");
   std::ofstream(file.temporaryPath()) << "by name";
   file.commit();
-  EXPECT_EQ(contentOf(folder / "out.txt"), "by name");
+  EXPECT_EQ(test::readText(folder / "out.txt"), "by name");
 }
 
 TEST(AtomicFile, FollowsASymbolicLink) {
@@ -98,7 +91,7 @@ TEST(AtomicFile, FollowsASymbolicLink) {
   file.write("new");
   file.commit();
   EXPECT_TRUE(std::filesystem::is_symlink(folder / "link"));
-  EXPECT_EQ(contentOf(folder / "target"), "new");
+  EXPECT_EQ(test::readText(folder / "target"), "new");
 }
 
 TEST(AtomicFile, KeepsThePermissionsOfTheOldFile) {
@@ -116,12 +109,8 @@ TEST(AtomicFile, AFullDiskIsAnErrorAndTheDeviceSurvives) {
   if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "no /dev/full here";
   AtomicFile file("/dev/full");
   file.write("lost");
-  try {
-    file.commit();
-    FAIL() << "the loss was not noticed";
-  } catch (const Error& error) {
-    EXPECT_EQ(std::string(error.what()), "/dev/full: cannot write: No space left on device");
-  }
+  EXPECT_EQ(test::messageOf<Error>([&] { file.commit(); }),
+            "/dev/full: cannot write: No space left on device");
   EXPECT_TRUE(std::filesystem::is_character_file("/dev/full"));
 }
 

@@ -206,7 +206,7 @@ const BadFile kBadVariants[] = {
 
 /// One line, path first, and these words.
 void expectError(const std::string& path, const std::string& words, bool require_label) {
-  const std::string error = test::errorOf([&] { readCloud(path, {}, require_label); });
+  const std::string error = test::messageOf<Error>([&] { readCloud(path, {}, require_label); });
   EXPECT_EQ(error.rfind(path, 0), 0u) << error;
   EXPECT_NE(error.find(words), std::string::npos) << error << "\nexpected: " << words;
   EXPECT_EQ(error.find('\n'), std::string::npos) << error;
@@ -334,7 +334,7 @@ std::vector<std::string> makeBombs(const test::TemporaryFolder& folder) {
   std::vector<std::string> paths;
   for (const Bomb& bomb : bombs) {
     paths.push_back(folder / bomb.name);
-    test::writeBytes(paths.back(), bomb.bytes);
+    test::writeText(paths.back(), bomb.bytes);
     if (bomb.size > 0) fs::resize_file(paths.back(), bomb.size);
   }
   return paths;

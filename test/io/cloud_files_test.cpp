@@ -13,14 +13,14 @@
 namespace xview::io {
 namespace {
 
-using test::errorOf;
+using test::messageOf;
 using test::raw;
 
 /// Every test works in a folder of its own.
 class CloudFiles : public ::testing::Test {
  protected:
   std::string written(const std::string& name, const std::string& bytes) {
-    test::writeBytes(folder_ / name, bytes);
+    test::writeText(folder_ / name, bytes);
     return folder_ / name;
   }
 
@@ -31,7 +31,7 @@ class CloudFiles : public ::testing::Test {
   /// What is said about the file, without the folder.
   std::string complaint(const std::string& name, const std::string& bytes) {
     const std::string path = written(name, bytes);
-    const std::string error = errorOf([&] { readCloud(path); });
+    const std::string error = messageOf<Error>([&] { readCloud(path); });
     return error.rfind(folder_.path() + "/", 0) == 0 ? error.substr(folder_.path().size() + 1)
                                                      : error;
   }
@@ -325,9 +325,9 @@ TEST_F(CloudFiles, TheFieldsOfTheCallerComeFirst) {
   EXPECT_EQ(readCloud(path).points[0].instance, 6u);
   EXPECT_EQ(readCloud(path, {"truth", "id"}).points[0].label, 5u);
   EXPECT_EQ(readCloud(path, {"truth", "id"}).points[0].instance, 7u);
-  const std::string missing = errorOf([&] { readCloud(path, {"nothing", ""}); });
+  const std::string missing = messageOf<Error>([&] { readCloud(path, {"nothing", ""}); });
   EXPECT_EQ(missing, path + ": has no field 'nothing'; its fields: x y z label truth object id");
-  EXPECT_NE(errorOf([&] { readCloud(path, {"object", ""}); }), "");
+  EXPECT_NE(messageOf<Error>([&] { readCloud(path, {"object", ""}); }), "");
 }
 
 TEST_F(CloudFiles, EveryWellKnownNameIsALabel) {
@@ -360,7 +360,7 @@ TEST_F(CloudFiles, WithoutLabelTheFieldsAreListed) {
                                    "FIELDS x y z intensity\nSIZE 4 4 4 4\nTYPE F F F F\nWIDTH "
                                    "1\nHEIGHT 1\nDATA ascii\n1 2 3 4\n");
   EXPECT_EQ(
-      errorOf([&] { readCloud(path); }),
+      messageOf<Error>([&] { readCloud(path); }),
       path + ": has no label field, name one with --label-field; its fields: x y z intensity");
   EXPECT_EQ(readCloud(path, {}, false).points[0].label, 0u);
 }
@@ -382,10 +382,10 @@ TEST_F(CloudFiles, TheHeaderTellsWhatReadingWouldUse) {
 }
 
 TEST_F(CloudFiles, WhatIsNoFileIsNamed) {
-  EXPECT_EQ(errorOf([&] { readCloud(folder_ / "none.pcd"); }),
+  EXPECT_EQ(messageOf<Error>([&] { readCloud(folder_ / "none.pcd"); }),
             folder_ / "none.pcd: cannot open: No such file or directory");
-  EXPECT_EQ(errorOf([&] { readCloud("/dev/null"); }), "/dev/null: is not a regular file");
-  EXPECT_EQ(errorOf([&] { readCloud(folder_.path()); }),
+  EXPECT_EQ(messageOf<Error>([&] { readCloud("/dev/null"); }), "/dev/null: is not a regular file");
+  EXPECT_EQ(messageOf<Error>([&] { readCloud(folder_.path()); }),
             folder_.path() + ": is a folder, expected a file");
 }
 

@@ -108,7 +108,7 @@ template <class Call>
 TEST(MutatedFiles, TheSeedsThemselvesLoad) {
   const test::TemporaryFolder folder;
   for (const SeedFile& seed : seedFiles()) {
-    test::writeBytes(folder / seed.name, seed.bytes);
+    test::writeText(folder / seed.name, seed.bytes);
     const LabelledCloud cloud = readCloud(folder / seed.name);
     EXPECT_EQ(cloud.size(), seed.name == "ascii.pcd" ? 2u : 3u) << seed.name;
     EXPECT_EQ(cloud.points[0].label, 7u) << seed.name;
@@ -124,7 +124,7 @@ TEST(MutatedFiles, EndInACloudOrAnError) {
     for (int i = 0; i < kVariantsPerSeedFile; ++i) {
       Random random(7, static_cast<std::uint64_t>(i));
       const std::string path = folder / seed.name;
-      test::writeBytes(path, mutated(seed.bytes, random));
+      test::writeText(path, mutated(seed.bytes, random));
       SCOPED_TRACE(seed.name + " variant " + std::to_string(i));
       ASSERT_TRUE(survives([&] { readCloud(path); }));
       ASSERT_TRUE(survives([&] { readCloudHeader(path); }));
@@ -140,8 +140,8 @@ TEST(MutatedFiles, EveryTruncationOfABinaryFileIsAnError) {
   for (const SeedFile& seed : seedFiles()) {
     if (seed.name.find("ascii") != std::string::npos) continue;  // "30" is a truncated "300"
     for (std::size_t bytes = 0; bytes < seed.bytes.size(); ++bytes) {
-      test::writeBytes(folder / seed.name, seed.bytes.substr(0, bytes));
-      ASSERT_NE(test::errorOf([&] { readCloud(folder / seed.name); }), "")
+      test::writeText(folder / seed.name, seed.bytes.substr(0, bytes));
+      ASSERT_NE(test::messageOf<Error>([&] { readCloud(folder / seed.name); }), "")
           << seed.name << " at " << bytes;
     }
   }

@@ -88,7 +88,7 @@ TEST_P(CloudWriters, WrittenFarCoordinatesAreDoubles) {
   LabelledCloud cloud = randomCloud(1, false);
   cloud.origin = {500000, 4649776, 53};
   write(cloud);
-  const std::string bytes = test::readBytes(path());
+  const std::string bytes = test::readText(path());
   EXPECT_NE(bytes.find(test::raw(cloud.position(0).y())), std::string::npos);
 }
 
@@ -132,10 +132,10 @@ TEST_P(CloudWriters, ClassesWithoutNamesAreNotInTheHeader) {
 TEST_P(CloudWriters, ADamagedClassInTheHeaderIsAnError) {
   const LabelSet labels = oneClass();
   write(randomCloud(3, false), &labels);
-  std::string bytes = test::readBytes(path());
+  std::string bytes = test::readText(path());
   bytes.replace(bytes.find("object"), 6, "objets");
-  test::writeBytes(path(), bytes);
-  EXPECT_NE(test::errorOf([&] { readCloudHeader(path()); }).find("xview class 7 objets"),
+  test::writeText(path(), bytes);
+  EXPECT_NE(test::messageOf<Error>([&] { readCloudHeader(path()); }).find("xview class 7 objets"),
             std::string::npos);
 }
 
@@ -160,16 +160,16 @@ TEST_P(CloudWriters, AnErrorLeavesTheOldFile) {
   const std::string missing = folder_ / "missing/" + GetParam().first;
   const LabelledCloud cloud = randomCloud(3, false);
   EXPECT_EQ(
-      test::errorOf([&] { GetParam().second(missing, cloud, nullptr); }),
+      test::messageOf<Error>([&] { GetParam().second(missing, cloud, nullptr); }),
       missing + ": cannot write: there is no folder " + (folder_ / "missing") + "; make it first");
   EXPECT_FALSE(std::filesystem::exists(folder_ / "missing"));
-  EXPECT_EQ(test::errorOf([&] { GetParam().second(inside, cloud, nullptr); }), "");
+  EXPECT_EQ(test::messageOf<Error>([&] { GetParam().second(inside, cloud, nullptr); }), "");
 }
 
 TEST_P(CloudWriters, AFullDiskIsAnError) {
   if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "no /dev/full here";
   const LabelledCloud cloud = randomCloud(100, false);
-  EXPECT_EQ(test::errorOf([&] { GetParam().second("/dev/full", cloud, nullptr); }),
+  EXPECT_EQ(test::messageOf<Error>([&] { GetParam().second("/dev/full", cloud, nullptr); }),
             "/dev/full: cannot write: No space left on device");
 }
 
@@ -186,7 +186,7 @@ TEST(CloudWriterColors, PlyHasThemAsBytes) {
   LabelledCloud cloud = randomCloud(1, false);
   cloud.points[0].label = 7;
   writePly(folder / "a.ply", cloud, &labels);
-  const std::string bytes = test::readBytes(folder / "a.ply");
+  const std::string bytes = test::readText(folder / "a.ply");
   EXPECT_NE(bytes.find("property uchar red\nproperty uchar green\nproperty uchar blue\n"),
             std::string::npos);
   EXPECT_EQ(bytes.substr(bytes.size() - 7), std::string("\xFF\x80\x01", 3) + test::raw(7u));

@@ -17,12 +17,12 @@ namespace {
 
 using test::messageOf;
 using test::pngBytes;
-using test::writeBytes;
+using test::writeText;
 
 class Dataset : public ::testing::Test {
  protected:
   void write(const std::string& name, const std::string& bytes) const {
-    writeBytes(folder_ / name, bytes);
+    writeText(folder_ / name, bytes);
   }
   std::string message() const {
     return messageOf([&] { openRecording(folder_.path()); });

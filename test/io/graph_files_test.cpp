@@ -10,7 +10,7 @@
 namespace xview::io {
 namespace {
 
-using test::errorOf;
+using test::messageOf;
 
 SemanticGraph randomGraph(std::size_t vertices) {
   SemanticGraph graph;
@@ -57,13 +57,13 @@ void expectSame(const SemanticGraph& a, const SemanticGraph& b) {
 class GraphFiles : public ::testing::Test {
  protected:
   GraphFile read(const std::string& bytes) const {
-    test::writeBytes(path_, bytes);
+    test::writeText(path_, bytes);
     return readGraph(path_);
   }
   /// What is said about the file, without its path.
   std::string complaint(const std::string& bytes) const {
-    test::writeBytes(path_, bytes);
-    const std::string error = errorOf([&] { readGraph(path_); });
+    test::writeText(path_, bytes);
+    const std::string error = messageOf<Error>([&] { readGraph(path_); });
     return error.rfind(path_, 0) == 0 ? error.substr(path_.size()) : error;
   }
 
@@ -186,11 +186,11 @@ TEST_F(GraphFiles, ColorsAreThoseOfTheLabels) {
   info.color = {250, 128, 3};
   labels.add(info);
   writeGraph(path_, graph, labels);
-  EXPECT_NE(test::readBytes(path_).find(" 250 128 3 7 "), std::string::npos);
+  EXPECT_NE(test::readText(path_).find(" 250 128 3 7 "), std::string::npos);
 }
 
 TEST_F(GraphFiles, AFullDiskIsAnError) {
-  EXPECT_NE(errorOf([&] { writeGraph("/dev/full", randomGraph(3), LabelSet()); }), "");
+  EXPECT_NE(messageOf<Error>([&] { writeGraph("/dev/full", randomGraph(3), LabelSet()); }), "");
 }
 
 TEST(RecordedGraphs, LoadWithAllDigitsAndInstances) {

@@ -17,7 +17,7 @@ namespace {
 
 using test::messageOf;
 using test::pngBytes;
-using test::writeBytes;
+using test::writeText;
 
 class ImageFiles : public ::testing::Test {
  protected:
@@ -28,7 +28,7 @@ class ImageFiles : public ::testing::Test {
     camera_.depth_scale = 0.01;
   }
   std::string write(const std::string& name, const std::string& bytes) const {
-    writeBytes(folder_ / name, bytes);
+    writeText(folder_ / name, bytes);
     return folder_ / name;
   }
   std::string depthMessage(const std::string& path) const {

@@ -15,7 +15,7 @@ using test::messageOf;
 class LabelFiles : public ::testing::Test {
  protected:
   LabelSet read(const std::string& text) const {
-    test::writeBytes(folder_ / "classes.yaml", text);
+    test::writeText(folder_ / "classes.yaml", text);
     return readLabelSet(folder_ / "classes.yaml");
   }
   std::string messageFor(const std::string& text) const {

@@ -21,7 +21,7 @@ using test::messageOf;
 class PoseFiles : public ::testing::Test {
  protected:
   std::string write(const std::string& text) const {
-    test::writeBytes(folder_ / "poses.txt", text);
+    test::writeText(folder_ / "poses.txt", text);
     return folder_ / "poses.txt";
   }
   std::string messageFor(const std::string& text) const {
@@ -151,12 +151,9 @@ TEST(MatrixFile, FourLinesOfFourNumbersRowByRowToTheLastBit) {
 
 TEST(MatrixFile, FolderThatDoesNotExistIsAnErrorWithThePath) {
   const test::TemporaryFolder folder;
-  try {
-    writeMatrix(folder / "no/T.txt", somewhere());
-    FAIL();
-  } catch (const Error& e) {
-    EXPECT_NE(std::string(e.what()).find("no/T.txt"), std::string::npos) << e.what();
-  }
+  const std::string said =
+      test::messageOf<Error>([&] { writeMatrix(folder / "no/T.txt", somewhere()); });
+  EXPECT_NE(said.find("no/T.txt"), std::string::npos) << said;
   EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
 }
 

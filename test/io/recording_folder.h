@@ -15,7 +15,7 @@ namespace xview::test {
 class RecordingFolder : public ::testing::Test {
  protected:
   std::string write(const std::string& name, const std::string& bytes) const {
-    writeBytes(folder_ / name, bytes);
+    writeText(folder_ / name, bytes);
     return folder_ / name;
   }
   std::string openMessage(const std::string& path, const io::InputOptions& options = {}) const {

@@ -8,6 +8,7 @@
 
 #include "recording_folder.h"
 #include "small_files.h"
+#include "support/test_data.h"
 #include "xview/types/error.h"
 #include "xview/types/parallel.h"
 

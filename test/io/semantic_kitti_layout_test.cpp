@@ -6,6 +6,7 @@
 
 #include "recording_folder.h"
 #include "support/clouds.h"
+#include "support/test_data.h"
 #include "xview/io/cloud_files.h"
 
 namespace xview::io {
@@ -115,11 +116,11 @@ using test::raw;
 class KittiScan : public ::testing::Test {
  protected:
   void write(const std::string& scan, const std::string& labels) const {
-    test::writeBytes(scan_, scan);
-    test::writeBytes(labels_, labels);
+    test::writeText(scan_, scan);
+    test::writeText(labels_, labels);
   }
   std::string error() const {
-    return test::errorOf([&] { readKittiScan(scan_, labels_); });
+    return test::messageOf<Error>([&] { readKittiScan(scan_, labels_); });
   }
 
   test::TemporaryFolder folder_;
@@ -163,7 +164,7 @@ TEST_F(KittiScan, SizesThatDisagreeAreErrorsWithBothNumbers) {
 }
 
 TEST_F(KittiScan, AMissingLabelFileIsNamed) {
-  test::writeBytes(scan_, point(1, 2, 3));
+  test::writeText(scan_, point(1, 2, 3));
   EXPECT_EQ(error(), labels_ + ": cannot open: No such file or directory");
 }
 

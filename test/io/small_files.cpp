@@ -62,18 +62,6 @@ std::string rawBytes(const std::vector<T>& values) {
 
 }  // namespace
 
-void writeBytes(const std::string& path, const std::string& bytes) {
-  std::filesystem::create_directories(std::filesystem::path(path).parent_path());
-  std::filesystem::remove(path);  // some file systems are slow to overwrite
-  std::ofstream(path, std::ios::binary) << bytes;
-}
-
-std::string readBytes(const std::string& path) {
-  std::ostringstream text;
-  text << std::ifstream(path, std::ios::binary).rdbuf();
-  return text.str();
-}
-
 std::string pngBytes(int width, int height, int channels, int bits,
                      const std::vector<std::uint16_t>& values) {
   static constexpr int kColorType[] = {0, 0, 4, 2, 6};
@@ -118,23 +106,5 @@ std::string pfmBytes(int width, int height, const std::vector<float>& values, bo
 
 std::string scanBytes(const std::vector<float>& numbers) { return rawBytes(numbers); }
 std::string labelBytes(const std::vector<std::uint32_t>& labels) { return rawBytes(labels); }
-
-std::string messageOf(const std::function<void()>& call) {
-  try {
-    call();
-  } catch (const std::exception& problem) {
-    return problem.what();
-  }
-  return "";
-}
-
-std::string errorOf(const std::function<void()>& call) {
-  try {
-    call();
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "";
-}
 
 }  // namespace xview::test

@@ -10,9 +10,6 @@ namespace xview::test {
 
 // Writers of small files, independent of the library, and of whatever is wrong with them.
 
-void writeBytes(const std::string& path, const std::string& bytes);  ///< makes the folders, too
-std::string readBytes(const std::string& path);
-
 /// A PNG of `channels` (1 grey, 2 grey+alpha, 3 RGB, 4 RGBA) and 8 or 16 bits, not compressed;
 /// values row by row, channel by channel.
 std::string pngBytes(int width, int height, int channels, int bits,
@@ -33,10 +30,5 @@ template <class T>
 std::string raw(T value) {
   return std::string(reinterpret_cast<const char*>(&value), sizeof(T));
 }
-
-/// The message of what the call throws; empty if nothing.
-std::string messageOf(const std::function<void()>& call);
-/// The same of an Error; anything else is not caught.
-std::string errorOf(const std::function<void()>& call);
 
 }  // namespace xview::test

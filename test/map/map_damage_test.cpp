@@ -18,27 +18,17 @@ namespace {
 
 namespace fs = std::filesystem;
 using test::isSame;
+using test::readText;
 using test::sampleMap;
 using test::TemporaryFolder;
+using test::writeText;
 
-std::string bytesOf(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  return std::string(std::istreambuf_iterator<char>(file), {});
-}
-
-void writeBytes(const std::string& path, const std::string& bytes) {
-  std::ofstream(path, std::ios::binary | std::ios::trunc) << bytes;
-}
-
+/// In one line.
 template <class Action>
 std::string messageOf(Action&& action) {
-  try {
-    action();
-  } catch (const Error& e) {
-    EXPECT_EQ(std::string(e.what()).find('\n'), std::string::npos) << e.what();
-    return e.what();
-  }
-  return "no error";
+  const std::string message = test::messageOf<Error>(action);
+  EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+  return message;
 }
 
 std::string messageOfLoad(const std::string& path) {
@@ -50,7 +40,7 @@ class DamagedMap : public ::testing::Test {
  protected:
   void SetUp() override {
     saveMap(path_, sampleMap());
-    sound_ = bytesOf(path_);
+    sound_ = readText(path_);
     map_ = loadMap(path_);
   }
   void execute(const std::string& sql) {
@@ -71,9 +61,9 @@ TEST_F(DamagedMap, MissingFileIsNamed) {
 TEST_F(DamagedMap, OtherFilesAreNoMaps) {
   SQLite::Database(folder_ / "other.db", SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE)
       .exec("CREATE TABLE meta(id)");
-  writeBytes(folder_ / "empty", "");
-  writeBytes(folder_ / "text", std::string(5000, 'x'));
-  writeBytes(folder_ / "short", sound_.substr(0, 60));
+  writeText(folder_ / "empty", "");
+  writeText(folder_ / "text", std::string(5000, 'x'));
+  writeText(folder_ / "short", sound_.substr(0, 60));
   for (const char* name : {"other.db", "empty", "text", "short", "."}) {
     EXPECT_FALSE(isMapFile(folder_ / name)) << name;
     EXPECT_NE(messageOfLoad(folder_ / name).find("not a map file"), std::string::npos)
@@ -93,15 +83,15 @@ TEST_F(DamagedMap, UnknownSchemaVersionIsRefusedAndBothAreNamed) {
 }
 
 TEST_F(DamagedMap, FileThatIsNoMapIsNotOverwritten) {
-  writeBytes(folder_ / "thesis.txt", "three years of work");
+  writeText(folder_ / "thesis.txt", "three years of work");
   EXPECT_NE(messageOf([&] { saveMap(folder_ / "thesis.txt", map_); }).find("not a map file"),
             std::string::npos);
-  EXPECT_EQ(bytesOf(folder_ / "thesis.txt"), "three years of work");
+  EXPECT_EQ(readText(folder_ / "thesis.txt"), "three years of work");
 }
 
 TEST_F(DamagedMap, TruncationAnywhereIsNoticed) {
   for (std::size_t size = 0; size < sound_.size(); size += 1 + sound_.size() / 97) {
-    writeBytes(path_, sound_.substr(0, size));
+    writeText(path_, sound_.substr(0, size));
     EXPECT_NE(messageOfLoad(path_), "no error") << size;
   }
 }
@@ -111,7 +101,7 @@ TEST_F(DamagedMap, EveryZeroedPageIsNoticed) {
   for (std::size_t page = 0; page + kPage <= sound_.size(); page += kPage) {
     std::string bytes = sound_;
     bytes.replace(page, kPage, kPage, '\0');
-    writeBytes(path_, bytes);
+    writeText(path_, bytes);
     EXPECT_NE(messageOfLoad(path_), "no error") << page;
   }
 }
@@ -123,7 +113,7 @@ TEST_F(DamagedMap, FlippedBytesGiveTheSoundMapOrAnError) {
     std::string bytes = sound_;
     const std::size_t place = random.below(static_cast<std::uint32_t>(bytes.size()));
     bytes[place] = static_cast<char>(bytes[place] ^ (1 + random.below(255)));
-    writeBytes(path_, bytes);
+    writeText(path_, bytes);
     try {
       EXPECT_TRUE(isSame(loadMap(path_), map_))
           << "byte " << place;  // unused bytes of a page, counters
@@ -142,7 +132,7 @@ TEST_F(DamagedMap, ManyFlippedBytesNeverCrash) {
     std::string bytes = sound_;
     for (int k = 0; k < 20; ++k)
       bytes[100 + random.below(30000)] = static_cast<char>(random.below(256));
-    writeBytes(path_, bytes);
+    writeText(path_, bytes);
     messageOf([&] { readMapSummary(path_); });
     messageOf([&] { EXPECT_TRUE(isSame(loadMap(path_), map_)); });
   }
@@ -151,7 +141,7 @@ TEST_F(DamagedMap, ManyFlippedBytesNeverCrash) {
 TEST_F(DamagedMap, DamagedSchemaGivesOneLine) {
   std::string bytes = sound_;
   bytes[bytes.find("extent_x REAL")] = '\'';
-  writeBytes(path_, bytes);
+  writeText(path_, bytes);
   EXPECT_NE(messageOfLoad(path_).find("damaged map file"), std::string::npos)
       << messageOfLoad(path_);
 }
@@ -165,7 +155,7 @@ TEST_F(DamagedMap, ChangedValueIsNoticed) {
         "UPDATE meta SET value = '' WHERE name = 'options'", "DELETE FROM checksums",
         "DROP TABLE sources", "ALTER TABLE vertices ADD COLUMN more",
         "CREATE VIEW extra AS SELECT 1"}) {
-    writeBytes(path_, sound_);
+    writeText(path_, sound_);
     execute(sql);
     EXPECT_NE(messageOfLoad(path_).find("damaged map file"), std::string::npos)
         << sql << ": " << messageOfLoad(path_);
@@ -185,7 +175,7 @@ TEST_F(DamagedMap, CountsThatLieDoNotCostMemory) {
         "UPDATE edges SET id = -4096 WHERE id = 0",
         "UPDATE meta SET value = '18446744073709551615' WHERE name = 'vertices'",
         "UPDATE meta SET value = 'nan' WHERE name = 'plan_cell_m'"}) {
-    writeBytes(path_, sound_);
+    writeText(path_, sound_);
     execute(sql);
     EXPECT_NE(messageOfLoad(path_).find("damaged map file"), std::string::npos)
         << sql << ": " << messageOfLoad(path_);

@@ -19,13 +19,9 @@ namespace xview::map {
 namespace {
 
 using test::isSame;
+using test::readText;
 using test::sampleMap;
 using test::TemporaryFolder;
-
-std::string bytesOf(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  return std::string(std::istreambuf_iterator<char>(file), {});
-}
 
 SemanticMap throughFile(const SemanticMap& map) {
   const TemporaryFolder folder;
@@ -34,12 +30,7 @@ SemanticMap throughFile(const SemanticMap& map) {
 }
 
 std::string messageOfSave(const std::string& path, const SemanticMap& map) {
-  try {
-    saveMap(path, map);
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "no error";
+  return test::messageOf<Error>([&] { saveMap(path, map); });
 }
 
 template <class Point>
@@ -165,7 +156,7 @@ TEST(MapStore, SameMapGivesSameBytes) {
   const TemporaryFolder folder;
   saveMap(folder / "a.xvm", sampleMap());
   saveMap(folder / "b.xvm", sampleMap());
-  EXPECT_EQ(bytesOf(folder / "a.xvm"), bytesOf(folder / "b.xvm"));
+  EXPECT_EQ(readText(folder / "a.xvm"), readText(folder / "b.xvm"));
 }
 
 TEST(MapStore, OrderOfPointsAndSamplesDoesNotChangeTheBytes) {
@@ -175,15 +166,15 @@ TEST(MapStore, OrderOfPointsAndSamplesDoesNotChangeTheBytes) {
   std::reverse(map.cloud.points.begin(), map.cloud.points.end());
   for (auto& samples : map.plan.samples) std::reverse(samples.begin(), samples.end());
   saveMap(folder / "b.xvm", map);
-  EXPECT_EQ(bytesOf(folder / "a.xvm"), bytesOf(folder / "b.xvm"));
+  EXPECT_EQ(readText(folder / "a.xvm"), readText(folder / "b.xvm"));
 }
 
 TEST(MapStore, SavingTheSameMapAgainWritesNothing) {
   const TemporaryFolder folder;
   saveMap(folder / "a.xvm", sampleMap());
-  const std::string before = bytesOf(folder / "a.xvm");
+  const std::string before = readText(folder / "a.xvm");
   saveMap(folder / "a.xvm", sampleMap());
-  EXPECT_EQ(bytesOf(folder / "a.xvm"), before);
+  EXPECT_EQ(readText(folder / "a.xvm"), before);
 }
 
 TEST(MapStore, ReplacesAnExistingMap) {

@@ -22,13 +22,9 @@ namespace {
 
 namespace fs = std::filesystem;
 using test::isSame;
+using test::readText;
 using test::sampleMap;
 using test::TemporaryFolder;
-
-std::string bytesOf(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  return std::string(std::istreambuf_iterator<char>(file), {});
-}
 
 std::size_t filesIn(const std::string& folder) {
   const auto files = fs::directory_iterator(folder);
@@ -140,7 +136,7 @@ TEST_F(MapTransaction, UnfinishedChangeIsRolledBackByTheNextWriter) {
 }
 
 TEST_F(MapTransaction, FullDiskLeavesTheOldMap) {
-  const std::string before = bytesOf(path_);
+  const std::string before = readText(path_);
   const int code = inChild([&] {
     std::signal(SIGXFSZ, SIG_IGN);
     const rlimit limit{before.size() + 8192, before.size() + 8192};
@@ -199,7 +195,7 @@ TEST_F(MapTransaction, ReadOnlyMapInAReadOnlyFolderLoads) {
 
 TEST_F(MapTransaction, ReadOnlyMapIsNotChanged) {
   saveRevision(path_, old_, "nothing new");
-  const std::string before = bytesOf(path_);
+  const std::string before = readText(path_);
   chmod(path_.c_str(), 0444);
   chmod(folder_.path().c_str(), 0555);
   EXPECT_EQ(inChildWithoutPrivileges([&] { saveMap(path_, new_); }), 1);
@@ -207,7 +203,7 @@ TEST_F(MapTransaction, ReadOnlyMapIsNotChanged) {
   EXPECT_EQ(inChildWithoutPrivileges([&] { undoRevision(path_); }), 1);
   EXPECT_EQ(inChildWithoutPrivileges([&] { saveMap(folder_ / "fresh.xvm", new_); }), 1);
   chmod(folder_.path().c_str(), 0755);
-  EXPECT_EQ(bytesOf(path_), before);
+  EXPECT_EQ(readText(path_), before);
   EXPECT_EQ(filesIn(folder_.path()), 1u);
 }
 

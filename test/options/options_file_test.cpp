@@ -13,14 +13,7 @@
 namespace xview {
 namespace {
 
-std::string messageOf(const std::function<void()>& call) {
-  try {
-    call();
-  } catch (const std::exception& problem) {
-    return problem.what();
-  }
-  return "";
-}
+using test::messageOf;
 
 class OptionsFile : public ::testing::Test {
  protected:

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "pipeline/simulated_drive.h"
+#include "support/test_data.h"
 #include "xview/mapper.h"
 #include "xview/types/error.h"
 #include "xview/types/frame.h"
@@ -40,12 +41,7 @@ class ScaledRecording : public ForwardingSource {
 };
 
 std::string complaintAbout(const FrameSource& source) {
-  try {
-    digestRecording(source, {});
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "";
+  return test::messageOf<Error>([&] { digestRecording(source, {}); });
 }
 
 TEST(DepthPlausibility, DepthsAHundredOrAThousandTimesOffAreNamed) {

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <fstream>
 
+#include "support/test_data.h"
 #include "xview/types/error.h"
 #include "xview/types/random.h"
 
@@ -39,13 +40,9 @@ LikelihoodTable tellingTable(Channel channel, double samples) {
 }
 
 void expectParseError(const std::string& text, const std::string& place) {
-  try {
-    parseLikelihoods(text, "table.txt");
-    FAIL() << "accepted: " << text;
-  } catch (const Error& error) {
-    EXPECT_NE(std::string(error.what()).find(place), std::string::npos) << error.what();
-    EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos) << "one line";
-  }
+  const std::string said = test::messageOf<Error>([&] { parseLikelihoods(text, "table.txt"); });
+  EXPECT_NE(said.find(place), std::string::npos) << text << ": " << said;
+  EXPECT_EQ(said.find('\n'), std::string::npos) << "one line";
 }
 
 TEST(Likelihoods, SurviveTheirTextForm) {

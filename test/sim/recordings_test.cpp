@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <map>
 
+#include "support/test_data.h"
 #include "xview/types/error.h"
 
 namespace xview {
@@ -217,13 +218,8 @@ TEST(Recordings, NoisyOnesDriftButTheMappingDrivesDoNot) {
 }
 
 TEST(Recordings, OptionsOutOfRangeAreRefusedByName) {
-  const auto message = [](const SimulationOptions& options) -> std::string {
-    try {
-      makeSessions(options);
-    } catch (const UsageError& error) {
-      return error.what();
-    }
-    return "";
+  const auto message = [](const SimulationOptions& options) {
+    return test::messageOf<UsageError>([&] { makeSessions(options); });
   };
   SimulationOptions options = smallSimulation();
   options.width = 0;

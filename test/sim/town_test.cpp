@@ -9,6 +9,7 @@
 #include <set>
 
 #include "sim/building.h"
+#include "support/test_data.h"
 #include "xview/types/error.h"
 
 namespace xview {
@@ -122,12 +123,8 @@ TEST(Town, OptionsOutOfRangeAreRefusedByName) {
   EXPECT_THROW(makeTown(options), UsageError);
   options.blocks_x = 4;
   options.relief_m = std::numeric_limits<double>::quiet_NaN();
-  try {
-    makeTown(options);
-    FAIL();
-  } catch (const UsageError& error) {
-    EXPECT_EQ(std::string(error.what()), "town.relief_m = nan, must be in [0, 5]");
-  }
+  EXPECT_EQ(test::messageOf<UsageError>([&] { makeTown(options); }),
+            "town.relief_m = nan, must be in [0, 5]");
 }
 
 TEST(Town, ExtremesOfTheOptionsAreFine) {

@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "support/test_data.h"
+
 namespace xview::test {
 
 /// What a run of the program left behind.
@@ -27,7 +29,5 @@ struct Limits {
 Outcome runXview(const std::vector<std::string>& arguments, const Limits& limits = {});
 
 std::size_t lineCount(const std::string& text);
-std::string readText(const std::string& path);
-void writeText(const std::string& path, const std::string& text);
 
 }  // namespace xview::test

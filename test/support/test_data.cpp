@@ -3,6 +3,8 @@
 
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
+#include <sstream>
 
 namespace xview::test {
 
@@ -10,6 +12,18 @@ std::string dataFolder() {
   const char* set = std::getenv("XVIEW_DATA");
   const std::filesystem::path folder = set ? set : XVIEW_SOURCE_DIR "/../shared/data";
   return std::filesystem::is_directory(folder) ? folder.string() : std::string();
+}
+
+std::string readText(const std::string& path) {
+  std::ostringstream text;
+  text << std::ifstream(path, std::ios::binary).rdbuf();
+  return text.str();
+}
+
+void writeText(const std::string& path, const std::string& text) {
+  std::filesystem::create_directories(std::filesystem::path(path).parent_path());
+  std::filesystem::remove(path);  // some file systems are slow to overwrite
+  std::ofstream(path, std::ios::binary) << text;
 }
 
 TemporaryFolder::TemporaryFolder() {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <exception>
 #include <string>
 
 namespace xview::test {
@@ -22,6 +23,22 @@ class TemporaryFolder {
  private:
   std::string path_;
 };
+
+/// The bytes of a file; empty if it cannot be read.
+std::string readText(const std::string& path);
+/// Writes a file anew, and makes the folders that it lies in.
+void writeText(const std::string& path, const std::string& text);
+
+/// What the exception says that a call throws; empty if it throws none. Others are not caught.
+template <class Exception = std::exception, class Call>
+std::string messageOf(Call&& call) {
+  try {
+    call();
+  } catch (const Exception& problem) {
+    return problem.what();
+  }
+  return "";
+}
 
 }  // namespace xview::test
 

@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "support/program.h"
+#include "support/test_data.h"
 #include "xview/io/image_files.h"
 #include "xview/io/pose_files.h"
 

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <map>
 
+#include "support/test_data.h"
 #include "tools/tiny_town.h"
 #include "xview/io/image_files.h"
 #include "xview/io/label_files.h"

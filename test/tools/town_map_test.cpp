@@ -5,6 +5,7 @@
 #include <sstream>
 #include <thread>
 
+#include "support/test_data.h"
 #include "tools/tiny_town.h"
 #include "xview/io/pose_files.h"
 

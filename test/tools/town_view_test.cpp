@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <sstream>
 
+#include "support/test_data.h"
 #include "tools/tiny_town.h"
 #include "xview/io/cloud_files.h"
 #include "xview/io/pose_files.h"

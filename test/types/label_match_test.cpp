@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "support/label_sets.h"
+#include "support/test_data.h"
 #include "xview/types/error.h"
 
 namespace xview {
@@ -131,12 +132,9 @@ TEST(LabelMatch, AsksTheLinesOfAUserFirst) {
 TEST(ClassNames, RefusesALineThatIsNone) {
   for (const char* line : {"object: pole", "object pole pole", "thing pole: pole",
                            "object pole:", "object pole: a,,b"}) {
-    try {
-      ClassNames::parse(std::string("\n") + line, "mine.txt");
-      ADD_FAILURE() << line;
-    } catch (const Error& e) {
-      EXPECT_EQ(std::string(e.what()).find("mine.txt:2: expected"), 0u) << e.what();
-    }
+    const std::string said =
+        test::messageOf<Error>([&] { ClassNames::parse(std::string("\n") + line, "mine.txt"); });
+    EXPECT_EQ(said.find("mine.txt:2: expected"), 0u) << line << ": " << said;
   }
 }
 

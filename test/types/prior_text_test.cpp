@@ -6,19 +6,11 @@
 #include <cmath>
 #include <functional>
 
+#include "support/test_data.h"
 #include "xview/types/error.h"
 
 namespace xview {
 namespace {
-
-std::string refusalOf(const std::function<void()>& parse) {
-  try {
-    parse();
-  } catch (const UsageError& e) {
-    return e.what();
-  }
-  return "";
-}
 
 TEST(PriorText, CircleIsInMetres) {
   const PlacePrior::Circle circle = parseCircle("--near", "12.5,-3e1,0.5");
@@ -36,11 +28,12 @@ TEST(PriorText, HeadingIsInDegrees) {
 TEST(PriorText, WhatMakesNoSenseIsRefusedUnderTheNameThatWasWritten) {
   for (const char* text : {"", "1", "1,2", "1,2,3,4", "1,2,x", "1,2,3m", "1,,3", "1,2,0", "1,2,-3",
                            "nan,2,3", "1,inf,3", "1,2,nan", "1e999,2,3"}) {
-    const std::string refusal = refusalOf([&] { parseCircle("--near", text); });
+    const std::string refusal = test::messageOf<UsageError>([&] { parseCircle("--near", text); });
     EXPECT_EQ(refusal.rfind(std::string("--near = ") + text, 0), 0u) << text << ": " << refusal;
   }
   for (const char* text : {"", "1", "north,5", "1,0", "1,-5", "1,2,3", "nan,5", "5,nan"}) {
-    const std::string refusal = refusalOf([&] { parseHeading("prior.yaw", text); });
+    const std::string refusal =
+        test::messageOf<UsageError>([&] { parseHeading("prior.yaw", text); });
     EXPECT_EQ(refusal.rfind(std::string("prior.yaw = ") + text, 0), 0u) << text << ": " << refusal;
   }
 }
