@@ -8,30 +8,18 @@
 #include <map>
 #include <mutex>
 
-#include "pipeline/explain.h"
-#include "pipeline/gravity.h"
 #include "pipeline/level_on_map.h"
-#include "pipeline/pose_refinement.h"
-#include "pipeline/query_check.h"
-#include "pipeline/query_in_map.h"
-#include "pipeline/walk_matching.h"
-#include "xview/options.h"
+#include "pipeline/localizer_index.h"
 #include "xview/pose/trajectory.h"
 #include "xview/raw_recording.h"
-#include "xview/search/likelihoods.h"
-#include "xview/search/search.h"
-#include "xview/types/error.h"
 #include "xview/types/localization.h"
-#include "xview/types/pose.h"
 #include "xview/types/semantic_place.h"
 #include "xview/types/user_text.h"
 
 namespace xview {
 namespace {
 
-constexpr int kWalkPlaces = 3;          ///< poses that walks may propose in the whole map,
-constexpr int kWalkUps = 6;             ///< and that may say which way is up
-constexpr double kSameUp_rad = 0.1;     ///< the search bears an error of so much
+constexpr int kWalkPlaces = 3;          ///< poses that walks may propose in the whole map
 constexpr double kFreeSigma_rad = 0.3;  ///< error of an up that only a pose tells
 constexpr std::size_t kVerified = 2;    ///< places whose correspondences are looked at
 constexpr double kPartnerReach_m = 5;   ///< partners of a vertex are so near under a hypothesis
@@ -39,7 +27,6 @@ constexpr double kPartnerReach_m = 5;   ///< partners of a vertex are so near un
 /// row of houses fits another row, so they come in clusters and grow with the query.
 constexpr double kNatsOfInlier = 7, kWrongInliers = 2.5, kWrongInlierShare = 0.09,
                  kMostWrongInliers = 12;
-constexpr std::size_t kClimbedScales = 3;
 constexpr double kShownByStranger = 0.1;  ///< share of a town that a stranger shows at most
 constexpr double kOnePlace_m = 4;  ///< who moved less looked from one place [lengths of towns]
 constexpr double kSureOfPrior = 0.9999;  ///< from that confidence on the outside is not looked at
@@ -48,17 +35,6 @@ std::vector<Eigen::Vector3d> trajectoryOf(const map::SemanticMap& map) {
   std::vector<Eigen::Vector3d> path;
   for (const Eigen::Isometry3d& T : map.poses) path.push_back(T.translation());
   return path;
-}
-
-verify::Evidence evidenceOf(const search::PlaceHypothesis& place) {
-  verify::Evidence e;
-  e.score = place.score();
-  e.expected = place.expected;
-  e.known_share = place.known_share;
-  e.standing = {place.standing.score, place.standing.expected};
-  for (std::size_t side = 0; side < e.sides.size(); ++side)
-    e.sides[side] = {place.sides[side].score, place.sides[side].expected};
-  return e;
 }
 
 double travelOf(const Query& query) {
@@ -88,166 +64,39 @@ Localization unfindable(const Query& query, std::string reason) {
   return answer;
 }
 
-/// The places where a query may be, in upright frames and metres of the map.
-struct Candidates {
-  std::unique_ptr<const search::FieldQuery> in_field;  ///< null with method walks
-  std::vector<search::PlaceHypothesis> places;         ///< best first
-  std::vector<WalkMatches> matches;                    ///< of the first few places
-  double rival_score = 0;  ///< of the best place outside of the priors or in another frame
-};
-
-verify::Evidence evidenceOf(const Candidates& found) {
-  if (found.places.empty()) return {};
-  verify::Evidence e = evidenceOf(found.places[0]);
-  const auto scoreOf = [&](std::size_t i) {
-    return i < found.places.size() ? found.places[i].score() : 0.0;
-  };
-  e.runner_up = std::max(found.rival_score, scoreOf(1));
-  e.third = std::max(std::min(found.rival_score, scoreOf(1)), scoreOf(2));
-  if (found.places.size() > 1 && scoreOf(1) >= found.rival_score) {
-    const PlacePose &best = found.places[0].centre, &next = found.places[1].centre;
-    e.rival_distance_m = std::hypot(best.x - next.x, best.y - next.y);
-  }
-  if (found.matches.empty() || found.matches[0].poses.empty()) return e;
-  const MatchedPose& chain = found.matches[0].poses[0];
-  e.kept = static_cast<int>(chain.kept.size());
-  e.with_candidates = chain.with_candidates;
-  e.kept_by_chance = chain.kept_by_chance;
-  return e;
-}
-
-/// Hypotheses and correspondences of the answer.
-void report(const Candidates& found, std::size_t count, Localization& answer) {
-  for (std::size_t i = 0; i < std::min(found.places.size(), count); ++i) {
-    const search::PlaceHypothesis& place = found.places[i];
-    const bool matched = found.in_field && i < found.matches.size();
-    answer.hypotheses.push_back(
-        {place.T_map_query, place.score(),
-         matched ? static_cast<int>(found.matches[i].poses[0].kept.size()) : place.matched,
-         found.in_field ? Proposer::search : Proposer::walks});
-  }
-  if (found.places.empty()) return;
-  answer.kept = found.places[0].pairs;
-  if (!found.matches.empty()) {
-    answer.putative = found.matches[0].putative;
-    answer.matches = static_cast<int>(answer.putative.size());
-    const std::vector<Correspondence>& kept = found.matches[0].poses[0].kept;
-    // Bare graphs pair their vertices by all that is around, which is closer than what walks keep.
-    if (answer.kept.empty()) answer.kept = kept;
-  }
-  answer.inliers = answer.hypotheses[0].inliers = static_cast<int>(answer.kept.size());
-}
-
-/// A place of the query, found with one frame guess.
-struct TriedFrame {
-  FrameGuess guess;
-  Eigen::Isometry3d T_map_query = Eigen::Isometry3d::Identity();  ///< of the guessed query
-  double score = 0;                                               ///< 0 = there is none
-};
-
-/// Frames differ, so poses are compared by what they do to the middle of the query.
-bool isElsewhere(const Query& query, const TriedFrame& a, const TriedFrame& b) {
-  const Eigen::Vector3d middle = middleOf(query);
-  const auto placed = [&](const TriedFrame& t) -> Eigen::Vector3d {
-    return t.T_map_query * (t.guess.R_up * (t.guess.scale * middle));
-  };
-  const auto turned = [](const TriedFrame& t) { return t.T_map_query * t.guess.R_up; };
-  return (placed(a) - placed(b)).norm() >= kSamePlace_m ||
-         rotationBetween(turned(a), turned(b)) >= kSamePlace_rad;
-}
-
 }  // namespace
 
-/// What is made once per map, and the steps of a localization. The map stands upright here.
-struct Localizer::Index {
-  Index(const map::SemanticMap& given, const Options& all_options)
-      : options(all_options),
-        gravity(gravityOf(given, options.gravity)),
-        turned(uprightMap(given, gravity.upright)),
-        map(turned ? *turned : given),
-        shapes_only(knowsShapesOnly(given.labels)),
-        verdict_model(verify::verdictModelOf(options.verdict)),
-        prior(parsePrior(options.prior)),
-        scales(parseScale("scale", options.scale)),
-        walks(map.graph, map.labels, options),
-        refinement(map, options) {
-    if (options.method == "walks" || map.plan.known.empty()) return;
-    surfaces =
-        search::makeSurfaceField(map.plan, trajectoryOf(map), options.places, options.threads);
-  }
+Localizer::Index::Index(const map::SemanticMap& given, const Options& all_options)
+    : options(all_options),
+      gravity(gravityOf(given, options.gravity)),
+      turned(uprightMap(given, gravity.upright)),
+      map(turned ? *turned : given),
+      shapes_only(knowsShapesOnly(given.labels)),
+      verdict_model(verify::verdictModelOf(options.verdict)),
+      prior(parsePrior(options.prior)),
+      scales(parseScale("scale", options.scale)),
+      walks(map.graph, map.labels, options),
+      refinement(map, options) {
+  if (options.method == "walks" || map.plan.known.empty()) return;
+  surfaces = search::makeSurfaceField(map.plan, trajectoryOf(map), options.places, options.threads);
+}
 
-  Localization localize(const Query& given, const ExpectedPose* expected) const;
-  Localization inUprightFrames(const Query& query, const ExpectedPose* expected,
-                               FrameGuess& frame) const;
+Priors Localizer::Index::priorsOf(const Query& given, const Query& upright,
+                                  const ExpectedPose* expected) const {
+  Priors priors{prior};
+  if (expected) {
+    const Eigen::Isometry3d T = toAligned(given, expected->T_map_query);
+    priors.push_back(priorAround({T, expected->radius_m, expected->yaw_rad}, upright));
+  }
+  return priors;
+}
 
-  FrameGuess chooseFrame(const Query& query, const ExpectedPose* expected, double& rival_score,
-                         Timings& timing_ms) const;
-  std::vector<FrameGuess> frameGuesses(const Query& query, const ExpectedPose* expected,
-                                       Timings& timing_ms) const;
-  TriedFrame tried(const Query& query, const FrameGuess& guess, const ExpectedPose* expected) const;
-  void climbScale(const Query& query, TriedFrame& best) const;
-
-  Candidates findPlaces(const Query& query, const Priors& priors, Timings& timing_ms) const;
-  Candidates placesByWalks(const Query& query, const Priors& priors, Timings& timing_ms) const;
-  void matchVertices(const Query& query, Candidates& found, Timings& timing_ms) const;
-  Eigen::Quaterniond refine(const Query& query, const search::FieldQuery* in_field,
-                            Localization& answer, verify::Evidence& evidence) const;
-  void refuteFromOutside(const search::FieldQuery& in_field, const verify::Evidence& inside,
-                         Localization& answer) const;
-  void leaveUprightFrames(const Query& query, const FrameGuess& frame, Localization& answer) const;
-  std::vector<PoseCheck> check(const Query& query, const std::vector<Eigen::Isometry3d>& poses,
-                               double reach_m) const;
-  Localization describe(const Query& query, const PoseCheck& place) const;
-  Explanation explain(const Query& query, const Localization& answer) const;
-
-  verify::Verdict judged(const verify::Evidence& evidence) const {
-    return verify::judge(evidence, options.verdict, verdict_model, map.look_alikes);
-  }
-  bool upIsKnown(const Query& query) const { return gravity.known && query.gravity.known; }
-  bool isView(const Query& query) const { return surfaces && !query.plan.known.empty(); }
-  /// Turns the query upright; a pose of it says how, if nothing else does.
-  Eigen::Quaterniond uprightOf(const Query& query, const Eigen::Isometry3d& T_map_query) const {
-    if (upIsKnown(query)) return query.gravity.upright;
-    return uprightBy(T_map_query.linear().transpose() *
-                     (gravity.upright.conjugate() * Eigen::Vector3d::UnitZ()));
-  }
-  /// A pose of the caller between upright frames, gravity-aligned and right for the last sensor.
-  Eigen::Isometry3d toAligned(const Query& query, const Eigen::Isometry3d& T_map_query) const {
-    const Eigen::Quaterniond R_up = uprightOf(query, T_map_query);
-    return alignedAbout(R_up * query.poses.back().translation(),
-                        gravity.upright * T_map_query * R_up.conjugate());
-  }
-  Priors priorsOf(const Query& given, const Query& upright, const ExpectedPose* expected) const {
-    Priors priors{prior};
-    if (expected) {
-      const Eigen::Isometry3d T = toAligned(given, expected->T_map_query);
-      priors.push_back(priorAround({T, expected->radius_m, expected->yaw_rad}, upright));
-    }
-    return priors;
-  }
-  /// Surfaces and objects seen from above if map and query have them, else their graphs.
-  const search::Field& fieldFor(const Query& query) const {
-    if (isView(query)) return *surfaces;
-    std::call_once(objects_made, [&] {
-      objects = search::makeObjectField(map.graph, map.labels, options.places);
-    });
-    return *objects;
-  }
-
-  const Options options;
-  const Gravity gravity;  ///< of the caller's map
-  const std::optional<map::SemanticMap> turned;
-  const map::SemanticMap& map;
-  const bool shapes_only;  ///< what the map has of classes is what shapes tell
-  const verify::VerdictModel verdict_model;
-  const PlacePrior prior;
-  const std::optional<ScaleRange> scales;
-  const WalkMatcher walks;
-  const PoseRefinement refinement;
-  std::unique_ptr<const search::Field> surfaces;  ///< null for bare graphs and with method walks
-  mutable std::once_flag objects_made;
-  mutable std::unique_ptr<const search::Field> objects;
-};
+const search::Field& Localizer::Index::fieldFor(const Query& query) const {
+  if (isView(query)) return *surfaces;
+  std::call_once(objects_made,
+                 [&] { objects = search::makeObjectField(map.graph, map.labels, options.places); });
+  return *objects;
+}
 
 /// The way of a query, in the frames of the caller.
 Localization Localizer::Index::localize(const Query& given, const ExpectedPose* expected) const {
@@ -439,173 +288,20 @@ void Localizer::Index::refuteFromOutside(const search::FieldQuery& in_field,
   answer.timing_ms.emplace_back("prior", watch.lap_ms());
 }
 
-/// Which way up and how long a metre is: what is known, or what finds the best place.
-FrameGuess Localizer::Index::chooseFrame(const Query& query, const ExpectedPose* expected,
-                                         double& rival_score, Timings& timing_ms) const {
-  const std::vector<FrameGuess> guesses = frameGuesses(query, expected, timing_ms);
-  if (guesses.size() == 1) return guesses[0];
-  Stopwatch watch;
-  std::vector<TriedFrame> all;
-  for (const FrameGuess& guess : guesses) all.push_back(tried(query, guess, expected));
-  const auto better = [](const TriedFrame& a, const TriedFrame& b) { return a.score > b.score; };
-  std::stable_sort(all.begin(), all.end(), better);
-  if (scales) {
-    for (std::size_t i = 0; i < std::min(kClimbedScales, all.size()); ++i)
-      climbScale(query, all[i]);
-    std::stable_sort(all.begin(), all.end(), better);
-  }
-  for (const TriedFrame& other : all) {
-    if (isElsewhere(query, other, all[0])) rival_score = std::max(rival_score, other.score);
-  }
-  timing_ms.emplace_back(scales ? "scale" : "up", watch.lap_ms());
-  return all[0].guess;
-}
-
-/// All that may be. Poses with six degrees of freedom from walks and the maximum clique, and the
-/// two sides of the layer that the vertices form, say where an unknown up may be.
-std::vector<FrameGuess> Localizer::Index::frameGuesses(const Query& query,
-                                                       const ExpectedPose* expected,
-                                                       Timings& timing_ms) const {
-  std::vector<Eigen::Vector3d> ups;
-  const auto add = [&](const Eigen::Vector3d& up) {
-    const auto same = [&](const Eigen::Vector3d& u) { return u.dot(up) > std::cos(kSameUp_rad); };
-    if (std::none_of(ups.begin(), ups.end(), same)) ups.push_back(up);
-  };
-  if (expected) {
-    add(uprightOf(query, expected->T_map_query).conjugate() * Eigen::Vector3d::UnitZ());
-  } else if (upIsKnown(query) || options.method == "walks") {
-    add(query.gravity.upright.conjugate() * Eigen::Vector3d::UnitZ());
-  } else {
-    const Eigen::Vector3d normal = layerNormal(query.graph);
-    if (normal.norm() > 0) {
-      add(normal);
-      add(-normal);
-    }
-    const WalkMatches walked =
-        walks.matchEverywhere(walks.queryGraph(query.graph), kWalkUps, false, timing_ms);
-    for (const MatchedPose& pose : walked.poses)
-      add(pose.T_map_query.linear().transpose() * Eigen::Vector3d::UnitZ());
-    if (ups.empty()) add(Eigen::Vector3d::UnitZ());
-  }
-  if (scales && options.method == "walks")
-    throw UsageError("scale = " + options.scale +
-                     " needs the place search; method = walks has none");
-  std::vector<FrameGuess> guesses;
-  for (const double scale : scales ? scalesIn(*scales) : std::vector<double>{1}) {
-    for (const Eigen::Vector3d& up : ups) {
-      const bool given = upIsKnown(query) || options.method == "walks";
-      guesses.push_back({given ? query.gravity.upright : uprightBy(up), scale});
-    }
-  }
-  return guesses;
-}
-
-/// The best place of a search with one guess.
-TriedFrame Localizer::Index::tried(const Query& given, const FrameGuess& guess,
-                                   const ExpectedPose* expected) const {
-  TriedFrame frame{guess, Eigen::Isometry3d::Identity(), 0};
-  const GuessedQuery query(given, guess);
-  Timings unused;
-  const Candidates found = findPlaces(*query, priorsOf(given, *query, expected), unused);
-  if (found.places.empty()) return frame;
-  frame.T_map_query = found.places[0].T_map_query;
-  frame.score = found.places[0].score();
-  return frame;
-}
-
-/// To the best scale and pose around, by turns.
-void Localizer::Index::climbScale(const Query& given, TriedFrame& best) const {
-  if (best.score <= 0) return;
-  const Eigen::Vector3d middle = best.guess.R_up * middleOf(given);
-  for (double step = kScaleStep / 3; step > 0.002; step /= 2) {
-    for (bool moved = true; moved;) {
-      moved = false;
-      for (const double factor : {1 + step, 1 / (1 + step)}) {
-        TriedFrame next = best;
-        next.guess.scale = std::clamp(best.guess.scale * factor, scales->low, scales->high);
-        if (next.guess.scale == best.guess.scale) continue;
-        next.T_map_query.translation() +=
-            next.T_map_query.linear() * ((best.guess.scale - next.guess.scale) * middle);
-        const GuessedQuery query(given, next.guess);
-        const auto in_field = fieldFor(*query).prepare(observationOf(*query));
-        const search::PlaceHypothesis place = in_field->verify(next.T_map_query);
-        if (place.score() <= best.score) continue;
-        next.T_map_query = place.T_map_query;
-        next.score = place.score();
-        best = next;
-        moved = true;
-        break;
-      }
-    }
-  }
-}
-
-/// Hypotheses, pose and covariance in the frames of map and query, and what was assumed about up.
-void Localizer::Index::leaveUprightFrames(const Query& query, const FrameGuess& frame,
-                                          Localization& answer) const {
-  const bool was_turned = gravity.turned() || query.gravity.turned();
-  if (answer.gravity == GravityUse::aligned && was_turned) answer.gravity = GravityUse::levelled;
-  answer.gravity_reason =
-      "query: " + query.gravity.reason + "; map: " + gravity.reason + answer.gravity_reason;
-  const Eigen::Isometry3d T_map_upright(gravity.upright.conjugate());
-  for (Hypothesis& h : answer.hypotheses)
-    h.T_map_query = T_map_upright * h.T_map_query * frame.R_up;
-  if (answer.hypotheses.empty()) return;
-  answer.T_map_query = answer.hypotheses[0].T_map_query;
-  Eigen::Isometry3d last = query.poses.back();
-  last.translation() *= answer.scale;
-  answer.T_map_sensor = answer.T_map_query * last;
-  Matrix6d turned_back = Matrix6d::Zero();
-  turned_back.topLeftCorner<3, 3>() = turned_back.bottomRightCorner<3, 3>() =
-      T_map_upright.linear();
-  answer.covariance = turned_back * answer.covariance * turned_back.transpose();
-  // The posterior bends the way; the registration moves its end, and all of it follows.
-  if (answer.trajectory.empty()) return;
-  const Eigen::Isometry3d move =
-      answer.T_map_sensor * (T_map_upright * answer.trajectory.back()).inverse() * T_map_upright;
-  for (Eigen::Isometry3d& T : answer.trajectory) T = move * T;
-}
-
-std::vector<PoseCheck> Localizer::Index::check(const Query& given,
-                                               const std::vector<Eigen::Isometry3d>& poses,
-                                               double reach_m) const {
-  if (options.method == "walks")
-    throw UsageError("method = walks cannot say what speaks for a given pose");
-  std::vector<PoseCheck> checked;
-  std::unique_ptr<const GuessedQuery> query;
-  std::unique_ptr<const search::FieldQuery> in_field;
-  for (const Eigen::Isometry3d& T_given : poses) {
-    const Eigen::Quaterniond R_up = uprightOf(given, T_given);
-    if (!query || !upIsKnown(given)) {  // a query of unknown up has another one for each pose
-      query = std::make_unique<GuessedQuery>(given, FrameGuess{R_up, 1});
-      in_field = fieldFor(**query).prepare(observationOf(**query));
-    }
-    const Eigen::Isometry3d T = toAligned(given, T_given);
-    const Eigen::Vector3d sensor = (*query)->poses.back().translation();
-    const search::PlaceHypothesis best = in_field->verify(T);
-    const double moved_m = (best.T_map_query * sensor - T * sensor).head<2>().norm();
-    if (moved_m > reach_m)
-      checked.push_back({T_given, evidenceOf(in_field->describe(T))});
-    else
-      checked.push_back({gravity.upright.conjugate() * best.T_map_query * R_up, evidenceOf(best)});
-  }
-  return checked;
-}
-
-namespace {
-
 Eigen::Isometry3d scaled(double factor, Eigen::Isometry3d T) {
   scaleLengths(factor, T);
   return T;
 }
 
-ExpectedPose scaled(double factor, const ExpectedPose& pose) {
-  return {scaled(factor, pose.T_map_query), factor * pose.radius_m, pose.yaw_rad};
-}
-
 Localization inMetres(Localization answer, double size) {
   if (size != kTown) scaleLengths(size, answer);
   return answer;
+}
+
+namespace {
+
+ExpectedPose scaledPose(double factor, const ExpectedPose& pose) {
+  return {scaled(factor, pose.T_map_query), factor * pose.radius_m, pose.yaw_rad};
 }
 
 }  // namespace
@@ -650,80 +346,60 @@ Localization Localizer::localize(const Query& query) const {
 
 Localization Localizer::localize(const Query& query, const ExpectedPose& expected) const {
   const Index& index = indexFor(query);
-  const ExpectedPose in_towns = scaled(1 / size_, expected);
+  const ExpectedPose in_towns = scaledPose(1 / size_, expected);
   return inMetres(index.localize(*QueryInMap(query, map_->labels, size_), &in_towns), size_);
 }
 
-std::vector<PoseCheck> Localizer::check(const Query& query,
-                                        const std::vector<Eigen::Isometry3d>& T_map_query,
-                                        double reach_m) const {
-  const Index& index = indexFor(query);
-  std::vector<Eigen::Isometry3d> poses;
-  for (const Eigen::Isometry3d& T : T_map_query) poses.push_back(scaled(1 / size_, T));
-  std::vector<PoseCheck> checked =
-      index.check(*QueryInMap(query, map_->labels, size_), poses, reach_m / size_);
-  for (PoseCheck& place : checked) scaleLengths(size_, place.T_map_query);
-  return checked;
+verify::Evidence evidenceOf(const search::PlaceHypothesis& place) {
+  verify::Evidence e;
+  e.score = place.score();
+  e.expected = place.expected;
+  e.known_share = place.known_share;
+  e.standing = {place.standing.score, place.standing.expected};
+  for (std::size_t side = 0; side < e.sides.size(); ++side)
+    e.sides[side] = {place.sides[side].score, place.sides[side].expected};
+  return e;
 }
 
-verify::Verdict Localizer::judge(const verify::Evidence& evidence) const {
-  return index_->judged(evidence);
-}
-
-bool Localizer::priorAllows(const Query& given, const Eigen::Isometry3d& T_given) const {
-  const QueryInMap query(given, given.labels, size_);  // a prior knows no classes
-  const Eigen::Isometry3d T = scaled(1 / size_, T_given);
-  const GuessedQuery upright(*query, {index_->uprightOf(*query, T), 1});
-  return satisfies({index_->prior}, *upright, index_->toAligned(*query, T));
-}
-
-Localization Localizer::describe(const Query& query, const PoseCheck& place) const {
-  const Index& index = indexFor(query);
-  const PoseCheck in_towns{scaled(1 / size_, place.T_map_query), place.evidence};
-  return inMetres(index.describe(*QueryInMap(query, map_->labels, size_), in_towns), size_);
-}
-
-Explanation Localizer::explain(const Query& query, const Localization& answer) const {
-  if (answer.hypotheses.empty()) return {};
-  const Index& index = indexFor(query);
-  Localization in_towns = answer;
-  if (size_ != kTown) scaleLengths(1 / size_, in_towns);
-  Explanation explanation = index.explain(*QueryInMap(query, map_->labels, size_), in_towns);
-  scaleLengths(size_, explanation);
-  return explanation;
-}
-
-/// Pose, covariance and correspondences for a place that was found otherwise.
-Localization Localizer::Index::describe(const Query& given, const PoseCheck& place) const {
-  FrameGuess frame{uprightOf(given, place.T_map_query), 1};
-  const GuessedQuery query(given, frame);
-  Candidates found;
-  found.in_field = fieldFor(*query).prepare(observationOf(*query));
-  found.places.push_back(found.in_field->describe(toAligned(given, place.T_map_query)));
-  Localization answer;
-  matchVertices(*query, found, answer.timing_ms);
-  report(found, 1, answer);
-  answer.hypotheses[0].score = place.evidence.score;
-  verify::Evidence evidence = place.evidence;
-  const search::FieldQuery* view = isView(*query) ? found.in_field.get() : nullptr;
-  frame.R_up = refine(*query, view, answer, evidence) * frame.R_up;
-  answer.statistics = verify::statisticsOf(evidence);
-  leaveUprightFrames(given, frame, answer);
-  return answer;
-}
-
-Explanation Localizer::Index::explain(const Query& given, const Localization& answer) const {
-  const GuessedQuery scaled(given, {Eigen::Quaterniond::Identity(), answer.scale});
-  const GuessedQuery query(*scaled, {uprightOf(*scaled, answer.T_map_query), 1});
-  const Eigen::Isometry3d T = toAligned(*scaled, answer.T_map_query);
-  Explanation explanation;
-  if (isView(*query)) {
-    const auto in_field = fieldFor(*query).prepare(observationOf(*query));
-    explainSamples(map.plan, *query, *in_field, T, explanation);
+verify::Evidence evidenceOf(const Candidates& found) {
+  if (found.places.empty()) return {};
+  verify::Evidence e = evidenceOf(found.places[0]);
+  const auto scoreOf = [&](std::size_t i) {
+    return i < found.places.size() ? found.places[i].score() : 0.0;
+  };
+  e.runner_up = std::max(found.rival_score, scoreOf(1));
+  e.third = std::max(std::min(found.rival_score, scoreOf(1)), scoreOf(2));
+  if (found.places.size() > 1 && scoreOf(1) >= found.rival_score) {
+    const PlacePose &best = found.places[0].centre, &next = found.places[1].centre;
+    e.rival_distance_m = std::hypot(best.x - next.x, best.y - next.y);
   }
-  explainVertices(map, *query, answer.kept, T, explanation);
-  turn(gravity.upright.conjugate(), explanation);
-  return explanation;
+  if (found.matches.empty() || found.matches[0].poses.empty()) return e;
+  const MatchedPose& chain = found.matches[0].poses[0];
+  e.kept = static_cast<int>(chain.kept.size());
+  e.with_candidates = chain.with_candidates;
+  e.kept_by_chance = chain.kept_by_chance;
+  return e;
+}
+
+void report(const Candidates& found, std::size_t count, Localization& answer) {
+  for (std::size_t i = 0; i < std::min(found.places.size(), count); ++i) {
+    const search::PlaceHypothesis& place = found.places[i];
+    const bool matched = found.in_field && i < found.matches.size();
+    answer.hypotheses.push_back(
+        {place.T_map_query, place.score(),
+         matched ? static_cast<int>(found.matches[i].poses[0].kept.size()) : place.matched,
+         found.in_field ? Proposer::search : Proposer::walks});
+  }
+  if (found.places.empty()) return;
+  answer.kept = found.places[0].pairs;
+  if (!found.matches.empty()) {
+    answer.putative = found.matches[0].putative;
+    answer.matches = static_cast<int>(answer.putative.size());
+    const std::vector<Correspondence>& kept = found.matches[0].poses[0].kept;
+    // Bare graphs pair their vertices by all that is around, which is closer than what walks keep.
+    if (answer.kept.empty()) answer.kept = kept;
+  }
+  answer.inliers = answer.hypotheses[0].inliers = static_cast<int>(answer.kept.size());
 }
 
 }  // namespace xview

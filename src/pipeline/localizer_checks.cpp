@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What is asked of a pose that was found otherwise: what speaks for it, and why.
+#include "pipeline/explain.h"
+#include "pipeline/level_on_map.h"
+#include "pipeline/localizer_index.h"
+#include "xview/types/error.h"
+#include "xview/types/semantic_place.h"
+
+namespace xview {
+
+std::vector<PoseCheck> Localizer::Index::check(const Query& given,
+                                               const std::vector<Eigen::Isometry3d>& poses,
+                                               double reach_m) const {
+  if (options.method == "walks")
+    throw UsageError("method = walks cannot say what speaks for a given pose");
+  std::vector<PoseCheck> checked;
+  std::unique_ptr<const GuessedQuery> query;
+  std::unique_ptr<const search::FieldQuery> in_field;
+  for (const Eigen::Isometry3d& T_given : poses) {
+    const Eigen::Quaterniond R_up = uprightOf(given, T_given);
+    if (!query || !upIsKnown(given)) {  // a query of unknown up has another one for each pose
+      query = std::make_unique<GuessedQuery>(given, FrameGuess{R_up, 1});
+      in_field = fieldFor(**query).prepare(observationOf(**query));
+    }
+    const Eigen::Isometry3d T = toAligned(given, T_given);
+    const Eigen::Vector3d sensor = (*query)->poses.back().translation();
+    const search::PlaceHypothesis best = in_field->verify(T);
+    const double moved_m = (best.T_map_query * sensor - T * sensor).head<2>().norm();
+    if (moved_m > reach_m)
+      checked.push_back({T_given, evidenceOf(in_field->describe(T))});
+    else
+      checked.push_back({gravity.upright.conjugate() * best.T_map_query * R_up, evidenceOf(best)});
+  }
+  return checked;
+}
+
+/// Pose, covariance and correspondences for a place that was found otherwise.
+Localization Localizer::Index::describe(const Query& given, const PoseCheck& place) const {
+  FrameGuess frame{uprightOf(given, place.T_map_query), 1};
+  const GuessedQuery query(given, frame);
+  Candidates found;
+  found.in_field = fieldFor(*query).prepare(observationOf(*query));
+  found.places.push_back(found.in_field->describe(toAligned(given, place.T_map_query)));
+  Localization answer;
+  matchVertices(*query, found, answer.timing_ms);
+  report(found, 1, answer);
+  answer.hypotheses[0].score = place.evidence.score;
+  verify::Evidence evidence = place.evidence;
+  const search::FieldQuery* view = isView(*query) ? found.in_field.get() : nullptr;
+  frame.R_up = refine(*query, view, answer, evidence) * frame.R_up;
+  answer.statistics = verify::statisticsOf(evidence);
+  leaveUprightFrames(given, frame, answer);
+  return answer;
+}
+
+Explanation Localizer::Index::explain(const Query& given, const Localization& answer) const {
+  const GuessedQuery scaled(given, {Eigen::Quaterniond::Identity(), answer.scale});
+  const GuessedQuery query(*scaled, {uprightOf(*scaled, answer.T_map_query), 1});
+  const Eigen::Isometry3d T = toAligned(*scaled, answer.T_map_query);
+  Explanation explanation;
+  if (isView(*query)) {
+    const auto in_field = fieldFor(*query).prepare(observationOf(*query));
+    explainSamples(map.plan, *query, *in_field, T, explanation);
+  }
+  explainVertices(map, *query, answer.kept, T, explanation);
+  turn(gravity.upright.conjugate(), explanation);
+  return explanation;
+}
+
+std::vector<PoseCheck> Localizer::check(const Query& query,
+                                        const std::vector<Eigen::Isometry3d>& T_map_query,
+                                        double reach_m) const {
+  const Index& index = indexFor(query);
+  std::vector<Eigen::Isometry3d> poses;
+  for (const Eigen::Isometry3d& T : T_map_query) poses.push_back(scaled(1 / size_, T));
+  std::vector<PoseCheck> checked =
+      index.check(*QueryInMap(query, map_->labels, size_), poses, reach_m / size_);
+  for (PoseCheck& place : checked) scaleLengths(size_, place.T_map_query);
+  return checked;
+}
+
+verify::Verdict Localizer::judge(const verify::Evidence& evidence) const {
+  return index_->judged(evidence);
+}
+
+bool Localizer::priorAllows(const Query& given, const Eigen::Isometry3d& T_given) const {
+  const QueryInMap query(given, given.labels, size_);  // a prior knows no classes
+  const Eigen::Isometry3d T = scaled(1 / size_, T_given);
+  const GuessedQuery upright(*query, {index_->uprightOf(*query, T), 1});
+  return satisfies({index_->prior}, *upright, index_->toAligned(*query, T));
+}
+
+Localization Localizer::describe(const Query& query, const PoseCheck& place) const {
+  const Index& index = indexFor(query);
+  const PoseCheck in_towns{scaled(1 / size_, place.T_map_query), place.evidence};
+  return inMetres(index.describe(*QueryInMap(query, map_->labels, size_), in_towns), size_);
+}
+
+Explanation Localizer::explain(const Query& query, const Localization& answer) const {
+  if (answer.hypotheses.empty()) return {};
+  const Index& index = indexFor(query);
+  Localization in_towns = answer;
+  if (size_ != kTown) scaleLengths(1 / size_, in_towns);
+  Explanation explanation = index.explain(*QueryInMap(query, map_->labels, size_), in_towns);
+  scaleLengths(size_, explanation);
+  return explanation;
+}
+
+}  // namespace xview

@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Which way is up in a query and how long its metre is: what is known, or what finds the best
+// place.
+#include <algorithm>
+#include <cmath>
+
+#include "pipeline/level_on_map.h"
+#include "pipeline/localizer_index.h"
+#include "xview/types/error.h"
+#include "xview/types/pose.h"
+
+namespace xview {
+namespace {
+
+constexpr int kWalkUps = 6;          ///< poses that walks may propose, which say where up may be
+constexpr double kSameUp_rad = 0.1;  ///< the search bears an error of so much
+constexpr std::size_t kClimbedScales = 3;
+
+/// Frames differ, so poses are compared by what they do to the middle of the query.
+bool isElsewhere(const Query& query, const TriedFrame& a, const TriedFrame& b) {
+  const Eigen::Vector3d middle = middleOf(query);
+  const auto placed = [&](const TriedFrame& t) -> Eigen::Vector3d {
+    return t.T_map_query * (t.guess.R_up * (t.guess.scale * middle));
+  };
+  const auto turned = [](const TriedFrame& t) { return t.T_map_query * t.guess.R_up; };
+  return (placed(a) - placed(b)).norm() >= kSamePlace_m ||
+         rotationBetween(turned(a), turned(b)) >= kSamePlace_rad;
+}
+
+}  // namespace
+
+Eigen::Quaterniond Localizer::Index::uprightOf(const Query& query,
+                                               const Eigen::Isometry3d& T_map_query) const {
+  if (upIsKnown(query)) return query.gravity.upright;
+  return uprightBy(T_map_query.linear().transpose() *
+                   (gravity.upright.conjugate() * Eigen::Vector3d::UnitZ()));
+}
+
+Eigen::Isometry3d Localizer::Index::toAligned(const Query& query,
+                                              const Eigen::Isometry3d& T_map_query) const {
+  const Eigen::Quaterniond R_up = uprightOf(query, T_map_query);
+  return alignedAbout(R_up * query.poses.back().translation(),
+                      gravity.upright * T_map_query * R_up.conjugate());
+}
+
+/// Which way up and how long a metre is: what is known, or what finds the best place.
+FrameGuess Localizer::Index::chooseFrame(const Query& query, const ExpectedPose* expected,
+                                         double& rival_score, Timings& timing_ms) const {
+  const std::vector<FrameGuess> guesses = frameGuesses(query, expected, timing_ms);
+  if (guesses.size() == 1) return guesses[0];
+  Stopwatch watch;
+  std::vector<TriedFrame> all;
+  for (const FrameGuess& guess : guesses) all.push_back(tried(query, guess, expected));
+  const auto better = [](const TriedFrame& a, const TriedFrame& b) { return a.score > b.score; };
+  std::stable_sort(all.begin(), all.end(), better);
+  if (scales) {
+    for (std::size_t i = 0; i < std::min(kClimbedScales, all.size()); ++i)
+      climbScale(query, all[i]);
+    std::stable_sort(all.begin(), all.end(), better);
+  }
+  for (const TriedFrame& other : all) {
+    if (isElsewhere(query, other, all[0])) rival_score = std::max(rival_score, other.score);
+  }
+  timing_ms.emplace_back(scales ? "scale" : "up", watch.lap_ms());
+  return all[0].guess;
+}
+
+/// All that may be. Poses with six degrees of freedom from walks and the maximum clique, and the
+/// two sides of the layer that the vertices form, say where an unknown up may be.
+std::vector<FrameGuess> Localizer::Index::frameGuesses(const Query& query,
+                                                       const ExpectedPose* expected,
+                                                       Timings& timing_ms) const {
+  std::vector<Eigen::Vector3d> ups;
+  const auto add = [&](const Eigen::Vector3d& up) {
+    const auto same = [&](const Eigen::Vector3d& u) { return u.dot(up) > std::cos(kSameUp_rad); };
+    if (std::none_of(ups.begin(), ups.end(), same)) ups.push_back(up);
+  };
+  if (expected) {
+    add(uprightOf(query, expected->T_map_query).conjugate() * Eigen::Vector3d::UnitZ());
+  } else if (upIsKnown(query) || options.method == "walks") {
+    add(query.gravity.upright.conjugate() * Eigen::Vector3d::UnitZ());
+  } else {
+    const Eigen::Vector3d normal = layerNormal(query.graph);
+    if (normal.norm() > 0) {
+      add(normal);
+      add(-normal);
+    }
+    const WalkMatches walked =
+        walks.matchEverywhere(walks.queryGraph(query.graph), kWalkUps, false, timing_ms);
+    for (const MatchedPose& pose : walked.poses)
+      add(pose.T_map_query.linear().transpose() * Eigen::Vector3d::UnitZ());
+    if (ups.empty()) add(Eigen::Vector3d::UnitZ());
+  }
+  if (scales && options.method == "walks")
+    throw UsageError("scale = " + options.scale +
+                     " needs the place search; method = walks has none");
+  std::vector<FrameGuess> guesses;
+  for (const double scale : scales ? scalesIn(*scales) : std::vector<double>{1}) {
+    for (const Eigen::Vector3d& up : ups) {
+      const bool given = upIsKnown(query) || options.method == "walks";
+      guesses.push_back({given ? query.gravity.upright : uprightBy(up), scale});
+    }
+  }
+  return guesses;
+}
+
+/// The best place of a search with one guess.
+TriedFrame Localizer::Index::tried(const Query& given, const FrameGuess& guess,
+                                   const ExpectedPose* expected) const {
+  TriedFrame frame{guess, Eigen::Isometry3d::Identity(), 0};
+  const GuessedQuery query(given, guess);
+  Timings unused;
+  const Candidates found = findPlaces(*query, priorsOf(given, *query, expected), unused);
+  if (found.places.empty()) return frame;
+  frame.T_map_query = found.places[0].T_map_query;
+  frame.score = found.places[0].score();
+  return frame;
+}
+
+/// To the best scale and pose around, by turns.
+void Localizer::Index::climbScale(const Query& given, TriedFrame& best) const {
+  if (best.score <= 0) return;
+  const Eigen::Vector3d middle = best.guess.R_up * middleOf(given);
+  for (double step = kScaleStep / 3; step > 0.002; step /= 2) {
+    for (bool moved = true; moved;) {
+      moved = false;
+      for (const double factor : {1 + step, 1 / (1 + step)}) {
+        TriedFrame next = best;
+        next.guess.scale = std::clamp(best.guess.scale * factor, scales->low, scales->high);
+        if (next.guess.scale == best.guess.scale) continue;
+        next.T_map_query.translation() +=
+            next.T_map_query.linear() * ((best.guess.scale - next.guess.scale) * middle);
+        const GuessedQuery query(given, next.guess);
+        const auto in_field = fieldFor(*query).prepare(observationOf(*query));
+        const search::PlaceHypothesis place = in_field->verify(next.T_map_query);
+        if (place.score() <= best.score) continue;
+        next.T_map_query = place.T_map_query;
+        next.score = place.score();
+        best = next;
+        moved = true;
+        break;
+      }
+    }
+  }
+}
+
+/// Hypotheses, pose and covariance in the frames of map and query, and what was assumed about up.
+void Localizer::Index::leaveUprightFrames(const Query& query, const FrameGuess& frame,
+                                          Localization& answer) const {
+  const bool was_turned = gravity.turned() || query.gravity.turned();
+  if (answer.gravity == GravityUse::aligned && was_turned) answer.gravity = GravityUse::levelled;
+  answer.gravity_reason =
+      "query: " + query.gravity.reason + "; map: " + gravity.reason + answer.gravity_reason;
+  const Eigen::Isometry3d T_map_upright(gravity.upright.conjugate());
+  for (Hypothesis& h : answer.hypotheses)
+    h.T_map_query = T_map_upright * h.T_map_query * frame.R_up;
+  if (answer.hypotheses.empty()) return;
+  answer.T_map_query = answer.hypotheses[0].T_map_query;
+  Eigen::Isometry3d last = query.poses.back();
+  last.translation() *= answer.scale;
+  answer.T_map_sensor = answer.T_map_query * last;
+  Matrix6d turned_back = Matrix6d::Zero();
+  turned_back.topLeftCorner<3, 3>() = turned_back.bottomRightCorner<3, 3>() =
+      T_map_upright.linear();
+  answer.covariance = turned_back * answer.covariance * turned_back.transpose();
+  // The posterior bends the way; the registration moves its end, and all of it follows.
+  if (answer.trajectory.empty()) return;
+  const Eigen::Isometry3d move =
+      answer.T_map_sensor * (T_map_upright * answer.trajectory.back()).inverse() * T_map_upright;
+  for (Eigen::Isometry3d& T : answer.trajectory) T = move * T;
+}
+
+}  // namespace xview

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <vector>
+
+#include "pipeline/gravity.h"
+#include "pipeline/pose_refinement.h"
+#include "pipeline/query_check.h"
+#include "pipeline/query_in_map.h"
+#include "pipeline/walk_matching.h"
+#include "xview/localizer.h"
+#include "xview/search/search.h"
+
+namespace xview {
+
+// What the steps of a localization share: localizer.cpp is the way of a query, localizer_frames.cpp
+// which way is up and how long a metre is, localizer_checks.cpp what is asked of given poses.
+
+/// The places where a query may be, in upright frames and metres of the map.
+struct Candidates {
+  std::unique_ptr<const search::FieldQuery> in_field;  ///< null with method walks
+  std::vector<search::PlaceHypothesis> places;         ///< best first
+  std::vector<WalkMatches> matches;                    ///< of the first few places
+  double rival_score = 0;  ///< of the best place outside of the priors or in another frame
+};
+
+/// A place of the query, found with one frame guess.
+struct TriedFrame {
+  FrameGuess guess;
+  Eigen::Isometry3d T_map_query = Eigen::Isometry3d::Identity();  ///< of the guessed query
+  double score = 0;                                               ///< 0 = there is none
+};
+
+/// What speaks for a place of a search, and for the best of all candidates against the others.
+verify::Evidence evidenceOf(const search::PlaceHypothesis& place);
+verify::Evidence evidenceOf(const Candidates& found);
+
+/// Hypotheses and correspondences of the answer.
+void report(const Candidates& found, std::size_t count, Localization& answer);
+
+/// Lengths times a factor.
+Eigen::Isometry3d scaled(double factor, Eigen::Isometry3d T);
+/// An answer in lengths of a town in those of a place of that size.
+Localization inMetres(Localization answer, double size);
+
+/// What is made once per map, and the steps of a localization. The map stands upright here.
+struct Localizer::Index {
+  Index(const map::SemanticMap& given, const Options& all_options);
+
+  Localization localize(const Query& given, const ExpectedPose* expected) const;
+  Localization inUprightFrames(const Query& query, const ExpectedPose* expected,
+                               FrameGuess& frame) const;
+
+  FrameGuess chooseFrame(const Query& query, const ExpectedPose* expected, double& rival_score,
+                         Timings& timing_ms) const;
+  std::vector<FrameGuess> frameGuesses(const Query& query, const ExpectedPose* expected,
+                                       Timings& timing_ms) const;
+  TriedFrame tried(const Query& query, const FrameGuess& guess, const ExpectedPose* expected) const;
+  void climbScale(const Query& query, TriedFrame& best) const;
+
+  Candidates findPlaces(const Query& query, const Priors& priors, Timings& timing_ms) const;
+  Candidates placesByWalks(const Query& query, const Priors& priors, Timings& timing_ms) const;
+  void matchVertices(const Query& query, Candidates& found, Timings& timing_ms) const;
+  Eigen::Quaterniond refine(const Query& query, const search::FieldQuery* in_field,
+                            Localization& answer, verify::Evidence& evidence) const;
+  void refuteFromOutside(const search::FieldQuery& in_field, const verify::Evidence& inside,
+                         Localization& answer) const;
+  void leaveUprightFrames(const Query& query, const FrameGuess& frame, Localization& answer) const;
+  std::vector<PoseCheck> check(const Query& query, const std::vector<Eigen::Isometry3d>& poses,
+                               double reach_m) const;
+  Localization describe(const Query& query, const PoseCheck& place) const;
+  Explanation explain(const Query& query, const Localization& answer) const;
+
+  verify::Verdict judged(const verify::Evidence& evidence) const {
+    return verify::judge(evidence, options.verdict, verdict_model, map.look_alikes);
+  }
+  bool upIsKnown(const Query& query) const { return gravity.known && query.gravity.known; }
+  bool isView(const Query& query) const { return surfaces && !query.plan.known.empty(); }
+  /// Turns the query upright; a pose of it says how, if nothing else does.
+  Eigen::Quaterniond uprightOf(const Query& query, const Eigen::Isometry3d& T_map_query) const;
+  /// A pose of the caller between upright frames, gravity-aligned and right for the last sensor.
+  Eigen::Isometry3d toAligned(const Query& query, const Eigen::Isometry3d& T_map_query) const;
+  Priors priorsOf(const Query& given, const Query& upright, const ExpectedPose* expected) const;
+  /// Surfaces and objects seen from above if map and query have them, else their graphs.
+  const search::Field& fieldFor(const Query& query) const;
+
+  const Options options;
+  const Gravity gravity;  ///< of the caller's map
+  const std::optional<map::SemanticMap> turned;
+  const map::SemanticMap& map;
+  const bool shapes_only;  ///< what the map has of classes is what shapes tell
+  const verify::VerdictModel verdict_model;
+  const PlacePrior prior;
+  const std::optional<ScaleRange> scales;
+  const WalkMatcher walks;
+  const PoseRefinement refinement;
+  std::unique_ptr<const search::Field> surfaces;  ///< null for bare graphs and with method walks
+  mutable std::once_flag objects_made;
+  mutable std::unique_ptr<const search::Field> objects;
+};
+
+}  // namespace xview
