@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
+#include <utility>
 
 #include "xview/types/error.h"
 #include "xview/types/median.h"
@@ -43,6 +45,61 @@ std::optional<bool> isMeasuredAt(const Frame& frame, const Eigen::Vector3d& p_se
     }
   }
   return false;
+}
+
+/// What becomes of the pixels of one frame in another one, if depths times a scale and the poses
+/// are right.
+struct DepthAgreement {
+  double visible = 0;   ///< share of the pixels that the other frame should see
+  double agreeing = 0;  ///< share of these that it measures there, within 5 %
+};
+
+DepthAgreement agreementOfDepths(const Frame& a, const Frame& b, double scale) {
+  const Eigen::Isometry3d T_b_a = b.T_odom_sensor.inverse() * a.T_odom_sensor;
+  int compared = 0, visible = 0, agreeing = 0;
+  const int step_u = std::max(1, a.depth.width / kSamplesAcross),
+            step_v = std::max(1, a.depth.height / kSamplesAcross);
+  for (int v = step_v / 2; v < a.depth.height; v += step_v) {
+    for (int u = step_u / 2; u < a.depth.width; u += step_u) {
+      const float depth = a.depth.at(u, v);
+      if (!isDepth(depth)) continue;
+      ++compared;
+      const auto measured = isMeasuredAt(b, T_b_a * a.camera.unproject(u, v, scale * depth), scale);
+      visible += measured.has_value();
+      agreeing += measured.value_or(false);
+    }
+  }
+  DepthAgreement result;
+  if (compared > 0) result.visible = static_cast<double>(visible) / compared;
+  if (visible > 0) result.agreeing = static_cast<double>(agreeing) / visible;
+  return result;
+}
+
+using FramePair = std::pair<Frame, Frame>;
+
+/// Frames of three places of a recording between which the camera has moved by half a metre or
+/// more; fewer where it stood.
+std::vector<FramePair> movedPairs(const FrameSource& source) {
+  std::vector<FramePair> pairs;
+  for (const std::size_t quarter : {1u, 2u, 3u}) {
+    const std::size_t a = quarter * source.size() / 4;
+    for (std::size_t b = a + 1; b < std::min(source.size(), a + kMostFramesOn); ++b) {
+      if ((source.pose(a).translation() - source.pose(b).translation()).norm() < kMoved_m) continue;
+      pairs.emplace_back(source.read(a), source.read(b));
+      break;
+    }
+  }
+  return pairs;
+}
+
+DepthAgreement agreementOf(const std::vector<FramePair>& pairs, double scale) {
+  DepthAgreement mean;
+  for (const auto& [a, b] : pairs) {
+    const DepthAgreement one = agreementOfDepths(a, b, scale);
+    mean.visible += one.visible / static_cast<double>(pairs.size());
+    mean.agreeing += one.agreeing / static_cast<double>(pairs.size());
+  }
+  return mean;
 }
 
 constexpr int kSpan = 10;             ///< parts of the image width between the depths compared
@@ -86,6 +143,58 @@ bool isOneFlatThing(const Frame& frame, const LabelSet& labels, const std::array
   return (isGround(kind) || kind == Kind::building) &&
          frame.label.at(line[0].u, line[0].v) == label &&
          frame.label.at(line[2].u, line[2].v) == label;
+}
+
+/// How bent ground and houses look, 0 = flat. The inverse of planar depth is an affine function of
+/// the pixel on every plane, so its second difference over a tenth of the image is zero, but for
+/// noise and edges, which the median passes over. With depth along the ray taken for planar depth,
+/// or the other way round, it is one or two percent of the inverse depth, all over a frame of 90
+/// degrees.
+struct PlaneCurvature {
+  double as_given = 0;   ///< with depths as the camera declares them
+  double otherwise = 0;  ///< with the other kind of depth
+};
+
+/// None if too little ground and houses are seen.
+std::optional<PlaneCurvature> curvatureOfPlanes(const Frame& frame, const LabelSet& labels) {
+  const InverseDepths inverse(frame);
+  const int span = std::max(1, frame.depth.width / kSpan);
+  std::vector<double> as_given, otherwise;
+  const auto look = [&](const std::array<Pixel, 3>& line) {
+    const auto measured = [&](Pixel p) { return inverse.isMeasured(p); };
+    if (!isOneFlatThing(frame, labels, line) || !std::all_of(line.begin(), line.end(), measured))
+      return;
+    as_given.push_back(inverse.bend(line, frame.camera.depth_is_range));
+    otherwise.push_back(inverse.bend(line, !frame.camera.depth_is_range));
+  };
+  for (int v = 0; v < frame.depth.height; v += kEvery) {
+    for (int u = 0; u < frame.depth.width; u += kEvery) {
+      if (u >= span && u + span < frame.depth.width)
+        look({Pixel{u - span, v}, {u, v}, {u + span, v}});
+      if (v >= span && v + span < frame.depth.height)
+        look({Pixel{u, v - span}, {u, v}, {u, v + span}});
+    }
+  }
+  if (as_given.size() < kFewest) return std::nullopt;
+  return PlaneCurvature{medianOf(as_given), medianOf(otherwise)};
+}
+
+/// Whether planes of a recording say that depths are of the other kind than its camera declares: as
+/// given they are bent by what the two kinds differ in, otherwise they are flat. False if it cannot
+/// be told.
+bool planesSayOtherKind(const FrameSource& source) {
+  std::vector<double> as_given, otherwise;
+  for (std::size_t i = 0; i < std::min(kFrames, source.size()); ++i) {
+    const auto curvature = curvatureOfPlanes(
+        source.read(source.size() <= kFrames ? i : i * source.size() / kFrames), source.labels());
+    if (!curvature) continue;
+    as_given.push_back(curvature->as_given);
+    otherwise.push_back(curvature->otherwise);
+  }
+  if (as_given.empty()) return false;
+  const double given = medianOf(as_given), other = medianOf(otherwise),
+               shift = std::abs(given - other);
+  return shift >= kLeastShift && std::abs(given) > kBent * shift && std::abs(other) < kFlat * shift;
 }
 
 constexpr double kFewLifted =
@@ -164,88 +273,6 @@ void requireScale(const FrameSource& source) {
 }
 
 }  // namespace
-
-DepthAgreement agreementOfDepths(const Frame& a, const Frame& b, double scale) {
-  const Eigen::Isometry3d T_b_a = b.T_odom_sensor.inverse() * a.T_odom_sensor;
-  int compared = 0, visible = 0, agreeing = 0;
-  const int step_u = std::max(1, a.depth.width / kSamplesAcross),
-            step_v = std::max(1, a.depth.height / kSamplesAcross);
-  for (int v = step_v / 2; v < a.depth.height; v += step_v) {
-    for (int u = step_u / 2; u < a.depth.width; u += step_u) {
-      const float depth = a.depth.at(u, v);
-      if (!isDepth(depth)) continue;
-      ++compared;
-      const auto measured = isMeasuredAt(b, T_b_a * a.camera.unproject(u, v, scale * depth), scale);
-      visible += measured.has_value();
-      agreeing += measured.value_or(false);
-    }
-  }
-  DepthAgreement result;
-  if (compared > 0) result.visible = static_cast<double>(visible) / compared;
-  if (visible > 0) result.agreeing = static_cast<double>(agreeing) / visible;
-  return result;
-}
-
-std::vector<FramePair> movedPairs(const FrameSource& source) {
-  std::vector<FramePair> pairs;
-  for (const std::size_t quarter : {1u, 2u, 3u}) {
-    const std::size_t a = quarter * source.size() / 4;
-    for (std::size_t b = a + 1; b < std::min(source.size(), a + kMostFramesOn); ++b) {
-      if ((source.pose(a).translation() - source.pose(b).translation()).norm() < kMoved_m) continue;
-      pairs.emplace_back(source.read(a), source.read(b));
-      break;
-    }
-  }
-  return pairs;
-}
-
-DepthAgreement agreementOf(const std::vector<FramePair>& pairs, double scale) {
-  DepthAgreement mean;
-  for (const auto& [a, b] : pairs) {
-    const DepthAgreement one = agreementOfDepths(a, b, scale);
-    mean.visible += one.visible / static_cast<double>(pairs.size());
-    mean.agreeing += one.agreeing / static_cast<double>(pairs.size());
-  }
-  return mean;
-}
-
-std::optional<PlaneCurvature> curvatureOfPlanes(const Frame& frame, const LabelSet& labels) {
-  const InverseDepths inverse(frame);
-  const int span = std::max(1, frame.depth.width / kSpan);
-  std::vector<double> as_given, otherwise;
-  const auto look = [&](const std::array<Pixel, 3>& line) {
-    const auto measured = [&](Pixel p) { return inverse.isMeasured(p); };
-    if (!isOneFlatThing(frame, labels, line) || !std::all_of(line.begin(), line.end(), measured))
-      return;
-    as_given.push_back(inverse.bend(line, frame.camera.depth_is_range));
-    otherwise.push_back(inverse.bend(line, !frame.camera.depth_is_range));
-  };
-  for (int v = 0; v < frame.depth.height; v += kEvery) {
-    for (int u = 0; u < frame.depth.width; u += kEvery) {
-      if (u >= span && u + span < frame.depth.width)
-        look({Pixel{u - span, v}, {u, v}, {u + span, v}});
-      if (v >= span && v + span < frame.depth.height)
-        look({Pixel{u, v - span}, {u, v}, {u, v + span}});
-    }
-  }
-  if (as_given.size() < kFewest) return std::nullopt;
-  return PlaneCurvature{medianOf(as_given), medianOf(otherwise)};
-}
-
-bool planesSayOtherKind(const FrameSource& source) {
-  std::vector<double> as_given, otherwise;
-  for (std::size_t i = 0; i < std::min(kFrames, source.size()); ++i) {
-    const auto curvature = curvatureOfPlanes(
-        source.read(source.size() <= kFrames ? i : i * source.size() / kFrames), source.labels());
-    if (!curvature) continue;
-    as_given.push_back(curvature->as_given);
-    otherwise.push_back(curvature->otherwise);
-  }
-  if (as_given.empty()) return false;
-  const double given = medianOf(as_given), other = medianOf(otherwise),
-               shift = std::abs(given - other);
-  return shift >= kLeastShift && std::abs(given) > kBent * shift && std::abs(other) < kFlat * shift;
-}
 
 /// Two witnesses that do not know of each other, because a refusal of right data is worse than a
 /// map that is somewhat bent.
