@@ -9,6 +9,7 @@
 
 #include "small_files.h"
 #include "support/test_data.h"
+#include "xview/types/error.h"
 
 namespace xview::io {
 namespace {

@@ -9,6 +9,7 @@
 #include "support/test_data.h"
 #include "xview/io/cloud_files.h"
 #include "xview/io/recording.h"
+#include "xview/types/error.h"
 #include "xview/types/random.h"
 
 namespace xview::io {

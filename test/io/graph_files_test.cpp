@@ -5,6 +5,7 @@
 
 #include "small_files.h"
 #include "support/test_data.h"
+#include "xview/types/error.h"
 #include "xview/types/random.h"
 
 namespace xview::io {

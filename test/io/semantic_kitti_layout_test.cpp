@@ -8,6 +8,7 @@
 #include "support/clouds.h"
 #include "support/test_data.h"
 #include "xview/io/cloud_files.h"
+#include "xview/types/error.h"
 
 namespace xview::io {
 namespace {
