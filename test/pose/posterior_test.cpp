@@ -121,21 +121,27 @@ TEST(Posterior, RemovesTheDriftOfTheLastPose) {
   EXPECT_LT(refined, drifted / 4);
 }
 
-TEST(Posterior, HasACovarianceThatExplainsItsErrors) {
-  // The normalized squared error of the last pose has mean 6 if the covariance is right.
-  const PosteriorOptions options = quadratic();
-  double sum = 0;
-  Eigen::Matrix<double, 6, 1> by_axis = Eigen::Matrix<double, 6, 1>::Zero();
-  constexpr int kRuns = 300;
-  for (std::uint64_t seed = 0; seed < kRuns; ++seed) {
-    const Drive drive = simulate(100 + seed, noiseOf(options));
+/// Calls take(error, covariance) with those of the last pose of simulated drives.
+template <class Take>
+void forRuns(int runs, const PosteriorOptions& options, Take&& take) {
+  for (int run = 0; run < runs; ++run) {
+    const Drive drive = simulate(static_cast<std::uint64_t>(100 + run), noiseOf(options));
     const Posterior result =
         maximizePosterior(drive.T_odom_sensor, drive.vertices, drive.T_map_query, options);
     ASSERT_TRUE(result.converged) << result.problem;
-    const auto error = errorOf(drive.T_map_sensor.back(), result.T_map_sensor.back());
-    sum += error.dot(result.covariance.ldlt().solve(error));
-    by_axis += error.cwiseAbs2().cwiseQuotient(result.covariance.diagonal());
+    take(errorOf(drive.T_map_sensor.back(), result.T_map_sensor.back()), result.covariance);
   }
+}
+
+TEST(Posterior, HasACovarianceThatExplainsItsErrors) {
+  // The normalized squared error of the last pose has mean 6 if the covariance is right.
+  double sum = 0;
+  Eigen::Matrix<double, 6, 1> by_axis = Eigen::Matrix<double, 6, 1>::Zero();
+  constexpr int kRuns = 300;
+  forRuns(kRuns, quadratic(), [&](const auto& error, const Matrix6d& covariance) {
+    sum += error.dot(covariance.ldlt().solve(error));
+    by_axis += error.cwiseAbs2().cwiseQuotient(covariance.diagonal());
+  });
   EXPECT_NEAR(sum / kRuns, 6, 1.2);
   for (int k = 0; k < 6; ++k) EXPECT_NEAR(by_axis[k] / kRuns, 1, 0.35) << "axis " << k;
 }
@@ -145,14 +151,9 @@ TEST(Posterior, WithRobustLossKeepsItsCovarianceRoughlyRight) {
   options.gravity = "free";
   double sum = 0;
   constexpr int kRuns = 200;
-  for (std::uint64_t seed = 0; seed < kRuns; ++seed) {
-    const Drive drive = simulate(100 + seed, noiseOf(options));
-    const Posterior result =
-        maximizePosterior(drive.T_odom_sensor, drive.vertices, drive.T_map_query, options);
-    ASSERT_TRUE(result.converged) << result.problem;
-    const auto error = errorOf(drive.T_map_sensor.back(), result.T_map_sensor.back());
-    sum += error.dot(result.covariance.ldlt().solve(error));
-  }
+  forRuns(kRuns, options, [&](const auto& error, const Matrix6d& covariance) {
+    sum += error.dot(covariance.ldlt().solve(error));
+  });
   EXPECT_NEAR(sum / kRuns, 6, 2.4);
 }
 

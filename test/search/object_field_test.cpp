@@ -291,14 +291,17 @@ TEST(ObjectField, ATruePlaceOfSurfacesSampledAnewIsExpectedToBeatWrongOnes) {
   }
 }
 
+/// A place, and the same 500 m to the east on a hill.
+SemanticGraph twice(const SemanticGraph& block, double slope = 0) {
+  SemanticGraph both = block;
+  for (const Vertex& v : block.vertices)
+    addVertex(both, v.label, v.position + Eigen::Vector3d(500, 0, slope * v.position.x()));
+  return both;
+}
+
 TEST(ObjectField, TwoEqualPlacesLeaveNoMargin) {
   const SemanticGraph block = randomMap(200, 120, 14);
-  SemanticGraph map = block;
-  for (Vertex v : block.vertices) {
-    v.position.x() += 500;
-    addVertex(map, v.label, v.position);
-  }
-  const Index index(map, someLabels());
+  const Index index(twice(block), someLabels());
   const SearchResult result = index.search(ask(block, {0, 0}, 50, 0.2, 0.2, 15).query);
   ASSERT_GE(result.places.size(), 2u);
   EXPECT_NEAR(result.places[0].score(), bestWrong(result), 2);
@@ -308,12 +311,7 @@ TEST(ObjectField, TwoEqualPlacesLeaveNoMargin) {
 TEST(ObjectField, HillsTellEqualPlacesApart) {
   const SemanticGraph block = randomMap(200, 120, 14);
   const auto marginWith = [&](double slope) {
-    SemanticGraph map = block;
-    for (Vertex v : block.vertices) {
-      v.position += Eigen::Vector3d(500, 0, slope * v.position.x());
-      addVertex(map, v.label, v.position);
-    }
-    const Index index(map, someLabels());
+    const Index index(twice(block, slope), someLabels());
     const SearchResult result = index.search(ask(block, {0, 0}, 50, 0.2, 0.2, 15).query);
     return result.places.at(0).score() - bestWrong(result);
   };
@@ -336,12 +334,7 @@ TEST(ObjectField, PosesOfOthersAreRefinedAndScoredAlike) {
 
 TEST(ObjectField, ThePriorIsObeyed) {
   const SemanticGraph block = randomMap(200, 120, 18);
-  SemanticGraph map = block;
-  for (Vertex v : block.vertices) {
-    v.position.x() += 500;
-    addVertex(map, v.label, v.position);
-  }
-  const Index index(map, someLabels());
+  const Index index(twice(block), someLabels());
   const Question question = ask(block, {0, 0}, 50, 0.2, 0.2, 19);
   for (const double shift : {0.0, 500.0}) {
     const Eigen::Vector3d focus = question.T_map_query.inverse() * Eigen::Vector3d(0, 0, 0);
