@@ -10,6 +10,7 @@
 #include "xview/graph/class_shapes.h"
 #include "xview/graph/edges.h"
 #include "xview/graph/lift.h"
+#include "xview/graph/smooth_depth.h"
 #include "xview/io/graph_files.h"
 #include "xview/io/label_files.h"
 #include "xview/map/semantic_map.h"
@@ -304,6 +305,7 @@ LabelledCloud liftAll(const FrameSource& source, const Job& job, double voxel_m,
         Lifted lifted;
         lifted.sensor = frame.T_odom_sensor.translation();
         lifted.cloud = lift(frame, source.labels(), job.options.lift, &lifted.counts);
+        graph::setSigmas(graph::inverseDepthNoise(frame.depth), lifted.sensor, lifted.cloud);
         return lifted;
       },
       [&](const Lifted& lifted) {

@@ -99,6 +99,7 @@ class Lifting {
       row.label[row.size] = point.label;
       row.range[row.size] = is_scan ? std::sqrt(range2) : 0;
       row.instance[row.size] = point.instance;
+      row.sigma[row.size] = point.sigma;
       if (++row.size == kPointsAtOnce) flush(row);
     }
     flush(row);

@@ -27,6 +27,7 @@ struct PointRow {
   Point point(std::size_t i) const {
     Point point(x[i], y[i], z[i], label[i]);
     point.instance = instance[i];
+    point.sigma = sigma[i];
     return point;
   }
 

@@ -203,6 +203,15 @@ void addSeenBy(const Frame& other, const Frame& frame, float limit, std::vector<
 
 double inverseDepthNoise(const DepthImage& depth) { return noiseOver(depth, kApart); }
 
+void setSigmas(double inverse_depth_noise, const Eigen::Vector3d& p_sensor, LabelledCloud& cloud) {
+  if (inverse_depth_noise <= 0) return;
+  const Eigen::Vector3f sensor = (p_sensor - cloud.origin).cast<float>();
+  for (Point& point : cloud.points) {
+    const double range = (point.getVector3fMap() - sensor).norm();
+    point.sigma = static_cast<float>(inverse_depth_noise * range * range);
+  }
+}
+
 bool isNoiseOfPixels(double inverse_depth_noise, const DepthImage& depth) {
   return inverse_depth_noise > 0 && noiseOver(depth, 1) >= kOfPixels * inverse_depth_noise;
 }

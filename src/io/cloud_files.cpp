@@ -24,7 +24,7 @@ class CloudBuilder {
   void reserve(std::size_t points) { cloud_.points.reserve(points); }
 
   void add(const Eigen::Vector3d& position, std::uint32_t label, std::uint32_t instance,
-           const RowPlace& place) {
+           float sigma_m, const RowPlace& place) {
     // Beyond the planets: another type or byte order than the header says.
     constexpr double kFarthest_m = 1e12;
     const double reach = position.cwiseAbs().maxCoeff();
@@ -34,6 +34,7 @@ class CloudBuilder {
     point.getVector3fMap() = (position - cloud_.origin).cast<float>();
     point.label = label;
     point.instance = instance;
+    point.sigma = sigma_m;
     cloud_.points.push_back(point);
   }
 
@@ -96,14 +97,15 @@ LabelledCloud readPoints(InputFile& file, const FileLayout& layout, const Elemen
   if (points.rows > kMostPoints) file.fail("has more than 2^31 points");
 
   ChosenColumns columns(points, file);
-  const auto label = columns.add(ids.label), instance = columns.add(ids.instance);
+  const auto label = columns.add(ids.label), instance = columns.add(ids.instance),
+             sigma = columns.add(findSigmaColumn(points, file));
   CloudBuilder builder(farLimit(layout, columns));
   readTable(file, layout, points, columns.all(), [&](const double* values, const RowPlace& place) {
     if (place.row == 0) builder.reserve(likelyPoints(file, layout, points));
     const Eigen::Vector3d position(values[0], values[1], values[2]);
     if (!position.allFinite()) return;  // a pixel without measurement; its label means nothing
     builder.add(position, columns.id(label, values, place), columns.id(instance, values, place),
-                place);
+                columns.sigma(sigma, values, place), place);
   });
   requireEnd(file, layout);
   return builder.finish();
@@ -115,8 +117,15 @@ LabelledCloud readPoints(InputFile& file, const FileLayout& layout, const Elemen
 struct Contents {
   bool doubles = false;
   bool instances = false;
+  bool sigmas = false;
   const LabelSet* labels = nullptr;
 };
+
+/// Whether the errors of points are known.
+bool hasSigmas(const LabelledCloud& cloud) {
+  return std::any_of(cloud.points.begin(), cloud.points.end(),
+                     [](const Point& p) { return p.sigma != 0; });
+}
 
 /// Whether single precision would lose more than half a millimetre.
 bool needsDoubles(const LabelledCloud& cloud) {
@@ -140,7 +149,7 @@ template <class AppendColor>
 void writePoints(const std::string& path, const LabelledCloud& cloud, const LabelSet* labels,
                  std::string (*header)(const LabelledCloud&, const Contents&),
                  AppendColor appendColor) {
-  const Contents contents{needsDoubles(cloud), cloud.hasInstances(), labels};
+  const Contents contents{needsDoubles(cloud), cloud.hasInstances(), hasSigmas(cloud), labels};
   AtomicFile file(path);
   file.write(header(cloud, contents));
   std::string row;
@@ -157,6 +166,7 @@ void writePoints(const std::string& path, const LabelledCloud& cloud, const Labe
     if (labels) appendColor(row, labels->color(cloud.points[i].label));
     append(row, cloud.points[i].label);
     if (contents.instances) append(row, cloud.points[i].instance);
+    if (contents.sigmas) append(row, cloud.points[i].sigma);
     file.write(row);
   }
   file.commit();
@@ -175,6 +185,7 @@ std::string pcdHeader(const LabelledCloud& cloud, const Contents& contents) {
   if (contents.labels) addField("rgb", "F");
   addField("label", "U");
   if (contents.instances) addField("instance", "U");
+  if (contents.sigmas) addField("sigma", "F");
   return fmt::format(
       "# .PCD v0.7 - Point Cloud Data file format\n{}VERSION 0.7\nFIELDS {}\nSIZE {}\nTYPE {}\n"
       "COUNT {}\nWIDTH {}\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS {}\nDATA binary\n",
@@ -192,6 +203,7 @@ std::string plyHeader(const LabelledCloud& cloud, const Contents& contents) {
   if (contents.labels) header += "\nproperty uchar red\nproperty uchar green\nproperty uchar blue";
   header += "\nproperty uint label";
   if (contents.instances) header += "\nproperty uint instance";
+  if (contents.sigmas) header += "\nproperty float sigma";
   return header + "\nend_header\n";
 }
 

@@ -65,7 +65,7 @@ RecordingListing listTumRgbd(const std::string& folder, const InputOptions& opti
 RecordingListing listVirtualKitti(const std::string& folder, const InputOptions& options);
 
 /// Whether the vertices of a .ply are things, each with a place of its own, and not samples of
-/// surfaces. Edges, and properties that only graphs have (observations, sigma, extent_x), say so;
+/// surfaces. Edges, and properties that only graphs have (observations, extent_x), say so;
 /// faces, or no label at all, say that they are not. Else the vertices themselves tell: things have
 /// instances of their own, or are a metre and more apart, or at least have neighbours of other
 /// classes; samples lie close, among their like. That is a guess; if it is not a clear one,

@@ -122,6 +122,9 @@ struct IdColumns {
 /// that was asked for is absent or is not one number per point.
 IdColumns findIdColumns(const Element& points, const CloudFields& fields, const InputFile& file);
 
+/// The column with the standard deviations of the positions [m], if there is one.
+std::optional<std::size_t> findSigmaColumn(const Element& points, const InputFile& file);
+
 /// The columns that are read of an element with points: first x, y and z, then those added.
 class ChosenColumns {
  public:
@@ -138,6 +141,8 @@ class ChosenColumns {
   /// numbers beyond 32 bit are errors.
   std::uint32_t id(const Slot& slot, const double* values, const RowPlace& place,
                    std::uint32_t absent = 0) const;
+  /// A standard deviation [m], 0 if there is none. What is not finite, or negative, is an error.
+  float sigma(const Slot& slot, const double* values, const RowPlace& place) const;
 
  private:
   const Element& element_;

@@ -317,6 +317,8 @@ constexpr const char* kLabelNames[] = {"label",
 constexpr const char* kInstanceNames[] = {"instance",        "object",        "ins_label",
                                           "scalar_Instance", "scalar_Object", "ObjIdx"};
 
+constexpr const char* kSigmaNames[] = {"sigma", "scalar_sigma"};
+
 template <std::size_t N>
 std::optional<std::size_t> findFirst(const Element& points, const std::string& asked,
                                      const char* const (&well_known)[N], const InputFile& file) {
@@ -397,6 +399,10 @@ IdColumns findIdColumns(const Element& points, const CloudFields& fields, const 
   return columns;
 }
 
+std::optional<std::size_t> findSigmaColumn(const Element& points, const InputFile& file) {
+  return findFirst(points, {}, kSigmaNames, file);
+}
+
 ChosenColumns::ChosenColumns(const Element& points, const InputFile& file) : element_(points) {
   for (const auto& [axis, upper] :
        {std::pair("x", "X"), std::pair("y", "Y"), std::pair("z", "Z")}) {
@@ -428,6 +434,16 @@ std::uint32_t ChosenColumns::id(const Slot& slot, const double* values, const Ro
                numberText(value));
   }
   return static_cast<std::uint32_t>(value);
+}
+
+float ChosenColumns::sigma(const Slot& slot, const double* values, const RowPlace& place) const {
+  if (!slot) return 0;
+  const double value = values[*slot];
+  if (std::isfinite(value) && value >= 0) return static_cast<float>(value);
+  place.fail(
+      "{} must be the standard deviation of the position in metres, >= 0, found {}; rename or "
+      "remove the field if it is something else",
+      quoted(column(*slot).name), numberText(value));
 }
 
 }  // namespace xview::io

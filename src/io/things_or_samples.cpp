@@ -147,12 +147,12 @@ bool holdsGraph(const std::string& path, std::string* guess) {
                        [&](const Column& column) { return column.name == name; });
   };
   const Element* faces = layout.findElement("face");
-  if (has("observations") || has("sigma") || has("extent_x")) return true;
+  if (has("observations") || has("extent_x")) return true;
   if (!has("label") || (faces && faces->rows > 0)) return false;
   if (layout.findElement("edge")) return true;
   checkSize(file, layout);
   const Neighbourhoods around = lookAt(file, layout, *vertices, findIdColumns(*vertices, {}, file));
-  if (around.count() < 2) return false;
+  if (around.count() < 2) return has("sigma");  // nothing else to go by
   const double spacing_m = around.spacing_m();
   const bool instances = around.areInstances();
   if (spacing_m <= kSamples_m && !instances) return false;

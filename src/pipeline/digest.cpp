@@ -19,6 +19,7 @@ namespace {
 
 constexpr double kKnownWell_m = 0.05;    ///< depths with less noise are not smoothed
 constexpr std::size_t kFramesAhead = 8;  ///< digested and not yet taken
+constexpr float kHalfTrusted_m = 0.3F;   ///< a point of a cloud known to this has half a vote
 constexpr float kReferenceFocal =
     160;  ///< votes count measurements per solid angle of such a camera [px]
 
@@ -58,7 +59,14 @@ void castVotes(const Frame& frame, const std::vector<std::uint32_t>& points_per_
   }
 }
 
-/// Clouds do not tell their ranges. Objects are small: few points are no sign of a long way.
+/// Clouds do not tell their ranges, but some of them what the ranges are asked for.
+void doubtUncertainPoints(FrameDigest& digest) {
+  for (std::size_t i = 0; i < digest.votes.size(); ++i)
+    digest.votes[i] /= 1 + digest.cloud.points[i].sigma / kHalfTrusted_m;
+}
+
+/// Where nothing tells how well points are known, their density does. Objects are small: few points
+/// are no sign of a long way.
 void doubtSparseSurfaces(const LabelSet& labels, const std::vector<std::uint32_t>& points_per_voxel,
                          double voxel_m, FrameDigest& digest) {
   const std::vector<float> trust = trustByDensity(digest.cloud, points_per_voxel, voxel_m);
@@ -145,17 +153,16 @@ FrameDigest digestFrame(Frame frame, const LabelSet& labels, const Options& give
                                             blobClasses(options), &digest.counts);
   digest.aerial = lifted.is_aerial;
   digest.cloud = std::move(lifted.thin);
-  for (std::size_t i = 0; i < digest.cloud.size(); ++i) {
-    const double range = rangeOf(digest, i);
-    digest.cloud.points[i].sigma = static_cast<float>(inverse_depth_sigma * range * range);
-  }
+  graph::setSigmas(inverse_depth_sigma, frame.T_odom_sensor.translation(), digest.cloud);
   if (frame.sensor == Sensor::cloud) {
     Eigen::AlignedBox3d seen;
     for (std::size_t i = 0; i < digest.cloud.size(); ++i) seen.extend(digest.cloud.position(i));
     digest.T_odom_sensor.translation() = standpoint(frame.T_odom_sensor.translation(), seen);
   }
   castVotes(frame, lifted.points_per_voxel, digest);
-  if (frame.sensor == Sensor::cloud)
+  if (frame.sensor == Sensor::cloud && digest.cloud.typicalSigma() > 0)
+    doubtUncertainPoints(digest);
+  else if (frame.sensor == Sensor::cloud)
     doubtSparseSurfaces(labels, lifted.points_per_voxel, graph::kPlanVoxel_m, digest);
   digest.timing_ms.emplace_back("lift", watch.lap_ms());
   if (usesImageRegions(options))

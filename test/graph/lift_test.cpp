@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "scenes.h"
+#include "xview/graph/smooth_depth.h"
 #include "xview/types/error.h"
 
 namespace xview {
@@ -122,6 +123,25 @@ TEST(Lift, BringsInstancesAlong) {
   ASSERT_EQ(cloud.size(), 15u);
   EXPECT_EQ(cloud.points.front().instance, 3u);
   EXPECT_EQ(cloud.points.back().instance, 9u);
+}
+
+/// The noise of inverse depth makes errors that grow with the square of the range.
+TEST(Lift, TellsHowWellPointsOfACameraAreKnown) {
+  Frame frame = flatFrame(80, 60, kCar, 20);
+  EXPECT_EQ(inverseDepthNoise(frame.depth), 0);
+  constexpr double kNoise = 0.002;
+  Random random(1);
+  for (float& z : frame.depth.pixels) z = static_cast<float>(1 / (0.05 + kNoise * random.normal()));
+  LabelledCloud cloud = lift(frame, townLabels(), {});
+  setSigmas(inverseDepthNoise(frame.depth), frame.T_odom_sensor.translation(), cloud);
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    const double squared = (cloud.position(i) - frame.T_odom_sensor.translation()).squaredNorm();
+    EXPECT_NEAR(cloud.points[i].sigma / squared, kNoise, 0.2 * kNoise);
+  }
+  Frame saved;
+  saved.sensor = Sensor::cloud;
+  saved.cloud = cloud;
+  EXPECT_EQ(lift(saved, townLabels(), {}).points[5].sigma, cloud.points[5].sigma);
 }
 
 TEST(Lift, OfAScanGatesByRangeAndSkipsBadPoints) {

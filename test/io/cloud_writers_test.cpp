@@ -72,6 +72,24 @@ TEST_P(CloudWriters, WhatIsWrittenReadsBackExactly) {
   }
 }
 
+TEST_P(CloudWriters, KnownErrorsReadBackAndUnknownOnesTakeNoRoom) {
+  LabelledCloud cloud = randomCloud(50, true);
+  write(cloud);
+  EXPECT_EQ(readCloudHeader(path()).fields.back(), "instance");
+  cloud.points[7].sigma = 0.25F;
+  write(cloud);
+  EXPECT_EQ(readCloudHeader(path()).fields.back(), "sigma");
+  const LabelledCloud read = readCloud(path());
+  expectSame(read, cloud);
+  EXPECT_EQ(read.points[7].sigma, 0.25F);
+  EXPECT_EQ(read.points[8].sigma, 0);
+  for (const float wrong : {-0.1F, std::numeric_limits<float>::quiet_NaN()}) {
+    cloud.points[9].sigma = wrong;
+    write(cloud);
+    EXPECT_THROW(readCloud(path()), Error);
+  }
+}
+
 TEST_P(CloudWriters, CoordinatesFarAwayKeepTheirMicrometres) {
   LabelledCloud cloud = randomCloud(500, true);
   cloud.origin = {500000, 4649776, 53};

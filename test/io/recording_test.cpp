@@ -366,6 +366,9 @@ TEST_F(Recording, APlyWithEdgesOrGraphPropertiesIsAGraph) {
   const auto sigma =
       write("b.ply", plyOf(kXyz + "property int label\nproperty float sigma\n", {"0 0 0 1 1"}));
   EXPECT_EQ(recogniseInput(sigma), InputKind::graph);
+  const auto samples = write("c.ply", plyOf(kXyz + "property int label\nproperty float sigma\n",
+                                            {"0 0 0 1 0.2", "0.05 0 0 1 0.2", "0.1 0 0 1 0.2"}));
+  EXPECT_EQ(recogniseInput(samples), InputKind::cloud) << "clouds have errors, too";
 }
 
 TEST_F(Recording, APlyOfPositionsAndLabelsIsJudgedByItsContent) {

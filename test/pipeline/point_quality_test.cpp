@@ -230,6 +230,22 @@ TEST(CloudDensity, CountsSurfacesAndNotObjects) {
   }
 }
 
+/// What the cloud says of its points is asked, not their density.
+TEST(CloudErrors, TakeVotes) {
+  Frame frame;
+  frame.sensor = Sensor::cloud;
+  for (int i = 0; i < 400; ++i) {
+    for (int k = 0; k < 4; ++k) frame.cloud.points.push_back(Point(i % 20, i / 20, 0, 3));
+    for (int k = 0; k < 4; ++k) frame.cloud.points.rbegin()[k].sigma = i < 200 ? 0.01F : 0.9F;
+  }
+  const FrameDigest digest = digestFrame(frame, genericLabelSet({3}), {});
+  ASSERT_EQ(digest.votes.size(), 400U);
+  for (std::size_t i = 0; i < digest.votes.size(); ++i) {
+    EXPECT_NEAR(digest.cloud.points[i].sigma, i < 200 ? 0.01 : 0.9, 1e-6);
+    EXPECT_NEAR(digest.votes[i], i < 200 ? 2.0 : 0.5, 0.1);
+  }
+}
+
 /// Where nearly every voxel holds one measurement, one is as good as it gets.
 TEST(CloudDensity, OneMeasurementOfASparseScannerCountsInFull) {
   Frame frame;

@@ -13,6 +13,10 @@ namespace xview::graph {
 /// too few pixels are measured, or if quantization hides the noise.
 double inverseDepthNoise(const DepthImage& depth);
 
+/// Sets the standard deviations of points that a camera with that noise measured from `p_sensor`,
+/// in the frame of the cloud; without noise nothing changes.
+void setSigmas(double inverse_depth_noise, const Eigen::Vector3d& p_sensor, LabelledCloud& cloud);
+
 /// Whether that noise is one of single pixels: then neighbours show at least a fifth of it. What
 /// differs over a few pixels only are leaves and other small shapes.
 bool isNoiseOfPixels(double inverse_depth_noise, const DepthImage& depth);
