@@ -239,8 +239,11 @@ class InfoCommand final : public Command {
     sheet.row("fields", fmt::format("{}", fmt::join(header.fields, " ")), header.fields);
     sheet.row("label", or_none(header.label_field));
     sheet.row("instance", or_none(header.instance_field));
-    if (header.label_field.empty())
-      return sheet.bounds("bounds", censusOf(io::readCloud(path, fields, false)).bounds);
+    if (header.label_field.empty()) {
+      const auto raw = io::openRecording(path, options);
+      printSize(sheet, std::vector<const FrameSource*>{raw.get()}, job.options);
+      return sheet.bounds("bounds", censusOf(raw->read(0)).bounds);
+    }
     const auto source = openInput(path, options, job);
     printSize(sheet, std::vector<const FrameSource*>{source.get()}, job.options);
     const Census census = censusOf(source->read(0));

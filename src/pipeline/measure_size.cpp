@@ -4,21 +4,29 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
+#include "xview/types/cells.h"
 #include "xview/types/median.h"
 
 namespace xview {
 namespace {
 
-constexpr std::size_t kFrames = 12;    ///< looked at of all recordings together
-constexpr std::size_t kPoints = 5000;  ///< about so many of a frame
-constexpr double kMostSeen = 0.9;      ///< the ground near by is seen in any place
-constexpr double kFlat = 16;           ///< so many times as wide as high
+constexpr std::size_t kFrames = 12;             ///< looked at of all recordings together
+constexpr std::size_t kPoints = 5000;           ///< about so many of a frame
+constexpr double kMostSeen = 0.9;               ///< the ground near by is seen in any place
+constexpr double kFlat = 16;                    ///< so many times as wide as high
+constexpr double kCells = 64;                   ///< across where most points of a cloud are
+constexpr std::size_t kPointsOfCloud = 100000;  ///< about so many are sorted into them
 /// What is between two sizes is taken for the nearer one, in ratios.
 constexpr double kTownRange_m = 9, kRoomRange_m = 1.6;     ///< of most that a sensor sees
-constexpr double kTownReach_m = 10, kRoomReach_m = 1.2;    ///< of clouds
+constexpr double kTownReach_m = 12, kRoomReach_m = 1.3;    ///< of clouds
 constexpr double kTownGraph_m = 7.2, kRoomGraph_m = 1.35;  ///< of bare graphs
+
+struct OccupiedCell {
+  ClassCell key;
+};
 
 double sizeOf(double length, double least_town, double least_room) {
   return length >= least_town ? kTown : length >= least_room ? kRoom : kDesk;
@@ -47,18 +55,36 @@ double spreadOf(std::vector<double> values) {
   return values[values.size() - 1 - cut] - values[cut];
 }
 
-/// The mean, in ratios, of how far and how high a cloud reaches [m].
-double reachOf(const LabelledCloud& cloud) {
-  std::vector<double> along[3];
-  const std::size_t step = 1 + cloud.size() / kPoints;
-  for (std::size_t i = 0; i < cloud.size(); i += step) {
-    const Eigen::Vector3d p = cloud.position(i);
-    if (!p.allFinite()) continue;
-    for (int axis = 0; axis < 3; ++axis) along[axis].push_back(p[axis]);
+/// From the fifth to the 95th percentile along each axis, the least first.
+std::array<double, 3> spreadsOf(const std::vector<Eigen::Vector3d>& points) {
+  std::array<double, 3> spreads{};
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<double> values;
+    for (const Eigen::Vector3d& p : points) values.push_back(p[axis]);
+    spreads[axis] = spreadOf(std::move(values));
   }
-  std::vector<double> spreads;
-  for (auto& values : along) spreads.push_back(spreadOf(std::move(values)));
   std::sort(spreads.begin(), spreads.end());
+  return spreads;
+}
+
+/// The mean, in ratios, of how far and how high a cloud reaches [m]. Places count, not points: half
+/// of the points of a scan are within some metres of the scanner, in a town as in a room.
+double reachOf(const LabelledCloud& cloud) {
+  std::vector<Eigen::Vector3d> points;
+  const std::size_t step = 1 + cloud.size() / kPointsOfCloud;
+  for (std::size_t i = 0; i < cloud.size(); i += step) {
+    if (const Eigen::Vector3d p = cloud.position(i); p.allFinite()) points.push_back(p);
+  }
+  const double side_m = spreadsOf(points)[2] / kCells;
+  if (!(side_m > 0)) return 0;
+  CellTable<OccupiedCell> places;
+  std::vector<Eigen::Vector3d> middles;
+  for (const Eigen::Vector3d& p : points) {
+    const ClassCell cell = cellOf(p, side_m, 0);
+    if (places.numberOf(cell, [&] { return OccupiedCell{cell}; }) == middles.size())
+      middles.push_back(p);
+  }
+  const auto spreads = spreadsOf(middles);
   // Whichever way is up; what is flat shows nothing but ground.
   return std::sqrt(std::max(spreads[0], spreads[2] / kFlat) * spreads[2]);
 }

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstdio>
 #include <utility>
 
@@ -12,6 +13,7 @@
 #include "xview/search/likelihoods.h"
 #include "xview/types/error.h"
 #include "xview/types/frame.h"
+#include "xview/types/random.h"
 
 namespace xview {
 namespace {
@@ -96,6 +98,35 @@ TEST(MeasuredSizes, RecordingsAndGraphsTellTheirSize) {
     EXPECT_EQ(measureSize(graph).size, size) << measureSize(graph).reason;
   }
   EXPECT_EQ(measureSize(SemanticGraph()).size, kTown);
+}
+
+/// As it happens to a scan: a cloud of points whose density falls with the square of the range.
+TEST(MeasuredSizes, PlacesOfACloudCountAndNotItsPoints) {
+  class OneCloud : public ForwardingSource {
+   public:
+    OneCloud(const FrameSource& any, double height_m, double width_m) : ForwardingSource(any) {
+      cloud_.sensor = Sensor::cloud;
+      Random random(1);
+      for (int i = 0; i < 50000; ++i) {
+        const double range = 2 * std::pow(width_m / 2, random.uniform());
+        const double angle = random.uniform(0, 2 * M_PI);
+        cloud_.cloud.points.push_back(
+            Point(static_cast<float>(range * std::cos(angle)),
+                  static_cast<float>(range * std::sin(angle)),
+                  static_cast<float>(i % 3 == 0 ? random.uniform(0, height_m) : 0)));
+      }
+    }
+    std::size_t size() const override { return 1; }
+    Sensor sensor() const override { return Sensor::cloud; }
+    Frame read(std::size_t) const override { return cloud_; }
+
+   private:
+    Frame cloud_;
+  };
+  const FrameSource& any = *simulatedDrive().sessions.at("forward");
+  const OneCloud street(any, 5, 60), hall(any, 2.5, 10);
+  EXPECT_EQ(measureSize({&street}).size, kTown) << measureSize({&street}).reason;
+  EXPECT_EQ(measureSize({&hall}).size, kRoom) << measureSize({&hall}).reason;
 }
 
 TEST(MeasuredSizes, AQueryOfAnotherSizeThanItsMapIsRefusedWithBothSizes) {
