@@ -29,6 +29,11 @@ void sayNotes(const FrameSource& source, const Narrative& narrate) {
   for (const std::string& note : source.notes()) narrate.note(source.name() + ": " + note);
 }
 
+/// Lengths that may be no metres.
+void sayDoubts(const std::string& path, const Place& place, const Narrative& narrate) {
+  if (const auto doubt = doubtMetres(place)) narrate.note(path + ": " + *doubt);
+}
+
 void sayShares(const ShapeShares& shares, const LabelSet& shapes, bool has_labels,
                const Narrative& narrate) {
   std::vector<std::size_t> order;
@@ -193,6 +198,7 @@ map::SemanticMap mapOfRecordings(
                                     if (seen) seen(source, frame);
                                   });
   for (const FrameSource* source : sources) sayLeftOut(*source, counts[source], job.narrate);
+  sayDoubts(sources[0]->name(), map, job.narrate);
   return map;
 }
 
@@ -206,7 +212,9 @@ map::SemanticMap mapOf(const std::string& path, io::InputOptions input, const Jo
       for (Vertex& vertex : file.graph.vertices) {
         if (T_map_input) vertex.position = *T_map_input * vertex.position;
       }
-      return buildMap(file.graph, file.labels, path, job.options);
+      map::SemanticMap map = buildMap(file.graph, file.labels, path, job.options);
+      sayDoubts(path, map, job.narrate);
+      return map;
     }
     default: {
       const std::unique_ptr<FrameSource> source = openPlaceInput(path, input, job);
@@ -247,6 +255,7 @@ QueryInput openQuery(const std::string& path, const InputFlags& input, const Job
       result.whole = std::make_unique<Query>(inClassesOfMap(
           path, makeQuery(file.graph, file.labels, job.options), options, job.narrate));
       result.labels = result.whole->labels;
+      sayDoubts(path, *result.whole, job.narrate);
       break;
     }
     default:
@@ -275,6 +284,7 @@ QueryInput readQuery(const std::string& path, const InputFlags& input, const Job
   result.whole = std::make_unique<Query>(
       makeQuery(*source, job.options, [&](const FrameDigest& frame) { report.add(frame); }));
   report.say();
+  sayDoubts(path, *result.whole, job.narrate);
   return result;
 }
 

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "xview/graph/lift.h"
 #include "xview/types/frame.h"
+#include "xview/types/semantic_place.h"
 
 namespace xview {
 
@@ -17,6 +19,10 @@ void requireKindOfDepth(const FrameSource& source);
 /// Throws Error if a saved cloud is as large as one in millimetres: a place is not kilometres high
 /// and so thinly measured that no thing in it could be told.
 void requireMetres(const Frame& frame, const std::string& name);
+
+/// What makes one doubt that the lengths of a cloud or graph are metres, for a note; it may be a
+/// steep place that is sparsely told.
+std::optional<std::string> doubtMetres(const Place& place);
 
 /// Watches what became of the measurements of a recording, to name a wrong depth scale, or depth
 /// along the ray taken for planar depth, instead of mapping nonsense.

@@ -77,18 +77,33 @@ DepthAgreement agreementOfDepths(const Frame& a, const Frame& b, double scale) {
 
 using FramePair = std::pair<Frame, Frame>;
 
-/// Frames of three places of a recording between which the camera has moved by half a metre or
-/// more; fewer where it stood.
-std::vector<FramePair> movedPairs(const FrameSource& source) {
-  std::vector<FramePair> pairs;
-  for (const std::size_t quarter : {1u, 2u, 3u}) {
-    const std::size_t a = quarter * source.size() / 4;
-    for (std::size_t b = a + 1; b < std::min(source.size(), a + kMostFramesOn); ++b) {
-      if ((source.pose(a).translation() - source.pose(b).translation()).norm() < kMoved_m) continue;
-      pairs.emplace_back(source.read(a), source.read(b));
-      break;
-    }
+/// The next frame from another place that looks the same way; none if the camera turns before.
+std::optional<std::size_t> firstThatMoved(const FrameSource& source, std::size_t a) {
+  constexpr double kSameWay = 0.94;  // cosine of 20 degrees
+  const Eigen::Isometry3d from = source.pose(a);
+  for (std::size_t b = a + 1; b < std::min(source.size(), a + kMostFramesOn); ++b) {
+    const Eigen::Isometry3d to = source.pose(b);
+    if ((from.translation() - to.translation()).norm() < kMoved_m) continue;
+    if (from.linear().col(2).dot(to.linear().col(2)) >= kSameWay) return b;
+    break;
   }
+  return std::nullopt;
+}
+
+/// Frames of five places of a recording, or fewer, between which the camera has moved by half a
+/// metre or more and hardly turned: what both see is then most of what they see.
+std::vector<FramePair> movedPairs(const FrameSource& source) {
+  constexpr std::size_t kLookedAt = 16, kMostPairs = 5;
+  std::vector<std::pair<std::size_t, std::size_t>> found;
+  for (std::size_t i = 1; i < kLookedAt; ++i) {
+    const std::size_t a = i * source.size() / kLookedAt;
+    if (!found.empty() && found.back().first == a) continue;
+    if (const auto b = firstThatMoved(source, a)) found.emplace_back(a, *b);
+  }
+  std::vector<FramePair> pairs;
+  const std::size_t step = (found.size() + kMostPairs - 1) / kMostPairs;
+  for (std::size_t i = 0; i < found.size(); i += step)
+    pairs.emplace_back(source.read(found[i].first), source.read(found[i].second));
   return pairs;
 }
 
@@ -201,17 +216,25 @@ constexpr double kFewLifted =
     0.02;  ///< less of what was measured in range is no unusual recording any more
 /// Half of a frame nearer than the one: a room, or a wrong scale; farther than the other: a flight,
 /// or a wrong scale.
-constexpr float kSmallRange_m = 5, kLargeRange_m = 40;
+constexpr float kSmallRange_m = 5, kLargeRange_m = 20;
 constexpr double kSeen = 0.05;  ///< share of pixels that both frames see
 constexpr double kAgree = 0.7;  ///< share of these that agree if the scale is right: 0.85 to 1.00
                                 ///< in towns, noisy ones included
 constexpr double kBetter =
     0.003;  ///< more agreement for the other kind of depth: 0.006 to 0.5 in towns
-constexpr double kContradict =
-    0.6;  ///< and if it is ten times too small, over that share: 0.1 to 0.5 near the ground
+constexpr double kContradict = 0.75;  ///< and if it is ten times too small, over that share: 0.1
+                                      ///< to 0.5 near the ground, 0.7 from the air
 /// And if it is ten times too large, over that share, where the motion is next to nothing: 0.67 to
 /// 0.84 near the ground. Right ones agree better than a tenth of them anywhere.
 constexpr double kContradictLarge = 0.88;
+
+/// What to type if lengths are so many metres.
+std::string toMetres(const char* unit) {
+  return fmt::format(
+      "`xview lift IN OUT.pcd --transform FILE` makes them so with the lines `{0} 0 0 0`, `0 {0} 0 "
+      "0`, `0 0 {0} 0`, `0 0 0 1` in FILE",
+      unit);
+}
 
 /// Of all that was measured, whatever its class and range [m].
 float medianMeasured(const Frame& frame) {
@@ -243,12 +266,16 @@ std::optional<double> missingFactor(const FrameSource& source) {
   return as_given <= (*factor > 1 ? kContradict : kContradictLarge) * best ? factor : std::nullopt;
 }
 
-std::string scaleHint(const FrameSource& source, float median_m) {
+std::string scaleHint(const FrameSource& source, std::optional<double> factor) {
+  const Frame frame = source.read(source.size() / 2);
+  const float median_m = medianMeasured(frame);
   if (source.sensor() != Sensor::camera)
     return fmt::format("half of the points are beyond {:.4g} m; are their coordinates in metres?",
                        median_m);
-  return fmt::format("the median depth is {:.4g} m with depth_scale {:g}; is that scale right?",
-                     median_m, source.read(source.size() / 2).camera.depth_scale);
+  std::string hint = fmt::format("the median depth is {:.4g} m with depth_scale {:g}", median_m,
+                                 frame.camera.depth_scale);
+  if (!factor) return hint + "; is that scale right?";
+  return hint + fmt::format("; is it depth_scale {:g}?", *factor * frame.camera.depth_scale);
 }
 
 void requireInRange(const graph::LiftCounts& counts, const FrameSource& source) {
@@ -258,7 +285,7 @@ void requireInRange(const graph::LiftCounts& counts, const FrameSource& source) 
               fmt::format("{:.1f} % of the measurements are out of range (lift.min_range_m to "
                           "lift.max_range_m): {}",
                           100.0 * static_cast<double>(counts.out_of_range) / measured,
-                          scaleHint(source, medianMeasured(source.read(source.size() / 2)))));
+                          scaleHint(source, missingFactor(source))));
 }
 
 void requireScale(const FrameSource& source) {
@@ -266,10 +293,28 @@ void requireScale(const FrameSource& source) {
   if (!factor) return;
   throw Error(
       source.name(),
-      fmt::format(
-          "depths contradict the poses, but would agree with them if they were {:g} times as "
-          "large: {}",
-          *factor, scaleHint(source, medianMeasured(source.read(source.size() / 2)))));
+      fmt::format("depths contradict the poses, but would agree with them if they were {:g} times "
+                  "as large: {}",
+                  *factor, scaleHint(source, factor)));
+}
+
+/// How sparse things of this kind are in metres, and how steep a place is.
+struct Unlikely {
+  float height_m, steepness, spacing_m;
+};
+
+bool isUnlikely(const Eigen::AlignedBox3d& box, std::size_t things, const Unlikely& unlikely) {
+  if (box.isEmpty()) return false;
+  const Eigen::Vector3d size = box.sizes();
+  const double area = size.prod() / size.minCoeff();
+  return size.minCoeff() >= unlikely.height_m &&
+         size.minCoeff() >= unlikely.steepness * size.maxCoeff() &&
+         area >= std::pow(unlikely.spacing_m, 2) * static_cast<double>(things);
+}
+
+std::string sizesText(const Eigen::AlignedBox3d& box) {
+  const Eigen::Vector3d size = box.sizes();
+  return fmt::format("{:.0f} x {:.0f} x {:.0f} m", size.x(), size.y(), size.z());
 }
 
 }  // namespace
@@ -297,21 +342,35 @@ void requireKindOfDepth(const FrameSource& source) {
 }
 
 void requireMetres(const Frame& frame, const std::string& name) {
-  constexpr float kHighest_m = 1000, kSparsest_m = 10;
-  constexpr float kSteepest = 0.02F;  // a country is high, too, but far wider
-  if (frame.sensor != Sensor::cloud || frame.cloud.empty()) return;
-  Eigen::AlignedBox3f box;
+  if (frame.sensor != Sensor::cloud) return;
+  Eigen::AlignedBox3d box;
   for (const Point& p : frame.cloud.points) {
-    if (p.getVector3fMap().allFinite()) box.extend(p.getVector3fMap());
+    if (p.getVector3fMap().allFinite()) box.extend(p.getVector3fMap().cast<double>());
   }
-  const Eigen::Vector3f size = box.sizes();
-  const float area = box.volume() / size.minCoeff();
-  if (!(size.minCoeff() >= std::max(kHighest_m, kSteepest * size.maxCoeff())) ||
-      area < kSparsest_m * kSparsest_m * static_cast<float>(frame.cloud.size()))
-    return;
-  throw Error(name, fmt::format("its points fill {:.0f} x {:.0f} x {:.0f} m; are their units "
-                                "millimetres? Lengths must be metres",
-                                size.x(), size.y(), size.z()));
+  // A country is high, too, but far wider.
+  if (!isUnlikely(box, frame.cloud.size(), {1000, 0.02F, 10})) return;
+  throw Error(name, fmt::format("its points fill {}; are their units millimetres? Lengths must be "
+                                "metres: {}",
+                                sizesText(box), toMetres("0.001")));
+}
+
+std::optional<std::string> doubtMetres(const Place& place) {
+  if (place.sensor != Sensor::cloud) return std::nullopt;
+  Eigen::AlignedBox3d box;
+  for (const Vertex& vertex : place.graph.vertices) box.extend(vertex.position);
+  if (place.cloud.empty()) {
+    if (!isUnlikely(box, place.graph.size(), {30, 0.3F, 10})) return std::nullopt;
+    return fmt::format(
+        "its things fill {}; are their units millimetres or centimetres? Lengths "
+        "must be metres",
+        sizesText(box));
+  }
+  for (std::size_t i = 0; i < place.cloud.size(); ++i) box.extend(place.cloud.position(i));
+  if (!isUnlikely(box, place.cloud.size(), {100, 0.05F, 2})) return std::nullopt;
+  return fmt::format(
+      "its points fill {}, sparsely; are their units centimetres? Lengths must be "
+      "metres: {}",
+      sizesText(box), toMetres("0.01"));
 }
 
 void DepthPlausibility::add(const graph::LiftCounts& counts, const LabelledCloud& cloud,

@@ -78,12 +78,34 @@ std::optional<std::string> whyTooLittle(const Query& query) {
       query.cloud.size(), query.graph.size());
 }
 
+/// From above; not from where it was seen, which may be the origin of a country.
+double widthOf(const Place& place) {
+  Eigen::AlignedBox2d box;
+  for (const Vertex& vertex : place.graph.vertices) box.extend(vertex.position.head<2>());
+  const Eigen::Vector2d origin(place.plan.origin_x, place.plan.origin_y);
+  for (const GroundCell& cell : place.plan.known)
+    box.extend(origin + Eigen::Vector2d(cell.x, cell.y) * place.plan.cell_m);
+  return box.isEmpty() ? 0 : box.diagonal().norm();
+}
+
+/// So much wider than the map that next to nothing of it can lie there.
+std::optional<std::string> whyTooLarge(const Query& query, const map::SemanticMap& map) {
+  constexpr double kTooLarge = 10;
+  const double query_m = widthOf(query), map_m = widthOf(map);
+  if (map_m <= 0 || query_m <= kTooLarge * map_m) return std::nullopt;
+  return fmt::format(
+      "the query is {:.4g} m wide and the map {:.3g} m, so that it cannot lie in it; are the "
+      "lengths of the query metres, and not millimetres or centimetres?",
+      query_m * map.size, map_m * map.size);
+}
+
 }  // namespace
 
 std::optional<std::string> whyUnfindable(const Query& query, const map::SemanticMap& map) {
   if (isEmpty(map)) return "the map is empty; build it of a recording that sees something";
   if (isEmpty(query)) return kNothingIsLeft;
   if (const auto reason = whyTooLittle(query)) return reason;
+  if (const auto reason = whyTooLarge(query, map)) return reason;
   return whyClassesDiffer(query.labels, map.labels);
 }
 

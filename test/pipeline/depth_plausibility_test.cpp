@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "xview/depth_plausibility.h"
 
+#include <fmt/core.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -10,6 +11,7 @@
 #include "xview/mapper.h"
 #include "xview/types/error.h"
 #include "xview/types/frame.h"
+#include "xview/types/random.h"
 
 namespace xview {
 namespace {
@@ -61,6 +63,9 @@ TEST(DepthPlausibility, DepthsTenTimesTooSmallContradictTheMotion) {
 TEST(DepthPlausibility, DepthsTenTimesTooLargeContradictTheMotion) {
   const std::string complaint = complaintAbout(ScaledRecording(10));
   EXPECT_NE(complaint.find("0.1 times"), std::string::npos) << complaint;
+  const double scale = simulatedDrive().sessions.at("forward")->read(0).camera.depth_scale;
+  EXPECT_NE(complaint.find(fmt::format("is it depth_scale {:g}?", 0.1 * scale)), std::string::npos)
+      << complaint;
 }
 
 TEST(DepthPlausibility, MapsAreNotMadeOfWrongDepths) {
@@ -144,6 +149,32 @@ TEST(DepthPlausibility, DepthAlongTheRayDeclaredPlanarIsNamedAndTheOtherWayRound
 
 TEST(DepthPlausibility, WithoutAViewWideEnoughTheKindOfDepthIsNotDoubted) {
   EXPECT_EQ(complaintAbout(OfKind("forward", true, false, 20)), "");
+}
+
+/// A desk: objects some decimetres apart, and the cloud of a room.
+TEST(Units, MillimetresAndCentimetresAreDoubtedAndMetresAreNot) {
+  Random random(1);
+  Place desk, room;
+  for (int i = 0; i < 40; ++i) {
+    Vertex vertex;
+    vertex.position = {random.uniform(0, 1.6), random.uniform(0, 1.3), random.uniform(0, 0.7)};
+    desk.graph.vertices.push_back(vertex);
+  }
+  for (int i = 0; i < 5000; ++i)
+    room.cloud.points.push_back(Point(static_cast<float>(random.uniform(0, 4)),
+                                      static_cast<float>(random.uniform(0, 3.5)),
+                                      static_cast<float>(random.uniform(0, 2.5))));
+  for (Place* place : {&desk, &room}) {
+    EXPECT_EQ(doubtMetres(*place), std::nullopt);
+    Place centimetres = *place;
+    scaleLengths(100, centimetres);
+    const auto doubt = doubtMetres(centimetres);
+    ASSERT_TRUE(doubt.has_value());
+    EXPECT_NE(doubt->find("centimetres"), std::string::npos) << *doubt;
+    EXPECT_EQ(doubt->find('\n'), std::string::npos);
+  }
+  const map::SemanticMap& town = simulatedDrive().map;
+  EXPECT_EQ(doubtMetres(town), std::nullopt);
 }
 
 }  // namespace

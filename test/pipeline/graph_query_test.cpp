@@ -80,6 +80,15 @@ TEST(GraphQuery, AnotherWorldIsNotAccepted) {
     EXPECT_NE(find(query, map, method).status, Status::accepted) << method;
 }
 
+TEST(GraphQuery, InMillimetresItCannotLieInAMapInMetres) {
+  const SemanticGraph map = scatteredObjects(600, 400, 3);
+  SemanticGraph query = cutOut(map, {200, 180}, 60);
+  scaleLengths(1000, query);
+  const Localization result = find(query, map);
+  EXPECT_FALSE(result.accepted());
+  EXPECT_NE(result.reason.find("millimetres"), std::string::npos) << result.reason;
+}
+
 TEST(GraphQuery, ARepetitiveWorldIsAmbiguous) {
   const SemanticGraph block = scatteredObjects(40, 60, 9);
   SemanticGraph map;
