@@ -2,6 +2,7 @@
 #include "classes.h"
 
 #include <fmt/core.h>
+#include <fmt/ranges.h>
 
 #include <filesystem>
 #include <map>
@@ -11,22 +12,42 @@
 namespace xview::tools {
 namespace {
 
-void appendTo(std::string& list, const std::string& item) {
-  list += (list.empty() ? "" : ", ") + item;
-}
+/// "surface: road, wall, fence and 4 others; object: pole": what classes were taken for, in order.
+class Takings {
+ public:
+  void add(const char* taken_for, const std::string& name) {
+    std::vector<std::string>& names = names_[taken_for];
+    names.push_back(name);
+  }
+  std::string text() const {
+    constexpr std::size_t kListed = 6;
+    std::string text;
+    for (const auto& [taken_for, names] : names_) {
+      const std::size_t listed = names.size() <= kListed + 1 ? names.size() : kListed;
+      text += fmt::format("{}{}: {}", text.empty() ? "" : "; ", taken_for,
+                          fmt::join(names.begin(), names.begin() + listed, ", "));
+      if (listed < names.size()) text += fmt::format(" and {} others", names.size() - listed);
+    }
+    return text;
+  }
+  bool empty() const { return names_.empty(); }
+
+ private:
+  std::map<std::string, std::vector<std::string>> names_;
+};
 
 void sayShapes(const std::string& path, const LabelSet& unnamed, const Narrative& narrate) {
-  std::string shapes;
+  Takings shapes;
   for (const auto& [id, info] : unnamed.classes()) {
     if (info.kind != Kind::none && info.kind != Kind::other_object)
-      appendTo(shapes, fmt::format("{} as {}", id, toString(info.kind)));
+      shapes.add(toString(info.kind), std::to_string(id));
   }
   narrate.note(path + ": " +
                (shapes.empty()
                     ? "the classes have no names, so each counts as an object, the ground too; "
                       "--labels names them"
-                    : "the classes have no names and were judged by their shapes: " + shapes +
-                          "; --labels names them"));
+                    : "the classes have no names and were judged by their shapes (" +
+                          shapes.text() + "); --labels names them"));
 }
 
 bool isNameless(const LabelMatch& match) {
@@ -37,12 +58,12 @@ bool isNameless(const LabelMatch& match) {
 
 void sayGuesses(const std::string& path, const LabelSet& labels, const Narrative& narrate) {
   if (labels.isGeneric()) return sayShapes(path, labels, narrate);
-  std::string guessed;
+  Takings guessed;
   for (const auto& [id, info] : labels.classes()) {
-    if (info.guessed) appendTo(guessed, fmt::format("{} = {}", info.name, toString(info.role)));
+    if (info.guessed) guessed.add(toString(info.role), info.name);
   }
   if (!guessed.empty())
-    narrate.note(fmt::format("{} gives no roles; guessed: {}", labels.name(), guessed));
+    narrate.note(fmt::format("{} gives no roles; guessed: {}", labels.name(), guessed.text()));
 }
 
 LabelMatch meetMap(const std::string& path, const LabelSet& labels, const io::InputOptions& options,
@@ -58,9 +79,11 @@ LabelMatch meetMap(const std::string& path, const LabelSet& labels, const io::In
   if (isNameless(match) && !match.isHopeless()) {
     narrate.note(
         fmt::format("{}: its classes meet those of the map by the shapes of their points "
-                    "only, as those of the {} have no names; {} names them",
+                    "only, as those of the {} have no names; {}",
                     path, labels.isGeneric() ? "query" : "map",
-                    labels.isGeneric() ? "--labels" : "--map-labels"));
+                    labels.isGeneric() ? "--labels names them, and --labels shapes leaves them "
+                                         "aside, which tells more where labels are poor"
+                                       : "--map-labels names them"));
   }
   return match;
 }
@@ -83,15 +106,12 @@ Place inClassesOfMap(const std::string& path, Place place, const io::InputOption
     const bool has_partner = match.partners().count(vertex.label) > 0;
     if (!has_partner && place.labels.role(vertex.label) != Role::ignored) ++alone[vertex.label];
   }
-  std::string left_out;
+  Takings left_out;
   for (const auto& [id, count] : alone)
-    appendTo(left_out, fmt::format("{} {}", count, place.labels.className(id)));
-  if (!left_out.empty()) {
-    narrate.note(
-        fmt::format("{}: vertices without a partner among the classes of the map count "
-                    "for nothing: {}",
-                    path, left_out));
-  }
+    left_out.add("they count for nothing", fmt::format("{} {}", count, place.labels.className(id)));
+  if (!left_out.empty())
+    narrate.note(path + ": vertices without a partner among the classes of the map; " +
+                 left_out.text());
   return translated(std::move(place), match);
 }
 

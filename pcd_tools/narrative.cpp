@@ -87,6 +87,33 @@ std::string whyNothingIsLeft(const graph::LiftCounts& counts, const std::string&
   return fmt::format("{:.0f} % have no depth", percentOf(counts.no_depth, counts));
 }
 
+/// The classes that a recording does not know, the most frequent first; of many the first few.
+std::string unknownClasses(const FrameSource& source, const graph::LiftCounts& counts) {
+  constexpr std::size_t kListed = 4;
+  const auto amount = [&](std::uint64_t count) {
+    const double percent = percentOf(count, counts);
+    return percent < 0.1 ? std::to_string(count)
+                         : fmt::format("{:.{}f} %", percent, percent < 1 ? 1 : 0);
+  };
+  std::vector<std::pair<std::uint64_t, std::uint32_t>> order;
+  for (const auto& [label, count] : counts.unknown) order.emplace_back(count, label);
+  std::sort(order.begin(), order.end(), [](const auto& a, const auto& b) {
+    return a.first != b.first ? a.first > b.first : a.second < b.second;
+  });
+  std::string text;
+  std::uint64_t others = 0;
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const auto [count, label] = order[i];
+    if (i >= kListed && order.size() > kListed + 1)
+      others += count;
+    else
+      text +=
+          fmt::format("{} {} {}", i > 0 ? "," : "", amount(count), source.describeUnknown(label));
+  }
+  if (others == 0) return text;
+  return text + fmt::format(" and {} other ids, {}", order.size() - kListed, amount(others));
+}
+
 }  // namespace
 
 /// On a terminal long lines are broken between words.
@@ -134,15 +161,7 @@ Progress Narrative::progress(const std::string& name) const {
 
 void sayLeftOut(const FrameSource& source, const graph::LiftCounts& counts,
                 const Narrative& narrate) {
-  std::string classes;
-  for (const auto& [label, count] : counts.unknown) {
-    const double percent = percentOf(count, counts);
-    const std::string amount = percent < 0.1
-                                   ? std::to_string(count)
-                                   : fmt::format("{:.{}f} %", percent, percent < 1 ? 1 : 0);
-    classes +=
-        fmt::format("{} {} {}", classes.empty() ? "" : ",", amount, source.describeUnknown(label));
-  }
+  const std::string classes = unknownClasses(source, counts);
   if (counts.all() == 0) throw Error(source.name(), "it is empty: it holds no finite point");
   if (counts.lifted == 0)
     throw Error(source.name(), fmt::format("none of its {} measurements is left: {}", counts.all(),

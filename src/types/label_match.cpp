@@ -199,7 +199,7 @@ std::string LabelMatch::nameOfAlone(std::uint32_t translated_id) const {
   for (const std::uint32_t id : alone_) {
     if (translated_.at(id) == translated_id) return from_.className(id);
   }
-  return translated_id == unknown_ ? "ids unknown to its own label set" : "";
+  return translated_id == unknown_ ? "ids unknown to its own label set '" + from_.name() + "'" : "";
 }
 
 Place translated(Place place, const LabelMatch& match) {

@@ -131,8 +131,8 @@ TEST_F(TinyTown, WithoutAnyClassNamesShapesTellStreetsFromThings) {
     fs::remove(file(std::string("bare_") + session) + "/classes.yaml");
   }
   const Outcome mapped = succeed({"map", file("bare_forward"), file("bare.xvm")});
-  EXPECT_NE(mapped.err.find("as road"), std::string::npos) << mapped.err;
-  EXPECT_NE(mapped.err.find("as pole"), std::string::npos) << mapped.err;
+  EXPECT_NE(mapped.err.find("road: 3;"), std::string::npos) << mapped.err;
+  EXPECT_NE(mapped.err.find("pole: 7"), std::string::npos) << mapped.err;
   const Json bare =
       jsonLines(succeed({"localize", "-q", "--json", file("bare_rear"), file("bare.xvm")}).out)
           .at(0);
