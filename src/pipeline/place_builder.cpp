@@ -23,6 +23,9 @@ constexpr double kKeyframeEvery_m = 2;
 constexpr std::size_t kSlackPoints = 500000;
 /// Frames a little farther back are kept, too: sums of ways depend on where they begin.
 constexpr double kWayRounding_m = 0.01;
+/// Where the typical error of the points that are known well enough is more than this share of what
+/// passes, they are the edge of those that are not.
+constexpr double kEdge = 0.6;
 
 /// Adds the times of a frame, stage by stage.
 void addTimings(const FrameDigest& frame, Timings& sum) {
@@ -173,6 +176,11 @@ void PlaceBuilder::finishPoints() {
     if (!recent_.empty())
       travelled += distance(frame->T_odom_sensor, recent_.back().frame->T_odom_sensor);
   }
+  // Depths whose error just passes are those that happened to be measured too short: as from the
+  // air, where all ground is as far. They would lift it by that error.
+  if (use_ == PlaceUse::query &&
+      place_.cloud.typicalSigma() > kEdge * options_.refine.max_sigma_m)
+    place_.cloud.points.clear();
   keepBestLooks(place_.cloud);
 }
 
