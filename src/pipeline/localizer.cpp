@@ -28,6 +28,7 @@ constexpr double kPartnerReach_m = 5;   ///< partners of a vertex are so near un
 constexpr double kNatsOfInlier = 7, kWrongInliers = 2.5, kWrongInlierShare = 0.09,
                  kMostWrongInliers = 12;
 constexpr double kShownByStranger = 0.1;  ///< share of a town that a stranger shows at most
+constexpr double kExact_m = 0.05;  ///< depths that err less tell by their rays what they passed
 constexpr double kOnePlace_m = 4;  ///< who moved less looked from one place [lengths of towns]
 constexpr double kSureOfPrior = 0.9999;  ///< from that confidence on the outside is not looked at
 
@@ -247,9 +248,10 @@ Eigen::Quaterniond Localizer::Index::refine(const Query& query, const search::Fi
   evidence.dense = pose.dense;
   // From one place a query cannot show what stands behind what it shows, but its rays tell.
   const bool shows_little = !shown || (*shown < kShownByStranger && travelOf(query) < kOnePlace_m);
-  if (shows_little && pose.dense.settled)
+  const bool is_exact = query.cloud.typicalSigma() <= kExact_m;
+  if ((shows_little || is_exact) && pose.dense.settled)
     evidence.dense.seen_through = refinement.seenThrough(levelled, best);
-  if (shown && !evidence.dense.seen_through)
+  if (shown && !(shows_little && evidence.dense.seen_through))
     evidence.dense.shown = shown;
   else if (pose.dense.settled)
     evidence.dense.of_itself = refinement.agreementWithItself(query);

@@ -18,6 +18,8 @@ constexpr double kFewest = 30;       ///< distributions that tell anything
 /// By chance: at so many places, so far off.
 constexpr int kMoves = 6;
 constexpr double kMove_m = 2;
+/// Who would hardly see through anything at a wrong place either, as from the air, tells nothing.
+constexpr double kLeastElsewhere = 0.05;
 
 /// Distributions of the map in what a query has looked at.
 struct Looks {
@@ -133,6 +135,7 @@ std::optional<double> seenThrough(const DistributionMap& map, const RefineQuery&
     elsewhere.met += looks.met;
     elsewhere.through += looks.through;
   }
+  if (elsewhere.share() < kLeastElsewhere) return std::nullopt;
   return here.share() / elsewhere.share();
 }
 

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "pipeline/simulated_drive.h"
+#include "xview/place_builder.h"
 
 namespace xview {
 namespace {
@@ -52,6 +53,23 @@ TEST(KnownPoints, AreNotThoseWhoseErrorIsNoNumber) {
   EXPECT_EQ(appendKnownPoints(frameOfThree(std::numeric_limits<double>::quiet_NaN()).cloud, 0.5,
                               kNoView, cloud),
             0u);
+}
+
+/// Points of a query whose frame has so many with these errors.
+std::size_t pointsOfQuery(int well_known, int just_known) {
+  FrameDigest frame;
+  for (int i = 0; i < well_known + just_known; ++i) {
+    frame.cloud.points.push_back(Point(static_cast<float>(i), 20, 0, 7));
+    frame.cloud.points.back().sigma = i < well_known ? 0.1f : 0.45f;
+  }
+  frame.votes.assign(frame.cloud.size(), 1);
+  return makeQuery(&frame, &frame + 1, genericLabelSet({7}), Options()).cloud.size();
+}
+
+/// From the air all ground is as far, and what seems known well was measured too short.
+TEST(KnownPoints, AreNoneWhereTheyAreTheEdgeOfWhatIsKnownBadly) {
+  EXPECT_EQ(pointsOfQuery(300, 100), 400u);
+  EXPECT_EQ(pointsOfQuery(100, 300), 0u);
 }
 
 constexpr std::uint32_t kWall = 2, kFence = 5;

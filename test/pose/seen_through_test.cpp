@@ -79,6 +79,13 @@ TEST(SeenThrough, WhatHidesBehindThingsOfTheQueryIsNotAsked) {
   EXPECT_LT(*seenThroughIn(furnished, query), 0.1);
 }
 
+/// Moved aside it would be seen through as little.
+TEST(SeenThrough, OfARoofFromAboveItTellsNothing) {
+  LabelledCloud roof;
+  addSquare({0, 0, 0}, {kSide_m, 0, 0}, {0, kSide_m, 0}, kCupboard, roof);
+  EXPECT_FALSE(seenThroughIn(roof, roof));
+}
+
 TEST(SeenThrough, IsNotKnownWithoutRaysOrAMap) {
   LabelledCloud unseen = room();
   for (Point& p : unseen.points) p.view = kNoView;

@@ -298,6 +298,20 @@ TEST(Verdict, APlaceThatTheQuerySawThroughIsRefused) {
   EXPECT_NE(judged(e).reason.find("saw through"), std::string::npos) << judged(e).reason;
 }
 
+/// Halls with the same racks are alike and show one another, but the goods stand elsewhere.
+TEST(Verdict, AHallThatTheQuerySawThroughIsRefusedThoughItIsShown) {
+  Evidence e = goodView();
+  e.score = 306;
+  e.runner_up = 151;
+  e.expected = 910;
+  e.dense = {DenseEvidence::Of::points, true, 0.4, 0.11, 0.28, {}, {}};
+  EXPECT_EQ(judged(e).status, Status::accepted) << "or rays decide nothing";
+  e.dense.seen_through = 0.05;
+  EXPECT_EQ(judged(e).status, Status::accepted) << judged(e).reason;
+  e.dense.seen_through = 0.5;
+  EXPECT_NE(judged(e).status, Status::accepted);
+}
+
 TEST(Verdict, AStreetThatStandsOutButIsNotShownIsRefused) {
   Evidence e = goodView();
   e.score = 1200;

@@ -16,7 +16,8 @@ namespace xview::pose {
 /// the noise of the map and what has changed count in both. Classes do not count, only that
 /// something stands there, so it tells what no label can.
 ///
-/// None if points are of no view, so that no ray is known, or if too little of the map lies there.
+/// None if points are of no view, so that no ray is known, if too little of the map lies there, or
+/// if hardly anything would be seen through at a wrong place either.
 std::optional<double> seenThrough(const DistributionMap& map, const RefineQuery& query,
                                   const LabelSet& labels, const Eigen::Isometry3d& T_map_query);
 

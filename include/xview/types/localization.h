@@ -116,7 +116,7 @@ struct Statistics {
       of_itself;  ///< how closely one half of the query lies on the other; only without `shown`
   std::optional<double>
       seen_through;       ///< how much of what stands in the map the query saw through,
-                          ///< as a share of that some metres off; only without `shown`
+                          ///< as a share of that some metres off
   double look_alike = 0;  ///< share of the map's own stretches that find such a place elsewhere, as
                           ///< far as what is shown leaves it open
   double sigma_m = 0;     ///< of the registered position where it is known least, in lengths of a
