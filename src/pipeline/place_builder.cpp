@@ -178,8 +178,7 @@ void PlaceBuilder::finishPoints() {
   }
   // Depths whose error just passes are those that happened to be measured too short: as from the
   // air, where all ground is as far. They would lift it by that error.
-  if (use_ == PlaceUse::query &&
-      place_.cloud.typicalSigma() > kEdge * options_.refine.max_sigma_m)
+  if (use_ == PlaceUse::query && place_.cloud.typicalSigma() > kEdge * options_.refine.max_sigma_m)
     place_.cloud.points.clear();
   keepBestLooks(place_.cloud);
 }
