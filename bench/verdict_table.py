@@ -5,7 +5,8 @@
 Worlds of five styles with labels of several qualities, from as many seeds as are asked for, are mapped. Windows of
 several lengths of their other sessions, of a place elsewhere and of the next seed's world are localized. The table
 shows how far the confidence can be trusted, a summary of it is printed, and `xview learn --verdict` can be fed with
-the answers themselves (--answers). Worlds and runs are kept in --work, so that a check that was broken off goes on
+the answers themselves (--answers). Styles of OTHER_STYLES are worlds of another make, by bench/other_worlds.cpp, which
+shares no code with the program; their labels have one quality. Worlds and runs are kept in --work, so that a check that was broken off goes on
 where it stopped; the table is written anew after every world.
 """
 import argparse
@@ -13,6 +14,8 @@ import csv
 import io
 import json
 import math
+import os
+import subprocess
 import sys
 from collections import namedtuple
 from concurrent.futures import ThreadPoolExecutor
@@ -25,11 +28,13 @@ from regress import Runner, simulated, write_whole
 
 STYLES = ("suburb", "grid", "village", "campus", "office")
 QUALITIES = (0.83, 0.68, 1.0, 0.6)  # Share of the pixels with the right label; 1 = perfect sensors.
-LENGTHS_M = {"office": ((4, 16), (8, 30))}
+OTHER_STYLES = ("forest", "oldtown", "motorway", "village_slope", "carpark", "warehouse", "home")
+OTHER_QUALITY = 0.88
+LENGTHS_M = {"office": ((4, 16), (8, 30)), "home": ((2, 8), (4,)), "warehouse": ((10, 40), (20,))}
 LENGTHS_OUTDOORS_M = ((8, 30, 100), (15, 60))  # Sessions take turns.
 SESSIONS = ("rear", "oblique", "aerial", "forward2", "elsewhere")
-OF_OTHER_WORLD = ("rear", "oblique", "aerial")
-RIGHT_M = {"office": 0.5}
+OF_OTHER_WORLD = (("rear", "forward"), ("oblique", "forward"), ("aerial", "forward"), ("lidar_reverse", "lidar"))
+RIGHT_M = {"office": 0.5, "home": 0.5, "warehouse": 1.0}
 RIGHT_OUTDOORS_M = 3.0
 
 World = namedtuple("World", "style seed quality")
@@ -56,6 +61,16 @@ def flags_of(world, lidar):
     return flags
 
 
+def of_another_make(program, work, world):
+    """The folder of a world of OTHER_STYLES, made once."""
+    folder = work / "worlds" / name_of(world)
+    if not folder.exists():
+        part = folder.with_name(f"{folder.name}.{os.getpid()}")
+        subprocess.run([str(program), world.style, str(world.seed), str(part)], check=True)
+        part.replace(folder)
+    return folder
+
+
 def windows(folder, metres, count):
     """Flags for about `count` windows of this length, or None if the recording is shorter."""
     frames = len(worlds.frame_numbers(folder))
@@ -74,7 +89,7 @@ def jobs_of(world, folders, arguments):
     candidates += [(session, folders[world] / session, session != "lidar_elsewhere", "lidar")
                    for session in ("lidar_reverse", "lidar_elsewhere")]
     if other and other != folders[world]:
-        candidates += [(f"other {session}", other / session, False, "forward") for session in OF_OTHER_WORLD]
+        candidates += [(f"other {session}", other / session, False, mapped) for session, mapped in OF_OTHER_WORLD]
     for turn, (session, folder, in_map, mapped) in enumerate(candidates):
         if not folder.is_dir():
             continue
@@ -217,9 +232,13 @@ def measured(arguments):
     arguments.program, arguments.work = arguments.program.resolve(), arguments.work.resolve()
     runner = Runner(arguments.program, arguments.work)
     chosen = [World(style, seed, quality) for seed in arguments.seeds for quality in arguments.qualities
-              for style in arguments.styles]
+              for style in arguments.styles if style in STYLES]
+    chosen += [World(style, seed, OTHER_QUALITY) for seed in arguments.seeds for style in arguments.styles
+               if style in OTHER_STYLES]
 
     def made(world):
+        if world.style in OTHER_STYLES:
+            return of_another_make(arguments.program.parent / "bench/other_worlds", arguments.work, world)
         lidar = world.quality == 0.83 and world.style != "office" and world.seed % 2 == 1
         return simulated(arguments.program, arguments.work, name_of(world), flags_of(world, lidar))
 
@@ -241,7 +260,7 @@ def main():
     add("--program", type=Path, default=root / "build/xview", help="default: that of build/")
     add("--work", type=Path, default=root / "verdict", help="where worlds and runs are kept; default verdict/")
     add("--seeds", type=int, nargs="+", default=list(range(1, 11)), help="default: 1 to 10")
-    add("--styles", nargs="+", default=STYLES, choices=STYLES)
+    add("--styles", nargs="+", default=STYLES, choices=STYLES + OTHER_STYLES)
     add("--qualities", type=float, nargs="+", default=QUALITIES)
     add("--windows", type=int, default=6, help="of each length and session; default 6")
     add("--jobs", type=int, default=2, help="worlds at a time, of one thread each; default 2")
