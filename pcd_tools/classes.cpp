@@ -15,10 +15,7 @@ namespace {
 /// "surface: road, wall, fence and 4 others; object: pole": what classes were taken for, in order.
 class Takings {
  public:
-  void add(const char* taken_for, const std::string& name) {
-    std::vector<std::string>& names = names_[taken_for];
-    names.push_back(name);
-  }
+  void add(const char* taken_for, const std::string& name) { names_[taken_for].push_back(name); }
   std::string text() const {
     constexpr std::size_t kListed = 6;
     std::string text;
