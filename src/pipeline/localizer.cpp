@@ -21,8 +21,11 @@ namespace {
 
 constexpr int kWalkPlaces = 3;          ///< poses that walks may propose in the whole map
 constexpr double kFreeSigma_rad = 0.3;  ///< error of an up that only a pose tells
-constexpr std::size_t kVerified = 2;    ///< places whose correspondences are looked at
-constexpr double kPartnerReach_m = 5;   ///< partners of a vertex are so near under a hypothesis
+/// Places that are looked at closely: those that score about as well as the best one.
+constexpr std::size_t kMostLooks = 5;
+constexpr double kCloseScore = 0.75;
+constexpr std::size_t kVerified = 2;   ///< places whose correspondences are looked at, at least
+constexpr double kPartnerReach_m = 5;  ///< partners of a vertex are so near under a hypothesis
 /// With method walks: what a vertex that agrees is worth, and how many agree with a wrong pose: a
 /// row of houses fits another row, so they come in clusters and grow with the query.
 constexpr double kNatsOfInlier = 7, kWrongInliers = 2.5, kWrongInlierShare = 0.09,
@@ -43,6 +46,26 @@ double travelOf(const Query& query) {
   for (std::size_t i = 1; i < query.poses.size(); ++i)
     travel_m += (query.poses[i].translation() - query.poses[i - 1].translation()).norm();
   return travel_m;
+}
+
+std::size_t countClose(const Candidates& found) {
+  std::size_t count = 0;
+  while (count < std::min(kMostLooks, found.places.size()) &&
+         found.places[count].score() >= kCloseScore * found.places[0].score())
+    ++count;
+  return count;
+}
+
+/// Vertex pairs of a place. Bare graphs pair their vertices by all that is around, which is closer
+/// than what walks keep.
+const std::vector<Correspondence>& pairsAt(std::size_t place, const Candidates& found) {
+  const std::vector<Correspondence>& pairs = found.places[place].pairs;
+  return pairs.empty() && place < found.matches.size() ? found.matches[place].poses[0].kept : pairs;
+}
+
+template <class Value>
+void moveToFront(std::size_t at, std::vector<Value>& values) {
+  if (at < values.size()) std::rotate(values.begin(), values.begin() + at, values.begin() + at + 1);
 }
 
 /// Takes an acceptance back.
@@ -136,6 +159,9 @@ Localization Localizer::Index::inUprightFrames(const Query& given, const Expecte
   Candidates found = findPlaces(*query, priors, answer.timing_ms);
   found.rival_score = std::max(found.rival_score, rival_score);
   matchVertices(*query, found, answer.timing_ms);
+  const search::FieldQuery* view = isView(*query) ? found.in_field.get() : nullptr;
+  CloserLooks looks = lookCloser(*query, view, found, answer);
+  moveLikeliestToFront(found, looks);
   report(found, static_cast<std::size_t>(options.places.hypotheses), answer);
   answer.scale = frame.scale;
 
@@ -144,13 +170,12 @@ Localization Localizer::Index::inUprightFrames(const Query& given, const Expecte
   evidence.rival_distance_m *= map.size;
   evidence.vertices = answer.vertices =
       static_cast<int>(walks.queryGraph(query->graph).graph.size());
-  const search::FieldQuery* view = isView(*query) ? found.in_field.get() : nullptr;
-  const Eigen::Quaterniond turn = refine(*query, view, answer, evidence);
-  frame.R_up = turn * frame.R_up;
+  useBest(looks, answer, evidence);
+  frame.R_up = looks.turn * frame.R_up;
 
   setVerdict(judged(evidence), answer);
   if (answer.accepted() &&
-      !satisfies(priors, *GuessedQuery(*query, {turn, 1}), answer.hypotheses[0].T_map_query))
+      !satisfies(priors, *GuessedQuery(*query, {looks.turn, 1}), answer.hypotheses[0].T_map_query))
     refuse("the refined pose is outside of the prior; without it: " + answer.reason, answer);
   // A pose that is expected comes from a fix; one that a user believes in is to be doubted.
   if (!expected && found.in_field && (prior.near || prior.heading))
@@ -203,70 +228,99 @@ void Localizer::Index::matchVertices(const Query& query, Candidates& found,
                                      Timings& timing_ms) const {
   if (options.method != "auto") return;
   const WalkGraph walk_query = walks.queryGraph(query.graph);
-  for (std::size_t i = 0; i < std::min(kVerified, found.places.size()); ++i)
+  const std::size_t count = std::min(std::max(kVerified, countClose(found)), found.places.size());
+  for (std::size_t i = 0; i < count; ++i)
     found.matches.push_back(
         walks.matchUnder(found.places[i].T_map_query, walk_query, kPartnerReach_m, timing_ms));
 }
 
-/// Levels the query on the ground of the map if that is needed, and refines its pose. Returns the
-/// rotation of the levelling.
-Eigen::Quaterniond Localizer::Index::refine(const Query& query, const search::FieldQuery* in_field,
-                                            Localization& answer,
-                                            verify::Evidence& evidence) const {
-  Eigen::Quaterniond turn = Eigen::Quaterniond::Identity();
-  if (answer.hypotheses.empty()) return turn;
+/// Levels the query on the ground of the map if that is needed, and refines its pose at the best
+/// place and at those that score about as well.
+CloserLooks Localizer::Index::lookCloser(const Query& query, const search::FieldQuery* in_field,
+                                         const Candidates& found, Localization& answer) const {
+  CloserLooks looks;
+  if (found.places.empty()) return looks;
   double up_sigma_rad =
       upIsKnown(query) ? std::hypot(gravity.sigma_rad, query.gravity.sigma_rad) : kFreeSigma_rad;
   answer.gravity = upIsKnown(query) ? GravityUse::aligned : GravityUse::free;
-  Eigen::Isometry3d& best = answer.hypotheses[0].T_map_query;
-  const bool ask_rival = evidence.rivalIsClose() && evidence.rival_distance_m > 0;
-  std::optional<double> shown, rival_shown;
-  if (in_field) shown = in_field->shown(best);
-  // What a query does not show may be what its shapes do not tell.
-  if (shown && shapes_only) shown = std::max(0.0, *shown);
-  if (shown && ask_rival) rival_shown = in_field->shown(answer.hypotheses[1].T_map_query);
-  const auto level =
-      in_field ? levelOnMap(*surfaces, *in_field, query, best, up_sigma_rad, options) : nullptr;
+  const auto level = in_field ? levelOnMap(*surfaces, *in_field, query, found.places[0].T_map_query,
+                                           up_sigma_rad, options)
+                              : nullptr;
   if (level) {
-    turn = level->turn;
+    looks.turn = level->turn;
     up_sigma_rad = level->up_sigma_rad;
-    for (Hypothesis& h : answer.hypotheses) h.T_map_query = h.T_map_query * turn.conjugate();
-    best = level->T_map_query;
     constexpr double kDegrees = 180 / M_PI;
     answer.gravity = GravityUse::levelled;
     answer.gravity_reason =
         fmt::format("; turned by {:.1f} +- {:.1f} deg onto the ground of the map",
-                    Eigen::AngleAxisd(turn).angle() * kDegrees, up_sigma_rad * kDegrees);
+                    Eigen::AngleAxisd(level->turn).angle() * kDegrees, up_sigma_rad * kDegrees);
   }
   const Query& levelled = level ? level->query : query;
-  const RefinedPose pose = refinement.refine(levelled, level ? level->in_field.get() : in_field,
-                                             best, answer.kept, up_sigma_rad, answer.timing_ms);
-  best = pose.T_map_query;
-  answer.covariance = pose.covariance;
-  answer.trajectory = pose.T_map_sensor;
-  if (pose.dense.settled) evidence.sigma_m = verify::horizontalSigma(pose.covariance);
-  evidence.dense = pose.dense;
-  // From one place a query cannot show what stands behind what it shows, but its rays tell.
-  const bool shows_little = !shown || (*shown < kShownByStranger && travelOf(query) < kOnePlace_m);
-  const bool is_exact = query.cloud.typicalSigma() <= kExact_m;
-  if ((shows_little || is_exact) && pose.dense.settled)
-    evidence.dense.seen_through = refinement.seenThrough(levelled, best);
-  if (shown && !(shows_little && evidence.dense.seen_through))
-    evidence.dense.shown = shown;
-  else if (pose.dense.settled)
-    evidence.dense.of_itself = refinement.agreementWithItself(query);
-  if (ask_rival) {
-    Stopwatch watch;
+  // The rival is asked for its agreement from a smaller score on.
+  const verify::Evidence at_best = evidenceOf(found);
+  const bool ask_rival = at_best.rivalIsClose() && at_best.rival_distance_m > 0;
+  const std::size_t count = std::max<std::size_t>(ask_rival ? 2 : 1, countClose(found));
+  std::optional<double> of_itself;
+  Stopwatch watch;
+  for (std::size_t i = 0; i < count; ++i) {
+    const Eigen::Isometry3d& T = found.places[i].T_map_query;
     Timings unused;
-    evidence.dense_at_runner_up =
-        refinement
-            .refine(levelled, level ? level->in_field.get() : in_field,
-                    answer.hypotheses[1].T_map_query, {}, up_sigma_rad, unused)
-            .dense;
-    evidence.dense_at_runner_up->shown = rival_shown;
-    answer.timing_ms.emplace_back("rival", watch.lap_ms());
+    RefinedPose look =
+        refinement.refine(levelled, level ? level->in_field.get() : in_field,
+                          level && i == 0 ? level->T_map_query : T * looks.turn.conjugate(),
+                          pairsAt(i, found), up_sigma_rad, i == 0 ? answer.timing_ms : unused);
+    std::optional<double> shown = in_field ? std::optional(in_field->shown(T)) : std::nullopt;
+    // What a query does not show may be what its shapes do not tell.
+    if (shown && shapes_only) shown = std::max(0.0, *shown);
+    // From one place a query cannot show what stands behind what it shows, but its rays tell.
+    const bool shows_little =
+        !shown || (*shown < kShownByStranger && travelOf(query) < kOnePlace_m);
+    if (look.dense.settled)
+      look.dense.seen_through =
+          refinement.seenThrough(levelled, look.T_map_query, shows_little ? INFINITY : kExact_m);
+    if (shown && !(shows_little && look.dense.seen_through)) {
+      look.dense.shown = shown;
+    } else if (look.dense.settled) {
+      if (!of_itself) of_itself = refinement.agreementWithItself(query);
+      look.dense.of_itself = of_itself;
+    }
+    looks.places.push_back(std::move(look));
+    if (i == 0) watch.lap_ms();
   }
-  return turn;
+  if (count > 1) answer.timing_ms.emplace_back("rival", watch.lap_ms());
+  return looks;
+}
+
+/// Places that look alike from above are told apart by how their points fit.
+void Localizer::Index::moveLikeliestToFront(Candidates& found, CloserLooks& looks) const {
+  std::size_t likeliest = 0;
+  double most = -INFINITY;
+  for (std::size_t i = 0; i < std::min(looks.places.size(), countClose(found)); ++i) {
+    verify::Evidence evidence = evidenceOf(found, i);
+    evidence.dense = looks.places[i].dense;
+    if (looks.places.size() > 1) evidence.dense_at_runner_up = looks.places[i == 0 ? 1 : 0].dense;
+    const double odds = verify::oddsAmongPlaces(evidence, verdict_model);
+    if (odds <= most) continue;
+    most = odds;
+    likeliest = i;
+  }
+  moveToFront(likeliest, found.places);
+  moveToFront(likeliest, found.matches);
+  moveToFront(likeliest, looks.places);
+}
+
+/// The refined pose of the best place, and what the closer looks say.
+void Localizer::Index::useBest(CloserLooks& looks, Localization& answer,
+                               verify::Evidence& evidence) const {
+  if (looks.places.empty()) return;
+  for (Hypothesis& h : answer.hypotheses) h.T_map_query = h.T_map_query * looks.turn.conjugate();
+  RefinedPose& best = looks.places[0];
+  answer.hypotheses[0].T_map_query = best.T_map_query;
+  answer.covariance = best.covariance;
+  answer.trajectory = std::move(best.T_map_sensor);
+  if (best.dense.settled) evidence.sigma_m = verify::horizontalSigma(best.covariance);
+  evidence.dense = best.dense;
+  if (looks.places.size() > 1) evidence.dense_at_runner_up = looks.places[1].dense;
 }
 
 /// Takes an acceptance back if a place that the prior forbids explains the query far better: then
@@ -363,20 +417,23 @@ verify::Evidence evidenceOf(const search::PlaceHypothesis& place) {
   return e;
 }
 
-verify::Evidence evidenceOf(const Candidates& found) {
+verify::Evidence evidenceOf(const Candidates& found, std::size_t at) {
   if (found.places.empty()) return {};
-  verify::Evidence e = evidenceOf(found.places[0]);
-  const auto scoreOf = [&](std::size_t i) {
-    return i < found.places.size() ? found.places[i].score() : 0.0;
+  verify::Evidence e = evidenceOf(found.places[at]);
+  const auto placeOf = [&](std::size_t other) -> const search::PlaceHypothesis* {
+    other += other >= at;
+    return other < found.places.size() ? &found.places[other] : nullptr;
   };
-  e.runner_up = std::max(found.rival_score, scoreOf(1));
-  e.third = std::max(std::min(found.rival_score, scoreOf(1)), scoreOf(2));
-  if (found.places.size() > 1 && scoreOf(1) >= found.rival_score) {
-    const PlacePose &best = found.places[0].centre, &next = found.places[1].centre;
-    e.rival_distance_m = std::hypot(best.x - next.x, best.y - next.y);
+  const auto *next = placeOf(0), *third = placeOf(1);
+  const double next_score = next ? next->score() : 0;
+  e.runner_up = std::max(found.rival_score, next_score);
+  e.third = std::max(std::min(found.rival_score, next_score), third ? third->score() : 0);
+  if (next && next_score >= found.rival_score) {
+    const PlacePose &here = found.places[at].centre, &there = next->centre;
+    e.rival_distance_m = std::hypot(here.x - there.x, here.y - there.y);
   }
-  if (found.matches.empty() || found.matches[0].poses.empty()) return e;
-  const MatchedPose& chain = found.matches[0].poses[0];
+  if (at >= found.matches.size() || found.matches[at].poses.empty()) return e;
+  const MatchedPose& chain = found.matches[at].poses[0];
   e.kept = static_cast<int>(chain.kept.size());
   e.with_candidates = chain.with_candidates;
   e.kept_by_chance = chain.kept_by_chance;
@@ -393,13 +450,10 @@ void report(const Candidates& found, std::size_t count, Localization& answer) {
          found.in_field ? Proposer::search : Proposer::walks});
   }
   if (found.places.empty()) return;
-  answer.kept = found.places[0].pairs;
+  answer.kept = pairsAt(0, found);
   if (!found.matches.empty()) {
     answer.putative = found.matches[0].putative;
     answer.matches = static_cast<int>(answer.putative.size());
-    const std::vector<Correspondence>& kept = found.matches[0].poses[0].kept;
-    // Bare graphs pair their vertices by all that is around, which is closer than what walks keep.
-    if (answer.kept.empty()) answer.kept = kept;
   }
   answer.inliers = answer.hypotheses[0].inliers = static_cast<int>(answer.kept.size());
 }

@@ -43,11 +43,13 @@ Localization Localizer::Index::describe(const Query& given, const PoseCheck& pla
   found.places.push_back(found.in_field->describe(toAligned(given, place.T_map_query)));
   Localization answer;
   matchVertices(*query, found, answer.timing_ms);
+  const search::FieldQuery* view = isView(*query) ? found.in_field.get() : nullptr;
+  CloserLooks looks = lookCloser(*query, view, found, answer);
   report(found, 1, answer);
   answer.hypotheses[0].score = place.evidence.score;
   verify::Evidence evidence = place.evidence;
-  const search::FieldQuery* view = isView(*query) ? found.in_field.get() : nullptr;
-  frame.R_up = refine(*query, view, answer, evidence) * frame.R_up;
+  useBest(looks, answer, evidence);
+  frame.R_up = looks.turn * frame.R_up;
   answer.statistics = verify::statisticsOf(evidence);
   leaveUprightFrames(given, frame, answer);
   return answer;

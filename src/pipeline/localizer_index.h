@@ -27,6 +27,12 @@ struct Candidates {
   double rival_score = 0;  ///< of the best place outside of the priors or in another frame
 };
 
+/// Places looked at closely, in the order of the candidates.
+struct CloserLooks {
+  Eigen::Quaterniond turn = Eigen::Quaterniond::Identity();  ///< of the query onto its ground
+  std::vector<RefinedPose> places;                           ///< of the turned query
+};
+
 /// A place of the query, found with one frame guess.
 struct TriedFrame {
   FrameGuess guess;
@@ -34,9 +40,9 @@ struct TriedFrame {
   double score = 0;                                               ///< 0 = there is none
 };
 
-/// What speaks for a place of a search, and for the best of all candidates against the others.
+/// What speaks for a place of a search, and for one of all candidates against the others.
 verify::Evidence evidenceOf(const search::PlaceHypothesis& place);
-verify::Evidence evidenceOf(const Candidates& found);
+verify::Evidence evidenceOf(const Candidates& found, std::size_t at = 0);
 
 /// Hypotheses and correspondences of the answer.
 void report(const Candidates& found, std::size_t count, Localization& answer);
@@ -64,8 +70,10 @@ struct Localizer::Index {
   Candidates findPlaces(const Query& query, const Priors& priors, Timings& timing_ms) const;
   Candidates placesByWalks(const Query& query, const Priors& priors, Timings& timing_ms) const;
   void matchVertices(const Query& query, Candidates& found, Timings& timing_ms) const;
-  Eigen::Quaterniond refine(const Query& query, const search::FieldQuery* in_field,
-                            Localization& answer, verify::Evidence& evidence) const;
+  CloserLooks lookCloser(const Query& query, const search::FieldQuery* in_field,
+                         const Candidates& found, Localization& answer) const;
+  void moveLikeliestToFront(Candidates& found, CloserLooks& looks) const;
+  void useBest(CloserLooks& looks, Localization& answer, verify::Evidence& evidence) const;
   void refuteFromOutside(const search::FieldQuery& in_field, const verify::Evidence& inside,
                          Localization& answer) const;
   void leaveUprightFrames(const Query& query, const FrameGuess& frame, Localization& answer) const;

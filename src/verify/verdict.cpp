@@ -92,8 +92,8 @@ double shownTerm(const Statistics& s) {
 double seenLittle(const Statistics& s) {
   constexpr double kNoise = 0.03, kEven = 0.1, kEvenOfExact = 0.25, kMostOfExact = 0.35;
   if (!s.seen_through) return 0;
-  if (!s.shown) return -std::log((*s.seen_through + kNoise) / kEven);
-  return std::min(kMostOfExact, -std::log((*s.seen_through + kNoise) / kEvenOfExact));
+  const double little = -std::log((*s.seen_through + kNoise) / (s.shown ? kEvenOfExact : kEven));
+  return s.shown ? std::min(kMostOfExact, little) : little;
 }
 
 /// The part of the odds that the terms [first, last) make.
@@ -205,6 +205,7 @@ class Reason {
                  "on its like there ({:.0f} % by chance)",
                  100 * s_.dense, 100 * s_.by_chance) +
              whatWouldHelp();
+    if (s_.lead <= 0) return "no place stands out: another one fits as well" + whatWouldHelp();
     return fmt::format(
         "no place stands out: the best fits only {:.1f} times better than the next{}", times,
         whatWouldHelp());
@@ -298,6 +299,14 @@ std::array<double, kTerms> termsOf(const Statistics& s) {
   terms[kLeadThere] = std::max(0.0, terms[kExcess]) * std::max(0.0, terms[kLead]);
   terms[kSeenThrough] = seenLittle(s);
   return terms;
+}
+
+double oddsAmongPlaces(const Evidence& e, const VerdictModel& model) {
+  Statistics s = statisticsOf(e);
+  s.rival = 0;
+  const double odds = placeOdds(s, model) + denseOdds(s, model);
+  return s.settled ? odds + model.weightsFor(s)[kExcess] * (excessOf(s) - excessOverRival(s))
+                   : odds;
 }
 
 Verdict judge(const Evidence& e, const VerdictOptions& o, const VerdictModel& model,

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 
 #include "pipeline/simulated_drive.h"
 #include "xview/types/error.h"
@@ -65,6 +66,33 @@ TEST(Localizer, InAMapThatRepeatsItselfTheSamePoseIsRefused) {
   EXPECT_LT(errorOf(fix, "rear", 39), 0.5);
   EXPECT_NE(fix.status, Status::accepted);
   EXPECT_GT(fix.statistics.look_alike, 0.02);
+}
+
+TEST(Localizer, PlacesThatLookAlikeFromAboveAreToldApartByTheirPoints) {
+  const auto& drive = simulatedDrive();
+  constexpr double kAside_m = 600;
+  const FrameSource& forward = *drive.sessions.at("forward");
+  const MovedRecording copy(forward, Eigen::Isometry3d(Eigen::Translation3d(kAside_m, 0, 0)));
+  map::SemanticMap map = buildMap({&forward, &copy}, {});
+  // What stands in the copy stands a little otherwise, and the place itself was seen worse.
+  for (Point& p : map.cloud.points) {
+    if (map.cloud.origin.x() + double{p.x} < kAside_m / 2) continue;
+    const bool even = (static_cast<int>(p.x / 3) + static_cast<int>(p.y / 3)) % 2 == 0;
+    p.getVector3fMap().array() += even ? 0.4f : -0.4f;
+  }
+  for (std::vector<PlanSample>& samples : map.plan.samples) {
+    std::size_t at = 0;
+    samples.erase(std::remove_if(samples.begin(), samples.end(),
+                                 [&](const PlanSample& s) {
+                                   return map.plan.origin_x + double{s.x} < kAside_m / 2 &&
+                                          ++at % 3 == 0;
+                                 }),
+                  samples.end());
+  }
+  const Localization fix = Localizer(map, {}).localize(drive.query("rear", 10, 40));
+  EXPECT_LT(errorOf(fix, "rear", 39), 0.5) << fix.reason;
+  ASSERT_GT(fix.hypotheses.size(), 1U);
+  EXPECT_GT(fix.hypotheses[1].score, fix.hypotheses[0].score) << "the copy is better from above";
 }
 
 TEST(Localizer, WalksAloneFindTheRearView) {
