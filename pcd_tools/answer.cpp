@@ -3,10 +3,13 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "xview/types/error.h"
+#include "xview/types/user_text.h"
 
 namespace xview::tools {
 namespace {
@@ -85,12 +88,6 @@ void read(const Json& json, const char* name, std::optional<double>& value) {
   value = json.at(name).get<double>();
 }
 
-double timeOf(const Timings& timings, const std::string& stage) {
-  double sum = 0;
-  for (const auto& [name, ms] : timings) sum += name == stage ? ms : 0;
-  return sum;
-}
-
 /// Every stage of the contract is present, also those that a method skips; further stages follow.
 Json timingOf(const Answer& answer) {
   Json timing = Json::object();
@@ -129,9 +126,7 @@ std::string toText(const Json& json) {
 }
 
 Status statusFrom(const std::string& text) {
-  for (const Status status : {Status::accepted, Status::ambiguous, Status::rejected}) {
-    if (text == toString(status)) return status;
-  }
+  if (const auto status = enumeratorNamed(text, Status::rejected)) return *status;
   throw std::invalid_argument("status \"" + text +
                               "\", expected accepted, ambiguous, rejected or error");
 }
@@ -225,15 +220,6 @@ Answer answerFrom(const std::string& line) {
 
 }  // namespace
 
-double totalMs(const Timings& timings) {
-  double sum = 0;
-  for (const auto& [name, ms] : timings) {
-    if (name == "total") return ms;
-    sum += ms;
-  }
-  return sum;
-}
-
 std::string toJson(const Answer& answer) {
   const Localization& fix = answer.fix;
   const bool is_read = answer.error.empty();
@@ -292,6 +278,26 @@ std::vector<Answer> readAnswers(const std::string& path) {
   if (file.bad()) throw Error(path, "cannot be read");
   if (answers.empty()) throw Error(path, "no answers");
   return answers;
+}
+
+const Eigen::Isometry3d& Truth::poseFor(const Answer& answer) const {
+  if (answer.frames == poses_.size() && answer.last_index < poses_.size())
+    return poses_[answer.last_index].T_frame_sensor;
+  if (const io::StampedPose* stamped = withStamp(answer)) return stamped->T_frame_sensor;
+  const auto number = static_cast<std::size_t>(answer.last_frame);
+  if (answer.last_frame >= 0 && number < poses_.size()) return poses_[number].T_frame_sensor;
+  throw Error(path_, fmt::format("expected a pose of frame {} of {}, found {} poses",
+                                 answer.last_frame, answer.input, poses_.size()));
+}
+
+const io::StampedPose* Truth::withStamp(const Answer& answer) const {
+  if (answer.last_stamp_s == static_cast<double>(answer.last_index))
+    return nullptr;  // a mere count
+  const auto same = [&](const io::StampedPose& p) {
+    return std::abs(p.stamp_s - answer.last_stamp_s) < 1e-4;
+  };
+  const auto found = std::find_if(poses_.begin(), poses_.end(), same);
+  return found == poses_.end() ? nullptr : &*found;
 }
 
 }  // namespace xview::tools

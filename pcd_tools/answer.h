@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "xview/io/pose_files.h"
 #include "xview/sequence.h"
 #include "xview/tracker.h"
 #include "xview/types/localization.h"
@@ -31,9 +32,6 @@ struct Answer {
   std::optional<TrackAnswer> track;        ///< with --track
 };
 
-/// Milliseconds that an answer took: "total", or the sum of the stages.
-double totalMs(const Timings& timings);
-
 /// One JSON object on one line, keys in a fixed order, numbers such that reading them gives the
 /// same bits. Poses and covariance are null if there is no hypothesis at all, and of a query that
 /// could not be read, whose status is "error".
@@ -44,5 +42,22 @@ std::string toJson(const Answer& answer);
 /// be missing (Answer::frames is then 0). Queries that could not be read are left out. Throws Error
 /// with path:line.
 std::vector<Answer> readAnswers(const std::string& path);
+
+/// True poses of the frames of a recording, found by the rule of all poses files: one line per
+/// frame, or more lines, of which line N (from 0) belongs to frame N. A real time stamp that both
+/// sides have settles the second case first.
+class Truth {
+ public:
+  explicit Truth(const std::string& path) : path_(path), poses_(io::readPoses(path)) {}
+
+  /// T_map_sensor of the last frame of the query. Throws Error if the file has none.
+  const Eigen::Isometry3d& poseFor(const Answer& answer) const;
+
+ private:
+  const io::StampedPose* withStamp(const Answer& answer) const;
+
+  std::string path_;
+  std::vector<io::StampedPose> poses_;
+};
 
 }  // namespace xview::tools

@@ -9,8 +9,9 @@
 
 #include "outputs.h"
 #include "scenes.h"
-#include "xview/io/atomic_file.h"
+#include "xview/types/atomic_file.h"
 #include "xview/types/error.h"
+#include "xview/types/in_order.h"
 
 namespace xview::tools {
 namespace {
@@ -78,7 +79,7 @@ void AnswerFiles::check(std::size_t inputs) const {
     throw UsageError(fmt::format(
         "--trajectory, --matrix and --initialpose are for one QUERY, found {}", inputs));
   for (const std::string& path : {explain_, tum_, trajectory_, matrix_, initial_pose_})
-    io::requireWritable(path);
+    requireWritable(path);
 }
 
 void AnswerFiles::begin() {
@@ -88,14 +89,9 @@ void AnswerFiles::begin() {
 }
 
 void AnswerFiles::take(const QueryInput& input) {
-  for (const FrameDigest& frame : input.frames) {
-    T_odom_sensor_.push_back(frame.T_odom_sensor);
-    stamps_s_.push_back(frame.stamp_s);
-  }
-  if (!input.frames.empty()) return;
-  T_odom_sensor_ = input.whole->poses;
+  T_odom_sensor_ = input.frames.empty() ? input.whole->poses : input.poses();
   for (std::size_t i = 0; i < T_odom_sensor_.size(); ++i)
-    stamps_s_.push_back(static_cast<double>(i));
+    stamps_s_.push_back(input.frames.empty() ? static_cast<double>(i) : input.frames[i].stamp_s);
 }
 
 void AnswerFiles::explain(const Answer& answer, const Query& query,
@@ -118,14 +114,7 @@ void AnswerFiles::writePage(const map::SemanticMap& map, const Job& job) const {
   scene.made_by = madeBy(job);
   std::vector<std::pair<std::string, std::size_t>> counts;  // of marks by group
   for (const SceneQuery& query : on_page_) {
-    for (const SceneMark& mark : query.marks) {
-      const auto of_group = [&](const auto& count) { return count.first == mark.group; };
-      const auto known = std::find_if(counts.begin(), counts.end(), of_group);
-      if (known == counts.end())
-        counts.emplace_back(mark.group, 1);
-      else
-        ++known->second;
-    }
+    for (const SceneMark& mark : query.marks) ++valueOf(counts, mark.group);
   }
   for (const auto& [group, count] : counts) scene.facts.emplace_back(group, std::to_string(count));
   writeFile(explain_, htmlPage(scene));

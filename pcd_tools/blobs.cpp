@@ -91,7 +91,7 @@ BlobbedCloud regionsOfImages(const FrameSource& source, const Job& job) {
           cloud = graph::thinByVoxel(cloud, job.options.blobs.voxel_m);
         const auto before = static_cast<std::uint32_t>(result.blobs.size());
         for (Point& point : cloud.points) point.instance += point.instance > 0 ? before : 0;
-        appendCloud(result.cloud, cloud);
+        result.cloud.append(cloud);
         result.blobs.insert(result.blobs.end(), blobs.begin(), blobs.end());
       });
   depths.require(source);

@@ -2,7 +2,6 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "answer_table.h"
@@ -10,10 +9,10 @@
 #include "scenes.h"
 #include "windows.h"
 #include "xview/changes.h"
-#include "xview/io/atomic_file.h"
 #include "xview/io/graph_files.h"
 #include "xview/io/label_files.h"
 #include "xview/raw_recording.h"
+#include "xview/types/atomic_file.h"
 #include "xview/types/error.h"
 #include "xview/types/frame.h"
 #include "xview/types/localization.h"
@@ -21,7 +20,6 @@
 namespace xview::tools {
 namespace {
 
-namespace fs = std::filesystem;
 using What = Change::What;
 
 constexpr const char* kAnyway = " (moves anyway)";
@@ -167,13 +165,9 @@ class DiffCommand final : public Command {
   }
 
   ExitCode run(const Job& given) override {
-    const std::string ending = fs::path(out_).extension().string();
-    if (!out_.empty() && ending != ".csv" && !isDrawing(out_))
-      throw UsageError(out_ +
-                       ": expected an ending of .csv, .ply, .png, .svg, .html, .vtk or .pcd");
+    if (!out_.empty()) requireDrawingPath(out_, true);
     if (!given.options.scale.empty())
       throw UsageError("--scale: only visits with the same lengths can be compared");
-    io::requireWritable(out_);
     map::SemanticMap earlier = readMap(given.operands[0], input_, given);
     const Job job = inMap(given, earlier);
     Stopwatch watch;
@@ -256,7 +250,7 @@ class DiffCommand final : public Command {
 
   void write(const Changes& changes, const map::SemanticMap& earlier, const Found& later,
              const Job& job) const {
-    const std::string ending = fs::path(out_).extension().string();
+    const std::string ending = endingOf(out_);
     if (out_.empty()) return;
     if (ending == ".csv") return writeFile(out_, toCsv(changes, earlier.labels));
     if (ending == ".ply") return writeChangeGraph(out_, changes, earlier.labels);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "outputs.h"
 #include "scenes.h"
 #include "xview/graph/lift.h"
 #include "xview/io/cloud_files.h"
@@ -37,8 +38,7 @@ LabelledCloud thinned(LabelledCloud cloud, double voxel_m) {
 }
 
 bool isBareCloud(const std::string& path) {
-  const std::string ending = fs::path(path).extension().string();
-  return (ending == ".pcd" || ending == ".ply") && io::readCloudHeader(path).label_field.empty();
+  return isCloudPath(path) && io::readCloudHeader(path).label_field.empty();
 }
 
 }  // namespace
@@ -85,7 +85,7 @@ std::string foundPath(const std::string& input, const std::string& answers_path,
 std::string DrawnAnswers::mapBehind(const std::string& answers_path) const {
   const std::vector<Answer> answers = readAnswers(answers_path);
   for (const std::string& file : given_) {
-    const std::string ending = fs::path(file).extension().string();
+    const std::string ending = endingOf(file);
     const bool is_query = std::any_of(answers.begin(), answers.end(), [&](const Answer& answer) {
       std::error_code problem;
       return fs::equivalent(file, foundPath(answer.input, answers_path, given_), problem);
@@ -194,7 +194,7 @@ void DrawnAnswers::drawPlace(const std::string& path, const Answer& answer, Join
   }
   LabelSet labels;
   LabelledCloud cloud;
-  if (fs::path(path).extension() == ".xvm") {
+  if (endingOf(path) == ".xvm") {
     const map::SemanticMap map = map::loadMap(path);
     labels = map.labels;
     cloud = map.cloud;
@@ -231,10 +231,10 @@ void DrawnAnswers::drawRecording(const FrameSource& recording, const Answer& ans
   for (std::size_t k = 0; k < count; ++k) {  // evenly, the last one always
     const Frame frame = recording.read(window[window.size() - 1 - k * window.size() / count]);
     const auto& labels = recording.labels();
-    appendCloud(cloud, voxel_m_ > 0 ? graph::liftThin(frame, labels, job_.options.lift, voxel_m_,
-                                                      graph::WholeClasses::none)
-                                          .thin
-                                    : graph::lift(frame, labels, job_.options.lift));
+    cloud.append(voxel_m_ > 0 ? graph::liftThin(frame, labels, job_.options.lift, voxel_m_,
+                                                graph::WholeClasses::none)
+                                    .thin
+                              : graph::lift(frame, labels, job_.options.lift));
   }
   if (count > 1 && voxel_m_ > 0) cloud = graph::thinByVoxel(cloud, voxel_m_);
   if (cloud.empty()) return;

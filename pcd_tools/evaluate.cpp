@@ -13,50 +13,13 @@
 #include "scenes.h"
 #include "tool.h"
 #include "xview/eval/evaluation.h"
-#include "xview/io/atomic_file.h"
 #include "xview/io/pose_files.h"
+#include "xview/types/atomic_file.h"
 #include "xview/types/error.h"
 #include "xview/view/scene.h"
 
 namespace xview::tools {
 namespace {
-
-/// True poses of the frames of a recording, found by the rule of all poses files: one line per
-/// frame, or more lines, of which line N (from 0) belongs to frame N. A real time stamp that both
-/// sides have settles the second case first.
-class Truth {
- public:
-  explicit Truth(const std::string& path) : path_(path), poses_(io::readPoses(path)) {}
-
-  /// T_map_sensor of the last frame of the query. Throws Error if the file has none.
-  const Eigen::Isometry3d& poseFor(const Answer& answer) const;
-
- private:
-  const io::StampedPose* withStamp(const Answer& answer) const;
-
-  std::string path_;
-  std::vector<io::StampedPose> poses_;
-};
-
-const Eigen::Isometry3d& Truth::poseFor(const Answer& answer) const {
-  if (answer.frames == poses_.size() && answer.last_index < poses_.size())
-    return poses_[answer.last_index].T_frame_sensor;
-  if (const io::StampedPose* stamped = withStamp(answer)) return stamped->T_frame_sensor;
-  const auto number = static_cast<std::size_t>(answer.last_frame);
-  if (answer.last_frame >= 0 && number < poses_.size()) return poses_[number].T_frame_sensor;
-  throw Error(path_, fmt::format("expected a pose of frame {} of {}, found {} poses",
-                                 answer.last_frame, answer.input, poses_.size()));
-}
-
-const io::StampedPose* Truth::withStamp(const Answer& answer) const {
-  if (answer.last_stamp_s == static_cast<double>(answer.last_index))
-    return nullptr;  // a mere count
-  const auto same = [&](const io::StampedPose& p) {
-    return std::abs(p.stamp_s - answer.last_stamp_s) < 1e-4;
-  };
-  const auto found = std::find_if(poses_.begin(), poses_.end(), same);
-  return found == poses_.end() ? nullptr : &*found;
-}
 
 ScoredQuery withoutTruth(const Answer& answer) {
   ScoredQuery query;
@@ -329,10 +292,10 @@ class EvaluateCommand final : public Command {
         {"calibration.svg", chartSvg(charts[2])}};
     const bool is_new = makeFolder(out_);
     try {
-      std::deque<io::AtomicFile> files;
+      std::deque<AtomicFile> files;
       for (const auto& [name, content] : contents)
         files.emplace_back(out_ + "/" + name).write(content);
-      for (io::AtomicFile& file : files) file.commit();
+      for (AtomicFile& file : files) file.commit();
     } catch (const Error&) {
       std::error_code problem;
       if (is_new) std::filesystem::remove(out_, problem);

@@ -7,10 +7,11 @@
 #include "answer_table.h"
 #include "doubts.h"
 #include "inputs.h"
+#include "outputs.h"
 #include "tool.h"
-#include "xview/io/atomic_file.h"
 #include "xview/localizer.h"
 #include "xview/map/semantic_map.h"
+#include "xview/types/atomic_file.h"
 #include "xview/types/error.h"
 #include "xview/types/localization.h"
 
@@ -45,12 +46,12 @@ class FuseCommand final : public Command {
     if (given.operands.size() != 2) throw UsageError("xview fuse needs QUERY MAP, found 1 operand");
     const std::string &query = given.operands[0], &path = given.operands[1];
     checkOrder(given.operands, input_);
-    std::optional<io::AtomicFile> copy;
-    if (!out_.empty() && (std::filesystem::path(out_).extension() != ".xvm" ||
-                          (std::filesystem::exists(out_) && !map::isMapFile(out_))))
+    std::optional<AtomicFile> copy;
+    if (!out_.empty() &&
+        (endingOf(out_) != ".xvm" || (std::filesystem::exists(out_) && !map::isMapFile(out_))))
       throw UsageError(out_ + ": a map ends with .xvm, and only a map is written over");
     if (out_.empty())
-      io::requireWritable(path);
+      requireWritable(path);
     else
       copy.emplace(out_);
     const map::MapLock lock(path);

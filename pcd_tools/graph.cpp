@@ -3,13 +3,12 @@
 
 #include <fmt/core.h>
 
-#include <filesystem>
-
 #include "inputs.h"
+#include "outputs.h"
 #include "tool.h"
-#include "xview/io/atomic_file.h"
 #include "xview/io/graph_files.h"
 #include "xview/map/semantic_map.h"
+#include "xview/types/atomic_file.h"
 #include "xview/types/error.h"
 
 namespace xview::tools {
@@ -33,9 +32,8 @@ class GraphCommand final : public Command {
 
   ExitCode run(const Job& job) override {
     const std::string& out = job.operands[1];
-    if (std::filesystem::path(out).extension() != ".ply")
-      throw UsageError(out + ": a graph ends with .ply");
-    io::requireWritable(out);
+    if (endingOf(out) != ".ply") throw UsageError(out + ": a graph ends with .ply");
+    requireWritable(out);
     const LabelledGraph result = read(job);
     io::writeGraph(out, result.graph, result.labels);
     fmt::print("{} vertices, {} edges, {} connected parts\n", result.graph.size(),

@@ -7,7 +7,6 @@
 
 #include "classes.h"
 #include "xview/depth_plausibility.h"
-#include "xview/graph/class_shapes.h"
 #include "xview/graph/edges.h"
 #include "xview/graph/lift.h"
 #include "xview/graph/smooth_depth.h"
@@ -149,7 +148,7 @@ std::unique_ptr<FrameSource> openPlaceInput(const std::string& path,
   sayNotes(*source, job.narrate);
   if (source->labels().name() == kShapes) return source;  // they meet those of a map by kind
   if (options.map_labels && source->labels() == *options.map_labels) return source;
-  source = graph::withRolesByShape(std::move(source), job.options.lift, job.options.threads);
+  source = withRolesByShape(std::move(source), job.options.lift, job.options.threads);
   sayGuesses(path, source->labels(), job.narrate);
   return inClassesOfMap(std::move(source), options, job.narrate);
 }
@@ -320,7 +319,7 @@ LabelledCloud liftAll(const FrameSource& source, const Job& job, double voxel_m,
       },
       [&](const Lifted& lifted) {
         depths.add(lifted.counts, lifted.cloud, lifted.sensor);
-        appendCloud(whole, lifted.cloud);
+        whole.append(lifted.cloud);
         sum += lifted.counts;
       });
   depths.require(source);
@@ -328,19 +327,6 @@ LabelledCloud liftAll(const FrameSource& source, const Job& job, double voxel_m,
   if (counts) *counts = sum;
   if (voxel_m > 0) whole = graph::thinByVoxel(whole, voxel_m);
   return whole;
-}
-
-void appendCloud(LabelledCloud& whole, const LabelledCloud& part) {
-  if (whole.empty()) {
-    whole = part;
-    return;
-  }
-  const Eigen::Vector3f shift = (part.origin - whole.origin).cast<float>();
-  whole.points.reserve(whole.size() + part.size());
-  for (Point point : part.points) {
-    point.getVector3fMap() += shift;
-    whole.points.push_back(point);
-  }
 }
 
 }  // namespace xview::tools

@@ -83,6 +83,12 @@ struct QueryInput {
   std::unique_ptr<Query> whole;         ///< the query, unless it is to be cut into windows
   std::unique_ptr<FrameSource> source;  ///< else the recording, which is read window by window
   std::size_t size() const { return frames.empty() ? 1 : frames.size(); }
+  /// T_odom_sensor of its frames.
+  std::vector<Eigen::Isometry3d> poses() const {
+    std::vector<Eigen::Isometry3d> poses;
+    for (const FrameDigest& frame : frames) poses.push_back(frame.T_odom_sensor);
+    return poses;
+  }
 };
 /// A recording is opened, but not read.
 QueryInput openQuery(const std::string& path, const InputFlags& input, const Job& job,
@@ -101,24 +107,21 @@ void checkOrder(const std::vector<std::string>& operands, const InputFlags& inpu
 template <class Make, class Take>
 void forEachFrame(const FrameSource& source, const Job& job, const char* stage, Make&& make,
                   Take&& take) {
-  constexpr std::size_t kBatch = 16;
+  constexpr std::size_t kAhead = 16;
   const Progress progress = job.narrate.progress(stage);
-  for (std::size_t first = 0; first < source.size(); first += kBatch) {
-    const std::size_t count = std::min(kBatch, source.size() - first);
-    std::vector<decltype(make(source.read(0)))> made(count);
-    parallelFor(count, job.options.threads,
-                [&](std::size_t i) { made[i] = make(source.read(first + i)); });
-    for (auto& one : made) take(std::move(one));
-    if (progress) progress(first + count, source.size());
-  }
+  std::vector<decltype(make(source.read(0)))> made(kAhead);
+  makeInOrder(
+      source.size(), job.options.threads, kAhead,
+      [&](std::size_t i) { made[i % kAhead] = make(source.read(i)); },
+      [&](std::size_t i) {
+        take(std::move(made[i % kAhead]));
+        if (progress) progress(i + 1, source.size());
+      });
 }
 
 /// The measurements of all frames in the odometry frame, one behind the other, thinned to one point
 /// per voxel and class (0 = all). Throws Error if nothing is left.
 LabelledCloud liftAll(const FrameSource& source, const Job& job, double voxel_m,
                       graph::LiftCounts* counts = nullptr);
-
-/// Appends a cloud whose origin may differ.
-void appendCloud(LabelledCloud& whole, const LabelledCloud& part);
 
 }  // namespace xview::tools

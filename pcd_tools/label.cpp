@@ -22,11 +22,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-bool isCloudPath(const std::string& path) {
-  const std::string ending = fs::path(path).extension().string();
-  return ending == ".pcd" || ending == ".ply";
-}
-
 /// The colour images of a recording: those of its rgb.txt by time, as TUM RGB-D has them, or those
 /// of RECORDING/rgb by the number in their names.
 class ColorFiles {
@@ -87,23 +82,20 @@ io::InputOptions labelsOnly(const std::string& labels) {
 }
 
 /// A recording of cameras with the classes that a network finds in its colours.
-class NetworkLabelled final : public ForwardingSource {
+class NetworkLabelled final : public RelabelledRecording {
  public:
   NetworkLabelled(std::unique_ptr<FrameSource> source, const std::string& model,
                   const NetworkInput& input)
-      : ForwardingSource(*source),
-        source_(std::move(source)),
-        labels_(*io::namedLabels(labelsOnly(input.labels), "")),
-        files_(source_->name()),
+      : RelabelledRecording(std::move(source), *io::namedLabels(labelsOnly(input.labels), "")),
+        files_(name()),
         network_(model, input) {
     if (sensor() != Sensor::camera)
       throw UsageError("--net needs images, but " + name() + " has none");
     for (std::size_t i = 0; i < size(); ++i) files_.of(number(i), stamp(i));
   }
 
-  const LabelSet& labels() const override { return labels_; }
   Frame read(std::size_t index) const override {
-    Frame frame = source_->read(index);
+    Frame frame = ForwardingSource::read(index);
     const ColorImage colors = io::readColors(files_.of(frame.number, frame.stamp_s));
     const std::lock_guard<std::mutex> lock(one_at_a_time_);
     frame.label = network_.label(colors, frame.depth.width, frame.depth.height);
@@ -112,8 +104,6 @@ class NetworkLabelled final : public ForwardingSource {
   }
 
  private:
-  std::unique_ptr<FrameSource> source_;
-  LabelSet labels_;
   ColorFiles files_;
   mutable label::Network network_;
   mutable std::mutex one_at_a_time_;

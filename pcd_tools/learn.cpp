@@ -10,10 +10,10 @@
 #include "doubts.h"
 #include "inputs.h"
 #include "tool.h"
-#include "xview/io/atomic_file.h"
 #include "xview/io/pose_files.h"
 #include "xview/likelihood_learning.h"
 #include "xview/map/semantic_map.h"
+#include "xview/types/atomic_file.h"
 #include "xview/types/error.h"
 #include "xview/types/localization.h"
 #include "xview/verify/verdict.h"
@@ -64,7 +64,7 @@ class LearnCommand final : public Command {
       throw UsageError(job.operands.back() +
                        " is a map: the operands are RECORDING... MAP OUT.txt, OUT.txt comes last");
     }
-    io::AtomicFile out(job.operands.back());
+    AtomicFile out(job.operands.back());
     const map::SemanticMap map = readMap(job.operands[job.operands.size() - 2], input_, job);
     const Job sized = inMap(job, map);
     search::LikelihoodTable learned;
@@ -86,7 +86,7 @@ class LearnCommand final : public Command {
 
  private:
   ExitCode learnVerdict(const Job& job) const {
-    io::AtomicFile out(job.operands.back());
+    AtomicFile out(job.operands.back());
     Truths truths;
     std::vector<verify::JudgedStatistics> judged;
     for (std::size_t i = 0; i + 1 < job.operands.size(); ++i) {
@@ -111,22 +111,14 @@ class LearnCommand final : public Command {
    public:
     /// Infinite for a recording without true poses, which is from elsewhere.
     double errorOf(const Answer& answer) {
-      const auto [known, is_new] = poses_.try_emplace(answer.input);
       const std::string file = truthBeside(answer.input);
-      if (is_new && !file.empty()) known->second = io::readPoses(file);
       if (file.empty()) return INFINITY;
-      const std::vector<io::StampedPose>& poses = known->second;
-      const auto at = answer.frames == poses.size() ? answer.last_index
-                                                    : static_cast<std::size_t>(answer.last_frame);
-      if (at >= poses.size())
-        throw Error(file, fmt::format("expected a pose of frame {} of {}, found {} poses",
-                                      answer.last_frame, answer.input, poses.size()));
-      return (poses[at].T_frame_sensor.translation() - answer.fix.T_map_sensor.translation())
-          .norm();
+      const Truth& truth = read_.try_emplace(file, file).first->second;
+      return (truth.poseFor(answer).translation() - answer.fix.T_map_sensor.translation()).norm();
     }
 
    private:
-    std::map<std::string, std::vector<io::StampedPose>> poses_;
+    std::map<std::string, Truth> read_;
   };
 
   /// Empty if there is none.

@@ -232,9 +232,7 @@ class LocalizeCommand final : public Command {
     const auto answer = [&](const std::string& query) {
       files_.begin();
       const QueryInput input = openOrRead(query, map.labels, job);
-      std::vector<Eigen::Isometry3d> poses;
-      for (const FrameDigest& frame : input.frames) poses.push_back(frame.T_odom_sensor);
-      sayOwnDrive(map, query, poses, job.narrate);
+      sayOwnDrive(map, query, input.poses(), job.narrate);
       WindowAnswers answers(localizer, windows_, job.options);
       answerInput(input, localizer, answers, job);
     };

@@ -3,13 +3,14 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <map>
 
 #include "inputs.h"
 #include "outputs.h"
 #include "scenes.h"
 #include "tool.h"
 #include "xview/alikeness.h"
-#include "xview/io/atomic_file.h"
+#include "xview/types/atomic_file.h"
 #include "xview/types/error.h"
 #include "xview/types/localization.h"
 
@@ -18,17 +19,23 @@ namespace {
 
 constexpr std::size_t kPlaces = 60;  ///< at 5 lengths each: some seconds for any map
 
+/// Among the lengths that were tried, from short to long; their number for what nothing tells.
+std::size_t rankOf(const Alikeness::Place& place, const Alikeness& alikeness) {
+  const std::vector<double>& lengths = alikeness.lengths_m;
+  return static_cast<std::size_t>(
+      std::find(lengths.begin(), lengths.end(), place.sure_m.value_or(-1)) - lengths.begin());
+}
+
 /// From green for what a few metres tell to red for what nothing tells.
-Color colorOf(const std::optional<double>& sure_m, const std::vector<double>& lengths_m) {
-  const auto at = sure_m ? std::find(lengths_m.begin(), lengths_m.end(), *sure_m) : lengths_m.end();
-  const double share = static_cast<double>(at - lengths_m.begin()) /
-                       static_cast<double>(std::max<std::size_t>(1, lengths_m.size()));
+Color colorOf(const Alikeness::Place& place, const Alikeness& alikeness) {
+  const double share = static_cast<double>(rankOf(place, alikeness)) /
+                       static_cast<double>(std::max<std::size_t>(1, alikeness.lengths_m.size()));
   return {static_cast<std::uint8_t>(40 + 190 * std::min(1.0, 2 * share)),
           static_cast<std::uint8_t>(40 + 130 * std::min(1.0, 2 - 2 * share)), 40};
 }
 
-std::string nameOf(const std::optional<double>& sure_m) {
-  return sure_m ? fmt::format("sure from {:.0f} m on", *sure_m) : std::string("not sure at all");
+std::string nameOf(const Alikeness::Place& place) {
+  return place.sure_m ? fmt::format("sure from {:.0f} m on", *place.sure_m) : "not sure at all";
 }
 
 std::string toCsv(const Alikeness& alikeness) {
@@ -65,28 +72,23 @@ Scene sceneOf(const map::SemanticMap& map, const Alikeness& alikeness, const Job
   for (const WrongScores& scores : wrongScores(alikeness))
     scene.facts.emplace_back(fmt::format("{:.0f} m", scores.window_m),
                              fmt::format("{:.0f} %", percentSure(alikeness, scores)));
+  std::multimap<std::size_t, SceneLine> by_rank;  // the legend goes from short to long
   for (const Alikeness::Place& place : alikeness.places) {
     if (place.rival)
-      scene.lines.push_back({"look alike", {200, 180, 215}, {place.position, *place.rival}});
+      by_rank.emplace(alikeness.lengths_m.size(),
+                      SceneLine{"look alike", {200, 180, 215}, {place.position, *place.rival}});
   }
   const bool has_way = map.poses.size() > 1;
   for (std::size_t i = 0; i < alikeness.places.size(); ++i) {
     const Alikeness::Place& place = alikeness.places[i];
-    SceneLine line{nameOf(place.sure_m), colorOf(place.sure_m, alikeness.lengths_m), {}};
+    SceneLine line{nameOf(place), colorOf(place, alikeness), {}};
     const std::size_t end =
         i + 1 < alikeness.places.size() ? alikeness.places[i + 1].key_frame + 1 : map.poses.size();
     for (std::size_t k = place.key_frame; has_way && k < end; ++k)
       line.points.push_back(map.poses[k].translation());
-    if (line.points.size() > 1) scene.lines.push_back(std::move(line));
+    if (line.points.size() > 1) by_rank.emplace(rankOf(place, alikeness), std::move(line));
   }
-  const auto rank = [&](const SceneLine& line) {  // the legend goes from short to long
-    const auto& lengths = alikeness.lengths_m;
-    return std::find_if(lengths.begin(), lengths.end(),
-                        [&](double length) { return line.name == nameOf(length); }) -
-           lengths.begin();
-  };
-  std::stable_sort(scene.lines.begin(), scene.lines.end(),
-                   [&](const SceneLine& a, const SceneLine& b) { return rank(a) < rank(b); });
+  for (auto& [rank, line] : by_rank) scene.lines.push_back(std::move(line));
   return scene;
 }
 
@@ -95,13 +97,11 @@ void writeColoured(const std::string& path, const map::SemanticMap& map,
                    const Alikeness& alikeness) {
   LabelSet labels("lookalikes");
   const auto labelOf = [&](const Alikeness::Place& place) {
-    const auto at = std::find(alikeness.lengths_m.begin(), alikeness.lengths_m.end(),
-                              place.sure_m.value_or(-1));
-    return static_cast<std::uint32_t>(at - alikeness.lengths_m.begin()) + 1;
+    return static_cast<std::uint32_t>(rankOf(place, alikeness)) + 1;
   };
   for (const Alikeness::Place& place : alikeness.places)
-    labels.add({labelOf(place), nameOf(place.sure_m), colorOf(place.sure_m, alikeness.lengths_m),
-                Role::object, Kind::other_object, false});
+    labels.add({labelOf(place), nameOf(place), colorOf(place, alikeness), Role::object,
+                Kind::other_object, false});
   LabelledCloud cloud = map.cloud;
   if (cloud.empty()) {
     for (const Vertex& v : map.graph.vertices) {
@@ -149,14 +149,11 @@ class LookalikesCommand final : public Command {
   }
 
   ExitCode run(const Job& job) override {
-    namespace fs = std::filesystem;
     const std::string& path = job.operands[0];
     const std::string out =
-        !out_.empty() ? out_ : fs::path(path).stem().string() + "_lookalikes.png";
-    const std::string ending = fs::path(out).extension().string();
-    if (ending != ".csv" && !isDrawing(out))
-      throw UsageError(out + ": expected an ending of .csv, .png, .html, .pcd, .ply or .vtk");
-    io::requireWritable(out);
+        !out_.empty() ? out_ : std::filesystem::path(path).stem().string() + "_lookalikes.png";
+    const std::string ending = endingOf(out);
+    requireDrawingPath(out, true);
     const map::SemanticMap map = readMap(path, input_, job);
     Stopwatch watch;
     const Alikeness alikeness = measureAlikeness(map, job.options, kPlaces);
@@ -167,7 +164,7 @@ class LookalikesCommand final : public Command {
       throw Error(path, "has no two places that could be compared; map a longer drive");
     if (ending == ".csv")
       writeFile(out, toCsv(alikeness));
-    else if (ending == ".pcd" || ending == ".ply")
+    else if (isCloudPath(out))
       writeColoured(out, map, alikeness);
     else
       writeDrawing(out, sceneOf(map, alikeness, job));

@@ -10,8 +10,8 @@
 #include "terminal.h"
 #include "tool.h"
 #include "xview/options.h"
+#include "xview/types/atomic_file.h"
 #include "xview/types/error.h"
-#include "xview/types/unfinished_file.h"
 #include "xview/types/user_text.h"
 
 namespace xview::tools {

@@ -6,10 +6,11 @@
 
 #include "doubts.h"
 #include "inputs.h"
+#include "outputs.h"
 #include "tool.h"
-#include "xview/io/atomic_file.h"
 #include "xview/map/semantic_map.h"
 #include "xview/mapper.h"
+#include "xview/types/atomic_file.h"
 #include "xview/types/error.h"
 #include "xview/types/localization.h"
 
@@ -39,12 +40,12 @@ class MapCommand final : public Command {
   ExitCode run(const Job& job) override {
     const std::vector<std::string> inputs(job.operands.begin(), job.operands.end() - 1);
     const std::string& out = job.operands.back();
-    if (std::filesystem::path(out).extension() != ".xvm")
+    if (endingOf(out) != ".xvm")
       throw UsageError(out + ": a map ends with .xvm; the last operand is the map to write");
     const bool exists = std::filesystem::exists(out);
     if (exists && !map::isMapFile(out))
       throw Error(out, "exists and is no map; the last operand is the map to write");
-    io::requireWritable(out);
+    requireWritable(out);
 
     const map::MapLock lock(out);
     Stopwatch watch;

@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <fmt/core.h>
 
-#include <filesystem>
 #include <set>
 
 #include "inputs.h"
 #include "outputs.h"
 #include "scenes.h"
 #include "tool.h"
-#include "xview/io/atomic_file.h"
 #include "xview/localizer.h"
+#include "xview/types/atomic_file.h"
 #include "xview/types/error.h"
 #include "xview/types/localization.h"
 
@@ -53,11 +52,8 @@ class MatchCommand final : public Command {
 
   ExitCode run(const Job& job) override {
     const std::string& out = job.operands[2];
-    const bool is_table = std::filesystem::path(out).extension() == ".csv";
-    if (is_table)
-      io::requireWritable(out);
-    else
-      requireDrawingPath(out);
+    const bool is_table = endingOf(out) == ".csv";
+    requireDrawingPath(out, true);
     if (!job.options.scale.empty())
       throw UsageError("--scale: match draws the query in its own lengths");
     checkOrder({job.operands[0], job.operands[1]}, input_);

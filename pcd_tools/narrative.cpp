@@ -11,6 +11,7 @@
 
 #include "terminal.h"
 #include "xview/types/error.h"
+#include "xview/types/in_order.h"
 
 namespace xview::tools {
 namespace {
@@ -179,10 +180,7 @@ void FrameReport::add(const FrameDigest& frame) {
   points_ += frame.cloud.size();
   blobs_ += frame.blobs.size();
   left_out_ += frame.counts;
-  for (std::size_t i = 0; i < frame.timing_ms.size(); ++i) {
-    if (i >= sums_ms_.size()) sums_ms_.emplace_back(frame.timing_ms[i].first, 0);
-    sums_ms_[i].second += frame.timing_ms[i].second;
-  }
+  for (const auto& [stage, ms] : frame.timing_ms) valueOf(sums_ms_, stage) += ms;
   if (progress_) progress_(added_, source_.size());
 }
 

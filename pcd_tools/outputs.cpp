@@ -5,19 +5,16 @@
 
 #include <filesystem>
 
-#include "xview/io/atomic_file.h"
 #include "xview/io/cloud_files.h"
+#include "xview/types/atomic_file.h"
 #include "xview/types/error.h"
 #include "xview/view/color_mesh.h"
 
 namespace xview::tools {
-namespace {
 
 std::string endingOf(const std::string& path) {
   return std::filesystem::path(path).extension().string();
 }
-
-}  // namespace
 
 Results::Results(const std::string& path) {
   if (!path.empty()) file_.emplace(path);
@@ -42,11 +39,13 @@ void removeStale(const std::string& path, const Narrative& narrate) {
   narrate.note(path + " of an earlier query is removed: there is no accepted pose to write");
 }
 
+bool isCloudPath(const std::string& path) {
+  return endingOf(path) == ".pcd" || endingOf(path) == ".ply";
+}
+
 void requireCloudPath(const std::string& path) {
-  const std::string ending = endingOf(path);
-  if (ending != ".pcd" && ending != ".ply")
-    throw UsageError(path + ": a cloud ends with .pcd or .ply");
-  io::requireWritable(path);
+  if (!isCloudPath(path)) throw UsageError(path + ": a cloud ends with .pcd or .ply");
+  requireWritable(path);
 }
 
 void writeCloud(const std::string& path, const LabelledCloud& cloud, const LabelSet& labels) {
@@ -59,13 +58,14 @@ void writeCloud(const std::string& path, const LabelledCloud& cloud, const Label
 bool isDrawing(const std::string& path) {
   const std::string ending = endingOf(path);
   return ending == ".png" || ending == ".svg" || ending == ".html" || ending == ".vtk" ||
-         ending == ".ply" || ending == ".pcd";
+         isCloudPath(path);
 }
 
-void requireDrawingPath(const std::string& path) {
-  if (!isDrawing(path))
-    throw UsageError(path + ": a drawing ends with .png, .svg, .html, .vtk, .ply or .pcd");
-  io::requireWritable(path);
+void requireDrawingPath(const std::string& path, bool or_table) {
+  if (!isDrawing(path) && !(or_table && endingOf(path) == ".csv"))
+    throw UsageError(path + ": a drawing ends with .png, .svg, .html, .vtk, .ply or .pcd" +
+                     (or_table ? ", a table with .csv" : ""));
+  requireWritable(path);
 }
 
 void writeMesh(const std::string& path, const ColorMesh& mesh) {

@@ -6,14 +6,11 @@
 #include <string>
 
 #include "narrative.h"
-#include "xview/io/atomic_file.h"
+#include "xview/types/atomic_file.h"
 #include "xview/types/labelled_cloud.h"
 #include "xview/view/scene.h"
 
 namespace xview::tools {
-
-using io::makeFolder;
-using io::writeFile;
 
 /// Where the results of a command go: to standard output as they come, or into a file that appears
 /// whole at the end.
@@ -25,14 +22,18 @@ class Results {
   std::FILE* screen() const { return file_ ? nullptr : stdout; }
 
  private:
-  std::optional<io::AtomicFile> file_;
+  std::optional<AtomicFile> file_;
 };
 
 /// Removes what an earlier run left at the path, because this run has nothing to write there, and
 /// says so.
 void removeStale(const std::string& path, const Narrative& narrate);
 
-/// Throws UsageError unless the path ends with .pcd or .ply, Error if it cannot be written; called
+std::string endingOf(const std::string& path);  ///< with the point: ".pcd"
+
+bool isCloudPath(const std::string& path);  ///< true if the ending is .pcd or .ply
+
+/// Throws UsageError unless isCloudPath, Error if it cannot be written; called
 /// before the work, not after it.
 void requireCloudPath(const std::string& path);
 /// PCD or PLY by the ending of the path, coloured by class.
@@ -41,9 +42,9 @@ void writeCloud(const std::string& path, const LabelledCloud& cloud, const Label
 /// True if the ending is one that writeDrawing knows: .png, .svg, .html, .vtk, .ply, .pcd.
 bool isDrawing(const std::string& path);
 
-/// Throws UsageError unless isDrawing, Error if it cannot be written; called before the work, not
-/// after it.
-void requireDrawingPath(const std::string& path);
+/// Throws UsageError unless isDrawing or, where a table can be asked for, the ending is .csv; Error
+/// if it cannot be written; called before the work, not after it.
+void requireDrawingPath(const std::string& path, bool or_table = false);
 
 /// Everything that is in the scene, by the ending: .png and .svg from above; .html as a page; .vtk
 /// and .ply as a mesh, .pcd as a cloud.

@@ -8,32 +8,10 @@
 #include "xview/io/recording.h"
 #include "xview/sim/recordings.h"
 #include "xview/types/localization.h"
+#include "xview/types/option_fields.h"
 
 namespace xview::tools {
 namespace {
-
-/// Makes a flag of every field of the simulator's options; seed and threads are common flags
-/// already.
-struct FlagOfField {
-  Flags& flags;
-  std::string prefix;
-
-  template <class T, class Legal>
-  void operator()(const char* name, T& value, const Legal&, const std::string& help) const {
-    (*this)(name, value, help);
-  }
-  template <class T>
-  void operator()(const char* name, T& value, const std::string& help) const {
-    const std::string key = prefix + name;
-    if (key == "seed" || key == "threads") return;
-    const bool is_rare = !prefix.empty() && prefix != "sessions.";
-    (is_rare ? flags.rare() : flags).add("--" + key, value, help);
-  }
-  template <class Group>
-  void group(const char* name, Group& fields) const {
-    visit(fields, FlagOfField{flags, prefix + name + "."});
-  }
-};
 
 class SimulateCommand final : public Command {
  public:
@@ -51,7 +29,17 @@ class SimulateCommand final : public Command {
             true};
   }
 
-  void declare(Flags& flags) override { visit(options_, FlagOfField{flags, ""}); }
+  /// A flag for every option of the simulator but seed and threads, which are common flags.
+  void declare(Flags& flags) override {
+    for (const OptionField& field : fieldsOf(options_)) {
+      if (field.key == "seed" || field.key == "threads") continue;
+      const std::size_t dot = field.key.find('.');
+      const bool is_rare = dot != std::string::npos && field.key.substr(0, dot) != "sessions";
+      const Flags group = is_rare ? flags.rare() : flags;
+      std::visit([&](auto* value) { group.add("--" + field.key, *value, field.meaning); },
+                 field.value);
+    }
+  }
 
   ExitCode run(const Job& job) override {
     options_.seed = job.options.seed;

@@ -63,11 +63,9 @@ class ViewCommand final : public Command {
     Content content;
     std::vector<SceneQuery> queries;
     DrawnAnswers drawn(input_, voxel_m_, job, files);
-    const auto is_answers = [](const std::string& f) {
-      return fs::path(f).extension() == ".jsonl";
-    };
+    const auto is_answers = [](const std::string& f) { return endingOf(f) == ".jsonl"; };
     std::stable_partition(files.begin(), files.end(), [&](const std::string& f) {
-      return fs::path(f).extension() == ".xvm";  // its classes come first
+      return endingOf(f) == ".xvm";  // its classes come first
     });
     std::set<std::string> maps;  // that answers name and nobody gave
     for (const std::string& file : files) {
@@ -119,8 +117,7 @@ class ViewCommand final : public Command {
   /// yet, or one that could not be an input.
   std::string takeOut(std::vector<std::string>& files, const Job& job) const {
     if (!out_.empty()) return out_;
-    const std::string last = files.back(), ending = fs::path(last).extension().string();
-    const bool may_be_input = ending == ".ply" || ending == ".pcd";
+    const std::string last = files.back(), ending = endingOf(last);
     static const std::set<std::string> kInputs = {"", ".xvm", ".jsonl", ".bin", ".tum", ".txt"};
     if (files.size() > 1 && !fs::exists(last) && kInputs.count(ending) == 0)
       requireDrawingPath(last);
@@ -129,7 +126,7 @@ class ViewCommand final : public Command {
         files.pop_back();
         return last;
       }
-      if (!may_be_input)
+      if (!isCloudPath(last))
         throw UsageError(fmt::format("{} exists already; -o {} writes it anew", last, last));
     }
     fs::path first = fs::path(files[0]).lexically_normal();
@@ -180,7 +177,7 @@ class ViewCommand final : public Command {
   }
 
   void add(const std::string& path, const Job& job, Content& content) const {
-    const std::string ending = fs::path(path).extension().string();
+    const std::string ending = endingOf(path);
     if (ending == ".tum" || ending == ".txt") return addWay(path, content);
     io::InputOptions input = input_.parsed();
     switch (settleKind(path, input, job)) {
@@ -200,7 +197,7 @@ class ViewCommand final : public Command {
     content.labels.adopt(map.labels, map.graph);
     content.labels.adopt(map.labels, map.cloud);
     append(content.map.graph, map.graph);
-    appendCloud(content.map.cloud, map.cloud);
+    content.map.cloud.append(map.cloud);
     if (content.map.plan.sampleCount() == 0) content.map.plan = map.plan;
     content.map.poses.insert(content.map.poses.end(), map.poses.begin(), map.poses.end());
   }
@@ -218,7 +215,7 @@ class ViewCommand final : public Command {
     LabelSet labels;
     LabelledCloud cloud = readAnyCloud(path, input, job, voxel_m_, labels, &content.map.poses);
     content.labels.adopt(labels, cloud);
-    appendCloud(content.map.cloud, cloud);
+    content.map.cloud.append(cloud);
   }
 
   static constexpr Color kWayColor{30, 96, 214};

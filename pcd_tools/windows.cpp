@@ -6,6 +6,7 @@
 #include "scenes.h"
 #include "xview/sequence.h"
 #include "xview/types/median.h"
+#include "xview/types/pose.h"
 
 namespace xview::tools {
 namespace {
@@ -14,16 +15,12 @@ constexpr double kWindow_m = 60;  ///< of a town; a place of another size has it
 
 /// Windows of so much way, from one start to the next half of it; the last one ends where the
 /// recording does.
-std::vector<Window> windowsOf(const std::vector<FrameDigest>& frames, double length_m) {
-  std::vector<double> way{0};
-  for (std::size_t i = 1; i < frames.size(); ++i)
-    way.push_back(
-        way.back() +
-        (frames[i].T_odom_sensor.translation() - frames[i - 1].T_odom_sensor.translation()).norm());
+std::vector<Window> windowsOf(const std::vector<Eigen::Isometry3d>& poses, double length_m) {
+  const std::vector<double> way = wayAlong(poses);
   std::vector<Window> windows;
   std::size_t first = 0;
-  for (std::size_t last = 0; last < frames.size(); ++last) {
-    const bool is_end = last + 1 == frames.size();
+  for (std::size_t last = 0; last < poses.size(); ++last) {
+    const bool is_end = last + 1 == poses.size();
     if (way[last] - way[first] < length_m && !is_end) continue;
     if (is_end && !windows.empty()) {
       while (first > 0 && way[last] - way[first] < length_m) --first;
@@ -69,7 +66,7 @@ PlacedRecording placeRecording(const QueryInput& input, const Localizer& localiz
   std::optional<Sequence> sequence;
   if (job.options.method != "walks") sequence.emplace(localizer, job.options);
   std::vector<double> sigmas;
-  const std::vector<Window> windows = windowsOf(input.frames, kWindow_m * localizer.size());
+  const std::vector<Window> windows = windowsOf(input.poses(), kWindow_m * localizer.size());
   forEachWindow(input, windows, job, [&](const Query& query, const Window& window) {
     const Localization fix =
         sequence ? sequence->add(query, window.first, window.last).fix : localizer.localize(query);
@@ -89,9 +86,7 @@ PlacedRecording placeRecording(const QueryInput& input, const Localizer& localiz
   placed.windows = windows.size();
   if (placed.fixes.empty()) return placed;
   placed.sigma_m = medianOf(sigmas);
-  std::vector<Eigen::Isometry3d> T_odom_sensor;
-  for (const FrameDigest& frame : input.frames) T_odom_sensor.push_back(frame.T_odom_sensor);
-  const auto poses = pose::trajectoryThrough(T_odom_sensor, placed.fixes);
+  const auto poses = pose::trajectoryThrough(input.poses(), placed.fixes);
   placed.T_map_sensor.assign(poses.begin() + static_cast<std::ptrdiff_t>(placed.first),
                              poses.begin() + static_cast<std::ptrdiff_t>(placed.last));
   return placed;

@@ -25,6 +25,12 @@ std::unique_ptr<FrameSource> withShapeLabels(std::unique_ptr<FrameSource> source
                                              const graph::LiftOptions& lift,
                                              ShapeShares* shares = nullptr);
 
+/// The recording with roles and kinds of its classes from their shapes (label::rolesByShape),
+/// judged in frames spread over it, if its classes have no names; any other recording as it is.
+/// Whoever asks for a map of bare ids gets streets and walls instead of nothing but objects.
+std::unique_ptr<FrameSource> withRolesByShape(std::unique_ptr<FrameSource> source,
+                                              const graph::LiftOptions& lift, int threads);
+
 /// A place with the classes of `shapes` instead of its own, by their kinds: what a raw query can
 /// be compared with.
 void reduceToShapes(const LabelSet& shapes, Place& place);

@@ -9,6 +9,7 @@
 #include <limits>
 #include <numeric>
 
+#include "xview/types/in_order.h"
 #include "xview/types/pose.h"
 
 namespace xview {
@@ -71,16 +72,8 @@ std::vector<StageTime> stageTimes(const std::vector<ScoredQuery>& queries) {
   std::vector<std::pair<std::string, std::vector<double>>> stages;
   std::vector<double> totals;
   for (const ScoredQuery& query : queries) {
-    for (const auto& [name, ms] : query.timing_ms) {
-      if (name == "total") {
-        totals.push_back(ms);
-        continue;
-      }
-      auto stage = std::find_if(stages.begin(), stages.end(),
-                                [&n = name](const auto& s) { return s.first == n; });
-      if (stage == stages.end()) stage = stages.insert(stages.end(), {name, {}});
-      stage->second.push_back(ms);
-    }
+    for (const auto& [name, ms] : query.timing_ms)
+      (name == "total" ? totals : valueOf(stages, name)).push_back(ms);
   }
   if (!totals.empty()) stages.emplace_back("total", std::move(totals));
   std::vector<StageTime> times;
@@ -216,12 +209,6 @@ double ScoredQuery::rotationError() const {
   return has_pose ? rotationBetween(estimate, truth) : kInfinite;
 }
 
-double ScoredQuery::totalMs() const {
-  const auto total = std::find_if(timing_ms.begin(), timing_ms.end(),
-                                  [](const auto& t) { return t.first == "total"; });
-  return total == timing_ms.end() ? 0 : total->second;
-}
-
 Evaluation evaluate(const std::vector<ScoredQuery>& queries, double correct_within_m) {
   Evaluation result;
   result.correct_within_m = correct_within_m;
@@ -239,7 +226,7 @@ Evaluation evaluate(const std::vector<ScoredQuery>& queries, double correct_with
     hits += hit;
     if (hit && query.has_covariance)
       normalised.push_back(normalisedErrorSquared(query.covariance, query.estimate, query.truth));
-    times.push_back(query.totalMs());
+    times.push_back(timeOf(query.timing_ms, "total"));
     if (query.has_pose) detections.push_back({query.confidence, correct});
   }
   result.precision = ratio(hits, result.accepted + result.false_accepts);

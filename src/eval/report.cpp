@@ -6,7 +6,6 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-
 namespace xview {
 namespace {
 
@@ -140,7 +139,7 @@ std::string resultsCsv(const std::vector<ScoredQuery>& queries) {
     csv += measured ? fmt::format("{:.6f},{:.6f},", q.positionError(), kDegrees * q.rotationError())
                     : ",,";
     csv += fmt::format("{},{},{:.3f}\n", poseColumns(q.estimate, q.has_pose),
-                       poseColumns(q.truth, !q.negative), q.totalMs());
+                       poseColumns(q.truth, !q.negative), timeOf(q.timing_ms, "total"));
   }
   return csv;
 }

@@ -277,8 +277,6 @@ struct PlaceGraphBuilder::State {
 PlaceGraphBuilder::PlaceGraphBuilder(const LabelSet& labels, const MergeOptions& options)
     : state_(std::make_unique<State>(labels, options)) {}
 PlaceGraphBuilder::~PlaceGraphBuilder() = default;
-PlaceGraphBuilder::PlaceGraphBuilder(PlaceGraphBuilder&&) noexcept = default;
-PlaceGraphBuilder& PlaceGraphBuilder::operator=(PlaceGraphBuilder&&) noexcept = default;
 
 void PlaceGraphBuilder::add(const std::vector<Blob>& blobs, std::int64_t frame_number) {
   state_->merge(blobs, frame_number);

@@ -14,29 +14,13 @@ constexpr float kMinHeight_m =
 constexpr float kLowFrom = 0.3f, kObstacleFrom = 0.4f, kLowTo = 2.0f, kHighFrom = 2.5f;
 constexpr std::size_t kKinds = static_cast<std::size_t>(Kind::none);
 
-/// Voxels grouped by cell, in their order within each.
-struct VoxelsByCell {
-  std::vector<std::uint32_t> first;  ///< of each cell, into `order`; one more at the end
-  std::vector<std::uint32_t> order;  ///< voxel numbers
-};
-
-VoxelsByCell groupByCell(const PlanVoxels& voxels, CellIndex& index) {
-  VoxelsByCell groups;
-  std::vector<std::uint32_t> cell_of(voxels.size());
-  groups.first.assign(1, 0);
-  for (std::size_t i = 0; i < voxels.size(); ++i) {
-    const auto cell = static_cast<std::uint32_t>(index.findOrAdd(
-        floorToInt(voxels[i].x / kPlanCell_m), floorToInt(voxels[i].y / kPlanCell_m)));
-    cell_of[i] = cell;
-    if (groups.first.size() < cell + 2u) groups.first.push_back(0);
-    ++groups.first[cell + 1];
-  }
-  for (std::size_t c = 1; c < groups.first.size(); ++c) groups.first[c] += groups.first[c - 1];
-  std::vector<std::uint32_t> next = groups.first;
-  groups.order.resize(voxels.size());
+/// The voxels of each cell.
+Grouped groupByCell(const PlanVoxels& voxels, CellIndex& index) {
+  std::vector<std::int32_t> cell_of(voxels.size());
   for (std::size_t i = 0; i < voxels.size(); ++i)
-    groups.order[next[cell_of[i]]++] = static_cast<std::uint32_t>(i);
-  return groups;
+    cell_of[i] = index.findOrAdd(floorToInt(voxels[i].x / kPlanCell_m),
+                                 floorToInt(voxels[i].y / kPlanCell_m));
+  return Grouped(cell_of, index.size());
 }
 
 /// Gathers the votes of one cell after the other.
@@ -140,14 +124,14 @@ PlanCells sortIntoCells(const PlanVoxels& voxels, const HeightLattice& ground,
                         const GroundRule& rule) {
   constexpr std::size_t kAhead = 16;  // voxels of a cell lie far apart in memory
   PlanCells cells;
-  const VoxelsByCell groups = groupByCell(voxels, cells.index);
+  const Grouped groups = groupByCell(voxels, cells.index);
   CellSorter sorter(rule);
   std::vector<std::size_t> first_standing;
   for (std::size_t c = 0; c < cells.index.size(); ++c) {
     const CellIndex::Cell cell = cells.cell(c);
     sorter.start(ground.heightAt(static_cast<float>((cell.x + 0.5) * kPlanCell_m),
                                  static_cast<float>((cell.y + 0.5) * kPlanCell_m)));
-    for (std::uint32_t k = groups.first[c]; k < groups.first[c + 1]; ++k) {
+    for (std::size_t k = groups.starts[c]; k < groups.starts[c + 1]; ++k) {
       if (k + kAhead < groups.order.size()) __builtin_prefetch(&voxels[groups.order[k + kAhead]]);
       sorter.add(voxels[groups.order[k]]);
     }

@@ -45,25 +45,16 @@ bool anyGround(const PlanVoxels& voxels) {
 
 /// Heights of the ground classes, or of all points. Every cell with any point gets a number.
 HeightLists gatherHeights(const PlanVoxels& voxels, bool only_ground, CellIndex& index) {
-  constexpr std::uint32_t kLeftOut = std::numeric_limits<std::uint32_t>::max();
-  HeightLists lists;
-  lists.starts.assign(1, 0);
-  std::vector<std::uint32_t> cell_of(voxels.size(), kLeftOut);
+  std::vector<std::int32_t> cell_of(voxels.size());
   for (std::size_t i = 0; i < voxels.size(); ++i) {
     const PlanVoxel& v = voxels[i];
-    const auto cell =
-        static_cast<std::uint32_t>(index.findOrAdd(latticeCell(v.x), latticeCell(v.y)));
-    if (cell == lists.cells()) lists.starts.push_back(0);
-    if (only_ground && !isGround(v.kind())) continue;
-    cell_of[i] = cell;
-    ++lists.starts[cell + 1];
+    cell_of[i] = index.findOrAdd(latticeCell(v.x), latticeCell(v.y));
+    if (only_ground && !isGround(v.kind())) cell_of[i] = -1;
   }
-  std::partial_sum(lists.starts.begin(), lists.starts.end(), lists.starts.begin());
-  lists.heights.resize(lists.starts.back());
-  std::vector<std::size_t> next = lists.starts;
-  for (std::size_t i = 0; i < voxels.size(); ++i) {
-    if (cell_of[i] != kLeftOut) lists.heights[next[cell_of[i]]++] = voxels[i].z;
-  }
+  Grouped groups(cell_of, index.size());
+  HeightLists lists{std::move(groups.starts), {}};
+  lists.heights.reserve(groups.order.size());
+  for (const std::uint32_t i : groups.order) lists.heights.push_back(voxels[i].z);
   return lists;
 }
 

@@ -175,8 +175,6 @@ struct PlanViewBuilder::State {
 PlanViewBuilder::PlanViewBuilder(const LabelSet& labels)
     : state_(std::make_unique<State>(labels)) {}
 PlanViewBuilder::~PlanViewBuilder() = default;
-PlanViewBuilder::PlanViewBuilder(PlanViewBuilder&&) noexcept = default;
-PlanViewBuilder& PlanViewBuilder::operator=(PlanViewBuilder&&) noexcept = default;
 
 void PlanViewBuilder::add(const LabelledCloud& cloud, const std::vector<float>& votes,
                           const std::vector<bool>& near, const Eigen::Isometry3d& T_plan_cloud,

@@ -10,7 +10,7 @@
 #include <new>
 
 #include "point_table.h"
-#include "xview/io/atomic_file.h"
+#include "xview/types/atomic_file.h"
 
 namespace xview::io {
 namespace {
@@ -121,12 +121,6 @@ struct Contents {
   const LabelSet* labels = nullptr;
 };
 
-/// Whether the errors of points are known.
-bool hasSigmas(const LabelledCloud& cloud) {
-  return std::any_of(cloud.points.begin(), cloud.points.end(),
-                     [](const Point& p) { return p.sigma != 0; });
-}
-
 /// Whether single precision would lose more than half a millimetre.
 bool needsDoubles(const LabelledCloud& cloud) {
   constexpr double kFar_m = 1e4;
@@ -149,7 +143,7 @@ template <class AppendColor>
 void writePoints(const std::string& path, const LabelledCloud& cloud, const LabelSet* labels,
                  std::string (*header)(const LabelledCloud&, const Contents&),
                  AppendColor appendColor) {
-  const Contents contents{needsDoubles(cloud), cloud.hasInstances(), hasSigmas(cloud), labels};
+  const Contents contents{needsDoubles(cloud), cloud.hasInstances(), cloud.hasSigmas(), labels};
   AtomicFile file(path);
   file.write(header(cloud, contents));
   std::string row;

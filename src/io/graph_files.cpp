@@ -8,7 +8,7 @@
 #include <new>
 
 #include "point_table.h"
-#include "xview/io/atomic_file.h"
+#include "xview/types/atomic_file.h"
 
 namespace xview::io {
 namespace {

@@ -221,7 +221,7 @@ PfmHeader readPfmHeader(InputFile& file) {
   std::vector<std::string_view> words;
   if (file.readLine(line)) words = splitWords(line);
   const auto side = [&](std::size_t i) {
-    const auto value = i < words.size() ? asInteger(words[i]) : std::nullopt;
+    const auto value = i < words.size() ? numberFrom<std::int64_t>(words[i]) : std::nullopt;
     if (!value || *value < 1 || *value > 32768 || words.size() != 2) {
       file.failAtLine("expected width and height, 1 to 32768 each, found {}", quoted(line));
     }
@@ -230,7 +230,7 @@ PfmHeader readPfmHeader(InputFile& file) {
   header.width = side(0);
   header.height = side(1);
   if (!file.readLine(line)) file.fail("ends before the scale");
-  const auto scale = asNumber(line);
+  const auto scale = numberFrom<double>(line);
   if (!scale || !std::isfinite(*scale) || *scale == 0) {
     file.failAtLine("expected a scale that is not 0, found {}", quoted(line));
   }

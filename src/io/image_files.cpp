@@ -9,7 +9,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "image_decoding.h"
-#include "xview/io/atomic_file.h"
+#include "xview/types/atomic_file.h"
 #include "xview/types/error.h"
 #include "yaml_file.h"
 

@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <charconv>
 #include <cmath>
 #include <cstring>
 
@@ -18,14 +17,6 @@ namespace {
 
 constexpr std::size_t kBufferBytes = std::size_t{1} << 18;
 constexpr std::size_t kLongestLine = std::size_t{1} << 20;
-
-template <class T>
-std::errc parseWord(std::string_view word, T& value) {
-  if (word.size() > 1 && word[0] == '+' && word[1] != '-') word.remove_prefix(1);
-  const char* end = word.data() + word.size();
-  const auto [stop, problem] = std::from_chars(word.data(), end, value);
-  return problem == std::errc() && stop != end ? std::errc::invalid_argument : problem;
-}
 
 }  // namespace
 
@@ -98,7 +89,7 @@ bool InputFile::readWords(std::vector<std::string_view>& words, const char* comm
 std::vector<double> InputFile::numbersOf(const std::vector<std::string_view>& words) const {
   std::vector<double> numbers;
   for (const std::string_view word : words) {
-    const std::optional<double> number = asNumber(word);
+    const std::optional<double> number = numberFrom<double>(word);
     if (!number || !std::isfinite(*number)) {
       failAtLine("expected a finite number, found {}", quoted(word));
     }
@@ -147,18 +138,6 @@ std::vector<std::string_view> splitWords(std::string_view line) {
     begin = line.find_first_not_of(kBlanks, end);
   }
   return words;
-}
-
-std::optional<double> asNumber(std::string_view word, std::errc* problem) {
-  double value = 0;
-  const std::errc found = parseWord(word, value);
-  if (problem) *problem = found;
-  return found == std::errc() ? std::optional<double>(value) : std::nullopt;
-}
-
-std::optional<std::int64_t> asInteger(std::string_view word) {
-  std::int64_t value = 0;
-  return parseWord(word, value) == std::errc() ? std::optional<std::int64_t>(value) : std::nullopt;
 }
 
 }  // namespace xview::io

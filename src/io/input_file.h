@@ -5,12 +5,12 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <optional>
 #include <string>
 #include <string_view>
-#include <system_error>
 #include <utility>
 #include <vector>
+
+#include "xview/types/user_text.h"
 
 namespace xview::io {
 
@@ -77,19 +77,5 @@ std::string quoted(std::string_view text);
 
 /// The words of a line, separated by blanks and tabs.
 std::vector<std::string_view> splitWords(std::string_view line);
-
-/// The whole word as a number, whatever the locale; "nan" and "inf" are numbers, too. `problem`, if
-/// given, receives why there is none.
-std::optional<double> asNumber(std::string_view word, std::errc* problem = nullptr);
-std::optional<std::int64_t> asInteger(std::string_view word);
-
-/// The enumerator of 0 to `last` whose toString() is this name.
-template <class Enum>
-std::optional<Enum> enumeratorNamed(std::string_view name, Enum last) {
-  for (int i = 0; i <= static_cast<int>(last); ++i) {
-    if (name == toString(static_cast<Enum>(i))) return static_cast<Enum>(i);
-  }
-  return std::nullopt;
-}
 
 }  // namespace xview::io

@@ -45,7 +45,7 @@ std::optional<std::int64_t> trailingNumber(const std::string& stem) {
   const std::size_t last_other = stem.find_last_not_of("0123456789");
   const std::size_t begin = last_other == std::string::npos ? 0 : last_other + 1;
   if (begin > 0 && stem[begin - 1] == '.') return std::nullopt;
-  return asInteger(std::string_view(stem).substr(begin));
+  return numberFrom<std::int64_t>(std::string_view(stem).substr(begin));
 }
 
 /// The files of the series by name.

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The headers of PCD and PLY files, and the classes in their comments.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cctype>
-#include <charconv>
 #include <limits>
 #include <map>
 
@@ -16,12 +17,8 @@ using Words = std::vector<std::string_view>;
 
 /// The words from the one at `first` on, with one blank between two.
 std::string joinFrom(const Words& words, std::size_t first) {
-  std::string text;
-  for (std::size_t i = first; i < words.size(); ++i) {
-    if (i > first) text += ' ';
-    text += words[i];
-  }
-  return text;
+  return fmt::format(
+      "{}", fmt::join(words.begin() + static_cast<std::ptrdiff_t>(first), words.end(), " "));
 }
 
 /// The words of the next line of a header; an error if there is none, or if the header is longer
@@ -40,12 +37,9 @@ Words readHeaderWords(InputFile& file) {
 /// `what`.
 std::uint64_t parseCount(std::string_view word, const std::string& what, const InputFile& file,
                          std::uint64_t line) {
-  std::uint64_t value = 0;
-  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-  if (error != std::errc() || end != word.data() + word.size()) {
-    file.failAtLine(line, what + " must be a whole number >= 0, found " + quoted(word));
-  }
-  return value;
+  const auto value = numberFrom<std::uint64_t>(word);
+  if (!value) file.failAtLine(line, what + " must be a whole number >= 0, found " + quoted(word));
+  return *value;
 }
 
 // ---- PCD
@@ -267,7 +261,7 @@ std::string inOneLine(std::string name) {
 std::optional<ClassInfo> parseClass(const Words& words) {
   constexpr std::size_t kNameWord = 8;
   if (words.size() <= kNameWord) return std::nullopt;
-  const auto id = asInteger(words[2]);
+  const auto id = numberFrom<std::int64_t>(words[2]);
   const auto role = enumeratorNamed(words[3], Role::ignored);
   const auto kind = enumeratorNamed(words[4], Kind::none);
   if (!id || *id < 0 || *id > std::numeric_limits<std::uint32_t>::max() || !role || !kind)
@@ -277,7 +271,7 @@ std::optional<ClassInfo> parseClass(const Words& words) {
   info.role = *role;
   info.kind = *kind;
   for (std::size_t channel = 0; channel < 3; ++channel) {
-    const auto value = asInteger(words[5 + channel]);
+    const auto value = numberFrom<std::int64_t>(words[5 + channel]);
     if (!value || *value < 0 || *value > 255) return std::nullopt;
     info.color[channel] = static_cast<std::uint8_t>(*value);
   }

@@ -71,7 +71,7 @@ class TextRow {
     rest_.remove_prefix(word.size());
     skipBlanks();
     std::errc problem{};
-    const std::optional<double> value = asNumber(word, &problem);
+    const std::optional<double> value = numberFrom<double>(word, &problem);
     if (value) return *value;
     const bool too_large = problem == std::errc::result_out_of_range;
     place_.fail(quoted(word) + (too_large ? " is out of range" : " is not a number"));

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "layouts.h"
-#include "xview/io/atomic_file.h"
+#include "xview/types/atomic_file.h"
 #include "xview/types/pose.h"
 
 namespace xview::io {

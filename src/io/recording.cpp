@@ -8,9 +8,9 @@
 #include <utility>
 
 #include "layouts.h"
-#include "xview/io/atomic_file.h"
 #include "xview/io/image_files.h"
 #include "xview/io/pose_files.h"
+#include "xview/types/atomic_file.h"
 #include "xview/types/error.h"
 #include "xview/types/parallel.h"
 #include "xview/types/user_text.h"
@@ -229,7 +229,7 @@ FrameRange parseFrameRange(const std::string& text) {
   if (parts.size() < 2 || parts.size() > 3) throw UsageError(expected);
   const auto position = [&](const std::string& word) -> std::optional<std::size_t> {
     if (word.empty()) return std::nullopt;
-    const auto value = asInteger(word);
+    const auto value = numberFrom<std::int64_t>(word);
     if (!value || *value < 0) throw UsageError(expected + ", whole numbers >= 0");
     return static_cast<std::size_t>(*value);
   };

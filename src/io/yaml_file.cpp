@@ -61,7 +61,7 @@ std::string YamlFile::text(const YAML::Node& node, const std::string& what) cons
 
 double YamlFile::number(const YAML::Node& node, const std::string& what) const {
   const std::string word = text(node, what);
-  const std::optional<double> value = asNumber(word);
+  const std::optional<double> value = numberFrom<double>(word);
   if (!value || !std::isfinite(*value)) {
     fail(node, what + ": expected a number, found " + quoted(word));
   }
@@ -71,7 +71,7 @@ double YamlFile::number(const YAML::Node& node, const std::string& what) const {
 std::int64_t YamlFile::integer(const YAML::Node& node, const std::string& what, std::int64_t min,
                                std::int64_t max) const {
   const std::string word = text(node, what);
-  const std::optional<std::int64_t> value = asInteger(word);
+  const std::optional<std::int64_t> value = numberFrom<std::int64_t>(word);
   if (!value || *value < min || *value > max) {
     fail(node, fmt::format("{}: expected a whole number in [{}, {}], found {}", what, min, max,
                            quoted(word)));

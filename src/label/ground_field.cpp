@@ -59,31 +59,25 @@ GroundField::GroundField(const pcl::PointCloud<Point>& points) {
 }
 
 void GroundField::findLowest(const pcl::PointCloud<Point>& points) {
-  std::vector<std::uint32_t> cell_of(points.size());
-  std::vector<std::size_t> first(1, 0);
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const Point& p = points[i];
-    cell_of[i] = static_cast<std::uint32_t>(
+  std::vector<std::int32_t> cell_of;
+  cell_of.reserve(points.size());
+  for (const Point& p : points)
+    cell_of.push_back(
         ground_.index.findOrAdd(floorToInt(p.x / kCell_m), floorToInt(p.y / kCell_m)));
-    if (cell_of[i] + 1 == first.size()) first.push_back(0);
-    ++first[cell_of[i] + 1];
-  }
-  std::partial_sum(first.begin(), first.end(), first.begin());
-  std::vector<float> heights(points.size()), sigmas(ground_.index.size(), 0);
-  std::vector<std::size_t> next = first;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    heights[next[cell_of[i]]++] = points[i].z;
-    sigmas[cell_of[i]] += points[i].sigma;
-  }
-  lowest_.resize(ground_.index.size());
-  sigma_.resize(ground_.index.size());
+  const Grouped groups(cell_of, ground_.index.size());
+  std::vector<float> heights;
   for (std::size_t c = 0; c < ground_.index.size(); ++c) {
-    const std::size_t count = first[c + 1] - first[c];
-    float* const begin = heights.data() + first[c];
-    float* const nth = begin + std::min(kSpurious, (count - 1) / 3);
-    std::nth_element(begin, nth, begin + count);
-    lowest_[c] = *nth;
-    sigma_[c] = sigmas[c] / static_cast<float>(count);
+    float sigmas = 0;
+    heights.clear();
+    for (std::size_t k = groups.starts[c]; k < groups.starts[c + 1]; ++k) {
+      heights.push_back(points[groups.order[k]].z);
+      sigmas += points[groups.order[k]].sigma;
+    }
+    const auto nth = heights.begin() +
+                     static_cast<std::ptrdiff_t>(std::min(kSpurious, (heights.size() - 1) / 3));
+    std::nth_element(heights.begin(), nth, heights.end());
+    lowest_.push_back(*nth);
+    sigma_.push_back(sigmas / static_cast<float>(heights.size()));
   }
 }
 

@@ -215,20 +215,16 @@ const std::string& textIn(const Meta& meta, const std::string& name) {
 template <class Number>
 Number numberIn(const Meta& meta, const std::string& name) {
   const std::string& text = textIn(meta, name);
-  Number value{};
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size())
-    throw Damage("meta: " + name + " is no number: " + text);
-  return value;
+  const auto value = numberFrom<Number>(text);
+  if (!value) throw Damage("meta: " + name + " is no number: " + text);
+  return *value;
 }
 
 /// Maps of the first days do not say it: they are of the cloud.
 GraphSpace graphSpaceIn(const Meta& meta) {
   const auto found = meta.find("graph_space");
   if (found == meta.end()) return GraphSpace::cloud;
-  for (const GraphSpace space : {GraphSpace::cloud, GraphSpace::image}) {
-    if (found->second == toString(space)) return space;
-  }
+  if (const auto space = enumeratorNamed(found->second, GraphSpace::image)) return *space;
   throw Damage("meta: unknown graph_space " + found->second);
 }
 

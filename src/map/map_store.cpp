@@ -18,8 +18,8 @@
 #include <stdexcept>
 
 #include "map_tables.h"
+#include "xview/types/atomic_file.h"
 #include "xview/types/error.h"
-#include "xview/types/unfinished_file.h"
 
 namespace xview::map {
 namespace {
@@ -150,26 +150,9 @@ auto guarded(const std::string& path, const char* what, Action&& action) {
 
 // ---- a new file
 
-/// A file that is removed unless it was renamed.
-class FileBeside {
- public:
-  explicit FileBeside(const std::string& target)
-      : path_(target + ".part" + std::to_string(::getpid())), unfinished_(path_) {
-    removeNow();
-  }
-  ~FileBeside() { removeNow(); }
-  FileBeside(const FileBeside&) = delete;
-  FileBeside& operator=(const FileBeside&) = delete;
-  const std::string& path() const { return path_; }
-  void removeNow() const { ::unlink(path_.c_str()); }
-
- private:
-  std::string path_;
-  UnfinishedFile unfinished_;
-};
-
-void syncToDisk(const std::string& path, int flags) {
-  const int descriptor = ::open(path.c_str(), flags);
+/// So that a file that was renamed in it is found there after a power cut, too.
+void syncFolder(const fs::path& folder) {
+  const int descriptor = ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY);
   if (descriptor < 0) return;
   ::fsync(descriptor);
   ::close(descriptor);
@@ -189,13 +172,10 @@ void writeNewDatabase(const std::string& path, const SemanticMap& map) {
 }
 
 void saveNew(const std::string& path, const SemanticMap& map) {
-  const FileBeside beside(path);
-  writeNewDatabase(beside.path(), map);
-  syncToDisk(beside.path(), O_RDONLY);
-  if (::rename(beside.path().c_str(), path.c_str()) != 0)
-    throw Error(path, std::string("cannot be written: ") + std::strerror(errno));
-  const fs::path folder = fs::path(path).parent_path();
-  syncToDisk(folder.empty() ? "." : folder.string(), O_RDONLY | O_DIRECTORY);
+  AtomicFile file(path);
+  writeNewDatabase(file.temporaryPath(), map);
+  file.commit();
+  syncFolder(fs::path(path).parent_path());
 }
 
 // ---- an existing file

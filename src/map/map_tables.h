@@ -13,6 +13,7 @@
 
 #include "map_tiles.h"
 #include "xview/map/semantic_map.h"
+#include "xview/types/user_text.h"
 
 namespace xview::map {
 
@@ -108,11 +109,9 @@ class RowReader {
   void named(Enum& value, Enum last, const char* what) {
     std::string name;
     (*this)(name);
-    for (int i = 0; i <= static_cast<int>(last); ++i) {
-      value = static_cast<Enum>(i);
-      if (name == toString(value)) return;
-    }
-    throw Damage(table_ + ": unknown " + what + " " + name);
+    const auto found = enumeratorNamed(name, last);
+    if (!found) throw Damage(table_ + ": unknown " + what + " " + name);
+    value = *found;
   }
   /// Throws Damage if the values read were not those written.
   void verify(std::int64_t expected_hash) const;

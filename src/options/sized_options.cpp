@@ -2,7 +2,8 @@
 #include "xview/options.h"
 
 #include <string_view>
-#include <type_traits>
+
+#include "xview/types/option_fields.h"
 
 namespace xview {
 namespace {
@@ -11,49 +12,17 @@ bool endsWith(std::string_view name, std::string_view ending) {
   return name.size() >= ending.size() && name.substr(name.size() - ending.size()) == ending;
 }
 
-/// Gathers the options that are lengths, which their names tell, and those that are per length.
-class LengthCollector {
- public:
-  struct Lengths {
-    std::vector<double*> metres, per_metre;
-  };
-  explicit LengthCollector(Lengths& found) : found_(found) {}
-
-  template <class Value, class Rule>
-  void operator()(const char* name, Value& value, const Rule&, const char*) {
-    if constexpr (std::is_same_v<Value, double>) {
-      if (endsWith(name, "_per_m"))
-        found_.per_metre.push_back(&value);
-      else if (endsWith(name, "_m"))
-        found_.metres.push_back(&value);
-    }
-  }
-  template <class Value>
-  void operator()(const char*, Value&, const char*) {}
-  template <class Group>
-  void group(const char*, Group& options) {
-    visit(options, *this);
-  }
-
- private:
-  Lengths& found_;
-};
-
-LengthCollector::Lengths lengthsOf(Options& options) {
-  LengthCollector::Lengths lengths;
-  visit(options, LengthCollector(lengths));
-  return lengths;
-}
-
-/// Multiplies lengths that are, or are not, as long as by default.
+/// Multiplies lengths, which their names tell, that are, or are not, as long as by default.
 void scale(double factor, bool defaults, Options& options) {
   Options untouched;
-  const LengthCollector::Lengths mine = lengthsOf(options), theirs = lengthsOf(untouched);
-  for (std::size_t i = 0; i < mine.metres.size(); ++i) {
-    if ((*mine.metres[i] == *theirs.metres[i]) == defaults) *mine.metres[i] *= factor;
-  }
-  for (std::size_t i = 0; i < mine.per_metre.size(); ++i) {
-    if ((*mine.per_metre[i] == *theirs.per_metre[i]) == defaults) *mine.per_metre[i] /= factor;
+  const std::vector<OptionField> mine = fieldsOf(options), theirs = fieldsOf(untouched);
+  for (std::size_t i = 0; i < mine.size(); ++i) {
+    double* const* value = std::get_if<double*>(&mine[i].value);
+    if (!value || (**value == *std::get<double*>(theirs[i].value)) != defaults) continue;
+    if (endsWith(mine[i].key, "_per_m"))
+      **value /= factor;
+    else if (endsWith(mine[i].key, "_m"))
+      **value *= factor;
   }
 }
 

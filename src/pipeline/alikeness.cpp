@@ -7,6 +7,7 @@
 #include "pipeline/gravity.h"
 #include "pipeline/query_in_map.h"
 #include "xview/search/search.h"
+#include "xview/types/median.h"
 #include "xview/types/parallel.h"
 #include "xview/types/pose.h"
 #include "xview/types/random.h"
@@ -146,10 +147,8 @@ class SelfSearch {
       }
     }
     if (distances.empty()) return kNearest_m;
-    const auto at = distances.begin() +
-                    static_cast<std::ptrdiff_t>(kReach * static_cast<double>(distances.size() - 1));
-    std::nth_element(distances.begin(), at, distances.end());
-    return std::clamp(*at, kNearest_m, kFarthest_m);
+    const auto rank = static_cast<std::size_t>(kReach * static_cast<double>(distances.size() - 1));
+    return std::clamp(rankedOf(distances, rank), kNearest_m, kFarthest_m);
   }
 
   /// The stretch of one recording that ends there, or goes on if it began too late.

@@ -191,12 +191,7 @@ class Visit {
   }
 
   const GroundCell* cellAt(const Eigen::Vector2d& in_cells) const {
-    GroundCell key;
-    key.x = floorToInt(in_cells.x());
-    key.y = floorToInt(in_cells.y());
-    const auto& known = place_.plan.known;
-    const auto at = std::lower_bound(known.begin(), known.end(), key, inRowOrder<GroundCell>);
-    return at != known.end() && at->x == key.x && at->y == key.y ? &*at : nullptr;
+    return place_.plan.knownCell(floorToInt(in_cells.x()), floorToInt(in_cells.y()));
   }
 
   const Place& place_;

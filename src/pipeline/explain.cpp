@@ -37,11 +37,8 @@ class NearestSample {
 double groundAt(const PlanView& plan, const Eigen::Vector2d& p) {
   const auto cx = static_cast<std::int32_t>(std::floor((p.x() - plan.origin_x) / plan.cell_m));
   const auto cy = static_cast<std::int32_t>(std::floor((p.y() - plan.origin_y) / plan.cell_m));
-  const auto at = std::lower_bound(
-      plan.known.begin(), plan.known.end(), std::make_pair(cy, cx),
-      [](const GroundCell& c, const auto& key) { return std::make_pair(c.y, c.x) < key; });
-  const bool seen = at != plan.known.end() && at->x == cx && at->y == cy;
-  return plan.origin_z + (seen ? at->z : 0);
+  const GroundCell* seen = plan.knownCell(cx, cy);
+  return plan.origin_z + (seen ? seen->z : 0);
 }
 
 Testimony testimonyOf(const search::SampleEvidence& e) {

@@ -54,10 +54,7 @@ void countAt(const search::DistanceField& field, const PlanView& view,
              std::array<double, search::kDistanceBins>& counts) {
   forEachSample(view, channel, [&](double x, double y) {
     const Eigen::Vector3d p = T_map_query * Eigen::Vector3d(x, y, height);
-    const std::uint8_t bin = field.bin(
-        channel,
-        static_cast<std::int32_t>(std::floor((p.x() - field.originX()) / field.cellSize())),
-        static_cast<std::int32_t>(std::floor((p.y() - field.originY()) / field.cellSize())));
+    const std::uint8_t bin = field.binAt(channel, p.x() - field.originX(), p.y() - field.originY());
     if (bin < search::kDistanceBins) ++counts[bin];
   });
 }
@@ -100,14 +97,12 @@ search::LikelihoodTable learnLikelihoods(const map::SemanticMap& given,
   Travel map_travel, query_travel;
   for (const Eigen::Isometry3d& T : map.poses)
     map_travel.positions.push_back(T.translation().head<2>());
-  std::vector<double> distance{0};
-  for (std::size_t i = 0; i < frames.size(); ++i) {
-    query_travel.positions.push_back(frames[i].T_odom_sensor.translation().head<2>());
-    if (i > 0)
-      distance.push_back(distance.back() + (frames[i].T_odom_sensor.translation() -
-                                            frames[i - 1].T_odom_sensor.translation())
-                                               .norm());
+  std::vector<Eigen::Isometry3d> T_odom_sensor;
+  for (const FrameDigest& frame : frames) {
+    T_odom_sensor.push_back(frame.T_odom_sensor);
+    query_travel.positions.push_back(frame.T_odom_sensor.translation().head<2>());
   }
+  const std::vector<double> distance = wayAlong(T_odom_sensor);
   Random random(kSeed);
   for (double from = 0; from + window_m <= distance.back() + 1; from += window_m / 3) {
     const auto first = static_cast<std::size_t>(

@@ -13,6 +13,7 @@
 #include "xview/pose/trajectory.h"
 #include "xview/raw_recording.h"
 #include "xview/types/localization.h"
+#include "xview/types/pose.h"
 #include "xview/types/semantic_place.h"
 #include "xview/types/user_text.h"
 
@@ -41,12 +42,7 @@ std::vector<Eigen::Vector3d> trajectoryOf(const map::SemanticMap& map) {
   return path;
 }
 
-double travelOf(const Query& query) {
-  double travel_m = 0;
-  for (std::size_t i = 1; i < query.poses.size(); ++i)
-    travel_m += (query.poses[i].translation() - query.poses[i - 1].translation()).norm();
-  return travel_m;
-}
+double travelOf(const Query& query) { return wayAlong(query.poses).back(); }
 
 std::size_t countClose(const Candidates& found) {
   std::size_t count = 0;
@@ -82,9 +78,7 @@ Localization unfindable(const Query& query, std::string reason) {
   answer.reason = std::move(reason);
   answer.T_map_sensor = query.poses.back();
   answer.timing_ms = query.timing_ms;
-  double total = 0;
-  for (const auto& [stage, ms] : query.timing_ms) total += ms;
-  answer.timing_ms.emplace_back("total", total);
+  answer.timing_ms.emplace_back("total", totalMs(query.timing_ms));
   return answer;
 }
 
@@ -140,8 +134,7 @@ Localization Localizer::Index::localize(const Query& given, const ExpectedPose* 
     answer.covariance =
         pose::movedCovariance(answer.covariance, centre, answer.T_map_sensor.translation());
   }
-  double total = watch.lap_ms();
-  for (const auto& [stage, ms] : given.timing_ms) total += ms;
+  const double total = watch.lap_ms() + totalMs(given.timing_ms);
   answer.timing_ms.insert(answer.timing_ms.begin(), given.timing_ms.begin(), given.timing_ms.end());
   answer.timing_ms.emplace_back("total", total);
   return answer;

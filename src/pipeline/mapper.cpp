@@ -3,10 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <memory>
 
-#include "pipeline/point_quality.h"
 #include "xview/alikeness.h"
 #include "xview/graph/merge.h"
 #include "xview/graph/plan_view.h"
@@ -65,12 +63,10 @@ void requireSameSize(const map::SemanticMap& map, const map::SemanticMap& additi
 }
 
 void appendCloud(LabelledCloud& cloud, const LabelledCloud& addition, double voxel_m) {
-  if (cloud.empty()) {
-    cloud = addition;
-    return;
-  }
+  const bool is_first = cloud.empty();
+  cloud.append(addition);
+  if (is_first) return;
   for (Point& point : cloud.points) point.instance = 0;  // numbers of two recordings differ
-  appendKnownPoints(addition, std::numeric_limits<double>::infinity(), kNoView, cloud);
   cloud = graph::thinByVoxel(cloud, voxel_m);
 }
 

@@ -9,6 +9,7 @@
 #include "xview/graph/edges.h"
 #include "xview/measure_size.h"
 #include "xview/types/error.h"
+#include "xview/types/in_order.h"
 #include "xview/types/localization.h"
 
 namespace xview {
@@ -26,18 +27,6 @@ constexpr double kWayRounding_m = 0.01;
 /// Where the typical error of the points that are known well enough is more than this share of what
 /// passes, they are the edge of those that are not.
 constexpr double kEdge = 0.6;
-
-/// Adds the times of a frame, stage by stage.
-void addTimings(const FrameDigest& frame, Timings& sum) {
-  for (const auto& [stage, ms] : frame.timing_ms) {
-    auto it = sum.begin();
-    while (it != sum.end() && it->first != stage) ++it;
-    if (it == sum.end())
-      sum.emplace_back(stage, ms);
-    else
-      it->second += ms;
-  }
-}
 
 double distance(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
   return (a.translation() - b.translation()).norm();
@@ -71,7 +60,7 @@ void PlaceBuilder::add(SharedDigest frame) {
     throw UsageError("a frame of size " + sizeText(frame->size) + " in a place of size " +
                      sizeText(place_.size) + "; set options.size for both");
   Stopwatch watch;
-  addTimings(*frame, place_.timing_ms);
+  for (const auto& [stage, ms] : frame->timing_ms) valueOf(place_.timing_ms, stage) += ms;
   takePose(*frame);
   takePoints(frame);
   if (is_upright_) {

@@ -22,12 +22,15 @@ bool isTurn(const Eigen::Quaterniond& R) {
   return R.angularDistance(Eigen::Quaterniond::Identity()) > 0;
 }
 
-void turn(const Eigen::Quaterniond& R, SemanticGraph& graph, LabelledCloud& cloud, PlanView& plan) {
-  for (Vertex& v : graph.vertices) v.position = R * v.position;
-  const Eigen::Matrix3f turned = R.toRotationMatrix().cast<float>();
-  for (Point& p : cloud.points) p.getVector3fMap() = turned * p.getVector3fMap();
-  cloud.origin = R * cloud.origin;
-  plan.upright = plan.upright * R.conjugate();
+template <class PlaceOrMap>
+PlaceOrMap turned(PlaceOrMap place, const Eigen::Quaterniond& R) {
+  for (Vertex& v : place.graph.vertices) v.position = R * v.position;
+  const Eigen::Matrix3f R_float = R.toRotationMatrix().cast<float>();
+  for (Point& p : place.cloud.points) p.getVector3fMap() = R_float * p.getVector3fMap();
+  place.cloud.origin = R * place.cloud.origin;
+  place.plan.upright = place.plan.upright * R.conjugate();
+  for (Eigen::Isometry3d& T : place.poses) T = R * T;
+  return place;
 }
 
 /// Sorted, one per cell: a measured one if there is one, else the first.
@@ -164,6 +167,9 @@ void moveSamples(Channel from, std::initializer_list<Channel> targets, PlanView&
   }
 }
 
+namespace {
+
+/// Road, sidewalk and terrain become one, and the lines between them go.
 void mergeGround(PlanView& plan) {
   moveSamples(Channel::sidewalk, {Channel::road}, plan);
   moveSamples(Channel::terrain, {Channel::road}, plan);
@@ -171,6 +177,8 @@ void mergeGround(PlanView& plan) {
                              Channel::border_sidewalk_terrain, Channel::border_road_terrain})
     plan[line].clear();
 }
+
+}  // namespace
 
 void reduceTo(const CommonDetail& detail, PlanView& plan) {
   if (detail.one_ground) mergeGround(plan);
@@ -196,18 +204,11 @@ Options optionsOfSearch(const Options& given, double size, const LabelSet& map_l
 
 std::optional<map::SemanticMap> uprightMap(const map::SemanticMap& map,
                                            const Eigen::Quaterniond& R_up) {
-  if (!isTurn(R_up)) return std::nullopt;
-  map::SemanticMap turned = map;
-  turn(R_up, turned.graph, turned.cloud, turned.plan);
-  for (Eigen::Isometry3d& T : turned.poses) T = R_up * T;
-  return turned;
+  return isTurn(R_up) ? std::optional(turned(map, R_up)) : std::nullopt;
 }
 
 Query turnedQuery(const Query& query, const Eigen::Quaterniond& R_up) {
-  Query turned = query;
-  turn(R_up, turned.graph, turned.cloud, turned.plan);
-  for (Eigen::Isometry3d& T : turned.poses) T = R_up * T;
-  return turned;
+  return turned(query, R_up);
 }
 
 Query tiltedQuery(const Query& query, const Eigen::Quaterniond& R) {
@@ -223,7 +224,7 @@ Query scaledQuery(const Query& query, double scale) {
 }
 
 QueryInMap::QueryInMap(const Query& given, const LabelSet& map_labels, double map_size)
-    : given_(given) {
+    : MaybeChanged(given) {
   if (given.size != map_size && !given.plan.known.empty()) {
     throw Error("the query", fmt::format("it was made with lengths of size {0} and the map with "
                                          "those of size {1}; make it again with --size {1}",
@@ -244,7 +245,7 @@ QueryInMap::QueryInMap(const Query& given, const LabelSet& map_labels, double ma
   if (map_size != kTown) changed_ = scaledQuery(**this, 1 / map_size);
 }
 
-GuessedQuery::GuessedQuery(const Query& given, const FrameGuess& guess) : given_(given) {
+GuessedQuery::GuessedQuery(const Query& given, const FrameGuess& guess) : MaybeChanged(given) {
   if (guess.scale != 1) changed_ = scaledQuery(given, guess.scale);
   if (isTurn(guess.R_up)) changed_ = turnedQuery(**this, guess.R_up);
 }

@@ -63,36 +63,17 @@ void reduceTo(const CommonDetail& detail, PlanView& plan);
 
 /// Moves the samples of a channel to others.
 void moveSamples(Channel from, std::initializer_list<Channel> targets, PlanView& plan);
-/// Road, sidewalk and terrain become one, and the lines between them go.
-void mergeGround(PlanView& plan);
 
 /// A query in the classes of a map that mean the same, and in lengths of a town, as all that an
 /// index knows. It is copied only if it has to be changed. Throws Error if it was made with lengths
 /// of another size.
-class QueryInMap {
- public:
+struct QueryInMap : MaybeChanged<Query> {
   QueryInMap(const Query& given, const LabelSet& map_labels, double map_size);
-  QueryInMap(const QueryInMap&) = delete;
-  QueryInMap& operator=(const QueryInMap&) = delete;
-  const Query& operator*() const { return changed_ ? *changed_ : given_; }
-
- private:
-  const Query& given_;
-  std::optional<Query> changed_;
 };
 
 /// A query as a guess has it. It is copied only if it has to be changed.
-class GuessedQuery {
- public:
+struct GuessedQuery : MaybeChanged<Query> {
   GuessedQuery(const Query& given, const FrameGuess& guess);
-  GuessedQuery(const GuessedQuery&) = delete;
-  GuessedQuery& operator=(const GuessedQuery&) = delete;
-  const Query& operator*() const { return changed_ ? *changed_ : given_; }
-  const Query* operator->() const { return &**this; }
-
- private:
-  const Query& given_;
-  std::optional<Query> changed_;
 };
 
 /// Where a cloud or graph was seen from: the given point, or the middle of what it shows if no

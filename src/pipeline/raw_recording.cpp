@@ -8,6 +8,8 @@
 
 #include "pipeline/query_in_map.h"
 #include "xview/graph/smooth_depth.h"
+#include "xview/label/class_shapes.h"
+#include "xview/types/parallel.h"
 
 namespace xview {
 namespace {
@@ -110,11 +112,10 @@ label::Shape shapeOf(Kind kind) {
 
 /// Moves the samples of channels to those that the shapes feed; those of lines between grounds go.
 void mergeChannels(PlanView& plan) {
-  mergeGround(plan);
-  for (const Channel upright : {Channel::fence, Channel::other_surface})
-    moveSamples(upright, {Channel::building, Channel::wall_foot}, plan);
-  for (const Channel thin : {Channel::sign, Channel::light})
-    moveSamples(thin, {Channel::pole}, plan);
+  CommonDetail shapes;
+  shapes.one_ground = shapes.one_wall = shapes.one_post = true;
+  reduceTo(shapes, plan);
+  moveSamples(Channel::other_surface, {Channel::building, Channel::wall_foot}, plan);
   moveSamples(Channel::trunk, {Channel::pole, Channel::pole_like}, plan);
   plan[Channel::other_object].clear();
 }
@@ -145,20 +146,15 @@ class RecentFrames {
   std::array<Slot, 4 * kBefore> slots_;
 };
 
-class ShapeLabelled final : public ForwardingSource {
+class ShapeLabelled final : public RelabelledRecording {
  public:
   ShapeLabelled(std::unique_ptr<FrameSource> source, LabelSet shapes,
                 const graph::LiftOptions& lift)
-      : ForwardingSource(*source),
-        source_(std::move(source)),
-        shapes_(std::move(shapes)),
-        lift_(lift) {}
-
-  const LabelSet& labels() const override { return shapes_; }
+      : RelabelledRecording(std::move(source), std::move(shapes)), lift_(lift) {}
 
   Frame read(std::size_t index) const override {
     if (std::optional<Frame> kept = takeKept()) return *std::move(kept);
-    Frame frame = source_->read(index);
+    Frame frame = ForwardingSource::read(index);
     const Eigen::Matrix3d R_up_sensor = frame.T_odom_sensor.linear();
     if (frame.sensor == Sensor::camera) {
       averageWithNeighbours(index, frame);
@@ -205,7 +201,7 @@ class ShapeLabelled final : public ForwardingSource {
     std::vector<const Frame*> others;
     for (std::size_t i = first; i <= last; ++i) {
       if (i == index) continue;
-      kept.push_back(recent_.read(*source_, i));
+      kept.push_back(recent_.read(source_, i));
       others.push_back(kept.back().get());
     }
     frame.depth = graph::averageDepth(frame, others, noise);
@@ -216,8 +212,6 @@ class ShapeLabelled final : public ForwardingSource {
     return std::exchange(kept_, std::nullopt);
   }
 
-  std::unique_ptr<FrameSource> source_;
-  LabelSet shapes_;
   graph::LiftOptions lift_;
   mutable RecentFrames recent_;
   mutable std::mutex mutex_;
@@ -225,6 +219,22 @@ class ShapeLabelled final : public ForwardingSource {
 };
 
 }  // namespace
+
+std::unique_ptr<FrameSource> withRolesByShape(std::unique_ptr<FrameSource> source,
+                                              const graph::LiftOptions& lift, int threads) {
+  constexpr std::size_t kFrames = 60;
+  constexpr double kVoxel_m = 0.25;
+  if (!source->labels().isGeneric()) return source;
+  std::vector<LabelledCloud> clouds(std::min(kFrames, source->size()));
+  parallelFor(clouds.size(), threads, [&](std::size_t i) {
+    const Frame frame = source->read(i * source->size() / clouds.size());
+    clouds[i] = graph::thinByVoxel(graph::lift(frame, source->labels(), lift), kVoxel_m);
+  });
+  LabelledCloud whole;
+  for (const LabelledCloud& cloud : clouds) whole.append(cloud);
+  LabelSet labels = label::rolesByShape(source->labels(), whole.points);
+  return std::make_unique<RelabelledRecording>(std::move(source), std::move(labels));
+}
 
 std::unique_ptr<FrameSource> withShapeLabels(std::unique_ptr<FrameSource> source, LabelSet shapes,
                                              const graph::LiftOptions& lift, ShapeShares* shares) {

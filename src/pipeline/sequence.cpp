@@ -318,9 +318,8 @@ Sequence::~Sequence() = default;
 SequenceAnswer Sequence::add(const Query& query, std::size_t first, std::size_t last) {
   Stopwatch watch;
   SequenceAnswer answer = state_->add(query, first, last);
-  double single = 0, together = watch.lap_ms();
-  for (const auto& [stage, ms] : answer.alone.timing_ms) single = stage == "total" ? ms : single;
-  for (const auto& [stage, ms] : query.timing_ms) together += ms;
+  const double single = timeOf(answer.alone.timing_ms, "total"),
+               together = watch.lap_ms() + totalMs(query.timing_ms);
   Timings& timings = answer.fix.timing_ms;
   timings = answer.alone.timing_ms;
   timings.back().second = together;

@@ -44,14 +44,12 @@ Window thinWindow(const std::vector<Eigen::Isometry3d>& T_odom_sensor, std::size
   Window window;
   const std::size_t n = T_odom_sensor.size();
   const std::size_t stride = (n + max_poses - 1) / max_poses;
-  double path_m = 0;
+  const std::vector<double> path_m = wayAlong(T_odom_sensor);
   for (std::size_t i = 0; i < n; ++i) {
-    if (i > 0)
-      path_m += (T_odom_sensor[i].translation() - T_odom_sensor[i - 1].translation()).norm();
     window.carrier.push_back(window.T_odom_sensor.size());  // the next one that is kept
     if ((n - 1 - i) % stride != 0) continue;
     window.T_odom_sensor.push_back(T_odom_sensor[i]);
-    window.path_m.push_back(path_m);
+    window.path_m.push_back(path_m[i]);
   }
   return window;
 }

@@ -8,13 +8,6 @@
 namespace xview::pose {
 namespace {
 
-std::vector<double> travelled(const std::vector<Eigen::Isometry3d>& poses) {
-  std::vector<double> way{0};
-  for (std::size_t i = 1; i < poses.size(); ++i)
-    way.push_back(way.back() + (poses[i].translation() - poses[i - 1].translation()).norm());
-  return way;
-}
-
 Eigen::Isometry3d inMap(const TrajectoryFix& fix, Eigen::Isometry3d T_odom_sensor) {
   T_odom_sensor.translation() *= fix.scale;
   return fix.T_map_query * T_odom_sensor;
@@ -24,7 +17,7 @@ Eigen::Isometry3d inMap(const TrajectoryFix& fix, Eigen::Isometry3d T_odom_senso
 
 std::vector<Eigen::Isometry3d> trajectoryThrough(
     const std::vector<Eigen::Isometry3d>& T_odom_sensor, const std::vector<TrajectoryFix>& fixes) {
-  const std::vector<double> way = travelled(T_odom_sensor);
+  const std::vector<double> way = wayAlong(T_odom_sensor);
   std::vector<Eigen::Isometry3d> poses;
   auto after = fixes.begin();  // the first fix that is not before the frame
   for (std::size_t i = 0; i < T_odom_sensor.size(); ++i) {

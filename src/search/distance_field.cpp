@@ -191,10 +191,6 @@ void DistanceField::makeDirectory() {
   }
 }
 
-DistanceField::~DistanceField() = default;
-DistanceField::DistanceField(DistanceField&&) noexcept = default;
-DistanceField& DistanceField::operator=(DistanceField&&) noexcept = default;
-
 namespace {
 
 constexpr int kDraws = 300;
@@ -265,9 +261,7 @@ MapNull mapNull(const PlanView& map, const std::vector<Eigen::Vector2d>& path,
       samples.around(pose.from, [&](double x, double y) {
         const double px = pose.to.x() + cosine * x - sine * y,
                      py = pose.to.y() + sine * x + cosine * y;
-        const std::uint8_t bin =
-            field.bin(c, static_cast<std::int32_t>(std::floor(px / field.cellSize())),
-                      static_cast<std::int32_t>(std::floor(py / field.cellSize())));
+        const std::uint8_t bin = field.binAt(c, px, py);
         if (bin < kDistanceBins) ++null[c][bin];
       });
     }

@@ -223,10 +223,7 @@ double ObjectQuery::emptyRadius() const {
   std::vector<double> distances;
   for (const QueryItem& item : items_) distances.push_back(std::hypot(item.x, item.y));
   if (distances.empty()) return 0;
-  const std::size_t k = std::min(kNearest, distances.size()) - 1;
-  std::nth_element(distances.begin(), distances.begin() + static_cast<std::ptrdiff_t>(k),
-                   distances.end());
-  return distances[k];
+  return rankedOf(distances, std::min(kNearest, distances.size()) - 1);
 }
 
 }  // namespace xview::search

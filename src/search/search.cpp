@@ -7,6 +7,7 @@
 #include <tuple>
 
 #include "search/raster.h"
+#include "xview/types/median.h"
 #include "xview/types/parallel.h"
 #include "xview/types/pose.h"
 
@@ -121,10 +122,8 @@ struct Disc {
 Disc discAround(const Eigen::Vector2d& centre, const std::vector<FieldQuery::Point>& points) {
   std::vector<double> distances;
   for (const FieldQuery::Point& k : points) distances.push_back((k.p - centre).norm());
-  const std::size_t last = std::min(kEnough, distances.size()) - 1;
-  std::nth_element(distances.begin(), distances.begin() + static_cast<std::ptrdiff_t>(last),
-                   distances.end());
-  return {centre, std::clamp(distances[last], kSmallestPart_m, kLargestPart_m)};
+  const double enough_m = rankedOf(distances, std::min(kEnough, distances.size()) - 1);
+  return {centre, std::clamp(enough_m, kSmallestPart_m, kLargestPart_m)};
 }
 
 /// Where a query holds most points, by weight: densest first, apart from one another.

@@ -6,8 +6,8 @@
 #include <optional>
 
 #include "furniture.h"
-#include "option_check.h"
 #include "xview/sim/route.h"
+#include "xview/types/option_fields.h"
 #include "xview/types/pose.h"
 
 namespace xview {
@@ -271,7 +271,7 @@ std::vector<WayPoint> planWay(const Office& office, double length_m, std::uint64
 
 Office makeOffice(const OfficeOptions& options) {
   OfficeOptions checked = options;
-  visit(checked, OptionCheck("office."));
+  requireLegal(fieldsOf(checked, "office."));
   return FloorBuilder(options).build();
 }
 

@@ -6,9 +6,9 @@
 #include <functional>
 #include <optional>
 
-#include "option_check.h"
 #include "two_visits.h"
 #include "xview/sim/route.h"
+#include "xview/types/option_fields.h"
 
 namespace xview {
 namespace {
@@ -306,7 +306,7 @@ Frame SimulatedRecording::read(std::size_t index) const {
 std::vector<std::unique_ptr<SimulatedRecording>> makeSessions(const SimulationOptions& given,
                                                               std::vector<ThingChange>* changes) {
   SimulationOptions options = styled(given);
-  visit(options, OptionCheck());
+  requireLegal(fieldsOf(options));
   const auto seed = static_cast<std::uint64_t>(options.seed);
   const World world = makeWorld(options, seed);
   std::optional<const World> other_world;

@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "building.h"
-#include "option_check.h"
+#include "xview/types/option_fields.h"
 #include "xview/types/pose.h"
 
 namespace xview {
@@ -288,7 +288,7 @@ Random Town::randomOfStreet(std::uint64_t purpose, std::size_t street) const {
 
 Town makeTown(const TownOptions& options) {
   TownOptions checked = options;
-  visit(checked, OptionCheck("town."));
+  requireLegal(fieldsOf(checked, "town."));
   Town town(options);
   addLots(town);
   addStreetTrees(town);

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "xview/types/error.h"
+#include "xview/types/user_text.h"
 
 namespace xview {
 namespace {
@@ -147,20 +148,12 @@ std::string_view takeUntil(std::string_view& text, char separator) {
   return part;
 }
 
-template <class Enum>
-std::optional<Enum> enumeratorCalled(std::string_view name, Enum last) {
-  for (int i = 0; i <= static_cast<int>(last); ++i) {
-    if (name == toString(static_cast<Enum>(i))) return static_cast<Enum>(i);
-  }
-  return std::nullopt;
-}
-
 /// Nothing if it is not as a line should be.
 std::optional<ClassNames::Line> parseLine(std::string_view text) {
   std::string_view names = text;
   std::string_view meaning = trimmed(takeUntil(names, ':'));
-  const auto role = enumeratorCalled(trimmed(takeUntil(meaning, ' ')), Role::ignored);
-  const auto kind = enumeratorCalled(trimmed(meaning), Kind::none);
+  const auto role = enumeratorNamed(trimmed(takeUntil(meaning, ' ')), Role::ignored);
+  const auto kind = enumeratorNamed(trimmed(meaning), Kind::none);
   if (!role || !kind) return std::nullopt;
   ClassNames::Line line{*role, *kind, {}};
   while (!names.empty()) {

@@ -14,6 +14,21 @@ const char* toString(Status status) {
 
 const char* toString(Proposer proposer) { return proposer == Proposer::walks ? "walks" : "search"; }
 
+double timeOf(const Timings& timings, const std::string& stage) {
+  double sum = 0;
+  for (const auto& [name, ms] : timings) sum += name == stage ? ms : 0;
+  return sum;
+}
+
+double totalMs(const Timings& timings) {
+  double sum = 0;
+  for (const auto& [name, ms] : timings) {
+    if (name == "total") return ms;
+    sum += ms;
+  }
+  return sum;
+}
+
 bool samePlace(const PlacePose& a, const PlacePose& b) {
   return std::hypot(a.x - b.x, a.y - b.y) <= kSamePlace_m &&
          std::abs(angleDifference(a.yaw, b.yaw)) <= kSamePlace_rad;

@@ -31,6 +31,14 @@ const char* toString(Channel channel) {
   return channel < Channel::count ? kNames[static_cast<std::size_t>(channel)] : "?";
 }
 
+const GroundCell* PlanView::knownCell(std::int32_t x, std::int32_t y) const {
+  GroundCell wanted;
+  wanted.x = x;
+  wanted.y = y;
+  const auto at = std::lower_bound(known.begin(), known.end(), wanted, inRowOrder<GroundCell>);
+  return at != known.end() && at->x == x && at->y == y ? &*at : nullptr;
+}
+
 std::size_t PlanView::sampleCount() const {
   std::size_t total = 0;
   for (const auto& channel : samples) total += channel.size();

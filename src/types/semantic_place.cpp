@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "xview/types/semantic_place.h"
 
-#include <charconv>
 #include <cmath>
 
 #include "xview/types/error.h"
@@ -26,10 +25,8 @@ std::optional<double> parseSize(const std::string& text) {
   for (const NamedSize& known : kSizes) {
     if (text == known.name) return known.size;
   }
-  double spacing_m = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), spacing_m);
-  if (error != std::errc() || end != text.data() + text.size() ||
-      !(spacing_m >= kLeastSpacing_m && spacing_m <= kMostSpacing_m)) {
+  const double spacing_m = numberFrom<double>(text).value_or(0);
+  if (!(spacing_m >= kLeastSpacing_m && spacing_m <= kMostSpacing_m)) {
     throw UsageError("size = " + text +
                      ", must be auto, town, room, desk, or the typical spacing of neighbouring "
                      "things in [0.01, 1000] m");

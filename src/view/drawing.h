@@ -36,10 +36,14 @@ Color quietColor(const LabelSet& labels, std::uint32_t id);
 /// A picture from above leaves the ceiling out, under which a room would disappear.
 bool isCeiling(const LabelSet& labels, std::uint32_t id);
 
-/// Channels of a plan view that are drawn, the lowest first. Borders and obstacles repeat what is
+struct DrawnChannel {
+  Channel channel;
+  std::string name;  ///< "wall foot"
+  Color color;
+};
+/// What a plan view holds that is drawn, the lowest first. Borders and obstacles repeat what is
 /// drawn already.
-std::vector<Channel> drawnChannels();
-Color channelColor(Channel channel);
+std::vector<DrawnChannel> drawnChannels(const PlanView& plan);
 
 /// The two ends of a correspondence in the map frame.
 struct MatchEnds {

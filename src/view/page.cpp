@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "drawing.h"
+#include "xview/types/in_order.h"
 
 namespace xview {
 namespace {
@@ -205,11 +206,8 @@ class PageData {
 
   std::vector<PagePoint> planPoints(const PlanView& plan) {
     std::vector<PagePoint> points;
-    for (const Channel channel : drawnChannels()) {
-      if (plan[channel].empty()) continue;
-      std::string name = toString(channel);
-      std::replace(name.begin(), name.end(), '_', ' ');
-      const std::uint8_t kind = addClass(name, channelColor(channel), channelColor(channel));
+    for (const auto& [channel, name, color] : drawnChannels(plan)) {
+      const std::uint8_t kind = addClass(name, color, color);
       for (const PlanSample& s : plan[channel])
         points.push_back(
             {local({plan.origin_x + s.x, plan.origin_y + s.y, plan.origin_z + s.z}), kind});
@@ -265,41 +263,34 @@ class PageData {
     if (scene_.map_poses.size() > 1)
       list.push_back(
           {{"name", "key frames"}, {"color", kKeyframeColor}, {"ends", way(scene_.map_poses)}});
-    std::vector<std::string> names;
-    std::map<std::string, std::pair<Color, std::vector<float>>> by_name;
+    std::vector<std::pair<std::string, std::pair<Color, std::vector<float>>>> by_name;
     for (const SceneLine& line : scene_.lines) {
-      const auto [entry, is_new] = by_name.try_emplace(line.name);
-      if (is_new) names.push_back(line.name);
-      entry->second.first = line.color;
+      auto& [color, ends] = valueOf(by_name, line.name);
+      color = line.color;
       for (std::size_t i = 1; i < line.points.size(); ++i)
-        appendLine(line.points[i - 1], line.points[i], entry->second.second);
+        appendLine(line.points[i - 1], line.points[i], ends);
     }
-    for (const std::string& name : names) {
-      const auto& [color, ends] = by_name[name];
-      list.push_back({{"name", name}, {"color", color}, {"ends", base64(ends)}});
-    }
+    for (const auto& [name, layer] : by_name)
+      list.push_back({{"name", name}, {"color", layer.first}, {"ends", base64(layer.second)}});
     return list;
   }
 
   /// Marks by group, in the order in which the groups come.
   Json marks(const std::vector<SceneMark>& marks) const {
-    std::vector<std::string> names;
-    std::map<std::string, std::vector<const SceneMark*>> groups;
+    std::vector<std::pair<std::string, std::vector<const SceneMark*>>> groups;
     for (const SceneMark& mark : marks) {
-      if (!mark.at.allFinite()) continue;
-      if (groups[mark.group].empty()) names.push_back(mark.group);
-      groups[mark.group].push_back(&mark);
+      if (mark.at.allFinite()) valueOf(groups, mark.group).push_back(&mark);
     }
     Json list = Json::array();
-    for (const std::string& name : names) {
+    for (const auto& [name, members] : groups) {
       std::vector<float> positions;
       Json notes = Json::array();
-      for (const SceneMark* mark : groups[name]) {
+      for (const SceneMark* mark : members) {
         append(mark->at, positions);
         notes.push_back(mark->note);
       }
       list.push_back({{"group", name},
-                      {"color", groups[name][0]->color},
+                      {"color", members[0]->color},
                       {"positions", base64(positions)},
                       {"notes", notes}});
     }

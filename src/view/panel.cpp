@@ -148,16 +148,16 @@ void Panel::drawCoordinates() {
 
 void Panel::drawPlan(const PlanView& plan) {
   const double cell_px = plan.cell_m * scale_;
-  for (const Channel channel : drawnChannels()) {
+  for (const auto& [channel, name, color] : drawnChannels(plan)) {
     for (const PlanSample& s : plan[channel]) {
       const Eigen::Vector3d p(plan.origin_x + s.x, plan.origin_y + s.y, 0);
       if (!shows(p)) continue;
       if (isObject(channel)) {
-        canvas_.disc(toPixel(p), std::clamp(cell_px, 1.5, 4.0), channelColor(channel), kRim, 0);
+        canvas_.disc(toPixel(p), std::clamp(cell_px, 1.5, 4.0), color, kRim, 0);
       } else {
         const Eigen::Vector2d half =
             Eigen::Vector2d::Constant(std::max(1.0, isArea(channel) ? cell_px : 0.8 * cell_px) / 2);
-        canvas_.fill({toPixel(p) - half, toPixel(p) + half}, channelColor(channel));
+        canvas_.fill({toPixel(p) - half, toPixel(p) + half}, color);
       }
     }
   }

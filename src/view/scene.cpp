@@ -82,11 +82,11 @@ constexpr ChannelKind kDrawnChannels[] = {{Channel::canopy, Kind::vegetation},
                                           {Channel::sign, Kind::sign},
                                           {Channel::light, Kind::light}};
 
-const Color* colorOf(Kind kind) {
+Color colorOf(Kind kind, const Color& of_others) {
   for (const KindColor& known : kKindColors) {
-    if (known.kind == kind) return &known.color;
+    if (known.kind == kind) return known.color;
   }
-  return nullptr;
+  return of_others;
 }
 
 }  // namespace
@@ -103,22 +103,18 @@ bool isCeiling(const LabelSet& labels, std::uint32_t id) {
 }
 
 Color quietColor(const LabelSet& labels, std::uint32_t id) {
-  if (const Color* color = colorOf(labels.kind(id))) return *color;
-  return paler(labels.color(id), 0.3);
+  return colorOf(labels.kind(id), paler(labels.color(id), 0.3));
 }
 
-std::vector<Channel> drawnChannels() {
-  std::vector<Channel> channels;
-  for (const ChannelKind& drawn : kDrawnChannels) channels.push_back(drawn.channel);
-  return channels;
-}
-
-Color channelColor(Channel channel) {
-  for (const ChannelKind& drawn : kDrawnChannels) {
-    if (drawn.channel != channel) continue;
-    if (const Color* color = colorOf(drawn.kind)) return *color;
+std::vector<DrawnChannel> drawnChannels(const PlanView& plan) {
+  std::vector<DrawnChannel> channels;
+  for (const auto& [channel, kind] : kDrawnChannels) {
+    if (plan[channel].empty()) continue;
+    std::string name = toString(channel);
+    std::replace(name.begin(), name.end(), '_', ' ');
+    channels.push_back({channel, name, colorOf(kind, {190, 180, 196})});
   }
-  return {190, 180, 196};
+  return channels;
 }
 
 std::vector<Eigen::Isometry3d> posesInMap(const SceneQuery& query) {

@@ -5,6 +5,8 @@
 #include <optional>
 
 #include "panel.h"
+#include "xview/types/in_order.h"
+#include "xview/types/median.h"
 
 namespace xview {
 namespace {
@@ -47,16 +49,12 @@ void include(Eigen::AlignedBox2d& box, const LabelledCloud* cloud, const Eigen::
     ys.push_back(p.y());
   }
   if (xs.empty()) return;
-  const auto ranked = [](std::vector<double>& values, std::size_t rank) {
-    std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(rank),
-                     values.end());
-    return values[rank];
-  };
   const std::size_t last = xs.size() - 1;
   const auto low = static_cast<std::size_t>(kOutliers * static_cast<double>(last));
   const auto boxFrom = [&](std::size_t rank) {
-    return Eigen::AlignedBox2d(Eigen::Vector2d(ranked(xs, rank), ranked(ys, rank)),
-                               Eigen::Vector2d(ranked(xs, last - rank), ranked(ys, last - rank)));
+    return Eigen::AlignedBox2d(
+        Eigen::Vector2d(rankedOf(xs, rank), rankedOf(ys, rank)),
+        Eigen::Vector2d(rankedOf(xs, last - rank), rankedOf(ys, last - rank)));
   };
   const Eigen::AlignedBox2d most = boxFrom(low);
   const Eigen::Vector2d around = Eigen::Vector2d::Constant(kAround * most.sizes().maxCoeff());
@@ -223,24 +221,15 @@ std::vector<LegendEntry> mapEntries(const Scene& scene) {
   const bool bare_graph = !showsCloud(scene) && !showsPlan(scene);
   std::vector<std::pair<Color, std::string>> names;
   const auto add = [&](const Color& color, const std::string& name) {
-    const auto found = std::find_if(names.begin(), names.end(),
-                                    [&](const auto& entry) { return entry.first == color; });
-    if (found == names.end())
-      names.emplace_back(color, name);
-    else if (found->second.find(name) == std::string::npos)
-      found->second += ", " + name;
+    std::string& of_color = valueOf(names, color);
+    if (of_color.find(name) == std::string::npos) of_color += (of_color.empty() ? "" : ", ") + name;
   };
   if (!showsPlan(scene)) {
     for (const std::uint32_t id : classesIn(scene))
       add(bare_graph ? Color(labels.color(id)) : quietColor(labels, id),
           labels.className(id) + (!bare_graph && isCeiling(labels, id) ? " (not drawn)" : ""));
   } else {
-    for (const Channel channel : drawnChannels()) {
-      if ((*scene.map_plan)[channel].empty()) continue;
-      std::string name = toString(channel);
-      std::replace(name.begin(), name.end(), '_', ' ');
-      add(channelColor(channel), name);
-    }
+    for (const auto& [channel, name, color] : drawnChannels(*scene.map_plan)) add(color, name);
   }
   std::vector<LegendEntry> entries;
   for (const auto& [color, name] : names) entries.push_back({name, swatchOf(color)});

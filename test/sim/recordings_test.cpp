@@ -226,7 +226,7 @@ TEST(Recordings, OptionsOutOfRangeAreRefusedByName) {
   EXPECT_EQ(message(options), "width = 0, must be in [16, 8192]");
   options = smallSimulation();
   options.quality = "dirty";
-  EXPECT_EQ(message(options), "quality = dirty, must be one of clean noisy");
+  EXPECT_EQ(message(options), "quality = dirty, must be one of clean, noisy");
   options = smallSimulation();
   options.town.tree_density = -1;
   EXPECT_EQ(message(options), "town.tree_density = -1, must be in [0, 4]");

@@ -124,7 +124,7 @@ TEST(Town, OptionsOutOfRangeAreRefusedByName) {
   options.blocks_x = 4;
   options.relief_m = std::numeric_limits<double>::quiet_NaN();
   EXPECT_EQ(test::messageOf<UsageError>([&] { makeTown(options); }),
-            "town.relief_m = nan, must be in [0, 5]");
+            "town.relief_m = nan, must be a number");
 }
 
 TEST(Town, ExtremesOfTheOptionsAreFine) {

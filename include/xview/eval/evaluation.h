@@ -102,7 +102,6 @@ struct ScoredQuery {
 
   double positionError() const;  ///< [m]; infinite without a pose
   double rotationError() const;  ///< [rad]; infinite without a pose
-  double totalMs() const;        ///< 0 if unknown
 };
 
 /// Success over distance and angle for one choice of answers.

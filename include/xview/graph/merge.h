@@ -69,8 +69,6 @@ class PlaceGraphBuilder {
  public:
   PlaceGraphBuilder(const LabelSet& labels, const MergeOptions& options);
   ~PlaceGraphBuilder();
-  PlaceGraphBuilder(PlaceGraphBuilder&&) noexcept;
-  PlaceGraphBuilder& operator=(PlaceGraphBuilder&&) noexcept;
 
   /// Blobs of one frame in the odometry frame; frames in order.
   void add(const std::vector<Blob>& blobs, std::int64_t frame_number);

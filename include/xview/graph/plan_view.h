@@ -23,8 +23,6 @@ class PlanViewBuilder {
  public:
   explicit PlanViewBuilder(const LabelSet& labels);
   ~PlanViewBuilder();
-  PlanViewBuilder(PlanViewBuilder&&) noexcept;
-  PlanViewBuilder& operator=(PlanViewBuilder&&) noexcept;
 
   /// `votes`: weight of each point; those without a positive one are left out. `near`: per point,
   /// whether it was measured near enough for thin objects; empty = all.

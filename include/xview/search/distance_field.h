@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <vector>
@@ -21,9 +22,7 @@ class DistanceField {
   static constexpr int kTileCells = 64;
 
   DistanceField(const PlanView& map, int threads);
-  ~DistanceField();
-  DistanceField(DistanceField&&) noexcept;
-  DistanceField& operator=(DistanceField&&) noexcept;
+  DistanceField(DistanceField&&) noexcept = default;  ///< not copied: tiles point into planes_
 
   double cellSize() const { return cell_m_; }
   double originX() const { return origin_x_; }
@@ -52,6 +51,11 @@ class DistanceField {
   std::uint8_t bin(std::size_t channel, std::int32_t cx, std::int32_t cy) const {
     const Tile* tile = tileOfCell(cx, cy);
     return tile ? tile->bins[channel][cellInTile(cx, cy)] : static_cast<std::uint8_t>(kUnknownBin);
+  }
+  /// The same at a place in plan coordinates [m].
+  std::uint8_t binAt(std::size_t channel, double x, double y) const {
+    return bin(channel, static_cast<std::int32_t>(std::floor(x / cell_m_)),
+               static_cast<std::int32_t>(std::floor(y / cell_m_)));
   }
 
  private:

@@ -280,6 +280,26 @@ std::vector<std::vector<std::int32_t>> connectedCells(const CellIndex& index, Be
   return pieces;
 }
 
+/// Numbers of things by what they belong to, in their order within each: those of group g are
+/// order[starts[g]] to order[starts[g + 1]].
+struct Grouped {
+  std::vector<std::size_t> starts;  ///< of each group, and the end
+  std::vector<std::uint32_t> order;
+
+  /// `group_of`: of each thing; -1 = of none.
+  Grouped(const std::vector<std::int32_t>& group_of, std::size_t groups) : starts(groups + 1, 0) {
+    for (const std::int32_t g : group_of) {
+      if (g >= 0) ++starts[static_cast<std::size_t>(g) + 1];
+    }
+    std::partial_sum(starts.begin(), starts.end(), starts.begin());
+    std::vector<std::size_t> next = starts;
+    order.resize(starts.back());
+    for (std::size_t i = 0; i < group_of.size(); ++i) {
+      if (group_of[i] >= 0) order[next[group_of[i]]++] = static_cast<std::uint32_t>(i);
+    }
+  }
+};
+
 /// Heights of the ground at the middles of square cells, bilinear in between [m].
 struct HeightLattice {
   float side_m;

@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -78,8 +79,19 @@ class ForwardingSource : public FrameSource {
   /// The other recording must outlive this object.
   explicit ForwardingSource(const FrameSource& source) : source_(source) {}
 
- private:
   const FrameSource& source_;
+};
+
+/// The frames of a recording under other classes; a derived class may change their labels as well.
+class RelabelledRecording : public ForwardingSource {
+ public:
+  RelabelledRecording(std::unique_ptr<FrameSource> source, LabelSet labels)
+      : ForwardingSource(*source), owned_(std::move(source)), labels_(std::move(labels)) {}
+  const LabelSet& labels() const override { return labels_; }
+
+ private:
+  std::unique_ptr<FrameSource> owned_;
+  LabelSet labels_;
 };
 
 /// A recording whose odometry frame was found in another frame: the same frames with

@@ -66,10 +66,26 @@ struct LabelledCloud {
   Eigen::Vector3d position(std::size_t i) const {
     return origin + points[i].getVector3fMap().cast<double>();
   }
+  /// Adds the points of another cloud of the same frame, whatever its origin.
+  void append(const LabelledCloud& other) {
+    if (empty()) {
+      *this = other;
+      return;
+    }
+    const Eigen::Vector3f shift = (other.origin - origin).cast<float>();
+    for (Point point : other.points) {
+      point.getVector3fMap() += shift;
+      points.push_back(point);
+    }
+  }
   /// True if the data told instances of things.
   bool hasInstances() const {
     return std::any_of(points.begin(), points.end(),
                        [](const Point& p) { return p.instance != 0; });
+  }
+  /// True if the data told how well the points are known.
+  bool hasSigmas() const {
+    return std::any_of(points.begin(), points.end(), [](const Point& p) { return p.sigma != 0; });
   }
   /// The median of what is known of the errors of its points [m]; 0 if it is empty.
   double typicalSigma() const {

@@ -114,9 +114,8 @@ struct Statistics {
       shown;  ///< how far the query shows what stands in the map, over a close rival
   std::optional<double>
       of_itself;  ///< how closely one half of the query lies on the other; only without `shown`
-  std::optional<double>
-      seen_through;       ///< how much of what stands in the map the query saw through,
-                          ///< as a share of that some metres off
+  std::optional<double> seen_through;  ///< how much of what stands in the map the query saw
+                                       ///< through, as a share of that some metres off
   double look_alike = 0;  ///< share of the map's own stretches that find such a place elsewhere, as
                           ///< far as what is shown leaves it open
   double sigma_m = 0;     ///< of the registered position where it is known least, in lengths of a
@@ -125,6 +124,9 @@ struct Statistics {
 
 /// Milliseconds per stage, in the order of execution.
 using Timings = std::vector<std::pair<std::string, double>>;
+
+double timeOf(const Timings& timings, const std::string& stage);  ///< 0 if there is no such stage
+double totalMs(const Timings& timings);  ///< "total", or the sum of the stages
 
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 

@@ -7,6 +7,14 @@
 
 namespace xview {
 
+/// The value that so many others do not exceed. Reorders them.
+template <class T>
+T rankedOf(std::vector<T>& values, std::size_t rank) {
+  const auto value = values.begin() + static_cast<std::ptrdiff_t>(rank);
+  std::nth_element(values.begin(), value, values.end());
+  return *value;
+}
+
 /// The value below which this share of the values lies, of 0.5 and an even number of values the
 /// upper one of the middle two. Reorders them. There must be one value at least.
 template <class T>

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <limits>
 #include <string>
 #include <vector>
 
@@ -9,8 +8,7 @@ namespace xview {
 
 /// Closed range of legal values of a numeric option.
 struct Range {
-  double min = -std::numeric_limits<double>::infinity();
-  double max = std::numeric_limits<double>::infinity();
+  double min, max;
 };
 
 /// Legal values of a textual option.
@@ -34,7 +32,7 @@ struct Syntax {
 //   }
 //
 // and nothing else lists the fields: the YAML reader, the command-line flags, --print-config and
-// the range checks are visitors. A gathering struct calls field.group("foo", options.foo), which
-// makes the keys foo.name and foo.mode.
+// the range checks go through fieldsOf() (option_fields.h). A gathering struct calls
+// field.group("foo", options.foo), which makes the keys foo.name and foo.mode.
 
 }  // namespace xview

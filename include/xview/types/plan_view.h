@@ -86,6 +86,7 @@ struct PlanView {
     return samples[static_cast<std::size_t>(c)];
   }
   std::size_t sampleCount() const;
+  const GroundCell* knownCell(std::int32_t x, std::int32_t y) const;  ///< null if it was not seen
 };
 
 }  // namespace xview

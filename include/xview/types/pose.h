@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <vector>
 
 namespace xview {
 
@@ -18,6 +19,9 @@ Eigen::Isometry3d poseFromYaw(const Eigen::Vector3d& position, double yaw_rad);
 /// After this share of the way from one pose to another, straight and turning evenly.
 Eigen::Isometry3d interpolated(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b,
                                double share);
+
+/// How far one has come at each of successive poses [m]; at least one number.
+std::vector<double> wayAlong(const std::vector<Eigen::Isometry3d>& poses);
 
 /// Angle of the rotation between two poses [rad, 0..pi].
 double rotationBetween(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b);

@@ -60,23 +60,28 @@ void scaleLengths(double factor, Frame& frame);
 void scaleLengths(double factor, Localization& answer);
 void scaleLengths(double factor, Eigen::Isometry3d& T);
 
-/// The same thing in other lengths; a copy is made only if they differ.
+/// A thing as it is, or a changed copy of it. What it was made of must outlive it.
 template <class Thing>
-class Scaled {
+class MaybeChanged {
  public:
-  Scaled(const Thing& given, double factor) : given_(given) {
-    if (factor == 1) return;
-    changed_ = given;
-    scaleLengths(factor, *changed_);
-  }
-  Scaled(const Scaled&) = delete;
-  Scaled& operator=(const Scaled&) = delete;
+  MaybeChanged(const MaybeChanged&) = delete;
+  MaybeChanged& operator=(const MaybeChanged&) = delete;
   const Thing& operator*() const { return changed_ ? *changed_ : given_; }
   const Thing* operator->() const { return &**this; }
 
- private:
+ protected:
+  explicit MaybeChanged(const Thing& given) : given_(given) {}
+
   const Thing& given_;
   std::optional<Thing> changed_;
+};
+
+/// The same thing in other lengths; a copy is made only if they differ.
+template <class Thing>
+struct Scaled : MaybeChanged<Thing> {
+  Scaled(const Thing& given, double factor) : MaybeChanged<Thing>(given) {
+    if (factor != 1) scaleLengths(factor, this->changed_.emplace(given));
+  }
 };
 
 }  // namespace xview

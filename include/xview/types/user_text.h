@@ -1,13 +1,38 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <charconv>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <system_error>
 #include <vector>
 
 #include "xview/types/localization.h"
 
 namespace xview {
+
+/// The whole text as a number, whatever the locale; a plus may stand before it, and "nan" and "inf"
+/// are numbers, too. `problem`, if given, receives why there is none.
+template <class Number>
+std::optional<Number> numberFrom(std::string_view text, std::errc* problem = nullptr) {
+  if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);
+  Number value{};
+  const char* end = text.data() + text.size();
+  auto [stop, found] = std::from_chars(text.data(), end, value);
+  if (found == std::errc() && stop != end) found = std::errc::invalid_argument;
+  if (problem) *problem = found;
+  return found == std::errc() ? std::optional<Number>(value) : std::nullopt;
+}
+
+/// The enumerator of 0 to `last` whose toString() is this name.
+template <class Enum>
+std::optional<Enum> enumeratorNamed(std::string_view name, Enum last) {
+  for (int i = 0; i <= static_cast<int>(last); ++i) {
+    if (name == toString(static_cast<Enum>(i))) return static_cast<Enum>(i);
+  }
+  return std::nullopt;
+}
 
 /// The word with the smallest edit distance, for "did you mean"; the first one if several are
 /// equally near, empty if none differs in about a quarter of its letters or less: what is farther

@@ -224,7 +224,7 @@ std::array<double, 6> parseMount(const std::string& text) {
   std::array<double, 6> mount{};
   const std::vector<std::string_view> words = splitTabs(text, ',');
   for (std::size_t i = 0; i < words.size() && words.size() == 6; ++i) {
-    const auto number = asNumber(words[i]);
+    const auto number = numberFrom<double>(words[i]);
     if (!number || !std::isfinite(*number)) break;
     mount[i] = *number;
     if (i == 5) return mount;

@@ -1,18 +1,20 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/io/atomic_file.h"
+#include "xview/types/atomic_file.h"
 
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <array>
 #include <atomic>
 #include <cerrno>
+#include <csignal>
 #include <cstring>
 #include <filesystem>
 
 #include "xview/types/error.h"
 
-namespace xview::io {
+namespace xview {
 namespace {
 
 constexpr std::size_t kBufferBytes = std::size_t{1} << 20;
@@ -31,7 +33,36 @@ std::string nameBeside(const std::string& path) {
   return path + ".partial-" + std::to_string(getpid()) + "-" + std::to_string(counter++);
 }
 
+// A signal handler may read these and call unlink, but neither lock nor allocate.
+std::array<std::atomic<const char*>, 64> unfinished_paths{};
+
+int occupySlot(const char* path) {
+  for (std::size_t i = 0; i < unfinished_paths.size(); ++i) {
+    const char* free = nullptr;
+    if (unfinished_paths[i].compare_exchange_strong(free, path)) return static_cast<int>(i);
+  }
+  return -1;
+}
+
+void freeSlot(int slot) {
+  if (slot >= 0) unfinished_paths[static_cast<std::size_t>(slot)] = nullptr;
+}
+
+void removeAndEnd(int signal) {
+  for (const auto& path : unfinished_paths) {
+    if (const char* name = path.load()) unlink(name);
+  }
+  std::signal(signal, SIG_DFL);
+  std::raise(signal);
+}
+
 }  // namespace
+
+void removeUnfinishedOnInterrupt() {
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+    if (std::signal(signal, removeAndEnd) == SIG_IGN) std::signal(signal, SIG_IGN);
+  }
+}
 
 AtomicFile::AtomicFile(std::string path)
     : path_(std::move(path)), target_path_(resolveLinks(path_)), temporary_path_(target_path_) {
@@ -44,8 +75,9 @@ AtomicFile::AtomicFile(std::string path)
     descriptor_ = open(target_path_.c_str(), O_WRONLY | O_CLOEXEC);
   } else {
     temporary_path_ = nameBeside(target_path_);
-    unfinished_.emplace(temporary_path_);
+    slot_ = occupySlot(temporary_path_.c_str());
     descriptor_ = open(temporary_path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    if (descriptor_ < 0) freeSlot(slot_);
   }
   if (descriptor_ < 0 && errno == ENOENT && !folder.empty() && access(folder.c_str(), F_OK) != 0)
     throw Error(path_, "cannot write: there is no folder " + folder + "; make it first");
@@ -59,6 +91,7 @@ AtomicFile::~AtomicFile() {
   if (descriptor_ < 0) return;
   close(descriptor_);
   if (temporary_path_ != target_path_) unlink(temporary_path_.c_str());
+  freeSlot(slot_);
 }
 
 void AtomicFile::write(const void* data, std::size_t bytes) {
@@ -76,7 +109,7 @@ void AtomicFile::commit() {
       std::rename(temporary_path_.c_str(), target_path_.c_str()) != 0) {
     fail("cannot replace the old file");
   }
-  unfinished_.reset();
+  freeSlot(slot_);
   close(descriptor_);
   descriptor_ = -1;
 }
@@ -118,4 +151,4 @@ void requireWritable(const std::string& path) {
   AtomicFile{path};
 }
 
-}  // namespace xview::io
+}  // namespace xview

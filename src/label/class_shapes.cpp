@@ -1,73 +1,24 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/graph/class_shapes.h"
+#include "xview/label/class_shapes.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
-#include <limits>
 #include <map>
 #include <tuple>
 #include <utility>
+#include <vector>
 
+#include "label/ground_field.h"
 #include "xview/types/cells.h"
 #include "xview/types/median.h"
-#include "xview/types/parallel.h"
 
-namespace xview::graph {
+namespace xview::label {
 namespace {
 
-using Cell = std::pair<std::int64_t, std::int64_t>;
+using Cell = std::pair<std::int32_t, std::int32_t>;
 
-constexpr double kColumn_m = 0.5, kGroundCell_m = 2;
-
-Cell cellOf(double x, double y, double side_m) {
-  return {static_cast<std::int64_t>(std::floor(x / side_m)),
-          static_cast<std::int64_t>(std::floor(y / side_m))};
-}
-
-template <class Take>
-void forEachPoint(const std::vector<LabelledCloud>& clouds, Take&& take) {
-  for (const LabelledCloud& cloud : clouds) {
-    for (std::size_t i = 0; i < cloud.size(); ++i) {
-      const Eigen::Vector3d p = cloud.position(i);
-      if (p.allFinite()) take(p, cloud.points[i].label);
-    }
-  }
-}
-
-/// Height of the ground: what lies lowest, no steeper than a steep street, so that walls, cars and
-/// roofs stand on it.
-class Ground {
- public:
-  explicit Ground(const std::vector<LabelledCloud>& clouds) {
-    std::map<Cell, std::vector<float>> heights;
-    forEachPoint(clouds, [&](const Eigen::Vector3d& p, std::uint32_t) {
-      heights[cellOf(p.x(), p.y(), kGroundCell_m)].push_back(static_cast<float>(p.z()));
-    });
-    for (auto& [cell, z] : heights) {
-      lowest_[cell] = quantileOf(z, 0.05);  // what is below may be noise
-    }
-  }
-
-  double at(double x, double y) const {
-    constexpr int kReach = 3;
-    constexpr double kSteepest = 0.3;
-    const Cell here = cellOf(x, y, kGroundCell_m);
-    double height = std::numeric_limits<double>::infinity();
-    for (int dy = -kReach; dy <= kReach; ++dy) {
-      for (int dx = -kReach; dx <= kReach; ++dx) {
-        const auto found = lowest_.find({here.first + dx, here.second + dy});
-        if (found == lowest_.end()) continue;
-        height = std::min(height, found->second + kSteepest * kGroundCell_m * std::hypot(dx, dy));
-      }
-    }
-    return height;
-  }
-
- private:
-  std::map<Cell, double> lowest_;
-};
+constexpr float kColumn_m = 0.5F;
 
 /// Most points of a class above one cell, heights above the ground [m]. The outermost may be of
 /// another class, and a column of one or two points says nothing.
@@ -77,19 +28,18 @@ struct Column {
 };
 using Columns = std::map<Cell, Column>;
 
-std::map<std::uint32_t, Columns> columnsOf(const std::vector<LabelledCloud>& clouds) {
+std::map<std::uint32_t, Columns> columnsOf(const pcl::PointCloud<Point>& points) {
   constexpr std::size_t kFewestPoints = 3;
-  const Ground ground(clouds);
-  std::map<std::pair<std::uint32_t, Cell>, std::vector<double>> heights;
-  forEachPoint(clouds, [&](const Eigen::Vector3d& p, std::uint32_t label) {
-    heights[{label, cellOf(p.x(), p.y(), kColumn_m)}].push_back(p.z());
-  });
+  const GroundField ground(points);
+  std::map<std::pair<std::uint32_t, Cell>, std::vector<float>> heights;
+  for (const Point& p : points)
+    heights[{p.label, {floorToInt(p.x / kColumn_m), floorToInt(p.y / kColumn_m)}}].push_back(p.z);
   std::map<std::uint32_t, Columns> classes;
   for (auto& [key, z] : heights) {
     if (z.size() < kFewestPoints) continue;
     const auto& [label, cell] = key;
-    const double floor = ground.at((static_cast<double>(cell.first) + 0.5) * kColumn_m,
-                                   (static_cast<double>(cell.second) + 0.5) * kColumn_m);
+    const float floor = ground.heightAt((static_cast<float>(cell.first) + 0.5F) * kColumn_m,
+                                        (static_cast<float>(cell.second) + 0.5F) * kColumn_m);
     classes[label][cell] = {quantileOf(z, 0.1) - floor, quantileOf(z, 0.9) - floor};
   }
   return classes;
@@ -104,8 +54,7 @@ struct Piece {
 
 std::vector<Piece> piecesOf(const Columns& columns) {
   CellIndex index;
-  for (const auto& [cell, column] : columns)
-    index.findOrAdd(static_cast<std::int32_t>(cell.first), static_cast<std::int32_t>(cell.second));
+  for (const auto& [cell, column] : columns) index.findOrAdd(cell.first, cell.second);
   std::vector<Piece> pieces;
   for (const auto& members : connectedCells(index, [](std::int32_t) { return true; })) {
     Piece piece{members.size()};
@@ -183,36 +132,14 @@ std::map<std::uint32_t, Kind> groundKinds(const std::map<std::uint32_t, Columns>
   return kinds;
 }
 
-/// The same frames under other classes.
-class Reclassified final : public ForwardingSource {
- public:
-  Reclassified(std::unique_ptr<FrameSource> source, LabelSet labels)
-      : ForwardingSource(*source), source_(std::move(source)), labels_(std::move(labels)) {}
-
-  const LabelSet& labels() const override { return labels_; }
-
- private:
-  std::unique_ptr<FrameSource> source_;
-  LabelSet labels_;
-};
-
-std::vector<LabelledCloud> cloudsOver(const FrameSource& source, const LiftOptions& options,
-                                      int threads) {
-  constexpr std::size_t kFrames = 60;
-  constexpr double kVoxel_m = 0.25;
-  std::vector<LabelledCloud> clouds(std::min(kFrames, source.size()));
-  parallelFor(clouds.size(), threads, [&](std::size_t i) {
-    const Frame frame = source.read(i * source.size() / clouds.size());
-    clouds[i] = thinByVoxel(lift(frame, source.labels(), options), kVoxel_m);
-  });
-  return clouds;
-}
-
 }  // namespace
 
-LabelSet rolesByShape(const LabelSet& unnamed, const std::vector<LabelledCloud>& clouds) {
+LabelSet rolesByShape(const LabelSet& unnamed, const pcl::PointCloud<Point>& points) {
   constexpr std::size_t kFewestColumns = 4;  // 1 m² of a class in the whole recording
-  std::map<std::uint32_t, Columns> classes = columnsOf(clouds);
+  pcl::PointCloud<Point> finite;
+  std::copy_if(points.begin(), points.end(), std::back_inserter(finite.points),
+               [](const Point& p) { return p.getVector3fMap().allFinite(); });
+  std::map<std::uint32_t, Columns> classes = columnsOf(finite);
   for (auto entry = classes.begin(); entry != classes.end();) {
     const bool tells =
         entry->second.size() >= kFewestColumns && unnamed.role(entry->first) != Role::ignored;
@@ -231,11 +158,4 @@ LabelSet rolesByShape(const LabelSet& unnamed, const std::vector<LabelledCloud>&
   return result;
 }
 
-std::unique_ptr<FrameSource> withRolesByShape(std::unique_ptr<FrameSource> source,
-                                              const LiftOptions& options, int threads) {
-  if (!source->labels().isGeneric()) return source;
-  LabelSet labels = rolesByShape(source->labels(), cloudsOver(*source, options, threads));
-  return std::make_unique<Reclassified>(std::move(source), std::move(labels));
-}
-
-}  // namespace xview::graph
+}  // namespace xview::label

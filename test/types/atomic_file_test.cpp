@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/io/atomic_file.h"
+#include "xview/types/atomic_file.h"
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -7,14 +7,16 @@
 #include <unistd.h>
 
 #include <csignal>
+#include <deque>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <sstream>
 
 #include "support/test_data.h"
 #include "xview/types/error.h"
 
-namespace xview::io {
+namespace xview {
 namespace {
 
 std::size_t filesIn(const std::string& folder) {
@@ -33,22 +35,68 @@ TEST(AtomicFile, AppearsOnCommitAndLeavesNothingBeside) {
   EXPECT_EQ(filesIn(folder.path()), 1u);
 }
 
-TEST(AtomicFile, OfAnInterruptedProgramLeavesTheOldFileAlone) {
-  const test::TemporaryFolder folder;
-  std::ofstream(folder / "out.txt") << "old";
+/// The signal that ends another process that does this, 0 if none does.
+int endOf(const std::function<void()>& work) {
   const pid_t child = fork();
   if (child == 0) {
     removeUnfinishedOnInterrupt();
-    AtomicFile file(folder / "out.txt");
-    file.write(std::string(3 << 20, 'x'));
-    std::raise(SIGINT);
+    work();
     _exit(0);
   }
   int status = 0;
   waitpid(child, &status, 0);
-  EXPECT_TRUE(WIFSIGNALED(status));
-  EXPECT_EQ(test::readText(folder / "out.txt"), "old");
-  EXPECT_EQ(filesIn(folder.path()), 1u);
+  return WIFSIGNALED(status) ? WTERMSIG(status) : 0;
+}
+
+TEST(AtomicFile, OfAnInterruptedProgramLeavesTheOldFileAlone) {
+  const test::TemporaryFolder folder;
+  std::ofstream(folder / "out.txt") << "old";
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+    EXPECT_EQ(endOf([&] {
+                AtomicFile file(folder / "out.txt"), other(folder / "other.txt");
+                file.write(std::string(3 << 20, 'x'));
+                std::raise(signal);
+              }),
+              signal);
+    EXPECT_EQ(test::readText(folder / "out.txt"), "old");
+    EXPECT_EQ(filesIn(folder.path()), 1u);
+  }
+}
+
+TEST(AtomicFile, ThatIsWholeSurvivesAnInterrupt) {
+  const test::TemporaryFolder folder;
+  EXPECT_EQ(endOf([&] {
+              AtomicFile file(folder / "out.txt");
+              file.write("whole");
+              file.commit();
+              std::raise(SIGINT);
+            }),
+            SIGINT);
+  EXPECT_EQ(test::readText(folder / "out.txt"), "whole");
+}
+
+TEST(AtomicFile, GoesOnInAProgramThatIgnoresHangUps) {
+  const test::TemporaryFolder folder;
+  std::signal(SIGHUP, SIG_IGN);
+  EXPECT_EQ(endOf([&] {
+              AtomicFile file(folder / "out.txt");
+              std::raise(SIGHUP);
+              file.commit();
+            }),
+            0);
+  std::signal(SIGHUP, SIG_DFL);
+  EXPECT_TRUE(std::filesystem::exists(folder / "out.txt"));
+}
+
+TEST(AtomicFile, ManyAtATimeAreNoTrouble) {
+  const test::TemporaryFolder folder;
+  EXPECT_EQ(endOf([&] {
+              std::deque<AtomicFile> files;
+              for (int i = 0; i < 100; ++i) files.emplace_back(folder / std::to_string(i));
+              std::raise(SIGINT);
+            }),
+            SIGINT);
+  EXPECT_EQ(filesIn(folder.path()), 36u);
 }
 
 TEST(AtomicFile, WithoutCommitTheOldFileStays) {
@@ -122,4 +170,4 @@ TEST(AtomicFile, AMissingFolderAndAFolderAsTargetAreErrors) {
 }
 
 }  // namespace
-}  // namespace xview::io
+}  // namespace xview

@@ -2,18 +2,15 @@
 #pragma once
 
 #include <cstddef>
-#include <optional>
 #include <string>
 
-#include "xview/types/unfinished_file.h"
-
-namespace xview::io {
+namespace xview {
 
 /// An output file that appears whole or not at all: bytes go to a file beside the target, commit()
 /// puts it in place. An object that goes without commit() leaves nothing behind and the old file
-/// untouched, also if the program is interrupted (UnfinishedFile). A symbolic link is followed; a
-/// target that exists and is no regular file (/dev/full, a pipe) is written directly, since
-/// replacing it would destroy it.
+/// untouched, also (up to 64 at a time) if the program is interrupted after it called
+/// removeUnfinishedOnInterrupt(). A symbolic link is followed; a target that exists and is no
+/// regular file (/dev/full, a pipe) is written directly, since replacing it would destroy it.
 class AtomicFile {
  public:
   explicit AtomicFile(std::string path);  ///< throws Error if the target cannot be written
@@ -36,10 +33,14 @@ class AtomicFile {
   std::string path_;            ///< as given, for messages
   std::string target_path_;     ///< with links resolved
   std::string temporary_path_;  ///< equals target_path_ if written directly
-  std::optional<UnfinishedFile> unfinished_;
+  int slot_ = -1;               ///< among the unfinished files; -1: none was free
   std::string buffer_;
   int descriptor_ = -1;
 };
+
+/// From now on interrupt, hang-up and termination remove unfinished files before they end the
+/// program, unless they are ignored.
+void removeUnfinishedOnInterrupt();
 
 /// Writes a file in one go. Throws Error.
 void writeFile(const std::string& path, const void* data, std::size_t bytes);
@@ -55,4 +56,4 @@ bool makeFolder(const std::string& path);
 /// would throw. An empty path is none, and a pipe is not tried.
 void requireWritable(const std::string& path);
 
-}  // namespace xview::io
+}  // namespace xview
