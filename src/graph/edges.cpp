@@ -1,26 +1,69 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "xview/graph/edges.h"
 
-#include <utility>
+#include <pcl/kdtree/kdtree_flann.h>
 
-#include "xview/types/cells.h"
+#include <algorithm>
+#include <limits>
 
 namespace xview::graph {
+namespace {
+
+using Edge = std::pair<std::uint32_t, std::uint32_t>;
+
+/// The finite vertices in single precision around their mean, and where they came from.
+struct CentredVertices {
+  pcl::PointCloud<pcl::PointXYZ>::Ptr points{new pcl::PointCloud<pcl::PointXYZ>};
+  std::vector<std::uint32_t> vertex_of_point;
+  float largest_coordinate = 0;
+};
+
+CentredVertices centred(const std::vector<Vertex>& vertices) {
+  CentredVertices result;
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (std::uint32_t i = 0; i < vertices.size(); ++i) {
+    if (!vertices[i].position.allFinite()) continue;
+    sum += vertices[i].position;
+    result.vertex_of_point.push_back(i);
+  }
+  if (result.vertex_of_point.empty()) return result;
+  const Eigen::Vector3d centre = sum / static_cast<double>(result.vertex_of_point.size());
+  for (const std::uint32_t i : result.vertex_of_point) {
+    const Eigen::Vector3f p = (vertices[i].position - centre).cast<float>();
+    result.points->push_back({p.x(), p.y(), p.z()});
+    result.largest_coordinate = std::max(result.largest_coordinate, p.cwiseAbs().maxCoeff());
+  }
+  return result;
+}
+
+}  // namespace
 
 void connectByRadius(SemanticGraph& graph, const EdgeOptions& options) {
+  graph.neighbours.assign(graph.size(), {});
   const std::vector<Vertex>& vertices = graph.vertices;
-  const double side_m = options.radius_m * (1 + 1e-9);  // rounding parts no neighbours by two cells
-  CellLists before;
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> edges;
-  for (std::uint32_t i = 0; i < vertices.size(); ++i) {
-    const Eigen::Vector3d& p = vertices[i].position;
-    if (!p.allFinite()) continue;
-    const ClassCell cell = cellOf(p, side_m, 0);
-    before.forAround(cell, [&](std::size_t j) {
-      if ((vertices[j].position - p).squaredNorm() <= options.radius_m * options.radius_m)
-        edges.emplace_back(static_cast<std::uint32_t>(j), i);
-    });
-    before.add(cell, i);
+  const CentredVertices centre = centred(vertices);
+  if (centre.vertex_of_point.size() < 2) return;
+
+  pcl::KdTreeFLANN<pcl::PointXYZ> tree(false);
+  tree.setInputCloud(centre.points);
+  // FLANN searches in single precision and strictly inside the radius: search a little wider,
+  // decide in double.
+  const double rounding_m = 8.0 * centre.largest_coordinate * std::numeric_limits<float>::epsilon();
+  const double search_m = options.radius_m * (1 + 1e-5) + rounding_m;
+  const double radius2 = options.radius_m * options.radius_m;
+
+  pcl::Indices found;
+  std::vector<float> distances2;
+  std::vector<Edge> edges;
+  for (std::size_t n = 0; n < centre.vertex_of_point.size(); ++n) {
+    const std::uint32_t self = centre.vertex_of_point[n];
+    tree.radiusSearch(static_cast<int>(n), search_m, found, distances2);
+    for (const auto index : found) {
+      const std::uint32_t other = centre.vertex_of_point[static_cast<std::size_t>(index)];
+      if (other <= self) continue;  // each edge is found from both ends
+      const double d2 = (vertices[other].position - vertices[self].position).squaredNorm();
+      if (d2 <= radius2) edges.emplace_back(self, other);
+    }
   }
   graph.setEdges(edges);
 }

@@ -16,8 +16,8 @@ void visit(EdgeOptions& o, Visitor&& field) {
 }
 
 /// Replaces the edges of a graph: an edge joins vertices whose Euclidean distance is <= radius_m
-/// (paper section III-B, 3-D space), found through cells of that side. Vertices whose position is
-/// not finite stay alone.
+/// (paper section III-B, 3-D space), found by pcl::KdTreeFLANN and decided in double precision.
+/// Vertices whose position is not finite stay alone.
 void connectByRadius(SemanticGraph& graph, const EdgeOptions& options);
 
 }  // namespace xview::graph
