@@ -253,6 +253,7 @@ CloserLooks Localizer::Index::lookCloser(const Query& query, const search::Field
   const verify::Evidence at_best = evidenceOf(found);
   const bool ask_rival = at_best.rivalIsClose() && at_best.rival_distance_m > 0;
   const std::size_t count = std::max<std::size_t>(ask_rival ? 2 : 1, countClose(found));
+  const bool is_exact = query.cloud.typicalSigma() <= kExact_m;
   std::optional<double> of_itself;
   Stopwatch watch;
   for (std::size_t i = 0; i < count; ++i) {
@@ -268,9 +269,8 @@ CloserLooks Localizer::Index::lookCloser(const Query& query, const search::Field
     // From one place a query cannot show what stands behind what it shows, but its rays tell.
     const bool shows_little =
         !shown || (*shown < kShownByStranger && travelOf(query) < kOnePlace_m);
-    if (look.dense.settled)
-      look.dense.seen_through =
-          refinement.seenThrough(levelled, look.T_map_query, shows_little ? INFINITY : kExact_m);
+    if ((shows_little || is_exact) && look.dense.settled)
+      look.dense.seen_through = refinement.seenThrough(levelled, look.T_map_query);
     if (shown && !(shows_little && look.dense.seen_through)) {
       look.dense.shown = shown;
     } else if (look.dense.settled) {

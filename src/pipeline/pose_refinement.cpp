@@ -313,11 +313,9 @@ std::optional<double> PoseRefinement::agreementWithItself(const Query& query) co
 }
 
 std::optional<double> PoseRefinement::seenThrough(const Query& query,
-                                                  const Eigen::Isometry3d& T_map_query,
-                                                  double max_sigma_m) const {
+                                                  const Eigen::Isometry3d& T_map_query) const {
   if (query.cloud.empty() || !distributions_) return std::nullopt;
-  return pose::seenThrough(*distributions_, {query.cloud, query.poses}, query.labels, T_map_query,
-                           max_sigma_m);
+  return pose::seenThrough(*distributions_, {query.cloud, query.poses}, query.labels, T_map_query);
 }
 
 }  // namespace xview

@@ -71,8 +71,7 @@ class PoseRefinement {
   /// See pose::agreementWithItself; none for a query whose points are not registered.
   std::optional<double> agreementWithItself(const Query& query) const;
   /// See pose::seenThrough.
-  std::optional<double> seenThrough(const Query& query, const Eigen::Isometry3d& T_map_query,
-                                    double max_sigma_m) const;
+  std::optional<double> seenThrough(const Query& query, const Eigen::Isometry3d& T_map_query) const;
 
  private:
   struct Step;

@@ -33,8 +33,7 @@ struct Looks {
 /// Cells around the way of a query: where anything stands, and how many rays passed.
 class SeenSpace {
  public:
-  SeenSpace(const RefineQuery& query, const LabelSet& labels, double max_sigma_m)
-      : query_(query), max_sigma_m_(max_sigma_m) {
+  SeenSpace(const RefineQuery& query, const LabelSet& labels) : query_(query) {
     const std::size_t step = std::max<std::size_t>(1, query.cloud.size() / kMostRays);
     Eigen::AlignedBox3d box;
     for (std::size_t i = 0; i < query.cloud.size(); ++i) {
@@ -46,11 +45,10 @@ class SeenSpace {
     rays_.assign(static_cast<std::size_t>(size_.cast<std::int64_t>().prod()), 0);
     stands_.assign(rays_.size(), false);
     for (std::size_t i = 0; i < query.cloud.size(); ++i) {
-      if (isFollowed(i) && i % step == 0) follow(i);
+      if (!isFollowed(i)) continue;
+      if (i % step == 0) follow(i);
       const std::uint32_t group = matchingGroup(labels, query.cloud.points[i].label);
-      if (group != kNoGroup && !isGround(kindOfGroup(group)) &&
-          query.cloud.points[i].getVector3fMap().allFinite())
-        standAround(query.cloud.position(i));
+      if (group != kNoGroup && !isGround(kindOfGroup(group))) standAround(query.cloud.position(i));
     }
   }
 
@@ -80,7 +78,6 @@ class SeenSpace {
   bool isFollowed(std::size_t point) const {
     const Point& p = query_.cloud.points[point];
     return p.view < query_.poses.size() && p.getVector3fMap().allFinite() &&
-           double{p.sigma} <= max_sigma_m_ &&
            (query_.cloud.position(point) - viewpointOf(point)).norm() < kReach_m;
   }
 
@@ -116,7 +113,6 @@ class SeenSpace {
   }
 
   const RefineQuery& query_;
-  const double max_sigma_m_;
   Eigen::Vector3d corner_ = Eigen::Vector3d::Zero();
   Eigen::Vector3i size_ = Eigen::Vector3i::Zero();
   std::vector<std::uint8_t> rays_;
@@ -126,9 +122,8 @@ class SeenSpace {
 }  // namespace
 
 std::optional<double> seenThrough(const DistributionMap& map, const RefineQuery& query,
-                                  const LabelSet& labels, const Eigen::Isometry3d& T_map_query,
-                                  double max_sigma_m) {
-  const SeenSpace space(query, labels, max_sigma_m);
+                                  const LabelSet& labels, const Eigen::Isometry3d& T_map_query) {
+  const SeenSpace space(query, labels);
   const Looks here = space.at(map, T_map_query);
   if (here.told() < kFewest) return std::nullopt;
   Looks elsewhere;
