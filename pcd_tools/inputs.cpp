@@ -341,7 +341,6 @@ void appendCloud(LabelledCloud& whole, const LabelledCloud& part) {
     return;
   }
   const Eigen::Vector3f shift = (part.origin - whole.origin).cast<float>();
-  whole.points.reserve(whole.size() + part.size());
   for (Point point : part.points) {
     point.getVector3fMap() += shift;
     whole.points.push_back(point);

@@ -204,6 +204,8 @@ void requireOtherFiles(const CLI::App& app, const std::vector<std::string>& oper
   for (const CLI::Option* flag : app.get_options()) {
     if (flag->get_type_name() != kFile) continue;
     for (const std::string& path : flag->results()) {
+      std::error_code none;
+      if (!std::filesystem::is_regular_file(path, none)) continue;  // a word may be a folder, too
       for (const std::string& operand : operands) {
         if (isSameFile(path, operand))
           throw UsageError(fmt::format("{} {} is an operand, too; give it a path of its own",

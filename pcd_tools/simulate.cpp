@@ -27,7 +27,8 @@ struct FlagOfField {
     const std::string key = prefix + name;
     if (key == "seed" || key == "threads") return;
     const bool is_rare = !prefix.empty() && prefix != "sessions.";
-    (is_rare ? flags.rare() : flags).add("--" + key, value, help);
+    const char* what = std::is_same_v<T, std::string> ? " WORD" : "";
+    (is_rare ? flags.rare() : flags).add("--" + key + what, value, help);
   }
   template <class Group>
   void group(const char* name, Group& fields) const {
