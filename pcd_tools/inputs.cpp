@@ -33,7 +33,7 @@ void sayDoubts(const std::string& path, const Place& place, const Narrative& nar
   if (const auto doubt = doubtMetres(place)) narrate.note(path + ": " + *doubt);
 }
 
-void sayShares(const ShapeShares& shares, const LabelSet& shapes, bool has_labels,
+void sayShares(const ShapeShares& shares, const LabelSet& shapes, const std::string& labels,
                const Narrative& narrate) {
   std::vector<std::size_t> order;
   for (std::size_t i = 0; i < shares.size(); ++i) {
@@ -42,8 +42,7 @@ void sayShares(const ShapeShares& shares, const LabelSet& shapes, bool has_label
   std::sort(order.begin(), order.end(),
             [&](std::size_t a, std::size_t b) { return shares[a] > shares[b]; });
   if (order.empty()) return;
-  std::string text = has_labels ? "labels are left aside; " : "no labels; ";
-  text += "classes from shapes:";
+  std::string text = labels + "; classes from shapes:";
   for (const std::size_t i : order) {
     text += fmt::format("{} {} {:.0f} %", i == order[0] ? "" : ",",
                         shapes.className(static_cast<std::uint32_t>(i)), 100 * shares[i]);
@@ -60,7 +59,13 @@ std::unique_ptr<FrameSource> openWithLabels(const std::string& path,
   const LabelSet shapes = io::shippedLabelSet(kShapes);
   ShapeShares shares{};
   source = withShapeLabels(std::move(source), shapes, job.options.lift, &shares);
-  sayShares(shares, shapes, has_labels, job.narrate);
+  const bool is_told = !options.labels.empty() && options.labels != kShapes;
+  sayShares(shares, shapes,
+            has_labels ? "labels are left aside"
+            : is_told
+                ? fmt::format("no labels of '{}', --label-field names their field", options.labels)
+                : "no labels",
+            job.narrate);
   return source;
 }
 

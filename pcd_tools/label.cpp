@@ -89,6 +89,12 @@ class NetworkLabelled final : public RelabelledRecording {
       : RelabelledRecording(std::move(source), *io::namedLabels(labelsOnly(input.labels), "")),
         files_(name()),
         network_(model, input) {
+    for (const std::uint32_t id : input.ids) {
+      if (id != 0 && !labels_.find(id))
+        throw Error(model, fmt::format("its configuration has the id {}, which is no class of "
+                                       "label set '{}'",
+                                       id, labels_.name()));
+    }
     if (sensor() != Sensor::camera)
       throw UsageError("--net needs images, but " + name() + " has none");
     for (std::size_t i = 0; i < size(); ++i) files_.of(number(i), stamp(i));
@@ -121,7 +127,8 @@ class LabelCommand final : public Command {
             "labelled recording. With --net a network labels the images of INPUT/rgb.",
             "xview label scan.pcd labelled.pcd && pcl_viewer labelled.pcd",
             2,
-            2};
+            2,
+            true};
   }
 
   void declare(Flags& flags) override {

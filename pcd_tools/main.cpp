@@ -3,6 +3,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <filesystem>
 #include <map>
 #include <new>
 #include <utility>
@@ -33,6 +34,7 @@ std::string withDefault(const std::string& help, const std::string& fallback) {
   return fallback.empty() ? help : fmt::format("{} (default {})", help, fallback);
 }
 
+const std::string kFile = "FILE";  ///< what a flag takes that names one
 const std::string kCommon = "Common flags", kRare = "More flags", kStage = "Options of ";
 
 /// What a default of 0 means is told in the words of the help.
@@ -191,6 +193,37 @@ std::string typed(const std::vector<std::string>& arguments) {
   return line;
 }
 
+bool isSameFile(const std::string& path, const std::string& other) {
+  std::error_code none;  // what does not exist is no other file
+  return std::filesystem::equivalent(path, other, none);
+}
+
+/// A file that is named by a flag is hardly what the command reads as well: an answer would be
+/// written over the map, or a recording.
+void requireOtherFiles(const CLI::App& app, const std::vector<std::string>& operands) {
+  for (const CLI::Option* flag : app.get_options()) {
+    if (flag->get_type_name() != kFile) continue;
+    for (const std::string& path : flag->results()) {
+      std::error_code none;
+      if (!std::filesystem::is_regular_file(path, none)) continue;  // a word may be a folder, too
+      for (const std::string& operand : operands) {
+        if (isSameFile(path, operand))
+          throw UsageError(fmt::format("{} {} is an operand, too; give it a path of its own",
+                                       flag->get_name(), path));
+      }
+    }
+  }
+}
+
+void requireOtherOutput(const std::vector<std::string>& operands) {
+  for (std::size_t i = 0; i + 1 < operands.size(); ++i) {
+    if (isSameFile(operands[i], operands.back()))
+      throw UsageError(operands.back() +
+                       " is what is read and would be written over; give the output a path of its "
+                       "own");
+  }
+}
+
 int runCommand(Command& command, const std::vector<std::string>& arguments,
                const std::string& command_line) {
   const Description about = command.describe();
@@ -205,6 +238,7 @@ int runCommand(Command& command, const std::vector<std::string>& arguments,
   if (!parse(app, arguments)) return kDone;
   Job job;
   job.operands = takeOperands(app);
+  requireOtherFiles(app, job.operands);
   if (!out.empty()) job.operands.push_back(out);
   job.command_line = command_line;
   job.options = effectiveOptions(common);
@@ -214,6 +248,7 @@ int runCommand(Command& command, const std::vector<std::string>& arguments,
     return kDone;
   }
   checkOperands(about, job.operands);
+  if (about.writes_last) requireOtherOutput(job.operands);
   return command.run(job);
 }
 
@@ -325,7 +360,7 @@ void Flags::add(const std::string& names, double& value, const std::string& help
   addValue(names, value, help, "X");
 }
 void Flags::add(const std::string& names, std::string& value, const std::string& help) const {
-  addValue(names, value, help, "FILE");
+  addValue(names, value, help, kFile);
 }
 Flags Flags::rare() const { return {app_, kRare}; }
 

@@ -76,7 +76,7 @@ std::string whyNothingIsLeft(const graph::LiftCounts& counts, const std::string&
   if (counts.ignored_class >= std::max(counts.no_depth, counts.out_of_range)) {
     return fmt::format(
         "{:.0f} % are unlabelled or of ignored classes{}; is it the right label set "
-        "(--labels, --label-field)?",
+        "(--labels, --label-field)? `--labels shapes` leaves the labels aside",
         percentOf(counts.ignored_class, counts), unknown.empty() ? "" : ":" + unknown);
   }
   if (counts.out_of_range >= counts.no_depth) {
@@ -170,6 +170,13 @@ void sayLeftOut(const FrameSource& source, const graph::LiftCounts& counts,
   if (!classes.empty())
     narrate.note(fmt::format("{}: of its measurements are left out as unlabelled:{}", source.name(),
                              classes));
+  constexpr double kMost_percent = 50;
+  const double ignored_percent = percentOf(counts.ignored_class, counts);
+  if (source.sensor() != Sensor::camera && ignored_percent > kMost_percent)
+    narrate.note(
+        fmt::format("{}: {:.0f} % of its points are unlabelled or of ignored classes; "
+                    "`--labels shapes` takes classes from shapes instead",
+                    source.name(), ignored_percent));
 }
 
 FrameReport::FrameReport(const FrameSource& source, const Narrative& narrate)

@@ -36,7 +36,8 @@ class SimulateCommand final : public Command {
       const std::size_t dot = field.key.find('.');
       const bool is_rare = dot != std::string::npos && field.key.substr(0, dot) != "sessions";
       const Flags group = is_rare ? flags.rare() : flags;
-      std::visit([&](auto* value) { group.add("--" + field.key, *value, field.meaning); },
+      const char* what = std::holds_alternative<std::string*>(field.value) ? " WORD" : "";
+      std::visit([&](auto* value) { group.add("--" + field.key + what, *value, field.meaning); },
                  field.value);
     }
   }

@@ -130,13 +130,19 @@ LabelImage Network::label(const ColorImage& image, int width, int height) {
     throw Error(state_->path, "cannot be run: " + causeOf(e));
   }
   const bool scores = output.dims == 4 && output.size[0] == 1 && output.size[1] > 1;
-  const bool stated = output.dims >= 2 && !scores &&
+  const bool stated = output.dims >= 2 && !scores && output.size[output.dims - 2] > 1 &&
                       output.total() == static_cast<std::size_t>(output.size[output.dims - 1]) *
                                             output.size[output.dims - 2];
   if (!(scores && output.type() == CV_32F) && !stated) {
     throw Error(state_->path, "answers with " + shapeText(output) +
                                   ", expected scores of 1 x classes x rows x columns, or one "
                                   "channel of class numbers");
+  }
+  const std::size_t ids = state_->input.ids.size();
+  if (scores && ids > 0 && static_cast<std::size_t>(output.size[1]) != ids) {
+    throw Error(state_->path, "answers with " + shapeText(output) + ", 1 x classes x rows x " +
+                                  "columns, but its configuration has ids for " +
+                                  std::to_string(ids) + " classes");
   }
   const cv::Mat best =
       scores ? bestClasses(output, width, height) : statedClasses(output, width, height);

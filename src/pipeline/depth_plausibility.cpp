@@ -349,8 +349,8 @@ void requireMetres(const Frame& frame, const std::string& name) {
   }
   // A country is high, too, but far wider.
   if (!isUnlikely(box, frame.cloud.size(), {1000, 0.02F, 10})) return;
-  throw Error(name, fmt::format("its points fill {}; are their units millimetres? Lengths must be "
-                                "metres: {}",
+  throw Error(name, fmt::format("its points fill {}; are their units millimetres, or "
+                                "centimetres (0.01)? Lengths must be metres: {}",
                                 sizesText(box), toMetres("0.001")));
 }
 

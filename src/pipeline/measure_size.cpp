@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "xview/types/cells.h"
 #include "xview/types/median.h"
@@ -19,6 +20,9 @@ constexpr double kMostSeen = 0.9;               ///< the ground near by is seen 
 constexpr double kFlat = 16;                    ///< so many times as wide as high
 constexpr double kCells = 64;                   ///< across where most points of a cloud are
 constexpr std::size_t kPointsOfCloud = 100000;  ///< about so many are sorted into them
+constexpr double kTopAndBottom = 0.2;           ///< of the height of a place
+constexpr double kRoofed = 1.0 / 3;             ///< share of a place that has something at both
+constexpr double kRooms = 8;  ///< times as wide as high: what counts of a roofed place
 /// What is between two sizes is taken for the nearer one, in ratios.
 constexpr double kTownRange_m = 9, kRoomRange_m = 1.6;     ///< of most that a sensor sees
 constexpr double kTownReach_m = 12, kRoomReach_m = 1.3;    ///< of clouds
@@ -55,27 +59,53 @@ double spreadOf(std::vector<double> values) {
   return values[values.size() - 1 - cut] - values[cut];
 }
 
-/// From the fifth to the 95th percentile along each axis, the least first.
-std::array<double, 3> spreadsOf(const std::vector<Eigen::Vector3d>& points) {
-  std::array<double, 3> spreads{};
-  for (int axis = 0; axis < 3; ++axis) {
-    std::vector<double> values;
-    for (const Eigen::Vector3d& p : points) values.push_back(p[axis]);
-    spreads[axis] = spreadOf(std::move(values));
-  }
-  std::sort(spreads.begin(), spreads.end());
-  return spreads;
+std::vector<double> along(int axis, const std::vector<Eigen::Vector3d>& points) {
+  std::vector<double> values;
+  for (const Eigen::Vector3d& p : points) values.push_back(p[axis]);
+  return values;
 }
 
-/// The mean, in ratios, of how far and how high a cloud reaches [m]. Places count, not points: half
-/// of the points of a scan are within some metres of the scanner, in a town as in a room.
+/// From the fifth to the 95th percentile along each axis.
+Eigen::Vector3d spreadsOf(const std::vector<Eigen::Vector3d>& points) {
+  return {spreadOf(along(0, points)), spreadOf(along(1, points)), spreadOf(along(2, points))};
+}
+
+/// Points of a place seen from above: near the bottom, near the top, and between.
+struct Column {
+  ClassCell key;
+  int bottom = 0, top = 0, between = 0;
+
+  bool isRoofed() const { return bottom > 0 && top > 0 && between <= bottom + top; }
+};
+
+/// Whether rooms go on side by side: a third of the place and more has a floor, a ceiling and
+/// little between, where of a town a tenth has ground and roofs, or crowns.
+bool isRoofed(const std::vector<Eigen::Vector3d>& points, int up, double side_m) {
+  std::vector<double> heights = along(up, points);
+  const double low = quantileOf(heights, 0.05), high = quantileOf(heights, 0.95);
+  const double near = kTopAndBottom * (high - low);
+  CellTable<Column> columns;
+  for (Eigen::Vector3d p : points) {
+    const double height = std::exchange(p[up], 0);
+    const ClassCell cell = cellOf(p, side_m, 0);
+    Column& column = columns[columns.numberOf(cell, [&] { return Column{cell}; })];
+    ++(height < low + near ? column.bottom : height > high - near ? column.top : column.between);
+  }
+  std::size_t roofed = 0;
+  for (std::size_t i = 0; i < columns.size(); ++i) roofed += columns[i].isRoofed();
+  return static_cast<double>(roofed) >= kRoofed * static_cast<double>(columns.size());
+}
+
+/// The mean, in ratios, of how far and how high a cloud reaches [m], of rooms about that of one.
+/// Places count, not points: half of the points of a scan are within some metres of the scanner, in
+/// a town as in a room.
 double reachOf(const LabelledCloud& cloud) {
   std::vector<Eigen::Vector3d> points;
   const std::size_t step = 1 + cloud.size() / kPointsOfCloud;
   for (std::size_t i = 0; i < cloud.size(); i += step) {
     if (const Eigen::Vector3d p = cloud.position(i); p.allFinite()) points.push_back(p);
   }
-  const double side_m = spreadsOf(points)[2] / kCells;
+  const double side_m = spreadsOf(points).maxCoeff() / kCells;
   if (!(side_m > 0)) return 0;
   CellTable<OccupiedCell> places;
   std::vector<Eigen::Vector3d> middles;
@@ -84,9 +114,13 @@ double reachOf(const LabelledCloud& cloud) {
     if (places.numberOf(cell, [&] { return OccupiedCell{cell}; }) == middles.size())
       middles.push_back(p);
   }
-  const auto spreads = spreadsOf(middles);
   // Whichever way is up; what is flat shows nothing but ground.
-  return std::sqrt(std::max(spreads[0], spreads[2] / kFlat) * spreads[2]);
+  Eigen::Index up = 0;
+  const Eigen::Vector3d spreads = spreadsOf(middles);
+  const double height = spreads.minCoeff(&up), width = spreads.maxCoeff();
+  if (width > kRooms * height && isRoofed(points, static_cast<int>(up), side_m))
+    return std::sqrt(kRooms) * height;
+  return std::sqrt(std::max(height, width / kFlat) * width);
 }
 
 /// What tells the size of a frame [m]: of a sensor how far away most of what it sees is, of a cloud

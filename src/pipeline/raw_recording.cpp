@@ -9,6 +9,7 @@
 #include "pipeline/query_in_map.h"
 #include "xview/graph/smooth_depth.h"
 #include "xview/label/class_shapes.h"
+#include "xview/types/median.h"
 #include "xview/types/parallel.h"
 
 namespace xview {
@@ -20,6 +21,7 @@ constexpr double kNoiseOfAverages = 0.2;  ///< what is left of the noise where a
 constexpr double kHidesShapes_m = 0.3;    ///< noise as large as the voxels that shapes are told in
 constexpr double kNearlyOnePlace = 0.25;  ///< times the depth: cameras nearer than this see alike
 constexpr double kLittleGround = 0.15;    ///< share of a cloud; less makes one ask which way is up
+constexpr float kClearlyOff_m = 0.5;      ///< above ground or below it
 constexpr double kMuchMore = 2;           ///< times as much ground: another way is up
 constexpr std::size_t kBefore = 4;        ///< frames before one, and after it, to average it with
 
@@ -88,16 +90,40 @@ void labelTurned(const Eigen::Matrix3d& R, pcl::PointCloud<Point>& points) {
   for (std::size_t i = 0; i < turned.size(); ++i) points[i].label = turned[i].label;
 }
 
-/// Where hardly anything lies as ground would, z may not be up: meshes are often drawn with y up.
-/// They are labelled so if that shows by far more ground.
+/// Whether more of the points lies above their ground than below it, as they lie when turned.
+bool standsOnGround(const Eigen::Matrix3d& R, const pcl::PointCloud<Point>& points) {
+  const Eigen::RowVector3f up = R.row(2).cast<float>();
+  std::vector<float> ground;
+  for (const Point& point : points) {
+    if (point.label == static_cast<std::uint32_t>(label::Shape::ground))
+      ground.push_back(up * point.getVector3fMap());
+  }
+  if (ground.empty()) return false;
+  const float level = medianOf(std::move(ground));
+  std::ptrdiff_t more_above = 0;
+  for (const Point& point : points) {
+    const float height = up * point.getVector3fMap() - level;
+    more_above += (height > kClearlyOff_m) - (height < -kClearlyOff_m);
+  }
+  return more_above >= 0;
+}
+
+/// Where hardly anything lies as ground would, z may not be up: meshes are often drawn with y up,
+/// and cameras have y down. Labelled so if that shows by far more ground, with things on it.
 void labelAnyWayUp(const Eigen::Matrix3d& R_up_sensor, pcl::PointCloud<Point>& points) {
   labelTurned(R_up_sensor, points);
   const double ground = groundShare(points);
   if (ground >= kLittleGround) return;
-  const Eigen::AngleAxisd y_to_z(M_PI / 2, Eigen::Vector3d::UnitX());
-  pcl::PointCloud<Point> other = points;
-  labelTurned(R_up_sensor * y_to_z.toRotationMatrix(), other);
-  if (groundShare(other) >= std::max(kLittleGround, kMuchMore * ground)) points = std::move(other);
+  for (const double angle : {M_PI / 2, -M_PI / 2}) {
+    const Eigen::AngleAxisd turn(angle, Eigen::Vector3d::UnitX());
+    const Eigen::Matrix3d R = R_up_sensor * turn.toRotationMatrix();
+    pcl::PointCloud<Point> other = points;
+    labelTurned(R, other);
+    if (groundShare(other) < std::max(kLittleGround, kMuchMore * ground)) continue;
+    if (!standsOnGround(R, other)) continue;
+    points = std::move(other);
+    return;
+  }
 }
 
 /// What a thing of this kind looks like to somebody who knows shapes only.

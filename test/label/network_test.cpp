@@ -99,6 +99,17 @@ TEST_F(Networks, ClassesWithoutAnIdAreAnError) {
   EXPECT_THROW(network.label(halves(), 6, 4), Error);
 }
 
+/// As of a network whose classes come last, or that names the whole image.
+TEST_F(Networks, WhoseAnswersAreNoPixelsOfItsClassesAreRefused) {
+  NetworkInput input;
+  input.ids = {7, 8, 26, 33};
+  Network classes_missing(write("a.onnx", onnxScores(kRedGreenBlue)), input);
+  EXPECT_THROW(classes_missing.label(halves(), 6, 4), Error);
+  input.height = 1;
+  Network one_row(write("b.onnx", onnxScores({{1, 0, 0}}, 1, 6)), input);
+  EXPECT_THROW(one_row.label(halves(), 6, 4), Error);
+}
+
 TEST_F(Networks, AreConfiguredByAFile) {
   const NetworkInput input = io::readNetworkInput(write(
       "a.yaml", "labels: cityscapes\nids: [7, 8]\nwidth: 64\nmean: [0.1, 0.2, 0.3]\norder: bgr\n"));

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <cstdio>
+#include <functional>
 #include <utility>
 
 #include "pipeline/simulated_drive.h"
@@ -101,32 +102,51 @@ TEST(MeasuredSizes, RecordingsAndGraphsTellTheirSize) {
 }
 
 /// As it happens to a scan: a cloud of points whose density falls with the square of the range.
-TEST(MeasuredSizes, PlacesOfACloudCountAndNotItsPoints) {
-  class OneCloud : public ForwardingSource {
-   public:
-    OneCloud(const FrameSource& any, double height_m, double width_m) : ForwardingSource(any) {
-      cloud_.sensor = Sensor::cloud;
-      Random random(1);
-      for (int i = 0; i < 50000; ++i) {
-        const double range = 2 * std::pow(width_m / 2, random.uniform());
-        const double angle = random.uniform(0, 2 * M_PI);
-        cloud_.cloud.points.push_back(
-            Point(static_cast<float>(range * std::cos(angle)),
-                  static_cast<float>(range * std::sin(angle)),
-                  static_cast<float>(i % 3 == 0 ? random.uniform(0, height_m) : 0)));
-      }
+class OneCloud : public ForwardingSource {
+ public:
+  OneCloud(const std::function<Eigen::Vector3d(Random&, int)>& point)
+      : ForwardingSource(*simulatedDrive().sessions.at("forward")) {
+    cloud_.sensor = Sensor::cloud;
+    Random random(1);
+    for (int i = 0; i < 50000; ++i) {
+      const Eigen::Vector3f p = point(random, i).cast<float>();
+      cloud_.cloud.points.emplace_back(p.x(), p.y(), p.z());
     }
-    std::size_t size() const override { return 1; }
-    Sensor sensor() const override { return Sensor::cloud; }
-    Frame read(std::size_t) const override { return cloud_; }
+  }
+  std::size_t size() const override { return 1; }
+  Sensor sensor() const override { return Sensor::cloud; }
+  Frame read(std::size_t) const override { return cloud_; }
 
-   private:
-    Frame cloud_;
+ private:
+  Frame cloud_;
+};
+
+TEST(MeasuredSizes, PlacesOfACloudCountAndNotItsPoints) {
+  const auto scanned = [](double height_m, double width_m) {
+    return OneCloud([=](Random& random, int i) -> Eigen::Vector3d {
+      const double range = 2 * std::pow(width_m / 2, random.uniform());
+      const double angle = random.uniform(0, 2 * M_PI);
+      return {range * std::cos(angle), range * std::sin(angle),
+              i % 3 == 0 ? random.uniform(0, height_m) : 0};
+    });
   };
-  const FrameSource& any = *simulatedDrive().sessions.at("forward");
-  const OneCloud street(any, 5, 60), hall(any, 2.5, 10);
+  const OneCloud street = scanned(5, 60), hall = scanned(2.5, 10);
   EXPECT_EQ(measureSize({&street}).size, kTown) << measureSize({&street}).reason;
   EXPECT_EQ(measureSize({&hall}).size, kRoom) << measureSize({&hall}).reason;
+}
+
+/// However far rooms go on side by side, their size is that of one.
+TEST(MeasuredSizes, AFloorOfRoomsIsNoTown) {
+  const OneCloud floor([](Random& random, int i) -> Eigen::Vector3d {
+    const double x = random.uniform(0, 80), y = random.uniform(0, 70);
+    if (i % 10 > 0) return {x, y, 3.0 * (i % 2)};
+    return {x, 5 * std::floor(y / 5), random.uniform(0, 3)};
+  });
+  EXPECT_EQ(measureSize({&floor}).size, kRoom) << measureSize({&floor}).reason;
+  const OneCloud noisy_field([](Random& random, int) -> Eigen::Vector3d {
+    return {random.uniform(0, 200), random.uniform(0, 200), 0.5 * random.normal()};
+  });
+  EXPECT_EQ(measureSize({&noisy_field}).size, kTown) << measureSize({&noisy_field}).reason;
 }
 
 TEST(MeasuredSizes, AQueryOfAnotherSizeThanItsMapIsRefusedWithBothSizes) {

@@ -57,16 +57,19 @@ std::vector<std::uint32_t> labelsOf(const pcl::PointCloud<Point>& points) {
   return labels;
 }
 
-TEST(RawRecording, ACloudWithYUpHasTheShapesOfOneWithZUp) {
+/// Meshes are drawn with y up, and cameras have y down.
+TEST(RawRecording, ACloudWithYUpOrDownHasTheShapesOfOneWithZUp) {
   const pcl::PointCloud<Point> upright = street();
   const std::vector<std::uint32_t> expected = labelsOf(upright);
   EXPECT_GT(std::count(expected.begin(), expected.end(), 1U), 7500) << "ground";
   EXPECT_GT(std::count(expected.begin(), expected.end(), 2U), 1000) << "walls";
-  pcl::PointCloud<Point> turned = upright;
-  for (Point& p : turned) p.getVector3fMap() = Eigen::Vector3f(p.x, p.z, -p.y);
-  const std::vector<std::uint32_t> labels = labelsOf(turned);
-  EXPECT_GT(std::count(labels.begin(), labels.end(), 1U), 7500) << "ground";
-  EXPECT_GT(std::count(labels.begin(), labels.end(), 2U), 1000) << "walls";
+  for (const float up : {1.F, -1.F}) {
+    pcl::PointCloud<Point> turned = upright;
+    for (Point& p : turned) p.getVector3fMap() = Eigen::Vector3f(up * p.x, up * p.z, -p.y);
+    const std::vector<std::uint32_t> labels = labelsOf(turned);
+    EXPECT_GT(std::count(labels.begin(), labels.end(), 1U), 7500) << "ground, y " << up;
+    EXPECT_GT(std::count(labels.begin(), labels.end(), 2U), 1000) << "walls, y " << up;
+  }
 }
 
 }  // namespace

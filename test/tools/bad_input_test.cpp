@@ -214,6 +214,26 @@ TEST_F(BadInput, FileThatIsNoMapIsNotOverwrittenByAMapOfAnotherEnding) {
   EXPECT_EQ(readText(cloud), "my cloud");
 }
 
+TEST_F(BadInput, WhatIsReadIsNotWrittenOver) {
+  makeMap();
+  const std::string cloud = folder_ / "cloud.pcd";
+  ASSERT_EQ(runXview({"lift", "-q", sequence_, cloud}).code, 0);
+  const std::string map = readText(map_), points = readText(cloud);
+  fs::create_symlink(map_, folder_ / "link.xvm");
+  for (const std::vector<std::string>& arguments :
+       {std::vector<std::string>{"localize", sequence_, map_, "-o", map_},
+        std::vector<std::string>{"localize", sequence_, map_, "--tum", folder_ / "link.xvm"},
+        std::vector<std::string>{"localize", cloud, map_, "--matrix", cloud},
+        std::vector<std::string>{"lift", cloud, cloud},
+        std::vector<std::string>{"lift", cloud, "-o", cloud},
+        std::vector<std::string>{"label", sequence_, sequence_}}) {
+    const Outcome outcome = runXview(arguments);
+    EXPECT_EQ(outcome.code, 2) << outcome.err;
+    EXPECT_NE(outcome.err.find(" a path of its own"), std::string::npos) << outcome.err;
+    EXPECT_TRUE(readText(map_) == map && readText(cloud) == points) << arguments[0];
+  }
+}
+
 TEST_F(BadInput, SwappedQueryAndMapAreNamed) {
   makeMap();
   for (const std::vector<std::string>& arguments :

@@ -82,6 +82,15 @@ TEST_F(LabelCommand, ANetworkOfOneChannelSaysTheClasses) {
   expectGivenLabels(folder_ / "out");
 }
 
+TEST_F(LabelCommand, IdsOfANetworkAreThoseOfItsLabelSet) {
+  writeText(folder_ / "net.yaml",
+            "labels: " + (folder_ / "classes.yaml") + "\nids: [0, 2, 3, 77]\n");
+  const Outcome outcome =
+      label(write("a.onnx", onnxScores({{1, 0, 0}}, kRows, kColumns)), folder_ / "out");
+  EXPECT_EQ(outcome.code, 1);
+  EXPECT_NE(outcome.err.find("the id 77, which is no class"), std::string::npos) << outcome.err;
+}
+
 TEST_F(LabelCommand, ANetworkThatCannotBeReadIsOneLineThatNamesTheLayer) {
   const std::string net = write("odd.onnx", onnxModel("Frobnicate", "", false, kRows, kColumns));
   const Outcome outcome = label(net, folder_ / "out");
