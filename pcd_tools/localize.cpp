@@ -74,8 +74,8 @@ std::vector<Window> windowsOf(const QueryInput& input, const WindowFlags& flags)
   return windows;
 }
 
-Answer answerFor(const QueryInput& input, const Window& window) {
-  Answer answer;
+/// `answer` holds what all answers of the run share.
+Answer answerFor(const QueryInput& input, const Window& window, Answer answer) {
   answer.input = input.path;
   answer.frames = input.size();
   answer.used_from = std::max(window.first, input.used_from);
@@ -192,7 +192,6 @@ class LocalizeCommand final : public Command {
     if (!job.options.scale.empty() && (windows_.sequence || windows_.track))
       throw UsageError("--scale is for windows on their own, without --sequence and --track");
     windows_.check();
-    watch_.lap_ms();
     json_ = json_ || std::filesystem::path(out_).extension() == ".jsonl";
     files_.check(job.operands.size() - 1);
     Job known = job;
@@ -215,12 +214,13 @@ class LocalizeCommand final : public Command {
   }
 
   ExitCode answerAll(const Job& given) {
+    Stopwatch watch;
     const map::SemanticMap map = readMap(given.operands.back(), input_, given);
     const Job job = inMap(given, map);
     const Localizer localizer(map, job.options);
-    map_ = given.operands.back();
-    size_ = sizeText(map.size);
-    load_map_ms_ = watch_.lap_ms();
+    unanswered_.map = given.operands.back();
+    unanswered_.size = sizeText(map.size);
+    unanswered_.load_map_ms = watch.lap_ms();
     const std::vector<std::string> queries(job.operands.begin(), job.operands.end() - 1);
     Results results(out_);
     // Who sends JSON to a file sees the table all the same.
@@ -256,11 +256,8 @@ class LocalizeCommand final : public Command {
     } catch (const std::exception& e) {
       errors_.push_back(e.what());
       if (query.empty() || !json_) return;
-      Answer unread;
+      Answer unread = unanswered_;
       unread.input = query;
-      unread.map = map_;
-      unread.size = size_;
-      unread.load_map_ms = load_map_ms_;
       unread.error = oneLine(e.what());
       results_->print(toJson(unread), job.narrate);
     }
@@ -282,10 +279,7 @@ class LocalizeCommand final : public Command {
                                    windows_.size, input.path, input.size()));
     }
     const auto answerWindow = [&](const Query& query, const Window& window) {
-      Answer answer = answerFor(input, window);
-      answer.map = map_;
-      answer.load_map_ms = load_map_ms_;
-      answer.size = size_;
+      Answer answer = answerFor(input, window, unanswered_);
       answers.answer(query, window, answer);
       answer.heading_rad = headingOf(answer.fix.T_map_sensor.linear(), query.sensor);
       ++answered_;
@@ -306,13 +300,11 @@ class LocalizeCommand final : public Command {
   InputFlags input_;
   WindowFlags windows_;
   AnswerFiles files_;
-  std::string near_, yaw_, out_, map_;
+  std::string near_, yaw_, out_;
   bool json_ = false, beside_ = false;
   Results* results_ = nullptr;  ///< of this run
   AnswerTable* table_ = nullptr;
-  Stopwatch watch_;
-  double load_map_ms_ = 0;
-  std::string size_;
+  Answer unanswered_;  ///< with what all answers of this run share
   std::size_t answered_ = 0, accepted_ = 0;
   std::vector<std::string> errors_;
 };

@@ -58,9 +58,7 @@ SceneQuery queryOf(const Localization& fix) {
   query.chance_wrong = chanceWrongText(fix.confidence);
   query.has_pose = !fix.hypotheses.empty();
   if (!fix.covariance.isZero()) query.sigma_m = positionSigma(fix.covariance);
-  for (const auto& [stage, ms] : fix.timing_ms) {
-    if (stage == "total") query.total_ms = ms;
-  }
+  if (!fix.timing_ms.empty()) query.total_ms = totalMs(fix.timing_ms);
   query.T_map_query = fix.T_map_query;
   const Eigen::Isometry3d T_query_sensor = fix.T_map_query.inverse() * fix.T_map_sensor;
   for (const Hypothesis& h : fix.hypotheses)

@@ -40,13 +40,11 @@ std::vector<Point> somePoints(const Frame& frame) {
   const std::size_t pixels = std::min(depths.size(), frame.label.pixels.size());
   const auto width = static_cast<std::size_t>(frame.depth.width);
   for (std::size_t i = 0; i < pixels; i += step(pixels)) {
-    if (!(depths[i] > 0) || !std::isfinite(depths[i])) continue;
-    const Eigen::Vector3f ray(
-        static_cast<float>((static_cast<double>(i % width) - frame.camera.cx) / frame.camera.fx),
-        static_cast<float>((static_cast<double>(i / width) - frame.camera.cy) / frame.camera.fy),
-        1);
+    if (!isDepth(depths[i])) continue;
     const Eigen::Vector3f p =
-        (frame.camera.depth_is_range ? depths[i] / ray.norm() : depths[i]) * ray;
+        frame.camera
+            .unproject(static_cast<double>(i % width), static_cast<double>(i / width), depths[i])
+            .cast<float>();
     points.emplace_back(p.x(), p.y(), p.z(), frame.label.pixels[i]);
   }
   for (std::size_t i = 0; i < frame.cloud.size(); i += step(frame.cloud.size()))

@@ -5,6 +5,7 @@
 
 #include <atomic>
 #include <filesystem>
+#include <sstream>
 #include <utility>
 
 #include "layouts.h"
@@ -218,14 +219,9 @@ InputKind recogniseInput(const std::string& path, const InputOptions& options, s
 
 FrameRange parseFrameRange(const std::string& text) {
   const std::string expected = "--frames " + text + ": expected A:B or A:B:STEP";
-  std::vector<std::string> parts(1);
-  for (const char c : text) {
-    if (c == ':') {
-      parts.emplace_back();
-    } else {
-      parts.back() += c;
-    }
-  }
+  std::vector<std::string> parts;
+  std::istringstream words(text + ":");
+  for (std::string word; std::getline(words, word, ':');) parts.push_back(word);
   if (parts.size() < 2 || parts.size() > 3) throw UsageError(expected);
   const auto position = [&](const std::string& word) -> std::optional<std::size_t> {
     if (word.empty()) return std::nullopt;

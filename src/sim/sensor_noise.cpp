@@ -234,10 +234,7 @@ struct Candidate {
 };
 
 Eigen::Vector3d pointOf(const Frame& frame, int x, int y) {
-  const Camera& camera = frame.camera;
-  const double z = frame.depth.at(x, y);
-  return frame.T_odom_sensor *
-         Eigen::Vector3d((x - camera.cx) / camera.fx * z, (y - camera.cy) / camera.fy * z, z);
+  return frame.T_odom_sensor * frame.camera.unproject(x, y, frame.depth.at(x, y));
 }
 
 double wantedAccuracy(const LabelNoise& noise, std::uint64_t seed) {
