@@ -41,10 +41,8 @@ std::optional<std::string> whyClassesDiffer(const LabelSet& query, const LabelSe
   if (query.isGeneric() != map.isGeneric()) {
     return fmt::format(
         "the classes of the {} have no names and the shapes of its points do not tell them, so "
-        "they "
-        "cannot meet those of the {} ({}); name them with {} SET or a classes.yaml beside the "
-        "file, "
-        "or leave them aside with `--labels shapes`",
+        "they cannot meet those of the {} ({}); name them with {} SET or a classes.yaml beside "
+        "the file, or leave them aside with `--labels shapes`",
         query.isGeneric() ? "query" : "map", query.isGeneric() ? "map" : "query",
         namesIn(query.isGeneric() ? map : query), query.isGeneric() ? "--labels" : "--map-labels");
   }
