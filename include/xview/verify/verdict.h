@@ -163,9 +163,9 @@ Verdict judge(const Evidence& evidence, const VerdictOptions& options,
               const VerdictModel& model = defaultVerdictModel(),
               const std::vector<LookAlike>& look_alikes = {});
 
-/// Log odds that tell places of one query apart: those of the verdict, but what agrees better counts
-/// however well it agrees. To a stranger a copy of the map is as good as the map; of two places the
-/// one that fits to the centimetre is it.
+/// Log odds that tell places of one query apart: those of the verdict, but what agrees better
+/// counts however well it agrees. To a stranger a copy of the map is as good as the map; of two
+/// places the one that fits to the centimetre is it.
 double oddsAmongPlaces(const Evidence& evidence, const VerdictModel& model = defaultVerdictModel());
 
 /// Of the position of a pose in the plane, where it is known least [m].
