@@ -90,10 +90,10 @@ class NetworkLabelled final : public RelabelledRecording {
         files_(name()),
         network_(model, input) {
     for (const std::uint32_t id : input.ids) {
-      if (id != 0 && !labels_.find(id))
+      if (id != 0 && !labels().find(id))
         throw Error(model, fmt::format("its configuration has the id {}, which is no class of "
                                        "label set '{}'",
-                                       id, labels_.name()));
+                                       id, labels().name()));
     }
     if (sensor() != Sensor::camera)
       throw UsageError("--net needs images, but " + name() + " has none");
