@@ -74,11 +74,11 @@ TEST(Localizer, PlacesThatLookAlikeFromAboveAreToldApartByTheirPoints) {
   const FrameSource& forward = *drive.sessions.at("forward");
   const MovedRecording copy(forward, Eigen::Isometry3d(Eigen::Translation3d(kAside_m, 0, 0)));
   map::SemanticMap map = buildMap({&forward, &copy}, {});
-  // What stands in the copy stands a little otherwise, and the place itself was seen worse.
+  // What stands in the copy stands otherwise, and the place itself was seen worse.
   for (Point& p : map.cloud.points) {
     if (map.cloud.origin.x() + double{p.x} < kAside_m / 2) continue;
     const bool even = (static_cast<int>(p.x / 3) + static_cast<int>(p.y / 3)) % 2 == 0;
-    p.getVector3fMap().array() += even ? 0.4f : -0.4f;
+    p.getVector3fMap().head<2>().array() += even ? 1.f : -1.f;
   }
   for (std::vector<PlanSample>& samples : map.plan.samples) {
     std::size_t at = 0;
