@@ -5,9 +5,9 @@
 Worlds of five styles with labels of several qualities, from as many seeds as are asked for, are mapped. Windows of
 several lengths of their other sessions, of a place elsewhere and of the next seed's world are localized. The table
 shows how far the confidence can be trusted, a summary of it is printed, and `xview learn --verdict` can be fed with
-the answers themselves (--answers). Styles of OTHER_STYLES are worlds of another make, by bench/other_worlds.cpp, which
-shares no code with the program; their labels have one quality. Worlds and runs are kept in --work, so that a check that was broken off goes on
-where it stopped; the table is written anew after every world.
+the answers themselves (--answers). Styles of OTHER_STYLES are worlds of another make, by bench/other_worlds, which
+shares no code with the program; their labels have one quality. Worlds and runs are kept in --work, so that a check
+that was broken off goes on where it stopped; the table is written anew after every world.
 """
 import argparse
 import csv
