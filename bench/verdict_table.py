@@ -91,7 +91,7 @@ def jobs_of(world, folders, arguments):
     if other and other != folders[world]:
         candidates += [(f"other {session}", other / session, False, mapped) for session, mapped in OF_OTHER_WORLD]
     for turn, (session, folder, in_map, mapped) in enumerate(candidates):
-        if not folder.is_dir():
+        if not folder.is_dir() or not (folders[world] / mapped).is_dir():
             continue
         for metres in lengths[(turn + world.seed) % len(lengths)]:
             flags = windows(folder, metres, arguments.windows)

@@ -64,7 +64,8 @@ void forEachStatistic(Values& s, Visit&& visit) {
   visit("views", s.views, true);
   visit("dense", s.dense, true);
   visit("by_chance", s.by_chance, true);
-  visit("rival", s.rival, true);
+  visit("known", s.known, false);
+  visit("margin", s.margin, false);
   visit("look_alike", s.look_alike, false);
   visit("sigma_m", s.sigma_m, false);
   visit("shown", s.shown, false);

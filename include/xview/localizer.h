@@ -50,7 +50,7 @@ struct ExpectedPose {
 /// What speaks for one pose of a query.
 struct PoseCheck {
   Eigen::Isometry3d T_map_query = Eigen::Isometry3d::Identity();
-  verify::Evidence evidence;  ///< of this pose; no runner-up
+  verify::PlaceEvidence evidence;
 };
 
 /// Finds queries in one map. Building it makes the search index once; localize() is const and may

@@ -134,10 +134,10 @@ std::map<std::uint32_t, Kind> groundKinds(const std::map<std::uint32_t, Columns>
 
 }  // namespace
 
-LabelSet rolesByShape(const LabelSet& unnamed, const pcl::PointCloud<Point>& points) {
+LabelSet rolesByShape(const LabelSet& unnamed, const LabelledCloud& cloud) {
   constexpr std::size_t kFewestColumns = 4;  // 1 m² of a class in the whole recording
   pcl::PointCloud<Point> finite;
-  std::copy_if(points.begin(), points.end(), std::back_inserter(finite.points),
+  std::copy_if(cloud.points.begin(), cloud.points.end(), std::back_inserter(finite.points),
                [](const Point& p) { return p.getVector3fMap().allFinite(); });
   std::map<std::uint32_t, Columns> classes = columnsOf(finite);
   for (auto entry = classes.begin(); entry != classes.end();) {

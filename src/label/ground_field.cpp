@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "xview/types/median.h"
 
@@ -73,10 +72,7 @@ void GroundField::findLowest(const pcl::PointCloud<Point>& points) {
       heights.push_back(points[groups.order[k]].z);
       sigmas += points[groups.order[k]].sigma;
     }
-    const auto nth = heights.begin() +
-                     static_cast<std::ptrdiff_t>(std::min(kSpurious, (heights.size() - 1) / 3));
-    std::nth_element(heights.begin(), nth, heights.end());
-    lowest_.push_back(*nth);
+    lowest_.push_back(rankedOf(heights, std::min(kSpurious, (heights.size() - 1) / 3)));
     sigma_.push_back(sigmas / static_cast<float>(heights.size()));
   }
 }

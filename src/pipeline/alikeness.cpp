@@ -33,7 +33,6 @@ constexpr std::uint64_t kSeed = 41;
 struct Neighbourhood {
   PlanView plan;
   SemanticGraph graph;
-  std::vector<Eigen::Vector2d> way;
   Eigen::Isometry3d T_map_query = Eigen::Isometry3d::Identity();
 };
 
@@ -111,7 +110,6 @@ class SelfSearch {
     search::Observation seen;
     seen.plan = hasWay() ? &around.plan : nullptr;
     seen.graph = &around.graph;
-    seen.way = around.way;
     seen.focus = Eigen::Vector3d::Zero();
     const auto query = field_->prepare(seen);
     if (query->empty()) return std::nullopt;
@@ -186,9 +184,6 @@ class SelfSearch {
         around.plan.samples[c].push_back({p.x(), p.y(), p.z()});
       }
     }
-    const Eigen::Isometry3d T_query_map = around.T_map_query.inverse();
-    for (std::size_t i = first; i <= last; ++i)
-      around.way.emplace_back((T_query_map * map_.poses[i].translation()).head<2>());
     return true;
   }
 

@@ -76,7 +76,6 @@ search::Observation observationOf(const Query& query) {
   search::Observation seen;
   seen.plan = &query.plan;
   seen.graph = &query.graph;
-  for (const Eigen::Isometry3d& T : query.poses) seen.way.emplace_back(T.translation().head<2>());
   seen.focus = query.poses.back().translation();
   return seen;
 }

@@ -64,6 +64,23 @@ void moveToFront(std::size_t at, std::vector<Value>& values) {
   if (at < values.size()) std::rotate(values.begin(), values.begin() + at, values.begin() + at + 1);
 }
 
+/// Places that look alike from above are told apart by how their points fit.
+void moveLikeliestToFront(Candidates& found, CloserLooks& looks) {
+  std::size_t likeliest = 0;
+  double most = -INFINITY;
+  for (std::size_t i = 0; i < std::min(looks.places.size(), countClose(found)); ++i) {
+    verify::PlaceEvidence place = evidenceOf(found.places[i]);
+    place.dense = looks.places[i].dense;
+    const double fit = verify::fitOf(place, looks.places[0].dense);
+    if (fit <= most) continue;
+    most = fit;
+    likeliest = i;
+  }
+  moveToFront(likeliest, found.places);
+  moveToFront(likeliest, found.matches);
+  moveToFront(likeliest, looks.places);
+}
+
 /// Takes an acceptance back.
 void refuse(std::string reason, Localization& answer) {
   answer.status = Status::rejected;
@@ -152,18 +169,17 @@ Localization Localizer::Index::inUprightFrames(const Query& given, const Expecte
   Candidates found = findPlaces(*query, priors, answer.timing_ms);
   found.rival_score = std::max(found.rival_score, rival_score);
   matchVertices(*query, found, answer.timing_ms);
-  const search::FieldQuery* view = isView(*query) ? found.in_field.get() : nullptr;
-  CloserLooks looks = lookCloser(*query, view, found, answer);
+  CloserLooks looks = lookCloser(*query, found, answer);
   moveLikeliestToFront(found, looks);
   report(found, static_cast<std::size_t>(options.places.hypotheses), answer);
   answer.scale = frame.scale;
 
-  verify::Evidence evidence = evidenceOf(found);
+  verify::Evidence evidence = evidenceOf(found, looks);
   evidence.travel_m = map.size * travelOf(*query);  // for words, in lengths of the place
   evidence.rival_distance_m *= map.size;
   evidence.vertices = answer.vertices =
       static_cast<int>(walks.queryGraph(query->graph).graph.size());
-  useBest(looks, answer, evidence);
+  useBest(looks, answer);
   frame.R_up = looks.turn * frame.R_up;
 
   setVerdict(judged(evidence), answer);
@@ -229,10 +245,11 @@ void Localizer::Index::matchVertices(const Query& query, Candidates& found,
 
 /// Levels the query on the ground of the map if that is needed, and refines its pose at the best
 /// place and at those that score about as well.
-CloserLooks Localizer::Index::lookCloser(const Query& query, const search::FieldQuery* in_field,
-                                         const Candidates& found, Localization& answer) const {
+CloserLooks Localizer::Index::lookCloser(const Query& query, const Candidates& found,
+                                         Localization& answer) const {
   CloserLooks looks;
   if (found.places.empty()) return looks;
+  const search::FieldQuery* in_field = isView(query) ? found.in_field.get() : nullptr;
   double up_sigma_rad =
       upIsKnown(query) ? std::hypot(gravity.sigma_rad, query.gravity.sigma_rad) : kFreeSigma_rad;
   answer.gravity = upIsKnown(query) ? GravityUse::aligned : GravityUse::free;
@@ -250,10 +267,11 @@ CloserLooks Localizer::Index::lookCloser(const Query& query, const search::Field
   }
   const Query& levelled = level ? level->query : query;
   // The rival is asked for its agreement from a smaller score on.
-  const verify::Evidence at_best = evidenceOf(found);
+  const verify::Evidence at_best = evidenceOf(found, {});
   const bool ask_rival = at_best.rivalIsClose() && at_best.rival_distance_m > 0;
   const std::size_t count = std::max<std::size_t>(ask_rival ? 2 : 1, countClose(found));
   const bool is_exact = query.cloud.typicalSigma() <= kExact_m;
+  const bool from_one_place = travelOf(query) < kOnePlace_m;
   std::optional<double> of_itself;
   Stopwatch watch;
   for (std::size_t i = 0; i < count; ++i) {
@@ -268,7 +286,7 @@ CloserLooks Localizer::Index::lookCloser(const Query& query, const search::Field
     if (shown && shapes_only) shown = std::max(0.0, *shown);
     // From one place a query cannot show what stands behind what it shows, but its rays tell.
     const bool shows_little =
-        !shown || (*shown < kShownByStranger && travelOf(query) < kOnePlace_m);
+        !shown || (*shown < kShownByStranger && from_one_place);
     if ((shows_little || is_exact) && look.dense.settled)
       look.dense.seen_through = refinement.seenThrough(levelled, look.T_map_query);
     if (shown && !(shows_little && look.dense.seen_through)) {
@@ -284,38 +302,6 @@ CloserLooks Localizer::Index::lookCloser(const Query& query, const search::Field
   return looks;
 }
 
-/// Places that look alike from above are told apart by how their points fit.
-void Localizer::Index::moveLikeliestToFront(Candidates& found, CloserLooks& looks) const {
-  std::size_t likeliest = 0;
-  double most = -INFINITY;
-  for (std::size_t i = 0; i < std::min(looks.places.size(), countClose(found)); ++i) {
-    verify::Evidence evidence = evidenceOf(found, i);
-    evidence.dense = looks.places[i].dense;
-    if (looks.places.size() > 1) evidence.dense_at_runner_up = looks.places[i == 0 ? 1 : 0].dense;
-    const double odds = verify::oddsAmongPlaces(evidence, verdict_model);
-    if (odds <= most) continue;
-    most = odds;
-    likeliest = i;
-  }
-  moveToFront(likeliest, found.places);
-  moveToFront(likeliest, found.matches);
-  moveToFront(likeliest, looks.places);
-}
-
-/// The refined pose of the best place, and what the closer looks say.
-void Localizer::Index::useBest(CloserLooks& looks, Localization& answer,
-                               verify::Evidence& evidence) const {
-  if (looks.places.empty()) return;
-  for (Hypothesis& h : answer.hypotheses) h.T_map_query = h.T_map_query * looks.turn.conjugate();
-  RefinedPose& best = looks.places[0];
-  answer.hypotheses[0].T_map_query = best.T_map_query;
-  answer.covariance = best.covariance;
-  answer.trajectory = std::move(best.T_map_sensor);
-  if (best.dense.settled) evidence.sigma_m = verify::horizontalSigma(best.covariance);
-  evidence.dense = best.dense;
-  if (looks.places.size() > 1) evidence.dense_at_runner_up = looks.places[1].dense;
-}
-
 /// Takes an acceptance back if a place that the prior forbids explains the query far better: then
 /// the prior is wrong. Only acceptances that are not clear by far are looked at.
 void Localizer::Index::refuteFromOutside(const search::FieldQuery& in_field,
@@ -326,7 +312,7 @@ void Localizer::Index::refuteFromOutside(const search::FieldQuery& in_field,
   const search::SearchResult anywhere =
       search::search(in_field, {}, options.places, options.threads);
   if (!anywhere.places.empty()) {
-    verify::Evidence outside = evidenceOf(anywhere.places[0]);
+    verify::Evidence outside{evidenceOf(anywhere.places[0])};
     outside.runner_up = inside.score;
     if (outside.score > inside.score && judged(outside).status == Status::accepted)
       refuse(fmt::format("a place outside of the prior is {:.0f} nats better than the best one "
@@ -399,38 +385,50 @@ Localization Localizer::localize(const Query& query, const ExpectedPose& expecte
   return inMetres(index.localize(*QueryInMap(query, map_->labels, size_), &in_towns), size_);
 }
 
-verify::Evidence evidenceOf(const search::PlaceHypothesis& place) {
-  verify::Evidence e;
-  e.score = place.score();
-  e.expected = place.expected;
-  e.known_share = place.known_share;
-  e.standing = {place.standing.score, place.standing.expected};
-  for (std::size_t side = 0; side < e.sides.size(); ++side)
-    e.sides[side] = {place.sides[side].score, place.sides[side].expected};
-  return e;
+verify::PlaceEvidence evidenceOf(const search::PlaceHypothesis& place) {
+  return {place.score(),
+          place.expected,
+          place.known_share,
+          {place.standing.score, place.standing.expected},
+          {}};
 }
 
-verify::Evidence evidenceOf(const Candidates& found, std::size_t at) {
-  if (found.places.empty()) return {};
-  verify::Evidence e = evidenceOf(found.places[at]);
-  const auto placeOf = [&](std::size_t other) -> const search::PlaceHypothesis* {
-    other += other >= at;
-    return other < found.places.size() ? &found.places[other] : nullptr;
+verify::Evidence evidenceOf(const Candidates& found, const CloserLooks& looks) {
+  verify::Evidence e;
+  const std::vector<search::PlaceHypothesis>& places = found.places;
+  if (places.empty()) return e;
+  const auto lookedAt = [&](std::size_t i) {
+    verify::PlaceEvidence place = evidenceOf(places[i]);
+    place.dense = looks.places[i].dense;
+    return place;
   };
-  const auto *next = placeOf(0), *third = placeOf(1);
-  const double next_score = next ? next->score() : 0;
-  e.runner_up = std::max(found.rival_score, next_score);
-  e.third = std::max(std::min(found.rival_score, next_score), third ? third->score() : 0);
-  if (next && next_score >= found.rival_score) {
-    const PlacePose &here = found.places[at].centre, &there = next->centre;
+  const auto scoreOf = [&](std::size_t i) { return i < places.size() ? places[i].score() : 0.0; };
+  static_cast<verify::PlaceEvidence&>(e) = looks.places.empty() ? evidenceOf(places[0]) : lookedAt(0);
+  e.runner_up = std::max(found.rival_score, scoreOf(1));
+  e.third = std::max(std::min(found.rival_score, scoreOf(1)), scoreOf(2));
+  for (std::size_t i = 1; i < looks.places.size(); ++i) e.rivals.push_back(lookedAt(i));
+  e.passed_over = std::max(found.rival_score, scoreOf(std::max<std::size_t>(1, looks.places.size())));
+  if (!looks.places.empty() && looks.places[0].dense.settled)
+    e.sigma_m = verify::horizontalSigma(looks.places[0].covariance);
+  if (places.size() > 1 && scoreOf(1) >= found.rival_score) {
+    const PlacePose &here = places[0].centre, &there = places[1].centre;
     e.rival_distance_m = std::hypot(here.x - there.x, here.y - there.y);
   }
-  if (at >= found.matches.size() || found.matches[at].poses.empty()) return e;
-  const MatchedPose& chain = found.matches[at].poses[0];
+  if (found.matches.empty() || found.matches[0].poses.empty()) return e;
+  const MatchedPose& chain = found.matches[0].poses[0];
   e.kept = static_cast<int>(chain.kept.size());
   e.with_candidates = chain.with_candidates;
   e.kept_by_chance = chain.kept_by_chance;
   return e;
+}
+
+void useBest(CloserLooks& looks, Localization& answer) {
+  if (looks.places.empty()) return;
+  for (Hypothesis& h : answer.hypotheses) h.T_map_query = h.T_map_query * looks.turn.conjugate();
+  RefinedPose& best = looks.places[0];
+  answer.hypotheses[0].T_map_query = best.T_map_query;
+  answer.covariance = best.covariance;
+  answer.trajectory = std::move(best.T_map_sensor);
 }
 
 void report(const Candidates& found, std::size_t count, Localization& answer) {

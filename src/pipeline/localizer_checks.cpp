@@ -43,12 +43,11 @@ Localization Localizer::Index::describe(const Query& given, const PoseCheck& pla
   found.places.push_back(found.in_field->describe(toAligned(given, place.T_map_query)));
   Localization answer;
   matchVertices(*query, found, answer.timing_ms);
-  const search::FieldQuery* view = isView(*query) ? found.in_field.get() : nullptr;
-  CloserLooks looks = lookCloser(*query, view, found, answer);
+  CloserLooks looks = lookCloser(*query, found, answer);
   report(found, 1, answer);
   answer.hypotheses[0].score = place.evidence.score;
-  verify::Evidence evidence = place.evidence;
-  useBest(looks, answer, evidence);
+  verify::Evidence evidence = evidenceOf(found, looks);
+  useBest(looks, answer);
   frame.R_up = looks.turn * frame.R_up;
   answer.statistics = verify::statisticsOf(evidence);
   leaveUprightFrames(given, frame, answer);

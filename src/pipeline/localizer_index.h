@@ -40,9 +40,12 @@ struct TriedFrame {
   double score = 0;                                               ///< 0 = there is none
 };
 
-/// What speaks for a place of a search, and for one of all candidates against the others.
-verify::Evidence evidenceOf(const search::PlaceHypothesis& place);
-verify::Evidence evidenceOf(const Candidates& found, std::size_t at = 0);
+/// What speaks for a place of a search, and for the first candidate against the others.
+verify::PlaceEvidence evidenceOf(const search::PlaceHypothesis& place);
+verify::Evidence evidenceOf(const Candidates& found, const CloserLooks& looks);
+
+/// The refined pose of the best place becomes that of the answer.
+void useBest(CloserLooks& looks, Localization& answer);
 
 /// Hypotheses and correspondences of the answer.
 void report(const Candidates& found, std::size_t count, Localization& answer);
@@ -70,10 +73,7 @@ struct Localizer::Index {
   Candidates findPlaces(const Query& query, const Priors& priors, Timings& timing_ms) const;
   Candidates placesByWalks(const Query& query, const Priors& priors, Timings& timing_ms) const;
   void matchVertices(const Query& query, Candidates& found, Timings& timing_ms) const;
-  CloserLooks lookCloser(const Query& query, const search::FieldQuery* in_field,
-                         const Candidates& found, Localization& answer) const;
-  void moveLikeliestToFront(Candidates& found, CloserLooks& looks) const;
-  void useBest(CloserLooks& looks, Localization& answer, verify::Evidence& evidence) const;
+  CloserLooks lookCloser(const Query& query, const Candidates& found, Localization& answer) const;
   void refuteFromOutside(const search::FieldQuery& in_field, const verify::Evidence& inside,
                          Localization& answer) const;
   void leaveUprightFrames(const Query& query, const FrameGuess& frame, Localization& answer) const;

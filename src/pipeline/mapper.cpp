@@ -194,7 +194,7 @@ std::optional<FrameEvidence> evidenceOfOneFrame(const map::SemanticMap& map,
   const Localizer localizer(map, plainSearch(options));
   const Query query = makeQuery(other, options);
   const std::vector<Eigen::Isometry3d> as_it_is{Eigen::Isometry3d::Identity()};
-  const verify::Evidence here = localizer.check(query, as_it_is, 0)[0].evidence;
+  const verify::PlaceEvidence here = localizer.check(query, as_it_is, 0)[0].evidence;
   if (std::abs(here.score) < kEnough_nats) return std::nullopt;
   const PoseCheck best = localizer.check(query, as_it_is, kReach_m * map.size)[0];
   const Eigen::Vector3d sensor = query.poses.back().translation();

@@ -258,7 +258,7 @@ std::unique_ptr<FrameSource> withRolesByShape(std::unique_ptr<FrameSource> sourc
   });
   LabelledCloud whole;
   for (const LabelledCloud& cloud : clouds) whole.append(cloud);
-  LabelSet labels = label::rolesByShape(source->labels(), whole.points);
+  LabelSet labels = label::rolesByShape(source->labels(), whole);
   return std::make_unique<RelabelledRecording>(std::move(source), std::move(labels));
 }
 

@@ -34,7 +34,7 @@ struct Window {
 /// One place, as each window of the history sees it.
 struct Track {
   std::vector<PoseCheck> seen;  ///< by window
-  verify::Evidence sum;         ///< over the windows that count
+  verify::PlaceEvidence sum;    ///< over the windows that count
 };
 
 Window windowOf(const Query& query, std::size_t first, std::size_t last) {
@@ -51,7 +51,7 @@ Window windowOf(const Query& query, std::size_t first, std::size_t last) {
 }
 
 /// The window has its share of what a true pose would score, where the map was seen.
-bool agrees(const verify::Evidence& e, const verify::VerdictOptions& o) {
+bool agrees(const verify::PlaceEvidence& e, const verify::VerdictOptions& o) {
   constexpr double kShare = 0.4;
   return e.expected > 0 && e.score >= kShare * e.expected && e.known_share >= o.min_known_share;
 }
@@ -135,15 +135,14 @@ struct Sequence::State {
     const auto number = static_cast<double>(std::count(counts.begin(), counts.end(), true));
     for (Track& track : tracks) {
       track.sum = {};
+      track.sum.known_share = 0;
       for (std::size_t w = 0; w < windows.size(); ++w) {
         if (!counts[w]) continue;
-        const verify::Evidence& e = track.seen[w].evidence;
+        const verify::PlaceEvidence& e = track.seen[w].evidence;
         track.sum.score += e.score;
         track.sum.expected += e.expected;
         track.sum.known_share += e.known_share / number;
         sumUp(e.standing, track.sum.standing);
-        for (std::size_t side = 0; side < e.sides.size(); ++side)
-          sumUp(e.sides[side], track.sum.sides[side]);
       }
     }
     std::stable_sort(tracks.begin(), tracks.end(),
@@ -226,8 +225,8 @@ struct Sequence::State {
 
   verify::Evidence evidenceOfSum(const Query& query, const SequenceAnswer& answer,
                                  const Localization& at_best) const {
-    verify::Evidence e = tracks.front().sum;
-    e.runner_up = answer.runner_up;
+    verify::Evidence e{tracks.front().sum};
+    e.runner_up = e.passed_over = answer.runner_up;
     e.third = tracks.size() > 2 ? std::max(0.0, tracks[2].sum.score) : 0;
     if (tracks.size() > 1) {
       const PlacePose best = placeNow(tracks[0].seen.back()),
@@ -242,7 +241,9 @@ struct Sequence::State {
       };
       if (bestIsThatOf(answer.alone))  // which may have had another rival
         e.dense = lookAt(tracks[0]);
-      e.dense_at_runner_up = lookAt(tracks[1]);
+      e.rivals = {tracks[1].sum};
+      e.rivals[0].dense = lookAt(tracks[1]);
+      e.passed_over = e.third;
     }
     e.windows = answer.windows;
     return e;

@@ -303,7 +303,7 @@ class SurfaceQuery final : public FieldQuery {
 
 std::unique_ptr<FieldQuery> SurfaceField::prepare(const Observation& query) const {
   SurfaceSamples samples;
-  if (query.plan) samples = surfaceSamples(*query.plan, query.way);
+  if (query.plan) samples = surfaceSamples(*query.plan);
   return std::make_unique<SurfaceQuery>(*this, query.plan, std::move(samples), query.focus);
 }
 

@@ -50,33 +50,10 @@ std::vector<SurfaceSamples::Sample> gather(const PlanView& view, bool coarse,
     for (const PlanSample& s : block > 0 ? onePerBlock(view.samples[c], block) : view.samples[c]) {
       result.push_back({static_cast<float>(view.origin_x + s.x - centre.x()),
                         static_cast<float>(view.origin_y + s.y - centre.y()),
-                        static_cast<std::uint8_t>(c), WaySide::none,
-                        static_cast<float>(view.origin_z + s.z)});
+                        static_cast<std::uint8_t>(c), static_cast<float>(view.origin_z + s.z)});
     }
   }
   return result;
-}
-
-/// The way of the sensor; steps shorter than this show no direction.
-std::vector<Eigen::Vector2d> spaced(const std::vector<Eigen::Vector2d>& way) {
-  constexpr double kStep_m = 0.5;
-  std::vector<Eigen::Vector2d> kept;
-  for (const Eigen::Vector2d& p : way) {
-    if (kept.empty() || (p - kept.back()).norm() >= kStep_m) kept.push_back(p);
-  }
-  return kept;
-}
-
-/// Seen from the nearest position on the way, along its direction there.
-WaySide sideOf(const std::vector<Eigen::Vector2d>& way, const Eigen::Vector2d& p) {
-  std::size_t nearest = 0;
-  for (std::size_t i = 1; i < way.size(); ++i) {
-    if ((way[i] - p).squaredNorm() < (way[nearest] - p).squaredNorm()) nearest = i;
-  }
-  const Eigen::Vector2d along =
-      way[std::min(nearest + 1, way.size() - 1)] - way[nearest > 0 ? nearest - 1 : 0];
-  const Eigen::Vector2d off = p - way[nearest];
-  return along.x() * off.y() - along.y() * off.x() > 0 ? WaySide::left : WaySide::right;
 }
 
 /// Upright surfaces, and anything that stands there. Roads and verges of one town resemble those of
@@ -84,11 +61,6 @@ WaySide sideOf(const std::vector<Eigen::Vector2d>& way, const Eigen::Vector2d& p
 bool stands(Channel c) {
   return !isArea(c) && !isObject(c) &&
          (c < Channel::border_road_sidewalk || c > Channel::border_road_terrain);
-}
-
-void add(const PartScore& sample, PartScore& part) {
-  part.score += sample.score;
-  part.expected += sample.expected;
 }
 
 constexpr int kMostMoves = 8;          ///< per level of a climb
@@ -216,7 +188,7 @@ double radiusOf(const std::vector<SurfaceSamples::Sample>& samples) {
   return radius;
 }
 
-SurfaceSamples surfaceSamples(const PlanView& view, const std::vector<Eigen::Vector2d>& way) {
+SurfaceSamples surfaceSamples(const PlanView& view) {
   SurfaceSamples query;
   query.viewpoint = view.aerial ? Viewpoint::air : Viewpoint::ground;
   const auto about_zero = gather(view, false, Eigen::Vector2d::Zero());
@@ -225,11 +197,6 @@ SurfaceSamples surfaceSamples(const PlanView& view, const std::vector<Eigen::Vec
   query.centre /= static_cast<double>(about_zero.size());
   query.fine = gather(view, false, query.centre);
   query.coarse = gather(view, true, query.centre);
-  const std::vector<Eigen::Vector2d> steps = spaced(way);
-  if (steps.size() > 1) {
-    for (SurfaceSamples::Sample& s : query.fine)
-      s.side = sideOf(steps, query.centre + Eigen::Vector2d(s.x, s.y));
-  }
   for (const Channel c : {Channel::road, Channel::sidewalk, Channel::terrain}) {
     for (const PlanSample& s : onePerBlock(view[c], kGroundBlock_m)) {
       query.ground.push_back({static_cast<float>(view.origin_x + s.x - query.centre.x()),
@@ -305,10 +272,12 @@ PlaceHypothesis SurfaceScore::details(const PlacePose& pose, PlaceHypothesis h) 
     if (bin == kUnknownBin) continue;
     ++known;
     const auto channel = static_cast<Channel>(q.channel);
-    const PartScore sample{ratios_.value[q.channel][bin], ratios_.expected[q.channel]};
-    h.expected += sample.expected;
-    if (stands(channel)) add(sample, h.standing);
-    if (q.side != WaySide::none) add(sample, h.sides[q.side == WaySide::right]);
+    const float expected = ratios_.expected[q.channel];
+    h.expected += expected;
+    if (stands(channel)) {
+      h.standing.score += ratios_.value[q.channel][bin];
+      h.standing.expected += expected;
+    }
     h.matched += isObject(channel) && bin < kMatchedBins;
   }
   h.known_share =

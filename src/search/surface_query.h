@@ -12,16 +12,12 @@
 
 namespace xview::search {
 
-/// On which side of the way of the sensor something lies; none if the sensor did not move.
-enum class WaySide : std::uint8_t { none, left, right };
-
 /// A query seen from above: samples about their centre. It holds one sample per block of surface,
 /// so that its evidence does not depend on how densely it was seen.
 struct SurfaceSamples {
   struct Sample {
     float x = 0, y = 0;  ///< relative to the centre [m]
     std::uint8_t channel = 0;
-    WaySide side = WaySide::none;
     float z = 0;  ///< height of the ground there, in the query frame
   };
   struct Ground {
@@ -34,8 +30,7 @@ struct SurfaceSamples {
   std::vector<Ground> ground;  ///< heights of ground cells, one per 2 m
 };
 
-/// `way`: positions of the sensor in the frame of the view, in order.
-SurfaceSamples surfaceSamples(const PlanView& view, const std::vector<Eigen::Vector2d>& way = {});
+SurfaceSamples surfaceSamples(const PlanView& view);
 
 /// Those within `radius_m` of a point of the query frame, about that point; with all of the ground,
 /// whose height is that of the whole.

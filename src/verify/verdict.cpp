@@ -15,16 +15,19 @@ namespace {
 constexpr double kNoise_nats = 2;
 /// Added to scores of parts, of which a small one says little [nats].
 constexpr double kPartPrior_nats = 15;
-constexpr double kLeastAgreement = 0.02;  ///< what agrees less is all the same
+constexpr double kLeast = 0.02;  ///< shares of less are all the same
 constexpr double kLikeTrue = 0.8;         ///< agreement of a usual true place
 constexpr double kLeastLead = 0.3;        ///< of which a factor counts; as the model was fitted
-/// Where the query tells what it shows of the map: agreement over chance at about even odds, and
-/// how much more counts, as a house built like another is like it to the centimetre.
-constexpr double kEvenAgreement = 0.15, kMostAgreement = 0.15;
-/// The same of the share that the agreement has of that of the query with itself. A wrong place of
-/// rooms that are alike has half of it, the right one three quarters.
-constexpr double kEvenShare = 0.4, kMostShare = 0.45;
+/// Agreement over chance at about even odds: as measured where the query tells what it shows of the
+/// map, else as a share of that of the query with itself. A wrong place of rooms that are alike has
+/// half of it, the right one three quarters.
+constexpr double kEvenAgreement = 0.15, kEvenShare = 0.4;
 constexpr double kUsualOfItself = 0.6;  ///< where it could not be measured
+/// What tells the places of one query apart: their points, what is shown there of the map, how
+/// little was seen through, and their scores; and what a place fits that nobody looked at closely.
+constexpr double kFitPerExcess = 14, kFitPerShown = 7, kFitPerSeenThrough = 2, kFitPerLogScore = 2,
+                 kFitUnsettled = -4, kFitPassedOver = -6;
+constexpr double kLeastMargin = -3, kMostMargin = 12;
 /// Chance that a vertex keeps a correspondence at the true place (search, detection of objects).
 constexpr double kKeptIfTrue = 0.62;
 /// More than this many times its length is not asked of a query.
@@ -43,13 +46,11 @@ double agreementOf(const PartEvidence& part) {
   return (part.score + kPartPrior_nats) / (std::max(0.0, part.expected) + kPartPrior_nats);
 }
 
-/// Share of the score of a true pose, the smallest of all and of each part. A street that repeats
-/// fits with its road but not with its houses, or with one side only.
-double agreementOf(const Evidence& e) {
+/// Share of the score of a true pose, the smaller one of all and of what stands upright: a street
+/// that repeats fits with its road but not with its houses.
+double agreementOf(const PlaceEvidence& e) {
   if (!(e.expected > 0)) return 1;  // nobody knows what a true pose scores: walks
-  return std::clamp(std::min({e.score / e.expected, agreementOf(e.standing),
-                              agreementOf(e.sides[0]), agreementOf(e.sides[1])}),
-                    kLeastAgreement, 1.0);
+  return std::clamp(std::min(e.score / e.expected, agreementOf(e.standing)), kLeast, 1.0);
 }
 
 /// Binomial: how much likelier so many kept correspondences are at the true place than by chance.
@@ -61,40 +62,31 @@ double correspondenceOdds(const Evidence& e) {
          (n - k) * std::log((1 - kKeptIfTrue) / (1 - by_chance));
 }
 
-/// How much closer than by chance upright things lie on their like, above even odds: as measured,
-/// or as a share of what a true place could show.
-double excessOf(const Statistics& s, double over_chance) {
+/// How much closer than by chance upright things lie on their like, above even odds, as it is
+/// measured at the best place.
+double excessOf(double over_chance, const std::optional<double>& shown,
+                const std::optional<double>& of_itself) {
   constexpr double kLeastOfItself = 0.1;
-  if (s.shown) return over_chance - kEvenAgreement;
-  return over_chance / std::max(kLeastOfItself, s.of_itself.value_or(kUsualOfItself)) - kEvenShare;
-}
-double excessOf(const Statistics& s) { return excessOf(s, s.dense - s.by_chance); }
-
-double logLead(const Statistics& s) { return std::log(s.lead + kLeastLead); }
-
-/// A close rival where as much agrees speaks against the place as much as the place for itself.
-double excessOverRival(const Statistics& s) {
-  const double excess = excessOf(s);
-  if (excess <= 0) return excess;
-  return std::min(s.shown ? kMostAgreement : kMostShare,
-                  excess - std::max(0.0, excessOf(s, s.rival)));
+  if (shown) return over_chance - kEvenAgreement;
+  return over_chance / std::max(kLeastOfItself, of_itself.value_or(kUsualOfItself)) - kEvenShare;
 }
 
-/// Who shows less than a tenth of the map is a stranger, however far the place stands out: it
-/// counts twice from there.
-double shownTerm(const Statistics& s) {
-  constexpr double kLittle = 0.1;
-  return s.shown ? *s.shown + std::min(0.0, *s.shown - kLittle) : 0;
+/// A tenth is as usual at right places as at wrong ones.
+constexpr double kEvenSeen = 0.1;
+double seenLittle(double seen_through, double even = kEvenSeen) {
+  constexpr double kNoise = 0.03;
+  return -std::log((seen_through + kNoise) / even);
 }
 
-/// A tenth is as usual at right places as at wrong ones; nothing is said where it was not asked.
-/// Beside what is shown it is asked of exact depths, of which a quarter is, and says less.
-double seenLittle(const Statistics& s) {
-  constexpr double kNoise = 0.03, kEven = 0.1, kEvenOfExact = 0.25, kMostOfExact = 0.35;
-  if (!s.seen_through) return 0;
-  const double little = -std::log((*s.seen_through + kNoise) / (s.shown ? kEvenOfExact : kEven));
-  return s.shown ? std::min(kMostOfExact, little) : little;
+/// How much better the place fits than any other.
+double marginOf(const Evidence& e) {
+  double next = kFitPassedOver + kFitPerLogScore * std::log(std::max(1.0, e.passed_over));
+  for (const PlaceEvidence& rival : e.rivals) next = std::max(next, fitOf(rival, e.dense));
+  return std::clamp(fitOf(e, e.dense) - next, kLeastMargin, kMostMargin);
 }
+
+/// Without a registration a place must stand out by its score.
+bool standsOut(const Statistics& s) { return s.registered ? s.margin > 0 : s.lead > 0; }
 
 /// The part of the odds that the terms [first, last) make.
 double oddsOf(const Statistics& s, const VerdictModel& model, std::size_t first,
@@ -104,25 +96,26 @@ double oddsOf(const Statistics& s, const VerdictModel& model, std::size_t first,
                             0.0);
 }
 
-double placeOdds(const Statistics& s, const VerdictModel& model) {
-  return oddsOf(s, model, 0, kPlaceTerms);
+double oddsOfTerm(const Statistics& s, const VerdictModel& model, Term term) {
+  return oddsOf(s, model, term, term + 1);
+}
+
+/// Of the place by itself, as if nothing had been registered.
+double placeOdds(Statistics s, const VerdictModel& model) {
+  s.registered = false;
+  return oddsOf(s, model, 0);
 }
 
 double denseOdds(const Statistics& s, const VerdictModel& model) {
-  return oddsOf(s, model, kPlaceTerms);
+  return oddsOf(s, model, 0) - placeOdds(s, model);
 }
 
-/// Of a rival that nobody asked nothing better is known than that it agrees as well.
-double excessAtRival(const Evidence& e) {
-  const DenseEvidence& there = e.dense_at_runner_up.value_or(e.dense);
-  return there.settled ? there.agreement - there.by_chance : 0;
-}
-
-/// How far the query shows the map at the best place, less what it shows of it at the next one, as
-/// far as that is close: streets of one town stand alike.
+/// How far the query shows the map at the best place, less what it shows of it at the others, as
+/// far as the next one is close: streets of one town stand alike.
 double shownOver(const Evidence& e) {
-  const double at_rival =
-      e.dense_at_runner_up ? e.dense_at_runner_up->shown.value_or(0) : *e.dense.shown;
+  double at_rival = e.rivals.empty() ? *e.dense.shown : 0;
+  for (const PlaceEvidence& rival : e.rivals)
+    at_rival = std::max(at_rival, rival.dense.shown.value_or(0));
   const double close = e.score > 0 ? std::clamp(2 * e.runner_up / e.score - 1, 0.0, 1.0) : 1;
   return *e.dense.shown - close * std::max(0.0, at_rival);
 }
@@ -142,9 +135,10 @@ double shareOfLookAlikes(const Statistics& s, const std::vector<LookAlike>& look
 
 /// How much less likely a copy of the map is for what the query shows: e times for every stretch of
 /// the way along which it shows all of the map. A copy shows less of it, the less the longer it is.
-double copyLeft(const Statistics& s, double travel_m) {
+double copyLeft(const Evidence& e) {
   constexpr double kShownByCopy = 0.2, kStretch_m = 15;
-  return std::exp(-std::max(0.0, s.shown.value_or(0) - kShownByCopy) * travel_m / kStretch_m);
+  if (!e.dense.shown) return 1;
+  return std::exp(-std::max(0.0, shownOver(e) - kShownByCopy) * e.travel_m / kStretch_m);
 }
 
 /// Chance that the pose is as near to the truth as that its place is the right one.
@@ -164,10 +158,7 @@ class Reason {
       : e_(e), s_(s), model_(model), odds_needed_(odds_needed) {}
 
   std::string ofAccepted() const {
-    const double times = e_.score / std::max(1.0, e_.runner_up);
-    std::string text = times > 20
-                           ? "no other place fits"
-                           : fmt::format("fits {:.1f} times better than any other place", times);
+    std::string text = timesBetter() > 20 ? "no other place fits" : howMuchBetter();
     if (s_.settled && !s_.views)
       text += fmt::format(
           "; {:.0f} % of what stands upright lies on its like there ({:.0f} % by "
@@ -181,8 +172,7 @@ class Reason {
     return fmt::format("two places fit about equally well{}{}", apart, whatWouldHelp());
   }
   std::string ofRejected() const {
-    const double times = e_.score / std::max(1.0, e_.runner_up);
-    const double odds = placeOdds(s_, model_) + denseOdds(s_, model_);
+    const double odds = oddsOf(s_, model_, 0);
     if (odds >= odds_needed_ && chanceToBeNear(s_) < 1 - s_.look_alike)
       return "the place fits, but the position there is open by metres" + whatWouldHelp();
     if (odds >= odds_needed_)
@@ -193,10 +183,10 @@ class Reason {
     if (s_.registered && !s_.settled)
       return "the best place does not hold: the points do not settle on the map there" +
              whatWouldHelp();
-    if (oddsOf(s_, model_, kShown) < -1)
+    if (oddsOfTerm(s_, model_, kShown) < -1)
       return "the best place does not hold: the query does not show what stands there in the map" +
              whatWouldHelp();
-    if (oddsOf(s_, model_, kSeenThrough, kSeenThrough + 1) < -1)
+    if (oddsOfTerm(s_, model_, kSeenThrough) < -1)
       return "the best place does not hold: the query saw through what stands there in the map" +
              whatWouldHelp();
     if (denseOdds(s_, model_) < -1)
@@ -205,21 +195,32 @@ class Reason {
                  "on its like there ({:.0f} % by chance)",
                  100 * s_.dense, 100 * s_.by_chance) +
              whatWouldHelp();
-    if (s_.lead <= 0) return "no place stands out: another one fits as well" + whatWouldHelp();
-    return fmt::format(
-        "no place stands out: the best fits only {:.1f} times better than the next{}", times,
-        whatWouldHelp());
+    if (!standsOut(s_)) return "no place stands out: another one fits as well" + whatWouldHelp();
+    if (oddsOfTerm(s_, model_, kKnown) < -2)
+      return fmt::format(
+                 "the best place does not hold: only {:.0f} % of the query lies where the map was "
+                 "seen, where strangers fit as well",
+                 100 * s_.known) +
+             whatWouldHelp();
+    return "no place stands out: the best only " + howMuchBetter() + whatWouldHelp();
   }
 
  private:
+  double timesBetter() const { return e_.score / std::max(1.0, e_.runner_up); }
+
+  /// Places that look alike from above are told apart by their points.
+  std::string howMuchBetter() const {
+    constexpr double kAlike = 1.15;
+    return timesBetter() < kAlike
+               ? "fits better than another place that looks like it from above"
+               : fmt::format("fits {:.1f} times better than any other place", timesBetter());
+  }
+
   /// Leads grow with the length of a query.
   std::string whatWouldHelp() const {
     if (e_.travel_m <= 0 || s_.lead <= 0) return "";
-    const double missing = odds_needed_ - placeOdds(s_, model_) - denseOdds(s_, model_);
-    const auto weights = model_.weightsFor(s_);
-    const double excess = s_.settled ? std::max(0.0, excessOverRival(s_)) : 0;
-    const double weight = weights[kLead] + excess * weights[kLeadThere];
-    const double times = std::exp(missing / std::max(0.1, weight)) - 1;
+    const double missing = odds_needed_ - oddsOf(s_, model_, 0);
+    const double times = std::exp(missing / std::max(0.1, model_.alone[kLead])) - 1;
     if (!(times > 0) || times > kLongest) return "";
     return fmt::format("; about {:.0f} m more would tell", std::max(1.0, times * e_.travel_m));
   }
@@ -232,32 +233,46 @@ class Reason {
 
 /// The best place would be believed if its rival were not there, or if none of several were that
 /// fit as a true place would.
-bool oneOfSeveral(const Evidence& e, Statistics s, const VerdictOptions& o,
+bool oneOfSeveral(Evidence e, const Statistics& judged, const VerdictOptions& o,
                   const VerdictModel& model) {
   if (!e.rivalIsClose()) return false;
-  const bool fits = s.agreement >= kLikeTrue && (!s.registered || excessOf(s) >= 0);
-  s.lead = leadOver(fits ? 0 : e.third, e);
-  s.rival = 0;
-  return confidenceOf(placeOdds(s, model) + denseOdds(s, model), s) >= o.min_confidence;
+  const bool fits =
+      judged.agreement >= kLikeTrue && (!judged.registered || termsOf(judged)[kExcess] >= 0);
+  e.runner_up = e.passed_over = fits ? 0 : e.third;
+  e.rivals.clear();
+  Statistics s = statisticsOf(e);
+  s.look_alike = judged.look_alike;
+  return confidenceOf(oddsOf(s, model, 0), s) >= o.min_confidence;
 }
 
 }  // namespace
+
+double fitOf(const PlaceEvidence& place, const DenseEvidence& best) {
+  const DenseEvidence& dense = place.dense;
+  double fit = kFitPerLogScore * std::log(std::max(1.0, place.score));
+  if (best.shown) fit += kFitPerShown * dense.shown.value_or(0);
+  if (!dense.settled) return fit + kFitUnsettled;
+  if (dense.seen_through) fit += kFitPerSeenThrough * seenLittle(*dense.seen_through);
+  return fit + kFitPerExcess * excessOf(dense.agreement - dense.by_chance, best.shown,
+                                        best.of_itself);
+}
 
 Statistics statisticsOf(const Evidence& e) {
   Statistics s;
   s.lead = leadOver(e.runner_up, e);
   s.agreement = agreementOf(e);
+  s.known = std::clamp(e.known_share, kLeast, 1.0);
   s.registered = e.dense.of != DenseEvidence::Of::nothing;
   s.settled = s.registered && e.dense.settled;
   s.views = e.dense.of == DenseEvidence::Of::views;
-  if (e.dense.shown) s.shown = shownOver(e);
+  s.shown = e.dense.shown;
   s.of_itself = e.dense.of_itself;
   s.seen_through = e.dense.seen_through;
   s.sigma_m = e.sigma_m;
+  if (s.registered) s.margin = marginOf(e);
   if (!s.settled) return s;
   s.dense = e.dense.agreement;
   s.by_chance = e.dense.by_chance;
-  if (e.rivalIsClose()) s.rival = excessAtRival(e);
   return s;
 }
 
@@ -274,39 +289,35 @@ DenseEvidence denseEvidenceOf(const Statistics& s) {
           s.seen_through};
 }
 
-std::array<double, kTerms> VerdictModel::weightsFor(const Statistics& s) const {
-  std::array<double, kTerms> weights{};
-  if (!s.registered)
-    std::copy(alone.begin(), alone.end(), weights.begin());
-  else if (!s.shown)
-    std::copy(registered.begin(), registered.end(), weights.begin());
-  else
-    weights = shown;
-  return weights;
+const std::array<double, kTerms>& VerdictModel::weightsFor(const Statistics& s) const {
+  if (!s.registered) return alone;
+  return s.shown ? shown : registered;
 }
 
 std::array<double, kTerms> termsOf(const Statistics& s) {
   std::array<double, kTerms> terms{};
   terms[kConstant] = 1;
-  terms[kLead] = logLead(s);
-  terms[kAgreement] = std::log(s.agreement);
-  if (!s.registered) return terms;
-  terms[kShown] = shownTerm(s);
-  terms[kFailed] = !s.settled;
-  terms[kViews] = s.settled && s.views;
-  if (!s.settled) return terms;
-  terms[kExcess] = excessOverRival(s);
-  terms[kLeadThere] = std::max(0.0, terms[kExcess]) * std::max(0.0, terms[kLead]);
-  terms[kSeenThrough] = seenLittle(s);
+  if (!s.registered) {
+    terms[kAgreement] = std::log(s.agreement);
+    terms[kLead] = std::log(s.lead + kLeastLead);
+    return terms;
+  }
+  terms[kKnown] = std::log(s.known);
+  terms[kMargin] = s.margin;
+  if (s.settled) terms[kExcess] = excessOf(s.dense - s.by_chance, s.shown, s.of_itself);
+  const bool saw = s.settled && s.seen_through;
+  if (s.shown) {
+    // There it is asked of exact depths, of which a quarter is even, and says less.
+    constexpr double kEvenOfExact = 0.25, kMostOfExact = 0.35;
+    terms[kAgreement] = s.agreement;
+    terms[kViews] = s.settled && s.views;
+    terms[kShown] = *s.shown;
+    if (saw) terms[kSeenThrough] = std::min(kMostOfExact, seenLittle(*s.seen_through, kEvenOfExact));
+  } else {
+    terms[kMarginThere] = std::max(0.0, terms[kExcess]) * std::max(0.0, s.margin);
+    if (saw) terms[kSeenThrough] = seenLittle(*s.seen_through);
+  }
   return terms;
-}
-
-double oddsAmongPlaces(const Evidence& e, const VerdictModel& model) {
-  Statistics s = statisticsOf(e);
-  s.rival = 0;
-  const double odds = placeOdds(s, model) + denseOdds(s, model);
-  return s.settled ? odds + model.weightsFor(s)[kExcess] * (excessOf(s) - excessOverRival(s))
-                   : odds;
 }
 
 Verdict judge(const Evidence& e, const VerdictOptions& o, const VerdictModel& model,
@@ -317,13 +328,13 @@ Verdict judge(const Evidence& e, const VerdictOptions& o, const VerdictModel& mo
     return verdict;
   }
   Statistics s = statisticsOf(e);
-  s.look_alike = shareOfLookAlikes(s, look_alikes) * copyLeft(s, e.travel_m);
+  s.look_alike = shareOfLookAlikes(s, look_alikes) * copyLeft(e);
   verdict.statistics = s;
   verdict.witnesses.place = placeOdds(s, model);
   verdict.witnesses.dense = denseOdds(s, model);
   verdict.witnesses.correspondences = correspondenceOdds(e);
-  verdict.confidence = confidenceOf(verdict.witnesses.place + verdict.witnesses.dense, s);
-  if (s.lead <= 0) verdict.confidence = std::min(verdict.confidence, 0.5);  // one of two at best
+  verdict.confidence = confidenceOf(oddsOf(s, model, 0), s);
+  if (!standsOut(s)) verdict.confidence = std::min(verdict.confidence, 0.5);  // one of two at best
   if (e.known_share < o.min_known_share) {
     verdict.confidence *= 0.5 * e.known_share / o.min_known_share;
     verdict.reason =

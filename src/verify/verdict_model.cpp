@@ -21,19 +21,21 @@ namespace {
 constexpr double kRidge = 1e-4;  ///< of standardised weights, per answer
 constexpr int kNewtonSteps = 50;
 
-constexpr std::array<const char*, kTerms> kTermNames = {"constant",   "lead",         "agreement",
-                                                        "failed",     "views",        "excess",
-                                                        "lead_there", "seen_through", "shown"};
+constexpr std::array<const char*, kTerms> kTermNames = {
+    "constant", "agreement", "lead",         "known",  "excess",
+    "views",    "shown",     "seen_through", "margin", "margin_there"};
 
 /// Every weight beside its name in files.
 template <class Model, class Visit>
 void forWeights(Model& model, const Visit& visit) {
-  const auto all = [&](const std::string& name, auto& weights) {
-    for (std::size_t t = 0; t < weights.size(); ++t) visit(name + kTermNames[t], weights[t]);
+  const auto all = [&](const std::string& name, auto& weights,
+                       std::initializer_list<Term> of_such_evidence) {
+    for (const Term t : of_such_evidence) visit(name + kTermNames[t], weights[t]);
   };
-  all("alone.", model.alone);
-  all("registered.", model.registered);
-  all("shown.", model.shown);
+  all("alone.", model.alone, {kConstant, kAgreement, kLead});
+  all("registered.", model.registered,
+      {kConstant, kKnown, kExcess, kSeenThrough, kMargin, kMarginThere});
+  all("shown.", model.shown, {kConstant, kAgreement, kKnown, kExcess, kViews, kShown, kSeenThrough, kMargin});
 }
 
 VerdictModel parse(const std::string& text, const std::string& path) {
@@ -152,7 +154,11 @@ VerdictModel fitVerdictModel(const std::vector<JudgedStatistics>& answers) {
   };
   using Known = std::optional<Statistics>;
   VerdictModel model = defaultVerdictModel();
-  fit([](const Statistics& s) { return Known(s); }, model.alone);
+  const auto alone = [](Statistics s) {
+    s.registered = false;
+    return Known(s);
+  };
+  fit(alone, model.alone);
   fit([](const Statistics& s) { return s.registered && !s.shown ? Known(s) : std::nullopt; },
       model.registered);
   fit([](const Statistics& s) { return s.registered && s.shown ? Known(s) : std::nullopt; },

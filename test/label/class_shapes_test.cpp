@@ -70,17 +70,18 @@ void expectStreet(const LabelSet& found) {
 TEST(ClassShapes, AStreetIsToldApartOnTheLevelAndOnASlope) {
   for (const double slope : {0.0, 0.12}) {
     SCOPED_TRACE(slope);
-    expectStreet(rolesByShape(kUnnamed, Street(slope).cloud.points));
+    expectStreet(rolesByShape(kUnnamed, Street(slope).cloud));
   }
 }
 
-TEST(ClassShapes, NoiseChangesNothing) {
-  const Street street(0.05, 0.05);
-  expectStreet(rolesByShape(kUnnamed, street.cloud.points));
+TEST(ClassShapes, NoiseAndAnOriginFarAwayChangeNothing) {
+  Street street(0.05, 0.05);
+  street.cloud.origin = {500000, 4649776, 250};
+  expectStreet(rolesByShape(kUnnamed, street.cloud));
 }
 
 TEST(ClassShapes, WhatIsTooSmallOrAbsentStaysAnObject) {
-  const LabelSet found = rolesByShape(kUnnamed, Street(0).cloud.points);
+  const LabelSet found = rolesByShape(kUnnamed, Street(0).cloud);
   for (const std::uint32_t id : {std::uint32_t{kRare}, 99U}) {
     EXPECT_EQ(found.role(id), Role::object);
     EXPECT_EQ(found.kind(id), Kind::other_object);
@@ -91,7 +92,7 @@ TEST(ClassShapes, WhatIsTooSmallOrAbsentStaysAnObject) {
 
 TEST(ClassShapes, WithoutGroundNothingIsJudged) {
   LabelledCloud posts;
-  for (const auto& point : Street(0).cloud.points) {
+  for (const auto& point : Street(0).cloud) {
     if (point.label == kPost) posts.points.push_back(point);
   }
   EXPECT_EQ(rolesByShape(kUnnamed, posts.points), kUnnamed);
@@ -104,7 +105,7 @@ TEST(ClassShapes, PointsThatAreNotFiniteCountForNothing) {
     auto& point = street.cloud.points[i];
     (i % 2 == 0 ? point.x : point.z) = std::numeric_limits<float>::quiet_NaN();
   }
-  expectStreet(rolesByShape(kUnnamed, street.cloud.points));
+  expectStreet(rolesByShape(kUnnamed, street.cloud));
 }
 
 }  // namespace

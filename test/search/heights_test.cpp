@@ -104,7 +104,7 @@ SurfaceSamples queryOfThingsOnly() {
   SurfaceSamples query;
   for (int i = 0; i < 20; ++i)
     query.fine.push_back(
-        {static_cast<float>(i), 3, static_cast<std::uint8_t>(Channel::pole), WaySide::none, -4});
+        {static_cast<float>(i), 3, static_cast<std::uint8_t>(Channel::pole), -4});
   return query;
 }
 

@@ -28,15 +28,14 @@ class Index {
         const SearchOptions& options = {}, int threads = 1)
       : options_(options), field_(makeSurfaceField(map, drive, options, threads)) {}
 
-  std::unique_ptr<FieldQuery> prepare(const PlanView& query,
-                                      const std::vector<Eigen::Vector2d>& way = {}) const {
-    return field_->prepare({&query, nullptr, way, {}});
+  std::unique_ptr<FieldQuery> prepare(const PlanView& query) const {
+    return field_->prepare({&query, nullptr, {}});
   }
   /// The prior is one of the centre of the query.
   std::vector<PlaceHypothesis> search(const PlanView& query, const PlacePrior& prior = {},
                                       int threads = 1) const {
     const Eigen::Vector3d centre = prepare(query)->centre();
-    return search::search(*field_->prepare({&query, nullptr, {}, centre}), {prior}, options_,
+    return search::search(*field_->prepare({&query, nullptr, centre}), {prior}, options_,
                           threads)
         .places;
   }
@@ -351,48 +350,6 @@ TEST(SurfaceSamples, HoldsOneSamplePerBlockOfSurfaceAndAllObjects) {
   for (const auto& s : query.fine) sum += Eigen::Vector2d(s.x, s.y);
   EXPECT_LT(sum.norm(), 1e-3) << "samples are about their centre";
   EXPECT_EQ(query.viewpoint, Viewpoint::ground);
-}
-
-TEST(SurfaceSamples, KnowsWhatLiesLeftAndRightOfTheWay) {
-  PlanTown town;
-  town.area(Channel::road, -30, -4, 30, 4);
-  town.line(Channel::fence, -30, 8, 30, 8);
-  town.line(Channel::building, -30, -9, 30, -9);
-  const PlanView view = town.view({0, 0}, 50, Eigen::Isometry3d::Identity());
-  const std::vector<Eigen::Vector2d> east = {{-20, 0}, {-19.9, 0}, {0, 0}, {20, 0}},
-                                     west = {{20, 0}, {0, 0}, {-20, 0}};
-  const auto sideOfFence = [&](const std::vector<Eigen::Vector2d>& way) {
-    const SurfaceSamples query = surfaceSamples(view, way);
-    WaySide fence = WaySide::none;
-    for (const auto& s : query.fine) {
-      const auto channel = static_cast<Channel>(s.channel);
-      if (channel == Channel::fence) fence = s.side;
-      if (channel == Channel::building && fence != WaySide::none) {
-        EXPECT_NE(s.side, fence);
-      }
-    }
-    return fence;
-  };
-  EXPECT_EQ(sideOfFence(east), WaySide::left);
-  EXPECT_EQ(sideOfFence(west), WaySide::right);
-  EXPECT_EQ(sideOfFence({}), WaySide::none);
-  EXPECT_EQ(sideOfFence({{0, 0}, {0.1, 0}, {0, 0.1}}), WaySide::none)
-      << "standing still has no direction";
-}
-
-TEST(SurfaceField, TheSidesOfTheWayShareTheScore) {
-  const PlanTown town = randomTown(5);
-  const Index places = indexOf(town);
-  const PlanView view = town.view({20, 45}, 30, Eigen::Isometry3d::Identity());
-  const auto query = places.prepare(view, {{0, 45}, {20, 45}, {40, 46}});
-  const std::vector<PlaceHypothesis> found = search::search(*query, {}, {}, 1).places;
-  ASSERT_FALSE(found.empty());
-  const auto& [left, right] = found[0].sides;
-  EXPECT_NEAR(left.score + right.score, found[0].score(), 1e-3);
-  EXPECT_NEAR(left.expected + right.expected, found[0].expected, 1e-3);
-  EXPECT_GT(left.expected, 0);
-  EXPECT_GT(right.expected, 0);
-  EXPECT_EQ(places.search(view)[0].sides[0].expected, 0);
 }
 
 TEST(SurfaceField, DescribesAPoseWithoutMovingIt) {

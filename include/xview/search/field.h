@@ -2,7 +2,6 @@
 #pragma once
 
 #include <Eigen/Geometry>
-#include <array>
 #include <cstddef>
 #include <memory>
 #include <optional>
@@ -20,7 +19,6 @@ namespace xview::search {
 struct Observation {
   const PlanView* plan = nullptr;        ///< for surface fields
   const SemanticGraph* graph = nullptr;  ///< for object fields
-  std::vector<Eigen::Vector2d> way;      ///< positions of the sensor, in order
   /// The point of the query that priors speak of, usually where the robot is now: they hold for it,
   /// whatever the odometry did before. None = priors speak of the origin
   /// of the query.
@@ -39,8 +37,7 @@ struct PlaceHypothesis {
   double expected = 0;     ///< score that a true pose would have on average [nats]
   double known_share = 0;  ///< share of the query that falls where the map knows anything
   PartScore standing;      ///< upright surfaces and obstacles; surface fields only
-  std::array<PartScore, 2> sides;  ///< left and right of the way; surface fields only
-  int matched = 0;                 ///< objects (or vertices) of the query that have a partner
+  int matched = 0;         ///< objects (or vertices) of the query that have a partner
   /// Vertex pairs; similarity is the chance that the query vertex has a partner. Object fields
   /// only.
   std::vector<Correspondence> pairs;

@@ -104,14 +104,14 @@ struct LookAlike {
 struct Statistics {
   double lead = 0;          ///< (s1 - s2) ln(s1 / s2) of the best two places, with noise [nats]
   double agreement = 1;     ///< share of the score that a true pose would have, in (0, 1]
+  double known = 1;         ///< share of the query that lies where the map was seen
+  double margin = 0;        ///< how much better the place fits than any other; see verify::fitOf
   bool registered = false;  ///< there was something to register
   bool settled = false;     ///< the registration found a pose near the place
   bool views = false;       ///< of views from above instead of points
   double dense = 0;         ///< how closely upright things lie on their like then, in [0, 1]
   double by_chance = 0;     ///< and how closely they would some metres off
-  double rival = 0;         ///< how much more than by chance at the next place, if that is close
-  std::optional<double>
-      shown;  ///< how far the query shows what stands in the map, over a close rival
+  std::optional<double> shown;  ///< how far the query shows what stands in the map
   std::optional<double>
       of_itself;  ///< how closely one half of the query lies on the other; only without `shown`
   std::optional<double> seen_through;  ///< how much of what stands in the map the query saw

@@ -58,16 +58,22 @@ struct DenseEvidence {
   std::optional<double> seen_through;
 };
 
-/// What speaks for and against the best place of one query, or of several together, by whatever
-/// method and field it was found.
-struct Evidence {
-  double score = 0;        ///< of the best place [nats]
-  double runner_up = 0;    ///< score of the best other place; what unseen area scores (0) if none
-  double third = 0;        ///< score of the place after that
+/// What speaks for one place by itself.
+struct PlaceEvidence {
+  double score = 0;        ///< [nats]
   double expected = 0;     ///< score that a true pose would have on average [nats]
   double known_share = 1;  ///< share of the query where the map knows anything
   PartEvidence standing;   ///< views: what stands upright
-  std::array<PartEvidence, 2> sides;  ///< views: left and right of the way; zero if there is no way
+  DenseEvidence dense;
+};
+
+/// What speaks for and against the best place of one query, or of several together, by whatever
+/// method and field it was found.
+struct Evidence : PlaceEvidence {
+  double runner_up = 0;  ///< score of the best other place; what unseen area scores (0) if none
+  double third = 0;      ///< score of the place after that
+  std::vector<PlaceEvidence> rivals;  ///< other places that were looked at closely
+  double passed_over = 0;             ///< score of the best place that was not
   int windows = 1;              ///< queries that share no frame, whose evidence is summed here
   double rival_distance_m = 0;  ///< from the best place to the runner-up; 0 = not known
   double travel_m = 0;          ///< of the query; 0 = it stood
@@ -76,10 +82,7 @@ struct Evidence {
   int kept = 0;               ///< correspondences that survive sample consensus at the best place
   int with_candidates = 0;    ///< vertices that had a candidate there
   double kept_by_chance = 0;  ///< how many of these would keep one at a wrong place
-  DenseEvidence dense;
-  /// At the runner-up, if that was asked.
-  std::optional<DenseEvidence> dense_at_runner_up;
-  double sigma_m = 0;  ///< as in Statistics
+  double sigma_m = 0;         ///< as in Statistics
 
   /// The runner-up scores so well that it must be asked whether points agree there as well.
   bool rivalIsClose() const { return runner_up > 0.5 * score; }
@@ -92,33 +95,38 @@ DenseEvidence denseEvidenceOf(const Statistics& statistics);
 /// What log odds of right against wrong are linear in, if every other query is from elsewhere.
 enum Term : std::size_t {
   kConstant,
+  kAgreement,  ///< share of the score of a true pose; its logarithm where nothing was registered
   kLead,       ///< logarithm of the lead
-  kAgreement,  ///< logarithm of the agreement
-  kPlaceTerms,
-  kFailed = kPlaceTerms,  ///< 1 if the registration did not settle
-  kViews,                 ///< 1 if views were registered, not points
-  kExcess,  ///< dense agreement over that by chance and that at a close rival, as a share of that
-            ///< of the query with itself where that was asked
-  kLeadThere,    ///< a lead says more where the points agree: what is in excess times its logarithm
+  kKnown,      ///< logarithm of the share of the query that lies where the map was seen: strangers
+               ///< fit best where they hang over its edge
+  kExcess,     ///< dense agreement over that by chance, as a share of that of the query with itself
+               ///< where that was asked; 0 if the registration did not settle
+  kViews,      ///< 1 if views were registered, not points
+  kShown,      ///< how far the query shows what stands in the map
   kSeenThrough,  ///< logarithm of how little of the map the query saw through
-  kRegisteredTerms,
-  kShown = kRegisteredTerms,  ///< how far the query shows what stands in the map
+  kMargin,       ///< how much better the place fits than any other
+  kMarginThere,  ///< which says more where the points agree: times what is in excess
   kTerms
 };
 
 /// The weights. The witnesses are not independent, so those that there are were fitted together:
-/// the place alone, with a registration, and with what the query shows of the map as well.
+/// the place alone, with a registration, and with what the query shows of the map as well. Terms
+/// that such evidence has not weigh 0.
 struct VerdictModel {
-  std::array<double, kPlaceTerms> alone{};
-  std::array<double, kRegisteredTerms> registered{};
-  std::array<double, kTerms> shown{};
+  std::array<double, kTerms> alone{}, registered{}, shown{};
 
-  /// Those for the evidence that there is; missing ones are 0.
-  std::array<double, kTerms> weightsFor(const Statistics& statistics) const;
+  /// Those for the evidence that there is.
+  const std::array<double, kTerms>& weightsFor(const Statistics& statistics) const;
 };
 
 /// 0 for evidence that there is not.
 std::array<double, kTerms> termsOf(const Statistics& statistics);
+
+/// How well a place fits after a close look, to tell the places of one query apart [nats]: how
+/// closely its points lie on their like, however closely, what the query shows there of the map,
+/// and how little of it was seen through. To a stranger a copy of the map is as good as the map; of
+/// two places the one that fits to the centimetre is it. `best`: what was asked there is compared.
+double fitOf(const PlaceEvidence& place, const DenseEvidence& best);
 
 /// The model that the program comes with, config/verdict.txt.
 const VerdictModel& defaultVerdictModel();
@@ -149,11 +157,11 @@ struct Verdict {
 
 /// One formula and one scale for views, bare graphs, walks and sequences.
 ///
-/// The place witness grows with the logarithm of the lead (s1 - s2) ln(s1 / s2): 60 nats before the
-/// next place are much over 30 and little over 600. It counts by the agreement, the share of a true
-/// pose's score that the place has, the smallest of all, of what stands upright, and of either side
-/// of the way. The dense witness is what the registration adds to it. Correspondences add nothing
-/// to both (measured) and are reported only.
+/// Without a registration the place must stand out by its score: the odds grow with the logarithm of
+/// the lead (s1 - s2) ln(s1 / s2), as 60 nats before the next place are much over 30 and little over
+/// 600. With one it must stand out by how it fits after close looks at the best few places (fitOf),
+/// fit closely by itself, have the score that a true pose would have, and lie where the map was
+/// seen. Correspondences add nothing to these (measured) and are reported only.
 ///
 /// All that tells how well a query fits says nothing against a copy of its place, of which only the
 /// map can tell how usual it is: the share of its own stretches that find as good a place elsewhere
@@ -162,11 +170,6 @@ struct Verdict {
 Verdict judge(const Evidence& evidence, const VerdictOptions& options,
               const VerdictModel& model = defaultVerdictModel(),
               const std::vector<LookAlike>& look_alikes = {});
-
-/// Log odds that tell places of one query apart: those of the verdict, but what agrees better
-/// counts however well it agrees. To a stranger a copy of the map is as good as the map; of two
-/// places the one that fits to the centimetre is it.
-double oddsAmongPlaces(const Evidence& evidence, const VerdictModel& model = defaultVerdictModel());
 
 /// Of the position of a pose in the plane, where it is known least [m].
 double horizontalSigma(const Matrix6d& covariance);
