@@ -34,7 +34,7 @@ class PlaceSearch final : public Baseline {
       : field_(search::makeObjectField(map, labels, {})) {}
   std::optional<Eigen::Isometry3d> localize(const SemanticGraph& query) const override {
     const search::SearchResult result =
-        search::search(*field_->prepare({nullptr, &query, {}, {}}), {}, {}, 1);
+        search::search(*field_->prepare({nullptr, &query, {}}), {}, {}, 1);
     if (result.places.empty()) return std::nullopt;
     return result.places[0].T_map_query;
   }

@@ -285,8 +285,7 @@ CloserLooks Localizer::Index::lookCloser(const Query& query, const Candidates& f
     // What a query does not show may be what its shapes do not tell.
     if (shown && shapes_only) shown = std::max(0.0, *shown);
     // From one place a query cannot show what stands behind what it shows, but its rays tell.
-    const bool shows_little =
-        !shown || (*shown < kShownByStranger && from_one_place);
+    const bool shows_little = !shown || (*shown < kShownByStranger && from_one_place);
     if ((shows_little || is_exact) && look.dense.settled)
       look.dense.seen_through = refinement.seenThrough(levelled, look.T_map_query);
     if (shown && !(shows_little && look.dense.seen_through)) {
@@ -312,7 +311,8 @@ void Localizer::Index::refuteFromOutside(const search::FieldQuery& in_field,
   const search::SearchResult anywhere =
       search::search(in_field, {}, options.places, options.threads);
   if (!anywhere.places.empty()) {
-    verify::Evidence outside{evidenceOf(anywhere.places[0])};
+    verify::Evidence outside;
+    static_cast<verify::PlaceEvidence&>(outside) = evidenceOf(anywhere.places[0]);
     outside.runner_up = inside.score;
     if (outside.score > inside.score && judged(outside).status == Status::accepted)
       refuse(fmt::format("a place outside of the prior is {:.0f} nats better than the best one "
@@ -403,11 +403,13 @@ verify::Evidence evidenceOf(const Candidates& found, const CloserLooks& looks) {
     return place;
   };
   const auto scoreOf = [&](std::size_t i) { return i < places.size() ? places[i].score() : 0.0; };
-  static_cast<verify::PlaceEvidence&>(e) = looks.places.empty() ? evidenceOf(places[0]) : lookedAt(0);
+  static_cast<verify::PlaceEvidence&>(e) =
+      looks.places.empty() ? evidenceOf(places[0]) : lookedAt(0);
   e.runner_up = std::max(found.rival_score, scoreOf(1));
   e.third = std::max(std::min(found.rival_score, scoreOf(1)), scoreOf(2));
   for (std::size_t i = 1; i < looks.places.size(); ++i) e.rivals.push_back(lookedAt(i));
-  e.passed_over = std::max(found.rival_score, scoreOf(std::max<std::size_t>(1, looks.places.size())));
+  e.passed_over =
+      std::max(found.rival_score, scoreOf(std::max<std::size_t>(1, looks.places.size())));
   if (!looks.places.empty() && looks.places[0].dense.settled)
     e.sigma_m = verify::horizontalSigma(looks.places[0].covariance);
   if (places.size() > 1 && scoreOf(1) >= found.rival_score) {

@@ -225,7 +225,8 @@ struct Sequence::State {
 
   verify::Evidence evidenceOfSum(const Query& query, const SequenceAnswer& answer,
                                  const Localization& at_best) const {
-    verify::Evidence e{tracks.front().sum};
+    verify::Evidence e;
+    static_cast<verify::PlaceEvidence&>(e) = tracks.front().sum;
     e.runner_up = e.passed_over = answer.runner_up;
     e.third = tracks.size() > 2 ? std::max(0.0, tracks[2].sum.score) : 0;
     if (tracks.size() > 1) {

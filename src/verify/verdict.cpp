@@ -15,9 +15,9 @@ namespace {
 constexpr double kNoise_nats = 2;
 /// Added to scores of parts, of which a small one says little [nats].
 constexpr double kPartPrior_nats = 15;
-constexpr double kLeast = 0.02;  ///< shares of less are all the same
-constexpr double kLikeTrue = 0.8;         ///< agreement of a usual true place
-constexpr double kLeastLead = 0.3;        ///< of which a factor counts; as the model was fitted
+constexpr double kLeast = 0.02;     ///< shares of less are all the same
+constexpr double kLikeTrue = 0.8;   ///< agreement of a usual true place
+constexpr double kLeastLead = 0.3;  ///< of which a factor counts; as the model was fitted
 /// Agreement over chance at about even odds: as measured where the query tells what it shows of the
 /// map, else as a share of that of the query with itself. A wrong place of rooms that are alike has
 /// half of it, the right one three quarters.
@@ -27,7 +27,7 @@ constexpr double kUsualOfItself = 0.6;  ///< where it could not be measured
 /// little was seen through, and their scores; and what a place fits that nobody looked at closely.
 constexpr double kFitPerExcess = 14, kFitPerShown = 7, kFitPerSeenThrough = 2, kFitPerLogScore = 2,
                  kFitUnsettled = -4, kFitPassedOver = -6;
-constexpr double kLeastMargin = -3, kMostMargin = 12;
+constexpr double kLeastMargin = -3, kMostMargin = 12, kClearMargin = 1;
 /// Chance that a vertex keeps a correspondence at the true place (search, detection of objects).
 constexpr double kKeptIfTrue = 0.62;
 /// More than this many times its length is not asked of a query.
@@ -78,36 +78,32 @@ double seenLittle(double seen_through, double even = kEvenSeen) {
   return -std::log((seen_through + kNoise) / even);
 }
 
-/// How much better the place fits than any other.
+/// How much better the place fits than any other. One that scores about as well and that nobody
+/// looked at closely may fit as well.
 double marginOf(const Evidence& e) {
-  double next = kFitPassedOver + kFitPerLogScore * std::log(std::max(1.0, e.passed_over));
+  constexpr double kAboutAsWell = 0.75;
+  const double fit = fitOf(e, e.dense);
+  const double passed_over = kFitPerLogScore * std::log(std::max(1.0, e.passed_over));
+  double next = kFitPassedOver + passed_over;
+  if (e.passed_over >= kAboutAsWell * e.score)
+    next = std::max(next, fit + passed_over - kFitPerLogScore * std::log(std::max(1.0, e.score)));
   for (const PlaceEvidence& rival : e.rivals) next = std::max(next, fitOf(rival, e.dense));
-  return std::clamp(fitOf(e, e.dense) - next, kLeastMargin, kMostMargin);
+  return std::clamp(fit - next, kLeastMargin, kMostMargin);
 }
 
-/// Without a registration a place must stand out by its score.
-bool standsOut(const Statistics& s) { return s.registered ? s.margin > 0 : s.lead > 0; }
-
-/// The part of the odds that the terms [first, last) make.
-double oddsOf(const Statistics& s, const VerdictModel& model, std::size_t first,
-              std::size_t last = kTerms) {
+double oddsOf(const Statistics& s, const VerdictModel& model) {
   const auto terms = termsOf(s), weights = model.weightsFor(s);
-  return std::inner_product(terms.begin() + first, terms.begin() + last, weights.begin() + first,
-                            0.0);
+  return std::inner_product(terms.begin(), terms.end(), weights.begin(), 0.0);
 }
 
 double oddsOfTerm(const Statistics& s, const VerdictModel& model, Term term) {
-  return oddsOf(s, model, term, term + 1);
+  return termsOf(s)[term] * model.weightsFor(s)[term];
 }
 
 /// Of the place by itself, as if nothing had been registered.
 double placeOdds(Statistics s, const VerdictModel& model) {
   s.registered = false;
-  return oddsOf(s, model, 0);
-}
-
-double denseOdds(const Statistics& s, const VerdictModel& model) {
-  return oddsOf(s, model, 0) - placeOdds(s, model);
+  return oddsOf(s, model);
 }
 
 /// How far the query shows the map at the best place, less what it shows of it at the others, as
@@ -148,7 +144,8 @@ double chanceToBeNear(const Statistics& s) {
 }
 
 double confidenceOf(double odds, const Statistics& s) {
-  return chanceToBeNear(s) / (1 + std::exp(-odds) + s.look_alike);
+  const double confidence = chanceToBeNear(s) / (1 + std::exp(-odds) + oddsAgainst(s));
+  return s.registered || s.lead > 0 ? confidence : std::min(confidence, 0.5);  // one of two at best
 }
 
 /// The words of a verdict.
@@ -172,7 +169,7 @@ class Reason {
     return fmt::format("two places fit about equally well{}{}", apart, whatWouldHelp());
   }
   std::string ofRejected() const {
-    const double odds = oddsOf(s_, model_, 0);
+    const double odds = oddsOf(s_, model_);
     if (odds >= odds_needed_ && chanceToBeNear(s_) < 1 - s_.look_alike)
       return "the place fits, but the position there is open by metres" + whatWouldHelp();
     if (odds >= odds_needed_)
@@ -189,13 +186,14 @@ class Reason {
     if (oddsOfTerm(s_, model_, kSeenThrough) < -1)
       return "the best place does not hold: the query saw through what stands there in the map" +
              whatWouldHelp();
-    if (denseOdds(s_, model_) < -1)
+    if (s_.settled && termsOf(s_)[kExcess] < 0)
       return fmt::format(
                  "the best place does not hold: only {:.0f} % of what stands upright lies "
                  "on its like there ({:.0f} % by chance)",
                  100 * s_.dense, 100 * s_.by_chance) +
              whatWouldHelp();
-    if (!standsOut(s_)) return "no place stands out: another one fits as well" + whatWouldHelp();
+    if (s_.registered ? s_.margin < kClearMargin : s_.lead <= 0)
+      return "no place stands out: another one fits as well" + whatWouldHelp();
     if (oddsOfTerm(s_, model_, kKnown) < -2)
       return fmt::format(
                  "the best place does not hold: only {:.0f} % of the query lies where the map was "
@@ -219,7 +217,7 @@ class Reason {
   /// Leads grow with the length of a query.
   std::string whatWouldHelp() const {
     if (e_.travel_m <= 0 || s_.lead <= 0) return "";
-    const double missing = odds_needed_ - oddsOf(s_, model_, 0);
+    const double missing = odds_needed_ - oddsOf(s_, model_);
     const double times = std::exp(missing / std::max(0.1, model_.alone[kLead])) - 1;
     if (!(times > 0) || times > kLongest) return "";
     return fmt::format("; about {:.0f} m more would tell", std::max(1.0, times * e_.travel_m));
@@ -242,7 +240,7 @@ bool oneOfSeveral(Evidence e, const Statistics& judged, const VerdictOptions& o,
   e.rivals.clear();
   Statistics s = statisticsOf(e);
   s.look_alike = judged.look_alike;
-  return confidenceOf(oddsOf(s, model, 0), s) >= o.min_confidence;
+  return confidenceOf(oddsOf(s, model), s) >= o.min_confidence;
 }
 
 }  // namespace
@@ -253,8 +251,8 @@ double fitOf(const PlaceEvidence& place, const DenseEvidence& best) {
   if (best.shown) fit += kFitPerShown * dense.shown.value_or(0);
   if (!dense.settled) return fit + kFitUnsettled;
   if (dense.seen_through) fit += kFitPerSeenThrough * seenLittle(*dense.seen_through);
-  return fit + kFitPerExcess * excessOf(dense.agreement - dense.by_chance, best.shown,
-                                        best.of_itself);
+  return fit +
+         kFitPerExcess * excessOf(dense.agreement - dense.by_chance, best.shown, best.of_itself);
 }
 
 Statistics statisticsOf(const Evidence& e) {
@@ -294,6 +292,12 @@ const std::array<double, kTerms>& VerdictModel::weightsFor(const Statistics& s) 
   return s.shown ? shown : registered;
 }
 
+double oddsAgainst(const Statistics& s) {
+  // As often as that the next place was the right one (offices, halls and towns).
+  constexpr double kPerMargin = 1.5;
+  return s.look_alike + (s.registered ? std::exp(-kPerMargin * s.margin) : 0);
+}
+
 std::array<double, kTerms> termsOf(const Statistics& s) {
   std::array<double, kTerms> terms{};
   terms[kConstant] = 1;
@@ -312,7 +316,8 @@ std::array<double, kTerms> termsOf(const Statistics& s) {
     terms[kAgreement] = s.agreement;
     terms[kViews] = s.settled && s.views;
     terms[kShown] = *s.shown;
-    if (saw) terms[kSeenThrough] = std::min(kMostOfExact, seenLittle(*s.seen_through, kEvenOfExact));
+    if (saw)
+      terms[kSeenThrough] = std::min(kMostOfExact, seenLittle(*s.seen_through, kEvenOfExact));
   } else {
     terms[kMarginThere] = std::max(0.0, terms[kExcess]) * std::max(0.0, s.margin);
     if (saw) terms[kSeenThrough] = seenLittle(*s.seen_through);
@@ -331,10 +336,9 @@ Verdict judge(const Evidence& e, const VerdictOptions& o, const VerdictModel& mo
   s.look_alike = shareOfLookAlikes(s, look_alikes) * copyLeft(e);
   verdict.statistics = s;
   verdict.witnesses.place = placeOdds(s, model);
-  verdict.witnesses.dense = denseOdds(s, model);
+  verdict.witnesses.dense = oddsOf(s, model) - verdict.witnesses.place;
   verdict.witnesses.correspondences = correspondenceOdds(e);
-  verdict.confidence = confidenceOf(oddsOf(s, model, 0), s);
-  if (!standsOut(s)) verdict.confidence = std::min(verdict.confidence, 0.5);  // one of two at best
+  verdict.confidence = confidenceOf(oddsOf(s, model), s);
   if (e.known_share < o.min_known_share) {
     verdict.confidence *= 0.5 * e.known_share / o.min_known_share;
     verdict.reason =

@@ -35,7 +35,8 @@ void forWeights(Model& model, const Visit& visit) {
   all("alone.", model.alone, {kConstant, kAgreement, kLead});
   all("registered.", model.registered,
       {kConstant, kKnown, kExcess, kSeenThrough, kMargin, kMarginThere});
-  all("shown.", model.shown, {kConstant, kAgreement, kKnown, kExcess, kViews, kShown, kSeenThrough, kMargin});
+  all("shown.", model.shown,
+      {kConstant, kAgreement, kKnown, kExcess, kViews, kShown, kSeenThrough, kMargin});
 }
 
 VerdictModel parse(const std::string& text, const std::string& path) {
@@ -142,7 +143,7 @@ VerdictModel fitVerdictModel(const std::vector<JudgedStatistics>& answers) {
       if (!known) continue;
       terms.push_back(termsOf(*known));
       right.push_back(a.right);
-      against.push_back(a.statistics.look_alike);
+      against.push_back(oddsAgainst(*known));
     }
     if (right.empty() && !answers.empty()) return;  // nothing new is known of such answers
     Eigen::MatrixXd rows(terms.size(), weights.size());

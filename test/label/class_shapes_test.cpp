@@ -92,10 +92,10 @@ TEST(ClassShapes, WhatIsTooSmallOrAbsentStaysAnObject) {
 
 TEST(ClassShapes, WithoutGroundNothingIsJudged) {
   LabelledCloud posts;
-  for (const auto& point : Street(0).cloud) {
+  for (const auto& point : Street(0).cloud.points) {
     if (point.label == kPost) posts.points.push_back(point);
   }
-  EXPECT_EQ(rolesByShape(kUnnamed, posts.points), kUnnamed);
+  EXPECT_EQ(rolesByShape(kUnnamed, posts), kUnnamed);
   EXPECT_EQ(rolesByShape(kUnnamed, {}), kUnnamed);
 }
 

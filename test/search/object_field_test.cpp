@@ -96,12 +96,11 @@ class Index {
 
   SearchResult search(const SemanticGraph& query, const PlacePrior& prior = {},
                       const std::optional<Eigen::Vector3d>& focus = {}, int threads = 1) const {
-    return search::search(*field_->prepare({nullptr, &query, {}, focus}), {prior}, options_,
-                          threads);
+    return search::search(*field_->prepare({nullptr, &query, focus}), {prior}, options_, threads);
   }
   PlaceHypothesis best(const SemanticGraph& query) const { return search(query).places.at(0); }
   PlaceHypothesis verify(const SemanticGraph& query, const Eigen::Isometry3d& T_map_query) const {
-    return field_->prepare({nullptr, &query, {}, {}})->verify(T_map_query);
+    return field_->prepare({nullptr, &query, {}})->verify(T_map_query);
   }
   std::size_t size() const { return field_->size(); }
 

@@ -35,8 +35,7 @@ class Index {
   std::vector<PlaceHypothesis> search(const PlanView& query, const PlacePrior& prior = {},
                                       int threads = 1) const {
     const Eigen::Vector3d centre = prepare(query)->centre();
-    return search::search(*field_->prepare({&query, nullptr, centre}), {prior}, options_,
-                          threads)
+    return search::search(*field_->prepare({&query, nullptr, centre}), {prior}, options_, threads)
         .places;
   }
   bool empty() const { return field_->empty(); }

@@ -127,7 +127,7 @@ TEST(Verdict, ConfidenceNeverFallsWithBetterEvidence) {
     for (const auto& improve : improvements) {
       Evidence better = worse;
       improve(better);
-      EXPECT_GE(judged(better).confidence, judged(worse).confidence);
+      EXPECT_GE(judged(better).confidence, judged(worse).confidence - 1e-12);
       grown += judged(better).confidence > judged(worse).confidence;
     }
   }
@@ -219,6 +219,37 @@ TEST(Verdict, PointsDecideBetweenPlacesThatScoreAlike) {
   e.rivals[0].dense.agreement = 0.1;
   e.dense.by_chance = 0.35;
   EXPECT_NE(judged(e).status, Status::accepted) << "in a room full of chairs chairs meet chairs";
+}
+
+/// Aisles look alike from above, not to the centimetre.
+TEST(Verdict, APlaceThatItsPointsStandOutByNeedNotScoreBest) {
+  Evidence e = goodView();
+  e.score = 200;
+  e.expected = 210;
+  e.runner_up = 230;
+  e.rivals.emplace_back();
+  e.rivals[0].score = 230;
+  e.dense = {DenseEvidence::Of::points, true, 0.6, 0.1, {}, 0.7, 0.01};
+  e.rivals[0].dense = {DenseEvidence::Of::points, true, 0.35, 0.1, {}, 0.7, 0.2};
+  EXPECT_EQ(judged(e).status, Status::accepted) << judged(e).reason;
+  EXPECT_NE(judged(e).reason.find("looks like it from above"), std::string::npos)
+      << judged(e).reason;
+  e.rivals[0].dense = e.dense;
+  EXPECT_LE(judged(e).confidence, 0.5) << "one of two at best";
+  e.rivals.clear();
+  e.passed_over = 230;
+  EXPECT_LE(judged(e).confidence, 0.5) << "nobody looked at it: it may fit as well";
+}
+
+TEST(Verdict, StrangersHangOverTheEdgeOfTheMap) {
+  Evidence e = goodView();
+  e.score = 190;
+  e.expected = 290;
+  e.standing = {60, 120};
+  e.dense = {DenseEvidence::Of::points, true, 0.25, 0.03, 0.4, {}, {}};
+  const double inside = judged(e).confidence;
+  e.known_share = 0.4;
+  EXPECT_LT(1 - inside, 0.3 * (1 - judged(e).confidence));
 }
 
 TEST(Verdict, SaysHowMuchMoreWouldTell) {

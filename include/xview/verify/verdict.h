@@ -122,6 +122,10 @@ struct VerdictModel {
 /// 0 for evidence that there is not.
 std::array<double, kTerms> termsOf(const Statistics& statistics);
 
+/// Odds against a place that other places make: copies of it beyond the map, as far as the map has
+/// such (Statistics::look_alike), and the next place in it, as far as that fits as well.
+double oddsAgainst(const Statistics& statistics);
+
 /// How well a place fits after a close look, to tell the places of one query apart [nats]: how
 /// closely its points lie on their like, however closely, what the query shows there of the map,
 /// and how little of it was seen through. To a stranger a copy of the map is as good as the map; of
@@ -157,11 +161,11 @@ struct Verdict {
 
 /// One formula and one scale for views, bare graphs, walks and sequences.
 ///
-/// Without a registration the place must stand out by its score: the odds grow with the logarithm of
-/// the lead (s1 - s2) ln(s1 / s2), as 60 nats before the next place are much over 30 and little over
-/// 600. With one it must stand out by how it fits after close looks at the best few places (fitOf),
-/// fit closely by itself, have the score that a true pose would have, and lie where the map was
-/// seen. Correspondences add nothing to these (measured) and are reported only.
+/// Without a registration the place must stand out by its score: the odds grow with the logarithm
+/// of the lead (s1 - s2) ln(s1 / s2), as 60 nats before the next place are much over 30 and little
+/// over 600. With one it must stand out by how it fits after close looks at the best few places
+/// (fitOf), fit closely by itself, have the score that a true pose would have, and lie where the
+/// map was seen. Correspondences add nothing to these (measured) and are reported only.
 ///
 /// All that tells how well a query fits says nothing against a copy of its place, of which only the
 /// map can tell how usual it is: the share of its own stretches that find as good a place elsewhere
