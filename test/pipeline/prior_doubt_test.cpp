@@ -33,8 +33,8 @@ Localization localizeNear(const char* circle, double x, const std::string& verdi
 }
 
 TEST(Prior, IsRefutedByAFarBetterPlaceElsewhere) {
-  EXPECT_FALSE(localizeNear("-7,200,15", -7).accepted());
-  const Localization fix = localizeNear("-7,200,15", -7, credulousModel());
+  EXPECT_FALSE(localizeNear("-7,200,6", -7).accepted());
+  const Localization fix = localizeNear("-7,200,6", -7, credulousModel());
   EXPECT_FALSE(fix.accepted());
   EXPECT_EQ(fix.reason.rfind("a place outside of the prior is", 0), 0u) << fix.reason;
 }
