@@ -78,17 +78,20 @@ double seenLittle(double seen_through, double even = kEvenSeen) {
   return -std::log((seen_through + kNoise) / even);
 }
 
+/// The part of a fit that is the score of the place.
+double fitOfScore(double score) { return kFitPerLogScore * std::log(std::max(1.0, score)); }
+
 /// How much better the place fits than any other. One that scores about as well and that nobody
-/// looked at closely may fit as well.
+/// looked at closely may fit as well but for its score.
 double marginOf(const Evidence& e) {
   constexpr double kAboutAsWell = 0.75;
-  const double fit = fitOf(e, e.dense);
-  const double passed_over = kFitPerLogScore * std::log(std::max(1.0, e.passed_over));
-  double next = kFitPassedOver + passed_over;
+  const double fit = fitOf(e, e.dense), passed_over = fitOfScore(e.passed_over);
+  double margin = fit - (kFitPassedOver + passed_over);
   if (e.passed_over >= kAboutAsWell * e.score)
-    next = std::max(next, fit + passed_over - kFitPerLogScore * std::log(std::max(1.0, e.score)));
-  for (const PlaceEvidence& rival : e.rivals) next = std::max(next, fitOf(rival, e.dense));
-  return std::clamp(fit - next, kLeastMargin, kMostMargin);
+    margin = std::min(margin, fitOfScore(e.score) - passed_over);
+  for (const PlaceEvidence& rival : e.rivals)
+    margin = std::min(margin, fit - fitOf(rival, e.dense));
+  return std::clamp(margin, kLeastMargin, kMostMargin);
 }
 
 double oddsOf(const Statistics& s, const VerdictModel& model) {
@@ -247,7 +250,7 @@ bool oneOfSeveral(Evidence e, const Statistics& judged, const VerdictOptions& o,
 
 double fitOf(const PlaceEvidence& place, const DenseEvidence& best) {
   const DenseEvidence& dense = place.dense;
-  double fit = kFitPerLogScore * std::log(std::max(1.0, place.score));
+  double fit = fitOfScore(place.score);
   if (best.shown) fit += kFitPerShown * dense.shown.value_or(0);
   if (!dense.settled) return fit + kFitUnsettled;
   if (dense.seen_through) fit += kFitPerSeenThrough * seenLittle(*dense.seen_through);

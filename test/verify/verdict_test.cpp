@@ -127,7 +127,7 @@ TEST(Verdict, ConfidenceNeverFallsWithBetterEvidence) {
     for (const auto& improve : improvements) {
       Evidence better = worse;
       improve(better);
-      EXPECT_GE(judged(better).confidence, judged(worse).confidence - 1e-12);
+      EXPECT_GE(judged(better).confidence, judged(worse).confidence);
       grown += judged(better).confidence > judged(worse).confidence;
     }
   }
