@@ -334,8 +334,26 @@ def table_text(rows):
 
 
 def table_markdown(rows):
-    rows = [[cell.replace("|", "/") for cell in row] for row in rows]
     return "\n".join("| " + " | ".join(row) + " |" for row in [rows[0], ["---"] * len(rows[0]), *rows[1:]]) + "\n"
+
+
+def by_world(lines):
+    """The table in short: a line for all sessions of a world and a length of window."""
+    table = [["world", "window", "queries"] + [f"within {limit} m" for limit in LIMITS_M] +
+             ["accepted", "wrong", "strangers accepted", "NEES / 6", "CPU s per query"]]
+    for world, window in dict.fromkeys((line["world"], line["window"]) for line in lines):
+        here = [line for line in lines if (line["world"], line["window"]) == (world, window)]
+        strangers = [line for line in here if line["strangers"] != ""]
+        own = [line for line in here if line["strangers"] == ""]
+        sums, refused = totals(own), sum(line["n"] for line in strangers)
+        judged = [(line["accepted"] - line["wrong"], line["nees6"]) for line in own if line["nees6"] != ""]
+        nees = sum(count * value for count, value in judged) / max(1, sum(count for count, _ in judged))
+        cpu_s = sum(line["cpu_s"] or 0 for line in here) / max(1, sum(line["n"] for line in here))
+        table.append([world, window, str(sum(line["n"] for line in own))] +
+                     [str(sums[column]) if own else "" for column in [*RIGHT, "accepted", "wrong"]] +
+                     [f"{totals(strangers)['strangers']} of {refused}" if strangers else "",
+                      f"{nees:.2f}" if judged else "", f"{cpu_s:.2f}"])
+    return table
 
 
 # ---- The check ----
@@ -401,7 +419,7 @@ def arguments_of():
     add("--program", type=Path, metavar="PATH", default=root / "build/xview", help="default: that of build/")
     add("--baseline", type=Path, metavar="FILE", default=root / "bench/regress_baseline.csv", help="stored table")
     add("--save", type=Path, metavar="FILE", help="store the table as CSV")
-    add("--markdown", type=Path, metavar="FILE", help="store the table as Markdown")
+    add("--markdown", type=Path, metavar="FILE", help="store the sums over sessions as Markdown")
     add("--only", default="", metavar="REGEX", help="rows whose 'world session window' matches")
     add("--jobs", type=int, default=2, metavar="N", help="runs at a time, of one thread each; default 2")
     add("--with", dest="extra", default="", metavar="FLAGS", help="further flags of localize: --with '--method search'")
@@ -434,7 +452,7 @@ def main():
     if arguments.save:
         save_table(arguments.save, lines)
     if arguments.markdown:
-        arguments.markdown.write_text(table_markdown(table))
+        arguments.markdown.write_text(table_markdown(by_world(lines)))
     sys.exit(is_worse)
 
 

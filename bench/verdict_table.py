@@ -3,7 +3,7 @@
 """Answers of localize in many simulated worlds, one line each, with their evidence and whether they are right.
 
 Worlds of five styles with labels of several qualities, from as many seeds as are asked for, are mapped. Windows of
-several lengths of their other sessions, of a place elsewhere and of the next seed's world are localized. The table
+several lengths of their other sessions, of a place elsewhere and of the next seeds' worlds are localized. The table
 shows how far the confidence can be trusted, a summary of it is printed, and `xview learn --verdict` can be fed with
 the answers themselves (--answers). Styles of OTHER_STYLES are worlds of another make, by bench/other_worlds, which
 shares no code with the program; their labels have one quality. Worlds and runs are kept in --work, so that a check
@@ -83,13 +83,13 @@ def windows(folder, metres, count):
 def jobs_of(world, folders, arguments):
     """Runs of one world: session, length, queries, truth or None, name of the map's session."""
     lengths = LENGTHS_M.get(world.style, LENGTHS_OUTDOORS_M)
-    other = folders.get(world._replace(seed=arguments.seeds[(arguments.seeds.index(world.seed) + 1)
-                                                            % len(arguments.seeds)]))
+    at = arguments.seeds.index(world.seed)
+    next_seeds = (arguments.seeds[at + 1:] + arguments.seeds[:at])[:arguments.others]
     candidates = [(session, folders[world] / session, session != "elsewhere", "forward") for session in SESSIONS]
     candidates += [(session, folders[world] / session, session != "lidar_elsewhere", "lidar")
                    for session in ("lidar_reverse", "lidar_elsewhere")]
-    if other and other != folders[world]:
-        candidates += [(f"other {session}", other / session, False, mapped) for session, mapped in OF_OTHER_WORLD]
+    candidates += [(f"{seed} {session}", folders[world._replace(seed=seed)] / session, False, mapped)
+                   for seed in next_seeds for session, mapped in OF_OTHER_WORLD]
     for turn, (session, folder, in_map, mapped) in enumerate(candidates):
         if not folder.is_dir() or not (folders[world] / mapped).is_dir():
             continue
@@ -262,6 +262,7 @@ def main():
     add("--seeds", type=int, nargs="+", default=list(range(1, 11)), help="default: 1 to 10")
     add("--styles", nargs="+", default=STYLES, choices=STYLES + OTHER_STYLES)
     add("--qualities", type=float, nargs="+", default=QUALITIES)
+    add("--others", type=int, default=1, help="other seeds whose sessions are strangers to a world; default 1")
     add("--windows", type=int, default=6, help="of each length and session; default 6")
     add("--jobs", type=int, default=2, help="worlds at a time, of one thread each; default 2")
     add("--picture", type=Path, metavar="FILE.svg", help="draw whether answers are right as often as they say")

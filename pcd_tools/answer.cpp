@@ -53,24 +53,29 @@ Json hypothesesOf(const Localization& fix) {
   return list;
 }
 
-/// visit(name, value, every_file) for what a verdict was made of, in the order of the file;
-/// `every_file`: no answer with statistics was ever written without it.
+enum class Written {
+  always,  ///< no answer with statistics was ever written without it
+  now,     ///< older programs did not
+  if_asked
+};
+
+/// visit(name, value, written) for what a verdict was made of, in the order of the file.
 template <class Values, class Visit>
 void forEachStatistic(Values& s, Visit&& visit) {
-  visit("lead", s.lead, true);
-  visit("agreement", s.agreement, true);
-  visit("registered", s.registered, true);
-  visit("settled", s.settled, true);
-  visit("views", s.views, true);
-  visit("dense", s.dense, true);
-  visit("by_chance", s.by_chance, true);
-  visit("known", s.known, false);
-  visit("margin", s.margin, false);
-  visit("look_alike", s.look_alike, false);
-  visit("sigma_m", s.sigma_m, false);
-  visit("shown", s.shown, false);
-  visit("of_itself", s.of_itself, false);
-  visit("seen_through", s.seen_through, false);
+  visit("lead", s.lead, Written::always);
+  visit("agreement", s.agreement, Written::always);
+  visit("registered", s.registered, Written::always);
+  visit("settled", s.settled, Written::always);
+  visit("views", s.views, Written::always);
+  visit("dense", s.dense, Written::always);
+  visit("by_chance", s.by_chance, Written::always);
+  visit("known", s.known, Written::now);
+  visit("margin", s.margin, Written::now);
+  visit("look_alike", s.look_alike, Written::now);
+  visit("sigma_m", s.sigma_m, Written::now);
+  visit("shown", s.shown, Written::if_asked);
+  visit("of_itself", s.of_itself, Written::if_asked);
+  visit("seen_through", s.seen_through, Written::if_asked);
 }
 
 template <class Value>
@@ -203,8 +208,11 @@ Answer answerFrom(const std::string& line) {
                                  : answer.fix.T_map_sensor;  // as if its odometry began there
   }
   if (const auto s = json.find("statistics"); s != json.end()) {
-    forEachStatistic(answer.fix.statistics, [&](const char* name, auto& value, bool every_file) {
-      if (every_file || s->contains(name)) read(*s, name, value);
+    answer.whole_statistics = true;
+    forEachStatistic(answer.fix.statistics, [&](const char* name, auto& value, Written written) {
+      const bool is_there = s->contains(name);
+      if (written == Written::always || is_there) read(*s, name, value);
+      if (written == Written::now) answer.whole_statistics &= is_there;
     });
   }
   const auto covariance = json.find("covariance");
@@ -237,7 +245,7 @@ std::string toJson(const Answer& answer) {
   json["witnesses"] = {{"place", fix.witnesses.place},
                        {"correspondences", fix.witnesses.correspondences},
                        {"dense", fix.witnesses.dense}};
-  forEachStatistic(fix.statistics, [&](const char* name, const auto& value, bool /*every_file*/) {
+  forEachStatistic(fix.statistics, [&](const char* name, const auto& value, Written /*written*/) {
     write(json["statistics"], name, value);
   });
   json["size"] = answer.size;

@@ -28,6 +28,7 @@ struct Answer {
   std::string error;  ///< why the query could not be read; then there is no fix
   std::string size;   ///< of the place, see types/semantic_place.h
   Localization fix;
+  bool whole_statistics = false;  ///< read from a file that has all those of today
   std::optional<SequenceAnswer> sequence;  ///< with --sequence
   std::optional<TrackAnswer> track;        ///< with --track
 };

@@ -92,6 +92,10 @@ class LearnCommand final : public Command {
     for (std::size_t i = 0; i + 1 < job.operands.size(); ++i) {
       for (const Answer& answer : readAnswers(job.operands[i])) {
         if (answer.fix.hypotheses.empty()) continue;
+        if (!answer.whole_statistics)
+          throw Error(job.operands[i],
+                      "its answers lack some of what a verdict is made of, as those of older "
+                      "programs do; localize again");
         const double error_m = truths.errorOf(answer);
         if (error_m > right_m_ && error_m <= wrong_m_) continue;
         judged.push_back({answer.fix.statistics, error_m <= right_m_});

@@ -10,6 +10,7 @@
 
 #include "label/ground_field.h"
 #include "xview/types/cells.h"
+#include "xview/types/median.h"
 
 namespace xview::label {
 namespace {
@@ -62,6 +63,7 @@ struct PointSums {
 /// How the points around a place are spread: the eigenvalues of their covariance.
 struct Spread {
   float linear = 0, planar = 0;  ///< shares of the largest deviation that only one, or two, have
+  float thickness_m2 = 0;        ///< the least variance
   float normal_z = 0;            ///< of the direction with the least spread, absolute
   float axis_z = 0;              ///< of the direction with the greatest spread, absolute
 };
@@ -76,14 +78,14 @@ Spread spreadOf(const PointSums& sums) {
   axes.computeDirect(covariance.cast<float>());
   const Eigen::Vector3f l = axes.eigenvalues().cwiseMax(0);
   const float largest = l[2] + 1e-9F;
-  return {(l[2] - l[1]) / largest, (l[1] - l[0]) / largest, std::abs(axes.eigenvectors()(2, 0)),
-          std::abs(axes.eigenvectors()(2, 2))};
+  return {(l[2] - l[1]) / largest, (l[1] - l[0]) / largest, l[0],
+          std::abs(axes.eigenvectors()(2, 0)), std::abs(axes.eigenvectors()(2, 2))};
 }
 
 /// Points in voxels of several sides, each twice the one before.
 class ShapeVoxels {
  public:
-  static constexpr int kLevels = 3;
+  static constexpr int kLevels = 5;
 
   explicit ShapeVoxels(double finest_m) : finest_m_(finest_m) {}
 
@@ -130,6 +132,7 @@ class ShapeVoxels {
     std::optional<Spread> spread;  ///< once somebody has asked for it
     std::int32_t parent = -1;
     bool is_summed = false;
+    int filled = 0;  ///< voxels of the 27 that hold points
     PointSums around;
   };
   /// Of the voxel at a level that holds this finest one.
@@ -142,7 +145,9 @@ class ShapeVoxels {
     here.is_summed = true;
     for (int i = 0; i < 27; ++i) {
       const std::int32_t j = table.find(here.key.at(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1));
-      if (j >= 0) here.around.add(table[static_cast<std::size_t>(j)].sums);
+      if (j < 0) continue;
+      ++here.filled;
+      here.around.add(table[static_cast<std::size_t>(j)].sums);
     }
     return here;
   }
@@ -153,15 +158,20 @@ class ShapeVoxels {
 };
 
 constexpr double kVoxel_m = 0.3;
-constexpr float kOnGround_m = 0.25F;  ///< what is lower is ground
-constexpr std::array<double, ShapeVoxels::kLevels> kFewestPoints = {
-    12, 8, 5};                                     ///< that tell a shape, by level
-constexpr float kPlanar = 0.4F, kUpright = 0.25F;  ///< a wall: its normal is nearly level
-constexpr float kLinear = 0.7F, kPlumb = 0.85F;    ///< a post: its axis is nearly plumb
-constexpr float kFlat = 0.6F, kLevel = 0.85F;      ///< a roof or table: its normal is nearly plumb
-constexpr float kOverhead_m = 1.9F;                ///< what is higher is none that one works at
-constexpr float kAlone = 0.5F;                     ///< linear for a post seen from farther
-constexpr float kBeam = 0.7F;                      ///< one beam over a wall is a level line
+constexpr float kOnGround_m = 0.25F;                         ///< what is lower is ground
+constexpr std::array<double, 3> kFewestPoints = {12, 8, 5};  ///< that tell a shape, by level
+constexpr int kTelling = kFewestPoints.size();               ///< levels that tell one by themselves
+constexpr float kPlanar = 0.4F, kUpright = 0.25F;            ///< a wall: its normal is nearly level
+constexpr float kLinear = 0.7F, kPlumb = 0.85F;              ///< a post: its axis is nearly plumb
+constexpr float kFlat = 0.6F, kLevel = 0.85F;  ///< a roof or table: its normal is nearly plumb
+constexpr float kOverhead_m = 1.9F;            ///< what is higher is none that one works at
+constexpr float kAlone = 0.5F;                 ///< linear for a post seen from farther
+constexpr float kBeam = 0.7F;                  ///< one beam over a wall is a level line
+/// Variance across a scattered wall, over that at half the distance; that of a crown is four times.
+constexpr float kThicker = 2;
+/// Voxels of 27 that are filled around the median one: 4 to 12 where points hardly err, 14 to 18 of
+/// stereo cameras.
+constexpr float kScattered = 14;
 
 struct Voxel {
   float height_m = 0;  ///< of its points above the ground
@@ -171,8 +181,10 @@ struct Voxel {
 /// One scan line over a surface tells no more than its direction.
 bool isOneBeam(const Spread& spread) { return spread.linear > kBeam && spread.axis_z < 0.5F; }
 
+bool isWall(const Spread& spread) { return spread.planar > kPlanar && spread.normal_z < kUpright; }
+
 Shape shapeOf(const Spread& spread, float height_m, bool ground_below) {
-  if (spread.planar > kPlanar && spread.normal_z < kUpright) return Shape::wall;
+  if (isWall(spread)) return Shape::wall;
   if (spread.linear > kLinear && spread.axis_z > kPlumb) return Shape::post;
   if (spread.planar > kFlat && spread.normal_z > kLevel) {
     if (height_m < kOverhead_m) return Shape::table;
@@ -197,6 +209,7 @@ class Standing {
       voxel_of_[i] = static_cast<std::int32_t>(v);
     }
     voxels_.finish();
+    is_scattered_ = isScattered(points);
     found_.resize(voxels_.size());
     for (std::size_t v = 0; v < found_.size(); ++v) {
       const PointSums& sums = voxels_.points(v);
@@ -217,24 +230,51 @@ class Standing {
  private:
   static constexpr std::int32_t kOnGround = -1;
 
+  const Spread& spreadAround(std::size_t voxel, int level) {
+    ShapeVoxels::Neighbourhood& here = voxels_.around(voxel, level);
+    if (!here.spread) here.spread = spreadOf(here.around);
+    return *here.spread;
+  }
+
   /// A column of a scan over a surface is as plumb as a post, but has others beside it.
   bool standsAlone(std::size_t voxel, int level) {
-    if (level + 1 == ShapeVoxels::kLevels) return true;
-    ShapeVoxels::Neighbourhood& wide = voxels_.around(voxel, level + 1);
-    if (!wide.spread) wide.spread = spreadOf(wide.around);
-    return wide.spread->linear > kAlone && wide.spread->axis_z > kPlumb;
+    if (level + 1 == kTelling) return true;
+    const Spread& wide = spreadAround(voxel, level + 1);
+    return wide.linear > kAlone && wide.axis_z > kPlumb;
+  }
+
+  /// Whether points err by more than a voxel and nothing says by how much: a plane fills 9 of 27.
+  bool isScattered(const pcl::PointCloud<Point>& points) {
+    if (std::any_of(points.begin(), points.end(), [](const Point& p) { return p.sigma != 0; }))
+      return false;
+    std::vector<float> filled;
+    for (std::size_t v = 0; v < voxels_.size(); ++v)
+      filled.push_back(static_cast<float>(voxels_.around(v, 0).filled));
+    return !filled.empty() && medianOf(std::move(filled)) >= kScattered;
+  }
+
+  /// What is scattered near by may be a wall whose points err: farther around it is flat and hardly
+  /// thicker.
+  bool isScatteredWall(std::size_t voxel, int level) {
+    float thickness_m2 = spreadAround(voxel, level).thickness_m2;
+    while (++level < ShapeVoxels::kLevels) {
+      const Spread& wide = spreadAround(voxel, level);
+      if (isWall(wide) && wide.thickness_m2 < kThicker * thickness_m2) return true;
+      thickness_m2 = wide.thickness_m2;
+    }
+    return false;
   }
 
   /// By the smallest neighbourhood that tells.
   Shape judge(std::size_t voxel, bool ground_below) {
-    for (int level = 0; level < ShapeVoxels::kLevels; ++level) {
-      ShapeVoxels::Neighbourhood& here = voxels_.around(voxel, level);
-      if (here.around.count < kFewestPoints[level]) continue;
-      if (!here.spread) here.spread = spreadOf(here.around);
-      if (isOneBeam(*here.spread)) continue;
-      const Shape shape = shapeOf(*here.spread, found_[voxel].height_m, ground_below);
+    for (int level = 0; level < kTelling; ++level) {
+      if (voxels_.around(voxel, level).around.count < kFewestPoints[level]) continue;
+      const Spread& spread = spreadAround(voxel, level);
+      if (isOneBeam(spread)) continue;
+      const Shape shape = shapeOf(spread, found_[voxel].height_m, ground_below);
       if (shape == Shape::post && !standsAlone(voxel, level)) continue;
-      return shape;
+      return is_scattered_ && shape == Shape::foliage && isScatteredWall(voxel, level) ? Shape::wall
+                                                                                       : shape;
     }
     return Shape::foliage;
   }
@@ -262,6 +302,7 @@ class Standing {
   void findLowThings();
 
   ShapeVoxels voxels_;
+  bool is_scattered_ = false;
   std::vector<Voxel> found_;
   std::vector<std::int32_t> voxel_of_;  ///< of each point
 };

@@ -22,11 +22,9 @@ namespace {
 
 constexpr int kWalkPlaces = 3;          ///< poses that walks may propose in the whole map
 constexpr double kFreeSigma_rad = 0.3;  ///< error of an up that only a pose tells
-/// Places that are looked at closely: those that score about as well as the best one.
-constexpr std::size_t kMostLooks = 5;
-constexpr double kCloseScore = 0.75;
-constexpr std::size_t kVerified = 2;   ///< places whose correspondences are looked at, at least
-constexpr double kPartnerReach_m = 5;  ///< partners of a vertex are so near under a hypothesis
+constexpr std::size_t kMostLooks = 5;   ///< places that are looked at closely
+constexpr std::size_t kVerified = 2;    ///< places whose correspondences are looked at, at least
+constexpr double kPartnerReach_m = 5;   ///< partners of a vertex are so near under a hypothesis
 /// With method walks: what a vertex that agrees is worth, and how many agree with a wrong pose: a
 /// row of houses fits another row, so they come in clusters and grow with the query.
 constexpr double kNatsOfInlier = 7, kWrongInliers = 2.5, kWrongInlierShare = 0.09,
@@ -47,7 +45,7 @@ double travelOf(const Query& query) { return wayAlong(query.poses).back(); }
 std::size_t countClose(const Candidates& found) {
   std::size_t count = 0;
   while (count < std::min(kMostLooks, found.places.size()) &&
-         found.places[count].score() >= kCloseScore * found.places[0].score())
+         found.places[count].score() >= verify::kAboutAsWell * found.places[0].score())
     ++count;
   return count;
 }

@@ -84,7 +84,6 @@ double fitOfScore(double score) { return kFitPerLogScore * std::log(std::max(1.0
 /// How much better the place fits than any other. One that scores about as well and that nobody
 /// looked at closely may fit as well but for its score.
 double marginOf(const Evidence& e) {
-  constexpr double kAboutAsWell = 0.75;
   const double fit = fitOf(e, e.dense), passed_over = fitOfScore(e.passed_over);
   double margin = fit - (kFitPassedOver + passed_over);
   if (e.passed_over >= kAboutAsWell * e.score)

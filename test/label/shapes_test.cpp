@@ -72,6 +72,31 @@ class Street {
   pcl::PointCloud<Point> points_;
 };
 
+/// What stands, as a stereo camera far away sees it.
+pcl::PointCloud<Point> scattered(pcl::PointCloud<Point> points, float sigma_m) {
+  Random random(11);
+  for (Point& p : points) {
+    if (p.label == static_cast<std::uint32_t>(Shape::ground)) continue;
+    p.x += sigma_m * static_cast<float>(random.normal());
+    p.y += sigma_m * static_cast<float>(random.normal());
+  }
+  return points;
+}
+
+TEST(Shapes, WallsAreToldWherePointsErrByMoreThanWhatIsLookedAt) {
+  const pcl::PointCloud<Point> truth = scattered(Street().points(), 0.6F);
+  pcl::PointCloud<Point> found = truth;
+  labelByShape(found);
+  EXPECT_GT(Street::recall(truth, found, Shape::wall), 0.5);
+  EXPECT_GT(Street::recall(truth, found, Shape::foliage), 0.9);
+
+  // Who says how far points err has smoothed what is smooth.
+  found = truth;
+  for (Point& p : found) p.sigma = 0.6F;
+  labelByShape(found);
+  EXPECT_LT(Street::recall(truth, found, Shape::wall), 0.3);
+}
+
 TEST(Shapes, OfAStreetAreTold) {
   const Street street;
   pcl::PointCloud<Point> found = street.points();

@@ -173,6 +173,28 @@ TEST_F(TinyTown, LearningNeedsTruePoses) {
            town("rear") + "/groundtruth.txt"});
 }
 
+TEST_F(TinyTown, AVerdictIsLearnedFromAnswersThatSayAllItIsMadeOf) {
+  const std::string answers = file("judged.jsonl"), model = file("verdict.txt");
+  const Outcome found = runXview({"localize", "-q", "--json", town("rear"), town("elsewhere"),
+                                  map(), "--window", "20", "--stride", "10"});
+  writeText(answers, found.out);
+  const Outcome learned = succeed({"learn", "--verdict", answers, model});
+  const auto rights = static_cast<std::size_t>(std::stoi(learned.out.substr(model.size() + 2)));
+  EXPECT_GE(rights, 2u) << learned.out;
+  EXPECT_LT(rights, lineCount(found.out)) << learned.out;
+  EXPECT_NE(readText(model).find("shown.margin "), std::string::npos);
+
+  std::string older = found.out;
+  const std::size_t margin = older.find("\"margin\":");
+  ASSERT_NE(margin, std::string::npos);
+  older.erase(margin, older.find(',', margin) + 1 - margin);
+  writeText(answers, older);
+  const Outcome refused = runXview({"learn", "--verdict", answers, file("none.txt")});
+  EXPECT_EQ(refused.code, 1);
+  EXPECT_NE(refused.err.find("localize again"), std::string::npos) << refused.err;
+  EXPECT_FALSE(std::filesystem::exists(file("none.txt")));
+}
+
 TEST_F(TinyTown, AShorterDriveInTheSameFolderLeavesNoOldFrames) {
   for (const char* length : {"20", "10"}) {
     succeed({"simulate", "-q", file("again"), "--route_length_m", length, "--width", "64",

@@ -23,12 +23,13 @@ enum class Shape : std::uint8_t {
 constexpr std::size_t kShapes = 9;
 
 /// Sets the label of every point to its Shape. The points are of one frame whose z points up [m];
-/// where they were seen from does not matter. Neighbourhoods follow the spacing of the points and
-/// what is known of their errors (Point::sigma).
+/// where they were seen from does not matter. Neighbourhoods follow the spacing of the points.
 ///
 /// The ground is a field of heights: of the lowest points of cells of 1 m those are joined that a
 /// slope connects; what is joined and lies above its surroundings by a step is no ground. Above the
-/// ground the eigenvalues of the covariance around a point tell planes and lines from the rest.
+/// ground the eigenvalues of the covariance around a point tell planes and lines from the rest. If
+/// points are scattered and nobody says how far they err (Point::sigma), what is scattered near by
+/// is a wall if it is flat farther around and hardly thicker.
 void labelByShape(pcl::PointCloud<Point>& points);
 
 }  // namespace xview::label

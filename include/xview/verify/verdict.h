@@ -58,6 +58,10 @@ struct DenseEvidence {
   std::optional<double> seen_through;
 };
 
+/// Share of the best score from which on a place may be the right one and is to be looked at
+/// closely.
+constexpr double kAboutAsWell = 0.75;
+
 /// What speaks for one place by itself.
 struct PlaceEvidence {
   double score = 0;        ///< [nats]
