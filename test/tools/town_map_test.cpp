@@ -189,10 +189,10 @@ TEST_F(TinyTown, AVerdictIsLearnedFromAnswersThatSayAllItIsMadeOf) {
   ASSERT_NE(margin, std::string::npos);
   older.erase(margin, older.find(',', margin) + 1 - margin);
   writeText(answers, older);
-  const Outcome refused = runXview({"learn", "--verdict", answers, file("none.txt")});
+  const Outcome refused = runXview({"learn", "--verdict", answers, file("older.txt")});
   EXPECT_EQ(refused.code, 1);
   EXPECT_NE(refused.err.find("localize again"), std::string::npos) << refused.err;
-  EXPECT_FALSE(std::filesystem::exists(file("none.txt")));
+  EXPECT_FALSE(std::filesystem::exists(file("older.txt")));
 }
 
 TEST_F(TinyTown, AShorterDriveInTheSameFolderLeavesNoOldFrames) {
