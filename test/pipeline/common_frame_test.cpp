@@ -34,11 +34,18 @@ TEST(CommonFrame, TwoVisitsInOneFrameAgree) {
   EXPECT_GT(evidence->area_m2, 500);
 }
 
+/// Along a street much fits some metres on as well; to its side it does not.
 TEST(CommonFrame, AFrameBesideTheOtherContradicts) {
-  for (const auto& T : {shift(2, 2), shift(-6, 4), shift(-3, -5)}) {
-    const auto evidence = evidenceOfOneFrame(simulatedDrive().map, mapMovedBy("rear", T), {});
+  const SimulatedRecording& rear = *simulatedDrive().sessions.at("rear");
+  const Eigen::Vector3d way = rear.truth(10).translation() - rear.truth(0).translation();
+  const Eigen::Vector2d left = Eigen::Vector2d(-way.y(), way.x()).normalized();
+  for (const double metres : {-6., -3., 3., 6.}) {
+    const Eigen::Vector2d by = metres * left;
+    const auto evidence =
+        evidenceOfOneFrame(simulatedDrive().map, mapMovedBy("rear", shift(by.x(), by.y())), {});
     ASSERT_TRUE(evidence);
-    EXPECT_TRUE(evidence->contradicts()) << evidence->score << " of " << evidence->expected;
+    EXPECT_TRUE(evidence->contradicts())
+        << metres << " m: " << evidence->score << " of " << evidence->expected;
   }
 }
 

@@ -66,8 +66,11 @@ void expectAsByBruteForce(const PlanView& map, const DistanceField& field, int c
     const int found = field.bin(c, cx, cy);
     bins.insert(found);
     if (found == oracle.bin(d, cx, cy)) continue;
-    // Rounding may put a distance on the other side of a limit, nothing else.
-    EXPECT_TRUE(found == oracle.bin(d - 1e-4, cx, cy) || found == oracle.bin(d + 1e-4, cx, cy))
+    // Sites that cells hand on to their neighbours now and then are not the nearest, by some
+    // thousandths of a cell (Danielsson 1980); that may put a distance over a limit, nothing else.
+    const double missed_m = 0.005 * map.cell_m;
+    EXPECT_TRUE(found == oracle.bin(d - missed_m, cx, cy) ||
+                found == oracle.bin(d + missed_m, cx, cy))
         << toString(static_cast<Channel>(c)) << " at " << cx << ' ' << cy << ": distance " << d
         << ", class " << found;
     ++compared;

@@ -62,7 +62,7 @@ class FixFiles : public testing::Test {
 #endif
     folder_ = new TemporaryFolder;
     made_ = runXview(
-        {"simulate", "-q", file("town"), "--seed", "5", "--route_length_m", "80", "--width", "160",
+        {"simulate", "-q", file("town"), "--seed", "5", "--route_length_m", "84", "--width", "160",
          "--height", "120", "--sessions.elsewhere", "--sessions.aerial=false"},
         {120, 0, ""});
     if (made_.code == 0) made_ = runXview({"map", "-q", file("town/forward"), map()}, {120, 0, ""});

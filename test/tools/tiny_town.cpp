@@ -22,7 +22,7 @@ void TinyTown::SetUpTestSuite() {
 #endif
   folder_ = new TemporaryFolder;
   simulated_ =
-      runXview({"simulate", "-q", town(""), "--seed", "5", "--route_length_m", "80", "--width",
+      runXview({"simulate", "-q", town(""), "--seed", "5", "--route_length_m", "84", "--width",
                 "160", "--height", "120", "--sessions.elsewhere", "--sessions.lidar"},
                {120, 0, ""});
   mapped_ = runXview({"map", "-q", town("forward"), map()}, {120, 0, ""});

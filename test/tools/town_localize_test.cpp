@@ -254,7 +254,8 @@ TEST_F(TinyTown, GraphIsAQueryAndAMap) {
 /// What is in the marks of the page: "building, -1.2 nats of 3.4, 0.56 m from its partner".
 TEST_F(TinyTown, ExplanationsAddUpToTheScore) {
   const Outcome outcome = succeed({"localize", "-q", "--json", town("rear"), map(), "--explain",
-                                   file("why.html"), "--refine.enabled", "false"});
+                                   file("why.html"), "--refine.enabled", "false",
+                                   "--posterior.enabled", "false"});
   const Json answer = jsonLines(outcome.out).at(0);
   const std::string page = readText(file("why.html")), opening = "type=\"application/json\">";
   const std::size_t begin = page.find(opening) + opening.size();

@@ -26,6 +26,15 @@ TEST(Random, GivesEveryIndexItsOwnStream) {
   EXPECT_EQ(first.size(), 1000u);
 }
 
+TEST(Random, NearSeedsShareNoDraws) {
+  std::set<std::uint64_t> drawn;
+  for (std::uint64_t seed = 0; seed < 100; ++seed) {
+    Random random(seed), of_index(seed, 5);
+    for (int i = 0; i < 20; ++i) drawn.insert({random.next(), of_index.next()});
+  }
+  EXPECT_EQ(drawn.size(), 100u * 20 * 2);
+}
+
 TEST(Random, DrawsUniformlyBelowABound) {
   Random random(1);
   std::array<int, 7> counts{};

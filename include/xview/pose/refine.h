@@ -84,8 +84,8 @@ Refinement refine(const DistributionMap& map, const RefineQuery& query, const La
                   const Eigen::Isometry3d& T_map_query, const RefineOptions& options);
 
 /// How closely one half of a query lies on the other half as its map, looks by turns (of a single
-/// scan: points by turns): what errors of depths and labels leave of the agreement at a true pose.
-/// None if there is too little of it.
+/// scan: points by turns): what errors of labels leave of the agreement at a true pose. Those of
+/// depths take nothing from it, as surfaces are thicker by them. None if there is too little of it.
 std::optional<double> agreementWithItself(const RefineQuery& query, const LabelSet& labels,
                                           const RefineOptions& options);
 

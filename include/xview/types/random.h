@@ -7,22 +7,19 @@
 namespace xview {
 
 /// SplitMix64 (Steele, Lea, Flood 2014): small, fast, and the same on every platform. The standard
-/// distributions differ between libraries, so the few that are needed are drawn here.
+/// distributions differ between libraries, so the few that are needed are drawn here. All seeds
+/// walk one cycle of states in equal steps, so each begins where its hash is: begun at the seeds
+/// themselves, streams of near seeds would be one stream, some draws apart.
 class Random {
  public:
-  explicit Random(std::uint64_t seed) : state_(seed * 0x9E3779B97F4A7C15ull + 0x1234567ull) {}
+  explicit Random(std::uint64_t seed) : state_(hashOf(seed + kStep)) {}
   /// An independent stream for item `index` of a computation, so that threads do not matter.
   Random(std::uint64_t seed, std::uint64_t index)
       : Random(seed ^ (index * 0xD1342543DE82EF95ull + 1)) {
     next();
   }
 
-  std::uint64_t next() {
-    std::uint64_t z = (state_ += 0x9E3779B97F4A7C15ull);
-    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9ull;
-    z = (z ^ (z >> 27)) * 0x94D049BB133111EBull;
-    return z ^ (z >> 31);
-  }
+  std::uint64_t next() { return hashOf(state_ += kStep); }
   double uniform() {
     return static_cast<double>(next() >> 11) * (1.0 / 9007199254740992.0);
   }  ///< [0, 1)
@@ -37,6 +34,14 @@ class Random {
   }
 
  private:
+  static constexpr std::uint64_t kStep = 0x9E3779B97F4A7C15ull;
+
+  static std::uint64_t hashOf(std::uint64_t z) {
+    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9ull;
+    z = (z ^ (z >> 27)) * 0x94D049BB133111EBull;
+    return z ^ (z >> 31);
+  }
+
   std::uint64_t state_;
 };
 
