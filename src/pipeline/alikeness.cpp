@@ -20,7 +20,7 @@ namespace {
 constexpr double kLengths_m[] = {8, 15, 30, 60, 100};
 /// Of the stretches that a map remembers. Longer ones cost more and tell no more of strangers.
 constexpr double kRememberedLengths_m[] = {15, 30};
-constexpr std::size_t kRememberedPlaces = 30;
+constexpr std::size_t kRememberedPlaces = 15;
 constexpr double kFullLength = 0.8;   ///< a stretch that is shorter than this share is left out
 constexpr double kLeftForOthers = 3;  ///< and one that its recording is not so many times
 constexpr double kSeenShare = 0.6;    ///< of the samples that a second visit sees again

@@ -122,7 +122,7 @@ double shownOver(const Evidence& e) {
 /// well; what fits less counts less. Those of a usual map find none, which is taken of as many
 /// more.
 double shareOfLookAlikes(const Statistics& s, const std::vector<LookAlike>& look_alikes) {
-  constexpr double kFits = 0.9, kFitsNot = 0.7, kUsual = 25;
+  constexpr double kFits = 0.9, kFitsNot = 0.7, kUsual = 12;
   double found = 0;
   for (const LookAlike& l : look_alikes) {
     if (l.lead >= s.lead)
