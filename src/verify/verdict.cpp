@@ -25,8 +25,10 @@ constexpr double kEvenAgreement = 0.15, kEvenShare = 0.4;
 constexpr double kUsualOfItself = 0.6;  ///< where it could not be measured
 /// What tells the places of one query apart: their points, what is shown there of the map, how
 /// little was seen through, and their scores; and what a place fits that nobody looked at closely.
-constexpr double kFitPerExcess = 14, kFitPerShown = 7, kFitPerSeenThrough = 2, kFitPerLogScore = 2,
-                 kFitUnsettled = -4, kFitPassedOver = -6;
+/// Views from above lie half as far over chance at right places as points do.
+constexpr double kFitPerExcess = 14, kFitPerExcessOfViews = 20, kFitPerShown = 7,
+                 kFitPerSeenThrough = 2, kFitPerLogScore = 2, kFitUnsettled = -4,
+                 kFitPassedOver = -6;
 constexpr double kLeastMargin = -3, kMostMargin = 12, kClearMargin = 1;
 /// Chance that a vertex keeps a correspondence at the true place (search, detection of objects).
 constexpr double kKeptIfTrue = 0.62;
@@ -253,8 +255,10 @@ double fitOf(const PlaceEvidence& place, const DenseEvidence& best) {
   if (best.shown) fit += kFitPerShown * dense.shown.value_or(0);
   if (!dense.settled) return fit + kFitUnsettled;
   if (dense.seen_through) fit += kFitPerSeenThrough * seenLittle(*dense.seen_through);
+  const double per_excess =
+      dense.of == DenseEvidence::Of::views ? kFitPerExcessOfViews : kFitPerExcess;
   return fit +
-         kFitPerExcess * excessOf(dense.agreement - dense.by_chance, best.shown, best.of_itself);
+         per_excess * excessOf(dense.agreement - dense.by_chance, best.shown, best.of_itself);
 }
 
 Statistics statisticsOf(const Evidence& e) {

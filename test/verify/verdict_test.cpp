@@ -134,6 +134,27 @@ TEST(Verdict, ConfidenceNeverFallsWithBetterEvidence) {
   EXPECT_GT(grown, 1000);
 }
 
+TEST(Verdict, ViewsThatAgreeMoreTellMoreThanPointsThatDo) {
+  const auto marginBy = [](DenseEvidence::Of of, double more) {
+    PlaceEvidence next;
+    next.score = 250;
+    next.dense.of = of;
+    next.dense.settled = true;
+    next.dense.agreement = 0.3;
+    next.dense.shown = 0;
+    Evidence e = goodView();
+    e.dense = next.dense;
+    e.dense.agreement += more;
+    e.passed_over = 0;
+    e.rivals = {next};
+    return statisticsOf(e).margin;
+  };
+  using Of = DenseEvidence::Of;
+  EXPECT_NEAR(marginBy(Of::views, 0), marginBy(Of::points, 0), 1e-12);
+  EXPECT_GT(marginBy(Of::points, 0.1), marginBy(Of::points, 0) + 1);
+  EXPECT_GT(marginBy(Of::views, 0.1), marginBy(Of::points, 0.1) + 0.5);
+}
+
 TEST(Verdict, AMapThatRepeatsItselfIsBelievedAsFarAsItDoesNot) {
   const auto among = [](std::size_t copies, double lead, double share) {
     std::vector<LookAlike> all(60, {1, 0.2});
