@@ -435,7 +435,7 @@ INTRODUCTION = """# The paper's experiments
 
 Written by `./run paper` (`--help`). It repeats the experiments of X-View (RA-L 2018) with the paper's own settings,
 `config/paper/*.yaml` and `config/labels/paper_*.yaml` (*walks*), and with today's default on the same recordings (*default*, all classes unless a column says otherwise).
-Measured on 2026-11-23 with `--jobs 1` on two virtual cores that others kept busy: 25 minutes, of which mapping and localizing took 9 of CPU time.
+Measured on 2026-11-24 with `--jobs 2` on two virtual cores: 7 minutes; mapping and localizing took 9 of CPU time.
 What is broken off goes on where it stopped.
 
 **The data is rendered.** Neither SYNTHIA, AirSim nor StreetView is used: towns of our own simulator stand in for them, with the length of the drive, the view and the spacing of frames
