@@ -30,7 +30,7 @@ STYLES = ("suburb", "grid", "village", "campus", "office")
 QUALITIES = (0.83, 0.68, 1.0, 0.6)  # Share of the pixels with the right label; 1 = perfect sensors.
 OTHER_STYLES = ("forest", "oldtown", "motorway", "village_slope", "carpark", "warehouse", "home")
 OTHER_QUALITY = 0.88
-LENGTHS_M = {"office": ((4, 16), (8, 30)), "home": ((2, 8), (4,)), "warehouse": ((10, 40), (20,))}
+LENGTHS_M = {"office": ((5, 10), (10, 20)), "home": ((2, 8), (4,)), "warehouse": ((10, 40), (20,))}
 LENGTHS_OUTDOORS_M = ((8, 30, 100), (15, 60))  # Sessions take turns.
 SESSIONS = ("rear", "oblique", "aerial", "forward2", "elsewhere")
 OF_OTHER_WORLD = (("rear", "forward"), ("oblique", "forward"), ("aerial", "forward"), ("lidar_reverse", "lidar"))
@@ -42,6 +42,11 @@ COLUMNS = ["style", "seed", "quality", "session", "window_m", "first_frame", "st
            "confidence"]
 
 
+def is_alike(seed):
+    """Every third seed has streets or rooms that are copies of a few."""
+    return seed % 3 == 1
+
+
 def name_of(world):
     return f"{world.style}_{world.seed}_{world.quality:g}"
 
@@ -51,7 +56,7 @@ def flags_of(world, lidar):
              "--sessions.elsewhere", "--threads", "1"]
     if world.style != "office":
         flags += ["--route_length_m", "160"]
-    if world.seed % 3 == 1:  # Every third seed has streets or rooms that look very alike.
+    if is_alike(world.seed):
         flags += ["--sim.alike", "0.7"]
     if lidar:
         flags += ["--sessions.lidar", "--lidar.azimuths", "512", "--lidar.rings", "32"]
@@ -148,12 +153,19 @@ Band = namedtuple("Band", "low high answers said right")
 
 
 def bands(lines):
-    """How many answers of each band of confidence there are, what they say on average and how many are right."""
+    """How many answers of each band of confidence there are, what they say on average and how many are right.
+
+    Confidence is that share if every other query is from elsewhere, so all strangers together weigh as much as all
+    windows of the place.
+    """
+    strangers = sum(line["stranger"] for line in lines)
+    weight = (len(lines) - strangers) / strangers if strangers else 1
     for low, high in zip(BANDS, BANDS[1:]):
         band = [line for line in lines if low <= line["confidence"] < high]
         if band:
-            yield Band(low, min(high, 1), len(band), *(sum(line[key] for line in band) / len(band)
-                                                       for key in ("confidence", "right")))
+            weights = [weight if line["stranger"] else 1 for line in band]
+            yield Band(low, min(high, 1), len(band), *(
+                sum(w * line[key] for w, line in zip(weights, band)) / sum(weights) for key in ("confidence", "right")))
 
 
 def picture(lines):
@@ -204,6 +216,42 @@ def summary(lines):
         yield (f"{style} {quality:g}: {len(own)} windows, {sum(line['right'] for line in own)} right, {len(accepted)} "
                f"accepted, of these {sum(not line['right'] for line in accepted)} wrong; {len(strangers)} strangers, "
                f"{sum(line['status'] == 'accepted' for line in strangers)} accepted")
+
+
+def places(lines):
+    """(name, lines) of usual places and of such that are copies, by label quality."""
+    for indoors in (False, True):
+        for alike in (False, True):
+            for quality in sorted({line["quality"] for line in lines}, reverse=True):
+                here = [line for line in lines if (line["style"] in LENGTHS_M, is_alike(int(line["seed"])),
+                                                   line["quality"]) == (indoors, alike, quality)]
+                if here:
+                    yield f"{'rooms' if indoors else 'towns'}{' of copies' if alike else ''}, {quality:.0%}", here
+
+
+def markdown(lines):
+    """The tables of docs/results.md: by place and length of window, and by confidence."""
+    for indoors in (False, True):
+        chosen = [(name, here) for name, here in places(lines) if (here[0]["style"] in LENGTHS_M) == indoors]
+        if not chosen:
+            continue
+        lengths = sorted({int(line["window_m"]) for _, here in chosen for line in here})
+        yield "| right, accepted of | " + " | ".join(f"{m} m" for m in lengths) + " | strangers accepted |"
+        yield "|---" * (len(lengths) + 2) + "|"
+        for name, here in chosen:
+            cells = []
+            for metres in lengths:
+                own = [line for line in here if int(line["window_m"]) == metres and not line["stranger"]]
+                accepted = sum(line["status"] == "accepted" for line in own)
+                cells.append(f"{sum(line['right'] for line in own)}, {accepted} of {len(own)}" if own else "-")
+            strangers = [line for line in here if line["stranger"]]
+            accepted = sum(line["status"] == "accepted" for line in strangers)
+            yield f"| {name} | " + " | ".join(cells) + f" | {accepted} of {len(strangers)} |"
+        yield ""
+    yield "| confidence | answers | says | right |"
+    yield "|---|---|---|---|"
+    for band in bands(lines):
+        yield f"| {band.low:g} to {band.high:g} | {band.answers} | {band.said:.3f} | {band.right:.3f} |"
 
 
 def save(file, lines):
@@ -267,12 +315,13 @@ def main():
     add("--jobs", type=int, default=2, help="worlds at a time, of one thread each; default 2")
     add("--picture", type=Path, metavar="FILE.svg", help="draw whether answers are right as often as they say")
     add("--stored", action="store_true", help="run nothing: summary and picture of TABLE.csv as it is")
+    add("--markdown", action="store_true", help="print the tables of docs/results.md instead of the summary")
     add("--answers", type=Path, metavar="DIR", help="a new folder for the answers, one .jsonl per world")
     arguments = parser.parse_args()
     lines = stored(arguments.table) if arguments.stored else measured(arguments)
     if arguments.picture:
         write_whole(arguments.picture, picture(lines))
-    print(*summary(lines), sep="\n")
+    print(*(markdown if arguments.markdown else summary)(lines), sep="\n")
 
 
 if __name__ == "__main__":
