@@ -20,11 +20,11 @@
 namespace xview {
 namespace {
 
-constexpr int kWalkPlaces = 3;          ///< poses that walks may propose in the whole map
-constexpr double kFreeSigma_rad = 0.3;  ///< error of an up that only a pose tells
-constexpr std::size_t kMostLooks = 5;   ///< places that are looked at closely
-constexpr std::size_t kVerified = 2;    ///< places whose correspondences are looked at, at least
-constexpr double kPartnerReach_m = 5;   ///< partners of a vertex are so near under a hypothesis
+constexpr int kWalkPlaces = 3;              ///< poses that walks may propose in the whole map
+constexpr double kFreeSigma_rad = 0.3;      ///< error of an up that only a pose tells
+constexpr std::size_t kMostRegistered = 5;  ///< places whose points are registered
+constexpr std::size_t kVerified = 2;   ///< places whose correspondences are looked at, at least
+constexpr double kPartnerReach_m = 5;  ///< partners of a vertex are so near under a hypothesis
 /// With method walks: what a vertex that agrees is worth, and how many agree with a wrong pose: a
 /// row of houses fits another row, so they come in clusters and grow with the query.
 constexpr double kNatsOfInlier = 7, kWrongInliers = 2.5, kWrongInlierShare = 0.09,
@@ -44,7 +44,7 @@ double travelOf(const Query& query) { return wayAlong(query.poses).back(); }
 
 std::size_t countClose(const Candidates& found) {
   std::size_t count = 0;
-  while (count < std::min(kMostLooks, found.places.size()) &&
+  while (count < std::min(kMostRegistered, found.places.size()) &&
          found.places[count].score() >= verify::kAboutAsWell * found.places[0].score())
     ++count;
   return count;
@@ -63,20 +63,20 @@ void moveToFront(std::size_t at, std::vector<Value>& values) {
 }
 
 /// Places that look alike from above are told apart by how their points fit.
-void moveLikeliestToFront(Candidates& found, CloserLooks& looks) {
+void moveLikeliestToFront(Candidates& found, RegisteredPlaces& registered) {
   std::size_t likeliest = 0;
   double most = -INFINITY;
-  for (std::size_t i = 0; i < std::min(looks.places.size(), countClose(found)); ++i) {
+  for (std::size_t i = 0; i < std::min(registered.places.size(), countClose(found)); ++i) {
     verify::PlaceEvidence place = evidenceOf(found.places[i]);
-    place.dense = looks.places[i].dense;
-    const double fit = verify::fitOf(place, looks.places[0].dense);
+    place.dense = registered.places[i].dense;
+    const double fit = verify::fitOf(place, registered.places[0].dense);
     if (fit <= most) continue;
     most = fit;
     likeliest = i;
   }
   moveToFront(likeliest, found.places);
   moveToFront(likeliest, found.matches);
-  moveToFront(likeliest, looks.places);
+  moveToFront(likeliest, registered.places);
 }
 
 /// Takes an acceptance back.
@@ -167,22 +167,22 @@ Localization Localizer::Index::inUprightFrames(const Query& given, const Expecte
   Candidates found = findPlaces(*query, priors, answer.timing_ms);
   found.rival_score = std::max(found.rival_score, rival_score);
   matchVertices(*query, found, answer.timing_ms);
-  CloserLooks looks = lookCloser(*query, found, answer);
-  moveLikeliestToFront(found, looks);
+  RegisteredPlaces registered = registerPlaces(*query, found, answer);
+  moveLikeliestToFront(found, registered);
   report(found, static_cast<std::size_t>(options.places.hypotheses), answer);
   answer.scale = frame.scale;
 
-  verify::Evidence evidence = evidenceOf(found, looks);
+  verify::Evidence evidence = evidenceOf(found, registered);
   evidence.travel_m = map.size * travelOf(*query);  // for words, in lengths of the place
   evidence.rival_distance_m *= map.size;
   evidence.vertices = answer.vertices =
       static_cast<int>(walks.queryGraph(query->graph).graph.size());
-  useBest(looks, answer);
-  frame.R_up = looks.turn * frame.R_up;
+  useBest(registered, answer);
+  frame.R_up = registered.turn * frame.R_up;
 
   setVerdict(judged(evidence), answer);
-  if (answer.accepted() &&
-      !satisfies(priors, *GuessedQuery(*query, {looks.turn, 1}), answer.hypotheses[0].T_map_query))
+  if (answer.accepted() && !satisfies(priors, *GuessedQuery(*query, {registered.turn, 1}),
+                                      answer.hypotheses[0].T_map_query))
     refuse("the refined pose is outside of the prior; without it: " + answer.reason, answer);
   // A pose that is expected comes from a fix; one that a user believes in is to be doubted.
   if (!expected && found.in_field && (prior.near || prior.heading))
@@ -241,12 +241,12 @@ void Localizer::Index::matchVertices(const Query& query, Candidates& found,
         walks.matchUnder(found.places[i].T_map_query, walk_query, kPartnerReach_m, timing_ms));
 }
 
-/// Levels the query on the ground of the map if that is needed, and refines its pose at the best
-/// place and at those that score about as well.
-CloserLooks Localizer::Index::lookCloser(const Query& query, const Candidates& found,
-                                         Localization& answer) const {
-  CloserLooks looks;
-  if (found.places.empty()) return looks;
+/// Levels the query on the ground of the map if that is needed, and registers it at the best place
+/// and at those that score about as well.
+RegisteredPlaces Localizer::Index::registerPlaces(const Query& query, const Candidates& found,
+                                                  Localization& answer) const {
+  RegisteredPlaces registered;
+  if (found.places.empty()) return registered;
   const search::FieldQuery* in_field = isView(query) ? found.in_field.get() : nullptr;
   double up_sigma_rad =
       upIsKnown(query) ? std::hypot(gravity.sigma_rad, query.gravity.sigma_rad) : kFreeSigma_rad;
@@ -255,7 +255,7 @@ CloserLooks Localizer::Index::lookCloser(const Query& query, const Candidates& f
                                            up_sigma_rad, options)
                               : nullptr;
   if (level) {
-    looks.turn = level->turn;
+    registered.turn = level->turn;
     up_sigma_rad = level->up_sigma_rad;
     constexpr double kDegrees = 180 / M_PI;
     answer.gravity = GravityUse::levelled;
@@ -264,39 +264,49 @@ CloserLooks Localizer::Index::lookCloser(const Query& query, const Candidates& f
                     Eigen::AngleAxisd(level->turn).angle() * kDegrees, up_sigma_rad * kDegrees);
   }
   const Query& levelled = level ? level->query : query;
-  // The rival is asked for its agreement from a smaller score on.
+  // The runner-up is asked for its agreement from a smaller score on.
   const verify::Evidence at_best = evidenceOf(found, {});
-  const bool ask_rival = at_best.rivalIsClose() && at_best.rival_distance_m > 0;
-  const std::size_t count = std::max<std::size_t>(ask_rival ? 2 : 1, countClose(found));
-  const bool is_exact = query.cloud.typicalSigma() <= kExact_m;
-  const bool from_one_place = travelOf(query) < kOnePlace_m;
+  const bool ask_runner_up = at_best.rivalIsClose() && at_best.rival_distance_m > 0;
+  const std::size_t count = std::max<std::size_t>(ask_runner_up ? 2 : 1, countClose(found));
   std::optional<double> of_itself;
   Stopwatch watch;
   for (std::size_t i = 0; i < count; ++i) {
     const Eigen::Isometry3d& T = found.places[i].T_map_query;
     Timings unused;
-    RefinedPose look =
+    RefinedPose place =
         refinement.refine(levelled, level ? level->in_field.get() : in_field,
-                          level && i == 0 ? level->T_map_query : T * looks.turn.conjugate(),
+                          level && i == 0 ? level->T_map_query : T * registered.turn.conjugate(),
                           pairsAt(i, found), up_sigma_rad, i == 0 ? answer.timing_ms : unused);
-    std::optional<double> shown = in_field ? std::optional(in_field->shown(T)) : std::nullopt;
-    // What a query does not show may be what its shapes do not tell.
-    if (shown && shapes_only) shown = std::max(0.0, *shown);
-    // From one place a query cannot show what stands behind what it shows, but its rays tell.
-    const bool shows_little = !shown || (*shown < kShownByStranger && from_one_place);
-    if ((shows_little || is_exact) && look.dense.settled)
-      look.dense.seen_through = refinement.seenThrough(levelled, look.T_map_query);
-    if (shown && !(shows_little && look.dense.seen_through)) {
-      look.dense.shown = shown;
-    } else if (look.dense.settled) {
-      if (!of_itself) of_itself = refinement.agreementWithItself(query);
-      look.dense.of_itself = of_itself;
-    }
-    looks.places.push_back(std::move(look));
+    const std::optional<double> shown = in_field ? in_field->shown(T) : std::nullopt;
+    setVisibility(query, levelled, shown, of_itself, place);
+    registered.places.push_back(std::move(place));
     if (i == 0) watch.lap_ms();
   }
   if (count > 1) answer.timing_ms.emplace_back("rival", watch.lap_ms());
-  return looks;
+  return registered;
+}
+
+/// What a query shows of the map at a place (`shown` by its field) and how much of the map it saw
+/// through there. Where the field does not tell, agreement is a share of `of_itself`, that of the
+/// query with itself, which is measured when it is asked for first.
+void Localizer::Index::setVisibility(const Query& query, const Query& levelled,
+                                     std::optional<double> shown, std::optional<double>& of_itself,
+                                     RefinedPose& place) const {
+  verify::DenseEvidence& dense = place.dense;
+  // What a query does not show may be what its shapes do not tell.
+  if (shown && shapes_only) shown = std::max(0.0, *shown);
+  // From one place a query cannot show what stands behind what it shows, but its rays tell.
+  const bool from_one_place = travelOf(query) < kOnePlace_m;
+  const bool shows_little = !shown || (*shown < kShownByStranger && from_one_place);
+  const bool is_exact = query.cloud.typicalSigma() <= kExact_m;
+  if ((shows_little || is_exact) && dense.settled)
+    dense.seen_through = refinement.seenThrough(levelled, place.T_map_query);
+  if (shown && !(shows_little && dense.seen_through)) {
+    dense.shown = shown;
+  } else if (dense.settled) {
+    if (!of_itself) of_itself = refinement.agreementWithItself(query);
+    dense.of_itself = of_itself;
+  }
 }
 
 /// Takes an acceptance back if a place that the prior forbids explains the query far better: then
@@ -391,25 +401,25 @@ verify::PlaceEvidence evidenceOf(const search::PlaceHypothesis& place) {
           {}};
 }
 
-verify::Evidence evidenceOf(const Candidates& found, const CloserLooks& looks) {
+verify::Evidence evidenceOf(const Candidates& found, const RegisteredPlaces& registered) {
   verify::Evidence e;
   const std::vector<search::PlaceHypothesis>& places = found.places;
   if (places.empty()) return e;
-  const auto lookedAt = [&](std::size_t i) {
+  const auto registeredAt = [&](std::size_t i) {
     verify::PlaceEvidence place = evidenceOf(places[i]);
-    place.dense = looks.places[i].dense;
+    place.dense = registered.places[i].dense;
     return place;
   };
   const auto scoreOf = [&](std::size_t i) { return i < places.size() ? places[i].score() : 0.0; };
   static_cast<verify::PlaceEvidence&>(e) =
-      looks.places.empty() ? evidenceOf(places[0]) : lookedAt(0);
+      registered.places.empty() ? evidenceOf(places[0]) : registeredAt(0);
   e.runner_up = std::max(found.rival_score, scoreOf(1));
   e.third = std::max(std::min(found.rival_score, scoreOf(1)), scoreOf(2));
-  for (std::size_t i = 1; i < looks.places.size(); ++i) e.rivals.push_back(lookedAt(i));
+  for (std::size_t i = 1; i < registered.places.size(); ++i) e.rivals.push_back(registeredAt(i));
   e.passed_over =
-      std::max(found.rival_score, scoreOf(std::max<std::size_t>(1, looks.places.size())));
-  if (!looks.places.empty() && looks.places[0].dense.settled)
-    e.sigma_m = verify::horizontalSigma(looks.places[0].covariance);
+      std::max(found.rival_score, scoreOf(std::max<std::size_t>(1, registered.places.size())));
+  if (!registered.places.empty() && registered.places[0].dense.settled)
+    e.sigma_m = verify::horizontalSigma(registered.places[0].covariance);
   if (places.size() > 1 && scoreOf(1) >= found.rival_score) {
     const PlacePose &here = places[0].centre, &there = places[1].centre;
     e.rival_distance_m = std::hypot(here.x - there.x, here.y - there.y);
@@ -422,10 +432,11 @@ verify::Evidence evidenceOf(const Candidates& found, const CloserLooks& looks) {
   return e;
 }
 
-void useBest(CloserLooks& looks, Localization& answer) {
-  if (looks.places.empty()) return;
-  for (Hypothesis& h : answer.hypotheses) h.T_map_query = h.T_map_query * looks.turn.conjugate();
-  RefinedPose& best = looks.places[0];
+void useBest(RegisteredPlaces& registered, Localization& answer) {
+  if (registered.places.empty()) return;
+  for (Hypothesis& h : answer.hypotheses)
+    h.T_map_query = h.T_map_query * registered.turn.conjugate();
+  RefinedPose& best = registered.places[0];
   answer.hypotheses[0].T_map_query = best.T_map_query;
   answer.covariance = best.covariance;
   answer.trajectory = std::move(best.T_map_sensor);

@@ -43,12 +43,12 @@ Localization Localizer::Index::describe(const Query& given, const PoseCheck& pla
   found.places.push_back(found.in_field->describe(toAligned(given, place.T_map_query)));
   Localization answer;
   matchVertices(*query, found, answer.timing_ms);
-  CloserLooks looks = lookCloser(*query, found, answer);
+  RegisteredPlaces registered = registerPlaces(*query, found, answer);
   report(found, 1, answer);
   answer.hypotheses[0].score = place.evidence.score;
-  verify::Evidence evidence = evidenceOf(found, looks);
-  useBest(looks, answer);
-  frame.R_up = looks.turn * frame.R_up;
+  verify::Evidence evidence = evidenceOf(found, registered);
+  useBest(registered, answer);
+  frame.R_up = registered.turn * frame.R_up;
   answer.statistics = verify::statisticsOf(evidence);
   leaveUprightFrames(given, frame, answer);
   return answer;

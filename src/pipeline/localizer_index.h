@@ -27,8 +27,8 @@ struct Candidates {
   double rival_score = 0;  ///< of the best place outside of the priors or in another frame
 };
 
-/// Places looked at closely, in the order of the candidates.
-struct CloserLooks {
+/// Places whose points were registered, in the order of the candidates.
+struct RegisteredPlaces {
   Eigen::Quaterniond turn = Eigen::Quaterniond::Identity();  ///< of the query onto its ground
   std::vector<RefinedPose> places;                           ///< of the turned query
 };
@@ -42,10 +42,10 @@ struct TriedFrame {
 
 /// What speaks for a place of a search, and for the first candidate against the others.
 verify::PlaceEvidence evidenceOf(const search::PlaceHypothesis& place);
-verify::Evidence evidenceOf(const Candidates& found, const CloserLooks& looks);
+verify::Evidence evidenceOf(const Candidates& found, const RegisteredPlaces& registered);
 
 /// The refined pose of the best place becomes that of the answer.
-void useBest(CloserLooks& looks, Localization& answer);
+void useBest(RegisteredPlaces& registered, Localization& answer);
 
 /// Hypotheses and correspondences of the answer.
 void report(const Candidates& found, std::size_t count, Localization& answer);
@@ -73,7 +73,10 @@ struct Localizer::Index {
   Candidates findPlaces(const Query& query, const Priors& priors, Timings& timing_ms) const;
   Candidates placesByWalks(const Query& query, const Priors& priors, Timings& timing_ms) const;
   void matchVertices(const Query& query, Candidates& found, Timings& timing_ms) const;
-  CloserLooks lookCloser(const Query& query, const Candidates& found, Localization& answer) const;
+  RegisteredPlaces registerPlaces(const Query& query, const Candidates& found,
+                                  Localization& answer) const;
+  void setVisibility(const Query& query, const Query& levelled, std::optional<double> shown,
+                     std::optional<double>& of_itself, RefinedPose& place) const;
   void refuteFromOutside(const search::FieldQuery& in_field, const verify::Evidence& inside,
                          Localization& answer) const;
   void leaveUprightFrames(const Query& query, const FrameGuess& frame, Localization& answer) const;
