@@ -18,6 +18,9 @@ namespace xview {
 /// finite are left out.
 std::vector<std::pair<std::uint32_t, std::uint32_t>> readableEdges(const SemanticGraph& graph);
 
+/// Of the sign of a vertex, from the typical length of the edges: 0.15 to 3 m.
+double typicalVertexRadius(const SemanticGraph& graph);
+
 /// Positions of successive poses, cut where a step is more than 20 m and five times the usual one:
 /// from one recording to the next.
 std::vector<std::vector<Eigen::Vector3d>> trajectoryPieces(
@@ -25,9 +28,6 @@ std::vector<std::vector<Eigen::Vector3d>> trajectoryPieces(
 
 /// T_map_sensor of the frames of a query.
 std::vector<Eigen::Isometry3d> posesInMap(const SceneQuery& query);
-
-/// A color mixed with white; 0 leaves it, 1 is white.
-Color paler(const Color& color, double share);
 
 /// The colour of a class in a map that is to recede behind what lies on it: one quiet colour per
 /// kind; what is of no known kind keeps a paler form of its own.
