@@ -223,7 +223,7 @@ map::SemanticMap mapOf(const std::string& path, io::InputOptions input, const Jo
     default: {
       const std::unique_ptr<FrameSource> source = openPlaceInput(path, input, job);
       if (!T_map_input) return mapOfRecordings({source.get()}, job);
-      const MovedRecording moved(*source, *T_map_input);
+      const PosedRecording moved(*source, *T_map_input);
       return mapOfRecordings({&moved}, job);
     }
   }
