@@ -182,14 +182,22 @@ io::InputKind settleKind(const std::string& path, io::InputOptions& options, con
   return kind;
 }
 
-LabelledGraph readLabelledGraph(const std::string& path, const io::InputOptions& input,
-                                const Job& job) {
+Place readLabelledGraph(const std::string& path, const io::InputOptions& input, const Job& job) {
   io::GraphFile file = io::readGraph(path);
   if (file.graph.empty()) throw Error(path, "the graph has no vertices");
   if (!file.has_edges)
     graph::connectByRadius(file.graph, atSize(job.options, sizeFor(job.options, file.graph)).edges);
-  LabelSet labels = labelsOfGraph(path, file.graph, file.labels, input, job.narrate);
-  return {std::move(labels), std::move(file.graph)};
+  Place place;
+  place.labels = labelsOfGraph(path, file.graph, file.labels, input, job.narrate);
+  place.graph = std::move(file.graph);
+  return place;
+}
+
+std::optional<Place> readStored(const std::string& path, io::InputOptions& input, const Job& job) {
+  const io::InputKind kind = settleKind(path, input, job);
+  if (kind == io::InputKind::map) return map::loadMap(path);
+  if (kind == io::InputKind::graph) return readLabelledGraph(path, input, job);
+  return std::nullopt;
 }
 
 map::SemanticMap mapOfRecordings(
@@ -212,7 +220,7 @@ map::SemanticMap mapOf(const std::string& path, io::InputOptions input, const Jo
     case io::InputKind::map:
       return map::loadMap(path);
     case io::InputKind::graph: {
-      LabelledGraph file = readLabelledGraph(path, input, job);
+      Place file = readLabelledGraph(path, input, job);
       for (Vertex& vertex : file.graph.vertices) {
         if (T_map_input) vertex.position = *T_map_input * vertex.position;
       }
@@ -255,7 +263,7 @@ QueryInput openQuery(const std::string& path, const InputFlags& input, const Job
       result.labels = result.whole->labels;
       break;
     case io::InputKind::graph: {
-      const LabelledGraph file = readLabelledGraph(path, options, job);
+      const Place file = readLabelledGraph(path, options, job);
       result.whole = std::make_unique<Query>(inClassesOfMap(
           path, makeQuery(file.graph, file.labels, job.options), options, job.narrate));
       result.labels = result.whole->labels;

@@ -53,12 +53,10 @@ io::InputKind settleKind(const std::string& path, io::InputOptions& options, con
 
 /// A graph file with its label set (labelsOfGraph). Edges are made by radius search if the file has
 /// none.
-struct LabelledGraph {
-  LabelSet labels;
-  SemanticGraph graph;
-};
-LabelledGraph readLabelledGraph(const std::string& path, const io::InputOptions& input,
-                                const Job& job);
+Place readLabelledGraph(const std::string& path, const io::InputOptions& input, const Job& job);
+
+/// What a map or a graph file holds; nothing if the path is a recording (settleKind).
+std::optional<Place> readStored(const std::string& path, io::InputOptions& input, const Job& job);
 
 /// A map of recordings in one frame. It is said what of them was left out. `seen` is called with
 /// every frame, in order.
