@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <cstdint>
+#include <map>
 #include <string>
 #include <utility>
 #include <vector>
@@ -60,11 +61,9 @@ std::vector<Correspondence> onlyPutative(const std::vector<Correspondence>& puta
 /// That of the scene, or an empty one.
 const LabelSet& labelsOf(const Scene& scene);
 
-// The files of the page, which are part of the program.
-std::string pageTemplate();   ///< page/page.html
-std::string pageStyle();      ///< page/page.css
-std::string pageScript();     ///< page/page.js
-std::string pageLibraries();  ///< three.js with its camera controls and its lines
+/// The files of the page, which are part of the program: "page", "style" and "script" are those in
+/// page/, "libraries" three.js with its camera controls and its lines.
+std::map<std::string, std::string> pageParts();
 
 constexpr Color kKeyframeColor{96, 104, 122};
 constexpr Color kQueryColor{30, 96, 214};
