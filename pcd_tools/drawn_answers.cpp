@@ -135,19 +135,16 @@ std::vector<SceneQuery> DrawnAnswers::draw(const std::string& answers_path, Join
     query.T_map_query = answer.fix.T_map_sensor;
     query.poses = {Eigen::Isometry3d::Identity()};  // as if its odometry began there
     const std::string path = foundPath(answer.input, answers_path, given_);
-    if (!query.has_pose || !with_recordings) {
-      queries.push_back(std::move(query));
-      continue;
-    }
-    if (fs::exists(path)) {
+    const bool is_drawn = query.has_pose && with_recordings;
+    if (is_drawn && fs::exists(path)) {
       drawn_.push_back(path);
       const io::InputKind kind = io::recogniseInput(path, input_.parsed());
       if (kind == io::InputKind::graph || kind == io::InputKind::map ||
           (kind == io::InputKind::cloud && isBareCloud(path)))
-        drawPlace(path, answer, joined, query);
+        drawPlace(path, kind, answer, joined, query);
       else if (const FrameSource* recording = recordingOf(path))
         drawRecording(*recording, answer, i % step == 0 ? frames : 0, joined, query);
-    } else {
+    } else if (is_drawn) {
       job_.narrate.note(fmt::format("only the poses of {} are drawn: it is not found", path));
     }
     queries.push_back(std::move(query));
@@ -172,10 +169,9 @@ void DrawnAnswers::keep(Place drawn, JoinedLabels& joined, SceneQuery& query) {
 }
 
 /// What is one thing in one frame: a graph, a map, a cloud.
-void DrawnAnswers::drawPlace(const std::string& path, const Answer& answer, JoinedLabels& joined,
-                             SceneQuery& query) {
+void DrawnAnswers::drawPlace(const std::string& path, io::InputKind kind, const Answer& answer,
+                             JoinedLabels& joined, SceneQuery& query) {
   io::InputOptions input = input_.parsed();
-  const io::InputKind kind = settleKind(path, input, job_);
   if (kind == io::InputKind::graph) input.map_labels = joined.labels();
   Place drawn = readDrawable(path, input, job_, voxel_m_);
   query.forward = Eigen::Vector3d::UnitX();

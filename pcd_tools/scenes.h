@@ -85,8 +85,8 @@ class DrawnAnswers {
 
  private:
   const FrameSource* recordingOf(const std::string& path);  ///< null if it cannot be opened
-  void drawPlace(const std::string& path, const Answer& answer, JoinedLabels& joined,
-                 SceneQuery& query);
+  void drawPlace(const std::string& path, io::InputKind kind, const Answer& answer,
+                 JoinedLabels& joined, SceneQuery& query);
   void drawRecording(const FrameSource& recording, const Answer& answer, std::size_t most_frames,
                      JoinedLabels& joined, SceneQuery& query);
   static void place(const Eigen::Isometry3d& arrow, const Answer& answer, SceneQuery& query);
