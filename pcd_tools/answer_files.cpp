@@ -89,9 +89,9 @@ void AnswerFiles::begin() {
 }
 
 void AnswerFiles::take(const QueryInput& input) {
-  T_odom_sensor_ = input.frames.empty() ? input.whole->poses : input.poses();
+  T_odom_sensor_ = input.source ? input.poses() : input.whole->poses;
   for (std::size_t i = 0; i < T_odom_sensor_.size(); ++i)
-    stamps_s_.push_back(input.frames.empty() ? static_cast<double>(i) : input.frames[i].stamp_s);
+    stamps_s_.push_back(input.source ? input.source->stamp(i) : static_cast<double>(i));
 }
 
 void AnswerFiles::explain(const Answer& answer, const Query& query,

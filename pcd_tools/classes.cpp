@@ -51,18 +51,8 @@ bool isNameless(const LabelMatch& match) {
   return match.from().isGeneric() != match.to().isGeneric();
 }
 
-}  // namespace
-
-void sayGuesses(const std::string& path, const LabelSet& labels, const Narrative& narrate) {
-  if (labels.isGeneric()) return sayShapes(path, labels, narrate);
-  Takings guessed;
-  for (const auto& [id, info] : labels.classes()) {
-    if (info.guessed) guessed.add(toString(info.role), info.name);
-  }
-  if (!guessed.empty())
-    narrate.note(fmt::format("{} gives no roles; guessed: {}", labels.name(), guessed.text()));
-}
-
+/// How the classes of what lies at `path` meet those of options.map_labels, which must be there;
+/// with --verbose it is said what is matched with what.
 LabelMatch meetMap(const std::string& path, const LabelSet& labels, const io::InputOptions& options,
                    const Narrative& narrate) {
   LabelMatch match(labels, *options.map_labels, options.class_names);
@@ -83,6 +73,18 @@ LabelMatch meetMap(const std::string& path, const LabelSet& labels, const io::In
                                        : "--map-labels names them"));
   }
   return match;
+}
+
+}  // namespace
+
+void sayGuesses(const std::string& path, const LabelSet& labels, const Narrative& narrate) {
+  if (labels.isGeneric()) return sayShapes(path, labels, narrate);
+  Takings guessed;
+  for (const auto& [id, info] : labels.classes()) {
+    if (info.guessed) guessed.add(toString(info.role), info.name);
+  }
+  if (!guessed.empty())
+    narrate.note(fmt::format("{} gives no roles; guessed: {}", labels.name(), guessed.text()));
 }
 
 std::unique_ptr<FrameSource> inClassesOfMap(std::unique_ptr<FrameSource> source,

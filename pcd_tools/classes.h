@@ -13,11 +13,6 @@ namespace xview::tools {
 /// Says which roles and kinds of classes are guesses, as nobody gave them.
 void sayGuesses(const std::string& path, const LabelSet& labels, const Narrative& narrate);
 
-/// How the classes of what lies at `path` meet those of options.map_labels, which must be there;
-/// with --verbose it is said what is matched with what.
-LabelMatch meetMap(const std::string& path, const LabelSet& labels, const io::InputOptions& options,
-                   const Narrative& narrate);
-
 /// The recording in the classes of options.map_labels, if they are given and any class of it can be
 /// found there.
 std::unique_ptr<FrameSource> inClassesOfMap(std::unique_ptr<FrameSource> source,

@@ -2,20 +2,22 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 
 #include "answer_table.h"
 #include "outputs.h"
 #include "scenes.h"
-#include "windows.h"
 #include "xview/changes.h"
 #include "xview/io/graph_files.h"
 #include "xview/io/label_files.h"
+#include "xview/pose/trajectory.h"
 #include "xview/raw_recording.h"
+#include "xview/sequence.h"
 #include "xview/types/atomic_file.h"
 #include "xview/types/error.h"
 #include "xview/types/frame.h"
 #include "xview/types/localization.h"
+#include "xview/types/median.h"
+#include "xview/types/pose.h"
 
 namespace xview::tools {
 namespace {
@@ -80,19 +82,6 @@ std::string toCsv(const Changes& changes, const LabelSet& labels) {
   return text;
 }
 
-nlohmann::ordered_json toJson(const Change& c, const LabelSet& labels) {
-  const auto listOf = [](const Eigen::Vector3d& p) {
-    return nlohmann::ordered_json{p.x(), p.y(), p.z()};
-  };
-  nlohmann::ordered_json json = {
-      {"change", toString(c.what)},  {"class", labels.className(c.label)},
-      {"dynamic", c.is_dynamic},     {"position", listOf(c.position)},
-      {"extent", listOf(c.extent)},  {"sigma", c.sigma_m},
-      {"probability", c.probability}};
-  if (c.moved_to) json["moved_to"] = listOf(*c.moved_to);
-  return json;
-}
-
 /// A class for each thing that can happen to a class: "gone pole".
 LabelSet changeLabels(const Changes& changes, const LabelSet& labels,
                       std::vector<std::uint32_t>& ids) {
@@ -133,6 +122,25 @@ void writeChangeGraph(const std::string& path, const Changes& changes, const Lab
   io::writeGraph(path, graph, set);
 }
 
+/// Windows of so much way, from one start to the next half of it; the last one ends where the
+/// recording does.
+std::vector<Window> windowsOf(const std::vector<Eigen::Isometry3d>& poses, double length_m) {
+  const std::vector<double> way = wayAlong(poses);
+  std::vector<Window> windows;
+  std::size_t first = 0;
+  for (std::size_t last = 0; last < poses.size(); ++last) {
+    const bool is_end = last + 1 == poses.size();
+    if (way[last] - way[first] < length_m && !is_end) continue;
+    if (is_end && !windows.empty()) {
+      while (first > 0 && way[last] - way[first] < length_m) --first;
+    }
+    windows.push_back({first, last + 1});
+    const double next_m = way[first] + length_m / 2;
+    while (first < last && way[first] < next_m) ++first;
+  }
+  return windows;
+}
+
 /// The later visit in the frame of the earlier one.
 struct Found {
   Place place;
@@ -161,7 +169,6 @@ class DiffCommand final : public Command {
   void declare(Flags& flags) override {
     input_.declareWithMap(flags);
     flags.add("-o,--out", out_, "the file to write");
-    flags.add("--json", json_, "print one JSON object instead of a line");
   }
 
   ExitCode run(const Job& given) override {
@@ -183,7 +190,7 @@ class DiffCommand final : public Command {
     job.narrate.stage("diff", watch.lap_ms(), fmt::format("{} changes", changes.changes.size()));
     write(changes, earlier, *later, job);
     sayChanges(changes, earlier.labels, job.narrate);
-    print(changes, earlier.labels, job);
+    fmt::print("{}\n", summaryOf(changes));
     return kDone;
   }
 
@@ -198,20 +205,42 @@ class DiffCommand final : public Command {
     return input.source ? findRecording(input, localizer, job) : findWhole(input, localizer);
   }
 
+  /// By windows of some 60 m of a town that overlap by half and speak together; the odometry is
+  /// bent through them, because it drifts.
   static std::optional<Found> findRecording(const QueryInput& input, const Localizer& localizer,
                                             const Job& job) {
-    PlacedRecording placed = placeRecording(input, localizer, job);
-    if (placed.fixes.empty()) return sayRefused(input.path, placed.reason);
+    std::optional<Sequence> sequence;
+    if (job.options.method != "walks") sequence.emplace(localizer, job.options);
+    std::vector<pose::TrajectoryFix> fixes;
+    std::vector<double> sigmas;
+    std::string refusal;                         // of the last window that was not accepted
+    std::size_t first = input.size(), last = 0;  // frames in accepted windows or between them
+    const std::vector<Window> windows = windowsOf(input.poses(), kWindow_m * localizer.size());
+    forEachWindow(input, windows, job, [&](const Query& query, const Window& window) {
+      const Localization fix = sequence ? sequence->add(query, window.first, window.last).fix
+                                        : localizer.localize(query);
+      job.narrate.detail(fmt::format("{}-{} {}: {}", input.source->number(window.first),
+                                     input.source->number(window.last - 1), toString(fix.status),
+                                     fix.reason));
+      if (!fix.accepted()) return void(refusal = fix.reason);
+      fixes.push_back({window.last - 1, fix.T_map_query, fix.T_map_sensor, fix.scale,
+                       fix.covariance, fix.confidence});
+      sigmas.push_back(verify::horizontalSigma(fix.covariance));
+      first = std::min(first, window.first);
+      last = std::max(last, window.last);
+    });
+    if (fixes.empty()) return sayRefused(input.path, refusal);
     Found found;
-    found.poses = placed.T_map_sensor;
-    found.sigma_m = placed.sigma_m;
-    found.how = fmt::format("{}: {} of {} stretches accepted, ±{}", input.path, placed.fixes.size(),
-                            placed.windows, lengthText(placed.sigma_m));
-    const std::size_t left_out = input.size() - (placed.last - placed.first);
-    if (left_out > 0)
+    found.sigma_m = medianOf(sigmas);
+    found.how = fmt::format("{}: {} of {} stretches accepted, ±{}", input.path, fixes.size(),
+                            windows.size(), lengthText(found.sigma_m));
+    if (const std::size_t left_out = input.size() - (last - first); left_out > 0)
       job.narrate.note(fmt::format("{}: {} of its {} frames are left out, where it was not found",
                                    input.path, left_out, input.size()));
-    const PosedRecording posed(*input.source, placed.first, std::move(placed.T_map_sensor));
+    const auto poses = pose::trajectoryThrough(input.poses(), fixes);
+    found.poses.assign(poses.begin() + static_cast<std::ptrdiff_t>(first),
+                       poses.begin() + static_cast<std::ptrdiff_t>(last));
+    const PosedRecording posed(*input.source, first, found.poses);
     found.place = mapOfRecordings({&posed}, job);
     return found;
   }
@@ -297,26 +326,12 @@ class DiffCommand final : public Command {
       narrate.line(fmt::format("{:5}  x {:.2f}, y {:.2f}, z {:.2f} m  {}", toString(c.what),
                                c.position.x(), c.position.y(), c.position.z(), noteOf(c, labels)));
     }
-    if (said == kMost && out_.empty() && !json_) narrate.line("-o changes.csv lists all of them");
+    if (said == kMost && out_.empty()) narrate.line("-o changes.csv lists all of them");
   }
 
-  void print(const Changes& changes, const LabelSet& labels, const Job& job) const {
-    if (!json_) return fmt::print("{}\n", summaryOf(changes));
-    nlohmann::ordered_json json = {{"earlier", job.operands[0]},
-                                   {"later", job.operands[1]},
-                                   {"gone", countOf(changes, What::gone)},
-                                   {"new", countOf(changes, What::added)},
-                                   {"moved", countOf(changes, What::moved)},
-                                   {"seen_by_both", changes.compared},
-                                   {"changes", nlohmann::ordered_json::array()}};
-    for (const Change& c : changes.changes) json["changes"].push_back(toJson(c, labels));
-    fmt::print("{}\n", json.dump());
-  }
-
-  static constexpr double kOneFrame_m = 1;  ///< of a town
+  static constexpr double kOneFrame_m = 1, kWindow_m = 60;  ///< of a town
   InputFlags input_;
   std::string out_;
-  bool json_ = false;
 };
 
 }  // namespace

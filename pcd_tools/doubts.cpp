@@ -52,20 +52,17 @@ bool isInAlready(const map::SemanticMap& map, const map::SemanticMap& addition) 
          areSameThings(addition.graph, map.graph, 0.5);
 }
 
-struct Distance {
-  double nearest_m = std::numeric_limits<double>::infinity();
-  std::size_t near = 0;  ///< poses of the second that are as near as sensors see
-};
-
-Distance distanceOf(const Poses& first, const Poses& second) {
+/// How far two recordings lie from one another, less first: how many poses of the second are as
+/// near as sensors see, with a minus, and how far the nearest one is [m].
+std::pair<double, double> distanceOf(const Poses& first, const Poses& second) {
   constexpr double kSeen_m = 40;
-  Distance distance;
+  std::pair<double, double> distance(0, std::numeric_limits<double>::infinity());
   for (const Eigen::Isometry3d& a : second) {
     double nearest_m = std::numeric_limits<double>::infinity();
     for (const Eigen::Isometry3d& b : first)
       nearest_m = std::min(nearest_m, (a.translation() - b.translation()).norm());
-    distance.nearest_m = std::min(distance.nearest_m, nearest_m);
-    distance.near += nearest_m < kSeen_m;
+    distance.first -= nearest_m < kSeen_m;
+    distance.second = std::min(distance.second, nearest_m);
   }
   return distance;
 }
@@ -176,8 +173,7 @@ void SketchedRecordings::finishLast() {
 void SketchedRecordings::sayDoubts(const Narrative& narrate) {
   if (last_) finishLast();
   const auto distance = [&](std::size_t i, std::size_t j) {
-    const Distance d = distanceOf(sketches_[j].poses, sketches_[i].poses);
-    return std::pair(-static_cast<double>(d.near), d.nearest_m);
+    return distanceOf(sketches_[j].poses, sketches_[i].poses);
   };
   for (std::size_t i = 1; i < sketches_.size(); ++i) {
     std::size_t nearest = 0;

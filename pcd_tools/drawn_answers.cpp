@@ -20,16 +20,6 @@ namespace fs = std::filesystem;
 /// hide one another.
 constexpr std::size_t kFramesOfAnswer = 8, kFramesOfAll = 160;
 
-/// Lengths of the query become those of the map.
-void scaleBy(double scale, SemanticGraph& graph) {
-  for (Vertex& v : graph.vertices) v.position *= scale;
-}
-void scaleBy(double scale, LabelledCloud& cloud) {
-  if (scale == 1) return;
-  cloud.origin *= scale;
-  for (Point& p : cloud.points) p.getVector3fMap() *= static_cast<float>(scale);
-}
-
 /// Thinning a small cloud would only take the room or the desk from it.
 LabelledCloud thinned(LabelledCloud cloud, double voxel_m) {
   constexpr std::size_t kSmall = 100000;
@@ -43,9 +33,10 @@ bool isBareCloud(const std::string& path) {
 
 }  // namespace
 
-LabelledCloud readAnyCloud(const std::string& path, const io::InputOptions& input, const Job& job,
-                           double voxel_m, LabelSet& labels,
-                           std::vector<Eigen::Isometry3d>* poses) {
+Place readDrawable(const std::string& path, io::InputOptions input, const Job& job,
+                   double voxel_m) {
+  if (auto stored = readStored(path, input, job)) return std::move(*stored);
+  Place place;
   if (io::recogniseInput(path, input) == io::InputKind::cloud && isBareCloud(path)) {
     ClassInfo grey;
     grey.id = 1;
@@ -53,19 +44,21 @@ LabelledCloud readAnyCloud(const std::string& path, const io::InputOptions& inpu
     grey.color = {150, 150, 150};
     grey.role = Role::surface;
     grey.kind = Kind::other_surface;
-    labels = LabelSet("none");
-    labels.add(grey);
-    LabelledCloud cloud = io::readCloud(path, {}, false);
-    for (Point& p : cloud.points) p.label = grey.id;
-    return thinned(std::move(cloud), voxel_m);
+    place.labels = LabelSet("none");
+    place.labels.add(grey);
+    place.cloud = io::readCloud(path, {}, false);
+    for (Point& p : place.cloud.points) p.label = grey.id;
+    place.cloud = thinned(std::move(place.cloud), voxel_m);
+    return place;
   }
   const auto source = openInput(path, input, job);
-  labels = source->labels();
+  place.labels = source->labels();
   // A cloud of its own was seen from nowhere in particular.
-  const bool is_way = poses && (source->size() > 1 || source->sensor() != Sensor::cloud);
-  for (std::size_t i = 0; is_way && i < source->size(); ++i) poses->push_back(source->pose(i));
-  return source->size() == 1 ? thinned(liftAll(*source, job, 0), voxel_m)
-                             : liftAll(*source, job, voxel_m);
+  const bool is_way = source->size() > 1 || source->sensor() != Sensor::cloud;
+  for (std::size_t i = 0; is_way && i < source->size(); ++i) place.poses.push_back(source->pose(i));
+  place.cloud = source->size() == 1 ? thinned(liftAll(*source, job, 0), voxel_m)
+                                    : liftAll(*source, job, voxel_m);
+  return place;
 }
 
 std::string foundPath(const std::string& input, const std::string& answers_path,
@@ -142,19 +135,16 @@ std::vector<SceneQuery> DrawnAnswers::draw(const std::string& answers_path, Join
     query.T_map_query = answer.fix.T_map_sensor;
     query.poses = {Eigen::Isometry3d::Identity()};  // as if its odometry began there
     const std::string path = foundPath(answer.input, answers_path, given_);
-    if (!query.has_pose || !with_recordings) {
-      queries.push_back(std::move(query));
-      continue;
-    }
-    if (fs::exists(path)) {
+    const bool is_drawn = query.has_pose && with_recordings;
+    if (is_drawn && fs::exists(path)) {
       drawn_.push_back(path);
       const io::InputKind kind = io::recogniseInput(path, input_.parsed());
       if (kind == io::InputKind::graph || kind == io::InputKind::map ||
           (kind == io::InputKind::cloud && isBareCloud(path)))
-        drawPlace(path, answer, joined, query);
+        drawPlace(path, kind, answer, joined, query);
       else if (const FrameSource* recording = recordingOf(path))
         drawRecording(*recording, answer, i % step == 0 ? frames : 0, joined, query);
-    } else {
+    } else if (is_drawn) {
       job_.narrate.note(fmt::format("only the poses of {} are drawn: it is not found", path));
     }
     queries.push_back(std::move(query));
@@ -171,44 +161,31 @@ void DrawnAnswers::place(const Eigen::Isometry3d& arrow, const Answer& answer, S
         positionSigma(movedTo(arrow.translation() / answer.fix.scale, answer.fix).covariance);
 }
 
-void DrawnAnswers::keepCloud(LabelledCloud cloud, const LabelSet& labels, JoinedLabels& joined,
-                             SceneQuery& query) {
-  joined.adopt(labels, cloud);
-  clouds_.push_back(std::move(cloud));
-  query.cloud = &clouds_.back();
+void DrawnAnswers::keep(Place drawn, JoinedLabels& joined, SceneQuery& query) {
+  joined.adopt(drawn);
+  places_.push_back(std::move(drawn));
+  if (!places_.back().graph.empty()) query.graph = &places_.back().graph;
+  if (!places_.back().cloud.empty()) query.cloud = &places_.back().cloud;
 }
 
 /// What is one thing in one frame: a graph, a map, a cloud.
-void DrawnAnswers::drawPlace(const std::string& path, const Answer& answer, JoinedLabels& joined,
-                             SceneQuery& query) {
-  query.forward = Eigen::Vector3d::UnitX();
+void DrawnAnswers::drawPlace(const std::string& path, io::InputKind kind, const Answer& answer,
+                             JoinedLabels& joined, SceneQuery& query) {
   io::InputOptions input = input_.parsed();
-  if (settleKind(path, input, job_) == io::InputKind::graph) {
-    input.map_labels = joined.labels();
-    LabelledGraph file = readLabelledGraph(path, input, job_);
-    joined.adopt(file.labels, file.graph);
-    graphs_.push_back(std::move(file.graph));
-    scaleBy(answer.fix.scale, graphs_.back());
-    query.graph = &graphs_.back();
-    return place(arrowPose(graphs_.back()), answer, query);
+  if (kind == io::InputKind::graph) input.map_labels = joined.labels();
+  Place drawn = readDrawable(path, input, job_, voxel_m_);
+  query.forward = Eigen::Vector3d::UnitX();
+  if (kind != io::InputKind::map) {
+    drawn.poses = {Eigen::Isometry3d::Identity()};
+    scaleLengths(answer.fix.scale, drawn);
+    place(arrowPose(drawn), answer, query);
+  } else if (!drawn.poses.empty()) {
+    query.forward = Eigen::Vector3d::UnitZ();
+    query.T_map_query = answer.fix.T_map_query;
+    query.poses = drawn.poses;
   }
-  LabelSet labels;
-  LabelledCloud cloud;
-  if (endingOf(path) == ".xvm") {
-    const map::SemanticMap map = map::loadMap(path);
-    labels = map.labels;
-    cloud = map.cloud;
-    if (!map.poses.empty()) {
-      query.forward = Eigen::Vector3d::UnitZ();
-      query.T_map_query = answer.fix.T_map_query;
-      query.poses = map.poses;
-    }
-  } else {
-    cloud = readAnyCloud(path, input, job_, voxel_m_, labels);
-    scaleBy(answer.fix.scale, cloud);
-    place(arrowPose(cloud), answer, query);
-  }
-  keepCloud(std::move(cloud), labels, joined, query);
+  if (kind == io::InputKind::map) drawn.graph = {};  // its points show more
+  keep(std::move(drawn), joined, query);
 }
 
 void DrawnAnswers::drawRecording(const FrameSource& recording, const Answer& answer,
@@ -226,11 +203,13 @@ void DrawnAnswers::drawRecording(const FrameSource& recording, const Answer& ans
     query.poses.back().translation() *= answer.fix.scale;
   }
   query.T_map_query = answer.fix.T_map_query;
-  LabelledCloud cloud;
+  Place drawn;
+  drawn.labels = recording.labels();
+  LabelledCloud& cloud = drawn.cloud;
   const std::size_t count = std::min(most_frames, window.size());
   for (std::size_t k = 0; k < count; ++k) {  // evenly, the last one always
     const Frame frame = recording.read(window[window.size() - 1 - k * window.size() / count]);
-    const auto& labels = recording.labels();
+    const auto& labels = drawn.labels;
     cloud.append(voxel_m_ > 0 ? graph::liftThin(frame, labels, job_.options.lift, voxel_m_,
                                                 graph::WholeClasses::none)
                                     .thin
@@ -238,10 +217,10 @@ void DrawnAnswers::drawRecording(const FrameSource& recording, const Answer& ans
   }
   if (count > 1 && voxel_m_ > 0) cloud = graph::thinByVoxel(cloud, voxel_m_);
   if (cloud.empty()) return;
-  scaleBy(answer.fix.scale, cloud);
+  scaleLengths(answer.fix.scale, cloud);
   if (recording.sensor() == Sensor::cloud && window.size() == 1)
     place(arrowPose(cloud, query.poses[0]), answer, query);
-  keepCloud(std::move(cloud), recording.labels(), joined, query);
+  keep(std::move(drawn), joined, query);
 }
 
 }  // namespace xview::tools

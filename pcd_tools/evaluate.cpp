@@ -21,21 +21,6 @@
 namespace xview::tools {
 namespace {
 
-ScoredQuery withoutTruth(const Answer& answer) {
-  ScoredQuery query;
-  query.input = answer.input;
-  query.first_frame = answer.first_frame;
-  query.last_frame = answer.last_frame;
-  query.status = answer.fix.status;
-  query.confidence = answer.fix.confidence;
-  query.has_pose = !answer.fix.hypotheses.empty();
-  query.estimate = answer.fix.T_map_sensor;
-  query.has_covariance = !answer.fix.covariance.isZero();
-  query.covariance = answer.fix.covariance;
-  query.timing_ms = answer.fix.timing_ms;
-  return query;
-}
-
 /// True if the file holds poses, not answers of localize --json.
 bool isTrajectory(const std::string& path) {
   std::ifstream file(path);
@@ -78,10 +63,10 @@ std::vector<ScoredQuery> scoredTrajectory(const std::string& path, const std::st
     ScoredQuery query;
     query.input = path;
     query.first_frame = query.last_frame = static_cast<std::int64_t>(i);
-    query.status = Status::accepted;
-    query.confidence = 1;
-    query.has_pose = true;
-    query.estimate = found[i].T_frame_sensor;
+    query.fix.status = Status::accepted;
+    query.fix.confidence = 1;
+    query.fix.hypotheses.resize(1);
+    query.fix.T_map_sensor = found[i].T_frame_sensor;
     query.truth = partners[i]->T_frame_sensor;
     queries.push_back(query);
   }
@@ -95,29 +80,20 @@ std::vector<ScoredQuery> scoredTrajectory(const std::string& path, const std::st
 }
 
 /// Shares of queries within a distance, from a millimetre to 100 m, evenly on a log scale.
-std::vector<Eigen::Vector2d> successCurve(const std::vector<ScoredQuery>& queries,
-                                          bool accepted_only) {
-  std::vector<double> errors;
-  std::size_t total = 0;
-  for (const ScoredQuery& query : queries) {
-    if (query.negative) continue;
-    ++total;
-    if (!accepted_only || query.status == Status::accepted) errors.push_back(query.positionError());
-  }
+std::vector<Eigen::Vector2d> successCurve(const SuccessTable& table, std::size_t queries) {
   std::vector<Eigen::Vector2d> curve;
-  for (int i = 0; i <= 100 && total > 0; ++i) {
+  for (int i = 0; i <= 100 && queries > 0; ++i) {
     const double limit = std::pow(10, -3 + 0.05 * i);
-    curve.emplace_back(limit, shareWithin(errors, limit, total));
+    curve.emplace_back(limit, shareWithin(table.errors_m, limit, queries));
   }
   return curve;
 }
 
-std::vector<SceneChart> chartsOf(const Evaluation& evaluation,
-                                 const std::vector<ScoredQuery>& queries) {
+std::vector<SceneChart> chartsOf(const Evaluation& evaluation) {
   SceneChart success{
       "Queries within a distance of the truth", "distance", "queries", ChartAxis::length, {}};
-  success.curves = {{"best hypothesis", successCurve(queries, false)},
-                    {"accepted", successCurve(queries, true)}};
+  success.curves = {{"best hypothesis", successCurve(evaluation.best, evaluation.queries)},
+                    {"accepted", successCurve(evaluation.believed, evaluation.queries)}};
   SceneChart precision{
       "Precision over recall", "recall", "precision", ChartAxis::share, {{"", {}}}};
   for (const PrecisionRecall& point : evaluation.curve)
@@ -142,11 +118,11 @@ std::vector<std::pair<std::string, std::string>> factsOf(const Evaluation& e) {
     return std::isfinite(share) ? fmt::format("{:.1f} %", 100 * share) : std::string("-");
   };
   std::vector<std::pair<std::string, std::string>> facts = {
-      {"median error", lengthText(e.believed.median_m)},
-      {"90 % within", lengthText(e.believed.p90_m)},
+      {"median error", lengthText(e.believed.ape_m.median)},
+      {"90 % within", lengthText(e.believed.ape_m.p90)},
       {fmt::format("precision, {} m", e.correct_within_m), percent(e.precision)},
       {"recall", percent(e.recall)},
-      {"time per query", fmt::format("{:.2f} s", e.median_ms / 1000)}};
+      {"time per query", fmt::format("{:.2f} s", e.total_ms.median / 1000)}};
   if (e.negatives > 0)
     facts.emplace_back("strangers accepted", fmt::format("{} of {}", e.false_accepts, e.negatives));
   return facts;
@@ -208,9 +184,9 @@ class EvaluateCommand final : public Command {
     query.from_elsewhere = scored.negative;
     if (scored.negative) return;
     query.true_poses = {scored.truth};
-    if (!scored.has_pose) return;
+    if (!scored.hasPose()) return;
     query.error_m = scored.positionError();
-    query.error_deg = kDegrees * scored.rotationError();
+    query.error_deg = scored.rotationError();
   }
 
   /// The map with all queries, those from elsewhere last, as in `scored`.
@@ -234,14 +210,14 @@ class EvaluateCommand final : public Command {
            ++i) {
         SceneQuery query;
         query.name = fmt::format("pose {}", scored[i].first_frame);
-        query.poses = {scored[i].estimate};
+        query.poses = {scored[i].fix.T_map_sensor};
         scene.queries.push_back(std::move(query));
       }
     }
     for (std::size_t i = 0; i < scored.size(); ++i) judge(scored[i], scene.queries[i]);
     scene.labels = &labels.labels();
     scene.title = fmt::format("{} of {} found, median {} off", evaluation.accepted,
-                              evaluation.queries, lengthText(evaluation.believed.median_m));
+                              evaluation.queries, lengthText(evaluation.believed.ape_m.median));
     scene.caption = fmt::format("{} against {}", job.operands[0], job.operands[1]);
     if (job.operands.size() > 2)
       scene.caption += fmt::format(" and {} more", job.operands.size() / 2 - 1);
@@ -251,7 +227,7 @@ class EvaluateCommand final : public Command {
     return htmlPage(scene, kReportPoints);
   }
 
-  static constexpr double kReportVoxel_m = 0.3, kDegrees = 57.29577951308232;
+  static constexpr double kReportVoxel_m = 0.3;
   static constexpr std::size_t kReportPoints = 300000;
 
   std::vector<ScoredQuery> score(const Job& job) const {
@@ -264,27 +240,24 @@ class EvaluateCommand final : public Command {
         continue;
       }
       const Truth truth(truth_path);
-      for (const Answer& answer : readAnswers(results)) {
-        queries.push_back(withoutTruth(answer));
-        queries.back().truth = truth.poseFor(answer);
-      }
+      for (const Answer& answer : readAnswers(results))
+        queries.push_back({answer.input, answer.first_frame, answer.last_frame, answer.fix, false,
+                           truth.poseFor(answer)});
     }
     if (negatives_.empty()) return queries;
-    for (const Answer& answer : readAnswers(negatives_)) {
-      queries.push_back(withoutTruth(answer));
-      queries.back().negative = true;
-    }
+    for (const Answer& answer : readAnswers(negatives_))
+      queries.push_back({answer.input, answer.first_frame, answer.last_frame, answer.fix, true});
     return queries;
   }
 
   /// All of the files or, if the largest does not fit, none.
   void writeAll(const Evaluation& evaluation, const std::vector<ScoredQuery>& queries,
                 const map::SemanticMap& map, const Job& job) const {
-    const std::vector<SceneChart> charts = chartsOf(evaluation, queries);
+    const std::vector<SceneChart> charts = chartsOf(evaluation);
     const std::pair<const char*, std::string> contents[] = {
         {"report.html", reportPage(evaluation, queries, charts, map, job)},
         {"results.csv", resultsCsv(queries)},
-        {"success.csv", successCsv(queries)},
+        {"success.csv", successCsv(evaluation)},
         {"pr.csv", precisionRecallCsv(evaluation)},
         {"summary.json", evaluationJson(evaluation)},
         {"success.svg", chartSvg(charts[0])},

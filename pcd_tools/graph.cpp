@@ -7,7 +7,6 @@
 #include "outputs.h"
 #include "tool.h"
 #include "xview/io/graph_files.h"
-#include "xview/map/semantic_map.h"
 #include "xview/types/atomic_file.h"
 #include "xview/types/error.h"
 
@@ -34,7 +33,7 @@ class GraphCommand final : public Command {
     const std::string& out = job.operands[1];
     if (endingOf(out) != ".ply") throw UsageError(out + ": a graph ends with .ply");
     requireWritable(out);
-    const LabelledGraph result = read(job);
+    const Place result = read(job);
     io::writeGraph(out, result.graph, result.labels);
     fmt::print("{} vertices, {} edges, {} connected parts\n", result.graph.size(),
                result.graph.edgeCount(), componentCount(result.graph));
@@ -42,33 +41,20 @@ class GraphCommand final : public Command {
   }
 
  private:
-  LabelledGraph read(const Job& job) const {
+  Place read(const Job& job) const {
     const std::string& path = job.operands[0];
     io::InputOptions input = input_.parsed();
-    switch (settleKind(path, input, job)) {
-      case io::InputKind::map: {
-        map::SemanticMap map = map::loadMap(path);
-        return {std::move(map.labels), std::move(map.graph)};
-      }
-      case io::InputKind::graph:
-        return readLabelledGraph(path, input, job);
-      default:
-        return assemble(path, input, job);
-    }
-  }
-
-  LabelledGraph assemble(const std::string& path, const io::InputOptions& input,
-                         const Job& job) const {
+    if (auto stored = readStored(path, input, job)) return std::move(*stored);
     const auto source = openInput(path, input, job);
     FrameReport report(*source, job.narrate);
-    SemanticGraph graph =
-        makeQuery(*source, job.options, [&](const FrameDigest& frame) { report.add(frame); }).graph;
+    Place place =
+        makeQuery(*source, job.options, [&](const FrameDigest& frame) { report.add(frame); });
     report.say();
-    if (graph.empty()) {
+    if (place.graph.empty()) {
       throw Error(path,
                   fmt::format("no blobs in {} frames: nothing to make a graph of", report.added()));
     }
-    return {source->labels(), std::move(graph)};
+    return place;
   }
 
   InputFlags input_;

@@ -210,7 +210,7 @@ class InfoCommand final : public Command {
     if (kind == io::InputKind::map) {
       printMap(sheet, path);
     } else if (kind == io::InputKind::graph) {
-      const LabelledGraph file = readLabelledGraph(path, input, job);
+      const Place file = readLabelledGraph(path, input, job);
       printSize(sheet, file.graph, job.options);
       printGraph(sheet, file.graph, file.labels);
     } else if (kind == io::InputKind::cloud) {

@@ -87,18 +87,6 @@ std::size_t firstWithin(const FrameSource& source, double length_m) {
   return travelled > length_m ? first : 0;
 }
 
-/// What is known of the frames before they are read.
-std::vector<FrameDigest> unreadFrames(const FrameSource& source) {
-  std::vector<FrameDigest> frames(source.size());
-  for (std::size_t i = 0; i < frames.size(); ++i) {
-    frames[i].number = source.number(i);
-    frames[i].stamp_s = source.stamp(i);
-    frames[i].sensor = source.sensor();
-    frames[i].T_odom_sensor = source.pose(i);
-  }
-  return frames;
-}
-
 }  // namespace
 
 void InputFlags::declare(Flags& flags) {
@@ -182,14 +170,22 @@ io::InputKind settleKind(const std::string& path, io::InputOptions& options, con
   return kind;
 }
 
-LabelledGraph readLabelledGraph(const std::string& path, const io::InputOptions& input,
-                                const Job& job) {
+Place readLabelledGraph(const std::string& path, const io::InputOptions& input, const Job& job) {
   io::GraphFile file = io::readGraph(path);
   if (file.graph.empty()) throw Error(path, "the graph has no vertices");
   if (!file.has_edges)
     graph::connectByRadius(file.graph, atSize(job.options, sizeFor(job.options, file.graph)).edges);
-  LabelSet labels = labelsOfGraph(path, file.graph, file.labels, input, job.narrate);
-  return {std::move(labels), std::move(file.graph)};
+  Place place;
+  place.labels = labelsOfGraph(path, file.graph, file.labels, input, job.narrate);
+  place.graph = std::move(file.graph);
+  return place;
+}
+
+std::optional<Place> readStored(const std::string& path, io::InputOptions& input, const Job& job) {
+  const io::InputKind kind = settleKind(path, input, job);
+  if (kind == io::InputKind::map) return map::loadMap(path);
+  if (kind == io::InputKind::graph) return readLabelledGraph(path, input, job);
+  return std::nullopt;
 }
 
 map::SemanticMap mapOfRecordings(
@@ -212,7 +208,7 @@ map::SemanticMap mapOf(const std::string& path, io::InputOptions input, const Jo
     case io::InputKind::map:
       return map::loadMap(path);
     case io::InputKind::graph: {
-      LabelledGraph file = readLabelledGraph(path, input, job);
+      Place file = readLabelledGraph(path, input, job);
       for (Vertex& vertex : file.graph.vertices) {
         if (T_map_input) vertex.position = *T_map_input * vertex.position;
       }
@@ -223,7 +219,7 @@ map::SemanticMap mapOf(const std::string& path, io::InputOptions input, const Jo
     default: {
       const std::unique_ptr<FrameSource> source = openPlaceInput(path, input, job);
       if (!T_map_input) return mapOfRecordings({source.get()}, job);
-      const MovedRecording moved(*source, *T_map_input);
+      const PosedRecording moved(*source, *T_map_input);
       return mapOfRecordings({&moved}, job);
     }
   }
@@ -243,31 +239,31 @@ map::SemanticMap readMap(const std::string& path, const InputFlags& input, const
   return map;
 }
 
+std::vector<Eigen::Isometry3d> QueryInput::poses() const {
+  std::vector<Eigen::Isometry3d> poses;
+  for (std::size_t i = 0; source && i < source->size(); ++i) poses.push_back(source->pose(i));
+  return poses;
+}
+
 QueryInput openQuery(const std::string& path, const InputFlags& input, const Job& job,
                      const LabelSet& map_labels) {
   QueryInput result;
   result.path = path;
   io::InputOptions options = queryIn(input, map_labels);
-  switch (settleKind(path, options, job)) {
-    case io::InputKind::map:
-      result.whole = std::make_unique<Query>(
-          inClassesOfMap(path, makeQuery(map::loadMap(path), job.options), options, job.narrate));
-      result.labels = result.whole->labels;
-      break;
-    case io::InputKind::graph: {
-      const LabelledGraph file = readLabelledGraph(path, options, job);
-      result.whole = std::make_unique<Query>(inClassesOfMap(
-          path, makeQuery(file.graph, file.labels, job.options), options, job.narrate));
-      result.labels = result.whole->labels;
-      sayDoubts(path, *result.whole, job.narrate);
-      break;
-    }
-    default:
-      result.source = openPlaceInput(path, options, job);
-      result.labels = result.source->labels();
-      result.frames = unreadFrames(*result.source);
-      if (result.frames.empty()) throw Error(path, "no frames");
+  const io::InputKind kind = settleKind(path, options, job);
+  if (kind == io::InputKind::map) result.whole = makeQuery(map::loadMap(path), job.options);
+  if (kind == io::InputKind::graph) {
+    const Place file = readLabelledGraph(path, options, job);
+    result.whole = makeQuery(file.graph, file.labels, job.options);
   }
+  if (result.whole) {
+    result.whole = inClassesOfMap(path, std::move(*result.whole), options, job.narrate);
+    if (kind == io::InputKind::graph) sayDoubts(path, *result.whole, job.narrate);
+  } else {
+    result.source = openPlaceInput(path, options, job);
+    if (result.size() == 0) throw Error(path, "no frames");
+  }
+  result.labels = result.whole ? result.whole->labels : result.source->labels();
   return result;
 }
 
@@ -275,21 +271,46 @@ QueryInput readQuery(const std::string& path, const InputFlags& input, const Job
                      const LabelSet& map_labels, double last_m) {
   QueryInput result = openQuery(path, input, job, map_labels);
   if (result.whole) return result;
-  std::unique_ptr<FrameSource> source = std::move(result.source);
+  const FrameSource* source = result.source.get();
+  std::unique_ptr<FrameSource> end;
   result.used_from = last_m > 0 ? firstWithin(*source, last_m) : 0;
   if (result.used_from > 0) {
     job.narrate.note(
         fmt::format("{}: its last {:g} m tell where it ends (--last)", source->name(), last_m));
-    io::InputOptions end = queryIn(input, map_labels);
-    end.frames.begin += result.used_from * end.frames.step;
-    source = openPlaceInput(path, end, job);
+    io::InputOptions options = queryIn(input, map_labels);
+    options.frames.begin += result.used_from * options.frames.step;
+    end = openPlaceInput(path, options, job);
+    source = end.get();
   }
   FrameReport report(*source, job.narrate);
-  result.whole = std::make_unique<Query>(
-      makeQuery(*source, job.options, [&](const FrameDigest& frame) { report.add(frame); }));
+  result.whole =
+      makeQuery(*source, job.options, [&](const FrameDigest& frame) { report.add(frame); });
   report.say();
   sayDoubts(path, *result.whole, job.narrate);
   return result;
+}
+
+void forEachWindow(const QueryInput& input, const std::vector<Window>& windows, const Job& job,
+                   const std::function<void(const Query&, const Window&)>& take) {
+  FrameReport report(*input.source, job.narrate);
+  std::vector<FrameDigest> kept;  // the last of them is the one that was read last
+  auto next = windows.begin();
+  digestRecording(*input.source, job.options, [&](FrameDigest frame) {
+    report.add(frame);
+    kept.push_back(std::move(frame));
+    for (; next != windows.end() && next->last == report.added(); ++next) {
+      const FrameDigest* end = kept.data() + kept.size();
+      const Query query =
+          makeQuery(end - (next->last - next->first), end, input.labels, job.options);
+      take(query, *next);
+    }
+    const std::size_t first = next == windows.end() ? input.size() : next->first;
+    const std::size_t before = report.added() - kept.size();  // frames that are kept no more
+    if (first > before)
+      kept.erase(kept.begin(),
+                 kept.begin() + static_cast<std::ptrdiff_t>(std::min(first - before, kept.size())));
+  });
+  report.say();
 }
 
 void checkOrder(const std::vector<std::string>& operands, const InputFlags& input) {

@@ -53,12 +53,10 @@ io::InputKind settleKind(const std::string& path, io::InputOptions& options, con
 
 /// A graph file with its label set (labelsOfGraph). Edges are made by radius search if the file has
 /// none.
-struct LabelledGraph {
-  LabelSet labels;
-  SemanticGraph graph;
-};
-LabelledGraph readLabelledGraph(const std::string& path, const io::InputOptions& input,
-                                const Job& job);
+Place readLabelledGraph(const std::string& path, const io::InputOptions& input, const Job& job);
+
+/// What a map or a graph file holds; nothing if the path is a recording (settleKind).
+std::optional<Place> readStored(const std::string& path, io::InputOptions& input, const Job& job);
 
 /// A map of recordings in one frame. It is said what of them was left out. `seen` is called with
 /// every frame, in order.
@@ -78,17 +76,11 @@ map::SemanticMap readMap(const std::string& path, const InputFlags& input, const
 struct QueryInput {
   std::string path;
   LabelSet labels;
-  std::vector<FrameDigest> frames;      ///< of a recording, without their points
+  std::unique_ptr<FrameSource> source;  ///< all frames of a recording
+  std::optional<Query> whole;           ///< the query, unless it is to be cut into windows
   std::size_t used_from = 0;            ///< position of the first frame that took part in `whole`
-  std::unique_ptr<Query> whole;         ///< the query, unless it is to be cut into windows
-  std::unique_ptr<FrameSource> source;  ///< else the recording, which is read window by window
-  std::size_t size() const { return frames.empty() ? 1 : frames.size(); }
-  /// T_odom_sensor of its frames.
-  std::vector<Eigen::Isometry3d> poses() const {
-    std::vector<Eigen::Isometry3d> poses;
-    for (const FrameDigest& frame : frames) poses.push_back(frame.T_odom_sensor);
-    return poses;
-  }
+  std::size_t size() const { return source ? source->size() : 1; }
+  std::vector<Eigen::Isometry3d> poses() const;  ///< T_odom_sensor of the frames of a recording
 };
 /// A recording is opened, but not read.
 QueryInput openQuery(const std::string& path, const InputFlags& input, const Job& job,
@@ -97,6 +89,16 @@ QueryInput openQuery(const std::string& path, const InputFlags& input, const Job
 /// forgotten on the way.
 QueryInput readQuery(const std::string& path, const InputFlags& input, const Job& job,
                      const LabelSet& map_labels, double last_m = 0);
+
+/// Half-open range of positions in a recording.
+struct Window {
+  std::size_t first = 0;
+  std::size_t last = 0;
+};
+/// Calls take(query, window) for windows of a recording, which are in order. It is digested once,
+/// whatever the windows share, and no more of it is kept than the next window needs.
+void forEachWindow(const QueryInput& input, const std::vector<Window>& windows, const Job& job,
+                   const std::function<void(const Query&, const Window&)>& take);
 
 /// Throws UsageError if the operands QUERY... MAP look swapped: a map file is asked for, and what
 /// it should be found in is a recording.

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <fmt/core.h>
 
-#include <cmath>
-#include <filesystem>
-#include <map>
 #include <mutex>
 
 #include "inputs.h"
@@ -20,61 +17,6 @@
 namespace xview::tools {
 namespace {
 
-namespace fs = std::filesystem;
-
-/// The colour images of a recording: those of its rgb.txt by time, as TUM RGB-D has them, or those
-/// of RECORDING/rgb by the number in their names.
-class ColorFiles {
- public:
-  explicit ColorFiles(const std::string& recording) : recording_(recording) {
-    const fs::path root(recording);
-    if (const fs::path list = root / "rgb.txt";
-        fs::exists(list) && fs::exists(root / "depth.txt")) {
-      for (io::StampedFile& image : io::readFileList(list)) by_stamp_[image.stamp_s] = image.path;
-      if (by_stamp_.empty()) throw Error(list, "there is no image in it");
-    } else if (fs::is_directory(root / "rgb")) {
-      readFolder(root / "rgb");
-    } else {
-      throw Error((root / "rgb").string(),
-                  "no such folder; a network labels the images of RECORDING/rgb");
-    }
-  }
-
-  const std::string& of(std::int64_t number, double stamp_s) const {
-    constexpr double kSameTime_s = 0.05;
-    if (by_stamp_.empty()) {
-      const auto found = by_number_.find(number);
-      if (found != by_number_.end()) return found->second;
-      throw Error(recording_ + "/rgb", fmt::format("no image of frame {}", number));
-    }
-    auto nearest = by_stamp_.lower_bound(stamp_s);
-    if (nearest == by_stamp_.end() ||
-        (nearest != by_stamp_.begin() &&
-         stamp_s - std::prev(nearest)->first < nearest->first - stamp_s))
-      --nearest;
-    if (std::abs(nearest->first - stamp_s) <= kSameTime_s) return nearest->second;
-    throw Error(recording_ + "/rgb.txt",
-                fmt::format("no image within {} s of frame {}, which is of {:.3f} s", kSameTime_s,
-                            number, stamp_s));
-  }
-
- private:
-  void readFolder(const fs::path& folder) {
-    for (const auto& entry : fs::directory_iterator(folder)) {
-      const std::string ending = entry.path().extension().string();
-      if (ending != ".png" && ending != ".jpg" && ending != ".jpeg") continue;
-      const std::string stem = entry.path().stem().string();
-      const std::size_t digits = stem.find_last_not_of("0123456789") + 1;
-      if (digits < stem.size() && stem.size() - digits < 19)
-        by_number_[std::stoll(stem.substr(digits))] = entry.path().string();
-    }
-  }
-
-  std::string recording_;
-  std::map<std::int64_t, std::string> by_number_;
-  std::map<double, std::string> by_stamp_;  ///< [s]
-};
-
 io::InputOptions labelsOnly(const std::string& labels) {
   io::InputOptions options;
   options.labels = labels;
@@ -87,7 +29,6 @@ class NetworkLabelled final : public RelabelledRecording {
   NetworkLabelled(std::unique_ptr<FrameSource> source, const std::string& model,
                   const NetworkInput& input)
       : RelabelledRecording(std::move(source), *io::namedLabels(labelsOnly(input.labels), "")),
-        files_(name()),
         network_(model, input) {
     for (const std::uint32_t id : input.ids) {
       if (id != 0 && !labels().find(id))
@@ -97,12 +38,12 @@ class NetworkLabelled final : public RelabelledRecording {
     }
     if (sensor() != Sensor::camera)
       throw UsageError("--net needs images, but " + name() + " has none");
-    for (std::size_t i = 0; i < size(); ++i) files_.of(number(i), stamp(i));
+    colors_ = io::colorFiles(*this);
   }
 
   Frame read(std::size_t index) const override {
     Frame frame = ForwardingSource::read(index);
-    const ColorImage colors = io::readColors(files_.of(frame.number, frame.stamp_s));
+    const ColorImage colors = io::readColors(colors_.at(index));
     const std::lock_guard<std::mutex> lock(one_at_a_time_);
     frame.label = network_.label(colors, frame.depth.width, frame.depth.height);
     frame.instance = {};
@@ -110,7 +51,7 @@ class NetworkLabelled final : public RelabelledRecording {
   }
 
  private:
-  ColorFiles files_;
+  std::vector<std::string> colors_;
   mutable label::Network network_;
   mutable std::mutex one_at_a_time_;
 };

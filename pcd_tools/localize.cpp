@@ -16,7 +16,6 @@
 #include "outputs.h"
 #include "scenes.h"
 #include "tool.h"
-#include "windows.h"
 #include "xview/depth_plausibility.h"
 #include "xview/sequence.h"
 #include "xview/tracker.h"
@@ -80,10 +79,10 @@ Answer answerFor(const QueryInput& input, const Window& window, Answer answer) {
   answer.frames = input.size();
   answer.used_from = std::max(window.first, input.used_from);
   answer.last_index = window.last - 1;
-  if (!input.frames.empty()) {
-    answer.first_frame = input.frames[window.first].number;
-    answer.last_frame = input.frames[window.last - 1].number;
-    answer.last_stamp_s = input.frames[window.last - 1].stamp_s;
+  if (input.source) {
+    answer.first_frame = input.source->number(window.first);
+    answer.last_frame = input.source->number(window.last - 1);
+    answer.last_stamp_s = input.source->stamp(window.last - 1);
   }
   return answer;
 }
@@ -274,7 +273,7 @@ class LocalizeCommand final : public Command {
   void answerInput(const QueryInput& input, const Localizer& localizer, WindowAnswers& answers,
                    const Job& job) {
     files_.take(input);
-    if (input.source && static_cast<std::size_t>(windows_.size) > input.size()) {
+    if (!input.whole && static_cast<std::size_t>(windows_.size) > input.size()) {
       job.narrate.note(fmt::format("--window {} is longer than {}: its {} frames are one query",
                                    windows_.size, input.path, input.size()));
     }
@@ -291,10 +290,10 @@ class LocalizeCommand final : public Command {
       results_->print(json_ ? toJson(answer) : lines, job.narrate);
       if (beside_) Results("").print(lines, job.narrate);
     };
-    if (input.source)
-      forEachWindow(input, windowsOf(input, windows_), job, answerWindow);
-    else
+    if (input.whole)
       answerWindow(*input.whole, {0, input.size()});
+    else
+      forEachWindow(input, windowsOf(input, windows_), job, answerWindow);
   }
 
   InputFlags input_;

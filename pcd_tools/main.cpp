@@ -20,8 +20,11 @@ namespace {
 
 using CommandMaker = std::unique_ptr<Command> (*)();
 constexpr CommandMaker kCommands[] = {
-    makeSimulate, makeInfo,       makeLabel, makeLift,     makeBlobs, makeGraph, makeMap, makeMatch,
-    makeLocalize, makeLookalikes, makeDiff,  makeEvaluate, makeFuse,  makeLearn, makeView};
+#ifdef XVIEW_WITH_SIM
+    makeSimulate,
+#endif
+    makeInfo,     makeLabel,      makeLift, makeBlobs,    makeGraph, makeMap,   makeMatch,
+    makeLocalize, makeLookalikes, makeDiff, makeEvaluate, makeFuse,  makeLearn, makeView};
 
 /// What every command understands.
 struct CommonFlags {
@@ -255,6 +258,9 @@ int runCommand(Command& command, const std::vector<std::string>& arguments,
 /// xview without a command, which helps.
 int runWithoutCommand(const std::vector<Description>& commands,
                       std::vector<std::string> arguments) {
+  if (!arguments.empty() && arguments[0] == "simulate")
+    throw UsageError(
+        "this build has no simulator: Embree was not found; install libembree-dev and build again");
   std::string list;
   std::vector<std::string> names;
   for (const Description& about : commands) {

@@ -11,7 +11,6 @@
 
 #include "terminal.h"
 #include "xview/types/error.h"
-#include "xview/types/in_order.h"
 
 namespace xview::tools {
 namespace {
@@ -187,22 +186,15 @@ void FrameReport::add(const FrameDigest& frame) {
   points_ += frame.cloud.size();
   blobs_ += frame.blobs.size();
   left_out_ += frame.counts;
-  for (const auto& [stage, ms] : frame.timing_ms) valueOf(sums_ms_, stage) += ms;
   if (progress_) progress_(added_, source_.size());
 }
 
-void FrameReport::say() {
-  pause();
-  narrate_.detail(fmt::format("{}: {} frames, {} points, {} blobs in {:.0f} ms", source_.name(),
-                              added_, points_, blobs_, ms_));
+void FrameReport::say() const {
+  narrate_.detail(
+      fmt::format("{}: {} frames, {} points, {} blobs", source_.name(), added_, points_, blobs_));
   narrate_.detail(
       fmt::format("left out: {} measurements without depth, {} out of range, {} of ignored classes",
                   left_out_.no_depth, left_out_.out_of_range, left_out_.ignored_class));
-  std::string means;
-  for (const auto& [stage, sum_ms] : sums_ms_)
-    means += fmt::format("{} {} {:.2f}", means.empty() ? "" : ",", stage,
-                         sum_ms / static_cast<double>(added_));
-  narrate_.detail("mean per frame [ms]:" + means);
   sayLeftOut(source_, left_out_, narrate_);
 }
 

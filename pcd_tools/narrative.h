@@ -55,10 +55,7 @@ class FrameReport {
   FrameReport(const FrameSource& source, const Narrative& narrate);
   void add(const FrameDigest& frame);
   std::size_t added() const { return added_; }
-  /// The time between these two is not that of the frames.
-  void pause() { ms_ += watch_.lap_ms(); }
-  void resume() { watch_.lap_ms(); }
-  void say();
+  void say() const;
 
  private:
   const FrameSource& source_;
@@ -66,9 +63,6 @@ class FrameReport {
   Progress progress_;
   std::size_t added_ = 0, points_ = 0, blobs_ = 0;
   graph::LiftCounts left_out_;
-  Timings sums_ms_;
-  Stopwatch watch_;
-  double ms_ = 0;
 };
 
 /// The text without line breaks, so that every message is one line.

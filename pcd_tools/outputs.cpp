@@ -8,7 +8,6 @@
 #include "xview/io/cloud_files.h"
 #include "xview/types/atomic_file.h"
 #include "xview/types/error.h"
-#include "xview/view/color_mesh.h"
 
 namespace xview::tools {
 
@@ -68,16 +67,13 @@ void requireDrawingPath(const std::string& path, bool or_table) {
   requireWritable(path);
 }
 
-void writeMesh(const std::string& path, const ColorMesh& mesh) {
-  writeFile(path, endingOf(path) == ".vtk" ? toVtk(mesh) : toPly(mesh));
-}
-
 void writeDrawing(const std::string& path, const Scene& scene) {
   const std::string ending = endingOf(path);
   if (ending == ".png") return writeFile(path, drawTopDown(scene, PictureFormat::png));
   if (ending == ".svg") return writeFile(path, drawTopDown(scene, PictureFormat::svg));
   if (ending == ".html") return writeFile(path, htmlPage(scene));
-  if (ending != ".pcd") return writeMesh(path, sceneMesh(scene));
+  if (ending == ".vtk") return writeFile(path, sceneMesh(scene, MeshFormat::vtk));
+  if (ending == ".ply") return writeFile(path, sceneMesh(scene, MeshFormat::ply));
   LabelSet labels;
   const LabelledCloud cloud = sceneCloud(scene, labels);
   io::writePcd(path, cloud, &labels);

@@ -50,7 +50,4 @@ void requireDrawingPath(const std::string& path, bool or_table = false);
 /// and .ply as a mesh, .pcd as a cloud.
 void writeDrawing(const std::string& path, const Scene& scene);
 
-/// A mesh as .vtk or .ply by the ending of the path.
-void writeMesh(const std::string& path, const ColorMesh& mesh);
-
 }  // namespace xview::tools

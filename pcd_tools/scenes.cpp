@@ -30,7 +30,7 @@ std::string dateText() {
 
 }  // namespace
 
-Scene sceneOf(const map::SemanticMap& map) {
+Scene sceneOf(const Place& map) {
   Scene scene;
   scene.labels = &map.labels;
   scene.map_graph = &map.graph;
@@ -143,21 +143,16 @@ std::map<std::uint32_t, std::uint32_t> JoinedLabels::idsFor(const LabelSet& its_
   return ids;
 }
 
-template <class Labelled>
-void JoinedLabels::rename(const LabelSet& its_labels, Labelled& labelled) {
-  const auto ids = idsFor(its_labels);
-  for (auto& one : labelled) {
-    const auto found = ids.find(one.label);
-    if (found != ids.end()) one.label = found->second;
-  }
-}
-
-void JoinedLabels::adopt(const LabelSet& its_labels, LabelledCloud& cloud) {
-  rename(its_labels, cloud.points);
-}
-
-void JoinedLabels::adopt(const LabelSet& its_labels, SemanticGraph& graph) {
-  rename(its_labels, graph.vertices);
+void JoinedLabels::adopt(Place& place) {
+  const auto ids = idsFor(place.labels);
+  const auto rename = [&](auto& labelled) {
+    for (auto& one : labelled) {
+      const auto found = ids.find(one.label);
+      if (found != ids.end()) one.label = found->second;
+    }
+  };
+  rename(place.graph.vertices);
+  rename(place.cloud.points);
 }
 
 }  // namespace xview::tools

@@ -17,7 +17,7 @@
 namespace xview::tools {
 
 /// A picture of a map, which must outlive it.
-Scene sceneOf(const map::SemanticMap& map);
+Scene sceneOf(const Place& map);
 
 /// The command line as it could be typed again, the version and the date, which $SOURCE_DATE_EPOCH
 /// can set.
@@ -42,27 +42,23 @@ Eigen::Isometry3d arrowPose(const Query& query);  ///< of a drive at its last po
 /// The query with its graph, its cloud and its correspondences; it must outlive the result.
 SceneQuery queryWith(const Query& query, const Localization& fix);
 
-/// Brings clouds of several label sets under one: classes of the same name are the same.
+/// Brings places of several label sets under one: classes of the same name are the same.
 class JoinedLabels {
  public:
   const LabelSet& labels() const { return labels_; }
   /// Begins with a set whose ids stay as they are.
   void take(const LabelSet& first) { labels_ = first; }
-  /// The same cloud or graph with the ids of the joined set.
-  void adopt(const LabelSet& its_labels, LabelledCloud& cloud);
-  void adopt(const LabelSet& its_labels, SemanticGraph& graph);
+  /// Its graph and cloud get the ids of the joined set.
+  void adopt(Place& place);
 
  private:
   std::map<std::uint32_t, std::uint32_t> idsFor(const LabelSet& its_labels);
-  template <class Labelled>
-  void rename(const LabelSet& its_labels, Labelled& labelled);
   LabelSet labels_;
 };
 
-/// A cloud of any file or recording; what has no labels gets a class of its own, in grey.
-LabelledCloud readAnyCloud(const std::string& path, const io::InputOptions& input, const Job& job,
-                           double voxel_m, LabelSet& labels,
-                           std::vector<Eigen::Isometry3d>* poses = nullptr);
+/// What is drawn of a map, a graph or a recording: of the latter its points, thinned, and the poses
+/// of its way. A cloud without labels gets a class of its own, in grey.
+Place readDrawable(const std::string& path, io::InputOptions input, const Job& job, double voxel_m);
 
 /// A path of an answer, sought from the working folder, from the folder of the answers and those
 /// above it, and by its name among the other files that were given; as it is if nothing is there.
@@ -89,21 +85,19 @@ class DrawnAnswers {
 
  private:
   const FrameSource* recordingOf(const std::string& path);  ///< null if it cannot be opened
-  void drawPlace(const std::string& path, const Answer& answer, JoinedLabels& joined,
-                 SceneQuery& query);
+  void drawPlace(const std::string& path, io::InputKind kind, const Answer& answer,
+                 JoinedLabels& joined, SceneQuery& query);
   void drawRecording(const FrameSource& recording, const Answer& answer, std::size_t most_frames,
                      JoinedLabels& joined, SceneQuery& query);
   static void place(const Eigen::Isometry3d& arrow, const Answer& answer, SceneQuery& query);
-  void keepCloud(LabelledCloud cloud, const LabelSet& labels, JoinedLabels& joined,
-                 SceneQuery& query);
+  void keep(Place drawn, JoinedLabels& joined, SceneQuery& query);
 
   const InputFlags& input_;
   double voxel_m_;
   const Job& job_;
   std::vector<std::string> given_, drawn_;
   std::map<std::string, std::unique_ptr<FrameSource>> recordings_;
-  std::deque<LabelledCloud> clouds_;
-  std::deque<SemanticGraph> graphs_;
+  std::deque<Place> places_;
 };
 
 }  // namespace xview::tools

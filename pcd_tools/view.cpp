@@ -140,7 +140,7 @@ class ViewCommand final : public Command {
 
   /// Everything that is shown together, in one frame.
   struct Content {
-    map::SemanticMap map;
+    Place map;
     JoinedLabels labels;
     std::vector<SceneLine> ways;
   };
@@ -179,27 +179,12 @@ class ViewCommand final : public Command {
   void add(const std::string& path, const Job& job, Content& content) const {
     const std::string ending = endingOf(path);
     if (ending == ".tum" || ending == ".txt") return addWay(path, content);
-    io::InputOptions input = input_.parsed();
-    switch (settleKind(path, input, job)) {
-      case io::InputKind::map:
-        return addMap(map::loadMap(path), content);
-      case io::InputKind::graph: {
-        LabelledGraph file = readLabelledGraph(path, input, job);
-        content.labels.adopt(file.labels, file.graph);
-        return append(content.map.graph, file.graph);
-      }
-      default:
-        return addRecording(path, input, job, content);
-    }
-  }
-
-  static void addMap(map::SemanticMap map, Content& content) {
-    content.labels.adopt(map.labels, map.graph);
-    content.labels.adopt(map.labels, map.cloud);
-    append(content.map.graph, map.graph);
-    content.map.cloud.append(map.cloud);
-    if (content.map.plan.sampleCount() == 0) content.map.plan = map.plan;
-    content.map.poses.insert(content.map.poses.end(), map.poses.begin(), map.poses.end());
+    Place place = readDrawable(path, input_.parsed(), job, voxel_m_);
+    content.labels.adopt(place);
+    append(content.map.graph, place.graph);
+    content.map.cloud.append(place.cloud);
+    if (content.map.plan.sampleCount() == 0) content.map.plan = std::move(place.plan);
+    content.map.poses.insert(content.map.poses.end(), place.poses.begin(), place.poses.end());
   }
 
   /// A trajectory, such as that of localize --trajectory.
@@ -208,14 +193,6 @@ class ViewCommand final : public Command {
     for (const io::StampedPose& pose : io::readPoses(path))
       way.points.push_back(pose.T_frame_sensor.translation());
     content.ways.push_back(std::move(way));
-  }
-
-  void addRecording(const std::string& path, const io::InputOptions& input, const Job& job,
-                    Content& content) const {
-    LabelSet labels;
-    LabelledCloud cloud = readAnyCloud(path, input, job, voxel_m_, labels, &content.map.poses);
-    content.labels.adopt(labels, cloud);
-    content.map.cloud.append(cloud);
   }
 
   static constexpr Color kWayColor{30, 96, 214};

@@ -4,7 +4,6 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <iterator>
 #include <limits>
 #include <numeric>
@@ -20,32 +19,26 @@ constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 constexpr double kFreedom = 6;  // of a pose
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
-using Choice = std::function<bool(const ScoredQuery&)>;
-
 SuccessTable successOf(const std::vector<ScoredQuery>& queries, std::size_t total,
-                       const Choice& chosen) {
-  std::vector<double> metres, degrees;
-  for (const ScoredQuery& query : queries) {
-    if (query.negative || !query.has_pose || !chosen(query)) continue;
-    metres.push_back(query.positionError());
-    degrees.push_back(kDegrees * query.rotationError());
-  }
+                       bool accepted_only) {
   SuccessTable table;
+  std::vector<double> degrees;
+  for (const ScoredQuery& query : queries) {
+    if (query.negative || !query.hasPose() || (accepted_only && !query.fix.accepted())) continue;
+    table.errors_m.push_back(query.positionError());
+    degrees.push_back(query.rotationError());
+  }
   for (const double limit : kDistances_m)
-    table.within_m.push_back(shareWithin(metres, limit, total));
+    table.within_m.push_back(shareWithin(table.errors_m, limit, total));
   for (const double limit : kAngles_deg)
     table.within_deg.push_back(shareWithin(degrees, limit, total));
-  table.ape_m = summarized(metres);
+  table.ape_m = summarized(table.errors_m);
   table.ape_deg = summarized(degrees);
-  table.median_m = quantile(metres, 0.5);
-  table.p90_m = quantile(metres, 0.9);
-  table.median_deg = quantile(degrees, 0.5);
-  table.p90_deg = quantile(degrees, 0.9);
   return table;
 }
 
 bool isCorrect(const ScoredQuery& query, double within_m) {
-  return !query.negative && query.has_pose && query.positionError() <= within_m;
+  return !query.negative && query.hasPose() && query.positionError() <= within_m;
 }
 
 double ratio(std::size_t part, std::size_t whole) {
@@ -54,16 +47,15 @@ double ratio(std::size_t part, std::size_t whole) {
 
 void countVerdicts(const std::vector<ScoredQuery>& queries, Evaluation& result) {
   for (const ScoredQuery& query : queries) {
-    const bool accepted = query.status == Status::accepted;
     if (query.negative) {
       ++result.negatives;
-      result.false_accepts += accepted;
+      result.false_accepts += query.fix.accepted();
       continue;
     }
     ++result.queries;
-    result.accepted += accepted;
-    result.ambiguous += query.status == Status::ambiguous;
-    result.rejected += query.status == Status::rejected;
+    result.accepted += query.fix.accepted();
+    result.ambiguous += query.fix.status == Status::ambiguous;
+    result.rejected += query.fix.status == Status::rejected;
   }
 }
 
@@ -72,15 +64,12 @@ std::vector<StageTime> stageTimes(const std::vector<ScoredQuery>& queries) {
   std::vector<std::pair<std::string, std::vector<double>>> stages;
   std::vector<double> totals;
   for (const ScoredQuery& query : queries) {
-    for (const auto& [name, ms] : query.timing_ms)
+    for (const auto& [name, ms] : query.fix.timing_ms)
       (name == "total" ? totals : valueOf(stages, name)).push_back(ms);
   }
   if (!totals.empty()) stages.emplace_back("total", std::move(totals));
   std::vector<StageTime> times;
-  for (const auto& [name, values] : stages) {
-    const ErrorSummary of_stage = summarized(values);
-    times.push_back({name, of_stage.median, of_stage.mean, of_stage.deviation});
-  }
+  for (const auto& [name, values] : stages) times.push_back({name, summarized(values)});
   return times;
 }
 
@@ -167,13 +156,9 @@ ErrorSummary summarized(const std::vector<double>& errors) {
   result.mean = std::accumulate(errors.begin(), errors.end(), 0.0) / n;
   result.deviation = std::sqrt(std::max(0.0, squares / n - result.mean * result.mean));
   result.median = quantile(errors, 0.5);
+  result.p90 = quantile(errors, 0.9);
   result.max = quantile(errors, 1);
   return result;
-}
-
-double f1Score(double precision, double recall) {
-  const double sum = precision + recall;
-  return sum == 0 ? 0 : 2 * precision * recall / sum;
 }
 
 double normalisedErrorSquared(const Matrix6d& covariance, const Eigen::Isometry3d& T_map_sensor,
@@ -202,44 +187,44 @@ const std::vector<double> kDistances_m{1, 2, 5, 10, 20, 30};
 const std::vector<double> kAngles_deg{1, 2, 5, 10};
 
 double ScoredQuery::positionError() const {
-  return has_pose ? (estimate.translation() - truth.translation()).norm() : kInfinite;
+  return hasPose() ? (fix.T_map_sensor.translation() - truth.translation()).norm() : kInfinite;
 }
 
 double ScoredQuery::rotationError() const {
-  return has_pose ? rotationBetween(estimate, truth) : kInfinite;
+  return hasPose() ? kDegrees * rotationBetween(fix.T_map_sensor, truth) : kInfinite;
 }
 
 Evaluation evaluate(const std::vector<ScoredQuery>& queries, double correct_within_m) {
   Evaluation result;
   result.correct_within_m = correct_within_m;
   countVerdicts(queries, result);
-  result.best = successOf(queries, result.queries, [](const ScoredQuery&) { return true; });
-  result.believed = successOf(queries, result.queries,
-                              [](const ScoredQuery& q) { return q.status == Status::accepted; });
+  result.best = successOf(queries, result.queries, false);
+  result.believed = successOf(queries, result.queries, true);
 
   std::vector<Detection> detections;
   std::vector<double> times, normalised;
   std::size_t hits = 0;
   for (const ScoredQuery& query : queries) {
     const bool correct = isCorrect(query, correct_within_m);
-    const bool hit = correct && query.status == Status::accepted;
+    const bool hit = correct && query.fix.accepted();
     hits += hit;
-    if (hit && query.has_covariance)
-      normalised.push_back(normalisedErrorSquared(query.covariance, query.estimate, query.truth));
-    times.push_back(timeOf(query.timing_ms, "total"));
-    if (query.has_pose) detections.push_back({query.confidence, correct});
+    if (hit && !query.fix.covariance.isZero())
+      normalised.push_back(
+          normalisedErrorSquared(query.fix.covariance, query.fix.T_map_sensor, query.truth));
+    times.push_back(timeOf(query.fix.timing_ms, "total"));
+    if (query.hasPose()) detections.push_back({query.fix.confidence, correct});
   }
   result.precision = ratio(hits, result.accepted + result.false_accepts);
   result.recall = ratio(hits, result.queries);
   result.false_accept_rate = ratio(result.false_accepts, result.negatives);
-  result.f1 = f1Score(result.precision, result.recall);
+  const double sum = result.precision + result.recall;
+  result.f1 = sum == 0 ? 0 : 2 * result.precision * result.recall / sum;
   result.curve = precisionRecallCurve(detections, result.queries);
   result.area_under_pr = result.queries == 0 ? kUnknown : averagePrecision(result.curve);
   result.recall_at_99 = result.queries == 0 ? kUnknown : recallAtPrecision(result.curve, 0.99);
   result.bands = confidenceBands(detections);
   result.consistency = consistencyOf(normalised);
-  result.median_ms = quantile(times, 0.5);
-  result.p90_ms = quantile(times, 0.9);
+  result.total_ms = summarized(times);
   result.stages = stageTimes(queries);
   return result;
 }

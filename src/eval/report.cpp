@@ -10,7 +10,6 @@ namespace xview {
 namespace {
 
 using Json = nlohmann::ordered_json;
-constexpr double kDegrees = 57.29577951308232;
 
 std::string percent(double share) {
   return std::isnan(share) ? "-" : fmt::format("{:.1f}", 100 * share);
@@ -29,8 +28,8 @@ std::string successLine(const std::string& name, const SuccessTable& table) {
 
 std::string errorLine(const std::string& name, const SuccessTable& table) {
   return fmt::format("{:<16} median {} m, {} deg; p90 {} m, {} deg\n", name,
-                     number(table.median_m, 3), number(table.median_deg, 3), number(table.p90_m, 3),
-                     number(table.p90_deg, 3));
+                     number(table.ape_m.median, 3), number(table.ape_deg.median, 3),
+                     number(table.ape_m.p90, 3), number(table.ape_deg.p90, 3));
 }
 
 std::string apeLine(const std::string& name, const SuccessTable& table) {
@@ -58,8 +57,8 @@ std::string timeTable(const std::vector<StageTime>& stages) {
   std::string text =
       fmt::format("{:<16}{:>10}{:>10}{:>11}\n", "time [ms]", "median", "mean", "deviation");
   for (const StageTime& stage : stages)
-    text += fmt::format("{:<16}{:>10.1f}{:>10.1f}{:>11.1f}\n", stage.name, stage.median_ms,
-                        stage.mean_ms, stage.deviation_ms);
+    text += fmt::format("{:<16}{:>10.1f}{:>10.1f}{:>11.1f}\n", stage.name, stage.ms.median,
+                        stage.ms.mean, stage.ms.deviation);
   return text;
 }
 
@@ -89,10 +88,10 @@ Json successJson(const SuccessTable& table) {
   json["deviation_m"] = table.ape_m.deviation;
   json["max_m"] = table.ape_m.max;
   json["rmse_deg"] = table.ape_deg.rmse;
-  json["median_m"] = table.median_m;
-  json["p90_m"] = table.p90_m;
-  json["median_deg"] = table.median_deg;
-  json["p90_deg"] = table.p90_deg;
+  json["median_m"] = table.ape_m.median;
+  json["p90_m"] = table.ape_m.p90;
+  json["median_deg"] = table.ape_deg.median;
+  json["p90_deg"] = table.ape_deg.p90;
   return json;
 }
 
@@ -133,13 +132,12 @@ std::string resultsCsv(const std::vector<ScoredQuery>& queries) {
       "x_m,true_y_m,true_z_m,"
       "total_ms\n";
   for (const ScoredQuery& q : queries) {
-    const bool measured = q.has_pose && !q.negative;
+    const bool measured = q.hasPose() && !q.negative;
     csv += fmt::format("{},{},{},{},{},{},", quoted(q.input), q.first_frame, q.last_frame,
-                       q.negative ? 1 : 0, toString(q.status), q.confidence);
-    csv += measured ? fmt::format("{:.6f},{:.6f},", q.positionError(), kDegrees * q.rotationError())
-                    : ",,";
-    csv += fmt::format("{},{},{:.3f}\n", poseColumns(q.estimate, q.has_pose),
-                       poseColumns(q.truth, !q.negative), timeOf(q.timing_ms, "total"));
+                       q.negative ? 1 : 0, toString(q.fix.status), q.fix.confidence);
+    csv += measured ? fmt::format("{:.6f},{:.6f},", q.positionError(), q.rotationError()) : ",,";
+    csv += fmt::format("{},{},{:.3f}\n", poseColumns(q.fix.T_map_sensor, q.hasPose()),
+                       poseColumns(q.truth, !q.negative), timeOf(q.fix.timing_ms, "total"));
   }
   return csv;
 }
@@ -152,21 +150,13 @@ std::string precisionRecallCsv(const Evaluation& evaluation) {
   return csv;
 }
 
-std::string successCsv(const std::vector<ScoredQuery>& queries) {
-  std::vector<double> best, believed;
-  std::size_t total = 0;
-  for (const ScoredQuery& query : queries) {
-    if (query.negative) continue;
-    ++total;
-    best.push_back(query.positionError());
-    if (query.status == Status::accepted) believed.push_back(query.positionError());
-  }
+std::string successCsv(const Evaluation& e) {
   std::string csv = "distance_m,success_best,success_accepted\n";
   constexpr int kSteps = 300;
-  for (int i = 0; i <= kSteps && total > 0; ++i) {
+  for (int i = 0; i <= kSteps && e.queries > 0; ++i) {
     const double limit = 0.1 * i;
-    csv += fmt::format("{:.1f},{},{}\n", limit, shareWithin(best, limit, total),
-                       shareWithin(believed, limit, total));
+    csv += fmt::format("{:.1f},{},{}\n", limit, shareWithin(e.best.errors_m, limit, e.queries),
+                       shareWithin(e.believed.errors_m, limit, e.queries));
   }
   return csv;
 }
@@ -198,11 +188,11 @@ std::string evaluationJson(const Evaluation& e) {
   json["covariance"]["within_3_sigma"] = e.consistency.within_3_sigma;
   json["best_hypothesis"] = successJson(e.best);
   json["accepted_only"] = successJson(e.believed);
-  json["median_ms"] = e.median_ms;
-  json["p90_ms"] = e.p90_ms;
+  json["median_ms"] = e.total_ms.median;
+  json["p90_ms"] = e.total_ms.p90;
   for (const StageTime& stage : e.stages)
     json["stages_ms"][stage.name] = {
-        {"median", stage.median_ms}, {"mean", stage.mean_ms}, {"deviation", stage.deviation_ms}};
+        {"median", stage.ms.median}, {"mean", stage.ms.mean}, {"deviation", stage.ms.deviation}};
   return json.dump(2) + "\n";  // NaN becomes null
 }
 

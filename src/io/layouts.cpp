@@ -78,6 +78,15 @@ std::vector<StemAndPath> listFiles(const FileSeries& series) {
   return files;
 }
 
+/// Those that have one.
+std::map<std::int64_t, std::string> byNumber(const std::vector<StemAndPath>& files) {
+  std::map<std::int64_t, std::string> numbered;
+  for (const auto& [stem, path] : files) {
+    if (const auto number = trailingNumber(stem)) numbered[*number] = path;
+  }
+  return numbered;
+}
+
 std::string stemOf(const ListedFrame& frame) { return fs::path(frame.measurement).stem().string(); }
 
 }  // namespace
@@ -110,10 +119,7 @@ std::unique_ptr<FrameSource> makeRecording(const std::string& name, RecordingLis
 
 std::vector<ListedFrame> listFrames(const FileSeries& measurements) {
   const std::vector<StemAndPath> files = listFiles(measurements);
-  std::map<std::int64_t, std::string> numbered;
-  for (const auto& [stem, path] : files) {
-    if (const auto number = trailingNumber(stem)) numbered[*number] = path;
-  }
+  const std::map<std::int64_t, std::string> numbered = byNumber(files);
   std::vector<ListedFrame> frames(files.size());
   // Numbers count if every file has one of its own.
   const bool all = numbered.size() == files.size();
@@ -141,6 +147,33 @@ void addFiles(const std::string& recording, const FileSeries& series,
   }
   if (paths.empty()) return;
   throw Error(recording, counts + paths.begin()->first + " has no " + measurements_name + " file");
+}
+
+std::vector<std::string> colorFiles(const FrameSource& recording) {
+  constexpr double kSameTime_s = 0.05;
+  const fs::path root(recording.name()), folder = root / "rgb", list = root / "rgb.txt";
+  const bool is_listed = fs::exists(list) && fs::exists(root / "depth.txt");
+  if (!is_listed && !fs::is_directory(folder))
+    throw Error(folder, "no such folder; a network labels the images of RECORDING/rgb");
+  std::vector<StampedFile> stamped;
+  std::map<std::int64_t, std::string> numbered;
+  if (is_listed)
+    stamped = readFileList(list);
+  else
+    numbered = byNumber(listFiles({"rgb", folder, {".png", ".jpg", ".jpeg"}}));
+  std::vector<std::string> colors;
+  for (std::size_t i = 0; i < recording.size(); ++i) {
+    const std::int64_t number = recording.number(i);
+    const double stamp_s = recording.stamp(i);
+    const StampedFile* nearest = nearestTo(stamp_s, stamped, kSameTime_s);
+    if (is_listed && !nearest)
+      throw Error(list, fmt::format("no image within {} s of frame {}, which is of {:.3f} s",
+                                    kSameTime_s, number, stamp_s));
+    if (!is_listed && numbered.count(number) == 0)
+      throw Error(folder, fmt::format("no image of frame {}", number));
+    colors.push_back(is_listed ? nearest->path : numbered[number]);
+  }
+  return colors;
 }
 
 std::int64_t frameNumberOf(const std::string& path) {

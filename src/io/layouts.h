@@ -61,6 +61,17 @@ bool isSynthiaCamera(const std::string& folder);
 RecordingListing listAirsim(const std::string& folder, const InputOptions& options);
 /// TUM RGB-D layout: depth.txt, groundtruth.txt, and label/ named as the depth or colour images.
 RecordingListing listTumRgbd(const std::string& folder, const InputOptions& options);
+/// An image and when it was taken.
+struct StampedFile {
+  double stamp_s = 0;
+  std::string path;
+};
+/// A list of TUM RGB-D, as rgb.txt: lines "stamp file", with files from its own folder; comments
+/// start with #. Throws Error.
+std::vector<StampedFile> readFileList(const std::string& path);
+/// That of the nearest time, the first of equals; null if none is at most `within_s` away.
+const StampedFile* nearestTo(double stamp_s, const std::vector<StampedFile>& files,
+                             double within_s);
 /// Virtual KITTI 2: the folder of one scene and variation; camera 0.
 RecordingListing listVirtualKitti(const std::string& folder, const InputOptions& options);
 

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <stdexcept>
 
 namespace xview {
@@ -16,33 +17,15 @@ cairo_status_t appendBytes(void* bytes, const unsigned char* data, unsigned int 
   return CAIRO_STATUS_SUCCESS;
 }
 
-/// Length of the UTF-8 character that begins with the byte; 0 if none does.
-std::size_t utf8Length(unsigned char lead) {
-  if (lead < 0x80) return 1;
-  if (lead >= 0xC2 && lead < 0xE0) return 2;
-  if (lead >= 0xE0 && lead < 0xF0) return 3;
-  return lead >= 0xF0 && lead < 0xF5 ? 4 : 0;
-}
-
-/// Cairo stops for good at a text that is not UTF-8; what is not, and control characters, become
-/// question marks.
+/// Cairo stops for good at a text that is not UTF-8; what is not becomes U+FFFD, and a control
+/// character a question mark.
 std::string printable(const std::string& text) {
-  std::string out;
-  for (std::size_t i = 0; i < text.size();) {
-    const auto lead = static_cast<unsigned char>(text[i]);
-    const std::size_t length = utf8Length(lead);
-    bool valid = length > 0 && i + length <= text.size() && (lead >= 0x20 && lead != 0x7F);
-    for (std::size_t k = 1; valid && k < length; ++k)
-      valid = (static_cast<unsigned char>(text[i + k]) & 0xC0) == 0x80;
-    if (valid && length > 1) {  // surrogates, overlong forms and numbers beyond Unicode
-      const auto second = static_cast<unsigned char>(text[i + 1]);
-      valid = !(lead == 0xED && second >= 0xA0) && !(lead == 0xE0 && second < 0xA0) &&
-              !(lead == 0xF0 && second < 0x90) && !(lead == 0xF4 && second >= 0x90);
-    }
-    out += valid ? text.substr(i, length) : "?";
-    i += valid ? length : 1;
-  }
-  return out;
+  using nlohmann::json;
+  std::string shown = json::parse(json(text).dump(-1, ' ', false, json::error_handler_t::replace))
+                          .get<std::string>();
+  const auto is_control = [](unsigned char c) { return c < 0x20 || c == 0x7F; };
+  std::replace_if(shown.begin(), shown.end(), is_control, '?');
+  return shown;
 }
 
 constexpr std::size_t kPngHead = 8 + 25;  // signature and header of a PNG
@@ -207,14 +190,13 @@ void Canvas::image(const std::vector<std::uint32_t>& pixels, int width, const Po
   cairo_surface_destroy(image);
 }
 
-Canvas::Clip::Clip(Canvas& canvas, const Eigen::AlignedBox2d& box) : canvas_(canvas) {
-  cairo_save(canvas_.cairo_.get());
-  cairo_new_path(canvas_.cairo_.get());
-  cairo_rectangle(canvas_.cairo_.get(), box.min().x(), box.min().y(), box.sizes().x(),
-                  box.sizes().y());
-  cairo_clip(canvas_.cairo_.get());
+void Canvas::clip(const Eigen::AlignedBox2d& box) {
+  cairo_save(cairo_.get());
+  cairo_new_path(cairo_.get());
+  cairo_rectangle(cairo_.get(), box.min().x(), box.min().y(), box.sizes().x(), box.sizes().y());
+  cairo_clip(cairo_.get());
 }
 
-Canvas::Clip::~Clip() { cairo_restore(canvas_.cairo_.get()); }
+void Canvas::unclip() { cairo_restore(cairo_.get()); }
 
 }  // namespace xview

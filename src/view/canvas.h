@@ -42,17 +42,9 @@ class Canvas {
   /// The beginning of a text that fits into a width, with an ellipsis if something is missing.
   std::string fitted(const std::string& text, double size, double width, bool bold = false);
 
-  /// Nothing outside of the box is drawn until the end of the object.
-  class Clip {
-   public:
-    Clip(Canvas& canvas, const Eigen::AlignedBox2d& box);
-    ~Clip();
-    Clip(const Clip&) = delete;
-    Clip& operator=(const Clip&) = delete;
-
-   private:
-    Canvas& canvas_;
-  };
+  /// Nothing outside of the box is drawn from here to unclip().
+  void clip(const Eigen::AlignedBox2d& box);
+  void unclip();
 
   /// Pixels, row by row, as premultiplied ARGB.
   void image(const std::vector<std::uint32_t>& pixels, int width, const Point& corner);

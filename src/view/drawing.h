@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <cstdint>
+#include <map>
 #include <string>
 #include <utility>
 #include <vector>
@@ -18,6 +19,9 @@ namespace xview {
 /// finite are left out.
 std::vector<std::pair<std::uint32_t, std::uint32_t>> readableEdges(const SemanticGraph& graph);
 
+/// Of the sign of a vertex, from the typical length of the edges: 0.15 to 3 m.
+double typicalVertexRadius(const SemanticGraph& graph);
+
 /// Positions of successive poses, cut where a step is more than 20 m and five times the usual one:
 /// from one recording to the next.
 std::vector<std::vector<Eigen::Vector3d>> trajectoryPieces(
@@ -25,9 +29,6 @@ std::vector<std::vector<Eigen::Vector3d>> trajectoryPieces(
 
 /// T_map_sensor of the frames of a query.
 std::vector<Eigen::Isometry3d> posesInMap(const SceneQuery& query);
-
-/// A color mixed with white; 0 leaves it, 1 is white.
-Color paler(const Color& color, double share);
 
 /// The colour of a class in a map that is to recede behind what lies on it: one quiet colour per
 /// kind; what is of no known kind keeps a paler form of its own.
@@ -60,11 +61,9 @@ std::vector<Correspondence> onlyPutative(const std::vector<Correspondence>& puta
 /// That of the scene, or an empty one.
 const LabelSet& labelsOf(const Scene& scene);
 
-// The files of the page, which are part of the program.
-std::string pageTemplate();   ///< page/page.html
-std::string pageStyle();      ///< page/page.css
-std::string pageScript();     ///< page/page.js
-std::string pageLibraries();  ///< three.js with its camera controls and its lines
+/// The files of the page, which are part of the program: "page", "style" and "script" are those in
+/// page/, "libraries" three.js with its camera controls and its lines.
+std::map<std::string, std::string> pageParts();
 
 constexpr Color kKeyframeColor{96, 104, 122};
 constexpr Color kQueryColor{30, 96, 214};

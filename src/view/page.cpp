@@ -392,14 +392,10 @@ std::string withoutTags(const std::string& json) {
 }  // namespace
 
 std::string htmlPage(const Scene& scene, std::size_t most_points) {
-  const std::map<std::string, std::string> parts = {
-      {"style", pageStyle()},
-      {"libraries", pageLibraries()},
-      {"script", pageScript()},
-      {"scene", withoutTags(PageData(scene, most_points)
-                                .json()
-                                .dump(-1, ' ', false, Json::error_handler_t::replace))}};
-  const std::string page = pageTemplate();
+  std::map<std::string, std::string> parts = pageParts();
+  parts["scene"] = withoutTags(
+      PageData(scene, most_points).json().dump(-1, ' ', false, Json::error_handler_t::replace));
+  const std::string& page = parts["page"];
   std::string filled;
   for (std::size_t at = 0; at < page.size();) {  // {{name}} becomes the part of that name
     const std::size_t open = page.find("{{", at), close = page.find("}}", open);

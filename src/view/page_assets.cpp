@@ -18,17 +18,18 @@ XVIEW_EMBED(xview_lines, XVIEW_THREE_DIR "/examples/js/lines/LineSegments2.js")
 
 namespace xview {
 
-std::string pageTemplate() { return {xview_page_html_begin, xview_page_html_end}; }
-std::string pageStyle() { return {xview_page_css_begin, xview_page_css_end}; }
-std::string pageScript() { return {xview_page_js_begin, xview_page_js_end}; }
-std::string pageLibraries() {
-  const auto text = [](const char* begin, const char* end) {
-    return std::string(begin, end) + "\n";
-  };
-  return text(xview_three_begin, xview_three_end) + text(xview_controls_begin, xview_controls_end) +
-         text(xview_lines_geometry_begin, xview_lines_geometry_end) +
-         text(xview_lines_material_begin, xview_lines_material_end) +
-         text(xview_lines_begin, xview_lines_end);
+std::map<std::string, std::string> pageParts() {
+  std::string libraries;
+  for (const auto& [begin, end] : {std::pair(xview_three_begin, xview_three_end),
+                                   {xview_controls_begin, xview_controls_end},
+                                   {xview_lines_geometry_begin, xview_lines_geometry_end},
+                                   {xview_lines_material_begin, xview_lines_material_end},
+                                   {xview_lines_begin, xview_lines_end}})
+    libraries += std::string(begin, end) + "\n";
+  return {{"page", {xview_page_html_begin, xview_page_html_end}},
+          {"style", {xview_page_css_begin, xview_page_css_end}},
+          {"script", {xview_page_js_begin, xview_page_js_end}},
+          {"libraries", libraries}};
 }
 
 }  // namespace xview

@@ -91,19 +91,16 @@ Color colorOf(Kind kind, const Color& of_others) {
 
 }  // namespace
 
-Color paler(const Color& color, double share) {
-  Color result{};
-  for (std::size_t i = 0; i < 3; ++i)
-    result[i] = static_cast<std::uint8_t>(std::lround(color[i] + share * (255 - color[i])));
-  return result;
-}
-
 bool isCeiling(const LabelSet& labels, std::uint32_t id) {
   return foldedName(labels.className(id)) == "ceiling";
 }
 
 Color quietColor(const LabelSet& labels, std::uint32_t id) {
-  return colorOf(labels.kind(id), paler(labels.color(id), 0.3));
+  constexpr double kWhite = 0.3;  // mixed into a colour of its own
+  Color paler = labels.color(id);
+  for (std::uint8_t& part : paler)
+    part = static_cast<std::uint8_t>(std::lround(part + kWhite * (255 - part)));
+  return colorOf(labels.kind(id), paler);
 }
 
 std::vector<DrawnChannel> drawnChannels(const PlanView& plan) {

@@ -1,15 +1,126 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
 
 #include "drawing.h"
+#include "xview/types/median.h"
 
 namespace xview {
 namespace {
 
 constexpr Color kMapEdgeColor{150, 150, 150}, kQueryEdgeColor{90, 130, 200};
 constexpr std::size_t kMostPutative = 400;  // correspondences drawn, evenly thinned
+
+/// What every viewer shows alike, unlike lines and big points: coloured triangles. A vertex that no
+/// triangle uses is a point of a cloud.
+struct Mesh {
+  std::vector<Eigen::Vector3d> vertices;  // [m]
+  std::vector<Color> colors;              // one per vertex
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+
+  std::uint32_t add(const Eigen::Vector3d& position, const Color& color) {
+    vertices.push_back(position);
+    colors.push_back(color);
+    return static_cast<std::uint32_t>(vertices.size() - 1);
+  }
+};
+
+/// Eight triangles around a point.
+void addOctahedron(Mesh& mesh, const Eigen::Vector3d& center, double radius_m, const Color& color) {
+  const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const double sign : {1.0, -1.0})
+      mesh.add(center + sign * radius_m * Eigen::Vector3d::Unit(axis), color);
+  }
+  // Corners 0..5 are +x -x +y -y +z -z; one face per octant, seen from outside counter-clockwise.
+  for (std::uint32_t octant = 0; octant < 8; ++octant) {
+    const std::uint32_t x = octant & 1, y = (octant >> 1) & 1, z = octant >> 2;
+    std::array<std::uint32_t, 3> face{first + x, first + 2 + y, first + 4 + z};
+    if ((x + y + z) % 2 == 1) std::swap(face[1], face[2]);
+    mesh.triangles.push_back(face);
+  }
+}
+
+/// A tube with three sides, open at its ends. Nothing if both ends are the same point.
+void addTube(Mesh& mesh, const Eigen::Vector3d& from, const Eigen::Vector3d& to, double radius_m,
+             const Color& color) {
+  const Eigen::Vector3d along = to - from;
+  if (!(along.norm() > 0)) return;
+  const Eigen::Vector3d u = along.unitOrthogonal(), v = along.normalized().cross(u);
+  std::array<std::uint32_t, 3> near{}, far{};
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double angle = static_cast<double>(k) * 2 * M_PI / 3;
+    const Eigen::Vector3d side = radius_m * (std::cos(angle) * u + std::sin(angle) * v);
+    near[k] = mesh.add(from + side, color);
+    far[k] = mesh.add(to + side, color);
+  }
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::size_t next = (k + 1) % 3;
+    mesh.triangles.push_back({near[k], near[next], far[next]});
+    mesh.triangles.push_back({near[k], far[next], far[k]});
+  }
+}
+
+/// An octahedron per vertex in the colour of its class, of half the size for surface classes, and a
+/// tube per edge that is drawn. Vertices that are not finite are left out.
+void addGraph(Mesh& mesh, const SemanticGraph& graph, const LabelSet& labels, double radius_m,
+              const Color& edge_color, const Eigen::Isometry3d& T_scene_graph) {
+  for (const Vertex& v : graph.vertices) {
+    if (!v.position.allFinite()) continue;
+    const bool is_surface = labels.role(v.label) == Role::surface;
+    addOctahedron(mesh, T_scene_graph * v.position, is_surface ? radius_m / 2 : radius_m,
+                  labels.color(v.label));
+  }
+  for (const auto& [i, j] : readableEdges(graph)) {
+    addTube(mesh, T_scene_graph * graph.vertices[i].position,
+            T_scene_graph * graph.vertices[j].position, radius_m / 8, edge_color);
+  }
+}
+
+/// Legacy ASCII VTK: POLYGONS, and VERTICES for what no triangle uses, with COLOR_SCALARS.
+std::string toVtk(const Mesh& mesh) {
+  std::string text = "# vtk DataFile Version 3.0\nxview\nASCII\nDATASET POLYDATA\n";
+  auto out = std::back_inserter(text);
+  fmt::format_to(out, "POINTS {} double\n", mesh.vertices.size());
+  for (const Eigen::Vector3d& p : mesh.vertices)
+    fmt::format_to(out, "{:.3f} {:.3f} {:.3f}\n", p.x(), p.y(), p.z());
+  fmt::format_to(out, "POLYGONS {} {}\n", mesh.triangles.size(), 4 * mesh.triangles.size());
+  for (const auto& t : mesh.triangles) fmt::format_to(out, "3 {} {} {}\n", t[0], t[1], t[2]);
+  std::vector<bool> used(mesh.vertices.size(), false);
+  for (const auto& t : mesh.triangles) used[t[0]] = used[t[1]] = used[t[2]] = true;
+  const auto loose = std::count(used.begin(), used.end(), false);
+  if (loose > 0) fmt::format_to(out, "VERTICES {} {}\n", loose, 2 * loose);
+  for (std::size_t i = 0; i < used.size(); ++i) {
+    if (!used[i]) fmt::format_to(out, "1 {}\n", i);
+  }
+  // In ASCII files these are fractions of one.
+  fmt::format_to(out, "POINT_DATA {}\nCOLOR_SCALARS RGB 3\n", mesh.colors.size());
+  for (const Color& c : mesh.colors)
+    fmt::format_to(out, "{:.4f} {:.4f} {:.4f}\n", c[0] / 255.0, c[1] / 255.0, c[2] / 255.0);
+  return text;
+}
+
+/// With red green blue per vertex.
+std::string toPly(const Mesh& mesh) {
+  std::string text = "ply\nformat ascii 1.0\ncomment xview\n";
+  auto out = std::back_inserter(text);
+  fmt::format_to(out,
+                 "element vertex {}\nproperty double x\nproperty double y\nproperty double z\n"
+                 "property uchar red\nproperty uchar green\nproperty uchar blue\n"
+                 "element face {}\nproperty list uchar int vertex_indices\nend_header\n",
+                 mesh.vertices.size(), mesh.triangles.size());
+  for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
+    const Eigen::Vector3d& p = mesh.vertices[i];
+    const Color& c = mesh.colors[i];
+    fmt::format_to(out, "{:.3f} {:.3f} {:.3f} {} {} {}\n", p.x(), p.y(), p.z(), c[0], c[1], c[2]);
+  }
+  for (const auto& t : mesh.triangles) fmt::format_to(out, "3 {} {} {}\n", t[0], t[1], t[2]);
+  return text;
+}
 
 /// A line of the scene, whatever it stands for.
 struct Stroke {
@@ -162,32 +273,39 @@ Eigen::Vector3d originOf(const Scene& scene) {
 
 }  // namespace
 
-ColorMesh sceneMesh(const Scene& scene) {
+double typicalVertexRadius(const SemanticGraph& graph) {
+  constexpr double kSmallest_m = 0.15, kLargest_m = 3, kShareOfEdge = 0.06;
+  std::vector<double> lengths;
+  for (const auto& [i, j] : graph.edges()) {
+    const double length = (graph.vertices[i].position - graph.vertices[j].position).norm();
+    if (std::isfinite(length)) lengths.push_back(length);
+  }
+  if (lengths.empty()) return 0.6;
+  return std::clamp(kShareOfEdge * medianOf(std::move(lengths)), kSmallest_m, kLargest_m);
+}
+
+std::string sceneMesh(const Scene& scene, MeshFormat format) {
   const LabelSet& labels = labelsOf(scene);
   const double radius_m = radiusOf(scene);
   const Eigen::Isometry3d identity = Eigen::Isometry3d::Identity();
-  ColorMesh mesh;
-  const auto addPoint = [&](const Eigen::Vector3d& p, const Color& color) {
-    mesh.vertices.push_back(p);
-    mesh.colors.push_back(color);
-  };
-  if (scene.map_graph) addGraph(mesh, *scene.map_graph, labels, radius_m, kMapEdgeColor);
+  Mesh mesh;
+  if (scene.map_graph) addGraph(mesh, *scene.map_graph, labels, radius_m, kMapEdgeColor, identity);
   forEachPoint(scene.map_cloud, identity, [&](const Eigen::Vector3d& p, std::uint32_t label) {
-    addPoint(p, labels.color(label));
+    mesh.add(p, labels.color(label));
   });
   for (const SceneQuery& query : scene.queries) {
     if (!query.has_pose) continue;
     const Eigen::Isometry3d T = liftedPose(query, radius_m);
     if (query.graph) addGraph(mesh, *query.graph, labels, radius_m, kQueryEdgeColor, T);
     forEachPoint(query.cloud, T,
-                 [&](const Eigen::Vector3d& p, std::uint32_t) { addPoint(p, kQueryColor); });
+                 [&](const Eigen::Vector3d& p, std::uint32_t) { mesh.add(p, kQueryColor); });
     for (const SceneMark& mark : query.marks)
       addOctahedron(mesh, mark.at, radius_m / 2, mark.color);
   }
   for (const SceneMark& mark : scene.marks) addOctahedron(mesh, mark.at, radius_m, mark.color);
   for (const Stroke& s : strokesOf(scene, radius_m))
     addTube(mesh, s.from, s.to, s.weight * radius_m / 4, s.color);
-  return mesh;
+  return format == MeshFormat::vtk ? toVtk(mesh) : toPly(mesh);
 }
 
 LabelledCloud sceneCloud(const Scene& scene, LabelSet& labels) {

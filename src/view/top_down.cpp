@@ -120,33 +120,32 @@ std::optional<Eigen::AlignedBox2d> smallQuery(const Scene& scene,
 void drawContent(Canvas& canvas, const Eigen::AlignedBox2d& box, Panel& panel, const Scene& scene,
                  const Eigen::AlignedBox2d* frame_of) {
   const LabelSet& labels = labelsOf(scene);
-  {
-    const Canvas::Clip clip(canvas, box);
-    panel.drawGrid();
-    if (showsCloud(scene)) panel.drawCloud(*scene.map_cloud, labels);
-    if (showsPlan(scene)) panel.drawPlan(*scene.map_plan);
-    panel.drawQueryClouds(scene.queries, labels);
-    if (scene.map_graph != nullptr)
-      panel.drawMapGraph(*scene.map_graph, labels, showsCloud(scene) || showsPlan(scene));
-    panel.drawKeyframes(scene.map_poses);
-    for (const SceneLine& line : scene.lines) panel.drawLine(line);
-    panel.drawMarks(scene.marks);
-    for (const SceneQuery& query : scene.queries) {
-      if (query.has_pose) panel.drawWay(query);
-    }
-    for (const SceneQuery& query : scene.queries) {
-      if (query.has_pose && scene.map_graph != nullptr)
-        panel.drawMatches(query, *scene.map_graph, labels);
-      panel.drawMarks(query.marks);
-    }
-    const double size = scene.queries.size() > 40 ? 9 : 14;
-    for (const SceneQuery& query : scene.queries) {
-      if (query.has_pose) panel.drawArrow(query, size);
-    }
-    if (frame_of) panel.drawFrameOf(*frame_of);
-    panel.drawCoordinates();
-    panel.drawScaleBar();
+  canvas.clip(box);
+  panel.drawGrid();
+  if (showsCloud(scene)) panel.drawCloud(*scene.map_cloud, labels);
+  if (showsPlan(scene)) panel.drawPlan(*scene.map_plan);
+  panel.drawQueryClouds(scene.queries, labels);
+  if (scene.map_graph != nullptr)
+    panel.drawMapGraph(*scene.map_graph, labels, showsCloud(scene) || showsPlan(scene));
+  panel.drawKeyframes(scene.map_poses);
+  for (const SceneLine& line : scene.lines) panel.drawLine(line);
+  panel.drawMarks(scene.marks);
+  for (const SceneQuery& query : scene.queries) {
+    if (query.has_pose) panel.drawWay(query);
   }
+  for (const SceneQuery& query : scene.queries) {
+    if (query.has_pose && scene.map_graph != nullptr)
+      panel.drawMatches(query, *scene.map_graph, labels);
+    panel.drawMarks(query.marks);
+  }
+  const double size = scene.queries.size() > 40 ? 9 : 14;
+  for (const SceneQuery& query : scene.queries) {
+    if (query.has_pose) panel.drawArrow(query, size);
+  }
+  if (frame_of) panel.drawFrameOf(*frame_of);
+  panel.drawCoordinates();
+  panel.drawScaleBar();
+  canvas.unclip();
   canvas.frame(box, kRule, 1);
 }
 
@@ -156,6 +155,8 @@ using Symbol = std::function<void(Canvas&, const Canvas::Point&)>;
 struct LegendEntry {
   std::string name;
   Symbol draw;
+  double x = 0;  // from the left end of the legend
+  int row = 0;
 };
 
 Symbol dashOf(const Color& color, double width) {
@@ -241,50 +242,43 @@ class Legend {
  public:
   Legend(Canvas& canvas, const Scene& scene, double width) {
     for (const auto& entries : {queryEntries(scene), mapEntries(scene)}) {
-      if (!places_.empty() && !entries.empty()) breakRow();
+      if (!entries_.empty() && !entries.empty()) breakRow();
       for (const LegendEntry& entry : entries) place(canvas, entry, width);
     }
-    if (left_out_ > 0) places_.back().name = "and " + std::to_string(left_out_ + 1) + " more";
+    if (left_out_ > 0) entries_.back().name = "and " + std::to_string(left_out_ + 1) + " more";
   }
-  double height() const { return places_.empty() ? 0 : (row_ + 1) * kRow + 8; }
+  double height() const { return entries_.empty() ? 0 : (row_ + 1) * kRow + 8; }
 
   void draw(Canvas& canvas, const Canvas::Point& corner) const {
-    for (const Place& place : places_) {
-      const Canvas::Point at = corner + Eigen::Vector2d(place.x, (place.row + 0.5) * kRow);
-      place.draw(canvas, at + Eigen::Vector2d(9, 0));
-      canvas.text(place.name, at + Eigen::Vector2d(25, 0), kTextSize, kInk);
+    for (const LegendEntry& entry : entries_) {
+      const Canvas::Point at = corner + Eigen::Vector2d(entry.x, (entry.row + 0.5) * kRow);
+      entry.draw(canvas, at + Eigen::Vector2d(9, 0));
+      canvas.text(entry.name, at + Eigen::Vector2d(25, 0), kTextSize, kInk);
     }
   }
 
  private:
-  struct Place : LegendEntry {
-    Place(const LegendEntry& entry, double left, int in_row)
-        : LegendEntry(entry), x(left), row(in_row) {}
-    double x = 0;
-    int row = 0;
-  };
   static constexpr int kMostRows = 6;
 
   void breakRow() {
     x_ = 0;
     ++row_;
   }
-  void place(Canvas& canvas, const LegendEntry& entry, double width) {
+  void place(Canvas& canvas, LegendEntry entry, double width) {
     if (left_out_ > 0) return void(++left_out_);
-    Place place(entry, 0, 0);
-    place.name = canvas.fitted(entry.name, kTextSize, 320);
-    const double needed = 25 + canvas.textWidth(place.name, kTextSize) + 24;
+    entry.name = canvas.fitted(entry.name, kTextSize, 320);
+    const double needed = 25 + canvas.textWidth(entry.name, kTextSize) + 24;
     if (x_ > 0 && x_ + needed > width) {
       if (row_ + 1 >= kMostRows) return void(++left_out_);
       breakRow();
     }
-    place.x = x_;
-    place.row = row_;
+    entry.x = x_;
+    entry.row = row_;
     x_ += needed;
-    places_.push_back(std::move(place));
+    entries_.push_back(std::move(entry));
   }
 
-  std::vector<Place> places_;
+  std::vector<LegendEntry> entries_;
   double x_ = 0;
   int row_ = 0;
   std::size_t left_out_ = 0;

@@ -100,13 +100,9 @@ TEST(ErrorSummary, IsThatOfNumbersByHand) {
   EXPECT_DOUBLE_EQ(e.mean, 4);
   EXPECT_NEAR(e.deviation, std::sqrt(2.0 / 3), 1e-12);
   EXPECT_DOUBLE_EQ(e.median, 4);
+  EXPECT_DOUBLE_EQ(e.p90, 4.8);
   EXPECT_DOUBLE_EQ(e.max, 5);
   EXPECT_TRUE(std::isnan(summarized({}).rmse));
-}
-
-TEST(F1, IsTheHarmonicMean) {
-  EXPECT_DOUBLE_EQ(f1Score(1, 0.5), 2.0 / 3);
-  EXPECT_DOUBLE_EQ(f1Score(0, 0), 0);
 }
 
 using Vector6d = Eigen::Matrix<double, 6, 1>;
@@ -195,13 +191,13 @@ TEST(Consistency, OfNoAnswerIsUnknown) {
 ScoredQuery query(Status status, double confidence, double error_m, double yaw_rad = 0) {
   ScoredQuery q;
   q.input = "town/rear";
-  q.status = status;
-  q.confidence = confidence;
-  q.has_pose = true;
+  q.fix.status = status;
+  q.fix.confidence = confidence;
+  q.fix.hypotheses.resize(1);
   q.truth.translation() = Eigen::Vector3d(5, -3, 2);
-  q.estimate = q.truth * Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitZ());
-  q.estimate.translation().y() += error_m;
-  q.timing_ms = {{"read", 4}, {"total", 10}};
+  q.fix.T_map_sensor = q.truth * Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitZ());
+  q.fix.T_map_sensor.translation().y() += error_m;
+  q.fix.timing_ms = {{"read", 4}, {"total", 10}};
   return q;
 }
 
@@ -222,7 +218,7 @@ TEST(Evaluation, AnglesAreJudgedInDegrees) {
   const auto e = evaluate({query(Status::accepted, 1, 0, 0.03)}, 5);  // 1.7 deg
   EXPECT_DOUBLE_EQ(e.best.within_deg[0], 0);
   EXPECT_DOUBLE_EQ(e.best.within_deg[1], 1);
-  EXPECT_NEAR(e.best.median_deg, 1.7189, 1e-3);
+  EXPECT_NEAR(e.best.ape_deg.median, 1.7189, 1e-3);
 }
 
 TEST(Evaluation, PrecisionAndRecallAreThoseOfTheVerdict) {
@@ -231,18 +227,22 @@ TEST(Evaluation, PrecisionAndRecallAreThoseOfTheVerdict) {
                           5);
   EXPECT_DOUBLE_EQ(e.precision, 0.5);
   EXPECT_DOUBLE_EQ(e.recall, 0.25);
+  EXPECT_DOUBLE_EQ(e.f1, 1.0 / 3) << "the harmonic mean";
   EXPECT_EQ(e.accepted, 2u);
   EXPECT_EQ(e.ambiguous, 1u);
   EXPECT_EQ(e.rejected, 1u);
 }
 
+TEST(Evaluation, WithoutAnyHitTheHarmonicMeanIsZero) {
+  EXPECT_DOUBLE_EQ(evaluate({query(Status::accepted, 0.9, 50)}, 5).f1, 0);
+}
+
 TEST(Evaluation, JudgesTheCovarianceOfRightAcceptedAnswersOnly) {
   ScoredQuery right = query(Status::accepted, 0.9, 0.2);
-  right.has_covariance = true;
-  right.covariance = 0.01 * Matrix6d::Identity();  // 0.2 m are two sigma
+  right.fix.covariance = 0.01 * Matrix6d::Identity();  // 0.2 m are two sigma
   ScoredQuery wrong = right, refused = right;
-  wrong.estimate.translation().x() += 50;
-  refused.status = Status::rejected;
+  wrong.fix.T_map_sensor.translation().x() += 50;
+  refused.fix.status = Status::rejected;
   const auto e = evaluate({right, wrong, refused, query(Status::accepted, 0.8, 0.1)}, 5);
   EXPECT_EQ(e.consistency.answers, 1u);
   EXPECT_NEAR(e.consistency.mean, 4.0 / 6, 1e-9);
@@ -263,25 +263,25 @@ TEST(Evaluation, AcceptedNegativesLowerThePrecisionButNotTheRecall) {
 
 TEST(Evaluation, AQueryWithoutPoseIsNeverASuccess) {
   ScoredQuery lost = query(Status::rejected, 0, 0);
-  lost.has_pose = false;
+  lost.fix.hypotheses.clear();
   const auto e = evaluate({lost}, 5);
   EXPECT_DOUBLE_EQ(e.best.within_m.back(), 0);
   EXPECT_DOUBLE_EQ(e.recall, 0);
-  EXPECT_TRUE(std::isnan(e.best.median_m));
+  EXPECT_TRUE(std::isnan(e.best.ape_m.median));
 }
 
 TEST(Evaluation, TimesAreMediansPerStageAndInTotal) {
   ScoredQuery slow = query(Status::accepted, 1, 0);
-  slow.timing_ms = {{"read", 8}, {"refine", 3}, {"total", 30}};
+  slow.fix.timing_ms = {{"read", 8}, {"refine", 3}, {"total", 30}};
   const auto e = evaluate({query(Status::accepted, 1, 0), slow}, 5);
-  EXPECT_DOUBLE_EQ(e.median_ms, 20);
+  EXPECT_DOUBLE_EQ(e.total_ms.median, 20);
   ASSERT_EQ(e.stages.size(), 3u);
   EXPECT_EQ(e.stages[0].name, "read");
-  EXPECT_DOUBLE_EQ(e.stages[0].median_ms, 6);
-  EXPECT_DOUBLE_EQ(e.stages[0].mean_ms, 6);
-  EXPECT_DOUBLE_EQ(e.stages[0].deviation_ms, 2);
+  EXPECT_DOUBLE_EQ(e.stages[0].ms.median, 6);
+  EXPECT_DOUBLE_EQ(e.stages[0].ms.mean, 6);
+  EXPECT_DOUBLE_EQ(e.stages[0].ms.deviation, 2);
   EXPECT_EQ(e.stages[1].name, "refine");
-  EXPECT_DOUBLE_EQ(e.stages[1].deviation_ms, 0);
+  EXPECT_DOUBLE_EQ(e.stages[1].ms.deviation, 0);
   EXPECT_EQ(e.stages[2].name, "total");
   EXPECT_NE(evaluationTable(e).find("\nread                   6.0       6.0        2.0\n"),
             std::string::npos)
@@ -306,7 +306,7 @@ TEST(Report, CsvHasOneLinePerQueryAndQuotesPaths) {
 
 TEST(Report, SuccessCurveReachesOneWhereTheLargestErrorIs) {
   const std::string csv =
-      successCsv({query(Status::accepted, 1, 0.25), query(Status::rejected, 1, 2.0)});
+      successCsv(evaluate({query(Status::accepted, 1, 0.25), query(Status::rejected, 1, 2.0)}, 5));
   EXPECT_NE(csv.find("\n0.2,0,0\n0.3,0.5,0.5\n"), std::string::npos);
   EXPECT_NE(csv.find("\n30.0,1,0.5\n"), std::string::npos);
 }

@@ -19,7 +19,7 @@ map::SemanticMap mapMovedBy(const std::string& session, const Eigen::Isometry3d&
   const std::size_t frames = std::min<std::size_t>(30, recording.size());
   for (std::size_t i = 0; i < frames; ++i) truth.push_back(recording.truth(i));
   const PosedRecording in_town(recording, 0, truth);
-  const MovedRecording moved(in_town, T_moved_town);
+  const PosedRecording moved(in_town, T_moved_town);
   return buildMap({&moved}, {});
 }
 

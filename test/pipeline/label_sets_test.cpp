@@ -33,7 +33,7 @@ class DriveIn {
   std::unique_ptr<FrameSource> recordingOf(const std::string& session) const {
     const FrameSource& given = *simulatedDrive().sessions.at(session);
     if (knowsShapesOnly(labels))
-      return withShapeLabels(std::make_unique<MovedRecording>(given, Eigen::Isometry3d::Identity()),
+      return withShapeLabels(std::make_unique<PosedRecording>(given, Eigen::Isometry3d::Identity()),
                              labels, {});
     return std::make_unique<TranslatedRecording>(given,
                                                  LabelMatch(simulatedDrive().labels, labels));

@@ -72,7 +72,7 @@ TEST(Localizer, PlacesThatLookAlikeFromAboveAreToldApartByTheirPoints) {
   const auto& drive = simulatedDrive();
   constexpr double kAside_m = 600;
   const FrameSource& forward = *drive.sessions.at("forward");
-  const MovedRecording copy(forward, Eigen::Isometry3d(Eigen::Translation3d(kAside_m, 0, 0)));
+  const PosedRecording copy(forward, Eigen::Isometry3d(Eigen::Translation3d(kAside_m, 0, 0)));
   map::SemanticMap map = buildMap({&forward, &copy}, {});
   // What stands in the copy stands otherwise, and the place itself was seen worse.
   for (Point& p : map.cloud.points) {
@@ -146,7 +146,7 @@ TEST(Localizer, FramesOfAFirstCameraAreTurnedUpright) {
   EXPECT_LT((fix.T_map_sensor.translation() - truth.translation()).norm(), 0.5);
   EXPECT_LT(rotationBetween(fix.T_map_sensor, truth), 0.03);
 
-  const MovedRecording forward(*drive.sessions.at("forward"), T_optical);
+  const PosedRecording forward(*drive.sessions.at("forward"), T_optical);
   const map::SemanticMap tilted = buildMap({&forward}, {});
   const Localization in_tilted = Localizer(tilted, {}).localize(query);
   EXPECT_EQ(in_tilted.status, Status::accepted) << in_tilted.reason;
@@ -186,7 +186,7 @@ TEST(Localizer, AQueryReadFrameByFrameIsThatOfAllItsDigests) {
 TEST(Localizer, AQueryOfATiltedCameraReadFrameByFrameIsTurnedUprightToo) {
   const auto& drive = simulatedDrive();
   const Eigen::Isometry3d T_tilted(Eigen::AngleAxisd(-M_PI / 2, Eigen::Vector3d::UnitX()));
-  const MovedRecording rear(*drive.sessions.at("rear"), T_tilted);
+  const PosedRecording rear(*drive.sessions.at("rear"), T_tilted);
   const Query query = makeQuery(rear, {});
   EXPECT_GT(query.plan.upright.angularDistance(Eigen::Quaterniond::Identity()), 1);
   const Localization fix = Localizer(drive.map, {}).localize(query);

@@ -57,7 +57,7 @@ TEST(Mapper, TheGraphOfARecordingIsThatOfItsMapAndOfAQueryOfAllOfIt) {
 
 TEST(Mapper, TheGraphOfATiltedRecordingIsThatOfItsMap) {
   const Eigen::Isometry3d tilt(Eigen::AngleAxisd(1.2, Eigen::Vector3d(1, 2, 0).normalized()));
-  const MovedRecording tilted(*simulatedDrive().sessions.at("rear"), tilt);
+  const PosedRecording tilted(*simulatedDrive().sessions.at("rear"), tilt);
   const SemanticGraph graph = makeQuery(tilted, {}).graph;
   EXPECT_GT(graph.size(), 100u);
   expectSameGraph(graph, buildMap({&tilted}, {}).graph);

@@ -30,7 +30,7 @@ const SimulatedDrive& simulatedDrive();
 
 inline std::vector<FrameDigest> movedFrames(const FrameSource& source,
                                             const Eigen::Isometry3d& T_new_old) {
-  return digestRecording(MovedRecording(source, T_new_old), {});
+  return digestRecording(PosedRecording(source, T_new_old), {});
 }
 
 }  // namespace xview::test

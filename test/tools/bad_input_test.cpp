@@ -127,7 +127,6 @@ TEST_F(BadInput, DepthScalesAreWatchedByLiftAndBlobsToo) {
               std::string("depth_scale: ") + scale);
     expectFailure({"lift", "-q", sequence_, cloud}, complaint);
     expectFailure({"blobs", "-q", sequence_, cloud}, complaint);
-    expectFailure({"blobs", "-q", "--graph_space", "image", sequence_, cloud}, complaint);
     EXPECT_FALSE(fs::exists(cloud));
   }
 }

@@ -253,9 +253,9 @@ TEST_F(TinyTown, GraphIsAQueryAndAMap) {
 
 /// What is in the marks of the page: "building, -1.2 nats of 3.4, 0.56 m from its partner".
 TEST_F(TinyTown, ExplanationsAddUpToTheScore) {
-  const Outcome outcome = succeed({"localize", "-q", "--json", town("rear"), map(), "--explain",
-                                   file("why.html"), "--refine.enabled", "false",
-                                   "--posterior.enabled", "false"});
+  const Outcome outcome =
+      succeed({"localize", "-q", "--json", town("rear"), map(), "--explain", file("why.html"),
+               "--refine.enabled", "false", "--posterior.enabled", "false"});
   const Json answer = jsonLines(outcome.out).at(0);
   const std::string page = readText(file("why.html")), opening = "type=\"application/json\">";
   const std::size_t begin = page.find(opening) + opening.size();
@@ -284,14 +284,14 @@ TEST_F(TinyTown, ExplanationsAddUpToTheScore) {
   EXPECT_EQ(runXview({"localize", town("rear"), map(), "--explain", file("why.csv")}).code, 2);
 }
 
-TEST_F(TinyTown, ImageSpaceGoesThroughAllCommands) {
+TEST_F(TinyTown, ImageSpaceGoesThroughAllCommandsThatMakeGraphs) {
   const std::vector<std::string> image{"--graph_space", "image"};
   const auto with = [&](std::vector<std::string> arguments) {
     arguments.insert(arguments.end(), image.begin(), image.end());
     return arguments;
   };
   const std::string of_images = file("image.xvm");
-  succeed(with({"blobs", "-q", town("forward"), file("regions.pcd"), "--frames", "0:3"}));
+  EXPECT_EQ(runXview(with({"blobs", "-q", town("forward"), file("regions.pcd")})).code, 2);
   succeed(with({"graph", "-q", town("rear"), file("image.ply")}));
   EXPECT_NE(readText(file("image.ply")).find("comment graph_space image"), std::string::npos);
   succeed(with({"map", "-q", town("forward"), of_images}));

@@ -219,10 +219,9 @@ TEST_F(TinyTown, DiffComparesAVisitWithTheMap) {
   const Outcome outcome = succeed({"diff", map(), town("rear"), "-o", file("changes.csv")});
   EXPECT_EQ(outcome.out.find("0 gone, 0 new, 0 moved (of "), 0u) << outcome.out;
   EXPECT_EQ(readText(file("changes.csv")).rfind("change,class,dynamic,x,y,z,", 0), 0u);
-  const Json json = Json::parse(
-      succeed({"diff", "-q", map(), town("rear"), "--json", "-o", file("changes.ply")}).out);
-  EXPECT_EQ(json["gone"], 0);
-  EXPECT_GT(json["seen_by_both"], 3);
+  const std::string seen = outcome.out.substr(outcome.out.find("(of ") + 4);
+  EXPECT_GT(std::stoi(seen), 3) << outcome.out;
+  succeed({"diff", "-q", map(), town("rear"), "-o", file("changes.ply")});
   EXPECT_NE(readText(file("changes.ply")).find("element vertex"), std::string::npos);
   succeed({"diff", "-q", map(), town("rear"), "-o", file("changes.html")});
   EXPECT_NE(readText(file("changes.html")).find("seen by both"), std::string::npos);

@@ -57,12 +57,9 @@ std::vector<ConfidenceBand> confidenceBands(const std::vector<Detection>& detect
 /// What a number of errors comes to.
 struct ErrorSummary {
   std::size_t count = 0;
-  double rmse = 0, mean = 0, deviation = 0, median = 0, max = 0;  ///< NaN without errors
+  double rmse = 0, mean = 0, deviation = 0, median = 0, p90 = 0, max = 0;  ///< NaN without errors
 };
 ErrorSummary summarized(const std::vector<double>& errors);
-
-/// Harmonic mean; 0 if both are 0, NaN if either is unknown.
-double f1Score(double precision, double recall);
 
 /// The 99.73 % quantile of the chi-square distribution with six degrees of freedom: an error beyond
 /// it is further than three sigma (probability of a normal distribution) from the estimate.
@@ -89,28 +86,21 @@ Consistency consistencyOf(const std::vector<double>& normalised_errors_squared);
 struct ScoredQuery {
   std::string input;
   std::int64_t first_frame = 0, last_frame = 0;
-  Status status = Status::rejected;
-  double confidence = 0;
+  Localization fix;
   bool negative = false;  ///< from elsewhere: any acceptance is false, and there is no truth
-  bool has_pose = false;  ///< false: not even a rejected hypothesis
-  Eigen::Isometry3d estimate =
-      Eigen::Isometry3d::Identity();                        ///< T_map_sensor; valid with has_pose
   Eigen::Isometry3d truth = Eigen::Isometry3d::Identity();  ///< T_map_sensor; valid unless negative
-  bool has_covariance = false;
-  Matrix6d covariance = Matrix6d::Zero();  ///< of the estimate; valid with has_covariance
-  Timings timing_ms;                       ///< per stage, and "total"
 
-  double positionError() const;  ///< [m]; infinite without a pose
-  double rotationError() const;  ///< [rad]; infinite without a pose
+  bool hasPose() const { return !fix.hypotheses.empty(); }  ///< else not even a rejected one
+  double positionError() const;                             ///< [m]; infinite without a pose
+  double rotationError() const;                             ///< [deg]; infinite without a pose
 };
 
 /// Success over distance and angle for one choice of answers.
 struct SuccessTable {
-  ErrorSummary ape_m, ape_deg;     ///< absolute pose errors of the answers that have a pose
+  std::vector<double> errors_m;    ///< of the answers that have a pose
+  ErrorSummary ape_m, ape_deg;     ///< of the same: absolute pose errors
   std::vector<double> within_m;    ///< share for each of kDistances_m
   std::vector<double> within_deg;  ///< share for each of kAngles_deg
-  double median_m = 0, p90_m = 0, median_deg = 0,
-         p90_deg = 0;  ///< of the answers that have a pose; NaN if none
 };
 
 extern const std::vector<double> kDistances_m;  ///< 1, 2, 5, 10, 20, 30
@@ -119,7 +109,7 @@ extern const std::vector<double> kAngles_deg;   ///< 1, 2, 5, 10
 /// Milliseconds of one stage over all queries.
 struct StageTime {
   std::string name;
-  double median_ms = 0, mean_ms = 0, deviation_ms = 0;
+  ErrorSummary ms;
 };
 
 /// What a set of answers is worth. Ratios are NaN where nothing was asked.
@@ -132,13 +122,14 @@ struct Evaluation {
   SuccessTable
       best;  ///< best hypothesis of every query, accepted or not (the paper's success rate)
   SuccessTable believed;  ///< accepted answers only; the share is still of all queries
-  double precision = 0, recall = 0, f1 = 0;  ///< of the program's own verdict
-  double false_accept_rate = 0;              ///< false accepts over negatives
+  /// Of the program's own verdict; F1 is their harmonic mean, 0 if both are 0.
+  double precision = 0, recall = 0, f1 = 0;
+  double false_accept_rate = 0;  ///< false accepts over negatives
   double area_under_pr = 0;
   double recall_at_99 = 0;  ///< recall at 99 % precision
   std::vector<ConfidenceBand> bands;
   Consistency consistency;             ///< of the covariances of accepted answers that are correct
-  double median_ms = 0, p90_ms = 0;    ///< total per query
+  ErrorSummary total_ms;               ///< per query
   std::vector<StageTime> stages;       ///< in the order of execution, and "total" at the end
   std::vector<PrecisionRecall> curve;  ///< over the confidence
 };
@@ -152,8 +143,7 @@ Evaluation evaluate(const std::vector<ScoredQuery>& queries, double correct_with
 std::string evaluationTable(const Evaluation& evaluation);  ///< for people, some lines of text
 std::string resultsCsv(const std::vector<ScoredQuery>& queries);  ///< one line per query
 std::string precisionRecallCsv(const Evaluation& evaluation);     ///< one line per threshold
-std::string successCsv(
-    const std::vector<ScoredQuery>& queries);              ///< share of queries over the distance
+std::string successCsv(const Evaluation& evaluation);      ///< share of queries over the distance
 std::string evaluationJson(const Evaluation& evaluation);  ///< all numbers; unknown ones are null
 
 }  // namespace xview

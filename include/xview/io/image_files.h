@@ -22,15 +22,6 @@ ColorImage readColors(const std::string& path);
 /// only `labels` must be there. Throws Error with path:line.
 NetworkInput readNetworkInput(const std::string& path);
 
-/// An image and when it was taken.
-struct StampedFile {
-  double stamp_s = 0;
-  std::string path;
-};
-/// A list of TUM RGB-D, as rgb.txt: lines "stamp file", with files from its own folder; comments
-/// start with #. Throws Error.
-std::vector<StampedFile> readFileList(const std::string& path);
-
 void writeDepthPng(const std::string& path, const DepthImage& depth, double depth_scale);
 void writeLabelPng(const std::string& path, const LabelImage& labels);
 void writeCamera(const std::string& path, const Camera& camera);

@@ -63,6 +63,11 @@ InputKind recogniseInput(const std::string& path, const InputOptions& options = 
 std::unique_ptr<FrameSource> openRecording(const std::string& path,
                                            const InputOptions& options = {});
 
+/// The colour image of every frame of a recording: of those that its rgb.txt lists, as TUM RGB-D
+/// has it, the nearest in time within 0.05 s; else that of RECORDING/rgb that has the number of the
+/// frame at the end of its name. Throws Error.
+std::vector<std::string> colorFiles(const FrameSource& recording);
+
 /// Writes a recording as a sequence folder (camera) or a SemanticKITTI folder (LiDAR); frames are
 /// read and written on `threads` threads. `truth` (T_map_sensor per frame) goes to groundtruth.txt.
 /// Throws Error; a folder that was made for it is then removed again, since a part of a recording

@@ -94,27 +94,6 @@ class RelabelledRecording : public ForwardingSource {
   LabelSet labels_;
 };
 
-/// A recording whose odometry frame was found in another frame: the same frames with
-/// T_target_odom * T_odom_sensor as poses.
-class MovedRecording final : public ForwardingSource {
- public:
-  /// The recording must outlive this object.
-  MovedRecording(const FrameSource& recording, const Eigen::Isometry3d& T_target_odom)
-      : ForwardingSource(recording), T_target_odom_(T_target_odom) {}
-
-  Eigen::Isometry3d pose(std::size_t index) const override {
-    return T_target_odom_ * ForwardingSource::pose(index);
-  }
-  Frame read(std::size_t index) const override {
-    Frame frame = ForwardingSource::read(index);
-    frame.T_odom_sensor = T_target_odom_ * frame.T_odom_sensor;
-    return frame;
-  }
-
- private:
-  Eigen::Isometry3d T_target_odom_;
-};
-
 /// Successive frames of a recording with other poses: those that were found for them.
 class PosedRecording final : public ForwardingSource {
  public:
@@ -123,6 +102,12 @@ class PosedRecording final : public ForwardingSource {
   PosedRecording(const FrameSource& recording, std::size_t first,
                  std::vector<Eigen::Isometry3d> poses)
       : ForwardingSource(recording), first_(first), poses_(std::move(poses)) {}
+  /// All of its frames, whose odometry frame was found in another one.
+  PosedRecording(const FrameSource& recording, const Eigen::Isometry3d& T_target_odom)
+      : ForwardingSource(recording) {
+    for (std::size_t i = 0; i < recording.size(); ++i)
+      poses_.push_back(T_target_odom * recording.pose(i));
+  }
 
   std::size_t size() const override { return poses_.size(); }
   Eigen::Isometry3d pose(std::size_t index) const override { return poses_.at(index); }
@@ -137,7 +122,7 @@ class PosedRecording final : public ForwardingSource {
   }
 
  private:
-  std::size_t first_;
+  std::size_t first_ = 0;
   std::vector<Eigen::Isometry3d> poses_;
 };
 

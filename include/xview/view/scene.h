@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -14,9 +15,10 @@
 #include "xview/types/labels.h"
 #include "xview/types/localization.h"
 #include "xview/types/plan_view.h"
-#include "xview/view/color_mesh.h"
 
 namespace xview {
+
+using Color = std::array<std::uint8_t, 3>;  ///< red, green, blue
 
 /// A place of the map frame that something was said about, e.g. a piece of a query that speaks for
 /// or against its pose.
@@ -115,8 +117,11 @@ std::string chartSvg(const SceneChart& chart);
 /// `labels`.
 LabelledCloud sceneCloud(const Scene& scene, LabelSet& labels);
 
-/// Everything as one mesh: graphs as octahedra and tubes, ways, arrows and correspondences as
-/// tubes, clouds as vertices without faces.
-ColorMesh sceneMesh(const Scene& scene);
+enum class MeshFormat { vtk, ply };
+
+/// Everything as one coloured mesh, the text of a legacy VTK file (`pcl_viewer cloud.pcd mesh.vtk`)
+/// or of a PLY (MeshLab, CloudCompare), in millimetres' precision: graphs as octahedra and tubes,
+/// ways, arrows and correspondences as tubes, clouds as vertices without faces.
+std::string sceneMesh(const Scene& scene, MeshFormat format);
 
 }  // namespace xview

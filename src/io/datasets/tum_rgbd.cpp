@@ -57,13 +57,7 @@ class LabelFinder {
   std::string find(const StampedFile& depth) const {
     const std::string own = labelNamed(depth.path);
     if (!own.empty()) return own;
-    const StampedFile* nearest = nullptr;
-    for (const StampedFile& color : colors_) {
-      const double gap = std::abs(color.stamp_s - depth.stamp_s);
-      if (gap <= kSameTime && (!nearest || gap < std::abs(nearest->stamp_s - depth.stamp_s))) {
-        nearest = &color;
-      }
-    }
+    const StampedFile* nearest = nearestTo(depth.stamp_s, colors_, kSameTime);
     return nearest ? labelNamed(nearest->path) : "";
   }
 
@@ -106,6 +100,17 @@ std::vector<StampedFile> readFileList(const std::string& path) {
     files.push_back({input.numbersOf({words[0]})[0], fs::path(path).parent_path() / words[1]});
   }
   return files;
+}
+
+const StampedFile* nearestTo(double stamp_s, const std::vector<StampedFile>& files,
+                             double within_s) {
+  const StampedFile* nearest = nullptr;
+  for (const StampedFile& file : files) {
+    const double gap = std::abs(file.stamp_s - stamp_s);
+    if (gap <= within_s && (!nearest || gap < std::abs(nearest->stamp_s - stamp_s)))
+      nearest = &file;
+  }
+  return nearest;
 }
 
 RecordingListing listTumRgbd(const std::string& folder, const InputOptions& options) {

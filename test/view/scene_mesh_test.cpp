@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/view/color_mesh.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -15,6 +14,15 @@
 
 namespace xview {
 namespace {
+
+/// What a file of a mesh holds.
+struct Mesh {
+  std::vector<Eigen::Vector3d> vertices;
+  std::vector<Color> colors;
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+};
+
+constexpr double kDigits_m = 0.00051;  // files have millimetres
 
 // Readers that are written after the formats' descriptions, not after the writers; they throw
 // std::runtime_error.
@@ -36,14 +44,14 @@ std::array<std::uint32_t, 3> nextTriangle(std::istream& in) {
   return {next<std::uint32_t>(in), next<std::uint32_t>(in), next<std::uint32_t>(in)};
 }
 
-ColorMesh readVtk(const std::string& text) {
+Mesh readVtk(const std::string& text) {
   std::istringstream in(text);
   std::string line;
   std::getline(in, line);
   if (line.rfind("# vtk DataFile Version", 0) != 0) throw std::runtime_error("no magic");
   std::getline(in, line);  // free text
   for (const char* word : {"ASCII", "DATASET", "POLYDATA", "POINTS"}) expectWord(in, word);
-  ColorMesh mesh;
+  Mesh mesh;
   mesh.vertices.resize(next<std::size_t>(in));
   expectWord(in, "double");
   for (auto& p : mesh.vertices) p = {next<double>(in), next<double>(in), next<double>(in)};
@@ -52,7 +60,18 @@ ColorMesh readVtk(const std::string& text) {
   if (next<std::size_t>(in) != 4 * mesh.triangles.size())
     throw std::runtime_error("wrong size of the polygon list");
   for (auto& t : mesh.triangles) t = nextTriangle(in);
-  expectWord(in, "POINT_DATA");
+  auto section = next<std::string>(in);
+  if (section == "VERTICES") {
+    const auto points = next<std::size_t>(in);
+    if (next<std::size_t>(in) != 2 * points)
+      throw std::runtime_error("wrong size of the point list");
+    for (std::size_t i = 0; i < points; ++i) {
+      if (next<int>(in) != 1 || next<std::size_t>(in) >= mesh.vertices.size())
+        throw std::runtime_error("not a point");
+    }
+    section = next<std::string>(in);
+  }
+  if (section != "POINT_DATA") throw std::runtime_error("expected POINT_DATA, found " + section);
   mesh.colors.resize(next<std::size_t>(in));
   expectWord(in, "COLOR_SCALARS");
   expectWord(in, "RGB");
@@ -65,9 +84,9 @@ ColorMesh readVtk(const std::string& text) {
   return mesh;
 }
 
-ColorMesh readPly(const std::string& text) {
+Mesh readPly(const std::string& text) {
   std::istringstream in(text);
-  ColorMesh mesh;
+  Mesh mesh;
   std::string line;
   while (std::getline(in, line) && line != "end_header") {
     std::istringstream words(line);
@@ -87,10 +106,10 @@ ColorMesh readPly(const std::string& text) {
   return mesh;
 }
 
-constexpr Color kRed{200, 10, 10};
+Mesh meshOf(const Scene& scene) { return readVtk(sceneMesh(scene, MeshFormat::vtk)); }
 
 /// Volume inside a closed mesh whose faces look outwards.
-double volumeOf(const ColorMesh& mesh) {
+double volumeOf(const Mesh& mesh) {
   double volume = 0;
   for (const auto& t : mesh.triangles) {
     volume += mesh.vertices[t[0]].dot(mesh.vertices[t[1]].cross(mesh.vertices[t[2]])) / 6;
@@ -98,7 +117,7 @@ double volumeOf(const ColorMesh& mesh) {
   return volume;
 }
 
-bool isValid(const ColorMesh& mesh) {
+bool isValid(const Mesh& mesh) {
   if (mesh.colors.size() != mesh.vertices.size()) return false;
   for (const auto& t : mesh.triangles) {
     for (const std::uint32_t i : t) {
@@ -134,64 +153,77 @@ LabelSet threeClasses() {
   return labels;
 }
 
-ColorMesh graphMesh(const SemanticGraph& graph, const LabelSet& labels,
-                    const Eigen::Isometry3d& T = Eigen::Isometry3d::Identity()) {
-  ColorMesh mesh;
-  addGraph(mesh, graph, labels, typicalVertexRadius(graph), {150, 150, 150}, T);
-  return mesh;
+Scene sceneOf(const SemanticGraph& map, const LabelSet& labels) {
+  Scene scene;
+  scene.labels = &labels;
+  scene.map_graph = &map;
+  return scene;
 }
 
-TEST(ColorMesh, OctahedronHasItsVolumeAndLooksOutwards) {
-  ColorMesh mesh;
-  addOctahedron(mesh, {0, 0, 0}, 2, kRed);
+Mesh graphMesh(const SemanticGraph& graph, const LabelSet& labels) {
+  return meshOf(sceneOf(graph, labels));
+}
+
+/// A scene of nothing but a line.
+Mesh tubeMesh(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
+  Scene scene;
+  scene.lines = {{"line", {200, 10, 10}, {from, to}}};
+  return meshOf(scene);
+}
+
+/// Half of what lies between two opposite corners of the first vertex.
+double radiusOf(const Mesh& mesh) { return (mesh.vertices[0] - mesh.vertices[1]).norm() / 2; }
+
+TEST(MeshFile, OctahedronHasItsVolumeAndLooksOutwards) {
+  const Mesh mesh = graphMesh(chain(1, 10), threeClasses());
   EXPECT_EQ(mesh.triangles.size(), 8u);
-  EXPECT_NEAR(volumeOf(mesh), 4.0 / 3 * 8, 1e-9);
+  EXPECT_NEAR(volumeOf(mesh), 4.0 / 3 * std::pow(radiusOf(mesh), 3), 1e-9);
 }
 
-TEST(ColorMesh, TubeRunsFromEndToEndWithItsRadius) {
-  ColorMesh mesh;
+TEST(MeshFile, TubeRunsFromEndToEndWithItsRadius) {
   const Eigen::Vector3d from(1, 2, 3), to(4, -2, 9);
-  addTube(mesh, from, to, 0.5, kRed);
+  const Mesh mesh = tubeMesh(from, to);
   EXPECT_EQ(mesh.triangles.size(), 6u);
   const Eigen::ParametrizedLine<double, 3> axis =
       Eigen::ParametrizedLine<double, 3>::Through(from, to);
   for (const auto& p : mesh.vertices) {
-    EXPECT_NEAR(axis.distance(p), 0.5, 1e-9);
-    EXPECT_NEAR(std::min((p - from).norm(), (p - to).norm()), 0.5, 1e-9);
+    EXPECT_NEAR(axis.distance(p), 0.125, 2 * kDigits_m);
+    EXPECT_NEAR(std::min((p - from).norm(), (p - to).norm()), 0.125, 2 * kDigits_m);
   }
 }
 
-TEST(ColorMesh, TubeOfNoLengthIsNothing) {
-  ColorMesh mesh;
-  addTube(mesh, {1, 1, 1}, {1, 1, 1}, 0.5, kRed);
-  EXPECT_TRUE(mesh.vertices.empty());
+TEST(MeshFile, TubeOfNoLengthIsNothing) {
+  EXPECT_TRUE(tubeMesh({1, 1, 1}, {1, 1, 1}).vertices.empty());
 }
 
-TEST(ColorMesh, VtkAndPlyReadBackTheSameMesh) {
-  const ColorMesh mesh = graphMesh(chain(5, 12.3456), threeClasses());
-  for (const ColorMesh& read : {readVtk(toVtk(mesh)), readPly(toPly(mesh))}) {
-    ASSERT_EQ(read.vertices.size(), mesh.vertices.size());
-    EXPECT_EQ(read.triangles, mesh.triangles);
-    EXPECT_EQ(read.colors, mesh.colors);
-    for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
-      EXPECT_LT((read.vertices[i] - mesh.vertices[i]).lpNorm<Eigen::Infinity>(), 0.00051);
-    }
+TEST(MeshFile, VtkAndPlyHoldTheSameMesh) {
+  const SemanticGraph graph = chain(5, 12.3456);
+  const LabelSet labels = threeClasses();
+  const Scene scene = sceneOf(graph, labels);
+  const Mesh vtk = meshOf(scene), ply = readPly(sceneMesh(scene, MeshFormat::ply));
+  EXPECT_EQ(ply.vertices, vtk.vertices);
+  EXPECT_EQ(ply.triangles, vtk.triangles);
+  EXPECT_EQ(ply.colors, vtk.colors);
+  for (std::size_t i = 0; i < graph.size(); ++i) {
+    const Eigen::Vector3d center = (vtk.vertices[6 * i] + vtk.vertices[6 * i + 1]) / 2;
+    EXPECT_LT((center - graph.vertices[i].position).lpNorm<Eigen::Infinity>(), kDigits_m);
   }
 }
 
-TEST(ColorMesh, CoordinatesFarFromTheOriginKeepTheirMillimetres) {
-  ColorMesh mesh;
-  addOctahedron(mesh, {500000.125, 4649776.225, 12}, 0.5, kRed);
-  EXPECT_EQ(readVtk(toVtk(mesh)).vertices[0], Eigen::Vector3d(500000.625, 4649776.225, 12));
+TEST(MeshFile, CoordinatesFarFromTheOriginKeepTheirMillimetres) {
+  SemanticGraph graph = chain(1, 10);
+  graph.vertices[0].position = {500000.125, 4649776.225, 12};
+  EXPECT_EQ(graphMesh(graph, threeClasses()).vertices[0],
+            Eigen::Vector3d(500000.725, 4649776.225, 12));
 }
 
-TEST(ColorMesh, EmptyMeshIsAFile) {
-  EXPECT_TRUE(readVtk(toVtk({})).vertices.empty());
-  EXPECT_TRUE(readPly(toPly({})).vertices.empty());
+TEST(MeshFile, EmptySceneIsAFile) {
+  EXPECT_TRUE(meshOf({}).vertices.empty());
+  EXPECT_TRUE(readPly(sceneMesh({}, MeshFormat::ply)).vertices.empty());
 }
 
 TEST(GraphMesh, HasAnOctahedronPerVertexAndATubePerEdge) {
-  const ColorMesh mesh = graphMesh(chain(7, 10), threeClasses());
+  const Mesh mesh = graphMesh(chain(7, 10), threeClasses());
   EXPECT_TRUE(isValid(mesh));
   EXPECT_EQ(mesh.triangles.size(), 7u * 8 + 6u * 6);
   EXPECT_EQ(mesh.vertices.size(), 7u * 6 + 6u * 6);
@@ -199,31 +231,42 @@ TEST(GraphMesh, HasAnOctahedronPerVertexAndATubePerEdge) {
 
 TEST(GraphMesh, VerticesHaveTheColorOfTheirClass) {
   const LabelSet labels = threeClasses();
-  const ColorMesh mesh = graphMesh(chain(3, 10), labels);
+  const Mesh mesh = graphMesh(chain(3, 10), labels);
   for (std::uint32_t i = 0; i < 3; ++i) EXPECT_EQ(mesh.colors[6 * i], labels.color(i));
 }
 
 TEST(GraphMesh, MovesWithItsTransform) {
-  const Eigen::Isometry3d T = poseFromYaw({5, 6, 7}, 1.2);
-  SemanticGraph graph = chain(4, 10);
-  const ColorMesh moved = graphMesh(graph, threeClasses(), T);
-  EXPECT_TRUE(
-      ((moved.vertices[6] + moved.vertices[7]) / 2).isApprox(T * graph.vertices[1].position));
+  const SemanticGraph graph = chain(4, 10);
+  const LabelSet labels = threeClasses();
+  Scene scene;
+  scene.labels = &labels;
+  scene.queries.resize(1);
+  scene.queries[0].graph = &graph;
+  scene.queries[0].T_map_query = poseFromYaw({5, 6, 7}, 1.2);
+  const Mesh moved = meshOf(scene);
+  const Eigen::Vector3d center = (moved.vertices[6] + moved.vertices[7]) / 2;
+  EXPECT_LT((center - scene.queries[0].T_map_query * graph.vertices[1].position)
+                .lpNorm<Eigen::Infinity>(),
+            kDigits_m);
 }
 
 TEST(GraphMesh, VertexSizeFollowsTheEdgesWithinLimits) {
-  EXPECT_LT(typicalVertexRadius(chain(5, 8)), typicalVertexRadius(chain(5, 20)));
-  EXPECT_GE(typicalVertexRadius(chain(5, 0.01)), 0.1);
-  EXPECT_LE(typicalVertexRadius(chain(5, 1e5)), 3);
-  EXPECT_GT(typicalVertexRadius(SemanticGraph()), 0);
+  const auto radius = [](std::size_t vertices, double step_m) {
+    return radiusOf(graphMesh(chain(vertices, step_m), threeClasses()));
+  };
+  EXPECT_LT(radius(5, 8), radius(5, 20));
+  EXPECT_GE(radius(5, 0.01), 0.1);
+  EXPECT_LE(radius(5, 1e5), 3);
+  EXPECT_GT(radius(1, 10), 0);
 }
 
 TEST(GraphMesh, VerticesThatAreNotFiniteAreLeftOut) {
   SemanticGraph graph = chain(3, 10);
   graph.vertices[1].position.x() = std::numeric_limits<double>::quiet_NaN();
-  const ColorMesh mesh = graphMesh(graph, threeClasses());
-  EXPECT_EQ(mesh.triangles.size(), 2u * 8);
-  EXPECT_EQ(toVtk(mesh).find("nan"), std::string::npos);
+  const LabelSet labels = threeClasses();
+  const std::string vtk = sceneMesh(sceneOf(graph, labels), MeshFormat::vtk);
+  EXPECT_EQ(readVtk(vtk).triangles.size(), 2u * 8);
+  EXPECT_EQ(vtk.find("nan"), std::string::npos);
 }
 
 TEST(GraphMesh, DenseGraphShowsOnlyItsShortestEdges) {
@@ -240,15 +283,13 @@ TEST(GraphMesh, DenseGraphShowsOnlyItsShortestEdges) {
 
 TEST(GraphMesh, EmptyGraphIsAnEmptyMesh) { EXPECT_TRUE(graphMesh({}, {}).vertices.empty()); }
 
-std::size_t verticesOfColor(const ColorMesh& mesh, const Color& color) {
+std::size_t verticesOfColor(const Mesh& mesh, const Color& color) {
   return static_cast<std::size_t>(std::count(mesh.colors.begin(), mesh.colors.end(), color));
 }
 
 /// A chain as map, another as query, without a way.
 Scene sceneOf(const SemanticGraph& map, const SemanticGraph& query, const LabelSet& labels) {
-  Scene scene;
-  scene.labels = &labels;
-  scene.map_graph = &map;
+  Scene scene = sceneOf(map, labels);
   scene.queries.resize(1);
   scene.queries[0].graph = &query;
   scene.queries[0].T_map_query = poseFromYaw({50, 1, 2}, 0);
@@ -263,7 +304,7 @@ TEST(SceneMesh, DrawsEachMatchOnceInItsColor) {
   Scene scene = sceneOf(map, query, labels);
   scene.queries[0].putative = {{0, 5, 1}, {1, 6, 1}, {2, 0, 1}};
   scene.queries[0].kept = {{0, 5, 1}, {1, 6, 1}};
-  const ColorMesh mesh = sceneMesh(scene);
+  const Mesh mesh = meshOf(scene);
   EXPECT_TRUE(isValid(mesh));
   EXPECT_EQ(verticesOfColor(mesh, kKept), 2u * 6);
   EXPECT_EQ(verticesOfColor(mesh, kPutative), 1u * 6);
@@ -274,7 +315,7 @@ TEST(SceneMesh, AQueryIsAtItsPoseAndAboveItWithCorrespondences) {
   const LabelSet labels = threeClasses();
   Scene scene = sceneOf(map, query, labels);
   const auto heightOfQuery = [&] {
-    const ColorMesh mesh = sceneMesh(scene);
+    const Mesh mesh = meshOf(scene);
     return ((mesh.vertices[6] + mesh.vertices[7]) / 2 - Eigen::Vector3d(50, 1, 2)).z();
   };
   EXPECT_NEAR(heightOfQuery(), 0, 1e-9);
@@ -288,7 +329,7 @@ TEST(SceneMesh, HoldsEverythingThatWasGiven) {
   LabelledCloud cloud;
   cloud.points.resize(5);
   Scene scene = sceneOf(map, query, labels);
-  const auto vertices = [&] { return sceneMesh(scene).vertices.size(); };
+  const auto vertices = [&] { return meshOf(scene).vertices.size(); };
   std::size_t before = vertices();
   const auto expectMore = [&](const char* what) {
     EXPECT_GT(vertices(), before) << what;
@@ -304,7 +345,7 @@ TEST(SceneMesh, HoldsEverythingThatWasGiven) {
   expectMore("arrow of the query");
   scene.queries[0].marks = {{"agrees", {0, 200, 0}, {1, 2, 3}, ""}};
   expectMore("marks");
-  const std::string vtk = toVtk(sceneMesh(scene));
+  const std::string vtk = sceneMesh(scene, MeshFormat::vtk);
   EXPECT_NE(vtk.find("VERTICES 10 20"), std::string::npos) << "points without triangles";
 }
 
@@ -334,10 +375,10 @@ TEST(SceneMesh, IndicesOutOfRangeAndEmptyGraphsAreFine) {
   Scene scene = sceneOf(none, none, labels);
   scene.queries[0].putative = {{0, 0, 1}};
   scene.queries[0].kept = {{7, 7, 1}};
-  EXPECT_TRUE(sceneMesh(scene).vertices.empty());
+  EXPECT_TRUE(meshOf(scene).vertices.empty());
   LabelSet drawn;
   EXPECT_TRUE(sceneCloud(scene, drawn).empty());
-  EXPECT_TRUE(sceneMesh({}).vertices.empty());
+  EXPECT_TRUE(meshOf({}).vertices.empty());
 }
 
 }  // namespace
