@@ -83,7 +83,6 @@ MatchedPose consensusOf(const WalkGraph& query, const std::vector<Eigen::Vector3
   if (!consensus.found) return result;
   result.found = true;
   result.T_map_query = consensus.T_map_query;
-  result.rms_m = consensus.rms_m;
   result.kept =
       verify::supporters(query.positions, map, matches, result.T_map_query, options.inlier_m);
   std::vector<Eigen::Vector3d> from, to;
@@ -94,7 +93,6 @@ MatchedPose consensusOf(const WalkGraph& query, const std::vector<Eigen::Vector3
   const pose::Alignment fit = alignWithGravity(from, to, gravity);
   if (!fit.valid) return result;
   result.T_map_query = fit.T_target_source;
-  result.rms_m = fit.rms_m;
   result.kept =
       verify::supporters(query.positions, map, matches, result.T_map_query, options.inlier_m);
   return result;

@@ -33,7 +33,6 @@ struct MatchedPose {
   bool found = false;  ///< sample consensus has a pose; the other fields hold in any case
   Eigen::Isometry3d T_map_query = Eigen::Isometry3d::Identity();
   std::vector<Correspondence> kept;
-  double rms_m = 0;
   /// Under a hypothesis: how many query vertices had a candidate at all, and how many of these
   /// would keep one at a wrong place, where candidates lie anywhere within reach.
   int with_candidates = 0;

@@ -181,15 +181,7 @@ class DistributionMap::Tiles {
 
  private:
   /// A column of the map, so many cells wide that none lies in two.
-  struct TileKey {
-    std::int32_t x, y;
-    bool operator==(const TileKey& o) const { return x == o.x && y == o.y; }
-    std::uint64_t hash() const {
-      std::uint64_t h = static_cast<std::uint32_t>(x) * 0x9E3779B97F4A7C15ull;
-      h = (h ^ (h >> 31)) + static_cast<std::uint32_t>(y) * 0xBF58476D1CE4E5B9ull;
-      return h ^ (h >> 29);
-    }
-  };
+  using TileKey = PlaneCell;
   /// The points [first, last) of the cloud.
   struct Run {
     std::uint32_t first, last;

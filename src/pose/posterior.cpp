@@ -28,6 +28,7 @@ constexpr double kUpright = 0.9961947;    ///< cos 5 degrees
 constexpr double kMinInformation = 1e-9;  ///< 1/m^2 or 1/rad^2; less is no knowledge at all
 constexpr double kSettledChange = 1e-8;   ///< relative change of the cost
 constexpr int kMaxIterations = 50;        ///< right matches take 4 to 15
+constexpr double kFullStepRadius = 1e8;   ///< damps what is open, and hardly anything else
 constexpr double kShortestStep_m = 0.05;  ///< a robot that stands still is not known without error
 
 using PoseManifold =
@@ -78,15 +79,6 @@ std::size_t nearestObserver(const std::vector<Eigen::Isometry3d>& T_odom_sensor,
   return nearest;
 }
 
-/// Residuals and Jacobian in the tangent space, robust loss applied. Columns: 6 per pose in order
-/// (x y z, then half the rotation increment, as Ceres has it), then 3 per vertex.
-struct Linearization {
-  double cost = 0;
-  Eigen::VectorXd residuals;
-  Eigen::SparseMatrix<double, Eigen::RowMajor> jacobian;
-  bool valid = false;
-};
-
 /// Poses and vertices as parameter blocks (residuals.h says how) with their constraints.
 class Problem {
  public:
@@ -107,42 +99,9 @@ class Problem {
     if (gravity_known) constrainGravity(window, options.model.gravity_sigma_rad);
   }
 
-  std::size_t poses() const { return poses_.size(); }
   Eigen::Isometry3d pose(std::size_t i) const {
     return poseOf(rotationOf(poses_[i].data()).normalized().toRotationMatrix(),
                   positionOf(poses_[i].data()));
-  }
-
-  Linearization linearize() {
-    ceres::Problem::EvaluateOptions options;
-    for (Pose& pose : poses_) options.parameter_blocks.push_back(pose.data());
-    for (Position& vertex : vertices_) options.parameter_blocks.push_back(vertex.data());
-    Linearization result;
-    std::vector<double> residuals;
-    ceres::CRSMatrix jacobian;
-    result.valid = problem_.Evaluate(options, &result.cost, &residuals, nullptr, &jacobian) &&
-                   std::isfinite(result.cost);
-    if (!result.valid) return result;
-    result.residuals =
-        Eigen::Map<Eigen::VectorXd>(residuals.data(), static_cast<Eigen::Index>(residuals.size()));
-    result.jacobian = Eigen::Map<Eigen::SparseMatrix<double, Eigen::RowMajor>>(
-        jacobian.num_rows, jacobian.num_cols, static_cast<Eigen::Index>(jacobian.values.size()),
-        jacobian.rows.data(), jacobian.cols.data(), jacobian.values.data());
-    return result;
-  }
-
-  /// Adds an increment of the tangent space to all parameters.
-  void add(const Eigen::VectorXd& increment) {
-    const PoseManifold manifold;
-    const double* delta = increment.data();
-    for (Pose& pose : poses_) {
-      const Pose before = pose;
-      manifold.Plus(before.data(), delta, pose.data());
-      delta += 6;
-    }
-    for (Position& vertex : vertices_) {
-      for (double& coordinate : vertex) coordinate += *delta++;
-    }
   }
 
   ceres::Solver::Summary solve(ceres::Solver::Options solver) {
@@ -153,6 +112,32 @@ class Problem {
     ceres::Solver::Summary summary;
     ceres::Solve(solver, &problem_, &summary);
     return summary;
+  }
+
+  /// Of the last pose, all other unknowns marginalized; nothing if some direction is left open.
+  std::optional<Matrix6d> lastPoseCovariance() {
+    // In the order of the blocks: 6 columns per pose (x y z, then half the rotation vector, as
+    // Ceres has it), then 3 per vertex.
+    ceres::CRSMatrix crs;
+    double cost = 0;
+    if (!problem_.Evaluate({}, &cost, nullptr, nullptr, &crs) || !std::isfinite(cost))
+      return std::nullopt;
+    using RowMajor = Eigen::SparseMatrix<double, Eigen::RowMajor>;
+    const RowMajor J = Eigen::Map<const RowMajor>(
+        crs.num_rows, crs.num_cols, static_cast<Eigen::Index>(crs.values.size()), crs.rows.data(),
+        crs.cols.data(), crs.values.data());
+    const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> information(
+        Eigen::SparseMatrix<double>(J.transpose() * J));
+    if (information.info() != Eigen::Success || information.vectorD().minCoeff() <= kMinInformation)
+      return std::nullopt;
+    const auto first = static_cast<Eigen::Index>(6 * (poses_.size() - 1));
+    Eigen::MatrixXd unit = Eigen::MatrixXd::Zero(J.cols(), 6);
+    unit.middleRows<6>(first).setIdentity();
+    Matrix6d covariance = Eigen::MatrixXd(information.solve(unit)).middleRows<6>(first);
+    Eigen::Matrix<double, 6, 1> scale;
+    scale << 1, 1, 1, 2, 2, 2;
+    covariance = scale.asDiagonal() * covariance * scale.asDiagonal();
+    return Matrix6d(0.5 * (covariance + covariance.transpose()));
   }
 
  private:
@@ -254,26 +239,8 @@ Eigen::Isometry3d meanOfMatches(const std::vector<MatchedVertex>& vertices,
   return Eigen::Isometry3d(Eigen::Translation3d(mean - T_odom_last.translation()));
 }
 
-/// J^T J factorized; nothing if it leaves some direction open.
-class NormalEquations {
- public:
-  explicit NormalEquations(const Linearization& at)
-      : factor_(Eigen::SparseMatrix<double>(at.jacobian.transpose() * at.jacobian)) {}
-
-  bool determined() const {
-    return factor_.info() == Eigen::Success && factor_.vectorD().minCoeff() > kMinInformation;
-  }
-  Eigen::MatrixXd solve(const Eigen::MatrixXd& right) const { return factor_.solve(right); }
-
- private:
-  Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factor_;
-};
-
-std::string undetermined(std::size_t matches) {
-  return std::to_string(matches) + " matches leave the pose open";
-}
-
-void solveTrustRegion(Problem& problem, Posterior& result) {
+/// `full_steps`: those of Gauss-Newton, whatever they cost on the way.
+void solve(Problem& problem, bool full_steps, Posterior& result) {
   ceres::Solver::Options solver;
   solver.linear_solver_type = ceres::DENSE_SCHUR;
   solver.max_num_iterations = kMaxIterations;
@@ -281,48 +248,19 @@ void solveTrustRegion(Problem& problem, Posterior& result) {
   solver.parameter_tolerance = 1e-9;
   solver.num_threads = 1;
   solver.logging_type = ceres::SILENT;
+  if (full_steps) {
+    solver.initial_trust_region_radius = kFullStepRadius;
+    solver.use_nonmonotonic_steps = true;
+    solver.max_consecutive_nonmonotonic_steps = kMaxIterations;
+  }
   const ceres::Solver::Summary summary = problem.solve(solver);
   result.cost_before = summary.initial_cost;
   result.cost_after = summary.final_cost;
   result.iterations = static_cast<int>(summary.iterations.size()) - 1;
   if (!summary.IsSolutionUsable()) result.problem = summary.message;
-}
-
-void solveGaussNewton(Problem& problem, std::size_t matches, Posterior& result) {
-  auto at = problem.linearize();
-  result.cost_before = at.cost;
-  for (int i = 1; i <= kMaxIterations && at.valid; ++i) {
-    const NormalEquations normal(at);
-    if (!normal.determined()) {
-      result.problem = undetermined(matches);
-      return;
-    }
-    problem.add(-normal.solve(at.jacobian.transpose() * at.residuals));
-    const double before = at.cost;
-    at = problem.linearize();
-    result.iterations = i;
-    result.cost_after = at.cost;
-    if (at.valid && std::abs(before - at.cost) <= kSettledChange * (at.cost + 1e-12)) return;
-  }
-  result.problem = "Gauss-Newton did not settle in " + std::to_string(result.iterations) +
-                   " iterations, cost " + std::to_string(result.cost_after);
-}
-
-/// Of the last pose, all other unknowns marginalized.
-std::optional<Matrix6d> lastPoseCovariance(Problem& problem) {
-  const auto at = problem.linearize();
-  if (!at.valid) return std::nullopt;
-  const NormalEquations normal(at);
-  if (!normal.determined()) return std::nullopt;
-  const auto first = static_cast<Eigen::Index>(6 * (problem.poses() - 1));
-  Eigen::MatrixXd unit = Eigen::MatrixXd::Zero(at.jacobian.cols(), 6);
-  unit.middleRows<6>(first).setIdentity();
-  Matrix6d covariance = normal.solve(unit).middleRows<6>(first);
-  // Ceres' increment of a quaternion is half the rotation vector.
-  Eigen::Matrix<double, 6, 1> scale;
-  scale << 1, 1, 1, 2, 2, 2;
-  covariance = scale.asDiagonal() * covariance * scale.asDiagonal();
-  return Matrix6d(0.5 * (covariance + covariance.transpose()));
+  if (full_steps && summary.termination_type == ceres::NO_CONVERGENCE)
+    result.problem = "Gauss-Newton did not settle in " + std::to_string(result.iterations) +
+                     " iterations, cost " + std::to_string(result.cost_after);
 }
 
 }  // namespace
@@ -341,15 +279,12 @@ Posterior maximizePosterior(const std::vector<Eigen::Isometry3d>& T_odom_sensor,
                   paper ? 0 : options.model.robust_scale,
                   paper ? meanOfMatches(vertices, T_odom_sensor.back()) : T_map_query,
                   gravityKnown(options.gravity, T_map_query));
-  if (paper)
-    solveGaussNewton(problem, vertices.size(), result);
-  else
-    solveTrustRegion(problem, result);
+  solve(problem, paper, result);
   if (!result.problem.empty()) return result;
 
-  const auto covariance = lastPoseCovariance(problem);
+  const auto covariance = problem.lastPoseCovariance();
   if (!covariance) {
-    result.problem = undetermined(vertices.size());
+    result.problem = std::to_string(vertices.size()) + " matches leave the pose open";
     return result;
   }
   result.covariance = *covariance;

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <map>
 
-#include "search/distance_window.h"
 #include "xview/types/cells.h"
 #include "xview/types/parallel.h"
 #include "xview/types/random.h"
@@ -13,13 +12,17 @@
 namespace xview::search {
 namespace {
 
+// Compiled with -O3 -ffp-contract=off: vectors of any width, but the same roundings with all of
+// them.
+#define XVIEW_CLONES __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
+
 constexpr int kSide = DistanceField::kTileCells;
 constexpr int kCells = kSide * kSide;
 constexpr float kReach_m = kBinLimits_m.back();  ///< beyond it every distance is in the last class
 constexpr float kSeenNear_m = 1.f;               ///< a cell this near to a seen one counts as seen
+constexpr float kFar = 1e9f;                     ///< squared distance where there is no sample
 constexpr int kNearBins = 5;  ///< classes below 2 m say something even where the map was not seen
 static_assert(kBinLimits_m[kNearBins - 1] == 2.f, "classes below 2 m");
-static_assert(DistanceWindow::kSide == kSide, "a window is for one tile");
 
 using TileKey = std::pair<std::int32_t, std::int32_t>;  ///< (y, x)
 using Mask = std::vector<std::uint8_t>;                 ///< 1 per cell of a tile that was seen
@@ -47,6 +50,48 @@ std::map<TileKey, Mask> seenTiles(const PlanView& map) {
   return seen;
 }
 
+/// A sample, in cells from the first one of a tile.
+struct Site {
+  float x, y;
+};
+/// From the centres of the cells of a tile to the nearest site, squared.
+using Distances = std::array<float, kCells>;
+
+/// Lowers the distances of the cells of some rows to those to one site.
+XVIEW_CLONES void tryOneSite(Site site, int first_row, int last_row, float* squared) {
+  float across[kSide];
+  for (int x = 0; x < kSide; ++x) {
+    const float dx = static_cast<float>(x) + 0.5f - site.x;
+    across[x] = dx * dx;
+  }
+  for (int y = first_row; y < last_row; ++y) {
+    const float dy = static_cast<float>(y) + 0.5f - site.y, dy_squared = dy * dy;
+    float* row = squared + y * kSide;
+    for (int x = 0; x < kSide; ++x) {
+      const float d = across[x] + dy_squared;
+      row[x] = d < row[x] ? d : row[x];
+    }
+  }
+}
+
+XVIEW_CLONES void addReached(const float* __restrict squared, float limit,
+                             std::uint8_t* __restrict counts) {
+  for (int i = 0; i < kCells; ++i) {
+    counts[i] = static_cast<std::uint8_t>(counts[i] + (squared[i] >= limit));
+  }
+}
+
+/// Distances above `reach` are only known to be above it.
+Distances squaredDistances(const std::vector<Site>& sites, float reach) {
+  Distances squared;
+  squared.fill(kFar);
+  for (const Site& s : sites) {
+    tryOneSite(s, std::max(0, static_cast<int>(s.y - reach) - 1),
+               std::min(kSide, static_cast<int>(s.y + reach) + 1), squared.data());
+  }
+  return squared;
+}
+
 /// Samples in cells, by tile and channel.
 class SamplesByTile {
  public:
@@ -61,7 +106,7 @@ class SamplesByTile {
     }
   }
 
-  using Sites = std::vector<DistanceWindow::Site>;
+  using Sites = std::vector<Site>;
   /// Those within reach of a tile, relative to it.
   std::array<Sites, kChannels> around(std::int32_t tile_x, std::int32_t tile_y) const {
     std::array<Sites, kChannels> result;
@@ -72,7 +117,7 @@ class SamplesByTile {
         const auto it = tiles_.find({tile_y + dy, tile_x + dx});
         if (it == tiles_.end()) continue;
         for (std::size_t c = 0; c < kChannels; ++c) {
-          for (const DistanceWindow::Site& s : it->second[c]) {
+          for (const Site& s : it->second[c]) {
             if (inReach(s.x - x0) && inReach(s.y - y0)) result[c].push_back({s.x - x0, s.y - y0});
           }
         }
@@ -100,11 +145,11 @@ std::vector<float> squaredLimits(double cell_m) {
   return limits;
 }
 
-void appendPlane(const DistanceWindow::Distances& squared, const std::vector<float>& limits,
-                 const Mask& mask, std::vector<std::uint8_t>& planes) {
+void appendPlane(const Distances& squared, const std::vector<float>& limits, const Mask& mask,
+                 std::vector<std::uint8_t>& planes) {
   planes.resize(planes.size() + kCells);
   std::uint8_t* plane = planes.data() + planes.size() - kCells;
-  DistanceWindow::countReached(squared, limits, plane);
+  for (const float limit : limits) addReached(squared.data(), limit, plane);
   for (int i = 0; i < kCells; ++i) {
     const bool unknown = plane[i] >= kNearBins && !mask[i];
     plane[i] = unknown ? static_cast<std::uint8_t>(kUnknownBin) : plane[i];
@@ -121,13 +166,13 @@ struct TilePlanes {
 TilePlanes makePlanes(const std::array<SamplesByTile::Sites, kChannels>& samples, const Mask& mask,
                       double cell_m) {
   TilePlanes result;
-  DistanceWindow window(static_cast<float>(kReach_m / cell_m));
+  const auto reach = static_cast<float>(kReach_m / cell_m);
   const auto limits = squaredLimits(cell_m);
-  appendPlane(window.squared({}), limits, mask, result.planes);
+  appendPlane(squaredDistances({}, reach), limits, mask, result.planes);
   for (std::size_t c = 0; c < kChannels; ++c) {
     if (samples[c].empty()) continue;
     result.plane_of[c] = result.planes.size() / kCells;
-    appendPlane(window.squared(samples[c]), limits, mask, result.planes);
+    appendPlane(squaredDistances(samples[c], reach), limits, mask, result.planes);
   }
   result.planes.shrink_to_fit();
   return result;
@@ -144,9 +189,9 @@ DistanceField::DistanceField(const PlanView& map, int threads)
     tiles_.emplace_back();
     tiles_.back().y = key.first;
     tiles_.back().x = key.second;
+    places_.numberOf({key.second, key.first}, [&] { return Place{{key.second, key.first}}; });
     masks.push_back(&mask);
   }
-  makeDirectory();
   const SamplesByTile samples(map, static_cast<float>(kReach_m / cell_m_));
   planes_.resize(tiles_.size());
   parallelFor(tiles_.size(), threads, [&](std::size_t t) {
@@ -171,23 +216,6 @@ void DistanceField::setGround(const std::vector<GroundCell>& known) {
   }
   for (std::size_t t = 0; t < tiles_.size(); ++t) {
     if (counts[t] > 0) tiles_[t].level = static_cast<float>(sums[t] / counts[t]);
-  }
-}
-
-void DistanceField::makeDirectory() {
-  const auto by_x = [](const Tile& a, const Tile& b) { return a.x < b.x; };
-  const auto [left, right] = std::minmax_element(tiles_.begin(), tiles_.end(), by_x);
-  block_x_ = left->x >> kBlockBits;
-  block_y_ = tiles_.front().y >> kBlockBits;
-  blocks_wide_ = (right->x >> kBlockBits) - block_x_ + 1;
-  blocks_high_ = (tiles_.back().y >> kBlockBits) - block_y_ + 1;
-  blocks_.resize(static_cast<std::size_t>(blocks_wide_) * static_cast<std::size_t>(blocks_high_));
-  for (std::size_t i = 0; i < tiles_.size(); ++i) {
-    const std::int32_t bx = (tiles_[i].x >> kBlockBits) - block_x_,
-                       by = (tiles_[i].y >> kBlockBits) - block_y_;
-    auto& block = blocks_[static_cast<std::size_t>(by) * blocks_wide_ + bx];
-    if (block.empty()) block.assign(std::size_t{1} << (2 * kBlockBits), -1);
-    block[tileInBlock(tiles_[i].x, tiles_[i].y)] = static_cast<std::int32_t>(i);
   }
 }
 

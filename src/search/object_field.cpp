@@ -37,40 +37,21 @@ struct Stamp {
   double weight;
 };
 
-class Stamper {
- public:
-  Stamper(LikelihoodRaster& raster, const MapPoint& point) : raster_(raster), point_(point) {}
-
-  void raise(std::uint16_t slot, const Stamp& stamp) {
-    const double cell = raster_.cellSize();
-    const double dx = directed() ? point_.tangent_x : 1, dy = directed() ? point_.tangent_y : 0;
-    const double reach = std::sqrt(kFarthest) * std::max(stamp.along, stamp.across);
-    const auto first = [&](double v) {
-      return static_cast<std::int32_t>(std::floor((v - reach) / cell));
-    };
-    const auto last = [&](double v) {
-      return static_cast<std::int32_t>(std::floor((v + reach) / cell));
-    };
-    for (std::int32_t cy = first(point_.y); cy <= last(point_.y); ++cy) {
-      for (std::int32_t cx = first(point_.x); cx <= last(point_.x); ++cx) {
-        const double ex = (cx + 0.5) * cell - point_.x, ey = (cy + 0.5) * cell - point_.y;
-        const double u = (ex * dx + ey * dy) / stamp.along, v = (-ex * dy + ey * dx) / stamp.across;
-        const double distance2 = u * u + v * v;
-        if (distance2 > kFarthest) continue;
-        const double nats = stamp.weight * softplus(stamp.log_gain - 0.5 * distance2);
-        const int value =
-            std::min(kHighestRasterValue, static_cast<int>(kRasterStepsPerNat * nats + 0.5));
-        if (value > 0) raster_.raise(slot, cx, cy, static_cast<std::uint8_t>(value));
-      }
-    }
-  }
-
-  bool directed() const { return point_.tangent_x != 0 || point_.tangent_y != 0; }
-
- private:
-  LikelihoodRaster& raster_;
-  const MapPoint point_;
-};
+void raiseAround(const MapPoint& p, const Stamp& stamp, LikelihoodRaster& raster) {
+  const double cell = raster.cellSize();
+  const double dx = p.hasTangent() ? p.tangent_x : 1, dy = p.hasTangent() ? p.tangent_y : 0;
+  const double reach = std::sqrt(kFarthest) * std::max(stamp.along, stamp.across);
+  forSquare(p.x, p.y, reach, cell, [&](const PlaneCell& at) {
+    const double ex = (at.x + 0.5) * cell - p.x, ey = (at.y + 0.5) * cell - p.y;
+    const double u = (ex * dx + ey * dy) / stamp.along, v = (-ex * dy + ey * dx) / stamp.across;
+    const double distance2 = u * u + v * v;
+    if (distance2 > kFarthest) return;
+    const double nats = stamp.weight * softplus(stamp.log_gain - 0.5 * distance2);
+    const int value =
+        std::min(kHighestRasterValue, static_cast<int>(kRasterStepsPerNat * nats + 0.5));
+    if (value > 0) raster.raise(p.slot, at.x, at.y, static_cast<std::uint8_t>(value));
+  });
+}
 
 /// Where a query vertex falls within its cell is unknown, which adds to the variance.
 Stamp widened(const ObjectClass& model, bool directed, double cell_m) {
@@ -90,11 +71,10 @@ LikelihoodRaster rasterizeObjects(const ObjectMap& map, double cell_m) {
   LikelihoodRaster raster(cell_m, std::vector<std::uint8_t>(map.classes().size(), 0));
   for (const MapPoint& point : map.points()) {
     const ObjectClass& model = map.classes()[point.slot];
-    Stamper stamper(raster, point);
-    Stamp stamp = widened(model, stamper.directed(), cell_m);
+    Stamp stamp = widened(model, point.hasTangent(), cell_m);
     stamp.log_gain =
         logGain(model, stamp.along * stamp.across, map.logClutter(point.slot, point.x, point.y));
-    stamper.raise(point.slot, stamp);
+    raiseAround(point, stamp, raster);
   }
   return raster;
 }

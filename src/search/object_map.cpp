@@ -33,13 +33,9 @@ constexpr double kMostAlone = 1.5;  // of the weight of an object
 constexpr double kIndependentPieceM = 4;  // [m] spacing of samples that count in full
 constexpr double kLeastElongation = 0.7;  // of the scatter of neighbours, to have a direction
 
-std::int64_t cellOf(double v, double cell) {
-  return static_cast<std::int64_t>(std::floor(v / cell));
-}
-
 /// Along the surface; within an area, which has no direction, both ways across.
 std::vector<Eigen::Vector2d> directionsOf(const MapPoint& p) {
-  if (p.tangent_x != 0 || p.tangent_y != 0) return {{p.tangent_x, p.tangent_y}};
+  if (p.hasTangent()) return {{p.tangent_x, p.tangent_y}};
   return {{1, 0}, {0, 1}};
 }
 
@@ -77,9 +73,9 @@ ObjectMap::ObjectMap(const SemanticGraph& graph, const LabelSet& labels,
   drawCoverage(kSeenNear_m);
   for (MapPoint& p : points_) {
     const ObjectClass& model = classes_[p.slot];
-    const bool directed = p.tangent_x != 0 || p.tangent_y != 0;
-    const double area = directed ? model.along_m * model.across_m
-                                 : (model.is_surface ? 0.6 : 1.0) * model.along_m * model.along_m;
+    const double area = p.hasTangent()
+                            ? model.along_m * model.across_m
+                            : (model.is_surface ? 0.6 : 1.0) * model.along_m * model.along_m;
     p.odds = static_cast<float>(std::exp(logGain(model, area, logClutter(p.slot, p.x, p.y))));
   }
 }
@@ -145,34 +141,26 @@ void ObjectMap::makeClasses(const LabelSet& labels, const std::vector<std::uint3
 void ObjectMap::sortIntoBlocks() {
   std::sort(points_.begin(), points_.end(), [](const MapPoint& a, const MapPoint& b) {
     const auto key = [](const MapPoint& p) {
-      return std::make_tuple(cellOf(p.y, kBlock_m), cellOf(p.x, kBlock_m), p.slot, p.vertex);
+      const PlaneCell block = cellAt(p.x, p.y, kBlock_m);
+      return std::make_tuple(block.y, block.x, p.slot, p.vertex);
     };
     return key(a) < key(b);
   });
-  for (std::uint32_t i = 0; i < points_.size();) {
-    const std::int64_t bx = cellOf(points_[i].x, kBlock_m), by = cellOf(points_[i].y, kBlock_m);
-    Range range{i, i};
-    while (range.end < points_.size() && cellOf(points_[range.end].x, kBlock_m) == bx &&
-           cellOf(points_[range.end].y, kBlock_m) == by) {
-      ++range.end;
-    }
-    blocks_.at(bx, by) = range;
-    i = range.end;
+  for (std::uint32_t i = 0; i < points_.size(); ++i) {
+    Range& range = blocks_.at(cellAt(points_[i].x, points_[i].y, kBlock_m));
+    if (range.end == 0) range.begin = i;
+    range.end = i + 1;
   }
 }
 
 /// Calls visitor(index) for the points of all blocks that a square touches.
 template <class Visitor>
 void ObjectMap::visitBlocks(double x, double y, double half_side, const Visitor& visitor) const {
-  for (std::int64_t by = cellOf(y - half_side, kBlock_m); by <= cellOf(y + half_side, kBlock_m);
-       ++by) {
-    for (std::int64_t bx = cellOf(x - half_side, kBlock_m); bx <= cellOf(x + half_side, kBlock_m);
-         ++bx) {
-      const Range* range = blocks_.find(bx, by);
-      if (!range) continue;
-      for (std::uint32_t i = range->begin; i < range->end; ++i) visitor(i);
-    }
-  }
+  forSquare(x, y, half_side, kBlock_m, [&](const PlaneCell& block) {
+    const Range* range = blocks_.find(block);
+    if (!range) return;
+    for (std::uint32_t i = range->begin; i < range->end; ++i) visitor(i);
+  });
 }
 
 void ObjectMap::pointsIn(double x, double y, double half_side,
@@ -290,22 +278,19 @@ bool ObjectMap::goesOn(const MapPoint& point, const Eigen::Vector2d& direction,
 void ObjectMap::measureDensities() {
   counts_.resize(classes_.size());
   for (const MapPoint& p : points_) {
-    const std::int64_t cx = cellOf(p.x, kDensityCell), cy = cellOf(p.y, kDensityCell);
-    for (std::int64_t y = cy - 1; y <= cy + 1; ++y) {
-      for (std::int64_t x = cx - 1; x <= cx + 1; ++x) {
-        std::uint16_t& count = counts_[p.slot].at(x, y);
-        if (count < std::numeric_limits<std::uint16_t>::max()) ++count;
-        known_.at(x, y) = 1;
-      }
-    }
+    forSquare(p.x, p.y, kDensityCell, kDensityCell, [&](const PlaneCell& cell) {
+      std::uint16_t& count = counts_[p.slot].at(cell);
+      if (count < std::numeric_limits<std::uint16_t>::max()) ++count;
+      known_.at(cell) = 1;
+    });
   }
   constexpr std::size_t kSamples = 3000;
   const std::size_t step = std::max<std::size_t>(1, points_.size() / kSamples);
   for (std::uint16_t slot = 0; slot < classes_.size(); ++slot) {
     double sum = 0, n = 0;
     for (std::size_t i = 0; i < points_.size(); i += step, n += 1) {
-      const std::uint16_t* count = counts_[slot].find(cellOf(points_[i].x, kDensityCell),
-                                                      cellOf(points_[i].y, kDensityCell));
+      const std::uint16_t* count =
+          counts_[slot].find(cellAt(points_[i].x, points_[i].y, kDensityCell));
       if (count) sum += *count / kDensityArea;
     }
     ObjectClass& model = classes_[slot];
@@ -321,23 +306,18 @@ void ObjectMap::measureDensities() {
 void ObjectMap::drawCoverage(double reach_m) {
   const double widest = reach_m + kFading;
   for (const MapPoint& p : points_) {
-    for (std::int64_t y = cellOf(p.y - widest, kCoverageCell);
-         y <= cellOf(p.y + widest, kCoverageCell); ++y) {
-      for (std::int64_t x = cellOf(p.x - widest, kCoverageCell);
-           x <= cellOf(p.x + widest, kCoverageCell); ++x) {
-        const double dx = (static_cast<double>(x) + 0.5) * kCoverageCell - p.x;
-        const double dy = (static_cast<double>(y) + 0.5) * kCoverageCell - p.y;
-        const double fades = (widest - std::sqrt(dx * dx + dy * dy)) / (2 * kFading);
-        if (fades <= 0) continue;
-        std::uint8_t& cell = coverage_.at(x, y);
-        cell = std::max(cell, static_cast<std::uint8_t>(255 * std::min(1.0, fades)));
-      }
-    }
+    forSquare(p.x, p.y, widest, kCoverageCell, [&](const PlaneCell& at) {
+      const double dx = (at.x + 0.5) * kCoverageCell - p.x, dy = (at.y + 0.5) * kCoverageCell - p.y;
+      const double fades = (widest - std::sqrt(dx * dx + dy * dy)) / (2 * kFading);
+      if (fades <= 0) return;
+      std::uint8_t& cell = coverage_.at(at);
+      cell = std::max(cell, static_cast<std::uint8_t>(255 * std::min(1.0, fades)));
+    });
   }
 }
 
 double ObjectMap::coverage(double x, double y) const {
-  const std::uint8_t* cell = coverage_.find(cellOf(x, kCoverageCell), cellOf(y, kCoverageCell));
+  const std::uint8_t* cell = coverage_.find(cellAt(x, y, kCoverageCell));
   return cell ? *cell / 255.0 : 0;
 }
 
@@ -348,13 +328,13 @@ std::optional<std::uint16_t> ObjectMap::slotOf(std::uint32_t label) const {
 }
 
 double ObjectMap::logClutter(std::uint16_t slot, double x, double y) const {
-  const std::uint16_t* count = counts_[slot].find(cellOf(x, kDensityCell), cellOf(y, kDensityCell));
+  const std::uint16_t* count = counts_[slot].find(cellAt(x, y, kDensityCell));
   const std::vector<float>& table = classes_[slot].log_clutter;
   return table[count ? std::min<std::size_t>(*count, table.size() - 1) : 0];
 }
 
 bool ObjectMap::isKnown(double x, double y) const {
-  const std::uint8_t* known = known_.find(cellOf(x, kDensityCell), cellOf(y, kDensityCell));
+  const std::uint8_t* known = known_.find(cellAt(x, y, kDensityCell));
   return known && *known;
 }
 

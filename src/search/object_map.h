@@ -2,55 +2,55 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <map>
-#include <memory>
 #include <optional>
-#include <unordered_map>
 #include <vector>
 
 #include "xview/search/search.h"
+#include "xview/types/cells.h"
 
 namespace xview::search {
 
-/// Values on an unbounded plane of cells; 32x32 cells at a time come into being when one is
-/// written.
+/// The cell of a point in the plane; beyond a billion cells whatever is there shares one.
+inline PlaneCell cellAt(double x, double y, double side) {
+  const auto index = [side](double v) {
+    return static_cast<std::int32_t>(std::clamp(std::floor(v / side), -1e9, 1e9));
+  };
+  return {index(x), index(y)};
+}
+
+/// Calls visit(cell) for those that a square touches, row by row.
+template <class Visit>
+void forSquare(double x, double y, double half_side, double side, const Visit& visit) {
+  const PlaneCell low = cellAt(x - half_side, y - half_side, side),
+                  high = cellAt(x + half_side, y + half_side, side);
+  for (PlaneCell cell = low; cell.y <= high.y; ++cell.y) {
+    for (cell.x = low.x; cell.x <= high.x; ++cell.x) visit(cell);
+  }
+}
+
+/// Values of the cells of an unbounded plane that were written.
 template <class Value>
 class SparseGrid {
  public:
-  /// Null if nothing was written near the cell.
-  const Value* find(std::int64_t cx, std::int64_t cy) const {
-    const auto it = tiles_.find(key(cx >> kBits, cy >> kBits));
-    return it == tiles_.end() ? nullptr : &(*it->second)[cellInTile(cx, cy)];
+  /// Null if nothing was written.
+  const Value* find(const PlaneCell& cell) const {
+    const std::int32_t number = cells_.find(cell);
+    return number < 0 ? nullptr : &cells_[static_cast<std::size_t>(number)].value;
   }
-
-  Value& at(std::int64_t cx, std::int64_t cy) {
-    const std::uint64_t wanted = key(cx >> kBits, cy >> kBits);
-    if (!last_ || wanted != last_key_) {
-      std::unique_ptr<Tile>& tile = tiles_[wanted];
-      if (!tile) tile = std::make_unique<Tile>();
-      last_ = tile.get();
-      last_key_ = wanted;
-    }
-    return (*last_)[cellInTile(cx, cy)];
+  Value& at(const PlaneCell& cell) {
+    return cells_[cells_.numberOf(cell, [&] { return Entry{cell}; })].value;
   }
 
  private:
-  static constexpr int kBits = 5;
-  static constexpr std::int64_t kSide = 1 << kBits;
-  using Tile = std::array<Value, kSide * kSide>;
-
-  static std::uint64_t key(std::int64_t tx, std::int64_t ty) {
-    return (static_cast<std::uint64_t>(tx) << 32) | (static_cast<std::uint64_t>(ty) & 0xFFFFFFFFu);
-  }
-  static std::size_t cellInTile(std::int64_t cx, std::int64_t cy) {
-    return static_cast<std::size_t>((cy & (kSide - 1)) * kSide + (cx & (kSide - 1)));
-  }
-
-  std::unordered_map<std::uint64_t, std::unique_ptr<Tile>> tiles_;
-  Tile* last_ = nullptr;
-  std::uint64_t last_key_ = 0;
+  struct Entry {
+    PlaneCell key;
+    Value value{};
+  };
+  CellTable<Entry> cells_;
 };
 
 /// Samples of a surface this far apart are independent evidence [m].
@@ -94,6 +94,8 @@ struct MapPoint {
   float odds;                  ///< P_D N(0) / ((1 - P_D) rho): that a perfect hit is no coincidence
   std::uint32_t vertex;
   std::uint16_t slot;
+
+  bool hasTangent() const { return tangent_x != 0 || tangent_y != 0; }
 };
 
 /// The map prepared for verification: points in blocks, tangents, densities.

@@ -130,7 +130,7 @@ void ObjectVerifier::buildGrid(const PlacePose& pose) {
   points_.resize(found_.size());
   for (const std::uint32_t i : found_) {
     const MapPoint& p = map_.points()[i];
-    const float undirected = p.tangent_x == 0 && p.tangent_y == 0 ? 1 : 0;
+    const float undirected = p.hasTangent() ? 0 : 1;
     points_[cell_start_[cellOf(p) + 1]++] = {p.x,    p.y, p.tangent_x, p.tangent_y, undirected,
                                              p.odds, i};
   }

@@ -6,7 +6,6 @@
 #include <cstring>
 #include <map>
 #include <string>
-#include <unordered_map>
 #include <utility>
 
 #include "xview/types/error.h"
@@ -18,7 +17,6 @@ namespace {
 
 constexpr double kMaxRadiusCells = 2000;
 constexpr double kSuppressed_cells = 1.6, kSuppressed_yaw_steps = 1.6;  // by a better candidate
-constexpr int kBinBits = 1;  // of 2x2 cells: what suppresses a candidate is in the 3x3 bins around
 constexpr int kPartBits = 3;
 static_assert(1 << kPartBits == kPartSide, "parts are found by shifts");
 constexpr double kDenseShare = 0.6;  // of the parts of a layer that differ from the background
@@ -117,29 +115,17 @@ std::vector<PlacePose> distinctPoses(const std::vector<Candidate>& candidates, c
                                      double cell_m, std::size_t keep) {
   std::vector<PlacePose> poses;
   std::vector<Candidate> kept;
-  std::unordered_map<std::int64_t, std::vector<std::size_t>> kept_in_bin;
-  const auto bin = [](std::int64_t x, std::int64_t y) { return y * 0x100000001ll + x; };
-  const auto suppresses = [&](const Candidate& a, const Candidate& b) {
-    const double d = std::hypot(static_cast<double>(a.x - b.x), static_cast<double>(a.y - b.y));
-    return d < kSuppressed_cells && std::abs(angleDifference(grid.yaw(a.yaw), grid.yaw(b.yaw))) <
-                                        kSuppressed_yaw_steps * grid.step;
-  };
   const auto isSuppressed = [&](const Candidate& c) {
-    for (std::int64_t y = (c.y >> kBinBits) - 1; y <= (c.y >> kBinBits) + 1; ++y) {
-      for (std::int64_t x = (c.x >> kBinBits) - 1; x <= (c.x >> kBinBits) + 1; ++x) {
-        const auto it = kept_in_bin.find(bin(x, y));
-        if (it == kept_in_bin.end()) continue;
-        for (const std::size_t k : it->second) {
-          if (suppresses(kept[k], c)) return true;
-        }
-      }
-    }
-    return false;
+    return std::any_of(kept.begin(), kept.end(), [&](const Candidate& k) {
+      const auto dx = static_cast<double>(k.x - c.x), dy = static_cast<double>(k.y - c.y);
+      return dx * dx + dy * dy < kSuppressed_cells * kSuppressed_cells &&
+             std::abs(angleDifference(grid.yaw(k.yaw), grid.yaw(c.yaw))) <
+                 kSuppressed_yaw_steps * grid.step;
+    });
   };
   for (const Candidate& c : candidates) {
     if (poses.size() >= keep) break;
     if (isSuppressed(c)) continue;
-    kept_in_bin[bin(c.x >> kBinBits, c.y >> kBinBits)].push_back(kept.size());
     kept.push_back(c);
     poses.push_back({(static_cast<double>(c.x) + 0.5) * cell_m,
                      (static_cast<double>(c.y) + 0.5) * cell_m, angleDifference(grid.yaw(c.yaw), 0),

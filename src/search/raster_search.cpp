@@ -205,7 +205,7 @@ class Refinement {
     const std::size_t count = first_of_tile.size() - 1;
     std::atomic<std::size_t> next{0};
     onWorkers(workerCount(threads, count), [&](std::size_t) {
-      NearTiles near(raster_, prepared_, kTileSide * ratio_ + 2 * prepared_.reach);
+      Window near(raster_, prepared_, kTileSide * ratio_ + 2 * prepared_.reach);
       for (std::size_t t = next++; t < count; t = next++) {
         refineTile(candidates, first_of_tile[t], first_of_tile[t + 1], near);
       }
@@ -234,7 +234,7 @@ class Refinement {
 
   /// Replaces coarse candidates of one tile by their best fine ones.
   void refineTile(std::vector<Candidate>& candidates, std::size_t begin, std::size_t end,
-                  NearTiles& near) const {
+                  Window& near) const {
     const std::int64_t x0 = (candidates[begin].x >> kTileBits) * kTileSide * ratio_;
     const std::int64_t y0 = (candidates[begin].y >> kTileBits) * kTileSide * ratio_;
     near.load(x0 - prepared_.reach, y0 - prepared_.reach);
@@ -244,7 +244,7 @@ class Refinement {
       Candidate best{-1, 0, 0, 0};
       for (int t = 0; t < yaws_per_coarse_; ++t) {
         const int yaw = candidates[i].yaw * yaws_per_coarse_ + t;
-        sumCells(near, x, y, yaw, sums);
+        sumCells(near, x - x0 + prepared_.reach, y - y0 + prepared_.reach, yaw, sums);
         for (std::size_t k = 0; k < sums.size(); ++k) {
           const auto cell = static_cast<std::int64_t>(k);
           best = std::min(best, Candidate{sums[k], yaw, x + cell % ratio_, y + cell / ratio_});
@@ -254,12 +254,16 @@ class Refinement {
     }
   }
 
-  void sumCells(const NearTiles& near, std::int64_t x, std::int64_t y, int yaw,
+  /// Of a square of cells, relative to the first one of the window, row by row.
+  void sumCells(const Window& near, std::int64_t x, std::int64_t y, int yaw,
                 std::vector<std::int32_t>& sums) const {
     std::fill(sums.begin(), sums.end(), static_cast<std::int32_t>(-prepared_.background_sum));
     const CellOffset* offset = offsets_.data() + static_cast<std::size_t>(yaw) * prepared_.size();
     for (std::size_t k = 0; k < prepared_.size(); ++k) {
-      near.addSquare(prepared_.slot[k], x + offset[k].x, y + offset[k].y, ratio_, sums.data());
+      const std::uint8_t* cell = near.cell(prepared_.slot[k], x + offset[k].x, y + offset[k].y);
+      for (std::int32_t* sum = sums.data(); sum < sums.data() + sums.size(); cell += near.side()) {
+        for (int column = 0; column < ratio_; ++column) *sum++ += cell[column];
+      }
     }
   }
 

@@ -23,16 +23,13 @@ void forEachBit(const std::uint64_t* bits, std::size_t words, Visit visit) {
   }
 }
 
-/// Coordinates of points, one array each, so that the inner loops are plain arithmetic over rows.
-struct Columns {
-  std::vector<double> x, y, z;
-  explicit Columns(std::size_t count) : x(count), y(count), z(count) {}
-  void set(std::size_t i, const Eigen::Vector3d& p) {
-    x[i] = p.x();
-    y[i] = p.y();
-    z[i] = p.z();
-  }
-};
+/// Distances of a point to all before it; points in rows.
+Eigen::ArrayXd distancesToEarlier(const Eigen::ArrayX3d& points, Eigen::Index at) {
+  const auto squared = [&](Eigen::Index axis) {
+    return (points.col(axis).head(at) - points(at, axis)).square();
+  };
+  return (squared(0) + squared(1) + squared(2)).sqrt();
+}
 
 /// Indices of the most similar correspondences of finite positions, in their own order.
 std::vector<std::uint32_t> mostSimilar(const std::vector<Eigen::Vector3d>& query,
@@ -185,32 +182,6 @@ class CliqueSearch {
 
 }  // namespace
 
-// Loops over rows of distances: vectors of any width, but, without contraction to fused products,
-// the same roundings with all of them.
-
-/// Distances of point `at` to all points before it.
-__attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default"))) void
-distancesToEarlier(const double* __restrict x, const double* __restrict y,
-                   const double* __restrict z, std::size_t at, double* __restrict distances) {
-  const double ax = x[at], ay = y[at], az = z[at];
-  for (std::size_t i = 0; i < at; ++i) {
-    const double dx = x[i] - ax, dy = y[i] - ay, dz = z[i] - az;
-    distances[i] = std::sqrt(dx * dx + dy * dy + dz * dz);
-  }
-}
-
-/// 1 where two distances agree: they differ by at most tolerance + relative * the larger one, and
-/// both are at least `least`.
-__attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default"))) void compareDistances(
-    const double* __restrict a, const double* __restrict b, std::size_t count, double tolerance,
-    double relative, double least, std::uint8_t* __restrict agree) {
-  for (std::size_t i = 0; i < count; ++i) {
-    const double larger = a[i] > b[i] ? a[i] : b[i], smaller = a[i] > b[i] ? b[i] : a[i];
-    agree[i] = static_cast<std::uint8_t>((larger - smaller <= tolerance + relative * larger) &
-                                         (smaller >= least));
-  }
-}
-
 ConsistencyGraph::ConsistencyGraph(std::size_t nodes)
     : nodes_(nodes), words_((nodes + 63) / 64), bits_(nodes * words_, 0) {}
 
@@ -237,20 +208,20 @@ ConsistencyGraph pairwiseConsistency(const std::vector<Eigen::Vector3d>& query,
                                      const ConsistencyOptions& options, std::size_t most) {
   ConsistencyGraph graph(correspondences.size());
   const std::vector<std::uint32_t> nodes = mostSimilar(query, map, correspondences, most);
-  Columns q(nodes.size()), m(nodes.size());
-  for (std::size_t i = 0; i < nodes.size(); ++i) {
-    q.set(i, query[correspondences[nodes[i]].query]);
-    m.set(i, map[correspondences[nodes[i]].map]);
+  const auto count = static_cast<Eigen::Index>(nodes.size());
+  Eigen::ArrayX3d q(count, 3), m(count, 3);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    q.row(i) = query[correspondences[nodes[i]].query];
+    m.row(i) = map[correspondences[nodes[i]].map];
   }
-  std::vector<std::uint8_t> agree(nodes.size());
-  std::vector<double> in_query(nodes.size()), in_map(nodes.size());
-  for (std::size_t i = 0; i < nodes.size(); ++i) {
+  for (Eigen::Index i = 0; i < count; ++i) {
     const Correspondence& a = correspondences[nodes[i]];
-    distancesToEarlier(q.x.data(), q.y.data(), q.z.data(), i, in_query.data());
-    distancesToEarlier(m.x.data(), m.y.data(), m.z.data(), i, in_map.data());
-    compareDistances(in_query.data(), in_map.data(), i, options.tolerance_m, kRelativeTolerance,
-                     options.min_separation_m, agree.data());
-    for (std::size_t k = 0; k < i; ++k) {
+    const Eigen::ArrayXd in_query = distancesToEarlier(q, i), in_map = distancesToEarlier(m, i);
+    const Eigen::ArrayXd larger = in_query.max(in_map), smaller = in_query.min(in_map);
+    const Eigen::Array<bool, Eigen::Dynamic, 1> agree =
+        larger - smaller <= options.tolerance_m + kRelativeTolerance * larger &&
+        smaller >= options.min_separation_m;
+    for (Eigen::Index k = 0; k < i; ++k) {
       if (!agree[k]) continue;
       const Correspondence& b = correspondences[nodes[k]];
       if (a.query != b.query && a.map != b.map) graph.connect(nodes[i], nodes[k]);

@@ -111,15 +111,6 @@ Eigen::Isometry3d fit(const Points& query, const Points& map,
   return Eigen::Isometry3d(Eigen::umeyama(source, target, false));
 }
 
-double rms(const Points& query, const Points& map, const std::vector<Correspondence>& inliers,
-           const Eigen::Isometry3d& T_map_query) {
-  double sum = 0;
-  for (const Correspondence& c : inliers) {
-    sum += (map[c.map] - T_map_query * query[c.query]).squaredNorm();
-  }
-  return std::sqrt(sum / static_cast<double>(inliers.size()));
-}
-
 }  // namespace
 
 Consensus rejectBySampleConsensus(const Points& query, const Points& map,
@@ -148,9 +139,7 @@ Consensus rejectBySampleConsensus(const Points& query, const Points& map,
     if (!grown) break;
   }
   result.found = result.inliers.size() >= static_cast<std::size_t>(options.min_inliers);
-  if (!result.found) return Consensus();
-  result.rms_m = rms(query, map, result.inliers, result.T_map_query);
-  return result;
+  return result.found ? result : Consensus();
 }
 
 std::vector<Correspondence> supporters(const Points& query, const Points& map,

@@ -26,8 +26,10 @@ std::vector<Correspondence> bestByBruteForce(const Descriptors& query, const Des
                                              const MatchOptions& options) {
   std::map<WalkKey, double> holders;
   std::map<std::size_t, double> of_class;
-  for (const WalkCount& c : map.counts) holders[c.key] += 1;
-  for (std::size_t v = 0; v < map.size(); ++v) of_class[map.counts[map.offsets[v]].key & 255] += 1;
+  for (const std::vector<WalkCount>& list : map) {
+    of_class[list.at(0).key & 255] += 1;
+    for (const WalkCount& c : list) holders[c.key] += 1;
+  }
   const auto weight = [&](WalkKey key) {
     if (!options.rare_words) return 1.0;
     const double held_by = holders.count(key) ? holders[key] : 1;
@@ -35,9 +37,7 @@ std::vector<Correspondence> bestByBruteForce(const Descriptors& query, const Des
   };
   const auto words = [](const Descriptors& d, std::size_t v) {
     std::map<WalkKey, double> result;
-    for (std::uint32_t e = d.offsets[v]; e < d.offsets[v + 1]; ++e) {
-      result[d.counts[e].key] = d.counts[e].count;
-    }
+    for (const WalkCount& c : d[v]) result[c.key] = c.count;
     return result;
   };
   std::vector<Correspondence> all;
@@ -74,11 +74,13 @@ TEST(Describe, DoesNotDependOnTheNumberOfThreads) {
   const LabelAlphabet alphabet(graph);
   const Descriptors one = describe(graph, alphabet, {}, 1, 1);
   const Descriptors three = describe(graph, alphabet, {}, 1, 3);
-  EXPECT_EQ(one.offsets, three.offsets);
-  ASSERT_EQ(one.counts.size(), three.counts.size());
-  for (std::size_t i = 0; i < one.counts.size(); ++i) {
-    EXPECT_EQ(one.counts[i].key, three.counts[i].key);
-    EXPECT_EQ(one.counts[i].count, three.counts[i].count);
+  const auto areSame = [](const WalkCount& a, const WalkCount& b) {
+    return a.key == b.key && a.count == b.count;
+  };
+  ASSERT_EQ(one.size(), three.size());
+  for (std::size_t i = 0; i < one.size(); ++i) {
+    EXPECT_TRUE(
+        std::equal(one[i].begin(), one[i].end(), three[i].begin(), three[i].end(), areSame));
   }
 }
 
@@ -92,12 +94,12 @@ TEST(Describe, EmptyGraphHasNoDescriptors) {
 TEST(Similarity, IsOneForAVertexWithItselfSymmetricAndInTheUnitInterval) {
   const Descriptors d = describeAlone(randomGraph(60, 3, 0.08, 2));
   for (std::uint32_t i = 0; i < d.size(); ++i) {
-    EXPECT_EQ(similarity(d, i, d, i), 1.0);
+    EXPECT_EQ(similarity(d[i], d[i]), 1.0);
     for (std::uint32_t j = 0; j < d.size(); ++j) {
-      const double s = similarity(d, i, d, j);
+      const double s = similarity(d[i], d[j]);
       EXPECT_GE(s, 0.0);
       EXPECT_LE(s, 1.0);
-      EXPECT_EQ(s, similarity(d, j, d, i));
+      EXPECT_EQ(s, similarity(d[j], d[i]));
     }
   }
 }
@@ -108,7 +110,7 @@ TEST(Similarity, IsZeroBetweenClasses) {
   for (std::uint32_t i = 0; i < d.size(); ++i) {
     for (std::uint32_t j = 0; j < d.size(); ++j) {
       if (graph.vertices[i].label != graph.vertices[j].label) {
-        EXPECT_EQ(similarity(d, i, d, j), 0.0);
+        EXPECT_EQ(similarity(d[i], d[j]), 0.0);
       }
     }
   }
@@ -143,7 +145,7 @@ TEST(BestMatches, WithoutRarityAreTheSimilarityOfThePaper) {
   const auto matches = bestMatches(d, d, options, 1);
   ASSERT_FALSE(matches.empty());
   for (const Correspondence& c : matches) {
-    EXPECT_NEAR(c.similarity, similarity(d, c.query, d, c.map), 1e-6);
+    EXPECT_NEAR(c.similarity, similarity(d[c.query], d[c.map]), 1e-6);
   }
 }
 
@@ -182,16 +184,11 @@ TEST(BestMatches, PreferEarlierMapVerticesWhenTied) {
 TEST(BestMatches, WeighRareWordsMore) {
   // Query 0 shares a common word with map vertex 0 and a rare one with map vertex 5.
   const WalkKey common = 0x0201, rare = 0x0301;
-  Descriptors query, map;
-  query.offsets = {0, 2};
-  query.counts = {{common, 1}, {rare, 1}};
-  map.offsets = {0, 2, 4, 6, 8, 10, 12};
-  for (int i = 0; i < 5; ++i) {
-    map.counts.push_back({common, 1});
-    map.counts.push_back({0x0401u + (static_cast<WalkKey>(i) << 8), 1});
-  }
-  map.counts.push_back({rare, 1});
-  map.counts.push_back({0x0A01, 1});
+  const Descriptors query = {{{common, 1}, {rare, 1}}};
+  Descriptors map;
+  for (int i = 0; i < 5; ++i)
+    map.push_back({{common, 1}, {0x0401u + (static_cast<WalkKey>(i) << 8), 1}});
+  map.push_back({{rare, 1}, {0x0A01, 1}});
   MatchOptions options;
   const auto weighted = bestMatches(query, map, options, 1);
   ASSERT_FALSE(weighted.empty());

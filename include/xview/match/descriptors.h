@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
-#include <memory>
 #include <vector>
 
 #include "xview/match/walks.h"
@@ -23,12 +24,8 @@ void visit(MatchOptions& o, Visitor&& field) {
   field("rare_words", o.rare_words, "weight walk words by their rarity in the map");
 }
 
-/// Walk descriptors of all vertices of a graph: sorted (word, count) lists one after the other.
-struct Descriptors {
-  std::vector<std::uint32_t> offsets;  ///< size() + 1 entries into counts
-  std::vector<WalkCount> counts;
-  std::size_t size() const { return offsets.empty() ? 0 : offsets.size() - 1; }
-};
+/// Walk descriptors of all vertices of a graph: their words, rising, with counts.
+using Descriptors = std::vector<std::vector<WalkCount>>;
 
 /// The walks of all vertices (sampleWalks).
 Descriptors describe(const SemanticGraph& graph, const LabelAlphabet& alphabet,
@@ -37,8 +34,6 @@ Descriptors describe(const SemanticGraph& graph, const LabelAlphabet& alphabet,
 /// Share of identical walks of two vertices in [0, 1] (paper section III-D): sum of
 /// min(count_a, count_b) over common words divided by the smaller number of walks. 1 for a vertex
 /// with itself.
-double similarity(const Descriptors& a, std::uint32_t i, const Descriptors& b, std::uint32_t j);
-/// The same of two sorted lists of words.
 double similarity(const std::vector<WalkCount>& a, const std::vector<WalkCount>& b);
 
 /// The words of a map with the vertices that hold them, so that a query vertex meets only map
@@ -46,9 +41,6 @@ double similarity(const std::vector<WalkCount>& a, const std::vector<WalkCount>&
 class DescriptorIndex {
  public:
   explicit DescriptorIndex(const Descriptors& map);
-  ~DescriptorIndex();
-  DescriptorIndex(DescriptorIndex&&) noexcept;
-  DescriptorIndex& operator=(DescriptorIndex&&) noexcept;
 
   /// The k best map vertices of each query vertex. Ordered by query vertex, then by falling
   /// similarity; ties by map vertex. Never similarity 0. With rare_words each word weighs
@@ -58,8 +50,21 @@ class DescriptorIndex {
                                           int threads) const;
 
  private:
-  struct Postings;
-  std::unique_ptr<const Postings> postings_;
+  struct Holder {
+    WalkKey word;
+    std::uint32_t vertex;
+    float count;
+  };
+  struct Totals {
+    float plain = 0, rare = 0;  ///< number of walks; the same weighted by rarity
+  };
+  std::vector<Correspondence> best(const std::vector<WalkCount>& words, std::uint32_t query,
+                                   const MatchOptions& options) const;
+  float rarityOf(WalkKey word, std::ptrdiff_t holders_of_word) const;
+
+  std::vector<Holder> holders_;  ///< by word, then by vertex
+  std::vector<Totals> totals_;   ///< per vertex
+  std::array<std::uint32_t, 256> vertices_of_class_{};
 };
 
 }  // namespace xview::match

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "xview/search/likelihoods.h"
+#include "xview/types/cells.h"
 #include "xview/types/plan_view.h"
 
 namespace xview::search {
@@ -59,29 +60,20 @@ class DistanceField {
   }
 
  private:
-  static constexpr int kBlockBits = 5;  ///< the directory has blocks of 32x32 tiles
+  struct Place {
+    PlaneCell key;
+  };
 
-  static std::size_t tileInBlock(std::int32_t tx, std::int32_t ty) {
-    constexpr std::int32_t mask = (1 << kBlockBits) - 1;
-    return (static_cast<std::size_t>(ty & mask) << kBlockBits) +
-           static_cast<std::size_t>(tx & mask);
-  }
   /// Index into tiles_ of the tile of a cell, or -1.
   std::int32_t findTile(std::int32_t cx, std::int32_t cy) const {
-    const std::int32_t tx = cx >> 6, ty = cy >> 6, bx = (tx >> kBlockBits) - block_x_,
-                       by = (ty >> kBlockBits) - block_y_;
-    if (bx < 0 || by < 0 || bx >= blocks_wide_ || by >= blocks_high_) return -1;
-    const auto& block = blocks_[static_cast<std::size_t>(by) * blocks_wide_ + bx];
-    return block.empty() ? -1 : block[tileInBlock(tx, ty)];
+    return places_.find({cx >> 6, cy >> 6});
   }
-  void makeDirectory();
   void setGround(const std::vector<GroundCell>& known);
 
   double cell_m_ = 0.5, origin_x_ = 0, origin_y_ = 0;
   std::vector<Tile> tiles_;
   std::vector<std::vector<std::uint8_t>> planes_;  ///< by tile: what Tile::bins points into
-  std::int32_t block_x_ = 0, block_y_ = 0, blocks_wide_ = 0, blocks_high_ = 0;
-  std::vector<std::vector<std::int32_t>> blocks_;
+  CellTable<Place, std::vector<Place>> places_;    ///< of tiles_
 };
 
 /// Per channel, how the distance classes are distributed at wrong poses in this very map.

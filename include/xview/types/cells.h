@@ -25,6 +25,18 @@ inline std::int32_t floorToInt(double value) {
   return toward_zero - (value < toward_zero);
 }
 
+/// Cell of a lattice in the plane.
+struct PlaneCell {
+  std::int32_t x = 0, y = 0;
+
+  bool operator==(const PlaneCell& o) const { return x == o.x && y == o.y; }
+  std::uint64_t hash() const {
+    std::uint64_t h = static_cast<std::uint32_t>(x) * 0x9E3779B97F4A7C15ull;
+    h = (h ^ (h >> 31)) + static_cast<std::uint32_t>(y) * 0xBF58476D1CE4E5B9ull;
+    return h ^ (h >> 29);
+  }
+};
+
 /// Cell of a lattice in space, for one class.
 struct ClassCell {
   std::int64_t x = 0, y = 0, z = 0;

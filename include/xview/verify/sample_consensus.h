@@ -28,7 +28,6 @@ struct Consensus {
   bool found = false;  ///< other fields are valid only if true
   Eigen::Isometry3d T_map_query = Eigen::Isometry3d::Identity();
   std::vector<Correspondence> inliers;  ///< one per query vertex and one per map vertex
-  double rms_m = 0;                     ///< of the inliers
 };
 
 /// The pose that pcl::registration::CorrespondenceRejectorSampleConsensus finds, refitted to its
