@@ -329,51 +329,43 @@ World makeWorld(const SimulationOptions& options, std::uint64_t seed) {
   return isOffice(options) ? walkedOffice(options, seed) : drivenTown(options, seed);
 }
 
-/// Options with what is usual for their style where they say nothing.
+/// Options with what belongs to their style.
 SimulationOptions styled(SimulationOptions o) {
-  const SimulationOptions usual;
-  const auto take = [](auto& value, const auto& unless, auto own) {
-    if (value == unless) value = own;
-  };
-  const auto takeTown = [&](double TownOptions::*field, double own) {
-    take(o.town.*field, usual.town.*field, own);
-  };
-  const auto takeBlocks = [&](int blocks, double spacing_m) {
-    take(o.town.blocks_x, usual.town.blocks_x, blocks);
-    take(o.town.blocks_y, usual.town.blocks_y, blocks);
-    takeTown(&TownOptions::street_spacing_m, spacing_m);
-  };
+  TownOptions& town = o.town;
   if (o.sim.style == "grid") {
-    takeTown(&TownOptions::irregularity, 0);
-    takeTown(&TownOptions::relief_m, 0.5);
-    takeTown(&TownOptions::row_share, 0.6);
+    town.irregularity = 0;
+    town.relief_m = 0.5;
+    town.row_share = 0.6;
     o.sim.alike = std::max(o.sim.alike, 0.4);
   } else if (o.sim.style == "village") {
-    takeBlocks(2, 130);
-    takeTown(&TownOptions::irregularity, 0.8);
-    takeTown(&TownOptions::relief_m, 4);
-    takeTown(&TownOptions::house_density, 0.5);
-    takeTown(&TownOptions::row_share, 0);
-    takeTown(&TownOptions::tree_density, 1.5);
-    take(o.town.winding_m, usual.town.winding_m, 8);
+    town.blocks_x = town.blocks_y = 2;
+    town.street_spacing_m = 130;
+    town.irregularity = 0.8;
+    town.relief_m = 4;
+    town.house_density = 0.5;
+    town.row_share = 0;
+    town.tree_density = 1.5;
+    town.winding_m = 8;
   } else if (o.sim.style == "campus") {
-    takeBlocks(3, 115);
-    takeTown(&TownOptions::irregularity, 0.3);
-    takeTown(&TownOptions::house_density, 0.75);
-    takeTown(&TownOptions::row_share, 0);
-    takeTown(&TownOptions::car_density, 0.4);
-    o.town.lots = Lots::halls;
+    town.blocks_x = town.blocks_y = 3;
+    town.street_spacing_m = 115;
+    town.irregularity = 0.3;
+    town.house_density = 0.75;
+    town.row_share = 0;
+    town.car_density = 0.4;
+    town.lots = Lots::halls;
   } else if (isOffice(o)) {
     o.sessions.aerial = o.sessions.winter = false;
-    take(o.route_length_m, usual.route_length_m, 60);
-    take(o.frame_spacing_m, usual.frame_spacing_m, 0.4);
-    take(o.view_deg, usual.view_deg, 60);
+    const SimulationOptions usual;
+    if (o.route_length_m == usual.route_length_m) o.route_length_m = 60;
+    if (o.frame_spacing_m == usual.frame_spacing_m) o.frame_spacing_m = 0.4;
+    if (o.view_deg == usual.view_deg) o.view_deg = 60;
     // A projected pattern: 1 mm at 1 m, 3 cm at 4 m.
-    take(o.depth_noise.baseline_m, usual.depth_noise.baseline_m, 0.075);
-    take(o.depth_noise.disparity_sigma_px, usual.depth_noise.disparity_sigma_px, 0.035);
-    take(o.depth_noise.bleeding_px, usual.depth_noise.bleeding_px, 0.8);
-    take(o.depth_noise.max_range_m, usual.depth_noise.max_range_m, kFarthest_m);
-    take(o.label_noise.patch_m, usual.label_noise.patch_m, 1);
+    o.depth_noise.baseline_m = 0.075;
+    o.depth_noise.disparity_sigma_px = 0.035;
+    o.depth_noise.bleeding_px = 0.8;
+    o.depth_noise.max_range_m = kFarthest_m;
+    o.label_noise.patch_m = 1;
   }
   return o;
 }
