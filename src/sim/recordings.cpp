@@ -10,7 +10,7 @@
 #include <set>
 
 #include "xview/sim/route.h"
-#include "xview/types/option_fields.h"
+#include "xview/types/option_field.h"
 
 namespace xview {
 namespace {
