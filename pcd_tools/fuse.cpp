@@ -81,7 +81,7 @@ class FuseCommand final : public Command {
     if (!map::undoRevision(path))
       throw Error(path, "nothing to undo: no addition by xview fuse is on record");
     fmt::print("{}: last addition taken back, {} vertices\n", path,
-               map::readMapSummary(path).vertices);
+               map::loadMap(path).graph.size());
     return kDone;
   }
 

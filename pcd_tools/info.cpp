@@ -128,18 +128,17 @@ void printGraph(Sheet& sheet, const SemanticGraph& graph, const LabelSet& labels
 }
 
 void printMap(Sheet& sheet, const std::string& path) {
-  const map::MapSummary summary = map::readMapSummary(path);
-  sheet.row("version", fmt::format("schema {}, written by {}", summary.schema_version,
-                                   summary.program_version));
-  sheet.row("size", summary.size);
-  sheet.row("holds",
-            fmt::format("{} key frames, {} points, {} plan samples", summary.keyframes,
-                        summary.cloud_points, summary.plan_samples),
-            {{"key_frames", summary.keyframes},
-             {"points", summary.cloud_points},
-             {"plan_samples", summary.plan_samples}});
-  sheet.row("sources", fmt::format("{}", fmt::join(summary.sources, ", ")), summary.sources);
   const map::SemanticMap map = map::loadMap(path);
+  sheet.row("version",
+            fmt::format("schema {}, written by {}", map::kMapSchemaVersion, map.program_version));
+  sheet.row("size", sizeText(map.size));
+  sheet.row("holds",
+            fmt::format("{} key frames, {} points, {} plan samples", map.poses.size(),
+                        map.cloud.size(), map.plan.sampleCount()),
+            {{"key_frames", map.poses.size()},
+             {"points", map.cloud.size()},
+             {"plan_samples", map.plan.sampleCount()}});
+  sheet.row("sources", fmt::format("{}", fmt::join(map.sources, ", ")), map.sources);
   printGraph(sheet, map.graph, map.labels);
 }
 

@@ -8,7 +8,7 @@
 #include "xview/io/recording.h"
 #include "xview/sim/recordings.h"
 #include "xview/types/localization.h"
-#include "xview/types/option_fields.h"
+#include "xview/types/option_field.h"
 
 namespace xview::tools {
 namespace {

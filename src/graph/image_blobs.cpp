@@ -99,45 +99,19 @@ bool isContour(const Image<std::int32_t>& blob_of_pixel, int u, int v) {
          blob_of_pixel.at(u, v - 1) != blob || blob_of_pixel.at(u, v + 1) != blob;
 }
 
-/// Half the width of a disc, row by row from the middle outwards.
-std::vector<int> halfWidths(double radius_px) {
-  std::vector<int> widths;
-  const int reach = static_cast<int>(radius_px);
-  for (int dv = 0; dv <= reach; ++dv) {
-    int width = reach;
-    while (width * width + dv * dv > radius_px * radius_px) --width;
-    widths.push_back(width);
-  }
-  return widths;
-}
-
-/// The column after the run of equal labels that each pixel is in.
-Image<std::int32_t> endsOfRuns(const LabelRegions& found, int width, int height) {
-  Image<std::int32_t> ends(width, height);
-  for (const LabelRun& run : found.runs) {
-    std::int32_t* const row = &ends.at(0, run.row);
-    std::fill(row + run.begin, row + run.end, run.end);
-  }
-  return ends;
-}
-
 /// Blobs with contour pixels at most `radius_px` apart. Each contour pixel looks at the lower half
-/// of the disc around it, as the upper half sees the pair from the other side, and there at one
-/// pixel per run.
-BlobEdges contourEdges(const Image<std::int32_t>& blob_of_pixel, const Image<std::int32_t>& run_end,
-                       double radius_px) {
-  const std::vector<int> widths = halfWidths(radius_px);
+/// of the disc around it, as the upper half sees the pair from the other side.
+BlobEdges contourEdges(const Image<std::int32_t>& blob_of_pixel, double radius_px) {
+  const int width = blob_of_pixel.width, height = blob_of_pixel.height;
   BlobEdges edges;
-  for (int v = 0; v < blob_of_pixel.height; ++v) {
-    const int rows = std::min(static_cast<int>(widths.size()), blob_of_pixel.height - v);
-    for (int u = 0; u < blob_of_pixel.width; ++u) {
+  for (int v = 0; v < height; ++v) {
+    for (int u = 0; u < width; ++u) {
       const std::int32_t a = blob_of_pixel.at(u, v);
       if (a == kNoBlob || !isContour(blob_of_pixel, u, v)) continue;
-      for (int dv = 0; dv < rows; ++dv) {
-        const int last = std::min(u + widths[dv], blob_of_pixel.width - 1);
-        for (int x = dv == 0 ? u : std::max(u - widths[dv], 0); x <= last;
-             x = run_end.at(x, v + dv)) {
-          const std::int32_t b = blob_of_pixel.at(x, v + dv);
+      for (int y = v; y < height && y - v <= radius_px; ++y) {
+        const int reach = static_cast<int>(std::sqrt(radius_px * radius_px - (y - v) * (y - v)));
+        for (int x = std::max(u - reach, 0); x <= std::min(u + reach, width - 1); ++x) {
+          const std::int32_t b = blob_of_pixel.at(x, y);
           if (b == kNoBlob || b == a) continue;
           const BlobEdges::value_type edge(std::min(a, b), std::max(a, b));
           if (edges.empty() || edges.back() != edge) edges.push_back(edge);
@@ -188,8 +162,7 @@ ImageBlobs extractImageBlobs(const Frame& frame, const LabelSet& set, double max
     std::fill(row + run.begin, row + run.end, blob_of_region[run.region]);
   }
   result.edges =
-      contourEdges(result.blob_of_pixel, endsOfRuns(found, frame.label.width, frame.label.height),
-                   kEdgeDistance_px * frame.label.width / kReferenceWidth);
+      contourEdges(result.blob_of_pixel, kEdgeDistance_px * frame.label.width / kReferenceWidth);
   return result;
 }
 

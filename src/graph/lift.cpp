@@ -6,12 +6,17 @@
 #include <limits>
 #include <optional>
 #include <string>
+#include <vector>
 
-#include "graph/point_rows.h"
+#include "graph/row_loops.h"
+#include "xview/types/cells.h"
 #include "xview/types/error.h"
 
 namespace xview::graph {
 namespace {
+
+/// A camera whose nearest tenth is farther away than this looks down from the air.
+constexpr float kAerialQuantile_m = 15;
 
 std::string sizeText(int width, int height) {
   return std::to_string(width) + "x" + std::to_string(height);
@@ -64,144 +69,12 @@ struct SensorToCloud {
       : R(frame.T_odom_sensor.linear().cast<float>()), shift((start - origin).cast<float>()) {}
 };
 
-/// Hands on what passes the gates, and counts what does not.
-class Lifting {
- public:
-  Lifting(const LabelSet& set, const LiftPlan& plan,
-          const std::function<void(const PointRow&)>& take)
-      : set_(set), plan_(plan), take_(take) {}
-
-  void liftImages(const Frame& frame) {
-    const SensorToCloud to_cloud(frame, frame.T_odom_sensor.translation(), plan_.origin);
-    const auto width = static_cast<std::size_t>(frame.depth.width);
-    PointRow row(width);
-    std::vector<std::uint8_t> state(width);
-    for (int v = 0; v < frame.depth.height; ++v) {
-      projectRow(raysOf(frame.camera, to_cloud, v), &frame.depth.at(0, v), width, row.x.data(),
-                 row.y.data(), row.z.data(), row.range.data(), state.data());
-      keepMeasured(frame, v, state, row);
-      take_(row);
-    }
-  }
-
-  void liftPoints(const Frame& frame) {
-    const LabelledCloud& in = frame.cloud;
-    const SensorToCloud to_cloud(frame, frame.T_odom_sensor * in.origin, plan_.origin);
-    const Eigen::Vector3f origin = in.origin.cast<float>();
-    const bool is_scan = frame.sensor == Sensor::lidar;
-    PointRow row(kPointsAtOnce);
-    for (const Point& point : in.points) {
-      const Eigen::Vector3f p = point.getVector3fMap();
-      const float range2 = (p + origin).squaredNorm();
-      if (!counts(point.label, p.allFinite(), !is_scan || isInRange(range2))) continue;
-      const Eigen::Vector3f q = to_cloud.R * p + to_cloud.shift;
-      row.x[row.size] = q.x(), row.y[row.size] = q.y(), row.z[row.size] = q.z();
-      row.label[row.size] = point.label;
-      row.range[row.size] = is_scan ? std::sqrt(range2) : 0;
-      row.instance[row.size] = point.instance;
-      row.sigma[row.size] = point.sigma;
-      if (++row.size == kPointsAtOnce) flush(row);
-    }
-    flush(row);
-  }
-
-  const LiftCounts& counts() const { return counts_; }
-
- private:
-  RowOfRays raysOf(const Camera& camera, const SensorToCloud& to_cloud, int v) const {
-    RowOfRays rays{};
-    rays.first_x = static_cast<float>(-camera.cx / camera.fx);
-    rays.step_x = static_cast<float>(1 / camera.fx);
-    rays.y = static_cast<float>((v - camera.cy) / camera.fy);
-    const Eigen::Vector3f towards = to_cloud.R.col(1) * rays.y + to_cloud.R.col(2);
-    for (int k = 0; k < 3; ++k) {
-      rays.towards[k] = towards[k];
-      rays.across[k] = to_cloud.R(k, 0);
-      rays.shift[k] = to_cloud.shift[k];
-    }
-    rays.depth_is_range = camera.depth_is_range;
-    rays.min_range2 = plan_.min_range2, rays.max_range2 = plan_.max_range2;
-    return rays;
-  }
-
-  /// Moves the points that count to the front of the row, without a branch for each pixel.
-  void keepMeasured(const Frame& frame, int v, const std::vector<std::uint8_t>& state,
-                    PointRow& row) {
-    const std::uint16_t* label = &frame.label.at(0, v);
-    const std::uint16_t* instance = frame.instance.empty() ? nullptr : &frame.instance.at(0, v);
-    std::size_t kept = 0, known = 0, measured = 0;
-    for (std::size_t u = 0; u < state.size(); ++u) {
-      row.x[kept] = row.x[u], row.y[kept] = row.y[u], row.z[kept] = row.z[u];
-      row.range[kept] = row.range[u];
-      row.label[kept] = label[u];
-      row.instance[kept] = instance ? instance[u] : 0;
-      const std::size_t is_known = isKnown(label[u]);
-      known += is_known;
-      measured += is_known & static_cast<std::size_t>(state[u] != kNoDepth);
-      kept += is_known & static_cast<std::size_t>(state[u] == kMeasured);
-    }
-    row.size = kept;
-    counts_.ignored_class += state.size() - known;
-    for (std::size_t u = 0; known < state.size() && u < state.size(); ++u) {
-      if (!isKnown(label[u])) countUnknown(label[u]);
-    }
-    counts_.no_depth += known - measured;
-    counts_.out_of_range += measured - kept;
-    counts_.lifted += kept;
-  }
-
-  bool isKnown(std::uint32_t label) const { return set_.role(label) != Role::ignored; }
-  /// Of a label that does not count. Neighbours are mostly of one class.
-  void countUnknown(std::uint32_t label) {
-    if (!last_ignored_ || *last_ignored_ != label) {
-      last_ignored_ = label;
-      count_of_last_ = set_.find(label) ? nullptr : &counts_.unknown[label];
-    }
-    if (count_of_last_) ++*count_of_last_;
-  }
-  bool isInRange(float range2) const {
-    return range2 >= plan_.min_range2 && range2 <= plan_.max_range2;
-  }
-
-  /// Whether a point of a cloud counts; if not, it is counted under the first reason.
-  bool counts(std::uint32_t label, bool is_measured, bool is_in_range) {
-    if (!isKnown(label)) {
-      ++counts_.ignored_class;
-      countUnknown(label);
-    } else if (!is_measured) {
-      ++counts_.no_depth;
-    } else if (!is_in_range) {
-      ++counts_.out_of_range;
-    } else {
-      return true;
-    }
-    return false;
-  }
-
-  void flush(PointRow& row) {
-    counts_.lifted += row.size;
-    take_(row);
-    row.size = 0;
-  }
-
-  const LabelSet& set_;
-  const LiftPlan& plan_;
-  const std::function<void(const PointRow&)>& take_;
-  LiftCounts counts_;
-  std::optional<std::uint32_t> last_ignored_;
-  std::uint64_t* count_of_last_ = nullptr;  ///< null if the set knows it
+/// What is known of a frame before its points are looked at.
+struct LiftPlan {
+  float min_range2, max_range2;  ///< smallest and largest distance that is believed, squared
+  Eigen::Vector3d origin;        ///< of the points, in the odometry frame
+  std::size_t expected;          ///< points, at most
 };
-
-}  // namespace
-
-LiftCounts& LiftCounts::operator+=(const LiftCounts& other) {
-  lifted += other.lifted;
-  no_depth += other.no_depth;
-  out_of_range += other.out_of_range;
-  ignored_class += other.ignored_class;
-  for (const auto& [id, count] : other.unknown) unknown[id] += count;
-  return *this;
-}
 
 LiftPlan planOf(const Frame& frame, const LiftOptions& options) {
   if (!frame.T_odom_sensor.matrix().allFinite()) refuse(frame, "the pose is not finite");
@@ -218,14 +91,182 @@ LiftPlan planOf(const Frame& frame, const LiftOptions& options) {
           roundedToMetre(frame.sensor == Sensor::lidar ? sensor : start), frame.cloud.size()};
 }
 
-LiftCounts liftRows(const Frame& frame, const LabelSet& set, const LiftPlan& plan,
-                    const std::function<void(const PointRow&)>& take) {
-  Lifting lifting(set, plan, take);
+/// Counts measurements, those that do not count under the first reason.
+class Gate {
+ public:
+  explicit Gate(const LabelSet& set) : set_(set) {}
+
+  bool passes(std::uint32_t label, bool is_measured, bool is_in_range) {
+    if (set_.role(label) == Role::ignored) {
+      ++counts_.ignored_class;
+      countUnknown(label);
+    } else if (!is_measured) {
+      ++counts_.no_depth;
+    } else if (!is_in_range) {
+      ++counts_.out_of_range;
+    } else {
+      ++counts_.lifted;
+      return true;
+    }
+    return false;
+  }
+
+  const LiftCounts& counts() const { return counts_; }
+
+ private:
+  /// Of a label that does not count. Neighbours are mostly of one class.
+  void countUnknown(std::uint32_t label) {
+    if (!last_ignored_ || *last_ignored_ != label) {
+      last_ignored_ = label;
+      count_of_last_ = set_.find(label) ? nullptr : &counts_.unknown[label];
+    }
+    if (count_of_last_) ++*count_of_last_;
+  }
+
+  const LabelSet& set_;
+  LiftCounts counts_;
+  std::optional<std::uint32_t> last_ignored_;
+  std::uint64_t* count_of_last_ = nullptr;  ///< null if the set knows it
+};
+
+RowOfRays raysOf(const Camera& camera, const SensorToCloud& to_cloud, const LiftPlan& plan, int v) {
+  RowOfRays rays{};
+  rays.first_x = static_cast<float>(-camera.cx / camera.fx);
+  rays.step_x = static_cast<float>(1 / camera.fx);
+  rays.y = static_cast<float>((v - camera.cy) / camera.fy);
+  const Eigen::Vector3f towards = to_cloud.R.col(1) * rays.y + to_cloud.R.col(2);
+  for (int k = 0; k < 3; ++k) {
+    rays.towards[k] = towards[k];
+    rays.across[k] = to_cloud.R(k, 0);
+    rays.shift[k] = to_cloud.shift[k];
+  }
+  rays.depth_is_range = camera.depth_is_range;
+  rays.min_range2 = plan.min_range2, rays.max_range2 = plan.max_range2;
+  return rays;
+}
+
+template <class Take>
+void liftImages(const Frame& frame, const LiftPlan& plan, Gate& gate, const Take& take) {
+  const SensorToCloud to_cloud(frame, frame.T_odom_sensor.translation(), plan.origin);
+  const auto width = static_cast<std::size_t>(frame.depth.width);
+  std::vector<float> x(width), y(width), z(width), range(width);
+  std::vector<std::uint8_t> state(width);
+  for (int v = 0; v < frame.depth.height; ++v) {
+    projectRow(raysOf(frame.camera, to_cloud, plan, v), &frame.depth.at(0, v), width, x.data(),
+               y.data(), z.data(), range.data(), state.data());
+    const std::uint16_t* label = &frame.label.at(0, v);
+    const std::uint16_t* instance = frame.instance.empty() ? nullptr : &frame.instance.at(0, v);
+    for (std::size_t u = 0; u < width; ++u) {
+      if (!gate.passes(label[u], state[u] != kNoDepth, state[u] == kMeasured)) continue;
+      Point point(x[u], y[u], z[u], label[u]);
+      point.instance = instance ? instance[u] : 0;
+      take(point, range[u]);
+    }
+  }
+}
+
+template <class Take>
+void liftPoints(const Frame& frame, const LiftPlan& plan, Gate& gate, const Take& take) {
+  const LabelledCloud& in = frame.cloud;
+  const SensorToCloud to_cloud(frame, frame.T_odom_sensor * in.origin, plan.origin);
+  const Eigen::Vector3f origin = in.origin.cast<float>();
+  const bool is_scan = frame.sensor == Sensor::lidar;
+  for (const Point& measured : in.points) {
+    const Eigen::Vector3f p = measured.getVector3fMap();
+    const float range2 = (p + origin).squaredNorm();
+    const bool is_in_range = range2 >= plan.min_range2 && range2 <= plan.max_range2;
+    if (!gate.passes(measured.label, p.allFinite(), !is_scan || is_in_range)) continue;
+    const Eigen::Vector3f q = to_cloud.R * p + to_cloud.shift;
+    Point point(q.x(), q.y(), q.z(), measured.label);
+    point.instance = measured.instance;
+    point.sigma = measured.sigma;
+    take(point, is_scan ? std::sqrt(range2) : 0);
+  }
+}
+
+/// Hands the points of a frame that count to take(point, range_m), one after the other, so that a
+/// frame need never be held as points. The range of a point of a saved cloud is 0.
+template <class Take>
+LiftCounts forEachPoint(const Frame& frame, const LabelSet& set, const LiftPlan& plan,
+                        const Take& take) {
+  Gate gate(set);
   if (frame.sensor == Sensor::camera)
-    lifting.liftImages(frame);
+    liftImages(frame, plan, gate, take);
   else
-    lifting.liftPoints(frame);
-  return lifting.counts();
+    liftPoints(frame, plan, gate, take);
+  return gate.counts();
+}
+
+/// Sums of the points of a voxel, relative to its first point so that they stay small.
+struct Sums {
+  ClassCell key;
+  Eigen::Vector3f first;
+  Eigen::Vector3f offset = Eigen::Vector3f::Zero();
+  float sigma = 0;
+  std::uint32_t count = 0;
+
+  void add(const Point& point) {
+    offset += point.getVector3fMap() - first;
+    sigma += point.sigma;
+    ++count;
+  }
+  Point mean() const {
+    const float weight = 1.0f / static_cast<float>(count);
+    const Eigen::Vector3f p = first + offset * weight;
+    Point point(p.x(), p.y(), p.z(), key.label);
+    point.instance = key.instance;
+    point.sigma = sigma * weight;
+    return point;
+  }
+};
+
+/// What thinByVoxel does, for points that come one by one.
+class VoxelThinner {
+ public:
+  /// Points are relative to `origin`; `expected` of them, more or less.
+  VoxelThinner(const Eigen::Vector3d& origin, double voxel_m, std::size_t expected)
+      : origin_(origin), per_metre_(1 / voxel_m), start_(origin * per_metre_) {
+    voxels_.reserve(expected / 8);  // few have one point only, and a small table stays in the cache
+  }
+
+  void add(const Point& point) {
+    const Eigen::Vector3d p = point.getVector3fMap().cast<double>() * per_metre_ + start_;
+    if (!(p.array().abs() < kFarthestCell).all()) return;
+    const ClassCell voxel{floorToInt(p.x()), floorToInt(p.y()), floorToInt(p.z()), point.label,
+                          point.instance};
+    const auto make = [&] { return Sums{voxel, point.getVector3fMap()}; };
+    voxels_[voxels_.numberOf(voxel, make)].add(point);
+  }
+
+  /// `points_per_voxel` receives how many points each one stands for, if it is given.
+  LabelledCloud finish(std::vector<std::uint32_t>* points_per_voxel) const {
+    LabelledCloud thin;
+    thin.origin = origin_;
+    thin.points.reserve(voxels_.size());
+    if (points_per_voxel) points_per_voxel->clear();
+    for (const Sums& voxel : voxels_.entries()) {
+      thin.points.push_back(voxel.mean());
+      if (points_per_voxel) points_per_voxel->push_back(voxel.count);
+    }
+    return thin;
+  }
+
+ private:
+  Eigen::Vector3d origin_;
+  double per_metre_;
+  Eigen::Vector3d start_;   ///< the origin in voxels
+  CellTable<Sums> voxels_;  ///< in order of first appearance
+};
+
+}  // namespace
+
+LiftCounts& LiftCounts::operator+=(const LiftCounts& other) {
+  lifted += other.lifted;
+  no_depth += other.no_depth;
+  out_of_range += other.out_of_range;
+  ignored_class += other.ignored_class;
+  for (const auto& [id, count] : other.unknown) unknown[id] += count;
+  return *this;
 }
 
 double maxRange(const Frame& frame, const LiftOptions& options) {
@@ -240,11 +281,41 @@ LabelledCloud lift(const Frame& frame, const LabelSet& set, const LiftOptions& o
   LabelledCloud cloud;
   cloud.origin = plan.origin;
   cloud.points.reserve(plan.expected);
-  const LiftCounts found = liftRows(frame, set, plan, [&](const PointRow& row) {
-    for (std::size_t i = 0; i < row.size; ++i) cloud.points.push_back(row.point(i));
-  });
+  const LiftCounts found = forEachPoint(
+      frame, set, plan, [&](const Point& point, float) { cloud.points.push_back(point); });
   if (counts) *counts = found;
   return cloud;
+}
+
+LabelledCloud thinByVoxel(const LabelledCloud& cloud, double voxel_m,
+                          std::vector<std::uint32_t>* points_per_voxel) {
+  if (voxel_m <= 0) {
+    if (points_per_voxel) points_per_voxel->assign(cloud.size(), 1);
+    return cloud;
+  }
+  VoxelThinner thinner(cloud.origin, voxel_m, cloud.size());
+  for (const Point& point : cloud.points) thinner.add(point);
+  return thinner.finish(points_per_voxel);
+}
+
+ThinFrame liftThin(const Frame& frame, const LabelSet& set, const LiftOptions& options,
+                   double voxel_m, WholeClasses whole, LiftCounts* counts) {
+  const LiftPlan plan = planOf(frame, options);
+  ThinFrame result;
+  result.whole.origin = plan.origin;
+  VoxelThinner thinner(plan.origin, voxel_m, plan.expected);
+  std::size_t near = 0;  // points not farther than kAerialQuantile_m
+  const LiftCounts found = forEachPoint(frame, set, plan, [&](const Point& point, float range_m) {
+    thinner.add(point);
+    near += range_m <= kAerialQuantile_m;
+    if (whole == WholeClasses::all ||
+        (whole == WholeClasses::no_surfaces && set.role(point.label) != Role::surface))
+      result.whole.points.push_back(point);
+  });
+  result.thin = thinner.finish(&result.points_per_voxel);
+  result.is_aerial = frame.sensor == Sensor::camera && found.lifted > 0 && 10 * near < found.lifted;
+  if (counts) *counts = found;
+  return result;
 }
 
 }  // namespace xview::graph

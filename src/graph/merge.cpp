@@ -43,51 +43,10 @@ void addPoint(Node& node, const Eigen::Vector3d& p, std::int64_t frame) {
   countFrame(node.vertex, frame);
 }
 
-/// Vertices of surfaces: one per class and cell of a lattice, at the mean of the points in it,
-/// however much of the surface was seen.
-class SurfaceCells {
- public:
-  explicit SurfaceCells(double side_m) : side_m_(side_m) {}
-
-  /// Points of surface classes; new cells are appended to `nodes`.
-  void add(const LabelledCloud& cloud, const LabelSet& labels, std::int64_t frame,
-           std::vector<Node>& nodes) {
-    ClassCell last_cell;
-    std::size_t last_node = std::numeric_limits<std::size_t>::max();
-    for (std::size_t i = 0; i < cloud.size(); ++i) {
-      const std::uint32_t label = cloud.points[i].label;
-      const Eigen::Vector3d p = cloud.position(i);
-      if (labels.role(label) != Role::surface || !p.allFinite()) continue;
-      const ClassCell cell = cellOf(p, side_m_, label);
-      // Neighbouring points mostly share their cell.
-      if (last_node >= nodes.size() || !(cell == last_cell)) {
-        last_node = nodeOf(cell, p, nodes);
-        last_cell = cell;
-      }
-      addPoint(nodes[last_node], p, frame);
-    }
-  }
-
- private:
-  struct NodeOfCell {
-    ClassCell key;
-    std::size_t node;
-  };
-  std::size_t nodeOf(const ClassCell& cell, const Eigen::Vector3d& p, std::vector<Node>& nodes) {
-    const auto makeNode = [&] {
-      Node node;
-      node.is_surface = true;
-      node.first = node.min = node.max = p;
-      node.vertex.label = cell.label;
-      node.vertex.observations = 0;
-      nodes.push_back(node);
-      return NodeOfCell{cell, nodes.size() - 1};
-    };
-    return cells_[cells_.numberOf(cell, makeNode)].node;
-  }
-
-  double side_m_;
-  CellTable<NodeOfCell> cells_;
+/// Which node is the vertex of a cell of the lattice of surfaces.
+struct NodeOfCell {
+  ClassCell key;
+  std::size_t node;
 };
 
 // A blob counts as its points, but not more: a car beside the camera has thousands.
@@ -123,8 +82,7 @@ struct PlaceGraphBuilder::State {
   State(const LabelSet& label_set, const MergeOptions& merge_options)
       : labels(label_set),
         options(merge_options),
-        is_first_observation(isFirstObservation(merge_options)),
-        surfaces(merge_options.surface_m) {}
+        is_first_observation(isFirstObservation(merge_options)) {}
 
   bool isUsable(const Blob& blob) const {
     const Role role = labels.role(blob.label);
@@ -243,6 +201,27 @@ struct PlaceGraphBuilder::State {
     return node_of_blob;
   }
 
+  /// Vertices of surfaces are one per class and cell of a lattice, at the mean of the points in it,
+  /// however much of the surface was seen.
+  void addSurfacePoints(const LabelledCloud& cloud, std::int64_t frame) {
+    for (std::size_t i = 0; i < cloud.size(); ++i) {
+      const std::uint32_t label = cloud.points[i].label;
+      const Eigen::Vector3d p = cloud.position(i);
+      if (labels.role(label) != Role::surface || !p.allFinite()) continue;
+      const ClassCell cell = cellOf(p, options.surface_m, label);
+      const std::size_t number = surface_cells.numberOf(cell, [&] {
+        Node node;
+        node.is_surface = true;
+        node.first = node.min = node.max = p;
+        node.vertex.label = label;
+        node.vertex.observations = 0;
+        nodes.push_back(node);
+        return NodeOfCell{cell, nodes.size() - 1};
+      });
+      addPoint(nodes[surface_cells[number].node], p, frame);
+    }
+  }
+
   bool isKept(const Node& node) const {
     return !node.is_surface ||
            node.vertex.points >= static_cast<std::uint32_t>(options.min_surface_points);
@@ -271,7 +250,7 @@ struct PlaceGraphBuilder::State {
   std::vector<Node> nodes;                        ///< in order of first observation
   std::unordered_set<std::uint64_t> image_edges;  ///< smaller node * 2^32 + larger node
   CellLists nodes_of_cell;                        ///< of side mergeDistance(label)
-  SurfaceCells surfaces;
+  CellTable<NodeOfCell> surface_cells;
 };
 
 PlaceGraphBuilder::PlaceGraphBuilder(const LabelSet& labels, const MergeOptions& options)
@@ -293,8 +272,7 @@ void PlaceGraphBuilder::addImageBlobs(const std::vector<Blob>& blobs, const Blob
 }
 
 void PlaceGraphBuilder::addSurfacePoints(const LabelledCloud& cloud, std::int64_t frame_number) {
-  if (state_->is_first_observation) return;
-  state_->surfaces.add(cloud, state_->labels, frame_number, state_->nodes);
+  if (!state_->is_first_observation) state_->addSurfacePoints(cloud, frame_number);
 }
 
 SemanticGraph PlaceGraphBuilder::graph() const {

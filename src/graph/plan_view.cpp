@@ -115,7 +115,7 @@ bool isSomewhere(const Eigen::Vector3d& p) {
 
 /// A labelled point and what it counts.
 struct PlanVote {
-  VoxelKey key;
+  ClassCell voxel;
   float x, y, z;  ///< relative to the plan origin [m]
   float votes;
   bool near;  ///< measured near enough for thin objects
@@ -126,11 +126,11 @@ void sum(const std::vector<PlanVote>& votes, CellTable<PlanVoxel>& voxels) {
   constexpr std::size_t kSlotAhead = 16, kVoxelAhead = 8;
   voxels.reserve(voxels.size() + votes.size());
   for (std::size_t i = 0; i < votes.size(); ++i) {
-    if (i + kSlotAhead < votes.size()) voxels.prefetchSlot(votes[i + kSlotAhead].key);
-    if (i + kVoxelAhead < votes.size()) voxels.prefetchEntry(votes[i + kVoxelAhead].key);
+    if (i + kSlotAhead < votes.size()) voxels.prefetchSlot(votes[i + kSlotAhead].voxel);
+    if (i + kVoxelAhead < votes.size()) voxels.prefetchEntry(votes[i + kVoxelAhead].voxel);
     const PlanVote& vote = votes[i];
     PlanVoxel& voxel = voxels[voxels.numberOf(
-        vote.key, [&] { return PlanVoxel{vote.key, vote.x, vote.y, vote.z, 0, 0}; })];
+        vote.voxel, [&] { return PlanVoxel{vote.voxel, vote.x, vote.y, vote.z, 0, 0}; })];
     voxel.votes += vote.votes;
     if (vote.near) voxel.near_votes += vote.votes;
     const float share = vote.votes / voxel.votes;
@@ -141,18 +141,6 @@ void sum(const std::vector<PlanVote>& votes, CellTable<PlanVoxel>& voxels) {
 }
 
 }  // namespace
-
-VoxelKey voxelOf(const Eigen::Vector3d& p, Kind kind) {
-  const auto index = [](double coordinate) {
-    const double q = coordinate * (1.0 / kPlanVoxel_m);
-    const auto toward_zero = static_cast<std::int64_t>(q);
-    return toward_zero - (q < static_cast<double>(toward_zero));
-  };
-  const auto ix = static_cast<std::uint64_t>(index(p.x()) + (1 << 20)) & 0x1FFFFF;
-  const auto iy = static_cast<std::uint64_t>(index(p.y()) + (1 << 20)) & 0x1FFFFF;
-  const auto iz = static_cast<std::uint64_t>(index(p.z()) + (1 << 17)) & 0x3FFFF;
-  return {(ix << 43) | (iy << 22) | (iz << 4) | static_cast<std::uint64_t>(kind)};
-}
 
 struct PlanViewBuilder::State {
   explicit State(const LabelSet& set) : labels(set) {}
@@ -192,7 +180,10 @@ void PlanViewBuilder::add(const LabelledCloud& cloud, const std::vector<float>& 
     if (!s.has_origin) s.setOrigin(p_plan);
     const Eigen::Vector3d p = p_plan - s.origin;
     const Eigen::Vector3f q = p.cast<float>();
-    s.cast.push_back({voxelOf(p, kind), q.x(), q.y(), q.z(), votes[i], near.empty() || near[i]});
+    const Eigen::Vector3d v = p * (1 / kPlanVoxel_m);
+    const ClassCell voxel{floorToInt(v.x()), floorToInt(v.y()), floorToInt(v.z()),
+                          static_cast<std::uint32_t>(kind)};
+    s.cast.push_back({voxel, q.x(), q.y(), q.z(), votes[i], near.empty() || near[i]});
     s.votes += votes[i];
     if (aerial) s.aerial_votes += votes[i];
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "graph/point_rows.h"
+#include "graph/row_loops.h"
 
 #include <cmath>
 
@@ -40,22 +40,6 @@ XVIEW_CLONES void projectRow(const RowOfRays& row, const float* __restrict depth
     state[u] = static_cast<std::uint8_t>((1 - measured) * kNoDepth +
                                          (measured & (1 - in_range)) * kOutOfRange);
   }
-}
-
-XVIEW_CLONES void cellsOf(const float* __restrict p, std::size_t count, double per_unit,
-                          double start, std::int32_t* __restrict cell) {
-  for (std::size_t i = 0; i < count; ++i) {
-    const double value = p[i] * per_unit + start;
-    const double fits = (value > -kNoCell) & (value < kNoCell) ? value : kNoCell;
-    const auto truncated = static_cast<std::int32_t>(fits);
-    cell[i] = truncated - (fits < truncated);
-  }
-}
-
-XVIEW_CLONES void markChanges(const std::uint32_t* __restrict values, std::size_t count,
-                              std::uint8_t* __restrict differs) {
-  for (std::size_t i = 1; i < count; ++i)
-    differs[i] = static_cast<std::uint8_t>(differs[i] | (values[i] != values[i - 1]));
 }
 
 XVIEW_CLONES DepthCounts countDepths(const float* depth, std::size_t count, float above,

@@ -225,18 +225,17 @@ void requireLabels(const InputFile& labels, const InputFile& scan, std::size_t p
 }
 
 LabelledCloud readScan(InputFile& scan, std::optional<InputFile>& labels, std::size_t points) {
+  std::vector<Eigen::Vector4f> positions(points);  // and intensities
+  std::vector<std::uint32_t> ids(points, 0);
+  scan.readBytes(positions.data(), points * kPointBytes);
+  if (labels) labels->readBytes(ids.data(), points * kLabelBytes);
   LabelledCloud cloud;
   cloud.points.reserve(points);
   for (std::size_t i = 0; i < points; ++i) {
-    float position[4];
-    std::uint32_t label = 0;
-    scan.readBytes(position, sizeof(position));
-    if (labels) labels->readBytes(&label, sizeof(label));
-    if (!Eigen::Map<const Eigen::Vector3f>(position).allFinite()) continue;
-    Point point;
-    point.getVector3fMap() = Eigen::Map<const Eigen::Vector3f>(position);
-    point.label = label & 0xFFFF;
-    point.instance = label >> 16;
+    const Eigen::Vector3f p = positions[i].head<3>();
+    if (!p.allFinite()) continue;
+    Point point(p.x(), p.y(), p.z(), ids[i] & 0xFFFF);
+    point.instance = ids[i] >> 16;
     cloud.points.push_back(point);
   }
   return cloud;

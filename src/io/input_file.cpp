@@ -1,75 +1,43 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "input_file.h"
 
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <cstring>
+#include <filesystem>
 
 #include "xview/types/error.h"
 
 namespace xview::io {
 namespace {
 
-constexpr std::size_t kBufferBytes = std::size_t{1} << 18;
 constexpr std::size_t kLongestLine = std::size_t{1} << 20;
 
 }  // namespace
 
 InputFile::InputFile(std::string path) : path_(std::move(path)) {
-  // Not blocking: opening a pipe without a writer would wait for ever.
-  descriptor_ = open(path_.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-  if (descriptor_ < 0) fail(std::string("cannot open: ") + std::strerror(errno));
-  struct stat status = {};
-  if (fstat(descriptor_, &status) != 0 || !S_ISREG(status.st_mode)) {
-    close(descriptor_);
-    fail(S_ISDIR(status.st_mode) ? "is a folder, expected a file" : "is not a regular file");
-  }
-  size_ = static_cast<std::uint64_t>(status.st_size);
-  buffer_.resize(static_cast<std::size_t>(std::min<std::uint64_t>(kBufferBytes, size_ + 1)));
-}
-
-InputFile::~InputFile() { close(descriptor_); }
-
-bool InputFile::fillBuffer() {
-  ssize_t count;
-  do {
-    count = ::read(descriptor_, buffer_.data(), buffer_.size());
-  } while (count < 0 && errno == EINTR);
-  if (count < 0) fail(std::string("cannot read: ") + std::strerror(errno));
-  begin_ = 0;
-  end_ = static_cast<std::size_t>(count);
-  return count > 0;
-}
-
-std::string_view InputFile::takeToNewline(bool& ended) {
-  const char* first = buffer_.data() + begin_;
-  const auto* newline = static_cast<const char*>(std::memchr(first, '\n', end_ - begin_));
-  ended = newline != nullptr;
-  const std::size_t length = ended ? static_cast<std::size_t>(newline - first) : end_ - begin_;
-  const std::size_t consumed = length + (ended ? 1 : 0);
-  begin_ += consumed;
-  position_ += consumed;
-  return {first, length};
+  namespace fs = std::filesystem;
+  std::error_code problem;
+  const fs::file_status status = fs::status(path_, problem);
+  if (fs::is_directory(status)) fail("is a folder, expected a file");
+  // Asked before it is opened: opening a pipe without a writer would wait for ever.
+  if (fs::exists(status) && !fs::is_regular_file(status)) fail("is not a regular file");
+  file_.open(path_, std::ios::binary);
+  if (!file_) fail(std::string("cannot open: ") + std::strerror(errno));
+  size_ = fs::file_size(path_, problem);
 }
 
 bool InputFile::readLine(std::string_view& line) {
-  if (begin_ == end_ && !fillBuffer()) return false;
+  line_.resize(kLongestLine + 1);
+  file_.getline(line_.data(), static_cast<std::streamsize>(line_.size()));
+  const auto count = static_cast<std::size_t>(file_.gcount());
+  if (file_.bad()) fail(std::string("cannot read: ") + std::strerror(errno));
+  if (count == 0) return false;
   ++line_number_;
-  bool ended = false;
-  line = takeToNewline(ended);
-  if (!ended) {
-    long_line_ = line;
-    while (!ended && fillBuffer()) {
-      long_line_ += takeToNewline(ended);
-      if (long_line_.size() > kLongestLine) failAtLine("the line is longer than 1 MiB");
-    }
-    line = long_line_;
-  }
+  position_ += count;
+  if (file_.fail()) failAtLine("the line is longer than 1 MiB");
+  line = std::string_view(line_).substr(0, file_.eof() ? count : count - 1);
   if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
   return true;
 }
@@ -99,18 +67,11 @@ std::vector<double> InputFile::numbersOf(const std::vector<std::string_view>& wo
 }
 
 void InputFile::readBytes(void* data, std::size_t bytes) {
-  auto* out = static_cast<char*>(data);
-  while (bytes > 0) {
-    if (begin_ == end_ && !fillBuffer()) {
-      fail("ends at byte {}, expected {} bytes more", position_, bytes);
-    }
-    const std::size_t part = std::min(bytes, end_ - begin_);
-    std::memcpy(out, buffer_.data() + begin_, part);
-    out += part;
-    begin_ += part;
-    position_ += part;
-    bytes -= part;
-  }
+  file_.read(static_cast<char*>(data), static_cast<std::streamsize>(bytes));
+  const auto count = static_cast<std::size_t>(file_.gcount());
+  position_ += count;
+  if (file_.bad()) fail(std::string("cannot read: ") + std::strerror(errno));
+  if (count < bytes) fail("ends at byte {}, expected {} bytes more", position_, bytes - count);
 }
 
 void InputFile::fail(const std::string& what) const { throw Error(path_, what); }

@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <fstream>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -14,15 +15,11 @@
 
 namespace xview::io {
 
-/// A regular file that is read once from front to back, by lines and by bytes, through one small
-/// buffer. Its size is known before anything is read, so that headers can be checked against it.
-/// All functions throw Error.
+/// A regular file that is read once from front to back, by lines and by bytes. Its size is known
+/// before anything is read, so that headers can be checked against it. All functions throw Error.
 class InputFile {
  public:
   explicit InputFile(std::string path);
-  ~InputFile();
-  InputFile(const InputFile&) = delete;
-  InputFile& operator=(const InputFile&) = delete;
 
   const std::string& path() const { return path_; }
   std::uint64_t size() const { return size_; }
@@ -59,17 +56,12 @@ class InputFile {
   }
 
  private:
-  bool fillBuffer();
-  std::string_view takeToNewline(bool& ended);  ///< what the buffer has of the line
-
   std::string path_;
-  int descriptor_ = -1;
+  std::ifstream file_;
   std::uint64_t size_ = 0;
   std::uint64_t position_ = 0;
   std::uint64_t line_number_ = 0;
-  std::vector<char> buffer_;
-  std::size_t begin_ = 0, end_ = 0;  ///< bytes of the buffer that are not consumed yet
-  std::string long_line_;            ///< a line that spans buffers
+  std::string line_;  ///< the one read last
 };
 
 /// A piece of a file for a message: printable, one line, not longer than 40 characters, in quotes.

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <unordered_map>
 #include <unordered_set>
 #include <vector>
 
@@ -24,6 +23,7 @@ constexpr std::size_t kProbes = 256;
 struct Probe {
   Eigen::Vector3d position;
   std::uint32_t label = 0;
+  std::size_t number = 0;        ///< of the vertex, from 1
   double nearest_m = kThings_m;  ///< other vertex; at most this far
   bool among_its_like = false;   ///< that one is of the same class
 };
@@ -36,14 +36,11 @@ struct KnownEnough {};
 class Neighbourhoods {
  public:
   void add(const Eigen::Vector3d& p, std::uint32_t label, std::uint32_t instance) {
-    ++count_;
-    if (count_ <= kFirstVertices) {
-      if (instance != 0) instances_.insert(instance);
-      first_.push_back({p, label, kThings_m, false});
-      if (count_ == kFirstVertices) chooseProbes();
-    } else {
-      meet(p, label);
-    }
+    const Probe vertex{p, label, ++count_};
+    if (count_ > kFirstVertices) return meet(vertex);
+    if (instance != 0) instances_.insert(instance);
+    first_.push_back(vertex);
+    if (count_ == kFirstVertices) chooseProbes();
   }
 
   void end() {
@@ -69,40 +66,21 @@ class Neighbourhoods {
   std::size_t count() const { return count_; }
 
  private:
-  static std::uint64_t keyOf(std::int64_t x, std::int64_t y, std::int64_t z) {
-    const auto bits = [](std::int64_t i) { return static_cast<std::uint64_t>(i) & 0x1FFFFF; };
-    return bits(x) << 42 | bits(y) << 21 | bits(z);
-  }
-  static std::int64_t cellOf(double x) {
-    return static_cast<std::int64_t>(std::floor(x / kThings_m));
-  }
-
-  /// Every probe stands in all cells around it, so that whoever passes looks at one.
   void chooseProbes() {
     const std::size_t step = std::max<std::size_t>(1, first_.size() / kProbes);
-    for (std::size_t i = 0; i < first_.size(); i += step) {
-      const Eigen::Vector3d& p = first_[i].position;
-      for (int n = 0; n < 27; ++n) {
-        around_[keyOf(cellOf(p.x()) + n % 3 - 1, cellOf(p.y()) + n / 3 % 3 - 1,
-                      cellOf(p.z()) + n / 9 - 1)]
-            .push_back(probes_.size());
-      }
-      probes_.push_back(first_[i]);
-      own_.push_back(i);
-    }
-    for (std::size_t i = 0; i < first_.size(); ++i) meet(first_[i].position, first_[i].label, i);
+    for (std::size_t i = 0; i < first_.size(); i += step) probes_.push_back(first_[i]);
+    for (const Probe& vertex : first_) meet(vertex);
   }
 
-  void meet(const Eigen::Vector3d& p, std::uint32_t label, std::size_t index = SIZE_MAX) {
-    const auto found = around_.find(keyOf(cellOf(p.x()), cellOf(p.y()), cellOf(p.z())));
-    if (found == around_.end()) return;
-    for (const std::size_t i : found->second) {
-      Probe& probe = probes_[i];
-      const double distance_m = (p - probe.position).norm();
-      if (own_[i] == index || !(distance_m < probe.nearest_m)) continue;
+  void meet(const Probe& vertex) {
+    for (Probe& probe : probes_) {
+      const double distance2 = (vertex.position - probe.position).squaredNorm();
+      if (distance2 > kThings_m * kThings_m || probe.number == vertex.number) continue;
+      const double distance_m = std::sqrt(distance2);
+      if (!(distance_m < probe.nearest_m)) continue;
       close_ += probe.nearest_m > kSamples_m && distance_m <= kSamples_m;
       probe.nearest_m = distance_m;
-      probe.among_its_like = label == probe.label;
+      probe.among_its_like = vertex.label == probe.label;
     }
     // Neighbours only come closer, so these can be nothing but samples.
     if (4 * close_ > 3 * probes_.size() && count_ >= kFirstVertices && !areInstances())
@@ -112,8 +90,6 @@ class Neighbourhoods {
   std::size_t count_ = 0, close_ = 0;
   std::unordered_set<std::uint32_t> instances_;  ///< of the first vertices
   std::vector<Probe> first_, probes_;
-  std::vector<std::size_t> own_;  ///< position of each probe among the vertices
-  std::unordered_map<std::uint64_t, std::vector<std::size_t>> around_;
 };
 
 Neighbourhoods lookAt(InputFile& file, const FileLayout& layout, const Element& vertices,

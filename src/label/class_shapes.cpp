@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/label/class_shapes.h"
+#include "xview/label/shapes.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>

@@ -15,32 +15,6 @@
 namespace xview::label {
 namespace {
 
-/// A cell of a lattice in space as a number: 21 bits for each coordinate.
-struct LatticeKey {
-  std::uint64_t bits = 0;
-
-  static LatticeKey of(std::int64_t x, std::int64_t y, std::int64_t z) {
-    constexpr std::int64_t kMiddle = 1 << 20, kMask = (1 << 21) - 1;
-    return {static_cast<std::uint64_t>(((x + kMiddle) & kMask) << 42 |
-                                       ((y + kMiddle) & kMask) << 21 | ((z + kMiddle) & kMask))};
-  }
-  LatticeKey at(int dx, int dy, int dz) const {
-    const std::int64_t step = (std::int64_t{dx} << 42) + (std::int64_t{dy} << 21) + dz;
-    return {bits + static_cast<std::uint64_t>(step)};
-  }
-  /// The cell of twice the side that holds this one.
-  LatticeKey parent() const {
-    constexpr std::uint64_t kMask = ((1ULL << 20) - 1) * ((1ULL << 42) + (1ULL << 21) + 1);
-    constexpr std::uint64_t kMiddle = (1ULL << 19) * ((1ULL << 42) + (1ULL << 21) + 1);
-    return {((bits >> 1) & kMask) + kMiddle};
-  }
-  bool operator==(const LatticeKey& o) const { return bits == o.bits; }
-  std::uint64_t hash() const {
-    const std::uint64_t h = (bits ^ (bits >> 32)) * 0x9E3779B97F4A7C15ull;
-    return h ^ (h >> 29);
-  }
-};
-
 /// Sums over points that give their mean and covariance.
 struct PointSums {
   double count = 0;
@@ -92,13 +66,9 @@ class ShapeVoxels {
   /// Number of the finest voxel of a point.
   std::size_t add(const Eigen::Vector3d& p) {
     const double scale = 1 / finest_m_;
-    const LatticeKey key = LatticeKey::of(floorToInt(p.x() * scale), floorToInt(p.y() * scale),
-                                          floorToInt(p.z() * scale));
-    const std::size_t voxel = levels_[0].numberOf(key, [&] {
-      Neighbourhood made;
-      made.key = key;
-      return made;
-    });
+    const ClassCell key{floorToInt(p.x() * scale), floorToInt(p.y() * scale),
+                        floorToInt(p.z() * scale)};
+    const std::size_t voxel = levels_[0].numberOf(key, [&] { return Neighbourhood{key}; });
     levels_[0][voxel].sums.add(p);
     return voxel;
   }
@@ -108,12 +78,9 @@ class ShapeVoxels {
     for (int level = 1; level < kLevels; ++level) {
       auto &fine = levels_[level - 1], &coarse = levels_[level];
       for (std::size_t i = 0; i < fine.size(); ++i) {
-        const LatticeKey key = fine[i].key.parent();
-        const std::size_t parent = coarse.numberOf(key, [&] {
-          Neighbourhood made;
-          made.key = key;
-          return made;
-        });
+        const ClassCell& part = fine[i].key;
+        const ClassCell key{part.x >> 1, part.y >> 1, part.z >> 1};
+        const std::size_t parent = coarse.numberOf(key, [&] { return Neighbourhood{key}; });
         fine[i].parent = static_cast<std::int32_t>(parent);
         coarse[parent].sums.add(fine[i].sums);
       }
@@ -121,19 +88,19 @@ class ShapeVoxels {
   }
 
   std::size_t size() const { return levels_[0].size(); }
-  LatticeKey key(std::size_t voxel) const { return levels_[0][voxel].key; }
+  ClassCell key(std::size_t voxel) const { return levels_[0][voxel].key; }
   const PointSums& points(std::size_t voxel) const { return levels_[0][voxel].sums; }
-  std::int32_t find(LatticeKey key) const { return levels_[0].find(key); }  ///< or -1
+  std::int32_t find(const ClassCell& key) const { return levels_[0].find(key); }  ///< or -1
 
   /// The sums over the 27 voxels around one at a level.
   struct Neighbourhood {
-    LatticeKey key;
-    PointSums sums;
-    std::optional<Spread> spread;  ///< once somebody has asked for it
+    ClassCell key;
+    PointSums sums{};
+    std::optional<Spread> spread{};  ///< once somebody has asked for it
     std::int32_t parent = -1;
     bool is_summed = false;
     int filled = 0;  ///< voxels of the 27 that hold points
-    PointSums around;
+    PointSums around{};
   };
   /// Of the voxel at a level that holds this finest one.
   Neighbourhood& around(std::size_t voxel, int level) {
@@ -144,7 +111,7 @@ class ShapeVoxels {
     if (here.is_summed) return here;
     here.is_summed = true;
     for (int i = 0; i < 27; ++i) {
-      const std::int32_t j = table.find(here.key.at(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1));
+      const std::int32_t j = table.find(here.key.neighbour(i));
       if (j < 0) continue;
       ++here.filled;
       here.around.add(table[static_cast<std::size_t>(j)].sums);
@@ -287,7 +254,7 @@ class Standing {
       if (smoothed[v] == Shape::post) continue;
       std::array<double, kShapes> votes{};
       for (int i = 0; i < 27; ++i) {
-        const std::int32_t j = voxels_.find(voxels_.key(v).at(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1));
+        const std::int32_t j = voxels_.find(voxels_.key(v).neighbour(i));
         if (j < 0) continue;
         const auto other = static_cast<std::size_t>(j);
         votes[static_cast<std::size_t>(found_[other].shape)] += voxels_.points(other).count;

@@ -271,6 +271,7 @@ void setNumbers(const Meta& meta, SemanticMap& map) {
   map.plan.aerial = numberIn<int>(meta, "plan_aerial") != 0;
   map.graph.space = graphSpaceIn(meta);
   map.size = sizeIn(meta);
+  map.program_version = textIn(meta, "program_version");
   map.options_yaml = textIn(meta, "options");
   map.look_alikes = lookAlikesIn(meta);
 }
@@ -402,25 +403,6 @@ SemanticMap readContent(SQLite::Database& database) {
   readBulk(in, map);
   requireComplete(meta, map);
   return map;
-}
-
-MapSummary readSummary(SQLite::Database& database) {
-  checkMapTables(database);
-  ContentReader in(database);
-  const Meta meta = readMeta(in);
-  MapSummary summary;
-  summary.schema_version = kMapSchemaVersion;
-  summary.program_version = textIn(meta, "program_version");
-  summary.label_set = textIn(meta, "label_set");
-  summary.size = sizeText(sizeIn(meta));
-  summary.vertices = numberIn<std::size_t>(meta, "vertices");
-  summary.edges = numberIn<std::size_t>(meta, "edges");
-  summary.keyframes = numberIn<std::size_t>(meta, "keyframes");
-  summary.cloud_points = numberIn<std::size_t>(meta, "cloud_points");
-  summary.plan_samples = numberIn<std::size_t>(meta, "plan_samples");
-  summary.sources = in.items<std::string>("sources");
-  summary.revisions = revisionNotes(database);
-  return summary;
 }
 
 }  // namespace xview::map

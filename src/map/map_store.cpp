@@ -9,12 +9,11 @@
 #include <sys/file.h>
 #include <unistd.h>
 
-#include <array>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <new>
+#include <optional>
 #include <stdexcept>
 
 #include "map_tables.h"
@@ -28,29 +27,19 @@ namespace fs = std::filesystem;
 
 constexpr int kBusy_ms = 5000;  // how long another program's transaction is waited for
 
-// ---- what the first 100 bytes tell, before SQLite sees the file
-
-using Header = std::array<unsigned char, 100>;
-
-std::uint32_t bigEndian(const Header& header, std::size_t at) {
-  return (static_cast<std::uint32_t>(header[at]) << 24) |
-         (static_cast<std::uint32_t>(header[at + 1]) << 16) |
-         (static_cast<std::uint32_t>(header[at + 2]) << 8) | header[at + 3];
-}
-
-/// False if there is no such file, or it is shorter.
-bool readHeader(const std::string& path, Header& header) {
+/// What the first 100 bytes tell, before SQLite sees the file; nothing if it is no database.
+std::optional<SQLite::Header> headerOf(const std::string& path) {
   std::error_code ignored;
-  if (!fs::is_regular_file(path, ignored)) return false;
-  std::ifstream file(path, std::ios::binary);
-  return static_cast<bool>(file.read(reinterpret_cast<char*>(header.data()), header.size()));
+  if (!fs::is_regular_file(path, ignored)) return std::nullopt;
+  try {
+    return SQLite::Database::getHeaderInfo(path);
+  } catch (const SQLite::Exception&) {
+    return std::nullopt;
+  }
 }
 
-bool isDatabase(const Header& header) {
-  return std::memcmp(header.data(), "SQLite format 3", 16) == 0;
-}
-bool isMap(const Header& header) {
-  return isDatabase(header) && bigEndian(header, 68) == kMapApplicationId;
+std::uint32_t applicationOf(const SQLite::Header& header) {
+  return static_cast<std::uint32_t>(header.applicationId);
 }
 
 void requireMapFile(const std::string& path) {
@@ -60,15 +49,14 @@ void requireMapFile(const std::string& path) {
     throw Error(path, "not a map file: expected a regular file");
   if (::access(path.c_str(), R_OK) != 0)
     throw Error(path, std::string("cannot be read: ") + std::strerror(errno));
-  Header header{};
-  if (!readHeader(path, header) || !isDatabase(header))
-    throw Error(path, "not a map file: expected an SQLite database");
-  if (!isMap(header)) {
+  const auto header = headerOf(path);
+  if (!header) throw Error(path, "not a map file: expected an SQLite database");
+  if (applicationOf(*header) != kMapApplicationId) {
     throw Error(path, "not a map file: application id of the database is " +
-                          std::to_string(bigEndian(header, 68)) + ", expected " +
+                          std::to_string(applicationOf(*header)) + ", expected " +
                           std::to_string(kMapApplicationId));
   }
-  const auto version = static_cast<std::int32_t>(bigEndian(header, 60));
+  const auto version = static_cast<std::int32_t>(header->userVersion);
   if (version != kMapSchemaVersion) {
     throw Error(path, "map of schema version " + std::to_string(version) +
                           ", but this program reads version " + std::to_string(kMapSchemaVersion) +
@@ -76,7 +64,7 @@ void requireMapFile(const std::string& path) {
   }
   // We never use a write-ahead log, and with one SQLite would create files beside a map that is
   // only read.
-  if (header[18] != 1 || header[19] != 1)
+  if (header->fileFormatWriteVersion != 1 || header->fileFormatReadVersion != 1)
     throw Error(path, "damaged map file: unknown kind of journal");
 }
 
@@ -206,8 +194,8 @@ constexpr const char* kCannotRead = "the map cannot be read";
 }  // namespace
 
 bool isMapFile(const std::string& path) {
-  Header header{};
-  return readHeader(path, header) && isMap(header);
+  const auto header = headerOf(path);
+  return header && applicationOf(*header) == kMapApplicationId;
 }
 
 void saveMap(const std::string& path, const SemanticMap& map) {
@@ -245,14 +233,6 @@ SemanticMap loadMap(const std::string& path) {
     SQLite::Database database = openForReading(path);
     const SQLite::Transaction snapshot(database);
     return readContent(database);
-  });
-}
-
-MapSummary readMapSummary(const std::string& path) {
-  return guarded(path, kCannotRead, [&] {
-    SQLite::Database database = openForReading(path);
-    const SQLite::Transaction snapshot(database);
-    return readSummary(database);
   });
 }
 

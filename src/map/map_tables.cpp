@@ -278,12 +278,4 @@ void forgetRevisions(SQLite::Database& database) {
   executeForEachTable(database, "DROP TABLE IF EXISTS undo_{table}");
 }
 
-std::vector<std::string> revisionNotes(SQLite::Database& database) {
-  std::vector<std::string> notes;
-  if (!hasRevisions(database)) return notes;
-  SQLite::Statement query(database, "SELECT note FROM undo_steps ORDER BY step");
-  while (query.executeStep()) notes.push_back(query.getColumn(0).getString());
-  return notes;
-}
-
 }  // namespace xview::map

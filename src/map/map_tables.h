@@ -18,7 +18,6 @@
 namespace xview::map {
 
 constexpr std::uint32_t kMapApplicationId = 0x78766D70;  // "xvmp"
-constexpr int kMapSchemaVersion = 2;
 
 struct MapTable {
   std::string name;
@@ -132,9 +131,6 @@ void writeContent(SQLite::Database& database, const std::string& schema, const S
 /// Reads the tables of "main"; throws Damage.
 SemanticMap readContent(SQLite::Database& database);
 
-/// Only the small tables, and the notes of the revisions.
-MapSummary readSummary(SQLite::Database& database);
-
 // Revisions. All of these run inside a transaction of the caller.
 
 /// Makes the tables of "main" equal to those of the attached schema "fresh"; rows that do not
@@ -148,8 +144,5 @@ void recordRevision(SQLite::Database& database, const std::string& note);
 bool restoreRevision(SQLite::Database& database);
 
 void forgetRevisions(SQLite::Database& database);
-
-/// Oldest first.
-std::vector<std::string> revisionNotes(SQLite::Database& database);
 
 }  // namespace xview::map

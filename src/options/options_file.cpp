@@ -14,7 +14,7 @@
 
 #include "shipped_config.h"
 #include "xview/types/error.h"
-#include "xview/types/option_fields.h"
+#include "xview/types/option_field.h"
 
 namespace xview {
 namespace {

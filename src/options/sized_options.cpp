@@ -3,7 +3,7 @@
 
 #include <string_view>
 
-#include "xview/types/option_fields.h"
+#include "xview/types/option_field.h"
 
 namespace xview {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "pipeline/query_in_map.h"
 #include "xview/graph/smooth_depth.h"
-#include "xview/label/class_shapes.h"
+#include "xview/label/shapes.h"
 #include "xview/types/median.h"
 #include "xview/types/parallel.h"
 

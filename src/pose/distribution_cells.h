@@ -66,7 +66,7 @@ struct Cell {
   }
 };
 
-using Cells = CellTable<Cell, std::vector<Cell>>;
+using Cells = CellTable<Cell>;
 
 inline Cell& cellIn(Cells& cells, const CellKey& key) {
   return cells[cells.numberOf(key, [&] { return Cell{key}; })];

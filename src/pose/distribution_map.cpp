@@ -329,7 +329,7 @@ class DistributionMap::Tiles {
   float noise_m_ = 0;       ///< by which looks at one surface err as a whole
   bool is_sparse_ = false;  ///< cells ask their neighbours
   float variance_ = 0;      ///< added to every distribution [m^2]
-  CellTable<TileEntry, std::vector<TileEntry>> tiles_;
+  CellTable<TileEntry> tiles_;
 };
 
 DistributionMap::DistributionMap(const LabelledCloud& map, const LabelSet& labels,

@@ -7,7 +7,6 @@
 
 #include "furniture.h"
 #include "xview/sim/route.h"
-#include "xview/types/option_fields.h"
 #include "xview/types/pose.h"
 
 namespace xview {
@@ -269,11 +268,7 @@ std::vector<WayPoint> planWay(const Office& office, double length_m, std::uint64
 
 }  // namespace
 
-Office makeOffice(const OfficeOptions& options) {
-  OfficeOptions checked = options;
-  requireLegal(fieldsOf(checked, "office."));
-  return FloorBuilder(options).build();
-}
+Office makeOffice(const OfficeOptions& options) { return FloorBuilder(options).build(); }
 
 std::vector<Eigen::Isometry3d> planWalk(const Office& office, double length_m, double spacing_m,
                                         bool is_way_back, std::uint64_t seed) {

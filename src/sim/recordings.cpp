@@ -4,11 +4,13 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
+#include <map>
 #include <optional>
+#include <set>
 
-#include "two_visits.h"
 #include "xview/sim/route.h"
-#include "xview/types/option_fields.h"
+#include "xview/types/option_field.h"
 
 namespace xview {
 namespace {
@@ -89,6 +91,115 @@ TriangleMesh withoutLeaves(TriangleMesh mesh) {
   auto& all = mesh.triangles;
   all.erase(std::remove_if(all.begin(), all.end(), isGone), all.end());
   return mesh;
+}
+
+/// A world as the first drive and as all later ones see it.
+struct TwoVisits {
+  TriangleMesh before, after;
+  std::vector<ThingChange> changes;
+};
+
+/// Where a thing could stand instead, on the ground near a point of it; none if there is no room.
+using PlaceNear = std::function<std::optional<Eigen::Vector3d>(const Eigen::Vector3d&, Random&)>;
+
+constexpr double kFoot_m = 0.35;  // what is no higher above the lowest point is the foot
+
+/// A thing: its triangles and the classes of its parts.
+struct Thing {
+  std::vector<std::size_t> triangles;
+  std::set<std::uint16_t> labels;
+  std::optional<ThingChange::What> change;
+  Eigen::Vector3f shift = Eigen::Vector3f::Zero();  ///< of one that was moved
+};
+
+std::map<std::uint16_t, Thing> thingsOf(const TriangleMesh& world, const LabelSet& labels) {
+  std::map<std::uint16_t, Thing> things;
+  for (std::size_t i = 0; i < world.triangles.size(); ++i) {
+    const Tag& tag = world.triangles[i].tag;
+    if (tag.instance == 0 || labels.role(tag.label) != Role::object) continue;
+    things[tag.instance].triangles.push_back(i);
+    things[tag.instance].labels.insert(tag.label);
+  }
+  return things;
+}
+
+/// The middle of what of it is lowest.
+Eigen::Vector3d footOf(const Thing& thing, const TriangleMesh& world) {
+  float lowest = std::numeric_limits<float>::infinity();
+  const auto forCorners = [&](const auto& visit) {
+    for (const std::size_t t : thing.triangles)
+      for (const std::uint32_t corner : world.triangles[t].corner) visit(world.vertices[corner]);
+  };
+  forCorners([&](const Eigen::Vector3f& p) { lowest = std::min(lowest, p.z()); });
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  double count = 0;
+  forCorners([&](const Eigen::Vector3f& p) {
+    if (p.z() > lowest + kFoot_m) return;
+    sum += p.cast<double>();
+    ++count;
+  });
+  return sum / count;
+}
+
+/// The triangles that `shows` wants, those of things that were moved where they are then.
+template <class Shows>
+TriangleMesh visitOf(const TriangleMesh& world, const std::map<std::uint16_t, Thing>& things,
+                     bool is_later, Shows&& shows) {
+  TriangleMesh mesh;
+  mesh.vertices = world.vertices;
+  for (const TriangleMesh::Triangle& triangle : world.triangles) {
+    const auto found = things.find(triangle.tag.instance);
+    const Thing* thing = found == things.end() ? nullptr : &found->second;
+    if (!thing || !thing->change || thing->labels.count(triangle.tag.label) == 0) {
+      mesh.triangles.push_back(triangle);
+      continue;
+    }
+    if (!shows(*thing->change)) continue;
+    TriangleMesh::Triangle placed = triangle;
+    for (std::uint32_t& corner : placed.corner) {
+      if (!is_later || thing->shift.isZero()) continue;
+      mesh.vertices.push_back(world.vertices[corner] + thing->shift);
+      corner = static_cast<std::uint32_t>(mesh.vertices.size() - 1);
+    }
+    mesh.triangles.push_back(placed);
+  }
+  return mesh;
+}
+
+/// Takes away, adds and moves a share of the things of object classes, a third each; a thing with
+/// all of its parts, which are of one instance. Things that are added stand where the world has
+/// them, and are missing before.
+TwoVisits withChanges(TriangleMesh world, const LabelSet& labels, double share, std::uint64_t seed,
+                      const PlaceNear& placeNear) {
+  TwoVisits visits;
+  std::map<std::uint16_t, Thing> things;
+  if (share > 0) things = thingsOf(world, labels);
+  for (auto& [instance, thing] : things) {
+    Random random(seed ^ 0x4348, instance);
+    if (random.uniform() >= share) continue;
+    const Eigen::Vector3d foot = footOf(thing, world);
+    thing.change = static_cast<ThingChange::What>(random.below(3));
+    Eigen::Vector3d to = foot;
+    if (thing.change == ThingChange::What::moved) {
+      const auto place = placeNear(foot, random);
+      if (place) {
+        thing.shift = (*place - foot).cast<float>();
+        to = *place;
+      } else {
+        thing.change = ThingChange::What::gone;
+      }
+    }
+    for (const std::uint16_t label : thing.labels)
+      visits.changes.push_back({*thing.change, labels.className(label), foot, to});
+  }
+  using What = ThingChange::What;
+  if (visits.changes.empty()) {
+    visits.before = std::move(world);
+    return visits;
+  }
+  visits.before = visitOf(world, things, false, [](What what) { return what != What::added; });
+  visits.after = visitOf(world, things, true, [](What what) { return what != What::gone; });
+  return visits;
 }
 
 /// What stands somewhere, the way through it, and what a day brings.
@@ -218,51 +329,43 @@ World makeWorld(const SimulationOptions& options, std::uint64_t seed) {
   return isOffice(options) ? walkedOffice(options, seed) : drivenTown(options, seed);
 }
 
-/// Options with what is usual for their style where they say nothing.
+/// Options with what belongs to their style.
 SimulationOptions styled(SimulationOptions o) {
-  const SimulationOptions usual;
-  const auto take = [](auto& value, const auto& unless, auto own) {
-    if (value == unless) value = own;
-  };
-  const auto takeTown = [&](double TownOptions::*field, double own) {
-    take(o.town.*field, usual.town.*field, own);
-  };
-  const auto takeBlocks = [&](int blocks, double spacing_m) {
-    take(o.town.blocks_x, usual.town.blocks_x, blocks);
-    take(o.town.blocks_y, usual.town.blocks_y, blocks);
-    takeTown(&TownOptions::street_spacing_m, spacing_m);
-  };
+  TownOptions& town = o.town;
   if (o.sim.style == "grid") {
-    takeTown(&TownOptions::irregularity, 0);
-    takeTown(&TownOptions::relief_m, 0.5);
-    takeTown(&TownOptions::row_share, 0.6);
+    town.irregularity = 0;
+    town.relief_m = 0.5;
+    town.row_share = 0.6;
     o.sim.alike = std::max(o.sim.alike, 0.4);
   } else if (o.sim.style == "village") {
-    takeBlocks(2, 130);
-    takeTown(&TownOptions::irregularity, 0.8);
-    takeTown(&TownOptions::relief_m, 4);
-    takeTown(&TownOptions::house_density, 0.5);
-    takeTown(&TownOptions::row_share, 0);
-    takeTown(&TownOptions::tree_density, 1.5);
-    take(o.town.winding_m, usual.town.winding_m, 8);
+    town.blocks_x = town.blocks_y = 2;
+    town.street_spacing_m = 130;
+    town.irregularity = 0.8;
+    town.relief_m = 4;
+    town.house_density = 0.5;
+    town.row_share = 0;
+    town.tree_density = 1.5;
+    town.winding_m = 8;
   } else if (o.sim.style == "campus") {
-    takeBlocks(3, 115);
-    takeTown(&TownOptions::irregularity, 0.3);
-    takeTown(&TownOptions::house_density, 0.75);
-    takeTown(&TownOptions::row_share, 0);
-    takeTown(&TownOptions::car_density, 0.4);
-    o.town.lots = Lots::halls;
+    town.blocks_x = town.blocks_y = 3;
+    town.street_spacing_m = 115;
+    town.irregularity = 0.3;
+    town.house_density = 0.75;
+    town.row_share = 0;
+    town.car_density = 0.4;
+    town.lots = Lots::halls;
   } else if (isOffice(o)) {
     o.sessions.aerial = o.sessions.winter = false;
-    take(o.route_length_m, usual.route_length_m, 60);
-    take(o.frame_spacing_m, usual.frame_spacing_m, 0.4);
-    take(o.view_deg, usual.view_deg, 60);
+    const SimulationOptions usual;
+    if (o.route_length_m == usual.route_length_m) o.route_length_m = 60;
+    if (o.frame_spacing_m == usual.frame_spacing_m) o.frame_spacing_m = 0.4;
+    if (o.view_deg == usual.view_deg) o.view_deg = 60;
     // A projected pattern: 1 mm at 1 m, 3 cm at 4 m.
-    take(o.depth_noise.baseline_m, usual.depth_noise.baseline_m, 0.075);
-    take(o.depth_noise.disparity_sigma_px, usual.depth_noise.disparity_sigma_px, 0.035);
-    take(o.depth_noise.bleeding_px, usual.depth_noise.bleeding_px, 0.8);
-    take(o.depth_noise.max_range_m, usual.depth_noise.max_range_m, kFarthest_m);
-    take(o.label_noise.patch_m, usual.label_noise.patch_m, 1);
+    o.depth_noise.baseline_m = 0.075;
+    o.depth_noise.disparity_sigma_px = 0.035;
+    o.depth_noise.bleeding_px = 0.8;
+    o.depth_noise.max_range_m = kFarthest_m;
+    o.label_noise.patch_m = 1;
   }
   return o;
 }

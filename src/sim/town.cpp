@@ -6,7 +6,6 @@
 #include <optional>
 
 #include "building.h"
-#include "xview/types/option_fields.h"
 #include "xview/types/pose.h"
 
 namespace xview {
@@ -287,8 +286,6 @@ Random Town::randomOfStreet(std::uint64_t purpose, std::size_t street) const {
 }
 
 Town makeTown(const TownOptions& options) {
-  TownOptions checked = options;
-  requireLegal(fieldsOf(checked, "town."));
   Town town(options);
   addLots(town);
   addStreetTrees(town);

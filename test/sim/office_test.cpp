@@ -7,7 +7,6 @@
 #include <cmath>
 #include <set>
 
-#include "xview/types/error.h"
 #include "xview/types/pose.h"
 
 namespace xview {
@@ -83,12 +82,6 @@ TEST(Office, ClutterMovesFromDayToDay) {
   const Office office = makeOffice(seeded(1));
   EXPECT_EQ(makeClutter(office, 5).vertices, makeClutter(office, 5).vertices);
   EXPECT_NE(makeClutter(office, 5).vertices, makeClutter(office, 6).vertices);
-}
-
-TEST(Office, OptionsOutOfRangeAreNamed) {
-  OfficeOptions options;
-  options.rooms = 0;
-  EXPECT_THROW(makeOffice(options), UsageError);
 }
 
 }  // namespace

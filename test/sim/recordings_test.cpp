@@ -228,8 +228,8 @@ TEST(Recordings, OptionsOutOfRangeAreRefusedByName) {
   options.quality = "dirty";
   EXPECT_EQ(message(options), "quality = dirty, must be one of clean, noisy");
   options = smallSimulation();
-  options.town.tree_density = -1;
-  EXPECT_EQ(message(options), "town.tree_density = -1, must be in [0, 4]");
+  options.label_noise.accuracy = 2;
+  EXPECT_EQ(message(options), "label_noise.accuracy = 2, must be in [0.3, 1]");
 }
 
 TEST(Recordings, EveryStyleGivesAllItsSessions) {

@@ -5,12 +5,10 @@
 
 #include <cmath>
 #include <cstring>
-#include <limits>
 #include <set>
 
 #include "sim/building.h"
 #include "support/test_data.h"
-#include "xview/types/error.h"
 
 namespace xview {
 namespace {
@@ -115,16 +113,6 @@ TEST(Town, GroundIsClosedAndCutAlongTheStreets) {
       EXPECT_NEAR(p.z(), town.onGround(p.head<2>()).z(), 1e-3);
     }
   }
-}
-
-TEST(Town, OptionsOutOfRangeAreRefusedByName) {
-  TownOptions options;
-  options.blocks_x = 17;
-  EXPECT_THROW(makeTown(options), UsageError);
-  options.blocks_x = 4;
-  options.relief_m = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(test::messageOf<UsageError>([&] { makeTown(options); }),
-            "town.relief_m = nan, must be a number");
 }
 
 TEST(Town, ExtremesOfTheOptionsAreFine) {

@@ -50,14 +50,14 @@ struct Count {
 };
 
 ClassCell randomCell(Random& random) {
-  const auto at = [&] { return static_cast<std::int64_t>(random.below(30)) - 15; };
+  const auto at = [&] { return static_cast<std::int32_t>(random.below(30)) - 15; };
   return {at(), at(), at(), random.below(3)};
 }
 
 TEST(CellTable, CountsLikeAMapDoes) {
   Random random(2);
   CellTable<Count> table;
-  std::map<std::tuple<std::int64_t, std::int64_t, std::int64_t, std::uint32_t>, std::size_t> oracle;
+  std::map<std::tuple<std::int32_t, std::int32_t, std::int32_t, std::uint32_t>, std::size_t> oracle;
   for (int i = 0; i < 100000; ++i) {
     const ClassCell cell = randomCell(random);
     const std::size_t expected =

@@ -57,10 +57,6 @@ void visit(MergeOptions& o, Visitor&& field) {
 /// the image join; surfaces merge as in first_observation in both modes, objects as the mode says.
 /// Two vertices are neighbours if blobs of them were neighbours in any frame.
 ///
-/// Labels alternate where a network is not sure, and each label makes a vertex of its own. When the
-/// graph is taken, vertices of running_mean that are the same thing by place, size and by hardly
-/// ever being seen together are joined; the class is the one that most observations say.
-///
 /// Vertex::extent: mean size of the blobs, weighted alike, because a maximum would keep the worst
 /// blob for ever; as first seen in first_observation; the box around the points for surfaces.
 /// Vertex::sigma_m: root mean square distance of the blobs from the vertex per axis, 0 after one

@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "xview/types/labelled_cloud.h"
+#include "xview/types/labels.h"
 
 namespace xview::label {
 
@@ -31,5 +32,12 @@ constexpr std::size_t kShapes = 9;
 /// points are scattered and nobody says how far they err (Point::sigma), what is scattered near by
 /// is a wall if it is flat farther around and hardly thicker.
 void labelByShape(pcl::PointCloud<Point>& points);
+
+/// Role and kind of classes that have no names, from the shape of all their points together: what
+/// is flat and low is ground, what runs on is a wall, fence or hedge, what stands alone is an
+/// object, and a vehicle if it has the size of one. z of the cloud is up [m]; points that are not
+/// finite do not count. If none of the classes is ground nothing is known of heights, and `unnamed`
+/// is returned as it is; so is every class with too few points to tell.
+LabelSet rolesByShape(const LabelSet& unnamed, const LabelledCloud& cloud);
 
 }  // namespace xview::label

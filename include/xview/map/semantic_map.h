@@ -11,10 +11,13 @@
 
 namespace xview::map {
 
+constexpr int kMapSchemaVersion = 2;  ///< of the files that are written and read
+
 /// A place that is kept in a file, to localize in. Its poses, frames and stamps are key frames.
 struct SemanticMap : Place {
   std::vector<std::uint32_t> source_of_pose;  ///< per key frame, a position in `sources`
   std::vector<std::string> sources;           ///< inputs it was built from, in order
+  std::string program_version;                ///< that wrote the file it comes from
   std::string options_yaml;                   ///< effective options of the last build
   std::vector<LookAlike> look_alikes;         ///< some of its own stretches; see lookAlikesOf
 
@@ -25,17 +28,6 @@ struct SemanticMap : Place {
     stamps_s.push_back(stamp_s);
     source_of_pose.push_back(source);
   }
-};
-
-/// What `xview info` prints without reading the bulk of a map.
-struct MapSummary {
-  int schema_version = 0;
-  std::string program_version;  ///< that wrote it
-  std::string label_set;
-  std::string size;  ///< of the place, see types/semantic_place.h
-  std::size_t vertices = 0, edges = 0, keyframes = 0, cloud_points = 0, plan_samples = 0;
-  std::vector<std::string> sources;
-  std::vector<std::string> revisions;  ///< notes of the changes that can be undone, oldest first
 };
 
 /// True if the file starts like an .xvm database (SQLite magic and our application_id); false for
@@ -63,7 +55,6 @@ bool undoRevision(const std::string& path);
 /// Throws Error: missing, not a map, unknown schema version (the message names both), damaged. The
 /// file is opened for reading only.
 SemanticMap loadMap(const std::string& path);
-MapSummary readMapSummary(const std::string& path);
 
 /// Held from reading a map to writing it back, so that two programs that add to it at one time add
 /// one after the other, and neither loses what the other added. The constructor waits for whoever

@@ -9,37 +9,23 @@
 #include "xview/sim/streets.h"
 #include "xview/sim/town.h"
 #include "xview/types/labels.h"
-#include "xview/types/option_field.h"
 
 namespace xview {
 
 /// Shape of a simulated office floor: blocks of rooms, back to back, with corridors between and
 /// around them. The seed decides everything that the fields leave open.
 struct OfficeOptions {
-  // Set by whoever makes the floor; not fields of their own.
   std::uint64_t seed = 1;
   std::uint64_t pattern_seed = 1;  ///< decides how alike rooms are furnished
   double alike = 0;                ///< share of the rooms that are furnished after the pattern
 
-  int blocks_x = 2;
-  int blocks_y = 2;
-  int rooms = 5;
-  double room_width_m = 4;
-  double room_depth_m = 4.6;
-  double corridor_m = 2;
-  double clutter = 1;
+  int blocks_x = 2, blocks_y = 2;  ///< blocks of rooms from west to east, from south to north
+  int rooms = 5;                   ///< side by side in a block
+  double room_width_m = 4;         ///< along the corridor
+  double room_depth_m = 4.6;       ///< away from the corridor
+  double corridor_m = 2;           ///< width of the corridors
+  double clutter = 1;              ///< factor on the number of things
 };
-
-template <class Visitor>
-void visit(OfficeOptions& o, Visitor&& field) {
-  field("blocks_x", o.blocks_x, Range{1, 16}, "blocks of rooms from west to east");
-  field("blocks_y", o.blocks_y, Range{1, 16}, "blocks of rooms from south to north");
-  field("rooms", o.rooms, Range{1, 40}, "rooms side by side in a block");
-  field("room_width_m", o.room_width_m, Range{3, 12}, "along the corridor [m]");
-  field("room_depth_m", o.room_depth_m, Range{3.5, 12}, "away from the corridor [m]");
-  field("corridor_m", o.corridor_m, Range{1.4, 5}, "width of the corridors [m]");
-  field("clutter", o.clutter, Range{0, 3}, "factor on the number of things");
-}
 
 /// Classes of simulated offices, with ids that no town uses.
 LabelSet officeLabels();
@@ -64,8 +50,7 @@ struct Office {
   TagSource tags;
 };
 
-/// Same options and seed: same floor, on every machine. Throws UsageError if an option is out of
-/// range.
+/// Same options and seed: same floor, on every machine.
 Office makeOffice(const OfficeOptions& options);
 
 /// Chairs, boxes, bags and people of one day; another seed is another day.

@@ -15,8 +15,8 @@
 
 namespace xview {
 
-/// What kind of world. Other fields that are left at their default take the value that is usual for
-/// the style: straight streets in a grid, frames 0.4 m apart in an office.
+/// What kind of world. Lengths and the angle of view that are left at their default take the value
+/// that is usual for the style, such as frames 0.4 m apart in an office.
 struct WorldStyle {
   std::string style = "suburb";
   double alike = 0;
@@ -67,15 +67,13 @@ void visit(SessionChoice& o, Visitor&& field) {
 struct AerialOptions {
   double altitude_m = 45;
   double tilt_deg = 15;   ///< from straight down, towards the direction of flight
-  double baseline_m = 1;  ///< noisy: replaces that of the depth noise; wings are wider than cars
+  double baseline_m = 1;  ///< noisy: of its two eyes; wings are wider than cars
 };
 
 template <class Visitor>
 void visit(AerialOptions& o, Visitor&& field) {
   field("altitude_m", o.altitude_m, Range{10, 300},
         "height of the aerial camera above the road [m]");
-  field("baseline_m", o.baseline_m, Range{0.01, 10},
-        "noisy: distance of the two eyes of the aerial camera [m]");
   field("tilt_deg", o.tilt_deg, Range{0, 60},
         "aerial camera: 0 = straight down, more = ahead [deg]");
 }
@@ -122,12 +120,8 @@ void visit(SimulationOptions& o, Visitor&& field) {
   field.group("sim", o.sim);
   field.group("sessions", o.sessions);
   field.group("aerial", o.aerial);
-  field.group("town", o.town);
-  field.group("office", o.office);
   field.group("lidar", o.lidar);
-  field.group("depth_noise", o.depth_noise);
   field.group("label_noise", o.label_noise);
-  field.group("lidar_noise", o.lidar_noise);
 }
 
 /// What a session is made of; SimulatedRecording renders it.

@@ -55,18 +55,14 @@ void addLumpyEllipsoid(TriangleMesh& mesh, const Eigen::Vector3d& center,
 struct LidarModel {
   int rings = 64;
   int azimuths = 1024;
-  double lowest_deg = -24.8;
-  double highest_deg = 2;
-  double max_range_m = 80;
+  double lowest_deg = -24.8, highest_deg = 2;  ///< elevation of the outermost beams
+  double max_range_m = 80;                     ///< no return from further away
 };
 
 template <class Visitor>
 void visit(LidarModel& o, Visitor&& field) {
   field("rings", o.rings, Range{1, 512}, "laser beams above one another");
   field("azimuths", o.azimuths, Range{8, 8192}, "measurements per turn");
-  field("lowest_deg", o.lowest_deg, Range{-89, 89}, "elevation of the lowest beam [deg]");
-  field("highest_deg", o.highest_deg, Range{-89, 89}, "elevation of the highest beam [deg]");
-  field("max_range_m", o.max_range_m, Range{1, 1000}, "no return from further away [m]");
 }
 
 /// Triangles, ready to be met by rays.

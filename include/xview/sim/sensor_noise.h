@@ -10,61 +10,32 @@ namespace xview {
 
 /// Errors of a stereo camera, or of one that projects a pattern.
 struct DepthNoise {
-  double baseline_m = 0.5;
+  double baseline_m = 0.5;          ///< distance of the two cameras
   double disparity_sigma_px = 0.2;  ///< sigma_z = z^2 / (fx * baseline) * this
-  double bleeding_px = 1.5;         ///< near things grow by up to this
-  double invalid_share = 0.03;
-  double max_range_m = 100;
+  double bleeding_px = 1.5;         ///< near things grow over their edges by up to this
+  double invalid_share = 0.03;      ///< of the pixels: without depth
+  double max_range_m = 100;         ///< no depth beyond
 };
-
-template <class Visitor>
-void visit(DepthNoise& o, Visitor&& field) {
-  field("baseline_m", o.baseline_m, Range{0.01, 10}, "distance of the two cameras [m]");
-  field("disparity_sigma_px", o.disparity_sigma_px, Range{0, 10},
-        "standard deviation of the disparity; depth errors grow with the square of depth [pixels]");
-  field("bleeding_px", o.bleeding_px, Range{0, 8},
-        "near things grow over their edges by this [pixels]");
-  field("invalid_share", o.invalid_share, Range{0, 1}, "share of the pixels without depth");
-  field("max_range_m", o.max_range_m, Range{1, 1000}, "no depth beyond [m]");
-}
 
 /// Errors like those of a segmentation network.
 struct LabelNoise {
-  double accuracy = 0.83;   ///< share of the pixels that keep their label, on average over frames
-  double variation = 0.02;  ///< standard deviation of that between frames
-  double persistence =
-      0.5;             ///< 0 = errors change with the image, 1 = they stick to places in the world
-  double patch_m = 3;  ///< size of regions that are wrong for their place in the world
+  double accuracy = 0.83;    ///< share of the pixels that keep their label, on average over frames
+  double variation = 0.02;   ///< standard deviation of that between frames
+  double persistence = 0.5;  ///< 0 = errors change with the image, 1 = they stick to places
+  double patch_m = 3;        ///< size of regions that are wrong for their place in the world
 };
 
 template <class Visitor>
 void visit(LabelNoise& o, Visitor&& field) {
   field("accuracy", o.accuracy, Range{0.3, 1}, "share of the pixels with the right label");
-  field("variation", o.variation, Range{0, 0.2},
-        "standard deviation of the accuracy between frames");
-  field("persistence", o.persistence, Range{0, 1},
-        "0 = wrong regions change from frame to frame, 1 = they stick to places in the world");
-  field("patch_m", o.patch_m, Range{0.1, 20},
-        "size of regions that are wrong for their place in the world [m]");
 }
 
 struct LidarNoise {
   double range_sigma_m = 0.02;
-  double dropout_share = 0.02;
-  double label_accuracy = 0.95;
-  double uncorrected_motion = 0.05;  ///< share of the own motion in a turn
+  double dropout_share = 0.02;       ///< of the returns: lost
+  double label_accuracy = 0.95;      ///< share of the points with the right label
+  double uncorrected_motion = 0.05;  ///< share of the own motion in a turn that stays in the scan
 };
-
-template <class Visitor>
-void visit(LidarNoise& o, Visitor&& field) {
-  field("range_sigma_m", o.range_sigma_m, Range{0, 1}, "standard deviation of the range [m]");
-  field("dropout_share", o.dropout_share, Range{0, 1}, "share of the returns that are lost");
-  field("label_accuracy", o.label_accuracy, Range{0.3, 1},
-        "share of the points with the right label");
-  field(
-      "uncorrected_motion", o.uncorrected_motion, Range{0, 1},
-      "share of the own motion during a turn that stays in the scan: 0 = well corrected, 1 = raw");
-}
 
 // All take a perfect frame of a simulated town and give a bad one. Equal seeds give equal errors;
 // use one seed for a whole recording, the frame's number varies what must vary.

@@ -108,8 +108,7 @@ struct Town {
   Random randomOfStreet(std::uint64_t purpose, std::size_t street) const;
 };
 
-/// Same options and seed: same town, on every machine. Throws UsageError if an option is out of
-/// range.
+/// Same options and seed: same town, on every machine.
 Town makeTown(const TownOptions& options);
 
 /// Parked cars, people and bicycles of one day; another seed is another day.

@@ -37,27 +37,36 @@ struct PlaneCell {
   }
 };
 
-/// Cell of a lattice in space, for one class.
+/// What is farther than this from zero has no cell of its own: one step on is still a number.
+constexpr double kFarthestCell = 1 << 30;
+
+/// Cell of a lattice in space, for one class, or one thing of it.
 struct ClassCell {
-  std::int64_t x = 0, y = 0, z = 0;
-  std::uint32_t label = 0;
+  std::int32_t x = 0, y = 0, z = 0;
+  std::uint32_t label = 0, instance = 0;
 
   bool operator==(const ClassCell& o) const {
-    return x == o.x && y == o.y && z == o.z && label == o.label;
+    return x == o.x && y == o.y && z == o.z && label == o.label && instance == o.instance;
   }
   std::uint64_t hash() const {
-    std::uint64_t h = static_cast<std::uint64_t>(x) * 0x9E3779B97F4A7C15ull;
-    h = (h ^ (h >> 29)) + static_cast<std::uint64_t>(y) * 0xBF58476D1CE4E5B9ull;
-    h = (h ^ (h >> 31)) + static_cast<std::uint64_t>(z) * 0x94D049BB133111EBull;
-    h = (h ^ (h >> 30)) + label * 0xD1342543DE82EF95ull;
+    const auto pair = [](auto high, auto low) {
+      return std::uint64_t{static_cast<std::uint32_t>(high)} << 32 |
+             static_cast<std::uint32_t>(low);
+    };
+    std::uint64_t h = pair(x, y) * 0x9E3779B97F4A7C15ull;
+    h = (h ^ (h >> 32)) + pair(z, label) * 0xBF58476D1CE4E5B9ull + instance * 0x94D049BB133111EBull;
+    h = (h ^ (h >> 29)) * 0x2545F4914F6CDD1Dull;
     return h ^ (h >> 32);
+  }
+  /// One of the 27 cells around, itself included.
+  ClassCell neighbour(int i) const {
+    return {x + i % 3 - 1, y + i / 3 % 3 - 1, z + i / 9 - 1, label, instance};
   }
 };
 
 inline ClassCell cellOf(const Eigen::Vector3d& p, double side, std::uint32_t label) {
-  // Beyond 2^53 a double has no cells; whatever is there shares one.
   const auto index = [side](double c) {
-    return static_cast<std::int64_t>(std::floor(std::clamp(c / side, -9e15, 9e15)));
+    return floorToInt(std::clamp(c / side, -kFarthestCell, kFarthestCell));
   };
   return {index(p.x()), index(p.y()), index(p.z()), label};
 }
@@ -77,8 +86,7 @@ class CellLists {
   template <class Visit>
   void forAround(const ClassCell& cell, Visit&& visit) const {
     for (int i = 0; i < 27; ++i) {
-      const auto found =
-          lists_.find({cell.x + i % 3 - 1, cell.y + i / 3 % 3 - 1, cell.z + i / 9 - 1, cell.label});
+      const auto found = lists_.find(cell.neighbour(i));
       if (found == lists_.end()) continue;
       for (const std::size_t thing : found->second) visit(thing);
     }
@@ -91,35 +99,10 @@ class CellLists {
   std::unordered_map<ClassCell, std::vector<std::size_t>, Hash> lists_;
 };
 
-/// A vector that grows by chunks and never moves what it holds: no copies, and pages are touched
-/// once.
-template <class T>
-class ChunkedVector {
- public:
-  void push_back(const T& value) {
-    if (size_ >> kBits == chunks_.size()) {
-      chunks_.emplace_back();
-      chunks_.back().reserve(kChunk);
-    }
-    chunks_.back().push_back(value);
-    ++size_;
-  }
-  T& operator[](std::size_t i) { return chunks_[i >> kBits][i & (kChunk - 1)]; }
-  const T& operator[](std::size_t i) const { return chunks_[i >> kBits][i & (kChunk - 1)]; }
-  std::size_t size() const { return size_; }
-  bool empty() const { return size_ == 0; }
-
- private:
-  static constexpr std::size_t kBits = 12, kChunk = std::size_t{1} << kBits;
-  std::vector<std::vector<T>> chunks_;
-  std::size_t size_ = 0;
-};
-
 /// Entries by key, numbered in order of first use: a hash table with linear probing. An entry has a
 /// `key`, and a key has a hash() and can be compared. It is for many points in few cells, and can
-/// be told ahead what it will be asked for, because large ones outgrow the caches. Small ones keep
-/// their entries in a std::vector.
-template <class Entry, class Entries = ChunkedVector<Entry>>
+/// be told ahead what it will be asked for, because large ones outgrow the caches.
+template <class Entry>
 class CellTable {
  public:
   using Key = decltype(Entry::key);
@@ -136,9 +119,11 @@ class CellTable {
     }
   }
 
-  /// Number of the entry of this key; make() makes it if it is new.
+  /// Number of the entry of this key; make() makes it if it is new. Points that follow one another
+  /// mostly share their cell.
   template <class Make>
   std::size_t numberOf(const Key& key, Make&& make) {
+    if (last_ < entries_.size() && entries_[last_].key == key) return last_;
     if (2 * entries_.size() >= slots_.size()) reserve(entries_.size() + 1);
     const std::uint64_t hash = key.hash();
     Slot& slot = slots_[slotOf(key, hash)];
@@ -146,7 +131,7 @@ class CellTable {
       slot = {tagOf(hash), static_cast<std::int32_t>(entries_.size())};
       entries_.push_back(make());
     }
-    return static_cast<std::size_t>(slot.entry);
+    return last_ = static_cast<std::size_t>(slot.entry);
   }
 
   /// Number of the entry of this key, or -1.
@@ -157,8 +142,8 @@ class CellTable {
   Entry& operator[](std::size_t number) { return entries_[number]; }
   const Entry& operator[](std::size_t number) const { return entries_[number]; }
   std::size_t size() const { return entries_.size(); }
-  Entries& entries() { return entries_; }
-  const Entries& entries() const { return entries_; }
+  std::vector<Entry>& entries() { return entries_; }
+  const std::vector<Entry>& entries() const { return entries_; }
 
   /// What this key needs is fetched into the caches, first its slot, then its entry.
   void prefetchSlot(const Key& key) const {
@@ -188,8 +173,9 @@ class CellTable {
     return i;
   }
 
-  Entries entries_;
+  std::vector<Entry> entries_;
   std::vector<Slot> slots_;  ///< a power of two of them, or none
+  std::size_t last_ = 0;     ///< entry that was asked for last
 };
 
 /// Numbers the occupied cells of an unbounded grid: (x, y) -> 0, 1, 2 … in order of first use.

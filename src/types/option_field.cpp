@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/types/option_fields.h"
+#include "xview/types/option_field.h"
 
 #include <algorithm>
 #include <cmath>
