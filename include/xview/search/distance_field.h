@@ -73,7 +73,7 @@ class DistanceField {
   double cell_m_ = 0.5, origin_x_ = 0, origin_y_ = 0;
   std::vector<Tile> tiles_;
   std::vector<std::vector<std::uint8_t>> planes_;  ///< by tile: what Tile::bins points into
-  CellTable<Place, std::vector<Place>> places_;    ///< of tiles_
+  CellTable<Place> places_;                        ///< of tiles_
 };
 
 /// Per channel, how the distance classes are distributed at wrong poses in this very map.
