@@ -147,7 +147,7 @@ void registerMerge(const std::string& kind, const Input& input) {
 }
 
 void addToView(graph::PlanViewBuilder& view, const FrameDigest& digest) {
-  view.add(digest.cloud, digest.votes, digest.thin_trusted, Eigen::Isometry3d::Identity(),
+  view.add(digest.cloud, digest.votes, digest.resolves_thin, Eigen::Isometry3d::Identity(),
            digest.aerial);
 }
 

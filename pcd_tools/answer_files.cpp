@@ -18,22 +18,22 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// How a testimony is drawn.
-struct TestimonyLook {
+/// How the support of a contribution is drawn.
+struct SupportStyle {
   const char* group;
   Color color;
 };
-TestimonyLook lookOf(Testimony testimony) {
-  if (testimony == Testimony::kept) return {"speaks for it", {30, 170, 60}};
-  if (testimony == Testimony::contradicting) return {"speaks against it", {210, 40, 40}};
+SupportStyle styleOf(Support support) {
+  if (support == Support::kept) return {"speaks for it", {30, 170, 60}};
+  if (support == Support::contradicting) return {"speaks against it", {210, 40, 40}};
   return {"where the map was not seen", {150, 150, 150}};
 }
 
 std::vector<SceneMark> marksOf(const Explanation& explanation) {
   std::vector<SceneMark> marks;
   for (const Contribution& c : explanation.contributions) {
-    const TestimonyLook look = lookOf(c.testimony);
-    SceneMark mark{look.group, look.color, c.map_position, c.name};
+    const SupportStyle style = styleOf(c.support);
+    SceneMark mark{style.group, style.color, c.map_position, c.name};
     if (c.nats) mark.note += fmt::format(", {:.1f} nats", *c.nats);
     if (c.expected) mark.note += fmt::format(" of {:.1f}", *c.expected);
     if (c.residual_m) mark.note += fmt::format(", {:.2f} m from its partner", *c.residual_m);

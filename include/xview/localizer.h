@@ -17,7 +17,7 @@
 namespace xview {
 
 /// What a piece of the query says about the best hypothesis.
-enum class Testimony {
+enum class Support {
   kept,           ///< speaks for it
   contradicting,  ///< speaks against it
   unknown         ///< the map was never seen there
@@ -26,7 +26,7 @@ enum class Testimony {
 /// A sample of the query's view from above, or a vertex of its graph.
 struct Contribution {
   std::string name;  ///< channel of a sample, class of a vertex
-  Testimony testimony = Testimony::unknown;
+  Support support = Support::unknown;
   Eigen::Vector3d map_position = Eigen::Vector3d::Zero();  ///< where the pose puts it [m]
   std::optional<double> nats;                              ///< its share of the score; samples only
   std::optional<double> expected;  ///< what it would give at a true pose on average; samples only

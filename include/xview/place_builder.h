@@ -30,8 +30,8 @@ struct FrameDigest {
   Eigen::Isometry3d T_odom_sensor = Eigen::Isometry3d::Identity();
   LabelledCloud cloud;       ///< lifted, one point per voxel and class
   std::vector<float> votes;  ///< per point: how much it counts (measurements in the voxel, range)
-  std::vector<bool> thin_trusted;  ///< per point: measured near enough to believe in thin things
-  bool aerial = false;             ///< a camera that looks down from the air
+  std::vector<bool> resolves_thin;  ///< per point: measured near enough to show thin things
+  bool aerial = false;              ///< a camera that looks down from the air
   std::vector<Blob> blobs;
   BlobEdges blob_edges;  ///< image space only (options.graph_space)
   graph::LiftCounts counts;

@@ -18,15 +18,30 @@ namespace xview::graph {
 constexpr float kMinVotes = 1;     ///< a cell says something about a class from so many votes on
 constexpr double kMinShare = 0.5;  ///< and if the class holds this share of the cell
 
+/// A voxel and a kind as a number: 21 bits for each of x and y (two million voxels), 18 for z, 4
+/// for the kind. Larger coordinates wrap around.
+struct VoxelKey {
+  std::uint64_t bits = 0;
+
+  bool operator==(const VoxelKey& o) const { return bits == o.bits; }
+  std::uint64_t hash() const {
+    const std::uint64_t h = (bits ^ (bits >> 32)) * 0x9E3779B97F4A7C15ull;
+    return h ^ (h >> 29);
+  }
+  Kind kind() const { return static_cast<Kind>(bits & 0xF); }
+};
+/// The voxel of side kPlanVoxel_m of a point relative to the plan origin.
+VoxelKey voxelOf(const Eigen::Vector3d& p, Kind kind);
+
 /// Votes of one kind in one voxel.
 struct PlanVoxel {
-  ClassCell key;              ///< its label is the kind
+  VoxelKey key;
   float x = 0, y = 0, z = 0;  ///< vote-weighted mean, relative to the plan origin [m]
   float votes = 0;
   float near_votes = 0;  ///< of these, measured near enough for thin objects
-  Kind kind() const { return static_cast<Kind>(key.label); }
+  Kind kind() const { return key.kind(); }
 };
-using PlanVoxels = std::vector<PlanVoxel>;
+using PlanVoxels = ChunkedVector<PlanVoxel>;
 
 /// How the ground is drawn from points that are wrong now and then: labels under trees, stereo
 /// noise from the air.

@@ -115,22 +115,22 @@ bool isSomewhere(const Eigen::Vector3d& p) {
 
 /// A labelled point and what it counts.
 struct PlanVote {
-  ClassCell voxel;
+  VoxelKey key;
   float x, y, z;  ///< relative to the plan origin [m]
   float votes;
   bool near;  ///< measured near enough for thin objects
 };
 
 /// Adds votes to their voxels; what one of them needs is asked for some votes ahead.
-void sum(const std::vector<PlanVote>& votes, CellTable<PlanVoxel>& voxels) {
+void sum(const std::vector<PlanVote>& votes, CellTable<PlanVoxel, PlanVoxels>& voxels) {
   constexpr std::size_t kSlotAhead = 16, kVoxelAhead = 8;
   voxels.reserve(voxels.size() + votes.size());
   for (std::size_t i = 0; i < votes.size(); ++i) {
-    if (i + kSlotAhead < votes.size()) voxels.prefetchSlot(votes[i + kSlotAhead].voxel);
-    if (i + kVoxelAhead < votes.size()) voxels.prefetchEntry(votes[i + kVoxelAhead].voxel);
+    if (i + kSlotAhead < votes.size()) voxels.prefetchSlot(votes[i + kSlotAhead].key);
+    if (i + kVoxelAhead < votes.size()) voxels.prefetchEntry(votes[i + kVoxelAhead].key);
     const PlanVote& vote = votes[i];
     PlanVoxel& voxel = voxels[voxels.numberOf(
-        vote.voxel, [&] { return PlanVoxel{vote.voxel, vote.x, vote.y, vote.z, 0, 0}; })];
+        vote.key, [&] { return PlanVoxel{vote.key, vote.x, vote.y, vote.z, 0, 0}; })];
     voxel.votes += vote.votes;
     if (vote.near) voxel.near_votes += vote.votes;
     const float share = vote.votes / voxel.votes;
@@ -141,6 +141,18 @@ void sum(const std::vector<PlanVote>& votes, CellTable<PlanVoxel>& voxels) {
 }
 
 }  // namespace
+
+VoxelKey voxelOf(const Eigen::Vector3d& p, Kind kind) {
+  const auto index = [](double coordinate) {
+    const double q = coordinate * (1.0 / kPlanVoxel_m);
+    const auto toward_zero = static_cast<std::int64_t>(q);
+    return toward_zero - (q < static_cast<double>(toward_zero));
+  };
+  const auto ix = static_cast<std::uint64_t>(index(p.x()) + (1 << 20)) & 0x1FFFFF;
+  const auto iy = static_cast<std::uint64_t>(index(p.y()) + (1 << 20)) & 0x1FFFFF;
+  const auto iz = static_cast<std::uint64_t>(index(p.z()) + (1 << 17)) & 0x3FFFF;
+  return {(ix << 43) | (iy << 22) | (iz << 4) | static_cast<std::uint64_t>(kind)};
+}
 
 struct PlanViewBuilder::State {
   explicit State(const LabelSet& set) : labels(set) {}
@@ -153,8 +165,8 @@ struct PlanViewBuilder::State {
   }
 
   LabelSet labels;
-  CellTable<PlanVoxel> voxels;  ///< sums of votes per voxel and kind, in order of first appearance
-  std::vector<PlanVote> cast;   ///< of the frame that is being added
+  CellTable<PlanVoxel, PlanVoxels> voxels;  ///< sums of votes per voxel and kind
+  std::vector<PlanVote> cast;               ///< of the frame that is being added
   bool has_origin = false;
   Eigen::Vector3d origin = Eigen::Vector3d::Zero();
   double votes = 0, aerial_votes = 0;
@@ -180,10 +192,7 @@ void PlanViewBuilder::add(const LabelledCloud& cloud, const std::vector<float>& 
     if (!s.has_origin) s.setOrigin(p_plan);
     const Eigen::Vector3d p = p_plan - s.origin;
     const Eigen::Vector3f q = p.cast<float>();
-    const Eigen::Vector3d v = p * (1 / kPlanVoxel_m);
-    const ClassCell voxel{floorToInt(v.x()), floorToInt(v.y()), floorToInt(v.z()),
-                          static_cast<std::uint32_t>(kind)};
-    s.cast.push_back({voxel, q.x(), q.y(), q.z(), votes[i], near.empty() || near[i]});
+    s.cast.push_back({voxelOf(p, kind), q.x(), q.y(), q.z(), votes[i], near.empty() || near[i]});
     s.votes += votes[i];
     if (aerial) s.aerial_votes += votes[i];
   }

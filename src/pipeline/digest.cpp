@@ -19,20 +19,20 @@ namespace {
 
 constexpr double kKnownWell_m = 0.05;    ///< depths with less noise are not smoothed
 constexpr std::size_t kFramesAhead = 8;  ///< digested and not yet taken
-constexpr float kHalfTrusted_m = 0.3F;   ///< a point of a cloud known to this has half a vote
+constexpr float kHalfWeight_m = 0.3F;    ///< a point of a cloud known to this has half a vote
 constexpr float kReferenceFocal =
     160;  ///< votes count measurements per solid angle of such a camera [px]
 
-/// How far a sensor can be trusted: half the vote at `half_m`, none beyond `reach_m`, thin things
-/// only within `thin_m`.
-struct Trust {
+/// Weight of a measurement over its range: half at `half_m`, none beyond `reach_m`; thin things are
+/// resolved within `thin_m` only.
+struct RangeWeight {
   float half_m, reach_m, thin_m, gain;
 };
 
-Trust trustOf(Sensor sensor, bool aerial, bool sparse) {
+RangeWeight rangeWeightOf(Sensor sensor, bool aerial, bool sparse) {
   if (sensor == Sensor::cloud) return {INFINITY, INFINITY, INFINITY, sparse ? 2.F : 1.F};
   if (sensor == Sensor::lidar) return {40, 50, 60, 2};
-  return aerial ? Trust{60, 90, 90, 1} : Trust{10, 30, 25, 1};
+  return aerial ? RangeWeight{60, 90, 90, 1} : RangeWeight{10, 30, 25, 1};
 }
 
 /// A voxel counts as its measurements, at most four, half of them each; less with the square of the
@@ -41,37 +41,37 @@ void castVotes(const Frame& frame, const std::vector<std::uint32_t>& points_per_
                FrameDigest& digest) {
   const bool sparse = frame.sensor == Sensor::cloud &&
                       isSparse(digest.cloud, points_per_voxel, graph::kPlanVoxel_m);
-  const Trust trust = trustOf(frame.sensor, digest.aerial, sparse);
+  const RangeWeight weight = rangeWeightOf(frame.sensor, digest.aerial, sparse);
   const float density = frame.sensor == Sensor::camera
                             ? kReferenceFocal * kReferenceFocal /
                                   static_cast<float>(frame.camera.fx * frame.camera.fy)
                             : 1.f;
   digest.votes.resize(digest.cloud.size());
-  digest.thin_trusted.assign(digest.cloud.size(), true);
+  digest.resolves_thin.assign(digest.cloud.size(), true);
   for (std::size_t i = 0; i < digest.cloud.size(); ++i) {
     const float range = rangeOf(digest, i);
     const float measured =
         std::min(4.f, std::max(1.f, density * static_cast<float>(points_per_voxel[i])));
-    const float fade = range / trust.half_m;
+    const float fade = range / weight.half_m;
     digest.votes[i] =
-        range > trust.reach_m ? 0.f : trust.gain * 0.5f * measured / (1 + fade * fade);
-    digest.thin_trusted[i] = range <= trust.thin_m;
+        range > weight.reach_m ? 0.f : weight.gain * 0.5f * measured / (1 + fade * fade);
+    digest.resolves_thin[i] = range <= weight.thin_m;
   }
 }
 
 /// Clouds do not tell their ranges, but some of them what the ranges are asked for.
-void doubtUncertainPoints(FrameDigest& digest) {
+void weighBySigma(FrameDigest& digest) {
   for (std::size_t i = 0; i < digest.votes.size(); ++i)
-    digest.votes[i] /= 1 + digest.cloud.points[i].sigma / kHalfTrusted_m;
+    digest.votes[i] /= 1 + digest.cloud.points[i].sigma / kHalfWeight_m;
 }
 
 /// Where nothing tells how well points are known, their density does. Objects are small: few points
 /// are no sign of a long way.
-void doubtSparseSurfaces(const LabelSet& labels, const std::vector<std::uint32_t>& points_per_voxel,
-                         double voxel_m, FrameDigest& digest) {
-  const std::vector<float> trust = trustByDensity(digest.cloud, points_per_voxel, voxel_m);
+void weighByDensity(const LabelSet& labels, const std::vector<std::uint32_t>& points_per_voxel,
+                    double voxel_m, FrameDigest& digest) {
+  const std::vector<float> weights = densityWeights(digest.cloud, points_per_voxel, voxel_m);
   for (std::size_t i = 0; i < digest.votes.size(); ++i) {
-    if (labels.role(digest.cloud.points[i].label) != Role::object) digest.votes[i] *= trust[i];
+    if (labels.role(digest.cloud.points[i].label) != Role::object) digest.votes[i] *= weights[i];
   }
 }
 
@@ -161,9 +161,9 @@ FrameDigest digestFrame(Frame frame, const LabelSet& labels, const Options& give
   }
   castVotes(frame, lifted.points_per_voxel, digest);
   if (frame.sensor == Sensor::cloud && digest.cloud.typicalSigma() > 0)
-    doubtUncertainPoints(digest);
+    weighBySigma(digest);
   else if (frame.sensor == Sensor::cloud)
-    doubtSparseSurfaces(labels, lifted.points_per_voxel, graph::kPlanVoxel_m, digest);
+    weighByDensity(labels, lifted.points_per_voxel, graph::kPlanVoxel_m, digest);
   digest.timing_ms.emplace_back("lift", watch.lap_ms());
   if (usesImageRegions(options))
     findImageBlobs(frame, labels, options, digest);

@@ -41,9 +41,9 @@ double groundAt(const PlanView& plan, const Eigen::Vector2d& p) {
   return plan.origin_z + (seen ? seen->z : 0);
 }
 
-Testimony testimonyOf(const search::SampleEvidence& e) {
-  if (!e.known) return Testimony::unknown;
-  return e.nats < 0 ? Testimony::contradicting : Testimony::kept;
+Support supportOf(const search::SampleEvidence& e) {
+  if (!e.known) return Support::unknown;
+  return e.nats < 0 ? Support::contradicting : Support::kept;
 }
 
 }  // namespace
@@ -56,7 +56,7 @@ void explainSamples(const PlanView& map, const Query& query, const search::Field
     if (!nearest[c]) nearest[c].emplace(map.samples[c]);
     Contribution contribution;
     contribution.name = toString(e.channel);
-    contribution.testimony = testimonyOf(e);
+    contribution.support = supportOf(e);
     const Eigen::Vector3d in_query(e.query.x(), e.query.y(), groundAt(query.plan, e.query));
     contribution.map_position << e.map, (T_map_query * in_query).z();
     contribution.nats = e.nats;
@@ -76,7 +76,7 @@ void explainVertices(const map::SemanticMap& map, const Query& query,
     Contribution contribution;
     const ClassInfo* info = map.labels.find(known.label);
     contribution.name = info ? info->name : std::to_string(known.label);
-    contribution.testimony = Testimony::kept;
+    contribution.support = Support::kept;
     contribution.map_position = T_map_query * seen.position;
     contribution.residual_m = (known.position - contribution.map_position).norm();
     explanation.contributions.push_back(contribution);

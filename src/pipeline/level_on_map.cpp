@@ -11,7 +11,7 @@ namespace {
 constexpr double kWidest_rad = 0.2;  ///< how far off level a query may be that was said to be level
 constexpr double kClearSigmas = 3;   ///< by which ground refutes that
 constexpr double kBentByDrift = 1.5;  ///< true error of a slope over that by its residuals
-/// A turn by less than so many times the trust is left to the refinement, which turns points by
+/// A turn by less than so many sigmas of the prior is left to the refinement, which turns points by
 /// that itself; without points ground that was seen from afar tells no better.
 constexpr double kLevelEnoughOfPoints = 2, kLevelEnough = 0.5;
 
@@ -44,20 +44,21 @@ std::optional<Tilt> measuredTilt(const search::FieldQuery& in_field,
   return tiltBy(fit, in_field.centre(), T_map_query);
 }
 
-/// Of a query that was said or measured to be level to `trust_rad`; a street that slopes fools the
-/// measurement, so that ground which clearly contradicts counts alone. Less than `enough_rad` need
-/// not be turned.
+/// Of a query that was said or measured to be level to `prior_sigma_rad`; a street that slopes
+/// fools the measurement, so that ground which clearly contradicts counts alone. Less than
+/// `enough_rad` need not be turned.
 std::optional<Tilt> tiltAgainstTrust(const search::FieldQuery& in_field,
-                                     const Eigen::Isometry3d& T_map_query, double trust_rad,
+                                     const Eigen::Isometry3d& T_map_query, double prior_sigma_rad,
                                      double enough_rad) {
-  const search::HeightFit fit = in_field.fitHeights(T_map_query, std::max(kWidest_rad, trust_rad));
+  const search::HeightFit fit =
+      in_field.fitHeights(T_map_query, std::max(kWidest_rad, prior_sigma_rad));
   if (fit.cells == 0) return std::nullopt;
   Eigen::Matrix2d covariance =
       kBentByDrift * kBentByDrift * fit.covariance.bottomRightCorner<2, 2>();
-  covariance.diagonal().array() += trust_rad * trust_rad;
+  covariance.diagonal().array() += prior_sigma_rad * prior_sigma_rad;
   const double off2 = fit.slope.dot(covariance.inverse() * fit.slope);
   if (off2 > kClearSigmas * kClearSigmas) return tiltBy(fit, in_field.centre(), T_map_query);
-  const auto both = measuredTilt(in_field, T_map_query, trust_rad);
+  const auto both = measuredTilt(in_field, T_map_query, prior_sigma_rad);
   const bool level = !both || Eigen::AngleAxisd(both->turn).angle() < enough_rad;
   return level ? std::nullopt : both;
 }

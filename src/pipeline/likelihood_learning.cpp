@@ -32,7 +32,7 @@ struct Travel {
 PlanView planOf(const FrameDigest* first, const FrameDigest* last, const LabelSet& labels) {
   graph::PlanViewBuilder builder(labels);
   for (const FrameDigest* f = first; f != last; ++f) {
-    builder.add(f->cloud, f->votes, f->thin_trusted, Eigen::Isometry3d::Identity(), f->aerial);
+    builder.add(f->cloud, f->votes, f->resolves_thin, Eigen::Isometry3d::Identity(), f->aerial);
   }
   return builder.build();
 }

@@ -137,7 +137,7 @@ void PlaceBuilder::addUpright(const FrameDigest& frame) {
     graph_.addSurfacePoints(frame.cloud, frame.number);
   }
   if (place_.gravity.known)
-    plan_.add(frame.cloud, frame.votes, frame.thin_trusted,
+    plan_.add(frame.cloud, frame.votes, frame.resolves_thin,
               Eigen::Isometry3d(place_.gravity.upright), frame.aerial);
 }
 
@@ -169,7 +169,7 @@ void PlaceBuilder::finishPoints() {
   // air, where all ground is as far. They would lift it by that error.
   if (use_ == PlaceUse::query && place_.cloud.typicalSigma() > kEdge * options_.refine.max_sigma_m)
     place_.cloud.points.clear();
-  keepBestLooks(place_.cloud);
+  keepBestMeasured(place_.cloud);
 }
 
 namespace {

@@ -30,7 +30,7 @@ int stepOf(float sigma_m) {
 float upperEnd(int step) { return kGood_m * std::pow(kStep, static_cast<float>(step)); }
 
 /// How many points of each step a cell has.
-struct Looks {
+struct SigmaCounts {
   ClassCell key;
   std::array<std::uint32_t, kSteps> counts{};
 
@@ -115,27 +115,27 @@ std::size_t appendKnownPoints(const LabelledCloud& addition, double max_sigma_m,
   return cloud.size() - before;
 }
 
-std::vector<bool> bestLooks(const LabelledCloud& cloud) {
+std::vector<bool> bestMeasured(const LabelledCloud& cloud) {
   std::vector<bool> kept(cloud.size(), true);
   if (std::all_of(cloud.points.begin(), cloud.points.end(),
                   [](const Point& p) { return p.sigma <= kGood_m; }))
     return kept;
-  CellTable<Looks> looks;
+  CellTable<SigmaCounts> cells;
   std::vector<std::size_t> numbers(cloud.size());
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     const ClassCell cell = cellOf(cloud.position(i), kCell_m, cloud.points[i].label);
-    numbers[i] = looks.numberOf(cell, [&] { return Looks{cell}; });
-    ++looks[numbers[i]].counts[static_cast<std::size_t>(stepOf(cloud.points[i].sigma))];
+    numbers[i] = cells.numberOf(cell, [&] { return SigmaCounts{cell}; });
+    ++cells[numbers[i]].counts[static_cast<std::size_t>(stepOf(cloud.points[i].sigma))];
   }
   std::vector<float> limits;
-  for (std::size_t i = 0; i < looks.size(); ++i) limits.push_back(looks[i].limit());
+  for (std::size_t i = 0; i < cells.size(); ++i) limits.push_back(cells[i].limit());
   for (std::size_t i = 0; i < cloud.size(); ++i)
     kept[i] = cloud.points[i].sigma <= std::max(kGood_m, limits[numbers[i]]);
   return kept;
 }
 
-void keepBestLooks(LabelledCloud& cloud) {
-  const std::vector<bool> keep = bestLooks(cloud);
+void keepBestMeasured(LabelledCloud& cloud) {
+  const std::vector<bool> keep = bestMeasured(cloud);
   std::size_t kept = 0;
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     if (keep[i]) cloud.points[kept++] = cloud.points[i];
@@ -150,18 +150,18 @@ bool isSparse(const LabelledCloud& voxels, const std::vector<std::uint32_t>& poi
   return Blocks(voxels, points, kBlockSide * voxel_m).thickness() <= kLines;
 }
 
-std::vector<float> trustByDensity(const LabelledCloud& voxels,
+std::vector<float> densityWeights(const LabelledCloud& voxels,
                                   const std::vector<std::uint32_t>& points, double voxel_m) {
-  std::vector<float> trust(voxels.size(), 1);
-  if (voxels.empty()) return trust;
+  std::vector<float> weights(voxels.size(), 1);
+  if (voxels.empty()) return weights;
   const Blocks blocks(voxels, points, kBlockSide * voxel_m);
   const float scattered =
       std::clamp((blocks.thickness() - kSharp) / (kScattered - kSharp), 0.f, 1.f);
-  if (scattered == 0) return trust;
+  if (scattered == 0) return weights;
   const float full = blocks.usual();
-  for (std::size_t i = 0; i < trust.size(); ++i)
-    trust[i] = std::pow(std::min(1.f, blocks.around(i) / full), 2 * scattered);
-  return trust;
+  for (std::size_t i = 0; i < weights.size(); ++i)
+    weights[i] = std::pow(std::min(1.f, blocks.around(i) / full), 2 * scattered);
+  return weights;
 }
 
 }  // namespace xview

@@ -23,15 +23,15 @@ std::size_t appendKnownPoints(const LabelledCloud& addition, double max_sigma_m,
 /// as well as the best ones of their class around them (cells of 1.5 m). Depth errors of stereo
 /// grow with the square of the range, and smear a thing along the rays to it. What is good to 0.1 m
 /// is kept anywhere.
-std::vector<bool> bestLooks(const LabelledCloud& cloud);
-void keepBestLooks(LabelledCloud& cloud);
+std::vector<bool> bestMeasured(const LabelledCloud& cloud);
+void keepBestMeasured(LabelledCloud& cloud);
 
 /// For each voxel of a cloud whose ranges are not known, the share of its votes that it keeps, in
 /// [0, 1]. What was measured from afar is sparse, and if it was measured badly as well it is
 /// scattered: where surfaces are thicker than those of a scanner, voxels lose votes by the square
 /// of how much fewer points lie around them than usual, as if by the square of the range. Clouds
 /// with sharp surfaces keep all. `voxels`: one point per voxel and class; `points`: in each voxel.
-std::vector<float> trustByDensity(const LabelledCloud& voxels,
+std::vector<float> densityWeights(const LabelledCloud& voxels,
                                   const std::vector<std::uint32_t>& points, double voxel_m);
 
 /// Whether most voxels of a cloud hold a single measurement and lie apart from one another: then

@@ -22,7 +22,7 @@ constexpr double kMove_m = 2;
 constexpr double kLeastElsewhere = 0.05;
 
 /// Distributions of the map in what a query has looked at.
-struct Looks {
+struct RayCounts {
   double met = 0;      ///< where something stands in the query as well
   double through = 0;  ///< where rays passed instead
 
@@ -52,9 +52,9 @@ class SeenSpace {
     }
   }
 
-  Looks at(const DistributionMap& map, const Eigen::Isometry3d& T_map_query) const {
-    Looks looks;
-    if (rays_.empty()) return looks;
+  RayCounts at(const DistributionMap& map, const Eigen::Isometry3d& T_map_query) const {
+    RayCounts counts;
+    if (rays_.empty()) return counts;
     const Eigen::Vector3d half = 0.5 * kCell_m * size_.cast<double>();
     const Eigen::Isometry3d T_query_map = T_map_query.inverse();
     map.forAround(T_map_query * (corner_ + half), half.head<2>().norm(),
@@ -64,11 +64,11 @@ class SeenSpace {
                     const Eigen::Vector3i cell = cellOf(T_query_map * p_map);
                     if (!isInside(cell)) return;
                     if (stands_[indexOf(cell)])
-                      ++looks.met;
+                      ++counts.met;
                     else if (rays_[indexOf(cell)] >= kPassed)
-                      ++looks.through;
+                      ++counts.through;
                   });
-    return looks;
+    return counts;
   }
 
  private:
@@ -124,16 +124,16 @@ class SeenSpace {
 std::optional<double> seenThrough(const DistributionMap& map, const RefineQuery& query,
                                   const LabelSet& labels, const Eigen::Isometry3d& T_map_query) {
   const SeenSpace space(query, labels);
-  const Looks here = space.at(map, T_map_query);
+  const RayCounts here = space.at(map, T_map_query);
   if (here.told() < kFewest) return std::nullopt;
-  Looks elsewhere;
+  RayCounts elsewhere;
   for (int k = 0; k < kMoves; ++k) {
     const double angle = 0.3 + 2 * M_PI * k / kMoves;
     Eigen::Isometry3d moved = T_map_query;
     moved.pretranslate(kMove_m * Eigen::Vector3d(std::cos(angle), std::sin(angle), 0));
-    const Looks looks = space.at(map, moved);
-    elsewhere.met += looks.met;
-    elsewhere.through += looks.through;
+    const RayCounts counts = space.at(map, moved);
+    elsewhere.met += counts.met;
+    elsewhere.through += counts.through;
   }
   if (elsewhere.share() < kLeastElsewhere) return std::nullopt;
   return here.share() / elsewhere.share();

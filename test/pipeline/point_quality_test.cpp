@@ -75,7 +75,7 @@ TEST(KnownPoints, AreNoneWhereTheyAreTheEdgeOfWhatIsKnownBadly) {
 constexpr std::uint32_t kWall = 2, kFence = 5;
 
 /// Points of one class on a small patch, all with the same depth error.
-class Looks {
+class Measurements {
  public:
   void add(int count, std::uint32_t label, float sigma_m, float x = 0.1f) {
     for (int i = 0; i < count; ++i) {
@@ -89,7 +89,7 @@ class Looks {
   }
   /// How many of those with this error are kept.
   long kept(float sigma_m) const {
-    const std::vector<bool> keep = bestLooks(cloud_);
+    const std::vector<bool> keep = bestMeasured(cloud_);
     long count = 0;
     for (std::size_t i = 0; i < keep.size(); ++i)
       count += keep[i] && cloud_.points[i].sigma == sigma_m;
@@ -100,45 +100,45 @@ class Looks {
   LabelledCloud cloud_;
 };
 
-TEST(BestLooks, WhatWasSeenFromAfarGivesWayToWhatWasSeenFromNear) {
-  Looks looks;
-  looks.add(20, kWall, 0.12f);
-  looks.add(30, kWall, 0.45f);
-  EXPECT_EQ(looks.kept(0.12f), 20);
-  EXPECT_EQ(looks.kept(0.45f), 0);
+TEST(BestMeasured, WhatWasSeenFromAfarGivesWayToWhatWasSeenFromNear) {
+  Measurements cloud;
+  cloud.add(20, kWall, 0.12f);
+  cloud.add(30, kWall, 0.45f);
+  EXPECT_EQ(cloud.kept(0.12f), 20);
+  EXPECT_EQ(cloud.kept(0.45f), 0);
 }
 
-TEST(BestLooks, WhatWasSeenOnlyFromAfarStays) {
-  Looks looks;
-  looks.add(20, kWall, 0.12f);
-  looks.add(30, kWall, 0.45f, 10);
-  EXPECT_EQ(looks.kept(0.45f), 30);
+TEST(BestMeasured, WhatWasSeenOnlyFromAfarStays) {
+  Measurements cloud;
+  cloud.add(20, kWall, 0.12f);
+  cloud.add(30, kWall, 0.45f, 10);
+  EXPECT_EQ(cloud.kept(0.45f), 30);
 }
 
-TEST(BestLooks, AnotherClassSaysNothing) {
-  Looks looks;
-  looks.add(20, kWall, 0.12f);
-  looks.add(30, kFence, 0.45f);
-  EXPECT_EQ(looks.kept(0.45f), 30);
+TEST(BestMeasured, AnotherClassSaysNothing) {
+  Measurements cloud;
+  cloud.add(20, kWall, 0.12f);
+  cloud.add(30, kFence, 0.45f);
+  EXPECT_EQ(cloud.kept(0.45f), 30);
 }
 
-TEST(BestLooks, AFewGoodPointsDoNotDecide) {
-  Looks looks;
-  looks.add(3, kWall, 0.12f);
-  looks.add(30, kWall, 0.45f);
-  EXPECT_EQ(looks.kept(0.45f), 30);
+TEST(BestMeasured, AFewGoodPointsDoNotDecide) {
+  Measurements cloud;
+  cloud.add(3, kWall, 0.12f);
+  cloud.add(30, kWall, 0.45f);
+  EXPECT_EQ(cloud.kept(0.45f), 30);
 }
 
-TEST(BestLooks, WhatIsKnownToADecimetreStaysAnywhere) {
-  Looks looks;
-  looks.add(20, kWall, 0.01f);
-  looks.add(30, kWall, 0.09f);
-  looks.add(30, kWall, 0.3f);
-  EXPECT_EQ(looks.kept(0.09f), 30);
-  EXPECT_EQ(looks.kept(0.3f), 0);
+TEST(BestMeasured, WhatIsKnownToADecimetreStaysAnywhere) {
+  Measurements cloud;
+  cloud.add(20, kWall, 0.01f);
+  cloud.add(30, kWall, 0.09f);
+  cloud.add(30, kWall, 0.3f);
+  EXPECT_EQ(cloud.kept(0.09f), 30);
+  EXPECT_EQ(cloud.kept(0.3f), 0);
 }
 
-TEST(BestLooks, NothingGivesNothing) { EXPECT_TRUE(bestLooks({}).empty()); }
+TEST(BestMeasured, NothingGivesNothing) { EXPECT_TRUE(bestMeasured({}).empty()); }
 
 constexpr float kVoxel_m = 0.2F;
 
@@ -161,7 +161,7 @@ struct Voxels {
       }
     }
   }
-  std::vector<float> trust() const { return trustByDensity(cloud, points, kVoxel_m); }
+  std::vector<float> weights() const { return densityWeights(cloud, points, kVoxel_m); }
 };
 
 TEST(CloudDensity, KeepsAllOfSharpSurfaces) {
@@ -169,7 +169,7 @@ TEST(CloudDensity, KeepsAllOfSharpSurfaces) {
   v.addSlab(0, 1, 1, 40);
   v.addSlab(30, 1, 1, 2);
   v.addSlab(60, 1, 5, 1);
-  for (const float trust : v.trust()) EXPECT_EQ(trust, 1);
+  for (const float weight : v.weights()) EXPECT_EQ(weight, 1);
 }
 
 TEST(CloudDensity, TakesFromThickSurfacesByTheSquareOfTheirDensity) {
@@ -177,8 +177,9 @@ TEST(CloudDensity, TakesFromThickSurfacesByTheSquareOfTheirDensity) {
   v.addSlab(0, 3, 1, 40);
   const std::size_t dense = v.points.size();
   v.addSlab(30, 3, 1, 10);
-  const std::vector<float> trust = v.trust();
-  for (std::size_t i = 0; i < trust.size(); ++i) EXPECT_FLOAT_EQ(trust[i], i < dense ? 1 : 1. / 16);
+  const std::vector<float> weights = v.weights();
+  for (std::size_t i = 0; i < weights.size(); ++i)
+    EXPECT_FLOAT_EQ(weights[i], i < dense ? 1 : 1. / 16);
 }
 
 TEST(CloudDensity, IsSeenInThinnedCloudsToo) {
@@ -186,12 +187,12 @@ TEST(CloudDensity, IsSeenInThinnedCloudsToo) {
   v.addSlab(0, 3, 1, 1);
   const std::size_t dense = v.points.size();
   v.addSlab(30, 3, 9, 1);
-  const std::vector<float> trust = v.trust();
-  for (std::size_t i = 0; i < trust.size(); ++i) {
+  const std::vector<float> weights = v.weights();
+  for (std::size_t i = 0; i < weights.size(); ++i) {
     if (i < dense) {
-      EXPECT_EQ(trust[i], 1);
+      EXPECT_EQ(weights[i], 1);
     } else {
-      EXPECT_LT(trust[i], 0.1);
+      EXPECT_LT(weights[i], 0.1);
     }
   }
 }
@@ -202,21 +203,21 @@ TEST(CloudDensity, IsNotJudgedByWhereTheSensorStood) {
     v->addSlab(0, 3, 1, v == &stood ? 100000 : 100);
     v->addSlab(30, 3, 1, 50);
   }
-  EXPECT_EQ(stood.trust(), passed.trust());
+  EXPECT_EQ(stood.weights(), passed.weights());
 }
 
 TEST(CloudDensity, DoesNotDependOnTheOrderOfTheVoxels) {
   Voxels v;
   v.addSlab(0, 3, 2, 40);
   v.addSlab(30, 3, 5, 3);
-  std::vector<float> forward = v.trust();
+  std::vector<float> forward = v.weights();
   std::reverse(v.cloud.points.begin(), v.cloud.points.end());
   std::reverse(v.points.begin(), v.points.end());
   std::reverse(forward.begin(), forward.end());
-  EXPECT_EQ(v.trust(), forward);
+  EXPECT_EQ(v.weights(), forward);
 }
 
-TEST(CloudDensity, OfNothingIsNothing) { EXPECT_TRUE(Voxels().trust().empty()); }
+TEST(CloudDensity, OfNothingIsNothing) { EXPECT_TRUE(Voxels().weights().empty()); }
 
 TEST(CloudDensity, CountsSurfacesAndNotObjects) {
   const LabelSet& labels = test::simulatedDrive().labels;

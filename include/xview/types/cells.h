@@ -99,10 +99,35 @@ class CellLists {
   std::unordered_map<ClassCell, std::vector<std::size_t>, Hash> lists_;
 };
 
+/// A vector that grows by chunks and never moves what it holds: the peak of a large table is its
+/// size, not three times that.
+template <class T>
+class ChunkedVector {
+ public:
+  void push_back(const T& value) {
+    if (size_ >> kBits == chunks_.size()) {
+      chunks_.emplace_back();
+      chunks_.back().reserve(kChunk);
+    }
+    chunks_.back().push_back(value);
+    ++size_;
+  }
+  T& operator[](std::size_t i) { return chunks_[i >> kBits][i & (kChunk - 1)]; }
+  const T& operator[](std::size_t i) const { return chunks_[i >> kBits][i & (kChunk - 1)]; }
+  std::size_t size() const { return size_; }
+  bool empty() const { return size_ == 0; }
+
+ private:
+  static constexpr std::size_t kBits = 12, kChunk = std::size_t{1} << kBits;
+  std::vector<std::vector<T>> chunks_;
+  std::size_t size_ = 0;
+};
+
 /// Entries by key, numbered in order of first use: a hash table with linear probing. An entry has a
 /// `key`, and a key has a hash() and can be compared. It is for many points in few cells, and can
-/// be told ahead what it will be asked for, because large ones outgrow the caches.
-template <class Entry>
+/// be told ahead what it will be asked for, because large ones outgrow the caches. The largest keep
+/// their entries in a ChunkedVector.
+template <class Entry, class Entries = std::vector<Entry>>
 class CellTable {
  public:
   using Key = decltype(Entry::key);
@@ -142,8 +167,8 @@ class CellTable {
   Entry& operator[](std::size_t number) { return entries_[number]; }
   const Entry& operator[](std::size_t number) const { return entries_[number]; }
   std::size_t size() const { return entries_.size(); }
-  std::vector<Entry>& entries() { return entries_; }
-  const std::vector<Entry>& entries() const { return entries_; }
+  Entries& entries() { return entries_; }
+  const Entries& entries() const { return entries_; }
 
   /// What this key needs is fetched into the caches, first its slot, then its entry.
   void prefetchSlot(const Key& key) const {
@@ -173,7 +198,7 @@ class CellTable {
     return i;
   }
 
-  std::vector<Entry> entries_;
+  Entries entries_;
   std::vector<Slot> slots_;  ///< a power of two of them, or none
   std::size_t last_ = 0;     ///< entry that was asked for last
 };
