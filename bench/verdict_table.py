@@ -90,11 +90,12 @@ def jobs_of(world, folders, arguments):
     lengths = LENGTHS_M.get(world.style, LENGTHS_OUTDOORS_M)
     at = arguments.seeds.index(world.seed)
     next_seeds = (arguments.seeds[at + 1:] + arguments.seeds[:at])[:arguments.others]
-    candidates = [(session, folders[world] / session, session != "elsewhere", "forward") for session in SESSIONS]
+    candidates = [(session, folders[world] / session, "elsewhere" not in session, "forward") for session in SESSIONS]
     candidates += [(session, folders[world] / session, session != "lidar_elsewhere", "lidar")
                    for session in ("lidar_reverse", "lidar_elsewhere")]
     candidates += [(f"{seed} {session}", folders[world._replace(seed=seed)] / session, False, mapped)
                    for seed in next_seeds for session, mapped in OF_OTHER_WORLD]
+    candidates.append(("aerial_elsewhere", folders[world] / "aerial_elsewhere", False, "forward"))
     for turn, (session, folder, in_map, mapped) in enumerate(candidates):
         if not folder.is_dir() or not (folders[world] / mapped).is_dir():
             continue

@@ -67,12 +67,14 @@ void forEachStatistic(Values& s, Visit&& visit) {
   visit("registered", s.registered, Written::always);
   visit("settled", s.settled, Written::always);
   visit("views", s.views, Written::always);
+  visit("aerial", s.aerial, Written::now);
   visit("dense", s.dense, Written::always);
   visit("by_chance", s.by_chance, Written::always);
   visit("known", s.known, Written::now);
   visit("margin", s.margin, Written::now);
   visit("look_alike", s.look_alike, Written::now);
   visit("sigma_m", s.sigma_m, Written::now);
+  visit("contradicted", s.contradicted, Written::if_asked);
   visit("shown", s.shown, Written::if_asked);
   visit("of_itself", s.of_itself, Written::if_asked);
   visit("seen_through", s.seen_through, Written::if_asked);

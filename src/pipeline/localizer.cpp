@@ -277,8 +277,8 @@ RegisteredPlaces Localizer::Index::registerPlaces(const Query& query, const Cand
         refinement.refine(levelled, level ? level->in_field.get() : in_field,
                           level && i == 0 ? level->T_map_query : T * registered.turn.conjugate(),
                           pairsAt(i, found), up_sigma_rad, i == 0 ? answer.timing_ms : unused);
-    const std::optional<double> shown = in_field ? in_field->shown(T) : std::nullopt;
-    setVisibility(query, levelled, shown, of_itself, place);
+    setVisibility(query, levelled, in_field ? in_field->visibility(T) : search::Visibility(),
+                  of_itself, place);
     registered.places.push_back(std::move(place));
     if (i == 0) watch.lap_ms();
   }
@@ -286,23 +286,25 @@ RegisteredPlaces Localizer::Index::registerPlaces(const Query& query, const Cand
   return registered;
 }
 
-/// What a query shows of the map at a place (`shown` by its field) and how much of the map it saw
-/// through there. Where the field does not tell, agreement is a share of `of_itself`, that of the
-/// query with itself, which is measured when it is asked for first.
+/// What query and map show of each other at a place (`seen` in the field) and how much of the map
+/// the query saw through there. Where the field does not tell, agreement is a share of `of_itself`,
+/// that of the query with itself, which is measured when it is asked for first.
 void Localizer::Index::setVisibility(const Query& query, const Query& levelled,
-                                     std::optional<double> shown, std::optional<double>& of_itself,
+                                     search::Visibility seen, std::optional<double>& of_itself,
                                      RefinedPose& place) const {
   verify::DenseEvidence& dense = place.dense;
   // What a query does not show may be what its shapes do not tell.
-  if (shown && shapes_only) shown = std::max(0.0, *shown);
+  if (seen.shown && shapes_only) seen.shown = std::max(0.0, *seen.shown);
+  dense.contradicted = seen.contradicted;
+  dense.aerial = query.plan.aerial;
   // From one place a query cannot show what stands behind what it shows, but its rays tell.
   const bool from_one_place = travelOf(query) < kOnePlace_m;
-  const bool shows_little = !shown || (*shown < kShownByStranger && from_one_place);
+  const bool shows_little = !seen.shown || (*seen.shown < kShownByStranger && from_one_place);
   const bool is_exact = query.cloud.typicalSigma() <= kExact_m;
   if ((shows_little || is_exact) && dense.settled)
     dense.seen_through = refinement.seenThrough(levelled, place.T_map_query);
-  if (shown && !(shows_little && dense.seen_through)) {
-    dense.shown = shown;
+  if (seen.shown && !(shows_little && dense.seen_through)) {
+    dense.shown = seen.shown;
   } else if (dense.settled) {
     if (!of_itself) of_itself = refinement.agreementWithItself(query);
     dense.of_itself = of_itself;

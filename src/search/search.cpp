@@ -277,8 +277,6 @@ std::vector<SampleEvidence> FieldQuery::evidence(const Eigen::Isometry3d& /*T_ma
   return {};
 }
 
-std::optional<double> FieldQuery::shown(const Eigen::Isometry3d& /*T_map_query*/) const {
-  return std::nullopt;
-}
+Visibility FieldQuery::visibility(const Eigen::Isometry3d& /*T_map_query*/) const { return {}; }
 
 }  // namespace xview::search

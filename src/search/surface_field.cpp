@@ -275,8 +275,9 @@ class SurfaceQuery final : public FieldQuery {
     return evidence;
   }
 
-  std::optional<double> shown(const Eigen::Isometry3d& T_map_query) const override {
-    if (!plan_ || !field_.inTown() || measuredGround_m2(*plan_) < kLooked_m2) return std::nullopt;
+  Visibility visibility(const Eigen::Isometry3d& T_map_query) const override {
+    Visibility seen{score_.contradicted(centrePose(T_map_query)), std::nullopt};
+    if (!plan_ || !field_.inTown() || measuredGround_m2(*plan_) < kLooked_m2) return seen;
     std::call_once(things_made_, [&] {
       things_ = std::make_unique<DistanceField>(standingThings(*plan_, true), 1);
     });
@@ -288,7 +289,9 @@ class SurfaceQuery final : public FieldQuery {
                              samples.centre.y() - things_->originY(), 0, 0};
     const PartScore sum =
         SurfaceScore(*things_, ratios, samples.fine).details(as_it_is, {}).standing;
-    return std::clamp(sum.score / (std::max(0.0, sum.expected) + kShownPrior_nats), -1.0, 1.0);
+    seen.shown =
+        std::clamp(sum.score / (std::max(0.0, sum.expected) + kShownPrior_nats), -1.0, 1.0);
+    return seen;
   }
 
  private:

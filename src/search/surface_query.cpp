@@ -11,6 +11,10 @@ namespace {
 constexpr double kSurfaceWeight = 0.3;  ///< evidence of a surface sample per 2 m, in ratios
 constexpr double kObjectWeight = 2;     ///< evidence of an object
 constexpr double kGroundBlock_m = 2;    ///< heights of the ground, one per block
+/// Things that stand or do not stand at a place together. Larger blocks hide things behind others.
+constexpr double kThingsBlock_m = 4;
+/// A few things say little: so much [nats], of which a share as at even odds is contradicted.
+constexpr double kContradictedPrior_nats = 15, kEvenContradicted = 0.25;
 
 /// Classes that fill areas in plan view; facades of whole blocks of houses are seen as areas, too.
 bool fillsArea(Channel c) { return isArea(c) || c == Channel::building; }
@@ -56,12 +60,13 @@ std::vector<SurfaceSamples::Sample> gather(const PlanView& view, bool coarse,
   return result;
 }
 
+bool isBorder(Channel c) {
+  return c >= Channel::border_road_sidewalk && c <= Channel::border_road_terrain;
+}
+
 /// Upright surfaces, and anything that stands there. Roads and verges of one town resemble those of
 /// another; walls, hedges and crowns do so less.
-bool stands(Channel c) {
-  return !isArea(c) && !isObject(c) &&
-         (c < Channel::border_road_sidewalk || c > Channel::border_road_terrain);
-}
+bool stands(Channel c) { return !isArea(c) && !isObject(c) && !isBorder(c); }
 
 constexpr int kMostMoves = 8;          ///< per level of a climb
 constexpr double kMostReach_m = 1000;  ///< of a window of tiles
@@ -299,6 +304,24 @@ std::vector<SampleEvidence> SurfaceScore::evidence(const PlacePose& pose) const 
     evidence.push_back(e);
   }
   return evidence;
+}
+
+double SurfaceScore::contradicted(const PlacePose& pose) const {
+  std::map<std::pair<std::int64_t, std::int64_t>, PartScore> blocks;
+  for (const SampleEvidence& e : evidence(pose)) {
+    if (!e.known || !(stands(e.channel) || isObject(e.channel))) continue;
+    PartScore& block =
+        blocks[{static_cast<std::int64_t>(std::floor(e.query.y() / kThingsBlock_m)),
+                static_cast<std::int64_t>(std::floor(e.query.x() / kThingsBlock_m))}];
+    block.score += e.nats;
+    block.expected += std::max(0.0, e.expected);
+  }
+  double against = kEvenContradicted * kContradictedPrior_nats, all = kContradictedPrior_nats;
+  for (const auto& [where, block] : blocks) {
+    if (block.score < 0) against += block.expected;
+    all += block.expected;
+  }
+  return against / all;
 }
 
 }  // namespace xview::search

@@ -66,6 +66,8 @@ class SurfaceScore {
   PlaceHypothesis details(const PlacePose& pose, PlaceHypothesis hypothesis) const;
   /// What each sample says.
   std::vector<SampleEvidence> evidence(const PlacePose& pose) const;
+  /// Share of what stands that speaks against the pose; see Visibility::contradicted.
+  double contradicted(const PlacePose& pose) const;
 
  private:
   const DistanceField& field_;

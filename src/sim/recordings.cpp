@@ -38,7 +38,9 @@ struct SessionKind {
   /// Its odometry is as after optimisation.
   bool isMappingDrive() const { return number == kForward || number == kLidar; }
 
-  static constexpr std::uint64_t kForward = 0, kAerial = 5, kLidar = 7;
+  bool isAerial() const { return number == kAerial || number == kAerialElsewhere; }
+
+  static constexpr std::uint64_t kForward = 0, kAerial = 5, kLidar = 7, kAerialElsewhere = 11;
 };
 
 Mount mountAt(double height_m, double yaw_rad = 0) {
@@ -62,7 +64,8 @@ std::vector<SessionKind> sessionKinds(const SimulationOptions& options) {
   const Mount ahead = mountAt(kCameraHeight), scanner = mountAt(kLidarHeight);
   const Mount back = mountAt(kCameraHeight, M_PI), aside = mountAt(kCameraHeight, 0.9);
   const Mount aerial = aerialMount(options.aerial);
-  const bool lidar_elsewhere = choice.lidar && choice.elsewhere;
+  const bool lidar_elsewhere = choice.lidar && choice.elsewhere,
+             aerial_elsewhere = choice.aerial && choice.elsewhere;
   return {
       {"forward", true, SessionKind::kForward, Sensor::camera, ahead},
       {"forward2", choice.forward2, 1, Sensor::camera, ahead, -kLane + 0.25},
@@ -75,6 +78,8 @@ std::vector<SessionKind> sessionKinds(const SimulationOptions& options) {
       {"lidar_reverse", choice.lidar, 8, Sensor::lidar, scanner, -kLane, true},
       {"elsewhere", choice.elsewhere, 6, Sensor::camera, ahead, -kLane, false, true},
       {"lidar_elsewhere", lidar_elsewhere, 9, Sensor::lidar, scanner, -kLane, false, true},
+      {"aerial_elsewhere", aerial_elsewhere, SessionKind::kAerialElsewhere, Sensor::camera, aerial,
+       3, false, true},
   };
 }
 
@@ -235,7 +240,7 @@ struct World {
       plan.camera = pinholeCamera(options.width, options.height, options.view_deg * M_PI / 180);
       plan.camera.depth_scale = 0.01;
       plan.depth_noise = options.depth_noise;
-      if (kind.number == SessionKind::kAerial) {
+      if (kind.isAerial()) {
         plan.depth_noise.baseline_m = options.aerial.baseline_m;
       }
       for (Eigen::Isometry3d& T : plan.T_world_sensor) T = opticalPose(T);

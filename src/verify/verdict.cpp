@@ -187,6 +187,9 @@ class Reason {
     if (oddsOfTerm(s_, model_, kShown) < -1)
       return "the best place does not hold: the query does not show what stands there in the map" +
              whatWouldHelp();
+    if (oddsOfTerm(s_, model_, kContradicted) < -1)
+      return "the best place does not hold: the map does not show what stands there in the query" +
+             whatWouldHelp();
     if (oddsOfTerm(s_, model_, kSeenThrough) < -1)
       return "the best place does not hold: the query saw through what stands there in the map" +
              whatWouldHelp();
@@ -257,8 +260,7 @@ double fitOf(const PlaceEvidence& place, const DenseEvidence& best) {
   if (dense.seen_through) fit += kFitPerSeenThrough * seenLittle(*dense.seen_through);
   const double per_excess =
       dense.of == DenseEvidence::Of::views ? kFitPerExcessOfViews : kFitPerExcess;
-  return fit +
-         per_excess * excessOf(dense.agreement - dense.by_chance, best.shown, best.of_itself);
+  return fit + per_excess * excessOf(dense.agreement - dense.by_chance, best.shown, best.of_itself);
 }
 
 Statistics statisticsOf(const Evidence& e) {
@@ -269,10 +271,12 @@ Statistics statisticsOf(const Evidence& e) {
   s.registered = e.dense.of != DenseEvidence::Of::nothing;
   s.settled = s.registered && e.dense.settled;
   s.views = e.dense.of == DenseEvidence::Of::views;
+  s.contradicted = e.dense.contradicted;
   s.shown = e.dense.shown;
   s.of_itself = e.dense.of_itself;
   s.seen_through = e.dense.seen_through;
   s.sigma_m = e.sigma_m;
+  s.aerial = e.dense.aerial;
   if (s.registered) s.margin = marginOf(e);
   if (!s.settled) return s;
   s.dense = e.dense.agreement;
@@ -290,12 +294,15 @@ DenseEvidence denseEvidenceOf(const Statistics& s) {
           s.by_chance,
           s.shown,
           s.of_itself,
-          s.seen_through};
+          s.seen_through,
+          s.contradicted,
+          s.aerial};
 }
 
 const std::array<double, kTerms>& VerdictModel::weightsFor(const Statistics& s) const {
   if (!s.registered) return alone;
-  return s.shown ? shown : registered;
+  if (!s.shown) return registered;
+  return s.aerial ? air : shown;
 }
 
 double oddsAgainst(const Statistics& s) {
@@ -316,18 +323,23 @@ std::array<double, kTerms> termsOf(const Statistics& s) {
   terms[kMargin] = s.margin;
   if (s.settled) terms[kExcess] = excessOf(s.dense - s.by_chance, s.shown, s.of_itself);
   const bool saw = s.settled && s.seen_through;
-  if (s.shown) {
-    // There it is asked of exact depths, of which a quarter is even, and says less.
-    constexpr double kEvenOfExact = 0.25, kMostOfExact = 0.35;
-    terms[kAgreement] = s.agreement;
-    terms[kViews] = s.settled && s.views;
-    terms[kShown] = *s.shown;
-    if (saw)
-      terms[kSeenThrough] = std::min(kMostOfExact, seenLittle(*s.seen_through, kEvenOfExact));
-  } else {
+  if (!s.shown) {
     terms[kMarginThere] = std::max(0.0, terms[kExcess]) * std::max(0.0, s.margin);
     if (saw) terms[kSeenThrough] = seenLittle(*s.seen_through);
+    return terms;
   }
+  terms[kShown] = *s.shown;
+  if (s.aerial) {
+    // A quarter is usual at right places. What a true pose scores is known badly from up there.
+    constexpr double kEvenContradicted = 0.25;
+    terms[kContradicted] = kEvenContradicted - s.contradicted.value_or(kEvenContradicted);
+    return terms;
+  }
+  // There it is asked of exact depths, of which a quarter is even, and says less.
+  constexpr double kEvenOfExact = 0.25, kMostOfExact = 0.35;
+  terms[kAgreement] = s.agreement;
+  terms[kViews] = s.settled && s.views;
+  if (saw) terms[kSeenThrough] = std::min(kMostOfExact, seenLittle(*s.seen_through, kEvenOfExact));
   return terms;
 }
 

@@ -22,8 +22,8 @@ constexpr double kRidge = 1e-4;  ///< of standardised weights, per answer
 constexpr int kNewtonSteps = 50;
 
 constexpr std::array<const char*, kTerms> kTermNames = {
-    "constant", "agreement", "lead",         "known",  "excess",
-    "views",    "shown",     "seen_through", "margin", "margin_there"};
+    "constant", "agreement",    "lead",         "known",  "excess",      "views",
+    "shown",    "contradicted", "seen_through", "margin", "margin_there"};
 
 /// Every weight beside its name in files.
 template <class Model, class Visit>
@@ -37,6 +37,7 @@ void forWeights(Model& model, const Visit& visit) {
       {kConstant, kKnown, kExcess, kSeenThrough, kMargin, kMarginThere});
   all("shown.", model.shown,
       {kConstant, kAgreement, kKnown, kExcess, kViews, kShown, kSeenThrough, kMargin});
+  all("air.", model.air, {kConstant, kKnown, kExcess, kShown, kContradicted, kMargin});
 }
 
 VerdictModel parse(const std::string& text, const std::string& path) {
@@ -162,8 +163,13 @@ VerdictModel fitVerdictModel(const std::vector<JudgedStatistics>& answers) {
   fit(alone, model.alone);
   fit([](const Statistics& s) { return s.registered && !s.shown ? Known(s) : std::nullopt; },
       model.registered);
-  fit([](const Statistics& s) { return s.registered && s.shown ? Known(s) : std::nullopt; },
-      model.shown);
+  const auto shownFrom = [](bool air) {
+    return [air](const Statistics& s) {
+      return s.registered && s.shown && s.aerial == air ? Known(s) : std::nullopt;
+    };
+  };
+  fit(shownFrom(false), model.shown);
+  fit(shownFrom(true), model.air);
   return model;
 }
 

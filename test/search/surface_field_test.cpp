@@ -265,7 +265,7 @@ TEST(SurfaceField, AQueryShowsWhatStandsThereWhateverItsLabel) {
   const Index places = indexOf(town);
   const MovedQuery moved(town, {20, 45}, 30, poseFromYaw({12, -7, 3}, 0.9));
   const auto shown = [&](const PlanView& query) {
-    return places.prepare(query)->shown(moved.truth);
+    return places.prepare(query)->visibility(moved.truth).shown;
   };
   const auto seen = shown(moved.query);
   ASSERT_TRUE(seen);
@@ -296,7 +296,39 @@ TEST(SurfaceField, AQueryOfOtherStreetsDoesNotShowWhatStandsInTheMap) {
   const auto query = places.prepare(stranger.query);
   const auto found = places.search(stranger.query);
   ASSERT_FALSE(found.empty());
-  EXPECT_LT(query->shown(found[0].T_map_query).value(), 0.2);
+  const Visibility seen = query->visibility(found[0].T_map_query);
+  EXPECT_LT(seen.shown.value(), 0.2);
+  EXPECT_GT(seen.contradicted.value(), 0.2);
+}
+
+TEST(SurfaceField, WhatStandsElsewhereInHalfOfAQueryIsContradictedThereOnly) {
+  const PlanTown town = randomTown(5);
+  const Index places = indexOf(town);
+  const MovedQuery moved(town, {20, 45}, 30, poseFromYaw({12, -7, 3}, 0.9));
+  const auto contradicted = [&](const PlanView& query) {
+    return places.prepare(query)->visibility(moved.truth).contradicted.value();
+  };
+  const double of_whole = contradicted(moved.query);
+  EXPECT_LT(of_whole, 0.15);
+
+  // A town that is a copy of this one, but for what stands in one half: it has moved by 12 m.
+  PlanView copy = moved.query;
+  float middle = 0;
+  for (const PlanSample& s : copy[Channel::building])
+    middle += s.x / static_cast<float>(copy[Channel::building].size());
+  for (std::size_t c = 0; c < kChannels; ++c) {
+    if (isArea(static_cast<Channel>(c))) continue;
+    for (PlanSample& s : copy.samples[c]) {
+      if (s.x < middle) s.y += 12;
+    }
+  }
+  EXPECT_GT(contradicted(copy), of_whole + 0.1);
+
+  PlanView ground_only = moved.query;
+  for (std::size_t c = 0; c < kChannels; ++c) {
+    if (!isArea(static_cast<Channel>(c))) ground_only.samples[c].clear();
+  }
+  EXPECT_EQ(contradicted(ground_only), 0.25) << "where nothing stands nothing is told";
 }
 
 TEST(SurfaceField, VerifyClimbsToThePlaceBesideTheProposal) {

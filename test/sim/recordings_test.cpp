@@ -62,7 +62,7 @@ TEST(Recordings, AreThoseThatWereChosenWithForwardFirst) {
   EXPECT_EQ(sessions[0]->name(), "forward");
   EXPECT_EQ(sessions[1]->name(), "rear");
   EXPECT_EQ(sessions[2]->name(), "aerial");
-  EXPECT_EQ(cleanSessions().size(), 10u);
+  EXPECT_EQ(cleanSessions().size(), 11u);
 }
 
 TEST(Recordings, FramesAreCompleteAndEvenlySpaced) {
@@ -145,6 +145,8 @@ TEST(Recordings, LookWhereTheirNamesSay) {
   EXPECT_GT((at("forward", 0) - at("elsewhere", 0)).norm(), 1e4);
   EXPECT_GT((at("forward", 0) - at("lidar_elsewhere", 0)).norm(), 1e4);
   EXPECT_LT((at("elsewhere", 3) - at("lidar_elsewhere", 3)).norm(), 5);
+  EXPECT_GT((at("forward", 0) - at("aerial_elsewhere", 0)).norm(), 1e4);
+  EXPECT_LT(axis("aerial_elsewhere", 5).z(), -0.9);
 }
 
 TEST(Recordings, SeeTheSameTownInTheMapFrame) {
@@ -240,7 +242,7 @@ TEST(Recordings, EveryStyleGivesAllItsSessions) {
     options.route_length_m = 30;
     const bool indoors = options.sim.style == "office";
     const Sessions sessions = byName(options);
-    EXPECT_EQ(sessions.size(), indoors ? 9u : 10u) << style;
+    EXPECT_EQ(sessions.size(), indoors ? 9u : 11u) << style;
     const Frame frame = sessions.at("rear")->read(0);
     std::size_t seen = 0;
     for (const float depth : frame.depth.pixels) {

@@ -54,6 +54,8 @@ Evidence randomEvidence(Random& random) {
   e.dense.settled = random.below(2);
   e.dense.agreement = random.uniform();
   e.dense.by_chance = random.uniform(0, 0.3);
+  e.dense.aerial = random.below(2);
+  if (random.below(2)) e.dense.contradicted = random.uniform();
   if (random.below(2))
     e.dense.shown = random.uniform(-1, 1);
   else if (random.below(2))
@@ -114,6 +116,9 @@ TEST(Verdict, ConfidenceNeverFallsWithBetterEvidence) {
       +[](Evidence& e) { e.dense.by_chance -= 0.1; },
       +[](Evidence& e) {
         if (e.dense.shown) *e.dense.shown += 0.1;
+      },
+      +[](Evidence& e) {
+        if (e.dense.contradicted) *e.dense.contradicted *= 0.8;
       },
       +[](Evidence& e) {
         if (e.dense.seen_through) *e.dense.seen_through *= 0.5;
@@ -227,7 +232,7 @@ TEST(Verdict, PointsDecideBetweenPlacesThatScoreAlike) {
   e.dense.of = DenseEvidence::Of::points;
   e.rivals.emplace_back();
   e.rivals[0].score = e.runner_up;
-  e.rivals[0].dense = {DenseEvidence::Of::points, true, 0.1, 0.04, {}, {}, {}};
+  e.rivals[0].dense = {DenseEvidence::Of::points, true, 0.1, 0.04, {}, {}, {}, {}, false};
   EXPECT_NE(judged(e).status, Status::accepted) << "points that do not settle";
   e.dense.settled = true;
   e.dense.agreement = 0.12;
@@ -250,8 +255,8 @@ TEST(Verdict, APlaceThatItsPointsStandOutByNeedNotScoreBest) {
   e.runner_up = 230;
   e.rivals.emplace_back();
   e.rivals[0].score = 230;
-  e.dense = {DenseEvidence::Of::points, true, 0.6, 0.1, {}, 0.7, 0.01};
-  e.rivals[0].dense = {DenseEvidence::Of::points, true, 0.35, 0.1, {}, 0.7, 0.2};
+  e.dense = {DenseEvidence::Of::points, true, 0.6, 0.1, {}, 0.7, 0.01, {}, false};
+  e.rivals[0].dense = {DenseEvidence::Of::points, true, 0.35, 0.1, {}, 0.7, 0.2, {}, false};
   EXPECT_EQ(judged(e).status, Status::accepted) << judged(e).reason;
   EXPECT_NE(judged(e).reason.find("looks like it from above"), std::string::npos)
       << judged(e).reason;
@@ -267,7 +272,7 @@ TEST(Verdict, StrangersHangOverTheEdgeOfTheMap) {
   e.score = 190;
   e.expected = 290;
   e.standing = {60, 120};
-  e.dense = {DenseEvidence::Of::points, true, 0.25, 0.03, 0.4, {}, {}};
+  e.dense = {DenseEvidence::Of::points, true, 0.25, 0.03, 0.4, {}, {}, {}, false};
   const double inside = judged(e).confidence;
   e.known_share = 0.4;
   EXPECT_LT(1 - inside, 0.3 * (1 - judged(e).confidence));
@@ -320,7 +325,7 @@ TEST(Verdict, OutsideTheMapIsRejectedAndSaysSo) {
 
 TEST(Verdict, APlaceThatTheQueryDoesNotShowIsRefused) {
   Evidence e = goodView();
-  e.dense = {DenseEvidence::Of::points, true, 0.35, 0.05, 0.5, {}, {}};
+  e.dense = {DenseEvidence::Of::points, true, 0.35, 0.05, 0.5, {}, {}, {}, false};
   EXPECT_EQ(judged(e).status, Status::accepted) << judged(e).reason;
   e.score = 120;
   e.standing.score = 60;
@@ -335,7 +340,7 @@ TEST(Verdict, PointsMustAgreeAsTheQueryAgreesWithItself) {
   e.runner_up = 0.7 * e.score;
   e.rivals.emplace_back();
   e.rivals[0].score = e.runner_up;
-  e.dense = {DenseEvidence::Of::points, true, 0.4, 0.05, {}, 0.5, {}};
+  e.dense = {DenseEvidence::Of::points, true, 0.4, 0.05, {}, 0.5, {}, {}, false};
   EXPECT_EQ(judged(e).status, Status::accepted) << judged(e).reason;
   e.dense.of_itself = 0.8;
   EXPECT_NE(judged(e).status, Status::accepted) << judged(e).reason;
@@ -343,7 +348,7 @@ TEST(Verdict, PointsMustAgreeAsTheQueryAgreesWithItself) {
 
 TEST(Verdict, APlaceThatTheQuerySawThroughIsRefused) {
   Evidence e = goodView();
-  e.dense = {DenseEvidence::Of::points, true, 0.5, 0.05, {}, 0.7, 0.02};
+  e.dense = {DenseEvidence::Of::points, true, 0.5, 0.05, {}, 0.7, 0.02, {}, false};
   EXPECT_EQ(judged(e).status, Status::accepted) << judged(e).reason;
   e.dense.seen_through = 0.6;
   EXPECT_NE(judged(e).status, Status::accepted);
@@ -356,7 +361,7 @@ TEST(Verdict, AHallThatTheQuerySawThroughIsRefusedThoughItIsShown) {
   e.score = 306;
   e.runner_up = 151;
   e.expected = 910;
-  e.dense = {DenseEvidence::Of::points, true, 0.4, 0.11, 0.28, {}, {}};
+  e.dense = {DenseEvidence::Of::points, true, 0.4, 0.11, 0.28, {}, {}, {}, false};
   EXPECT_EQ(judged(e).status, Status::accepted) << "or rays decide nothing";
   e.dense.seen_through = 0.05;
   EXPECT_EQ(judged(e).status, Status::accepted) << judged(e).reason;
@@ -364,12 +369,24 @@ TEST(Verdict, AHallThatTheQuerySawThroughIsRefusedThoughItIsShown) {
   EXPECT_NE(judged(e).status, Status::accepted);
 }
 
+/// From the air a town fits another one with its roads; roofs and crowns stand elsewhere.
+TEST(Verdict, FromTheAirWhatTheMapHasNotSpeaksAgainstAPlace) {
+  Evidence e = goodView();
+  e.standing.score = 3;  // what a true pose would score is known badly from there
+  e.dense = {DenseEvidence::Of::views, true, 0.25, 0.1, 0.15, {}, {}, 0.2, true};
+  e.known_share = 0.4;
+  EXPECT_EQ(judged(e).status, Status::accepted) << judged(e).reason;
+  e.dense.contradicted = 0.7;
+  EXPECT_NE(judged(e).status, Status::accepted);
+  EXPECT_NE(judged(e).reason.find("the map does not show"), std::string::npos) << judged(e).reason;
+}
+
 TEST(Verdict, AStreetThatStandsOutButIsNotShownIsRefused) {
   Evidence e = goodView();
   e.score = 1200;
   e.runner_up = 50;
   e.expected = 3000;
-  e.dense = {DenseEvidence::Of::points, true, 0.34, 0.04, 0.3, {}, {}};
+  e.dense = {DenseEvidence::Of::points, true, 0.34, 0.04, 0.3, {}, {}, {}, false};
   EXPECT_EQ(judged(e).status, Status::accepted) << judged(e).reason;
   e.dense.shown = -0.15;
   EXPECT_NE(judged(e).status, Status::accepted);
@@ -398,7 +415,7 @@ TEST(Witnesses, SayWhatEachKnows) {
   EXPECT_GT(judged(e).witnesses.correspondences, 5);
   e.kept = 7;
   EXPECT_LT(judged(e).witnesses.correspondences, -5);
-  e.dense = {DenseEvidence::Of::points, true, 0.6, 0.05, {}, {}, {}};
+  e.dense = {DenseEvidence::Of::points, true, 0.6, 0.05, {}, {}, {}, {}, false};
   EXPECT_GT(judged(e).witnesses.dense, 0);
   e.dense.agreement = 0.1;
   EXPECT_LT(judged(e).witnesses.dense, 0);
@@ -434,9 +451,14 @@ TEST(VerdictModel, IsFoundFromAnswers) {
   truth.shown[kShown] = 3;
   truth.shown[kSeenThrough] = 2;
   truth.shown[kMargin] = 0.3;
+  truth.air[kKnown] = 2;
+  truth.air[kExcess] = 5;
+  truth.air[kContradicted] = 6;
   const VerdictModel found = fitVerdictModel(answersOf(truth, 120000));
-  for (std::size_t t = kConstant + 1; t < kTerms; ++t)  // that depends on how many are right
+  for (std::size_t t = kConstant + 1; t < kTerms; ++t) {  // that depends on how many are right
     EXPECT_NEAR(found.shown[t], truth.shown[t], 0.15 * std::abs(truth.shown[t]) + 0.1) << t;
+    EXPECT_NEAR(found.air[t], truth.air[t], 0.15 * std::abs(truth.air[t]) + 0.15) << t;
+  }
 }
 
 TEST(VerdictModel, WithoutAnswersThatShowTheMapThoseWeightsStay) {

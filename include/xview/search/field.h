@@ -67,6 +67,21 @@ struct SampleEvidence {
 struct RasterLevels;
 struct SearchOptions;
 
+/// What no search has made large: a score is a sum, and where much of it fits, what contradicts it
+/// weighs little. Shares are in [0, 1]; nothing where that tells nothing.
+struct Visibility {
+  /// Share of what stands in the query, where the map was seen, that does not stand there in the
+  /// map: of blocks of 4 m, those that speak against the pose as a whole, each counted by what a
+  /// true pose would score there.
+  std::optional<double> contradicted;
+  /// How far the query shows what stands in the map, where it has looked. Labels do not count, only
+  /// that something stands there. Share of the log-likelihood ratio that a true pose would have on
+  /// average, in [-1, 1]; negative if the query rather saw that nothing is there. Nothing for bare
+  /// graphs, which saw no empty ground, for queries that measured little of it, and in rooms, where
+  /// furniture hides furniture.
+  std::optional<double> shown;
+};
+
 /// How far search() climbs at a time.
 enum class Climb {
   rough,  ///< from a cell of the raster search to where poses can be compared
@@ -103,13 +118,8 @@ class FieldQuery {
   virtual HeightFit fitHeights(const Eigen::Isometry3d& T_map_query, double slope_sigma) const;
   /// What the score of a pose is the sum of, by sample; surface fields only.
   virtual std::vector<SampleEvidence> evidence(const Eigen::Isometry3d& T_map_query) const;
-  /// The other direction of a score, which no search has made large: how far the query shows what
-  /// stands in the map, where it has looked. Labels do not count, only that something stands there.
-  /// Share of the log-likelihood ratio that a true pose would have on average, in [-1, 1]; negative
-  /// if the query rather saw that nothing is there. Nothing where that tells nothing: for bare
-  /// graphs, which saw no empty ground, for queries that measured little of it, and in rooms, where
-  /// furniture hides furniture.
-  virtual std::optional<double> shown(const Eigen::Isometry3d& T_map_query) const;
+  /// What query and map hold that the other one does not; surface fields only.
+  virtual Visibility visibility(const Eigen::Isometry3d& T_map_query) const;
 
   // What search() works with: poses of the centre, relative to the origin of the field.
   struct Point {

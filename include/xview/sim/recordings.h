@@ -59,7 +59,9 @@ void visit(SessionChoice& o, Visitor&& field) {
   field("winter", o.winter,
         "forward2 when every tree, hedge and sign is gone, and nobody is about; not in an office");
   field("aerial", o.aerial, "the same streets from the air");
-  field("elsewhere", o.elsewhere, "a drive in another town, which must not be found in the map");
+  field(
+      "elsewhere", o.elsewhere,
+      "a drive in another town, which must not be found in the map; with aerial, from the air too");
   field("lidar", o.lidar,
         "LiDAR scans of the drive and of the way back; with elsewhere, of the other town as well");
 }

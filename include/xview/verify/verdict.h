@@ -47,8 +47,7 @@ struct DenseEvidence {
   /// How closely what stands upright lies on its like, where the map holds anything, in [0, 1].
   double agreement = 0;
   double by_chance = 0;  ///< the same some metres off, in whatever the map holds there
-  /// How far the query shows what stands in the map, in [-1, 1], if that was asked; see
-  /// search::FieldQuery::shown.
+  /// How far the query shows what stands in the map, if that was asked; see search::Visibility.
   std::optional<double> shown;
   /// How closely one half of the query lies on the other: what a true place could show at best.
   /// Asked where the query cannot tell what it shows.
@@ -56,6 +55,10 @@ struct DenseEvidence {
   /// How much of what stands in the map the query saw through; asked there as well. See
   /// pose::seenThrough.
   std::optional<double> seen_through;
+  /// How much of what stands in the query the map has not, where that was asked; see
+  /// search::Visibility.
+  std::optional<double> contradicted;
+  bool aerial = false;  ///< the query was seen from the air
 };
 
 /// Share of the best score from which on a place may be the right one and is to be looked at
@@ -107,17 +110,18 @@ enum Term : std::size_t {
                ///< where that was asked; 0 if the registration did not settle
   kViews,      ///< 1 if views were registered, not points
   kShown,      ///< how far the query shows what stands in the map
-  kSeenThrough,  ///< logarithm of how little of the map the query saw through
-  kMargin,       ///< how much better the place fits than any other
-  kMarginThere,  ///< which says more where the points agree: times what is in excess
+  kContradicted,  ///< how little of what stands in the query the map contradicts
+  kSeenThrough,   ///< logarithm of how little of the map the query saw through
+  kMargin,        ///< how much better the place fits than any other
+  kMarginThere,   ///< which says more where the points agree: times what is in excess
   kTerms
 };
 
 /// The weights. The witnesses are not independent, so those that there are were fitted together:
-/// the place alone, with a registration, and with what the query shows of the map as well. Terms
-/// that such evidence has not weigh 0.
+/// the place alone, with a registration, with what the query shows of the map as well, and the same
+/// of queries from the air. Terms that such evidence has not weigh 0.
 struct VerdictModel {
-  std::array<double, kTerms> alone{}, registered{}, shown{};
+  std::array<double, kTerms> alone{}, registered{}, shown{}, air{};
 
   /// Those for the evidence that there is.
   const std::array<double, kTerms>& weightsFor(const Statistics& statistics) const;
