@@ -90,7 +90,7 @@ def jobs_of(world, folders, arguments):
     lengths = LENGTHS_M.get(world.style, LENGTHS_OUTDOORS_M)
     at = arguments.seeds.index(world.seed)
     next_seeds = (arguments.seeds[at + 1:] + arguments.seeds[:at])[:arguments.others]
-    candidates = [(session, folders[world] / session, "elsewhere" not in session, "forward") for session in SESSIONS]
+    candidates = [(session, folders[world] / session, session != "elsewhere", "forward") for session in SESSIONS]
     candidates += [(session, folders[world] / session, session != "lidar_elsewhere", "lidar")
                    for session in ("lidar_reverse", "lidar_elsewhere")]
     candidates += [(f"{seed} {session}", folders[world._replace(seed=seed)] / session, False, mapped)

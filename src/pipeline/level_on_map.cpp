@@ -47,7 +47,7 @@ std::optional<Tilt> measuredTilt(const search::FieldQuery& in_field,
 /// Of a query that was said or measured to be level to `prior_sigma_rad`; a street that slopes
 /// fools the measurement, so that ground which clearly contradicts counts alone. Less than
 /// `enough_rad` need not be turned.
-std::optional<Tilt> tiltAgainstTrust(const search::FieldQuery& in_field,
+std::optional<Tilt> tiltAgainstPrior(const search::FieldQuery& in_field,
                                      const Eigen::Isometry3d& T_map_query, double prior_sigma_rad,
                                      double enough_rad) {
   const search::HeightFit fit =
@@ -91,7 +91,7 @@ std::unique_ptr<LevelledQuery> levelOnMap(const search::Field& field,
   const double enough_rad =
       was_measured ? 0 : said_rad * (query.cloud.empty() ? kLevelEnough : kLevelEnoughOfPoints);
   const std::optional<Tilt> tilt =
-      tiltAgainstTrust(in_field, T_map_query, was_measured ? up_sigma_rad : said_rad, enough_rad);
+      tiltAgainstPrior(in_field, T_map_query, was_measured ? up_sigma_rad : said_rad, enough_rad);
   if (!tilt) return nullptr;
   auto levelled = std::make_unique<LevelledQuery>();
   levelled->query = query;

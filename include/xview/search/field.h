@@ -68,11 +68,11 @@ struct RasterLevels;
 struct SearchOptions;
 
 /// What no search has made large: a score is a sum, and where much of it fits, what contradicts it
-/// weighs little. Shares are in [0, 1]; nothing where that tells nothing.
+/// weighs little. Nothing where that tells nothing.
 struct Visibility {
   /// Share of what stands in the query, where the map was seen, that does not stand there in the
   /// map: of blocks of 4 m, those that speak against the pose as a whole, each counted by what a
-  /// true pose would score there.
+  /// true pose would score there. In [0, 1].
   std::optional<double> contradicted;
   /// How far the query shows what stands in the map, where it has looked. Labels do not count, only
   /// that something stands there. Share of the log-likelihood ratio that a true pose would have on
