@@ -75,7 +75,9 @@ void forEachStatistic(Values& s, Visit&& visit) {
   visit("look_alike", s.look_alike, Written::now);
   visit("sigma_m", s.sigma_m, Written::now);
   visit("contradicted", s.contradicted, Written::if_asked);
+  visit("standing", s.standing, Written::if_asked);
   visit("shown", s.shown, Written::if_asked);
+  visit("missing", s.missing, Written::if_asked);
   visit("of_itself", s.of_itself, Written::if_asked);
   visit("seen_through", s.seen_through, Written::if_asked);
 }
@@ -216,6 +218,9 @@ Answer answerFrom(const std::string& line) {
       if (written == Written::always || is_there) read(*s, name, value);
       if (written == Written::now) answer.whole_statistics &= is_there;
     });
+    // Asked together; older programs asked for the first only.
+    if (answer.fix.statistics.shown)
+      answer.whole_statistics &= answer.fix.statistics.missing.has_value();
   }
   const auto covariance = json.find("covariance");
   if (covariance != json.end() && !covariance->is_null())

@@ -294,8 +294,12 @@ void Localizer::Index::setVisibility(const Query& query, const Query& levelled,
                                      RefinedPose& place) const {
   verify::DenseEvidence& dense = place.dense;
   // What a query does not show may be what its shapes do not tell.
-  if (seen.shown && shapes_only) seen.shown = std::max(0.0, *seen.shown);
+  if (seen.shown && shapes_only) {
+    seen.shown = std::max(0.0, *seen.shown);
+    seen.missing = std::min(verify::kEvenBlocks, *seen.missing);
+  }
   dense.contradicted = seen.contradicted;
+  dense.standing = seen.standing;
   dense.aerial = query.plan.aerial;
   // From one place a query cannot show what stands behind what it shows, but its rays tell.
   const bool from_one_place = travelOf(query) < kOnePlace_m;
@@ -305,6 +309,7 @@ void Localizer::Index::setVisibility(const Query& query, const Query& levelled,
     dense.seen_through = refinement.seenThrough(levelled, place.T_map_query);
   if (seen.shown && !(shows_little && dense.seen_through)) {
     dense.shown = seen.shown;
+    dense.missing = seen.missing;
   } else if (dense.settled) {
     if (!of_itself) of_itself = refinement.agreementWithItself(query);
     dense.of_itself = of_itself;

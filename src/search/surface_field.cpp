@@ -24,6 +24,8 @@ constexpr double kStep_m = 0.5, kStep_rad = 0.012, kRimStep_m = 0.5;
 constexpr double kPolishStep_m = 0.125, kPolishStep_rad = 0.003;
 constexpr std::array<Channel, 2> kStanding = {Channel::obstacle_low, Channel::obstacle_high};
 constexpr double kShownPrior_nats = 15;  ///< added to what is expected: a few things say little
+/// Presumed of obstacles of a query, found and expected, so that a few of them say little.
+constexpr double kStandingPrior_nats = 20, kMostStanding = 1.5;
 constexpr double kLooked_m2 = 150;  ///< a query that measured less ground shows too little of a map
 
 WeightedRatios weighted(const LogRatios& ratios, bool coarse) {
@@ -276,7 +278,13 @@ class SurfaceQuery final : public FieldQuery {
   }
 
   Visibility visibility(const Eigen::Isometry3d& T_map_query) const override {
-    Visibility seen{score_.contradicted(centrePose(T_map_query)), std::nullopt};
+    const PlacePose here = centrePose(T_map_query);
+    Visibility seen;
+    seen.contradicted = score_.contradicted(here);
+    const PartScore obstacles = score_.obstacles(here);
+    seen.standing = std::clamp(
+        (obstacles.score + kStandingPrior_nats) / (obstacles.expected + kStandingPrior_nats), -1.0,
+        kMostStanding);
     if (!plan_ || !field_.inTown() || measuredGround_m2(*plan_) < kLooked_m2) return seen;
     std::call_once(things_made_, [&] {
       things_ = std::make_unique<DistanceField>(standingThings(*plan_, true), 1);
@@ -287,8 +295,9 @@ class SurfaceQuery final : public FieldQuery {
         weighted(logRatios(field_.table(), samples_.viewpoint, nullptr, 0), false);
     const PlacePose as_it_is{samples.centre.x() - things_->originX(),
                              samples.centre.y() - things_->originY(), 0, 0};
-    const PartScore sum =
-        SurfaceScore(*things_, ratios, samples.fine).details(as_it_is, {}).standing;
+    const SurfaceScore map_in_query(*things_, ratios, samples.fine);
+    const PartScore sum = map_in_query.details(as_it_is, {}).standing;
+    seen.missing = map_in_query.contradicted(as_it_is);
     seen.shown =
         std::clamp(sum.score / (std::max(0.0, sum.expected) + kShownPrior_nats), -1.0, 1.0);
     return seen;

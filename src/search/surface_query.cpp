@@ -68,6 +68,9 @@ bool isBorder(Channel c) {
 /// another; walls, hedges and crowns do so less.
 bool stands(Channel c) { return !isArea(c) && !isObject(c) && !isBorder(c); }
 
+/// Anything that stands there, whatever its label.
+bool isObstacle(Channel c) { return c == Channel::obstacle_low || c == Channel::obstacle_high; }
+
 constexpr int kMostMoves = 8;          ///< per level of a climb
 constexpr double kMostReach_m = 1000;  ///< of a window of tiles
 
@@ -304,6 +307,16 @@ std::vector<SampleEvidence> SurfaceScore::evidence(const PlacePose& pose) const 
     evidence.push_back(e);
   }
   return evidence;
+}
+
+PartScore SurfaceScore::obstacles(const PlacePose& pose) const {
+  PartScore sum;
+  for (const SampleEvidence& e : evidence(pose)) {
+    if (!e.known || !isObstacle(e.channel)) continue;
+    sum.score += e.nats;
+    sum.expected += std::max(0.0, e.expected);
+  }
+  return sum;
 }
 
 double SurfaceScore::contradicted(const PlacePose& pose) const {

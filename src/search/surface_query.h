@@ -66,6 +66,9 @@ class SurfaceScore {
   PlaceHypothesis details(const PlacePose& pose, PlaceHypothesis hypothesis) const;
   /// What each sample says.
   std::vector<SampleEvidence> evidence(const PlacePose& pose) const;
+  /// What obstacles add to the score, and what they would to that of a true pose, where the map was
+  /// seen.
+  PartScore obstacles(const PlacePose& pose) const;
   /// Share of what stands that speaks against the pose; see Visibility::contradicted.
   double contradicted(const PlacePose& pose) const;
 

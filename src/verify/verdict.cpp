@@ -73,6 +73,11 @@ double excessOf(double over_chance, const std::optional<double>& shown,
   return over_chance / std::max(kLeastOfItself, of_itself.value_or(kUsualOfItself)) - kEvenShare;
 }
 
+/// 0 if the registration did not settle.
+double excessOf(const Statistics& s) {
+  return s.settled ? excessOf(s.dense - s.by_chance, s.shown, s.of_itself) : 0;
+}
+
 /// A tenth is as usual at right places as at wrong ones.
 constexpr double kEvenSeen = 0.1;
 double seenLittle(double seen_through, double even = kEvenSeen) {
@@ -184,16 +189,18 @@ class Reason {
     if (s_.registered && !s_.settled)
       return "the best place does not hold: the points do not settle on the map there" +
              whatWouldHelp();
-    if (oddsOfTerm(s_, model_, kShown) < -1)
-      return "the best place does not hold: the query does not show what stands there in the map" +
+    const double in_query = worseOf(kShown, kMissing), in_map = worseOf(kStanding, kContradicted);
+    if (std::min(in_query, in_map) < -1) {
+      const bool of_query = in_query < in_map;
+      return fmt::format(
+                 "the best place does not hold: the {} does not show what stands there in the {}",
+                 of_query ? "query" : "map", of_query ? "map" : "query") +
              whatWouldHelp();
-    if (oddsOfTerm(s_, model_, kContradicted) < -1)
-      return "the best place does not hold: the map does not show what stands there in the query" +
-             whatWouldHelp();
+    }
     if (oddsOfTerm(s_, model_, kSeenThrough) < -1)
       return "the best place does not hold: the query saw through what stands there in the map" +
              whatWouldHelp();
-    if (s_.settled && termsOf(s_)[kExcess] < 0)
+    if (excessOf(s_) < 0)
       return fmt::format(
                  "the best place does not hold: only {:.0f} % of what stands upright lies "
                  "on its like there ({:.0f} % by chance)",
@@ -212,6 +219,10 @@ class Reason {
 
  private:
   double timesBetter() const { return e_.score / std::max(1.0, e_.runner_up); }
+
+  double worseOf(Term a, Term b) const {
+    return std::min(oddsOfTerm(s_, model_, a), oddsOfTerm(s_, model_, b));
+  }
 
   /// Places that look alike from above are told apart by their points.
   std::string howMuchBetter() const {
@@ -241,8 +252,7 @@ class Reason {
 bool oneOfSeveral(Evidence e, const Statistics& judged, const VerdictOptions& o,
                   const VerdictModel& model) {
   if (!e.rivalIsClose()) return false;
-  const bool fits =
-      judged.agreement >= kLikeTrue && (!judged.registered || termsOf(judged)[kExcess] >= 0);
+  const bool fits = judged.agreement >= kLikeTrue && excessOf(judged) >= 0;
   e.runner_up = e.passed_over = fits ? 0 : e.third;
   e.rivals.clear();
   Statistics s = statisticsOf(e);
@@ -272,7 +282,9 @@ Statistics statisticsOf(const Evidence& e) {
   s.settled = s.registered && e.dense.settled;
   s.views = e.dense.of == DenseEvidence::Of::views;
   s.contradicted = e.dense.contradicted;
+  s.standing = e.dense.standing;
   s.shown = e.dense.shown;
+  s.missing = e.dense.missing;
   s.of_itself = e.dense.of_itself;
   s.seen_through = e.dense.seen_through;
   s.sigma_m = e.sigma_m;
@@ -292,10 +304,12 @@ DenseEvidence denseEvidenceOf(const Statistics& s) {
           s.settled,
           s.dense,
           s.by_chance,
+          s.contradicted,
+          s.standing,
           s.shown,
+          s.missing,
           s.of_itself,
           s.seen_through,
-          s.contradicted,
           s.aerial};
 }
 
@@ -320,25 +334,30 @@ std::array<double, kTerms> termsOf(const Statistics& s) {
     return terms;
   }
   terms[kKnown] = std::log(s.known);
-  terms[kMargin] = s.margin;
-  if (s.settled) terms[kExcess] = excessOf(s.dense - s.by_chance, s.shown, s.of_itself);
   const bool saw = s.settled && s.seen_through;
   if (!s.shown) {
+    terms[kExcess] = excessOf(s);
+    terms[kMargin] = s.margin;
     terms[kMarginThere] = std::max(0.0, terms[kExcess]) * std::max(0.0, s.margin);
     if (saw) terms[kSeenThrough] = seenLittle(*s.seen_through);
     return terms;
   }
+  // What a true pose scores is known badly where labels are poor, and from the air; what stands
+  // where, and what is contradicted there, is seen.
   terms[kShown] = *s.shown;
+  terms[kContradicted] = kEvenBlocks - s.contradicted.value_or(kEvenBlocks);
   if (s.aerial) {
-    // A quarter is usual at right places. What a true pose scores is known badly from up there.
-    constexpr double kEvenContradicted = 0.25;
-    terms[kContradicted] = kEvenContradicted - s.contradicted.value_or(kEvenContradicted);
+    terms[kExcess] = excessOf(s);
+    terms[kMargin] = s.margin;
     return terms;
   }
   // There it is asked of exact depths, of which a quarter is even, and says less.
   constexpr double kEvenOfExact = 0.25, kMostOfExact = 0.35;
-  terms[kAgreement] = s.agreement;
-  terms[kViews] = s.settled && s.views;
+  constexpr double kEvenStanding = 0.8;
+  terms[kSettled] = s.settled;
+  terms[kStanding] = s.standing.value_or(kEvenStanding) - kEvenStanding;
+  terms[kMissing] = kEvenBlocks - s.missing.value_or(kEvenBlocks);
+  terms[kLogMargin] = std::log(s.margin - kLeastMargin + 1);
   if (saw) terms[kSeenThrough] = std::min(kMostOfExact, seenLittle(*s.seen_through, kEvenOfExact));
   return terms;
 }

@@ -22,8 +22,9 @@ constexpr double kRidge = 1e-4;  ///< of standardised weights, per answer
 constexpr int kNewtonSteps = 50;
 
 constexpr std::array<const char*, kTerms> kTermNames = {
-    "constant", "agreement",    "lead",         "known",  "excess",      "views",
-    "shown",    "contradicted", "seen_through", "margin", "margin_there"};
+    "constant",     "agreement", "lead",         "known",     "excess",
+    "settled",      "standing",  "shown",        "missing",   "contradicted",
+    "seen_through", "margin",    "margin_there", "log_margin"};
 
 /// Every weight beside its name in files.
 template <class Model, class Visit>
@@ -36,7 +37,8 @@ void forWeights(Model& model, const Visit& visit) {
   all("registered.", model.registered,
       {kConstant, kKnown, kExcess, kSeenThrough, kMargin, kMarginThere});
   all("shown.", model.shown,
-      {kConstant, kAgreement, kKnown, kExcess, kViews, kShown, kSeenThrough, kMargin});
+      {kConstant, kKnown, kSettled, kStanding, kShown, kMissing, kContradicted, kSeenThrough,
+       kLogMargin});
   all("air.", model.air, {kConstant, kKnown, kExcess, kShown, kContradicted, kMargin});
 }
 

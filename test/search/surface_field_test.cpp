@@ -264,12 +264,14 @@ TEST(SurfaceField, AQueryShowsWhatStandsThereWhateverItsLabel) {
   const PlanTown town = randomTown(5);
   const Index places = indexOf(town);
   const MovedQuery moved(town, {20, 45}, 30, poseFromYaw({12, -7, 3}, 0.9));
-  const auto shown = [&](const PlanView& query) {
-    return places.prepare(query)->visibility(moved.truth).shown;
+  const auto asked = [&](const PlanView& query) {
+    return places.prepare(query)->visibility(moved.truth);
   };
-  const auto seen = shown(moved.query);
-  ASSERT_TRUE(seen);
-  EXPECT_GT(*seen, 0.4);
+  const Visibility seen = asked(moved.query);
+  ASSERT_TRUE(seen.shown && seen.missing);
+  EXPECT_GT(*seen.shown, 0.4);
+  EXPECT_LT(*seen.missing, 0.15);
+  EXPECT_GT(seen.standing.value(), 0.8);
 
   PlanView of_other_labels = moved.query;
   for (std::size_t c = 0; c < kChannels; ++c) {
@@ -278,16 +280,22 @@ TEST(SurfaceField, AQueryShowsWhatStandsThereWhateverItsLabel) {
         c != static_cast<std::size_t>(Channel::road))
       of_other_labels.samples[c].clear();
   }
-  EXPECT_NEAR(*shown(of_other_labels), *seen, 0.02);
+  const Visibility unlabelled = asked(of_other_labels);
+  EXPECT_NEAR(*unlabelled.shown, *seen.shown, 0.02);
+  EXPECT_NEAR(*unlabelled.missing, *seen.missing, 0.02);
+  EXPECT_NEAR(*unlabelled.standing, *seen.standing, 0.02);
 
   PlanView bare = moved.query;
   bare[Channel::obstacle_low].clear();
   bare[Channel::obstacle_high].clear();
-  EXPECT_LT(*shown(bare), -0.4) << "it saw that nothing stands there";
+  EXPECT_LT(*asked(bare).shown, -0.4) << "it saw that nothing stands there";
+  EXPECT_GT(*asked(bare).missing, 0.8);
+  EXPECT_EQ(*asked(bare).standing, 1) << "nothing speaks against the map";
   for (GroundCell& cell : bare.known) cell.measured = false;
-  EXPECT_FALSE(shown(bare)) << "it has measured no ground";
+  EXPECT_FALSE(asked(bare).shown) << "it has measured no ground";
+  EXPECT_FALSE(asked(bare).missing);
   bare.known.clear();
-  EXPECT_FALSE(shown(bare)) << "it saw nothing of the place";
+  EXPECT_FALSE(asked(bare).shown) << "it saw nothing of the place";
 }
 
 TEST(SurfaceField, AQueryOfOtherStreetsDoesNotShowWhatStandsInTheMap) {
@@ -323,6 +331,10 @@ TEST(SurfaceField, WhatStandsElsewhereInHalfOfAQueryIsContradictedThereOnly) {
     }
   }
   EXPECT_GT(contradicted(copy), of_whole + 0.1);
+  const Visibility whole = places.prepare(moved.query)->visibility(moved.truth),
+                   other = places.prepare(copy)->visibility(moved.truth);
+  EXPECT_LT(*other.standing, *whole.standing - 0.2);
+  EXPECT_GT(*other.missing, *whole.missing + 0.1);
 
   PlanView ground_only = moved.query;
   for (std::size_t c = 0; c < kChannels; ++c) {

@@ -182,17 +182,19 @@ TEST_F(TinyTown, AVerdictIsLearnedFromAnswersThatSayAllItIsMadeOf) {
   const auto rights = static_cast<std::size_t>(std::stoi(learned.out.substr(model.size() + 2)));
   EXPECT_GE(rights, 2u) << learned.out;
   EXPECT_LT(rights, lineCount(found.out)) << learned.out;
-  EXPECT_NE(readText(model).find("shown.margin "), std::string::npos);
+  EXPECT_NE(readText(model).find("shown.log_margin "), std::string::npos);
 
-  std::string older = found.out;
-  const std::size_t margin = older.find("\"margin\":");
-  ASSERT_NE(margin, std::string::npos);
-  older.erase(margin, older.find(',', margin) + 1 - margin);
-  writeText(answers, older);
-  const Outcome refused = runXview({"learn", "--verdict", answers, file("older.txt")});
-  EXPECT_EQ(refused.code, 1);
-  EXPECT_NE(refused.err.find("localize again"), std::string::npos) << refused.err;
-  EXPECT_FALSE(std::filesystem::exists(file("older.txt")));
+  for (const std::string name : {"\"margin\":", "\"missing\":"}) {
+    std::string older = found.out;
+    const std::size_t at = older.find(name);
+    ASSERT_NE(at, std::string::npos) << name;
+    older.replace(at, name.size(), "\"other\":");
+    writeText(answers, older);
+    const Outcome refused = runXview({"learn", "--verdict", answers, file("older.txt")});
+    EXPECT_EQ(refused.code, 1);
+    EXPECT_NE(refused.err.find("localize again"), std::string::npos) << refused.err;
+    EXPECT_FALSE(std::filesystem::exists(file("older.txt")));
+  }
 }
 
 TEST_F(TinyTown, AShorterDriveInTheSameFolderLeavesNoOldFrames) {

@@ -38,6 +38,21 @@ Evidence goodGraph() {
   return e;
 }
 
+/// Points that settled.
+DenseEvidence points(double agreement, double by_chance, std::optional<double> shown = {},
+                     std::optional<double> of_itself = {},
+                     std::optional<double> seen_through = {}) {
+  DenseEvidence dense;
+  dense.of = DenseEvidence::Of::points;
+  dense.settled = true;
+  dense.agreement = agreement;
+  dense.by_chance = by_chance;
+  dense.shown = shown;
+  dense.of_itself = of_itself;
+  dense.seen_through = seen_through;
+  return dense;
+}
+
 Evidence randomEvidence(Random& random) {
   Evidence e;
   e.score = random.uniform(-50, 400);
@@ -56,6 +71,8 @@ Evidence randomEvidence(Random& random) {
   e.dense.by_chance = random.uniform(0, 0.3);
   e.dense.aerial = random.below(2);
   if (random.below(2)) e.dense.contradicted = random.uniform();
+  if (random.below(2)) e.dense.standing = random.uniform(-1, 1.5);
+  if (random.below(2)) e.dense.missing = random.uniform();
   if (random.below(2))
     e.dense.shown = random.uniform(-1, 1);
   else if (random.below(2))
@@ -119,6 +136,12 @@ TEST(Verdict, ConfidenceNeverFallsWithBetterEvidence) {
       },
       +[](Evidence& e) {
         if (e.dense.contradicted) *e.dense.contradicted *= 0.8;
+      },
+      +[](Evidence& e) {
+        if (e.dense.standing) *e.dense.standing += 0.1;
+      },
+      +[](Evidence& e) {
+        if (e.dense.missing) *e.dense.missing *= 0.8;
       },
       +[](Evidence& e) {
         if (e.dense.seen_through) *e.dense.seen_through *= 0.5;
@@ -232,7 +255,7 @@ TEST(Verdict, PointsDecideBetweenPlacesThatScoreAlike) {
   e.dense.of = DenseEvidence::Of::points;
   e.rivals.emplace_back();
   e.rivals[0].score = e.runner_up;
-  e.rivals[0].dense = {DenseEvidence::Of::points, true, 0.1, 0.04, {}, {}, {}, {}, false};
+  e.rivals[0].dense = points(0.1, 0.04);
   EXPECT_NE(judged(e).status, Status::accepted) << "points that do not settle";
   e.dense.settled = true;
   e.dense.agreement = 0.12;
@@ -255,8 +278,8 @@ TEST(Verdict, APlaceThatItsPointsStandOutByNeedNotScoreBest) {
   e.runner_up = 230;
   e.rivals.emplace_back();
   e.rivals[0].score = 230;
-  e.dense = {DenseEvidence::Of::points, true, 0.6, 0.1, {}, 0.7, 0.01, {}, false};
-  e.rivals[0].dense = {DenseEvidence::Of::points, true, 0.35, 0.1, {}, 0.7, 0.2, {}, false};
+  e.dense = points(0.6, 0.1, {}, 0.7, 0.01);
+  e.rivals[0].dense = points(0.35, 0.1, {}, 0.7, 0.2);
   EXPECT_EQ(judged(e).status, Status::accepted) << judged(e).reason;
   EXPECT_NE(judged(e).reason.find("looks like it from above"), std::string::npos)
       << judged(e).reason;
@@ -272,7 +295,7 @@ TEST(Verdict, StrangersHangOverTheEdgeOfTheMap) {
   e.score = 190;
   e.expected = 290;
   e.standing = {60, 120};
-  e.dense = {DenseEvidence::Of::points, true, 0.25, 0.03, 0.4, {}, {}, {}, false};
+  e.dense = points(0.25, 0.03, 0.4);
   const double inside = judged(e).confidence;
   e.known_share = 0.4;
   EXPECT_LT(1 - inside, 0.3 * (1 - judged(e).confidence));
@@ -325,11 +348,12 @@ TEST(Verdict, OutsideTheMapIsRejectedAndSaysSo) {
 
 TEST(Verdict, APlaceThatTheQueryDoesNotShowIsRefused) {
   Evidence e = goodView();
-  e.dense = {DenseEvidence::Of::points, true, 0.35, 0.05, 0.5, {}, {}, {}, false};
+  e.dense = points(0.35, 0.05, 0.5);
   EXPECT_EQ(judged(e).status, Status::accepted) << judged(e).reason;
   e.score = 120;
   e.standing.score = 60;
   e.dense.shown = -0.6;
+  e.dense.missing = 0.6;
   EXPECT_NE(judged(e).status, Status::accepted);
   EXPECT_NE(judged(e).reason.find("does not show"), std::string::npos) << judged(e).reason;
 }
@@ -340,7 +364,7 @@ TEST(Verdict, PointsMustAgreeAsTheQueryAgreesWithItself) {
   e.runner_up = 0.7 * e.score;
   e.rivals.emplace_back();
   e.rivals[0].score = e.runner_up;
-  e.dense = {DenseEvidence::Of::points, true, 0.4, 0.05, {}, 0.5, {}, {}, false};
+  e.dense = points(0.4, 0.05, {}, 0.5);
   EXPECT_EQ(judged(e).status, Status::accepted) << judged(e).reason;
   e.dense.of_itself = 0.8;
   EXPECT_NE(judged(e).status, Status::accepted) << judged(e).reason;
@@ -348,7 +372,7 @@ TEST(Verdict, PointsMustAgreeAsTheQueryAgreesWithItself) {
 
 TEST(Verdict, APlaceThatTheQuerySawThroughIsRefused) {
   Evidence e = goodView();
-  e.dense = {DenseEvidence::Of::points, true, 0.5, 0.05, {}, 0.7, 0.02, {}, false};
+  e.dense = points(0.5, 0.05, {}, 0.7, 0.02);
   EXPECT_EQ(judged(e).status, Status::accepted) << judged(e).reason;
   e.dense.seen_through = 0.6;
   EXPECT_NE(judged(e).status, Status::accepted);
@@ -361,7 +385,7 @@ TEST(Verdict, AHallThatTheQuerySawThroughIsRefusedThoughItIsShown) {
   e.score = 306;
   e.runner_up = 151;
   e.expected = 910;
-  e.dense = {DenseEvidence::Of::points, true, 0.4, 0.11, 0.28, {}, {}, {}, false};
+  e.dense = points(0.4, 0.11, 0.28);
   EXPECT_EQ(judged(e).status, Status::accepted) << "or rays decide nothing";
   e.dense.seen_through = 0.05;
   EXPECT_EQ(judged(e).status, Status::accepted) << judged(e).reason;
@@ -373,7 +397,10 @@ TEST(Verdict, AHallThatTheQuerySawThroughIsRefusedThoughItIsShown) {
 TEST(Verdict, FromTheAirWhatTheMapHasNotSpeaksAgainstAPlace) {
   Evidence e = goodView();
   e.standing.score = 3;  // what a true pose would score is known badly from there
-  e.dense = {DenseEvidence::Of::views, true, 0.25, 0.1, 0.15, {}, {}, 0.2, true};
+  e.dense = points(0.25, 0.1, 0.15);
+  e.dense.of = DenseEvidence::Of::views;
+  e.dense.contradicted = 0.2;
+  e.dense.aerial = true;
   e.known_share = 0.4;
   EXPECT_EQ(judged(e).status, Status::accepted) << judged(e).reason;
   e.dense.contradicted = 0.7;
@@ -386,10 +413,27 @@ TEST(Verdict, AStreetThatStandsOutButIsNotShownIsRefused) {
   e.score = 1200;
   e.runner_up = 50;
   e.expected = 3000;
-  e.dense = {DenseEvidence::Of::points, true, 0.34, 0.04, 0.3, {}, {}, {}, false};
+  e.dense = points(0.34, 0.04, 0.3);
   EXPECT_EQ(judged(e).status, Status::accepted) << judged(e).reason;
   e.dense.shown = -0.15;
+  e.dense.missing = 0.35;
   EXPECT_NE(judged(e).status, Status::accepted);
+  EXPECT_NE(judged(e).reason.find("the query does not show"), std::string::npos)
+      << judged(e).reason;
+}
+
+/// A copy of a street with other houses between its own: it fits the better the longer it is.
+TEST(Verdict, WhatStandsElsewhereIsAsGoodAReasonAsWhatIsMissing) {
+  Evidence e = goodView();
+  e.dense = points(0.4, 0.03, 0.5);
+  e.dense.standing = 0.95;
+  e.dense.missing = e.dense.contradicted = 0.2;
+  EXPECT_EQ(judged(e).status, Status::accepted) << judged(e).reason;
+  e.dense.standing = 0.5;
+  e.dense.missing = 0.3;
+  e.dense.contradicted = 0.5;
+  EXPECT_NE(judged(e).status, Status::accepted);
+  EXPECT_NE(judged(e).reason.find("the map does not show"), std::string::npos) << judged(e).reason;
 }
 
 TEST(Verdict, ACopyThatWouldHaveToBeLongIsLessLikely) {
@@ -415,7 +459,7 @@ TEST(Witnesses, SayWhatEachKnows) {
   EXPECT_GT(judged(e).witnesses.correspondences, 5);
   e.kept = 7;
   EXPECT_LT(judged(e).witnesses.correspondences, -5);
-  e.dense = {DenseEvidence::Of::points, true, 0.6, 0.05, {}, {}, {}, {}, false};
+  e.dense = points(0.6, 0.05);
   EXPECT_GT(judged(e).witnesses.dense, 0);
   e.dense.agreement = 0.1;
   EXPECT_LT(judged(e).witnesses.dense, 0);
@@ -433,7 +477,8 @@ std::vector<JudgedStatistics> answersOf(const VerdictModel& truth, int count) {
     if (e.score <= 0) continue;
     const Verdict v = judge(e, kOptions, truth);
     const double odds = v.witnesses.place + v.witnesses.dense;
-    answers.push_back({v.statistics, random.uniform() < 1 / (1 + std::exp(-odds))});
+    answers.push_back(
+        {v.statistics, random.uniform() < 1 / (1 + std::exp(-odds) + oddsAgainst(v.statistics))});
   }
   return answers;
 }
@@ -444,13 +489,14 @@ TEST(VerdictModel, IsFoundFromAnswers) {
   truth.alone[kLead] = 0.8;
   truth.registered[kExcess] = 6;
   truth.registered[kMarginThere] = 0.5;
-  truth.shown[kAgreement] = 2;
   truth.shown[kKnown] = 1.5;
-  truth.shown[kExcess] = 6;
-  truth.shown[kViews] = 0.5;
+  truth.shown[kSettled] = 0.5;
+  truth.shown[kStanding] = 2;
   truth.shown[kShown] = 3;
+  truth.shown[kMissing] = 5;
+  truth.shown[kContradicted] = 4;
   truth.shown[kSeenThrough] = 2;
-  truth.shown[kMargin] = 0.3;
+  truth.shown[kLogMargin] = 1;
   truth.air[kKnown] = 2;
   truth.air[kExcess] = 5;
   truth.air[kContradicted] = 6;

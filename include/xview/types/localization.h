@@ -112,8 +112,10 @@ struct Statistics {
   bool aerial = false;      ///< the query was seen from the air
   double dense = 0;         ///< how closely upright things lie on their like then, in [0, 1]
   double by_chance = 0;     ///< and how closely they would some metres off
-  std::optional<double> shown;         ///< how far the query shows what stands in the map
   std::optional<double> contradicted;  ///< share of what stands in the query that the map has not
+  std::optional<double> standing;  ///< how far what stands in the query stands in the map as well
+  std::optional<double> shown;     ///< how far the query shows what stands in the map
+  std::optional<double> missing;   ///< share of that that it does not show; with `shown`
   std::optional<double>
       of_itself;  ///< how closely one half of the query lies on the other; only without `shown`
   std::optional<double> seen_through;  ///< how much of what stands in the map the query saw

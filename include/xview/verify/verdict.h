@@ -47,19 +47,19 @@ struct DenseEvidence {
   /// How closely what stands upright lies on its like, where the map holds anything, in [0, 1].
   double agreement = 0;
   double by_chance = 0;  ///< the same some metres off, in whatever the map holds there
-  /// How far the query shows what stands in the map, if that was asked; see search::Visibility.
-  std::optional<double> shown;
+  /// What query and map show of each other, as far as that was asked; see search::Visibility.
+  std::optional<double> contradicted, standing, shown, missing;
   /// How closely one half of the query lies on the other: what a true place could show at best.
   /// Asked where the query cannot tell what it shows.
   std::optional<double> of_itself;
   /// How much of what stands in the map the query saw through; asked there as well. See
   /// pose::seenThrough.
   std::optional<double> seen_through;
-  /// How much of what stands in the query the map has not, where that was asked; see
-  /// search::Visibility.
-  std::optional<double> contradicted;
   bool aerial = false;  ///< the query was seen from the air
 };
+
+/// Share of what stands at a place that is missing or contradicted there at about even odds.
+constexpr double kEvenBlocks = 0.25;
 
 /// Share of the best score from which on a place may be the right one and is to be looked at
 /// closely.
@@ -108,12 +108,15 @@ enum Term : std::size_t {
                ///< fit best where they hang over its edge
   kExcess,     ///< dense agreement over that by chance, as a share of that of the query with itself
                ///< where that was asked; 0 if the registration did not settle
-  kViews,      ///< 1 if views were registered, not points
+  kSettled,    ///< 1 if the registration found a pose near the place
+  kStanding,   ///< how far what stands in the query stands in the map as well
   kShown,      ///< how far the query shows what stands in the map
+  kMissing,    ///< how little of that it does not show
   kContradicted,  ///< how little of what stands in the query the map contradicts
   kSeenThrough,   ///< logarithm of how little of the map the query saw through
   kMargin,        ///< how much better the place fits than any other
   kMarginThere,   ///< which says more where the points agree: times what is in excess
+  kLogMargin,     ///< logarithm of the margin: a stranger may fit one place of the map only, too
   kTerms
 };
 
@@ -172,8 +175,9 @@ struct Verdict {
 /// Without a registration the place must stand out by its score: the odds grow with the logarithm
 /// of the lead (s1 - s2) ln(s1 / s2), as 60 nats before the next place are much over 30 and little
 /// over 600. With one it must stand out by how it fits after close looks at the best few places
-/// (fitOf), fit closely by itself, have the score that a true pose would have, and lie where the
-/// map was seen. Correspondences add nothing to these (measured) and are reported only.
+/// (fitOf), lie where the map was seen, and by itself fit closely or, where that can be asked,
+/// stand as the map does and show what the map shows. Correspondences add nothing to these
+/// (measured) and are reported only.
 ///
 /// All that tells how well a query fits says nothing against a copy of its place, of which only the
 /// map can tell how usual it is: the share of its own stretches that find as good a place elsewhere
