@@ -296,7 +296,7 @@ void Localizer::Index::setVisibility(const Query& query, const Query& levelled,
   // What a query does not show may be what its shapes do not tell.
   if (seen.shown && shapes_only) {
     seen.shown = std::max(0.0, *seen.shown);
-    seen.missing = std::min(verify::kEvenBlocks, *seen.missing);
+    seen.missing = std::min(kEvenBlocks, *seen.missing);
   }
   dense.contradicted = seen.contradicted;
   dense.standing = seen.standing;

@@ -22,7 +22,6 @@ constexpr std::size_t kLargeMapTiles = 400;
 /// First steps of a climb to the end, and how far a step of yaw moves the rim at most.
 constexpr double kStep_m = 0.5, kStep_rad = 0.012, kRimStep_m = 0.5;
 constexpr double kPolishStep_m = 0.125, kPolishStep_rad = 0.003;
-constexpr std::array<Channel, 2> kStanding = {Channel::obstacle_low, Channel::obstacle_high};
 constexpr double kShownPrior_nats = 15;  ///< added to what is expected: a few things say little
 /// Presumed of obstacles of a query, found and expected, so that a few of them say little.
 constexpr double kStandingPrior_nats = 20, kMostStanding = 1.5;
@@ -115,7 +114,7 @@ PlanView standingThings(const PlanView& view, bool with_known) {
   things.origin_y = view.origin_y;
   things.origin_z = view.origin_z;
   things.aerial = view.aerial;
-  for (const Channel c : kStanding) things[c] = view[c];
+  for (const Channel c : kObstacles) things[c] = view[c];
   if (with_known) {
     std::copy_if(view.known.begin(), view.known.end(), std::back_inserter(things.known),
                  [](const GroundCell& cell) { return cell.measured; });
@@ -129,7 +128,7 @@ PlanView thingsAround(const PlanView& map, const Eigen::Vector2d& centre, double
   PlanView near;
   near.cell_m = map.cell_m;
   const Eigen::Vector3d origin(map.origin_x, map.origin_y, map.origin_z);
-  for (const Channel c : kStanding) {
+  for (const Channel c : kObstacles) {
     for (const PlanSample& s : map[c]) {
       const Eigen::Vector3d p_map = origin + Eigen::Vector3d(s.x, s.y, s.z);
       if ((p_map.head<2>() - centre).squaredNorm() > radius_m * radius_m) continue;
@@ -278,10 +277,10 @@ class SurfaceQuery final : public FieldQuery {
   }
 
   Visibility visibility(const Eigen::Isometry3d& T_map_query) const override {
-    const PlacePose here = centrePose(T_map_query);
+    const std::vector<SampleEvidence> here = score_.evidence(centrePose(T_map_query));
     Visibility seen;
-    seen.contradicted = score_.contradicted(here);
-    const PartScore obstacles = score_.obstacles(here);
+    seen.contradicted = contradictedIn(here);
+    const PartScore obstacles = obstaclesIn(here);
     seen.standing = std::clamp(
         (obstacles.score + kStandingPrior_nats) / (obstacles.expected + kStandingPrior_nats), -1.0,
         kMostStanding);
@@ -297,7 +296,7 @@ class SurfaceQuery final : public FieldQuery {
                              samples.centre.y() - things_->originY(), 0, 0};
     const SurfaceScore map_in_query(*things_, ratios, samples.fine);
     const PartScore sum = map_in_query.details(as_it_is, {}).standing;
-    seen.missing = map_in_query.contradicted(as_it_is);
+    seen.missing = contradictedIn(map_in_query.evidence(as_it_is));
     seen.shown =
         std::clamp(sum.score / (std::max(0.0, sum.expected) + kShownPrior_nats), -1.0, 1.0);
     return seen;

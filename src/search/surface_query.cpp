@@ -13,8 +13,7 @@ constexpr double kObjectWeight = 2;     ///< evidence of an object
 constexpr double kGroundBlock_m = 2;    ///< heights of the ground, one per block
 /// Things that stand or do not stand at a place together. Larger blocks hide things behind others.
 constexpr double kThingsBlock_m = 4;
-/// A few things say little: so much [nats], of which a share as at even odds is contradicted.
-constexpr double kContradictedPrior_nats = 15, kEvenContradicted = 0.25;
+constexpr double kContradictedPrior_nats = 15;  ///< at even odds, as a few things say little
 
 /// Classes that fill areas in plan view; facades of whole blocks of houses are seen as areas, too.
 bool fillsArea(Channel c) { return isArea(c) || c == Channel::building; }
@@ -67,9 +66,6 @@ bool isBorder(Channel c) {
 /// Upright surfaces, and anything that stands there. Roads and verges of one town resemble those of
 /// another; walls, hedges and crowns do so less.
 bool stands(Channel c) { return !isArea(c) && !isObject(c) && !isBorder(c); }
-
-/// Anything that stands there, whatever its label.
-bool isObstacle(Channel c) { return c == Channel::obstacle_low || c == Channel::obstacle_high; }
 
 constexpr int kMostMoves = 8;          ///< per level of a climb
 constexpr double kMostReach_m = 1000;  ///< of a window of tiles
@@ -309,19 +305,19 @@ std::vector<SampleEvidence> SurfaceScore::evidence(const PlacePose& pose) const 
   return evidence;
 }
 
-PartScore SurfaceScore::obstacles(const PlacePose& pose) const {
+PartScore obstaclesIn(const std::vector<SampleEvidence>& evidence) {
   PartScore sum;
-  for (const SampleEvidence& e : evidence(pose)) {
-    if (!e.known || !isObstacle(e.channel)) continue;
+  for (const SampleEvidence& e : evidence) {
+    if (!e.known || std::count(kObstacles.begin(), kObstacles.end(), e.channel) == 0) continue;
     sum.score += e.nats;
     sum.expected += std::max(0.0, e.expected);
   }
   return sum;
 }
 
-double SurfaceScore::contradicted(const PlacePose& pose) const {
+double contradictedIn(const std::vector<SampleEvidence>& evidence) {
   std::map<std::pair<std::int64_t, std::int64_t>, PartScore> blocks;
-  for (const SampleEvidence& e : evidence(pose)) {
+  for (const SampleEvidence& e : evidence) {
     if (!e.known || !(stands(e.channel) || isObject(e.channel))) continue;
     PartScore& block =
         blocks[{static_cast<std::int64_t>(std::floor(e.query.y() / kThingsBlock_m)),
@@ -329,7 +325,7 @@ double SurfaceScore::contradicted(const PlacePose& pose) const {
     block.score += e.nats;
     block.expected += std::max(0.0, e.expected);
   }
-  double against = kEvenContradicted * kContradictedPrior_nats, all = kContradictedPrior_nats;
+  double against = kEvenBlocks * kContradictedPrior_nats, all = kContradictedPrior_nats;
   for (const auto& [where, block] : blocks) {
     if (block.score < 0) against += block.expected;
     all += block.expected;

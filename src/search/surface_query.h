@@ -40,6 +40,16 @@ SurfaceSamples partOf(const SurfaceSamples& samples, const Eigen::Vector2d& cent
 /// How far the farthest sample is from the centre [m].
 double radiusOf(const std::vector<SurfaceSamples::Sample>& samples);
 
+/// Anything that stands there, whatever its class.
+constexpr std::array<Channel, 2> kObstacles = {Channel::obstacle_low, Channel::obstacle_high};
+
+/// What obstacles add to a score, and what they would to that of a true pose, where the map was
+/// seen.
+PartScore obstaclesIn(const std::vector<SampleEvidence>& evidence);
+
+/// Share of what stands that speaks against a pose; see Visibility::contradicted.
+double contradictedIn(const std::vector<SampleEvidence>& evidence);
+
 /// Weight of a fine or coarse sample: one that stands for a larger block counts more, so that
 /// evidence per square metre (areas) or metre (lines) is constant.
 double sampleWeight(Channel channel, bool coarse);
@@ -66,11 +76,6 @@ class SurfaceScore {
   PlaceHypothesis details(const PlacePose& pose, PlaceHypothesis hypothesis) const;
   /// What each sample says.
   std::vector<SampleEvidence> evidence(const PlacePose& pose) const;
-  /// What obstacles add to the score, and what they would to that of a true pose, where the map was
-  /// seen.
-  PartScore obstacles(const PlacePose& pose) const;
-  /// Share of what stands that speaks against the pose; see Visibility::contradicted.
-  double contradicted(const PlacePose& pose) const;
 
  private:
   const DistanceField& field_;

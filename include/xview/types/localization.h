@@ -100,6 +100,9 @@ struct LookAlike {
   double share = 0;
 };
 
+/// Share of what stands at a place that is missing or contradicted there at about even odds.
+constexpr double kEvenBlocks = 0.25;
+
 /// What the verdict was made of.
 struct Statistics {
   double lead = 0;          ///< (s1 - s2) ln(s1 / s2) of the best two places, with noise [nats]

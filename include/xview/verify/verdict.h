@@ -58,9 +58,6 @@ struct DenseEvidence {
   bool aerial = false;  ///< the query was seen from the air
 };
 
-/// Share of what stands at a place that is missing or contradicted there at about even odds.
-constexpr double kEvenBlocks = 0.25;
-
 /// Share of the best score from which on a place may be the right one and is to be looked at
 /// closely.
 constexpr double kAboutAsWell = 0.75;
