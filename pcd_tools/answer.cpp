@@ -7,6 +7,7 @@
 #include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <type_traits>
 
 #include "xview/types/error.h"
 #include "xview/types/user_text.h"
@@ -62,24 +63,29 @@ enum class Written {
 /// visit(name, value, written) for what a verdict was made of, in the order of the file.
 template <class Values, class Visit>
 void forEachStatistic(Values& s, Visit&& visit) {
+  using Of = DenseEvidence::Of;
+  auto& dense = s.dense;
+  bool registered = dense.registered(), views = dense.of == Of::views;
   visit("lead", s.lead, Written::always);
   visit("agreement", s.agreement, Written::always);
-  visit("registered", s.registered, Written::always);
-  visit("settled", s.settled, Written::always);
-  visit("views", s.views, Written::always);
-  visit("aerial", s.aerial, Written::now);
-  visit("dense", s.dense, Written::always);
-  visit("by_chance", s.by_chance, Written::always);
+  visit("registered", registered, Written::always);
+  visit("settled", dense.settled, Written::always);
+  visit("views", views, Written::always);
+  if constexpr (!std::is_const_v<Values>)
+    dense.of = !registered ? Of::nothing : views ? Of::views : Of::points;
+  visit("aerial", dense.aerial, Written::now);
+  visit("dense", dense.agreement, Written::always);
+  visit("by_chance", dense.by_chance, Written::always);
   visit("known", s.known, Written::now);
   visit("margin", s.margin, Written::now);
   visit("look_alike", s.look_alike, Written::now);
   visit("sigma_m", s.sigma_m, Written::now);
-  visit("contradicted", s.contradicted, Written::if_asked);
-  visit("standing", s.standing, Written::if_asked);
-  visit("shown", s.shown, Written::if_asked);
-  visit("missing", s.missing, Written::if_asked);
-  visit("of_itself", s.of_itself, Written::if_asked);
-  visit("seen_through", s.seen_through, Written::if_asked);
+  visit("contradicted", dense.contradicted, Written::if_asked);
+  visit("standing", dense.standing, Written::if_asked);
+  visit("shown", dense.shown, Written::if_asked);
+  visit("missing", dense.missing, Written::if_asked);
+  visit("of_itself", dense.of_itself, Written::if_asked);
+  visit("seen_through", dense.seen_through, Written::if_asked);
 }
 
 template <class Value>
@@ -219,8 +225,8 @@ Answer answerFrom(const std::string& line) {
       if (written == Written::now) answer.whole_statistics &= is_there;
     });
     // Asked together; older programs asked for the first only.
-    if (answer.fix.statistics.shown)
-      answer.whole_statistics &= answer.fix.statistics.missing.has_value();
+    if (answer.fix.statistics.dense.shown)
+      answer.whole_statistics &= answer.fix.statistics.dense.missing.has_value();
   }
   const auto covariance = json.find("covariance");
   if (covariance != json.end() && !covariance->is_null())

@@ -277,8 +277,8 @@ RegisteredPlaces Localizer::Index::registerPlaces(const Query& query, const Cand
         refinement.refine(levelled, level ? level->in_field.get() : in_field,
                           level && i == 0 ? level->T_map_query : T * registered.turn.conjugate(),
                           pairsAt(i, found), up_sigma_rad, i == 0 ? answer.timing_ms : unused);
-    setVisibility(query, levelled, in_field ? in_field->visibility(T) : search::Visibility(),
-                  of_itself, place);
+    setVisibility(query, levelled, in_field ? in_field->visibility(T) : Visibility(), of_itself,
+                  place);
     registered.places.push_back(std::move(place));
     if (i == 0) watch.lap_ms();
   }
@@ -289,17 +289,14 @@ RegisteredPlaces Localizer::Index::registerPlaces(const Query& query, const Cand
 /// What query and map show of each other at a place (`seen` in the field) and how much of the map
 /// the query saw through there. Where the field does not tell, agreement is a share of `of_itself`,
 /// that of the query with itself, which is measured when it is asked for first.
-void Localizer::Index::setVisibility(const Query& query, const Query& levelled,
-                                     search::Visibility seen, std::optional<double>& of_itself,
-                                     RefinedPose& place) const {
-  verify::DenseEvidence& dense = place.dense;
+void Localizer::Index::setVisibility(const Query& query, const Query& levelled, Visibility seen,
+                                     std::optional<double>& of_itself, RefinedPose& place) const {
+  DenseEvidence& dense = place.dense;
   // What a query does not show may be what its shapes do not tell.
   if (seen.shown && shapes_only) {
     seen.shown = std::max(0.0, *seen.shown);
     seen.missing = std::min(kEvenBlocks, *seen.missing);
   }
-  dense.contradicted = seen.contradicted;
-  dense.standing = seen.standing;
   dense.aerial = query.plan.aerial;
   // From one place a query cannot show what stands behind what it shows, but its rays tell.
   const bool from_one_place = travelOf(query) < kOnePlace_m;
@@ -307,13 +304,12 @@ void Localizer::Index::setVisibility(const Query& query, const Query& levelled,
   const bool is_exact = query.cloud.typicalSigma() <= kExact_m;
   if ((shows_little || is_exact) && dense.settled)
     dense.seen_through = refinement.seenThrough(levelled, place.T_map_query);
-  if (seen.shown && !(shows_little && dense.seen_through)) {
-    dense.shown = seen.shown;
-    dense.missing = seen.missing;
-  } else if (dense.settled) {
-    if (!of_itself) of_itself = refinement.agreementWithItself(query);
-    dense.of_itself = of_itself;
-  }
+  static_cast<Visibility&>(dense) = seen;
+  if (seen.shown && !(shows_little && dense.seen_through)) return;
+  dense.shown = dense.missing = std::nullopt;
+  if (!dense.settled) return;
+  if (!of_itself) of_itself = refinement.agreementWithItself(query);
+  dense.of_itself = of_itself;
 }
 
 /// Takes an acceptance back if a place that the prior forbids explains the query far better: then

@@ -75,7 +75,7 @@ struct Localizer::Index {
   void matchVertices(const Query& query, Candidates& found, Timings& timing_ms) const;
   RegisteredPlaces registerPlaces(const Query& query, const Candidates& found,
                                   Localization& answer) const;
-  void setVisibility(const Query& query, const Query& levelled, search::Visibility seen,
+  void setVisibility(const Query& query, const Query& levelled, Visibility seen,
                      std::optional<double>& of_itself, RefinedPose& place) const;
   void refuteFromOutside(const search::FieldQuery& in_field, const verify::Evidence& inside,
                          Localization& answer) const;

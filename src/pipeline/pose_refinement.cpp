@@ -163,7 +163,7 @@ Matrix6d covarianceOfPlans(const Query& query, const Eigen::Isometry3d& T_map_qu
   return covariance;
 }
 
-void setAgreement(const std::optional<pose::Agreement>& agreement, verify::DenseEvidence& dense) {
+void setAgreement(const std::optional<pose::Agreement>& agreement, DenseEvidence& dense) {
   dense.settled = agreement.has_value();
   if (!agreement) return;
   dense.agreement = agreement->found;
@@ -251,7 +251,7 @@ void PoseRefinement::useRecentPart(Step& step) const {
 
 /// The clouds take the nearest surface for the right one, and see only some classes.
 void PoseRefinement::useClouds(Step& step) const {
-  step.pose.dense.of = verify::DenseEvidence::Of::points;
+  step.pose.dense.of = DenseEvidence::Of::points;
   const Query& query = step.query;
   pose::RefineOptions options = options_.refine;
   options.tilt_sigma_deg = std::hypot(options.tilt_sigma_deg, step.up_sigma_rad * 180 / M_PI);
@@ -265,7 +265,7 @@ void PoseRefinement::useClouds(Step& step) const {
 
 /// Where single points are known too badly, their averages seen from above are left.
 void PoseRefinement::usePlans(Step& step) const {
-  step.pose.dense.of = verify::DenseEvidence::Of::views;
+  step.pose.dense.of = DenseEvidence::Of::views;
   const Query& query = step.query;
   const auto found =
       plan_.align(query.plan, query.poses.back().translation(), step.pose.T_map_query);

@@ -51,7 +51,7 @@ struct RefinedPose {
   Matrix6d covariance = Matrix6d::Zero();  ///< of the last sensor pose; see Localization
   /// Poses of the window after the posterior; empty if it did not converge.
   std::vector<Eigen::Isometry3d> T_map_sensor;
-  verify::DenseEvidence dense;
+  DenseEvidence dense;
 };
 
 /// From the pose of the place to that of the last sensor, against which the older part of a window

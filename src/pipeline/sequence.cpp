@@ -234,11 +234,11 @@ struct Sequence::State {
                       next = placeNow(tracks[1].seen.back());
       e.rival_distance_m = std::hypot(best.x - next.x, best.y - next.y);
     }
-    e.dense = verify::denseEvidenceOf(at_best.statistics);
+    e.dense = at_best.statistics.dense;
     e.sigma_m = at_best.statistics.sigma_m;
     if (tracks.size() > 1 && e.dense.settled && e.rivalIsClose()) {
       const auto lookAt = [&](const Track& track) {
-        return verify::denseEvidenceOf(localizer.describe(query, track.seen.back()).statistics);
+        return localizer.describe(query, track.seen.back()).statistics.dense;
       };
       if (bestIsThatOf(answer.alone))  // which may have had another rival
         e.dense = lookAt(tracks[0]);

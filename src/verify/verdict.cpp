@@ -75,7 +75,9 @@ double excessOf(double over_chance, const std::optional<double>& shown,
 
 /// 0 if the registration did not settle.
 double excessOf(const Statistics& s) {
-  return s.settled ? excessOf(s.dense - s.by_chance, s.shown, s.of_itself) : 0;
+  const DenseEvidence& dense = s.dense;
+  return dense.settled ? excessOf(dense.agreement - dense.by_chance, dense.shown, dense.of_itself)
+                       : 0;
 }
 
 /// A tenth is as usual at right places as at wrong ones.
@@ -111,7 +113,7 @@ double oddsOfTerm(const Statistics& s, const VerdictModel& model, Term term) {
 
 /// Of the place by itself, as if nothing had been registered.
 double placeOdds(Statistics s, const VerdictModel& model) {
-  s.registered = false;
+  s.dense.of = DenseEvidence::Of::nothing;
   return oddsOf(s, model);
 }
 
@@ -154,7 +156,8 @@ double chanceToBeNear(const Statistics& s) {
 
 double confidenceOf(double odds, const Statistics& s) {
   const double confidence = chanceToBeNear(s) / (1 + std::exp(-odds) + oddsAgainst(s));
-  return s.registered || s.lead > 0 ? confidence : std::min(confidence, 0.5);  // one of two at best
+  return s.dense.registered() || s.lead > 0 ? confidence
+                                            : std::min(confidence, 0.5);  // one of two at best
 }
 
 /// The words of a verdict.
@@ -165,11 +168,11 @@ class Reason {
 
   std::string ofAccepted() const {
     std::string text = timesBetter() > 20 ? "no other place fits" : howMuchBetter();
-    if (s_.settled && !s_.views)
+    if (s_.dense.settled && s_.dense.of == DenseEvidence::Of::points)
       text += fmt::format(
           "; {:.0f} % of what stands upright lies on its like there ({:.0f} % by "
           "chance)",
-          100 * s_.dense, 100 * s_.by_chance);
+          100 * s_.dense.agreement, 100 * s_.dense.by_chance);
     return text;
   }
   std::string ofAmbiguous() const {
@@ -186,7 +189,7 @@ class Reason {
           "the place fits, but so do others in this map: {:.0f} % of its own stretches look as "
           "much like another one{}",
           100 * s_.look_alike, whatWouldHelp());
-    if (s_.registered && !s_.settled)
+    if (s_.dense.registered() && !s_.dense.settled)
       return "the best place does not hold: the points do not settle on the map there" +
              whatWouldHelp();
     const double in_query = worseOf(kShown, kMissing), in_map = worseOf(kStanding, kContradicted);
@@ -204,9 +207,9 @@ class Reason {
       return fmt::format(
                  "the best place does not hold: only {:.0f} % of what stands upright lies "
                  "on its like there ({:.0f} % by chance)",
-                 100 * s_.dense, 100 * s_.by_chance) +
+                 100 * s_.dense.agreement, 100 * s_.dense.by_chance) +
              whatWouldHelp();
-    if (s_.registered ? s_.margin < kClearMargin : s_.lead <= 0)
+    if (s_.dense.registered() ? s_.margin < kClearMargin : s_.lead <= 0)
       return "no place stands out: another one fits as well" + whatWouldHelp();
     if (oddsOfTerm(s_, model_, kKnown) < -2)
       return fmt::format(
@@ -278,75 +281,47 @@ Statistics statisticsOf(const Evidence& e) {
   s.lead = leadOver(e.runner_up, e);
   s.agreement = agreementOf(e);
   s.known = std::clamp(e.known_share, kLeast, 1.0);
-  s.registered = e.dense.of != DenseEvidence::Of::nothing;
-  s.settled = s.registered && e.dense.settled;
-  s.views = e.dense.of == DenseEvidence::Of::views;
-  s.contradicted = e.dense.contradicted;
-  s.standing = e.dense.standing;
-  s.shown = e.dense.shown;
-  s.missing = e.dense.missing;
-  s.of_itself = e.dense.of_itself;
-  s.seen_through = e.dense.seen_through;
+  s.dense = e.dense;
   s.sigma_m = e.sigma_m;
-  s.aerial = e.dense.aerial;
-  if (s.registered) s.margin = marginOf(e);
-  if (!s.settled) return s;
-  s.dense = e.dense.agreement;
-  s.by_chance = e.dense.by_chance;
+  if (s.dense.registered()) s.margin = marginOf(e);
   return s;
 }
 
-DenseEvidence denseEvidenceOf(const Statistics& s) {
-  using Of = DenseEvidence::Of;
-  return {!s.registered ? Of::nothing
-          : s.views     ? Of::views
-                        : Of::points,
-          s.settled,
-          s.dense,
-          s.by_chance,
-          s.contradicted,
-          s.standing,
-          s.shown,
-          s.missing,
-          s.of_itself,
-          s.seen_through,
-          s.aerial};
-}
-
 const std::array<double, kTerms>& VerdictModel::weightsFor(const Statistics& s) const {
-  if (!s.registered) return alone;
-  if (!s.shown) return registered;
-  return s.aerial ? air : shown;
+  if (!s.dense.registered()) return alone;
+  if (!s.dense.shown) return registered;
+  return s.dense.aerial ? air : shown;
 }
 
 double oddsAgainst(const Statistics& s) {
   // As often as that the next place was the right one (offices, halls and towns).
   constexpr double kPerMargin = 1.5;
-  return s.look_alike + (s.registered ? std::exp(-kPerMargin * s.margin) : 0);
+  return s.look_alike + (s.dense.registered() ? std::exp(-kPerMargin * s.margin) : 0);
 }
 
 std::array<double, kTerms> termsOf(const Statistics& s) {
   std::array<double, kTerms> terms{};
   terms[kConstant] = 1;
-  if (!s.registered) {
+  if (!s.dense.registered()) {
     terms[kAgreement] = std::log(s.agreement);
     terms[kLead] = std::log(s.lead + kLeastLead);
     return terms;
   }
   terms[kKnown] = std::log(s.known);
-  const bool saw = s.settled && s.seen_through;
-  if (!s.shown) {
+  const DenseEvidence& dense = s.dense;
+  const bool saw = dense.settled && dense.seen_through;
+  if (!dense.shown) {
     terms[kExcess] = excessOf(s);
     terms[kMargin] = s.margin;
     terms[kMarginThere] = std::max(0.0, terms[kExcess]) * std::max(0.0, s.margin);
-    if (saw) terms[kSeenThrough] = seenLittle(*s.seen_through);
+    if (saw) terms[kSeenThrough] = seenLittle(*dense.seen_through);
     return terms;
   }
   // What a true pose scores is known badly where labels are poor, and from the air; what stands
   // where, and what is contradicted there, is seen.
-  terms[kShown] = *s.shown;
-  terms[kContradicted] = kEvenBlocks - s.contradicted.value_or(kEvenBlocks);
-  if (s.aerial) {
+  terms[kShown] = *dense.shown;
+  terms[kContradicted] = kEvenBlocks - dense.contradicted.value_or(kEvenBlocks);
+  if (dense.aerial) {
     terms[kExcess] = excessOf(s);
     terms[kMargin] = s.margin;
     return terms;
@@ -354,11 +329,12 @@ std::array<double, kTerms> termsOf(const Statistics& s) {
   // There it is asked of exact depths, of which a quarter is even, and says less.
   constexpr double kEvenOfExact = 0.25, kMostOfExact = 0.35;
   constexpr double kEvenStanding = 0.8;
-  terms[kSettled] = s.settled;
-  terms[kStanding] = s.standing.value_or(kEvenStanding) - kEvenStanding;
-  terms[kMissing] = kEvenBlocks - s.missing.value_or(kEvenBlocks);
+  terms[kSettled] = dense.settled;
+  terms[kStanding] = dense.standing.value_or(kEvenStanding) - kEvenStanding;
+  terms[kMissing] = kEvenBlocks - dense.missing.value_or(kEvenBlocks);
   terms[kLogMargin] = std::log(s.margin - kLeastMargin + 1);
-  if (saw) terms[kSeenThrough] = std::min(kMostOfExact, seenLittle(*s.seen_through, kEvenOfExact));
+  if (saw)
+    terms[kSeenThrough] = std::min(kMostOfExact, seenLittle(*dense.seen_through, kEvenOfExact));
   return terms;
 }
 

@@ -159,15 +159,19 @@ VerdictModel fitVerdictModel(const std::vector<JudgedStatistics>& answers) {
   using Known = std::optional<Statistics>;
   VerdictModel model = defaultVerdictModel();
   const auto alone = [](Statistics s) {
-    s.registered = false;
+    s.dense.of = DenseEvidence::Of::nothing;
     return Known(s);
   };
   fit(alone, model.alone);
-  fit([](const Statistics& s) { return s.registered && !s.shown ? Known(s) : std::nullopt; },
+  fit(
+      [](const Statistics& s) {
+        return s.dense.registered() && !s.dense.shown ? Known(s) : std::nullopt;
+      },
       model.registered);
   const auto shownFrom = [](bool air) {
     return [air](const Statistics& s) {
-      return s.registered && s.shown && s.aerial == air ? Known(s) : std::nullopt;
+      return s.dense.registered() && s.dense.shown && s.dense.aerial == air ? Known(s)
+                                                                            : std::nullopt;
     };
   };
   fit(shownFrom(false), model.shown);

@@ -39,20 +39,20 @@ TEST(Localizer, AQueryThatCannotShowTheMapIsHeldAgainstItself) {
   const auto& drive = simulatedDrive();
   const Localizer localizer(drive.map, {});
   Query query = drive.query("rear", 10, 40);
-  const Statistics shows = localizer.localize(query).statistics;
+  const DenseEvidence shows = localizer.localize(query).statistics.dense;
   EXPECT_TRUE(shows.shown);
   EXPECT_FALSE(shows.of_itself);
   ASSERT_TRUE(shows.seen_through) << "its depths are exact";
   EXPECT_LT(*shows.seen_through, 0.2);
   Query inexact = query;
   for (Point& point : inexact.cloud.points) point.sigma = 0.2f;
-  EXPECT_FALSE(localizer.localize(inexact).statistics.seen_through);
+  EXPECT_FALSE(localizer.localize(inexact).statistics.dense.seen_through);
   query.plan.known.resize(20);  // next to no ground
-  const Statistics sparse = localizer.localize(query).statistics;
+  const DenseEvidence sparse = localizer.localize(query).statistics.dense;
   EXPECT_FALSE(sparse.shown);
   ASSERT_TRUE(sparse.settled);
   ASSERT_TRUE(sparse.of_itself);
-  EXPECT_GT(*sparse.of_itself, sparse.dense);
+  EXPECT_GT(*sparse.of_itself, sparse.agreement);
   ASSERT_TRUE(sparse.seen_through);
   EXPECT_LT(*sparse.seen_through, 0.5);
 }

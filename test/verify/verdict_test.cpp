@@ -509,7 +509,7 @@ TEST(VerdictModel, IsFoundFromAnswers) {
 
 TEST(VerdictModel, WithoutAnswersThatShowTheMapThoseWeightsStay) {
   std::vector<JudgedStatistics> answers = answersOf(defaultVerdictModel(), 2000);
-  for (JudgedStatistics& answer : answers) answer.statistics.shown.reset();
+  for (JudgedStatistics& answer : answers) answer.statistics.dense.shown.reset();
   const VerdictModel found = fitVerdictModel(answers);
   EXPECT_EQ(found.shown, defaultVerdictModel().shown);
   EXPECT_NE(found.registered, defaultVerdictModel().registered);

@@ -67,27 +67,6 @@ struct SampleEvidence {
 struct RasterLevels;
 struct SearchOptions;
 
-/// What no search has made large: a score is a sum, and where much of it fits, what contradicts it
-/// weighs little. Nothing where that tells nothing.
-struct Visibility {
-  /// Share of what stands in the query, where the map was seen, that does not stand there in the
-  /// map: of blocks of 4 m, those that speak against the pose as a whole, each counted by what a
-  /// true pose would score there. In [0, 1].
-  std::optional<double> contradicted;
-  /// How far what stands in the query stands in the map as well, where that was seen. Labels do not
-  /// count, only that something stands there. Share of the log-likelihood ratio that a true pose
-  /// would have on average, in [-1, 1.5].
-  std::optional<double> standing;
-  /// The other way round: how far the query shows what stands in the map, where it has looked, in
-  /// [-1, 1]; negative if the query rather saw that nothing is there. Nothing for bare graphs, which
-  /// saw no empty ground, for queries that measured little of it, and in rooms, where furniture
-  /// hides furniture.
-  std::optional<double> shown;
-  /// Share of what stands in the map that the query does not show, by blocks like `contradicted`;
-  /// asked with `shown`.
-  std::optional<double> missing;
-};
-
 /// How far search() climbs at a time.
 enum class Climb {
   rough,  ///< from a cell of the raster search to where poses can be compared

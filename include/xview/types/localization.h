@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <chrono>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <utility>
@@ -103,26 +104,60 @@ struct LookAlike {
 /// Share of what stands at a place that is missing or contradicted there at about even odds.
 constexpr double kEvenBlocks = 0.25;
 
+/// What query and map show of each other at a place, which no search has made large: a score is a
+/// sum, and where much of it fits, what contradicts it weighs little. Nothing where that tells
+/// nothing.
+struct Visibility {
+  /// Share of what stands in the query, where the map was seen, that does not stand there in the
+  /// map: of blocks of 4 m, those that speak against the pose as a whole, each counted by what a
+  /// true pose would score there. In [0, 1].
+  std::optional<double> contradicted;
+  /// How far what stands in the query stands in the map as well, where that was seen. Labels do not
+  /// count, only that something stands there. Share of the log-likelihood ratio that a true pose
+  /// would have on average, in [-1, 1.5].
+  std::optional<double> standing;
+  /// The other way round: how far the query shows what stands in the map, where it has looked, in
+  /// [-1, 1]; negative if the query rather saw that nothing is there. Nothing for bare graphs,
+  /// which saw no empty ground, for queries that measured little of it, and in rooms, where
+  /// furniture hides furniture.
+  std::optional<double> shown;
+  /// Share of what stands in the map that the query does not show, by blocks like `contradicted`;
+  /// asked with `shown`.
+  std::optional<double> missing;
+};
+
+/// What was looked at closely at one place: what query and map show of each other, and what the
+/// registration says after it moved the query there.
+struct DenseEvidence : Visibility {
+  enum class Of : std::uint8_t {
+    nothing,  ///< there was nothing to register
+    points,   ///< points of query and map
+    views     ///< views from above, where no single point is known well enough
+  };
+  Of of = Of::nothing;
+  bool settled = false;  ///< it found a pose near the place
+  /// How closely what stands upright lies on its like, where the map holds anything, in [0, 1]; 0
+  /// if it did not settle.
+  double agreement = 0;
+  double by_chance = 0;  ///< the same some metres off, in whatever the map holds there
+  /// How closely one half of the query lies on the other: what a true place could show at best.
+  /// Asked where the query cannot tell what it shows.
+  std::optional<double> of_itself;
+  /// How much of what stands in the map the query saw through, as a share of that some metres off;
+  /// asked there as well. See pose::seenThrough.
+  std::optional<double> seen_through;
+  bool aerial = false;  ///< the query was seen from the air
+
+  bool registered() const { return of != Of::nothing; }
+};
+
 /// What the verdict was made of.
 struct Statistics {
-  double lead = 0;          ///< (s1 - s2) ln(s1 / s2) of the best two places, with noise [nats]
-  double agreement = 1;     ///< share of the score that a true pose would have, in (0, 1]
-  double known = 1;         ///< share of the query that lies where the map was seen
-  double margin = 0;        ///< how much better the place fits than any other; see verify::fitOf
-  bool registered = false;  ///< there was something to register
-  bool settled = false;     ///< the registration found a pose near the place
-  bool views = false;       ///< of views from above instead of points
-  bool aerial = false;      ///< the query was seen from the air
-  double dense = 0;         ///< how closely upright things lie on their like then, in [0, 1]
-  double by_chance = 0;     ///< and how closely they would some metres off
-  std::optional<double> contradicted;  ///< share of what stands in the query that the map has not
-  std::optional<double> standing;  ///< how far what stands in the query stands in the map as well
-  std::optional<double> shown;     ///< how far the query shows what stands in the map
-  std::optional<double> missing;   ///< share of that that it does not show; with `shown`
-  std::optional<double>
-      of_itself;  ///< how closely one half of the query lies on the other; only without `shown`
-  std::optional<double> seen_through;  ///< how much of what stands in the map the query saw
-                                       ///< through, as a share of that some metres off
+  double lead = 0;       ///< (s1 - s2) ln(s1 / s2) of the best two places, with noise [nats]
+  double agreement = 1;  ///< share of the score that a true pose would have, in (0, 1]
+  double known = 1;      ///< share of the query that lies where the map was seen
+  double margin = 0;     ///< how much better the place fits than any other; see verify::fitOf
+  DenseEvidence dense;
   double look_alike = 0;  ///< share of the map's own stretches that find such a place elsewhere, as
                           ///< far as what is shown leaves it open
   double sigma_m = 0;     ///< of the registered position where it is known least, in lengths of a

@@ -34,30 +34,6 @@ struct PartEvidence {
   double score = 0, expected = 0;
 };
 
-/// What was looked at closely at one place: what the query shows of the map, and what the
-/// registration says after it moved the query there.
-struct DenseEvidence {
-  enum class Of : std::uint8_t {
-    nothing,  ///< there was nothing to register
-    points,   ///< points of query and map
-    views     ///< views from above, where no single point is known well enough
-  };
-  Of of = Of::nothing;
-  bool settled = false;  ///< it found a pose near the place
-  /// How closely what stands upright lies on its like, where the map holds anything, in [0, 1].
-  double agreement = 0;
-  double by_chance = 0;  ///< the same some metres off, in whatever the map holds there
-  /// What query and map show of each other, as far as that was asked; see search::Visibility.
-  std::optional<double> contradicted, standing, shown, missing;
-  /// How closely one half of the query lies on the other: what a true place could show at best.
-  /// Asked where the query cannot tell what it shows.
-  std::optional<double> of_itself;
-  /// How much of what stands in the map the query saw through; asked there as well. See
-  /// pose::seenThrough.
-  std::optional<double> seen_through;
-  bool aerial = false;  ///< the query was seen from the air
-};
-
 /// Share of the best score from which on a place may be the right one and is to be looked at
 /// closely.
 constexpr double kAboutAsWell = 0.75;
@@ -94,7 +70,6 @@ struct Evidence : PlaceEvidence {
 
 /// Without what the map knows of itself.
 Statistics statisticsOf(const Evidence& evidence);
-DenseEvidence denseEvidenceOf(const Statistics& statistics);
 
 /// What log odds of right against wrong are linear in, if every other query is from elsewhere.
 enum Term : std::size_t {
