@@ -6,6 +6,7 @@
 #include <cmath>
 #include <fstream>
 #include <map>
+#include <numeric>
 #include <sstream>
 
 #include "xview/types/error.h"
@@ -68,44 +69,94 @@ VerdictModel parse(const std::string& text, const std::string& path) {
   return model;
 }
 
-/// Logistic regression by Fisher scoring, right and wrong answers weighing the same in all. Rows
-/// are answers, and their first column is 1. `against`: odds against each that nothing here
-/// explains.
-Eigen::VectorXd fitLogistic(const Eigen::MatrixXd& rows, const std::vector<bool>& right,
-                            const std::vector<double>& against) {
-  const auto n = static_cast<double>(right.size());
-  const auto rights = static_cast<double>(std::count(right.begin(), right.end(), true));
+/// An answer as the regression sees it.
+struct Sample {
+  std::array<double, kTerms> terms;
+  double against = 0;  ///< odds against it that nothing here explains
+  bool right = false;
+  double weight = 1;
+
+  double logOdds(const std::array<double, kTerms>& weights) const {
+    return std::inner_product(terms.begin(), terms.end(), weights.begin(), 0.0);
+  }
+};
+
+/// Right and wrong answers weigh the same in all.
+void setWeights(std::vector<Sample>& samples) {
+  const auto n = static_cast<double>(samples.size());
+  const auto rights = static_cast<double>(std::count_if(
+      samples.begin(), samples.end(), [](const Sample& sample) { return sample.right; }));
   if (rights == 0 || rights == n)
     throw Error("verdict", "needs right and wrong answers of each kind to learn from");
-  const Eigen::RowVectorXd mean = rows.colwise().mean();
-  Eigen::RowVectorXd spread = ((rows.rowwise() - mean).colwise().squaredNorm() / n).cwiseSqrt();
-  Eigen::MatrixXd X = rows;
-  for (Eigen::Index c = 1; c < X.cols(); ++c) {
-    if (!(spread[c] > 1e-9)) spread[c] = 1;
-    X.col(c) = (X.col(c).array() - mean[c]) / spread[c];
-  }
-  Eigen::VectorXd beta = Eigen::VectorXd::Zero(X.cols());
+  for (Sample& sample : samples) sample.weight = 0.5 * n / (sample.right ? rights : n - rights);
+}
+
+/// By Fisher scoring: the weights of columns that make the samples likeliest, beside the log odds
+/// that they have already. The ridge is of the weights as they are given.
+Eigen::VectorXd fitLogistic(const Eigen::MatrixXd& columns, const Eigen::VectorXd& before,
+                            const std::vector<Sample>& samples, double ridge) {
+  Eigen::VectorXd beta = Eigen::VectorXd::Zero(columns.cols());
   for (int step = 0; step < kNewtonSteps; ++step) {
-    Eigen::VectorXd gradient = kRidge * n * beta;
-    Eigen::MatrixXd H = kRidge * n * Eigen::MatrixXd::Identity(X.cols(), X.cols());
-    for (Eigen::Index i = 0; i < X.rows(); ++i) {
+    Eigen::VectorXd gradient = ridge * beta;
+    Eigen::MatrixXd H = ridge * Eigen::MatrixXd::Identity(columns.cols(), columns.cols());
+    for (Eigen::Index i = 0; i < columns.rows(); ++i) {
       // With the odds against, explained + a, p = 1 / (1 + odds) and dp / dx = p^2 explained.
-      const double explained = std::exp(-std::clamp<double>(X.row(i).dot(beta), -30, 30));
-      const double odds = explained + against[i], p = 1 / (1 + odds);
-      const double weight = right[i] ? 0.5 * n / rights : 0.5 * n / (n - rights);
-      gradient += weight * explained * (right[i] ? -p : p / odds) * X.row(i).transpose();
-      H += weight * std::max(1e-9, std::pow(explained * p, 2) / odds) * X.row(i).transpose() *
-           X.row(i);
+      const Sample& sample = samples[i];
+      const double log_odds = before[i] + columns.row(i).dot(beta);
+      const double explained = std::exp(-std::clamp<double>(log_odds, -30, 30));
+      const double odds = explained + sample.against, p = 1 / (1 + odds);
+      gradient +=
+          sample.weight * explained * (sample.right ? -p : p / odds) * columns.row(i).transpose();
+      H += sample.weight * std::max(1e-9, std::pow(explained * p, 2) / odds) *
+           columns.row(i).transpose() * columns.row(i);
     }
     const Eigen::VectorXd move = H.ldlt().solve(gradient);
     beta -= move / std::max(1.0, move.norm() / 2);
     if (move.norm() < 1e-10) break;
   }
-  for (Eigen::Index c = 1; c < X.cols(); ++c) {
-    beta[c] /= spread[c];
-    beta[0] -= beta[c] * mean[c];
-  }
   return beta;
+}
+
+/// The weights of all terms.
+std::array<double, kTerms> fitTerms(const std::vector<Sample>& samples) {
+  const auto n = static_cast<double>(samples.size());
+  Eigen::MatrixXd columns(samples.size(), kTerms);
+  for (Eigen::Index i = 0; i < columns.rows(); ++i) {
+    for (std::size_t t = 0; t < kTerms; ++t)
+      columns(i, static_cast<Eigen::Index>(t)) = samples[i].terms[t];
+  }
+  const Eigen::RowVectorXd mean = columns.colwise().mean();
+  Eigen::RowVectorXd spread = ((columns.rowwise() - mean).colwise().squaredNorm() / n).cwiseSqrt();
+  for (Eigen::Index c = 1; c < columns.cols(); ++c) {
+    if (!(spread[c] > 1e-9)) spread[c] = 1;
+    columns.col(c) = (columns.col(c).array() - mean[c]) / spread[c];
+  }
+  Eigen::VectorXd beta =
+      fitLogistic(columns, Eigen::VectorXd::Zero(columns.rows()), samples, kRidge * n);
+  for (Eigen::Index c = 1; c < columns.cols(); ++c) {
+    beta[c] /= spread[c];
+    beta[kConstant] -= beta[c] * mean[c];
+  }
+  std::array<double, kTerms> weights{};
+  std::copy(beta.begin(), beta.end(), weights.begin());
+  return weights;
+}
+
+/// What the constant lacks so that answers that are nearly sure are right as often as they say:
+/// sums of witnesses err most where all of them agree, and there it is decided.
+double shiftOfSure(const std::array<double, kTerms>& weights, const std::vector<Sample>& samples) {
+  constexpr double kSure = 0.95, kRidgeOfShift = 1;
+  std::vector<Sample> sure;
+  std::vector<double> log_odds;
+  for (const Sample& sample : samples) {
+    const double x = sample.logOdds(weights);
+    if (1 / (1 + std::exp(-x) + sample.against) < kSure) continue;
+    sure.push_back(sample);
+    log_odds.push_back(x);
+  }
+  const auto n = static_cast<Eigen::Index>(sure.size());
+  return fitLogistic(Eigen::MatrixXd::Ones(n, 1),
+                     Eigen::Map<const Eigen::VectorXd>(log_odds.data(), n), sure, kRidgeOfShift)[0];
 }
 
 }  // namespace
@@ -138,23 +189,15 @@ VerdictModel verdictModelOf(const VerdictOptions& options) {
 
 VerdictModel fitVerdictModel(const std::vector<JudgedStatistics>& answers) {
   const auto fit = [&](const auto& evidence, auto& weights) {
-    std::vector<std::array<double, kTerms>> terms;
-    std::vector<bool> right;
-    std::vector<double> against;
+    std::vector<Sample> samples;
     for (const JudgedStatistics& a : answers) {
-      const std::optional<Statistics> known = evidence(a.statistics);
-      if (!known) continue;
-      terms.push_back(termsOf(*known));
-      right.push_back(a.right);
-      against.push_back(oddsAgainst(*known));
+      if (const std::optional<Statistics> known = evidence(a.statistics))
+        samples.push_back({termsOf(*known), oddsAgainst(*known), a.right});
     }
-    if (right.empty() && !answers.empty()) return;  // nothing new is known of such answers
-    Eigen::MatrixXd rows(terms.size(), weights.size());
-    for (Eigen::Index i = 0; i < rows.rows(); ++i) {
-      for (Eigen::Index t = 0; t < rows.cols(); ++t) rows(i, t) = terms[i][t];
-    }
-    const Eigen::VectorXd fitted = fitLogistic(rows, right, against);
-    std::copy(fitted.begin(), fitted.end(), weights.begin());
+    if (samples.empty() && !answers.empty()) return;  // nothing new is known of such answers
+    setWeights(samples);
+    weights = fitTerms(samples);
+    weights[kConstant] += shiftOfSure(weights, samples);
   };
   using Known = std::optional<Statistics>;
   VerdictModel model = defaultVerdictModel();

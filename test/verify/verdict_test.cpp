@@ -6,6 +6,7 @@
 #include <cmath>
 #include <fstream>
 #include <limits>
+#include <numeric>
 
 #include "support/test_data.h"
 #include "xview/types/error.h"
@@ -505,6 +506,40 @@ TEST(VerdictModel, IsFoundFromAnswers) {
     EXPECT_NEAR(found.shown[t], truth.shown[t], 0.15 * std::abs(truth.shown[t]) + 0.1) << t;
     EXPECT_NEAR(found.air[t], truth.air[t], 0.15 * std::abs(truth.air[t]) + 0.15) << t;
   }
+}
+
+TEST(VerdictModel, OfAnswersThatAreNearlySureAsManyAreRightAsTheySay) {
+  // Where all witnesses agree they are worth more than each of them beside the others.
+  std::vector<JudgedStatistics> answers = answersOf(defaultVerdictModel(), 40000);
+  Random random(3);
+  const auto confidenceOf = [](const JudgedStatistics& a, const VerdictModel& model) {
+    const auto terms = termsOf(a.statistics), weights = model.weightsFor(a.statistics);
+    const double odds = std::inner_product(terms.begin(), terms.end(), weights.begin(), 0.0);
+    return 1 / (1 + std::exp(-odds) + oddsAgainst(a.statistics));
+  };
+  const auto isOfGround = [](const JudgedStatistics& a) {
+    const DenseEvidence& dense = a.statistics.dense;
+    return dense.registered() && dense.shown && !dense.aerial;
+  };
+  for (JudgedStatistics& a : answers) {
+    if (isOfGround(a) && confidenceOf(a, defaultVerdictModel()) > 0.8)
+      a.right = random.uniform() < 0.997;
+  }
+  const VerdictModel found = fitVerdictModel(answers);
+  double rights = 0, wrongs = 0;
+  for (const JudgedStatistics& a : answers) {
+    if (isOfGround(a)) (a.right ? rights : wrongs) += 1;
+  }
+  double said = 0, right = 0, all = 0;
+  for (const JudgedStatistics& a : answers) {
+    const double confidence = confidenceOf(a, found), weight = 1 / (a.right ? rights : wrongs);
+    if (!isOfGround(a) || confidence < 0.95) continue;
+    all += weight;
+    said += weight * confidence;
+    right += a.right ? weight : 0;
+  }
+  ASSERT_GT(all, 0);
+  EXPECT_NEAR(said / all, right / all, 0.003) << right / all;
 }
 
 TEST(VerdictModel, WithoutAnswersThatShowTheMapThoseWeightsStay) {

@@ -129,9 +129,10 @@ struct JudgedStatistics {
   bool right = false;
 };
 /// The likeliest model if all right answers weigh as much as all wrong ones (logistic regression
-/// with a small ridge, so that it exists). Each set of weights is learned from all answers that
-/// have its evidence; where none has, the weights stay those of the program. Throws Error if right
-/// or wrong ones are missing.
+/// with a small ridge, so that it exists); then its constant is moved so that of the answers that
+/// are nearly sure as many are right as they say. Each set of weights is learned from all answers
+/// that have its evidence; where none has, the weights stay those of the program. Throws Error if
+/// right or wrong ones are missing.
 VerdictModel fitVerdictModel(const std::vector<JudgedStatistics>& answers);
 
 struct Verdict {
