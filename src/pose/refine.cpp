@@ -316,7 +316,8 @@ Refinement refine(const DistributionMap& map, const RefineQuery& query, const La
   const double sigma_m = std::hypot(query.cloud.typicalSigma(), map.noise_m());
   result.covariance = covarianceOf(best, start.open, points, sigma_m, drifts);
   const Eigen::Vector3d sensor = query.poses.back().translation();
-  const double shift_m = (result.T_map_query * sensor - T_map_query * sensor).norm();
+  const Eigen::Vector3d given = T_map_query * sensor + start.rise_m * Eigen::Vector3d::UnitZ();
+  const double shift_m = (result.T_map_query * sensor - given).norm();
   result.converged = shift_m <= options.max_shift_m;
   return result;
 }

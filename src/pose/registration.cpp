@@ -85,7 +85,7 @@ Registration::Start meanOf(const std::vector<Outcome>& outcomes) {
     squares += likelihood * away * away.transpose();
   }
   const Eigen::Vector3d mean = sum / weight;
-  Registration::Start start{best.at, squares / weight - mean * mean.transpose()};
+  Registration::Start start{best.at, 0, squares / weight - mean * mean.transpose()};
   start.at.T_map_query.pretranslate(mean);
   return start;
 }
@@ -282,8 +282,10 @@ Registration::Descent Registration::descend(const std::vector<QueryPoint>& point
 Registration::Start Registration::multiStart(const std::vector<QueryPoint>& points) {
   constexpr std::size_t kPoints = 1000;
   constexpr int kIterations = 8, kToEachSide = 2;
-  const Estimate given = start();
+  Estimate given = start();
   if (!(options_.model.start_reach_m > 0)) return {given};
+  const double rise_m = riseToFit(points);
+  given.T_map_query.translation().z() += rise_m;
   const std::vector<QueryPoint> few = evenlySpread(points, kPoints);
   const Scope first{options_.model.first_gate_m, 1};
   const NormalEquations here = assemble(evidenceAt(given, few, first), given);
@@ -299,7 +301,31 @@ Registration::Start Registration::multiStart(const std::vector<QueryPoint>& poin
     outcomes.push_back(
         {d.at, sensorOf(d.at), assemble(evidenceAt(d.at, few, lastScope()), d.at).cost});
   }
-  return outcomes.empty() ? Start{given} : meanOf(outcomes);
+  Start best = outcomes.empty() ? Start{given} : meanOf(outcomes);
+  best.rise_m = rise_m;
+  return best;
+}
+
+/// Floors and tables lie on their like or not wherever the walls are.
+double Registration::riseToFit(const std::vector<QueryPoint>& points) const {
+  constexpr std::size_t kPoints = 400;
+  constexpr double kStep_m = 0.2, kSigma_m = 1;
+  constexpr int kSteps = 15;
+  const std::vector<QueryPoint> few = evenlySpread(points, kPoints);
+  const double weight =
+      point_weight_ * static_cast<double>(points.size()) / static_cast<double>(few.size());
+  double best_m = 0, least = INFINITY;
+  for (int k = -kSteps; k <= kSteps; ++k) {
+    const double rise_m = k * kStep_m;
+    Estimate risen = start();
+    risen.T_map_query.translation().z() += rise_m;
+    const double cost =
+        weight * evidenceAt(risen, few, lastScope()).cost + std::pow(rise_m / kSigma_m, 2);
+    if (cost >= least) continue;
+    least = cost;
+    best_m = rise_m;
+  }
+  return best_m;
 }
 
 /// Points of one block err together: how far the pulls of blocks spread, against what points that

@@ -109,12 +109,14 @@ class Registration {
 
   struct Start {
     Estimate at;
+    double rise_m = 0;                               ///< of the given pose before all else
     Eigen::Matrix3d open = Eigen::Matrix3d::Zero();  ///< covariance of where one may start as well
   };
   Estimate start() const { return {given_, Eigen::VectorXd::Zero(drift_.size())}; }
-  /// Along a street little tells how far: few points go from places to both sides, and the start is
-  /// the mean of where they get to, by likelihood. Where they agree that is the best one; where the
-  /// street shows nothing it is the middle, and `open` is wide.
+  /// The ground of a place may have been a table of it, so the given pose rises or sinks to where
+  /// few points fit best. Along a street little tells how far: few points go from places to both
+  /// sides, and the start is the mean of where they get to, by likelihood. Where they agree that is
+  /// the best one; where the street shows nothing it is the middle, and `open` is wide.
   Start multiStart(const std::vector<QueryPoint>& points);
 
   const DriftChain& drift() const { return drift_; }
@@ -150,6 +152,7 @@ class Registration {
   bool findPartner(const QueryPoint& q, const Eigen::Isometry3d& T, const Eigen::Vector3d& about,
                    const Scope& scope, Partner& partner) const;
   void addPriors(const Estimate& at, NormalEquations& n) const;
+  double riseToFit(const std::vector<QueryPoint>& points) const;
   double measuredWeight(const std::vector<QueryPoint>& points, const Estimate& at) const;
   Estimate moved(const Estimate& at, const Eigen::VectorXd& step) const;
 
