@@ -25,7 +25,7 @@ constexpr double kReach_m = 1.5;
 /// Queries of a recording that may speak for a place: those whose frames begin later than the
 /// history reaches.
 struct Window {
-  Query query;  ///< without its cloud
+  Query query;
   std::size_t first = 0, last = 0;
 
   Eigen::Vector3d sensor() const { return query.poses.back().translation(); }
@@ -33,27 +33,44 @@ struct Window {
 
 /// One place, as each window of the history sees it.
 struct Track {
-  std::vector<PoseCheck> seen;  ///< by window
+  std::vector<PoseCheck> seen;  ///< by window; with dense evidence once it was looked at closely
   verify::PlaceEvidence sum;    ///< over the windows that count
 };
-
-Window windowOf(const Query& query, std::size_t first, std::size_t last) {
-  Window window;
-  window.query.labels = query.labels;
-  if (query.plan.known.empty()) window.query.graph = query.graph;
-  window.query.plan = query.plan;
-  window.query.poses = query.poses;
-  window.query.sensor = query.sensor;
-  window.query.size = query.size;
-  window.first = first;
-  window.last = last;
-  return window;
-}
 
 /// The window has its share of what a true pose would score, where the map was seen.
 bool agrees(const verify::PlaceEvidence& e, const verify::VerdictOptions& o) {
   constexpr double kShare = 0.4;
   return e.expected > 0 && e.score >= kShare * e.expected && e.known_share >= o.min_known_share;
+}
+
+template <class Evidence>
+std::optional<double> meanOf(const std::vector<DenseEvidence>& looks,
+                             std::optional<double> Evidence::*what) {
+  double sum = 0;
+  int asked = 0;
+  for (const DenseEvidence& look : looks) {
+    if (!(look.*what)) continue;
+    sum += *(look.*what);
+    ++asked;
+  }
+  return asked > 0 ? std::optional(sum / asked) : std::nullopt;
+}
+
+/// What windows tell of one place together. One that did not settle lies on its like as by chance;
+/// the pose is that of the newest, which is the last one.
+DenseEvidence meanOf(const std::vector<DenseEvidence>& looks) {
+  DenseEvidence mean = looks.back();
+  mean.agreement = mean.by_chance = 0;
+  for (const DenseEvidence& look : looks) {
+    mean.agreement += look.agreement / static_cast<double>(looks.size());
+    mean.by_chance += look.by_chance / static_cast<double>(looks.size());
+  }
+  for (const auto what :
+       {&Visibility::contradicted, &Visibility::standing, &Visibility::shown, &Visibility::missing})
+    mean.*what = meanOf(looks, what);
+  for (const auto what : {&DenseEvidence::of_itself, &DenseEvidence::seen_through})
+    mean.*what = meanOf(looks, what);
+  return mean;
 }
 
 void sumUp(const verify::PartEvidence& part, verify::PartEvidence& sum) {
@@ -75,6 +92,8 @@ struct Sequence::State {
     if (tracks.empty()) return answer;
     sumEvidence();
     judgeSum(answer);
+    if (bestIsThatOf(answer.alone))
+      tracks.front().seen.back().evidence.dense = answer.alone.statistics.dense;
     if (answer.windows < 2) return answer;
     if (answer.alone.accepted() && !bestIsThatOf(answer.alone) && !bestFitsNewest())
       restart(answer);
@@ -84,7 +103,7 @@ struct Sequence::State {
   }
 
   void remember(const Query& query, std::size_t first, std::size_t last) {
-    windows.push_back(windowOf(query, first, last));
+    windows.push_back({query, first, last});
     if (windows.size() <= kWindows) return;
     windows.pop_front();
     for (Track& track : tracks) track.seen.erase(track.seen.begin());
@@ -223,8 +242,22 @@ struct Sequence::State {
     return described;
   }
 
-  verify::Evidence evidenceOfSum(const Query& query, const SequenceAnswer& answer,
-                                 const Localization& at_best) const {
+  /// What close looks of the windows that count tell of a track: a stranger may fit by its newest
+  /// window only.
+  DenseEvidence lookClosely(Track& track) const {
+    const std::vector<bool> counts = counted();
+    std::vector<DenseEvidence> looks;
+    for (std::size_t w = 0; w < windows.size(); ++w) {
+      if (!counts[w]) continue;
+      DenseEvidence& look = track.seen[w].evidence.dense;
+      if (!look.registered())
+        look = localizer.describe(windows[w].query, track.seen[w]).statistics.dense;
+      looks.push_back(look);
+    }
+    return meanOf(looks);
+  }
+
+  verify::Evidence evidenceOfSum(const SequenceAnswer& answer, const Localization& at_best) {
     verify::Evidence e;
     static_cast<verify::PlaceEvidence&>(e) = tracks.front().sum;
     e.runner_up = e.passed_over = answer.runner_up;
@@ -234,26 +267,22 @@ struct Sequence::State {
                       next = placeNow(tracks[1].seen.back());
       e.rival_distance_m = std::hypot(best.x - next.x, best.y - next.y);
     }
-    e.dense = at_best.statistics.dense;
+    e.windows = answer.windows;
     e.sigma_m = at_best.statistics.sigma_m;
-    if (tracks.size() > 1 && e.dense.settled && e.rivalIsClose()) {
-      const auto lookAt = [&](const Track& track) {
-        return localizer.describe(query, track.seen.back()).statistics.dense;
-      };
-      if (bestIsThatOf(answer.alone))  // which may have had another rival
-        e.dense = lookAt(tracks[0]);
+    DenseEvidence& newest = tracks[0].seen.back().evidence.dense = at_best.statistics.dense;
+    if (!newest.registered()) return e;
+    e.dense = lookClosely(tracks[0]);
+    if (tracks.size() > 1 && newest.settled && e.rivalIsClose()) {
       e.rivals = {tracks[1].sum};
-      e.rivals[0].dense = lookAt(tracks[1]);
+      e.rivals[0].dense = lookClosely(tracks[1]);
       e.passed_over = e.third;
     }
-    e.windows = answer.windows;
     return e;
   }
 
   /// What the sum says; a place that the newest window does not agree with is not accepted.
-  verify::Verdict verdictOfSum(const Query& query, const SequenceAnswer& answer,
-                               const Localization& at_best) const {
-    verify::Verdict verdict = localizer.judge(evidenceOfSum(query, answer, at_best));
+  verify::Verdict verdictOfSum(const SequenceAnswer& answer, const Localization& at_best) {
+    verify::Verdict verdict = localizer.judge(evidenceOfSum(answer, at_best));
     verdict.reason = fmt::format("{} windows together: {}", answer.windows, verdict.reason);
     if (verdict.status != Status::accepted || bestFitsNewest()) return verdict;
     verdict.status = Status::rejected;
@@ -265,16 +294,20 @@ struct Sequence::State {
   }
 
   /// Brings what the sum says and what the newest window says by itself together. An acceptance
-  /// that the sum only does not reach stays as it is; one of another place is in doubt.
-  void decide(const Query& query, SequenceAnswer& answer) const {
+  /// that the sum only does not reach stays as it is, but not one that it finds likelier wrong than
+  /// right; one of another place is in doubt.
+  void decide(const Query& query, SequenceAnswer& answer) {
+    constexpr double kEven = 0.5;
     Localization at_best = atBest(query, answer);
-    verify::Verdict verdict = verdictOfSum(query, answer, at_best);
+    verify::Verdict verdict = verdictOfSum(answer, at_best);
     const bool sum_accepts = verdict.status == Status::accepted;
     if (answer.alone.accepted()) {
       const bool same = bestIsThatOf(answer.alone);
-      if (same && !sum_accepts) return;
-      if (same) verdict.confidence = std::max(verdict.confidence, answer.alone.confidence);
+      if (same && !sum_accepts && verdict.confidence >= kEven) return;
+      if (same && sum_accepts)
+        verdict.confidence = std::max(verdict.confidence, answer.alone.confidence);
       if (!same && !sum_accepts) verdict.status = Status::ambiguous;
+      if (!sum_accepts) verdict.reason += "; by itself it would be accepted";
     }
     takeFused(query, std::move(at_best), std::move(verdict), answer);
   }

@@ -50,14 +50,32 @@ TEST(Sequence, PointsAreComparedWithTheNextPlaceToo) {
   const map::SemanticMap map = mapOf(town);
   const Localizer localizer(map, quiet());
   Sequence sequence(localizer, quiet());
-  int asked = 0;
-  std::size_t frame = 0;
-  for (double x = -40; x <= 80; x += 40, frame += 10) {
-    const SequenceAnswer answer = sequence.add(queryAt(town, x, 0, kOdometry), frame, frame + 10);
-    // A place that fits and that nobody looked at closely would leave a margin of 6 and more.
-    asked += answer.windows > 1 && answer.fix.statistics.margin < 6;
+  sequence.add(queryAt(town, 0, 0, kOdometry), 0, 10);
+  const SequenceAnswer answer = sequence.add(queryAt(town, 40, 0, kOdometry), 10, 20);
+  ASSERT_EQ(answer.windows, 2);
+  ASSERT_LT(answer.runner_up, verify::kAboutAsWell * answer.score) << "the score alone says little";
+  // A place that fits and that nobody looked at closely would leave all of the margin that counts.
+  EXPECT_LT(answer.fix.statistics.margin, 10) << "half of what was seen is a copy";
+}
+
+TEST(Sequence, AllWindowsThatCountTellHowCloselyTheirPointsFit) {
+  const auto& drive = simulatedDrive();
+  const Localizer localizer(drive.map, quiet());
+  Sequence sequence(localizer, quiet());
+  double agreement = 0, by_chance = 0, missing = 0;
+  for (const std::size_t first : {0, 12, 24}) {
+    const SequenceAnswer answer =
+        sequence.add(drive.query("rear", first, first + 12), first, first + 12);
+    const DenseEvidence &alone = answer.alone.statistics.dense,
+                        &together = answer.fix.statistics.dense;
+    ASSERT_TRUE(answer.alone.accepted() && alone.missing);
+    agreement += alone.agreement;
+    by_chance += alone.by_chance;
+    missing += *alone.missing;
+    EXPECT_NEAR(together.agreement, agreement / answer.windows, 1e-9);
+    EXPECT_NEAR(together.by_chance, by_chance / answer.windows, 1e-9);
+    EXPECT_NEAR(together.missing.value_or(-1), missing / answer.windows, 1e-9);
   }
-  EXPECT_GE(asked, 1);
 }
 
 TEST(Sequence, HistoryAcceptsNothingOutsideOfThePrior) {
@@ -95,6 +113,24 @@ TEST(Sequence, NothingIsAcceptedOfAnotherTown) {
         sequence.add(drive.query("elsewhere", first, first + 10), first, first + 10);
     EXPECT_FALSE(answer.fix.accepted()) << "from " << first << ": " << answer.fix.reason;
   }
+}
+
+TEST(Sequence, WhatFitsByItsNewestWindowOnlyIsNotAccepted) {
+  const PlanTown town = twoStreets(false);
+  const map::SemanticMap map = mapOf(town);
+  PlanTown other;  // that led to a copy of a piece of the map
+  Random random(9);
+  other.street(-150, 0, 0, random);
+  const Localizer localizer(map, quiet());
+  Sequence sequence(localizer, quiet());
+  sequence.add(queryAt(other, -120, 0, kOdometry), 0, 10);
+  sequence.add(queryAt(other, -80, 0, kOdometry), 10, 20);
+  const SequenceAnswer answer = sequence.add(queryAt(town, -40, 0, kOdometry), 20, 30);
+  ASSERT_TRUE(answer.alone.accepted()) << answer.alone.reason;
+  EXPECT_FALSE(answer.fix.accepted());
+  EXPECT_LT(answer.fix.confidence, 0.5);
+  EXPECT_NE(answer.fix.reason.find("by itself it would be accepted"), std::string::npos)
+      << answer.fix.reason;
 }
 
 TEST(Sequence, AJumpOfTheOdometryDropsTheHistory) {
