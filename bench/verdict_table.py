@@ -6,8 +6,9 @@ Worlds of five styles with labels of several qualities, from as many seeds as ar
 several lengths of their other sessions, of a place elsewhere and of the next seeds' worlds are localized. The table
 shows how far the confidence can be trusted, a summary of it is printed, and `xview learn --verdict` can be fed with
 the answers themselves (--answers). Styles of OTHER_STYLES are worlds of another make, by bench/other_worlds, which
-shares no code with the program; their labels have one quality. Worlds and runs are kept in --work, so that a check
-that was broken off goes on where it stopped; the table is written anew after every world.
+shares no code with the program; their labels have one quality. With --sequence all windows of a camera session speak
+together, each half a window after the last. Worlds and runs are kept in --work, so that a check that was broken off
+goes on where it stopped; the table is written anew after every world.
 """
 import argparse
 import csv
@@ -32,6 +33,8 @@ OTHER_STYLES = ("forest", "oldtown", "motorway", "village_slope", "carpark", "wa
 OTHER_QUALITY = 0.88
 LENGTHS_M = {"office": ((5, 10), (10, 20)), "home": ((2, 8), (4,)), "warehouse": ((10, 40), (20,))}
 LENGTHS_OUTDOORS_M = ((8, 30, 100), (15, 60))  # Sessions take turns.
+SEQUENCE_M = {"office": 8, "home": 4, "warehouse": 20}  # Of windows that speak together.
+SEQUENCE_OUTDOORS_M = 15
 SESSIONS = ("rear", "oblique", "aerial", "forward2", "elsewhere")
 OF_OTHER_WORLD = (("rear", "forward"), ("oblique", "forward"), ("aerial", "forward"), ("lidar_reverse", "lidar"))
 RIGHT_M = {"office": 0.5, "home": 0.5, "warehouse": 1.0}
@@ -76,12 +79,14 @@ def of_another_make(program, work, world):
     return folder
 
 
-def windows(folder, metres, count):
+def windows(folder, metres, count, sequence=False):
     """Flags for about `count` windows of this length, or None if the recording is shorter."""
     frames = len(worlds.frame_numbers(folder))
     size = max(2, round(metres / max(1e-3, worlds.metres_per_frame(folder))))
     if size > frames:
         return None
+    if sequence:
+        return ["--window", str(size), "--stride", str(size // 2), "--sequence"]
     return ["--window", str(size), "--stride", str(max(1, (frames - size) // max(1, count - 1)))]
 
 
@@ -99,8 +104,11 @@ def jobs_of(world, folders, arguments):
     for turn, (session, folder, in_map, mapped) in enumerate(candidates):
         if not folder.is_dir() or not (folders[world] / mapped).is_dir():
             continue
-        for metres in lengths[(turn + world.seed) % len(lengths)]:
-            flags = windows(folder, metres, arguments.windows)
+        if arguments.sequence and (turn >= len(SESSIONS) or session == "aerial"):
+            continue
+        together_m = SEQUENCE_M.get(world.style, SEQUENCE_OUTDOORS_M)
+        for metres in (together_m,) if arguments.sequence else lengths[(turn + world.seed) % len(lengths)]:
+            flags = windows(folder, metres, arguments.windows, arguments.sequence)
             if flags:
                 truth = worlds.true_poses(folder) if in_map else None
                 yield session, metres, worlds.Part(worlds.Map([folders[world] / mapped], []), [folder], flags, truth)
@@ -313,6 +321,7 @@ def main():
     add("--qualities", type=float, nargs="+", default=QUALITIES)
     add("--others", type=int, default=1, help="other seeds whose sessions are strangers to a world; default 1")
     add("--windows", type=int, default=6, help="of each length and session; default 6")
+    add("--sequence", action="store_true", help="all windows of a camera session together, of one length")
     add("--jobs", type=int, default=2, help="worlds at a time, of one thread each; default 2")
     add("--picture", type=Path, metavar="FILE.svg", help="draw whether answers are right as often as they say")
     add("--stored", action="store_true", help="run nothing: summary and picture of TABLE.csv as it is")

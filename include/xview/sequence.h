@@ -25,8 +25,10 @@ struct SequenceAnswer {
 ///
 /// The queries must be windows of one recording, in order (one odometry frame). Evidence counts
 /// once: of windows that overlap only the later one is summed. A place is accepted by the verdict
-/// of single queries on the sums, with needs that grow with the root of the number of windows,
-/// and only if the current query agrees with it. Not for method walks.
+/// of single queries on the sums, with needs that grow with the root of the number of windows, and
+/// on the mean of what close looks of these windows tell; and only if the current query agrees with
+/// it. What that query accepts by itself is not accepted if all together find it likelier wrong
+/// than right. Queries are kept whole as long as they count. Not for method walks.
 class Sequence {
  public:
   Sequence(const Localizer& localizer, const Options& options);
