@@ -186,6 +186,13 @@ std::string textOf(const std::vector<LookAlike>& look_alikes) {
   return all;
 }
 
+/// One number each.
+std::string closenessOf(const std::vector<LookAlike>& look_alikes) {
+  std::string all;
+  for (const LookAlike& l : look_alikes) all += numberText(l.close) + ' ';
+  return all;
+}
+
 /// `stored_points`: of the cloud, which is thinned on its way into the file.
 Meta metaOf(const SemanticMap& map, std::size_t stored_points) {
   Meta meta{{"graph_space", toString(map.graph.space)},
@@ -193,6 +200,7 @@ Meta metaOf(const SemanticMap& map, std::size_t stored_points) {
             {"label_set", map.labels.name()},
             {"options", map.options_yaml},
             {"look_alikes", textOf(map.look_alikes)},
+            {"look_alikes_close", closenessOf(map.look_alikes)},
             {"size", sizeText(map.size)},
             {"vertices", std::to_string(map.graph.size())},
             {"edges", std::to_string(map.graph.edgeCount())},
@@ -239,7 +247,7 @@ double sizeIn(const Meta& meta) {
   }
 }
 
-/// Maps that do not say it have not asked themselves.
+/// Maps that do not say it have not asked themselves, or not how closely points lie.
 std::vector<LookAlike> lookAlikesIn(const Meta& meta) {
   std::vector<LookAlike> all;
   const auto found = meta.find("look_alikes");
@@ -247,6 +255,12 @@ std::vector<LookAlike> lookAlikesIn(const Meta& meta) {
   std::istringstream text(found->second);
   for (LookAlike l; text >> l.lead >> l.share;) all.push_back(l);
   if (!text.eof()) throw Damage("meta: look_alikes are no numbers");
+  const auto close = meta.find("look_alikes_close");
+  if (close == meta.end()) return all;
+  std::istringstream numbers(close->second);
+  for (LookAlike& l : all) {
+    if (!(numbers >> l.close)) throw Damage("meta: look_alikes_close are too few numbers");
+  }
   return all;
 }
 

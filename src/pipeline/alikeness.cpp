@@ -6,6 +6,8 @@
 
 #include "pipeline/gravity.h"
 #include "pipeline/query_in_map.h"
+#include "xview/pose/distribution_map.h"
+#include "xview/pose/refine.h"
 #include "xview/search/search.h"
 #include "xview/types/median.h"
 #include "xview/types/parallel.h"
@@ -21,9 +23,11 @@ constexpr double kLengths_m[] = {8, 15, 30, 60, 100};
 /// Of the stretches that a map remembers. Longer ones cost more and tell no more of strangers.
 constexpr double kRememberedLengths_m[] = {15, 30};
 constexpr std::size_t kRememberedPlaces = 15;
-constexpr double kFullLength = 0.8;   ///< a stretch that is shorter than this share is left out
-constexpr double kLeftForOthers = 3;  ///< and one that its recording is not so many times
-constexpr double kSeenShare = 0.6;    ///< of the samples that a second visit sees again
+constexpr double kFullLength = 0.8;    ///< a stretch that is shorter than this share is left out
+constexpr double kLeftForOthers = 3;   ///< and one that its recording is not so many times
+constexpr double kSeenShare = 0.6;     ///< of the samples that a second visit sees again
+constexpr double kMostPoints = 10000;  ///< of a stretch
+constexpr int kQuickPoints = 400;     ///< of them that are registered
 constexpr double kOdometryError = 0.01;
 constexpr double kReach = 0.8;  ///< so many of the samples are nearer to the way
 constexpr double kNearest_m = 3, kFarthest_m = 25;  ///< limits of that reach
@@ -33,6 +37,8 @@ constexpr std::uint64_t kSeed = 41;
 struct Neighbourhood {
   PlanView plan;
   SemanticGraph graph;
+  LabelledCloud cloud;                   ///< in rooms
+  std::vector<Eigen::Isometry3d> poses;  ///< that see it
   Eigen::Isometry3d T_map_query = Eigen::Isometry3d::Identity();
 };
 
@@ -49,6 +55,11 @@ class SecondLook {
     const Eigen::Vector3d error(random_.normal(), random_.normal(), 0);
     return scale_ * (T_query_map_ * p_map) + sigma_m_ * error;
   }
+  /// Of a single point, which errs by itself.
+  Eigen::Vector3d at(const Eigen::Vector3d& p_map, double sigma_m) {
+    const Eigen::Vector3d error(random_.normal(), random_.normal(), random_.normal());
+    return scale_ * (T_query_map_ * p_map) + sigma_m * error;
+  }
 
  private:
   Eigen::Isometry3d T_query_map_;
@@ -59,7 +70,9 @@ class SecondLook {
 /// The map with its field, gravity-aligned, and where its neighbourhoods are.
 class SelfSearch {
  public:
-  SelfSearch(const map::SemanticMap& map, const Options& options) : map_(map), options_(options) {
+  /// In rooms most places look alike from above, and their points tell them apart.
+  SelfSearch(const map::SemanticMap& map, const Options& options, bool in_rooms)
+      : map_(map), options_(options) {
     if (map.poses.size() > 1 && !map.plan.known.empty()) {
       std::vector<Eigen::Vector3d> path;
       for (const Eigen::Isometry3d& T : map.poses) path.push_back(T.translation());
@@ -70,6 +83,8 @@ class SelfSearch {
         along_[i] = along_[i - 1] + (sourceOf(i) == sourceOf(i - 1) ? step_m : 0);
       }
       reach_m_ = reachOfWay();
+      if (in_rooms && !map.cloud.empty())
+        distributions_.emplace(map.cloud, map.labels, map.poses, options.refine);
     } else {
       field_ = search::makeObjectField(map.graph, map.labels, options.places);
     }
@@ -113,7 +128,7 @@ class SelfSearch {
     seen.focus = Eigen::Vector3d::Zero();
     const auto query = field_->prepare(seen);
     if (query->empty()) return std::nullopt;
-    return judged(*query, around.T_map_query, window_m);
+    return judged(*query, around, window_m);
   }
 
  private:
@@ -184,7 +199,50 @@ class SelfSearch {
         around.plan.samples[c].push_back({p.x(), p.y(), p.z()});
       }
     }
+    if (distributions_) cutCloud(first, last, isSeen, again, random, around);
     return true;
+  }
+
+  /// Some of the points along key frames, each seen from the nearest of them.
+  template <class IsSeen>
+  void cutCloud(std::size_t first, std::size_t last, const IsSeen& isSeen, SecondLook& again,
+                Random& random, Neighbourhood& around) const {
+    for (std::size_t i = first; i <= last; ++i)
+      around.poses.push_back(around.T_map_query.inverse() * map_.poses[i]);
+    std::vector<std::size_t> seen;
+    for (std::size_t i = 0; i < map_.cloud.size(); ++i) {
+      if (isSeen(map_.cloud.position(i).head<2>())) seen.push_back(i);
+    }
+    const double share = std::min(kSeenShare, kMostPoints / static_cast<double>(seen.size()));
+    for (const std::size_t i : seen) {
+      if (random.uniform() > share) continue;
+      Point point = map_.cloud.points[i];
+      const Eigen::Vector3d p = again.at(map_.cloud.position(i), point.sigma);
+      point.getVector3fMap() = p.cast<float>();
+      const auto nearest = std::min_element(
+          around.poses.begin(), around.poses.end(), [&](const auto& a, const auto& b) {
+            return (a.translation() - p).squaredNorm() < (b.translation() - p).squaredNorm();
+          });
+      point.view = static_cast<std::uint32_t>(nearest - around.poses.begin());
+      around.cloud.points.push_back(point);
+    }
+  }
+
+  /// How closely points lie on their like there, more than by chance; 0 if they do not settle.
+  double agreementAt(const Eigen::Isometry3d& T_map_query, const Neighbourhood& around) const {
+    pose::RefineOptions quick = options_.refine;
+    quick.model.max_points = kQuickPoints;
+    quick.model.start_reach_m = 0;
+    const pose::Refinement fit = pose::refine(*distributions_, {around.cloud, around.poses},
+                                              map_.labels, T_map_query, quick);
+    return fit.converged && fit.agreement ? fit.agreement->found - fit.agreement->by_chance : 0;
+  }
+
+  /// See LookAlike.
+  double closenessAt(const Eigen::Isometry3d& T_map_query, const Neighbourhood& around) const {
+    const double of_itself = agreementAt(around.T_map_query, around);
+    if (!(of_itself > 0)) return 1;
+    return std::clamp(agreementAt(T_map_query, around) / of_itself, 0.0, 1.0);
   }
 
   bool cutGraph(std::size_t place, double window_m, Random& random, Neighbourhood& around) const {
@@ -201,9 +259,9 @@ class SelfSearch {
     return around.graph.size() > 2 && around.graph.size() < map_.graph.size() / 2;
   }
 
-  SelfQuery judged(const search::FieldQuery& query, const Eigen::Isometry3d& T_map_query,
+  SelfQuery judged(const search::FieldQuery& query, const Neighbourhood& around,
                    double window_m) const {
-    const search::PlaceHypothesis truth = query.verify(T_map_query);
+    const search::PlaceHypothesis truth = query.verify(around.T_map_query);
     const search::SearchResult found = search::search(query, {}, options_.places, 1);
     SelfQuery result;
     result.window_m = window_m;
@@ -217,6 +275,7 @@ class SelfSearch {
       if (!result.rival) {
         result.wrong = score;
         result.rival = h.T_map_query.translation();
+        if (distributions_) result.close = closenessAt(h.T_map_query, around);
         continue;
       }
       result.next_wrong = score;
@@ -236,6 +295,7 @@ class SelfSearch {
   const map::SemanticMap& map_;
   const Options& options_;
   std::unique_ptr<const search::Field> field_;
+  std::optional<pose::DistributionMap> distributions_;  ///< of rooms
   std::vector<double> along_;  ///< way of each key frame; empty for a bare graph
   double reach_m_ = 0;
 };
@@ -285,7 +345,7 @@ std::vector<std::optional<SelfQuery>> askAll(const SelfSearch& search,
 std::vector<LookAlike> lookAlikesOf(const map::SemanticMap& given, const Options& in_metres) {
   if (given.poses.size() < 2 || given.plan.known.empty()) return {};
   const UprightTown town(given, in_metres);
-  const SelfSearch search(town.map, town.options);
+  const SelfSearch search(town.map, town.options, given.size < kTown);
   std::vector<LookAlike> found;
   for (const auto& q : askAll(search, search.choosePlaces(kRememberedPlaces), kRememberedLengths_m,
                               town.options.threads)) {
@@ -293,7 +353,8 @@ std::vector<LookAlike> lookAlikesOf(const map::SemanticMap& given, const Options
     verify::Evidence stranger;
     stranger.score = q->wrong;
     stranger.runner_up = q->next_wrong;
-    found.push_back({verify::statisticsOf(stranger).lead, q->wrong / std::max(1.0, q->self)});
+    found.push_back(
+        {verify::statisticsOf(stranger).lead, q->wrong / std::max(1.0, q->self), q->close});
   }
   return found;
 }
@@ -301,7 +362,7 @@ std::vector<LookAlike> lookAlikesOf(const map::SemanticMap& given, const Options
 Alikeness measureAlikeness(const map::SemanticMap& given, const Options& in_metres,
                            std::size_t most_places) {
   const UprightTown town(given, in_metres);
-  const SelfSearch search(town.map, town.options);
+  const SelfSearch search(town.map, town.options, false);
   const std::vector<std::size_t> chosen = search.choosePlaces(most_places);
   constexpr std::size_t kCount = std::size(kLengths_m);
   std::vector<std::optional<SelfQuery>> asked =

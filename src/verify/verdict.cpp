@@ -64,13 +64,17 @@ double correspondenceOdds(const Evidence& e) {
          (n - k) * std::log((1 - kKeptIfTrue) / (1 - by_chance));
 }
 
+double shareOfItself(double over_chance, double of_itself) {
+  constexpr double kLeastOfItself = 0.1;
+  return over_chance / std::max(kLeastOfItself, of_itself);
+}
+
 /// How much closer than by chance upright things lie on their like, above even odds, as it is
 /// measured at the best place.
 double excessOf(double over_chance, const std::optional<double>& shown,
                 const std::optional<double>& of_itself) {
-  constexpr double kLeastOfItself = 0.1;
   if (shown) return over_chance - kEvenAgreement;
-  return over_chance / std::max(kLeastOfItself, of_itself.value_or(kUsualOfItself)) - kEvenShare;
+  return shareOfItself(over_chance, of_itself.value_or(kUsualOfItself)) - kEvenShare;
 }
 
 /// 0 if the registration did not settle.
@@ -128,14 +132,21 @@ double shownOver(const Evidence& e) {
 }
 
 /// Share of the map's own stretches that find a place elsewhere which stands out as far and fits as
-/// well; what fits less counts less. Those of a usual map find none, which is taken of as many
-/// more.
+/// well, by its score and, where that was asked of both, by its points; what fits less counts less.
+/// Those of a usual map find none, which is taken of as many more.
 double shareOfLookAlikes(const Statistics& s, const std::vector<LookAlike>& look_alikes) {
   constexpr double kFits = 0.9, kFitsNot = 0.7, kUsual = 12;
+  const auto asWell = [](double share) {
+    return std::clamp((share - kFitsNot) / (kFits - kFitsNot), 0.0, 1.0);
+  };
+  const DenseEvidence& dense = s.dense;
   double found = 0;
   for (const LookAlike& l : look_alikes) {
-    if (l.lead >= s.lead)
-      found += std::clamp((l.share / s.agreement - kFitsNot) / (kFits - kFitsNot), 0.0, 1.0);
+    if (l.lead < s.lead) continue;
+    double fits = asWell(l.share / s.agreement);
+    if (dense.settled && dense.of_itself && dense.agreement > dense.by_chance)
+      fits *= asWell(l.close / shareOfItself(dense.agreement - dense.by_chance, *dense.of_itself));
+    found += fits;
   }
   return found / (static_cast<double>(look_alikes.size()) + kUsual);
 }

@@ -58,6 +58,7 @@ TEST(MapStore, KeepsGraphLabelsKeyframesAndTextsExactly) {
   for (std::size_t i = 0; i < map.look_alikes.size(); ++i) {
     EXPECT_EQ(loaded.look_alikes[i].lead, map.look_alikes[i].lead);
     EXPECT_EQ(loaded.look_alikes[i].share, map.look_alikes[i].share);
+    EXPECT_EQ(loaded.look_alikes[i].close, map.look_alikes[i].close);
   }
 }
 

@@ -6,6 +6,8 @@
 #include <algorithm>
 
 #include "pipeline/two_streets.h"
+#include "support/label_sets.h"
+#include "xview/types/median.h"
 #include "xview/types/semantic_place.h"
 
 namespace xview {
@@ -101,6 +103,41 @@ TEST(Alikeness, AMapRemembersHowManyOfItsStretchesAreCopies) {
   };
   EXPECT_NEAR(shareOfCopies(lookAlikesOf(copiedStreets(), {})), 0.5, 0.15);
   EXPECT_TRUE(lookAlikesOf({}, {}).empty());
+}
+
+/// What stands in the plan, as columns, and from where it was seen.
+LabelledCloud columnsOf(const map::SemanticMap& map) {
+  LabelledCloud cloud;
+  for (const auto& samples : map.plan.samples) {
+    for (const PlanSample& s : samples) {
+      for (const float up_m : {0.2F, 0.6F, 1.0F, 1.4F}) {
+        Point point;
+        point.x = static_cast<float>(map.plan.origin_x) + s.x;
+        point.y = static_cast<float>(map.plan.origin_y) + s.y;
+        point.z = static_cast<float>(map.plan.origin_z) + s.z + up_m;
+        point.label = 1;
+        point.sigma = 0.02F;
+        cloud.points.push_back(point);
+      }
+    }
+  }
+  return cloud;
+}
+
+TEST(Alikeness, InRoomsPointsOfCopiesLieAsCloselyAsThoseOfThePlaceItself) {
+  map::SemanticMap map = copiedStreets();
+  map.labels = test::labelSetOf("walls", {{1, "wall", Role::surface, Kind::building}});
+  map.cloud = columnsOf(map);
+  for (const LookAlike& l : lookAlikesOf(map, {})) EXPECT_EQ(l.close, 1) << "not asked in towns";
+  scaleLengths(kRoom, map);
+  map.size = kRoom;
+  std::vector<double> copies, others;
+  for (const LookAlike& l : lookAlikesOf(map, {}))
+    (l.share > 0.95 ? copies : others).push_back(l.close);
+  ASSERT_GT(copies.size(), 5u);
+  ASSERT_GT(others.size(), 5u);
+  EXPECT_GT(medianOf(copies), 0.9);
+  EXPECT_LT(medianOf(others), 0.6);
 }
 
 TEST(Alikeness, IsInMetresOfThePlace) {

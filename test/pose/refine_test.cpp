@@ -238,6 +238,21 @@ TEST(Refine, GivesUpIfThePoseMovesTooFar) {
   EXPECT_TRUE(refineAt(map, street.cloud(), nudge(0, 0.2, 0, 0), {0, 0, 1.5}, options).converged);
 }
 
+/// The plan of a room may have taken a table for its ground.
+TEST(Refine, RisesToTheRightHeightBeforeItIsAskedHowFarThePoseMoves) {
+  const DistributionMap map = distributions(mapCloud());
+  Street street(2);
+  street.everything(1500);
+  RefineOptions options;
+  options.max_shift_m = 1;
+  for (const double up_m : {-2.5, -1.6, 1.6, 2.5}) {
+    const Refinement found =
+        refineAt(map, street.cloud(), nudge(0.3, -0.2, up_m, 0), {0, 0, 1.5}, options);
+    ASSERT_TRUE(found.converged) << up_m;
+    EXPECT_LT(found.T_map_query.translation().norm(), 0.05) << up_m;
+  }
+}
+
 TEST(Refine, TrustsGravityAsMuchAsItIsTold) {
   const DistributionMap map = distributions(mapCloud());
   Street street(2);

@@ -205,6 +205,25 @@ TEST(Verdict, AMapThatRepeatsItselfIsBelievedAsFarAsItDoesNot) {
   EXPECT_NEAR(copied.statistics.look_alike, 20. / 72, 1e-12);
 }
 
+TEST(Verdict, APlaceWhosePointsLieCloserThanThoseOfCopiesIsNoCopy) {
+  const auto among = [](double close, const DenseEvidence& dense) {
+    Evidence e = goodView();
+    e.dense = dense;
+    const std::vector<LookAlike> copies(48, {1e9, 1, close});
+    return judge(e, kOptions, defaultVerdictModel(), copies).statistics.look_alike;
+  };
+  const double all = 48. / 60;
+  const DenseEvidence closest = points(0.8, 0.1, {}, 0.7), halfway = points(0.4, 0.05, {}, 0.7);
+  EXPECT_NEAR(among(1, closest), all, 1e-9);
+  EXPECT_NEAR(among(0.8, closest), all / 2, 1e-9);
+  EXPECT_EQ(among(0.6, closest), 0);
+  EXPECT_NEAR(among(0.6, halfway), all, 1e-9) << "theirs lie no less closely";
+  EXPECT_NEAR(among(0.6, points(0.8, 0.1, 0.5)), all, 1e-9) << "nobody asked the query";
+  DenseEvidence unsettled = closest;
+  unsettled.settled = false;
+  EXPECT_NEAR(among(0.6, unsettled), all, 1e-9);
+}
+
 TEST(Verdict, APoseThatIsOpenByMetresIsNotRight) {
   Evidence e = goodView();
   const double confidence = judged(e).confidence;

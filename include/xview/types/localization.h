@@ -99,6 +99,9 @@ struct Witnesses {
 struct LookAlike {
   double lead = 0;  ///< as in Statistics
   double share = 0;
+  /// How much closer than by chance its points lie on their like there, as a share of the same at
+  /// its own place; 1 where that was not asked.
+  double close = 1;
 };
 
 /// Share of what stands at a place that is missing or contradicted there at about even odds.
