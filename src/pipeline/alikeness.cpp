@@ -27,7 +27,7 @@ constexpr double kFullLength = 0.8;    ///< a stretch that is shorter than this 
 constexpr double kLeftForOthers = 3;   ///< and one that its recording is not so many times
 constexpr double kSeenShare = 0.6;     ///< of the samples that a second visit sees again
 constexpr double kMostPoints = 10000;  ///< of a stretch
-constexpr int kQuickPoints = 400;     ///< of them that are registered
+constexpr int kQuickPoints = 1000;     ///< of them that are registered
 constexpr double kOdometryError = 0.01;
 constexpr double kReach = 0.8;  ///< so many of the samples are nearer to the way
 constexpr double kNearest_m = 3, kFarthest_m = 25;  ///< limits of that reach
@@ -228,11 +228,12 @@ class SelfSearch {
     }
   }
 
-  /// How closely points lie on their like there, more than by chance; 0 if they do not settle.
+  /// How closely points lie on their like there, more than by chance, as one rigid piece; 0 if they
+  /// do not settle.
   double agreementAt(const Eigen::Isometry3d& T_map_query, const Neighbourhood& around) const {
     pose::RefineOptions quick = options_.refine;
     quick.model.max_points = kQuickPoints;
-    quick.model.start_reach_m = 0;
+    quick.model.start_reach_m = quick.model.drift_share = 0;
     const pose::Refinement fit = pose::refine(*distributions_, {around.cloud, around.poses},
                                               map_.labels, T_map_query, quick);
     return fit.converged && fit.agreement ? fit.agreement->found - fit.agreement->by_chance : 0;
