@@ -20,7 +20,7 @@ struct SelfQuery {
   double self = 0;        ///< at its own place, but not more than a usual second visit scores
   double wrong = 0, next_wrong = 0;
   std::optional<Eigen::Vector3d> rival;  ///< where the best wrong place puts it; map frame
-  double close = 1;                      ///< at that place; see LookAlike, asked in rooms
+  double close = 1;                      ///< at that place; see LookAlike, asked by lookAlikesOf()
   bool sure = false;                     ///< such a query would be accepted
 };
 

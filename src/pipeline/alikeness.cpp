@@ -37,7 +37,7 @@ constexpr std::uint64_t kSeed = 41;
 struct Neighbourhood {
   PlanView plan;
   SemanticGraph graph;
-  LabelledCloud cloud;                   ///< in rooms
+  LabelledCloud cloud;                   ///< if points are asked
   std::vector<Eigen::Isometry3d> poses;  ///< that see it
   Eigen::Isometry3d T_map_query = Eigen::Isometry3d::Identity();
 };
@@ -53,15 +53,19 @@ class SecondLook {
 
   Eigen::Vector3d operator()(const Eigen::Vector3d& p_map) {
     const Eigen::Vector3d error(random_.normal(), random_.normal(), 0);
-    return scale_ * (T_query_map_ * p_map) + sigma_m_ * error;
+    return moved(p_map) + sigma_m_ * error;
   }
-  /// Of a single point, which errs by itself.
-  Eigen::Vector3d at(const Eigen::Vector3d& p_map, double sigma_m) {
+  /// Of a point that says how far it errs.
+  Eigen::Vector3d operator()(const Eigen::Vector3d& p_map, double sigma_m) {
     const Eigen::Vector3d error(random_.normal(), random_.normal(), random_.normal());
-    return scale_ * (T_query_map_ * p_map) + sigma_m * error;
+    return moved(p_map) + sigma_m * error;
   }
 
  private:
+  Eigen::Vector3d moved(const Eigen::Vector3d& p_map) const {
+    return scale_ * (T_query_map_ * p_map);
+  }
+
   Eigen::Isometry3d T_query_map_;
   double sigma_m_, scale_;
   Random& random_;
@@ -70,8 +74,8 @@ class SecondLook {
 /// The map with its field, gravity-aligned, and where its neighbourhoods are.
 class SelfSearch {
  public:
-  /// In rooms most places look alike from above, and their points tell them apart.
-  SelfSearch(const map::SemanticMap& map, const Options& options, bool in_rooms)
+  /// `ask_points`: how closely they lie at the best wrong place as well.
+  SelfSearch(const map::SemanticMap& map, const Options& options, bool ask_points)
       : map_(map), options_(options) {
     if (map.poses.size() > 1 && !map.plan.known.empty()) {
       std::vector<Eigen::Vector3d> path;
@@ -83,7 +87,7 @@ class SelfSearch {
         along_[i] = along_[i - 1] + (sourceOf(i) == sourceOf(i - 1) ? step_m : 0);
       }
       reach_m_ = reachOfWay();
-      if (in_rooms && !map.cloud.empty())
+      if (ask_points && !map.cloud.empty())
         distributions_.emplace(map.cloud, map.labels, map.poses, options.refine);
     } else {
       field_ = search::makeObjectField(map.graph, map.labels, options.places);
@@ -217,7 +221,7 @@ class SelfSearch {
     for (const std::size_t i : seen) {
       if (random.uniform() > share) continue;
       Point point = map_.cloud.points[i];
-      const Eigen::Vector3d p = again.at(map_.cloud.position(i), point.sigma);
+      const Eigen::Vector3d p = again(map_.cloud.position(i), point.sigma);
       point.getVector3fMap() = p.cast<float>();
       const auto nearest = std::min_element(
           around.poses.begin(), around.poses.end(), [&](const auto& a, const auto& b) {
@@ -296,7 +300,7 @@ class SelfSearch {
   const map::SemanticMap& map_;
   const Options& options_;
   std::unique_ptr<const search::Field> field_;
-  std::optional<pose::DistributionMap> distributions_;  ///< of rooms
+  std::optional<pose::DistributionMap> distributions_;  ///< if points are asked
   std::vector<double> along_;  ///< way of each key frame; empty for a bare graph
   double reach_m_ = 0;
 };
@@ -346,6 +350,7 @@ std::vector<std::optional<SelfQuery>> askAll(const SelfSearch& search,
 std::vector<LookAlike> lookAlikesOf(const map::SemanticMap& given, const Options& in_metres) {
   if (given.poses.size() < 2 || given.plan.known.empty()) return {};
   const UprightTown town(given, in_metres);
+  // In rooms most places look alike from above, and their points tell them apart.
   const SelfSearch search(town.map, town.options, given.size < kTown);
   std::vector<LookAlike> found;
   for (const auto& q : askAll(search, search.choosePlaces(kRememberedPlaces), kRememberedLengths_m,

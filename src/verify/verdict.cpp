@@ -64,6 +64,7 @@ double correspondenceOdds(const Evidence& e) {
          (n - k) * std::log((1 - kKeptIfTrue) / (1 - by_chance));
 }
 
+/// Of how closely a query lies on itself.
 double shareOfItself(double over_chance, double of_itself) {
   constexpr double kLeastOfItself = 0.1;
   return over_chance / std::max(kLeastOfItself, of_itself);
@@ -139,14 +140,13 @@ double shareOfLookAlikes(const Statistics& s, const std::vector<LookAlike>& look
   const auto asWell = [](double share) {
     return std::clamp((share - kFitsNot) / (kFits - kFitsNot), 0.0, 1.0);
   };
-  const DenseEvidence& dense = s.dense;
+  const double over_chance = s.dense.agreement - s.dense.by_chance;
+  const bool asked = s.dense.settled && s.dense.of_itself && over_chance > 0;
+  const double close = asked ? shareOfItself(over_chance, *s.dense.of_itself) : 0;
   double found = 0;
   for (const LookAlike& l : look_alikes) {
     if (l.lead < s.lead) continue;
-    double fits = asWell(l.share / s.agreement);
-    if (dense.settled && dense.of_itself && dense.agreement > dense.by_chance)
-      fits *= asWell(l.close / shareOfItself(dense.agreement - dense.by_chance, *dense.of_itself));
-    found += fits;
+    found += asWell(l.share / s.agreement) * (asked ? asWell(l.close / close) : 1);
   }
   return found / (static_cast<double>(look_alikes.size()) + kUsual);
 }

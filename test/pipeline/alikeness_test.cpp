@@ -105,7 +105,7 @@ TEST(Alikeness, AMapRemembersHowManyOfItsStretchesAreCopies) {
   EXPECT_TRUE(lookAlikesOf({}, {}).empty());
 }
 
-/// What stands in the plan, as columns, and from where it was seen.
+/// What stands in the plan, as columns of points.
 LabelledCloud columnsOf(const map::SemanticMap& map) {
   LabelledCloud cloud;
   for (const auto& samples : map.plan.samples) {
