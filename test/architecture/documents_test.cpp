@@ -51,5 +51,38 @@ TEST(Documents, NameFilesThatExist) {
   EXPECT_GT(named, 40u);
 }
 
+/// Paths of headers and sources that the comments of a header name, but for those of libraries.
+std::vector<std::string> filesNamedInCommentsOf(const SourceFile& header) {
+  static const std::regex named(R"((<?)((?:\w+/)*\w+\.(?:h|cpp))\b)");
+  std::vector<std::string> names;
+  std::istringstream lines(header.text);
+  for (std::string line; std::getline(lines, line);) {
+    const std::size_t comment = line.find("//");
+    if (comment == std::string::npos) continue;
+    line = line.substr(comment);
+    for (std::sregex_iterator at(line.begin(), line.end(), named), end; at != end; ++at) {
+      const bool is_of_library = (*at)[1].length() > 0 && (*at)[2].str().rfind("xview/", 0) != 0;
+      if (!is_of_library) names.push_back((*at)[2]);
+    }
+  }
+  return names;
+}
+
+TEST(PublicHeaders, NameFilesThatExist) {
+  std::vector<std::string> paths;
+  for (const SourceFile& file : sourceFiles()) paths.push_back(file.path.generic_string());
+  std::size_t named = 0;
+  for (const SourceFile& header : sourceFiles()) {
+    if (header.path.string().rfind(XVIEW_SOURCE_DIR "/include/", 0) != 0) continue;
+    for (const std::string& name : filesNamedInCommentsOf(header)) {
+      ++named;
+      const auto isIt = [&](const std::string& path) { return endsWith(path, "/" + name); };
+      EXPECT_TRUE(std::any_of(paths.begin(), paths.end(), isIt))
+          << header.path.string() << " names " << name;
+    }
+  }
+  EXPECT_GT(named, 5u);
+}
+
 }  // namespace
 }  // namespace xview::test
