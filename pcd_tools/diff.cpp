@@ -201,7 +201,7 @@ class DiffCommand final : public Command {
     QueryInput input = openQuery(path, input_, job, earlier.labels);
     if (input.labels.name() == kShapes && earlier.labels.name() != kShapes)
       reduceToShapes(io::shippedLabelSet(kShapes), earlier);
-    const Localizer localizer(earlier, job.options);
+    const Localizer localizer(map::borrowed(earlier), job.options);
     return input.source ? findRecording(input, localizer, job) : findWhole(input, localizer);
   }
 

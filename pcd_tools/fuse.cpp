@@ -92,7 +92,7 @@ class FuseCommand final : public Command {
       throw UsageError("--scale: only what has the lengths of the map can be added to it");
     const QueryInput input = readQuery(path, input_, job, map.labels);
     Stopwatch watch;
-    const Localization fix = Localizer(map, job.options).localize(*input.whole);
+    const Localization fix = Localizer(map::borrowed(map), job.options).localize(*input.whole);
     job.narrate.stage("localize", watch.lap_ms(),
                       fmt::format("{}: {}", toString(fix.status), fix.reason));
     if (fix.accepted()) return fix;

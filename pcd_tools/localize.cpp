@@ -216,7 +216,7 @@ class LocalizeCommand final : public Command {
     Stopwatch watch;
     const map::SemanticMap map = readMap(given.operands.back(), input_, given);
     const Job job = inMap(given, map);
-    const Localizer localizer(map, job.options);
+    const Localizer localizer(map::borrowed(map), job.options);
     unanswered_.map = given.operands.back();
     unanswered_.size = sizeText(map.size);
     unanswered_.load_map_ms = watch.lap_ms();

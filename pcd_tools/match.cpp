@@ -62,7 +62,7 @@ class MatchCommand final : public Command {
     const QueryInput input = readQuery(job.operands[0], input_, sized, map.labels);
     const Query& query = *input.whole;
     Stopwatch watch;
-    const Localization fix = Localizer(map, sized.options).localize(query);
+    const Localization fix = Localizer(map::borrowed(map), sized.options).localize(query);
     job.narrate.stage("match", watch.lap_ms(),
                       fmt::format("{}: {}", toString(fix.status), fix.reason));
 

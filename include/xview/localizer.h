@@ -53,22 +53,37 @@ struct PoseCheck {
   verify::PlaceEvidence evidence;
 };
 
-/// Finds queries in one map. Building it makes the search index once; localize() is const and may
-/// be called from several threads.
+/// Finds queries in one map, which it keeps. Building it makes the search index once; everything
+/// else is const and may be called from several threads.
+///
+///     const xview::Localizer localizer(xview::map::loadMap("town.xvm"));
+///     const xview::Localization fix = localizer.localize(query);
+///     if (fix.accepted()) use(fix.T_map_query);                   // p_map = T_map_query * p_query
 class Localizer {
  public:
-  /// The map must outlive the localizer. It decides about the size (semantic_place.h) of all that
-  /// is looked for in it. Throws UsageError if the prior of the options lies outside of it.
-  Localizer(const map::SemanticMap& map, const Options& options);
+  /// @param map      is moved in, not copied. It decides about the size of all that is looked for
+  ///                 in it (semantic_place.h), whatever options.size says.
+  /// @param options  of the search
+  /// Throws UsageError if an option has no valid value, if the prior of the options lies outside of
+  /// the map, or if there is no map; Error if a file that the options name cannot be read.
+  explicit Localizer(map::SemanticMap map, const Options& options = {});
+  /// The same for a map that others read as well; it is copied only if its size is not that of a
+  /// town. See map::borrowed for a map that somebody else keeps.
+  explicit Localizer(std::shared_ptr<const map::SemanticMap> map, const Options& options = {});
+  Localizer(Localizer&&) noexcept;
+  Localizer& operator=(Localizer&&) noexcept;
   ~Localizer();
 
-  double size() const { return size_; }
+  double size() const { return size_; }                    ///< of the map; see kTown
+  const LabelSet& labels() const { return map_->labels; }  ///< the classes of the map
+  const Options& options() const { return options_; }      ///< as given, with the size of the map
 
-  /// The classes of the query are those of the map that mean the same (LabelMatch). What only one
-  /// of them tells apart is left aside in both: a query that knows shapes only (withShapeLabels)
-  /// meets the shapes of the map, kinds of ground that one set lacks are one ground. Throws Error
-  /// if the query was made with lengths of another size. With options.scale the answer has a scale:
-  /// its pose and its hypotheses are those of the query with all lengths multiplied by it.
+  /// Where is the query in the map? Its classes are those of the map that mean the same
+  /// (LabelMatch). What only one of them tells apart is left aside in both: a query that knows
+  /// shapes only meets the shapes of the map, kinds of ground that one set lacks are one ground.
+  /// With options.scale the answer has a scale: its pose and its hypotheses are those of the query
+  /// with all lengths multiplied by it. A query that is not found is an answer with a status and a
+  /// reason. Throws Error if the query was made with lengths of another size.
   Localization localize(const Query& query) const;
   /// The same, where it is expected only; the prior of the options must hold as well.
   Localization localize(const Query& query, const ExpectedPose& expected) const;
@@ -93,10 +108,13 @@ class Localizer {
  private:
   struct Index;
   struct CoarseIndices;
+  struct MapInTowns;
+  Localizer(MapInTowns map, const Options& options);
   const Index& indexFor(const Query& query) const;
 
   double size_;
-  Scaled<map::SemanticMap> map_;  ///< in lengths of a town, as all that the index knows
+  Options options_;  ///< in metres
+  std::shared_ptr<const map::SemanticMap> map_;  ///< in lengths of a town, as the index knows it
   std::unique_ptr<const Index> index_;
   std::unique_ptr<CoarseIndices> coarse_;  ///< made when the first query comes that needs them
 };

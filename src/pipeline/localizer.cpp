@@ -12,6 +12,7 @@
 #include "pipeline/localizer_index.h"
 #include "xview/pose/trajectory.h"
 #include "xview/raw_recording.h"
+#include "xview/types/error.h"
 #include "xview/types/localization.h"
 #include "xview/types/pose.h"
 #include "xview/types/semantic_place.h"
@@ -362,13 +363,51 @@ struct Localizer::CoarseIndices {
   std::map<CommonDetail, Coarse> made;
 };
 
-Localizer::Localizer(const map::SemanticMap& map, const Options& options)
-    : size_((requireValid(options), map.size)),
-      map_(map, 1 / size_),
-      index_(std::make_unique<Index>(*map_, optionsOfSearch(options, size_, map.labels))),
+/// A map in lengths of a town, and the size that its own lengths have.
+struct Localizer::MapInTowns {
+  /// Its lengths are changed where they are.
+  MapInTowns(map::SemanticMap&& given, const Options& options) : size(given.size) {
+    requireUse(given, options);
+    if (size != kTown) scaleLengths(1 / size, given);
+    map = std::make_shared<const map::SemanticMap>(std::move(given));
+  }
+  MapInTowns(std::shared_ptr<const map::SemanticMap> given, const Options& options) {
+    if (!given) throw UsageError("a localizer needs a map");
+    if (given->size != kTown) {
+      *this = MapInTowns(map::SemanticMap(*given), options);
+      return;
+    }
+    requireUse(*given, options);
+    map = std::move(given);
+  }
+
+  double size = kTown;
+  std::shared_ptr<const map::SemanticMap> map;
+
+ private:
+  static void requireUse(const map::SemanticMap& map, const Options& options) {
+    requireValid(options);
+    requirePriorInside(parsePrior(options.prior), map);
+  }
+};
+
+Localizer::Localizer(map::SemanticMap map, const Options& options)
+    : Localizer(MapInTowns(std::move(map), options), options) {}
+
+Localizer::Localizer(std::shared_ptr<const map::SemanticMap> map, const Options& options)
+    : Localizer(MapInTowns(std::move(map), options), options) {}
+
+Localizer::Localizer(MapInTowns map, const Options& options)
+    : size_(map.size),
+      options_(options),
+      map_(std::move(map.map)),
+      index_(std::make_unique<Index>(*map_, optionsOfSearch(options, size_, map_->labels))),
       coarse_(std::make_unique<CoarseIndices>()) {
-  requirePriorInside(parsePrior(options.prior), map);
+  options_.size = sizeText(size_);
 }
+
+Localizer::Localizer(Localizer&&) noexcept = default;
+Localizer& Localizer::operator=(Localizer&&) noexcept = default;
 Localizer::~Localizer() = default;
 
 const Localizer::Index& Localizer::indexFor(const Query& query) const {

@@ -191,7 +191,7 @@ std::optional<FrameEvidence> evidenceOfOneFrame(const map::SemanticMap& map,
                                                 const map::SemanticMap& other,
                                                 const Options& options) {
   if (map.size != other.size) return std::nullopt;
-  const Localizer localizer(map, plainSearch(options));
+  const Localizer localizer(map::borrowed(map), plainSearch(options));
   const Query query = makeQuery(other, options);
   const std::vector<Eigen::Isometry3d> as_it_is{Eigen::Isometry3d::Identity()};
   const verify::PlaceEvidence here = localizer.check(query, as_it_is, 0)[0].evidence;

@@ -35,6 +35,38 @@ TEST(Localizer, FindsTheRearViewInTheMapOfTheForwardDrive) {
   EXPECT_GT(fix.confidence, 0.5);
 }
 
+TEST(Localizer, KeepsItsMap) {
+  const auto& drive = simulatedDrive();
+  const Query query = drive.query("rear", 10, 40);
+  const Localization expected = Localizer(drive.map).localize(query);
+  auto shared = std::make_shared<const map::SemanticMap>(drive.map);
+  const std::weak_ptr<const map::SemanticMap> watched = shared;
+  {
+    const Localizer localizer(std::move(shared));
+    EXPECT_FALSE(watched.expired());
+    EXPECT_EQ(localizer.localize(query).T_map_sensor.matrix(), expected.T_map_sensor.matrix());
+  }
+  EXPECT_TRUE(watched.expired());
+  Localizer of_a_copy(map::SemanticMap{drive.map});
+  const Localizer moved = std::move(of_a_copy);
+  EXPECT_EQ(moved.localize(query).T_map_sensor.matrix(), expected.T_map_sensor.matrix());
+}
+
+TEST(Localizer, DoesNotCopyAMapThatIsSharedOrMovedIn) {
+  const auto& drive = simulatedDrive();
+  const auto shared = std::make_shared<const map::SemanticMap>(drive.map);
+  const Localizer sharing(shared);
+  EXPECT_EQ(&sharing.labels(), &shared->labels);
+  map::SemanticMap own = drive.map;
+  const auto* classes = &own.labels.classes().begin()->second;
+  const Localizer owning(std::move(own));
+  EXPECT_EQ(&owning.labels().classes().begin()->second, classes);
+}
+
+TEST(Localizer, WithoutAMapIsWrongUse) {
+  EXPECT_THROW(Localizer(std::shared_ptr<const map::SemanticMap>()), UsageError);
+}
+
 TEST(Localizer, AQueryThatCannotShowTheMapIsHeldAgainstItself) {
   const auto& drive = simulatedDrive();
   const Localizer localizer(drive.map, {});

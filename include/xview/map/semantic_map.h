@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -29,6 +30,12 @@ struct SemanticMap : Place {
     source_of_pose.push_back(source);
   }
 };
+
+/// A map for whoever wants a shared one (Localizer), kept by the caller: it must outlive all that
+/// hold the pointer.
+inline std::shared_ptr<const SemanticMap> borrowed(const SemanticMap& map) {
+  return {std::shared_ptr<const SemanticMap>(), &map};
+}
 
 /// True if the file starts like an .xvm database (SQLite magic and our application_id); false for
 /// anything else, also missing.
