@@ -80,7 +80,8 @@ class SelfSearch {
     if (map.poses.size() > 1 && !map.plan.known.empty()) {
       std::vector<Eigen::Vector3d> path;
       for (const Eigen::Isometry3d& T : map.poses) path.push_back(T.translation());
-      field_ = search::makeSurfaceField(map.plan, path, options.places, options.threads);
+      field_ = search::makeSurfaceField(map.plan, path, surroundingsOf(map.size), options.places,
+                                        options.threads);
       along_.assign(path.size(), 0);
       for (std::size_t i = 1; i < path.size(); ++i) {
         const double step_m = (path[i] - path[i - 1]).norm();

@@ -112,7 +112,8 @@ Localizer::Index::Index(const map::SemanticMap& given, const Options& all_option
       walks(map.graph, map.labels, options),
       refinement(map, options) {
   if (options.method == "walks" || map.plan.known.empty()) return;
-  surfaces = search::makeSurfaceField(map.plan, trajectoryOf(map), options.places, options.threads);
+  surfaces = search::makeSurfaceField(map.plan, trajectoryOf(map), surroundingsOf(map.size),
+                                      options.places, options.threads);
 }
 
 Priors Localizer::Index::priorsOf(const Query& given, const Query& upright,

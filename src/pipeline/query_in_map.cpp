@@ -195,7 +195,7 @@ void reduceTo(const CommonDetail& detail, PlanView& plan) {
 Options optionsOfSearch(const Options& given, double size, const LabelSet& map_labels) {
   Options options = inTownLengths(given, size);
   if (!options.places.likelihoods.empty()) return options;
-  if (size < kTown)
+  if (surroundingsOf(size) == search::Surroundings::rooms)
     options.places.likelihoods = search::kRooms;
   else if (knowsShapesOnly(map_labels))
     options.places.likelihoods = search::kShapes;

@@ -8,6 +8,8 @@
 #include <vector>
 
 #include "xview/localizer.h"
+#include "xview/search/field.h"
+#include "xview/types/semantic_place.h"
 
 namespace xview {
 
@@ -19,8 +21,14 @@ struct FrameGuess {
   double scale = 1;
 };
 
-/// What a search in a place of this size works with, in lengths of a town. Nobody drives through
-/// rooms: walls are near, and alike on all sides. Classes from shapes are seen again less often.
+/// Nobody drives through a place that is smaller than a town: walls are near, and alike on all
+/// sides, whatever table of likelihoods the options name.
+inline search::Surroundings surroundingsOf(double size) {
+  return size < kTown ? search::Surroundings::rooms : search::Surroundings::town;
+}
+
+/// What a search in a place of this size works with, in lengths of a town: unless the options name
+/// a table of likelihoods, that of its surroundings. Classes from shapes are seen again less often.
 Options optionsOfSearch(const Options& options, double size, const LabelSet& map_labels);
 
 /// The map in a gravity-aligned frame; nothing if its own is one.

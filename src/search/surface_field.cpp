@@ -149,9 +149,9 @@ struct ViewTables {
 class SurfaceField final : public Field {
  public:
   SurfaceField(const PlanView& map, const std::vector<Eigen::Vector3d>& trajectory,
-               const SearchOptions& options, int threads)
+               Surroundings surroundings, const SearchOptions& options, int threads)
       : cell_m_(options.cell_m),
-        in_town_(options.likelihoods != kRooms),
+        in_town_(surroundings == Surroundings::town),
         table_(options.likelihoods.empty() ? defaultLikelihoods()
                                            : readLikelihoods(options.likelihoods)),
         things_(standingThings(map, false)),
@@ -322,8 +322,9 @@ std::unique_ptr<FieldQuery> SurfaceField::prepare(const Observation& query) cons
 
 std::unique_ptr<const Field> makeSurfaceField(const PlanView& map,
                                               const std::vector<Eigen::Vector3d>& trajectory,
+                                              Surroundings surroundings,
                                               const SearchOptions& options, int threads) {
-  return std::make_unique<SurfaceField>(map, trajectory, options, threads);
+  return std::make_unique<SurfaceField>(map, trajectory, surroundings, options, threads);
 }
 
 }  // namespace xview::search

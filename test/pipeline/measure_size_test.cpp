@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <cstdio>
+#include <fstream>
 #include <functional>
 #include <utility>
 
@@ -47,10 +48,11 @@ Options ofSize(const std::string& size) {
 }
 
 /// A window of the drive back through a model of the town, in the model's map.
-Localization answerInModel(double size, const map::SemanticMap& map) {
+Localization answerInModel(double size, const map::SemanticMap& map,
+                           const std::string& likelihoods = search::kRooms) {
   const ModelDrive rear(*simulatedDrive().sessions.at("rear"), size);
   Options options = ofSize(sizeText(map.size));
-  options.places.likelihoods = search::kRooms;  // else those of the size
+  options.places.likelihoods = likelihoods;  // else those of the size
   const std::vector<FrameDigest> frames = digestRecording(rear, options);
   const Query query = makeQuery(frames.data() + 5, frames.data() + 45, map.labels, options);
   return Localizer(map, options).localize(query);
@@ -64,16 +66,32 @@ map::SemanticMap mapOfModel(double size) {
 TEST(MeasuredSizes, AModelOfATownGivesTheAnswerOfTheTownInItsOwnLengths) {
   const Localization town = answerInModel(kTown, simulatedDrive().map);
   ASSERT_TRUE(town.accepted()) << town.reason;
-  for (const double size : {kRoom, kDesk}) {
-    const map::SemanticMap map = mapOfModel(size);
-    EXPECT_EQ(map.graph.size(), simulatedDrive().map.graph.size());
-    const Localization model = answerInModel(size, map);
-    EXPECT_EQ(model.confidence, town.confidence);
-    EXPECT_EQ(model.reason, town.reason);
-    EXPECT_EQ(model.T_map_sensor.translation(), size * town.T_map_sensor.translation());
-    EXPECT_EQ(model.covariance(0, 0), size * size * town.covariance(0, 0));
-    EXPECT_EQ(model.covariance(5, 5), town.covariance(5, 5));
+  const map::SemanticMap room_map = mapOfModel(kRoom), desk_map = mapOfModel(kDesk);
+  const Localization room = answerInModel(kRoom, room_map), desk = answerInModel(kDesk, desk_map);
+  for (const auto& [size, model] : {std::pair(kRoom, &room), {kDesk, &desk}}) {
+    EXPECT_EQ(model->hypotheses[0].score, town.hypotheses[0].score);
+    EXPECT_EQ(model->T_map_sensor.translation(), size * town.T_map_sensor.translation());
+    EXPECT_EQ(model->covariance(0, 0), size * size * town.covariance(0, 0));
+    EXPECT_EQ(model->covariance(5, 5), town.covariance(5, 5));
+    EXPECT_EQ(model->confidence, room.confidence) << "small places are judged alike";
+    EXPECT_EQ(model->reason, room.reason);
   }
+  EXPECT_EQ(room_map.graph.size(), simulatedDrive().map.graph.size());
+  EXPECT_EQ(desk_map.graph.size(), simulatedDrive().map.graph.size());
+}
+
+/// The same counts under another name.
+TEST(MeasuredSizes, AreToldByThePlaceAndNotByTheNameOfItsLikelihoods) {
+  const map::SemanticMap map = mapOfModel(kRoom);
+  const std::string own = testing::TempDir() + "/own_likelihoods.txt";
+  std::ofstream(own) << toText(search::readLikelihoods(search::kRooms));
+  const Localization built_in = answerInModel(kRoom, map),
+                     learned = answerInModel(kRoom, map, own);
+  std::remove(own.c_str());
+  EXPECT_EQ(learned.hypotheses[0].score, built_in.hypotheses[0].score);
+  EXPECT_FALSE(learned.statistics.dense.shown) << "what rooms show is hidden by furniture";
+  EXPECT_EQ(learned.confidence, built_in.confidence);
+  EXPECT_EQ(learned.reason, built_in.reason);
 }
 
 TEST(MeasuredSizes, AMapKeepsItsSizeInItsFile) {

@@ -26,7 +26,7 @@ class Index {
  public:
   Index(const PlanView& map, const std::vector<Eigen::Vector3d>& drive = {},
         const SearchOptions& options = {}, int threads = 1)
-      : options_(options), field_(makeSurfaceField(map, drive, options, threads)) {}
+      : options_(options), field_(makeSurfaceField(map, drive, Surroundings::town, options, threads)) {}
 
   std::unique_ptr<FieldQuery> prepare(const PlanView& query) const {
     return field_->prepare({&query, nullptr, {}});

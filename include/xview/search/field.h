@@ -142,11 +142,16 @@ class Field {
   bool empty() const { return size() == 0; }
 };
 
+/// What stands around a robot: between the houses of a town a query shows what the map has of them,
+/// in rooms furniture hides most of it, so that what a query does not show says nothing there.
+enum class Surroundings { town, rooms };
+
 /// Surfaces and objects seen from above, compared by learned likelihoods of their distances.
 /// `trajectory`: positions of the sensor when the map was made, in order; it tells how similar the
 /// map is to itself.
 std::unique_ptr<const Field> makeSurfaceField(const PlanView& map,
                                               const std::vector<Eigen::Vector3d>& trajectory,
+                                              Surroundings surroundings,
                                               const SearchOptions& options, int threads);
 
 /// A bare semantic graph: vertices with a class and nothing else. Densities and the spacing of
