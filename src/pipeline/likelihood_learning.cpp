@@ -5,6 +5,7 @@
 #include <cmath>
 #include <set>
 
+#include "pipeline/gravity.h"
 #include "xview/graph/plan_view.h"
 #include "xview/search/distance_field.h"
 #include "xview/types/pose.h"
@@ -29,11 +30,26 @@ struct Travel {
   }
 };
 
-PlanView planOf(const FrameDigest* first, const FrameDigest* last, const LabelSet& labels) {
+/// The turn that takes a window upright, as a query is turned; where the window does not tell, its
+/// true pose does, which brings it to the upright frame of the map.
+Eigen::Isometry3d uprightOf(const FrameDigest* first, const FrameDigest* last,
+                            const LabelSet& labels, const std::string& mode,
+                            const Eigen::Isometry3d& T_upright_query) {
+  std::vector<PlaceBuilder::SharedDigest> frames;
+  for (const FrameDigest* f = first; f != last; ++f)
+    frames.emplace_back(PlaceBuilder::SharedDigest(), f);  // owned by the caller, who waits
+  const Gravity gravity = gravityOf(frames, labels, mode);
+  if (gravity.known) return Eigen::Isometry3d(gravity.upright);
+  return Eigen::Isometry3d(
+      uprightBy(T_upright_query.linear().transpose() * Eigen::Vector3d::UnitZ()));
+}
+
+/// The view from above of frames that `upright` turns.
+PlanView planOf(const FrameDigest* first, const FrameDigest* last, const LabelSet& labels,
+                const Eigen::Isometry3d& upright) {
   graph::PlanViewBuilder builder(labels);
-  for (const FrameDigest* f = first; f != last; ++f) {
-    builder.add(f->cloud, f->votes, f->resolves_thin, Eigen::Isometry3d::Identity(), f->aerial);
-  }
+  for (const FrameDigest* f = first; f != last; ++f)
+    builder.add(f->cloud, f->votes, f->resolves_thin, upright, f->aerial);
   return builder.build();
 }
 
@@ -61,7 +77,7 @@ void countAt(const search::DistanceField& field, const PlanView& view,
 
 std::vector<Eigen::Isometry3d> wrongPoses(const Travel& map, const Travel& query,
                                           std::size_t middle,
-                                          const Eigen::Isometry3d& T_odom_sensor,
+                                          const Eigen::Isometry3d& T_query_sensor,
                                           const Eigen::Vector3d& truth, Random& random) {
   std::vector<Eigen::Isometry3d> poses;
   for (int i = 0; i < kWrongPoses; ++i) {
@@ -75,7 +91,7 @@ std::vector<Eigen::Isometry3d> wrongPoses(const Travel& map, const Travel& query
     const Eigen::Vector2d goal =
         map.positions[at] + Eigen::Vector2d(random.uniform(-2, 2), random.uniform(-2, 2));
     Eigen::Isometry3d T = poseFromYaw({goal.x(), goal.y(), 0}, yaw);
-    T.translation().head<2>() -= (T.linear() * T_odom_sensor.translation()).head<2>();
+    T.translation().head<2>() -= (T.linear() * T_query_sensor.translation()).head<2>();
     poses.push_back(T);
   }
   return poses;
@@ -94,14 +110,14 @@ search::LikelihoodTable learnLikelihoods(const map::SemanticMap& given,
   search::LikelihoodTable table;
   if (frames.size() < 3 || map.poses.size() < 3) return table;
   const search::DistanceField field(map.plan, options.threads);
-  Travel map_travel, query_travel;
+  // Views from above are drawn upright, so everything is compared in upright frames.
+  const Eigen::Isometry3d T_upright_map(map.plan.upright);
+  for (Eigen::Isometry3d& T : T_map_sensor) T = T_upright_map * T;
+  Travel map_travel;
   for (const Eigen::Isometry3d& T : map.poses)
-    map_travel.positions.push_back(T.translation().head<2>());
+    map_travel.positions.push_back((T_upright_map * T.translation()).head<2>());
   std::vector<Eigen::Isometry3d> T_odom_sensor;
-  for (const FrameDigest& frame : frames) {
-    T_odom_sensor.push_back(frame.T_odom_sensor);
-    query_travel.positions.push_back(frame.T_odom_sensor.translation().head<2>());
-  }
+  for (const FrameDigest& frame : frames) T_odom_sensor.push_back(frame.T_odom_sensor);
   const std::vector<double> distance = wayAlong(T_odom_sensor);
   Random random(kSeed);
   for (double from = 0; from + window_m <= distance.back() + 1; from += window_m / 3) {
@@ -110,10 +126,17 @@ search::LikelihoodTable learnLikelihoods(const map::SemanticMap& given,
     const auto last = static_cast<std::size_t>(
         std::upper_bound(distance.begin(), distance.end(), from + window_m) - distance.begin());
     const std::size_t middle = std::min((first + last) / 2, frames.size() - 1);
-    const PlanView view = planOf(frames.data() + first, frames.data() + last, map.labels);
-    const Eigen::Isometry3d T_true = T_map_sensor[middle] * frames[middle].T_odom_sensor.inverse();
-    const double height = frames[middle].T_odom_sensor.translation().z();
-    const auto wrong = wrongPoses(map_travel, query_travel, middle, frames[middle].T_odom_sensor,
+    const Eigen::Isometry3d T_map_odom = T_map_sensor[middle] * T_odom_sensor[middle].inverse();
+    const Eigen::Isometry3d upright = uprightOf(frames.data() + first, frames.data() + last,
+                                                map.labels, options.gravity, T_map_odom);
+    const PlanView view = planOf(frames.data() + first, frames.data() + last, map.labels, upright);
+    const Eigen::Isometry3d T_true = T_map_odom * upright.inverse();
+    const Eigen::Isometry3d T_query_sensor = upright * T_odom_sensor[middle];
+    const double height = T_query_sensor.translation().z();
+    Travel query_travel;
+    for (const Eigen::Isometry3d& T : T_odom_sensor)
+      query_travel.positions.push_back((upright * T.translation()).head<2>());
+    const auto wrong = wrongPoses(map_travel, query_travel, middle, T_query_sensor,
                                   T_map_sensor[middle].translation(), random);
     for (std::size_t c = 0; c < kChannels; ++c) {
       search::DistanceCounts& counts =
