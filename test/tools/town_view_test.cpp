@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What is drawn and told of maps and answers.
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
+#include <optional>
 #include <sstream>
 
 #include "support/test_data.h"
@@ -76,6 +79,101 @@ TEST_F(TinyTown, QueriesAreFoundFromTheFolderOfTheirAnswers) {
       runXview({"view", map(), town("rear") + "/../beside.jsonl", "-o", file("beside.pcd")});
   EXPECT_EQ(drawn.err.find("is not found"), std::string::npos) << drawn.err;
   EXPECT_GT(pointsOfClass(file("beside.pcd"), "query, accepted"), 1000u);
+}
+
+/// A row of the table of `xview lookalikes`.
+struct LookalikePlace {
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();
+  std::optional<double> sure_from_m;
+};
+
+std::vector<LookalikePlace> lookalikePlacesIn(const std::string& csv) {
+  std::vector<LookalikePlace> places;
+  std::istringstream lines(readText(csv));
+  std::string line;
+  std::getline(lines, line);
+  EXPECT_EQ(line, "x,y,z,sure_from_m,like_x,like_y,like_z");
+  while (std::getline(lines, line)) {
+    std::vector<std::string> cells{""};
+    for (const char c : line) {
+      if (c == ',')
+        cells.emplace_back();
+      else
+        cells.back() += c;
+    }
+    if (cells.size() != 7u) {
+      ADD_FAILURE() << line;
+      continue;
+    }
+    LookalikePlace place;
+    for (Eigen::Index k = 0; k < 3; ++k)
+      place.position[k] = std::stod(cells[static_cast<std::size_t>(k)]);
+    if (!cells[3].empty()) place.sure_from_m = std::stod(cells[3]);
+    const bool has_like = !cells[4].empty();
+    EXPECT_TRUE(place.sure_from_m || has_like) << line << ": nothing says why it is not sure";
+    places.push_back(place);
+  }
+  return places;
+}
+
+TEST_F(TinyTown, LookalikesAreATableAPictureAndACloud) {
+  const std::string table = file("alike.csv"), picture = file("alike.png"),
+                    cloud = file("alike.pcd");
+  const std::string said = succeed({"lookalikes", "-q", map(), "-o", table}).out;
+  const std::vector<LookalikePlace> places = lookalikePlacesIn(table);
+  ASSERT_GT(places.size(), 10u);
+  EXPECT_NE(said.find("% of " + std::to_string(places.size()) + " places"), std::string::npos)
+      << said;
+
+  std::size_t sure = 0;
+  const std::vector<io::StampedPose> way = io::readPoses(town("forward") + "/groundtruth.txt");
+  for (const LookalikePlace& place : places) {
+    double nearest_m = INFINITY;
+    for (const io::StampedPose& pose : way)
+      nearest_m = std::min(nearest_m, (pose.T_frame_sensor.translation() - place.position).norm());
+    EXPECT_LT(nearest_m, 1) << "not on the way of the map: " << place.position.transpose();
+    sure += place.sure_from_m.has_value();
+  }
+  EXPECT_GT(sure, 0u);
+  EXPECT_LT(sure, places.size()) << "8 m of a street tell some of its places, and not all";
+
+  succeed({"lookalikes", "-q", map(), "-o", picture});
+  const std::string png = readText(picture);
+  EXPECT_EQ(png.substr(1, 3), "PNG");
+  EXPECT_GT(png.size(), 10000u);
+
+  succeed({"lookalikes", "-q", map(), "-o", cloud});
+  const io::CloudHeader header = io::readCloudHeader(cloud);
+  const LabelledCloud coloured = io::readCloud(cloud);
+  EXPECT_GT(coloured.size(), 10000u);
+  for (std::size_t i = 0; i < coloured.size(); i += 97) {
+    const Eigen::Vector3d p = coloured.position(i);
+    const auto& nearest =
+        *std::min_element(places.begin(), places.end(), [&](const auto& a, const auto& b) {
+          return (a.position - p).norm() < (b.position - p).norm();
+        });
+    double second_m = INFINITY;  // the table has centimetres, so ties are left out
+    for (const LookalikePlace& other : places) {
+      if (&other != &nearest) second_m = std::min(second_m, (other.position - p).norm());
+    }
+    if (second_m < (nearest.position - p).norm() + 0.05) continue;
+    std::ostringstream expected;
+    if (nearest.sure_from_m)
+      expected << "sure from " << *nearest.sure_from_m << " m on";
+    else
+      expected << "not sure at all";
+    EXPECT_EQ(header.labels->className(coloured.points[i].label), expected.str())
+        << p.transpose();
+  }
+}
+
+TEST_F(TinyTown, LookalikesOfNothingToCompareAreRefused) {
+  EXPECT_EQ(runXview({"lookalikes", map(), "-o", file("alike.txt")}).code, 2);
+  succeed({"map", "-q", town("forward"), "--frames", "0:3", file("one.xvm")});
+  const Outcome alone = runXview({"lookalikes", "-q", file("one.xvm"), "-o", file("one.csv")});
+  EXPECT_EQ(alone.code, 1);
+  EXPECT_NE(alone.err.find("map a longer drive"), std::string::npos) << alone.err;
+  EXPECT_FALSE(fs::exists(file("one.csv")));
 }
 
 /// Check fix for: a cloud in national coordinates was drawn as far from the map as its origin is.
