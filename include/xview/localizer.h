@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "xview/cloud_recording.h"
 #include "xview/map/semantic_map.h"
 #include "xview/options.h"
 #include "xview/place_builder.h"
@@ -57,13 +58,13 @@ struct PoseCheck {
 /// else is const and may be called from several threads.
 ///
 ///     const xview::Localizer localizer(xview::map::loadMap("town.xvm"));
-///     const xview::Localization fix = localizer.localize(query);
+///     const xview::Localization fix = localizer.localize(cloud);  // pcl::PointCloud<PointT>
 ///     if (fix.accepted()) use(fix.T_map_query);                   // p_map = T_map_query * p_query
 class Localizer {
  public:
   /// @param map      is moved in, not copied. It decides about the size of all that is looked for
   ///                 in it (semantic_place.h), whatever options.size says.
-  /// @param options  of the search
+  /// @param options  of the search and of the queries that the localizer makes
   /// Throws UsageError if an option has no valid value, if the prior of the options lies outside of
   /// the map, or if there is no map; Error if a file that the options name cannot be read.
   explicit Localizer(map::SemanticMap map, const Options& options = {});
@@ -87,6 +88,28 @@ class Localizer {
   Localization localize(const Query& query) const;
   /// The same, where it is expected only; the prior of the options must hold as well.
   Localization localize(const Query& query, const ExpectedPose& expected) const;
+  /// Where is a whole recording? The answer is the pose of its last frame. Throws as query().
+  Localization localize(const FrameSource& recording) const { return localize(query(recording)); }
+  /// Where is a cloud of PCL, whose origin is the sensor, or anywhere [m]? `labels`: what the field
+  /// `label` of its points means (labels() if they have the classes of the map); without it classes
+  /// come from shapes, for which z is to be up, whatever labels the points have. Throws UsageError
+  /// if there is a label set and the points have no field `label`.
+  template <class PointT>
+  Localization localize(const pcl::PointCloud<PointT>& cloud, const LabelSet& labels = {}) const {
+    CloudRecording recording(labels);
+    recording.add(cloud);
+    return localize(recording);
+  }
+
+  /// A query from a whole recording, in lengths of the map. A recording without labels, and any
+  /// recording in a map that knows shapes only, gets classes from the shapes of its points. Throws
+  /// Error if a frame cannot be read.
+  Query query(const FrameSource& recording) const;
+  /// A query from frames that digest() made, in order: a window of a drive as it comes.
+  Query query(const std::vector<FrameDigest>& frames, const LabelSet& labels = {}) const;
+  /// What a query needs of one frame, and the map's lengths. `labels`: its classes; without them it
+  /// gets those of shapes. Throws Error as query().
+  FrameDigest digest(const Frame& frame, const LabelSet& labels = {}) const;
 
   /// For each given pose the best one around it, at most `reach_m` away at the last sensor, and
   /// what speaks for it; the given one itself if the best one is farther. UsageError with method
@@ -113,7 +136,7 @@ class Localizer {
   const Index& indexFor(const Query& query) const;
 
   double size_;
-  Options options_;  ///< in metres
+  Options options_;                              ///< in metres
   std::shared_ptr<const map::SemanticMap> map_;  ///< in lengths of a town, as the index knows it
   std::unique_ptr<const Index> index_;
   std::unique_ptr<CoarseIndices> coarse_;  ///< made when the first query comes that needs them

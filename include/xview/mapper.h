@@ -5,23 +5,44 @@
 #include <string>
 #include <vector>
 
+#include "xview/cloud_recording.h"
 #include "xview/map/semantic_map.h"
 #include "xview/options.h"
 #include "xview/place_builder.h"
 
 namespace xview {
 
-/// Map of one or more recordings in one common frame, in the classes of the first (LabelMatch;
-/// Error if another one has none of them). `seen` is called with every frame, in order.
+/// Map of one or more recordings in one common frame, in the classes of the first (LabelMatch).
+/// A recording without labels gets classes from the shapes of its points (withClasses).
+/// @param sources   recordings in one odometry frame, which becomes that of the map [m]
+/// @param options   size `auto` is measured; the map keeps what it is (SemanticMap::size)
+/// @param progress  called with frames that are done, and all of them
+/// @param seen      called with every frame, in order
+/// Throws Error if a frame cannot be read, or if a recording has none of the classes of the first;
+/// UsageError if there is no recording, or if one cannot be used with options.graph_space.
 map::SemanticMap buildMap(
     const std::vector<const FrameSource*>& sources, const Options& options,
     const Progress& progress = {},
     const std::function<void(const FrameSource&, const FrameDigest&)>& seen = {});
+/// Map of one recording.
+map::SemanticMap buildMap(const FrameSource& recording, const Options& options = {});
+/// Map of one cloud of PCL in the frame of the map, z up [m]. `labels`: what the field `label` of
+/// its points means; without it classes come from shapes, whatever labels the points have. Throws
+/// UsageError if there is a label set and the points have no such field.
+template <class PointT>
+map::SemanticMap buildMap(const pcl::PointCloud<PointT>& cloud, const LabelSet& labels = {},
+                          const Options& options = {}) {
+  CloudRecording recording(labels);
+  recording.add(cloud);
+  return buildMap(recording, options);
+}
 /// Map of a bare graph.
 map::SemanticMap buildMap(const SemanticGraph& graph, const LabelSet& labels,
                           const std::string& source, const Options& options);
 
 /// Adds a recording or another map's content to a map in the same frame, in the classes of the map.
+/// Throws Error, with the map as it was, if the addition has none of its classes, is tilted against
+/// it, or differs from it in graph space or size.
 void appendToMap(map::SemanticMap& map, const map::SemanticMap& addition, const Options& options);
 
 /// What speaks for two places lying in one frame where both were seen, as the search weighs it:

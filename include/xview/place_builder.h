@@ -46,8 +46,9 @@ bool usesImageRegions(const Options& options);  ///< blobs come from label image
 void requireGraphSpace(const Options& options, Sensor sensor, const std::string& recording);
 
 /// One frame through lift, clean and blobs, of the size that options.size says. One frame
-/// tells no size, so auto is that of a town here.
-/// Throws UsageError if options.graph_space is image and the frame has no images.
+/// tells no size, so auto is that of a town here. Throws Error if there are no classes, without
+/// which nothing of it would be left (see withClasses), and UsageError if options.graph_space is
+/// image and the frame has no images.
 FrameDigest digestFrame(Frame frame, const LabelSet& labels, const Options& options);
 
 /// All frames of a recording, read and digested on options.threads threads, in order.
@@ -119,8 +120,9 @@ using Query = Place;
 /// A query from a window of frames, which tell all together which way is up.
 Query makeQuery(const FrameDigest* first, const FrameDigest* last, const LabelSet& labels,
                 const Options& options);
-/// A query from a whole recording, frame by frame (PlaceBuilder). `seen` is called with every
-/// frame, in order.
+/// A query from a whole recording, frame by frame (PlaceBuilder). A recording without labels gets
+/// classes from the shapes of its points (withClasses). `seen` is called with every frame, in
+/// order.
 Query makeQuery(const FrameSource& source, const Options& options,
                 const std::function<void(const FrameDigest&)>& seen = {});
 /// A query from a bare graph.

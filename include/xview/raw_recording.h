@@ -6,6 +6,7 @@
 
 #include "xview/graph/lift.h"
 #include "xview/label/shapes.h"
+#include "xview/options.h"
 #include "xview/types/frame.h"
 #include "xview/types/semantic_place.h"
 
@@ -30,6 +31,12 @@ std::unique_ptr<FrameSource> withShapeLabels(std::unique_ptr<FrameSource> source
 /// Whoever asks for a map of bare ids gets streets and walls instead of nothing but objects.
 std::unique_ptr<FrameSource> withRolesByShape(std::unique_ptr<FrameSource> source,
                                               const graph::LiftOptions& lift, int threads);
+
+/// A recording with the classes that maps and queries are made of: its own; roles and kinds by
+/// shape if they have no names; those of shapes if it has none, or if `shapes_only`, as in a map
+/// that knows nothing else. The recording must outlive the result.
+std::unique_ptr<const FrameSource> withClasses(const FrameSource& recording, const Options& options,
+                                               bool shapes_only = false);
 
 /// A place with the classes of `shapes` instead of its own, by their kinds: what a raw query can
 /// be compared with.

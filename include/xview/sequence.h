@@ -31,10 +31,17 @@ struct SequenceAnswer {
 /// than right. Queries are kept whole as long as they count. Not for method walks.
 class Sequence {
  public:
+  /// The localizer must outlive the sequence. Of the options, those of odometry and verdict
+  /// and places.hypotheses are used. Throws UsageError with method walks.
   Sequence(const Localizer& localizer, const Options& options);
+  explicit Sequence(const Localizer& localizer) : Sequence(localizer, localizer.options()) {}
+  Sequence(Localizer&&, const Options&) = delete;
+  explicit Sequence(Localizer&&) = delete;
   ~Sequence();
 
-  /// `first` and `last` (half-open): positions of the frames of the query in the recording.
+  /// `first` and `last` (half-open): positions of the frames of the query in the recording. The
+  /// pose of the answer is that of the last frame, in the map frame [m]. Throws as
+  /// Localizer::localize().
   SequenceAnswer add(const Query& query, std::size_t first, std::size_t last);
 
  private:

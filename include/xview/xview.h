@@ -4,7 +4,9 @@
 // Everything that a program of your own needs: read recordings, make maps, localize in them. The
 // stages have headers of their own, in folders that are named after them.
 
+#include "xview/cloud_recording.h"
 #include "xview/io/cloud_files.h"
+#include "xview/io/label_files.h"
 #include "xview/io/pose_files.h"
 #include "xview/io/recording.h"
 #include "xview/localizer.h"
@@ -12,6 +14,7 @@
 #include "xview/mapper.h"
 #include "xview/options.h"
 #include "xview/place_builder.h"
+#include "xview/raw_recording.h"
 #include "xview/sequence.h"
 #include "xview/tracker.h"
 #include "xview/types/error.h"

@@ -305,6 +305,23 @@ void Standing::findLowThings() {
 
 }  // namespace
 
+LabelSet labelsOfShapes() {
+  const auto id = [](Shape shape) { return static_cast<std::uint32_t>(shape); };
+  const ClassInfo classes[kShapes] = {
+      {id(Shape::none), "unlabelled", {0, 0, 0}, Role::ignored, Kind::none},
+      {id(Shape::ground), "ground", {150, 120, 150}, Role::surface, Kind::road},
+      {id(Shape::wall), "wall", {240, 190, 60}, Role::surface, Kind::building},
+      {id(Shape::post), "post", {220, 40, 40}, Role::object, Kind::pole},
+      {id(Shape::foliage), "foliage", {60, 160, 60}, Role::surface, Kind::vegetation},
+      {id(Shape::low_thing), "low thing", {90, 140, 230}, Role::dynamic, Kind::vehicle},
+      {id(Shape::roof), "roof", {170, 90, 40}, Role::surface, Kind::building},
+      {id(Shape::ceiling), "ceiling", {200, 200, 200}, Role::surface, Kind::other_surface},
+      {id(Shape::table), "table", {150, 90, 210}, Role::surface, Kind::other_surface}};
+  LabelSet labels("shapes");
+  for (const ClassInfo& info : classes) labels.add(info);
+  return labels;
+}
+
 void labelByShape(pcl::PointCloud<Point>& points) {
   if (points.empty()) return;
   const GroundField ground(points);

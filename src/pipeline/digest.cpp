@@ -11,6 +11,7 @@
 #include "xview/measure_size.h"
 #include "xview/options.h"
 #include "xview/place_builder.h"
+#include "xview/types/error.h"
 #include "xview/types/localization.h"
 #include "xview/types/parallel.h"
 
@@ -98,6 +99,13 @@ std::vector<Blob> frameBlobs(const LabelledCloud& points, const LabelSet& labels
                              labels, options.blobs);
 }
 
+/// Without classes nothing of a frame would be left.
+void requireClasses(const LabelSet& labels, const std::string& name) {
+  if (!labels.empty()) return;
+  throw Error(name,
+              "it has no labels; withClasses() gives it classes from the shapes of its points");
+}
+
 FrameDigest readAndDigest(const FrameSource& source, std::size_t i, const Options& options) {
   Stopwatch watch;
   Frame frame = source.read(i);
@@ -111,6 +119,7 @@ FrameDigest readAndDigest(const FrameSource& source, std::size_t i, const Option
 /// At most `ahead` frames are digested and not yet taken.
 void digestInOrder(const FrameSource& source, const Options& options, std::size_t ahead,
                    const std::function<void(FrameDigest)>& take) {
+  requireClasses(source.labels(), source.name());
   requireGraphSpace(options, source.sensor(), source.name());
   std::vector<FrameDigest> waiting(ahead);
   DepthPlausibility depths;
@@ -132,7 +141,9 @@ Options sizedFor(const FrameSource& source, Options options) {
 }  // namespace
 
 FrameDigest digestFrame(Frame frame, const LabelSet& labels, const Options& given) {
-  requireGraphSpace(given, frame.sensor, "frame " + std::to_string(frame.number));
+  const std::string name = "frame " + std::to_string(frame.number);
+  requireClasses(labels, name);
+  requireGraphSpace(given, frame.sensor, name);
   Stopwatch watch;
   FrameDigest digest;
   digest.size = parseSize(given.size).value_or(kTown);

@@ -10,6 +10,7 @@
 #include "xview/graph/plan_view.h"
 #include "xview/localizer.h"
 #include "xview/measure_size.h"
+#include "xview/raw_recording.h"
 #include "xview/types/error.h"
 #include "xview/types/label_match.h"
 
@@ -118,17 +119,24 @@ bool areSameSteps(const std::vector<Step>& a, const std::vector<Step>& b) {
 map::SemanticMap buildMap(const std::vector<const FrameSource*>& sources, const Options& given,
                           const Progress& progress,
                           const std::function<void(const FrameSource&, const FrameDigest&)>& seen) {
+  if (sources.empty()) throw UsageError("a map needs at least one recording");
+  std::vector<std::unique_ptr<const FrameSource>> owned;
+  std::vector<const FrameSource*> classified;
+  for (const FrameSource* source : sources) {
+    owned.push_back(withClasses(*source, given));
+    classified.push_back(owned.back().get());
+  }
   Options options = given;
-  options.size = sizeText(sizeFor(given, sources));
+  options.size = sizeText(sizeFor(given, classified));
   std::size_t total = 0, done = 0;
   std::vector<std::unique_ptr<const FrameSource>> in_one_set;
-  for (const FrameSource* source : sources) {
+  for (const FrameSource* source : classified) {
     total += source->size();
-    in_one_set.push_back(inClassesOf(sources[0]->labels(), *source));
+    in_one_set.push_back(inClassesOf(classified[0]->labels(), *source));
     requireGraphSpace(options, source->sensor(), source->name());
   }
   if (progress) progress(0, total);
-  PlaceBuilder place(sources[0]->labels(), options, PlaceUse::map);
+  PlaceBuilder place(classified[0]->labels(), options, PlaceUse::map);
   map::SemanticMap map;
   for (const auto& source : in_one_set) {
     digestRecording(*source, options, [&](FrameDigest frame) {
@@ -143,6 +151,10 @@ map::SemanticMap buildMap(const std::vector<const FrameSource*>& sources, const 
   map.options_yaml = recordOf(options);
   map.look_alikes = lookAlikesOf(map, options);
   return map;
+}
+
+map::SemanticMap buildMap(const FrameSource& recording, const Options& options) {
+  return buildMap(std::vector<const FrameSource*>{&recording}, options);
 }
 
 map::SemanticMap buildMap(const SemanticGraph& graph, const LabelSet& labels,

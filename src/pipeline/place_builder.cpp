@@ -8,6 +8,7 @@
 #include "pipeline/query_in_map.h"
 #include "xview/graph/edges.h"
 #include "xview/measure_size.h"
+#include "xview/raw_recording.h"
 #include "xview/types/error.h"
 #include "xview/types/in_order.h"
 #include "xview/types/localization.h"
@@ -194,9 +195,11 @@ Query makeQuery(const FrameDigest* first, const FrameDigest* last, const LabelSe
 
 Query makeQuery(const FrameSource& source, const Options& options,
                 const std::function<void(const FrameDigest&)>& seen) {
-  const Options sized = ofSize(sizeFor(options, std::vector<const FrameSource*>{&source}), options);
-  PlaceBuilder place(source.labels(), sized, PlaceUse::query);
-  digestRecording(source, sized, [&](FrameDigest frame) {
+  const auto classified = withClasses(source, options);
+  const Options sized =
+      ofSize(sizeFor(options, std::vector<const FrameSource*>{classified.get()}), options);
+  PlaceBuilder place(classified->labels(), sized, PlaceUse::query);
+  digestRecording(*classified, sized, [&](FrameDigest frame) {
     if (seen) seen(frame);
     place.add(std::move(frame));
   });

@@ -172,6 +172,20 @@ class RecentFrames {
   std::array<Slot, 4 * kBefore> slots_;
 };
 
+/// A recording that somebody else owns.
+class Borrowed final : public ForwardingSource {
+ public:
+  explicit Borrowed(const FrameSource& source) : ForwardingSource(source) {}
+};
+
+/// True if classes without names were given kinds already.
+bool isJudged(const LabelSet& generic) {
+  const auto& classes = generic.classes();
+  return std::any_of(classes.begin(), classes.end(), [](const auto& entry) {
+    return entry.second.kind != Kind::none && entry.second.kind != Kind::other_object;
+  });
+}
+
 class ShapeLabelled final : public RelabelledRecording {
  public:
   ShapeLabelled(std::unique_ptr<FrameSource> source, LabelSet shapes,
@@ -250,7 +264,7 @@ std::unique_ptr<FrameSource> withRolesByShape(std::unique_ptr<FrameSource> sourc
                                               const graph::LiftOptions& lift, int threads) {
   constexpr std::size_t kFrames = 60;
   constexpr double kVoxel_m = 0.25;
-  if (!source->labels().isGeneric()) return source;
+  if (!source->labels().isGeneric() || isJudged(source->labels())) return source;
   std::vector<LabelledCloud> clouds(std::min(kFrames, source->size()));
   parallelFor(clouds.size(), threads, [&](std::size_t i) {
     const Frame frame = source->read(i * source->size() / clouds.size());
@@ -267,6 +281,15 @@ std::unique_ptr<FrameSource> withShapeLabels(std::unique_ptr<FrameSource> source
   auto labelled = std::make_unique<ShapeLabelled>(std::move(source), std::move(shapes), lift);
   if (shares) *shares = labelled->look();
   return labelled;
+}
+
+std::unique_ptr<const FrameSource> withClasses(const FrameSource& recording, const Options& options,
+                                               bool shapes_only) {
+  auto borrowed = std::make_unique<Borrowed>(recording);
+  if (knowsShapesOnly(recording.labels())) return borrowed;
+  if (recording.labels().empty() || shapes_only)
+    return withShapeLabels(std::move(borrowed), label::labelsOfShapes(), options.lift);
+  return withRolesByShape(std::move(borrowed), options.lift, options.threads);
 }
 
 void reduceToShapes(const LabelSet& shapes, Place& place) {

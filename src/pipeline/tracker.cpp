@@ -3,6 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
+
+#include "xview/types/error.h"
 
 namespace xview {
 namespace {
@@ -30,6 +33,19 @@ double travelledSince(const Eigen::Isometry3d& T_query_sensor,
 }
 
 }  // namespace
+
+Tracker::Tracker(const Localizer& localizer, const Options& options, std::size_t window)
+    : localizer_(localizer), options_(options), window_(window) {
+  if (window == 0) throw UsageError("window = 0, must be >= 1");
+}
+
+std::optional<TrackAnswer> Tracker::add(const Frame& frame, const LabelSet& labels) {
+  frames_.push_back(localizer_.digest(frame, labels));
+  ++added_;
+  if (frames_.size() < window_) return std::nullopt;
+  const std::vector<FrameDigest> frames = std::exchange(frames_, {});
+  return follow(localizer_.query(frames, labels));
+}
 
 std::optional<ExpectedPose> Tracker::expectation(const Query& query) {
   if (!fix_) return std::nullopt;

@@ -164,6 +164,7 @@ TEST(Shapes, OfNothingOrOnePointAreNoError) {
 
 TEST(Shapes, HaveTheIdsOfTheirLabelSet) {
   const LabelSet set = io::shippedLabelSet("shapes");
+  EXPECT_EQ(set, labelsOfShapes());
   EXPECT_EQ(set.classes().size(), kShapes);
   EXPECT_EQ(set.className(static_cast<std::uint32_t>(Shape::ground)), "ground");
   EXPECT_EQ(set.className(static_cast<std::uint32_t>(Shape::low_thing)), "low thing");

@@ -23,6 +23,9 @@ enum class Shape : std::uint8_t {
 };
 constexpr std::size_t kShapes = 9;
 
+/// The classes of the shapes: the label set `shapes`, as config/labels/shapes.yaml has it.
+LabelSet labelsOfShapes();
+
 /// Sets the label of every point to its Shape. The points are of one frame whose z points up [m];
 /// where they were seen from does not matter. Neighbourhoods follow the spacing of the points.
 ///

@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Clouds and recordings as a program of its own has them: a localizer makes queries of them.
+#include <gtest/gtest.h>
+#include <pcl/point_types.h>
+
+#include <cmath>
+
+#include "pipeline/simulated_drive.h"
+#include "support/test_data.h"
+#include "xview/cloud_recording.h"
+#include "xview/localizer.h"
+#include "xview/raw_recording.h"
+#include "xview/tracker.h"
+#include "xview/types/error.h"
+
+namespace xview {
+namespace {
+
+using test::simulatedDrive;
+
+/// What the frames of a session saw, in one cloud.
+template <class PointT>
+pcl::PointCloud<PointT> cloudOf(const std::string& session, std::size_t first, std::size_t last) {
+  const std::vector<FrameDigest>& frames = simulatedDrive().frames.at(session);
+  pcl::PointCloud<PointT> cloud;
+  for (std::size_t i = first; i < last; ++i) {
+    for (std::size_t k = 0; k < frames[i].cloud.size(); ++k) {
+      PointT point;
+      point.getVector3fMap() = frames[i].cloud.position(k).template cast<float>();
+      if constexpr (HasLabel<PointT>::value) point.label = frames[i].cloud.points[k].label;
+      cloud.push_back(point);
+    }
+  }
+  return cloud;
+}
+
+/// Of the last sensor of a window of the drive back.
+double errorAt(const Eigen::Isometry3d& T_map_query, std::size_t frame) {
+  const auto& rear = *simulatedDrive().sessions.at("rear");
+  return (T_map_query * rear.pose(frame).translation() - rear.truth(frame).translation()).norm();
+}
+
+TEST(LocalizerQueries, ALabelledCloudOfPclIsFoundInALabelledMap) {
+  const auto& drive = simulatedDrive();
+  const Localizer localizer(drive.map);
+  const Localization fix =
+      localizer.localize(cloudOf<pcl::PointXYZL>("rear", 10, 40), localizer.labels());
+  EXPECT_TRUE(fix.accepted()) << fix.reason;
+  EXPECT_LT(errorAt(fix.T_map_query, 39), 0.5);
+}
+
+TEST(LocalizerQueries, ARawCloudOfPclIsFoundInARawOne) {
+  const std::size_t last = simulatedDrive().frames.at("forward").size();
+  const Localizer localizer(buildMap(cloudOf<pcl::PointXYZ>("forward", 0, last)));
+  EXPECT_TRUE(knowsShapesOnly(localizer.labels()));
+  const Localization fix = localizer.localize(cloudOf<pcl::PointXYZ>("rear", 10, 40));
+  EXPECT_TRUE(fix.accepted()) << fix.reason;
+  EXPECT_LT(errorAt(fix.T_map_query, 39), 0.5);
+}
+
+TEST(LocalizerQueries, LabelsThatNobodyExplainsAreLeftAside) {
+  const Localizer localizer(simulatedDrive().map);
+  const Localization labelled = localizer.localize(cloudOf<pcl::PointXYZL>("rear", 10, 40)),
+                     raw = localizer.localize(cloudOf<pcl::PointXYZ>("rear", 10, 40));
+  EXPECT_EQ(labelled.reason, raw.reason);
+  EXPECT_EQ(labelled.T_map_query.matrix(), raw.T_map_query.matrix());
+}
+
+/// A drive without its labels.
+class RawDrive final : public ForwardingSource {
+ public:
+  explicit RawDrive(const FrameSource& drive) : ForwardingSource(drive) {}
+  const LabelSet& labels() const override { return none_; }
+  Frame read(std::size_t index) const override {
+    Frame frame = ForwardingSource::read(index);
+    frame.label = LabelImage();
+    return frame;
+  }
+
+ private:
+  LabelSet none_;
+};
+
+TEST(LocalizerQueries, ARawRecordingMakesAMapAndAQueryOfShapes) {
+  const auto& drive = simulatedDrive();
+  const RawDrive forward(*drive.sessions.at("forward"));
+  const Localizer localizer(buildMap(forward));
+  EXPECT_TRUE(knowsShapesOnly(localizer.labels()));
+  const Query query = localizer.query(RawDrive(*drive.sessions.at("rear")));
+  EXPECT_TRUE(knowsShapesOnly(query.labels));
+  EXPECT_GT(query.graph.size(), 20u);
+  EXPECT_TRUE(localizer.localize(query).accepted());
+  // In a map of shapes labels are left aside.
+  EXPECT_TRUE(knowsShapesOnly(localizer.query(*drive.sessions.at("rear")).labels));
+}
+
+TEST(LocalizerQueries, ADigestWithoutClassesIsAnError) {
+  const RawDrive rear(*simulatedDrive().sessions.at("rear"));
+  for (const std::string& said :
+       {test::messageOf<Error>([&] { digestRecording(rear, {}); }),
+        test::messageOf<Error>([&] { digestFrame(rear.read(0), LabelSet(), {}); })})
+    EXPECT_NE(said.find("no labels"), std::string::npos) << said;
+}
+
+TEST(LocalizerQueries, FramesOneByOneGiveTheAnswerOfTheirRecording) {
+  const auto& drive = simulatedDrive();
+  const Localizer localizer(drive.map);
+  const PosedRecording window(*drive.sessions.at("rear"), 10, [&] {
+    std::vector<Eigen::Isometry3d> poses;
+    for (std::size_t i = 10; i < 40; ++i) poses.push_back(drive.sessions.at("rear")->pose(i));
+    return poses;
+  }());
+  std::vector<FrameDigest> frames;
+  for (std::size_t i = 0; i < window.size(); ++i)
+    frames.push_back(localizer.digest(window.read(i), window.labels()));
+  const Localization one_by_one = localizer.localize(localizer.query(frames, window.labels()));
+  const Localization whole = localizer.localize(window);
+  EXPECT_TRUE(whole.accepted()) << whole.reason;
+  EXPECT_LT((one_by_one.T_map_sensor.translation() - whole.T_map_sensor.translation()).norm(), 0.1);
+  EXPECT_EQ(localizer.localize(drive.query("rear", 10, 40)).T_map_sensor.matrix(),
+            one_by_one.T_map_sensor.matrix());
+}
+
+/// Clouds in a model of the town, whose lengths nobody told.
+TEST(LocalizerQueries, HaveTheLengthsOfTheMap) {
+  Options of_rooms;
+  of_rooms.size = "room";
+  auto town = cloudOf<pcl::PointXYZL>("forward", 0, simulatedDrive().frames.at("forward").size());
+  auto window = cloudOf<pcl::PointXYZL>("rear", 10, 40);
+  for (auto* cloud : {&town, &window}) {
+    for (pcl::PointXYZL& p : *cloud) p.getVector3fMap() *= static_cast<float>(kRoom);
+  }
+  const LabelSet& labels = simulatedDrive().labels;
+  const Localizer localizer(buildMap(town, labels, of_rooms));
+  EXPECT_EQ(localizer.size(), kRoom);
+  EXPECT_EQ(localizer.options().size, "room");
+  const Localization fix = localizer.localize(window, labels);
+  ASSERT_FALSE(fix.hypotheses.empty()) << fix.reason;
+  Eigen::Isometry3d T = fix.T_map_query;
+  scaleLengths(1 / kRoom, T);
+  EXPECT_LT(errorAt(T, 39), 1);
+}
+
+TEST(CloudRecordings, TakeFinitePointsWithTheirLabels) {
+  pcl::PointCloud<pcl::PointXYZL> cloud;
+  for (const float x : {1.F, NAN, 3.F}) {
+    pcl::PointXYZL point;
+    point.x = x;
+    point.label = 7;
+    cloud.push_back(point);
+  }
+  LabelSet labels("own");
+  labels.add({7, "pole", {}, Role::object, Kind::pole});
+  CloudRecording scans(labels, "driver");
+  Eigen::Isometry3d pose(Eigen::Translation3d(0, 5, 0));
+  scans.add(cloud, Eigen::Isometry3d::Identity(), 1.5);
+  scans.add(cloud, pose, 2.5);
+  ASSERT_EQ(scans.size(), 2u);
+  EXPECT_EQ(scans.sensor(), Sensor::lidar);
+  EXPECT_EQ(scans.stamp(1), 2.5);
+  EXPECT_EQ(scans.number(1), 1);
+  EXPECT_EQ(scans.pose(1).matrix(), pose.matrix());
+  const Frame frame = scans.read(1);
+  ASSERT_EQ(frame.cloud.size(), 2u);
+  EXPECT_EQ(frame.cloud.points[1].x, 3);
+  EXPECT_EQ(frame.cloud.points[1].label, 7u);
+}
+
+TEST(CloudRecordings, RefuseWhatTheyCannotMean) {
+  const pcl::PointCloud<pcl::PointXYZ> bare;
+  const pcl::PointCloud<pcl::PointXYZL> labelled;
+  CloudRecording scans(simulatedDrive().labels);
+  EXPECT_THROW(scans.add(bare), UsageError) << "classes without a field of labels";
+  scans.add(labelled, Eigen::Isometry3d::Identity());
+  EXPECT_THROW(scans.add(labelled), UsageError) << "one has a pose, the other has none";
+  Eigen::Isometry3d stretched = Eigen::Isometry3d::Identity();
+  stretched.linear() *= 2;
+  EXPECT_THROW(scans.add(labelled, stretched), UsageError);
+  EXPECT_EQ(scans.size(), 1u);
+  EXPECT_THROW(buildMap(std::vector<const FrameSource*>{}, Options()), UsageError);
+  const Localizer localizer(simulatedDrive().map);
+  EXPECT_EQ(localizer.localize(bare).status, Status::rejected);
+}
+
+TEST(Tracker, FollowsFramesThatAreAddedOneByOne) {
+  const auto& drive = simulatedDrive();
+  const auto& rear = *drive.sessions.at("rear");
+  const Localizer localizer(drive.map);
+  Tracker tracker(localizer, localizer.options(), 15);
+  std::vector<TrackAnswer> answers;
+  for (std::size_t i = 0; i < 45; ++i) {
+    if (auto answer = tracker.add(rear.read(i), rear.labels())) {
+      EXPECT_EQ(i % 15, 14u);
+      answers.push_back(std::move(*answer));
+    }
+  }
+  ASSERT_EQ(answers.size(), 3u);
+  Tracker of_queries(localizer);
+  for (std::size_t k = 0; k < answers.size(); ++k) {
+    const TrackAnswer expected = of_queries.follow(drive.query("rear", 15 * k, 15 * k + 15));
+    EXPECT_EQ(answers[k].fix.T_map_sensor.matrix(), expected.fix.T_map_sensor.matrix());
+    EXPECT_EQ(answers[k].local, expected.local);
+  }
+  EXPECT_THROW(Tracker(localizer, {}, 0), UsageError);
+}
+
+}  // namespace
+}  // namespace xview
