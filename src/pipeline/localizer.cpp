@@ -12,6 +12,7 @@
 #include "pipeline/localizer_index.h"
 #include "xview/pose/trajectory.h"
 #include "xview/raw_recording.h"
+#include "xview/search/likelihoods.h"
 #include "xview/types/error.h"
 #include "xview/types/localization.h"
 #include "xview/types/pose.h"
@@ -420,7 +421,10 @@ const Localizer::Index& Localizer::indexFor(const Query& query) const {
     coarse.map = *map_;
     if (detail.shapes) reduceToShapes(query.labels, coarse.map);
     reduceTo(detail, coarse.map.plan);
-    coarse.index = std::make_unique<Index>(coarse.map, index_->options);
+    Options options = index_->options;
+    if (detail.shapes && options.places.likelihoods.empty())
+      options.places.likelihoods = search::kShapesInLabels;
+    coarse.index = std::make_unique<Index>(coarse.map, options);
   }
   return *coarse.index;
 }

@@ -140,6 +140,12 @@ LikelihoodTable parseLikelihoods(const std::string& text, const std::string& pat
 LikelihoodTable readLikelihoods(const std::string& path) {
   if (path == kRooms) return parseLikelihoods(kLikelihoodsOfRooms, "built-in likelihoods");
   if (path == kShapes) return parseLikelihoods(kLikelihoodsOfShapes, "built-in likelihoods");
+  if (path == kShapesInLabels) {
+    constexpr auto air = static_cast<std::size_t>(Viewpoint::air);
+    LikelihoodTable table = defaultLikelihoods();
+    table.counts[air] = readLikelihoods(kShapes).counts[air];
+    return table;
+  }
   const std::ifstream file(path);
   std::ostringstream text;
   if (file) text << file.rdbuf();

@@ -10,6 +10,7 @@
 #include "xview/cloud_recording.h"
 #include "xview/localizer.h"
 #include "xview/raw_recording.h"
+#include "xview/search/likelihoods.h"
 #include "xview/tracker.h"
 #include "xview/types/error.h"
 
@@ -92,6 +93,30 @@ TEST(LocalizerQueries, ARawRecordingMakesAMapAndAQueryOfShapes) {
   EXPECT_TRUE(localizer.localize(query).accepted());
   // In a map of shapes labels are left aside.
   EXPECT_TRUE(knowsShapesOnly(localizer.query(*drive.sessions.at("rear")).labels));
+}
+
+/// From the ground by the table of labels, from the air by that of shapes; see
+/// search::kShapesInLabels.
+TEST(LocalizerQueries, OfShapesHaveLikelihoodsOfTheirOwnInALabelledMap) {
+  const auto& drive = simulatedDrive();
+  Query query = Localizer(drive.map).query(RawDrive(*drive.sessions.at("rear")));
+  ASSERT_TRUE(knowsShapesOnly(query.labels));
+  const auto scoreWith = [&](const std::string& table) {
+    Options options;
+    options.places.likelihoods = table;
+    const Localization fix = Localizer(drive.map, options).localize(query);
+    return fix.hypotheses.empty() ? 0 : fix.hypotheses[0].score;
+  };
+  const test::TemporaryFolder folder;
+  const std::string of_labels = folder / "labels.txt";
+  test::writeText(of_labels, toText(search::defaultLikelihoods()));
+  EXPECT_GT(scoreWith(""), 0);
+  EXPECT_EQ(scoreWith(""), scoreWith(of_labels));
+  EXPECT_NE(scoreWith(""), scoreWith(search::kShapes));
+  query.plan.aerial = true;
+  EXPECT_GT(scoreWith(""), 0);
+  EXPECT_EQ(scoreWith(""), scoreWith(search::kShapes));
+  EXPECT_NE(scoreWith(""), scoreWith(of_labels));
 }
 
 TEST(LocalizerQueries, ADigestWithoutClassesIsAnError) {

@@ -198,6 +198,15 @@ TEST(LikelihoodFile, OfShapesCountsAPostOnce) {
   EXPECT_EQ(expected(Channel::pole_like), 0);
 }
 
+TEST(LikelihoodFile, OfShapesInLabelsIsThatOfLabelsFromTheGroundAndThatOfShapesFromTheAir) {
+  const LikelihoodTable mixed = readLikelihoods(kShapesInLabels), shapes = readLikelihoods(kShapes);
+  for (const Channel c : {Channel::road, Channel::building, Channel::pole}) {
+    EXPECT_EQ(mixed.at(Viewpoint::ground, c).at_true,
+              defaultLikelihoods().at(Viewpoint::ground, c).at_true);
+    EXPECT_EQ(mixed.at(Viewpoint::air, c).at_true, shapes.at(Viewpoint::air, c).at_true);
+  }
+}
+
 TEST(LikelihoodFile, ThatIsMissingOrEmptyOrSomethingElseIsAnError) {
   EXPECT_THROW(readLikelihoods("/no/such/file.txt"), Error);
   EXPECT_THROW(readLikelihoods(testing::TempDir()), Error) << "a folder";

@@ -60,10 +60,13 @@ const LikelihoodTable& defaultLikelihoods();
 /// throws Error with path:line; lines that are not there count nothing.
 std::string toText(const LikelihoodTable& table);
 LikelihoodTable parseLikelihoods(const std::string& text, const std::string& path);
-/// Names instead of a file: what was learned in rooms, and in towns for what rooms do not have; and
-/// in towns whose labels were withheld, so that classes came from shapes.
-constexpr const char *kRooms = "rooms", *kShapes = "shapes";
-/// The text form from a file, or what a name stands for. Throws Error if it cannot be read or holds no counts at all.
+/// Names instead of a file: what was learned in rooms, and in towns for what rooms do not have; in
+/// towns whose labels were withheld, so that classes came from shapes; and what holds for shapes in
+/// a map whose classes come from labels. From the ground that is what was learned from labels, from
+/// the air, where shapes are coarse, what was learned from shapes.
+constexpr const char *kRooms = "rooms", *kShapes = "shapes", *kShapesInLabels = "shapes_in_labels";
+/// The text form from a file, or what a name stands for. Throws Error if it cannot be read or holds
+/// no counts at all.
 LikelihoodTable readLikelihoods(const std::string& path);
 
 }  // namespace xview::search
