@@ -1,18 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// 01_one_call MAP.xvm RECORDING: where is the whole recording (a scan, a folder, a cloud) in the
-// map?
+// 01_one_call MAP.xvm RECORDING: where is the whole recording (a scan, a folder, a cloud, with
+// labels or without) in the map?
 #include <xview/xview.h>
 
 #include <iostream>
 
 int main(int argc, char** argv) try {
   if (argc != 3) return std::cerr << "01_one_call MAP.xvm RECORDING\n", 2;
-  xview::Options options;  // defaults; see xview localize --help-all
-  const xview::map::SemanticMap map = xview::map::loadMap(argv[1]);
-  options.size = xview::sizeText(map.size);  // a query has the lengths of its map
+  const xview::Localizer localizer(xview::map::loadMap(argv[1]));
   const auto recording = xview::io::openRecording(argv[2]);
-  const xview::Localizer localizer(map, options);
-  const xview::Localization fix = localizer.localize(xview::makeQuery(*recording, options));
+  const xview::Localization fix = localizer.localize(*recording);
   std::cout << toString(fix.status) << ", confidence " << fix.confidence << ": " << fix.reason
             << "\n";
   if (!fix.accepted()) return 3;

@@ -85,8 +85,7 @@ TEST(MeasuredSizes, AreToldByThePlaceAndNotByTheNameOfItsLikelihoods) {
   const map::SemanticMap map = mapOfModel(kRoom);
   const std::string own = testing::TempDir() + "/own_likelihoods.txt";
   std::ofstream(own) << toText(search::readLikelihoods(search::kRooms));
-  const Localization built_in = answerInModel(kRoom, map),
-                     learned = answerInModel(kRoom, map, own);
+  const Localization built_in = answerInModel(kRoom, map), learned = answerInModel(kRoom, map, own);
   std::remove(own.c_str());
   EXPECT_EQ(learned.hypotheses[0].score, built_in.hypotheses[0].score);
   EXPECT_FALSE(learned.statistics.dense.shown) << "what rooms show is hidden by furniture";

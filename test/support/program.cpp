@@ -47,10 +47,15 @@ void redirect(int descriptor, const std::string& path) {
 }  // namespace
 
 Outcome runXview(const std::vector<std::string>& arguments, const Limits& limits) {
+  return runProgram(XVIEW_PROGRAM, arguments, limits);
+}
+
+Outcome runProgram(const std::string& program, const std::vector<std::string>& arguments,
+                   const Limits& limits) {
   const TemporaryFolder folder;
   const std::string out = limits.output_path.empty() ? folder / "out" : limits.output_path,
                     err = folder / "err";
-  std::vector<std::string> words{XVIEW_PROGRAM};
+  std::vector<std::string> words{program};
   words.insert(words.end(), arguments.begin(), arguments.end());
   std::vector<char*> argv;
   for (std::string& word : words) argv.push_back(word.data());

@@ -25,7 +25,10 @@ struct Limits {
   std::size_t file_size_bytes = 0;   ///< more in one file fails, as on a full disk; 0 = none
 };
 
-/// Runs the xview of this build with these arguments, as a shell would.
+/// Runs a program with these arguments, as a shell would.
+Outcome runProgram(const std::string& program, const std::vector<std::string>& arguments,
+                   const Limits& limits = {});
+/// Runs the xview of this build.
 Outcome runXview(const std::vector<std::string>& arguments, const Limits& limits = {});
 
 std::size_t lineCount(const std::string& text);

@@ -162,8 +162,7 @@ TEST_F(TinyTown, LookalikesAreATableAPictureAndACloud) {
       expected << "sure from " << *nearest.sure_from_m << " m on";
     else
       expected << "not sure at all";
-    EXPECT_EQ(header.labels->className(coloured.points[i].label), expected.str())
-        << p.transpose();
+    EXPECT_EQ(header.labels->className(coloured.points[i].label), expected.str()) << p.transpose();
   }
 }
 
