@@ -19,3 +19,4 @@
 #include "xview/tracker.h"
 #include "xview/types/error.h"
 #include "xview/types/semantic_place.h"
+#include "xview/version.h"

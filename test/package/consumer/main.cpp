@@ -1,17 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <pcl/point_types.h>
 #include <xview/xview.h>
 
 #include <iostream>
+#include <string>
 
-/// consumer MAP.xvm SCAN: the example of the README.
+static_assert(XVIEW_VERSION_MAJOR * 100 + XVIEW_VERSION_MINOR >= 2, "the version is told");
+
+/// consumer MAP.xvm: the example of the README, with an empty cloud.
 int main(int argc, char** argv) {
-  if (argc != 3) return 2;
-  xview::Options options;
-  const xview::map::SemanticMap map = xview::map::loadMap(argv[1]);
-  options.size = xview::sizeText(map.size);  // a query has the lengths of its map
-  const auto scan = xview::io::openRecording(argv[2]);
-  const xview::Localization fix =
-      xview::Localizer(map, options).localize(xview::makeQuery(*scan, options));
+  if (argc != 2) return std::string(XVIEW_VERSION_STRING).empty() ? 1 : 2;
+  const pcl::PointCloud<pcl::PointXYZ> cloud;
+  const xview::Localizer localizer(xview::map::loadMap(argv[1]));
+  const xview::Localization fix = localizer.localize(cloud);
   if (fix.accepted())
     std::cout << fix.T_map_query.matrix() << "\n";  // p_map = T_map_query * p_query
   else
