@@ -20,7 +20,11 @@ Results::Results(const std::string& path) {
 }
 
 void Results::print(const std::string& lines, const Narrative& narrate) {
-  if (file_) return file_->write(lines + "\n");
+  const UninterruptedWrite whole;
+  if (file_) {
+    file_->write(lines + "\n");
+    return file_->keepSoFar();
+  }
   narrate.clearBar();
   fmt::print("{}\n", lines);
   std::fflush(stdout);

@@ -13,7 +13,7 @@
 namespace xview::tools {
 
 /// Where the results of a command go: to standard output as they come, or into a file that appears
-/// whole at the end.
+/// at the end. Of an interrupted program the results so far stay in either, each of them whole.
 class Results {
  public:
   explicit Results(const std::string& path);  ///< empty: standard output. Throws Error
