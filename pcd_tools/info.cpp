@@ -109,7 +109,7 @@ void Sheet::classes(const Census& census, const LabelSet& labels, const char* un
   for (const auto& [id, count] : census.counts) {
     const char* role = labels.find(id) ? toString(labels.role(id)) : "unknown";
     const double share = static_cast<double>(count) / static_cast<double>(total);
-    text_ += fmt::format("{:>6}  {:<24}{:<10}{:>14}{:>7.2f} %\n", id,
+    text_ += fmt::format("{:>6}  {:<23} {:<10}{:>14}{:>7.2f} %\n", id,
                          printable(labels.className(id)), role, count, 100 * share);
     json_["classes"].push_back(
         {{"id", id}, {"name", labels.className(id)}, {"role", role}, {"count", count}});

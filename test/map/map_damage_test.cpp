@@ -257,11 +257,11 @@ TEST_F(DamagedMap, NothingOfAForeignFileRunsWhenItIsChanged) {
        {std::string("DROP TABLE undo_meta; CREATE VIEW undo_meta AS ") + kEndless,
         std::string("CREATE TRIGGER t AFTER DELETE ON undo_steps BEGIN INSERT INTO undo_added "
                     "SELECT 1, 'x', 1; END"),
-        std::string("CREATE INDEX i ON vertices(hex(zeroblob(1000000)))"),
+        std::string("CREATE INDEX i ON vertices(hex(zeroblob(100)))"),
         std::string("DROP TABLE undo_meta; CREATE TABLE undo_meta(step, id, name, value AS "
-                    "(hex(zeroblob(1000000))))"),
+                    "(hex(zeroblob(100))))"),
         std::string("DROP TABLE undo_meta; CREATE TABLE undo_meta(step, id, name, value, "
-                    "CHECK(length(hex(zeroblob(1000000))) > 0))")}) {
+                    "CHECK(length(hex(zeroblob(100))) > 0))")}) {
     writeText(path_, sound_);
     execute(sql);
     const std::string before = readText(path_);
