@@ -254,6 +254,9 @@ void RowReader::operator()(Bytes& blob) {
 }
 
 void RowReader::verify(std::int64_t expected_hash) const {
+#ifdef FUZZING_BUILD_MODE_UNSAFE_FOR_PRODUCTION
+  if (hash_.value() != expected_hash) return;  // random changes are to reach what is behind it
+#endif
   if (hash_.value() != expected_hash) throw Damage("table " + table_ + " is not as it was written");
 }
 
