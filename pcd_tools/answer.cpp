@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <type_traits>
 
@@ -96,9 +97,28 @@ void write(Json& json, const char* name, const std::optional<double>& value) {
   if (value) json[name] = *value;
 }
 
+/// A number that is whole and not too large; the library converts any other as well.
+template <class Integer>
+Integer wholeNumber(const Json& json, const char* name) {
+  const Json& found = json.at(name);
+  const double value = found.get<double>(), smallest = std::is_signed_v<Integer> ? -0x1p53 : 0;
+  const double largest = std::min(0x1p53, static_cast<double>(std::numeric_limits<Integer>::max()));
+  if (value >= smallest && value <= largest && value == std::floor(value))
+    return static_cast<Integer>(value);
+  throw std::invalid_argument(fmt::format("{} is {}, expected a whole number in [{}, {}]", name,
+                                          found.dump(), smallest, largest));
+}
+template <class Integer>
+Integer wholeNumber(const Json& json, const char* name, Integer fallback) {
+  return json.contains(name) ? wholeNumber<Integer>(json, name) : fallback;
+}
+
 template <class Value>
 void read(const Json& json, const char* name, Value& value) {
-  value = json.at(name).get<Value>();
+  if constexpr (std::is_integral_v<Value> && !std::is_same_v<Value, bool>)
+    value = wholeNumber<Value>(json, name);
+  else
+    value = json.at(name).get<Value>();
 }
 void read(const Json& json, const char* name, std::optional<double>& value) {
   value = json.at(name).get<double>();
@@ -182,7 +202,7 @@ std::vector<Hypothesis> hypothesesFrom(const Json& json, double scale) {
     Hypothesis hypothesis;
     hypothesis.T_map_query = transformFrom((*list)[i], scale);
     hypothesis.score = (*list)[i].value("score", 0.0);
-    hypothesis.inliers = (*list)[i].value("inliers", 0);
+    hypothesis.inliers = wholeNumber<decltype(hypothesis.inliers)>((*list)[i], "inliers", 0);
     hypotheses.push_back(hypothesis);
   }
   return hypotheses;
@@ -198,11 +218,11 @@ Answer answerFrom(const std::string& line) {
     answer.error = json.value("reason", "could not be read");
     return answer;
   }
-  answer.first_frame = query.at("first_frame").get<std::int64_t>();
-  answer.last_frame = query.at("last_frame").get<std::int64_t>();
-  answer.last_index = query.value("last_index", std::size_t{0});
+  answer.first_frame = wholeNumber<std::int64_t>(query, "first_frame");
+  answer.last_frame = wholeNumber<std::int64_t>(query, "last_frame");
+  answer.last_index = wholeNumber<std::size_t>(query, "last_index", 0);
   answer.last_stamp_s = query.value("last_stamp", 0.0);
-  answer.frames = query.value("frames_in_input", std::size_t{0});
+  answer.frames = wholeNumber<std::size_t>(query, "frames_in_input", 0);
   answer.fix.status = statusFrom(json.at("status").get<std::string>());
   answer.fix.confidence = json.at("confidence").get<double>();
   answer.fix.reason = json.value("reason", "");

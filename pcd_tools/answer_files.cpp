@@ -62,12 +62,12 @@ std::string initialPose(const pose::TrajectoryFix& fix, double stamp_s) {
 }  // namespace
 
 void AnswerFiles::declare(Flags& flags) {
-  flags.add("--explain", explain_, "what speaks for and against the answers: a page, FILE.html");
-  flags.add("--tum", tum_, "file for accepted poses, as TUM lines");
-  flags.add("--trajectory", trajectory_,
+  flags.addOutput("--explain", explain_, "what speaks for and against the answers: a page, FILE.html");
+  flags.addOutput("--tum", tum_, "file for accepted poses, as TUM lines");
+  flags.addOutput("--trajectory", trajectory_,
             "file for every pose of the QUERY in the map, as TUM lines");
-  flags.add("--matrix", matrix_, "file for T_map_query, 4 x 4 (CloudCompare, PDAL)");
-  flags.add("--initialpose", initial_pose_,
+  flags.addOutput("--matrix", matrix_, "file for T_map_query, 4 x 4 (CloudCompare, PDAL)");
+  flags.addOutput("--initialpose", initial_pose_,
             "file for the last accepted pose, as YAML of PoseWithCovarianceStamped (ROS)");
 }
 

@@ -12,6 +12,7 @@
 
 #include "terminal.h"
 #include "xview/types/median.h"
+#include "xview/types/user_text.h"
 
 namespace xview::tools {
 namespace {
@@ -123,7 +124,7 @@ AnswerTable::AnswerTable(const std::vector<std::string>& queries, double largest
 }
 
 std::string AnswerTable::shownPath(const std::string& path) const {
-  return is_short_ ? lastName(path) : path;
+  return printable(is_short_ ? lastName(path) : path);
 }
 
 std::string AnswerTable::heading() const {
@@ -166,7 +167,7 @@ std::string AnswerTable::line(const Answer& answer) const {
     text += inked(values, fix.accepted() ? Ink::plain : Ink::dim, screen_);
     column += columnsOf(values);
   }
-  const std::string reason = fix.reason + frameOf(fix);
+  const std::string reason = printable(fix.reason + frameOf(fix));
   const std::size_t room = width_ > column + 2 ? width_ - column - 2 : 0;
   if (room < kShortestReason) return text;
   if (is_single_ && !fix.accepted()) return text + "  " + wrapped(reason, room, column + 2);

@@ -12,6 +12,7 @@
 #include "xview/options.h"
 #include "xview/types/error.h"
 #include "xview/types/localization.h"
+#include "xview/types/user_text.h"
 
 namespace xview::tools {
 namespace {
@@ -28,7 +29,8 @@ void printClasses(const std::vector<Blob>& blobs, const LabelSet& labels) {
   }
   fmt::print("{:>6}  {:<24}{:>8}{:>12}\n", "class", "name", "blobs", "points");
   for (const auto& [label, sum] : sums) {
-    fmt::print("{:>6}  {:<24}{:>8}{:>12}\n", label, labels.className(label), sum.blobs, sum.points);
+    fmt::print("{:>6}  {:<23} {:>8}{:>12}\n", label, printable(labels.className(label)),
+               sum.blobs, sum.points);
   }
 }
 

@@ -18,6 +18,7 @@
 #include "xview/types/localization.h"
 #include "xview/types/median.h"
 #include "xview/types/pose.h"
+#include "xview/types/user_text.h"
 
 namespace xview::tools {
 namespace {
@@ -72,7 +73,7 @@ std::string toCsv(const Changes& changes, const LabelSet& labels) {
       "change,class,dynamic,x,y,z,size_x,size_y,size_z,sigma,probability,to_x,to_y,to_z\n";
   for (const Change& c : changes.changes) {
     text += fmt::format("{},{},{},{:.3f},{:.3f},{:.3f},{:.2f},{:.2f},{:.2f},{:.3f},{:.4f},",
-                        toString(c.what), labels.className(c.label), c.is_dynamic ? 1 : 0,
+                        toString(c.what), csvQuoted(labels.className(c.label)), c.is_dynamic ? 1 : 0,
                         c.position.x(), c.position.y(), c.position.z(), c.extent.x(), c.extent.y(),
                         c.extent.z(), c.sigma_m, c.probability);
     text += c.moved_to ? fmt::format("{:.3f},{:.3f},{:.3f}\n", c.moved_to->x(), c.moved_to->y(),
@@ -168,7 +169,7 @@ class DiffCommand final : public Command {
 
   void declare(Flags& flags) override {
     input_.declareWithMap(flags);
-    flags.add("-o,--out", out_, "the file to write");
+    flags.addOutput("-o,--out", out_, "the file to write");
   }
 
   ExitCode run(const Job& given) override {
@@ -190,7 +191,7 @@ class DiffCommand final : public Command {
     job.narrate.stage("diff", watch.lap_ms(), fmt::format("{} changes", changes.changes.size()));
     write(changes, earlier, *later, job);
     sayChanges(changes, earlier.labels, job.narrate);
-    fmt::print("{}\n", summaryOf(changes));
+    fmt::print("{}\n", printable(summaryOf(changes)));
     return kDone;
   }
 
@@ -265,7 +266,7 @@ class DiffCommand final : public Command {
   }
 
   static std::optional<Found> sayRefused(const std::string& path, const std::string& reason) {
-    fmt::print("{}: not found in the map, nothing is compared: {}\n", path, reason);
+    fmt::print("{}\n", oneLine(path + ": not found in the map, nothing is compared: " + reason));
     return std::nullopt;
   }
 

@@ -145,7 +145,7 @@ class EvaluateCommand final : public Command {
   }
 
   void declare(Flags& flags) override {
-    flags.add("-o,--out DIR", out_, "folder for the files; made if missing");
+    flags.addOutput("-o,--out DIR", out_, "folder for the files; made if missing");
     flags.add("--negatives", negatives_,
               "answers to queries from elsewhere, which must be refused");
     flags.add("--within", within_m_,

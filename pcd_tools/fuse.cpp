@@ -14,6 +14,7 @@
 #include "xview/types/atomic_file.h"
 #include "xview/types/error.h"
 #include "xview/types/localization.h"
+#include "xview/types/user_text.h"
 
 namespace xview::tools {
 namespace {
@@ -35,7 +36,7 @@ class FuseCommand final : public Command {
   void declare(Flags& flags) override {
     input_.declareWithMap(flags);
     flags.add("--undo", undo_, "take back the last addition to MAP");
-    flags.add("-o,--out", out_, "write the larger map to this file and leave MAP alone");
+    flags.addOutput("-o,--out", out_, "write the larger map to this file and leave MAP alone");
   }
 
   ExitCode run(const Job& given) override {
@@ -46,6 +47,7 @@ class FuseCommand final : public Command {
     if (given.operands.size() != 2) throw UsageError("xview fuse needs QUERY MAP, found 1 operand");
     const std::string &query = given.operands[0], &path = given.operands[1];
     checkOrder(given.operands, input_);
+    if (out_.empty()) requireOutside("", path, {query});
     std::optional<AtomicFile> copy;
     if (!out_.empty() &&
         (endingOf(out_) != ".xvm" || (std::filesystem::exists(out_) && !map::isMapFile(out_))))
@@ -96,7 +98,8 @@ class FuseCommand final : public Command {
     job.narrate.stage("localize", watch.lap_ms(),
                       fmt::format("{}: {}", toString(fix.status), fix.reason));
     if (fix.accepted()) return fix;
-    fmt::print("{}: {}, map left as it is: {}\n", path, toString(fix.status), fix.reason);
+    fmt::print("{}: {}, map left as it is: {}\n", printable(path), toString(fix.status),
+               printable(fix.reason));
     return std::nullopt;
   }
 

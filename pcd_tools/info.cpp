@@ -13,6 +13,7 @@
 #include "xview/map/semantic_map.h"
 #include "xview/measure_size.h"
 #include "xview/types/error.h"
+#include "xview/types/user_text.h"
 
 namespace xview::tools {
 namespace {
@@ -71,7 +72,7 @@ class Sheet {
     std::string key = name;
     std::replace(key.begin(), key.end(), ' ', '_');
     json_[key] = value.is_null() ? Json(text) : std::move(value);
-    text_ += fmt::format("{:<14}{}\n", name, text);
+    text_ += fmt::format("{:<14}{}\n", name, printable(text));
   }
   void bounds(const std::string& name, const Eigen::AlignedBox3d& box);
   void classes(const Census& census, const LabelSet& labels, const char* unit);
@@ -100,7 +101,7 @@ void Sheet::classes(const Census& census, const LabelSet& labels, const char* un
   std::size_t total = 0;
   for (const auto& [id, count] : census.counts) total += count;
   text_ += fmt::format("{:<14}{}{}{}\n{:>6}  {:<24}{:<10}{:>14}\n", "classes", census.counts.size(),
-                       labels.name().empty() ? "" : " of label set ", labels.name(), "id", "name",
+                       labels.name().empty() ? "" : " of label set ", printable(labels.name()), "id", "name",
                        "role", unit);
   json_["label_set"] = labels.name();
   json_["unit"] = unit;
@@ -108,8 +109,8 @@ void Sheet::classes(const Census& census, const LabelSet& labels, const char* un
   for (const auto& [id, count] : census.counts) {
     const char* role = labels.find(id) ? toString(labels.role(id)) : "unknown";
     const double share = static_cast<double>(count) / static_cast<double>(total);
-    text_ += fmt::format("{:>6}  {:<24}{:<10}{:>14}{:>7.2f} %\n", id, labels.className(id), role,
-                         count, 100 * share);
+    text_ += fmt::format("{:>6}  {:<23} {:<10}{:>14}{:>7.2f} %\n", id,
+                         printable(labels.className(id)), role, count, 100 * share);
     json_["classes"].push_back(
         {{"id", id}, {"name", labels.className(id)}, {"role", role}, {"count", count}});
   }
@@ -196,7 +197,7 @@ class InfoCommand final : public Command {
   void declare(Flags& flags) override {
     input_.declare(flags);
     flags.add("--json", json_, "print one JSON object");
-    flags.add("-o,--out", out_, "write it to this file");
+    flags.addOutput("-o,--out", out_, "write it to this file");
   }
 
   ExitCode run(const Job& job) override {

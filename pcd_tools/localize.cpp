@@ -183,7 +183,7 @@ class LocalizeCommand final : public Command {
     flags.add("--near X,Y,RADIUS", near_, "the last pose is in this circle of the map [m]");
     flags.add("--yaw YAW,TOLERANCE", yaw_, "it looks this way, counter-clockwise from x [deg]");
     flags.add("--json", json_, "print one JSON object per query");
-    flags.add("-o,--out", out_, "file for the answers; .jsonl: as JSON");
+    flags.addOutput("-o,--out", out_, "file for the answers; .jsonl: as JSON");
     files_.declare(flags);
   }
 

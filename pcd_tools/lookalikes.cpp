@@ -145,7 +145,7 @@ class LookalikesCommand final : public Command {
 
   void declare(Flags& flags) override {
     input_.declare(flags);
-    flags.add("-o,--out", out_, "the file to write");
+    flags.addOutput("-o,--out", out_, "the file to write");
   }
 
   ExitCode run(const Job& job) override {
@@ -153,6 +153,7 @@ class LookalikesCommand final : public Command {
     const std::string out =
         !out_.empty() ? out_ : std::filesystem::path(path).stem().string() + "_lookalikes.png";
     const std::string ending = endingOf(out);
+    requireOutside("", out, {path});
     requireDrawingPath(out, true);
     const map::SemanticMap map = readMap(path, input_, job);
     Stopwatch watch;

@@ -6,13 +6,16 @@
 #include <filesystem>
 #include <map>
 #include <new>
+#include <system_error>
 #include <utility>
 
+#include "outputs.h"
 #include "terminal.h"
 #include "tool.h"
 #include "xview/options.h"
 #include "xview/types/atomic_file.h"
 #include "xview/types/error.h"
+#include "xview/types/library_chatter.h"
 #include "xview/types/user_text.h"
 
 namespace xview::tools {
@@ -219,12 +222,19 @@ void requireOtherFiles(const CLI::App& app, const std::vector<std::string>& oper
 }
 
 void requireOtherOutput(const std::vector<std::string>& operands) {
-  for (std::size_t i = 0; i + 1 < operands.size(); ++i) {
-    if (isSameFile(operands[i], operands.back()))
-      throw UsageError(operands.back() +
+  const std::vector<std::string> inputs(operands.begin(), operands.end() - 1);
+  const std::string& output = operands.back();
+  for (const std::string& input : inputs) {
+    if (isSameFile(input, output))
+      throw UsageError(output +
                        " is what is read and would be written over; give the output a path of its "
                        "own");
+    if (liesIn(input, output))
+      throw UsageError(fmt::format("{} holds {}, which is read and could be written over; give the "
+                                   "output a path of its own",
+                                   output, input));
   }
+  requireOutside("", output, inputs);
 }
 
 int runCommand(Command& command, const std::vector<std::string>& arguments,
@@ -232,7 +242,8 @@ int runCommand(Command& command, const std::vector<std::string>& arguments,
   const Description about = command.describe();
   CLI::App app;
   app.formatter(std::make_shared<HelpText>(usageOf(about)));
-  Flags flags(app, "Flags of xview " + about.name);
+  std::vector<Flags::Output> outputs;
+  Flags flags(app, "Flags of xview " + about.name, outputs);
   command.declare(flags);
   std::string out;
   if (about.writes_last) flags.add("-o,--out", out, "the output, if it is not the last operand");
@@ -242,6 +253,8 @@ int runCommand(Command& command, const std::vector<std::string>& arguments,
   Job job;
   job.operands = takeOperands(app);
   requireOtherFiles(app, job.operands);
+  for (const Flags::Output& output : outputs)
+    requireOutside(output.name, *output.path, job.operands);
   if (!out.empty()) job.operands.push_back(out);
   job.command_line = command_line;
   job.options = effectiveOptions(common);
@@ -335,10 +348,15 @@ int runProgram(const std::vector<std::string>& arguments) {
     return code;
   } catch (const UsageError& e) {
     narrate.error(e.what());
-    fmt::print(stderr, "see: xview{} --help\n", called);
+    printToUser(fmt::format("see: xview{} --help\n", called));
     return kMisuse;
   } catch (const std::bad_alloc&) {
-    narrate.error("out of memory");
+    narrate.error("out of memory; fewer --frames or a shorter --window need less");
+  } catch (const std::system_error& e) {
+    narrate.error(e.code() == std::errc::resource_unavailable_try_again
+                      ? std::string("cannot start a thread: ") + e.what() +
+                            "; --threads 1 needs fewer, `ulimit -u` and `ulimit -v` show the limits"
+                      : e.what());
   } catch (const std::exception& e) {
     narrate.error(e.what());
   }
@@ -368,11 +386,17 @@ void Flags::add(const std::string& names, double& value, const std::string& help
 void Flags::add(const std::string& names, std::string& value, const std::string& help) const {
   addValue(names, value, help, kFile);
 }
-Flags Flags::rare() const { return {app_, kRare}; }
+void Flags::addOutput(const std::string& names, std::string& value, const std::string& help) const {
+  add(names, value, help);
+  const std::string name = names.substr(0, names.find(' '));
+  outputs_.push_back({name.substr(name.find("--")), &value});
+}
+Flags Flags::rare() const { return {app_, kRare, outputs_}; }
 
 }  // namespace xview::tools
 
 int main(int argc, char** argv) {
   xview::removeUnfinishedOnInterrupt();
+  xview::allowQuietLibraries();
   return xview::tools::runProgram({argv + 1, argv + argc});
 }

@@ -11,6 +11,8 @@
 
 #include "terminal.h"
 #include "xview/types/error.h"
+#include "xview/types/library_chatter.h"
+#include "xview/types/user_text.h"
 
 namespace xview::tools {
 namespace {
@@ -21,10 +23,7 @@ double secondsSince(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-void wipeLine() {
-  fmt::print(stderr, "\r\x1b[K");
-  std::fflush(stderr);
-}
+void wipeLine() { printToUser("\r\x1b[K"); }
 
 /// Redrawn at most ten times a second; wiped when the last item is done, or nobody counts on.
 class Bar {
@@ -55,9 +54,8 @@ class Bar {
     const std::size_t text = columnsOf(name_) + numbers.size() + 5, room = textWidth(stderr);
     const std::size_t bar = std::min<std::size_t>(room > text ? room - text : 0, 30);
     const std::size_t filled = bar * done / total;
-    fmt::print(stderr, "\r[{}] {}{} {}\x1b[K", name_, std::string(filled, '#'),
-               std::string(bar - filled, '.'), numbers);
-    std::fflush(stderr);
+    printToUser(fmt::format("\r[{}] {}{} {}\x1b[K", name_, std::string(filled, '#'),
+                            std::string(bar - filled, '.'), numbers));
   }
 
   std::string name_;
@@ -120,11 +118,11 @@ std::string unknownClasses(const FrameSource& source, const graph::LiftCounts& c
 void Narrative::say(const std::string& line, std::size_t indent) const {
   clearBar();
   const auto width = terminalWidth(stderr);
-  fmt::print(stderr, "{}\n", width ? wrapped(line, *width - indent, indent) : line);
+  printToUser((width ? wrapped(line, *width - indent, indent) : line) + "\n");
 }
 
 void Narrative::stage(const std::string& name, double ms, const std::string& what) const {
-  if (verbosity_ != Verbosity::quiet) say(fmt::format("[{}] {:.0f} ms, {}", name, ms, what), 2);
+  if (verbosity_ != Verbosity::quiet) say(fmt::format("[{}] {:.0f} ms, {}", name, ms, printable(what)), 2);
 }
 
 void Narrative::note(const std::string& what) const {
@@ -137,7 +135,7 @@ void Narrative::summary(const std::string& what) const {
 }
 
 void Narrative::line(const std::string& what) const {
-  if (verbosity_ != Verbosity::quiet) say("  " + what, 4);
+  if (verbosity_ != Verbosity::quiet) say("  " + printable(what), 4);
 }
 
 void Narrative::detail(const std::string& what) const {
@@ -198,11 +196,10 @@ void FrameReport::say() const {
   sayLeftOut(source_, left_out_, narrate_);
 }
 
-std::string oneLine(std::string text) {
-  std::replace_if(
-      text.begin(), text.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
-  while (!text.empty() && text.back() == ' ') text.pop_back();
-  return text;
+std::string oneLine(const std::string& text) {
+  std::string line = printable(text);
+  while (!line.empty() && line.back() == ' ') line.pop_back();
+  return line;
 }
 
 }  // namespace xview::tools

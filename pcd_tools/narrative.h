@@ -65,7 +65,8 @@ class FrameReport {
   graph::LiftCounts left_out_;
 };
 
-/// The text without line breaks, so that every message is one line.
-std::string oneLine(std::string text);
+/// The text without line breaks, so that every message is one line, and without what would steer a
+/// terminal (printable).
+std::string oneLine(const std::string& text);
 
 }  // namespace xview::tools

@@ -3,6 +3,7 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <filesystem>
 
 #include "xview/io/cloud_files.h"
@@ -20,7 +21,11 @@ Results::Results(const std::string& path) {
 }
 
 void Results::print(const std::string& lines, const Narrative& narrate) {
-  if (file_) return file_->write(lines + "\n");
+  const UninterruptedWrite whole;
+  if (file_) {
+    file_->write(lines + "\n");
+    return file_->keepSoFar();
+  }
   narrate.clearBar();
   fmt::print("{}\n", lines);
   std::fflush(stdout);
@@ -28,6 +33,26 @@ void Results::print(const std::string& lines, const Narrative& narrate) {
 
 void Results::finish() {
   if (file_) file_->commit();
+}
+
+bool liesIn(const std::string& path, const std::string& folder) {
+  namespace fs = std::filesystem;
+  std::error_code failed;
+  if (path.empty() || !fs::is_directory(folder, failed)) return false;
+  const fs::path outer = fs::canonical(folder, failed);
+  const fs::path inner = fs::weakly_canonical(fs::absolute(path), failed);
+  const auto [left, rest] = std::mismatch(outer.begin(), outer.end(), inner.begin(), inner.end());
+  return left == outer.end() && rest != inner.end() && !rest->empty();
+}
+
+void requireOutside(const std::string& name, const std::string& output,
+                    const std::vector<std::string>& inputs) {
+  for (const std::string& input : inputs) {
+    if (liesIn(output, input))
+      throw UsageError(fmt::format("{}{}{} lies in {}, which is read; give the output a path "
+                                   "outside of it",
+                                   name, name.empty() ? "" : " ", output, input));
+  }
 }
 
 void removeStale(const std::string& path, const Narrative& narrate) {

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "narrative.h"
 #include "xview/types/atomic_file.h"
@@ -13,7 +14,7 @@
 namespace xview::tools {
 
 /// Where the results of a command go: to standard output as they come, or into a file that appears
-/// whole at the end.
+/// at the end. Of an interrupted program the results so far stay in either, each of them whole.
 class Results {
  public:
   explicit Results(const std::string& path);  ///< empty: standard output. Throws Error
@@ -24,6 +25,14 @@ class Results {
  private:
   std::optional<AtomicFile> file_;
 };
+
+/// True if the path is in the folder, or would be if it existed; false for the folder itself, and if
+/// it is none.
+bool liesIn(const std::string& path, const std::string& folder);
+/// Throws UsageError if the output, which `name` names, would be written into an input that is a
+/// folder: it would be written over a file of the input, or be taken for one.
+void requireOutside(const std::string& name, const std::string& output,
+                    const std::vector<std::string>& inputs);
 
 /// Removes what an earlier run left at the path, because this run has nothing to write there, and
 /// says so.

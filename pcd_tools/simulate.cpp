@@ -2,6 +2,7 @@
 #include <fmt/core.h>
 
 #include <filesystem>
+#include <optional>
 
 #include "outputs.h"
 #include "tool.h"
@@ -49,21 +50,25 @@ class SimulateCommand final : public Command {
     std::vector<ThingChange> changes;
     const auto sessions = makeSessions(options_, &changes);
     job.narrate.stage("town", watch.lap_ms(), fmt::format("{} sessions", sessions.size()));
+    const std::string& out = job.operands[0];
+    std::optional<AtomicFolder> world;  // that appears with all its sessions
+    if (!std::filesystem::exists(out)) world.emplace(out);
+    const std::string folder = world ? world->temporaryPath() : out;
     for (const auto& session : sessions) {
       std::vector<Eigen::Isometry3d> truth;
       for (std::size_t i = 0; i < session->size(); ++i) truth.push_back(session->truth(i));
-      const std::string folder = job.operands[0] + "/" + session->name();
-      io::writeRecording(folder, *session, truth, job.options.threads,
+      io::writeRecording(folder + "/" + session->name(), *session, truth, job.options.threads,
                          job.narrate.progress(session->name()));
       job.narrate.stage("render", watch.lap_ms(),
-                        fmt::format("{}: {} frames", folder, session->size()));
-      fmt::print("{}\n", folder);
+                        fmt::format("{}/{}: {} frames", out, session->name(), session->size()));
     }
-    const std::string table = job.operands[0] + "/changes.csv";
+    const std::string table = folder + "/changes.csv";
     if (changes.empty())
       std::filesystem::remove(table);  // of another world that was there
     else
       writeFile(table, toCsv(changes));
+    if (world) world->commit();
+    for (const auto& session : sessions) fmt::print("{}/{}\n", out, session->name());
     return kDone;
   }
 

@@ -41,12 +41,20 @@ struct Description {
 /// blank says what the value is, a variable that holds the default, and what it means.
 class Flags {
  public:
-  /// `group`: their headline in the help.
-  Flags(CLI::App& app, std::string group) : app_(app), group_(std::move(group)) {}
+  /// What a flag names that is written, as long as the variable lives.
+  struct Output {
+    std::string name;
+    const std::string* path;
+  };
+  /// `group`: their headline in the help. `outputs`: of all flags so far.
+  Flags(CLI::App& app, std::string group, std::vector<Output>& outputs)
+      : app_(app), group_(std::move(group)), outputs_(outputs) {}
   void add(const std::string& names, bool& value, const std::string& help) const;
   void add(const std::string& names, int& value, const std::string& help) const;
   void add(const std::string& names, double& value, const std::string& help) const;
   void add(const std::string& names, std::string& value, const std::string& help) const;
+  /// A file or folder that the command writes.
+  void addOutput(const std::string& names, std::string& value, const std::string& help) const;
   /// The same for flags that only few need: --help-all lists them.
   Flags rare() const;
 
@@ -57,6 +65,7 @@ class Flags {
 
   CLI::App& app_;
   std::string group_;
+  std::vector<Output>& outputs_;
 };
 
 /// What a sub-command gets to work with.

@@ -49,7 +49,7 @@ class ViewCommand final : public Command {
 
   void declare(Flags& flags) override {
     input_.declare(flags);
-    flags.add("-o,--out", out_, "the file to write");
+    flags.addOutput("-o,--out", out_, "the file to write");
     flags.add("--voxel", voxel_m_,
               "thin recordings to one point per voxel and class; a cloud of up to 100,000 points "
               "stays [m]");
@@ -58,6 +58,7 @@ class ViewCommand final : public Command {
   ExitCode run(const Job& job) override {
     std::vector<std::string> files = job.operands;
     const std::string out = takeOut(files, job);
+    requireOutside("", out, files);
     requireDrawingPath(out);
     Stopwatch watch;
     Content content;

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "xview/types/user_text.h"
+
 namespace xview {
 namespace {
 
@@ -60,13 +62,6 @@ std::string timeTable(const std::vector<StageTime>& stages) {
     text += fmt::format("{:<16}{:>10.1f}{:>10.1f}{:>11.1f}\n", stage.name, stage.ms.median,
                         stage.ms.mean, stage.ms.deviation);
   return text;
-}
-
-/// Text in quotes as CSV has it.
-std::string quoted(const std::string& text) {
-  std::string out = "\"";
-  for (const char c : text) out += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return out + "\"";
 }
 
 std::string poseColumns(const Eigen::Isometry3d& pose, bool known) {
@@ -133,7 +128,7 @@ std::string resultsCsv(const std::vector<ScoredQuery>& queries) {
       "total_ms\n";
   for (const ScoredQuery& q : queries) {
     const bool measured = q.hasPose() && !q.negative;
-    csv += fmt::format("{},{},{},{},{},{},", quoted(q.input), q.first_frame, q.last_frame,
+    csv += fmt::format("{},{},{},{},{},{},", csvQuoted(q.input), q.first_frame, q.last_frame,
                        q.negative ? 1 : 0, toString(q.fix.status), q.fix.confidence);
     csv += measured ? fmt::format("{:.6f},{:.6f},", q.positionError(), q.rotationError()) : ",,";
     csv += fmt::format("{},{},{:.3f}\n", poseColumns(q.fix.T_map_sensor, q.hasPose()),

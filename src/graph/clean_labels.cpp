@@ -8,6 +8,7 @@
 #include <tuple>
 
 #include "xview/types/cells.h"
+#include "xview/types/error.h"
 
 namespace xview::graph {
 namespace {
@@ -173,9 +174,15 @@ void closeClass(const cv::Mat& before, const ClassArea& area, int half_px, const
 
 /// 0, unless the set uses that id for a class that matters: then the highest unused one.
 std::uint16_t unlabelledId(const LabelSet& set) {
-  std::uint16_t id = 0;
-  while (set.role(id) != Role::ignored) --id;
-  return id;
+  constexpr std::uint32_t kIds = 1 << 16;  // that a label image can hold
+  for (std::uint32_t i = 0; i < kIds; ++i) {
+    const auto id = static_cast<std::uint16_t>(kIds - i);  // 0, 65535, 65534, ...
+    if (set.role(id) == Role::ignored) return id;
+  }
+  throw Error("label set '" + set.name() + "'",
+              "all 65536 ids that a label image can hold are classes, expected one of them to be "
+              "unused or of role ignored, for pixels without a class; or leave labels as they are "
+              "(--clean.enabled false)");
 }
 
 }  // namespace

@@ -144,8 +144,10 @@ void writePoints(const std::string& path, const LabelledCloud& cloud, const Labe
                  std::string (*header)(const LabelledCloud&, const Contents&),
                  AppendColor appendColor) {
   const Contents contents{needsDoubles(cloud), cloud.hasInstances(), cloud.hasSigmas(), labels};
+  const std::string beginning = header(cloud, contents);
+  requireReadable(path, beginning);
   AtomicFile file(path);
-  file.write(header(cloud, contents));
+  file.write(beginning);
   std::string row;
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     row.clear();

@@ -203,8 +203,10 @@ GraphFile readGraph(const std::string& path) {
 }
 
 void writeGraph(const std::string& path, const SemanticGraph& graph, const LabelSet& labels) {
+  const std::string beginning = header(graph, labels);
+  requireReadable(path, beginning);
   AtomicFile file(path);
-  file.write(header(graph, labels));
+  file.write(beginning);
   for (const Vertex& vertex : graph.vertices) file.write(vertexLine(vertex, labels));
   for (const auto& [a, b] : graph.edges()) {
     NumberLine line;

@@ -10,11 +10,14 @@
 #include <cstring>
 #include <memory>
 #include <mutex>
+#include <new>
 #include <opencv2/imgcodecs.hpp>
 #include <string_view>
 
+#include "image_headers.h"
 #include "input_file.h"
 #include "xview/types/error.h"
+#include "xview/types/library_chatter.h"
 
 namespace xview::io {
 namespace {
@@ -23,7 +26,14 @@ using Byte = unsigned char;
 
 constexpr Byte kSignature[8] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'};
 constexpr std::uint64_t kMaxSide = 32768;
+constexpr std::int64_t kMaxPixels = 1 << 26;  ///< of images whose size is not known
 constexpr std::uint64_t kMaxInflation = 1032;  ///< deflate cannot expand a byte to more
+
+#ifdef FUZZING_BUILD_MODE_UNSAFE_FOR_PRODUCTION
+constexpr bool kLooksAtChecksums = false;  // random changes are to reach what is behind them
+#else
+constexpr bool kLooksAtChecksums = true;
+#endif
 
 std::uint32_t bigEndian(const unsigned char* data) {
   return std::uint32_t{data[0]} << 24 | std::uint32_t{data[1]} << 16 | std::uint32_t{data[2]} << 8 |
@@ -64,11 +74,27 @@ std::string describe(const PngHeader& header) {
 
 // ---- pixels of a PNG
 
-bool isPlain(const PngHeader& header) {
-  const bool known_color = header.color == PngColor::grey || header.color == PngColor::rgb ||
-                           header.color == PngColor::rgba;
-  return known_color && (header.bits == 8 || header.bits == 16) && !header.interlaced &&
-         !header.has_transparent_color;
+bool isReadable(const PngHeader& header) {
+  return header.color != PngColor::palette && (header.bits == 8 || header.bits == 16);
+}
+
+/// The pixels that stand together in the data: every so many columns and rows from a first one.
+struct Pass {
+  int x, y, dx, dy;
+  int columnsOf(int width) const { return (width - x + dx - 1) / dx; }
+  int rowsOf(int height) const { return (height - y + dy - 1) / dy; }
+};
+
+std::vector<Pass> passesOf(const PngHeader& header) {
+  if (!header.interlaced) return {{0, 0, 1, 1}};
+  return {{0, 0, 8, 8}, {4, 0, 8, 8}, {0, 4, 4, 8}, {2, 0, 4, 4},
+          {0, 2, 2, 4}, {1, 0, 2, 2}, {0, 1, 1, 2}};  // section 8.2
+}
+
+/// Bytes of the rows of a pass, each with the byte in front that names its filter.
+std::size_t bytesOf(int columns, int rows, std::size_t pixel_bytes) {
+  if (columns == 0) return 0;
+  return static_cast<std::size_t>(rows) * (1 + pixel_bytes * static_cast<std::size_t>(columns));
 }
 
 /// The data chunks of the file, one after the other, unpacked; empty if they do not hold `size`
@@ -168,12 +194,47 @@ void storeRow(const Byte* row, int channels, cv::Mat& image, int y) {
     for (std::size_t i = 0; i < samples; ++i) out[i] = sample(i);
     return;
   }
+  if (channels == 2) {
+    for (std::size_t i = 0; i < samples; i += 2) {
+      out[2 * i] = out[2 * i + 1] = out[2 * i + 2] = sample(i);
+      out[2 * i + 3] = sample(i + 1);
+    }
+    return;
+  }
   const auto step = static_cast<std::size_t>(channels);
   for (std::size_t i = 0; i < samples; i += step) {
     out[i] = sample(i + 2);
     out[i + 1] = sample(i + 1);
     out[i + 2] = sample(i);
     if (channels == 4) out[i + 3] = sample(i + 3);
+  }
+}
+
+/// The pixels of one pass, whose rows begin at `rows`; false if a row has an unknown filter.
+bool decodePass(const PngHeader& header, Byte* rows, cv::Mat& image) {
+  const int channels = channelsOf(header.color);
+  const auto pixel_bytes = static_cast<std::size_t>(channels * header.bits / 8);
+  const std::size_t row_bytes = pixel_bytes * static_cast<std::size_t>(image.cols);
+  const std::vector<Byte> nothing(row_bytes, 0);
+  const Byte* above = nothing.data();
+  const UndoFilter undoRow = kUndoFilterOf[pixel_bytes];
+  for (int y = 0; y < image.rows; ++y) {
+    Byte* row = rows + (1 + row_bytes) * static_cast<std::size_t>(y);
+    if (!undoRow(row, above, row_bytes)) return false;
+    above = row + 1;
+    if (header.bits == 8)
+      storeRow<Byte>(above, channels, image, y);
+    else
+      storeRow<std::uint16_t>(above, channels, image, y);
+  }
+  return true;
+}
+
+void scatter(const cv::Mat& part, const Pass& pass, cv::Mat& image) {
+  const std::size_t bytes = image.elemSize();
+  for (int y = 0; y < part.rows; ++y) {
+    for (int x = 0; x < part.cols; ++x)
+      std::memcpy(image.ptr(pass.y + y * pass.dy, pass.x + x * pass.dx), part.ptr(y, x), bytes);
   }
 }
 
@@ -185,21 +246,60 @@ void allowExr() {
   std::call_once(once, [] { setenv("OPENCV_IO_ENABLE_OPENEXR", "1", 0); });
 }
 
-/// By its ending or its first bytes, whichever says so.
-bool isPng(const std::string& path, const std::vector<unsigned char>& bytes) {
-  const bool named = path.size() >= 4 && (path.compare(path.size() - 4, 4, ".png") == 0 ||
-                                          path.compare(path.size() - 4, 4, ".PNG") == 0);
-  return named || (bytes.size() >= 4 && std::memcmp(bytes.data(), "\x89PNG", 4) == 0);
+bool isNamedPng(const std::string& path) {
+  return path.size() >= 4 && (path.compare(path.size() - 4, 4, ".png") == 0 ||
+                              path.compare(path.size() - 4, 4, ".PNG") == 0);
 }
 
-/// Empty if OpenCV has to try.
-cv::Mat decodeSoundPng(const std::string& path, const std::vector<unsigned char>& bytes) {
+cv::Mat decodeSoundPng(const std::string& path, const std::vector<unsigned char>& bytes,
+                       const SizeCheck& check) {
   const PngHeader header = checkPng(path, bytes);
   if (header.color == PngColor::palette || header.bits < 8) {
     throw Error(path,
                 "expected 8 or 16 bits per channel without a palette, found " + describe(header));
   }
-  return decodePng(header, bytes);
+  check(header.width, header.height);
+  cv::Mat image = decodePng(header, bytes);
+  if (!image.empty()) return image;
+  throw Error(path, fmt::format("PNG damaged: its data do not unpack to {} x {} pixels of {}; is "
+                                "it written to its end?",
+                                header.width, header.height, describe(header)));
+}
+
+/// What has been told before OpenCV makes room for it.
+void checkHeader(const std::string& path, const ImageHeader& header, const SizeCheck& check) {
+  if (header.format == ImageFormat::none)
+    throw Error(path, "cannot be decoded: expected a PNG, TIFF, EXR or JPEG image, found none");
+  if (header.width == 0 || header.height == 0 || header.width > kMaxSide ||
+      header.height > kMaxSide) {
+    throw Error(path, fmt::format("image of {} x {} pixels, expected 1 to {} each way",
+                                  header.width, header.height, kMaxSide));
+  }
+  check(static_cast<std::int64_t>(header.width), static_cast<std::int64_t>(header.height));
+  constexpr std::uint64_t kUsualTile = std::uint64_t{1} << 20;
+  if (header.tile_pixels > std::max(kUsualTile, 4 * header.width * header.height))
+    throw Error(path, fmt::format("image of {} x {} pixels in tiles of {} pixels; is it damaged?",
+                                  header.width, header.height, header.tile_pixels));
+}
+
+cv::Mat decodeByOpenCv(const std::string& path, const std::vector<unsigned char>& bytes,
+                       const SizeCheck& check) {
+  const ImageHeader header = imageHeader(bytes);
+  checkHeader(path, header, check);
+  if (header.format == ImageFormat::jpeg && !endsAsJpeg(bytes))
+    throw Error(path, "the JPEG ends before its last pixels; is it written to its end?");
+  allowExr();
+  const QuietLibraries quiet;
+  cv::Mat image;
+  try {
+    image = cv::imdecode(bytes, cv::IMREAD_UNCHANGED);
+  } catch (const cv::Exception& problem) {
+    if (problem.code == cv::Error::StsNoMem) throw std::bad_alloc();
+    throw Error(path, "cannot be decoded: " + problem.err);
+  }
+  if (image.empty()) throw Error(path, "cannot be decoded as an image; is it damaged?");
+  check(image.cols, image.rows);
+  return image;
 }
 
 // ---- PFM
@@ -255,13 +355,13 @@ PngHeader checkPng(const std::string& path, const std::vector<unsigned char>& by
       throw Error(path, fmt::format("{}a chunk of {} bytes, only {} are left", place, length,
                                     bytes.size() - at - 12));
     }
-    if (libdeflate_crc32(0, chunk + 4, length + 4) != bigEndian(chunk + 8 + length)) {
+    if (kLooksAtChecksums &&
+        libdeflate_crc32(0, chunk + 4, length + 4) != bigEndian(chunk + 8 + length)) {
       throw Error(path, place + "wrong checksum");
     }
     const std::string_view type(reinterpret_cast<const char*>(chunk) + 4, 4);
     if ((at == 8) != (type == "IHDR")) throw Error(path, place + "header missing or twice");
     if (type == "IHDR") header = parseHeader(path, chunk + 8, length);
-    if (type == "tRNS") header.has_transparent_color = true;
     if (type == "IDAT") {
       packed_bytes += length;
       header.data.push_back({at + 8, static_cast<std::size_t>(length)});
@@ -279,47 +379,48 @@ PngHeader checkPng(const std::string& path, const std::vector<unsigned char>& by
 }
 
 cv::Mat decodePng(const PngHeader& header, const std::vector<unsigned char>& bytes) {
-  if (!isPlain(header)) return {};
+  if (!isReadable(header)) return {};
   const int channels = channelsOf(header.color);
   const auto pixel_bytes = static_cast<std::size_t>(channels * header.bits / 8);
-  const std::size_t row_bytes = pixel_bytes * static_cast<std::size_t>(header.width);
-  // Each row has a byte in front that names its filter.
-  std::vector<Byte> rows =
-      inflate(header, bytes, (1 + row_bytes) * static_cast<std::size_t>(header.height));
+  const std::vector<Pass> passes = passesOf(header);
+  std::size_t size = 0;
+  for (const Pass& pass : passes)
+    size += bytesOf(pass.columnsOf(header.width), pass.rowsOf(header.height), pixel_bytes);
+  std::vector<Byte> rows = inflate(header, bytes, size);
   if (rows.empty()) return {};
-  cv::Mat image(header.height, header.width,
-                CV_MAKETYPE(header.bits == 8 ? CV_8U : CV_16U, channels));
-  const std::vector<Byte> nothing(row_bytes, 0);
-  const Byte* above = nothing.data();
-  const UndoFilter undoRow = kUndoFilterOf[pixel_bytes];
-  for (int y = 0; y < header.height; ++y) {
-    Byte* row = rows.data() + (1 + row_bytes) * static_cast<std::size_t>(y);
-    if (!undoRow(row, above, row_bytes)) return {};
-    above = row + 1;
-    if (header.bits == 8)
-      storeRow<Byte>(above, channels, image, y);
-    else
-      storeRow<std::uint16_t>(above, channels, image, y);
+  const int type = CV_MAKETYPE(header.bits == 8 ? CV_8U : CV_16U, channels == 2 ? 4 : channels);
+  cv::Mat image(header.height, header.width, type);
+  Byte* next = rows.data();
+  for (const Pass& pass : passes) {
+    const int columns = pass.columnsOf(header.width), height = pass.rowsOf(header.height);
+    if (columns == 0 || height == 0) continue;
+    cv::Mat part = header.interlaced ? cv::Mat(height, columns, type) : image;
+    if (!decodePass(header, next, part)) return {};
+    next += bytesOf(columns, height, pixel_bytes);
+    if (header.interlaced) scatter(part, pass, image);
   }
   return image;
 }
 
-cv::Mat decodeImage(const std::string& path) {
+SizeCheck anySize(const std::string& path) {
+  return [path](std::int64_t width, std::int64_t height) {
+    if (width * height > kMaxPixels)
+      throw Error(path, fmt::format("image of {} x {} pixels, expected {} million at most", width,
+                                    height, kMaxPixels / 1000000));
+  };
+}
+
+cv::Mat decodeImage(const std::string& path, const SizeCheck& check) {
   InputFile file(path);
   if (file.size() == 0) throw Error(path, "the file is empty, expected an image");
-  std::vector<unsigned char> bytes(file.size());
-  file.readBytes(bytes.data(), bytes.size());
-  cv::Mat image;
-  if (isPng(path, bytes)) image = decodeSoundPng(path, bytes);
-  if (!image.empty()) return image;
-  allowExr();
   try {
-    image = cv::imdecode(bytes, cv::IMREAD_UNCHANGED);
-  } catch (const cv::Exception& problem) {
-    throw Error(path, "cannot be decoded: " + problem.err);
+    std::vector<unsigned char> bytes(file.size());
+    file.readBytes(bytes.data(), bytes.size());
+    const bool is_png = isNamedPng(path) || imageHeader(bytes).format == ImageFormat::png;
+    return is_png ? decodeSoundPng(path, bytes, check) : decodeByOpenCv(path, bytes, check);
+  } catch (const std::bad_alloc&) {
+    throw Error(path, "its pixels need more memory than there is");
   }
-  if (image.empty()) throw Error(path, "cannot be decoded as an image; is it damaged?");
-  return image;
 }
 
 std::string describePixels(const cv::Mat& image) {

@@ -77,25 +77,29 @@ std::array<double, 3> parseTriple(const YamlFile& file, const YAML::Node& node,
 }  // namespace
 
 DepthImage readDepth(const std::string& path, const Camera& camera) {
+  const SizeCheck check = [&](std::int64_t width, std::int64_t height) {
+    if (width == camera.width && height == camera.height) return;
+    throw Error(path, fmt::format("depth of {} x {} pixels, the camera has {} x {}", width, height,
+                                  camera.width, camera.height));
+  };
   const bool is_pfm = std::filesystem::path(path).extension() == ".pfm";
-  const cv::Mat image = is_pfm ? cv::Mat() : decodeImage(path);
+  const cv::Mat image = is_pfm ? cv::Mat() : decodeImage(path, check);
   DepthImage depth = is_pfm ? readPfm(path) : depthOfPixels(image, camera.depth_scale, path);
   if (is_pfm || image.depth() == CV_32F) dropImpossible(depth);
-  if (depth.width != camera.width || depth.height != camera.height) {
-    throw Error(path, fmt::format("depth of {} x {} pixels, the camera has {} x {}", depth.width,
-                                  depth.height, camera.width, camera.height));
-  }
+  check(depth.width, depth.height);
   return depth;
 }
 
-LabelImage readLabels(const std::string& path) {
-  const cv::Mat image = decodeImage(path);
+LabelImage readLabels(const std::string& path, const SizeCheck& check) {
+  const cv::Mat image = decodeImage(path, check);
   if (image.channels() != 1 || (image.depth() != CV_8U && image.depth() != CV_16U)) {
     throw Error(path, "expected class ids as 8 or 16-bit unsigned, 1 channel, found " +
                           describePixels(image));
   }
   return channelOf(image, 0, path);
 }
+
+LabelImage readLabels(const std::string& path) { return readLabels(path, anySize(path)); }
 
 void writeDepthPng(const std::string& path, const DepthImage& depth, double depth_scale) {
   cv::Mat image(depth.height, depth.width, CV_16U);
@@ -193,7 +197,7 @@ NetworkInput readNetworkInput(const std::string& path) {
 }
 
 ColorImage readColors(const std::string& path) {
-  const cv::Mat image = decodeImage(path);
+  const cv::Mat image = decodeImage(path, anySize(path));
   if (image.depth() != CV_8U)
     throw Error(path, "expected colours of 8 bits, found " + describePixels(image));
   const int channels = image.channels();

@@ -29,14 +29,26 @@ InputFile::InputFile(std::string path) : path_(std::move(path)) {
 }
 
 bool InputFile::readLine(std::string_view& line) {
-  line_.resize(kLongestLine + 1);
-  file_.getline(line_.data(), static_cast<std::streamsize>(line_.size()));
-  const auto count = static_cast<std::size_t>(file_.gcount());
-  if (file_.bad()) fail(std::string("cannot read: ") + std::strerror(errno));
+  // In pieces, because most lines are short and room for the longest one takes time to make.
+  constexpr std::size_t kPiece = 4096;
+  std::size_t count = 0;
+  for (bool is_whole = false; !is_whole;) {
+    const std::size_t room = std::min(kPiece, kLongestLine - count) + 1;
+    if (line_.size() < count + room) line_.resize(count + room);
+    file_.getline(line_.data() + count, static_cast<std::streamsize>(room));
+    const auto got = static_cast<std::size_t>(file_.gcount());
+    count += got;
+    if (file_.bad()) fail(std::string("cannot read: ") + std::strerror(errno));
+    is_whole = !(file_.fail() && got + 1 == room);  // else the piece is full
+    if (!is_whole && count >= kLongestLine) {
+      ++line_number_;
+      failAtLine("the line is longer than 1 MiB");
+    }
+    if (!is_whole) file_.clear();
+  }
   if (count == 0) return false;
   ++line_number_;
   position_ += count;
-  if (file_.fail()) failAtLine("the line is longer than 1 MiB");
   line = std::string_view(line_).substr(0, file_.eof() ? count : count - 1);
   if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
   return true;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <new>
 #include <optional>
 
 #include "xview/io/pose_files.h"
@@ -97,7 +98,11 @@ Frame readListed(const RecordingListing& listing, const ListedFrame& listed) {
   frame.stamp_s = listed.stamp_s;
   frame.sensor = listing.sensor;
   frame.T_odom_sensor = listed.T_odom_sensor;
-  listing.read(listed, frame);
+  try {
+    listing.read(listed, frame);
+  } catch (const std::bad_alloc&) {
+    throw Error(listed.measurement, "frame needs more memory than there is");
+  }
   return frame;
 }
 
@@ -114,6 +119,13 @@ std::unique_ptr<FrameSource> makeRecording(const std::string& name, RecordingLis
     chosen.push_back(std::move(listing.frames[i]));
   }
   listing.frames = std::move(chosen);
+  for (const ListedFrame& frame : listing.frames) {
+    const double away_m = frame.T_odom_sensor.translation().cwiseAbs().maxCoeff();
+    if (!(away_m <= kFarthest_m))
+      throw Error(name, fmt::format("frame {} has a pose {:.3g} m from the origin, expected {:.0e} "
+                                    "m at most",
+                                    frame.number, away_m, kFarthest_m));
+  }
   return std::make_unique<ListedRecording>(name, std::move(listing));
 }
 
@@ -212,20 +224,19 @@ void setPoses(const std::string& path, std::vector<ListedFrame>& frames) {
   }
 }
 
-void requireSameSize(const std::string& path, int width, int height, const std::string& other_path,
-                     int other_width, int other_height) {
+void requireSameSize(const std::string& path, std::int64_t width, std::int64_t height,
+                     const std::string& other_path, int other_width, int other_height) {
   if (width == other_width && height == other_height) return;
   throw Error(path, fmt::format("{} x {} pixels, but {} has {} x {}", width, height, other_path,
                                 other_width, other_height));
 }
 
-void requireSameSizes(const ListedFrame& listed, const Frame& frame) {
-  const DepthImage& depth = frame.depth;
-  requireSameSize(listed.label, frame.label.width, frame.label.height, listed.measurement,
-                  depth.width, depth.height);
-  if (frame.instance.empty()) return;
-  requireSameSize(listed.instance, frame.instance.width, frame.instance.height, listed.measurement,
-                  depth.width, depth.height);
+std::function<void(std::int64_t, std::int64_t)> asLargeAsDepth(const std::string& path,
+                                                               const ListedFrame& listed,
+                                                               const Frame& frame) {
+  return [&](std::int64_t width, std::int64_t height) {
+    requireSameSize(path, width, height, listed.measurement, frame.depth.width, frame.depth.height);
+  };
 }
 
 }  // namespace xview::io

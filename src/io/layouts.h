@@ -32,6 +32,9 @@ struct RecordingListing {
   std::function<void(const ListedFrame&, Frame&)> read;
 };
 
+/// Nothing on Earth is farther from the origin of its coordinates [m].
+constexpr double kFarthest_m = 1e8;
+
 Frame readListed(const RecordingListing& listing, const ListedFrame& listed);
 
 /// The frames of the range as a recording. Throws UsageError if the range is beyond the last frame.
@@ -126,10 +129,12 @@ Eigen::Isometry3d poseFromTum(const double* numbers, const InputFile& file);
 Eigen::Isometry3d poseFromRows(const double* numbers, const InputFile& file);
 
 /// Throws Error if an image differs in size from another one.
-void requireSameSize(const std::string& path, int width, int height, const std::string& other_path,
-                     int other_width, int other_height);
-/// The same for the label and instance images of a frame and its depth.
-void requireSameSizes(const ListedFrame& listed, const Frame& frame);
+void requireSameSize(const std::string& path, std::int64_t width, std::int64_t height,
+                     const std::string& other_path, int other_width, int other_height);
+/// The same as soon as the header of an image is read (SizeCheck), against the depth of its frame.
+std::function<void(std::int64_t, std::int64_t)> asLargeAsDepth(const std::string& path,
+                                                               const ListedFrame& listed,
+                                                               const Frame& frame);
 
 // What is done about the classes of a recording of which only the ids are known; what was guessed
 // is said in listing.notes.

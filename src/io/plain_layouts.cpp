@@ -21,12 +21,14 @@ namespace fs = std::filesystem;
 
 // ---- CARLA
 
-constexpr double kFarthest_m = 1000;  ///< the depth camera ends here [m]
+constexpr double kEndOfDepth_m = 1000;  ///< of its depth camera
 constexpr std::size_t kCarlaFramesToLookAt = 16;
 
 /// Raw depth camera: 24 bits in red (lowest), green and blue, as a share of the farthest distance.
-DepthImage readCodedDepth(const std::string& path) {
-  const cv::Mat image = decodeImage(path);
+DepthImage readCodedDepth(const std::string& path, const Camera& camera) {
+  const cv::Mat image = decodeImage(path, [&](std::int64_t width, std::int64_t height) {
+    requireSameSize(path, width, height, "camera.yaml", camera.width, camera.height);
+  });
   if (image.depth() != CV_8U || image.channels() < 3) {
     throw Error(path, "expected depth coded in 8-bit colours, found " + describePixels(image));
   }
@@ -37,7 +39,7 @@ DepthImage readCodedDepth(const std::string& path) {
     for (int x = 0; x < image.cols; ++x, pixel += channels) {
       const int code = pixel[2] + 256 * pixel[1] + 65536 * pixel[0];
       // All ones is the sky.
-      depth.at(x, y) = code == 0xFFFFFF ? 0 : static_cast<float>(kFarthest_m * code / 0xFFFFFF);
+      depth.at(x, y) = code == 0xFFFFFF ? 0 : static_cast<float>(kEndOfDepth_m * code / 0xFFFFFF);
     }
   }
   return depth;
@@ -132,12 +134,18 @@ std::vector<double> readTimes(const std::string& path) {
 }
 
 /// T_odom_velo = Tr^-1 T_cam Tr, so that the odometry frame is that of the velodyne where the poses
-/// are identity.
-void setVelodynePoses(const fs::path& root, std::vector<ListedFrame>& frames) {
+/// are identity. Without calib.txt poses are those of the velodyne, which the notes then say.
+void setVelodynePoses(const fs::path& root, std::vector<ListedFrame>& frames,
+                      std::vector<std::string>& notes) {
   const fs::path poses_path = root / "poses.txt";
   if (frames.size() == 1 && !fs::exists(poses_path)) return;
   setPoses(poses_path.string(), frames);
-  const Eigen::Isometry3d T_cam_velo = readVelodyneToCamera((root / "calib.txt").string());
+  const fs::path calibration = root / "calib.txt";
+  Eigen::Isometry3d T_cam_velo = Eigen::Isometry3d::Identity();
+  if (fs::exists(calibration))
+    T_cam_velo = readVelodyneToCamera(calibration.string());
+  else
+    notes.push_back("no calib.txt: poses.txt is taken as poses of the scanner, not of a camera");
   for (ListedFrame& frame : frames) {
     frame.T_odom_sensor = T_cam_velo.inverse() * frame.T_odom_sensor * T_cam_velo;
   }
@@ -188,9 +196,9 @@ RecordingListing listSequence(const std::string& folder, const InputOptions& opt
     frame.camera = camera;
     frame.depth = readDepth(listed.measurement, camera);
     if (listed.label.empty()) return;
-    frame.label = readLabels(listed.label);
-    if (!listed.instance.empty()) frame.instance = readLabels(listed.instance);
-    requireSameSizes(listed, frame);
+    frame.label = readLabels(listed.label, asLargeAsDepth(listed.label, listed, frame));
+    if (listed.instance.empty()) return;
+    frame.instance = readLabels(listed.instance, asLargeAsDepth(listed.instance, listed, frame));
   };
   if (!is_raw) nameClasses(listing, options, folder);
   return listing;
@@ -206,12 +214,10 @@ RecordingListing listCarla(const std::string& folder, const InputOptions& option
   setPoses((root / "poses.txt").string(), listing.frames);
   listing.read = [camera](const ListedFrame& listed, Frame& frame) {
     frame.camera = camera;
-    frame.depth = readCodedDepth(listed.measurement);
-    requireSameSize(listed.measurement, frame.depth.width, frame.depth.height, "camera.yaml",
-                    camera.width, camera.height);
-    const cv::Mat tags = decodeImage(listed.label);
+    frame.depth = readCodedDepth(listed.measurement, camera);
+    const cv::Mat tags =
+        decodeImage(listed.label, asLargeAsDepth(listed.label, listed, frame));
     frame.label = channelOf(tags, tags.channels() == 1 ? 0 : 2, listed.label);  // red: the tag
-    requireSameSizes(listed, frame);
   };
   const auto named = namedLabels(options, folder);
   listing.labels = named ? *named : carlaLabels(countLabels(listing, kCarlaFramesToLookAt));
@@ -257,7 +263,7 @@ RecordingListing listSemanticKitti(const std::string& path, const InputOptions& 
       addFiles(path, {".label", (root / "labels").string(), {".label"}}, &ListedFrame::label,
                ".bin", listing.frames);
     }
-    setVelodynePoses(root, listing.frames);
+    setVelodynePoses(root, listing.frames, listing.notes);
   } else {
     listing.frames.resize(1);
     listing.frames[0].number = frameNumberOf(path);

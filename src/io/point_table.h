@@ -69,6 +69,8 @@ void checkSize(const InputFile& file, const FileLayout& layout);
 /// The lines, each after `mark` ("# " in PCD, "comment " in PLY) and ended; none for a generic set,
 /// whose names say nothing.
 std::string classComments(const LabelSet& labels, const std::string& mark);
+/// Throws Error if a header is longer than a reader takes it, because of such lines.
+void requireReadable(const std::string& path, const std::string& header);
 /// The classes that the comments of a header name, or those of the shipped label set that one of
 /// them names; none if there is neither. Throws Error if one of them is not as written by
 /// classComments.

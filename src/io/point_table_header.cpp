@@ -9,6 +9,7 @@
 
 #include "point_table.h"
 #include "xview/io/label_files.h"
+#include "xview/types/error.h"
 
 namespace xview::io {
 namespace {
@@ -21,11 +22,13 @@ std::string joinFrom(const Words& words, std::size_t first) {
       "{}", fmt::join(words.begin() + static_cast<std::ptrdiff_t>(first), words.end(), " "));
 }
 
+constexpr std::uint64_t kLongestHeader = std::uint64_t{8} << 20;  // 65,536 classes and more
+constexpr std::uint64_t kLongestLine = std::uint64_t{1} << 20;     // of an InputFile
+
 /// The words of the next line of a header; an error if there is none, or if the header is longer
-/// than 1 MiB.
+/// than 8 MiB.
 Words readHeaderWords(InputFile& file) {
-  constexpr std::uint64_t kLongestHeader = std::uint64_t{1} << 20;
-  if (file.position() > kLongestHeader) file.failAtLine("the header does not end within 1 MiB");
+  if (file.position() > kLongestHeader) file.failAtLine("the header does not end within 8 MiB");
   std::string_view line;
   if (!file.readLine(line)) {
     file.fail(file.size() == 0 ? "the file is empty" : "ends within the header");
@@ -260,7 +263,7 @@ std::string inOneLine(std::string name) {
 /// "xview class ID ROLE KIND RED GREEN BLUE NAME"
 std::optional<ClassInfo> parseClass(const Words& words) {
   constexpr std::size_t kNameWord = 8;
-  if (words.size() <= kNameWord) return std::nullopt;
+  if (words.size() < kNameWord) return std::nullopt;  // a name may be empty
   const auto id = numberFrom<std::int64_t>(words[2]);
   const auto role = enumeratorNamed(words[3], Role::ignored);
   const auto kind = enumeratorNamed(words[4], Kind::none);
@@ -384,6 +387,20 @@ std::string classComments(const LabelSet& labels, const std::string& mark) {
                          toString(info.kind), red, green, blue, inOneLine(info.name));
   }
   return lines;
+}
+
+void requireReadable(const std::string& path, const std::string& header) {
+  std::size_t longest = 0;
+  for (std::size_t begin = 0; begin < header.size();) {
+    const std::size_t end = std::min(header.find('\n', begin), header.size());
+    longest = std::max(longest, end - begin);
+    begin = end + 1;
+  }
+  if (longest <= kLongestLine && header.size() <= kLongestHeader) return;
+  throw Error(path, fmt::format("cannot be written: the names of its classes would need a header of "
+                                "{} bytes with lines of up to {}, expected {} and {} at most; "
+                                "shorten the names in classes.yaml",
+                                header.size(), longest, kLongestHeader, kLongestLine));
 }
 
 namespace {

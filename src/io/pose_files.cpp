@@ -8,12 +8,25 @@
 #include "xview/types/pose.h"
 
 namespace xview::io {
+namespace {
+
+void requireNear(const Eigen::Vector3d& position, const InputFile& file) {
+  const double away_m = position.cwiseAbs().maxCoeff();
+  if (!(away_m <= kFarthest_m))
+    file.failAtLine("expected a position within {:.0e} m of the origin, found {:.6g} m",
+                    kFarthest_m, away_m);
+}
+
+}  // namespace
+
 Eigen::Isometry3d poseFromTum(const double* numbers, const InputFile& file) {
   const Eigen::Quaterniond q(numbers[6], numbers[3], numbers[4], numbers[5]);
   if (std::abs(q.norm() - 1) > 0.01) {
     file.failAtLine("expected a unit quaternion, found length {:.6g}", q.norm());
   }
-  return poseOf(q.normalized().toRotationMatrix(), {numbers[0], numbers[1], numbers[2]});
+  const Eigen::Vector3d position(numbers[0], numbers[1], numbers[2]);
+  requireNear(position, file);
+  return poseOf(q.normalized().toRotationMatrix(), position);
 }
 
 Eigen::Isometry3d poseFromRows(const double* numbers, const InputFile& file) {
@@ -26,6 +39,7 @@ Eigen::Isometry3d poseFromRows(const double* numbers, const InputFile& file) {
         "expected a rotation in columns 1-3, found R R^T off by {:.6g} and determinant {:.6g}",
         skew, R.determinant());
   }
+  requireNear(matrix.topRightCorner<3, 1>(), file);
   return poseOf(orthonormalized(matrix.topLeftCorner<3, 3>()), matrix.topRightCorner<3, 1>());
 }
 

@@ -98,20 +98,13 @@ std::string numbered(const std::string& folder, std::int64_t number, const char*
   return fmt::format("{}/{:06d}.{}", folder, number, ending);
 }
 
-/// Frames of an earlier, longer recording would be taken for frames of this one.
-void removeFramesFrom(std::size_t first, const std::string& folder, const char* ending) {
-  for (auto number = static_cast<std::int64_t>(first);; ++number) {
-    std::error_code problem;
-    if (!std::filesystem::remove(numbered(folder, number, ending), problem)) return;
-  }
-}
-
 std::string classesYaml(const LabelSet& labels) {
-  std::string text = labels.name().empty() ? "" : fmt::format("name: \"{}\"\n", labels.name());
+  std::string text =
+      labels.name().empty() ? "" : fmt::format("name: {}\n", yamlQuoted(labels.name()));
   text += "classes:\n";
   for (const auto& [id, info] : labels.classes()) {
-    text += fmt::format("  - {{id: {}, name: \"{}\", color: [{}, {}, {}], role: {}, kind: {}}}\n",
-                        id, info.name, info.color[0], info.color[1], info.color[2],
+    text += fmt::format("  - {{id: {}, name: {}, color: [{}, {}, {}], role: {}, kind: {}}}\n", id,
+                        yamlQuoted(info.name), info.color[0], info.color[1], info.color[2],
                         toString(info.role), toString(info.kind));
   }
   return text;
@@ -177,13 +170,11 @@ void writeParts(const std::string& folder, const FrameSource& source,
                 const std::vector<Eigen::Isometry3d>& truth, int threads,
                 const std::function<void(std::size_t, std::size_t)>& progress) {
   const bool camera = source.sensor() == Sensor::camera;
-  using Parts = std::vector<std::pair<const char*, const char*>>;  // folder and ending
-  const Parts parts = camera ? Parts{{"depth", "png"}, {"label", "png"}, {"instance", "png"}}
-                             : Parts{{"velodyne", "bin"}, {"labels", "label"}};
-  for (const auto& [part, ending] : parts) {
-    if (part == std::string("instance") && source.read(0).instance.empty()) continue;
+  using Parts = std::vector<std::string>;
+  for (const std::string& part : camera ? Parts{"depth", "label", "instance"}
+                                        : Parts{"velodyne", "labels"}) {
+    if (part == "instance" && source.read(0).instance.empty()) continue;
     makeFolder(folder + "/" + part);
-    removeFramesFrom(source.size(), folder + "/" + part, ending);
   }
   writeSidecars(folder, source);
   if (!truth.empty()) writeTumPoses(folder + "/groundtruth.txt", stamped(source, truth));
@@ -255,17 +246,11 @@ std::unique_ptr<FrameSource> openRecording(const std::string& path, const InputO
 void writeRecording(const std::string& folder, const FrameSource& source,
                     const std::vector<Eigen::Isometry3d>& truth, int threads,
                     const std::function<void(std::size_t, std::size_t)>& progress) {
-  std::error_code problem;
-  const std::filesystem::path parent = std::filesystem::path(folder).parent_path();
-  const bool is_new = !std::filesystem::exists(folder, problem),
-             parent_is_new = !std::filesystem::exists(parent, problem);
-  try {
-    writeParts(folder, source, truth, threads, progress);
-  } catch (...) {
-    if (is_new) std::filesystem::remove_all(folder, problem);
-    if (parent_is_new) std::filesystem::remove(parent, problem);  // unless something else is there
-    throw;
-  }
+  AtomicFolder whole(folder);
+  writeParts(whole.temporaryPath(), source, truth, threads, progress);
+  // Images without poses and poses without scans are no recording.
+  whole.commit({"instance", "label", "labels", "depth", "classes.yaml", "camera.yaml", "calib.txt",
+                "times.txt", "poses.txt", "velodyne"});
 }
 
 }  // namespace xview::io

@@ -4,6 +4,7 @@
 
 #include <charconv>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <sstream>
 #include <stdexcept>
@@ -160,6 +161,7 @@ class ContentReader {
 // ---- the table of single values, as text
 
 using Meta = std::map<std::string, std::string>;
+constexpr std::uint64_t kAnyNumber = std::numeric_limits<std::uint64_t>::max();
 
 /// visit(name, number) for the real numbers of a map, in both directions.
 template <class Map, class Visit>
@@ -353,12 +355,15 @@ LabelSet readLabels(ContentReader& in, const std::string& set_name) {
   return labels;
 }
 
-void readBulk(ContentReader& in, SemanticMap& map) {
+void readBulk(ContentReader& in, const Meta& meta, std::uint64_t file_bytes, SemanticMap& map) {
+  PackedRows rows(file_bytes);
   for (const Keyframe& k : in.items<Keyframe>("keyframes"))
     map.addKeyframe(k.T_map_sensor, k.number, k.stamp_s, k.source);
   map.graph.vertices = in.items<Vertex>("vertices");
+  const auto edges = numberIn<std::uint64_t>(meta, "edges");
   std::vector<EdgeBlock> blocks;
   in.table<EdgeBlock>("edges", [&](std::int64_t id, EdgeBlock& block) {
+    rows.take("edges", block.edges, edges);
     block.first_vertex = id;
     blocks.push_back(std::move(block));
   });
@@ -366,9 +371,18 @@ void readBulk(ContentReader& in, SemanticMap& map) {
   scaleLengths(1 / map.size, map.plan);  // tiles have the lengths of a town
   scaleLengths(1 / map.size, map.cloud);
   LabelledCloud plan;
-  in.table<Tile>("plan_tiles", [&](std::int64_t, Tile& tile) { appendTile(tile, plan); });
+  rows.beginPart();
+  in.table<Tile>("plan_tiles", [&](std::int64_t, Tile& tile) {
+    rows.take("plan_tiles", tile.points, kAnyNumber);  // meta counts those with a channel only
+    appendTile(tile, plan);
+  });
   fill(plan, map.plan);
-  in.table<Tile>("cloud_tiles", [&](std::int64_t, Tile& tile) { appendTile(tile, map.cloud); });
+  const auto points = numberIn<std::uint64_t>(meta, "cloud_points");
+  rows.beginPart();
+  in.table<Tile>("cloud_tiles", [&](std::int64_t, Tile& tile) {
+    rows.take("cloud_points", tile.points, points);
+    appendTile(tile, map.cloud);
+  });
   scaleLengths(map.size, map.plan);
   scaleLengths(map.size, map.cloud);
   map.cloud.points.width = static_cast<std::uint32_t>(map.cloud.points.size());
@@ -414,7 +428,9 @@ SemanticMap readContent(SQLite::Database& database) {
   map.labels = readLabels(in, textIn(meta, "label_set"));
   map.sources = in.items<std::string>("sources");
   setNumbers(meta, map);
-  readBulk(in, map);
+  const std::int64_t file_bytes = database.execAndGet("PRAGMA page_count").getInt64() *
+                                  database.execAndGet("PRAGMA page_size").getInt64();
+  readBulk(in, meta, static_cast<std::uint64_t>(file_bytes), map);
   requireComplete(meta, map);
   return map;
 }

@@ -179,10 +179,11 @@ template <class Prepare>
 void replaceContent(const std::string& path, const SemanticMap& map, Prepare&& prepare) {
   SQLite::Database database = openForWriting(path);
   SQLite::Transaction transaction(database, SQLite::TransactionBehavior::IMMEDIATE);
-  checkMapTables(database);
+  checkBeforeWriting(database);
   transaction.commit();
   attachFresh(database, map);
   SQLite::Transaction change(database, SQLite::TransactionBehavior::IMMEDIATE);
+  checkBeforeWriting(database);  // another program may have been there
   prepare(database);
   takeOverFresh(database);
   change.commit();
@@ -221,6 +222,7 @@ bool undoRevision(const std::string& path) {
   return guarded(path, kCannotWrite, [&] {
     SQLite::Database database = openForWriting(path);
     SQLite::Transaction transaction(database, SQLite::TransactionBehavior::IMMEDIATE);
+    checkBeforeWriting(database);
     if (!restoreRevision(database)) return false;
     readContent(database);  // a former map that is damaged must not replace a sound one
     transaction.commit();

@@ -56,6 +56,12 @@ void executeForEachTable(SQLite::Database& database, const std::string& statemen
   }
 }
 
+/// Columns with a type and nothing else: whatever SQLite would compute needs a second bracket.
+bool isPlainTable(const std::string& sql, const std::string& name) {
+  const std::string begin = "CREATE TABLE " + name + "(";
+  return sql.compare(0, begin.size(), begin) == 0 && sql.find('(', begin.size()) == sql.npos;
+}
+
 void createRevisionTables(SQLite::Database& database) {
   if (hasRevisions(database)) return;
   database.exec("CREATE TABLE undo_steps(step INTEGER PRIMARY KEY, note TEXT)");
@@ -148,6 +154,24 @@ void checkMapTables(SQLite::Database& database) {
   if (others.executeStep()) throw Damage("unexpected object " + others.getColumn(0).getString());
 }
 
+void checkBeforeWriting(SQLite::Database& database) {
+  checkMapTables(database);
+  SQLite::Statement indices(
+      database, "SELECT name FROM sqlite_master WHERE type = 'index' AND sql NOT NULL");
+  if (indices.executeStep())
+    throw Damage("unexpected index " + indices.getColumn(0).getString() +
+                 "; DROP INDEX removes it");
+  SQLite::Statement query(database, "SELECT sql FROM sqlite_master WHERE name = ?");
+  std::vector<std::string> names = {"undo_steps", "undo_added"};
+  for (const MapTable& table : kMapTables) names.push_back("undo_" + table.name);
+  for (const std::string& name : names) {
+    query.reset();
+    query.bind(1, name);
+    if (query.executeStep() && !isPlainTable(query.getColumn(0).getString(), name))
+      throw Damage("table " + name + " is defined otherwise than expected");
+  }
+}
+
 void ContentHash::add(double value) {
   std::uint64_t bits = 0;
   std::memcpy(&bits, &value, sizeof bits);
@@ -230,6 +254,9 @@ void RowReader::operator()(Bytes& blob) {
 }
 
 void RowReader::verify(std::int64_t expected_hash) const {
+#ifdef FUZZING_BUILD_MODE_UNSAFE_FOR_PRODUCTION
+  if (hash_.value() != expected_hash) return;  // random changes are to reach what is behind it
+#endif
   if (hash_.value() != expected_hash) throw Damage("table " + table_ + " is not as it was written");
 }
 

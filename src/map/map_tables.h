@@ -36,6 +36,10 @@ void createMapTables(SQLite::Database& database, const std::string& schema);
 /// which we never write.
 void checkMapTables(SQLite::Database& database);
 
+/// The same before rows are changed: throws Damage also if a table of former rows, or an index,
+/// would run something that others wrote.
+void checkBeforeWriting(SQLite::Database& database);
+
 /// Hash over all values of a table in order. It notices what SQLite does not: a changed byte inside
 /// a value.
 class ContentHash {

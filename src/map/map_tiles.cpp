@@ -21,6 +21,9 @@ namespace {
 constexpr std::size_t kSizeBytes = 4;
 constexpr std::size_t kBestRatio = 1032;  // of deflate: 258 bytes from two bits
 
+constexpr std::size_t kLongestNumber = 10;  // bytes of a packed one
+constexpr std::uint64_t kAlwaysAllowed = std::uint64_t{4} << 20;  // rows: 128 MB of points
+
 template <std::size_t N>
 using NumberRows = std::vector<std::array<std::int64_t, N>>;
 
@@ -34,24 +37,27 @@ Bytes packed(const NumberRows<N>& rows) {
       previous = row[column];
     }
   }
-  return compressed(out.bytes());
+  Bytes bytes = compressed(out.bytes());
+  // A regular grid of points, say: as it would be refused when it is read, it is only wrapped.
+  if (rows.size() > PackedRows::kMostPerByte * bytes.size()) bytes = compressed(out.bytes(), 0);
+  return bytes;
 }
 
 /// Throws Damage unless there are `count` rows of numbers from zero to the largest of each column.
 template <std::size_t N>
-NumberRows<N> unpacked(const Bytes& data, std::uint32_t count,
-                       const std::array<std::int64_t, N>& largest) {
-  const Bytes raw = decompressed(data);
-  if (count > raw.size()) throw Damage("a block announces more rows than bytes");
+std::vector<std::array<std::uint32_t, N>> unpacked(const Bytes& data, std::uint32_t count,
+                                                   const std::array<std::int64_t, N>& largest) {
+  const std::size_t numbers = N * std::size_t{count};
+  const Bytes raw = decompressed(data, numbers, kLongestNumber * numbers);
   ByteReader in(raw);
-  NumberRows<N> rows(count);
+  std::vector<std::array<std::uint32_t, N>> rows(count);
   for (std::size_t column = 0; column < N; ++column) {
     std::uint64_t value = 0;  // wraps in a damaged file
     for (auto& row : rows) {
       value += static_cast<std::uint64_t>(in.signedInteger());
       if (value > static_cast<std::uint64_t>(largest[column]))
         throw Damage("a block with a value out of range");
-      row[column] = static_cast<std::int64_t>(value);
+      row[column] = static_cast<std::uint32_t>(value);
     }
   }
   if (in.remaining() > 0) throw Damage("a block with more bytes than rows");
@@ -94,26 +100,29 @@ std::int64_t ByteReader::signedInteger() {
   return static_cast<std::int64_t>((coded >> 1) ^ (~(coded & 1) + 1));
 }
 
-Bytes compressed(const Bytes& raw) {
+Bytes compressed(const Bytes& raw, int level) {
   if (raw.size() > 0xFFFFFFFFu) throw std::length_error("a tile of more than 4 GB");
   uLongf size = compressBound(static_cast<uLong>(raw.size()));
   Bytes packed(kSizeBytes + size);
   for (std::size_t i = 0; i < kSizeBytes; ++i)
     packed[i] = static_cast<std::uint8_t>(raw.size() >> (8 * i));
   const int result =
-      compress2(packed.data() + kSizeBytes, &size, raw.data(), static_cast<uLong>(raw.size()), 6);
+      compress2(packed.data() + kSizeBytes, &size, raw.data(), static_cast<uLong>(raw.size()), level);
   if (result != Z_OK) throw std::bad_alloc();
   packed.resize(kSizeBytes + size);
   return packed;
 }
 
-Bytes decompressed(const Bytes& packed) {
+Bytes decompressed(const Bytes& packed, std::size_t least, std::size_t most) {
   if (packed.size() < kSizeBytes) throw Damage("packed block too short");
   std::size_t raw_size = 0;
   for (std::size_t i = 0; i < kSizeBytes; ++i)
     raw_size |= static_cast<std::size_t>(packed[i]) << (8 * i);
   if (raw_size > packed.size() * kBestRatio)
     throw Damage("packed block announces an impossible size");
+  if (raw_size < least || raw_size > most)
+    throw Damage("packed block of " + std::to_string(raw_size) + " bytes, expected " +
+                 std::to_string(least) + " to " + std::to_string(most) + " for its rows");
   Bytes raw(raw_size + 1);  // one spare byte tells a stream that is longer than announced
   uLongf size = static_cast<uLongf>(raw.size());
   const int result = uncompress(raw.data(), &size, packed.data() + kSizeBytes,
@@ -121,6 +130,19 @@ Bytes decompressed(const Bytes& packed) {
   if (result != Z_OK || size != raw_size) throw Damage("packed block does not decompress");
   raw.resize(raw_size);
   return raw;
+}
+
+PackedRows::PackedRows(std::uint64_t file_bytes)
+    : file_bytes_(file_bytes), left_(std::max(kAlwaysAllowed, kMostPerByte * file_bytes)) {}
+
+void PackedRows::take(const char* what, std::uint32_t rows, std::uint64_t announced) {
+  if (rows > left_)
+    throw Damage(std::string(what) + ": more than a map of " + std::to_string(file_bytes_) +
+                 " bytes can hold");
+  left_ -= rows;
+  in_part_ += rows;
+  if (in_part_ > announced)
+    throw Damage(std::string(what) + ": expected " + std::to_string(announced) + ", found more");
 }
 
 std::int64_t toSteps(double metres, const char* what) {
@@ -158,8 +180,8 @@ void appendTile(const Tile& tile, LabelledCloud& cloud) {
     throw Damage("tile with an index out of range");
   for (const auto& [label, instance, x, y, z] : unpacked(tile.data, tile.points, kLargest)) {
     Point point(toMetres(tile.x * kSide + x), toMetres(tile.y * kSide + y),
-                toMetres(tile.z * kSide + z), static_cast<std::uint32_t>(label));
-    point.instance = static_cast<std::uint32_t>(instance);
+                toMetres(tile.z * kSide + z), label);
+    point.instance = instance;
     cloud.points.push_back(point);
   }
 }

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -49,9 +50,29 @@ class ByteReader {
 };
 
 /// zlib stream behind its raw size (4 bytes, little endian). The stream carries its own checksum.
-Bytes compressed(const Bytes& raw);
-/// Throws Damage if the stream is broken, or claims a size that it cannot have.
-Bytes decompressed(const Bytes& packed);
+/// `level`: 0 = only wrapped, to 9.
+Bytes compressed(const Bytes& raw, int level = 6);
+/// Throws Damage if the stream is broken, or claims a size that it cannot have, or one that is not
+/// in [least, most].
+Bytes decompressed(const Bytes& packed, std::size_t least = 0,
+                   std::size_t most = std::numeric_limits<std::uint32_t>::max());
+
+/// Points and edges are packed so well that a file of a megabyte could hold a billion of them. How
+/// many it may hold is bounded by its size, and known before anything is unpacked.
+class PackedRows {
+ public:
+  explicit PackedRows(std::uint64_t file_bytes);
+  /// Throws Damage if the rows of `what` are more than are left, or with those taken before more
+  /// than `announced`.
+  void take(const char* what, std::uint32_t rows, std::uint64_t announced);
+  /// The next rows are of something else, so that the announced ones are counted anew.
+  void beginPart() { in_part_ = 0; }
+  /// No more than this is packed into a byte when it is written.
+  static constexpr std::uint64_t kMostPerByte = 8;
+
+ private:
+  std::uint64_t file_bytes_, left_, in_part_ = 0;
+};
 
 /// Resolution of stored single-precision coordinates: one centimetre.
 constexpr double kStoredSteps = 100;  // per metre

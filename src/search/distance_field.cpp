@@ -185,12 +185,13 @@ DistanceField::DistanceField(const PlanView& map, int threads)
   const auto seen = seenTiles(map);
   if (seen.empty()) return;
   std::vector<const Mask*> masks;
-  for (const auto& [key, mask] : seen) {
+  for (const auto& tile : seen) {
+    const auto y = tile.first.first, x = tile.first.second;
     tiles_.emplace_back();
-    tiles_.back().y = key.first;
-    tiles_.back().x = key.second;
-    places_.numberOf({key.second, key.first}, [&] { return Place{{key.second, key.first}}; });
-    masks.push_back(&mask);
+    tiles_.back().y = y;
+    tiles_.back().x = x;
+    places_.numberOf({x, y}, [&] { return Place{{x, y}}; });
+    masks.push_back(&tile.second);
   }
   const SamplesByTile samples(map, static_cast<float>(kReach_m / cell_m_));
   planes_.resize(tiles_.size());

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <cstdint>
 #include <numeric>
 #include <sstream>
 #include <stdexcept>
@@ -51,7 +52,88 @@ std::vector<double> parseNumbers(const std::string& name, const std::string& tex
   return numbers;
 }
 
+// ---- characters
+
+/// A character of a text: its code point, nothing if its bytes are not UTF-8 (which are then taken
+/// one by one), and the bytes.
+struct Character {
+  std::optional<std::uint32_t> code;
+  std::string bytes;
+};
+
+Character characterAt(const std::string& text, std::size_t place) {
+  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
+  const unsigned char first = byte(place);
+  const std::size_t size = first < 0x80 ? 1 : first >> 5 == 6 ? 2 : first >> 4 == 14 ? 3 : 4;
+  constexpr std::uint32_t kSmallest[] = {0, 0, 0x80, 0x800, 0x10000};
+  if (size == 1) return {first, text.substr(place, 1)};
+  std::uint32_t code = first & (0x7Fu >> size);
+  bool is_utf8 = first >> 3 <= 30 && first >= 0xC2 && place + size <= text.size();
+  for (std::size_t i = 1; is_utf8 && i < size; ++i) {
+    is_utf8 = byte(place + i) >> 6 == 2;
+    code = code << 6 | (byte(place + i) & 0x3Fu);
+  }
+  const bool is_surrogate = code >= 0xD800 && code <= 0xDFFF;
+  if (!is_utf8 || code < kSmallest[size] || code > 0x10FFFF || is_surrogate)
+    return {std::nullopt, text.substr(place, 1)};
+  return {code, text.substr(place, size)};
+}
+
+/// Of terminals (C0, C1), of the direction of writing, and line breaks of Unicode.
+bool isControl(std::uint32_t code) {
+  return code < 0x20 || (code >= 0x7F && code < 0xA0) || code == 0x61C || code == 0xFEFF ||
+         (code >= 0x200E && code <= 0x200F) || (code >= 0x2028 && code <= 0x202E) ||
+         (code >= 0x2066 && code <= 0x2069);
+}
+
+/// "\x1b", "\u202e": as YAML and many languages write it.
+std::string escaped(std::uint32_t code) {
+  constexpr const char* kDigits = "0123456789abcdef";
+  std::string text = code < 0x100 ? "\\x" : "\\u";
+  for (int shift = code < 0x100 ? 4 : 12; shift >= 0; shift -= 4)
+    text += kDigits[code >> shift & 0xF];
+  return text;
+}
+
+/// write(character) for each.
+template <class Write>
+std::string rewritten(const std::string& text, Write&& write) {
+  std::string result;
+  for (std::size_t place = 0; place < text.size();) {
+    const Character character = characterAt(text, place);
+    result += write(character);
+    place += character.bytes.size();
+  }
+  return result;
+}
+
+std::string withoutControl(const Character& c) {
+  if (c.code && !isControl(*c.code)) return c.bytes;
+  return escaped(c.code.value_or(static_cast<unsigned char>(c.bytes[0])));
+}
+
 }  // namespace
+
+std::string printable(const std::string& text) {
+  return rewritten(text, [](const Character& c) {
+    const bool breaks_line = c.bytes == "\n" || c.bytes == "\r";
+    return breaks_line ? std::string(" ") : withoutControl(c);
+  });
+}
+
+std::string yamlQuoted(const std::string& text) {
+  return "\"" + rewritten(text, [](const Character& c) {
+           const bool is_special = c.bytes == "\"" || c.bytes == "\\";
+           return is_special ? "\\" + c.bytes : withoutControl(c);
+         }) + "\"";
+}
+
+std::string csvQuoted(const std::string& text) {
+  const bool is_formula = !text.empty() && std::string("=+-@\t\r\n").find(text[0]) != std::string::npos;
+  std::string out = is_formula ? "\"'" : "\"";
+  for (const char c : text) out += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return out + "\"";
+}
 
 std::string numberText(double value) {
   char text[40];

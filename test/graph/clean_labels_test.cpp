@@ -7,6 +7,8 @@
 #include <array>
 
 #include "scenes.h"
+#include "support/test_data.h"
+#include "xview/types/error.h"
 
 namespace xview {
 
@@ -182,6 +184,21 @@ TEST(CleanLabels, DisabledOrEmptyDoNothing) {
   options.enabled = false;
   EXPECT_EQ(cleanLabels(image, townLabels(), options).pixels, image.pixels);
   EXPECT_TRUE(cleanLabels(LabelImage(), townLabels(), {}).empty());
+}
+
+/// Check fix for: with every id in use the search for an unused one never ended.
+TEST(CleanLabels, WithoutAnIdForPixelsWithoutAClassSaysSo) {
+  LabelSet all("all");
+  for (std::uint32_t id = 0; id < 65536; ++id) all.add({id, "thing"});
+  EXPECT_NE(messageOf<Error>([&] { cleanLabels(street(), all, {}); })
+                .find("label set 'all': all 65536 ids"),
+            std::string::npos);
+  ClassInfo ignored = *all.find(1);  // the last one that is looked at
+  ignored.role = Role::ignored;
+  all.add(ignored);
+  LabelImage image(3, 3, 5);
+  image.at(1, 1) = 6;
+  EXPECT_EQ(countOf(cleanLabels(image, all, {}), 1), 9u) << "all of it is specks";
 }
 
 TEST(CleanLabels, OfAnImageOfOnePixelIsUnlabelled) {

@@ -79,13 +79,53 @@ TEST_F(ImageFiles, DepthOfAnotherTypeIsNamed) {
   EXPECT_EQ(depthMessage(eight), eight +
                                      ": expected depth of 16-bit unsigned or 32-bit float, 1 "
                                      "channel, found 8-bit unsigned, 1 channel");
-  const auto rgb = write("b.png", pngBytes(1, 1, 3, 16, {1, 2, 3}));
+  const auto rgb = write("b.png", pngBytes(3, 2, 3, 16, std::vector<std::uint16_t>(18, 7)));
   EXPECT_NE(depthMessage(rgb).find("found 16-bit unsigned, 3 channels"), std::string::npos);
 }
 
 TEST_F(ImageFiles, DepthOfAnotherSizeThanTheCameraIsRefused) {
   const auto path = write("a.png", pngBytes(2, 2, 1, 16, {1, 2, 3, 4}));
   EXPECT_EQ(depthMessage(path), path + ": depth of 2 x 2 pixels, the camera has 3 x 2");
+}
+
+/// What the decoder would make room for is compared first.
+TEST_F(ImageFiles, TheSizeInTheHeaderIsComparedWithTheCameraBeforePixelsAreUnpacked) {
+  setenv("OPENCV_IO_ENABLE_OPENEXR", "1", 1);
+  for (const char* name : {"a.tiff", "a.exr"}) {
+    const std::string path = folder_ / name;
+    ASSERT_TRUE(cv::imwrite(path, cv::Mat(7, 33, CV_32F, 1.0F)));
+    EXPECT_EQ(depthMessage(path), path + ": depth of 33 x 7 pixels, the camera has 3 x 2");
+    const std::string bytes = test::readText(path);
+    if (std::string(name) != "a.exr") continue;  // the header of the other stands at its end
+    writeText(path, bytes.substr(0, bytes.size() / 2));
+    EXPECT_EQ(depthMessage(path), path + ": depth of 33 x 7 pixels, the camera has 3 x 2");
+  }
+  const auto png = write("a.png", pngBytes(30000u, 300u, 0, 16, std::string(20000, 'x')));
+  EXPECT_EQ(depthMessage(png), png + ": depth of 30000 x 300 pixels, the camera has 3 x 2");
+}
+
+TEST_F(ImageFiles, AnImageWhoseSizeIsNotKnownHasALargestOne) {
+  std::string jpeg("\xFF\xD8\xFF\xC0\x00\x11\x08\x7F\xFF\x7F\xFF\x03", 12);
+  jpeg += std::string(9, '\1') + "\xFF\xDA\x00\x02\xFF\xD9";
+  const auto path = write("a.jpg", jpeg);
+  EXPECT_EQ(messageOf([&] { readColors(path); }),
+            path + ": image of 32767 x 32767 pixels, expected 67 million at most");
+}
+
+TEST_F(ImageFiles, JpegsAreReadToTheirEnd) {
+  ASSERT_TRUE(cv::imwrite(folder_ / "a.jpg", cv::Mat(40, 60, CV_8UC3, cv::Scalar(10, 20, 200))));
+  const ColorImage colors = readColors(folder_ / "a.jpg");
+  EXPECT_EQ(colors.width, 60);
+  EXPECT_NEAR(colors.at(30, 20)[0], 200, 8);
+  const std::string bytes = test::readText(folder_ / "a.jpg");
+  for (std::size_t size = 0; size < bytes.size(); size += 7)
+    EXPECT_NE(messageOf([&] { readColors(write("cut.jpg", bytes.substr(0, size))); }), "") << size;
+}
+
+TEST_F(ImageFiles, OtherFormatsAreNotTried) {
+  ASSERT_TRUE(cv::imwrite(folder_ / "a.bmp", cv::Mat(2, 3, CV_8U, 1)));
+  EXPECT_NE(labelMessage(folder_ / "a.bmp").find("expected a PNG, TIFF, EXR or JPEG image"),
+            std::string::npos);
 }
 
 TEST_F(ImageFiles, LabelsMayHaveEightOrSixteenBits) {

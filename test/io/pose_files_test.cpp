@@ -157,5 +157,20 @@ TEST(MatrixFile, FolderThatDoesNotExistIsAnErrorWithThePath) {
   EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
 }
 
+/// Check fix for: a pose at 1e308 m was taken, and everything seen from there vanished.
+TEST(PoseFile, PositionsBeyondEarthAreErrorsWithTheirLine) {
+  const test::TemporaryFolder folder;
+  const std::string path = folder / "poses.txt";
+  const auto said = [&](const std::string& text) {
+    test::writeText(path, text);
+    return test::messageOf<Error>([&] { readPoses(path); });
+  };
+  EXPECT_EQ(said("0 1e8 -1e8 0 0 0 0 1\n1 0 0 1.1e8 0 0 0 1\n"),
+            path + ":2: expected a position within 1e+08 m of the origin, found 1.1e+08 m");
+  EXPECT_EQ(said("1 0 0 0 0 1 0 -1e308 0 0 1 0\n"),
+            path + ":1: expected a position within 1e+08 m of the origin, found 1e+308 m");
+  EXPECT_EQ(said("0 691000 5334000 520 0 0 0 1\n"), "") << "UTM";
+}
+
 }  // namespace
 }  // namespace xview::io

@@ -54,6 +54,25 @@ TEST_F(KittiFolder, GivesScansInTheFrameOfTheVelodyne) {
   EXPECT_EQ(frame.cloud.position(1), Eigen::Vector3d(4, 5, 6));
 }
 
+TEST_F(KittiFolder, WithoutCalibrationPosesAreThoseOfTheScanner) {
+  fs::remove(folder_ / "calib.txt");
+  const auto source = openRecording(folder_.path());
+  EXPECT_TRUE(source->pose(1).translation().isApprox(Eigen::Vector3d(0, 0, 2)));
+  ASSERT_FALSE(source->notes().empty());
+  EXPECT_EQ(source->notes()[0],
+            "no calib.txt: poses.txt is taken as poses of the scanner, not of a camera");
+}
+
+TEST(RecordedScans, OfRellisOpenWithoutCalibration) {
+  XVIEW_REQUIRE_DATA(data, "rellis3d/map");
+  if (!fs::exists(data)) GTEST_SKIP() << data << " is not here";
+  const auto source = openRecording(data);
+  EXPECT_EQ(source->sensor(), Sensor::lidar);
+  EXPECT_NE(source->notes()[0].find("no calib.txt"), std::string::npos);
+  EXPECT_TRUE(source->pose(0).isApprox(Eigen::Isometry3d::Identity()));
+  EXPECT_GT(source->read(0).cloud.size(), 100000u);
+}
+
 TEST_F(KittiFolder, TakesStampsFromTimesIfThereAreAny) {
   EXPECT_EQ(openRecording(folder_.path())->stamp(1), 1);
   write("times.txt", "0.5\n0.75\n");

@@ -79,11 +79,11 @@ std::string pngBytes(int width, int height, int channels, int bits,
 }
 
 std::string pngBytes(std::uint32_t width, std::uint32_t height, int color_type, int bits,
-                     const std::string& rows) {
+                     const std::string& rows, bool interlaced) {
   std::string header = bigEndian(width) + bigEndian(height);
   header += static_cast<char>(bits);
   header += static_cast<char>(color_type);
-  header += std::string(3, '\0');
+  header += std::string(2, '\0') + (interlaced ? '\1' : '\0');
   const std::string palette =
       color_type == 3 ? chunk("PLTE", std::string("\xFF\0\0\0\xFF\0", 6)) : "";
   return "\x89PNG\r\n\x1A\n" + chunk("IHDR", header) + palette + chunk("IDAT", stored(rows)) +

@@ -16,7 +16,7 @@ std::string pngBytes(int width, int height, int channels, int bits,
                      const std::vector<std::uint16_t>& values);
 /// The same with any colour type and header size; for files that lie.
 std::string pngBytes(std::uint32_t width, std::uint32_t height, int color_type, int bits,
-                     const std::string& rows);
+                     const std::string& rows, bool interlaced = false);
 
 /// A PFM of one channel; values from the top row down.
 std::string pfmBytes(int width, int height, const std::vector<float>& values, bool little_endian);

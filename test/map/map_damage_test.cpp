@@ -1,12 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Files that are no sound map: each is one Error with the path, never a crash and never a map.
 #include <SQLiteCpp/Database.h>
+#include <SQLiteCpp/Statement.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 
+#include "../../src/map/map_tables.h"
 #include "map/sample_map.h"
 #include "support/test_data.h"
 #include "xview/map/semantic_map.h"
@@ -158,6 +163,117 @@ TEST_F(DamagedMap, ChangedValueIsNoticed) {
     EXPECT_NE(messageOfLoad(path_).find("damaged map file"), std::string::npos)
         << sql << ": " << messageOfLoad(path_);
   }
+}
+
+/// The largest memory of a process that loads the map, beyond what it has when it starts [MB].
+long loadingCosts_mb(const std::string& path) {
+  const auto peak_mb = [](int who) {
+    rusage usage = {};
+    getrusage(who, &usage);
+    return usage.ru_maxrss / 1024;
+  };
+  const pid_t child = fork();
+  if (child == 0) {
+    const long before = peak_mb(RUSAGE_SELF);
+    test::messageOf<Error>([&] { loadMap(path); });
+    _exit(static_cast<int>(std::min(255L, peak_mb(RUSAGE_SELF) - before)));
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  return WIFEXITED(status) ? WEXITSTATUS(status) : 255;
+}
+
+/// As it stands in the table `checksums`.
+std::int64_t hashOf(SQLite::Database& database, const std::string& table) {
+  ContentHash hash;
+  SQLite::Statement rows(database, "SELECT * FROM " + table + " ORDER BY id");
+  while (rows.executeStep()) {
+    hash.add(rows.getColumn(0).getInt64());
+    for (int i = 1; i < rows.getColumnCount(); ++i) {
+      const std::string text = rows.getColumn(i).getString();
+      hash.add(text.data(), text.size());
+    }
+  }
+  return hash.value();
+}
+
+/// Makes one tile of the cloud claim eight million points, which are there, too, if they have the
+/// five bytes that each needs.
+void plantPoints(SQLite::Database& database, std::size_t bytes) {
+  const Bytes tile = compressed(Bytes(bytes, 0));
+  SQLite::Statement change(database,
+                           "UPDATE cloud_tiles SET points = 8000000, data = ? WHERE id = (SELECT "
+                           "min(id) FROM cloud_tiles)");
+  change.bind(1, tile.data(), static_cast<int>(tile.size()));
+  change.exec();
+}
+
+/// Check fix for: a map of 0.4 MB took 8 GB. Two counts were not compared before all was unpacked.
+TEST_F(DamagedMap, PointsThatAreMoreThanAnnouncedAreNotUnpacked) {
+  {
+    SQLite::Database database(path_, SQLite::OPEN_READWRITE);
+    plantPoints(database, 40000000);
+  }
+  EXPECT_NE(messageOfLoad(path_).find("damaged map file: cloud_points: "), std::string::npos)
+      << messageOfLoad(path_);
+  EXPECT_LT(loadingCosts_mb(path_), 100);
+}
+
+/// Check fix for: nor was their number compared with what a file of this size can hold.
+TEST_F(DamagedMap, PointsThatAreMoreThanItsBytesCanHoldAreNotUnpacked) {
+  {
+    SQLite::Database database(path_, SQLite::OPEN_READWRITE);
+    plantPoints(database, 40000000);
+    database.exec("UPDATE meta SET value = 999999999 WHERE name = 'cloud_points'");
+    const std::int64_t hash = hashOf(database, "meta");
+    SQLite::Statement checksum(database, "UPDATE checksums SET content = ? WHERE table_name = 'meta'");
+    checksum.bind(1, hash);
+    checksum.exec();
+  }
+  EXPECT_NE(messageOfLoad(path_).find("more than a map of "), std::string::npos)
+      << messageOfLoad(path_);
+  EXPECT_LT(loadingCosts_mb(path_), 100);
+}
+
+/// Check fix for: one row per byte was believed, though a row is five bytes at least.
+TEST_F(DamagedMap, RowsThatAreMoreThanTheBytesOfTheirTileAreNotUnpacked) {
+  const Tile packed{0, 0, 0, 4000000, compressed(Bytes(4000000, 0))};
+  LabelledCloud cloud;
+  EXPECT_NE(test::messageOf<Damage>([&] { appendTile(packed, cloud); })
+                .find("expected 20000000 to"),
+            std::string::npos);
+}
+
+// ---- what others put into a file, and what would run it
+
+/// Check fix for: undo ran what a view or a trigger of a foreign file says, before it was looked at.
+TEST_F(DamagedMap, NothingOfAForeignFileRunsWhenItIsChanged) {
+  saveRevision(path_, map_, "fused");
+  sound_ = readText(path_);
+  const char* const kEndless =
+      "WITH RECURSIVE r(id) AS (SELECT 1 UNION ALL SELECT id + 1 FROM r) SELECT 1 AS step, id, '' "
+      "AS name, '' AS value FROM r";
+  for (const std::string& sql :
+       {std::string("DROP TABLE undo_meta; CREATE VIEW undo_meta AS ") + kEndless,
+        std::string("CREATE TRIGGER t AFTER DELETE ON undo_steps BEGIN INSERT INTO undo_added "
+                    "SELECT 1, 'x', 1; END"),
+        std::string("CREATE INDEX i ON vertices(hex(zeroblob(100)))"),
+        std::string("DROP TABLE undo_meta; CREATE TABLE undo_meta(step, id, name, value AS "
+                    "(hex(zeroblob(100))))"),
+        std::string("DROP TABLE undo_meta; CREATE TABLE undo_meta(step, id, name, value, "
+                    "CHECK(length(hex(zeroblob(100))) > 0))")}) {
+    writeText(path_, sound_);
+    execute(sql);
+    const std::string before = readText(path_);
+    for (const std::string& message :
+         {messageOf([&] { undoRevision(path_); }),
+          messageOf([&] { saveRevision(path_, map_, "again"); })}) {
+      EXPECT_NE(message.find("damaged map file: "), std::string::npos) << sql << ": " << message;
+      EXPECT_TRUE(readText(path_) == before) << sql;
+    }
+  }
+  writeText(path_, sound_);
+  EXPECT_TRUE(undoRevision(path_)) << "a map of our own";
 }
 
 TEST_F(DamagedMap, CountsThatLieDoNotCostMemory) {

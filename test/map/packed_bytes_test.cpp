@@ -52,5 +52,43 @@ TEST(PackedBytes, ABlockThatLiesAboutItsSizeIsDamage) {
   EXPECT_THROW(decompressed({1, 0}), Damage);
 }
 
+TEST(PackedBytes, ABlockThatIsTooSmallOrTooLargeForItsRowsIsDamageBeforeItIsUnpacked) {
+  const Bytes packed = compressed(Bytes(1000, 7));
+  EXPECT_EQ(decompressed(packed, 1000, 1000).size(), 1000u);
+  EXPECT_THROW(decompressed(packed, 1001, 2000), Damage);
+  EXPECT_THROW(decompressed(packed, 0, 999), Damage);
+}
+
+TEST(PackedRows, AreBoundedByTheSizeOfTheFileAndByWhatIsAnnounced) {
+  constexpr std::uint64_t kFile = std::uint64_t{1} << 30;
+  PackedRows rows(kFile);
+  rows.take("points", 5, 10);
+  rows.take("points", 5, 10);
+  EXPECT_THROW(rows.take("points", 1, 10), Damage);
+  rows.beginPart();
+  rows.take("edges", 10, 10);
+  PackedRows small(1000);
+  small.take("points", 4u << 20, kFile);  // so many are always allowed
+  EXPECT_THROW(small.take("points", 1, kFile), Damage);
+  PackedRows many(2u << 20);
+  many.take("points", 16u << 20, kFile);
+  EXPECT_THROW(many.take("points", 1, kFile), Damage);
+}
+
+/// A regular grid is packed so well that a reader which bounds rows by bytes would refuse it.
+TEST(PackedRows, NeverRefuseWhatIsWritten) {
+  LabelledCloud grid;
+  for (int x = 0; x < 300; ++x) {
+    for (int y = 0; y < 300; ++y)
+      grid.points.emplace_back(0.2F * static_cast<float>(x), 0.2F * static_cast<float>(y), 1.0F, 3);
+  }
+  LabelledCloud read;
+  for (const Tile& tile : toTiles(grid)) {
+    EXPECT_LE(tile.points, PackedRows::kMostPerByte * tile.data.size());
+    appendTile(tile, read);
+  }
+  EXPECT_EQ(read.size(), grid.size());
+}
+
 }  // namespace
 }  // namespace xview::map

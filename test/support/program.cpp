@@ -44,6 +44,10 @@ void redirect(int descriptor, const std::string& path) {
   _exit(127);
 }
 
+double secondsOf(const timeval& time) {
+  return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
+}
+
 }  // namespace
 
 Outcome runXview(const std::vector<std::string>& arguments, const Limits& limits) {
@@ -65,9 +69,24 @@ Outcome runProgram(const std::string& program, const std::vector<std::string>& a
   if (child < 0) std::abort();
   if (child == 0) become(argv, out, err, limits);
   int status = 0;
-  waitpid(child, &status, 0);
+  rusage usage = {};
+  siginfo_t end = {};
+  const auto runs = [&] {
+    return waitid(P_PID, static_cast<id_t>(child), &end, WEXITED | WNOHANG | WNOWAIT) == 0 &&
+           end.si_pid == 0;
+  };
+  while (limits.signal != 0 && runs()) {
+    if (limits.when()) {
+      kill(child, limits.signal);
+      break;
+    }
+    usleep(500);
+  }
+  wait4(child, &status, 0, &usage);
 
   Outcome outcome;
+  outcome.peak_mb = usage.ru_maxrss / 1024;
+  outcome.cpu_s = secondsOf(usage.ru_utime) + secondsOf(usage.ru_stime);
   if (WIFEXITED(status)) outcome.code = WEXITSTATUS(status);
   if (WIFSIGNALED(status)) outcome.signal = WTERMSIG(status);
   if (limits.output_path.empty()) outcome.out = readText(out);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,8 @@ struct Outcome {
   int signal = 0;   ///< the signal, SIGALRM when the time was up
   std::string out;  ///< standard output
   std::string err;  ///< standard error
+  long peak_mb = 0;   ///< the most memory that it had at a time
+  double cpu_s = 0;   ///< time that it computed
 };
 
 /// Circumstances of a run.
@@ -23,6 +26,8 @@ struct Limits {
   std::size_t address_space_mb = 0;  ///< 0 = none
   std::string output_path;           ///< where standard output goes instead of into Outcome::out
   std::size_t file_size_bytes = 0;   ///< more in one file fails, as on a full disk; 0 = none
+  int signal = 0;                    ///< sent as soon as `when` is true; 0 = none
+  std::function<bool()> when = {};
 };
 
 /// Runs a program with these arguments, as a shell would.

@@ -46,6 +46,18 @@ std::string knownWordsHint(const std::string& word, const std::vector<std::strin
 /// The fewest digits that read back as the same number.
 std::string numberText(double value);
 
+// Text that others wrote, such as names of classes and files, where it goes. What is not UTF-8 is
+// taken byte by byte.
+
+/// Without characters that steer a terminal or turn the direction of writing: "\x1b", "\u202e"
+/// stand for them. Line breaks become blanks, so that a message is one line.
+std::string printable(const std::string& text);
+/// In double quotes; YAML reads back the same text, but for bytes that are not UTF-8.
+std::string yamlQuoted(const std::string& text);
+/// In double quotes as CSV has it. A spreadsheet would take what begins like a formula for one; an
+/// apostrophe stands before it.
+std::string csvQuoted(const std::string& text);
+
 /// Priors as users write them. `name` is what they wrote it behind, a flag or a key: a UsageError
 /// names it.
 PlacePrior::Circle parseCircle(const std::string& name, const std::string& text);  ///< x,y,radius

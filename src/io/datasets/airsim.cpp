@@ -316,8 +316,8 @@ RecordingListing listAirsim(const std::string& folder, const InputOptions& optio
   listing.read = [camera, colors](const ListedFrame& listed, Frame& frame) {
     frame.camera = camera;
     frame.depth = readAirsimDepth(listed.measurement, camera);
-    frame.label = labelsOfColors(decodeImage(listed.label), colors, listed.label);
-    requireSameSizes(listed, frame);
+    const auto check = asLargeAsDepth(listed.label, listed, frame);
+    frame.label = labelsOfColors(decodeImage(listed.label, check), colors, listed.label);
   };
   nameClasses(listing, options, folder);
   return listing;

@@ -102,7 +102,7 @@ Eigen::Isometry3d readPose(const std::string& path) {
 }
 
 DepthImage readCentimetres(const std::string& path) {
-  const cv::Mat image = decodeImage(path);
+  const cv::Mat image = decodeImage(path, anySize(path));
   if (image.depth() != CV_16U) {
     throw Error(path, "expected 16-bit unsigned depth, found " + describePixels(image));
   }
@@ -138,10 +138,9 @@ RecordingListing listSynthia(const std::string& folder, const InputOptions& opti
     frame.depth = readCentimetres(listed.measurement);
     frame.camera.width = frame.depth.width;
     frame.camera.height = frame.depth.height;
-    const cv::Mat ids = decodeImage(listed.label);
+    const cv::Mat ids = decodeImage(listed.label, asLargeAsDepth(listed.label, listed, frame));
     frame.label = channelOf(ids, 2, listed.label);     // red: class
     frame.instance = channelOf(ids, 1, listed.label);  // green: instance
-    requireSameSizes(listed, frame);
   };
   const auto named = namedLabels(options, place.root.string());
   listing.labels = named ? *named : shippedLabelSet("synthia");

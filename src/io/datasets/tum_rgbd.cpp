@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <optional>
 
+#include "io/image_decoding.h"
 #include "io/layouts.h"
 #include "xview/io/image_files.h"
 #include "xview/io/pose_files.h"
@@ -142,8 +143,7 @@ RecordingListing listTumRgbd(const std::string& folder, const InputOptions& opti
     frame.camera = camera;
     frame.depth = readDepth(listed.measurement, camera);
     if (listed.label.empty()) return;
-    frame.label = readLabels(listed.label);
-    requireSameSizes(listed, frame);
+    frame.label = readLabels(listed.label, asLargeAsDepth(listed.label, listed, frame));
   };
   if (!is_raw) nameClasses(listing, options, folder);
   return listing;

@@ -93,7 +93,7 @@ std::map<std::int64_t, Eigen::Isometry3d> readPoses(const std::string& path) {
 }
 
 void readImages(Camera camera, const ColorTable& colors, const ListedFrame& listed, Frame& frame) {
-  const cv::Mat labels = decodeImage(listed.label);
+  const cv::Mat labels = decodeImage(listed.label, anySize(listed.label));
   camera.width = labels.cols;
   camera.height = labels.rows;
   frame.camera = camera;

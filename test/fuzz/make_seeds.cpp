@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// make_seeds FOLDER: inputs of binary formats to begin with, in FOLDER/TARGET. Those of text formats
+// are in the source tree.
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <opencv2/imgcodecs.hpp>
+
+#include "xview/io/cloud_files.h"
+#include "xview/io/image_files.h"
+#include "xview/io/pose_files.h"
+#include "xview/map/semantic_map.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+using namespace xview;
+
+std::string bytesOf(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+LabelledCloud someCloud() {
+  LabelledCloud cloud;
+  for (int i = 0; i < 20; ++i) {
+    const auto x = static_cast<float>(i);
+    cloud.points.emplace_back(x, 0.5F * x, 0.1F * x, static_cast<std::uint32_t>(i % 3));
+    cloud.points.back().instance = static_cast<std::uint32_t>(i / 4);
+  }
+  return cloud;
+}
+
+map::SemanticMap someMap() {
+  map::SemanticMap map;
+  map.labels = LabelSet("seed");
+  map.labels.add({1, "pole", {200, 0, 0}, Role::object, Kind::pole});
+  map.cloud = someCloud();
+  for (int i = 0; i < 5; ++i) {
+    Vertex vertex;
+    vertex.label = 1;
+    vertex.position = Eigen::Vector3d(3 * i, i % 2, 0);
+    map.graph.vertices.push_back(vertex);
+  }
+  map.graph.setEdges({{0, 1}, {1, 2}, {3, 4}});
+  map.plan.samples[0].push_back({1, 2, 0});
+  map.plan.known.push_back({0, 0, 0.0F, true});
+  map.sources = {"seed"};
+  map.addKeyframe(Eigen::Isometry3d::Identity(), 0, 0, 0);
+  return map;
+}
+
+void makeImages(const std::string& folder) {
+  fs::create_directories(folder);
+  const cv::Mat depth(6, 8, CV_16U, cv::Scalar(500)), label(6, 8, CV_8U, cv::Scalar(3)),
+      metres(6, 8, CV_32F, cv::Scalar(2.5)), color(6, 8, CV_8UC3, cv::Scalar(1, 90, 200));
+  cv::imwrite(folder + "/depth.png", depth);
+  cv::imwrite(folder + "/label.png", label);
+  cv::imwrite(folder + "/color.png", color);
+  cv::imwrite(folder + "/color.jpg", color);
+  cv::imwrite(folder + "/metres.tiff", metres);
+  cv::imwrite(folder + "/metres.exr", metres);
+  cv::imwrite(folder + "/label.tiff", label);
+}
+
+/// The files of a folder in the form of the target `layouts`.
+void pack(const std::string& folder, const std::string& seed) {
+  std::string all;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    if (!entry.is_regular_file()) continue;
+    all += (all.empty() ? "@@ " : "\n@@ ") + fs::relative(entry.path(), folder).string() + "\n" +
+           bytesOf(entry.path().string());
+  }
+  std::ofstream(seed, std::ios::binary) << all;
+}
+
+void write(const std::string& path, const std::string& bytes) {
+  fs::create_directories(fs::path(path).parent_path());
+  std::ofstream(path, std::ios::binary) << bytes;
+}
+
+constexpr const char* kCamera =
+    "width: 8\nheight: 6\nfx: 8\nfy: 8\ncx: 3.5\ncy: 2.5\ndepth_scale: 0.01\n";
+constexpr const char* kTwoPoses = "0 0 0 0 0 0 0 1\n1 1 0 0 0 0 0 1\n";
+constexpr const char* kTwoRows = "1 0 0 0 0 1 0 0 0 0 1 0\n1 0 0 0 0 1 0 0 0 0 1 1\n";
+
+void makeRecordings(const std::string& images, const std::string& work, const std::string& out) {
+  const std::string depth = bytesOf(images + "/depth.png"), label = bytesOf(images + "/label.png"),
+                    color = bytesOf(images + "/color.png");
+  const auto layout = [&](const char* name, auto&& fill) {
+    fill(work + "/" + name + "/");
+    pack(work + "/" + name, out + "/" + name);
+  };
+  layout("sequence", [&](const std::string& f) {
+    write(f + "camera.yaml", kCamera);
+    write(f + "classes.yaml", "- {id: 3, name: pole}\n");
+    write(f + "poses.txt", kTwoPoses);
+    for (const char* n : {"0.png", "1.png"}) {
+      write(f + "depth/" + n, depth);
+      write(f + "label/" + n, label);
+    }
+  });
+  layout("carla", [&](const std::string& f) {
+    write(f + "camera.yaml", kCamera);
+    write(f + "poses.txt", kTwoPoses);
+    for (const char* n : {"0.png", "1.png"}) {
+      write(f + "depth/" + n, color);
+      write(f + "semantic/" + n, color);
+    }
+  });
+  layout("kitti", [&](const std::string& f) {
+    write(f + "calib.txt", "Tr: 0 -1 0 0 0 0 -1 0 1 0 0 0\n");
+    write(f + "poses.txt", kTwoRows);
+    write(f + "times.txt", "0\n0.1\n");
+    for (const char* n : {"0", "1"}) {
+      write(f + "velodyne/" + n + ".bin", std::string(64, '\x41'));
+      write(f + "labels/" + n + ".label", std::string("\x28\0\0\0\x50\0\1\0\x28\0\0\0\x32\0\0\0", 16));
+    }
+  });
+  layout("tum", [&](const std::string& f) {
+    write(f + "camera.yaml", kCamera);
+    write(f + "depth.txt", "# list\n1.0 depth/1.0.png\n2.0 depth/2.0.png\n");
+    write(f + "groundtruth.txt", "1.0 0 0 0 0 0 0 1\n2.0 1 0 0 0 0 0 1\n");
+    for (const char* n : {"1.0.png", "2.0.png"}) {
+      write(f + "depth/" + n, depth);
+      write(f + "label/" + n, label);
+    }
+  });
+  layout("synthia", [&](const std::string& f) {
+    const cv::Mat wide(6, 8, CV_16UC3, cv::Scalar(3, 2, 1));
+    cv::imwrite(work + "/wide.png", wide);
+    for (const char* part : {"Depth", "GT/LABELS"})
+      write(f + part + "/Stereo_Left/Omni_F/000000.png", bytesOf(work + "/wide.png"));
+    write(f + "CameraParams/Stereo_Left/Omni_F/000000.txt", "1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1\n");
+    write(f + "CameraParams/intrinsics.txt", "532.7\n\n640\n\n380\n\n0\n");
+  });
+  layout("virtual_kitti", [&](const std::string& f) {
+    write(f + "intrinsic.txt", "frame cameraID K[0,0] K[1,1] K[0,2] K[1,2]\n0 0 8 8 3.5 2.5\n");
+    write(f + "extrinsic.txt",
+          "frame cameraID r11 r12 r13 t1 r21 r22 r23 t2 r31 r32 r33 t3 0 0 0 1\n"
+          "0 0 1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1\n");
+    write(f + "frames/depth/Camera_0/depth_00000.png", depth);
+    write(f + "frames/classSegmentation/Camera_0/classgt_00000.png", color);
+  });
+  layout("airsim", [&](const std::string& f) {
+    write(f + "camera.yaml", kCamera);
+    write(f + "airsim_rec.txt",
+          "VehicleName\tTimeStamp\tPOS_X\tPOS_Y\tPOS_Z\tQ_W\tQ_X\tQ_Y\tQ_Z\tImageFile\n"
+          "car\t1000\t0\t0\t0\t1\t0\t0\t0\timg_car_0_1_1.png;img_car_0_5_1.png\n");
+    write(f + "images/img_car_0_1_1.png", depth);
+    write(f + "images/img_car_0_5_1.png", color);
+  });
+  layout("clouds", [&](const std::string& f) {
+    fs::create_directories(f);
+    io::writePcd(f + "0.pcd", someCloud(), nullptr);
+    io::writePly(f + "1.ply", someCloud(), nullptr);
+    write(f + "poses.txt", kTwoRows);
+  });
+}
+
+}  // namespace
+
+int main(int count, char** arguments) {
+  if (count != 2) return 2;
+  setenv("OPENCV_IO_ENABLE_OPENEXR", "1", 1);
+  const std::string root = arguments[1];
+  makeImages(root + "/image");
+  for (const char* target : {"cloud", "map", "layouts"}) fs::create_directories(root + "/" + target);
+  io::writePcd(root + "/cloud/binary.pcd", someCloud(), nullptr);
+  io::writePly(root + "/cloud/binary.ply", someCloud(), nullptr);
+  map::SemanticMap map = someMap();
+  map::saveMap(root + "/map/one.xvm", map);
+  map.addKeyframe(Eigen::Isometry3d::Identity(), 1, 1, 0);
+  map::saveMap(root + "/map/two.xvm", someMap());
+  map::saveRevision(root + "/map/two.xvm", map, "added");
+  const std::string work = root + "/work";
+  fs::create_directories(work);
+  makeRecordings(root + "/image", work, root + "/layouts");
+  fs::remove_all(work);
+  return 0;
+}
