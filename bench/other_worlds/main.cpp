@@ -156,10 +156,10 @@ int main(int argc, char** argv) {
       {"motorway", motorway}, {"village_slope", village},
       {"carpark", carPark},   {"warehouse", warehouse},
       {"home", home}};
-  if (argc != 4 || !styles.count(argv[1])) {
+  if (argc < 4 || !styles.count(argv[1])) {
     std::fprintf(stderr,
                  "usage: other_worlds forest|oldtown|motorway|village_slope|carpark|warehouse|home "
-                 "SEED OUT_DIR\n");
+                 "SEED OUT_DIR [SESSION...]\n");
     return 2;
   }
   Random random{std::mt19937_64(std::stoull(argv[2]))};
@@ -173,8 +173,10 @@ int main(int argc, char** argv) {
     sessions.push_back({"lidar", true, 0, 0, 0, 0, false, true});
     sessions.push_back({"lidar_reverse", true, 0, 0, 0, 0.4, true, false});
   }
+  const std::vector<std::string> wanted(argv + 4, argv + argc);  // none = all of them
   for (const Session& session : sessions) {
     Random of_session{std::mt19937_64(random.bits())};
-    record(world, session, std::filesystem::path(argv[3]) / session.name, of_session);
+    if (wanted.empty() || std::count(wanted.begin(), wanted.end(), session.name) > 0)
+      record(world, session, std::filesystem::path(argv[3]) / session.name, of_session);
   }
 }
