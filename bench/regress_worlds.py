@@ -315,6 +315,81 @@ def laser_teach_repeat(world, folder, made):
     yield Row(world, "scans", "1 frame", parts, OUTDOORS_M)
 
 
+def whole_in_map(wrong_m, windows=()):
+    """Folders `map` and `query` with query/truth.txt: all of the query, and windows of some frames."""
+
+    def rows(world, folder, made):
+        place, query = Map([folder / "map"], []), folder / "query"
+        T_map_odom = from_numbers(sum(lines_of(query / "truth.txt"), []))
+        truth = truth_of_frames({number: product(T_map_odom, T) for number, T in odometry_of(query).items()})
+        for size in (len(frame_numbers(query)), *windows):
+            part = Part(place, [query], ["--window", str(size), "--stride", str(max(1, size // 2))], truth)
+            yield Row(world, "query", f"{size} frames", [part], wrong_m)
+
+    return rows
+
+
+def cloud_in_cloud(query, place, truth, wrong_m):
+    """One cloud in another, with a file of T_map_query."""
+
+    def rows(world, folder, made):
+        transforms = {folder / query: from_numbers(sum(lines_of(folder / truth), []))}
+        part = Part(Map([folder / place], []), [folder / query], [], truth_of_queries(transforms))
+        yield Row(world, Path(query).stem, "whole", [part], wrong_m)
+
+    return rows
+
+
+def rellis3d(world, folder, made):
+    """A scan of one sensor in a scan of another: without labels in one without, and in a labelled one."""
+    scan, T = folder / "query" / "000000.pcd", from_numbers(sum(lines_of(folder / "query/truth.txt"), []))
+    truth = truth_of_queries({scan: T})
+    raw = unlabelled(folder / "map", made / "raw_map")
+    for session, place in (("raw in raw", raw), ("raw in labelled", folder / "map")):
+        yield Row(world, session, "1 frame", [Part(Map([place], []), [scan], [], truth)], OUTDOORS_M)
+
+
+def submaps(world, folder, made):
+    """Some scans as one cloud without labels, in the cloud of the others."""
+    for first, last in ((0, 7), (7, 14), (14, 21)):
+        inside = range(first, last)
+        place = Map([fused(part_of(folder / "map", made / f"rest_{first}", lambda i: i not in inside,
+                                   turned_about_z(0))[0], made / f"rest_{first}.pcd")], [])
+        move = random_move(world, first)
+        some = part_of(folder / "map", made / f"some_{first}", lambda i: i in inside, move)[0]
+        query = fused(some, made / f"some_{first}.pcd")
+        truth = truth_of_queries({query: inverse(move)})
+        yield Row(world, f"scans {first} to {last}", "whole", [Part(place, [query], [], truth)], OUTDOORS_M)
+
+
+# Recordings of places that have nothing in common, by name: what is a map of each; what is searched for, with flags.
+REAL_PLACES = {
+    "kitti00": ["kitti00/map"], "nuscenes32": ["nuscenes32"], "pandaset": ["pandaset/pandar64"],
+    "laser_teach_repeat": ["laser_teach_repeat/map_0.pcd"], "registration": ["registration/target.ply"],
+    "als_megaplot": ["als_megaplot/map.pcd"], "ship_corner": ["ship_corner/map_cad.pcd"],
+    "rgbd_7scenes": ["rgbd_7scenes/map"], "rgbd_sun3d": ["rgbd_sun3d/map"],
+}
+REAL_QUERIES = {
+    "kitti00": (["kitti00/map"], ["--window", "1", "--stride", "3"]),
+    "nuscenes32": (["nuscenes32"], ["--window", "1", "--stride", "3"]),
+    "pandaset": (["pandaset/pandar64"], ["--window", "3"]),
+    "laser_teach_repeat": ([f"laser_teach_repeat/scan_{i}.pcd" for i in range(9)], []),
+    "registration": (["registration/source.ply"], []), "rellis3d": (["rellis3d/query/000000.pcd"], []),
+    "als_megaplot": (["als_megaplot/query_0.pcd"], []), "ship_corner": (["ship_corner/query_slam.pcd"], []),
+    "rgbd_7scenes": (["rgbd_7scenes/query"], ["--window", "5", "--stride", "3"]),
+    "rgbd_sun3d": (["rgbd_sun3d/query"], ["--window", "5", "--stride", "3"]),
+}
+
+
+def real_strangers(world, folder, made):
+    """Every real recording in the maps of the others: one row per recording."""
+    for query, (files, flags) in REAL_QUERIES.items():
+        inputs = [folder / file for file in files]
+        parts = [Part(Map([folder / file for file in of], []), inputs, flags, None)
+                 for place, of in REAL_PLACES.items() if place != query]
+        yield Row(world, query, "some", parts, OUTDOORS_M)
+
+
 # ---- The same without labels ----
 
 
@@ -418,13 +493,19 @@ WORLDS = {
     "kitti00": kitti00, "nuscenes32": nuscenes32, "pandaset": pandaset, "laser_teach_repeat": laser_teach_repeat,
     "registration": registration, "osm": osm, "pole_maps": pole_maps, "tum_fr2_desk": tum_fr2_desk, "rooms": rooms,
     "mosd": mosd,
+    "grid_aside": town(("rear", "oblique"), STREETS_M, OUTDOORS_M),
+    "rgbd_7scenes": whole_in_map(DESK_M, (6,)), "rgbd_sun3d": whole_in_map(INDOORS_M),
+    "als_megaplot": cloud_in_cloud("query_0.pcd", "map.pcd", "query_0_truth.txt", OUTDOORS_M),
+    "ship_corner": cloud_in_cloud("query_slam.pcd", "map_cad.pcd", "query_truth.txt", INDOORS_M),
+    "rellis3d": rellis3d,
 }
 
 # The same recordings with their labels withheld: the folder in DATA_DIR, then the rows.
 WITHOUT_LABELS = {
     "raw_kitti00": ("kitti00", raw_kitti00), "raw_nuscenes32": ("nuscenes32", raw_nuscenes32),
     "raw_pandaset": ("pandaset", raw_pandaset), "raw_suburb_clean": ("suburb_clean", raw_town),
-    "raw_suburb_noisy": ("suburb_noisy", raw_town),
+    "raw_suburb_noisy": ("suburb_noisy", raw_town), "raw_submaps": ("kitti00", submaps),
+    "real_strangers": (".", real_strangers),
 }
 
 STRANGER = ["--sessions.elsewhere"]
