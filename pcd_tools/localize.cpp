@@ -182,6 +182,8 @@ class LocalizeCommand final : public Command {
     windows_.declare(flags);
     flags.add("--near X,Y,RADIUS", near_, "the last pose is in this circle of the map [m]");
     flags.add("--yaw YAW,TOLERANCE", yaw_, "it looks this way, counter-clockwise from x [deg]");
+    flags.add("--risk", risk_,
+              "accept a pose that is wrong with at most this chance; 0 = 1 - min_confidence");
     flags.add("--json", json_, "print one JSON object per query");
     flags.addOutput("-o,--out", out_, "file for the answers; .jsonl: as JSON");
     files_.declare(flags);
@@ -195,6 +197,7 @@ class LocalizeCommand final : public Command {
     files_.check(job.operands.size() - 1);
     Job known = job;
     takePrior(known.options.prior);
+    takeRisk(known.options.verdict);
     checkOrder(job.operands, input_);
     return answerAll(known);
   }
@@ -210,6 +213,13 @@ class LocalizeCommand final : public Command {
       parseHeading("--yaw", yaw_);
       prior.yaw = yaw_;
     }
+  }
+
+  void takeRisk(verify::VerdictOptions& verdict) const {
+    if (risk_ == 0) return;
+    if (!(risk_ >= 1e-9 && risk_ <= 0.5))
+      throw UsageError(fmt::format("--risk = {}, must be in [1e-9, 0.5]", risk_));
+    verdict.min_confidence = 1 - risk_;
   }
 
   ExitCode answerAll(const Job& given) {
@@ -300,6 +310,7 @@ class LocalizeCommand final : public Command {
   WindowFlags windows_;
   AnswerFiles files_;
   std::string near_, yaw_, out_;
+  double risk_ = 0;  ///< 0 = that of the options
   bool json_ = false, beside_ = false;
   Results* results_ = nullptr;  ///< of this run
   AnswerTable* table_ = nullptr;

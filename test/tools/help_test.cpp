@@ -126,6 +126,8 @@ TEST(Misuse, AMapEndsWithXvm) {
 }
 
 TEST(Misuse, APriorIsRefusedUnderTheNameThatWasTyped) {
+  expectMisuse({"localize", "a", "b", "--risk", "0.7"},
+               "error: --risk = 0.7, must be in [1e-9, 0.5]");
   expectMisuse({"localize", "a", "b", "--near", "1,2"}, "error: --near = 1,2, must be x,y,radius");
   expectMisuse({"localize", "a", "b", "--near", "1,2,-3"}, "error: --near = 1,2,-3, the radius");
   expectMisuse({"localize", "a", "b", "--yaw", "north,5"}, "error: --yaw = north,5, 'north'");

@@ -116,6 +116,19 @@ TEST_F(TinyTown, AQueryThatTheMapWasMadeOfIsSaid) {
   EXPECT_EQ(other.err.find("the map was made of"), std::string::npos) << other.err;
 }
 
+TEST_F(TinyTown, RiskIsTheLargestChanceToBeWrongThatIsAccepted) {
+  const Outcome found = succeed({"localize", "-q", "--json", town("rear"), map()});
+  const double risk = 1 - jsonLines(found.out).at(0)["confidence"].get<double>();
+  ASSERT_GT(risk, 2e-9);
+  ASSERT_LT(risk, 0.2);
+  const auto codeAt = [&](double allowed) {
+    return runXview({"localize", "-q", town("rear"), map(), "--risk", std::to_string(allowed)})
+        .code;
+  };
+  EXPECT_EQ(codeAt(2 * risk + 1e-6), 0);
+  if (risk > 4e-6) EXPECT_EQ(codeAt(risk / 2), 3);
+}
+
 TEST_F(TinyTown, APriorOutsideOfTheMapIsMisuse) {
   const Outcome outside =
       runXview({"localize", "-q", "--json", "--near", "90000,0,10", town("rear"), map()});
