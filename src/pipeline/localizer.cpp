@@ -81,13 +81,6 @@ void moveLikeliestToFront(Candidates& found, RegisteredPlaces& registered) {
   moveToFront(likeliest, registered.places);
 }
 
-/// Takes an acceptance back.
-void refuse(std::string reason, Localization& answer) {
-  answer.status = Status::rejected;
-  answer.confidence = std::min(answer.confidence, 0.49);
-  answer.reason = std::move(reason);
-}
-
 /// The answer to a query that needs no search.
 Localization unfindable(const Query& query, std::string reason) {
   Localization answer;
@@ -186,7 +179,8 @@ Localization Localizer::Index::inUprightFrames(const Query& given, const Expecte
   setVerdict(judged(evidence), answer);
   if (answer.accepted() && !satisfies(priors, *GuessedQuery(*query, {registered.turn, 1}),
                                       answer.hypotheses[0].T_map_query))
-    refuse("the refined pose is outside of the prior; without it: " + answer.reason, answer);
+    verify::refuse("the refined pose is outside of the prior; without it: " + answer.reason,
+                   answer);
   // A pose that is expected comes from a fix; one that a user believes in is to be doubted.
   if (!expected && found.in_field && (prior.near || prior.heading))
     refuteFromOutside(*found.in_field, evidence, answer);
@@ -329,10 +323,11 @@ void Localizer::Index::refuteFromOutside(const search::FieldQuery& in_field,
     static_cast<verify::PlaceEvidence&>(outside) = evidenceOf(anywhere.places[0]);
     outside.runner_up = inside.score;
     if (outside.score > inside.score && judged(outside).status == Status::accepted)
-      refuse(fmt::format("a place outside of the prior is {:.0f} nats better than the best one "
-                         "inside",
-                         outside.score - inside.score),
-             answer);
+      verify::refuse(
+          fmt::format("a place outside of the prior is {:.0f} nats better than the best one "
+                      "inside",
+                      outside.score - inside.score),
+          answer);
   }
   answer.timing_ms.emplace_back("prior", watch.lap_ms());
 }
@@ -476,6 +471,7 @@ verify::Evidence evidenceOf(const Candidates& found, const RegisteredPlaces& reg
   e.kept = static_cast<int>(chain.kept.size());
   e.with_candidates = chain.with_candidates;
   e.kept_by_chance = chain.kept_by_chance;
+  e.kept_if_true = chain.kept_if_true;
   return e;
 }
 

@@ -331,9 +331,7 @@ struct Sequence::State {
   /// The history may have led out of where this window may be.
   void refuseOutsidePrior(const Query& query, Localization& fix) const {
     if (!fix.accepted() || localizer.priorAllows(query, fix.T_map_query)) return;
-    fix.status = Status::rejected;
-    fix.confidence = std::min(fix.confidence, 0.49);
-    fix.reason = "the place is outside of the prior; without it: " + fix.reason;
+    verify::refuse("the place is outside of the prior; without it: " + fix.reason, fix);
   }
 
   const Localizer& localizer;

@@ -313,6 +313,7 @@ WalkMatches WalkMatcher::matchUnder(const Eigen::Isometry3d& T_map_query, const 
   MatchedPose pose =
       consensusOf(query, map.positions, best, best, o.posterior.gravity, o.consensus);
   pose.with_candidates = static_cast<int>(candidates.counts.size());
+  pose.kept_if_true = o.places.detection;
   const double inlier_share = std::min(1.0, std::pow(o.consensus.inlier_m / reach_m, 2));
   for (const int count : candidates.counts)
     pose.kept_by_chance += 1 - std::pow(1 - inlier_share, count);

@@ -19,7 +19,7 @@ using Poses = std::vector<PlacePose>;
 constexpr std::size_t kRefined = 30;  ///< distinct poses that are climbed to the end
 constexpr double kSamePose_m = 1.5, kSamePose_rad = 0.05;  ///< poses this near climb to one
 /// What is just outside of a prior is nearer to it than another place (samePlace).
-constexpr double kBeside_m = 8, kBeside_rad = 0.4;
+constexpr double kBeside_m = kSamePlace_m, kBeside_rad = kSamePlace_rad;
 constexpr double kRounding = 1e-9;  ///< of a pose on the rim of a prior
 
 /// The exhaustive search takes time with the third power of the radius of a query: finer steps of

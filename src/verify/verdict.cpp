@@ -30,8 +30,6 @@ constexpr double kFitPerExcess = 14, kFitPerExcessOfViews = 20, kFitPerShown = 7
                  kFitPerSeenThrough = 2, kFitPerLogScore = 2, kFitUnsettled = -4,
                  kFitPassedOver = -6;
 constexpr double kLeastMargin = -3, kMostMargin = 12, kClearMargin = 1;
-/// Chance that a vertex keeps a correspondence at the true place (search, detection of objects).
-constexpr double kKeptIfTrue = 0.62;
 /// More than this many times its length is not asked of a query.
 constexpr double kLongest = 3;
 
@@ -60,8 +58,8 @@ double correspondenceOdds(const Evidence& e) {
   if (e.with_candidates == 0) return 0;
   const double n = e.with_candidates, k = std::min<double>(e.kept, n);
   const double by_chance = std::clamp(e.kept_by_chance / n, 0.01, 0.99);
-  return k * std::log(kKeptIfTrue / by_chance) +
-         (n - k) * std::log((1 - kKeptIfTrue) / (1 - by_chance));
+  const double if_true = std::clamp(e.kept_if_true, 0.01, 0.99);
+  return k * std::log(if_true / by_chance) + (n - k) * std::log((1 - if_true) / (1 - by_chance));
 }
 
 /// Of how closely a query lies on itself.
@@ -397,6 +395,13 @@ void setVerdict(Verdict verdict, Localization& answer) {
   answer.reason = std::move(verdict.reason);
   answer.witnesses = verdict.witnesses;
   answer.statistics = verdict.statistics;
+}
+
+void refuse(std::string reason, Localization& answer) {
+  constexpr double kLessThanEven = 0.49;
+  answer.status = Status::rejected;
+  answer.confidence = std::min(answer.confidence, kLessThanEven);
+  answer.reason = std::move(reason);
 }
 
 }  // namespace xview::verify

@@ -62,6 +62,7 @@ Evidence randomEvidence(Random& random) {
   e.standing = {random.uniform(-50, 200), random.uniform(-10, 200)};
   e.known_share = random.uniform();
   e.windows = 1 + static_cast<int>(random.below(6));
+  e.kept_if_true = random.uniform(0.05, 0.95);
   e.with_candidates = static_cast<int>(random.below(40));
   e.kept = static_cast<int>(random.below(40));
   e.kept_by_chance = random.uniform(0, 40);
@@ -474,6 +475,7 @@ TEST(Verdict, ACopyThatWouldHaveToBeLongIsLessLikely) {
 TEST(Witnesses, SayWhatEachKnows) {
   Evidence e = goodView();
   e.with_candidates = 30;
+  e.kept_if_true = 0.6;
   e.kept_by_chance = 8;
   e.kept = 20;
   EXPECT_GT(judged(e).witnesses.correspondences, 5);

@@ -62,6 +62,7 @@ struct Evidence : PlaceEvidence {
   int kept = 0;               ///< correspondences that survive sample consensus at the best place
   int with_candidates = 0;    ///< vertices that had a candidate there
   double kept_by_chance = 0;  ///< how many of these would keep one at a wrong place
+  double kept_if_true = 0;    ///< chance that one of these keeps one at the true place
   double sigma_m = 0;         ///< as in Statistics
 
   /// The runner-up scores so well that it must be asked whether points agree there as well.
@@ -165,5 +166,7 @@ double horizontalSigma(const Matrix6d& covariance);
 
 /// Makes it that of an answer.
 void setVerdict(Verdict verdict, Localization& answer);
+/// Takes an acceptance back: the answer is rejected, and likelier wrong than right.
+void refuse(std::string reason, Localization& answer);
 
 }  // namespace xview::verify
