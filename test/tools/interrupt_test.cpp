@@ -138,7 +138,7 @@ TEST_F(Interrupted, LocalizeKeepsTheAnswersSoFar) {
     EXPECT_EQ(outcome.code, 128 + signal) << outcome.err;
     expectWholeAnswers(readText(file));
     EXPECT_EQ(partials(), 0u);
-    const std::string out = folder_ / "stdout";
+    const std::string out = folder_ / ("stdout_" + std::to_string(signal));
     const Outcome printed =
         runXview(to_stdout, {120, 0, out, 0, signal, [&] { return !readText(out).empty(); }});
     EXPECT_EQ(printed.code, 128 + signal) << printed.err;

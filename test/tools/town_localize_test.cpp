@@ -2,6 +2,7 @@
 // What xview localize answers, in every mode.
 #include <filesystem>
 #include <map>
+#include <sstream>
 
 #include "support/test_data.h"
 #include "tools/tiny_town.h"
@@ -122,11 +123,12 @@ TEST_F(TinyTown, RiskIsTheLargestChanceToBeWrongThatIsAccepted) {
   ASSERT_GT(risk, 2e-9);
   ASSERT_LT(risk, 0.2);
   const auto codeAt = [&](double allowed) {
-    return runXview({"localize", "-q", town("rear"), map(), "--risk", std::to_string(allowed)})
-        .code;
+    std::ostringstream text;
+    text << allowed;
+    return runXview({"localize", "-q", town("rear"), map(), "--risk", text.str()}).code;
   };
-  EXPECT_EQ(codeAt(2 * risk + 1e-6), 0);
-  if (risk > 4e-6) EXPECT_EQ(codeAt(risk / 2), 3);
+  EXPECT_EQ(codeAt(2 * risk), 0);
+  EXPECT_EQ(codeAt(risk / 2), 3);
 }
 
 TEST_F(TinyTown, APriorOutsideOfTheMapIsMisuse) {
