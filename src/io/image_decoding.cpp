@@ -26,7 +26,7 @@ using Byte = unsigned char;
 
 constexpr Byte kSignature[8] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'};
 constexpr std::uint64_t kMaxSide = 32768;
-constexpr std::int64_t kMaxPixels = 1 << 26;  ///< of images whose size is not known
+constexpr std::int64_t kMaxPixels = 1 << 26;   ///< of images whose size is not known
 constexpr std::uint64_t kMaxInflation = 1032;  ///< deflate cannot expand a byte to more
 
 #ifdef FUZZING_BUILD_MODE_UNSAFE_FOR_PRODUCTION
@@ -270,6 +270,8 @@ cv::Mat decodeSoundPng(const std::string& path, const std::vector<unsigned char>
 void checkHeader(const std::string& path, const ImageHeader& header, const SizeCheck& check) {
   if (header.format == ImageFormat::none)
     throw Error(path, "cannot be decoded: expected a PNG, TIFF, EXR or JPEG image, found none");
+  if (!header.damage.empty())
+    throw Error(path, "cannot be decoded: " + header.damage + "; is it damaged?");
   if (header.width == 0 || header.height == 0 || header.width > kMaxSide ||
       header.height > kMaxSide) {
     throw Error(path, fmt::format("image of {} x {} pixels, expected 1 to {} each way",

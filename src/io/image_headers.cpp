@@ -53,8 +53,7 @@ ImageHeader tiffHeader(const Numbers& file, bool big) {
     const std::uint64_t entry = directory + count_bytes + i * entry_bytes;
     if (!file.has(entry) || entry < directory) break;
     const std::uint64_t tag = file.at(entry, 2);
-    const std::uint64_t value =
-        tiffValue(file, entry + (big ? 12 : 8), file.at(entry + 2, 2));
+    const std::uint64_t value = tiffValue(file, entry + (big ? 12 : 8), file.at(entry + 2, 2));
     const auto keep = [&](std::uint64_t& largest) { largest = std::max(largest, value); };
     if (tag == kWidth) keep(header.width);  // of several nobody knows which is taken
     if (tag == kHeight) keep(header.height);
@@ -78,11 +77,14 @@ std::string_view exrText(const std::vector<unsigned char>& bytes, std::size_t& p
   return text;
 }
 
-/// Attributes are name, type, size of the value, value; an empty name ends them.
+/// Attributes are name, type, size of the value, value; an empty name ends them. OpenEXR makes room
+/// for a value of any size before it reads it.
 ImageHeader exrHeader(const std::vector<unsigned char>& bytes) {
   const Numbers file(bytes, true);
   ImageHeader header;
   header.format = ImageFormat::exr;
+  constexpr std::uint64_t kDeepOrOfParts = 0x1800;
+  if (file.at(4, 4) & kDeepOrOfParts) header.damage = "an EXR of several parts or deep pixels";
   for (std::size_t place = 8; place < bytes.size();) {
     const std::string_view name = exrText(bytes, place);
     if (name.empty()) break;
@@ -93,12 +95,18 @@ ImageHeader exrHeader(const std::vector<unsigned char>& bytes) {
       return static_cast<std::int64_t>(static_cast<std::int32_t>(file.at(place + 4 * i, 4)));
     };
     if (name == "dataWindow") {
-      header.width = static_cast<std::uint64_t>(std::max<std::int64_t>(0, number(2) - number(0) + 1));
+      header.width =
+          static_cast<std::uint64_t>(std::max<std::int64_t>(0, number(2) - number(0) + 1));
       header.height =
           static_cast<std::uint64_t>(std::max<std::int64_t>(0, number(3) - number(1) + 1));
     }
     if (name == "tiles") header.tile_pixels = file.at(place, 4) * file.at(place + 4, 4);
-    if (size > bytes.size() - std::min(place, bytes.size())) break;
+    const std::uint64_t left = bytes.size() - std::min(place, bytes.size());
+    if (size > left) {
+      header.damage = "an EXR attribute of " + std::to_string(size) + " bytes, where " +
+                      std::to_string(left) + " are left";
+      break;
+    }
     place += size;
   }
   return header;

@@ -2,7 +2,6 @@
 // Layouts of numbered files with camera.yaml and poses.txt: sequence folders, CARLA dumps, clouds.
 #include <fmt/core.h>
 
-
 #include <filesystem>
 #include <limits>
 
@@ -83,9 +82,10 @@ std::string coarseSteps(const std::string& path) {
   const double step_m = std::nextafter(largest, std::numeric_limits<float>::infinity()) - largest;
   if (step_m < kCoarse_m) return {};
   return fmt::format(
-      "its coordinates are float32 and as large as {} m, so that they have steps of {} m; subtract "
+      "its coordinates are float32 and as large as {:.0f} m, so that they have steps of {} m; "
+      "subtract "
       "an origin before they are made float32, or write them as doubles",
-      static_cast<long>(largest), std::to_string(step_m).substr(0, 4));
+      largest, std::to_string(step_m).substr(0, 4));
 }
 
 /// What the first cloud says of its classes holds for all; without a label field they are raw.
@@ -215,8 +215,7 @@ RecordingListing listCarla(const std::string& folder, const InputOptions& option
   listing.read = [camera](const ListedFrame& listed, Frame& frame) {
     frame.camera = camera;
     frame.depth = readCodedDepth(listed.measurement, camera);
-    const cv::Mat tags =
-        decodeImage(listed.label, asLargeAsDepth(listed.label, listed, frame));
+    const cv::Mat tags = decodeImage(listed.label, asLargeAsDepth(listed.label, listed, frame));
     frame.label = channelOf(tags, tags.channels() == 1 ? 0 : 2, listed.label);  // red: the tag
   };
   const auto named = namedLabels(options, folder);

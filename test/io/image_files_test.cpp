@@ -104,6 +104,22 @@ TEST_F(ImageFiles, TheSizeInTheHeaderIsComparedWithTheCameraBeforePixelsAreUnpac
   EXPECT_EQ(depthMessage(png), png + ": depth of 30000 x 300 pixels, the camera has 3 x 2");
 }
 
+/// Check fix for: 310 bytes made OpenEXR ask for gigabytes (found by ./run fuzz).
+TEST_F(ImageFiles, AttributesOfAnExrThatAreLargerThanTheFileAreRefused) {
+  setenv("OPENCV_IO_ENABLE_OPENEXR", "1", 1);
+  ASSERT_TRUE(cv::imwrite(folder_ / "a.exr", cv::Mat(2, 3, CV_32F, 1.0F)));
+  std::string bytes = test::readText(folder_ / "a.exr");
+  const std::string name("screenWindowWidth\0float\0", 24);
+  const std::size_t at = bytes.find(name);
+  ASSERT_NE(at, std::string::npos);
+  bytes.replace(
+      at, name.size() + 4,
+      std::string("screenWindowWidth\0flaot\0", 24) + test::raw(std::uint32_t{0x7FFFFFF0}));
+  EXPECT_NE(depthMessage(write("b.exr", bytes)).find("EXR attribute of 2147483632 bytes"),
+            std::string::npos)
+      << depthMessage(folder_ / "b.exr");
+}
+
 TEST_F(ImageFiles, AnImageWhoseSizeIsNotKnownHasALargestOne) {
   std::string jpeg("\xFF\xD8\xFF\xC0\x00\x11\x08\x7F\xFF\x7F\xFF\x03", 12);
   jpeg += std::string(9, '\1') + "\xFF\xDA\x00\x02\xFF\xD9";
