@@ -22,8 +22,8 @@ namespace xview::fuzz {
 inline const std::string& scratch() {
   static const std::string folder = [] {
     const char* const root = std::getenv("XVIEW_FUZZ_SCRATCH");
-    std::string path = (root ? root : "/dev/shm") + std::string("/xview_fuzz_") +
-                       std::to_string(getpid());
+    std::string path =
+        (root ? root : "/dev/shm") + std::string("/xview_fuzz_") + std::to_string(getpid());
     std::filesystem::create_directories(path);
     return path;
   }();

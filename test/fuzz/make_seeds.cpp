@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// make_seeds FOLDER: inputs of binary formats to begin with, in FOLDER/TARGET. Those of text formats
-// are in the source tree.
+// make_seeds FOLDER: inputs of binary formats to begin with, in FOLDER/TARGET. Those of text
+// formats are in the source tree.
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -115,7 +115,8 @@ void makeRecordings(const std::string& images, const std::string& work, const st
     write(f + "times.txt", "0\n0.1\n");
     for (const char* n : {"0", "1"}) {
       write(f + "velodyne/" + n + ".bin", std::string(64, '\x41'));
-      write(f + "labels/" + n + ".label", std::string("\x28\0\0\0\x50\0\1\0\x28\0\0\0\x32\0\0\0", 16));
+      write(f + "labels/" + n + ".label",
+            std::string("\x28\0\0\0\x50\0\1\0\x28\0\0\0\x32\0\0\0", 16));
     }
   });
   layout("tum", [&](const std::string& f) {
@@ -166,7 +167,8 @@ int main(int count, char** arguments) {
   setenv("OPENCV_IO_ENABLE_OPENEXR", "1", 1);
   const std::string root = arguments[1];
   makeImages(root + "/image");
-  for (const char* target : {"cloud", "map", "layouts"}) fs::create_directories(root + "/" + target);
+  for (const char* target : {"cloud", "map", "layouts"})
+    fs::create_directories(root + "/" + target);
   io::writePcd(root + "/cloud/binary.pcd", someCloud(), nullptr);
   io::writePly(root + "/cloud/binary.ply", someCloud(), nullptr);
   map::SemanticMap map = someMap();
