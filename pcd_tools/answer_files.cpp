@@ -62,13 +62,14 @@ std::string initialPose(const pose::TrajectoryFix& fix, double stamp_s) {
 }  // namespace
 
 void AnswerFiles::declare(Flags& flags) {
-  flags.addOutput("--explain", explain_, "what speaks for and against the answers: a page, FILE.html");
+  flags.addOutput("--explain", explain_,
+                  "what speaks for and against the answers: a page, FILE.html");
   flags.addOutput("--tum", tum_, "file for accepted poses, as TUM lines");
   flags.addOutput("--trajectory", trajectory_,
-            "file for every pose of the QUERY in the map, as TUM lines");
+                  "file for every pose of the QUERY in the map, as TUM lines");
   flags.addOutput("--matrix", matrix_, "file for T_map_query, 4 x 4 (CloudCompare, PDAL)");
   flags.addOutput("--initialpose", initial_pose_,
-            "file for the last accepted pose, as YAML of PoseWithCovarianceStamped (ROS)");
+                  "file for the last accepted pose, as YAML of PoseWithCovarianceStamped (ROS)");
 }
 
 void AnswerFiles::check(std::size_t inputs) const {

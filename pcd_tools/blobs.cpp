@@ -29,8 +29,8 @@ void printClasses(const std::vector<Blob>& blobs, const LabelSet& labels) {
   }
   fmt::print("{:>6}  {:<24}{:>8}{:>12}\n", "class", "name", "blobs", "points");
   for (const auto& [label, sum] : sums) {
-    fmt::print("{:>6}  {:<23} {:>8}{:>12}\n", label, printable(labels.className(label)),
-               sum.blobs, sum.points);
+    fmt::print("{:>6}  {:<23} {:>8}{:>12}\n", label, printable(labels.className(label)), sum.blobs,
+               sum.points);
   }
 }
 

@@ -73,9 +73,9 @@ std::string toCsv(const Changes& changes, const LabelSet& labels) {
       "change,class,dynamic,x,y,z,size_x,size_y,size_z,sigma,probability,to_x,to_y,to_z\n";
   for (const Change& c : changes.changes) {
     text += fmt::format("{},{},{},{:.3f},{:.3f},{:.3f},{:.2f},{:.2f},{:.2f},{:.3f},{:.4f},",
-                        toString(c.what), csvQuoted(labels.className(c.label)), c.is_dynamic ? 1 : 0,
-                        c.position.x(), c.position.y(), c.position.z(), c.extent.x(), c.extent.y(),
-                        c.extent.z(), c.sigma_m, c.probability);
+                        toString(c.what), csvQuoted(labels.className(c.label)),
+                        c.is_dynamic ? 1 : 0, c.position.x(), c.position.y(), c.position.z(),
+                        c.extent.x(), c.extent.y(), c.extent.z(), c.sigma_m, c.probability);
     text += c.moved_to ? fmt::format("{:.3f},{:.3f},{:.3f}\n", c.moved_to->x(), c.moved_to->y(),
                                      c.moved_to->z())
                        : std::string(",,\n");

@@ -101,8 +101,8 @@ void Sheet::classes(const Census& census, const LabelSet& labels, const char* un
   std::size_t total = 0;
   for (const auto& [id, count] : census.counts) total += count;
   text_ += fmt::format("{:<14}{}{}{}\n{:>6}  {:<24}{:<10}{:>14}\n", "classes", census.counts.size(),
-                       labels.name().empty() ? "" : " of label set ", printable(labels.name()), "id", "name",
-                       "role", unit);
+                       labels.name().empty() ? "" : " of label set ", printable(labels.name()),
+                       "id", "name", "role", unit);
   json_["label_set"] = labels.name();
   json_["unit"] = unit;
   json_["classes"] = Json::array();

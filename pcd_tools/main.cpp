@@ -230,9 +230,10 @@ void requireOtherOutput(const std::vector<std::string>& operands) {
                        " is what is read and would be written over; give the output a path of its "
                        "own");
     if (liesIn(input, output))
-      throw UsageError(fmt::format("{} holds {}, which is read and could be written over; give the "
-                                   "output a path of its own",
-                                   output, input));
+      throw UsageError(
+          fmt::format("{} holds {}, which is read and could be written over; give the "
+                      "output a path of its own",
+                      output, input));
   }
   requireOutside("", output, inputs);
 }

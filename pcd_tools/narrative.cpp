@@ -122,7 +122,8 @@ void Narrative::say(const std::string& line, std::size_t indent) const {
 }
 
 void Narrative::stage(const std::string& name, double ms, const std::string& what) const {
-  if (verbosity_ != Verbosity::quiet) say(fmt::format("[{}] {:.0f} ms, {}", name, ms, printable(what)), 2);
+  if (verbosity_ != Verbosity::quiet)
+    say(fmt::format("[{}] {:.0f} ms, {}", name, ms, printable(what)), 2);
 }
 
 void Narrative::note(const std::string& what) const {

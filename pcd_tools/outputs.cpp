@@ -49,9 +49,10 @@ void requireOutside(const std::string& name, const std::string& output,
                     const std::vector<std::string>& inputs) {
   for (const std::string& input : inputs) {
     if (liesIn(output, input))
-      throw UsageError(fmt::format("{}{}{} lies in {}, which is read; give the output a path "
-                                   "outside of it",
-                                   name, name.empty() ? "" : " ", output, input));
+      throw UsageError(
+          fmt::format("{}{}{} lies in {}, which is read; give the output a path "
+                      "outside of it",
+                      name, name.empty() ? "" : " ", output, input));
   }
 }
 

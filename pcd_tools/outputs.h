@@ -26,8 +26,8 @@ class Results {
   std::optional<AtomicFile> file_;
 };
 
-/// True if the path is in the folder, or would be if it existed; false for the folder itself, and if
-/// it is none.
+/// True if the path is in the folder, or would be if it existed; false for the folder itself, and
+/// if it is none.
 bool liesIn(const std::string& path, const std::string& folder);
 /// Throws UsageError if the output, which `name` names, would be written into an input that is a
 /// folder: it would be written over a file of the input, or be taken for one.

@@ -23,7 +23,7 @@ std::string joinFrom(const Words& words, std::size_t first) {
 }
 
 constexpr std::uint64_t kLongestHeader = std::uint64_t{8} << 20;  // 65,536 classes and more
-constexpr std::uint64_t kLongestLine = std::uint64_t{1} << 20;     // of an InputFile
+constexpr std::uint64_t kLongestLine = std::uint64_t{1} << 20;    // of an InputFile
 
 /// The words of the next line of a header; an error if there is none, or if the header is longer
 /// than 8 MiB.
@@ -397,10 +397,11 @@ void requireReadable(const std::string& path, const std::string& header) {
     begin = end + 1;
   }
   if (longest <= kLongestLine && header.size() <= kLongestHeader) return;
-  throw Error(path, fmt::format("cannot be written: the names of its classes would need a header of "
-                                "{} bytes with lines of up to {}, expected {} and {} at most; "
-                                "shorten the names in classes.yaml",
-                                header.size(), longest, kLongestHeader, kLongestLine));
+  throw Error(path,
+              fmt::format("cannot be written: the names of its classes would need a header of "
+                          "{} bytes with lines of up to {}, expected {} and {} at most; "
+                          "shorten the names in classes.yaml",
+                          header.size(), longest, kLongestHeader, kLongestLine));
 }
 
 namespace {

@@ -171,8 +171,8 @@ void writeParts(const std::string& folder, const FrameSource& source,
                 const std::function<void(std::size_t, std::size_t)>& progress) {
   const bool camera = source.sensor() == Sensor::camera;
   using Parts = std::vector<std::string>;
-  for (const std::string& part : camera ? Parts{"depth", "label", "instance"}
-                                        : Parts{"velodyne", "labels"}) {
+  for (const std::string& part :
+       camera ? Parts{"depth", "label", "instance"} : Parts{"velodyne", "labels"}) {
     if (part == "instance" && source.read(0).instance.empty()) continue;
     makeFolder(folder + "/" + part);
   }

@@ -156,8 +156,8 @@ void checkMapTables(SQLite::Database& database) {
 
 void checkBeforeWriting(SQLite::Database& database) {
   checkMapTables(database);
-  SQLite::Statement indices(
-      database, "SELECT name FROM sqlite_master WHERE type = 'index' AND sql NOT NULL");
+  SQLite::Statement indices(database,
+                            "SELECT name FROM sqlite_master WHERE type = 'index' AND sql NOT NULL");
   if (indices.executeStep())
     throw Damage("unexpected index " + indices.getColumn(0).getString() +
                  "; DROP INDEX removes it");

@@ -21,7 +21,7 @@ namespace {
 constexpr std::size_t kSizeBytes = 4;
 constexpr std::size_t kBestRatio = 1032;  // of deflate: 258 bytes from two bits
 
-constexpr std::size_t kLongestNumber = 10;  // bytes of a packed one
+constexpr std::size_t kLongestNumber = 10;                        // bytes of a packed one
 constexpr std::uint64_t kAlwaysAllowed = std::uint64_t{4} << 20;  // rows: 128 MB of points
 
 template <std::size_t N>
@@ -106,8 +106,8 @@ Bytes compressed(const Bytes& raw, int level) {
   Bytes packed(kSizeBytes + size);
   for (std::size_t i = 0; i < kSizeBytes; ++i)
     packed[i] = static_cast<std::uint8_t>(raw.size() >> (8 * i));
-  const int result =
-      compress2(packed.data() + kSizeBytes, &size, raw.data(), static_cast<uLong>(raw.size()), level);
+  const int result = compress2(packed.data() + kSizeBytes, &size, raw.data(),
+                               static_cast<uLong>(raw.size()), level);
   if (result != Z_OK) throw std::bad_alloc();
   packed.resize(kSizeBytes + size);
   return packed;

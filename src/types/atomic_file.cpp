@@ -124,7 +124,8 @@ AtomicFolder::AtomicFolder(std::string path) : path_(std::move(path)) {
   path_ = resolveLinks(path_);
   std::error_code problem;
   const fs::file_status old = fs::status(path_, problem);
-  if (fs::exists(old) && !fs::is_directory(old)) throw Error(given, "cannot write: it is no folder");
+  if (fs::exists(old) && !fs::is_directory(old))
+    throw Error(given, "cannot write: it is no folder");
   // Of several folders that are missing the topmost one appears, with the others in it.
   fs::path below;
   for (root_ = path_; !fs::exists(root_);) {

@@ -14,8 +14,8 @@ namespace {
 struct StandardError {
   std::mutex mutex;
   bool allowed = false;
-  int quiet = 0;   ///< objects that live
-  int user = -1;   ///< where the user reads, while libraries are quiet
+  int quiet = 0;  ///< objects that live
+  int user = -1;  ///< where the user reads, while libraries are quiet
 };
 StandardError& standardError() {
   static auto* const one = new StandardError;  // threads may print until the program has ended

@@ -28,9 +28,9 @@ constexpr const char* kJournal = "-journal";  ///< of SQLite, beside a map that 
 
 /// Never destroyed, because a signal may come while the program ends.
 struct Registry {
-  std::recursive_timed_mutex mutex;                 ///< who holds it writes a result
-  std::map<std::string, std::string> kept_as;       ///< by path; empty = removed
-  std::set<std::string> searched;                   ///< folders
+  std::recursive_timed_mutex mutex;                   ///< who holds it writes a result
+  std::map<std::string, std::string> kept_as;         ///< by path; empty = removed
+  std::set<std::string> searched;                     ///< folders
   std::multimap<std::string, std::string> abandoned;  ///< by the path of the target
 };
 Registry& registry() {
@@ -43,7 +43,7 @@ using Lock = std::lock_guard<std::recursive_timed_mutex>;
 
 /// The path with a last part that has room for the ending.
 std::string cutForEnding(const std::string& path) {
-  constexpr std::size_t kLongest = 255 - 38;  // mark, two numbers of 10 digits, -, -journal
+  constexpr std::size_t kLongest = 255 - 38;      // mark, two numbers of 10 digits, -, -journal
   const std::size_t begin = path.rfind('/') + 1;  // 0 if there is none
   if (path.size() - begin <= kLongest) return path;
   std::size_t end = begin + kLongest;

@@ -122,14 +122,18 @@ std::string printable(const std::string& text) {
 }
 
 std::string yamlQuoted(const std::string& text) {
-  return "\"" + rewritten(text, [](const Character& c) {
-           const bool is_special = c.bytes == "\"" || c.bytes == "\\";
-           return is_special ? "\\" + c.bytes : withoutControl(c);
-         }) + "\"";
+  return "\"" +
+         rewritten(text,
+                   [](const Character& c) {
+                     const bool is_special = c.bytes == "\"" || c.bytes == "\\";
+                     return is_special ? "\\" + c.bytes : withoutControl(c);
+                   }) +
+         "\"";
 }
 
 std::string csvQuoted(const std::string& text) {
-  const bool is_formula = !text.empty() && std::string("=+-@\t\r\n").find(text[0]) != std::string::npos;
+  const bool is_formula =
+      !text.empty() && std::string("=+-@\t\r\n").find(text[0]) != std::string::npos;
   std::string out = is_formula ? "\"'" : "\"";
   for (const char c : text) out += c == '"' ? std::string("\"\"") : std::string(1, c);
   return out + "\"";

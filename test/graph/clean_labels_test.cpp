@@ -190,8 +190,9 @@ TEST(CleanLabels, DisabledOrEmptyDoNothing) {
 TEST(CleanLabels, WithoutAnIdForPixelsWithoutAClassSaysSo) {
   LabelSet all("all");
   for (std::uint32_t id = 0; id < 65536; ++id) all.add({id, "thing"});
-  EXPECT_NE(messageOf<Error>([&] { cleanLabels(street(), all, {}); })
-                .find("label set 'all': all 65536 ids"),
+  EXPECT_NE(messageOf<Error>([&] {
+              cleanLabels(street(), all, {});
+            }).find("label set 'all': all 65536 ids"),
             std::string::npos);
   ClassInfo ignored = *all.find(1);  // the last one that is looked at
   ignored.role = Role::ignored;

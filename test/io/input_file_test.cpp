@@ -45,8 +45,7 @@ TEST(InputFile, LongerThanTheLongestLineIsAnErrorOfThatLine) {
   const test::TemporaryFolder folder;
   const std::string path = folder / "lines.txt", longest(1 << 20, 'x');
   writeText(path, "first\n" + longest + "\n" + longest + "y\nlast\n");
-  EXPECT_EQ(messageOf<Error>([&] { linesOf(path); }),
-            path + ":3: the line is longer than 1 MiB");
+  EXPECT_EQ(messageOf<Error>([&] { linesOf(path); }), path + ":3: the line is longer than 1 MiB");
 }
 
 }  // namespace

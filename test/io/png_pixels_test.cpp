@@ -143,9 +143,9 @@ TEST(PngPixels, OfInterlacedFilesOfEverySizeAreThoseThatOpenCvGives) {
       for (int height = 1; height <= 9; ++height) {
         std::string pixels(pixel * static_cast<std::size_t>(width * height), '\0');
         for (char& byte : pixels) byte = static_cast<char>(random.below(256));
-        const std::string file = test::pngBytes(
-            static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height), color, bits,
-            interlaced(width, height, pixel, pixels), true);
+        const std::string file =
+            test::pngBytes(static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height),
+                           color, bits, interlaced(width, height, pixel, pixels), true);
         EXPECT_TRUE(same(decoded(file), byOpenCv(file)))
             << color << " " << bits << " " << width << " x " << height;
       }
@@ -163,10 +163,10 @@ TEST(PngPixels, OfGreyWithAlphaAreThoseThatOpenCvGives) {
 
 TEST(PngPixels, OfATransparentColourAreAsStored) {
   // 1 x 2 grey pixels, 7 and 9, with 7 as the transparent colour.
-  const std::string file =
-      fromHex("89504e470d0a1a0a0000000d4948445200000001000000020800000000bceae9fb00000002"
-              "74524e530007e8f7589b0000000c49444154789c636067e0040000220011ce22b39e000000"
-              "0049454e44ae426082");
+  const std::string file = fromHex(
+      "89504e470d0a1a0a0000000d4948445200000001000000020800000000bceae9fb00000002"
+      "74524e530007e8f7589b0000000c49444154789c636067e0040000220011ce22b39e000000"
+      "0049454e44ae426082");
   const cv::Mat image = decoded(file);
   ASSERT_EQ(image.size(), cv::Size(1, 2));
   EXPECT_EQ(image.type(), CV_8UC1);

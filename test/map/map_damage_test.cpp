@@ -226,7 +226,8 @@ TEST_F(DamagedMap, PointsThatAreMoreThanItsBytesCanHoldAreNotUnpacked) {
     plantPoints(database, 40000000);
     database.exec("UPDATE meta SET value = 999999999 WHERE name = 'cloud_points'");
     const std::int64_t hash = hashOf(database, "meta");
-    SQLite::Statement checksum(database, "UPDATE checksums SET content = ? WHERE table_name = 'meta'");
+    SQLite::Statement checksum(database,
+                               "UPDATE checksums SET content = ? WHERE table_name = 'meta'");
     checksum.bind(1, hash);
     checksum.exec();
   }
@@ -239,14 +240,15 @@ TEST_F(DamagedMap, PointsThatAreMoreThanItsBytesCanHoldAreNotUnpacked) {
 TEST_F(DamagedMap, RowsThatAreMoreThanTheBytesOfTheirTileAreNotUnpacked) {
   const Tile packed{0, 0, 0, 4000000, compressed(Bytes(4000000, 0))};
   LabelledCloud cloud;
-  EXPECT_NE(test::messageOf<Damage>([&] { appendTile(packed, cloud); })
-                .find("expected 20000000 to"),
-            std::string::npos);
+  EXPECT_NE(
+      test::messageOf<Damage>([&] { appendTile(packed, cloud); }).find("expected 20000000 to"),
+      std::string::npos);
 }
 
 // ---- what others put into a file, and what would run it
 
-/// Check fix for: undo ran what a view or a trigger of a foreign file says, before it was looked at.
+/// Check fix for: undo ran what a view or a trigger of a foreign file says, before it was looked
+/// at.
 TEST_F(DamagedMap, NothingOfAForeignFileRunsWhenItIsChanged) {
   saveRevision(path_, map_, "fused");
   sound_ = readText(path_);
@@ -265,9 +267,8 @@ TEST_F(DamagedMap, NothingOfAForeignFileRunsWhenItIsChanged) {
     writeText(path_, sound_);
     execute(sql);
     const std::string before = readText(path_);
-    for (const std::string& message :
-         {messageOf([&] { undoRevision(path_); }),
-          messageOf([&] { saveRevision(path_, map_, "again"); })}) {
+    for (const std::string& message : {messageOf([&] { undoRevision(path_); }),
+                                       messageOf([&] { saveRevision(path_, map_, "again"); })}) {
       EXPECT_NE(message.find("damaged map file: "), std::string::npos) << sql << ": " << message;
       EXPECT_TRUE(readText(path_) == before) << sql;
     }

@@ -12,12 +12,12 @@ namespace xview::test {
 
 /// What a run of the program left behind.
 struct Outcome {
-  int code = -1;    ///< exit code; -1 if it was killed by a signal
-  int signal = 0;   ///< the signal, SIGALRM when the time was up
-  std::string out;  ///< standard output
-  std::string err;  ///< standard error
-  long peak_mb = 0;   ///< the most memory that it had at a time
-  double cpu_s = 0;   ///< time that it computed
+  int code = -1;     ///< exit code; -1 if it was killed by a signal
+  int signal = 0;    ///< the signal, SIGALRM when the time was up
+  std::string out;   ///< standard output
+  std::string err;   ///< standard error
+  long peak_mb = 0;  ///< the most memory that it had at a time
+  double cpu_s = 0;  ///< time that it computed
 };
 
 /// Circumstances of a run.

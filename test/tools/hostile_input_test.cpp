@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Files that somebody made to fool, flood or hang the program: one line, and little time and memory.
+// Files that somebody made to fool, flood or hang the program: one line, and little time and
+// memory.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -97,8 +98,7 @@ TEST_F(Hostile, DamagedImagesAreOneLine) {
     for (std::size_t i = 4; i < damaged.size(); i += 3) damaged[i] ^= '\x5A';
     writeText(path, damaged);
     expectRefused({"map", "-q", sequence_, out_}, std::string("000001") + ending + ": ");
-    for (int i = 0; i < 4; ++i)
-      fs::remove(sequence_ + "/depth/00000" + std::to_string(i) + ending);
+    for (int i = 0; i < 4; ++i) fs::remove(sequence_ + "/depth/00000" + std::to_string(i) + ending);
   }
 }
 
@@ -159,7 +159,8 @@ TEST_F(Hostile, NamesOfClassesAreWrittenAsTheyAre) {
   ASSERT_EQ(label.code, 0) << label.err;
   const Outcome info = runXview({"info", "--json", out});
   ASSERT_EQ(info.code, 0) << info.err << readText(out + "/classes.yaml");
-  EXPECT_NE(info.out.find("\"label_set\": \"a\\\"b\\n\\u001b[31m\""), std::string::npos) << info.out;
+  EXPECT_NE(info.out.find("\"label_set\": \"a\\\"b\\n\\u001b[31m\""), std::string::npos)
+      << info.out;
   EXPECT_NE(info.out.find("\"name\": \"line\\nbreak \\\\ \\u001b[2J\""), std::string::npos)
       << info.out;
   EXPECT_NE(info.out.find("\"role\": \"object\""), std::string::npos) << info.out;
@@ -232,9 +233,10 @@ TEST_F(Hostile, FrameNumbersInAnswersAreWholeNumbers) {
 /// Check fix for: `graph` and `lift` wrote headers that no reader takes.
 TEST_F(Hostile, NamesThatAreTooLongForAFileAreRefusedWhenItIsWritten) {
   const auto classesOf = [&](std::size_t length) {
-    writeText(sequence_ + "/classes.yaml", "- {id: 0, name: void}\n- {id: 2, name: building}\n- "
-                                           "{id: 3, name: road}\n- {id: 7, name: pole" +
-                                               std::string(length, 'x') + "}\n");
+    writeText(sequence_ + "/classes.yaml",
+              "- {id: 0, name: void}\n- {id: 2, name: building}\n- "
+              "{id: 3, name: road}\n- {id: 7, name: pole" +
+                  std::string(length, 'x') + "}\n");
   };
   const std::string graph = folder_ / "g.ply", cloud = folder_ / "c.pcd";
   classesOf(1000000);

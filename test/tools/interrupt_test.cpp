@@ -49,9 +49,9 @@ TEST_F(Interrupted, LabelLeavesNoFolder) {
   fs::remove_all(input + "/label");
   const std::size_t before = filesNamed(".png");
   for (const int signal : {SIGINT, SIGTERM, SIGKILL}) {
-    const Outcome outcome = runXview(
-        {"label", "-q", input, out},
-        {120, 0, "", 0, signal, [&] { return filesNamed(".png") > before + 4; }});
+    const Outcome outcome =
+        runXview({"label", "-q", input, out},
+                 {120, 0, "", 0, signal, [&] { return filesNamed(".png") > before + 4; }});
     ASSERT_FALSE(fs::exists(out)) << "signal " << signal << ", code " << outcome.code;
     if (signal == SIGKILL) {
       EXPECT_EQ(outcome.signal, SIGKILL);
@@ -93,9 +93,9 @@ TEST_F(Interrupted, LabelLeavesTheRecordingThatWasThere) {
 TEST_F(Interrupted, SimulateLeavesNoWorld) {
   const std::string out = folder_ / "worlds/town";
   for (const int signal : {SIGINT, SIGTERM, SIGKILL}) {
-    const Outcome outcome = runXview({"simulate", "-q", out, "--route_length_m", "84", "--width",
-                                      "160", "--height", "120"},
-                                     {120, 0, "", 0, signal, [&] { return filesNamed(".png") > 4; }});
+    const Outcome outcome = runXview(
+        {"simulate", "-q", out, "--route_length_m", "84", "--width", "160", "--height", "120"},
+        {120, 0, "", 0, signal, [&] { return filesNamed(".png") > 4; }});
     EXPECT_TRUE(signal == SIGKILL ? outcome.signal == signal : outcome.code == 128 + signal)
         << outcome.code << " " << outcome.err;
     EXPECT_EQ(outcome.out, "");
@@ -112,34 +112,35 @@ TEST_F(Interrupted, LocalizeKeepsTheAnswersSoFar) {
   ASSERT_EQ(runXview({"map", "-q", input, map}).code, 0);
   const std::string file = folder_ / "answers.jsonl";
   writeText(file, "older answers\n");
-  const std::vector<std::string> windows = {"localize", "-q", "--window", "4", "--stride", "1",
-                                            input, map};
+  const std::vector<std::string> windows = {"localize", "-q", "--window", "4",
+                                            "--stride", "1",  input,      map};
   const auto expectWholeAnswers = [](const std::string& text) {
     ASSERT_FALSE(text.empty());
     EXPECT_EQ(text.back(), '\n');
     const std::vector<Json> answers = jsonLines(text);  // throws if one is cut off
     EXPECT_LT(answers.size(), 57u) << "interrupted too late to test anything";
-    for (std::size_t i = 0; i < answers.size(); ++i) EXPECT_EQ(answers[i]["query"]["first_frame"], i);
+    for (std::size_t i = 0; i < answers.size(); ++i)
+      EXPECT_EQ(answers[i]["query"]["first_frame"], i);
   };
   std::vector<std::string> to_file = windows, to_stdout = windows;
   to_file.insert(to_file.end(), {"-o", file});
   to_stdout.emplace_back("--json");
   for (const int signal : {SIGINT, SIGTERM}) {
-    const Outcome outcome = runXview(to_file, {120, 0, "", 0, signal, [&] {
-                                                 for (const auto& e : fs::directory_iterator(
-                                                          folder_.path())) {
-                                                   const std::string name = e.path().filename();
-                                                   if (name.find("jsonl.partial-") != name.npos)
-                                                     return e.file_size() > 0;
-                                                 }
-                                                 return false;
-                                               }});
+    const Outcome outcome =
+        runXview(to_file, {120, 0, "", 0, signal, [&] {
+                             for (const auto& e : fs::directory_iterator(folder_.path())) {
+                               const std::string name = e.path().filename();
+                               if (name.find("jsonl.partial-") != name.npos)
+                                 return e.file_size() > 0;
+                             }
+                             return false;
+                           }});
     EXPECT_EQ(outcome.code, 128 + signal) << outcome.err;
     expectWholeAnswers(readText(file));
     EXPECT_EQ(partials(), 0u);
     const std::string out = folder_ / "stdout";
-    const Outcome printed = runXview(
-        to_stdout, {120, 0, out, 0, signal, [&] { return !readText(out).empty(); }});
+    const Outcome printed =
+        runXview(to_stdout, {120, 0, out, 0, signal, [&] { return !readText(out).empty(); }});
     EXPECT_EQ(printed.code, 128 + signal) << printed.err;
     expectWholeAnswers(readText(out));
   }
@@ -150,9 +151,8 @@ TEST_F(Interrupted, BeforeTheFirstAnswerTheOldFileStays) {
   writeSequence(input, 4);
   ASSERT_EQ(runXview({"map", "-q", input, map}).code, 0);
   writeText(folder_ / "answers.jsonl", "older answers\n");
-  const Outcome outcome = runXview(
-      {"localize", "-q", input, map, "-o", folder_ / "answers.jsonl"},
-      {120, 0, "", 0, SIGTERM, [&] { return partials() > 0; }});
+  const Outcome outcome = runXview({"localize", "-q", input, map, "-o", folder_ / "answers.jsonl"},
+                                   {120, 0, "", 0, SIGTERM, [&] { return partials() > 0; }});
   if (outcome.code == 143) {
     EXPECT_EQ(readText(folder_ / "answers.jsonl"), "older answers\n");
   }

@@ -8,16 +8,22 @@ namespace xview {
 namespace {
 
 TEST(Printable, KeepsWritingOfAllKinds) {
-  for (const char* text : {"", "pole 7", "Mülltonne", "電柱", "\xF0\x9F\x9A\x97", "a\"b'c\\d",
-                           "\xC2\xA0"})
+  for (const char* text :
+       {"", "pole 7", "Mülltonne", "電柱", "\xF0\x9F\x9A\x97", "a\"b'c\\d", "\xC2\xA0"})
     EXPECT_EQ(printable(text), text);
 }
 
 TEST(Printable, ShowsWhatWouldSteerATerminal) {
   EXPECT_EQ(printable("\x1b[31mred\x07\x7f"), "\\x1b[31mred\\x07\\x7f");
   EXPECT_EQ(printable("two\r\nlines\t"), "two  lines\\x09");
-  EXPECT_EQ(printable("\xC2\x9B" "31m"), "\\x9b31m") << "C1";
-  EXPECT_EQ(printable("\xE2\x80\xAE" "txt.exe"), "\\u202etxt.exe") << "right to left";
+  EXPECT_EQ(printable("\xC2\x9B"
+                      "31m"),
+            "\\x9b31m")
+      << "C1";
+  EXPECT_EQ(printable("\xE2\x80\xAE"
+                      "txt.exe"),
+            "\\u202etxt.exe")
+      << "right to left";
   EXPECT_EQ(printable("\xE2\x81\xA6\xEF\xBB\xBF"), "\\u2066\\ufeff");
 }
 
