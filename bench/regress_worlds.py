@@ -500,7 +500,7 @@ WORLDS = {
     "rellis3d": rellis3d,
 }
 
-# The same recordings with their labels withheld: the folder in DATA_DIR, then the rows.
+# Recordings with their labels withheld, and in the maps of others: the folder in DATA_DIR, then the rows.
 WITHOUT_LABELS = {
     "raw_kitti00": ("kitti00", raw_kitti00), "raw_nuscenes32": ("nuscenes32", raw_nuscenes32),
     "raw_pandaset": ("pandaset", raw_pandaset), "raw_suburb_clean": ("suburb_clean", raw_town),
