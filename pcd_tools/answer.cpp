@@ -79,7 +79,8 @@ void forEachStatistic(Values& s, Visit&& visit) {
   visit("by_chance", dense.by_chance, Written::always);
   visit("known", s.known, Written::now);
   visit("margin", s.margin, Written::now);
-  visit("look_alike", s.look_alike, Written::now);
+  visit("null_excess", s.null_excess, Written::now);
+  visit("null_missing", s.null_missing, Written::now);
   visit("sigma_m", s.sigma_m, Written::now);
   visit("contradicted", dense.contradicted, Written::if_asked);
   visit("standing", dense.standing, Written::if_asked);

@@ -98,7 +98,7 @@ class LearnCommand final : public Command {
                       "programs do; localize again");
         const double error_m = truths.errorOf(answer);
         if (error_m > right_m_ && error_m <= wrong_m_) continue;
-        judged.push_back({answer.fix.statistics, error_m <= right_m_});
+        judged.push_back({answer.fix.statistics, error_m <= right_m_, i});
       }
     }
     const auto rights = std::count_if(judged.begin(), judged.end(),

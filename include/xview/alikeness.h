@@ -20,7 +20,7 @@ struct SelfQuery {
   double self = 0;        ///< at its own place, but not more than a usual second visit scores
   double wrong = 0, next_wrong = 0;
   std::optional<Eigen::Vector3d> rival;  ///< where the best wrong place puts it; map frame
-  double close = 1;                      ///< at that place; see LookAlike, asked by lookAlikesOf()
+  WrongPlace at_rival;                   ///< what it shows there; asked by wrongPlacesOf()
   bool sure = false;                     ///< such a query would be accepted
 };
 
@@ -45,9 +45,10 @@ struct Alikeness {
 Alikeness measureAlikeness(const map::SemanticMap& map, const Options& options,
                            std::size_t most_places);
 
-/// A few stretches of the map, for the verdict: with its own place left out, where would each be
-/// found? Bounded like measureAlikeness(); none for a bare graph or a map without a way.
-std::vector<LookAlike> lookAlikesOf(const map::SemanticMap& map, const Options& options);
+/// The null hypothesis of the verdict, measured in the map at hand: a few of its stretches, each
+/// asked at the best place that is not its own. Bounded like measureAlikeness(); none for a bare
+/// graph or a map without a way.
+std::vector<WrongPlace> wrongPlacesOf(const map::SemanticMap& map, const Options& options);
 
 /// What wrong places of a map score for queries of one length: quantiles over its self queries.
 struct WrongScores {

@@ -179,19 +179,16 @@ void forEachNumber(Map& map, Visit&& visit) {
   visit("plan_upright_z", map.plan.upright.z());
 }
 
-/// Two numbers each, with blanks between them.
-std::string textOf(const std::vector<LookAlike>& look_alikes) {
-  std::string all;
-  for (const LookAlike& l : look_alikes) {
-    for (const double value : {l.lead, l.share}) all += numberText(value) + ' ';
-  }
-  return all;
-}
+/// In the text of wrong places: what was not asked.
+constexpr const char* kNotAsked = "-";
 
-/// One number each.
-std::string closenessOf(const std::vector<LookAlike>& look_alikes) {
+/// Two numbers each, excess and missing, with blanks between them.
+std::string textOf(const std::vector<WrongPlace>& wrong_places) {
   std::string all;
-  for (const LookAlike& l : look_alikes) all += numberText(l.close) + ' ';
+  for (const WrongPlace& place : wrong_places) {
+    for (const std::optional<double>& value : {place.excess, place.missing})
+      all += (value ? numberText(*value) : kNotAsked) + ' ';
+  }
   return all;
 }
 
@@ -201,8 +198,7 @@ Meta metaOf(const SemanticMap& map, std::size_t stored_points) {
             {"program_version", XVIEW_VERSION},
             {"label_set", map.labels.name()},
             {"options", map.options_yaml},
-            {"look_alikes", textOf(map.look_alikes)},
-            {"look_alikes_close", closenessOf(map.look_alikes)},
+            {"wrong_places", textOf(map.wrong_places)},
             {"size", sizeText(map.size)},
             {"vertices", std::to_string(map.graph.size())},
             {"edges", std::to_string(map.graph.edgeCount())},
@@ -249,19 +245,21 @@ double sizeIn(const Meta& meta) {
   }
 }
 
-/// Maps that do not say it have not asked themselves, or not how closely points lie.
-std::vector<LookAlike> lookAlikesIn(const Meta& meta) {
-  std::vector<LookAlike> all;
-  const auto found = meta.find("look_alikes");
+/// None in files of older programs.
+std::vector<WrongPlace> wrongPlacesIn(const Meta& meta) {
+  std::vector<WrongPlace> all;
+  const auto found = meta.find("wrong_places");
   if (found == meta.end()) return all;
-  std::istringstream text(found->second);
-  for (LookAlike l; text >> l.lead >> l.share;) all.push_back(l);
-  if (!text.eof()) throw Damage("meta: look_alikes are no numbers");
-  const auto close = meta.find("look_alikes_close");
-  if (close == meta.end()) return all;
-  std::istringstream numbers(close->second);
-  for (LookAlike& l : all) {
-    if (!(numbers >> l.close)) throw Damage("meta: look_alikes_close are too few numbers");
+  std::istringstream words(found->second);
+  const auto value = [](const std::string& word) -> std::optional<double> {
+    if (word == kNotAsked) return std::nullopt;
+    const auto number = numberFrom<double>(word);
+    if (number && std::abs(*number) <= 1) return number;
+    throw Damage("meta: wrong_places has no number in [-1, 1]: " + word);
+  };
+  for (std::string excess, missing; words >> excess;) {
+    if (!(words >> missing)) throw Damage("meta: wrong_places are no pairs");
+    all.push_back({value(excess), value(missing)});
   }
   return all;
 }
@@ -289,7 +287,7 @@ void setNumbers(const Meta& meta, SemanticMap& map) {
   map.size = sizeIn(meta);
   map.program_version = textIn(meta, "program_version");
   map.options_yaml = textIn(meta, "options");
-  map.look_alikes = lookAlikesIn(meta);
+  map.wrong_places = wrongPlacesIn(meta);
 }
 
 // ---- maps as a whole

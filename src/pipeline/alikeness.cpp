@@ -37,7 +37,7 @@ constexpr std::uint64_t kSeed = 41;
 struct Neighbourhood {
   PlanView plan;
   SemanticGraph graph;
-  LabelledCloud cloud;                   ///< if points are asked
+  LabelledCloud cloud;                   ///< if the best wrong place is asked
   std::vector<Eigen::Isometry3d> poses;  ///< that see it
   Eigen::Isometry3d T_map_query = Eigen::Isometry3d::Identity();
 };
@@ -74,9 +74,10 @@ class SecondLook {
 /// The map with its field, gravity-aligned, and where its neighbourhoods are.
 class SelfSearch {
  public:
-  /// `ask_points`: how closely they lie at the best wrong place as well.
-  SelfSearch(const map::SemanticMap& map, const Options& options, bool ask_points)
-      : map_(map), options_(options) {
+  /// `ask_rival`: what the map and its stretches show of each other at the best wrong place as
+  /// well.
+  SelfSearch(const map::SemanticMap& map, const Options& options, bool ask_rival)
+      : map_(map), options_(options), ask_rival_(ask_rival) {
     if (map.poses.size() > 1 && !map.plan.known.empty()) {
       std::vector<Eigen::Vector3d> path;
       for (const Eigen::Isometry3d& T : map.poses) path.push_back(T.translation());
@@ -88,7 +89,7 @@ class SelfSearch {
         along_[i] = along_[i - 1] + (sourceOf(i) == sourceOf(i - 1) ? step_m : 0);
       }
       reach_m_ = reachOfWay();
-      if (ask_points && !map.cloud.empty())
+      if (ask_rival && !map.cloud.empty())
         distributions_.emplace(map.cloud, map.labels, map.poses, options.refine);
     } else {
       field_ = search::makeObjectField(map.graph, map.labels, options.places);
@@ -204,8 +205,28 @@ class SelfSearch {
         around.plan.samples[c].push_back({p.x(), p.y(), p.z()});
       }
     }
+    if (ask_rival_) cutKnown(isSeen, around);
     if (distributions_) cutCloud(first, last, isSeen, again, random, around);
     return true;
+  }
+
+  /// The cells that were seen along the stretch.
+  template <class IsSeen>
+  void cutKnown(const IsSeen& isSeen, Neighbourhood& around) const {
+    const PlanView& plan = map_.plan;
+    const Eigen::Vector3d origin(plan.origin_x, plan.origin_y, plan.origin_z);
+    const Eigen::Isometry3d T_query_map = around.T_map_query.inverse();
+    for (GroundCell cell : plan.known) {
+      const Eigen::Vector3d p_map = origin + Eigen::Vector3d((cell.x + 0.5) * plan.cell_m,
+                                                             (cell.y + 0.5) * plan.cell_m, cell.z);
+      if (!isSeen(p_map.head<2>())) continue;
+      const Eigen::Vector3d p = T_query_map * p_map;
+      cell.x = static_cast<std::int32_t>(std::floor(p.x() / plan.cell_m));
+      cell.y = static_cast<std::int32_t>(std::floor(p.y() / plan.cell_m));
+      cell.z = static_cast<float>(p.z());
+      around.plan.known.push_back(cell);
+    }
+    around.plan.known = onePerCell(std::move(around.plan.known));
   }
 
   /// Some of the points along key frames, each seen from the nearest of them.
@@ -233,22 +254,15 @@ class SelfSearch {
     }
   }
 
-  /// How closely points lie on their like there, more than by chance, as one rigid piece; 0 if they
-  /// do not settle.
-  double agreementAt(const Eigen::Isometry3d& T_map_query, const Neighbourhood& around) const {
+  /// Inlier ratio of the points above that by chance, registered as one rigid piece; 0 if the
+  /// registration does not converge.
+  double excessAt(const Eigen::Isometry3d& T_map_query, const Neighbourhood& around) const {
     pose::RefineOptions quick = options_.refine;
     quick.model.max_points = kQuickPoints;
     quick.model.start_reach_m = quick.model.drift_share = 0;
     const pose::Refinement fit = pose::refine(*distributions_, {around.cloud, around.poses},
                                               map_.labels, T_map_query, quick);
     return fit.converged && fit.agreement ? fit.agreement->found - fit.agreement->by_chance : 0;
-  }
-
-  /// See LookAlike.
-  double closenessAt(const Eigen::Isometry3d& T_map_query, const Neighbourhood& around) const {
-    const double of_itself = agreementAt(around.T_map_query, around);
-    if (!(of_itself > 0)) return 1;
-    return std::clamp(agreementAt(T_map_query, around) / of_itself, 0.0, 1.0);
   }
 
   bool cutGraph(std::size_t place, double window_m, Random& random, Neighbourhood& around) const {
@@ -281,7 +295,8 @@ class SelfSearch {
       if (!result.rival) {
         result.wrong = score;
         result.rival = h.T_map_query.translation();
-        if (distributions_) result.close = closenessAt(h.T_map_query, around);
+        if (distributions_) result.at_rival.excess = excessAt(h.T_map_query, around);
+        if (ask_rival_) result.at_rival.missing = query.visibility(h.T_map_query).missing;
         continue;
       }
       result.next_wrong = score;
@@ -300,8 +315,9 @@ class SelfSearch {
 
   const map::SemanticMap& map_;
   const Options& options_;
+  const bool ask_rival_;
   std::unique_ptr<const search::Field> field_;
-  std::optional<pose::DistributionMap> distributions_;  ///< if points are asked
+  std::optional<pose::DistributionMap> distributions_;  ///< if the best wrong place is asked
   std::vector<double> along_;  ///< way of each key frame; empty for a bare graph
   double reach_m_ = 0;
 };
@@ -348,20 +364,14 @@ std::vector<std::optional<SelfQuery>> askAll(const SelfSearch& search,
 
 }  // namespace
 
-std::vector<LookAlike> lookAlikesOf(const map::SemanticMap& given, const Options& in_metres) {
+std::vector<WrongPlace> wrongPlacesOf(const map::SemanticMap& given, const Options& in_metres) {
   if (given.poses.size() < 2 || given.plan.known.empty()) return {};
   const UprightTown town(given, in_metres);
-  // In rooms most places look alike from above, and their points tell them apart.
-  const SelfSearch search(town.map, town.options, given.size < kTown);
-  std::vector<LookAlike> found;
+  const SelfSearch search(town.map, town.options, true);
+  std::vector<WrongPlace> found;
   for (const auto& q : askAll(search, search.choosePlaces(kRememberedPlaces), kRememberedLengths_m,
                               town.options.threads)) {
-    if (!q) continue;
-    verify::Evidence stranger;
-    stranger.score = q->wrong;
-    stranger.runner_up = q->next_wrong;
-    found.push_back(
-        {verify::statisticsOf(stranger).lead, q->wrong / std::max(1.0, q->self), q->close});
+    if (q && q->rival) found.push_back(q->at_rival);
   }
   return found;
 }

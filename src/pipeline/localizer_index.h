@@ -86,7 +86,7 @@ struct Localizer::Index {
   Explanation explain(const Query& query, const Localization& answer) const;
 
   verify::Verdict judged(const verify::Evidence& evidence) const {
-    return verify::judge(evidence, options.verdict, verdict_model, map.look_alikes);
+    return verify::judge(evidence, options.verdict, verdict_model, map.wrong_places);
   }
   bool upIsKnown(const Query& query) const { return gravity.known && query.gravity.known; }
   bool isView(const Query& query) const { return surfaces && !query.plan.known.empty(); }

@@ -33,18 +33,6 @@ PlaceOrMap turned(PlaceOrMap place, const Eigen::Quaterniond& R) {
   return place;
 }
 
-/// Sorted, one per cell: a measured one if there is one, else the first.
-std::vector<GroundCell> onePerCell(std::vector<GroundCell> cells) {
-  std::stable_sort(cells.begin(), cells.end(), [](const GroundCell& a, const GroundCell& b) {
-    return std::tuple(a.y, a.x, !a.measured) < std::tuple(b.y, b.x, !b.measured);
-  });
-  const auto areOne = [](const GroundCell& a, const GroundCell& b) {
-    return a.x == b.x && a.y == b.y;
-  };
-  cells.erase(std::unique(cells.begin(), cells.end(), areOne), cells.end());
-  return cells;
-}
-
 /// A view from above drawn in a turned frame, in which it is upright.
 PlanView turnedPlan(const PlanView& view, const Eigen::Quaterniond& R) {
   PlanView turned = view;
@@ -138,6 +126,17 @@ constexpr Feeds kFeeds[] = {
 constexpr Kinds kStanding = bits({Kind::vegetation, Kind::vehicle});
 
 }  // namespace
+
+std::vector<GroundCell> onePerCell(std::vector<GroundCell> cells) {
+  std::stable_sort(cells.begin(), cells.end(), [](const GroundCell& a, const GroundCell& b) {
+    return std::tuple(a.y, a.x, !a.measured) < std::tuple(b.y, b.x, !b.measured);
+  });
+  const auto areOne = [](const GroundCell& a, const GroundCell& b) {
+    return a.x == b.x && a.y == b.y;
+  };
+  cells.erase(std::unique(cells.begin(), cells.end(), areOne), cells.end());
+  return cells;
+}
 
 CommonDetail commonDetail(const LabelSet& query, const LabelSet& map) {
   CommonDetail detail;

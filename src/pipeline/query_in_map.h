@@ -66,6 +66,9 @@ struct CommonDetail {
 };
 CommonDetail commonDetail(const LabelSet& query, const LabelSet& map);
 
+/// Sorted, one per cell: a measured one if there is one, else the first.
+std::vector<GroundCell> onePerCell(std::vector<GroundCell> cells);
+
 /// Leaves the detail in a view that is common.
 void reduceTo(const CommonDetail& detail, PlanView& plan);
 

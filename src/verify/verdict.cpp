@@ -106,8 +106,7 @@ double marginOf(const Evidence& e) {
 }
 
 double oddsOf(const Statistics& s, const VerdictModel& model) {
-  const auto terms = termsOf(s), weights = model.weightsFor(s);
-  return std::inner_product(terms.begin(), terms.end(), weights.begin(), 0.0);
+  return model.weightsFor(s).logOdds(termsOf(s));
 }
 
 double oddsOfTerm(const Statistics& s, const VerdictModel& model, Term term) {
@@ -120,41 +119,16 @@ double placeOdds(Statistics s, const VerdictModel& model) {
   return oddsOf(s, model);
 }
 
-/// How far the query shows the map at the best place, less what it shows of it at the others, as
-/// far as the next one is close: streets of one town stand alike.
-double shownOver(const Evidence& e) {
-  double at_rival = e.rivals.empty() ? *e.dense.shown : 0;
-  for (const PlaceEvidence& rival : e.rivals)
-    at_rival = std::max(at_rival, rival.dense.shown.value_or(0));
-  const double close = e.score > 0 ? std::clamp(2 * e.runner_up / e.score - 1, 0.0, 1.0) : 1;
-  return *e.dense.shown - close * std::max(0.0, at_rival);
-}
-
-/// Share of the map's own stretches that find a place elsewhere which stands out as far and fits as
-/// well, by its score and, where that was asked of both, by its points; what fits less counts less.
-/// Those of a usual map find none, which is taken of as many more.
-double shareOfLookAlikes(const Statistics& s, const std::vector<LookAlike>& look_alikes) {
-  constexpr double kFits = 0.9, kFitsNot = 0.7, kUsual = 12;
-  const auto asWell = [](double share) {
-    return std::clamp((share - kFitsNot) / (kFits - kFitsNot), 0.0, 1.0);
-  };
-  const double over_chance = s.dense.agreement - s.dense.by_chance;
-  const bool asked = s.dense.settled && s.dense.of_itself && over_chance > 0;
-  const double close = asked ? shareOfItself(over_chance, *s.dense.of_itself) : 0;
-  double found = 0;
-  for (const LookAlike& l : look_alikes) {
-    if (l.lead < s.lead) continue;
-    found += asWell(l.share / s.agreement) * (asked ? asWell(l.close / close) : 1);
+/// Mean over wrong places of a map, drawn to that of a usual map by as many as a few more.
+double meanOf(const std::vector<WrongPlace>& wrong_places,
+              std::optional<double> WrongPlace::*witness, double usual) {
+  constexpr double kUsualPlaces = 4;
+  double sum = kUsualPlaces * usual, count = kUsualPlaces;
+  for (const WrongPlace& place : wrong_places) {
+    sum += (place.*witness).value_or(0);
+    count += (place.*witness).has_value();
   }
-  return found / (static_cast<double>(look_alikes.size()) + kUsual);
-}
-
-/// How much less likely a copy of the map is for what the query shows: e times for every stretch of
-/// the way along which it shows all of the map. A copy shows less of it, the less the longer it is.
-double copyLeft(const Evidence& e) {
-  constexpr double kShownByCopy = 0.2, kStretch_m = 15;
-  if (!e.dense.shown) return 1;
-  return std::exp(-std::max(0.0, shownOver(e) - kShownByCopy) * e.travel_m / kStretch_m);
+  return sum / count;
 }
 
 /// Chance that the pose is as near to the truth as that its place is the right one.
@@ -163,8 +137,15 @@ double chanceToBeNear(const Statistics& s) {
   return s.sigma_m > 0 ? std::erf(kNear_m / (std::sqrt(2) * s.sigma_m)) : 1;
 }
 
+/// Odds against a registered place that the next one makes, as far as that fits as well: as often
+/// as the next place was the right one (offices, halls and towns).
+double oddsOfNextPlace(const Statistics& s) {
+  constexpr double kPerMargin = 1.5;
+  return s.dense.registered() ? std::exp(-kPerMargin * s.margin) : 0;
+}
+
 double confidenceOf(double odds, const Statistics& s) {
-  const double confidence = chanceToBeNear(s) / (1 + std::exp(-odds) + oddsAgainst(s));
+  const double confidence = chanceToBeNear(s) / (1 + std::exp(-odds) + oddsOfNextPlace(s));
   return s.dense.registered() || s.lead > 0 ? confidence
                                             : std::min(confidence, 0.5);  // one of two at best
 }
@@ -191,13 +172,8 @@ class Reason {
   }
   std::string ofRejected() const {
     const double odds = oddsOf(s_, model_);
-    if (odds >= odds_needed_ && chanceToBeNear(s_) < 1 - s_.look_alike)
-      return "the place fits, but the position there is open by metres" + whatWouldHelp();
     if (odds >= odds_needed_)
-      return fmt::format(
-          "the place fits, but so do others in this map: {:.0f} % of its own stretches look as "
-          "much like another one{}",
-          100 * s_.look_alike, whatWouldHelp());
+      return "the place fits, but the position there is open by metres" + whatWouldHelp();
     if (s_.dense.registered() && !s_.dense.settled)
       return "the best place does not hold: the points do not settle on the map there" +
              whatWouldHelp();
@@ -247,7 +223,9 @@ class Reason {
   /// Leads grow with the length of a query.
   std::string whatWouldHelp() const {
     if (e_.travel_m <= 0 || s_.lead <= 0) return "";
-    const double missing = odds_needed_ - oddsOf(s_, model_);
+    const EvidenceWeights& weights = model_.weightsFor(s_);
+    const double missing =
+        weights.linearPart(odds_needed_) - weights.linearPart(oddsOf(s_, model_));
     const double times = std::exp(missing / std::max(0.1, model_.alone[kLead])) - 1;
     if (!(times > 0) || times > kLongest) return "";
     return fmt::format("; about {:.0f} m more would tell", std::max(1.0, times * e_.travel_m));
@@ -268,7 +246,8 @@ bool oneOfSeveral(Evidence e, const Statistics& judged, const VerdictOptions& o,
   e.runner_up = e.passed_over = fits ? 0 : e.third;
   e.rivals.clear();
   Statistics s = statisticsOf(e);
-  s.look_alike = judged.look_alike;
+  s.null_excess = judged.null_excess;
+  s.null_missing = judged.null_missing;
   return confidenceOf(oddsOf(s, model), s) >= o.min_confidence;
 }
 
@@ -296,16 +275,21 @@ Statistics statisticsOf(const Evidence& e) {
   return s;
 }
 
-const std::array<double, kTerms>& VerdictModel::weightsFor(const Statistics& s) const {
+double EvidenceWeights::logOdds(const std::array<double, kTerms>& terms) const {
+  const double x = std::inner_product(terms.begin(), terms.end(), of.begin(), 0.0);
+  return x + sharpness * std::pow(std::max(0.0, x - knee), 2);
+}
+
+double EvidenceWeights::linearPart(double log_odds) const {
+  const double over = log_odds - knee;
+  if (!(over > 0 && sharpness > 0)) return log_odds;
+  return knee + (std::sqrt(1 + 4 * sharpness * over) - 1) / (2 * sharpness);
+}
+
+const EvidenceWeights& VerdictModel::weightsFor(const Statistics& s) const {
   if (!s.dense.registered()) return alone;
   if (!s.dense.shown) return registered;
   return s.dense.aerial ? air : shown;
-}
-
-double oddsAgainst(const Statistics& s) {
-  // As often as that the next place was the right one (offices, halls and towns).
-  constexpr double kPerMargin = 1.5;
-  return s.look_alike + (s.dense.registered() ? std::exp(-kPerMargin * s.margin) : 0);
 }
 
 std::array<double, kTerms> termsOf(const Statistics& s) {
@@ -330,9 +314,10 @@ std::array<double, kTerms> termsOf(const Statistics& s) {
   // where, and what is contradicted there, is seen.
   terms[kShown] = *dense.shown;
   terms[kContradicted] = kEvenBlocks - dense.contradicted.value_or(kEvenBlocks);
+  terms[kLogMargin] = std::log(s.margin - kLeastMargin + 1);
   if (dense.aerial) {
     terms[kExcess] = excessOf(s);
-    terms[kMargin] = s.margin;
+    terms[kNullMissing] = s.null_missing - kUsualNullMissing;
     return terms;
   }
   // There it is asked of exact depths, of which a quarter is even, and says less.
@@ -341,21 +326,22 @@ std::array<double, kTerms> termsOf(const Statistics& s) {
   terms[kSettled] = dense.settled;
   terms[kStanding] = dense.standing.value_or(kEvenStanding) - kEvenStanding;
   terms[kMissing] = kEvenBlocks - dense.missing.value_or(kEvenBlocks);
-  terms[kLogMargin] = std::log(s.margin - kLeastMargin + 1);
+  terms[kNullExcess] = s.null_excess - kUsualNullExcess;
   if (saw)
     terms[kSeenThrough] = std::min(kMostOfExact, seenLittle(*dense.seen_through, kEvenOfExact));
   return terms;
 }
 
 Verdict judge(const Evidence& e, const VerdictOptions& o, const VerdictModel& model,
-              const std::vector<LookAlike>& look_alikes) {
+              const std::vector<WrongPlace>& wrong_places) {
   Verdict verdict;
   if (!std::isfinite(e.score) || e.score <= 0) {
     verdict.reason = "nothing in the map agrees with the query";
     return verdict;
   }
   Statistics s = statisticsOf(e);
-  s.look_alike = shareOfLookAlikes(s, look_alikes) * copyLeft(e);
+  s.null_excess = meanOf(wrong_places, &WrongPlace::excess, kUsualNullExcess);
+  s.null_missing = meanOf(wrong_places, &WrongPlace::missing, kUsualNullMissing);
   verdict.statistics = s;
   verdict.witnesses.place = placeOdds(s, model);
   verdict.witnesses.dense = oddsOf(s, model) - verdict.witnesses.place;

@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <iterator>
 #include <map>
 #include <numeric>
+#include <set>
 #include <sstream>
 
 #include "xview/types/error.h"
@@ -19,13 +21,16 @@ extern const char* const kDefaultVerdictModel;
 
 namespace {
 
-constexpr double kRidge = 1e-4;  ///< of standardised weights, per answer
+constexpr double kRidge = 1e-3;  ///< of standardised weights, per answer
 constexpr int kNewtonSteps = 50;
 
 constexpr std::array<const char*, kTerms> kTermNames = {
-    "constant",     "agreement", "lead",         "known",     "excess",
-    "settled",      "standing",  "shown",        "missing",   "contradicted",
-    "seen_through", "margin",    "margin_there", "log_margin"};
+    "constant",     "agreement",  "lead",        "known",        "excess",       "settled",
+    "standing",     "shown",      "missing",     "contradicted", "seen_through", "margin",
+    "margin_there", "log_margin", "null_excess", "null_missing"};
+
+/// Which way a witness may count: more of it makes an answer likelier (+1), or less likely (-1).
+constexpr int signOf(Term term) { return term == kNullExcess ? -1 : 1; }
 
 /// Every weight beside its name in files.
 template <class Model, class Visit>
@@ -33,14 +38,17 @@ void forWeights(Model& model, const Visit& visit) {
   const auto all = [&](const std::string& name, auto& weights,
                        std::initializer_list<Term> of_such_evidence) {
     for (const Term t : of_such_evidence) visit(name + kTermNames[t], weights[t]);
+    visit(name + "knee", weights.knee);
+    visit(name + "sharpness", weights.sharpness);
   };
   all("alone.", model.alone, {kConstant, kAgreement, kLead});
   all("registered.", model.registered,
       {kConstant, kKnown, kExcess, kSeenThrough, kMargin, kMarginThere});
   all("shown.", model.shown,
       {kConstant, kKnown, kSettled, kStanding, kShown, kMissing, kContradicted, kSeenThrough,
-       kLogMargin});
-  all("air.", model.air, {kConstant, kKnown, kExcess, kShown, kContradicted, kMargin});
+       kLogMargin, kNullExcess});
+  all("air.", model.air,
+      {kConstant, kKnown, kExcess, kShown, kContradicted, kLogMargin, kNullMissing});
 }
 
 VerdictModel parse(const std::string& text, const std::string& path) {
@@ -72,8 +80,8 @@ VerdictModel parse(const std::string& text, const std::string& path) {
 /// An answer as the regression sees it.
 struct Sample {
   std::array<double, kTerms> terms;
-  double against = 0;  ///< odds against it that nothing here explains
   bool right = false;
+  std::size_t group = 0;
   double weight = 1;
 
   double logOdds(const std::array<double, kTerms>& weights) const {
@@ -81,34 +89,30 @@ struct Sample {
   }
 };
 
-/// Right and wrong answers weigh the same in all.
-void setWeights(std::vector<Sample>& samples) {
+/// Right and wrong answers weigh the same in all. False if there are none of either.
+bool setWeights(std::vector<Sample>& samples) {
   const auto n = static_cast<double>(samples.size());
   const auto rights = static_cast<double>(std::count_if(
       samples.begin(), samples.end(), [](const Sample& sample) { return sample.right; }));
-  if (rights == 0 || rights == n)
-    throw Error("verdict", "needs right and wrong answers of each kind to learn from");
+  if (rights == 0 || rights == n) return false;
   for (Sample& sample : samples) sample.weight = 0.5 * n / (sample.right ? rights : n - rights);
+  return true;
 }
 
-/// By Fisher scoring: the weights of columns that make the samples likeliest, beside the log odds
-/// that they have already. The ridge is of the weights as they are given.
-Eigen::VectorXd fitLogistic(const Eigen::MatrixXd& columns, const Eigen::VectorXd& before,
-                            const std::vector<Sample>& samples, double ridge) {
+/// By Fisher scoring: the weights of columns that make the samples likeliest, with a ridge.
+Eigen::VectorXd fitLogistic(const Eigen::MatrixXd& columns, const std::vector<Sample>& samples,
+                            double ridge) {
   Eigen::VectorXd beta = Eigen::VectorXd::Zero(columns.cols());
   for (int step = 0; step < kNewtonSteps; ++step) {
     Eigen::VectorXd gradient = ridge * beta;
+    gradient[0] = 0;  // the constant is free
     Eigen::MatrixXd H = ridge * Eigen::MatrixXd::Identity(columns.cols(), columns.cols());
     for (Eigen::Index i = 0; i < columns.rows(); ++i) {
-      // With the odds against, explained + a, p = 1 / (1 + odds) and dp / dx = p^2 explained.
       const Sample& sample = samples[i];
-      const double log_odds = before[i] + columns.row(i).dot(beta);
-      const double explained = std::exp(-std::clamp<double>(log_odds, -30, 30));
-      const double odds = explained + sample.against, p = 1 / (1 + odds);
-      gradient +=
-          sample.weight * explained * (sample.right ? -p : p / odds) * columns.row(i).transpose();
-      H += sample.weight * std::max(1e-9, std::pow(explained * p, 2) / odds) *
-           columns.row(i).transpose() * columns.row(i);
+      const double p = 1 / (1 + std::exp(-columns.row(i).dot(beta)));
+      gradient += sample.weight * (p - (sample.right ? 1 : 0)) * columns.row(i).transpose();
+      H +=
+          sample.weight * std::max(1e-9, p * (1 - p)) * columns.row(i).transpose() * columns.row(i);
     }
     const Eigen::VectorXd move = H.ldlt().solve(gradient);
     beta -= move / std::max(1.0, move.norm() / 2);
@@ -117,7 +121,7 @@ Eigen::VectorXd fitLogistic(const Eigen::MatrixXd& columns, const Eigen::VectorX
   return beta;
 }
 
-/// The weights of all terms.
+/// The weights of all terms. A term that would count the wrong way is left out.
 std::array<double, kTerms> fitTerms(const std::vector<Sample>& samples) {
   const auto n = static_cast<double>(samples.size());
   Eigen::MatrixXd columns(samples.size(), kTerms);
@@ -131,8 +135,16 @@ std::array<double, kTerms> fitTerms(const std::vector<Sample>& samples) {
     if (!(spread[c] > 1e-9)) spread[c] = 1;
     columns.col(c) = (columns.col(c).array() - mean[c]) / spread[c];
   }
-  Eigen::VectorXd beta =
-      fitLogistic(columns, Eigen::VectorXd::Zero(columns.rows()), samples, kRidge * n);
+  Eigen::VectorXd beta;
+  for (bool again = true; again;) {
+    again = false;
+    beta = fitLogistic(columns, samples, kRidge * n);
+    for (Eigen::Index c = 1; c < columns.cols(); ++c) {
+      if (!(beta[c] * signOf(static_cast<Term>(c)) < -1e-9)) continue;
+      columns.col(c).setZero();
+      again = true;
+    }
+  }
   for (Eigen::Index c = 1; c < columns.cols(); ++c) {
     beta[c] /= spread[c];
     beta[kConstant] -= beta[c] * mean[c];
@@ -142,21 +154,45 @@ std::array<double, kTerms> fitTerms(const std::vector<Sample>& samples) {
   return weights;
 }
 
-/// What the constant lacks so that answers that are nearly sure are right as often as they say:
-/// sums of witnesses err most where all of them agree, and there it is decided.
-double shiftOfSure(const std::array<double, kTerms>& weights, const std::vector<Sample>& samples) {
-  constexpr double kSure = 0.95, kRidgeOfShift = 1;
-  std::vector<Sample> sure;
-  std::vector<double> log_odds;
-  for (const Sample& sample : samples) {
-    const double x = sample.logOdds(weights);
-    if (1 / (1 + std::exp(-x) + sample.against) < kSure) continue;
-    sure.push_back(sample);
-    log_odds.push_back(x);
+/// Log odds of each sample by weights that the other groups set; by those of all where the others
+/// have no right or no wrong ones.
+std::vector<double> leftOutLogOdds(const std::vector<Sample>& samples,
+                                   const std::array<double, kTerms>& of_all) {
+  std::set<std::size_t> groups;
+  for (const Sample& sample : samples) groups.insert(sample.group);
+  std::vector<double> log_odds(samples.size());
+  for (const std::size_t group : groups) {
+    std::vector<Sample> others;
+    std::copy_if(samples.begin(), samples.end(), std::back_inserter(others),
+                 [&](const Sample& sample) { return sample.group != group; });
+    const bool can_learn = setWeights(others);
+    const std::array<double, kTerms> weights = can_learn ? fitTerms(others) : of_all;
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+      if (samples[i].group == group) log_odds[i] = samples[i].logOdds(weights);
+    }
   }
-  const auto n = static_cast<Eigen::Index>(sure.size());
-  return fitLogistic(Eigen::MatrixXd::Ones(n, 1),
-                     Eigen::Map<const Eigen::VectorXd>(log_odds.data(), n), sure, kRidgeOfShift)[0];
+  return log_odds;
+}
+
+/// The weights of samples whose own group did not set them say too much or too little: their log
+/// odds z become a + b z + c max(0, z - 1)^2, the likeliest such with b and c not negative.
+EvidenceWeights calibrated(const std::array<double, kTerms>& weights,
+                           const std::vector<Sample>& samples) {
+  constexpr double kKnee = 1, kLeastSlope = 0.2, kRidgeOfCalibration = 1e-3;
+  const std::vector<double> z = leftOutLogOdds(samples, weights);
+  Eigen::MatrixXd columns(samples.size(), 3);
+  for (std::size_t i = 0; i < samples.size(); ++i)
+    columns.row(static_cast<Eigen::Index>(i)) << 1, z[i], std::pow(std::max(0.0, z[i] - kKnee), 2);
+  Eigen::VectorXd abc = fitLogistic(columns, samples, kRidgeOfCalibration);
+  if (abc[2] < 0) {
+    columns.col(2).setZero();
+    abc = fitLogistic(columns, samples, kRidgeOfCalibration);
+  }
+  const double a = abc[0], b = std::max(kLeastSlope, abc[1]);
+  EvidenceWeights result{weights, a + b * kKnee, std::max(0.0, abc[2]) / (b * b)};
+  for (double& weight : result.of) weight *= b;
+  result[kConstant] += a;
+  return result;
 }
 
 }  // namespace
@@ -188,16 +224,16 @@ VerdictModel verdictModelOf(const VerdictOptions& options) {
 }
 
 VerdictModel fitVerdictModel(const std::vector<JudgedStatistics>& answers) {
-  const auto fit = [&](const auto& evidence, auto& weights) {
+  const auto fit = [&](const auto& evidence, EvidenceWeights& weights) {
     std::vector<Sample> samples;
     for (const JudgedStatistics& a : answers) {
       if (const std::optional<Statistics> known = evidence(a.statistics))
-        samples.push_back({termsOf(*known), oddsAgainst(*known), a.right});
+        samples.push_back({termsOf(*known), a.right, a.group});
     }
     if (samples.empty() && !answers.empty()) return;  // nothing new is known of such answers
-    setWeights(samples);
-    weights = fitTerms(samples);
-    weights[kConstant] += shiftOfSure(weights, samples);
+    if (!setWeights(samples))
+      throw Error("verdict", "needs right and wrong answers of each kind to learn from");
+    weights = calibrated(fitTerms(samples), samples);
   };
   using Known = std::optional<Statistics>;
   VerdictModel model = defaultVerdictModel();

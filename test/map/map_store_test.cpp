@@ -54,11 +54,10 @@ TEST(MapStore, KeepsGraphLabelsKeyframesAndTextsExactly) {
   EXPECT_EQ(loaded.source_of_pose, map.source_of_pose);
   EXPECT_EQ(loaded.sources, map.sources);
   EXPECT_EQ(loaded.options_yaml, map.options_yaml);
-  ASSERT_EQ(loaded.look_alikes.size(), map.look_alikes.size());
-  for (std::size_t i = 0; i < map.look_alikes.size(); ++i) {
-    EXPECT_EQ(loaded.look_alikes[i].lead, map.look_alikes[i].lead);
-    EXPECT_EQ(loaded.look_alikes[i].share, map.look_alikes[i].share);
-    EXPECT_EQ(loaded.look_alikes[i].close, map.look_alikes[i].close);
+  ASSERT_EQ(loaded.wrong_places.size(), map.wrong_places.size());
+  for (std::size_t i = 0; i < map.wrong_places.size(); ++i) {
+    EXPECT_EQ(loaded.wrong_places[i].excess, map.wrong_places[i].excess);
+    EXPECT_EQ(loaded.wrong_places[i].missing, map.wrong_places[i].missing);
   }
 }
 

@@ -110,7 +110,7 @@ map::SemanticMap sampleMap(std::uint64_t seed) {
   for (std::int64_t i = 0; i < 20; ++i) addSampleKeyframe(i, random, map);
   map.sources = {"town/forward", "with 'quotes'; and spaces"};
   map.options_yaml = "edges:\n  radius_m: 25\n";
-  map.look_alikes = {{0.1, 1. / 3}, {1e-7, 0, 0.25}, {1234.5, 1, 0}};
+  map.wrong_places = {{0.1, 1. / 3}, {1e-7, {}}, {{}, 1}, {{}, {}}};
   return map;
 }
 

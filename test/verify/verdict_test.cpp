@@ -6,7 +6,6 @@
 #include <cmath>
 #include <fstream>
 #include <limits>
-#include <numeric>
 
 #include "support/test_data.h"
 #include "xview/types/error.h"
@@ -185,44 +184,30 @@ TEST(Verdict, ViewsThatAgreeMoreTellMoreThanPointsThatDo) {
   EXPECT_GT(marginBy(Of::views, 0.1), marginBy(Of::points, 0.1) + 0.5);
 }
 
-TEST(Verdict, AMapThatRepeatsItselfIsBelievedAsFarAsItDoesNot) {
-  const auto among = [](std::size_t copies, double lead, double share) {
-    std::vector<LookAlike> all(60, {1, 0.2});
-    for (std::size_t i = 0; i < copies; ++i) all[i] = {lead, share};
-    return judge(goodView(), kOptions, defaultVerdictModel(), all);
+/// The same evidence says less where wrong places of the map show nearly as much.
+TEST(Verdict, EvidenceIsComparedWithWrongPlacesOfTheMapAtHand) {
+  Evidence e = goodView();
+  e.dense = points(0.2, 0.05);
+  e.dense.missing = 0.3;
+  e.dense.standing = 0.7;
+  const auto confidenceAmong = [&](const std::vector<WrongPlace>& wrong_places) {
+    return judge(e, kOptions, defaultVerdictModel(), wrong_places).confidence;
   };
-  const double lead = statisticsOf(goodView()).lead;
-  const double of_unique = among(0, 0, 0).confidence;
-  EXPECT_EQ(among(0, 0, 0).status, Status::accepted);
-  EXPECT_GT(of_unique, 0.99);
-  EXPECT_EQ(among(20, 0.9 * lead, 1).confidence, of_unique) << "none of them stood out so far";
-  EXPECT_EQ(among(20, 1.1 * lead, 0.5).confidence, of_unique) << "none of them fitted so well";
-  const double agreement = statisticsOf(goodView()).agreement;
-  EXPECT_NEAR(among(20, 1.1 * lead, 0.8 * agreement).statistics.look_alike, 10. / 72, 1e-12);
-  const Verdict copied = among(20, 1.1 * lead, 1);
-  EXPECT_NE(copied.status, Status::accepted);
-  EXPECT_NEAR(copied.confidence, 72. / (72 + 20), 0.01);
-  EXPECT_NE(copied.reason.find("28 % of its own stretches"), std::string::npos) << copied.reason;
-  EXPECT_NEAR(copied.statistics.look_alike, 20. / 72, 1e-12);
-}
-
-TEST(Verdict, APlaceWhosePointsLieCloserThanThoseOfCopiesIsNoCopy) {
-  const auto among = [](double close, const DenseEvidence& dense) {
-    Evidence e = goodView();
-    e.dense = dense;
-    const std::vector<LookAlike> copies(48, {1e9, 1, close});
-    return judge(e, kOptions, defaultVerdictModel(), copies).statistics.look_alike;
-  };
-  const double all = 48. / 60;
-  const DenseEvidence closest = points(0.8, 0.1, {}, 0.7), halfway = points(0.4, 0.05, {}, 0.7);
-  EXPECT_NEAR(among(1, closest), all, 1e-9);
-  EXPECT_NEAR(among(0.8, closest), all / 2, 1e-9);
-  EXPECT_EQ(among(0.6, closest), 0);
-  EXPECT_NEAR(among(0.6, halfway), all, 1e-9) << "theirs lie no less closely";
-  EXPECT_NEAR(among(0.6, points(0.8, 0.1, 0.5)), all, 1e-9) << "nobody asked the query";
-  DenseEvidence unsettled = closest;
-  unsettled.settled = false;
-  EXPECT_NEAR(among(0.6, unsettled), all, 1e-9);
+  const WrongPlace usual{kUsualNullExcess, kUsualNullMissing};
+  const std::vector<WrongPlace> alike(60, {0.3, 0.2}), unique(60, {0.02, 0.6});
+  for (const bool aerial : {false, true}) {
+    e.dense.aerial = aerial;
+    e.runner_up = e.passed_over = aerial ? 60 : 240;
+    e.dense.shown = aerial ? -0.1 : 0.05;
+    e.dense.contradicted = aerial ? 0.45 : 0.25;
+    EXPECT_NEAR(confidenceAmong({}), confidenceAmong({60, usual}), 1e-12);
+    EXPECT_NEAR(confidenceAmong({}), confidenceAmong({60, WrongPlace{}}), 1e-12) << "not asked";
+    EXPECT_LT(confidenceAmong(alike), confidenceAmong({}));
+    EXPECT_LT(confidenceAmong({}), confidenceAmong(unique));
+  }
+  const Statistics s = judge(e, kOptions, defaultVerdictModel(), alike).statistics;
+  EXPECT_NEAR(s.null_excess, (60 * 0.3 + 4 * kUsualNullExcess) / 64, 1e-12);
+  EXPECT_NEAR(s.null_missing, (60 * 0.2 + 4 * kUsualNullMissing) / 64, 1e-12);
 }
 
 TEST(Verdict, APoseThatIsOpenByMetresIsNotRight) {
@@ -437,7 +422,7 @@ TEST(Verdict, AStreetThatStandsOutButIsNotShownIsRefused) {
   e.dense = points(0.34, 0.04, 0.3);
   EXPECT_EQ(judged(e).status, Status::accepted) << judged(e).reason;
   e.dense.shown = -0.15;
-  e.dense.missing = 0.35;
+  e.dense.missing = 0.4;
   EXPECT_NE(judged(e).status, Status::accepted);
   EXPECT_NE(judged(e).reason.find("the query does not show"), std::string::npos)
       << judged(e).reason;
@@ -455,21 +440,6 @@ TEST(Verdict, WhatStandsElsewhereIsAsGoodAReasonAsWhatIsMissing) {
   e.dense.contradicted = 0.5;
   EXPECT_NE(judged(e).status, Status::accepted);
   EXPECT_NE(judged(e).reason.find("the map does not show"), std::string::npos) << judged(e).reason;
-}
-
-TEST(Verdict, ACopyThatWouldHaveToBeLongIsLessLikely) {
-  Evidence e = goodView();
-  e.dense.shown = 0.6;
-  const std::vector<LookAlike> copies(60, {1e9, 1});
-  double before = 1;
-  for (const double travel_m : {0., 15., 60., 200.}) {
-    e.travel_m = travel_m;
-    const double copy = judge(e, {}, defaultVerdictModel(), copies).statistics.look_alike;
-    EXPECT_LT(copy, before) << travel_m;
-    before = copy;
-  }
-  e.dense.shown = 0.1;  // no more than a copy shows
-  EXPECT_GT(judge(e, {}, defaultVerdictModel(), copies).statistics.look_alike, 0.5);
 }
 
 TEST(Witnesses, SayWhatEachKnows) {
@@ -499,8 +469,8 @@ std::vector<JudgedStatistics> answersOf(const VerdictModel& truth, int count) {
     if (e.score <= 0) continue;
     const Verdict v = judge(e, kOptions, truth);
     const double odds = v.witnesses.place + v.witnesses.dense;
-    answers.push_back(
-        {v.statistics, random.uniform() < 1 / (1 + std::exp(-odds) + oddsAgainst(v.statistics))});
+    answers.push_back({v.statistics, random.uniform() < 1 / (1 + std::exp(-odds)),
+                       static_cast<std::size_t>(i % 8)});
   }
   return answers;
 }
@@ -523,46 +493,83 @@ TEST(VerdictModel, IsFoundFromAnswers) {
   truth.air[kExcess] = 5;
   truth.air[kContradicted] = 6;
   const VerdictModel found = fitVerdictModel(answersOf(truth, 120000));
-  for (std::size_t t = kConstant + 1; t < kTerms; ++t) {  // that depends on how many are right
+  for (std::size_t i = kConstant + 1; i < kTerms; ++i) {  // that depends on how many are right
+    const auto t = static_cast<Term>(i);
     EXPECT_NEAR(found.shown[t], truth.shown[t], 0.15 * std::abs(truth.shown[t]) + 0.1) << t;
     EXPECT_NEAR(found.air[t], truth.air[t], 0.15 * std::abs(truth.air[t]) + 0.15) << t;
   }
 }
 
-TEST(VerdictModel, OfAnswersThatAreNearlySureAsManyAreRightAsTheySay) {
-  // What is clear is clearer than a line through all answers says.
-  struct Group {
-    double missing;
-    int rights, wrongs;
+/// Answers of three bands of one witness, in worlds that are alike.
+std::vector<JudgedStatistics> answersOfBands(double right_of_surest) {
+  struct Band {
+    double missing, right;
   };
-  constexpr Group kGroups[] = {{0.4, 100, 1900}, {0.25, 1000, 1000}, {0.1, 1998, 2}};
+  std::vector<JudgedStatistics> answers;
   Statistics statistics;
   statistics.margin = 12;
   statistics.dense = points(0.5, 0.1, 0.5);
-  std::vector<JudgedStatistics> answers;
-  double rights = 0, wrongs = 0;
-  for (const Group& group : kGroups) {
-    statistics.dense.missing = group.missing;
-    answers.insert(answers.end(), group.rights, {statistics, true});
-    answers.insert(answers.end(), group.wrongs, {statistics, false});
-    rights += group.rights;
-    wrongs += group.wrongs;
+  for (const Band& band : {Band{0.4, 0.05}, Band{0.25, 0.5}, Band{0.1, right_of_surest}}) {
+    statistics.dense.missing = band.missing;
+    for (std::size_t i = 0; i < 4000; ++i)
+      answers.push_back({statistics, static_cast<double>(i) < 4000 * band.right, i % 4});
   }
+  return answers;
+}
+
+TEST(VerdictModel, OfAnswersThatAreNearlySureAsManyAreRightAsTheySay) {
+  constexpr double kRight = 0.999;  // clearer than a line through all answers says
+  const VerdictModel found = fitVerdictModel(answersOfBands(kRight));
+  Statistics surest = answersOfBands(kRight).back().statistics;
+  const double said = 1 / (1 + std::exp(-found.weightsFor(surest).logOdds(termsOf(surest))));
+  const double rights = 0.05 + 0.5 + kRight, right = kRight / rights,
+               wrong = (1 - kRight) / (3 - rights);
+  EXPECT_GT(found.shown.sharpness, 0);
+  for (const double odds : {-3., 0.5, 7., 40.}) {
+    std::array<double, kTerms> only_constant{};
+    only_constant[kConstant] = found.shown.linearPart(odds) / found.shown[kConstant];
+    EXPECT_NEAR(found.shown.logOdds(only_constant), odds, 1e-9);
+  }
+  EXPECT_NEAR(said, right / (right + wrong), 0.001);
+  VerdictModel straight = found;
+  straight.shown.sharpness = 0;
+  EXPECT_LT(1 / (1 + std::exp(-straight.weightsFor(surest).logOdds(termsOf(surest)))),
+            said - 0.002);
+}
+
+/// A witness that is right in one world only sets weights that other worlds do not confirm.
+TEST(VerdictModel, IsCalibratedOnWorldsThatDidNotSetTheWeights) {
+  const auto sureOf = [](bool one_world) {
+    std::vector<JudgedStatistics> answers = answersOfBands(0.95);
+    for (std::size_t i = 0; i < answers.size(); ++i) {
+      JudgedStatistics& answer = answers[i];
+      // Shown tells right from wrong, in one way round in worlds 0 and 1 and not in others.
+      const bool tells = answer.group < 2 || one_world;
+      answer.statistics.dense.shown = (tells ? answer.right : i % 3 == 0) ? 0.6 : 0.2;
+      if (one_world) answer.group = 0;
+    }
+    Statistics surest = answers.back().statistics;
+    surest.dense.shown = 0.6;
+    const VerdictModel found = fitVerdictModel(answers);
+    return found.weightsFor(surest).logOdds(termsOf(surest));
+  };
+  EXPECT_GT(sureOf(true), sureOf(false) + 1);
+}
+
+TEST(VerdictModel, LeavesATermOutThatWouldCountTheWrongWay) {
+  std::vector<JudgedStatistics> answers = answersOfBands(0.95);
+  for (JudgedStatistics& answer : answers) answer.statistics.known = answer.right ? 0.5 : 0.9;
   const VerdictModel found = fitVerdictModel(answers);
-  const auto terms = termsOf(statistics), weights = found.weightsFor(statistics);
-  const double odds =
-      std::exp(std::inner_product(terms.begin(), terms.end(), weights.begin(), 0.0));
-  const double said = 1 / (1 + 1 / odds + oddsAgainst(statistics));
-  const double right = kGroups[2].rights / rights, wrong = kGroups[2].wrongs / wrongs;
-  EXPECT_NEAR(said, right / (right + wrong), 0.003) << "the line alone says 0.02 less";
+  EXPECT_NEAR(found.shown[kKnown], 0, 1e-9);
+  EXPECT_GT(found.shown[kMissing], 1);
 }
 
 TEST(VerdictModel, WithoutAnswersThatShowTheMapThoseWeightsStay) {
   std::vector<JudgedStatistics> answers = answersOf(defaultVerdictModel(), 2000);
   for (JudgedStatistics& answer : answers) answer.statistics.dense.shown.reset();
   const VerdictModel found = fitVerdictModel(answers);
-  EXPECT_EQ(found.shown, defaultVerdictModel().shown);
-  EXPECT_NE(found.registered, defaultVerdictModel().registered);
+  EXPECT_EQ(found.shown.of, defaultVerdictModel().shown.of);
+  EXPECT_NE(found.registered.of, defaultVerdictModel().registered.of);
 }
 
 TEST(VerdictModel, SurvivesItsFile) {
@@ -571,7 +578,8 @@ TEST(VerdictModel, SurvivesItsFile) {
   std::ofstream(path) << toText(defaultVerdictModel());
   const VerdictModel read = readVerdictModel(path);
   for (std::size_t t = 0; t < kTerms; ++t)
-    EXPECT_NEAR(read.shown[t], defaultVerdictModel().shown[t], 1e-3);
+    EXPECT_NEAR(read.shown.of[t], defaultVerdictModel().shown.of[t], 1e-3);
+  EXPECT_NEAR(read.air.sharpness, defaultVerdictModel().air.sharpness, 1e-3);
   std::ofstream(path, std::ios::app) << "registered.hope 3\n";
   EXPECT_THROW(readVerdictModel(path), Error);
   std::ofstream(path) << "alone.lead much\n";

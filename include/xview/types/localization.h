@@ -93,15 +93,14 @@ struct Witnesses {
   double dense = 0;            ///< how many points meet the map after the refinement
 };
 
-/// What a stretch of a map looks like to itself if its own place is left out: how the best other
-/// place stands out of the rest, and which share of the score of its own place it has. A query from
-/// beyond the map would find the like.
-struct LookAlike {
-  double lead = 0;  ///< as in Statistics
-  double share = 0;
-  /// How much closer than by chance its points lie on their like there, as a share of the same at
-  /// its own place; 1 where that was not asked.
-  double close = 1;
+/// What a stretch of a map shows at the best place that is not its own: a sample of what wrong
+/// places of this map look like.
+struct WrongPlace {
+  /// Inlier ratio of its points there above that by chance, in [-1, 1]; 0 if they do not settle.
+  /// Nothing for a map without points.
+  std::optional<double> excess;
+  /// As Visibility::missing, asked there.
+  std::optional<double> missing;
 };
 
 /// Share of what stands at a place that is missing or contradicted there at about even odds.
@@ -154,6 +153,9 @@ struct DenseEvidence : Visibility {
   bool registered() const { return of != Of::nothing; }
 };
 
+/// Medians over the means of 43 maps.
+constexpr double kUsualNullExcess = 0.10, kUsualNullMissing = 0.45;
+
 /// What the verdict was made of.
 struct Statistics {
   double lead = 0;       ///< (s1 - s2) ln(s1 / s2) of the best two places, with noise [nats]
@@ -161,10 +163,12 @@ struct Statistics {
   double known = 1;      ///< share of the query that lies where the map was seen
   double margin = 0;     ///< how much better the place fits than any other; see verify::fitOf
   DenseEvidence dense;
-  double look_alike = 0;  ///< share of the map's own stretches that find such a place elsewhere, as
-                          ///< far as what is shown leaves it open
-  double sigma_m = 0;     ///< of the registered position where it is known least, in lengths of a
-                          ///< town; 0 = not known
+  /// Means over wrong places of the map at hand (WrongPlace): how much its streets, rooms and
+  /// houses resemble each other. Those of a usual map where the map was not asked.
+  double null_excess = kUsualNullExcess;
+  double null_missing = kUsualNullMissing;
+  double sigma_m = 0;  ///< of the registered position where it is known least, in lengths of a
+                       ///< town; 0 = not known
 };
 
 /// Milliseconds per stage, in the order of execution.

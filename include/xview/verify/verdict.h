@@ -15,7 +15,7 @@ namespace xview::verify {
 struct VerdictOptions {
   /// Share of right ones among answers with just this evidence, from which on an answer is
   /// accepted.
-  double min_confidence = 0.98;
+  double min_confidence = 0.99;
   double min_known_share = 0.15;  ///< share of the query that must lie where the map was seen
   std::string model;  ///< file of xview learn --verdict; empty = what the program comes with
 };
@@ -90,25 +90,36 @@ enum Term : std::size_t {
   kMargin,        ///< how much better the place fits than any other
   kMarginThere,   ///< which says more where the points agree: times what is in excess
   kLogMargin,     ///< logarithm of the margin: a stranger may fit one place of the map only, too
+  kNullExcess,    ///< how closely points lie on their like at wrong places of this map, over usual
+  kNullMissing,   ///< how much of the map stretches of it miss at wrong places, over usual
   kTerms
+};
+
+/// Log odds x = weights . terms, and x + sharpness * max(0, x - knee)^2 above the knee: where all
+/// witnesses agree, right answers are more frequent than a sum of dependent witnesses says.
+struct EvidenceWeights {
+  std::array<double, kTerms> of{};
+  double knee = 0, sharpness = 0;
+
+  double& operator[](Term term) { return of[term]; }
+  double operator[](Term term) const { return of[term]; }
+  double logOdds(const std::array<double, kTerms>& terms) const;
+  /// The x of which these are the log odds.
+  double linearPart(double log_odds) const;
 };
 
 /// The weights. The witnesses are not independent, so those that there are were fitted together:
 /// the place alone, with a registration, with what the query shows of the map as well, and the same
 /// of queries from the air. Terms that such evidence has not weigh 0.
 struct VerdictModel {
-  std::array<double, kTerms> alone{}, registered{}, shown{}, air{};
+  EvidenceWeights alone, registered, shown, air;
 
   /// Those for the evidence that there is.
-  const std::array<double, kTerms>& weightsFor(const Statistics& statistics) const;
+  const EvidenceWeights& weightsFor(const Statistics& statistics) const;
 };
 
 /// 0 for evidence that there is not.
 std::array<double, kTerms> termsOf(const Statistics& statistics);
-
-/// Odds against a place that other places make: copies of it beyond the map, as far as the map has
-/// such (Statistics::look_alike), and the next place in it, as far as that fits as well.
-double oddsAgainst(const Statistics& statistics);
 
 /// How well a place fits after a close look, to tell the places of one query apart [nats]: how
 /// closely its points lie on their like, however closely, what the query shows there of the map,
@@ -128,12 +139,13 @@ std::string toText(const VerdictModel& model);
 struct JudgedStatistics {
   Statistics statistics;
   bool right = false;
+  std::size_t group = 0;  ///< answers of one world or recording
 };
-/// The likeliest model if all right answers weigh as much as all wrong ones (logistic regression
-/// with a small ridge, so that it exists); then its constant is moved so that of the answers that
-/// are nearly sure as many are right as they say. Each set of weights is learned from all answers
-/// that have its evidence; where none has, the weights stay those of the program. Throws Error if
-/// right or wrong ones are missing.
+/// The likeliest model if all right answers weigh as much as all wrong ones: logistic regression
+/// with a small ridge, in which no better witness may count against an answer. Its odds are then
+/// calibrated on answers that did not set the weights: each group is judged by the others. Each set
+/// of weights is learned from all answers that have its evidence; where none has, the weights stay
+/// those of the program. Throws Error if right or wrong ones are missing.
 VerdictModel fitVerdictModel(const std::vector<JudgedStatistics>& answers);
 
 struct Verdict {
@@ -153,13 +165,13 @@ struct Verdict {
 /// stand as the map does and show what the map shows. Correspondences add nothing to these
 /// (measured) and are reported only.
 ///
-/// All that tells how well a query fits says nothing against a copy of its place, of which only the
-/// map can tell how usual it is: the share of its own stretches that find as good a place elsewhere
-/// (`look_alikes`; none if nobody asked it) adds to the odds against. And a pose is right only as
-/// far as its own covariance leaves it near the truth.
+/// How unlikely evidence is at a wrong place depends on the map: streets of one plan and rooms of
+/// one floor fit each other closely. `wrong_places` samples that in the map at hand (none if nobody
+/// asked it: a usual map). And a pose is right only as far as its own covariance leaves it near the
+/// truth.
 Verdict judge(const Evidence& evidence, const VerdictOptions& options,
               const VerdictModel& model = defaultVerdictModel(),
-              const std::vector<LookAlike>& look_alikes = {});
+              const std::vector<WrongPlace>& wrong_places = {});
 
 /// Of the position of a pose in the plane, where it is known least [m].
 double horizontalSigma(const Matrix6d& covariance);
