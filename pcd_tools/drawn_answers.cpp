@@ -28,7 +28,7 @@ LabelledCloud thinned(LabelledCloud cloud, double voxel_m) {
 }
 
 bool isBareCloud(const std::string& path) {
-  return isCloudPath(path) && io::readCloudHeader(path).label_field.empty();
+  return io::isCloudFile(path) && io::readCloudHeader(path).label_field.empty();
 }
 
 }  // namespace

@@ -225,7 +225,7 @@ class InfoCommand final : public Command {
   }
 
  private:
-  /// A single PCD or PLY; one without labels is described as well, as what it lacks is worth
+  /// A single PCD, PLY or LAS; one without labels is described as well, as what it lacks is worth
   /// knowing.
   void printCloud(Sheet& sheet, const std::string& path, const io::InputOptions& options,
                   const Job& job) const {
@@ -237,10 +237,13 @@ class InfoCommand final : public Command {
     sheet.row("format", header.format);
     sheet.row("points", std::to_string(header.points), header.points);
     sheet.row("fields", fmt::format("{}", fmt::join(header.fields, " ")), header.fields);
+    if (!header.georeference.empty()) sheet.row("georeference", header.georeference);
     sheet.row("label", or_none(header.label_field));
     sheet.row("instance", or_none(header.instance_field));
-    if (header.label_field.empty()) {
-      const auto raw = io::openRecording(path, options);
+    const bool may_be_raw = header.label_field.empty() || header.format.rfind("LAS", 0) == 0;
+    const auto raw = may_be_raw ? io::openRecording(path, options) : nullptr;
+    if (raw && raw->labels().empty()) {
+      for (const std::string& note : raw->notes()) job.narrate.note(path + ": " + note);
       printSize(sheet, std::vector<const FrameSource*>{raw.get()}, job.options);
       return sheet.bounds("bounds", censusOf(raw->read(0)).bounds);
     }

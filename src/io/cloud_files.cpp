@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "xview/io/cloud_files.h"
 
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <cctype>
 #include <cmath>
@@ -55,11 +57,27 @@ class CloudBuilder {
   LabelledCloud cloud_;
 };
 
-FileLayout readLayout(InputFile& file) {
-  std::string ending = std::filesystem::path(file.path()).extension().string();
+struct CloudFormat {
+  const char* ending;
+  FileLayout (*readHeader)(InputFile& file);
+};
+/// Every kind of cloud by the ending of its files, and who reads its header.
+constexpr CloudFormat kCloudFormats[] = {
+    {".pcd", readPcdHeader}, {".ply", readPlyHeader}, {".las", readLasHeader}};
+
+const CloudFormat* cloudFormatOf(const std::string& path) {
+  std::string ending = std::filesystem::path(path).extension().string();
   for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  if (ending != ".ply" && ending != ".pcd") file.fail("expected a file that ends in .pcd or .ply");
-  FileLayout layout = ending == ".ply" ? readPlyHeader(file) : readPcdHeader(file);
+  const auto found =
+      std::find_if(std::begin(kCloudFormats), std::end(kCloudFormats),
+                   [&](const CloudFormat& format) { return format.ending == ending; });
+  return found == std::end(kCloudFormats) ? nullptr : found;
+}
+
+FileLayout readLayout(InputFile& file) {
+  const CloudFormat* format = cloudFormatOf(file.path());
+  if (!format) file.fail("expected a file that ends in {}", fmt::join(cloudEndings(), ", "));
+  FileLayout layout = format->readHeader(file);
   checkSize(file, layout);
   return layout;
 }
@@ -99,15 +117,18 @@ LabelledCloud readPoints(InputFile& file, const FileLayout& layout, const Elemen
   ChosenColumns columns(points, file);
   const auto label = columns.add(ids.label), instance = columns.add(ids.instance),
              sigma = columns.add(findSigmaColumn(points, file));
+  const bool has_flags = ids.label && points.columns[*ids.label].name == "classification";
+  const std::uint32_t label_bits = has_flags ? layout.label_bits : ~std::uint32_t{0};
   CloudBuilder builder(farLimit(layout, columns));
   readTable(file, layout, points, columns.all(), [&](const double* values, const RowPlace& place) {
     if (place.row == 0) builder.reserve(likelyPoints(file, layout, points));
-    const Eigen::Vector3d position(values[0], values[1], values[2]);
+    const Eigen::Vector3d position =
+        Eigen::Array3d(values[0], values[1], values[2]) * layout.scale + layout.offset;
     if (!position.allFinite()) return;  // a pixel without measurement; its label means nothing
-    builder.add(position, columns.id(label, values, place), columns.id(instance, values, place),
-                columns.sigma(sigma, values, place), place);
+    builder.add(position, columns.id(label, values, place) & label_bits,
+                columns.id(instance, values, place), columns.sigma(sigma, values, place), place);
   });
-  requireEnd(file, layout);
+  if (layout.ends_with_rows) requireEnd(file, layout);
   return builder.finish();
 }
 
@@ -245,6 +266,14 @@ LabelledCloud readScan(InputFile& scan, std::optional<InputFile>& labels, std::s
 
 }  // namespace
 
+std::vector<std::string> cloudEndings() {
+  std::vector<std::string> endings;
+  for (const CloudFormat& format : kCloudFormats) endings.emplace_back(format.ending);
+  return endings;
+}
+
+bool isCloudFile(const std::string& path) { return cloudFormatOf(path) != nullptr; }
+
 float largestFloatCoordinate(const std::string& path) {
   struct Found {};  // one point is enough
   InputFile file(path);
@@ -264,6 +293,26 @@ float largestFloatCoordinate(const std::string& path) {
   return largest;
 }
 
+bool tellsClasses(const std::string& path) {
+  struct Found {};  // one point is enough
+  constexpr std::uint32_t kTellNothing[] = {0, 1, 2, 7, 8, 12, 18, 20};
+  InputFile file(path);
+  const FileLayout layout = readLayout(file);
+  const Element& points = pointsOf(layout, file);
+  const auto label = findIdColumns(points, {}, file).label;
+  if (!label) return false;
+  try {
+    readTable(file, layout, points, {*label}, [&](const double* value, const RowPlace&) {
+      const auto id = static_cast<std::uint32_t>(*value) & layout.label_bits;
+      const auto end = std::end(kTellNothing);
+      if (std::find(std::begin(kTellNothing), end, id) == end) throw Found();
+    });
+  } catch (const Found&) {
+    return true;
+  }
+  return false;
+}
+
 CloudHeader readCloudHeader(const std::string& path, const CloudFields& fields) {
   InputFile file(path);
   const FileLayout layout = readLayout(file);
@@ -276,6 +325,8 @@ CloudHeader readCloudHeader(const std::string& path, const CloudFields& fields) 
   if (ids.label) header.label_field = points.columns[*ids.label].name;
   if (ids.instance) header.instance_field = points.columns[*ids.instance].name;
   header.labels = readClassComments(layout.comments, file);
+  header.georeference = layout.georeference;
+  header.notes = layout.notes;
   return header;
 }
 

@@ -86,6 +86,14 @@ void InputFile::readBytes(void* data, std::size_t bytes) {
   if (count < bytes) fail("ends at byte {}, expected {} bytes more", position_, bytes - count);
 }
 
+void InputFile::seek(std::uint64_t position) {
+  if (position > size_) fail("ends at byte {}, expected something at byte {}", size_, position);
+  file_.clear();
+  file_.seekg(static_cast<std::streamoff>(position));
+  if (!file_) fail(std::string("cannot read: ") + std::strerror(errno));
+  position_ = position;
+}
+
 void InputFile::fail(const std::string& what) const { throw Error(path_, what); }
 
 void InputFile::failAtLine(const std::string& what) const { failAtLine(line_number_, what); }

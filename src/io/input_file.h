@@ -15,8 +15,9 @@
 
 namespace xview::io {
 
-/// A regular file that is read once from front to back, by lines and by bytes. Its size is known
-/// before anything is read, so that headers can be checked against it. All functions throw Error.
+/// A regular file that is read by lines and by bytes, mostly once from front to back. Its size is
+/// known before anything is read, so that headers can be checked against it. All functions throw
+/// Error.
 class InputFile {
  public:
   explicit InputFile(std::string path);
@@ -36,6 +37,8 @@ class InputFile {
   std::uint64_t lineNumber() const { return line_number_; }  ///< of the line read last, from 1
 
   void readBytes(void* data, std::size_t bytes);  ///< exactly so many
+  /// The next byte is the one at this position, which may be anywhere in the file.
+  void seek(std::uint64_t position);
 
   /// Words of the line read last as finite numbers.
   std::vector<double> numbersOf(const std::vector<std::string_view>& words) const;

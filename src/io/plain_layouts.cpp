@@ -2,6 +2,7 @@
 // Layouts of numbered files with camera.yaml and poses.txt: sequence folders, CARLA dumps, clouds.
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <limits>
 
@@ -88,14 +89,36 @@ std::string coarseSteps(const std::string& path) {
       largest, std::to_string(step_m).substr(0, 4));
 }
 
+/// Classes of LAS files have the numbers of the ASPRS. Where they tell no things apart, the files
+/// are raw unless a label set was asked for.
+void chooseLasClasses(RecordingListing& listing, const InputOptions& options,
+                      const fs::path& folder) {
+  const bool tells =
+      std::any_of(listing.frames.begin(), listing.frames.end(),
+                  [](const ListedFrame& frame) { return tellsClasses(frame.measurement); });
+  if (!tells && options.labels.empty()) {
+    listing.notes.push_back("its points have no class but unclassified, ground or noise");
+    return;
+  }
+  listing.labels =
+      namedLabels(options, folder.string(), std::nullopt).value_or(shippedLabelSet("las"));
+  if (options.labels.empty() && listing.labels.name() == "las")
+    listing.notes.push_back(
+        "its classes are those of the ASPRS (label set 'las'), as the LAS specification numbers "
+        "them");
+}
+
 /// What the first cloud says of its classes holds for all; without a label field they are raw.
 void chooseLabels(RecordingListing& listing, const InputOptions& options, const fs::path& folder) {
   if (isScan(listing.frames.front().measurement)) return;
   const CloudFields fields{options.label_field, options.instance_field};
   const CloudHeader header = readCloudHeader(listing.frames.front().measurement, fields);
+  listing.notes.insert(listing.notes.end(), header.notes.begin(), header.notes.end());
   const std::string coarse = coarseSteps(listing.frames.front().measurement);
   if (!coarse.empty()) listing.notes.push_back(coarse);
   if (header.label_field.empty()) return;
+  if (header.format.rfind("LAS", 0) == 0 && header.label_field == "classification")
+    return chooseLasClasses(listing, options, folder);
   if (header.label_field == "ObjTag" && !namedLabels(options, folder.string(), header.labels))
     listing.labels = carlaLabels(countLabels(listing, kCarlaFramesToLookAt));  // as CARLA writes
   else
@@ -233,7 +256,9 @@ RecordingListing listCloud(const std::string& path, const InputOptions& options)
 
 RecordingListing listCloudFolder(const std::string& folder, const InputOptions& options) {
   RecordingListing listing = cloudListing(Sensor::lidar, options);
-  listing.frames = listFrames({"cloud", folder, {".pcd", ".ply", ".bin"}});
+  std::vector<std::string> endings = cloudEndings();
+  endings.emplace_back(".bin");
+  listing.frames = listFrames({"cloud", folder, endings});
   const fs::path poses = fs::path(folder) / "poses.txt";
   const bool has_poses = fs::exists(poses);
   if (listing.frames.size() > 1 && !has_poses) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -13,7 +14,8 @@
 
 namespace xview::io {
 
-// PCD and PLY files in one form: elements (points, vertices, edges), each a table of typed columns.
+// PCD, PLY and LAS files in one form: elements (points, vertices, edges), each a table of typed
+// columns.
 
 enum class ScalarType { i8, u8, i16, u16, i32, u32, i64, u64, f32, f64 };
 
@@ -48,7 +50,13 @@ struct FileLayout {
   std::string format;  ///< "PCD ascii", "PLY binary_little_endian", …
   Encoding encoding = Encoding::ascii;
   std::vector<Element> elements;
-  std::vector<std::string> comments;  ///< of the header, words joined by one blank
+  std::vector<std::string> comments;               ///< of the header, words joined by one blank
+  Eigen::Array3d scale = Eigen::Array3d::Ones();   ///< position = offset + scale * x y z
+  Eigen::Array3d offset = Eigen::Array3d::Zero();  ///< [m]
+  std::uint32_t label_bits = ~std::uint32_t{0};    ///< of the label column that are the class
+  std::string georeference;        ///< coordinate system as the file says it; empty = none
+  std::vector<std::string> notes;  ///< what is odd about the file, in sentences
+  bool ends_with_rows = true;      ///< false: something that is not read may follow the last row
 
   const Element* findElement(const std::string& name) const;
 };
@@ -58,6 +66,10 @@ struct FileLayout {
 FileLayout readPcdHeader(InputFile& file);
 /// Reads the header of a PLY file up to end_header: all its elements in order.
 FileLayout readPlyHeader(InputFile& file);
+
+/// Reads the header of a LAS file, and its variable records: one element "point" with the columns
+/// of its point format; what a point has beyond them is "extra_bytes".
+FileLayout readLasHeader(InputFile& file);
 
 /// Throws Error if the rest of the file cannot hold the rows that the header announces. In 64 bit
 /// and before anything is allocated, so that a header of 200 bytes cannot demand gigabytes.
@@ -110,6 +122,11 @@ void readTable(InputFile& file, const FileLayout& layout, const Element& table,
 /// The largest coordinate, but for its sign, of the first point of a cloud, if they are float32 in
 /// a binary file; else 0. No more is read.
 float largestFloatCoordinate(const std::string& path);
+
+/// Whether the classes of a LAS file tell things apart: any class but those of points that nobody
+/// classified, of ground, of noise and of overlapping flight lines. Reads no farther than the
+/// first.
+bool tellsClasses(const std::string& path);
 
 /// Throws Error if something other than blanks, blank lines or a little padding with zeros follows
 /// the last row.

@@ -3,12 +3,15 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <atomic>
+#include <cctype>
 #include <filesystem>
 #include <sstream>
 #include <utility>
 
 #include "layouts.h"
+#include "xview/io/cloud_files.h"
 #include "xview/io/image_files.h"
 #include "xview/io/pose_files.h"
 #include "xview/types/atomic_file.h"
@@ -51,10 +54,85 @@ InputKind requireKind(const std::string& name) {
 bool hasClouds(const fs::path& folder) {
   std::error_code failed;
   for (const auto& entry : fs::directory_iterator(folder, failed)) {
-    const std::string ending = entry.path().extension().string();
-    if (ending == ".pcd" || ending == ".ply" || ending == ".bin") return true;
+    if (isCloudFile(entry.path().string()) || entry.path().extension() == ".bin") return true;
   }
   return false;
+}
+
+std::string lowerCase(std::string text) {
+  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return text;
+}
+
+// ---- what is not read, and the way from there
+
+/// Kinds of files that are not read, and commands that make one of them that is. {0} is the file,
+/// {1} the same without its ending.
+struct Way {
+  const char* endings;  ///< each with a blank before and behind
+  const char* text;
+};
+constexpr Way kWays[] = {
+    {" .laz .copc ",
+     "compressed LAS is not read; unpack it: pdal translate {0} {1}.las, or laszip -i {0} -o "
+     "{1}.las"},
+    {" .e57 .ptx .pts ",
+     "this scanner format is not read; convert it: pdal translate {0} {1}.las or "
+     "CloudCompare -O {0} -C_EXPORT_FMT LAS -SAVE_CLOUDS"},
+    {" .fls .rcp .rcs .zfs .ptg ",
+     "a format of one maker's scanners is not read; export E57, LAS or PLY from its program, then "
+     "E57 by pdal translate {1}.e57 {1}.las"},
+    {" .xyz .csv .txt .asc .xyzrgb .neu .dat ",
+     "points as text are not read; convert them: CloudCompare -O {0} -C_EXPORT_FMT PLY "
+     "-SAVE_CLOUDS"},
+    {" .obj .stl .off .gltf .glb .fbx .dae .3ds .ifc .dxf ",
+     "meshes are not read; sample points on its surface: CloudCompare -O {0} -SAMPLE_MESH DENSITY "
+     "100 -C_EXPORT_FMT PLY -SAVE_CLOUDS"},
+    {" .npy .npz ",
+     "arrays of NumPy are not read; N x 4 of float32 (x y z intensity) become a scan: "
+     "array.astype('f4').tofile('{1}.bin')"},
+    {" .bag .mcap .db3 ",
+     "bags are not read; export their clouds as .pcd, with a pose of each in poses.txt"},
+    {" .gz ", "is compressed; unpack it: gunzip -k {0}"},
+    {" .bz2 ", "is compressed; unpack it: bunzip2 -k {0}"},
+    {" .xz ", "is compressed; unpack it: unxz -k {0}"},
+    {" .zst ", "is compressed; unpack it: unzstd {0}"},
+    {" .lz4 ", "is compressed; unpack it: unlz4 {0}"},
+    {" .zip ", "is an archive; unpack it: unzip {0} -d {1}"},
+    {" .7z .rar ", "is an archive; unpack it: 7z x {0} -o{1}"},
+    {" .tar .tgz .tbz2 .txz ", "is an archive; unpack it: tar xf {0}"},
+    {" .png .jpg .jpeg .tif .tiff .exr .pfm ",
+     "is one image; a recording is a folder with camera.yaml, depth/ and poses.txt"},
+    {" .mp4 .avi .mkv .mov ",
+     "a film has no depth; give depth images with camera.yaml and poses.txt, or a cloud"},
+    {" .yaml .yml .json .jsonl ",
+     "is a text, not a recording; give the folder, cloud or map that it belongs to"},
+};  // namespace xview::io
+
+/// What to do with a file of such an ending; empty if nobody knows.
+std::string wayTo(const std::string& ending, const std::string& path) {
+  const auto way = std::find_if(std::begin(kWays), std::end(kWays), [&](const Way& known) {
+    return !ending.empty() &&
+           std::string(known.endings).find(" " + ending + " ") != std::string::npos;
+  });
+  if (way == std::end(kWays)) return {};
+  const std::string stem = fs::path(path).replace_extension().string();
+  return fmt::format(fmt::runtime(way->text), path, stem);
+}
+
+/// The same for the first file in a folder, by name, that is known; begins with "; ".
+std::string wayOutOf(const fs::path& folder) {
+  std::vector<fs::path> files;
+  std::error_code failed;
+  for (const auto& entry : fs::directory_iterator(folder, failed)) files.push_back(entry.path());
+  std::sort(files.begin(), files.end());
+  for (const fs::path& file : files) {
+    const std::string way = wayTo(lowerCase(file.extension().string()), file.string());
+    const std::string ending = lowerCase(file.extension().string());
+    const bool beside = ending == ".png" || ending == ".yaml" || ending == ".json";
+    if (!way.empty() && !beside) return "; of " + file.string() + ": " + way;
+  }
+  return {};
 }
 
 InputKind recogniseFolder(const fs::path& folder) {
@@ -77,19 +155,21 @@ InputKind recogniseFolder(const fs::path& folder) {
     failBetween(folder.string(), kinds[0], kinds[1], "it has the folders of both");
   if (kinds.empty()) {
     throw Error(folder.string(),
-                "not a recording: expected camera.yaml with depth/, velodyne/, .pcd, .ply or .bin "
-                "files, or the layout of a known data set");
+                "not a recording: expected camera.yaml with depth/, velodyne/, .pcd, .ply, .las or "
+                ".bin files, or the layout of a known data set" +
+                    wayOutOf(folder));
   }
   return kinds[0];
 }
 
 InputKind recogniseFile(const std::string& path, std::string* guess) {
-  const std::string ending = fs::path(path).extension().string();
+  const std::string ending = lowerCase(fs::path(path).extension().string());
   if (ending == ".xvm") return InputKind::map;
   if (ending == ".bin") return InputKind::semantic_kitti;
-  if (ending == ".pcd") return InputKind::cloud;
   if (ending == ".ply") return holdsGraph(path, guess) ? InputKind::graph : InputKind::cloud;
-  throw Error(path, "not a known kind of file: expected .xvm, .ply, .pcd, .bin or a folder");
+  if (isCloudFile(path)) return InputKind::cloud;
+  if (const std::string way = wayTo(ending, path); !way.empty()) throw Error(path, way);
+  throw Error(path, "not a known kind of file: expected .xvm, .ply, .pcd, .las, .bin or a folder");
 }
 
 // ---- writing

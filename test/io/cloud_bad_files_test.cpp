@@ -197,7 +197,7 @@ const VariantFile kGoodVariants[] = {
 };
 
 const BadFile kBadVariants[] = {
-    {"mmdet3d_samples__000000.bin", "ends in .pcd or .ply"},
+    {"mmdet3d_samples__000000.bin", "ends in .pcd, .ply, .las"},
     {"pcl_test__brisk_descriptors_gt.pcd", "has no field x; its fields: brisk_scale"},
     {"pcl_test__stereo_right.pcd", "has no field x; its fields: rgba"},
     {"pdal_variants__no_vertex.ply", "has no element vertex"},

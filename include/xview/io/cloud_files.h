@@ -16,7 +16,7 @@ struct CloudFields {
   std::string instance;
 };
 
-/// What the header of a PCD or PLY says.
+/// What the header of a PCD, PLY or LAS says.
 struct CloudHeader {
   std::string format;  ///< "PCD ascii", "PLY binary_big_endian", …
   std::size_t points = 0;
@@ -24,12 +24,17 @@ struct CloudHeader {
   std::string label_field;          ///< the one that would be used; empty = none
   std::string instance_field;
   std::optional<LabelSet> labels;  ///< the classes that its comments name
+  std::string georeference;        ///< coordinate system as the file says it; empty = none
+  std::vector<std::string> notes;  ///< what is odd about the file, in sentences
 };
+/// The kinds of files that hold one cloud: ".pcd", ".ply", ….
+std::vector<std::string> cloudEndings();
+bool isCloudFile(const std::string& path);  ///< ends in one of them, in letters of either case
 /// Reads no more than the header; it is checked against the size of the file. Throws Error.
 CloudHeader readCloudHeader(const std::string& path, const CloudFields& fields = {});
 
-/// Reads .pcd and .ply strictly; throws Error with path and line, or path and number of the point
-/// (from 0) in binary files.
+/// Reads .pcd, .ply and .las strictly; throws Error with path and line, or path and number of the
+/// point (from 0) in binary files.
 /// - The header is checked against the size of the file in 64 bit before anything is allocated;
 /// rows that are missing, too
 ///   short, too long or too many, and fields of the same name that are used, are errors.
@@ -41,6 +46,7 @@ CloudHeader readCloudHeader(const std::string& path, const CloudFields& fields =
 /// point, rounded down to
 ///   metres, becomes the origin. Binary float32 coordinates are kept as they are.
 /// - VIEWPOINT is not applied to the points, as in PCL.
+/// - LAS 1.0 to 1.4, point formats 0 to 10: the class is the label, without the flags beside it.
 /// `require_label`: a file without a label field is an error that lists the fields it has.
 LabelledCloud readCloud(const std::string& path, const CloudFields& fields = {},
                         bool require_label = true);

@@ -1,0 +1,244 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The header of LAS files, versions 1.0 to 1.4, point formats 0 to 10, as the ASPRS specifies them
+// (LAS 1.4 R15): little-endian, points with integer coordinates that a scale and an offset make
+// metres.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "point_table.h"
+#include "xview/types/error.h"
+
+namespace xview::io {
+namespace {
+
+constexpr std::size_t kShortestHeader = 227;   ///< bytes of version 1.0
+constexpr std::size_t kRecordHeader = 54;      ///< bytes before the content of a variable record
+constexpr std::size_t kLongRecordHeader = 60;  ///< the same of those behind the points (1.4)
+constexpr std::uint64_t kMostRecords = 100000;
+constexpr std::uint64_t kLongestText = std::uint64_t{1} << 16;
+
+/// A number at a byte of the header.
+template <class T>
+T at(const std::string& bytes, std::size_t position) {
+  T value;
+  std::memcpy(&value, bytes.data() + position, sizeof(T));
+  return value;
+}
+
+std::string textAt(const std::string& bytes, std::size_t position, std::size_t length) {
+  const std::string text = bytes.substr(position, length);
+  return text.substr(0, text.find('\0'));
+}
+
+std::string readString(InputFile& file, std::uint64_t bytes) {
+  if (bytes > file.remaining())
+    file.fail("ends at byte {}, expected {} bytes more", file.size(), bytes - file.remaining());
+  std::string text(static_cast<std::size_t>(bytes), '\0');
+  file.readBytes(text.data(), text.size());
+  return text;
+}
+
+// ---- points
+
+using Columns = std::vector<Column>;
+
+void addColumns(Columns& columns, ScalarType type, std::initializer_list<const char*> names) {
+  for (const char* name : names) columns.push_back({name, type, 1, {}});
+}
+
+/// What is in all records of a point format, from 0 to 10.
+Columns columnsOf(int format) {
+  Columns columns;
+  addColumns(columns, ScalarType::i32, {"X", "Y", "Z"});
+  addColumns(columns, ScalarType::u16, {"intensity"});
+  if (format < 6) {
+    addColumns(columns, ScalarType::u8, {"flags", "classification"});
+    addColumns(columns, ScalarType::i8, {"scan_angle"});
+    addColumns(columns, ScalarType::u8, {"user_data"});
+    addColumns(columns, ScalarType::u16, {"point_source"});
+  } else {
+    addColumns(columns, ScalarType::u8, {"returns", "flags", "classification", "user_data"});
+    addColumns(columns, ScalarType::i16, {"scan_angle"});
+    addColumns(columns, ScalarType::u16, {"point_source"});
+  }
+  if (format != 0 && format != 2) addColumns(columns, ScalarType::f64, {"gps_time"});
+  const bool has_colours =
+      format == 2 || format == 3 || format == 5 || format == 7 || format == 8 || format == 10;
+  if (has_colours) addColumns(columns, ScalarType::u16, {"red", "green", "blue"});
+  if (format == 8 || format == 10) addColumns(columns, ScalarType::u16, {"infrared"});
+  if (format == 4 || format == 5 || format == 9 || format == 10) {
+    addColumns(columns, ScalarType::u8, {"wave_packet"});
+    addColumns(columns, ScalarType::u64, {"wave_offset"});
+    addColumns(columns, ScalarType::u32, {"wave_size"});
+    addColumns(columns, ScalarType::f32, {"wave_location", "wave_x", "wave_y", "wave_z"});
+  }
+  return columns;
+}
+
+/// The table of points, with one more column for what a record has beyond its format.
+Element pointsOf(const std::string& header, const InputFile& file) {
+  const int format = at<std::uint8_t>(header, 104);
+  const std::uint16_t record = at<std::uint16_t>(header, 105);
+  if (format & 0xC0)
+    file.fail(
+        "its points are compressed, as in .laz; unpack it: pdal translate FILE.laz FILE.las, or "
+        "laszip -i FILE.laz -o FILE.las");
+  if (format > 10) file.fail("expected a point format from 0 to 10, found {}", format);
+  Element points;
+  points.name = "point";
+  points.columns = columnsOf(format);
+  const std::uint64_t least = points.rowBytes();
+  if (record < least)
+    file.fail("points of format {} need {} bytes, its header says {}", format, least, record);
+  if (record > least) points.columns.push_back({"extra_bytes", ScalarType::u8, record - least, {}});
+  const bool is_long = at<std::uint8_t>(header, 25) >= 4;
+  points.rows = at<std::uint32_t>(header, 107);
+  if (is_long && at<std::uint64_t>(header, 247) != 0) points.rows = at<std::uint64_t>(header, 247);
+  return points;
+}
+
+void readScales(const std::string& header, const InputFile& file, FileLayout& layout) {
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto place = static_cast<std::size_t>(axis) * sizeof(double);
+    layout.scale[axis] = at<double>(header, 131 + place);
+    layout.offset[axis] = at<double>(header, 155 + place);
+    if (!(std::isfinite(layout.scale[axis]) && layout.scale[axis] > 0))
+      file.fail("expected a scale of {} above 0, found {}", "xyz"[axis], layout.scale[axis]);
+    if (!std::isfinite(layout.offset[axis]))
+      file.fail("expected a finite offset of {}, found {}", "xyz"[axis], layout.offset[axis]);
+  }
+}
+
+// ---- variable records
+
+/// What the records around the points say of the georeference and of the points.
+struct Records {
+  std::string wkt, ascii;  ///< texts of a coordinate system
+  std::uint16_t epsg = 0;  ///< its number; 0 = not given
+  std::size_t extra = 0;   ///< bytes per point that the records describe
+};
+
+/// Keys 3072 (projected) and 2048 (geographic) of a GeoTIFF directory; 32767 is user-defined.
+std::uint16_t epsgOf(const std::string& keys) {
+  std::uint16_t geographic = 0;
+  for (std::size_t i = 8; i + 8 <= keys.size(); i += 8) {
+    const std::uint16_t key = at<std::uint16_t>(keys, i), place = at<std::uint16_t>(keys, i + 2),
+                        value = at<std::uint16_t>(keys, i + 6);
+    if (place != 0 || value == 0 || value == 32767) continue;
+    if (key == 3072) return value;
+    if (key == 2048) geographic = value;
+  }
+  return geographic;
+}
+
+/// Bytes of the fields that a record of extra bytes describes; each takes 192 bytes to describe.
+std::size_t extraBytesOf(const std::string& content) {
+  constexpr std::size_t kSizes[] = {0, 1, 1, 2, 2, 4, 4, 8, 8, 4, 8};  // by type; 0: see options
+  std::size_t sum = 0;
+  for (std::size_t i = 0; i + 192 <= content.size(); i += 192) {
+    const std::uint8_t type = at<std::uint8_t>(content, i + 2);
+    if (type == 0) sum += at<std::uint8_t>(content, i + 3);
+    if (type <= 30 && type > 0) sum += kSizes[(type - 1) % 10 + 1] * ((type - 1) / 10 + 1);
+  }
+  return sum;
+}
+
+void takeRecord(const std::string& user, std::uint16_t id, std::uint64_t bytes, InputFile& file,
+                Records& records) {
+  const bool is_known = (user == "LASF_Projection" && (id == 2112 || id == 34735 || id == 34737)) ||
+                        (user == "LASF_Spec" && id == 4);
+  if (!is_known || bytes > kLongestText) return file.seek(file.position() + bytes);
+  const std::string content = readString(file, bytes);
+  if (id == 2112) records.wkt = textAt(content, 0, content.size());
+  if (id == 34737) records.ascii = textAt(content, 0, content.size());
+  if (id == 34735) records.epsg = epsgOf(content);
+  if (id == 4) records.extra = extraBytesOf(content);
+}
+
+/// The records between header and points.
+void readRecords(InputFile& file, std::uint64_t count, std::uint64_t end, Records& records) {
+  for (std::uint64_t i = 0; i < count; ++i) {
+    const std::uint64_t room = end - file.position();
+    const std::string head = room < kRecordHeader ? "" : readString(file, kRecordHeader);
+    const std::uint64_t bytes = head.empty() ? 0 : at<std::uint16_t>(head, 20);
+    if (head.empty() || bytes > room - kRecordHeader)
+      file.fail("its variable record {} of {} goes beyond byte {}, where its points begin", i + 1,
+                count, end);
+    takeRecord(textAt(head, 2, 16), at<std::uint16_t>(head, 18), bytes, file, records);
+  }
+}
+
+/// The records behind the points. A file that was cut off there still has all its points; what of
+/// its records is missing is left out.
+void readRecordsBehind(InputFile& file, const std::string& header, Records& records) {
+  const std::uint64_t begin = at<std::uint64_t>(header, 235);
+  const std::uint32_t count = at<std::uint32_t>(header, 243);
+  if (count == 0 || begin > file.size() || count > kMostRecords) return;
+  file.seek(begin);
+  for (std::uint32_t i = 0; i < count && file.remaining() >= kLongRecordHeader; ++i) {
+    const std::string head = readString(file, kLongRecordHeader);
+    const std::uint64_t bytes = at<std::uint64_t>(head, 20);
+    if (bytes > file.remaining()) return;
+    takeRecord(textAt(head, 2, 16), at<std::uint16_t>(head, 18), bytes, file, records);
+  }
+}
+
+std::string georeferenceOf(const Records& records) {
+  if (!records.wkt.empty()) return records.wkt;
+  std::string text = records.ascii;
+  std::replace(text.begin(), text.end(), '|', ' ');
+  if (records.epsg == 0) return text;
+  const std::string code = fmt::format("EPSG:{}", records.epsg);
+  return text.empty() ? code : code + " " + text;
+}
+
+/// The fixed part, as long as the header says that it is; it must be of a version that is known.
+std::string readFixedHeader(InputFile& file) {
+  if (file.size() < kShortestHeader)
+    file.fail("expected a LAS header of {} bytes, the file has {}", kShortestHeader, file.size());
+  std::string header = readString(file, kShortestHeader);
+  if (header.compare(0, 4, "LASF") != 0)
+    file.fail("expected a LAS file, which begins with LASF, found {}",
+              quoted(std::string_view(header).substr(0, 4)));
+  const int major = at<std::uint8_t>(header, 24), minor = at<std::uint8_t>(header, 25);
+  if (major != 1 || minor > 4) file.fail("expected LAS 1.0 to 1.4, found {}.{}", major, minor);
+  const std::uint16_t size = at<std::uint16_t>(header, 94);
+  const std::size_t least = minor == 4 ? 375 : minor == 3 ? 235 : kShortestHeader;
+  if (size < least)
+    file.fail("a header of LAS 1.{} has {} bytes, this one says {}", minor, least, size);
+  return header + readString(file, size - kShortestHeader);
+}
+
+}  // namespace
+
+FileLayout readLasHeader(InputFile& file) {
+  const std::string header = readFixedHeader(file);
+  const std::uint32_t begin = at<std::uint32_t>(header, 96);
+  if (begin < header.size() || begin > file.size())
+    file.fail("its points begin at byte {}, expected {} to {}", begin, header.size(), file.size());
+  FileLayout layout;
+  layout.encoding = Encoding::little_endian;
+  layout.format = fmt::format("LAS 1.{} point format {}", at<std::uint8_t>(header, 25),
+                              at<std::uint8_t>(header, 104));
+  layout.elements.push_back(pointsOf(header, file));
+  readScales(header, file, layout);
+  if (at<std::uint8_t>(header, 104) < 6) layout.label_bits = 0x1F;  // above them are flags
+  Records records;
+  readRecords(file, at<std::uint32_t>(header, 100), begin, records);
+  if (at<std::uint8_t>(header, 25) >= 4) readRecordsBehind(file, header, records);
+  layout.georeference = georeferenceOf(records);
+  const Column& last = layout.elements[0].columns.back();
+  const std::size_t beyond = last.name == "extra_bytes" ? last.count : 0;
+  if (records.extra > beyond)
+    layout.notes.push_back(fmt::format(
+        "its header describes {} extra bytes a point, but its points have {}; none is read",
+        records.extra, beyond));
+  file.seek(begin);
+  layout.ends_with_rows = false;  // waveforms and records may follow
+  return layout;
+}
+
+}  // namespace xview::io

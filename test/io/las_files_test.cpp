@@ -1,0 +1,252 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <gtest/gtest.h>
+
+#include <array>
+#include <limits>
+
+#include "small_files.h"
+#include "support/test_data.h"
+#include "xview/io/cloud_files.h"
+#include "xview/io/recording.h"
+#include "xview/types/error.h"
+#include "xview/types/random.h"
+
+namespace xview::io {
+namespace {
+
+using test::raw;
+
+struct LasPoint {
+  std::array<std::int32_t, 3> stored{};
+  std::uint8_t class_byte = 0;
+};
+
+/// A LAS file, written by hand from the tables of the specification and not by the library.
+struct LasFile {
+  int minor = 2, format = 0;
+  std::vector<LasPoint> points;
+  std::array<double, 3> scale{0.01, 0.01, 0.001}, offset{500000, 5000000, -10};
+  std::string records;  ///< variable ones
+  std::uint32_t record_count = 0;
+  std::size_t extra_bytes = 0;
+
+  std::string bytes() const {
+    constexpr std::uint16_t kRecordBytes[] = {20, 28, 26, 34, 57, 63, 30, 36, 38, 59, 67};
+    const std::size_t header_bytes = minor == 4 ? 375 : minor == 3 ? 235 : 227;
+    const auto record = static_cast<std::uint16_t>(kRecordBytes[format] + extra_bytes);
+    const auto count = static_cast<std::uint32_t>(points.size());
+    std::string header(header_bytes, '\0');
+    const auto put = [&](std::size_t at, const std::string& text) {
+      header.replace(at, text.size(), text);
+    };
+    put(0, "LASF");
+    put(24, raw(std::uint8_t{1}) + raw(static_cast<std::uint8_t>(minor)));
+    put(94, raw(static_cast<std::uint16_t>(header_bytes)));
+    put(96, raw(static_cast<std::uint32_t>(header_bytes + records.size())) + raw(record_count));
+    put(104, raw(static_cast<std::uint8_t>(format)) + raw(record));
+    put(107, raw(format < 6 ? count : 0U));
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      put(131 + 8 * axis, raw(scale[axis]));
+      put(155 + 8 * axis, raw(offset[axis]));
+    }
+    if (minor == 4) put(247, raw(std::uint64_t{count}));
+    std::string body;
+    for (const LasPoint& point : points) {
+      std::string one;
+      for (const std::int32_t value : point.stored) one += raw(value);
+      one.resize(record, '\x5A');
+      one[format < 6 ? 15 : 16] = static_cast<char>(point.class_byte);
+      body += one;
+    }
+    return header + records + body;
+  }
+};
+
+std::string variableRecord(const std::string& user, std::uint16_t id, const std::string& content) {
+  std::string name = user, text(32, '\0');
+  name.resize(16, '\0');
+  return raw(std::uint16_t{0}) + name + raw(id) + raw(static_cast<std::uint16_t>(content.size())) +
+         text + content;
+}
+
+LasFile threePoints(int format) {
+  LasFile file;
+  file.minor = format >= 6 ? 4 : format >= 4 ? 3 : 2;
+  file.format = format;
+  file.points = {{{12345678, -2345, 100}, 2}, {{12345679, -2344, 101}, 6}, {{1, 2, 3}, 5}};
+  return file;
+}
+
+class LasFiles : public ::testing::Test {
+ protected:
+  std::string write(const std::string& name, const std::string& bytes) const {
+    const std::string path = folder_ / name;
+    test::writeText(path, bytes);
+    return path;
+  }
+  std::string messageOf(const std::string& bytes) const {
+    const std::string path = write("bad.las", bytes);
+    return test::messageOf<Error>([&] { readCloud(path, {}, false); });
+  }
+  test::TemporaryFolder folder_;
+};
+
+TEST_F(LasFiles, EveryPointFormatGivesPositionsAndClasses) {
+  for (int format = 0; format <= 10; ++format) {
+    const LasFile file = threePoints(format);
+    const LabelledCloud cloud = readCloud(write("a.las", file.bytes()));
+    ASSERT_EQ(cloud.size(), 3u) << format;
+    EXPECT_EQ(cloud.points[0].label, 2u) << format;
+    EXPECT_EQ(cloud.points[1].label, 6u) << format;
+    EXPECT_EQ(cloud.points[2].label, 5u) << format;
+    EXPECT_EQ(cloud.origin, Eigen::Vector3d(623456, 4999976, -10)) << format;
+    for (std::size_t i = 0; i < 2; ++i) {
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const double expected = file.points[i].stored[axis] * file.scale[axis] + file.offset[axis];
+        EXPECT_NEAR(cloud.position(i)[static_cast<int>(axis)], expected, 1e-7) << format;
+      }
+    }
+  }
+}
+
+TEST_F(LasFiles, FlagsBesideTheClassAreNoPartOfItAndExtraBytesArePassedOver) {
+  LasFile old = threePoints(3);
+  old.points[0].class_byte = 0xE0 | 5;
+  old.extra_bytes = 7;
+  const LabelledCloud cloud = readCloud(write("a.las", old.bytes()));
+  EXPECT_EQ(cloud.points[0].label, 5u);
+  EXPECT_EQ(cloud.points[1].label, 6u);
+  EXPECT_EQ(readCloud(write("a.las", old.bytes()), {"user_data", ""}).points[0].label, 0x5Au);
+  LasFile newer = threePoints(6);
+  newer.points[0].class_byte = 200;  // all eight bits are class
+  EXPECT_EQ(readCloud(write("a.las", newer.bytes())).points[0].label, 200u);
+}
+
+TEST_F(LasFiles, TheGeoreferenceIsKept) {
+  LasFile file = threePoints(1);
+  const auto key = [](std::uint16_t id, std::uint16_t value) {
+    return raw(id) + raw(std::uint16_t{0}) + raw(std::uint16_t{1}) + raw(value);
+  };
+  file.records =
+      variableRecord("other", 34735, "unknown") +
+      variableRecord("LASF_Projection", 34735, key(1, 1) + key(2048, 4326) + key(3072, 32633)) +
+      variableRecord("LASF_Projection", 34737, std::string("WGS 84 / UTM 33N|\0", 18));
+  file.record_count = 3;
+  EXPECT_EQ(readCloudHeader(write("a.las", file.bytes())).georeference,
+            "EPSG:32633 WGS 84 / UTM 33N ");
+  file.records = variableRecord("LASF_Projection", 2112, "PROJCS[\"local\"]");
+  file.record_count = 1;
+  EXPECT_EQ(readCloudHeader(write("a.las", file.bytes())).georeference, "PROJCS[\"local\"]");
+}
+
+TEST_F(LasFiles, LyingHeadersAreRefusedInOneLine) {
+  const std::string good = threePoints(1).bytes();
+  const auto with = [&](std::size_t at, const std::string& text) {
+    std::string bad = good;
+    return bad.replace(at, text.size(), text);
+  };
+  const std::pair<std::string, const char*> cases[] = {
+      {"", "expected a LAS header"},
+      {with(0, "LASX"), "begins with LASF"},
+      {with(25, raw(std::uint8_t{5})), "expected LAS 1.0 to 1.4, found 1.5"},
+      {with(94, raw(std::uint16_t{100})), "has 227 bytes, this one says 100"},
+      {with(94, raw(std::uint16_t{60000})), "expected 59689 bytes more"},
+      {with(96, raw(std::uint32_t{4000000000})), "its points begin at byte 4000000000"},
+      {with(96, raw(std::uint32_t{10})), "its points begin at byte 10"},
+      {with(100, raw(std::uint32_t{4000000000})), "variable record 1 of 4000000000"},
+      {with(104, raw(std::uint8_t{0x81})), "laszip"},
+      {with(104, raw(std::uint8_t{11})), "point format from 0 to 10, found 11"},
+      {with(105, raw(std::uint16_t{27})), "need 28 bytes, its header says 27"},
+      {with(107, raw(std::uint32_t{4000000000})), "too short for its header"},
+      {with(131, raw(0.0)), "scale of x above 0"},
+      {with(139, raw(std::numeric_limits<double>::quiet_NaN())), "scale of y above 0"},
+      {with(171, raw(std::numeric_limits<double>::infinity())), "finite offset of z"},
+      {good.substr(0, good.size() - 1), "too short for its header"}};
+  for (const auto& [bytes, expected] : cases) {
+    const std::string message = messageOf(bytes);
+    EXPECT_NE(message.find(expected), std::string::npos) << expected << ": " << message;
+    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+  }
+}
+
+TEST_F(LasFiles, WhatNobodyClassifiedIsRaw) {
+  LasFile file = threePoints(1);
+  EXPECT_EQ(openRecording(write("a.las", file.bytes()))->labels().name(), "las");
+  for (LasPoint& point : file.points) point.class_byte = 1;
+  const std::string path = write("b.las", file.bytes());
+  EXPECT_TRUE(openRecording(path)->labels().empty());
+  InputOptions options;
+  options.labels = "las";
+  EXPECT_EQ(openRecording(path, options)->labels().name(), "las");
+}
+
+TEST_F(LasFiles, DamagedOnesEndInACloudOrAnError) {
+  LasFile file = threePoints(7);
+  file.records = variableRecord("LASF_Projection", 2112, "LOCAL_CS[\"none\"]") +
+                 variableRecord("LASF_Spec", 4, std::string(192, '\1'));
+  file.record_count = 2;
+  const std::string good = file.bytes();
+  for (std::uint64_t i = 0; i < 2000; ++i) {
+    Random random(11, i);
+    std::string bytes = good;
+    for (std::uint32_t flips = 1 + random.below(4); flips > 0; --flips)
+      bytes[random.below(static_cast<std::uint32_t>(bytes.size()))] ^=
+          static_cast<char>(1 << random.below(8));
+    const std::string path = write("a.las", bytes);
+    try {
+      readCloudHeader(path);
+      readCloud(path, {}, false);
+    } catch (const Error& problem) {
+      EXPECT_EQ(std::string(problem.what()).find('\n'), std::string::npos);
+    }
+  }
+  for (std::size_t bytes = 0; bytes < good.size(); ++bytes)
+    EXPECT_NE(messageOf(good.substr(0, bytes)), "") << bytes;
+}
+
+TEST_F(LasFiles, EndingsMayBeInCapitals) {
+  EXPECT_EQ(recogniseInput(write("A.LAS", threePoints(0).bytes())), InputKind::cloud);
+}
+
+TEST_F(LasFiles, KindsThatAreNotReadGetAWayThere) {
+  const std::pair<const char*, const char*> cases[] = {
+      {"a.laz", "pdal translate"}, {"a.copc.laz", "a.copc.las"},
+      {"a.e57", "pdal translate"}, {"a.XYZ", "CloudCompare"},
+      {"a.csv", "CloudCompare"},   {"a.txt", "CloudCompare"},
+      {"a.pts", "pdal"},           {"a.obj", "SAMPLE_MESH"},
+      {"a.stl", "SAMPLE_MESH"},    {"a.npy", "tofile"},
+      {"a.ptx", "pdal"},           {"a.bag", "poses.txt"},
+      {"a.mcap", "poses.txt"},     {"a.db3", "poses.txt"},
+      {"a.gz", "gunzip"},          {"a.zip", "unzip"},
+      {"a.tar", "tar xf"},         {"a.png", "camera.yaml"}};
+  for (const auto& [name, expected] : cases) {
+    const std::string path = write(name, "x");
+    const std::string message = test::messageOf<Error>([&] { recogniseInput(path); });
+    EXPECT_NE(message.find(expected), std::string::npos) << name << ": " << message;
+    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+  }
+}
+
+// The numbers were taken from the files by a script of their own (struct.unpack of Python).
+TEST(RecordedLasFiles, HaveTheValuesOfAnotherReader) {
+  XVIEW_REQUIRE_DATA(data, "las_readers");
+  const LabelledCloud warsaw = readCloud(data + "/warsaw_small.las");
+  ASSERT_EQ(warsaw.size(), 3000u);
+  EXPECT_LT((warsaw.position(0) - Eigen::Vector3d(639944.97, 485154.44, 84.82)).norm(), 1e-5);
+  EXPECT_LT((warsaw.position(2999) - Eigen::Vector3d(639930.4, 485170.88, 102.86)).norm(), 1e-5);
+  EXPECT_EQ(warsaw.points[0].label, 3u);
+  EXPECT_EQ(warsaw.points[2999].label, 5u);
+  std::array<int, 6> counts{};
+  for (const Point& point : warsaw.points) ++counts.at(point.label);
+  EXPECT_EQ(counts, (std::array<int, 6>{433, 0, 1381, 257, 27, 902}));
+  EXPECT_EQ(readCloud(data + "/simple.las").size(), 1065u);
+  EXPECT_EQ(readCloud(data + "/Megaplot.las").size(), 81590u);
+  EXPECT_EQ(readCloud(data + "/lots_of_vlr.las").size(), 1u);
+  const CloudHeader odd = readCloudHeader(data + "/malformed_extrabytes.las");
+  ASSERT_EQ(odd.notes.size(), 1u);
+  EXPECT_EQ(odd.notes[0],
+            "its header describes 2 extra bytes a point, but its points have 0; none is read");
+}
+
+}  // namespace
+}  // namespace xview::io
