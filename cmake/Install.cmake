@@ -25,3 +25,24 @@ write_basic_package_version_file(xviewConfigVersion.cmake COMPATIBILITY SameMino
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/xviewConfig.cmake
               ${CMAKE_CURRENT_BINARY_DIR}/xviewConfigVersion.cmake
         DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/xview)
+
+# pkg-config, for those who build without CMake: the shared library, or the layers with all that they need.
+foreach(pcl_include ${PCL_INCLUDE_DIRS})
+  if(EXISTS ${pcl_include}/pcl/point_cloud.h)
+    break()
+  endif()
+endforeach()
+set(pc_libs -lxview)
+if(NOT BUILD_SHARED_LIBS)
+  list(TRANSFORM layers PREPEND -l OUTPUT_VARIABLE pc_layers)
+  list(REMOVE_ITEM pc_layers -lxview_sim -lxview_view -lxview_eval)
+  set(pc_libs -Wl,--start-group ${pc_layers} -Wl,--end-group
+    -lSQLiteCpp -lsqlite3 -lz -ldeflate -lopencv_dnn -lopencv_imgcodecs -lopencv_imgproc -lopencv_core
+    -lceres -lglog -lgflags -lspqr -lcholmod -lamd -lcamd -lccolamd -lcolamd -lsuitesparseconfig -lcxsparse -llapack -lblas
+    -lpcl_registration -lpcl_filters -lpcl_sample_consensus -lpcl_segmentation -lpcl_search -lpcl_kdtree -lpcl_octree
+    -lyaml-cpp -lfmt -ltbb)
+endif()
+list(APPEND pc_libs -lpcl_common)
+list(JOIN pc_libs " " pc_libs)
+configure_file(cmake/xview.pc.in xview.pc @ONLY)
+install(FILES ${PROJECT_BINARY_DIR}/xview.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)

@@ -19,13 +19,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 constexpr const char* kError = "error";
 
-/// Takes points of the query as they are, in its own lengths, to the map.
-Eigen::Matrix4d inLengthsOfQuery(const Eigen::Isometry3d& T_map_query, double scale) {
-  Eigen::Matrix4d T = T_map_query.matrix();
-  T.topLeftCorner<3, 3>() *= scale;
-  return T;
-}
-
 template <int N>
 Json rowMajor(const Eigen::Matrix<double, N, N>& matrix) {
   Json numbers = Json::array();
@@ -262,6 +255,12 @@ Answer answerFrom(const std::string& line) {
 }
 
 }  // namespace
+
+Eigen::Matrix4d inLengthsOfQuery(const Eigen::Isometry3d& T_map_query, double scale) {
+  Eigen::Matrix4d T = T_map_query.matrix();
+  T.topLeftCorner<3, 3>() *= scale;
+  return T;
+}
 
 std::string toJson(const Answer& answer) {
   const Localization& fix = answer.fix;

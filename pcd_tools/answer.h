@@ -28,10 +28,14 @@ struct Answer {
   std::string error;  ///< why the query could not be read; then there is no fix
   std::string size;   ///< of the place, see types/semantic_place.h
   Localization fix;
-  bool whole_statistics = false;  ///< read from a file that has all those of today
+  bool whole_statistics = false;           ///< read from a file that has all those of today
   std::optional<SequenceAnswer> sequence;  ///< with --sequence
   std::optional<TrackAnswer> track;        ///< with --track
 };
+
+/// Takes points of the query as they are, in its own lengths, to the map: a pose times the scale
+/// of the answer.
+Eigen::Matrix4d inLengthsOfQuery(const Eigen::Isometry3d& T_map_query, double scale);
 
 /// One JSON object on one line, keys in a fixed order, numbers such that reading them gives the
 /// same bits. Poses and covariance are null if there is no hypothesis at all, and of a query that

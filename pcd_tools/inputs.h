@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "tool.h"
@@ -20,12 +21,16 @@ namespace xview::tools {
 /// The flags that say how to read an INPUT; every command that has inputs declares them.
 class InputFlags {
  public:
+  InputFlags() = default;
+  /// Of a caller who has no flags to parse.
+  explicit InputFlags(io::InputOptions options) : given_(std::move(options)) {}
   void declare(Flags& flags);
   void declareWithMap(Flags& flags);  ///< for commands with the operand MAP
   io::InputOptions parsed() const;    ///< throws UsageError
   const std::string& mapLabels() const { return map_labels_; }  ///< --map-labels
 
  private:
+  std::optional<io::InputOptions> given_;
   std::string frames_, kind_, labels_, map_labels_, class_names_, label_field_, instance_field_,
       mount_;
 };

@@ -16,6 +16,7 @@
 #include "outputs.h"
 #include "scenes.h"
 #include "tool.h"
+#include "windows.h"
 #include "xview/depth_plausibility.h"
 #include "xview/sequence.h"
 #include "xview/tracker.h"
@@ -44,7 +45,7 @@ void WindowFlags::declare(Flags& flags) {
       "--sequence", sequence,
       "let the windows speak together: a place that gathers evidence over several is accepted");
   flags.add("--track", track, "search the next window where odometry expects it");
-  last_m = 150;  // of 1 % drift little more than a metre, and more than any place needs
+  last_m = kLastMetres;
   flags.rare().add(
       "--last", last_m,
       "a QUERY of one piece that is longer is found by its last metres, because odometry "
@@ -59,32 +60,6 @@ void WindowFlags::check() const {
   if (sequence && size == 0) throw UsageError("--sequence needs --window");
   if (track && size == 0) throw UsageError("--track needs --window");
   if (track && sequence) throw UsageError("--track and --sequence exclude one another");
-}
-
-/// A recording shorter than a window is one window.
-std::vector<Window> windowsOf(const QueryInput& input, const WindowFlags& flags) {
-  const std::size_t frames = input.size();
-  const auto length = static_cast<std::size_t>(flags.size);
-  if (length >= frames) return {{0, frames}};
-  const std::size_t step = flags.stride > 0 ? static_cast<std::size_t>(flags.stride) : length;
-  std::vector<Window> windows;
-  for (std::size_t first = 0; first + length <= frames; first += step)
-    windows.push_back({first, first + length});
-  return windows;
-}
-
-/// `answer` holds what all answers of the run share.
-Answer answerFor(const QueryInput& input, const Window& window, Answer answer) {
-  answer.input = input.path;
-  answer.frames = input.size();
-  answer.used_from = std::max(window.first, input.used_from);
-  answer.last_index = window.last - 1;
-  if (input.source) {
-    answer.first_frame = input.source->number(window.first);
-    answer.last_frame = input.source->number(window.last - 1);
-    answer.last_stamp_s = input.source->stamp(window.last - 1);
-  }
-  return answer;
 }
 
 void sayEvidence(const Answer& answer, const Narrative& narrate) {
@@ -216,10 +191,7 @@ class LocalizeCommand final : public Command {
   }
 
   void takeRisk(verify::VerdictOptions& verdict) const {
-    if (risk_ == 0) return;
-    if (!(risk_ >= 1e-9 && risk_ <= 0.5))
-      throw UsageError(fmt::format("--risk = {}, must be in [1e-9, 0.5]", risk_));
-    verdict.min_confidence = 1 - risk_;
+    if (risk_ != 0) acceptAtRisk("--risk", risk_, verdict);
   }
 
   ExitCode answerAll(const Job& given) {
@@ -303,7 +275,8 @@ class LocalizeCommand final : public Command {
     if (input.whole)
       answerWindow(*input.whole, {0, input.size()});
     else
-      forEachWindow(input, windowsOf(input, windows_), job, answerWindow);
+      forEachWindow(input, windowsOf(input.size(), windows_.size, windows_.stride), job,
+                    answerWindow);
   }
 
   InputFlags input_;

@@ -9,6 +9,7 @@
 #include <system_error>
 #include <utility>
 
+#include "manual.h"
 #include "outputs.h"
 #include "terminal.h"
 #include "tool.h"
@@ -24,7 +25,7 @@ namespace {
 using CommandMaker = std::unique_ptr<Command> (*)();
 constexpr CommandMaker kCommands[] = {
 #ifdef XVIEW_WITH_SIM
-    makeSimulate,
+    makeDemo,     makeSimulate,
 #endif
     makeInfo,     makeLabel,      makeLift, makeBlobs,    makeGraph, makeMap,   makeMatch,
     makeLocalize, makeLookalikes, makeDiff, makeEvaluate, makeFuse,  makeLearn, makeView};
@@ -186,19 +187,6 @@ std::string usageOf(const Description& about) {
                  width);
 }
 
-/// As a shell would take it again.
-std::string typed(const std::vector<std::string>& arguments) {
-  std::string line = "xview";
-  for (const std::string& word : arguments) {
-    const bool is_plain =
-        !word.empty() && word.find_first_of(" \t\n\"'\\$`*?[]{}()<>|&;#~!") == std::string::npos;
-    std::string quoted;
-    for (const char c : word) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
-    line += " " + (is_plain ? word : "'" + quoted + "'");
-  }
-  return line;
-}
-
 bool isSameFile(const std::string& path, const std::string& other) {
   std::error_code none;  // what does not exist is no other file
   return std::filesystem::equivalent(path, other, none);
@@ -238,18 +226,28 @@ void requireOtherOutput(const std::vector<std::string>& operands) {
   requireOutside("", output, inputs);
 }
 
-int runCommand(Command& command, const std::vector<std::string>& arguments,
-               const std::string& command_line) {
-  const Description about = command.describe();
+/// A command with all its flags.
+struct Declared {
+  explicit Declared(std::unique_ptr<Command> made)
+      : command(std::move(made)), about(command->describe()) {
+    Flags flags(app, "Flags of xview " + about.name, outputs);
+    command->declare(flags);
+    if (about.writes_last) flags.add("-o,--out", out, "the output, if it is not the last operand");
+    declareCommon(app, common, true);
+  }
+
+  std::unique_ptr<Command> command;
+  Description about;
   CLI::App app;
-  app.formatter(std::make_shared<HelpText>(usageOf(about)));
   std::vector<Flags::Output> outputs;
-  Flags flags(app, "Flags of xview " + about.name, outputs);
-  command.declare(flags);
   std::string out;
-  if (about.writes_last) flags.add("-o,--out", out, "the output, if it is not the last operand");
   CommonFlags common;
-  declareCommon(app, common, true);
+};
+
+int runCommand(Declared& declared, const std::vector<std::string>& arguments,
+               const std::string& command_line) {
+  auto& [command, about, app, outputs, out, common] = declared;
+  app.formatter(std::make_shared<HelpText>(usageOf(about)));
   if (!parse(app, arguments)) return kDone;
   Job job;
   job.operands = takeOperands(app);
@@ -266,13 +264,13 @@ int runCommand(Command& command, const std::vector<std::string>& arguments,
   }
   checkOperands(about, job.operands);
   if (about.writes_last) requireOtherOutput(job.operands);
-  return command.run(job);
+  return command->run(job);
 }
 
 /// xview without a command, which helps.
 int runWithoutCommand(const std::vector<Description>& commands,
                       std::vector<std::string> arguments) {
-  if (!arguments.empty() && arguments[0] == "simulate")
+  if (!arguments.empty() && (arguments[0] == "simulate" || arguments[0] == "demo"))
     throw UsageError(
         "this build has no simulator: Embree was not found; install libembree-dev and build again");
   std::string list;
@@ -310,13 +308,32 @@ bool isCommandAt(const std::vector<std::string>& arguments, std::size_t position
   return position < arguments.size();
 }
 
+/// xview help --write DIR: the pages of man and the completion for bash, for packages.
+int writeManual(const std::string& folder) {
+  std::vector<std::unique_ptr<Declared>> declared;
+  std::vector<CommandText> texts;
+  for (const CommandMaker make : kCommands) {
+    declared.push_back(std::make_unique<Declared>(make()));
+    texts.push_back({declared.back()->about, &declared.back()->app});
+  }
+  const std::string pages = folder + "/man1/", completions = folder + "/completions/";
+  makeFolder(pages);
+  makeFolder(completions);
+  for (const CommandText& text : texts)
+    writeFile(pages + "xview-" + text.about.name + ".1", manPage(text));
+  writeFile(pages + "xview.1", manPage(texts));
+  writeFile(completions + "xview", bashCompletion(texts));
+  return kDone;
+}
+
 /// Runs one of the commands; `called` gets its name behind a blank.
 int dispatch(std::vector<std::string> arguments, std::string& called) {
-  const std::string command_line = typed(arguments);
+  const std::string command_line = commandLine(arguments);
   bool wants_help = false;
   if (!arguments.empty() && arguments[0] == "help") {  // xview help [COMMAND]
     arguments.erase(arguments.begin());
     wants_help = true;
+    if (arguments.size() == 2 && arguments[0] == "--write") return writeManual(arguments[1]);
   }
   std::vector<Description> known;
   for (const CommandMaker make : kCommands) {
@@ -327,7 +344,8 @@ int dispatch(std::vector<std::string> arguments, std::string& called) {
     called = " " + *found;
     arguments.erase(found);
     if (wants_help) arguments = {"--help"};
-    return runCommand(*command, arguments, command_line);
+    Declared declared(std::move(command));
+    return runCommand(declared, arguments, command_line);
   }
   return runWithoutCommand(known, arguments);
 }
@@ -338,8 +356,20 @@ void flushResults() {
     throw Error("standard output", "cannot be written");
 }
 
-/// Parses, runs one of the commands, and turns whatever happens into an exit code and at most two
-/// lines on stderr.
+}  // namespace
+
+std::string commandLine(const std::vector<std::string>& arguments) {
+  std::string line = "xview";
+  for (const std::string& word : arguments) {
+    const bool is_plain =
+        !word.empty() && word.find_first_of(" \t\n\"'\\$`*?[]{}()<>|&;#~!") == std::string::npos;
+    std::string quoted;
+    for (const char c : word) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    line += " " + (is_plain ? word : "'" + quoted + "'");
+  }
+  return line;
+}
+
 int runProgram(const std::vector<std::string>& arguments) {
   const Narrative narrate;
   std::string called;
@@ -363,8 +393,6 @@ int runProgram(const std::vector<std::string>& arguments) {
   }
   return kFailed;
 }
-
-}  // namespace
 
 void Flags::add(const std::string& names, bool& value, const std::string& help) const {
   app_.add_flag(names, value, help)->group(group_);

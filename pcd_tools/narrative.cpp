@@ -127,7 +127,8 @@ void Narrative::stage(const std::string& name, double ms, const std::string& wha
 }
 
 void Narrative::note(const std::string& what) const {
-  if (verbosity_ == Verbosity::quiet || !noted_->insert(what).second) return;
+  if ((verbosity_ == Verbosity::quiet && !audience_.note) || !noted_->insert(what).second) return;
+  if (audience_.note) return audience_.note(oneLine(what));
   say(inked("note:", Ink::amber, stderr) + " " + oneLine(what), 6);
 }
 
@@ -152,6 +153,7 @@ void Narrative::error(const std::string& what) const {
 }
 
 Progress Narrative::progress(const std::string& name) const {
+  if (audience_.progress) return audience_.progress;
   if (verbosity_ == Verbosity::quiet || !isatty(STDERR_FILENO)) return {};
   return [bar = std::make_shared<Bar>(name)](std::size_t done, std::size_t total) {
     bar->show(done, total);

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <set>
 #include <string>
+#include <utility>
 
 #include "xview/mapper.h"
 #include "xview/types/localization.h"
@@ -12,9 +14,20 @@ namespace xview::tools {
 
 enum class Verbosity { quiet, normal, verbose };
 
+/// Who hears notes and progress instead of those who read stderr: a program that calls this one as
+/// a library. What its functions throw ends the work.
+struct Audience {
+  std::function<void(const std::string&)> note;
+  Progress progress;
+};
+
 /// What the program tells people on stderr while it works; results go to stdout.
 class Narrative {
  public:
+  /// Says nothing on stderr.
+  explicit Narrative(Audience audience) : Narrative(Verbosity::quiet) {
+    audience_ = std::move(audience);
+  }
   explicit Narrative(Verbosity verbosity = Verbosity::normal)
       : verbosity_(verbosity), noted_(std::make_shared<std::set<std::string>>()) {}
 
@@ -40,6 +53,7 @@ class Narrative {
   void say(const std::string& line, std::size_t indent) const;
 
   Verbosity verbosity_;
+  Audience audience_;
   std::shared_ptr<std::set<std::string>> noted_;
 };
 

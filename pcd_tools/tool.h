@@ -86,7 +86,14 @@ class Command {
   virtual ExitCode run(const Job& job) = 0;
 };
 
+/// Parses, runs one of the commands, and turns whatever happens into an exit code and at most two
+/// lines on stderr.
+int runProgram(const std::vector<std::string>& arguments);
+/// As a shell would take it again.
+std::string commandLine(const std::vector<std::string>& arguments);
+
 // Every sub-command lives in the file of its name.
+std::unique_ptr<Command> makeDemo();
 std::unique_ptr<Command> makeSimulate();
 std::unique_ptr<Command> makeInfo();
 std::unique_ptr<Command> makeLabel();

@@ -4,13 +4,14 @@
 #include <sstream>
 
 #include "support/program.h"
+#include "support/test_data.h"
 
 namespace xview::test {
 namespace {
 
-const std::vector<std::string> kCommands{"simulate", "info",  "label", "lift",       "blobs",
-                                         "graph",    "map",   "match", "localize",   "evaluate",
-                                         "fuse",     "learn", "view",  "lookalikes", "diff"};
+const std::vector<std::string> kCommands{
+    "simulate", "info",     "label", "lift",  "blobs", "graph",      "map",  "match",
+    "localize", "evaluate", "fuse",  "learn", "view",  "lookalikes", "diff", "demo"};
 
 TEST(Help, ListsEveryCommand) {
   const Outcome outcome = runXview({"--help"});
@@ -61,6 +62,20 @@ TEST(Help, ShowsOptionsByStageWithDefaultAndUnit) {
   ASSERT_NE(radius, std::string::npos);
   EXPECT_NE(all.find("(default 15)", radius), std::string::npos);
   EXPECT_EQ(runXview({"graph", "--help"}).out.find("--walks.num_walks"), std::string::npos);
+}
+
+TEST(Help, WritesPagesForManAndWordsForBash) {
+  const TemporaryFolder folder;
+  ASSERT_EQ(runXview({"help", "--write", folder.path()}).code, 0);
+  const std::string completion = readText(folder.path() + "/completions/xview");
+  for (const std::string& command : kCommands) {
+    const std::string page = readText(folder.path() + "/man1/xview-" + command + ".1");
+    EXPECT_EQ(page.rfind(".TH XVIEW", 0), 0u) << command;
+    EXPECT_NE(page.find("\\-\\-walks.num_walks"), std::string::npos) << command;
+    EXPECT_NE(completion.find("\n    " + command + ") flags="), std::string::npos) << command;
+  }
+  EXPECT_NE(completion.find("--method) mapfile -t COMPREPLY < <(compgen -W \"auto walks search\""),
+            std::string::npos);
 }
 
 TEST(Version, IsOneLineOnStdout) {

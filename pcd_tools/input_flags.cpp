@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The flags of inputs belong to the program: who calls it as a library has none.
+#include "inputs.h"
+
+namespace xview::tools {
+
+void InputFlags::declare(Flags& flags) {
+  flags.add("--frames A:B[:STEP]", frames_, "only these frames, half-open, by position");
+  flags.rare().add(
+      "--input-kind KIND", kind_,
+      "what the input is, if its path fits two kinds: sequence, semantic_kitti, cloud, "
+      "cloud_folder, graph, map, synthia, airsim, tum_rgbd, virtual_kitti, carla");
+  flags.add("--labels SET", labels_, "label set: a shipped one by name, or a classes.yaml");
+  flags.rare().add("--class-names", class_names_,
+                   "file of names that mean the same class, asked before those that the program "
+                   "knows (config/class_names.txt)");
+  flags.rare().add("--label-field NAME", label_field_, "field of a cloud that holds the class");
+  flags.rare().add("--instance-field NAME", instance_field_,
+                   "field of a cloud that holds the instance");
+  flags.rare().add("--mount POSE", mount_,
+                   "x,y,z,roll,pitch,yaw of the camera of an AirSim recording on its vehicle, x "
+                   "forward, z down [m, deg]");
+}
+
+void InputFlags::declareWithMap(Flags& flags) {
+  declare(flags);
+  flags.add("--map-labels SET", map_labels_,
+            "label set of a MAP that is not an .xvm; --labels is then that of the others only");
+}
+
+}  // namespace xview::tools

@@ -1,0 +1,358 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "arrays.h"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <set>
+
+#include "xview/io/label_files.h"
+#include "xview/io/recording.h"
+#include "xview/types/error.h"
+#include "xview/types/pose.h"
+
+namespace xview::python {
+namespace {
+
+/// Coordinates beyond this are kept relative to an origin: float32 has steps of 1 mm there.
+constexpr double kFar_m = 8192;
+
+std::string shapeText(const py::array& array) {
+  std::string text;
+  for (py::ssize_t i = 0; i < array.ndim(); ++i)
+    text += (i > 0 ? ", " : "") + std::to_string(array.shape(i));
+  return "(" + text + (array.ndim() == 1 ? ",)" : ")");
+}
+
+py::array asArray(const py::handle& object, const std::string& name) {
+  py::array array = py::array::ensure(object);
+  if (array) return array;
+  PyErr_Clear();
+  throw UsageError(name + " is no array of numbers");
+}
+
+/// Numbers of any type in memory that somebody else keeps.
+class Column {
+ public:
+  Column() = default;
+  Column(const char* data, py::ssize_t stride, char kind, py::ssize_t bytes)
+      : data_(data), stride_(stride), kind_(kind), bytes_(bytes) {}
+
+  template <class Target>
+  Target at(std::size_t row) const {
+    const char* p = data_ + static_cast<py::ssize_t>(row) * stride_;
+    if (kind_ == 'f') return bytes_ == 4 ? as<Target, float>(p) : as<Target, double>(p);
+    const bool is_signed = kind_ == 'i';
+    switch (bytes_) {
+      case 1:
+        return is_signed ? as<Target, std::int8_t>(p) : as<Target, std::uint8_t>(p);
+      case 2:
+        return is_signed ? as<Target, std::int16_t>(p) : as<Target, std::uint16_t>(p);
+      case 4:
+        return is_signed ? as<Target, std::int32_t>(p) : as<Target, std::uint32_t>(p);
+      default:
+        return is_signed ? as<Target, std::int64_t>(p) : as<Target, std::uint64_t>(p);
+    }
+  }
+
+ private:
+  template <class Target, class Source>
+  static Target as(const char* p) {
+    Source value;
+    std::memcpy(&value, p, sizeof value);  // strides need not be aligned
+    return static_cast<Target>(value);
+  }
+
+  const char* data_ = nullptr;
+  py::ssize_t stride_ = 0;
+  char kind_ = 'f';
+  py::ssize_t bytes_ = 4;
+};
+
+struct CloudInArrays {
+  std::size_t size = 0;
+  bool is_double = false, has_labels = false;
+  Column x, y, z, label;
+  Eigen::Isometry3d T_odom_sensor = Eigen::Isometry3d::Identity();
+  double stamp_s = 0;
+};
+
+Column columnOf(const py::array& array, py::ssize_t first_byte) {
+  return {static_cast<const char*>(array.data()) + first_byte, array.strides(0),
+          array.dtype().kind(), array.dtype().itemsize()};
+}
+
+void takePoints(const py::array& array, const std::string& name, CloudInArrays& cloud) {
+  const char kind = array.dtype().kind();
+  const py::ssize_t bytes = array.dtype().itemsize();
+  const bool is_native = py::bool_(array.dtype().attr("isnative"));
+  if (kind != 'f' || (bytes != 4 && bytes != 8) || !is_native)
+    throw UsageError(name + " has numbers of type " + std::string(py::str(array.dtype())) +
+                     ", expected float32 or float64");
+  if (array.ndim() != 2 || array.shape(1) != 3)
+    throw UsageError(name + " has the shape " + shapeText(array) + ", expected (N, 3)");
+  cloud.size = static_cast<std::size_t>(array.shape(0));
+  cloud.is_double = bytes == 8;
+  cloud.x = columnOf(array, 0);
+  cloud.y = columnOf(array, array.strides(1));
+  cloud.z = columnOf(array, 2 * array.strides(1));
+}
+
+void requireLabels(const py::array& array, const std::string& name) {
+  const char kind = array.dtype().kind();
+  if ((kind != 'i' && kind != 'u') || !py::bool_(array.dtype().attr("isnative")))
+    throw UsageError(name + " has numbers of type " + std::string(py::str(array.dtype())) +
+                     ", expected integers: class ids");
+}
+
+void takeLabels(const py::array& array, const std::string& name, CloudInArrays& cloud) {
+  requireLabels(array, name);
+  if (array.ndim() != 1 || static_cast<std::size_t>(array.shape(0)) != cloud.size)
+    throw UsageError(fmt::format("{} has the shape {}, expected ({},): one class id per point",
+                                 name, shapeText(array), cloud.size));
+  cloud.has_labels = true;
+  cloud.label = columnOf(array, 0);
+}
+
+class ArrayRecording final : public FrameSource {
+ public:
+  ArrayRecording(std::vector<CloudInArrays> clouds, std::shared_ptr<py::list> arrays, Sensor sensor,
+                 LabelSet labels)
+      : clouds_(std::move(clouds)),
+        arrays_(std::move(arrays)),
+        sensor_(sensor),
+        labels_(std::move(labels)) {}
+
+  std::size_t size() const override { return clouds_.size(); }
+  Eigen::Isometry3d pose(std::size_t index) const override {
+    return clouds_.at(index).T_odom_sensor;
+  }
+  double stamp(std::size_t index) const override { return clouds_.at(index).stamp_s; }
+  std::int64_t number(std::size_t index) const override { return static_cast<std::int64_t>(index); }
+  Sensor sensor() const override { return sensor_; }
+  const LabelSet& labels() const override { return labels_; }
+  const std::string& name() const override { return name_; }
+
+  Frame read(std::size_t index) const override {
+    const CloudInArrays& cloud = clouds_.at(index);
+    Frame frame;
+    frame.number = number(index);
+    frame.stamp_s = cloud.stamp_s;
+    frame.sensor = sensor_;
+    frame.T_odom_sensor = cloud.T_odom_sensor;
+    frame.cloud.origin = originOf(cloud);
+    frame.cloud.points.reserve(cloud.size);
+    for (std::size_t i = 0; i < cloud.size; ++i) {
+      const Eigen::Vector3d p = positionOf(cloud, i);
+      if (!p.allFinite()) continue;
+      const Eigen::Vector3f near = (p - frame.cloud.origin).cast<float>();
+      const auto label = cloud.has_labels ? cloud.label.at<std::int64_t>(i) : 0;
+      frame.cloud.points.push_back(
+          Point(near.x(), near.y(), near.z(), static_cast<std::uint32_t>(label < 0 ? 0 : label)));
+    }
+    return frame;
+  }
+
+ private:
+  static Eigen::Vector3d positionOf(const CloudInArrays& cloud, std::size_t i) {
+    return {cloud.x.at<double>(i), cloud.y.at<double>(i), cloud.z.at<double>(i)};
+  }
+
+  /// Of doubles the first point that lies far off, rounded down to metres.
+  static Eigen::Vector3d originOf(const CloudInArrays& cloud) {
+    for (std::size_t i = 0; cloud.is_double && i < cloud.size; ++i) {
+      const Eigen::Vector3d p = positionOf(cloud, i);
+      if (p.allFinite() && p.cwiseAbs().maxCoeff() > kFar_m) return p.array().floor();
+    }
+    return Eigen::Vector3d::Zero();
+  }
+
+  std::vector<CloudInArrays> clouds_;
+  std::shared_ptr<py::list> arrays_;  ///< keep the memory
+  Sensor sensor_;
+  LabelSet labels_;
+  std::string name_ = "points";
+};
+
+/// May be let go of by threads that do not hold the interpreter.
+std::shared_ptr<py::list> keptArrays() {
+  return {new py::list(), [](py::list* list) {
+            const py::gil_scoped_acquire gil;
+            delete list;
+          }};
+}
+
+bool isListOfClouds(const py::object& points) {
+  if (py::isinstance<py::array>(points)) return false;
+  if (!py::isinstance<py::sequence>(points) || py::isinstance<py::str>(points))
+    throw UsageError("points is a " + std::string(py::str(py::type::of(points).attr("__name__"))) +
+                     ", expected an array (N, 3), or a list of them");
+  return true;
+}
+
+/// One item per cloud of what may be given for one cloud or for several.
+std::vector<py::object> perCloud(const py::object& given, bool is_list, std::size_t clouds,
+                                 const char* name) {
+  if (!is_list) return {given};
+  if (!py::isinstance<py::sequence>(given) && !py::isinstance<py::array>(given))
+    throw UsageError(std::string(name) + " is not a list, but there is a list of points");
+  std::vector<py::object> items;
+  for (const py::handle item : given) items.push_back(py::reinterpret_borrow<py::object>(item));
+  if (items.size() != clouds)
+    throw UsageError(
+        fmt::format("{} has {} items, expected {}: one per cloud", name, items.size(), clouds));
+  return items;
+}
+
+}  // namespace
+
+std::shared_ptr<FrameSource> recordingOf(const py::object& points, const py::object& labels,
+                                         const py::object& poses, const py::object& stamps,
+                                         const LabelSet& classes) {
+  const bool is_list = isListOfClouds(points);
+  const auto arrays = keptArrays();
+  const auto keep = [&](const py::handle& object, const std::string& name) {
+    const py::array array = asArray(object, name);
+    arrays->append(array);
+    return array;
+  };
+  std::vector<py::object> items = {points};
+  if (is_list) {
+    items.clear();
+    for (const py::handle item : points) items.push_back(py::reinterpret_borrow<py::object>(item));
+  }
+  if (items.empty()) throw UsageError("points is an empty list, expected clouds");
+  std::vector<CloudInArrays> clouds(items.size());
+  const auto indexed = [&](const char* name, std::size_t i) {
+    return is_list ? fmt::format("{}[{}]", name, i) : std::string(name);
+  };
+  for (std::size_t i = 0; i < items.size(); ++i)
+    takePoints(keep(items[i], indexed("points", i)), indexed("points", i), clouds[i]);
+  if (!labels.is_none()) {
+    const auto of_clouds = perCloud(labels, is_list, clouds.size(), "labels");
+    for (std::size_t i = 0; i < clouds.size(); ++i)
+      takeLabels(keep(of_clouds[i], indexed("labels", i)), indexed("labels", i), clouds[i]);
+  }
+  if (!poses.is_none()) {
+    const auto T =
+        is_list ? posesOf(poses, "poses") : std::vector<Eigen::Isometry3d>{poseOf(poses, "poses")};
+    if (T.size() != clouds.size())
+      throw UsageError(
+          fmt::format("poses has {} poses, expected {}: one per cloud", T.size(), clouds.size()));
+    for (std::size_t i = 0; i < clouds.size(); ++i) clouds[i].T_odom_sensor = T[i];
+  }
+  if (!stamps.is_none()) {
+    const auto of_clouds = perCloud(stamps, is_list, clouds.size(), "stamps");
+    for (std::size_t i = 0; i < clouds.size(); ++i) clouds[i].stamp_s = of_clouds[i].cast<double>();
+  }
+  return std::make_shared<ArrayRecording>(std::move(clouds), arrays,
+                                          poses.is_none() ? Sensor::cloud : Sensor::lidar, classes);
+}
+
+std::vector<std::uint32_t> idsIn(const py::object& labels) {
+  if (!py::isinstance<py::array>(labels) && py::isinstance<py::sequence>(labels)) {
+    std::set<std::uint32_t> ids;
+    for (const py::handle item : labels) {
+      const auto found = idsIn(asArray(item, "labels"));
+      ids.insert(found.begin(), found.end());
+    }
+    return {ids.begin(), ids.end()};
+  }
+  const py::array array = asArray(labels, "labels");
+  requireLabels(array, "labels");
+  if (array.ndim() != 1)
+    throw UsageError("labels has the shape " + shapeText(array) + ", expected (N,)");
+  const Column column = columnOf(array, 0);
+  std::set<std::uint32_t> ids;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(array.shape(0)); ++i)
+    ids.insert(static_cast<std::uint32_t>(std::max<std::int64_t>(0, column.at<std::int64_t>(i))));
+  return {ids.begin(), ids.end()};
+}
+
+LabelSet labelSetOf(const py::object& classes) {
+  if (py::isinstance<py::dict>(classes)) {
+    const ClassNames& names = ClassNames::shipped();
+    LabelSet labels("python");
+    for (const auto& [id, name] : classes.cast<py::dict>()) {
+      ClassInfo info;
+      info.id = id.cast<std::uint32_t>();
+      info.name = name.cast<std::string>();
+      info.color = distinctColor(info.id);
+      info.role = names.role(info.name);
+      info.kind = names.kind(info.name);
+      info.guessed = true;
+      labels.add(info);
+    }
+    return labels;
+  }
+  io::InputOptions options;
+  options.labels = std::string(py::str(classes));
+  return *io::namedLabels(options, ".");
+}
+
+py::dict namesOf(const LabelSet& labels) {
+  py::dict names;
+  for (const auto& [id, info] : labels.classes()) names[py::int_(id)] = info.name;
+  return names;
+}
+
+Eigen::Isometry3d poseOf(const py::handle& matrix, const std::string& name) {
+  const auto array = py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(matrix);
+  if (!array) {
+    PyErr_Clear();
+    throw UsageError(name + " is no array of numbers");
+  }
+  if (array.ndim() != 2 || array.shape(0) != 4 || array.shape(1) != 4)
+    throw UsageError(name + " has the shape " + shapeText(array) + ", expected (4, 4)");
+  Eigen::Isometry3d T;
+  T.matrix() = Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(array.data());
+  if (!isRigid(T.matrix())) throw UsageError(name + " is no rigid motion");
+  return T;
+}
+
+std::vector<Eigen::Isometry3d> posesOf(const py::handle& matrices, const std::string& name) {
+  if (!py::isinstance<py::sequence>(matrices) && !py::isinstance<py::array>(matrices))
+    throw UsageError(name + " is no array (N, 4, 4)");
+  std::vector<Eigen::Isometry3d> poses;
+  for (const py::handle matrix : py::reinterpret_borrow<py::object>(matrices))
+    poses.push_back(poseOf(matrix, fmt::format("{}[{}]", name, poses.size())));
+  return poses;
+}
+
+py::array_t<double> arrayOf(const std::vector<Eigen::Isometry3d>& poses) {
+  py::array_t<double> array(
+      {static_cast<py::ssize_t>(poses.size()), py::ssize_t{4}, py::ssize_t{4}});
+  auto values = array.mutable_unchecked<3>();
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    for (int row = 0; row < 4; ++row) {
+      for (int column = 0; column < 4; ++column)
+        values(static_cast<py::ssize_t>(i), row, column) = poses[i].matrix()(row, column);
+    }
+  }
+  return array;
+}
+
+py::array pointsOf(std::shared_ptr<const LabelledCloud> cloud) {
+  const auto count = static_cast<py::ssize_t>(cloud->size());
+  if (cloud->origin.isZero(0)) {
+    const float* first = count > 0 ? &cloud->points[0].x : nullptr;
+    return viewOf(first, {count, 3}, {sizeof(Point), sizeof(float)}, std::move(cloud));
+  }
+  py::array_t<double> array({count, py::ssize_t{3}});
+  auto values = array.mutable_unchecked<2>();
+  for (py::ssize_t i = 0; i < count; ++i) {
+    const Eigen::Vector3d p = cloud->position(static_cast<std::size_t>(i));
+    for (int axis = 0; axis < 3; ++axis) values(i, axis) = p[axis];
+  }
+  return std::move(array);
+}
+
+py::array labelsOf(std::shared_ptr<const LabelledCloud> cloud) {
+  const auto count = static_cast<py::ssize_t>(cloud->size());
+  const std::uint32_t* first = count > 0 ? &cloud->points[0].label : nullptr;
+  return viewOf(first, {count}, {sizeof(Point)}, std::move(cloud));
+}
+
+}  // namespace xview::python

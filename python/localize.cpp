@@ -1,0 +1,321 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <fmt/core.h>
+#include <pybind11/stl.h>
+
+#include "answer.h"
+#include "doubts.h"
+#include "fix.h"
+#include "places.h"
+#include "windows.h"
+#include "xview/depth_plausibility.h"
+#include "xview/localizer.h"
+#include "xview/tracker.h"
+#include "xview/types/error.h"
+
+namespace xview::python {
+namespace {
+
+/// A map that queries are sought in. Copies share everything.
+struct Seeker {
+  std::shared_ptr<const map::SemanticMap> map;
+  std::shared_ptr<const Localizer> localizer;
+  Options options;           ///< with the size of the map
+  tools::Answer unanswered;  ///< with what all answers share
+
+  Fix finished(tools::Answer answer, const Query& query, Work& work) const;
+};
+
+Fix Seeker::finished(tools::Answer answer, const Query& query, Work& work) const {
+  answer.heading_rad = headingOf(answer.fix.T_map_sensor.linear(), query.sensor);
+  return {std::make_shared<const tools::Answer>(std::move(answer)), work.takeNotes()};
+}
+
+Seeker makeSeeker(const Map& map, double risk, const py::kwargs& arguments) {
+  if (map.map->graph.empty() && map.map->cloud.empty())
+    throw Error(map.path, "the map is empty; build it of a recording that sees something");
+  Seeker seeker;
+  seeker.map = map.map;
+  seeker.options = optionsOf(arguments);
+  tools::acceptAtRisk("risk", risk, seeker.options.verdict);
+  seeker.options.size = sizeText(map.map->size);
+  seeker.localizer =
+      released([&] { return std::make_shared<const Localizer>(seeker.map, seeker.options); });
+  seeker.unanswered.map = map.path;
+  seeker.unanswered.size = seeker.options.size;
+  seeker.unanswered.load_map_ms = map.load_ms;
+  return seeker;
+}
+
+Fix localize(const Seeker& seeker, const Source& source, double last_m) {
+  if (!(last_m >= 0)) throw UsageError(fmt::format("last_m = {}, must be >= 0", last_m));
+  Work work(seeker.options);
+  const tools::QueryInput input = queryOf(source, seeker.map->labels, last_m, work);
+  tools::sayOwnDrive(*seeker.map, input.path, input.poses(), work.job().narrate);
+  checkSignals();
+  tools::Answer answer = tools::answerFor(input, {0, input.size()}, seeker.unanswered);
+  answer.fix = released([&] { return seeker.localizer->localize(*input.whole); });
+  return seeker.finished(std::move(answer), *input.whole, work);
+}
+
+/// Every window of a recording in order, as `xview localize --window` answers them.
+std::vector<Fix> localizeWindows(const Seeker& seeker, const Recording& recording, int window,
+                                 int stride) {
+  if (window < 1) throw UsageError(fmt::format("window = {}, must be >= 1", window));
+  if (stride < 0) throw UsageError(fmt::format("stride = {}, must be >= 0", stride));
+  Work work(seeker.options);
+  const tools::QueryInput input = openRecording(recording, seeker.map->labels, work);
+  return released([&] {
+    requireKindOfDepth(*input.source);
+    tools::sayOwnDrive(*seeker.map, input.path, input.poses(), work.job().narrate);
+    std::vector<Fix> fixes;
+    const auto take = [&](const Query& query, const tools::Window& part) {
+      tools::Answer answer = tools::answerFor(input, part, seeker.unanswered);
+      answer.fix = seeker.localizer->localize(query);
+      const py::gil_scoped_acquire gil;
+      fixes.push_back(seeker.finished(std::move(answer), query, work));
+    };
+    tools::forEachWindow(input, tools::windowsOf(input.size(), window, stride), work.job(), take);
+    return fixes;
+  });
+}
+
+/// A robot that is followed, and the answers to it.
+class Follower {
+ public:
+  Follower(Seeker seeker, std::size_t window)
+      : seeker_(std::move(seeker)),
+        window_(window),
+        tracker_(*seeker_.localizer, seeker_.options, window) {}
+
+  std::optional<Fix> add(const py::object& points, const py::object& T_odom_sensor, double stamp_s,
+                         const py::object& labels, const py::object& classes) {
+    if (!py::isinstance<py::array>(points))
+      throw UsageError("points: expected an array (N, 3), the scan of one moment");
+    const Source source{points, labels, T_odom_sensor, py::none(), classes};
+    const Recording recording = source.recording(&seeker_.map->labels);
+    Work work(seeker_.options);
+    const LabelSet known = labels.is_none() ? LabelSet() : recording.source->labels();
+    auto track = released([&] {
+      Frame frame = recording.source->read(0);
+      frame.number = static_cast<std::int64_t>(added_);
+      frame.stamp_s = stamp_s;
+      return tracker_.add(frame, known);
+    });
+    ++added_;
+    if (!track) return std::nullopt;
+    return answered(std::move(*track), stamp_s, work);
+  }
+
+ private:
+  Fix answered(TrackAnswer track, double stamp_s, Work& work) const {
+    tools::Answer answer = seeker_.unanswered;
+    answer.input = "tracker";
+    answer.frames = added_;
+    answer.used_from = added_ - window_;
+    answer.last_index = added_ - 1;
+    answer.first_frame = static_cast<std::int64_t>(answer.used_from);
+    answer.last_frame = static_cast<std::int64_t>(answer.last_index);
+    answer.last_stamp_s = stamp_s;
+    answer.track = std::move(track);
+    answer.fix = std::move(answer.track->fix);
+    answer.heading_rad = headingOf(answer.fix.T_map_sensor.linear(), Sensor::lidar);
+    return {std::make_shared<const tools::Answer>(std::move(answer)), work.takeNotes()};
+  }
+
+  Seeker seeker_;
+  std::size_t window_, added_ = 0;
+  Tracker tracker_;
+};
+
+py::list hypothesesOf(const Localization& fix) {
+  py::list list;
+  for (const Hypothesis& hypothesis : fix.hypotheses) {
+    py::dict item;
+    item["T_map_query"] = arrayOf<4, 4>(tools::inLengthsOfQuery(hypothesis.T_map_query, fix.scale));
+    item["score"] = hypothesis.score;
+    item["inliers"] = hypothesis.inliers;
+    item["proposer"] = toString(hypothesis.proposer);
+    list.append(item);
+  }
+  return list;
+}
+
+py::array_t<std::uint32_t> pairsOf(const std::vector<Correspondence>& correspondences) {
+  py::array_t<std::uint32_t> array(
+      {static_cast<py::ssize_t>(correspondences.size()), py::ssize_t{2}});
+  auto values = array.mutable_unchecked<2>();
+  for (std::size_t i = 0; i < correspondences.size(); ++i) {
+    values(static_cast<py::ssize_t>(i), 0) = correspondences[i].query;
+    values(static_cast<py::ssize_t>(i), 1) = correspondences[i].map;
+  }
+  return array;
+}
+
+/// None where there is no hypothesis: nobody shall take an identity for a pose.
+template <class Make>
+py::object ifFound(const Fix& fix, Make&& make) {
+  if (fix.answer->fix.hypotheses.empty()) return py::none();
+  return make(fix.answer->fix);
+}
+
+void bindFix(py::module_& module) {
+  py::class_<Fix>(
+      module, "Fix",
+      "The answer to one query: a pose with a covariance, or a refusal with its reason. "
+      "True if it is accepted. The pose is that of the best hypothesis, also if it was "
+      "not accepted; without any hypothesis it is None.")
+      .def("__bool__", [](const Fix& f) { return f.answer->fix.accepted(); })
+      .def("__repr__",
+           [](const Fix& f) {
+             return fmt::format("<xview.Fix {}: {}>", toString(f.answer->fix.status),
+                                f.answer->fix.reason);
+           })
+      .def_property_readonly(
+          "accepted", [](const Fix& f) { return f.answer->fix.accepted(); },
+          "The pose is wrong with at most the chance that the localizer was asked for.")
+      .def_property_readonly(
+          "status", [](const Fix& f) { return toString(f.answer->fix.status); },
+          "'accepted', 'ambiguous' (several places fit equally well) or 'rejected'.")
+      .def_property_readonly(
+          "reason", [](const Fix& f) { return f.answer->fix.reason; },
+          "One sentence with the deciding numbers.")
+      .def_property_readonly(
+          "confidence", [](const Fix& f) { return f.answer->fix.confidence; },
+          "Share of answers with so much evidence that are right, in [0, 1], if every other query "
+          "is from elsewhere.")
+      .def_property_readonly(
+          "p_wrong", [](const Fix& f) { return 1 - f.answer->fix.confidence; },
+          "1 - confidence: the chance that the pose is wrong.")
+      .def_property_readonly(
+          "T_map_query",
+          [](const Fix& f) {
+            return ifFound(f, [](const Localization& fix) -> py::object {
+              return arrayOf<4, 4>(tools::inLengthsOfQuery(fix.T_map_query, fix.scale));
+            });
+          },
+          "float64 (4, 4): p_map = T @ p_query, where the query frame is that of its odometry, or "
+          "of its points [m].")
+      .def_property_readonly(
+          "T_map_sensor",
+          [](const Fix& f) {
+            return ifFound(f, [](const Localization& fix) -> py::object {
+              return arrayOf<4, 4>(fix.T_map_sensor.matrix());
+            });
+          },
+          "float64 (4, 4): the pose of the last frame in the map [m].")
+      .def_property_readonly(
+          "covariance",
+          [](const Fix& f) {
+            return ifFound(f, [](const Localization& fix) -> py::object {
+              return arrayOf<6, 6>(fix.covariance);
+            });
+          },
+          "float64 (6, 6) of T_map_sensor: x y z [m], rotation vector [rad], in the map frame.")
+      .def_property_readonly(
+          "hypotheses", [](const Fix& f) { return hypothesesOf(f.answer->fix); },
+          "Distinct places, best first: dicts of T_map_query (4, 4), score [nats], inliers, "
+          "proposer.")
+      .def_property_readonly(
+          "witnesses",
+          [](const Fix& f) {
+            const Witnesses& w = f.answer->fix.witnesses;
+            py::dict witnesses;
+            witnesses["place"] = w.place;
+            witnesses["correspondences"] = w.correspondences;
+            witnesses["dense"] = w.dense;
+            return witnesses;
+          },
+          "What each witness says, as log odds of right against wrong.")
+      .def_property_readonly(
+          "scale", [](const Fix& f) { return f.answer->fix.scale; },
+          "Length in the map over length in the query; 1 unless option scale was set.")
+      .def_property_readonly(
+          "inliers", [](const Fix& f) { return f.answer->fix.inliers; },
+          "Query vertices with a partner of their class at the pose.")
+      .def_property_readonly(
+          "vertices", [](const Fix& f) { return f.answer->fix.vertices; },
+          "Vertices of the query graph.")
+      .def_property_readonly(
+          "putative", [](const Fix& f) { return pairsOf(f.answer->fix.putative); },
+          "Correspondences that were tried, uint32 (K, 2): vertex of the query, vertex of the map.")
+      .def_property_readonly(
+          "kept", [](const Fix& f) { return pairsOf(f.answer->fix.kept); },
+          "Those that the pose keeps, uint32 (K, 2).")
+      .def_property_readonly(
+          "trajectory", [](const Fix& f) { return arrayOf(f.answer->fix.trajectory); },
+          "T_map_sensor of every frame of the query, float64 (N, 4, 4) [m]; N = 0 if its odometry "
+          "was not bent to the map.")
+      .def_property_readonly(
+          "timing_ms",
+          [](const Fix& f) {
+            py::dict timing;
+            for (const auto& [stage, ms] : f.answer->fix.timing_ms) timing[py::str(stage)] = ms;
+            return timing;
+          },
+          "Milliseconds per stage.")
+      .def_property_readonly(
+          "notes", [](const Fix& f) { return f.notes; },
+          "What was guessed or left out. The logger 'xview' has it, too, at level INFO.")
+      .def(
+          "to_json", [](const Fix& f) { return tools::toJson(*f.answer); },
+          "The line that `xview localize --json` prints.")
+      .def(
+          "to_dict",
+          [](const Fix& f) {
+            return py::module_::import("json").attr("loads")(tools::toJson(*f.answer));
+          },
+          "The same as a dict.");
+}
+
+}  // namespace
+
+void bindLocalize(py::module_& module) {
+  bindFix(module);
+  py::class_<Seeker>(module, "Localizer",
+                     "Finds queries in one map. The search index is made once; localize() may be "
+                     "called from several threads.")
+      .def(py::init(&makeSeeker), py::arg("map"), py::arg("risk") = 0.01,
+           "risk: accepted is what is wrong with at most this chance, if every other query is from "
+           "elsewhere, in [1e-9, 0.5]. Options are those of `xview localize --help-all`, such as "
+           "threads=1, method='walks', prior__near='10,20,50'. Raises UsageError.")
+      .def(
+          "localize",
+          [](const Seeker& seeker, const py::object& query, const py::object& labels,
+             const py::object& poses, const py::object& stamps, const py::object& classes,
+             double last_m) {
+            return localize(seeker, {query, labels, poses, stamps, classes}, last_m);
+          },
+          py::arg("query"), py::arg("labels") = py::none(), py::arg("poses") = py::none(),
+          py::arg("stamps") = py::none(), py::arg("classes") = py::none(), py::kw_only(),
+          py::arg("last_m") = tools::kLastMetres,
+          "Where is the query in the map? It is an array of points (N, 3), float32 or float64 [m], "
+          "z up, a list of them, or what read() returns. labels: class ids (N,) that mean what "
+          "`classes` says, else what they mean in the map; without labels classes come from "
+          "shapes. "
+          "poses: T_odom_sensor (4, 4) per cloud [m], whose points are then in the frame of the "
+          "sensor. A longer recording is found by its last `last_m` metres. A query that is not "
+          "found is a Fix with a reason; raises Error where it cannot be read, UsageError where "
+          "the arguments make no sense.")
+      .def("localize_windows", &localizeWindows, py::arg("recording"), py::arg("window"),
+           py::arg("stride") = 0,
+           "A Fix for every window of so many frames, `stride` frames apart (0: as long as the "
+           "window).")
+      .def_property_readonly(
+          "classes", [](const Seeker& s) { return namesOf(s.map->labels); },
+          "Class ids and names of the map.");
+  py::class_<Follower>(module, "Tracker",
+                       "Follows a robot from fix to fix: the last accepted pose and the odometry "
+                       "since then say where the next query is expected.")
+      .def(py::init([](const Seeker& localizer, int window) {
+             if (window < 1) throw UsageError(fmt::format("window = {}, must be >= 1", window));
+             return std::make_unique<Follower>(localizer, static_cast<std::size_t>(window));
+           }),
+           py::arg("localizer"), py::arg("window") = 1, "window: so many frames make one query.")
+      .def("add", &Follower::add, py::arg("points"), py::arg("T_odom_sensor"),
+           py::arg("stamp") = 0.0, py::arg("labels") = py::none(), py::arg("classes") = py::none(),
+           "Adds a scan as it comes: points (N, 3) in the frame of the sensor [m], its odometry "
+           "pose "
+           "(4, 4) and its time [s]. Returns a Fix after every `window` scans, else None.");
+}
+
+}  // namespace xview::python

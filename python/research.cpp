@@ -1,0 +1,287 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <fmt/core.h>
+#include <pybind11/stl.h>
+
+#include "fix.h"
+#include "places.h"
+#include "xview/eval/evaluation.h"
+#include "xview/graph/edges.h"
+#include "xview/match/descriptors.h"
+#include "xview/types/error.h"
+#include "xview/types/label_match.h"
+#include "xview/verify/consistency.h"
+#include "xview/verify/sample_consensus.h"
+#ifdef XVIEW_WITH_SIM
+#include "xview/sim/recordings.h"
+#endif
+
+namespace xview::python {
+namespace {
+
+/// Of anything that a map is built of; a map gives its own.
+Graph graphOf(const Source& source, const py::kwargs& arguments) {
+  Work work(optionsOf(arguments));
+  auto place = std::make_shared<Place>();
+  if (py::isinstance<Graph>(source.what)) return source.what.cast<Graph>();
+  if (py::isinstance<Map>(source.what)) {
+    const auto& map = source.what.cast<const Map&>();
+    place->labels = map.map->labels;
+    place->graph = map.map->graph;
+    return {"", {}, std::move(place)};
+  }
+  const Recording recording = source.recording(nullptr);
+  *place = released([&] {
+    const std::unique_ptr<FrameSource> frames =
+        recording.path.empty() ? ownedSource(recording.source)
+                               : tools::openInput(recording.path, recording.input, work.job());
+    tools::FrameReport report(*frames, work.job().narrate);
+    return makeQuery(*frames, work.job().options,
+                     [&](const FrameDigest& frame) { report.add(frame); });
+  });
+  work.takeNotes();
+  if (place->graph.empty()) throw Error(recording.source->name(), "no blobs to make a graph of");
+  return {"", {}, std::move(place)};
+}
+
+/// Labels of walks by their letters.
+std::vector<std::uint32_t> lettersOf(const SemanticGraph& graph,
+                                     const match::LabelAlphabet& alphabet) {
+  std::vector<std::uint32_t> labels(256);
+  for (const Vertex& vertex : graph.vertices) labels[alphabet(vertex.label)] = vertex.label;
+  return labels;
+}
+
+py::tuple wordOf(match::WalkKey key, const std::vector<std::uint32_t>& labels) {
+  py::list word;
+  for (; key != 0; key >>= 8) word.append(labels[key & 0xFF]);
+  return py::tuple(word);
+}
+
+py::list walksOf(const Graph& graph, std::uint32_t vertex, const py::kwargs& arguments) {
+  const Options options = optionsOf(arguments);
+  const SemanticGraph& g = graph.place->graph;
+  if (vertex >= g.size())
+    throw UsageError(fmt::format("vertex {} of a graph of {}", vertex, g.size()));
+  const match::LabelAlphabet alphabet(g);
+  const auto labels = lettersOf(g, alphabet);
+  py::list walks;
+  for (const match::WalkCount& walk : match::sampleWalks(g, alphabet, vertex, options.walks,
+                                                         static_cast<std::uint64_t>(options.seed)))
+    walks.append(py::make_tuple(wordOf(walk.key, labels), static_cast<int>(walk.count)));
+  return walks;
+}
+
+/// Walk descriptors of all vertices of a graph.
+struct Described {
+  std::shared_ptr<const match::Descriptors> words;
+  std::vector<std::uint32_t> labels;  ///< by letter
+
+  const std::vector<match::WalkCount>& at(std::size_t vertex) const {
+    if (vertex >= words->size())
+      throw py::index_error(fmt::format("vertex {} of {}", vertex, words->size()));
+    return (*words)[vertex];
+  }
+};
+
+Described describe(const Graph& graph, const py::object& in, const py::kwargs& arguments) {
+  const Options options = optionsOf(arguments);
+  const SemanticGraph& own = graph.place->graph;
+  const SemanticGraph& other = in.is_none() ? own : in.cast<const Graph&>().place->graph;
+  const match::LabelAlphabet alphabet(other);
+  Described result;
+  result.labels = lettersOf(other, alphabet);
+  result.words = released([&] {
+    return std::make_shared<const match::Descriptors>(match::describe(
+        own, alphabet, options.walks, static_cast<std::uint64_t>(options.seed), options.threads));
+  });
+  return result;
+}
+
+/// The graph of the query in the classes of the map.
+SemanticGraph inClassesOf(const Graph& map, const Graph& query) {
+  const LabelMatch match(query.place->labels, map.place->labels);
+  Place place;
+  place.labels = query.place->labels;
+  place.graph = query.place->graph;
+  return match.changesNothing() ? place.graph : translated(std::move(place), match).graph;
+}
+
+py::tuple matchGraphs(const Graph& query, const Graph& map, const py::kwargs& arguments) {
+  const Options options = optionsOf(arguments);
+  const auto matches = released([&] {
+    const SemanticGraph& in = map.place->graph;
+    const match::LabelAlphabet alphabet(in);
+    const auto seed = static_cast<std::uint64_t>(options.seed);
+    const auto describe = [&](const SemanticGraph& graph) {
+      return match::describe(graph, alphabet, options.walks, seed, options.threads);
+    };
+    return match::DescriptorIndex(describe(in))
+        .bestMatches(describe(inClassesOf(map, query)), options.match, options.threads);
+  });
+  const auto count = static_cast<py::ssize_t>(matches.size());
+  py::array_t<std::uint32_t> pairs({count, py::ssize_t{2}});
+  py::array_t<float> similarity(count);
+  for (py::ssize_t i = 0; i < count; ++i) {
+    const Correspondence& match = matches[static_cast<std::size_t>(i)];
+    pairs.mutable_at(i, 0) = match.query;
+    pairs.mutable_at(i, 1) = match.map;
+    similarity.mutable_at(i) = match.similarity;
+  }
+  return py::make_tuple(pairs, similarity);
+}
+
+std::vector<Eigen::Vector3d> positionsOf(const Graph& graph) {
+  std::vector<Eigen::Vector3d> positions;
+  for (const Vertex& vertex : graph.place->graph.vertices) positions.push_back(vertex.position);
+  return positions;
+}
+
+/// What agrees in pairs, and the pose that most of it supports.
+py::tuple consensusOf(
+    const Graph& query, const Graph& map,
+    const py::array_t<std::uint32_t, py::array::c_style | py::array::forcecast>& pairs,
+    const py::kwargs& arguments) {
+  if (pairs.ndim() != 2 || pairs.shape(1) != 2)
+    throw UsageError("pairs: expected the shape (K, 2)");
+  const Options options = optionsOf(arguments);
+  std::vector<Correspondence> matches;
+  for (py::ssize_t i = 0; i < pairs.shape(0); ++i) {
+    const Correspondence match{pairs.at(i, 0), pairs.at(i, 1), 1};
+    if (match.query >= query.place->graph.size() || match.map >= map.place->graph.size())
+      throw UsageError(fmt::format("pairs[{}] names a vertex that does not exist", i));
+    matches.push_back(match);
+  }
+  const verify::Consensus consensus = released([&] {
+    return verify::rejectBySampleConsensus(positionsOf(query), positionsOf(map), matches,
+                                           options.consensus);
+  });
+  const auto count = static_cast<py::ssize_t>(consensus.found ? consensus.inliers.size() : 0);
+  py::array_t<std::uint32_t> inliers({count, py::ssize_t{2}});
+  for (py::ssize_t i = 0; i < count; ++i) {
+    inliers.mutable_at(i, 0) = consensus.inliers[static_cast<std::size_t>(i)].query;
+    inliers.mutable_at(i, 1) = consensus.inliers[static_cast<std::size_t>(i)].map;
+  }
+  if (!consensus.found) return py::make_tuple(py::none(), inliers);
+  return py::make_tuple(arrayOf<4, 4>(consensus.T_map_query.matrix()), inliers);
+}
+
+#ifdef XVIEW_WITH_SIM
+py::dict simulate(const py::kwargs& arguments) {
+  SimulationOptions options;
+  const std::vector<OptionField> fields = fieldsOf(options);
+  forEachOption(arguments, [&](const std::string& key, const std::string& text) {
+    for (const OptionField& field : fields) {
+      if (field.key == key) return assign(field, text);
+    }
+    throw UsageError("unknown option " + key + "; `xview simulate --help-all` lists them");
+  });
+  auto sessions = released([&] { return makeSessions(options); });
+  py::dict recordings;
+  for (auto& session : sessions) {
+    Recording recording;
+    for (std::size_t i = 0; i < session->size(); ++i) recording.truth.push_back(session->truth(i));
+    const std::string name = session->name();
+    recording.source = std::move(session);
+    recordings[py::str(name)] = std::move(recording);
+  }
+  return recordings;
+}
+#else
+py::dict simulate(const py::kwargs&) {
+  throw UsageError(
+      "this build has no simulator: Embree was not found; install libembree-dev and build again");
+}
+#endif
+
+/// Answers from a file, or those of localize().
+std::vector<tools::Answer> answersOf(const py::object& given) {
+  if (py::isinstance<py::str>(given) || py::hasattr(given, "__fspath__"))
+    return tools::readAnswers(std::string(py::str(given)));
+  std::vector<tools::Answer> answers;
+  for (const py::handle item : given) answers.push_back(*item.cast<const Fix&>().answer);
+  return answers;
+}
+
+py::object evaluateFixes(const py::object& fixes, const py::object& truth, double within_m,
+                         const py::object& negatives) {
+  if (!(within_m > 0)) throw UsageError(fmt::format("within_m = {}, must be > 0", within_m));
+  const std::vector<tools::Answer> answers = answersOf(fixes);
+  std::vector<ScoredQuery> queries;
+  const auto add = [&](const tools::Answer& answer) -> ScoredQuery& {
+    queries.push_back({answer.input, answer.first_frame, answer.last_frame, answer.fix, false, {}});
+    return queries.back();
+  };
+  if (py::isinstance<py::str>(truth) || py::hasattr(truth, "__fspath__")) {
+    const tools::Truth poses{std::string(py::str(truth))};
+    for (const tools::Answer& answer : answers) add(answer).truth = poses.poseFor(answer);
+  } else {
+    const std::vector<Eigen::Isometry3d> poses = posesOf(truth, "truth");
+    if (poses.size() != answers.size())
+      throw UsageError(fmt::format("truth has {} poses, expected {}: one per answer", poses.size(),
+                                   answers.size()));
+    for (std::size_t i = 0; i < answers.size(); ++i) add(answers[i]).truth = poses[i];
+  }
+  for (const tools::Answer& answer : answersOf(negatives)) add(answer).negative = true;
+  return py::module_::import("json").attr("loads")(evaluationJson(evaluate(queries, within_m)));
+}
+
+}  // namespace
+
+void bindResearch(py::module_& module) {
+  module.def(
+      "graph",
+      [](const py::object& source, const py::object& labels, const py::object& poses,
+         const py::object& stamps, const py::object& classes, const py::kwargs& options) {
+        return graphOf({source, labels, poses, stamps, classes}, options);
+      },
+      py::arg("source"), py::arg("labels") = py::none(), py::arg("poses") = py::none(),
+      py::arg("stamps") = py::none(), py::arg("classes") = py::none(),
+      "The semantic graph of what Map.build() takes: blobs of one class, merged over frames, with "
+      "edges between neighbours (paper, section III-A and B). Options are those of `xview graph`.");
+  module.def("walks", &walksOf, py::arg("graph"), py::arg("vertex"),
+             "The random walks from one vertex as [(class ids, count)]: options "
+             "walks__num_walks (n of the paper), walks__walk_length (m), seed (section III-C).");
+  py::class_<Described>(module, "Descriptors", "The walks of every vertex of a graph.")
+      .def("__len__", [](const Described& d) { return d.words->size(); })
+      .def(
+          "__getitem__",
+          [](const Described& d, std::size_t vertex) {
+            py::dict words;
+            for (const match::WalkCount& walk : d.at(vertex))
+              words[wordOf(walk.key, d.labels)] = static_cast<int>(walk.count);
+            return words;
+          },
+          py::arg("vertex"), "Walks of a vertex: {class ids: count}.")
+      .def(
+          "similarity",
+          [](const Described& d, std::size_t vertex, const Described& other, std::size_t of_other) {
+            return match::similarity(d.at(vertex), other.at(of_other));
+          },
+          py::arg("vertex"), py::arg("other"), py::arg("of_other"),
+          "Share of identical walks of two vertices, in [0, 1]. Both descriptors must be made with "
+          "one alphabet.");
+  module.def("descriptors", &describe, py::arg("graph"), py::arg("alphabet_of") = py::none(),
+             "Walk descriptors of all vertices, in the alphabet of classes of `alphabet_of`, a "
+             "Graph; else of the graph itself.");
+  module.def("match", &matchGraphs, py::arg("query"), py::arg("map"),
+             "The match__candidates most similar map vertices of every query vertex (section "
+             "III-D): pairs uint32 (K, 2) of query and map vertex, and similarities float32 (K,). "
+             "Classes meet by name.");
+  module.def("consensus", &consensusOf, py::arg("query"), py::arg("map"), py::arg("pairs"),
+             "The pose that most pairs support (section III-E): T_map_query float64 (4, 4) [m] and "
+             "the pairs that keep it, uint32 (K, 2); None instead of the pose if fewer than "
+             "consensus__min_inliers do.");
+  module.def("evaluate", &evaluateFixes, py::arg("fixes"), py::arg("truth"),
+             py::arg("within_m") = 5.0, py::arg("negatives") = py::tuple(),
+             "Errors, success and precision-recall of answers, as the dict of summary.json of "
+             "`xview evaluate`. fixes, negatives: lists of Fix, or .jsonl files; truth: "
+             "T_map_sensor (N, 4, 4) per answer [m], or a TUM or KITTI file. An answer within "
+             "`within_m` is correct.");
+  module.def(
+      "simulate", &simulate,
+      "Recordings of a seeded world by the name of their session, with their truth: "
+      "forward, rear, aerial, and those that sessions__NAME=True asks for. Options are those "
+      "of `xview simulate --help-all`.");
+}
+
+}  // namespace xview::python

@@ -1,0 +1,394 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The Python module against the program: the same bytes, errors instead of poses, flat memory."""
+import json
+import os
+import pathlib
+import re
+import resource
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import unittest
+
+import numpy as np
+
+import xview
+
+PROGRAM = os.environ["XVIEW_PROGRAM"]
+SOURCE = pathlib.Path(__file__).resolve().parents[2]
+DATA = pathlib.Path(os.environ.get("XVIEW_DATA", SOURCE / ".." / "shared" / "data"))
+
+
+def run(*arguments, codes=(0, 3)):
+    done = subprocess.run([PROGRAM, *map(str, arguments)], capture_output=True, text=True)
+    if done.returncode not in codes:
+        raise AssertionError(f"{arguments} ended with {done.returncode}: {done.stderr}")
+    return done.stdout
+
+
+def without_times(line):
+    return re.sub(r'"timing_ms":\{[^}]*\}', "", line.strip())
+
+
+def posts_town(points=40000, posts=60, seed=1):
+    """Posts on flat ground: (N, 3) [m], z up."""
+    rng = np.random.default_rng(seed)
+    feet = np.repeat(rng.uniform(-60, 60, (posts, 2)), 200, axis=0)
+    trunks = np.c_[feet + rng.normal(0, 0.05, feet.shape), rng.uniform(0, 4, len(feet))]
+    ground = np.c_[rng.uniform(-80, 80, (points, 2)), rng.normal(0, 0.02, points)]
+    return np.r_[ground, trunks]
+
+
+def moved(points, x, y, z, yaw):
+    """The points as a frame sees them whose T_map_query is the second result."""
+    T = np.eye(4)
+    T[:2, :2] = [[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]]
+    T[:3, 3] = x, y, z
+    return (points - T[:3, 3]) @ T[:3, :3], T
+
+
+def near(points, x, y, radius):
+    return points[np.hypot(points[:, 0] - x, points[:, 1] - y) < radius]
+
+
+def resident_mb():
+    with open("/proc/self/statm") as file:
+        return int(file.read().split()[1]) * resource.getpagesize() / 2**20
+
+
+class SameBytes(unittest.TestCase):
+    """Fix.to_json() is the line of `xview localize --json`, times aside."""
+
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+
+    def compare(self, source, query, frames="", flags=()):
+        town = pathlib.Path(self.folder.name) / "town.xvm"
+        run("map", source, town, "-q")
+        arguments = ["--frames", frames] if frames else []
+        expected = run("localize", query, town, "--json", "-q", "--risk", "0.01", *arguments, *flags)
+        fix = xview.Localizer(xview.load_map(town)).localize(xview.read(query, frames=frames))
+        self.assertEqual(without_times(fix.to_json()), without_times(expected))
+        self.assertEqual(fix.to_dict(), json.loads(fix.to_json()))
+        return fix
+
+    def test_recordings_of_other_makes(self):
+        if not DATA.is_dir():
+            self.skipTest(f"no {DATA}")
+        cases = [
+            ("kitti00/map", "kitti00/query_4501", ""),
+            ("kitti00/map", "kitti00/negative_850", ""),
+            ("laser_teach_repeat/map_0.pcd", "laser_teach_repeat/scan_0.pcd", ""),
+            ("osm/monaco_2012-07-06.ply", "osm/monaco_2020-07-19.ply", ""),
+            ("office_noisy/forward", "office_noisy/rear", "0:30"),
+            ("suburb_noisy/forward", "suburb_noisy/rear", "0:60"),
+        ]
+        for source, query, frames in cases:
+            with self.subTest(query=query):
+                self.compare(DATA / source, DATA / query, frames)
+
+    def test_simulated_drives_and_maps_that_python_saves(self):
+        folder = pathlib.Path(self.folder.name)
+        drives = xview.simulate(seed=3, route_length_m=60, sessions__aerial=False)
+        for name, drive in drives.items():
+            drive.save(folder / name)
+        forward, rear = folder / "forward", folder / "rear"
+        fix = self.compare(forward, rear)
+        self.assertLess(np.linalg.norm((fix.T_map_sensor - drives["rear"].truth[-1])[:3, 3]), 1)
+        mine = folder / "mine.xvm"
+        xview.Map.build(xview.read(forward)).save(mine)
+        self.assertEqual(mine.read_bytes(), (folder / "town.xvm").read_bytes())
+        lines = run("localize", rear, folder / "town.xvm", "--json", "-q", "--risk", "0.01",
+                    "--window", "10", "--stride", "5").splitlines()
+        localizer = xview.Localizer(xview.load_map(folder / "town.xvm"))
+        fixes = localizer.localize_windows(xview.read(rear), 10, 5)
+        self.assertEqual([without_times(f.to_json()) for f in fixes],
+                         [without_times(line) for line in lines])
+        scores = xview.evaluate(fixes, [drives["rear"].truth[f.to_dict()["query"]["last_index"]]
+                                        for f in fixes])
+        of_file = xview.evaluate(fixes, rear / "groundtruth.txt")
+        for key, value in scores.items():
+            if isinstance(value, float):
+                self.assertAlmostEqual(value, of_file[key], 3, key)
+        self.assertEqual(scores["queries"], len(fixes))
+
+
+class Arrays(unittest.TestCase):
+    def setUp(self):
+        self.town = posts_town()
+        self.scan, self.T = moved(near(self.town, 12, -7, 45), 12, -7, 0.5, 2.0)
+        self.localizer = xview.Localizer(xview.Map.build(self.town))
+
+    def assertFound(self, fix, T=None, metres=0.1):
+        self.assertTrue(fix.accepted, fix.reason)
+        self.assertLess(np.abs(fix.T_map_query - (self.T if T is None else T)).max(), metres)
+
+    def test_types_strides_and_order_do_not_matter(self):
+        expected = self.localizer.localize(self.scan)
+        self.assertFound(expected)
+        wide = np.zeros((len(self.scan), 5))
+        wide[:, 1:4] = self.scan
+        for points in (np.asfortranarray(self.scan), wide[:, 1:4], self.scan[::-1][::-1]):
+            fix = self.localizer.localize(points)
+            self.assertEqual(without_times(fix.to_json()), without_times(expected.to_json()))
+        self.assertFound(self.localizer.localize(self.scan.astype(np.float32)))
+
+    def test_far_coordinates_keep_their_centimetres(self):
+        utm = np.array([500000.0, 5400000.0, 300.0])
+        far = xview.Localizer(xview.Map.build(self.town + utm))
+        T = self.T.copy()
+        T[:3, 3] += utm
+        self.assertFound(far.localize(self.scan), T)
+
+    def test_points_that_are_not_finite_take_no_part(self):
+        holes = np.r_[self.scan, np.full((100, 3), np.nan)]
+        self.assertFound(self.localizer.localize(holes))
+
+    def test_labels_meet_by_name(self):
+        ids = np.where(np.abs(self.town[:, 2]) < 0.1, 1, 2)
+        town = xview.Map.build(self.town, labels=ids, classes={1: "road", 2: "pole"})
+        self.assertEqual(town.classes, {1: "road", 2: "pole"})
+        scan_ids = np.where(np.abs(self.scan[:, 2] + 0.5) < 0.1, 7, 3).astype(np.int16)
+        fix = xview.Localizer(town).localize(self.scan, scan_ids, classes={7: "Road", 3: "Poles"})
+        self.assertFound(fix)
+
+    def test_scans_with_poses_are_one_query(self):
+        poses, scans = [], []
+        for step in range(3):
+            part, T_map_sensor = moved(near(self.town, 12 + step, -7, 30), 12 + step, -7, 1.7, 0.1 * step)
+            poses.append(np.linalg.inv(self.T) @ T_map_sensor)
+            scans.append(part)
+        fix = self.localizer.localize(scans, poses=poses, stamps=[0, 1, 2])
+        self.assertFound(fix)
+        self.assertEqual(fix.to_dict()["query"]["frames_in_input"], 3)
+
+    def test_a_stranger_is_refused_and_bool_says_so(self):
+        fix = self.localizer.localize(near(posts_town(seed=9), 0, 0, 40))
+        self.assertFalse(fix)
+        self.assertFalse(fix.accepted)
+        self.assertTrue(fix.reason)
+
+    def test_without_hypothesis_there_is_no_pose(self):
+        graph = xview.Graph(np.zeros((1, 3)), np.array([4]), classes={4: "pole"})
+        fix = xview.Localizer(xview.Map.build(graph)).localize(graph)
+        if fix.to_dict()["pose"] is None:
+            self.assertIsNone(fix.T_map_query)
+            self.assertIsNone(fix.covariance)
+        self.assertFalse(fix.accepted)
+
+    def test_covariance_is_symmetric_and_p_wrong_follows_from_confidence(self):
+        fix = self.localizer.localize(self.scan)
+        self.assertEqual(fix.covariance.shape, (6, 6))
+        np.testing.assert_allclose(fix.covariance, fix.covariance.T)
+        self.assertEqual(fix.p_wrong, 1 - fix.confidence)
+        np.testing.assert_array_equal(np.reshape(fix.to_dict()["T_map_query"], (4, 4)), fix.T_map_query)
+
+    def test_append_leaves_localizers_alone(self):
+        half = self.town[self.town[:, 0] < 5]
+        town = xview.Map.build(half)
+        before = xview.Localizer(town)
+        town.append(self.town[self.town[:, 0] > -5])
+        self.assertEqual(len(town.sources), 2)
+        self.assertFound(xview.Localizer(town).localize(self.scan))
+        self.assertIsNotNone(before.localize(self.scan).reason)
+
+    def test_results_are_views_that_keep_their_memory(self):
+        town = xview.Map.build(self.town)
+        points, positions = town.points, town.graph.positions
+        self.assertFalse(points.flags.owndata)
+        self.assertFalse(points.flags.writeable)
+        copy, places = points.copy(), positions.copy()
+        del town
+        np.testing.assert_array_equal(points, copy)
+        np.testing.assert_array_equal(positions, places)
+
+    def test_several_threads_localize_at_once(self):
+        expected = without_times(self.localizer.localize(self.scan).to_json())
+        found = []
+        threads = [threading.Thread(target=lambda: found.append(self.localizer.localize(self.scan)))
+                   for _ in range(4)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        self.assertEqual([without_times(f.to_json()) for f in found], [expected] * 4)
+
+
+class Errors(unittest.TestCase):
+    def assertSays(self, error, text, call, *arguments, **named):
+        with self.assertRaises(error) as caught:
+            call(*arguments, **named)
+        message = str(caught.exception)
+        self.assertIn(text, message)
+        self.assertNotIn("\n", message)
+
+    def test_files(self):
+        self.assertSays(xview.Error, "/no/such", xview.read, "/no/such")
+        self.assertSays(xview.Error, "/no/such.xvm", xview.load_map, "/no/such.xvm")
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "broken.pcd"
+            path.write_text("no cloud")
+            localizer = xview.Localizer(xview.Map.build(posts_town(2000)))
+            with self.assertRaises(xview.Error) as mine:
+                localizer.localize(xview.read(path))
+            said = subprocess.run([PROGRAM, "info", path], capture_output=True, text=True).stderr
+            self.assertIn(str(mine.exception), said)
+
+    def test_arguments(self):
+        town = posts_town(2000)
+        build = xview.Map.build
+        self.assertSays(xview.UsageError, "(N, 3)", build, town[:, :2])
+        self.assertSays(xview.UsageError, "float32 or float64", build, town.astype(int))
+        self.assertSays(xview.UsageError, "labels", build, town, labels=np.zeros(3, int))
+        self.assertSays(xview.UsageError, "rigid", build, town, poses=np.ones((4, 4)))
+        self.assertSays(xview.UsageError, "walks.num_walks", build, town, walks__num_walk=3)
+        self.assertSays(xview.UsageError, "walks.walk_length = 0", build, town,
+                        walks={"walk_length": 0})
+        localizer = xview.Localizer(build(town))
+        self.assertSays(xview.UsageError, "risk = 2", xview.Localizer, build(town), risk=2)
+        self.assertSays(xview.UsageError, "points", localizer.localize, "town")
+        self.assertTrue(issubclass(xview.UsageError, ValueError))
+        self.assertTrue(issubclass(xview.UsageError, xview.Error))
+
+    def test_clouds_without_a_point(self):
+        localizer = xview.Localizer(xview.Map.build(posts_town(2000)))
+        self.assertSays(xview.Error, "no finite point", localizer.localize, np.zeros((0, 3)))
+        self.assertSays(xview.Error, "no finite point", localizer.localize, np.full((9, 3), np.nan))
+        self.assertSays(xview.Error, "", xview.Map.build, np.zeros((0, 3)))
+
+
+class Following(unittest.TestCase):
+    def test_tracker_keeps_to_the_truth_and_says_where_it_searched(self):
+        town = posts_town()
+        tracker = xview.Tracker(xview.Localizer(xview.Map.build(town)))
+        searched = []
+        for step in range(4):
+            scan, T_map_sensor = moved(near(town, 2 * step, 3, 45), 2 * step, 3, 1.7, 0.05 * step)
+            T_odom_sensor = np.linalg.inv(moved(town[:1], 5, 5, 0, 1)[1]) @ T_map_sensor
+            fix = tracker.add(scan, T_odom_sensor, stamp=0.1 * step)
+            self.assertTrue(fix.accepted, fix.reason)
+            self.assertLess(np.abs(fix.T_map_sensor - T_map_sensor).max(), 0.1)
+            searched.append(fix.to_dict()["track"]["searched"])
+        self.assertEqual(searched, ["everywhere"] + 3 * ["expected"])
+
+    def test_a_window_answers_once(self):
+        town = posts_town()
+        tracker = xview.Tracker(xview.Localizer(xview.Map.build(town)), window=2)
+        scan, T = moved(near(town, 0, 0, 45), 0, 0, 1.7, 0)
+        self.assertIsNone(tracker.add(scan, T))
+        self.assertTrue(tracker.add(scan, T).accepted)
+
+
+class PaperSteps(unittest.TestCase):
+    def test_walks_meet_in_consensus(self):
+        rng = np.random.default_rng(4)
+        places = np.c_[rng.uniform(0, 80, (120, 2)), rng.uniform(0, 3, 120)]
+        labels = rng.integers(1, 7, 120)
+        names = {i: f"thing {i}" for i in range(1, 7)}
+        seen, T = moved(places, 30, -4, 1, 0.7)
+        map_graph = xview.Graph(places, labels, classes=names)
+        query = xview.Graph(seen[:70], labels[:70], classes=names)
+        words = xview.walks(map_graph, 5, walks__num_walks=50)
+        self.assertTrue(all(word[0] == labels[5] for word, _ in words))
+        self.assertLessEqual(sum(count for _, count in words), 50)
+        described = xview.descriptors(map_graph, walks__num_walks=50)
+        self.assertEqual(described[5], dict(words))
+        self.assertAlmostEqual(described.similarity(5, described, 5), 1)
+        pairs, similarity = xview.match(query, map_graph)
+        self.assertEqual(len(pairs), len(similarity))
+        pose, kept = xview.consensus(query, map_graph, pairs, consensus__inlier_m=0.5)
+        np.testing.assert_allclose(pose, T, atol=1e-6)
+        self.assertGreater(len(kept), 50)
+        self.assertTrue((kept[:, 0] == kept[:, 1]).all())
+
+    def test_graph_of_a_drive(self):
+        drive = xview.simulate(seed=3, route_length_m=40)["forward"]
+        self.assertEqual(drive.sensor, "camera")
+        self.assertEqual(drive.depth(0).shape, drive.label_image(0).shape)
+        graph = xview.graph(drive)
+        self.assertGreater(len(graph), 5)
+        self.assertEqual(graph.edges.shape[1], 2)
+        points, labels = drive.cloud(voxel_m=0.3)
+        self.assertEqual(len(points), len(labels))
+
+
+class Resources(unittest.TestCase):
+    def test_memory_is_flat_over_many_calls(self):
+        town = posts_town()
+        localizer = xview.Localizer(xview.Map.build(town), threads=1)
+        rng = np.random.default_rng(2)
+        ground = np.c_[rng.uniform(-40, 40, (10**6, 2)), rng.normal(0, 0.02, 10**6)]
+        scan = np.r_[near(town, 0, 0, 45), ground].astype(np.float32)
+        calls = int(os.environ.get("XVIEW_CALLS", "15"))
+        sizes = []
+        for _ in range(calls):
+            fix = localizer.localize(scan)
+            views = fix.putative, fix.to_json(), xview.read
+            del fix, views
+            sizes.append(resident_mb())
+        print(f"resident after 5 calls {sizes[4]:.1f} MB, after {calls} {sizes[-1]:.1f} MB")
+        self.assertLess(sizes[-1] - sizes[4], 40)
+
+    def test_arrays_are_let_go(self):
+        points = posts_town(2000)
+        before = sys.getrefcount(points)
+        for _ in range(20):
+            xview.Map.build(points)
+            with self.assertRaises(xview.UsageError):
+                xview.Map.build(points, labels=np.zeros(1, int))
+        self.assertEqual(sys.getrefcount(points), before)
+
+    def test_interrupt_ends_a_long_map(self):
+        drive = xview.simulate(seed=3, route_length_m=3000, sessions__rear=False,
+                               sessions__aerial=False)["forward"]
+        started = time.monotonic()
+        timer = threading.Timer(1.0, lambda: os.kill(os.getpid(), signal.SIGINT))
+        timer.start()
+        with self.assertRaises(KeyboardInterrupt):
+            xview.Map.build(drive)
+        timer.join()
+        self.assertLess(time.monotonic() - started, 10)
+
+    def test_other_threads_run_meanwhile(self):
+        drive = xview.simulate(seed=3, route_length_m=100)["forward"]
+        worker = threading.Thread(target=lambda: xview.Map.build(drive))
+        worker.start()
+        turns = 0
+        while worker.is_alive():
+            time.sleep(0.005)
+            turns += 1
+        self.assertGreater(turns, 5)
+
+
+class Types(unittest.TestCase):
+    def test_examples_pass_mypy_strict(self):
+        try:
+            subprocess.run([sys.executable, "-m", "mypy", "--version"], check=True, capture_output=True)
+        except subprocess.CalledProcessError:
+            self.skipTest("no mypy")
+        files = sorted(map(str, (SOURCE / "examples").glob("*.py")))
+        with tempfile.TemporaryDirectory() as cache:
+            done = subprocess.run(
+                [sys.executable, "-m", "mypy", "--strict", "--cache-dir", cache, *files],
+                capture_output=True, text=True, cwd=cache,
+                env={**os.environ, "MYPYPATH": str(pathlib.Path(xview.__file__).parents[1])})
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+
+    def test_the_stub_names_what_there_is(self):
+        stub = (pathlib.Path(xview.__file__).parent / "_xview.pyi").read_text()
+        for name in xview.__all__:
+            self.assertRegex(stub, rf"(?m)^(class|def) {name}\b|^{name}:", name)
+            thing = getattr(xview, name)
+            for member in vars(thing) if isinstance(thing, type) else ():
+                if not member.startswith("_"):
+                    self.assertIn(f"def {member}(", stub, f"{name}.{member}")
+            if name != "__version__":
+                self.assertTrue(thing.__doc__, name)
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)
