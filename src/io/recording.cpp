@@ -107,7 +107,7 @@ constexpr Way kWays[] = {
      "a film has no depth; give depth images with camera.yaml and poses.txt, or a cloud"},
     {" .yaml .yml .json .jsonl ",
      "is a text, not a recording; give the folder, cloud or map that it belongs to"},
-};  // namespace xview::io
+};
 
 /// What to do with a file of such an ending; empty if nobody knows.
 std::string wayTo(const std::string& ending, const std::string& path) {

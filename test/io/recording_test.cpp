@@ -438,7 +438,8 @@ TEST_F(Recording, APlyThatMayBeEitherOpensAsACloudForWhoeverWantsPoints) {
 TEST_F(Recording, WhatFitsNothingIsRefused) {
   EXPECT_EQ(openMessage(folder_ / "absent"), (folder_ / "absent") + ": no such file or folder");
   EXPECT_NE(openMessage(folder_.path()).find("not a recording"), std::string::npos);
-  EXPECT_NE(openMessage(write("a.unknown", "")).find("not a known kind of file"), std::string::npos);
+  EXPECT_NE(openMessage(write("a.unknown", "")).find("not a known kind of file"),
+            std::string::npos);
   EXPECT_NE(openMessage(write("a.xvm", "")).find("is a map"), std::string::npos);
   InputOptions options;
   options.kind = "clowd";
