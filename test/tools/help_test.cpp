@@ -99,7 +99,7 @@ TEST(Misuse, NoCommand) { expectMisuse({"--quiet"}, "no command"); }
 TEST(Misuse, AFarFetchedCommandIsNotSuggested) {
   const Outcome outcome = runXview({"town.xvm"});
   EXPECT_EQ(outcome.err.find("nearest"), std::string::npos) << outcome.err;
-  EXPECT_NE(outcome.err.find("known are simulate, info"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("known are demo, simulate, info"), std::string::npos) << outcome.err;
 }
 TEST(Misuse, ThereIsOneOutput) {
   expectMisuse({"lift", "a", "b.pcd", "-o", "c.pcd"}, "INPUT CLOUD.pcd");
