@@ -175,21 +175,23 @@ std::vector<double> leftOutLogOdds(const std::vector<Sample>& samples,
 }
 
 /// The weights of samples whose own group did not set them say too much or too little: their log
-/// odds z become a + b z + c max(0, z - 1)^2, the likeliest such with b and c not negative.
+/// odds z become a + b z + c max(0, z - 1)^2, the likeliest such. Where the bend would flatten what
+/// is below it, as where right and wrong answers hardly meet, it is left out.
 EvidenceWeights calibrated(const std::array<double, kTerms>& weights,
                            const std::vector<Sample>& samples) {
-  constexpr double kKnee = 1, kLeastSlope = 0.2, kRidgeOfCalibration = 1e-3;
+  constexpr double kKnee = 1, kLeastSlope = 0.2, kLeastSlopeOfBend = 0.8;
+  constexpr double kRidgeOfCalibration = 1e-3;
   const std::vector<double> z = leftOutLogOdds(samples, weights);
   Eigen::MatrixXd columns(samples.size(), 3);
   for (std::size_t i = 0; i < samples.size(); ++i)
     columns.row(static_cast<Eigen::Index>(i)) << 1, z[i], std::pow(std::max(0.0, z[i] - kKnee), 2);
   Eigen::VectorXd abc = fitLogistic(columns, samples, kRidgeOfCalibration);
-  if (abc[2] < 0) {
+  if (abc[1] < kLeastSlopeOfBend || abc[2] < 0) {
     columns.col(2).setZero();
     abc = fitLogistic(columns, samples, kRidgeOfCalibration);
   }
   const double a = abc[0], b = std::max(kLeastSlope, abc[1]);
-  EvidenceWeights result{weights, a + b * kKnee, std::max(0.0, abc[2]) / (b * b)};
+  EvidenceWeights result{weights, a + b * kKnee, abc[2] / (b * b)};
   for (double& weight : result.of) weight *= b;
   result[kConstant] += a;
   return result;
@@ -237,11 +239,8 @@ VerdictModel fitVerdictModel(const std::vector<JudgedStatistics>& answers) {
   };
   using Known = std::optional<Statistics>;
   VerdictModel model = defaultVerdictModel();
-  const auto alone = [](Statistics s) {
-    s.dense.of = DenseEvidence::Of::nothing;
-    return Known(s);
-  };
-  fit(alone, model.alone);
+  fit([](const Statistics& s) { return s.dense.registered() ? std::nullopt : Known(s); },
+      model.alone);
   fit(
       [](const Statistics& s) {
         return s.dense.registered() && !s.dense.shown ? Known(s) : std::nullopt;

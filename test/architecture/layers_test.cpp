@@ -112,14 +112,16 @@ TEST(Fences, HeavyLibrariesStayOutOfPublicHeaders) {
   }
 }
 
-TEST(Fences, CommandLineParserIsKnownToOneFile) {
+/// Commands declare flags through an interface of their own; the manual lists what the parser
+/// knows.
+TEST(Fences, CommandLineParserIsKnownToTwoFiles) {
   std::set<std::string> knowing;
   for (const SourceFile& file : sourceFiles()) {
     for (const std::string& name : includesOf(file)) {
       if (name.rfind("CLI/", 0) == 0) knowing.insert(file.path.filename().string());
     }
   }
-  EXPECT_EQ(knowing, std::set<std::string>{"main.cpp"});
+  EXPECT_EQ(knowing, (std::set<std::string>{"main.cpp", "manual.cpp"}));
 }
 
 }  // namespace

@@ -90,7 +90,7 @@ Evidence randomEvidence(Random& random) {
 
 TEST(Verdict, GoodEvidenceIsAcceptedWhateverItIsOf) {
   EXPECT_EQ(judged(goodView()).status, Status::accepted) << judged(goodView()).reason;
-  EXPECT_GT(judged(goodView()).confidence, 0.999);
+  EXPECT_GT(judged(goodView()).confidence, 0.995);
   EXPECT_EQ(judged(goodGraph()).status, Status::accepted) << judged(goodGraph()).reason;
   Evidence walks;
   walks.score = 60;
