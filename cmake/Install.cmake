@@ -27,11 +27,7 @@ install(FILES ${CMAKE_CURRENT_BINARY_DIR}/xviewConfig.cmake
         DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/xview)
 
 # pkg-config, for those who build without CMake: the shared library, or the layers with all that they need.
-foreach(pcl_include ${PCL_INCLUDE_DIRS})
-  if(EXISTS ${pcl_include}/pcl/point_cloud.h)
-    break()
-  endif()
-endforeach()
+find_path(pcl_include pcl/point_types.h HINTS ${PCL_INCLUDE_DIRS} NO_CACHE REQUIRED)
 set(pc_libs -lxview)
 if(NOT BUILD_SHARED_LIBS)
   list(TRANSFORM layers PREPEND -l OUTPUT_VARIABLE pc_layers)

@@ -202,14 +202,18 @@ map::SemanticMap mapOf(const std::string& path, io::InputOptions input, const Jo
   }
 }
 
+void requireNotEmpty(const map::SemanticMap& map, const std::string& path) {
+  if (map.graph.empty() && map.cloud.empty())
+    throw Error(path, "the map is empty; build it of a recording that sees something");
+}
+
 map::SemanticMap readMap(const std::string& path, const InputFlags& input, const Job& job) {
   Stopwatch watch;
   io::InputOptions whole = input.parsed();
   whole.frames = {};  // --frames speaks of the query
   if (!input.mapLabels().empty()) whole.labels = input.mapLabels();
   map::SemanticMap map = mapOf(path, whole, job);
-  if (map.graph.empty() && map.cloud.empty())
-    throw Error(path, "the map is empty; build it of a recording that sees something");
+  requireNotEmpty(map, path);
   job.narrate.stage("map", watch.lap_ms(),
                     fmt::format("{}: {} vertices, {} key frames, {} points", path, map.graph.size(),
                                 map.poses.size(), map.cloud.size()));

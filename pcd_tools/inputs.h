@@ -74,6 +74,9 @@ map::SemanticMap mapOfRecordings(
 map::SemanticMap mapOf(const std::string& path, io::InputOptions input, const Job& job,
                        const std::optional<Eigen::Isometry3d>& T_map_input = {});
 
+/// Throws Error with the path if nothing can be found in the map.
+void requireNotEmpty(const map::SemanticMap& map, const std::string& path);
+
 /// The MAP operand: a map file, or anything a map can be built of on the fly.
 map::SemanticMap readMap(const std::string& path, const InputFlags& input, const Job& job);
 

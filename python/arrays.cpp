@@ -355,4 +355,15 @@ py::array labelsOf(std::shared_ptr<const LabelledCloud> cloud) {
   return viewOf(first, {count}, {sizeof(Point)}, std::move(cloud));
 }
 
+py::array_t<std::uint32_t> pairsOf(const std::vector<Correspondence>& correspondences) {
+  py::array_t<std::uint32_t> array(
+      {static_cast<py::ssize_t>(correspondences.size()), py::ssize_t{2}});
+  auto values = array.mutable_unchecked<2>();
+  for (std::size_t i = 0; i < correspondences.size(); ++i) {
+    values(static_cast<py::ssize_t>(i), 0) = correspondences[i].query;
+    values(static_cast<py::ssize_t>(i), 1) = correspondences[i].map;
+  }
+  return array;
+}
+
 }  // namespace xview::python

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "xview/types/frame.h"
+#include "xview/types/graph.h"
 #include "xview/types/labels.h"
 
 namespace xview::python {
@@ -54,6 +55,8 @@ py::array_t<double> arrayOf(const Eigen::Matrix<double, Rows, Columns>& matrix) 
   return array;
 }
 py::array_t<double> arrayOf(const std::vector<Eigen::Isometry3d>& poses);  ///< (N, 4, 4)
+/// Vertices of query and map, (K, 2).
+py::array_t<std::uint32_t> pairsOf(const std::vector<Correspondence>& correspondences);
 
 /// A read-only view of memory that `owner` keeps.
 template <class Value, class Owner>

@@ -21,18 +21,15 @@ struct Seeker {
   std::shared_ptr<const Localizer> localizer;
   Options options;           ///< with the size of the map
   tools::Answer unanswered;  ///< with what all answers share
-
-  Fix finished(tools::Answer answer, const Query& query, Work& work) const;
 };
 
-Fix Seeker::finished(tools::Answer answer, const Query& query, Work& work) const {
-  answer.heading_rad = headingOf(answer.fix.T_map_sensor.linear(), query.sensor);
+Fix finished(tools::Answer answer, Sensor sensor, Work& work) {
+  answer.heading_rad = headingOf(answer.fix.T_map_sensor.linear(), sensor);
   return {std::make_shared<const tools::Answer>(std::move(answer)), work.takeNotes()};
 }
 
 Seeker makeSeeker(const Map& map, double risk, const py::kwargs& arguments) {
-  if (map.map->graph.empty() && map.map->cloud.empty())
-    throw Error(map.path, "the map is empty; build it of a recording that sees something");
+  tools::requireNotEmpty(*map.map, map.path);
   Seeker seeker;
   seeker.map = map.map;
   seeker.options = optionsOf(arguments);
@@ -54,7 +51,7 @@ Fix localize(const Seeker& seeker, const Source& source, double last_m) {
   checkSignals();
   tools::Answer answer = tools::answerFor(input, {0, input.size()}, seeker.unanswered);
   answer.fix = released([&] { return seeker.localizer->localize(*input.whole); });
-  return seeker.finished(std::move(answer), *input.whole, work);
+  return finished(std::move(answer), input.whole->sensor, work);
 }
 
 /// Every window of a recording in order, as `xview localize --window` answers them.
@@ -72,7 +69,7 @@ std::vector<Fix> localizeWindows(const Seeker& seeker, const Recording& recordin
       tools::Answer answer = tools::answerFor(input, part, seeker.unanswered);
       answer.fix = seeker.localizer->localize(query);
       const py::gil_scoped_acquire gil;
-      fixes.push_back(seeker.finished(std::move(answer), query, work));
+      fixes.push_back(finished(std::move(answer), query.sensor, work));
     };
     tools::forEachWindow(input, tools::windowsOf(input.size(), window, stride), work.job(), take);
     return fixes;
@@ -118,8 +115,7 @@ class Follower {
     answer.last_stamp_s = stamp_s;
     answer.track = std::move(track);
     answer.fix = std::move(answer.track->fix);
-    answer.heading_rad = headingOf(answer.fix.T_map_sensor.linear(), Sensor::lidar);
-    return {std::make_shared<const tools::Answer>(std::move(answer)), work.takeNotes()};
+    return finished(std::move(answer), Sensor::lidar, work);
   }
 
   Seeker seeker_;
@@ -138,17 +134,6 @@ py::list hypothesesOf(const Localization& fix) {
     list.append(item);
   }
   return list;
-}
-
-py::array_t<std::uint32_t> pairsOf(const std::vector<Correspondence>& correspondences) {
-  py::array_t<std::uint32_t> array(
-      {static_cast<py::ssize_t>(correspondences.size()), py::ssize_t{2}});
-  auto values = array.mutable_unchecked<2>();
-  for (std::size_t i = 0; i < correspondences.size(); ++i) {
-    values(static_cast<py::ssize_t>(i), 0) = correspondences[i].query;
-    values(static_cast<py::ssize_t>(i), 1) = correspondences[i].map;
-  }
-  return array;
 }
 
 /// None where there is no hypothesis: nobody shall take an identity for a pose.

@@ -197,7 +197,7 @@ std::vector<map::SemanticMap> mapsOf(const Source& source, const LabelSet* added
   return maps;
 }
 
-void requireNotEmpty(const map::SemanticMap& map) {
+void requireBlobs(const map::SemanticMap& map) {
   if (!map.graph.empty() || map.plan.sampleCount() > 0 || !map.cloud.empty()) return;
   throw Error(map.sources.empty() ? "map" : map.sources.front(),
               "nothing to make a map of: no blob of any known class");
@@ -219,7 +219,7 @@ Map build(const Source& source, const py::kwargs& arguments) {
       add(parts[i], map->sources.empty() ? "map" : map->sources.front(), work, *map);
     return map;
   });
-  requireNotEmpty(*result.map);
+  requireBlobs(*result.map);
   if (!result.map->sources.empty()) result.path = result.map->sources.front();
   result.notes = work.takeNotes();
   return result;
@@ -476,10 +476,7 @@ void bindMap(py::module_& module) {
       .def_property_readonly(
           "graph",
           [](const Map& m) {
-            auto place = std::make_shared<Place>();
-            place->labels = m.map->labels;
-            place->graph = m.map->graph;
-            return Graph{"", {}, std::move(place)};
+            return Graph{"", {}, m.map};
           },
           "Its things.")
       .def_property_readonly(

@@ -23,12 +23,7 @@ Graph graphOf(const Source& source, const py::kwargs& arguments) {
   Work work(optionsOf(arguments));
   auto place = std::make_shared<Place>();
   if (py::isinstance<Graph>(source.what)) return source.what.cast<Graph>();
-  if (py::isinstance<Map>(source.what)) {
-    const auto& map = source.what.cast<const Map&>();
-    place->labels = map.map->labels;
-    place->graph = map.map->graph;
-    return {"", {}, std::move(place)};
-  }
+  if (py::isinstance<Map>(source.what)) return {"", {}, source.what.cast<const Map&>().map};
   const Recording recording = source.recording(nullptr);
   *place = released([&] {
     const std::unique_ptr<FrameSource> frames =
@@ -118,16 +113,10 @@ py::tuple matchGraphs(const Graph& query, const Graph& map, const py::kwargs& ar
     return match::DescriptorIndex(describe(in))
         .bestMatches(describe(inClassesOf(map, query)), options.match, options.threads);
   });
-  const auto count = static_cast<py::ssize_t>(matches.size());
-  py::array_t<std::uint32_t> pairs({count, py::ssize_t{2}});
-  py::array_t<float> similarity(count);
-  for (py::ssize_t i = 0; i < count; ++i) {
-    const Correspondence& match = matches[static_cast<std::size_t>(i)];
-    pairs.mutable_at(i, 0) = match.query;
-    pairs.mutable_at(i, 1) = match.map;
-    similarity.mutable_at(i) = match.similarity;
-  }
-  return py::make_tuple(pairs, similarity);
+  py::array_t<float> similarity(static_cast<py::ssize_t>(matches.size()));
+  for (std::size_t i = 0; i < matches.size(); ++i)
+    similarity.mutable_at(static_cast<py::ssize_t>(i)) = matches[i].similarity;
+  return py::make_tuple(pairsOf(matches), similarity);
 }
 
 std::vector<Eigen::Vector3d> positionsOf(const Graph& graph) {
@@ -155,14 +144,8 @@ py::tuple consensusOf(
     return verify::rejectBySampleConsensus(positionsOf(query), positionsOf(map), matches,
                                            options.consensus);
   });
-  const auto count = static_cast<py::ssize_t>(consensus.found ? consensus.inliers.size() : 0);
-  py::array_t<std::uint32_t> inliers({count, py::ssize_t{2}});
-  for (py::ssize_t i = 0; i < count; ++i) {
-    inliers.mutable_at(i, 0) = consensus.inliers[static_cast<std::size_t>(i)].query;
-    inliers.mutable_at(i, 1) = consensus.inliers[static_cast<std::size_t>(i)].map;
-  }
-  if (!consensus.found) return py::make_tuple(py::none(), inliers);
-  return py::make_tuple(arrayOf<4, 4>(consensus.T_map_query.matrix()), inliers);
+  if (!consensus.found) return py::make_tuple(py::none(), pairsOf(std::vector<Correspondence>()));
+  return py::make_tuple(arrayOf<4, 4>(consensus.T_map_query.matrix()), pairsOf(consensus.inliers));
 }
 
 #ifdef XVIEW_WITH_SIM

@@ -4,7 +4,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
@@ -66,8 +65,7 @@ constexpr CloudFormat kCloudFormats[] = {
     {".pcd", readPcdHeader}, {".ply", readPlyHeader}, {".las", readLasHeader}};
 
 const CloudFormat* cloudFormatOf(const std::string& path) {
-  std::string ending = std::filesystem::path(path).extension().string();
-  for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  const std::string ending = endingOf(path);
   const auto found =
       std::find_if(std::begin(kCloudFormats), std::end(kCloudFormats),
                    [&](const CloudFormat& format) { return format.ending == ending; });

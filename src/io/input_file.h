@@ -70,6 +70,9 @@ class InputFile {
 /// A piece of a file for a message: printable, one line, not longer than 40 characters, in quotes.
 std::string quoted(std::string_view text);
 
+/// What a path ends in, in lower case: ".pcd".
+std::string endingOf(const std::string& path);
+
 /// The words of a line, separated by blanks and tabs.
 std::vector<std::string_view> splitWords(std::string_view line);
 

@@ -5,11 +5,11 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cctype>
 #include <filesystem>
 #include <sstream>
 #include <utility>
 
+#include "input_file.h"
 #include "layouts.h"
 #include "xview/io/cloud_files.h"
 #include "xview/io/image_files.h"
@@ -57,11 +57,6 @@ bool hasClouds(const fs::path& folder) {
     if (isCloudFile(entry.path().string()) || entry.path().extension() == ".bin") return true;
   }
   return false;
-}
-
-std::string lowerCase(std::string text) {
-  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return text;
 }
 
 // ---- what is not read, and the way from there
@@ -127,8 +122,7 @@ std::string wayOutOf(const fs::path& folder) {
   for (const auto& entry : fs::directory_iterator(folder, failed)) files.push_back(entry.path());
   std::sort(files.begin(), files.end());
   for (const fs::path& file : files) {
-    const std::string way = wayTo(lowerCase(file.extension().string()), file.string());
-    const std::string ending = lowerCase(file.extension().string());
+    const std::string ending = endingOf(file.string()), way = wayTo(ending, file.string());
     const bool beside = ending == ".png" || ending == ".yaml" || ending == ".json";
     if (!way.empty() && !beside) return "; of " + file.string() + ": " + way;
   }
@@ -163,7 +157,7 @@ InputKind recogniseFolder(const fs::path& folder) {
 }
 
 InputKind recogniseFile(const std::string& path, std::string* guess) {
-  const std::string ending = lowerCase(fs::path(path).extension().string());
+  const std::string ending = endingOf(path);
   if (ending == ".xvm") return InputKind::map;
   if (ending == ".bin") return InputKind::semantic_kitti;
   if (ending == ".ply") return holdsGraph(path, guess) ? InputKind::graph : InputKind::cloud;
