@@ -42,8 +42,8 @@ bash -c 'source "$1"; COMP_WORDS=(xview localize --metho) COMP_CWORD=2; _xview; 
 say "a C++ program by CMake and by pkg-config"
 cmake -S "$here/consumer" -B consumer -DCMAKE_PREFIX_PATH="$root/usr" > cmake.log || { cat cmake.log; exit 1; }
 cmake --build consumer > cmake.log || { cat cmake.log; exit 1; }
-export PKG_CONFIG_PATH=$libdir/pkgconfig PKG_CONFIG_SYSROOT_DIR=
-read -ra flags <<< "$(pkg-config --define-variable=prefix="$root/usr" --cflags --libs xview)"
+sed "s|^prefix=.*|prefix=$root/usr|" "$libdir/pkgconfig/xview.pc" > xview.pc  # as if the root were /
+read -ra flags <<< "$(PKG_CONFIG_PATH=. pkg-config --cflags --libs xview)"
 g++ -O0 "$here"/consumer/*.cpp -o by_pkg_config "${flags[@]}"
 for program in consumer/consumer ./by_pkg_config; do
   code=0
