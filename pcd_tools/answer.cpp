@@ -293,6 +293,7 @@ std::string toJson(const Answer& answer) {
   json["inliers"] = fix.inliers;
   json["vertices"] = fix.vertices;
   json["matches"] = fix.matches;
+  if (std::isfinite(fix.consensus_m)) json["consensus_m"] = fix.consensus_m;
   json["hypotheses"] = hypothesesOf(fix);
   if (answer.sequence) json["sequence"] = sequenceOf(*answer.sequence);
   if (answer.track) json["track"] = trackOf(*answer.track);

@@ -60,9 +60,9 @@ py::list walksOf(const Graph& graph, std::uint32_t vertex, const py::kwargs& arg
   const match::LabelAlphabet alphabet(g);
   const auto labels = lettersOf(g, alphabet);
   py::list walks;
-  for (const match::WalkCount& walk : match::sampleWalks(g, alphabet, vertex, options.walks,
-                                                         static_cast<std::uint64_t>(options.seed)))
-    walks.append(py::make_tuple(wordOf(walk.key, labels), static_cast<int>(walk.count)));
+  const match::Walks from(g, alphabet, options.walks, static_cast<std::uint64_t>(options.seed));
+  for (const match::WalkCount& walk : from.from(vertex))
+    walks.append(py::make_tuple(wordOf(walk.key, labels), walk.count));
   return walks;
 }
 
@@ -141,8 +141,12 @@ py::tuple consensusOf(
     matches.push_back(match);
   }
   const verify::Consensus consensus = released([&] {
-    return verify::rejectBySampleConsensus(positionsOf(query), positionsOf(map), matches,
-                                           options.consensus);
+    const auto from = positionsOf(query), to = positionsOf(map);
+    return verify::rejectBySampleConsensus(
+        from, to,
+        verify::consistentOnes(from, to, matches, options.consensus.inlier_m,
+                               options.gravity != "free"),
+        options.consensus);
   });
   if (!consensus.found) return py::make_tuple(py::none(), pairsOf(std::vector<Correspondence>()));
   return py::make_tuple(arrayOf<4, 4>(consensus.T_map_query.matrix()), pairsOf(consensus.inliers));

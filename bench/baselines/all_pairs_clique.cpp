@@ -2,8 +2,8 @@
 #include <vector>
 
 #include "baselines/baseline.h"
+#include "baselines/consistency_graph.h"
 #include "xview/pose/align.h"
-#include "xview/verify/consistency.h"
 
 namespace xview {
 namespace {
@@ -31,10 +31,10 @@ class AllPairsClique final : public Baseline {
       }
     }
     const std::vector<Eigen::Vector3d> positions = positionsOf(query);
-    const verify::ConsistencyGraph agreement =
-        verify::pairwiseConsistency(positions, positions_, putative, {}, kMostPairs);
+    const ConsistencyGraph agreement =
+        pairwiseConsistency(positions, positions_, putative, {}, kMostPairs);
     std::vector<Eigen::Vector3d> from, to;
-    for (const std::uint32_t k : verify::maximumClique(agreement, kBudget).nodes) {
+    for (const std::uint32_t k : maximumClique(agreement, kBudget).nodes) {
       from.push_back(positions[putative[k].query]);
       to.push_back(positions_[putative[k].map]);
     }

@@ -17,7 +17,6 @@
 #include "xview/types/option_field.h"
 #include "xview/types/semantic_place.h"
 #include "xview/types/user_text.h"
-#include "xview/verify/consistency.h"
 #include "xview/verify/sample_consensus.h"
 #include "xview/verify/verdict.h"
 
@@ -80,7 +79,6 @@ struct Options {
   MapOptions map;
   match::WalkOptions walks;
   match::MatchOptions match;
-  verify::ConsistencyOptions consistency;
   verify::ConsensusOptions consensus;
   search::SearchOptions places;
   verify::VerdictOptions verdict;
@@ -119,7 +117,6 @@ void visit(Options& o, Visitor&& field) {
   field.group("map", o.map);
   field.group("walks", o.walks);
   field.group("match", o.match);
-  field.group("consistency", o.consistency);
   field.group("consensus", o.consensus);
   field.group("places", o.places);
   field.group("verdict", o.verdict);

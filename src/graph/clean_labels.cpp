@@ -2,6 +2,7 @@
 #include "xview/graph/clean_labels.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <map>
 #include <opencv2/imgproc.hpp>
@@ -106,6 +107,7 @@ class RegionFinder {
 
 // Half size of the dilate/erode element that fills what specks leave (paper: 4 px).
 constexpr int kClosing_px = 4;
+constexpr double kPaperWidth_px = 1280;  ///< of the images that boundary_px speaks of
 // Smaller connected regions are specks [px]: a network's errors, not things.
 constexpr int kMinSpeck_px = 12;
 
@@ -216,9 +218,9 @@ LabelImage cleanLabels(const LabelImage& labels, const LabelSet& set, const Clea
   }
   if (options.boundary_px > 0) {
     const cv::Mat before = after.clone();
-    for (const ClassArea& area : order) {
-      closeClass(before, area, options.boundary_px, cv::Mat(), after);
-    }
+    const int reach_px = std::max(
+        1, static_cast<int>(std::lround(options.boundary_px * labels.width / kPaperWidth_px)));
+    for (const ClassArea& area : order) closeClass(before, area, reach_px, cv::Mat(), after);
   }
   return result;
 }

@@ -38,7 +38,7 @@ CentredVertices centred(const std::vector<Vertex>& vertices) {
 
 }  // namespace
 
-void connectByRadius(SemanticGraph& graph, const EdgeOptions& options) {
+void connectByRadius(SemanticGraph& graph, const EdgeOptions& options, int nearest) {
   graph.neighbours.assign(graph.size(), {});
   const std::vector<Vertex>& vertices = graph.vertices;
   const CentredVertices centre = centred(vertices);
@@ -57,10 +57,13 @@ void connectByRadius(SemanticGraph& graph, const EdgeOptions& options) {
   std::vector<Edge> edges;
   for (std::size_t n = 0; n < centre.vertex_of_point.size(); ++n) {
     const std::uint32_t self = centre.vertex_of_point[n];
-    tree.radiusSearch(static_cast<int>(n), search_m, found, distances2);
+    if (nearest > 0)
+      tree.nearestKSearch(static_cast<int>(n), nearest + 1, found, distances2);
+    else
+      tree.radiusSearch(static_cast<int>(n), search_m, found, distances2);
     for (const auto index : found) {
       const std::uint32_t other = centre.vertex_of_point[static_cast<std::size_t>(index)];
-      if (other <= self) continue;  // each edge is found from both ends
+      if (other == self || (nearest == 0 && other < self)) continue;  // found from both ends
       const double d2 = (vertices[other].position - vertices[self].position).squaredNorm();
       if (d2 <= radius2) edges.emplace_back(self, other);
     }

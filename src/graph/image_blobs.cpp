@@ -13,12 +13,8 @@
 namespace xview::graph {
 namespace {
 
-// The image size that the following lengths speak of.
-constexpr double kReferenceWidth = 640, kReferenceHeight = 480;
-// Smaller regions are leaves and specks whose median depth says little [px]; scaled with the area.
-constexpr double kMinPixels = 300;
-// Blobs whose contours come this near are neighbours [px]; scaled with the width.
-constexpr double kEdgeDistance_px = 10;
+// Blobs whose contours come this near are neighbours, as share of the width of the image.
+constexpr double kEdgeDistance = 1.0 / 64;
 
 constexpr std::int32_t kNoBlob = -1;
 
@@ -134,15 +130,29 @@ void checkFrame(const Frame& frame) {
   }
 }
 
+/// The instances of the classes that have any; others are one instance each.
+LabelImage keptInstances(const Frame& frame, const LabelSet& set, const std::string& classes) {
+  if (classes == "none") return {};
+  LabelImage instances = frame.instance;
+  if (classes == "all") return instances;
+  for (std::size_t i = 0; i < instances.pixels.size(); ++i) {
+    const std::uint16_t id = frame.label.pixels[i];
+    if (set.role(id) != Role::dynamic && set.kind(id) != Kind::vehicle) instances.pixels[i] = 0;
+  }
+  return instances;
+}
+
 }  // namespace
 
-ImageBlobs extractImageBlobs(const Frame& frame, const LabelSet& set, double max_range_m) {
+ImageBlobs extractImageBlobs(const Frame& frame, const LabelSet& set, double max_range_m,
+                             const BlobOptions& options) {
   checkFrame(frame);
   ImageBlobs result;
   if (frame.label.empty()) return result;
-  const LabelRegions found = findLabelRegions(frame.label, frame.instance);
-  const double area = static_cast<double>(frame.label.width) * frame.label.height;
-  const double min_pixels = kMinPixels * area / (kReferenceWidth * kReferenceHeight);
+  const LabelRegions found =
+      findLabelRegions(frame.label, keptInstances(frame, set, options.instances));
+  const double min_pixels =
+      options.min_share * static_cast<double>(frame.label.width) * frame.label.height;
   std::vector<bool> is_wanted;
   for (const LabelRegion& region : found.regions) {
     is_wanted.push_back(set.role(region.label) != Role::ignored && region.pixels >= min_pixels);
@@ -161,8 +171,7 @@ ImageBlobs extractImageBlobs(const Frame& frame, const LabelSet& set, double max
     std::int32_t* const row = &result.blob_of_pixel.at(0, run.row);
     std::fill(row + run.begin, row + run.end, blob_of_region[run.region]);
   }
-  result.edges =
-      contourEdges(result.blob_of_pixel, kEdgeDistance_px * frame.label.width / kReferenceWidth);
+  result.edges = contourEdges(result.blob_of_pixel, kEdgeDistance * frame.label.width);
   return result;
 }
 

@@ -15,11 +15,11 @@ std::size_t classOf(WalkKey word) { return word & 0xFF; }
 }  // namespace
 
 Descriptors describe(const SemanticGraph& graph, const LabelAlphabet& alphabet,
-                     const WalkOptions& walks, std::uint64_t seed, int threads) {
+                     const WalkOptions& options, std::uint64_t seed, int threads) {
+  const Walks walks(graph, alphabet, options, seed);
   Descriptors words(graph.size());
-  parallelFor(graph.size(), threads, [&](std::size_t i) {
-    words[i] = sampleWalks(graph, alphabet, static_cast<std::uint32_t>(i), walks, seed);
-  });
+  parallelFor(graph.size(), threads,
+              [&](std::size_t i) { words[i] = walks.from(static_cast<std::uint32_t>(i)); });
   return words;
 }
 

@@ -3,159 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <unordered_set>
+#include <utility>
 
 #include "xview/types/error.h"
 #include "xview/types/random.h"
 
 namespace xview::match {
-namespace {
-
-constexpr int kMaxLength = 8;
-constexpr int kMaxTriesPerWalk = 20;   // rejected duplicates before the draw gives up
-constexpr std::size_t kEnumerate = 4;  // times num_walks: up to here walks are listed, not drawn
-
-/// The vertices of a walk; unused places hold the start vertex's own number, which `length` hides.
-struct Walk {
-  std::array<std::uint32_t, kMaxLength> vertices{};
-  int length = 0;
-  bool operator==(const Walk& o) const { return length == o.length && vertices == o.vertices; }
-};
-
-/// Where a walk may go: the neighbours of its last vertex, without the one before if it must not
-/// return at once. `skip` is the position of that one, or the number of neighbours.
-struct Choices {
-  const std::vector<std::uint32_t>& neighbours;
-  std::size_t skip;
-  std::size_t size() const { return neighbours.size() - (skip < neighbours.size() ? 1 : 0); }
-  std::uint32_t operator[](std::size_t i) const { return neighbours[i + (i >= skip ? 1 : 0)]; }
-};
-
-class Walker {
- public:
-  Walker(const SemanticGraph& graph, const LabelAlphabet& alphabet, const WalkOptions& options)
-      : graph_(graph), alphabet_(alphabet), options_(options) {}
-
-  Walk draw(std::uint32_t start, Random& random) const {
-    Walk walk = from(start);
-    while (walk.length < options_.walk_length) {
-      const Choices next = choices(walk);
-      if (next.size() == 0) break;
-      push(walk, next[random.below(static_cast<std::uint32_t>(next.size()))]);
-    }
-    return walk;
-  }
-
-  /// All walks with their probabilities, or the first limit + 1 of them.
-  void enumerate(const Walk& walk, double probability, std::size_t limit, std::vector<Walk>& walks,
-                 std::vector<double>& probabilities) const {
-    if (walks.size() > limit) return;
-    const Choices next = choices(walk);
-    if (walk.length == options_.walk_length || next.size() == 0) {
-      walks.push_back(walk);
-      probabilities.push_back(probability);
-      return;
-    }
-    for (std::size_t i = 0; i < next.size(); ++i) {
-      Walk longer = walk;
-      push(longer, next[i]);
-      enumerate(longer, probability / static_cast<double>(next.size()), limit, walks,
-                probabilities);
-    }
-  }
-
-  static Walk from(std::uint32_t start) {
-    Walk walk;
-    push(walk, start);
-    return walk;
-  }
-
-  WalkKey word(const Walk& walk) const {
-    WalkKey key = 0;
-    for (int i = 0; i < walk.length; ++i) {
-      key |= WalkKey{alphabet_(graph_.vertices[walk.vertices[i]].label)} << (8 * i);
-    }
-    return key;
-  }
-
- private:
-  static void push(Walk& walk, std::uint32_t vertex) {
-    walk.vertices[static_cast<std::size_t>(walk.length++)] = vertex;
-  }
-
-  Choices choices(const Walk& walk) const {
-    const auto& list = graph_.neighbours[walk.vertices[walk.length - 1]];
-    std::size_t skip = list.size();
-    if (!options_.immediate_return && walk.length > 1) {
-      const auto previous =
-          std::lower_bound(list.begin(), list.end(), walk.vertices[walk.length - 2]);
-      skip = static_cast<std::size_t>(previous - list.begin());
-    }
-    return {list, skip};
-  }
-
-  const SemanticGraph& graph_;
-  const LabelAlphabet& alphabet_;
-  const WalkOptions& options_;
-};
-
-struct HashOfWalk {
-  std::size_t operator()(const Walk& walk) const {
-    std::uint64_t h = static_cast<std::uint64_t>(walk.length);
-    for (int i = 0; i < walk.length; ++i) h = (h ^ walk.vertices[i]) * 0x9E3779B97F4A7C15ull;
-    return static_cast<std::size_t>(h ^ (h >> 32));
-  }
-};
-
-/// Draws `count` of the walks without replacement, each time by probability: the smallest of
-/// exponential waiting times (Efraimidis & Spirakis 2006).
-void keepRandom(std::vector<Walk>& walks, const std::vector<double>& probabilities,
-                std::size_t count, Random& random) {
-  struct Waiting {
-    double time;
-    std::uint32_t walk;
-  };
-  std::vector<Waiting> waiting(walks.size());
-  for (std::uint32_t i = 0; i < waiting.size(); ++i) {
-    waiting[i] = {-std::log(1.0 - random.uniform()) / probabilities[i], i};
-  }
-  std::nth_element(waiting.begin(), waiting.begin() + static_cast<std::ptrdiff_t>(count),
-                   waiting.end(), [](const Waiting& a, const Waiting& b) {
-                     return a.time != b.time ? a.time < b.time : a.walk < b.walk;
-                   });
-  std::vector<Walk> kept(count);
-  for (std::size_t i = 0; i < count; ++i) kept[i] = walks[waiting[i].walk];
-  walks = std::move(kept);
-}
-
-std::vector<Walk> drawDistinct(const Walker& walker, std::uint32_t vertex, std::size_t count,
-                               Random& random) {
-  std::vector<Walk> walks;
-  std::vector<double> probabilities;
-  walker.enumerate(Walker::from(vertex), 1.0, kEnumerate * count, walks, probabilities);
-  if (walks.size() <= count) return walks;
-  if (walks.size() <= kEnumerate * count) {
-    keepRandom(walks, probabilities, count, random);
-    return walks;
-  }
-  std::unordered_set<Walk, HashOfWalk> distinct(2 * count);
-  for (std::size_t i = 0; i < kMaxTriesPerWalk * count && distinct.size() < count; ++i)
-    distinct.insert(walker.draw(vertex, random));
-  return {distinct.begin(), distinct.end()};
-}
-
-std::vector<WalkCount> countWords(std::vector<WalkKey>& keys) {
-  std::sort(keys.begin(), keys.end());
-  std::vector<WalkCount> counts;
-  for (const WalkKey key : keys) {
-    if (counts.empty() || counts.back().key != key) counts.push_back({key, 0});
-    counts.back().count += 1;
-  }
-  return counts;
-}
-
-}  // namespace
-
 LabelAlphabet::LabelAlphabet(const SemanticGraph& a, const SemanticGraph& b) {
   for (const SemanticGraph* graph : {&a, &b}) {
     for (const Vertex& vertex : graph->vertices) {
@@ -175,23 +28,94 @@ std::uint8_t LabelAlphabet::letterOf(std::uint32_t label) const {
   return static_cast<std::uint8_t>(1 + (place - labels_.begin()));
 }
 
-std::vector<WalkCount> sampleWalks(const SemanticGraph& graph, const LabelAlphabet& alphabet,
-                                   std::uint32_t vertex, const WalkOptions& options,
-                                   std::uint64_t seed) {
-  const Walker walker(graph, alphabet, options);
-  const auto count = static_cast<std::size_t>(options.num_walks);
-  Random random(seed, vertex);
-  std::vector<WalkKey> keys;
-  keys.reserve(count);
-  if (options.duplicates) {
-    for (std::size_t i = 0; i < count; ++i)
-      keys.push_back(walker.word(walker.draw(vertex, random)));
-  } else {
-    for (const Walk& walk : drawDistinct(walker, vertex, count, random)) {
-      keys.push_back(walker.word(walk));
+Walks::Walks(const SemanticGraph& graph, const LabelAlphabet& alphabet, const WalkOptions& options,
+             std::uint64_t seed)
+    : graph_(graph), options_(options), seed_(seed) {
+  for (const Vertex& vertex : graph.vertices) letters_.push_back(alphabet(vertex.label));
+  if (options_.num_walks > 0) return;
+  around_.resize(graph.size());
+  std::array<std::uint32_t, 256> counts{};
+  for (std::uint32_t v = 0; v < graph.size(); ++v) {
+    for (const std::uint32_t other : graph.neighbours[v]) ++counts[letters_[other]];
+    for (const std::uint32_t other : graph.neighbours[v]) {
+      std::uint32_t& count = counts[letters_[other]];
+      if (count > 0) around_[v].push_back({letters_[other], count});
+      count = 0;
     }
   }
-  return countWords(keys);
+}
+
+/// Where a walk is, and what it has spelled so far.
+struct Walks::Step {
+  std::uint32_t vertex = 0;
+  std::uint32_t before = 0;  ///< the vertex before that, or the vertex itself
+  int length = 1;            ///< vertices so far
+  WalkKey word = 0;
+
+  WalkKey with(std::uint8_t letter) const { return word | WalkKey{letter} << (8 * length); }
+};
+
+WalkKey Walks::draw(std::uint32_t start, Random& random) const {
+  Step step{start, start, 1, letters_[start]};
+  while (step.length < options_.walk_length) {
+    const std::vector<std::uint32_t>& next = graph_.neighbours[step.vertex];
+    // A vertex is no neighbour of itself: the first step may go anywhere.
+    const auto back = options_.immediate_return
+                          ? next.end()
+                          : std::lower_bound(next.begin(), next.end(), step.before);
+    const bool skips = back != next.end() && *back == step.before;
+    const std::size_t choices = next.size() - (skips ? 1 : 0);
+    if (choices == 0) break;
+    std::size_t chosen = random.below(static_cast<std::uint32_t>(choices));
+    if (skips && chosen >= static_cast<std::size_t>(back - next.begin())) ++chosen;
+    step = {next[chosen], step.vertex, step.length + 1, step.with(letters_[next[chosen]])};
+  }
+  return step.word;
+}
+
+/// All walks that go on from a step. The last vertex counts by its letter only, so that walks which
+/// end in one class are taken together.
+void Walks::spell(const Step& step, double probability,
+                  std::vector<std::pair<WalkKey, double>>& words) const {
+  const std::vector<std::uint32_t>& next = graph_.neighbours[step.vertex];
+  const bool skips = !options_.immediate_return && step.before != step.vertex;
+  const std::size_t choices = next.size() - (skips ? 1 : 0);
+  if (choices == 0) {
+    words.emplace_back(step.word, probability);
+    return;
+  }
+  const double each = probability / static_cast<double>(choices);
+  if (step.length + 1 == options_.walk_length) {
+    for (const LetterCount& last : around_[step.vertex]) {
+      const std::uint32_t count =
+          last.count - (skips && letters_[step.before] == last.letter ? 1 : 0);
+      if (count > 0) words.emplace_back(step.with(last.letter), each * count);
+    }
+    return;
+  }
+  for (const std::uint32_t vertex : next) {
+    if (skips && vertex == step.before) continue;
+    spell({vertex, step.vertex, step.length + 1, step.with(letters_[vertex])}, each, words);
+  }
+}
+
+std::vector<WalkCount> Walks::from(std::uint32_t vertex) const {
+  std::vector<std::pair<WalkKey, double>> words;
+  if (options_.num_walks == 0) {
+    spell({vertex, vertex, 1, letters_[vertex]}, 1, words);
+  } else {
+    Random random(seed_, vertex);
+    for (int i = 0; i < options_.num_walks; ++i) words.emplace_back(draw(vertex, random), 1);
+  }
+  std::sort(words.begin(), words.end());
+  std::vector<WalkCount> counts;
+  for (auto word = words.begin(); word != words.end();) {
+    double sum = 0;
+    const WalkKey key = word->first;
+    for (; word != words.end() && word->first == key; ++word) sum += word->second;
+    counts.push_back({key, static_cast<float>(sum)});
+  }
+  return counts;
 }
 
 }  // namespace xview::match

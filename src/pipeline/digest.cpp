@@ -78,8 +78,8 @@ void weighByDensity(const LabelSet& labels, const std::vector<std::uint32_t>& po
 
 void findImageBlobs(const Frame& cleaned, const LabelSet& labels, const Options& options,
                     FrameDigest& digest) {
-  graph::ImageBlobs found =
-      graph::extractImageBlobs(cleaned, labels, graph::maxRange(cleaned, options.lift));
+  graph::ImageBlobs found = graph::extractImageBlobs(
+      cleaned, labels, graph::maxRange(cleaned, options.lift), options.blobs);
   digest.blobs = std::move(found.blobs);
   digest.blob_edges = std::move(found.edges);
 }

@@ -4,6 +4,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <mutex>
 #include <numeric>
 #include <optional>
@@ -47,29 +48,16 @@ pose::Alignment alignWithGravity(const std::vector<Eigen::Vector3d>& from,
   return upright.valid && upright.rms_m <= kMuchWorse * free.rms_m + kSlack_m ? upright : free;
 }
 
-/// The largest set of matches that agree pairwise, and every match that agrees with most of it.
-/// Sample consensus fails below about a tenth of inliers, so what cannot agree goes first; with
-/// tolerance 0 it draws from all matches, as in the paper.
-std::vector<Correspondence> pruned(const WalkGraph& query, const std::vector<Eigen::Vector3d>& map,
-                                   const std::vector<Correspondence>& matches,
-                                   const verify::ConsistencyOptions& options) {
-  if (options.tolerance_m == 0) return matches;
-  constexpr std::size_t kMost = 10000;  // the bits of all pairs of so many take 12 MB
-  std::vector<Correspondence> compared = matches;
-  if (matches.size() > kMost) {
-    compared.clear();
-    for (std::size_t k = 0; k < kMost; ++k) compared.push_back(matches[k * matches.size() / kMost]);
-  }
-  const verify::ConsistencyGraph agreement =
-      verify::pairwiseConsistency(query.positions, map, compared, options);
-  const verify::Clique clique = verify::maximumClique(agreement);
-  std::vector<Correspondence> agreeing;
-  for (std::uint32_t i = 0; i < agreement.size(); ++i) {
-    std::size_t count = 0;
-    for (const std::uint32_t j : clique.nodes) count += i == j || agreement.connected(i, j);
-    if (4 * count >= 3 * clique.nodes.size()) agreeing.push_back(compared[i]);
-  }
-  return agreeing;
+/// See MatchedPose::consensus_m. The scripts that came with the paper ask for more than two to six.
+double consensusValue(const WalkGraph& query, const std::vector<Eigen::Vector3d>& map,
+                      const MatchedPose& pose) {
+  constexpr std::size_t kMany = 6;
+  std::vector<double> distances_m;
+  for (const Correspondence& c : pose.kept)
+    distances_m.push_back((map[c.map] - pose.T_map_query * query.positions[c.query]).norm());
+  if (distances_m.size() <= kMany) return std::numeric_limits<double>::infinity();
+  std::nth_element(distances_m.begin(), distances_m.begin() + kMany, distances_m.end());
+  return distances_m[kMany];
 }
 
 /// Sample consensus on `sample`, SVD on its supporters, and what of `matches` agrees with that.
@@ -91,10 +79,12 @@ MatchedPose consensusOf(const WalkGraph& query, const std::vector<Eigen::Vector3
     to.push_back(map[c.map]);
   }
   const pose::Alignment fit = alignWithGravity(from, to, gravity);
-  if (!fit.valid) return result;
-  result.T_map_query = fit.T_target_source;
-  result.kept =
-      verify::supporters(query.positions, map, matches, result.T_map_query, options.inlier_m);
+  if (fit.valid) {
+    result.T_map_query = fit.T_target_source;
+    result.kept =
+        verify::supporters(query.positions, map, matches, result.T_map_query, options.inlier_m);
+  }
+  result.consensus_m = consensusValue(query, map, result);
   return result;
 }
 
@@ -122,19 +112,16 @@ struct DescribedMap {
 class DescriptorCache {
  public:
   DescriptorCache(const SemanticGraph& graph, const match::LabelAlphabet& alphabet,
-                  const Options& options, std::uint64_t seed)
-      : graph_(graph), alphabet_(alphabet), options_(options), seed_(seed), made_(graph.size()) {}
+                  const match::WalkOptions& options, std::uint64_t seed)
+      : walks_(graph, alphabet, options, seed), made_(graph.size()) {}
   const std::vector<match::WalkCount>& of(std::uint32_t vertex) {
     std::optional<std::vector<match::WalkCount>>& made = made_[vertex];
-    if (!made) made = match::sampleWalks(graph_, alphabet_, vertex, options_.walks, seed_);
+    if (!made) made = walks_.from(vertex);
     return *made;
   }
 
  private:
-  const SemanticGraph& graph_;
-  const match::LabelAlphabet& alphabet_;
-  const Options& options_;
-  std::uint64_t seed_;
+  match::Walks walks_;
   std::vector<std::optional<std::vector<match::WalkCount>>> made_;
 };
 
@@ -150,8 +137,8 @@ Candidates candidatesUnder(const Eigen::Isometry3d& T_map_query, const WalkGraph
   constexpr std::size_t kBest = 3;  // partners of a vertex that sample consensus chooses from
   const match::LabelAlphabet alphabet(query.graph, map.graph);
   const auto seed = 2 * static_cast<std::uint64_t>(options.seed);
-  DescriptorCache of_query(query.graph, alphabet, options, seed),
-      of_map(map.graph, alphabet, options, seed + 1);
+  DescriptorCache of_query(query.graph, alphabet, options.walks, seed),
+      of_map(map.graph, alphabet, options.walks, seed + 1);
   Candidates candidates;
   for (std::uint32_t i = 0; i < query.graph.size(); ++i) {
     const Eigen::Vector3d p = T_map_query * query.positions[i];
@@ -201,7 +188,7 @@ WalkGraph walkGraph(const SemanticGraph& graph, const LabelSet& labels, const Op
       result.graph.vertices.push_back(v);
       result.source.push_back(i);
     }
-    graph::connectByRadius(result.graph, options.edges);
+    graph::connectByRadius(result.graph, options.edges, options.walks.nearest);
   }
   for (const Vertex& v : result.graph.vertices) result.positions.push_back(v.position);
   return result;
@@ -273,8 +260,10 @@ WalkMatches WalkMatcher::matchEverywhere(const WalkGraph& query, int count, bool
   std::vector<Correspondence> matches = result.putative;
   const std::vector<Eigen::Vector3d>& to = map.walks.positions;
   while (static_cast<int>(result.poses.size()) < count && matches.size() >= 3) {
-    MatchedPose pose = consensusOf(query, to, pruned(query, to, matches, o.consistency), matches,
-                                   up_known ? o.posterior.gravity : "free", o.consensus);
+    const std::string gravity = up_known ? o.posterior.gravity : "free";
+    const std::vector<Correspondence> consistent = verify::consistentOnes(
+        query.positions, to, matches, o.consensus.inlier_m, gravity != "free");
+    MatchedPose pose = consensusOf(query, to, consistent, matches, gravity, o.consensus);
     if (!pose.found) break;
     std::vector<Correspondence> rest;
     for (const Correspondence& c : matches) {

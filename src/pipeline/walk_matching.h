@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <limits>
 #include <memory>
 #include <vector>
 
@@ -14,8 +15,9 @@ namespace xview {
 
 /// The graph that walks run on. Surfaces are spaced as in the paper (merge.first_observation_m,
 /// first observation kept), because a walk over a fine lattice of road says nothing; objects stay
-/// as they are. Edges by radius. A graph of image space is spaced already and keeps its edges, so
-/// that either space can be matched against the other (paper, section III-B).
+/// as they are. Edges by radius, of these to the nearest. A graph of image space is spaced already
+/// and keeps its edges, so that either space can be matched against the other (paper, section
+/// III-B).
 struct WalkGraph {
   SemanticGraph graph;
   std::vector<std::uint32_t> source;       ///< per vertex, its number in the full graph
@@ -33,6 +35,8 @@ struct MatchedPose {
   bool found = false;  ///< sample consensus has a pose; the other fields hold in any case
   Eigen::Isometry3d T_map_query = Eigen::Isometry3d::Identity();
   std::vector<Correspondence> kept;
+  /// Tightest tolerance at which more than six vertices agree with the pose, s of the paper [m].
+  double consensus_m = std::numeric_limits<double>::infinity();
   /// Under a hypothesis: how many query vertices had a candidate at all, and how many of these
   /// would keep one at a wrong place, where candidates lie anywhere within reach.
   int with_candidates = 0;

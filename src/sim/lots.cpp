@@ -37,7 +37,9 @@ Boundary drawBoundary(Town& town, Random& random) {
     boundary.thickness_m = 0.3;
     boundary.height_m = random.uniform(0.5, 1.2);
   }
-  boundary.tag = town.tags.next(is_hedge ? town_class::kVegetation : town_class::kFence);
+  const std::uint16_t hedge =
+      town.options.hedges_apart ? town_class::kHedge : town_class::kVegetation;
+  boundary.tag = town.tags.next(is_hedge ? hedge : town_class::kFence);
   return boundary;
 }
 

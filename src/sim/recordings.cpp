@@ -34,9 +34,10 @@ struct SessionKind {
   Mount mount;
   double left_m = -kLane;  ///< from the middle of the road
   bool is_way_back = false, is_elsewhere = false, is_bare = false;
+  std::uint64_t drive = number;  ///< whose way, day and odometry it has
 
   /// Its odometry is as after optimisation.
-  bool isMappingDrive() const { return number == kForward || number == kLidar; }
+  bool isMappingDrive() const { return drive == kForward || number == kLidar; }
 
   bool isAerial() const { return number == kAerial || number == kAerialElsewhere; }
 
@@ -70,6 +71,8 @@ std::vector<SessionKind> sessionKinds(const SimulationOptions& options) {
       {"forward", true, SessionKind::kForward, Sensor::camera, ahead},
       {"forward2", choice.forward2, 1, Sensor::camera, ahead, -kLane + 0.25},
       {"rear", choice.rear, 2, Sensor::camera, back, -kLane - 0.15},
+      {"rear_now", choice.rear_now, 12, Sensor::camera, back, -kLane, false, false, false,
+       SessionKind::kForward},
       {"reverse", choice.reverse, 3, Sensor::camera, ahead, -kLane, true},
       {"oblique", choice.oblique, 4, Sensor::camera, aside},
       {"winter", choice.winter, 10, Sensor::camera, ahead, -kLane + 0.25, false, false, true},
@@ -90,8 +93,8 @@ TriangleMesh withoutLeaves(TriangleMesh mesh) {
   using namespace town_class;
   const auto isGone = [](const TriangleMesh::Triangle& triangle) {
     const std::uint16_t label = triangle.tag.label;
-    return label == kVegetation || label == kTrafficSign || label == kPedestrian ||
-           label == kBicycle;
+    return label == kVegetation || label == kHedge || label == kTrafficSign ||
+           label == kPedestrian || label == kBicycle;
   };
   auto& all = mesh.triangles;
   all.erase(std::remove_if(all.begin(), all.end(), isGone), all.end());
@@ -228,14 +231,18 @@ struct World {
     if (!changes.empty()) after = std::make_shared<RayScene>(std::move(visits.after));
   }
 
+  std::uint64_t seedOf(std::uint64_t number) const {
+    return Random(static_cast<std::uint64_t>(options.seed), 100 + number).next();
+  }
+
   /// All but what the odometry says and the truth.
   SessionPlan plan(const SessionKind& kind) const {
     SessionPlan plan;
     plan.name = kind.name;
     plan.sensor = kind.sensor;
-    plan.seed = Random(static_cast<std::uint64_t>(options.seed), 100 + kind.number).next();
+    plan.seed = seedOf(kind.number);
     plan.labels = labels;
-    plan.T_world_sensor = bodyPoses(kind, plan.seed);
+    plan.T_world_sensor = bodyPoses(kind, seedOf(kind.drive));
     if (kind.sensor == Sensor::camera) {
       plan.camera = pinholeCamera(options.width, options.height, options.view_deg * M_PI / 180);
       plan.camera.depth_scale = 0.01;
@@ -251,14 +258,13 @@ struct World {
       plan.farthest_m = kFarthest_m;
       plan.speed = kWalking;
     }
-    plan.start_s = kStart + 86400.0 * static_cast<double>(kind.number);
+    plan.start_s = kStart + 86400.0 * static_cast<double>(kind.drive);
     plan.period_s = options.frame_spacing_m / plan.speed;
     return plan;
   }
 
-  /// On a day of its own.
   std::unique_ptr<SimulatedRecording> record(const SessionKind& kind, SessionPlan plan) const {
-    TriangleMesh moving = whatMoves(plan.seed);
+    TriangleMesh moving = whatMoves(seedOf(kind.drive));
     if (kind.is_bare) moving = withoutLeaves(std::move(moving));
     const auto& what_stands = kind.is_bare                      ? bare
                               : kind.isMappingDrive() || !after ? before
@@ -296,12 +302,15 @@ std::optional<Eigen::Vector3d> roadsideNear(const Town& town, const Eigen::Vecto
 
 /// A town that is driven through.
 World drivenTown(const SimulationOptions& options, std::uint64_t seed) {
-  const auto town = std::make_shared<Town>(makeTown(seeded(options.town, options, seed)));
+  TownOptions town_options = seeded(options.town, options, seed);
+  town_options.hedges_apart = options.sim.hedges;
+  const auto town = std::make_shared<Town>(makeTown(town_options));
   const auto near = [&](const Eigen::Vector3d& p, Random& random) {
     return roadsideNear(*town, p, random);
   };
-  World world(options, townLabels(),
-              withChanges(std::move(town->mesh), townLabels(), options.sim.changed, seed, near));
+  const LabelSet labels = townLabels(options.sim.hedges);
+  World world(options, labels,
+              withChanges(std::move(town->mesh), labels, options.sim.changed, seed, near));
   const Polyline drive = planDrive(town->network, options.route_length_m, seed);
   world.bodyPoses = [&options, town, drive](const SessionKind& kind, std::uint64_t session_seed) {
     const Polyline line = shifted(kind.is_way_back ? reversed(drive) : drive, kind.left_m);
@@ -384,7 +393,12 @@ SimulatedRecording::SimulatedRecording(SessionPlan plan, Renderer renderer,
 Frame SimulatedRecording::withNoise(Frame frame, std::size_t index) const {
   if (plan_.sensor == Sensor::camera) {
     frame = withLabelNoise(std::move(frame), options_.label_noise, plan_.seed);
-    return withDepthNoise(std::move(frame), plan_.depth_noise, plan_.seed);
+    return options_.isNoisy() ? withDepthNoise(std::move(frame), plan_.depth_noise, plan_.seed)
+                              : frame;
+  }
+  if (!options_.isNoisy()) {
+    const LidarNoise labels_only{0, 0, options_.lidar_noise.label_accuracy, 0};
+    return withLidarNoise(std::move(frame), labels_only, plan_.seed);
   }
   if (size() > 1) {
     const std::size_t first = std::min(index, size() - 2);
@@ -405,7 +419,7 @@ Frame SimulatedRecording::read(std::size_t index) const {
   frame.number = number(index);
   frame.stamp_s = stamp(index);
   frame.T_odom_sensor = pose(index);
-  if (options_.isNoisy()) frame = withNoise(std::move(frame), index);
+  if (options_.quality != "clean") frame = withNoise(std::move(frame), index);
   for (float& depth : frame.depth.pixels)
     if (depth < plan_.nearest_m || depth > plan_.farthest_m) depth = 0;
   return frame;

@@ -85,6 +85,7 @@ void addStreetErrors(ErrorTable& t) {
   t[kBicycle] = {0.12, {{kPedestrian, 3}, {kCar, 1}, {kFence, 1}, {kTerrain, 1}}};
   t[kLaneMarking] = {0.08, {{kRoad, 8}, {kSidewalk, 1}}};
   t[kTrafficLight] = {0, {{kPole, 2}, {kVegetation, 2}, {kBuilding, 1}}};
+  t[kHedge] = {0.03, {{kVegetation, 6}, {kTerrain, 2}, {kFence, 2}}};
   t[kTerrain] = {0.02, {{kVegetation, 6}, {kSidewalk, 2}, {kRoad, 0.5}}};
 }
 

@@ -213,7 +213,7 @@ void addSidewalkLife(TriangleMesh& mesh, const Town& town, const Street& street,
 
 }  // namespace
 
-LabelSet townLabels() {
+LabelSet townLabels(bool hedges_apart) {
   using namespace town_class;
   const ClassInfo classes[] = {
       {kVoid, "void", {0, 0, 0}, Role::ignored, Kind::none, false},
@@ -233,6 +233,8 @@ LabelSet townLabels() {
       {kTerrain, "terrain", {152, 251, 152}, Role::surface, Kind::terrain, false}};
   LabelSet set("town");
   for (const ClassInfo& info : classes) set.add(info);
+  if (hedges_apart)
+    set.add({kHedge, "hedge", {76, 115, 0}, Role::surface, Kind::vegetation, false});
   return set;
 }
 

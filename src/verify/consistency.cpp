@@ -1,277 +1,209 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "xview/verify/consistency.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <numeric>
+#include <cstdint>
+#include <optional>
+#include <tuple>
 
 namespace xview::verify {
 namespace {
 
-constexpr std::size_t kGreedyPicksPerNode = 100;  // before the greedy start has tried enough
+constexpr std::size_t kMostCorrespondences = 3000;  ///< the bits of all their pairs take 1 MB
+constexpr std::size_t kMostVotes = 100000;  ///< of more pairs that agree an even share votes
+constexpr std::size_t kMostPoses = 500;     ///< poses made of the pairs with most votes
 
-using Bits = std::vector<std::uint64_t>;
+using Points = std::vector<Eigen::Vector3d>;
 
-std::uint64_t bit(std::uint32_t i) { return std::uint64_t{1} << (i % 64); }
-
-template <class Visit>
-void forEachBit(const std::uint64_t* bits, std::size_t words, Visit visit) {
-  for (std::size_t w = 0; w < words; ++w) {
-    for (std::uint64_t rest = bits[w]; rest != 0; rest &= rest - 1) {
-      visit(static_cast<std::uint32_t>(64 * w + static_cast<unsigned>(__builtin_ctzll(rest))));
-    }
-  }
-}
-
-/// Distances of a point to all before it; points in rows.
-Eigen::ArrayXd distancesToEarlier(const Eigen::ArrayX3d& points, Eigen::Index at) {
-  const auto squared = [&](Eigen::Index axis) {
-    return (points.col(axis).head(at) - points(at, axis)).square();
-  };
-  return (squared(0) + squared(1) + squared(2)).sqrt();
-}
-
-/// Indices of the most similar correspondences of finite positions, in their own order.
-std::vector<std::uint32_t> mostSimilar(const std::vector<Eigen::Vector3d>& query,
-                                       const std::vector<Eigen::Vector3d>& map,
-                                       const std::vector<Correspondence>& correspondences,
-                                       std::size_t limit) {
-  std::vector<std::uint32_t> kept;
-  for (std::uint32_t i = 0; i < correspondences.size(); ++i) {
-    const Correspondence& c = correspondences[i];
-    if (query[c.query].allFinite() && map[c.map].allFinite()) kept.push_back(i);
-  }
-  if (kept.size() <= limit) return kept;
-  std::nth_element(kept.begin(), kept.begin() + static_cast<std::ptrdiff_t>(limit), kept.end(),
-                   [&](std::uint32_t a, std::uint32_t b) {
-                     const float sa = correspondences[a].similarity;
-                     const float sb = correspondences[b].similarity;
-                     return sa != sb ? sa > sb : a < b;
-                   });
-  kept.resize(limit);
-  std::sort(kept.begin(), kept.end());
-  return kept;
-}
-
-/// Nodes by falling core number, the later-peeled of two equal ones first.
-std::vector<std::uint32_t> densestFirst(const std::vector<std::uint32_t>& cores) {
-  std::vector<std::uint32_t> order(cores.size());
-  std::iota(order.begin(), order.end(), 0u);
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::uint32_t a, std::uint32_t b) { return cores[a] > cores[b]; });
-  return order;
-}
-
-/// The subgraph of `nodes`, renumbered in their order.
-ConsistencyGraph induced(const ConsistencyGraph& graph, const std::vector<std::uint32_t>& nodes) {
-  ConsistencyGraph result(nodes.size());
-  std::vector<std::uint32_t> number(graph.size(), static_cast<std::uint32_t>(nodes.size()));
-  for (std::uint32_t i = 0; i < nodes.size(); ++i) number[nodes[i]] = i;
-  for (std::uint32_t i = 0; i < nodes.size(); ++i) {
-    forEachBit(graph.row(nodes[i]), graph.words(), [&](std::uint32_t other) {
-      if (number[other] < i) result.connect(i, number[other]);
-    });
-  }
-  return result;
-}
-
-/// Grows a clique from `start`, always by the first node that fits.
-std::vector<std::uint32_t> greedyClique(const ConsistencyGraph& graph, std::uint32_t start) {
-  std::vector<std::uint32_t> clique{start};
-  Bits candidates(graph.row(start), graph.row(start) + graph.words());
-  for (std::size_t w = 0; w < candidates.size();) {
-    if (candidates[w] == 0) {
-      ++w;
-      continue;
-    }
-    const auto node =
-        static_cast<std::uint32_t>(64 * w + static_cast<unsigned>(__builtin_ctzll(candidates[w])));
-    clique.push_back(node);
-    const std::uint64_t* row = graph.row(node);
-    for (std::size_t v = w; v < candidates.size(); ++v) candidates[v] &= row[v];
-  }
-  return clique;
-}
-
-std::vector<std::uint32_t> bestGreedyClique(const ConsistencyGraph& graph) {
-  std::vector<std::uint32_t> best;
-  std::size_t picked = 0;  // in all cliques so far
-  for (std::uint32_t node = 0; node < graph.size(); ++node) {
-    if (graph.degree(node) < best.size()) continue;
-    auto clique = greedyClique(graph, node);
-    picked += clique.size();
-    if (clique.size() > best.size()) best = std::move(clique);
-    if (picked > kGreedyPicksPerNode * graph.size()) break;
-  }
-  return best;
-}
-
-/// Branch and bound: nodes are branched in the order of a greedy colouring, whose number of colours
-/// bounds the clique.
-class CliqueSearch {
+/// Which correspondences agree with which, one row of bits each.
+class Agreement {
  public:
-  CliqueSearch(const ConsistencyGraph& graph, std::vector<std::uint32_t> start, int budget)
-      : graph_(graph), best_(std::move(start)), budget_(budget) {}
-
-  /// Returns true if the result is proven.
-  bool run() {
-    Bits all(graph_.words(), 0);
-    for (std::uint32_t i = 0; i < graph_.size(); ++i) all[i / 64] |= bit(i);
-    expand(all);
-    return budget_ >= 0;
+  explicit Agreement(std::size_t size) : words_((size + 63) / 64), bits_(size * words_, 0) {}
+  void connect(std::size_t a, std::size_t b) {
+    bits_[a * words_ + b / 64] |= std::uint64_t{1} << (b % 64);
+    bits_[b * words_ + a / 64] |= std::uint64_t{1} << (a % 64);
   }
-
-  const std::vector<std::uint32_t>& best() const { return best_; }
+  int countCommon(std::size_t a, std::size_t b) const {
+    int count = 0;
+    for (std::size_t w = 0; w < words_; ++w) count += __builtin_popcountll(row(a)[w] & row(b)[w]);
+    return count;
+  }
+  template <class Visit>
+  void forCommon(std::size_t a, std::size_t b, Visit&& visit) const {
+    for (std::size_t w = 0; w < words_; ++w) {
+      for (std::uint64_t rest = row(a)[w] & row(b)[w]; rest != 0; rest &= rest - 1)
+        visit(64 * w + static_cast<unsigned>(__builtin_ctzll(rest)));
+    }
+  }
 
  private:
-  struct Coloured {
-    std::uint32_t node = 0;
-    std::uint32_t colour =
-        0;  // 1, 2, …: a clique up to here in the order has at most so many nodes
-  };
-
-  void expand(Bits& candidates) {
-    if (--budget_ < 0) return;
-    const std::vector<Coloured> order = colour(candidates);
-    for (auto it = order.rbegin(); it != order.rend(); ++it) {
-      if (clique_.size() + it->colour <= best_.size()) return;
-      clique_.push_back(it->node);
-      Bits common(candidates.size());
-      const std::uint64_t* row = graph_.row(it->node);
-      std::uint64_t any = 0;
-      for (std::size_t w = 0; w < common.size(); ++w) any |= common[w] = candidates[w] & row[w];
-      if (any != 0) {
-        expand(common);
-      } else if (clique_.size() > best_.size()) {
-        best_ = clique_;
-      }
-      clique_.pop_back();
-      if (budget_ < 0) return;
-      candidates[it->node / 64] &= ~bit(it->node);
-    }
-  }
-
-  /// Greedy colouring; nodes whose colour cannot lead beyond the best clique are left out.
-  std::vector<Coloured> colour(const Bits& candidates) const {
-    const std::size_t needed = best_.size() > clique_.size() ? best_.size() - clique_.size() : 0;
-    std::vector<Coloured> order;
-    Bits uncoloured = candidates, independent;
-    std::size_t first = 0;
-    for (std::uint32_t number = 1;; ++number) {
-      while (first < uncoloured.size() && uncoloured[first] == 0) ++first;
-      if (first == uncoloured.size()) return order;
-      independent = uncoloured;
-      for (std::size_t w = first; w < independent.size(); ++w) {
-        while (independent[w] != 0) {
-          const auto node = static_cast<std::uint32_t>(
-              64 * w + static_cast<unsigned>(__builtin_ctzll(independent[w])));
-          uncoloured[w] &= ~bit(node);
-          independent[w] &= ~bit(node);
-          const std::uint64_t* row = graph_.row(node);
-          for (std::size_t v = w; v < independent.size(); ++v) independent[v] &= ~row[v];
-          if (number > needed) order.push_back({node, number});
-        }
-      }
-    }
-  }
-
-  const ConsistencyGraph& graph_;
-  std::vector<std::uint32_t> best_, clique_;
-  int budget_;
+  const std::uint64_t* row(std::size_t i) const { return bits_.data() + i * words_; }
+  std::size_t words_;
+  std::vector<std::uint64_t> bits_;
 };
+
+/// Two correspondences that agree, and how many agree with both.
+struct Pair {
+  std::uint32_t a = 0, b = 0;
+  int votes = 0;
+};
+
+class Draws {
+ public:
+  Draws(const Points& query, const Points& map, std::vector<Correspondence> correspondences,
+        double tolerance_m, bool upright)
+      : correspondences_(std::move(correspondences)),
+        tolerance_m_(tolerance_m),
+        upright_(upright),
+        agreement_(correspondences_.size()) {
+    for (const Correspondence& c : correspondences_) {
+      query_.push_back(query[c.query]);
+      map_.push_back(map[c.map]);
+    }
+  }
+
+  /// The pose that most query vertices support.
+  std::optional<Eigen::Isometry3d> best() {
+    std::optional<Eigen::Isometry3d> best;
+    std::size_t most = 2;
+    for (const Pair& pair : mostVoted()) {
+      const Eigen::Isometry3d T = poseOf(pair);
+      const std::size_t support = supportOf(T);
+      if (support <= most) continue;
+      most = support;
+      best = T;
+    }
+    return best;
+  }
+
+ private:
+  bool agree(std::size_t a, std::size_t b) const {
+    const Correspondence &c = correspondences_[a], &d = correspondences_[b];
+    if (c.query == d.query || c.map == d.map) return false;
+    Eigen::Vector3d in_query = query_[b] - query_[a], in_map = map_[b] - map_[a];
+    if (upright_) {
+      if (std::abs(in_query.z() - in_map.z()) > tolerance_m_) return false;
+      in_query.z() = in_map.z() = 0;
+    }
+    const double length_m = in_query.norm(), map_length_m = in_map.norm();
+    return std::min(length_m, map_length_m) >= tolerance_m_ &&
+           std::abs(length_m - map_length_m) <= tolerance_m_;
+  }
+
+  /// Ties: the earlier pair.
+  std::vector<Pair> mostVoted() {
+    std::vector<Pair> agreeing;
+    for (std::uint32_t b = 1; b < correspondences_.size(); ++b) {
+      for (std::uint32_t a = 0; a < b; ++a) {
+        if (!agree(a, b)) continue;
+        agreement_.connect(a, b);
+        agreeing.push_back({a, b, 0});
+      }
+    }
+    const std::size_t step = 1 + agreeing.size() / kMostVotes;
+    std::vector<Pair> pairs;
+    for (std::size_t i = 0; i < agreeing.size(); i += step) {
+      pairs.push_back(agreeing[i]);
+      pairs.back().votes = agreement_.countCommon(pairs.back().a, pairs.back().b);
+    }
+    const std::size_t count = std::min(pairs.size(), kMostPoses);
+    std::partial_sort(pairs.begin(), pairs.begin() + static_cast<std::ptrdiff_t>(count),
+                      pairs.end(), [](const Pair& p, const Pair& q) {
+                        return std::tie(q.votes, p.b, p.a) < std::tie(p.votes, q.b, q.a);
+                      });
+    pairs.resize(count);
+    return pairs;
+  }
+
+  /// Turns about z and moves, or fits the pair and that third which agrees with both and is as far
+  /// from the line between them as any.
+  Eigen::Isometry3d poseOf(const Pair& pair) const {
+    const Eigen::Vector3d q = query_[pair.b] - query_[pair.a], m = map_[pair.b] - map_[pair.a];
+    if (upright_) {
+      Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+      T.rotate(Eigen::AngleAxisd(std::atan2(m.y(), m.x()) - std::atan2(q.y(), q.x()),
+                                 Eigen::Vector3d::UnitZ()));
+      T.pretranslate(0.5 * (map_[pair.a] + map_[pair.b]) -
+                     T.linear() * (0.5 * (query_[pair.a] + query_[pair.b])));
+      return T;
+    }
+    std::size_t third = pair.a;
+    double widest = 0;
+    agreement_.forCommon(pair.a, pair.b, [&](std::size_t c) {
+      const double off = q.cross(query_[c] - query_[pair.a]).norm();
+      if (off <= widest) return;
+      widest = off;
+      third = c;
+    });
+    Eigen::Matrix3d source, target;
+    source << query_[pair.a], query_[pair.b], query_[third];
+    target << map_[pair.a], map_[pair.b], map_[third];
+    return Eigen::Isometry3d(Eigen::umeyama(source, target, false));
+  }
+
+  std::size_t supportOf(const Eigen::Isometry3d& T_map_query) const {
+    std::size_t support = 0;
+    for (std::size_t i = 0; i < query_.size();) {
+      bool near = false;
+      const std::uint32_t vertex = correspondences_[i].query;
+      for (; i < query_.size() && correspondences_[i].query == vertex; ++i)
+        near = near ||
+               (map_[i] - T_map_query * query_[i]).squaredNorm() <= tolerance_m_ * tolerance_m_;
+      support += near;
+    }
+    return support;
+  }
+
+  std::vector<Correspondence> correspondences_;
+  Points query_, map_;  ///< their ends
+  double tolerance_m_;
+  bool upright_;
+  Agreement agreement_;
+};
+
+/// Finite ones by query vertex, at most so many that all pairs can be asked.
+std::vector<Correspondence> firstOfEachVertex(const Points& query, const Points& map,
+                                              const std::vector<Correspondence>& correspondences) {
+  struct Ranked {
+    Correspondence correspondence;
+    std::size_t rank = 0;  ///< among those of its query vertex
+  };
+  std::vector<std::size_t> ranks(query.size(), 0);
+  std::vector<Ranked> ranked;
+  for (const Correspondence& c : correspondences) {
+    if (query[c.query].allFinite() && map[c.map].allFinite())
+      ranked.push_back({c, ranks[c.query]++});
+  }
+  if (ranked.size() > kMostCorrespondences) {
+    std::stable_sort(ranked.begin(), ranked.end(),
+                     [](const Ranked& a, const Ranked& b) { return a.rank < b.rank; });
+    ranked.resize(kMostCorrespondences);
+  }
+  std::stable_sort(ranked.begin(), ranked.end(), [](const Ranked& a, const Ranked& b) {
+    return a.correspondence.query < b.correspondence.query;
+  });
+  std::vector<Correspondence> first;
+  for (const Ranked& r : ranked) first.push_back(r.correspondence);
+  return first;
+}
 
 }  // namespace
 
-ConsistencyGraph::ConsistencyGraph(std::size_t nodes)
-    : nodes_(nodes), words_((nodes + 63) / 64), bits_(nodes * words_, 0) {}
-
-void ConsistencyGraph::connect(std::uint32_t a, std::uint32_t b) {
-  bits_[a * words_ + b / 64] |= std::uint64_t{1} << (b % 64);
-  bits_[b * words_ + a / 64] |= std::uint64_t{1} << (a % 64);
-}
-
-bool ConsistencyGraph::connected(std::uint32_t a, std::uint32_t b) const {
-  return (row(a)[b / 64] >> (b % 64) & 1) != 0;
-}
-
-std::uint32_t ConsistencyGraph::degree(std::uint32_t node) const {
-  std::uint32_t count = 0;
-  for (std::size_t w = 0; w < words_; ++w) {
-    count += static_cast<std::uint32_t>(__builtin_popcountll(row(node)[w]));
+std::vector<Correspondence> consistentOnes(const Points& query, const Points& map,
+                                           const std::vector<Correspondence>& correspondences,
+                                           double tolerance_m, bool upright) {
+  const auto T_map_query =
+      Draws(query, map, firstOfEachVertex(query, map, correspondences), tolerance_m, upright)
+          .best();
+  std::vector<Correspondence> kept;
+  if (!T_map_query) return kept;
+  for (const Correspondence& c : correspondences) {
+    // Not `> tolerance`: a position that is not finite is never near.
+    if ((map[c.map] - *T_map_query * query[c.query]).norm() <= 2 * tolerance_m) kept.push_back(c);
   }
-  return count;
-}
-
-ConsistencyGraph pairwiseConsistency(const std::vector<Eigen::Vector3d>& query,
-                                     const std::vector<Eigen::Vector3d>& map,
-                                     const std::vector<Correspondence>& correspondences,
-                                     const ConsistencyOptions& options, std::size_t most) {
-  ConsistencyGraph graph(correspondences.size());
-  const std::vector<std::uint32_t> nodes = mostSimilar(query, map, correspondences, most);
-  const auto count = static_cast<Eigen::Index>(nodes.size());
-  Eigen::ArrayX3d q(count, 3), m(count, 3);
-  for (Eigen::Index i = 0; i < count; ++i) {
-    q.row(i) = query[correspondences[nodes[i]].query];
-    m.row(i) = map[correspondences[nodes[i]].map];
-  }
-  for (Eigen::Index i = 0; i < count; ++i) {
-    const Correspondence& a = correspondences[nodes[i]];
-    const Eigen::ArrayXd in_query = distancesToEarlier(q, i), in_map = distancesToEarlier(m, i);
-    const Eigen::ArrayXd larger = in_query.max(in_map), smaller = in_query.min(in_map);
-    const Eigen::Array<bool, Eigen::Dynamic, 1> agree =
-        larger - smaller <= options.tolerance_m + kRelativeTolerance * larger &&
-        smaller >= options.min_separation_m;
-    for (Eigen::Index k = 0; k < i; ++k) {
-      if (!agree[k]) continue;
-      const Correspondence& b = correspondences[nodes[k]];
-      if (a.query != b.query && a.map != b.map) graph.connect(nodes[i], nodes[k]);
-    }
-  }
-  return graph;
-}
-
-std::vector<std::uint32_t> coreNumbers(const ConsistencyGraph& graph) {
-  // Batagelj & Zaversnik 2003: peel a node of the smallest degree; buckets keep nodes by degree.
-  const std::size_t n = graph.size();
-  std::vector<std::uint32_t> core(n);
-  std::vector<std::vector<std::uint32_t>> bucket(n + 1);
-  for (std::uint32_t i = 0; i < n; ++i) bucket[core[i] = graph.degree(i)].push_back(i);
-  std::vector<bool> peeled(n, false);
-  for (std::size_t d = 0; d < bucket.size(); ++d) {
-    while (!bucket[d].empty()) {
-      const std::uint32_t node = bucket[d].back();
-      bucket[d].pop_back();
-      if (peeled[node] || core[node] != d) continue;  // moved to a lower bucket since
-      peeled[node] = true;
-      forEachBit(graph.row(node), graph.words(), [&](std::uint32_t other) {
-        if (!peeled[other] && core[other] > d) bucket[--core[other]].push_back(other);
-      });
-    }
-  }
-  return core;
-}
-
-Clique maximumClique(const ConsistencyGraph& graph, int budget) {
-  Clique result;
-  result.proven_maximum = true;
-  if (graph.size() == 0) return result;
-
-  const auto cores = coreNumbers(graph);
-  const auto order = densestFirst(cores);
-  auto best = bestGreedyClique(induced(graph, order));
-
-  // A clique larger than that lives where core numbers are at least its size: a prefix of `order`.
-  auto dense = order;
-  while (!dense.empty() && cores[dense.back()] < best.size()) dense.pop_back();
-  if (dense.size() > best.size()) {
-    const ConsistencyGraph rest = induced(graph, dense);
-    CliqueSearch search(rest, best, budget);
-    result.proven_maximum = search.run();
-    best = search.best();
-  }
-  for (const std::uint32_t i : best) result.nodes.push_back(order[i]);
-  std::sort(result.nodes.begin(), result.nodes.end());
-  return result;
+  return kept;
 }
 
 }  // namespace xview::verify

@@ -28,6 +28,9 @@ std::size_t countOf(const LabelImage& image, std::uint16_t label) {
   return static_cast<std::size_t>(std::count(image.pixels.begin(), image.pixels.end(), label));
 }
 
+/// boundary_px for `pixels` of an image of this width.
+int atWidthOfPaper(int pixels, int width) { return 1280 * pixels / width + 1; }
+
 /// Sky above, a building, road below.
 LabelImage street() {
   LabelImage image(120, 80, kSky);
@@ -53,7 +56,7 @@ TEST(CleanLabels, LeaveAnImageWithoutSpecksAsItIs) {
 TEST(CleanLabels, KeepAPoleThreePixelsWide) {
   LabelImage image = street();
   fill(image, 50, 10, 53, 70, kPole);  // before sky, building and road
-  for (const int boundary_px : {0, 4}) {
+  for (const int boundary_px : {0, atWidthOfPaper(4, 120)}) {
     CleanOptions options;
     options.boundary_px = boundary_px;
     const LabelImage cleaned = cleanLabels(image, townLabels(), options);
@@ -103,7 +106,7 @@ TEST(CleanLabels, CloseGapsAndFrayedBoundariesWhenTold) {
   for (int x = 20; x < 90; x += 4)
     fill(image, x, 12, x + 2, 15, kBuilding);  // a comb against the sky
   CleanOptions options;
-  options.boundary_px = 4;
+  options.boundary_px = atWidthOfPaper(4, 120);
   const LabelImage cleaned = cleanLabels(image, townLabels(), options);
   for (int x = 20; x < 90; ++x) EXPECT_EQ(cleaned.at(x, 13), kBuilding) << x;
   EXPECT_EQ(cleaned.at(40, 11), kSky);
@@ -117,7 +120,7 @@ TEST(CleanLabels, DoNotCloseOverTheInnerCornerOfAnL) {
   fill(image, 10, 10, 20, 70, kBuilding);
   fill(image, 10, 60, 70, 70, kBuilding);
   CleanOptions options;
-  options.boundary_px = 4;
+  options.boundary_px = atWidthOfPaper(4, 80);
   EXPECT_EQ(cleanLabels(image, townLabels(), options).pixels, image.pixels);
 }
 

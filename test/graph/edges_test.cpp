@@ -4,6 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <set>
+
+#include <algorithm>
 #include <limits>
 #include <numeric>
 
@@ -29,11 +32,11 @@ SemanticGraph graphAt(const std::vector<Eigen::Vector3d>& positions) {
   return graph;
 }
 
-Edges connected(const std::vector<Eigen::Vector3d>& positions, double radius_m) {
+Edges connected(const std::vector<Eigen::Vector3d>& positions, double radius_m, int nearest = 0) {
   SemanticGraph graph = graphAt(positions);
   EdgeOptions options;
   options.radius_m = radius_m;
-  connectByRadius(graph, options);
+  connectByRadius(graph, options, nearest);
   EXPECT_TRUE(isConsistent(graph));
   return graph.edges();
 }
@@ -63,6 +66,22 @@ TEST(Edges, AreAllPairsWithinTheRadius) {
     const auto positions = scattered(count, 60, random);
     EXPECT_EQ(connected(positions, 15), allPairsWithin(positions, 15));
   }
+}
+
+TEST(Edges, JoinTheNearestOfEitherWithinTheRadius) {
+  Random random(4);
+  const auto positions = scattered(200, 60, random);
+  std::set<std::pair<std::uint32_t, std::uint32_t>> expected;
+  for (std::uint32_t i = 0; i < positions.size(); ++i) {
+    std::vector<std::pair<double, std::uint32_t>> others;
+    for (std::uint32_t j = 0; j < positions.size(); ++j)
+      if (j != i) others.emplace_back((positions[i] - positions[j]).norm(), j);
+    std::sort(others.begin(), others.end());
+    for (std::size_t k = 0; k < 4 && others[k].first <= 12; ++k)
+      expected.insert(std::minmax(i, others[k].second));
+  }
+  EXPECT_EQ(connected(positions, 12, 4), Edges(expected.begin(), expected.end()));
+  EXPECT_EQ(connected(positions, 12, 199), allPairsWithin(positions, 12));
 }
 
 TEST(Edges, IncludeTheRadiusItselfAtMapProjectionCoordinates) {

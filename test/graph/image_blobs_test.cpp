@@ -104,6 +104,26 @@ TEST(ImageBlobs, SeparateInstances) {
   EXPECT_EQ(found.edges, (Edges{{0, 1}}));
 }
 
+TEST(ImageBlobs, SeparateInstancesOfTheClassesAskedFor) {
+  Frame frame = emptySky();
+  put(frame, 100, 100, 60, 30, kCar);
+  put(frame, 300, 100, 60, 30, kBench);
+  frame.instance = LabelImage(640, 480, 0);
+  for (int y = 100; y < 130; ++y) {
+    for (int x = 130; x < 330; ++x) frame.instance.at(x, y) = 5;
+  }
+  BlobOptions options;
+  for (const auto& [instances, blobs] :
+       {std::pair<const char*, std::size_t>{"all", 4}, {"dynamic", 3}, {"none", 2}}) {
+    options.instances = instances;
+    EXPECT_EQ(extractImageBlobs(frame, townLabels(), 50, options).blobs.size(), blobs) << instances;
+  }
+  options.min_share = 30.0 * 60 / (640 * 480);
+  EXPECT_EQ(extractImageBlobs(frame, townLabels(), 50, options).blobs.size(), 2u);
+  options.min_share *= 1.01;
+  EXPECT_EQ(extractImageBlobs(frame, townLabels(), 50, options).blobs.size(), 0u);
+}
+
 TEST(ImageBlobs, WithoutDepthInRangeAreDroppedAndLeaveNoEdge) {
   Frame frame = emptySky();
   put(frame, 100, 100, 30, 30, kCar, 0);

@@ -182,7 +182,7 @@ TEST(ToYaml, MarksDefaults) {
   options.seed = 2;
   const std::string yaml = toYaml(options);
   EXPECT_NE(yaml.find("\nseed: 2\n"), std::string::npos) << yaml;
-  EXPECT_NE(yaml.find("walks:\n  num_walks: 200  # default\n"), std::string::npos) << yaml;
+  EXPECT_NE(yaml.find("walks:\n  num_walks: 0  # default\n"), std::string::npos) << yaml;
 }
 
 TEST_F(OptionsFile, ValuesThatAProgramSetsAreCheckedLikeThoseOfAFile) {

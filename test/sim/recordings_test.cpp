@@ -149,6 +149,29 @@ TEST(Recordings, LookWhereTheirNamesSay) {
   EXPECT_LT(axis("aerial_elsewhere", 5).z(), -0.9);
 }
 
+TEST(Recordings, ASecondCameraLooksBackAtTheSameInstants) {
+  SimulationOptions options = smallSimulation();
+  options.sessions.rear_now = true;
+  const Sessions sessions = byName(options);
+  const SimulatedRecording &forward = *sessions.at("forward"), &back = *sessions.at("rear_now");
+  ASSERT_EQ(back.size(), forward.size());
+  for (std::size_t i = 0; i < back.size(); i += 7) {
+    EXPECT_EQ(back.stamp(i), forward.stamp(i));
+    EXPECT_LT((back.truth(i).translation() - forward.truth(i).translation()).norm(), 0.05);
+    EXPECT_LT(back.truth(i).linear().col(2).dot(forward.truth(i).linear().col(2)), -0.99);
+  }
+}
+
+TEST(Recordings, WithLabelsOfANetworkMayHaveTrueDepth) {
+  SimulationOptions options = smallSimulation();
+  options.quality = "labels";
+  const Sessions sessions = byName(options);
+  const Frame clean = cleanSessions().at("rear")->read(5), frame = sessions.at("rear")->read(5);
+  EXPECT_EQ(frame.depth.pixels, clean.depth.pixels);
+  EXPECT_EQ(frame.T_odom_sensor.matrix(), clean.T_odom_sensor.matrix());
+  EXPECT_NE(frame.label.pixels, clean.label.pixels);
+}
+
 TEST(Recordings, SeeTheSameTownInTheMapFrame) {
   // What the camera of `rear` sees must stand where `forward`'s map frame says: the road under the
   // camera.
@@ -228,7 +251,7 @@ TEST(Recordings, OptionsOutOfRangeAreRefusedByName) {
   EXPECT_EQ(message(options), "width = 0, must be in [16, 8192]");
   options = smallSimulation();
   options.quality = "dirty";
-  EXPECT_EQ(message(options), "quality = dirty, must be one of clean, noisy");
+  EXPECT_EQ(message(options), "quality = dirty, must be one of clean, labels, noisy");
   options = smallSimulation();
   options.label_noise.accuracy = 2;
   EXPECT_EQ(message(options), "label_noise.accuracy = 2, must be in [0.3, 1]");

@@ -103,7 +103,6 @@ TEST(Config, ThePresetsOfThePaperSetEverythingThatThePaperSays) {
     is("walks", "num_walks", "200");
     is("walks", "immediate_return", "false");
     is("match", "rare_words", "false");
-    is("consistency", "tolerance_m", "0");
     is("posterior", "solver", "gauss_newton");
     is("refine", "enabled", "false");
   }

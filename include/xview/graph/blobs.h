@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "xview/types/frame.h"
@@ -19,6 +20,10 @@ struct BlobOptions {
   double voxel_m = 0.1;      ///< thin a frame to one point per voxel and class first; 0 = off
   double max_surface_m =
       20;  ///< surfaces that spread further are cut into squares; 0 = off (paper)
+  /// Regions of label images of a smaller share of the image are leaves and specks, whose median
+  /// depth says little (the paper's scripts: 0.002).
+  double min_share = 0.001;
+  std::string instances = "all";  ///< classes whose instances part a region of a label image
 };
 
 template <class Visitor>
@@ -30,6 +35,10 @@ void visit(BlobOptions& o, Visitor&& field) {
         "thin points to one per voxel and class before clustering; 0 = off [m]");
   field("max_surface_m", o.max_surface_m, Range{0, 1e6},
         "cut blobs of surface classes that spread further into squares of this side; 0 = off [m]");
+  field("min_share", o.min_share, Range{0, 1},
+        "drop regions of label images of a smaller share of the image");
+  field("instances", o.instances, Choices{{"all", "dynamic", "none"}},
+        "classes whose instances part a region of a label image");
 }
 
 /// For each point the number of its cluster (0 …, ordered by the first point of each), or -1 if the
@@ -64,6 +73,7 @@ struct ImageBlobs {
   Image<std::int32_t> blob_of_pixel;  ///< index into blobs, or -1
 };
 
-ImageBlobs extractImageBlobs(const Frame& frame, const LabelSet& set, double max_range_m);
+ImageBlobs extractImageBlobs(const Frame& frame, const LabelSet& set, double max_range_m,
+                             const BlobOptions& options = {});
 
 }  // namespace xview::graph

@@ -12,15 +12,17 @@ namespace xview::graph {
 
 struct CleanOptions {
   bool enabled = true;
-  /// Half size of the element that may also take pixels of other classes (paper: 4 px).
+  /// Half size of the element that may also take pixels of other classes (paper: 4 px), in images
+  /// 1280 pixels wide as in the paper; scaled with the width.
   int boundary_px = 0;
 };
 
 template <class Visitor>
 void visit(CleanOptions& o, Visitor&& field) {
   field("enabled", o.enabled, "smooth label images before they are lifted");
-  field("boundary_px", o.boundary_px, Range{0, 50},
-        "close classes over their neighbours, too, by this much; 0 = keep boundaries [px]");
+  field("boundary_px", o.boundary_px, Range{0, 200},
+        "close classes over their neighbours, too, by this much in images 1280 px wide; 0 = keep "
+        "boundaries [px]");
 }
 
 /// Drops specks (connected regions of less than 12 px, 3 px of poles) from a label image and closes

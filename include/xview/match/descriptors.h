@@ -27,9 +27,9 @@ void visit(MatchOptions& o, Visitor&& field) {
 /// Walk descriptors of all vertices of a graph: their words, rising, with counts.
 using Descriptors = std::vector<std::vector<WalkCount>>;
 
-/// The walks of all vertices (sampleWalks).
+/// The walks of all vertices.
 Descriptors describe(const SemanticGraph& graph, const LabelAlphabet& alphabet,
-                     const WalkOptions& walks, std::uint64_t seed, int threads);
+                     const WalkOptions& options, std::uint64_t seed, int threads);
 
 /// Share of identical walks of two vertices in [0, 1] (paper section III-D): sum of
 /// min(count_a, count_b) over common words divided by the smaller number of walks. 1 for a vertex

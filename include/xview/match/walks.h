@@ -3,29 +3,38 @@
 
 #include <array>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "xview/types/graph.h"
 #include "xview/types/option_field.h"
 
+namespace xview {
+class Random;
+}
+
 namespace xview::match {
 
 struct WalkOptions {
-  int num_walks = 200;            ///< n (paper: 200)
+  int num_walks = 0;              ///< n (paper: 200); 0 = all of them, by their probability
   int walk_length = 4;            ///< m, vertices per walk including the first (paper: 3 to 5)
+  int nearest = 8;                ///< a walk goes on to so many nearest neighbours; 0 = all (paper)
   bool immediate_return = false;  ///< may a walk step back to where it just came from (paper: no)
-  bool duplicates = false;  ///< may one vertex hold the same walk of vertices twice (paper: no)
 };
 
 template <class Visitor>
 void visit(WalkOptions& o, Visitor&& field) {
-  field("num_walks", o.num_walks, Range{1, 100000}, "random walks per vertex, n of the paper");
+  field(
+      "num_walks", o.num_walks, Range{0, 100000},
+      "random walks per vertex, n of the paper; 0 = every walk, counted by its probability, which "
+      "is the limit of many and needs no seed");
   field("walk_length", o.walk_length, Range{2, 8},
         "vertices per walk including its start, m of the paper");
+  field("nearest", o.nearest, Range{0, 1000},
+        "walks go from a vertex to so many nearest neighbours and to those that have it among "
+        "theirs; 0 = to all neighbours");
   field("immediate_return", o.immediate_return,
         "allow a walk to step back to the vertex it just left");
-  field("duplicates", o.duplicates,
-        "allow one walk (sequence of vertices) several times at a vertex");
 }
 
 /// A walk as a word of class labels: labels are numbered 1, 2, … per alphabet and packed 8 bits
@@ -56,20 +65,39 @@ class LabelAlphabet {
   std::array<std::uint8_t, 256> letters_;  ///< of the labels that most label sets are made of
 };
 
-/// The walks of one vertex as sorted (word, multiplicity).
+/// A word of the walks of one vertex, and how many of them, or which share, it is.
 struct WalkCount {
   WalkKey key = 0;
-  float count = 0;  ///< multiplicity
+  float count = 0;
 };
 
-/// num_walks random walks from `vertex` over the graph, as words in increasing order; seeded per
-/// vertex, so that neither the order of calls nor threads matter. A walk that can go nowhere ends
-/// early (a shorter word). Without duplicates the walks are drawn one after the other by their
-/// probability, those seen before put aside; a neighbourhood that offers no more than num_walks
-/// gives each of its walks once. Where a few improbable walks are all that is left the draw gives
-/// up after 20 num_walks tries, with fewer walks.
-std::vector<WalkCount> sampleWalks(const SemanticGraph& graph, const LabelAlphabet& alphabet,
-                                   std::uint32_t vertex, const WalkOptions& options,
-                                   std::uint64_t seed);
+/// The words of the walks from single vertices of a graph, in increasing order. Drawn walks are
+/// seeded per vertex, so that neither the order of calls nor threads matter; one that is drawn
+/// twice counts twice. A walk that can go nowhere ends early (a shorter word).
+class Walks {
+ public:
+  /// The graph must outlive the walks.
+  Walks(const SemanticGraph& graph, const LabelAlphabet& alphabet, const WalkOptions& options,
+        std::uint64_t seed);
+  std::vector<WalkCount> from(std::uint32_t vertex) const;
+
+ private:
+  /// Neighbours with one letter.
+  struct LetterCount {
+    std::uint8_t letter = 0;
+    std::uint32_t count = 0;
+  };
+  struct Step;
+
+  WalkKey draw(std::uint32_t start, Random& random) const;
+  void spell(const Step& step, double probability,
+             std::vector<std::pair<WalkKey, double>>& words) const;
+
+  const SemanticGraph& graph_;
+  const WalkOptions options_;
+  std::uint64_t seed_;
+  std::vector<std::uint8_t> letters_;             ///< of the vertices
+  std::vector<std::vector<LetterCount>> around_;  ///< of the neighbours of each vertex
+};
 
 }  // namespace xview::match

@@ -21,6 +21,7 @@ struct WorldStyle {
   std::string style = "suburb";
   double alike = 0;
   double changed = 0;
+  bool hedges = false;
 };
 
 template <class Visitor>
@@ -32,6 +33,7 @@ void visit(WorldStyle& o, Visitor&& field) {
   field("alike", o.alike, Range{0, 1},
         "share of the lots and streets, or rooms, that follow one pattern, here and elsewhere; in "
         "a grid at least 0.4");
+  field("hedges", o.hedges, "hedges are a class of their own beside the rest of the vegetation");
   field("changed", o.changed, Range{0, 1},
         "share of the things (poles, signs, lights; furniture) that were taken away, put up or "
         "moved after the mapping drives; changes.csv tells which");
@@ -48,12 +50,15 @@ struct SessionChoice {
   bool elsewhere = false;
   bool lidar = false;
   bool winter = false;
+  bool rear_now = false;
 };
 
 template <class Visitor>
 void visit(SessionChoice& o, Visitor&& field) {
   field("forward2", o.forward2, "the same drive on another day, a little beside");
   field("rear", o.rear, "the same drive with the camera looking back");
+  field("rear_now", o.rear_now,
+        "a second camera on the car of forward looks back, at the same instants");
   field("reverse", o.reverse, "the way back, on the other lane");
   field("oblique", o.oblique, "the same drive with the camera looking half to the left");
   field("winter", o.winter,
@@ -108,9 +113,9 @@ void visit(SimulationOptions& o, Visitor&& field) {
   field("seed", o.seed, Range{0, 2147483647}, "seed of the town and of everything random");
   field("threads", o.threads, Range{0, 1024},
         "threads; 0 = all cores. Results do not depend on it");
-  field("quality", o.quality, Choices{{"clean", "noisy"}},
-        "clean = perfect depth, labels and odometry; noisy = as a stereo camera, a network and "
-        "wheels give them");
+  field("quality", o.quality, Choices{{"clean", "labels", "noisy"}},
+        "clean = perfect depth, labels and odometry; labels = as a network gives labels; noisy = "
+        "depth and odometry as of a stereo camera and wheels as well");
   field("route_length_m", o.route_length_m, Range{10, 20000}, "length of the drive [m]");
   field("frame_spacing_m", o.frame_spacing_m, Range{0.1, 50}, "distance between frames [m]");
   field("width", o.width, Range{16, 8192}, "image width [pixels]");

@@ -27,6 +27,7 @@ struct TownOptions {
   double row_share = 0.25;         ///< of the street sides: houses all alike, at equal distances
   double tree_density = 1;         ///< factor on the number of trees
   double car_density = 0.25;       ///< share of the parking places taken
+  bool hedges_apart = false;       ///< hedges are a class of their own
 };
 
 using Polyline = std::vector<Eigen::Vector2d>;

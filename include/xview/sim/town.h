@@ -26,13 +26,14 @@ constexpr std::uint16_t kTrafficSign = 9;
 constexpr std::uint16_t kPedestrian = 10;
 constexpr std::uint16_t kBicycle = 11;
 constexpr std::uint16_t kLaneMarking = 12;
+constexpr std::uint16_t kHedge = 13;  ///< vegetation unless TownOptions::hedges_apart
 constexpr std::uint16_t kTrafficLight = 15;
 constexpr std::uint16_t kTerrain = 16;
 constexpr std::uint16_t kCount = 17;
 }  // namespace town_class
 
 /// Their names, colours and roles.
-LabelSet townLabels();
+LabelSet townLabels(bool hedges_apart = false);
 
 /// Gentle hills: a sum of waves of 150 to 500 m length, evaluated on a triangulated grid of kCell,
 /// so that finer triangulations of the same ground lie in the same planes.

@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <chrono>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 #include <utility>
@@ -198,8 +199,11 @@ struct Localization {
   GravityUse gravity = GravityUse::aligned;
   std::string gravity_reason;  ///< which way is up in query and map, and how that is known
   int inliers = 0;
-  int vertices = 0;                    ///< of the query graph
-  int matches = 0;                     ///< putative correspondences tried
+  int vertices = 0;  ///< of the query graph
+  int matches = 0;   ///< putative correspondences tried
+  /// Tightest tolerance at which more than six of these agree with the pose that they propose, the
+  /// consensus value s of X-View [m]; infinite if fewer do.
+  double consensus_m = std::numeric_limits<double>::infinity();
   std::vector<Hypothesis> hypotheses;  ///< best first, distinct places
   /// T_map_sensor of every frame of the query as the posterior bends its odometry; empty if it did
   /// not settle.
