@@ -37,6 +37,8 @@ class Tracker {
 
   /// The queries must be windows of one recording, in order (one odometry frame).
   TrackAnswer follow(const Query& query);
+  /// The query was found otherwise, with this accepted answer; the next one is expected from there.
+  void begin(const Query& query, const Localization& fix);
 
   /// Adds a frame as it comes, with its odometry pose T_odom_sensor; every `window` frames are a
   /// query that is followed, without an answer for those before. `labels`: its classes; without

@@ -67,6 +67,14 @@ std::optional<ExpectedPose> Tracker::expectation(const Query& query) {
   return expected;
 }
 
+void Tracker::begin(const Query& query, const Localization& fix) {
+  const Matrix6d& c = fix.covariance;
+  const double largest = std::max(c(0, 0), c(1, 1)) +
+                         std::abs(c(0, 1));  // bounds the variance along any direction of the plane
+  fix_ = Fix{fix.T_map_query, query.poses.back(), std::sqrt(std::max(0.0, largest)),
+             std::sqrt(std::max(0.0, c(5, 5))), 0};
+}
+
 TrackAnswer Tracker::follow(const Query& query) {
   TrackAnswer answer;
   if (const auto expected = expectation(query)) {
@@ -82,12 +90,7 @@ TrackAnswer Tracker::follow(const Query& query) {
     answer.fix.timing_ms.insert(answer.fix.timing_ms.begin(), spent.begin(), spent.end());
   }
   if (answer.fix.accepted()) {
-    const Matrix6d& c = answer.fix.covariance;
-    const double largest =
-        std::max(c(0, 0), c(1, 1)) +
-        std::abs(c(0, 1));  // bounds the variance along any direction of the plane
-    fix_ = Fix{answer.fix.T_map_query, query.poses.back(), std::sqrt(std::max(0.0, largest)),
-               std::sqrt(std::max(0.0, c(5, 5))), 0};
+    begin(query, answer.fix);
   } else if (fix_) {
     fix_->travelled_m += travelledSince(fix_->T_query_sensor, query.poses);
     fix_->T_query_sensor = query.poses.back();

@@ -9,13 +9,16 @@
 #include <chrono>
 #include <csignal>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <mutex>
 #include <optional>
 #include <set>
 #include <thread>
+#include <utility>
 
 #include "xview/types/atomic_file.h"
+#include "xview/types/interrupt.h"
 #include "xview/types/user_text.h"
 
 namespace xview {
@@ -32,6 +35,7 @@ struct Registry {
   std::map<std::string, std::string> kept_as;         ///< by path; empty = removed
   std::set<std::string> searched;                     ///< folders
   std::multimap<std::string, std::string> abandoned;  ///< by the path of the target
+  std::function<void()> finish = [] {};               ///< finishOnInterrupt
 };
 Registry& registry() {
   static auto* const one = new Registry;
@@ -107,6 +111,7 @@ void removeAll(const std::string& path) {
 /// The lock is kept for ever: who comes to the next result or file waits there for the end.
 [[noreturn]] void endBy(int signal) {
   Registry& all = registry();
+  all.finish();
   const bool is_whole = all.mutex.try_lock_for(std::chrono::seconds(2));
   for (const auto& [path, target] : all.kept_as) {
     if (!is_whole || target.empty() || std::rename(path.c_str(), target.c_str()) != 0)
@@ -162,6 +167,8 @@ void dropUnfinished(const std::string& path) {
   const Lock lock(registry().mutex);
   registry().kept_as.erase(path);
 }
+
+void finishOnInterrupt(std::function<void()> finish) { registry().finish = std::move(finish); }
 
 // A handler could neither wait for a line that is being written nor remove a folder; a thread can.
 void removeUnfinishedOnInterrupt() {
