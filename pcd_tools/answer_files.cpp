@@ -8,6 +8,7 @@
 #include <filesystem>
 
 #include "outputs.h"
+#include "pose_text.h"
 #include "scenes.h"
 #include "xview/types/atomic_file.h"
 #include "xview/types/error.h"
@@ -42,24 +43,79 @@ std::vector<SceneMark> marksOf(const Explanation& explanation) {
   return marks;
 }
 
-/// What ros2 topic pub and a YAML reader take as geometry_msgs/PoseWithCovarianceStamped: the pose
-/// of the sensor, in the frame "map".
-std::string initialPose(const pose::TrajectoryFix& fix, double stamp_s) {
-  const Eigen::Vector3d p = fix.T_map_sensor.translation();
-  const Eigen::Quaterniond q(fix.T_map_sensor.linear());
+/// More than odometry can drift from one fix to the next: somebody carried the robot.
+bool isCarried(const pose::TrajectoryFix& a, const pose::TrajectoryFix& b,
+               const std::vector<Eigen::Isometry3d>& T_odom_sensor, const Job& job) {
+  constexpr double kSigmas = 3, kLeast_m = 3;
+  const OdometryOptions& odometry = job.options.odometry;
+  double way_m = 0, longest_m = 0;
+  for (std::size_t i = a.index + 1; i <= b.index; ++i) {
+    const double step_m =
+        (T_odom_sensor[i].translation() - T_odom_sensor[i - 1].translation()).norm();
+    way_m += step_m;
+    longest_m = std::max(longest_m, step_m);
+  }
+  way_m -= longest_m;  // it may be the odometry's jump, which nobody drove
+  const Eigen::Isometry3d T_a_b = T_odom_sensor[a.index].inverse() * T_odom_sensor[b.index];
+  const Eigen::Vector3d expected = a.T_map_sensor * (a.scale * T_a_b.translation());
+  const double sigma_m = std::sqrt(a.covariance.topLeftCorner<3, 3>().trace() +
+                                   b.covariance.topLeftCorner<3, 3>().trace());
+  const double heading_rad = std::sqrt(std::max(0.0, a.covariance(5, 5))) * kSigmas +
+                             odometry.drift_deg_per_m * M_PI / 180 * way_m;
+  return (b.T_map_sensor.translation() - expected).norm() >
+         kLeast_m * parseSize(job.options.size).value_or(kTown) + kSigmas * sigma_m +
+             (odometry.drift + heading_rad) * way_m;
+}
+
+/// The poses of a recording in the map. Between two fixes that its odometry does not connect
+/// nothing is known, and there are none.
+std::vector<io::StampedPose> knownTrajectory(const std::vector<Eigen::Isometry3d>& T_odom_sensor,
+                                             const std::vector<double>& stamps_s,
+                                             const std::vector<pose::TrajectoryFix>& fixes,
+                                             const Job& job) {
+  std::vector<bool> is_known(T_odom_sensor.size(), true);
+  for (std::size_t k = 1; k < fixes.size(); ++k) {
+    const std::size_t from = fixes[k - 1].index, to = fixes[k].index;
+    if (to <= from + 1 || !isCarried(fixes[k - 1], fixes[k], T_odom_sensor, job)) continue;
+    std::fill(is_known.begin() + static_cast<std::ptrdiff_t>(from + 1),
+              is_known.begin() + static_cast<std::ptrdiff_t>(to), false);
+    job.narrate.note(fmt::format(
+        "--trajectory has no pose between stamps {} and {}: it was lost there, {} frames",
+        stamps_s[from], stamps_s[to], to - from - 1));
+  }
+  const std::vector<Eigen::Isometry3d> poses = pose::trajectoryThrough(T_odom_sensor, fixes);
+  std::vector<io::StampedPose> known;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    if (is_known[i]) known.push_back({stamps_s[i], poses[i]});
+  }
+  return known;
+}
+
+}  // namespace
+
+std::string initialPose(const Eigen::Isometry3d& T_map_sensor, const Matrix6d& covariance_of_sensor,
+                        double stamp_s, const std::optional<Eigen::Isometry3d>& T_sensor_base) {
+  const Eigen::Isometry3d T_map_base = T_sensor_base ? T_map_sensor * *T_sensor_base : T_map_sensor;
+  const Eigen::Vector3d p = T_map_base.translation();
+  const Matrix6d covariance =
+      T_sensor_base ? pose::movedCovariance(covariance_of_sensor, T_map_sensor.translation(), p)
+                    : covariance_of_sensor;
+  const Eigen::Quaterniond q(T_map_base.linear());
   const double whole_s = std::floor(stamp_s);
-  std::string text = fmt::format(
+  std::string text = T_sensor_base
+                         ? "# pose of the base of the robot (--T_sensor_base)\n"
+                         : "# pose of the sensor, not of base_link: of a camera it is that of the "
+                           "optical frame, z forward; --T_sensor_base gives the base\n";
+  text += fmt::format(
       "header:\n  stamp: {{sec: {:.0f}, nanosec: {:.0f}}}\n  frame_id: map\npose:\n  pose:\n"
       "    position: {{x: {}, y: {}, z: {}}}\n    orientation: {{x: {}, y: {}, z: {}, w: {}}}\n"
       "  covariance: [",
       whole_s, std::floor(1e9 * (stamp_s - whole_s)), p.x(), p.y(), p.z(), q.x(), q.y(), q.z(),
       q.w());
   for (Eigen::Index i = 0; i < 36; ++i)
-    text += fmt::format("{}{}", i == 0 ? "" : ", ", fix.covariance(i / 6, i % 6));
+    text += fmt::format("{}{}", i == 0 ? "" : ", ", covariance(i / 6, i % 6));
   return text + "]\n";
 }
-
-}  // namespace
 
 void AnswerFiles::declare(Flags& flags) {
   flags.addOutput("--explain", explain_,
@@ -70,12 +126,17 @@ void AnswerFiles::declare(Flags& flags) {
   flags.addOutput("--matrix", matrix_, "file for T_map_query, 4 x 4 (CloudCompare, PDAL)");
   flags.addOutput("--initialpose", initial_pose_,
                   "file for the last accepted pose, as YAML of PoseWithCovarianceStamped (ROS)");
+  flags.rare().add(
+      "--T_sensor_base POSE", sensor_base_,
+      "of the robot's base in the sensor frame: x,y,z,roll,pitch,yaw [m, deg] or a file of "
+      "4 x 4 numbers; --initialpose is then that of the base");
 }
 
 void AnswerFiles::check(std::size_t inputs) const {
   const bool of_way = !(trajectory_.empty() && matrix_.empty() && initial_pose_.empty());
   if (!explain_.empty() && fs::path(explain_).extension() != ".html")
     throw UsageError("--explain " + explain_ + ": a page ends with .html");
+  parseSensorBase(sensor_base_);
   if (of_way && inputs > 1)
     throw UsageError(fmt::format(
         "--trajectory, --matrix and --initialpose are for one QUERY, found {}", inputs));
@@ -147,17 +208,12 @@ void AnswerFiles::end(const Job& job) const {
       removeStale(path, job.narrate);
     return;
   }
-  if (!trajectory_.empty()) writeTrajectory();
+  if (!trajectory_.empty())
+    io::writeTumPoses(trajectory_, knownTrajectory(T_odom_sensor_, stamps_s_, fixes_, job));
   if (!matrix_.empty()) io::writeMatrix(matrix_, surest().T_map_query, surest().scale);
   if (!initial_pose_.empty())
-    writeFile(initial_pose_, initialPose(fixes_.back(), accepted_.back().stamp_s));
-}
-
-void AnswerFiles::writeTrajectory() const {
-  std::vector<io::StampedPose> stamped;
-  for (const Eigen::Isometry3d& T : pose::trajectoryThrough(T_odom_sensor_, fixes_))
-    stamped.push_back({stamps_s_[stamped.size()], T});
-  io::writeTumPoses(trajectory_, stamped);
+    writeFile(initial_pose_, initialPose(fixes_.back().T_map_sensor, fixes_.back().covariance,
+                                         accepted_.back().stamp_s, parseSensorBase(sensor_base_)));
 }
 
 void AnswerFiles::finish(const map::SemanticMap& map, const Job& job) const {

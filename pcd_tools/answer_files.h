@@ -3,6 +3,7 @@
 
 #include <deque>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,12 @@
 #include "xview/view/scene.h"
 
 namespace xview::tools {
+
+/// What ros2 topic pub and a YAML reader take as geometry_msgs/PoseWithCovarianceStamped, in the
+/// frame "map". `T_sensor_base`: the pose is that of the base of the robot; without it that of the
+/// sensor, which a comment says.
+std::string initialPose(const Eigen::Isometry3d& T_map_sensor, const Matrix6d& covariance,
+                        double stamp_s, const std::optional<Eigen::Isometry3d>& T_sensor_base);
 
 /// The files that localize writes besides its answers.
 class AnswerFiles {
@@ -37,12 +44,11 @@ class AnswerFiles {
  private:
   /// The accepted answer that is surest; the first of equals.
   const pose::TrajectoryFix& surest() const;
-  void writeTrajectory() const;
 
   void explain(const Answer& answer, const Query& query, const Explanation& explanation);
   void writePage(const map::SemanticMap& map, const Job& job) const;
 
-  std::string explain_, tum_, trajectory_, matrix_, initial_pose_;
+  std::string explain_, tum_, trajectory_, matrix_, initial_pose_, sensor_base_;
   std::vector<Eigen::Isometry3d> T_odom_sensor_;  ///< of this QUERY
   std::vector<double> stamps_s_;
   std::vector<pose::TrajectoryFix> fixes_;

@@ -11,6 +11,7 @@
 
 #include "support/program.h"
 #include "support/test_data.h"
+#include "tools/tiny_town.h"
 #include "xview/io/cloud_files.h"
 
 namespace xview::test {
@@ -233,6 +234,59 @@ TEST_F(FixFiles, InitialPoseIsTheLastAcceptedOne) {
   EXPECT_NEAR(std::abs(same), 1, 1e-9);
   EXPECT_EQ(message["pose"]["covariance"].as<std::vector<double>>(),
             last["covariance"].get<std::vector<double>>());
+}
+
+TEST_F(FixFiles, InitialPoseIsThatOfTheBaseIfItIsToldWhereThatIs) {
+  const auto poseOfAll = [&](const std::vector<std::string>& flags) {
+    std::vector<std::string> arguments = {"localize",       "-q", rear(), map(), "--initialpose",
+                                          file("base.yaml")};
+    arguments.insert(arguments.end(), flags.begin(), flags.end());
+    succeed(arguments);
+    const YAML::Node pose = YAML::LoadFile(file("base.yaml"))["pose"]["pose"];
+    std::vector<std::string> words;
+    for (const char* axis : {"x", "y", "z"})
+      words.push_back(pose["position"][axis].as<std::string>());
+    for (const char* axis : {"x", "y", "z", "w"})
+      words.push_back(pose["orientation"][axis].as<std::string>());
+    return poseOf(words, 0);
+  };
+  const Eigen::Isometry3d sensor = poseOfAll({});
+  EXPECT_NE(readText(file("base.yaml")).find("# pose of the sensor"), std::string::npos);
+  const Eigen::Isometry3d base = poseOfAll({"--T_sensor_base", "0.5,1,-2,0,0,90"});
+  const Eigen::Isometry3d T_sensor_base = sensor.inverse() * base;
+  EXPECT_LT((T_sensor_base.translation() - Eigen::Vector3d(0.5, 1, -2)).norm(), 1e-6);
+  EXPECT_LT((T_sensor_base.linear() * Eigen::Vector3d::UnitX() - Eigen::Vector3d::UnitY()).norm(),
+            1e-6);
+  EXPECT_EQ(runXview({"localize", rear(), map(), "--T_sensor_base", "1,2"}).code, 2);
+}
+
+/// Somebody carries the robot in the middle of the recording, and its odometry jumps.
+TEST_F(FixFiles, TrajectoryHasNoPoseWhereOdometryDoesNotConnectFixes) {
+  const std::string carried = file("carried");
+  fs::copy(rear(), carried, fs::copy_options::recursive);
+  const auto odometry = wordsOf(carried + "/poses.txt");
+  std::string jumped;
+  for (std::size_t i = 0; i < odometry.size(); ++i) {
+    for (std::size_t k = 0; k < odometry[i].size(); ++k) {
+      const bool moves = k == 1 && i >= odometry.size() / 2;
+      jumped += (moves ? std::to_string(std::stod(odometry[i][k]) + 900) : odometry[i][k]) + " ";
+    }
+    jumped += "\n";
+  }
+  writeText(carried + "/poses.txt", jumped);
+  const Outcome outcome = succeed({"localize", carried, map(), "--window", "10", "--stride", "5",
+                                   "--trajectory", file("carried.tum")});
+  EXPECT_NE(outcome.err.find("--trajectory has no pose between stamps"), std::string::npos)
+      << outcome.err;
+  const auto truth = wordsOf(rear() + "/groundtruth.txt"), way = wordsOf(file("carried.tum"));
+  ASSERT_LT(way.size(), truth.size());
+  ASSERT_GT(way.size(), truth.size() / 4);
+  std::size_t next = 0;
+  for (const auto& words : way) {
+    while (next < truth.size() && std::stod(truth[next][0]) + 1e-6 < std::stod(words[0])) ++next;
+    ASSERT_LT(next, truth.size());
+    EXPECT_LT(distance(poseOf(words, 1), poseOf(truth[next], 1)), 1) << words[0];
+  }
 }
 
 TEST_F(FixFiles, WhatCannotBeWrittenIsSaidBeforeTheWork) {

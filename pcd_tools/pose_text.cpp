@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "pose_text.h"
+
+#include <cmath>
+#include <filesystem>
+#include <vector>
+
+#include "xview/types/error.h"
+#include "xview/types/pose.h"
+#include "xview/types/user_text.h"
+
+namespace xview::tools {
+namespace {
+
+/// The finite numbers between any of the separators; nothing if a word is none.
+std::vector<double> numbersIn(const std::string& text, const char* separators) {
+  std::vector<double> numbers;
+  for (std::size_t end = 0;;) {
+    const std::size_t begin = text.find_first_not_of(separators, end);
+    if (begin == std::string::npos) return numbers;
+    end = std::min(text.find_first_of(separators, begin), text.size());
+    const auto number = numberFrom<double>(text.substr(begin, end - begin));
+    if (!number || !std::isfinite(*number)) return {};
+    numbers.push_back(*number);
+  }
+}
+
+}  // namespace
+
+std::optional<io::StampedPose> parseStampedPose(const std::string& text) {
+  const std::vector<double> n = numbersIn(text, " \t\r");
+  if (n.size() != 8) return std::nullopt;
+  const Eigen::Quaterniond q(n[7], n[4], n[5], n[6]);
+  if (!(std::abs(q.norm() - 1) < 0.01)) return std::nullopt;
+  return io::StampedPose{
+      n[0], poseOf(q.normalized().toRotationMatrix(), Eigen::Vector3d(n[1], n[2], n[3]))};
+}
+
+std::optional<Eigen::Isometry3d> parseSensorBase(const std::string& text) {
+  if (text.empty()) return std::nullopt;
+  if (std::filesystem::exists(text)) {
+    const Eigen::Affine3d T = io::readMatrix(text);
+    if (!isRigid(T.matrix())) throw Error(text, "expected a rotation without a scale");
+    return Eigen::Isometry3d(T.matrix());
+  }
+  const std::vector<double> n = numbersIn(text, ",");
+  if (n.size() != 6)
+    throw UsageError("--T_sensor_base " + text +
+                     ": expected x,y,z,roll,pitch,yaw [m, deg] or a file of 4 x 4 numbers");
+  constexpr double kDegree = M_PI / 180;
+  return Eigen::Translation3d(n[0], n[1], n[2]) *
+         Eigen::AngleAxisd(n[5] * kDegree, Eigen::Vector3d::UnitZ()) *
+         Eigen::AngleAxisd(n[4] * kDegree, Eigen::Vector3d::UnitY()) *
+         Eigen::AngleAxisd(n[3] * kDegree, Eigen::Vector3d::UnitX());
+}
+
+}  // namespace xview::tools

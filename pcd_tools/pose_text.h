@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "xview/io/pose_files.h"
+
+namespace xview::tools {
+
+/// "stamp tx ty tz qx qy qz qw" [s, m], as a line of TUM has it; nothing if the text is not eight
+/// finite numbers with a quaternion of length 1.
+std::optional<io::StampedPose> parseStampedPose(const std::string& text);
+
+/// T_sensor_base as "x,y,z,roll,pitch,yaw" [m, deg], or a file of 4 x 4 numbers; nothing if the
+/// text is empty. Throws UsageError or Error.
+std::optional<Eigen::Isometry3d> parseSensorBase(const std::string& text);
+
+}  // namespace xview::tools
