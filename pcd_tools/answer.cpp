@@ -7,34 +7,21 @@
 #include <cmath>
 #include <fstream>
 #include <limits>
-#include <nlohmann/json.hpp>
 #include <type_traits>
 
+#include "answer_json.h"
 #include "xview/types/error.h"
 #include "xview/types/user_text.h"
 
 namespace xview::tools {
 namespace {
 
-using Json = nlohmann::ordered_json;
 constexpr const char* kError = "error";
 
-template <int N>
-Json rowMajor(const Eigen::Matrix<double, N, N>& matrix) {
-  Json numbers = Json::array();
-  for (int row = 0; row < N; ++row) {
-    for (int column = 0; column < N; ++column) numbers.push_back(matrix(row, column));
-  }
-  return numbers;
-}
-
 Json poseOf(const Answer& answer) {
-  const Eigen::Vector3d p = answer.fix.T_map_sensor.translation();
-  Eigen::Quaterniond q(answer.fix.T_map_sensor.rotation());
-  if (q.w() < 0) q.coeffs() *= -1;  // q and -q are one rotation; print one of them
-  return {{"frame", answer.last_frame},
-          {"position", {p.x(), p.y(), p.z()}},
-          {"quaternion", {q.x(), q.y(), q.z(), q.w()}}};
+  Json pose = {{"frame", answer.last_frame}};
+  pose.update(poseJson(answer.fix.T_map_sensor));
+  return pose;
 }
 
 Json hypothesesOf(const Localization& fix) {
@@ -151,10 +138,6 @@ Json trackOf(const TrackAnswer& track) {
           {"radius_m", track.radius_m}};
 }
 
-std::string toText(const Json& json) {
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace);  // paths need not be UTF-8
-}
-
 Status statusFrom(const std::string& text) {
   if (const auto status = enumeratorNamed(text, Status::rejected)) return *status;
   throw std::invalid_argument("status \"" + text +
@@ -255,6 +238,17 @@ Answer answerFrom(const std::string& line) {
 }
 
 }  // namespace
+
+Json poseJson(const Eigen::Isometry3d& T) {
+  const Eigen::Vector3d p = T.translation();
+  Eigen::Quaterniond q(T.rotation());
+  if (q.w() < 0) q.coeffs() *= -1;  // q and -q are one rotation; print one of them
+  return {{"position", {p.x(), p.y(), p.z()}}, {"quaternion", {q.x(), q.y(), q.z(), q.w()}}};
+}
+
+std::string toText(const Json& json) {
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
 
 Eigen::Matrix4d inLengthsOfQuery(const Eigen::Isometry3d& T_map_query, double scale) {
   Eigen::Matrix4d T = T_map_query.matrix();

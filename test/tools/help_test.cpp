@@ -10,8 +10,8 @@ namespace xview::test {
 namespace {
 
 const std::vector<std::string> kCommands{
-    "simulate", "info",     "label", "lift",  "blobs", "graph",      "map",  "match",
-    "localize", "evaluate", "fuse",  "learn", "view",  "lookalikes", "diff", "demo"};
+    "simulate", "info", "label", "lift", "blobs",      "graph", "map",  "match", "localize",
+    "evaluate", "fuse", "learn", "view", "lookalikes", "diff",  "demo", "follow"};
 
 TEST(Help, ListsEveryCommand) {
   const Outcome outcome = runXview({"--help"});

@@ -1,0 +1,305 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <iostream>
+#include <optional>
+#include <set>
+#include <thread>
+
+#include "answer_files.h"
+#include "inputs.h"
+#include "live.h"
+#include "outputs.h"
+#include "pose_text.h"
+#include "tool.h"
+#include "windows.h"
+#include "xview/types/atomic_file.h"
+#include "xview/types/error.h"
+#include "xview/types/user_text.h"
+
+namespace xview::tools {
+namespace {
+
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+
+/// A file that came, with the pose that was said of it.
+struct ArrivedFile {
+  std::string path;
+  std::optional<double> stamp_s;
+  std::optional<Eigen::Isometry3d> T_odom_sensor;
+};
+
+void setPose(const io::StampedPose& pose, ArrivedFile& file) {
+  file.stamp_s = pose.stamp_s;
+  file.T_odom_sensor = pose.T_frame_sensor;
+}
+
+/// A line of standard input: a path, which may hold blanks, and behind it perhaps a pose.
+std::optional<ArrivedFile> fileFrom(const std::string& line) {
+  constexpr const char* kBlanks = " \t\r";
+  constexpr int kNumbersOfPose = 8;
+  const std::size_t begin = line.find_first_not_of(kBlanks);
+  if (begin == std::string::npos || line[begin] == '#') return std::nullopt;
+  ArrivedFile file;
+  std::size_t end = line.find_last_not_of(kBlanks), path_end = end;
+  for (int i = 0; i < kNumbersOfPose && path_end != std::string::npos; ++i) {
+    const std::size_t blank = line.find_last_of(kBlanks, path_end);
+    path_end = blank == std::string::npos ? blank : line.find_last_not_of(kBlanks, blank);
+  }
+  if (path_end != std::string::npos && path_end > begin) {
+    if (const auto pose = parseStampedPose(line.substr(path_end + 1))) {
+      setPose(*pose, file);
+      end = path_end;
+    }
+  }
+  file.path = line.substr(begin, end + 1 - begin);
+  return file;
+}
+
+/// A folder that fills with clouds: they are taken by name, each as soon as it stopped growing and,
+/// if there is a poses.txt, has its line in it.
+class FillingFolder {
+ public:
+  FillingFolder(std::string folder, double idle_s, std::string stop)
+      : folder_(std::move(folder)), idle_s_(idle_s), stop_(std::move(stop)) {}
+
+  /// Waits for the next; nothing once the stop file is there or the time to wait is over.
+  std::optional<ArrivedFile> next() {
+    constexpr auto kPoll = std::chrono::milliseconds(20);
+    const auto waits_since = Clock::now();
+    while (true) {
+      const bool is_stopped = !stop_.empty() && fs::exists(stop_);
+      if (auto file = ready(is_stopped)) return file;
+      if (is_stopped) return std::nullopt;
+      const std::chrono::duration<double> waited = Clock::now() - waits_since;
+      if (idle_s_ > 0 && waited.count() > idle_s_) return std::nullopt;
+      std::this_thread::sleep_for(kPoll);
+    }
+  }
+
+ private:
+  std::optional<ArrivedFile> ready(bool is_last_look) {
+    std::error_code failed;
+    std::set<std::string> names;
+    for (fs::directory_iterator entry(folder_, failed), end; !failed && entry != end;
+         entry.increment(failed)) {
+      const std::string name = entry->path().filename().string(), ending = endingOf(name);
+      const bool is_cloud = isCloudPath(name) || ending == ".bin" || ending == ".las";
+      if (is_cloud && name[0] != '.' && taken_.count(name) == 0) names.insert(name);
+    }
+    if (names.empty()) return std::nullopt;
+    const std::string& name = *names.begin();
+    ArrivedFile file{(fs::path(folder_) / name).string(), {}, {}};
+    const auto bytes = fs::file_size(file.path, failed);
+    const bool grows = failed || bytes == 0 || name != seen_ || bytes != seen_bytes_;
+    seen_ = name;
+    seen_bytes_ = failed ? 0 : bytes;
+    if (grows && !is_last_look) return std::nullopt;
+    const fs::path poses = fs::path(folder_) / "poses.txt";
+    if (fs::exists(poses) && !poseOf(poses.string(), taken_.size(), file)) return std::nullopt;
+    taken_.insert(name);
+    return file;
+  }
+
+  /// A line without its end is still being written.
+  static bool poseOf(const std::string& path, std::size_t index, ArrivedFile& file) {
+    std::ifstream poses(path);
+    std::size_t number = 0;
+    for (std::string line; std::getline(poses, line) && !poses.eof();) {
+      const std::size_t begin = line.find_first_not_of(" \t\r");
+      if (begin == std::string::npos || line[begin] == '#' || number++ != index) continue;
+      const auto pose = parseStampedPose(line);
+      if (!pose)
+        throw Error(fmt::format("{}: line of frame {}", path, index),
+                    "expected stamp tx ty tz qx qy qz qw");
+      setPose(*pose, file);
+      return true;
+    }
+    return false;
+  }
+
+  std::string folder_;
+  double idle_s_;
+  std::string stop_;
+  std::set<std::string> taken_;
+  std::string seen_;
+  std::uintmax_t seen_bytes_ = 0;
+};
+
+class FollowCommand final : public Command {
+ public:
+  Description describe() const override {
+    return {"follow",
+            "[FRAMES] MAP",
+            "frames as they come: where is the robot after each?",
+            "FRAMES: a folder that fills (--watch), any recording, or - (which is meant without "
+            "FRAMES): a line PATH [stamp tx ty tz qx qy qz qw] per frame on standard input, the "
+            "pose being that of the odometry. One JSON line per frame: state (searching, found, "
+            "lost), pose with covariance, latency_ms. There is no pose unless it is found. Exit "
+            "code 0: it was found at some time, 3: never, 1: a frame could not be read.",
+            "xview follow scans/ town.xvm --watch --idle 10 --initialpose pose.yaml",
+            1,
+            2};
+  }
+
+  void declare(Flags& flags) override {
+    input_.declareWithMap(flags);
+    flags.add("--watch", watch_, "the folder FRAMES is being filled: wait for more");
+    flags.add("--idle", idle_s_, "end after so long without a frame [s]; 0 = wait for ever");
+    flags.add("--stop FILE", stop_, "end as soon as this file is there");
+    flags.add("--window", window_,
+              "most frames per query; 0 = by the sensor: one scan, or twenty images");
+    flags.add("--stride", stride_, "frames from one query to the next; 0 = by the sensor");
+    flags.add("--risk", risk_, "a pose is wrong with at most this chance; 0 = 1 - min_confidence");
+    flags.addOutput("--initialpose", initial_pose_,
+                    "file that always holds the newest pose, as YAML of "
+                    "PoseWithCovarianceStamped (ROS); removed while it is lost");
+    flags.add("--T_sensor_base POSE", sensor_base_,
+              "of the robot's base in the sensor frame: x,y,z,roll,pitch,yaw [m, deg] or a file "
+              "of 4 x 4 numbers, for --initialpose");
+    flags.addOutput("-o,--out", out_, "file for the lines");
+  }
+
+  ExitCode run(const Job& given) override {
+    checkFlags();
+    T_sensor_base_ = parseSensorBase(sensor_base_);
+    requireWritable(initial_pose_);
+    Job job = given;
+    if (risk_ != 0) acceptAtRisk("--risk", risk_, job.options.verdict);
+    const map::SemanticMap map = readMap(job.operands.back(), input_, job);
+    job = inMap(job, map);
+    const Localizer localizer(map::borrowed(map), job.options);
+    Follower follower(localizer, job.options, window_, stride_);
+    Results results(out_);
+    job_ = &job;
+    labels_ = &map.labels;
+    follower_ = &follower;
+    results_ = &results;
+    const std::string frames = job.operands.size() == 2 ? job.operands[0] : "-";
+    if (frames == "-")
+      followInput();
+    else if (watch_)
+      followFolder(frames);
+    else
+      replay(frames);
+    results.finish();
+    summarize();
+    return failed_ > 0 ? kFailed : found_ > 0 ? kDone : kNoPose;
+  }
+
+ private:
+  void checkFlags() {
+    if (window_ < 0) throw UsageError(fmt::format("--window = {}, must be >= 0", window_));
+    if (stride_ < 0) throw UsageError(fmt::format("--stride = {}, must be >= 0", stride_));
+    if (!(idle_s_ >= 0)) throw UsageError(fmt::format("--idle = {}, must be >= 0", idle_s_));
+    watch_ = watch_ || idle_s_ > 0 || !stop_.empty();
+  }
+
+  void followInput() {
+    for (std::string line; std::getline(std::cin, line);) {
+      if (const auto file = fileFrom(line)) take(*file);
+    }
+  }
+
+  void followFolder(const std::string& folder) {
+    if (!fs::is_directory(folder))
+      throw Error(folder, "--watch waits for clouds in a folder, and there is none");
+    FillingFolder files(folder, idle_s_, stop_);
+    while (const auto file = files.next()) take(*file);
+  }
+
+  void take(const ArrivedFile& file) {
+    LiveFrame frame{file.path, static_cast<std::int64_t>(latencies_ms_.size()), file.stamp_s,
+                    file.T_odom_sensor.has_value()};
+    Job job = *job_;
+    if (frame.number > 0)
+      job.narrate = Narrative(Verbosity::quiet);  // notes are those of the first
+    answer(frame, [&] {
+      return follower_->add(openQuery(file.path, input_, job, *labels_), frame, file.T_odom_sensor);
+    });
+  }
+
+  void replay(const std::string& path) {
+    const QueryInput input = openQuery(path, input_, *job_, *labels_);
+    if (input.whole || input.size() == 1) {
+      const LiveFrame frame{path, 0, std::nullopt, false};
+      return answer(frame, [&] { return follower_->add(input, frame); });
+    }
+    const FrameSource& source = *input.source;
+    for (std::size_t i = 0; i < source.size(); ++i) {
+      answer({path, source.number(i), source.stamp(i), true},
+             [&] { return follower_->add(source.read(i), input.labels, true); });
+    }
+  }
+
+  /// A frame that cannot be used has its line, too, and the next ones are followed.
+  void answer(const LiveFrame& frame, const std::function<LiveAnswer()>& follow) {
+    const auto came = Clock::now();
+    LiveAnswer answer;
+    std::string error;
+    try {
+      answer = follow();
+    } catch (const std::exception& e) {
+      error = oneLine(e.what());
+      answer = follower_->withoutPose(error);
+      job_->narrate.error(error);
+      ++failed_;
+    }
+    const std::chrono::duration<double, std::milli> took = Clock::now() - came;
+    latencies_ms_.push_back(took.count());
+    keepInitialPose(frame, answer);
+    found_ += answer.found();
+    results_->print(toJson(frame, answer, took.count(), error), job_->narrate);
+    if (answer.state == last_state_) return;
+    job_->narrate.line(
+        fmt::format("frame {}: {}: {}", frame.number, toString(answer.state), answer.reason));
+    last_state_ = answer.state;
+  }
+
+  void keepInitialPose(const LiveFrame& frame, const LiveAnswer& answer) const {
+    if (initial_pose_.empty()) return;
+    if (answer.found())
+      return writeFile(initial_pose_, initialPose(answer.T_map_sensor, answer.covariance,
+                                                  frame.stamp_s.value_or(0), T_sensor_base_));
+    if (fs::is_regular_file(initial_pose_)) fs::remove(initial_pose_);
+  }
+
+  void summarize() {
+    if (latencies_ms_.empty()) return;
+    const std::size_t frames = latencies_ms_.size();
+    std::sort(latencies_ms_.begin(), latencies_ms_.end());
+    const auto at = [&](double share) {
+      return latencies_ms_[static_cast<std::size_t>(share * static_cast<double>(frames - 1))];
+    };
+    job_->narrate.summary(fmt::format(
+        "{} frames, {} with a pose; {:.0f} ms per frame at the median, {:.0f} ms at the 99th "
+        "percentile, {:.0f} ms at most",
+        frames, found_, at(0.5), at(0.99), latencies_ms_.back()));
+  }
+
+  InputFlags input_;
+  bool watch_ = false;
+  double idle_s_ = 0, risk_ = 0;
+  int window_ = 0, stride_ = 0;
+  std::string stop_, initial_pose_, sensor_base_, out_;
+  std::optional<Eigen::Isometry3d> T_sensor_base_;
+  const Job* job_ = nullptr;  ///< of this run, as all that follows
+  const LabelSet* labels_ = nullptr;
+  Follower* follower_ = nullptr;
+  Results* results_ = nullptr;
+  std::vector<double> latencies_ms_;
+  std::size_t found_ = 0, failed_ = 0;
+  LiveAnswer::State last_state_ = LiveAnswer::State::searching;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> makeFollow() { return std::make_unique<FollowCommand>(); }
+
+}  // namespace xview::tools
