@@ -27,8 +27,12 @@ constexpr CommandMaker kCommands[] = {
 #ifdef XVIEW_WITH_SIM
     makeDemo,     makeSimulate,
 #endif
-    makeInfo,     makeLabel,      makeLift, makeBlobs,    makeGraph, makeMap,   makeMatch,
-    makeLocalize, makeLookalikes, makeDiff, makeEvaluate, makeFuse,  makeLearn, makeView};
+#ifdef XVIEW_WITH_SERVE
+    makeServe,
+#endif
+    makeInfo,     makeLabel,    makeLift,     makeBlobs,  makeGraph,
+    makeMap,      makeMatch,    makeLocalize, makeFollow, makeLookalikes,
+    makeDiff,     makeEvaluate, makeFuse,     makeLearn,  makeView};
 
 /// What every command understands.
 struct CommonFlags {
@@ -273,6 +277,10 @@ int runWithoutCommand(const std::vector<Description>& commands,
   if (!arguments.empty() && (arguments[0] == "simulate" || arguments[0] == "demo"))
     throw UsageError(
         "this build has no simulator: Embree was not found; install libembree-dev and build again");
+  if (!arguments.empty() && arguments[0] == "serve")
+    throw UsageError(
+        "this build has no server: cpp-httplib was not found; install libcpp-httplib-dev and build "
+        "again");
   std::string list;
   std::vector<std::string> names;
   for (const Description& about : commands) {

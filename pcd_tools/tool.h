@@ -103,6 +103,8 @@ std::unique_ptr<Command> makeGraph();
 std::unique_ptr<Command> makeMap();
 std::unique_ptr<Command> makeMatch();
 std::unique_ptr<Command> makeLocalize();
+std::unique_ptr<Command> makeFollow();
+std::unique_ptr<Command> makeServe();
 std::unique_ptr<Command> makeLookalikes();
 std::unique_ptr<Command> makeDiff();
 std::unique_ptr<Command> makeEvaluate();
