@@ -126,10 +126,7 @@ void AnswerFiles::declare(Flags& flags) {
   flags.addOutput("--matrix", matrix_, "file for T_map_query, 4 x 4 (CloudCompare, PDAL)");
   flags.addOutput("--initialpose", initial_pose_,
                   "file for the last accepted pose, as YAML of PoseWithCovarianceStamped (ROS)");
-  flags.rare().add(
-      "--T_sensor_base POSE", sensor_base_,
-      "of the robot's base in the sensor frame: x,y,z,roll,pitch,yaw [m, deg] or a file of "
-      "4 x 4 numbers; --initialpose is then that of the base");
+  flags.rare().add(kSensorBaseFlag, sensor_base_, kSensorBaseHelp);
 }
 
 void AnswerFiles::check(std::size_t inputs) const {

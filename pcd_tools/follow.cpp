@@ -18,6 +18,7 @@
 #include "pose_text.h"
 #include "tool.h"
 #include "windows.h"
+#include "xview/io/cloud_files.h"
 #include "xview/types/atomic_file.h"
 #include "xview/types/error.h"
 #include "xview/types/user_text.h"
@@ -89,8 +90,8 @@ class FillingFolder {
     std::set<std::string> names;
     for (fs::directory_iterator entry(folder_, failed), end; !failed && entry != end;
          entry.increment(failed)) {
-      const std::string name = entry->path().filename().string(), ending = endingOf(name);
-      const bool is_cloud = isCloudPath(name) || ending == ".bin" || ending == ".las";
+      const std::string name = entry->path().filename().string();
+      const bool is_cloud = io::isCloudFile(name) || endingOf(name) == ".bin";
       if (is_cloud && name[0] != '.' && taken_.count(name) == 0) names.insert(name);
     }
     if (names.empty()) return std::nullopt;
@@ -160,9 +161,7 @@ class FollowCommand final : public Command {
     flags.addOutput("--initialpose", initial_pose_,
                     "file that always holds the newest pose, as YAML of "
                     "PoseWithCovarianceStamped (ROS); removed while it is lost");
-    flags.add("--T_sensor_base POSE", sensor_base_,
-              "of the robot's base in the sensor frame: x,y,z,roll,pitch,yaw [m, deg] or a file "
-              "of 4 x 4 numbers, for --initialpose");
+    flags.add(kSensorBaseFlag, sensor_base_, kSensorBaseHelp);
     flags.addOutput("-o,--out", out_, "file for the lines");
   }
 

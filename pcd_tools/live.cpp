@@ -22,14 +22,13 @@ constexpr int kScanWindow = 1, kImageWindow = 20, kImageStride = 5;
 /// Chance that somebody carried the robot away from one window to the next. At the usual risk a
 /// window that is not accepted must at least speak for the place.
 constexpr double kCarriedAway = 0.01;
-constexpr double kBlind_m =
-    20;  ///< so far odometry is believed without an accepted window of a town
-/// A frame fits with so much of what it would score on average at its true pose, which is sought so
-/// far around in a town [m]; the robot is lost after so many that do not.
-constexpr double kLeastShare = 0.5, kReach_m = 1.5;
-constexpr int kMostDoubts = 2;
-/// A step of the odometry is a jump if it is longer than this in a town [m] and so many times as
-/// long as the usual one.
+/// Path length over which odometry is believed without an accepted window [m in a town].
+constexpr double kBlind_m = 20;
+/// Least share of the score expected at the true pose with which a frame fits.
+constexpr double kLeastShare = 0.5;
+constexpr double kReach_m = 1.5;  ///< radius in which that pose is sought [m in a town]
+constexpr int kMostDoubts = 2;    ///< frames in a row that do not fit and lose the robot
+/// Least step of the odometry that is a jump [m in a town], and least multiple of the median step.
 constexpr double kJump_m = 3, kJumpSteps = 8;
 constexpr std::size_t kUsualSteps = 16;
 

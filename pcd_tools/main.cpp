@@ -25,14 +25,14 @@ namespace {
 using CommandMaker = std::unique_ptr<Command> (*)();
 constexpr CommandMaker kCommands[] = {
 #ifdef XVIEW_WITH_SIM
-    makeDemo,  makeSimulate,
+    makeDemo,       makeSimulate,
 #endif
+    makeInfo,       makeLabel,    makeLift,     makeBlobs, makeGraph, makeMap,
+    makeMatch,      makeLocalize, makeFollow,
 #ifdef XVIEW_WITH_SERVE
     makeServe,
 #endif
-    makeInfo,  makeLabel,    makeLift,     makeBlobs,  makeGraph,
-    makeMap,   makeMatch,    makeLocalize, makeFollow, makeLookalikes,
-    makeDiff,  makeEvaluate, makeFuse,     makeLearn,  makeView};
+    makeLookalikes, makeDiff,     makeEvaluate, makeFuse,  makeLearn, makeView};
 
 /// What every command understands.
 struct CommonFlags {

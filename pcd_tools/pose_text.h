@@ -12,6 +12,12 @@ namespace xview::tools {
 /// finite numbers with a quaternion of length 1.
 std::optional<io::StampedPose> parseStampedPose(const std::string& text);
 
+/// The flag of T_sensor_base.
+constexpr const char* kSensorBaseFlag = "--T_sensor_base POSE";
+constexpr const char* kSensorBaseHelp =
+    "of the robot's base in the sensor frame: x,y,z,roll,pitch,yaw [m, deg] or a file of 4 x 4 "
+    "numbers; --initialpose is then that of the base";
+
 /// T_sensor_base as "x,y,z,roll,pitch,yaw" [m, deg], or a file of 4 x 4 numbers; nothing if the
 /// text is empty. Throws UsageError or Error.
 std::optional<Eigen::Isometry3d> parseSensorBase(const std::string& text);

@@ -31,7 +31,6 @@
 #include "tool.h"
 #include "windows.h"
 #include "xview/types/error.h"
-#include "xview/types/interrupt.h"
 
 namespace xview::tools {
 namespace {

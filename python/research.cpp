@@ -144,8 +144,8 @@ py::tuple consensusOf(
     const auto from = positionsOf(query), to = positionsOf(map);
     return verify::rejectBySampleConsensus(
         from, to,
-        verify::consistentOnes(from, to, matches, options.consensus.inlier_m,
-                               options.gravity != "free"),
+        verify::consistentCorrespondences(from, to, matches, options.consensus.inlier_m,
+                                          options.gravity != "free"),
         options.consensus);
   });
   if (!consensus.found) return py::make_tuple(py::none(), pairsOf(std::vector<Correspondence>()));

@@ -130,11 +130,9 @@ void checkFrame(const Frame& frame) {
   }
 }
 
-/// The instances of the classes that have any; others are one instance each.
-LabelImage keptInstances(const Frame& frame, const LabelSet& set, const std::string& classes) {
-  if (classes == "none") return {};
+/// The instances of classes that move; other pixels have none.
+LabelImage instancesOfDynamic(const Frame& frame, const LabelSet& set) {
   LabelImage instances = frame.instance;
-  if (classes == "all") return instances;
   for (std::size_t i = 0; i < instances.pixels.size(); ++i) {
     const std::uint16_t id = frame.label.pixels[i];
     if (set.role(id) != Role::dynamic && set.kind(id) != Kind::vehicle) instances.pixels[i] = 0;
@@ -149,8 +147,11 @@ ImageBlobs extractImageBlobs(const Frame& frame, const LabelSet& set, double max
   checkFrame(frame);
   ImageBlobs result;
   if (frame.label.empty()) return result;
-  const LabelRegions found =
-      findLabelRegions(frame.label, keptInstances(frame, set, options.instances));
+  const LabelRegions found = options.instances == "all"
+                                 ? findLabelRegions(frame.label, frame.instance)
+                             : options.instances == "dynamic"
+                                 ? findLabelRegions(frame.label, instancesOfDynamic(frame, set))
+                                 : findLabelRegions(frame.label);
   const double min_pixels =
       options.min_share * static_cast<double>(frame.label.width) * frame.label.height;
   std::vector<bool> is_wanted;

@@ -498,7 +498,7 @@ void report(const Candidates& found, std::size_t count, Localization& answer) {
   answer.kept = pairsAt(0, found);
   if (!found.matches.empty()) {
     answer.putative = found.matches[0].putative;
-    answer.consensus_m = found.matches[0].poses[0].consensus_m;
+    if (!found.in_field) answer.consensus_m = found.matches[0].poses[0].consensus_m;
     answer.matches = static_cast<int>(answer.putative.size());
   }
   answer.inliers = answer.hypotheses[0].inliers = static_cast<int>(answer.kept.size());

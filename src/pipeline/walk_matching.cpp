@@ -79,12 +79,10 @@ MatchedPose consensusOf(const WalkGraph& query, const std::vector<Eigen::Vector3
     to.push_back(map[c.map]);
   }
   const pose::Alignment fit = alignWithGravity(from, to, gravity);
-  if (fit.valid) {
-    result.T_map_query = fit.T_target_source;
-    result.kept =
-        verify::supporters(query.positions, map, matches, result.T_map_query, options.inlier_m);
-  }
-  result.consensus_m = consensusValue(query, map, result);
+  if (!fit.valid) return result;
+  result.T_map_query = fit.T_target_source;
+  result.kept =
+      verify::supporters(query.positions, map, matches, result.T_map_query, options.inlier_m);
   return result;
 }
 
@@ -259,12 +257,13 @@ WalkMatches WalkMatcher::matchEverywhere(const WalkGraph& query, int count, bool
   timing_ms.emplace_back("matching", watch.lap_ms());
   std::vector<Correspondence> matches = result.putative;
   const std::vector<Eigen::Vector3d>& to = map.walks.positions;
+  const std::string gravity = up_known ? o.posterior.gravity : "free";
   while (static_cast<int>(result.poses.size()) < count && matches.size() >= 3) {
-    const std::string gravity = up_known ? o.posterior.gravity : "free";
-    const std::vector<Correspondence> consistent = verify::consistentOnes(
+    const std::vector<Correspondence> consistent = verify::consistentCorrespondences(
         query.positions, to, matches, o.consensus.inlier_m, gravity != "free");
     MatchedPose pose = consensusOf(query, to, consistent, matches, gravity, o.consensus);
     if (!pose.found) break;
+    pose.consensus_m = consensusValue(query, to, pose);
     std::vector<Correspondence> rest;
     for (const Correspondence& c : matches) {
       if ((pose.T_map_query * query.positions[c.query] - to[c.map]).norm() >

@@ -35,7 +35,8 @@ struct MatchedPose {
   bool found = false;  ///< sample consensus has a pose; the other fields hold in any case
   Eigen::Isometry3d T_map_query = Eigen::Isometry3d::Identity();
   std::vector<Correspondence> kept;
-  /// Tightest tolerance at which more than six vertices agree with the pose, s of the paper [m].
+  /// Tightest tolerance at which more than six vertices agree with the pose, s of the paper [m];
+  /// not asked under a hypothesis.
   double consensus_m = std::numeric_limits<double>::infinity();
   /// Under a hypothesis: how many query vertices had a candidate at all, and how many of these
   /// would keep one at a wrong place, where candidates lie anywhere within reach.

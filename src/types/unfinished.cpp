@@ -18,7 +18,6 @@
 #include <utility>
 
 #include "xview/types/atomic_file.h"
-#include "xview/types/interrupt.h"
 #include "xview/types/user_text.h"
 
 namespace xview {

@@ -163,7 +163,7 @@ class Draws {
   Agreement agreement_;
 };
 
-/// Finite ones by query vertex, at most so many that all pairs can be asked.
+/// Finite correspondences by query vertex, at most kMostCorrespondences.
 std::vector<Correspondence> firstOfEachVertex(const Points& query, const Points& map,
                                               const std::vector<Correspondence>& correspondences) {
   struct Ranked {
@@ -191,16 +191,16 @@ std::vector<Correspondence> firstOfEachVertex(const Points& query, const Points&
 
 }  // namespace
 
-std::vector<Correspondence> consistentOnes(const Points& query, const Points& map,
-                                           const std::vector<Correspondence>& correspondences,
-                                           double tolerance_m, bool upright) {
+std::vector<Correspondence> consistentCorrespondences(
+    const Points& query, const Points& map, const std::vector<Correspondence>& correspondences,
+    double tolerance_m, bool upright) {
   const auto T_map_query =
       Draws(query, map, firstOfEachVertex(query, map, correspondences), tolerance_m, upright)
           .best();
   std::vector<Correspondence> kept;
   if (!T_map_query) return kept;
   for (const Correspondence& c : correspondences) {
-    // Not `> tolerance`: a position that is not finite is never near.
+    // The comparison is false for positions that are not finite.
     if ((map[c.map] - *T_map_query * query[c.query]).norm() <= 2 * tolerance_m) kept.push_back(c);
   }
   return kept;

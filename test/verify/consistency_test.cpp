@@ -47,9 +47,10 @@ struct Problem {
   }
 };
 
-TEST(ConsistentOnes, FindTheFewThatOnePoseExplains) {
+TEST(ConsistentCorrespondences, FindTheFewThatOnePoseExplains) {
   const Problem problem(poseFromYaw({150, 100, 3}, 1.0));
-  const auto found = consistentOnes(problem.query, problem.map, problem.correspondences, 2, true);
+  const auto found =
+      consistentCorrespondences(problem.query, problem.map, problem.correspondences, 2, true);
   EXPECT_EQ(problem.countTrue(found), 12);
   EXPECT_LT(found.size(), 40u);
   const Consensus blind =
@@ -60,24 +61,25 @@ TEST(ConsistentOnes, FindTheFewThatOnePoseExplains) {
             12);
 }
 
-TEST(ConsistentOnes, FindThemWhicheverWayIsUp) {
+TEST(ConsistentCorrespondences, FindThemWhicheverWayIsUp) {
   Eigen::Isometry3d T = poseFromYaw({150, 100, 3}, 1.0);
   T.rotate(Eigen::AngleAxisd(0.8, Eigen::Vector3d::UnitX()));
   const Problem problem(T);
-  EXPECT_EQ(problem.countTrue(
-                consistentOnes(problem.query, problem.map, problem.correspondences, 2, false)),
+  EXPECT_EQ(problem.countTrue(consistentCorrespondences(problem.query, problem.map,
+                                                        problem.correspondences, 2, false)),
             12);
-  EXPECT_LT(problem.countTrue(
-                consistentOnes(problem.query, problem.map, problem.correspondences, 2, true)),
+  EXPECT_LT(problem.countTrue(consistentCorrespondences(problem.query, problem.map,
+                                                        problem.correspondences, 2, true)),
             8);
 }
 
-TEST(ConsistentOnes, KeepTheOrderGiven) {
+TEST(ConsistentCorrespondences, KeepTheOrderGiven) {
   const Problem problem(poseFromYaw({150, 100, 3}, 1.0));
   std::vector<Correspondence> reversed(problem.correspondences.rbegin(),
                                        problem.correspondences.rend());
-  const auto forward = consistentOnes(problem.query, problem.map, problem.correspondences, 2, true);
-  const auto backward = consistentOnes(problem.query, problem.map, reversed, 2, true);
+  const auto forward =
+      consistentCorrespondences(problem.query, problem.map, problem.correspondences, 2, true);
+  const auto backward = consistentCorrespondences(problem.query, problem.map, reversed, 2, true);
   EXPECT_EQ(problem.countTrue(backward), 12);
   for (std::size_t i = 1; i < forward.size(); ++i)
     EXPECT_LE(forward[i - 1].query, forward[i].query);
@@ -85,32 +87,33 @@ TEST(ConsistentOnes, KeepTheOrderGiven) {
     EXPECT_GE(backward[i - 1].query, backward[i].query);
 }
 
-TEST(ConsistentOnes, TakeTheFirstOfEveryVertexWhereTheyAreTooMany) {
+TEST(ConsistentCorrespondences, TakeTheFirstOfEveryVertexWhereTheyAreTooMany) {
   Problem problem(poseFromYaw({150, 100, 3}, 1.0));
   Random random(7);
   std::vector<Correspondence> many = problem.true_ones;
   for (std::uint32_t q = 0; q < 60; ++q) {
     for (int k = 0; k < 200; ++k) many.push_back({q, random.below(700), 0.1f});
   }
-  const auto found = consistentOnes(problem.query, problem.map, many, 2, true);
+  const auto found = consistentCorrespondences(problem.query, problem.map, many, 2, true);
   EXPECT_GE(problem.countTrue(found), 12);
 }
 
-TEST(ConsistentOnes, LeaveOutWhatIsNotFinite) {
+TEST(ConsistentCorrespondences, LeaveOutWhatIsNotFinite) {
   Problem problem(poseFromYaw({150, 100, 3}, 1.0));
   problem.query[5].y() = std::numeric_limits<double>::quiet_NaN();
   problem.map[100].x() = std::numeric_limits<double>::infinity();
-  const auto found = consistentOnes(problem.query, problem.map, problem.correspondences, 2, true);
+  const auto found =
+      consistentCorrespondences(problem.query, problem.map, problem.correspondences, 2, true);
   EXPECT_EQ(problem.countTrue(found), 10);
 }
 
-TEST(ConsistentOnes, AreNoneWhereNoThreeAgree) {
-  EXPECT_TRUE(consistentOnes({}, {}, {}, 2, true).empty());
+TEST(ConsistentCorrespondences, AreNoneWhereNoThreeAgree) {
+  EXPECT_TRUE(consistentCorrespondences({}, {}, {}, 2, true).empty());
   const Points line{{0, 0, 0}, {10, 0, 0}, {20, 0, 0}}, bent{{0, 0, 0}, {10, 0, 0}, {20, 40, 0}};
   const std::vector<Correspondence> own{{0, 0, 1}, {1, 1, 1}, {2, 2, 1}};
   for (const bool upright : {true, false}) {
-    EXPECT_TRUE(consistentOnes(line, bent, own, 2, upright).empty());
-    EXPECT_EQ(consistentOnes(bent, bent, own, 2, upright).size(), 3u);
+    EXPECT_TRUE(consistentCorrespondences(line, bent, own, 2, upright).empty());
+    EXPECT_EQ(consistentCorrespondences(bent, bent, own, 2, upright).size(), 3u);
   }
 }
 

@@ -17,8 +17,8 @@ void visit(EdgeOptions& o, Visitor&& field) {
 
 /// Replaces the edges of a graph: an edge joins vertices whose Euclidean distance is <= radius_m
 /// (paper section III-B, 3-D space), found by pcl::KdTreeFLANN and decided in double precision.
-/// With `nearest` > 0 one of the two must also be among so many nearest of the other, as FLANN
-/// finds them in single precision. Vertices whose position is not finite stay alone.
+/// With `nearest` > 0 one of the two must also be among the `nearest` nearest of the other, as
+/// FLANN finds them in single precision. Vertices whose position is not finite stay alone.
 void connectByRadius(SemanticGraph& graph, const EdgeOptions& options, int nearest = 0);
 
 }  // namespace xview::graph

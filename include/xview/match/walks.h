@@ -18,7 +18,7 @@ namespace xview::match {
 struct WalkOptions {
   int num_walks = 0;              ///< n (paper: 200); 0 = all of them, by their probability
   int walk_length = 4;            ///< m, vertices per walk including the first (paper: 3 to 5)
-  int nearest = 8;                ///< a walk goes on to so many nearest neighbours; 0 = all (paper)
+  int nearest = 8;                ///< neighbours that a walk may go on to; 0 = all (paper)
   bool immediate_return = false;  ///< may a walk step back to where it just came from (paper: no)
 };
 
@@ -31,8 +31,8 @@ void visit(WalkOptions& o, Visitor&& field) {
   field("walk_length", o.walk_length, Range{2, 8},
         "vertices per walk including its start, m of the paper");
   field("nearest", o.nearest, Range{0, 1000},
-        "walks go from a vertex to so many nearest neighbours and to those that have it among "
-        "theirs; 0 = to all neighbours");
+        "number of nearest neighbours of a vertex that a walk may go on to, as it may to vertices "
+        "of which it is one; 0 = all neighbours");
   field("immediate_return", o.immediate_return,
         "allow a walk to step back to the vertex it just left");
 }

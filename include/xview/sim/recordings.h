@@ -57,8 +57,7 @@ template <class Visitor>
 void visit(SessionChoice& o, Visitor&& field) {
   field("forward2", o.forward2, "the same drive on another day, a little beside");
   field("rear", o.rear, "the same drive with the camera looking back");
-  field("rear_now", o.rear_now,
-        "a second camera on the car of forward looks back, at the same instants");
+  field("rear_now", o.rear_now, "a second camera on the car of forward, looking back");
   field("reverse", o.reverse, "the way back, on the other lane");
   field("oblique", o.oblique, "the same drive with the camera looking half to the left");
   field("winter", o.winter,

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -76,6 +77,9 @@ class AtomicFolder {
 /// number of the signal: 130, 129, 143. Signals that are ignored stay ignored. To be called before
 /// the program starts threads, because they inherit what signals wait for.
 void removeUnfinishedOnInterrupt();
+
+/// What an interrupt calls before that, on a thread of its own: a server answers what is under way.
+void finishOnInterrupt(std::function<void()> finish);
 
 /// While one lives an interrupt waits, for up to two seconds, so that a result is written whole.
 class UninterruptedWrite {

@@ -202,7 +202,7 @@ struct Localization {
   int vertices = 0;  ///< of the query graph
   int matches = 0;   ///< putative correspondences tried
   /// Tightest tolerance at which more than six of these agree with the pose that they propose, the
-  /// consensus value s of X-View [m]; infinite if fewer do.
+  /// consensus value s of X-View [m]; infinite if fewer do, and unless the method is walks.
   double consensus_m = std::numeric_limits<double>::infinity();
   std::vector<Hypothesis> hypotheses;  ///< best first, distinct places
   /// T_map_sensor of every frame of the query as the posterior bends its odometry; empty if it did

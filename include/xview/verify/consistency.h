@@ -19,9 +19,8 @@ namespace xview::verify {
 /// stays. What ends within twice the tolerance under that pose is kept, in the order given. Of more
 /// than 3000 correspondences the first ones of every query vertex take part. Nothing is random.
 /// Positions that are not finite agree with nothing. Empty if no three correspondences agree.
-std::vector<Correspondence> consistentOnes(const std::vector<Eigen::Vector3d>& query,
-                                           const std::vector<Eigen::Vector3d>& map,
-                                           const std::vector<Correspondence>& correspondences,
-                                           double tolerance_m, bool upright);
+std::vector<Correspondence> consistentCorrespondences(
+    const std::vector<Eigen::Vector3d>& query, const std::vector<Eigen::Vector3d>& map,
+    const std::vector<Correspondence>& correspondences, double tolerance_m, bool upright);
 
 }  // namespace xview::verify
