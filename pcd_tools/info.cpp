@@ -9,6 +9,7 @@
 #include "inputs.h"
 #include "outputs.h"
 #include "tool.h"
+#include "xview/io/bag_files.h"
 #include "xview/io/cloud_files.h"
 #include "xview/map/semantic_map.h"
 #include "xview/measure_size.h"
@@ -76,6 +77,7 @@ class Sheet {
   }
   void bounds(const std::string& name, const Eigen::AlignedBox3d& box);
   void classes(const Census& census, const LabelSet& labels, const char* unit);
+  void topics(const std::vector<io::BagTopic>& topics);
   std::string text() const {
     if (!as_json_) return text_.substr(0, text_.find_last_not_of('\n') + 1);
     return json_.dump(2, ' ', false, Json::error_handler_t::replace);
@@ -113,6 +115,25 @@ void Sheet::classes(const Census& census, const LabelSet& labels, const char* un
                          printable(labels.className(id)), role, count, 100 * share);
     json_["classes"].push_back(
         {{"id", id}, {"name", labels.className(id)}, {"role", role}, {"count", count}});
+  }
+}
+
+void Sheet::topics(const std::vector<io::BagTopic>& topics) {
+  text_ += fmt::format("{:<14}{}\n", "topics", topics.size());
+  json_["topics"] = Json::array();
+  for (const io::BagTopic& topic : topics) {
+    const double hz = topic.messages > 1 && topic.duration_s > 0
+                          ? static_cast<double>(topic.messages - 1) / topic.duration_s
+                          : 0;
+    text_ += fmt::format("{:>8}  {:<32} {:<32}{:>8}  {:>8.2f} Hz{:>10.3f} s\n", topic.taken_as,
+                         printable(topic.name), printable(topic.type), topic.messages, hz,
+                         topic.duration_s);
+    json_["topics"].push_back({{"name", topic.name},
+                               {"type", topic.type},
+                               {"messages", topic.messages},
+                               {"rate_hz", hz},
+                               {"duration_s", topic.duration_s},
+                               {"taken_as", topic.taken_as}});
   }
 }
 
@@ -216,7 +237,8 @@ class InfoCommand final : public Command {
     } else if (kind == io::InputKind::cloud) {
       printCloud(sheet, path, input, job);
     } else {
-      printRecording(sheet, *openInput(path, input, job), job);
+      if (kind == io::InputKind::bag) sheet.topics(io::bagTopics(path, input));
+      printFrames(sheet, path, kind, input, job);
     }
     Results results(out_);
     results.print(sheet.text(), job.narrate);
@@ -225,6 +247,17 @@ class InfoCommand final : public Command {
   }
 
  private:
+  /// Of a bag that cannot be read as it is, the topics are worth knowing.
+  static void printFrames(Sheet& sheet, const std::string& path, io::InputKind kind,
+                          const io::InputOptions& input, const Job& job) {
+    try {
+      printRecording(sheet, *openInput(path, input, job), job);
+    } catch (const Error& problem) {
+      if (kind != io::InputKind::bag) throw;
+      job.narrate.note(problem.what());
+    }
+  }
+
   /// A single PCD, PLY or LAS; one without labels is described as well, as what it lacks is worth
   /// knowing.
   void printCloud(Sheet& sheet, const std::string& path, const io::InputOptions& options,

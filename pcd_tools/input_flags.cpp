@@ -9,7 +9,7 @@ void InputFlags::declare(Flags& flags) {
   flags.rare().add(
       "--input-kind KIND", kind_,
       "what the input is, if its path fits two kinds: sequence, semantic_kitti, cloud, "
-      "cloud_folder, graph, map, synthia, airsim, tum_rgbd, virtual_kitti, carla");
+      "cloud_folder, graph, map, synthia, airsim, tum_rgbd, virtual_kitti, carla, bag");
   flags.add("--labels SET", labels_, "label set: a shipped one by name, or a classes.yaml");
   flags.rare().add("--class-names", class_names_,
                    "file of names that mean the same class, asked before those that the program "
@@ -20,6 +20,9 @@ void InputFlags::declare(Flags& flags) {
   flags.rare().add("--mount POSE", mount_,
                    "x,y,z,roll,pitch,yaw of the camera of an AirSim recording on its vehicle, x "
                    "forward, z down [m, deg]");
+  flags.rare().add("--topic NAME", topic_, "topic of a bag with its clouds or depth images");
+  flags.rare().add("--odometry NAME", odometry_,
+                   "topic of a bag with its odometry, poses or transforms");
 }
 
 void InputFlags::declareWithMap(Flags& flags) {

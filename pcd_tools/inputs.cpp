@@ -97,6 +97,8 @@ io::InputOptions InputFlags::parsed() const {
   options.label_field = label_field_;
   options.instance_field = instance_field_;
   options.mount = mount_;
+  options.topic = topic_;
+  options.odometry = odometry_;
   if (!class_names_.empty()) options.class_names = io::readClassNames(class_names_);
   if (!frames_.empty()) options.frames = io::parseFrameRange(frames_);
   return options;

@@ -32,7 +32,7 @@ class InputFlags {
  private:
   std::optional<io::InputOptions> given_;
   std::string frames_, kind_, labels_, map_labels_, class_names_, label_field_, instance_field_,
-      mount_;
+      mount_, topic_, odometry_;
 };
 
 /// Opens a recording; says on stderr what its reader guessed or left out, and which roles of

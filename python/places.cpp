@@ -34,13 +34,16 @@ std::string pathText(const py::object& path) {
 
 io::InputOptions inputOptions(const std::string& labels, const std::string& frames,
                               const std::string& kind, const std::string& label_field,
-                              const std::string& instance_field, const std::string& mount) {
+                              const std::string& instance_field, const std::string& mount,
+                              const std::string& topic, const std::string& odometry) {
   io::InputOptions input;
   input.kind = kind;
   input.labels = labels;
   input.label_field = label_field;
   input.instance_field = instance_field;
   input.mount = mount;
+  input.topic = topic;
+  input.odometry = odometry;
   if (!frames.empty()) input.frames = io::parseFrameRange(frames);
   return input;
 }
@@ -598,15 +601,16 @@ void bindPlaces(py::module_& module) {
       "read",
       [](const py::object& path, const std::string& labels, const std::string& frames,
          const std::string& kind, const std::string& label_field, const std::string& instance_field,
-         const std::string& mount) {
-        return readAny(path,
-                       inputOptions(labels, frames, kind, label_field, instance_field, mount));
+         const std::string& mount, const std::string& topic, const std::string& odometry) {
+        return readAny(path, inputOptions(labels, frames, kind, label_field, instance_field, mount,
+                                          topic, odometry));
       },
       py::arg("path"), py::kw_only(), py::arg("labels") = "", py::arg("frames") = "",
       py::arg("kind") = "", py::arg("label_field") = "", py::arg("instance_field") = "",
-      py::arg("mount") = "",
+      py::arg("mount") = "", py::arg("topic") = "", py::arg("odometry") = "",
       "Anything that `xview localize` takes: a Recording, a Graph, or a Map. labels: a shipped "
       "label set by name, a classes.yaml by path, or 'shapes'. frames: 'A:B[:STEP]', half-open. "
+      "topic, odometry: of a bag; empty = look. "
       "Raises Error with path and place.");
   module.def("load_map", &loadMap, py::arg("path"), "Reads a .xvm file. Raises Error.");
 }

@@ -228,6 +228,8 @@ def read(
     label_field: str = "",
     instance_field: str = "",
     mount: str = "",
+    topic: str = "",
+    odometry: str = "",
 ) -> Union[Recording, Graph, Map]: ...
 
 def load_map(path: Path) -> Map: ...

@@ -106,8 +106,12 @@ std::size_t likelyPoints(const InputFile& file, const FileLayout& layout, const 
   return static_cast<std::size_t>(std::min(points.rows, most));
 }
 
-LabelledCloud readPoints(InputFile& file, const FileLayout& layout, const Element& points,
-                         const IdColumns& ids) {
+/// Visits the chosen columns of all rows.
+using ReadColumns =
+    std::function<void(const std::vector<std::size_t>& columns, const RowVisitor& visit)>;
+
+LabelledCloud readPoints(const InputFile& file, const FileLayout& layout, const Element& points,
+                         const IdColumns& ids, const ReadColumns& read) {
   constexpr std::uint64_t kMostPoints =
       std::numeric_limits<std::int32_t>::max();  // PCL counts in int
   if (points.rows > kMostPoints) file.fail("has more than 2^31 points");
@@ -118,7 +122,7 @@ LabelledCloud readPoints(InputFile& file, const FileLayout& layout, const Elemen
   const bool has_flags = ids.label && points.columns[*ids.label].name == "classification";
   const std::uint32_t label_bits = has_flags ? layout.label_bits : ~std::uint32_t{0};
   CloudBuilder builder(farLimit(layout, columns));
-  readTable(file, layout, points, columns.all(), [&](const double* values, const RowPlace& place) {
+  read(columns.all(), [&](const double* values, const RowPlace& place) {
     if (place.row == 0) builder.reserve(likelyPoints(file, layout, points));
     const Eigen::Vector3d position =
         Eigen::Array3d(values[0], values[1], values[2]) * layout.scale + layout.offset;
@@ -126,7 +130,6 @@ LabelledCloud readPoints(InputFile& file, const FileLayout& layout, const Elemen
     builder.add(position, columns.id(label, values, place) & label_bits,
                 columns.id(instance, values, place), columns.sigma(sigma, values, place), place);
   });
-  if (layout.ends_with_rows) requireEnd(file, layout);
   return builder.finish();
 }
 
@@ -338,10 +341,26 @@ LabelledCloud readCloud(const std::string& path, const CloudFields& fields, bool
       file.fail("has no label field, name one with --label-field; its fields: {}",
                 points.columnNames());
     }
-    return readPoints(file, layout, points, ids);
+    LabelledCloud cloud =
+        readPoints(file, layout, points, ids,
+                   [&](const std::vector<std::size_t>& columns, const RowVisitor& visit) {
+                     readTable(file, layout, points, columns, visit);
+                   });
+    if (layout.ends_with_rows) requireEnd(file, layout);
+    return cloud;
   } catch (const std::bad_alloc&) {
     file.fail("needs more memory than there is for its {} bytes", file.size());
   }
+}
+
+LabelledCloud readStoredCloud(const InputFile& file, const Element& points, const StoredRows& rows,
+                              const CloudFields& fields) {
+  FileLayout layout;
+  layout.encoding = Encoding::little_endian;
+  return readPoints(file, layout, points, findIdColumns(points, fields, file),
+                    [&](const std::vector<std::size_t>& columns, const RowVisitor& visit) {
+                      readStoredRows(file, points, rows, columns, visit);
+                    });
 }
 
 void writePcd(const std::string& path, const LabelledCloud& cloud, const LabelSet* labels) {

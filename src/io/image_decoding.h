@@ -25,6 +25,10 @@ SizeCheck anySize(const std::string& path);
 /// values the decoder would change.
 cv::Mat decodeImage(const std::string& path, const SizeCheck& check);
 
+/// Depth [m] of an image with one channel: 16 bits times the scale, or floats; values that are not
+/// finite or negative become 0. Throws Error for other images.
+DepthImage depthOfPixels(const cv::Mat& image, double depth_scale, const std::string& path);
+
 /// readLabels() of an image whose size is known.
 LabelImage readLabels(const std::string& path, const SizeCheck& check);
 

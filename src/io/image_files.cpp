@@ -22,24 +22,6 @@ void dropImpossible(DepthImage& depth) {
   }
 }
 
-DepthImage depthOfPixels(const cv::Mat& image, double depth_scale, const std::string& path) {
-  if (image.channels() != 1 || (image.depth() != CV_16U && image.depth() != CV_32F)) {
-    throw Error(path, "expected depth of 16-bit unsigned or 32-bit float, 1 channel, found " +
-                          describePixels(image));
-  }
-  DepthImage depth(image.cols, image.rows);
-  for (int y = 0; y < image.rows; ++y) {
-    float* out = &depth.at(0, y);
-    if (image.depth() == CV_32F) {
-      std::copy_n(image.ptr<float>(y), image.cols, out);
-    } else {
-      const std::uint16_t* in = image.ptr<std::uint16_t>(y);
-      for (int x = 0; x < image.cols; ++x) out[x] = static_cast<float>(in[x] * depth_scale);
-    }
-  }
-  return depth;
-}
-
 void writePng(const std::string& path, const cv::Mat& image) {
   std::vector<unsigned char> bytes;
   if (image.empty()) throw Error(path, "an image without pixels cannot be written");
@@ -76,6 +58,25 @@ std::array<double, 3> parseTriple(const YamlFile& file, const YAML::Node& node,
 
 }  // namespace
 
+DepthImage depthOfPixels(const cv::Mat& image, double depth_scale, const std::string& path) {
+  if (image.channels() != 1 || (image.depth() != CV_16U && image.depth() != CV_32F)) {
+    throw Error(path, "expected depth of 16-bit unsigned or 32-bit float, 1 channel, found " +
+                          describePixels(image));
+  }
+  DepthImage depth(image.cols, image.rows);
+  for (int y = 0; y < image.rows; ++y) {
+    float* out = &depth.at(0, y);
+    if (image.depth() == CV_32F) {
+      std::copy_n(image.ptr<float>(y), image.cols, out);
+    } else {
+      const std::uint16_t* in = image.ptr<std::uint16_t>(y);
+      for (int x = 0; x < image.cols; ++x) out[x] = static_cast<float>(in[x] * depth_scale);
+    }
+  }
+  if (image.depth() == CV_32F) dropImpossible(depth);
+  return depth;
+}
+
 DepthImage readDepth(const std::string& path, const Camera& camera) {
   const SizeCheck check = [&](std::int64_t width, std::int64_t height) {
     if (width == camera.width && height == camera.height) return;
@@ -85,7 +86,7 @@ DepthImage readDepth(const std::string& path, const Camera& camera) {
   const bool is_pfm = std::filesystem::path(path).extension() == ".pfm";
   const cv::Mat image = is_pfm ? cv::Mat() : decodeImage(path, check);
   DepthImage depth = is_pfm ? readPfm(path) : depthOfPixels(image, camera.depth_scale, path);
-  if (is_pfm || image.depth() == CV_32F) dropImpossible(depth);
+  if (is_pfm) dropImpossible(depth);
   check(depth.width, depth.height);
   return depth;
 }

@@ -3,8 +3,10 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <fstream>
 #include <string>
 #include <string_view>
@@ -66,6 +68,19 @@ class InputFile {
   std::uint64_t line_number_ = 0;
   std::string line_;  ///< the one read last
 };
+
+static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "binary files are read by copying bytes");
+
+/// A number as it stands in a file.
+template <class T>
+T storedNumber(const char* bytes, bool big_endian) {
+  char ordered[sizeof(T)];
+  std::memcpy(ordered, bytes, sizeof(T));
+  if (big_endian) std::reverse(ordered, ordered + sizeof(T));
+  T value;
+  std::memcpy(&value, ordered, sizeof(T));
+  return value;
+}
 
 /// A piece of a file for a message: printable, one line, not longer than 40 characters, in quotes.
 std::string quoted(std::string_view text);

@@ -75,6 +75,8 @@ std::vector<StampedFile> readFileList(const std::string& path);
 /// That of the nearest time, the first of equals; null if none is at most `within_s` away.
 const StampedFile* nearestTo(double stamp_s, const std::vector<StampedFile>& files,
                              double within_s);
+/// A bag (isBag): clouds or depth images of one topic, with poses of another one.
+RecordingListing listBag(const std::string& path, const InputOptions& options);
 /// Virtual KITTI 2: the folder of one scene and variation; camera 0.
 RecordingListing listVirtualKitti(const std::string& folder, const InputOptions& options);
 

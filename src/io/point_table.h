@@ -115,6 +115,22 @@ using RowVisitor = std::function<void(const double* values, const RowPlace& plac
 void readRows(InputFile& file, const FileLayout& layout, const Element& element,
               const std::vector<std::size_t>& columns, const RowVisitor& visit);
 
+/// A table that is in memory already, in lines of rows that may have something between them.
+struct StoredRows {
+  const char* bytes = nullptr;         ///< of the first row
+  std::vector<std::uint64_t> offsets;  ///< of each column in a row
+  std::uint64_t row_bytes = 0;         ///< from a row to the next
+  std::uint64_t line_rows = 0;         ///< at least 1
+  std::uint64_t line_bytes = 0;        ///< from a line to the next
+  bool big_endian = false;
+};
+/// Its rows as readRows() would visit them; nothing is checked.
+void readStoredRows(const InputFile& file, const Element& element, const StoredRows& rows,
+                    const std::vector<std::size_t>& columns, const RowVisitor& visit);
+/// The cloud of such a table. `file` is what errors are said of.
+LabelledCloud readStoredCloud(const InputFile& file, const Element& points, const StoredRows& rows,
+                              const CloudFields& fields);
+
 /// The rows of one table of a file, up to its end; all others are read over. Throws Error.
 void readTable(InputFile& file, const FileLayout& layout, const Element& table,
                const std::vector<std::size_t>& columns, const RowVisitor& visit);

@@ -11,16 +11,9 @@
 namespace xview::io {
 namespace {
 
-static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "binary files are read by copying bytes");
-
 template <class T>
 double decodeAs(const char* bytes, bool big_endian) {
-  char ordered[sizeof(T)];
-  std::memcpy(ordered, bytes, sizeof(T));
-  if (big_endian) std::reverse(ordered, ordered + sizeof(T));
-  T value;
-  std::memcpy(&value, ordered, sizeof(T));
-  return static_cast<double>(value);
+  return static_cast<double>(storedNumber<T>(bytes, big_endian));
 }
 
 using Decode = double (*)(const char* bytes, bool big_endian);
@@ -353,6 +346,20 @@ void readRows(InputFile& file, const FileLayout& layout, const Element& element,
     readListRows(file, element, columns, big_endian, visit);
   } else {
     readFixedRows(file, element, columns, big_endian, visit);
+  }
+}
+
+void readStoredRows(const InputFile& file, const Element& element, const StoredRows& rows,
+                    const std::vector<std::size_t>& columns, const RowVisitor& visit) {
+  RowPlace place{file, element};
+  for (const char* line = rows.bytes; place.row < element.rows; line += rows.line_bytes) {
+    std::vector<ColumnBytes> views;
+    for (const std::size_t c : columns) {
+      views.push_back({line + rows.offsets[c], static_cast<std::size_t>(rows.row_bytes),
+                       traitsOf(element.columns[c].type).decode});
+    }
+    visitRows(views, std::min(rows.line_rows, element.rows - place.row), rows.big_endian, place,
+              visit);
   }
 }
 

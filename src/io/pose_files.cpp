@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "xview/io/pose_files.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "layouts.h"
@@ -79,6 +80,21 @@ std::vector<StampedPose> posesOfFrames(const std::string& path,
     chosen.push_back(poses[line]);
   }
   return chosen;
+}
+
+std::optional<Eigen::Isometry3d> poseAt(const std::vector<StampedPose>& poses, double stamp_s,
+                                        double longest_gap_s) {
+  const auto after =
+      std::lower_bound(poses.begin(), poses.end(), stamp_s,
+                       [](const StampedPose& pose, double stamp) { return pose.stamp_s < stamp; });
+  if (after == poses.end()) return std::nullopt;
+  if (after->stamp_s == stamp_s) return after->T_frame_sensor;
+  if (after == poses.begin()) return std::nullopt;
+  const StampedPose& a = *std::prev(after);
+  const StampedPose& b = *after;
+  if (b.stamp_s - a.stamp_s > longest_gap_s) return std::nullopt;
+  const double share = (stamp_s - a.stamp_s) / (b.stamp_s - a.stamp_s);
+  return interpolated(a.T_frame_sensor, b.T_frame_sensor, share);
 }
 
 void writeTumPoses(const std::string& path, const std::vector<StampedPose>& poses) {

@@ -11,6 +11,7 @@
 
 #include "input_file.h"
 #include "layouts.h"
+#include "xview/io/bag_files.h"
 #include "xview/io/cloud_files.h"
 #include "xview/io/image_files.h"
 #include "xview/io/pose_files.h"
@@ -36,10 +37,10 @@ constexpr Kind kKinds[] = {{"sequence", listSequence}, {"semantic_kitti", listSe
                            {"graph", nullptr},         {"map", nullptr},
                            {"synthia", listSynthia},   {"airsim", listAirsim},
                            {"tum_rgbd", listTumRgbd},  {"virtual_kitti", listVirtualKitti},
-                           {"carla", listCarla}};
+                           {"carla", listCarla},       {"bag", listBag}};
 
 InputKind requireKind(const std::string& name) {
-  if (const auto kind = enumeratorNamed(name, InputKind::carla)) return *kind;
+  if (const auto kind = enumeratorNamed(name, InputKind::bag)) return *kind;
   std::vector<std::string> names;
   for (const Kind& kind : kKinds) names.emplace_back(kind.name);
   throw UsageError("--input-kind " + name + ": unknown" + knownWordsHint(name, names));
@@ -86,12 +87,10 @@ constexpr Way kWays[] = {
     {" .npy .npz ",
      "arrays of NumPy are not read; N x 4 of float32 (x y z intensity) become a scan: "
      "array.astype('f4').tofile('{1}.bin')"},
-    {" .bag .mcap .db3 ",
-     "bags are not read; export their clouds as .pcd, with a pose of each in poses.txt"},
     {" .gz ", "is compressed; unpack it: gunzip -k {0}"},
     {" .bz2 ", "is compressed; unpack it: bunzip2 -k {0}"},
     {" .xz ", "is compressed; unpack it: unxz -k {0}"},
-    {" .zst ", "is compressed; unpack it: unzstd {0}"},
+    {" .zst .zstd ", "is compressed; unpack it: unzstd {0}"},
     {" .lz4 ", "is compressed; unpack it: unlz4 {0}"},
     {" .zip ", "is an archive; unpack it: unzip {0} -d {1}"},
     {" .7z .rar ", "is an archive; unpack it: 7z x {0} -o{1}"},
@@ -144,13 +143,14 @@ InputKind recogniseFolder(const fs::path& folder) {
   if (has("velodyne")) kinds.push_back(InputKind::semantic_kitti);
   if (has("GT/LABELS") || isSynthiaCamera(folder.string())) kinds.push_back(InputKind::synthia);
   if (has("extrinsic.txt") && has("frames")) kinds.push_back(InputKind::virtual_kitti);
+  if (kinds.empty() && isBag(folder.string())) kinds.push_back(InputKind::bag);
   if (kinds.empty() && hasClouds(folder)) kinds.push_back(InputKind::cloud_folder);
   if (kinds.size() > 1)
     failBetween(folder.string(), kinds[0], kinds[1], "it has the folders of both");
   if (kinds.empty()) {
     throw Error(folder.string(),
                 "not a recording: expected camera.yaml with depth/, velodyne/, .pcd, .ply, .las or "
-                ".bin files, or the layout of a known data set" +
+                ".bin files, a rosbag2, or the layout of a known data set" +
                     wayOutOf(folder));
   }
   return kinds[0];
@@ -162,8 +162,11 @@ InputKind recogniseFile(const std::string& path, std::string* guess) {
   if (ending == ".bin") return InputKind::semantic_kitti;
   if (ending == ".ply") return holdsGraph(path, guess) ? InputKind::graph : InputKind::cloud;
   if (isCloudFile(path)) return InputKind::cloud;
+  if (isBag(path)) return InputKind::bag;
   if (const std::string way = wayTo(ending, path); !way.empty()) throw Error(path, way);
-  throw Error(path, "not a known kind of file: expected .xvm, .ply, .pcd, .las, .bin or a folder");
+  throw Error(path,
+              "not a known kind of file: expected .xvm, .ply, .pcd, .las, .bin, .mcap, .db3, .bag "
+              "or a folder");
 }
 
 // ---- writing

@@ -7,6 +7,7 @@
 #include <iterator>
 #include <opencv2/imgcodecs.hpp>
 
+#include "support/bags.h"
 #include "xview/io/cloud_files.h"
 #include "xview/io/image_files.h"
 #include "xview/io/pose_files.h"
@@ -62,6 +63,50 @@ void makeImages(const std::string& folder) {
   cv::imwrite(folder + "/metres.tiff", metres);
   cv::imwrite(folder + "/metres.exr", metres);
   cv::imwrite(folder + "/label.tiff", label);
+}
+
+/// Every kind of message that is read.
+std::vector<test::BagMessage> someMessages(test::Wire wire) {
+  const Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  std::vector<test::BagMessage> messages = {
+      {"/tf_static", "tf2_msgs/TFMessage", 1, test::transformsMessage(wire, {{0, "base", "l", T}})},
+      {"/camera_info", "sensor_msgs/CameraInfo", 1, test::cameraInfoMessage(wire, "c", 2, 1, 5)}};
+  for (int i = 0; i < 3; ++i) {
+    const std::int64_t log_ns = i;
+    test::MessageWriter image(wire), pose(wire);
+    image.header(1 + i, "c").number(1U).number(2U).text("16UC1").number(std::uint8_t{0});
+    image.number(4U).number(4U).raw("abcd");
+    pose.header(1 + i, "odom").pose(T);
+    messages.push_back(
+        {"/o", "nav_msgs/Odometry", log_ns, test::odometryMessage(wire, 1 + i, "odom", "base", T)});
+    messages.push_back({"/pose", "geometry_msgs/PoseStamped", log_ns, pose.bytes()});
+    messages.push_back({"/tf", "tf2_msgs/TFMessage", log_ns,
+                        test::transformsMessage(wire, {{1.0 + i, "odom", "base", T}})});
+    messages.push_back(
+        {"/points", "sensor_msgs/PointCloud2", log_ns,
+         test::labelledCloudMessage(wire, 1 + i, "l", {{1, 2, 3, 4}, {5, 6, 7, 8}})});
+    messages.push_back({"/livox", "livox_ros_driver2/CustomMsg", log_ns,
+                        test::livoxMessage(wire, 1 + i, "l", {{1, 2, 3}})});
+    messages.push_back({"/image", "sensor_msgs/Image", log_ns, image.bytes()});
+  }
+  return messages;
+}
+
+void makeBags(const std::string& root) {
+  using test::Wire;
+  const auto little = someMessages(Wire::cdr_little), big = someMessages(Wire::cdr_big);
+  for (const char* compression : {"", "zstd", "lz4", "bz2"}) {
+    test::LogShape shape;
+    shape.compression = compression;
+    const std::string name = std::string(compression) + "_seed";
+    test::writeBag(root + "/mcap/" + name + ".mcap", *compression ? big : little, shape);
+    test::writeBag(root + "/rosbag/" + name + ".bag", someMessages(Wire::ros1), shape);
+    // One kind of message each, for the readers behind the containers.
+    for (const test::BagMessage& message : little)
+      test::writeBag(root + "/mcap" + message.topic + ".mcap", {message, message}, {});
+  }
+  fs::create_directories(root + "/db3");
+  test::writeDatabase(root + "/db3/seed.db3", little);
 }
 
 /// The files of a folder in the form of the target `layouts`.
@@ -176,6 +221,7 @@ int main(int count, char** arguments) {
   map.addKeyframe(Eigen::Isometry3d::Identity(), 1, 1, 0);
   map::saveMap(root + "/map/two.xvm", someMap());
   map::saveRevision(root + "/map/two.xvm", map, "added");
+  makeBags(root);
   const std::string work = root + "/work";
   fs::create_directories(work);
   makeRecordings(root + "/image", work, root + "/layouts");

@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,11 @@ std::vector<StampedPose> readPoses(const std::string& path);
 /// belongs to frame `number`. Fewer: Error.
 std::vector<StampedPose> posesOfFrames(const std::string& path,
                                        const std::vector<std::int64_t>& frame_numbers);
+
+/// The pose at a time, between the two poses around it, of poses in order of their stamps; none if
+/// these are farther apart than `longest_gap_s`.
+std::optional<Eigen::Isometry3d> poseAt(const std::vector<StampedPose>& poses, double stamp_s,
+                                        double longest_gap_s);
 
 /// TUM lines, 9 decimals; written beside and renamed.
 void writeTumPoses(const std::string& path, const std::vector<StampedPose>& poses);

@@ -32,7 +32,8 @@ enum class InputKind {
   airsim,          ///< folder with airsim_rec.txt
   tum_rgbd,        ///< folder with depth.txt, groundtruth.txt and label/
   virtual_kitti,   ///< Virtual KITTI 2: folder of one scene and variation
-  carla            ///< folder of dumped CARLA cameras
+  carla,           ///< folder of dumped CARLA cameras
+  bag              ///< .mcap, .db3 or .bag of a robot, or a rosbag2 folder
 };
 const char* toString(InputKind kind);
 
@@ -46,6 +47,8 @@ struct InputOptions {
   std::string instance_field;
   std::string mount;  ///< AirSim: "x,y,z,roll,pitch,yaw" of the camera on its vehicle, x forward, y
                       ///< right, z down [m, deg]; empty = settings.json beside the recording
+  std::string topic;  ///< bags: the topic of the clouds or depth images; empty = look
+  std::string odometry;  ///< bags: the topic of the poses or transforms; empty = look
   FrameRange frames;
 };
 

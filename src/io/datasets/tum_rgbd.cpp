@@ -33,21 +33,6 @@ Camera cameraOf(const fs::path& folder) {
   return camera;
 }
 
-/// The pose at a time, between the two poses around it; nothing if they are too far apart.
-std::optional<Eigen::Isometry3d> poseAt(const std::vector<StampedPose>& poses, double stamp_s) {
-  const auto after =
-      std::lower_bound(poses.begin(), poses.end(), stamp_s,
-                       [](const StampedPose& pose, double stamp) { return pose.stamp_s < stamp; });
-  if (after == poses.end()) return std::nullopt;
-  if (after->stamp_s == stamp_s) return after->T_frame_sensor;
-  if (after == poses.begin()) return std::nullopt;
-  const StampedPose& a = *std::prev(after);
-  const StampedPose& b = *after;
-  if (b.stamp_s - a.stamp_s > kLongestGap) return std::nullopt;
-  const double share = (stamp_s - a.stamp_s) / (b.stamp_s - a.stamp_s);
-  return interpolated(a.T_frame_sensor, b.T_frame_sensor, share);
-}
-
 /// The label image of a depth image: of its own name, or of the name of the colour image of that
 /// time.
 class LabelFinder {
@@ -131,7 +116,7 @@ RecordingListing listTumRgbd(const std::string& folder, const InputOptions& opti
     const std::string label = labels.find(depths[i]);
     if (label.empty() && !is_raw) continue;
     ++with_label;
-    const auto pose = poseAt(poses, depths[i].stamp_s);
+    const auto pose = poseAt(poses, depths[i].stamp_s, kLongestGap);
     if (!pose) continue;
     listing.frames.push_back(
         {static_cast<std::int64_t>(i), depths[i].stamp_s, *pose, depths[i].path, label, ""});

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "xview/io/recording.h"
+
+namespace xview::io {
+
+/// What a bag has under one name.
+struct BagTopic {
+  std::string name;
+  std::string type;  ///< "sensor_msgs/PointCloud2"
+  std::uint64_t messages = 0;
+  double duration_s = 0;  ///< from the first to the last, by the clock of the recorder
+  std::string taken_as;   ///< "clouds", "depth", "camera", "poses"; empty = it is not read
+};
+
+/// A rosbag2 (.mcap, .db3, or the folder with metadata.yaml around them) or a ROS 1 .bag.
+bool isBag(const std::string& path);
+/// Its topics by name, and which of them openRecording() would read. Throws Error, or UsageError if
+/// options.topic or options.odometry is none of them.
+std::vector<BagTopic> bagTopics(const std::string& path, const InputOptions& options = {});
+
+}  // namespace xview::io

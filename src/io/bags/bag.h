@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <filesystem>
+#include <limits>
+
+#include "messages.h"
+#include "xview/types/error.h"
+#include "xview/types/user_text.h"
+
+namespace xview::io {
+
+/// As many bytes as a message has.
+constexpr std::uint64_t kWhole = std::numeric_limits<std::uint64_t>::max();
+
+/// All messages of one name and type, in the order of the files.
+struct Topic : Channel {
+  Content content = Content::other;
+
+  /// Transforms that hold for ever.
+  bool isStatic() const;
+};
+
+/// .mcap, .db3, .bag or, while it is recorded, .bag.active.
+bool isBagFile(const std::filesystem::path& path);
+
+/// The files of a bag as one. Messages are read one by one, from several threads.
+class Bag {
+ public:
+  explicit Bag(const std::string& path);  ///< throws Error
+
+  const std::string& path() const { return path_; }
+  const std::vector<Topic>& topics() const { return topics_; }
+  const std::vector<std::string>& notes() const { return notes_; }
+
+  /// use(cursor) of the message, or of as much of its beginning.
+  template <class Use>
+  auto read(const Topic& topic, const MessageAt& message, std::uint64_t most_bytes,
+            Use&& use) const {
+    const BagFile& file = *files_.at(message.file);
+    try {
+      std::string bytes = file.read(message, most_bytes);
+      if (isPackedMessage(bytes)) bytes = unpackedMessage(file.file(), file.read(message, kWhole));
+      Cursor cursor(file.file(), bytes, topic.serialization);
+      return use(cursor);
+    } catch (const Error& problem) {
+      throw Error(fmt::format(
+          "{}, in the message of {} of {:.3f} s ({} {}{}); another --topic or a mended copy may do",
+          problem.what(), printable(topic.topic), 1e-9 * static_cast<double>(message.log_ns),
+          message.chunk == 0 ? "at" : "chunk",
+          message.chunk == 0 ? message.position : message.chunk,
+          message.chunk == 0 ? std::string() : fmt::format(", byte {} of it", message.position)));
+    }
+  }
+
+ private:
+  void add(const Channel& channel, Topic& topic) const;
+
+  std::string path_;
+  std::vector<std::unique_ptr<BagFile>> files_;
+  std::vector<Topic> topics_;
+  std::vector<std::string> notes_;
+};
+
+struct TopicAndMessage {
+  const Topic* topic;
+  const MessageAt* message;
+};
+/// The messages of some topics in the order of the file, so that no chunk is unpacked twice.
+std::vector<TopicAndMessage> inFileOrder(const std::vector<const Topic*>& topics);
+
+}  // namespace xview::io

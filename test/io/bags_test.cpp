@@ -1,0 +1,506 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "xview/io/bag_files.h"
+
+#include <gtest/gtest.h>
+#include <sqlite3.h>
+
+#include <filesystem>
+
+#include "small_files.h"
+#include "support/bags.h"
+#include "support/test_data.h"
+#include "xview/types/error.h"
+#include "xview/types/pose.h"
+#include "xview/types/random.h"
+
+namespace xview::io {
+namespace {
+
+namespace fs = std::filesystem;
+using test::BagMessage;
+using test::LogShape;
+using test::raw;
+using test::Wire;
+
+std::int64_t ns(double seconds) { return std::llround(1e9 * seconds); }
+
+/// Where the odometry says that the robot is.
+Eigen::Isometry3d bodyAt(double stamp_s) {
+  return poseFromYaw({stamp_s - 100, 2 * (stamp_s - 100), 0.5}, 0.3 * (stamp_s - 100));
+}
+
+const Eigen::Isometry3d kT_base_lidar = poseFromYaw({0.2, 0, 1.5}, M_PI / 2);
+
+std::vector<Eigen::Vector4f> pointsOf(int frame) {
+  std::vector<Eigen::Vector4f> points;
+  for (int i = 0; i < 50; ++i)
+    points.emplace_back(0.1F * i, static_cast<float>(frame), -1.25F, static_cast<float>(i % 3));
+  return points;
+}
+
+constexpr int kClouds = 7;
+double stampOf(int frame) { return 100.05 + 0.1 * frame; }
+
+/// Clouds between the poses of an odometry, and how the scanner is mounted.
+std::vector<BagMessage> drive(Wire wire) {
+  std::vector<BagMessage> messages;
+  messages.push_back({"/tf_static", "tf2_msgs/TFMessage", ns(99),
+                      test::transformsMessage(wire, {{0, "/base", "lidar", kT_base_lidar}})});
+  for (int i = 0; i <= kClouds; ++i) {
+    const double stamp_s = 100 + 0.1 * i;
+    messages.push_back({"/odom", "nav_msgs/Odometry", ns(stamp_s),
+                        test::odometryMessage(wire, stamp_s, "odom", "base", bodyAt(stamp_s))});
+    messages.push_back({"/imu", "sensor_msgs/Imu", ns(stamp_s), std::string(300, 'i')});
+    if (i == kClouds) break;
+    messages.push_back({"/points", "sensor_msgs/PointCloud2", ns(stampOf(i) + 0.02),
+                        test::labelledCloudMessage(wire, stampOf(i), "lidar", pointsOf(i))});
+  }
+  return messages;
+}
+
+void expectDrive(const FrameSource& source, std::size_t frames = kClouds) {
+  ASSERT_EQ(source.size(), frames);
+  EXPECT_EQ(source.sensor(), Sensor::lidar);
+  for (std::size_t i = 0; i < frames; ++i) {
+    const double stamp_s = stampOf(static_cast<int>(i));
+    EXPECT_NEAR(source.stamp(i), stamp_s, 1e-6);
+    const Eigen::Isometry3d expected = bodyAt(stamp_s) * kT_base_lidar;
+    EXPECT_TRUE(source.pose(i).isApprox(expected, 1e-6)) << i << '\n' << source.pose(i).matrix();
+    const Frame frame = source.read(i);
+    const auto points = pointsOf(static_cast<int>(i));
+    ASSERT_EQ(frame.cloud.size(), points.size());
+    for (std::size_t k = 0; k < points.size(); ++k) {
+      EXPECT_EQ(frame.cloud.points[k].getVector3fMap(), points[k].head<3>());
+      EXPECT_EQ(frame.cloud.points[k].label, static_cast<std::uint32_t>(points[k][3]));
+    }
+  }
+}
+
+class Bags : public ::testing::Test {
+ protected:
+  std::string write(const std::string& name, const std::vector<BagMessage>& messages,
+                    const LogShape& shape = {}) const {
+    const std::string path = folder_ / name;
+    test::writeBag(path, messages, shape);
+    return path;
+  }
+  test::TemporaryFolder folder_;
+};
+
+TEST_F(Bags, McapGivesWhatWasWrittenForEveryCompressionAndByteOrder) {
+  for (const Wire wire : {Wire::cdr_little, Wire::cdr_big}) {
+    for (const char* compression : {"", "zstd", "lz4"}) {
+      for (const bool has_indices : {true, false}) {
+        for (const bool is_closed : {true, false}) {
+          LogShape shape;
+          shape.compression = compression;
+          shape.has_indices = has_indices;
+          shape.is_closed = is_closed;
+          SCOPED_TRACE(std::string(compression) + (has_indices ? " indexed" : "") +
+                       (is_closed ? " closed" : ""));
+          const auto source = openRecording(write("a.mcap", drive(wire), shape));
+          expectDrive(*source);
+        }
+      }
+    }
+  }
+  LogShape plain;
+  plain.has_chunks = false;
+  expectDrive(*openRecording(write("a.mcap", drive(Wire::cdr_little), plain)));
+  LogShape ros1;
+  ros1.encoding = "ros1";
+  expectDrive(*openRecording(write("a.mcap", drive(Wire::ros1), ros1)));
+}
+
+TEST_F(Bags, Ros1BagsGiveWhatWasWrittenForEveryCompression) {
+  for (const char* compression : {"", "bz2", "lz4"}) {
+    for (const bool is_closed : {true, false}) {
+      SCOPED_TRACE(std::string(compression) + (is_closed ? " closed" : ""));
+      LogShape shape;
+      shape.compression = compression;
+      shape.is_closed = is_closed;
+      expectDrive(*openRecording(write("a.bag", drive(Wire::ros1), shape)));
+    }
+  }
+}
+
+TEST_F(Bags, DatabasesAndFoldersOfRosbag2GiveWhatWasWritten) {
+  const auto messages = drive(Wire::cdr_little);
+  expectDrive(*openRecording(write("a.db3", messages)));
+  EXPECT_FALSE(fs::exists(folder_ / "a.db3-wal"));
+  const std::string folder = folder_ / "drive";
+  test::writeText(folder + "/metadata.yaml", "rosbag2_bagfile_information: {}\n");
+  const auto middle = messages.begin() + 10;
+  for (const char* ending : {".db3", ".mcap"}) {
+    test::writeBag(folder + "/drive_0" + ending, {messages.begin(), middle});
+    test::writeBag(folder + "/drive_1" + ending, {middle, messages.end()});
+    EXPECT_EQ(recogniseInput(folder), InputKind::bag);
+    expectDrive(*openRecording(folder));
+    test::writeText(folder + "/drive_2" + ending, "");
+    ASSERT_EQ(openRecording(folder)->notes().size(), 1u);
+    EXPECT_EQ(openRecording(folder)->notes()[0].rfind("is read without ", 0), 0u);
+    fs::remove(folder + "/drive_2" + ending);
+    fs::remove(folder + "/drive_0" + ending);
+    fs::remove(folder + "/drive_1" + ending);
+  }
+}
+
+TEST_F(Bags, MessagesMayBeCompressedOneByOne) {
+  auto messages = drive(Wire::cdr_little);
+  for (BagMessage& message : messages) message.bytes = test::packed("zstd", message.bytes);
+  expectDrive(*openRecording(write("a.db3", messages)));
+}
+
+TEST_F(Bags, WhatNeverChangesInTransformsMountsTheSensor) {
+  auto messages = drive(Wire::ros1);
+  messages.erase(messages.begin());
+  for (int i = 0; i < 4; ++i)
+    messages.push_back(
+        {"/tf", "tf2_msgs/TFMessage", ns(100 + i),
+         test::transformsMessage(
+             Wire::ros1, {{100.0 + i, "base", "mast", poseFromYaw({0, 0, 1}, 0)},
+                          {100.0 + i, "mast", "lidar", poseFromYaw({0, 0, -1}, 0) * kT_base_lidar},
+                          {100.0 + i, "odom", "base", bodyAt(100 + i)}})});
+  expectDrive(*openRecording(write("a.bag", messages)));
+}
+
+TEST_F(Bags, TopicsAreListedWithWhatIsTaken) {
+  auto messages = drive(Wire::cdr_little);
+  messages.push_back({"/few", "sensor_msgs/PointCloud2", ns(100),
+                      test::labelledCloudMessage(Wire::cdr_little, 100, "lidar", pointsOf(0))});
+  const std::string path = write("a.mcap", messages);
+  const auto topics = bagTopics(path);
+  ASSERT_EQ(topics.size(), 5u);
+  EXPECT_EQ(topics[0].name, "/few");
+  EXPECT_EQ(topics[1].name, "/imu");
+  EXPECT_EQ(topics[1].messages, 8u);
+  EXPECT_NEAR(topics[1].duration_s, 0.7, 1e-6);
+  EXPECT_EQ(topics[1].taken_as, "");
+  EXPECT_EQ(topics[2].taken_as, "poses");
+  EXPECT_EQ(topics[3].taken_as, "clouds");
+  EXPECT_EQ(topics[3].type, "sensor_msgs/PointCloud2");
+  InputOptions options;
+  options.topic = "few";
+  EXPECT_EQ(openRecording(path, options)->size(), 1u);
+  options.topic = "/pionts";
+  EXPECT_NE(test::messageOf<UsageError>([&] { openRecording(path, options); }).find("is /points"),
+            std::string::npos);
+  options.topic = "/odom";
+  EXPECT_NE(test::messageOf<UsageError>([&] {
+              openRecording(path, options);
+            }).find("no topic with clouds or depth images"),
+            std::string::npos);
+  options = {};
+  options.odometry = "/points";
+  EXPECT_NE(test::messageOf<UsageError>([&] {
+              openRecording(path, options);
+            }).find("poses or transforms"),
+            std::string::npos);
+}
+
+std::vector<BagMessage> without(const std::string& topic, std::vector<BagMessage> messages) {
+  messages.erase(std::remove_if(messages.begin(), messages.end(),
+                                [&](const BagMessage& m) { return m.topic == topic; }),
+                 messages.end());
+  return messages;
+}
+
+TEST_F(Bags, TransformsAndPosesServeWhereThereIsNoOdometry) {
+  for (const Wire wire : {Wire::ros1, Wire::cdr_little, Wire::cdr_big}) {
+    const std::string name = wire == Wire::ros1 ? "a.bag" : "a.mcap";
+    auto transforms = without("/odom", drive(wire)), poses = without("/tf_static", transforms);
+    for (int i = 0; i <= kClouds; ++i) {
+      const double stamp_s = 100 + 0.1 * i;
+      transforms.push_back(
+          {"/tf", "tf2_msgs/TFMessage", ns(stamp_s),
+           test::transformsMessage(wire, {{stamp_s, "base", "wheel", bodyAt(-stamp_s)},
+                                          {stamp_s, "map", "odom", bodyAt(7 * stamp_s)},
+                                          {stamp_s, "odom", "base", bodyAt(stamp_s)}})});
+      test::MessageWriter pose(wire);
+      pose.header(stamp_s, "odom").pose(bodyAt(stamp_s) * kT_base_lidar);
+      poses.push_back({"/pose", "geometry_msgs/PoseStamped", ns(stamp_s), pose.bytes()});
+    }
+    expectDrive(*openRecording(write(name, transforms)));
+    const auto source = openRecording(write(name, poses));
+    ASSERT_EQ(source->size(), static_cast<std::size_t>(kClouds));
+    EXPECT_LT(
+        (source->pose(3).translation() - (bodyAt(stampOf(3)) * kT_base_lidar).translation()).norm(),
+        1e-3);
+    ASSERT_EQ(source->notes().size(), 1u);
+    EXPECT_NE(source->notes()[0].find("no static transform from 'lidar'"), std::string::npos);
+  }
+}
+
+TEST_F(Bags, FramesWithoutPosesAreLeftOutAndSaid) {
+  auto messages = drive(Wire::cdr_little);
+  for (const double stamp_s : {99.5, 101.0})
+    messages.push_back({"/points", "sensor_msgs/PointCloud2", ns(stamp_s),
+                        test::labelledCloudMessage(Wire::cdr_little, stamp_s, "lidar", {})});
+  const auto source = openRecording(write("a.mcap", messages));
+  EXPECT_EQ(source->size(), static_cast<std::size_t>(kClouds));
+  EXPECT_EQ(source->number(0), 1);
+  ASSERT_EQ(source->notes().size(), 1u);
+  EXPECT_EQ(source->notes()[0].rfind("2 of 9 messages of /points are left out", 0), 0u);
+  const auto alone = without("/odom", drive(Wire::cdr_little));
+  const std::string path = write("b.mcap", alone);
+  EXPECT_NE(test::messageOf<Error>([&] { openRecording(path); }).find("--frames 0:1"),
+            std::string::npos);
+  InputOptions one;
+  one.frames = parseFrameRange("2:3");
+  const auto frame = openRecording(path, one);
+  ASSERT_EQ(frame->size(), 1u);
+  EXPECT_NEAR(frame->stamp(0), stampOf(2), 1e-6);
+  EXPECT_TRUE(frame->pose(0).isApprox(Eigen::Isometry3d::Identity()));
+}
+
+TEST_F(Bags, StampsOfZeroAreThoseOfTheRecorder) {
+  std::vector<BagMessage> messages;
+  for (int i = 0; i < 4; ++i) {
+    const std::int64_t log_ns = ns(100 + i);
+    messages.push_back({"/o", "nav_msgs/Odometry", log_ns,
+                        test::odometryMessage(Wire::ros1, 0, "odom", "lidar", bodyAt(100 + i))});
+    messages.push_back({"/p", "sensor_msgs/PointCloud2", log_ns,
+                        test::labelledCloudMessage(Wire::ros1, 0, "lidar", pointsOf(i))});
+  }
+  const auto source = openRecording(write("a.bag", messages));
+  ASSERT_EQ(source->size(), 4u);
+  EXPECT_NEAR(source->stamp(2), 102, 1e-6);
+  ASSERT_EQ(source->notes().size(), 1u);
+  EXPECT_EQ(source->notes()[0].rfind("8 messages have no stamp", 0), 0u);
+}
+
+TEST_F(Bags, CloudsInTheFrameOfTheOdometryAreTakenBackToTheSensor) {
+  std::vector<BagMessage> messages;
+  for (int i = 0; i < 3; ++i) {
+    const Eigen::Isometry3d T = bodyAt(100 + i);
+    std::vector<Eigen::Vector4f> points;
+    for (const Eigen::Vector4f& p : pointsOf(i)) {
+      points.push_back(p);
+      points.back().head<3>() = (T * p.head<3>().cast<double>()).cast<float>();
+    }
+    messages.push_back({"/o", "nav_msgs/Odometry", ns(100 + i),
+                        test::odometryMessage(Wire::ros1, 100 + i, "camera_init", "body", T)});
+    messages.push_back({"/cloud_registered", "sensor_msgs/PointCloud2", ns(100 + i),
+                        test::labelledCloudMessage(Wire::ros1, 100 + i, "camera_init", points)});
+  }
+  const auto source = openRecording(write("a.bag", messages));
+  ASSERT_EQ(source->size(), 3u);
+  const Frame frame = source->read(2);
+  EXPECT_TRUE(frame.T_odom_sensor.isApprox(bodyAt(102), 1e-9));
+  EXPECT_LT((frame.cloud.position(9) - pointsOf(2)[9].head<3>().cast<double>()).norm(), 1e-5);
+}
+
+TEST_F(Bags, LivoxCloudsAreRead) {
+  const std::vector<Eigen::Vector3f> points = {{1, 2, 3}, {4, 5, 6}, {-7, 8.5F, 9}};
+  for (const Wire wire : {Wire::ros1, Wire::cdr_little, Wire::cdr_big}) {
+    const std::string type =
+        wire == Wire::ros1 ? "livox_ros_driver/CustomMsg" : "livox_ros_driver2/CustomMsg";
+    const auto source =
+        openRecording(write(wire == Wire::ros1 ? "a.bag" : "a.db3",
+                            {{"/livox", type, ns(1), test::livoxMessage(wire, 1, "l", points)}}));
+    EXPECT_TRUE(source->labels().empty());
+    const LabelledCloud cloud = source->read(0).cloud;
+    ASSERT_EQ(cloud.size(), 3u);
+    for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(cloud.points[i].getVector3fMap(), points[i]);
+  }
+}
+
+TEST_F(Bags, CloudsMayBeOrganisedPaddedDoubleOrBigEndian) {
+  test::CloudLayout layout{{{"x", 4, 8}, {"y", 12, 8}, {"z", 20, 8}, {"ring", 1, 4}}, 32};
+  layout.width = 2;
+  layout.height = 3;
+  layout.line_bytes = 80;
+  layout.big_endian = true;
+  std::string data(240, '\7');
+  for (std::size_t i = 0; i < 6; ++i) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      std::string bytes = raw(static_cast<double>(10 * i + axis));
+      std::reverse(bytes.begin(), bytes.end());
+      data.replace(80 * (i / 2) + 32 * (i % 2) + 4 + 8 * axis, 8, bytes);
+    }
+  }
+  const auto messageWith = [&](const test::CloudLayout& as) {
+    return std::vector<BagMessage>{{"/p", "sensor_msgs/PointCloud2", ns(1),
+                                    test::cloudMessage(Wire::cdr_little, 1, "l", as, data)}};
+  };
+  const LabelledCloud cloud = openRecording(write("a.mcap", messageWith(layout)))->read(0).cloud;
+  ASSERT_EQ(cloud.size(), 6u);
+  for (std::size_t i = 0; i < 6; ++i)
+    EXPECT_EQ(cloud.position(i), Eigen::Vector3d(10.0 * i, 10.0 * i + 1, 10.0 * i + 2));
+  const auto refusal = [&](test::CloudLayout lying, auto change) {
+    change(lying);
+    const std::string path = write("b.mcap", messageWith(lying));
+    return test::messageOf<Error>([&] { openRecording(path)->read(0); });
+  };
+  using Layout = test::CloudLayout;
+  const std::pair<std::string, const char*> cases[] = {
+      {refusal(layout, [](Layout& as) { as.width = 4000000000; }), "points of 32 bytes in 240"},
+      {refusal(layout, [](Layout& as) { as.height = as.width = 4294967295; }), "in 240 bytes"},
+      {refusal(layout, [](Layout& as) { as.line_bytes = 4000000000; }), "in 240 bytes"},
+      {refusal(layout, [](Layout& as) { as.point_bytes = 27; }), "their fields take 28"},
+      {refusal(layout, [](Layout& as) { as.fields[2].offset = 4294967295; }), "fields take"},
+      {refusal(layout, [](Layout& as) { as.fields[2].name = "q"; }), "has no field z"},
+      {refusal(layout, [](Layout& as) { as.fields[2].type = 9; }), "has no field z"}};
+  for (const auto& [message, expected] : cases) {
+    EXPECT_NE(message.find(expected), std::string::npos) << expected << ": " << message;
+    EXPECT_NE(message.find("b.mcap: "), std::string::npos) << message;
+    EXPECT_NE(message.find("in the message of /p"), std::string::npos) << message;
+  }
+}
+
+TEST_F(Bags, DepthImagesAreReadWithTheirCameraInfo) {
+  for (const Wire wire : {Wire::ros1, Wire::cdr_little, Wire::cdr_big}) {
+    const std::string name = wire == Wire::ros1 ? "a.bag" : "a.mcap";
+    std::vector<BagMessage> messages = {{"/rgb/camera_info", "sensor_msgs/CameraInfo", 0,
+                                         test::cameraInfoMessage(wire, "c", 9, 9, 9)},
+                                        {"/depth/camera_info", "sensor_msgs/CameraInfo", 0,
+                                         test::cameraInfoMessage(wire, "c", 3, 2, 50)}};
+    const auto image = [&](double stamp_s, const std::string& encoding, std::uint32_t step,
+                           const std::string& data) {
+      test::MessageWriter writer(wire);
+      writer.header(stamp_s, "c").number(std::uint32_t{2}).number(std::uint32_t{3});
+      writer.text(encoding).number(std::uint8_t{0}).number(step);
+      writer.number(static_cast<std::uint32_t>(data.size())).raw(data);
+      messages.push_back({"/depth/image", "sensor_msgs/Image", ns(stamp_s), writer.bytes()});
+      messages.push_back({"/o", "nav_msgs/Odometry", ns(stamp_s),
+                          test::odometryMessage(wire, stamp_s, "odom", "c", bodyAt(stamp_s))});
+    };
+    std::string millimetres, metres;
+    for (int i = 0; i < 6; ++i) {
+      millimetres += raw(static_cast<std::uint16_t>(1000 * i));
+      metres += raw(i == 5 ? std::numeric_limits<float>::quiet_NaN() : 1.5F * i);
+      if (i % 3 == 2) millimetres += "pp";
+    }
+    image(1, "16UC1", 8, millimetres);
+    image(2, "32FC1", 12, metres);
+    const auto source = openRecording(write(name, messages));
+    ASSERT_EQ(source->size(), 2u);
+    EXPECT_EQ(source->sensor(), Sensor::camera);
+    const Frame first = source->read(0), second = source->read(1);
+    EXPECT_EQ(first.camera.width, 3);
+    EXPECT_EQ(first.camera.fx, 50);
+    EXPECT_EQ(first.camera.cy, 1);
+    EXPECT_EQ(first.depth.pixels, (std::vector<float>{0, 1, 2, 3, 4, 5}));
+    EXPECT_EQ(second.depth.pixels, (std::vector<float>{0, 1.5F, 3, 4.5F, 6, 0}));
+    EXPECT_EQ(bagTopics(folder_ / name)[1].taken_as, "depth");
+    EXPECT_EQ(bagTopics(folder_ / name)[0].taken_as, "camera");
+  }
+}
+
+TEST_F(Bags, CompressedDepthIsRead) {
+  const auto wire = Wire::cdr_little;
+  for (const bool is_float : {false, true}) {
+    std::vector<BagMessage> messages = {{"/d/camera_info", "sensor_msgs/CameraInfo", 0,
+                                         test::cameraInfoMessage(wire, "c", 2, 1, 50)}};
+    test::MessageWriter writer(wire);
+    const std::string data =
+        raw(std::int32_t{0}) + raw(100.0F) + raw(-50.0F) + test::pngBytes(2, 1, 1, 16, {0, 150});
+    writer.header(1, "c").text(is_float ? "32FC1; compressedDepth png" : "16UC1; compressedDepth");
+    writer.number(static_cast<std::uint32_t>(data.size())).raw(data);
+    messages.push_back(
+        {"/d/image/compressedDepth", "sensor_msgs/CompressedImage", ns(1), writer.bytes()});
+    const Frame frame = openRecording(write("a.mcap", messages))->read(0);
+    EXPECT_EQ(frame.depth.pixels, (std::vector<float>{0, is_float ? 0.5F : 0.15F}));
+  }
+}
+
+// ---- what is wrong with files
+
+TEST_F(Bags, ATruncatedOneIsReadUpToTheBreak) {
+  for (const char* name : {"a.mcap", "a.bag", "a.db3"}) {
+    const Wire wire = std::string(name) == "a.bag" ? Wire::ros1 : Wire::cdr_little;
+    const std::string whole = test::readText(write(name, drive(wire)));
+    std::size_t read = 0;
+    for (std::size_t tenths = 1; tenths < 10; ++tenths) {
+      const std::string path = folder_ / name;
+      test::writeText(path, whole.substr(0, whole.size() * tenths / 10));
+      try {
+        const auto source = openRecording(path);
+        bool is_said = false;
+        for (const std::string& note : source->notes())
+          is_said |= note.find("breaks off") != std::string::npos;
+        EXPECT_TRUE(is_said) << name << tenths;
+        for (std::size_t i = 0; i < source->size(); ++i) source->read(i);
+        read = std::max(read, source->size());
+      } catch (const Error& problem) {
+        EXPECT_EQ(std::string(problem.what()).find('\n'), std::string::npos);
+      }
+    }
+    EXPECT_GT(read, 2u) << name;
+  }
+}
+
+TEST_F(Bags, LyingSizesAreRefusedInOneLine) {
+  const std::string path = folder_ / "a.mcap";
+  LogShape zstd;
+  zstd.compression = "zstd";
+  const std::string good = test::mcapBytes(drive(Wire::cdr_little), zstd);
+  const std::size_t chunk = good.find('\6', 8 + 9);
+  const auto messageWith = [&](std::size_t at, const std::string& bytes) {
+    std::string bad = good;
+    test::writeText(path, bad.replace(at, bytes.size(), bytes));
+    return test::messageOf<Error>([&] {
+      const auto source = openRecording(path);
+      for (std::size_t i = 0; i < source->size(); ++i) source->read(i);
+    });
+  };
+  const std::size_t unpacked_bytes = chunk + 9 + 16;
+  const std::pair<std::string, const char*> cases[] = {
+      {messageWith(unpacked_bytes, raw(std::uint64_t{1} << 40)), "expected 1073741824 at most"},
+      {messageWith(unpacked_bytes, raw(std::uint64_t{1} << 29)), "expected 536870912"},
+      {messageWith(unpacked_bytes, raw(std::uint64_t{100})), "bytes and more, expected 100"},
+      {messageWith(unpacked_bytes + 16, "zzzz"), "expected chunks of zstd"},
+      {messageWith(chunk + 1, raw(std::uint64_t{1} << 60)),
+       "a record of 1152921504606846976 bytes"},
+      {messageWith(0, "X"), "expected a log"}};
+  for (const auto& [message, expected] : cases) {
+    EXPECT_NE(message.find(expected), std::string::npos) << expected << ": " << message;
+    EXPECT_NE(message.find("a.mcap: "), std::string::npos) << message;
+    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+  }
+}
+
+TEST_F(Bags, AViewInPlaceOfATableIsRefused) {
+  const std::string path = write("a.db3", drive(Wire::cdr_little));
+  sqlite3* database = nullptr;
+  sqlite3_open(path.c_str(), &database);
+  sqlite3_exec(
+      database,
+      "DROP TABLE messages; CREATE VIEW messages AS WITH RECURSIVE c(x) AS (SELECT 1 UNION "
+      "ALL SELECT x FROM c) SELECT x AS id, 1 AS topic_id, 1 AS timestamp, 'a' AS data "
+      "FROM c",
+      nullptr, nullptr, nullptr);
+  sqlite3_close(database);
+  EXPECT_NE(
+      test::messageOf<Error>([&] { openRecording(path); }).find("none with the table messages"),
+      std::string::npos);
+}
+
+TEST_F(Bags, DamagedOnesEndInFramesOrAnError) {
+  for (const char* name : {"a.mcap", "b.mcap", "a.bag", "b.bag", "a.db3"}) {
+    LogShape shape;
+    if (name[0] == 'b') shape.compression = "lz4";
+    const bool is_ros1 = std::string(name).find(".bag") != std::string::npos;
+    const std::string good =
+        test::readText(write(name, drive(is_ros1 ? Wire::ros1 : Wire::cdr_little), shape));
+    for (std::uint64_t i = 0; i < 300; ++i) {
+      Random random(11, i);
+      std::string bytes = good;
+      for (std::uint32_t flips = 1 + random.below(6); flips > 0; --flips)
+        bytes[random.below(static_cast<std::uint32_t>(bytes.size()))] ^=
+            static_cast<char>(1 << random.below(8));
+      test::writeText(folder_ / name, bytes);
+      try {
+        bagTopics(folder_ / name);
+        const auto source = openRecording(folder_ / name);
+        for (std::size_t k = 0; k < source->size(); ++k) source->read(k);
+      } catch (const Error& problem) {
+        EXPECT_EQ(std::string(problem.what()).find('\n'), std::string::npos) << problem.what();
+        EXPECT_NE(std::string(problem.what()).find(name), std::string::npos) << problem.what();
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace xview::io
