@@ -9,6 +9,7 @@
 #include "inputs.h"
 #include "outputs.h"
 #include "tool.h"
+#include "xview/alikeness.h"
 #include "xview/io/bag_files.h"
 #include "xview/io/cloud_files.h"
 #include "xview/map/semantic_map.h"
@@ -161,6 +162,13 @@ void printMap(Sheet& sheet, const std::string& path) {
              {"points", map.cloud.size()},
              {"plan_samples", map.plan.sampleCount()}});
   sheet.row("sources", fmt::format("{}", fmt::join(map.sources, ", ")), map.sources);
+  Json own = Json::array();
+  for (const OwnAcceptance& a : ownAcceptance(map))
+    own.push_back({{"length_m", a.window_m},
+                   {"windows", a.stretches},
+                   {"accepted", a.accepted},
+                   {"risks", OwnAcceptance::kRisks}});
+  if (!own.empty()) sheet.row("own windows", ownAcceptanceText(map), own);
   printGraph(sheet, map.graph, map.labels);
 }
 

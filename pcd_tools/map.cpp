@@ -67,6 +67,8 @@ class MapCommand final : public Command {
     job.narrate.stage("save", watch.lap_ms(), out);
     fmt::print("{}: {} vertices, {} edges, {} key frames, {} points\n", out, map->graph.size(),
                map->graph.edgeCount(), map->poses.size(), map->cloud.size());
+    if (const std::string own = ownAcceptanceText(*map); !own.empty())
+      fmt::print("own windows of {}\n", own);
     return kDone;
   }
 

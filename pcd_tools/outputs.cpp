@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "xview/alikeness.h"
 #include "xview/io/cloud_files.h"
 #include "xview/types/atomic_file.h"
 #include "xview/types/error.h"
@@ -54,6 +55,17 @@ void requireOutside(const std::string& name, const std::string& output,
                       "outside of it",
                       name, name.empty() ? "" : " ", output, input));
   }
+}
+
+std::string ownAcceptanceText(const map::SemanticMap& map) {
+  std::string lengths;
+  for (const OwnAcceptance& own : ownAcceptance(map)) {
+    const auto percent = [&](std::size_t i) { return 100 * own.accepted[i] / own.stretches; };
+    lengths += fmt::format("{}{:.3g} m: {} / {} / {} %", lengths.empty() ? "" : ", ", own.window_m,
+                           percent(0), percent(1), percent(2));
+  }
+  return lengths.empty() ? ""
+                         : lengths + " accepted at risks of 0.01 / 0.001 / 0.0001 by place alone";
 }
 
 void removeStale(const std::string& path, const Narrative& narrate) {

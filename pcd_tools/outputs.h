@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "narrative.h"
+#include "xview/map/semantic_map.h"
 #include "xview/types/atomic_file.h"
 #include "xview/types/labelled_cloud.h"
 #include "xview/view/scene.h"
@@ -33,6 +34,10 @@ bool liesIn(const std::string& path, const std::string& folder);
 /// folder: it would be written over a file of the input, or be taken for one.
 void requireOutside(const std::string& name, const std::string& output,
                     const std::vector<std::string>& inputs);
+
+/// How many of a map's own stretches would be accepted, over their length and the risk, as a line;
+/// empty if the map was not asked.
+std::string ownAcceptanceText(const map::SemanticMap& map);
 
 /// Removes what an earlier run left at the path, because this run has nothing to write there, and
 /// says so.

@@ -20,8 +20,9 @@ struct SelfQuery {
   double self = 0;        ///< at its own place, but not more than a usual second visit scores
   double wrong = 0, next_wrong = 0;
   std::optional<Eigen::Vector3d> rival;  ///< where the best wrong place puts it; map frame
-  WrongPlace at_rival;                   ///< what it shows there; asked by wrongPlacesOf()
-  bool sure = false;                     ///< such a query would be accepted
+  WrongPlace at_rival;                   ///< what it shows there; asked by askItself()
+  double confidence = 0;                 ///< of such a query
+  bool sure = false;                     ///< it would be accepted
 };
 
 struct Alikeness {
@@ -45,10 +46,23 @@ struct Alikeness {
 Alikeness measureAlikeness(const map::SemanticMap& map, const Options& options,
                            std::size_t most_places);
 
-/// The null hypothesis of the verdict, measured in the map at hand: a few of its stretches, each
-/// asked at the best place that is not its own. Bounded like measureAlikeness(); none for a bare
-/// graph or a map without a way.
-std::vector<WrongPlace> wrongPlacesOf(const map::SemanticMap& map, const Options& options);
+/// Sets the null hypothesis of the verdict, measured in the map at hand: a few of its stretches,
+/// each asked at the best place that is not its own, and how sure each is of its own place. Bounded
+/// like measureAlikeness(); none for a bare graph or a map without a way.
+void askItself(map::SemanticMap& map, const Options& options);
+
+/// How many of a map's own stretches of one length would be accepted by their place alone, at risks
+/// of 1e-2, 1e-3 and 1e-4.
+struct OwnAcceptance {
+  static constexpr std::array<double, 3> kRisks{1e-2, 1e-3, 1e-4};
+
+  double window_m = 0;
+  std::size_t stretches = 0;
+  std::array<std::size_t, 3> accepted{};
+};
+
+/// One per length, ascending; none if the map was not asked.
+std::vector<OwnAcceptance> ownAcceptance(const map::SemanticMap& map);
 
 /// What wrong places of a map score for queries of one length: quantiles over its self queries.
 struct WrongScores {

@@ -192,6 +192,14 @@ std::string textOf(const std::vector<WrongPlace>& wrong_places) {
   return all;
 }
 
+/// Two numbers each, way and confidence, with blanks between them.
+std::string textOf(const std::vector<OwnStretch>& stretches) {
+  std::string all;
+  for (const OwnStretch& s : stretches)
+    all += numberText(s.window_m) + ' ' + numberText(s.confidence) + ' ';
+  return all;
+}
+
 /// `stored_points`: of the cloud, which is thinned on its way into the file.
 Meta metaOf(const SemanticMap& map, std::size_t stored_points) {
   Meta meta{{"graph_space", toString(map.graph.space)},
@@ -199,6 +207,7 @@ Meta metaOf(const SemanticMap& map, std::size_t stored_points) {
             {"label_set", map.labels.name()},
             {"options", map.options_yaml},
             {"wrong_places", textOf(map.wrong_places)},
+            {"own_stretches", textOf(map.own_stretches)},
             {"size", sizeText(map.size)},
             {"vertices", std::to_string(map.graph.size())},
             {"edges", std::to_string(map.graph.edgeCount())},
@@ -264,6 +273,22 @@ std::vector<WrongPlace> wrongPlacesIn(const Meta& meta) {
   return all;
 }
 
+/// None in files of older programs.
+std::vector<OwnStretch> ownStretchesIn(const Meta& meta) {
+  std::vector<OwnStretch> all;
+  const auto found = meta.find("own_stretches");
+  if (found == meta.end()) return all;
+  std::istringstream words(found->second);
+  for (std::string window, confidence; words >> window;) {
+    words >> confidence;
+    const auto window_m = numberFrom<double>(window), p = numberFrom<double>(confidence);
+    if (!window_m || !(*window_m > 0) || !p || !(*p >= 0 && *p <= 1))
+      throw Damage("meta: own_stretches has no length and confidence: " + window);
+    all.push_back({*window_m, *p});
+  }
+  return all;
+}
+
 Meta readMeta(ContentReader& in) {
   Meta meta;
   in.table<NamedRow<std::string>>(
@@ -288,6 +313,7 @@ void setNumbers(const Meta& meta, SemanticMap& map) {
   map.program_version = textIn(meta, "program_version");
   map.options_yaml = textIn(meta, "options");
   map.wrong_places = wrongPlacesIn(meta);
+  map.own_stretches = ownStretchesIn(meta);
 }
 
 // ---- maps as a whole

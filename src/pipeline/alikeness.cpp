@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "pipeline/gravity.h"
 #include "pipeline/query_in_map.h"
@@ -309,7 +310,9 @@ class SelfSearch {
     e.travel_m = hasWay() ? window_m : 0;
     e.expected = truth.expected;
     e.known_share = truth.known_share;
-    result.sure = verify::judge(e, options_.verdict).status == Status::accepted;
+    const verify::Verdict verdict = verify::judge(e, options_.verdict);
+    result.confidence = verdict.confidence;
+    result.sure = verdict.status == Status::accepted;
     return result;
   }
 
@@ -364,16 +367,17 @@ std::vector<std::optional<SelfQuery>> askAll(const SelfSearch& search,
 
 }  // namespace
 
-std::vector<WrongPlace> wrongPlacesOf(const map::SemanticMap& given, const Options& in_metres) {
-  if (given.poses.size() < 2 || given.plan.known.empty()) return {};
+void askItself(map::SemanticMap& given, const Options& in_metres) {
+  given.wrong_places.clear();
+  given.own_stretches.clear();
+  if (given.poses.size() < 2 || given.plan.known.empty()) return;
   const UprightTown town(given, in_metres);
   const SelfSearch search(town.map, town.options, true);
-  std::vector<WrongPlace> found;
   for (const auto& q : askAll(search, search.choosePlaces(kRememberedPlaces), kRememberedLengths_m,
                               town.options.threads)) {
-    if (q && q->rival) found.push_back(q->at_rival);
+    if (q) given.own_stretches.push_back({q->window_m * given.size, q->confidence});
+    if (q && q->rival) given.wrong_places.push_back(q->at_rival);
   }
-  return found;
 }
 
 Alikeness measureAlikeness(const map::SemanticMap& given, const Options& in_metres,
@@ -407,6 +411,20 @@ Alikeness measureAlikeness(const map::SemanticMap& given, const Options& in_metr
     result.queries.insert(result.queries.end(), here.begin(), here.end());
   }
   for (const double length_m : kLengths_m) result.lengths_m.push_back(size * length_m);
+  return result;
+}
+
+std::vector<OwnAcceptance> ownAcceptance(const map::SemanticMap& map) {
+  std::map<double, OwnAcceptance> by_length;
+  for (const map::OwnStretch& stretch : map.own_stretches) {
+    OwnAcceptance& all = by_length[stretch.window_m];
+    all.window_m = stretch.window_m;
+    ++all.stretches;
+    for (std::size_t i = 0; i < all.accepted.size(); ++i)
+      all.accepted[i] += stretch.confidence >= 1 - OwnAcceptance::kRisks[i];
+  }
+  std::vector<OwnAcceptance> result;
+  for (const auto& [length, acceptance] : by_length) result.push_back(acceptance);
   return result;
 }
 

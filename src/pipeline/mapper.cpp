@@ -149,7 +149,7 @@ map::SemanticMap buildMap(const std::vector<const FrameSource*>& sources, const 
   }
   static_cast<Place&>(map) = place.finish();
   map.options_yaml = recordOf(options);
-  map.wrong_places = wrongPlacesOf(map, options);
+  askItself(map, options);
   return map;
 }
 
@@ -196,7 +196,7 @@ void appendToMap(map::SemanticMap& map, const map::SemanticMap& given, const Opt
                     first_source + addition->source_of_pose[i]);
   map.sources.insert(map.sources.end(), addition->sources.begin(), addition->sources.end());
   if (map.size != kTown) scaleLengths(map.size, map);
-  map.wrong_places = wrongPlacesOf(map, in_metres);
+  askItself(map, in_metres);
 }
 
 std::optional<FrameEvidence> evidenceOfOneFrame(const map::SemanticMap& map,

@@ -59,6 +59,11 @@ TEST(MapStore, KeepsGraphLabelsKeyframesAndTextsExactly) {
     EXPECT_EQ(loaded.wrong_places[i].excess, map.wrong_places[i].excess);
     EXPECT_EQ(loaded.wrong_places[i].missing, map.wrong_places[i].missing);
   }
+  ASSERT_EQ(loaded.own_stretches.size(), map.own_stretches.size());
+  for (std::size_t i = 0; i < map.own_stretches.size(); ++i) {
+    EXPECT_EQ(loaded.own_stretches[i].window_m, map.own_stretches[i].window_m);
+    EXPECT_EQ(loaded.own_stretches[i].confidence, map.own_stretches[i].confidence);
+  }
 }
 
 TEST(MapStore, KeepsThePlanViewToACentimetre) {

@@ -115,17 +115,35 @@ LabelledCloud columnsOf(const map::SemanticMap& map) {
 /// Half of the stretches lie in copies, where points lie on their like as at their own place.
 TEST(Alikeness, AtWrongPlacesOfCopiesPointsLieOnTheirLike) {
   map::SemanticMap map = copiedStreets();
-  for (const WrongPlace& place : wrongPlacesOf(map, {}))
+  askItself(map, {});
+  for (const WrongPlace& place : map.wrong_places)
     EXPECT_FALSE(place.excess) << "a map without points";
   map.labels = test::labelSetOf("walls", {{1, "wall", Role::surface, Kind::building}});
   map.cloud = columnsOf(map);
+  askItself(map, {});
   std::vector<double> excess;
-  for (const WrongPlace& place : wrongPlacesOf(map, {})) excess.push_back(place.excess.value());
+  for (const WrongPlace& place : map.wrong_places) excess.push_back(place.excess.value());
   ASSERT_GT(excess.size(), 20u);
   std::sort(excess.begin(), excess.end());
   const std::size_t quarter = excess.size() / 4;
   EXPECT_GT(excess[3 * quarter], excess[quarter] + 0.1);
-  EXPECT_TRUE(wrongPlacesOf({}, {}).empty());
+  map::SemanticMap empty;
+  empty.own_stretches = {{30, 1}};
+  askItself(empty, {});
+  EXPECT_TRUE(empty.own_stretches.empty());
+}
+
+TEST(Alikeness, OwnStretchesAreAcceptedByLengthAndRisk) {
+  map::SemanticMap map;
+  map.own_stretches = {{30, 0.9995}, {15, 0.5}, {30, 0.99}, {15, 0.99995}, {30, 0.98}};
+  const std::vector<OwnAcceptance> own = ownAcceptance(map);
+  ASSERT_EQ(own.size(), 2u);
+  EXPECT_EQ(own[0].window_m, 15);
+  EXPECT_EQ(own[0].stretches, 2u);
+  EXPECT_EQ(own[0].accepted, (std::array<std::size_t, 3>{1, 1, 1}));
+  EXPECT_EQ(own[1].stretches, 3u);
+  EXPECT_EQ(own[1].accepted, (std::array<std::size_t, 3>{2, 1, 0}));
+  EXPECT_TRUE(ownAcceptance({}).empty());
 }
 
 TEST(Alikeness, IsInMetresOfThePlace) {

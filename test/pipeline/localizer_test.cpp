@@ -93,6 +93,8 @@ TEST(Localizer, InAMapWhoseWrongPlacesFitTheSamePoseIsLessSure) {
   const auto& drive = simulatedDrive();
   map::SemanticMap map = drive.map;
   EXPECT_FALSE(map.wrong_places.empty());
+  EXPECT_GE(map.own_stretches.size(), map.wrong_places.size());
+  for (const map::OwnStretch& own : map.own_stretches) EXPECT_GT(own.window_m, 0);
   const Query query = drive.query("rear", 10, 40);
   const Localization usual = Localizer(map, {}).localize(query);
   map.wrong_places.assign(60, {0.5, 0.1});

@@ -14,13 +14,20 @@ namespace xview::map {
 
 constexpr int kMapSchemaVersion = 2;  ///< of the files that are written and read
 
+/// A stretch of a map that was looked for in it, with the noise of a usual query.
+struct OwnStretch {
+  double window_m = 0;    ///< way along it [m]
+  double confidence = 0;  ///< of such a query by its place alone, before points are registered
+};
+
 /// A place that is kept in a file, to localize in. Its poses, frames and stamps are key frames.
 struct SemanticMap : Place {
   std::vector<std::uint32_t> source_of_pose;  ///< per key frame, a position in `sources`
   std::vector<std::string> sources;           ///< inputs it was built from, in order
   std::string program_version;                ///< that wrote the file it comes from
   std::string options_yaml;                   ///< effective options of the last build
-  std::vector<WrongPlace> wrong_places;       ///< of some of its own stretches; see wrongPlacesOf
+  std::vector<WrongPlace> wrong_places;       ///< of some of its own stretches; see askItself
+  std::vector<OwnStretch> own_stretches;      ///< these stretches at their own places
 
   void addKeyframe(const Eigen::Isometry3d& T_map_sensor, std::int64_t frame, double stamp_s,
                    std::uint32_t source) {
