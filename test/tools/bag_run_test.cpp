@@ -32,7 +32,7 @@ std::vector<BagMessage> messagesOf(const FrameSource& drive, Wire wire) {
 }
 
 TEST_F(TinyTown, ADriveInABagIsFoundWhereItsFolderIs) {
-  const std::string classes = town("lidar_reverse") + "/classes.yaml", scans = file("scans.xvm");
+  const std::string classes = town("lidar_reverse") + "/classes.yaml", scans = file("of_scans.xvm");
   succeed({"map", "-q", town("lidar"), scans});
   const auto localize = [&](const std::string& query) {
     const Json answer =
