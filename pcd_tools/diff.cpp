@@ -5,19 +5,16 @@
 
 #include "answer_table.h"
 #include "outputs.h"
+#include "placed_visit.h"
 #include "scenes.h"
 #include "xview/changes.h"
 #include "xview/io/graph_files.h"
 #include "xview/io/label_files.h"
-#include "xview/pose/trajectory.h"
 #include "xview/raw_recording.h"
-#include "xview/sequence.h"
 #include "xview/types/atomic_file.h"
 #include "xview/types/error.h"
 #include "xview/types/frame.h"
 #include "xview/types/localization.h"
-#include "xview/types/median.h"
-#include "xview/types/pose.h"
 #include "xview/types/user_text.h"
 
 namespace xview::tools {
@@ -123,34 +120,6 @@ void writeChangeGraph(const std::string& path, const Changes& changes, const Lab
   io::writeGraph(path, graph, set);
 }
 
-/// Windows of so much way, from one start to the next half of it; the last one ends where the
-/// recording does.
-std::vector<Window> windowsOf(const std::vector<Eigen::Isometry3d>& poses, double length_m) {
-  const std::vector<double> way = wayAlong(poses);
-  std::vector<Window> windows;
-  std::size_t first = 0;
-  for (std::size_t last = 0; last < poses.size(); ++last) {
-    const bool is_end = last + 1 == poses.size();
-    if (way[last] - way[first] < length_m && !is_end) continue;
-    if (is_end && !windows.empty()) {
-      while (first > 0 && way[last] - way[first] < length_m) --first;
-    }
-    windows.push_back({first, last + 1});
-    const double next_m = way[first] + length_m / 2;
-    while (first < last && way[first] < next_m) ++first;
-  }
-  return windows;
-}
-
-/// The later visit in the frame of the earlier one.
-struct Found {
-  Place place;
-  Eigen::Isometry3d T_earlier_later = Eigen::Isometry3d::Identity();
-  std::vector<Eigen::Isometry3d> poses;  ///< T_earlier_sensor
-  double sigma_m = 0;
-  std::string how;  ///< one line about how it was brought there
-};
-
 class DiffCommand final : public Command {
  public:
   Description describe() const override {
@@ -179,14 +148,13 @@ class DiffCommand final : public Command {
     map::SemanticMap earlier = readMap(given.operands[0], input_, given);
     const Job job = inMap(given, earlier);
     Stopwatch watch;
-    const std::optional<Found> later = find(job.operands[1], earlier, job);
+    const std::optional<PlacedVisit> later = find(job.operands[1], earlier, job);
     if (!later) {
       removeStale(out_, job.narrate);
       return kNoPose;
     }
     job.narrate.stage("localize", watch.lap_ms(), later->how);
-    const Changes changes =
-        findChanges(earlier, later->place, later->T_earlier_later, later->sigma_m);
+    const Changes changes = findChanges(earlier, later->place, later->T_map_visit, later->sigma_m);
     if (!changes.has_looked) requireLooks(earlier, job);
     job.narrate.stage("diff", watch.lap_ms(), fmt::format("{} changes", changes.changes.size()));
     write(changes, earlier, *later, job);
@@ -197,77 +165,17 @@ class DiffCommand final : public Command {
 
  private:
   /// Nothing if it is not accepted, which is said.
-  std::optional<Found> find(const std::string& path, map::SemanticMap& earlier,
-                            const Job& job) const {
+  std::optional<PlacedVisit> find(const std::string& path, map::SemanticMap& earlier,
+                                  const Job& job) const {
     QueryInput input = openQuery(path, input_, job, earlier.labels);
     if (input.labels.name() == kShapes && earlier.labels.name() != kShapes)
       reduceToShapes(io::shippedLabelSet(kShapes), earlier);
     const Localizer localizer(map::borrowed(earlier), job.options);
-    return input.source ? findRecording(input, localizer, job) : findWhole(input, localizer);
-  }
-
-  /// By windows of some 60 m of a town that overlap by half and speak together; the odometry is
-  /// bent through them, because it drifts.
-  static std::optional<Found> findRecording(const QueryInput& input, const Localizer& localizer,
-                                            const Job& job) {
-    std::optional<Sequence> sequence;
-    if (job.options.method != "walks") sequence.emplace(localizer, job.options);
-    std::vector<pose::TrajectoryFix> fixes;
-    std::vector<double> sigmas;
-    std::string refusal;                         // of the last window that was not accepted
-    std::size_t first = input.size(), last = 0;  // frames in accepted windows or between them
-    const std::vector<Window> windows = windowsOf(input.poses(), kWindow_m * localizer.size());
-    forEachWindow(input, windows, job, [&](const Query& query, const Window& window) {
-      const Localization fix = sequence ? sequence->add(query, window.first, window.last).fix
-                                        : localizer.localize(query);
-      job.narrate.detail(fmt::format("{}-{} {}: {}", input.source->number(window.first),
-                                     input.source->number(window.last - 1), toString(fix.status),
-                                     fix.reason));
-      if (!fix.accepted()) return void(refusal = fix.reason);
-      fixes.push_back({window.last - 1, fix.T_map_query, fix.T_map_sensor, fix.scale,
-                       fix.covariance, fix.confidence});
-      sigmas.push_back(verify::horizontalSigma(fix.covariance));
-      first = std::min(first, window.first);
-      last = std::max(last, window.last);
-    });
-    if (fixes.empty()) return sayRefused(input.path, refusal);
-    Found found;
-    found.sigma_m = medianOf(sigmas);
-    found.how = fmt::format("{}: {} of {} stretches accepted, ±{}", input.path, fixes.size(),
-                            windows.size(), lengthText(found.sigma_m));
-    if (const std::size_t left_out = input.size() - (last - first); left_out > 0)
-      job.narrate.note(fmt::format("{}: {} of its {} frames are left out, where it was not found",
-                                   input.path, left_out, input.size()));
-    const auto poses = pose::trajectoryThrough(input.poses(), fixes);
-    found.poses.assign(poses.begin() + static_cast<std::ptrdiff_t>(first),
-                       poses.begin() + static_cast<std::ptrdiff_t>(last));
-    const PosedRecording posed(*input.source, first, found.poses);
-    found.place = mapOfRecordings({&posed}, job);
+    std::string refusal;
+    std::optional<PlacedVisit> found = placeVisit(input, localizer, job, refusal);
+    if (!found)
+      fmt::print("{}\n", oneLine(path + ": not found in the map, nothing is compared: " + refusal));
     return found;
-  }
-
-  static std::optional<Found> findWhole(QueryInput& input, const Localizer& localizer) {
-    const Localization fix = localizer.localize(*input.whole);
-    if (!fix.accepted()) return sayRefused(input.path, fix.reason);
-    Found found;
-    found.place = std::move(*input.whole);
-    found.T_earlier_later = fix.T_map_query;
-    found.sigma_m = verify::horizontalSigma(fix.covariance);
-    for (const Eigen::Isometry3d& T : found.place.poses) found.poses.push_back(fix.T_map_query * T);
-    const Eigen::Isometry3d& last = found.place.poses.back();
-    const double off_m = (found.poses.back().translation() - last.translation()).norm();
-    const double off_deg = Eigen::AngleAxisd(fix.T_map_query.linear()).angle() * 180 / M_PI;
-    found.how = off_m < kOneFrame_m * found.place.size
-                    ? fmt::format("{} is in the frame of the map but for {} and {:.2f}°",
-                                  input.path, lengthText(off_m), off_deg)
-                    : fmt::format("{} is brought to the frame of the map: {:.1f} m, {:.1f}°",
-                                  input.path, off_m, off_deg);
-    return found;
-  }
-
-  static std::optional<Found> sayRefused(const std::string& path, const std::string& reason) {
-    fmt::print("{}\n", oneLine(path + ": not found in the map, nothing is compared: " + reason));
-    return std::nullopt;
   }
 
   /// One of the visits is to blame.
@@ -278,7 +186,7 @@ class DiffCommand final : public Command {
                 "a recording, or a map that was made of one");
   }
 
-  void write(const Changes& changes, const map::SemanticMap& earlier, const Found& later,
+  void write(const Changes& changes, const map::SemanticMap& earlier, const PlacedVisit& later,
              const Job& job) const {
     const std::string ending = endingOf(out_);
     if (out_.empty()) return;
@@ -287,8 +195,8 @@ class DiffCommand final : public Command {
     writeDrawing(out_, sceneOf(changes, earlier, later, job));
   }
 
-  static Scene sceneOf(const Changes& changes, const map::SemanticMap& earlier, const Found& later,
-                       const Job& job) {
+  static Scene sceneOf(const Changes& changes, const map::SemanticMap& earlier,
+                       const PlacedVisit& later, const Job& job) {
     Scene scene = tools::sceneOf(earlier);
     scene.title = headlineOf(changes);
     scene.caption = fmt::format("{} and, later, {}: {} things seen by both", job.operands[0],
@@ -330,7 +238,6 @@ class DiffCommand final : public Command {
     if (said == kMost && out_.empty()) narrate.line("-o changes.csv lists all of them");
   }
 
-  static constexpr double kOneFrame_m = 1, kWindow_m = 60;  ///< of a town
   InputFlags input_;
   std::string out_;
 };

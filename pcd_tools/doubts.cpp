@@ -10,7 +10,9 @@
 #include <tuple>
 #include <utility>
 
+#include "tool.h"
 #include "xview/mapper.h"
+#include "xview/types/error.h"
 #include "xview/types/pose.h"
 #include "xview/types/semantic_place.h"
 
@@ -82,6 +84,19 @@ std::string percentText(double share) {
   return fmt::format("{:.0f} %", 100 * std::clamp(share, 0.0, 1.0));
 }
 
+std::string nameOf(const map::SemanticMap& addition) {
+  return addition.sources.empty() ? "the addition" : addition.sources.front();
+}
+
+void sayApart(const map::SemanticMap& map, const std::string& map_name,
+              const map::SemanticMap& addition, const Narrative& narrate) {
+  constexpr double kApart_m = 100;  // parts of one map touch, or nearly so
+  const double apart_m = gapBetween(map.graph, addition.graph);
+  if (apart_m > kApart_m)
+    narrate.note(fmt::format("{} is {:.0f} m away from {}; are they in one frame?",
+                             nameOf(addition), apart_m, map_name));
+}
+
 std::string whyInAnotherFrame(const FrameEvidence& evidence) {
   constexpr double kFits = 0.4;
   const std::string seen = evidence.area_m2 > 0
@@ -125,28 +140,37 @@ void sayOwnDrive(const map::SemanticMap& map, const std::string& query, const Po
                  "nothing about other visits");
 }
 
-void sayDoubts(const map::SemanticMap& map, const std::string& map_name,
-               const map::SemanticMap& addition, const Options& options, const Narrative& narrate) {
-  constexpr double kApart_m = 100;  // parts of one map touch, or nearly so
-  const std::string name = addition.sources.empty() ? "the addition" : addition.sources.front();
+std::optional<std::string> objectionTo(const map::SemanticMap& addition,
+                                       const map::SemanticMap& map, const std::string& map_name,
+                                       const Options& options) {
   if (isInAlready(map, addition)) {
-    return narrate.note(fmt::format(
-        "{} is in {} already; adding it once more counts the same things twice and shows nothing "
-        "new",
-        name, map_name));
+    return fmt::format(
+        "is in {} already; adding it once more counts the same things twice and shows nothing new",
+        map_name);
   }
-  const double apart_m = gapBetween(map.graph, addition.graph);
-  if (apart_m > kApart_m)
-    narrate.note(fmt::format("{} is {:.0f} m away from {}; are they in one frame?", name, apart_m,
-                             map_name));
   const auto evidence = evidenceOfOneFrame(map, addition, options);
-  if (!evidence || !evidence->contradicts()) return;
+  if (!evidence || !evidence->contradicts()) return std::nullopt;
+  const std::string name = nameOf(addition);
   std::string advice =
       fmt::format("`xview localize {0} {1} --matrix T.txt` finds the transform", name, map_name);
   if (!addition.cloud.empty())
     advice += fmt::format(", `xview lift {} --transform T.txt -o moved.pcd` applies it", name);
-  narrate.note(fmt::format("{} does not fit {}: {}; are they in one frame? {}", name, map_name,
-                           whyInAnotherFrame(*evidence), advice));
+  return fmt::format("does not fit {}: {}; are they in one frame? {}", map_name,
+                     whyInAnotherFrame(*evidence), advice);
+}
+
+void sayDoubts(const map::SemanticMap& map, const std::string& map_name,
+               const map::SemanticMap& addition, const Options& options, const Narrative& narrate) {
+  sayApart(map, map_name, addition, narrate);
+  if (const auto objection = objectionTo(addition, map, map_name, options))
+    narrate.note(nameOf(addition) + " " + *objection);
+}
+
+void requireFits(const map::SemanticMap& map, const std::string& map_name,
+                 const map::SemanticMap& addition, const Job& job) {
+  sayApart(map, map_name, addition, job.narrate);
+  if (const auto objection = objectionTo(addition, map, map_name, job.options))
+    throw Error(nameOf(addition), *objection + "; --force adds it all the same");
 }
 
 void SketchedRecordings::add(const FrameSource& source, const FrameDigest& frame) {

@@ -3,10 +3,12 @@
 
 #include <Eigen/Geometry>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "narrative.h"
+#include "tool.h"
 #include "xview/map/semantic_map.h"
 #include "xview/options.h"
 #include "xview/place_builder.h"
@@ -21,8 +23,17 @@ bool areSamePoses(const std::vector<Eigen::Isometry3d>& poses,
 void sayOwnDrive(const map::SemanticMap& map, const std::string& query,
                  const std::vector<Eigen::Isometry3d>& T_odom_sensor, const Narrative& narrate);
 
-/// Notes if what is added to a map is in it already, or lies as if its frame were another one:
-/// far away, or so that what both have seen is not the same.
+/// Why something should not be added to a map: it is in it already, or what both have seen is not
+/// the same, as if its frame were another one. Nothing if it may.
+std::optional<std::string> objectionTo(const map::SemanticMap& addition,
+                                       const map::SemanticMap& map, const std::string& map_name,
+                                       const Options& options);
+
+/// Throws Error with the objection, if there is one.
+void requireFits(const map::SemanticMap& map, const std::string& map_name,
+                 const map::SemanticMap& addition, const Job& job);
+
+/// Notes the objection, and also if the addition lies far away from the map.
 void sayDoubts(const map::SemanticMap& map, const std::string& map_name,
                const map::SemanticMap& addition, const Options& options, const Narrative& narrate);
 

@@ -169,6 +169,9 @@ void printMap(Sheet& sheet, const std::string& path) {
                    {"accepted", a.accepted},
                    {"risks", OwnAcceptance::kRisks}});
   if (!own.empty()) sheet.row("own windows", ownAcceptanceText(map), own);
+  std::vector<std::string> changes;
+  for (const map::Revision& revision : map::readRevisions(path)) changes.push_back(revision.note);
+  if (!changes.empty()) sheet.row("changes", fmt::format("{}", fmt::join(changes, "; ")), changes);
   printGraph(sheet, map.graph, map.labels);
 }
 

@@ -27,12 +27,12 @@ constexpr CommandMaker kCommands[] = {
 #ifdef XVIEW_WITH_SIM
     makeDemo,       makeSimulate,
 #endif
-    makeInfo,       makeLabel,    makeLift,     makeBlobs, makeGraph, makeMap,
-    makeMatch,      makeLocalize, makeFollow,
+    makeInfo,       makeLabel,    makeLift,     makeBlobs, makeGraph, makeMap,   makeMatch,
+    makeLocalize,   makeFollow,
 #ifdef XVIEW_WITH_SERVE
     makeServe,
 #endif
-    makeLookalikes, makeDiff,     makeEvaluate, makeFuse,  makeLearn, makeView};
+    makeLookalikes, makeDiff,     makeEvaluate, makeFuse,  makePrune, makeLearn, makeView};
 
 /// What every command understands.
 struct CommonFlags {

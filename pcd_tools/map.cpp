@@ -1,18 +1,22 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <fmt/core.h>
+#include <fmt/ranges.h>
 
 #include <filesystem>
 #include <optional>
 
+#include "answer_table.h"
 #include "doubts.h"
 #include "inputs.h"
+#include "map_changes.h"
 #include "outputs.h"
+#include "placed_visit.h"
 #include "tool.h"
 #include "xview/map/semantic_map.h"
 #include "xview/mapper.h"
-#include "xview/types/atomic_file.h"
 #include "xview/types/error.h"
 #include "xview/types/localization.h"
+#include "xview/types/user_text.h"
 
 namespace xview::tools {
 namespace {
@@ -24,10 +28,11 @@ class MapCommand final : public Command {
         "map",
         "INPUT... MAP.xvm",
         "build a map from recordings or graphs in one frame",
-        "All inputs must share one frame: their poses are taken as they are. An existing map is "
-        "replaced, or with --append kept and added to; either happens as a whole or not at all.",
+        "All inputs must share one frame: their poses are taken as they are; with --join the frame "
+        "is that of the first, and the others are looked for in it. An existing map is replaced, "
+        "or with --append kept and added to; either happens as a whole or not at all.",
         "xview map town/forward town.xvm",
-        2,
+        1,
         100000,
         true};
   }
@@ -35,6 +40,10 @@ class MapCommand final : public Command {
   void declare(Flags& flags) override {
     input_.declare(flags);
     flags.add("--append", append_, "add to an existing map");
+    flags.add("--join", join_, "find each INPUT in the map of those before it");
+    flags.add("--without SOURCE", without_, "take out of MAP what was added from there");
+    flags.add("--undo", undo_, "take back the last change of MAP");
+    flags.add("--force", force_, "append also what contradicts the map or is in it already");
   }
 
   ExitCode run(const Job& job) override {
@@ -42,37 +51,122 @@ class MapCommand final : public Command {
     const std::string& out = job.operands.back();
     if (endingOf(out) != ".xvm")
       throw UsageError(out + ": a map ends with .xvm; the last operand is the map to write");
+    if (undo_ || !without_.empty()) {
+      if (!inputs.empty() || append_ || join_ || (undo_ && !without_.empty()))
+        throw UsageError("--undo and --without are for a MAP alone");
+      return undo_ ? undoLast(out) : takeOut(out, without_, job);
+    }
+    if (inputs.empty()) throw UsageError("xview map needs INPUT... MAP.xvm, found 1 operand");
     const bool exists = std::filesystem::exists(out);
     if (exists && !map::isMapFile(out))
       throw Error(out, "exists and is no map; the last operand is the map to write");
     requireWritable(out);
-
     const map::MapLock lock(out);
+    if (join_) return joinAll(inputs, out, job);
+    return append_ && exists ? appendAll(inputs, out, job) : buildNew(inputs, out, job);
+  }
+
+ private:
+  ExitCode buildNew(const std::vector<std::string>& inputs, const std::string& out,
+                    const Job& job) {
     Stopwatch watch;
     std::optional<map::SemanticMap> map;
-    if (append_ && exists) map = map::loadMap(out);
-    for (map::SemanticMap& part :
-         build(inputs, map ? &map->labels : nullptr, map ? inMap(job, *map) : job)) {
+    for (map::SemanticMap& part : build(inputs, nullptr, job)) {
       if (!map) {
         map = std::move(part);
         continue;
       }
-      sayDoubts(*map, append_ && exists ? out : map->sources.front(), part, job.options,
-                job.narrate);
+      sayDoubts(*map, map->sources.front(), part, job.options, job.narrate);
       appendToMap(*map, part, job.options);
     }
-    job.narrate.stage("map", watch.lap_ms(),
-                      fmt::format("{} {}", inputs.size(), inputs.size() == 1 ? "input" : "inputs"));
+    sayBuilt(inputs.size(), watch, job);
     map::saveMap(out, *map);
     job.narrate.stage("save", watch.lap_ms(), out);
-    fmt::print("{}: {} vertices, {} edges, {} key frames, {} points\n", out, map->graph.size(),
-               map->graph.edgeCount(), map->poses.size(), map->cloud.size());
-    if (const std::string own = ownAcceptanceText(*map); !own.empty())
-      fmt::print("own windows of {}\n", own);
+    printMap(out, *map);
     return kDone;
   }
 
- private:
+  ExitCode appendAll(const std::vector<std::string>& inputs, const std::string& out,
+                     const Job& given) {
+    Stopwatch watch;
+    map::SemanticMap map = map::loadMap(out);
+    const Job job = inMap(given, map);
+    MapDraft draft(out, out);
+    for (map::SemanticMap& part : build(inputs, &map.labels, job)) {
+      if (!force_) requireFits(map, out, part, job);
+      appendToMap(map, part, job.options);
+      const std::string note = fmt::format("appended {}", fmt::join(part.sources, ", "));
+      draft.add(map, note, {std::move(part), 0});
+    }
+    sayBuilt(inputs.size(), watch, job);
+    draft.commit();
+    job.narrate.stage("save", watch.lap_ms(), out);
+    printMap(out, map);
+    return kDone;
+  }
+
+  /// Those that were not found are tried again as long as the map grows.
+  ExitCode joinAll(const std::vector<std::string>& inputs, const std::string& out,
+                   const Job& given) {
+    Stopwatch watch;
+    const bool onto = append_ && std::filesystem::exists(out);
+    map::SemanticMap map = onto ? map::loadMap(out) : readMap(inputs.front(), input_, given);
+    const Job job = inMap(given, map);
+    MapDraft draft = onto ? MapDraft(out, out) : MapDraft(out, map);
+    std::vector<std::string> waiting(inputs.begin() + (onto ? 0 : 1), inputs.end());
+    const std::size_t all = waiting.size();
+    std::vector<std::string> refusals;
+    for (std::size_t before = all + 1; !waiting.empty() && waiting.size() < before;) {
+      before = waiting.size();
+      refusals.clear();
+      std::vector<std::string> left;
+      for (const std::string& path : waiting) {
+        const std::string refusal = join(path, map, draft, job);
+        if (refusal.empty()) continue;
+        left.push_back(path);
+        refusals.push_back(refusal);
+      }
+      waiting = std::move(left);
+    }
+    for (std::size_t i = 0; i < waiting.size(); ++i)
+      fmt::print("{}: left out: {}\n", printable(waiting[i]), printable(refusals[i]));
+    if (waiting.size() == all) return kNoPose;
+    draft.commit();
+    job.narrate.stage("join", watch.lap_ms(),
+                      fmt::format("{} of {} found", all - waiting.size(), all));
+    printMap(out, map);
+    return kDone;
+  }
+
+  /// Adds an input where it is found; else why it is not.
+  std::string join(const std::string& path, map::SemanticMap& map, MapDraft& draft,
+                   const Job& job) const {
+    QueryInput input = openQuery(path, input_, job, map.labels);
+    std::string refusal;
+    const auto placed = placeVisit(input, Localizer(map::borrowed(map), job.options), job, refusal);
+    if (!placed) return refusal;
+    const map::Visit visit = additionOf(*placed, input, input_, map, job);
+    if (const auto objection = objectionTo(visit.place, map, "the map", job.options))
+      return *objection;
+    job.narrate.line(placed->how);
+    appendToMap(map, visit.place, job.options);
+    draft.add(map, fmt::format("joined {}, wrong {}", path, chanceWrongText(placed->confidence)),
+              visit);
+    return "";
+  }
+
+  static void sayBuilt(std::size_t inputs, Stopwatch& watch, const Job& job) {
+    job.narrate.stage("map", watch.lap_ms(),
+                      fmt::format("{} {}", inputs, inputs == 1 ? "input" : "inputs"));
+  }
+
+  static void printMap(const std::string& out, const map::SemanticMap& map) {
+    fmt::print("{}: {} vertices, {} edges, {} key frames, {} points\n", out, map.graph.size(),
+               map.graph.edgeCount(), map.poses.size(), map.cloud.size());
+    if (const std::string own = ownAcceptanceText(map); !own.empty())
+      fmt::print("own windows of {}\n", own);
+  }
+
   /// One map of all recordings, and one of each graph or map. Inputs that name no classes have
   /// those of the map that they are `added_to`, else of the first recording.
   std::vector<map::SemanticMap> build(const std::vector<std::string>& inputs,
@@ -113,7 +207,8 @@ class MapCommand final : public Command {
   }
 
   InputFlags input_;
-  bool append_ = false;
+  std::string without_;
+  bool append_ = false, join_ = false, undo_ = false, force_ = false;
 };
 
 }  // namespace

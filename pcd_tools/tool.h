@@ -109,6 +109,7 @@ std::unique_ptr<Command> makeLookalikes();
 std::unique_ptr<Command> makeDiff();
 std::unique_ptr<Command> makeEvaluate();
 std::unique_ptr<Command> makeFuse();
+std::unique_ptr<Command> makePrune();
 std::unique_ptr<Command> makeLearn();
 std::unique_ptr<Command> makeView();
 

@@ -26,10 +26,18 @@ struct Change {
 
 const char* toString(Change::What what);  ///< "gone", "new", "moved"
 
+/// What the later visit says of a vertex of the earlier one.
+enum class Presence {
+  unknown,  ///< it did not look there, or a vertex of a surface
+  stands,
+  gone
+};
+
 struct Changes {
-  std::vector<Change> changes;  ///< by what happened, the surest first
-  std::size_t compared = 0;     ///< things of static classes where both visits have looked
-  bool has_looked = true;       ///< false: one of them does not tell where it has looked
+  std::vector<Change> changes;     ///< by what happened, the surest first
+  std::vector<Presence> presence;  ///< one per vertex of the earlier visit
+  std::size_t compared = 0;        ///< things of static classes where both visits have looked
+  bool has_looked = true;          ///< false: one of them does not tell where it has looked
 };
 
 /// What appeared, disappeared or moved between two visits, in the frame of the earlier one. The
@@ -45,5 +53,9 @@ struct Changes {
 /// new thing of its class within some metres have moved. Surfaces are not compared.
 Changes findChanges(const Place& earlier, const Place& later,
                     const Eigen::Isometry3d& T_earlier_later, double sigma_m);
+
+/// Takes things out of a place: vertices, what the cloud has of their class where they stood, and
+/// samples of the view from above under which nothing upright is left.
+void removeThings(Place& place, const std::vector<std::size_t>& vertices);
 
 }  // namespace xview

@@ -45,6 +45,10 @@ map::SemanticMap buildMap(const SemanticGraph& graph, const LabelSet& labels,
 /// it, or differs from it in graph space or size.
 void appendToMap(map::SemanticMap& map, const map::SemanticMap& addition, const Options& options);
 
+/// Another map in the frame of this one, ready for appendToMap().
+map::SemanticMap inFrameOf(const map::SemanticMap& map, map::SemanticMap other,
+                           const Eigen::Isometry3d& T_map_other);
+
 /// What speaks for two places lying in one frame where both were seen, as the search weighs it:
 /// every sample of one at the place of the other against what stands there by chance.
 struct FrameEvidence {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "xview/map/semantic_map.h"
 
+#include <SQLiteCpp/Backup.h>
 #include <SQLiteCpp/Database.h>
 #include <SQLiteCpp/Exception.h>
 #include <SQLiteCpp/Transaction.h>
@@ -69,12 +70,6 @@ void requireMapFile(const std::string& path) {
 }
 
 // ---- connections
-
-void configure(SQLite::Database& database) {
-  database.exec("PRAGMA trusted_schema = OFF");
-  database.exec("PRAGMA cell_size_check = ON");
-  database.exec("PRAGMA temp_store = MEMORY");
-}
 
 /// A writer that was killed leaves a journal. Opening the map for writing rolls its unfinished
 /// change back.
@@ -212,9 +207,37 @@ void saveMap(const std::string& path, const SemanticMap& map) {
   });
 }
 
-void saveRevision(const std::string& path, const SemanticMap& map, const std::string& note) {
+void saveRevision(const std::string& path, const SemanticMap& map, const std::string& note,
+                  const Visit* visit) {
   guarded(path, kCannotWrite, [&] {
-    replaceContent(path, map, [&](SQLite::Database& database) { recordRevision(database, note); });
+    replaceContent(path, map,
+                   [&](SQLite::Database& database) { recordRevision(database, note, visit); });
+  });
+}
+
+void replaceMap(const std::string& path, const std::string& other) {
+  guarded(path, kCannotWrite, [&] {
+    SQLite::Database database = openForWriting(path), source = openForReading(other);
+    SQLite::Backup(database, source).executeStep();
+  });
+}
+
+std::vector<Revision> readRevisions(const std::string& path) {
+  return guarded(path, kCannotRead, [&] {
+    SQLite::Database database = openForReading(path);
+    checkBeforeWriting(database);
+    return revisionsIn(database);
+  });
+}
+
+Visit loadVisit(const std::string& path, std::size_t revision) {
+  return guarded(path, kCannotRead, [&] {
+    SQLite::Database database = openForReading(path);
+    checkBeforeWriting(database);
+    std::optional<Visit> visit = visitOf(database, revision);
+    if (!visit)
+      throw Damage("what change " + std::to_string(revision + 1) + " has added is not on record");
+    return std::move(*visit);
   });
 }
 

@@ -2,9 +2,12 @@
 #include "map_tables.h"
 
 #include <SQLiteCpp/Column.h>
+#include <sqlite3.h>
 
 #include <cmath>
 #include <cstring>
+#include <memory>
+#include <new>
 
 namespace xview::map {
 namespace {
@@ -21,6 +24,8 @@ std::string insertStatement(SQLite::Database& database, const std::string& table
 }
 
 bool hasRevisions(SQLite::Database& database) { return database.tableExists("undo_steps"); }
+
+bool hasVisits(SQLite::Database& database) { return database.tableExists("undo_visits"); }
 
 int lastStep(SQLite::Database& database) {
   return database.execAndGet("SELECT coalesce(max(step), 0) FROM undo_steps").getInt();
@@ -63,11 +68,40 @@ bool isPlainTable(const std::string& sql, const std::string& name) {
 }
 
 void createRevisionTables(SQLite::Database& database) {
+  database.exec(
+      "CREATE TABLE IF NOT EXISTS undo_visits(step INTEGER PRIMARY KEY, sigma_m REAL, data BLOB)");
   if (hasRevisions(database)) return;
   database.exec("CREATE TABLE undo_steps(step INTEGER PRIMARY KEY, note TEXT)");
   database.exec("CREATE TABLE undo_added(step INTEGER, table_name TEXT, id INTEGER)");
   executeForEachTable(database,
                       "CREATE TABLE undo_{table} AS SELECT 0 AS step, * FROM main.{table} WHERE 0");
+}
+
+/// A map as the bytes of a database of its own.
+Bytes databaseOf(const SemanticMap& map) {
+  SQLite::Database database(":memory:", SQLite::OPEN_READWRITE);
+  createMapTables(database, "main");
+  writeContent(database, "main", map);
+  sqlite3_int64 size = 0;
+  const std::unique_ptr<unsigned char, decltype(&sqlite3_free)> bytes(
+      sqlite3_serialize(database.getHandle(), "main", &size, 0), &sqlite3_free);
+  if (!bytes) throw std::bad_alloc();
+  return {bytes.get(), bytes.get() + size};
+}
+
+/// Throws Damage.
+SemanticMap contentOf(const SQLite::Column& bytes) {
+  SQLite::Database database(":memory:", SQLite::OPEN_READWRITE);
+  configure(database);
+  const auto size = static_cast<sqlite3_int64>(bytes.getBytes());
+  auto* copy = static_cast<unsigned char*>(sqlite3_malloc64(static_cast<sqlite3_uint64>(size) + 1));
+  if (!copy) throw std::bad_alloc();
+  if (size > 0) std::memcpy(copy, bytes.getBlob(), static_cast<std::size_t>(size));
+  if (sqlite3_deserialize(database.getHandle(), "main", copy, size, size,
+                          SQLITE_DESERIALIZE_FREEONCLOSE | SQLITE_DESERIALIZE_READONLY) !=
+      SQLITE_OK)
+    throw Damage("undo_visits: data is no database");
+  return readContent(database);
 }
 
 }  // namespace
@@ -132,6 +166,12 @@ const std::array<MapTable, 9> kMapTables = {{
 )"},
 }};
 
+void configure(SQLite::Database& database) {
+  database.exec("PRAGMA trusted_schema = OFF");
+  database.exec("PRAGMA cell_size_check = ON");
+  database.exec("PRAGMA temp_store = MEMORY");
+}
+
 void createMapTables(SQLite::Database& database, const std::string& schema) {
   for (const MapTable& table : kMapTables) {
     database.exec(definitionOf(table, schema + "." + table.name));
@@ -162,7 +202,7 @@ void checkBeforeWriting(SQLite::Database& database) {
     throw Damage("unexpected index " + indices.getColumn(0).getString() +
                  "; DROP INDEX removes it");
   SQLite::Statement query(database, "SELECT sql FROM sqlite_master WHERE name = ?");
-  std::vector<std::string> names = {"undo_steps", "undo_added"};
+  std::vector<std::string> names = {"undo_steps", "undo_added", "undo_visits"};
   for (const MapTable& table : kMapTables) names.push_back("undo_" + table.name);
   for (const std::string& name : names) {
     query.reset();
@@ -268,19 +308,53 @@ void takeOverFresh(SQLite::Database& database) {
       WHERE id NOT IN (SELECT id FROM main.{table}) ORDER BY id;)");
 }
 
-void recordRevision(SQLite::Database& database, const std::string& note) {
+void recordRevision(SQLite::Database& database, const std::string& note, const Visit* visit) {
   createRevisionTables(database);
   const int step = lastStep(database) + 1;
   SQLite::Statement insert(database, "INSERT INTO undo_steps VALUES(?, ?)");
   insert.bind(1, step);
   insert.bind(2, note);
   insert.exec();
+  if (visit) {
+    const Bytes data = databaseOf(visit->place);
+    SQLite::Statement keep(database, "INSERT INTO undo_visits VALUES(?, ?, ?)");
+    keep.bind(1, step);
+    keep.bind(2, visit->sigma_m);
+    keep.bind(3, data.data(), static_cast<int>(data.size()));
+    keep.exec();
+  }
   executeForEachTable(database, R"(
     INSERT INTO undo_{table} SELECT {step}, * FROM (
       SELECT * FROM main.{table} EXCEPT SELECT * FROM fresh.{table});
     INSERT INTO undo_added SELECT {step}, '{table}', id FROM (
       SELECT * FROM fresh.{table} EXCEPT SELECT * FROM main.{table});)",
                       step);
+}
+
+std::vector<Revision> revisionsIn(SQLite::Database& database) {
+  std::vector<Revision> revisions;
+  if (!hasRevisions(database)) return revisions;
+  SQLite::Statement steps(database, "SELECT step, note FROM undo_steps ORDER BY step");
+  while (steps.executeStep()) {
+    revisions.push_back({steps.getColumn(1).getString(), false});
+    if (!hasVisits(database)) continue;
+    SQLite::Statement visit(database, "SELECT 1 FROM undo_visits WHERE step = ?");
+    visit.bind(1, steps.getColumn(0).getInt());
+    revisions.back().is_visit = visit.executeStep();
+  }
+  return revisions;
+}
+
+std::optional<Visit> visitOf(SQLite::Database& database, std::size_t revision) {
+  if (!hasVisits(database)) return std::nullopt;
+  SQLite::Statement row(database, "SELECT sigma_m, data FROM undo_visits WHERE step = ?");
+  row.bind(1, static_cast<std::int64_t>(revision) + 1);  // steps begin with 1
+  if (!row.executeStep()) return std::nullopt;
+  Visit visit;
+  visit.sigma_m = row.getColumn(0).getDouble();
+  if (!(visit.sigma_m >= 0)) throw Damage("undo_visits: sigma_m is no length");
+  visit.place = contentOf(row.getColumn(1));
+  return visit;
 }
 
 bool restoreRevision(SQLite::Database& database) {
@@ -293,6 +367,8 @@ bool restoreRevision(SQLite::Database& database) {
     INSERT INTO {table} SELECT {columns} FROM undo_{table} WHERE step = {step} ORDER BY id;
     DELETE FROM undo_{table} WHERE step = {step};)",
                       step);
+  if (hasVisits(database))
+    database.exec("DELETE FROM undo_visits WHERE step = " + std::to_string(step));
   database.exec("DELETE FROM undo_added WHERE step = " + std::to_string(step));
   database.exec("DELETE FROM undo_steps WHERE step = " + std::to_string(step));
   if (step == 1) forgetRevisions(database);
@@ -302,6 +378,7 @@ bool restoreRevision(SQLite::Database& database) {
 void forgetRevisions(SQLite::Database& database) {
   database.exec("DROP TABLE IF EXISTS undo_steps");
   database.exec("DROP TABLE IF EXISTS undo_added");
+  database.exec("DROP TABLE IF EXISTS undo_visits");
   executeForEachTable(database, "DROP TABLE IF EXISTS undo_{table}");
 }
 

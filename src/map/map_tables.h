@@ -7,6 +7,7 @@
 #include <array>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <string>
 #include <type_traits>
 #include <vector>
@@ -28,6 +29,9 @@ struct MapTable {
 /// All tables with content, each with an integer primary key `id`; `checksums` is the last and
 /// covers the others.
 extern const std::array<MapTable, 9> kMapTables;
+
+/// Nothing that a file defines is trusted.
+void configure(SQLite::Database& database);
 
 /// Creates the empty tables in a schema of the connection ("main", or an attached one).
 void createMapTables(SQLite::Database& database, const std::string& schema);
@@ -141,8 +145,14 @@ SemanticMap readContent(SQLite::Database& database);
 /// differ are not touched.
 void takeOverFresh(SQLite::Database& database);
 
-/// Notes which rows takeOverFresh is going to change.
-void recordRevision(SQLite::Database& database, const std::string& note);
+/// Notes which rows takeOverFresh is going to change, and what was added.
+void recordRevision(SQLite::Database& database, const std::string& note, const Visit* visit);
+
+/// The changes on record, oldest first.
+std::vector<Revision> revisionsIn(SQLite::Database& database);
+
+/// Throws Damage; nothing if the change at that position added nothing.
+std::optional<Visit> visitOf(SQLite::Database& database, std::size_t revision);
 
 /// Restores the rows before the last recorded revision and forgets it; false if there is none.
 bool restoreRevision(SQLite::Database& database);

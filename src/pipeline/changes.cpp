@@ -35,6 +35,17 @@ constexpr double kUnmet = 0.01, kUnmetWeight = 25;
 
 bool isPost(Kind kind) { return isPoleLike(kind) || kind == Kind::trunk; }
 
+/// Where the points of a thing are; frame of its visit.
+Eigen::AlignedBox3d boxOf(const Vertex& v, bool is_post) {
+  if (is_post) {
+    const Eigen::Vector3d side(kPostRadius_m, kPostRadius_m, 0);
+    return Eigen::AlignedBox3d(v.position - side, v.position + side)
+        .extend(v.position + Eigen::Vector3d(0, 0, kPostHeight_m));
+  }
+  const Eigen::Vector3d half = v.extent / 2 + Eigen::Vector3d::Constant(kMeet_m / 2);
+  return {v.position - half, v.position + half};
+}
+
 /// A vertex that may change, as the other visit sees it.
 struct Thing {
   const Vertex* vertex = nullptr;
@@ -43,6 +54,9 @@ struct Thing {
   bool was_looked_at = false, is_matched = false;
   double met = 0;                  ///< share of its points that the other visit meets
   std::array<double, 4> chance{};  ///< the same, beside it
+  double changed = 0;              ///< probability that one visit has it and the other one not
+
+  bool isChanged() const { return changed >= 0.5; }
 };
 
 /// What one visit has seen. Points of a common frame are asked for.
@@ -71,19 +85,22 @@ class Visit {
   const std::vector<Thing>& things() const { return things_; }
   const LabelSet& labels() const { return place_.labels; }
 
+  /// Of all vertices, when the things are judged.
+  std::vector<Presence> presence() const {
+    std::vector<Presence> of_vertex(place_.graph.size(), Presence::unknown);
+    for (const Thing& thing : things_) {
+      if (!thing.was_looked_at) continue;
+      of_vertex[static_cast<std::size_t>(thing.vertex - place_.graph.vertices.data())] =
+          thing.isChanged() ? Presence::gone : Presence::stands;
+    }
+    return of_vertex;
+  }
+
   /// The points of a thing, which stand above the ground; common frame.
   std::vector<Eigen::Vector3d> pointsOf(const Thing& thing) const {
     const Vertex& v = *thing.vertex;
-    Eigen::AlignedBox3d box(v.position - v.extent / 2, v.position + v.extent / 2);
     const bool is_post = isPost(labels().kind(v.label));
-    if (is_post) {
-      const Eigen::Vector3d side(kPostRadius_m, kPostRadius_m, 0);
-      box = Eigen::AlignedBox3d(v.position - side, v.position + side);
-      box.extend(v.position + Eigen::Vector3d(0, 0, kPostHeight_m));
-    } else {
-      const Eigen::Vector3d margin = Eigen::Vector3d::Constant(kMeet_m / 2);
-      box = Eigen::AlignedBox3d(box.min() - margin, box.max() + margin);
-    }
+    const Eigen::AlignedBox3d box = boxOf(v, is_post);
     std::vector<Eigen::Vector3d> of_class, of_any;
     const ClassCell low = cellOf(box.min(), kBlock_m, 0), high = cellOf(box.max(), kBlock_m, 0);
     const auto take = [&](std::size_t i) {
@@ -234,10 +251,10 @@ class Experience {
 };
 
 std::vector<Change> changesAmong(const std::vector<Thing>& things, Change::What what,
-                                 const Experience& experience, double sigma_m) {
+                                 double sigma_m) {
   std::vector<Change> changes;
   for (const Thing& thing : things) {
-    if (!thing.was_looked_at || thing.is_matched) continue;
+    if (!thing.isChanged()) continue;
     Change change;
     change.what = what;
     change.label = thing.vertex->label;
@@ -245,8 +262,8 @@ std::vector<Change> changesAmong(const std::vector<Thing>& things, Change::What 
     change.position = thing.position;
     change.extent = thing.vertex->extent;
     change.sigma_m = std::hypot(thing.vertex->sigma_m, sigma_m);
-    change.probability = experience.probabilityOfChange(thing.met);
-    if (change.probability >= 0.5) changes.push_back(change);
+    change.probability = thing.changed;
+    changes.push_back(change);
   }
   return changes;
 }
@@ -286,8 +303,15 @@ Changes compare(Visit& earlier, Visit& later, double sigma_m) {
   Experience experience;
   experience.add(earlier.things());
   experience.add(later.things());
-  auto gone = changesAmong(earlier.things(), Change::What::gone, experience, sigma_m);
-  auto added = changesAmong(later.things(), Change::What::added, experience, sigma_m);
+  for (Visit* visit : {&earlier, &later}) {
+    for (Thing& thing : visit->things()) {
+      if (thing.was_looked_at && !thing.is_matched)
+        thing.changed = experience.probabilityOfChange(thing.met);
+    }
+  }
+  result.presence = earlier.presence();
+  auto gone = changesAmong(earlier.things(), Change::What::gone, sigma_m);
+  auto added = changesAmong(later.things(), Change::What::added, sigma_m);
   joinMoved(gone, added);
   for (const Thing& thing : earlier.things())
     result.compared += thing.was_looked_at && !thing.is_dynamic;
@@ -301,6 +325,71 @@ Changes compare(Visit& earlier, Visit& later, double sigma_m) {
                             std::make_tuple(b.is_dynamic, b.what, -b.probability);
                    });
   return result;
+}
+
+bool isUpright(const LabelSet& labels, std::uint32_t label) {
+  return !isGround(labels.kind(label)) && labels.role(label) != Role::ignored;
+}
+
+/// Takes points of a class out of a box: of a post those of any class, if none is of its own.
+void removePoints(const LabelSet& labels, const Vertex& v, LabelledCloud& cloud) {
+  const bool is_post = isPost(labels.kind(v.label));
+  const Eigen::AlignedBox3d box = boxOf(v, is_post);
+  const auto isIn = [&](const Point& p, bool any_class) {
+    return (any_class ? isUpright(labels, p.label) : p.label == v.label) &&
+           box.contains(cloud.origin + p.getVector3fMap().cast<double>());
+  };
+  const auto isOfClass = [&](const Point& p) { return isIn(p, false); };
+  const bool any_class =
+      is_post && std::none_of(cloud.points.begin(), cloud.points.end(), isOfClass);
+  cloud.points.erase(std::remove_if(cloud.points.begin(), cloud.points.end(),
+                                    [&](const Point& p) { return isIn(p, any_class); }),
+                     cloud.points.end());
+}
+
+/// Takes samples out of the view from above where things stood, unless something else stands there.
+void removeSamples(const Place& place, const std::vector<Vertex>& removed, PlanView& plan) {
+  const auto inPlan = [&](const Eigen::Vector3d& p) -> Eigen::Vector2d {
+    return (plan.upright * p).head<2>() - Eigen::Vector2d(plan.origin_x, plan.origin_y);
+  };
+  CellIndex upright;
+  for (std::size_t i = 0; i < place.cloud.size(); ++i) {
+    if (!isUpright(place.labels, place.cloud.points[i].label)) continue;
+    const Eigen::Vector2d at = inPlan(place.cloud.position(i)) / plan.cell_m;
+    upright.findOrAdd(floorToInt(at.x()), floorToInt(at.y()));
+  }
+  const auto stands = [&](const PlanSample& s) {
+    return upright.find(floorToInt(s.x / plan.cell_m), floorToInt(s.y / plan.cell_m)) >= 0;
+  };
+  for (const Vertex& v : removed) {
+    const Eigen::Vector2d middle = inPlan(v.position);
+    const double half_m = boxOf(v, isPost(place.labels.kind(v.label))).sizes().head<2>().norm() / 2;
+    for (std::size_t c = 0; c < kChannels; ++c) {
+      const auto channel = static_cast<Channel>(c);
+      if (isArea(channel)) continue;
+      const auto isGone = [&](const PlanSample& s) {
+        const double away_m = (Eigen::Vector2d(s.x, s.y) - middle).norm();
+        return isObject(channel) ? away_m <= kSameThing_m : away_m <= half_m && !stands(s);
+      };
+      auto& samples = plan.samples[c];
+      samples.erase(std::remove_if(samples.begin(), samples.end(), isGone), samples.end());
+    }
+  }
+}
+
+void removeVertices(const std::vector<bool>& is_removed, SemanticGraph& graph) {
+  std::vector<std::uint32_t> now_at(graph.size());
+  std::vector<Vertex> kept;
+  for (std::size_t i = 0; i < graph.size(); ++i) {
+    now_at[i] = static_cast<std::uint32_t>(kept.size());
+    if (!is_removed[i]) kept.push_back(graph.vertices[i]);
+  }
+  BlobEdges edges;
+  for (const auto& [a, b] : graph.edges()) {
+    if (!is_removed[a] && !is_removed[b]) edges.emplace_back(now_at[a], now_at[b]);
+  }
+  graph.vertices = std::move(kept);
+  graph.setEdges(edges);
 }
 
 }  // namespace
@@ -328,6 +417,21 @@ Changes findChanges(const Place& earlier, const Place& later,
     if (change.moved_to) *change.moved_to *= size;
   }
   return result;
+}
+
+void removeThings(Place& place, const std::vector<std::size_t>& vertices) {
+  const double size = place.size;
+  scaleLengths(1 / size, place);
+  std::vector<Vertex> removed;
+  std::vector<bool> is_removed(place.graph.size());
+  for (const std::size_t i : vertices) {
+    is_removed[i] = true;
+    removed.push_back(place.graph.vertices[i]);
+    removePoints(place.labels, removed.back(), place.cloud);
+  }
+  removeSamples(place, removed, place.plan);
+  removeVertices(is_removed, place.graph);
+  scaleLengths(size, place);
 }
 
 }  // namespace xview

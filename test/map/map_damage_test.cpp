@@ -263,7 +263,8 @@ TEST_F(DamagedMap, NothingOfAForeignFileRunsWhenItIsChanged) {
         std::string("DROP TABLE undo_meta; CREATE TABLE undo_meta(step, id, name, value AS "
                     "(hex(zeroblob(100))))"),
         std::string("DROP TABLE undo_meta; CREATE TABLE undo_meta(step, id, name, value, "
-                    "CHECK(length(hex(zeroblob(100))) > 0))")}) {
+                    "CHECK(length(hex(zeroblob(100))) > 0))"),
+        std::string("DROP TABLE IF EXISTS undo_visits; CREATE VIEW undo_visits AS ") + kEndless}) {
     writeText(path_, sound_);
     execute(sql);
     const std::string before = readText(path_);
@@ -275,6 +276,22 @@ TEST_F(DamagedMap, NothingOfAForeignFileRunsWhenItIsChanged) {
   }
   writeText(path_, sound_);
   EXPECT_TRUE(undoRevision(path_)) << "a map of our own";
+}
+
+TEST_F(DamagedMap, AVisitThatIsNoMapIsRefused) {
+  const Visit visit{map_, 0.1};
+  saveRevision(path_, map_, "fused", &visit);
+  sound_ = readText(path_);
+  for (const char* sql :
+       {"UPDATE undo_visits SET data = x''", "UPDATE undo_visits SET data = zeroblob(5000)",
+        "UPDATE undo_visits SET data = 'words'", "UPDATE undo_visits SET data = NULL",
+        "UPDATE undo_visits SET data = substr(data, 1, length(data) / 2)",
+        "UPDATE undo_visits SET sigma_m = -1"}) {
+    writeText(path_, sound_);
+    execute(sql);
+    const std::string message = messageOf([&] { loadVisit(path_, 0); });
+    EXPECT_NE(message.find("damaged map file: "), std::string::npos) << sql << ": " << message;
+  }
 }
 
 TEST_F(DamagedMap, CountsThatLieDoNotCostMemory) {

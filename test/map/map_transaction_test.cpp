@@ -242,6 +242,43 @@ TEST_F(MapTransaction, RevisionsAreTakenBackOneByOne) {
   EXPECT_FALSE(undoRevision(path_));
 }
 
+TEST_F(MapTransaction, WhatWasAddedIsKeptApartUntilItIsTakenBack) {
+  Visit visit{new_, 0.25};
+  saveRevision(path_, new_, "added", &visit);
+  saveRevision(path_, old_, "changed");
+  const std::vector<Revision> revisions = readRevisions(path_);
+  ASSERT_EQ(revisions.size(), 2u);
+  EXPECT_EQ(revisions[0].note, "added");
+  EXPECT_TRUE(revisions[0].is_visit);
+  EXPECT_FALSE(revisions[1].is_visit);
+  const Visit loaded = loadVisit(path_, 0);
+  EXPECT_TRUE(isSame(loaded.place, new_));
+  EXPECT_EQ(loaded.sigma_m, 0.25);
+  EXPECT_THROW(loadVisit(path_, 1), Error);
+  EXPECT_THROW(loadVisit(path_, 2), Error);
+  EXPECT_TRUE(undoRevision(path_));
+  EXPECT_TRUE(undoRevision(path_));
+  EXPECT_TRUE(readRevisions(path_).empty());
+  EXPECT_THROW(loadVisit(path_, 0), Error);
+}
+
+TEST_F(MapTransaction, AMapIsReplacedWithItsRecord) {
+  const std::string other = folder_ / "other.xvm";
+  saveMap(other, old_);
+  const Visit visit{new_, 0};
+  saveRevision(other, new_, "added", &visit);
+  replaceMap(path_, other);
+  EXPECT_EQ(readText(path_).size(), readText(other).size());
+  EXPECT_TRUE(isSame(loadMap(path_), new_));
+  ASSERT_EQ(readRevisions(path_).size(), 1u);
+  EXPECT_TRUE(isSame(loadVisit(path_, 0).place, new_));
+  EXPECT_TRUE(undoRevision(path_));
+  EXPECT_TRUE(isSame(loadMap(path_), old_));
+  std::ofstream(other) << "no map";
+  EXPECT_THROW(replaceMap(path_, other), Error);
+  EXPECT_TRUE(isSame(loadMap(path_), old_));
+}
+
 TEST_F(MapTransaction, SavingForgetsTheRevisions) {
   saveRevision(path_, new_, "first");
   saveMap(path_, old_);
@@ -255,7 +292,7 @@ TEST_F(MapTransaction, RevisionStoresOnlyWhatChanges) {
   SemanticMap map = old_;
   map.graph.vertices[0].observations += 1;
   saveRevision(path_, map, "one more observation");
-  EXPECT_LT(fs::file_size(path_), before + 15 * 4096);  // a page for each new table
+  EXPECT_LT(fs::file_size(path_), before + 16 * 4096);  // a page for each new table
 }
 
 TEST_F(MapTransaction, RevisionNeedsAMap) {

@@ -179,6 +179,36 @@ TEST(Changes, OfAThingThatStandsAFewMetresAsideAreOneMove) {
   EXPECT_GE(2 * moves, changes.changes.size());
 }
 
+TEST(Changes, WhatIsGoneCanBeTakenOutOfTheEarlierVisit) {
+  const auto areGone = [](const map::SemanticMap& map) {
+    const Changes changes =
+        findChanges(map, changedTown().maps.at("forward2"), Eigen::Isometry3d::Identity(), 0.02);
+    std::vector<std::size_t> gone;
+    for (std::size_t i = 0; i < map.graph.size(); ++i)
+      if (changes.presence.at(i) == Presence::gone) gone.push_back(i);
+    EXPECT_EQ(gone.size(),
+              std::count_if(changes.changes.begin(), changes.changes.end(),
+                            [](const Change& c) { return c.what != Change::What::added; }));
+    return gone;
+  };
+  map::SemanticMap map = changedTown().maps.at("forward");
+  const map::SemanticMap before = map;
+  const std::vector<std::size_t> gone = areGone(map);
+  ASSERT_GT(gone.size(), 5u);
+  removeThings(map, gone);
+  EXPECT_TRUE(isConsistent(map.graph));
+  EXPECT_EQ(map.graph.size(), before.graph.size() - gone.size());
+  EXPECT_LT(map.cloud.size(), before.cloud.size());
+  EXPECT_GT(map.cloud.size(), before.cloud.size() * 9 / 10);
+  EXPECT_LE(map.plan.sampleCount() + gone.size(), before.plan.sampleCount());
+  EXPECT_EQ(map.plan[Channel::road].size(), before.plan[Channel::road].size());
+  EXPECT_LT(areGone(map).size(), 2u);
+  const map::SemanticMap once = map;
+  removeThings(map, {});
+  EXPECT_EQ(map.cloud.size(), once.cloud.size());
+  EXPECT_EQ(map.plan.sampleCount(), once.plan.sampleCount());
+}
+
 TEST(Changes, AreTheSameInWhateverFrameTheLaterVisitIs) {
   const map::SemanticMap& earlier = changedTown().maps.at("forward");
   const Place& later = changedTown().maps.at("forward2");

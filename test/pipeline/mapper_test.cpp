@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "pipeline/simulated_drive.h"
 #include "xview/localizer.h"
 #include "xview/types/error.h"
@@ -95,6 +97,23 @@ TEST(Mapper, AppendingTheSameDriveAddsPosesButHardlyVertices) {
   EXPECT_EQ(map.source_of_pose.back(), 1u);
   EXPECT_LT(map.graph.size(), again.graph.size() + again.graph.size() / 20);
   EXPECT_EQ(map.plan.known.size(), again.plan.known.size());
+}
+
+TEST(Mapper, AMapThatIsMovedThereAndBackIsTheSamePlace) {
+  const map::SemanticMap& map = simulatedDrive().map;
+  const Eigen::Isometry3d T =
+      Eigen::Translation3d(120.3, -45.6, 3) * Eigen::AngleAxisd(0.6, Eigen::Vector3d::UnitZ());
+  const map::SemanticMap moved = inFrameOf(map, map, T);
+  const map::SemanticMap back = inFrameOf(map, moved, T.inverse());
+  for (std::size_t i = 0; i < map.graph.size(); ++i)
+    EXPECT_LT((back.graph.vertices[i].position - map.graph.vertices[i].position).norm(), 1e-9);
+  EXPECT_LT((moved.poses[7].translation() - T * map.poses[7].translation()).norm(), 1e-9);
+  EXPECT_EQ(moved.plan.sampleCount(), map.plan.sampleCount());
+  const auto known = static_cast<double>(map.plan.known.size());
+  EXPECT_NEAR(static_cast<double>(moved.plan.known.size()), known, 0.05 * known);
+  const auto isIn = [&](const GroundCell& cell) { return map.plan.knownCell(cell.x, cell.y); };
+  EXPECT_GT(std::count_if(back.plan.known.begin(), back.plan.known.end(), isIn), 0.9 * known);
+  EXPECT_GT(evidenceOfOneFrame(map, back, {}).value().agreement(), 0.8);
 }
 
 TEST(Mapper, AMapOfTwoHalvesFindsBoth) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Recordings, clouds and maps that are made, grown and compared.
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -8,6 +9,7 @@
 #include "support/test_data.h"
 #include "tools/tiny_town.h"
 #include "xview/io/pose_files.h"
+#include "xview/map/semantic_map.h"
 
 namespace xview::test {
 namespace {
@@ -27,19 +29,38 @@ TEST_F(TinyTown, LiftedCloudsRememberTheirClasses) {
   EXPECT_LT((poseIn(of_clouds) * last_sensor - poseIn(of_folders) * last_sensor).norm(), 0.1);
 }
 
-TEST_F(TinyTown, WhatIsInAMapAlreadyIsSaid) {
+/// The command fails, says why in one line, and leaves the map as it is; not so with --force.
+void expectRefusedWithoutForce(std::vector<std::string> command, const std::string& map,
+                               const std::string& why) {
+  const std::string bytes = readText(map);
+  const Outcome refused = runXview(command, {120, 0, ""});
+  EXPECT_EQ(refused.code, 1);
+  EXPECT_NE(refused.err.find(why), std::string::npos) << refused.err;
+  EXPECT_NE(refused.err.find("--force"), std::string::npos) << refused.err;
+  EXPECT_TRUE(readText(map) == bytes);
+  command.emplace_back("--force");
+  succeed(command);
+  EXPECT_FALSE(readText(map) == bytes);
+}
+
+TEST_F(TinyTown, WhatIsInAMapAlreadyIsRefused) {
   const std::string copy = file("again.xvm");
   fs::copy(map(), copy);
-  const Outcome again = succeed({"map", "--append", town("forward"), copy});
-  EXPECT_NE(again.err.find(" already; adding it once more"), std::string::npos) << again.err;
-  fs::copy(map(), file("other.xvm"));
-  const Outcome other = succeed({"map", "--append", town("rear"), file("other.xvm")});
-  EXPECT_EQ(other.err.find(" already; adding it once more"), std::string::npos) << other.err;
+  expectRefusedWithoutForce({"map", "--append", town("forward"), copy}, copy,
+                            " already; adding it once more");
   const Outcome learned =
       runXview({"learn", town("forward"), map(), file("own.txt")}, {120, 0, ""});
   EXPECT_EQ(learned.code, 1);
   EXPECT_NE(learned.err.find("is the drive that the map was made of"), std::string::npos)
       << learned.err;
+}
+
+/// Check fix for: a recording of another frame was added with a note, and could not be taken back.
+TEST_F(TinyTown, WhatContradictsAMapIsRefused) {
+  const std::string copy = file("contradicted.xvm");
+  fs::copy(map(), copy);
+  expectRefusedWithoutForce({"map", "--append", town("rear"), copy}, copy,
+                            town("rear") + ": does not fit " + copy);
 }
 
 TEST_F(TinyTown, RecordingsOfTwoFramesAreSaidAndThoseOfOneAreNot) {
@@ -65,12 +86,108 @@ TEST_F(TinyTown, RecordingsOfTwoFramesAreSaidAndThoseOfOneAreNot) {
       << away;
 }
 
-TEST_F(TinyTown, ADriveFusedUnderAnotherNameIsSaid) {
-  fs::copy(map(), file("fused.xvm"));
-  succeed({"fuse", "-q", town("rear"), file("fused.xvm")});
+TEST_F(TinyTown, ADriveFusedUnderAnotherNameIsRefused) {
+  const std::string fused = file("fused.xvm");
+  fs::copy(map(), fused);
+  succeed({"fuse", "-q", town("rear"), fused});
   fs::copy(town("rear"), file("another"), fs::copy_options::recursive);
-  const Outcome again = succeed({"fuse", file("another"), file("fused.xvm")});
-  EXPECT_NE(again.err.find(" already; adding it once more"), std::string::npos) << again.err;
+  expectRefusedWithoutForce({"fuse", file("another"), fused}, fused,
+                            " already; adding it once more");
+}
+
+/// How far the key frames of a source lie from where they should, at most [m].
+double worstPose(const std::string& map_path, const std::string& recording) {
+  const map::SemanticMap map = map::loadMap(map_path);
+  const std::vector<io::StampedPose> truth = io::readPoses(recording + "/groundtruth.txt");
+  const auto source = static_cast<std::size_t>(
+      std::find(map.sources.begin(), map.sources.end(), recording) - map.sources.begin());
+  double worst_m = 0;
+  std::size_t found = 0;
+  for (std::size_t i = 0; i < map.poses.size(); ++i) {
+    if (map.source_of_pose[i] != source) continue;
+    ++found;
+    const auto frame = static_cast<std::size_t>(map.frames[i]);
+    worst_m = std::max(
+        worst_m,
+        (map.poses[i].translation() - truth.at(frame).T_frame_sensor.translation()).norm());
+  }
+  EXPECT_GT(found, 5u) << recording;
+  return worst_m;
+}
+
+TEST_F(TinyTown, SessionsWithoutACommonFrameAreJoinedAndStrangersLeftOut) {
+  const std::string joined = file("joined.xvm");
+  const Outcome outcome =
+      succeed({"map", "-q", "--join", town("forward"), town("elsewhere"), town("rear"), joined});
+  EXPECT_EQ(outcome.out.find(town("elsewhere") + ": left out: "), 0u) << outcome.out;
+  EXPECT_EQ(map::loadMap(joined).sources,
+            (std::vector<std::string>{town("forward"), town("rear")}));
+  EXPECT_LT(worstPose(joined, town("rear")), 0.5);
+  succeed({"map", "-q", "--undo", joined});
+  EXPECT_EQ(map::loadMap(joined).sources, std::vector<std::string>{town("forward")});
+
+  succeed({"map", "-q", town("rear"), file("rear.xvm")});
+  succeed({"map", "-q", "--join", "--append", file("rear.xvm"), joined});
+  EXPECT_LT(worstPose(joined, town("rear")), 0.5) << "a map is turned into the frame of the other";
+
+  const std::string none = file("none.xvm");
+  EXPECT_EQ(runXview({"map", "--join", town("forward"), town("elsewhere"), none}).code, 3);
+  EXPECT_FALSE(fs::exists(none));
+}
+
+TEST_F(TinyTown, EveryChangeIsOnRecordAndCanBeTakenBack) {
+  const std::string path = file("history.xvm");
+  fs::copy(map(), path);
+  const std::string first = succeed({"info", path}).out;
+  EXPECT_EQ(first.find("changes"), std::string::npos);
+  succeed({"fuse", "-q", town("rear"), path});
+  succeed({"map", "-q", "--append", "--force", town("rear"), path});
+  const std::string both = succeed({"info", path}).out;
+  EXPECT_NE(both.find("fused " + town("rear") + ", wrong "), std::string::npos) << both;
+  EXPECT_NE(both.find("; appended " + town("rear")), std::string::npos) << both;
+  EXPECT_NE(succeed({"map", "--undo", path}).out.find("taken back: appended "), std::string::npos);
+  EXPECT_NE(succeed({"fuse", "--undo", path}).out.find("taken back: fused "), std::string::npos);
+  EXPECT_EQ(succeed({"info", path}).out, first);
+  EXPECT_EQ(runXview({"map", "--undo", path}).code, 1);
+  EXPECT_EQ(runXview({"map", "--undo", town("rear"), path}).code, 2);
+}
+
+TEST_F(TinyTown, WhatOneSourceAddedIsTakenOutAndLaterAdditionsStay) {
+  const std::string path = file("with.xvm"), never = file("never.xvm");
+  fs::copy(map(), path);
+  fs::copy(map(), never);
+  const std::vector<std::string> again{"map",           "-q",       "--append", "--force",
+                                       town("forward"), "--frames", "0:20"};
+  const auto append = [&](const std::string& target) {
+    std::vector<std::string> command = again;
+    command.push_back(target);
+    succeed(command);
+  };
+  succeed({"fuse", "-q", town("rear"), path});
+  append(path);
+  append(never);
+  succeed({"map", "-q", "--without", town("rear"), path});
+  EXPECT_EQ(map::loadMap(path).sources, map::loadMap(never).sources);
+  succeed({"graph", "-q", path, file("with.ply")});
+  succeed({"graph", "-q", never, file("never.ply")});
+  EXPECT_TRUE(readText(file("with.ply")) == readText(file("never.ply")));
+  const std::string bytes = readText(path);
+  for (const std::string& source : {town("aerial"), town("forward")})
+    EXPECT_EQ(runXview({"map", "--without", source, path}).code, source == town("aerial") ? 1 : 0);
+  EXPECT_EQ(runXview({"map", "--without", town("forward"), map()}).code, 1) << "it began with that";
+}
+
+TEST_F(TinyTown, WhatNobodySeesAnyMoreIsForgotten) {
+  const std::string path = file("pruned.xvm");
+  fs::copy(map(), path);
+  EXPECT_EQ(runXview({"prune", path, "--absent", "1"}).code, 1) << "nothing was added";
+  succeed({"fuse", "-q", town("rear"), path});
+  const std::string before = readText(path);
+  const Outcome pruned = succeed({"prune", "-q", path, "--absent", "1", "-o", file("less.xvm")});
+  EXPECT_NE(pruned.out.find(" things forgotten"), std::string::npos) << pruned.out;
+  EXPECT_TRUE(readText(path) == before);
+  EXPECT_EQ(runXview({"prune", path, "--absent", "2"}).code, 1);
+  EXPECT_EQ(runXview({"prune", path, "--absent", "0"}).code, 2);
 }
 
 TEST_F(TinyTown, ScansAreReadBackAsScans) {

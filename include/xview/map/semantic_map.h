@@ -58,9 +58,32 @@ bool isMapFile(const std::string& path);
 /// finite are dropped, and so are their ranges. The same map gives the same bytes in a new file.
 void saveMap(const std::string& path, const SemanticMap& map);
 
+/// What was added to a map, in its frame.
+struct Visit {
+  SemanticMap place;
+  double sigma_m = 0;  ///< standard deviation of where it was put
+};
+
+/// A change of a map that can be undone.
+struct Revision {
+  std::string note;       ///< what was done
+  bool is_visit = false;  ///< something was added, which loadVisit() reads
+};
+
 /// Replaces an existing map like saveMap, but keeps what changes, so that undoRevision brings the
-/// former map back. `note` says what was done.
-void saveRevision(const std::string& path, const SemanticMap& map, const std::string& note);
+/// former map back. `note` says what was done; `visit`, if any, is what was added, and kept too.
+void saveRevision(const std::string& path, const SemanticMap& map, const std::string& note,
+                  const Visit* visit = nullptr);
+
+/// Replaces an existing map by that of another file, with the changes on its record, in one
+/// transaction. Throws Error; the file is then as before.
+void replaceMap(const std::string& path, const std::string& other);
+
+/// The changes since the last saveMap, oldest first. Throws Error.
+std::vector<Revision> readRevisions(const std::string& path);
+
+/// What the change at that position added. Throws Error, also if it added nothing.
+Visit loadVisit(const std::string& path, std::size_t revision);
 
 /// Takes back the last saveRevision that was not followed by saveMap, in one transaction. False if
 /// there is none. Throws Error.

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <numeric>
 #include <string>
 #include <utility>
 #include <vector>
@@ -94,35 +95,45 @@ class RelabelledRecording : public ForwardingSource {
   LabelSet labels_;
 };
 
-/// Successive frames of a recording with other poses: those that were found for them.
+/// Frames of a recording with other poses: those that were found for them.
 class PosedRecording final : public ForwardingSource {
  public:
-  /// `poses` are T_target_sensor of the frames from position `first` on. The recording must outlive
-  /// this object.
+  /// `poses` are T_target_sensor of the frames at those positions. The recording must outlive this
+  /// object.
+  PosedRecording(const FrameSource& recording, std::vector<std::size_t> positions,
+                 std::vector<Eigen::Isometry3d> poses)
+      : ForwardingSource(recording), positions_(std::move(positions)), poses_(std::move(poses)) {}
+  /// Of the frames from position `first` on.
   PosedRecording(const FrameSource& recording, std::size_t first,
                  std::vector<Eigen::Isometry3d> poses)
-      : ForwardingSource(recording), first_(first), poses_(std::move(poses)) {}
+      : ForwardingSource(recording), positions_(poses.size()), poses_(std::move(poses)) {
+    std::iota(positions_.begin(), positions_.end(), first);
+  }
   /// All of its frames, whose odometry frame was found in another one.
   PosedRecording(const FrameSource& recording, const Eigen::Isometry3d& T_target_odom)
       : ForwardingSource(recording) {
-    for (std::size_t i = 0; i < recording.size(); ++i)
+    for (std::size_t i = 0; i < recording.size(); ++i) {
+      positions_.push_back(i);
       poses_.push_back(T_target_odom * recording.pose(i));
+    }
   }
 
   std::size_t size() const override { return poses_.size(); }
   Eigen::Isometry3d pose(std::size_t index) const override { return poses_.at(index); }
-  double stamp(std::size_t index) const override { return ForwardingSource::stamp(first_ + index); }
+  double stamp(std::size_t index) const override {
+    return ForwardingSource::stamp(positions_.at(index));
+  }
   std::int64_t number(std::size_t index) const override {
-    return ForwardingSource::number(first_ + index);
+    return ForwardingSource::number(positions_.at(index));
   }
   Frame read(std::size_t index) const override {
-    Frame frame = ForwardingSource::read(first_ + index);
+    Frame frame = ForwardingSource::read(positions_.at(index));
     frame.T_odom_sensor = poses_.at(index);
     return frame;
   }
 
  private:
-  std::size_t first_ = 0;
+  std::vector<std::size_t> positions_;
   std::vector<Eigen::Isometry3d> poses_;
 };
 
