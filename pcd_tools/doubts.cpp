@@ -88,13 +88,13 @@ std::string nameOf(const map::SemanticMap& addition) {
   return addition.sources.empty() ? "the addition" : addition.sources.front();
 }
 
-void sayApart(const map::SemanticMap& map, const std::string& map_name,
-              const map::SemanticMap& addition, const Narrative& narrate) {
+/// "is 518 m away from town.xvm; are they in one frame?"
+std::optional<std::string> apartness(const map::SemanticMap& map, const std::string& map_name,
+                                     const map::SemanticMap& addition) {
   constexpr double kApart_m = 100;  // parts of one map touch, or nearly so
   const double apart_m = gapBetween(map.graph, addition.graph);
-  if (apart_m > kApart_m)
-    narrate.note(fmt::format("{} is {:.0f} m away from {}; are they in one frame?",
-                             nameOf(addition), apart_m, map_name));
+  if (apart_m <= kApart_m) return std::nullopt;
+  return fmt::format("is {:.0f} m away from {}; are they in one frame?", apart_m, map_name);
 }
 
 std::string whyInAnotherFrame(const FrameEvidence& evidence) {
@@ -148,6 +148,7 @@ std::optional<std::string> objectionTo(const map::SemanticMap& addition,
         "is in {} already; adding it once more counts the same things twice and shows nothing new",
         map_name);
   }
+  if (const auto apart = apartness(map, map_name, addition)) return apart;
   const auto evidence = evidenceOfOneFrame(map, addition, options);
   if (!evidence || !evidence->contradicts()) return std::nullopt;
   const std::string name = nameOf(addition);
@@ -161,16 +162,15 @@ std::optional<std::string> objectionTo(const map::SemanticMap& addition,
 
 void sayDoubts(const map::SemanticMap& map, const std::string& map_name,
                const map::SemanticMap& addition, const Options& options, const Narrative& narrate) {
-  sayApart(map, map_name, addition, narrate);
   if (const auto objection = objectionTo(addition, map, map_name, options))
     narrate.note(nameOf(addition) + " " + *objection);
 }
 
 void requireFits(const map::SemanticMap& map, const std::string& map_name,
                  const map::SemanticMap& addition, const Job& job) {
-  sayApart(map, map_name, addition, job.narrate);
   if (const auto objection = objectionTo(addition, map, map_name, job.options))
-    throw Error(nameOf(addition), *objection + "; --force adds it all the same");
+    throw Error(nameOf(addition), *objection + (objection->back() == '?' ? " " : "; ") +
+                                      "--force adds it all the same");
 }
 
 void SketchedRecordings::add(const FrameSource& source, const FrameDigest& frame) {

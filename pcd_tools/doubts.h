@@ -23,8 +23,8 @@ bool areSamePoses(const std::vector<Eigen::Isometry3d>& poses,
 void sayOwnDrive(const map::SemanticMap& map, const std::string& query,
                  const std::vector<Eigen::Isometry3d>& T_odom_sensor, const Narrative& narrate);
 
-/// Why something should not be added to a map: it is in it already, or what both have seen is not
-/// the same, as if its frame were another one. Nothing if it may.
+/// Why something should not be added to a map: it is in it already, or lies as if its frame were
+/// another one: far away, or so that what both have seen is not the same. Nothing if it may.
 std::optional<std::string> objectionTo(const map::SemanticMap& addition,
                                        const map::SemanticMap& map, const std::string& map_name,
                                        const Options& options);
@@ -33,7 +33,7 @@ std::optional<std::string> objectionTo(const map::SemanticMap& addition,
 void requireFits(const map::SemanticMap& map, const std::string& map_name,
                  const map::SemanticMap& addition, const Job& job);
 
-/// Notes the objection, and also if the addition lies far away from the map.
+/// Notes the objection, if there is one.
 void sayDoubts(const map::SemanticMap& map, const std::string& map_name,
                const map::SemanticMap& addition, const Options& options, const Narrative& narrate);
 

@@ -68,7 +68,7 @@ std::optional<FrameEvidence> evidenceOfOneFrame(const map::SemanticMap& map,
                                                 const Options& options);
 
 /// True if the other place was seen on a drive that the map was made of, wherever that was put:
-/// no second drive makes the same steps from key frame to key frame at the same times.
+/// no second drive goes the same way from key frame to key frame at the same times.
 bool holdsSameDrive(const map::SemanticMap& map, const map::SemanticMap& other);
 
 }  // namespace xview

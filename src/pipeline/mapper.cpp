@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <memory>
 
 #include "xview/alikeness.h"
@@ -13,6 +14,7 @@
 #include "xview/raw_recording.h"
 #include "xview/types/error.h"
 #include "xview/types/label_match.h"
+#include "xview/types/pose.h"
 
 namespace xview {
 namespace {
@@ -86,32 +88,37 @@ double areaOf(const PlanView& plan) {
   return plan.cell_m * plan.cell_m * static_cast<double>(plan.known.size());
 }
 
-/// From one key frame to the next of a drive, wherever that lies.
-struct Step {
-  double length_m, until_s;
-};
+/// The key frames of one source by their times; the first of each time.
+using Drive = std::map<double, Eigen::Isometry3d>;
 
-/// One list per source.
-std::vector<std::vector<Step>> stepsOf(const map::SemanticMap& map) {
-  std::vector<std::vector<Step>> steps(map.sources.size());
-  for (std::size_t i = 1; i < map.poses.size(); ++i) {
-    if (map.source_of_pose[i] != map.source_of_pose[i - 1]) continue;
-    const double length_m = (map.poses[i].translation() - map.poses[i - 1].translation()).norm();
-    steps[map.source_of_pose[i]].push_back({length_m, map.stamps_s[i]});
-  }
-  return steps;
+std::vector<Drive> drivesOf(const map::SemanticMap& map) {
+  std::vector<Drive> drives(map.sources.size());
+  for (std::size_t i = 0; i < map.poses.size(); ++i)
+    drives[map.source_of_pose[i]].emplace(map.stamps_s[i], map.poses[i]);
+  return drives;
 }
 
-/// Simulated drives make the same steps, but at another time.
-bool areSameSteps(const std::vector<Step>& a, const std::vector<Step>& b) {
-  constexpr std::size_t kFewest = 3;
-  constexpr double kExact = 1e-5;
-  const std::size_t both = std::min(a.size(), b.size());
-  return both >= kFewest && std::equal(a.begin(), a.begin() + static_cast<std::ptrdiff_t>(both),
-                                       b.begin(), [&](const Step& x, const Step& y) {
-                                         return std::abs(x.length_m - y.length_m) < kExact &&
-                                                std::abs(x.until_s - y.until_s) < kExact;
-                                       });
+/// Most key frames of the one are those of the other, at the same times with the same way between
+/// them, but for what bending the odometry through fixes changes.
+bool isSameDrive(const Drive& a, const Drive& b) {
+  constexpr std::size_t kFewest = 4;
+  constexpr double kSameTime_s = 1e-5, kLonger = 0.05, kFarther_m = 0.05, kTurn_rad = 0.02;
+  std::vector<std::pair<Eigen::Isometry3d, Eigen::Isometry3d>> both;
+  for (const auto& [stamp_s, pose] : a) {
+    const auto found = b.lower_bound(stamp_s - kSameTime_s);
+    if (found != b.end() && found->first <= stamp_s + kSameTime_s)
+      both.emplace_back(pose, found->second);
+  }
+  if (both.size() < kFewest || 2 * both.size() < a.size()) return false;
+  std::size_t same = 0;
+  for (std::size_t i = 1; i < both.size(); ++i) {
+    const Eigen::Isometry3d way_a = both[i - 1].first.inverse() * both[i].first,
+                            way_b = both[i - 1].second.inverse() * both[i].second;
+    const double off_m = (way_a.translation() - way_b.translation()).norm();
+    same += off_m < kLonger * way_a.translation().norm() + kFarther_m &&
+            rotationBetween(way_a, way_b) < kTurn_rad;
+  }
+  return 10 * same >= 9 * (both.size() - 1);
 }
 
 }  // namespace
@@ -216,11 +223,11 @@ std::optional<FrameEvidence> evidenceOfOneFrame(const map::SemanticMap& map,
 }
 
 bool holdsSameDrive(const map::SemanticMap& map, const map::SemanticMap& other) {
-  const auto steps = stepsOf(map);
-  for (const std::vector<Step>& added : stepsOf(other)) {
-    for (const std::vector<Step>& there : steps) {
-      if (areSameSteps(added, there)) return true;
-    }
+  const std::vector<Drive> drives = drivesOf(map);
+  for (const Drive& added : drivesOf(other)) {
+    if (std::any_of(drives.begin(), drives.end(),
+                    [&](const Drive& there) { return isSameDrive(added, there); }))
+      return true;
   }
   return false;
 }

@@ -60,7 +60,7 @@ TEST_F(TinyTown, WhatContradictsAMapIsRefused) {
   const std::string copy = file("contradicted.xvm");
   fs::copy(map(), copy);
   expectRefusedWithoutForce({"map", "--append", town("rear"), copy}, copy,
-                            town("rear") + ": does not fit " + copy);
+                            " m away from " + copy + "; are they in one frame?");
 }
 
 TEST_F(TinyTown, RecordingsOfTwoFramesAreSaidAndThoseOfOneAreNot) {
