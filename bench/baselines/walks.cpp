@@ -5,6 +5,13 @@
 namespace xview {
 namespace {
 
+map::SemanticMap mapOf(const SemanticGraph& graph, const LabelSet& labels) {
+  map::SemanticMap map;
+  map.graph = graph;
+  map.labels = labels;
+  return map;
+}
+
 Options walkOptions() {
   Options options;
   options.method = "walks";
@@ -16,19 +23,17 @@ Options walkOptions() {
 class Walks final : public Baseline {
  public:
   Walks(const SemanticGraph& graph, const LabelSet& labels)
-      : options_(walkOptions()),
-        map_{labels, graph, {}, {}, {}, {}, {}},
-        localizer_(map_, options_) {}
+      : options_(walkOptions()), localizer_(mapOf(graph, labels), options_) {}
 
   std::optional<Eigen::Isometry3d> localize(const SemanticGraph& query) const override {
-    const Localization answer = localizer_.localize(makeQuery(query, map_.labels, options_));
+    const Localization answer =
+        localizer_.localize(makeQuery(query, localizer_.labels(), options_));
     if (answer.hypotheses.empty()) return std::nullopt;
     return answer.T_map_query;
   }
 
  private:
   Options options_;
-  map::SemanticMap map_;
   Localizer localizer_;
 };
 

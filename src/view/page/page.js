@@ -83,6 +83,7 @@ function draw() {
   for (const cloud of clouds) chooseDetail(cloud, moving ? detail : 1);
   const began = performance.now();
   renderer.render(world, camera);
+  showScale();
   const gl = renderer.getContext();
   gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));  // waits until it is drawn
   if (moving) detail = Math.min(1, Math.max(0.05, detail * Math.min(1.2, Math.max(0.4, kFrame_ms / (performance.now() - began)))));
@@ -91,18 +92,62 @@ function draw() {
     document.documentElement.dataset.firstDraw = String(Math.round(performance.now()))  // since the page was asked for;
   }
 }
-// The whole map, as large as it fits between headline, panel and hints.
-function home(above) {
-  const from = new THREE.Vector3(...(above ? [0, -1e-3, 1] : [-0.25, -0.72, 0.68])).normalize();
-  const right = new THREE.Vector3(0, 0, 1).cross(from).normalize(), up = from.clone().cross(right);
-  const v = 0.8 * Math.tan(Math.PI / 8), h = v * Math.max(0.3, innerWidth > 800 ? (innerWidth - 340) / innerHeight : innerWidth / innerHeight);
-  let distance = controls.minDistance;
-  for (let corner = 0; corner < 8; ++corner) {
-    const p = new THREE.Vector3(...scene.half_size.map((half, k) => corner & (1 << k) ? half : -half));
-    distance = Math.max(distance, p.dot(from) + Math.max(Math.abs(p.dot(right)) / h, Math.abs(p.dot(up)) / v));
+// How long a piece of the screen is at what is looked at: the longest of 1, 2, 5, 10, ... m that fits.
+function showScale() {
+  const metresPerPixel = 2 * Math.tan(Math.PI / 8) * camera.position.distanceTo(controls.target) / innerHeight;
+  const most = 140 * metresPerPixel, power = 10 ** Math.floor(Math.log10(most));
+  const length = power * [5, 2, 1].find(factor => factor * power <= most);
+  byId('bar').style.width = length / metresPerPixel + 'px';
+  byId('length').textContent = lengthText(length);
+}
+// Where the pointer meets the level of what is looked at, in the frame of the map.
+const ray = new THREE.Raycaster(), level = new THREE.Plane(new THREE.Vector3(0, 0, 1));
+canvas.addEventListener('pointermove', e => {
+  ray.setFromCamera(new THREE.Vector2(2 * e.clientX / innerWidth - 1, 1 - 2 * e.clientY / innerHeight), camera);
+  level.constant = -controls.target.z;
+  const met = ray.ray.intersectPlane(level, new THREE.Vector3());
+  byId('pointer').textContent = met ? ['x', 'y'].map((axis, k) => axis + ' ' + (met.getComponent(k) + scene.center[k]).toFixed(2)).join(', ') + ' m' : '';
+});
+// Some of what is shown, to fit the view to: a share of the points of the cloud, else of the vertices.
+function outline() {
+  const points = [];
+  if (scene.cloud) {
+    const p = decode(scene.cloud.positions, Uint16Array), most = Math.ceil(4000 / scene.cloud.chunks.length);
+    let first = 0;
+    for (const [count, x, y, z, size] of scene.cloud.chunks) {
+      for (let i = 3 * first; i < 3 * (first + Math.min(count, most)); i += 3)
+        points.push(new THREE.Vector3(x + size * p[i] / 65535, y + size * p[i + 1] / 65535, z + size * p[i + 2] / 65535));
+      first += count;
+    }
+  } else if (scene.graph) {
+    const p = decode(scene.graph.positions, Float32Array), step = 3 * Math.ceil(p.length / 12000);
+    for (let i = 0; i < p.length; i += step) points.push(new THREE.Vector3(p[i], p[i + 1], p[i + 2]));
   }
-  controls.target.set(0, 0, 0);
-  camera.position.copy(from).multiplyScalar(distance);
+  if (points.length < 10)
+    for (let corner = 0; corner < 8; ++corner)
+      points.push(new THREE.Vector3(...scene.half_size.map((half, k) => corner & (1 << k) ? half : -half)));
+  return points;
+}
+// The whole map, as large as it fits between headline, panel and hints, its longer side across.
+function home(above) {
+  const across = scene.half_size[0] >= scene.half_size[1];
+  const from = new THREE.Vector3(...(above ? across ? [0, -1e-3, 1] : [-1e-3, 0, 1] : across ? [-0.25, -0.72, 0.68] : [-0.72, -0.25, 0.68])).normalize();
+  const right = new THREE.Vector3(0, 0, 1).cross(from).normalize(), up = from.clone().cross(right);
+  const ahead = new THREE.Vector3(up.x, up.y, 0).normalize();
+  const v = 0.82 * Math.tan(Math.PI / 8), h = v * Math.max(0.3, innerWidth > 800 ? (innerWidth - 340) / innerHeight : 2 * innerWidth / innerHeight);
+  const points = outline(), target = new THREE.Vector3();
+  let distance = 0;
+  for (let round = 0; round < 6; ++round) {  // the middle on the screen depends on the distance
+    const at = points.map(p => p.clone().sub(target)).map(p => [p.dot(right), p.dot(up), p.dot(from)]);
+    distance = Math.max(controls.minDistance, ...at.map(p => p[2] + Math.max(Math.abs(p[0]) / h, Math.abs(p[1]) / v)));
+    const middle = k => {
+      const seen = at.map(p => p[k] / (1 - p[2] / distance));
+      return (Math.min(...seen) + Math.max(...seen)) / 2;
+    };
+    target.addScaledVector(right, middle(0)).addScaledVector(ahead, middle(1) / ahead.dot(up));
+  }
+  controls.target.copy(target);
+  camera.position.copy(from).multiplyScalar(distance).add(target);
   controls.update();
   redraw();
 }
@@ -517,8 +562,7 @@ byId('search').oninput = () => {
   const wantedText = byId('search').value.toLowerCase();
   for (const q of scene.queries) q.item.hidden = !(q.name + ' ' + q.status + ' ' + q.reason).toLowerCase().includes(wantedText);
   for (const mark of listedMarks) mark.item.hidden = !mark.text.toLowerCase().includes(wantedText);
-  const lists = scene.queries.length + listedMarks.length;
-  for (const c of scene.classes) c.item.hidden = !c.name.toLowerCase().includes(wantedText) && lists === 0;
+  for (const c of scene.classes) c.item.hidden = !c.name.toLowerCase().includes(wantedText);
 };
 byId('search').onkeydown = e => {
   const found = e.key === 'Enter' && [...scene.queries, ...listedMarks].find(entry => !entry.item.hidden);
