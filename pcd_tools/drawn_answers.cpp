@@ -27,9 +27,7 @@ LabelledCloud thinned(LabelledCloud cloud, double voxel_m) {
   return graph::thinByVoxel(cloud, voxel_m);
 }
 
-bool isBareCloud(const std::string& path) {
-  return io::isCloudFile(path) && io::readCloudHeader(path).label_field.empty();
-}
+bool isBareCloud(const std::string& path) { return io::readCloudHeader(path).label_field.empty(); }
 
 }  // namespace
 

@@ -4,6 +4,7 @@
 #include "inputs.h"
 #include "outputs.h"
 #include "tool.h"
+#include "xview/io/cloud_files.h"
 #include "xview/io/pose_files.h"
 #include "xview/types/error.h"
 #include "xview/types/localization.h"
@@ -26,7 +27,8 @@ class LiftCommand final : public Command {
             "depth+label frames -> one labelled cloud in the odometry frame",
             "Every measurement of a class that is not ignored becomes one point. The cloud is .pcd "
             "or .ply by the ending of its name. Of a labelled cloud it is the same cloud again, "
-            "moved with --transform, its classes kept.",
+            "moved with --transform, its classes kept; of a map (.xvm) the points that it keeps. "
+            "With --tiles CLOUD is a folder as Autoware divides its map.",
             "xview lift town/forward --frames 0:30 town.pcd",
             2,
             2,
@@ -39,31 +41,63 @@ class LiftCommand final : public Command {
               "thin the cloud to one point per voxel and class; 0 = keep all [m]");
     flags.add("--transform", transform_,
               "move the cloud by these 4 x 4 numbers (localize --matrix)");
+    flags.add("--tiles", tiles_m_, "write a folder of tiles that are so wide; 0 = one file [m]");
   }
 
   ExitCode run(const Job& job) override {
     if (!(voxel_m_ >= 0)) throw UsageError(fmt::format("--voxel {}, must be >= 0", voxel_m_));
-    requireCloudPath(job.operands[1]);
+    if (tiles_m_ < 0) throw UsageError(fmt::format("--tiles {}, must be >= 0", tiles_m_));
+    if (tiles_m_ == 0) requireCloudPath(job.operands[1]);
     Eigen::Affine3d T_out_odom = Eigen::Affine3d::Identity();
     if (!transform_.empty()) T_out_odom = io::readMatrix(transform_);
     Stopwatch watch;
-    const auto source = openInput(job.operands[0], input_.parsed(), job);
-    graph::LiftCounts counts;
-    LabelledCloud cloud = liftAll(*source, job, voxel_m_, &counts);
-    if (!transform_.empty()) move(cloud, T_out_odom);
-    writeCloud(job.operands[1], cloud, source->labels());
-    job.narrate.stage("lift", watch.lap_ms(),
-                      fmt::format("{} frames, {} points; left out: {} without depth, {} out of "
-                                  "range, {} of ignored classes",
-                                  source->size(), cloud.size(), counts.no_depth,
-                                  counts.out_of_range, counts.ignored_class));
+    Lifted lifted = io::recogniseInput(job.operands[0], input_.parsed()) == io::InputKind::map
+                        ? pointsOfMap(job.operands[0])
+                        : pointsOfFrames(job);
+    if (!transform_.empty()) move(lifted.cloud, T_out_odom);
+    write(job.operands[1], lifted, job.narrate);
+    job.narrate.stage("lift", watch.lap_ms(), lifted.story);
     return kDone;
   }
 
  private:
+  struct Lifted {
+    LabelledCloud cloud;
+    LabelSet labels;
+    std::string story;  ///< what became of it
+  };
+
+  Lifted pointsOfFrames(const Job& job) const {
+    const auto source = openInput(job.operands[0], input_.parsed(), job);
+    graph::LiftCounts counts;
+    LabelledCloud cloud = liftAll(*source, job, voxel_m_, &counts);
+    std::string story = fmt::format(
+        "{} frames, {} points; left out: {} without depth, {} out of range, {} of ignored classes",
+        source->size(), cloud.size(), counts.no_depth, counts.out_of_range, counts.ignored_class);
+    return {std::move(cloud), source->labels(), std::move(story)};
+  }
+
+  Lifted pointsOfMap(const std::string& path) const {
+    map::SemanticMap map = map::loadMap(path);
+    if (map.cloud.empty()) throw Error(path, "the map keeps no points; make it of a recording");
+    if (voxel_m_ > 0) map.cloud = graph::thinByVoxel(map.cloud, voxel_m_);
+    std::string story = fmt::format("{} points", map.cloud.size());
+    return {std::move(map.cloud), map.labels, std::move(story)};
+  }
+
+  void write(const std::string& path, const Lifted& lifted, const Narrative& narrate) const {
+    if (tiles_m_ == 0) return writeCloud(path, lifted.cloud, lifted.labels);
+    io::writeTiles(path, lifted.cloud, tiles_m_, &lifted.labels);
+    if (io::needsDoubles(lifted.cloud))
+      narrate.note(path +
+                   " has doubles, as float32 has no millimetres 10 km from the origin; PCL and "
+                   "Autoware read float32 only: move the cloud with --transform");
+  }
+
   InputFlags input_;
   std::string transform_;
   double voxel_m_ = 0;
+  int tiles_m_ = 0;
 };
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include <limits>
 #include <new>
 
+#include "cloud_tiles.h"
 #include "point_table.h"
 #include "xview/types/atomic_file.h"
 
@@ -143,16 +144,6 @@ struct Contents {
   const LabelSet* labels = nullptr;
 };
 
-/// Whether single precision would lose more than half a millimetre.
-bool needsDoubles(const LabelledCloud& cloud) {
-  constexpr double kFar_m = 1e4;
-  if (cloud.origin.isZero(0)) return false;
-  for (std::size_t i = 0; i < cloud.size(); ++i) {
-    if (!(cloud.position(i).cwiseAbs().maxCoeff() < kFar_m)) return true;
-  }
-  return false;
-}
-
 template <class T>
 void append(std::string& bytes, T value) {
   char raw[sizeof(T)];
@@ -267,6 +258,15 @@ LabelledCloud readScan(InputFile& scan, std::optional<InputFile>& labels, std::s
 
 }  // namespace
 
+bool needsDoubles(const LabelledCloud& cloud) {
+  constexpr double kFar_m = 1e4;
+  if (cloud.origin.isZero(0)) return false;
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    if (!(cloud.position(i).cwiseAbs().maxCoeff() < kFar_m)) return true;
+  }
+  return false;
+}
+
 std::vector<std::string> cloudEndings() {
   std::vector<std::string> endings;
   for (const CloudFormat& format : kCloudFormats) endings.emplace_back(format.ending);
@@ -277,6 +277,7 @@ bool isCloudFile(const std::string& path) { return cloudFormatOf(path) != nullpt
 
 float largestFloatCoordinate(const std::string& path) {
   struct Found {};  // one point is enough
+  if (isTiledCloud(path)) return largestFloatCoordinate(firstTile(path));
   InputFile file(path);
   const FileLayout layout = readLayout(file);
   const Element& points = pointsOf(layout, file);
@@ -315,6 +316,7 @@ bool tellsClasses(const std::string& path) {
 }
 
 CloudHeader readCloudHeader(const std::string& path, const CloudFields& fields) {
+  if (isTiledCloud(path)) return readTiledHeader(path, fields);
   InputFile file(path);
   const FileLayout layout = readLayout(file);
   const Element& points = pointsOf(layout, file);
@@ -332,6 +334,7 @@ CloudHeader readCloudHeader(const std::string& path, const CloudFields& fields) 
 }
 
 LabelledCloud readCloud(const std::string& path, const CloudFields& fields, bool require_label) {
+  if (isTiledCloud(path)) return readTiledCloud(path, fields, require_label);
   InputFile file(path);
   try {
     const FileLayout layout = readLayout(file);

@@ -250,7 +250,8 @@ RecordingListing listCloud(const std::string& path, const InputOptions& options)
   RecordingListing listing = cloudListing(Sensor::cloud, options);
   listing.frames.resize(1);
   listing.frames[0].measurement = path;
-  chooseLabels(listing, options, fs::absolute(path).parent_path());
+  chooseLabels(listing, options,
+               fs::is_directory(path) ? fs::path(path) : fs::absolute(path).parent_path());
   return listing;
 }
 

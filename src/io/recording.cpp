@@ -9,6 +9,7 @@
 #include <sstream>
 #include <utility>
 
+#include "cloud_tiles.h"
 #include "input_file.h"
 #include "layouts.h"
 #include "xview/io/bag_files.h"
@@ -144,6 +145,7 @@ InputKind recogniseFolder(const fs::path& folder) {
   if (has("GT/LABELS") || isSynthiaCamera(folder.string())) kinds.push_back(InputKind::synthia);
   if (has("extrinsic.txt") && has("frames")) kinds.push_back(InputKind::virtual_kitti);
   if (kinds.empty() && isBag(folder.string())) kinds.push_back(InputKind::bag);
+  if (kinds.empty() && isTiledCloud(folder.string())) kinds.push_back(InputKind::cloud);
   if (kinds.empty() && hasClouds(folder)) kinds.push_back(InputKind::cloud_folder);
   if (kinds.size() > 1)
     failBetween(folder.string(), kinds[0], kinds[1], "it has the folders of both");

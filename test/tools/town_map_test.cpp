@@ -29,6 +29,23 @@ TEST_F(TinyTown, LiftedCloudsRememberTheirClasses) {
   EXPECT_LT((poseIn(of_clouds) * last_sensor - poseIn(of_folders) * last_sensor).norm(), 0.1);
 }
 
+TEST_F(TinyTown, MapsInTilesAreMapsWithTheSameAnswers) {
+  succeed({"lift", "-q", map(), file("whole.pcd")});
+  succeed({"lift", "-q", map(), "--tiles", "20", file("tiles")});
+  const auto answer = [&](const std::string& in) {
+    return poseIn(jsonLines(succeed({"localize", "-q", "--json", town("rear"), in}).out).at(0));
+  };
+  const Eigen::Isometry3d whole = answer(file("whole.pcd")), tiled = answer(file("tiles"));
+  EXPECT_LT((whole.translation() - tiled.translation()).norm(), 1e-3);
+  EXPECT_LT((whole.linear() - tiled.linear()).norm(), 1e-4);
+  const std::string about = succeed({"info", "-q", file("tiles")}).out;
+  EXPECT_NE(about.find(" tiles of 20 x 20 m, PCD binary\n"), std::string::npos) << about;
+  succeed({"lift", "-q", file("tiles"), "--tiles", "50", file("larger")});
+  succeed({"map", "-q", file("larger"), file("larger.xvm")});
+  succeed({"view", "-q", file("larger"), file("larger.png")});
+  EXPECT_EQ(runXview({"lift", map(), "--tiles", "-1", file("none")}).code, 2);
+}
+
 /// The command fails, says why in one line, and leaves the map as it is; not so with --force.
 void expectRefusedWithoutForce(std::vector<std::string> command, const std::string& map,
                                const std::string& why) {

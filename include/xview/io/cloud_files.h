@@ -33,8 +33,8 @@ bool isCloudFile(const std::string& path);  ///< ends in one of them, in letters
 /// Reads no more than the header; it is checked against the size of the file. Throws Error.
 CloudHeader readCloudHeader(const std::string& path, const CloudFields& fields = {});
 
-/// Reads .pcd, .ply and .las strictly; throws Error with path and line, or path and number of the
-/// point (from 0) in binary files.
+/// Reads .pcd, .ply, .las and folders of tiles (writeTiles) strictly; throws Error with path and
+/// line, or path and number of the point (from 0) in binary files.
 /// - The header is checked against the size of the file in 64 bit before anything is allocated;
 /// rows that are missing, too
 ///   short, too long or too many, and fields of the same name that are used, are errors.
@@ -51,6 +51,9 @@ CloudHeader readCloudHeader(const std::string& path, const CloudFields& fields =
 LabelledCloud readCloud(const std::string& path, const CloudFields& fields = {},
                         bool require_label = true);
 
+/// Whether the cloud is written as doubles, because single precision would lose more than half a
+/// millimetre.
+bool needsDoubles(const LabelledCloud& cloud);
 /// Binary PCD with x y z label [instance]; with a label set also rgb, so that pcl_viewer shows it,
 /// and its classes as comments of the header. x y z are float32, unless the cloud has an origin and
 /// a coordinate of 10 km or more: then they are doubles (F 8), which this program reads but PCL
@@ -60,6 +63,13 @@ void writePcd(const std::string& path, const LabelledCloud& cloud,
 /// Same as binary PLY (x y z, red green blue, label, instance).
 void writePly(const std::string& path, const LabelledCloud& cloud,
               const LabelSet* labels = nullptr);
+
+/// The cloud in square tiles as Autoware divides its map: `folder` gets
+/// pointcloud_map_metadata.yaml and pointcloud_map.pcd/, with one PCD as of writePcd() for each
+/// tile that has points. It appears whole or not at all; tiles of before are replaced. Throws
+/// Error, UsageError if there would be too many.
+void writeTiles(const std::string& folder, const LabelledCloud& cloud, int size_m,
+                const LabelSet* labels = nullptr);
 
 /// A SemanticKITTI scan: float32 x y z intensity and uint32 labels (class low, instance high 16
 /// bits). Points that are not finite are dropped. Throws Error, also if the two files disagree in
