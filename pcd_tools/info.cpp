@@ -6,15 +6,20 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "doubts.h"
 #include "inputs.h"
 #include "outputs.h"
 #include "tool.h"
+#include "windows.h"
 #include "xview/alikeness.h"
 #include "xview/io/bag_files.h"
 #include "xview/io/cloud_files.h"
 #include "xview/map/semantic_map.h"
 #include "xview/measure_size.h"
+#include "xview/query_check.h"
+#include "xview/raw_recording.h"
 #include "xview/types/error.h"
+#include "xview/types/label_match.h"
 #include "xview/types/user_text.h"
 
 namespace xview::tools {
@@ -74,8 +79,14 @@ class Sheet {
     std::string key = name;
     std::replace(key.begin(), key.end(), ' ', '_');
     json_[key] = value.is_null() ? Json(text) : std::move(value);
+    line(name, text);
+  }
+  /// Text only.
+  void line(const std::string& name, const std::string& text) {
     text_ += fmt::format("{:<14}{}\n", name, printable(text));
   }
+  /// JSON only.
+  void hidden(const std::string& key, Json value) { json_[key] = std::move(value); }
   void bounds(const std::string& name, const Eigen::AlignedBox3d& box);
   void classes(const Census& census, const LabelSet& labels, const char* unit);
   void topics(const std::vector<io::BagTopic>& topics);
@@ -217,26 +228,184 @@ void printRecording(Sheet& sheet, const FrameSource& source, const Job& job) {
   sheet.classes(all, source.labels(), unit);
 }
 
+/// What localizing a query in a map will meet, as `localize` reads both.
+class Meeting {
+ public:
+  Meeting(const InputFlags& input, const Job& given) : input_(input), job_(given) {
+    job_.narrate =
+        Narrative({[this](const std::string& note) { notes_.push_back(note); }, nullptr});
+    map_ = readMap(job_.operands[1], input_, job_);
+    job_ = inMap(std::move(job_), map_);
+    query_ = readQuery(job_.operands[0], input_, job_, map_.labels, kLastMetres);
+    sayOwnDrive(map_, query_.path, query_.poses(), job_.narrate);
+  }
+
+  void print(Sheet& sheet) {
+    printPlaces(sheet);
+    printClasses(sheet);
+    printGraphs(sheet);
+    printSearch(sheet);
+    printUp(sheet);
+    for (const std::string& note : notes_) sheet.line("note", note);
+    sheet.hidden("notes", notes_);
+  }
+
+ private:
+  LabelSet ownLabels() const;
+  void printPlaces(Sheet& sheet);
+  void printClasses(Sheet& sheet) const;
+  void printGraphs(Sheet& sheet) const;
+  void printSearch(Sheet& sheet) const;
+  void printUp(Sheet& sheet);
+
+  const InputFlags& input_;
+  Job job_;
+  std::vector<std::string> notes_;
+  map::SemanticMap map_;
+  QueryInput query_;
+};
+
+Eigen::AlignedBox3d boundsOf(const Place& place) {
+  Eigen::AlignedBox3d box = censusOf(place.graph).bounds;
+  box.extend(censusOf(place.cloud).bounds);
+  const PlanView& plan = place.plan;
+  for (const GroundCell& cell : plan.known)
+    box.extend(Eigen::Vector3d(plan.origin_x + cell.x * plan.cell_m,
+                               plan.origin_y + cell.y * plan.cell_m, plan.origin_z + cell.z));
+  return box;
+}
+
+double lengthOf(const std::vector<Eigen::Isometry3d>& poses) {
+  double length_m = 0;
+  for (std::size_t i = 1; i < poses.size(); ++i)
+    length_m += (poses[i].translation() - poses[i - 1].translation()).norm();
+  return length_m;
+}
+
+/// The classes of the query before they are brought into those of the map.
+LabelSet Meeting::ownLabels() const {
+  io::InputOptions options = inputIn(input_, map_.labels);
+  if (knowsShapesOnly(map_.labels)) options.labels = kShapes;
+  if (const auto stored = readStored(query_.path, options, job_)) return stored->labels;
+  return withRolesByShape(openInput(query_.path, options, job_), job_.options.lift,
+                          job_.options.threads)
+      ->labels();
+}
+
+void Meeting::printPlaces(Sheet& sheet) {
+  sheet.row("query", query_.path);
+  sheet.row("map", job_.operands[1]);
+  sheet.bounds("query bounds", boundsOf(*query_.whole));
+  sheet.bounds("map bounds", boundsOf(map_));
+  const double length_m = lengthOf(query_.whole->poses);
+  sheet.row("query length",
+            fmt::format("{:.1f} m, {} of {} frames", length_m, query_.size() - query_.used_from,
+                        query_.size()),
+            length_m);
+  sheet.row("size", sizeText(map_.size));
+  const MeasuredSize alone = query_.source
+                                 ? measureSize(std::vector<const FrameSource*>{query_.source.get()})
+                                 : measureSize(query_.whole->graph);
+  sheet.row("query alone", fmt::format("{} ({})", sizeText(alone.size), alone.reason),
+            sizeText(alone.size));
+  if (alone.size != map_.size)
+    notes_.push_back(fmt::format(
+        "{} looks like a {} and is read with the lengths of a {}, as the map has them; are the "
+        "lengths of both metres?",
+        query_.path, sizeText(alone.size), sizeText(map_.size)));
+}
+
+void Meeting::printClasses(Sheet& sheet) const {
+  const LabelSet own = ownLabels();
+  const auto nameOf = [](const LabelSet& labels) {
+    return knowsShapesOnly(labels) ? std::string("from shapes")
+           : labels.isGeneric()    ? std::string("ids without names")
+           : labels.name().empty() ? std::string("of its own")
+                                   : "'" + labels.name() + "'";
+  };
+  sheet.row("query classes", nameOf(own), own.name());
+  sheet.row("map classes", nameOf(map_.labels), map_.labels.name());
+  const io::InputOptions options = input_.parsed();
+  const LabelMatch match(own, map_.labels, options.class_names);
+  Json partners = Json::array();
+  for (const auto& [id, partner] : match.partners()) {
+    const std::string name = own.className(id), there = map_.labels.className(partner.id);
+    sheet.line("", fmt::format("{:<24}{:<24}by {}", name, there, toString(partner.by)));
+    partners.push_back({{"query", name}, {"map", there}, {"by", toString(partner.by)}});
+  }
+  sheet.hidden("partners", partners);
+  const auto listAlone = [&](const char* row, const LabelMatch& of) {
+    std::vector<std::string> names;
+    for (const std::uint32_t id : of.alone()) names.push_back(of.from().className(id));
+    sheet.row(row, names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", ")), names);
+  };
+  listAlone("only in query", match);
+  listAlone("only in map", LabelMatch(map_.labels, own, options.class_names));
+}
+
+void Meeting::printGraphs(Sheet& sheet) const {
+  const char *query = toString(query_.whole->graph.space), *map = toString(map_.graph.space);
+  sheet.row("graph space", fmt::format("{} (query), {} (map)", query, map),
+            {{"query", query}, {"map", map}});
+}
+
+void Meeting::printSearch(Sheet& sheet) const {
+  const std::string windows = ownAcceptanceText(map_);
+  if (!windows.empty()) sheet.row("own windows", windows);
+  const double to_town = 1 / map_.size;
+  const auto problem = whyUnfindable(*Scaled<Query>(*query_.whole, to_town),
+                                     *Scaled<map::SemanticMap>(map_, to_town));
+  sheet.row("findable", problem ? "no: " + *problem : "worth a search", !problem);
+  sheet.hidden("reason", problem.value_or(""));
+}
+
+/// The last of all, as the map is used up.
+void Meeting::printUp(Sheet& sheet) {
+  const Gravity query = query_.whole->gravity;
+  const Gravity map = makeQuery(std::move(map_), job_.options).gravity;
+  const auto json = [](const Gravity& up) {
+    return Json{{"known", up.known}, {"reason", up.reason}};
+  };
+  sheet.row("up", fmt::format("query: {}; map: {}", query.reason, map.reason),
+            {{"query", json(query)}, {"map", json(map)}});
+}
+
 class InfoCommand final : public Command {
  public:
   Description describe() const override {
-    return {"info", "FILE|DIR", "what is it: kind, classes and counts, bounds, poses, versions",
+    return {"info",
+            "FILE|DIR [MAP]",
+            "what is it: kind, classes and counts, bounds, poses, versions",
             "Reads everything, so that what info accepts the other commands accept as well; only a "
-            "cloud without classes is described, too.",
-            "xview info town/forward"};
+            "cloud without classes is described, too. With a MAP: what localizing it there will "
+            "meet: classes and their partners, bounds, lengths, which way is up, and all notes.",
+            "xview info town/forward",
+            1,
+            2};
   }
 
   void declare(Flags& flags) override {
-    input_.declare(flags);
+    input_.declareWithMap(flags);
     flags.add("--json", json_, "print one JSON object");
     flags.addOutput("-o,--out", out_, "write it to this file");
   }
 
   ExitCode run(const Job& job) override {
-    const std::string& path = job.operands[0];
+    Sheet sheet(json_);
+    if (job.operands.size() == 2)
+      Meeting(input_, job).print(sheet);
+    else
+      printOne(sheet, job.operands[0], job);
+    Results results(out_);
+    results.print(sheet.text(), job.narrate);
+    results.finish();
+    return kDone;
+  }
+
+ private:
+  void printOne(Sheet& sheet, const std::string& path, const Job& job) const {
     io::InputOptions input = input_.parsed();
     const io::InputKind kind = settleKind(path, input, job);
-    Sheet sheet(json_);
     sheet.row("path", path);
     sheet.row("kind", toString(kind));
     if (kind == io::InputKind::map) {
@@ -251,13 +420,8 @@ class InfoCommand final : public Command {
       if (kind == io::InputKind::bag) sheet.topics(io::bagTopics(path, input));
       printFrames(sheet, path, kind, input, job);
     }
-    Results results(out_);
-    results.print(sheet.text(), job.narrate);
-    results.finish();
-    return kDone;
   }
 
- private:
   /// Of a bag that cannot be read as it is, the topics are worth knowing.
   static void printFrames(Sheet& sheet, const std::string& path, io::InputKind kind,
                           const io::InputOptions& input, const Job& job) {

@@ -8,13 +8,10 @@
 #include "xview/localizer.h"
 #include "xview/map/semantic_map.h"
 #include "xview/place_builder.h"
+#include "xview/query_check.h"
 #include "xview/types/localization.h"
 
 namespace xview {
-
-/// Why a query cannot be found in the map wherever it is, and what to do about it; nothing if it is
-/// worth a search. The query is in the classes of the map unless they have nothing in common.
-std::optional<std::string> whyUnfindable(const Query& query, const map::SemanticMap& map);
 
 /// Throws UsageError if the prior, in the frame and lengths of the map, excludes all of it.
 void requirePriorInside(const PlacePrior& prior, const map::SemanticMap& map);

@@ -46,6 +46,53 @@ TEST_F(TinyTown, MapsInTilesAreMapsWithTheSameAnswers) {
   EXPECT_EQ(runXview({"lift", map(), "--tiles", "-1", file("none")}).code, 2);
 }
 
+Json meeting(std::vector<std::string> arguments) {
+  arguments.insert(arguments.begin(), {"info", "-q", "--json"});
+  return Json::parse(succeed(arguments).out);
+}
+
+TEST_F(TinyTown, WhatAQueryWillMeetInAMapIsSaid) {
+  const Json same = meeting({town("rear"), map()});
+  EXPECT_EQ(same["findable"], true);
+  EXPECT_EQ(same["only_in_query"], Json::array());
+  EXPECT_EQ(same["only_in_map"], Json::array());
+  EXPECT_EQ(same["partners"][0]["by"], "name");
+  EXPECT_EQ(same["size"], "town");
+  EXPECT_GT(same["query_length"].get<double>(), 10);
+  EXPECT_EQ(same["up"]["map"]["known"], true);
+  EXPECT_EQ(same["graph_space"]["query"], "cloud");
+  EXPECT_EQ(same["notes"], Json::array()) << same["notes"];
+  const Json own = meeting({town("forward"), map()});
+  EXPECT_NE(own["notes"].dump().find("a recording that the map was made of"), std::string::npos);
+  const Json raw = meeting({town("lidar"), "--labels", "shapes", map()});
+  EXPECT_EQ(raw["query_classes"], "shapes");
+  EXPECT_EQ(raw["partners"][0]["by"], "kind");
+  EXPECT_NE(raw["notes"].dump().find("classes from shapes: "), std::string::npos);
+  const std::string text = succeed({"info", "-q", town("rear"), map()}).out;
+  EXPECT_NE(text.find("\nfindable      worth a search\n"), std::string::npos) << text;
+}
+
+TEST_F(TinyTown, AQueryInMillimetresOrWithOtherClassesIsSaidToBeUnfindable) {
+  const auto graph = [](const char* name, double metre) {
+    std::string vertices;
+    for (int i = 0; i < 40; ++i)
+      vertices += std::to_string(metre * 7 * (i % 8)) + " " + std::to_string(metre * 9 * (i / 8)) +
+                  " 1 7\n";
+    return "ply\nformat ascii 1.0\ncomment xview class 7 object other_object 1 2 3 " +
+           std::string(name) +
+           "\nelement vertex 40\nproperty float x\nproperty float y\nproperty float z\n"
+           "property int label\nend_header\n" +
+           vertices;
+  };
+  writeText(file("mm.ply"), graph("pole", 1000));
+  const Json millimetres = meeting({file("mm.ply"), map()});
+  EXPECT_EQ(millimetres["findable"], false);
+  EXPECT_NE(millimetres["reason"].get<std::string>().find("millimetres"), std::string::npos);
+  writeText(file("other.ply"), graph("giraffe", 1));
+  const Json other = meeting({file("other.ply"), map()});
+  EXPECT_EQ(other["only_in_query"], Json::array({"giraffe"}));
+}
+
 /// The command fails, says why in one line, and leaves the map as it is; not so with --force.
 void expectRefusedWithoutForce(std::vector<std::string> command, const std::string& map,
                                const std::string& why) {
