@@ -15,7 +15,7 @@ find_package(SQLite3 REQUIRED)
 find_package(SQLiteCpp REQUIRED)
 find_package(ZLIB REQUIRED)
 # What brings no CMake package (libdeflate before 1.15) is linked by its name.
-foreach(library deflate:libdeflate.h:libdeflate-dev zstd:zstd.h:libzstd-dev lz4:lz4frame.h:liblz4-dev bz2:bzlib.h:libbz2-dev)
+foreach(library deflate:libdeflate.h:libdeflate-dev expat:expat.h:libexpat1-dev zstd:zstd.h:libzstd-dev lz4:lz4frame.h:liblz4-dev bz2:bzlib.h:libbz2-dev)
   string(REPLACE ":" ";" library ${library})
   list(GET library 0 name)
   list(GET library 1 header)

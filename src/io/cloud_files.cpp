@@ -62,8 +62,10 @@ struct CloudFormat {
   FileLayout (*readHeader)(InputFile& file);
 };
 /// Every kind of cloud by the ending of its files, and who reads its header.
-constexpr CloudFormat kCloudFormats[] = {
-    {".pcd", readPcdHeader}, {".ply", readPlyHeader}, {".las", readLasHeader}};
+constexpr CloudFormat kCloudFormats[] = {{".pcd", readPcdHeader},
+                                         {".ply", readPlyHeader},
+                                         {".las", readLasHeader},
+                                         {".e57", readE57Header}};
 
 const CloudFormat* cloudFormatOf(const std::string& path) {
   const std::string ending = endingOf(path);

@@ -14,8 +14,8 @@
 
 namespace xview::io {
 
-// PCD, PLY and LAS files in one form: elements (points, vertices, edges), each a table of typed
-// columns.
+// PCD, PLY, LAS and E57 files in one form: elements (points, vertices, edges), each a table of
+// typed columns.
 
 enum class ScalarType { i8, u8, i16, u16, i32, u32, i64, u64, f32, f64 };
 
@@ -43,7 +43,7 @@ struct Element {
   std::string columnNames() const;  ///< "x y z label", for messages
 };
 
-enum class Encoding { ascii, little_endian, big_endian, compressed };
+enum class Encoding { ascii, little_endian, big_endian, compressed, packets };
 
 /// A parsed header; the file stands at the first byte of the body.
 struct FileLayout {
@@ -70,6 +70,10 @@ FileLayout readPlyHeader(InputFile& file);
 /// Reads the header of a LAS file, and its variable records: one element "point" with the columns
 /// of its point format; what a point has beyond them is "extra_bytes".
 FileLayout readLasHeader(InputFile& file);
+
+/// Reads what the XML of an E57 file says: one element "point" with x, y and z of all scans in the
+/// frame of the file, and what else the points of the first scan have.
+FileLayout readE57Header(InputFile& file);
 
 /// Throws Error if the rest of the file cannot hold the rows that the header announces. In 64 bit
 /// and before anything is allocated, so that a header of 200 bytes cannot demand gigabytes.
@@ -114,6 +118,11 @@ using RowVisitor = std::function<void(const double* values, const RowPlace& plac
 /// Throws Error.
 void readRows(InputFile& file, const FileLayout& layout, const Element& element,
               const std::vector<std::size_t>& columns, const RowVisitor& visit);
+
+/// The rows of an E57 file as readRows() visits those of others; x, y and z of a point that was not
+/// measured are NaN. Throws Error, also if the sum of a page is another.
+void readE57Rows(InputFile& file, const Element& points, const std::vector<std::size_t>& columns,
+                 const RowVisitor& visit);
 
 /// A table that is in memory already, in lines of rows that may have something between them.
 struct StoredRows {

@@ -362,7 +362,8 @@ const Element* FileLayout::findElement(const std::string& name) const {
 }
 
 void checkSize(const InputFile& file, const FileLayout& layout) {
-  if (layout.encoding == Encoding::compressed) return;  // the block has sizes of its own
+  if (layout.encoding == Encoding::compressed || layout.encoding == Encoding::packets)
+    return;  // these have sizes of their own
   // A row of text needs at least a digit and a separator, so that a row that is too short is found
   // by its line; the last line needs no separator.
   const bool text = layout.encoding == Encoding::ascii;

@@ -365,6 +365,7 @@ void readStoredRows(const InputFile& file, const Element& element, const StoredR
 
 void readTable(InputFile& file, const FileLayout& layout, const Element& table,
                const std::vector<std::size_t>& columns, const RowVisitor& visit) {
+  if (layout.encoding == Encoding::packets) return readE57Rows(file, table, columns, visit);
   for (const Element& element : layout.elements) {
     if (&element == &table)
       readRows(file, layout, element, columns, visit);

@@ -73,12 +73,11 @@ constexpr Way kWays[] = {
     {" .laz .copc ",
      "compressed LAS is not read; unpack it: pdal translate {0} {1}.las, or laszip -i {0} -o "
      "{1}.las"},
-    {" .e57 .ptx .pts ",
+    {" .ptx .pts ",
      "this scanner format is not read; convert it: pdal translate {0} {1}.las or "
      "CloudCompare -O {0} -C_EXPORT_FMT LAS -SAVE_CLOUDS"},
     {" .fls .rcp .rcs .zfs .ptg ",
-     "a format of one maker's scanners is not read; export E57, LAS or PLY from its program, then "
-     "E57 by pdal translate {1}.e57 {1}.las"},
+     "a format of one maker's scanners is not read; export E57, LAS or PLY from its program"},
     {" .xyz .csv .txt .asc .xyzrgb .neu .dat ",
      "points as text are not read; convert them: CloudCompare -O {0} -C_EXPORT_FMT PLY "
      "-SAVE_CLOUDS"},
@@ -151,8 +150,8 @@ InputKind recogniseFolder(const fs::path& folder) {
     failBetween(folder.string(), kinds[0], kinds[1], "it has the folders of both");
   if (kinds.empty()) {
     throw Error(folder.string(),
-                "not a recording: expected camera.yaml with depth/, velodyne/, .pcd, .ply, .las or "
-                ".bin files, a rosbag2, or the layout of a known data set" +
+                "not a recording: expected camera.yaml with depth/, velodyne/, .pcd, .ply, .las, "
+                ".e57 or .bin files, a rosbag2, or the layout of a known data set" +
                     wayOutOf(folder));
   }
   return kinds[0];
@@ -166,9 +165,10 @@ InputKind recogniseFile(const std::string& path, std::string* guess) {
   if (isCloudFile(path)) return InputKind::cloud;
   if (isBag(path)) return InputKind::bag;
   if (const std::string way = wayTo(ending, path); !way.empty()) throw Error(path, way);
-  throw Error(path,
-              "not a known kind of file: expected .xvm, .ply, .pcd, .las, .bin, .mcap, .db3, .bag "
-              "or a folder");
+  throw Error(
+      path,
+      "not a known kind of file: expected .xvm, .ply, .pcd, .las, .e57, .bin, .mcap, .db3, .bag "
+      "or a folder");
 }
 
 // ---- writing

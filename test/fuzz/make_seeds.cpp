@@ -8,6 +8,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "support/bags.h"
+#include "support/e57.h"
 #include "xview/io/cloud_files.h"
 #include "xview/io/image_files.h"
 #include "xview/io/pose_files.h"
@@ -107,6 +108,25 @@ void makeBags(const std::string& root) {
   }
   fs::create_directories(root + "/db3");
   test::writeDatabase(root + "/db3/seed.db3", little);
+}
+
+/// Scans without sums, as the target `e57` takes them.
+void makeE57(const std::string& folder) {
+  test::E57Points packed, angles;
+  packed.columns = {test::e57Whole("cartesianX", -500, 500, "scale=\"0.01\""),
+                    test::e57Real("cartesianY", 32), test::e57Real("cartesianZ", 64),
+                    test::e57Whole("label", 0, 20), test::e57Whole("cartesianInvalidState", 0, 2)};
+  angles.columns = {test::e57Real("sphericalRange", 32), test::e57Real("sphericalAzimuth", 32),
+                    test::e57Real("sphericalElevation", 32), test::e57Whole("label", 3, 3)};
+  for (int i = 0; i < 20; ++i) {
+    packed.rows.push_back({10.0 * i, 0.5 * i, 1, 1.0 * i, i == 7 ? 1.0 : 0.0});
+    angles.rows.push_back({1.0 * i, 0.1 * i, 0.2, 3});
+  }
+  packed.packets = 3;
+  packed.has_index = true;
+  angles.pose = "<pose><rotation><w>1</w></rotation><translation><x>1</x></translation></pose>\n";
+  std::ofstream(folder + "/packed.e57", std::ios::binary) << test::e57Content({packed});
+  std::ofstream(folder + "/two.e57", std::ios::binary) << test::e57Content({packed, angles});
 }
 
 /// The files of a folder in the form of the target `layouts`.
@@ -212,7 +232,7 @@ int main(int count, char** arguments) {
   setenv("OPENCV_IO_ENABLE_OPENEXR", "1", 1);
   const std::string root = arguments[1];
   makeImages(root + "/image");
-  for (const char* target : {"cloud", "map", "layouts"})
+  for (const char* target : {"cloud", "e57", "map", "layouts"})
     fs::create_directories(root + "/" + target);
   io::writePcd(root + "/cloud/binary.pcd", someCloud(), nullptr);
   io::writePly(root + "/cloud/binary.ply", someCloud(), nullptr);
@@ -222,6 +242,7 @@ int main(int count, char** arguments) {
   map::saveMap(root + "/map/two.xvm", someMap());
   map::saveRevision(root + "/map/two.xvm", map, "added");
   makeBags(root);
+  makeE57(root + "/e57");
   const std::string work = root + "/work";
   fs::create_directories(work);
   makeRecordings(root + "/image", work, root + "/layouts");

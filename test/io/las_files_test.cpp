@@ -211,7 +211,7 @@ TEST_F(LasFiles, EndingsMayBeInCapitals) {
 TEST_F(LasFiles, KindsThatAreNotReadGetAWayThere) {
   const std::pair<const char*, const char*> cases[] = {
       {"a.laz", "pdal translate"}, {"a.copc.laz", "a.copc.las"},
-      {"a.e57", "pdal translate"}, {"a.XYZ", "CloudCompare"},
+      {"a.ptx", "pdal translate"}, {"a.XYZ", "CloudCompare"},
       {"a.csv", "CloudCompare"},   {"a.txt", "CloudCompare"},
       {"a.pts", "pdal"},           {"a.obj", "SAMPLE_MESH"},
       {"a.stl", "SAMPLE_MESH"},    {"a.npy", "tofile"},

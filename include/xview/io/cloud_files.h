@@ -16,7 +16,7 @@ struct CloudFields {
   std::string instance;
 };
 
-/// What the header of a PCD, PLY or LAS says.
+/// What the header of a PCD, PLY, LAS or E57 says.
 struct CloudHeader {
   std::string format;  ///< "PCD ascii", "PLY binary_big_endian", …
   std::size_t points = 0;
@@ -33,8 +33,8 @@ bool isCloudFile(const std::string& path);  ///< ends in one of them, in letters
 /// Reads no more than the header; it is checked against the size of the file. Throws Error.
 CloudHeader readCloudHeader(const std::string& path, const CloudFields& fields = {});
 
-/// Reads .pcd, .ply, .las and folders of tiles (writeTiles) strictly; throws Error with path and
-/// line, or path and number of the point (from 0) in binary files.
+/// Reads .pcd, .ply, .las, .e57 and folders of tiles (writeTiles) strictly; throws Error with path
+/// and line, or path and number of the point (from 0) in binary files.
 /// - The header is checked against the size of the file in 64 bit before anything is allocated;
 /// rows that are missing, too
 ///   short, too long or too many, and fields of the same name that are used, are errors.

@@ -24,7 +24,7 @@ FrameRange parseFrameRange(const std::string& text);  ///< throws UsageError
 enum class InputKind {
   sequence,        ///< folder with camera.yaml, depth/ and label/
   semantic_kitti,  ///< folder with velodyne/ and labels/, or one .bin with its .label
-  cloud,           ///< one .pcd, .ply or .las with points, or a folder of tiles
+  cloud,           ///< one .pcd, .ply, .las or .e57 with points, or tiles
   cloud_folder,    ///< folder of .pcd/.ply with poses.txt
   graph,           ///< .ply semantic graph
   map,             ///< .xvm
