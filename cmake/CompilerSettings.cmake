@@ -21,6 +21,7 @@ set(CMAKE_POSITION_INDEPENDENT_CODE ON)
 set(CMAKE_CXX_FLAGS_RELEASE "-O2 -DNDEBUG")
 set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
 add_link_options(-Wl,--as-needed)
+set(CMAKE_BUILD_RPATH ${PROJECT_BINARY_DIR})  # where modules are found before they are installed
 
 add_library(xview_warnings INTERFACE)
 target_compile_options(xview_warnings INTERFACE -Wall -Wextra -Wshadow -Wnon-virtual-dtor
@@ -40,6 +41,17 @@ function(xview_layer name)
                         PRIVATE ${arg_PRIVATE} $<BUILD_INTERFACE:xview_warnings>)
   set_property(GLOBAL APPEND PROPERTY XVIEW_LAYERS xview_${name})
   xview_precompile(xview_${name})
+endfunction()
+
+# xview_module(<name> FOR <layer> SOURCES … LINK …): a library that a layer opens when it needs it (include/xview/types/module.h).
+function(xview_module name)
+  cmake_parse_arguments(arg "" "FOR" "SOURCES;LINK" ${ARGN})
+  add_library(xview_${name} MODULE ${arg_SOURCES})
+  set_target_properties(xview_${name} PROPERTIES PREFIX "" LIBRARY_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR})
+  target_include_directories(xview_${name} PRIVATE ${PROJECT_SOURCE_DIR}/include ${PROJECT_SOURCE_DIR}/src)
+  target_link_libraries(xview_${name} PRIVATE ${arg_LINK} xview_warnings)
+  add_dependencies(${arg_FOR} xview_${name})
+  install(TARGETS xview_${name} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/xview)
 endfunction()
 
 # xview_test(<name> SOURCES … LINK …): one binary and one ctest entry; registration fails

@@ -29,7 +29,7 @@ class NetworkLabelled final : public RelabelledRecording {
   NetworkLabelled(std::unique_ptr<FrameSource> source, const std::string& model,
                   const NetworkInput& input)
       : RelabelledRecording(std::move(source), *io::namedLabels(labelsOnly(input.labels), "")),
-        network_(model, input) {
+        network_(label::Network::open(model, input)) {
     for (const std::uint32_t id : input.ids) {
       if (id != 0 && !labels().find(id))
         throw Error(model, fmt::format("its configuration has the id {}, which is no class of "
@@ -45,14 +45,14 @@ class NetworkLabelled final : public RelabelledRecording {
     Frame frame = ForwardingSource::read(index);
     const ColorImage colors = io::readColors(colors_.at(index));
     const std::lock_guard<std::mutex> lock(one_at_a_time_);
-    frame.label = network_.label(colors, frame.depth.width, frame.depth.height);
+    frame.label = network_->label(colors, frame.depth.width, frame.depth.height);
     frame.instance = {};
     return frame;
   }
 
  private:
   std::vector<std::string> colors_;
-  mutable label::Network network_;
+  std::unique_ptr<label::Network> network_;
   mutable std::mutex one_at_a_time_;
 };
 

@@ -9,15 +9,16 @@
 #include <cstdlib>
 #include <cstring>
 #include <memory>
-#include <mutex>
 #include <new>
-#include <opencv2/imgcodecs.hpp>
+#include <opencv2/core.hpp>
 #include <string_view>
 
+#include "codecs.h"
 #include "image_headers.h"
 #include "input_file.h"
 #include "xview/types/error.h"
 #include "xview/types/library_chatter.h"
+#include "xview/types/module.h"
 
 namespace xview::io {
 namespace {
@@ -240,12 +241,6 @@ void scatter(const cv::Mat& part, const Pass& pass, cv::Mat& image) {
 
 // ---- any image
 
-/// OpenCV refuses EXR unless this is in the environment before it looks for the first time.
-void allowExr() {
-  static std::once_flag once;
-  std::call_once(once, [] { setenv("OPENCV_IO_ENABLE_OPENEXR", "1", 0); });
-}
-
 bool isNamedPng(const std::string& path) {
   return path.size() >= 4 && (path.compare(path.size() - 4, 4, ".png") == 0 ||
                               path.compare(path.size() - 4, 4, ".PNG") == 0);
@@ -290,16 +285,13 @@ cv::Mat decodeByOpenCv(const std::string& path, const std::vector<unsigned char>
   checkHeader(path, header, check);
   if (header.format == ImageFormat::jpeg && !endsAsJpeg(bytes))
     throw Error(path, "the JPEG ends before its last pixels; is it written to its end?");
-  allowExr();
+  static const auto decode = reinterpret_cast<decltype(&xviewDecodeImage)>(moduleFunction(
+      "xview_codecs", "xviewDecodeImage", "images in JPEG, TIFF and EXR (PNG needs none)"));
   const QuietLibraries quiet;
   cv::Mat image;
-  try {
-    image = cv::imdecode(bytes, cv::IMREAD_UNCHANGED);
-  } catch (const cv::Exception& problem) {
-    if (problem.code == cv::Error::StsNoMem) throw std::bad_alloc();
-    throw Error(path, "cannot be decoded: " + problem.err);
-  }
-  if (image.empty()) throw Error(path, "cannot be decoded as an image; is it damaged?");
+  std::string problem;
+  decode(bytes.data(), bytes.size(), image, problem);
+  if (image.empty()) throw Error(path, problem);
   check(image.cols, image.rows);
   return image;
 }

@@ -2,11 +2,15 @@
 #include "xview/io/image_files.h"
 
 #include <fmt/core.h>
+#include <libdeflate.h>
 
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <opencv2/imgcodecs.hpp>
+#include <memory>
+#include <new>
+#include <opencv2/core/mat.hpp>
+#include <string_view>
 
 #include "image_decoding.h"
 #include "xview/types/atomic_file.h"
@@ -22,11 +26,56 @@ void dropImpossible(DepthImage& depth) {
   }
 }
 
-void writePng(const std::string& path, const cv::Mat& image) {
-  std::vector<unsigned char> bytes;
+// ---- PNG
+
+void appendBigEndian(std::uint32_t value, std::string& bytes) {
+  for (int shift = 24; shift >= 0; shift -= 8) bytes += static_cast<char>(value >> shift);
+}
+
+void appendChunk(const std::string& type, std::string_view data, std::string& png) {
+  appendBigEndian(static_cast<std::uint32_t>(data.size()), png);
+  const std::size_t begin = png.size();
+  png.append(type).append(data);
+  appendBigEndian(libdeflate_crc32(0, &png[begin], png.size() - begin), png);
+}
+
+/// The samples of a row as they stand in the file, each as the difference to the one on its left
+/// (filter 1 of section 9), which packs better.
+template <class Sample>
+void appendRow(const Sample* row, int width, std::string& rows) {
+  rows += 1;
+  Sample left = 0;
+  for (int x = 0; x < width; ++x) {
+    for (int shift = 8 * (sizeof(Sample) - 1); shift >= 0; shift -= 8)
+      rows += static_cast<char>((row[x] >> shift) - (left >> shift));
+    left = row[x];
+  }
+}
+
+std::string packed(const std::string& bytes) {
+  constexpr int kFast = 1;
+  const std::unique_ptr<libdeflate_compressor, void (*)(libdeflate_compressor*)> packer(
+      libdeflate_alloc_compressor(kFast), libdeflate_free_compressor);
+  if (!packer) throw std::bad_alloc();
+  std::string out(libdeflate_zlib_compress_bound(packer.get(), bytes.size()), 0);
+  out.resize(
+      libdeflate_zlib_compress(packer.get(), bytes.data(), bytes.size(), out.data(), out.size()));
+  return out;
+}
+
+/// Grey, of 8 or 16 bits as the samples are.
+template <class Sample>
+void writePng(const std::string& path, const Image<Sample>& image) {
   if (image.empty()) throw Error(path, "an image without pixels cannot be written");
-  if (!cv::imencode(".png", image, bytes)) throw Error(path, "cannot be encoded as PNG");
-  writeFile(path, bytes);
+  std::string header, rows, png = "\x89PNG\r\n\x1A\n";
+  appendBigEndian(static_cast<std::uint32_t>(image.width), header);
+  appendBigEndian(static_cast<std::uint32_t>(image.height), header);
+  header += {8 * sizeof(Sample), 0, 0, 0, 0};
+  for (int y = 0; y < image.height; ++y) appendRow(&image.at(0, y), image.width, rows);
+  appendChunk("IHDR", header, png);
+  appendChunk("IDAT", packed(rows), png);
+  appendChunk("IEND", {}, png);
+  writeFile(path, png);
 }
 
 // ---- camera.yaml
@@ -103,25 +152,22 @@ LabelImage readLabels(const std::string& path, const SizeCheck& check) {
 LabelImage readLabels(const std::string& path) { return readLabels(path, anySize(path)); }
 
 void writeDepthPng(const std::string& path, const DepthImage& depth, double depth_scale) {
-  cv::Mat image(depth.height, depth.width, CV_16U);
-  for (int y = 0; y < depth.height; ++y) {
-    std::uint16_t* out = image.ptr<std::uint16_t>(y);
-    for (int x = 0; x < depth.width; ++x) {
-      const double units = std::round(depth.at(x, y) / depth_scale);
-      // Beyond the range of the image a measurement is as good as none.
-      out[x] = units > 0 && units <= 65535 ? static_cast<std::uint16_t>(units) : 0;
-    }
+  Image<std::uint16_t> image(depth.width, depth.height);
+  for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+    const double units = std::round(depth.pixels[i] / depth_scale);
+    // Beyond the range of the image a measurement is as good as none.
+    if (units > 0 && units <= 65535) image.pixels[i] = static_cast<std::uint16_t>(units);
   }
   writePng(path, image);
 }
 
 void writeLabelPng(const std::string& path, const LabelImage& labels) {
   const auto largest = std::max_element(labels.pixels.begin(), labels.pixels.end());
-  const bool narrow = largest == labels.pixels.end() || *largest < 256;
-  std::vector<std::uint16_t> pixels = labels.pixels;
-  cv::Mat image(labels.height, labels.width, CV_16U, pixels.data());
-  if (narrow) image.convertTo(image, CV_8U);
-  writePng(path, image);
+  if (largest != labels.pixels.end() && *largest > 255) return writePng(path, labels);
+  Image<std::uint8_t> narrow(labels.width, labels.height);
+  std::transform(labels.pixels.begin(), labels.pixels.end(), narrow.pixels.begin(),
+                 [](std::uint16_t id) { return static_cast<std::uint8_t>(id); });
+  writePng(path, narrow);
 }
 
 Camera readCamera(const std::string& path) {

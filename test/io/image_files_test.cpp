@@ -223,6 +223,7 @@ TEST_F(ImageFiles, WrittenImagesAreReadBack) {
     writeLabelPng(folder_ / "label.png", labels);
     EXPECT_EQ(readLabels(folder_ / "label.png").pixels, labels.pixels);
   }
+  EXPECT_EQ(cv::imread(folder_ / "label.png", cv::IMREAD_UNCHANGED).at<std::uint16_t>(1, 2), 65535);
   EXPECT_THROW(writeLabelPng(folder_ / "none.png", LabelImage()), Error);
   EXPECT_THROW(writeLabelPng(folder_ / "absent/label.png", LabelImage(1, 1)), Error);
 }

@@ -39,8 +39,8 @@ const std::vector<std::vector<float>> kRedGreenBlue = {{1, 0, 0}, {0, 1, 0}, {0,
 TEST_F(Networks, ScoresBecomeTheIdsOfTheBestClasses) {
   NetworkInput input;
   input.ids = {7, 8, 26};
-  Network network(write("a.onnx", onnxScores(kRedGreenBlue)), input);
-  const LabelImage labels = network.label(halves(), 6, 4);
+  const auto network = Network::open(write("a.onnx", onnxScores(kRedGreenBlue)), input);
+  const LabelImage labels = network->label(halves(), 6, 4);
   EXPECT_EQ(labels.at(0, 0), 7);
   EXPECT_EQ(labels.at(5, 3), 26);
 }
@@ -48,23 +48,24 @@ TEST_F(Networks, ScoresBecomeTheIdsOfTheBestClasses) {
 TEST_F(Networks, ColoursComeInTheOrderOfTheConfiguration) {
   NetworkInput input;
   input.is_rgb = false;
-  Network network(write("a.onnx", onnxScores(kRedGreenBlue)), input);
-  EXPECT_EQ(network.label(halves(), 6, 4).at(0, 0), 2);
+  const auto network = Network::open(write("a.onnx", onnxScores(kRedGreenBlue)), input);
+  EXPECT_EQ(network->label(halves(), 6, 4).at(0, 0), 2);
 }
 
 TEST_F(Networks, MeanAndDeviationAreTakenOff) {
   NetworkInput input;
   input.mean = {1, 0, 0};  // red becomes 0, everything else negative in the first channel
   input.std = {1, 1, 0.01};
-  Network network(write("a.onnx", onnxScores({{0, 0, -1}, {-0.1F, 0, 0}})), input);
-  EXPECT_EQ(network.label(halves(), 6, 4).at(5, 0), 1);
+  const auto network =
+      Network::open(write("a.onnx", onnxScores({{0, 0, -1}, {-0.1F, 0, 0}})), input);
+  EXPECT_EQ(network->label(halves(), 6, 4).at(5, 0), 1);
 }
 
 TEST_F(Networks, AnswersAreBroughtToTheSizeOfTheDepth) {
   NetworkInput input;
   input.width = 6, input.height = 4;
-  Network network(write("a.onnx", onnxScores(kRedGreenBlue)), input);
-  const LabelImage labels = network.label(halves(), 60, 40);
+  const auto network = Network::open(write("a.onnx", onnxScores(kRedGreenBlue)), input);
+  const LabelImage labels = network->label(halves(), 60, 40);
   EXPECT_EQ(labels.width, 60);
   EXPECT_EQ(labels.at(2, 2), 0);
   EXPECT_EQ(labels.at(57, 37), 2);
@@ -73,41 +74,42 @@ TEST_F(Networks, AnswersAreBroughtToTheSizeOfTheDepth) {
 /// One channel is no score but the number of the class.
 TEST_F(Networks, OneChannelHoldsTheClassesThemselves) {
   NetworkInput input;
-  Network network(write("a.onnx", onnxScores({{5.1F, 0, 9.2F}})), input);
-  const LabelImage labels = network.label(halves(), 6, 4);
+  const auto network = Network::open(write("a.onnx", onnxScores({{5.1F, 0, 9.2F}})), input);
+  const LabelImage labels = network->label(halves(), 6, 4);
   EXPECT_EQ(labels.at(0, 0), 5);
   EXPECT_EQ(labels.at(5, 0), 9);
 }
 
 TEST_F(Networks, ThatOpenCvCannotReadNameTheLayer) {
   const std::string path = write("b.onnx", onnxModel("Frobnicate", "", false));
-  const std::string said = test::messageOf<Error>([&] { Network(path, {}).label(halves(), 6, 4); });
+  const std::string said =
+      test::messageOf<Error>([&] { Network::open(path, {})->label(halves(), 6, 4); });
   EXPECT_EQ(said.find(path), 0u) << said;
   EXPECT_NE(said.find("Frobnicate"), std::string::npos) << said;
   EXPECT_EQ(said.find('\n'), std::string::npos) << said;
 }
 
 TEST_F(Networks, ThatAreNoneAreRefused) {
-  EXPECT_THROW(Network(write("c.onnx", "no network"), {}), Error);
-  EXPECT_THROW(Network(folder_ / "absent.onnx", {}), Error);
+  EXPECT_THROW(Network::open(write("c.onnx", "no network"), {}), Error);
+  EXPECT_THROW(Network::open(folder_ / "absent.onnx", {}), Error);
 }
 
 TEST_F(Networks, ClassesWithoutAnIdAreAnError) {
   NetworkInput input;
   input.ids = {7, 8};
-  Network network(write("a.onnx", onnxScores(kRedGreenBlue)), input);
-  EXPECT_THROW(network.label(halves(), 6, 4), Error);
+  const auto network = Network::open(write("a.onnx", onnxScores(kRedGreenBlue)), input);
+  EXPECT_THROW(network->label(halves(), 6, 4), Error);
 }
 
 /// As of a network whose classes come last, or that names the whole image.
 TEST_F(Networks, WhoseAnswersAreNoPixelsOfItsClassesAreRefused) {
   NetworkInput input;
   input.ids = {7, 8, 26, 33};
-  Network classes_missing(write("a.onnx", onnxScores(kRedGreenBlue)), input);
-  EXPECT_THROW(classes_missing.label(halves(), 6, 4), Error);
+  const auto classes_missing = Network::open(write("a.onnx", onnxScores(kRedGreenBlue)), input);
+  EXPECT_THROW(classes_missing->label(halves(), 6, 4), Error);
   input.height = 1;
-  Network one_row(write("b.onnx", onnxScores({{1, 0, 0}}, 1, 6)), input);
-  EXPECT_THROW(one_row.label(halves(), 6, 4), Error);
+  const auto one_row = Network::open(write("b.onnx", onnxScores({{1, 0, 0}}, 1, 6)), input);
+  EXPECT_THROW(one_row->label(halves(), 6, 4), Error);
 }
 
 TEST_F(Networks, AreConfiguredByAFile) {

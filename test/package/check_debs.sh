@@ -25,7 +25,8 @@ export PATH=$root/usr/bin:$PATH PYTHONDONTWRITEBYTECODE=1
 libdir=$(dirname "$(dirname "$(find "$root/usr/lib" -name xview.pc)")")
 
 say "every library is there"
-for binary in "$root/usr/bin/xview" "$root"/usr/lib/python3/dist-packages/xview/_xview*.so; do
+for binary in "$root/usr/bin/xview" "$libdir"/xview/xview_{codecs,network}.so \
+  "$root"/usr/lib/python3/dist-packages/xview/{_xview*,xview_codecs}.so; do
   if ldd "$binary" | grep 'not found'; then exit 1; fi
 done
 

@@ -12,20 +12,19 @@ namespace xview::label {
 class Network {
  public:
   /// An ONNX model, or any other that OpenCV reads. Throws Error with the layer that it cannot
-  /// read.
-  Network(const std::string& model_path, NetworkInput input);
-  ~Network();
+  /// read, or if the module xview_network is missing.
+  static std::unique_ptr<Network> open(const std::string& model_path, NetworkInput input);
+  virtual ~Network() = default;
   Network(const Network&) = delete;
   Network& operator=(const Network&) = delete;
 
   /// Class ids of the pixels of an image, in a size of the caller's choice. The network may answer
   /// with scores of classes (1 x classes x rows x columns, at any stride) or with one channel of
   /// class numbers. Throws Error if it answers otherwise, or with a class that has no id.
-  LabelImage label(const ColorImage& image, int width, int height);
+  virtual LabelImage label(const ColorImage& image, int width, int height) = 0;
 
- private:
-  struct State;
-  std::unique_ptr<State> state_;
+ protected:
+  Network() = default;
 };
 
 }  // namespace xview::label
