@@ -268,6 +268,7 @@ std::string toJson(const Answer& answer) {
   if (!is_read) json["query"]["first_frame"] = json["query"]["last_frame"] = nullptr;
   json["status"] = is_read ? toString(fix.status) : kError;
   json["reason"] = is_read ? fix.reason : answer.error;
+  if (!answer.budget_exhausted.empty()) json["budget_exhausted"] = answer.budget_exhausted;
   json["confidence"] = fix.confidence;
   json["witnesses"] = {{"place", fix.witnesses.place},
                        {"correspondences", fix.witnesses.correspondences},

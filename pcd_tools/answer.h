@@ -25,8 +25,9 @@ struct Answer {
   double last_stamp_s = 0;
   double heading_rad = 0;  ///< where the sensor of the last frame looks in the map
   double load_map_ms = 0;
-  std::string error;  ///< why the query could not be read; then there is no fix
-  std::string size;   ///< of the place, see types/semantic_place.h
+  std::string error;             ///< why the query could not be read; then there is no fix
+  std::string size;              ///< of the place, see types/semantic_place.h
+  std::string budget_exhausted;  ///< Budget::exhausted()
   Localization fix;
   bool whole_statistics = false;           ///< read from a file that has all those of today
   std::optional<SequenceAnswer> sequence;  ///< with --sequence

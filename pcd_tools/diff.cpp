@@ -138,6 +138,7 @@ class DiffCommand final : public Command {
 
   void declare(Flags& flags) override {
     input_.declareWithMap(flags);
+    declareLimits(flags, limits_);
     flags.addOutput("-o,--out", out_, "the file to write");
   }
 
@@ -146,7 +147,8 @@ class DiffCommand final : public Command {
     if (!given.options.scale.empty())
       throw UsageError("--scale: only visits with the same lengths can be compared");
     map::SemanticMap earlier = readMap(given.operands[0], input_, given);
-    const Job job = inMap(given, earlier);
+    Job job = inMap(given, earlier);
+    requireValid(job.limits = limits_);
     Stopwatch watch;
     const std::optional<PlacedVisit> later = find(job.operands[1], earlier, job);
     if (!later) {
@@ -239,6 +241,7 @@ class DiffCommand final : public Command {
   }
 
   InputFlags input_;
+  BudgetLimits limits_;
   std::string out_;
 };
 

@@ -161,6 +161,7 @@ class FollowCommand final : public Command {
     flags.addOutput("--initialpose", initial_pose_,
                     "file that always holds the newest pose, as YAML of "
                     "PoseWithCovarianceStamped (ROS); removed while it is lost");
+    declareLimits(flags, limits_);
     flags.add(kSensorBaseFlag, sensor_base_, kSensorBaseHelp);
     flags.addOutput("-o,--out", out_, "file for the lines");
   }
@@ -170,6 +171,7 @@ class FollowCommand final : public Command {
     T_sensor_base_ = parseSensorBase(sensor_base_);
     requireWritable(initial_pose_);
     Job job = given;
+    requireValid(job.limits = limits_);
     if (risk_ != 0) acceptAtRisk("--risk", risk_, job.options.verdict);
     const map::SemanticMap map = readMap(job.operands.back(), input_, job);
     job = inMap(job, map);
@@ -243,7 +245,7 @@ class FollowCommand final : public Command {
     LiveAnswer answer;
     std::string error;
     try {
-      answer = follow();
+      answer = follower_->withinBudget(job_->limits, follow);
     } catch (const std::exception& e) {
       error = oneLine(e.what());
       answer = follower_->withoutPose(error);
@@ -283,6 +285,7 @@ class FollowCommand final : public Command {
   }
 
   InputFlags input_;
+  BudgetLimits limits_;
   bool watch_ = false;
   double idle_s_ = 0, risk_ = 0;
   int window_ = 0, stride_ = 0;

@@ -38,6 +38,7 @@ class FuseCommand final : public Command {
 
   void declare(Flags& flags) override {
     input_.declareWithMap(flags);
+    declareLimits(flags, limits_);
     flags.add("--undo", undo_, "take back the last change of MAP");
     flags.add("--force", force_, "add also what contradicts the map or is in it already");
     flags.addOutput("-o,--out", out_, "write the larger map to this file and leave MAP alone");
@@ -59,7 +60,8 @@ class FuseCommand final : public Command {
     const map::MapLock lock(path);
     MapDraft draft(target, path);
     map::SemanticMap map = map::loadMap(path);
-    const Job job = inMap(given, map);
+    Job job = inMap(given, map);
+    requireValid(job.limits = limits_);
     Stopwatch watch;
     QueryInput input = openQuery(query, input_, job, map.labels);
     std::string refusal;
@@ -83,6 +85,7 @@ class FuseCommand final : public Command {
 
  private:
   InputFlags input_;
+  BudgetLimits limits_;
   std::string out_;
   bool undo_ = false, force_ = false;
 };

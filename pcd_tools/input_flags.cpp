@@ -31,4 +31,14 @@ void InputFlags::declareWithMap(Flags& flags) {
             "label set of a MAP that is not an .xvm; --labels is then that of the others only");
 }
 
+void declareLimits(Flags& flags, BudgetLimits& limits) {
+  const Flags rare = flags.rare();
+  rare.add("--timeout SECONDS", limits.time_s,
+           "a query that takes longer is rejected, with \"budget_exhausted\" in its JSON; 0 = no "
+           "bound");
+  rare.add("--max-memory MB", limits.memory_mb,
+           "so is one that needs more memory, beyond what the program has when it begins, the map "
+           "included; 0 = no bound");
+}
+
 }  // namespace xview::tools

@@ -250,10 +250,20 @@ QueryInput openQuery(const std::string& path, const InputFlags& input, const Job
   return result;
 }
 
-QueryInput readQuery(const std::string& path, const InputFlags& input, const Job& job,
-                     const LabelSet& map_labels, double last_m) {
-  QueryInput result = openQuery(path, input, job, map_labels);
-  if (result.whole) return result;
+namespace {
+
+/// A query of which nothing was read, at the last pose of its recording.
+Query unseen(const QueryInput& input) {
+  Query query;
+  const FrameSource* source = input.source.get();
+  query.poses.push_back(source ? source->pose(source->size() - 1) : Eigen::Isometry3d::Identity());
+  return query;
+}
+
+void readWhole(const std::string& path, const InputFlags& input, const Job& job,
+               const LabelSet& map_labels, double last_m, QueryInput& result) {
+  result = openQuery(path, input, job, map_labels);
+  if (result.whole) return;
   const FrameSource* source = result.source.get();
   std::unique_ptr<FrameSource> end;
   result.used_from = last_m > 0 ? firstWithin(*source, last_m) : 0;
@@ -270,6 +280,17 @@ QueryInput readQuery(const std::string& path, const InputFlags& input, const Job
       makeQuery(*source, job.options, [&](const FrameDigest& frame) { report.add(frame); });
   report.say();
   sayDoubts(path, *result.whole, job.narrate);
+}
+
+}  // namespace
+
+QueryInput readQuery(const std::string& path, const InputFlags& input, const Job& job,
+                     const LabelSet& map_labels, double last_m) {
+  QueryInput result;
+  if (cutByBudget([&] { readWhole(path, input, job, map_labels, last_m, result); })) {
+    result.path = path;
+    result.whole = unseen(result);
+  }
   return result;
 }
 
@@ -278,13 +299,18 @@ void forEachWindow(const QueryInput& input, const std::vector<Window>& windows, 
   FrameReport report(*input.source, job.narrate);
   std::vector<FrameDigest> kept;  // the last of them is the one that was read last
   auto next = windows.begin();
-  digestRecording(*input.source, job.options, [&](FrameDigest frame) {
+  Options options = job.options;
+  if (job.limits.memory_mb > 0) options.threads = 1;  // else later frames need memory, too
+  digestRecording(*input.source, options, [&](FrameDigest frame) {
     report.add(frame);
     kept.push_back(std::move(frame));
     for (; next != windows.end() && next->last == report.added(); ++next) {
       const FrameDigest* end = kept.data() + kept.size();
-      const Query query =
-          makeQuery(end - (next->last - next->first), end, input.labels, job.options);
+      const Budget budget(job.limits);
+      Query query = unseen(input);
+      cutByBudget([&] {
+        query = makeQuery(end - (next->last - next->first), end, input.labels, job.options);
+      });
       take(query, *next);
     }
     const std::size_t first = next == windows.end() ? input.size() : next->first;

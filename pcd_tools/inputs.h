@@ -35,6 +35,10 @@ class InputFlags {
       mount_, topic_, odometry_;
 };
 
+/// The flags that bound what a query may take: of its frames, and of what finds it; with windows of
+/// the latter only, because they share frames.
+void declareLimits(Flags& flags, BudgetLimits& limits);
+
 /// Opens a recording; says on stderr what its reader guessed or left out, and which roles of
 /// classes were only guessed.
 std::unique_ptr<FrameSource> openInput(const std::string& path, const io::InputOptions& options,
@@ -94,7 +98,7 @@ struct QueryInput {
 QueryInput openQuery(const std::string& path, const InputFlags& input, const Job& job,
                      const LabelSet& map_labels);
 /// Everything becomes one query; of a recording its last metres, if last_m > 0. Its points are
-/// forgotten on the way.
+/// forgotten on the way. If the Budget ends before, nothing was seen: no Localizer answers more.
 QueryInput readQuery(const std::string& path, const InputFlags& input, const Job& job,
                      const LabelSet& map_labels, double last_m = 0);
 
@@ -104,7 +108,8 @@ struct Window {
   std::size_t last = 0;
 };
 /// Calls take(query, window) for windows of a recording, which are in order. It is digested once,
-/// whatever the windows share, and no more of it is kept than the next window needs.
+/// whatever the windows share, and no more of it is kept than the next window needs. Each window
+/// has its own Budget of job.limits.
 void forEachWindow(const QueryInput& input, const std::vector<Window>& windows, const Job& job,
                    const std::function<void(const Query&, const Window&)>& take);
 

@@ -67,6 +67,7 @@ std::string toJson(const LiveFrame& frame, const LiveAnswer& answer, double late
     json["covariance"] = rowMajor<6>(answer.covariance);
   }
   json["reason"] = answer.reason;
+  if (!answer.budget_exhausted.empty()) json["budget_exhausted"] = answer.budget_exhausted;
   if (!error.empty()) json["error"] = error;
   json["latency_ms"] = std::round(1000 * latency_ms) / 1000;
   return toText(json);
@@ -166,6 +167,15 @@ bool Follower::newestFits() const {
          seen.standing.score >= kLeastShare * seen.standing.expected;
 }
 
+LiveAnswer Follower::withinBudget(const BudgetLimits& limits,
+                                  const std::function<LiveAnswer()>& follow) const {
+  const Budget budget(limits);
+  LiveAnswer answer;
+  if (const auto cut = cutByBudget([&] { answer = follow(); })) answer = withoutPose(cut->reason);
+  answer.budget_exhausted = budget.exhausted();
+  return answer;
+}
+
 /// Nothing connects the query with others.
 LiveAnswer Follower::alone(const Query& query) {
   lose();
@@ -213,6 +223,7 @@ LiveAnswer Follower::judge(const Query& query) {
   if (!fix_) return searched(query);
   const TrackAnswer answer = tracker_->follow(query);
   if (answer.fix.accepted()) return found(answer.fix);
+  if (isBudgetSpent()) return withoutPose(answer.fix.reason);
   const Eigen::Vector3d expected = (fix_->T_map_odom * *last_).translation();
   const bool is_there =
       !answer.fix.hypotheses.empty() &&

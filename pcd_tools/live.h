@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -31,6 +32,7 @@ struct LiveAnswer {
   Matrix6d covariance = Matrix6d::Zero();  ///< of T_map_sensor, as in Localization
   double confidence = 0;                   ///< chance that the pose is right, in [0, 1]
   std::string reason;
+  std::string budget_exhausted{};  ///< Budget::exhausted()
 
   bool found() const { return state == State::found; }
 };
@@ -68,6 +70,9 @@ class Follower {
                  const std::optional<Eigen::Isometry3d>& T_odom_sensor = {});
   /// The same for a frame that was read.
   LiveAnswer add(Frame frame, const LabelSet& labels, bool has_odometry);
+  /// What `follow`, which adds a frame, returns; no pose if its budget ends before.
+  LiveAnswer withinBudget(const BudgetLimits& limits,
+                          const std::function<LiveAnswer()>& follow) const;
   /// What is known of a frame that cannot be used.
   LiveAnswer withoutPose(const std::string& reason) const;
 

@@ -20,6 +20,7 @@
 #include "xview/depth_plausibility.h"
 #include "xview/sequence.h"
 #include "xview/tracker.h"
+#include "xview/types/budget.h"
 #include "xview/types/error.h"
 #include "xview/types/frame.h"
 #include "xview/types/localization.h"
@@ -155,6 +156,7 @@ class LocalizeCommand final : public Command {
   void declare(Flags& flags) override {
     input_.declareWithMap(flags);
     windows_.declare(flags);
+    declareLimits(flags, limits_);
     flags.add("--near X,Y,RADIUS", near_, "the last pose is in this circle of the map [m]");
     flags.add("--yaw YAW,TOLERANCE", yaw_, "it looks this way, counter-clockwise from x [deg]");
     flags.add("--risk", risk_,
@@ -171,6 +173,7 @@ class LocalizeCommand final : public Command {
     json_ = json_ || std::filesystem::path(out_).extension() == ".jsonl";
     files_.check(job.operands.size() - 1);
     Job known = job;
+    requireValid(known.limits = limits_);
     takePrior(known.options.prior);
     takeRisk(known.options.verdict);
     checkOrder(job.operands, input_);
@@ -212,6 +215,8 @@ class LocalizeCommand final : public Command {
     table_ = &table;
     const auto answer = [&](const std::string& query) {
       files_.begin();
+      std::optional<Budget> budget;
+      if (windows_.size == 0) budget.emplace(job.limits);
       const QueryInput input = openOrRead(query, map.labels, job);
       sayOwnDrive(map, query, input.poses(), job.narrate);
       WindowAnswers answers(localizer, windows_, job.options);
@@ -262,6 +267,7 @@ class LocalizeCommand final : public Command {
     const auto answerWindow = [&](const Query& query, const Window& window) {
       Answer answer = answerFor(input, window, unanswered_);
       answers.answer(query, window, answer);
+      answer.budget_exhausted = exhaustedBudget();
       answer.heading_rad = headingOf(answer.fix.T_map_sensor.linear(), query.sensor);
       ++answered_;
       accepted_ += answer.fix.accepted();
@@ -272,15 +278,18 @@ class LocalizeCommand final : public Command {
       results_->print(json_ ? toJson(answer) : lines, job.narrate);
       if (beside_) Results("").print(lines, job.narrate);
     };
-    if (input.whole)
+    if (input.whole) {
+      const Budget budget(windows_.size > 0 ? job.limits : BudgetLimits());
       answerWindow(*input.whole, {0, input.size()});
-    else
+    } else {
       forEachWindow(input, windowsOf(input.size(), windows_.size, windows_.stride), job,
                     answerWindow);
+    }
   }
 
   InputFlags input_;
   WindowFlags windows_;
+  BudgetLimits limits_;
   AnswerFiles files_;
   std::string near_, yaw_, out_;
   double risk_ = 0;  ///< 0 = that of the options

@@ -10,6 +10,7 @@
 #include "xview/mapper.h"
 #include "xview/pose/trajectory.h"
 #include "xview/sequence.h"
+#include "xview/types/budget.h"
 #include "xview/types/frame.h"
 #include "xview/types/localization.h"
 #include "xview/types/median.h"
@@ -126,8 +127,9 @@ std::optional<PlacedVisit> placeRecording(const QueryInput& input, const Localiz
   return visit;
 }
 
-std::optional<PlacedVisit> placeWhole(QueryInput& input, const Localizer& localizer,
+std::optional<PlacedVisit> placeWhole(QueryInput& input, const Localizer& localizer, const Job& job,
                                       std::string& refusal) {
+  const Budget budget(job.limits);
   const Localization fix = localizer.localize(*input.whole);
   if (!fix.accepted()) {
     refusal = fix.reason;
@@ -156,7 +158,7 @@ std::optional<PlacedVisit> placeWhole(QueryInput& input, const Localizer& locali
 std::optional<PlacedVisit> placeVisit(QueryInput& input, const Localizer& localizer, const Job& job,
                                       std::string& refusal) {
   return input.source ? placeRecording(input, localizer, job, refusal)
-                      : placeWhole(input, localizer, refusal);
+                      : placeWhole(input, localizer, job, refusal);
 }
 
 map::Visit additionOf(const PlacedVisit& placed, const QueryInput& input, const InputFlags& flags,

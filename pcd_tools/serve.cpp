@@ -355,6 +355,7 @@ class ServeCommand final : public Command {
     flags.add("--max-clients", max_clients_, "connections at a time; more: 503");
     jobs_ = 2;
     flags.add("--jobs", jobs_, "queries computed at a time; the others wait");
+    declareLimits(flags, limits_);
     time_s_ = 30;
     flags.add("--patience", time_s_,
               "a request must come within this time, else 408, and have its turn within it, else "
@@ -391,6 +392,7 @@ class ServeCommand final : public Command {
     requirePositive("--max-body", max_body_mb_);
     requirePositive("--max-clients", max_clients_);
     requirePositive("--jobs", jobs_);
+    requireValid(limits_);
     if (!(time_s_ > 0 && time_s_ < 1e6))
       throw UsageError(fmt::format("--patience = {}, must be > 0", time_s_));
   }
@@ -611,10 +613,12 @@ class ServeCommand final : public Command {
 
   std::string localize(const BodyFile& body) const {
     const auto map = currentMap();
+    const Budget budget(limits_);
     QueryInput input = readQuery(body.path(), input_, map->job, map->map.labels, kLastMetres);
     input.path = body.name();
     Answer answer = answerFor(input, {0, input.size()}, map->unanswered);
     answer.fix = map->localizer.localize(*input.whole);
+    answer.budget_exhausted = budget.exhausted();
     answer.heading_rad = headingOf(answer.fix.T_map_sensor.linear(), input.whole->sensor);
     return toJson(answer);
   }
@@ -654,12 +658,15 @@ class ServeCommand final : public Command {
       robot->map = map;
     }
     frame.number = robot->frames++;
-    const LiveAnswer answer = robot->follower->add(
-        openQuery(body.path(), input_, map->job, map->map.labels), frame, T_odom_sensor);
+    const LiveAnswer answer = robot->follower->withinBudget(limits_, [&] {
+      return robot->follower->add(openQuery(body.path(), input_, map->job, map->map.labels), frame,
+                                  T_odom_sensor);
+    });
     return toJson(frame, answer, 1000 * secondsSince(came));
   }
 
   InputFlags input_;
+  BudgetLimits limits_;
   std::string socket_, address_;
   int port_ = 0, max_body_mb_ = 0, max_clients_ = 0, jobs_ = 0;
   double time_s_ = 0;

@@ -9,6 +9,7 @@
 
 #include "narrative.h"
 #include "xview/options.h"
+#include "xview/types/budget.h"
 
 namespace CLI {
 class App;
@@ -73,6 +74,7 @@ struct Job {
   std::vector<std::string> operands;
   std::string command_line;  ///< as it was typed, for what the result is signed with
   Options options;           ///< defaults < --config files < flags
+  BudgetLimits limits;       ///< of each query
   Narrative narrate;
 };
 

@@ -2,6 +2,8 @@
 #include <fmt/core.h>
 #include <pybind11/stl.h>
 
+#include <algorithm>
+
 #include "answer.h"
 #include "doubts.h"
 #include "fix.h"
@@ -20,6 +22,7 @@ struct Seeker {
   std::shared_ptr<const map::SemanticMap> map;
   std::shared_ptr<const Localizer> localizer;
   Options options;           ///< with the size of the map
+  BudgetLimits limits;       ///< of each query
   tools::Answer unanswered;  ///< with what all answers share
 };
 
@@ -28,9 +31,11 @@ Fix finished(tools::Answer answer, Sensor sensor, Work& work) {
   return {std::make_shared<const tools::Answer>(std::move(answer)), work.takeNotes()};
 }
 
-Seeker makeSeeker(const Map& map, double risk, const py::kwargs& arguments) {
+Seeker makeSeeker(const Map& map, double risk, double timeout_s, double max_memory_mb,
+                  const py::kwargs& arguments) {
   tools::requireNotEmpty(*map.map, map.path);
   Seeker seeker;
+  requireValid(seeker.limits = {timeout_s, max_memory_mb});
   seeker.map = map.map;
   seeker.options = optionsOf(arguments);
   tools::acceptAtRisk("risk", risk, seeker.options.verdict);
@@ -46,11 +51,15 @@ Seeker makeSeeker(const Map& map, double risk, const py::kwargs& arguments) {
 Fix localize(const Seeker& seeker, const Source& source, double last_m) {
   if (!(last_m >= 0)) throw UsageError(fmt::format("last_m = {}, must be >= 0", last_m));
   Work work(seeker.options);
-  const tools::QueryInput input = queryOf(source, seeker.map->labels, last_m, work);
+  const Budget budget(seeker.limits);
+  tools::QueryInput input;
+  const auto read = [&] { input = queryOf(source, seeker.map->labels, last_m, work); };
+  if (cutByBudget(read)) input.whole.emplace().poses.emplace_back(Eigen::Isometry3d::Identity());
   tools::sayOwnDrive(*seeker.map, input.path, input.poses(), work.job().narrate);
   checkSignals();
   tools::Answer answer = tools::answerFor(input, {0, input.size()}, seeker.unanswered);
   answer.fix = released([&] { return seeker.localizer->localize(*input.whole); });
+  answer.budget_exhausted = budget.exhausted();
   return finished(std::move(answer), input.whole->sensor, work);
 }
 
@@ -60,6 +69,7 @@ std::vector<Fix> localizeWindows(const Seeker& seeker, const Recording& recordin
   if (window < 1) throw UsageError(fmt::format("window = {}, must be >= 1", window));
   if (stride < 0) throw UsageError(fmt::format("stride = {}, must be >= 0", stride));
   Work work(seeker.options);
+  work.job().limits = seeker.limits;
   const tools::QueryInput input = openRecording(recording, seeker.map->labels, work);
   return released([&] {
     requireKindOfDepth(*input.source);
@@ -68,6 +78,7 @@ std::vector<Fix> localizeWindows(const Seeker& seeker, const Recording& recordin
     const auto take = [&](const Query& query, const tools::Window& part) {
       tools::Answer answer = tools::answerFor(input, part, seeker.unanswered);
       answer.fix = seeker.localizer->localize(query);
+      answer.budget_exhausted = exhaustedBudget();
       const py::gil_scoped_acquire gil;
       fixes.push_back(finished(std::move(answer), query.sensor, work));
     };
@@ -92,23 +103,29 @@ class Follower {
     const Recording recording = source.recording(&seeker_.map->labels);
     Work work(seeker_.options);
     const LabelSet known = labels.is_none() ? LabelSet() : recording.source->labels();
-    auto track = released([&] {
-      Frame frame = recording.source->read(0);
-      frame.number = static_cast<std::int64_t>(added_);
-      frame.stamp_s = stamp_s;
-      return tracker_.add(frame, known);
+    const Budget budget(seeker_.limits);
+    std::optional<TrackAnswer> track;
+    const auto cut = released([&] {
+      return cutByBudget([&] {
+        Frame frame = recording.source->read(0);
+        frame.number = static_cast<std::int64_t>(added_);
+        frame.stamp_s = stamp_s;
+        track = tracker_.add(frame, known);
+      });
     });
     ++added_;
+    if (cut) track.emplace().fix = *cut;
     if (!track) return std::nullopt;
-    return answered(std::move(*track), stamp_s, work);
+    return answered(std::move(*track), stamp_s, budget.exhausted(), work);
   }
 
  private:
-  Fix answered(TrackAnswer track, double stamp_s, Work& work) const {
+  Fix answered(TrackAnswer track, double stamp_s, std::string budget_exhausted, Work& work) const {
     tools::Answer answer = seeker_.unanswered;
     answer.input = "tracker";
+    answer.budget_exhausted = std::move(budget_exhausted);
     answer.frames = added_;
-    answer.used_from = added_ - window_;
+    answer.used_from = added_ - std::min(window_, added_);
     answer.last_index = added_ - 1;
     answer.first_frame = static_cast<std::int64_t>(answer.used_from);
     answer.last_frame = static_cast<std::int64_t>(answer.last_index);
@@ -164,6 +181,13 @@ void bindFix(py::module_& module) {
       .def_property_readonly(
           "reason", [](const Fix& f) { return f.answer->fix.reason; },
           "One sentence with the deciding numbers.")
+      .def_property_readonly(
+          "budget_exhausted",
+          [](const Fix& f) -> std::optional<std::string> {
+            if (f.answer->budget_exhausted.empty()) return std::nullopt;
+            return f.answer->budget_exhausted;
+          },
+          "'time' or 'memory' if that of the query ended before it was answered, else None.")
       .def_property_readonly(
           "confidence", [](const Fix& f) { return f.answer->fix.confidence; },
           "Share of answers with so much evidence that are right, in [0, 1], if every other query "
@@ -259,9 +283,13 @@ void bindLocalize(py::module_& module) {
   py::class_<Seeker>(module, "Localizer",
                      "Finds queries in one map. The search index is made once; localize() may be "
                      "called from several threads.")
-      .def(py::init(&makeSeeker), py::arg("map"), py::arg("risk") = 0.01,
+      .def(py::init(&makeSeeker), py::arg("map"), py::arg("risk") = 0.01, py::kw_only(),
+           py::arg("timeout") = 0.0, py::arg("max_memory") = 0.0,
            "risk: accepted is what is wrong with at most this chance, if every other query is from "
-           "elsewhere, in [1e-9, 0.5]. Options are those of `xview localize --help-all`, such as "
+           "elsewhere, in [1e-9, 0.5]. timeout [s], max_memory [MB]: a query that takes more is "
+           "rejected, and its budget_exhausted says which; 0 = no bound. Memory is bounded for the "
+           "whole process, beyond what it has when the query begins. Options are those of `xview "
+           "localize --help-all`, such as "
            "threads=1, method='walks', prior__near='10,20,50'. Raises UsageError.")
       .def(
           "localize",

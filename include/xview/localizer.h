@@ -83,8 +83,8 @@ class Localizer {
   /// (LabelMatch). What only one of them tells apart is left aside in both: a query that knows
   /// shapes only meets the shapes of the map, kinds of ground that one set lacks are one ground.
   /// With options.scale the answer has a scale: its pose and its hypotheses are those of the query
-  /// with all lengths multiplied by it. A query that is not found is an answer with a status and a
-  /// reason. Throws Error if the query was made with lengths of another size.
+  /// with all lengths multiplied by it. A query that is not found, or that a Budget cuts, is an
+  /// answer with a reason. Throws Error if the query was made with lengths of another size.
   Localization localize(const Query& query) const;
   /// The same, where it is expected only; the prior of the options must hold as well.
   Localization localize(const Query& query, const ExpectedPose& expected) const;

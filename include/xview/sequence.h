@@ -40,8 +40,8 @@ class Sequence {
   ~Sequence();
 
   /// `first` and `last` (half-open): positions of the frames of the query in the recording. The
-  /// pose of the answer is that of the last frame, in the map frame [m]. Throws as
-  /// Localizer::localize().
+  /// pose of the answer is that of the last frame, in the map frame [m]. What a Budget cuts tells
+  /// the next windows nothing. Throws as Localizer::localize().
   SequenceAnswer add(const Query& query, std::size_t first, std::size_t last);
 
  private:

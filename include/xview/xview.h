@@ -17,6 +17,7 @@
 #include "xview/raw_recording.h"
 #include "xview/sequence.h"
 #include "xview/tracker.h"
+#include "xview/types/budget.h"
 #include "xview/types/error.h"
 #include "xview/types/semantic_place.h"
 #include "xview/version.h"

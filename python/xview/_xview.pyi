@@ -143,6 +143,8 @@ class Fix:
     @property
     def reason(self) -> str: ...
     @property
+    def budget_exhausted(self) -> Optional[Literal["time", "memory"]]: ...
+    @property
     def confidence(self) -> float: ...
     @property
     def p_wrong(self) -> float: ...
@@ -184,7 +186,15 @@ class Fix:
 class Localizer:
     """Finds queries in one map."""
 
-    def __init__(self, map: Map, risk: float = 0.01, **options: Option) -> None: ...
+    def __init__(
+        self,
+        map: Map,
+        risk: float = 0.01,
+        *,
+        timeout: float = 0,
+        max_memory: float = 0,
+        **options: Option,
+    ) -> None: ...
     def localize(
         self,
         query: Union[Clouds, Recording, Graph, Map],

@@ -11,6 +11,7 @@
 #include "xview/measure_size.h"
 #include "xview/options.h"
 #include "xview/place_builder.h"
+#include "xview/types/budget.h"
 #include "xview/types/error.h"
 #include "xview/types/localization.h"
 #include "xview/types/parallel.h"
@@ -107,6 +108,7 @@ void requireClasses(const LabelSet& labels, const std::string& name) {
 }
 
 FrameDigest readAndDigest(const FrameSource& source, std::size_t i, const Options& options) {
+  askBudget("the frames");
   Stopwatch watch;
   Frame frame = source.read(i);
   requireMetres(frame, source.name());
@@ -176,6 +178,7 @@ FrameDigest digestFrame(Frame frame, const LabelSet& labels, const Options& give
   else if (frame.sensor == Sensor::cloud)
     weighByDensity(labels, lifted.points_per_voxel, graph::kPlanVoxel_m, digest);
   digest.timing_ms.emplace_back("lift", watch.lap_ms());
+  askBudget("the frames");
   if (usesImageRegions(options))
     findImageBlobs(frame, labels, options, digest);
   else

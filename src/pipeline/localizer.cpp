@@ -13,6 +13,7 @@
 #include "xview/pose/trajectory.h"
 #include "xview/raw_recording.h"
 #include "xview/search/likelihoods.h"
+#include "xview/types/budget.h"
 #include "xview/types/error.h"
 #include "xview/types/localization.h"
 #include "xview/types/pose.h"
@@ -79,6 +80,17 @@ void moveLikeliestToFront(Candidates& found, RegisteredPlaces& registered) {
   moveToFront(likeliest, found.places);
   moveToFront(likeliest, found.matches);
   moveToFront(likeliest, registered.places);
+}
+
+/// What `find` returns, unless the budget of the query ends before it does.
+template <class Find>
+Localization withinBudget(const Find& find) {
+  Localization answer;
+  const auto cut = cutByBudget([&] {
+    askBudget("the index");
+    answer = find();
+  });
+  return cut ? *cut : answer;
 }
 
 /// The answer to a query that needs no search.
@@ -190,6 +202,7 @@ Localization Localizer::Index::inUprightFrames(const Query& given, const Expecte
 Candidates Localizer::Index::findPlaces(const Query& query, const Priors& priors,
                                         Timings& timing_ms) const {
   if (options.method == "walks") return placesByWalks(query, priors, timing_ms);
+  askBudget("the search");
   Stopwatch watch;
   Candidates found;
   found.in_field = fieldFor(query).prepare(observationOf(query));
@@ -233,9 +246,11 @@ void Localizer::Index::matchVertices(const Query& query, Candidates& found,
   if (options.method != "auto") return;
   const WalkGraph walk_query = walks.queryGraph(query.graph);
   const std::size_t count = std::min(std::max(kVerified, countClose(found)), found.places.size());
-  for (std::size_t i = 0; i < count; ++i)
+  for (std::size_t i = 0; i < count; ++i) {
+    askBudget("the correspondences");
     found.matches.push_back(
         walks.matchUnder(found.places[i].T_map_query, walk_query, kPartnerReach_m, timing_ms));
+  }
 }
 
 /// Levels the query on the ground of the map if that is needed, and registers it at the best place
@@ -268,6 +283,7 @@ RegisteredPlaces Localizer::Index::registerPlaces(const Query& query, const Cand
   std::optional<double> of_itself;
   Stopwatch watch;
   for (std::size_t i = 0; i < count; ++i) {
+    askBudget("the registration");
     const Eigen::Isometry3d& T = found.places[i].T_map_query;
     Timings unused;
     RefinedPose place =
@@ -425,14 +441,18 @@ const Localizer::Index& Localizer::indexFor(const Query& query) const {
 }
 
 Localization Localizer::localize(const Query& query) const {
-  const Index& index = indexFor(query);
-  return inMetres(index.localize(*QueryInMap(query, map_->labels, size_), nullptr), size_);
+  return withinBudget([&] {
+    const Index& index = indexFor(query);
+    return inMetres(index.localize(*QueryInMap(query, map_->labels, size_), nullptr), size_);
+  });
 }
 
 Localization Localizer::localize(const Query& query, const ExpectedPose& expected) const {
-  const Index& index = indexFor(query);
-  const ExpectedPose in_towns = scaledPose(1 / size_, expected);
-  return inMetres(index.localize(*QueryInMap(query, map_->labels, size_), &in_towns), size_);
+  return withinBudget([&] {
+    const Index& index = indexFor(query);
+    const ExpectedPose in_towns = scaledPose(1 / size_, expected);
+    return inMetres(index.localize(*QueryInMap(query, map_->labels, size_), &in_towns), size_);
+  });
 }
 
 verify::PlaceEvidence evidenceOf(const search::PlaceHypothesis& place) {

@@ -3,6 +3,7 @@
 #include "pipeline/explain.h"
 #include "pipeline/level_on_map.h"
 #include "pipeline/localizer_index.h"
+#include "xview/types/budget.h"
 #include "xview/types/error.h"
 #include "xview/types/semantic_place.h"
 
@@ -17,6 +18,7 @@ std::vector<PoseCheck> Localizer::Index::check(const Query& given,
   std::unique_ptr<const GuessedQuery> query;
   std::unique_ptr<const search::FieldQuery> in_field;
   for (const Eigen::Isometry3d& T_given : poses) {
+    askBudget("the places known before");
     const Eigen::Quaterniond R_up = uprightOf(given, T_given);
     if (!query || !upIsKnown(given)) {  // a query of unknown up has another one for each pose
       query = std::make_unique<GuessedQuery>(given, FrameGuess{R_up, 1});

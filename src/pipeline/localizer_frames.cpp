@@ -6,6 +6,7 @@
 
 #include "pipeline/level_on_map.h"
 #include "pipeline/localizer_index.h"
+#include "xview/types/budget.h"
 #include "xview/types/error.h"
 #include "xview/types/pose.h"
 
@@ -124,6 +125,7 @@ void Localizer::Index::climbScale(const Query& given, TriedFrame& best) const {
   for (double step = kScaleStep / 3; step > 0.002; step /= 2) {
     for (bool moved = true; moved;) {
       moved = false;
+      askBudget("the scale");
       for (const double factor : {1 + step, 1 / (1 + step)}) {
         TriedFrame next = best;
         next.guess.scale = std::clamp(best.guess.scale * factor, scales->low, scales->high);

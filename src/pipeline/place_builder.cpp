@@ -9,6 +9,7 @@
 #include "xview/graph/edges.h"
 #include "xview/measure_size.h"
 #include "xview/raw_recording.h"
+#include "xview/types/budget.h"
 #include "xview/types/error.h"
 #include "xview/types/in_order.h"
 #include "xview/types/localization.h"
@@ -82,8 +83,10 @@ std::size_t PlaceBuilder::endRecording() {
 Place PlaceBuilder::finish() {
   Stopwatch watch;
   endRecording();
+  askBudget("the view from above");
   place_.plan = plan_.build();
   place_.plan.upright = place_.gravity.upright;
+  askBudget("the graph");
   drawGraph();
   finishPoints();
   if (use_ == PlaceUse::query && place_.poses.empty())

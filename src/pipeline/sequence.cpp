@@ -7,6 +7,7 @@
 #include <cmath>
 #include <deque>
 
+#include "xview/types/budget.h"
 #include "xview/types/error.h"
 #include "xview/types/localization.h"
 #include "xview/types/pose.h"
@@ -86,6 +87,7 @@ struct Sequence::State {
   SequenceAnswer add(const Query& query, std::size_t first, std::size_t last) {
     SequenceAnswer answer;
     answer.alone = answer.fix = localizer.localize(query);
+    if (isBudgetSpent()) return answer;
     remember(query, first, last);
     follow();
     begin(answer.alone.hypotheses);
@@ -100,6 +102,11 @@ struct Sequence::State {
     else
       decide(query, answer);
     return answer;
+  }
+
+  void forget() {
+    windows.clear();
+    tracks.clear();
   }
 
   void remember(const Query& query, std::size_t first, std::size_t last) {
@@ -350,7 +357,12 @@ Sequence::~Sequence() = default;
 
 SequenceAnswer Sequence::add(const Query& query, std::size_t first, std::size_t last) {
   Stopwatch watch;
-  SequenceAnswer answer = state_->add(query, first, last);
+  SequenceAnswer answer;
+  if (const auto cut = cutByBudget([&] { answer = state_->add(query, first, last); })) {
+    state_->forget();
+    answer = {};
+    answer.alone = answer.fix = *cut;
+  }
   const double single = timeOf(answer.alone.timing_ms, "total"),
                together = watch.lap_ms() + totalMs(query.timing_ms);
   Timings& timings = answer.fix.timing_ms;

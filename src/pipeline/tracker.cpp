@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "xview/types/budget.h"
 #include "xview/types/error.h"
 
 namespace xview {
@@ -77,13 +78,15 @@ void Tracker::begin(const Query& query, const Localization& fix) {
 
 TrackAnswer Tracker::follow(const Query& query) {
   TrackAnswer answer;
+  bool is_cut = false;  // then there is no time for the whole map
   if (const auto expected = expectation(query)) {
     answer.radius_m = expected->radius_m;
     answer.fix = localizer_.localize(query, *expected);
     answer.local = answer.fix.accepted();
-    answer.lost = !answer.local;
+    is_cut = !answer.local && isBudgetSpent();
+    answer.lost = !answer.local && !is_cut;
   }
-  if (!answer.local) {
+  if (!answer.local && !is_cut) {
     Timings spent;
     if (answer.lost) spent.emplace_back("track", answer.fix.timing_ms.back().second);
     answer.fix = localizer_.localize(query);

@@ -12,6 +12,7 @@
 #include "xview/graph/edges.h"
 #include "xview/match/descriptors.h"
 #include "xview/pose/align.h"
+#include "xview/types/budget.h"
 #include "xview/types/cells.h"
 #include "xview/verify/consistency.h"
 #include "xview/verify/sample_consensus.h"
@@ -253,12 +254,14 @@ WalkMatches WalkMatcher::matchEverywhere(const WalkGraph& query, int count, bool
   const match::Descriptors words = match::describe(
       query.graph, map.alphabet, o.walks, 2 * static_cast<std::uint64_t>(o.seed), o.threads);
   timing_ms.emplace_back("descriptors", watch.lap_ms());
+  askBudget("the correspondences");
   result.putative = map.index.bestMatches(words, o.match, o.threads);
   timing_ms.emplace_back("matching", watch.lap_ms());
   std::vector<Correspondence> matches = result.putative;
   const std::vector<Eigen::Vector3d>& to = map.walks.positions;
   const std::string gravity = up_known ? o.posterior.gravity : "free";
   while (static_cast<int>(result.poses.size()) < count && matches.size() >= 3) {
+    askBudget("the correspondences");
     const std::vector<Correspondence> consistent = verify::consistentCorrespondences(
         query.positions, to, matches, o.consensus.inlier_m, gravity != "free");
     MatchedPose pose = consensusOf(query, to, consistent, matches, gravity, o.consensus);

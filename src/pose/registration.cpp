@@ -7,6 +7,8 @@
 #include <cmath>
 #include <map>
 
+#include "xview/types/budget.h"
+
 namespace xview::pose {
 namespace {
 
@@ -258,6 +260,7 @@ Registration::Descent Registration::descend(const std::vector<QueryPoint>& point
   const std::size_t fewest = std::min(kFewestPartners, points.size() / 4 + 1);
   const int settled = static_cast<int>(std::ceil(0.6 * iterations));
   for (int i = 0; i < iterations; ++i) {
+    askBudget("the registration");
     const double progress = std::min(1.0, i / std::max(1.0, 0.6 * iterations));
     const Evidence evidence = evidenceAt(result.at, points,
                                          {first_gate_m + progress * (last_gate_m - first_gate_m),

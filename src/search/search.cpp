@@ -7,6 +7,7 @@
 #include <tuple>
 
 #include "search/raster.h"
+#include "xview/types/budget.h"
 #include "xview/types/median.h"
 #include "xview/types/parallel.h"
 #include "xview/types/pose.h"
@@ -16,6 +17,7 @@ namespace {
 
 using Poses = std::vector<PlacePose>;
 
+constexpr const char* kStage = "the search";
 constexpr std::size_t kRefined = 30;  ///< distinct poses that are climbed to the end
 constexpr double kSamePose_m = 1.5, kSamePose_rad = 0.05;  ///< poses this near climb to one
 /// What is just outside of a prior is nearer to it than another place (samePlace).
@@ -57,7 +59,10 @@ Poses distinct(Poses poses, std::size_t count, const Same& same) {
 }
 
 void climbAll(const FieldQuery& query, Climb how, int threads, Poses& poses) {
-  parallelFor(poses.size(), threads, [&](std::size_t i) { poses[i] = query.climb(poses[i], how); });
+  parallelFor(poses.size(), threads, [&](std::size_t i) {
+    askBudget(kStage);
+    poses[i] = query.climb(poses[i], how);
+  });
 }
 
 /// Poses of the centre of one query as those of another centre of the same query frame.
@@ -212,6 +217,7 @@ SearchResult search(const FieldQuery& query, const std::vector<PlacePrior>& prio
       std::min(poses.size(), static_cast<std::size_t>(std::max(1, options.hypotheses)));
   for (const PlacePose& p : poses) result.places.push_back(query.inMap(p));
   parallelFor(told, threads, [&](std::size_t i) {
+    askBudget(kStage);
     result.places[i] = query.describeAt(query.climb(poses[i], Climb::polish));
   });
   std::stable_sort(result.places.begin(), result.places.begin() + static_cast<std::ptrdiff_t>(told),

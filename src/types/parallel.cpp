@@ -10,6 +10,8 @@
 #include <future>
 #include <vector>
 
+#include "xview/types/budget.h"
+
 namespace xview {
 
 void parallelFor(std::size_t count, int threads, const std::function<void(std::size_t)>& body) {
@@ -20,7 +22,12 @@ void parallelFor(std::size_t count, int threads, const std::function<void(std::s
   // More threads than cores would only make TBB complain on stderr.
   const int cores = tbb::info::default_concurrency();
   tbb::task_arena arena(threads > 0 ? std::min(threads, cores) : cores);
-  arena.execute([&] { tbb::parallel_for(std::size_t{0}, count, body); });
+  Budget* const budget = BudgetOfThread::current();
+  const auto withBudget = [&](std::size_t i) {
+    const BudgetOfThread of_caller(budget);
+    body(i);
+  };
+  arena.execute([&] { tbb::parallel_for(std::size_t{0}, count, withBudget); });
 }
 
 void makeInOrder(std::size_t count, int threads, std::size_t ahead,
@@ -30,7 +37,9 @@ void makeInOrder(std::size_t count, int threads, std::size_t ahead,
   const std::size_t batch = std::max<std::size_t>(ahead / 2, 1);
   const bool overlaps = threads != 1 && ahead > 1 && tbb::info::default_concurrency() > 1;
   std::vector<std::exception_ptr> problems(count);
+  Budget* const budget = BudgetOfThread::current();
   const auto makeBatch = [&](std::size_t first) {
+    const BudgetOfThread of_caller(budget);
     const std::size_t size = first < count ? std::min(batch, count - first) : 0;
     parallelFor(size, threads, [&](std::size_t i) {
       try {

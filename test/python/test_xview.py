@@ -180,6 +180,19 @@ class Arrays(unittest.TestCase):
             self.assertIsNone(fix.covariance)
         self.assertFalse(fix.accepted)
 
+    def test_what_takes_more_than_its_budget_is_rejected_and_says_so(self):
+        town = xview.Map.build(self.town)
+        cut = xview.Localizer(town, timeout=1e-6).localize(self.scan)
+        self.assertEqual((cut.status, cut.budget_exhausted), ("rejected", "time"))
+        self.assertEqual(cut.to_dict()["budget_exhausted"], "time")
+        self.assertIsNone(cut.T_map_query)
+        self.assertIn("the time of 1e-06 s ended in", cut.reason)
+        found = xview.Localizer(town, timeout=1000, max_memory=4000).localize(self.scan)
+        self.assertIsNone(found.budget_exhausted)
+        self.assertEqual(found.status, self.localizer.localize(self.scan).status)
+        with self.assertRaises(xview.UsageError):
+            xview.Localizer(town, timeout=-1)
+
     def test_covariance_is_symmetric_and_p_wrong_follows_from_confidence(self):
         fix = self.localizer.localize(self.scan)
         self.assertEqual(fix.covariance.shape, (6, 6))

@@ -188,6 +188,24 @@ TEST_F(Serve, ManyClientsGetTheSameAnswerWhileTheMapIsReplaced) {
 }
 
 /// What is under way is answered; sockets and bodies are gone.
+/// Each request has its own time to be computed in.
+TEST_F(Serve, RequestsWhoseTimeEndsAreRejected) {
+  const std::string body = cloud();
+  Server server({"--port", "0", "--timeout", "0.000001"}, map());
+  httplib::Client client = clientOf(server);
+  for (int i = 0; i < 2; ++i) {
+    const auto answer = localize(client, body);
+    ASSERT_TRUE(answer);
+    EXPECT_EQ(answer->status, 200) << answer->body;
+    EXPECT_EQ(Json::parse(answer->body)["status"], "rejected");
+    EXPECT_EQ(Json::parse(answer->body)["budget_exhausted"], "time");
+  }
+  const auto tracked = client.Post("/track/robot", body, "application/octet-stream");
+  ASSERT_TRUE(tracked);
+  EXPECT_EQ(Json::parse(tracked->body)["state"], "searching") << tracked->body;
+  EXPECT_EQ(Json::parse(tracked->body)["budget_exhausted"], "time");
+}
+
 TEST_F(Serve, EndsOnceAllAreAnswered) {
   const std::string body = cloud();
   for (const int signal : {SIGINT, SIGTERM}) {
