@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <map>
 
 #include "outputs.h"
 #include "pose_text.h"
@@ -91,6 +92,22 @@ std::vector<io::StampedPose> knownTrajectory(const std::vector<Eigen::Isometry3d
   return known;
 }
 
+/// "scan_0" of "scans/scan_0.pcd" and of "scan_0/"
+std::string stemOf(const std::string& query) {
+  const fs::path path(query);
+  return (path.has_filename() ? path : path.parent_path()).stem().string();
+}
+
+void requireDistinct(const std::vector<std::string>& queries) {
+  std::map<std::string, std::string> query_of;
+  for (const std::string& query : queries) {
+    const auto [at, is_new] = query_of.emplace(stemOf(query), query);
+    if (!is_new)
+      throw UsageError(
+          fmt::format("{} and {} would write one file: {}", at->second, query, at->first));
+  }
+}
+
 }  // namespace
 
 std::string initialPose(const Eigen::Isometry3d& T_map_sensor, const Matrix6d& covariance_of_sensor,
@@ -123,28 +140,42 @@ void AnswerFiles::declare(Flags& flags) {
   flags.addOutput("--tum", tum_, "file for accepted poses, as TUM lines");
   flags.addOutput("--trajectory", trajectory_,
                   "file for every pose of the QUERY in the map, as TUM lines");
-  flags.addOutput("--matrix", matrix_, "file for T_map_query, 4 x 4 (CloudCompare, PDAL)");
+  flags.addOutput("--matrix", matrix_,
+                  "file for T_map_query, 4 x 4 (CloudCompare, PDAL); of several QUERYs a folder");
   flags.addOutput("--initialpose", initial_pose_,
                   "file for the last accepted pose, as YAML of PoseWithCovarianceStamped (ROS)");
   flags.rare().add(kSensorBaseFlag, sensor_base_, kSensorBaseHelp);
 }
 
-void AnswerFiles::check(std::size_t inputs) const {
-  const bool of_way = !(trajectory_.empty() && matrix_.empty() && initial_pose_.empty());
+void AnswerFiles::check(const std::vector<std::string>& queries) {
   if (!explain_.empty() && fs::path(explain_).extension() != ".html")
     throw UsageError("--explain " + explain_ + ": a page ends with .html");
   parseSensorBase(sensor_base_);
-  if (of_way && inputs > 1)
-    throw UsageError(fmt::format(
-        "--trajectory, --matrix and --initialpose are for one QUERY, found {}", inputs));
-  for (const std::string& path : {explain_, tum_, trajectory_, matrix_, initial_pose_})
-    requireWritable(path);
+  are_several_ = queries.size() > 1;
+  for (const std::string& path : {explain_, tum_}) requireWritable(path);
+  for (const std::string& path : {trajectory_, matrix_, initial_pose_}) {
+    if (!are_several_) {
+      requireWritable(path);
+    } else if (!path.empty()) {
+      requireDistinct(queries);
+      std::error_code failed;
+      if (!fs::is_directory(path, failed) && !fs::create_directories(path, failed))
+        throw Error(path, "with several QUERYs it is a folder, which cannot be made" +
+                              (failed ? ": " + failed.message() : std::string()));
+    }
+  }
 }
 
-void AnswerFiles::begin() {
+void AnswerFiles::begin(const std::string& query) {
+  query_ = query;
   T_odom_sensor_.clear();
   stamps_s_.clear();
   fixes_.clear();
+}
+
+std::string AnswerFiles::pathOf(const std::string& flag, const char* ending) const {
+  return flag.empty() || !are_several_ ? flag
+                                       : (fs::path(flag) / (stemOf(query_) + ending)).string();
 }
 
 void AnswerFiles::take(const QueryInput& input) {
@@ -200,17 +231,19 @@ const pose::TrajectoryFix& AnswerFiles::surest() const {
 }
 
 void AnswerFiles::end(const Job& job) const {
+  const std::string trajectory = pathOf(trajectory_, ".txt"), matrix = pathOf(matrix_, ".txt"),
+                    initial_pose = pathOf(initial_pose_, ".yaml");
   if (fixes_.empty()) {
-    for (const std::string& path : {trajectory_, matrix_, initial_pose_})
+    for (const std::string& path : {trajectory, matrix, initial_pose})
       removeStale(path, job.narrate);
     return;
   }
-  if (!trajectory_.empty())
-    io::writeTumPoses(trajectory_, knownTrajectory(T_odom_sensor_, stamps_s_, fixes_, job));
-  if (!matrix_.empty()) io::writeMatrix(matrix_, surest().T_map_query, surest().scale);
-  if (!initial_pose_.empty())
-    writeFile(initial_pose_, initialPose(fixes_.back().T_map_sensor, fixes_.back().covariance,
-                                         accepted_.back().stamp_s, parseSensorBase(sensor_base_)));
+  if (!trajectory.empty())
+    io::writeTumPoses(trajectory, knownTrajectory(T_odom_sensor_, stamps_s_, fixes_, job));
+  if (!matrix.empty()) io::writeMatrix(matrix, surest().T_map_query, surest().scale);
+  if (!initial_pose.empty())
+    writeFile(initial_pose, initialPose(fixes_.back().T_map_sensor, fixes_.back().covariance,
+                                        accepted_.back().stamp_s, parseSensorBase(sensor_base_)));
 }
 
 void AnswerFiles::finish(const map::SemanticMap& map, const Job& job) const {

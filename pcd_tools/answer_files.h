@@ -26,11 +26,12 @@ std::string initialPose(const Eigen::Isometry3d& T_map_sensor, const Matrix6d& c
 class AnswerFiles {
  public:
   void declare(Flags& flags);
-  /// Throws UsageError if a file for one query is to hold several, Error if one cannot be written.
-  void check(std::size_t inputs) const;
+  /// With several QUERYs a file about one of them is a file of its name in a folder. Throws
+  /// UsageError if two of them have one name, Error if something cannot be written.
+  void check(const std::vector<std::string>& queries);
 
   /// The next QUERY begins, which may turn out to be unreadable; then take() is not called.
-  void begin();
+  void begin(const std::string& query);
   void take(const QueryInput& input);
   /// Answers of one QUERY come in the order of the recording.
   void add(const Answer& answer, const Query& query, const std::function<Explanation()>& explain);
@@ -45,10 +46,14 @@ class AnswerFiles {
   /// The accepted answer that is surest; the first of equals.
   const pose::TrajectoryFix& surest() const;
 
+  /// Where a file about this QUERY goes; empty if it was not asked for.
+  std::string pathOf(const std::string& flag, const char* ending) const;
   void explain(const Answer& answer, const Query& query, const Explanation& explanation);
   void writePage(const map::SemanticMap& map, const Job& job) const;
 
   std::string explain_, tum_, trajectory_, matrix_, initial_pose_, sensor_base_;
+  bool are_several_ = false;
+  std::string query_;                             ///< the path of this QUERY
   std::vector<Eigen::Isometry3d> T_odom_sensor_;  ///< of this QUERY
   std::vector<double> stamps_s_;
   std::vector<pose::TrajectoryFix> fixes_;

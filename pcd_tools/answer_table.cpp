@@ -188,4 +188,26 @@ std::string AnswerTable::summary() const {
   return text;
 }
 
+std::string csvHeading() {
+  return "query,map,first_frame,last_frame,status,confidence,x,y,z,qx,qy,qz,qw,sigma_m,reason";
+}
+
+std::string toCsv(const Answer& answer) {
+  const Localization& fix = answer.fix;
+  const bool is_read = answer.error.empty();
+  std::string text = fmt::format("{},{},", csvQuoted(answer.input), csvQuoted(answer.map));
+  text += is_read ? fmt::format("{},{},{},{},", answer.first_frame, answer.last_frame,
+                                toString(fix.status), fix.confidence)
+                  : std::string(",,error,,");
+  if (is_read && !fix.hypotheses.empty()) {
+    const Eigen::Vector3d p = fix.T_map_sensor.translation();
+    const Eigen::Quaterniond q(fix.T_map_sensor.linear());
+    text += fmt::format("{},{},{},{},{},{},{},{},", p.x(), p.y(), p.z(), q.x(), q.y(), q.z(), q.w(),
+                        positionSigma(fix.covariance));
+  } else {
+    text += ",,,,,,,,";
+  }
+  return text + csvQuoted(is_read ? fix.reason : answer.error);
+}
+
 }  // namespace xview::tools

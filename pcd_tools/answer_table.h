@@ -41,6 +41,12 @@ class AnswerTable {
   double time_ms_ = 0;
 };
 
+/// The heading of a table of answers, and the line of one: status, confidence, the pose of the last
+/// frame in the map [m], the standard deviation of its position along the worst axis [m], reason.
+/// Numbers are empty where there is no pose.
+std::string csvHeading();
+std::string toCsv(const Answer& answer);
+
 /// The standard deviation of the position along its worst axis [m].
 double positionSigma(const Matrix6d& covariance);
 

@@ -162,7 +162,7 @@ class LocalizeCommand final : public Command {
     flags.add("--risk", risk_,
               "accept a pose that is wrong with at most this chance; 0 = 1 - min_confidence");
     flags.add("--json", json_, "print one JSON object per query");
-    flags.addOutput("-o,--out", out_, "file for the answers; .jsonl: as JSON");
+    flags.addOutput("-o,--out", out_, "file for the answers: .jsonl, .csv or .txt");
     files_.declare(flags);
   }
 
@@ -170,8 +170,8 @@ class LocalizeCommand final : public Command {
     if (!job.options.scale.empty() && (windows_.sequence || windows_.track))
       throw UsageError("--scale is for windows on their own, without --sequence and --track");
     windows_.check();
-    json_ = json_ || std::filesystem::path(out_).extension() == ".jsonl";
-    files_.check(job.operands.size() - 1);
+    takeKindOfAnswers();
+    files_.check({job.operands.begin(), job.operands.end() - 1});
     Job known = job;
     requireValid(known.limits = limits_);
     takePrior(known.options.prior);
@@ -181,6 +181,20 @@ class LocalizeCommand final : public Command {
   }
 
  private:
+  void takeKindOfAnswers() {
+    const std::string ending = endingOf(out_);
+    csv_ = ending == ".csv";
+    if (csv_ && json_) throw UsageError("--json and -o " + out_ + " exclude one another");
+    if (!ending.empty() && !json_ && !csv_ && ending != ".jsonl" && ending != ".txt")
+      throw UsageError("-o " + out_ + ": a file of answers ends with .jsonl, .csv or .txt");
+    json_ = json_ || ending == ".jsonl";
+  }
+
+  /// An answer as a program reads it, if that was asked for; else as `text`.
+  std::string written(const Answer& answer, const std::string& text) const {
+    return json_ ? toJson(answer) : csv_ ? toCsv(answer) : text;
+  }
+
   /// Parsed here, too, because what is wrong should be named by the flag and not by its key.
   void takePrior(PriorOptions& prior) const {
     if (!near_.empty()) {
@@ -207,14 +221,15 @@ class LocalizeCommand final : public Command {
     unanswered_.load_map_ms = watch.lap_ms();
     const std::vector<std::string> queries(job.operands.begin(), job.operands.end() - 1);
     Results results(out_);
-    // Who sends JSON to a file sees the table all the same.
-    beside_ = json_ && !out_.empty() && !job.narrate.isQuiet();
+    if (csv_) results.print(csvHeading(), job.narrate);
+    // Who sends JSON or CSV to a file sees the table all the same.
+    beside_ = (json_ || csv_) && !out_.empty() && !job.narrate.isQuiet();
     AnswerTable table(queries, largestCoordinate(map), queries.size() == 1 && windows_.size == 0,
                       beside_ ? stdout : results.screen());
     results_ = &results;
     table_ = &table;
     const auto answer = [&](const std::string& query) {
-      files_.begin();
+      files_.begin(query);
       std::optional<Budget> budget;
       if (windows_.size == 0) budget.emplace(job.limits);
       const QueryInput input = openOrRead(query, map.labels, job);
@@ -241,11 +256,11 @@ class LocalizeCommand final : public Command {
       work();
     } catch (const std::exception& e) {
       errors_.push_back(e.what());
-      if (query.empty() || !json_) return;
+      if (query.empty() || !(json_ || csv_)) return;
       Answer unread = unanswered_;
       unread.input = query;
       unread.error = oneLine(e.what());
-      results_->print(toJson(unread), job.narrate);
+      results_->print(written(unread, ""), job.narrate);
     }
   }
 
@@ -275,7 +290,7 @@ class LocalizeCommand final : public Command {
       sayLost(answer, job.narrate);
       sayEvidence(answer, job.narrate);
       const std::string lines = table_->add(asShown(answer, query, job.narrate));
-      results_->print(json_ ? toJson(answer) : lines, job.narrate);
+      results_->print(written(answer, lines), job.narrate);
       if (beside_) Results("").print(lines, job.narrate);
     };
     if (input.whole) {
@@ -293,7 +308,7 @@ class LocalizeCommand final : public Command {
   AnswerFiles files_;
   std::string near_, yaw_, out_;
   double risk_ = 0;  ///< 0 = that of the options
-  bool json_ = false, beside_ = false;
+  bool json_ = false, csv_ = false, beside_ = false;
   Results* results_ = nullptr;  ///< of this run
   AnswerTable* table_ = nullptr;
   Answer unanswered_;  ///< with what all answers of this run share

@@ -297,13 +297,6 @@ TEST_F(FixFiles, WhatCannotBeWrittenIsSaidBeforeTheWork) {
   EXPECT_NE(outcome.err.find("T.txt"), std::string::npos) << outcome.err;
 }
 
-TEST_F(FixFiles, AreForOneQuery) {
-  const Outcome outcome =
-      runXview({"localize", "-q", rear(), elsewhere(), map(), "--matrix", file("two.txt")});
-  EXPECT_EQ(outcome.code, 2);
-  EXPECT_NE(outcome.err.find("one QUERY"), std::string::npos) << outcome.err;
-}
-
 TEST_F(FixFiles, SequenceSaysWhatTheWindowsSayTogether) {
   const Outcome outcome = runXview(
       {"localize", "-q", "--json", rear(), map(), "--window", "10", "--sequence"}, {120, 0, ""});

@@ -299,6 +299,56 @@ TEST_F(TinyTown, ExplanationsAddUpToTheScore) {
   EXPECT_EQ(runXview({"localize", town("rear"), map(), "--explain", file("why.csv")}).code, 2);
 }
 
+TEST_F(TinyTown, AnswersAreATableForSpreadsheetsAsWell) {
+  const std::string csv = file("answers.csv");
+  EXPECT_EQ(runXview({"localize", "-q", town("rear"), town("elsewhere"), file("missing"), map(),
+                      "-o", csv},
+                     {120, 0, ""})
+                .code,
+            1);
+  std::istringstream lines(readText(csv));
+  std::vector<std::string> rows;
+  for (std::string line; std::getline(lines, line);) rows.push_back(line);
+  ASSERT_EQ(rows.size(), 4u);
+  EXPECT_EQ(rows[0].rfind("query,map,first_frame,last_frame,status,confidence,x,y,z,", 0), 0u);
+  EXPECT_NE(rows[1].find(",accepted,"), std::string::npos) << rows[1];
+  EXPECT_NE(rows[2].find(",rejected,"), std::string::npos) << rows[2];
+  EXPECT_NE(rows[3].find(",error,"), std::string::npos) << rows[3];
+  for (const char* wrong : {"answers.json", "answers.xlsx"})
+    EXPECT_EQ(runXview({"localize", "-q", town("rear"), map(), "-o", file(wrong)}).code, 2);
+}
+
+TEST_F(TinyTown, FilesAboutEachOfSeveralQueriesAreInAFolder) {
+  const std::string folder = file("matrices");
+  succeed({"localize", "-q", town("rear"), town("aerial"), town("elsewhere"), map(), "--matrix",
+           folder});
+  EXPECT_TRUE(fs::exists(folder + "/rear.txt"));
+  EXPECT_FALSE(fs::exists(folder + "/elsewhere.txt"));
+  succeed({"localize", "-q", town("rear"), map(), "--matrix", file("alone.txt")});
+  EXPECT_EQ(readText(folder + "/rear.txt"), readText(file("alone.txt")));
+  fs::create_directories(file("again"));
+  fs::create_directory_symlink(town("rear"), file("again/rear"));
+  EXPECT_EQ(
+      runXview({"localize", "-q", town("rear"), file("again/rear"), map(), "--matrix", folder})
+          .code,
+      2);
+}
+
+TEST_F(TinyTown, GraphsAreWrittenForOtherPrograms) {
+  const std::string said = succeed({"graph", "-q", map(), file("town.graphml")}).out;
+  const std::string graphml = readText(file("town.graphml"));
+  const auto count = [&](const std::string& word) {
+    std::size_t found = 0;
+    for (auto at = graphml.find(word); at != graphml.npos; at = graphml.find(word, at + 1)) ++found;
+    return std::to_string(found);
+  };
+  EXPECT_EQ(said.rfind(count("<node ") + " vertices, " + count("<edge ") + " edges, ", 0), 0u)
+      << said;
+  succeed({"graph", "-q", map(), file("town.csv")});
+  EXPECT_EQ(std::to_string(lineCount(readText(file("town.csv"))) - 1), count("<node "));
+  EXPECT_EQ(runXview({"graph", map(), file("town.gml")}).code, 2);
+}
+
 TEST_F(TinyTown, ImageSpaceGoesThroughAllCommandsThatMakeGraphs) {
   const std::vector<std::string> image{"--graph_space", "image"};
   const auto with = [&](std::vector<std::string> arguments) {
