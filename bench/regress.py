@@ -431,20 +431,26 @@ def arguments_of():
     return arguments
 
 
-def main():
-    arguments = arguments_of()
+def rows_to_check(arguments):
+    """The rows that were asked for, and the worlds that are not there."""
     arguments.work.mkdir(parents=True, exist_ok=True)
-    lock = open(arguments.work / "lock", "w")
-    fcntl.flock(lock, fcntl.LOCK_EX)  # A second check waits for its turn in the same folder.
-    chosen = re.compile(arguments.only).search
+    arguments.lock = open(arguments.work / "lock", "w")
+    fcntl.flock(arguments.lock, fcntl.LOCK_EX)  # A second check waits for its turn in the same folder.
     folders = {name: name for name in worlds.WORLDS} | {name: of for name, (of, _) in worlds.WITHOUT_LABELS.items()}
     absent = [name for name, folder in folders.items() if not (arguments.data / folder).is_dir()]
-    rows = [row for row in all_rows(arguments, absent) if chosen(" ".join(row[:3]))]
+    rows = [row for row in all_rows(arguments, absent) if re.search(arguments.only, " ".join(row[:3]))]
     if not rows:
         sys.exit("no row to check")
+    return rows, absent
+
+
+def main():
+    arguments = arguments_of()
+    rows, absent = rows_to_check(arguments)
     lines = run_all(Runner(arguments.program, arguments.work), rows, arguments)
     baseline = read_table(arguments.baseline) if arguments.baseline.exists() else {}
-    notes, said, is_worse = compare(lines, baseline, lambda key: chosen(" ".join(key)) and key[0] not in absent)
+    notes, said, is_worse = compare(
+        lines, baseline, lambda key: re.search(arguments.only, " ".join(key)) and key[0] not in absent)
     table = [heading()] + [cells(line, note) for line, note in zip(lines, notes)]
     if absent:
         said.append(f"{len(absent)} worlds are not in {arguments.data} and were skipped: {', '.join(absent)}")

@@ -239,7 +239,7 @@ def places(lines):
 
 
 def markdown(lines):
-    """The tables of docs/results.md: by place and length of window, and by confidence."""
+    """Tables for docs/results/verdict.md: by place and length of window, and by confidence."""
     for indoors in (False, True):
         chosen = [(name, here) for name, here in places(lines) if (here[0]["style"] in LENGTHS_M) == indoors]
         if not chosen:
@@ -325,7 +325,7 @@ def main():
     add("--jobs", type=int, default=2, help="worlds at a time, of one thread each; default 2")
     add("--picture", type=Path, metavar="FILE.svg", help="draw whether answers are right as often as they say")
     add("--stored", action="store_true", help="run nothing: summary and picture of TABLE.csv as it is")
-    add("--markdown", action="store_true", help="print the tables of docs/results.md instead of the summary")
+    add("--markdown", action="store_true", help="print tables for docs/results/verdict.md instead of the summary")
     add("--answers", type=Path, metavar="DIR", help="a new folder for the answers, one .jsonl per world")
     arguments = parser.parse_args()
     lines = stored(arguments.table) if arguments.stored else measured(arguments)
