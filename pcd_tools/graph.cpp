@@ -13,16 +13,10 @@
 #include "xview/types/atomic_file.h"
 #include "xview/types/error.h"
 #include "xview/types/user_text.h"
+#include "xview/view/scene.h"
 
 namespace xview::tools {
 namespace {
-
-std::string xmlText(const std::string& text) {
-  std::string escaped;
-  for (const char c : text)
-    escaped += c == '&' ? "&amp;" : c == '<' ? "&lt;" : c == '"' ? "&quot;" : std::string(1, c);
-  return escaped;
-}
 
 /// http://graphml.graphdrawing.org: what networkx, igraph and Gephi read.
 std::string toGraphml(const SemanticGraph& graph, const LabelSet& labels) {

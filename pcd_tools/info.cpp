@@ -20,6 +20,7 @@
 #include "xview/raw_recording.h"
 #include "xview/types/error.h"
 #include "xview/types/label_match.h"
+#include "xview/types/pose.h"
 #include "xview/types/user_text.h"
 
 namespace xview::tools {
@@ -275,13 +276,6 @@ Eigen::AlignedBox3d boundsOf(const Place& place) {
   return box;
 }
 
-double lengthOf(const std::vector<Eigen::Isometry3d>& poses) {
-  double length_m = 0;
-  for (std::size_t i = 1; i < poses.size(); ++i)
-    length_m += (poses[i].translation() - poses[i - 1].translation()).norm();
-  return length_m;
-}
-
 /// The classes of the query before they are brought into those of the map.
 LabelSet Meeting::ownLabels() const {
   io::InputOptions options = inputIn(input_, map_.labels);
@@ -297,7 +291,7 @@ void Meeting::printPlaces(Sheet& sheet) {
   sheet.row("map", job_.operands[1]);
   sheet.bounds("query bounds", boundsOf(*query_.whole));
   sheet.bounds("map bounds", boundsOf(map_));
-  const double length_m = lengthOf(query_.whole->poses);
+  const double length_m = wayAlong(query_.whole->poses).back();
   sheet.row("query length",
             fmt::format("{:.1f} m, {} of {} frames", length_m, query_.size() - query_.used_from,
                         query_.size()),

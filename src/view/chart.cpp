@@ -15,17 +15,10 @@ constexpr double kWidth = 380, kHeight = 250, kLeft = 36, kRight = 22, kTop = 30
 constexpr const char* kGrey = "#808790";
 constexpr const char* kColors[] = {"#3f7de0", "#27a05a", "#d68200"};
 
-std::string escaped(const std::string& text) {
-  std::string safe;
-  for (const char c : text)
-    safe += c == '<' ? "&lt;" : c == '&' ? "&amp;" : c == '"' ? "&quot;" : std::string(1, c);
-  return safe;
-}
-
 std::string textAt(double x, double y, const std::string& said, const char* anchor,
                    const char* more = "") {
   return fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"{}\" {}>{}</text>\n", x, y,
-                     anchor, more, escaped(said));
+                     anchor, more, xmlText(said));
 }
 
 std::string lineFrom(double x1, double y1, double x2, double y2) {
@@ -134,6 +127,13 @@ std::string reliability(const SceneChart& chart, const Axis& x) {
 }
 
 }  // namespace
+
+std::string xmlText(const std::string& text) {
+  std::string safe;
+  for (const char c : text)
+    safe += c == '<' ? "&lt;" : c == '&' ? "&amp;" : c == '"' ? "&quot;" : std::string(1, c);
+  return safe;
+}
 
 std::string chartSvg(const SceneChart& chart) {
   const Axis x(chart);

@@ -124,4 +124,7 @@ enum class MeshFormat { vtk, ply };
 /// ways, arrows and correspondences as tubes, clouds as vertices without faces.
 std::string sceneMesh(const Scene& scene, MeshFormat format);
 
+/// A text as SVG and other XML hold it, between tags or in quotes.
+std::string xmlText(const std::string& text);
+
 }  // namespace xview
