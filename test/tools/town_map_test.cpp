@@ -249,6 +249,9 @@ TEST_F(TinyTown, WhatNobodySeesAnyMoreIsForgotten) {
   const std::string before = readText(path);
   const Outcome pruned = succeed({"prune", "-q", path, "--absent", "1", "-o", file("less.xvm")});
   EXPECT_NE(pruned.out.find(" things forgotten"), std::string::npos) << pruned.out;
+  EXPECT_LT(map::loadMap(file("less.xvm")).graph.size(), map::loadMap(path).graph.size())
+      << "cars and people have moved on";
+  EXPECT_EQ(map::readRevisions(file("less.xvm")).back().note.rfind("pruned ", 0), 0u);
   EXPECT_TRUE(readText(path) == before);
   EXPECT_EQ(runXview({"prune", path, "--absent", "2"}).code, 1);
   EXPECT_EQ(runXview({"prune", path, "--absent", "0"}).code, 2);
