@@ -18,7 +18,7 @@
 #include "xview/graph/clean_labels.h"
 #include "xview/graph/lift.h"
 #include "xview/graph/merge.h"
-#include "xview/graph/plan_view.h"
+#include "xview/graph/bev_grid.h"
 #include "xview/io/recording.h"
 #include "xview/mapper.h"
 #include "xview/types/random.h"

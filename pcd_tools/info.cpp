@@ -6,12 +6,12 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "doubts.h"
+#include "consistency_checks.h"
 #include "inputs.h"
 #include "outputs.h"
 #include "tool.h"
 #include "windows.h"
-#include "xview/alikeness.h"
+#include "xview/self_similarity.h"
 #include "xview/io/bag_files.h"
 #include "xview/io/cloud_files.h"
 #include "xview/map/semantic_map.h"

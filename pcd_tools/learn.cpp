@@ -7,7 +7,7 @@
 #include <map>
 
 #include "answer.h"
-#include "doubts.h"
+#include "consistency_checks.h"
 #include "inputs.h"
 #include "tool.h"
 #include "xview/io/pose_files.h"

@@ -11,7 +11,7 @@
 #include "answer.h"
 #include "answer_files.h"
 #include "answer_table.h"
-#include "doubts.h"
+#include "consistency_checks.h"
 #include "inputs.h"
 #include "outputs.h"
 #include "scenes.h"

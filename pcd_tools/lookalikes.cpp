@@ -9,7 +9,7 @@
 #include "outputs.h"
 #include "scenes.h"
 #include "tool.h"
-#include "xview/alikeness.h"
+#include "xview/self_similarity.h"
 #include "xview/types/atomic_file.h"
 #include "xview/types/error.h"
 #include "xview/types/localization.h"

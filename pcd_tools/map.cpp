@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "answer_table.h"
-#include "doubts.h"
+#include "consistency_checks.h"
 #include "inputs.h"
 #include "map_changes.h"
 #include "outputs.h"

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "xview/alikeness.h"
+#include "xview/self_similarity.h"
 #include "xview/io/cloud_files.h"
 #include "xview/types/atomic_file.h"
 #include "xview/types/error.h"

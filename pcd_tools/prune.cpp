@@ -8,7 +8,7 @@
 #include "map_changes.h"
 #include "outputs.h"
 #include "tool.h"
-#include "xview/alikeness.h"
+#include "xview/self_similarity.h"
 #include "xview/changes.h"
 #include "xview/map/semantic_map.h"
 #include "xview/types/error.h"

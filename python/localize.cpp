@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "answer.h"
-#include "doubts.h"
+#include "consistency_checks.h"
 #include "fix.h"
 #include "places.h"
 #include "windows.h"

@@ -5,7 +5,7 @@
 #include <pybind11/stl.h>
 
 #include "classes.h"
-#include "doubts.h"
+#include "consistency_checks.h"
 #include "xview/graph/edges.h"
 #include "xview/io/graph_files.h"
 #include "xview/label/shapes.h"

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "xview/graph/merge.h"
-#include "xview/graph/plan_view.h"
+#include "xview/graph/bev_grid.h"
 #include "xview/map/semantic_map.h"
 #include "xview/options.h"
 #include "xview/types/graph.h"

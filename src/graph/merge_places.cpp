@@ -5,7 +5,7 @@
 #include <string>
 
 #include "xview/graph/merge.h"
-#include "xview/graph/plan_view.h"
+#include "xview/graph/bev_grid.h"
 #include "xview/types/cells.h"
 #include "xview/types/error.h"
 

@@ -10,7 +10,7 @@
 
 #include "xview/types/graph.h"
 #include "xview/types/labelled_cloud.h"
-#include "xview/types/plan_view.h"
+#include "xview/types/bev_grid.h"
 
 namespace xview::map {
 

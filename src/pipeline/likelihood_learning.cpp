@@ -6,7 +6,7 @@
 #include <set>
 
 #include "pipeline/gravity.h"
-#include "xview/graph/plan_view.h"
+#include "xview/graph/bev_grid.h"
 #include "xview/search/distance_field.h"
 #include "xview/types/pose.h"
 #include "xview/types/random.h"

@@ -6,9 +6,9 @@
 #include <map>
 #include <memory>
 
-#include "xview/alikeness.h"
+#include "xview/self_similarity.h"
 #include "xview/graph/merge.h"
-#include "xview/graph/plan_view.h"
+#include "xview/graph/bev_grid.h"
 #include "xview/localizer.h"
 #include "xview/measure_size.h"
 #include "xview/raw_recording.h"

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "xview/pose/seen_through.h"
+#include "xview/pose/free_space_violation.h"
 #include "xview/types/labelled_cloud.h"
 #include "xview/types/labels.h"
 #include "xview/types/localization.h"

@@ -9,7 +9,7 @@
 #include "xview/pose/posterior.h"
 #include "xview/pose/refine.h"
 #include "xview/search/field.h"
-#include "xview/types/plan_view.h"
+#include "xview/types/bev_grid.h"
 #include "xview/verify/verdict.h"
 
 namespace xview {

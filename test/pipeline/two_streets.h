@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "search/plan_town.h"
+#include "search/bev_town.h"
 #include "xview/localizer.h"
 
 namespace xview::test {

@@ -8,7 +8,7 @@
 #include <limits>
 #include <set>
 
-#include "plan_town.h"
+#include "bev_town.h"
 #include "xview/types/pose.h"
 #include "xview/types/random.h"
 

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "plan_town.h"
+#include "bev_town.h"
 #include "xview/types/pose.h"
 
 namespace xview::search {

@@ -10,7 +10,7 @@
 #include "xview/types/labelled_cloud.h"
 #include "xview/types/labels.h"
 #include "xview/types/option_field.h"
-#include "xview/types/plan_view.h"
+#include "xview/types/bev_grid.h"
 
 namespace xview::graph {
 

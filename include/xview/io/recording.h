@@ -55,7 +55,7 @@ struct InputOptions {
 /// What the path is. Throws Error if nothing fits or (naming both and --input-kind) if two fit;
 /// UsageError if options.kind is no kind. A .xvm is a map even if options.kind is another one,
 /// which is then that of the query that is sought in it. A .ply is a graph if its vertices are
-/// things and not samples of surfaces, however many there are (things_or_samples.cpp).
+/// things and not samples of surfaces, however many there are (objects_or_samples.cpp).
 /// `guess`, if given, receives a sentence if only the content of a .ply told.
 InputKind recogniseInput(const std::string& path, const InputOptions& options = {},
                          std::string* guess = nullptr);

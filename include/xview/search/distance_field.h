@@ -10,7 +10,7 @@
 
 #include "xview/search/likelihoods.h"
 #include "xview/types/cells.h"
-#include "xview/types/plan_view.h"
+#include "xview/types/bev_grid.h"
 
 namespace xview::search {
 

@@ -4,7 +4,7 @@
 #include <array>
 #include <string>
 
-#include "xview/types/plan_view.h"
+#include "xview/types/bev_grid.h"
 
 namespace xview::search {
 

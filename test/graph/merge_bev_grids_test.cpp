@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/graph/plan_view.h"
+#include "xview/graph/bev_grid.h"
 
 #include <gtest/gtest.h>
 
-#include "plan_scene.h"
+#include "bev_scene.h"
 #include "xview/types/error.h"
 
 namespace xview::test {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "doubts.h"
+#include "consistency_checks.h"
 
 #include <fmt/core.h>
 

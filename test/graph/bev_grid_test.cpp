@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/graph/plan_view.h"
+#include "xview/graph/bev_grid.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <limits>
 #include <set>
 
-#include "plan_scene.h"
+#include "bev_scene.h"
 #include "xview/types/random.h"
 
 namespace xview::test {

@@ -5,7 +5,7 @@
 #include <array>
 #include <vector>
 
-#include "xview/types/plan_view.h"
+#include "xview/types/bev_grid.h"
 #include "xview/types/random.h"
 
 namespace xview::test {

@@ -4,8 +4,8 @@
 
 #include <functional>
 
-#include "graph/plan_cells.h"
-#include "xview/graph/plan_view.h"
+#include "graph/bev_cells.h"
+#include "xview/graph/bev_grid.h"
 
 namespace xview::graph {
 namespace {

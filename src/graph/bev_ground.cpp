@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "graph/plan_cells.h"
+#include "graph/bev_cells.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "plan_scene.h"
+#include "bev_scene.h"
 
 #include <algorithm>
 #include <cmath>

@@ -4,7 +4,7 @@
 #include <functional>
 #include <vector>
 
-#include "xview/graph/plan_view.h"
+#include "xview/graph/bev_grid.h"
 
 namespace xview::test {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "plan_town.h"
+#include "bev_town.h"
 
 #include <cmath>
 #include <map>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/types/plan_view.h"
+#include "xview/types/bev_grid.h"
 
 namespace xview {
 

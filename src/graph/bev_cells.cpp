@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "graph/plan_cells.h"
+#include "graph/bev_cells.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "xview/graph/plan_view.h"
+#include "xview/graph/bev_grid.h"
 
 namespace xview::graph {
 namespace {

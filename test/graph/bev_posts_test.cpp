@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
 
-#include "plan_scene.h"
+#include "bev_scene.h"
 
 namespace xview::test {
 namespace {

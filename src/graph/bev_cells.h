@@ -8,7 +8,7 @@
 
 #include "xview/types/cells.h"
 #include "xview/types/labels.h"
-#include "xview/types/plan_view.h"
+#include "xview/types/bev_grid.h"
 
 namespace xview::graph {
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/graph/plan_view.h"
+#include "xview/graph/bev_grid.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 
-#include "graph/plan_cells.h"
+#include "graph/bev_cells.h"
 
 namespace xview::graph {
 namespace {

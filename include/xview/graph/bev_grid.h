@@ -7,7 +7,7 @@
 
 #include "xview/types/labelled_cloud.h"
 #include "xview/types/labels.h"
-#include "xview/types/plan_view.h"
+#include "xview/types/bev_grid.h"
 
 namespace xview::graph {
 

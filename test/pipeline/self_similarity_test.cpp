@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/alikeness.h"
+#include "xview/self_similarity.h"
 
 #include <gtest/gtest.h>
 
