@@ -35,7 +35,7 @@ struct Input {
   std::vector<std::size_t> chosen;
   std::vector<Frame> raw, cleaned;
   std::vector<LabelledCloud> lifted;
-  std::vector<FrameDigest> digests;
+  std::vector<PreprocessedFrame> preprocessed_frames;
 
   const LabelSet& labels() const { return source->labels(); }
 };
@@ -58,7 +58,7 @@ Input makeInput(const std::string& path) {
     Frame& frame = input.cleaned.back();
     frame.label = graph::cleanLabels(frame.label, input.labels(), options.clean);
     input.lifted.push_back(lift(frame, input.labels(), options.lift));
-    input.digests.push_back(digestFrame(input.raw.back(), input.labels(), options));
+    input.preprocessed_frames.push_back(preprocessFrame(input.raw.back(), input.labels(), options));
   }
   return input;
 }
@@ -115,15 +115,15 @@ void registerStages(const std::string& kind, const Input& input) {
   stage("thin", [](const Input& in, std::size_t i) {
     std::vector<std::uint32_t> points_per_voxel;
     benchmark::DoNotOptimize(
-        graph::thinByVoxel(in.lifted[i], graph::kPlanVoxel_m, &points_per_voxel));
+        graph::thinByVoxel(in.lifted[i], graph::kBevVoxel_m, &points_per_voxel));
   });
   stage("lift_thin", [](const Input& in, std::size_t i) {
     benchmark::DoNotOptimize(graph::liftThin(in.cleaned[i], in.labels(), graph::LiftOptions(),
-                                             graph::kPlanVoxel_m,
+                                             graph::kBevVoxel_m,
                                              graph::WholeClasses::no_surfaces));
   });
   stage("digest", [](const Input& in, std::size_t i) {
-    benchmark::DoNotOptimize(digestFrame(in.raw[i], in.labels(), oneThread()));
+    benchmark::DoNotOptimize(preprocessFrame(in.raw[i], in.labels(), oneThread()));
   });
 }
 
@@ -135,8 +135,8 @@ void registerMerge(const std::string& kind, const Input& input) {
         graph::PlaceGraphBuilder places(input.labels(), graph::MergeOptions());
         places.add(farAway(static_cast<std::size_t>(state.range(0)), input.labels()), -1);
         overFrames(state, input, [&](std::size_t i) {
-          places.add(input.digests[i].blobs, input.digests[i].number);
-          places.addSurfacePoints(input.digests[i].cloud, input.digests[i].number);
+          places.add(input.preprocessed_frames[i].blobs, input.preprocessed_frames[i].number);
+          places.addSurfacePoints(input.preprocessed_frames[i].cloud, input.preprocessed_frames[i].number);
         });
       })
       ->Arg(0)
@@ -146,15 +146,15 @@ void registerMerge(const std::string& kind, const Input& input) {
       ->Unit(benchmark::kMillisecond);
 }
 
-void addToView(graph::PlanViewBuilder& view, const FrameDigest& digest) {
-  view.add(digest.cloud, digest.votes, digest.resolves_thin, Eigen::Isometry3d::Identity(),
-           digest.aerial);
+void addToView(graph::BevGridBuilder& view, const PreprocessedFrame& preprocessed) {
+  view.add(preprocessed.cloud, preprocessed.weights, preprocessed.resolves_thin, Eigen::Isometry3d::Identity(),
+           preprocessed.aerial);
 }
 
-void registerPlanView(const std::string& kind, const Input& input) {
+void registerBevGrid(const std::string& kind, const Input& input) {
   benchmark::RegisterBenchmark((kind + "/plan_view").c_str(), [&input](benchmark::State& state) {
-    graph::PlanViewBuilder view(input.labels());
-    overFrames(state, input, [&](std::size_t i) { addToView(view, input.digests[i]); });
+    graph::BevGridBuilder view(input.labels());
+    overFrames(state, input, [&](std::size_t i) { addToView(view, input.preprocessed_frames[i]); });
   })->Unit(benchmark::kMillisecond);
 }
 
@@ -167,15 +167,15 @@ void registerWhole(const std::string& kind, const Input& input) {
       benchmark::RegisterBenchmark((kind + name).c_str(), [&input, from_file,
                                                            with_view](benchmark::State& state) {
         graph::PlaceGraphBuilder places(input.labels(), graph::MergeOptions());
-        graph::PlanViewBuilder view(input.labels());
+        graph::BevGridBuilder view(input.labels());
         overFrames(state, input, [&](std::size_t i) {
-          const FrameDigest digest =
+          const PreprocessedFrame preprocessed =
               from_file
-                  ? digestFrame(input.source->read(input.chosen[i]), input.labels(), oneThread())
-                  : digestFrame(input.raw[i], input.labels(), oneThread());
-          places.add(digest.blobs, digest.number);
-          places.addSurfacePoints(digest.cloud, digest.number);
-          if (with_view) addToView(view, digest);
+                  ? preprocessFrame(input.source->read(input.chosen[i]), input.labels(), oneThread())
+                  : preprocessFrame(input.raw[i], input.labels(), oneThread());
+          places.add(preprocessed.blobs, preprocessed.number);
+          places.addSurfacePoints(preprocessed.cloud, preprocessed.number);
+          if (with_view) addToView(view, preprocessed);
         });
       })->Unit(benchmark::kMillisecond);
     }
@@ -196,7 +196,7 @@ int main(int argc, char** argv) try {
     const std::string kind = input.source->sensor() == Sensor::camera ? "frame" : "scan";
     registerStages(kind, input);
     registerMerge(kind, input);
-    registerPlanView(kind, input);
+    registerBevGrid(kind, input);
     registerWhole(kind, input);
   }
   benchmark::RunSpecifiedBenchmarks();

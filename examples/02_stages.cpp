@@ -18,10 +18,10 @@ int main(int argc, char** argv) try {
   const xview::Localizer localizer(std::move(map), options);
 
   const std::size_t window = argc > 3 ? std::stoul(argv[3]) : 30;
-  std::vector<xview::FrameDigest> frames;  // frames are digested once and then forgotten
+  std::vector<xview::PreprocessedFrame> frames;  // frames are digested once and then forgotten
   std::size_t accepted = 0;
   for (std::size_t i = 0; i < recording->size(); ++i) {
-    frames.push_back(localizer.digest(recording->read(i), recording->labels()));
+    frames.push_back(localizer.preprocess(recording->read(i), recording->labels()));
     if (frames.size() < window && i + 1 < recording->size()) continue;
     const xview::Query query = localizer.query(frames, recording->labels());
     const xview::Localization fix = localizer.localize(query);

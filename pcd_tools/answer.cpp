@@ -47,27 +47,27 @@ void forEachStatistic(Values& s, Visit&& visit) {
   using Of = DenseEvidence::Of;
   auto& dense = s.dense;
   bool registered = dense.registered(), views = dense.of == Of::views;
-  visit("lead", s.lead, Written::always);
-  visit("agreement", s.agreement, Written::always);
+  visit("lead", s.likelihood_margin, Written::always);
+  visit("agreement", s.score_ratio, Written::always);
   visit("registered", registered, Written::always);
-  visit("settled", dense.settled, Written::always);
+  visit("settled", dense.converged, Written::always);
   visit("views", views, Written::always);
   if constexpr (!std::is_const_v<Values>)
     dense.of = !registered ? Of::nothing : views ? Of::views : Of::points;
   visit("aerial", dense.aerial, Written::now);
-  visit("dense", dense.agreement, Written::always);
-  visit("by_chance", dense.by_chance, Written::always);
-  visit("known", s.known, Written::now);
-  visit("margin", s.margin, Written::now);
-  visit("null_excess", s.null_excess, Written::now);
-  visit("null_missing", s.null_missing, Written::now);
+  visit("dense", dense.inlier_ratio, Written::always);
+  visit("by_chance", dense.null_inlier_ratio, Written::always);
+  visit("known", s.map_coverage, Written::now);
+  visit("margin", s.dense_margin, Written::now);
+  visit("null_excess", s.wrong_place_above_null, Written::now);
+  visit("null_missing", s.wrong_place_miss_ratio, Written::now);
   visit("sigma_m", s.sigma_m, Written::now);
-  visit("contradicted", dense.contradicted, Written::if_asked);
-  visit("standing", dense.standing, Written::if_asked);
-  visit("shown", dense.shown, Written::if_asked);
-  visit("missing", dense.missing, Written::if_asked);
-  visit("of_itself", dense.of_itself, Written::if_asked);
-  visit("seen_through", dense.seen_through, Written::if_asked);
+  visit("contradicted", dense.conflict_ratio, Written::if_asked);
+  visit("standing", dense.obstacle_overlap, Written::if_asked);
+  visit("shown", dense.map_overlap, Written::if_asked);
+  visit("missing", dense.miss_ratio, Written::if_asked);
+  visit("of_itself", dense.self_consistency, Written::if_asked);
+  visit("seen_through", dense.free_space_violation, Written::if_asked);
 }
 
 template <class Value>
@@ -222,8 +222,8 @@ Answer answerFrom(const std::string& line) {
       if (written == Written::now) answer.whole_statistics &= is_there;
     });
     // Asked together; older programs asked for the first only.
-    if (answer.fix.statistics.dense.shown)
-      answer.whole_statistics &= answer.fix.statistics.dense.missing.has_value();
+    if (answer.fix.statistics.dense.map_overlap)
+      answer.whole_statistics &= answer.fix.statistics.dense.miss_ratio.has_value();
   }
   const auto covariance = json.find("covariance");
   if (covariance != json.end() && !covariance->is_null())

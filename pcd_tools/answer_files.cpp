@@ -64,7 +64,7 @@ bool isCarried(const pose::TrajectoryFix& a, const pose::TrajectoryFix& b,
   const double heading_rad = std::sqrt(std::max(0.0, a.covariance(5, 5))) * kSigmas +
                              odometry.drift_deg_per_m * M_PI / 180 * way_m;
   return (b.T_map_sensor.translation() - expected).norm() >
-         kLeast_m * parseSize(job.options.size).value_or(kTown) + kSigmas * sigma_m +
+         kLeast_m * parseSize(job.options.size).value_or(kTownScale) + kSigmas * sigma_m +
              (odometry.drift + heading_rad) * way_m;
 }
 
@@ -187,7 +187,7 @@ void AnswerFiles::take(const QueryInput& input) {
 void AnswerFiles::explain(const Answer& answer, const Query& query,
                           const Explanation& explanation) {
   explained_.push_back(query);
-  explained_.back().plan = {};  // the page shows points and vertices
+  explained_.back().bev = {};  // the page shows points and vertices
   SceneQuery shown = queryWith(explained_.back(), answer.fix);
   shown.name = nameOf(answer);
   shown.marks = marksOf(explanation);

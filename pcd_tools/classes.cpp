@@ -33,7 +33,7 @@ class Takings {
   std::map<std::string, std::vector<std::string>> names_;
 };
 
-void sayShapes(const std::string& path, const LabelSet& unnamed, const Narrative& narrate) {
+void logShapes(const std::string& path, const LabelSet& unnamed, const Narrative& narrate) {
   Takings shapes;
   for (const auto& [id, info] : unnamed.classes()) {
     if (info.kind != Kind::none && info.kind != Kind::other_object)
@@ -77,8 +77,8 @@ LabelMatch meetMap(const std::string& path, const LabelSet& labels, const io::In
 
 }  // namespace
 
-void sayGuesses(const std::string& path, const LabelSet& labels, const Narrative& narrate) {
-  if (labels.isGeneric()) return sayShapes(path, labels, narrate);
+void logGuesses(const std::string& path, const LabelSet& labels, const Narrative& narrate) {
+  if (labels.isGeneric()) return logShapes(path, labels, narrate);
   Takings guessed;
   for (const auto& [id, info] : labels.classes()) {
     if (info.guessed) guessed.add(toString(info.role), info.name);

@@ -11,7 +11,7 @@
 namespace xview::tools {
 
 /// Says which roles and kinds of classes are guesses, as nobody gave them.
-void sayGuesses(const std::string& path, const LabelSet& labels, const Narrative& narrate);
+void logGuesses(const std::string& path, const LabelSet& labels, const Narrative& narrate);
 
 /// The recording in the classes of options.map_labels, if they are given and any class of it can be
 /// found there.

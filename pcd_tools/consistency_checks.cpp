@@ -33,7 +33,7 @@ std::set<Spot> spotsOf(const SemanticGraph& graph) {
 }
 
 /// So much of the things stands in the other graph, to the millimetre.
-bool areSameThings(const SemanticGraph& addition, const SemanticGraph& map, double share) {
+bool areSameObjects(const SemanticGraph& addition, const SemanticGraph& map, double share) {
   const std::set<Spot> added = spotsOf(addition), there = spotsOf(map);
   const auto common = std::count_if(added.begin(), added.end(),
                                     [&](const Spot& spot) { return there.count(spot) > 0; });
@@ -43,7 +43,7 @@ bool areSameThings(const SemanticGraph& addition, const SemanticGraph& map, doub
 
 bool isInAlready(const map::SemanticMap& map, const map::SemanticMap& addition) {
   constexpr double kExact_m = 1e-3, kFused_m = 0.5;
-  if (addition.poses.empty()) return areSameThings(addition.graph, map.graph, 0.9);
+  if (addition.poses.empty()) return areSameObjects(addition.graph, map.graph, 0.9);
   if (holdsSameDrive(map, addition)) return true;
   const bool same_name =
       std::any_of(addition.sources.begin(), addition.sources.end(), [&](const std::string& source) {
@@ -51,7 +51,7 @@ bool isInAlready(const map::SemanticMap& map, const map::SemanticMap& addition) 
       });
   if (same_name) return areSamePoses(addition.poses, map.poses, kFused_m);
   return areSamePoses(addition.poses, map.poses, kExact_m) &&
-         areSameThings(addition.graph, map.graph, 0.5);
+         areSameObjects(addition.graph, map.graph, 0.5);
 }
 
 /// How far two recordings lie from one another, less first: how many poses of the second are as
@@ -122,7 +122,7 @@ bool areSamePoses(const Poses& poses, const Poses& others, double tolerance_m) {
   return !poses.empty() && 2 * static_cast<std::size_t>(common) > poses.size();
 }
 
-void sayOwnDrive(const map::SemanticMap& map, const std::string& query, const Poses& T_odom_sensor,
+void logOwnDrive(const map::SemanticMap& map, const std::string& query, const Poses& T_odom_sensor,
                  const Narrative& narrate) {
   constexpr double kExact_m = 1e-3, kExact_rad = 1e-3;
   constexpr std::ptrdiff_t kFewest = 3;  // any two recordings may begin at the identity
@@ -160,7 +160,7 @@ std::optional<std::string> objectionTo(const map::SemanticMap& addition,
                      whyInAnotherFrame(*evidence), advice);
 }
 
-void sayDoubts(const map::SemanticMap& map, const std::string& map_name,
+void logConsistencyChecks(const map::SemanticMap& map, const std::string& map_name,
                const map::SemanticMap& addition, const Options& options, const Narrative& narrate) {
   if (const auto objection = objectionTo(addition, map, map_name, options))
     narrate.note(nameOf(addition) + " " + *objection);
@@ -173,7 +173,7 @@ void requireFits(const map::SemanticMap& map, const std::string& map_name,
                                       "--force adds it all the same");
 }
 
-void SketchedRecordings::add(const FrameSource& source, const FrameDigest& frame) {
+void SketchedRecordings::add(const FrameSource& source, const PreprocessedFrame& frame) {
   constexpr std::size_t kFrames = 60;  // enough of any recording to know it again
   if (last_ && sources_[sketches_.size()] != &source) finishLast();
   if (!last_) {
@@ -194,7 +194,7 @@ void SketchedRecordings::finishLast() {
   frames_ = 0;
 }
 
-void SketchedRecordings::sayDoubts(const Narrative& narrate) {
+void SketchedRecordings::logConsistencyChecks(const Narrative& narrate) {
   if (last_) finishLast();
   const auto distance = [&](std::size_t i, std::size_t j) {
     return distanceOf(sketches_[j].poses, sketches_[i].poses);
@@ -204,7 +204,7 @@ void SketchedRecordings::sayDoubts(const Narrative& narrate) {
     for (std::size_t j = 1; j < i; ++j) {
       if (distance(i, j) < distance(i, nearest)) nearest = j;
     }
-    tools::sayDoubts(sketches_[nearest], sketches_[nearest].sources[0], sketches_[i], options_,
+    tools::logConsistencyChecks(sketches_[nearest], sketches_[nearest].sources[0], sketches_[i], options_,
                      narrate);
   }
 }

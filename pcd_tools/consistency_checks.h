@@ -20,7 +20,7 @@ bool areSamePoses(const std::vector<Eigen::Isometry3d>& poses,
                   const std::vector<Eigen::Isometry3d>& others, double tolerance_m);
 
 /// Notes if a query is a drive that the map was made of, which is found whatever the map is worth.
-void sayOwnDrive(const map::SemanticMap& map, const std::string& query,
+void logOwnDrive(const map::SemanticMap& map, const std::string& query,
                  const std::vector<Eigen::Isometry3d>& T_odom_sensor, const Narrative& narrate);
 
 /// Why something should not be added to a map: it is in it already, or lies as if its frame were
@@ -34,7 +34,7 @@ void requireFits(const map::SemanticMap& map, const std::string& map_name,
                  const map::SemanticMap& addition, const Job& job);
 
 /// Notes the objection, if there is one.
-void sayDoubts(const map::SemanticMap& map, const std::string& map_name,
+void logConsistencyChecks(const map::SemanticMap& map, const std::string& map_name,
                const map::SemanticMap& addition, const Options& options, const Narrative& narrate);
 
 /// The same for recordings that become one map at once: each of them by itself, made of some of its
@@ -45,8 +45,8 @@ class SketchedRecordings {
   SketchedRecordings(const std::vector<const FrameSource*>& sources, const Options& options)
       : sources_(sources), options_(options) {}
   /// In order of the recordings and of their frames.
-  void add(const FrameSource& source, const FrameDigest& frame);
-  void sayDoubts(const Narrative& narrate);
+  void add(const FrameSource& source, const PreprocessedFrame& frame);
+  void logConsistencyChecks(const Narrative& narrate);
 
  private:
   void finishLast();

@@ -160,7 +160,7 @@ class DiffCommand final : public Command {
     if (!changes.has_looked) requireLooks(earlier, job);
     job.narrate.stage("diff", watch.lap_ms(), fmt::format("{} changes", changes.changes.size()));
     write(changes, earlier, *later, job);
-    sayChanges(changes, earlier.labels, job.narrate);
+    logChanges(changes, earlier.labels, job.narrate);
     fmt::print("{}\n", printable(summaryOf(changes)));
     return kDone;
   }
@@ -182,7 +182,7 @@ class DiffCommand final : public Command {
 
   /// One of the visits is to blame.
   [[noreturn]] static void requireLooks(const Place& earlier, const Job& job) {
-    const bool first = earlier.plan.known.empty() || earlier.cloud.empty();
+    const bool first = earlier.bev.known.empty() || earlier.cloud.empty();
     throw Error(job.operands[first ? 0 : 1],
                 "does not tell where it has looked, so nothing can be said to be gone or new; give "
                 "a recording, or a map that was made of one");
@@ -228,7 +228,7 @@ class DiffCommand final : public Command {
     return scene;
   }
 
-  void sayChanges(const Changes& changes, const LabelSet& labels, const Narrative& narrate) const {
+  void logChanges(const Changes& changes, const LabelSet& labels, const Narrative& narrate) const {
     constexpr std::size_t kMost = 12;
     std::size_t said = 0;
     for (const Change& c : changes.changes) {

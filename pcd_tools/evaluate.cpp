@@ -181,7 +181,7 @@ class EvaluateCommand final : public Command {
   }
 
   static void judge(const ScoredQuery& scored, SceneQuery& query) {
-    query.from_elsewhere = scored.negative;
+    query.out_of_map = scored.negative;
     if (scored.negative) return;
     query.true_poses = {scored.truth};
     if (!scored.hasPose()) return;

@@ -106,7 +106,7 @@ class GraphCommand final : public Command {
     const auto source = openInput(path, input, job);
     FrameReport report(*source, job.narrate);
     Place place =
-        makeQuery(*source, job.options, [&](const FrameDigest& frame) { report.add(frame); });
+        makeQuery(*source, job.options, [&](const PreprocessedFrame& frame) { report.add(frame); });
     report.say();
     if (place.graph.empty()) {
       throw Error(path,

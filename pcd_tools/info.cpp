@@ -169,10 +169,10 @@ void printMap(Sheet& sheet, const std::string& path) {
   sheet.row("size", sizeText(map.size));
   sheet.row("holds",
             fmt::format("{} key frames, {} points, {} plan samples", map.poses.size(),
-                        map.cloud.size(), map.plan.sampleCount()),
+                        map.cloud.size(), map.bev.sampleCount()),
             {{"key_frames", map.poses.size()},
              {"points", map.cloud.size()},
-             {"plan_samples", map.plan.sampleCount()}});
+             {"plan_samples", map.bev.sampleCount()}});
   sheet.row("sources", fmt::format("{}", fmt::join(map.sources, ", ")), map.sources);
   Json own = Json::array();
   for (const OwnAcceptance& a : ownAcceptance(map))
@@ -238,7 +238,7 @@ class Meeting {
     map_ = readMap(job_.operands[1], input_, job_);
     job_ = inMap(std::move(job_), map_);
     query_ = readQuery(job_.operands[0], input_, job_, map_.labels, kLastMetres);
-    sayOwnDrive(map_, query_.path, query_.poses(), job_.narrate);
+    logOwnDrive(map_, query_.path, query_.poses(), job_.narrate);
   }
 
   void print(Sheet& sheet) {
@@ -269,10 +269,10 @@ class Meeting {
 Eigen::AlignedBox3d boundsOf(const Place& place) {
   Eigen::AlignedBox3d box = censusOf(place.graph).bounds;
   box.extend(censusOf(place.cloud).bounds);
-  const PlanView& plan = place.plan;
-  for (const GroundCell& cell : plan.known)
-    box.extend(Eigen::Vector3d(plan.origin_x + cell.x * plan.cell_m,
-                               plan.origin_y + cell.y * plan.cell_m, plan.origin_z + cell.z));
+  const BevGrid& bev = place.bev;
+  for (const GroundCell& cell : bev.known)
+    box.extend(Eigen::Vector3d(bev.origin_x + cell.x * bev.cell_m,
+                               bev.origin_y + cell.y * bev.cell_m, bev.origin_z + cell.z));
   return box;
 }
 
@@ -291,7 +291,7 @@ void Meeting::printPlaces(Sheet& sheet) {
   sheet.row("map", job_.operands[1]);
   sheet.bounds("query bounds", boundsOf(*query_.whole));
   sheet.bounds("map bounds", boundsOf(map_));
-  const double length_m = wayAlong(query_.whole->poses).back();
+  const double length_m = pathLengths(query_.whole->poses).back();
   sheet.row("query length",
             fmt::format("{:.1f} m, {} of {} frames", length_m, query_.size() - query_.used_from,
                         query_.size()),
@@ -399,7 +399,7 @@ class InfoCommand final : public Command {
  private:
   void printOne(Sheet& sheet, const std::string& path, const Job& job) const {
     io::InputOptions input = input_.parsed();
-    const io::InputKind kind = settleKind(path, input, job);
+    const io::InputKind kind = chooseKind(path, input, job);
     sheet.row("path", path);
     sheet.row("kind", toString(kind));
     if (kind == io::InputKind::map) {

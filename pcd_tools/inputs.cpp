@@ -24,16 +24,16 @@ namespace xview::tools {
 namespace {
 
 /// What its reader says of it.
-void sayNotes(const FrameSource& source, const Narrative& narrate) {
+void logNotes(const FrameSource& source, const Narrative& narrate) {
   for (const std::string& note : source.notes()) narrate.note(source.name() + ": " + note);
 }
 
 /// Lengths that may be no metres.
-void sayDoubts(const std::string& path, const Place& place, const Narrative& narrate) {
-  if (const auto doubt = doubtMetres(place)) narrate.note(path + ": " + *doubt);
+void logConsistencyChecks(const std::string& path, const Place& place, const Narrative& narrate) {
+  if (const auto problem = checkMetres(place)) narrate.note(path + ": " + *problem);
 }
 
-void sayShares(const ShapeShares& shares, const LabelSet& shapes, const std::string& labels,
+void logShares(const ShapeShares& shares, const LabelSet& shapes, const std::string& labels,
                const Narrative& narrate) {
   std::vector<std::size_t> order;
   for (std::size_t i = 0; i < shares.size(); ++i) {
@@ -60,7 +60,7 @@ std::unique_ptr<FrameSource> openWithLabels(const std::string& path,
   ShapeShares shares{};
   source = withShapeLabels(std::move(source), shapes, job.options.lift, &shares);
   const bool is_told = !options.labels.empty() && options.labels != kShapes;
-  sayShares(shares, shapes,
+  logShares(shares, shapes,
             has_labels ? "labels are left aside"
             : is_told
                 ? fmt::format("no labels of '{}', --label-field names their field", options.labels)
@@ -107,21 +107,21 @@ io::InputOptions InputFlags::parsed() const {
 std::unique_ptr<FrameSource> openInput(const std::string& path, const io::InputOptions& options,
                                        const Job& job) {
   std::unique_ptr<FrameSource> source = openWithLabels(path, options, job);
-  sayNotes(*source, job.narrate);
+  logNotes(*source, job.narrate);
   const bool is_of_map = options.map_labels && source->labels() == *options.map_labels;
   if (!is_of_map && source->labels().name() != kShapes)
-    sayGuesses(path, source->labels(), job.narrate);
+    logGuesses(path, source->labels(), job.narrate);
   return source;
 }
 
 std::unique_ptr<FrameSource> openPlaceInput(const std::string& path,
                                             const io::InputOptions& options, const Job& job) {
   std::unique_ptr<FrameSource> source = openWithLabels(path, options, job);
-  sayNotes(*source, job.narrate);
+  logNotes(*source, job.narrate);
   if (source->labels().name() == kShapes) return source;  // they meet those of a map by kind
   if (options.map_labels && source->labels() == *options.map_labels) return source;
   source = withRolesByShape(std::move(source), job.options.lift, job.options.threads);
-  sayGuesses(path, source->labels(), job.narrate);
+  logGuesses(path, source->labels(), job.narrate);
   return inClassesOfMap(std::move(source), options, job.narrate);
 }
 
@@ -141,7 +141,7 @@ Job inMap(Job job, const map::SemanticMap& map) {
   return job;
 }
 
-io::InputKind settleKind(const std::string& path, io::InputOptions& options, const Job& job) {
+io::InputKind chooseKind(const std::string& path, io::InputOptions& options, const Job& job) {
   std::string guess;
   const io::InputKind kind = io::recogniseInput(path, options, &guess);
   if (!guess.empty()) job.narrate.note(path + ": " + guess);
@@ -161,7 +161,7 @@ Place readLabelledGraph(const std::string& path, const io::InputOptions& input, 
 }
 
 std::optional<Place> readStored(const std::string& path, io::InputOptions& input, const Job& job) {
-  const io::InputKind kind = settleKind(path, input, job);
+  const io::InputKind kind = chooseKind(path, input, job);
   if (kind == io::InputKind::map) return map::loadMap(path);
   if (kind == io::InputKind::graph) return readLabelledGraph(path, input, job);
   return std::nullopt;
@@ -169,21 +169,21 @@ std::optional<Place> readStored(const std::string& path, io::InputOptions& input
 
 map::SemanticMap mapOfRecordings(
     const std::vector<const FrameSource*>& sources, const Job& job,
-    const std::function<void(const FrameSource&, const FrameDigest&)>& seen) {
+    const std::function<void(const FrameSource&, const PreprocessedFrame&)>& seen) {
   std::map<const FrameSource*, graph::LiftCounts> counts;
   map::SemanticMap map = buildMap(sources, job.options, job.narrate.progress("map"),
-                                  [&](const FrameSource& source, const FrameDigest& frame) {
+                                  [&](const FrameSource& source, const PreprocessedFrame& frame) {
                                     counts[&source] += frame.counts;
                                     if (seen) seen(source, frame);
                                   });
-  for (const FrameSource* source : sources) sayLeftOut(*source, counts[source], job.narrate);
-  sayDoubts(sources[0]->name(), map, job.narrate);
+  for (const FrameSource* source : sources) logLeftOut(*source, counts[source], job.narrate);
+  logConsistencyChecks(sources[0]->name(), map, job.narrate);
   return map;
 }
 
 map::SemanticMap mapOf(const std::string& path, io::InputOptions input, const Job& job,
                        const std::optional<Eigen::Isometry3d>& T_map_input) {
-  switch (settleKind(path, input, job)) {
+  switch (chooseKind(path, input, job)) {
     case io::InputKind::map:
       return map::loadMap(path);
     case io::InputKind::graph: {
@@ -192,7 +192,7 @@ map::SemanticMap mapOf(const std::string& path, io::InputOptions input, const Jo
         if (T_map_input) vertex.position = *T_map_input * vertex.position;
       }
       map::SemanticMap map = buildMap(file.graph, file.labels, path, job.options);
-      sayDoubts(path, map, job.narrate);
+      logConsistencyChecks(path, map, job.narrate);
       return map;
     }
     default: {
@@ -233,7 +233,7 @@ QueryInput openQuery(const std::string& path, const InputFlags& input, const Job
   QueryInput result;
   result.path = path;
   io::InputOptions options = queryIn(input, map_labels);
-  const io::InputKind kind = settleKind(path, options, job);
+  const io::InputKind kind = chooseKind(path, options, job);
   if (kind == io::InputKind::map) result.whole = makeQuery(map::loadMap(path), job.options);
   if (kind == io::InputKind::graph) {
     const Place file = readLabelledGraph(path, options, job);
@@ -241,7 +241,7 @@ QueryInput openQuery(const std::string& path, const InputFlags& input, const Job
   }
   if (result.whole) {
     result.whole = inClassesOfMap(path, std::move(*result.whole), options, job.narrate);
-    if (kind == io::InputKind::graph) sayDoubts(path, *result.whole, job.narrate);
+    if (kind == io::InputKind::graph) logConsistencyChecks(path, *result.whole, job.narrate);
   } else {
     result.source = openPlaceInput(path, options, job);
     if (result.size() == 0) throw Error(path, "no frames");
@@ -277,9 +277,9 @@ void readWhole(const std::string& path, const InputFlags& input, const Job& job,
   }
   FrameReport report(*source, job.narrate);
   result.whole =
-      makeQuery(*source, job.options, [&](const FrameDigest& frame) { report.add(frame); });
+      makeQuery(*source, job.options, [&](const PreprocessedFrame& frame) { report.add(frame); });
   report.say();
-  sayDoubts(path, *result.whole, job.narrate);
+  logConsistencyChecks(path, *result.whole, job.narrate);
 }
 
 }  // namespace
@@ -297,15 +297,15 @@ QueryInput readQuery(const std::string& path, const InputFlags& input, const Job
 void forEachWindow(const QueryInput& input, const std::vector<Window>& windows, const Job& job,
                    const std::function<void(const Query&, const Window&)>& take) {
   FrameReport report(*input.source, job.narrate);
-  std::vector<FrameDigest> kept;  // the last of them is the one that was read last
+  std::vector<PreprocessedFrame> kept;  // the last of them is the one that was read last
   auto next = windows.begin();
   Options options = job.options;
   if (job.limits.memory_mb > 0) options.threads = 1;  // else later frames need memory, too
-  digestRecording(*input.source, options, [&](FrameDigest frame) {
+  preprocessRecording(*input.source, options, [&](PreprocessedFrame frame) {
     report.add(frame);
     kept.push_back(std::move(frame));
     for (; next != windows.end() && next->last == report.added(); ++next) {
-      const FrameDigest* end = kept.data() + kept.size();
+      const PreprocessedFrame* end = kept.data() + kept.size();
       const Budget budget(job.limits);
       Query query = unseen(input);
       cutByBudget([&] {
@@ -358,7 +358,7 @@ LabelledCloud liftAll(const FrameSource& source, const Job& job, double voxel_m,
         sum += lifted.counts;
       });
   depths.require(source);
-  sayLeftOut(source, sum, job.narrate);
+  logLeftOut(source, sum, job.narrate);
   if (counts) *counts = sum;
   if (voxel_m > 0) whole = graph::thinByVoxel(whole, voxel_m);
   return whole;

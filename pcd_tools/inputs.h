@@ -58,7 +58,7 @@ Job inMap(Job job, const map::SemanticMap& map);
 
 /// What the path is (io::recogniseInput). If its bytes told, the options say so from now on, and
 /// nobody reads them for that again; a guess is said.
-io::InputKind settleKind(const std::string& path, io::InputOptions& options, const Job& job);
+io::InputKind chooseKind(const std::string& path, io::InputOptions& options, const Job& job);
 
 /// A graph file with its label set (labelsOfGraph). Edges are made by radius search if the file has
 /// none.
@@ -71,7 +71,7 @@ std::optional<Place> readStored(const std::string& path, io::InputOptions& input
 /// every frame, in order.
 map::SemanticMap mapOfRecordings(
     const std::vector<const FrameSource*>& sources, const Job& job,
-    const std::function<void(const FrameSource&, const FrameDigest&)>& seen = {});
+    const std::function<void(const FrameSource&, const PreprocessedFrame&)>& seen = {});
 
 /// A map of anything. A graph or a recording is first brought into the frame of the map, if that is
 /// another one.

@@ -136,10 +136,10 @@ class LearnCommand final : public Command {
   search::LikelihoodTable learnFrom(const std::string& path, const map::SemanticMap& map,
                                     const Job& job) const {
     const auto recording = openPlaceInput(path, inputIn(input_, map.labels), job);
-    std::vector<FrameDigest> frames;
+    std::vector<PreprocessedFrame> frames;
     std::vector<std::int64_t> numbers;
     FrameReport report(*recording, job.narrate);
-    digestRecording(*recording, job.options, [&](FrameDigest frame) {
+    preprocessRecording(*recording, job.options, [&](PreprocessedFrame frame) {
       report.add(frame);
       numbers.push_back(frame.number);
       frames.push_back(std::move(frame));

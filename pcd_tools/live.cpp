@@ -27,7 +27,7 @@ constexpr double kBlind_m = 20;
 /// Least share of the score expected at the true pose with which a frame fits.
 constexpr double kLeastShare = 0.5;
 constexpr double kReach_m = 1.5;  ///< radius in which that pose is sought [m in a town]
-constexpr int kMostDoubts = 2;    ///< frames in a row that do not fit and lose the robot
+constexpr int kMostFailedChecks = 2;    ///< frames in a row that do not fit and lose the robot
 /// Least step of the odometry that is a jump [m in a town], and least multiple of the median step.
 constexpr double kJump_m = 3, kJumpSteps = 8;
 constexpr std::size_t kUsualSteps = 16;
@@ -106,7 +106,7 @@ void Follower::lose() {
   fix_.reset();
   tracker_.reset();
   sequence_.reset();
-  doubts_ = 0;
+  failed_checks_ = 0;
 }
 
 LiveAnswer Follower::add(const QueryInput& input, const LiveFrame& about,
@@ -127,8 +127,8 @@ LiveAnswer Follower::add(Frame frame, const LabelSet& labels, bool has_odometry)
   if (window_ == 0) window_ = frame.sensor == Sensor::camera ? kImageWindow : kScanWindow;
   if (stride_ == 0) stride_ = frame.sensor == Sensor::camera ? std::min(kImageStride, window_) : 1;
   const Eigen::Isometry3d T_odom_sensor = frame.T_odom_sensor;
-  FrameDigest digest = digestFrame(std::move(frame), labels, options_);
-  if (!has_odometry) return alone(makeQuery(&digest, &digest + 1, labels, options_));
+  PreprocessedFrame preprocessed = preprocessFrame(std::move(frame), labels, options_);
+  if (!has_odometry) return alone(makeQuery(&preprocessed, &preprocessed + 1, labels, options_));
   const bool jumps = takeStep(T_odom_sensor);
   if (jumps) lose();
   if (jumps || !(labels == labels_)) {
@@ -136,20 +136,20 @@ LiveAnswer Follower::add(Frame frame, const LabelSet& labels, bool has_odometry)
     since_window_ = 0;
     labels_ = labels;
   }
-  frames_.push_back(std::move(digest));
+  frames_.push_back(std::move(preprocessed));
   if (frames_.size() > static_cast<std::size_t>(window_)) frames_.pop_front();
   ++taken_;
   ++since_window_;
-  doubts_ = newestFits() ? 0 : doubts_ + 1;
-  if (doubts_ > 0 && doubts_ < kMostDoubts)
+  failed_checks_ = newestFits() ? 0 : failed_checks_ + 1;
+  if (failed_checks_ > 0 && failed_checks_ < kMostFailedChecks)
     return withoutPose("the frame does not fit where it is expected");
-  if (doubts_ > 0) {
+  if (failed_checks_ > 0) {
     lose();
-    frames_.erase(frames_.begin(), frames_.end() - kMostDoubts);
+    frames_.erase(frames_.begin(), frames_.end() - kMostFailedChecks);
   }
   if (since_window_ < stride_) return jumps ? withoutPose("the odometry jumps") : between();
   since_window_ = 0;
-  const std::vector<FrameDigest> window(frames_.begin(), frames_.end());
+  const std::vector<PreprocessedFrame> window(frames_.begin(), frames_.end());
   return judge(makeQuery(window.data(), window.data() + window.size(), labels, options_));
 }
 
@@ -157,14 +157,14 @@ LiveAnswer Follower::add(Frame frame, const LabelSet& labels, bool has_odometry)
 /// by itself.
 bool Follower::newestFits() const {
   if (!fix_ || window_ == 1 || options_.method == "walks") return true;
-  const FrameDigest& newest = frames_.back();
+  const PreprocessedFrame& newest = frames_.back();
   const verify::PlaceEvidence seen =
       localizer_
           .check(makeQuery(&newest, &newest + 1, labels_, options_), {fix_->T_map_odom},
                  kReach_m * localizer_.size() + options_.odometry.drift * fix_->travelled_m)[0]
           .evidence;
   return seen.score >= kLeastShare * seen.expected &&
-         seen.standing.score >= kLeastShare * seen.standing.expected;
+         seen.obstacles.score >= kLeastShare * seen.obstacles.expected;
 }
 
 LiveAnswer Follower::withinBudget(const BudgetLimits& limits,

@@ -65,7 +65,7 @@ class Follower {
   Follower(const Localizer& localizer, const Options& options, int window, int stride);
 
   /// The next frame. `pose`: that of the odometry, if it is not in the input. Throws Error if the
-  /// input is no frame, and as digestFrame().
+  /// input is no frame, and as preprocessFrame().
   LiveAnswer add(const QueryInput& input, const LiveFrame& about,
                  const std::optional<Eigen::Isometry3d>& T_odom_sensor = {});
   /// The same for a frame that was read.
@@ -102,10 +102,10 @@ class Follower {
   std::optional<Tracker> tracker_;    ///< while it is found
   std::optional<Fix> fix_;            ///< while it is found
   LabelSet labels_;
-  std::deque<FrameDigest> frames_;  ///< of the next window
+  std::deque<PreprocessedFrame> frames_;  ///< of the next window
   std::size_t taken_ = 0;           ///< frames so far
   int since_window_ = 0;
-  int doubts_ = 0;  ///< frames in a row that do not fit
+  int failed_checks_ = 0;  ///< frames in a row that do not fit
   bool was_found_ = false;
   std::optional<Eigen::Isometry3d> last_;  ///< T_odom_sensor
   std::deque<double> steps_m_;             ///< of the last frames

@@ -63,7 +63,7 @@ void WindowFlags::check() const {
   if (track && sequence) throw UsageError("--track and --sequence exclude one another");
 }
 
-void sayEvidence(const Answer& answer, const Narrative& narrate) {
+void logEvidence(const Answer& answer, const Narrative& narrate) {
   const Localization& fix = answer.fix;
   narrate.detail(fmt::format(
       "{}-{} {}: {}; confidence {:.6g}, log odds: place {:.1f}, correspondences {:.1f}, dense "
@@ -81,7 +81,7 @@ void sayEvidence(const Answer& answer, const Narrative& narrate) {
   }
 }
 
-void sayLost(const Answer& answer, const Narrative& narrate) {
+void logLost(const Answer& answer, const Narrative& narrate) {
   if (!answer.track || !answer.track->lost) return;
   narrate.note(fmt::format("lost at frame {} (expected within {:.1f} m); searched everywhere: {}",
                            answer.last_frame, answer.track->radius_m, toString(answer.fix.status)));
@@ -233,7 +233,7 @@ class LocalizeCommand final : public Command {
       std::optional<Budget> budget;
       if (windows_.size == 0) budget.emplace(job.limits);
       const QueryInput input = openOrRead(query, map.labels, job);
-      sayOwnDrive(map, query, input.poses(), job.narrate);
+      logOwnDrive(map, query, input.poses(), job.narrate);
       WindowAnswers answers(localizer, windows_, job.options);
       answerInput(input, localizer, answers, job);
     };
@@ -287,8 +287,8 @@ class LocalizeCommand final : public Command {
       ++answered_;
       accepted_ += answer.fix.accepted();
       files_.add(answer, query, [&] { return localizer.explain(query, answer.fix); });
-      sayLost(answer, job.narrate);
-      sayEvidence(answer, job.narrate);
+      logLost(answer, job.narrate);
+      logEvidence(answer, job.narrate);
       const std::string lines = table_->add(asShown(answer, query, job.narrate));
       results_->print(written(answer, lines), job.narrate);
       if (beside_) Results("").print(lines, job.narrate);

@@ -20,33 +20,33 @@ namespace {
 constexpr std::size_t kPlaces = 60;  ///< at 5 lengths each: some seconds for any map
 
 /// Among the lengths that were tried, from short to long; their number for what nothing tells.
-std::size_t rankOf(const Alikeness::Place& place, const Alikeness& alikeness) {
-  const std::vector<double>& lengths = alikeness.lengths_m;
+std::size_t rankOf(const SelfSimilarity::Place& place, const SelfSimilarity& self_similarity) {
+  const std::vector<double>& lengths = self_similarity.lengths_m;
   return static_cast<std::size_t>(
-      std::find(lengths.begin(), lengths.end(), place.sure_m.value_or(-1)) - lengths.begin());
+      std::find(lengths.begin(), lengths.end(), place.min_query_length_m.value_or(-1)) - lengths.begin());
 }
 
 /// From green for what a few metres tell to red for what nothing tells.
-Color colorOf(const Alikeness::Place& place, const Alikeness& alikeness) {
-  const double share = static_cast<double>(rankOf(place, alikeness)) /
-                       static_cast<double>(std::max<std::size_t>(1, alikeness.lengths_m.size()));
+Color colorOf(const SelfSimilarity::Place& place, const SelfSimilarity& self_similarity) {
+  const double share = static_cast<double>(rankOf(place, self_similarity)) /
+                       static_cast<double>(std::max<std::size_t>(1, self_similarity.lengths_m.size()));
   return {static_cast<std::uint8_t>(40 + 190 * std::min(1.0, 2 * share)),
           static_cast<std::uint8_t>(40 + 130 * std::min(1.0, 2 - 2 * share)), 40};
 }
 
-std::string nameOf(const Alikeness::Place& place) {
-  return place.sure_m ? fmt::format("sure from {:.0f} m on", *place.sure_m) : "not sure at all";
+std::string nameOf(const SelfSimilarity::Place& place) {
+  return place.min_query_length_m ? fmt::format("sure from {:.0f} m on", *place.min_query_length_m) : "not sure at all";
 }
 
-std::string toCsv(const Alikeness& alikeness) {
+std::string toCsv(const SelfSimilarity& self_similarity) {
   std::string text = "x,y,z,sure_from_m,like_x,like_y,like_z\n";
-  for (const Alikeness::Place& place : alikeness.places) {
+  for (const SelfSimilarity::Place& place : self_similarity.places) {
     const Eigen::Vector3d& p = place.position;
     text += fmt::format("{:.2f},{:.2f},{:.2f},", p.x(), p.y(), p.z());
-    text += place.sure_m ? fmt::format("{:.0f},", *place.sure_m) : std::string(",");
-    if (place.rival)
+    text += place.min_query_length_m ? fmt::format("{:.0f},", *place.min_query_length_m) : std::string(",");
+    if (place.second_best)
       text +=
-          fmt::format("{:.2f},{:.2f},{:.2f}", place.rival->x(), place.rival->y(), place.rival->z());
+          fmt::format("{:.2f},{:.2f},{:.2f}", place.second_best->x(), place.second_best->y(), place.second_best->z());
     else
       text += ",,";
     text += "\n";
@@ -55,38 +55,38 @@ std::string toCsv(const Alikeness& alikeness) {
 }
 
 /// Share of the places where a query of this length is sure, in percent.
-double percentSure(const Alikeness& alikeness, const WrongScores& scores) {
+double percentSure(const SelfSimilarity& self_similarity, const WrongScores& scores) {
   const auto sure =
-      std::count_if(alikeness.queries.begin(), alikeness.queries.end(),
+      std::count_if(self_similarity.queries.begin(), self_similarity.queries.end(),
                     [&](const SelfQuery& q) { return q.window_m == scores.window_m && q.sure; });
   return 100.0 * static_cast<double>(sure) / static_cast<double>(scores.queries);
 }
 
 /// The way in the colour of its places, and lines between places that look alike.
-Scene sceneOf(const map::SemanticMap& map, const Alikeness& alikeness, const Job& job) {
+Scene sceneOf(const map::SemanticMap& map, const SelfSimilarity& self_similarity, const Job& job) {
   Scene scene = tools::sceneOf(map);
   scene.title = "how far one must go to be sure";
   scene.caption = fmt::format("{}: share of {} places where a query of a length is sure",
-                              job.operands[0], alikeness.places.size());
+                              job.operands[0], self_similarity.places.size());
   scene.made_by = madeBy(job);
-  for (const WrongScores& scores : wrongScores(alikeness))
+  for (const WrongScores& scores : wrongScores(self_similarity))
     scene.facts.emplace_back(fmt::format("{:.0f} m", scores.window_m),
-                             fmt::format("{:.0f} %", percentSure(alikeness, scores)));
+                             fmt::format("{:.0f} %", percentSure(self_similarity, scores)));
   std::multimap<std::size_t, SceneLine> by_rank;  // the legend goes from short to long
-  for (const Alikeness::Place& place : alikeness.places) {
-    if (place.rival)
-      by_rank.emplace(alikeness.lengths_m.size(),
-                      SceneLine{"look alike", {200, 180, 215}, {place.position, *place.rival}});
+  for (const SelfSimilarity::Place& place : self_similarity.places) {
+    if (place.second_best)
+      by_rank.emplace(self_similarity.lengths_m.size(),
+                      SceneLine{"look alike", {200, 180, 215}, {place.position, *place.second_best}});
   }
   const bool has_way = map.poses.size() > 1;
-  for (std::size_t i = 0; i < alikeness.places.size(); ++i) {
-    const Alikeness::Place& place = alikeness.places[i];
-    SceneLine line{nameOf(place), colorOf(place, alikeness), {}};
+  for (std::size_t i = 0; i < self_similarity.places.size(); ++i) {
+    const SelfSimilarity::Place& place = self_similarity.places[i];
+    SceneLine line{nameOf(place), colorOf(place, self_similarity), {}};
     const std::size_t end =
-        i + 1 < alikeness.places.size() ? alikeness.places[i + 1].key_frame + 1 : map.poses.size();
+        i + 1 < self_similarity.places.size() ? self_similarity.places[i + 1].key_frame + 1 : map.poses.size();
     for (std::size_t k = place.key_frame; has_way && k < end; ++k)
       line.points.push_back(map.poses[k].translation());
-    if (line.points.size() > 1) by_rank.emplace(rankOf(place, alikeness), std::move(line));
+    if (line.points.size() > 1) by_rank.emplace(rankOf(place, self_similarity), std::move(line));
   }
   for (auto& [rank, line] : by_rank) scene.lines.push_back(std::move(line));
   return scene;
@@ -94,13 +94,13 @@ Scene sceneOf(const map::SemanticMap& map, const Alikeness& alikeness, const Job
 
 /// What the map holds, each point with the length of the nearest place as its class.
 void writeColoured(const std::string& path, const map::SemanticMap& map,
-                   const Alikeness& alikeness) {
+                   const SelfSimilarity& self_similarity) {
   LabelSet labels("lookalikes");
-  const auto labelOf = [&](const Alikeness::Place& place) {
-    return static_cast<std::uint32_t>(rankOf(place, alikeness)) + 1;
+  const auto labelOf = [&](const SelfSimilarity::Place& place) {
+    return static_cast<std::uint32_t>(rankOf(place, self_similarity)) + 1;
   };
-  for (const Alikeness::Place& place : alikeness.places)
-    labels.add({labelOf(place), nameOf(place), colorOf(place, alikeness), Role::object,
+  for (const SelfSimilarity::Place& place : self_similarity.places)
+    labels.add({labelOf(place), nameOf(place), colorOf(place, self_similarity), Role::object,
                 Kind::other_object, false});
   LabelledCloud cloud = map.cloud;
   if (cloud.empty()) {
@@ -113,7 +113,7 @@ void writeColoured(const std::string& path, const map::SemanticMap& map,
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     const Eigen::Vector3d p = cloud.position(i);
     const auto nearest = std::min_element(
-        alikeness.places.begin(), alikeness.places.end(), [&](const auto& a, const auto& b) {
+        self_similarity.places.begin(), self_similarity.places.end(), [&](const auto& a, const auto& b) {
           return (a.position - p).squaredNorm() < (b.position - p).squaredNorm();
         });
     cloud.points[i].label = labelOf(*nearest);
@@ -121,12 +121,12 @@ void writeColoured(const std::string& path, const map::SemanticMap& map,
   writeCloud(path, cloud, labels);
 }
 
-void printSummary(const Alikeness& alikeness) {
-  for (const WrongScores& scores : wrongScores(alikeness)) {
+void printSummary(const SelfSimilarity& self_similarity) {
+  for (const WrongScores& scores : wrongScores(self_similarity)) {
     fmt::print(
         "{:4.0f} m: sure at {:3.0f} % of {} places; the best wrong one scores {:.0f} % (at most "
         "{:.0f} %)\n",
-        scores.window_m, percentSure(alikeness, scores), scores.queries, 100 * scores.share.front(),
+        scores.window_m, percentSure(self_similarity, scores), scores.queries, 100 * scores.share.front(),
         100 * scores.share.back());
   }
 }
@@ -157,19 +157,19 @@ class LookalikesCommand final : public Command {
     requireDrawingPath(out, true);
     const map::SemanticMap map = readMap(path, input_, job);
     Stopwatch watch;
-    const Alikeness alikeness = measureAlikeness(map, job.options, kPlaces);
+    const SelfSimilarity self_similarity = measureSelfSimilarity(map, job.options, kPlaces);
     job.narrate.stage(
         "lookalikes", watch.lap_ms(),
-        fmt::format("{} places, {} queries", alikeness.places.size(), alikeness.queries.size()));
-    if (alikeness.places.empty())
+        fmt::format("{} places, {} queries", self_similarity.places.size(), self_similarity.queries.size()));
+    if (self_similarity.places.empty())
       throw Error(path, "has no two places that could be compared; map a longer drive");
     if (ending == ".csv")
-      writeFile(out, toCsv(alikeness));
+      writeFile(out, toCsv(self_similarity));
     else if (isCloudPath(out))
-      writeColoured(out, map, alikeness);
+      writeColoured(out, map, self_similarity);
     else
-      writeDrawing(out, sceneOf(map, alikeness, job));
-    printSummary(alikeness);
+      writeDrawing(out, sceneOf(map, self_similarity, job));
+    printSummary(self_similarity);
     fmt::print("{}\n", out);
     return kDone;
   }

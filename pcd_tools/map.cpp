@@ -76,10 +76,10 @@ class MapCommand final : public Command {
         map = std::move(part);
         continue;
       }
-      sayDoubts(*map, map->sources.front(), part, job.options, job.narrate);
+      logConsistencyChecks(*map, map->sources.front(), part, job.options, job.narrate);
       appendToMap(*map, part, job.options);
     }
-    sayBuilt(inputs.size(), watch, job);
+    logBuilt(inputs.size(), watch, job);
     map::saveMap(out, *map);
     job.narrate.stage("save", watch.lap_ms(), out);
     printMap(out, *map);
@@ -98,7 +98,7 @@ class MapCommand final : public Command {
       const std::string note = fmt::format("appended {}", fmt::join(part.sources, ", "));
       draft.add(map, note, {std::move(part), 0});
     }
-    sayBuilt(inputs.size(), watch, job);
+    logBuilt(inputs.size(), watch, job);
     draft.commit();
     job.narrate.stage("save", watch.lap_ms(), out);
     printMap(out, map);
@@ -155,7 +155,7 @@ class MapCommand final : public Command {
     return "";
   }
 
-  static void sayBuilt(std::size_t inputs, Stopwatch& watch, const Job& job) {
+  static void logBuilt(std::size_t inputs, Stopwatch& watch, const Job& job) {
     job.narrate.stage("map", watch.lap_ms(),
                       fmt::format("{} {}", inputs, inputs == 1 ? "input" : "inputs"));
   }
@@ -195,11 +195,11 @@ class MapCommand final : public Command {
     for (const auto& recording : recordings) sources.push_back(recording.get());
     SketchedRecordings sketches(sources, job.options);
     map::SemanticMap map =
-        mapOfRecordings(sources, job, [&](const FrameSource& source, const FrameDigest& frame) {
+        mapOfRecordings(sources, job, [&](const FrameSource& source, const PreprocessedFrame& frame) {
           if (sources.size() > 1) sketches.add(source, frame);
         });
-    sketches.sayDoubts(job.narrate);
-    if (map.graph.empty() && map.plan.sampleCount() == 0) {
+    sketches.logConsistencyChecks(job.narrate);
+    if (map.graph.empty() && map.bev.sampleCount() == 0) {
       throw Error(recordings.front()->name(),
                   "nothing to make a map of: no blob of any known class");
     }

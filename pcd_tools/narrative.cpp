@@ -160,7 +160,7 @@ Progress Narrative::progress(const std::string& name) const {
   };
 }
 
-void sayLeftOut(const FrameSource& source, const graph::LiftCounts& counts,
+void logLeftOut(const FrameSource& source, const graph::LiftCounts& counts,
                 const Narrative& narrate) {
   const std::string classes = unknownClasses(source, counts);
   if (counts.all() == 0) throw Error(source.name(), "it is empty: it holds no finite point");
@@ -182,7 +182,7 @@ void sayLeftOut(const FrameSource& source, const graph::LiftCounts& counts,
 FrameReport::FrameReport(const FrameSource& source, const Narrative& narrate)
     : source_(source), narrate_(narrate), progress_(narrate.progress("frames")) {}
 
-void FrameReport::add(const FrameDigest& frame) {
+void FrameReport::add(const PreprocessedFrame& frame) {
   ++added_;
   points_ += frame.cloud.size();
   blobs_ += frame.blobs.size();
@@ -196,7 +196,7 @@ void FrameReport::say() const {
   narrate_.detail(
       fmt::format("left out: {} measurements without depth, {} out of range, {} of ignored classes",
                   left_out_.no_depth, left_out_.out_of_range, left_out_.ignored_class));
-  sayLeftOut(source_, left_out_, narrate_);
+  logLeftOut(source_, left_out_, narrate_);
 }
 
 std::string oneLine(const std::string& text) {

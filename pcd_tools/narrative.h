@@ -59,7 +59,7 @@ class Narrative {
 
 /// Notes which measurements of a recording were left out though nobody wished it, those of unknown
 /// classes; throws Error if nothing is left of it.
-void sayLeftOut(const FrameSource& source, const graph::LiftCounts& counts,
+void logLeftOut(const FrameSource& source, const graph::LiftCounts& counts,
                 const Narrative& narrate);
 
 /// Says what became of the frames of a recording: a bar while they come, lines at the end.
@@ -67,7 +67,7 @@ class FrameReport {
  public:
   /// The recording must outlive it.
   FrameReport(const FrameSource& source, const Narrative& narrate);
-  void add(const FrameDigest& frame);
+  void add(const PreprocessedFrame& frame);
   std::size_t added() const { return added_; }
   void say() const;
 

@@ -41,7 +41,7 @@ std::vector<Window> windowsOf(const std::vector<double>& way_m, double length_m)
 }
 
 /// Says which frames are left out, and how much way they are.
-void sayLeftOut(const QueryInput& input, const std::vector<double>& way_m,
+void logLeftOut(const QueryInput& input, const std::vector<double>& way_m,
                 const std::vector<bool>& is_found, const Narrative& narrate) {
   constexpr std::size_t kMost = 4;
   std::vector<std::string> gaps;
@@ -103,13 +103,13 @@ FoundWindows findWindows(const QueryInput& input, const std::vector<double>& way
 std::optional<PlacedVisit> placeRecording(const QueryInput& input, const Localizer& localizer,
                                           const Job& job, std::string& refusal) {
   const std::vector<Eigen::Isometry3d> T_odom_sensor = input.poses();
-  const std::vector<double> way_m = wayAlong(T_odom_sensor);
+  const std::vector<double> way_m = pathLengths(T_odom_sensor);
   FoundWindows found = findWindows(input, way_m, localizer, job);
   if (found.fixes.empty()) {
     refusal = found.refusal;
     return std::nullopt;
   }
-  sayLeftOut(input, way_m, found.is_found, job.narrate);
+  logLeftOut(input, way_m, found.is_found, job.narrate);
   PlacedVisit visit;
   visit.sigma_m = medianOf(found.sigmas_m);
   visit.confidence = found.confidence;

@@ -75,8 +75,8 @@ class PruneCommand final : public Command {
     const std::string names = namesOf(map, gone);
     if (!gone.empty()) {
       MapDraft draft(target, path);
-      removeThings(map, gone);
-      askItself(map, job.options);
+      removeObjects(map, gone);
+      measureNullHypothesis(map, job.options);
       draft.change(map, fmt::format("pruned {} of {} things: {}", gone.size(), before, names));
       draft.commit();
     }

@@ -35,7 +35,7 @@ Scene sceneOf(const Place& map) {
   scene.labels = &map.labels;
   scene.map_graph = &map.graph;
   scene.map_cloud = &map.cloud;
-  scene.map_plan = &map.plan;
+  scene.map_bev = &map.bev;
   scene.map_poses = map.poses;
   return scene;
 }

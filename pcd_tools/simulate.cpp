@@ -47,7 +47,7 @@ class SimulateCommand final : public Command {
     options_.seed = job.options.seed;
     options_.threads = job.options.threads;
     Stopwatch watch;
-    std::vector<ThingChange> changes;
+    std::vector<ObjectChange> changes;
     const auto sessions = makeSessions(options_, &changes);
     job.narrate.stage("town", watch.lap_ms(), fmt::format("{} sessions", sessions.size()));
     const std::string& out = job.operands[0];
@@ -74,13 +74,13 @@ class SimulateCommand final : public Command {
 
  private:
   /// Where a thing stood or stands, and to where it was moved; map frame.
-  static std::string toCsv(const std::vector<ThingChange>& changes) {
+  static std::string toCsv(const std::vector<ObjectChange>& changes) {
     constexpr const char* kNames[] = {"gone", "new", "moved"};
     std::string text = "change,class,x,y,z,to_x,to_y,to_z\n";
-    for (const ThingChange& c : changes) {
+    for (const ObjectChange& c : changes) {
       text += fmt::format("{},{},{:.3f},{:.3f},{:.3f},", kNames[static_cast<int>(c.what)],
                           c.class_name, c.foot.x(), c.foot.y(), c.foot.z());
-      text += c.what == ThingChange::What::moved
+      text += c.what == ObjectChange::What::moved
                   ? fmt::format("{:.3f},{:.3f},{:.3f}\n", c.later.x(), c.later.y(), c.later.z())
                   : std::string(",,\n");
     }

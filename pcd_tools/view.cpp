@@ -184,7 +184,7 @@ class ViewCommand final : public Command {
     content.labels.adopt(place);
     append(content.map.graph, place.graph);
     content.map.cloud.append(place.cloud);
-    if (content.map.plan.sampleCount() == 0) content.map.plan = std::move(place.plan);
+    if (content.map.bev.sampleCount() == 0) content.map.bev = std::move(place.bev);
     content.map.poses.insert(content.map.poses.end(), place.poses.begin(), place.poses.end());
   }
 

@@ -55,7 +55,7 @@ Fix localize(const Seeker& seeker, const Source& source, double last_m) {
   tools::QueryInput input;
   const auto read = [&] { input = queryOf(source, seeker.map->labels, last_m, work); };
   if (cutByBudget(read)) input.whole.emplace().poses.emplace_back(Eigen::Isometry3d::Identity());
-  tools::sayOwnDrive(*seeker.map, input.path, input.poses(), work.job().narrate);
+  tools::logOwnDrive(*seeker.map, input.path, input.poses(), work.job().narrate);
   checkSignals();
   tools::Answer answer = tools::answerFor(input, {0, input.size()}, seeker.unanswered);
   answer.fix = released([&] { return seeker.localizer->localize(*input.whole); });
@@ -73,7 +73,7 @@ std::vector<Fix> localizeWindows(const Seeker& seeker, const Recording& recordin
   const tools::QueryInput input = openRecording(recording, seeker.map->labels, work);
   return released([&] {
     requireKindOfDepth(*input.source);
-    tools::sayOwnDrive(*seeker.map, input.path, input.poses(), work.job().narrate);
+    tools::logOwnDrive(*seeker.map, input.path, input.poses(), work.job().narrate);
     std::vector<Fix> fixes;
     const auto take = [&](const Query& query, const tools::Window& part) {
       tools::Answer answer = tools::answerFor(input, part, seeker.unanswered);

@@ -63,7 +63,7 @@ py::object readAny(const py::object& given, const io::InputOptions& options) {
   const std::string path = pathText(given);
   io::InputOptions input = options;
   Work work{Options()};
-  switch (released([&] { return tools::settleKind(path, input, work.job()); })) {
+  switch (released([&] { return tools::chooseKind(path, input, work.job()); })) {
     case io::InputKind::map:
       return py::cast(loadMap(given));
     case io::InputKind::graph: {
@@ -201,14 +201,14 @@ std::vector<map::SemanticMap> mapsOf(const Source& source, const LabelSet* added
 }
 
 void requireBlobs(const map::SemanticMap& map) {
-  if (!map.graph.empty() || map.plan.sampleCount() > 0 || !map.cloud.empty()) return;
+  if (!map.graph.empty() || map.bev.sampleCount() > 0 || !map.cloud.empty()) return;
   throw Error(map.sources.empty() ? "map" : map.sources.front(),
               "nothing to make a map of: no blob of any known class");
 }
 
 /// Adds to a map, and notes if the addition lies as if its frame were another one.
 void add(const map::SemanticMap& part, const std::string& name, Work& work, map::SemanticMap& map) {
-  tools::sayDoubts(map, name, part, work.job().options, work.job().narrate);
+  tools::logConsistencyChecks(map, name, part, work.job().options, work.job().narrate);
   appendToMap(map, part, work.job().options);
 }
 
@@ -567,7 +567,7 @@ tools::QueryInput queryOf(const Source& source, const LabelSet& map_labels, doub
   return released([&] {
     tools::FrameReport report(*result.source, work.job().narrate);
     result.whole = makeQuery(*result.source, work.job().options,
-                             [&](const FrameDigest& frame) { report.add(frame); });
+                             [&](const PreprocessedFrame& frame) { report.add(frame); });
     report.say();
     result.labels = result.whole->labels;
     return std::move(result);

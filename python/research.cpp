@@ -31,7 +31,7 @@ Graph graphOf(const Source& source, const py::kwargs& arguments) {
                                : tools::openInput(recording.path, recording.input, work.job());
     tools::FrameReport report(*frames, work.job().narrate);
     return makeQuery(*frames, work.job().options,
-                     [&](const FrameDigest& frame) { report.add(frame); });
+                     [&](const PreprocessedFrame& frame) { report.add(frame); });
   });
   work.takeNotes();
   if (place->graph.empty()) throw Error(recording.source->name(), "no blobs to make a graph of");

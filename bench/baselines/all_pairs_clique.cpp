@@ -38,7 +38,7 @@ class AllPairsClique final : public Baseline {
       from.push_back(positions[putative[k].query]);
       to.push_back(positions_[putative[k].map]);
     }
-    const pose::Alignment fit = pose::alignPointsUpright(from, to);
+    const pose::Alignment fit = pose::alignPointsInYaw(from, to);
     if (!fit.valid) return std::nullopt;
     return fit.T_target_source;
   }

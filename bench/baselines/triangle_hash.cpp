@@ -114,7 +114,7 @@ class TriangleHash final : public Baseline {
           to.push_back(map_.vertices[triangles_[m].corner[i]].position);
         }
         if (from.size() < 3) continue;
-        const pose::Alignment fit = pose::alignPointsUpright(from, to);
+        const pose::Alignment fit = pose::alignPointsInYaw(from, to);
         if (!fit.valid || fit.rms_m > kBin) continue;  // a mirror image
         const Eigen::Vector3d p = fit.T_target_source * centre;
         const double yaw = yawOf(fit.T_target_source.linear());

@@ -56,6 +56,6 @@ Changes findChanges(const Place& earlier, const Place& later,
 
 /// Takes things out of a place: vertices, what the cloud has of their class where they stood, and
 /// samples of the view from above under which nothing upright is left.
-void removeThings(Place& place, const std::vector<std::size_t>& vertices);
+void removeObjects(Place& place, const std::vector<std::size_t>& vertices);
 
 }  // namespace xview

@@ -22,7 +22,7 @@ void requireMetres(const Frame& frame, const std::string& name);
 
 /// What makes one doubt that the lengths of a cloud or graph are metres, for a note; it may be a
 /// steep place that is sparsely told.
-std::optional<std::string> doubtMetres(const Place& place);
+std::optional<std::string> checkMetres(const Place& place);
 
 /// Watches what became of the measurements of a recording, to name a wrong depth scale, or depth
 /// along the ray taken for planar depth, instead of mapping nonsense.

@@ -16,7 +16,7 @@ namespace xview {
 /// two thirds, and are turned upright as queries are (options.gravity), whatever the tilt of their
 /// odometry or of the frame of the map.
 search::LikelihoodTable learnLikelihoods(const map::SemanticMap& map,
-                                         const std::vector<FrameDigest>& frames,
+                                         const std::vector<PreprocessedFrame>& frames,
                                          std::vector<Eigen::Isometry3d> T_map_sensor,
                                          double window_m, const Options& options);
 

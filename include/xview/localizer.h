@@ -75,7 +75,7 @@ class Localizer {
   Localizer& operator=(Localizer&&) noexcept;
   ~Localizer();
 
-  double size() const { return size_; }                    ///< of the map; see kTown
+  double size() const { return size_; }                    ///< of the map; see kTownScale
   const LabelSet& labels() const { return map_->labels; }  ///< the classes of the map
   const Options& options() const { return options_; }      ///< as given, with the size of the map
 
@@ -106,10 +106,10 @@ class Localizer {
   /// Error if a frame cannot be read.
   Query query(const FrameSource& recording) const;
   /// A query from frames that digest() made, in order: a window of a drive as it comes.
-  Query query(const std::vector<FrameDigest>& frames, const LabelSet& labels = {}) const;
+  Query query(const std::vector<PreprocessedFrame>& frames, const LabelSet& labels = {}) const;
   /// What a query needs of one frame, and the map's lengths. `labels`: its classes; without them it
   /// gets those of shapes. Throws Error as query().
-  FrameDigest digest(const Frame& frame, const LabelSet& labels = {}) const;
+  PreprocessedFrame preprocess(const Frame& frame, const LabelSet& labels = {}) const;
 
   /// For each given pose the best one around it, at most `reach_m` away at the last sensor, and
   /// what speaks for it; the given one itself if the best one is farther. UsageError with method
@@ -131,8 +131,8 @@ class Localizer {
  private:
   struct Index;
   struct CoarseIndices;
-  struct MapInTowns;
-  Localizer(MapInTowns map, const Options& options);
+  struct CanonicalMap;
+  Localizer(CanonicalMap map, const Options& options);
   const Index& indexFor(const Query& query) const;
 
   double size_;

@@ -23,7 +23,7 @@ namespace xview {
 map::SemanticMap buildMap(
     const std::vector<const FrameSource*>& sources, const Options& options,
     const Progress& progress = {},
-    const std::function<void(const FrameSource&, const FrameDigest&)>& seen = {});
+    const std::function<void(const FrameSource&, const PreprocessedFrame&)>& seen = {});
 /// Map of one recording.
 map::SemanticMap buildMap(const FrameSource& recording, const Options& options = {});
 /// Map of one cloud of PCL in the frame of the map, z up [m]. `labels`: what the field `label` of

@@ -157,6 +157,6 @@ Options atSize(Options options, double size);
 
 /// The same options for a place that was brought to lengths of a town: what nobody set is as it
 /// is, and what somebody set in metres of the place becomes longer by as much as the place does.
-Options inTownLengths(Options options, double size);
+Options inCanonicalLengths(Options options, double size);
 
 }  // namespace xview

@@ -22,14 +22,14 @@ using Progress = std::function<void(std::size_t, std::size_t)>;
 
 /// What later stages need of one frame; small enough to keep for a whole recording. In the odometry
 /// frame, whose lengths are those of a town (types/semantic_place.h).
-struct FrameDigest {
+struct PreprocessedFrame {
   double size = 1;  ///< its lengths times this are metres
   std::int64_t number = 0;
   double stamp_s = 0;
   Sensor sensor = Sensor::camera;
   Eigen::Isometry3d T_odom_sensor = Eigen::Isometry3d::Identity();
   LabelledCloud cloud;       ///< lifted, one point per voxel and class
-  std::vector<float> votes;  ///< per point: how much it counts (measurements in the voxel, range)
+  std::vector<float> weights;  ///< per point: how much it counts (measurements in the voxel, range)
   std::vector<bool> resolves_thin;  ///< per point: measured near enough to show thin things
   bool aerial = false;              ///< a camera that looks down from the air
   std::vector<Blob> blobs;
@@ -49,16 +49,16 @@ void requireGraphSpace(const Options& options, Sensor sensor, const std::string&
 /// tells no size, so auto is that of a town here. Throws Error if there are no classes, without
 /// which nothing of it would be left (see withClasses), and UsageError if options.graph_space is
 /// image and the frame has no images.
-FrameDigest digestFrame(Frame frame, const LabelSet& labels, const Options& options);
+PreprocessedFrame preprocessFrame(Frame frame, const LabelSet& labels, const Options& options);
 
 /// All frames of a recording, read and digested on options.threads threads, in order.
-std::vector<FrameDigest> digestRecording(const FrameSource& source, const Options& options,
+std::vector<PreprocessedFrame> preprocessRecording(const FrameSource& source, const Options& options,
                                          const Progress& progress = {});
 
 /// The same one by one, in order, on the caller's thread: only a few of them are in memory at a
 /// time.
-void digestRecording(const FrameSource& source, const Options& options,
-                     const std::function<void(FrameDigest)>& take);
+void preprocessRecording(const FrameSource& source, const Options& options,
+                     const std::function<void(PreprocessedFrame)>& take);
 
 /// What a place is made for. The graph and the view from above are the same for both.
 enum class PlaceUse {
@@ -73,13 +73,13 @@ class PlaceBuilder {
  public:
   /// So many frames tell which way is up unless the caller knows how many there are.
   static constexpr std::size_t kFramesForGravity = 16;
-  using SharedDigest = std::shared_ptr<const FrameDigest>;
+  using SharedFrame = std::shared_ptr<const PreprocessedFrame>;
 
   PlaceBuilder(const LabelSet& labels, const Options& options, PlaceUse use,
                std::size_t frames_for_gravity = kFramesForGravity);
 
-  void add(SharedDigest frame);
-  void add(FrameDigest frame) { add(std::make_shared<const FrameDigest>(std::move(frame))); }
+  void add(SharedFrame frame);
+  void add(PreprocessedFrame frame) { add(std::make_shared<const PreprocessedFrame>(std::move(frame))); }
   /// A recording is over: frames that wait are all that tell which way is up, and the next frame
   /// is a key frame. Returns how many poses the place has.
   std::size_t endRecording();
@@ -88,14 +88,14 @@ class PlaceBuilder {
 
  private:
   struct Recent {
-    SharedDigest frame;
+    SharedFrame frame;
     double travelled_m;  ///< until this frame
   };
-  void takePose(const FrameDigest& frame);
-  void takePoints(const SharedDigest& frame);
+  void takePose(const PreprocessedFrame& frame);
+  void takePoints(const SharedFrame& frame);
   void thinPoints();
-  void settleUpright();
-  void addUpright(const FrameDigest& frame);
+  void estimateAlignment();
+  void addAligned(const PreprocessedFrame& frame);
   void drawGraph();
   void finishPoints();
 
@@ -103,10 +103,10 @@ class PlaceBuilder {
   PlaceUse use_;
   std::size_t frames_for_gravity_;
   graph::PlaceGraphBuilder graph_;
-  graph::PlanViewBuilder plan_;
+  graph::BevGridBuilder bev_;
   Place place_;
-  std::vector<SharedDigest> waiting_;  ///< until it is known which way is up
-  bool is_upright_ = false;
+  std::vector<SharedFrame> waiting_;  ///< until it is known which way is up
+  bool is_aligned_ = false;
   bool is_new_recording_ = true;
   std::deque<Recent> recent_;  ///< frames of the last metres of a query
   double travelled_m_ = 0;
@@ -118,13 +118,13 @@ class PlaceBuilder {
 using Query = Place;
 
 /// A query from a window of frames, which tell all together which way is up.
-Query makeQuery(const FrameDigest* first, const FrameDigest* last, const LabelSet& labels,
+Query makeQuery(const PreprocessedFrame* first, const PreprocessedFrame* last, const LabelSet& labels,
                 const Options& options);
 /// A query from a whole recording, frame by frame (PlaceBuilder). A recording without labels gets
 /// classes from the shapes of its points (withClasses). `seen` is called with every frame, in
 /// order.
 Query makeQuery(const FrameSource& source, const Options& options,
-                const std::function<void(const FrameDigest&)>& seen = {});
+                const std::function<void(const PreprocessedFrame&)>& seen = {});
 /// A query from a bare graph.
 Query makeQuery(const SemanticGraph& graph, const LabelSet& labels, const Options& options);
 /// A query from a saved session: everything the map knows, answered for its last key frame.

@@ -69,7 +69,7 @@ class Tracker {
   const Options options_;
   const std::size_t window_;
   std::optional<Fix> fix_;
-  std::vector<FrameDigest> frames_;  ///< since the last query
+  std::vector<PreprocessedFrame> frames_;  ///< since the last query
   std::int64_t added_ = 0;
 };
 

@@ -15,11 +15,11 @@ constexpr float kLowFrom = 0.3f, kObstacleFrom = 0.4f, kLowTo = 2.0f, kHighFrom 
 constexpr std::size_t kKinds = static_cast<std::size_t>(Kind::none);
 
 /// The voxels of each cell.
-Grouped groupByCell(const PlanVoxels& voxels, CellIndex& index) {
+Grouped groupByCell(const BevVoxels& voxels, CellIndex& index) {
   std::vector<std::int32_t> cell_of(voxels.size());
   for (std::size_t i = 0; i < voxels.size(); ++i)
-    cell_of[i] = index.findOrAdd(floorToInt(voxels[i].x / kPlanCell_m),
-                                 floorToInt(voxels[i].y / kPlanCell_m));
+    cell_of[i] = index.findOrAdd(floorToInt(voxels[i].x / kBevCell_m),
+                                 floorToInt(voxels[i].y / kBevCell_m));
   return Grouped(cell_of, index.size());
 }
 
@@ -32,125 +32,125 @@ class CellSorter {
     floor_ = {};
     floor_.height = ground_height;
     height_sum_ = 0;
-    is_upright_ = false;
-    upright_ = {};
-    standing_.fill({});
+    is_obstacle_ = false;
+    obstacle_ = {};
+    columns_.fill({});
   }
 
-  void add(const PlanVoxel& v) {
-    floor_.total += v.votes;
+  void add(const BevVoxel& v) {
+    floor_.total += v.weight_sum;
     const float height = v.z - floor_.height;
     if (!isGround(v.kind())) {
       addObstacle(v, height);
-      if (height >= kMinHeight_m) addStanding(v, height);
+      if (height >= kMinHeight_m) addToColumn(v, height);
     } else if (std::abs(height) < gate_m_) {
-      floor_.votes[static_cast<std::size_t>(v.kind())] += v.votes;
-      height_sum_ += v.votes * v.z;
+      floor_.weight_sum[static_cast<std::size_t>(v.kind())] += v.weight_sum;
+      height_sum_ += v.weight_sum * v.z;
     } else if (height > 0) {
       addObstacle(v, height);  // e.g. a crown labelled as terrain
     }
   }
 
-  void finish(PlanCells& cells) {
-    const float ground_votes = floor_.ground();
-    if (ground_votes > kMinVotes) floor_.height = height_sum_ / ground_votes;
+  void finish(BevCells& cells) {
+    const float ground_weight = floor_.ground();
+    if (ground_weight > kMinWeight) floor_.height = height_sum_ / ground_weight;
     cells.floor.push_back(floor_);
-    cells.upright_of.push_back(is_upright_ ? static_cast<std::int32_t>(cells.upright.size()) : -1);
-    if (!is_upright_) return;
-    cells.upright.push_back(upright_);
-    for (const Standing& s : standing_) {
-      if (s.votes > 0) cells.standing.push_back(s);
+    cells.obstacle_of.push_back(is_obstacle_ ? static_cast<std::int32_t>(cells.obstacles.size()) : -1);
+    if (!is_obstacle_) return;
+    cells.obstacles.push_back(obstacle_);
+    for (const ClassColumn& s : columns_) {
+      if (s.weight_sum > 0) cells.columns.push_back(s);
     }
   }
 
  private:
-  void addObstacle(const PlanVoxel& v, float height) {
-    is_upright_ = true;
-    if (height > kObstacleFrom && height < kLowTo) upright_.obstacle_low += v.votes;
-    if (height > kHighFrom) upright_.obstacle_high += v.votes;
+  void addObstacle(const BevVoxel& v, float height) {
+    is_obstacle_ = true;
+    if (height > kObstacleFrom && height < kLowTo) obstacle_.obstacle_low += v.weight_sum;
+    if (height > kHighFrom) obstacle_.obstacle_high += v.weight_sum;
   }
 
-  void addStanding(const PlanVoxel& v, float height) {
-    Standing& s = standing_[static_cast<std::size_t>(v.kind())];
+  void addToColumn(const BevVoxel& v, float height) {
+    ClassColumn& s = columns_[static_cast<std::size_t>(v.kind())];
     s.kind = v.kind();
-    s.bottom = s.votes > 0 ? std::min(s.bottom, height) : height;
-    s.top = s.votes > 0 ? std::max(s.top, height) : height;
-    s.votes += v.votes;
-    s.near_votes += v.near_votes;
-    s.sum_x += v.votes * v.x;
-    s.sum_y += v.votes * v.y;
-    if (height > kLowFrom && height < kLowTo) s.low += v.votes;
-    if (height > kHighFrom) s.high += v.votes;
+    s.bottom = s.weight_sum > 0 ? std::min(s.bottom, height) : height;
+    s.top = s.weight_sum > 0 ? std::max(s.top, height) : height;
+    s.weight_sum += v.weight_sum;
+    s.near_weight += v.near_weight;
+    s.sum_x += v.weight_sum * v.x;
+    s.sum_y += v.weight_sum * v.y;
+    if (height > kLowFrom && height < kLowTo) s.low += v.weight_sum;
+    if (height > kHighFrom) s.high += v.weight_sum;
   }
 
   float gate_m_;
   FloorCell floor_;
   float height_sum_ = 0;
-  bool is_upright_ = false;
-  UprightCell upright_;
-  std::array<Standing, kKinds> standing_;
+  bool is_obstacle_ = false;
+  ObstacleCell obstacle_;
+  std::array<ClassColumn, kKinds> columns_;
 };
 
 }  // namespace
 
-const Standing& UprightCell::of(Kind kind) const {
-  static const Standing kNothing;
-  for (const Standing* s = first; s != last; ++s) {
+const ClassColumn& ObstacleCell::of(Kind kind) const {
+  static const ClassColumn kNothing;
+  for (const ClassColumn* s = first; s != last; ++s) {
     if (s->kind == kind) return *s;
   }
   return kNothing;
 }
 
-float UprightCell::ofThingsBesidePosts() const {
-  return of(Kind::building).votes + of(Kind::fence).votes + of(Kind::vegetation).votes +
-         of(Kind::vehicle).votes;
+float ObstacleCell::ofObjectsBesidePosts() const {
+  return of(Kind::building).weight_sum + of(Kind::fence).weight_sum + of(Kind::vegetation).weight_sum +
+         of(Kind::vehicle).weight_sum;
 }
 
-bool UprightCell::holds(Kind kind, double min_share) const {
+bool ObstacleCell::holds(Kind kind, double min_share) const {
   float total = 0;
-  for (const Standing* s = first; s != last; ++s) total += s->votes;
-  const float votes = of(kind).votes;
-  return votes >= kMinVotes && votes >= min_share * total;
+  for (const ClassColumn* s = first; s != last; ++s) total += s->weight_sum;
+  const float weight_sum = of(kind).weight_sum;
+  return weight_sum >= kMinWeight && weight_sum >= min_share * total;
 }
 
-PlanSample PlanCells::middleOf(std::size_t i) const {
-  constexpr auto kSide = static_cast<float>(kPlanCell_m);
+BevSample BevCells::middleOf(std::size_t i) const {
+  constexpr auto kSide = static_cast<float>(kBevCell_m);
   const CellIndex::Cell c = cell(i);
   return {(static_cast<float>(c.x) + 0.5f) * kSide, (static_cast<float>(c.y) + 0.5f) * kSide,
           floor[i].height};
 }
 
-PlanCells sortIntoCells(const PlanVoxels& voxels, const HeightLattice& ground,
+BevCells sortIntoCells(const BevVoxels& voxels, const HeightLattice& ground,
                         const GroundRule& rule) {
   constexpr std::size_t kAhead = 16;  // voxels of a cell lie far apart in memory
-  PlanCells cells;
+  BevCells cells;
   const Grouped groups = groupByCell(voxels, cells.index);
   CellSorter sorter(rule);
-  std::vector<std::size_t> first_standing;
+  std::vector<std::size_t> first_column;
   for (std::size_t c = 0; c < cells.index.size(); ++c) {
     const CellIndex::Cell cell = cells.cell(c);
-    sorter.start(ground.heightAt(static_cast<float>((cell.x + 0.5) * kPlanCell_m),
-                                 static_cast<float>((cell.y + 0.5) * kPlanCell_m)));
+    sorter.start(ground.heightAt(static_cast<float>((cell.x + 0.5) * kBevCell_m),
+                                 static_cast<float>((cell.y + 0.5) * kBevCell_m)));
     for (std::size_t k = groups.starts[c]; k < groups.starts[c + 1]; ++k) {
       if (k + kAhead < groups.order.size()) __builtin_prefetch(&voxels[groups.order[k + kAhead]]);
       sorter.add(voxels[groups.order[k]]);
     }
-    const std::size_t before = cells.standing.size();
+    const std::size_t before = cells.columns.size();
     sorter.finish(cells);
-    if (cells.upright_of[c] >= 0) first_standing.push_back(before);
+    if (cells.obstacle_of[c] >= 0) first_column.push_back(before);
   }
-  first_standing.push_back(cells.standing.size());
-  for (std::size_t u = 0; u < cells.upright.size(); ++u) {
-    cells.upright[u].first = cells.standing.data() + first_standing[u];
-    cells.upright[u].last = cells.standing.data() + first_standing[u + 1];
+  first_column.push_back(cells.columns.size());
+  for (std::size_t u = 0; u < cells.obstacles.size(); ++u) {
+    cells.obstacles[u].first = cells.columns.data() + first_column[u];
+    cells.obstacles[u].last = cells.columns.data() + first_column[u + 1];
   }
   return cells;
 }
 
-ValueGrid::ValueGrid(const PlanCells& cells, const std::function<float(const UprightCell&)>& value)
+ValueGrid::ValueGrid(const BevCells& cells, const std::function<float(const ObstacleCell&)>& value)
     : cells_(&cells), values_(cells.size(), 0.f) {
   for (std::size_t i = 0; i < values_.size(); ++i) {
-    if (const UprightCell* cell = cells.uprightOf(i)) values_[i] = value(*cell);
+    if (const ObstacleCell* cell = cells.obstacleCellOf(i)) values_[i] = value(*cell);
   }
 }
 

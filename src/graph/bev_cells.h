@@ -15,7 +15,7 @@ namespace xview::graph {
 // From votes to the cells of a plan view: votes are summed in voxels, voxels tell the height of the
 // ground, and above it they are sorted into cells.
 
-constexpr float kMinVotes = 1;     ///< a cell says something about a class from so many votes on
+constexpr float kMinWeight = 1;     ///< a cell says something about a class from so many votes on
 constexpr double kMinShare = 0.5;  ///< and if the class holds this share of the cell
 
 /// A voxel and a kind as a number: 21 bits for each of x and y (two million voxels), 18 for z, 4
@@ -30,18 +30,18 @@ struct VoxelKey {
   }
   Kind kind() const { return static_cast<Kind>(bits & 0xF); }
 };
-/// The voxel of side kPlanVoxel_m of a point relative to the plan origin.
+/// The voxel of side kBevVoxel_m of a point relative to the plan origin.
 VoxelKey voxelOf(const Eigen::Vector3d& p, Kind kind);
 
 /// Votes of one kind in one voxel.
-struct PlanVoxel {
+struct BevVoxel {
   VoxelKey key;
   float x = 0, y = 0, z = 0;  ///< vote-weighted mean, relative to the plan origin [m]
-  float votes = 0;
-  float near_votes = 0;  ///< of these, measured near enough for thin objects
+  float weight_sum = 0;
+  float near_weight = 0;  ///< of these, measured near enough for thin objects
   Kind kind() const { return key.kind(); }
 };
-using PlanVoxels = ChunkedVector<PlanVoxel>;
+using BevVoxels = ChunkedVector<BevVoxel>;
 
 /// How the ground is drawn from points that are wrong now and then: labels under trees, stereo
 /// noise from the air.
@@ -52,64 +52,64 @@ struct GroundRule {
 GroundRule groundRule(bool aerial);
 
 /// Height of the ground on a 2 m lattice.
-HeightLattice groundSurface(const PlanVoxels& voxels, const GroundRule& rule);
+HeightLattice groundSurface(const BevVoxels& voxels, const GroundRule& rule);
 
 /// What stands in a cell, of one upright class, higher than spilt labels.
-struct Standing {
+struct ClassColumn {
   Kind kind = Kind::none;
-  float votes = 0;
-  float near_votes = 0;        ///< of these, measured near enough for thin objects
+  float weight_sum = 0;
+  float near_weight = 0;        ///< of these, measured near enough for thin objects
   float sum_x = 0, sum_y = 0;  ///< of the positions times their votes
   float low = 0, high = 0;     ///< votes at 0.3–2 m and above 2.5 m
   float top = 0, bottom = 0;   ///< greatest and least height above ground [m]
 };
 
 /// All that stands in a cell.
-struct UprightCell {
-  const Standing* first = nullptr;  ///< its kinds, at most one each: [first, last)
-  const Standing* last = nullptr;
+struct ObstacleCell {
+  const ClassColumn* first = nullptr;  ///< its kinds, at most one each: [first, last)
+  const ClassColumn* last = nullptr;
   float obstacle_low = 0, obstacle_high = 0;  ///< votes of anything at 0.4–2 m and above 2.5 m
 
-  const Standing& of(Kind kind) const;  ///< without votes if there is none
-  float ofThingsBesidePosts() const;    ///< votes of buildings, fences, vegetation and vehicles
+  const ClassColumn& of(Kind kind) const;  ///< without votes if there is none
+  float ofObjectsBesidePosts() const;    ///< votes of buildings, fences, vegetation and vehicles
   bool holds(Kind kind, double min_share) const;
 };
 
 /// What lies in a cell.
 struct FloorCell {
-  std::array<float, 4> votes{};  ///< road, sidewalk, terrain, lane marking
+  std::array<float, 4> weight_sum{};  ///< road, sidewalk, terrain, lane marking
   float height = 0;              ///< of the ground [m]
   float total = 0;               ///< all votes of the cell, upright ones too
-  float ground() const { return votes[0] + votes[1] + votes[2] + votes[3]; }
+  float ground() const { return weight_sum[0] + weight_sum[1] + weight_sum[2] + weight_sum[3]; }
 };
 
-/// All votes of a view sorted into cells of kPlanCell_m. `upright_of[i]` is the number of the
+/// All votes of a view sorted into cells of kBevCell_m. `upright_of[i]` is the number of the
 /// UprightCell of cell i, or -1.
-struct PlanCells {
-  PlanCells() = default;
-  PlanCells(PlanCells&&) = default;  // not copied: cells point into `standing`
+struct BevCells {
+  BevCells() = default;
+  BevCells(BevCells&&) = default;  // not copied: cells point into `standing`
 
   CellIndex index;
   std::vector<FloorCell> floor;
-  std::vector<std::int32_t> upright_of;
-  std::vector<UprightCell> upright;
-  std::vector<Standing> standing;
+  std::vector<std::int32_t> obstacle_of;
+  std::vector<ObstacleCell> obstacles;
+  std::vector<ClassColumn> columns;
 
   std::size_t size() const { return floor.size(); }
   CellIndex::Cell cell(std::size_t i) const { return index.cells()[i]; }
-  const UprightCell* uprightOf(std::size_t cell) const {
-    return upright_of[cell] < 0 ? nullptr : &upright[upright_of[cell]];
+  const ObstacleCell* obstacleCellOf(std::size_t cell) const {
+    return obstacle_of[cell] < 0 ? nullptr : &obstacles[obstacle_of[cell]];
   }
-  PlanSample middleOf(std::size_t cell) const;  ///< on the ground
+  BevSample middleOf(std::size_t cell) const;  ///< on the ground
 };
 
-PlanCells sortIntoCells(const PlanVoxels& voxels, const HeightLattice& ground,
+BevCells sortIntoCells(const BevVoxels& voxels, const HeightLattice& ground,
                         const GroundRule& rule);
 
 /// A value per cell of a view, 0 where nothing stands. The cells must outlive it.
 class ValueGrid {
  public:
-  ValueGrid(const PlanCells& cells, const std::function<float(const UprightCell&)>& value);
+  ValueGrid(const BevCells& cells, const std::function<float(const ObstacleCell&)>& value);
   /// Sum over the square of half size `reach` around each cell with a value; 0 elsewhere.
   ValueGrid boxSum(int reach) const;
   float at(CellIndex::Cell cell) const;
@@ -118,15 +118,15 @@ class ValueGrid {
   bool isMaximum(std::size_t i, int reach) const;
 
  private:
-  const PlanCells* cells_;
+  const BevCells* cells_;
   std::vector<float> values_;
 };
 
 /// Poles, signs and lights as density peaks, because clusters of them smear along the ray with
 /// noise, and what is pole-like by its shape. They are where they stand on the ground.
-void findPosts(const PlanCells& cells, PlanView& view);
+void findPosts(const BevCells& cells, BevGrid& view);
 
 /// Vehicles, trunks and other objects as clusters of cells, trees as maxima of the canopy.
-void findPlanObjects(const PlanCells& cells, PlanView& view);
+void findBevObjects(const BevCells& cells, BevGrid& view);
 
 }  // namespace xview::graph

@@ -36,7 +36,7 @@ struct HeightLists {
   std::size_t size(std::size_t cell) const { return starts[cell + 1] - starts[cell]; }
 };
 
-bool anyGround(const PlanVoxels& voxels) {
+bool anyGround(const BevVoxels& voxels) {
   for (std::size_t i = 0; i < voxels.size(); ++i) {
     if (isGround(voxels[i].kind())) return true;
   }
@@ -44,10 +44,10 @@ bool anyGround(const PlanVoxels& voxels) {
 }
 
 /// Heights of the ground classes, or of all points. Every cell with any point gets a number.
-HeightLists gatherHeights(const PlanVoxels& voxels, bool only_ground, CellIndex& index) {
+HeightLists gatherHeights(const BevVoxels& voxels, bool only_ground, CellIndex& index) {
   std::vector<std::int32_t> cell_of(voxels.size());
   for (std::size_t i = 0; i < voxels.size(); ++i) {
-    const PlanVoxel& v = voxels[i];
+    const BevVoxel& v = voxels[i];
     cell_of[i] = index.findOrAdd(latticeCell(v.x), latticeCell(v.y));
     if (only_ground && !isGround(v.kind())) cell_of[i] = -1;
   }
@@ -93,7 +93,7 @@ GroundRule groundRule(bool aerial) {
   return aerial ? GroundRule{0.5, 2 * kGroundGate_m} : GroundRule{0.25, kGroundGate_m};
 }
 
-HeightLattice groundSurface(const PlanVoxels& voxels, const GroundRule& rule) {
+HeightLattice groundSurface(const BevVoxels& voxels, const GroundRule& rule) {
   HeightLattice ground{kLatticeM, {}, {}};
   const bool only_ground = anyGround(voxels);
   HeightLists lists = gatherHeights(voxels, only_ground, ground.index);

@@ -14,46 +14,46 @@ constexpr int kTreeReach = 5;
 constexpr int kCrownReach = 3;      ///< cells to each side whose heights count as one crown
 constexpr float kMinCanopy = 30.f;  ///< summed crown height of a tree [m x cells]
 
-using CellValue = std::function<float(const UprightCell&)>;
+using CellValue = std::function<float(const ObstacleCell&)>;
 
 /// What is asked of an 8-connected cluster of cells.
 struct ClusterRule {
   Kind kind;
-  std::function<bool(const UprightCell&)> belongs;
+  std::function<bool(const ObstacleCell&)> belongs;
   CellValue weight;  ///< of a cell for the centre
   float max_extent_m;
   float min_extent_m;
-  float min_votes;
+  float min_weight;
   float min_span_m;  ///< top minus bottom
   float min_top_m;
 };
 
-void findClusters(const PlanCells& cells, const ClusterRule& rule, std::vector<PlanSample>& out) {
+void findClusters(const BevCells& cells, const ClusterRule& rule, std::vector<BevSample>& out) {
   const auto belongs = [&](std::int32_t i) {
-    const UprightCell* cell = cells.uprightOf(i);
+    const ObstacleCell* cell = cells.obstacleCellOf(i);
     return cell && rule.belongs(*cell);
   };
   for (const std::vector<std::int32_t>& cluster : connectedCells(cells.index, belongs)) {
     Eigen::AlignedBox2i box;
     for (const std::int32_t i : cluster)
       box.extend(Eigen::Vector2i(cells.cell(i).x, cells.cell(i).y));
-    const double extent = kPlanCell_m * (1 + box.sizes().maxCoeff());
+    const double extent = kBevCell_m * (1 + box.sizes().maxCoeff());
     if (extent > rule.max_extent_m || extent < rule.min_extent_m) continue;
-    float weight = 0, votes = 0, x = 0, y = 0, z = 0, bottom = 1e9f, top = -1e9f;
+    float weight = 0, weight_sum = 0, x = 0, y = 0, z = 0, bottom = 1e9f, top = -1e9f;
     for (const std::int32_t i : cluster) {
-      const UprightCell& cell = *cells.uprightOf(i);
-      const Standing& standing = cell.of(rule.kind);
-      if (standing.votes <= 0) continue;
+      const ObstacleCell& cell = *cells.obstacleCellOf(i);
+      const ClassColumn& column = cell.of(rule.kind);
+      if (column.weight_sum <= 0) continue;
       const float w = rule.weight(cell);
       weight += w;
-      votes += standing.votes;
-      x += w * standing.sum_x / standing.votes;
-      y += w * standing.sum_y / standing.votes;
+      weight_sum += column.weight_sum;
+      x += w * column.sum_x / column.weight_sum;
+      y += w * column.sum_y / column.weight_sum;
       z += w * cells.floor[i].height;
-      bottom = std::min(bottom, standing.bottom);
-      top = std::max(top, standing.top);
+      bottom = std::min(bottom, column.bottom);
+      top = std::max(top, column.top);
     }
-    if (weight > 0 && votes >= rule.min_votes && top - bottom > rule.min_span_m &&
+    if (weight > 0 && weight_sum >= rule.min_weight && top - bottom > rule.min_span_m &&
         top > rule.min_top_m) {
       out.push_back({x / weight, y / weight, z / weight});
     }
@@ -61,10 +61,10 @@ void findClusters(const PlanCells& cells, const ClusterRule& rule, std::vector<P
 }
 
 /// Crowns: local maxima of the summed height of high vegetation.
-void findTrees(const PlanCells& cells, PlanView& view) {
-  const ValueGrid crown(cells, [](const UprightCell& c) {
-    const Standing& s = c.of(Kind::vegetation);
-    return s.high >= 0.5f * kMinVotes ? std::max(0.f, std::min(s.top, 12.f) - 1.f) : 0.f;
+void findTrees(const BevCells& cells, BevGrid& view) {
+  const ValueGrid crown(cells, [](const ObstacleCell& c) {
+    const ClassColumn& s = c.of(Kind::vegetation);
+    return s.high >= 0.5f * kMinWeight ? std::max(0.f, std::min(s.top, 12.f) - 1.f) : 0.f;
   });
   const ValueGrid sums = crown.boxSum(kCrownReach);
   for (std::size_t i = 0; i < cells.size(); ++i) {
@@ -76,55 +76,55 @@ void findTrees(const PlanCells& cells, PlanView& view) {
       x += w * (cells.cell(j).x + 0.5);
       y += w * (cells.cell(j).y + 0.5);
     });
-    view[Channel::tree].push_back({static_cast<float>(x / weight * kPlanCell_m),
-                                   static_cast<float>(y / weight * kPlanCell_m),
+    view[BevChannel::tree].push_back({static_cast<float>(x / weight * kBevCell_m),
+                                   static_cast<float>(y / weight * kBevCell_m),
                                    cells.floor[i].height});
   }
 }
 
 /// Votes of a kind near the ground.
 CellValue low(Kind kind) {
-  return [kind](const UprightCell& c) { return c.of(kind).low; };
+  return [kind](const ObstacleCell& c) { return c.of(kind).low; };
 }
 
-constexpr float kPeakVotes = 2;         ///< that make a pole, sign or light
+constexpr float kPeakWeight = 2;         ///< that make a pole, sign or light
 constexpr int kPeakReach = 3;           ///< a peak is the largest within so many cells
 constexpr float kMinPoleShare = 0.25f;  ///< of the votes of the other upright classes in the cell
 
 /// Weighted mean of the pole-like points in the 3x3 cells around a peak.
-PlanSample peakCentre(const PlanCells& cells, const ValueGrid& value, std::size_t peak) {
+BevSample peakCentre(const BevCells& cells, const ValueGrid& value, std::size_t peak) {
   float weight = 0, x = 0, y = 0;
   cells.index.forAround(peak, 1, [&](std::int32_t i) {
     const float w = value[i];
     if (w <= 0) return;
-    const UprightCell& cell = *cells.uprightOf(i);
-    float votes = 0, sum_x = 0, sum_y = 0;
-    for (const Standing* s = cell.first; s != cell.last; ++s) {
+    const ObstacleCell& cell = *cells.obstacleCellOf(i);
+    float weight_sum = 0, sum_x = 0, sum_y = 0;
+    for (const ClassColumn* s = cell.first; s != cell.last; ++s) {
       if (!isPoleLike(s->kind)) continue;
-      votes += s->votes;
+      weight_sum += s->weight_sum;
       sum_x += s->sum_x;
       sum_y += s->sum_y;
     }
-    if (votes <= 0) return;
+    if (weight_sum <= 0) return;
     weight += w;
-    x += w * sum_x / votes;
-    y += w * sum_y / votes;
+    x += w * sum_x / weight_sum;
+    y += w * sum_y / weight_sum;
   });
   if (weight <= 0) return {};
   return {x / weight, y / weight, cells.floor[peak].height};
 }
 
 /// Peaks of the votes of some kinds, where nothing else has many more.
-std::vector<PlanSample> peaksOf(const std::vector<Kind>& kinds, const PlanCells& cells) {
-  const ValueGrid value(cells, [&](const UprightCell& cell) {
-    float votes = 0;
-    for (const Kind kind : kinds) votes += cell.of(kind).near_votes;
-    return votes >= kMinPoleShare * cell.ofThingsBesidePosts() ? votes : 0.f;
+std::vector<BevSample> peaksOf(const std::vector<Kind>& kinds, const BevCells& cells) {
+  const ValueGrid value(cells, [&](const ObstacleCell& cell) {
+    float weight_sum = 0;
+    for (const Kind kind : kinds) weight_sum += cell.of(kind).near_weight;
+    return weight_sum >= kMinPoleShare * cell.ofObjectsBesidePosts() ? weight_sum : 0.f;
   });
   const ValueGrid sums = value.boxSum(1);
-  std::vector<PlanSample> peaks;
+  std::vector<BevSample> peaks;
   for (std::size_t i = 0; i < cells.size(); ++i) {
-    if (sums[i] >= kPeakVotes && sums.isMaximum(i, kPeakReach))
+    if (sums[i] >= kPeakWeight && sums.isMaximum(i, kPeakReach))
       peaks.push_back(peakCentre(cells, value, i));
   }
   return peaks;
@@ -132,36 +132,36 @@ std::vector<PlanSample> peaksOf(const std::vector<Kind>& kinds, const PlanCells&
 
 }  // namespace
 
-void findPlanObjects(const PlanCells& cells, PlanView& view) {
-  const auto isVehicle = [](const UprightCell& c) { return c.holds(Kind::vehicle, 0.4); };
-  const auto isTrunk = [](const UprightCell& c) {
-    return c.of(Kind::trunk).low >= 0.5f * kMinVotes;
+void findBevObjects(const BevCells& cells, BevGrid& view) {
+  const auto isVehicle = [](const ObstacleCell& c) { return c.holds(Kind::vehicle, 0.4); };
+  const auto isTrunk = [](const ObstacleCell& c) {
+    return c.of(Kind::trunk).low >= 0.5f * kMinWeight;
   };
-  const auto isLowPlant = [](const UprightCell& c) {
-    return c.of(Kind::vegetation).low >= kMinVotes;
+  const auto isLowPlant = [](const ObstacleCell& c) {
+    return c.of(Kind::vegetation).low >= kMinWeight;
   };
-  const auto isOther = [](const UprightCell& c) { return c.holds(Kind::other_object, 0.25); };
-  const auto one = [](const UprightCell&) { return 1.f; };
-  const auto votes = [](const UprightCell& c) { return c.of(Kind::other_object).votes; };
-  findClusters(cells, {Kind::vehicle, isVehicle, one, 9.f, 1.25f, 6 * kMinVotes, -1.f, -1.f},
-               view[Channel::vehicle]);
+  const auto isOther = [](const ObstacleCell& c) { return c.holds(Kind::other_object, 0.25); };
+  const auto one = [](const ObstacleCell&) { return 1.f; };
+  const auto weight_sum = [](const ObstacleCell& c) { return c.of(Kind::other_object).weight_sum; };
+  findClusters(cells, {Kind::vehicle, isVehicle, one, 9.f, 1.25f, 6 * kMinWeight, -1.f, -1.f},
+               view[BevChannel::vehicle]);
   findClusters(cells,
-               {Kind::trunk, isTrunk, low(Kind::trunk), 2.6f, 0.f, 2 * kMinVotes, 0.6f, -1.f},
-               view[Channel::trunk]);
+               {Kind::trunk, isTrunk, low(Kind::trunk), 2.6f, 0.f, 2 * kMinWeight, 0.6f, -1.f},
+               view[BevChannel::trunk]);
   findClusters(
       cells,
-      {Kind::vegetation, isLowPlant, low(Kind::vegetation), 2.1f, 0.f, 3 * kMinVotes, -1.f, 2.2f},
-      view[Channel::trunk]);
-  findClusters(cells, {Kind::other_object, isOther, votes, 4.f, 0.f, 2 * kMinVotes, -1.f, -1.f},
-               view[Channel::other_object]);
+      {Kind::vegetation, isLowPlant, low(Kind::vegetation), 2.1f, 0.f, 3 * kMinWeight, -1.f, 2.2f},
+      view[BevChannel::trunk]);
+  findClusters(cells, {Kind::other_object, isOther, weight_sum, 4.f, 0.f, 2 * kMinWeight, -1.f, -1.f},
+               view[BevChannel::other_object]);
   findTrees(cells, view);
 }
 
-void findPosts(const PlanCells& cells, PlanView& view) {
-  view[Channel::pole] = peaksOf({Kind::pole}, cells);
-  view[Channel::sign] = peaksOf({Kind::sign}, cells);
-  view[Channel::light] = peaksOf({Kind::light}, cells);
-  view[Channel::pole_like] = peaksOf({Kind::pole, Kind::sign, Kind::light}, cells);
+void findPosts(const BevCells& cells, BevGrid& view) {
+  view[BevChannel::pole] = peaksOf({Kind::pole}, cells);
+  view[BevChannel::sign] = peaksOf({Kind::sign}, cells);
+  view[BevChannel::light] = peaksOf({Kind::light}, cells);
+  view[BevChannel::pole_like] = peaksOf({Kind::pole, Kind::sign, Kind::light}, cells);
 }
 
 }  // namespace xview::graph

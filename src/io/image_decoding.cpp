@@ -43,9 +43,9 @@ std::uint32_t bigEndian(const unsigned char* data) {
 
 /// 0 for a colour type that does not exist.
 int channelsOf(PngColor color) {
-  static constexpr int kChannels[] = {1, 0, 3, 1, 2, 0, 4};
+  static constexpr int kBevChannels[] = {1, 0, 3, 1, 2, 0, 4};
   const auto type = static_cast<std::size_t>(color);
-  return type < std::size(kChannels) ? kChannels[type] : 0;
+  return type < std::size(kBevChannels) ? kBevChannels[type] : 0;
 }
 
 PngHeader parseHeader(const std::string& path, const unsigned char* data, std::size_t size) {

@@ -16,7 +16,7 @@ namespace {
 
 /// Things of a town are farther apart than the first, samples of any sensor closer than the last;
 /// things of a desk lie between [m].
-constexpr double kThings_m = 1.0, kSamples_m = 0.1;
+constexpr double kObjects_m = 1.0, kSamples_m = 0.1;
 constexpr std::size_t kFirstVertices = 4096;  ///< probes are chosen among them, spread evenly
 constexpr std::size_t kProbes = 256;
 
@@ -24,7 +24,7 @@ struct Probe {
   Eigen::Vector3d position;
   std::uint32_t label = 0;
   std::size_t number = 0;        ///< of the vertex, from 1
-  double nearest_m = kThings_m;  ///< other vertex; at most this far
+  double nearest_m = kObjects_m;  ///< other vertex; at most this far
   bool among_its_like = false;   ///< that one is of the same class
 };
 
@@ -75,7 +75,7 @@ class Neighbourhoods {
   void meet(const Probe& vertex) {
     for (Probe& probe : probes_) {
       const double distance2 = (vertex.position - probe.position).squaredNorm();
-      if (distance2 > kThings_m * kThings_m || probe.number == vertex.number) continue;
+      if (distance2 > kObjects_m * kObjects_m || probe.number == vertex.number) continue;
       const double distance_m = std::sqrt(distance2);
       if (!(distance_m < probe.nearest_m)) continue;
       close_ += probe.nearest_m > kSamples_m && distance_m <= kSamples_m;
@@ -132,19 +132,19 @@ bool holdsGraph(const std::string& path, std::string* guess) {
   const double spacing_m = around.spacing_m();
   const bool instances = around.areInstances();
   if (spacing_m <= kSamples_m && !instances) return false;
-  const bool things =
-      spacing_m >= kThings_m || instances || around.shareAmongTheirLike() < kAmongTheirLike;
+  const bool objects =
+      spacing_m >= kObjects_m || instances || around.shareAmongTheirLike() < kAmongTheirLike;
   if (guess) {
-    const std::string spacing = spacing_m >= kThings_m
+    const std::string spacing = spacing_m >= kObjects_m
                                     ? "more than 1 m"
                                     : "about " + std::to_string(spacing_m).substr(0, 4) + " m";
     *guess = fmt::format("its vertices are {} apart{}", spacing,
-                         things ? ", so they are taken for things; --input-kind cloud reads them "
+                         objects ? ", so they are taken for things; --input-kind cloud reads them "
                                   "as samples of surfaces"
                                 : " among their like, so they are taken for samples of surfaces; "
                                   "--input-kind graph reads them as things");
   }
-  return things;
+  return objects;
 }
 
 }  // namespace xview::io

@@ -90,7 +90,7 @@ bool isGround(const Columns& columns) {
 }
 
 /// Pieces of a street's furniture and cars are shorter than this [m].
-constexpr double kLongestThing_m = 6.5;
+constexpr double kLongestObject_m = 6.5;
 
 std::pair<Role, Kind> runningOn(const Columns& columns) {
   const auto reaching = [&](double height_m) {
@@ -114,7 +114,7 @@ std::pair<Role, Kind> shapeOf(const Columns& columns) {
   const std::vector<Piece> pieces = piecesOf(columns);
   std::size_t long_ones = 0;
   for (const Piece& piece : pieces)
-    long_ones += piece.length_m > kLongestThing_m ? piece.columns : 0;
+    long_ones += piece.length_m > kLongestObject_m ? piece.columns : 0;
   return 2 * long_ones >= columns.size() ? runningOn(columns) : standingAlone(pieces);
 }
 

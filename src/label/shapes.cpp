@@ -187,7 +187,7 @@ class Standing {
       found_[v].shape = judge(v, ground_below);
     }
     smooth();
-    findLowThings();
+    findLowObjects();
   }
 
   Shape of(std::size_t point) const {
@@ -266,7 +266,7 @@ class Standing {
     for (std::size_t v = 0; v < found_.size(); ++v) found_[v].shape = smoothed[v];
   }
 
-  void findLowThings();
+  void findLowObjects();
 
   ShapeVoxels voxels_;
   bool is_scattered_ = false;
@@ -279,7 +279,7 @@ constexpr float kLowest_m = 0.9F, kHighest_m = 2.3F;    ///< top of a vehicle
 constexpr double kSmallest_m2 = 1.5, kLargest_m2 = 14;  ///< of what is seen of it from above
 
 /// Columns that touch one another, as low and as large as a vehicle.
-void Standing::findLowThings() {
+void Standing::findLowObjects() {
   CellIndex columns;
   std::vector<float> tops;
   std::vector<std::int32_t> column_of(found_.size());

@@ -169,14 +169,14 @@ void forEachNumber(Map& map, Visit&& visit) {
   visit("cloud_origin_x", map.cloud.origin.x());
   visit("cloud_origin_y", map.cloud.origin.y());
   visit("cloud_origin_z", map.cloud.origin.z());
-  visit("plan_cell_m", map.plan.cell_m);
-  visit("plan_origin_x", map.plan.origin_x);
-  visit("plan_origin_y", map.plan.origin_y);
-  visit("plan_origin_z", map.plan.origin_z);
-  visit("plan_upright_w", map.plan.upright.w());
-  visit("plan_upright_x", map.plan.upright.x());
-  visit("plan_upright_y", map.plan.upright.y());
-  visit("plan_upright_z", map.plan.upright.z());
+  visit("plan_cell_m", map.bev.cell_m);
+  visit("plan_origin_x", map.bev.origin_x);
+  visit("plan_origin_y", map.bev.origin_y);
+  visit("plan_origin_z", map.bev.origin_z);
+  visit("plan_upright_w", map.bev.alignment.w());
+  visit("plan_upright_x", map.bev.alignment.x());
+  visit("plan_upright_y", map.bev.alignment.y());
+  visit("plan_upright_z", map.bev.alignment.z());
 }
 
 /// In the text of wrong places: what was not asked.
@@ -186,7 +186,7 @@ constexpr const char* kNotAsked = "-";
 std::string textOf(const std::vector<WrongPlace>& wrong_places) {
   std::string all;
   for (const WrongPlace& place : wrong_places) {
-    for (const std::optional<double>& value : {place.excess, place.missing})
+    for (const std::optional<double>& value : {place.above_null, place.miss_ratio})
       all += (value ? numberText(*value) : kNotAsked) + ' ';
   }
   return all;
@@ -214,9 +214,9 @@ Meta metaOf(const SemanticMap& map, std::size_t stored_points) {
             {"keyframes", std::to_string(map.poses.size())},
             {"cloud_points", std::to_string(stored_points)},
             {"cloud_instances", map.cloud.hasInstances() ? "1" : "0"},
-            {"plan_samples", std::to_string(map.plan.sampleCount())},
+            {"plan_samples", std::to_string(map.bev.sampleCount())},
             {"plan_channels", channelNames()},
-            {"plan_aerial", map.plan.aerial ? "1" : "0"}};
+            {"plan_aerial", map.bev.aerial ? "1" : "0"}};
   forEachNumber(map, [&](const char* name, double value) { meta[name] = numberText(value); });
   return meta;
 }
@@ -246,9 +246,9 @@ GraphSpace graphSpaceIn(const Meta& meta) {
 /// Maps that do not say it are of a town.
 double sizeIn(const Meta& meta) {
   const auto found = meta.find("size");
-  if (found == meta.end()) return kTown;
+  if (found == meta.end()) return kTownScale;
   try {
-    return parseSize(found->second).value_or(kTown);
+    return parseSize(found->second).value_or(kTownScale);
   } catch (const UsageError& e) {
     throw Damage(std::string("meta: ") + e.what());
   }
@@ -302,12 +302,12 @@ void setNumbers(const Meta& meta, SemanticMap& map) {
     value = numberIn<double>(meta, name);
     if (!std::isfinite(value)) throw Damage(std::string("meta: ") + name + " is not finite");
   });
-  if (map.plan.cell_m <= 0) throw Damage("meta: plan_cell_m is not positive");
-  if (std::abs(map.plan.upright.norm() - 1) > 1e-6)
+  if (map.bev.cell_m <= 0) throw Damage("meta: plan_cell_m is not positive");
+  if (std::abs(map.bev.alignment.norm() - 1) > 1e-6)
     throw Damage("meta: plan_upright is no rotation");
   if (textIn(meta, "plan_channels") != channelNames())
     throw Damage("plan view with unknown channels");
-  map.plan.aerial = numberIn<int>(meta, "plan_aerial") != 0;
+  map.bev.aerial = numberIn<int>(meta, "plan_aerial") != 0;
   map.graph.space = graphSpaceIn(meta);
   map.size = sizeIn(meta);
   map.program_version = textIn(meta, "program_version");
@@ -340,8 +340,8 @@ void requireStorable(const SemanticMap& map) {
                                   std::to_string(map.sources.size()));
     }
   }
-  if (!(map.plan.cell_m > 0.02) || !(map.plan.cell_m < 1e3)) {
-    throw std::invalid_argument("cells of the plan view are " + std::to_string(map.plan.cell_m) +
+  if (!(map.bev.cell_m > 0.02) || !(map.bev.cell_m < 1e3)) {
+    throw std::invalid_argument("cells of the plan view are " + std::to_string(map.bev.cell_m) +
                                 " m, expected 0.02 to 1000");
   }
 }
@@ -351,7 +351,7 @@ void requireComplete(const Meta& meta, const SemanticMap& map) {
                                                         {"edges", map.graph.edgeCount()},
                                                         {"keyframes", map.poses.size()},
                                                         {"cloud_points", map.cloud.size()},
-                                                        {"plan_samples", map.plan.sampleCount()}};
+                                                        {"plan_samples", map.bev.sampleCount()}};
   for (const auto& [name, found] : counts) {
     const auto expected = numberIn<std::size_t>(meta, name);
     if (found == expected) continue;
@@ -392,22 +392,22 @@ void readBulk(ContentReader& in, const Meta& meta, std::uint64_t file_bytes, Sem
     blocks.push_back(std::move(block));
   });
   setEdges(blocks, map.graph);
-  scaleLengths(1 / map.size, map.plan);  // tiles have the lengths of a town
+  scaleLengths(1 / map.size, map.bev);  // tiles have the lengths of a town
   scaleLengths(1 / map.size, map.cloud);
-  LabelledCloud plan;
+  LabelledCloud bev;
   rows.beginPart();
   in.table<Tile>("plan_tiles", [&](std::int64_t, Tile& tile) {
     rows.take("plan_tiles", tile.points, kAnyNumber);  // meta counts those with a channel only
-    appendTile(tile, plan);
+    appendTile(tile, bev);
   });
-  fill(plan, map.plan);
+  fill(bev, map.bev);
   const auto points = numberIn<std::uint64_t>(meta, "cloud_points");
   rows.beginPart();
   in.table<Tile>("cloud_tiles", [&](std::int64_t, Tile& tile) {
     rows.take("cloud_points", tile.points, points);
     appendTile(tile, map.cloud);
   });
-  scaleLengths(map.size, map.plan);
+  scaleLengths(map.size, map.bev);
   scaleLengths(map.size, map.cloud);
   map.cloud.points.width = static_cast<std::uint32_t>(map.cloud.points.size());
   map.cloud.points.height = 1;
@@ -418,7 +418,7 @@ void readBulk(ContentReader& in, const Meta& meta, std::uint64_t file_bytes, Sem
 void writeContent(SQLite::Database& database, const std::string& schema, const SemanticMap& map) {
   requireStorable(map);
   // Tiles have the lengths of a town, for whose precision they are made.
-  const std::vector<Tile> plan_tiles = toTiles(pointsOf(*Scaled<PlanView>(map.plan, 1 / map.size)));
+  const std::vector<Tile> bev_tiles = toTiles(pointsOf(*Scaled<BevGrid>(map.bev, 1 / map.size)));
   const std::vector<Tile> cloud_tiles = toTiles(*Scaled<LabelledCloud>(map.cloud, 1 / map.size));
   std::size_t stored_points = 0;
   for (const Tile& tile : cloud_tiles) stored_points += tile.points;
@@ -439,7 +439,7 @@ void writeContent(SQLite::Database& database, const std::string& schema, const S
   out.table("edges", toBlocks(map.graph),
             [](const EdgeBlock& b, std::size_t) { return b.first_vertex; });
   const auto id = [](const Tile& tile, std::size_t) { return tileId(tile); };
-  out.table("plan_tiles", plan_tiles, id);
+  out.table("plan_tiles", bev_tiles, id);
   out.table("cloud_tiles", cloud_tiles, id);
   out.finish();
 }

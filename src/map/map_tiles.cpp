@@ -71,7 +71,7 @@ constexpr std::array<std::int64_t, 5> kLargest = {kMostId, kMostId, kSide - 1, k
 constexpr std::int64_t kBlock = 4096;  // vertices whose edges are one row
 
 /// Labels of cells of a plan view that were seen: of measured ground, and of others.
-constexpr std::uint32_t kMeasured = kChannels, kSeen = kChannels + 1;
+constexpr std::uint32_t kMeasured = kBevChannels, kSeen = kBevChannels + 1;
 
 }  // namespace
 
@@ -186,42 +186,42 @@ void appendTile(const Tile& tile, LabelledCloud& cloud) {
   }
 }
 
-LabelledCloud pointsOf(const PlanView& plan) {
+LabelledCloud pointsOf(const BevGrid& bev) {
   LabelledCloud cloud;
-  for (std::size_t c = 0; c < kChannels; ++c) {
-    for (const PlanSample& s : plan.samples[c]) {
+  for (std::size_t c = 0; c < kBevChannels; ++c) {
+    for (const BevSample& s : bev.samples[c]) {
       if (!std::isfinite(s.x + s.y + s.z))
         throw std::out_of_range("sample of the plan view that is not finite");
       cloud.points.emplace_back(s.x, s.y, s.z, static_cast<std::uint32_t>(c));
     }
   }
-  for (const GroundCell& cell : plan.known) {
-    cloud.points.emplace_back(static_cast<float>((cell.x + 0.5) * plan.cell_m),
-                              static_cast<float>((cell.y + 0.5) * plan.cell_m), cell.z,
+  for (const GroundCell& cell : bev.known) {
+    cloud.points.emplace_back(static_cast<float>((cell.x + 0.5) * bev.cell_m),
+                              static_cast<float>((cell.y + 0.5) * bev.cell_m), cell.z,
                               cell.measured ? kMeasured : kSeen);
   }
   return cloud;
 }
 
-void fill(const LabelledCloud& points, PlanView& plan) {
+void fill(const LabelledCloud& points, BevGrid& bev) {
   for (const Point& p : points.points) {
     if (p.label > kSeen) throw Damage("plan view with an unknown channel");
-    if (p.label < kChannels)
-      plan.samples[p.label].push_back({p.x, p.y, p.z});
+    if (p.label < kBevChannels)
+      bev.samples[p.label].push_back({p.x, p.y, p.z});
     else
-      plan.known.push_back({static_cast<std::int32_t>(std::floor(p.x / plan.cell_m)),
-                            static_cast<std::int32_t>(std::floor(p.y / plan.cell_m)), p.z,
+      bev.known.push_back({static_cast<std::int32_t>(std::floor(p.x / bev.cell_m)),
+                            static_cast<std::int32_t>(std::floor(p.y / bev.cell_m)), p.z,
                             p.label == kMeasured});
   }
-  for (auto& samples : plan.samples)
-    std::sort(samples.begin(), samples.end(), inRowOrder<PlanSample>);
-  std::sort(plan.known.begin(), plan.known.end(), inRowOrder<GroundCell>);
+  for (auto& samples : bev.samples)
+    std::sort(samples.begin(), samples.end(), inRowOrder<BevSample>);
+  std::sort(bev.known.begin(), bev.known.end(), inRowOrder<GroundCell>);
 }
 
 std::string channelNames() {
   std::string names;
-  for (std::size_t i = 0; i < kChannels; ++i)
-    names += (i > 0 ? " " : "") + std::string(toString(static_cast<Channel>(i)));
+  for (std::size_t i = 0; i < kBevChannels; ++i)
+    names += (i > 0 ? " " : "") + std::string(toString(static_cast<BevChannel>(i)));
   return names;
 }
 

@@ -118,9 +118,9 @@ void appendTile(const Tile& tile, LabelledCloud& cloud);
 
 /// A plan view as points: samples with their channel as label, and the cells that were seen, at
 /// their middle. Throws std::out_of_range for samples that are not finite.
-LabelledCloud pointsOf(const PlanView& plan);
+LabelledCloud pointsOf(const BevGrid& bev);
 /// Fills a plan view, which has its grid already, with the points of one; throws Damage.
-void fill(const LabelledCloud& points, PlanView& plan);
+void fill(const LabelledCloud& points, BevGrid& bev);
 /// Names of the channels in the order of storage; another order is another file.
 std::string channelNames();
 

@@ -30,13 +30,13 @@ void scale(double factor, bool defaults, Options& options) {
 
 Options atSize(Options options, double size) {
   options.size = sizeText(size);
-  if (size != kTown) scale(size, true, options);
+  if (size != kTownScale) scale(size, true, options);
   return options;
 }
 
-Options inTownLengths(Options options, double size) {
-  options.size = sizeText(kTown);
-  if (size == kTown) return options;
+Options inCanonicalLengths(Options options, double size) {
+  options.size = sizeText(kTownScale);
+  if (size == kTownScale) return options;
   scale(1 / size, false, options);
   if (!options.prior.near.empty()) {
     const PlacePrior::Circle c = parseCircle("prior.near", options.prior.near);

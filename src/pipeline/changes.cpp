@@ -20,7 +20,7 @@ constexpr double kPostRadius_m = 0.45;  ///< points of a post are as near to its
 constexpr double kPostHeight_m = 12;    ///< and not higher
 constexpr double kAround_m = 1;         ///< ground within that of a foot was looked at
 constexpr double kMeet_m = 0.4;         ///< points of two visits on one thing are as near
-constexpr double kSameThing_m = 0.5;    ///< and their vertices
+constexpr double kSameObject_m = 0.5;    ///< and their vertices
 constexpr double kMoved_m = 8;          ///< farther away it is another thing
 constexpr double kBeside_m = 2.5;       ///< for what is met by chance
 
@@ -47,7 +47,7 @@ Eigen::AlignedBox3d boxOf(const Vertex& v, bool is_post) {
 }
 
 /// A vertex that may change, as the other visit sees it.
-struct Thing {
+struct Object {
   const Vertex* vertex = nullptr;
   bool is_dynamic = false;
   Eigen::Vector3d position;  ///< common frame
@@ -72,33 +72,33 @@ class Visit {
       const Eigen::Vector3d p = place.cloud.position(i);
       if (isGround(place.labels.kind(label)) || place.labels.role(label) == Role::ignored) continue;
       const GroundCell* cell = cellAt(inCells(p));
-      if (cell && (place.plan.upright * p).z() < place.plan.origin_z + cell->z + kAboveGround_m)
+      if (cell && (place.bev.alignment * p).z() < place.bev.origin_z + cell->z + kAboveGround_m)
         continue;
       upright_.add(cellOf(p, kBlock_m, 0), i);
     }
-    collectThings();
+    collectObjects();
     measureLooks();
   }
 
-  bool tellsWhereItLooked() const { return !place_.plan.known.empty() && !place_.cloud.empty(); }
-  std::vector<Thing>& things() { return things_; }
-  const std::vector<Thing>& things() const { return things_; }
+  bool tellsWhereItLooked() const { return !place_.bev.known.empty() && !place_.cloud.empty(); }
+  std::vector<Object>& objects() { return objects_; }
+  const std::vector<Object>& objects() const { return objects_; }
   const LabelSet& labels() const { return place_.labels; }
 
   /// Of all vertices, when the things are judged.
   std::vector<Presence> presence() const {
     std::vector<Presence> of_vertex(place_.graph.size(), Presence::unknown);
-    for (const Thing& thing : things_) {
-      if (!thing.was_looked_at) continue;
-      of_vertex[static_cast<std::size_t>(thing.vertex - place_.graph.vertices.data())] =
-          thing.isChanged() ? Presence::gone : Presence::stands;
+    for (const Object& object : objects_) {
+      if (!object.was_looked_at) continue;
+      of_vertex[static_cast<std::size_t>(object.vertex - place_.graph.vertices.data())] =
+          object.isChanged() ? Presence::gone : Presence::stands;
     }
     return of_vertex;
   }
 
   /// The points of a thing, which stand above the ground; common frame.
-  std::vector<Eigen::Vector3d> pointsOf(const Thing& thing) const {
-    const Vertex& v = *thing.vertex;
+  std::vector<Eigen::Vector3d> pointsOf(const Object& object) const {
+    const Vertex& v = *object.vertex;
     const bool is_post = isPost(labels().kind(v.label));
     const Eigen::AlignedBox3d box = boxOf(v, is_post);
     std::vector<Eigen::Vector3d> of_class, of_any;
@@ -120,44 +120,44 @@ class Visit {
   }
 
   /// Fills in what this visit says of a thing of the other one.
-  void judge(Thing& thing, const std::vector<Eigen::Vector3d>& points) const {
-    const Vertex& v = *thing.vertex;
-    thing.was_looked_at = !points.empty() && hasLookedAt(thing.position, v.label);
-    if (!thing.was_looked_at) return;
-    thing.met = shareMet(points, Eigen::Vector3d::Zero());
-    for (std::size_t i = 0; i < thing.chance.size(); ++i) {
+  void judge(Object& object, const std::vector<Eigen::Vector3d>& points) const {
+    const Vertex& v = *object.vertex;
+    object.was_looked_at = !points.empty() && hasLookedAt(object.position, v.label);
+    if (!object.was_looked_at) return;
+    object.met = shareMet(points, Eigen::Vector3d::Zero());
+    for (std::size_t i = 0; i < object.chance.size(); ++i) {
       const double angle = M_PI * (0.25 + 0.5 * static_cast<double>(i));
-      thing.chance[i] =
+      object.chance[i] =
           shareMet(points, kBeside_m * Eigen::Vector3d(std::cos(angle), std::sin(angle), 0));
     }
     // The middle of a large thing depends on what of it was seen, the foot of a post does not.
     const bool is_post = isPost(labels().kind(v.label));
     const double large_m = is_post ? 0 : v.extent.head<2>().maxCoeff() / 4;
-    const double reach_m = kSameThing_m + meet_m_ - kMeet_m + large_m;
-    thing.is_matched = std::any_of(things_.begin(), things_.end(), [&](const Thing& other) {
+    const double reach_m = kSameObject_m + meet_m_ - kMeet_m + large_m;
+    object.is_matched = std::any_of(objects_.begin(), objects_.end(), [&](const Object& other) {
       return labels().kind(other.vertex->label) == labels().kind(v.label) &&
-             (other.position - thing.position).norm() <= reach_m;
+             (other.position - object.position).norm() <= reach_m;
     });
   }
 
  private:
-  void collectThings() {
+  void collectObjects() {
     for (const Vertex& v : place_.graph.vertices) {
       const Role role = labels().role(v.label);
       if (role != Role::object && role != Role::dynamic) continue;
-      Thing thing;
-      thing.vertex = &v;
-      thing.is_dynamic = role == Role::dynamic;
-      thing.position = T_common_visit_ * v.position;
-      things_.push_back(thing);
+      Object object;
+      object.vertex = &v;
+      object.is_dynamic = role == Role::dynamic;
+      object.position = T_common_visit_ * v.position;
+      objects_.push_back(object);
     }
   }
 
   /// From how far away things of each kind are seen.
   void measureLooks() {
     std::map<Kind, std::vector<double>> distances;
-    for (const Thing& thing : things_)
-      distances[labels().kind(thing.vertex->label)].push_back(nearestPose(thing.position));
+    for (const Object& object : objects_)
+      distances[labels().kind(object.vertex->label)].push_back(nearestPose(object.position));
     for (auto& [kind, values] : distances) looks_m_[kind] = quantileOf(values, kUsualLooks);
   }
 
@@ -174,7 +174,7 @@ class Visit {
     const auto usual = looks_m_.find(labels().kind(label));
     if (usual != looks_m_.end() && nearestPose(p_common) > usual->second) return false;
     const Eigen::Vector2d foot = inCells(T_ * p_common);
-    const double reach = kAround_m / place_.plan.cell_m;
+    const double reach = kAround_m / place_.bev.cell_m;
     int all = 0, measured = 0;
     for (double y = std::floor(foot.y() - reach); y <= foot.y() + reach; ++y) {
       for (double x = std::floor(foot.x() - reach); x <= foot.x() + reach; ++x) {
@@ -202,31 +202,31 @@ class Visit {
 
   /// A point of this visit in cells of its view from above.
   Eigen::Vector2d inCells(const Eigen::Vector3d& p) const {
-    const PlanView& plan = place_.plan;
-    const Eigen::Vector3d at = plan.upright * p;
-    return Eigen::Vector2d(at.x() - plan.origin_x, at.y() - plan.origin_y) / plan.cell_m;
+    const BevGrid& bev = place_.bev;
+    const Eigen::Vector3d at = bev.alignment * p;
+    return Eigen::Vector2d(at.x() - bev.origin_x, at.y() - bev.origin_y) / bev.cell_m;
   }
 
   const GroundCell* cellAt(const Eigen::Vector2d& in_cells) const {
-    return place_.plan.knownCell(floorToInt(in_cells.x()), floorToInt(in_cells.y()));
+    return place_.bev.knownCell(floorToInt(in_cells.x()), floorToInt(in_cells.y()));
   }
 
   const Place& place_;
   Eigen::Isometry3d T_common_visit_, T_;
   double meet_m_;
   CellLists upright_;  ///< points above the ground, this visit's frame
-  std::vector<Thing> things_;
+  std::vector<Object> objects_;
   std::map<Kind, double> looks_m_;
 };
 
 /// How much is met of things that stand, and how much where they do not.
 class Experience {
  public:
-  void add(const std::vector<Thing>& things) {
-    for (const Thing& thing : things) {
-      if (!thing.was_looked_at) continue;
-      if (thing.is_matched) standing_.push_back(thing.met);
-      chance_.insert(chance_.end(), thing.chance.begin(), thing.chance.end());
+  void add(const std::vector<Object>& objects) {
+    for (const Object& object : objects) {
+      if (!object.was_looked_at) continue;
+      if (object.is_matched) standing_.push_back(object.met);
+      chance_.insert(chance_.end(), object.chance.begin(), object.chance.end());
     }
   }
 
@@ -250,19 +250,19 @@ class Experience {
   std::vector<double> standing_, chance_;
 };
 
-std::vector<Change> changesAmong(const std::vector<Thing>& things, Change::What what,
+std::vector<Change> changesAmong(const std::vector<Object>& objects, Change::What what,
                                  double sigma_m) {
   std::vector<Change> changes;
-  for (const Thing& thing : things) {
-    if (!thing.isChanged()) continue;
+  for (const Object& object : objects) {
+    if (!object.isChanged()) continue;
     Change change;
     change.what = what;
-    change.label = thing.vertex->label;
-    change.is_dynamic = thing.is_dynamic;
-    change.position = thing.position;
-    change.extent = thing.vertex->extent;
-    change.sigma_m = std::hypot(thing.vertex->sigma_m, sigma_m);
-    change.probability = thing.changed;
+    change.label = object.vertex->label;
+    change.is_dynamic = object.is_dynamic;
+    change.position = object.position;
+    change.extent = object.vertex->extent;
+    change.sigma_m = std::hypot(object.vertex->sigma_m, sigma_m);
+    change.probability = object.changed;
     changes.push_back(change);
   }
   return changes;
@@ -298,23 +298,23 @@ void joinMoved(std::vector<Change>& gone, std::vector<Change>& added) {
 Changes compare(Visit& earlier, Visit& later, double sigma_m) {
   Changes result;
   result.has_looked = earlier.tellsWhereItLooked() && later.tellsWhereItLooked();
-  for (Thing& thing : earlier.things()) later.judge(thing, earlier.pointsOf(thing));
-  for (Thing& thing : later.things()) earlier.judge(thing, later.pointsOf(thing));
+  for (Object& object : earlier.objects()) later.judge(object, earlier.pointsOf(object));
+  for (Object& object : later.objects()) earlier.judge(object, later.pointsOf(object));
   Experience experience;
-  experience.add(earlier.things());
-  experience.add(later.things());
+  experience.add(earlier.objects());
+  experience.add(later.objects());
   for (Visit* visit : {&earlier, &later}) {
-    for (Thing& thing : visit->things()) {
-      if (thing.was_looked_at && !thing.is_matched)
-        thing.changed = experience.probabilityOfChange(thing.met);
+    for (Object& object : visit->objects()) {
+      if (object.was_looked_at && !object.is_matched)
+        object.changed = experience.probabilityOfChange(object.met);
     }
   }
   result.presence = earlier.presence();
-  auto gone = changesAmong(earlier.things(), Change::What::gone, sigma_m);
-  auto added = changesAmong(later.things(), Change::What::added, sigma_m);
+  auto gone = changesAmong(earlier.objects(), Change::What::gone, sigma_m);
+  auto added = changesAmong(later.objects(), Change::What::added, sigma_m);
   joinMoved(gone, added);
-  for (const Thing& thing : earlier.things())
-    result.compared += thing.was_looked_at && !thing.is_dynamic;
+  for (const Object& object : earlier.objects())
+    result.compared += object.was_looked_at && !object.is_dynamic;
   result.compared += static_cast<std::size_t>(std::count_if(
       added.begin(), added.end(), [](const Change& change) { return !change.is_dynamic; }));
   result.changes = std::move(gone);
@@ -348,30 +348,30 @@ void removePoints(const LabelSet& labels, const Vertex& v, LabelledCloud& cloud)
 }
 
 /// Takes samples out of the view from above where things stood, unless something else stands there.
-void removeSamples(const Place& place, const std::vector<Vertex>& removed, PlanView& plan) {
-  const auto inPlan = [&](const Eigen::Vector3d& p) -> Eigen::Vector2d {
-    return (plan.upright * p).head<2>() - Eigen::Vector2d(plan.origin_x, plan.origin_y);
+void removeSamples(const Place& place, const std::vector<Vertex>& removed, BevGrid& bev) {
+  const auto inBev = [&](const Eigen::Vector3d& p) -> Eigen::Vector2d {
+    return (bev.alignment * p).head<2>() - Eigen::Vector2d(bev.origin_x, bev.origin_y);
   };
   CellIndex upright;
   for (std::size_t i = 0; i < place.cloud.size(); ++i) {
     if (!isUpright(place.labels, place.cloud.points[i].label)) continue;
-    const Eigen::Vector2d at = inPlan(place.cloud.position(i)) / plan.cell_m;
+    const Eigen::Vector2d at = inBev(place.cloud.position(i)) / bev.cell_m;
     upright.findOrAdd(floorToInt(at.x()), floorToInt(at.y()));
   }
-  const auto stands = [&](const PlanSample& s) {
-    return upright.find(floorToInt(s.x / plan.cell_m), floorToInt(s.y / plan.cell_m)) >= 0;
+  const auto stands = [&](const BevSample& s) {
+    return upright.find(floorToInt(s.x / bev.cell_m), floorToInt(s.y / bev.cell_m)) >= 0;
   };
   for (const Vertex& v : removed) {
-    const Eigen::Vector2d middle = inPlan(v.position);
+    const Eigen::Vector2d middle = inBev(v.position);
     const double half_m = boxOf(v, isPost(place.labels.kind(v.label))).sizes().head<2>().norm() / 2;
-    for (std::size_t c = 0; c < kChannels; ++c) {
-      const auto channel = static_cast<Channel>(c);
+    for (std::size_t c = 0; c < kBevChannels; ++c) {
+      const auto channel = static_cast<BevChannel>(c);
       if (isArea(channel)) continue;
-      const auto isGone = [&](const PlanSample& s) {
+      const auto isGone = [&](const BevSample& s) {
         const double away_m = (Eigen::Vector2d(s.x, s.y) - middle).norm();
-        return isObject(channel) ? away_m <= kSameThing_m : away_m <= half_m && !stands(s);
+        return isObject(channel) ? away_m <= kSameObject_m : away_m <= half_m && !stands(s);
       };
-      auto& samples = plan.samples[c];
+      auto& samples = bev.samples[c];
       samples.erase(std::remove_if(samples.begin(), samples.end(), isGone), samples.end());
     }
   }
@@ -419,7 +419,7 @@ Changes findChanges(const Place& earlier, const Place& later,
   return result;
 }
 
-void removeThings(Place& place, const std::vector<std::size_t>& vertices) {
+void removeObjects(Place& place, const std::vector<std::size_t>& vertices) {
   const double size = place.size;
   scaleLengths(1 / size, place);
   std::vector<Vertex> removed;
@@ -429,7 +429,7 @@ void removeThings(Place& place, const std::vector<std::size_t>& vertices) {
     removed.push_back(place.graph.vertices[i]);
     removePoints(place.labels, removed.back(), place.cloud);
   }
-  removeSamples(place, removed, place.plan);
+  removeSamples(place, removed, place.bev);
   removeVertices(is_removed, place.graph);
   scaleLengths(size, place);
 }

@@ -152,7 +152,7 @@ class InverseDepths {
   const Frame& frame_;
 };
 
-bool isOneFlatThing(const Frame& frame, const LabelSet& labels, const std::array<Pixel, 3>& line) {
+bool isOneFlatObject(const Frame& frame, const LabelSet& labels, const std::array<Pixel, 3>& line) {
   const std::uint16_t label = frame.label.at(line[1].u, line[1].v);
   const Kind kind = labels.kind(label);
   return (isGround(kind) || kind == Kind::building) &&
@@ -177,7 +177,7 @@ std::optional<PlaneCurvature> curvatureOfPlanes(const Frame& frame, const LabelS
   std::vector<double> as_given, otherwise;
   const auto look = [&](const std::array<Pixel, 3>& line) {
     const auto measured = [&](Pixel p) { return inverse.isMeasured(p); };
-    if (!isOneFlatThing(frame, labels, line) || !std::all_of(line.begin(), line.end(), measured))
+    if (!isOneFlatObject(frame, labels, line) || !std::all_of(line.begin(), line.end(), measured))
       return;
     as_given.push_back(inverse.bend(line, frame.camera.depth_is_range));
     otherwise.push_back(inverse.bend(line, !frame.camera.depth_is_range));
@@ -354,7 +354,7 @@ void requireMetres(const Frame& frame, const std::string& name) {
                                 sizesText(box), toMetres("0.001")));
 }
 
-std::optional<std::string> doubtMetres(const Place& place) {
+std::optional<std::string> checkMetres(const Place& place) {
   if (place.sensor != Sensor::cloud) return std::nullopt;
   Eigen::AlignedBox3d box;
   for (const Vertex& vertex : place.graph.vertices) box.extend(vertex.position);

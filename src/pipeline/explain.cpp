@@ -15,7 +15,7 @@ constexpr double kPartnerReach_m = search::kBinLimits_m.back();
 /// Map samples of one channel in cells as large as the reach.
 class NearestSample {
  public:
-  explicit NearestSample(const std::vector<PlanSample>& samples) : samples_(samples) {
+  explicit NearestSample(const std::vector<BevSample>& samples) : samples_(samples) {
     for (std::size_t i = 0; i < samples.size(); ++i)
       cells_.add(cellOf({samples[i].x, samples[i].y, 0}, kPartnerReach_m, 0), i);
   }
@@ -29,16 +29,16 @@ class NearestSample {
   }
 
  private:
-  const std::vector<PlanSample>& samples_;
+  const std::vector<BevSample>& samples_;
   CellLists cells_;
 };
 
 /// Ground height of the query at a position, 0 where it was not seen; in its plan frame.
-double groundAt(const PlanView& plan, const Eigen::Vector2d& p) {
-  const auto cx = static_cast<std::int32_t>(std::floor((p.x() - plan.origin_x) / plan.cell_m));
-  const auto cy = static_cast<std::int32_t>(std::floor((p.y() - plan.origin_y) / plan.cell_m));
-  const GroundCell* seen = plan.knownCell(cx, cy);
-  return plan.origin_z + (seen ? seen->z : 0);
+double groundAt(const BevGrid& bev, const Eigen::Vector2d& p) {
+  const auto cx = static_cast<std::int32_t>(std::floor((p.x() - bev.origin_x) / bev.cell_m));
+  const auto cy = static_cast<std::int32_t>(std::floor((p.y() - bev.origin_y) / bev.cell_m));
+  const GroundCell* seen = bev.knownCell(cx, cy);
+  return bev.origin_z + (seen ? seen->z : 0);
 }
 
 Support supportOf(const search::SampleEvidence& e) {
@@ -48,16 +48,16 @@ Support supportOf(const search::SampleEvidence& e) {
 
 }  // namespace
 
-void explainSamples(const PlanView& map, const Query& query, const search::FieldQuery& in_field,
+void explainSamples(const BevGrid& map, const Query& query, const search::FieldQuery& in_field,
                     const Eigen::Isometry3d& T_map_query, Explanation& explanation) {
-  std::array<std::optional<NearestSample>, kChannels> nearest;
+  std::array<std::optional<NearestSample>, kBevChannels> nearest;
   for (const search::SampleEvidence& e : in_field.evidence(T_map_query)) {
     const auto c = static_cast<std::size_t>(e.channel);
     if (!nearest[c]) nearest[c].emplace(map.samples[c]);
     Contribution contribution;
     contribution.name = toString(e.channel);
     contribution.support = supportOf(e);
-    const Eigen::Vector3d in_query(e.query.x(), e.query.y(), groundAt(query.plan, e.query));
+    const Eigen::Vector3d in_query(e.query.x(), e.query.y(), groundAt(query.bev, e.query));
     contribution.map_position << e.map, (T_map_query * in_query).z();
     contribution.nats = e.nats;
     contribution.expected = e.expected;

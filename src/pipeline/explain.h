@@ -7,7 +7,7 @@
 namespace xview {
 
 /// Adds what each plan-view sample says about a pose. Map, query and pose are gravity-aligned.
-void explainSamples(const PlanView& map, const Query& query, const search::FieldQuery& in_field,
+void explainSamples(const BevGrid& map, const Query& query, const search::FieldQuery& in_field,
                     const Eigen::Isometry3d& T_map_query, Explanation& explanation);
 
 /// Adds pairs of vertices that a pose brings together.

@@ -41,7 +41,7 @@ Gravity unknown(const std::string& why) {
 
 Gravity measured(const Eigen::Vector3d& up, double sigma_rad, const std::string& source) {
   Gravity gravity;
-  gravity.upright = uprightBy(up);
+  gravity.alignment = alignmentFromUp(up);
   gravity.sigma_rad = sigma_rad;
   gravity.reason = fmt::format("turned upright by {:.1f} +- {:.1f} deg, by {}",
                                angleToZ(up) * kDegrees, sigma_rad * kDegrees, source);
@@ -49,7 +49,7 @@ Gravity measured(const Eigen::Vector3d& up, double sigma_rad, const std::string&
 }
 
 /// A frame that is that of its first scan stands as the scanner stood, not as gravity says.
-bool isFrameOfScanner(const FrameDigest& first) {
+bool isFrameOfScanner(const PreprocessedFrame& first) {
   return first.sensor != Sensor::camera &&
          first.T_odom_sensor.linear() == Eigen::Matrix3d::Identity();
 }
@@ -92,11 +92,11 @@ int sideOfGround(const SemanticGraph& graph, const LabelSet& labels,
 
 }  // namespace
 
-Eigen::Quaterniond uprightBy(const Eigen::Vector3d& up) {
+Eigen::Quaterniond alignmentFromUp(const Eigen::Vector3d& up) {
   return Eigen::Quaterniond::FromTwoVectors(up, Eigen::Vector3d::UnitZ());
 }
 
-Gravity gravityOf(const std::vector<PlaceBuilder::SharedDigest>& frames, const LabelSet& labels,
+Gravity gravityOf(const std::vector<PlaceBuilder::SharedFrame>& frames, const LabelSet& labels,
                   const std::string& mode) {
   if (mode == "aligned") return asGiven("gravity = aligned");
   const UpEvidence evidence = findUp(frames, labels);
@@ -160,9 +160,9 @@ Gravity gravityOf(const SemanticGraph& graph, const LabelSet& labels, const std:
 }
 
 Gravity gravityOf(const Place& place, const std::string& mode) {
-  if (place.plan.known.empty()) return gravityOf(place.graph, place.labels, mode);
+  if (place.bev.known.empty()) return gravityOf(place.graph, place.labels, mode);
   Gravity gravity;
-  gravity.upright = place.plan.upright;
+  gravity.alignment = place.bev.alignment;
   if (!gravity.turned()) return gravity;
   gravity.sigma_rad = kLevelledMapSigma_rad;
   gravity.reason = "turned upright when it was made";

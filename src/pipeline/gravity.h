@@ -21,13 +21,13 @@ struct UpEvidence {
 /// the side where things stand), corrected by what stands upright: walls and fences hold no normal
 /// that leans, poles lean with nothing. Without ground it is what cameras near the ground and
 /// scanners call up.
-UpEvidence findUp(const std::vector<PlaceBuilder::SharedDigest>& frames, const LabelSet& labels);
+UpEvidence findUp(const std::vector<PlaceBuilder::SharedFrame>& frames, const LabelSet& labels);
 
 /// Which way is up in the frame of a recording, by options.gravity: `aligned` believes in z; `auto`
 /// does so unless what was measured (see findUp) is clearly off, as most odometry frames are
 /// gravity-aligned and streets may be steep; `free` takes what was measured. If nothing tells, auto
 /// believes in z and free knows nothing.
-Gravity gravityOf(const std::vector<PlaceBuilder::SharedDigest>& frames, const LabelSet& labels,
+Gravity gravityOf(const std::vector<PlaceBuilder::SharedFrame>& frames, const LabelSet& labels,
                   const std::string& mode);
 
 /// The same for a bare graph. What stands in a street forms a flat layer, class by class; which
@@ -42,6 +42,6 @@ Gravity gravityOf(const Place& place, const std::string& mode);
 Eigen::Vector3d layerNormal(const SemanticGraph& graph);
 
 /// The smallest rotation that takes `up` to z.
-Eigen::Quaterniond uprightBy(const Eigen::Vector3d& up);
+Eigen::Quaterniond alignmentFromUp(const Eigen::Vector3d& up);
 
 }  // namespace xview

@@ -75,7 +75,7 @@ void turnBy(const Tilt& tilt, const search::Field& field, LevelledQuery& levelle
 
 search::Observation observationOf(const Query& query) {
   search::Observation seen;
-  seen.plan = &query.plan;
+  seen.bev = &query.bev;
   seen.graph = &query.graph;
   seen.focus = query.poses.back().translation();
   return seen;

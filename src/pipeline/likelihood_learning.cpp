@@ -32,40 +32,40 @@ struct Travel {
 
 /// The turn that takes a window upright, as a query is turned; where the window does not tell, its
 /// true pose does, which brings it to the upright frame of the map.
-Eigen::Isometry3d uprightOf(const FrameDigest* first, const FrameDigest* last,
+Eigen::Isometry3d alignmentOf(const PreprocessedFrame* first, const PreprocessedFrame* last,
                             const LabelSet& labels, const std::string& mode,
-                            const Eigen::Isometry3d& T_upright_query) {
-  std::vector<PlaceBuilder::SharedDigest> frames;
-  for (const FrameDigest* f = first; f != last; ++f)
-    frames.emplace_back(PlaceBuilder::SharedDigest(), f);  // owned by the caller, who waits
+                            const Eigen::Isometry3d& T_aligned_query) {
+  std::vector<PlaceBuilder::SharedFrame> frames;
+  for (const PreprocessedFrame* f = first; f != last; ++f)
+    frames.emplace_back(PlaceBuilder::SharedFrame(), f);  // owned by the caller, who waits
   const Gravity gravity = gravityOf(frames, labels, mode);
-  if (gravity.known) return Eigen::Isometry3d(gravity.upright);
+  if (gravity.known) return Eigen::Isometry3d(gravity.alignment);
   return Eigen::Isometry3d(
-      uprightBy(T_upright_query.linear().transpose() * Eigen::Vector3d::UnitZ()));
+      alignmentFromUp(T_aligned_query.linear().transpose() * Eigen::Vector3d::UnitZ()));
 }
 
 /// The view from above of frames that `upright` turns.
-PlanView planOf(const FrameDigest* first, const FrameDigest* last, const LabelSet& labels,
+BevGrid bevOf(const PreprocessedFrame* first, const PreprocessedFrame* last, const LabelSet& labels,
                 const Eigen::Isometry3d& upright) {
-  graph::PlanViewBuilder builder(labels);
-  for (const FrameDigest* f = first; f != last; ++f)
-    builder.add(f->cloud, f->votes, f->resolves_thin, upright, f->aerial);
+  graph::BevGridBuilder builder(labels);
+  for (const PreprocessedFrame* f = first; f != last; ++f)
+    builder.add(f->cloud, f->weights, f->resolves_thin, upright, f->aerial);
   return builder.build();
 }
 
 /// Calls body(x, y) for the samples of a channel in the query frame, surfaces thinned.
 template <class Body>
-void forEachSample(const PlanView& view, std::size_t channel, Body&& body) {
+void forEachSample(const BevGrid& view, std::size_t channel, Body&& body) {
   std::set<std::pair<int, int>> taken;
-  for (const PlanSample& s : view.samples[channel]) {
+  for (const BevSample& s : view.samples[channel]) {
     const std::pair<int, int> block{static_cast<int>(std::floor(s.x / kBlock_m)),
                                     static_cast<int>(std::floor(s.y / kBlock_m))};
-    if (!isObject(static_cast<Channel>(channel)) && !taken.insert(block).second) continue;
+    if (!isObject(static_cast<BevChannel>(channel)) && !taken.insert(block).second) continue;
     body(view.origin_x + s.x, view.origin_y + s.y);
   }
 }
 
-void countAt(const search::DistanceField& field, const PlanView& view,
+void countAt(const search::DistanceField& field, const BevGrid& view,
              const Eigen::Isometry3d& T_map_query, double height, std::size_t channel,
              std::array<double, search::kDistanceBins>& counts) {
   forEachSample(view, channel, [&](double x, double y) {
@@ -100,25 +100,25 @@ std::vector<Eigen::Isometry3d> wrongPoses(const Travel& map, const Travel& query
 }  // namespace
 
 search::LikelihoodTable learnLikelihoods(const map::SemanticMap& given,
-                                         const std::vector<FrameDigest>& frames,
+                                         const std::vector<PreprocessedFrame>& frames,
                                          std::vector<Eigen::Isometry3d> T_map_sensor,
                                          double window_m, const Options& options) {
-  const Scaled<map::SemanticMap> in_towns(given, 1 / given.size);
-  const map::SemanticMap& map = *in_towns;
+  const Scaled<map::SemanticMap> canonical(given, 1 / given.size);
+  const map::SemanticMap& map = *canonical;
   for (Eigen::Isometry3d& T : T_map_sensor) scaleLengths(1 / given.size, T);
   window_m /= given.size;
   search::LikelihoodTable table;
   if (frames.size() < 3 || map.poses.size() < 3) return table;
-  const search::DistanceField field(map.plan, options.threads);
+  const search::DistanceField field(map.bev, options.threads);
   // Views from above are drawn upright, so everything is compared in upright frames.
-  const Eigen::Isometry3d T_upright_map(map.plan.upright);
-  for (Eigen::Isometry3d& T : T_map_sensor) T = T_upright_map * T;
+  const Eigen::Isometry3d T_aligned_map(map.bev.alignment);
+  for (Eigen::Isometry3d& T : T_map_sensor) T = T_aligned_map * T;
   Travel map_travel;
   for (const Eigen::Isometry3d& T : map.poses)
-    map_travel.positions.push_back((T_upright_map * T.translation()).head<2>());
+    map_travel.positions.push_back((T_aligned_map * T.translation()).head<2>());
   std::vector<Eigen::Isometry3d> T_odom_sensor;
-  for (const FrameDigest& frame : frames) T_odom_sensor.push_back(frame.T_odom_sensor);
-  const std::vector<double> distance = wayAlong(T_odom_sensor);
+  for (const PreprocessedFrame& frame : frames) T_odom_sensor.push_back(frame.T_odom_sensor);
+  const std::vector<double> distance = pathLengths(T_odom_sensor);
   Random random(kSeed);
   for (double from = 0; from + window_m <= distance.back() + 1; from += window_m / 3) {
     const auto first = static_cast<std::size_t>(
@@ -127,9 +127,9 @@ search::LikelihoodTable learnLikelihoods(const map::SemanticMap& given,
         std::upper_bound(distance.begin(), distance.end(), from + window_m) - distance.begin());
     const std::size_t middle = std::min((first + last) / 2, frames.size() - 1);
     const Eigen::Isometry3d T_map_odom = T_map_sensor[middle] * T_odom_sensor[middle].inverse();
-    const Eigen::Isometry3d upright = uprightOf(frames.data() + first, frames.data() + last,
+    const Eigen::Isometry3d upright = alignmentOf(frames.data() + first, frames.data() + last,
                                                 map.labels, options.gravity, T_map_odom);
-    const PlanView view = planOf(frames.data() + first, frames.data() + last, map.labels, upright);
+    const BevGrid view = bevOf(frames.data() + first, frames.data() + last, map.labels, upright);
     const Eigen::Isometry3d T_true = T_map_odom * upright.inverse();
     const Eigen::Isometry3d T_query_sensor = upright * T_odom_sensor[middle];
     const double height = T_query_sensor.translation().z();
@@ -138,10 +138,10 @@ search::LikelihoodTable learnLikelihoods(const map::SemanticMap& given,
       query_travel.positions.push_back((upright * T.translation()).head<2>());
     const auto wrong = wrongPoses(map_travel, query_travel, middle, T_query_sensor,
                                   T_map_sensor[middle].translation(), random);
-    for (std::size_t c = 0; c < kChannels; ++c) {
+    for (std::size_t c = 0; c < kBevChannels; ++c) {
       search::DistanceCounts& counts =
           table.at(view.aerial ? search::Viewpoint::air : search::Viewpoint::ground,
-                   static_cast<Channel>(c));
+                   static_cast<BevChannel>(c));
       countAt(field, view, T_true, height, c, counts.at_true);
       for (const Eigen::Isometry3d& T : wrong) countAt(field, view, T, height, c, counts.at_wrong);
     }

@@ -32,7 +32,7 @@ constexpr double kPartnerReach_m = 5;  ///< partners of a vertex are so near und
 /// row of houses fits another row, so they come in clusters and grow with the query.
 constexpr double kNatsOfInlier = 7, kWrongInliers = 2.5, kWrongInlierShare = 0.09,
                  kMostWrongInliers = 12;
-constexpr double kShownByStranger = 0.1;  ///< share of a town that a stranger shows at most
+constexpr double kOutOfMapOverlap = 0.1;  ///< share of a town that a stranger shows at most
 constexpr double kExact_m = 0.05;  ///< depths that err less tell by their rays what they passed
 constexpr double kOnePlace_m = 4;  ///< who moved less looked from one place [lengths of towns]
 constexpr double kSureOfPrior = 0.9999;  ///< from that confidence on the outside is not looked at
@@ -43,7 +43,7 @@ std::vector<Eigen::Vector3d> trajectoryOf(const map::SemanticMap& map) {
   return path;
 }
 
-double travelOf(const Query& query) { return wayAlong(query.poses).back(); }
+double travelOf(const Query& query) { return pathLengths(query.poses).back(); }
 
 std::size_t countClose(const Candidates& found) {
   std::size_t count = 0;
@@ -72,7 +72,7 @@ void moveLikeliestToFront(Candidates& found, RegisteredPlaces& registered) {
   for (std::size_t i = 0; i < std::min(registered.places.size(), countClose(found)); ++i) {
     verify::PlaceEvidence place = evidenceOf(found.places[i]);
     place.dense = registered.places[i].dense;
-    const double fit = verify::fitOf(place, registered.places[0].dense);
+    const double fit = verify::denseScore(place, registered.places[0].dense);
     if (fit <= most) continue;
     most = fit;
     likeliest = i;
@@ -109,7 +109,7 @@ Localization unfindable(const Query& query, std::string reason) {
 Localizer::Index::Index(const map::SemanticMap& given, const Options& all_options)
     : options(all_options),
       gravity(gravityOf(given, options.gravity)),
-      turned(uprightMap(given, gravity.upright)),
+      turned(gravityAlignedMap(given, gravity.alignment)),
       map(turned ? *turned : given),
       shapes_only(knowsShapesOnly(given.labels)),
       verdict_model(verify::verdictModelOf(options.verdict)),
@@ -117,8 +117,8 @@ Localizer::Index::Index(const map::SemanticMap& given, const Options& all_option
       scales(parseScale("scale", options.scale)),
       walks(map.graph, map.labels, options),
       refinement(map, options) {
-  if (options.method == "walks" || map.plan.known.empty()) return;
-  surfaces = search::makeSurfaceField(map.plan, trajectoryOf(map), surroundingsOf(map.size),
+  if (options.method == "walks" || map.bev.known.empty()) return;
+  surfaces = search::makeSurfaceField(map.bev, trajectoryOf(map), surroundingsOf(map.size),
                                       options.places, options.threads);
 }
 
@@ -146,9 +146,9 @@ Localization Localizer::Index::localize(const Query& given, const ExpectedPose* 
   const std::optional<Query> centred =
       given.cloud.empty() ? std::nullopt : seenFromItsCentre(given);
   const Query& query = centred ? *centred : given;
-  FrameGuess frame;
-  Localization answer = inUprightFrames(query, expected, frame);
-  leaveUprightFrames(query, frame, answer);
+  FrameHypothesis frame;
+  Localization answer = inAlignedFrames(query, expected, frame);
+  leaveAlignedFrames(query, frame, answer);
   if (centred) {
     const Eigen::Vector3d centre = answer.T_map_sensor.translation();
     Eigen::Isometry3d pose = given.poses.back();
@@ -164,16 +164,16 @@ Localization Localizer::Index::localize(const Query& given, const ExpectedPose* 
 }
 
 /// Where may it be, which vertices correspond there, what is its pose, and is it to be believed?
-Localization Localizer::Index::inUprightFrames(const Query& given, const ExpectedPose* expected,
-                                               FrameGuess& frame) const {
+Localization Localizer::Index::inAlignedFrames(const Query& given, const ExpectedPose* expected,
+                                               FrameHypothesis& frame) const {
   Localization answer;
-  double rival_score = 0;
-  frame = chooseFrame(given, expected, rival_score, answer.timing_ms);
-  const GuessedQuery query(given, frame);
+  double second_best_score = 0;
+  frame = chooseFrame(given, expected, second_best_score, answer.timing_ms);
+  const AlignedQuery query(given, frame);
   const Priors priors = priorsOf(given, *query, expected);
 
   Candidates found = findPlaces(*query, priors, answer.timing_ms);
-  found.rival_score = std::max(found.rival_score, rival_score);
+  found.second_best_score = std::max(found.second_best_score, second_best_score);
   matchVertices(*query, found, answer.timing_ms);
   RegisteredPlaces registered = registerPlaces(*query, found, answer);
   moveLikeliestToFront(found, registered);
@@ -182,14 +182,14 @@ Localization Localizer::Index::inUprightFrames(const Query& given, const Expecte
 
   verify::Evidence evidence = evidenceOf(found, registered);
   evidence.travel_m = map.size * travelOf(*query);  // for words, in lengths of the place
-  evidence.rival_distance_m *= map.size;
+  evidence.second_best_distance_m *= map.size;
   evidence.vertices = answer.vertices =
       static_cast<int>(walks.queryGraph(query->graph).graph.size());
   useBest(registered, answer);
   frame.R_up = registered.turn * frame.R_up;
 
   setVerdict(judged(evidence), answer);
-  if (answer.accepted() && !satisfies(priors, *GuessedQuery(*query, {registered.turn, 1}),
+  if (answer.accepted() && !satisfies(priors, *AlignedQuery(*query, {registered.turn, 1}),
                                       answer.hypotheses[0].T_map_query))
     verify::refuse("the refined pose is outside of the prior; without it: " + answer.reason,
                    answer);
@@ -209,7 +209,7 @@ Candidates Localizer::Index::findPlaces(const Query& query, const Priors& priors
   search::SearchResult result =
       search::search(*found.in_field, ofQueryFrame(priors, query), options.places, options.threads);
   found.places = std::move(result.places);
-  found.rival_score = result.outside;
+  found.second_best_score = result.outside;
   timing_ms.emplace_back("matching", watch.lap_ms());
   return found;
 }
@@ -222,7 +222,7 @@ Candidates Localizer::Index::placesByWalks(const Query& query, const Priors& pri
   const WalkGraph walk_query = walks.queryGraph(query.graph);
   WalkMatches matches =
       walks.matchEverywhere(walk_query, kWalkPlaces, query.gravity.known, timing_ms);
-  found.rival_score =
+  found.second_best_score =
       kNatsOfInlier *
       std::min(kMostWrongInliers,
                kWrongInliers + kWrongInlierShare * static_cast<double>(walk_query.graph.size()));
@@ -232,7 +232,7 @@ Candidates Localizer::Index::placesByWalks(const Query& query, const Priors& pri
     place.T_map_query = pose.T_map_query;
     place.centre.score = kNatsOfInlier * static_cast<double>(pose.kept.size());
     place.matched = static_cast<int>(pose.kept.size());
-    place.known_share = 1;
+    place.map_coverage = 1;
     place.pairs = pose.kept;
     found.places.push_back(std::move(place));
     if (found.matches.empty()) found.matches.push_back({matches.putative, {std::move(pose)}});
@@ -278,9 +278,9 @@ RegisteredPlaces Localizer::Index::registerPlaces(const Query& query, const Cand
   const Query& levelled = level ? level->query : query;
   // The runner-up is asked for its agreement from a smaller score on.
   const verify::Evidence at_best = evidenceOf(found, {});
-  const bool ask_runner_up = at_best.rivalIsClose() && at_best.rival_distance_m > 0;
+  const bool ask_runner_up = at_best.secondBestIsClose() && at_best.second_best_distance_m > 0;
   const std::size_t count = std::max<std::size_t>(ask_runner_up ? 2 : 1, countClose(found));
-  std::optional<double> of_itself;
+  std::optional<double> self_consistency;
   Stopwatch watch;
   for (std::size_t i = 0; i < count; ++i) {
     askBudget("the registration");
@@ -290,7 +290,7 @@ RegisteredPlaces Localizer::Index::registerPlaces(const Query& query, const Cand
         refinement.refine(levelled, level ? level->in_field.get() : in_field,
                           level && i == 0 ? level->T_map_query : T * registered.turn.conjugate(),
                           pairsAt(i, found), up_sigma_rad, i == 0 ? answer.timing_ms : unused);
-    setVisibility(query, levelled, in_field ? in_field->visibility(T) : Visibility(), of_itself,
+    setVisibility(query, levelled, in_field ? in_field->visibility(T) : Visibility(), self_consistency,
                   place);
     registered.places.push_back(std::move(place));
     if (i == 0) watch.lap_ms();
@@ -300,29 +300,29 @@ RegisteredPlaces Localizer::Index::registerPlaces(const Query& query, const Cand
 }
 
 /// What query and map show of each other at a place (`seen` in the field) and how much of the map
-/// the query saw through there. Where the field does not tell, agreement is a share of `of_itself`,
+/// the query saw through there. Where the field does not tell, agreement is a share of `self_consistency`,
 /// that of the query with itself, which is measured when it is asked for first.
 void Localizer::Index::setVisibility(const Query& query, const Query& levelled, Visibility seen,
-                                     std::optional<double>& of_itself, RefinedPose& place) const {
+                                     std::optional<double>& self_consistency, RefinedPose& place) const {
   DenseEvidence& dense = place.dense;
   // What a query does not show may be what its shapes do not tell.
-  if (seen.shown && shapes_only) {
-    seen.shown = std::max(0.0, *seen.shown);
-    seen.missing = std::min(kEvenBlocks, *seen.missing);
+  if (seen.map_overlap && shapes_only) {
+    seen.map_overlap = std::max(0.0, *seen.map_overlap);
+    seen.miss_ratio = std::min(kConflictThreshold, *seen.miss_ratio);
   }
-  dense.aerial = query.plan.aerial;
+  dense.aerial = query.bev.aerial;
   // From one place a query cannot show what stands behind what it shows, but its rays tell.
   const bool from_one_place = travelOf(query) < kOnePlace_m;
-  const bool shows_little = !seen.shown || (*seen.shown < kShownByStranger && from_one_place);
+  const bool shows_little = !seen.map_overlap || (*seen.map_overlap < kOutOfMapOverlap && from_one_place);
   const bool is_exact = query.cloud.typicalSigma() <= kExact_m;
-  if ((shows_little || is_exact) && dense.settled)
-    dense.seen_through = refinement.seenThrough(levelled, place.T_map_query);
+  if ((shows_little || is_exact) && dense.converged)
+    dense.free_space_violation = refinement.freeSpaceViolation(levelled, place.T_map_query);
   static_cast<Visibility&>(dense) = seen;
-  if (seen.shown && !(shows_little && dense.seen_through)) return;
-  dense.shown = dense.missing = std::nullopt;
-  if (!dense.settled) return;
-  if (!of_itself) of_itself = refinement.agreementWithItself(query);
-  dense.of_itself = of_itself;
+  if (seen.map_overlap && !(shows_little && dense.free_space_violation)) return;
+  dense.map_overlap = dense.miss_ratio = std::nullopt;
+  if (!dense.converged) return;
+  if (!self_consistency) self_consistency = refinement.selfConsistency(query);
+  dense.self_consistency = self_consistency;
 }
 
 /// Takes an acceptance back if a place that the prior forbids explains the query far better: then
@@ -354,7 +354,7 @@ Eigen::Isometry3d scaled(double factor, Eigen::Isometry3d T) {
 }
 
 Localization inMetres(Localization answer, double size) {
-  if (size != kTown) scaleLengths(size, answer);
+  if (size != kTownScale) scaleLengths(size, answer);
   return answer;
 }
 
@@ -377,24 +377,24 @@ struct Localizer::CoarseIndices {
 };
 
 /// A map in lengths of a town, and the size that its own lengths have.
-struct Localizer::MapInTowns {
+struct Localizer::CanonicalMap {
   /// Its lengths are changed where they are.
-  MapInTowns(map::SemanticMap&& given, const Options& options) : size(given.size) {
+  CanonicalMap(map::SemanticMap&& given, const Options& options) : size(given.size) {
     requireUse(given, options);
-    if (size != kTown) scaleLengths(1 / size, given);
+    if (size != kTownScale) scaleLengths(1 / size, given);
     map = std::make_shared<const map::SemanticMap>(std::move(given));
   }
-  MapInTowns(std::shared_ptr<const map::SemanticMap> given, const Options& options) {
+  CanonicalMap(std::shared_ptr<const map::SemanticMap> given, const Options& options) {
     if (!given) throw UsageError("a localizer needs a map");
-    if (given->size != kTown) {
-      *this = MapInTowns(map::SemanticMap(*given), options);
+    if (given->size != kTownScale) {
+      *this = CanonicalMap(map::SemanticMap(*given), options);
       return;
     }
     requireUse(*given, options);
     map = std::move(given);
   }
 
-  double size = kTown;
+  double size = kTownScale;
   std::shared_ptr<const map::SemanticMap> map;
 
  private:
@@ -405,12 +405,12 @@ struct Localizer::MapInTowns {
 };
 
 Localizer::Localizer(map::SemanticMap map, const Options& options)
-    : Localizer(MapInTowns(std::move(map), options), options) {}
+    : Localizer(CanonicalMap(std::move(map), options), options) {}
 
 Localizer::Localizer(std::shared_ptr<const map::SemanticMap> map, const Options& options)
-    : Localizer(MapInTowns(std::move(map), options), options) {}
+    : Localizer(CanonicalMap(std::move(map), options), options) {}
 
-Localizer::Localizer(MapInTowns map, const Options& options)
+Localizer::Localizer(CanonicalMap map, const Options& options)
     : size_(map.size),
       options_(options),
       map_(std::move(map.map)),
@@ -431,7 +431,7 @@ const Localizer::Index& Localizer::indexFor(const Query& query) const {
   if (!coarse.index) {
     coarse.map = *map_;
     if (detail.shapes) reduceToShapes(query.labels, coarse.map);
-    reduceTo(detail, coarse.map.plan);
+    reduceTo(detail, coarse.map.bev);
     Options options = index_->options;
     if (detail.shapes && options.places.likelihoods.empty())
       options.places.likelihoods = search::kShapesInLabels;
@@ -450,16 +450,16 @@ Localization Localizer::localize(const Query& query) const {
 Localization Localizer::localize(const Query& query, const ExpectedPose& expected) const {
   return withinBudget([&] {
     const Index& index = indexFor(query);
-    const ExpectedPose in_towns = scaledPose(1 / size_, expected);
-    return inMetres(index.localize(*QueryInMap(query, map_->labels, size_), &in_towns), size_);
+    const ExpectedPose canonical = scaledPose(1 / size_, expected);
+    return inMetres(index.localize(*QueryInMap(query, map_->labels, size_), &canonical), size_);
   });
 }
 
 verify::PlaceEvidence evidenceOf(const search::PlaceHypothesis& place) {
   return {place.score(),
           place.expected,
-          place.known_share,
-          {place.standing.score, place.standing.expected},
+          place.map_coverage,
+          {place.obstacles.score, place.obstacles.expected},
           {}};
 }
 
@@ -475,22 +475,22 @@ verify::Evidence evidenceOf(const Candidates& found, const RegisteredPlaces& reg
   const auto scoreOf = [&](std::size_t i) { return i < places.size() ? places[i].score() : 0.0; };
   static_cast<verify::PlaceEvidence&>(e) =
       registered.places.empty() ? evidenceOf(places[0]) : registeredAt(0);
-  e.runner_up = std::max(found.rival_score, scoreOf(1));
-  e.third = std::max(std::min(found.rival_score, scoreOf(1)), scoreOf(2));
-  for (std::size_t i = 1; i < registered.places.size(); ++i) e.rivals.push_back(registeredAt(i));
-  e.passed_over =
-      std::max(found.rival_score, scoreOf(std::max<std::size_t>(1, registered.places.size())));
-  if (!registered.places.empty() && registered.places[0].dense.settled)
+  e.runner_up = std::max(found.second_best_score, scoreOf(1));
+  e.third = std::max(std::min(found.second_best_score, scoreOf(1)), scoreOf(2));
+  for (std::size_t i = 1; i < registered.places.size(); ++i) e.alternatives.push_back(registeredAt(i));
+  e.best_unverified =
+      std::max(found.second_best_score, scoreOf(std::max<std::size_t>(1, registered.places.size())));
+  if (!registered.places.empty() && registered.places[0].dense.converged)
     e.sigma_m = verify::horizontalSigma(registered.places[0].covariance);
-  if (places.size() > 1 && scoreOf(1) >= found.rival_score) {
+  if (places.size() > 1 && scoreOf(1) >= found.second_best_score) {
     const PlacePose &here = places[0].centre, &there = places[1].centre;
-    e.rival_distance_m = std::hypot(here.x - there.x, here.y - there.y);
+    e.second_best_distance_m = std::hypot(here.x - there.x, here.y - there.y);
   }
   if (found.matches.empty() || found.matches[0].poses.empty()) return e;
   const MatchedPose& chain = found.matches[0].poses[0];
   e.kept = static_cast<int>(chain.kept.size());
   e.with_candidates = chain.with_candidates;
-  e.kept_by_chance = chain.kept_by_chance;
+  e.kept_under_null = chain.kept_under_null;
   e.kept_if_true = chain.kept_if_true;
   return e;
 }

@@ -15,13 +15,13 @@ std::vector<PoseCheck> Localizer::Index::check(const Query& given,
   if (options.method == "walks")
     throw UsageError("method = walks cannot say what speaks for a given pose");
   std::vector<PoseCheck> checked;
-  std::unique_ptr<const GuessedQuery> query;
+  std::unique_ptr<const AlignedQuery> query;
   std::unique_ptr<const search::FieldQuery> in_field;
   for (const Eigen::Isometry3d& T_given : poses) {
     askBudget("the places known before");
-    const Eigen::Quaterniond R_up = uprightOf(given, T_given);
+    const Eigen::Quaterniond R_up = alignmentOf(given, T_given);
     if (!query || !upIsKnown(given)) {  // a query of unknown up has another one for each pose
-      query = std::make_unique<GuessedQuery>(given, FrameGuess{R_up, 1});
+      query = std::make_unique<AlignedQuery>(given, FrameHypothesis{R_up, 1});
       in_field = fieldFor(**query).prepare(observationOf(**query));
     }
     const Eigen::Isometry3d T = toAligned(given, T_given);
@@ -31,15 +31,15 @@ std::vector<PoseCheck> Localizer::Index::check(const Query& given,
     if (moved_m > reach_m)
       checked.push_back({T_given, evidenceOf(in_field->describe(T))});
     else
-      checked.push_back({gravity.upright.conjugate() * best.T_map_query * R_up, evidenceOf(best)});
+      checked.push_back({gravity.alignment.conjugate() * best.T_map_query * R_up, evidenceOf(best)});
   }
   return checked;
 }
 
 /// Pose, covariance and correspondences for a place that was found otherwise.
 Localization Localizer::Index::describe(const Query& given, const PoseCheck& place) const {
-  FrameGuess frame{uprightOf(given, place.T_map_query), 1};
-  const GuessedQuery query(given, frame);
+  FrameHypothesis frame{alignmentOf(given, place.T_map_query), 1};
+  const AlignedQuery query(given, frame);
   Candidates found;
   found.in_field = fieldFor(*query).prepare(observationOf(*query));
   found.places.push_back(found.in_field->describe(toAligned(given, place.T_map_query)));
@@ -52,21 +52,21 @@ Localization Localizer::Index::describe(const Query& given, const PoseCheck& pla
   useBest(registered, answer);
   frame.R_up = registered.turn * frame.R_up;
   answer.statistics = verify::statisticsOf(evidence);
-  leaveUprightFrames(given, frame, answer);
+  leaveAlignedFrames(given, frame, answer);
   return answer;
 }
 
 Explanation Localizer::Index::explain(const Query& given, const Localization& answer) const {
-  const GuessedQuery scaled(given, {Eigen::Quaterniond::Identity(), answer.scale});
-  const GuessedQuery query(*scaled, {uprightOf(*scaled, answer.T_map_query), 1});
+  const AlignedQuery scaled(given, {Eigen::Quaterniond::Identity(), answer.scale});
+  const AlignedQuery query(*scaled, {alignmentOf(*scaled, answer.T_map_query), 1});
   const Eigen::Isometry3d T = toAligned(*scaled, answer.T_map_query);
   Explanation explanation;
   if (isView(*query)) {
     const auto in_field = fieldFor(*query).prepare(observationOf(*query));
-    explainSamples(map.plan, *query, *in_field, T, explanation);
+    explainSamples(map.bev, *query, *in_field, T, explanation);
   }
   explainVertices(map, *query, answer.kept, T, explanation);
-  turn(gravity.upright.conjugate(), explanation);
+  turn(gravity.alignment.conjugate(), explanation);
   return explanation;
 }
 
@@ -89,22 +89,22 @@ verify::Verdict Localizer::judge(const verify::Evidence& evidence) const {
 bool Localizer::priorAllows(const Query& given, const Eigen::Isometry3d& T_given) const {
   const QueryInMap query(given, given.labels, size_);  // a prior knows no classes
   const Eigen::Isometry3d T = scaled(1 / size_, T_given);
-  const GuessedQuery upright(*query, {index_->uprightOf(*query, T), 1});
+  const AlignedQuery upright(*query, {index_->alignmentOf(*query, T), 1});
   return satisfies({index_->prior}, *upright, index_->toAligned(*query, T));
 }
 
 Localization Localizer::describe(const Query& query, const PoseCheck& place) const {
   const Index& index = indexFor(query);
-  const PoseCheck in_towns{scaled(1 / size_, place.T_map_query), place.evidence};
-  return inMetres(index.describe(*QueryInMap(query, map_->labels, size_), in_towns), size_);
+  const PoseCheck canonical{scaled(1 / size_, place.T_map_query), place.evidence};
+  return inMetres(index.describe(*QueryInMap(query, map_->labels, size_), canonical), size_);
 }
 
 Explanation Localizer::explain(const Query& query, const Localization& answer) const {
   if (answer.hypotheses.empty()) return {};
   const Index& index = indexFor(query);
-  Localization in_towns = answer;
-  if (size_ != kTown) scaleLengths(1 / size_, in_towns);
-  Explanation explanation = index.explain(*QueryInMap(query, map_->labels, size_), in_towns);
+  Localization canonical = answer;
+  if (size_ != kTownScale) scaleLengths(1 / size_, canonical);
+  Explanation explanation = index.explain(*QueryInMap(query, map_->labels, size_), canonical);
   scaleLengths(size_, explanation);
   return explanation;
 }

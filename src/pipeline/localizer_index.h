@@ -24,7 +24,7 @@ struct Candidates {
   std::unique_ptr<const search::FieldQuery> in_field;  ///< null with method walks
   std::vector<search::PlaceHypothesis> places;         ///< best first
   std::vector<WalkMatches> matches;                    ///< of the first few places
-  double rival_score = 0;  ///< of the best place outside of the priors or in another frame
+  double second_best_score = 0;  ///< of the best place outside of the priors or in another frame
 };
 
 /// Places whose points were registered, in the order of the candidates.
@@ -35,7 +35,7 @@ struct RegisteredPlaces {
 
 /// A place of the query, found with one frame guess.
 struct TriedFrame {
-  FrameGuess guess;
+  FrameHypothesis guess;
   Eigen::Isometry3d T_map_query = Eigen::Isometry3d::Identity();  ///< of the guessed query
   double score = 0;                                               ///< 0 = there is none
 };
@@ -60,15 +60,15 @@ struct Localizer::Index {
   Index(const map::SemanticMap& given, const Options& all_options);
 
   Localization localize(const Query& given, const ExpectedPose* expected) const;
-  Localization inUprightFrames(const Query& query, const ExpectedPose* expected,
-                               FrameGuess& frame) const;
+  Localization inAlignedFrames(const Query& query, const ExpectedPose* expected,
+                               FrameHypothesis& frame) const;
 
-  FrameGuess chooseFrame(const Query& query, const ExpectedPose* expected, double& rival_score,
+  FrameHypothesis chooseFrame(const Query& query, const ExpectedPose* expected, double& second_best_score,
                          Timings& timing_ms) const;
-  std::vector<FrameGuess> frameGuesses(const Query& query, const ExpectedPose* expected,
+  std::vector<FrameHypothesis> frameHypotheses(const Query& query, const ExpectedPose* expected,
                                        Timings& timing_ms) const;
-  TriedFrame tried(const Query& query, const FrameGuess& guess, const ExpectedPose* expected) const;
-  void climbScale(const Query& query, TriedFrame& best) const;
+  TriedFrame tried(const Query& query, const FrameHypothesis& guess, const ExpectedPose* expected) const;
+  void refineScale(const Query& query, TriedFrame& best) const;
 
   Candidates findPlaces(const Query& query, const Priors& priors, Timings& timing_ms) const;
   Candidates placesByWalks(const Query& query, const Priors& priors, Timings& timing_ms) const;
@@ -76,10 +76,10 @@ struct Localizer::Index {
   RegisteredPlaces registerPlaces(const Query& query, const Candidates& found,
                                   Localization& answer) const;
   void setVisibility(const Query& query, const Query& levelled, Visibility seen,
-                     std::optional<double>& of_itself, RefinedPose& place) const;
+                     std::optional<double>& self_consistency, RefinedPose& place) const;
   void refuteFromOutside(const search::FieldQuery& in_field, const verify::Evidence& inside,
                          Localization& answer) const;
-  void leaveUprightFrames(const Query& query, const FrameGuess& frame, Localization& answer) const;
+  void leaveAlignedFrames(const Query& query, const FrameHypothesis& frame, Localization& answer) const;
   std::vector<PoseCheck> check(const Query& query, const std::vector<Eigen::Isometry3d>& poses,
                                double reach_m) const;
   Localization describe(const Query& query, const PoseCheck& place) const;
@@ -89,9 +89,9 @@ struct Localizer::Index {
     return verify::judge(evidence, options.verdict, verdict_model, map.wrong_places);
   }
   bool upIsKnown(const Query& query) const { return gravity.known && query.gravity.known; }
-  bool isView(const Query& query) const { return surfaces && !query.plan.known.empty(); }
+  bool isView(const Query& query) const { return surfaces && !query.bev.known.empty(); }
   /// Turns the query upright; a pose of it says how, if nothing else does.
-  Eigen::Quaterniond uprightOf(const Query& query, const Eigen::Isometry3d& T_map_query) const;
+  Eigen::Quaterniond alignmentOf(const Query& query, const Eigen::Isometry3d& T_map_query) const;
   /// A pose of the caller between upright frames, gravity-aligned and right for the last sensor.
   Eigen::Isometry3d toAligned(const Query& query, const Eigen::Isometry3d& T_map_query) const;
   Priors priorsOf(const Query& given, const Query& upright, const ExpectedPose* expected) const;

@@ -37,16 +37,16 @@ Query Localizer::query(const FrameSource& recording) const {
   return makeQuery(*withClasses(recording, options_, knowsShapesOnly(labels())), options_);
 }
 
-Query Localizer::query(const std::vector<FrameDigest>& frames, const LabelSet& given) const {
+Query Localizer::query(const std::vector<PreprocessedFrame>& frames, const LabelSet& given) const {
   return makeQuery(frames.data(), frames.data() + frames.size(),
                    areFromShapes(given, labels()) ? label::labelsOfShapes() : given, options_);
 }
 
-FrameDigest Localizer::digest(const Frame& frame, const LabelSet& given) const {
-  if (!areFromShapes(given, labels())) return digestFrame(frame, given, options_);
+PreprocessedFrame Localizer::preprocess(const Frame& frame, const LabelSet& given) const {
+  if (!areFromShapes(given, labels())) return preprocessFrame(frame, given, options_);
   const OneFrame alone(frame, given);
   const auto shapes = withClasses(alone, options_, true);
-  return digestFrame(shapes->read(0), shapes->labels(), options_);
+  return preprocessFrame(shapes->read(0), shapes->labels(), options_);
 }
 
 }  // namespace xview

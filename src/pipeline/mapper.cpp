@@ -59,7 +59,7 @@ void requireSameSpace(const map::SemanticMap& map, const map::SemanticMap& addit
 
 /// A bare graph has no lengths of its own.
 void requireSameSize(const map::SemanticMap& map, const map::SemanticMap& addition) {
-  if (map.size == addition.size || addition.plan.known.empty()) return;
+  if (map.size == addition.size || addition.bev.known.empty()) return;
   throw Error(nameOf(addition), "it was made with lengths of size " + sizeText(addition.size) +
                                     " and the map with those of size " + sizeText(map.size) +
                                     "; make it again with --size " + sizeText(map.size));
@@ -84,8 +84,8 @@ Options plainSearch(Options options) {
   return options;
 }
 
-double areaOf(const PlanView& plan) {
-  return plan.cell_m * plan.cell_m * static_cast<double>(plan.known.size());
+double areaOf(const BevGrid& bev) {
+  return bev.cell_m * bev.cell_m * static_cast<double>(bev.known.size());
 }
 
 /// The key frames of one source by their times; the first of each time.
@@ -125,7 +125,7 @@ bool isSameDrive(const Drive& a, const Drive& b) {
 
 map::SemanticMap buildMap(const std::vector<const FrameSource*>& sources, const Options& given,
                           const Progress& progress,
-                          const std::function<void(const FrameSource&, const FrameDigest&)>& seen) {
+                          const std::function<void(const FrameSource&, const PreprocessedFrame&)>& seen) {
   if (sources.empty()) throw UsageError("a map needs at least one recording");
   std::vector<std::unique_ptr<const FrameSource>> owned;
   std::vector<const FrameSource*> classified;
@@ -146,7 +146,7 @@ map::SemanticMap buildMap(const std::vector<const FrameSource*>& sources, const 
   PlaceBuilder place(classified[0]->labels(), options, PlaceUse::map);
   map::SemanticMap map;
   for (const auto& source : in_one_set) {
-    digestRecording(*source, options, [&](FrameDigest frame) {
+    preprocessRecording(*source, options, [&](PreprocessedFrame frame) {
       if (seen) seen(*sources[map.sources.size()], frame);
       place.add(std::move(frame));
       if (progress) progress(++done, total);
@@ -156,7 +156,7 @@ map::SemanticMap buildMap(const std::vector<const FrameSource*>& sources, const 
   }
   static_cast<Place&>(map) = place.finish();
   map.options_yaml = recordOf(options);
-  askItself(map, options);
+  measureNullHypothesis(map, options);
   return map;
 }
 
@@ -183,27 +183,27 @@ void appendToMap(map::SemanticMap& map, const map::SemanticMap& given, const Opt
     static_cast<Place&>(same) = translated(given, match);
     return appendToMap(map, same, in_metres);
   }
-  if (!map.plan.known.empty() && !given.plan.known.empty() &&
-      map.plan.upright.angularDistance(given.plan.upright) > kSameUp_rad) {
+  if (!map.bev.known.empty() && !given.bev.known.empty() &&
+      map.bev.alignment.angularDistance(given.bev.alignment) > kSameUp_rad) {
     throw Error(
         nameOf(given),
         "its frame is tilted against that of the map; only recordings in one frame can be joined");
   }
   requireSameSpace(map, given);
   requireSameSize(map, given);
-  const Options options = inTownLengths(in_metres, map.size);
+  const Options options = inCanonicalLengths(in_metres, map.size);
   const Scaled<map::SemanticMap> addition(given, 1 / map.size);
-  if (map.size != kTown) scaleLengths(1 / map.size, map);
+  if (map.size != kTownScale) scaleLengths(1 / map.size, map);
   graph::mergeGraphs(map.graph, addition->graph, map.labels, options.merge, options.edges);
-  graph::mergePlanViews(map.plan, addition->plan);
+  graph::mergeBevGrids(map.bev, addition->bev);
   appendCloud(map.cloud, addition->cloud, options.map.cloud_voxel_m);
   const auto first_source = static_cast<std::uint32_t>(map.sources.size());
   for (std::size_t i = 0; i < addition->poses.size(); ++i)
     map.addKeyframe(addition->poses[i], addition->frames[i], addition->stamps_s[i],
                     first_source + addition->source_of_pose[i]);
   map.sources.insert(map.sources.end(), addition->sources.begin(), addition->sources.end());
-  if (map.size != kTown) scaleLengths(map.size, map);
-  askItself(map, in_metres);
+  if (map.size != kTownScale) scaleLengths(map.size, map);
+  measureNullHypothesis(map, in_metres);
 }
 
 std::optional<FrameEvidence> evidenceOfOneFrame(const map::SemanticMap& map,
@@ -219,7 +219,7 @@ std::optional<FrameEvidence> evidenceOfOneFrame(const map::SemanticMap& map,
   const Eigen::Vector3d sensor = query.poses.back().translation();
   return FrameEvidence{here.score, here.expected, best.evidence.score,
                        (best.T_map_query * sensor - sensor).norm(),
-                       here.known_share * areaOf(other.plan)};
+                       here.map_coverage * areaOf(other.bev)};
 }
 
 bool holdsSameDrive(const map::SemanticMap& map, const map::SemanticMap& other) {

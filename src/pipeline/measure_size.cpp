@@ -33,7 +33,7 @@ struct OccupiedCell {
 };
 
 double sizeOf(double length, double least_town, double least_room) {
-  return length >= least_town ? kTown : length >= least_room ? kRoom : kDesk;
+  return length >= least_town ? kTownScale : length >= least_room ? kRoomScale : kDeskScale;
 }
 
 /// Distances of what a sensor measured [m].
@@ -132,7 +132,7 @@ double lengthOf(const Frame& frame) {
 }
 
 MeasuredSize measured(const std::vector<double>& lengths, Sensor sensor) {
-  if (lengths.empty()) return {kTown, "nothing to measure"};
+  if (lengths.empty()) return {kTownScale, "nothing to measure"};
   const double length = medianOf(lengths);
   if (sensor == Sensor::cloud) {
     return {sizeOf(length, kTownReach_m, kRoomReach_m),
@@ -174,7 +174,7 @@ MeasuredSize measureSize(const SemanticGraph& graph) {
     }
     if (std::isfinite(least)) nearest.push_back(least);
   }
-  if (nearest.empty()) return {kTown, "nothing to measure"};
+  if (nearest.empty()) return {kTownScale, "nothing to measure"};
   const double spacing = medianOf(std::move(nearest));
   double width = 0;
   for (auto& values : along) width = std::max(width, spreadOf(std::move(values)));

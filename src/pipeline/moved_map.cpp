@@ -10,7 +10,7 @@ namespace {
 
 /// Cells under the quarters of moved cells. So no cell between moved ones is left out, and cells of
 /// which one quarter only is covered are not known.
-std::vector<GroundCell> movedCells(const PlanView& view, const Eigen::Isometry3d& T,
+std::vector<GroundCell> movedCells(const BevGrid& view, const Eigen::Isometry3d& T,
                                    const Eigen::Vector3d& origin) {
   const Eigen::Vector3d old_origin(view.origin_x, view.origin_y, view.origin_z);
   std::vector<GroundCell> quarters;
@@ -44,12 +44,12 @@ std::vector<GroundCell> movedCells(const PlanView& view, const Eigen::Isometry3d
   return cells;
 }
 
-PlanView movedPlan(const PlanView& view, const Eigen::Isometry3d& T_new_old,
+BevGrid movedBev(const BevGrid& view, const Eigen::Isometry3d& T_new_old,
                    const Eigen::Quaterniond& upright) {
-  PlanView moved = view;
-  moved.upright = upright;
+  BevGrid moved = view;
+  moved.alignment = upright;
   if (view.known.empty()) return moved;
-  const Eigen::Isometry3d T = upright * T_new_old * view.upright.conjugate();
+  const Eigen::Isometry3d T = upright * T_new_old * view.alignment.conjugate();
   const Eigen::Vector3d old_origin(view.origin_x, view.origin_y, view.origin_z);
   Eigen::Vector3d origin = T * old_origin;
   for (const int axis : {0, 1}) origin[axis] = std::floor(origin[axis] / view.cell_m) * view.cell_m;
@@ -57,11 +57,11 @@ PlanView movedPlan(const PlanView& view, const Eigen::Isometry3d& T_new_old,
   moved.origin_y = origin.y();
   moved.origin_z = origin.z();
   for (auto& channel : moved.samples) {
-    for (PlanSample& s : channel) {
+    for (BevSample& s : channel) {
       const Eigen::Vector3d p = T * (old_origin + Eigen::Vector3d(s.x, s.y, s.z)) - origin;
       s = {static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z())};
     }
-    std::sort(channel.begin(), channel.end(), inRowOrder<PlanSample>);
+    std::sort(channel.begin(), channel.end(), inRowOrder<BevSample>);
   }
   moved.known = movedCells(view, T, origin);
   return moved;
@@ -76,7 +76,7 @@ map::SemanticMap inFrameOf(const map::SemanticMap& map, map::SemanticMap other,
   for (Point& p : other.cloud.points) p.getVector3fMap() = R * p.getVector3fMap();
   other.cloud.origin = T_map_other * other.cloud.origin;
   for (Eigen::Isometry3d& T : other.poses) T = T_map_other * T;
-  other.plan = movedPlan(other.plan, T_map_other, map.plan.upright);
+  other.bev = movedBev(other.bev, T_map_other, map.bev.alignment);
   return other;
 }
 

@@ -48,16 +48,16 @@ void requireGraphSpace(const Options& options, Sensor sensor, const std::string&
 
 PlaceBuilder::PlaceBuilder(const LabelSet& labels, const Options& options, PlaceUse use,
                            std::size_t frames_for_gravity)
-    : options_(inTownLengths(options, parseSize(options.size).value_or(kTown))),
+    : options_(inCanonicalLengths(options, parseSize(options.size).value_or(kTownScale))),
       use_(use),
       frames_for_gravity_(frames_for_gravity),
       graph_(labels, options_.merge),
-      plan_(labels) {
+      bev_(labels) {
   place_.labels = labels;
-  place_.size = parseSize(options.size).value_or(kTown);
+  place_.size = parseSize(options.size).value_or(kTownScale);
 }
 
-void PlaceBuilder::add(SharedDigest frame) {
+void PlaceBuilder::add(SharedFrame frame) {
   if (frame->size != place_.size)
     throw UsageError("a frame of size " + sizeText(frame->size) + " in a place of size " +
                      sizeText(place_.size) + "; set options.size for both");
@@ -65,17 +65,17 @@ void PlaceBuilder::add(SharedDigest frame) {
   for (const auto& [stage, ms] : frame->timing_ms) valueOf(place_.timing_ms, stage) += ms;
   takePose(*frame);
   takePoints(frame);
-  if (is_upright_) {
-    addUpright(*frame);
+  if (is_aligned_) {
+    addAligned(*frame);
   } else {
     waiting_.push_back(std::move(frame));
-    if (waiting_.size() == frames_for_gravity_) settleUpright();
+    if (waiting_.size() == frames_for_gravity_) estimateAlignment();
   }
   graph_ms_ += watch.lap_ms();
 }
 
 std::size_t PlaceBuilder::endRecording() {
-  if (!is_upright_) settleUpright();
+  if (!is_aligned_) estimateAlignment();
   is_new_recording_ = true;
   return place_.poses.size();
 }
@@ -84,19 +84,19 @@ Place PlaceBuilder::finish() {
   Stopwatch watch;
   endRecording();
   askBudget("the view from above");
-  place_.plan = plan_.build();
-  place_.plan.upright = place_.gravity.upright;
+  place_.bev = bev_.build();
+  place_.bev.alignment = place_.gravity.alignment;
   askBudget("the graph");
   drawGraph();
   finishPoints();
   if (use_ == PlaceUse::query && place_.poses.empty())
     place_.poses.push_back(Eigen::Isometry3d::Identity());  // nothing was seen, from nowhere
-  if (place_.size != kTown) scaleLengths(place_.size, place_);
+  if (place_.size != kTownScale) scaleLengths(place_.size, place_);
   place_.timing_ms.emplace_back("graph", graph_ms_ + watch.lap_ms());
   return std::move(place_);
 }
 
-void PlaceBuilder::takePose(const FrameDigest& frame) {
+void PlaceBuilder::takePose(const PreprocessedFrame& frame) {
   place_.sensor = frame.sensor;
   const bool is_key = use_ == PlaceUse::query || is_new_recording_ ||
                       distance(place_.poses.back(), frame.T_odom_sensor) >= kKeyframeEvery_m;
@@ -109,7 +109,7 @@ void PlaceBuilder::takePose(const FrameDigest& frame) {
 }
 
 /// The points of a map at once, those of a query when it is known where it ends.
-void PlaceBuilder::takePoints(const SharedDigest& frame) {
+void PlaceBuilder::takePoints(const SharedFrame& frame) {
   if (use_ == PlaceUse::query) {
     recent_.push_back({frame, travelled_m_});
     while (travelled_m_ - recent_.front().travelled_m > options_.refine.reach_m + kWayRounding_m)
@@ -126,14 +126,14 @@ void PlaceBuilder::thinPoints() {
   thinned_size_ = place_.cloud.size();
 }
 
-void PlaceBuilder::settleUpright() {
+void PlaceBuilder::estimateAlignment() {
   place_.gravity = gravityOf(waiting_, place_.labels, options_.gravity);
-  is_upright_ = true;
-  for (const SharedDigest& frame : waiting_) addUpright(*frame);
+  is_aligned_ = true;
+  for (const SharedFrame& frame : waiting_) addAligned(*frame);
   waiting_ = {};
 }
 
-void PlaceBuilder::addUpright(const FrameDigest& frame) {
+void PlaceBuilder::addAligned(const PreprocessedFrame& frame) {
   if (usesImageRegions(options_)) {
     graph_.addImageBlobs(frame.blobs, frame.blob_edges, frame.number);
   } else {
@@ -141,8 +141,8 @@ void PlaceBuilder::addUpright(const FrameDigest& frame) {
     graph_.addSurfacePoints(frame.cloud, frame.number);
   }
   if (place_.gravity.known)
-    plan_.add(frame.cloud, frame.votes, frame.resolves_thin,
-              Eigen::Isometry3d(place_.gravity.upright), frame.aerial);
+    bev_.add(frame.cloud, frame.weights, frame.resolves_thin,
+              Eigen::Isometry3d(place_.gravity.alignment), frame.aerial);
 }
 
 /// Thin objects stand where the view from above has them, unless the graph is made as in the paper.
@@ -151,7 +151,7 @@ void PlaceBuilder::drawGraph() {
   if (isImageSpace(options_)) return;
   place_.graph.space = GraphSpace::cloud;
   if (!usesImageRegions(options_) && options_.merge.mode == "running_mean")
-    graph::placeThinObjects(place_.graph, place_.plan, place_.labels);
+    graph::placeThinObjects(place_.graph, place_.bev, place_.labels);
   graph::connectByRadius(place_.graph, options_.edges);
 }
 
@@ -163,7 +163,7 @@ void PlaceBuilder::finishPoints() {
   auto view = static_cast<std::uint32_t>(place_.poses.size());
   double travelled = 0;
   while (!recent_.empty() && travelled <= options_.refine.reach_m) {
-    const SharedDigest frame = std::move(recent_.back().frame);
+    const SharedFrame frame = std::move(recent_.back().frame);
     recent_.pop_back();
     appendKnownPoints(frame->cloud, options_.refine.max_sigma_m, --view, place_.cloud);
     if (!recent_.empty())
@@ -185,24 +185,24 @@ Options ofSize(double size, Options options) {
 
 }  // namespace
 
-Query makeQuery(const FrameDigest* first, const FrameDigest* last, const LabelSet& labels,
+Query makeQuery(const PreprocessedFrame* first, const PreprocessedFrame* last, const LabelSet& labels,
                 const Options& options) {
   const Options sized = first == last ? options : ofSize(first->size, options);
   PlaceBuilder place(labels, sized, PlaceUse::query, static_cast<std::size_t>(last - first));
-  for (const FrameDigest* frame = first; frame != last; ++frame) {
+  for (const PreprocessedFrame* frame = first; frame != last; ++frame) {
     // Owned by the caller, who waits.
-    place.add(PlaceBuilder::SharedDigest(PlaceBuilder::SharedDigest(), frame));
+    place.add(PlaceBuilder::SharedFrame(PlaceBuilder::SharedFrame(), frame));
   }
   return place.finish();
 }
 
 Query makeQuery(const FrameSource& source, const Options& options,
-                const std::function<void(const FrameDigest&)>& seen) {
+                const std::function<void(const PreprocessedFrame&)>& seen) {
   const auto classified = withClasses(source, options);
   const Options sized =
       ofSize(sizeFor(options, std::vector<const FrameSource*>{classified.get()}), options);
   PlaceBuilder place(classified->labels(), sized, PlaceUse::query);
-  digestRecording(*classified, sized, [&](FrameDigest frame) {
+  preprocessRecording(*classified, sized, [&](PreprocessedFrame frame) {
     if (seen) seen(frame);
     place.add(std::move(frame));
   });

@@ -94,7 +94,7 @@ class Blocks {
 
 }  // namespace
 
-float rangeOf(const FrameDigest& frame, std::size_t i) {
+float rangeOf(const PreprocessedFrame& frame, std::size_t i) {
   if (frame.sensor == Sensor::cloud) return 0;
   const Eigen::Vector3f sensor =
       (frame.T_odom_sensor.translation() - frame.cloud.origin).cast<float>();

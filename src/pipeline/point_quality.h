@@ -12,7 +12,7 @@ namespace xview {
 // How well points are known, and which of them are worth keeping.
 
 /// Distance of a point of a frame from the sensor [m]; 0 for clouds, which do not tell it.
-float rangeOf(const FrameDigest& frame, std::size_t i);
+float rangeOf(const PreprocessedFrame& frame, std::size_t i);
 
 /// Adds the points of another cloud of the same frame whose positions are known well enough, as
 /// seen from the pose with that number. Returns how many.

@@ -19,7 +19,7 @@ namespace {
 
 /// Four cells of a plan view in a distribution. Samples err by about half a cell; of tilt the plan
 /// knows nothing.
-pose::RefineOptions planRefinement() {
+pose::RefineOptions bevRefinement() {
   pose::RefineOptions options;
   options.cell_m = 2;
   options.model.roughness_m = 0.3;
@@ -32,12 +32,12 @@ pose::RefineOptions planRefinement() {
 }
 
 /// Every channel is a class that matches itself only.
-LabelSet channelClasses() {
+LabelSet bevChannelClasses() {
   LabelSet classes("channels");
-  for (std::size_t c = 0; c < kChannels; ++c) {
+  for (std::size_t c = 0; c < kBevChannels; ++c) {
     ClassInfo info;
     info.id = static_cast<std::uint32_t>(c);
-    info.name = toString(static_cast<Channel>(c));
+    info.name = toString(static_cast<BevChannel>(c));
     info.role = Role::surface;
     info.kind = Kind::other_surface;
     classes.add(info);
@@ -47,13 +47,13 @@ LabelSet channelClasses() {
 
 /// Samples at height 0. Areas are left out: their borders are channels of their own, and where an
 /// area ends without one nothing more was seen.
-LabelledCloud flatCloud(const PlanView& view, const Eigen::Vector2d& centre, double reach_m) {
+LabelledCloud flatCloud(const BevGrid& view, const Eigen::Vector2d& centre, double reach_m) {
   LabelledCloud cloud;
   cloud.origin = {view.origin_x, view.origin_y, 0};
   const Eigen::Vector2d from_origin = centre - cloud.origin.head<2>();
-  for (std::size_t c = 0; c < kChannels; ++c) {
-    if (isArea(static_cast<Channel>(c))) continue;
-    for (const PlanSample& s : view.samples[c]) {
+  for (std::size_t c = 0; c < kBevChannels; ++c) {
+    if (isArea(static_cast<BevChannel>(c))) continue;
+    for (const BevSample& s : view.samples[c]) {
       if ((Eigen::Vector2d(s.x, s.y) - from_origin).norm() <= reach_m)
         cloud.points.emplace_back(s.x, s.y, 0.F, static_cast<std::uint32_t>(c));
     }
@@ -72,16 +72,16 @@ constexpr double kPairSigma_m = 0.5, kVague_m = 5, kVague_rad = 0.5;
 /// How far the plan seen from above leaves a pose uncertain: its samples lie about that far apart,
 /// its heights are those of ground seen from afar, and the last part of a window shows its
 /// direction no better.
-constexpr double kPlanSigma_m = 0.25, kPlanHeightSigma_m = 0.3, kPlanYawSigma_rad = 0.01;
+constexpr double kBevSigma_m = 0.25, kBevHeightSigma_m = 0.3, kBevYawSigma_rad = 0.01;
 /// Share of its score that a pose must keep when it is moved, of the last metres and of the whole
 /// window. The last metres alone may fit some metres further as well.
 constexpr double kScoreKept = 0.25;
 /// Of the plan registered around the last pose, from kPlanSeenFrom_m above the ground; from higher
 /// it errs with the square, as depth does. It was seen some 25 m before, from where the odometry
 /// has drifted since; across the way and in height little is open. Tilt is that of the odometry.
-constexpr double kPlanSeenFrom_m = 45;
-constexpr double kPlanAlong_m = 0.25, kPlanAcross_m = 0.11, kPlanUp_m = 0.12,
-                 kPlanTilt_rad = 0.0025, kPlanTurn_rad = 0.0065;
+constexpr double kBevSeenFrom_m = 45;
+constexpr double kBevAlong_m = 0.25, kBevAcross_m = 0.11, kBevUp_m = 0.12,
+                 kBevTilt_rad = 0.0025, kBevTurn_rad = 0.0065;
 
 /// Each pair fixes its vertex with kPairSigma_m.
 Matrix6d covarianceOfPairs(const std::vector<Correspondence>& pairs, const SemanticGraph& map,
@@ -140,22 +140,22 @@ Eigen::Vector3d recentTravel(const Query& query, const Eigen::Isometry3d& T_map_
 /// Of the last sensor, over the ground that the query has measured.
 double heightOverGround(const Query& query) {
   std::vector<float> heights;
-  for (const GroundCell& cell : query.plan.known) {
+  for (const GroundCell& cell : query.bev.known) {
     if (cell.measured) heights.push_back(cell.z);
   }
   if (heights.empty()) return 0;
-  const Eigen::Vector3d sensor = query.plan.upright * query.poses.back().translation();
-  return sensor.z() - query.plan.origin_z - medianOf(std::move(heights));
+  const Eigen::Vector3d sensor = query.bev.alignment * query.poses.back().translation();
+  return sensor.z() - query.bev.origin_z - medianOf(std::move(heights));
 }
 
 /// Of a pose by registered plans: long along the way, short across it.
-Matrix6d covarianceOfPlans(const Query& query, const Eigen::Isometry3d& T_map_query,
+Matrix6d covarianceOfBev(const Query& query, const Eigen::Isometry3d& T_map_query,
                            double up_sigma_rad) {
-  const double higher = std::max(1.0, std::pow(heightOverGround(query) / kPlanSeenFrom_m, 2));
-  const double along_m = higher * kPlanAlong_m, across_m = higher * kPlanAcross_m;
-  const double tilt_rad = std::hypot(kPlanTilt_rad, up_sigma_rad);
+  const double higher = std::max(1.0, std::pow(heightOverGround(query) / kBevSeenFrom_m, 2));
+  const double along_m = higher * kBevAlong_m, across_m = higher * kBevAcross_m;
+  const double tilt_rad = std::hypot(kBevTilt_rad, up_sigma_rad);
   Eigen::Matrix<double, 6, 1> sigma;
-  sigma << across_m, across_m, higher * kPlanUp_m, tilt_rad, tilt_rad, kPlanTurn_rad;
+  sigma << across_m, across_m, higher * kBevUp_m, tilt_rad, tilt_rad, kBevTurn_rad;
   Matrix6d covariance = sigma.cwiseAbs2().asDiagonal();
   const Eigen::Vector3d travel = recentTravel(query, T_map_query);
   covariance.topLeftCorner<3, 3>() +=
@@ -163,38 +163,38 @@ Matrix6d covarianceOfPlans(const Query& query, const Eigen::Isometry3d& T_map_qu
   return covariance;
 }
 
-void setAgreement(const std::optional<pose::Agreement>& agreement, DenseEvidence& dense) {
-  dense.settled = agreement.has_value();
+void setInlierRatio(const std::optional<pose::Agreement>& agreement, DenseEvidence& dense) {
+  dense.converged = agreement.has_value();
   if (!agreement) return;
-  dense.agreement = agreement->found;
-  dense.by_chance = agreement->by_chance;
+  dense.inlier_ratio = agreement->found;
+  dense.null_inlier_ratio = agreement->null_inlier_ratio;
 }
 
 }  // namespace
 
-const pose::DistributionMap& PlanRegistration::distributions() const {
+const pose::DistributionMap& BevRegistration::distributions() const {
   std::call_once(made_, [&] {
     distributions_.emplace(
         flatCloud(map_, Eigen::Vector2d::Zero(), std::numeric_limits<double>::infinity()),
-        channelClasses(), std::vector<Eigen::Isometry3d>(), planRefinement());
+        bevChannelClasses(), std::vector<Eigen::Isometry3d>(), bevRefinement());
   });
   return *distributions_;
 }
 
-std::optional<RegisteredPlans> PlanRegistration::align(const PlanView& query,
+std::optional<RegisteredBev> BevRegistration::align(const BevGrid& query,
                                                        const Eigen::Vector3d& sensor_in_query,
                                                        const Eigen::Isometry3d& T_map_query) const {
-  const Eigen::Isometry3d up_of_map(map_.upright), up_of_query(query.upright);
+  const Eigen::Isometry3d up_of_map(map_.alignment), up_of_query(query.alignment);
   const Eigen::Isometry3d before = planarPart(up_of_map * T_map_query * up_of_query.inverse());
   Eigen::Isometry3d sensor = Eigen::Isometry3d::Identity();
   sensor.translation().head<2>() = (up_of_query * sensor_in_query).head<2>();
   const LabelledCloud cloud = flatCloud(query, sensor.translation().head<2>(), kRecent_m);
   const std::vector<Eigen::Isometry3d> poses{sensor};
   const pose::Refinement found = pose::refine(distributions(), pose::RefineQuery{cloud, poses},
-                                              channelClasses(), before, planRefinement());
+                                              bevChannelClasses(), before, bevRefinement());
   if (!found.converged) return std::nullopt;
   const Eigen::Isometry3d motion = planarPart(found.T_map_query) * before.inverse();
-  return RegisteredPlans{up_of_map.inverse() * motion * up_of_map * T_map_query, found.agreement};
+  return RegisteredBev{up_of_map.inverse() * motion * up_of_map * T_map_query, found.agreement};
 }
 
 /// A pose on its way through the steps.
@@ -219,7 +219,7 @@ struct PoseRefinement::Step {
 };
 
 PoseRefinement::PoseRefinement(const map::SemanticMap& map, const Options& options)
-    : map_(map), options_(options), plan_(map.plan) {
+    : map_(map), options_(options), bev_(map.bev) {
   if (!options.refine.enabled || map.cloud.empty()) return;
   distributions_.emplace(map.cloud, map.labels, map.poses, options.refine);
 }
@@ -245,7 +245,7 @@ void PoseRefinement::useRecentPart(Step& step) const {
   const Eigen::Isometry3d T = step.recent->verify(step.pose.T_map_query).T_map_query;
   if (step.shiftTo(T) < step.max_shift_m && step.keepsScore(T, 1)) step.pose.T_map_query = T;
   Eigen::Matrix<double, 6, 1> sigma;
-  sigma << kPlanSigma_m, kPlanSigma_m, kPlanHeightSigma_m, 0, 0, kPlanYawSigma_rad;
+  sigma << kBevSigma_m, kBevSigma_m, kBevHeightSigma_m, 0, 0, kBevYawSigma_rad;
   step.pose.covariance.diagonal() += sigma.cwiseAbs2();
 }
 
@@ -260,21 +260,21 @@ void PoseRefinement::useClouds(Step& step) const {
   if (!refined.converged || !step.keepsScore(refined.T_map_query, kScoreKept)) return;
   step.pose.T_map_query = refined.T_map_query;
   step.pose.covariance = refined.covariance;
-  setAgreement(refined.agreement, step.pose.dense);
+  setInlierRatio(refined.agreement, step.pose.dense);
 }
 
 /// Where single points are known too badly, their averages seen from above are left.
-void PoseRefinement::usePlans(Step& step) const {
+void PoseRefinement::useBev(Step& step) const {
   step.pose.dense.of = DenseEvidence::Of::views;
   const Query& query = step.query;
   const auto found =
-      plan_.align(query.plan, query.poses.back().translation(), step.pose.T_map_query);
+      bev_.align(query.bev, query.poses.back().translation(), step.pose.T_map_query);
   if (!found || step.shiftTo(found->T_map_query) >= step.max_shift_m ||
       !step.keepsScore(found->T_map_query, kScoreKept))
     return;
   step.pose.T_map_query = found->T_map_query;
-  step.pose.covariance = covarianceOfPlans(query, found->T_map_query, step.up_sigma_rad);
-  setAgreement(found->agreement, step.pose.dense);
+  step.pose.covariance = covarianceOfBev(query, found->T_map_query, step.up_sigma_rad);
+  setInlierRatio(found->agreement, step.pose.dense);
 }
 
 RefinedPose PoseRefinement::refine(const Query& query, const search::FieldQuery* in_field,
@@ -301,21 +301,21 @@ RefinedPose PoseRefinement::refine(const Query& query, const search::FieldQuery*
     if (!query.cloud.empty() && distributions_)
       useClouds(step);
     else if (step.recent)
-      usePlans(step);
+      useBev(step);
     timing_ms.emplace_back("refine", watch.lap_ms());
   }
   return std::move(step.pose);
 }
 
-std::optional<double> PoseRefinement::agreementWithItself(const Query& query) const {
+std::optional<double> PoseRefinement::selfConsistency(const Query& query) const {
   if (query.cloud.empty() || !distributions_) return std::nullopt;
-  return pose::agreementWithItself({query.cloud, query.poses}, query.labels, options_.refine);
+  return pose::selfConsistency({query.cloud, query.poses}, query.labels, options_.refine);
 }
 
-std::optional<double> PoseRefinement::seenThrough(const Query& query,
+std::optional<double> PoseRefinement::freeSpaceViolation(const Query& query,
                                                   const Eigen::Isometry3d& T_map_query) const {
   if (query.cloud.empty() || !distributions_) return std::nullopt;
-  return pose::seenThrough(*distributions_, {query.cloud, query.poses}, query.labels, T_map_query);
+  return pose::freeSpaceViolation(*distributions_, {query.cloud, query.poses}, query.labels, T_map_query);
 }
 
 }  // namespace xview

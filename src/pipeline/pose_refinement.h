@@ -18,7 +18,7 @@ namespace xview {
 constexpr double kRecent_m = 20;
 
 /// A pose by registered plans.
-struct RegisteredPlans {
+struct RegisteredBev {
   Eigen::Isometry3d T_map_query = Eigen::Isometry3d::Identity();
   std::optional<pose::Agreement> agreement;  ///< of the samples
 };
@@ -26,21 +26,21 @@ struct RegisteredPlans {
 /// Registers the plan views of a query and a map: their samples are surfaces, borders and objects
 /// that were averaged over all frames that saw them, so they are known where no single look is,
 /// from the air for one.
-class PlanRegistration {
+class BevRegistration {
  public:
   /// The view must outlive the registration.
-  explicit PlanRegistration(const PlanView& map) : map_(map) {}
+  explicit BevRegistration(const BevGrid& map) : map_(map) {}
 
   /// The pose (T_map_query) moved in the plane and about its normal to where the samples around
   /// `sensor_in_query` fit best. None if too few of them find their like. Thread-safe.
-  std::optional<RegisteredPlans> align(const PlanView& query,
+  std::optional<RegisteredBev> align(const BevGrid& query,
                                        const Eigen::Vector3d& sensor_in_query,
                                        const Eigen::Isometry3d& T_map_query) const;
 
  private:
   const pose::DistributionMap& distributions() const;
 
-  const PlanView& map_;
+  const BevGrid& map_;
   mutable std::once_flag made_;
   mutable std::optional<pose::DistributionMap> distributions_;  ///< made for the first query
 };
@@ -68,21 +68,21 @@ class PoseRefinement {
                      const Eigen::Isometry3d& T_map_query, const std::vector<Correspondence>& kept,
                      double up_sigma_rad, Timings& timing_ms) const;
 
-  /// See pose::agreementWithItself; none for a query whose points are not registered.
-  std::optional<double> agreementWithItself(const Query& query) const;
-  /// See pose::seenThrough.
-  std::optional<double> seenThrough(const Query& query, const Eigen::Isometry3d& T_map_query) const;
+  /// See pose::selfConsistency; none for a query whose points are not registered.
+  std::optional<double> selfConsistency(const Query& query) const;
+  /// See pose::freeSpaceViolation.
+  std::optional<double> freeSpaceViolation(const Query& query, const Eigen::Isometry3d& T_map_query) const;
 
  private:
   struct Step;
   void usePosterior(const std::vector<Correspondence>& kept, Step& step) const;
   void useRecentPart(Step& step) const;
   void useClouds(Step& step) const;
-  void usePlans(Step& step) const;
+  void useBev(Step& step) const;
 
   const map::SemanticMap& map_;
   const Options& options_;
-  PlanRegistration plan_;
+  BevRegistration bev_;
   std::optional<pose::DistributionMap> distributions_;  ///< of a map with a cloud
 };
 

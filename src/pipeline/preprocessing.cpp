@@ -39,50 +39,50 @@ RangeWeight rangeWeightOf(Sensor sensor, bool aerial, bool sparse) {
 
 /// A voxel counts as its measurements, at most four, half of them each; less with the square of the
 /// range.
-void castVotes(const Frame& frame, const std::vector<std::uint32_t>& points_per_voxel,
-               FrameDigest& digest) {
+void setWeights(const Frame& frame, const std::vector<std::uint32_t>& points_per_voxel,
+               PreprocessedFrame& preprocessed) {
   const bool sparse = frame.sensor == Sensor::cloud &&
-                      isSparse(digest.cloud, points_per_voxel, graph::kPlanVoxel_m);
-  const RangeWeight weight = rangeWeightOf(frame.sensor, digest.aerial, sparse);
+                      isSparse(preprocessed.cloud, points_per_voxel, graph::kBevVoxel_m);
+  const RangeWeight weight = rangeWeightOf(frame.sensor, preprocessed.aerial, sparse);
   const float density = frame.sensor == Sensor::camera
                             ? kReferenceFocal * kReferenceFocal /
                                   static_cast<float>(frame.camera.fx * frame.camera.fy)
                             : 1.f;
-  digest.votes.resize(digest.cloud.size());
-  digest.resolves_thin.assign(digest.cloud.size(), true);
-  for (std::size_t i = 0; i < digest.cloud.size(); ++i) {
-    const float range = rangeOf(digest, i);
+  preprocessed.weights.resize(preprocessed.cloud.size());
+  preprocessed.resolves_thin.assign(preprocessed.cloud.size(), true);
+  for (std::size_t i = 0; i < preprocessed.cloud.size(); ++i) {
+    const float range = rangeOf(preprocessed, i);
     const float measured =
         std::min(4.f, std::max(1.f, density * static_cast<float>(points_per_voxel[i])));
     const float fade = range / weight.half_m;
-    digest.votes[i] =
+    preprocessed.weights[i] =
         range > weight.reach_m ? 0.f : weight.gain * 0.5f * measured / (1 + fade * fade);
-    digest.resolves_thin[i] = range <= weight.thin_m;
+    preprocessed.resolves_thin[i] = range <= weight.thin_m;
   }
 }
 
 /// Clouds do not tell their ranges, but some of them what the ranges are asked for.
-void weighBySigma(FrameDigest& digest) {
-  for (std::size_t i = 0; i < digest.votes.size(); ++i)
-    digest.votes[i] /= 1 + digest.cloud.points[i].sigma / kHalfWeight_m;
+void weighBySigma(PreprocessedFrame& preprocessed) {
+  for (std::size_t i = 0; i < preprocessed.weights.size(); ++i)
+    preprocessed.weights[i] /= 1 + preprocessed.cloud.points[i].sigma / kHalfWeight_m;
 }
 
 /// Where nothing tells how well points are known, their density does. Objects are small: few points
 /// are no sign of a long way.
 void weighByDensity(const LabelSet& labels, const std::vector<std::uint32_t>& points_per_voxel,
-                    double voxel_m, FrameDigest& digest) {
-  const std::vector<float> weights = densityWeights(digest.cloud, points_per_voxel, voxel_m);
-  for (std::size_t i = 0; i < digest.votes.size(); ++i) {
-    if (labels.role(digest.cloud.points[i].label) != Role::object) digest.votes[i] *= weights[i];
+                    double voxel_m, PreprocessedFrame& preprocessed) {
+  const std::vector<float> weights = densityWeights(preprocessed.cloud, points_per_voxel, voxel_m);
+  for (std::size_t i = 0; i < preprocessed.weights.size(); ++i) {
+    if (labels.role(preprocessed.cloud.points[i].label) != Role::object) preprocessed.weights[i] *= weights[i];
   }
 }
 
 void findImageBlobs(const Frame& cleaned, const LabelSet& labels, const Options& options,
-                    FrameDigest& digest) {
+                    PreprocessedFrame& preprocessed) {
   graph::ImageBlobs found = graph::extractImageBlobs(
       cleaned, labels, graph::maxRange(cleaned, options.lift), options.blobs);
-  digest.blobs = std::move(found.blobs);
-  digest.blob_edges = std::move(found.edges);
+  preprocessed.blobs = std::move(found.blobs);
+  preprocessed.blob_edges = std::move(found.edges);
 }
 
 /// The classes whose blobs merging uses: surfaces are sampled in mode running_mean, and most
@@ -107,28 +107,28 @@ void requireClasses(const LabelSet& labels, const std::string& name) {
               "it has no labels; withClasses() gives it classes from the shapes of its points");
 }
 
-FrameDigest readAndDigest(const FrameSource& source, std::size_t i, const Options& options) {
+PreprocessedFrame readAndPreprocess(const FrameSource& source, std::size_t i, const Options& options) {
   askBudget("the frames");
   Stopwatch watch;
   Frame frame = source.read(i);
   requireMetres(frame, source.name());
   const double read_ms = watch.lap_ms();
-  FrameDigest digest = digestFrame(std::move(frame), source.labels(), options);
-  digest.timing_ms.insert(digest.timing_ms.begin(), {"read", read_ms});
-  return digest;
+  PreprocessedFrame preprocessed = preprocessFrame(std::move(frame), source.labels(), options);
+  preprocessed.timing_ms.insert(preprocessed.timing_ms.begin(), {"read", read_ms});
+  return preprocessed;
 }
 
 /// At most `ahead` frames are digested and not yet taken.
-void digestInOrder(const FrameSource& source, const Options& options, std::size_t ahead,
-                   const std::function<void(FrameDigest)>& take) {
+void preprocessInOrder(const FrameSource& source, const Options& options, std::size_t ahead,
+                   const std::function<void(PreprocessedFrame)>& take) {
   requireClasses(source.labels(), source.name());
   requireGraphSpace(options, source.sensor(), source.name());
-  std::vector<FrameDigest> waiting(ahead);
+  std::vector<PreprocessedFrame> waiting(ahead);
   DepthPlausibility depths;
-  const auto make = [&](std::size_t i) { waiting[i % ahead] = readAndDigest(source, i, options); };
+  const auto make = [&](std::size_t i) { waiting[i % ahead] = readAndPreprocess(source, i, options); };
   makeInOrder(source.size(), options.threads, ahead, make, [&](std::size_t i) {
-    const FrameDigest& digest = waiting[i % ahead];
-    depths.add(digest.counts, digest.cloud, digest.T_odom_sensor.translation(), digest.size);
+    const PreprocessedFrame& preprocessed = waiting[i % ahead];
+    depths.add(preprocessed.counts, preprocessed.cloud, preprocessed.T_odom_sensor.translation(), preprocessed.size);
     take(std::move(waiting[i % ahead]));
   });
   depths.require(source);
@@ -142,67 +142,67 @@ Options sizedFor(const FrameSource& source, Options options) {
 
 }  // namespace
 
-FrameDigest digestFrame(Frame frame, const LabelSet& labels, const Options& given) {
+PreprocessedFrame preprocessFrame(Frame frame, const LabelSet& labels, const Options& given) {
   const std::string name = "frame " + std::to_string(frame.number);
   requireClasses(labels, name);
   requireGraphSpace(given, frame.sensor, name);
   Stopwatch watch;
-  FrameDigest digest;
-  digest.size = parseSize(given.size).value_or(kTown);
-  if (digest.size != kTown) scaleLengths(1 / digest.size, frame);
-  const Options options = inTownLengths(given, digest.size);
+  PreprocessedFrame preprocessed;
+  preprocessed.size = parseSize(given.size).value_or(kTownScale);
+  if (preprocessed.size != kTownScale) scaleLengths(1 / preprocessed.size, frame);
+  const Options options = inCanonicalLengths(given, preprocessed.size);
   double inverse_depth_sigma = 0;  // depth z of a camera is known to z^2 times this [1/m]
-  digest.number = frame.number;
-  digest.stamp_s = frame.stamp_s;
-  digest.sensor = frame.sensor;
-  digest.T_odom_sensor = frame.T_odom_sensor;
+  preprocessed.number = frame.number;
+  preprocessed.stamp_s = frame.stamp_s;
+  preprocessed.sensor = frame.sensor;
+  preprocessed.T_odom_sensor = frame.T_odom_sensor;
   if (frame.sensor == Sensor::camera) {
     const double noise = inverse_depth_sigma = graph::inverseDepthNoise(frame.depth);
     frame.label = graph::cleanLabels(frame.label, labels, options.clean);
     if (graph::isNoiseOfPixels(noise, frame.depth))
       graph::smoothDepth(frame.depth, frame.label, noise, kKnownWell_m);
   }
-  graph::ThinFrame lifted = graph::liftThin(frame, labels, options.lift, graph::kPlanVoxel_m,
-                                            blobClasses(options), &digest.counts);
-  digest.aerial = lifted.is_aerial;
-  digest.cloud = std::move(lifted.thin);
-  graph::setSigmas(inverse_depth_sigma, frame.T_odom_sensor.translation(), digest.cloud);
+  graph::ThinFrame lifted = graph::liftThin(frame, labels, options.lift, graph::kBevVoxel_m,
+                                            blobClasses(options), &preprocessed.counts);
+  preprocessed.aerial = lifted.is_aerial;
+  preprocessed.cloud = std::move(lifted.thin);
+  graph::setSigmas(inverse_depth_sigma, frame.T_odom_sensor.translation(), preprocessed.cloud);
   if (frame.sensor == Sensor::cloud) {
     Eigen::AlignedBox3d seen;
-    for (std::size_t i = 0; i < digest.cloud.size(); ++i) seen.extend(digest.cloud.position(i));
-    digest.T_odom_sensor.translation() = standpoint(frame.T_odom_sensor.translation(), seen);
+    for (std::size_t i = 0; i < preprocessed.cloud.size(); ++i) seen.extend(preprocessed.cloud.position(i));
+    preprocessed.T_odom_sensor.translation() = standpoint(frame.T_odom_sensor.translation(), seen);
   }
-  castVotes(frame, lifted.points_per_voxel, digest);
-  if (frame.sensor == Sensor::cloud && digest.cloud.typicalSigma() > 0)
-    weighBySigma(digest);
+  setWeights(frame, lifted.points_per_voxel, preprocessed);
+  if (frame.sensor == Sensor::cloud && preprocessed.cloud.typicalSigma() > 0)
+    weighBySigma(preprocessed);
   else if (frame.sensor == Sensor::cloud)
-    weighByDensity(labels, lifted.points_per_voxel, graph::kPlanVoxel_m, digest);
-  digest.timing_ms.emplace_back("lift", watch.lap_ms());
+    weighByDensity(labels, lifted.points_per_voxel, graph::kBevVoxel_m, preprocessed);
+  preprocessed.timing_ms.emplace_back("lift", watch.lap_ms());
   askBudget("the frames");
   if (usesImageRegions(options))
-    findImageBlobs(frame, labels, options, digest);
+    findImageBlobs(frame, labels, options, preprocessed);
   else
-    digest.blobs = frameBlobs(lifted.whole, labels, options);
-  for (Blob& blob : digest.blobs) blob.first_frame = blob.last_frame = frame.number;
-  digest.timing_ms.emplace_back("blobs", watch.lap_ms());
-  return digest;
+    preprocessed.blobs = frameBlobs(lifted.whole, labels, options);
+  for (Blob& blob : preprocessed.blobs) blob.first_frame = blob.last_frame = frame.number;
+  preprocessed.timing_ms.emplace_back("blobs", watch.lap_ms());
+  return preprocessed;
 }
 
-void digestRecording(const FrameSource& source, const Options& options,
-                     const std::function<void(FrameDigest)>& take) {
-  digestInOrder(source, sizedFor(source, options), kFramesAhead, take);
+void preprocessRecording(const FrameSource& source, const Options& options,
+                     const std::function<void(PreprocessedFrame)>& take) {
+  preprocessInOrder(source, sizedFor(source, options), kFramesAhead, take);
 }
 
-std::vector<FrameDigest> digestRecording(const FrameSource& source, const Options& options,
+std::vector<PreprocessedFrame> preprocessRecording(const FrameSource& source, const Options& options,
                                          const Progress& progress) {
-  std::vector<FrameDigest> digests;
-  digests.reserve(source.size());
-  const auto take = [&](FrameDigest digest) {
-    digests.push_back(std::move(digest));
-    if (progress) progress(digests.size(), source.size());
+  std::vector<PreprocessedFrame> preprocessed_frames;
+  preprocessed_frames.reserve(source.size());
+  const auto take = [&](PreprocessedFrame preprocessed) {
+    preprocessed_frames.push_back(std::move(preprocessed));
+    if (progress) progress(preprocessed_frames.size(), source.size());
   };
-  digestInOrder(source, sizedFor(source, options), std::max<std::size_t>(1, source.size()), take);
-  return digests;
+  preprocessInOrder(source, sizedFor(source, options), std::max<std::size_t>(1, source.size()), take);
+  return preprocessed_frames;
 }
 
 }  // namespace xview

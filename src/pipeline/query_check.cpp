@@ -21,7 +21,7 @@ constexpr const char* kNothingIsLeft =
     "range";
 
 bool isEmpty(const Place& place) {
-  return place.graph.empty() && place.plan.sampleCount() == 0 && place.cloud.empty();
+  return place.graph.empty() && place.bev.sampleCount() == 0 && place.cloud.empty();
 }
 
 /// Some names of a set, for a message.
@@ -57,9 +57,9 @@ Eigen::AlignedBox2d boundsOf(const map::SemanticMap& map) {
   Eigen::AlignedBox2d box;
   for (const Vertex& vertex : map.graph.vertices) box.extend(vertex.position.head<2>());
   for (const Eigen::Isometry3d& T : map.poses) box.extend(T.translation().head<2>());
-  for (const GroundCell& cell : map.plan.known) {
-    box.extend(Eigen::Vector2d(map.plan.origin_x + cell.x * map.plan.cell_m,
-                               map.plan.origin_y + cell.y * map.plan.cell_m));
+  for (const GroundCell& cell : map.bev.known) {
+    box.extend(Eigen::Vector2d(map.bev.origin_x + cell.x * map.bev.cell_m,
+                               map.bev.origin_y + cell.y * map.bev.cell_m));
   }
   return box;
 }
@@ -67,8 +67,8 @@ Eigen::AlignedBox2d boundsOf(const map::SemanticMap& map) {
 /// Less than any place can be told by. A bare graph may have few vertices.
 std::optional<std::string> whyTooLittle(const Query& query) {
   constexpr std::size_t kFewestSamples = 30, kFewestVertices = 4, kFewestPoints = 500;
-  if (query.plan.known.empty() && query.cloud.empty()) return std::nullopt;
-  if (query.plan.sampleCount() >= kFewestSamples || query.graph.size() >= kFewestVertices ||
+  if (query.bev.known.empty() && query.cloud.empty()) return std::nullopt;
+  if (query.bev.sampleCount() >= kFewestSamples || query.graph.size() >= kFewestVertices ||
       query.cloud.size() >= kFewestPoints)
     return std::nullopt;
   return fmt::format(
@@ -82,9 +82,9 @@ std::optional<std::string> whyTooLittle(const Query& query) {
 double widthOf(const Place& place) {
   Eigen::AlignedBox2d box;
   for (const Vertex& vertex : place.graph.vertices) box.extend(vertex.position.head<2>());
-  const Eigen::Vector2d origin(place.plan.origin_x, place.plan.origin_y);
-  for (const GroundCell& cell : place.plan.known)
-    box.extend(origin + Eigen::Vector2d(cell.x, cell.y) * place.plan.cell_m);
+  const Eigen::Vector2d origin(place.bev.origin_x, place.bev.origin_y);
+  for (const GroundCell& cell : place.bev.known)
+    box.extend(origin + Eigen::Vector2d(cell.x, cell.y) * place.bev.cell_m);
   return box.isEmpty() ? 0 : box.diagonal().norm();
 }
 

@@ -28,21 +28,21 @@ PlaceOrMap turned(PlaceOrMap place, const Eigen::Quaterniond& R) {
   const Eigen::Matrix3f R_float = R.toRotationMatrix().cast<float>();
   for (Point& p : place.cloud.points) p.getVector3fMap() = R_float * p.getVector3fMap();
   place.cloud.origin = R * place.cloud.origin;
-  place.plan.upright = place.plan.upright * R.conjugate();
+  place.bev.alignment = place.bev.alignment * R.conjugate();
   for (Eigen::Isometry3d& T : place.poses) T = R * T;
   return place;
 }
 
 /// A view from above drawn in a turned frame, in which it is upright.
-PlanView turnedPlan(const PlanView& view, const Eigen::Quaterniond& R) {
-  PlanView turned = view;
-  turned.upright = Eigen::Quaterniond::Identity();
+BevGrid turnedBev(const BevGrid& view, const Eigen::Quaterniond& R) {
+  BevGrid turned = view;
+  turned.alignment = Eigen::Quaterniond::Identity();
   const Eigen::Vector3d origin(view.origin_x, view.origin_y, view.origin_z);
   const auto toTurned = [&](double x, double y, double z) -> Eigen::Vector3d {
     return R * (origin + Eigen::Vector3d(x, y, z)) - origin;
   };
   for (auto& channel : turned.samples) {
-    for (PlanSample& s : channel) {
+    for (BevSample& s : channel) {
       const Eigen::Vector3f p = toTurned(s.x, s.y, s.z).cast<float>();
       s = {p.x(), p.y(), p.z()};
     }
@@ -74,9 +74,9 @@ constexpr Kinds bits(std::initializer_list<Kind> kinds) {
   for (const Kind kind : kinds) set |= 1u << static_cast<unsigned>(kind);
   return set;
 }
-constexpr std::uint32_t bits(std::initializer_list<Channel> channels) {
+constexpr std::uint32_t bits(std::initializer_list<BevChannel> channels) {
   std::uint32_t set = 0;
-  for (const Channel channel : channels) set |= 1u << static_cast<unsigned>(channel);
+  for (const BevChannel channel : channels) set |= 1u << static_cast<unsigned>(channel);
   return set;
 }
 
@@ -114,13 +114,13 @@ struct Feeds {
   std::uint32_t channels;
 };
 constexpr Feeds kFeeds[] = {
-    {kWalls, bits({Channel::building, Channel::wall_foot, Channel::fence})},
-    {bits({Kind::vegetation}), bits({Channel::low_vegetation, Channel::canopy, Channel::tree})},
-    {bits({Kind::trunk}), bits({Channel::trunk})},
-    {kPosts, bits({Channel::pole, Channel::sign, Channel::light, Channel::pole_like})},
-    {bits({Kind::vehicle}), bits({Channel::vehicle, Channel::vehicle_surface})},
-    {bits({Kind::other_surface}), bits({Channel::other_surface})},
-    {bits({Kind::other_object}), bits({Channel::other_object})}};
+    {kWalls, bits({BevChannel::building, BevChannel::wall_foot, BevChannel::fence})},
+    {bits({Kind::vegetation}), bits({BevChannel::low_vegetation, BevChannel::canopy, BevChannel::tree})},
+    {bits({Kind::trunk}), bits({BevChannel::trunk})},
+    {kPosts, bits({BevChannel::pole, BevChannel::sign, BevChannel::light, BevChannel::pole_like})},
+    {bits({Kind::vehicle}), bits({BevChannel::vehicle, BevChannel::vehicle_surface})},
+    {bits({Kind::other_surface}), bits({BevChannel::other_surface})},
+    {bits({Kind::other_object}), bits({BevChannel::other_object})}};
 
 /// Kinds that much of what stands is of: without one of them, obstacles are others.
 constexpr Kinds kStanding = bits({Kind::vegetation, Kind::vehicle});
@@ -154,45 +154,45 @@ CommonDetail commonDetail(const LabelSet& query, const LabelSet& map) {
     if (!isTold(feeds.kinds) && differ(feeds.kinds)) detail.gone |= feeds.channels;
   }
   if (!by_shape && ((!isTold(kWalls) && differ(kWalls)) || differ(kStanding)))
-    detail.gone |= bits({Channel::obstacle_low, Channel::obstacle_high});
+    detail.gone |= bits({BevChannel::obstacle_low, BevChannel::obstacle_high});
   return detail;
 }
 
-void moveSamples(Channel from, std::initializer_list<Channel> targets, PlanView& plan) {
-  const std::vector<PlanSample> samples = std::exchange(plan[from], {});
-  for (const Channel to : targets) {
-    plan[to].insert(plan[to].end(), samples.begin(), samples.end());
-    std::sort(plan[to].begin(), plan[to].end(), inRowOrder<PlanSample>);
+void moveSamples(BevChannel from, std::initializer_list<BevChannel> targets, BevGrid& bev) {
+  const std::vector<BevSample> samples = std::exchange(bev[from], {});
+  for (const BevChannel to : targets) {
+    bev[to].insert(bev[to].end(), samples.begin(), samples.end());
+    std::sort(bev[to].begin(), bev[to].end(), inRowOrder<BevSample>);
   }
 }
 
 namespace {
 
 /// Road, sidewalk and terrain become one, and the lines between them go.
-void mergeGround(PlanView& plan) {
-  moveSamples(Channel::sidewalk, {Channel::road}, plan);
-  moveSamples(Channel::terrain, {Channel::road}, plan);
-  for (const Channel line : {Channel::lane_marking, Channel::border_road_sidewalk,
-                             Channel::border_sidewalk_terrain, Channel::border_road_terrain})
-    plan[line].clear();
+void mergeGround(BevGrid& bev) {
+  moveSamples(BevChannel::sidewalk, {BevChannel::road}, bev);
+  moveSamples(BevChannel::terrain, {BevChannel::road}, bev);
+  for (const BevChannel line : {BevChannel::lane_marking, BevChannel::border_road_sidewalk,
+                             BevChannel::border_sidewalk_terrain, BevChannel::border_road_terrain})
+    bev[line].clear();
 }
 
 }  // namespace
 
-void reduceTo(const CommonDetail& detail, PlanView& plan) {
-  if (detail.one_ground) mergeGround(plan);
-  if (detail.one_wall) moveSamples(Channel::fence, {Channel::building, Channel::wall_foot}, plan);
+void reduceTo(const CommonDetail& detail, BevGrid& bev) {
+  if (detail.one_ground) mergeGround(bev);
+  if (detail.one_wall) moveSamples(BevChannel::fence, {BevChannel::building, BevChannel::wall_foot}, bev);
   if (detail.one_post) {
-    moveSamples(Channel::sign, {Channel::pole}, plan);
-    moveSamples(Channel::light, {Channel::pole}, plan);
+    moveSamples(BevChannel::sign, {BevChannel::pole}, bev);
+    moveSamples(BevChannel::light, {BevChannel::pole}, bev);
   }
-  for (std::size_t channel = 0; channel < kChannels; ++channel) {
-    if (detail.gone >> channel & 1) plan.samples[channel].clear();
+  for (std::size_t channel = 0; channel < kBevChannels; ++channel) {
+    if (detail.gone >> channel & 1) bev.samples[channel].clear();
   }
 }
 
 Options optionsOfSearch(const Options& given, double size, const LabelSet& map_labels) {
-  Options options = inTownLengths(given, size);
+  Options options = inCanonicalLengths(given, size);
   if (!options.places.likelihoods.empty()) return options;
   if (surroundingsOf(size) == search::Surroundings::rooms)
     options.places.likelihoods = search::kRooms;
@@ -201,7 +201,7 @@ Options optionsOfSearch(const Options& given, double size, const LabelSet& map_l
   return options;
 }
 
-std::optional<map::SemanticMap> uprightMap(const map::SemanticMap& map,
+std::optional<map::SemanticMap> gravityAlignedMap(const map::SemanticMap& map,
                                            const Eigen::Quaterniond& R_up) {
   return isTurn(R_up) ? std::optional(turned(map, R_up)) : std::nullopt;
 }
@@ -212,7 +212,7 @@ Query turnedQuery(const Query& query, const Eigen::Quaterniond& R_up) {
 
 Query tiltedQuery(const Query& query, const Eigen::Quaterniond& R) {
   Query tilted = turnedQuery(query, R);
-  tilted.plan = turnedPlan(tilted.plan, R);
+  tilted.bev = turnedBev(tilted.bev, R);
   return tilted;
 }
 
@@ -224,7 +224,7 @@ Query scaledQuery(const Query& query, double scale) {
 
 QueryInMap::QueryInMap(const Query& given, const LabelSet& map_labels, double map_size)
     : MaybeChanged(given) {
-  if (given.size != map_size && !given.plan.known.empty()) {
+  if (given.size != map_size && !given.bev.known.empty()) {
     throw Error("the query", fmt::format("it was made with lengths of size {0} and the map with "
                                          "those of size {1}; make it again with --size {1}",
                                          sizeText(given.size), sizeText(map_size)));
@@ -239,12 +239,12 @@ QueryInMap::QueryInMap(const Query& given, const LabelSet& map_labels, double ma
   }
   if (!detail.isAll()) {
     if (!changed_) changed_ = given;
-    reduceTo(detail, changed_->plan);
+    reduceTo(detail, changed_->bev);
   }
-  if (map_size != kTown) changed_ = scaledQuery(**this, 1 / map_size);
+  if (map_size != kTownScale) changed_ = scaledQuery(**this, 1 / map_size);
 }
 
-GuessedQuery::GuessedQuery(const Query& given, const FrameGuess& guess) : MaybeChanged(given) {
+AlignedQuery::AlignedQuery(const Query& given, const FrameHypothesis& guess) : MaybeChanged(given) {
   if (guess.scale != 1) changed_ = scaledQuery(given, guess.scale);
   if (isTurn(guess.R_up)) changed_ = turnedQuery(**this, guess.R_up);
 }

@@ -16,7 +16,7 @@ namespace xview {
 /// Which way is up in the frame of a query, and how long its metre is in the map:
 /// p_upright = R_up * (scale * p_query). What is known is one guess; an unknown up and an unknown
 /// scale are lists of them, and nothing but this file knows about tilts.
-struct FrameGuess {
+struct FrameHypothesis {
   Eigen::Quaterniond R_up = Eigen::Quaterniond::Identity();
   double scale = 1;
 };
@@ -24,7 +24,7 @@ struct FrameGuess {
 /// Nobody drives through a place that is smaller than a town: walls are near, and alike on all
 /// sides, whatever table of likelihoods the options name.
 inline search::Surroundings surroundingsOf(double size) {
-  return size < kTown ? search::Surroundings::rooms : search::Surroundings::town;
+  return size < kTownScale ? search::Surroundings::rooms : search::Surroundings::town;
 }
 
 /// What a search in a place of this size works with, in lengths of a town: unless the options name
@@ -32,7 +32,7 @@ inline search::Surroundings surroundingsOf(double size) {
 Options optionsOfSearch(const Options& options, double size, const LabelSet& map_labels);
 
 /// The map in a gravity-aligned frame; nothing if its own is one.
-std::optional<map::SemanticMap> uprightMap(const map::SemanticMap& map,
+std::optional<map::SemanticMap> gravityAlignedMap(const map::SemanticMap& map,
                                            const Eigen::Quaterniond& R_up);
 
 /// The query with every length times `scale`, about the origin of its frame.
@@ -70,10 +70,10 @@ CommonDetail commonDetail(const LabelSet& query, const LabelSet& map);
 std::vector<GroundCell> onePerCell(std::vector<GroundCell> cells);
 
 /// Leaves the detail in a view that is common.
-void reduceTo(const CommonDetail& detail, PlanView& plan);
+void reduceTo(const CommonDetail& detail, BevGrid& bev);
 
 /// Moves the samples of a channel to others.
-void moveSamples(Channel from, std::initializer_list<Channel> targets, PlanView& plan);
+void moveSamples(BevChannel from, std::initializer_list<BevChannel> targets, BevGrid& bev);
 
 /// A query in the classes of a map that mean the same, and in lengths of a town, as all that an
 /// index knows. It is copied only if it has to be changed. Throws Error if it was made with lengths
@@ -83,8 +83,8 @@ struct QueryInMap : MaybeChanged<Query> {
 };
 
 /// A query as a guess has it. It is copied only if it has to be changed.
-struct GuessedQuery : MaybeChanged<Query> {
-  GuessedQuery(const Query& given, const FrameGuess& guess);
+struct AlignedQuery : MaybeChanged<Query> {
+  AlignedQuery(const Query& given, const FrameHypothesis& guess);
 };
 
 /// Where a cloud or graph was seen from: the given point, or the middle of what it shows if no

@@ -137,13 +137,13 @@ label::Shape shapeOf(Kind kind) {
 }
 
 /// Moves the samples of channels to those that the shapes feed; those of lines between grounds go.
-void mergeChannels(PlanView& plan) {
+void mergeChannels(BevGrid& bev) {
   CommonDetail shapes;
   shapes.one_ground = shapes.one_wall = shapes.one_post = true;
-  reduceTo(shapes, plan);
-  moveSamples(Channel::other_surface, {Channel::building, Channel::wall_foot}, plan);
-  moveSamples(Channel::trunk, {Channel::pole, Channel::pole_like}, plan);
-  plan[Channel::other_object].clear();
+  reduceTo(shapes, bev);
+  moveSamples(BevChannel::other_surface, {BevChannel::building, BevChannel::wall_foot}, bev);
+  moveSamples(BevChannel::trunk, {BevChannel::pole, BevChannel::pole_like}, bev);
+  bev[BevChannel::other_object].clear();
 }
 
 /// The frames of a recording that were asked for last, for readers that need neighbours.
@@ -298,7 +298,7 @@ void reduceToShapes(const LabelSet& shapes, Place& place) {
   };
   for (Point& point : place.cloud.points) point.label = shapeOfClass(point.label);
   for (Vertex& vertex : place.graph.vertices) vertex.label = shapeOfClass(vertex.label);
-  mergeChannels(place.plan);
+  mergeChannels(place.bev);
   place.labels = shapes;
 }
 

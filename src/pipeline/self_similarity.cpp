@@ -36,7 +36,7 @@ constexpr std::uint64_t kSeed = 41;
 
 /// A neighbourhood of the map as a query of its own, in a frame of its own.
 struct Neighbourhood {
-  PlanView plan;
+  BevGrid bev;
   SemanticGraph graph;
   LabelledCloud cloud;                   ///< if the best wrong place is asked
   std::vector<Eigen::Isometry3d> poses;  ///< that see it
@@ -77,32 +77,32 @@ class SelfSearch {
  public:
   /// `ask_rival`: what the map and its stretches show of each other at the best wrong place as
   /// well.
-  SelfSearch(const map::SemanticMap& map, const Options& options, bool ask_rival)
-      : map_(map), options_(options), ask_rival_(ask_rival) {
-    if (map.poses.size() > 1 && !map.plan.known.empty()) {
+  SelfSearch(const map::SemanticMap& map, const Options& options, bool ask_second_best)
+      : map_(map), options_(options), ask_second_best_(ask_second_best) {
+    if (map.poses.size() > 1 && !map.bev.known.empty()) {
       std::vector<Eigen::Vector3d> path;
       for (const Eigen::Isometry3d& T : map.poses) path.push_back(T.translation());
-      field_ = search::makeSurfaceField(map.plan, path, surroundingsOf(map.size), options.places,
+      field_ = search::makeSurfaceField(map.bev, path, surroundingsOf(map.size), options.places,
                                         options.threads);
       along_.assign(path.size(), 0);
       for (std::size_t i = 1; i < path.size(); ++i) {
         const double step_m = (path[i] - path[i - 1]).norm();
         along_[i] = along_[i - 1] + (sourceOf(i) == sourceOf(i - 1) ? step_m : 0);
       }
-      reach_m_ = reachOfWay();
-      if (ask_rival && !map.cloud.empty())
+      reach_m_ = reachOfPath();
+      if (ask_second_best && !map.cloud.empty())
         distributions_.emplace(map.cloud, map.labels, map.poses, options.refine);
     } else {
       field_ = search::makeObjectField(map.graph, map.labels, options.places);
     }
   }
 
-  bool hasWay() const { return !along_.empty(); }
+  bool hasPath() const { return !along_.empty(); }
 
   /// Evenly spread key frames, or vertices.
   std::vector<std::size_t> choosePlaces(std::size_t most) const {
     std::vector<std::size_t> chosen;
-    if (!hasWay()) {
+    if (!hasPath()) {
       const std::size_t step =
           std::max<std::size_t>(1, map_.graph.size() / std::max<std::size_t>(1, most));
       for (std::size_t i = 0; i < map_.graph.size() && chosen.size() < most; i += step)
@@ -117,7 +117,7 @@ class SelfSearch {
   }
 
   Eigen::Vector3d positionOf(std::size_t place) const {
-    return hasWay() ? Eigen::Vector3d(map_.poses[place].translation())
+    return hasPath() ? Eigen::Vector3d(map_.poses[place].translation())
                     : map_.graph.vertices[place].position;
   }
 
@@ -126,11 +126,11 @@ class SelfSearch {
     Random random(kSeed ^ static_cast<std::uint64_t>(window_m), place);
     Neighbourhood around;
     around.T_map_query = poseFromYaw(positionOf(place), random.uniform(-M_PI, M_PI));
-    if (!(hasWay() ? cutWay(place, window_m, random, around)
+    if (!(hasPath() ? cutPath(place, window_m, random, around)
                    : cutGraph(place, window_m, random, around)))
       return std::nullopt;
     search::Observation seen;
-    seen.plan = hasWay() ? &around.plan : nullptr;
+    seen.bev = hasPath() ? &around.bev : nullptr;
     seen.graph = &around.graph;
     seen.focus = Eigen::Vector3d::Zero();
     const auto query = field_->prepare(seen);
@@ -144,7 +144,7 @@ class SelfSearch {
   }
 
   /// Length of the way of one recording.
-  double wayOf(std::uint32_t source) const {
+  double pathLengthOf(std::uint32_t source) const {
     double way_m = 0;
     for (std::size_t i = 1; i < along_.size(); ++i) {
       if (sourceOf(i) == source && sourceOf(i - 1) == source) way_m += along_[i] - along_[i - 1];
@@ -153,13 +153,13 @@ class SelfSearch {
   }
 
   /// Distance from the way within which the map has most of its samples.
-  double reachOfWay() const {
+  double reachOfPath() const {
     std::vector<double> distances;
-    for (const auto& samples : map_.plan.samples) {
+    for (const auto& samples : map_.bev.samples) {
       const std::size_t step = std::max<std::size_t>(1, samples.size() / 200);
       for (std::size_t i = 0; i < samples.size(); i += step) {
-        const Eigen::Vector2d p(map_.plan.origin_x + samples[i].x,
-                                map_.plan.origin_y + samples[i].y);
+        const Eigen::Vector2d p(map_.bev.origin_x + samples[i].x,
+                                map_.bev.origin_y + samples[i].y);
         double nearest = 1e18;
         for (const Eigen::Isometry3d& T : map_.poses)
           nearest = std::min(nearest, (T.translation().head<2>() - p).squaredNorm());
@@ -172,12 +172,12 @@ class SelfSearch {
   }
 
   /// The stretch of one recording that ends there, or goes on if it began too late.
-  bool cutWay(std::size_t place, double window_m, Random& random, Neighbourhood& around) const {
-    const auto sameWay = [&](std::size_t i) { return sourceOf(i) == sourceOf(place); };
-    if (wayOf(sourceOf(place)) < kLeftForOthers * window_m) return false;
+  bool cutPath(std::size_t place, double window_m, Random& random, Neighbourhood& around) const {
+    const auto samePath = [&](std::size_t i) { return sourceOf(i) == sourceOf(place); };
+    if (pathLengthOf(sourceOf(place)) < kLeftForOthers * window_m) return false;
     std::size_t first = place, last = place;
-    while (first > 0 && sameWay(first - 1) && along_[last] - along_[first] < window_m) --first;
-    while (last + 1 < along_.size() && sameWay(last + 1) && along_[last] - along_[first] < window_m)
+    while (first > 0 && samePath(first - 1) && along_[last] - along_[first] < window_m) --first;
+    while (last + 1 < along_.size() && samePath(last + 1) && along_[last] - along_[first] < window_m)
       ++last;
     if (along_[last] - along_[first] < kFullLength * window_m) return false;
     std::vector<Eigen::Vector2d> way;
@@ -194,19 +194,19 @@ class SelfSearch {
                return (w - p).squaredNorm() < reach_m_ * reach_m_;
              });
     };
-    SecondLook again(around.T_map_query, map_.plan.cell_m / 2, random);
-    const Eigen::Vector3d origin(map_.plan.origin_x, map_.plan.origin_y, map_.plan.origin_z);
-    around.plan.cell_m = map_.plan.cell_m;
-    around.plan.aerial = map_.plan.aerial;
-    for (std::size_t c = 0; c < kChannels; ++c) {
-      for (const PlanSample& s : map_.plan.samples[c]) {
+    SecondLook again(around.T_map_query, map_.bev.cell_m / 2, random);
+    const Eigen::Vector3d origin(map_.bev.origin_x, map_.bev.origin_y, map_.bev.origin_z);
+    around.bev.cell_m = map_.bev.cell_m;
+    around.bev.aerial = map_.bev.aerial;
+    for (std::size_t c = 0; c < kBevChannels; ++c) {
+      for (const BevSample& s : map_.bev.samples[c]) {
         const Eigen::Vector3d p_map = origin + Eigen::Vector3d(s.x, s.y, s.z);
         if (!isSeen(p_map.head<2>()) || random.uniform() > kSeenShare) continue;
         const Eigen::Vector3f p = again(p_map).cast<float>();
-        around.plan.samples[c].push_back({p.x(), p.y(), p.z()});
+        around.bev.samples[c].push_back({p.x(), p.y(), p.z()});
       }
     }
-    if (ask_rival_) cutKnown(isSeen, around);
+    if (ask_second_best_) cutKnown(isSeen, around);
     if (distributions_) cutCloud(first, last, isSeen, again, random, around);
     return true;
   }
@@ -214,20 +214,20 @@ class SelfSearch {
   /// The cells that were seen along the stretch.
   template <class IsSeen>
   void cutKnown(const IsSeen& isSeen, Neighbourhood& around) const {
-    const PlanView& plan = map_.plan;
-    const Eigen::Vector3d origin(plan.origin_x, plan.origin_y, plan.origin_z);
+    const BevGrid& bev = map_.bev;
+    const Eigen::Vector3d origin(bev.origin_x, bev.origin_y, bev.origin_z);
     const Eigen::Isometry3d T_query_map = around.T_map_query.inverse();
-    for (GroundCell cell : plan.known) {
-      const Eigen::Vector3d p_map = origin + Eigen::Vector3d((cell.x + 0.5) * plan.cell_m,
-                                                             (cell.y + 0.5) * plan.cell_m, cell.z);
+    for (GroundCell cell : bev.known) {
+      const Eigen::Vector3d p_map = origin + Eigen::Vector3d((cell.x + 0.5) * bev.cell_m,
+                                                             (cell.y + 0.5) * bev.cell_m, cell.z);
       if (!isSeen(p_map.head<2>())) continue;
       const Eigen::Vector3d p = T_query_map * p_map;
-      cell.x = static_cast<std::int32_t>(std::floor(p.x() / plan.cell_m));
-      cell.y = static_cast<std::int32_t>(std::floor(p.y() / plan.cell_m));
+      cell.x = static_cast<std::int32_t>(std::floor(p.x() / bev.cell_m));
+      cell.y = static_cast<std::int32_t>(std::floor(p.y() / bev.cell_m));
       cell.z = static_cast<float>(p.z());
-      around.plan.known.push_back(cell);
+      around.bev.known.push_back(cell);
     }
-    around.plan.known = onePerCell(std::move(around.plan.known));
+    around.bev.known = onePerCell(std::move(around.bev.known));
   }
 
   /// Some of the points along key frames, each seen from the nearest of them.
@@ -257,13 +257,13 @@ class SelfSearch {
 
   /// Inlier ratio of the points above that by chance, registered as one rigid piece; 0 if the
   /// registration does not converge.
-  double excessAt(const Eigen::Isometry3d& T_map_query, const Neighbourhood& around) const {
+  double aboveNullAt(const Eigen::Isometry3d& T_map_query, const Neighbourhood& around) const {
     pose::RefineOptions quick = options_.refine;
     quick.model.max_points = kQuickPoints;
     quick.model.start_reach_m = quick.model.drift_share = 0;
     const pose::Refinement fit = pose::refine(*distributions_, {around.cloud, around.poses},
                                               map_.labels, T_map_query, quick);
-    return fit.converged && fit.agreement ? fit.agreement->found - fit.agreement->by_chance : 0;
+    return fit.converged && fit.agreement ? fit.agreement->found - fit.agreement->null_inlier_ratio : 0;
   }
 
   bool cutGraph(std::size_t place, double window_m, Random& random, Neighbourhood& around) const {
@@ -293,11 +293,11 @@ class SelfSearch {
       if (samePlace(h.centre, truth.centre)) continue;
       // No more than that does another place, be it a copy.
       const double score = std::min(h.score(), result.self);
-      if (!result.rival) {
+      if (!result.second_best) {
         result.wrong = score;
-        result.rival = h.T_map_query.translation();
-        if (distributions_) result.at_rival.excess = excessAt(h.T_map_query, around);
-        if (ask_rival_) result.at_rival.missing = query.visibility(h.T_map_query).missing;
+        result.second_best = h.T_map_query.translation();
+        if (distributions_) result.at_second_best.above_null = aboveNullAt(h.T_map_query, around);
+        if (ask_second_best_) result.at_second_best.miss_ratio = query.visibility(h.T_map_query).miss_ratio;
         continue;
       }
       result.next_wrong = score;
@@ -307,9 +307,9 @@ class SelfSearch {
     e.score = result.self;
     e.runner_up = result.wrong;
     e.third = result.next_wrong;
-    e.travel_m = hasWay() ? window_m : 0;
+    e.travel_m = hasPath() ? window_m : 0;
     e.expected = truth.expected;
-    e.known_share = truth.known_share;
+    e.map_coverage = truth.map_coverage;
     const verify::Verdict verdict = verify::judge(e, options_.verdict);
     result.confidence = verdict.confidence;
     result.sure = verdict.status == Status::accepted;
@@ -318,7 +318,7 @@ class SelfSearch {
 
   const map::SemanticMap& map_;
   const Options& options_;
-  const bool ask_rival_;
+  const bool ask_second_best_;
   std::unique_ptr<const search::Field> field_;
   std::optional<pose::DistributionMap> distributions_;  ///< if the best wrong place is asked
   std::vector<double> along_;  ///< way of each key frame; empty for a bare graph
@@ -326,24 +326,24 @@ class SelfSearch {
 };
 
 /// The shortest length that is sure and from which on all are.
-void conclude(const SelfQuery* first, const SelfQuery* last, Alikeness::Place& place) {
+void conclude(const SelfQuery* first, const SelfQuery* last, SelfSimilarity::Place& place) {
   for (const SelfQuery* q = last; q != first;) {
     --q;
     if (!q->sure) {
-      place.rival = q->rival;
+      place.second_best = q->second_best;
       return;
     }
-    place.sure_m = q->window_m;
+    place.min_query_length_m = q->window_m;
   }
 }
 
 /// A map upright and in lengths of a town.
-struct UprightTown {
-  UprightTown(const map::SemanticMap& given, const Options& in_metres)
+struct AlignedMap {
+  AlignedMap(const map::SemanticMap& given, const Options& in_metres)
       : options(optionsOfSearch(in_metres, given.size, given.labels)),
         scaled(given, 1 / given.size),
         gravity(gravityOf(*scaled, options.gravity)),
-        turned(uprightMap(*scaled, gravity.upright)),
+        turned(gravityAlignedMap(*scaled, gravity.alignment)),
         map(turned ? *turned : *scaled) {}
 
   const Options options;
@@ -367,33 +367,33 @@ std::vector<std::optional<SelfQuery>> askAll(const SelfSearch& search,
 
 }  // namespace
 
-void askItself(map::SemanticMap& given, const Options& in_metres) {
+void measureNullHypothesis(map::SemanticMap& given, const Options& in_metres) {
   given.wrong_places.clear();
   given.own_stretches.clear();
-  if (given.poses.size() < 2 || given.plan.known.empty()) return;
-  const UprightTown town(given, in_metres);
+  if (given.poses.size() < 2 || given.bev.known.empty()) return;
+  const AlignedMap town(given, in_metres);
   const SelfSearch search(town.map, town.options, true);
   for (const auto& q : askAll(search, search.choosePlaces(kRememberedPlaces), kRememberedLengths_m,
                               town.options.threads)) {
     if (q) given.own_stretches.push_back({q->window_m * given.size, q->confidence});
-    if (q && q->rival) given.wrong_places.push_back(q->at_rival);
+    if (q && q->second_best) given.wrong_places.push_back(q->at_second_best);
   }
 }
 
-Alikeness measureAlikeness(const map::SemanticMap& given, const Options& in_metres,
+SelfSimilarity measureSelfSimilarity(const map::SemanticMap& given, const Options& in_metres,
                            std::size_t most_places) {
-  const UprightTown town(given, in_metres);
+  const AlignedMap town(given, in_metres);
   const SelfSearch search(town.map, town.options, false);
   const std::vector<std::size_t> chosen = search.choosePlaces(most_places);
   constexpr std::size_t kCount = std::size(kLengths_m);
   std::vector<std::optional<SelfQuery>> asked =
       askAll(search, chosen, kLengths_m, town.options.threads);
 
-  Alikeness result;
+  SelfSimilarity result;
   const double size = given.size;
-  const Eigen::Quaterniond back = town.gravity.upright.conjugate();
+  const Eigen::Quaterniond back = town.gravity.alignment.conjugate();
   for (std::size_t i = 0; i < chosen.size(); ++i) {
-    Alikeness::Place place;
+    SelfSimilarity::Place place;
     place.key_frame = chosen[i];
     place.position = size * (back * search.positionOf(chosen[i]));
     std::vector<SelfQuery> here;
@@ -401,7 +401,7 @@ Alikeness measureAlikeness(const map::SemanticMap& given, const Options& in_metr
       if (std::optional<SelfQuery>& query = asked[i * kCount + k]) {
         query->place = result.places.size();
         query->window_m *= size;
-        if (query->rival) query->rival = size * (back * *query->rival);
+        if (query->second_best) query->second_best = size * (back * *query->second_best);
         here.push_back(*query);
       }
     }
@@ -428,11 +428,11 @@ std::vector<OwnAcceptance> ownAcceptance(const map::SemanticMap& map) {
   return result;
 }
 
-std::vector<WrongScores> wrongScores(const Alikeness& alikeness) {
+std::vector<WrongScores> wrongScores(const SelfSimilarity& self_similarity) {
   std::vector<WrongScores> all;
-  for (const double length_m : alikeness.lengths_m) {
+  for (const double length_m : self_similarity.lengths_m) {
     std::vector<double> leads, shares;
-    for (const SelfQuery& q : alikeness.queries) {
+    for (const SelfQuery& q : self_similarity.queries) {
       if (q.window_m != length_m) continue;
       const double best = std::max(1.0, q.wrong), next = std::max(1.0, q.next_wrong);
       leads.push_back((best - next) * std::log(best / next));
@@ -447,7 +447,7 @@ std::vector<WrongScores> wrongScores(const Alikeness& alikeness) {
     for (std::size_t k = 0; k < WrongScores::kQuantiles.size(); ++k) {
       const auto at = static_cast<std::size_t>(WrongScores::kQuantiles[k] *
                                                static_cast<double>(leads.size() - 1));
-      scores.lead[k] = leads[at];
+      scores.likelihood_margin[k] = leads[at];
       scores.share[k] = shares[at];
     }
     all.push_back(scores);

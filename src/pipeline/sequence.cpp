@@ -41,7 +41,7 @@ struct Track {
 /// The window has its share of what a true pose would score, where the map was seen.
 bool agrees(const verify::PlaceEvidence& e, const verify::VerdictOptions& o) {
   constexpr double kShare = 0.4;
-  return e.expected > 0 && e.score >= kShare * e.expected && e.known_share >= o.min_known_share;
+  return e.expected > 0 && e.score >= kShare * e.expected && e.map_coverage >= o.min_known_share;
 }
 
 template <class Evidence>
@@ -61,15 +61,15 @@ std::optional<double> meanOf(const std::vector<DenseEvidence>& looks,
 /// the pose is that of the newest, which is the last one.
 DenseEvidence meanOf(const std::vector<DenseEvidence>& looks) {
   DenseEvidence mean = looks.back();
-  mean.agreement = mean.by_chance = 0;
+  mean.inlier_ratio = mean.null_inlier_ratio = 0;
   for (const DenseEvidence& look : looks) {
-    mean.agreement += look.agreement / static_cast<double>(looks.size());
-    mean.by_chance += look.by_chance / static_cast<double>(looks.size());
+    mean.inlier_ratio += look.inlier_ratio / static_cast<double>(looks.size());
+    mean.null_inlier_ratio += look.null_inlier_ratio / static_cast<double>(looks.size());
   }
   for (const auto what :
-       {&Visibility::contradicted, &Visibility::standing, &Visibility::shown, &Visibility::missing})
+       {&Visibility::conflict_ratio, &Visibility::obstacle_overlap, &Visibility::map_overlap, &Visibility::miss_ratio})
     mean.*what = meanOf(looks, what);
-  for (const auto what : {&DenseEvidence::of_itself, &DenseEvidence::seen_through})
+  for (const auto what : {&DenseEvidence::self_consistency, &DenseEvidence::free_space_violation})
     mean.*what = meanOf(looks, what);
   return mean;
 }
@@ -161,14 +161,14 @@ struct Sequence::State {
     const auto number = static_cast<double>(std::count(counts.begin(), counts.end(), true));
     for (Track& track : tracks) {
       track.sum = {};
-      track.sum.known_share = 0;
+      track.sum.map_coverage = 0;
       for (std::size_t w = 0; w < windows.size(); ++w) {
         if (!counts[w]) continue;
         const verify::PlaceEvidence& e = track.seen[w].evidence;
         track.sum.score += e.score;
         track.sum.expected += e.expected;
-        track.sum.known_share += e.known_share / number;
-        sumUp(e.standing, track.sum.standing);
+        track.sum.map_coverage += e.map_coverage / number;
+        sumUp(e.obstacles, track.sum.obstacles);
       }
     }
     std::stable_sort(tracks.begin(), tracks.end(),
@@ -251,7 +251,7 @@ struct Sequence::State {
 
   /// What close looks of the windows that count tell of a track: a stranger may fit by its newest
   /// window only.
-  DenseEvidence lookClosely(Track& track) const {
+  DenseEvidence verifyDensely(Track& track) const {
     const std::vector<bool> counts = counted();
     std::vector<DenseEvidence> looks;
     for (std::size_t w = 0; w < windows.size(); ++w) {
@@ -267,22 +267,22 @@ struct Sequence::State {
   verify::Evidence evidenceOfSum(const SequenceAnswer& answer, const Localization& at_best) {
     verify::Evidence e;
     static_cast<verify::PlaceEvidence&>(e) = tracks.front().sum;
-    e.runner_up = e.passed_over = answer.runner_up;
+    e.runner_up = e.best_unverified = answer.runner_up;
     e.third = tracks.size() > 2 ? std::max(0.0, tracks[2].sum.score) : 0;
     if (tracks.size() > 1) {
       const PlacePose best = placeNow(tracks[0].seen.back()),
                       next = placeNow(tracks[1].seen.back());
-      e.rival_distance_m = std::hypot(best.x - next.x, best.y - next.y);
+      e.second_best_distance_m = std::hypot(best.x - next.x, best.y - next.y);
     }
     e.windows = answer.windows;
     e.sigma_m = at_best.statistics.sigma_m;
     DenseEvidence& newest = tracks[0].seen.back().evidence.dense = at_best.statistics.dense;
     if (!newest.registered()) return e;
-    e.dense = lookClosely(tracks[0]);
-    if (tracks.size() > 1 && newest.settled && e.rivalIsClose()) {
-      e.rivals = {tracks[1].sum};
-      e.rivals[0].dense = lookClosely(tracks[1]);
-      e.passed_over = e.third;
+    e.dense = verifyDensely(tracks[0]);
+    if (tracks.size() > 1 && newest.converged && e.secondBestIsClose()) {
+      e.alternatives = {tracks[1].sum};
+      e.alternatives[0].dense = verifyDensely(tracks[1]);
+      e.best_unverified = e.third;
     }
     return e;
   }
@@ -304,13 +304,13 @@ struct Sequence::State {
   /// that the sum only does not reach stays as it is, but not one that it finds likelier wrong than
   /// right; one of another place is in doubt.
   void decide(const Query& query, SequenceAnswer& answer) {
-    constexpr double kEven = 0.5;
+    constexpr double kConfidenceThreshold = 0.5;
     Localization at_best = atBest(query, answer);
     verify::Verdict verdict = verdictOfSum(answer, at_best);
     const bool sum_accepts = verdict.status == Status::accepted;
     if (answer.alone.accepted()) {
       const bool same = bestIsThatOf(answer.alone);
-      if (same && !sum_accepts && verdict.confidence >= kEven) return;
+      if (same && !sum_accepts && verdict.confidence >= kConfidenceThreshold) return;
       if (same && sum_accepts)
         verdict.confidence = std::max(verdict.confidence, answer.alone.confidence);
       if (!same && !sum_accepts) verdict.status = Status::ambiguous;

@@ -41,10 +41,10 @@ Tracker::Tracker(const Localizer& localizer, const Options& options, std::size_t
 }
 
 std::optional<TrackAnswer> Tracker::add(const Frame& frame, const LabelSet& labels) {
-  frames_.push_back(localizer_.digest(frame, labels));
+  frames_.push_back(localizer_.preprocess(frame, labels));
   ++added_;
   if (frames_.size() < window_) return std::nullopt;
-  const std::vector<FrameDigest> frames = std::exchange(frames_, {});
+  const std::vector<PreprocessedFrame> frames = std::exchange(frames_, {});
   return follow(localizer_.query(frames, labels));
 }
 

@@ -88,7 +88,7 @@ struct GroundSight {
   std::vector<GroundPlane> planes;    ///< one per frame that shows a plane, normals up
 };
 
-void addGround(const FrameDigest& frame, const Eigen::Vector3d& origin, const LabelSet& labels,
+void addGround(const PreprocessedFrame& frame, const Eigen::Vector3d& origin, const LabelSet& labels,
                GroundSight& sight) {
   const float reach = frame.aerial ? INFINITY : static_cast<float>(kUnderSensor_m);
   const Eigen::Vector3d shift = frame.cloud.origin - origin;
@@ -154,12 +154,12 @@ struct Verticals {
   std::vector<Eigen::Vector3d> wall_normals, pole_axes;
 };
 
-using FramePointers = std::vector<const FrameDigest*>;
+using FramePointers = std::vector<const PreprocessedFrame*>;
 
 void addWalls(const FramePointers& frames, const LabelSet& labels, Verticals& found) {
   std::map<std::tuple<int, int, int, std::uint32_t>, Moments> cells;
-  for (const FrameDigest* f : frames) {
-    const FrameDigest& frame = *f;
+  for (const PreprocessedFrame* f : frames) {
+    const PreprocessedFrame& frame = *f;
     const Eigen::Vector3d shift = frame.cloud.origin - frames[0]->cloud.origin;
     for (std::size_t i = 0; i < frame.cloud.size(); ++i) {
       const std::uint32_t label = frame.cloud.points[i].label;
@@ -186,7 +186,7 @@ void addWalls(const FramePointers& frames, const LabelSet& labels, Verticals& fo
 
 void addPoles(const FramePointers& frames, const LabelSet& labels, Verticals& found) {
   constexpr double kLong_m = 0.5, kThin = 0.15;
-  for (const FrameDigest* frame : frames) {
+  for (const PreprocessedFrame* frame : frames) {
     for (const Blob& blob : frame->blobs) {
       const Kind kind = labels.kind(blob.label);
       if (!isPoleLike(kind) && kind != Kind::trunk) continue;
@@ -251,14 +251,14 @@ void correct(const Verticals& verticals, const Eigen::Vector3d& guess, double gu
 
 }  // namespace
 
-UpEvidence findUp(const std::vector<PlaceBuilder::SharedDigest>& all, const LabelSet& labels) {
+UpEvidence findUp(const std::vector<PlaceBuilder::SharedFrame>& all, const LabelSet& labels) {
   UpEvidence evidence;
   const std::size_t step = (all.size() + kMostFrames - 1) / kMostFrames;
   FramePointers frames;
   for (std::size_t i = 0; i < all.size(); i += step) frames.push_back(all[i].get());
   GroundSight grounds;
   Eigen::Vector3d sensor_up = Eigen::Vector3d::Zero();
-  for (const FrameDigest* frame : frames) {
+  for (const PreprocessedFrame* frame : frames) {
     addGround(*frame, frames[0]->cloud.origin, labels, grounds);
     if (frame->sensor == Sensor::camera && !frame->aerial)
       sensor_up -= frame->T_odom_sensor.linear().col(1);

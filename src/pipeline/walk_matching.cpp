@@ -43,7 +43,7 @@ pose::Alignment alignWithGravity(const std::vector<Eigen::Vector3d>& from,
                                  const std::string& gravity) {
   constexpr double kMuchWorse = 1.3, kSlack_m = 0.3, kFlat_m = 0.3;
   const pose::Alignment free = pose::alignPoints(from, to),
-                        upright = pose::alignPointsUpright(from, to);
+                        upright = pose::alignPointsInYaw(from, to);
   if (gravity == "free") return free;
   if (gravity == "aligned" || !free.valid || thicknessOf(from) < kFlat_m) return upright;
   return upright.valid && upright.rms_m <= kMuchWorse * free.rms_m + kSlack_m ? upright : free;
@@ -307,7 +307,7 @@ WalkMatches WalkMatcher::matchUnder(const Eigen::Isometry3d& T_map_query, const 
   pose.kept_if_true = o.places.detection;
   const double inlier_share = std::min(1.0, std::pow(o.consensus.inlier_m / reach_m, 2));
   for (const int count : candidates.counts)
-    pose.kept_by_chance += 1 - std::pow(1 - inlier_share, count);
+    pose.kept_under_null += 1 - std::pow(1 - inlier_share, count);
   result.putative = std::move(candidates.best);
   result.poses = {std::move(pose)};
   inFullGraphs(query, map, result);

@@ -41,7 +41,7 @@ struct MatchedPose {
   /// Under a hypothesis: how many query vertices had a candidate at all, and how many of these
   /// would keep one at a wrong place, where candidates lie anywhere within reach.
   int with_candidates = 0;
-  double kept_by_chance = 0;
+  double kept_under_null = 0;
   double kept_if_true = 0;  ///< chance that one of them keeps a candidate at the true place
 };
 

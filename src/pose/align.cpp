@@ -107,7 +107,7 @@ Alignment alignPoints(const Points& source, const Points& target) {
   return success(svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose(), m, source, target);
 }
 
-Alignment alignPointsUpright(const Points& source, const Points& target) {
+Alignment alignPointsInYaw(const Points& source, const Points& target) {
   const Moments m = momentsOf(source, target, 2);
   if (!m.problem.empty()) return failure(m.problem);
   // Maximises sum t . Rz(yaw) s over yaw.

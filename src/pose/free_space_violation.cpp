@@ -19,7 +19,7 @@ constexpr double kFewest = 30;       ///< distributions that tell anything
 constexpr int kMoves = 6;
 constexpr double kMove_m = 2;
 /// Who would hardly see through anything at a wrong place either, as from the air, tells nothing.
-constexpr double kLeastElsewhere = 0.05;
+constexpr double kLeastDisplaced = 0.05;
 
 /// Distributions of the map in what a query has looked at.
 struct RayCounts {
@@ -121,22 +121,22 @@ class SeenSpace {
 
 }  // namespace
 
-std::optional<double> seenThrough(const DistributionMap& map, const RefineQuery& query,
+std::optional<double> freeSpaceViolation(const DistributionMap& map, const RefineQuery& query,
                                   const LabelSet& labels, const Eigen::Isometry3d& T_map_query) {
   const SeenSpace space(query, labels);
   const RayCounts here = space.at(map, T_map_query);
   if (here.told() < kFewest) return std::nullopt;
-  RayCounts elsewhere;
+  RayCounts displaced;
   for (int k = 0; k < kMoves; ++k) {
     const double angle = 0.3 + 2 * M_PI * k / kMoves;
     Eigen::Isometry3d moved = T_map_query;
     moved.pretranslate(kMove_m * Eigen::Vector3d(std::cos(angle), std::sin(angle), 0));
     const RayCounts counts = space.at(map, moved);
-    elsewhere.met += counts.met;
-    elsewhere.through += counts.through;
+    displaced.met += counts.met;
+    displaced.through += counts.through;
   }
-  if (elsewhere.share() < kLeastElsewhere) return std::nullopt;
-  return here.share() / elsewhere.share();
+  if (displaced.share() < kLeastDisplaced) return std::nullopt;
+  return here.share() / displaced.share();
 }
 
 }  // namespace xview::pose

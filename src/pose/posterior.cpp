@@ -45,7 +45,7 @@ Window thinWindow(const std::vector<Eigen::Isometry3d>& T_odom_sensor, std::size
   Window window;
   const std::size_t n = T_odom_sensor.size();
   const std::size_t stride = (n + max_poses - 1) / max_poses;
-  const std::vector<double> path_m = wayAlong(T_odom_sensor);
+  const std::vector<double> path_m = pathLengths(T_odom_sensor);
   for (std::size_t i = 0; i < n; ++i) {
     window.carrier.push_back(window.T_odom_sensor.size());  // the next one that is kept
     if ((n - 1 - i) % stride != 0) continue;

@@ -238,7 +238,7 @@ Matrix6d covarianceOf(const Fit& fit, const Eigen::Matrix3d& start_open,
 
 /// The points of one group that lie where the map holds anything, or some of them.
 struct GroupAgreement {
-  double points = 0, found = 0, by_chance = 0;
+  double points = 0, found = 0, null_inlier_ratio = 0;
 };
 
 /// Adds how much the points agree at a pose; a point agrees as much as it counts in the fit.
@@ -272,7 +272,7 @@ std::optional<Agreement> agreementOf(const DistributionMap& map,
     Estimate moved = at;
     const double angle = 0.3 + 2 * M_PI * k / kMoves;
     moved.T_map_query.pretranslate(kMove_m * Eigen::Vector3d(std::cos(angle), std::sin(angle), 0));
-    addAgreement(registration, some, moved, weight / kMoves, &GroupAgreement::by_chance, groups);
+    addAgreement(registration, some, moved, weight / kMoves, &GroupAgreement::null_inlier_ratio, groups);
   }
   Agreement sum;
   double weights = 0;
@@ -280,11 +280,11 @@ std::optional<Agreement> agreementOf(const DistributionMap& map,
     if (group.points < kFewestOfGroup) continue;
     const double root = std::sqrt(group.points);
     sum.found += group.found / root;
-    sum.by_chance += group.by_chance / root;
+    sum.null_inlier_ratio += group.null_inlier_ratio / root;
     weights += root;
   }
   if (!(weights > 0)) return std::nullopt;
-  return Agreement{std::min(1.0, sum.found / weights), std::min(1.0, sum.by_chance / weights)};
+  return Agreement{std::min(1.0, sum.found / weights), std::min(1.0, sum.null_inlier_ratio / weights)};
 }
 
 }  // namespace
@@ -322,7 +322,7 @@ Refinement refine(const DistributionMap& map, const RefineQuery& query, const La
   return result;
 }
 
-std::optional<double> agreementWithItself(const RefineQuery& query, const LabelSet& labels,
+std::optional<double> selfConsistency(const RefineQuery& query, const LabelSet& labels,
                                           const RefineOptions& options) {
   std::array<LabelledCloud, 2> halves;
   for (LabelledCloud& half : halves) half.origin = query.cloud.origin;

@@ -17,7 +17,7 @@ Eigen::Isometry3d inMap(const TrajectoryFix& fix, Eigen::Isometry3d T_odom_senso
 
 std::vector<Eigen::Isometry3d> trajectoryThrough(
     const std::vector<Eigen::Isometry3d>& T_odom_sensor, const std::vector<TrajectoryFix>& fixes) {
-  const std::vector<double> way = wayAlong(T_odom_sensor);
+  const std::vector<double> way = pathLengths(T_odom_sensor);
   std::vector<Eigen::Isometry3d> poses;
   auto after = fixes.begin();  // the first fix that is not before the frame
   for (std::size_t i = 0; i < T_odom_sensor.size(); ++i) {

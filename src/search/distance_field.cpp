@@ -29,7 +29,7 @@ using Mask = std::vector<std::uint8_t>;                 ///< 1 per cell of a til
 
 /// Cells of each tile that were seen, grown by kSeenNear_m; the key set is the set of tiles of the
 /// field.
-std::map<TileKey, Mask> seenTiles(const PlanView& map) {
+std::map<TileKey, Mask> seenTiles(const BevGrid& map) {
   std::map<TileKey, Mask> seen;
   const int reach = static_cast<int>(kSeenNear_m / map.cell_m);
   TileKey last{std::numeric_limits<std::int32_t>::max(), 0};
@@ -95,10 +95,10 @@ Distances squaredDistances(const std::vector<Site>& sites, float reach) {
 /// Samples in cells, by tile and channel.
 class SamplesByTile {
  public:
-  SamplesByTile(const PlanView& map, float reach)
+  SamplesByTile(const BevGrid& map, float reach)
       : tiles_around_(static_cast<int>(reach) / kSide + 1), reach_(reach) {
-    for (std::size_t c = 0; c < kChannels; ++c) {
-      for (const PlanSample& s : map.samples[c]) {
+    for (std::size_t c = 0; c < kBevChannels; ++c) {
+      for (const BevSample& s : map.samples[c]) {
         const auto x = static_cast<float>(s.x / map.cell_m),
                    y = static_cast<float>(s.y / map.cell_m);
         tiles_[{tileOf(y), tileOf(x)}][c].push_back({x, y});
@@ -108,15 +108,15 @@ class SamplesByTile {
 
   using Sites = std::vector<Site>;
   /// Those within reach of a tile, relative to it.
-  std::array<Sites, kChannels> around(std::int32_t tile_x, std::int32_t tile_y) const {
-    std::array<Sites, kChannels> result;
+  std::array<Sites, kBevChannels> around(std::int32_t tile_x, std::int32_t tile_y) const {
+    std::array<Sites, kBevChannels> result;
     const float x0 = static_cast<float>(tile_x) * kSide, y0 = static_cast<float>(tile_y) * kSide;
     const auto inReach = [this](float p) { return p >= -reach_ && p <= kSide + reach_; };
     for (int dy = -tiles_around_; dy <= tiles_around_; ++dy) {
       for (int dx = -tiles_around_; dx <= tiles_around_; ++dx) {
         const auto it = tiles_.find({tile_y + dy, tile_x + dx});
         if (it == tiles_.end()) continue;
-        for (std::size_t c = 0; c < kChannels; ++c) {
+        for (std::size_t c = 0; c < kBevChannels; ++c) {
           for (const Site& s : it->second[c]) {
             if (inReach(s.x - x0) && inReach(s.y - y0)) result[c].push_back({s.x - x0, s.y - y0});
           }
@@ -133,7 +133,7 @@ class SamplesByTile {
 
   int tiles_around_;
   float reach_;
-  std::map<TileKey, std::array<Sites, kChannels>> tiles_;
+  std::map<TileKey, std::array<Sites, kBevChannels>> tiles_;
 };
 
 /// Limits of the classes in cells, squared.
@@ -160,16 +160,16 @@ void appendPlane(const Distances& squared, const std::vector<float>& limits, con
 /// without a sample in reach.
 struct TilePlanes {
   std::vector<std::uint8_t> planes;
-  std::array<std::size_t, kChannels> plane_of{};
+  std::array<std::size_t, kBevChannels> plane_of{};
 };
 
-TilePlanes makePlanes(const std::array<SamplesByTile::Sites, kChannels>& samples, const Mask& mask,
+TilePlanes makePlanes(const std::array<SamplesByTile::Sites, kBevChannels>& samples, const Mask& mask,
                       double cell_m) {
   TilePlanes result;
   const auto reach = static_cast<float>(kReach_m / cell_m);
   const auto limits = squaredLimits(cell_m);
   appendPlane(squaredDistances({}, reach), limits, mask, result.planes);
-  for (std::size_t c = 0; c < kChannels; ++c) {
+  for (std::size_t c = 0; c < kBevChannels; ++c) {
     if (samples[c].empty()) continue;
     result.plane_of[c] = result.planes.size() / kCells;
     appendPlane(squaredDistances(samples[c], reach), limits, mask, result.planes);
@@ -180,7 +180,7 @@ TilePlanes makePlanes(const std::array<SamplesByTile::Sites, kChannels>& samples
 
 }  // namespace
 
-DistanceField::DistanceField(const PlanView& map, int threads)
+DistanceField::DistanceField(const BevGrid& map, int threads)
     : cell_m_(map.cell_m), origin_x_(map.origin_x), origin_y_(map.origin_y) {
   const auto seen = seenTiles(map);
   if (seen.empty()) return;
@@ -199,7 +199,7 @@ DistanceField::DistanceField(const PlanView& map, int threads)
     Tile& tile = tiles_[t];
     TilePlanes made = makePlanes(samples.around(tile.x, tile.y), *masks[t], cell_m_);
     planes_[t] = std::move(made.planes);
-    for (std::size_t c = 0; c < kChannels; ++c)
+    for (std::size_t c = 0; c < kBevChannels; ++c)
       tile.bins[c] = planes_[t].data() + made.plane_of[c] * kCells;
     tile.ground.assign(kCells, std::numeric_limits<float>::quiet_NaN());
   });
@@ -235,7 +235,7 @@ double headingAt(const std::vector<Eigen::Vector2d>& path, std::size_t i) {
 /// Samples of a channel in cells as wide as the sight, thinned.
 class NearbySamples {
  public:
-  explicit NearbySamples(const std::vector<PlanSample>& samples) : samples_(samples) {
+  explicit NearbySamples(const std::vector<BevSample>& samples) : samples_(samples) {
     CellIndex taken;
     for (std::size_t i = 0; i < samples.size(); ++i) {
       const std::size_t before = taken.size();
@@ -253,7 +253,7 @@ class NearbySamples {
   }
 
  private:
-  const std::vector<PlanSample>& samples_;
+  const std::vector<BevSample>& samples_;
   CellLists cells_;
 };
 
@@ -278,12 +278,12 @@ std::vector<WrongPose> drawWrongPoses(const std::vector<Eigen::Vector2d>& path) 
 
 }  // namespace
 
-MapNull mapNull(const PlanView& map, const std::vector<Eigen::Vector2d>& path,
+MapNull mapNull(const BevGrid& map, const std::vector<Eigen::Vector2d>& path,
                 const DistanceField& field) {
   MapNull null{};
   if (path.size() < 4) return null;
   const std::vector<WrongPose> poses = drawWrongPoses(path);
-  for (std::size_t c = 0; c < kChannels; ++c) {
+  for (std::size_t c = 0; c < kBevChannels; ++c) {
     const NearbySamples samples(map.samples[c]);
     for (const WrongPose& pose : poses) {
       const double cosine = std::cos(pose.yaw), sine = std::sin(pose.yaw);

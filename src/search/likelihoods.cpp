@@ -55,8 +55,8 @@ bool parseLine(const std::string& line, LikelihoodTable& table) {
   const auto v = std::find(kViewpointNames.begin(), kViewpointNames.end(), viewpoint) -
                  kViewpointNames.begin();
   std::size_t c = 0;
-  while (c < kChannels && channel != toString(static_cast<Channel>(c))) ++c;
-  if (v == kViewpointNames.end() - kViewpointNames.begin() || c == kChannels) return false;
+  while (c < kBevChannels && channel != toString(static_cast<BevChannel>(c))) ++c;
+  if (v == kViewpointNames.end() - kViewpointNames.begin() || c == kBevChannels) return false;
   DistanceCounts& entry = table.counts[v][c];
   (hypothesis == "true" ? entry.at_true : entry.at_wrong) = counts;
   return true;
@@ -66,7 +66,7 @@ bool parseLine(const std::string& line, LikelihoodTable& table) {
 
 void LikelihoodTable::add(const LikelihoodTable& other) {
   for (std::size_t v = 0; v < counts.size(); ++v) {
-    for (std::size_t c = 0; c < kChannels; ++c) {
+    for (std::size_t c = 0; c < kBevChannels; ++c) {
       for (int b = 0; b < kDistanceBins; ++b) {
         counts[v][c].at_true[b] += other.counts[v][c].at_true[b];
         counts[v][c].at_wrong[b] += other.counts[v][c].at_wrong[b];
@@ -76,11 +76,11 @@ void LikelihoodTable::add(const LikelihoodTable& other) {
 }
 
 LogRatios logRatios(const LikelihoodTable& table, Viewpoint viewpoint,
-                    const std::array<std::array<double, kDistanceBins>, kChannels>* map_null,
+                    const std::array<std::array<double, kDistanceBins>, kBevChannels>* map_null,
                     double mix) {
   LogRatios ratios;
-  for (std::size_t c = 0; c < kChannels; ++c) {
-    const DistanceCounts& counts = table.at(viewpoint, static_cast<Channel>(c));
+  for (std::size_t c = 0; c < kBevChannels; ++c) {
+    const DistanceCounts& counts = table.at(viewpoint, static_cast<BevChannel>(c));
     if (sum(counts.at_true) < kFewestCounts) continue;
     const Distribution wrong = smoothed(counts.at_wrong, uniform(), kDistanceBins * 0.5);
     const Distribution right = smoothed(counts.at_true, wrong, kPriorCounts);
@@ -108,10 +108,10 @@ std::string toText(const LikelihoodTable& table) {
   for (const float limit : kBinLimits_m) out << ' ' << limit;
   out << " m and beyond\n";
   for (std::size_t v = 0; v < table.counts.size(); ++v) {
-    for (std::size_t c = 0; c < kChannels; ++c) {
+    for (std::size_t c = 0; c < kBevChannels; ++c) {
       for (const bool at_true : {true, false}) {
         const DistanceCounts& counts = table.counts[v][c];
-        out << kViewpointNames[v] << ' ' << toString(static_cast<Channel>(c))
+        out << kViewpointNames[v] << ' ' << toString(static_cast<BevChannel>(c))
             << (at_true ? " true" : " wrong");
         for (const double n : at_true ? counts.at_true : counts.at_wrong)
           out << ' ' << std::llround(n);

@@ -181,11 +181,11 @@ class ObjectFieldQuery final : public FieldQuery {
 
   RasterLevels rasterLevels() const override { return field_.rasterLevels(query_); }
 
-  PlacePose climb(const PlacePose& start, Climb how) const override {
-    if (how == Climb::polish) return start;  // the end is as exact as vertices are
+  PlacePose refineLocally(const PlacePose& start, RefinementLevel how) const override {
+    if (how == RefinementLevel::polish) return start;  // the end is as exact as vertices are
     ObjectVerifier verifier = verifierAt(start);
     PlacePose pose = start;
-    if (how == Climb::rough) {
+    if (how == RefinementLevel::coarse) {
       pose = verifier.improved(pose, kRoughStep);
       pose.score = scoreBy(verifier, pose, kRoughScore);
     } else {
@@ -211,7 +211,7 @@ class ObjectFieldQuery final : public FieldQuery {
         poseFromYaw({h.centre.x, h.centre.y, heights.height_m + origin_.z()}, pose.yaw) *
         tilted(heights.slope) * Eigen::Translation3d(-centre_);
     h.expected = verifier.expectedScore(pose);
-    h.known_share = verifier.knownShare();
+    h.map_coverage = verifier.knownShare();
     return h;
   }
 

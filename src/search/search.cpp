@@ -58,10 +58,10 @@ Poses distinct(Poses poses, std::size_t count, const Same& same) {
   return kept;
 }
 
-void climbAll(const FieldQuery& query, Climb how, int threads, Poses& poses) {
+void refineAll(const FieldQuery& query, RefinementLevel how, int threads, Poses& poses) {
   parallelFor(poses.size(), threads, [&](std::size_t i) {
     askBudget(kStage);
-    poses[i] = query.climb(poses[i], how);
+    poses[i] = query.refineLocally(poses[i], how);
   });
 }
 
@@ -112,9 +112,9 @@ Poses bestPoses(const FieldQuery& query, const RasterLevels& levels,
   Poses poses = proposals(
       query, levels, priorOfPoint(priors, (query.centre() - query.focus()).head<2>()), threads);
   proposed += static_cast<int>(poses.size());
-  climbAll(query, Climb::rough, threads, poses);
+  refineAll(query, RefinementLevel::coarse, threads, poses);
   poses = distinct(std::move(poses), kRefined, areOnePose);
-  climbAll(query, Climb::end, threads, poses);
+  refineAll(query, RefinementLevel::fine, threads, poses);
   return poses;
 }
 
@@ -181,13 +181,13 @@ Poses bestPosesOfWide(const FieldQuery& query, const std::vector<PlacePrior>& pr
     for (double radius_m = disc.radius * kGrowth; radius_m < whole_m; radius_m *= kGrowth) {
       std::unique_ptr<FieldQuery> larger = query.part(disc.centre, radius_m);
       moveCentre(part->centre(), larger->centre(), poses);
-      climbAll(*larger, Climb::end, threads, poses);
+      refineAll(*larger, RefinementLevel::fine, threads, poses);
       part = std::move(larger);
     }
     moveCentre(part->centre(), query.centre(), poses);
     all.insert(all.end(), poses.begin(), poses.end());
   }
-  climbAll(query, Climb::end, threads, all);
+  refineAll(query, RefinementLevel::fine, threads, all);
   return all;
 }
 
@@ -218,7 +218,7 @@ SearchResult search(const FieldQuery& query, const std::vector<PlacePrior>& prio
   for (const PlacePose& p : poses) result.places.push_back(query.inMap(p));
   parallelFor(told, threads, [&](std::size_t i) {
     askBudget(kStage);
-    result.places[i] = query.describeAt(query.climb(poses[i], Climb::polish));
+    result.places[i] = query.describeAt(query.refineLocally(poses[i], RefinementLevel::polish));
   });
   std::stable_sort(result.places.begin(), result.places.begin() + static_cast<std::ptrdiff_t>(told),
                    [](const auto& a, const auto& b) { return a.score() > b.score(); });
@@ -270,7 +270,7 @@ PlaceHypothesis FieldQuery::describe(const Eigen::Isometry3d& T_map_query) const
 
 PlaceHypothesis FieldQuery::verify(const Eigen::Isometry3d& T_map_query) const {
   PlacePose pose = centrePose(T_map_query);
-  for (const Climb how : {Climb::rough, Climb::end, Climb::polish}) pose = climb(pose, how);
+  for (const RefinementLevel how : {RefinementLevel::coarse, RefinementLevel::fine, RefinementLevel::polish}) pose = refineLocally(pose, how);
   return describeAt(pose);
 }
 

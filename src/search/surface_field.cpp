@@ -22,15 +22,15 @@ constexpr std::size_t kLargeMapTiles = 400;
 /// First steps of a climb to the end, and how far a step of yaw moves the rim at most.
 constexpr double kStep_m = 0.5, kStep_rad = 0.012, kRimStep_m = 0.5;
 constexpr double kPolishStep_m = 0.125, kPolishStep_rad = 0.003;
-constexpr double kShownPrior_nats = 15;  ///< added to what is expected: a few things say little
+constexpr double kMapOverlapPrior_nats = 15;  ///< added to what is expected: a few things say little
 /// Presumed of obstacles of a query, found and expected, so that a few of them say little.
-constexpr double kStandingPrior_nats = 20, kMostStanding = 1.5;
+constexpr double kObstaclePrior_nats = 20, kMostStanding = 1.5;
 constexpr double kLooked_m2 = 150;  ///< a query that measured less ground shows too little of a map
 
 WeightedRatios weighted(const LogRatios& ratios, bool coarse) {
   WeightedRatios result;
-  for (std::size_t c = 0; c < kChannels; ++c) {
-    const auto weight = static_cast<float>(sampleWeight(static_cast<Channel>(c), coarse));
+  for (std::size_t c = 0; c < kBevChannels; ++c) {
+    const auto weight = static_cast<float>(sampleWeight(static_cast<BevChannel>(c), coarse));
     for (int b = 0; b <= kDistanceBins; ++b) result.value[c][b] = weight * ratios.value[c][b];
     result.expected[c] = weight * ratios.expected[c];
   }
@@ -78,8 +78,8 @@ LikelihoodRaster makeRaster(const DistanceField& field, const WeightedRatios& ra
   for (const DistanceField::Tile& tile : field.tiles()) {
     const std::int32_t first_x = tile.x * (DistanceField::kTileCells / sub),
                        first_y = tile.y * (DistanceField::kTileCells / sub);
-    for (std::size_t c = 0; c < kChannels; ++c) {
-      const float mean_share = isObject(static_cast<Channel>(c)) ? 0.5f : 0.7f;
+    for (std::size_t c = 0; c < kBevChannels; ++c) {
+      const float mean_share = isObject(static_cast<BevChannel>(c)) ? 0.5f : 0.7f;
       for (int y = 0; y < DistanceField::kTileCells / sub; ++y) {
         for (int x = 0; x < DistanceField::kTileCells / sub; ++x) {
           const std::uint8_t* bins = tile.bins[c] + y * sub * DistanceField::kTileCells + x * sub;
@@ -107,14 +107,14 @@ double medianHeight(const std::vector<SurfaceSamples::Ground>& ground) {
 
 /// Whatever stands there, without its class, and optionally where the ground was measured: between
 /// the rings of a scanner things may stand that it does not show.
-PlanView standingThings(const PlanView& view, bool with_known) {
-  PlanView things;
+BevGrid obstacleSamples(const BevGrid& view, bool with_known) {
+  BevGrid things;
   things.cell_m = view.cell_m;
   things.origin_x = view.origin_x;
   things.origin_y = view.origin_y;
   things.origin_z = view.origin_z;
   things.aerial = view.aerial;
-  for (const Channel c : kObstacles) things[c] = view[c];
+  for (const BevChannel c : kObstacles) things[c] = view[c];
   if (with_known) {
     std::copy_if(view.known.begin(), view.known.end(), std::back_inserter(things.known),
                  [](const GroundCell& cell) { return cell.measured; });
@@ -123,13 +123,13 @@ PlanView standingThings(const PlanView& view, bool with_known) {
 }
 
 /// Those within `radius_m` of a point of the map, in the query frame.
-PlanView thingsAround(const PlanView& map, const Eigen::Vector2d& centre, double radius_m,
+BevGrid thingsAround(const BevGrid& map, const Eigen::Vector2d& centre, double radius_m,
                       const Eigen::Isometry3d& T_query_map) {
-  PlanView near;
+  BevGrid near;
   near.cell_m = map.cell_m;
   const Eigen::Vector3d origin(map.origin_x, map.origin_y, map.origin_z);
-  for (const Channel c : kObstacles) {
-    for (const PlanSample& s : map[c]) {
+  for (const BevChannel c : kObstacles) {
+    for (const BevSample& s : map[c]) {
       const Eigen::Vector3d p_map = origin + Eigen::Vector3d(s.x, s.y, s.z);
       if ((p_map.head<2>() - centre).squaredNorm() > radius_m * radius_m) continue;
       const Eigen::Vector3f p = (T_query_map * p_map).cast<float>();
@@ -148,13 +148,13 @@ struct ViewTables {
 
 class SurfaceField final : public Field {
  public:
-  SurfaceField(const PlanView& map, const std::vector<Eigen::Vector3d>& trajectory,
+  SurfaceField(const BevGrid& map, const std::vector<Eigen::Vector3d>& trajectory,
                Surroundings surroundings, const SearchOptions& options, int threads)
       : cell_m_(options.cell_m),
         in_town_(surroundings == Surroundings::town),
         table_(options.likelihoods.empty() ? defaultLikelihoods()
                                            : readLikelihoods(options.likelihoods)),
-        things_(standingThings(map, false)),
+        things_(obstacleSamples(map, false)),
         distances_(map, threads),
         origin_(distances_.originX(), distances_.originY(), map.origin_z) {
     std::vector<Eigen::Vector2d> path;
@@ -167,7 +167,7 @@ class SurfaceField final : public Field {
 
   const DistanceField& distances() const { return distances_; }
   const LikelihoodTable& table() const { return table_; }
-  const PlanView& things() const { return things_; }
+  const BevGrid& things() const { return things_; }
   const Eigen::Vector3d& origin() const { return origin_; }
   bool inTown() const { return in_town_; }
   /// Made at the first query of this view-point.
@@ -188,7 +188,7 @@ class SurfaceField final : public Field {
   double cell_m_;
   bool in_town_;
   LikelihoodTable table_;
-  PlanView things_;
+  BevGrid things_;
   DistanceField distances_;
   Eigen::Vector3d origin_;
   MapNull null_;
@@ -196,20 +196,20 @@ class SurfaceField final : public Field {
   mutable std::array<std::unique_ptr<ViewTables>, 2> views_;
 };
 
-double measuredGround_m2(const PlanView& plan) {
-  const auto cells = std::count_if(plan.known.begin(), plan.known.end(),
+double measuredGround_m2(const BevGrid& bev) {
+  const auto cells = std::count_if(bev.known.begin(), bev.known.end(),
                                    [](const GroundCell& cell) { return cell.measured; });
-  return static_cast<double>(cells) * plan.cell_m * plan.cell_m;
+  return static_cast<double>(cells) * bev.cell_m * bev.cell_m;
 }
 
 class SurfaceQuery final : public FieldQuery {
  public:
   /// `plan`: all of the query; null for a part of one.
-  SurfaceQuery(const SurfaceField& field, const PlanView* plan, SurfaceSamples samples,
+  SurfaceQuery(const SurfaceField& field, const BevGrid* bev, SurfaceSamples samples,
                const std::optional<Eigen::Vector3d>& focus)
       : FieldQuery(field.origin(), focus),
         field_(field),
-        plan_(plan),
+        bev_(bev),
         samples_(std::move(samples)),
         view_(field.view(samples_.viewpoint)),
         score_(field.distances(), view_.ratios, samples_.fine) {
@@ -241,14 +241,14 @@ class SurfaceQuery final : public FieldQuery {
     return levels;
   }
 
-  PlacePose climb(const PlacePose& pose, Climb how) const override {
+  PlacePose refineLocally(const PlacePose& pose, RefinementLevel how) const override {
     switch (how) {
-      case Climb::rough:
-        return score_.climb(pose, view_.raster.cellSize() / 2, kYawStep_rad / 2, 2);
-      case Climb::end:
-        return score_.climb(pose, kStep_m, std::min(kStep_rad, kRimStep_m / radius_), 3);
+      case RefinementLevel::coarse:
+        return score_.refineLocally(pose, view_.raster.cellSize() / 2, kYawStep_rad / 2, 2);
+      case RefinementLevel::fine:
+        return score_.refineLocally(pose, kStep_m, std::min(kStep_rad, kRimStep_m / radius_), 3);
       default:
-        return score_.climb(pose, kPolishStep_m, kPolishStep_rad, 2);
+        return score_.refineLocally(pose, kPolishStep_m, kPolishStep_rad, 2);
     }
   }
 
@@ -279,14 +279,14 @@ class SurfaceQuery final : public FieldQuery {
   Visibility visibility(const Eigen::Isometry3d& T_map_query) const override {
     const std::vector<SampleEvidence> here = score_.evidence(centrePose(T_map_query));
     Visibility seen;
-    seen.contradicted = contradictedIn(here);
+    seen.conflict_ratio = conflictRatioOf(here);
     const PartScore obstacles = obstaclesIn(here);
-    seen.standing = std::clamp(
-        (obstacles.score + kStandingPrior_nats) / (obstacles.expected + kStandingPrior_nats), -1.0,
+    seen.obstacle_overlap = std::clamp(
+        (obstacles.score + kObstaclePrior_nats) / (obstacles.expected + kObstaclePrior_nats), -1.0,
         kMostStanding);
-    if (!plan_ || !field_.inTown() || measuredGround_m2(*plan_) < kLooked_m2) return seen;
+    if (!bev_ || !field_.inTown() || measuredGround_m2(*bev_) < kLooked_m2) return seen;
     std::call_once(things_made_, [&] {
-      things_ = std::make_unique<DistanceField>(standingThings(*plan_, true), 1);
+      things_ = std::make_unique<DistanceField>(obstacleSamples(*bev_, true), 1);
     });
     const SurfaceSamples samples = surfaceSamples(thingsAround(
         field_.things(), (T_map_query * centre_).head<2>(), radius_, T_map_query.inverse()));
@@ -295,16 +295,16 @@ class SurfaceQuery final : public FieldQuery {
     const PlacePose as_it_is{samples.centre.x() - things_->originX(),
                              samples.centre.y() - things_->originY(), 0, 0};
     const SurfaceScore map_in_query(*things_, ratios, samples.fine);
-    const PartScore sum = map_in_query.details(as_it_is, {}).standing;
-    seen.missing = contradictedIn(map_in_query.evidence(as_it_is));
-    seen.shown =
-        std::clamp(sum.score / (std::max(0.0, sum.expected) + kShownPrior_nats), -1.0, 1.0);
+    const PartScore sum = map_in_query.details(as_it_is, {}).obstacles;
+    seen.miss_ratio = conflictRatioOf(map_in_query.evidence(as_it_is));
+    seen.map_overlap =
+        std::clamp(sum.score / (std::max(0.0, sum.expected) + kMapOverlapPrior_nats), -1.0, 1.0);
     return seen;
   }
 
  private:
   const SurfaceField& field_;
-  const PlanView* plan_;
+  const BevGrid* bev_;
   const SurfaceSamples samples_;
   const ViewTables& view_;
   const SurfaceScore score_;
@@ -314,13 +314,13 @@ class SurfaceQuery final : public FieldQuery {
 
 std::unique_ptr<FieldQuery> SurfaceField::prepare(const Observation& query) const {
   SurfaceSamples samples;
-  if (query.plan) samples = surfaceSamples(*query.plan);
-  return std::make_unique<SurfaceQuery>(*this, query.plan, std::move(samples), query.focus);
+  if (query.bev) samples = surfaceSamples(*query.bev);
+  return std::make_unique<SurfaceQuery>(*this, query.bev, std::move(samples), query.focus);
 }
 
 }  // namespace
 
-std::unique_ptr<const Field> makeSurfaceField(const PlanView& map,
+std::unique_ptr<const Field> makeSurfaceField(const BevGrid& map,
                                               const std::vector<Eigen::Vector3d>& trajectory,
                                               Surroundings surroundings,
                                               const SearchOptions& options, int threads) {

@@ -13,19 +13,19 @@ constexpr double kObjectWeight = 2;     ///< evidence of an object
 constexpr double kGroundBlock_m = 2;    ///< heights of the ground, one per block
 /// Things that stand or do not stand at a place together. Larger blocks hide things behind others.
 constexpr double kThingsBlock_m = 4;
-constexpr double kContradictedPrior_nats = 15;  ///< at even odds, as a few things say little
+constexpr double kConflictPrior_nats = 15;  ///< at even odds, as a few things say little
 
 /// Classes that fill areas in plan view; facades of whole blocks of houses are seen as areas, too.
-bool fillsArea(Channel c) { return isArea(c) || c == Channel::building; }
+bool fillsArea(BevChannel c) { return isArea(c) || c == BevChannel::building; }
 
 /// Side of the blocks that a sample stands for [m]; 0 = all samples are kept.
-double blockOf(Channel c, bool coarse) {
+double blockOf(BevChannel c, bool coarse) {
   if (isObject(c)) return 0;
   return (fillsArea(c) ? 4.0 : 3.0) * (coarse ? 2 : 1);
 }
 
 /// One sample per block: the nearest to the centre of the block.
-std::vector<PlanSample> onePerBlock(const std::vector<PlanSample>& samples, double block_m) {
+std::vector<BevSample> onePerBlock(const std::vector<BevSample>& samples, double block_m) {
   struct Kept {
     std::size_t sample;
     double distance;
@@ -39,18 +39,18 @@ std::vector<PlanSample> onePerBlock(const std::vector<PlanSample>& samples, doub
         {static_cast<std::int64_t>(by), static_cast<std::int64_t>(bx)}, Kept{i, d});
     if (!is_new && d < it->second.distance) it->second = {i, d};
   }
-  std::vector<PlanSample> result;
+  std::vector<BevSample> result;
   for (const auto& [block, kept] : blocks) result.push_back(samples[kept.sample]);
   return result;
 }
 
-std::vector<SurfaceSamples::Sample> gather(const PlanView& view, bool coarse,
+std::vector<SurfaceSamples::Sample> gather(const BevGrid& view, bool coarse,
                                            const Eigen::Vector2d& centre) {
   std::vector<SurfaceSamples::Sample> result;
-  for (std::size_t c = 0; c < kChannels; ++c) {
-    const auto channel = static_cast<Channel>(c);
+  for (std::size_t c = 0; c < kBevChannels; ++c) {
+    const auto channel = static_cast<BevChannel>(c);
     const double block = blockOf(channel, coarse);
-    for (const PlanSample& s : block > 0 ? onePerBlock(view.samples[c], block) : view.samples[c]) {
+    for (const BevSample& s : block > 0 ? onePerBlock(view.samples[c], block) : view.samples[c]) {
       result.push_back({static_cast<float>(view.origin_x + s.x - centre.x()),
                         static_cast<float>(view.origin_y + s.y - centre.y()),
                         static_cast<std::uint8_t>(c), static_cast<float>(view.origin_z + s.z)});
@@ -59,13 +59,13 @@ std::vector<SurfaceSamples::Sample> gather(const PlanView& view, bool coarse,
   return result;
 }
 
-bool isBorder(Channel c) {
-  return c >= Channel::border_road_sidewalk && c <= Channel::border_road_terrain;
+bool isBorder(BevChannel c) {
+  return c >= BevChannel::border_road_sidewalk && c <= BevChannel::border_road_terrain;
 }
 
 /// Upright surfaces, and anything that stands there. Roads and verges of one town resemble those of
 /// another; walls, hedges and crowns do so less.
-bool stands(Channel c) { return !isArea(c) && !isObject(c) && !isBorder(c); }
+bool stands(BevChannel c) { return !isArea(c) && !isObject(c) && !isBorder(c); }
 
 constexpr int kMostMoves = 8;          ///< per level of a climb
 constexpr double kMostReach_m = 1000;  ///< of a window of tiles
@@ -97,7 +97,7 @@ struct CellTransform {
   float x, y;
 };
 
-using Planes = std::array<const std::uint8_t*, kChannels>;
+using Planes = std::array<const std::uint8_t*, kBevChannels>;
 
 /// The classes of a tile that was never seen.
 const Planes& unknownPlanes() {
@@ -157,7 +157,7 @@ double scoreIn(const Cells& where, const DistanceField& field, const WeightedRat
 }
 
 template <class Score>
-PlacePose climbBy(const Score& score, PlacePose pose, double step_m, double step_rad, int levels) {
+PlacePose refineBy(const Score& score, PlacePose pose, double step_m, double step_rad, int levels) {
   static constexpr double kMoves[6][3] = {{1, 0, 0},  {-1, 0, 0}, {0, 1, 0},
                                           {0, -1, 0}, {0, 0, 1},  {0, 0, -1}};
   pose.score = score(pose);
@@ -192,7 +192,7 @@ double radiusOf(const std::vector<SurfaceSamples::Sample>& samples) {
   return radius;
 }
 
-SurfaceSamples surfaceSamples(const PlanView& view) {
+SurfaceSamples surfaceSamples(const BevGrid& view) {
   SurfaceSamples query;
   query.viewpoint = view.aerial ? Viewpoint::air : Viewpoint::ground;
   const auto about_zero = gather(view, false, Eigen::Vector2d::Zero());
@@ -201,8 +201,8 @@ SurfaceSamples surfaceSamples(const PlanView& view) {
   query.centre /= static_cast<double>(about_zero.size());
   query.fine = gather(view, false, query.centre);
   query.coarse = gather(view, true, query.centre);
-  for (const Channel c : {Channel::road, Channel::sidewalk, Channel::terrain}) {
-    for (const PlanSample& s : onePerBlock(view[c], kGroundBlock_m)) {
+  for (const BevChannel c : {BevChannel::road, BevChannel::sidewalk, BevChannel::terrain}) {
+    for (const BevSample& s : onePerBlock(view[c], kGroundBlock_m)) {
       query.ground.push_back({static_cast<float>(view.origin_x + s.x - query.centre.x()),
                               static_cast<float>(view.origin_y + s.y - query.centre.y()),
                               static_cast<float>(view.origin_z + s.z)});
@@ -235,7 +235,7 @@ SurfaceSamples partOf(const SurfaceSamples& samples, const Eigen::Vector2d& cent
   return part;
 }
 
-double sampleWeight(Channel channel, bool coarse) {
+double sampleWeight(BevChannel channel, bool coarse) {
   if (isObject(channel)) return kObjectWeight;
   const double side = blockOf(channel, coarse) / 2;
   return kSurfaceWeight * (fillsArea(channel) ? side * side : side);
@@ -249,12 +249,12 @@ double SurfaceScore::operator()(const PlacePose& pose) const {
   return scoreIn(field_, field_, ratios_, samples_, pose);
 }
 
-PlacePose SurfaceScore::climb(PlacePose pose, double step_m, double step_rad, int levels) const {
+PlacePose SurfaceScore::refineLocally(PlacePose pose, double step_m, double step_rad, int levels) const {
   // Steps are halved, so all levels go less far than twice the first.
   const double reach_m = radius_m_ + (2 * kMostMoves + 1) * step_m + 1;
-  if (reach_m > kMostReach_m) return climbBy(*this, pose, step_m, step_rad, levels);
+  if (reach_m > kMostReach_m) return refineBy(*this, pose, step_m, step_rad, levels);
   const TileWindow window(field_, pose.x, pose.y, reach_m);
-  return climbBy([&](const PlacePose& p) { return scoreIn(window, field_, ratios_, samples_, p); },
+  return refineBy([&](const PlacePose& p) { return scoreIn(window, field_, ratios_, samples_, p); },
                  pose, step_m, step_rad, levels);
 }
 
@@ -275,16 +275,16 @@ PlaceHypothesis SurfaceScore::details(const PlacePose& pose, PlaceHypothesis h) 
     const std::uint8_t bin = bins[i];
     if (bin == kUnknownBin) continue;
     ++known;
-    const auto channel = static_cast<Channel>(q.channel);
+    const auto channel = static_cast<BevChannel>(q.channel);
     const float expected = ratios_.expected[q.channel];
     h.expected += expected;
     if (stands(channel)) {
-      h.standing.score += ratios_.value[q.channel][bin];
-      h.standing.expected += expected;
+      h.obstacles.score += ratios_.value[q.channel][bin];
+      h.obstacles.expected += expected;
     }
     h.matched += isObject(channel) && bin < kMatchedBins;
   }
-  h.known_share =
+  h.map_coverage =
       samples_.empty() ? 0 : static_cast<double>(known) / static_cast<double>(samples_.size());
   return h;
 }
@@ -295,7 +295,7 @@ std::vector<SampleEvidence> SurfaceScore::evidence(const PlacePose& pose) const 
   for (std::size_t i = 0; i < samples_.size(); ++i) {
     const SurfaceSamples::Sample& q = samples_[i];
     SampleEvidence e;
-    e.channel = static_cast<Channel>(q.channel);
+    e.channel = static_cast<BevChannel>(q.channel);
     e.query = {q.x, q.y};
     e.known = bins[i] != kUnknownBin;
     e.nats = ratios_.value[q.channel][bins[i]];
@@ -315,7 +315,7 @@ PartScore obstaclesIn(const std::vector<SampleEvidence>& evidence) {
   return sum;
 }
 
-double contradictedIn(const std::vector<SampleEvidence>& evidence) {
+double conflictRatioOf(const std::vector<SampleEvidence>& evidence) {
   std::map<std::pair<std::int64_t, std::int64_t>, PartScore> blocks;
   for (const SampleEvidence& e : evidence) {
     if (!e.known || !(stands(e.channel) || isObject(e.channel))) continue;
@@ -325,7 +325,7 @@ double contradictedIn(const std::vector<SampleEvidence>& evidence) {
     block.score += e.nats;
     block.expected += std::max(0.0, e.expected);
   }
-  double against = kEvenBlocks * kContradictedPrior_nats, all = kContradictedPrior_nats;
+  double against = kConflictThreshold * kConflictPrior_nats, all = kConflictPrior_nats;
   for (const auto& [where, block] : blocks) {
     if (block.score < 0) against += block.expected;
     all += block.expected;

@@ -30,7 +30,7 @@ struct SurfaceSamples {
   std::vector<Ground> ground;  ///< heights of ground cells, one per 2 m
 };
 
-SurfaceSamples surfaceSamples(const PlanView& view);
+SurfaceSamples surfaceSamples(const BevGrid& view);
 
 /// Those within `radius_m` of a point of the query frame, about that point; with all of the ground,
 /// whose height is that of the whole.
@@ -41,23 +41,23 @@ SurfaceSamples partOf(const SurfaceSamples& samples, const Eigen::Vector2d& cent
 double radiusOf(const std::vector<SurfaceSamples::Sample>& samples);
 
 /// Anything that stands there, whatever its class.
-constexpr std::array<Channel, 2> kObstacles = {Channel::obstacle_low, Channel::obstacle_high};
+constexpr std::array<BevChannel, 2> kObstacles = {BevChannel::obstacle_low, BevChannel::obstacle_high};
 
 /// What obstacles add to a score, and what they would to that of a true pose, where the map was
 /// seen.
 PartScore obstaclesIn(const std::vector<SampleEvidence>& evidence);
 
 /// Share of what stands that speaks against a pose; see Visibility::contradicted.
-double contradictedIn(const std::vector<SampleEvidence>& evidence);
+double conflictRatioOf(const std::vector<SampleEvidence>& evidence);
 
 /// Weight of a fine or coarse sample: one that stands for a larger block counts more, so that
 /// evidence per square metre (areas) or metre (lines) is constant.
-double sampleWeight(Channel channel, bool coarse);
+double sampleWeight(BevChannel channel, bool coarse);
 
 /// Log ratios times the weight of a sample of the channel.
 struct WeightedRatios {
-  std::array<std::array<float, kDistanceBins + 1>, kChannels> value{};
-  std::array<float, kChannels> expected{};
+  std::array<std::array<float, kDistanceBins + 1>, kBevChannels> value{};
+  std::array<float, kBevChannels> expected{};
 };
 
 /// Score of gravity-aligned poses of the centre of samples in plan coordinates. All must outlive
@@ -69,7 +69,7 @@ class SurfaceScore {
 
   double operator()(const PlacePose& pose) const;
   /// Pattern search: steps of `step_m` and `step_rad`, halved `levels - 1` times.
-  PlacePose climb(PlacePose start, double step_m, double step_rad, int levels) const;
+  PlacePose refineLocally(PlacePose start, double step_m, double step_rad, int levels) const;
   /// The distance class of each sample.
   std::vector<std::uint8_t> distanceBins(const PlacePose& pose) const;
   /// What the score is made of; `hypothesis` holds the pose.

@@ -104,7 +104,7 @@ TriangleMesh withoutLeaves(TriangleMesh mesh) {
 /// A world as the first drive and as all later ones see it.
 struct TwoVisits {
   TriangleMesh before, after;
-  std::vector<ThingChange> changes;
+  std::vector<ObjectChange> changes;
 };
 
 /// Where a thing could stand instead, on the ground near a point of it; none if there is no room.
@@ -116,7 +116,7 @@ constexpr double kFoot_m = 0.35;  // what is no higher above the lowest point is
 struct Thing {
   std::vector<std::size_t> triangles;
   std::set<std::uint16_t> labels;
-  std::optional<ThingChange::What> change;
+  std::optional<ObjectChange::What> change;
   Eigen::Vector3f shift = Eigen::Vector3f::Zero();  ///< of one that was moved
 };
 
@@ -186,21 +186,21 @@ TwoVisits withChanges(TriangleMesh world, const LabelSet& labels, double share, 
     Random random(seed ^ 0x4348, instance);
     if (random.uniform() >= share) continue;
     const Eigen::Vector3d foot = footOf(thing, world);
-    thing.change = static_cast<ThingChange::What>(random.below(3));
+    thing.change = static_cast<ObjectChange::What>(random.below(3));
     Eigen::Vector3d to = foot;
-    if (thing.change == ThingChange::What::moved) {
+    if (thing.change == ObjectChange::What::moved) {
       const auto place = placeNear(foot, random);
       if (place) {
         thing.shift = (*place - foot).cast<float>();
         to = *place;
       } else {
-        thing.change = ThingChange::What::gone;
+        thing.change = ObjectChange::What::gone;
       }
     }
     for (const std::uint16_t label : thing.labels)
       visits.changes.push_back({*thing.change, labels.className(label), foot, to});
   }
-  using What = ThingChange::What;
+  using What = ObjectChange::What;
   if (visits.changes.empty()) {
     visits.before = std::move(world);
     return visits;
@@ -217,7 +217,7 @@ struct World {
   std::shared_ptr<const RayScene> before;  ///< what stands when it is mapped
   std::shared_ptr<const RayScene> after;   ///< and later, if that is something else
   std::shared_ptr<const RayScene> bare;    ///< and without leaves, if there is a winter
-  std::vector<ThingChange> changes;        ///< world frame
+  std::vector<ObjectChange> changes;        ///< world frame
   /// Poses of the sensor's body in a session of this seed.
   std::function<std::vector<Eigen::Isometry3d>(const SessionKind&, std::uint64_t)> bodyPoses;
   std::function<TriangleMesh(std::uint64_t day_seed)> whatMoves;
@@ -426,7 +426,7 @@ Frame SimulatedRecording::read(std::size_t index) const {
 }
 
 std::vector<std::unique_ptr<SimulatedRecording>> makeSessions(const SimulationOptions& given,
-                                                              std::vector<ThingChange>* changes) {
+                                                              std::vector<ObjectChange>* changes) {
   SimulationOptions options = styled(given);
   requireLegal(fieldsOf(options));
   const auto seed = static_cast<std::uint64_t>(options.seed);
@@ -457,7 +457,7 @@ std::vector<std::unique_ptr<SimulatedRecording>> makeSessions(const SimulationOp
   }
   if (changes) {
     *changes = world.changes;
-    for (ThingChange& change : *changes) {
+    for (ObjectChange& change : *changes) {
       change.foot = T_map_world * change.foot;
       change.later = T_map_world * change.later;
     }

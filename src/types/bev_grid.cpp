@@ -3,8 +3,8 @@
 
 namespace xview {
 
-const char* toString(Channel channel) {
-  static constexpr std::array<const char*, kChannels> kNames = {"road",
+const char* toString(BevChannel channel) {
+  static constexpr std::array<const char*, kBevChannels> kNames = {"road",
                                                                 "sidewalk",
                                                                 "terrain",
                                                                 "lane_marking",
@@ -28,10 +28,10 @@ const char* toString(Channel channel) {
                                                                 "tree",
                                                                 "trunk",
                                                                 "other_object"};
-  return channel < Channel::count ? kNames[static_cast<std::size_t>(channel)] : "?";
+  return channel < BevChannel::count ? kNames[static_cast<std::size_t>(channel)] : "?";
 }
 
-const GroundCell* PlanView::knownCell(std::int32_t x, std::int32_t y) const {
+const GroundCell* BevGrid::knownCell(std::int32_t x, std::int32_t y) const {
   GroundCell wanted;
   wanted.x = x;
   wanted.y = y;
@@ -39,7 +39,7 @@ const GroundCell* PlanView::knownCell(std::int32_t x, std::int32_t y) const {
   return at != known.end() && at->x == x && at->y == y ? &*at : nullptr;
 }
 
-std::size_t PlanView::sampleCount() const {
+std::size_t BevGrid::sampleCount() const {
   std::size_t total = 0;
   for (const auto& channel : samples) total += channel.size();
   return total;

@@ -27,7 +27,7 @@ Eigen::Isometry3d interpolated(const Eigen::Isometry3d& a, const Eigen::Isometry
                 (1 - share) * a.translation() + share * b.translation());
 }
 
-std::vector<double> wayAlong(const std::vector<Eigen::Isometry3d>& poses) {
+std::vector<double> pathLengths(const std::vector<Eigen::Isometry3d>& poses) {
   std::vector<double> way{0};
   for (std::size_t i = 1; i < poses.size(); ++i)
     way.push_back(way.back() + (poses[i].translation() - poses[i - 1].translation()).norm());

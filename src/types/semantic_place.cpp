@@ -16,7 +16,7 @@ struct NamedSize {
   const char* name;
   double size;
 };
-constexpr NamedSize kSizes[] = {{"town", kTown}, {"room", kRoom}, {"desk", kDesk}};
+constexpr NamedSize kSizes[] = {{"town", kTownScale}, {"room", kRoomScale}, {"desk", kDeskScale}};
 
 }  // namespace
 
@@ -60,23 +60,23 @@ void scaleLengths(double factor, LabelledCloud& cloud) {
   }
 }
 
-void scaleLengths(double factor, PlanView& plan) {
+void scaleLengths(double factor, BevGrid& bev) {
   const auto f = static_cast<float>(factor);
-  plan.cell_m *= factor;
-  plan.origin_x *= factor;
-  plan.origin_y *= factor;
-  plan.origin_z *= factor;
-  for (auto& channel : plan.samples) {
-    for (PlanSample& s : channel) s = {f * s.x, f * s.y, f * s.z};
+  bev.cell_m *= factor;
+  bev.origin_x *= factor;
+  bev.origin_y *= factor;
+  bev.origin_z *= factor;
+  for (auto& channel : bev.samples) {
+    for (BevSample& s : channel) s = {f * s.x, f * s.y, f * s.z};
   }
-  for (GroundCell& cell : plan.known) cell.z *= f;
+  for (GroundCell& cell : bev.known) cell.z *= f;
 }
 
 void scaleLengths(double factor, Eigen::Isometry3d& T) { T.translation() *= factor; }
 
 void scaleLengths(double factor, Place& place) {
   scaleLengths(factor, place.graph);
-  scaleLengths(factor, place.plan);
+  scaleLengths(factor, place.bev);
   scaleLengths(factor, place.cloud);
   for (Eigen::Isometry3d& T : place.poses) scaleLengths(factor, T);
 }

@@ -17,92 +17,92 @@ constexpr double kNoise_nats = 2;
 constexpr double kPartPrior_nats = 15;
 constexpr double kLeast = 0.02;     ///< shares of less are all the same
 constexpr double kLikeTrue = 0.8;   ///< agreement of a usual true place
-constexpr double kLeastLead = 0.3;  ///< of which a factor counts; as the model was fitted
+constexpr double kLeastLikelihoodMargin = 0.3;  ///< of which a factor counts; as the model was fitted
 /// Agreement over chance at about even odds: as measured where the query tells what it shows of the
 /// map, else as a share of that of the query with itself. A wrong place of rooms that are alike has
 /// half of it, the right one three quarters.
-constexpr double kEvenAgreement = 0.15, kEvenShare = 0.4;
-constexpr double kUsualOfItself = 0.6;  ///< where it could not be measured
+constexpr double kInlierRatioThreshold = 0.15, kSelfConsistencyThreshold = 0.4;
+constexpr double kUsualSelfConsistency = 0.6;  ///< where it could not be measured
 /// What tells the places of one query apart: their points, what is shown there of the map, how
 /// little was seen through, and their scores; and what a place fits that nobody looked at closely.
 /// Views from above lie half as far over chance at right places as points do.
-constexpr double kFitPerExcess = 14, kFitPerExcessOfViews = 20, kFitPerShown = 7,
-                 kFitPerSeenThrough = 2, kFitPerLogScore = 2, kFitUnsettled = -4,
-                 kFitPassedOver = -6;
-constexpr double kLeastMargin = -3, kMostMargin = 12, kClearMargin = 1;
+constexpr double kDenseScorePerAboveNull = 14, kDenseScorePerAboveNullOfBev = 20, kDenseScorePerMapOverlap = 7,
+                 kDenseScorePerFreeSpace = 2, kDenseScorePerLogScore = 2, kDenseScoreUnconverged = -4,
+                 kDenseScoreUnverified = -6;
+constexpr double kLeastDenseMargin = -3, kMostDenseMargin = 12, kClearDenseMargin = 1;
 /// More than this many times its length is not asked of a query.
 constexpr double kLongest = 3;
 
 /// (s1 - s2) ln(s1 / s2) with the noise of wrong scores, which grows with the root of the number of
 /// windows.
-double leadOver(double rival, const Evidence& e) {
+double likelihoodMarginOver(double rival, const Evidence& e) {
   const double noise = kNoise_nats * std::sqrt(std::max(1, e.windows));
   const double best = e.score + noise, next = std::max(0.0, rival) + noise;
   if (!(best > next)) return 0;
   return (best - next) * std::log(best / next) / std::sqrt(std::max(1, e.windows));
 }
 
-double agreementOf(const PartEvidence& part) {
+double scoreRatioOf(const PartEvidence& part) {
   return (part.score + kPartPrior_nats) / (std::max(0.0, part.expected) + kPartPrior_nats);
 }
 
 /// Share of the score of a true pose, the smaller one of all and of what stands upright: a street
 /// that repeats fits with its road but not with its houses.
-double agreementOf(const PlaceEvidence& e) {
+double scoreRatioOf(const PlaceEvidence& e) {
   if (!(e.expected > 0)) return 1;  // nobody knows what a true pose scores: walks
-  return std::clamp(std::min(e.score / e.expected, agreementOf(e.standing)), kLeast, 1.0);
+  return std::clamp(std::min(e.score / e.expected, scoreRatioOf(e.obstacles)), kLeast, 1.0);
 }
 
 /// Binomial: how much likelier so many kept correspondences are at the true place than by chance.
 double correspondenceOdds(const Evidence& e) {
   if (e.with_candidates == 0) return 0;
   const double n = e.with_candidates, k = std::min<double>(e.kept, n);
-  const double by_chance = std::clamp(e.kept_by_chance / n, 0.01, 0.99);
+  const double null_inlier_ratio = std::clamp(e.kept_under_null / n, 0.01, 0.99);
   const double if_true = std::clamp(e.kept_if_true, 0.01, 0.99);
-  return k * std::log(if_true / by_chance) + (n - k) * std::log((1 - if_true) / (1 - by_chance));
+  return k * std::log(if_true / null_inlier_ratio) + (n - k) * std::log((1 - if_true) / (1 - null_inlier_ratio));
 }
 
 /// Of how closely a query lies on itself.
-double shareOfItself(double over_chance, double of_itself) {
-  constexpr double kLeastOfItself = 0.1;
-  return over_chance / std::max(kLeastOfItself, of_itself);
+double ratioToSelfConsistency(double over_chance, double self_consistency) {
+  constexpr double kLeastSelfConsistency = 0.1;
+  return over_chance / std::max(kLeastSelfConsistency, self_consistency);
 }
 
 /// How much closer than by chance upright things lie on their like, above even odds, as it is
 /// measured at the best place.
-double excessOf(double over_chance, const std::optional<double>& shown,
-                const std::optional<double>& of_itself) {
-  if (shown) return over_chance - kEvenAgreement;
-  return shareOfItself(over_chance, of_itself.value_or(kUsualOfItself)) - kEvenShare;
+double aboveNullOf(double over_chance, const std::optional<double>& map_overlap,
+                const std::optional<double>& self_consistency) {
+  if (map_overlap) return over_chance - kInlierRatioThreshold;
+  return ratioToSelfConsistency(over_chance, self_consistency.value_or(kUsualSelfConsistency)) - kSelfConsistencyThreshold;
 }
 
 /// 0 if the registration did not settle.
-double excessOf(const Statistics& s) {
+double aboveNullOf(const Statistics& s) {
   const DenseEvidence& dense = s.dense;
-  return dense.settled ? excessOf(dense.agreement - dense.by_chance, dense.shown, dense.of_itself)
+  return dense.converged ? aboveNullOf(dense.inlier_ratio - dense.null_inlier_ratio, dense.map_overlap, dense.self_consistency)
                        : 0;
 }
 
 /// A tenth is as usual at right places as at wrong ones.
-constexpr double kEvenSeen = 0.1;
-double seenLittle(double seen_through, double even = kEvenSeen) {
+constexpr double kViolationThreshold = 0.1;
+double freeSpaceTerm(double free_space_violation, double even = kViolationThreshold) {
   constexpr double kNoise = 0.03;
-  return -std::log((seen_through + kNoise) / even);
+  return -std::log((free_space_violation + kNoise) / even);
 }
 
 /// The part of a fit that is the score of the place.
-double fitOfScore(double score) { return kFitPerLogScore * std::log(std::max(1.0, score)); }
+double logScoreTerm(double score) { return kDenseScorePerLogScore * std::log(std::max(1.0, score)); }
 
 /// How much better the place fits than any other. One that scores about as well and that nobody
 /// looked at closely may fit as well but for its score.
-double marginOf(const Evidence& e) {
-  const double fit = fitOf(e, e.dense), passed_over = fitOfScore(e.passed_over);
-  double margin = fit - (kFitPassedOver + passed_over);
-  if (e.passed_over >= kAboutAsWell * e.score)
-    margin = std::min(margin, fitOfScore(e.score) - passed_over);
-  for (const PlaceEvidence& rival : e.rivals)
-    margin = std::min(margin, fit - fitOf(rival, e.dense));
-  return std::clamp(margin, kLeastMargin, kMostMargin);
+double denseMarginOf(const Evidence& e) {
+  const double fit = denseScore(e, e.dense), best_unverified = logScoreTerm(e.best_unverified);
+  double margin = fit - (kDenseScoreUnverified + best_unverified);
+  if (e.best_unverified >= kAboutAsWell * e.score)
+    margin = std::min(margin, logScoreTerm(e.score) - best_unverified);
+  for (const PlaceEvidence& rival : e.alternatives)
+    margin = std::min(margin, fit - denseScore(rival, e.dense));
+  return std::clamp(margin, kLeastDenseMargin, kMostDenseMargin);
 }
 
 double oddsOf(const Statistics& s, const VerdictModel& model) {
@@ -139,14 +139,14 @@ double chanceToBeNear(const Statistics& s) {
 
 /// Odds against a registered place that the next one makes, as far as that fits as well: as often
 /// as the next place was the right one (offices, halls and towns).
-double oddsOfNextPlace(const Statistics& s) {
+double oddsOfSecondBest(const Statistics& s) {
   constexpr double kPerMargin = 1.5;
-  return s.dense.registered() ? std::exp(-kPerMargin * s.margin) : 0;
+  return s.dense.registered() ? std::exp(-kPerMargin * s.dense_margin) : 0;
 }
 
 double confidenceOf(double odds, const Statistics& s) {
-  const double confidence = chanceToBeNear(s) / (1 + std::exp(-odds) + oddsOfNextPlace(s));
-  return s.dense.registered() || s.lead > 0 ? confidence
+  const double confidence = chanceToBeNear(s) / (1 + std::exp(-odds) + oddsOfSecondBest(s));
+  return s.dense.registered() || s.likelihood_margin > 0 ? confidence
                                             : std::min(confidence, 0.5);  // one of two at best
 }
 
@@ -158,26 +158,26 @@ class Reason {
 
   std::string ofAccepted() const {
     std::string text = timesBetter() > 20 ? "no other place fits" : howMuchBetter();
-    if (s_.dense.settled && s_.dense.of == DenseEvidence::Of::points)
+    if (s_.dense.converged && s_.dense.of == DenseEvidence::Of::points)
       text += fmt::format(
           "; {:.0f} % of what stands upright lies on its like there ({:.0f} % by "
           "chance)",
-          100 * s_.dense.agreement, 100 * s_.dense.by_chance);
+          100 * s_.dense.inlier_ratio, 100 * s_.dense.null_inlier_ratio);
     return text;
   }
   std::string ofAmbiguous() const {
     const std::string apart =
-        e_.rival_distance_m > 0 ? fmt::format(", {:.0f} m apart", e_.rival_distance_m) : "";
+        e_.second_best_distance_m > 0 ? fmt::format(", {:.0f} m apart", e_.second_best_distance_m) : "";
     return fmt::format("two places fit about equally well{}{}", apart, whatWouldHelp());
   }
   std::string ofRejected() const {
     const double odds = oddsOf(s_, model_);
     if (odds >= odds_needed_)
       return "the place fits, but the position there is open by metres" + whatWouldHelp();
-    if (s_.dense.registered() && !s_.dense.settled)
+    if (s_.dense.registered() && !s_.dense.converged)
       return "the best place does not hold: the points do not settle on the map there" +
              whatWouldHelp();
-    const double in_query = worseOf(kShown, kMissing), in_map = worseOf(kStanding, kContradicted);
+    const double in_query = worseOf(kMapOverlap, kMissRatio), in_map = worseOf(kObstacleOverlap, kConflictRatio);
     if (std::min(in_query, in_map) < -1) {
       const bool of_query = in_query < in_map;
       return fmt::format(
@@ -185,22 +185,22 @@ class Reason {
                  of_query ? "query" : "map", of_query ? "map" : "query") +
              whatWouldHelp();
     }
-    if (oddsOfTerm(s_, model_, kSeenThrough) < -1)
+    if (oddsOfTerm(s_, model_, kFreeSpaceViolation) < -1)
       return "the best place does not hold: the query saw through what stands there in the map" +
              whatWouldHelp();
-    if (excessOf(s_) < 0)
+    if (aboveNullOf(s_) < 0)
       return fmt::format(
                  "the best place does not hold: only {:.0f} % of what stands upright lies "
                  "on its like there ({:.0f} % by chance)",
-                 100 * s_.dense.agreement, 100 * s_.dense.by_chance) +
+                 100 * s_.dense.inlier_ratio, 100 * s_.dense.null_inlier_ratio) +
              whatWouldHelp();
-    if (s_.dense.registered() ? s_.margin < kClearMargin : s_.lead <= 0)
+    if (s_.dense.registered() ? s_.dense_margin < kClearDenseMargin : s_.likelihood_margin <= 0)
       return "no place stands out: another one fits as well" + whatWouldHelp();
-    if (oddsOfTerm(s_, model_, kKnown) < -2)
+    if (oddsOfTerm(s_, model_, kMapCoverage) < -2)
       return fmt::format(
                  "the best place does not hold: only {:.0f} % of the query lies where the map was "
                  "seen, where strangers fit as well",
-                 100 * s_.known) +
+                 100 * s_.map_coverage) +
              whatWouldHelp();
     return "no place stands out: the best only " + howMuchBetter() + whatWouldHelp();
   }
@@ -222,11 +222,11 @@ class Reason {
 
   /// Leads grow with the length of a query.
   std::string whatWouldHelp() const {
-    if (e_.travel_m <= 0 || s_.lead <= 0) return "";
+    if (e_.travel_m <= 0 || s_.likelihood_margin <= 0) return "";
     const EvidenceWeights& weights = model_.weightsFor(s_);
     const double missing =
         weights.linearPart(odds_needed_) - weights.linearPart(oddsOf(s_, model_));
-    const double times = std::exp(missing / std::max(0.1, model_.alone[kLead])) - 1;
+    const double times = std::exp(missing / std::max(0.1, model_.alone[kLikelihoodMargin])) - 1;
     if (!(times > 0) || times > kLongest) return "";
     return fmt::format("; about {:.0f} m more would tell", std::max(1.0, times * e_.travel_m));
   }
@@ -241,37 +241,37 @@ class Reason {
 /// fit as a true place would.
 bool oneOfSeveral(Evidence e, const Statistics& judged, const VerdictOptions& o,
                   const VerdictModel& model) {
-  if (!e.rivalIsClose()) return false;
-  const bool fits = judged.agreement >= kLikeTrue && excessOf(judged) >= 0;
-  e.runner_up = e.passed_over = fits ? 0 : e.third;
-  e.rivals.clear();
+  if (!e.secondBestIsClose()) return false;
+  const bool fits = judged.score_ratio >= kLikeTrue && aboveNullOf(judged) >= 0;
+  e.runner_up = e.best_unverified = fits ? 0 : e.third;
+  e.alternatives.clear();
   Statistics s = statisticsOf(e);
-  s.null_excess = judged.null_excess;
-  s.null_missing = judged.null_missing;
+  s.wrong_place_above_null = judged.wrong_place_above_null;
+  s.wrong_place_miss_ratio = judged.wrong_place_miss_ratio;
   return confidenceOf(oddsOf(s, model), s) >= o.min_confidence;
 }
 
 }  // namespace
 
-double fitOf(const PlaceEvidence& place, const DenseEvidence& best) {
+double denseScore(const PlaceEvidence& place, const DenseEvidence& best) {
   const DenseEvidence& dense = place.dense;
-  double fit = fitOfScore(place.score);
-  if (best.shown) fit += kFitPerShown * dense.shown.value_or(0);
-  if (!dense.settled) return fit + kFitUnsettled;
-  if (dense.seen_through) fit += kFitPerSeenThrough * seenLittle(*dense.seen_through);
-  const double per_excess =
-      dense.of == DenseEvidence::Of::views ? kFitPerExcessOfViews : kFitPerExcess;
-  return fit + per_excess * excessOf(dense.agreement - dense.by_chance, best.shown, best.of_itself);
+  double fit = logScoreTerm(place.score);
+  if (best.map_overlap) fit += kDenseScorePerMapOverlap * dense.map_overlap.value_or(0);
+  if (!dense.converged) return fit + kDenseScoreUnconverged;
+  if (dense.free_space_violation) fit += kDenseScorePerFreeSpace * freeSpaceTerm(*dense.free_space_violation);
+  const double per_above_null =
+      dense.of == DenseEvidence::Of::views ? kDenseScorePerAboveNullOfBev : kDenseScorePerAboveNull;
+  return fit + per_above_null * aboveNullOf(dense.inlier_ratio - dense.null_inlier_ratio, best.map_overlap, best.self_consistency);
 }
 
 Statistics statisticsOf(const Evidence& e) {
   Statistics s;
-  s.lead = leadOver(e.runner_up, e);
-  s.agreement = agreementOf(e);
-  s.known = std::clamp(e.known_share, kLeast, 1.0);
+  s.likelihood_margin = likelihoodMarginOver(e.runner_up, e);
+  s.score_ratio = scoreRatioOf(e);
+  s.map_coverage = std::clamp(e.map_coverage, kLeast, 1.0);
   s.dense = e.dense;
   s.sigma_m = e.sigma_m;
-  if (s.dense.registered()) s.margin = marginOf(e);
+  if (s.dense.registered()) s.dense_margin = denseMarginOf(e);
   return s;
 }
 
@@ -288,47 +288,47 @@ double EvidenceWeights::linearPart(double log_odds) const {
 
 const EvidenceWeights& VerdictModel::weightsFor(const Statistics& s) const {
   if (!s.dense.registered()) return alone;
-  if (!s.dense.shown) return registered;
-  return s.dense.aerial ? air : shown;
+  if (!s.dense.map_overlap) return registered;
+  return s.dense.aerial ? air : with_overlap;
 }
 
 std::array<double, kTerms> termsOf(const Statistics& s) {
   std::array<double, kTerms> terms{};
   terms[kConstant] = 1;
   if (!s.dense.registered()) {
-    terms[kAgreement] = std::log(s.agreement);
-    terms[kLead] = std::log(s.lead + kLeastLead);
+    terms[kScoreRatio] = std::log(s.score_ratio);
+    terms[kLikelihoodMargin] = std::log(s.likelihood_margin + kLeastLikelihoodMargin);
     return terms;
   }
-  terms[kKnown] = std::log(s.known);
+  terms[kMapCoverage] = std::log(s.map_coverage);
   const DenseEvidence& dense = s.dense;
-  const bool saw = dense.settled && dense.seen_through;
-  if (!dense.shown) {
-    terms[kExcess] = excessOf(s);
-    terms[kMargin] = s.margin;
-    terms[kMarginThere] = std::max(0.0, terms[kExcess]) * std::max(0.0, s.margin);
-    if (saw) terms[kSeenThrough] = seenLittle(*dense.seen_through);
+  const bool saw = dense.converged && dense.free_space_violation;
+  if (!dense.map_overlap) {
+    terms[kAboveNull] = aboveNullOf(s);
+    terms[kDenseMargin] = s.dense_margin;
+    terms[kDenseMarginTimesAboveNull] = std::max(0.0, terms[kAboveNull]) * std::max(0.0, s.dense_margin);
+    if (saw) terms[kFreeSpaceViolation] = freeSpaceTerm(*dense.free_space_violation);
     return terms;
   }
   // What a true pose scores is known badly where labels are poor, and from the air; what stands
   // where, and what is contradicted there, is seen.
-  terms[kShown] = *dense.shown;
-  terms[kContradicted] = kEvenBlocks - dense.contradicted.value_or(kEvenBlocks);
-  terms[kLogMargin] = std::log(s.margin - kLeastMargin + 1);
+  terms[kMapOverlap] = *dense.map_overlap;
+  terms[kConflictRatio] = kConflictThreshold - dense.conflict_ratio.value_or(kConflictThreshold);
+  terms[kLogDenseMargin] = std::log(s.dense_margin - kLeastDenseMargin + 1);
   if (dense.aerial) {
-    terms[kExcess] = excessOf(s);
-    terms[kNullMissing] = s.null_missing - kUsualNullMissing;
+    terms[kAboveNull] = aboveNullOf(s);
+    terms[kWrongPlaceMissRatio] = s.wrong_place_miss_ratio - kUsualWrongPlaceMissRatio;
     return terms;
   }
   // There it is asked of exact depths, of which a quarter is even, and says less.
-  constexpr double kEvenOfExact = 0.25, kMostOfExact = 0.35;
-  constexpr double kEvenStanding = 0.8;
-  terms[kSettled] = dense.settled;
-  terms[kStanding] = dense.standing.value_or(kEvenStanding) - kEvenStanding;
-  terms[kMissing] = kEvenBlocks - dense.missing.value_or(kEvenBlocks);
-  terms[kNullExcess] = s.null_excess - kUsualNullExcess;
+  constexpr double kExactViolationThreshold = 0.25, kMostExactViolation = 0.35;
+  constexpr double kObstacleOverlapThreshold = 0.8;
+  terms[kConverged] = dense.converged;
+  terms[kObstacleOverlap] = dense.obstacle_overlap.value_or(kObstacleOverlapThreshold) - kObstacleOverlapThreshold;
+  terms[kMissRatio] = kConflictThreshold - dense.miss_ratio.value_or(kConflictThreshold);
+  terms[kWrongPlaceAboveNull] = s.wrong_place_above_null - kUsualWrongPlaceAboveNull;
   if (saw)
-    terms[kSeenThrough] = std::min(kMostOfExact, seenLittle(*dense.seen_through, kEvenOfExact));
+    terms[kFreeSpaceViolation] = std::min(kMostExactViolation, freeSpaceTerm(*dense.free_space_violation, kExactViolationThreshold));
   return terms;
 }
 
@@ -340,18 +340,18 @@ Verdict judge(const Evidence& e, const VerdictOptions& o, const VerdictModel& mo
     return verdict;
   }
   Statistics s = statisticsOf(e);
-  s.null_excess = meanOf(wrong_places, &WrongPlace::excess, kUsualNullExcess);
-  s.null_missing = meanOf(wrong_places, &WrongPlace::missing, kUsualNullMissing);
+  s.wrong_place_above_null = meanOf(wrong_places, &WrongPlace::above_null, kUsualWrongPlaceAboveNull);
+  s.wrong_place_miss_ratio = meanOf(wrong_places, &WrongPlace::miss_ratio, kUsualWrongPlaceMissRatio);
   verdict.statistics = s;
   verdict.witnesses.place = placeOdds(s, model);
   verdict.witnesses.dense = oddsOf(s, model) - verdict.witnesses.place;
   verdict.witnesses.correspondences = correspondenceOdds(e);
   verdict.confidence = confidenceOf(oddsOf(s, model), s);
-  if (e.known_share < o.min_known_share) {
-    verdict.confidence *= 0.5 * e.known_share / o.min_known_share;
+  if (e.map_coverage < o.min_known_share) {
+    verdict.confidence *= 0.5 * e.map_coverage / o.min_known_share;
     verdict.reason =
         fmt::format("only {:.0f} % of the query lies where the map was seen ({:.0f} % needed)",
-                    100 * e.known_share, 100 * o.min_known_share);
+                    100 * e.map_coverage, 100 * o.min_known_share);
     return verdict;
   }
   const Reason reason(e, s, model, std::log(o.min_confidence / (1 - o.min_confidence)));

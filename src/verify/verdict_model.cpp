@@ -30,7 +30,7 @@ constexpr std::array<const char*, kTerms> kTermNames = {
     "margin_there", "log_margin", "null_excess", "null_missing"};
 
 /// Which way a witness may count: more of it makes an answer likelier (+1), or less likely (-1).
-constexpr int signOf(Term term) { return term == kNullExcess ? -1 : 1; }
+constexpr int signOf(Term term) { return term == kWrongPlaceAboveNull ? -1 : 1; }
 
 /// Every weight beside its name in files.
 template <class Model, class Visit>
@@ -41,14 +41,14 @@ void forWeights(Model& model, const Visit& visit) {
     visit(name + "knee", weights.knee);
     visit(name + "sharpness", weights.sharpness);
   };
-  all("alone.", model.alone, {kConstant, kAgreement, kLead});
+  all("alone.", model.alone, {kConstant, kScoreRatio, kLikelihoodMargin});
   all("registered.", model.registered,
-      {kConstant, kKnown, kExcess, kSeenThrough, kMargin, kMarginThere});
-  all("shown.", model.shown,
-      {kConstant, kKnown, kSettled, kStanding, kShown, kMissing, kContradicted, kSeenThrough,
-       kLogMargin, kNullExcess});
+      {kConstant, kMapCoverage, kAboveNull, kFreeSpaceViolation, kDenseMargin, kDenseMarginTimesAboveNull});
+  all("shown.", model.with_overlap,
+      {kConstant, kMapCoverage, kConverged, kObstacleOverlap, kMapOverlap, kMissRatio, kConflictRatio, kFreeSpaceViolation,
+       kLogDenseMargin, kWrongPlaceAboveNull});
   all("air.", model.air,
-      {kConstant, kKnown, kExcess, kShown, kContradicted, kLogMargin, kNullMissing});
+      {kConstant, kMapCoverage, kAboveNull, kMapOverlap, kConflictRatio, kLogDenseMargin, kWrongPlaceMissRatio});
 }
 
 VerdictModel parse(const std::string& text, const std::string& path) {
@@ -243,16 +243,16 @@ VerdictModel fitVerdictModel(const std::vector<JudgedStatistics>& answers) {
       model.alone);
   fit(
       [](const Statistics& s) {
-        return s.dense.registered() && !s.dense.shown ? Known(s) : std::nullopt;
+        return s.dense.registered() && !s.dense.map_overlap ? Known(s) : std::nullopt;
       },
       model.registered);
   const auto shownFrom = [](bool air) {
     return [air](const Statistics& s) {
-      return s.dense.registered() && s.dense.shown && s.dense.aerial == air ? Known(s)
+      return s.dense.registered() && s.dense.map_overlap && s.dense.aerial == air ? Known(s)
                                                                             : std::nullopt;
     };
   };
-  fit(shownFrom(false), model.shown);
+  fit(shownFrom(false), model.with_overlap);
   fit(shownFrom(true), model.air);
   return model;
 }

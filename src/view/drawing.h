@@ -37,14 +37,14 @@ Color quietColor(const LabelSet& labels, std::uint32_t id);
 /// A picture from above leaves the ceiling out, under which a room would disappear.
 bool isCeiling(const LabelSet& labels, std::uint32_t id);
 
-struct DrawnChannel {
-  Channel channel;
+struct DrawnBevChannel {
+  BevChannel channel;
   std::string name;  ///< "wall foot"
   Color color;
 };
 /// What a plan view holds that is drawn, the lowest first. Borders and obstacles repeat what is
 /// drawn already.
-std::vector<DrawnChannel> drawnChannels(const PlanView& plan);
+std::vector<DrawnBevChannel> drawnBevChannels(const BevGrid& bev);
 
 /// The two ends of a correspondence in the map frame.
 struct MatchEnds {

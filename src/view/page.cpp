@@ -192,8 +192,8 @@ class PageData {
     if (is_cloud) {
       points = thinned(*scene_.map_cloud, Eigen::Isometry3d::Identity(), most_);
       total = scene_.map_cloud->size();
-    } else if (scene_.map_plan) {
-      points = planPoints(*scene_.map_plan);
+    } else if (scene_.map_bev) {
+      points = bevPoints(*scene_.map_bev);
       total = points.size();
     }
     if (points.empty()) return {};
@@ -204,13 +204,13 @@ class PageData {
     return json;
   }
 
-  std::vector<PagePoint> planPoints(const PlanView& plan) {
+  std::vector<PagePoint> bevPoints(const BevGrid& bev) {
     std::vector<PagePoint> points;
-    for (const auto& [channel, name, color] : drawnChannels(plan)) {
+    for (const auto& [channel, name, color] : drawnBevChannels(bev)) {
       const std::uint8_t kind = addClass(name, color, color);
-      for (const PlanSample& s : plan[channel])
+      for (const BevSample& s : bev[channel])
         points.push_back(
-            {local({plan.origin_x + s.x, plan.origin_y + s.y, plan.origin_z + s.z}), kind});
+            {local({bev.origin_x + s.x, bev.origin_y + s.y, bev.origin_z + s.z}), kind});
     }
     return points;
   }
@@ -320,7 +320,7 @@ class PageData {
                  {"error", orNull(q.error_m)},
                  {"error_deg", orNull(q.error_deg)},
                  {"ms", orNull(q.total_ms)},
-                 {"elsewhere", q.from_elsewhere},
+                 {"elsewhere", q.out_of_map},
                  {"pose", Json()},
                  {"kept", matches(q.kept, q)},
                  {"putative", matches(onlyPutative(q.putative, q.kept), q)},

@@ -146,11 +146,11 @@ void Panel::drawCoordinates() {
   canvas_.text("y [m]", box_.min() + Eigen::Vector2d(8, 14), kSize, kFaint, false, 0, true);
 }
 
-void Panel::drawPlan(const PlanView& plan) {
-  const double cell_px = plan.cell_m * scale_;
-  for (const auto& [channel, name, color] : drawnChannels(plan)) {
-    for (const PlanSample& s : plan[channel]) {
-      const Eigen::Vector3d p(plan.origin_x + s.x, plan.origin_y + s.y, 0);
+void Panel::drawBev(const BevGrid& bev) {
+  const double cell_px = bev.cell_m * scale_;
+  for (const auto& [channel, name, color] : drawnBevChannels(bev)) {
+    for (const BevSample& s : bev[channel]) {
+      const Eigen::Vector3d p(bev.origin_x + s.x, bev.origin_y + s.y, 0);
       if (!shows(p)) continue;
       if (isObject(channel)) {
         canvas_.disc(toPixel(p), std::clamp(cell_px, 1.5, 4.0), color, kRim, 0);

@@ -17,7 +17,7 @@ class Panel {
   const Eigen::AlignedBox2d& area() const { return area_; }
 
   void drawGrid();
-  void drawPlan(const PlanView& plan);
+  void drawBev(const BevGrid& bev);
   /// The highest point of a place is seen.
   void drawCloud(const LabelledCloud& cloud, const LabelSet& labels);
   void drawQueryClouds(const std::vector<SceneQuery>& queries, const LabelSet& labels);

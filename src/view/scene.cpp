@@ -59,28 +59,28 @@ constexpr KindColor kKindColors[] = {
 
 /// In the order in which they are drawn: canopies cover what is below them, so they go first.
 struct ChannelKind {
-  Channel channel;
+  BevChannel channel;
   Kind kind;
 };
-constexpr ChannelKind kDrawnChannels[] = {{Channel::canopy, Kind::vegetation},
-                                          {Channel::terrain, Kind::terrain},
-                                          {Channel::sidewalk, Kind::sidewalk},
-                                          {Channel::road, Kind::road},
-                                          {Channel::lane_marking, Kind::lane_marking},
-                                          {Channel::low_vegetation, Kind::vegetation},
-                                          {Channel::vehicle_surface, Kind::vehicle},
-                                          {Channel::other_surface, Kind::other_surface},
-                                          {Channel::fence, Kind::fence},
-                                          {Channel::building, Kind::building},
-                                          {Channel::wall_foot, Kind::building},
-                                          {Channel::tree, Kind::trunk},
-                                          {Channel::trunk, Kind::trunk},
-                                          {Channel::vehicle, Kind::vehicle},
-                                          {Channel::other_object, Kind::other_object},
-                                          {Channel::pole_like, Kind::pole},
-                                          {Channel::pole, Kind::pole},
-                                          {Channel::sign, Kind::sign},
-                                          {Channel::light, Kind::light}};
+constexpr ChannelKind kDrawnChannels[] = {{BevChannel::canopy, Kind::vegetation},
+                                          {BevChannel::terrain, Kind::terrain},
+                                          {BevChannel::sidewalk, Kind::sidewalk},
+                                          {BevChannel::road, Kind::road},
+                                          {BevChannel::lane_marking, Kind::lane_marking},
+                                          {BevChannel::low_vegetation, Kind::vegetation},
+                                          {BevChannel::vehicle_surface, Kind::vehicle},
+                                          {BevChannel::other_surface, Kind::other_surface},
+                                          {BevChannel::fence, Kind::fence},
+                                          {BevChannel::building, Kind::building},
+                                          {BevChannel::wall_foot, Kind::building},
+                                          {BevChannel::tree, Kind::trunk},
+                                          {BevChannel::trunk, Kind::trunk},
+                                          {BevChannel::vehicle, Kind::vehicle},
+                                          {BevChannel::other_object, Kind::other_object},
+                                          {BevChannel::pole_like, Kind::pole},
+                                          {BevChannel::pole, Kind::pole},
+                                          {BevChannel::sign, Kind::sign},
+                                          {BevChannel::light, Kind::light}};
 
 Color colorOf(Kind kind, const Color& of_others) {
   for (const KindColor& known : kKindColors) {
@@ -103,10 +103,10 @@ Color quietColor(const LabelSet& labels, std::uint32_t id) {
   return colorOf(labels.kind(id), paler);
 }
 
-std::vector<DrawnChannel> drawnChannels(const PlanView& plan) {
-  std::vector<DrawnChannel> channels;
+std::vector<DrawnBevChannel> drawnBevChannels(const BevGrid& bev) {
+  std::vector<DrawnBevChannel> channels;
   for (const auto& [channel, kind] : kDrawnChannels) {
-    if (plan[channel].empty()) continue;
+    if (bev[channel].empty()) continue;
     std::string name = toString(channel);
     std::replace(name.begin(), name.end(), '_', ' ');
     channels.push_back({channel, name, colorOf(kind, {190, 180, 196})});

@@ -19,7 +19,7 @@ constexpr Color kInk{34, 36, 42}, kFaint{104, 108, 118}, kRule{206, 208, 214};
 constexpr double kSmallShare = 0.3;  // of the map, below which a query gets a panel of its own
 
 bool showsCloud(const Scene& scene) { return scene.map_cloud && !scene.map_cloud->empty(); }
-bool showsPlan(const Scene& scene) { return scene.map_plan && !showsCloud(scene); }
+bool showsBev(const Scene& scene) { return scene.map_bev && !showsCloud(scene); }
 
 // ---- what is where
 
@@ -88,10 +88,10 @@ Eigen::AlignedBox2d mapBox(const Scene& scene) {
   for (const SceneLine& line : scene.lines) {
     for (const Eigen::Vector3d& p : line.points) include(box, p);
   }
-  if (scene.map_plan == nullptr) return box;
-  const PlanView& plan = *scene.map_plan;
-  for (const GroundCell& cell : plan.known)
-    include(box, {plan.origin_x + cell.x * plan.cell_m, plan.origin_y + cell.y * plan.cell_m, 0});
+  if (scene.map_bev == nullptr) return box;
+  const BevGrid& bev = *scene.map_bev;
+  for (const GroundCell& cell : bev.known)
+    include(box, {bev.origin_x + cell.x * bev.cell_m, bev.origin_y + cell.y * bev.cell_m, 0});
   return box;
 }
 
@@ -123,10 +123,10 @@ void drawContent(Canvas& canvas, const Eigen::AlignedBox2d& box, Panel& panel, c
   canvas.clip(box);
   panel.drawGrid();
   if (showsCloud(scene)) panel.drawCloud(*scene.map_cloud, labels);
-  if (showsPlan(scene)) panel.drawPlan(*scene.map_plan);
+  if (showsBev(scene)) panel.drawBev(*scene.map_bev);
   panel.drawQueryClouds(scene.queries, labels);
   if (scene.map_graph != nullptr)
-    panel.drawMapGraph(*scene.map_graph, labels, showsCloud(scene) || showsPlan(scene));
+    panel.drawMapGraph(*scene.map_graph, labels, showsCloud(scene) || showsBev(scene));
   panel.drawKeyframes(scene.map_poses);
   for (const SceneLine& line : scene.lines) panel.drawLine(line);
   panel.drawMarks(scene.marks);
@@ -219,18 +219,18 @@ std::vector<LegendEntry> queryEntries(const Scene& scene) {
 /// Classes of one colour are one entry.
 std::vector<LegendEntry> mapEntries(const Scene& scene) {
   const LabelSet& labels = labelsOf(scene);
-  const bool bare_graph = !showsCloud(scene) && !showsPlan(scene);
+  const bool bare_graph = !showsCloud(scene) && !showsBev(scene);
   std::vector<std::pair<Color, std::string>> names;
   const auto add = [&](const Color& color, const std::string& name) {
     std::string& of_color = valueOf(names, color);
     if (of_color.find(name) == std::string::npos) of_color += (of_color.empty() ? "" : ", ") + name;
   };
-  if (!showsPlan(scene)) {
+  if (!showsBev(scene)) {
     for (const std::uint32_t id : classesIn(scene))
       add(bare_graph ? Color(labels.color(id)) : quietColor(labels, id),
           labels.className(id) + (!bare_graph && isCeiling(labels, id) ? " (not drawn)" : ""));
   } else {
-    for (const auto& [channel, name, color] : drawnChannels(*scene.map_plan)) add(color, name);
+    for (const auto& [channel, name, color] : drawnBevChannels(*scene.map_bev)) add(color, name);
   }
   std::vector<LegendEntry> entries;
   for (const auto& [color, name] : names) entries.push_back({name, swatchOf(color)});

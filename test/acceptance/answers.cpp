@@ -89,7 +89,7 @@ Tally tallyOf(const std::string& answers, const std::vector<Eigen::Vector3d>& tr
   return tally;
 }
 
-Tally tallyOfStrangers(const std::string& answers) {
+Tally tallyOfNegatives(const std::string& answers) {
   Tally tally;
   for (const Json& answer : jsonLines(answers)) count(tally, answer, NAN, 0);
   return tally;

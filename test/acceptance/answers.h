@@ -39,7 +39,7 @@ Tally tallyOf(const std::string& answers, const std::vector<Eigen::Vector3d>& tr
               double tolerance_m);
 
 /// Queries for which no answer is right.
-Tally tallyOfStrangers(const std::string& answers);
+Tally tallyOfNegatives(const std::string& answers);
 
 /// Elements of a PLY file.
 struct MeshSize {

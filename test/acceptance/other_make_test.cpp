@@ -36,7 +36,7 @@ TEST(HomeOfAnotherMake, IsFoundLookingBackAndAnotherHomeIsRefused) {
   EXPECT_EQ(found.windows, 5U);
   EXPECT_EQ(found.wrong, 0U) << found.reasons;
   EXPECT_GE(found.accepted, 3U) << found.reasons;
-  const Tally refused = tallyOfStrangers(answersOf({elsewhere + "/rear"}));
+  const Tally refused = tallyOfNegatives(answersOf({elsewhere + "/rear"}));
   EXPECT_GE(refused.windows, 4U);
   EXPECT_EQ(refused.accepted, 0U) << refused.reasons;
 }

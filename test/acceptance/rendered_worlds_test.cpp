@@ -77,13 +77,13 @@ TEST_F(NoisySuburb, AFlightIsFoundWithinAMetre) {
 }
 
 TEST_F(NoisySuburb, AnotherWorldIsRefusedAndTheReportCountsIt) {
-  const std::string strangers =
+  const std::string negatives =
       localize(windowsOf60m(world_->session("elsewhere"), world_->map(), "10"));
-  const Tally tally = tallyOfStrangers(strangers);
+  const Tally tally = tallyOfNegatives(negatives);
   EXPECT_EQ(tally.windows, 4u);
   EXPECT_EQ(tally.accepted, 0u) << tally.reasons;
 
-  writeText(world_->file("elsewhere.jsonl"), strangers);
+  writeText(world_->file("elsewhere.jsonl"), negatives);
   writeText(world_->file("oblique.jsonl"),
             localize(windowsOf60m(world_->session("oblique"), world_->map(), "60")));
   const std::string report = world_->file("report");
@@ -144,10 +144,10 @@ TEST_F(NoisySuburb, DrawingsShowMapAndQueriesAndCanBeRead) {
 }
 
 TEST_F(NoisyGrid, StreetsThatLookAlikeAreNotTakenForEachOther) {
-  const Tally strangers =
-      tallyOfStrangers(localize(windowsOf60m(world_->session("elsewhere"), world_->map(), "30")));
-  EXPECT_EQ(strangers.windows, 4u);
-  EXPECT_EQ(strangers.accepted, 0u) << strangers.reasons;
+  const Tally negatives =
+      tallyOfNegatives(localize(windowsOf60m(world_->session("elsewhere"), world_->map(), "30")));
+  EXPECT_EQ(negatives.windows, 4u);
+  EXPECT_EQ(negatives.accepted, 0u) << negatives.reasons;
 
   const Tally tally = tallyOf(localize(windowsOf60m(world_->session("rear"), world_->map(), "30")),
                               world_->truth("rear"), 0.5);

@@ -23,7 +23,7 @@ void expectFoundAndRefused(const std::string& kitti, const std::string& answers)
       tallyOf(answers.substr(0, second), positionsIn(kitti + "/query_4501/truth.txt"), 0.1);
   EXPECT_EQ(found.accepted, 1u) << found.reasons;
   EXPECT_EQ(found.wrong, 0u) << found.reasons;
-  const Tally refused = tallyOfStrangers(answers.substr(second));
+  const Tally refused = tallyOfNegatives(answers.substr(second));
   EXPECT_EQ(refused.windows, 1u);
   EXPECT_EQ(refused.accepted, 0u) << refused.reasons;
 }
@@ -54,10 +54,10 @@ TEST(KittiStreet, ALaterScanIsFoundWithoutLabels) {
   outputOf({"map", "--quiet", withoutLabels(kitti + "/map", folder / "map"), map});
   outputOf({"map", "--quiet", kitti + "/map", labelled_map});
   const std::string raw = withoutLabels(kitti + "/query_4501", folder / "raw"),
-                    raw_stranger = withoutLabels(kitti + "/negative_850", folder / "stranger");
+                    raw_negative = withoutLabels(kitti + "/negative_850", folder / "stranger");
   for (const std::string& answers :
-       {localize({raw, raw_stranger, map}),
-        localize({raw, raw_stranger, labelled_map, "--risk", "0.05"}),
+       {localize({raw, raw_negative, map}),
+        localize({raw, raw_negative, labelled_map, "--risk", "0.05"}),
         localize({kitti + "/query_4501", kitti + "/negative_850", map})}) {
     expectFoundAndRefused(kitti, answers);
   }

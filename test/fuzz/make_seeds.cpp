@@ -46,8 +46,8 @@ map::SemanticMap someMap() {
     map.graph.vertices.push_back(vertex);
   }
   map.graph.setEdges({{0, 1}, {1, 2}, {3, 4}});
-  map.plan.samples[0].push_back({1, 2, 0});
-  map.plan.known.push_back({0, 0, 0.0F, true});
+  map.bev.samples[0].push_back({1, 2, 0});
+  map.bev.known.push_back({0, 0, 0.0F, true});
   map.sources = {"seed"};
   map.addKeyframe(Eigen::Isometry3d::Identity(), 0, 0, 0);
   return map;

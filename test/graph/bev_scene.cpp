@@ -25,7 +25,7 @@ std::vector<double> steps(double from, double to) {
 
 }  // namespace
 
-LabelSet planLabels() {
+LabelSet bevLabels() {
   std::vector<StatedClass> classes;
   for (std::uint32_t k = 0; k < static_cast<std::uint32_t>(Kind::none); ++k) {
     const Kind kind = static_cast<Kind>(k);
@@ -35,17 +35,17 @@ LabelSet planLabels() {
   return labelSetOf("plan", classes);
 }
 
-PlanScene& PlanScene::point(Kind kind, double x, double y, double z, float votes, bool near) {
+BevScene& BevScene::point(Kind kind, double x, double y, double z, float weights, bool near) {
   Point p;
   p.getVector3fMap() = Eigen::Vector3d(x, y, z).cast<float>();
   p.label = kind == Kind::none ? kIgnoredLabel : static_cast<std::uint32_t>(kind);
   cloud_.points.push_back(p);
-  votes_.push_back(votes);
+  weights_.push_back(weights);
   near_.push_back(near);
   return *this;
 }
 
-PlanScene& PlanScene::patch(Kind kind, double x0, double y0, double x1, double y1,
+BevScene& BevScene::patch(Kind kind, double x0, double y0, double x1, double y1,
                             const Height& height) {
   for (const double y : steps(y0, y1)) {
     for (const double x : steps(x0, x1)) point(kind, x, y, height(x, y));
@@ -53,11 +53,11 @@ PlanScene& PlanScene::patch(Kind kind, double x0, double y0, double x1, double y
   return *this;
 }
 
-PlanScene& PlanScene::patch(Kind kind, double x0, double y0, double x1, double y1, double z) {
+BevScene& BevScene::patch(Kind kind, double x0, double y0, double x1, double y1, double z) {
   return patch(kind, x0, y0, x1, y1, [z](double, double) { return z; });
 }
 
-PlanScene& PlanScene::wall(Kind kind, double x0, double y0, double x1, double y1, double z0,
+BevScene& BevScene::wall(Kind kind, double x0, double y0, double x1, double y1, double z0,
                            double z1) {
   const double length = std::hypot(x1 - x0, y1 - y0);
   for (const double s : steps(0, length)) {
@@ -66,32 +66,32 @@ PlanScene& PlanScene::wall(Kind kind, double x0, double y0, double x1, double y1
   return *this;
 }
 
-PlanScene& PlanScene::column(Kind kind, double x, double y, double z0, double z1) {
+BevScene& BevScene::column(Kind kind, double x, double y, double z0, double z1) {
   for (const double z : steps(z0, z1)) point(kind, x, y, z);
   return *this;
 }
 
-PlanScene PlanScene::reversed() const {
-  PlanScene result = *this;
+BevScene BevScene::reversed() const {
+  BevScene result = *this;
   std::reverse(result.cloud_.points.begin(), result.cloud_.points.end());
-  std::reverse(result.votes_.begin(), result.votes_.end());
+  std::reverse(result.weights_.begin(), result.weights_.end());
   std::reverse(result.near_.begin(), result.near_.end());
   return result;
 }
 
-void PlanScene::addTo(PlanViewBuilder& builder, bool aerial,
-                      const Eigen::Isometry3d& T_plan_cloud) const {
-  builder.add(cloud_, votes_, near_, T_plan_cloud, aerial);
+void BevScene::addTo(BevGridBuilder& builder, bool aerial,
+                      const Eigen::Isometry3d& T_bev_cloud) const {
+  builder.add(cloud_, weights_, near_, T_bev_cloud, aerial);
 }
 
-PlanView PlanScene::view(bool aerial, const Eigen::Isometry3d& T_plan_cloud) const {
-  PlanViewBuilder builder(planLabels());
-  addTo(builder, aerial, T_plan_cloud);
+BevGrid BevScene::view(bool aerial, const Eigen::Isometry3d& T_bev_cloud) const {
+  BevGridBuilder builder(bevLabels());
+  addTo(builder, aerial, T_bev_cloud);
   return builder.build();
 }
 
-PlanScene junction() {
-  PlanScene scene;
+BevScene junction() {
+  BevScene scene;
   scene.patch(Kind::road, 2, 16, 62, 24, 0.1).patch(Kind::road, 28, 24, 36, 60, 0.1);
   scene.patch(Kind::lane_marking, 2, 19.5, 62, 20.5, 0.1);
   scene.patch(Kind::sidewalk, 2, 13, 62, 16, 0.2).patch(Kind::sidewalk, 24, 24, 28, 60, 0.2);
@@ -114,7 +114,7 @@ PlanScene junction() {
   return scene;
 }
 
-const GroundCell* knownAt(const PlanView& view, double x, double y) {
+const GroundCell* knownAt(const BevGrid& view, double x, double y) {
   const auto cx = static_cast<std::int32_t>(std::floor((x - view.origin_x) / view.cell_m));
   const auto cy = static_cast<std::int32_t>(std::floor((y - view.origin_y) / view.cell_m));
   for (const GroundCell& cell : view.known) {
@@ -123,13 +123,13 @@ const GroundCell* knownAt(const PlanView& view, double x, double y) {
   return nullptr;
 }
 
-Eigen::Vector2d inFrame(const PlanView& view, const PlanSample& sample) {
+Eigen::Vector2d inFrame(const BevGrid& view, const BevSample& sample) {
   return {view.origin_x + sample.x, view.origin_y + sample.y};
 }
 
-double distanceTo(const PlanView& view, Channel channel, double x, double y) {
+double distanceTo(const BevGrid& view, BevChannel channel, double x, double y) {
   double best = std::numeric_limits<double>::infinity();
-  for (const PlanSample& s : view[channel]) {
+  for (const BevSample& s : view[channel]) {
     best = std::min(best, (inFrame(view, s) - Eigen::Vector2d(x, y)).norm());
   }
   return best;

@@ -9,46 +9,46 @@
 namespace xview::test {
 
 /// A label set with one class of each kind; the id of a class is its Kind. 100 is ignored.
-LabelSet planLabels();
+LabelSet bevLabels();
 constexpr std::uint32_t kIgnoredLabel = 100;
 
 /// Points put together by hand, one vote each, and what the plan view makes of them.
-class PlanScene {
+class BevScene {
  public:
   using Height = std::function<double(double x, double y)>;
 
-  PlanScene& point(Kind kind, double x, double y, double z, float votes = 1, bool near = true);
+  BevScene& point(Kind kind, double x, double y, double z, float weights = 1, bool near = true);
   /// A horizontal patch, a point every 0.25 m.
-  PlanScene& patch(Kind kind, double x0, double y0, double x1, double y1, const Height& height);
-  PlanScene& patch(Kind kind, double x0, double y0, double x1, double y1, double z);
+  BevScene& patch(Kind kind, double x0, double y0, double x1, double y1, const Height& height);
+  BevScene& patch(Kind kind, double x0, double y0, double x1, double y1, double z);
   /// A vertical sheet from (x0, y0) to (x1, y1), a point every 0.25 m.
-  PlanScene& wall(Kind kind, double x0, double y0, double x1, double y1, double z0, double z1);
-  PlanScene& column(Kind kind, double x, double y, double z0, double z1);
+  BevScene& wall(Kind kind, double x0, double y0, double x1, double y1, double z0, double z1);
+  BevScene& column(Kind kind, double x, double y, double z0, double z1);
   /// Points in another order.
-  PlanScene reversed() const;
+  BevScene reversed() const;
 
   LabelledCloud cloud() const { return cloud_; }
-  PlanView view(bool aerial = false,
-                const Eigen::Isometry3d& T_plan_cloud = Eigen::Isometry3d::Identity()) const;
-  void addTo(graph::PlanViewBuilder& builder, bool aerial = false,
-             const Eigen::Isometry3d& T_plan_cloud = Eigen::Isometry3d::Identity()) const;
+  BevGrid view(bool aerial = false,
+                const Eigen::Isometry3d& T_bev_cloud = Eigen::Isometry3d::Identity()) const;
+  void addTo(graph::BevGridBuilder& builder, bool aerial = false,
+             const Eigen::Isometry3d& T_bev_cloud = Eigen::Isometry3d::Identity()) const;
 
  private:
   LabelledCloud cloud_;
-  std::vector<float> votes_;
+  std::vector<float> weights_;
   std::vector<bool> near_;
 };
 
 /// A junction with pavements, houses, poles, trees and cars: something in almost every channel.
-PlanScene junction();
+BevScene junction();
 
 /// The cell of a view, or null where it was not seen. Coordinates of the frame [m].
-const GroundCell* knownAt(const PlanView& view, double x, double y);
+const GroundCell* knownAt(const BevGrid& view, double x, double y);
 
 /// A sample in coordinates of the frame.
-Eigen::Vector2d inFrame(const PlanView& view, const PlanSample& sample);
+Eigen::Vector2d inFrame(const BevGrid& view, const BevSample& sample);
 
 /// Distance from a point of the frame to the nearest sample of a channel; infinite if it has none.
-double distanceTo(const PlanView& view, Channel channel, double x, double y);
+double distanceTo(const BevGrid& view, BevChannel channel, double x, double y);
 
 }  // namespace xview::test

@@ -32,13 +32,13 @@ Vertex vertexAt(std::uint32_t label, double x, double y, double z) {
 }
 
 /// A plan view that saw something, with its origin at (128, 64, 2).
-PlanView streetPlan() {
-  PlanView plan;
-  plan.origin_x = 128;
-  plan.origin_y = 64;
-  plan.origin_z = 2;
-  plan.known.push_back({0, 0, 0, true});
-  return plan;
+BevGrid streetBev() {
+  BevGrid bev;
+  bev.origin_x = 128;
+  bev.origin_y = 64;
+  bev.origin_z = 2;
+  bev.known.push_back({0, 0, 0, true});
+  return bev;
 }
 
 SemanticGraph graphOf(std::vector<Vertex> vertices) {
@@ -49,10 +49,10 @@ SemanticGraph graphOf(std::vector<Vertex> vertices) {
 }
 
 TEST(ThinObjects, StandWithTheirFootAtThePeakAndKeepWhatTheClusterTold) {
-  PlanView plan = streetPlan();
-  plan[Channel::pole] = plan[Channel::pole_like] = {{10, 5, -.5f}};
+  BevGrid bev = streetBev();
+  bev[BevChannel::pole] = bev[BevChannel::pole_like] = {{10, 5, -.5f}};
   SemanticGraph graph = graphOf({vertexAt(kPole, 138.7, 69.6, 4), vertexAt(kHouse, 140, 70, 3)});
-  placeThinObjects(graph, plan, streetLabels());
+  placeThinObjects(graph, bev, streetLabels());
   ASSERT_EQ(graph.size(), 2u);
   EXPECT_TRUE(isConsistent(graph));
   EXPECT_EQ(graph.vertices[0].label, kHouse);
@@ -66,38 +66,38 @@ TEST(ThinObjects, StandWithTheirFootAtThePeakAndKeepWhatTheClusterTold) {
 
 TEST(ThinObjects, WithoutAPeakGo) {
   SemanticGraph graph = graphOf({vertexAt(kPole, 138, 69, 4), vertexAt(kSign, 150, 69, 4)});
-  placeThinObjects(graph, streetPlan(), streetLabels());
+  placeThinObjects(graph, streetBev(), streetLabels());
   EXPECT_TRUE(graph.empty());
 }
 
 TEST(ThinObjects, WithoutAClusterAreNew) {
-  PlanView plan = streetPlan();
-  plan[Channel::sign] = plan[Channel::pole_like] = {{10, 5, 0}};
+  BevGrid bev = streetBev();
+  bev[BevChannel::sign] = bev[BevChannel::pole_like] = {{10, 5, 0}};
   SemanticGraph graph = graphOf({vertexAt(kSign, 145, 69, 4)});
-  placeThinObjects(graph, plan, streetLabels());
+  placeThinObjects(graph, bev, streetLabels());
   ASSERT_EQ(graph.size(), 1u);
   EXPECT_EQ(graph.vertices[0].label, kSign);
   EXPECT_EQ(graph.vertices[0].observations, 1u) << "the cluster 7 m away is another thing";
 }
 
 TEST(ThinObjects, OfNoLabelArePoles) {
-  PlanView plan = streetPlan();
-  plan[Channel::pole_like] = {{20, 5, 0}};
-  plan[Channel::obstacle_low] = {{20.25f, 5.25f, 0}};
+  BevGrid bev = streetBev();
+  bev[BevChannel::pole_like] = {{20, 5, 0}};
+  bev[BevChannel::obstacle_low] = {{20.25f, 5.25f, 0}};
   SemanticGraph graph;
-  placeThinObjects(graph, plan, streetLabels());
+  placeThinObjects(graph, bev, streetLabels());
   ASSERT_EQ(graph.size(), 1u);
   EXPECT_EQ(graph.vertices[0].label, kPole);
   EXPECT_EQ(graph.vertices[0].position, Eigen::Vector3d(148, 69, 2));
 }
 
 TEST(ThinObjects, ThatStandBelowASignArePolesBesideIt) {
-  PlanView plan = streetPlan();
-  plan[Channel::sign] = {{10, 5, 0}, {30, 5, 0}};
-  plan[Channel::pole_like] = {{10.3f, 5, 0}, {30, 5, 0}};
-  plan[Channel::obstacle_low] = {{10.25f, 5.25f, 0}, {32.25f, 5.25f, 0}};
+  BevGrid bev = streetBev();
+  bev[BevChannel::sign] = {{10, 5, 0}, {30, 5, 0}};
+  bev[BevChannel::pole_like] = {{10.3f, 5, 0}, {30, 5, 0}};
+  bev[BevChannel::obstacle_low] = {{10.25f, 5.25f, 0}, {32.25f, 5.25f, 0}};
   SemanticGraph graph;
-  placeThinObjects(graph, plan, streetLabels());
+  placeThinObjects(graph, bev, streetLabels());
   ASSERT_EQ(graph.size(), 3u) << "below the second sign nothing stands";
   EXPECT_EQ(graph.vertices[0].label, kPole);
   EXPECT_NEAR(graph.vertices[0].position.x(), 138.3, 1e-6);
@@ -106,40 +106,40 @@ TEST(ThinObjects, ThatStandBelowASignArePolesBesideIt) {
 }
 
 TEST(ThinObjects, OfAPoleAreWhereAllItsLabelsPutThem) {
-  PlanView plan = streetPlan();
-  plan[Channel::pole] = {{10.4f, 5, 0}};
-  plan[Channel::pole_like] = {{10, 5, 0}};
+  BevGrid bev = streetBev();
+  bev[BevChannel::pole] = {{10.4f, 5, 0}};
+  bev[BevChannel::pole_like] = {{10, 5, 0}};
   SemanticGraph graph = graphOf({vertexAt(kPole, 138.7, 69.6, 4)});
-  placeThinObjects(graph, plan, streetLabels());
+  placeThinObjects(graph, bev, streetLabels());
   ASSERT_EQ(graph.size(), 1u);
   EXPECT_EQ(graph.vertices[0].position, Eigen::Vector3d(138, 69, 2));
 }
 
 TEST(ThinObjects, OfKindsWithoutAClassAreLeftOut) {
-  PlanView plan = streetPlan();
-  plan[Channel::light] = {{10, 5, 0}};
+  BevGrid bev = streetBev();
+  bev[BevChannel::light] = {{10, 5, 0}};
   SemanticGraph graph;
-  placeThinObjects(graph, plan, streetLabels());
+  placeThinObjects(graph, bev, streetLabels());
   EXPECT_TRUE(graph.empty());
 }
 
 TEST(ThinObjects, ArePlacedInTheFrameOfTheGraphIfThatIsTilted) {
-  PlanView plan = streetPlan();
-  plan.upright = Eigen::Quaterniond(Eigen::AngleAxisd(M_PI / 2, Eigen::Vector3d::UnitX()));
-  plan[Channel::pole] = plan[Channel::pole_like] = {{10, 5, 1}};
-  const Eigen::Vector3d p_frame = plan.upright.conjugate() * Eigen::Vector3d(138, 69, 3);
+  BevGrid bev = streetBev();
+  bev.alignment = Eigen::Quaterniond(Eigen::AngleAxisd(M_PI / 2, Eigen::Vector3d::UnitX()));
+  bev[BevChannel::pole] = bev[BevChannel::pole_like] = {{10, 5, 1}};
+  const Eigen::Vector3d p_frame = bev.alignment.conjugate() * Eigen::Vector3d(138, 69, 3);
   SemanticGraph graph = graphOf({vertexAt(kPole, p_frame.x(), p_frame.y(), p_frame.z())});
-  graph.vertices[0].position += plan.upright.conjugate() * Eigen::Vector3d(.5, 0, 3);
-  placeThinObjects(graph, plan, streetLabels());
+  graph.vertices[0].position += bev.alignment.conjugate() * Eigen::Vector3d(.5, 0, 3);
+  placeThinObjects(graph, bev, streetLabels());
   ASSERT_EQ(graph.size(), 1u);
   EXPECT_LT((graph.vertices[0].position - p_frame).norm(), 1e-6);
   EXPECT_EQ(graph.vertices[0].points, 70u);
 }
 
-TEST(ThinObjects, StayAsTheyAreWithoutAPlanView) {
+TEST(ThinObjects, StayAsTheyAreWithoutABevGrid) {
   SemanticGraph graph = graphOf({vertexAt(kPole, 138, 69, 4), vertexAt(kPole, 139, 69, 4)});
   graph.setEdges({{0, 1}});
-  placeThinObjects(graph, PlanView(), streetLabels());
+  placeThinObjects(graph, BevGrid(), streetLabels());
   EXPECT_EQ(graph.size(), 2u);
   EXPECT_EQ(graph.edgeCount(), 1u);
 }

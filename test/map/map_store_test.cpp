@@ -56,8 +56,8 @@ TEST(MapStore, KeepsGraphLabelsKeyframesAndTextsExactly) {
   EXPECT_EQ(loaded.options_yaml, map.options_yaml);
   ASSERT_EQ(loaded.wrong_places.size(), map.wrong_places.size());
   for (std::size_t i = 0; i < map.wrong_places.size(); ++i) {
-    EXPECT_EQ(loaded.wrong_places[i].excess, map.wrong_places[i].excess);
-    EXPECT_EQ(loaded.wrong_places[i].missing, map.wrong_places[i].missing);
+    EXPECT_EQ(loaded.wrong_places[i].above_null, map.wrong_places[i].above_null);
+    EXPECT_EQ(loaded.wrong_places[i].miss_ratio, map.wrong_places[i].miss_ratio);
   }
   ASSERT_EQ(loaded.own_stretches.size(), map.own_stretches.size());
   for (std::size_t i = 0; i < map.own_stretches.size(); ++i) {
@@ -66,15 +66,15 @@ TEST(MapStore, KeepsGraphLabelsKeyframesAndTextsExactly) {
   }
 }
 
-TEST(MapStore, KeepsThePlanViewToACentimetre) {
+TEST(MapStore, KeepsTheBevGridToACentimetre) {
   const SemanticMap map = sampleMap(), loaded = throughFile(map);
-  EXPECT_EQ(loaded.plan.origin_y, map.plan.origin_y);
-  for (std::size_t c = 0; c < kChannels; ++c) {
-    EXPECT_EQ(sortedPositions(loaded.plan.samples[c]), sortedPositions(map.plan.samples[c])) << c;
+  EXPECT_EQ(loaded.bev.origin_y, map.bev.origin_y);
+  for (std::size_t c = 0; c < kBevChannels; ++c) {
+    EXPECT_EQ(sortedPositions(loaded.bev.samples[c]), sortedPositions(map.bev.samples[c])) << c;
   }
-  ASSERT_EQ(loaded.plan.known.size(), map.plan.known.size());
-  for (std::size_t i = 0; i < map.plan.known.size(); ++i) {
-    const GroundCell &is = loaded.plan.known[i], &was = map.plan.known[i];
+  ASSERT_EQ(loaded.bev.known.size(), map.bev.known.size());
+  for (std::size_t i = 0; i < map.bev.known.size(); ++i) {
+    const GroundCell &is = loaded.bev.known[i], &was = map.bev.known[i];
     EXPECT_EQ(is.x, was.x);
     EXPECT_EQ(is.y, was.y);
     EXPECT_NEAR(is.z, was.z, 0.00501);
@@ -82,14 +82,14 @@ TEST(MapStore, KeepsThePlanViewToACentimetre) {
   }
 }
 
-TEST(MapStore, KeepsThePlanViewForAnyCellSize) {
+TEST(MapStore, KeepsTheBevGridForAnyCellSize) {
   for (const double cell_m : {0.1, 0.3, 1.0 / 3, 0.5, 2.7}) {
     SemanticMap map;
-    map.plan = sampleMap().plan;
-    map.plan.cell_m = cell_m;
+    map.bev = sampleMap().bev;
+    map.bev.cell_m = cell_m;
     const SemanticMap loaded = throughFile(map);
-    for (std::size_t c = 0; c < kChannels; ++c) {
-      EXPECT_EQ(sortedPositions(loaded.plan.samples[c]), sortedPositions(map.plan.samples[c]))
+    for (std::size_t c = 0; c < kBevChannels; ++c) {
+      EXPECT_EQ(sortedPositions(loaded.bev.samples[c]), sortedPositions(map.bev.samples[c]))
           << c << " " << cell_m;
     }
   }
@@ -124,7 +124,7 @@ TEST(MapStore, EmptyMapIsAMap) {
   EXPECT_TRUE(isSame(loaded, SemanticMap()));
 }
 
-TEST(MapStore, BareGraphNeedsNeitherPlanNorCloud) {
+TEST(MapStore, BareGraphNeedsNeitherBevNorCloud) {
   SemanticMap map;
   map.graph.vertices.resize(5000);
   map.graph.setEdges({{0, 4999}, {4095, 4096}, {1, 2}});
@@ -169,7 +169,7 @@ TEST(MapStore, OrderOfPointsAndSamplesDoesNotChangeTheBytes) {
   SemanticMap map = sampleMap();
   saveMap(folder / "a.xvm", map);
   std::reverse(map.cloud.points.begin(), map.cloud.points.end());
-  for (auto& samples : map.plan.samples) std::reverse(samples.begin(), samples.end());
+  for (auto& samples : map.bev.samples) std::reverse(samples.begin(), samples.end());
   saveMap(folder / "b.xvm", map);
   EXPECT_EQ(readText(folder / "a.xvm"), readText(folder / "b.xvm"));
 }
@@ -218,7 +218,7 @@ TEST(MapStore, AnySqliteToolCanReadTheVertices) {
 TEST(MapStore, KilometreOfStreetCostsLessThanAMegabyte) {
   const TemporaryFolder folder;
   SemanticMap map;
-  map.plan = test::streetPlan(1000, 1);
+  map.bev = test::streetBev(1000, 1);
   saveMap(folder / "a.xvm", map);
   const auto size = std::filesystem::file_size(folder / "a.xvm");
   RecordProperty("bytes", static_cast<int>(size));
@@ -244,7 +244,7 @@ TEST(MapStore, RefusesAMapThatCouldNotBeReadBack) {
   map.cloud.points[0].x = 1e20f;
   EXPECT_NE(messageOfSave(path, map).find("fit into a map"), std::string::npos);
   map = sampleMap();
-  map.plan[Channel::pole][0].x = std::numeric_limits<float>::infinity();
+  map.bev[BevChannel::pole][0].x = std::numeric_limits<float>::infinity();
   EXPECT_NE(messageOfSave(path, map).find("plan view"), std::string::npos);
   EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
 }

@@ -52,26 +52,26 @@ SemanticGraph sampleGraph(Random& random) {
   return graph;
 }
 
-PlanView samplePlan(Random& random) {
-  PlanView plan;
-  plan.origin_x = 1.0 / 3;
-  plan.origin_y = -4649776.225;
-  plan.origin_z = 500.5;
+BevGrid sampleBev(Random& random) {
+  BevGrid bev;
+  bev.origin_x = 1.0 / 3;
+  bev.origin_y = -4649776.225;
+  bev.origin_z = 500.5;
   for (std::int32_t y = -70; y < 70; ++y) {
     for (std::int32_t x = -80; x < 30; ++x) {
       if (random.below(3) > 0) {
-        plan.known.push_back({x, y, static_cast<float>(random.normal()), random.below(2) == 0});
+        bev.known.push_back({x, y, static_cast<float>(random.normal()), random.below(2) == 0});
       }
     }
   }
-  for (auto& samples : plan.samples) {
+  for (auto& samples : bev.samples) {
     for (int i = 0; i < 100; ++i) {
       samples.push_back({static_cast<float>(random.uniform(-60, 40)),
                          static_cast<float>(random.uniform(-60, 60)),
                          static_cast<float>(random.normal())});
     }
   }
-  return plan;
+  return bev;
 }
 
 LabelledCloud sampleCloud(Random& random) {
@@ -96,7 +96,7 @@ void addSampleKeyframe(std::int64_t number, Random& random, map::SemanticMap& ma
       number, stamp_s, static_cast<std::uint32_t>(number % 2));
 }
 
-std::vector<float> keyOf(const PlanSample& s) { return {s.x, s.y, s.z}; }
+std::vector<float> keyOf(const BevSample& s) { return {s.x, s.y, s.z}; }
 
 }  // namespace
 
@@ -105,7 +105,7 @@ map::SemanticMap sampleMap(std::uint64_t seed) {
   map::SemanticMap map;
   map.labels = sampleLabels();
   map.graph = sampleGraph(random);
-  map.plan = samplePlan(random);
+  map.bev = sampleBev(random);
   map.cloud = sampleCloud(random);
   for (std::int64_t i = 0; i < 20; ++i) addSampleKeyframe(i, random, map);
   map.sources = {"town/forward", "with 'quotes'; and spaces"};
@@ -115,45 +115,45 @@ map::SemanticMap sampleMap(std::uint64_t seed) {
   return map;
 }
 
-PlanView streetPlan(double length_m, std::uint64_t seed) {
+BevGrid streetBev(double length_m, std::uint64_t seed) {
   Random random(seed);
-  PlanView plan;
-  const auto columns = static_cast<std::int32_t>(length_m / plan.cell_m),
-             rows = static_cast<std::int32_t>(80 / plan.cell_m);
+  BevGrid bev;
+  const auto columns = static_cast<std::int32_t>(length_m / bev.cell_m),
+             rows = static_cast<std::int32_t>(80 / bev.cell_m);
   for (std::int32_t y = 0; y < rows; ++y) {
     for (std::int32_t x = 0; x < columns; ++x) {
       const auto z = static_cast<float>(2 * std::sin(x * 0.005) + 0.02 * random.normal());
-      plan.known.push_back({x, y, z, random.below(5) > 0});
-      const double across_m = std::abs(y - rows / 2) * plan.cell_m;
-      const Channel ground = across_m < 5   ? Channel::road
-                             : across_m < 8 ? Channel::sidewalk
-                                            : Channel::terrain;
+      bev.known.push_back({x, y, z, random.below(5) > 0});
+      const double across_m = std::abs(y - rows / 2) * bev.cell_m;
+      const BevChannel ground = across_m < 5   ? BevChannel::road
+                             : across_m < 8 ? BevChannel::sidewalk
+                                            : BevChannel::terrain;
       const auto at = [&](double spread) {
-        return PlanSample{
-            static_cast<float>((x + 0.5 + spread * random.uniform(-0.5, 0.5)) * plan.cell_m),
-            static_cast<float>((y + 0.5 + spread * random.uniform(-0.5, 0.5)) * plan.cell_m), z};
+        return BevSample{
+            static_cast<float>((x + 0.5 + spread * random.uniform(-0.5, 0.5)) * bev.cell_m),
+            static_cast<float>((y + 0.5 + spread * random.uniform(-0.5, 0.5)) * bev.cell_m), z};
       };
-      plan[ground].push_back(at(0));
-      if (random.below(40) == 0) plan[Channel::lane_marking].push_back(at(0));
-      if (across_m == 5) plan[Channel::border_road_sidewalk].push_back(at(0));
-      if (across_m == 8) plan[Channel::border_sidewalk_terrain].push_back(at(0));
+      bev[ground].push_back(at(0));
+      if (random.below(40) == 0) bev[BevChannel::lane_marking].push_back(at(0));
+      if (across_m == 5) bev[BevChannel::border_road_sidewalk].push_back(at(0));
+      if (across_m == 8) bev[BevChannel::border_sidewalk_terrain].push_back(at(0));
       if (across_m == 15 && random.below(4) > 0) {
-        for (const Channel c : {Channel::building, Channel::wall_foot, Channel::obstacle_low,
-                                Channel::obstacle_high}) {
-          plan[c].push_back(at(1));
+        for (const BevChannel c : {BevChannel::building, BevChannel::wall_foot, BevChannel::obstacle_low,
+                                BevChannel::obstacle_high}) {
+          bev[c].push_back(at(1));
         }
       }
-      for (const Channel c :
-           {Channel::fence, Channel::low_vegetation, Channel::canopy, Channel::vehicle_surface,
-            Channel::other_surface, Channel::obstacle_low, Channel::obstacle_high}) {
-        if (random.below(25) == 0) plan[c].push_back(at(1));
+      for (const BevChannel c :
+           {BevChannel::fence, BevChannel::low_vegetation, BevChannel::canopy, BevChannel::vehicle_surface,
+            BevChannel::other_surface, BevChannel::obstacle_low, BevChannel::obstacle_high}) {
+        if (random.below(25) == 0) bev[c].push_back(at(1));
       }
-      for (std::size_t c = static_cast<std::size_t>(Channel::pole); c < kChannels; ++c) {
-        if (random.below(4000) == 0) plan.samples[c].push_back(at(1));
+      for (std::size_t c = static_cast<std::size_t>(BevChannel::pole); c < kBevChannels; ++c) {
+        if (random.below(4000) == 0) bev.samples[c].push_back(at(1));
       }
     }
   }
-  return plan;
+  return bev;
 }
 
 bool isSame(const LabelSet& a, const LabelSet& b) {
@@ -179,14 +179,14 @@ bool isSame(const SemanticGraph& a, const SemanticGraph& b) {
                     });
 }
 
-bool isSame(const PlanView& a, const PlanView& b) {
+bool isSame(const BevGrid& a, const BevGrid& b) {
   if (a.cell_m != b.cell_m || a.origin_x != b.origin_x || a.origin_y != b.origin_y ||
       a.origin_z != b.origin_z)
     return false;
-  for (std::size_t c = 0; c < kChannels; ++c) {
+  for (std::size_t c = 0; c < kBevChannels; ++c) {
     if (!std::equal(
             a.samples[c].begin(), a.samples[c].end(), b.samples[c].begin(), b.samples[c].end(),
-            [](const PlanSample& p, const PlanSample& q) { return keyOf(p) == keyOf(q); })) {
+            [](const BevSample& p, const BevSample& q) { return keyOf(p) == keyOf(q); })) {
       return false;
     }
   }
@@ -205,7 +205,7 @@ bool isSame(const LabelledCloud& a, const LabelledCloud& b) {
 }
 
 bool isSame(const map::SemanticMap& a, const map::SemanticMap& b) {
-  return isSame(a.labels, b.labels) && isSame(a.graph, b.graph) && isSame(a.plan, b.plan) &&
+  return isSame(a.labels, b.labels) && isSame(a.graph, b.graph) && isSame(a.bev, b.bev) &&
          isSame(a.cloud, b.cloud) && a.sources == b.sources && a.options_yaml == b.options_yaml &&
          a.frames == b.frames && a.stamps_s == b.stamps_s && a.source_of_pose == b.source_of_pose &&
          std::equal(a.poses.begin(), a.poses.end(), b.poses.begin(), b.poses.end(),

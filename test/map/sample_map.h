@@ -13,13 +13,13 @@ map::SemanticMap sampleMap(std::uint64_t seed = 1);
 
 /// A street along x, seen 80 m wide: ground everywhere, facades, poles, as dense as a mapper makes
 /// it.
-PlanView streetPlan(double length_m, std::uint64_t seed);
+BevGrid streetBev(double length_m, std::uint64_t seed);
 
 /// Everything equal, bit by bit (but for the sign of zero).
 bool isSame(const map::SemanticMap& a, const map::SemanticMap& b);
 bool isSame(const LabelSet& a, const LabelSet& b);
 bool isSame(const SemanticGraph& a, const SemanticGraph& b);
-bool isSame(const PlanView& a, const PlanView& b);
+bool isSame(const BevGrid& a, const BevGrid& b);
 bool isSame(const LabelledCloud& a, const LabelledCloud& b);
 
 }  // namespace xview::test

@@ -9,9 +9,9 @@ namespace {
 TEST(SizedOptions, LengthsThatNobodySetFollowTheSizeAndOthersStay) {
   Options options;
   options.edges.radius_m = 7;
-  const Options desk = atSize(options, kDesk);
+  const Options desk = atSize(options, kDeskScale);
   EXPECT_EQ(desk.edges.radius_m, 7);
-  EXPECT_EQ(desk.merge.object_m, Options().merge.object_m * kDesk);
+  EXPECT_EQ(desk.merge.object_m, Options().merge.object_m * kDeskScale);
   EXPECT_EQ(desk.walks.num_walks, options.walks.num_walks);
   EXPECT_EQ(desk.size, "desk");
 }
@@ -21,7 +21,7 @@ TEST(SizedOptions, InLengthsOfATownOnlyWhatSomebodySetChanges) {
   options.edges.radius_m = 7;
   options.odometry.drift_deg_per_m = 8;
   options.prior.near = "1,-2,0.5";
-  const Options desk = inTownLengths(options, kDesk);
+  const Options desk = inCanonicalLengths(options, kDeskScale);
   EXPECT_EQ(desk.edges.radius_m, 7 * 16);
   EXPECT_EQ(desk.odometry.drift_deg_per_m, 0.5);
   EXPECT_EQ(desk.merge.object_m, Options().merge.object_m);
@@ -33,9 +33,9 @@ TEST(SizedOptions, ATownKeepsAllOfThem) {
   Options options;
   options.edges.radius_m = 7;
   options.prior.near = "1,2,3";
-  EXPECT_EQ(inTownLengths(options, kTown).edges.radius_m, 7);
-  EXPECT_EQ(inTownLengths(options, kTown).prior.near, "1,2,3");
-  EXPECT_EQ(atSize(options, kTown).merge.object_m, options.merge.object_m);
+  EXPECT_EQ(inCanonicalLengths(options, kTownScale).edges.radius_m, 7);
+  EXPECT_EQ(inCanonicalLengths(options, kTownScale).prior.near, "1,2,3");
+  EXPECT_EQ(atSize(options, kTownScale).merge.object_m, options.merge.object_m);
 }
 
 }  // namespace

@@ -15,7 +15,7 @@ namespace {
 
 /// Two visits of a town in one frame, with or without changes between them.
 struct Visits {
-  std::vector<ThingChange> truth;
+  std::vector<ObjectChange> truth;
   std::map<std::string, map::SemanticMap> maps;  ///< by session, all in the frame of `forward`
 };
 
@@ -55,8 +55,8 @@ bool isAt(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
 /// Something of that class went from there, or came there.
 bool isTrue(const Visits& visits, const std::string& class_name, const Eigen::Vector3d& p,
             bool is_gone) {
-  using What = ThingChange::What;
-  return std::any_of(visits.truth.begin(), visits.truth.end(), [&](const ThingChange& c) {
+  using What = ObjectChange::What;
+  return std::any_of(visits.truth.begin(), visits.truth.end(), [&](const ObjectChange& c) {
     const bool fits = c.what == What::moved || c.what == (is_gone ? What::gone : What::added);
     const Eigen::Vector3d& at = c.what == What::moved && !is_gone ? c.later : c.foot;
     return fits && c.class_name == class_name && isAt(p, at);
@@ -195,18 +195,18 @@ TEST(Changes, WhatIsGoneCanBeTakenOutOfTheEarlierVisit) {
   const map::SemanticMap before = map;
   const std::vector<std::size_t> gone = areGone(map);
   ASSERT_GT(gone.size(), 5u);
-  removeThings(map, gone);
+  removeObjects(map, gone);
   EXPECT_TRUE(isConsistent(map.graph));
   EXPECT_EQ(map.graph.size(), before.graph.size() - gone.size());
   EXPECT_LT(map.cloud.size(), before.cloud.size());
   EXPECT_GT(map.cloud.size(), before.cloud.size() * 9 / 10);
-  EXPECT_LE(map.plan.sampleCount() + gone.size(), before.plan.sampleCount());
-  EXPECT_EQ(map.plan[Channel::road].size(), before.plan[Channel::road].size());
+  EXPECT_LE(map.bev.sampleCount() + gone.size(), before.bev.sampleCount());
+  EXPECT_EQ(map.bev[BevChannel::road].size(), before.bev[BevChannel::road].size());
   EXPECT_LT(areGone(map).size(), 2u);
   const map::SemanticMap once = map;
-  removeThings(map, {});
+  removeObjects(map, {});
   EXPECT_EQ(map.cloud.size(), once.cloud.size());
-  EXPECT_EQ(map.plan.sampleCount(), once.plan.sampleCount());
+  EXPECT_EQ(map.bev.sampleCount(), once.bev.sampleCount());
 }
 
 TEST(Changes, AreTheSameInWhateverFrameTheLaterVisitIs) {
@@ -216,9 +216,9 @@ TEST(Changes, AreTheSameInWhateverFrameTheLaterVisitIs) {
   T_new_old.translation() = Eigen::Vector3d(300, -70, 4);
   Place moved = later;
   moved.cloud.origin += T_new_old.translation();
-  moved.plan.origin_x += 300;
-  moved.plan.origin_y -= 70;
-  moved.plan.origin_z += 4;
+  moved.bev.origin_x += 300;
+  moved.bev.origin_y -= 70;
+  moved.bev.origin_z += 4;
   for (Vertex& v : moved.graph.vertices) v.position = T_new_old * v.position;
   for (Eigen::Isometry3d& pose : moved.poses) pose = T_new_old * pose;
   const Changes here = findChanges(earlier, later, Eigen::Isometry3d::Identity(), 0.02);

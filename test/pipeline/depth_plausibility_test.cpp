@@ -43,7 +43,7 @@ class ScaledRecording : public ForwardingSource {
 };
 
 std::string complaintAbout(const FrameSource& source) {
-  return test::messageOf<Error>([&] { digestRecording(source, {}); });
+  return test::messageOf<Error>([&] { preprocessRecording(source, {}); });
 }
 
 TEST(DepthPlausibility, DepthsAHundredOrAThousandTimesOffAreNamed) {
@@ -94,11 +94,11 @@ TEST(DepthPlausibility, ASmallRoomSeenByACameraThatMovesAsMuchPasses) {
   } model;
   Options options;
   options.lift.min_range_m = 0.03;
-  EXPECT_NO_THROW(digestRecording(model, options));
+  EXPECT_NO_THROW(preprocessRecording(model, options));
 }
 
 TEST(DepthPlausibility, ACameraThatStandsStillTellsNothing) {
-  EXPECT_NO_THROW(digestRecording(ScaledRecording(0.1f, true), {}));
+  EXPECT_NO_THROW(preprocessRecording(ScaledRecording(0.1f, true), {}));
 }
 
 /// A drive measured along the rays or along the optical axis, with a camera that declares either.
@@ -165,16 +165,16 @@ TEST(Units, MillimetresAndCentimetresAreDoubtedAndMetresAreNot) {
                                       static_cast<float>(random.uniform(0, 3.5)),
                                       static_cast<float>(random.uniform(0, 2.5))));
   for (Place* place : {&desk, &room}) {
-    EXPECT_EQ(doubtMetres(*place), std::nullopt);
+    EXPECT_EQ(checkMetres(*place), std::nullopt);
     Place centimetres = *place;
     scaleLengths(100, centimetres);
-    const auto doubt = doubtMetres(centimetres);
-    ASSERT_TRUE(doubt.has_value());
-    EXPECT_NE(doubt->find("centimetres"), std::string::npos) << *doubt;
-    EXPECT_EQ(doubt->find('\n'), std::string::npos);
+    const auto problem = checkMetres(centimetres);
+    ASSERT_TRUE(problem.has_value());
+    EXPECT_NE(problem->find("centimetres"), std::string::npos) << *problem;
+    EXPECT_EQ(problem->find('\n'), std::string::npos);
   }
   const map::SemanticMap& town = simulatedDrive().map;
-  EXPECT_EQ(doubtMetres(town), std::nullopt);
+  EXPECT_EQ(checkMetres(town), std::nullopt);
 }
 
 }  // namespace

@@ -67,8 +67,8 @@ Turned turnedCloud(const Eigen::Isometry3d& T, const Options& options) {
       cloud.cloud.points.push_back(p);
     }
   }
-  const FrameDigest digest = digestFrame(std::move(cloud), drive.labels, options);
-  Turned turned{makeQuery(&digest, &digest + 1, drive.labels, options), {}};
+  const PreprocessedFrame preprocessed = preprocessFrame(std::move(cloud), drive.labels, options);
+  Turned turned{makeQuery(&preprocessed, &preprocessed + 1, drive.labels, options), {}};
   turned.truth = drive.sessions.at("rear")->truth(kLast - 1) *
                  frames[kLast - 1].T_odom_sensor.inverse() * T.inverse();
   return turned;
@@ -94,10 +94,10 @@ double errorOf(const Localization& fix, const Turned& turned) {
 TEST(Gravity, OfFramesIsMeasuredWhateverTheirTilt) {
   for (const double degrees : {10.0, 40.0, 90.0, 180.0}) {
     const Eigen::Isometry3d T = turnBy(degrees, 3);
-    EXPECT_LT(tiltOf(turnedFrames(T, withGravity("free")).query.gravity.upright, T), 2) << degrees;
-    EXPECT_LT(tiltOf(turnedCloud(T, withGravity("free")).query.gravity.upright, T), 2)
+    EXPECT_LT(tiltOf(turnedFrames(T, withGravity("free")).query.gravity.alignment, T), 2) << degrees;
+    EXPECT_LT(tiltOf(turnedCloud(T, withGravity("free")).query.gravity.alignment, T), 2)
         << degrees << " as a cloud";
-    EXPECT_LT(tiltOf(turnedGraph(T, withGravity("free")).query.gravity.upright, T), 4)
+    EXPECT_LT(tiltOf(turnedGraph(T, withGravity("free")).query.gravity.alignment, T), 4)
         << degrees << " as a graph";
   }
 }
@@ -176,7 +176,7 @@ TEST(Gravity, AStreetThatFooledTheMeasurementIsLevelledAllTheSame) {
   EXPECT_LT(rotationBetween(fix.T_map_query, turned.truth), 0.3 * kDegree) << fix.gravity_reason;
 }
 
-TEST(Gravity, QueriesWithoutGoodPointsAreLevelledByTheirPlan) {
+TEST(Gravity, QueriesWithoutGoodPointsAreLevelledByTheirBev) {
   const auto& drive = simulatedDrive();
   const Options options;
   const Localizer localizer(drive.map, options);
@@ -295,8 +295,8 @@ TEST(Gravity, FlatWorldsAreNotFoundInTheirMirrorImage) {
 }
 
 TEST(Gravity, OfNothingIsNotKnown) {
-  EXPECT_FALSE(gravityOf(std::vector<PlaceBuilder::SharedDigest>(), {}, "free").known);
-  EXPECT_TRUE(gravityOf(std::vector<PlaceBuilder::SharedDigest>(), {}, "auto").known);
+  EXPECT_FALSE(gravityOf(std::vector<PlaceBuilder::SharedFrame>(), {}, "free").known);
+  EXPECT_TRUE(gravityOf(std::vector<PlaceBuilder::SharedFrame>(), {}, "auto").known);
   EXPECT_FALSE(gravityOf(SemanticGraph(), {}, "free").known);
   SemanticGraph line;
   for (int i = 0; i < 20; ++i) {

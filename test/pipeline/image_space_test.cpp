@@ -26,11 +26,11 @@ Options walksIn(const std::string& space) {
   return options;
 }
 
-const std::vector<FrameDigest>& imageFrames(const std::string& session) {
-  static std::map<std::string, std::vector<FrameDigest>> frames;
+const std::vector<PreprocessedFrame>& imageFrames(const std::string& session) {
+  static std::map<std::string, std::vector<PreprocessedFrame>> frames;
   auto& found = frames[session];
   if (found.empty())
-    found = digestRecording(*simulatedDrive().sessions.at(session), walksIn("image"));
+    found = preprocessRecording(*simulatedDrive().sessions.at(session), walksIn("image"));
   return found;
 }
 
@@ -67,7 +67,7 @@ TEST(ImageSpace, AMapHasVerticesOfSurfacesAndObjectsAndEdgesOfTheImages) {
     return (graph.vertices[e.first].position - graph.vertices[e.second].position).norm() >
            EdgeOptions().radius_m;
   }));
-  EXPECT_GT(imageMap().plan.sampleCount(), 1000u);
+  EXPECT_GT(imageMap().bev.sampleCount(), 1000u);
 }
 
 TEST(ImageSpace, WalksKeepTheEdgesOfTheImages) {
@@ -174,9 +174,9 @@ TEST(ImageSpace, GraphsOfTwoSpacesAreNotJoined) {
 TEST(ImageSpace, IsWrongUseForAnythingButImages) {
   Frame scan;
   scan.sensor = Sensor::lidar;
-  EXPECT_THROW(digestFrame(scan, simulatedDrive().labels, walksIn("image")), UsageError);
+  EXPECT_THROW(preprocessFrame(scan, simulatedDrive().labels, walksIn("image")), UsageError);
   scan.sensor = Sensor::cloud;
-  EXPECT_THROW(digestFrame(scan, simulatedDrive().labels, walksIn("image")), UsageError);
+  EXPECT_THROW(preprocessFrame(scan, simulatedDrive().labels, walksIn("image")), UsageError);
 }
 
 }  // namespace

@@ -23,11 +23,11 @@ class DriveIn {
       : labels(io::shippedLabelSet(set)),
         map(buildMap({recordingOf("forward").get()}, {})),
         query(queryOf("rear")),
-        stranger(queryOf("elsewhere")) {}
+        negative(queryOf("elsewhere")) {}
 
   LabelSet labels;
   map::SemanticMap map;
-  Query query, stranger;
+  Query query, negative;
 
  private:
   std::unique_ptr<FrameSource> recordingOf(const std::string& session) const {
@@ -40,9 +40,9 @@ class DriveIn {
   }
   Query queryOf(const std::string& session) const {
     const std::unique_ptr<FrameSource> recording = recordingOf(session);
-    std::vector<FrameDigest> frames;
+    std::vector<PreprocessedFrame> frames;
     for (std::size_t i = 10; i < 40; ++i)
-      frames.push_back(digestFrame(recording->read(i), labels, {}));
+      frames.push_back(preprocessFrame(recording->read(i), labels, {}));
     return makeQuery(frames.data(), frames.data() + frames.size(), labels, {});
   }
 };
@@ -80,7 +80,7 @@ TEST(LabelSets, ARecordingInOneShippedSetIsFoundInAMapOfAnyOther) {
         EXPECT_LT((fix.T_map_sensor.translation() - truth).norm(), 0.5);
       }
       if ((i + j) % 4 != 0) continue;
-      const Localization strange = localizer.localize(drives[j]->stranger);
+      const Localization strange = localizer.localize(drives[j]->negative);
       EXPECT_NE(strange.status, Status::accepted) << strange.reason;
     }
   }
@@ -106,9 +106,9 @@ TEST(LabelSets, PartsOfAMapMayHaveOtherSets) {
   EXPECT_EQ(map.labels, cityscapes.labels);
   for (const Vertex& vertex : map.graph.vertices)
     EXPECT_NE(map.labels.find(vertex.label), nullptr) << vertex.label;
-  map::SemanticMap stranger = nuscenes.map;
-  stranger.labels = genericLabelSet({1, 2});
-  EXPECT_THROW(appendToMap(map, stranger, {}), Error);
+  map::SemanticMap negative = nuscenes.map;
+  negative.labels = genericLabelSet({1, 2});
+  EXPECT_THROW(appendToMap(map, negative, {}), Error);
 }
 
 TEST(QueryCheck, NamesTheCauseInsteadOfItsLastSymptom) {

@@ -22,7 +22,7 @@ using test::simulatedDrive;
 /// What the frames of a session saw, in one cloud.
 template <class PointT>
 pcl::PointCloud<PointT> cloudOf(const std::string& session, std::size_t first, std::size_t last) {
-  const std::vector<FrameDigest>& frames = simulatedDrive().frames.at(session);
+  const std::vector<PreprocessedFrame>& frames = simulatedDrive().frames.at(session);
   pcl::PointCloud<PointT> cloud;
   for (std::size_t i = first; i < last; ++i) {
     for (std::size_t k = 0; k < frames[i].cloud.size(); ++k) {
@@ -113,7 +113,7 @@ TEST(LocalizerQueries, OfShapesHaveLikelihoodsOfTheirOwnInALabelledMap) {
   EXPECT_GT(scoreWith(""), 0);
   EXPECT_EQ(scoreWith(""), scoreWith(of_labels));
   EXPECT_NE(scoreWith(""), scoreWith(search::kShapes));
-  query.plan.aerial = true;
+  query.bev.aerial = true;
   EXPECT_GT(scoreWith(""), 0);
   EXPECT_EQ(scoreWith(""), scoreWith(search::kShapes));
   EXPECT_NE(scoreWith(""), scoreWith(of_labels));
@@ -122,8 +122,8 @@ TEST(LocalizerQueries, OfShapesHaveLikelihoodsOfTheirOwnInALabelledMap) {
 TEST(LocalizerQueries, ADigestWithoutClassesIsAnError) {
   const RawDrive rear(*simulatedDrive().sessions.at("rear"));
   for (const std::string& said :
-       {test::messageOf<Error>([&] { digestRecording(rear, {}); }),
-        test::messageOf<Error>([&] { digestFrame(rear.read(0), LabelSet(), {}); })})
+       {test::messageOf<Error>([&] { preprocessRecording(rear, {}); }),
+        test::messageOf<Error>([&] { preprocessFrame(rear.read(0), LabelSet(), {}); })})
     EXPECT_NE(said.find("no labels"), std::string::npos) << said;
 }
 
@@ -135,9 +135,9 @@ TEST(LocalizerQueries, FramesOneByOneGiveTheAnswerOfTheirRecording) {
     for (std::size_t i = 10; i < 40; ++i) poses.push_back(drive.sessions.at("rear")->pose(i));
     return poses;
   }());
-  std::vector<FrameDigest> frames;
+  std::vector<PreprocessedFrame> frames;
   for (std::size_t i = 0; i < window.size(); ++i)
-    frames.push_back(localizer.digest(window.read(i), window.labels()));
+    frames.push_back(localizer.preprocess(window.read(i), window.labels()));
   const Localization one_by_one = localizer.localize(localizer.query(frames, window.labels()));
   const Localization whole = localizer.localize(window);
   EXPECT_TRUE(whole.accepted()) << whole.reason;
@@ -153,16 +153,16 @@ TEST(LocalizerQueries, HaveTheLengthsOfTheMap) {
   auto town = cloudOf<pcl::PointXYZL>("forward", 0, simulatedDrive().frames.at("forward").size());
   auto window = cloudOf<pcl::PointXYZL>("rear", 10, 40);
   for (auto* cloud : {&town, &window}) {
-    for (pcl::PointXYZL& p : *cloud) p.getVector3fMap() *= static_cast<float>(kRoom);
+    for (pcl::PointXYZL& p : *cloud) p.getVector3fMap() *= static_cast<float>(kRoomScale);
   }
   const LabelSet& labels = simulatedDrive().labels;
   const Localizer localizer(buildMap(town, labels, of_rooms));
-  EXPECT_EQ(localizer.size(), kRoom);
+  EXPECT_EQ(localizer.size(), kRoomScale);
   EXPECT_EQ(localizer.options().size, "room");
   const Localization fix = localizer.localize(window, labels);
   ASSERT_FALSE(fix.hypotheses.empty()) << fix.reason;
   Eigen::Isometry3d T = fix.T_map_query;
-  scaleLengths(1 / kRoom, T);
+  scaleLengths(1 / kRoomScale, T);
   EXPECT_LT(errorAt(T, 39), 1);
 }
 

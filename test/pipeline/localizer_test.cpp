@@ -72,21 +72,21 @@ TEST(Localizer, AQueryThatCannotShowTheMapIsHeldAgainstItself) {
   const Localizer localizer(drive.map, {});
   Query query = drive.query("rear", 10, 40);
   const DenseEvidence shows = localizer.localize(query).statistics.dense;
-  EXPECT_TRUE(shows.shown);
-  EXPECT_FALSE(shows.of_itself);
-  ASSERT_TRUE(shows.seen_through) << "its depths are exact";
-  EXPECT_LT(*shows.seen_through, 0.2);
+  EXPECT_TRUE(shows.map_overlap);
+  EXPECT_FALSE(shows.self_consistency);
+  ASSERT_TRUE(shows.free_space_violation) << "its depths are exact";
+  EXPECT_LT(*shows.free_space_violation, 0.2);
   Query inexact = query;
   for (Point& point : inexact.cloud.points) point.sigma = 0.2f;
-  EXPECT_FALSE(localizer.localize(inexact).statistics.dense.seen_through);
-  query.plan.known.resize(20);  // next to no ground
+  EXPECT_FALSE(localizer.localize(inexact).statistics.dense.free_space_violation);
+  query.bev.known.resize(20);  // next to no ground
   const DenseEvidence sparse = localizer.localize(query).statistics.dense;
-  EXPECT_FALSE(sparse.shown);
-  ASSERT_TRUE(sparse.settled);
-  ASSERT_TRUE(sparse.of_itself);
-  EXPECT_GT(*sparse.of_itself, sparse.agreement);
-  ASSERT_TRUE(sparse.seen_through);
-  EXPECT_LT(*sparse.seen_through, 0.5);
+  EXPECT_FALSE(sparse.map_overlap);
+  ASSERT_TRUE(sparse.converged);
+  ASSERT_TRUE(sparse.self_consistency);
+  EXPECT_GT(*sparse.self_consistency, sparse.inlier_ratio);
+  ASSERT_TRUE(sparse.free_space_violation);
+  EXPECT_LT(*sparse.free_space_violation, 0.5);
 }
 
 TEST(Localizer, InAMapWhoseWrongPlacesFitTheSamePoseIsLessSure) {
@@ -100,7 +100,7 @@ TEST(Localizer, InAMapWhoseWrongPlacesFitTheSamePoseIsLessSure) {
   map.wrong_places.assign(60, {0.5, 0.1});
   const Localization alike = Localizer(map, {}).localize(query);
   EXPECT_LT(errorOf(alike, "rear", 39), 0.5);
-  EXPECT_GT(alike.statistics.null_excess, usual.statistics.null_excess + 0.2);
+  EXPECT_GT(alike.statistics.wrong_place_above_null, usual.statistics.wrong_place_above_null + 0.2);
   EXPECT_LT(alike.confidence, usual.confidence);
 }
 
@@ -116,11 +116,11 @@ TEST(Localizer, PlacesThatLookAlikeFromAboveAreToldApartByTheirPoints) {
     const bool even = (static_cast<int>(p.x / 3) + static_cast<int>(p.y / 3)) % 2 == 0;
     p.getVector3fMap().head<2>().array() += even ? 1.f : -1.f;
   }
-  for (std::vector<PlanSample>& samples : map.plan.samples) {
+  for (std::vector<BevSample>& samples : map.bev.samples) {
     std::size_t at = 0;
     samples.erase(std::remove_if(samples.begin(), samples.end(),
-                                 [&](const PlanSample& s) {
-                                   return map.plan.origin_x + double{s.x} < kAside_m / 2 &&
+                                 [&](const BevSample& s) {
+                                   return map.bev.origin_x + double{s.x} < kAside_m / 2 &&
                                           ++at % 3 == 0;
                                  }),
                   samples.end());
@@ -192,11 +192,11 @@ TEST(Localizer, FramesOfAFirstCameraAreTurnedUpright) {
 TEST(Localizer, AQueryReadFrameByFrameIsThatOfAllItsDigests) {
   const auto& drive = simulatedDrive();
   const FrameSource& rear = *drive.sessions.at("rear");
-  const std::vector<FrameDigest>& frames = drive.frames.at("rear");
+  const std::vector<PreprocessedFrame>& frames = drive.frames.at("rear");
   const Query all = makeQuery(frames.data(), frames.data() + frames.size(), drive.labels, {});
   std::vector<std::int64_t> seen;
   const Query streamed =
-      makeQuery(rear, {}, [&](const FrameDigest& frame) { seen.push_back(frame.number); });
+      makeQuery(rear, {}, [&](const PreprocessedFrame& frame) { seen.push_back(frame.number); });
   EXPECT_EQ(seen, all.frames);
   EXPECT_EQ(streamed.frames, all.frames);
   EXPECT_EQ(streamed.sensor, all.sensor);
@@ -213,7 +213,7 @@ TEST(Localizer, AQueryReadFrameByFrameIsThatOfAllItsDigests) {
   for (std::size_t i = 0; i < all.graph.size(); ++i)
     ASSERT_EQ(streamed.graph.vertices[i].position, all.graph.vertices[i].position);
   EXPECT_EQ(streamed.graph.edges(), all.graph.edges());
-  EXPECT_EQ(streamed.plan.sampleCount(), all.plan.sampleCount());
+  EXPECT_EQ(streamed.bev.sampleCount(), all.bev.sampleCount());
   const Localizer localizer(drive.map, {});
   EXPECT_EQ(localizer.localize(streamed).T_map_query.matrix(),
             localizer.localize(all).T_map_query.matrix());
@@ -224,7 +224,7 @@ TEST(Localizer, AQueryOfATiltedCameraReadFrameByFrameIsTurnedUprightToo) {
   const Eigen::Isometry3d T_tilted(Eigen::AngleAxisd(-M_PI / 2, Eigen::Vector3d::UnitX()));
   const PosedRecording rear(*drive.sessions.at("rear"), T_tilted);
   const Query query = makeQuery(rear, {});
-  EXPECT_GT(query.plan.upright.angularDistance(Eigen::Quaterniond::Identity()), 1);
+  EXPECT_GT(query.bev.alignment.angularDistance(Eigen::Quaterniond::Identity()), 1);
   const Localization fix = Localizer(drive.map, {}).localize(query);
   EXPECT_EQ(fix.status, Status::accepted) << fix.reason;
 }
@@ -373,7 +373,7 @@ TEST(Localizer, AnEmptyQueryIsRejected) {
 
 TEST(Localizer, AQueryOfNoFramesIsRejected) {
   const auto& drive = simulatedDrive();
-  const FrameDigest* none = drive.frames.at("rear").data();
+  const PreprocessedFrame* none = drive.frames.at("rear").data();
   const Query query = makeQuery(none, none, drive.labels, {});
   for (const char* method : {"auto", "search", "walks"}) {
     const Localization fix = Localizer(drive.map, withMethod(method)).localize(query);

@@ -14,15 +14,15 @@ namespace {
 
 using test::simulatedDrive;
 
-TEST(Mapper, AMapHoldsGraphPlanCloudAndPoses) {
+TEST(Mapper, AMapHoldsGraphBevCloudAndPoses) {
   const map::SemanticMap& map = simulatedDrive().map;
   EXPECT_TRUE(isConsistent(map.graph));
   EXPECT_GT(map.graph.size(), 100u);
-  EXPECT_GT(map.plan.sampleCount(), 1000u);
+  EXPECT_GT(map.bev.sampleCount(), 1000u);
   EXPECT_GT(map.cloud.size(), 10000u);
   EXPECT_GT(map.poses.size(), 30u);
   EXPECT_EQ(map.sources.size(), 1u);
-  EXPECT_FALSE(map.plan.aerial);
+  EXPECT_FALSE(map.bev.aerial);
 }
 
 TEST(Mapper, ThreadsDoNotChangeTheMap) {
@@ -34,7 +34,7 @@ TEST(Mapper, ThreadsDoNotChangeTheMap) {
   ASSERT_EQ(a.graph.size(), b.graph.size());
   for (std::size_t i = 0; i < a.graph.size(); ++i)
     EXPECT_EQ(a.graph.vertices[i].position, b.graph.vertices[i].position);
-  EXPECT_EQ(a.plan.sampleCount(), b.plan.sampleCount());
+  EXPECT_EQ(a.bev.sampleCount(), b.bev.sampleCount());
   EXPECT_EQ(a.cloud.size(), b.cloud.size());
 }
 
@@ -68,19 +68,19 @@ TEST(Mapper, TheGraphOfATiltedRecordingIsThatOfItsMap) {
 TEST(Mapper, FramesAreSeenInOrderWhileAPlaceIsMade) {
   const FrameSource& source = *simulatedDrive().sessions.at("rear");
   std::vector<std::int64_t> seen, expected;
-  makeQuery(source, {}, [&](const FrameDigest& frame) { seen.push_back(frame.number); });
+  makeQuery(source, {}, [&](const PreprocessedFrame& frame) { seen.push_back(frame.number); });
   for (std::size_t i = 0; i < source.size(); ++i) expected.push_back(source.number(i));
   EXPECT_EQ(seen, expected);
 }
 
 TEST(Mapper, FramesOneByOneAreThoseAllAtOnce) {
   const auto& drive = simulatedDrive();
-  const std::vector<FrameDigest>& all = drive.frames.at("rear");
+  const std::vector<PreprocessedFrame>& all = drive.frames.at("rear");
   std::size_t i = 0;
-  digestRecording(*drive.sessions.at("rear"), {}, [&](FrameDigest frame) {
+  preprocessRecording(*drive.sessions.at("rear"), {}, [&](PreprocessedFrame frame) {
     ASSERT_LT(i, all.size());
     EXPECT_EQ(frame.number, all[i].number);
-    EXPECT_EQ(frame.votes, all[i].votes);
+    EXPECT_EQ(frame.weights, all[i].weights);
     ASSERT_EQ(frame.cloud.size(), all[i].cloud.size());
     EXPECT_EQ(frame.blobs.size(), all[i].blobs.size());
     ++i;
@@ -96,7 +96,7 @@ TEST(Mapper, AppendingTheSameDriveAddsPosesButHardlyVertices) {
   EXPECT_EQ(map.poses.size(), 2 * again.poses.size());
   EXPECT_EQ(map.source_of_pose.back(), 1u);
   EXPECT_LT(map.graph.size(), again.graph.size() + again.graph.size() / 20);
-  EXPECT_EQ(map.plan.known.size(), again.plan.known.size());
+  EXPECT_EQ(map.bev.known.size(), again.bev.known.size());
 }
 
 TEST(Mapper, AMapThatIsMovedThereAndBackIsTheSamePlace) {
@@ -108,11 +108,11 @@ TEST(Mapper, AMapThatIsMovedThereAndBackIsTheSamePlace) {
   for (std::size_t i = 0; i < map.graph.size(); ++i)
     EXPECT_LT((back.graph.vertices[i].position - map.graph.vertices[i].position).norm(), 1e-9);
   EXPECT_LT((moved.poses[7].translation() - T * map.poses[7].translation()).norm(), 1e-9);
-  EXPECT_EQ(moved.plan.sampleCount(), map.plan.sampleCount());
-  const auto known = static_cast<double>(map.plan.known.size());
-  EXPECT_NEAR(static_cast<double>(moved.plan.known.size()), known, 0.05 * known);
-  const auto isIn = [&](const GroundCell& cell) { return map.plan.knownCell(cell.x, cell.y); };
-  EXPECT_GT(std::count_if(back.plan.known.begin(), back.plan.known.end(), isIn), 0.9 * known);
+  EXPECT_EQ(moved.bev.sampleCount(), map.bev.sampleCount());
+  const auto known = static_cast<double>(map.bev.known.size());
+  EXPECT_NEAR(static_cast<double>(moved.bev.known.size()), known, 0.05 * known);
+  const auto isIn = [&](const GroundCell& cell) { return map.bev.knownCell(cell.x, cell.y); };
+  EXPECT_GT(std::count_if(back.bev.known.begin(), back.bev.known.end(), isIn), 0.9 * known);
   EXPECT_GT(evidenceOfOneFrame(map, back, {}).value().agreement(), 0.8);
 }
 
@@ -151,10 +151,10 @@ TEST(Mapper, AMapOfTwoHalvesFindsBoth) {
 
 TEST(Mapper, RefusesToAppendAFrameThatIsTiltedAgainstThatOfTheMap) {
   map::SemanticMap map = simulatedDrive().map, addition = map;
-  addition.plan.upright = Eigen::AngleAxisd(0.1, Eigen::Vector3d::UnitX());
+  addition.bev.alignment = Eigen::AngleAxisd(0.1, Eigen::Vector3d::UnitX());
   EXPECT_THROW(appendToMap(map, addition, {}), Error);
   EXPECT_EQ(map.graph.size(), simulatedDrive().map.graph.size());
-  addition.plan.upright = Eigen::AngleAxisd(0.01, Eigen::Vector3d::UnitX());
+  addition.bev.alignment = Eigen::AngleAxisd(0.01, Eigen::Vector3d::UnitX());
   EXPECT_NO_THROW(appendToMap(map, addition, {}));
   EXPECT_EQ(map.source_of_pose.back(), 1u) << "of the second source";
 }

@@ -53,7 +53,7 @@ Localization answerInModel(double size, const map::SemanticMap& map,
   const ModelDrive rear(*simulatedDrive().sessions.at("rear"), size);
   Options options = ofSize(sizeText(map.size));
   options.places.likelihoods = likelihoods;  // else those of the size
-  const std::vector<FrameDigest> frames = digestRecording(rear, options);
+  const std::vector<PreprocessedFrame> frames = preprocessRecording(rear, options);
   const Query query = makeQuery(frames.data() + 5, frames.data() + 45, map.labels, options);
   return Localizer(map, options).localize(query);
 }
@@ -64,11 +64,11 @@ map::SemanticMap mapOfModel(double size) {
 }
 
 TEST(MeasuredSizes, AModelOfATownGivesTheAnswerOfTheTownInItsOwnLengths) {
-  const Localization town = answerInModel(kTown, simulatedDrive().map);
+  const Localization town = answerInModel(kTownScale, simulatedDrive().map);
   ASSERT_TRUE(town.accepted()) << town.reason;
-  const map::SemanticMap room_map = mapOfModel(kRoom), desk_map = mapOfModel(kDesk);
-  const Localization room = answerInModel(kRoom, room_map), desk = answerInModel(kDesk, desk_map);
-  for (const auto& [size, model] : {std::pair(kRoom, &room), {kDesk, &desk}}) {
+  const map::SemanticMap room_map = mapOfModel(kRoomScale), desk_map = mapOfModel(kDeskScale);
+  const Localization room = answerInModel(kRoomScale, room_map), desk = answerInModel(kDeskScale, desk_map);
+  for (const auto& [size, model] : {std::pair(kRoomScale, &room), {kDeskScale, &desk}}) {
     EXPECT_EQ(model->hypotheses[0].score, town.hypotheses[0].score);
     EXPECT_EQ(model->T_map_sensor.translation(), size * town.T_map_sensor.translation());
     EXPECT_EQ(model->covariance(0, 0), size * size * town.covariance(0, 0));
@@ -82,32 +82,32 @@ TEST(MeasuredSizes, AModelOfATownGivesTheAnswerOfTheTownInItsOwnLengths) {
 
 /// The same counts under another name.
 TEST(MeasuredSizes, AreToldByThePlaceAndNotByTheNameOfItsLikelihoods) {
-  const map::SemanticMap map = mapOfModel(kRoom);
+  const map::SemanticMap map = mapOfModel(kRoomScale);
   const std::string own = testing::TempDir() + "/own_likelihoods.txt";
   std::ofstream(own) << toText(search::readLikelihoods(search::kRooms));
-  const Localization built_in = answerInModel(kRoom, map), learned = answerInModel(kRoom, map, own);
+  const Localization built_in = answerInModel(kRoomScale, map), learned = answerInModel(kRoomScale, map, own);
   std::remove(own.c_str());
   EXPECT_EQ(learned.hypotheses[0].score, built_in.hypotheses[0].score);
-  EXPECT_FALSE(learned.statistics.dense.shown) << "what rooms show is hidden by furniture";
+  EXPECT_FALSE(learned.statistics.dense.map_overlap) << "what rooms show is hidden by furniture";
   EXPECT_EQ(learned.confidence, built_in.confidence);
   EXPECT_EQ(learned.reason, built_in.reason);
 }
 
 TEST(MeasuredSizes, AMapKeepsItsSizeInItsFile) {
-  const map::SemanticMap map = mapOfModel(kDesk);
+  const map::SemanticMap map = mapOfModel(kDeskScale);
   const std::string path = testing::TempDir() + "/model.xvm";
   map::saveMap(path, map);
   const map::SemanticMap read = map::loadMap(path);
   std::remove(path.c_str());
-  EXPECT_EQ(read.size, kDesk);
-  EXPECT_EQ(map.plan.cell_m, read.plan.cell_m);
-  EXPECT_EQ(map.plan.sampleCount(), read.plan.sampleCount());
-  EXPECT_TRUE(answerInModel(kDesk, read).accepted());
+  EXPECT_EQ(read.size, kDeskScale);
+  EXPECT_EQ(map.bev.cell_m, read.bev.cell_m);
+  EXPECT_EQ(map.bev.sampleCount(), read.bev.sampleCount());
+  EXPECT_TRUE(answerInModel(kDeskScale, read).accepted());
 }
 
 TEST(MeasuredSizes, RecordingsAndGraphsTellTheirSize) {
   const FrameSource& forward = *simulatedDrive().sessions.at("forward");
-  for (const auto& [factor, size] : {std::pair(1., kTown), {0.25, kRoom}, {1. / 32, kDesk}}) {
+  for (const auto& [factor, size] : {std::pair(1., kTownScale), {0.25, kRoomScale}, {1. / 32, kDeskScale}}) {
     const ModelDrive drive(forward, factor);
     EXPECT_EQ(measureSize(std::vector<const FrameSource*>{&drive}).size, size)
         << measureSize(std::vector<const FrameSource*>{&drive}).reason;
@@ -115,7 +115,7 @@ TEST(MeasuredSizes, RecordingsAndGraphsTellTheirSize) {
     scaleLengths(factor, graph);
     EXPECT_EQ(measureSize(graph).size, size) << measureSize(graph).reason;
   }
-  EXPECT_EQ(measureSize(SemanticGraph()).size, kTown);
+  EXPECT_EQ(measureSize(SemanticGraph()).size, kTownScale);
 }
 
 /// As it happens to a scan: a cloud of points whose density falls with the square of the range.
@@ -148,8 +148,8 @@ TEST(MeasuredSizes, PlacesOfACloudCountAndNotItsPoints) {
     });
   };
   const OneCloud street = scanned(5, 60), hall = scanned(2.5, 10);
-  EXPECT_EQ(measureSize({&street}).size, kTown) << measureSize({&street}).reason;
-  EXPECT_EQ(measureSize({&hall}).size, kRoom) << measureSize({&hall}).reason;
+  EXPECT_EQ(measureSize({&street}).size, kTownScale) << measureSize({&street}).reason;
+  EXPECT_EQ(measureSize({&hall}).size, kRoomScale) << measureSize({&hall}).reason;
 }
 
 /// However far rooms go on side by side, their size is that of one.
@@ -159,17 +159,17 @@ TEST(MeasuredSizes, AFloorOfRoomsIsNoTown) {
     if (i % 10 > 0) return {x, y, 3.0 * (i % 2)};
     return {x, 5 * std::floor(y / 5), random.uniform(0, 3)};
   });
-  EXPECT_EQ(measureSize({&floor}).size, kRoom) << measureSize({&floor}).reason;
+  EXPECT_EQ(measureSize({&floor}).size, kRoomScale) << measureSize({&floor}).reason;
   const OneCloud noisy_field([](Random& random, int) -> Eigen::Vector3d {
     return {random.uniform(0, 200), random.uniform(0, 200), 0.5 * random.normal()};
   });
-  EXPECT_EQ(measureSize({&noisy_field}).size, kTown) << measureSize({&noisy_field}).reason;
+  EXPECT_EQ(measureSize({&noisy_field}).size, kTownScale) << measureSize({&noisy_field}).reason;
 }
 
 TEST(MeasuredSizes, AQueryOfAnotherSizeThanItsMapIsRefusedWithBothSizes) {
   const Query query = simulatedDrive().query("rear", 5, 20);
   const std::string said =
-      test::messageOf<Error>([&] { Localizer(mapOfModel(kRoom), {}).localize(query); });
+      test::messageOf<Error>([&] { Localizer(mapOfModel(kRoomScale), {}).localize(query); });
   EXPECT_NE(said.find("size town"), std::string::npos) << said;
   EXPECT_NE(said.find("--size room"), std::string::npos) << said;
 }

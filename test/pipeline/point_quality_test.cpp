@@ -13,8 +13,8 @@ namespace xview {
 namespace {
 
 /// Points 10, 20 and 30 m from the sensor, known to `inverse_depth_sigma` times the square of that.
-FrameDigest frameOfThree(double inverse_depth_sigma) {
-  FrameDigest frame;
+PreprocessedFrame frameOfThree(double inverse_depth_sigma) {
+  PreprocessedFrame frame;
   frame.cloud.origin = {100, 0, 0};
   frame.T_odom_sensor.translation() = frame.cloud.origin;
   for (const float range : {10.f, 20.f, 30.f}) {
@@ -32,7 +32,7 @@ TEST(KnownPoints, AreThoseOfASmallError) {
 }
 
 TEST(KnownPoints, RangeIsThatFromTheSensor) {
-  FrameDigest frame = frameOfThree(0);
+  PreprocessedFrame frame = frameOfThree(0);
   EXPECT_FLOAT_EQ(rangeOf(frame, 1), 20);
   frame.sensor = Sensor::cloud;
   EXPECT_EQ(rangeOf(frame, 1), 0) << "a cloud does not tell";
@@ -57,12 +57,12 @@ TEST(KnownPoints, AreNotThoseWhoseErrorIsNoNumber) {
 
 /// Points of a query whose frame has so many with these errors.
 std::size_t pointsOfQuery(int well_known, int just_known) {
-  FrameDigest frame;
+  PreprocessedFrame frame;
   for (int i = 0; i < well_known + just_known; ++i) {
     frame.cloud.points.push_back(Point(static_cast<float>(i), 20, 0, 7));
     frame.cloud.points.back().sigma = i < well_known ? 0.1f : 0.45f;
   }
-  frame.votes.assign(frame.cloud.size(), 1);
+  frame.weights.assign(frame.cloud.size(), 1);
   return makeQuery(&frame, &frame + 1, genericLabelSet({7}), Options()).cloud.size();
 }
 
@@ -237,14 +237,14 @@ TEST(CloudDensity, CountsSurfacesAndNotObjects) {
       frame.cloud.points.back().label = i % 50 == 0 ? pole : road;
     }
   }
-  const FrameDigest digest = digestFrame(frame, labels, Options());
-  ASSERT_GT(digest.votes.size(), 0U);
-  for (std::size_t i = 0; i < digest.votes.size(); ++i) {
-    const bool far = digest.cloud.points[i].x > 20;
-    if (digest.cloud.points[i].label == pole) {
-      EXPECT_FLOAT_EQ(digest.votes[i], far ? 0.5 : 2);
+  const PreprocessedFrame preprocessed = preprocessFrame(frame, labels, Options());
+  ASSERT_GT(preprocessed.weights.size(), 0U);
+  for (std::size_t i = 0; i < preprocessed.weights.size(); ++i) {
+    const bool far = preprocessed.cloud.points[i].x > 20;
+    if (preprocessed.cloud.points[i].label == pole) {
+      EXPECT_FLOAT_EQ(preprocessed.weights[i], far ? 0.5 : 2);
     } else if (far) {
-      EXPECT_LT(digest.votes[i], 0.05);
+      EXPECT_LT(preprocessed.weights[i], 0.05);
     }
   }
 }
@@ -257,11 +257,11 @@ TEST(CloudErrors, TakeVotes) {
     for (int k = 0; k < 4; ++k) frame.cloud.points.push_back(Point(i % 20, i / 20, 0, 3));
     for (int k = 0; k < 4; ++k) frame.cloud.points.rbegin()[k].sigma = i < 200 ? 0.01F : 0.9F;
   }
-  const FrameDigest digest = digestFrame(frame, genericLabelSet({3}), {});
-  ASSERT_EQ(digest.votes.size(), 400U);
-  for (std::size_t i = 0; i < digest.votes.size(); ++i) {
-    EXPECT_NEAR(digest.cloud.points[i].sigma, i < 200 ? 0.01 : 0.9, 1e-6);
-    EXPECT_NEAR(digest.votes[i], i < 200 ? 2.0 : 0.5, 0.1);
+  const PreprocessedFrame preprocessed = preprocessFrame(frame, genericLabelSet({3}), {});
+  ASSERT_EQ(preprocessed.weights.size(), 400U);
+  for (std::size_t i = 0; i < preprocessed.weights.size(); ++i) {
+    EXPECT_NEAR(preprocessed.cloud.points[i].sigma, i < 200 ? 0.01 : 0.9, 1e-6);
+    EXPECT_NEAR(preprocessed.weights[i], i < 200 ? 2.0 : 0.5, 0.1);
   }
 }
 
@@ -276,11 +276,11 @@ TEST(CloudDensity, OneMeasurementOfASparseScannerCountsInFull) {
     frame.cloud.points.push_back(point);
   }
   const LabelSet labels = genericLabelSet({3});
-  const auto votesOf = [&](const Frame& seen) { return digestFrame(seen, labels, {}).votes; };
-  for (const float votes : votesOf(frame)) EXPECT_FLOAT_EQ(votes, 1);
+  const auto weightsOf = [&](const Frame& seen) { return preprocessFrame(seen, labels, {}).weights; };
+  for (const float weights : weightsOf(frame)) EXPECT_FLOAT_EQ(weights, 1);
   Frame dense = frame;
   for (int k = 0; k < 2; ++k) dense.cloud.points += frame.cloud.points;
-  for (const float votes : votesOf(dense)) EXPECT_FLOAT_EQ(votes, 1.5);
+  for (const float weights : weightsOf(dense)) EXPECT_FLOAT_EQ(weights, 1.5);
 }
 
 }  // namespace

@@ -14,15 +14,15 @@ namespace {
 /// A verdict that believes whatever it looked at closely, which tells these streets apart.
 std::string credulousModel() {
   verify::VerdictModel model = verify::defaultVerdictModel();
-  model.shown = {};
-  model.shown[verify::kConstant] = 5;
+  model.with_overlap = {};
+  model.with_overlap[verify::kConstant] = 5;
   const std::string path = testing::TempDir() + "/credulous_verdict.txt";
   std::ofstream(path) << verify::toText(model);
   return path;
 }
 
 Localization localizeNear(const char* circle, double x, const std::string& verdict_model = "") {
-  const test::PlanTown town = test::twoStreets(false);
+  const test::BevTown town = test::twoStreets(false);
   const map::SemanticMap map = test::mapOf(town);
   Options options;
   options.threads = 1;

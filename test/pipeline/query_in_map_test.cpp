@@ -12,16 +12,16 @@ namespace xview {
 namespace {
 
 /// The view from above of a query that is turned by so much.
-PlanView turnedPlan(const PlanView& view, const Eigen::Quaterniond& R) {
+BevGrid turnedBev(const BevGrid& view, const Eigen::Quaterniond& R) {
   Query query;
-  query.plan = view;
-  return tiltedQuery(query, R).plan;
+  query.bev = view;
+  return tiltedQuery(query, R).bev;
 }
 
 const Eigen::Quaterniond kTurn(Eigen::AngleAxisd(0.06, Eigen::Vector3d(1, -2, 0.5).normalized()));
 
-PlanView slopedSquare() {
-  PlanView view;
+BevGrid slopedSquare() {
+  BevGrid view;
   view.origin_x = 640;
   view.origin_y = -128;
   view.origin_z = 40;
@@ -29,22 +29,22 @@ PlanView slopedSquare() {
     for (int x = 0; x < 20; ++x) {
       const float z = 0.01F * static_cast<float>(x) - 0.02F * static_cast<float>(y);
       view.known.push_back({x, y, z, (x + y) % 3 != 0});
-      view[Channel::road].push_back(
+      view[BevChannel::road].push_back(
           {0.5F * static_cast<float>(x), 0.5F * static_cast<float>(y), z});
     }
   }
-  view[Channel::pole].push_back({3.3F, 4.1F, 0.2F});
+  view[BevChannel::pole].push_back({3.3F, 4.1F, 0.2F});
   return view;
 }
 
-Eigen::Vector3d pointOf(const PlanView& view, const PlanSample& s) {
+Eigen::Vector3d pointOf(const BevGrid& view, const BevSample& s) {
   return Eigen::Vector3d(view.origin_x, view.origin_y, view.origin_z) +
          Eigen::Vector3d(s.x, s.y, s.z);
 }
 
-TEST(TurnedPlan, MovesEverySampleWithTheFrame) {
-  const PlanView view = slopedSquare(), turned = turnedPlan(view, kTurn);
-  for (std::size_t c = 0; c < kChannels; ++c) {
+TEST(TurnedBev, MovesEverySampleWithTheFrame) {
+  const BevGrid view = slopedSquare(), turned = turnedBev(view, kTurn);
+  for (std::size_t c = 0; c < kBevChannels; ++c) {
     ASSERT_EQ(turned.samples[c].size(), view.samples[c].size());
     for (std::size_t i = 0; i < view.samples[c].size(); ++i) {
       EXPECT_LT((pointOf(turned, turned.samples[c][i]) - kTurn * pointOf(view, view.samples[c][i]))
@@ -54,8 +54,8 @@ TEST(TurnedPlan, MovesEverySampleWithTheFrame) {
   }
 }
 
-TEST(TurnedPlan, KnowsEachCellOnceAndInOrder) {
-  const PlanView turned = turnedPlan(slopedSquare(), kTurn);
+TEST(TurnedBev, KnowsEachCellOnceAndInOrder) {
+  const BevGrid turned = turnedBev(slopedSquare(), kTurn);
   ASSERT_FALSE(turned.known.empty());
   for (std::size_t i = 1; i < turned.known.size(); ++i) {
     const GroundCell &a = turned.known[i - 1], &b = turned.known[i];
@@ -63,8 +63,8 @@ TEST(TurnedPlan, KnowsEachCellOnceAndInOrder) {
   }
 }
 
-TEST(TurnedPlan, PutsCellsWhereTheirGroundIs) {
-  const PlanView view = slopedSquare(), turned = turnedPlan(view, kTurn);
+TEST(TurnedBev, PutsCellsWhereTheirGroundIs) {
+  const BevGrid view = slopedSquare(), turned = turnedBev(view, kTurn);
   for (const GroundCell& cell : turned.known) {
     const Eigen::Vector3d p(turned.origin_x + (cell.x + 0.5) * turned.cell_m,
                             turned.origin_y + (cell.y + 0.5) * turned.cell_m,
@@ -75,23 +75,23 @@ TEST(TurnedPlan, PutsCellsWhereTheirGroundIs) {
   }
 }
 
-TEST(TurnedPlan, PrefersMeasuredHeights) {
-  PlanView view = slopedSquare();
-  const PlanView before = turnedPlan(view, kTurn);
+TEST(TurnedBev, PrefersMeasuredHeights) {
+  BevGrid view = slopedSquare();
+  const BevGrid before = turnedBev(view, kTurn);
   for (GroundCell cell : slopedSquare().known) {
     cell.measured = false;
     cell.z += 5;
     view.known.insert(view.known.begin(), cell);
   }
   int measured = 0;
-  for (const GroundCell& cell : turnedPlan(view, kTurn).known) measured += cell.measured;
+  for (const GroundCell& cell : turnedBev(view, kTurn).known) measured += cell.measured;
   int measured_before = 0;
   for (const GroundCell& cell : before.known) measured_before += cell.measured;
   EXPECT_GE(measured, measured_before);
 }
 
-TEST(TurnedPlan, ThatIsNotTurnedIsTheSame) {
-  const PlanView view = slopedSquare(), same = turnedPlan(view, Eigen::Quaterniond::Identity());
+TEST(TurnedBev, ThatIsNotTurnedIsTheSame) {
+  const BevGrid view = slopedSquare(), same = turnedBev(view, Eigen::Quaterniond::Identity());
   ASSERT_EQ(same.known.size(), view.known.size());
   for (std::size_t i = 0; i < view.known.size(); ++i) {
     EXPECT_EQ(std::tuple(same.known[i].x, same.known[i].y, same.known[i].z),
@@ -100,14 +100,14 @@ TEST(TurnedPlan, ThatIsNotTurnedIsTheSame) {
   }
 }
 
-TEST(TurnedQuery, LeavesThePlanWhereItIs) {
+TEST(TurnedQuery, LeavesTheBevWhereItIs) {
   Query query;
-  query.plan.upright = Eigen::AngleAxisd(0.8, Eigen::Vector3d(2, 1, 0).normalized());
+  query.bev.alignment = Eigen::AngleAxisd(0.8, Eigen::Vector3d(2, 1, 0).normalized());
   const Query turned = turnedQuery(query, kTurn);
   const Eigen::Vector3d p(3, -4, 5);
-  EXPECT_TRUE((turned.plan.upright * (kTurn * p)).isApprox(query.plan.upright * p));
-  const Query upright = turnedQuery(query, query.plan.upright);
-  EXPECT_LT(upright.plan.upright.angularDistance(Eigen::Quaterniond::Identity()), 1e-9);
+  EXPECT_TRUE((turned.bev.alignment * (kTurn * p)).isApprox(query.bev.alignment * p));
+  const Query upright = turnedQuery(query, query.bev.alignment);
+  EXPECT_LT(upright.bev.alignment.angularDistance(Eigen::Quaterniond::Identity()), 1e-9);
 }
 
 /// A cloud of a square of 20 m around a point, with a vertex in each corner.

@@ -21,16 +21,16 @@ map::SemanticMap copiedStreets() {
   return map;
 }
 
-const Alikeness& measured() {
-  static const Alikeness alikeness = [] {
+const SelfSimilarity& measured() {
+  static const SelfSimilarity self_similarity = [] {
     Options options;
     options.threads = 2;
-    return measureAlikeness(copiedStreets(), options, 12);
+    return measureSelfSimilarity(copiedStreets(), options, 12);
   }();
-  return alikeness;
+  return self_similarity;
 }
 
-TEST(Alikeness, TellsCopiesFromWhatIsThereOnce) {
+TEST(SelfSimilarity, TellsCopiesFromWhatIsThereOnce) {
   int copies = 0, singles = 0;
   for (const SelfQuery& q : measured().queries) {
     const Eigen::Vector3d& p = measured().places[q.place].position;
@@ -42,31 +42,31 @@ TEST(Alikeness, TellsCopiesFromWhatIsThereOnce) {
     }
     EXPECT_FALSE(q.sure) << p.transpose() << ", " << q.window_m << " m";
     ++copies;
-    ASSERT_TRUE(q.rival);
-    EXPECT_LT((*q.rival - Eigen::Vector3d(p.x(), 200 - p.y(), q.rival->z())).norm(), 3);
+    ASSERT_TRUE(q.second_best);
+    EXPECT_LT((*q.second_best - Eigen::Vector3d(p.x(), 200 - p.y(), q.second_best->z())).norm(), 3);
     EXPECT_GT(q.wrong, 0.99 * q.self);
   }
   EXPECT_GT(copies, 5);
   EXPECT_GT(singles, 5);
 }
 
-TEST(Alikeness, PlacesAreSureFromALengthOnFromWhichAllAre) {
+TEST(SelfSimilarity, PlacesAreSureFromALengthOnFromWhichAllAre) {
   for (std::size_t i = 0; i < measured().places.size(); ++i) {
-    const Alikeness::Place& place = measured().places[i];
+    const SelfSimilarity::Place& place = measured().places[i];
     std::optional<double> from;
     for (const SelfQuery& q : measured().queries) {
       if (q.place != i) continue;
       if (!q.sure) from = std::nullopt;
       if (q.sure && !from) from = q.window_m;
     }
-    EXPECT_EQ(place.sure_m, from) << place.position.transpose();
+    EXPECT_EQ(place.min_query_length_m, from) << place.position.transpose();
   }
 }
 
-TEST(Alikeness, IsTheSameForAnyNumberOfThreads) {
+TEST(SelfSimilarity, IsTheSameForAnyNumberOfThreads) {
   Options options;
   options.threads = 1;
-  const Alikeness again = measureAlikeness(copiedStreets(), options, 12);
+  const SelfSimilarity again = measureSelfSimilarity(copiedStreets(), options, 12);
   ASSERT_EQ(again.queries.size(), measured().queries.size());
   for (std::size_t i = 0; i < again.queries.size(); ++i) {
     EXPECT_EQ(again.queries[i].self, measured().queries[i].self);
@@ -74,35 +74,35 @@ TEST(Alikeness, IsTheSameForAnyNumberOfThreads) {
   }
 }
 
-TEST(Alikeness, WrongScoresAreQuantilesByLength) {
-  Alikeness alikeness;
-  alikeness.lengths_m = {8, 15};
+TEST(SelfSimilarity, WrongScoresAreQuantilesByLength) {
+  SelfSimilarity self_similarity;
+  self_similarity.lengths_m = {8, 15};
   for (int i = 1; i <= 101; ++i) {
     SelfQuery query;
     query.window_m = 8;
     query.self = 1000;
     query.wrong = i;
     query.next_wrong = 1;
-    alikeness.queries.push_back(query);
+    self_similarity.queries.push_back(query);
   }
-  const std::vector<WrongScores> scores = wrongScores(alikeness);
+  const std::vector<WrongScores> scores = wrongScores(self_similarity);
   ASSERT_EQ(scores.size(), 1u);  // nothing is known of 15 m
   EXPECT_EQ(scores[0].queries, 101u);
   EXPECT_DOUBLE_EQ(scores[0].share[0], 0.051);
   EXPECT_DOUBLE_EQ(scores[0].share[3], 0.101);
-  EXPECT_DOUBLE_EQ(scores[0].lead[3], 100 * std::log(101.0));
+  EXPECT_DOUBLE_EQ(scores[0].likelihood_margin[3], 100 * std::log(101.0));
 }
 
 /// What stands in the plan, as columns of points.
 LabelledCloud columnsOf(const map::SemanticMap& map) {
   LabelledCloud cloud;
-  for (const auto& samples : map.plan.samples) {
-    for (const PlanSample& s : samples) {
+  for (const auto& samples : map.bev.samples) {
+    for (const BevSample& s : samples) {
       for (const float up_m : {0.2F, 0.6F, 1.0F, 1.4F}) {
         Point point;
-        point.x = static_cast<float>(map.plan.origin_x) + s.x;
-        point.y = static_cast<float>(map.plan.origin_y) + s.y;
-        point.z = static_cast<float>(map.plan.origin_z) + s.z + up_m;
+        point.x = static_cast<float>(map.bev.origin_x) + s.x;
+        point.y = static_cast<float>(map.bev.origin_y) + s.y;
+        point.z = static_cast<float>(map.bev.origin_z) + s.z + up_m;
         point.label = 1;
         point.sigma = 0.02F;
         cloud.points.push_back(point);
@@ -113,27 +113,27 @@ LabelledCloud columnsOf(const map::SemanticMap& map) {
 }
 
 /// Half of the stretches lie in copies, where points lie on their like as at their own place.
-TEST(Alikeness, AtWrongPlacesOfCopiesPointsLieOnTheirLike) {
+TEST(SelfSimilarity, AtWrongPlacesOfCopiesPointsLieOnTheirLike) {
   map::SemanticMap map = copiedStreets();
-  askItself(map, {});
+  measureNullHypothesis(map, {});
   for (const WrongPlace& place : map.wrong_places)
-    EXPECT_FALSE(place.excess) << "a map without points";
+    EXPECT_FALSE(place.above_null) << "a map without points";
   map.labels = test::labelSetOf("walls", {{1, "wall", Role::surface, Kind::building}});
   map.cloud = columnsOf(map);
-  askItself(map, {});
+  measureNullHypothesis(map, {});
   std::vector<double> excess;
-  for (const WrongPlace& place : map.wrong_places) excess.push_back(place.excess.value());
+  for (const WrongPlace& place : map.wrong_places) excess.push_back(place.above_null.value());
   ASSERT_GT(excess.size(), 20u);
   std::sort(excess.begin(), excess.end());
   const std::size_t quarter = excess.size() / 4;
   EXPECT_GT(excess[3 * quarter], excess[quarter] + 0.1);
   map::SemanticMap empty;
   empty.own_stretches = {{30, 1}};
-  askItself(empty, {});
+  measureNullHypothesis(empty, {});
   EXPECT_TRUE(empty.own_stretches.empty());
 }
 
-TEST(Alikeness, OwnStretchesAreAcceptedByLengthAndRisk) {
+TEST(SelfSimilarity, OwnStretchesAreAcceptedByLengthAndRisk) {
   map::SemanticMap map;
   map.own_stretches = {{30, 0.9995}, {15, 0.5}, {30, 0.99}, {15, 0.99995}, {30, 0.98}};
   const std::vector<OwnAcceptance> own = ownAcceptance(map);
@@ -146,18 +146,18 @@ TEST(Alikeness, OwnStretchesAreAcceptedByLengthAndRisk) {
   EXPECT_TRUE(ownAcceptance({}).empty());
 }
 
-TEST(Alikeness, IsInMetresOfThePlace) {
+TEST(SelfSimilarity, IsInMetresOfThePlace) {
   map::SemanticMap room = copiedStreets();
-  scaleLengths(kRoom, room);
-  room.size = kRoom;
-  const Alikeness in_room = measureAlikeness(room, {}, 6);
+  scaleLengths(kRoomScale, room);
+  room.size = kRoomScale;
+  const SelfSimilarity in_room = measureSelfSimilarity(room, {}, 6);
   ASSERT_EQ(in_room.places.size(), 6u);
   EXPECT_EQ(in_room.lengths_m.front(), 2);
-  for (const Alikeness::Place& place : in_room.places) EXPECT_LT(place.position.norm(), 70);
+  for (const SelfSimilarity::Place& place : in_room.places) EXPECT_LT(place.position.norm(), 70);
 }
 
-TEST(Alikeness, OfNothingIsNothing) {
-  EXPECT_TRUE(measureAlikeness({}, Options(), 10).places.empty());
+TEST(SelfSimilarity, OfNothingIsNothing) {
+  EXPECT_TRUE(measureSelfSimilarity({}, Options(), 10).places.empty());
 }
 
 }  // namespace

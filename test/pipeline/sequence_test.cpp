@@ -16,7 +16,7 @@ constexpr double kSlip_m = 3;
 
 using test::errorOf;
 using test::mapOf;
-using test::PlanTown;
+using test::BevTown;
 using test::queryAt;
 using test::simulatedDrive;
 using test::twoStreets;
@@ -30,7 +30,7 @@ Options quiet() {
 const Eigen::Isometry3d kOdometry = poseFromYaw({310, -40, 5}, 2.3);
 
 TEST(Sequence, HistoryTellsTwoEqualStreetsApart) {
-  const PlanTown town = twoStreets(false);
+  const BevTown town = twoStreets(false);
   const map::SemanticMap map = mapOf(town);
   const Localizer localizer(map, quiet());
   Sequence sequence(localizer, quiet());
@@ -46,7 +46,7 @@ TEST(Sequence, HistoryTellsTwoEqualStreetsApart) {
 }
 
 TEST(Sequence, PointsAreComparedWithTheNextPlaceToo) {
-  const PlanTown town = twoStreets(false);
+  const BevTown town = twoStreets(false);
   const map::SemanticMap map = mapOf(town);
   const Localizer localizer(map, quiet());
   Sequence sequence(localizer, quiet());
@@ -55,31 +55,31 @@ TEST(Sequence, PointsAreComparedWithTheNextPlaceToo) {
   ASSERT_EQ(answer.windows, 2);
   ASSERT_LT(answer.runner_up, verify::kAboutAsWell * answer.score) << "the score alone says little";
   // A place that fits and that nobody looked at closely would leave all of the margin that counts.
-  EXPECT_LT(answer.fix.statistics.margin, 10) << "half of what was seen is a copy";
+  EXPECT_LT(answer.fix.statistics.dense_margin, 10) << "half of what was seen is a copy";
 }
 
 TEST(Sequence, AllWindowsThatCountTellHowCloselyTheirPointsFit) {
   const auto& drive = simulatedDrive();
   const Localizer localizer(drive.map, quiet());
   Sequence sequence(localizer, quiet());
-  double agreement = 0, by_chance = 0, missing = 0;
+  double agreement = 0, null_inlier_ratio = 0, missing = 0;
   for (const std::size_t first : {0, 12, 24}) {
     const SequenceAnswer answer =
         sequence.add(drive.query("rear", first, first + 12), first, first + 12);
     const DenseEvidence &alone = answer.alone.statistics.dense,
                         &together = answer.fix.statistics.dense;
-    ASSERT_TRUE(answer.alone.accepted() && alone.missing);
-    agreement += alone.agreement;
-    by_chance += alone.by_chance;
-    missing += *alone.missing;
-    EXPECT_NEAR(together.agreement, agreement / answer.windows, 1e-9);
-    EXPECT_NEAR(together.by_chance, by_chance / answer.windows, 1e-9);
-    EXPECT_NEAR(together.missing.value_or(-1), missing / answer.windows, 1e-9);
+    ASSERT_TRUE(answer.alone.accepted() && alone.miss_ratio);
+    agreement += alone.inlier_ratio;
+    null_inlier_ratio += alone.null_inlier_ratio;
+    missing += *alone.miss_ratio;
+    EXPECT_NEAR(together.inlier_ratio, agreement / answer.windows, 1e-9);
+    EXPECT_NEAR(together.null_inlier_ratio, null_inlier_ratio / answer.windows, 1e-9);
+    EXPECT_NEAR(together.miss_ratio.value_or(-1), missing / answer.windows, 1e-9);
   }
 }
 
 TEST(Sequence, HistoryAcceptsNothingOutsideOfThePrior) {
-  const PlanTown town = twoStreets(false);
+  const BevTown town = twoStreets(false);
   const map::SemanticMap map = mapOf(town);
   Options options = quiet();
   options.prior.near = "-80,0,50";
@@ -93,7 +93,7 @@ TEST(Sequence, HistoryAcceptsNothingOutsideOfThePrior) {
 }
 
 TEST(Sequence, AWorldThatRepeatsAltogetherStaysAmbiguous) {
-  const PlanTown town = twoStreets(true);
+  const BevTown town = twoStreets(true);
   const map::SemanticMap map = mapOf(town);
   const Localizer localizer(map, quiet());
   Sequence sequence(localizer, quiet());
@@ -116,9 +116,9 @@ TEST(Sequence, NothingIsAcceptedOfAnotherTown) {
 }
 
 TEST(Sequence, WhatFitsByItsNewestWindowOnlyIsNotAccepted) {
-  const PlanTown town = twoStreets(false);
+  const BevTown town = twoStreets(false);
   const map::SemanticMap map = mapOf(town);
-  PlanTown other;  // that led to a copy of a piece of the map
+  BevTown other;  // that led to a copy of a piece of the map
   Random random(9);
   other.street(-150, 0, 0, random);
   const Localizer localizer(map, quiet());
@@ -134,7 +134,7 @@ TEST(Sequence, WhatFitsByItsNewestWindowOnlyIsNotAccepted) {
 }
 
 TEST(Sequence, AJumpOfTheOdometryDropsTheHistory) {
-  const PlanTown town = twoStreets(false);
+  const BevTown town = twoStreets(false);
   const map::SemanticMap map = mapOf(town);
   const Localizer localizer(map, quiet());
   Sequence sequence(localizer, quiet());
@@ -150,7 +150,7 @@ TEST(Sequence, AJumpOfTheOdometryDropsTheHistory) {
 }
 
 TEST(Sequence, WindowsThatShareFramesCountOnce) {
-  const PlanTown town = twoStreets(false);
+  const BevTown town = twoStreets(false);
   const map::SemanticMap map = mapOf(town);
   const Localizer localizer(map, quiet());
   Sequence sequence(localizer, quiet());
@@ -181,7 +181,7 @@ TEST(Sequence, WhatIsAcceptedAloneIsAcceptedWithItsHistory) {
 }
 
 TEST(Sequence, ThreadsDoNotChangeTheAnswer) {
-  const PlanTown town = twoStreets(false);
+  const BevTown town = twoStreets(false);
   const map::SemanticMap map = mapOf(town);
   std::vector<double> scores;
   for (const int threads : {1, 2}) {
@@ -199,7 +199,7 @@ TEST(Sequence, ThreadsDoNotChangeTheAnswer) {
 }
 
 TEST(Sequence, AnEmptyQueryIsRejectedAndHarmsNothing) {
-  const PlanTown town = twoStreets(false);
+  const BevTown town = twoStreets(false);
   const map::SemanticMap map = mapOf(town);
   const Localizer localizer(map, quiet());
   Sequence sequence(localizer, quiet());

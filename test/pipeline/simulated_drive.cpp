@@ -5,7 +5,7 @@ namespace xview::test {
 
 Query SimulatedDrive::query(const std::string& session, std::size_t first, std::size_t last,
                             const Options& options) const {
-  const std::vector<FrameDigest>& all = frames.at(session);
+  const std::vector<PreprocessedFrame>& all = frames.at(session);
   return makeQuery(all.data() + first, all.data() + last, labels, options);
 }
 
@@ -20,7 +20,7 @@ const SimulatedDrive& simulatedDrive() {
     simulation.sessions.elsewhere = true;
     SimulatedDrive made;
     for (auto& session : makeSessions(simulation)) {
-      made.frames[session->name()] = digestRecording(*session, {});
+      made.frames[session->name()] = preprocessRecording(*session, {});
       made.labels = session->labels();
       made.sessions[session->name()] = std::move(session);
     }

@@ -18,7 +18,7 @@ namespace xview::test {
 struct SimulatedDrive {
   std::map<std::string, std::unique_ptr<SimulatedRecording>>
       sessions;  ///< forward, rear, elsewhere
-  std::map<std::string, std::vector<FrameDigest>> frames;
+  std::map<std::string, std::vector<PreprocessedFrame>> frames;
   map::SemanticMap map;  ///< of forward
   LabelSet labels;
 
@@ -28,9 +28,9 @@ struct SimulatedDrive {
 
 const SimulatedDrive& simulatedDrive();
 
-inline std::vector<FrameDigest> movedFrames(const FrameSource& source,
+inline std::vector<PreprocessedFrame> movedFrames(const FrameSource& source,
                                             const Eigen::Isometry3d& T_new_old) {
-  return digestRecording(PosedRecording(source, T_new_old), {});
+  return preprocessRecording(PosedRecording(source, T_new_old), {});
 }
 
 }  // namespace xview::test

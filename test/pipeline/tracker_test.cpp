@@ -84,7 +84,7 @@ TEST(Tracker, ExpectsLessAndLessUntilItExpectsNothing) {
   Tracker tracker(localizer, options);
   ASSERT_TRUE(tracker.follow(drive.query("rear", 0, 24)).fix.accepted());
   Query nothing = drive.query("rear", 0, 24);
-  nothing.plan = {};
+  nothing.bev = {};
   nothing.graph = {};
   nothing.cloud = {};
   double before = 0;

@@ -12,8 +12,8 @@ inline constexpr double kReach_m = 22;  ///< what a window sees around its middl
 
 /// Two parallel streets along x, 200 m apart. The second half of one is a copy of that of the
 /// other; with `all`, so is the first.
-inline PlanTown twoStreets(bool all) {
-  PlanTown town;
+inline BevTown twoStreets(bool all) {
+  BevTown town;
   Random a(3), b(all ? 3u : 4u), c(7), d(7);
   town.street(-150, 0, 0, a);
   town.street(-150, 0, 200, b);
@@ -22,9 +22,9 @@ inline PlanTown twoStreets(bool all) {
   return town;
 }
 
-inline map::SemanticMap mapOf(const PlanTown& town) {
+inline map::SemanticMap mapOf(const BevTown& town) {
   map::SemanticMap map;
-  map.plan = town.view({0, 100}, 260, Eigen::Isometry3d::Identity());
+  map.bev = town.view({0, 100}, 260, Eigen::Isometry3d::Identity());
   for (const double y : {0.0, 200.0}) {
     for (double x = -150; x <= 150; x += 5) {
       map.poses.emplace_back(Eigen::Translation3d(x, y, 1.5));
@@ -34,13 +34,13 @@ inline map::SemanticMap mapOf(const PlanTown& town) {
 }
 
 /// A robot at (x, y) of a town that looks along the street, in the frame of its odometry.
-inline Query queryAt(const PlanTown& town, double x, double y,
+inline Query queryAt(const BevTown& town, double x, double y,
                      const Eigen::Isometry3d& T_town_odom) {
   Query query;
-  query.plan = town.view({x, y}, kReach_m, T_town_odom.inverse());
+  query.bev = town.view({x, y}, kReach_m, T_town_odom.inverse());
   query.sensor = Sensor::lidar;
   Eigen::Isometry3d sensor = Eigen::Isometry3d::Identity();
-  sensor.translation() = Eigen::Vector3d(x, y, PlanTown::groundHeight(x, y) + 1.5);
+  sensor.translation() = Eigen::Vector3d(x, y, BevTown::groundHeight(x, y) + 1.5);
   query.poses = {T_town_odom.inverse() * sensor};
   return query;
 }

@@ -127,18 +127,18 @@ TEST(AlignPoints, ReportsWrongInput) {
   EXPECT_EQ(alignPoints(four, randomPoints(3, 1)).problem, "4 source points for 3 target points");
 }
 
-TEST(AlignPointsUpright, RecoversYawAndPositionFromTwoPoints) {
+TEST(AlignPointsInYaw, RecoversYawAndPositionFromTwoPoints) {
   const Points source{{0, 0, 0}, {5, 1, 2}};
   const Eigen::Isometry3d T = poseFromYaw({10, 20, 30}, -2);
-  const Alignment result = alignPointsUpright(source, moved(source, T));
+  const Alignment result = alignPointsInYaw(source, moved(source, T));
   ASSERT_TRUE(result.valid) << result.problem;
   EXPECT_TRUE(result.T_target_source.isApprox(T, 1e-12));
 }
 
-TEST(AlignPointsUpright, KeepsZUprightAndBeatsEveryOtherYaw) {
+TEST(AlignPointsInYaw, KeepsZUprightAndBeatsEveryOtherYaw) {
   const Points source = randomPoints(10, 1);
   const Points target = noisy(moved(source, poseFromYaw({1, 2, 3}, 1)), 2.0, 7);
-  const Alignment result = alignPointsUpright(source, target);
+  const Alignment result = alignPointsInYaw(source, target);
   ASSERT_TRUE(result.valid);
   EXPECT_TRUE((result.T_target_source.linear() * Eigen::Vector3d::UnitZ())
                   .isApprox(Eigen::Vector3d::UnitZ(), 1e-15));
@@ -157,19 +157,19 @@ TEST(AlignPointsUpright, KeepsZUprightAndBeatsEveryOtherYaw) {
   }
 }
 
-TEST(AlignPointsUpright, AcceptsCollinearPointsButNotOneAboveTheOther) {
+TEST(AlignPointsInYaw, AcceptsCollinearPointsButNotOneAboveTheOther) {
   const Points line{{0, 0, 0}, {1, 1, 0}, {2, 2, 0}};
-  EXPECT_TRUE(alignPointsUpright(line, line).valid);
+  EXPECT_TRUE(alignPointsInYaw(line, line).valid);
   const Points mast{{1, 1, 0}, {1, 1, 5}};
-  EXPECT_EQ(alignPointsUpright(mast, mast).problem, "points coincide in the plane");
-  EXPECT_FALSE(alignPointsUpright({{0, 0, 0}}, {{0, 0, 0}}).valid);
+  EXPECT_EQ(alignPointsInYaw(mast, mast).problem, "points coincide in the plane");
+  EXPECT_FALSE(alignPointsInYaw({{0, 0, 0}}, {{0, 0, 0}}).valid);
 }
 
-TEST(AlignPointsUpright, ReportsAnUndeterminedYaw) {
+TEST(AlignPointsInYaw, ReportsAnUndeterminedYaw) {
   // Turning the target by any angle fits equally badly: a cross against its mirror image.
   const Points cross{{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}};
   const Points mirror{{1, 0, 0}, {-1, 0, 0}, {0, -1, 0}, {0, 1, 0}};
-  EXPECT_EQ(alignPointsUpright(cross, mirror).problem, "the yaw is not determined by these points");
+  EXPECT_EQ(alignPointsInYaw(cross, mirror).problem, "the yaw is not determined by these points");
 }
 
 }  // namespace

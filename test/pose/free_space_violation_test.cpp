@@ -46,28 +46,28 @@ std::vector<Eigen::Isometry3d> fromItsMiddle() {
   return {Eigen::Isometry3d(Eigen::Translation3d(kSide_m / 2, kSide_m / 2, 1.5))};
 }
 
-std::optional<double> seenThroughIn(LabelledCloud map, const LabelledCloud& query) {
+std::optional<double> freeSpaceViolationIn(LabelledCloud map, const LabelledCloud& query) {
   const DistributionMap distributions(std::move(map), roomLabels(), fromItsMiddle(), {});
-  return seenThrough(distributions, {query, fromItsMiddle()}, roomLabels(),
+  return freeSpaceViolation(distributions, {query, fromItsMiddle()}, roomLabels(),
                      Eigen::Isometry3d::Identity());
 }
 
-TEST(SeenThrough, IsNextToNothingAtTheTruePose) {
-  const auto share = seenThroughIn(room(), room());
+TEST(FreeSpaceViolation, IsNextToNothingAtTheTruePose) {
+  const auto share = freeSpaceViolationIn(room(), room());
   ASSERT_TRUE(share);
   EXPECT_LT(*share, 0.1);
 }
 
-TEST(SeenThrough, GrowsWithWhatIsNotThere) {
+TEST(FreeSpaceViolation, GrowsWithWhatIsNotThere) {
   LabelledCloud furnished = room();
   addSquare({3, 1, 0}, {6, 0, 0}, {0, 0, 2}, kCupboard, furnished);
   addSquare({3, 10, 0}, {6, 0, 0}, {0, 0, 2}, kCupboard, furnished);
-  const auto share = seenThroughIn(furnished, room());
+  const auto share = freeSpaceViolationIn(furnished, room());
   ASSERT_TRUE(share);
-  EXPECT_GT(*share, 3 * *seenThroughIn(room(), room()));
+  EXPECT_GT(*share, 3 * *freeSpaceViolationIn(room(), room()));
 }
 
-TEST(SeenThrough, WhatHidesBehindThingsOfTheQueryIsNotAsked) {
+TEST(FreeSpaceViolation, WhatHidesBehindThingsOfTheQueryIsNotAsked) {
   LabelledCloud furnished = room(), screened = room();
   addSquare({3, 1, 0}, {6, 0, 0}, {0, 0, 2}, kCupboard, furnished);
   addSquare({2, 2.5, 0}, {8, 0, 0}, {0, 0, 3}, kCupboard, screened);
@@ -76,24 +76,24 @@ TEST(SeenThrough, WhatHidesBehindThingsOfTheQueryIsNotAsked) {
   for (const Point& p : screened.points) {
     if (p.y >= 2.5f) query.points.push_back(p);
   }
-  EXPECT_LT(*seenThroughIn(furnished, query), 0.1);
+  EXPECT_LT(*freeSpaceViolationIn(furnished, query), 0.1);
 }
 
 /// Moved aside it would be seen through as little.
-TEST(SeenThrough, OfARoofFromAboveItTellsNothing) {
+TEST(FreeSpaceViolation, OfARoofFromAboveItTellsNothing) {
   LabelledCloud roof;
   addSquare({0, 0, 0}, {kSide_m, 0, 0}, {0, kSide_m, 0}, kCupboard, roof);
-  EXPECT_FALSE(seenThroughIn(roof, roof));
+  EXPECT_FALSE(freeSpaceViolationIn(roof, roof));
 }
 
-TEST(SeenThrough, IsNotKnownWithoutRaysOrAMap) {
+TEST(FreeSpaceViolation, IsNotKnownWithoutRaysOrAMap) {
   LabelledCloud unseen = room();
   for (Point& p : unseen.points) p.view = kNoView;
-  EXPECT_FALSE(seenThroughIn(room(), unseen));
+  EXPECT_FALSE(freeSpaceViolationIn(room(), unseen));
   LabelledCloud far = room();
   far.origin.x() = 500;
-  EXPECT_FALSE(seenThroughIn(far, room()));
-  EXPECT_FALSE(seenThroughIn(room(), {}));
+  EXPECT_FALSE(freeSpaceViolationIn(far, room()));
+  EXPECT_FALSE(freeSpaceViolationIn(room(), {}));
 }
 
 }  // namespace

@@ -124,7 +124,7 @@ TEST(Refine, RecoversASmallMotion) {
     EXPECT_LT(rotationBetween(refined.T_map_query, T_map_query), 0.1 * kDegree);
     ASSERT_TRUE(refined.agreement);
     EXPECT_GT(refined.agreement->found, 0.7);
-    EXPECT_LT(refined.agreement->by_chance, 0.5 * refined.agreement->found);
+    EXPECT_LT(refined.agreement->null_inlier_ratio, 0.5 * refined.agreement->found);
   }
 }
 
@@ -134,7 +134,7 @@ TEST(AgreementWithItself, FallsWithTheErrorsOfLabels) {
   street.everything(6000);
   const std::vector<Eigen::Isometry3d> one{Eigen::Isometry3d::Identity()}, two(2, one[0]);
   const auto agreement = [](const LabelledCloud& cloud, const auto& poses) {
-    return agreementWithItself({cloud, poses}, streetLabels(), {});
+    return selfConsistency({cloud, poses}, streetLabels(), {});
   };
   LabelledCloud exact = street.cloud(), moved = exact, mistaken = exact;
   for (std::size_t i = 0; i < exact.size(); ++i)

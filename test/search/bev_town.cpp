@@ -17,14 +17,14 @@ CellKey cellOf(const Eigen::Vector2d& p, double cell_m) {
 }
 
 /// One sample per cell at the mean of its points (objects: each point).
-std::vector<PlanSample> drawn(const std::vector<Eigen::Vector2d>& points, Channel channel,
+std::vector<BevSample> drawn(const std::vector<Eigen::Vector2d>& points, BevChannel channel,
                               double cell_m) {
   struct Mean {
     Eigen::Vector2d sum = Eigen::Vector2d::Zero();
     int count = 0;
   };
   std::map<CellKey, Mean> cells;
-  std::vector<PlanSample> samples;
+  std::vector<BevSample> samples;
   for (const Eigen::Vector2d& p : points) {
     if (isObject(channel))
       samples.push_back({static_cast<float>(p.x()), static_cast<float>(p.y()), 0});
@@ -42,24 +42,24 @@ std::vector<PlanSample> drawn(const std::vector<Eigen::Vector2d>& points, Channe
 
 }  // namespace
 
-void PlanTown::object(Channel channel, double x, double y) {
+void BevTown::object(BevChannel channel, double x, double y) {
   points_[static_cast<std::size_t>(channel)].emplace_back(x, y);
 }
 
-void PlanTown::line(Channel channel, double x0, double y0, double x1, double y1) {
+void BevTown::line(BevChannel channel, double x0, double y0, double x1, double y1) {
   const int steps = std::max(1, static_cast<int>(std::hypot(x1 - x0, y1 - y0) / kStep_m));
   for (int i = 0; i <= steps; ++i) {
     object(channel, x0 + (x1 - x0) * i / steps, y0 + (y1 - y0) * i / steps);
   }
 }
 
-void PlanTown::area(Channel channel, double x0, double y0, double x1, double y1) {
+void BevTown::area(BevChannel channel, double x0, double y0, double x1, double y1) {
   for (double y = y0; y < y1; y += kStep_m) line(channel, x0, y, x1, y);
 }
 
-void PlanTown::house(double x0, double y0, double x1, double y1) {
-  for (const Channel c :
-       {Channel::building, Channel::wall_foot, Channel::obstacle_low, Channel::obstacle_high}) {
+void BevTown::house(double x0, double y0, double x1, double y1) {
+  for (const BevChannel c :
+       {BevChannel::building, BevChannel::wall_foot, BevChannel::obstacle_low, BevChannel::obstacle_high}) {
     line(c, x0, y0, x1, y0);
     line(c, x0, y1, x1, y1);
     line(c, x0, y0, x0, y1);
@@ -67,63 +67,63 @@ void PlanTown::house(double x0, double y0, double x1, double y1) {
   }
 }
 
-void PlanTown::street(double x0, double x1, double y, Random& random) {
-  area(Channel::road, x0, y - 3, x1, y + 3);
+void BevTown::street(double x0, double x1, double y, Random& random) {
+  area(BevChannel::road, x0, y - 3, x1, y + 3);
   for (const double side : {-1.0, 1.0}) {
-    line(Channel::border_road_sidewalk, x0, y + side * 3, x1, y + side * 3);
-    area(Channel::sidewalk, x0, y + side * 3 - (side < 0 ? 2 : 0), x1,
+    line(BevChannel::border_road_sidewalk, x0, y + side * 3, x1, y + side * 3);
+    area(BevChannel::sidewalk, x0, y + side * 3 - (side < 0 ? 2 : 0), x1,
          y + side * 3 + (side > 0 ? 2 : 0));
     for (double x = x0; x < x1;) {
       const double width = random.uniform(6, 14), front = y + side * random.uniform(7, 11);
       if (random.uniform() < 0.7)
         house(x, std::min(front, front + side * 8), x + width, std::max(front, front + side * 8));
       else
-        line(Channel::fence, x, y + side * 6, x + width, y + side * 6);
+        line(BevChannel::fence, x, y + side * 6, x + width, y + side * 6);
       x += width + random.uniform(1, 6);
     }
     for (double x = x0; x < x1; x += random.uniform(8, 25)) {
-      const Channel pole = random.uniform() < 0.6 ? Channel::pole : Channel::sign;
+      const BevChannel pole = random.uniform() < 0.6 ? BevChannel::pole : BevChannel::sign;
       const double py = y + side * random.uniform(3.3, 4.7);
       object(pole, x, py);
-      object(Channel::pole_like, x, py);
+      object(BevChannel::pole_like, x, py);
       if (random.uniform() < 0.6)
-        object(Channel::tree, x + random.uniform(3, 6), y + side * random.uniform(5, 7));
+        object(BevChannel::tree, x + random.uniform(3, 6), y + side * random.uniform(5, 7));
     }
   }
 }
 
-void PlanTown::repeat(double dx, double dy) {
+void BevTown::repeat(double dx, double dy) {
   for (auto& channel : points_) {
     const std::size_t count = channel.size();
     for (std::size_t i = 0; i < count; ++i) channel.push_back(channel[i] + Eigen::Vector2d(dx, dy));
   }
 }
 
-PlanTown PlanTown::mirrored() const {
-  PlanTown town = *this;
+BevTown BevTown::mirrored() const {
+  BevTown town = *this;
   for (auto& channel : town.points_) {
     for (Eigen::Vector2d& p : channel) p.y() = -p.y();
   }
   return town;
 }
 
-PlanView PlanTown::view(const Eigen::Vector2d& place, double radius_m,
+BevGrid BevTown::view(const Eigen::Vector2d& place, double radius_m,
                         const Eigen::Isometry3d& T_frame_town, double origin_x,
                         double origin_y) const {
-  PlanView view;
+  BevGrid view;
   view.origin_x = origin_x;
   view.origin_y = origin_y;
   const Eigen::Vector3d origin(origin_x, origin_y, 0);
   const auto toFrame = [&](const Eigen::Vector2d& p) -> Eigen::Vector2d {
     return (T_frame_town * Eigen::Vector3d(p.x(), p.y(), 0) - origin).head<2>();
   };
-  for (std::size_t c = 0; c < kChannels; ++c) {
+  for (std::size_t c = 0; c < kBevChannels; ++c) {
     std::vector<Eigen::Vector2d> seen;
     for (const Eigen::Vector2d& p : points_[c]) {
       if ((p - place).norm() < radius_m) seen.push_back(toFrame(p));
     }
-    view.samples[c] = drawn(seen, static_cast<Channel>(c), view.cell_m);
-    for (PlanSample& s : view.samples[c]) {
+    view.samples[c] = drawn(seen, static_cast<BevChannel>(c), view.cell_m);
+    for (BevSample& s : view.samples[c]) {
       const Eigen::Vector3d p = T_frame_town.inverse() * (origin + Eigen::Vector3d(s.x, s.y, 0));
       s.z = static_cast<float>(groundHeight(p.x(), p.y()) + T_frame_town.translation().z());
     }
@@ -146,9 +146,9 @@ PlanView PlanTown::view(const Eigen::Vector2d& place, double radius_m,
   return view;
 }
 
-PlanTown randomTown(std::uint64_t seed) {
+BevTown randomTown(std::uint64_t seed) {
   Random random(seed);
-  PlanTown town;
+  BevTown town;
   for (const double y : {-45.0, 0.0, 45.0}) town.street(-120, 120, y, random);
   return town;
 }

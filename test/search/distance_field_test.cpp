@@ -19,7 +19,7 @@ namespace {
 /// The definition of a class, sample by sample.
 class BruteForceField {
  public:
-  explicit BruteForceField(const PlanView& map) : map_(map) {
+  explicit BruteForceField(const BevGrid& map) : map_(map) {
     const int reach = static_cast<int>(1.0 / map.cell_m);
     for (const GroundCell& c : map.known) {
       for (int dy = -reach; dy <= reach; ++dy) {
@@ -32,7 +32,7 @@ class BruteForceField {
   }
   double distance(std::size_t channel, std::int32_t cx, std::int32_t cy) const {
     double best = std::numeric_limits<double>::infinity();
-    for (const PlanSample& s : map_.samples[channel]) {
+    for (const BevSample& s : map_.samples[channel]) {
       best = std::min(best,
                       std::hypot((cx + 0.5) * map_.cell_m - s.x, (cy + 0.5) * map_.cell_m - s.y));
     }
@@ -47,11 +47,11 @@ class BruteForceField {
   }
 
  private:
-  const PlanView& map_;
+  const BevGrid& map_;
   std::set<std::pair<std::int32_t, std::int32_t>> seen_, tiles_;
 };
 
-void expectAsByBruteForce(const PlanView& map, const DistanceField& field, int cells,
+void expectAsByBruteForce(const BevGrid& map, const DistanceField& field, int cells,
                           double extent_m, Random& random) {
   const BruteForceField oracle(map);
   int compared = 0;
@@ -61,7 +61,7 @@ void expectAsByBruteForce(const PlanView& map, const DistanceField& field, int c
         static_cast<std::int32_t>(std::floor(random.uniform(-extent_m, extent_m) / map.cell_m));
     const auto cy =
         static_cast<std::int32_t>(std::floor(random.uniform(-extent_m, extent_m) / map.cell_m));
-    const std::size_t c = random.below(kChannels);
+    const std::size_t c = random.below(kBevChannels);
     const double d = oracle.distance(c, cx, cy);
     const int found = field.bin(c, cx, cy);
     bins.insert(found);
@@ -71,7 +71,7 @@ void expectAsByBruteForce(const PlanView& map, const DistanceField& field, int c
     const double missed_m = 0.005 * map.cell_m;
     EXPECT_TRUE(found == oracle.bin(d - missed_m, cx, cy) ||
                 found == oracle.bin(d + missed_m, cx, cy))
-        << toString(static_cast<Channel>(c)) << " at " << cx << ' ' << cy << ": distance " << d
+        << toString(static_cast<BevChannel>(c)) << " at " << cx << ' ' << cy << ": distance " << d
         << ", class " << found;
     ++compared;
   }
@@ -81,9 +81,9 @@ void expectAsByBruteForce(const PlanView& map, const DistanceField& field, int c
 }
 
 /// Seen discs with random samples in and beside them; channels differ in density.
-PlanView randomMap(double cell_m, double extent_m, std::uint64_t seed) {
+BevGrid randomMap(double cell_m, double extent_m, std::uint64_t seed) {
   Random random(seed);
-  PlanView map;
+  BevGrid map;
   map.cell_m = cell_m;
   std::set<std::pair<std::int32_t, std::int32_t>> cells;
   for (int disc = 0; disc < 6; ++disc) {
@@ -99,7 +99,7 @@ PlanView randomMap(double cell_m, double extent_m, std::uint64_t seed) {
   }
   for (const auto& [y, x] : cells)
     map.known.push_back({x, y, static_cast<float>(0.1 * x), random.uniform() < 0.7});
-  for (std::size_t c = 0; c < kChannels; ++c) {
+  for (std::size_t c = 0; c < kBevChannels; ++c) {
     const auto count = static_cast<int>(std::pow(10, random.uniform(0, 3.5)));
     for (int i = 0; i < count; ++i) {
       const GroundCell& cell =
@@ -115,7 +115,7 @@ PlanView randomMap(double cell_m, double extent_m, std::uint64_t seed) {
 TEST(DistanceField, IsAsByBruteForce) {
   Random random(8);
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
-    const PlanView map = randomMap(0.5, 60, seed);
+    const BevGrid map = randomMap(0.5, 60, seed);
     expectAsByBruteForce(map, DistanceField(map, 1), 5000, 75, random);
   }
 }
@@ -123,39 +123,39 @@ TEST(DistanceField, IsAsByBruteForce) {
 TEST(DistanceField, IsAsByBruteForceForOtherCells) {
   Random random(9);
   for (const double cell_m : {0.25, 1.0}) {
-    const PlanView map = randomMap(cell_m, 40, 11);
+    const BevGrid map = randomMap(cell_m, 40, 11);
     expectAsByBruteForce(map, DistanceField(map, 1), 5000, 55, random);
   }
 }
 
 TEST(DistanceField, IsAsByBruteForceInATown) {
   Random random(10);
-  const PlanView map = randomTown(3).view({0, 0}, 90, Eigen::Isometry3d::Identity());
+  const BevGrid map = randomTown(3).view({0, 0}, 90, Eigen::Isometry3d::Identity());
   const BruteForceField oracle(map);
   const DistanceField field(map, 1);
   for (int i = 0; i < 4000; ++i) {
     const auto cx = static_cast<std::int32_t>(random.below(400)) - 200,
                cy = static_cast<std::int32_t>(random.below(400)) - 200;
-    const std::size_t c = random.below(kChannels);
+    const std::size_t c = random.below(kBevChannels);
     const double d = oracle.distance(c, cx, cy);
     const int found = field.bin(c, cx, cy);
     EXPECT_TRUE(found == oracle.bin(d, cx, cy) || found == oracle.bin(d - 1e-4, cx, cy) ||
                 found == oracle.bin(d + 1e-4, cx, cy))
-        << toString(static_cast<Channel>(c)) << " at " << cx << ' ' << cy << ": distance " << d
+        << toString(static_cast<BevChannel>(c)) << " at " << cx << ' ' << cy << ": distance " << d
         << ", class " << found;
   }
 }
 
 TEST(DistanceField, OneSampleIsSeenFromAllTilesAround) {
   for (const double x : {0.1, 31.9, -0.1, -31.9, 16.0}) {
-    PlanView map;
+    BevGrid map;
     for (std::int32_t cy = -80; cy < 80; ++cy) {
       for (std::int32_t cx = -80; cx < 80; ++cx) map.known.push_back({cx, cy, 0, true});
     }
-    map[Channel::pole] = {{static_cast<float>(x), static_cast<float>(-x), 0}};
+    map[BevChannel::pole] = {{static_cast<float>(x), static_cast<float>(-x), 0}};
     const DistanceField field(map, 1);
     const BruteForceField oracle(map);
-    const auto c = static_cast<std::size_t>(Channel::pole);
+    const auto c = static_cast<std::size_t>(BevChannel::pole);
     for (std::int32_t cy = -80; cy < 80; cy += 3) {
       for (std::int32_t cx = -80; cx < 80; ++cx) {
         ASSERT_EQ(field.bin(c, cx, cy), oracle.bin(oracle.distance(c, cx, cy), cx, cy))
@@ -166,19 +166,19 @@ TEST(DistanceField, OneSampleIsSeenFromAllTilesAround) {
 }
 
 TEST(DistanceField, SamplesThatShareACellAllCount) {
-  PlanView map;
+  BevGrid map;
   for (std::int32_t cy = 0; cy < 64; ++cy) {
     for (std::int32_t cx = 0; cx < 64; ++cx) map.known.push_back({cx, cy, 0, true});
   }
   for (int i = 0; i < 60; ++i) {  // more than a sparse channel
     const auto y = static_cast<float>(0.5 * i + 1);
-    map[Channel::tree].push_back({16.02f, y + 0.05f, 0});
-    map[Channel::tree].push_back({16.48f, y + 0.25f, 0});
-    map[Channel::tree].push_back({16.25f, y + 0.25f, 0});
+    map[BevChannel::tree].push_back({16.02f, y + 0.05f, 0});
+    map[BevChannel::tree].push_back({16.48f, y + 0.25f, 0});
+    map[BevChannel::tree].push_back({16.25f, y + 0.25f, 0});
   }
   const DistanceField field(map, 1);
   const BruteForceField oracle(map);
-  const auto c = static_cast<std::size_t>(Channel::tree);
+  const auto c = static_cast<std::size_t>(BevChannel::tree);
   for (std::int32_t cy = 0; cy < 64; ++cy) {
     for (std::int32_t cx = 0; cx < 64; ++cx) {
       const double d = oracle.distance(c, cx, cy);
@@ -190,12 +190,12 @@ TEST(DistanceField, SamplesThatShareACellAllCount) {
 }
 
 TEST(DistanceField, WhatWasNeverSeenIsUnknown) {
-  PlanView map;
+  BevGrid map;
   map.known = {{0, 0, 0, true}};
-  map[Channel::pole] = {{0.25f, 0.25f, 0}, {40, 40, 0}};
+  map[BevChannel::pole] = {{0.25f, 0.25f, 0}, {40, 40, 0}};
   const DistanceField field(map, 1);
-  const auto pole = static_cast<std::size_t>(Channel::pole),
-             sign = static_cast<std::size_t>(Channel::sign);
+  const auto pole = static_cast<std::size_t>(BevChannel::pole),
+             sign = static_cast<std::size_t>(BevChannel::sign);
   EXPECT_EQ(field.bin(pole, 0, 0), 0);
   EXPECT_EQ(field.bin(pole, 3, 0), 4) << "1.5 m from a pole, where the map was not seen";
   EXPECT_EQ(field.bin(pole, 4, 0), kUnknownBin) << "2 m from a pole, where the map was not seen";
@@ -207,14 +207,14 @@ TEST(DistanceField, WhatWasNeverSeenIsUnknown) {
 }
 
 TEST(DistanceField, OfNothingHasNoTiles) {
-  const DistanceField field(PlanView(), 1);
+  const DistanceField field(BevGrid(), 1);
   EXPECT_TRUE(field.tiles().empty());
   EXPECT_EQ(field.bin(0, 0, 0), kUnknownBin);
   EXPECT_EQ(field.tileOfCell(-5, 1000), nullptr);
 }
 
 TEST(DistanceField, KeepsTheMeasuredHeights) {
-  PlanView map;
+  BevGrid map;
   map.known = {{-70, -1, 2.5f, true}, {5, 5, 1.5f, true}, {6, 5, 9.f, false}};
   const DistanceField field(map, 1);
   const auto height = [&](std::int32_t x, std::int32_t y) {
@@ -226,11 +226,11 @@ TEST(DistanceField, KeepsTheMeasuredHeights) {
 }
 
 TEST(DistanceField, DoesNotDependOnThreads) {
-  const PlanView map = randomMap(0.5, 60, 5);
+  const BevGrid map = randomMap(0.5, 60, 5);
   const DistanceField one(map, 1), two(map, 2);
   ASSERT_EQ(one.tiles().size(), two.tiles().size());
   for (std::size_t t = 0; t < one.tiles().size(); ++t) {
-    for (std::size_t c = 0; c < kChannels; ++c) {
+    for (std::size_t c = 0; c < kBevChannels; ++c) {
       EXPECT_TRUE(std::equal(one.tiles()[t].bins[c], one.tiles()[t].bins[c] + 64 * 64,
                              two.tiles()[t].bins[c]));
     }
@@ -240,7 +240,7 @@ TEST(DistanceField, DoesNotDependOnThreads) {
 TEST(MapNull, IsFullerOfMatchesWhereStreetsRepeat) {
   // Ten copies of 40 m of street, and as much of a street without copies.
   Random random(4);
-  PlanTown same, unlike;
+  BevTown same, unlike;
   same.street(-200, -165, 0, random);
   for (int i = 0; i < 3; ++i) same.repeat(40 << i, 0);
   unlike.street(-200, 115, 0, random);
@@ -250,11 +250,11 @@ TEST(MapNull, IsFullerOfMatchesWhereStreetsRepeat) {
     for (int i = 0; i < 4; ++i)
       path.emplace_back((T_frame_town * Eigen::Vector3d(x + 0.5 * i, 0, 0)).head<2>());
   }
-  const auto shareOfNear = [&](const PlanTown& town) {
-    const PlanView map = town.view({-40, 0}, 200, T_frame_town);
+  const auto shareOfNear = [&](const BevTown& town) {
+    const BevGrid map = town.view({-40, 0}, 200, T_frame_town);
     const MapNull null = mapNull(map, path, DistanceField(map, 1));
     double near = 0, total = 0;
-    for (const Channel c : {Channel::building, Channel::fence, Channel::pole, Channel::tree}) {
+    for (const BevChannel c : {BevChannel::building, BevChannel::fence, BevChannel::pole, BevChannel::tree}) {
       const auto& counts = null[static_cast<std::size_t>(c)];
       near += counts[0] + counts[1] + counts[2] + counts[3];
       for (const double n : counts) total += n;
@@ -266,21 +266,21 @@ TEST(MapNull, IsFullerOfMatchesWhereStreetsRepeat) {
 }
 
 TEST(MapNull, OfAShortPathSaysNothing) {
-  const PlanView map = randomTown(4).view({0, 0}, 50, Eigen::Isometry3d::Identity());
+  const BevGrid map = randomTown(4).view({0, 0}, 50, Eigen::Isometry3d::Identity());
   for (const auto& channel : mapNull(map, {{0, 0}, {2, 0}, {4, 0}}, DistanceField(map, 1))) {
     for (const double n : channel) EXPECT_EQ(n, 0);
   }
 }
 
 TEST(MapNull, CountsOnlyWhereTheMapWasSeen) {
-  PlanView map;
+  BevGrid map;
   for (std::int32_t cx = -200; cx < 200; ++cx) map.known.push_back({cx, 0, 0, true});
   for (std::int32_t cx = -200; cx < 200; ++cx)
-    map[Channel::road].push_back({(static_cast<float>(cx) + 0.5f) / 2, 0.25f, 0});
+    map[BevChannel::road].push_back({(static_cast<float>(cx) + 0.5f) / 2, 0.25f, 0});
   std::vector<Eigen::Vector2d> path;
   for (double x = -90; x < 90; x += 2) path.emplace_back(x, 0.25);
   const MapNull null = mapNull(map, path, DistanceField(map, 1));
-  const auto& road = null[static_cast<std::size_t>(Channel::road)];
+  const auto& road = null[static_cast<std::size_t>(BevChannel::road)];
   EXPECT_GT(road[0] + road[1] + road[2] + road[3], 1000);
   EXPECT_EQ(road[5] + road[6] + road[7] + road[8], 0)
       << "a road fits a road wherever both are seen";

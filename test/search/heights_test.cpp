@@ -17,7 +17,7 @@ double roadHeight(double x, double y) { return 0.4 * std::sin(x / 9) + 0.3 * std
 
 /// A map whose ground was measured within `half_width_m` of the x axis.
 DistanceField hillyMap(double half_width_m) {
-  PlanView map;
+  BevGrid map;
   for (int cy = -80; cy < 80; ++cy) {
     for (int cx = -120; cx < 120; ++cx) {
       const double x = (cx + 0.5) * map.cell_m, y = (cy + 0.5) * map.cell_m;
@@ -93,7 +93,7 @@ TEST(GroundHeights, SaysNothingWithoutCommonGround) {
 
 /// A flat map at a height of 7 m that was seen, but whose ground was not.
 DistanceField mapOfThingsOnly() {
-  PlanView map;
+  BevGrid map;
   for (int cy = -80; cy < 80; ++cy) {
     for (int cx = -80; cx < 80; ++cx) map.known.push_back({cx, cy, 7, false});
   }
@@ -103,7 +103,7 @@ DistanceField mapOfThingsOnly() {
 SurfaceSamples queryOfThingsOnly() {
   SurfaceSamples query;
   for (int i = 0; i < 20; ++i)
-    query.fine.push_back({static_cast<float>(i), 3, static_cast<std::uint8_t>(Channel::pole), -4});
+    query.fine.push_back({static_cast<float>(i), 3, static_cast<std::uint8_t>(BevChannel::pole), -4});
   return query;
 }
 

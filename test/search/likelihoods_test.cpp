@@ -14,7 +14,7 @@
 namespace xview::search {
 namespace {
 
-using MapNull = std::array<std::array<double, kDistanceBins>, kChannels>;
+using MapNull = std::array<std::array<double, kDistanceBins>, kBevChannels>;
 
 LikelihoodTable randomTable(std::uint64_t seed) {
   Random random(seed);
@@ -29,7 +29,7 @@ LikelihoodTable randomTable(std::uint64_t seed) {
 }
 
 /// A channel whose samples are near at true poses and far at wrong ones.
-LikelihoodTable tellingTable(Channel channel, double samples) {
+LikelihoodTable tellingTable(BevChannel channel, double samples) {
   LikelihoodTable table;
   DistanceCounts& counts = table.at(Viewpoint::ground, channel);
   for (int b = 0; b < kDistanceBins; ++b) {
@@ -49,7 +49,7 @@ TEST(Likelihoods, SurviveTheirTextForm) {
   const LikelihoodTable table = randomTable(3);
   const LikelihoodTable again = parseLikelihoods(toText(table), "memory");
   for (std::size_t v = 0; v < 2; ++v) {
-    for (std::size_t c = 0; c < kChannels; ++c) {
+    for (std::size_t c = 0; c < kBevChannels; ++c) {
       EXPECT_EQ(again.counts[v][c].at_true, table.counts[v][c].at_true);
       EXPECT_EQ(again.counts[v][c].at_wrong, table.counts[v][c].at_wrong);
     }
@@ -77,9 +77,9 @@ TEST(Likelihoods, AddUp) {
   const LikelihoodTable before = a, b = randomTable(2);
   a.add(b);
   for (int bin = 0; bin < kDistanceBins; ++bin) {
-    const DistanceCounts &sum = a.at(Viewpoint::air, Channel::tree),
-                         &x = before.at(Viewpoint::air, Channel::tree),
-                         &y = b.at(Viewpoint::air, Channel::tree);
+    const DistanceCounts &sum = a.at(Viewpoint::air, BevChannel::tree),
+                         &x = before.at(Viewpoint::air, BevChannel::tree),
+                         &y = b.at(Viewpoint::air, BevChannel::tree);
     EXPECT_EQ(sum.at_true[bin], x.at_true[bin] + y.at_true[bin]);
     EXPECT_EQ(sum.at_wrong[bin], x.at_wrong[bin] + y.at_wrong[bin]);
   }
@@ -89,8 +89,8 @@ TEST(Likelihoods, ThatComeWithTheProgramKnowEveryUsualChannelFromBothViewpoints)
   const LikelihoodTable& table = defaultLikelihoods();
   for (const Viewpoint v : {Viewpoint::ground, Viewpoint::air}) {
     const LogRatios ratios = logRatios(table, v, nullptr, 0);
-    for (const Channel c :
-         {Channel::road, Channel::building, Channel::pole, Channel::border_road_sidewalk}) {
+    for (const BevChannel c :
+         {BevChannel::road, BevChannel::building, BevChannel::pole, BevChannel::border_road_sidewalk}) {
       const auto i = static_cast<std::size_t>(c);
       EXPECT_GT(ratios.value[i][0], 0) << toString(c);
       EXPECT_LT(ratios.value[i][kDistanceBins - 1], 0) << toString(c);
@@ -113,8 +113,8 @@ TEST(LogRatio, OfUnknownAreaIsExactlyZero) {
 
 TEST(LogRatio, IsClippedBelowOnly) {
   const LogRatios ratios =
-      logRatios(tellingTable(Channel::building, 1e9), Viewpoint::ground, nullptr, 0);
-  const auto& building = ratios.value[static_cast<std::size_t>(Channel::building)];
+      logRatios(tellingTable(BevChannel::building, 1e9), Viewpoint::ground, nullptr, 0);
+  const auto& building = ratios.value[static_cast<std::size_t>(BevChannel::building)];
   EXPECT_EQ(building[kDistanceBins - 1], -2.5f);
   EXPECT_GT(building[0], 2.5f);
   for (const auto& channel : ratios.value) {
@@ -124,31 +124,31 @@ TEST(LogRatio, IsClippedBelowOnly) {
 
 TEST(LogRatio, FallsWithDistanceWhereTheCountsDo) {
   const LogRatios ratios =
-      logRatios(tellingTable(Channel::pole, 1e6), Viewpoint::ground, nullptr, 0);
-  const auto& pole = ratios.value[static_cast<std::size_t>(Channel::pole)];
+      logRatios(tellingTable(BevChannel::pole, 1e6), Viewpoint::ground, nullptr, 0);
+  const auto& pole = ratios.value[static_cast<std::size_t>(BevChannel::pole)];
   for (int b = 1; b < kDistanceBins; ++b) EXPECT_LE(pole[b], pole[b - 1]);
 }
 
 TEST(LogRatio, OfAChannelHardlySeenIsZero) {
-  const LogRatios ratios = logRatios(tellingTable(Channel::pole, 9), Viewpoint::ground, nullptr, 0);
+  const LogRatios ratios = logRatios(tellingTable(BevChannel::pole, 9), Viewpoint::ground, nullptr, 0);
   for (const auto& channel : ratios.value) {
     for (const float v : channel) EXPECT_EQ(v, 0.f);
   }
 }
 
 TEST(LogRatio, ShrinksTowardsZeroWithFewCounts) {
-  const auto i = static_cast<std::size_t>(Channel::pole);
-  const LogRatios few = logRatios(tellingTable(Channel::pole, 40), Viewpoint::ground, nullptr, 0);
-  const LogRatios many = logRatios(tellingTable(Channel::pole, 1e6), Viewpoint::ground, nullptr, 0);
+  const auto i = static_cast<std::size_t>(BevChannel::pole);
+  const LogRatios few = logRatios(tellingTable(BevChannel::pole, 40), Viewpoint::ground, nullptr, 0);
+  const LogRatios many = logRatios(tellingTable(BevChannel::pole, 1e6), Viewpoint::ground, nullptr, 0);
   EXPECT_GT(few.value[i][0], 0);
   EXPECT_LT(few.value[i][0], many.value[i][0]);
 }
 
 TEST(LogRatio, CountsForLessWhereTheMapResemblesItself) {
-  const LikelihoodTable table = tellingTable(Channel::pole, 1e6);
-  const auto i = static_cast<std::size_t>(Channel::pole);
+  const LikelihoodTable table = tellingTable(BevChannel::pole, 1e6);
+  const auto i = static_cast<std::size_t>(BevChannel::pole);
   MapNull null{};
-  null[i] = table.at(Viewpoint::ground, Channel::pole).at_true;  // wrong poses look like true ones
+  null[i] = table.at(Viewpoint::ground, BevChannel::pole).at_true;  // wrong poses look like true ones
   const LogRatios learned = logRatios(table, Viewpoint::ground, nullptr, 0.5);
   const LogRatios none = logRatios(table, Viewpoint::ground, &null, 0);
   const LogRatios half = logRatios(table, Viewpoint::ground, &null, 0.5);
@@ -160,12 +160,12 @@ TEST(LogRatio, CountsForLessWhereTheMapResemblesItself) {
 }
 
 TEST(LogRatio, ExpectedIsTheMeanAtTruePoses) {
-  const LikelihoodTable table = tellingTable(Channel::pole, 1e9);
-  const auto i = static_cast<std::size_t>(Channel::pole);
+  const LikelihoodTable table = tellingTable(BevChannel::pole, 1e9);
+  const auto i = static_cast<std::size_t>(BevChannel::pole);
   const LogRatios ratios = logRatios(table, Viewpoint::ground, nullptr, 0);
   double total = 0, sum = 0;
   for (int b = 0; b < kDistanceBins; ++b) {
-    const double n = table.at(Viewpoint::ground, Channel::pole).at_true[b];
+    const double n = table.at(Viewpoint::ground, BevChannel::pole).at_true[b];
     total += n;
     sum += n * ratios.value[i][b];
   }
@@ -183,7 +183,7 @@ TEST(LikelihoodFile, HoldsTheCountsThatWereWritten) {
   const std::string path = temporaryFile(toText(written));
   const LikelihoodTable read = readLikelihoods(path);
   for (std::size_t v = 0; v < written.counts.size(); ++v) {
-    for (std::size_t c = 0; c < kChannels; ++c) {
+    for (std::size_t c = 0; c < kBevChannels; ++c) {
       EXPECT_EQ(read.counts[v][c].at_true, written.counts[v][c].at_true);
       EXPECT_EQ(read.counts[v][c].at_wrong, written.counts[v][c].at_wrong);
     }
@@ -193,14 +193,14 @@ TEST(LikelihoodFile, HoldsTheCountsThatWereWritten) {
 
 TEST(LikelihoodFile, OfShapesCountsAPostOnce) {
   const LogRatios ratios = logRatios(readLikelihoods(kShapes), Viewpoint::ground, nullptr, 0);
-  const auto expected = [&](Channel c) { return ratios.expected[static_cast<std::size_t>(c)]; };
-  EXPECT_GT(expected(Channel::pole), 1);
-  EXPECT_EQ(expected(Channel::pole_like), 0);
+  const auto expected = [&](BevChannel c) { return ratios.expected[static_cast<std::size_t>(c)]; };
+  EXPECT_GT(expected(BevChannel::pole), 1);
+  EXPECT_EQ(expected(BevChannel::pole_like), 0);
 }
 
 TEST(LikelihoodFile, OfShapesInLabelsIsThatOfLabelsFromTheGroundAndThatOfShapesFromTheAir) {
   const LikelihoodTable mixed = readLikelihoods(kShapesInLabels), shapes = readLikelihoods(kShapes);
-  for (const Channel c : {Channel::road, Channel::building, Channel::pole}) {
+  for (const BevChannel c : {BevChannel::road, BevChannel::building, BevChannel::pole}) {
     EXPECT_EQ(mixed.at(Viewpoint::ground, c).at_true,
               defaultLikelihoods().at(Viewpoint::ground, c).at_true);
     EXPECT_EQ(mixed.at(Viewpoint::air, c).at_true, shapes.at(Viewpoint::air, c).at_true);

@@ -17,22 +17,22 @@ namespace {
 
 constexpr double kDegree = M_PI / 180;
 
-PlanView wholeTown(const PlanTown& town) {
+BevGrid wholeTown(const BevTown& town) {
   return town.view(Eigen::Vector2d::Zero(), 150, Eigen::Isometry3d::Identity());
 }
 
 /// A field of a view from above, asked for views.
 class Index {
  public:
-  Index(const PlanView& map, const std::vector<Eigen::Vector3d>& drive = {},
+  Index(const BevGrid& map, const std::vector<Eigen::Vector3d>& drive = {},
         const SearchOptions& options = {}, int threads = 1)
       : options_(options), field_(makeSurfaceField(map, drive, Surroundings::town, options, threads)) {}
 
-  std::unique_ptr<FieldQuery> prepare(const PlanView& query) const {
+  std::unique_ptr<FieldQuery> prepare(const BevGrid& query) const {
     return field_->prepare({&query, nullptr, {}});
   }
   /// The prior is one of the centre of the query.
-  std::vector<PlaceHypothesis> search(const PlanView& query, const PlacePrior& prior = {},
+  std::vector<PlaceHypothesis> search(const BevGrid& query, const PlacePrior& prior = {},
                                       int threads = 1) const {
     const Eigen::Vector3d centre = prepare(query)->centre();
     return search::search(*field_->prepare({&query, nullptr, centre}), {prior}, options_, threads)
@@ -45,24 +45,24 @@ class Index {
   std::unique_ptr<const Field> field_;
 };
 
-Index indexOf(const PlanTown& town, const SearchOptions& options = {}) {
+Index indexOf(const BevTown& town, const SearchOptions& options = {}) {
   return Index(wholeTown(town), driveThrough(), options);
 }
 
 /// A query of `radius` about a place of the town in a frame of its own.
 struct MovedQuery {
-  MovedQuery(const PlanTown& town, const Eigen::Vector2d& place, double radius_m,
+  MovedQuery(const BevTown& town, const Eigen::Vector2d& place, double radius_m,
              const Eigen::Isometry3d& T_town_query)
       : truth(T_town_query), query(town.view(place, radius_m, T_town_query.inverse())) {}
   Eigen::Isometry3d truth;  ///< query frame to town
-  PlanView query;
+  BevGrid query;
 };
 
 /// Error of a hypothesis at the query centre [m] and in heading [deg].
 struct PoseError {
   double metres, degrees;
 };
-PoseError errorOf(const PlaceHypothesis& h, const PlanView& query, const Eigen::Isometry3d& truth) {
+PoseError errorOf(const PlaceHypothesis& h, const BevGrid& query, const Eigen::Isometry3d& truth) {
   const SurfaceSamples samples = surfaceSamples(query);
   const Eigen::Vector3d centre(samples.centre.x(), samples.centre.y(), 0);
   return {((h.T_map_query * centre) - (truth * centre)).head<2>().norm(),
@@ -73,7 +73,7 @@ PoseError errorOf(const PlaceHypothesis& h, const MovedQuery& moved) {
 }
 
 TEST(SurfaceField, FindsAPlaceAgainAfterAnyMotionOfTheQuery) {
-  const PlanTown town = randomTown(5);
+  const BevTown town = randomTown(5);
   const Index places = indexOf(town);
   Random random(9);
   for (int i = 0; i < 6; ++i) {
@@ -89,7 +89,7 @@ TEST(SurfaceField, FindsAPlaceAgainAfterAnyMotionOfTheQuery) {
     EXPECT_LT(error.metres, 0.25) << "query " << i;
     EXPECT_LT(error.degrees, 0.5) << "query " << i;
     EXPECT_NEAR(found[0].T_map_query.translation().z(), T.translation().z(), 0.05) << "query " << i;
-    EXPECT_GT(found[0].known_share, 0.99);
+    EXPECT_GT(found[0].map_coverage, 0.99);
     EXPECT_GT(found[0].score(), 0.7 * found[0].expected);
     if (found.size() > 1) {
       EXPECT_GT(found[0].score(), found[1].score() + 60);
@@ -98,10 +98,10 @@ TEST(SurfaceField, FindsAPlaceAgainAfterAnyMotionOfTheQuery) {
 }
 
 TEST(SurfaceField, FindsAPlaceInAMapFarFromItsOrigin) {
-  const PlanTown town = randomTown(5);
+  const BevTown town = randomTown(5);
   // Map frame = town frame + (4e6, -5e5): plan origins carry the large part.
   const Eigen::Isometry3d T_map_town = poseFromYaw({4e6, -5e5, 100}, 0);
-  PlanView map = town.view(Eigen::Vector2d::Zero(), 150, T_map_town, 4e6, -5e5);
+  BevGrid map = town.view(Eigen::Vector2d::Zero(), 150, T_map_town, 4e6, -5e5);
   map.origin_z = 64;
   for (GroundCell& cell : map.known) cell.z -= 64;
   const Index places(map);
@@ -116,13 +116,13 @@ TEST(SurfaceField, FindsAPlaceInAMapFarFromItsOrigin) {
 }
 
 TEST(SurfaceField, KnowsTheHeightOfAQueryWithoutGround) {
-  const PlanTown town = randomTown(5);
-  PlanView map = wholeTown(town);
+  const BevTown town = randomTown(5);
+  BevGrid map = wholeTown(town);
   map.origin_z = 64;
   for (GroundCell& cell : map.known) cell.z -= 64;
   const MovedQuery moved(town, {20, 45}, 30, poseFromYaw({3, -8, 250}, 0.7));
-  PlanView view = town.view({20, 45}, 30, moved.truth.inverse());
-  for (const Channel c : {Channel::road, Channel::sidewalk, Channel::terrain}) view[c].clear();
+  BevGrid view = town.view({20, 45}, 30, moved.truth.inverse());
+  for (const BevChannel c : {BevChannel::road, BevChannel::sidewalk, BevChannel::terrain}) view[c].clear();
   const auto found = Index(map).search(view);
   ASSERT_FALSE(found.empty());
   EXPECT_LT(errorOf(found[0], moved).metres, 0.5);
@@ -130,8 +130,8 @@ TEST(SurfaceField, KnowsTheHeightOfAQueryWithoutGround) {
 }
 
 TEST(SurfaceField, SearchGivesTheSameBytesForAnyNumberOfThreads) {
-  const PlanTown town = randomTown(6);
-  const PlanView map = wholeTown(town);
+  const BevTown town = randomTown(6);
+  const BevGrid map = wholeTown(town);
   const MovedQuery moved(town, {-40, 0}, 30, poseFromYaw({70, -20, 0}, 2.1));
   const auto run = [&](int threads) {
     return Index(map, driveThrough(), {}, threads).search(moved.query, {}, threads);
@@ -147,7 +147,7 @@ TEST(SurfaceField, SearchGivesTheSameBytesForAnyNumberOfThreads) {
 }
 
 TEST(SurfaceField, BestFirstAndDistinct) {
-  const PlanTown town = randomTown(6);
+  const BevTown town = randomTown(6);
   const Index places = indexOf(town);
   const MovedQuery moved(town, {-40, 0}, 30, poseFromYaw({70, -20, 0}, 2.1));
   const auto found = places.search(moved.query);
@@ -161,7 +161,7 @@ TEST(SurfaceField, BestFirstAndDistinct) {
 }
 
 TEST(SurfaceField, PriorsExcludeWhatTheyExclude) {
-  const PlanTown town = randomTown(5);
+  const BevTown town = randomTown(5);
   const Index places = indexOf(town);
   const MovedQuery moved(town, {50, 0}, 30, poseFromYaw({10, 20, 0}, 0.4));
   const Eigen::Vector3d centre = moved.truth * places.prepare(moved.query)->centre();
@@ -184,20 +184,20 @@ TEST(SurfaceField, PriorsExcludeWhatTheyExclude) {
 }
 
 TEST(SurfaceField, NothingIsFoundInAnEmptyMapOrForAnEmptyQuery) {
-  const Index nowhere{PlanView()};
+  const Index nowhere{BevGrid()};
   EXPECT_TRUE(nowhere.empty());
-  const PlanTown town = randomTown(5);
+  const BevTown town = randomTown(5);
   const MovedQuery moved(town, {0, 0}, 30, Eigen::Isometry3d::Identity());
   EXPECT_TRUE(nowhere.search(moved.query, {}, 1).empty());
   const Index places = indexOf(town);
   EXPECT_FALSE(places.empty());
-  EXPECT_TRUE(places.prepare(PlanView())->empty());
-  EXPECT_TRUE(places.search(PlanView()).empty());
+  EXPECT_TRUE(places.prepare(BevGrid())->empty());
+  EXPECT_TRUE(places.search(BevGrid()).empty());
 }
 
 TEST(SurfaceField, ARepetitiveTownHasTwoNearlyEqualPlaces) {
   Random random(4);
-  PlanTown town;
+  BevTown town;
   town.street(-120, -20, 0, random);
   town.repeat(130, 0);
   const Index places = indexOf(town);
@@ -211,7 +211,7 @@ TEST(SurfaceField, ARepetitiveTownHasTwoNearlyEqualPlaces) {
 }
 
 TEST(SurfaceField, AMirroredQueryScoresClearlyLower) {
-  const PlanTown town = randomTown(5), mirror = town.mirrored();
+  const BevTown town = randomTown(5), mirror = town.mirrored();
   const Index places = indexOf(town);
   const MovedQuery right(town, {20, 0}, 30, poseFromYaw({10, 20, 0}, 0.4));
   const MovedQuery wrong(mirror, {20, 0}, 30, poseFromYaw({10, 20, 0}, 0.4));
@@ -222,7 +222,7 @@ TEST(SurfaceField, AMirroredQueryScoresClearlyLower) {
 }
 
 TEST(SurfaceField, EvidenceAddsUpToTheScoreOfThePose) {
-  const PlanTown town = randomTown(5);
+  const BevTown town = randomTown(5);
   const Index places = indexOf(town);
   const MovedQuery moved(town, {20, 45}, 30, poseFromYaw({12, -7, 3}, 0.9));
   const auto found = places.search(moved.query);
@@ -231,8 +231,8 @@ TEST(SurfaceField, EvidenceAddsUpToTheScoreOfThePose) {
   for (const SampleEvidence& e : places.prepare(moved.query)->evidence(found[0].T_map_query)) {
     nats += e.nats;
     expected += e.expected;
-    if ((e.channel >= Channel::building && e.channel <= Channel::other_surface) ||
-        e.channel == Channel::obstacle_low || e.channel == Channel::obstacle_high) {
+    if ((e.channel >= BevChannel::building && e.channel <= BevChannel::other_surface) ||
+        e.channel == BevChannel::obstacle_low || e.channel == BevChannel::obstacle_high) {
       standing += e.nats;
     }
     const Eigen::Vector3d p = found[0].T_map_query * Eigen::Vector3d(e.query.x(), e.query.y(), 0);
@@ -243,12 +243,12 @@ TEST(SurfaceField, EvidenceAddsUpToTheScoreOfThePose) {
   }
   EXPECT_NEAR(nats, found[0].score(), 1e-3);
   EXPECT_NEAR(expected, found[0].expected, 1e-3);
-  EXPECT_NEAR(standing, found[0].standing.score, 1e-3);
-  EXPECT_GT(found[0].standing.expected, 0);
+  EXPECT_NEAR(standing, found[0].obstacles.score, 1e-3);
+  EXPECT_GT(found[0].obstacles.expected, 0);
 }
 
 TEST(SurfaceField, UnseenAreaNeitherHelpsNorHarms) {
-  const PlanTown town = randomTown(5);
+  const BevTown town = randomTown(5);
   const Index places = indexOf(town);
   const MovedQuery moved(town, {20, 0}, 30, Eigen::Isometry3d::Identity());
   const auto query = places.prepare(moved.query);
@@ -256,95 +256,95 @@ TEST(SurfaceField, UnseenAreaNeitherHelpsNorHarms) {
   EXPECT_EQ(query->score(T), 0);
   const PlaceHypothesis far = query->verify(T);
   EXPECT_EQ(far.score(), 0);
-  EXPECT_EQ(far.known_share, 0);
+  EXPECT_EQ(far.map_coverage, 0);
   EXPECT_EQ(far.matched, 0);
 }
 
 TEST(SurfaceField, AQueryShowsWhatStandsThereWhateverItsLabel) {
-  const PlanTown town = randomTown(5);
+  const BevTown town = randomTown(5);
   const Index places = indexOf(town);
   const MovedQuery moved(town, {20, 45}, 30, poseFromYaw({12, -7, 3}, 0.9));
-  const auto asked = [&](const PlanView& query) {
+  const auto asked = [&](const BevGrid& query) {
     return places.prepare(query)->visibility(moved.truth);
   };
   const Visibility seen = asked(moved.query);
-  ASSERT_TRUE(seen.shown && seen.missing);
-  EXPECT_GT(*seen.shown, 0.4);
-  EXPECT_LT(*seen.missing, 0.15);
-  EXPECT_GT(seen.standing.value(), 0.8);
+  ASSERT_TRUE(seen.map_overlap && seen.miss_ratio);
+  EXPECT_GT(*seen.map_overlap, 0.4);
+  EXPECT_LT(*seen.miss_ratio, 0.15);
+  EXPECT_GT(seen.obstacle_overlap.value(), 0.8);
 
-  PlanView of_other_labels = moved.query;
-  for (std::size_t c = 0; c < kChannels; ++c) {
-    if (c != static_cast<std::size_t>(Channel::obstacle_low) &&
-        c != static_cast<std::size_t>(Channel::obstacle_high) &&
-        c != static_cast<std::size_t>(Channel::road))
+  BevGrid of_other_labels = moved.query;
+  for (std::size_t c = 0; c < kBevChannels; ++c) {
+    if (c != static_cast<std::size_t>(BevChannel::obstacle_low) &&
+        c != static_cast<std::size_t>(BevChannel::obstacle_high) &&
+        c != static_cast<std::size_t>(BevChannel::road))
       of_other_labels.samples[c].clear();
   }
   const Visibility unlabelled = asked(of_other_labels);
-  EXPECT_NEAR(*unlabelled.shown, *seen.shown, 0.02);
-  EXPECT_NEAR(*unlabelled.missing, *seen.missing, 0.02);
-  EXPECT_NEAR(*unlabelled.standing, *seen.standing, 0.02);
+  EXPECT_NEAR(*unlabelled.map_overlap, *seen.map_overlap, 0.02);
+  EXPECT_NEAR(*unlabelled.miss_ratio, *seen.miss_ratio, 0.02);
+  EXPECT_NEAR(*unlabelled.obstacle_overlap, *seen.obstacle_overlap, 0.02);
 
-  PlanView bare = moved.query;
-  bare[Channel::obstacle_low].clear();
-  bare[Channel::obstacle_high].clear();
-  EXPECT_LT(*asked(bare).shown, -0.4) << "it saw that nothing stands there";
-  EXPECT_GT(*asked(bare).missing, 0.8);
-  EXPECT_EQ(*asked(bare).standing, 1) << "nothing speaks against the map";
+  BevGrid bare = moved.query;
+  bare[BevChannel::obstacle_low].clear();
+  bare[BevChannel::obstacle_high].clear();
+  EXPECT_LT(*asked(bare).map_overlap, -0.4) << "it saw that nothing stands there";
+  EXPECT_GT(*asked(bare).miss_ratio, 0.8);
+  EXPECT_EQ(*asked(bare).obstacle_overlap, 1) << "nothing speaks against the map";
   for (GroundCell& cell : bare.known) cell.measured = false;
-  EXPECT_FALSE(asked(bare).shown) << "it has measured no ground";
-  EXPECT_FALSE(asked(bare).missing);
+  EXPECT_FALSE(asked(bare).map_overlap) << "it has measured no ground";
+  EXPECT_FALSE(asked(bare).miss_ratio);
   bare.known.clear();
-  EXPECT_FALSE(asked(bare).shown) << "it saw nothing of the place";
+  EXPECT_FALSE(asked(bare).map_overlap) << "it saw nothing of the place";
 }
 
 TEST(SurfaceField, AQueryOfOtherStreetsDoesNotShowWhatStandsInTheMap) {
   const Index places = indexOf(randomTown(5));
-  const MovedQuery stranger(randomTown(6), {20, 45}, 30, poseFromYaw({12, -7, 3}, 0.9));
-  const auto query = places.prepare(stranger.query);
-  const auto found = places.search(stranger.query);
+  const MovedQuery negative(randomTown(6), {20, 45}, 30, poseFromYaw({12, -7, 3}, 0.9));
+  const auto query = places.prepare(negative.query);
+  const auto found = places.search(negative.query);
   ASSERT_FALSE(found.empty());
   const Visibility seen = query->visibility(found[0].T_map_query);
-  EXPECT_LT(seen.shown.value(), 0.2);
-  EXPECT_GT(seen.contradicted.value(), 0.2);
+  EXPECT_LT(seen.map_overlap.value(), 0.2);
+  EXPECT_GT(seen.conflict_ratio.value(), 0.2);
 }
 
 TEST(SurfaceField, WhatStandsElsewhereInHalfOfAQueryIsContradictedThereOnly) {
-  const PlanTown town = randomTown(5);
+  const BevTown town = randomTown(5);
   const Index places = indexOf(town);
   const MovedQuery moved(town, {20, 45}, 30, poseFromYaw({12, -7, 3}, 0.9));
-  const auto contradicted = [&](const PlanView& query) {
-    return places.prepare(query)->visibility(moved.truth).contradicted.value();
+  const auto conflict_ratio = [&](const BevGrid& query) {
+    return places.prepare(query)->visibility(moved.truth).conflict_ratio.value();
   };
-  const double of_whole = contradicted(moved.query);
+  const double of_whole = conflict_ratio(moved.query);
   EXPECT_LT(of_whole, 0.15);
 
   // A town that is a copy of this one, but for what stands in one half: it has moved by 12 m.
-  PlanView copy = moved.query;
+  BevGrid copy = moved.query;
   float middle = 0;
-  for (const PlanSample& s : copy[Channel::building])
-    middle += s.x / static_cast<float>(copy[Channel::building].size());
-  for (std::size_t c = 0; c < kChannels; ++c) {
-    if (isArea(static_cast<Channel>(c))) continue;
-    for (PlanSample& s : copy.samples[c]) {
+  for (const BevSample& s : copy[BevChannel::building])
+    middle += s.x / static_cast<float>(copy[BevChannel::building].size());
+  for (std::size_t c = 0; c < kBevChannels; ++c) {
+    if (isArea(static_cast<BevChannel>(c))) continue;
+    for (BevSample& s : copy.samples[c]) {
       if (s.x < middle) s.y += 12;
     }
   }
-  EXPECT_GT(contradicted(copy), of_whole + 0.1);
+  EXPECT_GT(conflict_ratio(copy), of_whole + 0.1);
   const Visibility whole = places.prepare(moved.query)->visibility(moved.truth),
                    other = places.prepare(copy)->visibility(moved.truth);
-  EXPECT_LT(*other.standing, *whole.standing - 0.2);
-  EXPECT_GT(*other.missing, *whole.missing + 0.1);
+  EXPECT_LT(*other.obstacle_overlap, *whole.obstacle_overlap - 0.2);
+  EXPECT_GT(*other.miss_ratio, *whole.miss_ratio + 0.1);
 
-  PlanView ground_only = moved.query;
-  for (std::size_t c = 0; c < kChannels; ++c) {
-    if (!isArea(static_cast<Channel>(c))) ground_only.samples[c].clear();
+  BevGrid ground_only = moved.query;
+  for (std::size_t c = 0; c < kBevChannels; ++c) {
+    if (!isArea(static_cast<BevChannel>(c))) ground_only.samples[c].clear();
   }
-  EXPECT_EQ(contradicted(ground_only), 0.25) << "where nothing stands nothing is told";
+  EXPECT_EQ(conflict_ratio(ground_only), 0.25) << "where nothing stands nothing is told";
 }
 
 TEST(SurfaceField, VerifyClimbsToThePlaceBesideTheProposal) {
-  const PlanTown town = randomTown(5);
+  const BevTown town = randomTown(5);
   const Index places = indexOf(town);
   const MovedQuery moved(town, {20, 0}, 30, poseFromYaw({10, 20, 3}, 0.4));
   const Eigen::Vector3d t = moved.truth.translation();
@@ -362,7 +362,7 @@ TEST(SurfaceField, VerifyClimbsToThePlaceBesideTheProposal) {
 }
 
 TEST(SurfaceField, AnyCoarseCellFindsThePlace) {
-  const PlanTown town = randomTown(7);
+  const BevTown town = randomTown(7);
   const MovedQuery moved(town, {-30, -45}, 30, poseFromYaw({10, 20, 3}, -2.4));
   for (const double cell_m : {1.0, 1.5, 3.0, 4.0}) {
     SearchOptions options;
@@ -374,25 +374,25 @@ TEST(SurfaceField, AnyCoarseCellFindsThePlace) {
 }
 
 TEST(SurfaceSamples, HoldsOneSamplePerBlockOfSurfaceAndAllObjects) {
-  PlanTown town;
-  town.area(Channel::road, -10.01, -6.01, 9.99, 5.99);
-  town.line(Channel::fence, -12, 8.1, 11.9, 8.1);
-  for (int i = 0; i < 5; ++i) town.object(Channel::pole, i, 7);
+  BevTown town;
+  town.area(BevChannel::road, -10.01, -6.01, 9.99, 5.99);
+  town.line(BevChannel::fence, -12, 8.1, 11.9, 8.1);
+  for (int i = 0; i < 5; ++i) town.object(BevChannel::pole, i, 7);
   const SurfaceSamples query = surfaceSamples(town.view({0, 0}, 50, Eigen::Isometry3d::Identity()));
-  const auto count = [](const std::vector<SurfaceSamples::Sample>& samples, Channel c) {
+  const auto count = [](const std::vector<SurfaceSamples::Sample>& samples, BevChannel c) {
     return std::count_if(samples.begin(), samples.end(),
                          [c](const auto& s) { return s.channel == static_cast<std::size_t>(c); });
   };
-  EXPECT_EQ(count(query.fine, Channel::fence), 8);
-  EXPECT_EQ(count(query.coarse, Channel::fence), 4);
+  EXPECT_EQ(count(query.fine, BevChannel::fence), 8);
+  EXPECT_EQ(count(query.coarse, BevChannel::fence), 4);
   for (const auto& s : query.fine) {
-    if (s.channel != static_cast<std::size_t>(Channel::fence)) continue;
+    if (s.channel != static_cast<std::size_t>(BevChannel::fence)) continue;
     const double x = s.x + query.centre.x();
     EXPECT_NEAR(x - 3 * std::floor(x / 3), 1.5, 0.3) << "nearest to the middle of its block";
   }
-  EXPECT_EQ(count(query.fine, Channel::pole), 5);
-  EXPECT_EQ(count(query.coarse, Channel::pole), 5);
-  EXPECT_GT(count(query.fine, Channel::road), 2 * count(query.coarse, Channel::road));
+  EXPECT_EQ(count(query.fine, BevChannel::pole), 5);
+  EXPECT_EQ(count(query.coarse, BevChannel::pole), 5);
+  EXPECT_GT(count(query.fine, BevChannel::road), 2 * count(query.coarse, BevChannel::road));
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
   for (const auto& s : query.fine) sum += Eigen::Vector2d(s.x, s.y);
   EXPECT_LT(sum.norm(), 1e-3) << "samples are about their centre";
@@ -400,7 +400,7 @@ TEST(SurfaceSamples, HoldsOneSamplePerBlockOfSurfaceAndAllObjects) {
 }
 
 TEST(SurfaceField, DescribesAPoseWithoutMovingIt) {
-  const PlanTown town = randomTown(5);
+  const BevTown town = randomTown(5);
   const Index places = indexOf(town);
   const MovedQuery moved(town, {20, 45}, 30, poseFromYaw({12, -7, 3}, 0.9));
   Eigen::Isometry3d beside = places.search(moved.query)[0].T_map_query;
@@ -412,9 +412,9 @@ TEST(SurfaceField, DescribesAPoseWithoutMovingIt) {
 }
 
 /// Two long streets that cross a third one.
-PlanTown longTown(std::uint64_t seed) {
+BevTown longTown(std::uint64_t seed) {
   Random random(seed);
-  PlanTown town;
+  BevTown town;
   town.street(-450, 450, 0, random);
   town.street(-300, 450, 70, random);
   town.street(-450, 200, -80, random);
@@ -426,16 +426,16 @@ std::vector<SurfaceSamples::Sample> randomSamples(int count, double radius_m, Ra
   for (int i = 0; i < count; ++i) {
     samples.push_back({static_cast<float>(random.uniform(-radius_m, radius_m)),
                        static_cast<float>(random.uniform(-radius_m, radius_m)),
-                       static_cast<std::uint8_t>(random.below(kChannels))});
+                       static_cast<std::uint8_t>(random.below(kBevChannels))});
   }
   return samples;
 }
 
 TEST(WideQuery, IsFoundToTheFractionOfADegreeThatItsRimNeeds) {
-  const PlanTown town = longTown(3);
+  const BevTown town = longTown(3);
   const Index places(town.view({0, 0}, 600, Eigen::Isometry3d::Identity()));
   const Eigen::Isometry3d T_town_query = poseFromYaw({700, -300, 5}, 2.1);
-  const PlanView view = town.view({30, 10}, 400, T_town_query.inverse());
+  const BevGrid view = town.view({30, 10}, 400, T_town_query.inverse());
   const auto query = places.prepare(view);
   ASSERT_GT(query->radius(), 300);
   const auto found = places.search(view);
@@ -445,7 +445,7 @@ TEST(WideQuery, IsFoundToTheFractionOfADegreeThatItsRimNeeds) {
     EXPECT_LT(((found[0].T_map_query * in_query).head<2>() - rim).norm(), 0.5);
   }
   EXPECT_NEAR(found[0].score(), query->score(found[0].T_map_query), 1e-6 * found[0].score());
-  EXPECT_GT(found[0].known_share, 0.99);
+  EXPECT_GT(found[0].map_coverage, 0.99);
   if (found.size() > 1) {
     EXPECT_GT(found[0].score(), 2 * found[1].score());
   }
@@ -453,15 +453,15 @@ TEST(WideQuery, IsFoundToTheFractionOfADegreeThatItsRimNeeds) {
 
 TEST(WideQuery, OfAnotherTownFitsLittle) {
   const Index places(longTown(3).view({0, 0}, 600, Eigen::Isometry3d::Identity()));
-  const PlanView view = longTown(4).view({0, 0}, 400, Eigen::Isometry3d::Identity());
+  const BevGrid view = longTown(4).view({0, 0}, 400, Eigen::Isometry3d::Identity());
   const double expected = places.prepare(view)->describe(Eigen::Isometry3d::Identity()).expected;
   for (const PlaceHypothesis& h : places.search(view)) EXPECT_LT(h.score(), 0.5 * expected);
 }
 
 TEST(WideQuery, PriorOfItsCentreHolds) {
-  const PlanTown town = longTown(3);
+  const BevTown town = longTown(3);
   const Index places(town.view({0, 0}, 600, Eigen::Isometry3d::Identity()));
-  const PlanView view = town.view({0, 0}, 400, Eigen::Isometry3d::Identity());
+  const BevGrid view = town.view({0, 0}, 400, Eigen::Isometry3d::Identity());
   const Eigen::Vector3d centre = places.prepare(view)->centre();
   PlacePrior prior;
   prior.near = PlacePrior::Circle{centre.x(), centre.y(), 5};

@@ -139,9 +139,9 @@ TEST_F(TinyTown, RecordingsOfTwoFramesAreSaidAndThoseOfOneAreNot) {
     return succeed({"map", town("forward"), file("rear.pcd"), file("both.xvm")}).err;
   };
   EXPECT_EQ(said("T.txt").find("in one frame?"), std::string::npos);
-  const std::string doubt = said("off.txt");
-  EXPECT_NE(doubt.find(file("rear.pcd") + " does not fit " + town("forward")), std::string::npos)
-      << doubt;
+  const std::string problem = said("off.txt");
+  EXPECT_NE(problem.find(file("rear.pcd") + " does not fit " + town("forward")), std::string::npos)
+      << problem;
   T(0, 3) += 1000;
   std::ofstream(file("away.txt")) << T;
   const std::string away = said("away.txt");

@@ -20,9 +20,9 @@ TEST(PlaceSizes, WordsAndSpacingsAreReadBack) {
 }
 
 TEST(PlaceSizes, ASpacingIsThatOfThings) {
-  EXPECT_EQ(parseSize("4"), kTown);
-  EXPECT_EQ(parseSize("0.9"), kRoom);
-  EXPECT_EQ(parseSize("0.25"), kDesk);
+  EXPECT_EQ(parseSize("4"), kTownScale);
+  EXPECT_EQ(parseSize("0.9"), kRoomScale);
+  EXPECT_EQ(parseSize("0.25"), kDeskScale);
 }
 
 TEST(PlaceSizes, AnythingElseIsMisuse) {
@@ -39,18 +39,18 @@ TEST(PlaceSizes, ScalingThereAndBackChangesNoDigit) {
   place.graph.vertices = {vertex};
   place.cloud.origin = {1e5 + 0.1, 3.3, -7.7};
   place.cloud.points.push_back(Point(0.1f, 0.7f, -0.3f, 3));
-  place.plan[Channel::pole] = {{0.3f, 0.9f, 1.1f}};
+  place.bev[BevChannel::pole] = {{0.3f, 0.9f, 1.1f}};
   place.poses = {Eigen::Isometry3d(Eigen::Translation3d(0.1, 0.2, 0.3))};
   Place there = place;
-  scaleLengths(1 / kDesk, there);
+  scaleLengths(1 / kDeskScale, there);
   EXPECT_EQ(there.graph.vertices[0].position, 16 * vertex.position);
-  EXPECT_EQ(there.plan.cell_m, 16 * place.plan.cell_m);
-  scaleLengths(kDesk, there);
+  EXPECT_EQ(there.bev.cell_m, 16 * place.bev.cell_m);
+  scaleLengths(kDeskScale, there);
   EXPECT_EQ(there.graph.vertices[0].position, vertex.position);
   EXPECT_EQ(there.graph.vertices[0].extent, vertex.extent);
   EXPECT_EQ(there.graph.vertices[0].sigma_m, vertex.sigma_m);
   EXPECT_EQ(there.cloud.position(0), place.cloud.position(0));
-  EXPECT_EQ(there.plan[Channel::pole][0].z, place.plan[Channel::pole][0].z);
+  EXPECT_EQ(there.bev[BevChannel::pole][0].z, place.bev[BevChannel::pole][0].z);
   EXPECT_EQ(there.poses[0].translation(), place.poses[0].translation());
 }
 

@@ -21,10 +21,10 @@ Verdict judged(const Evidence& e) { return judge(e, kOptions); }
 Evidence goodView() {
   Evidence e;
   e.score = 300;
-  e.runner_up = e.passed_over = 60;
+  e.runner_up = e.best_unverified = 60;
   e.expected = 310;
-  e.standing = {140, 150};
-  e.known_share = 0.9;
+  e.obstacles = {140, 150};
+  e.map_coverage = 0.9;
   return e;
 }
 
@@ -34,22 +34,22 @@ Evidence goodGraph() {
   e.score = 48;
   e.runner_up = 2;
   e.expected = 55;
-  e.known_share = 0.8;
+  e.map_coverage = 0.8;
   return e;
 }
 
 /// Points that settled.
-DenseEvidence points(double agreement, double by_chance, std::optional<double> shown = {},
-                     std::optional<double> of_itself = {},
-                     std::optional<double> seen_through = {}) {
+DenseEvidence points(double agreement, double null_inlier_ratio, std::optional<double> map_overlap = {},
+                     std::optional<double> self_consistency = {},
+                     std::optional<double> free_space_violation = {}) {
   DenseEvidence dense;
   dense.of = DenseEvidence::Of::points;
-  dense.settled = true;
-  dense.agreement = agreement;
-  dense.by_chance = by_chance;
-  dense.shown = shown;
-  dense.of_itself = of_itself;
-  dense.seen_through = seen_through;
+  dense.converged = true;
+  dense.inlier_ratio = agreement;
+  dense.null_inlier_ratio = null_inlier_ratio;
+  dense.map_overlap = map_overlap;
+  dense.self_consistency = self_consistency;
+  dense.free_space_violation = free_space_violation;
   return dense;
 }
 
@@ -58,32 +58,32 @@ Evidence randomEvidence(Random& random) {
   e.score = random.uniform(-50, 400);
   e.runner_up = random.uniform(-50, 200);
   e.expected = random.uniform(-50, 500);
-  e.standing = {random.uniform(-50, 200), random.uniform(-10, 200)};
-  e.known_share = random.uniform();
+  e.obstacles = {random.uniform(-50, 200), random.uniform(-10, 200)};
+  e.map_coverage = random.uniform();
   e.windows = 1 + static_cast<int>(random.below(6));
   e.kept_if_true = random.uniform(0.05, 0.95);
   e.with_candidates = static_cast<int>(random.below(40));
   e.kept = static_cast<int>(random.below(40));
-  e.kept_by_chance = random.uniform(0, 40);
+  e.kept_under_null = random.uniform(0, 40);
   e.third = random.uniform(-50, e.runner_up);
   e.dense.of = static_cast<DenseEvidence::Of>(random.below(3));
-  e.dense.settled = random.below(2);
-  e.dense.agreement = random.uniform();
-  e.dense.by_chance = random.uniform(0, 0.3);
+  e.dense.converged = random.below(2);
+  e.dense.inlier_ratio = random.uniform();
+  e.dense.null_inlier_ratio = random.uniform(0, 0.3);
   e.dense.aerial = random.below(2);
-  if (random.below(2)) e.dense.contradicted = random.uniform();
-  if (random.below(2)) e.dense.standing = random.uniform(-1, 1.5);
-  if (random.below(2)) e.dense.missing = random.uniform();
+  if (random.below(2)) e.dense.conflict_ratio = random.uniform();
+  if (random.below(2)) e.dense.obstacle_overlap = random.uniform(-1, 1.5);
+  if (random.below(2)) e.dense.miss_ratio = random.uniform();
   if (random.below(2))
-    e.dense.shown = random.uniform(-1, 1);
+    e.dense.map_overlap = random.uniform(-1, 1);
   else if (random.below(2))
-    e.dense.of_itself = random.uniform();
-  if (random.below(2)) e.dense.seen_through = random.uniform();
-  e.passed_over = random.uniform(-50, e.runner_up);
-  if (random.below(2)) e.rivals = {static_cast<PlaceEvidence&>(e)};
-  for (PlaceEvidence& rival : e.rivals) {
+    e.dense.self_consistency = random.uniform();
+  if (random.below(2)) e.dense.free_space_violation = random.uniform();
+  e.best_unverified = random.uniform(-50, e.runner_up);
+  if (random.below(2)) e.alternatives = {static_cast<PlaceEvidence&>(e)};
+  for (PlaceEvidence& rival : e.alternatives) {
     rival.score = e.runner_up;
-    rival.dense.agreement = random.uniform();
+    rival.dense.inlier_ratio = random.uniform();
   }
   return e;
 }
@@ -114,8 +114,8 @@ TEST(Verdict, AcceptedIsExactlyWhatReachesTheConfidence) {
     EXPECT_FALSE(v.reason.empty());
     if (v.status != Status::accepted) continue;
     ++accepted;
-    EXPECT_TRUE(e.score > e.runner_up || v.statistics.margin > 0) << "it stands out by something";
-    EXPECT_GE(e.known_share, options.min_known_share);
+    EXPECT_TRUE(e.score > e.runner_up || v.statistics.dense_margin > 0) << "it stands out by something";
+    EXPECT_GE(e.map_coverage, options.min_known_share);
   }
   EXPECT_GT(accepted, 100) << "or nothing was tested";
 }
@@ -124,28 +124,28 @@ TEST(Verdict, ConfidenceNeverFallsWithBetterEvidence) {
   const auto improvements = {
       +[](Evidence& e) { e.score += 10; },
       +[](Evidence& e) { e.runner_up -= 10; },
-      +[](Evidence& e) { e.passed_over -= 10; },
+      +[](Evidence& e) { e.best_unverified -= 10; },
       +[](Evidence& e) {
-        for (PlaceEvidence& rival : e.rivals) rival.dense.agreement -= 0.1;
+        for (PlaceEvidence& rival : e.alternatives) rival.dense.inlier_ratio -= 0.1;
       },
-      +[](Evidence& e) { e.standing.score += 10; },
-      +[](Evidence& e) { e.known_share += 0.05; },
-      +[](Evidence& e) { e.dense.agreement += 0.1; },
-      +[](Evidence& e) { e.dense.by_chance -= 0.1; },
+      +[](Evidence& e) { e.obstacles.score += 10; },
+      +[](Evidence& e) { e.map_coverage += 0.05; },
+      +[](Evidence& e) { e.dense.inlier_ratio += 0.1; },
+      +[](Evidence& e) { e.dense.null_inlier_ratio -= 0.1; },
       +[](Evidence& e) {
-        if (e.dense.shown) *e.dense.shown += 0.1;
-      },
-      +[](Evidence& e) {
-        if (e.dense.contradicted) *e.dense.contradicted *= 0.8;
+        if (e.dense.map_overlap) *e.dense.map_overlap += 0.1;
       },
       +[](Evidence& e) {
-        if (e.dense.standing) *e.dense.standing += 0.1;
+        if (e.dense.conflict_ratio) *e.dense.conflict_ratio *= 0.8;
       },
       +[](Evidence& e) {
-        if (e.dense.missing) *e.dense.missing *= 0.8;
+        if (e.dense.obstacle_overlap) *e.dense.obstacle_overlap += 0.1;
       },
       +[](Evidence& e) {
-        if (e.dense.seen_through) *e.dense.seen_through *= 0.5;
+        if (e.dense.miss_ratio) *e.dense.miss_ratio *= 0.8;
+      },
+      +[](Evidence& e) {
+        if (e.dense.free_space_violation) *e.dense.free_space_violation *= 0.5;
       },
   };
   Random random(6);
@@ -168,15 +168,15 @@ TEST(Verdict, ViewsThatAgreeMoreTellMoreThanPointsThatDo) {
     PlaceEvidence next;
     next.score = 250;
     next.dense.of = of;
-    next.dense.settled = true;
-    next.dense.agreement = 0.3;
-    next.dense.shown = 0;
+    next.dense.converged = true;
+    next.dense.inlier_ratio = 0.3;
+    next.dense.map_overlap = 0;
     Evidence e = goodView();
     e.dense = next.dense;
-    e.dense.agreement += more;
-    e.passed_over = 0;
-    e.rivals = {next};
-    return statisticsOf(e).margin;
+    e.dense.inlier_ratio += more;
+    e.best_unverified = 0;
+    e.alternatives = {next};
+    return statisticsOf(e).dense_margin;
   };
   using Of = DenseEvidence::Of;
   EXPECT_NEAR(marginBy(Of::views, 0), marginBy(Of::points, 0), 1e-12);
@@ -188,26 +188,26 @@ TEST(Verdict, ViewsThatAgreeMoreTellMoreThanPointsThatDo) {
 TEST(Verdict, EvidenceIsComparedWithWrongPlacesOfTheMapAtHand) {
   Evidence e = goodView();
   e.dense = points(0.2, 0.05);
-  e.dense.missing = 0.3;
-  e.dense.standing = 0.7;
+  e.dense.miss_ratio = 0.3;
+  e.dense.obstacle_overlap = 0.7;
   const auto confidenceAmong = [&](const std::vector<WrongPlace>& wrong_places) {
     return judge(e, kOptions, defaultVerdictModel(), wrong_places).confidence;
   };
-  const WrongPlace usual{kUsualNullExcess, kUsualNullMissing};
+  const WrongPlace usual{kUsualWrongPlaceAboveNull, kUsualWrongPlaceMissRatio};
   const std::vector<WrongPlace> alike(60, {0.3, 0.2}), unique(60, {0.02, 0.6});
   for (const bool aerial : {false, true}) {
     e.dense.aerial = aerial;
-    e.runner_up = e.passed_over = aerial ? 60 : 240;
-    e.dense.shown = aerial ? -0.1 : 0.05;
-    e.dense.contradicted = aerial ? 0.45 : 0.25;
+    e.runner_up = e.best_unverified = aerial ? 60 : 240;
+    e.dense.map_overlap = aerial ? -0.1 : 0.05;
+    e.dense.conflict_ratio = aerial ? 0.45 : 0.25;
     EXPECT_NEAR(confidenceAmong({}), confidenceAmong({60, usual}), 1e-12);
     EXPECT_NEAR(confidenceAmong({}), confidenceAmong({60, WrongPlace{}}), 1e-12) << "not asked";
     EXPECT_LT(confidenceAmong(alike), confidenceAmong({}));
     EXPECT_LT(confidenceAmong({}), confidenceAmong(unique));
   }
   const Statistics s = judge(e, kOptions, defaultVerdictModel(), alike).statistics;
-  EXPECT_NEAR(s.null_excess, (60 * 0.3 + 4 * kUsualNullExcess) / 64, 1e-12);
-  EXPECT_NEAR(s.null_missing, (60 * 0.2 + 4 * kUsualNullMissing) / 64, 1e-12);
+  EXPECT_NEAR(s.wrong_place_above_null, (60 * 0.3 + 4 * kUsualWrongPlaceAboveNull) / 64, 1e-12);
+  EXPECT_NEAR(s.wrong_place_miss_ratio, (60 * 0.2 + 4 * kUsualWrongPlaceMissRatio) / 64, 1e-12);
 }
 
 TEST(Verdict, APoseThatIsOpenByMetresIsNotRight) {
@@ -224,15 +224,15 @@ TEST(Verdict, APoseThatIsOpenByMetresIsNotRight) {
 TEST(Verdict, ALayoutWhoseHousesContradictIsRefused) {
   Evidence e = goodView();
   e.score = 130;
-  e.standing.score = -14;
+  e.obstacles.score = -14;
   EXPECT_EQ(judged(e).status, Status::rejected) << "roads alone repeat between towns";
-  e.standing.score = 30;
+  e.obstacles.score = 30;
   EXPECT_LT(judged(e).confidence, judged(goodView()).confidence);
 }
 
 TEST(Verdict, WithoutAnythingUprightTheRestDecides) {
   Evidence e = goodView();
-  e.standing = {};
+  e.obstacles = {};
   EXPECT_EQ(judged(e).status, Status::accepted);
 }
 
@@ -246,11 +246,11 @@ TEST(Verdict, TwoPlacesAreAmbiguousOnlyIfEachCouldBeBelieved) {
   e.expected = 310;
   e.third = 60;
   EXPECT_EQ(judged(e).status, Status::ambiguous);
-  e.rival_distance_m = 84;
+  e.second_best_distance_m = 84;
   EXPECT_NE(judged(e).reason.find("84 m apart"), std::string::npos) << judged(e).reason;
   e.dense.of = DenseEvidence::Of::points;
-  e.dense.settled = true;
-  e.dense.agreement = 0.05;
+  e.dense.converged = true;
+  e.dense.inlier_ratio = 0.05;
   EXPECT_EQ(judged(e).status, Status::rejected) << "neither can be where nothing lies on its like";
 }
 
@@ -259,20 +259,20 @@ TEST(Verdict, PointsDecideBetweenPlacesThatScoreAlike) {
   e.score = 160;
   e.runner_up = 90;
   e.dense.of = DenseEvidence::Of::points;
-  e.rivals.emplace_back();
-  e.rivals[0].score = e.runner_up;
-  e.rivals[0].dense = points(0.1, 0.04);
+  e.alternatives.emplace_back();
+  e.alternatives[0].score = e.runner_up;
+  e.alternatives[0].dense = points(0.1, 0.04);
   EXPECT_NE(judged(e).status, Status::accepted) << "points that do not settle";
-  e.dense.settled = true;
-  e.dense.agreement = 0.12;
-  e.dense.by_chance = 0.04;
+  e.dense.converged = true;
+  e.dense.inlier_ratio = 0.12;
+  e.dense.null_inlier_ratio = 0.04;
   EXPECT_NE(judged(e).status, Status::accepted) << judged(e).reason;
-  e.dense.agreement = 0.5;
+  e.dense.inlier_ratio = 0.5;
   EXPECT_EQ(judged(e).status, Status::accepted) << judged(e).reason;
-  e.rivals[0].dense.agreement = 0.5;
+  e.alternatives[0].dense.inlier_ratio = 0.5;
   EXPECT_NE(judged(e).status, Status::accepted) << "points agree at the next place as well";
-  e.rivals[0].dense.agreement = 0.1;
-  e.dense.by_chance = 0.35;
+  e.alternatives[0].dense.inlier_ratio = 0.1;
+  e.dense.null_inlier_ratio = 0.35;
   EXPECT_NE(judged(e).status, Status::accepted) << "in a room full of chairs chairs meet chairs";
 }
 
@@ -282,17 +282,17 @@ TEST(Verdict, APlaceThatItsPointsStandOutByNeedNotScoreBest) {
   e.score = 200;
   e.expected = 210;
   e.runner_up = 230;
-  e.rivals.emplace_back();
-  e.rivals[0].score = 230;
+  e.alternatives.emplace_back();
+  e.alternatives[0].score = 230;
   e.dense = points(0.6, 0.1, {}, 0.7, 0.01);
-  e.rivals[0].dense = points(0.35, 0.1, {}, 0.7, 0.2);
+  e.alternatives[0].dense = points(0.35, 0.1, {}, 0.7, 0.2);
   EXPECT_EQ(judged(e).status, Status::accepted) << judged(e).reason;
   EXPECT_NE(judged(e).reason.find("looks like it from above"), std::string::npos)
       << judged(e).reason;
-  e.rivals[0].dense = e.dense;
+  e.alternatives[0].dense = e.dense;
   EXPECT_LE(judged(e).confidence, 0.5) << "one of two at best";
-  e.rivals.clear();
-  e.passed_over = 230;
+  e.alternatives.clear();
+  e.best_unverified = 230;
   EXPECT_LE(judged(e).confidence, 0.5) << "nobody looked at it: it may fit as well";
 }
 
@@ -300,10 +300,10 @@ TEST(Verdict, StrangersHangOverTheEdgeOfTheMap) {
   Evidence e = goodView();
   e.score = 190;
   e.expected = 290;
-  e.standing = {60, 120};
+  e.obstacles = {60, 120};
   e.dense = points(0.25, 0.03, 0.4);
   const double inside = judged(e).confidence;
-  e.known_share = 0.4;
+  e.map_coverage = 0.4;
   EXPECT_LT(1 - inside, 0.3 * (1 - judged(e).confidence));
 }
 
@@ -313,7 +313,7 @@ TEST(Verdict, SaysHowMuchMoreWouldTell) {
   e.runner_up = 30;
   e.third = 28;
   e.expected = 60;
-  e.standing = {};
+  e.obstacles = {};
   e.travel_m = 30;
   ASSERT_EQ(judged(e).status, Status::rejected) << judged(e).reason;
   EXPECT_NE(judged(e).reason.find("m more would tell"), std::string::npos) << judged(e).reason;
@@ -325,7 +325,7 @@ TEST(Verdict, MoreWindowsNeedMore) {
   Evidence e = goodView();
   e.score = 130;
   e.expected = 130;
-  e.standing = {};
+  e.obstacles = {};
   const double one = judged(e).confidence;
   e.windows = 4;
   EXPECT_LT(judged(e).confidence, one) << "sums of wrong places spread with the root of windows";
@@ -346,7 +346,7 @@ TEST(Verdict, WithoutEvidenceIsRejected) {
 
 TEST(Verdict, OutsideTheMapIsRejectedAndSaysSo) {
   Evidence e = goodView();
-  e.known_share = 0.1;
+  e.map_coverage = 0.1;
   EXPECT_EQ(judged(e).status, Status::rejected);
   EXPECT_LT(judged(e).confidence, 0.5);
   EXPECT_NE(judged(e).reason.find("10 %"), std::string::npos) << judged(e).reason;
@@ -357,9 +357,9 @@ TEST(Verdict, APlaceThatTheQueryDoesNotShowIsRefused) {
   e.dense = points(0.35, 0.05, 0.5);
   EXPECT_EQ(judged(e).status, Status::accepted) << judged(e).reason;
   e.score = 120;
-  e.standing.score = 60;
-  e.dense.shown = -0.6;
-  e.dense.missing = 0.6;
+  e.obstacles.score = 60;
+  e.dense.map_overlap = -0.6;
+  e.dense.miss_ratio = 0.6;
   EXPECT_NE(judged(e).status, Status::accepted);
   EXPECT_NE(judged(e).reason.find("does not show"), std::string::npos) << judged(e).reason;
 }
@@ -368,11 +368,11 @@ TEST(Verdict, APlaceThatTheQueryDoesNotShowIsRefused) {
 TEST(Verdict, PointsMustAgreeAsTheQueryAgreesWithItself) {
   Evidence e = goodView();
   e.runner_up = 0.7 * e.score;
-  e.rivals.emplace_back();
-  e.rivals[0].score = e.runner_up;
+  e.alternatives.emplace_back();
+  e.alternatives[0].score = e.runner_up;
   e.dense = points(0.4, 0.05, {}, 0.5);
   EXPECT_EQ(judged(e).status, Status::accepted) << judged(e).reason;
-  e.dense.of_itself = 0.8;
+  e.dense.self_consistency = 0.8;
   EXPECT_NE(judged(e).status, Status::accepted) << judged(e).reason;
 }
 
@@ -380,7 +380,7 @@ TEST(Verdict, APlaceThatTheQuerySawThroughIsRefused) {
   Evidence e = goodView();
   e.dense = points(0.5, 0.05, {}, 0.7, 0.02);
   EXPECT_EQ(judged(e).status, Status::accepted) << judged(e).reason;
-  e.dense.seen_through = 0.6;
+  e.dense.free_space_violation = 0.6;
   EXPECT_NE(judged(e).status, Status::accepted);
   EXPECT_NE(judged(e).reason.find("saw through"), std::string::npos) << judged(e).reason;
 }
@@ -393,23 +393,23 @@ TEST(Verdict, AHallThatTheQuerySawThroughIsRefusedThoughItIsShown) {
   e.expected = 910;
   e.dense = points(0.4, 0.11, 0.28);
   EXPECT_EQ(judged(e).status, Status::accepted) << "or rays decide nothing";
-  e.dense.seen_through = 0.05;
+  e.dense.free_space_violation = 0.05;
   EXPECT_EQ(judged(e).status, Status::accepted) << judged(e).reason;
-  e.dense.seen_through = 0.5;
+  e.dense.free_space_violation = 0.5;
   EXPECT_NE(judged(e).status, Status::accepted);
 }
 
 /// From the air a town fits another one with its roads; roofs and crowns stand elsewhere.
 TEST(Verdict, FromTheAirWhatTheMapHasNotSpeaksAgainstAPlace) {
   Evidence e = goodView();
-  e.standing.score = 3;  // what a true pose would score is known badly from there
+  e.obstacles.score = 3;  // what a true pose would score is known badly from there
   e.dense = points(0.25, 0.1, 0.15);
   e.dense.of = DenseEvidence::Of::views;
-  e.dense.contradicted = 0.2;
+  e.dense.conflict_ratio = 0.2;
   e.dense.aerial = true;
-  e.known_share = 0.4;
+  e.map_coverage = 0.4;
   EXPECT_EQ(judged(e).status, Status::accepted) << judged(e).reason;
-  e.dense.contradicted = 0.7;
+  e.dense.conflict_ratio = 0.7;
   EXPECT_NE(judged(e).status, Status::accepted);
   EXPECT_NE(judged(e).reason.find("the map does not show"), std::string::npos) << judged(e).reason;
 }
@@ -421,8 +421,8 @@ TEST(Verdict, AStreetThatStandsOutButIsNotShownIsRefused) {
   e.expected = 3000;
   e.dense = points(0.34, 0.04, 0.3);
   EXPECT_EQ(judged(e).status, Status::accepted) << judged(e).reason;
-  e.dense.shown = -0.15;
-  e.dense.missing = 0.4;
+  e.dense.map_overlap = -0.15;
+  e.dense.miss_ratio = 0.4;
   EXPECT_NE(judged(e).status, Status::accepted);
   EXPECT_NE(judged(e).reason.find("the query does not show"), std::string::npos)
       << judged(e).reason;
@@ -432,12 +432,12 @@ TEST(Verdict, AStreetThatStandsOutButIsNotShownIsRefused) {
 TEST(Verdict, WhatStandsElsewhereIsAsGoodAReasonAsWhatIsMissing) {
   Evidence e = goodView();
   e.dense = points(0.4, 0.03, 0.5);
-  e.dense.standing = 0.95;
-  e.dense.missing = e.dense.contradicted = 0.2;
+  e.dense.obstacle_overlap = 0.95;
+  e.dense.miss_ratio = e.dense.conflict_ratio = 0.2;
   EXPECT_EQ(judged(e).status, Status::accepted) << judged(e).reason;
-  e.dense.standing = 0.5;
-  e.dense.missing = 0.3;
-  e.dense.contradicted = 0.5;
+  e.dense.obstacle_overlap = 0.5;
+  e.dense.miss_ratio = 0.3;
+  e.dense.conflict_ratio = 0.5;
   EXPECT_NE(judged(e).status, Status::accepted);
   EXPECT_NE(judged(e).reason.find("the map does not show"), std::string::npos) << judged(e).reason;
 }
@@ -446,14 +446,14 @@ TEST(Witnesses, SayWhatEachKnows) {
   Evidence e = goodView();
   e.with_candidates = 30;
   e.kept_if_true = 0.6;
-  e.kept_by_chance = 8;
+  e.kept_under_null = 8;
   e.kept = 20;
   EXPECT_GT(judged(e).witnesses.correspondences, 5);
   e.kept = 7;
   EXPECT_LT(judged(e).witnesses.correspondences, -5);
   e.dense = points(0.6, 0.05);
   EXPECT_GT(judged(e).witnesses.dense, 0);
-  e.dense.agreement = 0.1;
+  e.dense.inlier_ratio = 0.1;
   EXPECT_LT(judged(e).witnesses.dense, 0);
   EXPECT_EQ(judged(goodGraph()).witnesses.dense, 0) << "without points nothing is said";
 }
@@ -477,25 +477,25 @@ std::vector<JudgedStatistics> answersOf(const VerdictModel& truth, int count) {
 
 TEST(VerdictModel, IsFoundFromAnswers) {
   VerdictModel truth;
-  truth.alone[kAgreement] = 1.2;
-  truth.alone[kLead] = 0.8;
-  truth.registered[kExcess] = 6;
-  truth.registered[kMarginThere] = 0.5;
-  truth.shown[kKnown] = 1.5;
-  truth.shown[kSettled] = 0.5;
-  truth.shown[kStanding] = 2;
-  truth.shown[kShown] = 3;
-  truth.shown[kMissing] = 5;
-  truth.shown[kContradicted] = 4;
-  truth.shown[kSeenThrough] = 2;
-  truth.shown[kLogMargin] = 1;
-  truth.air[kKnown] = 2;
-  truth.air[kExcess] = 5;
-  truth.air[kContradicted] = 6;
+  truth.alone[kScoreRatio] = 1.2;
+  truth.alone[kLikelihoodMargin] = 0.8;
+  truth.registered[kAboveNull] = 6;
+  truth.registered[kDenseMarginTimesAboveNull] = 0.5;
+  truth.with_overlap[kMapCoverage] = 1.5;
+  truth.with_overlap[kConverged] = 0.5;
+  truth.with_overlap[kObstacleOverlap] = 2;
+  truth.with_overlap[kMapOverlap] = 3;
+  truth.with_overlap[kMissRatio] = 5;
+  truth.with_overlap[kConflictRatio] = 4;
+  truth.with_overlap[kFreeSpaceViolation] = 2;
+  truth.with_overlap[kLogDenseMargin] = 1;
+  truth.air[kMapCoverage] = 2;
+  truth.air[kAboveNull] = 5;
+  truth.air[kConflictRatio] = 6;
   const VerdictModel found = fitVerdictModel(answersOf(truth, 120000));
   for (std::size_t i = kConstant + 1; i < kTerms; ++i) {  // that depends on how many are right
     const auto t = static_cast<Term>(i);
-    EXPECT_NEAR(found.shown[t], truth.shown[t], 0.15 * std::abs(truth.shown[t]) + 0.1) << t;
+    EXPECT_NEAR(found.with_overlap[t], truth.with_overlap[t], 0.15 * std::abs(truth.with_overlap[t]) + 0.1) << t;
     EXPECT_NEAR(found.air[t], truth.air[t], 0.15 * std::abs(truth.air[t]) + 0.15) << t;
   }
 }
@@ -503,14 +503,14 @@ TEST(VerdictModel, IsFoundFromAnswers) {
 /// Answers of three bands of one witness, in worlds that are alike.
 std::vector<JudgedStatistics> answersOfBands(double right_of_surest) {
   struct Band {
-    double missing, right;
+    double miss_ratio, right;
   };
   std::vector<JudgedStatistics> answers;
   Statistics statistics;
-  statistics.margin = 12;
+  statistics.dense_margin = 12;
   statistics.dense = points(0.5, 0.1, 0.5);
   for (const Band& band : {Band{0.4, 0.05}, Band{0.25, 0.5}, Band{0.1, right_of_surest}}) {
-    statistics.dense.missing = band.missing;
+    statistics.dense.miss_ratio = band.miss_ratio;
     for (std::size_t i = 0; i < 4000; ++i)
       answers.push_back({statistics, static_cast<double>(i) < 4000 * band.right, i % 4});
   }
@@ -524,15 +524,15 @@ TEST(VerdictModel, OfAnswersThatAreNearlySureAsManyAreRightAsTheySay) {
   const double said = 1 / (1 + std::exp(-found.weightsFor(surest).logOdds(termsOf(surest))));
   const double rights = 0.05 + 0.5 + kRight, right = kRight / rights,
                wrong = (1 - kRight) / (3 - rights);
-  EXPECT_GT(found.shown.sharpness, 0);
+  EXPECT_GT(found.with_overlap.sharpness, 0);
   for (const double odds : {-3., 0.5, 7., 40.}) {
     std::array<double, kTerms> only_constant{};
-    only_constant[kConstant] = found.shown.linearPart(odds) / found.shown[kConstant];
-    EXPECT_NEAR(found.shown.logOdds(only_constant), odds, 1e-9);
+    only_constant[kConstant] = found.with_overlap.linearPart(odds) / found.with_overlap[kConstant];
+    EXPECT_NEAR(found.with_overlap.logOdds(only_constant), odds, 1e-9);
   }
   EXPECT_NEAR(said, right / (right + wrong), 0.001);
   VerdictModel straight = found;
-  straight.shown.sharpness = 0;
+  straight.with_overlap.sharpness = 0;
   EXPECT_LT(1 / (1 + std::exp(-straight.weightsFor(surest).logOdds(termsOf(surest)))),
             said - 0.002);
 }
@@ -545,11 +545,11 @@ TEST(VerdictModel, IsCalibratedOnWorldsThatDidNotSetTheWeights) {
       JudgedStatistics& answer = answers[i];
       // Shown tells right from wrong, in one way round in worlds 0 and 1 and not in others.
       const bool tells = answer.group < 2 || one_world;
-      answer.statistics.dense.shown = (tells ? answer.right : i % 3 == 0) ? 0.6 : 0.2;
+      answer.statistics.dense.map_overlap = (tells ? answer.right : i % 3 == 0) ? 0.6 : 0.2;
       if (one_world) answer.group = 0;
     }
     Statistics surest = answers.back().statistics;
-    surest.dense.shown = 0.6;
+    surest.dense.map_overlap = 0.6;
     const VerdictModel found = fitVerdictModel(answers);
     return found.weightsFor(surest).logOdds(termsOf(surest));
   };
@@ -558,17 +558,17 @@ TEST(VerdictModel, IsCalibratedOnWorldsThatDidNotSetTheWeights) {
 
 TEST(VerdictModel, LeavesATermOutThatWouldCountTheWrongWay) {
   std::vector<JudgedStatistics> answers = answersOfBands(0.95);
-  for (JudgedStatistics& answer : answers) answer.statistics.known = answer.right ? 0.5 : 0.9;
+  for (JudgedStatistics& answer : answers) answer.statistics.map_coverage = answer.right ? 0.5 : 0.9;
   const VerdictModel found = fitVerdictModel(answers);
-  EXPECT_NEAR(found.shown[kKnown], 0, 1e-9);
-  EXPECT_GT(found.shown[kMissing], 1);
+  EXPECT_NEAR(found.with_overlap[kMapCoverage], 0, 1e-9);
+  EXPECT_GT(found.with_overlap[kMissRatio], 1);
 }
 
 TEST(VerdictModel, WithoutAnswersThatShowTheMapThoseWeightsStay) {
   std::vector<JudgedStatistics> answers = answersOf(defaultVerdictModel(), 2000);
-  for (JudgedStatistics& answer : answers) answer.statistics.dense.shown.reset();
+  for (JudgedStatistics& answer : answers) answer.statistics.dense.map_overlap.reset();
   const VerdictModel found = fitVerdictModel(answers);
-  EXPECT_EQ(found.shown.of, defaultVerdictModel().shown.of);
+  EXPECT_EQ(found.with_overlap.of, defaultVerdictModel().with_overlap.of);
   EXPECT_NE(found.registered.of, defaultVerdictModel().registered.of);
 }
 
@@ -578,7 +578,7 @@ TEST(VerdictModel, SurvivesItsFile) {
   std::ofstream(path) << toText(defaultVerdictModel());
   const VerdictModel read = readVerdictModel(path);
   for (std::size_t t = 0; t < kTerms; ++t)
-    EXPECT_NEAR(read.shown.of[t], defaultVerdictModel().shown.of[t], 1e-3);
+    EXPECT_NEAR(read.with_overlap.of[t], defaultVerdictModel().with_overlap.of[t], 1e-3);
   EXPECT_NEAR(read.air.sharpness, defaultVerdictModel().air.sharpness, 1e-3);
   std::ofstream(path, std::ios::app) << "registered.hope 3\n";
   EXPECT_THROW(readVerdictModel(path), Error);

@@ -37,7 +37,7 @@ struct World {
   LabelSet labels = twoClasses();
   SemanticGraph graph, query_graph;
   LabelledCloud cloud;
-  PlanView plan;
+  BevGrid bev;
 
   explicit World(double size_m = 100) {
     Random random(1);
@@ -58,8 +58,8 @@ struct World {
       p.label = 2;
       cloud.points.push_back(p);
     }
-    plan[Channel::road].push_back({10, 10, 0});
-    plan.known.push_back({20, 20, 0, true});
+    bev[BevChannel::road].push_back({10, 10, 0});
+    bev.known.push_back({20, 20, 0, true});
   }
 
   SceneQuery query() const {
@@ -245,10 +245,10 @@ TEST(TopDown, ThePictureHasTheShapeOfThePlace) {
   EXPECT_GT(square.rows, 2 * wide.rows);
 }
 
-TEST(TopDown, PlanViewIsDrawnWithoutACloud) {
+TEST(TopDown, BevGridIsDrawnWithoutACloud) {
   const World world;
   Scene scene;
-  scene.map_plan = &world.plan;
+  scene.map_bev = &world.bev;
   const cv::Mat image = decoded(drawTopDown(scene));
   EXPECT_GT(pixelsOf(image, {208, 210, 216}), 100);
 }
@@ -262,11 +262,11 @@ TEST(TopDown, EmptySceneIsAPicture) {
   EXPECT_GT(decoded(drawTopDown({})).rows, 400);
   const SemanticGraph graph;
   const LabelledCloud cloud;
-  const PlanView plan;
+  const BevGrid bev;
   Scene scene;
   scene.map_graph = &graph;
   scene.map_cloud = &cloud;
-  scene.map_plan = &plan;
+  scene.map_bev = &bev;
   scene.queries.resize(2);
   scene.queries[0].graph = &graph;
   scene.queries[0].kept = {{3, 4, 1}};

@@ -11,25 +11,25 @@
 
 namespace xview::graph {
 
-constexpr double kPlanCell_m = 0.5;   ///< side of a cell of a plan view
-constexpr double kPlanVoxel_m = 0.2;  ///< votes are gathered in voxels of this side first
+constexpr double kBevCell_m = 0.5;   ///< side of a cell of a plan view
+constexpr double kBevVoxel_m = 0.2;  ///< votes are gathered in voxels of this side first
 
 /// Gathers labelled points of any number of frames and draws the plan view of all of them. The plan
 /// frame must be gravity-aligned (z up). The cost of adding a frame does not depend on what was
 /// added before. The origin of the view is a whole multiple of 128 cells in each direction, so that
 /// views of one frame share their cells. Points that are no numbers or further than 1e8 m from
 /// the origin of the frame are left out, and so are classes without information.
-class PlanViewBuilder {
+class BevGridBuilder {
  public:
-  explicit PlanViewBuilder(const LabelSet& labels);
-  ~PlanViewBuilder();
+  explicit BevGridBuilder(const LabelSet& labels);
+  ~BevGridBuilder();
 
   /// `votes`: weight of each point; those without a positive one are left out. `near`: per point,
   /// whether it was measured near enough for thin objects; empty = all.
-  void add(const LabelledCloud& cloud, const std::vector<float>& votes,
-           const std::vector<bool>& near, const Eigen::Isometry3d& T_plan_cloud, bool aerial);
+  void add(const LabelledCloud& cloud, const std::vector<float>& weights,
+           const std::vector<bool>& near, const Eigen::Isometry3d& T_bev_cloud, bool aerial);
 
-  PlanView build() const;
+  BevGrid build() const;
 
  private:
   struct State;
@@ -41,6 +41,6 @@ class PlanViewBuilder {
 /// seen another side. Objects within 1 m of one of their channel in `view` are the same. Merging a
 /// view again changes nothing. `view.aerial` stays. Views of other cell sizes cannot be merged
 /// (UsageError).
-void mergePlanViews(PlanView& view, const PlanView& addition);
+void mergeBevGrids(BevGrid& view, const BevGrid& addition);
 
 }  // namespace xview::graph

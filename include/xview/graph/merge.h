@@ -95,6 +95,6 @@ void mergeGraphs(SemanticGraph& graph, const SemanticGraph& addition, const Labe
 /// cluster of poles are of the first class of poles, if there is one. A vertex keeps what is known
 /// of the nearest cluster of its kind; the new ones come last, in the order of the plan view. Edges
 /// are dropped. Nothing changes without a plan view.
-void placeThinObjects(SemanticGraph& graph, const PlanView& plan, const LabelSet& labels);
+void placeThinObjects(SemanticGraph& graph, const BevGrid& bev, const LabelSet& labels);
 
 }  // namespace xview::graph

@@ -59,7 +59,7 @@ struct RefineQuery {
 /// [0, 1]. Kinds count by the root of their points, so that walls do not outvote poles.
 struct Agreement {
   double found = 0;      ///< at the pose
-  double by_chance = 0;  ///< on average some metres off, in whatever stands there
+  double null_inlier_ratio = 0;  ///< on average some metres off, in whatever stands there
 };
 
 struct Refinement {
@@ -86,7 +86,7 @@ Refinement refine(const DistributionMap& map, const RefineQuery& query, const La
 /// How closely one half of a query lies on the other half as its map, looks by turns (of a single
 /// scan: points by turns): what errors of labels leave of the agreement at a true pose. Those of
 /// depths take nothing from it, as surfaces are thicker by them. None if there is too little of it.
-std::optional<double> agreementWithItself(const RefineQuery& query, const LabelSet& labels,
+std::optional<double> selfConsistency(const RefineQuery& query, const LabelSet& labels,
                                           const RefineOptions& options);
 
 }  // namespace xview::pose

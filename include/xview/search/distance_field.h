@@ -22,7 +22,7 @@ class DistanceField {
  public:
   static constexpr int kTileCells = 64;
 
-  DistanceField(const PlanView& map, int threads);
+  DistanceField(const BevGrid& map, int threads);
   DistanceField(DistanceField&&) noexcept = default;  ///< not copied: tiles point into planes_
 
   double cellSize() const { return cell_m_; }
@@ -32,7 +32,7 @@ class DistanceField {
   /// One tile: a plane of classes per channel, and the ground.
   struct Tile {
     std::int32_t x = 0, y = 0;  ///< tile index; its first cell is (x, y) * kTileCells
-    std::array<const std::uint8_t*, kChannels> bins{};
+    std::array<const std::uint8_t*, kBevChannels> bins{};
     /// Height per cell relative to the plan's origin; NaN where not measured.
     std::vector<float> ground;
     /// Mean height of the seen cells, measured or taken from what stands around; NaN if none is.
@@ -77,13 +77,13 @@ class DistanceField {
 };
 
 /// Per channel, how the distance classes are distributed at wrong poses in this very map.
-using MapNull = std::array<std::array<double, kDistanceBins>, kChannels>;
+using MapNull = std::array<std::array<double, kDistanceBins>, kBevChannels>;
 
 /// Puts what lies within 30 m of one sensor position at another one at least 25 m away, heading
 /// aligned or reversed, and counts. In a town of equal streets a generic street fits everywhere;
 /// likelihoods learned elsewhere do not know that. `path`: sensor positions in plan coordinates.
 /// All zero if the path is too short to say anything.
-MapNull mapNull(const PlanView& map, const std::vector<Eigen::Vector2d>& path,
+MapNull mapNull(const BevGrid& map, const std::vector<Eigen::Vector2d>& path,
                 const DistanceField& field);
 
 }  // namespace xview::search

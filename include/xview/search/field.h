@@ -17,7 +17,7 @@ namespace xview::search {
 /// What a query holds that a field may be asked about, in a gravity-aligned frame. What it points
 /// to must outlive the FieldQuery that is made of it.
 struct Observation {
-  const PlanView* plan = nullptr;        ///< for surface fields
+  const BevGrid* bev = nullptr;        ///< for surface fields
   const SemanticGraph* graph = nullptr;  ///< for object fields
   /// The point of the query that priors speak of, usually where the robot is now: they hold for it,
   /// whatever the odometry did before. None = priors speak of the origin
@@ -35,8 +35,8 @@ struct PlaceHypothesis {
   Eigen::Isometry3d T_map_query = Eigen::Isometry3d::Identity();
   PlacePose centre;        ///< where it puts the centre of the query in the map; with the score
   double expected = 0;     ///< score that a true pose would have on average [nats]
-  double known_share = 0;  ///< share of the query that falls where the map knows anything
-  PartScore standing;      ///< upright surfaces and obstacles; surface fields only
+  double map_coverage = 0;  ///< share of the query that falls where the map knows anything
+  PartScore obstacles;      ///< upright surfaces and obstacles; surface fields only
   int matched = 0;         ///< objects (or vertices) of the query that have a partner
   /// Vertex pairs; similarity is the chance that the query vertex has a partner. Object fields
   /// only.
@@ -56,7 +56,7 @@ struct HeightFit {
 
 /// What one sample of a query says about a pose.
 struct SampleEvidence {
-  Channel channel = Channel::road;
+  BevChannel channel = BevChannel::road;
   Eigen::Vector2d query = Eigen::Vector2d::Zero();  ///< in the query frame [m]
   Eigen::Vector2d map = Eigen::Vector2d::Zero();    ///< where the pose puts it in the map [m]
   bool known = false;                               ///< the map was seen there
@@ -68,9 +68,9 @@ struct RasterLevels;
 struct SearchOptions;
 
 /// How far search() climbs at a time.
-enum class Climb {
-  rough,  ///< from a cell of the raster search to where poses can be compared
-  end,    ///< from there to the best pose around
+enum class RefinementLevel {
+  coarse,  ///< from a cell of the raster search to where poses can be compared
+  fine,    ///< from there to the best pose around
   polish  ///< of poses that are reported: more exact than is needed to compare them
 };
 
@@ -115,7 +115,7 @@ class FieldQuery {
   virtual std::vector<Point> points() const = 0;
   virtual RasterLevels rasterLevels() const = 0;
   /// A better pose near by, with its score.
-  virtual PlacePose climb(const PlacePose& centre_pose, Climb how) const = 0;
+  virtual PlacePose refineLocally(const PlacePose& centre_pose, RefinementLevel how) const = 0;
   virtual double scoreAt(const PlacePose& centre_pose) const = 0;
   virtual PlaceHypothesis describeAt(const PlacePose& centre_pose) const = 0;
   const Eigen::Vector3d& origin() const { return origin_; }  ///< in the map frame
@@ -149,7 +149,7 @@ enum class Surroundings { town, rooms };
 /// Surfaces and objects seen from above, compared by learned likelihoods of their distances.
 /// `trajectory`: positions of the sensor when the map was made, in order; it tells how similar the
 /// map is to itself.
-std::unique_ptr<const Field> makeSurfaceField(const PlanView& map,
+std::unique_ptr<const Field> makeSurfaceField(const BevGrid& map,
                                               const std::vector<Eigen::Vector3d>& trajectory,
                                               Surroundings surroundings,
                                               const SearchOptions& options, int threads);

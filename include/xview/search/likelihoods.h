@@ -27,12 +27,12 @@ struct DistanceCounts {
 
 /// The learned likelihoods of all channels for both view-points.
 struct LikelihoodTable {
-  std::array<std::array<DistanceCounts, kChannels>, 2> counts{};
+  std::array<std::array<DistanceCounts, kBevChannels>, 2> counts{};
 
-  DistanceCounts& at(Viewpoint v, Channel c) {
+  DistanceCounts& at(Viewpoint v, BevChannel c) {
     return counts[static_cast<std::size_t>(v)][static_cast<std::size_t>(c)];
   }
-  const DistanceCounts& at(Viewpoint v, Channel c) const {
+  const DistanceCounts& at(Viewpoint v, BevChannel c) const {
     return counts[static_cast<std::size_t>(v)][static_cast<std::size_t>(c)];
   }
   void add(const LikelihoodTable& other);
@@ -41,15 +41,15 @@ struct LikelihoodTable {
 /// log P(class | true pose) / P(class | wrong pose) per channel and distance class [nats]; exactly
 /// 0 for unknown area.
 struct LogRatios {
-  std::array<std::array<float, kDistanceBins + 1>, kChannels> value{};
-  std::array<float, kChannels> expected{};  ///< mean ratio of a sample at the true pose
+  std::array<std::array<float, kDistanceBins + 1>, kBevChannels> value{};
+  std::array<float, kBevChannels> expected{};  ///< mean ratio of a sample at the true pose
 };
 
 /// Smoothed ratios, clipped below at -2.5 because one unseen house is many samples. `map_null`, if
 /// given, holds how distances are distributed at wrong poses in this very map; it counts with
 /// weight `mix` in [0, 1].
 LogRatios logRatios(const LikelihoodTable& table, Viewpoint viewpoint,
-                    const std::array<std::array<double, kDistanceBins>, kChannels>* map_null,
+                    const std::array<std::array<double, kDistanceBins>, kBevChannels>* map_null,
                     double mix);
 
 /// The table that comes with the program, learned on recordings of rendered towns with clean and

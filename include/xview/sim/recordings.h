@@ -179,7 +179,7 @@ class SimulatedRecording : public FrameSource {
 
 /// What happened to a thing, or to one class of its parts, between the mapping drives and all other
 /// sessions. Map frame.
-struct ThingChange {
+struct ObjectChange {
   enum class What { gone, added, moved };
   What what = What::gone;
   std::string class_name;
@@ -191,6 +191,6 @@ struct ThingChange {
 /// but `elsewhere` share the town. Throws UsageError if an option is out of range.
 /// `changes` tells what sim.changed did.
 std::vector<std::unique_ptr<SimulatedRecording>> makeSessions(
-    const SimulationOptions& options, std::vector<ThingChange>* changes = nullptr);
+    const SimulationOptions& options, std::vector<ObjectChange>* changes = nullptr);
 
 }  // namespace xview

@@ -10,7 +10,7 @@
 namespace xview {
 
 /// What a plan-view sample tells. Each channel is matched with itself only.
-enum class Channel : std::uint8_t {
+enum class BevChannel : std::uint8_t {
   // area: one sample per cell
   road,
   sidewalk,
@@ -43,14 +43,14 @@ enum class Channel : std::uint8_t {
   count
 };
 
-constexpr std::size_t kChannels = static_cast<std::size_t>(Channel::count);
+constexpr std::size_t kBevChannels = static_cast<std::size_t>(BevChannel::count);
 
-const char* toString(Channel channel);
-inline bool isArea(Channel c) { return c <= Channel::lane_marking; }
-inline bool isObject(Channel c) { return c >= Channel::pole; }
+const char* toString(BevChannel channel);
+inline bool isArea(BevChannel c) { return c <= BevChannel::lane_marking; }
+inline bool isObject(BevChannel c) { return c >= BevChannel::pole; }
 
 /// A sample, relative to the origin of its plan view.
-struct PlanSample {
+struct BevSample {
   float x = 0, y = 0, z = 0;  ///< z: ground height at the sample [m]
 };
 
@@ -70,19 +70,19 @@ bool inRowOrder(const Cell& a, const Cell& b) {
 /// A place seen from above: the semantic graph's fine surface vertices and its
 /// objects, on a grid of cell_m. What is not among `known` was never seen, which is not the same as
 /// empty.
-struct PlanView {
+struct BevGrid {
   double cell_m = 0.5;
-  double origin_x = 0, origin_y = 0, origin_z = 0;  ///< p_plan = origin + sample
-  /// Turns the frame so that z points up: p_plan = upright * p_frame. Identity if the frame is
+  double origin_x = 0, origin_y = 0, origin_z = 0;  ///< p_bev = origin + sample
+  /// Turns the frame so that z points up: p_bev = upright * p_frame. Identity if the frame is
   /// gravity-aligned already.
-  Eigen::Quaterniond upright = Eigen::Quaterniond::Identity();
+  Eigen::Quaterniond alignment = Eigen::Quaterniond::Identity();
   bool aerial = false;  ///< most of it was seen from the air: roofs and crowns are known, what is
                         ///< below is not
-  std::array<std::vector<PlanSample>, kChannels> samples;
+  std::array<std::vector<BevSample>, kBevChannels> samples;
   std::vector<GroundCell> known;  ///< sorted by (y, x)
 
-  std::vector<PlanSample>& operator[](Channel c) { return samples[static_cast<std::size_t>(c)]; }
-  const std::vector<PlanSample>& operator[](Channel c) const {
+  std::vector<BevSample>& operator[](BevChannel c) { return samples[static_cast<std::size_t>(c)]; }
+  const std::vector<BevSample>& operator[](BevChannel c) const {
     return samples[static_cast<std::size_t>(c)];
   }
   std::size_t sampleCount() const;

@@ -46,12 +46,12 @@ bool samePlace(const PlacePose& a, const PlacePose& b);
 /// Which way is up in a frame, and how that is known.
 struct Gravity {
   bool known = true;  ///< false: nothing tells; poses of this frame have six degrees of freedom
-  Eigen::Quaterniond upright =
+  Eigen::Quaterniond alignment =
       Eigen::Quaterniond::Identity();  ///< turns the frame so that z points up
   double sigma_rad = 0;  ///< error of that; 0 = z is up by the word of whoever made the frame
   std::string reason = "z is up as given";
 
-  bool turned() const { return upright.angularDistance(Eigen::Quaterniond::Identity()) > 0; }
+  bool turned() const { return alignment.angularDistance(Eigen::Quaterniond::Identity()) > 0; }
 };
 
 /// How many degrees of freedom an answer was looked for with.
@@ -99,13 +99,13 @@ struct Witnesses {
 struct WrongPlace {
   /// Inlier ratio of its points there above that by chance, in [-1, 1]; 0 if they do not settle.
   /// Nothing for a map without points.
-  std::optional<double> excess;
+  std::optional<double> above_null;
   /// As Visibility::missing, asked there.
-  std::optional<double> missing;
+  std::optional<double> miss_ratio;
 };
 
 /// Share of what stands at a place that is missing or contradicted there at about even odds.
-constexpr double kEvenBlocks = 0.25;
+constexpr double kConflictThreshold = 0.25;
 
 /// What query and map show of each other at a place, which no search has made large: a score is a
 /// sum, and where much of it fits, what contradicts it weighs little. Nothing where that tells
@@ -114,19 +114,19 @@ struct Visibility {
   /// Share of what stands in the query, where the map was seen, that does not stand there in the
   /// map: of blocks of 4 m, those that speak against the pose as a whole, each counted by what a
   /// true pose would score there. In [0, 1].
-  std::optional<double> contradicted;
+  std::optional<double> conflict_ratio;
   /// How far what stands in the query stands in the map as well, where that was seen. Labels do not
   /// count, only that something stands there. Share of the log-likelihood ratio that a true pose
   /// would have on average, in [-1, 1.5].
-  std::optional<double> standing;
+  std::optional<double> obstacle_overlap;
   /// The other way round: how far the query shows what stands in the map, where it has looked, in
   /// [-1, 1]; negative if the query rather saw that nothing is there. Nothing for bare graphs,
   /// which saw no empty ground, for queries that measured little of it, and in rooms, where
   /// furniture hides furniture.
-  std::optional<double> shown;
+  std::optional<double> map_overlap;
   /// Share of what stands in the map that the query does not show, by blocks like `contradicted`;
   /// asked with `shown`.
-  std::optional<double> missing;
+  std::optional<double> miss_ratio;
 };
 
 /// What was looked at closely at one place: what query and map show of each other, and what the
@@ -138,36 +138,36 @@ struct DenseEvidence : Visibility {
     views     ///< views from above, where no single point is known well enough
   };
   Of of = Of::nothing;
-  bool settled = false;  ///< it found a pose near the place
+  bool converged = false;  ///< it found a pose near the place
   /// How closely what stands upright lies on its like, where the map holds anything, in [0, 1]; 0
   /// if it did not settle.
-  double agreement = 0;
-  double by_chance = 0;  ///< the same some metres off, in whatever the map holds there
+  double inlier_ratio = 0;
+  double null_inlier_ratio = 0;  ///< the same some metres off, in whatever the map holds there
   /// How closely one half of the query lies on the other: what a true place could show at best.
   /// Asked where the query cannot tell what it shows.
-  std::optional<double> of_itself;
+  std::optional<double> self_consistency;
   /// How much of what stands in the map the query saw through, as a share of that some metres off;
-  /// asked there as well. See pose::seenThrough.
-  std::optional<double> seen_through;
+  /// asked there as well. See pose::freeSpaceViolation.
+  std::optional<double> free_space_violation;
   bool aerial = false;  ///< the query was seen from the air
 
   bool registered() const { return of != Of::nothing; }
 };
 
 /// Medians over the means of 43 maps.
-constexpr double kUsualNullExcess = 0.10, kUsualNullMissing = 0.45;
+constexpr double kUsualWrongPlaceAboveNull = 0.10, kUsualWrongPlaceMissRatio = 0.45;
 
 /// What the verdict was made of.
 struct Statistics {
-  double lead = 0;       ///< (s1 - s2) ln(s1 / s2) of the best two places, with noise [nats]
-  double agreement = 1;  ///< share of the score that a true pose would have, in (0, 1]
-  double known = 1;      ///< share of the query that lies where the map was seen
-  double margin = 0;     ///< how much better the place fits than any other; see verify::fitOf
+  double likelihood_margin = 0;       ///< (s1 - s2) ln(s1 / s2) of the best two places, with noise [nats]
+  double score_ratio = 1;  ///< share of the score that a true pose would have, in (0, 1]
+  double map_coverage = 1;      ///< share of the query that lies where the map was seen
+  double dense_margin = 0;     ///< how much better the place fits than any other; see verify::denseScore
   DenseEvidence dense;
   /// Means over wrong places of the map at hand (WrongPlace): how much its streets, rooms and
   /// houses resemble each other. Those of a usual map where the map was not asked.
-  double null_excess = kUsualNullExcess;
-  double null_missing = kUsualNullMissing;
+  double wrong_place_above_null = kUsualWrongPlaceAboveNull;
+  double wrong_place_miss_ratio = kUsualWrongPlaceMissRatio;
   double sigma_m = 0;  ///< of the registered position where it is known least, in lengths of a
                        ///< town; 0 = not known
 };

@@ -21,7 +21,7 @@ Eigen::Isometry3d interpolated(const Eigen::Isometry3d& a, const Eigen::Isometry
                                double share);
 
 /// How far one has come at each of successive poses [m]; at least one number.
-std::vector<double> wayAlong(const std::vector<Eigen::Isometry3d>& poses);
+std::vector<double> pathLengths(const std::vector<Eigen::Isometry3d>& poses);
 
 /// Angle of the rotation between two poses [rad, 0..pi].
 double rotationBetween(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b);

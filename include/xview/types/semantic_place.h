@@ -22,7 +22,7 @@ namespace xview {
 struct Place {
   LabelSet labels;
   SemanticGraph graph;  ///< the paper's graph: objects and pieces of surface
-  PlanView plan;        ///< surfaces and objects seen from above; empty for bare graphs, and where
+  BevGrid bev;        ///< surfaces and objects seen from above; empty for bare graphs, and where
                         ///< nothing tells which way is up
   LabelledCloud cloud;  ///< for refinement and pictures; Point::view is a position in `poses`
 
@@ -33,7 +33,7 @@ struct Place {
   std::vector<double> stamps_s;      ///< and times [s]
 
   Sensor sensor = Sensor::cloud;  ///< that saw it last
-  double size = 1;                ///< its lengths against those of a town; see kTown
+  double size = 1;                ///< its lengths against those of a town; see kTownScale
   Gravity gravity;                ///< which way is up
   Timings timing_ms;              ///< what making it took: read, lift, blobs, graph
 };
@@ -43,7 +43,7 @@ struct Place {
 // is brought back: so every length follows, also the precision of points. Sizes are powers of two,
 // which changes no digit of a number.
 
-constexpr double kTown = 1, kRoom = 1. / 4, kDesk = 1. / 16;
+constexpr double kTownScale = 1, kRoomScale = 1. / 4, kDeskScale = 1. / 16;
 
 /// A length of the place over the same one of a town, for options.size; none for auto.
 std::optional<double> parseSize(const std::string& text);
@@ -54,32 +54,32 @@ void requireSize(const std::string& name, const std::string& text);
 /// Every length times `factor`, about the origin of the frame.
 void scaleLengths(double factor, SemanticGraph& graph);
 void scaleLengths(double factor, LabelledCloud& cloud);
-void scaleLengths(double factor, PlanView& plan);
+void scaleLengths(double factor, BevGrid& bev);
 void scaleLengths(double factor, Place& place);
 void scaleLengths(double factor, Frame& frame);
 void scaleLengths(double factor, Localization& answer);
 void scaleLengths(double factor, Eigen::Isometry3d& T);
 
 /// A thing as it is, or a changed copy of it. What it was made of must outlive it.
-template <class Thing>
+template <class Value>
 class MaybeChanged {
  public:
   MaybeChanged(const MaybeChanged&) = delete;
   MaybeChanged& operator=(const MaybeChanged&) = delete;
-  const Thing& operator*() const { return changed_ ? *changed_ : given_; }
-  const Thing* operator->() const { return &**this; }
+  const Value& operator*() const { return changed_ ? *changed_ : given_; }
+  const Value* operator->() const { return &**this; }
 
  protected:
-  explicit MaybeChanged(const Thing& given) : given_(given) {}
+  explicit MaybeChanged(const Value& given) : given_(given) {}
 
-  const Thing& given_;
-  std::optional<Thing> changed_;
+  const Value& given_;
+  std::optional<Value> changed_;
 };
 
 /// The same thing in other lengths; a copy is made only if they differ.
-template <class Thing>
-struct Scaled : MaybeChanged<Thing> {
-  Scaled(const Thing& given, double factor) : MaybeChanged<Thing>(given) {
+template <class Value>
+struct Scaled : MaybeChanged<Value> {
+  Scaled(const Value& given, double factor) : MaybeChanged<Value>(given) {
     if (factor != 1) scaleLengths(factor, this->changed_.emplace(given));
   }
 };

@@ -42,8 +42,8 @@ constexpr double kAboutAsWell = 0.75;
 struct PlaceEvidence {
   double score = 0;        ///< [nats]
   double expected = 0;     ///< score that a true pose would have on average [nats]
-  double known_share = 1;  ///< share of the query where the map knows anything
-  PartEvidence standing;   ///< views: what stands upright
+  double map_coverage = 1;  ///< share of the query where the map knows anything
+  PartEvidence obstacles;   ///< views: what stands upright
   DenseEvidence dense;
 };
 
@@ -52,21 +52,21 @@ struct PlaceEvidence {
 struct Evidence : PlaceEvidence {
   double runner_up = 0;  ///< score of the best other place; what unseen area scores (0) if none
   double third = 0;      ///< score of the place after that
-  std::vector<PlaceEvidence> rivals;  ///< other places that were looked at closely
-  double passed_over = 0;             ///< score of the best place that was not
+  std::vector<PlaceEvidence> alternatives;  ///< other places that were looked at closely
+  double best_unverified = 0;             ///< score of the best place that was not
   int windows = 1;              ///< queries that share no frame, whose evidence is summed here
-  double rival_distance_m = 0;  ///< from the best place to the runner-up; 0 = not known
+  double second_best_distance_m = 0;  ///< from the best place to the runner-up; 0 = not known
   double travel_m = 0;          ///< of the query; 0 = it stood
 
   int vertices = 0;           ///< of the query, as the walks see it
   int kept = 0;               ///< correspondences that survive sample consensus at the best place
   int with_candidates = 0;    ///< vertices that had a candidate there
-  double kept_by_chance = 0;  ///< how many of these would keep one at a wrong place
+  double kept_under_null = 0;  ///< how many of these would keep one at a wrong place
   double kept_if_true = 0;    ///< chance that one of these keeps one at the true place
   double sigma_m = 0;         ///< as in Statistics
 
   /// The runner-up scores so well that it must be asked whether points agree there as well.
-  bool rivalIsClose() const { return runner_up > 0.5 * score; }
+  bool secondBestIsClose() const { return runner_up > 0.5 * score; }
 };
 
 /// Without what the map knows of itself.
@@ -75,23 +75,23 @@ Statistics statisticsOf(const Evidence& evidence);
 /// What log odds of right against wrong are linear in, if every other query is from elsewhere.
 enum Term : std::size_t {
   kConstant,
-  kAgreement,  ///< share of the score of a true pose; its logarithm where nothing was registered
-  kLead,       ///< logarithm of the lead
-  kKnown,      ///< logarithm of the share of the query that lies where the map was seen: strangers
+  kScoreRatio,  ///< share of the score of a true pose; its logarithm where nothing was registered
+  kLikelihoodMargin,       ///< logarithm of the lead
+  kMapCoverage,      ///< logarithm of the share of the query that lies where the map was seen: strangers
                ///< fit best where they hang over its edge
-  kExcess,     ///< dense agreement over that by chance, as a share of that of the query with itself
+  kAboveNull,     ///< dense agreement over that by chance, as a share of that of the query with itself
                ///< where that was asked; 0 if the registration did not settle
-  kSettled,    ///< 1 if the registration found a pose near the place
-  kStanding,   ///< how far what stands in the query stands in the map as well
-  kShown,      ///< how far the query shows what stands in the map
-  kMissing,    ///< how little of that it does not show
-  kContradicted,  ///< how little of what stands in the query the map contradicts
-  kSeenThrough,   ///< logarithm of how little of the map the query saw through
-  kMargin,        ///< how much better the place fits than any other
-  kMarginThere,   ///< which says more where the points agree: times what is in excess
-  kLogMargin,     ///< logarithm of the margin: a stranger may fit one place of the map only, too
-  kNullExcess,    ///< how closely points lie on their like at wrong places of this map, over usual
-  kNullMissing,   ///< how much of the map stretches of it miss at wrong places, over usual
+  kConverged,    ///< 1 if the registration found a pose near the place
+  kObstacleOverlap,   ///< how far what stands in the query stands in the map as well
+  kMapOverlap,      ///< how far the query shows what stands in the map
+  kMissRatio,    ///< how little of that it does not show
+  kConflictRatio,  ///< how little of what stands in the query the map contradicts
+  kFreeSpaceViolation,   ///< logarithm of how little of the map the query saw through
+  kDenseMargin,        ///< how much better the place fits than any other
+  kDenseMarginTimesAboveNull,   ///< which says more where the points agree: times what is in excess
+  kLogDenseMargin,     ///< logarithm of the margin: a stranger may fit one place of the map only, too
+  kWrongPlaceAboveNull,    ///< how closely points lie on their like at wrong places of this map, over usual
+  kWrongPlaceMissRatio,   ///< how much of the map stretches of it miss at wrong places, over usual
   kTerms
 };
 
@@ -112,7 +112,7 @@ struct EvidenceWeights {
 /// the place alone, with a registration, with what the query shows of the map as well, and the same
 /// of queries from the air. Terms that such evidence has not weigh 0.
 struct VerdictModel {
-  EvidenceWeights alone, registered, shown, air;
+  EvidenceWeights alone, registered, with_overlap, air;
 
   /// Those for the evidence that there is.
   const EvidenceWeights& weightsFor(const Statistics& statistics) const;
@@ -125,7 +125,7 @@ std::array<double, kTerms> termsOf(const Statistics& statistics);
 /// closely its points lie on their like, however closely, what the query shows there of the map,
 /// and how little of it was seen through. To a stranger a copy of the map is as good as the map; of
 /// two places the one that fits to the centimetre is it. `best`: what was asked there is compared.
-double fitOf(const PlaceEvidence& place, const DenseEvidence& best);
+double denseScore(const PlaceEvidence& place, const DenseEvidence& best);
 
 /// The model that the program comes with, config/verdict.txt.
 const VerdictModel& defaultVerdictModel();
@@ -161,7 +161,7 @@ struct Verdict {
 /// Without a registration the place must stand out by its score: the odds grow with the logarithm
 /// of the lead (s1 - s2) ln(s1 / s2), as 60 nats before the next place are much over 30 and little
 /// over 600. With one it must stand out by how it fits after close looks at the best few places
-/// (fitOf), lie where the map was seen, and by itself fit closely or, where that can be asked,
+/// (denseScore), lie where the map was seen, and by itself fit closely or, where that can be asked,
 /// stand as the map does and show what the map shows. Correspondences add nothing to these
 /// (measured) and are reported only.
 ///
