@@ -14,11 +14,11 @@
 #include <string>
 #include <vector>
 
+#include "xview/graph/bev_grid.h"
 #include "xview/graph/blobs.h"
 #include "xview/graph/clean_labels.h"
 #include "xview/graph/lift.h"
 #include "xview/graph/merge.h"
-#include "xview/graph/bev_grid.h"
 #include "xview/io/recording.h"
 #include "xview/mapper.h"
 #include "xview/types/random.h"
@@ -119,8 +119,7 @@ void registerStages(const std::string& kind, const Input& input) {
   });
   stage("lift_thin", [](const Input& in, std::size_t i) {
     benchmark::DoNotOptimize(graph::liftThin(in.cleaned[i], in.labels(), graph::LiftOptions(),
-                                             graph::kBevVoxel_m,
-                                             graph::WholeClasses::no_surfaces));
+                                             graph::kBevVoxel_m, graph::WholeClasses::no_surfaces));
   });
   stage("digest", [](const Input& in, std::size_t i) {
     benchmark::DoNotOptimize(preprocessFrame(in.raw[i], in.labels(), oneThread()));
@@ -136,7 +135,8 @@ void registerMerge(const std::string& kind, const Input& input) {
         places.add(farAway(static_cast<std::size_t>(state.range(0)), input.labels()), -1);
         overFrames(state, input, [&](std::size_t i) {
           places.add(input.preprocessed_frames[i].blobs, input.preprocessed_frames[i].number);
-          places.addSurfacePoints(input.preprocessed_frames[i].cloud, input.preprocessed_frames[i].number);
+          places.addSurfacePoints(input.preprocessed_frames[i].cloud,
+                                  input.preprocessed_frames[i].number);
         });
       })
       ->Arg(0)
@@ -147,8 +147,8 @@ void registerMerge(const std::string& kind, const Input& input) {
 }
 
 void addToView(graph::BevGridBuilder& view, const PreprocessedFrame& preprocessed) {
-  view.add(preprocessed.cloud, preprocessed.weights, preprocessed.resolves_thin, Eigen::Isometry3d::Identity(),
-           preprocessed.aerial);
+  view.add(preprocessed.cloud, preprocessed.weights, preprocessed.resolves_thin,
+           Eigen::Isometry3d::Identity(), preprocessed.aerial);
 }
 
 void registerBevGrid(const std::string& kind, const Input& input) {
@@ -170,9 +170,9 @@ void registerWhole(const std::string& kind, const Input& input) {
         graph::BevGridBuilder view(input.labels());
         overFrames(state, input, [&](std::size_t i) {
           const PreprocessedFrame preprocessed =
-              from_file
-                  ? preprocessFrame(input.source->read(input.chosen[i]), input.labels(), oneThread())
-                  : preprocessFrame(input.raw[i], input.labels(), oneThread());
+              from_file ? preprocessFrame(input.source->read(input.chosen[i]), input.labels(),
+                                          oneThread())
+                        : preprocessFrame(input.raw[i], input.labels(), oneThread());
           places.add(preprocessed.blobs, preprocessed.number);
           places.addSurfacePoints(preprocessed.cloud, preprocessed.number);
           if (with_view) addToView(view, preprocessed);

@@ -161,7 +161,8 @@ std::optional<std::string> objectionTo(const map::SemanticMap& addition,
 }
 
 void logConsistencyChecks(const map::SemanticMap& map, const std::string& map_name,
-               const map::SemanticMap& addition, const Options& options, const Narrative& narrate) {
+                          const map::SemanticMap& addition, const Options& options,
+                          const Narrative& narrate) {
   if (const auto objection = objectionTo(addition, map, map_name, options))
     narrate.note(nameOf(addition) + " " + *objection);
 }
@@ -204,8 +205,8 @@ void SketchedRecordings::logConsistencyChecks(const Narrative& narrate) {
     for (std::size_t j = 1; j < i; ++j) {
       if (distance(i, j) < distance(i, nearest)) nearest = j;
     }
-    tools::logConsistencyChecks(sketches_[nearest], sketches_[nearest].sources[0], sketches_[i], options_,
-                     narrate);
+    tools::logConsistencyChecks(sketches_[nearest], sketches_[nearest].sources[0], sketches_[i],
+                                options_, narrate);
   }
 }
 

@@ -35,7 +35,8 @@ void requireFits(const map::SemanticMap& map, const std::string& map_name,
 
 /// Notes the objection, if there is one.
 void logConsistencyChecks(const map::SemanticMap& map, const std::string& map_name,
-               const map::SemanticMap& addition, const Options& options, const Narrative& narrate);
+                          const map::SemanticMap& addition, const Options& options,
+                          const Narrative& narrate);
 
 /// The same for recordings that become one map at once: each of them by itself, made of some of its
 /// frames, against the one before it that it lies nearest to.

@@ -103,7 +103,7 @@ class Follower {
   std::optional<Fix> fix_;            ///< while it is found
   LabelSet labels_;
   std::deque<PreprocessedFrame> frames_;  ///< of the next window
-  std::size_t taken_ = 0;           ///< frames so far
+  std::size_t taken_ = 0;                 ///< frames so far
   int since_window_ = 0;
   int failed_checks_ = 0;  ///< frames in a row that do not fit
   bool was_found_ = false;

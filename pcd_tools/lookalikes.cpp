@@ -23,19 +23,22 @@ constexpr std::size_t kPlaces = 60;  ///< at 5 lengths each: some seconds for an
 std::size_t rankOf(const SelfSimilarity::Place& place, const SelfSimilarity& self_similarity) {
   const std::vector<double>& lengths = self_similarity.lengths_m;
   return static_cast<std::size_t>(
-      std::find(lengths.begin(), lengths.end(), place.min_query_length_m.value_or(-1)) - lengths.begin());
+      std::find(lengths.begin(), lengths.end(), place.min_query_length_m.value_or(-1)) -
+      lengths.begin());
 }
 
 /// From green for what a few metres tell to red for what nothing tells.
 Color colorOf(const SelfSimilarity::Place& place, const SelfSimilarity& self_similarity) {
-  const double share = static_cast<double>(rankOf(place, self_similarity)) /
-                       static_cast<double>(std::max<std::size_t>(1, self_similarity.lengths_m.size()));
+  const double share =
+      static_cast<double>(rankOf(place, self_similarity)) /
+      static_cast<double>(std::max<std::size_t>(1, self_similarity.lengths_m.size()));
   return {static_cast<std::uint8_t>(40 + 190 * std::min(1.0, 2 * share)),
           static_cast<std::uint8_t>(40 + 130 * std::min(1.0, 2 - 2 * share)), 40};
 }
 
 std::string nameOf(const SelfSimilarity::Place& place) {
-  return place.min_query_length_m ? fmt::format("sure from {:.0f} m on", *place.min_query_length_m) : "not sure at all";
+  return place.min_query_length_m ? fmt::format("sure from {:.0f} m on", *place.min_query_length_m)
+                                  : "not sure at all";
 }
 
 std::string toCsv(const SelfSimilarity& self_similarity) {
@@ -43,10 +46,11 @@ std::string toCsv(const SelfSimilarity& self_similarity) {
   for (const SelfSimilarity::Place& place : self_similarity.places) {
     const Eigen::Vector3d& p = place.position;
     text += fmt::format("{:.2f},{:.2f},{:.2f},", p.x(), p.y(), p.z());
-    text += place.min_query_length_m ? fmt::format("{:.0f},", *place.min_query_length_m) : std::string(",");
+    text += place.min_query_length_m ? fmt::format("{:.0f},", *place.min_query_length_m)
+                                     : std::string(",");
     if (place.second_best)
-      text +=
-          fmt::format("{:.2f},{:.2f},{:.2f}", place.second_best->x(), place.second_best->y(), place.second_best->z());
+      text += fmt::format("{:.2f},{:.2f},{:.2f}", place.second_best->x(), place.second_best->y(),
+                          place.second_best->z());
     else
       text += ",,";
     text += "\n";
@@ -75,15 +79,17 @@ Scene sceneOf(const map::SemanticMap& map, const SelfSimilarity& self_similarity
   std::multimap<std::size_t, SceneLine> by_rank;  // the legend goes from short to long
   for (const SelfSimilarity::Place& place : self_similarity.places) {
     if (place.second_best)
-      by_rank.emplace(self_similarity.lengths_m.size(),
-                      SceneLine{"look alike", {200, 180, 215}, {place.position, *place.second_best}});
+      by_rank.emplace(
+          self_similarity.lengths_m.size(),
+          SceneLine{"look alike", {200, 180, 215}, {place.position, *place.second_best}});
   }
   const bool has_way = map.poses.size() > 1;
   for (std::size_t i = 0; i < self_similarity.places.size(); ++i) {
     const SelfSimilarity::Place& place = self_similarity.places[i];
     SceneLine line{nameOf(place), colorOf(place, self_similarity), {}};
-    const std::size_t end =
-        i + 1 < self_similarity.places.size() ? self_similarity.places[i + 1].key_frame + 1 : map.poses.size();
+    const std::size_t end = i + 1 < self_similarity.places.size()
+                                ? self_similarity.places[i + 1].key_frame + 1
+                                : map.poses.size();
     for (std::size_t k = place.key_frame; has_way && k < end; ++k)
       line.points.push_back(map.poses[k].translation());
     if (line.points.size() > 1) by_rank.emplace(rankOf(place, self_similarity), std::move(line));
@@ -112,10 +118,11 @@ void writeColoured(const std::string& path, const map::SemanticMap& map,
   }
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     const Eigen::Vector3d p = cloud.position(i);
-    const auto nearest = std::min_element(
-        self_similarity.places.begin(), self_similarity.places.end(), [&](const auto& a, const auto& b) {
-          return (a.position - p).squaredNorm() < (b.position - p).squaredNorm();
-        });
+    const auto nearest =
+        std::min_element(self_similarity.places.begin(), self_similarity.places.end(),
+                         [&](const auto& a, const auto& b) {
+                           return (a.position - p).squaredNorm() < (b.position - p).squaredNorm();
+                         });
     cloud.points[i].label = labelOf(*nearest);
   }
   writeCloud(path, cloud, labels);
@@ -126,8 +133,8 @@ void printSummary(const SelfSimilarity& self_similarity) {
     fmt::print(
         "{:4.0f} m: sure at {:3.0f} % of {} places; the best wrong one scores {:.0f} % (at most "
         "{:.0f} %)\n",
-        scores.window_m, percentSure(self_similarity, scores), scores.queries, 100 * scores.share.front(),
-        100 * scores.share.back());
+        scores.window_m, percentSure(self_similarity, scores), scores.queries,
+        100 * scores.share.front(), 100 * scores.share.back());
   }
 }
 
@@ -158,9 +165,9 @@ class LookalikesCommand final : public Command {
     const map::SemanticMap map = readMap(path, input_, job);
     Stopwatch watch;
     const SelfSimilarity self_similarity = measureSelfSimilarity(map, job.options, kPlaces);
-    job.narrate.stage(
-        "lookalikes", watch.lap_ms(),
-        fmt::format("{} places, {} queries", self_similarity.places.size(), self_similarity.queries.size()));
+    job.narrate.stage("lookalikes", watch.lap_ms(),
+                      fmt::format("{} places, {} queries", self_similarity.places.size(),
+                                  self_similarity.queries.size()));
     if (self_similarity.places.empty())
       throw Error(path, "has no two places that could be compared; map a longer drive");
     if (ending == ".csv")

@@ -194,8 +194,8 @@ class MapCommand final : public Command {
     std::vector<const FrameSource*> sources;
     for (const auto& recording : recordings) sources.push_back(recording.get());
     SketchedRecordings sketches(sources, job.options);
-    map::SemanticMap map =
-        mapOfRecordings(sources, job, [&](const FrameSource& source, const PreprocessedFrame& frame) {
+    map::SemanticMap map = mapOfRecordings(
+        sources, job, [&](const FrameSource& source, const PreprocessedFrame& frame) {
           if (sources.size() > 1) sketches.add(source, frame);
         });
     sketches.logConsistencyChecks(job.narrate);

@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "xview/self_similarity.h"
 #include "xview/io/cloud_files.h"
+#include "xview/self_similarity.h"
 #include "xview/types/atomic_file.h"
 #include "xview/types/error.h"
 

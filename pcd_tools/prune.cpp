@@ -8,9 +8,9 @@
 #include "map_changes.h"
 #include "outputs.h"
 #include "tool.h"
-#include "xview/self_similarity.h"
 #include "xview/changes.h"
 #include "xview/map/semantic_map.h"
+#include "xview/self_similarity.h"
 #include "xview/types/error.h"
 #include "xview/types/label_match.h"
 #include "xview/types/localization.h"
@@ -97,8 +97,7 @@ class PruneCommand final : public Command {
       ++visits;
       const LabelMatch match(visit.place.labels, map.labels);
       const Place seen = translated(std::move(visit.place), match);
-      absences.add(
-          findChanges(map, seen, Eigen::Isometry3d::Identity(), visit.sigma_m).presence);
+      absences.add(findChanges(map, seen, Eigen::Isometry3d::Identity(), visit.sigma_m).presence);
     }
     if (visits < absent_)
       throw Error(path, fmt::format("has {} visits on record, and --absent asks for {}; xview fuse "

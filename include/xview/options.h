@@ -65,9 +65,10 @@ struct Options {
   /// Where the blobs and the edges of a place graph come from: points in space, label images, or
   /// (regions) the one from label images and the other by distance in space, as in the paper.
   std::string graph_space = "cloud";
-  std::string gravity = "auto";  ///< is z up in map and query? See Gravity in xview/types/localization.h
-  std::string scale;             ///< "low,high" or "free"; empty = lengths of the query are right
-  std::string size = "auto";     ///< what lengths are usual in the place; see semantic_place.h
+  std::string gravity =
+      "auto";         ///< is z up in map and query? See Gravity in xview/types/localization.h
+  std::string scale;  ///< "low,high" or "free"; empty = lengths of the query are right
+  std::string size = "auto";  ///< what lengths are usual in the place; see semantic_place.h
   int seed = 1;
   int threads = 0;
   PriorOptions prior;
@@ -144,7 +145,8 @@ void setOption(Options& options, const std::string& key, const std::string& valu
 void requireValid(const Options& options);
 
 /// Applies a YAML file (nested maps; only what differs from the defaults), or the one of this name
-/// that comes with the program ("paper/synthia"). Throws Error with path:line for anything unknown or wrong.
+/// that comes with the program ("paper/synthia"). Throws Error with path:line for anything unknown
+/// or wrong.
 void applyOptionsFile(Options& options, const std::string& path);
 
 /// All options as YAML that applyOptionsFile reads back to the same values; defaults carry the

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "xview/graph/merge.h"
 #include "xview/graph/bev_grid.h"
+#include "xview/graph/merge.h"
 #include "xview/map/semantic_map.h"
 #include "xview/options.h"
 #include "xview/types/graph.h"
@@ -28,7 +28,7 @@ struct PreprocessedFrame {
   double stamp_s = 0;
   Sensor sensor = Sensor::camera;
   Eigen::Isometry3d T_odom_sensor = Eigen::Isometry3d::Identity();
-  LabelledCloud cloud;       ///< lifted, one point per voxel and class
+  LabelledCloud cloud;         ///< lifted, one point per voxel and class
   std::vector<float> weights;  ///< per point: how much it counts (measurements in the voxel, range)
   std::vector<bool> resolves_thin;  ///< per point: measured near enough to show thin things
   bool aerial = false;              ///< a camera that looks down from the air
@@ -52,13 +52,14 @@ void requireGraphSpace(const Options& options, Sensor sensor, const std::string&
 PreprocessedFrame preprocessFrame(Frame frame, const LabelSet& labels, const Options& options);
 
 /// All frames of a recording, read and digested on options.threads threads, in order.
-std::vector<PreprocessedFrame> preprocessRecording(const FrameSource& source, const Options& options,
-                                         const Progress& progress = {});
+std::vector<PreprocessedFrame> preprocessRecording(const FrameSource& source,
+                                                   const Options& options,
+                                                   const Progress& progress = {});
 
 /// The same one by one, in order, on the caller's thread: only a few of them are in memory at a
 /// time.
 void preprocessRecording(const FrameSource& source, const Options& options,
-                     const std::function<void(PreprocessedFrame)>& take);
+                         const std::function<void(PreprocessedFrame)>& take);
 
 /// What a place is made for. The graph and the view from above are the same for both.
 enum class PlaceUse {
@@ -79,7 +80,9 @@ class PlaceBuilder {
                std::size_t frames_for_gravity = kFramesForGravity);
 
   void add(SharedFrame frame);
-  void add(PreprocessedFrame frame) { add(std::make_shared<const PreprocessedFrame>(std::move(frame))); }
+  void add(PreprocessedFrame frame) {
+    add(std::make_shared<const PreprocessedFrame>(std::move(frame)));
+  }
   /// A recording is over: frames that wait are all that tell which way is up, and the next frame
   /// is a key frame. Returns how many poses the place has.
   std::size_t endRecording();
@@ -118,8 +121,8 @@ class PlaceBuilder {
 using Query = Place;
 
 /// A query from a window of frames, which tell all together which way is up.
-Query makeQuery(const PreprocessedFrame* first, const PreprocessedFrame* last, const LabelSet& labels,
-                const Options& options);
+Query makeQuery(const PreprocessedFrame* first, const PreprocessedFrame* last,
+                const LabelSet& labels, const Options& options);
 /// A query from a whole recording, frame by frame (PlaceBuilder). A recording without labels gets
 /// classes from the shapes of its points (withClasses). `seen` is called with every frame, in
 /// order.

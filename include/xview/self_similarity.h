@@ -20,9 +20,9 @@ struct SelfQuery {
   double self = 0;        ///< at its own place, but not more than a usual second visit scores
   double wrong = 0, next_wrong = 0;
   std::optional<Eigen::Vector3d> second_best;  ///< where the best wrong place puts it; map frame
-  WrongPlace at_second_best;                   ///< what it shows there; asked by measureNullHypothesis()
-  double confidence = 0;                 ///< of such a query
-  bool sure = false;                     ///< it would be accepted
+  WrongPlace at_second_best;  ///< what it shows there; asked by measureNullHypothesis()
+  double confidence = 0;      ///< of such a query
+  bool sure = false;          ///< it would be accepted
 };
 
 struct SelfSimilarity {
@@ -44,7 +44,7 @@ struct SelfSimilarity {
 /// whatever the size of the map. Deterministic for any number of threads. Nothing for a map that is
 /// too small to have two places.
 SelfSimilarity measureSelfSimilarity(const map::SemanticMap& map, const Options& options,
-                           std::size_t most_places);
+                                     std::size_t most_places);
 
 /// Sets the null hypothesis of the verdict, measured in the map at hand: a few of its stretches,
 /// each asked at the best place that is not its own, and how sure each is of its own place. Bounded

@@ -18,8 +18,8 @@ constexpr std::size_t kKinds = static_cast<std::size_t>(Kind::none);
 Grouped groupByCell(const BevVoxels& voxels, CellIndex& index) {
   std::vector<std::int32_t> cell_of(voxels.size());
   for (std::size_t i = 0; i < voxels.size(); ++i)
-    cell_of[i] = index.findOrAdd(floorToInt(voxels[i].x / kBevCell_m),
-                                 floorToInt(voxels[i].y / kBevCell_m));
+    cell_of[i] =
+        index.findOrAdd(floorToInt(voxels[i].x / kBevCell_m), floorToInt(voxels[i].y / kBevCell_m));
   return Grouped(cell_of, index.size());
 }
 
@@ -55,7 +55,8 @@ class CellSorter {
     const float ground_weight = floor_.ground();
     if (ground_weight > kMinWeight) floor_.height = height_sum_ / ground_weight;
     cells.floor.push_back(floor_);
-    cells.obstacle_of.push_back(is_obstacle_ ? static_cast<std::int32_t>(cells.obstacles.size()) : -1);
+    cells.obstacle_of.push_back(is_obstacle_ ? static_cast<std::int32_t>(cells.obstacles.size())
+                                             : -1);
     if (!is_obstacle_) return;
     cells.obstacles.push_back(obstacle_);
     for (const ClassColumn& s : columns_) {
@@ -102,8 +103,8 @@ const ClassColumn& ObstacleCell::of(Kind kind) const {
 }
 
 float ObstacleCell::ofObjectsBesidePosts() const {
-  return of(Kind::building).weight_sum + of(Kind::fence).weight_sum + of(Kind::vegetation).weight_sum +
-         of(Kind::vehicle).weight_sum;
+  return of(Kind::building).weight_sum + of(Kind::fence).weight_sum +
+         of(Kind::vegetation).weight_sum + of(Kind::vehicle).weight_sum;
 }
 
 bool ObstacleCell::holds(Kind kind, double min_share) const {
@@ -121,7 +122,7 @@ BevSample BevCells::middleOf(std::size_t i) const {
 }
 
 BevCells sortIntoCells(const BevVoxels& voxels, const HeightLattice& ground,
-                        const GroundRule& rule) {
+                       const GroundRule& rule) {
   constexpr std::size_t kAhead = 16;  // voxels of a cell lie far apart in memory
   BevCells cells;
   const Grouped groups = groupByCell(voxels, cells.index);

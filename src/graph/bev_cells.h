@@ -6,16 +6,16 @@
 #include <functional>
 #include <vector>
 
+#include "xview/types/bev_grid.h"
 #include "xview/types/cells.h"
 #include "xview/types/labels.h"
-#include "xview/types/bev_grid.h"
 
 namespace xview::graph {
 
 // From votes to the cells of a plan view: votes are summed in voxels, voxels tell the height of the
 // ground, and above it they are sorted into cells.
 
-constexpr float kMinWeight = 1;     ///< a cell says something about a class from so many votes on
+constexpr float kMinWeight = 1;    ///< a cell says something about a class from so many votes on
 constexpr double kMinShare = 0.5;  ///< and if the class holds this share of the cell
 
 /// A voxel and a kind as a number: 21 bits for each of x and y (two million voxels), 18 for z, 4
@@ -58,7 +58,7 @@ HeightLattice groundSurface(const BevVoxels& voxels, const GroundRule& rule);
 struct ClassColumn {
   Kind kind = Kind::none;
   float weight_sum = 0;
-  float near_weight = 0;        ///< of these, measured near enough for thin objects
+  float near_weight = 0;       ///< of these, measured near enough for thin objects
   float sum_x = 0, sum_y = 0;  ///< of the positions times their votes
   float low = 0, high = 0;     ///< votes at 0.3–2 m and above 2.5 m
   float top = 0, bottom = 0;   ///< greatest and least height above ground [m]
@@ -71,15 +71,15 @@ struct ObstacleCell {
   float obstacle_low = 0, obstacle_high = 0;  ///< votes of anything at 0.4–2 m and above 2.5 m
 
   const ClassColumn& of(Kind kind) const;  ///< without votes if there is none
-  float ofObjectsBesidePosts() const;    ///< votes of buildings, fences, vegetation and vehicles
+  float ofObjectsBesidePosts() const;      ///< votes of buildings, fences, vegetation and vehicles
   bool holds(Kind kind, double min_share) const;
 };
 
 /// What lies in a cell.
 struct FloorCell {
   std::array<float, 4> weight_sum{};  ///< road, sidewalk, terrain, lane marking
-  float height = 0;              ///< of the ground [m]
-  float total = 0;               ///< all votes of the cell, upright ones too
+  float height = 0;                   ///< of the ground [m]
+  float total = 0;                    ///< all votes of the cell, upright ones too
   float ground() const { return weight_sum[0] + weight_sum[1] + weight_sum[2] + weight_sum[3]; }
 };
 
@@ -104,7 +104,7 @@ struct BevCells {
 };
 
 BevCells sortIntoCells(const BevVoxels& voxels, const HeightLattice& ground,
-                        const GroundRule& rule);
+                       const GroundRule& rule);
 
 /// A value per cell of a view, 0 where nothing stands. The cells must outlive it.
 class ValueGrid {

@@ -14,12 +14,14 @@ constexpr double kAerialShare = 0.5;  ///< of the votes that come from the air m
 
 using FloorClass = std::int8_t;  ///< one of kRoad, kSidewalk, kTerrain, kNoFloor
 constexpr FloorClass kNoFloor = -1, kSidewalk = 1;
-constexpr std::array<BevChannel, 3> kAreas = {BevChannel::road, BevChannel::sidewalk, BevChannel::terrain};
+constexpr std::array<BevChannel, 3> kAreas = {BevChannel::road, BevChannel::sidewalk,
+                                              BevChannel::terrain};
 constexpr float kMarkingShare = 0.4f;  ///< of the ground votes of a cell that is a lane marking
 
 /// The majority ground class of a cell; lane markings count as road.
 FloorClass floorClass(const FloorCell& cell) {
-  const std::array<float, 3> weights = {cell.weight_sum[0] + cell.weight_sum[3], cell.weight_sum[1], cell.weight_sum[2]};
+  const std::array<float, 3> weights = {cell.weight_sum[0] + cell.weight_sum[3], cell.weight_sum[1],
+                                        cell.weight_sum[2]};
   const auto best = std::max_element(weights.begin(), weights.end());
   const bool clear = *best > 0 && cell.ground() >= kMinWeight && *best >= kMinShare * cell.ground();
   return clear ? static_cast<FloorClass>(best - weights.begin()) : kNoFloor;
@@ -74,7 +76,8 @@ void addObstacleCell(const ObstacleCell& cell, float height, BevGrid& view) {
   };
   if (cell.holds(Kind::building, kMinShare)) {
     put(BevChannel::building, Kind::building);
-    if (cell.of(Kind::building).low >= 0.5f * kMinWeight) put(BevChannel::wall_foot, Kind::building);
+    if (cell.of(Kind::building).low >= 0.5f * kMinWeight)
+      put(BevChannel::wall_foot, Kind::building);
   }
   if (cell.holds(Kind::fence, kMinShare)) put(BevChannel::fence, Kind::fence);
   if (cell.holds(Kind::vegetation, kMinShare)) {
@@ -83,7 +86,8 @@ void addObstacleCell(const ObstacleCell& cell, float height, BevGrid& view) {
     if (plants.high >= kMinWeight) put(BevChannel::canopy, Kind::vegetation);
   }
   if (cell.holds(Kind::vehicle, kMinShare)) put(BevChannel::vehicle_surface, Kind::vehicle);
-  if (cell.holds(Kind::other_surface, kMinShare)) put(BevChannel::other_surface, Kind::other_surface);
+  if (cell.holds(Kind::other_surface, kMinShare))
+    put(BevChannel::other_surface, Kind::other_surface);
 }
 
 void addObstacleCells(const BevCells& cells, BevGrid& view) {
@@ -166,19 +170,18 @@ struct BevGridBuilder::State {
 
   LabelSet labels;
   CellTable<BevVoxel, BevVoxels> voxels;  ///< sums of votes per voxel and kind
-  std::vector<BevPoint> cast;               ///< of the frame that is being added
+  std::vector<BevPoint> cast;             ///< of the frame that is being added
   bool has_origin = false;
   Eigen::Vector3d origin = Eigen::Vector3d::Zero();
   double weight_sum = 0, aerial_weight = 0;
 };
 
-BevGridBuilder::BevGridBuilder(const LabelSet& labels)
-    : state_(std::make_unique<State>(labels)) {}
+BevGridBuilder::BevGridBuilder(const LabelSet& labels) : state_(std::make_unique<State>(labels)) {}
 BevGridBuilder::~BevGridBuilder() = default;
 
 void BevGridBuilder::add(const LabelledCloud& cloud, const std::vector<float>& weights,
-                          const std::vector<bool>& near, const Eigen::Isometry3d& T_bev_cloud,
-                          bool aerial) {
+                         const std::vector<bool>& near, const Eigen::Isometry3d& T_bev_cloud,
+                         bool aerial) {
   State& s = *state_;
   const Eigen::Matrix3d R = T_bev_cloud.linear();
   const Eigen::Vector3d t = T_bev_cloud * cloud.origin;

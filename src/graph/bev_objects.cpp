@@ -77,8 +77,8 @@ void findTrees(const BevCells& cells, BevGrid& view) {
       y += w * (cells.cell(j).y + 0.5);
     });
     view[BevChannel::tree].push_back({static_cast<float>(x / weight * kBevCell_m),
-                                   static_cast<float>(y / weight * kBevCell_m),
-                                   cells.floor[i].height});
+                                      static_cast<float>(y / weight * kBevCell_m),
+                                      cells.floor[i].height});
   }
 }
 
@@ -87,7 +87,7 @@ CellValue low(Kind kind) {
   return [kind](const ObstacleCell& c) { return c.of(kind).low; };
 }
 
-constexpr float kPeakWeight = 2;         ///< that make a pole, sign or light
+constexpr float kPeakWeight = 2;        ///< that make a pole, sign or light
 constexpr int kPeakReach = 3;           ///< a peak is the largest within so many cells
 constexpr float kMinPoleShare = 0.25f;  ///< of the votes of the other upright classes in the cell
 
@@ -152,7 +152,8 @@ void findBevObjects(const BevCells& cells, BevGrid& view) {
       cells,
       {Kind::vegetation, isLowPlant, low(Kind::vegetation), 2.1f, 0.f, 3 * kMinWeight, -1.f, 2.2f},
       view[BevChannel::trunk]);
-  findClusters(cells, {Kind::other_object, isOther, weight_sum, 4.f, 0.f, 2 * kMinWeight, -1.f, -1.f},
+  findClusters(cells,
+               {Kind::other_object, isOther, weight_sum, 4.f, 0.f, 2 * kMinWeight, -1.f, -1.f},
                view[BevChannel::other_object]);
   findTrees(cells, view);
 }

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <string>
 
-#include "xview/graph/merge.h"
 #include "xview/graph/bev_grid.h"
+#include "xview/graph/merge.h"
 #include "xview/types/cells.h"
 #include "xview/types/error.h"
 

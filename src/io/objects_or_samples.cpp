@@ -23,9 +23,9 @@ constexpr std::size_t kProbes = 256;
 struct Probe {
   Eigen::Vector3d position;
   std::uint32_t label = 0;
-  std::size_t number = 0;        ///< of the vertex, from 1
+  std::size_t number = 0;         ///< of the vertex, from 1
   double nearest_m = kObjects_m;  ///< other vertex; at most this far
-  bool among_its_like = false;   ///< that one is of the same class
+  bool among_its_like = false;    ///< that one is of the same class
 };
 
 /// Thrown out of the reader when enough is known.
@@ -140,9 +140,9 @@ bool holdsGraph(const std::string& path, std::string* guess) {
                                     : "about " + std::to_string(spacing_m).substr(0, 4) + " m";
     *guess = fmt::format("its vertices are {} apart{}", spacing,
                          objects ? ", so they are taken for things; --input-kind cloud reads them "
-                                  "as samples of surfaces"
-                                : " among their like, so they are taken for samples of surfaces; "
-                                  "--input-kind graph reads them as things");
+                                   "as samples of surfaces"
+                                 : " among their like, so they are taken for samples of surfaces; "
+                                   "--input-kind graph reads them as things");
   }
   return objects;
 }

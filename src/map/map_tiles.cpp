@@ -210,8 +210,8 @@ void fill(const LabelledCloud& points, BevGrid& bev) {
       bev.samples[p.label].push_back({p.x, p.y, p.z});
     else
       bev.known.push_back({static_cast<std::int32_t>(std::floor(p.x / bev.cell_m)),
-                            static_cast<std::int32_t>(std::floor(p.y / bev.cell_m)), p.z,
-                            p.label == kMeasured});
+                           static_cast<std::int32_t>(std::floor(p.y / bev.cell_m)), p.z,
+                           p.label == kMeasured});
   }
   for (auto& samples : bev.samples)
     std::sort(samples.begin(), samples.end(), inRowOrder<BevSample>);

@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "xview/types/bev_grid.h"
 #include "xview/types/graph.h"
 #include "xview/types/labelled_cloud.h"
-#include "xview/types/bev_grid.h"
 
 namespace xview::map {
 

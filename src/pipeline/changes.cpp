@@ -20,7 +20,7 @@ constexpr double kPostRadius_m = 0.45;  ///< points of a post are as near to its
 constexpr double kPostHeight_m = 12;    ///< and not higher
 constexpr double kAround_m = 1;         ///< ground within that of a foot was looked at
 constexpr double kMeet_m = 0.4;         ///< points of two visits on one thing are as near
-constexpr double kSameObject_m = 0.5;    ///< and their vertices
+constexpr double kSameObject_m = 0.5;   ///< and their vertices
 constexpr double kMoved_m = 8;          ///< farther away it is another thing
 constexpr double kBeside_m = 2.5;       ///< for what is met by chance
 

@@ -33,8 +33,8 @@ struct Travel {
 /// The turn that takes a window upright, as a query is turned; where the window does not tell, its
 /// true pose does, which brings it to the upright frame of the map.
 Eigen::Isometry3d alignmentOf(const PreprocessedFrame* first, const PreprocessedFrame* last,
-                            const LabelSet& labels, const std::string& mode,
-                            const Eigen::Isometry3d& T_aligned_query) {
+                              const LabelSet& labels, const std::string& mode,
+                              const Eigen::Isometry3d& T_aligned_query) {
   std::vector<PlaceBuilder::SharedFrame> frames;
   for (const PreprocessedFrame* f = first; f != last; ++f)
     frames.emplace_back(PlaceBuilder::SharedFrame(), f);  // owned by the caller, who waits
@@ -46,7 +46,7 @@ Eigen::Isometry3d alignmentOf(const PreprocessedFrame* first, const Preprocessed
 
 /// The view from above of frames that `upright` turns.
 BevGrid bevOf(const PreprocessedFrame* first, const PreprocessedFrame* last, const LabelSet& labels,
-                const Eigen::Isometry3d& upright) {
+              const Eigen::Isometry3d& upright) {
   graph::BevGridBuilder builder(labels);
   for (const PreprocessedFrame* f = first; f != last; ++f)
     builder.add(f->cloud, f->weights, f->resolves_thin, upright, f->aerial);
@@ -128,7 +128,7 @@ search::LikelihoodTable learnLikelihoods(const map::SemanticMap& given,
     const std::size_t middle = std::min((first + last) / 2, frames.size() - 1);
     const Eigen::Isometry3d T_map_odom = T_map_sensor[middle] * T_odom_sensor[middle].inverse();
     const Eigen::Isometry3d upright = alignmentOf(frames.data() + first, frames.data() + last,
-                                                map.labels, options.gravity, T_map_odom);
+                                                  map.labels, options.gravity, T_map_odom);
     const BevGrid view = bevOf(frames.data() + first, frames.data() + last, map.labels, upright);
     const Eigen::Isometry3d T_true = T_map_odom * upright.inverse();
     const Eigen::Isometry3d T_query_sensor = upright * T_odom_sensor[middle];

@@ -290,8 +290,8 @@ RegisteredPlaces Localizer::Index::registerPlaces(const Query& query, const Cand
         refinement.refine(levelled, level ? level->in_field.get() : in_field,
                           level && i == 0 ? level->T_map_query : T * registered.turn.conjugate(),
                           pairsAt(i, found), up_sigma_rad, i == 0 ? answer.timing_ms : unused);
-    setVisibility(query, levelled, in_field ? in_field->visibility(T) : Visibility(), self_consistency,
-                  place);
+    setVisibility(query, levelled, in_field ? in_field->visibility(T) : Visibility(),
+                  self_consistency, place);
     registered.places.push_back(std::move(place));
     if (i == 0) watch.lap_ms();
   }
@@ -300,10 +300,11 @@ RegisteredPlaces Localizer::Index::registerPlaces(const Query& query, const Cand
 }
 
 /// What query and map show of each other at a place (`seen` in the field) and how much of the map
-/// the query saw through there. Where the field does not tell, agreement is a share of `self_consistency`,
-/// that of the query with itself, which is measured when it is asked for first.
+/// the query saw through there. Where the field does not tell, agreement is a share of
+/// `self_consistency`, that of the query with itself, which is measured when it is asked for first.
 void Localizer::Index::setVisibility(const Query& query, const Query& levelled, Visibility seen,
-                                     std::optional<double>& self_consistency, RefinedPose& place) const {
+                                     std::optional<double>& self_consistency,
+                                     RefinedPose& place) const {
   DenseEvidence& dense = place.dense;
   // What a query does not show may be what its shapes do not tell.
   if (seen.map_overlap && shapes_only) {
@@ -313,7 +314,8 @@ void Localizer::Index::setVisibility(const Query& query, const Query& levelled, 
   dense.aerial = query.bev.aerial;
   // From one place a query cannot show what stands behind what it shows, but its rays tell.
   const bool from_one_place = travelOf(query) < kOnePlace_m;
-  const bool shows_little = !seen.map_overlap || (*seen.map_overlap < kOutOfMapOverlap && from_one_place);
+  const bool shows_little =
+      !seen.map_overlap || (*seen.map_overlap < kOutOfMapOverlap && from_one_place);
   const bool is_exact = query.cloud.typicalSigma() <= kExact_m;
   if ((shows_little || is_exact) && dense.converged)
     dense.free_space_violation = refinement.freeSpaceViolation(levelled, place.T_map_query);
@@ -477,9 +479,10 @@ verify::Evidence evidenceOf(const Candidates& found, const RegisteredPlaces& reg
       registered.places.empty() ? evidenceOf(places[0]) : registeredAt(0);
   e.runner_up = std::max(found.second_best_score, scoreOf(1));
   e.third = std::max(std::min(found.second_best_score, scoreOf(1)), scoreOf(2));
-  for (std::size_t i = 1; i < registered.places.size(); ++i) e.alternatives.push_back(registeredAt(i));
-  e.best_unverified =
-      std::max(found.second_best_score, scoreOf(std::max<std::size_t>(1, registered.places.size())));
+  for (std::size_t i = 1; i < registered.places.size(); ++i)
+    e.alternatives.push_back(registeredAt(i));
+  e.best_unverified = std::max(found.second_best_score,
+                               scoreOf(std::max<std::size_t>(1, registered.places.size())));
   if (!registered.places.empty() && registered.places[0].dense.converged)
     e.sigma_m = verify::horizontalSigma(registered.places[0].covariance);
   if (places.size() > 1 && scoreOf(1) >= found.second_best_score) {

@@ -31,7 +31,8 @@ std::vector<PoseCheck> Localizer::Index::check(const Query& given,
     if (moved_m > reach_m)
       checked.push_back({T_given, evidenceOf(in_field->describe(T))});
     else
-      checked.push_back({gravity.alignment.conjugate() * best.T_map_query * R_up, evidenceOf(best)});
+      checked.push_back(
+          {gravity.alignment.conjugate() * best.T_map_query * R_up, evidenceOf(best)});
   }
   return checked;
 }

@@ -31,10 +31,10 @@ bool isOtherPlace(const Query& query, const TriedFrame& a, const TriedFrame& b) 
 }  // namespace
 
 Eigen::Quaterniond Localizer::Index::alignmentOf(const Query& query,
-                                               const Eigen::Isometry3d& T_map_query) const {
+                                                 const Eigen::Isometry3d& T_map_query) const {
   if (upIsKnown(query)) return query.gravity.alignment;
   return alignmentFromUp(T_map_query.linear().transpose() *
-                   (gravity.alignment.conjugate() * Eigen::Vector3d::UnitZ()));
+                         (gravity.alignment.conjugate() * Eigen::Vector3d::UnitZ()));
 }
 
 Eigen::Isometry3d Localizer::Index::toAligned(const Query& query,
@@ -46,7 +46,7 @@ Eigen::Isometry3d Localizer::Index::toAligned(const Query& query,
 
 /// Which way up and how long a metre is: what is known, or what finds the best place.
 FrameHypothesis Localizer::Index::chooseFrame(const Query& query, const ExpectedPose* expected,
-                                         double& second_best_score, Timings& timing_ms) const {
+                                              double& second_best_score, Timings& timing_ms) const {
   const std::vector<FrameHypothesis> guesses = frameHypotheses(query, expected, timing_ms);
   if (guesses.size() == 1) return guesses[0];
   Stopwatch watch;
@@ -60,7 +60,8 @@ FrameHypothesis Localizer::Index::chooseFrame(const Query& query, const Expected
     std::stable_sort(all.begin(), all.end(), better);
   }
   for (const TriedFrame& other : all) {
-    if (isOtherPlace(query, other, all[0])) second_best_score = std::max(second_best_score, other.score);
+    if (isOtherPlace(query, other, all[0]))
+      second_best_score = std::max(second_best_score, other.score);
   }
   timing_ms.emplace_back(scales ? "scale" : "up", watch.lap_ms());
   return all[0].guess;
@@ -69,8 +70,8 @@ FrameHypothesis Localizer::Index::chooseFrame(const Query& query, const Expected
 /// All that may be. Poses with six degrees of freedom from walks and the maximum clique, and the
 /// two sides of the layer that the vertices form, say where an unknown up may be.
 std::vector<FrameHypothesis> Localizer::Index::frameHypotheses(const Query& query,
-                                                       const ExpectedPose* expected,
-                                                       Timings& timing_ms) const {
+                                                               const ExpectedPose* expected,
+                                                               Timings& timing_ms) const {
   std::vector<Eigen::Vector3d> ups;
   const auto add = [&](const Eigen::Vector3d& up) {
     const auto same = [&](const Eigen::Vector3d& u) { return u.dot(up) > std::cos(kSameUp_rad); };

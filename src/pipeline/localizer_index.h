@@ -63,11 +63,12 @@ struct Localizer::Index {
   Localization inAlignedFrames(const Query& query, const ExpectedPose* expected,
                                FrameHypothesis& frame) const;
 
-  FrameHypothesis chooseFrame(const Query& query, const ExpectedPose* expected, double& second_best_score,
-                         Timings& timing_ms) const;
+  FrameHypothesis chooseFrame(const Query& query, const ExpectedPose* expected,
+                              double& second_best_score, Timings& timing_ms) const;
   std::vector<FrameHypothesis> frameHypotheses(const Query& query, const ExpectedPose* expected,
-                                       Timings& timing_ms) const;
-  TriedFrame tried(const Query& query, const FrameHypothesis& guess, const ExpectedPose* expected) const;
+                                               Timings& timing_ms) const;
+  TriedFrame tried(const Query& query, const FrameHypothesis& guess,
+                   const ExpectedPose* expected) const;
   void refineScale(const Query& query, TriedFrame& best) const;
 
   Candidates findPlaces(const Query& query, const Priors& priors, Timings& timing_ms) const;
@@ -79,7 +80,8 @@ struct Localizer::Index {
                      std::optional<double>& self_consistency, RefinedPose& place) const;
   void refuteFromOutside(const search::FieldQuery& in_field, const verify::Evidence& inside,
                          Localization& answer) const;
-  void leaveAlignedFrames(const Query& query, const FrameHypothesis& frame, Localization& answer) const;
+  void leaveAlignedFrames(const Query& query, const FrameHypothesis& frame,
+                          Localization& answer) const;
   std::vector<PoseCheck> check(const Query& query, const std::vector<Eigen::Isometry3d>& poses,
                                double reach_m) const;
   Localization describe(const Query& query, const PoseCheck& place) const;

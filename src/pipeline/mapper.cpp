@@ -6,12 +6,12 @@
 #include <map>
 #include <memory>
 
-#include "xview/self_similarity.h"
-#include "xview/graph/merge.h"
 #include "xview/graph/bev_grid.h"
+#include "xview/graph/merge.h"
 #include "xview/localizer.h"
 #include "xview/measure_size.h"
 #include "xview/raw_recording.h"
+#include "xview/self_similarity.h"
 #include "xview/types/error.h"
 #include "xview/types/label_match.h"
 #include "xview/types/pose.h"
@@ -123,9 +123,9 @@ bool isSameDrive(const Drive& a, const Drive& b) {
 
 }  // namespace
 
-map::SemanticMap buildMap(const std::vector<const FrameSource*>& sources, const Options& given,
-                          const Progress& progress,
-                          const std::function<void(const FrameSource&, const PreprocessedFrame&)>& seen) {
+map::SemanticMap buildMap(
+    const std::vector<const FrameSource*>& sources, const Options& given, const Progress& progress,
+    const std::function<void(const FrameSource&, const PreprocessedFrame&)>& seen) {
   if (sources.empty()) throw UsageError("a map needs at least one recording");
   std::vector<std::unique_ptr<const FrameSource>> owned;
   std::vector<const FrameSource*> classified;

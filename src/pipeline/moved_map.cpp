@@ -45,7 +45,7 @@ std::vector<GroundCell> movedCells(const BevGrid& view, const Eigen::Isometry3d&
 }
 
 BevGrid movedBev(const BevGrid& view, const Eigen::Isometry3d& T_new_old,
-                   const Eigen::Quaterniond& upright) {
+                 const Eigen::Quaterniond& upright) {
   BevGrid moved = view;
   moved.alignment = upright;
   if (view.known.empty()) return moved;

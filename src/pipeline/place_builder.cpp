@@ -142,7 +142,7 @@ void PlaceBuilder::addAligned(const PreprocessedFrame& frame) {
   }
   if (place_.gravity.known)
     bev_.add(frame.cloud, frame.weights, frame.resolves_thin,
-              Eigen::Isometry3d(place_.gravity.alignment), frame.aerial);
+             Eigen::Isometry3d(place_.gravity.alignment), frame.aerial);
 }
 
 /// Thin objects stand where the view from above has them, unless the graph is made as in the paper.
@@ -185,8 +185,8 @@ Options ofSize(double size, Options options) {
 
 }  // namespace
 
-Query makeQuery(const PreprocessedFrame* first, const PreprocessedFrame* last, const LabelSet& labels,
-                const Options& options) {
+Query makeQuery(const PreprocessedFrame* first, const PreprocessedFrame* last,
+                const LabelSet& labels, const Options& options) {
   const Options sized = first == last ? options : ofSize(first->size, options);
   PlaceBuilder place(labels, sized, PlaceUse::query, static_cast<std::size_t>(last - first));
   for (const PreprocessedFrame* frame = first; frame != last; ++frame) {

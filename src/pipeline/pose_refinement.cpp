@@ -80,8 +80,8 @@ constexpr double kScoreKept = 0.25;
 /// it errs with the square, as depth does. It was seen some 25 m before, from where the odometry
 /// has drifted since; across the way and in height little is open. Tilt is that of the odometry.
 constexpr double kBevSeenFrom_m = 45;
-constexpr double kBevAlong_m = 0.25, kBevAcross_m = 0.11, kBevUp_m = 0.12,
-                 kBevTilt_rad = 0.0025, kBevTurn_rad = 0.0065;
+constexpr double kBevAlong_m = 0.25, kBevAcross_m = 0.11, kBevUp_m = 0.12, kBevTilt_rad = 0.0025,
+                 kBevTurn_rad = 0.0065;
 
 /// Each pair fixes its vertex with kPairSigma_m.
 Matrix6d covarianceOfPairs(const std::vector<Correspondence>& pairs, const SemanticGraph& map,
@@ -150,7 +150,7 @@ double heightOverGround(const Query& query) {
 
 /// Of a pose by registered plans: long along the way, short across it.
 Matrix6d covarianceOfBev(const Query& query, const Eigen::Isometry3d& T_map_query,
-                           double up_sigma_rad) {
+                         double up_sigma_rad) {
   const double higher = std::max(1.0, std::pow(heightOverGround(query) / kBevSeenFrom_m, 2));
   const double along_m = higher * kBevAlong_m, across_m = higher * kBevAcross_m;
   const double tilt_rad = std::hypot(kBevTilt_rad, up_sigma_rad);
@@ -182,8 +182,8 @@ const pose::DistributionMap& BevRegistration::distributions() const {
 }
 
 std::optional<RegisteredBev> BevRegistration::align(const BevGrid& query,
-                                                       const Eigen::Vector3d& sensor_in_query,
-                                                       const Eigen::Isometry3d& T_map_query) const {
+                                                    const Eigen::Vector3d& sensor_in_query,
+                                                    const Eigen::Isometry3d& T_map_query) const {
   const Eigen::Isometry3d up_of_map(map_.alignment), up_of_query(query.alignment);
   const Eigen::Isometry3d before = planarPart(up_of_map * T_map_query * up_of_query.inverse());
   Eigen::Isometry3d sensor = Eigen::Isometry3d::Identity();
@@ -267,8 +267,7 @@ void PoseRefinement::useClouds(Step& step) const {
 void PoseRefinement::useBev(Step& step) const {
   step.pose.dense.of = DenseEvidence::Of::views;
   const Query& query = step.query;
-  const auto found =
-      bev_.align(query.bev, query.poses.back().translation(), step.pose.T_map_query);
+  const auto found = bev_.align(query.bev, query.poses.back().translation(), step.pose.T_map_query);
   if (!found || step.shiftTo(found->T_map_query) >= step.max_shift_m ||
       !step.keepsScore(found->T_map_query, kScoreKept))
     return;
@@ -312,10 +311,11 @@ std::optional<double> PoseRefinement::selfConsistency(const Query& query) const 
   return pose::selfConsistency({query.cloud, query.poses}, query.labels, options_.refine);
 }
 
-std::optional<double> PoseRefinement::freeSpaceViolation(const Query& query,
-                                                  const Eigen::Isometry3d& T_map_query) const {
+std::optional<double> PoseRefinement::freeSpaceViolation(
+    const Query& query, const Eigen::Isometry3d& T_map_query) const {
   if (query.cloud.empty() || !distributions_) return std::nullopt;
-  return pose::freeSpaceViolation(*distributions_, {query.cloud, query.poses}, query.labels, T_map_query);
+  return pose::freeSpaceViolation(*distributions_, {query.cloud, query.poses}, query.labels,
+                                  T_map_query);
 }
 
 }  // namespace xview

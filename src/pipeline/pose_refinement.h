@@ -33,9 +33,8 @@ class BevRegistration {
 
   /// The pose (T_map_query) moved in the plane and about its normal to where the samples around
   /// `sensor_in_query` fit best. None if too few of them find their like. Thread-safe.
-  std::optional<RegisteredBev> align(const BevGrid& query,
-                                       const Eigen::Vector3d& sensor_in_query,
-                                       const Eigen::Isometry3d& T_map_query) const;
+  std::optional<RegisteredBev> align(const BevGrid& query, const Eigen::Vector3d& sensor_in_query,
+                                     const Eigen::Isometry3d& T_map_query) const;
 
  private:
   const pose::DistributionMap& distributions() const;
@@ -71,7 +70,8 @@ class PoseRefinement {
   /// See pose::selfConsistency; none for a query whose points are not registered.
   std::optional<double> selfConsistency(const Query& query) const;
   /// See pose::freeSpaceViolation.
-  std::optional<double> freeSpaceViolation(const Query& query, const Eigen::Isometry3d& T_map_query) const;
+  std::optional<double> freeSpaceViolation(const Query& query,
+                                           const Eigen::Isometry3d& T_map_query) const;
 
  private:
   struct Step;

@@ -40,7 +40,7 @@ RangeWeight rangeWeightOf(Sensor sensor, bool aerial, bool sparse) {
 /// A voxel counts as its measurements, at most four, half of them each; less with the square of the
 /// range.
 void setWeights(const Frame& frame, const std::vector<std::uint32_t>& points_per_voxel,
-               PreprocessedFrame& preprocessed) {
+                PreprocessedFrame& preprocessed) {
   const bool sparse = frame.sensor == Sensor::cloud &&
                       isSparse(preprocessed.cloud, points_per_voxel, graph::kBevVoxel_m);
   const RangeWeight weight = rangeWeightOf(frame.sensor, preprocessed.aerial, sparse);
@@ -73,7 +73,8 @@ void weighByDensity(const LabelSet& labels, const std::vector<std::uint32_t>& po
                     double voxel_m, PreprocessedFrame& preprocessed) {
   const std::vector<float> weights = densityWeights(preprocessed.cloud, points_per_voxel, voxel_m);
   for (std::size_t i = 0; i < preprocessed.weights.size(); ++i) {
-    if (labels.role(preprocessed.cloud.points[i].label) != Role::object) preprocessed.weights[i] *= weights[i];
+    if (labels.role(preprocessed.cloud.points[i].label) != Role::object)
+      preprocessed.weights[i] *= weights[i];
   }
 }
 
@@ -107,7 +108,8 @@ void requireClasses(const LabelSet& labels, const std::string& name) {
               "it has no labels; withClasses() gives it classes from the shapes of its points");
 }
 
-PreprocessedFrame readAndPreprocess(const FrameSource& source, std::size_t i, const Options& options) {
+PreprocessedFrame readAndPreprocess(const FrameSource& source, std::size_t i,
+                                    const Options& options) {
   askBudget("the frames");
   Stopwatch watch;
   Frame frame = source.read(i);
@@ -120,15 +122,18 @@ PreprocessedFrame readAndPreprocess(const FrameSource& source, std::size_t i, co
 
 /// At most `ahead` frames are digested and not yet taken.
 void preprocessInOrder(const FrameSource& source, const Options& options, std::size_t ahead,
-                   const std::function<void(PreprocessedFrame)>& take) {
+                       const std::function<void(PreprocessedFrame)>& take) {
   requireClasses(source.labels(), source.name());
   requireGraphSpace(options, source.sensor(), source.name());
   std::vector<PreprocessedFrame> waiting(ahead);
   DepthPlausibility depths;
-  const auto make = [&](std::size_t i) { waiting[i % ahead] = readAndPreprocess(source, i, options); };
+  const auto make = [&](std::size_t i) {
+    waiting[i % ahead] = readAndPreprocess(source, i, options);
+  };
   makeInOrder(source.size(), options.threads, ahead, make, [&](std::size_t i) {
     const PreprocessedFrame& preprocessed = waiting[i % ahead];
-    depths.add(preprocessed.counts, preprocessed.cloud, preprocessed.T_odom_sensor.translation(), preprocessed.size);
+    depths.add(preprocessed.counts, preprocessed.cloud, preprocessed.T_odom_sensor.translation(),
+               preprocessed.size);
     take(std::move(waiting[i % ahead]));
   });
   depths.require(source);
@@ -169,7 +174,8 @@ PreprocessedFrame preprocessFrame(Frame frame, const LabelSet& labels, const Opt
   graph::setSigmas(inverse_depth_sigma, frame.T_odom_sensor.translation(), preprocessed.cloud);
   if (frame.sensor == Sensor::cloud) {
     Eigen::AlignedBox3d seen;
-    for (std::size_t i = 0; i < preprocessed.cloud.size(); ++i) seen.extend(preprocessed.cloud.position(i));
+    for (std::size_t i = 0; i < preprocessed.cloud.size(); ++i)
+      seen.extend(preprocessed.cloud.position(i));
     preprocessed.T_odom_sensor.translation() = standpoint(frame.T_odom_sensor.translation(), seen);
   }
   setWeights(frame, lifted.points_per_voxel, preprocessed);
@@ -189,19 +195,21 @@ PreprocessedFrame preprocessFrame(Frame frame, const LabelSet& labels, const Opt
 }
 
 void preprocessRecording(const FrameSource& source, const Options& options,
-                     const std::function<void(PreprocessedFrame)>& take) {
+                         const std::function<void(PreprocessedFrame)>& take) {
   preprocessInOrder(source, sizedFor(source, options), kFramesAhead, take);
 }
 
-std::vector<PreprocessedFrame> preprocessRecording(const FrameSource& source, const Options& options,
-                                         const Progress& progress) {
+std::vector<PreprocessedFrame> preprocessRecording(const FrameSource& source,
+                                                   const Options& options,
+                                                   const Progress& progress) {
   std::vector<PreprocessedFrame> preprocessed_frames;
   preprocessed_frames.reserve(source.size());
   const auto take = [&](PreprocessedFrame preprocessed) {
     preprocessed_frames.push_back(std::move(preprocessed));
     if (progress) progress(preprocessed_frames.size(), source.size());
   };
-  preprocessInOrder(source, sizedFor(source, options), std::max<std::size_t>(1, source.size()), take);
+  preprocessInOrder(source, sizedFor(source, options), std::max<std::size_t>(1, source.size()),
+                    take);
   return preprocessed_frames;
 }
 

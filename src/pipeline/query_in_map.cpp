@@ -115,7 +115,8 @@ struct Feeds {
 };
 constexpr Feeds kFeeds[] = {
     {kWalls, bits({BevChannel::building, BevChannel::wall_foot, BevChannel::fence})},
-    {bits({Kind::vegetation}), bits({BevChannel::low_vegetation, BevChannel::canopy, BevChannel::tree})},
+    {bits({Kind::vegetation}),
+     bits({BevChannel::low_vegetation, BevChannel::canopy, BevChannel::tree})},
     {bits({Kind::trunk}), bits({BevChannel::trunk})},
     {kPosts, bits({BevChannel::pole, BevChannel::sign, BevChannel::light, BevChannel::pole_like})},
     {bits({Kind::vehicle}), bits({BevChannel::vehicle, BevChannel::vehicle_surface})},
@@ -172,8 +173,9 @@ namespace {
 void mergeGround(BevGrid& bev) {
   moveSamples(BevChannel::sidewalk, {BevChannel::road}, bev);
   moveSamples(BevChannel::terrain, {BevChannel::road}, bev);
-  for (const BevChannel line : {BevChannel::lane_marking, BevChannel::border_road_sidewalk,
-                             BevChannel::border_sidewalk_terrain, BevChannel::border_road_terrain})
+  for (const BevChannel line :
+       {BevChannel::lane_marking, BevChannel::border_road_sidewalk,
+        BevChannel::border_sidewalk_terrain, BevChannel::border_road_terrain})
     bev[line].clear();
 }
 
@@ -181,7 +183,8 @@ void mergeGround(BevGrid& bev) {
 
 void reduceTo(const CommonDetail& detail, BevGrid& bev) {
   if (detail.one_ground) mergeGround(bev);
-  if (detail.one_wall) moveSamples(BevChannel::fence, {BevChannel::building, BevChannel::wall_foot}, bev);
+  if (detail.one_wall)
+    moveSamples(BevChannel::fence, {BevChannel::building, BevChannel::wall_foot}, bev);
   if (detail.one_post) {
     moveSamples(BevChannel::sign, {BevChannel::pole}, bev);
     moveSamples(BevChannel::light, {BevChannel::pole}, bev);
@@ -202,7 +205,7 @@ Options optionsOfSearch(const Options& given, double size, const LabelSet& map_l
 }
 
 std::optional<map::SemanticMap> gravityAlignedMap(const map::SemanticMap& map,
-                                           const Eigen::Quaterniond& R_up) {
+                                                  const Eigen::Quaterniond& R_up) {
   return isTurn(R_up) ? std::optional(turned(map, R_up)) : std::nullopt;
 }
 

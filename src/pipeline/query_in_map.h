@@ -33,7 +33,7 @@ Options optionsOfSearch(const Options& options, double size, const LabelSet& map
 
 /// The map in a gravity-aligned frame; nothing if its own is one.
 std::optional<map::SemanticMap> gravityAlignedMap(const map::SemanticMap& map,
-                                           const Eigen::Quaterniond& R_up);
+                                                  const Eigen::Quaterniond& R_up);
 
 /// The query with every length times `scale`, about the origin of its frame.
 Query scaledQuery(const Query& query, double scale);

@@ -118,7 +118,7 @@ class SelfSearch {
 
   Eigen::Vector3d positionOf(std::size_t place) const {
     return hasPath() ? Eigen::Vector3d(map_.poses[place].translation())
-                    : map_.graph.vertices[place].position;
+                     : map_.graph.vertices[place].position;
   }
 
   /// Looks for a neighbourhood. Nothing if the map has no such stretch there.
@@ -127,7 +127,7 @@ class SelfSearch {
     Neighbourhood around;
     around.T_map_query = poseFromYaw(positionOf(place), random.uniform(-M_PI, M_PI));
     if (!(hasPath() ? cutPath(place, window_m, random, around)
-                   : cutGraph(place, window_m, random, around)))
+                    : cutGraph(place, window_m, random, around)))
       return std::nullopt;
     search::Observation seen;
     seen.bev = hasPath() ? &around.bev : nullptr;
@@ -158,8 +158,7 @@ class SelfSearch {
     for (const auto& samples : map_.bev.samples) {
       const std::size_t step = std::max<std::size_t>(1, samples.size() / 200);
       for (std::size_t i = 0; i < samples.size(); i += step) {
-        const Eigen::Vector2d p(map_.bev.origin_x + samples[i].x,
-                                map_.bev.origin_y + samples[i].y);
+        const Eigen::Vector2d p(map_.bev.origin_x + samples[i].x, map_.bev.origin_y + samples[i].y);
         double nearest = 1e18;
         for (const Eigen::Isometry3d& T : map_.poses)
           nearest = std::min(nearest, (T.translation().head<2>() - p).squaredNorm());
@@ -177,7 +176,8 @@ class SelfSearch {
     if (pathLengthOf(sourceOf(place)) < kLeftForOthers * window_m) return false;
     std::size_t first = place, last = place;
     while (first > 0 && samePath(first - 1) && along_[last] - along_[first] < window_m) --first;
-    while (last + 1 < along_.size() && samePath(last + 1) && along_[last] - along_[first] < window_m)
+    while (last + 1 < along_.size() && samePath(last + 1) &&
+           along_[last] - along_[first] < window_m)
       ++last;
     if (along_[last] - along_[first] < kFullLength * window_m) return false;
     std::vector<Eigen::Vector2d> way;
@@ -263,7 +263,8 @@ class SelfSearch {
     quick.model.start_reach_m = quick.model.drift_share = 0;
     const pose::Refinement fit = pose::refine(*distributions_, {around.cloud, around.poses},
                                               map_.labels, T_map_query, quick);
-    return fit.converged && fit.agreement ? fit.agreement->found - fit.agreement->null_inlier_ratio : 0;
+    return fit.converged && fit.agreement ? fit.agreement->found - fit.agreement->null_inlier_ratio
+                                          : 0;
   }
 
   bool cutGraph(std::size_t place, double window_m, Random& random, Neighbourhood& around) const {
@@ -297,7 +298,8 @@ class SelfSearch {
         result.wrong = score;
         result.second_best = h.T_map_query.translation();
         if (distributions_) result.at_second_best.above_null = aboveNullAt(h.T_map_query, around);
-        if (ask_second_best_) result.at_second_best.miss_ratio = query.visibility(h.T_map_query).miss_ratio;
+        if (ask_second_best_)
+          result.at_second_best.miss_ratio = query.visibility(h.T_map_query).miss_ratio;
         continue;
       }
       result.next_wrong = score;
@@ -381,7 +383,7 @@ void measureNullHypothesis(map::SemanticMap& given, const Options& in_metres) {
 }
 
 SelfSimilarity measureSelfSimilarity(const map::SemanticMap& given, const Options& in_metres,
-                           std::size_t most_places) {
+                                     std::size_t most_places) {
   const AlignedMap town(given, in_metres);
   const SelfSearch search(town.map, town.options, false);
   const std::vector<std::size_t> chosen = search.choosePlaces(most_places);

@@ -66,8 +66,8 @@ DenseEvidence meanOf(const std::vector<DenseEvidence>& looks) {
     mean.inlier_ratio += look.inlier_ratio / static_cast<double>(looks.size());
     mean.null_inlier_ratio += look.null_inlier_ratio / static_cast<double>(looks.size());
   }
-  for (const auto what :
-       {&Visibility::conflict_ratio, &Visibility::obstacle_overlap, &Visibility::map_overlap, &Visibility::miss_ratio})
+  for (const auto what : {&Visibility::conflict_ratio, &Visibility::obstacle_overlap,
+                          &Visibility::map_overlap, &Visibility::miss_ratio})
     mean.*what = meanOf(looks, what);
   for (const auto what : {&DenseEvidence::self_consistency, &DenseEvidence::free_space_violation})
     mean.*what = meanOf(looks, what);

@@ -88,8 +88,8 @@ struct GroundSight {
   std::vector<GroundPlane> planes;    ///< one per frame that shows a plane, normals up
 };
 
-void addGround(const PreprocessedFrame& frame, const Eigen::Vector3d& origin, const LabelSet& labels,
-               GroundSight& sight) {
+void addGround(const PreprocessedFrame& frame, const Eigen::Vector3d& origin,
+               const LabelSet& labels, GroundSight& sight) {
   const float reach = frame.aerial ? INFINITY : static_cast<float>(kUnderSensor_m);
   const Eigen::Vector3d shift = frame.cloud.origin - origin;
   std::vector<WeightedPoint> ground;

@@ -122,7 +122,8 @@ class SeenSpace {
 }  // namespace
 
 std::optional<double> freeSpaceViolation(const DistributionMap& map, const RefineQuery& query,
-                                  const LabelSet& labels, const Eigen::Isometry3d& T_map_query) {
+                                         const LabelSet& labels,
+                                         const Eigen::Isometry3d& T_map_query) {
   const SeenSpace space(query, labels);
   const RayCounts here = space.at(map, T_map_query);
   if (here.told() < kFewest) return std::nullopt;

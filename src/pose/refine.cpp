@@ -272,7 +272,8 @@ std::optional<Agreement> agreementOf(const DistributionMap& map,
     Estimate moved = at;
     const double angle = 0.3 + 2 * M_PI * k / kMoves;
     moved.T_map_query.pretranslate(kMove_m * Eigen::Vector3d(std::cos(angle), std::sin(angle), 0));
-    addAgreement(registration, some, moved, weight / kMoves, &GroupAgreement::null_inlier_ratio, groups);
+    addAgreement(registration, some, moved, weight / kMoves, &GroupAgreement::null_inlier_ratio,
+                 groups);
   }
   Agreement sum;
   double weights = 0;
@@ -284,7 +285,8 @@ std::optional<Agreement> agreementOf(const DistributionMap& map,
     weights += root;
   }
   if (!(weights > 0)) return std::nullopt;
-  return Agreement{std::min(1.0, sum.found / weights), std::min(1.0, sum.null_inlier_ratio / weights)};
+  return Agreement{std::min(1.0, sum.found / weights),
+                   std::min(1.0, sum.null_inlier_ratio / weights)};
 }
 
 }  // namespace
@@ -323,7 +325,7 @@ Refinement refine(const DistributionMap& map, const RefineQuery& query, const La
 }
 
 std::optional<double> selfConsistency(const RefineQuery& query, const LabelSet& labels,
-                                          const RefineOptions& options) {
+                                      const RefineOptions& options) {
   std::array<LabelledCloud, 2> halves;
   for (LabelledCloud& half : halves) half.origin = query.cloud.origin;
   for (std::size_t i = 0; i < query.cloud.size(); ++i) {

@@ -163,8 +163,8 @@ struct TilePlanes {
   std::array<std::size_t, kBevChannels> plane_of{};
 };
 
-TilePlanes makePlanes(const std::array<SamplesByTile::Sites, kBevChannels>& samples, const Mask& mask,
-                      double cell_m) {
+TilePlanes makePlanes(const std::array<SamplesByTile::Sites, kBevChannels>& samples,
+                      const Mask& mask, double cell_m) {
   TilePlanes result;
   const auto reach = static_cast<float>(kReach_m / cell_m);
   const auto limits = squaredLimits(cell_m);

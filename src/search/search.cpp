@@ -270,7 +270,9 @@ PlaceHypothesis FieldQuery::describe(const Eigen::Isometry3d& T_map_query) const
 
 PlaceHypothesis FieldQuery::verify(const Eigen::Isometry3d& T_map_query) const {
   PlacePose pose = centrePose(T_map_query);
-  for (const RefinementLevel how : {RefinementLevel::coarse, RefinementLevel::fine, RefinementLevel::polish}) pose = refineLocally(pose, how);
+  for (const RefinementLevel how :
+       {RefinementLevel::coarse, RefinementLevel::fine, RefinementLevel::polish})
+    pose = refineLocally(pose, how);
   return describeAt(pose);
 }
 

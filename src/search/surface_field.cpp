@@ -22,7 +22,8 @@ constexpr std::size_t kLargeMapTiles = 400;
 /// First steps of a climb to the end, and how far a step of yaw moves the rim at most.
 constexpr double kStep_m = 0.5, kStep_rad = 0.012, kRimStep_m = 0.5;
 constexpr double kPolishStep_m = 0.125, kPolishStep_rad = 0.003;
-constexpr double kMapOverlapPrior_nats = 15;  ///< added to what is expected: a few things say little
+constexpr double kMapOverlapPrior_nats =
+    15;  ///< added to what is expected: a few things say little
 /// Presumed of obstacles of a query, found and expected, so that a few of them say little.
 constexpr double kObstaclePrior_nats = 20, kMostStanding = 1.5;
 constexpr double kLooked_m2 = 150;  ///< a query that measured less ground shows too little of a map
@@ -124,7 +125,7 @@ BevGrid obstacleSamples(const BevGrid& view, bool with_known) {
 
 /// Those within `radius_m` of a point of the map, in the query frame.
 BevGrid thingsAround(const BevGrid& map, const Eigen::Vector2d& centre, double radius_m,
-                      const Eigen::Isometry3d& T_query_map) {
+                     const Eigen::Isometry3d& T_query_map) {
   BevGrid near;
   near.cell_m = map.cell_m;
   const Eigen::Vector3d origin(map.origin_x, map.origin_y, map.origin_z);

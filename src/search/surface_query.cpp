@@ -249,13 +249,14 @@ double SurfaceScore::operator()(const PlacePose& pose) const {
   return scoreIn(field_, field_, ratios_, samples_, pose);
 }
 
-PlacePose SurfaceScore::refineLocally(PlacePose pose, double step_m, double step_rad, int levels) const {
+PlacePose SurfaceScore::refineLocally(PlacePose pose, double step_m, double step_rad,
+                                      int levels) const {
   // Steps are halved, so all levels go less far than twice the first.
   const double reach_m = radius_m_ + (2 * kMostMoves + 1) * step_m + 1;
   if (reach_m > kMostReach_m) return refineBy(*this, pose, step_m, step_rad, levels);
   const TileWindow window(field_, pose.x, pose.y, reach_m);
   return refineBy([&](const PlacePose& p) { return scoreIn(window, field_, ratios_, samples_, p); },
-                 pose, step_m, step_rad, levels);
+                  pose, step_m, step_rad, levels);
 }
 
 std::vector<std::uint8_t> SurfaceScore::distanceBins(const PlacePose& pose) const {

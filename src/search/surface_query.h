@@ -41,7 +41,8 @@ SurfaceSamples partOf(const SurfaceSamples& samples, const Eigen::Vector2d& cent
 double radiusOf(const std::vector<SurfaceSamples::Sample>& samples);
 
 /// Anything that stands there, whatever its class.
-constexpr std::array<BevChannel, 2> kObstacles = {BevChannel::obstacle_low, BevChannel::obstacle_high};
+constexpr std::array<BevChannel, 2> kObstacles = {BevChannel::obstacle_low,
+                                                  BevChannel::obstacle_high};
 
 /// What obstacles add to a score, and what they would to that of a true pose, where the map was
 /// seen.

@@ -217,7 +217,7 @@ struct World {
   std::shared_ptr<const RayScene> before;  ///< what stands when it is mapped
   std::shared_ptr<const RayScene> after;   ///< and later, if that is something else
   std::shared_ptr<const RayScene> bare;    ///< and without leaves, if there is a winter
-  std::vector<ObjectChange> changes;        ///< world frame
+  std::vector<ObjectChange> changes;       ///< world frame
   /// Poses of the sensor's body in a session of this seed.
   std::function<std::vector<Eigen::Isometry3d>(const SessionKind&, std::uint64_t)> bodyPoses;
   std::function<TriangleMesh(std::uint64_t day_seed)> whatMoves;

@@ -15,9 +15,10 @@ namespace {
 constexpr double kNoise_nats = 2;
 /// Added to scores of parts, of which a small one says little [nats].
 constexpr double kPartPrior_nats = 15;
-constexpr double kLeast = 0.02;     ///< shares of less are all the same
-constexpr double kLikeTrue = 0.8;   ///< agreement of a usual true place
-constexpr double kLeastLikelihoodMargin = 0.3;  ///< of which a factor counts; as the model was fitted
+constexpr double kLeast = 0.02;    ///< shares of less are all the same
+constexpr double kLikeTrue = 0.8;  ///< agreement of a usual true place
+constexpr double kLeastLikelihoodMargin =
+    0.3;  ///< of which a factor counts; as the model was fitted
 /// Agreement over chance at about even odds: as measured where the query tells what it shows of the
 /// map, else as a share of that of the query with itself. A wrong place of rooms that are alike has
 /// half of it, the right one three quarters.
@@ -26,8 +27,9 @@ constexpr double kUsualSelfConsistency = 0.6;  ///< where it could not be measur
 /// What tells the places of one query apart: their points, what is shown there of the map, how
 /// little was seen through, and their scores; and what a place fits that nobody looked at closely.
 /// Views from above lie half as far over chance at right places as points do.
-constexpr double kDenseScorePerAboveNull = 14, kDenseScorePerAboveNullOfBev = 20, kDenseScorePerMapOverlap = 7,
-                 kDenseScorePerFreeSpace = 2, kDenseScorePerLogScore = 2, kDenseScoreUnconverged = -4,
+constexpr double kDenseScorePerAboveNull = 14, kDenseScorePerAboveNullOfBev = 20,
+                 kDenseScorePerMapOverlap = 7, kDenseScorePerFreeSpace = 2,
+                 kDenseScorePerLogScore = 2, kDenseScoreUnconverged = -4,
                  kDenseScoreUnverified = -6;
 constexpr double kLeastDenseMargin = -3, kMostDenseMargin = 12, kClearDenseMargin = 1;
 /// More than this many times its length is not asked of a query.
@@ -59,7 +61,8 @@ double correspondenceOdds(const Evidence& e) {
   const double n = e.with_candidates, k = std::min<double>(e.kept, n);
   const double null_inlier_ratio = std::clamp(e.kept_under_null / n, 0.01, 0.99);
   const double if_true = std::clamp(e.kept_if_true, 0.01, 0.99);
-  return k * std::log(if_true / null_inlier_ratio) + (n - k) * std::log((1 - if_true) / (1 - null_inlier_ratio));
+  return k * std::log(if_true / null_inlier_ratio) +
+         (n - k) * std::log((1 - if_true) / (1 - null_inlier_ratio));
 }
 
 /// Of how closely a query lies on itself.
@@ -71,16 +74,18 @@ double ratioToSelfConsistency(double over_chance, double self_consistency) {
 /// How much closer than by chance upright things lie on their like, above even odds, as it is
 /// measured at the best place.
 double aboveNullOf(double over_chance, const std::optional<double>& map_overlap,
-                const std::optional<double>& self_consistency) {
+                   const std::optional<double>& self_consistency) {
   if (map_overlap) return over_chance - kInlierRatioThreshold;
-  return ratioToSelfConsistency(over_chance, self_consistency.value_or(kUsualSelfConsistency)) - kSelfConsistencyThreshold;
+  return ratioToSelfConsistency(over_chance, self_consistency.value_or(kUsualSelfConsistency)) -
+         kSelfConsistencyThreshold;
 }
 
 /// 0 if the registration did not settle.
 double aboveNullOf(const Statistics& s) {
   const DenseEvidence& dense = s.dense;
-  return dense.converged ? aboveNullOf(dense.inlier_ratio - dense.null_inlier_ratio, dense.map_overlap, dense.self_consistency)
-                       : 0;
+  return dense.converged ? aboveNullOf(dense.inlier_ratio - dense.null_inlier_ratio,
+                                       dense.map_overlap, dense.self_consistency)
+                         : 0;
 }
 
 /// A tenth is as usual at right places as at wrong ones.
@@ -91,7 +96,9 @@ double freeSpaceTerm(double free_space_violation, double even = kViolationThresh
 }
 
 /// The part of a fit that is the score of the place.
-double logScoreTerm(double score) { return kDenseScorePerLogScore * std::log(std::max(1.0, score)); }
+double logScoreTerm(double score) {
+  return kDenseScorePerLogScore * std::log(std::max(1.0, score));
+}
 
 /// How much better the place fits than any other. One that scores about as well and that nobody
 /// looked at closely may fit as well but for its score.
@@ -146,8 +153,9 @@ double oddsOfSecondBest(const Statistics& s) {
 
 double confidenceOf(double odds, const Statistics& s) {
   const double confidence = chanceToBeNear(s) / (1 + std::exp(-odds) + oddsOfSecondBest(s));
-  return s.dense.registered() || s.likelihood_margin > 0 ? confidence
-                                            : std::min(confidence, 0.5);  // one of two at best
+  return s.dense.registered() || s.likelihood_margin > 0
+             ? confidence
+             : std::min(confidence, 0.5);  // one of two at best
 }
 
 /// The words of a verdict.
@@ -166,8 +174,9 @@ class Reason {
     return text;
   }
   std::string ofAmbiguous() const {
-    const std::string apart =
-        e_.second_best_distance_m > 0 ? fmt::format(", {:.0f} m apart", e_.second_best_distance_m) : "";
+    const std::string apart = e_.second_best_distance_m > 0
+                                  ? fmt::format(", {:.0f} m apart", e_.second_best_distance_m)
+                                  : "";
     return fmt::format("two places fit about equally well{}{}", apart, whatWouldHelp());
   }
   std::string ofRejected() const {
@@ -177,7 +186,8 @@ class Reason {
     if (s_.dense.registered() && !s_.dense.converged)
       return "the best place does not hold: the points do not settle on the map there" +
              whatWouldHelp();
-    const double in_query = worseOf(kMapOverlap, kMissRatio), in_map = worseOf(kObstacleOverlap, kConflictRatio);
+    const double in_query = worseOf(kMapOverlap, kMissRatio),
+                 in_map = worseOf(kObstacleOverlap, kConflictRatio);
     if (std::min(in_query, in_map) < -1) {
       const bool of_query = in_query < in_map;
       return fmt::format(
@@ -258,10 +268,12 @@ double denseScore(const PlaceEvidence& place, const DenseEvidence& best) {
   double fit = logScoreTerm(place.score);
   if (best.map_overlap) fit += kDenseScorePerMapOverlap * dense.map_overlap.value_or(0);
   if (!dense.converged) return fit + kDenseScoreUnconverged;
-  if (dense.free_space_violation) fit += kDenseScorePerFreeSpace * freeSpaceTerm(*dense.free_space_violation);
+  if (dense.free_space_violation)
+    fit += kDenseScorePerFreeSpace * freeSpaceTerm(*dense.free_space_violation);
   const double per_above_null =
       dense.of == DenseEvidence::Of::views ? kDenseScorePerAboveNullOfBev : kDenseScorePerAboveNull;
-  return fit + per_above_null * aboveNullOf(dense.inlier_ratio - dense.null_inlier_ratio, best.map_overlap, best.self_consistency);
+  return fit + per_above_null * aboveNullOf(dense.inlier_ratio - dense.null_inlier_ratio,
+                                            best.map_overlap, best.self_consistency);
 }
 
 Statistics statisticsOf(const Evidence& e) {
@@ -306,7 +318,8 @@ std::array<double, kTerms> termsOf(const Statistics& s) {
   if (!dense.map_overlap) {
     terms[kAboveNull] = aboveNullOf(s);
     terms[kDenseMargin] = s.dense_margin;
-    terms[kDenseMarginTimesAboveNull] = std::max(0.0, terms[kAboveNull]) * std::max(0.0, s.dense_margin);
+    terms[kDenseMarginTimesAboveNull] =
+        std::max(0.0, terms[kAboveNull]) * std::max(0.0, s.dense_margin);
     if (saw) terms[kFreeSpaceViolation] = freeSpaceTerm(*dense.free_space_violation);
     return terms;
   }
@@ -324,11 +337,13 @@ std::array<double, kTerms> termsOf(const Statistics& s) {
   constexpr double kExactViolationThreshold = 0.25, kMostExactViolation = 0.35;
   constexpr double kObstacleOverlapThreshold = 0.8;
   terms[kConverged] = dense.converged;
-  terms[kObstacleOverlap] = dense.obstacle_overlap.value_or(kObstacleOverlapThreshold) - kObstacleOverlapThreshold;
+  terms[kObstacleOverlap] =
+      dense.obstacle_overlap.value_or(kObstacleOverlapThreshold) - kObstacleOverlapThreshold;
   terms[kMissRatio] = kConflictThreshold - dense.miss_ratio.value_or(kConflictThreshold);
   terms[kWrongPlaceAboveNull] = s.wrong_place_above_null - kUsualWrongPlaceAboveNull;
   if (saw)
-    terms[kFreeSpaceViolation] = std::min(kMostExactViolation, freeSpaceTerm(*dense.free_space_violation, kExactViolationThreshold));
+    terms[kFreeSpaceViolation] = std::min(
+        kMostExactViolation, freeSpaceTerm(*dense.free_space_violation, kExactViolationThreshold));
   return terms;
 }
 
@@ -340,8 +355,10 @@ Verdict judge(const Evidence& e, const VerdictOptions& o, const VerdictModel& mo
     return verdict;
   }
   Statistics s = statisticsOf(e);
-  s.wrong_place_above_null = meanOf(wrong_places, &WrongPlace::above_null, kUsualWrongPlaceAboveNull);
-  s.wrong_place_miss_ratio = meanOf(wrong_places, &WrongPlace::miss_ratio, kUsualWrongPlaceMissRatio);
+  s.wrong_place_above_null =
+      meanOf(wrong_places, &WrongPlace::above_null, kUsualWrongPlaceAboveNull);
+  s.wrong_place_miss_ratio =
+      meanOf(wrong_places, &WrongPlace::miss_ratio, kUsualWrongPlaceMissRatio);
   verdict.statistics = s;
   verdict.witnesses.place = placeOdds(s, model);
   verdict.witnesses.dense = oddsOf(s, model) - verdict.witnesses.place;

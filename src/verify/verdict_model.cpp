@@ -43,12 +43,14 @@ void forWeights(Model& model, const Visit& visit) {
   };
   all("alone.", model.alone, {kConstant, kScoreRatio, kLikelihoodMargin});
   all("registered.", model.registered,
-      {kConstant, kMapCoverage, kAboveNull, kFreeSpaceViolation, kDenseMargin, kDenseMarginTimesAboveNull});
+      {kConstant, kMapCoverage, kAboveNull, kFreeSpaceViolation, kDenseMargin,
+       kDenseMarginTimesAboveNull});
   all("shown.", model.with_overlap,
-      {kConstant, kMapCoverage, kConverged, kObstacleOverlap, kMapOverlap, kMissRatio, kConflictRatio, kFreeSpaceViolation,
-       kLogDenseMargin, kWrongPlaceAboveNull});
+      {kConstant, kMapCoverage, kConverged, kObstacleOverlap, kMapOverlap, kMissRatio,
+       kConflictRatio, kFreeSpaceViolation, kLogDenseMargin, kWrongPlaceAboveNull});
   all("air.", model.air,
-      {kConstant, kMapCoverage, kAboveNull, kMapOverlap, kConflictRatio, kLogDenseMargin, kWrongPlaceMissRatio});
+      {kConstant, kMapCoverage, kAboveNull, kMapOverlap, kConflictRatio, kLogDenseMargin,
+       kWrongPlaceMissRatio});
 }
 
 VerdictModel parse(const std::string& text, const std::string& path) {
@@ -249,7 +251,7 @@ VerdictModel fitVerdictModel(const std::vector<JudgedStatistics>& answers) {
   const auto shownFrom = [](bool air) {
     return [air](const Statistics& s) {
       return s.dense.registered() && s.dense.map_overlap && s.dense.aerial == air ? Known(s)
-                                                                            : std::nullopt;
+                                                                                  : std::nullopt;
     };
   };
   fit(shownFrom(false), model.with_overlap);

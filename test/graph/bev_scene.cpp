@@ -46,7 +46,7 @@ BevScene& BevScene::point(Kind kind, double x, double y, double z, float weights
 }
 
 BevScene& BevScene::patch(Kind kind, double x0, double y0, double x1, double y1,
-                            const Height& height) {
+                          const Height& height) {
   for (const double y : steps(y0, y1)) {
     for (const double x : steps(x0, x1)) point(kind, x, y, height(x, y));
   }
@@ -58,7 +58,7 @@ BevScene& BevScene::patch(Kind kind, double x0, double y0, double x1, double y1,
 }
 
 BevScene& BevScene::wall(Kind kind, double x0, double y0, double x1, double y1, double z0,
-                           double z1) {
+                         double z1) {
   const double length = std::hypot(x1 - x0, y1 - y0);
   for (const double s : steps(0, length)) {
     column(kind, x0 + s / length * (x1 - x0), y0 + s / length * (y1 - y0), z0, z1);
@@ -80,7 +80,7 @@ BevScene BevScene::reversed() const {
 }
 
 void BevScene::addTo(BevGridBuilder& builder, bool aerial,
-                      const Eigen::Isometry3d& T_bev_cloud) const {
+                     const Eigen::Isometry3d& T_bev_cloud) const {
   builder.add(cloud_, weights_, near_, T_bev_cloud, aerial);
 }
 

@@ -29,7 +29,7 @@ class BevScene {
 
   LabelledCloud cloud() const { return cloud_; }
   BevGrid view(bool aerial = false,
-                const Eigen::Isometry3d& T_bev_cloud = Eigen::Isometry3d::Identity()) const;
+               const Eigen::Isometry3d& T_bev_cloud = Eigen::Isometry3d::Identity()) const;
   void addTo(graph::BevGridBuilder& builder, bool aerial = false,
              const Eigen::Isometry3d& T_bev_cloud = Eigen::Isometry3d::Identity()) const;
 

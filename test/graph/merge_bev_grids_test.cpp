@@ -115,7 +115,8 @@ TEST(MergeBevGrids, ObjectsWithinAMetreAreOneOfTheirChannelOnly) {
   addition[BevChannel::pole] = {{10.9f, 10, 0}, {10, 11.1f, 0}, {9.2f, 9.2f, 0}};
   addition[BevChannel::sign] = {{10, 10, 0}};
   mergeBevGrids(view, addition);
-  ASSERT_EQ(view[BevChannel::pole].size(), 3u) << "0.9 m is the same pole; 1.1 m and 1.13 m are not";
+  ASSERT_EQ(view[BevChannel::pole].size(), 3u)
+      << "0.9 m is the same pole; 1.1 m and 1.13 m are not";
   EXPECT_EQ(view[BevChannel::sign].size(), 1u);
 }
 

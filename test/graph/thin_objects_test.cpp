@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-
 #include "support/label_sets.h"
 
 namespace xview {

@@ -126,8 +126,8 @@ BevGrid streetBev(double length_m, std::uint64_t seed) {
       bev.known.push_back({x, y, z, random.below(5) > 0});
       const double across_m = std::abs(y - rows / 2) * bev.cell_m;
       const BevChannel ground = across_m < 5   ? BevChannel::road
-                             : across_m < 8 ? BevChannel::sidewalk
-                                            : BevChannel::terrain;
+                                : across_m < 8 ? BevChannel::sidewalk
+                                               : BevChannel::terrain;
       const auto at = [&](double spread) {
         return BevSample{
             static_cast<float>((x + 0.5 + spread * random.uniform(-0.5, 0.5)) * bev.cell_m),
@@ -138,14 +138,14 @@ BevGrid streetBev(double length_m, std::uint64_t seed) {
       if (across_m == 5) bev[BevChannel::border_road_sidewalk].push_back(at(0));
       if (across_m == 8) bev[BevChannel::border_sidewalk_terrain].push_back(at(0));
       if (across_m == 15 && random.below(4) > 0) {
-        for (const BevChannel c : {BevChannel::building, BevChannel::wall_foot, BevChannel::obstacle_low,
-                                BevChannel::obstacle_high}) {
+        for (const BevChannel c : {BevChannel::building, BevChannel::wall_foot,
+                                   BevChannel::obstacle_low, BevChannel::obstacle_high}) {
           bev[c].push_back(at(1));
         }
       }
-      for (const BevChannel c :
-           {BevChannel::fence, BevChannel::low_vegetation, BevChannel::canopy, BevChannel::vehicle_surface,
-            BevChannel::other_surface, BevChannel::obstacle_low, BevChannel::obstacle_high}) {
+      for (const BevChannel c : {BevChannel::fence, BevChannel::low_vegetation, BevChannel::canopy,
+                                 BevChannel::vehicle_surface, BevChannel::other_surface,
+                                 BevChannel::obstacle_low, BevChannel::obstacle_high}) {
         if (random.below(25) == 0) bev[c].push_back(at(1));
       }
       for (std::size_t c = static_cast<std::size_t>(BevChannel::pole); c < kBevChannels; ++c) {
@@ -184,9 +184,9 @@ bool isSame(const BevGrid& a, const BevGrid& b) {
       a.origin_z != b.origin_z)
     return false;
   for (std::size_t c = 0; c < kBevChannels; ++c) {
-    if (!std::equal(
-            a.samples[c].begin(), a.samples[c].end(), b.samples[c].begin(), b.samples[c].end(),
-            [](const BevSample& p, const BevSample& q) { return keyOf(p) == keyOf(q); })) {
+    if (!std::equal(a.samples[c].begin(), a.samples[c].end(), b.samples[c].begin(),
+                    b.samples[c].end(),
+                    [](const BevSample& p, const BevSample& q) { return keyOf(p) == keyOf(q); })) {
       return false;
     }
   }

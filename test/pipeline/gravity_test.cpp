@@ -94,7 +94,8 @@ double errorOf(const Localization& fix, const Turned& turned) {
 TEST(Gravity, OfFramesIsMeasuredWhateverTheirTilt) {
   for (const double degrees : {10.0, 40.0, 90.0, 180.0}) {
     const Eigen::Isometry3d T = turnBy(degrees, 3);
-    EXPECT_LT(tiltOf(turnedFrames(T, withGravity("free")).query.gravity.alignment, T), 2) << degrees;
+    EXPECT_LT(tiltOf(turnedFrames(T, withGravity("free")).query.gravity.alignment, T), 2)
+        << degrees;
     EXPECT_LT(tiltOf(turnedCloud(T, withGravity("free")).query.gravity.alignment, T), 2)
         << degrees << " as a cloud";
     EXPECT_LT(tiltOf(turnedGraph(T, withGravity("free")).query.gravity.alignment, T), 4)

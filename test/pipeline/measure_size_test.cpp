@@ -67,7 +67,8 @@ TEST(MeasuredSizes, AModelOfATownGivesTheAnswerOfTheTownInItsOwnLengths) {
   const Localization town = answerInModel(kTownScale, simulatedDrive().map);
   ASSERT_TRUE(town.accepted()) << town.reason;
   const map::SemanticMap room_map = mapOfModel(kRoomScale), desk_map = mapOfModel(kDeskScale);
-  const Localization room = answerInModel(kRoomScale, room_map), desk = answerInModel(kDeskScale, desk_map);
+  const Localization room = answerInModel(kRoomScale, room_map),
+                     desk = answerInModel(kDeskScale, desk_map);
   for (const auto& [size, model] : {std::pair(kRoomScale, &room), {kDeskScale, &desk}}) {
     EXPECT_EQ(model->hypotheses[0].score, town.hypotheses[0].score);
     EXPECT_EQ(model->T_map_sensor.translation(), size * town.T_map_sensor.translation());
@@ -85,7 +86,8 @@ TEST(MeasuredSizes, AreToldByThePlaceAndNotByTheNameOfItsLikelihoods) {
   const map::SemanticMap map = mapOfModel(kRoomScale);
   const std::string own = testing::TempDir() + "/own_likelihoods.txt";
   std::ofstream(own) << toText(search::readLikelihoods(search::kRooms));
-  const Localization built_in = answerInModel(kRoomScale, map), learned = answerInModel(kRoomScale, map, own);
+  const Localization built_in = answerInModel(kRoomScale, map),
+                     learned = answerInModel(kRoomScale, map, own);
   std::remove(own.c_str());
   EXPECT_EQ(learned.hypotheses[0].score, built_in.hypotheses[0].score);
   EXPECT_FALSE(learned.statistics.dense.map_overlap) << "what rooms show is hidden by furniture";
@@ -107,7 +109,8 @@ TEST(MeasuredSizes, AMapKeepsItsSizeInItsFile) {
 
 TEST(MeasuredSizes, RecordingsAndGraphsTellTheirSize) {
   const FrameSource& forward = *simulatedDrive().sessions.at("forward");
-  for (const auto& [factor, size] : {std::pair(1., kTownScale), {0.25, kRoomScale}, {1. / 32, kDeskScale}}) {
+  for (const auto& [factor, size] :
+       {std::pair(1., kTownScale), {0.25, kRoomScale}, {1. / 32, kDeskScale}}) {
     const ModelDrive drive(forward, factor);
     EXPECT_EQ(measureSize(std::vector<const FrameSource*>{&drive}).size, size)
         << measureSize(std::vector<const FrameSource*>{&drive}).reason;

@@ -276,7 +276,9 @@ TEST(CloudDensity, OneMeasurementOfASparseScannerCountsInFull) {
     frame.cloud.points.push_back(point);
   }
   const LabelSet labels = genericLabelSet({3});
-  const auto weightsOf = [&](const Frame& seen) { return preprocessFrame(seen, labels, {}).weights; };
+  const auto weightsOf = [&](const Frame& seen) {
+    return preprocessFrame(seen, labels, {}).weights;
+  };
   for (const float weights : weightsOf(frame)) EXPECT_FLOAT_EQ(weights, 1);
   Frame dense = frame;
   for (int k = 0; k < 2; ++k) dense.cloud.points += frame.cloud.points;

@@ -14,9 +14,9 @@ namespace {
 /// Along a street that shows little lengthwise a pose may slip, but not as far as another place.
 constexpr double kSlip_m = 3;
 
+using test::BevTown;
 using test::errorOf;
 using test::mapOf;
-using test::BevTown;
 using test::queryAt;
 using test::simulatedDrive;
 using test::twoStreets;

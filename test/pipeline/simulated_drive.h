@@ -29,7 +29,7 @@ struct SimulatedDrive {
 const SimulatedDrive& simulatedDrive();
 
 inline std::vector<PreprocessedFrame> movedFrames(const FrameSource& source,
-                                            const Eigen::Isometry3d& T_new_old) {
+                                                  const Eigen::Isometry3d& T_new_old) {
   return preprocessRecording(PosedRecording(source, T_new_old), {});
 }
 

@@ -49,7 +49,7 @@ std::vector<Eigen::Isometry3d> fromItsMiddle() {
 std::optional<double> freeSpaceViolationIn(LabelledCloud map, const LabelledCloud& query) {
   const DistributionMap distributions(std::move(map), roomLabels(), fromItsMiddle(), {});
   return freeSpaceViolation(distributions, {query, fromItsMiddle()}, roomLabels(),
-                     Eigen::Isometry3d::Identity());
+                            Eigen::Isometry3d::Identity());
 }
 
 TEST(FreeSpaceViolation, IsNextToNothingAtTheTruePose) {

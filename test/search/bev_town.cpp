@@ -18,7 +18,7 @@ CellKey cellOf(const Eigen::Vector2d& p, double cell_m) {
 
 /// One sample per cell at the mean of its points (objects: each point).
 std::vector<BevSample> drawn(const std::vector<Eigen::Vector2d>& points, BevChannel channel,
-                              double cell_m) {
+                             double cell_m) {
   struct Mean {
     Eigen::Vector2d sum = Eigen::Vector2d::Zero();
     int count = 0;
@@ -58,8 +58,8 @@ void BevTown::area(BevChannel channel, double x0, double y0, double x1, double y
 }
 
 void BevTown::house(double x0, double y0, double x1, double y1) {
-  for (const BevChannel c :
-       {BevChannel::building, BevChannel::wall_foot, BevChannel::obstacle_low, BevChannel::obstacle_high}) {
+  for (const BevChannel c : {BevChannel::building, BevChannel::wall_foot, BevChannel::obstacle_low,
+                             BevChannel::obstacle_high}) {
     line(c, x0, y0, x1, y0);
     line(c, x0, y1, x1, y1);
     line(c, x0, y0, x0, y1);
@@ -108,8 +108,8 @@ BevTown BevTown::mirrored() const {
 }
 
 BevGrid BevTown::view(const Eigen::Vector2d& place, double radius_m,
-                        const Eigen::Isometry3d& T_frame_town, double origin_x,
-                        double origin_y) const {
+                      const Eigen::Isometry3d& T_frame_town, double origin_x,
+                      double origin_y) const {
   BevGrid view;
   view.origin_x = origin_x;
   view.origin_y = origin_y;

@@ -26,9 +26,8 @@ class BevTown {
 
   /// What lies within `radius` of a place, drawn on the cells of a frame. Heights are
   /// groundHeight() + T.z.
-  BevGrid view(const Eigen::Vector2d& place, double radius_m,
-                const Eigen::Isometry3d& T_frame_town, double origin_x = 0,
-                double origin_y = 0) const;
+  BevGrid view(const Eigen::Vector2d& place, double radius_m, const Eigen::Isometry3d& T_frame_town,
+               double origin_x = 0, double origin_y = 0) const;
   static double groundHeight(double x, double y) { return 0.02 * x - 0.01 * y; }
 
  private:

@@ -254,7 +254,8 @@ TEST(MapNull, IsFullerOfMatchesWhereStreetsRepeat) {
     const BevGrid map = town.view({-40, 0}, 200, T_frame_town);
     const MapNull null = mapNull(map, path, DistanceField(map, 1));
     double near = 0, total = 0;
-    for (const BevChannel c : {BevChannel::building, BevChannel::fence, BevChannel::pole, BevChannel::tree}) {
+    for (const BevChannel c :
+         {BevChannel::building, BevChannel::fence, BevChannel::pole, BevChannel::tree}) {
       const auto& counts = null[static_cast<std::size_t>(c)];
       near += counts[0] + counts[1] + counts[2] + counts[3];
       for (const double n : counts) total += n;

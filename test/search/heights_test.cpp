@@ -103,7 +103,8 @@ DistanceField mapOfThingsOnly() {
 SurfaceSamples queryOfThingsOnly() {
   SurfaceSamples query;
   for (int i = 0; i < 20; ++i)
-    query.fine.push_back({static_cast<float>(i), 3, static_cast<std::uint8_t>(BevChannel::pole), -4});
+    query.fine.push_back(
+        {static_cast<float>(i), 3, static_cast<std::uint8_t>(BevChannel::pole), -4});
   return query;
 }
 

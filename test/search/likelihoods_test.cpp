@@ -89,8 +89,8 @@ TEST(Likelihoods, ThatComeWithTheProgramKnowEveryUsualChannelFromBothViewpoints)
   const LikelihoodTable& table = defaultLikelihoods();
   for (const Viewpoint v : {Viewpoint::ground, Viewpoint::air}) {
     const LogRatios ratios = logRatios(table, v, nullptr, 0);
-    for (const BevChannel c :
-         {BevChannel::road, BevChannel::building, BevChannel::pole, BevChannel::border_road_sidewalk}) {
+    for (const BevChannel c : {BevChannel::road, BevChannel::building, BevChannel::pole,
+                               BevChannel::border_road_sidewalk}) {
       const auto i = static_cast<std::size_t>(c);
       EXPECT_GT(ratios.value[i][0], 0) << toString(c);
       EXPECT_LT(ratios.value[i][kDistanceBins - 1], 0) << toString(c);
@@ -130,7 +130,8 @@ TEST(LogRatio, FallsWithDistanceWhereTheCountsDo) {
 }
 
 TEST(LogRatio, OfAChannelHardlySeenIsZero) {
-  const LogRatios ratios = logRatios(tellingTable(BevChannel::pole, 9), Viewpoint::ground, nullptr, 0);
+  const LogRatios ratios =
+      logRatios(tellingTable(BevChannel::pole, 9), Viewpoint::ground, nullptr, 0);
   for (const auto& channel : ratios.value) {
     for (const float v : channel) EXPECT_EQ(v, 0.f);
   }
@@ -138,8 +139,10 @@ TEST(LogRatio, OfAChannelHardlySeenIsZero) {
 
 TEST(LogRatio, ShrinksTowardsZeroWithFewCounts) {
   const auto i = static_cast<std::size_t>(BevChannel::pole);
-  const LogRatios few = logRatios(tellingTable(BevChannel::pole, 40), Viewpoint::ground, nullptr, 0);
-  const LogRatios many = logRatios(tellingTable(BevChannel::pole, 1e6), Viewpoint::ground, nullptr, 0);
+  const LogRatios few =
+      logRatios(tellingTable(BevChannel::pole, 40), Viewpoint::ground, nullptr, 0);
+  const LogRatios many =
+      logRatios(tellingTable(BevChannel::pole, 1e6), Viewpoint::ground, nullptr, 0);
   EXPECT_GT(few.value[i][0], 0);
   EXPECT_LT(few.value[i][0], many.value[i][0]);
 }
@@ -148,7 +151,8 @@ TEST(LogRatio, CountsForLessWhereTheMapResemblesItself) {
   const LikelihoodTable table = tellingTable(BevChannel::pole, 1e6);
   const auto i = static_cast<std::size_t>(BevChannel::pole);
   MapNull null{};
-  null[i] = table.at(Viewpoint::ground, BevChannel::pole).at_true;  // wrong poses look like true ones
+  null[i] =
+      table.at(Viewpoint::ground, BevChannel::pole).at_true;  // wrong poses look like true ones
   const LogRatios learned = logRatios(table, Viewpoint::ground, nullptr, 0.5);
   const LogRatios none = logRatios(table, Viewpoint::ground, &null, 0);
   const LogRatios half = logRatios(table, Viewpoint::ground, &null, 0.5);

@@ -26,7 +26,8 @@ class Index {
  public:
   Index(const BevGrid& map, const std::vector<Eigen::Vector3d>& drive = {},
         const SearchOptions& options = {}, int threads = 1)
-      : options_(options), field_(makeSurfaceField(map, drive, Surroundings::town, options, threads)) {}
+      : options_(options),
+        field_(makeSurfaceField(map, drive, Surroundings::town, options, threads)) {}
 
   std::unique_ptr<FieldQuery> prepare(const BevGrid& query) const {
     return field_->prepare({&query, nullptr, {}});
@@ -122,7 +123,8 @@ TEST(SurfaceField, KnowsTheHeightOfAQueryWithoutGround) {
   for (GroundCell& cell : map.known) cell.z -= 64;
   const MovedQuery moved(town, {20, 45}, 30, poseFromYaw({3, -8, 250}, 0.7));
   BevGrid view = town.view({20, 45}, 30, moved.truth.inverse());
-  for (const BevChannel c : {BevChannel::road, BevChannel::sidewalk, BevChannel::terrain}) view[c].clear();
+  for (const BevChannel c : {BevChannel::road, BevChannel::sidewalk, BevChannel::terrain})
+    view[c].clear();
   const auto found = Index(map).search(view);
   ASSERT_FALSE(found.empty());
   EXPECT_LT(errorOf(found[0], moved).metres, 0.5);

@@ -39,7 +39,8 @@ Evidence goodGraph() {
 }
 
 /// Points that settled.
-DenseEvidence points(double agreement, double null_inlier_ratio, std::optional<double> map_overlap = {},
+DenseEvidence points(double agreement, double null_inlier_ratio,
+                     std::optional<double> map_overlap = {},
                      std::optional<double> self_consistency = {},
                      std::optional<double> free_space_violation = {}) {
   DenseEvidence dense;
@@ -114,7 +115,8 @@ TEST(Verdict, AcceptedIsExactlyWhatReachesTheConfidence) {
     EXPECT_FALSE(v.reason.empty());
     if (v.status != Status::accepted) continue;
     ++accepted;
-    EXPECT_TRUE(e.score > e.runner_up || v.statistics.dense_margin > 0) << "it stands out by something";
+    EXPECT_TRUE(e.score > e.runner_up || v.statistics.dense_margin > 0)
+        << "it stands out by something";
     EXPECT_GE(e.map_coverage, options.min_known_share);
   }
   EXPECT_GT(accepted, 100) << "or nothing was tested";
@@ -495,7 +497,9 @@ TEST(VerdictModel, IsFoundFromAnswers) {
   const VerdictModel found = fitVerdictModel(answersOf(truth, 120000));
   for (std::size_t i = kConstant + 1; i < kTerms; ++i) {  // that depends on how many are right
     const auto t = static_cast<Term>(i);
-    EXPECT_NEAR(found.with_overlap[t], truth.with_overlap[t], 0.15 * std::abs(truth.with_overlap[t]) + 0.1) << t;
+    EXPECT_NEAR(found.with_overlap[t], truth.with_overlap[t],
+                0.15 * std::abs(truth.with_overlap[t]) + 0.1)
+        << t;
     EXPECT_NEAR(found.air[t], truth.air[t], 0.15 * std::abs(truth.air[t]) + 0.15) << t;
   }
 }
@@ -558,7 +562,8 @@ TEST(VerdictModel, IsCalibratedOnWorldsThatDidNotSetTheWeights) {
 
 TEST(VerdictModel, LeavesATermOutThatWouldCountTheWrongWay) {
   std::vector<JudgedStatistics> answers = answersOfBands(0.95);
-  for (JudgedStatistics& answer : answers) answer.statistics.map_coverage = answer.right ? 0.5 : 0.9;
+  for (JudgedStatistics& answer : answers)
+    answer.statistics.map_coverage = answer.right ? 0.5 : 0.9;
   const VerdictModel found = fitVerdictModel(answers);
   EXPECT_NEAR(found.with_overlap[kMapCoverage], 0, 1e-9);
   EXPECT_GT(found.with_overlap[kMissRatio], 1);

@@ -5,9 +5,9 @@
 #include <memory>
 #include <vector>
 
+#include "xview/types/bev_grid.h"
 #include "xview/types/labelled_cloud.h"
 #include "xview/types/labels.h"
-#include "xview/types/bev_grid.h"
 
 namespace xview::graph {
 

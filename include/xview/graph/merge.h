@@ -6,11 +6,11 @@
 #include <vector>
 
 #include "xview/graph/edges.h"
+#include "xview/types/bev_grid.h"
 #include "xview/types/graph.h"
 #include "xview/types/labelled_cloud.h"
 #include "xview/types/labels.h"
 #include "xview/types/option_field.h"
-#include "xview/types/bev_grid.h"
 
 namespace xview::graph {
 

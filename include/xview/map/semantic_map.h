@@ -26,8 +26,9 @@ struct SemanticMap : Place {
   std::vector<std::string> sources;           ///< inputs it was built from, in order
   std::string program_version;                ///< that wrote the file it comes from
   std::string options_yaml;                   ///< effective options of the last build
-  std::vector<WrongPlace> wrong_places;       ///< of some of its own stretches; see measureNullHypothesis
-  std::vector<OwnStretch> own_stretches;      ///< these stretches at their own places
+  std::vector<WrongPlace>
+      wrong_places;  ///< of some of its own stretches; see measureNullHypothesis
+  std::vector<OwnStretch> own_stretches;  ///< these stretches at their own places
 
   void addKeyframe(const Eigen::Isometry3d& T_map_sensor, std::int64_t frame, double stamp_s,
                    std::uint32_t source) {

@@ -24,6 +24,6 @@ Alignment alignPoints(const std::vector<Eigen::Vector3d>& source,
 /// Same with rotation about z only (both frames gravity-aligned): x, y, z and yaw; needs 2 points
 /// apart in the plane.
 Alignment alignPointsInYaw(const std::vector<Eigen::Vector3d>& source,
-                             const std::vector<Eigen::Vector3d>& target);
+                           const std::vector<Eigen::Vector3d>& target);
 
 }  // namespace xview::pose

@@ -19,6 +19,7 @@ namespace xview::pose {
 /// None if points are of no view, so that no ray is known, if too little of the map lies there, or
 /// if hardly anything would be seen through at a wrong place either.
 std::optional<double> freeSpaceViolation(const DistributionMap& map, const RefineQuery& query,
-                                  const LabelSet& labels, const Eigen::Isometry3d& T_map_query);
+                                         const LabelSet& labels,
+                                         const Eigen::Isometry3d& T_map_query);
 
 }  // namespace xview::pose

@@ -58,7 +58,7 @@ struct RefineQuery {
 /// How closely what stands upright lies on its like, of what lies where the map holds anything, in
 /// [0, 1]. Kinds count by the root of their points, so that walls do not outvote poles.
 struct Agreement {
-  double found = 0;      ///< at the pose
+  double found = 0;              ///< at the pose
   double null_inlier_ratio = 0;  ///< on average some metres off, in whatever stands there
 };
 
@@ -87,6 +87,6 @@ Refinement refine(const DistributionMap& map, const RefineQuery& query, const La
 /// scan: points by turns): what errors of labels leave of the agreement at a true pose. Those of
 /// depths take nothing from it, as surfaces are thicker by them. None if there is too little of it.
 std::optional<double> selfConsistency(const RefineQuery& query, const LabelSet& labels,
-                                          const RefineOptions& options);
+                                      const RefineOptions& options);
 
 }  // namespace xview::pose

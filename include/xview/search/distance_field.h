@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "xview/search/likelihoods.h"
-#include "xview/types/cells.h"
 #include "xview/types/bev_grid.h"
+#include "xview/types/cells.h"
 
 namespace xview::search {
 

@@ -7,17 +7,17 @@
 #include <optional>
 #include <vector>
 
+#include "xview/types/bev_grid.h"
 #include "xview/types/graph.h"
 #include "xview/types/labels.h"
 #include "xview/types/localization.h"
-#include "xview/types/bev_grid.h"
 
 namespace xview::search {
 
 /// What a query holds that a field may be asked about, in a gravity-aligned frame. What it points
 /// to must outlive the FieldQuery that is made of it.
 struct Observation {
-  const BevGrid* bev = nullptr;        ///< for surface fields
+  const BevGrid* bev = nullptr;          ///< for surface fields
   const SemanticGraph* graph = nullptr;  ///< for object fields
   /// The point of the query that priors speak of, usually where the robot is now: they hold for it,
   /// whatever the odometry did before. None = priors speak of the origin
@@ -33,11 +33,11 @@ struct PartScore {
 /// A pose and what speaks for it.
 struct PlaceHypothesis {
   Eigen::Isometry3d T_map_query = Eigen::Isometry3d::Identity();
-  PlacePose centre;        ///< where it puts the centre of the query in the map; with the score
-  double expected = 0;     ///< score that a true pose would have on average [nats]
+  PlacePose centre;         ///< where it puts the centre of the query in the map; with the score
+  double expected = 0;      ///< score that a true pose would have on average [nats]
   double map_coverage = 0;  ///< share of the query that falls where the map knows anything
   PartScore obstacles;      ///< upright surfaces and obstacles; surface fields only
-  int matched = 0;         ///< objects (or vertices) of the query that have a partner
+  int matched = 0;          ///< objects (or vertices) of the query that have a partner
   /// Vertex pairs; similarity is the chance that the query vertex has a partner. Object fields
   /// only.
   std::vector<Correspondence> pairs;
@@ -71,7 +71,7 @@ struct SearchOptions;
 enum class RefinementLevel {
   coarse,  ///< from a cell of the raster search to where poses can be compared
   fine,    ///< from there to the best pose around
-  polish  ///< of poses that are reported: more exact than is needed to compare them
+  polish   ///< of poses that are reported: more exact than is needed to compare them
 };
 
 /// A query as one field sees it: how well does any pose of the query fit? Thread-safe; the field

@@ -159,10 +159,12 @@ constexpr double kUsualWrongPlaceAboveNull = 0.10, kUsualWrongPlaceMissRatio = 0
 
 /// What the verdict was made of.
 struct Statistics {
-  double likelihood_margin = 0;       ///< (s1 - s2) ln(s1 / s2) of the best two places, with noise [nats]
-  double score_ratio = 1;  ///< share of the score that a true pose would have, in (0, 1]
-  double map_coverage = 1;      ///< share of the query that lies where the map was seen
-  double dense_margin = 0;     ///< how much better the place fits than any other; see verify::denseScore
+  double likelihood_margin =
+      0;                    ///< (s1 - s2) ln(s1 / s2) of the best two places, with noise [nats]
+  double score_ratio = 1;   ///< share of the score that a true pose would have, in (0, 1]
+  double map_coverage = 1;  ///< share of the query that lies where the map was seen
+  double dense_margin =
+      0;  ///< how much better the place fits than any other; see verify::denseScore
   DenseEvidence dense;
   /// Means over wrong places of the map at hand (WrongPlace): how much its streets, rooms and
   /// houses resemble each other. Those of a usual map where the map was not asked.

@@ -7,12 +7,12 @@
 #include <string>
 #include <vector>
 
+#include "xview/types/bev_grid.h"
 #include "xview/types/frame.h"
 #include "xview/types/graph.h"
 #include "xview/types/labelled_cloud.h"
 #include "xview/types/labels.h"
 #include "xview/types/localization.h"
-#include "xview/types/bev_grid.h"
 
 namespace xview {
 
@@ -22,7 +22,7 @@ namespace xview {
 struct Place {
   LabelSet labels;
   SemanticGraph graph;  ///< the paper's graph: objects and pieces of surface
-  BevGrid bev;        ///< surfaces and objects seen from above; empty for bare graphs, and where
+  BevGrid bev;          ///< surfaces and objects seen from above; empty for bare graphs, and where
                         ///< nothing tells which way is up
   LabelledCloud cloud;  ///< for refinement and pictures; Point::view is a position in `poses`
 

@@ -40,8 +40,8 @@ constexpr double kAboutAsWell = 0.75;
 
 /// What speaks for one place by itself.
 struct PlaceEvidence {
-  double score = 0;        ///< [nats]
-  double expected = 0;     ///< score that a true pose would have on average [nats]
+  double score = 0;         ///< [nats]
+  double expected = 0;      ///< score that a true pose would have on average [nats]
   double map_coverage = 1;  ///< share of the query where the map knows anything
   PartEvidence obstacles;   ///< views: what stands upright
   DenseEvidence dense;
@@ -53,17 +53,17 @@ struct Evidence : PlaceEvidence {
   double runner_up = 0;  ///< score of the best other place; what unseen area scores (0) if none
   double third = 0;      ///< score of the place after that
   std::vector<PlaceEvidence> alternatives;  ///< other places that were looked at closely
-  double best_unverified = 0;             ///< score of the best place that was not
-  int windows = 1;              ///< queries that share no frame, whose evidence is summed here
+  double best_unverified = 0;               ///< score of the best place that was not
+  int windows = 1;  ///< queries that share no frame, whose evidence is summed here
   double second_best_distance_m = 0;  ///< from the best place to the runner-up; 0 = not known
-  double travel_m = 0;          ///< of the query; 0 = it stood
+  double travel_m = 0;                ///< of the query; 0 = it stood
 
-  int vertices = 0;           ///< of the query, as the walks see it
-  int kept = 0;               ///< correspondences that survive sample consensus at the best place
-  int with_candidates = 0;    ///< vertices that had a candidate there
+  int vertices = 0;            ///< of the query, as the walks see it
+  int kept = 0;                ///< correspondences that survive sample consensus at the best place
+  int with_candidates = 0;     ///< vertices that had a candidate there
   double kept_under_null = 0;  ///< how many of these would keep one at a wrong place
-  double kept_if_true = 0;    ///< chance that one of these keeps one at the true place
-  double sigma_m = 0;         ///< as in Statistics
+  double kept_if_true = 0;     ///< chance that one of these keeps one at the true place
+  double sigma_m = 0;          ///< as in Statistics
 
   /// The runner-up scores so well that it must be asked whether points agree there as well.
   bool secondBestIsClose() const { return runner_up > 0.5 * score; }
@@ -76,22 +76,23 @@ Statistics statisticsOf(const Evidence& evidence);
 enum Term : std::size_t {
   kConstant,
   kScoreRatio,  ///< share of the score of a true pose; its logarithm where nothing was registered
-  kLikelihoodMargin,       ///< logarithm of the lead
-  kMapCoverage,      ///< logarithm of the share of the query that lies where the map was seen: strangers
-               ///< fit best where they hang over its edge
-  kAboveNull,     ///< dense agreement over that by chance, as a share of that of the query with itself
+  kLikelihoodMargin,  ///< logarithm of the lead
+  kMapCoverage,       ///< logarithm of the share of the query that lies where the map was seen:
+                 ///< strangers fit best where they hang over its edge
+  kAboveNull,  ///< dense agreement over that by chance, as a share of that of the query with itself
                ///< where that was asked; 0 if the registration did not settle
-  kConverged,    ///< 1 if the registration found a pose near the place
-  kObstacleOverlap,   ///< how far what stands in the query stands in the map as well
-  kMapOverlap,      ///< how far the query shows what stands in the map
-  kMissRatio,    ///< how little of that it does not show
-  kConflictRatio,  ///< how little of what stands in the query the map contradicts
-  kFreeSpaceViolation,   ///< logarithm of how little of the map the query saw through
-  kDenseMargin,        ///< how much better the place fits than any other
-  kDenseMarginTimesAboveNull,   ///< which says more where the points agree: times what is in excess
-  kLogDenseMargin,     ///< logarithm of the margin: a stranger may fit one place of the map only, too
-  kWrongPlaceAboveNull,    ///< how closely points lie on their like at wrong places of this map, over usual
-  kWrongPlaceMissRatio,   ///< how much of the map stretches of it miss at wrong places, over usual
+  kConverged,  ///< 1 if the registration found a pose near the place
+  kObstacleOverlap,            ///< how far what stands in the query stands in the map as well
+  kMapOverlap,                 ///< how far the query shows what stands in the map
+  kMissRatio,                  ///< how little of that it does not show
+  kConflictRatio,              ///< how little of what stands in the query the map contradicts
+  kFreeSpaceViolation,         ///< logarithm of how little of the map the query saw through
+  kDenseMargin,                ///< how much better the place fits than any other
+  kDenseMarginTimesAboveNull,  ///< which says more where the points agree: times what is in excess
+  kLogDenseMargin,  ///< logarithm of the margin: a stranger may fit one place of the map only, too
+  kWrongPlaceAboveNull,  ///< how closely points lie on their like at wrong places of this map, over
+                         ///< usual
+  kWrongPlaceMissRatio,  ///< how much of the map stretches of it miss at wrong places, over usual
   kTerms
 };
 

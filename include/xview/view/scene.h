@@ -10,11 +10,11 @@
 #include <utility>
 #include <vector>
 
+#include "xview/types/bev_grid.h"
 #include "xview/types/graph.h"
 #include "xview/types/labelled_cloud.h"
 #include "xview/types/labels.h"
 #include "xview/types/localization.h"
-#include "xview/types/bev_grid.h"
 
 namespace xview {
 
@@ -39,7 +39,7 @@ struct SceneQuery {
   double error_m = std::numeric_limits<double>::quiet_NaN();  ///< against the truth, if known
   double error_deg = std::numeric_limits<double>::quiet_NaN();
   double total_ms = std::numeric_limits<double>::quiet_NaN();
-  bool out_of_map = false;           ///< there is no right place for it
+  bool out_of_map = false;               ///< there is no right place for it
   bool has_pose = true;                  ///< false: it is only listed
   const SemanticGraph* graph = nullptr;  ///< in the query's odometry frame
   const LabelledCloud* cloud = nullptr;  ///< in the query's odometry frame
@@ -82,7 +82,7 @@ struct Scene {
   const LabelSet* labels = nullptr;
   const SemanticGraph* map_graph = nullptr;
   const LabelledCloud* map_cloud = nullptr;
-  const BevGrid* map_bev = nullptr;        ///< drawn where there is no cloud
+  const BevGrid* map_bev = nullptr;          ///< drawn where there is no cloud
   std::vector<Eigen::Isometry3d> map_poses;  ///< T_map_sensor of the key frames
   std::vector<SceneQuery> queries;
   std::vector<SceneLine> lines;
