@@ -41,33 +41,43 @@ enum class Written {
   if_asked
 };
 
-/// visit(name, value, written) for what a verdict was made of, in the order of the file.
+/// Key of a statistic, and its former one, which is written beside it until 0.4 and read as well.
+struct StatisticName {
+  const char* now;
+  const char* before;
+
+  explicit StatisticName(const char* name, const char* old = nullptr) : now(name), before(old) {}
+};
+
+/// visit(name, value, written) for the statistics of a verdict, in the order of the file.
 template <class Values, class Visit>
 void forEachStatistic(Values& s, Visit&& visit) {
   using Of = DenseEvidence::Of;
+  using Name = StatisticName;
   auto& dense = s.dense;
   bool registered = dense.registered(), views = dense.of == Of::views;
-  visit("lead", s.likelihood_margin, Written::always);
-  visit("agreement", s.score_ratio, Written::always);
-  visit("registered", registered, Written::always);
-  visit("settled", dense.converged, Written::always);
-  visit("views", views, Written::always);
+  visit(Name("likelihood_margin", "lead"), s.likelihood_margin, Written::always);
+  visit(Name("score_ratio", "agreement"), s.score_ratio, Written::always);
+  visit(Name("registered"), registered, Written::always);
+  visit(Name("converged", "settled"), dense.converged, Written::always);
+  visit(Name("views"), views, Written::always);
   if constexpr (!std::is_const_v<Values>)
     dense.of = !registered ? Of::nothing : views ? Of::views : Of::points;
-  visit("aerial", dense.aerial, Written::now);
-  visit("dense", dense.inlier_ratio, Written::always);
-  visit("by_chance", dense.null_inlier_ratio, Written::always);
-  visit("known", s.map_coverage, Written::now);
-  visit("margin", s.dense_margin, Written::now);
-  visit("null_excess", s.wrong_place_above_null, Written::now);
-  visit("null_missing", s.wrong_place_miss_ratio, Written::now);
-  visit("sigma_m", s.sigma_m, Written::now);
-  visit("contradicted", dense.conflict_ratio, Written::if_asked);
-  visit("standing", dense.obstacle_overlap, Written::if_asked);
-  visit("shown", dense.map_overlap, Written::if_asked);
-  visit("missing", dense.miss_ratio, Written::if_asked);
-  visit("of_itself", dense.self_consistency, Written::if_asked);
-  visit("seen_through", dense.free_space_violation, Written::if_asked);
+  visit(Name("aerial"), dense.aerial, Written::now);
+  visit(Name("inlier_ratio", "dense"), dense.inlier_ratio, Written::always);
+  visit(Name("null_inlier_ratio", "by_chance"), dense.null_inlier_ratio, Written::always);
+  visit(Name("map_coverage", "known"), s.map_coverage, Written::now);
+  visit(Name("dense_margin", "margin"), s.dense_margin, Written::now);
+  visit(Name("wrong_place_above_null", "null_excess"), s.wrong_place_above_null, Written::now);
+  visit(Name("wrong_place_miss_ratio", "null_missing"), s.wrong_place_miss_ratio, Written::now);
+  visit(Name("sigma_m"), s.sigma_m, Written::now);
+  visit(Name("conflict_ratio", "contradicted"), dense.conflict_ratio, Written::if_asked);
+  visit(Name("obstacle_overlap", "standing"), dense.obstacle_overlap, Written::if_asked);
+  visit(Name("map_overlap", "shown"), dense.map_overlap, Written::if_asked);
+  visit(Name("miss_ratio", "missing"), dense.miss_ratio, Written::if_asked);
+  visit(Name("self_consistency", "of_itself"), dense.self_consistency, Written::if_asked);
+  visit(Name("free_space_violation", "seen_through"), dense.free_space_violation,
+        Written::if_asked);
 }
 
 template <class Value>
@@ -216,9 +226,10 @@ Answer answerFrom(const std::string& line) {
   }
   if (const auto s = json.find("statistics"); s != json.end()) {
     answer.whole_statistics = true;
-    forEachStatistic(answer.fix.statistics, [&](const char* name, auto& value, Written written) {
-      const bool is_there = s->contains(name);
-      if (written == Written::always || is_there) read(*s, name, value);
+    forEachStatistic(answer.fix.statistics, [&](StatisticName name, auto& value, Written written) {
+      const char* key = name.before && !s->contains(name.now) ? name.before : name.now;
+      const bool is_there = s->contains(key);
+      if (written == Written::always || is_there) read(*s, key, value);
       if (written == Written::now) answer.whole_statistics &= is_there;
     });
     // Asked together; older programs asked for the first only.
@@ -273,9 +284,14 @@ std::string toJson(const Answer& answer) {
   json["witnesses"] = {{"place", fix.witnesses.place},
                        {"correspondences", fix.witnesses.correspondences},
                        {"dense", fix.witnesses.dense}};
-  forEachStatistic(fix.statistics, [&](const char* name, const auto& value, Written /*written*/) {
-    write(json["statistics"], name, value);
-  });
+  const auto writeStatistic = [&](StatisticName name, const auto& value, Written /*written*/) {
+    write(json["statistics"], name.before ? name.before : name.now, value);
+  };
+  const auto writeBeside = [&](StatisticName name, const auto& value, Written /*written*/) {
+    if (name.before) write(json["statistics"], name.now, value);
+  };
+  forEachStatistic(fix.statistics, writeStatistic);
+  forEachStatistic(fix.statistics, writeBeside);
   json["size"] = answer.size;
   json["map"] = answer.map;
   json["T_map_query"] =

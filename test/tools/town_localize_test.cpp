@@ -391,6 +391,7 @@ TEST_F(TinyTown, OneScanIsJudgedByItsRaysWhereItShowsLittle) {
   EXPECT_FALSE(scan["statistics"].contains("shown"));
   ASSERT_TRUE(scan["statistics"].contains("seen_through"));
   EXPECT_LT(scan["statistics"]["seen_through"].get<double>(), 0.5);
+  EXPECT_EQ(scan["statistics"]["free_space_violation"], scan["statistics"]["seen_through"]);
   EXPECT_EQ(stretch["status"], "accepted") << stretch["reason"];
   EXPECT_TRUE(stretch["statistics"].contains("shown"));
   EXPECT_EQ(answerTo("lidar_elsewhere", "9:10")["status"], "rejected");

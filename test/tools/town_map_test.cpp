@@ -368,11 +368,15 @@ TEST_F(TinyTown, AVerdictIsLearnedFromAnswersThatSayAllItIsMadeOf) {
   EXPECT_LT(rights, lineCount(found.out)) << learned.out;
   EXPECT_NE(readText(model).find("shown.log_margin "), std::string::npos);
 
-  for (const std::string name : {"\"margin\":", "\"missing\":"}) {
+  using Names = std::pair<std::string, std::string>;  // a key and its former one
+  for (const auto& [now, before] :
+       {Names{"\"dense_margin\":", "\"margin\":"}, {"\"miss_ratio\":", "\"missing\":"}}) {
     std::string older = found.out;
-    const std::size_t at = older.find(name);
-    ASSERT_NE(at, std::string::npos) << name;
-    older.replace(at, name.size(), "\"other\":");
+    for (const std::string& name : {now, before}) {
+      const std::size_t at = older.find(name);
+      ASSERT_NE(at, std::string::npos) << name;
+      older.replace(at, name.size(), "\"other\":");
+    }
     writeText(answers, older);
     const Outcome refused = runXview({"learn", "--verdict", answers, file("older.txt")});
     EXPECT_EQ(refused.code, 1);
