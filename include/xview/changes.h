@@ -11,7 +11,7 @@
 
 namespace xview {
 
-/// A thing that is not as it was.
+/// A landmark that is not as it was.
 struct Change {
   enum class What { gone, added, moved };
   What what = What::gone;
@@ -36,7 +36,7 @@ enum class Presence {
 struct Changes {
   std::vector<Change> changes;     ///< by what happened, the surest first
   std::vector<Presence> presence;  ///< one per vertex of the earlier visit
-  std::size_t compared = 0;        ///< things of static classes where both visits have looked
+  std::size_t compared = 0;        ///< landmarks of static classes that both visits observed
   bool has_looked = true;          ///< false: one of them does not tell where it has looked
 };
 
@@ -44,18 +44,19 @@ struct Changes {
 /// later one must have its classes; `T_earlier_later` brings its frame there and is known to
 /// `sigma_m`.
 ///
-/// A thing is a vertex of an object or dynamic class whose points are known. It is gone if the
-/// later visit has looked where it stood and has nothing upright where its points were. A visit has
-/// looked where it measured ground all around the foot, from as near as it sees its other things of
-/// that kind; of other places nothing is said. How much of a thing that still stands is met again
-/// follows from the things that both have, how much is met by chance from places beside them, and
-/// the probability from both. New is what is gone the other way round. What is gone and the nearest
-/// new thing of its class within some metres have moved. Surfaces are not compared.
+/// A landmark is a vertex of an object or dynamic class whose points are known. It is gone if the
+/// later visit has observed its place and has no obstacle where its points were. A visit has
+/// observed a place where it measured ground all around the foot, from as near as it observes its
+/// other landmarks of that kind; of other places nothing is said. The share of points of an
+/// unchanged landmark that are matched again follows from the landmarks that both have, the share
+/// that is matched under the null hypothesis from places beside them, and the probability from
+/// both. New is what is gone with the visits exchanged. A gone landmark and the nearest new one of
+/// its class within some metres have moved. Surfaces are not compared.
 Changes findChanges(const Place& earlier, const Place& later,
                     const Eigen::Isometry3d& T_earlier_later, double sigma_m);
 
-/// Takes things out of a place: vertices, what the cloud has of their class where they stood, and
-/// samples of the view from above under which nothing upright is left.
+/// Takes landmarks out of a place: vertices, the points of their class where they stood, and
+/// samples of the BEV grid under which no obstacle is left.
 void removeObjects(Place& place, const std::vector<std::size_t>& vertices);
 
 }  // namespace xview

@@ -64,7 +64,7 @@ class CloudRecording final : public FrameSource {
     append(Sensor::cloud, toLabelledCloud(cloud), Eigen::Isometry3d::Identity(), 0);
   }
   /// A scan in the frame of the sensor [m], at its pose: p_odom = T_odom_sensor * p, where the
-  /// odometry drifts by some percent of the way at most. `stamp_s`: time of the scan [s].
+  /// odometry drifts by some percent of the path length at most. `stamp_s`: time of the scan [s].
   /// Throws UsageError as above, and if the pose is no rigid motion.
   template <class PointT>
   void add(const pcl::PointCloud<PointT>& scan, const Eigen::Isometry3d& T_odom_sensor,

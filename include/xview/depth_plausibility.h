@@ -12,16 +12,16 @@
 namespace xview {
 
 /// Throws Error if ground and houses are curved as if depth were along the ray and not along the
-/// axis, or the other way round, and frames agree better that way, too. Looks at some frames of the
-/// recording.
+/// axis, or the other way round, and frames agree better that way, too. Some frames of the
+/// recording are read.
 void requireKindOfDepth(const FrameSource& source);
 
 /// Throws Error if a saved cloud is as large as one in millimetres: a place is not kilometres high
-/// and so thinly measured that no thing in it could be told.
+/// and measured too thinly to tell any object in it.
 void requireMetres(const Frame& frame, const std::string& name);
 
-/// What makes one doubt that the lengths of a cloud or graph are metres, for a note; it may be a
-/// steep place that is sparsely told.
+/// Consistency check: why the lengths of a cloud or graph may not be metres, for a note; a steep
+/// place that is sparsely measured may fail it, too.
 std::optional<std::string> checkMetres(const Place& place);
 
 /// Watches what became of the measurements of a recording, to name a wrong depth scale, or depth

@@ -17,14 +17,14 @@
 
 namespace xview {
 
-/// What a piece of the query says about the best hypothesis.
+/// Evidence of a piece of the query about the best hypothesis.
 enum class Support {
   kept,           ///< speaks for it
   contradicting,  ///< speaks against it
   unknown         ///< the map was never seen there
 };
 
-/// A sample of the query's view from above, or a vertex of its graph.
+/// A sample of the query's BEV grid, or a vertex of its graph.
 struct Contribution {
   std::string name;  ///< channel of a sample, class of a vertex
   Support support = Support::unknown;
@@ -44,8 +44,8 @@ struct Explanation {
 /// another sensor.
 struct ExpectedPose {
   Eigen::Isometry3d T_map_query = Eigen::Isometry3d::Identity();
-  double radius_m = 0;  ///< the last sensor is so near to where that pose puts it (horizontally)
-  double yaw_rad = 0;   ///< and turned by at most so much against it
+  double radius_m = 0;  ///< greatest horizontal distance of the last sensor from that pose
+  double yaw_rad = 0;   ///< greatest difference of heading
 };
 
 /// What speaks for one pose of a query.
@@ -68,8 +68,8 @@ class Localizer {
   /// Throws UsageError if an option has no valid value, if the prior of the options lies outside of
   /// the map, or if there is no map; Error if a file that the options name cannot be read.
   explicit Localizer(map::SemanticMap map, const Options& options = {});
-  /// The same for a map that others read as well; it is copied only if its size is not that of a
-  /// town. See map::borrowed for a map that somebody else keeps.
+  /// The same for a map that others read as well; it is copied only if its size is not the
+  /// canonical one. See map::borrowed for a map that somebody else keeps.
   explicit Localizer(std::shared_ptr<const map::SemanticMap> map, const Options& options = {});
   Localizer(Localizer&&) noexcept;
   Localizer& operator=(Localizer&&) noexcept;
@@ -105,7 +105,7 @@ class Localizer {
   /// recording in a map that knows shapes only, gets classes from the shapes of its points. Throws
   /// Error if a frame cannot be read.
   Query query(const FrameSource& recording) const;
-  /// A query from frames that digest() made, in order: a window of a drive as it comes.
+  /// A query from frames that preprocess() made, in order: a window of a drive as it comes.
   Query query(const std::vector<PreprocessedFrame>& frames, const LabelSet& labels = {}) const;
   /// What a query needs of one frame, and the map's lengths. `labels`: its classes; without them it
   /// gets those of shapes. Throws Error as query().
@@ -137,7 +137,7 @@ class Localizer {
 
   double size_;
   Options options_;                              ///< in metres
-  std::shared_ptr<const map::SemanticMap> map_;  ///< in lengths of a town, as the index knows it
+  std::shared_ptr<const map::SemanticMap> map_;  ///< at canonical scale, as in the index
   std::unique_ptr<const Index> index_;
   std::unique_ptr<CoarseIndices> coarse_;  ///< made when the first query comes that needs them
 };

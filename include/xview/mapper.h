@@ -50,13 +50,13 @@ map::SemanticMap inFrameOf(const map::SemanticMap& map, map::SemanticMap other,
                            const Eigen::Isometry3d& T_map_other);
 
 /// What speaks for two places lying in one frame where both were seen, as the search weighs it:
-/// every sample of one at the place of the other against what stands there by chance.
+/// every sample of one at the place of the other against the null hypothesis.
 struct FrameEvidence {
   double score = 0;     ///< of the frames as they are; below 0 chance explains it better [nats]
   double expected = 0;  ///< what two visits of one place would score on average [nats]
   double nearby = 0;    ///< score of the best pose within a few metres [nats]
   double shift_m = 0;   ///< how far the other place moves to it
-  double area_m2 = 0;   ///< that both have seen from above; 0 for bare graphs
+  double area_m2 = 0;   ///< of BEV cells that both observed; 0 for bare graphs
 
   double agreement() const { return score / expected; }
   bool contradicts() const { return score < 0; }

@@ -9,14 +9,14 @@
 
 namespace xview {
 
-/// How long things are in a place (types/semantic_place.h), and what says so.
+/// Scale of a place (types/semantic_place.h), and the measurement that it follows from.
 struct MeasuredSize {
   double size = 1;
   std::string reason;
 };
 
-/// Of some frames, alike over all of them: of a sensor how far away what it sees is, of a cloud
-/// without view-points how far and how high it reaches.
+/// Of some frames, evenly spread over all of them: of a sensor how far away what it sees is, of a
+/// cloud without view-points how far and how high it reaches.
 MeasuredSize measureSize(const std::vector<const FrameSource*>& recordings);
 /// Of a bare graph: how far its vertices are apart and how far it reaches.
 MeasuredSize measureSize(const SemanticGraph& graph);

@@ -48,13 +48,13 @@ void visit(PriorOptions& o, Visitor&& field) {
 
 /// How far the odometry of a recording goes wrong between two of its windows.
 struct OdometryOptions {
-  double drift = 0.03;           ///< error of its position, as share of the way
+  double drift = 0.03;           ///< error of its position, as a share of the path length
   double drift_deg_per_m = 0.1;  ///< error of its heading
 };
 
 template <class Visitor>
 void visit(OdometryOptions& o, Visitor&& field) {
-  field("drift", o.drift, Range{0, 1}, "error of the odometry as share of the way");
+  field("drift", o.drift, Range{0, 1}, "error of the odometry as a share of the path length");
   field("drift_deg_per_m", o.drift_deg_per_m, Range{0, 180}, "error of its heading [deg/m]");
 }
 
@@ -103,9 +103,10 @@ void visit(Options& o, Visitor&& field) {
   field("scale", o.scale, Syntax{requireScale},
         "lengths of the query may be wrong by one factor: low,high of what they are to be "
         "multiplied with, or free = 0.75,1.34; empty = they are right");
-  field("size", o.size, Syntax{requireSize},
-        "what lengths are usual: town, room or desk, or the typical spacing of neighbouring things "
-        "[m]; auto follows from the data; a query has the size of the map");
+  field(
+      "size", o.size, Syntax{requireSize},
+      "what lengths are usual: town, room or desk, or the typical spacing of neighbouring objects "
+      "[m]; auto follows from the data; a query has the size of the map");
   field("seed", o.seed, Range{0, 2147483647}, "seed of everything random");
   field("threads", o.threads, Range{0, 1024},
         "threads; 0 = all cores. Results do not depend on it");
@@ -153,12 +154,12 @@ void applyOptionsFile(Options& options, const std::string& path);
 /// comment "# default".
 std::string toYaml(const Options& options);
 
-/// The options as a place of this size has them, in its own metres: lengths that nobody set are
-/// those of a town times the size.
+/// The options for a place of this scale, in its own metres: lengths that nobody set are the
+/// canonical ones times the scale.
 Options atSize(Options options, double size);
 
-/// The same options for a place that was brought to lengths of a town: what nobody set is as it
-/// is, and what somebody set in metres of the place becomes longer by as much as the place does.
+/// The same options for a place that was brought to canonical scale: lengths that nobody set stay,
+/// lengths that somebody set in metres of the place are divided by its scale.
 Options inCanonicalLengths(Options options, double size);
 
 }  // namespace xview

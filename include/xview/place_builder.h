@@ -20,17 +20,17 @@ namespace xview {
 /// Called after each frame with (done, total). May be empty.
 using Progress = std::function<void(std::size_t, std::size_t)>;
 
-/// What later stages need of one frame; small enough to keep for a whole recording. In the odometry
-/// frame, whose lengths are those of a town (types/semantic_place.h).
+/// A preprocessed frame: what later stages need of it, small enough to keep for a whole recording.
+/// In the odometry frame, at canonical scale (types/semantic_place.h).
 struct PreprocessedFrame {
-  double size = 1;  ///< its lengths times this are metres
+  double size = 1;  ///< scale: its lengths times this are metres
   std::int64_t number = 0;
   double stamp_s = 0;
   Sensor sensor = Sensor::camera;
   Eigen::Isometry3d T_odom_sensor = Eigen::Isometry3d::Identity();
-  LabelledCloud cloud;         ///< lifted, one point per voxel and class
-  std::vector<float> weights;  ///< per point: how much it counts (measurements in the voxel, range)
-  std::vector<bool> resolves_thin;  ///< per point: measured near enough to show thin things
+  LabelledCloud cloud;              ///< lifted, one point per voxel and class
+  std::vector<float> weights;       ///< per point, by measurements in its voxel and by range
+  std::vector<bool> resolves_thin;  ///< per point: measured near enough to resolve thin objects
   bool aerial = false;              ///< a camera that looks down from the air
   std::vector<Blob> blobs;
   BlobEdges blob_edges;  ///< image space only (options.graph_space)
@@ -46,12 +46,12 @@ bool usesImageRegions(const Options& options);  ///< blobs come from label image
 void requireGraphSpace(const Options& options, Sensor sensor, const std::string& recording);
 
 /// One frame through lift, clean and blobs, of the size that options.size says. One frame
-/// tells no size, so auto is that of a town here. Throws Error if there are no classes, without
+/// tells no size, so auto is canonical scale here. Throws Error if there are no classes, without
 /// which nothing of it would be left (see withClasses), and UsageError if options.graph_space is
 /// image and the frame has no images.
 PreprocessedFrame preprocessFrame(Frame frame, const LabelSet& labels, const Options& options);
 
-/// All frames of a recording, read and digested on options.threads threads, in order.
+/// All frames of a recording, read and preprocessed on options.threads threads, in order.
 std::vector<PreprocessedFrame> preprocessRecording(const FrameSource& source,
                                                    const Options& options,
                                                    const Progress& progress = {});
@@ -61,7 +61,7 @@ std::vector<PreprocessedFrame> preprocessRecording(const FrameSource& source,
 void preprocessRecording(const FrameSource& source, const Options& options,
                          const std::function<void(PreprocessedFrame)>& take);
 
-/// What a place is made for. The graph and the view from above are the same for both.
+/// What a place is made for. The graph and the BEV grid are the same for both.
 enum class PlaceUse {
   query,  ///< with all poses, and the points of the last metres of travel as they were seen
   map     ///< with key frames, and all points, thinned
@@ -72,7 +72,7 @@ enum class PlaceUse {
 /// frames tell together which way is up, and wait until they do.
 class PlaceBuilder {
  public:
-  /// So many frames tell which way is up unless the caller knows how many there are.
+  /// Number of frames that estimate gravity unless the caller knows how many there are.
   static constexpr std::size_t kFramesForGravity = 16;
   using SharedFrame = std::shared_ptr<const PreprocessedFrame>;
 

@@ -10,7 +10,7 @@
 namespace xview {
 
 /// Why a query cannot be found in the map wherever it is, and what to do about it; nothing if it is
-/// worth a search. Both have lengths of a town; the query is in the classes of the map unless they
+/// worth a search. Both are at canonical scale; the query is in the classes of the map unless they
 /// have nothing in common.
 std::optional<std::string> whyUnfindable(const Query& query, const map::SemanticMap& map);
 

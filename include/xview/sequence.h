@@ -20,15 +20,15 @@ struct SequenceAnswer {
 };
 
 /// Brings the hypotheses of successive queries to one frame by their common odometry, and asks
-/// every query about the hypotheses of all: a place that looks right to one of them only falls
-/// behind, the right one gathers evidence until it stands alone.
+/// evaluates every hypothesis for every query: a place that fits one of them only falls behind, the
+/// right one accumulates evidence.
 ///
 /// The queries must be windows of one recording, in order (one odometry frame). Evidence counts
 /// once: of windows that overlap only the later one is summed. A place is accepted by the verdict
 /// of single queries on the sums, with needs that grow with the root of the number of windows, and
-/// on the mean of what close looks of these windows tell; and only if the current query agrees with
-/// it. What that query accepts by itself is not accepted if all together find it likelier wrong
-/// than right. Queries are kept whole as long as they count. Not for method walks.
+/// on the mean of their dense evidence; and only if the current query agrees with it. What that
+/// query accepts by itself is not accepted if all together find it likelier wrong than right.
+/// Queries are kept whole as long as they count. Not for method walks.
 class Sequence {
  public:
   /// The localizer must outlive the sequence. Of the options, those of odometry and verdict

@@ -21,7 +21,7 @@ struct TrackAnswer {
 /// Follows a robot from fix to fix: the last accepted pose and the odometry since then say where
 /// the next query is expected, the covariance of the fix and the drift of the odometry how far
 /// around. Only there is searched. A query that does not agree with the map there is searched for
-/// everywhere; until one is found the expectation grows, beyond a radius of 20 m (of a town;
+/// in the whole map; until one is found the expectation grows, beyond a radius of 20 m (of a town;
 /// less in smaller places) there is none.
 ///
 ///     xview::Tracker tracker(localizer);
@@ -29,7 +29,7 @@ struct TrackAnswer {
 class Tracker {
  public:
   /// The localizer must outlive the tracker. Of the options, those of the odometry are used.
-  /// `window`: so many frames that are added make one query, at least 1.
+  /// `window`: number of added frames that make one query, at least 1.
   Tracker(const Localizer& localizer, const Options& options, std::size_t window = 1);
   explicit Tracker(const Localizer& localizer) : Tracker(localizer, localizer.options()) {}
   Tracker(Localizer&&, const Options&, std::size_t = 1) = delete;
@@ -42,7 +42,7 @@ class Tracker {
 
   /// Adds a frame as it comes, with its odometry pose T_odom_sensor; every `window` frames are a
   /// query that is followed, without an answer for those before. `labels`: its classes; without
-  /// them they come from shapes. Throws as Localizer::digest().
+  /// them they come from shapes. Throws as Localizer::preprocess().
   std::optional<TrackAnswer> add(const Frame& frame, const LabelSet& labels = {});
   /// The same for a scan of PCL in the frame of the sensor [m]; see CloudRecording.
   template <class PointT>

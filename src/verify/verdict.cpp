@@ -11,35 +11,35 @@
 namespace xview::verify {
 namespace {
 
-/// What a wrong place may score by chance, so that small scores say little [nats].
+/// Score of wrong places under the null hypothesis, so that small scores say little [nats].
 constexpr double kNoise_nats = 2;
 /// Added to scores of parts, of which a small one says little [nats].
 constexpr double kPartPrior_nats = 15;
 constexpr double kLeast = 0.02;    ///< shares of less are all the same
-constexpr double kLikeTrue = 0.8;  ///< agreement of a usual true place
+constexpr double kLikeTrue = 0.8;  ///< score ratio of a usual true place
 constexpr double kLeastLikelihoodMargin =
-    0.3;  ///< of which a factor counts; as the model was fitted
-/// Agreement over chance at about even odds: as measured where the query tells what it shows of the
-/// map, else as a share of that of the query with itself. A wrong place of rooms that are alike has
+    0.3;  ///< added to the margin before its logarithm is taken, as in training
+/// Thresholds of the inlier ratio above null, at about even odds: absolute where the map overlap is
+/// set, else as a share of the self-consistency of the query. A wrong place among similar rooms has
 /// half of it, the right one three quarters.
 constexpr double kInlierRatioThreshold = 0.15, kSelfConsistencyThreshold = 0.4;
 constexpr double kUsualSelfConsistency = 0.6;  ///< where it could not be measured
-/// What tells the places of one query apart: their points, what is shown there of the map, how
-/// little was seen through, and their scores; and what a place fits that nobody looked at closely.
-/// Views from above lie half as far over chance at right places as points do.
+/// Weights of the dense score of a place: inlier ratio above null, map overlap, free-space
+/// violation and logarithm of the score; and the dense score of a place that was not verified,
+/// beside that of its score. BEV samples lie half as far above null at right places as points do.
 constexpr double kDenseScorePerAboveNull = 14, kDenseScorePerAboveNullOfBev = 20,
                  kDenseScorePerMapOverlap = 7, kDenseScorePerFreeSpace = 2,
                  kDenseScorePerLogScore = 2, kDenseScoreUnconverged = -4,
                  kDenseScoreUnverified = -6;
 constexpr double kLeastDenseMargin = -3, kMostDenseMargin = 12, kClearDenseMargin = 1;
-/// More than this many times its length is not asked of a query.
+/// Longest query that a reason asks for, over the length of the query at hand.
 constexpr double kLongest = 3;
 
 /// (s1 - s2) ln(s1 / s2) with the noise of wrong scores, which grows with the root of the number of
 /// windows.
-double likelihoodMarginOver(double rival, const Evidence& e) {
+double likelihoodMarginOver(double second_best, const Evidence& e) {
   const double noise = kNoise_nats * std::sqrt(std::max(1, e.windows));
-  const double best = e.score + noise, next = std::max(0.0, rival) + noise;
+  const double best = e.score + noise, next = std::max(0.0, second_best) + noise;
   if (!(best > next)) return 0;
   return (best - next) * std::log(best / next) / std::sqrt(std::max(1, e.windows));
 }
@@ -48,39 +48,36 @@ double scoreRatioOf(const PartEvidence& part) {
   return (part.score + kPartPrior_nats) / (std::max(0.0, part.expected) + kPartPrior_nats);
 }
 
-/// Share of the score of a true pose, the smaller one of all and of what stands upright: a street
-/// that repeats fits with its road but not with its houses.
+/// Score over that of a true pose, the smaller one of the whole query and of its obstacles: a
+/// street that repeats fits with its road but not with its houses.
 double scoreRatioOf(const PlaceEvidence& e) {
   if (!(e.expected > 0)) return 1;  // nobody knows what a true pose scores: walks
   return std::clamp(std::min(e.score / e.expected, scoreRatioOf(e.obstacles)), kLeast, 1.0);
 }
 
-/// Binomial: how much likelier so many kept correspondences are at the true place than by chance.
+/// Binomial log-likelihood ratio of the number of kept correspondences, true place against wrong.
 double correspondenceOdds(const Evidence& e) {
   if (e.with_candidates == 0) return 0;
   const double n = e.with_candidates, k = std::min<double>(e.kept, n);
-  const double null_inlier_ratio = std::clamp(e.kept_under_null / n, 0.01, 0.99);
+  const double if_wrong = std::clamp(e.kept_under_null / n, 0.01, 0.99);
   const double if_true = std::clamp(e.kept_if_true, 0.01, 0.99);
-  return k * std::log(if_true / null_inlier_ratio) +
-         (n - k) * std::log((1 - if_true) / (1 - null_inlier_ratio));
+  return k * std::log(if_true / if_wrong) + (n - k) * std::log((1 - if_true) / (1 - if_wrong));
 }
 
-/// Of how closely a query lies on itself.
-double ratioToSelfConsistency(double over_chance, double self_consistency) {
+double ratioToSelfConsistency(double above_null, double self_consistency) {
   constexpr double kLeastSelfConsistency = 0.1;
-  return over_chance / std::max(kLeastSelfConsistency, self_consistency);
+  return above_null / std::max(kLeastSelfConsistency, self_consistency);
 }
 
-/// How much closer than by chance upright things lie on their like, above even odds, as it is
-/// measured at the best place.
-double aboveNullOf(double over_chance, const std::optional<double>& map_overlap,
+/// Inlier ratio above null over its threshold, in the measure that is set at the best place.
+double aboveNullOf(double above_null, const std::optional<double>& map_overlap,
                    const std::optional<double>& self_consistency) {
-  if (map_overlap) return over_chance - kInlierRatioThreshold;
-  return ratioToSelfConsistency(over_chance, self_consistency.value_or(kUsualSelfConsistency)) -
+  if (map_overlap) return above_null - kInlierRatioThreshold;
+  return ratioToSelfConsistency(above_null, self_consistency.value_or(kUsualSelfConsistency)) -
          kSelfConsistencyThreshold;
 }
 
-/// 0 if the registration did not settle.
+/// 0 if the registration did not converge.
 double aboveNullOf(const Statistics& s) {
   const DenseEvidence& dense = s.dense;
   return dense.converged ? aboveNullOf(dense.inlier_ratio - dense.null_inlier_ratio,
@@ -88,27 +85,27 @@ double aboveNullOf(const Statistics& s) {
                          : 0;
 }
 
-/// A tenth is as usual at right places as at wrong ones.
+/// Free-space violation that is equally frequent at right and at wrong places.
 constexpr double kViolationThreshold = 0.1;
 double freeSpaceTerm(double free_space_violation, double even = kViolationThreshold) {
   constexpr double kNoise = 0.03;
   return -std::log((free_space_violation + kNoise) / even);
 }
 
-/// The part of a fit that is the score of the place.
+/// Part of a dense score that is due to the score of the place.
 double logScoreTerm(double score) {
   return kDenseScorePerLogScore * std::log(std::max(1.0, score));
 }
 
-/// How much better the place fits than any other. One that scores about as well and that nobody
-/// looked at closely may fit as well but for its score.
+/// Margin of the dense score over any other place. A place of about the same score that was not
+/// verified may fit as well but for its score.
 double denseMarginOf(const Evidence& e) {
   const double fit = denseScore(e, e.dense), best_unverified = logScoreTerm(e.best_unverified);
   double margin = fit - (kDenseScoreUnverified + best_unverified);
   if (e.best_unverified >= kAboutAsWell * e.score)
     margin = std::min(margin, logScoreTerm(e.score) - best_unverified);
-  for (const PlaceEvidence& rival : e.alternatives)
-    margin = std::min(margin, fit - denseScore(rival, e.dense));
+  for (const PlaceEvidence& other : e.alternatives)
+    margin = std::min(margin, fit - denseScore(other, e.dense));
   return std::clamp(margin, kLeastDenseMargin, kMostDenseMargin);
 }
 
@@ -144,8 +141,8 @@ double chanceToBeNear(const Statistics& s) {
   return s.sigma_m > 0 ? std::erf(kNear_m / (std::sqrt(2) * s.sigma_m)) : 1;
 }
 
-/// Odds against a registered place that the next one makes, as far as that fits as well: as often
-/// as the next place was the right one (offices, halls and towns).
+/// Odds of the second-best place against the best one, a function of the margin of their dense
+/// scores: the frequency at which the second-best was right (offices, halls and towns).
 double oddsOfSecondBest(const Statistics& s) {
   constexpr double kPerMargin = 1.5;
   return s.dense.registered() ? std::exp(-kPerMargin * s.dense_margin) : 0;
@@ -167,10 +164,8 @@ class Reason {
   std::string ofAccepted() const {
     std::string text = timesBetter() > 20 ? "no other place fits" : howMuchBetter();
     if (s_.dense.converged && s_.dense.of == DenseEvidence::Of::points)
-      text += fmt::format(
-          "; {:.0f} % of what stands upright lies on its like there ({:.0f} % by "
-          "chance)",
-          100 * s_.dense.inlier_ratio, 100 * s_.dense.null_inlier_ratio);
+      text += fmt::format("; inlier ratio of obstacles {:.0f} % ({:.0f} % some metres off)",
+                          100 * s_.dense.inlier_ratio, 100 * s_.dense.null_inlier_ratio);
     return text;
   }
   std::string ofAmbiguous() const {
@@ -184,14 +179,15 @@ class Reason {
     if (odds >= odds_needed_)
       return "the place fits, but the position there is open by metres" + whatWouldHelp();
     if (s_.dense.registered() && !s_.dense.converged)
-      return "the best place does not hold: the points do not settle on the map there" +
+      return "the best place does not hold: the registration does not converge there" +
              whatWouldHelp();
     const double in_query = worseOf(kMapOverlap, kMissRatio),
                  in_map = worseOf(kObstacleOverlap, kConflictRatio);
     if (std::min(in_query, in_map) < -1) {
       const bool of_query = in_query < in_map;
       return fmt::format(
-                 "the best place does not hold: the {} does not show what stands there in the {}",
+                 "the best place does not hold: the {} does not show obstacles that the {} has "
+                 "there",
                  of_query ? "query" : "map", of_query ? "map" : "query") +
              whatWouldHelp();
     }
@@ -200,8 +196,8 @@ class Reason {
              whatWouldHelp();
     if (aboveNullOf(s_) < 0)
       return fmt::format(
-                 "the best place does not hold: only {:.0f} % of what stands upright lies "
-                 "on its like there ({:.0f} % by chance)",
+                 "the best place does not hold: the inlier ratio of obstacles is only {:.0f} % "
+                 "({:.0f} % some metres off)",
                  100 * s_.dense.inlier_ratio, 100 * s_.dense.null_inlier_ratio) +
              whatWouldHelp();
     if (s_.dense.registered() ? s_.dense_margin < kClearDenseMargin : s_.likelihood_margin <= 0)
@@ -209,7 +205,7 @@ class Reason {
     if (oddsOfTerm(s_, model_, kMapCoverage) < -2)
       return fmt::format(
                  "the best place does not hold: only {:.0f} % of the query lies where the map was "
-                 "seen, where strangers fit as well",
+                 "seen, where out-of-map queries fit as well",
                  100 * s_.map_coverage) +
              whatWouldHelp();
     return "no place stands out: the best only " + howMuchBetter() + whatWouldHelp();
@@ -222,7 +218,7 @@ class Reason {
     return std::min(oddsOfTerm(s_, model_, a), oddsOfTerm(s_, model_, b));
   }
 
-  /// Places that look alike from above are told apart by their points.
+  /// Places of similar bird's-eye view are told apart by their points.
   std::string howMuchBetter() const {
     constexpr double kAlike = 1.15;
     return timesBetter() < kAlike
@@ -230,7 +226,7 @@ class Reason {
                : fmt::format("fits {:.1f} times better than any other place", timesBetter());
   }
 
-  /// Leads grow with the length of a query.
+  /// The likelihood-ratio margin grows with the length of a query.
   std::string whatWouldHelp() const {
     if (e_.travel_m <= 0 || s_.likelihood_margin <= 0) return "";
     const EvidenceWeights& weights = model_.weightsFor(s_);
@@ -247,8 +243,8 @@ class Reason {
   const double odds_needed_;
 };
 
-/// The best place would be believed if its rival were not there, or if none of several were that
-/// fit as a true place would.
+/// The best place would be accepted if the second-best were not there, or if none of several were
+/// that fit as a true place would.
 bool oneOfSeveral(Evidence e, const Statistics& judged, const VerdictOptions& o,
                   const VerdictModel& model) {
   if (!e.secondBestIsClose()) return false;

@@ -33,7 +33,7 @@ struct PrecisionRecall {
 };
 
 /// One point per distinct confidence, from the surest answer down. `positives` is the number of
-/// answers that could have been correct; detections from elsewhere can only be wrong and do not
+/// answers that could have been correct; detections out of the map can only be wrong and do not
 /// count there.
 std::vector<PrecisionRecall> precisionRecallCurve(std::vector<Detection> detections,
                                                   std::size_t positives);
@@ -46,7 +46,7 @@ double averagePrecision(const std::vector<PrecisionRecall>& curve);
 double recallAtPrecision(const std::vector<PrecisionRecall>& curve, double precision);
 
 /// Answers that are about equally sure, and how often they are right: a confidence is calibrated if
-/// `right` over `answers` is its mean. How many answers come from elsewhere decides with.
+/// `right` over `answers` is its mean. The number of out-of-map queries matters, too.
 struct ConfidenceBand {
   double low = 0, high = 0;  ///< confidence; `low` included, `high` only if it is 1
   std::size_t answers = 0, right = 0;
@@ -87,7 +87,7 @@ struct ScoredQuery {
   std::string input;
   std::int64_t first_frame = 0, last_frame = 0;
   Localization fix;
-  bool negative = false;  ///< from elsewhere: any acceptance is false, and there is no truth
+  bool negative = false;  ///< an out-of-map query: any acceptance is false, and there is no truth
   Eigen::Isometry3d truth = Eigen::Isometry3d::Identity();  ///< T_map_sensor; valid unless negative
 
   bool hasPose() const { return !fix.hypotheses.empty(); }  ///< else not even a rejected one
@@ -116,7 +116,7 @@ struct StageTime {
 struct Evaluation {
   double correct_within_m = 0;
   std::size_t queries = 0;                                ///< with truth
-  std::size_t negatives = 0;                              ///< from elsewhere
+  std::size_t negatives = 0;                              ///< out-of-map queries
   std::size_t accepted = 0, ambiguous = 0, rejected = 0;  ///< of the queries with truth
   std::size_t false_accepts = 0;                          ///< of the negatives
   SuccessTable

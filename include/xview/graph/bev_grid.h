@@ -11,12 +11,12 @@
 
 namespace xview::graph {
 
-constexpr double kBevCell_m = 0.5;   ///< side of a cell of a plan view
-constexpr double kBevVoxel_m = 0.2;  ///< votes are gathered in voxels of this side first
+constexpr double kBevCell_m = 0.5;   ///< side of a cell of a BEV grid
+constexpr double kBevVoxel_m = 0.2;  ///< weights are summed in voxels of this side first
 
-/// Gathers labelled points of any number of frames and draws the plan view of all of them. The plan
-/// frame must be gravity-aligned (z up). The cost of adding a frame does not depend on what was
-/// added before. The origin of the view is a whole multiple of 128 cells in each direction, so that
+/// Gathers labelled points of any number of frames and makes one BEV grid of them. The frame of the
+/// grid must be gravity-aligned (z up). The cost of adding a frame does not depend on what was
+/// added before. The origin of the grid is a whole multiple of 128 cells in each direction, so that
 /// views of one frame share their cells. Points that are no numbers or further than 1e8 m from
 /// the origin of the frame are left out, and so are classes without information.
 class BevGridBuilder {
@@ -24,7 +24,7 @@ class BevGridBuilder {
   explicit BevGridBuilder(const LabelSet& labels);
   ~BevGridBuilder();
 
-  /// `votes`: weight of each point; those without a positive one are left out. `near`: per point,
+  /// `weights`: of each point; points without a positive one are left out. `near`: per point,
   /// whether it was measured near enough for thin objects; empty = all.
   void add(const LabelledCloud& cloud, const std::vector<float>& weights,
            const std::vector<bool>& near, const Eigen::Isometry3d& T_bev_cloud, bool aerial);

@@ -33,7 +33,7 @@ void visit(CleanOptions& o, Visitor&& field) {
 /// Deviations from the paper. Classes are closed from large to small area, first ignored ones, then
 /// surfaces, then objects, and later ones win: a pole 3 px wide survives. And a closing takes only
 /// the pixels of specks, unless boundary_px allows more: closing everything by 4 px fills the gaps
-/// between things with points at the wrong depth. On rendered towns (320x240) it keeps 98.3-99.0 %
+/// between objects with points at the wrong depth. On rendered towns (320x240) it keeps 98.3-99.0 %
 /// of right labels where the filling of specks keeps 99.8 %, and leaves CNN-like labels 0.1 to 1.1
 /// points worse; 1 px is a draw (99.7 %, +0.02 points).
 LabelImage cleanLabels(const LabelImage& labels, const LabelSet& set, const CleanOptions& options);

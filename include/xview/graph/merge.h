@@ -43,8 +43,8 @@ void visit(MergeOptions& o, Visitor&& field) {
 ///
 /// Mode first_observation: a blob is absorbed by the nearest vertex of its class within the merge
 /// distance (and of its instance, if both have one). That vertex stays where it was first seen.
-/// Otherwise the blob becomes a vertex. All classes are treated alike; surfaces get evenly spaced
-/// vertices.
+/// Otherwise the blob becomes a vertex. All classes are treated the same way; surfaces get evenly
+/// spaced vertices.
 ///
 /// Mode running_mean: blobs of object and dynamic classes are paired with vertices (same class and
 /// instance, within object_m) from the nearest pair outwards, at most one vertex per blob and one
@@ -87,14 +87,14 @@ class PlaceGraphBuilder {
 void mergeGraphs(SemanticGraph& graph, const SemanticGraph& addition, const LabelSet& labels,
                  const MergeOptions& options, const EdgeOptions& edge_options);
 
-/// Replaces the vertices of poles, signs and lights by those of the plan view of the same points.
+/// Replaces the vertices of poles, signs and lights by those of the BEV grid of the same points.
 /// The centre of a cluster depends on which part of a post was seen, and a cluster smears along the
 /// rays of a noisy camera; a density peak does not, and its foot on the ground is the same from the
 /// street and from the air. A post is a pole whatever its labels say, also that of a sign, because
 /// in noise its labels differ from visit to visit; the sign is a vertex beside it. Posts without a
 /// cluster of poles are of the first class of poles, if there is one. A vertex keeps what is known
-/// of the nearest cluster of its kind; the new ones come last, in the order of the plan view. Edges
-/// are dropped. Nothing changes without a plan view.
+/// of the nearest cluster of its kind; the new ones come last, in the order of the BEV grid. Edges
+/// are dropped. Nothing changes without a BEV grid.
 void placeThinObjects(SemanticGraph& graph, const BevGrid& bev, const LabelSet& labels);
 
 }  // namespace xview::graph

@@ -55,7 +55,7 @@ struct InputOptions {
 /// What the path is. Throws Error if nothing fits or (naming both and --input-kind) if two fit;
 /// UsageError if options.kind is no kind. A .xvm is a map even if options.kind is another one,
 /// which is then that of the query that is sought in it. A .ply is a graph if its vertices are
-/// things and not samples of surfaces, however many there are (objects_or_samples.cpp).
+/// objects and not samples of surfaces, however many there are (objects_or_samples.cpp).
 /// `guess`, if given, receives a sentence if only the content of a .ply told.
 InputKind recogniseInput(const std::string& path, const InputOptions& options = {},
                          std::string* guess = nullptr);
@@ -66,9 +66,9 @@ InputKind recogniseInput(const std::string& path, const InputOptions& options = 
 std::unique_ptr<FrameSource> openRecording(const std::string& path,
                                            const InputOptions& options = {});
 
-/// The colour image of every frame of a recording: of those that its rgb.txt lists, as TUM RGB-D
-/// has it, the nearest in time within 0.05 s; else that of RECORDING/rgb that has the number of the
-/// frame at the end of its name. Throws Error.
+/// The colour image of every frame of a recording: of the images that its rgb.txt lists, as TUM
+/// RGB-D has it, the nearest in time within 0.05 s; else that of RECORDING/rgb that has the number
+/// of the frame at the end of its name. Throws Error.
 std::vector<std::string> colorFiles(const FrameSource& recording);
 
 /// Writes a recording as a sequence folder (camera) or a SemanticKITTI folder (LiDAR); frames are

@@ -16,7 +16,7 @@ constexpr int kMapSchemaVersion = 2;  ///< of the files that are written and rea
 
 /// A stretch of a map that was looked for in it, with the noise of a usual query.
 struct OwnStretch {
-  double window_m = 0;    ///< way along it [m]
+  double window_m = 0;    ///< path length along it [m]
   double confidence = 0;  ///< of such a query by its place alone, before points are registered
 };
 
@@ -54,7 +54,7 @@ bool isMapFile(const std::string& path);
 /// leaves the old map or the new one. A file that is no map, or a map of another schema version, is
 /// not overwritten. Throws Error; the file is then as before.
 ///
-/// Vertices, edges, key frames, labels and texts are kept exactly. Plan view and cloud are rounded
+/// Vertices, edges, key frames, labels and texts are kept exactly. BEV grid and cloud are rounded
 /// to 1 cm relative to their origins and come back in the order of their tiles; points that are not
 /// finite are dropped, and so are their ranges. The same map gives the same bytes in a new file.
 void saveMap(const std::string& path, const SemanticMap& map);

@@ -44,7 +44,7 @@ class DescriptorIndex {
 
   /// The k best map vertices of each query vertex. Ordered by query vertex, then by falling
   /// similarity; ties by map vertex. Never similarity 0. With rare_words each word weighs
-  /// log(1 + vertices of its class in the map / those that hold the word), on both sides of the
+  /// log(1 + vertices of its class in the map / vertices that hold the word), on both sides of the
   /// quotient that `similarity` forms.
   std::vector<Correspondence> bestMatches(const Descriptors& query, const MatchOptions& options,
                                           int threads) const;

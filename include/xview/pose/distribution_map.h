@@ -17,7 +17,7 @@ struct RefineOptions;
 
 constexpr std::uint32_t kNoGroup = 0xFFFFFFFF;
 
-/// Points match within a group: a kind of thing, or one class if its kind is not known. Lane
+/// Points match within a group: a kind of object, or one class if its kind is not known. Lane
 /// markings lie on the road. kNoGroup for what moves and what is ignored.
 std::uint32_t matchingGroup(const LabelSet& labels, std::uint32_t label);
 /// Kind of a group; none for a class of its own.
@@ -38,7 +38,7 @@ struct Distribution {
 /// so neither the order of the questions nor threads change an answer.
 class DistributionMap {
  public:
-  /// `viewpoints`: T_map_sensor that the map was seen from; they tell which side of a thing it
+  /// `viewpoints`: T_map_sensor that the map was seen from; they tell which side of an object it
   /// knows. May be empty. The cloud must outlive this.
   DistributionMap(const LabelledCloud& map, const LabelSet& labels,
                   const std::vector<Eigen::Isometry3d>& viewpoints, const RefineOptions& options);
@@ -57,7 +57,7 @@ class DistributionMap {
   /// Calls visit(distribution, group) for all around, at least as far as the radius in plan.
   void forAround(const Eigen::Vector3d& centre, double radius_m,
                  const std::function<void(const Distribution&, std::uint32_t)>& visit) const;
-  double noise_m() const;    ///< by which looks at one surface err as a whole
+  double noise_m() const;    ///< common error of the points of one view of a surface
   std::size_t size() const;  ///< makes all of them
 
  private:

@@ -10,14 +10,13 @@
 
 namespace xview::pose {
 
-/// How much of what stands in the map a query saw through: the share of the distributions of the
-/// map that lie where rays of the query passed and nothing of it stands, of all those that it could
-/// tell, over the same share some metres off. Near 0 at a true pose, near 1 anywhere else, where
-/// the noise of the map and what has changed count in both. Classes do not count, only that
-/// something stands there, so it tells what no label can.
+/// Free-space violation: of the distributions of the map that rays of the query reach, the share
+/// that rays pass through and where the query has no points, over the same share some metres off.
+/// Near 0 at a true pose, near 1 at a wrong one; the noise of the map and changes count in both.
+/// Independent of classes.
 ///
-/// None if points are of no view, so that no ray is known, if too little of the map lies there, or
-/// if hardly anything would be seen through at a wrong place either.
+/// None if points have no view, so that no ray is known, if too little of the map lies there, or if
+/// the share some metres off is near 0 as well.
 std::optional<double> freeSpaceViolation(const DistributionMap& map, const RefineQuery& query,
                                          const LabelSet& labels,
                                          const Eigen::Isometry3d& T_map_query);

@@ -26,7 +26,7 @@ struct PosteriorOptions {
     /// Of trust_region: matches further apart than this many standard deviations count less
     /// (Cauchy); 0 = quadratic.
     double robust_scale = 2;
-    /// Longer windows are thinned to about so many poses, which the odometry then carries along.
+    /// Longer windows are thinned to about this number of poses, which odometry then interpolates.
     int max_poses = 60;
   } model;
 };
@@ -81,7 +81,7 @@ struct Posterior {
 /// wrong match pulls with its full weight.
 ///
 /// Not converged: no or not finite input, matches that leave the last pose open (fewer than 3, or
-/// on one line without gravity), or a gauss_newton that does not settle. A trust_region that runs
+/// on one line without gravity), or a gauss_newton that does not converge. A trust_region that runs
 /// out of iterations gives the best so far.
 Posterior maximizePosterior(const std::vector<Eigen::Isometry3d>& T_odom_sensor,
                             const std::vector<MatchedVertex>& vertices,

@@ -27,9 +27,9 @@ struct RefineOptions {
     double first_gate_m = 2.0;  ///< a point may be this far from its distribution at first
     double last_gate_m = 0.8;   ///< and at the end
     double roughness_m = 0.05;  ///< standard deviation added to every distribution
-    double drift_share = 0.03;  ///< error of the odometry per way where a window shows drift
-    double start_reach_m = 1;   ///< multi-start: so far to both sides along the way that is known
-                                ///< least; 0 = from the given pose only
+    double drift_share = 0.03;  ///< error of the odometry per path length where a window drifts
+    double start_reach_m = 1;   ///< multi-start: distance to both sides along the direction of
+                                ///< least information [m]; 0 = from the given pose only
   } model;
 };
 
@@ -55,11 +55,11 @@ struct RefineQuery {
       poses;  ///< T_query_sensor, at least one; the last is refined
 };
 
-/// How closely what stands upright lies on its like, of what lies where the map holds anything, in
-/// [0, 1]. Kinds count by the root of their points, so that walls do not outvote poles.
+/// Inlier ratios of points of obstacles, of those where the map holds anything, in [0, 1]. Kinds
+/// are weighted by the root of their number of points, so that walls do not outweigh poles.
 struct Agreement {
   double found = 0;              ///< at the pose
-  double null_inlier_ratio = 0;  ///< on average some metres off, in whatever stands there
+  double null_inlier_ratio = 0;  ///< on average some metres off
 };
 
 struct Refinement {
@@ -75,17 +75,18 @@ struct Refinement {
 /// Label-aware point-to-distribution registration: minimises sum w m with m = (p - mean)^T W (p -
 /// mean) over the nearest distribution of the same class, w = 1 / (1 + m / 4)^2 (Geman-McClure), by
 /// Gauss-Newton about the last sensor position with a gate that narrows. Unknown are that pose and
-/// the errors of the odometry at knots along the way to it; the given pose counts as one
+/// the errors of the odometry at knots along the path to it; the given pose counts as one
 /// observation. It is done twice: with little drift, and with that of the options from points that
 /// may be far off at first. The second counts only if the points fit clearly better.
-/// Where the other side of a thing was mapped, a point counts a tenth. Dynamic and ignored classes
-/// are left out.
+/// Where the other side of an object was mapped, a point counts a tenth. Dynamic and ignored
+/// classes are left out.
 Refinement refine(const DistributionMap& map, const RefineQuery& query, const LabelSet& labels,
                   const Eigen::Isometry3d& T_map_query, const RefineOptions& options);
 
-/// How closely one half of a query lies on the other half as its map, looks by turns (of a single
-/// scan: points by turns): what errors of labels leave of the agreement at a true pose. Those of
-/// depths take nothing from it, as surfaces are thicker by them. None if there is too little of it.
+/// Split-half self-consistency: inlier ratio of every other view of a query (of a single scan:
+/// every other point) in the remaining ones as its map. Label errors lower it as they lower the
+/// inlier ratio at a true pose; depth errors do not, as surfaces are thicker by them. None if there
+/// are too few points.
 std::optional<double> selfConsistency(const RefineQuery& query, const LabelSet& labels,
                                       const RefineOptions& options);
 

@@ -14,8 +14,8 @@
 
 namespace xview::search {
 
-/// What a query holds that a field may be asked about, in a gravity-aligned frame. What it points
-/// to must outlive the FieldQuery that is made of it.
+/// The parts of a query that a field is evaluated for, in a gravity-aligned frame. They must
+/// outlive the FieldQuery that is made of them.
 struct Observation {
   const BevGrid* bev = nullptr;          ///< for surface fields
   const SemanticGraph* graph = nullptr;  ///< for object fields
@@ -25,12 +25,12 @@ struct Observation {
   std::optional<Eigen::Vector3d> focus;
 };
 
-/// What a part of a query says for a pose, and what it would say at a true one [nats].
+/// Log-likelihood ratio of a part of a query at a pose, and its mean at a true one [nats].
 struct PartScore {
   double score = 0, expected = 0;
 };
 
-/// A pose and what speaks for it.
+/// A pose and its evidence.
 struct PlaceHypothesis {
   Eigen::Isometry3d T_map_query = Eigen::Isometry3d::Identity();
   PlacePose centre;         ///< where it puts the centre of the query in the map; with the score
@@ -67,14 +67,14 @@ struct SampleEvidence {
 struct RasterLevels;
 struct SearchOptions;
 
-/// How far search() climbs at a time.
+/// Level of the local refinement of a pose.
 enum class RefinementLevel {
-  coarse,  ///< from a cell of the raster search to where poses can be compared
-  fine,    ///< from there to the best pose around
-  polish   ///< of poses that are reported: more exact than is needed to compare them
+  coarse,  ///< from a cell of the raster search to where scores can be compared
+  fine,    ///< from there to the local maximum
+  polish   ///< of poses that are reported: more exact than comparing needs
 };
 
-/// A query as one field sees it: how well does any pose of the query fit? Thread-safe; the field
+/// A query in one field: the log-likelihood ratio of any of its poses. Thread-safe; the field
 /// and what the observation points to must outlive it.
 class FieldQuery {
  public:
@@ -103,7 +103,7 @@ class FieldQuery {
   virtual HeightFit fitHeights(const Eigen::Isometry3d& T_map_query, double slope_sigma) const;
   /// What the score of a pose is the sum of, by sample; surface fields only.
   virtual std::vector<SampleEvidence> evidence(const Eigen::Isometry3d& T_map_query) const;
-  /// What query and map hold that the other one does not; surface fields only.
+  /// Overlaps and conflicts of query and map; surface fields only.
   virtual Visibility visibility(const Eigen::Isometry3d& T_map_query) const;
 
   // What search() works with: poses of the centre, relative to the origin of the field.
@@ -114,7 +114,7 @@ class FieldQuery {
   /// All that takes part, and how much it tells places apart.
   virtual std::vector<Point> points() const = 0;
   virtual RasterLevels rasterLevels() const = 0;
-  /// A better pose near by, with its score.
+  /// The local maximum of the score near a pose, as exact as the level says.
   virtual PlacePose refineLocally(const PlacePose& centre_pose, RefinementLevel how) const = 0;
   virtual double scoreAt(const PlacePose& centre_pose) const = 0;
   virtual PlaceHypothesis describeAt(const PlacePose& centre_pose) const = 0;
@@ -142,13 +142,13 @@ class Field {
   bool empty() const { return size() == 0; }
 };
 
-/// What stands around a robot: between the houses of a town a query shows what the map has of them,
-/// in rooms furniture hides most of it, so that what a query does not show says nothing there.
+/// Surroundings of a robot: between the houses of a town a query observes the obstacles of the map,
+/// in rooms furniture occludes most of them, so that missing obstacles say nothing there.
 enum class Surroundings { town, rooms };
 
-/// Surfaces and objects seen from above, compared by learned likelihoods of their distances.
-/// `trajectory`: positions of the sensor when the map was made, in order; it tells how similar the
-/// map is to itself.
+/// Surfaces and objects of BEV grids, compared by learned likelihoods of their distances.
+/// `trajectory`: positions of the sensor when the map was made, in order; the self-similarity of
+/// the map is measured along it.
 std::unique_ptr<const Field> makeSurfaceField(const BevGrid& map,
                                               const std::vector<Eigen::Vector3d>& trajectory,
                                               Surroundings surroundings,
@@ -158,7 +158,8 @@ std::unique_ptr<const Field> makeSurfaceField(const BevGrid& map,
 /// surface vertices come from the map, so any set of classes will do. Vertices of ignored classes
 /// and without finite positions are left out; classes that `labels` does not know are objects.
 /// Surfaces are thinned to what is distinct from above, so that storeys of a facade count once; of
-/// a query whose vertices count their points, the worse seen half of each surface is left out, too.
+/// a query whose vertices count their points, the half of each surface with fewer points is left
+/// out, too.
 std::unique_ptr<const Field> makeObjectField(const SemanticGraph& map, const LabelSet& labels,
                                              const SearchOptions& options);
 

@@ -12,8 +12,8 @@ namespace xview::search {
 struct SearchOptions {
   int hypotheses = 5;       ///< distinct places that are reported
   std::string likelihoods;  ///< file of xview learn; empty = what the program comes with
-  double cell_m = 2;        ///< of the exhaustive search over surfaces seen from above, taken as
-                            ///< the nearest power of two of plan.cell_m; twice that at first in
+  double cell_m = 2;        ///< of the exhaustive search over BEV grids, taken as the nearest
+                            ///< power of two of bev.cell_m; twice that at first in
                             ///< large maps. Larger is faster and less sure
   double detection = 0.62;  ///< bare graphs: chance that a query finds an object again
   double sigma_m = 0.9;     ///< bare graphs: of an object's position, map and query together

@@ -24,7 +24,7 @@ struct OfficeOptions {
   double room_width_m = 4;         ///< along the corridor
   double room_depth_m = 4.6;       ///< away from the corridor
   double corridor_m = 2;           ///< width of the corridors
-  double clutter = 1;              ///< factor on the number of things
+  double clutter = 1;              ///< factor on the number of objects
 };
 
 /// Classes of simulated offices, with ids that no town uses.
@@ -46,7 +46,7 @@ struct Office {
   StreetNetwork corridors;  ///< junctions on the middle lines
   std::vector<Door> doors;
   std::vector<Seat> seats;
-  std::vector<Footprint> floor_space;  ///< of rooms and corridors, for loose things
+  std::vector<Footprint> floor_space;  ///< of rooms and corridors, for loose objects
   TagSource tags;
 };
 

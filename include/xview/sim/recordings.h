@@ -31,11 +31,12 @@ void visit(WorldStyle& o, Visitor&& field) {
         "roads, campus = halls in open spaces, office = a floor of rooms and corridors with an "
         "RGB-D camera (never from the air)");
   field("alike", o.alike, Range{0, 1},
-        "share of the lots and streets, or rooms, that follow one pattern, here and elsewhere; in "
+        "share of the lots and streets, or rooms, that follow one pattern, in this town and the "
+        "other; in "
         "a grid at least 0.4");
   field("hedges", o.hedges, "hedges are a class of their own beside the rest of the vegetation");
   field("changed", o.changed, Range{0, 1},
-        "share of the things (poles, signs, lights; furniture) that were taken away, put up or "
+        "share of the objects (poles, signs, lights; furniture) that were taken away, put up or "
         "moved after the mapping drives; changes.csv tells which");
 }
 
@@ -67,7 +68,8 @@ void visit(SessionChoice& o, Visitor&& field) {
       "elsewhere", o.elsewhere,
       "a drive in another town, which must not be found in the map; with aerial, from the air too");
   field("lidar", o.lidar,
-        "LiDAR scans of the drive and of the way back; with elsewhere, of the other town as well");
+        "LiDAR scans of the drive and of the way back; with --sessions.elsewhere, of the other "
+        "town as well");
 }
 
 struct AerialOptions {
@@ -177,8 +179,8 @@ class SimulatedRecording : public FrameSource {
   SimulationOptions options_;
 };
 
-/// What happened to a thing, or to one class of its parts, between the mapping drives and all other
-/// sessions. Map frame.
+/// What happened to an object, or to one class of its parts, between the mapping drives and all
+/// other sessions. Map frame.
 struct ObjectChange {
   enum class What { gone, added, moved };
   What what = What::gone;

@@ -12,7 +12,7 @@ namespace xview {
 struct DepthNoise {
   double baseline_m = 0.5;          ///< distance of the two cameras
   double disparity_sigma_px = 0.2;  ///< sigma_z = z^2 / (fx * baseline) * this
-  double bleeding_px = 1.5;         ///< near things grow over their edges by up to this
+  double bleeding_px = 1.5;         ///< near objects grow over their edges by up to this
   double invalid_share = 0.03;      ///< of the pixels: without depth
   double max_range_m = 100;         ///< no depth beyond
 };
@@ -43,7 +43,7 @@ struct LidarNoise {
 Frame withDepthNoise(Frame frame, const DepthNoise& noise, std::uint64_t seed);
 
 /// Wrong regions lie along boundaries and on difficult classes, are blobs of some 10 to 40 pixels
-/// with a plausible wrong label, and thin things are partly missed. Pixels that lose their label
+/// with a plausible wrong label, and thin objects are partly missed. Pixels that lose their label
 /// lose their instance. Call before withDepthNoise, because errors that stick to places need the
 /// true depth. Frames without labels of the town stay as they are.
 Frame withLabelNoise(Frame frame, const LabelNoise& noise, std::uint64_t seed);

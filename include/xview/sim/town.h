@@ -55,7 +55,7 @@ class Relief {
 
 constexpr double kCurb = 0.12;  ///< roads lie lower than sidewalks by this [m]
 
-/// A rectangle in plan view.
+/// A rectangle in the plane.
 struct Footprint {
   Eigen::Vector2d center = Eigen::Vector2d::Zero();
   double yaw = 0;

@@ -9,7 +9,7 @@
 
 namespace xview {
 
-/// What a plan-view sample tells. Each channel is matched with itself only.
+/// Channel of a bird's-eye view (BEV). Each is matched with itself only.
 enum class BevChannel : std::uint8_t {
   // area: one sample per cell
   road,
@@ -49,7 +49,7 @@ const char* toString(BevChannel channel);
 inline bool isArea(BevChannel c) { return c <= BevChannel::lane_marking; }
 inline bool isObject(BevChannel c) { return c >= BevChannel::pole; }
 
-/// A sample, relative to the origin of its plan view.
+/// A sample, relative to the origin of its grid.
 struct BevSample {
   float x = 0, y = 0, z = 0;  ///< z: ground height at the sample [m]
 };
@@ -67,13 +67,12 @@ bool inRowOrder(const Cell& a, const Cell& b) {
   return a.y != b.y ? a.y < b.y : a.x < b.x;
 }
 
-/// A place seen from above: the semantic graph's fine surface vertices and its
-/// objects, on a grid of cell_m. What is not among `known` was never seen, which is not the same as
-/// empty.
+/// Bird's-eye view of a place: samples of surfaces and objects by channel, on a grid of cell_m.
+/// Cells that are not among `known` were never observed, which is not the same as empty.
 struct BevGrid {
   double cell_m = 0.5;
   double origin_x = 0, origin_y = 0, origin_z = 0;  ///< p_bev = origin + sample
-  /// Turns the frame so that z points up: p_bev = upright * p_frame. Identity if the frame is
+  /// Turns the frame so that z points up: p_bev = alignment * p_frame. Identity if the frame is
   /// gravity-aligned already.
   Eigen::Quaterniond alignment = Eigen::Quaterniond::Identity();
   bool aerial = false;  ///< most of it was seen from the air: roofs and crowns are known, what is

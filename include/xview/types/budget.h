@@ -28,8 +28,8 @@ struct BudgetExhausted : std::exception {
 };
 
 /// Bounds the query that is made and answered while the object lives: on the thread that made it
-/// and on those that work for that one (parallelFor, makeInOrder). Who answers queries looks at it
-/// with askBudget() now and then; a Localizer turns what that throws into an answer that is
+/// and on threads that work for that one (parallelFor, makeInOrder). Who answers queries looks at
+/// it with askBudget() now and then; a Localizer turns what that throws into an answer that is
 /// rejected, says where it was cut, and has no hypothesis. Memory is bounded by the operating
 /// system for the whole process (RLIMIT_DATA): bounds of queries that run at the same time add up.
 class Budget {

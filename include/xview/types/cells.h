@@ -40,7 +40,7 @@ struct PlaneCell {
 /// What is farther than this from zero has no cell of its own: one step on is still a number.
 constexpr double kFarthestCell = 1 << 30;
 
-/// Cell of a lattice in space, for one class, or one thing of it.
+/// Cell of a lattice in space, for one class, or one object of it.
 struct ClassCell {
   std::int32_t x = 0, y = 0, z = 0;
   std::uint32_t label = 0, instance = 0;
@@ -82,7 +82,7 @@ class CellLists {
     if (list.empty()) lists_.erase(from);
     add(to, thing);
   }
-  /// Calls visit(thing) for those in the cell and the 26 around it.
+  /// Calls visit(number) for the entries in the cell and the 26 around it.
   template <class Visit>
   void forAround(const ClassCell& cell, Visit&& visit) const {
     for (int i = 0; i < 27; ++i) {
@@ -303,13 +303,13 @@ std::vector<std::vector<std::int32_t>> connectedCells(const CellIndex& index, Be
   return pieces;
 }
 
-/// Numbers of things by what they belong to, in their order within each: those of group g are
+/// Numbers of items by the group they belong to, in their order within each: those of group g are
 /// order[starts[g]] to order[starts[g + 1]].
 struct Grouped {
   std::vector<std::size_t> starts;  ///< of each group, and the end
   std::vector<std::uint32_t> order;
 
-  /// `group_of`: of each thing; -1 = of none.
+  /// `group_of`: of each item; -1 = of none.
   Grouped(const std::vector<std::int32_t>& group_of, std::size_t groups) : starts(groups + 1, 0) {
     for (const std::int32_t g : group_of) {
       if (g >= 0) ++starts[static_cast<std::size_t>(g) + 1];

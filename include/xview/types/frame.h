@@ -95,7 +95,7 @@ class RelabelledRecording : public ForwardingSource {
   LabelSet labels_;
 };
 
-/// Frames of a recording with other poses: those that were found for them.
+/// Frames of a recording with other poses, e.g. the ones that were found for them.
 class PosedRecording final : public ForwardingSource {
  public:
   /// `poses` are T_target_sensor of the frames at those positions. The recording must outlive this

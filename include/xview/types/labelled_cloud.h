@@ -78,7 +78,7 @@ struct LabelledCloud {
       points.push_back(point);
     }
   }
-  /// True if the data told instances of things.
+  /// True if the data told instances of objects.
   bool hasInstances() const {
     return std::any_of(points.begin(), points.end(),
                        [](const Point& p) { return p.instance != 0; });

@@ -12,13 +12,13 @@ namespace xview {
 
 /// How a class takes part in localization.
 enum class Role : std::uint8_t {
-  object,   ///< a thing with a place of its own: pole, sign, trunk, lamp
+  object,   ///< an object with a place of its own: pole, sign, trunk, lamp
   surface,  ///< continuous: road, facade, hedge; its clusters depend on the view, so it is sampled
   dynamic,  ///< moves between visits: car, person
   ignored   ///< no information: void, sky, noise
 };
 
-/// What a class physically is, independent of the data set; chooses the plan-view channels it
+/// What a class physically is, independent of the data set; chooses the BEV channels it
 /// feeds.
 enum class Kind : std::uint8_t {
   road,
@@ -98,7 +98,7 @@ LabelSet genericLabelSet(const std::vector<std::uint32_t>& ids);
 /// A colour that differs well between neighbouring ids.
 std::array<std::uint8_t, 3> distinctColor(std::uint32_t id);
 
-/// What people call the same thing: a table of lines like "object pole: pole, utility pole"
+/// Synonyms: a table of lines like "object pole: pole, utility pole"
 /// (config/class_names.txt, compiled in).
 class ClassNames {
  public:

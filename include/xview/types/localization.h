@@ -57,7 +57,7 @@ struct Gravity {
 /// How many degrees of freedom an answer was looked for with.
 enum class GravityUse {
   aligned,   ///< x, y, z and heading: z is up in map and query as they are
-  levelled,  ///< the same after one of them was turned to stand upright
+  levelled,  ///< the same after one of them was turned into gravity alignment
   free       ///< six: the pose itself says which way is up
 };
 
@@ -94,67 +94,65 @@ struct Witnesses {
   double dense = 0;            ///< how many points meet the map after the refinement
 };
 
-/// What a stretch of a map shows at the best place that is not its own: a sample of what wrong
-/// places of this map look like.
+/// A stretch of a map at the best place that is not its own: one sample of the null hypothesis, of
+/// what wrong places of this map look like.
 struct WrongPlace {
-  /// Inlier ratio of its points there above that by chance, in [-1, 1]; 0 if they do not settle.
-  /// Nothing for a map without points.
+  /// Inlier ratio of its points there above the null inlier ratio, in [-1, 1]; 0 if the
+  /// registration does not converge. Nothing for a map without points.
   std::optional<double> above_null;
-  /// As Visibility::missing, asked there.
+  /// As Visibility::miss_ratio, there.
   std::optional<double> miss_ratio;
 };
 
-/// Share of what stands at a place that is missing or contradicted there at about even odds.
+/// Conflict ratio and miss ratio at which right and wrong places are about equally frequent.
 constexpr double kConflictThreshold = 0.25;
 
-/// What query and map show of each other at a place, which no search has made large: a score is a
-/// sum, and where much of it fits, what contradicts it weighs little. Nothing where that tells
-/// nothing.
+/// Overlaps and conflicts of query and map at a place, both ways. The search does not maximise
+/// them: a score is a sum, in which conflicts weigh little where much fits. Nothing where a value
+/// would say nothing.
 struct Visibility {
-  /// Share of what stands in the query, where the map was seen, that does not stand there in the
-  /// map: of blocks of 4 m, those that speak against the pose as a whole, each counted by what a
-  /// true pose would score there. In [0, 1].
+  /// Query in map: share of blocks of 4 m of obstacles of the query, where the map was seen, whose
+  /// score is negative as a whole, weighted by the score of a true pose there. In [0, 1].
   std::optional<double> conflict_ratio;
-  /// How far what stands in the query stands in the map as well, where that was seen. Labels do not
-  /// count, only that something stands there. Share of the log-likelihood ratio that a true pose
-  /// would have on average, in [-1, 1.5].
+  /// Query in map: how far obstacles of the query, of any label, are obstacles of the map where
+  /// that was seen. Share of the log-likelihood ratio that a true pose has on average, in
+  /// [-1, 1.5].
   std::optional<double> obstacle_overlap;
-  /// The other way round: how far the query shows what stands in the map, where it has looked, in
-  /// [-1, 1]; negative if the query rather saw that nothing is there. Nothing for bare graphs,
-  /// which saw no empty ground, for queries that measured little of it, and in rooms, where
-  /// furniture hides furniture.
+  /// Map in query: how far obstacles of the map are obstacles of the query where it observed the
+  /// ground, in [-1, 1]; negative if the query rather observed free ground. Nothing for bare
+  /// graphs, which observe no free ground, for queries that measured little of it, and in rooms,
+  /// where furniture occludes furniture.
   std::optional<double> map_overlap;
-  /// Share of what stands in the map that the query does not show, by blocks like `contradicted`;
-  /// asked with `shown`.
+  /// Map in query: share of blocks of obstacles of the map that the query does not have, as
+  /// conflict_ratio; set where map_overlap is.
   std::optional<double> miss_ratio;
 };
 
-/// What was looked at closely at one place: what query and map show of each other, and what the
-/// registration says after it moved the query there.
+/// Dense verification of one place: overlaps of query and map, and the registration there.
 struct DenseEvidence : Visibility {
   enum class Of : std::uint8_t {
     nothing,  ///< there was nothing to register
     points,   ///< points of query and map
-    views     ///< views from above, where no single point is known well enough
+    views     ///< bird's-eye views, where no single point is known well enough
   };
   Of of = Of::nothing;
-  bool converged = false;  ///< it found a pose near the place
-  /// How closely what stands upright lies on its like, where the map holds anything, in [0, 1]; 0
-  /// if it did not settle.
+  bool converged = false;  ///< the registration found a pose near the place
+  /// Inlier ratio: how closely points of obstacles lie on points of their class, where the map
+  /// holds anything, in [0, 1]; 0 if the registration did not converge.
   double inlier_ratio = 0;
-  double null_inlier_ratio = 0;  ///< the same some metres off, in whatever the map holds there
-  /// How closely one half of the query lies on the other: what a true place could show at best.
-  /// Asked where the query cannot tell what it shows.
+  double null_inlier_ratio = 0;  ///< the inlier ratio some metres off, on average
+  /// Split-half self-consistency: inlier ratio of one half of the query in the other, the best that
+  /// a true place could have. Set where map_overlap is not.
   std::optional<double> self_consistency;
-  /// How much of what stands in the map the query saw through, as a share of that some metres off;
-  /// asked there as well. See pose::freeSpaceViolation.
+  /// Free-space violation: share of the map that rays of the query pass through, over the same
+  /// share some metres off. See pose::freeSpaceViolation.
   std::optional<double> free_space_violation;
-  bool aerial = false;  ///< the query was seen from the air
+  bool aerial = false;  ///< the query was recorded from the air
 
   bool registered() const { return of != Of::nothing; }
 };
 
-/// Medians over the means of 43 maps.
+/// Medians over the means of 43 maps, for maps that were not measured.
 constexpr double kUsualWrongPlaceAboveNull = 0.10, kUsualWrongPlaceMissRatio = 0.45;
 
 /// What the verdict was made of.
@@ -162,16 +160,16 @@ struct Statistics {
   double likelihood_margin =
       0;                    ///< (s1 - s2) ln(s1 / s2) of the best two places, with noise [nats]
   double score_ratio = 1;   ///< share of the score that a true pose would have, in (0, 1]
-  double map_coverage = 1;  ///< share of the query that lies where the map was seen
+  double map_coverage = 1;  ///< share of the query where the map was seen, in (0, 1]
   double dense_margin =
-      0;  ///< how much better the place fits than any other; see verify::denseScore
+      0;  ///< of dense scores, over the second-best place; see verify::denseScore [nats]
   DenseEvidence dense;
-  /// Means over wrong places of the map at hand (WrongPlace): how much its streets, rooms and
-  /// houses resemble each other. Those of a usual map where the map was not asked.
+  /// Means over wrong places of the map at hand (WrongPlace), its perceptual aliasing. Those of a
+  /// usual map where none were measured.
   double wrong_place_above_null = kUsualWrongPlaceAboveNull;
   double wrong_place_miss_ratio = kUsualWrongPlaceMissRatio;
-  double sigma_m = 0;  ///< of the registered position where it is known least, in lengths of a
-                       ///< town; 0 = not known
+  double sigma_m = 0;  ///< largest standard deviation of the registered position in the plane, in
+                       ///< canonical lengths; 0 = not known
 };
 
 /// Milliseconds per stage, in the order of execution.
@@ -207,8 +205,8 @@ struct Localization {
   /// consensus value s of X-View [m]; infinite if fewer do, and unless the method is walks.
   double consensus_m = std::numeric_limits<double>::infinity();
   std::vector<Hypothesis> hypotheses;  ///< best first, distinct places
-  /// T_map_sensor of every frame of the query as the posterior bends its odometry; empty if it did
-  /// not settle.
+  /// T_map_sensor of every frame of the query as the posterior bends its odometry; empty if that
+  /// did not converge.
   std::vector<Eigen::Isometry3d> trajectory;
   std::vector<Correspondence> putative;
   std::vector<Correspondence> kept;

@@ -7,7 +7,7 @@
 
 namespace xview {
 
-/// The value that so many others do not exceed. Reorders them.
+/// The value of this rank, ascending from 0. Reorders the values.
 template <class T>
 T rankedOf(std::vector<T>& values, std::size_t rank) {
   const auto value = values.begin() + static_cast<std::ptrdiff_t>(rank);

@@ -13,14 +13,14 @@ namespace xview {
 double yawOf(const Eigen::Matrix3d& R);
 
 Eigen::Isometry3d poseOf(const Eigen::Matrix3d& R, const Eigen::Vector3d& position);
-/// x, y, z and yaw as a transform that keeps z upright.
+/// x, y, z and yaw as a transform that keeps z.
 Eigen::Isometry3d poseFromYaw(const Eigen::Vector3d& position, double yaw_rad);
 
-/// After this share of the way from one pose to another, straight and turning evenly.
+/// After this share of the path from one pose to another, straight and turning evenly.
 Eigen::Isometry3d interpolated(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b,
                                double share);
 
-/// How far one has come at each of successive poses [m]; at least one number.
+/// Path length up to each of successive poses [m]; at least one number.
 std::vector<double> pathLengths(const std::vector<Eigen::Isometry3d>& poses);
 
 /// Angle of the rotation between two poses [rad, 0..pi].

@@ -22,8 +22,8 @@ namespace xview {
 struct Place {
   LabelSet labels;
   SemanticGraph graph;  ///< the paper's graph: objects and pieces of surface
-  BevGrid bev;          ///< surfaces and objects seen from above; empty for bare graphs, and where
-                        ///< nothing tells which way is up
+  BevGrid bev;  ///< bird's-eye view of surfaces and objects; empty for bare graphs, and where
+                ///< the direction of gravity is unknown
   LabelledCloud cloud;  ///< for refinement and pictures; Point::view is a position in `poses`
 
   /// T_place_sensor of the frames that saw it, in order: all of a query, whose last one is answered
@@ -33,21 +33,21 @@ struct Place {
   std::vector<double> stamps_s;      ///< and times [s]
 
   Sensor sensor = Sensor::cloud;  ///< that saw it last
-  double size = 1;                ///< its lengths against those of a town; see kTownScale
+  double size = 1;                ///< scale: its lengths over canonical ones; see kTownScale
   Gravity gravity;                ///< which way is up
   Timings timing_ms;              ///< what making it took: read, lift, blobs, graph
 };
 
-// All lengths that stages compare with (cells, voxels, reaches, tolerances) are those of a town. A
-// place of another size is brought to lengths of a town before anything looks at it, and the answer
-// is brought back: so every length follows, also the precision of points. Sizes are powers of two,
-// which changes no digit of a number.
+// All lengths that stages compare with (cells, voxels, radii, tolerances) are canonical: those of a
+// town in metres. A place of another size is brought to canonical scale before any stage reads it,
+// and the answer is brought back, so every length follows, also the precision of points. Scales are
+// powers of two, which changes no digit of a number.
 
 constexpr double kTownScale = 1, kRoomScale = 1. / 4, kDeskScale = 1. / 16;
 
-/// A length of the place over the same one of a town, for options.size; none for auto.
+/// Scale of a place (lengths over canonical ones) for options.size; none for auto.
 std::optional<double> parseSize(const std::string& text);
-/// The word, or the typical spacing of neighbouring things [m]: parseSize() reads it back.
+/// The word, or the typical spacing of neighbouring objects [m]: parseSize() reads it back.
 std::string sizeText(double size);
 void requireSize(const std::string& name, const std::string& text);
 
@@ -60,7 +60,7 @@ void scaleLengths(double factor, Frame& frame);
 void scaleLengths(double factor, Localization& answer);
 void scaleLengths(double factor, Eigen::Isometry3d& T);
 
-/// A thing as it is, or a changed copy of it. What it was made of must outlive it.
+/// A value as given, or a changed copy of it. The given one must outlive this.
 template <class Value>
 class MaybeChanged {
  public:
@@ -76,7 +76,7 @@ class MaybeChanged {
   std::optional<Value> changed_;
 };
 
-/// The same thing in other lengths; a copy is made only if they differ.
+/// The same value with all lengths multiplied; copied only if the factor is not 1.
 template <class Value>
 struct Scaled : MaybeChanged<Value> {
   Scaled(const Value& given, double factor) : MaybeChanged<Value>(given) {

@@ -8,7 +8,7 @@
 
 namespace xview::verify {
 
-/// Those of the correspondences that one pose explains, where most are wrong: sample consensus
+/// The correspondences that one pose explains, where most are wrong: sample consensus
 /// draws three of 900 pairs of which one in a hundred is right in vain.
 ///
 /// Two correspondences agree if they join different vertices that are as far apart in query as in

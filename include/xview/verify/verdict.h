@@ -13,8 +13,7 @@
 namespace xview::verify {
 
 struct VerdictOptions {
-  /// Share of right ones among answers with just this evidence, from which on an answer is
-  /// accepted.
+  /// An answer is accepted if this share of answers with the same evidence is right.
   double min_confidence = 0.99;
   double min_known_share = 0.15;  ///< share of the query that must lie where the map was seen
   std::string model;  ///< file of xview learn --verdict; empty = what the program comes with
@@ -29,13 +28,12 @@ void visit(VerdictOptions& o, Visitor&& field) {
   field("model", o.model, "file of xview learn --verdict; empty = built in");
 }
 
-/// What a part of a query says for a place, and what it would say at a true pose [nats].
+/// Log-likelihood ratio of a part of a query at a place, and its mean at a true pose [nats].
 struct PartEvidence {
   double score = 0, expected = 0;
 };
 
-/// Share of the best score from which on a place may be the right one and is to be looked at
-/// closely.
+/// Places with at least this share of the best score are verified densely.
 constexpr double kAboutAsWell = 0.75;
 
 /// What speaks for one place by itself.
@@ -43,7 +41,7 @@ struct PlaceEvidence {
   double score = 0;         ///< [nats]
   double expected = 0;      ///< score that a true pose would have on average [nats]
   double map_coverage = 1;  ///< share of the query where the map knows anything
-  PartEvidence obstacles;   ///< views: what stands upright
+  PartEvidence obstacles;   ///< of bird's-eye views: upright surfaces and obstacles
   DenseEvidence dense;
 };
 
@@ -52,7 +50,7 @@ struct PlaceEvidence {
 struct Evidence : PlaceEvidence {
   double runner_up = 0;  ///< score of the best other place; what unseen area scores (0) if none
   double third = 0;      ///< score of the place after that
-  std::vector<PlaceEvidence> alternatives;  ///< other places that were looked at closely
+  std::vector<PlaceEvidence> alternatives;  ///< other places that were verified densely
   double best_unverified = 0;               ///< score of the best place that was not
   int windows = 1;  ///< queries that share no frame, whose evidence is summed here
   double second_best_distance_m = 0;  ///< from the best place to the runner-up; 0 = not known
@@ -69,35 +67,36 @@ struct Evidence : PlaceEvidence {
   bool secondBestIsClose() const { return runner_up > 0.5 * score; }
 };
 
-/// Without what the map knows of itself.
+/// Without the statistics of wrong places of the map.
 Statistics statisticsOf(const Evidence& evidence);
 
-/// What log odds of right against wrong are linear in, if every other query is from elsewhere.
+/// Terms in which the log odds of right against wrong are linear, if every other query is out of
+/// the map.
 enum Term : std::size_t {
   kConstant,
-  kScoreRatio,  ///< share of the score of a true pose; its logarithm where nothing was registered
-  kLikelihoodMargin,  ///< logarithm of the lead
-  kMapCoverage,       ///< logarithm of the share of the query that lies where the map was seen:
-                 ///< strangers fit best where they hang over its edge
-  kAboveNull,  ///< dense agreement over that by chance, as a share of that of the query with itself
-               ///< where that was asked; 0 if the registration did not settle
-  kConverged,  ///< 1 if the registration found a pose near the place
-  kObstacleOverlap,            ///< how far what stands in the query stands in the map as well
-  kMapOverlap,                 ///< how far the query shows what stands in the map
-  kMissRatio,                  ///< how little of that it does not show
-  kConflictRatio,              ///< how little of what stands in the query the map contradicts
-  kFreeSpaceViolation,         ///< logarithm of how little of the map the query saw through
-  kDenseMargin,                ///< how much better the place fits than any other
-  kDenseMarginTimesAboveNull,  ///< which says more where the points agree: times what is in excess
-  kLogDenseMargin,  ///< logarithm of the margin: a stranger may fit one place of the map only, too
-  kWrongPlaceAboveNull,  ///< how closely points lie on their like at wrong places of this map, over
-                         ///< usual
-  kWrongPlaceMissRatio,  ///< how much of the map stretches of it miss at wrong places, over usual
+  kScoreRatio,                 ///< Statistics::score_ratio; its logarithm without registration
+  kLikelihoodMargin,           ///< logarithm of Statistics::likelihood_margin
+  kMapCoverage,                ///< logarithm of Statistics::map_coverage: out-of-map queries fit
+                               ///< best where they hang over the edge of the map
+  kAboveNull,                  ///< inlier ratio above null and threshold, as a share of the
+                               ///< self-consistency where that is set; 0 without convergence
+  kConverged,                  ///< 1 if the registration converged near the place
+  kObstacleOverlap,            ///< Visibility::obstacle_overlap above its threshold
+  kMapOverlap,                 ///< Visibility::map_overlap
+  kMissRatio,                  ///< Visibility::miss_ratio below its threshold
+  kConflictRatio,              ///< Visibility::conflict_ratio below its threshold
+  kFreeSpaceViolation,         ///< negative logarithm of DenseEvidence::free_space_violation
+  kDenseMargin,                ///< Statistics::dense_margin
+  kDenseMarginTimesAboveNull,  ///< product of both where both are positive
+  kLogDenseMargin,             ///< logarithm of the dense margin: an out-of-map query may fit one
+                               ///< place of the map only, too
+  kWrongPlaceAboveNull,        ///< Statistics::wrong_place_above_null over that of a usual map
+  kWrongPlaceMissRatio,        ///< Statistics::wrong_place_miss_ratio over that of a usual map
   kTerms
 };
 
 /// Log odds x = weights . terms, and x + sharpness * max(0, x - knee)^2 above the knee: where all
-/// witnesses agree, right answers are more frequent than a sum of dependent witnesses says.
+/// terms agree, right answers are more frequent than a sum of dependent terms says.
 struct EvidenceWeights {
   std::array<double, kTerms> of{};
   double knee = 0, sharpness = 0;
@@ -109,23 +108,23 @@ struct EvidenceWeights {
   double linearPart(double log_odds) const;
 };
 
-/// The weights. The witnesses are not independent, so those that there are were fitted together:
-/// the place alone, with a registration, with what the query shows of the map as well, and the same
-/// of queries from the air. Terms that such evidence has not weigh 0.
+/// One set of weights per kind of evidence, fitted together because terms depend on one another:
+/// the score alone, with a registration, with the overlap of map and query as well, and the latter
+/// from the air. Terms that a kind of evidence lacks weigh 0.
 struct VerdictModel {
   EvidenceWeights alone, registered, with_overlap, air;
 
-  /// Those for the evidence that there is.
+  /// The set for the kind of evidence at hand.
   const EvidenceWeights& weightsFor(const Statistics& statistics) const;
 };
 
-/// 0 for evidence that there is not.
+/// A term is 0 where its evidence was not measured.
 std::array<double, kTerms> termsOf(const Statistics& statistics);
 
-/// How well a place fits after a close look, to tell the places of one query apart [nats]: how
-/// closely its points lie on their like, however closely, what the query shows there of the map,
-/// and how little of it was seen through. To a stranger a copy of the map is as good as the map; of
-/// two places the one that fits to the centimetre is it. `best`: what was asked there is compared.
+/// Dense score of a place, to compare the places of one query [nats]: inlier ratio above null, map
+/// overlap and free-space violation. For an out-of-map query a copy of the map is as good as the
+/// map; of two places the one that fits to the centimetre is right. Values that are set in `best`,
+/// the dense evidence of the best place, are compared.
 double denseScore(const PlaceEvidence& place, const DenseEvidence& best);
 
 /// The model that the program comes with, config/verdict.txt.
@@ -136,15 +135,14 @@ VerdictModel verdictModelOf(const VerdictOptions& options);
 VerdictModel readVerdictModel(const std::string& path);
 std::string toText(const VerdictModel& model);
 
-/// An answer of which is known whether it is right.
+/// An answer with its label for training: right or wrong.
 struct JudgedStatistics {
   Statistics statistics;
   bool right = false;
   std::size_t group = 0;  ///< answers of one world or recording
 };
-/// The likeliest model if all right answers weigh as much as all wrong ones: logistic regression
-/// with a small ridge, in which no better witness may count against an answer. Its odds are then
-/// calibrated on answers that did not set the weights: each group is judged by the others. Each set
+/// Logistic regression with a small ridge and monotone signs, all right answers weighing as much as
+/// all wrong ones. Its odds are then calibrated by leave-one-group-out cross-validation. Each set
 /// of weights is learned from all answers that have its evidence; where none has, the weights stay
 /// those of the program. Throws Error if right or wrong ones are missing.
 VerdictModel fitVerdictModel(const std::vector<JudgedStatistics>& answers);
@@ -159,17 +157,17 @@ struct Verdict {
 
 /// One formula and one scale for views, bare graphs, walks and sequences.
 ///
-/// Without a registration the place must stand out by its score: the odds grow with the logarithm
-/// of the lead (s1 - s2) ln(s1 / s2), as 60 nats before the next place are much over 30 and little
-/// over 600. With one it must stand out by how it fits after close looks at the best few places
-/// (denseScore), lie where the map was seen, and by itself fit closely or, where that can be asked,
-/// stand as the map does and show what the map shows. Correspondences add nothing to these
-/// (measured) and are reported only.
+/// Without a registration the odds grow with the logarithm of the likelihood-ratio margin (s1 - s2)
+/// ln(s1 / s2), as 60 nats over the second-best place are much over 30 and little over 600. With
+/// one they grow with the margin of dense scores over the other places that were verified, with map
+/// coverage, and with the inlier ratio above null or, where these are set, the overlaps and
+/// conflicts of query and map. Correspondences add nothing to these (measured) and are reported
+/// only.
 ///
 /// How unlikely evidence is at a wrong place depends on the map: streets of one plan and rooms of
-/// one floor fit each other closely. `wrong_places` samples that in the map at hand (none if nobody
-/// asked it: a usual map). And a pose is right only as far as its own covariance leaves it near the
-/// truth.
+/// one floor fit each other closely. `wrong_places` samples that null hypothesis in the map at hand
+/// (empty: a usual map). The confidence includes the probability that the error of the pose, by its
+/// own covariance, is below 3 m.
 Verdict judge(const Evidence& evidence, const VerdictOptions& options,
               const VerdictModel& model = defaultVerdictModel(),
               const std::vector<WrongPlace>& wrong_places = {});
