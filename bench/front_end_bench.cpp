@@ -158,7 +158,7 @@ void registerBevGrid(const std::string& kind, const Input& input) {
   })->Unit(benchmark::kMillisecond);
 }
 
-/// From the image in memory, or from the file, to the updated place graph and plan view.
+/// From the image in memory, or from the file, to the updated place graph and BEV grid.
 void registerWhole(const std::string& kind, const Input& input) {
   for (const bool from_file : {false, true}) {
     for (const bool with_view : {false, true}) {

@@ -18,7 +18,7 @@ int main(int argc, char** argv) try {
   const xview::Localizer localizer(std::move(map), options);
 
   const std::size_t window = argc > 3 ? std::stoul(argv[3]) : 30;
-  std::vector<xview::PreprocessedFrame> frames;  // frames are digested once and then forgotten
+  std::vector<xview::PreprocessedFrame> frames;  // frames are preprocessed once and then forgotten
   std::size_t accepted = 0;
   for (std::size_t i = 0; i < recording->size(); ++i) {
     frames.push_back(localizer.preprocess(recording->read(i), recording->labels()));

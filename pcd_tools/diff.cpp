@@ -52,7 +52,7 @@ std::string passingOf(const Changes& changes) {
 
 std::string summaryOf(const Changes& changes) {
   const std::string passing = passingOf(changes);
-  return fmt::format("{} (of {} things seen by both){}", headlineOf(changes), changes.compared,
+  return fmt::format("{} (of {} landmarks seen by both){}", headlineOf(changes), changes.compared,
                      passing.empty() ? "" : "; of classes that move anyway " + passing);
 }
 
@@ -80,7 +80,7 @@ std::string toCsv(const Changes& changes, const LabelSet& labels) {
   return text;
 }
 
-/// A class for each thing that can happen to a class: "gone pole".
+/// A class for each change of a class: "gone pole".
 LabelSet changeLabels(const Changes& changes, const LabelSet& labels,
                       std::vector<std::uint32_t>& ids) {
   LabelSet set("changes");
@@ -127,7 +127,7 @@ class DiffCommand final : public Command {
             "MAP MAP|RECORDING",
             "what appeared, disappeared or moved between two visits",
             "The second visit is localized in the first (exit code 3 if it is not accepted). A "
-            "thing is gone where the second visit looked and nothing stands any more, new the "
+            "landmark is gone where the second visit observed its place without it, new the "
             "other way round; what one of them did not see is not spoken of. OUT.csv is a table, "
             "OUT.ply a graph of the changes, OUT.png or OUT.svg a picture, OUT.html a page, "
             "OUT.vtk a mesh, OUT.pcd a cloud.",
@@ -201,7 +201,7 @@ class DiffCommand final : public Command {
                        const PlacedVisit& later, const Job& job) {
     Scene scene = tools::sceneOf(earlier);
     scene.title = headlineOf(changes);
-    scene.caption = fmt::format("{} and, later, {}: {} things seen by both", job.operands[0],
+    scene.caption = fmt::format("{} and, later, {}: {} landmarks seen by both", job.operands[0],
                                 job.operands[1], changes.compared);
     scene.made_by = madeBy(job);
     SceneLine way{"way of the later visit", {90, 110, 200}, {}};

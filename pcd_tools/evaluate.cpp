@@ -99,7 +99,7 @@ std::vector<SceneChart> chartsOf(const Evaluation& evaluation) {
   for (const PrecisionRecall& point : evaluation.curve)
     precision.curves[0].second.emplace_back(point.recall, point.precision);
   SceneChart calibration{"Right answers, and what confidence claims",
-                         "confidence (dots: so many answers)",
+                         "confidence (dots: number of answers)",
                          "right",
                          ChartAxis::odds,
                          {}};
@@ -124,7 +124,7 @@ std::vector<std::pair<std::string, std::string>> factsOf(const Evaluation& e) {
       {"recall", percent(e.recall)},
       {"time per query", fmt::format("{:.2f} s", e.total_ms.median / 1000)}};
   if (e.negatives > 0)
-    facts.emplace_back("strangers accepted", fmt::format("{} of {}", e.false_accepts, e.negatives));
+    facts.emplace_back("negatives accepted", fmt::format("{} of {}", e.false_accepts, e.negatives));
   return facts;
 }
 
@@ -146,8 +146,7 @@ class EvaluateCommand final : public Command {
 
   void declare(Flags& flags) override {
     flags.addOutput("-o,--out DIR", out_, "folder for the files; made if missing");
-    flags.add("--negatives", negatives_,
-              "answers to queries from elsewhere, which must be refused");
+    flags.add("--negatives", negatives_, "answers to out-of-map queries, which must be refused");
     flags.add("--within", within_m_,
               "an answer is correct if its position is this near the truth [m]");
     flags.add("--map", map_, "draw this map in report.html, not that which RESULTS name");
@@ -189,7 +188,7 @@ class EvaluateCommand final : public Command {
     query.error_deg = scored.rotationError();
   }
 
-  /// The map with all queries, those from elsewhere last, as in `scored`.
+  /// The map with all queries, those out of the map last, as in `scored`.
   std::string reportPage(const Evaluation& evaluation, const std::vector<ScoredQuery>& scored,
                          const std::vector<SceneChart>& charts, const map::SemanticMap& map,
                          const Job& job) const {

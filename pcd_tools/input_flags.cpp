@@ -12,7 +12,7 @@ void InputFlags::declare(Flags& flags) {
       "cloud_folder, graph, map, synthia, airsim, tum_rgbd, virtual_kitti, carla, bag");
   flags.add("--labels SET", labels_, "label set: a shipped one by name, or a classes.yaml");
   flags.rare().add("--class-names", class_names_,
-                   "file of names that mean the same class, asked before those that the program "
+                   "file of names that mean the same class, asked before the ones that the program "
                    "knows (config/class_names.txt)");
   flags.rare().add("--label-field NAME", label_field_, "field of a cloud that holds the class");
   flags.rare().add("--instance-field NAME", instance_field_,

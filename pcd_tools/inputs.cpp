@@ -76,7 +76,7 @@ io::InputOptions queryIn(const InputFlags& input, const LabelSet& map_labels) {
   return options;
 }
 
-/// Position of the first frame that is at most so many metres of travel before the last one.
+/// Position of the first frame that is at most this many metres of travel before the last one.
 std::size_t firstWithin(const FrameSource& source, double length_m) {
   std::size_t first = source.size();
   double travelled = 0;

@@ -64,7 +64,7 @@ io::InputKind chooseKind(const std::string& path, io::InputOptions& options, con
 /// none.
 Place readLabelledGraph(const std::string& path, const io::InputOptions& input, const Job& job);
 
-/// What a map or a graph file holds; nothing if the path is a recording (settleKind).
+/// What a map or a graph file holds; nothing if the path is a recording (chooseKind).
 std::optional<Place> readStored(const std::string& path, io::InputOptions& input, const Job& job);
 
 /// A map of recordings in one frame. It is said what of them was left out. `seen` is called with
@@ -107,9 +107,9 @@ struct Window {
   std::size_t first = 0;
   std::size_t last = 0;
 };
-/// Calls take(query, window) for windows of a recording, which are in order. It is digested once,
-/// whatever the windows share, and no more of it is kept than the next window needs. Each window
-/// has its own Budget of job.limits.
+/// Calls take(query, window) for windows of a recording, which are in order. It is preprocessed
+/// once, whatever the windows share, and no more of it is kept than the next window needs. Each
+/// window has its own Budget of job.limits.
 void forEachWindow(const QueryInput& input, const std::vector<Window>& windows, const Job& job,
                    const std::function<void(const Query&, const Window&)>& take);
 

@@ -35,7 +35,7 @@ class LearnCommand final : public Command {
             "--verdict RESULTS.jsonl... OUT.txt fits the confidence to answers of xview localize "
             "--json about recordings "
             "with such a file, and about\n"
-            "recordings from elsewhere. Use the result with --verdict.model OUT.txt.",
+            "out-of-map recordings. Use the result with --verdict.model OUT.txt.",
             "xview learn town/rear town/aerial town.xvm town.txt",
             2,
             100000,
@@ -113,7 +113,7 @@ class LearnCommand final : public Command {
   /// The true poses of recordings, each file read once.
   class Truths {
    public:
-    /// Infinite for a recording without true poses, which is from elsewhere.
+    /// Infinite for a recording without true poses, which is out of the map.
     double errorOf(const Answer& answer) {
       const std::string file = truthBeside(answer.input);
       if (file.empty()) return INFINITY;

@@ -32,7 +32,8 @@ namespace {
 /// The flags that say how a QUERY is cut into windows and how those speak to one another.
 struct WindowFlags {
   int size = 0, stride = 0;
-  double last_m = 0;      ///< a whole recording is found by so much of its end [m]; 0 = all of it
+  double last_m =
+      0;  ///< path length at the end of a whole recording that is the query [m]; 0 = all
   bool sequence = false;  ///< with what earlier windows say
   bool track = false;     ///< from fix to fix
   void declare(Flags& flags);

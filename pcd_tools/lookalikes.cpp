@@ -66,7 +66,7 @@ double percentSure(const SelfSimilarity& self_similarity, const WrongScores& sco
   return 100.0 * static_cast<double>(sure) / static_cast<double>(scores.queries);
 }
 
-/// The way in the colour of its places, and lines between places that look alike.
+/// The path in the colour of its places, and lines between similar places.
 Scene sceneOf(const map::SemanticMap& map, const SelfSimilarity& self_similarity, const Job& job) {
   Scene scene = tools::sceneOf(map);
   scene.title = "how far one must go to be sure";

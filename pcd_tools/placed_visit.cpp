@@ -22,7 +22,7 @@ namespace {
 
 constexpr double kOneFrame_m = 1, kWindow_m = 60;  ///< of a town
 
-/// Windows of so much way, from one start to the next half of it; the last one ends where the
+/// Windows of this path length, which overlap by half; the last one ends where the
 /// recording does.
 std::vector<Window> windowsOf(const std::vector<double>& way_m, double length_m) {
   std::vector<Window> windows;

@@ -21,7 +21,7 @@ class SimulateCommand final : public Command {
             "OUT_DIR",
             "a seeded world and its recordings (sequence folders, LiDAR scans, truth)",
             "Each session becomes a folder: forward (whose odometry frame is the map frame) and "
-            "those that are chosen. --sim.style suburb|grid|village|campus|office says what kind "
+            "the chosen ones. --sim.style suburb|grid|village|campus|office says what kind "
             "of world. groundtruth.txt holds the true poses in the map frame. Switch a session "
             "with --sessions.rear=false.",
             "xview simulate town --seed 7 --quality noisy --sessions.elsewhere",

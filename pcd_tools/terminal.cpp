@@ -21,7 +21,7 @@ bool hasColors(std::FILE* stream) {
 
 bool continuesCharacter(char c) { return (static_cast<unsigned char>(c) & 0xC0) == 0x80; }
 
-/// Position behind so many characters.
+/// Position behind this number of characters.
 std::size_t bytesOf(const std::string& text, std::size_t characters) {
   std::size_t byte = 0;
   for (; byte < text.size(); ++byte) {

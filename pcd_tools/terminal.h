@@ -20,14 +20,14 @@ enum class Ink { plain, dim, bold, green, amber, red };
 /// The text in a colour, if the stream is a terminal and neither NO_COLOR nor TERM=dumb forbids it.
 std::string inked(const std::string& text, Ink ink, std::FILE* stream);
 
-/// Characters that a UTF-8 text shows; those that combine or are wide are not told apart.
+/// Characters of a UTF-8 text; combining and wide ones count as one.
 std::size_t columnsOf(const std::string& text);
 
-/// The text in exactly so many columns: filled with blanks behind it, or before it.
+/// The text in exactly this number of columns: filled with blanks behind it, or before it.
 std::string padded(const std::string& text, std::size_t columns);
 std::string rightAligned(const std::string& text, std::size_t columns);
 
-/// The text in at most so many columns; "…" stands for what is missing at the end, or at the
+/// The text in at most this number of columns; "…" stands for what is missing at the end, or at the
 /// beginning, where paths differ least.
 std::string withoutEnd(const std::string& text, std::size_t columns);
 std::string withoutBeginning(const std::string& text, std::size_t columns);

@@ -20,8 +20,8 @@ Answer answerFor(const QueryInput& input, const Window& window, Answer answer);
 /// Accepted is what is wrong with at most this chance. Throws UsageError that calls it `name`.
 void acceptAtRisk(const std::string& name, double risk, verify::VerdictOptions& verdict);
 
-/// A recording of one piece is found by so much of its end [m]: of 1 % drift little more than a
-/// metre, and more than any place needs.
+/// Path length at the end of a recording of one piece that is the query [m]: of 1 % drift little
+/// more than a metre, and more than any place needs.
 constexpr double kLastMetres = 150;
 
 }  // namespace xview::tools

@@ -190,8 +190,9 @@ void bindFix(py::module_& module) {
           "'time' or 'memory' if that of the query ended before it was answered, else None.")
       .def_property_readonly(
           "confidence", [](const Fix& f) { return f.answer->fix.confidence; },
-          "Share of answers with so much evidence that are right, in [0, 1], if every other query "
-          "is from elsewhere.")
+          "Share of right ones among answers with the same evidence, in [0, 1], if every other "
+          "query "
+          "is out of the map.")
       .def_property_readonly(
           "p_wrong", [](const Fix& f) { return 1 - f.answer->fix.confidence; },
           "1 - confidence: the chance that the pose is wrong.")
@@ -249,7 +250,7 @@ void bindFix(py::module_& module) {
           "Correspondences that were tried, uint32 (K, 2): vertex of the query, vertex of the map.")
       .def_property_readonly(
           "kept", [](const Fix& f) { return pairsOf(f.answer->fix.kept); },
-          "Those that the pose keeps, uint32 (K, 2).")
+          "Correspondences that the pose keeps, uint32 (K, 2).")
       .def_property_readonly(
           "trajectory", [](const Fix& f) { return arrayOf(f.answer->fix.trajectory); },
           "T_map_sensor of every frame of the query, float64 (N, 4, 4) [m]; N = 0 if its odometry "
@@ -285,8 +286,8 @@ void bindLocalize(py::module_& module) {
                      "called from several threads.")
       .def(py::init(&makeSeeker), py::arg("map"), py::arg("risk") = 0.01, py::kw_only(),
            py::arg("timeout") = 0.0, py::arg("max_memory") = 0.0,
-           "risk: accepted is what is wrong with at most this chance, if every other query is from "
-           "elsewhere, in [1e-9, 0.5]. timeout [s], max_memory [MB]: a query that takes more is "
+           "risk: accepted is what is wrong with at most this chance, if every other query is out "
+           "of the map, in [1e-9, 0.5]. timeout [s], max_memory [MB]: a query that takes more is "
            "rejected, and its budget_exhausted says which; 0 = no bound. Memory is bounded for the "
            "whole process, beyond what it has when the query begins. Options are those of `xview "
            "localize --help-all`, such as "
@@ -311,7 +312,7 @@ void bindLocalize(py::module_& module) {
           "the arguments make no sense.")
       .def("localize_windows", &localizeWindows, py::arg("recording"), py::arg("window"),
            py::arg("stride") = 0,
-           "A Fix for every window of so many frames, `stride` frames apart (0: as long as the "
+           "A Fix for every window of `window` frames, `stride` frames apart (0: as long as the "
            "window).")
       .def_property_readonly(
           "classes", [](const Seeker& s) { return namesOf(s.map->labels); },
@@ -323,7 +324,7 @@ void bindLocalize(py::module_& module) {
              if (window < 1) throw UsageError(fmt::format("window = {}, must be >= 1", window));
              return std::make_unique<Follower>(localizer, static_cast<std::size_t>(window));
            }),
-           py::arg("localizer"), py::arg("window") = 1, "window: so many frames make one query.")
+           py::arg("localizer"), py::arg("window") = 1, "window: number of frames of one query.")
       .def("add", &Follower::add, py::arg("points"), py::arg("T_odom_sensor"),
            py::arg("stamp") = 0.0, py::arg("labels") = py::none(), py::arg("classes") = py::none(),
            "Adds a scan as it comes: points (N, 3) in the frame of the sensor [m], its odometry "

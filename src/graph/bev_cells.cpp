@@ -23,7 +23,7 @@ Grouped groupByCell(const BevVoxels& voxels, CellIndex& index) {
   return Grouped(cell_of, index.size());
 }
 
-/// Gathers the votes of one cell after the other.
+/// Gathers the weights of one cell after the other.
 class CellSorter {
  public:
   explicit CellSorter(const GroundRule& rule) : gate_m_(static_cast<float>(rule.gate_m)) {}

@@ -12,10 +12,10 @@
 
 namespace xview::graph {
 
-// From votes to the cells of a plan view: votes are summed in voxels, voxels tell the height of the
-// ground, and above it they are sorted into cells.
+// From weights to the cells of a BEV grid: weights are summed in voxels, voxels tell the height of
+// the ground, and above it they are sorted into cells.
 
-constexpr float kMinWeight = 1;    ///< a cell says something about a class from so many votes on
+constexpr float kMinWeight = 1;    ///< least sum of weights for a cell to tell a class
 constexpr double kMinShare = 0.5;  ///< and if the class holds this share of the cell
 
 /// A voxel and a kind as a number: 21 bits for each of x and y (two million voxels), 18 for z, 4
@@ -30,13 +30,13 @@ struct VoxelKey {
   }
   Kind kind() const { return static_cast<Kind>(bits & 0xF); }
 };
-/// The voxel of side kBevVoxel_m of a point relative to the plan origin.
+/// The voxel of side kBevVoxel_m of a point relative to the origin of the grid.
 VoxelKey voxelOf(const Eigen::Vector3d& p, Kind kind);
 
 /// Votes of one kind in one voxel.
 struct BevVoxel {
   VoxelKey key;
-  float x = 0, y = 0, z = 0;  ///< vote-weighted mean, relative to the plan origin [m]
+  float x = 0, y = 0, z = 0;  ///< weighted mean, relative to the origin of the grid [m]
   float weight_sum = 0;
   float near_weight = 0;  ///< of these, measured near enough for thin objects
   Kind kind() const { return key.kind(); }
@@ -59,8 +59,8 @@ struct ClassColumn {
   Kind kind = Kind::none;
   float weight_sum = 0;
   float near_weight = 0;       ///< of these, measured near enough for thin objects
-  float sum_x = 0, sum_y = 0;  ///< of the positions times their votes
-  float low = 0, high = 0;     ///< votes at 0.3–2 m and above 2.5 m
+  float sum_x = 0, sum_y = 0;  ///< of the positions times their weights
+  float low = 0, high = 0;     ///< weights at 0.3–2 m and above 2.5 m
   float top = 0, bottom = 0;   ///< greatest and least height above ground [m]
 };
 
@@ -68,10 +68,10 @@ struct ClassColumn {
 struct ObstacleCell {
   const ClassColumn* first = nullptr;  ///< its kinds, at most one each: [first, last)
   const ClassColumn* last = nullptr;
-  float obstacle_low = 0, obstacle_high = 0;  ///< votes of anything at 0.4–2 m and above 2.5 m
+  float obstacle_low = 0, obstacle_high = 0;  ///< weights of anything at 0.4–2 m and above 2.5 m
 
-  const ClassColumn& of(Kind kind) const;  ///< without votes if there is none
-  float ofObjectsBesidePosts() const;      ///< votes of buildings, fences, vegetation and vehicles
+  const ClassColumn& of(Kind kind) const;  ///< without weights if there is none
+  float ofObjectsBesidePosts() const;  ///< weights of buildings, fences, vegetation and vehicles
   bool holds(Kind kind, double min_share) const;
 };
 
@@ -79,11 +79,11 @@ struct ObstacleCell {
 struct FloorCell {
   std::array<float, 4> weight_sum{};  ///< road, sidewalk, terrain, lane marking
   float height = 0;                   ///< of the ground [m]
-  float total = 0;                    ///< all votes of the cell, upright ones too
+  float total = 0;                    ///< all weights of the cell, upright ones too
   float ground() const { return weight_sum[0] + weight_sum[1] + weight_sum[2] + weight_sum[3]; }
 };
 
-/// All votes of a view sorted into cells of kBevCell_m. `upright_of[i]` is the number of the
+/// All weights of a view sorted into cells of kBevCell_m. `obstacle_of[i]` is the number of the
 /// UprightCell of cell i, or -1.
 struct BevCells {
   BevCells() = default;

@@ -10,13 +10,13 @@
 namespace xview::graph {
 namespace {
 
-constexpr double kAerialShare = 0.5;  ///< of the votes that come from the air make a view aerial
+constexpr double kAerialShare = 0.5;  ///< of the weights that come from the air make a view aerial
 
 using FloorClass = std::int8_t;  ///< one of kRoad, kSidewalk, kTerrain, kNoFloor
 constexpr FloorClass kNoFloor = -1, kSidewalk = 1;
 constexpr std::array<BevChannel, 3> kAreas = {BevChannel::road, BevChannel::sidewalk,
                                               BevChannel::terrain};
-constexpr float kMarkingShare = 0.4f;  ///< of the ground votes of a cell that is a lane marking
+constexpr float kMarkingShare = 0.4f;  ///< of the ground weights of a cell that is a lane marking
 
 /// The majority ground class of a cell; lane markings count as road.
 FloorClass floorClass(const FloorCell& cell) {
@@ -120,12 +120,12 @@ bool isSomewhere(const Eigen::Vector3d& p) {
 /// A labelled point and what it counts.
 struct BevPoint {
   VoxelKey key;
-  float x, y, z;  ///< relative to the plan origin [m]
+  float x, y, z;  ///< relative to the origin of the grid [m]
   float weight;
   bool near;  ///< measured near enough for thin objects
 };
 
-/// Adds votes to their voxels; what one of them needs is asked for some votes ahead.
+/// Adds weights to their voxels; what one of them needs is asked for some weights ahead.
 void sum(const std::vector<BevPoint>& weights, CellTable<BevVoxel, BevVoxels>& voxels) {
   constexpr std::size_t kSlotAhead = 16, kVoxelAhead = 8;
   voxels.reserve(voxels.size() + weights.size());
@@ -169,7 +169,7 @@ struct BevGridBuilder::State {
   }
 
   LabelSet labels;
-  CellTable<BevVoxel, BevVoxels> voxels;  ///< sums of votes per voxel and kind
+  CellTable<BevVoxel, BevVoxels> voxels;  ///< sums of weights per voxel and kind
   std::vector<BevPoint> cast;             ///< of the frame that is being added
   bool has_origin = false;
   Eigen::Vector3d origin = Eigen::Vector3d::Zero();

@@ -88,8 +88,8 @@ CellValue low(Kind kind) {
 }
 
 constexpr float kPeakWeight = 2;        ///< that make a pole, sign or light
-constexpr int kPeakReach = 3;           ///< a peak is the largest within so many cells
-constexpr float kMinPoleShare = 0.25f;  ///< of the votes of the other upright classes in the cell
+constexpr int kPeakReach = 3;           ///< radius in cells in which a peak is the largest
+constexpr float kMinPoleShare = 0.25f;  ///< of the weights of the other upright classes in the cell
 
 /// Weighted mean of the pole-like points in the 3x3 cells around a peak.
 BevSample peakCentre(const BevCells& cells, const ValueGrid& value, std::size_t peak) {
@@ -114,7 +114,7 @@ BevSample peakCentre(const BevCells& cells, const ValueGrid& value, std::size_t 
   return {x / weight, y / weight, cells.floor[peak].height};
 }
 
-/// Peaks of the votes of some kinds, where nothing else has many more.
+/// Peaks of the weights of some kinds, where nothing else has many more.
 std::vector<BevSample> peaksOf(const std::vector<Kind>& kinds, const BevCells& cells) {
   const ValueGrid value(cells, [&](const ObstacleCell& cell) {
     float weight_sum = 0;

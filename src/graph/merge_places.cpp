@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Two places in one frame become one: their graphs, and their views from above.
+// Two places in one frame become one: their graphs, and their BEV grids.
 #include <algorithm>
 #include <cmath>
 #include <string>

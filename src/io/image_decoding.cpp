@@ -79,7 +79,7 @@ bool isReadable(const PngHeader& header) {
   return header.color != PngColor::palette && (header.bits == 8 || header.bits == 16);
 }
 
-/// The pixels that stand together in the data: every so many columns and rows from a first one.
+/// The pixels that stand together in the data: every n-th column and row from a first one.
 struct Pass {
   int x, y, dx, dy;
   int columnsOf(int width) const { return (width - x + dx - 1) / dx; }

@@ -73,7 +73,7 @@ struct PngHeader {
 PngHeader checkPng(const std::string& path, const std::vector<unsigned char>& bytes);
 
 /// The pixels of a sound PNG, colours in OpenCV's order B G R, grey with alpha as B G R alpha. Own
-/// code because libraries take so much longer for what is most of reading a recording: 16-bit depth
+/// code because libraries take several times longer for most of reading a recording: 16-bit depth
 /// of 320x240 pixels 0.28 ms here, 1.06 ms with libspng 0.7.3, 1.07 ms with OpenCV; 8-bit labels
 /// 0.04, 0.10, 0.13 ms. 8 or 16 bits without a palette; a transparent colour is left aside. An
 /// empty image if it is of another kind, or if its data are not as many as the pixels need.

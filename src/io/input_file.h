@@ -38,7 +38,7 @@ class InputFile {
                  std::string_view* line = nullptr);
   std::uint64_t lineNumber() const { return line_number_; }  ///< of the line read last, from 1
 
-  void readBytes(void* data, std::size_t bytes);  ///< exactly so many
+  void readBytes(void* data, std::size_t bytes);  ///< exactly this number
   /// The next byte is the one at this position, which may be anywhere in the file.
   void seek(std::uint64_t position);
 

@@ -11,8 +11,8 @@
 namespace xview::io {
 namespace {
 
-/// Frames and clouds are looked at in so many places; of scans fewer will do, as every one has
-/// thousands of labels.
+/// Number of places in which frames and clouds are sampled; of scans fewer will do, as every one
+/// has thousands of labels.
 constexpr std::size_t kFramesToLookAt = 32, kScansToLookAt = 8;
 /// A set fits if it knows this share of the points; networks and exporters add a few odd ids.
 constexpr double kKnownShare = 0.9;

@@ -27,10 +27,10 @@ constexpr double kBeside_m = 2.5;       ///< for what is met by chance
 constexpr double kLookedShare = 0.6;  ///< of the cells around a foot
 constexpr double kUsualLooks = 0.9;   ///< of the things of a kind are seen from as near as that
 
-/// How often a thing changes between two visits, before anything is known of it.
+/// Prior probability that a landmark changes between two visits.
 constexpr double kChanged = 0.05;
-/// Of things that stand this share is presumed not to be met at all, which counts as much as so
-/// many things of the two visits.
+/// Prior share of unchanged landmarks that are not matched at all, and its weight in landmarks of
+/// the two visits.
 constexpr double kUnmet = 0.01, kUnmetWeight = 25;
 
 bool isPost(Kind kind) { return isPoleLike(kind) || kind == Kind::trunk; }
@@ -200,7 +200,7 @@ class Visit {
     return static_cast<double>(met) / static_cast<double>(points.size());
   }
 
-  /// A point of this visit in cells of its view from above.
+  /// A point of this visit in cells of its BEV grid.
   Eigen::Vector2d inCells(const Eigen::Vector3d& p) const {
     const BevGrid& bev = place_.bev;
     const Eigen::Vector3d at = bev.alignment * p;
@@ -230,7 +230,7 @@ class Experience {
     }
   }
 
-  /// That a thing of which so much is met does not stand any more.
+  /// Probability that a landmark is gone, given the share of its points that is matched.
   double probabilityOfChange(double met) const {
     const auto so_little = [&](double m) { return m <= met; };
     const auto so_much = [&](double m) { return m >= met; };
@@ -347,7 +347,7 @@ void removePoints(const LabelSet& labels, const Vertex& v, LabelledCloud& cloud)
                      cloud.points.end());
 }
 
-/// Takes samples out of the view from above where things stood, unless something else stands there.
+/// Takes samples out of the BEV grid where things stood, unless something else stands there.
 void removeSamples(const Place& place, const std::vector<Vertex>& removed, BevGrid& bev) {
   const auto inBev = [&](const Eigen::Vector3d& p) -> Eigen::Vector2d {
     return (bev.alignment * p).head<2>() - Eigen::Vector2d(bev.origin_x, bev.origin_y);

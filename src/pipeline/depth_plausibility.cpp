@@ -228,7 +228,7 @@ constexpr double kContradict = 0.75;  ///< and if it is ten times too small, ove
 /// 0.84 near the ground. Right ones agree better than a tenth of them anywhere.
 constexpr double kContradictLarge = 0.88;
 
-/// What to type if lengths are so many metres.
+/// The option to type if lengths have this unit in metres.
 std::string toMetres(const char* unit) {
   return fmt::format(
       "`xview lift IN OUT.pcd --transform FILE` makes them so with the lines `{0} 0 0 0`, `0 {0} 0 "

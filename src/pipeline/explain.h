@@ -6,7 +6,7 @@
 
 namespace xview {
 
-/// Adds what each plan-view sample says about a pose. Map, query and pose are gravity-aligned.
+/// Adds what each BEV sample says about a pose. Map, query and pose are gravity-aligned.
 void explainSamples(const BevGrid& map, const Query& query, const search::FieldQuery& in_field,
                     const Eigen::Isometry3d& T_map_query, Explanation& explanation);
 

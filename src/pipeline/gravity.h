@@ -35,7 +35,7 @@ Gravity gravityOf(const std::vector<PlaceBuilder::SharedFrame>& frames, const La
 /// is tilted and no class tells.
 Gravity gravityOf(const SemanticGraph& graph, const LabelSet& labels, const std::string& mode);
 
-/// That of a saved place: a view from above was drawn upright, a bare graph is what it is.
+/// That of a saved place: a BEV grid was drawn upright, a bare graph is what it is.
 Gravity gravityOf(const Place& place, const std::string& mode);
 
 /// The normal of the layer of a graph, without its side; zero if it is no layer.

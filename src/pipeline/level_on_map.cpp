@@ -11,8 +11,8 @@ namespace {
 constexpr double kWidest_rad = 0.2;  ///< how far off level a query may be that was said to be level
 constexpr double kClearSigmas = 3;   ///< by which ground refutes that
 constexpr double kBentByDrift = 1.5;  ///< true error of a slope over that by its residuals
-/// A turn by less than so many sigmas of the prior is left to the refinement, which turns points by
-/// that itself; without points ground that was seen from afar tells no better.
+/// A turn by less than this number of sigmas of the prior is left to the refinement, which turns
+/// points by that itself; without points ground that was seen from afar tells no better.
 constexpr double kLevelEnoughOfPoints = 2, kLevelEnough = 0.5;
 
 /// A rotation of the query, and its pose after that.

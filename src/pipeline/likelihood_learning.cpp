@@ -44,7 +44,7 @@ Eigen::Isometry3d alignmentOf(const PreprocessedFrame* first, const Preprocessed
       alignmentFromUp(T_aligned_query.linear().transpose() * Eigen::Vector3d::UnitZ()));
 }
 
-/// The view from above of frames that `upright` turns.
+/// The BEV grid of frames that `upright` turns.
 BevGrid bevOf(const PreprocessedFrame* first, const PreprocessedFrame* last, const LabelSet& labels,
               const Eigen::Isometry3d& upright) {
   graph::BevGridBuilder builder(labels);

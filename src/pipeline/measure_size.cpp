@@ -15,11 +15,11 @@ namespace xview {
 namespace {
 
 constexpr std::size_t kFrames = 12;             ///< looked at of all recordings together
-constexpr std::size_t kPoints = 5000;           ///< about so many of a frame
+constexpr std::size_t kPoints = 5000;           ///< approximate number per frame
 constexpr double kMostSeen = 0.9;               ///< the ground near by is seen in any place
-constexpr double kFlat = 16;                    ///< so many times as wide as high
+constexpr double kFlat = 16;                    ///< ratio of width to height of a flat place
 constexpr double kCells = 64;                   ///< across where most points of a cloud are
-constexpr std::size_t kPointsOfCloud = 100000;  ///< about so many are sorted into them
+constexpr std::size_t kPointsOfCloud = 100000;  ///< approximate number sorted into them
 constexpr double kTopAndBottom = 0.2;           ///< of the height of a place
 constexpr double kRoofed = 1.0 / 3;             ///< share of a place that has something at both
 constexpr double kRooms = 8;  ///< times as wide as high: what counts of a roofed place

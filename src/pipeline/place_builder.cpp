@@ -21,13 +21,13 @@ namespace {
 /// answered when the map itself is the query.
 constexpr double kKeyframeEvery_m = 2;
 
-/// The points of a map are thinned when there are twice as many, and so many more, as the last
-/// time.
+/// The points of a map are thinned when their number has doubled since the last time, and grown by
+/// this.
 constexpr std::size_t kSlackPoints = 500000;
-/// Frames a little farther back are kept, too: sums of ways depend on where they begin.
+/// Frames a little farther back are kept, too: sums of path lengths depend on where they begin.
 constexpr double kWayRounding_m = 0.01;
-/// Where the typical error of the points that are known well enough is more than this share of what
-/// passes, they are the edge of those that are not.
+/// If the typical standard deviation of the accurate points is more than this share of the limit
+/// refine.max_sigma_m, they are the tail of a distribution of inaccurate ones.
 constexpr double kEdge = 0.6;
 
 double distance(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
@@ -145,7 +145,7 @@ void PlaceBuilder::addAligned(const PreprocessedFrame& frame) {
              Eigen::Isometry3d(place_.gravity.alignment), frame.aerial);
 }
 
-/// Thin objects stand where the view from above has them, unless the graph is made as in the paper.
+/// Thin objects stand where the BEV grid has them, unless the graph is made as in the paper.
 void PlaceBuilder::drawGraph() {
   place_.graph = graph_.graph();
   if (isImageSpace(options_)) return;
@@ -155,8 +155,9 @@ void PlaceBuilder::drawGraph() {
   graph::connectByRadius(place_.graph, options_.edges);
 }
 
-/// Of a query the points of the last metres of travel, last frame first. Of either those that are
-/// known as well as others around them.
+/// Points of a query: those of the frames of the last refine.reach_m metres of travel, last frame
+/// first. Points of a map: thinned. Both without points that are less accurate than their
+/// neighbours.
 void PlaceBuilder::finishPoints() {
   if (use_ == PlaceUse::map) thinPoints();
   if (!recent_.empty()) place_.cloud.origin = recent_.back().frame->cloud.origin;
@@ -169,8 +170,8 @@ void PlaceBuilder::finishPoints() {
     if (!recent_.empty())
       travelled += distance(frame->T_odom_sensor, recent_.back().frame->T_odom_sensor);
   }
-  // Depths whose error just passes are those that happened to be measured too short: as from the
-  // air, where all ground is as far. They would lift it by that error.
+  // Depths whose error is just below the limit were measured too short by chance: as from the air,
+  // where all ground is equally far. They would lift it by that error.
   if (use_ == PlaceUse::query && place_.cloud.typicalSigma() > kEdge * options_.refine.max_sigma_m)
     place_.cloud.points.clear();
   keepBestMeasured(place_.cloud);

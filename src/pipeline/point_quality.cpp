@@ -12,10 +12,9 @@ namespace xview {
 namespace {
 
 constexpr double kCell_m = 1.5;
-constexpr float kGood_m = 0.1f;  ///< known well enough anywhere
-constexpr float kWorse = 1.5f;   ///< times as uncertain as the best ones is too uncertain
-constexpr std::uint32_t kBest =
-    8;  ///< so many points are the best ones; a few may be known well by mistake
+constexpr float kGood_m = 0.1f;     ///< known well enough anywhere
+constexpr float kWorse = 1.5f;      ///< times as uncertain as the best ones is too uncertain
+constexpr std::uint32_t kBest = 8;  ///< number of the best points; a few may be accurate by mistake
 
 /// Steps of the standard deviation, a sixth each: 0.1 m to 1.5 m, everything above in the last one.
 constexpr int kSteps = 18;

@@ -26,9 +26,9 @@ std::size_t appendKnownPoints(const LabelledCloud& addition, double max_sigma_m,
 std::vector<bool> bestMeasured(const LabelledCloud& cloud);
 void keepBestMeasured(LabelledCloud& cloud);
 
-/// For each voxel of a cloud whose ranges are not known, the share of its votes that it keeps, in
+/// For each voxel of a cloud whose ranges are not known, the share of its weights that it keeps, in
 /// [0, 1]. What was measured from afar is sparse, and if it was measured badly as well it is
-/// scattered: where surfaces are thicker than those of a scanner, voxels lose votes by the square
+/// scattered: where surfaces are thicker than those of a scanner, voxels lose weights by the square
 /// of how much fewer points lie around them than usual, as if by the square of the range. Clouds
 /// with sharp surfaces keep all. `voxels`: one point per voxel and class; `points`: in each voxel.
 std::vector<float> densityWeights(const LabelledCloud& voxels,

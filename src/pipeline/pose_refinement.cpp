@@ -17,7 +17,7 @@
 namespace xview {
 namespace {
 
-/// Four cells of a plan view in a distribution. Samples err by about half a cell; of tilt the plan
+/// Four cells of a BEV grid in a distribution. Samples err by about half a cell; of tilt the plan
 /// knows nothing.
 pose::RefineOptions bevRefinement() {
   pose::RefineOptions options;
@@ -66,8 +66,8 @@ Eigen::Isometry3d planarPart(const Eigen::Isometry3d& T) {
   return poseFromYaw({T.translation().x(), T.translation().y(), 0}, yawOf(T.linear()));
 }
 
-/// Of a pair of vertices, when nothing better is known; and of a pose without enough pairs, which
-/// is that of somebody who knows the place and no more.
+/// Standard deviations of a pair of vertices without a better estimate, and of a pose without
+/// enough pairs: that of its place.
 constexpr double kPairSigma_m = 0.5, kVague_m = 5, kVague_rad = 0.5;
 /// How far the plan seen from above leaves a pose uncertain: its samples lie about that far apart,
 /// its heights are those of ground seen from afar, and the last part of a window shows its
@@ -76,7 +76,7 @@ constexpr double kBevSigma_m = 0.25, kBevHeightSigma_m = 0.3, kBevYawSigma_rad =
 /// Share of its score that a pose must keep when it is moved, of the last metres and of the whole
 /// window. The last metres alone may fit some metres further as well.
 constexpr double kScoreKept = 0.25;
-/// Of the plan registered around the last pose, from kPlanSeenFrom_m above the ground; from higher
+/// Of the plan registered around the last pose, from kBevSeenFrom_m above the ground; from higher
 /// it errs with the square, as depth does. It was seen some 25 m before, from where the odometry
 /// has drifted since; across the way and in height little is open. Tilt is that of the odometry.
 constexpr double kBevSeenFrom_m = 45;
@@ -200,7 +200,7 @@ std::optional<RegisteredBev> BevRegistration::align(const BevGrid& query,
 /// A pose on its way through the steps.
 struct PoseRefinement::Step {
   const Query& query;
-  const search::FieldQuery* whole;                   ///< null without views from above
+  const search::FieldQuery* whole;                   ///< null without BEV grids
   const std::unique_ptr<search::FieldQuery> recent;  ///< its last metres
   const double least_score;                          ///< of the whole
   const double up_sigma_rad;

@@ -23,7 +23,7 @@ struct RegisteredBev {
   std::optional<pose::Agreement> agreement;  ///< of the samples
 };
 
-/// Registers the plan views of a query and a map: their samples are surfaces, borders and objects
+/// Registers the BEV grids of a query and a map: their samples are surfaces, borders and objects
 /// that were averaged over all frames that saw them, so they are known where no single look is,
 /// from the air for one.
 class BevRegistration {
@@ -54,14 +54,14 @@ struct RefinedPose {
 };
 
 /// From the pose of the place to that of the last sensor, against which the older part of a window
-/// has drifted: posterior over correspondences, the recent part of the view from above, and
+/// has drifted: posterior over correspondences, the recent part of the BEV grid, and
 /// registration of the clouds, or of the views where no single point is known well enough.
 class PoseRefinement {
  public:
   /// All must outlive the refinement.
   PoseRefinement(const map::SemanticMap& map, const Options& options);
 
-  /// `in_field`: the query as a field of views from above sees it; null if it has none.
+  /// `in_field`: the query as a field of BEV grids sees it; null if it has none.
   /// `up_sigma_rad` is the error of up in query and map where it was measured.
   RefinedPose refine(const Query& query, const search::FieldQuery* in_field,
                      const Eigen::Isometry3d& T_map_query, const std::vector<Correspondence>& kept,

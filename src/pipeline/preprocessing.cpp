@@ -20,10 +20,10 @@ namespace xview {
 namespace {
 
 constexpr double kKnownWell_m = 0.05;    ///< depths with less noise are not smoothed
-constexpr std::size_t kFramesAhead = 8;  ///< digested and not yet taken
-constexpr float kHalfWeight_m = 0.3F;    ///< a point of a cloud known to this has half a vote
+constexpr std::size_t kFramesAhead = 8;  ///< preprocessed and not yet taken
+constexpr float kHalfWeight_m = 0.3F;    ///< a point of a cloud known to this has half a weight
 constexpr float kReferenceFocal =
-    160;  ///< votes count measurements per solid angle of such a camera [px]
+    160;  ///< weights count measurements per solid angle of such a camera [px]
 
 /// Weight of a measurement over its range: half at `half_m`, none beyond `reach_m`; thin things are
 /// resolved within `thin_m` only.
@@ -120,7 +120,7 @@ PreprocessedFrame readAndPreprocess(const FrameSource& source, std::size_t i,
   return preprocessed;
 }
 
-/// At most `ahead` frames are digested and not yet taken.
+/// At most `ahead` frames are preprocessed and not yet taken.
 void preprocessInOrder(const FrameSource& source, const Options& options, std::size_t ahead,
                        const std::function<void(PreprocessedFrame)>& take) {
   requireClasses(source.labels(), source.name());

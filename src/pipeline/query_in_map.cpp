@@ -33,7 +33,7 @@ PlaceOrMap turned(PlaceOrMap place, const Eigen::Quaterniond& R) {
   return place;
 }
 
-/// A view from above drawn in a turned frame, in which it is upright.
+/// A BEV grid drawn in a turned frame, in which it is upright.
 BevGrid turnedBev(const BevGrid& view, const Eigen::Quaterniond& R) {
   BevGrid turned = view;
   turned.alignment = Eigen::Quaterniond::Identity();

@@ -27,7 +27,7 @@ inline search::Surroundings surroundingsOf(double size) {
   return size < kTownScale ? search::Surroundings::rooms : search::Surroundings::town;
 }
 
-/// What a search in a place of this size works with, in lengths of a town: unless the options name
+/// What a search in a place of this size works with, at canonical scale: unless the options name
 /// a table of likelihoods, that of its surroundings. Classes from shapes are seen again less often.
 Options optionsOfSearch(const Options& options, double size, const LabelSet& map_labels);
 
@@ -37,23 +37,23 @@ std::optional<map::SemanticMap> gravityAlignedMap(const map::SemanticMap& map,
 
 /// The query with every length times `scale`, about the origin of its frame.
 Query scaledQuery(const Query& query, double scale);
-/// The query in the frame that `R_up` makes of its own. Its view from above is drawn upright
+/// The query in the frame that `R_up` makes of its own. Its BEV grid is drawn upright
 /// already and stays where it is.
 Query turnedQuery(const Query& query, const Eigen::Quaterniond& R_up);
-/// The query and its view from above turned by a few degrees more. Samples and cells are taken to
+/// The query and its BEV grid turned by a few degrees more. Samples and cells are taken to
 /// lie on the ground below them, so what stands h metres above it is drawn h * sin(angle) away.
 Query tiltedQuery(const Query& query, const Eigen::Quaterniond& R);
 
-/// What a query and a map that have different label sets both tell apart. What only one of them
-/// can name is no evidence in the other: it would be missed everywhere, and where the map shows it
-/// least it would be missed least.
+/// Detail of classes that a query and a map with different label sets have in common. Classes of
+/// one of them alone are left out of both: they would count as missing everywhere, and favour
+/// places of the map with few of them.
 struct CommonDetail {
   bool shapes = false;      ///< the query knows shapes only, the map does not
   bool one_ground = false;  ///< one of them lacks a kind of ground that the other has: what it
                             ///< calls that ground instead is not known
   bool one_wall = false;    ///< fences are walls like those of houses
   bool one_post = false;    ///< signs and lights are poles
-  std::uint32_t gone = 0;   ///< channels that one of them has no class for; bit = Channel
+  std::uint32_t gone = 0;   ///< channels that one of them has no class for; bit = BevChannel
 
   bool isAll() const { return *this == CommonDetail{}; }
   bool operator==(const CommonDetail& o) const { return tied() == o.tied(); }
@@ -75,7 +75,7 @@ void reduceTo(const CommonDetail& detail, BevGrid& bev);
 /// Moves the samples of a channel to others.
 void moveSamples(BevChannel from, std::initializer_list<BevChannel> targets, BevGrid& bev);
 
-/// A query in the classes of a map that mean the same, and in lengths of a town, as all that an
+/// A query in the classes of a map that mean the same, and at canonical scale, as all that an
 /// index knows. It is copied only if it has to be changed. Throws Error if it was made with lengths
 /// of another size.
 struct QueryInMap : MaybeChanged<Query> {

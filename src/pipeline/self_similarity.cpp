@@ -19,18 +19,19 @@
 namespace xview {
 namespace {
 
-// Lengths are those of a town, to which every map is brought.
+// Lengths are canonical; every map is brought to canonical scale.
 constexpr double kLengths_m[] = {8, 15, 30, 60, 100};
-/// Of the stretches that a map remembers. Longer ones cost more and tell no more of strangers.
+/// Of the stretches that a map remembers. Longer ones cost more and say no more about out-of-map
+/// queries.
 constexpr double kRememberedLengths_m[] = {15, 30};
 constexpr std::size_t kRememberedPlaces = 15;
 constexpr double kFullLength = 0.8;    ///< a stretch that is shorter than this share is left out
-constexpr double kLeftForOthers = 3;   ///< and one that its recording is not so many times
+constexpr double kLeftForOthers = 3;   ///< as is one of a recording shorter than this many of it
 constexpr double kSeenShare = 0.6;     ///< of the samples that a second visit sees again
 constexpr double kMostPoints = 10000;  ///< of a stretch
 constexpr int kQuickPoints = 1000;     ///< of them that are registered
 constexpr double kOdometryError = 0.01;
-constexpr double kReach = 0.8;  ///< so many of the samples are nearer to the way
+constexpr double kReach = 0.8;  ///< share of the samples that are nearer to the path
 constexpr double kNearest_m = 3, kFarthest_m = 25;  ///< limits of that reach
 constexpr std::uint64_t kSeed = 41;
 
@@ -75,8 +76,8 @@ class SecondLook {
 /// The map with its field, gravity-aligned, and where its neighbourhoods are.
 class SelfSearch {
  public:
-  /// `ask_rival`: what the map and its stretches show of each other at the best wrong place as
-  /// well.
+  /// `ask_second_best`: what the map and its stretches show of each other at the best wrong place
+  /// as well.
   SelfSearch(const map::SemanticMap& map, const Options& options, bool ask_second_best)
       : map_(map), options_(options), ask_second_best_(ask_second_best) {
     if (map.poses.size() > 1 && !map.bev.known.empty()) {
@@ -339,7 +340,7 @@ void conclude(const SelfQuery* first, const SelfQuery* last, SelfSimilarity::Pla
   }
 }
 
-/// A map upright and in lengths of a town.
+/// A map upright and at canonical scale.
 struct AlignedMap {
   AlignedMap(const map::SemanticMap& given, const Options& in_metres)
       : options(optionsOfSearch(in_metres, given.size, given.labels)),

@@ -34,7 +34,7 @@ struct Window {
 
 /// One place, as each window of the history sees it.
 struct Track {
-  std::vector<PoseCheck> seen;  ///< by window; with dense evidence once it was looked at closely
+  std::vector<PoseCheck> seen;  ///< by window; with dense evidence once it was verified densely
   verify::PlaceEvidence sum;    ///< over the windows that count
 };
 
@@ -57,8 +57,8 @@ std::optional<double> meanOf(const std::vector<DenseEvidence>& looks,
   return asked > 0 ? std::optional(sum / asked) : std::nullopt;
 }
 
-/// What windows tell of one place together. One that did not settle lies on its like as by chance;
-/// the pose is that of the newest, which is the last one.
+/// Mean of the dense evidence of the windows at one place. A window whose registration did not
+/// converge has the null inlier ratio; the rest is that of the newest window, the last one.
 DenseEvidence meanOf(const std::vector<DenseEvidence>& looks) {
   DenseEvidence mean = looks.back();
   mean.inlier_ratio = mean.null_inlier_ratio = 0;
@@ -202,7 +202,7 @@ struct Sequence::State {
            options.odometry.drift * (windows[a].sensor() - windows[b].sensor()).norm();
   }
 
-  /// Where it puts the last sensor, in lengths of a town. Query frames begin anywhere, so poses of
+  /// Where it puts the last sensor, at canonical scale. Query frames begin anywhere, so poses of
   /// their origins cannot be compared.
   PlacePose placeNow(const PoseCheck& place) const {
     const Eigen::Vector3d p = place.T_map_query * windows.back().sensor() / localizer.size();

@@ -12,7 +12,8 @@ namespace xview {
 namespace {
 
 constexpr double kSigmas = 3;
-// In a town a query is searched at least so far around [m] and turned by at least so much [deg].
+// Least radius [m] and difference of heading [deg] of the search around the expected pose, in a
+// town.
 constexpr double kMinRadius_m = 3, kMinYaw_deg = 6;
 // Beyond this radius the whole map is searched again [m].
 constexpr double kMaxRadius_m = 20;

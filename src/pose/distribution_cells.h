@@ -122,7 +122,7 @@ class TileTable {
 };
 
 /// Information of a distribution about a position, less that of a cell of this side filled evenly,
-/// and so much of it within its surface.
+/// and its part within the surface.
 Eigen::Matrix3f surplusInformation(const Eigen::Matrix3f& covariance, float side, float variance,
                                    float within);
 

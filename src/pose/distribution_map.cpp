@@ -14,12 +14,13 @@ namespace xview::pose {
 namespace {
 
 constexpr std::uint32_t kFirstOtherGroup = static_cast<std::uint32_t>(Kind::none) + 1;
-/// Looks at a surface err as a whole by more than what their mean spreads, by about so much.
+/// Variance of the common error of the points of one view of a surface over the variance of their
+/// mean.
 constexpr float kCommonNoise = 4;
 /// Of what cells of ground tell within their surface: mostly how far it was seen.
 constexpr float kWithinGround = 0.1f;
-constexpr int kWidest = 3;    ///< a cell of a sparse map speaks for so many cells around it
-constexpr int kTileBits = 5;  ///< a tile is so many cells wide, as a power of two
+constexpr int kWidest = 3;    ///< cells around it that a cell of a sparse map represents
+constexpr int kTileBits = 5;  ///< width of a tile in cells, as a power of two
 
 /// The poses that a map was seen from, on a grid, to ask which of them saw a place best.
 class Viewpoints {
@@ -180,7 +181,7 @@ class DistributionMap::Tiles {
   }
 
  private:
-  /// A column of the map, so many cells wide that none lies in two.
+  /// A column of the map, wide enough in cells that none lies in two.
   using TileKey = PlaneCell;
   /// The points [first, last) of the cloud.
   struct Run {

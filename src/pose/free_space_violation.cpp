@@ -12,10 +12,10 @@ namespace {
 constexpr double kCell_m = 0.5;
 constexpr double kReach_m = 40;  ///< of the rays that are followed
 constexpr std::size_t kMostRays = 20000;
-constexpr double kSigmas = 2;        ///< so many short of its point a ray ends
-constexpr std::uint8_t kPassed = 2;  ///< so many rays make sure that nothing is there
+constexpr double kSigmas = 2;        ///< number of sigmas before its point at which a ray ends
+constexpr std::uint8_t kPassed = 2;  ///< number of rays from which on a cell is free
 constexpr double kFewest = 30;       ///< distributions that tell anything
-/// By chance: at so many places, so far off.
+/// The null hypothesis: number of displaced poses, and their distance.
 constexpr int kMoves = 6;
 constexpr double kMove_m = 2;
 /// Who would hardly see through anything at a wrong place either, as from the air, tells nothing.

@@ -15,7 +15,8 @@ constexpr Eigen::Index kMostKnots = 12;
 constexpr double kShortest_m = 0.1;  ///< a robot that stood still has not drifted
 constexpr double kSlow = 0.8;        ///< share of the variance that keeps its value over kMemory_m
 constexpr double kMemory_m = 60;
-constexpr double kWalk_m = 40;  ///< after so much way the random walk has its share of the variance
+constexpr double kWalk_m =
+    40;  ///< path length after which the random walk has its share of the variance
 constexpr double kLeastTurn = 1e-6;  ///< [rad/m]
 
 /// The sensor at a way from the last one.

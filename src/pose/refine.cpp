@@ -16,14 +16,15 @@ namespace {
 constexpr int kIterations = 20;
 /// Share of the drift of the options that the prior has where a window shows none.
 constexpr double kSteady = 0.4;
-/// Where it may drift, residuals are so much more tolerant at first: points may be off by some 2 m.
+/// Factor on the tolerance of residuals at first where the window may drift: points may be off by
+/// some 2 m.
 constexpr double kTolerance = 30;
 constexpr double kFewestOfGroup = 5;  ///< points of a kind for it to agree or not
-/// How well some of the points would agree by chance is asked around the pose, so far off.
+/// The null inlier ratio is measured with some of the points at kMoves poses, kMove_m off.
 constexpr int kMoves = 6;
 constexpr double kMove_m = 3;
 constexpr std::size_t kOfMovedPoints = 3;
-constexpr double kClearlyBetter = 50;  ///< by so much points must fit better with drift
+constexpr double kClearlyBetter = 50;  ///< by this the cost must be lower with drift
 
 // What the covariance is made of: how far each kind of error reaches the pose through the fit. Set
 // by maximum likelihood on accepted windows of simulated towns with clean and with noisy depth,
@@ -31,22 +32,22 @@ constexpr double kClearlyBetter = 50;  ///< by so much points must fit better wi
 
 /// Points of a block err together: of the spread of blocks.
 constexpr double kPoints = 0.65;
-/// Between the sides of things that query and map saw, for all things of a kind.
+/// Offset between the sides of objects that query and map observed, common to a kind of objects.
 constexpr double kSide_m = 0.037;
 /// Of the drift of the prior and its turn, and times as much where a window shows drift.
 constexpr double kDrift = 0.4, kDriftTurn = 0.2, kShownDrift = 4;
-/// All these double in variance where depth is known no better than this,
+/// Standard deviation of depths at which all these variances are doubled.
 constexpr double kKnownWell_m = 0.1;
-/// and where points fit so badly that one has only this weight against an independent one; below
-/// that quickly more. Those of bent scans do.
+/// Weight of a point relative to an independent one at which the variances are doubled; below it
+/// they grow quickly. Points of scans that were bent by motion have less.
 constexpr double kBent = 0.033;
 /// Of the depth error that all points have in common, in the plane.
 constexpr double kCommon = 0.03;
-/// The given pose errs by so much more than its prior says.
+/// Factor on the standard deviation of the given pose over that of its prior.
 constexpr double kGiven = 2;
-/// What points leave open that have so much more weight is open.
+/// Covariance that remains if every point weighed kMoreWeight times more: the prior's share.
 constexpr double kMoreWeight = 3000;
-/// Of how far starts to both sides end apart, along a street that shows nothing lengthwise.
+/// Share of the spread of the poses that the starts converge to, along a street without landmarks.
 constexpr double kStarts = 0.7;
 constexpr double kFloor_m = 0.0005, kFloor_rad = 0.00008;
 /// Of single poses in themselves, as by motion while a scanner turns: what stands on wheels pitches
@@ -117,7 +118,7 @@ Matrix6d covarianceOfPoints(const PulledFit& fit) {
   return kPoints * kPoints * count / std::max(1.0, count - 6) * sumOfSquares(blocks);
 }
 
-/// All things of a kind have about the same depth.
+/// All objects of a kind have about the same depth.
 Matrix6d covarianceOfSides(const PulledFit& fit) {
   std::map<std::uint32_t, Vector6d> kinds;
   for (const Pull& pull : fit.pulls)
@@ -126,7 +127,7 @@ Matrix6d covarianceOfSides(const PulledFit& fit) {
   return kSide_m * kSide_m * sumOfSquares(kinds);
 }
 
-/// The priors hold the drift at zero, against what it is.
+/// The priors hold the drift at zero, whatever it is.
 Matrix6d covarianceOfDrift(const PulledFit& fit, const DriftChain& chain, bool shown) {
   Matrix6d covariance = Matrix6d::Zero();
   if (chain.size() == 0) return covariance;
@@ -138,7 +139,7 @@ Matrix6d covarianceOfDrift(const PulledFit& fit, const DriftChain& chain, bool s
   return covariance;
 }
 
-/// The given pose is right in the plane to its prior, or so much worse.
+/// Share of the error of the given pose in the plane, kGiven times that of its prior.
 Matrix6d covarianceOfGivenPose(const PulledFit& fit) {
   Vector6d prior = fit.priors.H.diagonal().head<6>();
   prior.segment<3>(2).setZero();
@@ -146,7 +147,7 @@ Matrix6d covarianceOfGivenPose(const PulledFit& fit) {
   return kGiven * kGiven * held * prior.asDiagonal() * held.transpose();
 }
 
-/// What is open where points of much more weight would say nothing.
+/// Covariance that remains if every point weighed kMoreWeight times more: the prior's share.
 Matrix6d covarianceLeftOpen(const PulledFit& fit) {
   const Eigen::MatrixXd H = kMoreWeight * fit.all.H + (1 - kMoreWeight) * fit.priors.H;
   const Eigen::MatrixXd least = H.ldlt().solve(Eigen::MatrixXd::Identity(H.rows(), 6));

@@ -17,15 +17,16 @@ constexpr double kRadians = M_PI / 180;
 constexpr double kGivenSigma_m = 1, kGivenSigma_rad = 1.5 * kRadians;
 /// Error of the direction of the odometry where a window shows drift, per metre.
 constexpr double kDriftTurn_deg = 0.045;
-/// What a point tells of the place along a street, against what it misleads: most of what one sees
-/// is ground, alike wherever one stands, and few things are as sharp as posts.
+/// Factors on the weight of a point of ground and of a post: ground is most of the points and holds
+/// little information about the position along a street, posts are few and localize sharply.
 constexpr double kGroundWeight = 1.0 / 3, kPostWeight = 3;
 constexpr double kBlock_m = 4;
-constexpr double kCorrelatedPoints = 20;  ///< so many points err like one, before it is measured
-constexpr double kSameSide = -0.3;  ///< cosine between views that see the same side of a thing
+constexpr double kCorrelatedPoints =
+    20;                             ///< this number of points errs like one, before it is measured
+constexpr double kSameSide = -0.3;  ///< cosine between views of the same side of an object
 constexpr double kOtherSideWeight = 0.1;
-/// Pulls of blocks spread by so much more than their scatter shows: their points have more in
-/// common.
+/// Factor on the spread of the gradients of blocks over their scatter: the points of a block have
+/// errors in common.
 constexpr double kBlocksAlike = 40;
 constexpr double kLeastExcess = 1e-3, kMostExcess = 1e3;
 

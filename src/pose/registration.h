@@ -31,8 +31,8 @@ std::vector<T> evenlySpread(const std::vector<T>& all, std::size_t count) {
   return chosen;
 }
 
-/// Points of static classes, about so many at most, in the order of the cloud: fewer of ground and
-/// more of posts than the share that they have of it.
+/// Points of static classes, about `max_points` at most, in the order of the cloud: fewer of ground
+/// and more of posts than the share that they have of it.
 std::vector<QueryPoint> choosePoints(const RefineQuery& query, const LabelSet& labels,
                                      int max_points);
 

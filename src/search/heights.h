@@ -20,7 +20,7 @@ struct HeightModel {
   double slope_sigma = 0;     ///< how far off level the query may be [m/m]
   std::size_t fewest = 0;     ///< pairs that tell a slope
   double last_gate = 0;       ///< residuals that count in full at last [sigma]
-  double alike = 1;           ///< so many neighbouring pairs err together
+  double alike = 1;           ///< number of neighbouring pairs whose errors are common
   double least_variance = 1;  ///< of a pair [sigma^2]; more if the residuals say so
 };
 

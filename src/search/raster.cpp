@@ -92,7 +92,7 @@ XVIEW_INLINE std::size_t scanNarrow(const BlockScan& scan, BlockHit* hits) {
   return static_cast<std::size_t>(end - hits);
 }
 
-/// For so many samples that 16 bits might overflow.
+/// For numbers of samples at which 16 bits might overflow.
 XVIEW_INLINE std::size_t scanWide(const BlockScan& scan, BlockHit* hits) {
   BlockHit* end = hits;
   for (int row = 0; row < scan.rows; ++row) {

@@ -110,7 +110,7 @@ class Window {
   /// False only if all cells of the rectangle are background; relative to the first cell.
   bool mayDiffer(std::size_t slot, std::int64_t x, std::int64_t y, std::int64_t width,
                  std::int64_t height) const;
-  /// True if so much of the layer differs from the background that looking for gaps does not pay.
+  /// True if most of the layer differs from the background, so that looking for gaps does not pay.
   bool isDense(std::size_t slot) const { return dense_[slot] != 0; }
 
  private:

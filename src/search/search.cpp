@@ -18,8 +18,8 @@ namespace {
 using Poses = std::vector<PlacePose>;
 
 constexpr const char* kStage = "the search";
-constexpr std::size_t kRefined = 30;  ///< distinct poses that are climbed to the end
-constexpr double kSamePose_m = 1.5, kSamePose_rad = 0.05;  ///< poses this near climb to one
+constexpr std::size_t kRefined = 30;  ///< distinct poses that are refined finely
+constexpr double kSamePose_m = 1.5, kSamePose_rad = 0.05;  ///< poses this near have one maximum
 /// What is just outside of a prior is nearer to it than another place (samePlace).
 constexpr double kBeside_m = kSamePlace_m, kBeside_rad = kSamePlace_rad;
 constexpr double kRounding = 1e-9;  ///< of a pose on the rim of a prior
@@ -106,7 +106,7 @@ Poses proposals(const FieldQuery& query, RasterLevels levels, const PlacePrior& 
   return searchRaster(levels);
 }
 
-/// Proposed poses, climbed roughly, thinned, and climbed to the end. Counts what was proposed.
+/// Proposed poses, refined coarsely, thinned, and refined finely. Counts what was proposed.
 Poses bestPoses(const FieldQuery& query, const RasterLevels& levels,
                 const std::vector<PlacePrior>& priors, int threads, int& proposed) {
   Poses poses = proposals(
@@ -167,7 +167,7 @@ std::vector<Disc> denseParts(const std::vector<FieldQuery::Point>& points) {
 }
 
 /// The same of a query that is too wide for the exhaustive search: its dense parts are searched
-/// for, and the poses are climbed with ever more of the query around them, since a small error of
+/// for, and the poses are refined with ever more of the query around them, since a small error of
 /// the heading is a large one far away.
 Poses bestPosesOfWide(const FieldQuery& query, const std::vector<PlacePrior>& priors, int threads,
                       int& proposed) {

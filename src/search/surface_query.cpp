@@ -15,7 +15,7 @@ constexpr double kGroundBlock_m = 2;    ///< heights of the ground, one per bloc
 constexpr double kThingsBlock_m = 4;
 constexpr double kConflictPrior_nats = 15;  ///< at even odds, as a few things say little
 
-/// Classes that fill areas in plan view; facades of whole blocks of houses are seen as areas, too.
+/// Classes that fill areas in BEV grid; facades of whole blocks of houses are seen as areas, too.
 bool fillsArea(BevChannel c) { return isArea(c) || c == BevChannel::building; }
 
 /// Side of the blocks that a sample stands for [m]; 0 = all samples are kept.
@@ -67,7 +67,7 @@ bool isBorder(BevChannel c) {
 /// another; walls, hedges and crowns do so less.
 bool stands(BevChannel c) { return !isArea(c) && !isObject(c) && !isBorder(c); }
 
-constexpr int kMostMoves = 8;          ///< per level of a climb
+constexpr int kMostMoves = 8;          ///< per level of the refinement
 constexpr double kMostReach_m = 1000;  ///< of a window of tiles
 
 /// Maps points about the query centre to cells of the field.

@@ -42,7 +42,7 @@ struct DrawnBevChannel {
   std::string name;  ///< "wall foot"
   Color color;
 };
-/// What a plan view holds that is drawn, the lowest first. Borders and obstacles repeat what is
+/// What a BEV grid holds that is drawn, the lowest first. Borders and obstacles repeat what is
 /// drawn already.
 std::vector<DrawnBevChannel> drawnBevChannels(const BevGrid& bev);
 

@@ -15,7 +15,7 @@
 namespace xview::test {
 namespace {
 
-/// The first of two answers is the later scan, where it was, the other one from elsewhere.
+/// The first of two answers is the later scan, where it was, the other one out of the map.
 void expectFoundAndRefused(const std::string& kitti, const std::string& answers) {
   ASSERT_EQ(lineCount(answers), 2u);
   const std::size_t second = answers.find('\n') + 1;

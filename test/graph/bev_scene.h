@@ -12,7 +12,7 @@ namespace xview::test {
 LabelSet bevLabels();
 constexpr std::uint32_t kIgnoredLabel = 100;
 
-/// Points put together by hand, one vote each, and what the plan view makes of them.
+/// Points put together by hand, one weight each, and what the BEV grid makes of them.
 class BevScene {
  public:
   using Height = std::function<double(double x, double y)>;

@@ -30,7 +30,7 @@ Vertex vertexAt(std::uint32_t label, double x, double y, double z) {
   return v;
 }
 
-/// A plan view that saw something, with its origin at (128, 64, 2).
+/// A BEV grid that saw something, with its origin at (128, 64, 2).
 BevGrid streetBev() {
   BevGrid bev;
   bev.origin_x = 128;

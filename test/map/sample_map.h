@@ -7,7 +7,7 @@
 
 namespace xview::test {
 
-/// A small map with something in every part: labels, graph with an isolated vertex, plan view on
+/// A small map with something in every part: labels, graph with an isolated vertex, BEV grid on
 /// both sides of zero, cloud far from the map origin, key frames of two sources.
 map::SemanticMap sampleMap(std::uint64_t seed = 1);
 

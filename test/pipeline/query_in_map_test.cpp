@@ -11,7 +11,7 @@
 namespace xview {
 namespace {
 
-/// The view from above of a query that is turned by so much.
+/// The BEV grid of a query that is turned by so much.
 BevGrid turnedBev(const BevGrid& view, const Eigen::Quaterniond& R) {
   Query query;
   query.bev = view;

@@ -10,7 +10,7 @@
 
 namespace xview::test {
 
-/// A made-up town in plan view, from which views are drawn in any frame.
+/// A made-up town in BEV grid, from which views are drawn in any frame.
 class BevTown {
  public:
   void line(BevChannel channel, double x0, double y0, double x1, double y1);

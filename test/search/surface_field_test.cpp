@@ -21,7 +21,7 @@ BevGrid wholeTown(const BevTown& town) {
   return town.view(Eigen::Vector2d::Zero(), 150, Eigen::Isometry3d::Identity());
 }
 
-/// A field of a view from above, asked for views.
+/// A field of a BEV grid, asked for views.
 class Index {
  public:
   Index(const BevGrid& map, const std::vector<Eigen::Vector3d>& drive = {},

@@ -38,7 +38,7 @@ Evidence goodGraph() {
   return e;
 }
 
-/// Points that settled.
+/// Points whose registration converged.
 DenseEvidence points(double agreement, double null_inlier_ratio,
                      std::optional<double> map_overlap = {},
                      std::optional<double> self_consistency = {},

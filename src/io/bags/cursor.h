@@ -46,7 +46,7 @@ class Cursor {
     const std::string_view content = take(number<std::uint32_t>());
     return content.substr(0, content.find('\0'));
   }
-  /// The length of a sequence whose elements have so many bytes or more each.
+  /// The length of a sequence whose elements have at least this number of bytes each.
   std::uint32_t count(std::uint64_t element_bytes) {
     const auto elements = number<std::uint32_t>();
     if (elements > remaining() / element_bytes)

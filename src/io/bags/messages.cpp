@@ -51,7 +51,7 @@ constexpr ScalarType kFieldTypes[] = {ScalarType::i8,  ScalarType::u8,  ScalarTy
                                       ScalarType::u16, ScalarType::i32, ScalarType::u32,
                                       ScalarType::f32, ScalarType::f64};
 
-/// Throws Error unless the rows lie within so many bytes.
+/// Throws Error unless the rows lie within this number of bytes.
 void requireRows(const Cursor& cursor, const CloudMessage& cloud, std::uint64_t bytes) {
   const StoredRows& rows = cloud.rows;
   std::uint64_t row_end = 0;

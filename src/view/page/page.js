@@ -56,7 +56,7 @@ let wanted = false;
 function redraw() {
   if (!wanted && renderer) { wanted = true; requestAnimationFrame(draw); }
 }
-// While the view moves so many of the points are drawn that a frame takes no longer than this; all when it rests.
+// Time per frame [ms] that limits the number of points drawn while the view moves; all when it rests.
 const kFrame_ms = 60;
 let detail = 1, moving = false, settling = 0;
 controls.addEventListener('change', () => {
