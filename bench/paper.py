@@ -389,11 +389,11 @@ default on the same recordings (*default*, all classes unless a column says othe
 **What of X-View carries, and what does not.** The idea carries: walks over class labels propose enough right pairs that one pose explains far more of them than chance, from another view,
 with labels alone. Three things decide whether that is seen: pairs must be drawn that agree with one another (blind draws of three of a thousand pairs of which one in a hundred is right hit nothing),
 the counts of walks must be kept, and only queries with a consensus may count, as in the paper. What does not carry is one answer for every query: with noisy labels or few classes most vertices lose
-their own counterpart among hundreds of look-alikes, and the agreement of vertices cannot tell; today's default asks all of what was seen, not only the vertices.
+their own counterpart among hundreds of similar ones, and the agreement of vertices cannot tell; today's default asks all of what was seen, not only the vertices.
 
 **The data is rendered.** Neither SYNTHIA, AirSim nor StreetView is used: towns of our own simulator stand in for them, with the length of the drive, the view and the spacing of frames
 of the paper, and a second camera of the same car that looks back. A number here is no verdict on the paper's numbers. Images are smaller (480 x 285 instead of 1280 x 760 pixels). Hedges are
-a class of their own from the air, as in AirSim; elsewhere they are vegetation.
+a class of their own from the air, as in AirSim; otherwise they are vegetation.
 
 * *within 20 m* (30 m for AirSim, as in the paper): the best hypothesis of a window is as near as that to the true position of its last frame, whether it is accepted or not. Queries of 30 m (StreetView: 60 m)
   unless said; [ ] are 95 % intervals of Wilson. *Along x only* is how the scripts that came with the paper measure.

@@ -27,7 +27,7 @@ IDENTITY = turned_about_z(0)
 
 
 def pairs(data, made):
-    """(name, query, map, T_map_query or None if the query is from elsewhere)"""
+    """(name, query, map, T_map_query or None if the query is out of the map)"""
     made.mkdir(parents=True, exist_ok=True)
 
     def cloud(name, folder):
@@ -160,9 +160,9 @@ def main():
             (f"right, of {own}", lambda m: sum(ok for _, ok, _ in right[m])),
             ("yes and right", lambda m: sum(yes and ok for yes, ok, _ in right[m])),
             (f"yes, but wrong, of {own}", lambda m: sum(yes and not ok for yes, ok, _ in right[m])),
-            (f"yes to a stranger, of {other}", lambda m: sum(yes for yes, _, _ in strangers[m])),
+            (f"yes to a negative, of {other}", lambda m: sum(yes for yes, _, _ in strangers[m])),
             ("least sure right answer", lambda m: f"{min((s for _, ok, s in right[m] if ok), default=0):.3f}"),
-            ("surest stranger", lambda m: f"{max(s for _, _, s in strangers[m]):.3f}"),
+            ("surest negative", lambda m: f"{max(s for _, _, s in strangers[m]):.3f}"),
             ("median time", lambda m: f"{statistics.median(seconds[m]):.1f} s")):
         print("| **" + title + "** | " + " | ".join(str(count(m)) for m in METHODS) + " |")
 

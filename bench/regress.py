@@ -340,7 +340,7 @@ def table_markdown(rows):
 def by_world(lines):
     """The table in short: a line for all sessions of a world and a length of window."""
     table = [["world", "window", "queries"] + [f"within {limit} m" for limit in LIMITS_M] +
-             ["accepted", "wrong", "strangers accepted", "NEES / 6", "CPU s per query"]]
+             ["accepted", "wrong", "negatives accepted", "NEES / 6", "CPU s per query"]]
     for world, window in dict.fromkeys((line["world"], line["window"]) for line in lines):
         here = [line for line in lines if (line["world"], line["window"]) == (world, window)]
         strangers = [line for line in here if line["strangers"] != ""]

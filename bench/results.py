@@ -18,7 +18,7 @@ from paper_page import BLUE, GREY, Curve, chart, table
 PAGES = Path(__file__).resolve().parent.parent / "docs/results"
 KINDS = ("cameras in streets", "LiDAR", "from the air", "depth cameras in rooms and on desks", "bare graphs")
 BANDS = [0, 0.01, 0.1, 0.5, 0.9, 0.99, 0.999, 0.9999, 1]
-MADE = "Written by `./run results` on {} from {} queries of the place and {} strangers; do not edit."
+MADE = "Written by `./run results` on {} from {} queries of the place and {} negatives; do not edit."
 
 Answer = namedtuple("Answer", "row kind confidence accepted right stranger")
 
@@ -54,7 +54,7 @@ def answers_of(row, runner):
 
 
 def overview(answers):
-    rows = [["what looks", "queries", "right, %", "of these accepted, %", "wrong accepted", "strangers accepted"]]
+    rows = [["what looks", "queries", "right, %", "of these accepted, %", "wrong accepted", "negatives accepted"]]
     for kind in (*KINDS, "all"):
         own = [a for a in answers if kind in (a.kind, "all") and not a.stranger]
         strangers = [a for a in answers if kind in (a.kind, "all") and a.stranger]
@@ -88,14 +88,14 @@ OVERVIEW = """# Results
 {overview}
 
 *Right*: the best place is within 5 m outdoors, 0.5 m in rooms, 0.15 m on a desk, accepted or not; most are within
-centimetres ([worlds](worlds.md)). *Wrong accepted*: farther off, and accepted all the same. *Strangers*: queries from
-another place, which must be refused. Accepted means wrong with a chance of at most 1 % (`--risk`). The verdict was
+centimetres ([worlds](worlds.md)). *Wrong accepted*: farther off, and accepted all the same. *Negatives*: out-of-map
+queries, which must be refused. Accepted means wrong with a chance of at most 1 % (`--risk`). The verdict was
 learned from windows of these worlds, each recording judged by weights that the others set ([verdict](verdict.md));
 worlds that set nothing are in [studies](studies.md).
 
 ## Does the confidence mean what it says?
 
-Every second query would be a stranger if the figures were exact; here {share:.0f} % are.
+Every second query would be a negative if the figures were exact; here {share:.0f} % are.
 
 ![right over stated confidence](reliability.svg)
 

@@ -164,7 +164,7 @@ Band = namedtuple("Band", "low high answers said right")
 def bands(lines):
     """How many answers of each band of confidence there are, what they say on average and how many are right.
 
-    Confidence is that share if every other query is from elsewhere, so all strangers together weigh as much as all
+    Confidence is that share if every other query is out of the map, so all negatives together weigh as much as all
     windows of the place.
     """
     strangers = sum(line["stranger"] for line in lines)
@@ -245,7 +245,7 @@ def markdown(lines):
         if not chosen:
             continue
         lengths = sorted({int(line["window_m"]) for _, here in chosen for line in here})
-        yield "| right, accepted of | " + " | ".join(f"{m} m" for m in lengths) + " | strangers accepted |"
+        yield "| right, accepted of | " + " | ".join(f"{m} m" for m in lengths) + " | negatives accepted |"
         yield "|---" * (len(lengths) + 2) + "|"
         for name, here in chosen:
             cells = []
