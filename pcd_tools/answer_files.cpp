@@ -194,7 +194,8 @@ void AnswerFiles::explain(const Answer& answer, const Query& query,
   on_page_.push_back(std::move(shown));
 }
 
-void AnswerFiles::writePage(const map::SemanticMap& map, const Job& job) const {
+void AnswerFiles::writePage(map::SemanticMap map, const Job& job) const {
+  map::unpackPoints(map);
   Scene scene = sceneOf(map);
   scene.queries = on_page_;
   scene.title = outcomeOf(on_page_);

@@ -146,7 +146,7 @@ class DiffCommand final : public Command {
     if (!out_.empty()) requireDrawingPath(out_, true);
     if (!given.options.scale.empty())
       throw UsageError("--scale: only visits with the same lengths can be compared");
-    map::SemanticMap earlier = readMap(given.operands[0], input_, given);
+    map::SemanticMap earlier = readWholeMap(given.operands[0], input_, given);
     Job job = inMap(given, earlier);
     requireValid(job.limits = limits_);
     Stopwatch watch;

@@ -161,7 +161,8 @@ class EvaluateCommand final : public Command {
     const Evaluation evaluation = evaluate(queries, within_m_);
     if (!out_.empty()) {
       const std::string path = mapPath(job);
-      const map::SemanticMap map = path.empty() ? map::SemanticMap() : readMap(path, input_, job);
+      const map::SemanticMap map =
+          path.empty() ? map::SemanticMap() : readWholeMap(path, input_, job);
       writeAll(evaluation, queries, map, job);
     }
     fmt::print("{}", evaluationTable(evaluation));

@@ -9,6 +9,7 @@
 #include "inputs.h"
 #include "outputs.h"
 #include "tool.h"
+#include "xview/graph/edges.h"
 #include "xview/io/graph_files.h"
 #include "xview/types/atomic_file.h"
 #include "xview/types/error.h"
@@ -87,7 +88,8 @@ class GraphCommand final : public Command {
     if (ending != ".ply" && ending != ".graphml" && ending != ".csv")
       throw UsageError(out + ": a graph ends with .ply, .graphml or .csv");
     requireWritable(out);
-    const Place result = read(job);
+    Place result = read(job);
+    graph::makeEdges(result.graph);
     if (ending == ".ply")
       io::writeGraph(out, result.graph, result.labels);
     else

@@ -11,6 +11,7 @@
 #include "outputs.h"
 #include "tool.h"
 #include "windows.h"
+#include "xview/graph/edges.h"
 #include "xview/io/bag_files.h"
 #include "xview/io/cloud_files.h"
 #include "xview/map/semantic_map.h"
@@ -150,7 +151,8 @@ void Sheet::topics(const std::vector<io::BagTopic>& topics) {
   }
 }
 
-void printGraph(Sheet& sheet, const SemanticGraph& graph, const LabelSet& labels) {
+void printGraph(Sheet& sheet, SemanticGraph graph, const LabelSet& labels) {
+  graph::makeEdges(graph);
   const Census census = censusOf(graph);
   const std::size_t parts = componentCount(graph);
   sheet.row("graph",
@@ -163,15 +165,15 @@ void printGraph(Sheet& sheet, const SemanticGraph& graph, const LabelSet& labels
 }
 
 void printMap(Sheet& sheet, const std::string& path) {
-  const map::SemanticMap map = map::loadMap(path);
+  const map::SemanticMap map = map::openMap(path);
   sheet.row("version",
             fmt::format("schema {}, written by {}", map::kMapSchemaVersion, map.program_version));
   sheet.row("size", sizeText(map.size));
   sheet.row("holds",
             fmt::format("{} key frames, {} points, {} plan samples", map.poses.size(),
-                        map.cloud.size(), map.bev.sampleCount()),
+                        map::pointCount(map), map.bev.sampleCount()),
             {{"key_frames", map.poses.size()},
-             {"points", map.cloud.size()},
+             {"points", map::pointCount(map)},
              {"plan_samples", map.bev.sampleCount()}});
   sheet.row("sources", fmt::format("{}", fmt::join(map.sources, ", ")), map.sources);
   Json own = Json::array();

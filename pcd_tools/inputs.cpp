@@ -153,7 +153,7 @@ Place readLabelledGraph(const std::string& path, const io::InputOptions& input, 
   io::GraphFile file = io::readGraph(path);
   if (file.graph.empty()) throw Error(path, "the graph has no vertices");
   if (!file.has_edges)
-    graph::connectByRadius(file.graph, atSize(job.options, sizeFor(job.options, file.graph)).edges);
+    graph::useRadius(file.graph, atSize(job.options, sizeFor(job.options, file.graph)).edges);
   Place place;
   place.labels = labelsOfGraph(path, file.graph, file.labels, input, job.narrate);
   place.graph = std::move(file.graph);
@@ -205,7 +205,7 @@ map::SemanticMap mapOf(const std::string& path, io::InputOptions input, const Jo
 }
 
 void requireNotEmpty(const map::SemanticMap& map, const std::string& path) {
-  if (map.graph.empty() && map.cloud.empty())
+  if (map.graph.empty() && map::pointCount(map) == 0)
     throw Error(path, "the map is empty; build it of a recording that sees something");
 }
 
@@ -214,11 +214,19 @@ map::SemanticMap readMap(const std::string& path, const InputFlags& input, const
   io::InputOptions whole = input.parsed();
   whole.frames = {};  // --frames speaks of the query
   if (!input.mapLabels().empty()) whole.labels = input.mapLabels();
-  map::SemanticMap map = mapOf(path, whole, job);
+  map::SemanticMap map = chooseKind(path, whole, job) == io::InputKind::map
+                             ? map::openMap(path)
+                             : mapOf(path, whole, job);
   requireNotEmpty(map, path);
   job.narrate.stage("map", watch.lap_ms(),
                     fmt::format("{}: {} vertices, {} key frames, {} points", path, map.graph.size(),
-                                map.poses.size(), map.cloud.size()));
+                                map.poses.size(), map::pointCount(map)));
+  return map;
+}
+
+map::SemanticMap readWholeMap(const std::string& path, const InputFlags& input, const Job& job) {
+  map::SemanticMap map = readMap(path, input, job);
+  map::unpackPoints(map);
   return map;
 }
 

@@ -81,8 +81,11 @@ map::SemanticMap mapOf(const std::string& path, io::InputOptions input, const Jo
 /// Throws Error with the path if nothing can be found in the map.
 void requireNotEmpty(const map::SemanticMap& map, const std::string& path);
 
-/// The MAP operand: a map file, or anything a map can be built of on the fly.
+/// The MAP operand: a map file, or anything a map can be built of on the fly. Points of a file stay
+/// packed (map::openMap).
 map::SemanticMap readMap(const std::string& path, const InputFlags& input, const Job& job);
+/// The same with all its points, to draw or compare them.
+map::SemanticMap readWholeMap(const std::string& path, const InputFlags& input, const Job& job);
 
 /// A QUERY operand: what a map, a graph or a recording holds, or a recording yet to be cut.
 struct QueryInput {

@@ -162,7 +162,7 @@ class LookalikesCommand final : public Command {
     const std::string ending = endingOf(out);
     requireOutside("", out, {path});
     requireDrawingPath(out, true);
-    const map::SemanticMap map = readMap(path, input_, job);
+    const map::SemanticMap map = readWholeMap(path, input_, job);
     Stopwatch watch;
     const SelfSimilarity self_similarity = measureSelfSimilarity(map, job.options, kPlaces);
     job.narrate.stage("lookalikes", watch.lap_ms(),

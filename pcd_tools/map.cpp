@@ -89,7 +89,7 @@ class MapCommand final : public Command {
   ExitCode appendAll(const std::vector<std::string>& inputs, const std::string& out,
                      const Job& given) {
     Stopwatch watch;
-    map::SemanticMap map = map::loadMap(out);
+    map::SemanticMap map = map::openMap(out);
     const Job job = inMap(given, map);
     MapDraft draft(out, out);
     for (map::SemanticMap& part : build(inputs, &map.labels, job)) {
@@ -110,7 +110,7 @@ class MapCommand final : public Command {
                    const Job& given) {
     Stopwatch watch;
     const bool onto = append_ && std::filesystem::exists(out);
-    map::SemanticMap map = onto ? map::loadMap(out) : readMap(inputs.front(), input_, given);
+    map::SemanticMap map = onto ? map::openMap(out) : readMap(inputs.front(), input_, given);
     const Job job = inMap(given, map);
     MapDraft draft = onto ? MapDraft(out, out) : MapDraft(out, map);
     std::vector<std::string> waiting(inputs.begin() + (onto ? 0 : 1), inputs.end());
@@ -161,8 +161,8 @@ class MapCommand final : public Command {
   }
 
   static void printMap(const std::string& out, const map::SemanticMap& map) {
-    fmt::print("{}: {} vertices, {} edges, {} key frames, {} points\n", out, map.graph.size(),
-               map.graph.edgeCount(), map.poses.size(), map.cloud.size());
+    fmt::print("{}: {} vertices, {} key frames, {} points\n", out, map.graph.size(),
+               map.poses.size(), map::pointCount(map));
     if (const std::string own = ownAcceptanceText(map); !own.empty())
       fmt::print("own windows of {}\n", own);
   }

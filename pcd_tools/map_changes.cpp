@@ -42,7 +42,7 @@ std::vector<Addition> additionsSince(const std::string& path, const std::string&
     later.insert(later.begin(), {revisions[i], map::loadVisit(path, i)});
     if (isAmong(later.front().visit.place.sources, source)) return later;
   }
-  const std::vector<std::string> sources = map::loadMap(path).sources;
+  const std::vector<std::string> sources = map::openMap(path).sources;
   if (isAmong(sources, source))
     throw Error(path,
                 source + " is one of those that the map was begun with; make it again without it");
@@ -83,7 +83,7 @@ ExitCode undoLast(const std::string& path) {
   const std::vector<map::Revision> revisions = map::readRevisions(path);
   if (!map::undoRevision(path)) throw Error(path, "nothing to undo: no change of it is on record");
   fmt::print("{}: taken back: {}; {} vertices\n", path, printable(revisions.back().note),
-             map::loadMap(path).graph.size());
+             map::openMap(path).graph.size());
   return kDone;
 }
 
@@ -93,7 +93,7 @@ ExitCode takeOut(const std::string& path, const std::string& source, const Job& 
   const std::vector<Addition> later = additionsSince(path, source);
   MapDraft draft(path, path);
   for (std::size_t i = 0; i < later.size(); ++i) map::undoRevision(draft.path());
-  map::SemanticMap map = map::loadMap(draft.path());
+  map::SemanticMap map = map::openMap(draft.path());
   const Options options = inMap(job, map).options;
   for (std::size_t i = 1; i < later.size(); ++i) {
     appendToMap(map, later[i].visit.place, options);

@@ -57,7 +57,7 @@ class MatchCommand final : public Command {
     if (!job.options.scale.empty())
       throw UsageError("--scale: match draws the query in its own lengths");
     checkOrder({job.operands[0], job.operands[1]}, input_);
-    const map::SemanticMap map = readMap(job.operands[1], input_, job);
+    const map::SemanticMap map = readWholeMap(job.operands[1], input_, job);
     const Job sized = inMap(job, map);
     const QueryInput input = readQuery(job.operands[0], input_, sized, map.labels);
     const Query& query = *input.whole;

@@ -16,6 +16,15 @@
 #include "xview/types/error.h"
 
 namespace xview::python {
+
+std::shared_ptr<const Place> withEdges(const Place& place) {
+  auto whole = std::make_shared<Place>();
+  whole->labels = place.labels;
+  whole->graph = place.graph;
+  graph::makeEdges(whole->graph);
+  return whole;
+}
+
 namespace {
 
 /// A recording that others hold as well.
@@ -67,9 +76,8 @@ py::object readAny(const py::object& given, const io::InputOptions& options) {
     case io::InputKind::map:
       return py::cast(loadMap(given));
     case io::InputKind::graph: {
-      auto place = released([&] {
-        return std::make_shared<const Place>(tools::readLabelledGraph(path, input, work.job()));
-      });
+      auto place =
+          released([&] { return withEdges(tools::readLabelledGraph(path, input, work.job())); });
       work.takeNotes();
       return py::cast(Graph{path, options, std::move(place)});
     }
@@ -201,7 +209,7 @@ std::vector<map::SemanticMap> mapsOf(const Source& source, const LabelSet* added
 }
 
 void requireBlobs(const map::SemanticMap& map) {
-  if (!map.graph.empty() || map.bev.sampleCount() > 0 || !map.cloud.empty()) return;
+  if (!map.graph.empty() || map.bev.sampleCount() > 0 || map::pointCount(map) > 0) return;
   throw Error(map.sources.empty() ? "map" : map.sources.front(),
               "nothing to make a map of: no blob of any known class");
 }
@@ -479,7 +487,7 @@ void bindMap(py::module_& module) {
       .def_property_readonly(
           "graph",
           [](const Map& m) {
-            return Graph{"", {}, m.map};
+            return Graph{"", {}, released([&] { return withEdges(*m.map); })};
           },
           "Its things.")
       .def_property_readonly(

@@ -29,6 +29,9 @@ struct Graph {
   std::shared_ptr<const Place> place;  ///< its labels and its graph
 };
 
+/// Graph and labels of a place, with its edges made.
+std::shared_ptr<const Place> withEdges(const Place& place);
+
 /// A map, which may be in a file. What is appended makes another one, so that whoever localizes in
 /// the former is not disturbed.
 struct Map {

@@ -23,7 +23,8 @@ Graph graphOf(const Source& source, const py::kwargs& arguments) {
   Work work(optionsOf(arguments));
   auto place = std::make_shared<Place>();
   if (py::isinstance<Graph>(source.what)) return source.what.cast<Graph>();
-  if (py::isinstance<Map>(source.what)) return {"", {}, source.what.cast<const Map&>().map};
+  if (py::isinstance<Map>(source.what))
+    return {"", {}, withEdges(*source.what.cast<const Map&>().map)};
   const Recording recording = source.recording(nullptr);
   *place = released([&] {
     const std::unique_ptr<FrameSource> frames =
@@ -35,6 +36,7 @@ Graph graphOf(const Source& source, const py::kwargs& arguments) {
   });
   work.takeNotes();
   if (place->graph.empty()) throw Error(recording.source->name(), "no blobs to make a graph of");
+  graph::makeEdges(place->graph);
   return {"", {}, std::move(place)};
 }
 

@@ -48,8 +48,11 @@ SelfSimilarity measureSelfSimilarity(const map::SemanticMap& map, const Options&
 
 /// Sets the null hypothesis of the verdict, measured in the map at hand: the evidence of a few of
 /// its stretches at the best place that is not their own, and their confidence at their own.
-/// Bounded like measureSelfSimilarity(); none for a bare graph or a map without a path.
-void measureNullHypothesis(map::SemanticMap& map, const Options& options);
+/// Bounded like measureSelfSimilarity(); none for a bare graph or a map without a path. Of a map
+/// that has grown only stretches from pose `first_pose` on are asked, in proportion to their
+/// length; their answers join the former ones.
+void measureNullHypothesis(map::SemanticMap& map, const Options& options,
+                           std::size_t first_pose = 0);
 
 /// How many of a map's own stretches of one length would be accepted by their place alone, at risks
 /// of 1e-2, 1e-3 and 1e-4.

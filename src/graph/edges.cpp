@@ -40,6 +40,7 @@ CentredVertices centred(const std::vector<Vertex>& vertices) {
 
 void connectByRadius(SemanticGraph& graph, const EdgeOptions& options, int nearest) {
   graph.neighbours.assign(graph.size(), {});
+  graph.edge_radius_m = nearest == 0 ? options.radius_m : 0;
   const std::vector<Vertex>& vertices = graph.vertices;
   const CentredVertices centre = centred(vertices);
   if (centre.vertex_of_point.size() < 2) return;
@@ -68,7 +69,19 @@ void connectByRadius(SemanticGraph& graph, const EdgeOptions& options, int neare
       if (d2 <= radius2) edges.emplace_back(self, other);
     }
   }
+  const double radius_m = graph.edge_radius_m;
   graph.setEdges(edges);
+  graph.edge_radius_m = radius_m;
+}
+
+void useRadius(SemanticGraph& graph, const EdgeOptions& options) {
+  graph.neighbours.clear();
+  graph.edge_radius_m = options.radius_m;
+}
+
+void makeEdges(SemanticGraph& graph) {
+  if (graph.edge_radius_m > 0 && graph.neighbours.empty())
+    connectByRadius(graph, {graph.edge_radius_m});
 }
 
 }  // namespace xview::graph

@@ -161,7 +161,7 @@ void mergeGraphs(SemanticGraph& graph, const SemanticGraph& addition, const Labe
     else
       graph.vertices.push_back(v);
   }
-  if (!in_images) return connectByRadius(graph, edge_options);
+  if (!in_images) return useRadius(graph, edge_options);
   BlobEdges edges = graph.edges();
   for (const auto& [a, b] : addition.edges()) edges.emplace_back(now_at[a], now_at[b]);
   graph.setEdges(edges);

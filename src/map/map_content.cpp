@@ -2,6 +2,7 @@
 // What stands in each table of a map, for writing and for reading.
 #include "map_tables.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <limits>
@@ -9,6 +10,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "packed_cloud.h"
 #include "xview/types/error.h"
 #include "xview/types/pose.h"
 #include "xview/types/semantic_place.h"
@@ -130,14 +132,12 @@ class ContentReader {
 
   /// Rows whose ids count from zero.
   template <class Item>
-  std::vector<Item> items(const std::string& name) {
-    std::vector<Item> all;
+  void items(const std::string& name, std::vector<Item>& all) {
     table<Item>(name, [&](std::int64_t id, Item& item) {
       if (id != static_cast<std::int64_t>(all.size()))
         throw Damage("table " + name + " misses a row");
       all.push_back(std::move(item));
     });
-    return all;
   }
 
  private:
@@ -200,6 +200,16 @@ std::string textOf(const std::vector<OwnStretch>& stretches) {
   return all;
 }
 
+/// Cell size, thickness and whether it is sparse.
+std::string textOf(const std::optional<pose::SurfaceNoise>& noise) {
+  if (!noise) return kNotAsked;
+  return numberText(noise->cell_m) + ' ' + numberText(noise->thickness_m) + ' ' +
+         (noise->is_sparse ? "1" : "0");
+}
+
+/// Edges of a radius are made anew.
+bool storesEdges(const SemanticGraph& graph) { return graph.edge_radius_m == 0; }
+
 /// `stored_points`: of the cloud, which is thinned on its way into the file.
 Meta metaOf(const SemanticMap& map, std::size_t stored_points) {
   Meta meta{{"graph_space", toString(map.graph.space)},
@@ -210,10 +220,11 @@ Meta metaOf(const SemanticMap& map, std::size_t stored_points) {
             {"own_stretches", textOf(map.own_stretches)},
             {"size", sizeText(map.size)},
             {"vertices", std::to_string(map.graph.size())},
-            {"edges", std::to_string(map.graph.edgeCount())},
+            {"edges", std::to_string(storesEdges(map.graph) ? map.graph.edgeCount() : 0)},
+            {"edge_radius_m", numberText(map.graph.edge_radius_m)},
+            {"noise", textOf(map.noise)},
             {"keyframes", std::to_string(map.poses.size())},
             {"cloud_points", std::to_string(stored_points)},
-            {"cloud_instances", map.cloud.hasInstances() ? "1" : "0"},
             {"plan_samples", std::to_string(map.bev.sampleCount())},
             {"plan_channels", channelNames()},
             {"plan_aerial", map.bev.aerial ? "1" : "0"}};
@@ -289,6 +300,29 @@ std::vector<OwnStretch> ownStretchesIn(const Meta& meta) {
   return all;
 }
 
+/// None in files of older programs.
+std::optional<pose::SurfaceNoise> noiseIn(const Meta& meta) {
+  const auto found = meta.find("noise");
+  if (found == meta.end() || found->second == kNotAsked) return std::nullopt;
+  std::istringstream words(found->second);
+  std::string cell, thickness, sparse;
+  words >> cell >> thickness >> sparse;
+  const auto cell_m = numberFrom<double>(cell), thickness_m = numberFrom<double>(thickness);
+  if (!cell_m || !(*cell_m > 0) || !thickness_m || !(*thickness_m >= 0) ||
+      !std::isfinite(*thickness_m) || (sparse != "0" && sparse != "1"))
+    throw Damage("meta: noise has no cell size and thickness: " + found->second);
+  return pose::SurfaceNoise{*cell_m, *thickness_m, sparse == "1"};
+}
+
+/// 0 in files of older programs, which stored all edges.
+double edgeRadiusIn(const Meta& meta) {
+  if (meta.count("edge_radius_m") == 0) return 0;
+  const double radius_m = numberIn<double>(meta, "edge_radius_m");
+  if (!(radius_m >= 0) || !std::isfinite(radius_m))
+    throw Damage("meta: edge_radius_m is no length: " + textIn(meta, "edge_radius_m"));
+  return radius_m;
+}
+
 Meta readMeta(ContentReader& in) {
   Meta meta;
   in.table<NamedRow<std::string>>(
@@ -314,6 +348,7 @@ void setNumbers(const Meta& meta, SemanticMap& map) {
   map.options_yaml = textIn(meta, "options");
   map.wrong_places = wrongPlacesIn(meta);
   map.own_stretches = ownStretchesIn(meta);
+  map.noise = noiseIn(meta);
 }
 
 // ---- maps as a whole
@@ -347,11 +382,12 @@ void requireStorable(const SemanticMap& map) {
 }
 
 void requireComplete(const Meta& meta, const SemanticMap& map) {
-  const std::pair<const char*, std::size_t> counts[] = {{"vertices", map.graph.size()},
-                                                        {"edges", map.graph.edgeCount()},
-                                                        {"keyframes", map.poses.size()},
-                                                        {"cloud_points", map.cloud.size()},
-                                                        {"plan_samples", map.bev.sampleCount()}};
+  const std::pair<const char*, std::size_t> counts[] = {
+      {"vertices", map.graph.size()},
+      {"edges", storesEdges(map.graph) ? map.graph.edgeCount() : 0},
+      {"keyframes", map.poses.size()},
+      {"cloud_points", pointCount(map)},
+      {"plan_samples", map.bev.sampleCount()}};
   for (const auto& [name, found] : counts) {
     const auto expected = numberIn<std::size_t>(meta, name);
     if (found == expected) continue;
@@ -379,11 +415,17 @@ LabelSet readLabels(ContentReader& in, const std::string& set_name) {
   return labels;
 }
 
-void readBulk(ContentReader& in, const Meta& meta, std::uint64_t file_bytes, SemanticMap& map) {
+void readBulk(ContentReader& in, const Meta& meta, std::uint64_t file_bytes,
+              const std::string& file, SemanticMap& map) {
   PackedRows rows(file_bytes);
-  for (const Keyframe& k : in.items<Keyframe>("keyframes"))
+  std::vector<Keyframe> keyframes;
+  in.items("keyframes", keyframes);
+  for (const Keyframe& k : keyframes)
     map.addKeyframe(k.T_map_sensor, k.number, k.stamp_s, k.source);
-  map.graph.vertices = in.items<Vertex>("vertices");
+  // A row of a vertex has more bytes than this.
+  map.graph.vertices.reserve(
+      std::min<std::uint64_t>(numberIn<std::uint64_t>(meta, "vertices"), file_bytes / 16));
+  in.items("vertices", map.graph.vertices);
   const auto edges = numberIn<std::uint64_t>(meta, "edges");
   std::vector<EdgeBlock> blocks;
   in.table<EdgeBlock>("edges", [&](std::int64_t id, EdgeBlock& block) {
@@ -392,25 +434,31 @@ void readBulk(ContentReader& in, const Meta& meta, std::uint64_t file_bytes, Sem
     blocks.push_back(std::move(block));
   });
   setEdges(blocks, map.graph);
+  if (const double radius_m = edgeRadiusIn(meta); radius_m > 0) {
+    if (edges > 0) throw Damage("edges of a radius are stored");
+    map.graph.neighbours.clear();
+    map.graph.edge_radius_m = radius_m;
+  }
   scaleLengths(1 / map.size, map.bev);  // tiles have the lengths of a town
-  scaleLengths(1 / map.size, map.cloud);
-  LabelledCloud bev;
+  std::vector<Tile> tiles;
   rows.beginPart();
   in.table<Tile>("plan_tiles", [&](std::int64_t, Tile& tile) {
     rows.take("plan_tiles", tile.points, kAnyNumber);  // meta counts those with a channel only
-    appendTile(tile, bev);
+    tiles.push_back(std::move(tile));
   });
-  fill(bev, map.bev);
-  const auto points = numberIn<std::uint64_t>(meta, "cloud_points");
-  rows.beginPart();
-  in.table<Tile>("cloud_tiles", [&](std::int64_t, Tile& tile) {
-    rows.take("cloud_points", tile.points, points);
-    appendTile(tile, map.cloud);
-  });
+  fill(tiles, map.bev);
   scaleLengths(map.size, map.bev);
-  scaleLengths(map.size, map.cloud);
-  map.cloud.points.width = static_cast<std::uint32_t>(map.cloud.points.size());
-  map.cloud.points.height = 1;
+  const auto points = numberIn<std::uint64_t>(meta, "cloud_points");
+  tiles.clear();
+  rows.beginPart();
+  in.table<Tile>("cloud_tiles", [&](std::int64_t id, Tile& tile) {
+    rows.take("cloud_points", tile.points, points);
+    requirePlace(tile);
+    if (id != tileId(tile)) throw Damage("cloud_tiles: a tile out of place");
+    tiles.push_back(std::move(tile));
+  });
+  if (!tiles.empty()) map.packed = std::make_shared<const PackedCloud>(std::move(tiles), file);
+  if (map.size != kTownScale) unpackAll(map);
 }
 
 }  // namespace
@@ -419,7 +467,8 @@ void writeContent(SQLite::Database& database, const std::string& schema, const S
   requireStorable(map);
   // Tiles have the lengths of a town, for whose precision they are made.
   const std::vector<Tile> bev_tiles = toTiles(pointsOf(*Scaled<BevGrid>(map.bev, 1 / map.size)));
-  const std::vector<Tile> cloud_tiles = toTiles(*Scaled<LabelledCloud>(map.cloud, 1 / map.size));
+  std::vector<Tile> cloud_tiles = toTiles(*Scaled<LabelledCloud>(map.cloud, 1 / map.size));
+  if (map.packed) mergeTiles(map.packed->tiles(), cloud_tiles);
   std::size_t stored_points = 0;
   for (const Tile& tile : cloud_tiles) stored_points += tile.points;
   std::vector<NamedRow<std::string>> meta;
@@ -436,7 +485,7 @@ void writeContent(SQLite::Database& database, const std::string& schema, const S
   out.table("sources", map.sources);
   out.table("keyframes", keyframes);
   out.table("vertices", map.graph.vertices);
-  out.table("edges", toBlocks(map.graph),
+  out.table("edges", storesEdges(map.graph) ? toBlocks(map.graph) : std::vector<EdgeBlock>(),
             [](const EdgeBlock& b, std::size_t) { return b.first_vertex; });
   const auto id = [](const Tile& tile, std::size_t) { return tileId(tile); };
   out.table("plan_tiles", bev_tiles, id);
@@ -450,11 +499,11 @@ SemanticMap readContent(SQLite::Database& database) {
   const Meta meta = readMeta(in);
   SemanticMap map;
   map.labels = readLabels(in, textIn(meta, "label_set"));
-  map.sources = in.items<std::string>("sources");
+  in.items("sources", map.sources);
   setNumbers(meta, map);
   const std::int64_t file_bytes = database.execAndGet("PRAGMA page_count").getInt64() *
                                   database.execAndGet("PRAGMA page_size").getInt64();
-  readBulk(in, meta, static_cast<std::uint64_t>(file_bytes), map);
+  readBulk(in, meta, static_cast<std::uint64_t>(file_bytes), database.getFilename(), map);
   requireComplete(meta, map);
   return map;
 }

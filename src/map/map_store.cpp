@@ -18,6 +18,7 @@
 #include <stdexcept>
 
 #include "map_tables.h"
+#include "packed_cloud.h"
 #include "xview/types/atomic_file.h"
 #include "xview/types/error.h"
 
@@ -247,18 +248,25 @@ bool undoRevision(const std::string& path) {
     SQLite::Transaction transaction(database, SQLite::TransactionBehavior::IMMEDIATE);
     checkBeforeWriting(database);
     if (!restoreRevision(database)) return false;
-    readContent(database);  // a former map that is damaged must not replace a sound one
+    SemanticMap former = readContent(database);
+    unpackAll(former);  // one that is damaged must not replace a sound one
     transaction.commit();
     return true;
   });
 }
 
-SemanticMap loadMap(const std::string& path) {
+SemanticMap openMap(const std::string& path) {
   return guarded(path, kCannotRead, [&] {
     SQLite::Database database = openForReading(path);
     const SQLite::Transaction snapshot(database);
     return readContent(database);
   });
+}
+
+SemanticMap loadMap(const std::string& path) {
+  SemanticMap map = openMap(path);
+  unpackPoints(map);
+  return map;
 }
 
 // SQLite locks with fcntl(), which flock() does not meet; its locks are those of one transaction.

@@ -9,6 +9,8 @@
 #include <memory>
 #include <new>
 
+#include "packed_cloud.h"
+
 namespace xview::map {
 namespace {
 
@@ -101,7 +103,9 @@ SemanticMap contentOf(const SQLite::Column& bytes) {
                           SQLITE_DESERIALIZE_FREEONCLOSE | SQLITE_DESERIALIZE_READONLY) !=
       SQLITE_OK)
     throw Damage("undo_visits: data is no database");
-  return readContent(database);
+  SemanticMap map = readContent(database);
+  unpackAll(map);
+  return map;
 }
 
 }  // namespace

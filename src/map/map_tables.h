@@ -136,7 +136,7 @@ class RowReader {
 /// the map cannot be written as it is.
 void writeContent(SQLite::Database& database, const std::string& schema, const SemanticMap& map);
 
-/// Reads the tables of "main"; throws Damage.
+/// Reads the tables of "main", points packed; throws Damage.
 SemanticMap readContent(SQLite::Database& database);
 
 // Revisions. All of these run inside a transaction of the caller.

@@ -175,15 +175,49 @@ std::vector<Tile> toTiles(const LabelledCloud& cloud) {
   return tiles;
 }
 
-void appendTile(const Tile& tile, LabelledCloud& cloud) {
+void requirePlace(const Tile& tile) {
   if (!isTileIndex(tile.x) || !isTileIndex(tile.y) || !isTileIndex(tile.z))
     throw Damage("tile with an index out of range");
-  for (const auto& [label, instance, x, y, z] : unpacked(tile.data, tile.points, kLargest)) {
-    Point point(toMetres(tile.x * kSide + x), toMetres(tile.y * kSide + y),
-                toMetres(tile.z * kSide + z), label);
+}
+
+namespace {
+
+/// Calls visit(label, instance, x, y, z) for the points of a tile; throws Damage.
+template <class Visit>
+void forPoints(const Tile& tile, const Visit& visit) {
+  requirePlace(tile);
+  for (const auto& [label, instance, x, y, z] : unpacked(tile.data, tile.points, kLargest))
+    visit(label, instance, toMetres(tile.x * kSide + x), toMetres(tile.y * kSide + y),
+          toMetres(tile.z * kSide + z));
+}
+
+}  // namespace
+
+void appendTile(const Tile& tile, LabelledCloud& cloud) {
+  forPoints(tile, [&](std::uint32_t label, std::uint32_t instance, float x, float y, float z) {
+    Point point(x, y, z, label);
     point.instance = instance;
     cloud.points.push_back(point);
-  }
+  });
+}
+
+namespace {
+
+bool isBefore(const Tile& a, const Tile& b) {
+  return std::tie(a.z, a.y, a.x) < std::tie(b.z, b.y, b.x);
+}
+
+}  // namespace
+
+void mergeTiles(const std::vector<Tile>& addition, std::vector<Tile>& tiles) {
+  std::vector<Tile> all;
+  all.reserve(tiles.size() + addition.size());
+  std::merge(tiles.begin(), tiles.end(), addition.begin(), addition.end(), std::back_inserter(all),
+             isBefore);
+  const auto twice = std::adjacent_find(
+      all.begin(), all.end(), [](const Tile& a, const Tile& b) { return !isBefore(a, b); });
+  if (twice != all.end()) throw std::logic_error("points of one tile are packed and unpacked");
+  tiles = std::move(all);
 }
 
 LabelledCloud pointsOf(const BevGrid& bev) {
@@ -203,15 +237,17 @@ LabelledCloud pointsOf(const BevGrid& bev) {
   return cloud;
 }
 
-void fill(const LabelledCloud& points, BevGrid& bev) {
-  for (const Point& p : points.points) {
-    if (p.label > kSeen) throw Damage("plan view with an unknown channel");
-    if (p.label < kBevChannels)
-      bev.samples[p.label].push_back({p.x, p.y, p.z});
-    else
-      bev.known.push_back({static_cast<std::int32_t>(std::floor(p.x / bev.cell_m)),
-                           static_cast<std::int32_t>(std::floor(p.y / bev.cell_m)), p.z,
-                           p.label == kMeasured});
+void fill(const std::vector<Tile>& tiles, BevGrid& bev) {
+  for (const Tile& tile : tiles) {
+    forPoints(tile, [&](std::uint32_t label, std::uint32_t, float x, float y, float z) {
+      if (label > kSeen) throw Damage("plan view with an unknown channel");
+      if (label < kBevChannels)
+        bev.samples[label].push_back({x, y, z});
+      else
+        bev.known.push_back({static_cast<std::int32_t>(std::floor(x / bev.cell_m)),
+                             static_cast<std::int32_t>(std::floor(y / bev.cell_m)), z,
+                             label == kMeasured});
+    });
   }
   for (auto& samples : bev.samples)
     std::sort(samples.begin(), samples.end(), inRowOrder<BevSample>);

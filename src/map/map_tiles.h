@@ -113,14 +113,20 @@ void columns(Row& row, Tile& t) {
 /// Tiles sorted by (z, y, x). Coordinates are rounded to 1 cm, points that are not finite are
 /// dropped. Throws std::out_of_range on points too far from the origin.
 std::vector<Tile> toTiles(const LabelledCloud& cloud);
+/// Throws Damage if a tile has indices that none can have.
+void requirePlace(const Tile& tile);
 /// Appends points with their instances, sorted by label, instance, position; throws Damage.
 void appendTile(const Tile& tile, LabelledCloud& cloud);
+
+/// Adds them where the tiles of `tiles` are; both sorted. Throws std::logic_error if a tile is in
+/// both.
+void mergeTiles(const std::vector<Tile>& addition, std::vector<Tile>& tiles);
 
 /// A plan view as points: samples with their channel as label, and the cells that were seen, at
 /// their middle. Throws std::out_of_range for samples that are not finite.
 LabelledCloud pointsOf(const BevGrid& bev);
-/// Fills a plan view, which has its grid already, with the points of one; throws Damage.
-void fill(const LabelledCloud& points, BevGrid& bev);
+/// Fills a plan view, which has its grid already, with the tiles of one; throws Damage.
+void fill(const std::vector<Tile>& tiles, BevGrid& bev);
 /// Names of the channels in the order of storage; another order is another file.
 std::string channelNames();
 

@@ -7,6 +7,7 @@
 #include <map>
 #include <tuple>
 
+#include "xview/graph/edges.h"
 #include "xview/types/cells.h"
 #include "xview/types/median.h"
 
@@ -378,6 +379,7 @@ void removeSamples(const Place& place, const std::vector<Vertex>& removed, BevGr
 }
 
 void removeVertices(const std::vector<bool>& is_removed, SemanticGraph& graph) {
+  const double radius_m = graph.edge_radius_m;
   std::vector<std::uint32_t> now_at(graph.size());
   std::vector<Vertex> kept;
   for (std::size_t i = 0; i < graph.size(); ++i) {
@@ -390,6 +392,7 @@ void removeVertices(const std::vector<bool>& is_removed, SemanticGraph& graph) {
   }
   graph.vertices = std::move(kept);
   graph.setEdges(edges);
+  if (radius_m > 0) graph::useRadius(graph, {radius_m});
 }
 
 }  // namespace

@@ -432,7 +432,11 @@ const Localizer::Index& Localizer::indexFor(const Query& query) const {
   CoarseIndices::Coarse& coarse = coarse_->made[detail];
   if (!coarse.index) {
     coarse.map = *map_;
-    if (detail.shapes) reduceToShapes(query.labels, coarse.map);
+    if (detail.shapes) {
+      map::unpackPoints(coarse.map);
+      coarse.map.noise.reset();
+      reduceToShapes(query.labels, coarse.map);
+    }
     reduceTo(detail, coarse.map.bev);
     Options options = index_->options;
     if (detail.shapes && options.places.likelihoods.empty())

@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 
+#include "pipeline/query_in_map.h"
 #include "xview/graph/bev_grid.h"
 #include "xview/graph/merge.h"
 #include "xview/localizer.h"
@@ -65,12 +66,25 @@ void requireSameSize(const map::SemanticMap& map, const map::SemanticMap& additi
                                     "; make it again with --size " + sizeText(map.size));
 }
 
-void appendCloud(LabelledCloud& cloud, const LabelledCloud& addition, double voxel_m) {
-  const bool is_first = cloud.empty();
-  cloud.append(addition);
-  if (is_first) return;
+/// Points of columns in which nothing is new stay packed.
+void appendCloud(map::SemanticMap& map, const LabelledCloud& addition, double voxel_m) {
+  LabelledCloud& cloud = map.cloud;
+  if (map::pointCount(map) == 0) return cloud.append(addition);
+  map::unpackPointsAround(addition, map);
+  const Eigen::Vector3f shift = (addition.origin - cloud.origin).cast<float>();
+  for (Point point : addition.points) {
+    point.getVector3fMap() += shift;
+    cloud.points.push_back(point);
+  }
   for (Point& point : cloud.points) point.instance = 0;  // numbers of two recordings differ
   cloud = graph::thinByVoxel(cloud, voxel_m);
+}
+
+/// Of a map that grows it is what it was.
+void noteNoise(map::SemanticMap& map, const Options& in_metres) {
+  if (map.cloud.empty() || map.packed) return;
+  map.noise = pose::measureNoise(*Scaled<LabelledCloud>(map.cloud, 1 / map.size), map.labels,
+                                 optionsOfSearch(in_metres, map.size, map.labels).refine);
 }
 
 constexpr double kEnough_nats = 10;  ///< for or against: a few things that both have seen
@@ -156,6 +170,7 @@ map::SemanticMap buildMap(
   }
   static_cast<Place&>(map) = place.finish();
   map.options_yaml = recordOf(options);
+  noteNoise(map, options);
   measureNullHypothesis(map, options);
   return map;
 }
@@ -170,13 +185,19 @@ map::SemanticMap buildMap(const SemanticGraph& graph, const LabelSet& labels,
   map.labels = labels;
   map.graph = graph;
   map.size = sizeFor(options, graph);
-  if (graph.edgeCount() == 0) graph::connectByRadius(map.graph, atSize(options, map.size).edges);
+  if (graph.edgeCount() == 0 && graph.edge_radius_m == 0)
+    graph::useRadius(map.graph, atSize(options, map.size).edges);
   map.sources = {source};
   map.options_yaml = recordOf(options);
   return map;
 }
 
 void appendToMap(map::SemanticMap& map, const map::SemanticMap& given, const Options& in_metres) {
+  if (given.packed) {
+    map::SemanticMap whole = given;
+    map::unpackPoints(whole);
+    return appendToMap(map, whole, in_metres);
+  }
   const LabelMatch match = requireCommonClasses(given.labels, nameOf(given), map.labels);
   if (!match.changesNothing()) {
     map::SemanticMap same = given;
@@ -196,14 +217,16 @@ void appendToMap(map::SemanticMap& map, const map::SemanticMap& given, const Opt
   if (map.size != kTownScale) scaleLengths(1 / map.size, map);
   graph::mergeGraphs(map.graph, addition->graph, map.labels, options.merge, options.edges);
   graph::mergeBevGrids(map.bev, addition->bev);
-  appendCloud(map.cloud, addition->cloud, options.map.cloud_voxel_m);
+  appendCloud(map, addition->cloud, options.map.cloud_voxel_m);
+  const std::size_t first_pose = map.poses.size();
   const auto first_source = static_cast<std::uint32_t>(map.sources.size());
   for (std::size_t i = 0; i < addition->poses.size(); ++i)
     map.addKeyframe(addition->poses[i], addition->frames[i], addition->stamps_s[i],
                     first_source + addition->source_of_pose[i]);
   map.sources.insert(map.sources.end(), addition->sources.begin(), addition->sources.end());
   if (map.size != kTownScale) scaleLengths(map.size, map);
-  measureNullHypothesis(map, in_metres);
+  noteNoise(map, in_metres);
+  measureNullHypothesis(map, in_metres, first_pose);
 }
 
 std::optional<FrameEvidence> evidenceOfOneFrame(const map::SemanticMap& map,

@@ -71,6 +71,7 @@ BevGrid movedBev(const BevGrid& view, const Eigen::Isometry3d& T_new_old,
 
 map::SemanticMap inFrameOf(const map::SemanticMap& map, map::SemanticMap other,
                            const Eigen::Isometry3d& T_map_other) {
+  map::unpackPoints(other);
   for (Vertex& v : other.graph.vertices) v.position = T_map_other * v.position;
   const Eigen::Matrix3f R = T_map_other.linear().cast<float>();
   for (Point& p : other.cloud.points) p.getVector3fMap() = R * p.getVector3fMap();

@@ -152,7 +152,7 @@ void PlaceBuilder::drawGraph() {
   place_.graph.space = GraphSpace::cloud;
   if (!usesImageRegions(options_) && options_.merge.mode == "running_mean")
     graph::placeThinObjects(place_.graph, place_.bev, place_.labels);
-  graph::connectByRadius(place_.graph, options_.edges);
+  graph::useRadius(place_.graph, options_.edges);
 }
 
 /// Points of a query: those of the frames of the last refine.reach_m metres of travel, last frame
@@ -216,8 +216,8 @@ Query makeQuery(const SemanticGraph& graph, const LabelSet& labels, const Option
   query.labels = labels;
   query.graph = graph;
   query.size = sizeFor(options, graph);
-  if (graph.edgeCount() == 0)
-    graph::connectByRadius(query.graph, atSize(options, query.size).edges);
+  if (graph.edgeCount() == 0 && graph.edge_radius_m == 0)
+    graph::useRadius(query.graph, atSize(options, query.size).edges);
   query.gravity = gravityOf(graph, labels, options.gravity);
   Eigen::AlignedBox3d seen;
   for (const Vertex& vertex : graph.vertices) seen.extend(vertex.position);

@@ -218,10 +218,15 @@ struct PoseRefinement::Step {
   }
 };
 
+pose::DistributionMap distributionsOf(const map::SemanticMap& map,
+                                      const pose::RefineOptions& options) {
+  return {{map.cloud, map.labels, map.poses, map::storedPoints(map), map.noise}, options};
+}
+
 PoseRefinement::PoseRefinement(const map::SemanticMap& map, const Options& options)
     : map_(map), options_(options), bev_(map.bev) {
-  if (!options.refine.enabled || map.cloud.empty()) return;
-  distributions_.emplace(map.cloud, map.labels, map.poses, options.refine);
+  if (!options.refine.enabled || map::pointCount(map) == 0) return;
+  distributions_.emplace(distributionsOf(map, options.refine));
 }
 
 /// The paper's back-end: odometry between the poses of the window, vertices, their partners.

@@ -53,6 +53,10 @@ struct RefinedPose {
   DenseEvidence dense;
 };
 
+/// Of the points of a map, packed or not. The map must outlive them.
+pose::DistributionMap distributionsOf(const map::SemanticMap& map,
+                                      const pose::RefineOptions& options);
+
 /// From the pose of the place to that of the last sensor, against which the older part of a window
 /// has drifted: posterior over correspondences, the recent part of the BEV grid, and
 /// registration of the clouds, or of the views where no single point is known well enough.

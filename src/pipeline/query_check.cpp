@@ -102,7 +102,8 @@ std::optional<std::string> whyTooLarge(const Query& query, const map::SemanticMa
 }  // namespace
 
 std::optional<std::string> whyUnfindable(const Query& query, const map::SemanticMap& map) {
-  if (isEmpty(map)) return "the map is empty; build it of a recording that sees something";
+  if (isEmpty(map) && map::pointCount(map) == 0)
+    return "the map is empty; build it of a recording that sees something";
   if (isEmpty(query)) return kNothingIsLeft;
   if (const auto reason = whyTooLittle(query)) return reason;
   if (const auto reason = whyTooLarge(query, map)) return reason;

@@ -22,8 +22,13 @@ bool isTurn(const Eigen::Quaterniond& R) {
   return R.angularDistance(Eigen::Quaterniond::Identity()) > 0;
 }
 
+/// The points of a map are turned as they are, not packed.
+void unpack(Place&) {}
+void unpack(map::SemanticMap& map) { map::unpackPoints(map); }
+
 template <class PlaceOrMap>
 PlaceOrMap turned(PlaceOrMap place, const Eigen::Quaterniond& R) {
+  unpack(place);
   for (Vertex& v : place.graph.vertices) v.position = R * v.position;
   const Eigen::Matrix3f R_float = R.toRotationMatrix().cast<float>();
   for (Point& p : place.cloud.points) p.getVector3fMap() = R_float * p.getVector3fMap();

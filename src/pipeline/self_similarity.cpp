@@ -6,6 +6,7 @@
 #include <map>
 
 #include "pipeline/gravity.h"
+#include "pipeline/pose_refinement.h"
 #include "pipeline/query_in_map.h"
 #include "xview/pose/distribution_map.h"
 #include "xview/pose/refine.h"
@@ -91,8 +92,8 @@ class SelfSearch {
         along_[i] = along_[i - 1] + (sourceOf(i) == sourceOf(i - 1) ? step_m : 0);
       }
       reach_m_ = reachOfPath();
-      if (ask_second_best && !map.cloud.empty())
-        distributions_.emplace(map.cloud, map.labels, map.poses, options.refine);
+      if (ask_second_best && map::pointCount(map) > 0)
+        distributions_.emplace(distributionsOf(map, options.refine));
     } else {
       field_ = search::makeObjectField(map.graph, map.labels, options.places);
     }
@@ -100,8 +101,8 @@ class SelfSearch {
 
   bool hasPath() const { return !along_.empty(); }
 
-  /// Evenly spread key frames, or vertices.
-  std::vector<std::size_t> choosePlaces(std::size_t most) const {
+  /// Evenly spread key frames, of them those from `first` on; or vertices.
+  std::vector<std::size_t> choosePlaces(std::size_t most, std::size_t first = 0) const {
     std::vector<std::size_t> chosen;
     if (!hasPath()) {
       const std::size_t step =
@@ -111,9 +112,13 @@ class SelfSearch {
       return chosen;
     }
     const double step_m = std::max(2.0, along_.back() / static_cast<double>(most));
-    for (std::size_t i = 0; i < along_.size() && chosen.size() < most; ++i) {
-      if (along_[i] >= step_m * (static_cast<double>(chosen.size()) + 0.5)) chosen.push_back(i);
+    const double begin_m = along_.at(first);
+    for (std::size_t i = first; i < along_.size() && chosen.size() < most; ++i) {
+      if (along_[i] - begin_m >= step_m * (static_cast<double>(chosen.size()) + 0.5))
+        chosen.push_back(i);
     }
+    if (chosen.empty() && first > 0 && first + 1 < along_.size())
+      chosen.push_back((first + along_.size()) / 2);
     return chosen;
   }
 
@@ -208,8 +213,18 @@ class SelfSearch {
       }
     }
     if (ask_second_best_) cutKnown(isSeen, around);
-    if (distributions_) cutCloud(first, last, isSeen, again, random, around);
+    const auto mayBeSeen = [&](const PlaneCell& column) {
+      constexpr double kSide_m = StoredCloud::kColumn_m;
+      const Eigen::Vector2d low =
+          map_.cloud.origin.head<2>() + kSide_m * Eigen::Vector2d(column.x, column.y);
+      return box.intersects(Eigen::AlignedBox2d(low, low + Eigen::Vector2d::Constant(kSide_m)));
+    };
+    if (distributions_) cutCloud(first, last, isSeen, mayBeSeen, again, random, around);
     return true;
+  }
+
+  Eigen::Vector3d inMap(const Point& point) const {
+    return map_.cloud.origin + point.getVector3fMap().cast<double>();
   }
 
   /// The cells that were seen along the stretch.
@@ -232,20 +247,28 @@ class SelfSearch {
   }
 
   /// Some of the points along key frames, each seen from the nearest of them.
-  template <class IsSeen>
-  void cutCloud(std::size_t first, std::size_t last, const IsSeen& isSeen, SecondLook& again,
-                Random& random, Neighbourhood& around) const {
+  template <class IsSeen, class MayBeSeen>
+  void cutCloud(std::size_t first, std::size_t last, const IsSeen& isSeen,
+                const MayBeSeen& mayBeSeen, SecondLook& again, Random& random,
+                Neighbourhood& around) const {
     for (std::size_t i = first; i <= last; ++i)
       around.poses.push_back(around.T_map_query.inverse() * map_.poses[i]);
-    std::vector<std::size_t> seen;
-    for (std::size_t i = 0; i < map_.cloud.size(); ++i) {
-      if (isSeen(map_.cloud.position(i).head<2>())) seen.push_back(i);
+    std::vector<Point> seen;
+    const auto takeSeen = [&](const LabelledCloud& points) {
+      for (const Point& point : points.points) {
+        if (isSeen(inMap(point).template head<2>())) seen.push_back(point);
+      }
+    };
+    takeSeen(map_.cloud);
+    if (const StoredCloud* stored = map::storedPoints(map_)) {
+      for (const PlaneCell& column : stored->columns()) {
+        if (mayBeSeen(column)) takeSeen(*stored->pointsOf(column));
+      }
     }
     const double share = std::min(kSeenShare, kMostPoints / static_cast<double>(seen.size()));
-    for (const std::size_t i : seen) {
+    for (Point point : seen) {
       if (random.uniform() > share) continue;
-      Point point = map_.cloud.points[i];
-      const Eigen::Vector3d p = again(map_.cloud.position(i), point.sigma);
+      const Eigen::Vector3d p = again(inMap(point), point.sigma);
       point.getVector3fMap() = p.cast<float>();
       const auto nearest = std::min_element(
           around.poses.begin(), around.poses.end(), [&](const auto& a, const auto& b) {
@@ -370,14 +393,17 @@ std::vector<std::optional<SelfQuery>> askAll(const SelfSearch& search,
 
 }  // namespace
 
-void measureNullHypothesis(map::SemanticMap& given, const Options& in_metres) {
-  given.wrong_places.clear();
-  given.own_stretches.clear();
+void measureNullHypothesis(map::SemanticMap& given, const Options& in_metres,
+                           std::size_t first_pose) {
+  if (first_pose == 0) {
+    given.wrong_places.clear();
+    given.own_stretches.clear();
+  }
   if (given.poses.size() < 2 || given.bev.known.empty()) return;
   const AlignedMap town(given, in_metres);
   const SelfSearch search(town.map, town.options, true);
-  for (const auto& q : askAll(search, search.choosePlaces(kRememberedPlaces), kRememberedLengths_m,
-                              town.options.threads)) {
+  for (const auto& q : askAll(search, search.choosePlaces(kRememberedPlaces, first_pose),
+                              kRememberedLengths_m, town.options.threads)) {
     if (q) given.own_stretches.push_back({q->window_m * given.size, q->confidence});
     if (q && q->second_best) given.wrong_places.push_back(q->at_second_best);
   }

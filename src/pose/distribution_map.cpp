@@ -91,13 +91,91 @@ Kind kindOfGroup(std::uint32_t group) {
   return group < kFirstOtherGroup ? static_cast<Kind>(group) : Kind::none;
 }
 
+namespace {
+
+using CloudPoints = pcl::PointCloud<Point>;
+
+/// The points [first, last) of a cloud.
+struct Run {
+  std::uint32_t first, last;
+};
+
+Run allOf(const CloudPoints& points) { return {0, static_cast<std::uint32_t>(points.size())}; }
+
+/// Calls visit(position, cell, index) for the points that take part.
+template <class Visit>
+void forPoints(const CloudPoints& points, const Run& run, const LabelSet& labels, float side,
+               Visit&& visit) {
+  std::uint32_t label = 0, group = matchingGroup(labels, 0);
+  for (std::uint32_t i = run.first; i < run.last; ++i) {
+    const Point& point = points[i];
+    if (point.label != label) {
+      label = point.label;
+      group = matchingGroup(labels, label);
+    }
+    const Eigen::Vector3f p = point.getVector3fMap();
+    if (group != kNoGroup && p.allFinite()) visit(p, cellOf(p, group, side), i);
+  }
+}
+
+/// Fewer than half of the points lie in cells that make a distribution.
+bool isSparse(const std::vector<Cell>& cells) {
+  std::size_t all = 0, taking_part = 0;
+  for (const Cell& cell : cells) {
+    all += cell.points;
+    if (cell.points >= kFewestPoints) taking_part += cell.points;
+  }
+  return 2 * taking_part < all;
+}
+
+/// Measures the noise of points that come in parts.
+class NoiseSample {
+ public:
+  NoiseSample(std::size_t points, const LabelSet& labels, double cell_m)
+      : labels_(labels),
+        cell_m_(cell_m),
+        stride_(static_cast<std::int32_t>(1 + points / kSampledPoints)) {}
+  void add(const CloudPoints& points) {
+    forPoints(points, allOf(points), labels_, static_cast<float>(cell_m_),
+              [&](const Eigen::Vector3f& p, const CellKey& cell, std::uint32_t) {
+                if ((cell.x + 7 * cell.y) % stride_ == 0) cellIn(cells_, cell).add(p);
+              });
+  }
+  SurfaceNoise noise() const {
+    return {cell_m_, medianThickness(cells_.entries()), isSparse(cells_.entries())};
+  }
+
+ private:
+  static constexpr std::size_t kSampledPoints = 100000;
+  const LabelSet& labels_;
+  const double cell_m_;
+  const std::int32_t stride_;
+  Cells cells_;
+};
+
+}  // namespace
+
+SurfaceNoise measureNoise(const LabelledCloud& map, const LabelSet& labels,
+                          const RefineOptions& options) {
+  NoiseSample sample(map.size(), labels, options.cell_m);
+  sample.add(map.points);
+  return sample.noise();
+}
+
 class DistributionMap::Tiles {
  public:
-  Tiles(const LabelledCloud& map, const LabelSet& labels,
-        const std::vector<Eigen::Isometry3d>& viewpoints, const RefineOptions& options)
-      : map_(map), labels_(labels), views_(viewpoints), side_(static_cast<float>(options.cell_m)) {
+  Tiles(const MapPoints& map, const RefineOptions& options)
+      : map_(map.cloud),
+        stored_(map.stored),
+        labels_(map.labels),
+        views_(map.viewpoints),
+        side_(static_cast<float>(options.cell_m)) {
     sortIntoTiles();
-    noise_m_ = kCommonNoise * typicalThickness();
+    if (stored_) addStoredTiles();
+    const bool is_known = map.noise && map.noise->cell_m == options.cell_m;
+    const SurfaceNoise noise = is_known ? *map.noise : noiseOfAll(options.cell_m);
+    noise_m_ = kCommonNoise * static_cast<float>(noise.thickness_m);
+    is_sparse_ = noise.is_sparse;
     const double roughness_m = options.model.roughness_m;
     variance_ = static_cast<float>(roughness_m * roughness_m) + noise_m_ * noise_m_;
   }
@@ -183,15 +261,12 @@ class DistributionMap::Tiles {
  private:
   /// A column of the map, wide enough in cells that none lies in two.
   using TileKey = PlaneCell;
-  /// The points [first, last) of the cloud.
-  struct Run {
-    std::uint32_t first, last;
-  };
   struct Tile {
     explicit Tile(const TileKey& tile) : key(tile) {}
     ~Tile() { delete table.load(); }
     const TileKey key;
     std::vector<Run> runs;
+    std::vector<PlaneCell> columns;  ///< of the stored cloud that may have points in the tile
     mutable std::atomic<const TileTable*> table{nullptr};  ///< null: not made yet
   };
   struct TileEntry {
@@ -201,67 +276,62 @@ class DistributionMap::Tiles {
 
   static TileKey tileOf(const CellKey& cell) { return {cell.x >> kTileBits, cell.y >> kTileBits}; }
 
-  /// Calls visit(position, cell, index) for the points that take part.
-  template <class Visit>
-  void forPoints(const Run& run, Visit&& visit) const {
-    std::uint32_t label = 0, group = matchingGroup(labels_, 0);
-    for (std::uint32_t i = run.first; i < run.last; ++i) {
-      const Point& point = map_.points[i];
-      if (point.label != label) {
-        label = point.label;
-        group = matchingGroup(labels_, label);
-      }
-      const Eigen::Vector3f p = point.getVector3fMap();
-      if (group != kNoGroup && p.allFinite()) visit(p, cellOf(p, group, side_), i);
-    }
+  Tile& tileFor(const TileKey& key) {
+    return *tiles_[tiles_.numberOf(key, [&] {
+              return TileEntry{key, std::make_unique<Tile>(key)};
+            })].tile;
   }
-  Run allPoints() const { return {0, static_cast<std::uint32_t>(map_.size())}; }
 
   void sortIntoTiles() {
     Tile* tile = nullptr;  // of the point before
-    forPoints(allPoints(), [&](const Eigen::Vector3f&, const CellKey& cell, std::uint32_t i) {
-      const TileKey key = tileOf(cell);
-      if (!tile || !(tile->key == key)) {
-        const std::size_t number = tiles_.numberOf(key, [&] {
-          return TileEntry{key, std::make_unique<Tile>(key)};
-        });
-        tile = tiles_[number].tile.get();
+    forPoints(map_.points, allOf(map_.points), labels_, side_,
+              [&](const Eigen::Vector3f&, const CellKey& cell, std::uint32_t i) {
+                const TileKey key = tileOf(cell);
+                if (!tile || !(tile->key == key)) tile = &tileFor(key);
+                if (tile->runs.empty() || tile->runs.back().last != i)
+                  tile->runs.push_back({i, i + 1});
+                else
+                  tile->runs.back().last = i + 1;
+              });
+  }
+
+  void addStoredTiles() {
+    constexpr float kRounding_m = 0.05F;  // of coordinates in single precision
+    constexpr auto kSide_m = static_cast<float>(StoredCloud::kColumn_m);
+    for (const PlaneCell& column : stored_->columns()) {
+      const Eigen::Vector3f corner(kSide_m * static_cast<float>(column.x),
+                                   kSide_m * static_cast<float>(column.y), 0);
+      const TileKey low = tileOf(cellOf(corner.array() - kRounding_m, kNoGroup, side_)),
+                    high = tileOf(cellOf(corner.array() + kSide_m + kRounding_m, kNoGroup, side_));
+      for (TileKey key = low; key.y <= high.y; ++key.y) {
+        for (key.x = low.x; key.x <= high.x; ++key.x) tileFor(key).columns.push_back(column);
       }
-      if (tile->runs.empty() || tile->runs.back().last != i)
-        tile->runs.push_back({i, i + 1});
-      else
-        tile->runs.back().last = i + 1;
-    });
-  }
-
-  /// Fewer than half of the points lie in cells that make a distribution.
-  static bool isSparse(const std::vector<Cell>& cells) {
-    std::size_t all = 0, taking_part = 0;
-    for (const Cell& cell : cells) {
-      all += cell.points;
-      if (cell.points >= kFewestPoints) taking_part += cell.points;
     }
-    return 2 * taking_part < all;
   }
 
-  /// How thick surfaces are in the map. It is the noise of what the map was made of, and that of a
-  /// query will be alike. Of large maps some cells are asked, spread evenly.
-  float typicalThickness() {
-    constexpr std::size_t kSampledPoints = 100000;
-    const auto stride = static_cast<std::int32_t>(1 + map_.size() / kSampledPoints);
-    Cells sample;
-    forPoints(allPoints(), [&](const Eigen::Vector3f& p, const CellKey& cell, std::uint32_t) {
-      if ((cell.x + 7 * cell.y) % stride == 0) cellIn(sample, cell).add(p);
-    });
-    is_sparse_ = isSparse(sample.entries());
-    return medianThickness(sample.entries());
+  SurfaceNoise noiseOfAll(double cell_m) const {
+    NoiseSample sample(map_.size() + (stored_ ? stored_->size() : 0), labels_, cell_m);
+    sample.add(map_.points);
+    if (stored_) {
+      for (const PlaneCell& column : stored_->columns())
+        sample.add(stored_->pointsOf(column)->points);
+    }
+    return sample.noise();
   }
 
   void addPoints(const Tile& tile, Cells& cells) const {
     for (const Run& run : tile.runs)
-      forPoints(run, [&](const Eigen::Vector3f& p, const CellKey& cell, std::uint32_t) {
-        cellIn(cells, cell).add(p);
-      });
+      forPoints(map_.points, run, labels_, side_,
+                [&](const Eigen::Vector3f& p, const CellKey& cell, std::uint32_t) {
+                  cellIn(cells, cell).add(p);
+                });
+    for (const PlaneCell& column : tile.columns) {
+      const std::shared_ptr<const LabelledCloud> stored = stored_->pointsOf(column);
+      forPoints(stored->points, allOf(stored->points), labels_, side_,
+                [&](const Eigen::Vector3f& p, const CellKey& cell, std::uint32_t) {
+                  if (tileOf(cell) == tile.key) cellIn(cells, cell).add(p);
+                });
+    }
   }
 
   TileTable makeTable(const Tile& tile) const {
@@ -324,6 +394,7 @@ class DistributionMap::Tiles {
   }
 
   const LabelledCloud& map_;
+  const StoredCloud* stored_;
   const LabelSet labels_;
   const Viewpoints views_;
   const float side_;        ///< of a cell [m]
@@ -333,16 +404,14 @@ class DistributionMap::Tiles {
   CellTable<TileEntry> tiles_;
 };
 
-DistributionMap::DistributionMap(const LabelledCloud& map, const LabelSet& labels,
-                                 const std::vector<Eigen::Isometry3d>& viewpoints,
-                                 const RefineOptions& options)
-    : tiles_(std::make_unique<Tiles>(map, labels, viewpoints, options)) {}
+DistributionMap::DistributionMap(const MapPoints& map, const RefineOptions& options)
+    : tiles_(std::make_unique<Tiles>(map, options)) {}
 
 DistributionMap::DistributionMap(LabelledCloud&& map, const LabelSet& labels,
                                  const std::vector<Eigen::Isometry3d>& viewpoints,
                                  const RefineOptions& options)
     : kept_(std::make_unique<const LabelledCloud>(std::move(map))),
-      tiles_(std::make_unique<Tiles>(*kept_, labels, viewpoints, options)) {}
+      tiles_(std::make_unique<Tiles>(MapPoints{*kept_, labels, viewpoints}, options)) {}
 
 DistributionMap::~DistributionMap() = default;
 DistributionMap::DistributionMap(DistributionMap&&) noexcept = default;

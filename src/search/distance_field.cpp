@@ -168,13 +168,15 @@ TilePlanes makePlanes(const std::array<SamplesByTile::Sites, kBevChannels>& samp
   TilePlanes result;
   const auto reach = static_cast<float>(kReach_m / cell_m);
   const auto limits = squaredLimits(cell_m);
+  const auto present = std::count_if(samples.begin(), samples.end(),
+                                     [](const auto& sites) { return !sites.empty(); });
+  result.planes.reserve(static_cast<std::size_t>(present + 1) * kCells);
   appendPlane(squaredDistances({}, reach), limits, mask, result.planes);
   for (std::size_t c = 0; c < kBevChannels; ++c) {
     if (samples[c].empty()) continue;
     result.plane_of[c] = result.planes.size() / kCells;
     appendPlane(squaredDistances(samples[c], reach), limits, mask, result.planes);
   }
-  result.planes.shrink_to_fit();
   return result;
 }
 

@@ -24,6 +24,7 @@ std::vector<std::pair<std::uint32_t, std::uint32_t>> SemanticGraph::edges() cons
 }
 
 void SemanticGraph::setEdges(const std::vector<std::pair<std::uint32_t, std::uint32_t>>& edges) {
+  edge_radius_m = 0;
   neighbours.assign(vertices.size(), {});
   for (const auto& [a, b] : edges) {
     if (a == b) continue;
@@ -38,6 +39,7 @@ void SemanticGraph::setEdges(const std::vector<std::pair<std::uint32_t, std::uin
 
 bool isConsistent(const SemanticGraph& graph) {
   const auto& lists = graph.neighbours;
+  if (graph.edge_radius_m > 0 && lists.empty()) return true;
   if (lists.size() != graph.vertices.size()) return false;
   for (std::uint32_t i = 0; i < lists.size(); ++i) {
     if (std::adjacent_find(lists[i].begin(), lists[i].end(), std::greater_equal<>()) !=

@@ -49,6 +49,7 @@ void scaleLengths(double factor, SemanticGraph& graph) {
     v.extent *= factor;
     v.sigma_m *= factor;
   }
+  graph.edge_radius_m *= factor;
 }
 
 void scaleLengths(double factor, LabelledCloud& cloud) {

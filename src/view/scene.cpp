@@ -6,6 +6,7 @@
 #include <set>
 
 #include "drawing.h"
+#include "xview/graph/edges.h"
 #include "xview/types/labels.h"
 #include "xview/types/median.h"
 
@@ -178,7 +179,8 @@ std::vector<std::uint32_t> classesIn(const Scene& scene) {
   return present;
 }
 
-std::vector<Edge> readableEdges(const SemanticGraph& graph) {
+std::vector<Edge> readableEdges(SemanticGraph graph) {
+  graph::makeEdges(graph);
   std::vector<Edge> edges;
   if (graph.edgeCount() <= kMostPerVertex * graph.size()) {
     edges = graph.edges();

@@ -92,13 +92,14 @@ TEST(ImageSpace, PartsOfAGraphHaveTheEdgesAmongTheirVertices) {
 
 TEST(ImageSpace, RegionsAreTheVerticesOfTheImagesWithEdgesInSpace) {
   const FrameSource* rear = simulatedDrive().sessions.at("rear").get();
-  const SemanticGraph images = makeQuery(*rear, walksIn("image")).graph,
-                      regions = makeQuery(*rear, walksIn("regions")).graph;
+  const SemanticGraph images = makeQuery(*rear, walksIn("image")).graph;
+  SemanticGraph regions = makeQuery(*rear, walksIn("regions")).graph;
   ASSERT_EQ(regions.size(), images.size());
   for (std::size_t i = 0; i < regions.size(); ++i)
     EXPECT_EQ(regions.vertices[i].position, images.vertices[i].position);
   SemanticGraph in_space = images;
   connectByRadius(in_space, EdgeOptions());
+  makeEdges(regions);
   EXPECT_EQ(regions.neighbours, in_space.neighbours);
   EXPECT_NE(regions.neighbours, images.neighbours);
   EXPECT_EQ(regions.space, GraphSpace::cloud);

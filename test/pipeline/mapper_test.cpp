@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "pipeline/simulated_drive.h"
+#include "support/test_data.h"
 #include "xview/localizer.h"
 #include "xview/types/error.h"
 
@@ -97,6 +98,34 @@ TEST(Mapper, AppendingTheSameDriveAddsPosesButHardlyVertices) {
   EXPECT_EQ(map.source_of_pose.back(), 1u);
   EXPECT_LT(map.graph.size(), again.graph.size() + again.graph.size() / 20);
   EXPECT_EQ(map.bev.known.size(), again.bev.known.size());
+}
+
+/// Points that are unpacked where they are asked for are those that are unpacked at once.
+TEST(Mapper, APackedMapAnswersAsAWholeOne) {
+  const auto& drive = simulatedDrive();
+  const test::TemporaryFolder folder;
+  map::saveMap(folder / "map.xvm", drive.map);
+  const Query query = drive.query("rear", 10, 40);
+  const Localization packed = Localizer(map::openMap(folder / "map.xvm")).localize(query),
+                     whole = Localizer(map::loadMap(folder / "map.xvm")).localize(query);
+  EXPECT_TRUE(packed.accepted()) << packed.reason;
+  EXPECT_EQ(packed.T_map_query.matrix(), whole.T_map_query.matrix());
+  EXPECT_EQ(packed.confidence, whole.confidence);
+}
+
+TEST(Mapper, APackedMapGrowsAsAWholeOne) {
+  const auto& drive = simulatedDrive();
+  const test::TemporaryFolder folder;
+  map::saveMap(folder / "map.xvm", drive.map);
+  map::SemanticMap packed = map::openMap(folder / "map.xvm"),
+                   whole = map::loadMap(folder / "map.xvm");
+  const std::size_t stretches = packed.own_stretches.size();
+  appendToMap(packed, drive.map, {});
+  appendToMap(whole, drive.map, {});
+  EXPECT_EQ(map::pointCount(packed), map::pointCount(whole));
+  EXPECT_EQ(packed.graph.size(), whole.graph.size());
+  EXPECT_GT(packed.own_stretches.size(), stretches);
+  EXPECT_LT(packed.own_stretches.size(), 2 * stretches) << "those of before are kept, not asked";
 }
 
 TEST(Mapper, AMapThatIsMovedThereAndBackIsTheSamePlace) {

@@ -81,7 +81,7 @@ class Oracle {
 
 TEST(DistributionMap, NearestIsThatOfAllCellsAroundWhereverTilesMeet) {
   const LabelledCloud cloud = cloudOverTiles();
-  const DistributionMap map(cloud, twoClasses(), {}, options());
+  const DistributionMap map({cloud, twoClasses(), {}}, options());
   const Oracle oracle(cloud);
   Random random(4);
   int found = 0;
@@ -102,7 +102,7 @@ TEST(DistributionMap, NearestIsThatOfAllCellsAroundWhereverTilesMeet) {
 
 TEST(DistributionMap, WithoutPointsHaveNothingNear) {
   const LabelledCloud empty;
-  const DistributionMap map(empty, twoClasses(), {}, options());
+  const DistributionMap map({empty, twoClasses(), {}}, options());
   EXPECT_EQ(map.size(), 0u);
   EXPECT_EQ(map.nearest({0, 0, 0}, matchingGroup(twoClasses(), kWall), 1), nullptr);
 }
@@ -115,7 +115,7 @@ TEST(DistributionMap, OfGroundTellHardlyHowFarItWasSeen) {
     for (int i = 0; i < 500; ++i)
       cloud.points.push_back({static_cast<float>(random.uniform(0, kSide / 2)),
                               static_cast<float>(random.uniform(0, kSide)), 0.25F, kWall});
-    const DistributionMap map(cloud, set, {}, options());
+    const DistributionMap map({cloud, set, {}}, options());
     const Eigen::Matrix3f& all =
         map.nearest({0.1F, 0.2F, 0.25F}, matchingGroup(set, kWall), 0.5F)->information;
     return Eigen::Vector2f(all(0, 0), all(2, 2));
@@ -134,7 +134,7 @@ TEST(DistributionMap, OfALargeMapKnowTheThicknessOfItsWalls) {
       cloud.points.push_back({static_cast<float>(random.uniform(-150, 150)),
                               0.25f + static_cast<float>(thickness_m * random.normal()),
                               static_cast<float>(random.uniform(0, 3)), kWall});
-    const DistributionMap map(cloud, twoClasses(), {}, options());
+    const DistributionMap map({cloud, twoClasses(), {}}, options());
     return map.nearest({0.25f, 0.25f, 1.25f}, matchingGroup(twoClasses(), kWall), 0.5f)
         ->information(1, 1);
   };

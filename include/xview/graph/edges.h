@@ -21,4 +21,10 @@ void visit(EdgeOptions& o, Visitor&& field) {
 /// FLANN finds them in single precision. Vertices whose position is not finite stay alone.
 void connectByRadius(SemanticGraph& graph, const EdgeOptions& options, int nearest = 0);
 
+/// The same edges, left to makeEdges(): most of what is done with a graph needs none.
+void useRadius(SemanticGraph& graph, const EdgeOptions& options);
+
+/// Fills the neighbour lists of a graph that has an edge radius instead of them.
+void makeEdges(SemanticGraph& graph);
+
 }  // namespace xview::graph

@@ -83,7 +83,7 @@ class PlaceGraphBuilder {
 
 /// Adds the vertices of another graph of the same frame: one within the merge distance of a vertex
 /// of its class (half the spacing of surfaces) is that vertex, at the mean of both, weighted by how
-/// often each was seen. Edges are made anew (connectByRadius); in image space those of both stay.
+/// often each was seen. Edges are those of the radius; in image space those of both stay.
 void mergeGraphs(SemanticGraph& graph, const SemanticGraph& addition, const LabelSet& labels,
                  const MergeOptions& options, const EdgeOptions& edge_options);
 

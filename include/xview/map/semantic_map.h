@@ -4,11 +4,14 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "xview/pose/distribution_map.h"
 #include "xview/types/localization.h"
 #include "xview/types/semantic_place.h"
+#include "xview/types/stored_cloud.h"
 
 namespace xview::map {
 
@@ -20,6 +23,9 @@ struct OwnStretch {
   double confidence = 0;  ///< of such a query by its place alone, before points are registered
 };
 
+/// Points as they are packed in a map file; see openMap. Their lengths are those of a town.
+class PackedCloud;
+
 /// A place that is kept in a file, to localize in. Its poses, frames and stamps are key frames.
 struct SemanticMap : Place {
   std::vector<std::uint32_t> source_of_pose;  ///< per key frame, a position in `sources`
@@ -28,7 +34,9 @@ struct SemanticMap : Place {
   std::string options_yaml;                   ///< effective options of the last build
   std::vector<WrongPlace>
       wrong_places;  ///< of some of its own stretches; see measureNullHypothesis
-  std::vector<OwnStretch> own_stretches;  ///< these stretches at their own places
+  std::vector<OwnStretch> own_stretches;      ///< these stretches at their own places
+  std::optional<pose::SurfaceNoise> noise;    ///< of its points, in lengths of a town
+  std::shared_ptr<const PackedCloud> packed;  ///< points that are not in `cloud`, if any
 
   void addKeyframe(const Eigen::Isometry3d& T_map_sensor, std::int64_t frame, double stamp_s,
                    std::uint32_t source) {
@@ -93,6 +101,20 @@ bool undoRevision(const std::string& path);
 /// Throws Error: missing, not a map, unknown schema version (the message names both), damaged. The
 /// file is opened for reading only.
 SemanticMap loadMap(const std::string& path);
+
+/// The same without unpacking the points of a map of a town: they stay in `packed`, a twelfth as
+/// large, until somebody asks for those of a place. A Localizer takes such a map; saveMap writes
+/// it.
+SemanticMap openMap(const std::string& path);
+
+/// Moves all packed points to where those of a map are, behind its others.
+void unpackPoints(SemanticMap& map);
+/// The same for the columns of 64 m in which `near` has points.
+void unpackPointsAround(const LabelledCloud& near, SemanticMap& map);
+
+/// The packed points of a map; null if there are none.
+const StoredCloud* storedPoints(const SemanticMap& map);
+std::size_t pointCount(const SemanticMap& map);
 
 /// Held from reading a map to writing it back, so that two programs that add to it at one time add
 /// one after the other, and neither loses what the other added. The constructor waits for whoever

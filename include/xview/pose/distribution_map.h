@@ -6,10 +6,12 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "xview/types/labelled_cloud.h"
 #include "xview/types/labels.h"
+#include "xview/types/stored_cloud.h"
 
 namespace xview::pose {
 
@@ -30,6 +32,29 @@ struct Distribution {
   Eigen::Vector3f view = Eigen::Vector3f::Zero();  ///< unit vector to who saw it; zero if unknown
 };
 
+/// How thick the surfaces of a map are in cells of so many metres. It is the noise of what the map
+/// was made of, and that of a query will be alike.
+struct SurfaceNoise {
+  double cell_m = 0;
+  double thickness_m = 0;
+  bool is_sparse = false;  ///< most points lie in cells with too few for a distribution
+};
+
+/// Of large maps some cells are asked, spread evenly.
+SurfaceNoise measureNoise(const LabelledCloud& map, const LabelSet& labels,
+                          const RefineOptions& options);
+
+/// What a DistributionMap is made of. The clouds must outlive it.
+struct MapPoints {
+  const LabelledCloud& cloud;
+  const LabelSet& labels;
+  /// T_map_sensor that the map was seen from; they tell which side of a thing it knows. May be
+  /// empty.
+  const std::vector<Eigen::Isometry3d>& viewpoints;
+  const StoredCloud* stored = nullptr;  ///< further points, relative to the origin of `cloud`
+  std::optional<SurfaceNoise> noise{};  ///< measured anew if there is none for the cells
+};
+
 /// The points of a map as normal distributions per cell and class (Magnusson 2009), of static
 /// classes only. Along a surface that runs through its cell the mean of the cell is no landmark:
 /// what an evenly filled cell would say is taken off.
@@ -38,10 +63,7 @@ struct Distribution {
 /// so neither the order of the questions nor threads change an answer.
 class DistributionMap {
  public:
-  /// `viewpoints`: T_map_sensor that the map was seen from; they tell which side of an object it
-  /// knows. May be empty. The cloud must outlive this.
-  DistributionMap(const LabelledCloud& map, const LabelSet& labels,
-                  const std::vector<Eigen::Isometry3d>& viewpoints, const RefineOptions& options);
+  DistributionMap(const MapPoints& map, const RefineOptions& options);
   /// The same with a cloud of its own.
   DistributionMap(LabelledCloud&& map, const LabelSet& labels,
                   const std::vector<Eigen::Isometry3d>& viewpoints, const RefineOptions& options);

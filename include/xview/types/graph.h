@@ -50,6 +50,9 @@ const char* toString(GraphSpace space);
 struct SemanticGraph {
   std::vector<Vertex> vertices;
   std::vector<std::vector<std::uint32_t>> neighbours;  ///< one list per vertex
+  /// > 0: edges join all vertices that are at most so far apart [m]. Then `neighbours` may be empty
+  /// as a whole; graph::makeEdges fills it.
+  double edge_radius_m = 0;
   GraphSpace space = GraphSpace::cloud;
 
   std::size_t size() const { return vertices.size(); }
@@ -57,7 +60,7 @@ struct SemanticGraph {
   std::size_t edgeCount() const;
   /// Each edge once, (smaller, larger), sorted.
   std::vector<std::pair<std::uint32_t, std::uint32_t>> edges() const;
-  /// Replaces all edges; duplicates, self loops and order do not matter.
+  /// Replaces all edges, of a radius as well; duplicates, self loops and order do not matter.
   void setEdges(const std::vector<std::pair<std::uint32_t, std::uint32_t>>& edges);
 };
 

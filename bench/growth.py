@@ -1,0 +1,155 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Writes docs/results/growth.md: what a map costs as it grows, and what it finds.
+
+Towns of 1 km of streets, each another one, are put side by side in one frame; frames are 4 m apart. CPU time (user and system) and
+peak memory are those of one process with one thread. `--before PROGRAM` measures another program beside, run by run in turn.
+"""
+import argparse
+import datetime
+import json
+import os
+import shutil
+import subprocess
+import sys
+from collections import namedtuple
+from pathlib import Path
+
+sys.dont_write_bytecode = True
+from paper_page import table
+from results import with_interval
+
+ROOT = Path(__file__).resolve().parent.parent
+STYLES = ("suburb", "grid", "suburb", "village", "suburb")
+SIDE_M, PER_ROW, WINDOW, WINDOWS = 1600, 4, 15, 4  # of a town, towns, frames of a query, queries of a town
+NEW = slice(30, 92)  # frames of a second drive: 250 m
+STRANGER_SEED, SEED = 990, 900
+
+Cost = namedtuple("Cost", "cpu_s peak_mb text")
+
+
+def run(program, *arguments, may_fail=False):
+    read, write = os.pipe()
+    pid = os.posix_spawn(program, [program, *map(str, arguments)], os.environ,
+                         file_actions=[(os.POSIX_SPAWN_DUP2, write, 1), (os.POSIX_SPAWN_CLOSE, read)])
+    os.close(write)
+    with os.fdopen(read) as answers:
+        text = answers.read()
+    _, status, usage = os.wait4(pid, 0)
+    if status != 0 and not may_fail:
+        sys.exit(f"{program} {' '.join(map(str, arguments))}: ended with status {status}")
+    return Cost(usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024, text)
+
+
+def shifted(path, number):
+    x, y = SIDE_M * (number % PER_ROW), SIDE_M * (number // PER_ROW)
+    lines = [line.split() for line in path.read_text().splitlines()]
+    path.write_text("".join(f"{t} {float(px) + x!r} {float(py) + y!r} {' '.join(rest)}\n" for t, px, py, *rest in lines))
+
+
+def town(program, folder, seed, number):
+    """A drive, the same looking back, and one a little beside on another day; all in the frame of the map."""
+    if (folder / "done").exists():
+        return folder
+    shutil.rmtree(folder, ignore_errors=True)
+    run(program, "simulate", folder, "--seed", seed, "--sim.style", STYLES[number % len(STYLES)], "--route_length_m", 1000,
+        "--frame_spacing_m", 4, "--sessions.forward2", "--sessions.aerial=false", "-q")
+    for session in ("forward", "rear", "forward2"):
+        for name in ("poses.txt", "groundtruth.txt"):
+            if session == "rear" and name == "poses.txt":
+                continue  # what odometry says
+            truth = folder / session / "groundtruth.txt"
+            if name == "poses.txt":
+                shutil.copy(truth, folder / session / name)
+        shifted(folder / session / "groundtruth.txt", number)
+        if session != "rear":
+            shifted(folder / session / "poses.txt", number)
+    (folder / "done").touch()
+    return folder
+
+
+def answers(cost):
+    return [json.loads(line) for line in cost.text.splitlines() if line.startswith("{")]
+
+
+def is_right(answer, truth):
+    there = truth[answer["query"]["last_index"]]
+    return sum((p - t) ** 2 for p, t in zip(answer["pose"]["position"], there)) ** 0.5 <= 5
+
+
+def accuracy(program, towns, stranger, map_path):
+    """Right, accepted and wrong of the windows of all towns; strangers and those accepted."""
+    right = accepted = wrong = asked = 0
+    for folder in towns:
+        truth = [[float(v) for v in line.split()[1:4]] for line in (folder / "rear/groundtruth.txt").read_text().splitlines()]
+        stride = len(truth) // WINDOWS
+        for a in answers(run(program, "localize", folder / "rear", map_path, "--window", WINDOW, "--stride", stride, "--json", "-q",
+                             may_fail=True))[:WINDOWS]:
+            good = bool(a.get("pose")) and is_right(a, truth)
+            asked, right = asked + 1, right + good
+            accepted += good and a["status"] == "accepted"
+            wrong += not good and a["status"] == "accepted"
+    others = answers(run(program, "localize", stranger / "rear", map_path, "--window", WINDOW, "--json", "-q", may_fail=True))
+    return asked, right, accepted, wrong, len(others), sum(a["status"] == "accepted" for a in others)
+
+
+def measure(programs, kilometres, folder):
+    towns = [town(programs[0], folder / f"town{i}", SEED + i, i) for i in range(max(kilometres))]
+    stranger = town(programs[0], folder / "stranger", STRANGER_SEED, 0)
+    costs, finds = [], []
+    for km in kilometres:
+        for which, program in enumerate(programs):
+            name = folder / f"{km}_{which}.xvm"
+            name.unlink(missing_ok=True)
+            made = run(program, "map", *(t / "forward" for t in towns[:km]), name, "--threads", 1, "-q")
+            size_mb = name.stat().st_size / 1e6
+            grown = folder / "grown.xvm"
+            shutil.copy(name, grown)
+            cold = [run(program, "localize", towns[0] / "rear", name, "--frames", "100:115", "--threads", 1, "-q") for _ in range(3)]
+            added = run(program, "map", "--append", towns[0] / "forward2", grown, "--frames", f"{NEW.start}:{NEW.stop}", "--threads", 1,
+                        "-q")
+            costs.append([str(km) + (", before" if which else ""), f"{made.cpu_s:.1f}", f"{made.peak_mb:.0f}", f"{size_mb / km:.2f}",
+                          f"{sorted(c.cpu_s for c in cold)[1]:.2f}", f"{max(c.peak_mb for c in cold):.0f}", f"{added.cpu_s:.2f}",
+                          f"{added.peak_mb:.0f}"])
+            print(costs[-1], file=sys.stderr)
+            if which == 0:
+                asked, right, accepted, wrong, strangers, taken = accuracy(program, towns[:km], stranger, name)
+                finds.append([str(km), str(asked), with_interval(right, asked), with_interval(accepted, right), str(wrong),
+                              f"{taken} of {strangers}"])
+                print(finds[-1], file=sys.stderr)
+    return costs, finds
+
+
+def page(costs, finds):
+    return f"""# What a map costs as it grows
+
+Written by `./run growth` on {datetime.date.today()}; do not edit. {__doc__.split(chr(10) * 2)[1].strip().split(" `--before")[0]}
+
+{table([["km", "making it, CPU s", "MB", "file, MB per km", "first answer, CPU s", "MB", "250 m more, CPU s", "MB"], *costs])}
+
+*First answer*: a process that opens the map and answers one query of 15 frames, median of three. *250 m more*: `xview map --append` of
+62 frames along streets that the map has.
+
+## What is found in it
+
+{table([["km", "queries", "right, %", "of these accepted, %", "wrong accepted", "strangers accepted"], *finds])}
+
+Queries look back where the map looked ahead, 15 frames (56 m) each; strangers are all windows of a town that is in no map.
+"""
+
+
+def main():
+    arguments = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    arguments.add_argument("--km", default="1,3,10", help="lengths of the maps, separated by commas")
+    arguments.add_argument("--before", action="append", default=[], help="another program, to compare costs")
+    arguments.add_argument("--program", default=str(ROOT / "build/xview"))
+    arguments.add_argument("--work", default="build/growth", help="folder for towns and maps")
+    given = arguments.parse_args()
+    folder = Path(given.work)
+    folder.mkdir(parents=True, exist_ok=True)
+    costs, finds = measure([given.program, *given.before], [int(k) for k in given.km.split(",")], folder)
+    (ROOT / "docs/results/growth.md").write_text(page(costs, finds))
+
+
+if __name__ == "__main__":
+    main()
