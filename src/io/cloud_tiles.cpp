@@ -167,7 +167,11 @@ CloudHeader readTiledHeader(const std::string& path, const CloudFields& fields) 
     all.points += one.points;
     if (all.points > std::numeric_limits<std::int32_t>::max())  // PCL counts in int
       throw Error(path, "has more than 2^31 points");
-    if (one.label_field != all.label_field || one.instance_field != all.instance_field)
+    // Where no point of a tile has an instance, the tile has no field of them.
+    if (all.instance_field.empty()) all.instance_field = one.instance_field;
+    const bool has_instances = !one.instance_field.empty();
+    if (one.label_field != all.label_field ||
+        (has_instances && one.instance_field != all.instance_field))
       throw Error(tile.path,
                   fmt::format("has its classes and instances in the fields '{}' and "
                               "'{}', but {} in '{}' and '{}'",

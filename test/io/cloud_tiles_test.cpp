@@ -66,6 +66,21 @@ class CloudTiles : public ::testing::Test {
   const std::string tiles_ = folder_ / "tiles";
 };
 
+/// Check fix for: tiles of which one had no point with an instance were refused.
+TEST_F(CloudTiles, MayHoldInstancesInSomeOfThem) {
+  for (const std::size_t with : {0U, 1U}) {
+    LabelledCloud cloud;
+    for (const float x : {5.F, 25.F}) cloud.points.push_back(Point(x, 5, 0, 7));
+    cloud.points[with].instance = 3;
+    writeTiles(tiles_, cloud, 20);
+    EXPECT_EQ(readCloudHeader(tiles_).instance_field, "instance");
+    const LabelledCloud read = readCloud(tiles_);
+    ASSERT_EQ(read.size(), 2u);
+    EXPECT_EQ(read.points[with].instance, 3u);
+    EXPECT_EQ(read.points[1 - with].instance, 0u);
+  }
+}
+
 TEST_F(CloudTiles, HoldTheSamePointsAndClasses) {
   const LabelledCloud cloud = around(0, 0, 2000);
   const LabelSet labels = poles();
