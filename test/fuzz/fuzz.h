@@ -3,6 +3,8 @@
 
 #include <unistd.h>
 
+#include <algorithm>
+#include <cctype>
 #include <cstdint>
 #include <cstdlib>
 #include <filesystem>
@@ -67,6 +69,28 @@ void forEachFile(const std::string& all, Take&& take) {
     take(name, all.substr(text, next == std::string::npos ? next : next - text));
     begin = next == std::string::npos ? next : next + 4;
   }
+}
+
+/// A fresh folder with these files; names that would lead out of it, or are odd, are left out.
+inline std::string writtenFolder(const std::string& name, const std::string& all) {
+  namespace fs = std::filesystem;
+  const std::string folder = scratch() + "/" + name;
+  const auto is_harmless = [](const std::string& file) {
+    return !file.empty() && file.size() < 80 && file.front() != '/' &&
+           file.find("..") == std::string::npos &&
+           std::all_of(file.begin(), file.end(), [](unsigned char c) {
+             return std::isalnum(c) || c == '_' || c == '.' || c == '/' || c == '-';
+           });
+  };
+  fs::remove_all(folder);
+  fs::create_directories(folder);
+  forEachFile(all, [&](const std::string& file, const std::string& bytes) {
+    std::error_code failed;
+    if (!is_harmless(file)) return;
+    fs::create_directories(fs::path(folder + "/" + file).parent_path(), failed);
+    if (!failed) written(name + "/" + file, bytes);
+  });
+  return folder;
 }
 
 }  // namespace xview::fuzz

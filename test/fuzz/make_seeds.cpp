@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // make_seeds FOLDER: inputs of binary formats to begin with, in FOLDER/TARGET. Those of text
 // formats are in the source tree.
+#include <sqlite3.h>
+
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -129,7 +131,7 @@ void makeE57(const std::string& folder) {
   std::ofstream(folder + "/two.e57", std::ios::binary) << test::e57Content({packed, angles});
 }
 
-/// The files of a folder in the form of the target `layouts`.
+/// The files of a folder in the form of the targets `layouts` and `tiles`.
 void pack(const std::string& folder, const std::string& seed) {
   std::string all;
   for (const auto& entry : fs::recursive_directory_iterator(folder)) {
@@ -225,6 +227,35 @@ void makeRecordings(const std::string& images, const std::string& work, const st
   });
 }
 
+void makeTiles(const std::string& work, const std::string& out) {
+  io::writeTiles(work + "/tiles", someCloud(), 10, nullptr);
+  pack(work + "/tiles", out + "/written");
+  LabelSet labels("seed");
+  labels.add({1, "pole", {200, 0, 0}, Role::object, Kind::pole});
+  const std::string flat = work + "/flat/";
+  fs::create_directories(flat);
+  io::writePcd(flat + "a.pcd", someCloud(), &labels);
+  write(flat + "pointcloud_map_metadata.yaml",
+        "x_resolution: 30.5\ny_resolution: 20.0\na.pcd: [-1, -2.5]\n");
+  pack(flat, out + "/flat");
+}
+
+/// The database that a map keeps of a visit.
+void makeVisit(const std::string& path, const std::string& seed) {
+  const map::Visit visit{someMap(), 0.25};
+  map::saveMap(path, someMap());
+  map::saveRevision(path, someMap(), "added", &visit);
+  sqlite3* database = nullptr;
+  sqlite3_stmt* row = nullptr;
+  sqlite3_open(path.c_str(), &database);
+  sqlite3_prepare_v2(database, "SELECT data FROM undo_visits", -1, &row, nullptr);
+  sqlite3_step(row);
+  write(seed, std::string(static_cast<const char*>(sqlite3_column_blob(row, 0)),
+                          static_cast<std::size_t>(sqlite3_column_bytes(row, 0))));
+  sqlite3_finalize(row);
+  sqlite3_close(database);
+}
+
 }  // namespace
 
 int main(int count, char** arguments) {
@@ -232,7 +263,7 @@ int main(int count, char** arguments) {
   setenv("OPENCV_IO_ENABLE_OPENEXR", "1", 1);
   const std::string root = arguments[1];
   makeImages(root + "/image");
-  for (const char* target : {"cloud", "e57", "map", "layouts"})
+  for (const char* target : {"cloud", "e57", "map", "layouts", "tiles", "visit"})
     fs::create_directories(root + "/" + target);
   io::writePcd(root + "/cloud/binary.pcd", someCloud(), nullptr);
   io::writePly(root + "/cloud/binary.ply", someCloud(), nullptr);
@@ -246,6 +277,8 @@ int main(int count, char** arguments) {
   const std::string work = root + "/work";
   fs::create_directories(work);
   makeRecordings(root + "/image", work, root + "/layouts");
+  makeTiles(work, root + "/tiles");
+  makeVisit(root + "/map/visit.xvm", root + "/visit/database");
   fs::remove_all(work);
   return 0;
 }
