@@ -54,10 +54,10 @@ function(xview_module name)
   install(TARGETS xview_${name} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/xview)
 endfunction()
 
-# xview_test(<name> SOURCES … LINK …): one binary and one ctest entry; registration fails
-# if a *_test.cpp of the folder is in no target.
+# xview_test(<name> SOURCES … LINK … [TIMEOUT seconds] [COST seconds]): one binary and one ctest entry; registration fails
+# if a *_test.cpp of the folder is in no target. COST: about how long it takes; ctest begins with the longest.
 function(xview_test name)
-  cmake_parse_arguments(arg "" "TIMEOUT" "SOURCES;LINK" ${ARGN})
+  cmake_parse_arguments(arg "" "TIMEOUT;COST" "SOURCES;LINK" ${ARGN})
   if(NOT arg_TIMEOUT)
     set(arg_TIMEOUT 300)
   endif()
@@ -67,6 +67,9 @@ function(xview_test name)
   xview_precompile(${name}_test)
   add_test(NAME ${name} COMMAND ${name}_test)
   set_tests_properties(${name} PROPERTIES TIMEOUT ${arg_TIMEOUT})
+  if(arg_COST)
+    set_tests_properties(${name} PROPERTIES COST ${arg_COST})
+  endif()
   file(GLOB present RELATIVE ${CMAKE_CURRENT_SOURCE_DIR} CONFIGURE_DEPENDS *_test.cpp)
   get_property(known DIRECTORY PROPERTY XVIEW_TEST_SOURCES)
   list(APPEND known ${arg_SOURCES})

@@ -78,11 +78,12 @@ View cast(const World& world, const Sensor& sensor, const Isometry3d& pose, doub
     if ((thing.center - from).norm() > reach + radius) continue;
     int u0, u1, v0, v1;
     if (!sensor.covers(to_sensor * thing.center, radius, u0, u1, v0, v1)) continue;
+    const Thing::Turn turned(thing);
     for (int v = v0; v <= v1; ++v) {
       for (int column = u0; column <= u1; ++column) {
         const int u = (column + sensor.width) % sensor.width;
         const size_t i = size_t(v) * size_t(sensor.width) + size_t(u);
-        const double t = thing.hit(from, rays[i]);
+        const double t = thing.hit(from, rays[i], turned);
         if (t < view.range[i]) view.range[i] = t, view.label[i] = thing.label;
       }
     }

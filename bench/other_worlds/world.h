@@ -41,12 +41,17 @@ struct Thing {
   double yaw;
   int label;
 
-  // The distance along the ray to the surface, or infinity; `from` may be inside.
-  double hit(const Vector3d& from, const Vector3d& along) const {
-    const double c = std::cos(yaw), s = std::sin(yaw);
-    const auto turned = [&](const Vector3d& v) {
+  // Cosine and sine of the yaw, which is the same for many rays.
+  struct Turn {
+    double c, s;
+    explicit Turn(const Thing& thing) : c(std::cos(thing.yaw)), s(std::sin(thing.yaw)) {}
+    Vector3d operator()(const Vector3d& v) const {
       return Vector3d(c * v.x() + s * v.y(), c * v.y() - s * v.x(), v.z());
-    };
+    }
+  };
+
+  // The distance along the ray to the surface, or infinity; `from` may be inside.
+  double hit(const Vector3d& from, const Vector3d& along, const Turn& turned) const {
     const Vector3d o = turned(from - center), d = turned(along);
     double near = -1e9, far = 1e9;
     const auto slab = [&](int axis) {

@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "pipeline/simulated_drive.h"
+#include "support/nightly.h"
 #include "xview/io/label_files.h"
 #include "xview/raw_recording.h"
 #include "xview/types/error.h"
@@ -47,6 +48,13 @@ class DriveIn {
   }
 };
 
+/// Two maps for each recording, in sets that are near and far in the list, and all of them at
+/// night.
+bool isAsked(std::size_t recording, std::size_t map, std::size_t sets) {
+  const std::size_t step = (recording + sets - map) % sets;
+  return test::isNightly() || step == 1 || step == sets / 2;
+}
+
 /// What one set cannot name must neither be missed in the other nor be found there by chance.
 TEST(LabelSets, ARecordingInOneShippedSetIsFoundInAMapOfAnyOther) {
   const auto hasPosts = [](const LabelSet& labels) {
@@ -66,6 +74,7 @@ TEST(LabelSets, ARecordingInOneShippedSetIsFoundInAMapOfAnyOther) {
   for (std::size_t i = 0; i < drives.size(); ++i) {
     const Localizer localizer(drives[i]->map, {});
     for (std::size_t j = 0; j < drives.size(); ++j) {
+      if (!isAsked(j, i, drives.size())) continue;
       const LabelSet &of = drives[j]->labels, &in = drives[i]->labels;
       SCOPED_TRACE(of.name() + " in " + in.name());
       const Localization fix = localizer.localize(drives[j]->query);
@@ -84,7 +93,7 @@ TEST(LabelSets, ARecordingInOneShippedSetIsFoundInAMapOfAnyOther) {
       EXPECT_NE(strange.status, Status::accepted) << strange.reason;
     }
   }
-  EXPECT_GT(asked, 200);
+  EXPECT_GT(asked, test::isNightly() ? 200 : 25);
   EXPECT_GE(accepted, 0.97 * asked) << "a map of five classes tells less:\n" << refused;
 }
 

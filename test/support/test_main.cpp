@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <csignal>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -42,6 +43,9 @@ class TestLog final : public testing::EmptyTestEventListener {
 }  // namespace
 
 int main(int argc, char** argv) {
+  // Shells have what they start in the background ignore these, and so would the programs under
+  // test.
+  for (const int number : {SIGINT, SIGHUP}) std::signal(number, SIG_DFL);
   testing::InitGoogleTest(&argc, argv);
   if (const char* folder = std::getenv("XVIEW_TEST_LOG")) {
     const std::string name = std::filesystem::path(argv[0]).filename().string();
