@@ -132,9 +132,9 @@ Written by `./run growth` on {datetime.date.today()}; do not edit. {__doc__.spli
 
 ## What is found in it
 
-{table([["km", "queries", "right, %", "of these accepted, %", "wrong accepted", "strangers accepted"], *finds])}
+{table([["km", "queries", "right, %", "of these accepted, %", "wrong accepted", "out-of-map queries accepted"], *finds])}
 
-Queries look back where the map looked ahead, 15 frames (56 m) each; strangers are all windows of a town that is in no map.
+Queries look back where the map looked ahead, 15 frames (56 m) each; out-of-map queries are all windows of a town that is in no map.
 """
 
 

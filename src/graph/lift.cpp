@@ -238,17 +238,17 @@ class VoxelThinner {
     voxels_[voxels_.numberOf(voxel, make)].add(point);
   }
 
-  /// `points_per_voxel` receives how many points each one stands for, if it is given.
-  LabelledCloud finish(std::vector<std::uint32_t>* points_per_voxel) const {
-    LabelledCloud thin;
-    thin.origin = origin_;
-    thin.points.reserve(voxels_.size());
-    if (points_per_voxel) points_per_voxel->clear();
+  /// Adds a point per voxel to `thin`, and to `points_per_voxel`, if it is given, the number of
+  /// points that it stands for.
+  void appendTo(LabelledCloud& thin, std::vector<std::uint32_t>* points_per_voxel) const {
+    if (thin.empty()) {
+      thin.origin = origin_;
+      thin.points.reserve(voxels_.size());
+    }
     for (const Sums& voxel : voxels_.entries()) {
       thin.points.push_back(voxel.mean());
       if (points_per_voxel) points_per_voxel->push_back(voxel.count);
     }
-    return thin;
   }
 
  private:
@@ -257,6 +257,46 @@ class VoxelThinner {
   Eigen::Vector3d start_;   ///< the origin in voxels
   CellTable<Sums> voxels_;  ///< in order of first appearance
 };
+
+/// Numbers of points, square by square.
+struct SquareOrder {
+  std::vector<std::uint32_t> points;
+  std::vector<std::size_t> ends;  ///< in `points`, of each square
+};
+
+/// Squares of 128 by 128 voxels, in order of first appearance. Points without a voxel are left out.
+SquareOrder orderBySquare(const LabelledCloud& cloud, double voxel_m) {
+  struct Square {
+    PlaneCell key;
+    std::size_t points = 0;
+  };
+  constexpr std::uint32_t kNone = 0xFFFFFFFF;
+  const double per_metre = 1 / voxel_m;
+  const Eigen::Vector2d start = cloud.origin.head<2>() * per_metre;
+  CellTable<Square> squares;
+  std::vector<std::uint32_t> square_of(cloud.size(), kNone);
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    const Eigen::Vector2d p =
+        cloud.points[i].getVector3fMap().head<2>().cast<double>() * per_metre + start;
+    if (!(p.array().abs() < kFarthestCell).all()) continue;
+    const PlaneCell key{floorToInt(p.x()) >> 7, floorToInt(p.y()) >> 7};
+    const std::size_t square = squares.numberOf(key, [&] { return Square{key}; });
+    square_of[i] = static_cast<std::uint32_t>(square);
+    ++squares[square].points;
+  }
+  SquareOrder order;
+  std::size_t end = 0;
+  for (const Square& square : squares.entries()) {
+    order.ends.push_back(end);
+    end += square.points;
+  }
+  order.points.resize(end);
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    if (square_of[i] != kNone)
+      order.points[order.ends[square_of[i]]++] = static_cast<std::uint32_t>(i);
+  }
+  return order;
+}
 
 }  // namespace
 
@@ -293,9 +333,25 @@ LabelledCloud thinByVoxel(const LabelledCloud& cloud, double voxel_m,
     if (points_per_voxel) points_per_voxel->assign(cloud.size(), 1);
     return cloud;
   }
-  VoxelThinner thinner(cloud.origin, voxel_m, cloud.size());
-  for (const Point& point : cloud.points) thinner.add(point);
-  return thinner.finish(points_per_voxel);
+  constexpr std::size_t kFewPoints = 200000;  // their voxels stay in the cache
+  LabelledCloud thin;
+  thin.origin = cloud.origin;
+  if (points_per_voxel) points_per_voxel->clear();
+  if (cloud.size() <= kFewPoints) {
+    VoxelThinner thinner(cloud.origin, voxel_m, cloud.size());
+    for (const Point& point : cloud.points) thinner.add(point);
+    thinner.appendTo(thin, points_per_voxel);
+    return thin;
+  }
+  thin.points.reserve(cloud.size());  // only what is filled costs memory
+  const SquareOrder order = orderBySquare(cloud, voxel_m);
+  std::size_t i = 0;
+  for (const std::size_t end : order.ends) {
+    VoxelThinner thinner(cloud.origin, voxel_m, end - i);
+    for (; i < end; ++i) thinner.add(cloud.points[order.points[i]]);
+    thinner.appendTo(thin, points_per_voxel);
+  }
+  return thin;
 }
 
 ThinFrame liftThin(const Frame& frame, const LabelSet& set, const LiftOptions& options,
@@ -312,7 +368,7 @@ ThinFrame liftThin(const Frame& frame, const LabelSet& set, const LiftOptions& o
         (whole == WholeClasses::no_surfaces && set.role(point.label) != Role::surface))
       result.whole.points.push_back(point);
   });
-  result.thin = thinner.finish(&result.points_per_voxel);
+  thinner.appendTo(result.thin, &result.points_per_voxel);
   result.is_aerial = frame.sensor == Sensor::camera && found.lifted > 0 && 10 * near < found.lifted;
   if (counts) *counts = found;
   return result;

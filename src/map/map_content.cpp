@@ -246,7 +246,7 @@ Number numberIn(const Meta& meta, const std::string& name) {
   return *value;
 }
 
-/// Maps of the first days do not say it: they are of the cloud.
+/// Files of the first programs do not tell: their graphs are of cloud space.
 GraphSpace graphSpaceIn(const Meta& meta) {
   const auto found = meta.find("graph_space");
   if (found == meta.end()) return GraphSpace::cloud;

@@ -70,7 +70,7 @@ constexpr std::array<std::int64_t, 5> kLargest = {kMostId, kMostId, kSide - 1, k
                                                   kSide - 1};
 constexpr std::int64_t kBlock = 4096;  // vertices whose edges are one row
 
-/// Labels of cells of a plan view that were seen: of measured ground, and of others.
+/// Labels of cells of a bird's-eye view that were seen: of measured ground, and of others.
 constexpr std::uint32_t kMeasured = kBevChannels, kSeen = kBevChannels + 1;
 
 }  // namespace

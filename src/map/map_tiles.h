@@ -122,10 +122,10 @@ void appendTile(const Tile& tile, LabelledCloud& cloud);
 /// both.
 void mergeTiles(const std::vector<Tile>& addition, std::vector<Tile>& tiles);
 
-/// A plan view as points: samples with their channel as label, and the cells that were seen, at
-/// their middle. Throws std::out_of_range for samples that are not finite.
+/// A bird's-eye view as points: samples with their channel as label, and the cells that were seen,
+/// at their middle. Throws std::out_of_range for samples that are not finite.
 LabelledCloud pointsOf(const BevGrid& bev);
-/// Fills a plan view, which has its grid already, with the tiles of one; throws Damage.
+/// Fills a bird's-eye view, which has its grid already, with the tiles of one; throws Damage.
 void fill(const std::vector<Tile>& tiles, BevGrid& bev);
 /// Names of the channels in the order of storage; another order is another file.
 std::string channelNames();

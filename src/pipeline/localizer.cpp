@@ -27,15 +27,18 @@ constexpr int kWalkPlaces = 3;              ///< poses that walks may propose in
 constexpr double kFreeSigma_rad = 0.3;      ///< error of an up that only a pose tells
 constexpr std::size_t kMostRegistered = 5;  ///< places whose points are registered
 constexpr std::size_t kVerified = 2;   ///< places whose correspondences are looked at, at least
-constexpr double kPartnerReach_m = 5;  ///< partners of a vertex are so near under a hypothesis
-/// With method walks: what a vertex that agrees is worth, and how many agree with a wrong pose: a
-/// row of houses fits another row, so they come in clusters and grow with the query.
+constexpr double kPartnerReach_m = 5;  ///< from a vertex to its partner under a hypothesis, at most
+/// With method walks: log-likelihood ratio of a vertex that agrees, and the number of vertices that
+/// agree with a wrong pose: a row of houses fits another row, so they come in clusters and grow
+/// with the query.
 constexpr double kNatsOfInlier = 7, kWrongInliers = 2.5, kWrongInlierShare = 0.09,
                  kMostWrongInliers = 12;
-constexpr double kOutOfMapOverlap = 0.1;  ///< share of a town that a stranger shows at most
-constexpr double kExact_m = 0.05;  ///< depths that err less tell by their rays what they passed
-constexpr double kOnePlace_m = 4;  ///< who moved less looked from one place [lengths of towns]
-constexpr double kSureOfPrior = 0.9999;  ///< from that confidence on the outside is not looked at
+constexpr double kOutOfMapOverlap = 0.1;  ///< map overlap of an out-of-map query, at most
+constexpr double kExact_m = 0.05;         ///< depth error below which rays tell free space
+constexpr double kOnePlace_m =
+    4;  ///< travel below which a query has one view-point, in canonical lengths
+constexpr double kSureOfPrior =
+    0.9999;  ///< confidence from which the outside of a prior is not searched
 
 std::vector<Eigen::Vector3d> trajectoryOf(const map::SemanticMap& map) {
   std::vector<Eigen::Vector3d> path;
@@ -65,7 +68,7 @@ void moveToFront(std::size_t at, std::vector<Value>& values) {
   if (at < values.size()) std::rotate(values.begin(), values.begin() + at, values.begin() + at + 1);
 }
 
-/// Places that look alike from above are told apart by how their points fit.
+/// Places with similar bird's-eye views are told apart by the registration of their points.
 void moveLikeliestToFront(Candidates& found, RegisteredPlaces& registered) {
   std::size_t likeliest = 0;
   double most = -INFINITY;
@@ -299,9 +302,9 @@ RegisteredPlaces Localizer::Index::registerPlaces(const Query& query, const Cand
   return registered;
 }
 
-/// What query and map show of each other at a place (`seen` in the field) and how much of the map
-/// the query saw through there. Where the field does not tell, agreement is a share of
-/// `self_consistency`, that of the query with itself, which is measured when it is asked for first.
+/// Overlaps of query and map at a place (`seen` in the field) and the free-space violation there.
+/// Where the field does not tell, the inlier ratio is a share of `self_consistency`, that of the
+/// query with itself, which is measured at the first call.
 void Localizer::Index::setVisibility(const Query& query, const Query& levelled, Visibility seen,
                                      std::optional<double>& self_consistency,
                                      RefinedPose& place) const {
@@ -378,7 +381,7 @@ struct Localizer::CoarseIndices {
   std::map<CommonDetail, Coarse> made;
 };
 
-/// A map in lengths of a town, and the size that its own lengths have.
+/// A map in canonical lengths, and the scale of its own lengths.
 struct Localizer::CanonicalMap {
   /// Its lengths are changed where they are.
   CanonicalMap(map::SemanticMap&& given, const Options& options) : size(given.size) {

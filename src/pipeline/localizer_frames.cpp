@@ -13,8 +13,8 @@
 namespace xview {
 namespace {
 
-constexpr int kWalkUps = 6;          ///< poses that walks may propose, which say where up may be
-constexpr double kSameUp_rad = 0.1;  ///< the search bears an error of so much
+constexpr int kWalkUps = 6;          ///< poses that walks propose for the gravity alignment
+constexpr double kSameUp_rad = 0.1;  ///< error of up that the search bears
 constexpr std::size_t kRefinedScales = 3;
 
 /// Frames differ, so poses are compared by what they do to the middle of the query.

@@ -52,7 +52,7 @@ void report(const Candidates& found, std::size_t count, Localization& answer);
 
 /// Lengths times a factor.
 Eigen::Isometry3d scaled(double factor, Eigen::Isometry3d T);
-/// An answer in lengths of a town in those of a place of that size.
+/// An answer in canonical lengths in those of a place of that scale.
 Localization inMetres(Localization answer, double size);
 
 /// What is made once per map, and the steps of a localization. The map stands upright here.
@@ -92,7 +92,7 @@ struct Localizer::Index {
   }
   bool upIsKnown(const Query& query) const { return gravity.known && query.gravity.known; }
   bool isView(const Query& query) const { return surfaces && !query.bev.known.empty(); }
-  /// Turns the query upright; a pose of it says how, if nothing else does.
+  /// Gravity alignment of the query; a pose of it tells, if nothing else does.
   Eigen::Quaterniond alignmentOf(const Query& query, const Eigen::Isometry3d& T_map_query) const;
   /// A pose of the caller between upright frames, gravity-aligned and right for the last sensor.
   Eigen::Isometry3d toAligned(const Query& query, const Eigen::Isometry3d& T_map_query) const;

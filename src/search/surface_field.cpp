@@ -17,13 +17,13 @@ constexpr double kRasterUnitsPerNat = 4;
 constexpr double kRasterCap = 255;
 constexpr double kYawStep_rad = 6 * M_PI / 180;             ///< largest of the exhaustive search
 constexpr std::size_t kKeepCells = 4000, kKeepPoses = 100;  ///< of it
-/// From so many tiles of 32 m on, the exhaustive search begins with cells of twice the size.
+/// Tiles of 32 m from which the exhaustive search begins with cells of twice the size.
 constexpr std::size_t kLargeMapTiles = 400;
-/// First steps of a climb to the end, and how far a step of yaw moves the rim at most.
+/// First steps of the fine refinement, and how far a step of yaw moves the rim at most.
 constexpr double kStep_m = 0.5, kStep_rad = 0.012, kRimStep_m = 0.5;
 constexpr double kPolishStep_m = 0.125, kPolishStep_rad = 0.003;
 constexpr double kMapOverlapPrior_nats =
-    15;  ///< added to what is expected: a few things say little
+    15;  ///< added to the expected score: few landmarks tell little
 /// Presumed of obstacles of a query, found and expected, so that a few of them say little.
 constexpr double kObstaclePrior_nats = 20, kMostStanding = 1.5;
 constexpr double kLooked_m2 = 150;  ///< a query that measured less ground shows too little of a map
@@ -106,8 +106,8 @@ double medianHeight(const std::vector<SurfaceSamples::Ground>& ground) {
   return heights.empty() ? 0 : medianOf(std::move(heights));
 }
 
-/// Whatever stands there, without its class, and optionally where the ground was measured: between
-/// the rings of a scanner things may stand that it does not show.
+/// Obstacles without their class, and optionally where the ground was measured: between the rings
+/// of a scanner obstacles may stand that it does not show.
 BevGrid obstacleSamples(const BevGrid& view, bool with_known) {
   BevGrid things;
   things.cell_m = view.cell_m;

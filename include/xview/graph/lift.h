@@ -55,10 +55,11 @@ double maxRange(const Frame& frame, const LiftOptions& options);
 LabelledCloud lift(const Frame& frame, const LabelSet& set, const LiftOptions& options,
                    LiftCounts* counts = nullptr);
 
-/// One point per voxel, class and instance: their centroid, in order of first appearance; sigmas
-/// are averaged. Voxels are cells of the frame of the cloud, whatever its origin. Points
-/// that are not finite, or 2^30 voxels from zero, are left out; voxel_m = 0 changes nothing.
-/// `points_per_voxel`, if given, receives how many points each one stands for.
+/// One point per voxel, class and instance: their centroid, in order of first appearance, of large
+/// clouds square by square of 128 voxels; sigmas are averaged. Voxels are cells of the frame of the
+/// cloud, whatever its origin. Points that are not finite, or 2^30 voxels from zero, are left out;
+/// voxel_m = 0 changes nothing. `points_per_voxel`, if given, receives how many points each one
+/// stands for.
 LabelledCloud thinByVoxel(const LabelledCloud& cloud, double voxel_m,
                           std::vector<std::uint32_t>* points_per_voxel = nullptr);
 

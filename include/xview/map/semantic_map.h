@@ -23,7 +23,7 @@ struct OwnStretch {
   double confidence = 0;  ///< of such a query by its place alone, before points are registered
 };
 
-/// Points as they are packed in a map file; see openMap. Their lengths are those of a town.
+/// Points as they are packed in a map file, in canonical lengths; see openMap.
 class PackedCloud;
 
 /// A place that is kept in a file, to localize in. Its poses, frames and stamps are key frames.
@@ -35,7 +35,7 @@ struct SemanticMap : Place {
   std::vector<WrongPlace>
       wrong_places;  ///< of some of its own stretches; see measureNullHypothesis
   std::vector<OwnStretch> own_stretches;      ///< these stretches at their own places
-  std::optional<pose::SurfaceNoise> noise;    ///< of its points, in lengths of a town
+  std::optional<pose::SurfaceNoise> noise;    ///< of its points, in canonical lengths
   std::shared_ptr<const PackedCloud> packed;  ///< points that are not in `cloud`, if any
 
   void addKeyframe(const Eigen::Isometry3d& T_map_sensor, std::int64_t frame, double stamp_s,
@@ -102,9 +102,9 @@ bool undoRevision(const std::string& path);
 /// file is opened for reading only.
 SemanticMap loadMap(const std::string& path);
 
-/// The same without unpacking the points of a map of a town: they stay in `packed`, a twelfth as
-/// large, until somebody asks for those of a place. A Localizer takes such a map; saveMap writes
-/// it.
+/// The same without unpacking the points of a map of canonical scale: they stay in `packed`, a
+/// twelfth as large, until those of a place are asked for. A Localizer takes such a map; saveMap
+/// writes it.
 SemanticMap openMap(const std::string& path);
 
 /// Moves all packed points to where those of a map are, behind its others.

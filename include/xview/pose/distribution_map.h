@@ -32,8 +32,8 @@ struct Distribution {
   Eigen::Vector3f view = Eigen::Vector3f::Zero();  ///< unit vector to who saw it; zero if unknown
 };
 
-/// How thick the surfaces of a map are in cells of so many metres. It is the noise of what the map
-/// was made of, and that of a query will be alike.
+/// Thickness of the surfaces of a map in cells of `cell_m`: the noise of the sensor that made it,
+/// which is taken for that of a query as well.
 struct SurfaceNoise {
   double cell_m = 0;
   double thickness_m = 0;

@@ -81,8 +81,8 @@ using MapNull = std::array<std::array<double, kDistanceBins>, kBevChannels>;
 
 /// Puts what lies within 30 m of one sensor position at another one at least 25 m away, heading
 /// aligned or reversed, and counts. In a town of equal streets a generic street fits everywhere;
-/// likelihoods learned elsewhere do not know that. `path`: sensor positions in plan coordinates.
-/// All zero if the path is too short to say anything.
+/// likelihoods learned elsewhere do not know that. `path`: sensor positions from the origin of the
+/// grid. All zero if the path is too short to say anything.
 MapNull mapNull(const BevGrid& map, const std::vector<Eigen::Vector2d>& path,
                 const DistanceField& field);
 
