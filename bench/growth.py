@@ -3,7 +3,7 @@
 """Writes docs/results/growth.md: what a map costs as it grows, and what it finds.
 
 Towns of 1 km of streets, each another one, are put side by side in one frame; frames are 4 m apart. CPU time (user and system) and
-peak memory are those of one process with one thread. `--before PROGRAM` measures another program beside, run by run in turn.
+peak memory are those of one process with one thread. `--before PROGRAM` measures another program in turn and prints its rows only.
 """
 import argparse
 import datetime
@@ -108,11 +108,12 @@ def measure(programs, kilometres, folder):
             cold = [run(program, "localize", towns[0] / "rear", name, "--frames", "100:115", "--threads", 1, "-q") for _ in range(3)]
             added = run(program, "map", "--append", towns[0] / "forward2", grown, "--frames", f"{NEW.start}:{NEW.stop}", "--threads", 1,
                         "-q")
-            costs.append([str(km) + (", before" if which else ""), f"{made.cpu_s:.1f}", f"{made.peak_mb:.0f}", f"{size_mb / km:.2f}",
-                          f"{sorted(c.cpu_s for c in cold)[1]:.2f}", f"{max(c.peak_mb for c in cold):.0f}", f"{added.cpu_s:.2f}",
-                          f"{added.peak_mb:.0f}"])
-            print(costs[-1], file=sys.stderr)
+            row = [str(km) + (", before" if which else ""), f"{made.cpu_s:.1f}", f"{made.peak_mb:.0f}", f"{size_mb / km:.2f}",
+                   f"{sorted(c.cpu_s for c in cold)[1]:.2f}", f"{max(c.peak_mb for c in cold):.0f}", f"{added.cpu_s:.2f}",
+                   f"{added.peak_mb:.0f}"]
+            print(row, file=sys.stderr)
             if which == 0:
+                costs.append(row)
                 asked, right, accepted, wrong, strangers, taken = accuracy(program, towns[:km], stranger, name)
                 finds.append([str(km), str(asked), with_interval(right, asked), with_interval(accepted, right), str(wrong),
                               f"{taken} of {strangers}"])
