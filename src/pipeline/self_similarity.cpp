@@ -400,6 +400,7 @@ void measureNullHypothesis(map::SemanticMap& given, const Options& in_metres,
     given.own_stretches.clear();
   }
   if (given.poses.size() < 2 || given.bev.known.empty()) return;
+  if (first_pose >= given.poses.size()) return;  // what was added has no path
   const AlignedMap town(given, in_metres);
   const SelfSearch search(town.map, town.options, true);
   for (const auto& q : askAll(search, search.choosePlaces(kRememberedPlaces, first_pose),

@@ -128,6 +128,17 @@ TEST(Mapper, APackedMapGrowsAsAWholeOne) {
   EXPECT_LT(packed.own_stretches.size(), 2 * stretches) << "those of before are kept, not asked";
 }
 
+/// Check fix for: a bare graph, which has no path, ended the program when it was appended.
+TEST(Mapper, ABareGraphIsAppendedToAMapWithAPath) {
+  map::SemanticMap map = simulatedDrive().map;
+  const map::SemanticMap graph = buildMap(map.graph, map.labels, "graph", {});
+  const std::size_t poses = map.poses.size(), stretches = map.own_stretches.size();
+  appendToMap(map, graph, {});
+  EXPECT_EQ(map.sources.back(), "graph");
+  EXPECT_EQ(map.poses.size(), poses);
+  EXPECT_EQ(map.own_stretches.size(), stretches);
+}
+
 TEST(Mapper, AMapThatIsMovedThereAndBackIsTheSamePlace) {
   const map::SemanticMap& map = simulatedDrive().map;
   const Eigen::Isometry3d T =
