@@ -36,26 +36,22 @@ CentredVertices centred(const std::vector<Vertex>& vertices) {
   return result;
 }
 
-}  // namespace
-
-void connectByRadius(SemanticGraph& graph, const EdgeOptions& options, int nearest) {
-  graph.neighbours.assign(graph.size(), {});
-  graph.edge_radius_m = nearest == 0 ? options.radius_m : 0;
-  const std::vector<Vertex>& vertices = graph.vertices;
+/// Pairs of vertices; see connectByRadius().
+std::vector<Edge> edgesOf(const std::vector<Vertex>& vertices, double radius_m, int nearest) {
+  std::vector<Edge> edges;
   const CentredVertices centre = centred(vertices);
-  if (centre.vertex_of_point.size() < 2) return;
+  if (centre.vertex_of_point.size() < 2) return edges;
 
   pcl::KdTreeFLANN<pcl::PointXYZ> tree(false);
   tree.setInputCloud(centre.points);
   // FLANN searches in single precision and strictly inside the radius: search a little wider,
   // decide in double.
   const double rounding_m = 8.0 * centre.largest_coordinate * std::numeric_limits<float>::epsilon();
-  const double search_m = options.radius_m * (1 + 1e-5) + rounding_m;
-  const double radius2 = options.radius_m * options.radius_m;
+  const double search_m = radius_m * (1 + 1e-5) + rounding_m;
+  const double radius2 = radius_m * radius_m;
 
   pcl::Indices found;
   std::vector<float> distances2;
-  std::vector<Edge> edges;
   for (std::size_t n = 0; n < centre.vertex_of_point.size(); ++n) {
     const std::uint32_t self = centre.vertex_of_point[n];
     if (nearest > 0)
@@ -69,9 +65,14 @@ void connectByRadius(SemanticGraph& graph, const EdgeOptions& options, int neare
       if (d2 <= radius2) edges.emplace_back(self, other);
     }
   }
-  const double radius_m = graph.edge_radius_m;
-  graph.setEdges(edges);
-  graph.edge_radius_m = radius_m;
+  return edges;
+}
+
+}  // namespace
+
+void connectByRadius(SemanticGraph& graph, const EdgeOptions& options, int nearest) {
+  graph.setEdges(edgesOf(graph.vertices, options.radius_m, nearest));
+  if (nearest == 0) graph.edge_radius_m = options.radius_m;
 }
 
 void useRadius(SemanticGraph& graph, const EdgeOptions& options) {

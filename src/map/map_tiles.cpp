@@ -15,6 +15,8 @@
 #include <new>
 #include <tuple>
 
+#include "xview/types/stored_cloud.h"
+
 namespace xview::map {
 namespace {
 
@@ -64,7 +66,8 @@ std::vector<std::array<std::uint32_t, N>> unpacked(const Bytes& data, std::uint3
   return rows;
 }
 
-constexpr std::int64_t kSide = 6400;  // of a tile, centimetres
+// Of a tile, centimetres.
+constexpr auto kSide = static_cast<std::int64_t>(StoredCloud::kColumn_m * kStoredSteps);
 constexpr std::int64_t kMostId = std::numeric_limits<std::uint32_t>::max();
 constexpr std::array<std::int64_t, 5> kLargest = {kMostId, kMostId, kSide - 1, kSide - 1,
                                                   kSide - 1};
@@ -72,6 +75,19 @@ constexpr std::int64_t kBlock = 4096;  // vertices whose edges are one row
 
 /// Labels of cells of a bird's-eye view that were seen: of measured ground, and of others.
 constexpr std::uint32_t kMeasured = kBevChannels, kSeen = kBevChannels + 1;
+
+/// Calls visit(label, instance, x, y, z) for the points of a tile; throws Damage.
+template <class Visit>
+void forPoints(const Tile& tile, const Visit& visit) {
+  requirePlace(tile);
+  for (const auto& [label, instance, x, y, z] : unpacked(tile.data, tile.points, kLargest))
+    visit(label, instance, toMetres(tile.x * kSide + x), toMetres(tile.y * kSide + y),
+          toMetres(tile.z * kSide + z));
+}
+
+bool isBefore(const Tile& a, const Tile& b) {
+  return std::tie(a.z, a.y, a.x) < std::tie(b.z, b.y, b.x);
+}
 
 }  // namespace
 
@@ -180,19 +196,6 @@ void requirePlace(const Tile& tile) {
     throw Damage("tile with an index out of range");
 }
 
-namespace {
-
-/// Calls visit(label, instance, x, y, z) for the points of a tile; throws Damage.
-template <class Visit>
-void forPoints(const Tile& tile, const Visit& visit) {
-  requirePlace(tile);
-  for (const auto& [label, instance, x, y, z] : unpacked(tile.data, tile.points, kLargest))
-    visit(label, instance, toMetres(tile.x * kSide + x), toMetres(tile.y * kSide + y),
-          toMetres(tile.z * kSide + z));
-}
-
-}  // namespace
-
 void appendTile(const Tile& tile, LabelledCloud& cloud) {
   forPoints(tile, [&](std::uint32_t label, std::uint32_t instance, float x, float y, float z) {
     Point point(x, y, z, label);
@@ -200,14 +203,6 @@ void appendTile(const Tile& tile, LabelledCloud& cloud) {
     cloud.points.push_back(point);
   });
 }
-
-namespace {
-
-bool isBefore(const Tile& a, const Tile& b) {
-  return std::tie(a.z, a.y, a.x) < std::tie(b.z, b.y, b.x);
-}
-
-}  // namespace
 
 void mergeTiles(const std::vector<Tile>& addition, std::vector<Tile>& tiles) {
   std::vector<Tile> all;

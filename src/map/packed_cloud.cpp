@@ -99,6 +99,7 @@ void unpackPoints(SemanticMap& map) {
 }
 
 void unpackPointsAround(const LabelledCloud& near, SemanticMap& map) {
+  if (!map.packed) return;
   std::set<std::pair<std::int32_t, std::int32_t>> columns;
   for (std::size_t i = 0; i < near.size(); ++i) {
     const Eigen::Vector3d p = (near.position(i) - map.cloud.origin) / map.size;
@@ -110,7 +111,7 @@ void unpackPointsAround(const LabelledCloud& near, SemanticMap& map) {
     const PlaneCell column = columnOf(tile);
     return columns.count({column.x, column.y}) > 0;
   };
-  if (map.packed) orError(std::string(map.packed->file()), [&] { unpack(map, isNear); });
+  orError(std::string(map.packed->file()), [&] { unpack(map, isNear); });
 }
 
 const StoredCloud* storedPoints(const SemanticMap& map) { return map.packed.get(); }

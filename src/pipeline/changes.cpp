@@ -7,7 +7,6 @@
 #include <map>
 #include <tuple>
 
-#include "xview/graph/edges.h"
 #include "xview/types/cells.h"
 #include "xview/types/median.h"
 
@@ -379,7 +378,6 @@ void removeSamples(const Place& place, const std::vector<Vertex>& removed, BevGr
 }
 
 void removeVertices(const std::vector<bool>& is_removed, SemanticGraph& graph) {
-  const double radius_m = graph.edge_radius_m;
   std::vector<std::uint32_t> now_at(graph.size());
   std::vector<Vertex> kept;
   for (std::size_t i = 0; i < graph.size(); ++i) {
@@ -391,8 +389,10 @@ void removeVertices(const std::vector<bool>& is_removed, SemanticGraph& graph) {
     if (!is_removed[a] && !is_removed[b]) edges.emplace_back(now_at[a], now_at[b]);
   }
   graph.vertices = std::move(kept);
-  graph.setEdges(edges);
-  if (radius_m > 0) graph::useRadius(graph, {radius_m});
+  if (graph.edge_radius_m > 0)
+    graph.neighbours.clear();  // the radius tells
+  else
+    graph.setEdges(edges);
 }
 
 }  // namespace

@@ -320,17 +320,13 @@ class DistributionMap::Tiles {
   }
 
   void addPoints(const Tile& tile, Cells& cells) const {
-    for (const Run& run : tile.runs)
-      forPoints(map_.points, run, labels_, side_,
-                [&](const Eigen::Vector3f& p, const CellKey& cell, std::uint32_t) {
-                  cellIn(cells, cell).add(p);
-                });
+    const auto add = [&](const Eigen::Vector3f& p, const CellKey& cell, std::uint32_t) {
+      if (tileOf(cell) == tile.key) cellIn(cells, cell).add(p);
+    };
+    for (const Run& run : tile.runs) forPoints(map_.points, run, labels_, side_, add);
     for (const PlaneCell& column : tile.columns) {
       const std::shared_ptr<const LabelledCloud> stored = stored_->pointsOf(column);
-      forPoints(stored->points, allOf(stored->points), labels_, side_,
-                [&](const Eigen::Vector3f& p, const CellKey& cell, std::uint32_t) {
-                  if (tileOf(cell) == tile.key) cellIn(cells, cell).add(p);
-                });
+      forPoints(stored->points, allOf(stored->points), labels_, side_, add);
     }
   }
 
