@@ -40,7 +40,7 @@ function(xview_layer name)
   target_link_libraries(xview_${name} PUBLIC ${arg_PUBLIC}
                         PRIVATE ${arg_PRIVATE} $<BUILD_INTERFACE:xview_warnings>)
   set_property(GLOBAL APPEND PROPERTY XVIEW_LAYERS xview_${name})
-  xview_precompile(xview_${name})
+  xview_precompile(xview_${name} src/precompiled.h)
 endfunction()
 
 # xview_module(<name> FOR <layer> SOURCES … LINK …): a library that a layer opens when it needs it (include/xview/types/module.h).
@@ -64,7 +64,7 @@ function(xview_test name)
   add_executable(${name}_test ${arg_SOURCES})
   target_include_directories(${name}_test PRIVATE ${PROJECT_SOURCE_DIR}/test)
   target_link_libraries(${name}_test PRIVATE ${arg_LINK} xview_warnings xview_test_main)
-  xview_precompile(${name}_test)
+  xview_precompile(${name}_test test/precompiled.h)
   add_test(NAME ${name} COMMAND ${name}_test)
   set_tests_properties(${name} PROPERTIES TIMEOUT ${arg_TIMEOUT})
   if(arg_COST)

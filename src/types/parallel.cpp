@@ -12,7 +12,30 @@
 
 #include "xview/types/budget.h"
 
+#ifdef __SANITIZE_THREAD__
+extern "C" void __tsan_acquire(void*);
+extern "C" void __tsan_release(void*);
+#endif
+
 namespace xview {
+namespace {
+
+/// An order of two threads that ThreadSanitizer cannot see: TBB is not compiled with it.
+class HandOver {
+ public:
+  void give() {
+#ifdef __SANITIZE_THREAD__
+    __tsan_release(this);
+#endif
+  }
+  void take() {
+#ifdef __SANITIZE_THREAD__
+    __tsan_acquire(this);
+#endif
+  }
+};
+
+}  // namespace
 
 void parallelFor(std::size_t count, int threads, const std::function<void(std::size_t)>& body) {
   if (threads == 1 || count < 2) {
@@ -23,11 +46,16 @@ void parallelFor(std::size_t count, int threads, const std::function<void(std::s
   const int cores = tbb::info::default_concurrency();
   tbb::task_arena arena(threads > 0 ? std::min(threads, cores) : cores);
   Budget* const budget = BudgetOfThread::current();
+  HandOver begun, done;
   const auto withBudget = [&](std::size_t i) {
+    begun.take();
     const BudgetOfThread of_caller(budget);
     body(i);
+    done.give();
   };
+  begun.give();
   arena.execute([&] { tbb::parallel_for(std::size_t{0}, count, withBudget); });
+  done.take();
 }
 
 void makeInOrder(std::size_t count, int threads, std::size_t ahead,

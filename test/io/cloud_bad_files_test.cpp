@@ -10,6 +10,7 @@
 #include <set>
 
 #include "small_files.h"
+#include "support/sanitizers.h"
 #include "support/test_data.h"
 #include "xview/io/cloud_files.h"
 #include "xview/io/graph_files.h"
@@ -367,9 +368,7 @@ int readWithLittleMemory(const std::vector<std::string>& paths) {
 }
 
 TEST(OddCloudFiles, NoFileTakesMoreMemoryThanItHasBytes) {
-#ifdef __SANITIZE_ADDRESS__
-  GTEST_SKIP() << "the sanitizer needs terabytes of address space";
-#endif
+  if (test::kSanitized) GTEST_SKIP() << "a sanitizer needs terabytes of address space";
   const test::TemporaryFolder folder;
   std::vector<std::string> paths = makeBombs(folder);
   const std::string data = test::dataFolder();

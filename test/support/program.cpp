@@ -12,10 +12,13 @@
 #include <fstream>
 #include <sstream>
 
+#include "support/sanitizers.h"
 #include "support/test_data.h"
 
 namespace xview::test {
 namespace {
+
+constexpr int kPatience = kSanitized ? 20 : 1;
 
 void redirect(int descriptor, const std::string& path) {
   const int file = open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
@@ -30,7 +33,7 @@ void redirect(int descriptor, const std::string& path) {
   redirect(STDERR_FILENO, err);
   const rlimit none{0, 0};
   setrlimit(RLIMIT_CORE, &none);
-  if (limits.address_space_mb > 0) {
+  if (limits.address_space_mb > 0 && !kSanitized) {
     const rlimit space{limits.address_space_mb << 20, limits.address_space_mb << 20};
     setrlimit(RLIMIT_AS, &space);
   }
@@ -39,7 +42,7 @@ void redirect(int descriptor, const std::string& path) {
     setrlimit(RLIMIT_FSIZE, &size);
     signal(SIGXFSZ, SIG_IGN);  // survives exec; write() fails instead
   }
-  alarm(static_cast<unsigned>(limits.seconds));  // survives exec; SIGALRM ends the program
+  alarm(static_cast<unsigned>(kPatience * limits.seconds));  // survives exec; SIGALRM ends the program
   execv(argv[0], argv.data());
   _exit(127);
 }
