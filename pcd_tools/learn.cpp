@@ -34,8 +34,9 @@ class LearnCommand final : public Command {
             "map must be of another drive. Use the result with --places.likelihoods OUT.txt.\n"
             "--verdict RESULTS.jsonl... OUT.txt fits the confidence to answers of xview localize "
             "--json about recordings "
-            "with such a file, and about\n"
-            "out-of-map recordings. Use the result with --verdict.model OUT.txt.",
+            "with such a file, or\n"
+            "graphs with GRAPH.truth.txt (T_map_query), and out-of-map ones. Use the result with "
+            "--verdict.model OUT.txt.",
             "xview learn town/rear town/aerial town.xvm town.txt",
             2,
             100000,
@@ -118,15 +119,22 @@ class LearnCommand final : public Command {
       const std::string file = truthBeside(answer.input);
       if (file.empty()) return INFINITY;
       const Truth& truth = read_.try_emplace(file, file).first->second;
-      return (truth.poseFor(answer).translation() - answer.fix.T_map_sensor.translation()).norm();
+      const Eigen::Isometry3d& found = std::filesystem::is_directory(answer.input)
+                                           ? answer.fix.T_map_sensor
+                                           : answer.fix.T_map_query;
+      return (truth.poseFor(answer).translation() - found.translation()).norm();
     }
 
    private:
     std::map<std::string, Truth> read_;
   };
 
-  /// Empty if there is none.
+  /// Of a graph the true T_map_query in GRAPH.truth.txt. Empty if there is none.
   static std::string truthBeside(const std::string& recording) {
+    const std::filesystem::path graph(recording);
+    if (const std::string file = std::filesystem::path(graph).replace_extension(".truth.txt");
+        !std::filesystem::is_directory(graph) && std::filesystem::exists(file))
+      return file;
     for (const char* name : {"/groundtruth.txt", "/truth.txt"}) {
       if (std::filesystem::exists(recording + name)) return recording + name;
     }

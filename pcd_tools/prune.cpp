@@ -73,16 +73,18 @@ class PruneCommand final : public Command {
     const std::vector<std::size_t> gone = absencesIn(path, map).atLeast(absent_);
     const std::size_t before = map.graph.size();
     const std::string names = namesOf(map, gone);
-    if (!gone.empty()) {
+    if (!gone.empty() || target != path) {
       MapDraft draft(target, path);
-      removeObjects(map, gone);
-      measureNullHypothesis(map, job.options);
-      draft.change(map, fmt::format("pruned {} of {} things: {}", gone.size(), before, names));
+      if (!gone.empty()) {
+        removeObjects(map, gone);
+        measureNullHypothesis(map, job.options);
+        draft.change(map, fmt::format("pruned {} of {} things: {}", gone.size(), before, names));
+      }
       draft.commit();
     }
     job.narrate.stage("prune", watch.lap_ms(), target);
-    fmt::print("{}: {} of {} things forgotten{}{}\n", gone.empty() ? path : target, gone.size(),
-               before, gone.empty() ? "" : ": ", names);
+    fmt::print("{}: {} of {} things forgotten{}{}\n", target, gone.size(), before,
+               gone.empty() ? "" : ": ", names);
     return kDone;
   }
 

@@ -465,11 +465,9 @@ Localization Localizer::localize(const Query& query, const ExpectedPose& expecte
 }
 
 verify::PlaceEvidence evidenceOf(const search::PlaceHypothesis& place) {
-  return {place.score(),
-          place.expected,
-          place.map_coverage,
-          {place.obstacles.score, place.obstacles.expected},
-          {}};
+  return {place.score(),      place.expected,
+          place.map_coverage, {place.obstacles.score, place.obstacles.expected},
+          place.of_surfaces,  {}};
 }
 
 verify::Evidence evidenceOf(const Candidates& found, const RegisteredPlaces& registered) {

@@ -335,6 +335,7 @@ class SelfSearch {
     e.third = result.next_wrong;
     e.travel_m = hasPath() ? window_m : 0;
     e.expected = truth.expected;
+    e.of_surfaces = truth.of_surfaces;
     e.map_coverage = truth.map_coverage;
     const verify::Verdict verdict = verify::judge(e, options_.verdict);
     result.confidence = verdict.confidence;

@@ -167,6 +167,7 @@ struct Sequence::State {
         const verify::PlaceEvidence& e = track.seen[w].evidence;
         track.sum.score += e.score;
         track.sum.expected += e.expected;
+        track.sum.of_surfaces = e.of_surfaces;
         track.sum.map_coverage += e.map_coverage / number;
         sumUp(e.obstacles, track.sum.obstacles);
       }

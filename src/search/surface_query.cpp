@@ -271,6 +271,7 @@ PlaceHypothesis SurfaceScore::details(const PlacePose& pose, PlaceHypothesis h) 
   constexpr std::uint8_t kMatchedBins = 3;  // nearer than 1 m
   const std::vector<std::uint8_t> bins = distanceBins(pose);
   std::size_t known = 0;
+  h.of_surfaces = true;
   for (std::size_t i = 0; i < samples_.size(); ++i) {
     const SurfaceSamples::Sample& q = samples_[i];
     const std::uint8_t bin = bins[i];

@@ -17,8 +17,6 @@ constexpr double kNoise_nats = 2;
 constexpr double kPartPrior_nats = 15;
 constexpr double kLeast = 0.02;    ///< shares of less are all the same
 constexpr double kLikeTrue = 0.8;  ///< score ratio of a usual true place
-constexpr double kLeastLikelihoodMargin =
-    0.3;  ///< added to the margin before its logarithm is taken, as in training
 /// Thresholds of the inlier ratio above null, at about even odds: absolute where the map overlap is
 /// set, else as a share of the self-consistency of the query. A wrong place among similar rooms has
 /// half of it, the right one three quarters.
@@ -232,7 +230,8 @@ class Reason {
     const EvidenceWeights& weights = model_.weightsFor(s_);
     const double missing =
         weights.linearPart(odds_needed_) - weights.linearPart(oddsOf(s_, model_));
-    const double times = std::exp(missing / std::max(0.1, model_.alone[kLikelihoodMargin])) - 1;
+    const double per_log_margin = (s_.of_surfaces ? model_.alone : model_.graph)[kLikelihoodMargin];
+    const double times = std::exp(missing / std::max(0.1, per_log_margin)) - 1;
     if (!(times > 0) || times > kLongest) return "";
     return fmt::format("; about {:.0f} m more would tell", std::max(1.0, times * e_.travel_m));
   }
@@ -274,6 +273,7 @@ double denseScore(const PlaceEvidence& place, const DenseEvidence& best) {
 
 Statistics statisticsOf(const Evidence& e) {
   Statistics s;
+  s.of_surfaces = e.of_surfaces;
   s.likelihood_margin = likelihoodMarginOver(e.runner_up, e);
   s.score_ratio = scoreRatioOf(e);
   s.map_coverage = std::clamp(e.map_coverage, kLeast, 1.0);
@@ -295,7 +295,7 @@ double EvidenceWeights::linearPart(double log_odds) const {
 }
 
 const EvidenceWeights& VerdictModel::weightsFor(const Statistics& s) const {
-  if (!s.dense.registered()) return alone;
+  if (!s.dense.registered()) return s.of_surfaces ? alone : graph;
   if (!s.dense.map_overlap) return registered;
   return s.dense.aerial ? air : with_overlap;
 }
@@ -304,8 +304,9 @@ std::array<double, kTerms> termsOf(const Statistics& s) {
   std::array<double, kTerms> terms{};
   terms[kConstant] = 1;
   if (!s.dense.registered()) {
-    terms[kScoreRatio] = std::log(s.score_ratio);
-    terms[kLikelihoodMargin] = std::log(s.likelihood_margin + kLeastLikelihoodMargin);
+    // Of a bare graph the score of a true pose is known from the map's own vertices only.
+    if (s.of_surfaces) terms[kScoreRatio] = std::log(s.score_ratio);
+    terms[kLikelihoodMargin] = std::log(s.likelihood_margin + kNoise_nats);
     return terms;
   }
   terms[kMapCoverage] = std::log(s.map_coverage);

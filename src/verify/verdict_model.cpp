@@ -41,6 +41,7 @@ void forWeights(Model& model, const Visit& visit) {
     visit(name + "knee", weights.knee);
     visit(name + "sharpness", weights.sharpness);
   };
+  all("graph.", model.graph, {kConstant, kLikelihoodMargin});
   all("alone.", model.alone, {kConstant, kScoreRatio, kLikelihoodMargin});
   all("registered.", model.registered,
       {kConstant, kMapCoverage, kAboveNull, kFreeSpaceViolation, kDenseMargin,
@@ -241,8 +242,13 @@ VerdictModel fitVerdictModel(const std::vector<JudgedStatistics>& answers) {
   };
   using Known = std::optional<Statistics>;
   VerdictModel model = defaultVerdictModel();
-  fit([](const Statistics& s) { return s.dense.registered() ? std::nullopt : Known(s); },
-      model.alone);
+  const auto unregistered = [](bool of_surfaces) {
+    return [of_surfaces](const Statistics& s) {
+      return !s.dense.registered() && s.of_surfaces == of_surfaces ? Known(s) : std::nullopt;
+    };
+  };
+  fit(unregistered(false), model.graph);
+  fit(unregistered(true), model.alone);
   fit(
       [](const Statistics& s) {
         return s.dense.registered() && !s.dense.map_overlap ? Known(s) : std::nullopt;

@@ -217,7 +217,9 @@ TEST_F(DamagedMap, PointsThatAreMoreThanAnnouncedAreNotUnpacked) {
   }
   EXPECT_NE(messageOfLoad(path_).find("damaged map file: cloud_points: "), std::string::npos)
       << messageOfLoad(path_);
-  if (!test::kSanitized) EXPECT_LT(loadingCosts_mb(path_), 100);
+  if (!test::kSanitized) {
+    EXPECT_LT(loadingCosts_mb(path_), 100);
+  }
 }
 
 /// Check fix for: nor was their number compared with what a file of this size can hold.
@@ -234,7 +236,9 @@ TEST_F(DamagedMap, PointsThatAreMoreThanItsBytesCanHoldAreNotUnpacked) {
   }
   EXPECT_NE(messageOfLoad(path_).find("more than a map of "), std::string::npos)
       << messageOfLoad(path_);
-  if (!test::kSanitized) EXPECT_LT(loadingCosts_mb(path_), 100);
+  if (!test::kSanitized) {
+    EXPECT_LT(loadingCosts_mb(path_), 100);
+  }
 }
 
 /// Check fix for: one row per byte was believed, though a row is five bytes at least.

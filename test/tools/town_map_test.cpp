@@ -253,6 +253,11 @@ TEST_F(TinyTown, WhatNobodySeesAnyMoreIsForgotten) {
       << "cars and people have moved on";
   EXPECT_EQ(map::readRevisions(file("less.xvm")).back().note.rfind("pruned ", 0), 0u);
   EXPECT_TRUE(readText(path) == before);
+  /// Check fix for: without anything to forget the map that was asked for was not written.
+  const Outcome same =
+      succeed({"prune", "-q", file("less.xvm"), "--absent", "1", "-o", file("same.xvm")});
+  EXPECT_EQ(same.out.rfind(file("same.xvm") + ": 0 of ", 0), 0u) << same.out;
+  EXPECT_TRUE(readText(file("same.xvm")) == readText(file("less.xvm")));
   EXPECT_EQ(runXview({"prune", path, "--absent", "2"}).code, 1);
   EXPECT_EQ(runXview({"prune", path, "--absent", "0"}).code, 2);
 }
@@ -383,6 +388,22 @@ TEST_F(TinyTown, AVerdictIsLearnedFromAnswersThatSayAllItIsMadeOf) {
     EXPECT_NE(refused.err.find("localize again"), std::string::npos) << refused.err;
     EXPECT_FALSE(std::filesystem::exists(file("older.txt")));
   }
+}
+
+TEST_F(TinyTown, AnswersOfGraphsAreJudgedByTheTruthBesideThem) {
+  for (const char* graph : {"map.ply", "query.ply", "elsewhere.ply"}) {
+    const std::string session =
+        town(graph == std::string("elsewhere.ply") ? "elsewhere" : "forward");
+    succeed({"graph", "-q", session, file(graph)});
+  }
+  writeText(file("query.truth.txt"), "1 0 0 0 0 1 0 0 0 0 1 0\n");
+  writeText(file("answers.jsonl"), runXview({"localize", "-q", "--json", file("query.ply"),
+                                             file("elsewhere.ply"), file("map.ply")})
+                                       .out);
+  const Outcome learned =
+      succeed({"learn", "--verdict", file("answers.jsonl"), file("verdict.txt")});
+  EXPECT_EQ(learned.out, file("verdict.txt") + ": 1 right and 1 wrong answers\n");
+  EXPECT_NE(readText(file("verdict.txt")).find("graph.lead "), std::string::npos);
 }
 
 TEST_F(TinyTown, AShorterDriveInTheSameFolderLeavesNoOldFrames) {

@@ -20,6 +20,7 @@ Verdict judged(const Evidence& e) { return judge(e, kOptions); }
 
 Evidence goodView() {
   Evidence e;
+  e.of_surfaces = true;
   e.score = 300;
   e.runner_up = e.best_unverified = 60;
   e.expected = 310;
@@ -80,6 +81,7 @@ Evidence randomEvidence(Random& random) {
   else if (random.below(2))
     e.dense.self_consistency = random.uniform();
   if (random.below(2)) e.dense.free_space_violation = random.uniform();
+  e.of_surfaces = random.below(2);
   e.best_unverified = random.uniform(-50, e.runner_up);
   if (random.below(2)) e.alternatives = {static_cast<PlaceEvidence&>(e)};
   for (PlaceEvidence& rival : e.alternatives) {
@@ -309,6 +311,24 @@ TEST(Verdict, StrangersHangOverTheEdgeOfTheMap) {
   EXPECT_LT(1 - inside, 0.3 * (1 - judged(e).confidence));
 }
 
+/// Check fix for: a bare graph needed a margin of 71 nats, where no wrong one of 1116 had 15.
+TEST(Verdict, AMarginOfVerticesSaysMoreThanOneOfSurfaces) {
+  Evidence e = goodGraph();
+  e.score = 32;
+  e.runner_up = 10;
+  EXPECT_EQ(judged(e).status, Status::accepted) << judged(e).reason;
+  e.expected = 200;
+  EXPECT_EQ(judged(e).status, Status::accepted) << "what a true pose scores is not known";
+  e.expected = e.score;
+  e.of_surfaces = true;
+  EXPECT_EQ(judged(e).status, Status::rejected) << "roads and houses score by hundreds of nats";
+  e.score = 300;
+  const double confidence = judged(e).confidence;
+  EXPECT_EQ(judged(e).status, Status::accepted) << judged(e).reason;
+  e.expected = 2000;
+  EXPECT_GT(1 - judged(e).confidence, 10 * (1 - confidence)) << "most of it is not in the map";
+}
+
 TEST(Verdict, SaysHowMuchMoreWouldTell) {
   Evidence e = goodView();
   e.score = 60;
@@ -479,6 +499,7 @@ std::vector<JudgedStatistics> answersOf(const VerdictModel& truth, int count) {
 
 TEST(VerdictModel, IsFoundFromAnswers) {
   VerdictModel truth;
+  truth.graph[kLikelihoodMargin] = 0.9;
   truth.alone[kScoreRatio] = 1.2;
   truth.alone[kLikelihoodMargin] = 0.8;
   truth.registered[kAboveNull] = 6;

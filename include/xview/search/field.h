@@ -33,11 +33,12 @@ struct PartScore {
 /// A pose and its evidence.
 struct PlaceHypothesis {
   Eigen::Isometry3d T_map_query = Eigen::Isometry3d::Identity();
-  PlacePose centre;         ///< where it puts the centre of the query in the map; with the score
-  double expected = 0;      ///< score that a true pose would have on average [nats]
-  double map_coverage = 0;  ///< share of the query that falls where the map knows anything
-  PartScore obstacles;      ///< upright surfaces and obstacles; surface fields only
-  int matched = 0;          ///< objects (or vertices) of the query that have a partner
+  PlacePose centre;          ///< where it puts the centre of the query in the map; with the score
+  double expected = 0;       ///< score that a true pose would have on average [nats]
+  double map_coverage = 0;   ///< share of the query that falls where the map knows anything
+  PartScore obstacles;       ///< upright surfaces and obstacles; surface fields only
+  bool of_surfaces = false;  ///< bird's-eye views were compared, not vertices
+  int matched = 0;           ///< objects (or vertices) of the query that have a partner
   /// Vertex pairs; similarity is the chance that the query vertex has a partner. Object fields
   /// only.
   std::vector<Correspondence> pairs;

@@ -157,6 +157,7 @@ constexpr double kUsualWrongPlaceAboveNull = 0.10, kUsualWrongPlaceMissRatio = 0
 
 /// What the verdict was made of.
 struct Statistics {
+  bool of_surfaces = false;  ///< scores are those of bird's-eye views, not of vertices
   double likelihood_margin =
       0;                    ///< (s1 - s2) ln(s1 / s2) of the best two places, with noise [nats]
   double score_ratio = 1;   ///< share of the score that a true pose would have, in (0, 1]

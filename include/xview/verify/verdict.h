@@ -38,10 +38,11 @@ constexpr double kAboutAsWell = 0.75;
 
 /// What speaks for one place by itself.
 struct PlaceEvidence {
-  double score = 0;         ///< [nats]
-  double expected = 0;      ///< score that a true pose would have on average [nats]
-  double map_coverage = 1;  ///< share of the query where the map knows anything
-  PartEvidence obstacles;   ///< of bird's-eye views: upright surfaces and obstacles
+  double score = 0;          ///< [nats]
+  double expected = 0;       ///< score that a true pose would have on average [nats]
+  double map_coverage = 1;   ///< share of the query where the map knows anything
+  PartEvidence obstacles;    ///< of bird's-eye views: upright surfaces and obstacles
+  bool of_surfaces = false;  ///< as in Statistics
   DenseEvidence dense;
 };
 
@@ -74,7 +75,7 @@ Statistics statisticsOf(const Evidence& evidence);
 /// the map.
 enum Term : std::size_t {
   kConstant,
-  kScoreRatio,                 ///< Statistics::score_ratio; its logarithm without registration
+  kScoreRatio,                 ///< logarithm of Statistics::score_ratio
   kLikelihoodMargin,           ///< logarithm of Statistics::likelihood_margin
   kMapCoverage,                ///< logarithm of Statistics::map_coverage: out-of-map queries fit
                                ///< best where they hang over the edge of the map
@@ -109,10 +110,10 @@ struct EvidenceWeights {
 };
 
 /// One set of weights per kind of evidence, fitted together because terms depend on one another:
-/// the score alone, with a registration, with the overlap of map and query as well, and the latter
-/// from the air. Terms that a kind of evidence lacks weigh 0.
+/// the score of vertices alone, that of surfaces alone, with a registration, with the overlap of
+/// map and query as well, and the latter from the air. Terms that a kind of evidence lacks weigh 0.
 struct VerdictModel {
-  EvidenceWeights alone, registered, with_overlap, air;
+  EvidenceWeights graph, alone, registered, with_overlap, air;
 
   /// The set for the kind of evidence at hand.
   const EvidenceWeights& weightsFor(const Statistics& statistics) const;
