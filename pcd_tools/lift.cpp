@@ -12,13 +12,6 @@
 namespace xview::tools {
 namespace {
 
-/// Its classes and instances stay; a far origin takes the translation, so that millimetres stay.
-void move(LabelledCloud& cloud, const Eigen::Affine3d& T_out_in) {
-  const Eigen::Matrix3f turn = T_out_in.linear().cast<float>();
-  cloud.origin = T_out_in * cloud.origin;
-  for (Point& p : cloud.points) p.getVector3fMap() = turn * p.getVector3fMap();
-}
-
 class LiftCommand final : public Command {
  public:
   Description describe() const override {
@@ -48,13 +41,12 @@ class LiftCommand final : public Command {
     if (!(voxel_m_ >= 0)) throw UsageError(fmt::format("--voxel {}, must be >= 0", voxel_m_));
     if (tiles_m_ < 0) throw UsageError(fmt::format("--tiles {}, must be >= 0", tiles_m_));
     if (tiles_m_ == 0) requireCloudPath(job.operands[1]);
-    Eigen::Affine3d T_out_odom = Eigen::Affine3d::Identity();
-    if (!transform_.empty()) T_out_odom = io::readMatrix(transform_);
+    io::InputOptions input = input_.parsed();
+    if (!transform_.empty()) input.moved = io::readMatrix(transform_);
     Stopwatch watch;
-    Lifted lifted = io::recogniseInput(job.operands[0], input_.parsed()) == io::InputKind::map
-                        ? pointsOfMap(job.operands[0])
-                        : pointsOfFrames(job);
-    if (!transform_.empty()) move(lifted.cloud, T_out_odom);
+    const Lifted lifted = io::recogniseInput(job.operands[0], input) == io::InputKind::map
+                              ? pointsOfMap(job.operands[0], input.moved)
+                              : pointsOfFrames(job, input);
     write(job.operands[1], lifted, job.narrate);
     job.narrate.stage("lift", watch.lap_ms(), lifted.story);
     return kDone;
@@ -67,19 +59,23 @@ class LiftCommand final : public Command {
     std::string story;  ///< what became of it
   };
 
-  Lifted pointsOfFrames(const Job& job) const {
-    const auto source = openInput(job.operands[0], input_.parsed(), job);
+  /// What has no labels gets them as it lies and is long when it was moved.
+  Lifted pointsOfFrames(const Job& job, const io::InputOptions& input) const {
+    const auto source = openInput(job.operands[0], input, job);
     graph::LiftCounts counts;
     LabelledCloud cloud = liftAll(*source, job, voxel_m_, &counts);
     std::string story = fmt::format(
-        "{} frames, {} points; left out: {} without depth, {} out of range, {} of ignored classes",
-        source->size(), cloud.size(), counts.no_depth, counts.out_of_range, counts.ignored_class);
+        "{} {}, {} points; left out: {} {}, {} out of range, {} of ignored classes", source->size(),
+        source->size() == 1 ? "frame" : "frames", cloud.size(), counts.no_depth,
+        source->sensor() == Sensor::camera ? "without depth" : "not finite", counts.out_of_range,
+        counts.ignored_class);
     return {std::move(cloud), source->labels(), std::move(story)};
   }
 
-  Lifted pointsOfMap(const std::string& path) const {
+  Lifted pointsOfMap(const std::string& path, const std::optional<Eigen::Affine3d>& moved) const {
     map::SemanticMap map = map::loadMap(path);
     if (map.cloud.empty()) throw Error(path, "the map keeps no points; make it of a recording");
+    if (moved) io::moveCloud(*moved, map.cloud);
     if (voxel_m_ > 0) map.cloud = graph::thinByVoxel(map.cloud, voxel_m_);
     std::string story = fmt::format("{} points", map.cloud.size());
     return {std::move(map.cloud), map.labels, std::move(story)};

@@ -12,6 +12,7 @@
 #include "answer_files.h"
 #include "answer_table.h"
 #include "consistency_checks.h"
+#include "hints.h"
 #include "inputs.h"
 #include "outputs.h"
 #include "scenes.h"
@@ -293,6 +294,7 @@ class LocalizeCommand final : public Command {
       const std::string lines = table_->add(asShown(answer, query, job.narrate));
       results_->print(written(answer, lines), job.narrate);
       if (beside_) Results("").print(lines, job.narrate);
+      if (!answer.fix.accepted()) hint(input, localizer, job);
     };
     if (input.whole) {
       const Budget budget(windows_.size > 0 ? job.limits : BudgetLimits());
@@ -303,13 +305,23 @@ class LocalizeCommand final : public Command {
     }
   }
 
+  /// For who reads the notes, once: clouds of a batch are alike, and the search takes as long
+  /// again.
+  void hint(const QueryInput& input, const Localizer& localizer, const Job& job) {
+    if (is_hinted_ || job.narrate.isQuiet() || job.limits.any() || !job.options.scale.empty())
+      return;
+    if (!input.whole || windows_.size > 0) return;
+    is_hinted_ = true;
+    if (const auto text = hintFor(input, input_, localizer, job)) job.narrate.note(*text);
+  }
+
   InputFlags input_;
   WindowFlags windows_;
   BudgetLimits limits_;
   AnswerFiles files_;
   std::string near_, yaw_, out_;
   double risk_ = 0;  ///< 0 = that of the options
-  bool json_ = false, csv_ = false, beside_ = false;
+  bool json_ = false, csv_ = false, beside_ = false, is_hinted_ = false;
   Results* results_ = nullptr;  ///< of this run
   AnswerTable* table_ = nullptr;
   Answer unanswered_;  ///< with what all answers of this run share

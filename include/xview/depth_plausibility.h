@@ -16,6 +16,9 @@ namespace xview {
 /// recording are read.
 void requireKindOfDepth(const FrameSource& source);
 
+/// What to type so that a cloud is turned and its lengths are multiplied.
+std::string howToMove(const Eigen::Matrix3d& linear);
+
 /// Throws Error if a saved cloud is as large as one in millimetres: a place is not kilometres high
 /// and measured too thinly to tell any object in it.
 void requireMetres(const Frame& frame, const std::string& name);

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <filesystem>
 #include <sstream>
 #include <utility>
@@ -19,6 +20,7 @@
 #include "xview/types/atomic_file.h"
 #include "xview/types/error.h"
 #include "xview/types/parallel.h"
+#include "xview/types/semantic_place.h"
 #include "xview/types/user_text.h"
 
 namespace xview::io {
@@ -269,6 +271,48 @@ void writeParts(const std::string& folder, const FrameSource& source,
   });
 }
 
+/// A recording whose lengths and odometry frame are other ones. A cloud without a pose is moved
+/// itself, so that it is the one that its file would hold.
+class MovedRecording final : public ForwardingSource {
+ public:
+  MovedRecording(std::unique_ptr<FrameSource> source, const Eigen::Affine3d& moved)
+      : ForwardingSource(*source),
+        owned_(std::move(source)),
+        moved_(moved),
+        scale_(std::cbrt(moved.linear().determinant())) {}
+  Eigen::Isometry3d pose(std::size_t index) const override {
+    return movesPoints(index) ? source_.pose(index) : movedPose(source_.pose(index));
+  }
+  Frame read(std::size_t index) const override {
+    Frame frame = source_.read(index);
+    if (movesPoints(index)) {
+      moveCloud(moved_, frame.cloud);
+    } else {
+      const Eigen::Isometry3d T_odom_sensor = movedPose(frame.T_odom_sensor);
+      if (std::abs(scale_ - 1) > kExact) scaleLengths(scale_, frame);
+      frame.T_odom_sensor = T_odom_sensor;
+    }
+    return frame;
+  }
+
+ private:
+  static constexpr double kExact = 1e-9;  ///< off by less are the digits of a rotation
+
+  bool movesPoints(std::size_t index) const {
+    return sensor() == Sensor::cloud && source_.pose(index).matrix() == Eigen::Matrix4d::Identity();
+  }
+  Eigen::Isometry3d movedPose(const Eigen::Isometry3d& T_file_sensor) const {
+    Eigen::Isometry3d T = T_file_sensor;
+    T.linear() = moved_.linear() / scale_ * T_file_sensor.linear();
+    T.translation() = moved_ * T_file_sensor.translation();
+    return T;
+  }
+
+  std::unique_ptr<FrameSource> owned_;
+  Eigen::Affine3d moved_;
+  double scale_;
+};
+
 }  // namespace
 
 const char* toString(InputKind kind) {
@@ -308,6 +352,16 @@ FrameRange parseFrameRange(const std::string& text) {
   return range;
 }
 
+void moveCloud(const Eigen::Affine3d& moved, LabelledCloud& cloud) {
+  const Eigen::Matrix3f linear = moved.linear().cast<float>();
+  const float scale = std::cbrt(linear.determinant());
+  cloud.origin = moved * cloud.origin;
+  for (Point& p : cloud.points) {
+    p.getVector3fMap() = linear * p.getVector3fMap();
+    p.sigma *= scale;
+  }
+}
+
 std::unique_ptr<FrameSource> openRecording(const std::string& path, const InputOptions& options) {
   std::string guess;
   InputKind kind = recogniseInput(path, options, &guess);
@@ -319,7 +373,9 @@ std::unique_ptr<FrameSource> openRecording(const std::string& path, const InputO
   if (!guess.empty()) listing.notes.push_back(guess);
   if (!options.mount.empty() && kind != InputKind::airsim)
     listing.notes.push_back("--mount is for AirSim recordings and changes nothing here");
-  return makeRecording(path, std::move(listing), options.frames);
+  auto recording = makeRecording(path, std::move(listing), options.frames);
+  if (!options.moved) return recording;
+  return std::make_unique<MovedRecording>(std::move(recording), *options.moved);
 }
 
 void writeRecording(const std::string& folder, const FrameSource& source,

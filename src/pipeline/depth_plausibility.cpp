@@ -228,13 +228,8 @@ constexpr double kContradict = 0.75;  ///< and if it is ten times too small, ove
 /// 0.84 near the ground. Right ones agree better than a tenth of them anywhere.
 constexpr double kContradictLarge = 0.88;
 
-/// The option to type if lengths have this unit in metres.
-std::string toMetres(const char* unit) {
-  return fmt::format(
-      "`xview lift IN OUT.pcd --transform FILE` makes them so with the lines `{0} 0 0 0`, `0 {0} 0 "
-      "0`, `0 0 {0} 0`, `0 0 0 1` in FILE",
-      unit);
-}
+/// What to type if lengths have this unit.
+std::string toMetres(double unit_m) { return howToMove(unit_m * Eigen::Matrix3d::Identity()); }
 
 /// Of all that was measured, whatever its class and range [m].
 float medianMeasured(const Frame& frame) {
@@ -341,6 +336,14 @@ void requireKindOfDepth(const FrameSource& source) {
                   100 * as_given, is_range ? "planar" : "range"));
 }
 
+std::string howToMove(const Eigen::Matrix3d& linear) {
+  std::string lines;
+  for (int row = 0; row < 3; ++row)
+    lines += fmt::format("`{:g} {:g} {:g} 0`, ", linear(row, 0), linear(row, 1), linear(row, 2));
+  return "`xview lift IN OUT.pcd --transform FILE` makes it so with the lines " + lines +
+         "`0 0 0 1` in FILE";
+}
+
 void requireMetres(const Frame& frame, const std::string& name) {
   if (frame.sensor != Sensor::cloud) return;
   Eigen::AlignedBox3d box;
@@ -351,7 +354,7 @@ void requireMetres(const Frame& frame, const std::string& name) {
   if (!isUnlikely(box, frame.cloud.size(), {1000, 0.02F, 10})) return;
   throw Error(name, fmt::format("its points fill {}; are their units millimetres, or "
                                 "centimetres (0.01)? Lengths must be metres: {}",
-                                sizesText(box), toMetres("0.001")));
+                                sizesText(box), toMetres(0.001)));
 }
 
 std::optional<std::string> checkMetres(const Place& place) {
@@ -370,7 +373,7 @@ std::optional<std::string> checkMetres(const Place& place) {
   return fmt::format(
       "its points fill {}, sparsely; are their units centimetres? Lengths must be "
       "metres: {}",
-      sizesText(box), toMetres("0.01"));
+      sizesText(box), toMetres(0.01));
 }
 
 void DepthPlausibility::add(const graph::LiftCounts& counts, const LabelledCloud& cloud,

@@ -117,6 +117,40 @@ TEST_F(TinyTown, AQueryThatTheMapWasMadeOfIsSaid) {
   EXPECT_EQ(other.err.find("the map was made of"), std::string::npos) << other.err;
 }
 
+/// Check fix for: a cloud in feet, or with y up, was refused without a word of that.
+TEST_F(TinyTown, ACloudThatIsFoundInOtherLengthsOrWithAnotherAxisUpIsSaidToBe) {
+  const auto hintOf = [&](const std::string& name, const std::string& lines) {
+    const std::string cloud = file(name + ".pcd");
+    writeText(file(name + ".txt"), lines + "0 0 0 1\n");
+    succeed({"lift", "-q", town("rear"), "--transform", file(name + ".txt"), cloud});
+    const Outcome refused = runXview({"localize", cloud, "--labels", "shapes", map()});
+    EXPECT_EQ(refused.code, 3) << refused.out;
+    EXPECT_EQ(runXview({"localize", "-q", cloud, "--labels", "shapes", map()}).err, "");
+    return refused.err;
+  };
+  const std::string typed = "`xview lift IN OUT.pcd --transform FILE` makes it so with the lines ";
+  const std::string feet =
+      hintOf("feet", "3.280839895 0 0 0\n0 3.280839895 0 0\n0 0 3.280839895 0\n");
+  EXPECT_NE(feet.find("feet.pcd: it is found if its lengths are feet: " + typed +
+                      "`0.3048 0 0 0`, `0 0.3048 0 0`, `0 0 0.3048 0`, `0 0 0 1`"),
+            std::string::npos)
+      << feet;
+  const std::string x_up = hintOf("x_up", "0 0 1 0\n0 1 0 0\n-1 0 0 0\n");
+  EXPECT_NE(x_up.find("x_up.pcd: it is found if x is up: " + typed +
+                      "`0 0 -1 0`, `0 1 0 0`, `1 0 0 0`, `0 0 0 1`"),
+            std::string::npos)
+      << x_up;
+  const Outcome other = runXview({"localize", town("elsewhere"), map()});
+  EXPECT_EQ(other.err.find("it is found if"), std::string::npos) << other.err;
+}
+
+TEST_F(TinyTown, ChancesToBeWrongAreInPercent) {
+  const std::string table = succeed({"localize", "-q", town("rear"), map()}).out;
+  EXPECT_NE(table.find(" wrong "), std::string::npos) << table;
+  EXPECT_NE(table.find(" % "), std::string::npos) << table;
+  EXPECT_EQ(table.find("1 in "), std::string::npos) << table;
+}
+
 TEST_F(TinyTown, RiskIsTheLargestChanceToBeWrongThatIsAccepted) {
   const Outcome found = succeed({"localize", "-q", "--json", town("rear"), map()});
   const double risk = 1 - jsonLines(found.out).at(0)["confidence"].get<double>();
@@ -164,11 +198,11 @@ TEST_F(TinyTown, AnswerHasTheKeysOfTheContractInOrder) {
       jsonLines(succeed({"localize", "-q", "--json", town("rear"), map()}).out).at(0);
   std::vector<std::string> keys;
   for (const auto& [key, value] : answer.items()) keys.push_back(key);
-  const std::vector<std::string> expected{
-      "query",      "status",  "reason",     "confidence",     "witnesses",
-      "statistics", "size",    "map",        "T_map_query",    "pose",
-      "covariance", "scale",   "gravity",    "gravity_reason", "inliers",
-      "vertices",   "matches", "hypotheses", "timing_ms"};
+  const std::vector<std::string> expected{"query",    "status",      "reason",         "confidence",
+                                          "p_wrong",  "witnesses",   "statistics",     "size",
+                                          "map",      "T_map_query", "pose",           "covariance",
+                                          "scale",    "gravity",     "gravity_reason", "inliers",
+                                          "vertices", "matches",     "hypotheses",     "timing_ms"};
   EXPECT_EQ(keys, expected);
   EXPECT_EQ(answer["query"]["input"], town("rear"));
   EXPECT_EQ(answer["query"]["first_frame"], 0);

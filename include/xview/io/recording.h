@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <Eigen/Geometry>
 #include <cstddef>
 #include <functional>
 #include <memory>
@@ -50,6 +51,9 @@ struct InputOptions {
   std::string topic;  ///< bags: the topic of the clouds or depth images; empty = look
   std::string odometry;  ///< bags: the topic of the poses or transforms; empty = look
   FrameRange frames;
+  /// A rotation, one scale and a translation that all of it is moved by before anything is made of
+  /// it, as p_odom = moved * p_file.
+  std::optional<Eigen::Affine3d> moved;
 };
 
 /// What the path is. Throws Error if nothing fits or (naming both and --input-kind) if two fit;
@@ -65,6 +69,10 @@ InputKind recogniseInput(const std::string& path, const InputOptions& options = 
 /// Throws Error with path and place.
 std::unique_ptr<FrameSource> openRecording(const std::string& path,
                                            const InputOptions& options = {});
+
+/// To another frame and to other lengths (InputOptions::moved). A far origin takes the translation,
+/// so that millimetres stay.
+void moveCloud(const Eigen::Affine3d& moved, LabelledCloud& cloud);
 
 /// The colour image of every frame of a recording: of the images that its rgb.txt lists, as TUM
 /// RGB-D has it, the nearest in time within 0.05 s; else that of RECORDING/rgb that has the number

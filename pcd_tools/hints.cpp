@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "hints.h"
+
+#include <fmt/core.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "xview/depth_plausibility.h"
+#include "xview/types/median.h"
+
+namespace xview::tools {
+namespace {
+
+constexpr double kFoot_m = 0.3048;
+
+/// What may be unusual about a cloud, and what makes it usual.
+struct Oddity {
+  std::string name;
+  Eigen::Matrix3d remedy;
+};
+
+/// The axis along which most of the points reach least: of places it is up, but for a narrow one.
+int flattestAxis(const LabelledCloud& cloud) {
+  std::array<double, 3> reach{};
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<float> values;
+    for (const Point& p : cloud.points) values.push_back(p.getVector3fMap()[axis]);
+    const double low = quantileOf(values, 0.05);
+    reach[static_cast<std::size_t>(axis)] = quantileOf(values, 0.95) - low;
+  }
+  return static_cast<int>(std::min_element(reach.begin(), reach.end()) - reach.begin());
+}
+
+/// What a cloud may be, the likeliest first.
+std::vector<Oddity> odditiesOf(const LabelledCloud& cloud) {
+  std::vector<Oddity> oddities;
+  const int axis = flattestAxis(cloud);
+  for (const int sign : {1, -1}) {
+    if (axis == 2) break;
+    // A quarter turn about the other one of x and y.
+    const double s = axis == 0 ? -sign : sign;
+    const Eigen::AngleAxisd turn(s * M_PI / 2, Eigen::Vector3d::Unit(1 - axis));
+    oddities.push_back({fmt::format("{}{} is up", sign < 0 ? "-" : "", "xy"[axis]),
+                        turn.toRotationMatrix().array().round() + 0.0});  // no -0
+  }
+  oddities.push_back({"its lengths are feet", kFoot_m * Eigen::Matrix3d::Identity()});
+  return oddities;
+}
+
+}  // namespace
+
+std::optional<std::string> hintFor(const QueryInput& refused, const InputFlags& input,
+                                   const Localizer& localizer, const Job& job) {
+  const bool is_one_cloud =
+      refused.source && refused.source->sensor() == Sensor::cloud && refused.size() == 1;
+  if (!is_one_cloud || refused.whole->cloud.empty()) return std::nullopt;
+  Job silent = job;
+  silent.narrate = Narrative(Verbosity::quiet);
+  for (const Oddity& oddity : odditiesOf(refused.whole->cloud)) {
+    io::InputOptions options = input.parsed();
+    options.moved = Eigen::Affine3d(oddity.remedy);
+    const QueryInput other =
+        readQuery(refused.path, InputFlags(std::move(options)), silent, localizer.labels());
+    if (!localizer.localize(*other.whole).accepted()) continue;
+    return fmt::format("{}: it is found if {}: {}", refused.path, oddity.name,
+                       howToMove(oddity.remedy));
+  }
+  return std::nullopt;
+}
+
+}  // namespace xview::tools
