@@ -282,6 +282,7 @@ std::string toJson(const Answer& answer) {
   json["reason"] = is_read ? fix.reason : answer.error;
   if (!answer.budget_exhausted.empty()) json["budget_exhausted"] = answer.budget_exhausted;
   json["confidence"] = fix.confidence;
+  json["p_wrong"] = 1 - fix.confidence;
   json["witnesses"] = {{"place", fix.witnesses.place},
                        {"correspondences", fix.witnesses.correspondences},
                        {"dense", fix.witnesses.dense}};

@@ -18,7 +18,7 @@ namespace xview::tools {
 namespace {
 
 constexpr double kDegrees = 57.29577951308232;
-constexpr std::size_t kFrames = 10, kStatus = 13, kSigma = 15, kTime = 8, kYaw = 9, kChance = 12;
+constexpr std::size_t kFrames = 10, kStatus = 13, kSigma = 15, kTime = 8, kYaw = 9, kChance = 8;
 constexpr std::size_t kWide = 110;  ///< from here on nothing is left out of the numbers
 constexpr std::size_t kEndless = 100000;
 constexpr std::size_t kShortestReason = 24, kLongReason = 60;
@@ -80,13 +80,12 @@ double positionSigma(const Matrix6d& covariance) {
 std::string nameOf(const Answer& answer) { return answer.input + framesOf(answer); }
 
 std::string chanceWrongText(double confidence) {
-  constexpr double kRarest = 1000;
-  const double wrong = std::clamp(1 - confidence, 0.0, 1.0);
-  if (wrong * kRarest < 1) return fmt::format("<1 in {:.0f}", kRarest);
-  if (wrong >= 0.995) return ">99 %";
-  if (wrong > 0.095) return fmt::format("{:.0f} %", 100 * wrong);
-  const double one_in = 1 / wrong, step = one_in < 100 ? 1 : 10;
-  return fmt::format("1 in {:.0f}", step * std::floor(one_in / step));
+  constexpr double kDigits = 1e-9;  // 1 - 0.98 is a little more than 2 %
+  const double percent = 100 * std::clamp(1 - confidence, 0.0, 1.0) - kDigits;
+  if (percent < 0.1) return "<0.1 %";
+  if (percent > 99) return ">99 %";
+  return percent > 9.9 ? fmt::format("{:.0f} %", std::ceil(percent))
+                       : fmt::format("{:.1f} %", std::ceil(10 * percent) / 10);
 }
 
 std::string lengthText(double length_m) {
@@ -185,6 +184,8 @@ std::string AnswerTable::summary() const {
   if (!sigmas_m_.empty()) text += ", median ±" + lengthText(medianOf(sigmas_m_));
   if (answers_ > 0)
     text += ", " + timeText(time_ms_ / static_cast<double>(answers_)) + " per query";
+  if (answers_ > 0 && !is_wide_)
+    text += fmt::format("; z and wrong: in {} columns or with --json", kWide);
   return text;
 }
 

@@ -53,8 +53,8 @@ double positionSigma(const Matrix6d& covariance);
 /// What was asked: the input, and which of its frames if it has several.
 std::string nameOf(const Answer& answer);
 
-/// How likely it is that an answer is wrong: "<1 in 1000", "1 in 60", "35 %". Rarer than one in a
-/// thousand is no claim that was checked against as many answers.
+/// How likely it is that an answer is wrong, rounded up: "<0.1 %", "1.7 %", "35 %", ">99 %". Rarer
+/// than one in a thousand is no claim that was checked against as many answers.
 std::string chanceWrongText(double confidence);
 
 /// "8 mm", "2 cm", "1.3 m"

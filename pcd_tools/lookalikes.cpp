@@ -131,8 +131,8 @@ void writeColoured(const std::string& path, const map::SemanticMap& map,
 void printSummary(const SelfSimilarity& self_similarity) {
   for (const WrongScores& scores : wrongScores(self_similarity)) {
     fmt::print(
-        "{:4.0f} m: sure at {:3.0f} % of {} places; the best wrong one scores {:.0f} % (at most "
-        "{:.0f} %)\n",
+        "{:4.0f} m: sure at {:3.0f} % of {} places; the best wrong one has in the middle {:.0f} %, "
+        "at worst {:.0f} % of the score of the right one\n",
         scores.window_m, percentSure(self_similarity, scores), scores.queries,
         100 * scores.share.front(), 100 * scores.share.back());
   }

@@ -124,6 +124,7 @@ TEST_F(TinyTown, LookalikesAreATableAPictureAndACloud) {
   ASSERT_GT(places.size(), 10u);
   EXPECT_NE(said.find("% of " + std::to_string(places.size()) + " places"), std::string::npos)
       << said;
+  EXPECT_NE(said.find("% of the score of the right one"), std::string::npos) << said;
 
   std::size_t sure = 0;
   const std::vector<io::StampedPose> way = io::readPoses(town("forward") + "/groundtruth.txt");
