@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "inputs.h"
-#include "outputs.h"
 #include "xview/mapper.h"
 #include "xview/types/error.h"
 #include "xview/types/user_text.h"
@@ -57,7 +56,8 @@ MapDraft::MapDraft(const std::string& path, const map::SemanticMap& begin)
 }
 
 MapDraft::MapDraft(const std::string& path, const std::string& from) : path_(path), copy_(path) {
-  if (endingOf(path) != ".xvm" || (std::filesystem::exists(path) && !map::isMapFile(path)))
+  if (std::filesystem::path(path).extension() != ".xvm" ||
+      (std::filesystem::exists(path) && !map::isMapFile(path)))
     throw UsageError(path + ": a map ends with .xvm, and only a map is written over");
   copyTo(copy_, from);
 }

@@ -173,7 +173,7 @@ class ArrayRecording final : public FrameSource {
   std::shared_ptr<py::list> arrays_;  ///< keep the memory
   Sensor sensor_;
   LabelSet labels_;
-  std::string name_ = "points";
+  std::string name_ = kArrays;
 };
 
 /// May be let go of by threads that do not hold the interpreter.

@@ -16,6 +16,8 @@
 
 namespace xview::python {
 
+constexpr const char* kArrays = "points";  ///< name of the recording that clouds of arrays are
+
 namespace py = pybind11;
 
 /// Clouds in arrays of numpy as a recording.

@@ -53,6 +53,9 @@ PYBIND11_MODULE(_xview, module) {
   module.attr("__version__") = XVIEW_VERSION;
   xview::allowQuietLibraries();
   xview::python::bindErrors(module);
+  xview::python::bindRecording(module);
+  xview::python::bindGraph(module);
+  xview::python::bindMap(module);
   xview::python::bindPlaces(module);
   xview::python::bindLocalize(module);
   xview::python::bindResearch(module);

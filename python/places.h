@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -40,7 +41,21 @@ struct Map {
   bool is_file = false;  ///< the path holds what `map` is
   double load_ms = 0;
   std::vector<std::string> notes;
+
+  /// What was appended since, for the record of the file that it is saved to.
+  struct Addition {
+    std::string note;
+    map::Visit visit;
+    Options options;
+  };
+  std::vector<Addition> added;
+  std::shared_ptr<const map::SemanticMap> begun;  ///< before the first of them
+  std::string file;  ///< that holds `begun` and how it came to be; empty if none does
+  std::filesystem::file_time_type file_time;  ///< of it then
 };
+
+Map loadMap(const py::object& path);
+std::string pathText(const py::object& path);
 
 /// What localize, Map.build, Map.append and graph take: a Recording, a Graph, a Map, or arrays with
 /// what belongs to them.
@@ -61,10 +76,18 @@ tools::QueryInput queryOf(const Source& source, const LabelSet& map_labels, doub
 /// A recording whose frames have classes for a map of these, but are not read yet.
 tools::QueryInput openRecording(const Recording& recording, const LabelSet& map_labels, Work& work);
 
+/// A recording with the classes that a map is made of. `labels` are those of the map that it is
+/// added to, or of the first recording.
+std::unique_ptr<FrameSource> placeSource(const Recording& recording, const LabelSet* labels,
+                                         Work& work);
+
 /// The recording as an owner of its own, for functions that take one over.
 std::unique_ptr<FrameSource> ownedSource(std::shared_ptr<FrameSource> source);
 
-void bindPlaces(py::module_& module);    ///< read, Recording, Graph, Map, load_map
+void bindRecording(py::module_& module);
+void bindGraph(py::module_& module);
+void bindMap(py::module_& module);       ///< Map, load_map
+void bindPlaces(py::module_& module);    ///< read
 void bindLocalize(py::module_& module);  ///< Localizer, Fix, Tracker
 void bindResearch(py::module_& module);  ///< simulate, graph, walks, descriptors, match, evaluate
 

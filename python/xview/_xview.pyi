@@ -106,6 +106,8 @@ class Map:
         poses: Optional[Union[NDArray[np.float64], Sequence[NDArray[np.float64]]]] = None,
         stamps: Optional[Union[float, Sequence[float], NDArray[np.float64]]] = None,
         classes: Optional[Classes] = None,
+        *,
+        force: bool = False,
         **options: Option,
     ) -> None: ...
     @property

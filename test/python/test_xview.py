@@ -209,6 +209,35 @@ class Arrays(unittest.TestCase):
         self.assertFound(xview.Localizer(town).localize(self.scan))
         self.assertIsNotNone(before.localize(self.scan).reason)
 
+    def test_append_refuses_what_is_in_the_map_or_contradicts_it(self):
+        town = xview.Map.build(self.town)
+        points = len(town.points)
+        moved = self.town + [300, 0, 0]
+        for addition, why in ((self.town, "already"), (moved, "away from")):
+            with self.assertRaisesRegex(xview.Error, why + ".*force=True"):
+                town.append(addition)
+            self.assertEqual((len(town.points), len(town.sources)), (points, 1))
+        town.append(moved, force=True)
+        self.assertEqual(town.sources, ["points", "points 2"])
+
+    def test_what_is_appended_is_on_record_in_the_file(self):
+        with tempfile.TemporaryDirectory() as folder:
+            file = os.path.join(folder, "town.xvm")
+            town = xview.Map.build(self.town[self.town[:, 0] < 5])
+            town.save(file)
+            half = len(xview.load_map(file).points)
+            town = xview.load_map(file)
+            town.append(self.town[self.town[:, 0] > -5])
+            town.save(file)
+            whole = xview.load_map(file)
+            # Tiles of a file are thinned as they are packed, to the centimetre.
+            self.assertAlmostEqual(len(whole.points) / len(town.points), 1, delta=0.01)
+            self.assertEqual(whole.sources, town.sources)
+            self.assertEqual(len(whole.sources), 2)
+            subprocess.run([os.environ["XVIEW_PROGRAM"], "map", "--undo", "-q", file], check=True,
+                           stdout=subprocess.DEVNULL)
+            self.assertEqual(len(xview.load_map(file).points), half)
+
     def test_results_are_views_that_keep_their_memory(self):
         town = xview.Map.build(self.town)
         points, positions = town.points, town.graph.positions
@@ -336,7 +365,7 @@ class Resources(unittest.TestCase):
         rng = np.random.default_rng(2)
         ground = np.c_[rng.uniform(-40, 40, (10**6, 2)), rng.normal(0, 0.02, 10**6)]
         scan = np.r_[near(town, 0, 0, 45), ground].astype(np.float32)
-        calls = int(os.environ.get("XVIEW_CALLS", "15"))
+        calls = 1000 if os.environ.get("XVIEW_NIGHTLY") == "1" else 15
         sizes = []
         for _ in range(calls):
             fix = localizer.localize(scan)
