@@ -68,9 +68,8 @@ void addObjects(std::vector<BevSample>& samples, const std::vector<BevSample>& a
   CellLists known;
   for (std::size_t i = 0; i < samples.size(); ++i) known.add(cellOfObject(samples[i]), i);
   for (const BevSample& s : addition) {
-    bool is_known = false;
-    known.forAround(cellOfObject(s), [&](std::size_t i) {
-      is_known |= std::hypot(samples[i].x - s.x, samples[i].y - s.y) <= kSameObject_m;
+    const bool is_known = known.anyAround(cellOfObject(s), [&](std::size_t i) {
+      return std::hypot(samples[i].x - s.x, samples[i].y - s.y) <= kSameObject_m;
     });
     if (!is_known) samples.push_back(s);
   }

@@ -2,7 +2,7 @@
 #include "xview/match/walks.h"
 
 #include <algorithm>
-#include <cmath>
+#include <tuple>
 #include <utility>
 
 #include "xview/types/error.h"
@@ -51,6 +51,7 @@ struct Walks::Step {
   std::uint32_t before = 0;  ///< the vertex before that, or the vertex itself
   int length = 1;            ///< vertices so far
   WalkKey word = 0;
+  double probability = 1;
 
   WalkKey with(std::uint8_t letter) const { return word | WalkKey{letter} << (8 * length); }
 };
@@ -73,42 +74,74 @@ WalkKey Walks::draw(std::uint32_t start, Random& random) const {
   return step.word;
 }
 
-/// All walks that go on from a step. The last vertex counts by its letter only, so that walks which
-/// end in one class are taken together.
-void Walks::spell(const Step& step, double probability,
-                  std::vector<std::pair<WalkKey, double>>& words) const {
-  const std::vector<std::uint32_t>& next = graph_.neighbours[step.vertex];
-  const bool skips = !options_.immediate_return && step.before != step.vertex;
-  const std::size_t choices = next.size() - (skips ? 1 : 0);
-  if (choices == 0) {
-    words.emplace_back(step.word, probability);
-    return;
-  }
-  const double each = probability / static_cast<double>(choices);
-  if (step.length + 1 == options_.walk_length) {
-    for (const LetterCount& last : around_[step.vertex]) {
-      const std::uint32_t count =
-          last.count - (skips && letters_[step.before] == last.letter ? 1 : 0);
-      if (count > 0) words.emplace_back(step.with(last.letter), each * count);
+/// The last letters, most of the work, are counted in a table with a row for all that walks have
+/// spelled before them. Read by column it gives the words in increasing order.
+void Walks::spell(std::uint32_t start, std::vector<std::pair<WalkKey, double>>& words) const {
+  std::vector<Step> steps{{start, start, 1, letters_[start], 1}}, longer;
+  // The probability of every further vertex. A walk that can go nowhere is a word.
+  const auto shareOf = [&](const Step& step) {
+    const bool skips = !options_.immediate_return && step.before != step.vertex;
+    const std::size_t choices = graph_.neighbours[step.vertex].size() - (skips ? 1 : 0);
+    if (choices == 0) words.emplace_back(step.word, step.probability);
+    return choices > 0 ? step.probability / static_cast<double>(choices) : 0;
+  };
+  for (int length = 2; length < options_.walk_length; ++length) {
+    for (const Step& step : steps) {
+      const double share = shareOf(step);
+      for (const std::uint32_t next : graph_.neighbours[step.vertex]) {
+        if (next == step.before && !options_.immediate_return) continue;
+        longer.push_back({next, step.vertex, length, step.with(letters_[next]), share});
+      }
     }
-    return;
+    steps.swap(longer);
+    longer.clear();
   }
-  for (const std::uint32_t vertex : next) {
-    if (skips && vertex == step.before) continue;
-    spell({vertex, step.vertex, step.length + 1, step.with(letters_[vertex])}, each, words);
+  std::sort(steps.begin(), steps.end(), [](const Step& a, const Step& b) {
+    return std::tie(a.word, a.vertex, a.before) < std::tie(b.word, b.vertex, b.before);
+  });
+  std::array<bool, 256> occurs{};
+  for (const Step& step : steps) {
+    for (const LetterCount& last : around_[step.vertex]) occurs[last.letter] = true;
+  }
+  std::array<std::size_t, 256> column_of{};
+  std::vector<std::uint8_t> letters;
+  for (std::size_t letter = 0; letter < occurs.size(); ++letter) {
+    column_of[letter] = letters.size();
+    if (occurs[letter]) letters.push_back(static_cast<std::uint8_t>(letter));
+  }
+  std::vector<const Step*> rows;
+  std::vector<double> sums;
+  for (const Step& step : steps) {
+    if (rows.empty() || rows.back()->word != step.word) {
+      rows.push_back(&step);
+      sums.resize(sums.size() + letters.size());
+    }
+    double* row = sums.data() + sums.size() - letters.size();
+    const double share = shareOf(step);
+    const bool skips = !options_.immediate_return && step.before != step.vertex;
+    for (const LetterCount& last : around_[step.vertex])
+      row[column_of[last.letter]] +=
+          share * (last.count - (skips && last.letter == letters_[step.before] ? 1 : 0));
+  }
+  for (std::size_t column = 0; column < letters.size(); ++column) {
+    for (std::size_t row = 0; row < rows.size(); ++row) {
+      const double sum = sums[row * letters.size() + column];
+      if (sum > 0) words.emplace_back(rows[row]->with(letters[column]), sum);
+    }
   }
 }
 
 std::vector<WalkCount> Walks::from(std::uint32_t vertex) const {
   std::vector<std::pair<WalkKey, double>> words;
   if (options_.num_walks == 0) {
-    spell({vertex, vertex, 1, letters_[vertex]}, 1, words);
+    spell(vertex, words);
   } else {
     Random random(seed_, vertex);
     for (int i = 0; i < options_.num_walks; ++i) words.emplace_back(draw(vertex, random), 1);
   }
-  std::sort(words.begin(), words.end());
+  if (!std::is_sorted(words.begin(), words.end())) std::sort(words.begin(), words.end());
   std::vector<WalkCount> counts;
+  counts.reserve(words.size());
   for (auto word = words.begin(); word != words.end();) {
     double sum = 0;
     const WalkKey key = word->first;

@@ -191,11 +191,9 @@ class Visit {
   double shareMet(const std::vector<Eigen::Vector3d>& points, const Eigen::Vector3d& shift) const {
     const auto met = std::count_if(points.begin(), points.end(), [&](const Eigen::Vector3d& q) {
       const Eigen::Vector3d p = T_ * (q + shift);
-      bool is_met = false;
-      upright_.forAround(cellOf(p, kBlock_m, 0), [&](std::size_t i) {
-        is_met = is_met || (place_.cloud.position(i) - p).norm() <= meet_m_;
+      return upright_.anyAround(cellOf(p, kBlock_m, 0), [&](std::size_t i) {
+        return (place_.cloud.position(i) - p).norm() <= meet_m_;
       });
-      return is_met;
     });
     return static_cast<double>(met) / static_cast<double>(points.size());
   }

@@ -247,13 +247,11 @@ Candidates Localizer::Index::placesByWalks(const Query& query, const Priors& pri
 void Localizer::Index::matchVertices(const Query& query, Candidates& found,
                                      Timings& timing_ms) const {
   if (options.method != "auto") return;
-  const WalkGraph walk_query = walks.queryGraph(query.graph);
   const std::size_t count = std::min(std::max(kVerified, countClose(found)), found.places.size());
-  for (std::size_t i = 0; i < count; ++i) {
-    askBudget("the correspondences");
-    found.matches.push_back(
-        walks.matchUnder(found.places[i].T_map_query, walk_query, kPartnerReach_m, timing_ms));
-  }
+  std::vector<Eigen::Isometry3d> poses;
+  for (std::size_t i = 0; i < count; ++i) poses.push_back(found.places[i].T_map_query);
+  found.matches =
+      walks.matchUnder(poses, walks.queryGraph(query.graph), kPartnerReach_m, timing_ms);
 }
 
 /// Levels the query on the ground of the map if that is needed, and registers it at the best place

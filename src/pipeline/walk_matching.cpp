@@ -132,12 +132,9 @@ struct Candidates {
 };
 
 Candidates candidatesUnder(const Eigen::Isometry3d& T_map_query, const WalkGraph& query,
-                           const WalkGraph& map, double reach_m, const Options& options) {
+                           const WalkGraph& map, double reach_m, DescriptorCache& of_query,
+                           DescriptorCache& of_map) {
   constexpr std::size_t kBest = 3;  // partners of a vertex that sample consensus chooses from
-  const match::LabelAlphabet alphabet(query.graph, map.graph);
-  const auto seed = 2 * static_cast<std::uint64_t>(options.seed);
-  DescriptorCache of_query(query.graph, alphabet, options.walks, seed),
-      of_map(map.graph, alphabet, options.walks, seed + 1);
   Candidates candidates;
   for (std::uint32_t i = 0; i < query.graph.size(); ++i) {
     const Eigen::Vector3d p = T_map_query * query.positions[i];
@@ -176,12 +173,10 @@ WalkGraph walkGraph(const SemanticGraph& graph, const LabelSet& labels, const Op
       const Vertex& v = graph.vertices[i];
       if (labels.role(v.label) == Role::surface) {
         const ClassCell cell = cellOf({v.position.x(), v.position.y(), 0}, spacing_m, v.label);
-        bool is_free = true;
-        kept.forAround(cell, [&](std::size_t k) {
-          const Eigen::Vector3d& other = result.graph.vertices[k].position;
-          is_free = is_free && (other - v.position).norm() > spacing_m;
+        const bool is_taken = kept.anyAround(cell, [&](std::size_t k) {
+          return !((result.graph.vertices[k].position - v.position).norm() > spacing_m);
         });
-        if (!is_free) continue;
+        if (is_taken) continue;
         kept.add(cell, result.graph.size());
       }
       result.graph.vertices.push_back(v);
@@ -284,35 +279,44 @@ WalkMatches WalkMatcher::matchEverywhere(const WalkGraph& query, int count, bool
   return result;
 }
 
-WalkMatches WalkMatcher::matchUnder(const Eigen::Isometry3d& T_map_query, const WalkGraph& query,
-                                    double reach_m, Timings& timing_ms) const {
-  WalkMatches result;
-  result.poses.emplace_back();
-  if (query.graph.empty() || index_->map.empty()) return result;
+/// The alphabet is that of the query: words with another label have no equal in it.
+std::vector<WalkMatches> WalkMatcher::matchUnder(const std::vector<Eigen::Isometry3d>& poses,
+                                                 const WalkGraph& query, double reach_m,
+                                                 Timings& timing_ms) const {
+  std::vector<WalkMatches> results(poses.size());
+  for (WalkMatches& result : results) result.poses.emplace_back();
+  if (query.graph.empty() || index_->map.empty()) return results;
   const Options& o = index_->options;
   Stopwatch watch;
+  const match::LabelAlphabet alphabet(query.graph);
+  const auto seed = 2 * static_cast<std::uint64_t>(o.seed);
+  DescriptorCache of_query(query.graph, alphabet, o.walks, seed);
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();
   for (const Eigen::Vector3d& p : query.positions)
     centre += p / static_cast<double>(query.positions.size());
   double radius_m = 0;
   for (const Eigen::Vector3d& p : query.positions)
     radius_m = std::max(radius_m, (p - centre).head<2>().norm());
-  const WalkGraph map = index_->mapAround((T_map_query * centre).head<2>(), radius_m + kMargin_m);
-  Candidates candidates = candidatesUnder(T_map_query, query, map, reach_m, o);
-  timing_ms.emplace_back("descriptors", watch.lap_ms());
-  const std::vector<Correspondence>& best = candidates.best;
-  MatchedPose pose =
-      consensusOf(query, map.positions, best, best, o.posterior.gravity, o.consensus);
-  pose.with_candidates = static_cast<int>(candidates.counts.size());
-  pose.kept_if_true = o.places.detection;
-  const double inlier_share = std::min(1.0, std::pow(o.consensus.inlier_m / reach_m, 2));
-  for (const int count : candidates.counts)
-    pose.kept_under_null += 1 - std::pow(1 - inlier_share, count);
-  result.putative = std::move(candidates.best);
-  result.poses = {std::move(pose)};
-  inFullGraphs(query, map, result);
-  timing_ms.emplace_back("rejection", watch.lap_ms());
-  return result;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    askBudget("the correspondences");
+    const WalkGraph map = index_->mapAround((poses[i] * centre).head<2>(), radius_m + kMargin_m);
+    DescriptorCache of_map(map.graph, alphabet, o.walks, seed + 1);
+    Candidates candidates = candidatesUnder(poses[i], query, map, reach_m, of_query, of_map);
+    timing_ms.emplace_back("descriptors", watch.lap_ms());
+    const std::vector<Correspondence>& best = candidates.best;
+    MatchedPose pose =
+        consensusOf(query, map.positions, best, best, o.posterior.gravity, o.consensus);
+    pose.with_candidates = static_cast<int>(candidates.counts.size());
+    pose.kept_if_true = o.places.detection;
+    const double inlier_share = std::min(1.0, std::pow(o.consensus.inlier_m / reach_m, 2));
+    for (const int count : candidates.counts)
+      pose.kept_under_null += 1 - std::pow(1 - inlier_share, count);
+    results[i].putative = std::move(candidates.best);
+    results[i].poses = {std::move(pose)};
+    inFullGraphs(query, map, results[i]);
+    timing_ms.emplace_back("rejection", watch.lap_ms());
+  }
+  return results;
 }
 
 }  // namespace xview

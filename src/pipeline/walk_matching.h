@@ -66,11 +66,12 @@ class WalkMatcher {
   WalkMatches matchEverywhere(const WalkGraph& query, int count, bool up_known,
                               Timings& timing_ms) const;
 
-  /// The same where a hypothesis puts the query: partners of a vertex are map vertices of its class
+  /// The same where hypotheses put the query: partners of a vertex are map vertices of its class
   /// within `reach_m` of its place. Descriptors rank this handful, which they can do in noise;
-  /// hundreds of look-alikes of a neighbourhood they cannot. Has one pose, found or not.
-  WalkMatches matchUnder(const Eigen::Isometry3d& T_map_query, const WalkGraph& query,
-                         double reach_m, Timings& timing_ms) const;
+  /// hundreds of look-alikes of a neighbourhood they cannot. Each has one pose, found or not.
+  std::vector<WalkMatches> matchUnder(const std::vector<Eigen::Isometry3d>& poses,
+                                      const WalkGraph& query, double reach_m,
+                                      Timings& timing_ms) const;
 
  private:
   struct Index;

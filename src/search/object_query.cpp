@@ -60,9 +60,8 @@ std::vector<std::uint32_t> distinctFromAbove(const SemanticGraph& graph,
   for (const std::uint32_t i : surfaces) {
     const Vertex& v = graph.vertices[i];
     const ClassCell cell = cellOf({v.position.x(), v.position.y(), 0}, kSame, 0);
-    bool is_said = false;
-    kept.forAround(cell, [&](std::size_t j) { is_said |= isSaidBy(v, graph.vertices[j]); });
-    if (is_said) continue;
+    if (kept.anyAround(cell, [&](std::size_t j) { return isSaidBy(v, graph.vertices[j]); }))
+      continue;
     kept.add(cell, i);
     distinct.push_back(i);
   }
@@ -201,10 +200,9 @@ std::vector<RasterSample> ObjectQuery::samples(const ObjectMap& map, double gap_
   for (const QueryItem& item : items_) {
     if (map.classes()[item.slot].is_surface) {
       const ClassCell cell = cellOf({item.x, item.y, 0}, gap, item.slot);
-      bool is_taken = false;
-      kept.forAround(cell, [&](std::size_t k) {
+      const bool is_taken = kept.anyAround(cell, [&](std::size_t k) {
         const double dx = samples[k].x - item.x, dy = samples[k].y - item.y;
-        is_taken |= dx * dx + dy * dy < gap * gap;
+        return dx * dx + dy * dy < gap * gap;
       });
       if (is_taken) continue;
       kept.add(cell, samples.size());

@@ -102,6 +102,11 @@ TEST(CellLists, FindWhatIsWithinTheSideOfACell) {
       if ((points[i] - p).norm() <= kSide_m) expected.insert(i);
     }
     EXPECT_EQ(found, expected);
+    for (std::size_t i = 0; i < points.size(); ++i)
+      EXPECT_EQ(lists.anyAround(
+                    cellOf(p, kSide_m, 1),
+                    [&](std::size_t k) { return k == i && (points[k] - p).norm() <= kSide_m; }),
+                expected.count(i) > 0);
   }
 }
 

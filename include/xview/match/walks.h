@@ -90,8 +90,7 @@ class Walks {
   struct Step;
 
   WalkKey draw(std::uint32_t start, Random& random) const;
-  void spell(const Step& step, double probability,
-             std::vector<std::pair<WalkKey, double>>& words) const;
+  void spell(std::uint32_t start, std::vector<std::pair<WalkKey, double>>& words) const;
 
   const SemanticGraph& graph_;
   const WalkOptions options_;

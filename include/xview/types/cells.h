@@ -91,6 +91,17 @@ class CellLists {
       for (const std::size_t thing : found->second) visit(thing);
     }
   }
+  /// Whether test(number) holds for one of them; asks the cell itself first, no more than it must.
+  template <class Test>
+  bool anyAround(const ClassCell& cell, Test&& test) const {
+    constexpr int kItself = 13;
+    for (int i = 0; i < 27; ++i) {
+      const auto found = lists_.find(cell.neighbour((kItself + i) % 27));
+      if (found != lists_.end() && std::any_of(found->second.begin(), found->second.end(), test))
+        return true;
+    }
+    return false;
+  }
 
  private:
   struct Hash {
