@@ -399,7 +399,7 @@ a class of their own from the air, as in AirSim; otherwise they are vegetation.
   unless said; [ ] are 95 % intervals of Wilson. *Along x only* is how the scripts that came with the paper measure.
 * The consensus value s of a query is the tightest tolerance [m] at which more than six vertices agree; it is accepted if s <= t_c. Recall counts all queries. *area* is that under precision over recall.
 * *surest fifth*: those scripts drop localizations by their consensus until a fifth is left; the paper's figures are success at such an operating point.
-* Four towns (two suburbs, a village, a grid of equal streets) on which nothing was chosen. k = 30, edges of 1.2 times the merge distance and tolerances of 3 m (2 m from the air) are not in the paper; they were
+* Four towns (two suburbs, a village, a grid of equal streets) on which nothing was chosen. k = 30 (60 from the air), edges of 1.2 times the merge distance and tolerances of 3 m (2 m from the air) are not in the paper; they were
   chosen on other towns."""
 
 EXPERIMENTS = (localization, precision, query_length, coarseness, spaces, class_sets, season, timing, bag_of_words)
