@@ -2,7 +2,7 @@
 // Other methods on circles cut out of a graph of things, in another graph of the same frame.
 //
 //   object_baselines_bench CLASSES.yaml MAP.ply QUERY.ply [--methods search,walks,...]
-//                          [--radius 200] [--queries 50] [--seed 7]
+//                          [--radius 200] [--queries 100] [--seed 7]
 //
 // For each method the share of circles placed within 5 and 20 m, and the median CPU time.
 #include <fmt/core.h>
@@ -110,7 +110,7 @@ void ask(const std::string& name, const Baseline& method, const std::vector<Quer
 int main(int argc, char** argv) try {
   std::map<std::string, std::string> flags{{"--methods", "search,walks,clique,triangles,fpfh"},
                                            {"--radius", "200"},
-                                           {"--queries", "50"},
+                                           {"--queries", "100"},
                                            {"--seed", "7"}};
   if (argc < 4) throw UsageError("needs CLASSES.yaml MAP.ply QUERY.ply");
   for (int i = 4; i < argc; i += 2) {
