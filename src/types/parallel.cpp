@@ -6,34 +6,34 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <atomic>
 #include <exception>
 #include <future>
 #include <vector>
 
 #include "xview/types/budget.h"
 
-#ifdef __SANITIZE_THREAD__
-extern "C" void __tsan_acquire(void*);
-extern "C" void __tsan_release(void*);
-#endif
-
 namespace xview {
 namespace {
 
-/// An order of two threads that ThreadSanitizer cannot see: TBB is not compiled with it.
-class HandOver {
- public:
-  void give() {
 #ifdef __SANITIZE_THREAD__
-    __tsan_release(this);
-#endif
+/// In place of TBB, which is not compiled with ThreadSanitizer: races would be seen in it.
+void runLoop(std::size_t count, int threads, const std::function<void(std::size_t)>& body) {
+  std::atomic<std::size_t> next{0};
+  std::vector<std::future<void>> runs;  // their ends wait
+  for (int t = 0; t < threads; ++t) {
+    runs.push_back(std::async(std::launch::async, [&] {
+      for (std::size_t i = next++; i < count; i = next++) body(i);
+    }));
   }
-  void take() {
-#ifdef __SANITIZE_THREAD__
-    __tsan_acquire(this);
+  for (std::future<void>& run : runs) run.get();
+}
+#else
+void runLoop(std::size_t count, int threads, const std::function<void(std::size_t)>& body) {
+  tbb::task_arena arena(threads);
+  arena.execute([&] { tbb::parallel_for(std::size_t{0}, count, body); });
+}
 #endif
-  }
-};
 
 }  // namespace
 
@@ -44,18 +44,11 @@ void parallelFor(std::size_t count, int threads, const std::function<void(std::s
   }
   // More threads than cores would only make TBB complain on stderr.
   const int cores = tbb::info::default_concurrency();
-  tbb::task_arena arena(threads > 0 ? std::min(threads, cores) : cores);
   Budget* const budget = BudgetOfThread::current();
-  HandOver begun, done;
-  const auto withBudget = [&](std::size_t i) {
-    begun.take();
+  runLoop(count, threads > 0 ? std::min(threads, cores) : cores, [&](std::size_t i) {
     const BudgetOfThread of_caller(budget);
     body(i);
-    done.give();
-  };
-  begun.give();
-  arena.execute([&] { tbb::parallel_for(std::size_t{0}, count, withBudget); });
-  done.take();
+  });
 }
 
 void makeInOrder(std::size_t count, int threads, std::size_t ahead,
