@@ -116,9 +116,9 @@ double oddsOfTerm(const Statistics& s, const VerdictModel& model, Term term) {
 }
 
 /// Of the place by itself, as if nothing had been registered.
-double placeOdds(Statistics s, const VerdictModel& model) {
+Statistics ofPlaceAlone(Statistics s) {
   s.dense.of = DenseEvidence::Of::nothing;
-  return oddsOf(s, model);
+  return s;
 }
 
 /// Mean over wrong places of a map, drawn to that of a usual map by as many as a few more.
@@ -230,7 +230,7 @@ class Reason {
     const EvidenceWeights& weights = model_.weightsFor(s_);
     const double missing =
         weights.linearPart(odds_needed_) - weights.linearPart(oddsOf(s_, model_));
-    const double per_log_margin = (s_.of_surfaces ? model_.alone : model_.graph)[kLikelihoodMargin];
+    const double per_log_margin = model_.weightsFor(ofPlaceAlone(s_))[kLikelihoodMargin];
     const double times = std::exp(missing / std::max(0.1, per_log_margin)) - 1;
     if (!(times > 0) || times > kLongest) return "";
     return fmt::format("; about {:.0f} m more would tell", std::max(1.0, times * e_.travel_m));
@@ -357,7 +357,7 @@ Verdict judge(const Evidence& e, const VerdictOptions& o, const VerdictModel& mo
   s.wrong_place_miss_ratio =
       meanOf(wrong_places, &WrongPlace::miss_ratio, kUsualWrongPlaceMissRatio);
   verdict.statistics = s;
-  verdict.witnesses.place = placeOdds(s, model);
+  verdict.witnesses.place = oddsOf(ofPlaceAlone(s), model);
   verdict.witnesses.dense = oddsOf(s, model) - verdict.witnesses.place;
   verdict.witnesses.correspondences = correspondenceOdds(e);
   verdict.confidence = confidenceOf(oddsOf(s, model), s);
