@@ -432,6 +432,8 @@ def main():
         fcntl.flock(lock, fcntl.LOCK_EX)  # A second run waits for its turn in the same folder.
     lab = Lab(arguments)
     with ThreadPoolExecutor(arguments.jobs) as pool:
+        if not arguments.stored:  # Experiments begin with the same worlds, and would wait for one another.
+            list(pool.map(lambda place: lab.folder(*place), [(name, town) for name in lab.worlds for town in lab.towns]))
         made = [pool.submit(experiment, lab) for experiment in EXPERIMENTS]
     results = []
     for experiment, result in zip(EXPERIMENTS, made):
