@@ -22,6 +22,7 @@ constexpr std::size_t kFrames = 10, kStatus = 13, kSigma = 15, kTime = 8, kYaw =
 constexpr std::size_t kWide = 110;  ///< from here on nothing is left out of the numbers
 constexpr std::size_t kEndless = 100000;
 constexpr std::size_t kShortestReason = 24, kLongReason = 60;
+constexpr std::size_t kLongName = 24;  ///< from here on, on a terminal, reasons need the room
 
 /// How a status looks, in the order of Status.
 struct StatusLook {
@@ -112,9 +113,9 @@ AnswerTable::AnswerTable(const std::vector<std::string>& queries, double largest
                                       (std::filesystem::is_directory(query) ? kFrames : 0));
     return columns;
   };
-  const std::size_t most = std::min(room, std::max<std::size_t>(room / 2, 24));
+  const std::size_t most = std::min(room, std::max(room / 2, kLongName));
   name_ = longest();
-  if (name_ > most) {
+  if (name_ > (width_ == kEndless ? most : kLongName)) {
     std::set<std::string> names;
     for (const std::string& query : queries) names.insert(lastName(query));
     is_short_ = names.size() == queries.size();
@@ -133,7 +134,7 @@ std::string AnswerTable::heading() const {
   text += rightAligned("heading", kYaw) + rightAligned("sigma", kSigma);
   if (is_wide_) text += rightAligned("wrong", kChance);
   text += rightAligned("time", kTime);
-  if (width_ == kEndless) text += "  reason";
+  if (width_ >= columnsOf(text) + 2 + kShortestReason) text += "  reason";
   return inked(text, Ink::dim, screen_) + "\n";
 }
 

@@ -134,7 +134,9 @@ void logOwnDrive(const map::SemanticMap& map, const std::string& query, const Po
   };
   const bool same_name =
       std::find(map.sources.begin(), map.sources.end(), query) != map.sources.end();
-  if (same_name || std::count_if(T_odom_sensor.begin(), T_odom_sensor.end(), isInMap) >= kFewest)
+  const bool has_others = T_odom_sensor.size() > 1;  // frames that the map was not made of
+  const std::ptrdiff_t fewest = same_name ? has_others : kFewest;
+  if (std::count_if(T_odom_sensor.begin(), T_odom_sensor.end(), isInMap) >= fewest)
     narrate.note(query +
                  " is a recording that the map was made of; that it is found there says "
                  "nothing about other visits");

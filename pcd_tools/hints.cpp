@@ -18,10 +18,11 @@ namespace {
 
 constexpr double kFoot_m = 0.3048;
 
-/// What may be unusual about a cloud, and what makes it usual.
+/// What may be unusual about a cloud or its map.
 struct Oddity {
   std::string name;
-  Eigen::Matrix3d remedy;
+  Eigen::Matrix3d of_query;  ///< what brings the cloud into its map
+  Eigen::Matrix3d remedy;    ///< what makes the cloud, or the map, usual
 };
 
 /// The axis along which most of the points reach least: of places it is up, but for a narrow one.
@@ -45,10 +46,13 @@ std::vector<Oddity> odditiesOf(const LabelledCloud& cloud) {
     // A quarter turn about the other one of x and y.
     const double s = axis == 0 ? -sign : sign;
     const Eigen::AngleAxisd turn(s * M_PI / 2, Eigen::Vector3d::Unit(1 - axis));
-    oddities.push_back({fmt::format("{}{} is up", sign < 0 ? "-" : "", "xy"[axis]),
-                        turn.toRotationMatrix().array().round() + 0.0});  // no -0
+    const Eigen::Matrix3d upright = turn.toRotationMatrix().array().round() + 0.0;  // no -0
+    oddities.push_back(
+        {fmt::format("{}{} is up", sign < 0 ? "-" : "", "xy"[axis]), upright, upright});
   }
-  oddities.push_back({"its lengths are feet", kFoot_m * Eigen::Matrix3d::Identity()});
+  const Eigen::Matrix3d feet = kFoot_m * Eigen::Matrix3d::Identity();
+  oddities.push_back({"its lengths are feet", feet, feet});
+  oddities.push_back({"the lengths of MAP are feet", feet.inverse(), feet});
   return oddities;
 }
 
@@ -63,7 +67,7 @@ std::optional<std::string> hintFor(const QueryInput& refused, const InputFlags& 
   silent.narrate = Narrative(Verbosity::quiet);
   for (const Oddity& oddity : odditiesOf(refused.whole->cloud)) {
     io::InputOptions options = input.parsed();
-    options.moved = Eigen::Affine3d(oddity.remedy);
+    options.moved = Eigen::Affine3d(oddity.of_query);
     const QueryInput other =
         readQuery(refused.path, InputFlags(std::move(options)), silent, localizer.labels());
     if (!localizer.localize(*other.whole).accepted()) continue;

@@ -33,8 +33,8 @@ void logConsistencyChecks(const std::string& path, const Place& place, const Nar
   if (const auto problem = checkMetres(place)) narrate.note(path + ": " + *problem);
 }
 
-void logShares(const ShapeShares& shares, const LabelSet& shapes, const std::string& labels,
-               const Narrative& narrate) {
+void logShares(const std::string& path, const ShapeShares& shares, const LabelSet& shapes,
+               const std::string& labels, const Narrative& narrate) {
   std::vector<std::size_t> order;
   for (std::size_t i = 0; i < shares.size(); ++i) {
     if (shares[i] >= 0.005) order.push_back(i);
@@ -42,12 +42,12 @@ void logShares(const ShapeShares& shares, const LabelSet& shapes, const std::str
   std::sort(order.begin(), order.end(),
             [&](std::size_t a, std::size_t b) { return shares[a] > shares[b]; });
   if (order.empty()) return;
-  std::string text = labels + "; classes from shapes:";
+  std::string text = path + ": " + labels + "; classes from shapes:";
   for (const std::size_t i : order) {
     text += fmt::format("{} {} {:.0f} %", i == order[0] ? "" : ",",
                         shapes.className(static_cast<std::uint32_t>(i)), 100 * shares[i]);
   }
-  narrate.note(text);
+  narrate.noteFirst(labels, text);
 }
 
 /// What has no labels gets them from shapes.
@@ -60,7 +60,7 @@ std::unique_ptr<FrameSource> openWithLabels(const std::string& path,
   ShapeShares shares{};
   source = withShapeLabels(std::move(source), shapes, job.options.lift, &shares);
   const bool is_told = !options.labels.empty() && options.labels != kShapes;
-  logShares(shares, shapes,
+  logShares(path, shares, shapes,
             has_labels ? "labels are left aside"
             : is_told
                 ? fmt::format("no labels of '{}', --label-field names their field", options.labels)

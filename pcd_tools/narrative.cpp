@@ -132,6 +132,13 @@ void Narrative::note(const std::string& what) const {
   say(inked("note:", Ink::amber, stderr) + " " + oneLine(what), 6);
 }
 
+void Narrative::noteFirst(const std::string& way, const std::string& what) const {
+  if (noted_->insert(way).second)
+    note(what);
+  else
+    detail(what);
+}
+
 void Narrative::summary(const std::string& what) const {
   if (verbosity_ != Verbosity::quiet) say(inked(oneLine(what), Ink::bold, stderr), 0);
 }

@@ -35,6 +35,9 @@ class Narrative {
   void stage(const std::string& name, double ms, const std::string& what) const;
   /// Something to know that is no error; "note: …". Said once, however often it is noted.
   void note(const std::string& what) const;
+  /// The same of one of many inputs: once for all that are alike in this way, with --verbose of
+  /// each.
+  void noteFirst(const std::string& way, const std::string& what) const;
   /// What all of it came to, in one line.
   void summary(const std::string& what) const;
   /// A line of a list.

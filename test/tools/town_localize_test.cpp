@@ -117,6 +117,33 @@ TEST_F(TinyTown, AQueryThatTheMapWasMadeOfIsSaid) {
   EXPECT_EQ(other.err.find("the map was made of"), std::string::npos) << other.err;
 }
 
+/// Check fix for: later frames of a recording were called those that the map was made of.
+TEST_F(TinyTown, OtherFramesOfARecordingThatTheMapWasMadeOfAreAVisitOfTheirOwn) {
+  const std::string part = file("part.xvm");
+  succeed({"map", "-q", town("forward"), "--frames", "0:8", part});
+  const auto isOwn = [&](const char* frames) {
+    return runXview({"localize", town("forward"), "--frames", frames, part})
+               .err.find("the map was made of") != std::string::npos;
+  };
+  EXPECT_TRUE(isOwn("4:12"));
+  EXPECT_FALSE(isOwn("8:16"));
+}
+
+/// Check fix for: each raw cloud of a batch had a note above its line of the table.
+TEST_F(TinyTown, WhereTheClassesOfRawCloudsComeFromIsSaidOnceForABatch) {
+  std::vector<std::string> arguments{"localize"};
+  for (const char* frames : {"0:2", "2:4"}) {
+    const std::string points = file(std::string(frames, 1) + "points.ply");
+    succeed({"lift", "-q", town("lidar"), "--frames", frames, points});
+    arguments.push_back(points);
+  }
+  arguments.insert(arguments.end(), {"--labels", "shapes", map()});
+  const std::string said = runXview(arguments).err;
+  const std::size_t first = said.find("classes from shapes");
+  ASSERT_NE(first, std::string::npos) << said;
+  EXPECT_EQ(said.find("classes from shapes", first + 1), std::string::npos) << said;
+}
+
 /// Check fix for: a cloud in feet, or with y up, was refused without a word of that.
 TEST_F(TinyTown, ACloudThatIsFoundInOtherLengthsOrWithAnotherAxisUpIsSaidToBe) {
   const auto hintOf = [&](const std::string& name, const std::string& lines) {
