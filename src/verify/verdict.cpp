@@ -104,7 +104,7 @@ double denseMarginOf(const Evidence& e) {
     margin = std::min(margin, logScoreTerm(e.score) - best_unverified);
   for (const PlaceEvidence& other : e.alternatives)
     margin = std::min(margin, fit - denseScore(other, e.dense));
-  return std::clamp(margin, kLeastDenseMargin, kMostDenseMargin);
+  return std::max(kLeastDenseMargin, margin);
 }
 
 double oddsOf(const Statistics& s, const VerdictModel& model) {
@@ -143,7 +143,8 @@ double chanceToBeNear(const Statistics& s) {
 /// scores: the frequency at which the second-best was right (offices, halls and towns).
 double oddsOfSecondBest(const Statistics& s) {
   constexpr double kPerMargin = 1.5;
-  return s.dense.registered() ? std::exp(-kPerMargin * s.dense_margin) : 0;
+  return s.dense.registered() ? std::exp(-kPerMargin * std::min(s.dense_margin, kMostDenseMargin))
+                              : 0;
 }
 
 double confidenceOf(double odds, const Statistics& s) {
@@ -311,12 +312,12 @@ std::array<double, kTerms> termsOf(const Statistics& s) {
   }
   terms[kMapCoverage] = std::log(s.map_coverage);
   const DenseEvidence& dense = s.dense;
+  const double margin = std::min(s.dense_margin, kMostDenseMargin);
   const bool saw = dense.converged && dense.free_space_violation;
   if (!dense.map_overlap) {
     terms[kAboveNull] = aboveNullOf(s);
-    terms[kDenseMargin] = s.dense_margin;
-    terms[kDenseMarginTimesAboveNull] =
-        std::max(0.0, terms[kAboveNull]) * std::max(0.0, s.dense_margin);
+    terms[kDenseMargin] = margin;
+    terms[kDenseMarginTimesAboveNull] = std::max(0.0, terms[kAboveNull]) * std::max(0.0, margin);
     if (saw) terms[kFreeSpaceViolation] = freeSpaceTerm(*dense.free_space_violation);
     return terms;
   }
@@ -324,7 +325,7 @@ std::array<double, kTerms> termsOf(const Statistics& s) {
   // where, and what is contradicted there, is seen.
   terms[kMapOverlap] = *dense.map_overlap;
   terms[kConflictRatio] = kConflictThreshold - dense.conflict_ratio.value_or(kConflictThreshold);
-  terms[kLogDenseMargin] = std::log(s.dense_margin - kLeastDenseMargin + 1);
+  terms[kLogDenseMargin] = std::log(margin - kLeastDenseMargin + 1);
   if (dense.aerial) {
     terms[kAboveNull] = aboveNullOf(s);
     terms[kWrongPlaceMissRatio] = s.wrong_place_miss_ratio - kUsualWrongPlaceMissRatio;
