@@ -13,7 +13,6 @@ find_package(Ceres REQUIRED)
 find_package(yaml-cpp REQUIRED)
 find_package(SQLite3 REQUIRED)
 find_package(SQLiteCpp REQUIRED)
-find_package(ZLIB REQUIRED)
 # What brings no CMake package (libdeflate before 1.15) is linked by its name.
 foreach(library deflate:libdeflate.h:libdeflate-dev expat:expat.h:libexpat1-dev zstd:zstd.h:libzstd-dev lz4:lz4frame.h:liblz4-dev bz2:bzlib.h:libbz2-dev)
   string(REPLACE ":" ";" library ${library})

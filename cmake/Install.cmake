@@ -33,7 +33,7 @@ if(NOT BUILD_SHARED_LIBS)
   list(TRANSFORM layers PREPEND -l OUTPUT_VARIABLE pc_layers)
   list(REMOVE_ITEM pc_layers -lxview_sim -lxview_view -lxview_eval)
   set(pc_libs -Wl,--start-group ${pc_layers} -Wl,--end-group
-    -lSQLiteCpp -lsqlite3 -lz -ldeflate -lexpat -lzstd -llz4 -lbz2 -lopencv_imgproc -lopencv_core
+    -lSQLiteCpp -lsqlite3 -ldeflate -lexpat -lzstd -llz4 -lbz2 -lopencv_imgproc -lopencv_core
     -lceres -lglog -lgflags -lspqr -lcholmod -lamd -lcamd -lccolamd -lcolamd -lsuitesparseconfig -lcxsparse -llapack -lblas
     -lpcl_registration -lpcl_filters -lpcl_sample_consensus -lpcl_segmentation -lpcl_search -lpcl_kdtree -lpcl_octree
     -lyaml-cpp -lfmt -ltbb)

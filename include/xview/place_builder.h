@@ -89,6 +89,9 @@ class PlaceBuilder {
   /// Afterwards the builder is empty.
   Place finish();
 
+  /// For a place in the frame of another one, before its first frame: no frame waits.
+  void setGravity(const Gravity& gravity);
+
  private:
   struct Recent {
     SharedFrame frame;

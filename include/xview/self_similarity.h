@@ -46,8 +46,9 @@ struct SelfSimilarity {
 SelfSimilarity measureSelfSimilarity(const map::SemanticMap& map, const Options& options,
                                      std::size_t most_places);
 
-/// Sets the null hypothesis of the verdict, measured in the map at hand: the evidence of a few of
-/// its stretches at the best place that is not their own, and their confidence at their own.
+/// Sets the null hypothesis of the verdict, measured in the map at hand: distances at wrong places
+/// along its path (search::PathNull), the evidence of a few of its stretches at the best place that
+/// is not their own, and their confidence at their own.
 /// Bounded like measureSelfSimilarity(); none for a bare graph or a map without a path. Of a map
 /// that has grown only stretches from pose `first_pose` on are asked, in proportion to their
 /// length; their answers join the former ones.

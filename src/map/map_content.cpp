@@ -200,6 +200,15 @@ std::string textOf(const std::vector<OwnStretch>& stretches) {
   return all;
 }
 
+/// The number of poses and the view, then the counts by channel and class.
+std::string textOf(const search::PathNull& null) {
+  std::string all = std::to_string(null.poses) + ' ' + std::to_string(null.view);
+  for (const auto& channel : null.counts) {
+    for (const double count : channel) all += ' ' + numberText(count);
+  }
+  return all;
+}
+
 /// Cell size, thickness and whether it is sparse.
 std::string textOf(const std::optional<pose::SurfaceNoise>& noise) {
   if (!noise) return kNotAsked;
@@ -218,6 +227,7 @@ Meta metaOf(const SemanticMap& map, std::size_t stored_points) {
             {"options", map.options_yaml},
             {"wrong_places", textOf(map.wrong_places)},
             {"own_stretches", textOf(map.own_stretches)},
+            {"null", textOf(map.null)},
             {"size", sizeText(map.size)},
             {"vertices", std::to_string(map.graph.size())},
             {"edges", std::to_string(storesEdges(map.graph) ? map.graph.edgeCount() : 0)},
@@ -300,6 +310,29 @@ std::vector<OwnStretch> ownStretchesIn(const Meta& meta) {
   return all;
 }
 
+/// Nothing in files of older programs, and of such that sort distances into other classes.
+search::PathNull pathNullIn(const Meta& meta) {
+  const auto found = meta.find("null");
+  if (found == meta.end()) return {};
+  std::istringstream words(found->second);
+  std::vector<double> counts;
+  for (std::string word; words >> word;) {
+    const auto count = numberFrom<double>(word);
+    if (!count || !(*count >= 0) || !(*count <= 0x1p53))
+      throw Damage("meta: null has no count: " + word);
+    counts.push_back(*count);
+  }
+  search::PathNull null;
+  if (counts.size() != 2 + null.counts.size() * null.counts[0].size()) return {};
+  auto next = counts.begin();
+  null.poses = static_cast<std::size_t>(*next++);
+  null.view = static_cast<std::uint64_t>(*next++);
+  for (auto& channel : null.counts) {
+    for (double& count : channel) count = *next++;
+  }
+  return null;
+}
+
 /// None in files of older programs.
 std::optional<pose::SurfaceNoise> noiseIn(const Meta& meta) {
   const auto found = meta.find("noise");
@@ -348,6 +381,7 @@ void setNumbers(const Meta& meta, SemanticMap& map) {
   map.options_yaml = textIn(meta, "options");
   map.wrong_places = wrongPlacesIn(meta);
   map.own_stretches = ownStretchesIn(meta);
+  map.null = pathNullIn(meta);
   map.noise = noiseIn(meta);
 }
 
@@ -415,17 +449,31 @@ LabelSet readLabels(ContentReader& in, const std::string& set_name) {
   return labels;
 }
 
+/// `is_former`: of version 2, with a row each.
+void readVertices(ContentReader& in, std::uint64_t announced, std::uint64_t file_bytes,
+                  bool is_former, SemanticGraph& graph) {
+  // None has fewer bytes than one (toBlocks).
+  if (announced > file_bytes)
+    throw Damage("vertices: more than a map of " + std::to_string(file_bytes) + " bytes can hold");
+  graph.vertices.reserve(announced);
+  if (is_former) return in.items("vertices", graph.vertices);
+  in.table<VertexBlock>("vertices", [&](std::int64_t id, VertexBlock& block) {
+    if (graph.size() + block.vertices > announced)
+      throw Damage("vertices: expected " + std::to_string(announced) + ", found more");
+    block.first_vertex = id;
+    appendVertices(block, graph.vertices);
+  });
+}
+
 void readBulk(ContentReader& in, const Meta& meta, std::uint64_t file_bytes,
-              const std::string& file, SemanticMap& map) {
+              const std::string& file, bool is_former, SemanticMap& map) {
   PackedRows rows(file_bytes);
+  const Packing packing = is_former ? Packing::tiles : Packing::voxels;
   std::vector<Keyframe> keyframes;
   in.items("keyframes", keyframes);
   for (const Keyframe& k : keyframes)
     map.addKeyframe(k.T_map_sensor, k.number, k.stamp_s, k.source);
-  // A row of a vertex has more bytes than this.
-  map.graph.vertices.reserve(
-      std::min<std::uint64_t>(numberIn<std::uint64_t>(meta, "vertices"), file_bytes / 16));
-  in.items("vertices", map.graph.vertices);
+  readVertices(in, numberIn<std::uint64_t>(meta, "vertices"), file_bytes, is_former, map.graph);
   const auto edges = numberIn<std::uint64_t>(meta, "edges");
   std::vector<EdgeBlock> blocks;
   in.table<EdgeBlock>("edges", [&](std::int64_t id, EdgeBlock& block) {
@@ -444,9 +492,10 @@ void readBulk(ContentReader& in, const Meta& meta, std::uint64_t file_bytes,
   rows.beginPart();
   in.table<Tile>("plan_tiles", [&](std::int64_t, Tile& tile) {
     rows.take("plan_tiles", tile.points, kAnyNumber);  // meta counts those with a channel only
+    tile.packing = packing;
     tiles.push_back(std::move(tile));
   });
-  fill(tiles, map.bev);
+  fill(std::move(tiles), map.bev);
   scaleLengths(map.size, map.bev);
   const auto points = numberIn<std::uint64_t>(meta, "cloud_points");
   tiles.clear();
@@ -455,10 +504,11 @@ void readBulk(ContentReader& in, const Meta& meta, std::uint64_t file_bytes,
     rows.take("cloud_points", tile.points, points);
     requirePlace(tile);
     if (id != tileId(tile)) throw Damage("cloud_tiles: a tile out of place");
+    tile.packing = packing;
     tiles.push_back(std::move(tile));
   });
   if (!tiles.empty()) map.packed = std::make_shared<const PackedCloud>(std::move(tiles), file);
-  if (map.size != kTownScale) unpackAll(map);
+  if (map.size != kTownScale || is_former) unpackAll(map);
 }
 
 }  // namespace
@@ -466,7 +516,7 @@ void readBulk(ContentReader& in, const Meta& meta, std::uint64_t file_bytes,
 void writeContent(SQLite::Database& database, const std::string& schema, const SemanticMap& map) {
   requireStorable(map);
   // Tiles have the lengths of a town, for whose precision they are made.
-  const std::vector<Tile> bev_tiles = toTiles(pointsOf(*Scaled<BevGrid>(map.bev, 1 / map.size)));
+  const std::vector<Tile> bev_tiles = toTiles(*Scaled<BevGrid>(map.bev, 1 / map.size));
   std::vector<Tile> cloud_tiles = toTiles(*Scaled<LabelledCloud>(map.cloud, 1 / map.size));
   if (map.packed) mergeTiles(map.packed->tiles(), cloud_tiles);
   std::size_t stored_points = 0;
@@ -484,7 +534,8 @@ void writeContent(SQLite::Database& database, const std::string& schema, const S
   out.table("labels", labels, [](const ClassInfo& info, std::size_t) { return info.id; });
   out.table("sources", map.sources);
   out.table("keyframes", keyframes);
-  out.table("vertices", map.graph.vertices);
+  out.table("vertices", toBlocks(map.graph.vertices),
+            [](const VertexBlock& b, std::size_t) { return b.first_vertex; });
   out.table("edges", storesEdges(map.graph) ? toBlocks(map.graph) : std::vector<EdgeBlock>(),
             [](const EdgeBlock& b, std::size_t) { return b.first_vertex; });
   const auto id = [](const Tile& tile, std::size_t) { return tileId(tile); };
@@ -503,7 +554,8 @@ SemanticMap readContent(SQLite::Database& database) {
   setNumbers(meta, map);
   const std::int64_t file_bytes = database.execAndGet("PRAGMA page_count").getInt64() *
                                   database.execAndGet("PRAGMA page_size").getInt64();
-  readBulk(in, meta, static_cast<std::uint64_t>(file_bytes), database.getFilename(), map);
+  readBulk(in, meta, static_cast<std::uint64_t>(file_bytes), database.getFilename(),
+           hasVertexRows(database), map);
   requireComplete(meta, map);
   return map;
 }

@@ -44,7 +44,7 @@ std::uint32_t applicationOf(const SQLite::Header& header) {
   return static_cast<std::uint32_t>(header.applicationId);
 }
 
-void requireMapFile(const std::string& path) {
+void requireMapFile(const std::string& path, int oldest_version = kMapSchemaVersion) {
   std::error_code ignored;
   if (!fs::exists(path, ignored)) throw Error(path, "no such map");
   if (!fs::is_regular_file(path, ignored))
@@ -59,10 +59,15 @@ void requireMapFile(const std::string& path) {
                           std::to_string(kMapApplicationId));
   }
   const auto version = static_cast<std::int32_t>(header->userVersion);
-  if (version != kMapSchemaVersion) {
+  if (version > kMapSchemaVersion || version < kOldestSchemaVersion) {
     throw Error(path, "map of schema version " + std::to_string(version) +
                           ", but this program reads version " + std::to_string(kMapSchemaVersion) +
                           "; make it again with xview map");
+  }
+  if (version < oldest_version) {
+    throw Error(path, "map of schema version " + std::to_string(version) +
+                          ", which this program reads but does not change; `xview map " + path +
+                          " NEW.xvm` makes one of version " + std::to_string(kMapSchemaVersion));
   }
   // We never use a write-ahead log, and with one SQLite would create files beside a map that is
   // only read.
@@ -90,7 +95,7 @@ void rollBackIfInterrupted(const std::string& path) {
 }
 
 SQLite::Database openForReading(const std::string& path) {
-  requireMapFile(path);
+  requireMapFile(path, kOldestSchemaVersion);
   rollBackIfInterrupted(path);
   SQLite::Database database(path, SQLite::OPEN_READONLY, kBusy_ms);
   configure(database);

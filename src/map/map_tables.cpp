@@ -110,6 +110,20 @@ SemanticMap contentOf(const SQLite::Column& bytes) {
 
 }  // namespace
 
+/// In files of version 2.
+static const MapTable kVertexRows = {"vertices", R"(
+  id INTEGER PRIMARY KEY,
+  label INTEGER,          -- labels.id
+  instance INTEGER,       -- 0: none
+  x REAL, y REAL, z REAL, -- map frame, metres
+  extent_x REAL, extent_y REAL, extent_z REAL,
+  sigma_m REAL,
+  observations INTEGER,
+  points INTEGER,
+  first_frame INTEGER,
+  last_frame INTEGER
+)"};
+
 static constexpr const char* kTileTable = R"(
   id INTEGER PRIMARY KEY,
   x INTEGER, y INTEGER, z INTEGER, -- tile of 64 m from the origin
@@ -145,16 +159,9 @@ const std::array<MapTable, 9> kMapTables = {{
   r20 REAL, r21 REAL, r22 REAL, z REAL
 )"},
     {"vertices", R"(
-  id INTEGER PRIMARY KEY,
-  label INTEGER,          -- labels.id
-  instance INTEGER,       -- 0: none
-  x REAL, y REAL, z REAL, -- map frame, metres
-  extent_x REAL, extent_y REAL, extent_z REAL,
-  sigma_m REAL,
-  observations INTEGER,
-  points INTEGER,
-  first_frame INTEGER,
-  last_frame INTEGER
+  id INTEGER PRIMARY KEY, -- of the first of 1024 vertices
+  vertices INTEGER,
+  data BLOB               -- packed
 )"},
     {"edges", R"(
   id INTEGER PRIMARY KEY, -- vertices.id of the first of 4096 vertices
@@ -189,13 +196,19 @@ void checkMapTables(SQLite::Database& database) {
     query.reset();
     query.bind(1, table.name);
     if (!query.executeStep()) throw Damage("table " + table.name + " is missing");
-    if (query.getColumn(0).getString() != definitionOf(table, table.name)) {
+    const std::string definition = query.getColumn(0).getString();
+    const bool is_former =
+        table.name == kVertexRows.name && definition == definitionOf(kVertexRows, table.name);
+    if (definition != definitionOf(table, table.name) && !is_former)
       throw Damage("table " + table.name + " has other columns than expected");
-    }
   }
   SQLite::Statement others(database,
                            "SELECT name FROM sqlite_master WHERE type NOT IN ('table', 'index')");
   if (others.executeStep()) throw Damage("unexpected object " + others.getColumn(0).getString());
+}
+
+bool hasVertexRows(SQLite::Database& database) {
+  return SQLite::Statement(database, "SELECT * FROM vertices").getColumnCount() > 3;
 }
 
 void checkBeforeWriting(SQLite::Database& database) {

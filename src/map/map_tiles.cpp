@@ -1,19 +1,24 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Points and edges are rows of whole numbers, sorted. Before compression they stand column by
-// column, each number as difference to the one before. Points: label, instance, and x, y, z in
-// centimetres from the corner of the tile; edges: both vertices, counted from the first of the
-// block.
+// column, each number of the first columns as difference to the one before. Points: label,
+// instance, voxel x, y, z in the tile, and x, y, z in the voxel in centimetres; these last three
+// follow no order and are not differences. Edges: both vertices, counted from the first of the
+// block. Vertices: whole numbers as differences, each column behind the other, then the bytes of
+// their real numbers, all first bytes of a column, all second ones and so on.
 #include "map_tiles.h"
 
-#include <zlib.h>
+#include <libdeflate.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <map>
+#include <memory>
 #include <new>
 #include <tuple>
+#include <type_traits>
 
 #include "xview/types/stored_cloud.h"
 
@@ -29,14 +34,15 @@ constexpr std::uint64_t kAlwaysAllowed = std::uint64_t{4} << 20;  // rows: 128 M
 template <std::size_t N>
 using NumberRows = std::vector<std::array<std::int64_t, N>>;
 
+/// `differences`: the first columns, whose numbers are stored as such.
 template <std::size_t N>
-Bytes packed(const NumberRows<N>& rows) {
+Bytes packed(const NumberRows<N>& rows, std::size_t differences = N) {
   ByteWriter out;
   for (std::size_t column = 0; column < N; ++column) {
     std::int64_t previous = 0;
     for (const auto& row : rows) {
       out.signedInteger(row[column] - previous);
-      previous = row[column];
+      if (column < differences) previous = row[column];
     }
   }
   Bytes bytes = compressed(out.bytes());
@@ -48,7 +54,8 @@ Bytes packed(const NumberRows<N>& rows) {
 /// Throws Damage unless there are `count` rows of numbers from zero to the largest of each column.
 template <std::size_t N>
 std::vector<std::array<std::uint32_t, N>> unpacked(const Bytes& data, std::uint32_t count,
-                                                   const std::array<std::int64_t, N>& largest) {
+                                                   const std::array<std::int64_t, N>& largest,
+                                                   std::size_t differences = N) {
   const std::size_t numbers = N * std::size_t{count};
   const Bytes raw = decompressed(data, numbers, kLongestNumber * numbers);
   ByteReader in(raw);
@@ -56,6 +63,7 @@ std::vector<std::array<std::uint32_t, N>> unpacked(const Bytes& data, std::uint3
   for (std::size_t column = 0; column < N; ++column) {
     std::uint64_t value = 0;  // wraps in a damaged file
     for (auto& row : rows) {
+      if (column >= differences) value = 0;
       value += static_cast<std::uint64_t>(in.signedInteger());
       if (value > static_cast<std::uint64_t>(largest[column]))
         throw Damage("a block with a value out of range");
@@ -69,24 +77,133 @@ std::vector<std::array<std::uint32_t, N>> unpacked(const Bytes& data, std::uint3
 // Of a tile, centimetres.
 constexpr auto kSide = static_cast<std::int64_t>(StoredCloud::kColumn_m * kStoredSteps);
 constexpr std::int64_t kMostId = std::numeric_limits<std::uint32_t>::max();
-constexpr std::array<std::int64_t, 5> kLargest = {kMostId, kMostId, kSide - 1, kSide - 1,
-                                                  kSide - 1};
+constexpr std::array<std::int64_t, 5> kLargestInTile = {kMostId, kMostId, kSide - 1, kSide - 1,
+                                                        kSide - 1};
+/// Side of a voxel: of those of map.cloud_voxel_m each class has one point.
+constexpr std::int64_t kVoxel = 25;
+constexpr std::int64_t kLastVoxel = (kSide - 1) / kVoxel;
+constexpr std::array<std::int64_t, 8> kLargest = {kMostId,    kMostId,    kLastVoxel, kLastVoxel,
+                                                  kLastVoxel, kVoxel - 1, kVoxel - 1, kVoxel - 1};
+constexpr std::size_t kSorted = 5;     ///< columns of points that are differences
 constexpr std::int64_t kBlock = 4096;  // vertices whose edges are one row
+
+constexpr std::size_t kVertexBlock = 1024;
+constexpr std::size_t kWholeNumbers = 6, kRealNumbers = 7;  // of a vertex
+
+/// visit(member) for each.
+template <class Visit>
+void forWholeNumbers(const Visit& visit) {
+  visit(&Vertex::label);
+  visit(&Vertex::instance);
+  visit(&Vertex::observations);
+  visit(&Vertex::points);
+  visit(&Vertex::first_frame);
+  visit(&Vertex::last_frame);
+}
+
+/// visit(number) for each: number(vertex) refers to it.
+template <class Visit>
+void forRealNumbers(const Visit& visit) {
+  for (const Eigen::Index axis : {0, 1, 2})
+    visit([axis](auto& v) -> auto& { return v.position[axis]; });
+  for (const Eigen::Index axis : {0, 1, 2})
+    visit([axis](auto& v) -> auto& { return v.extent[axis]; });
+  visit([](auto& v) -> auto& { return v.sigma_m; });
+}
+
+std::uint64_t bitsOf(double number) {
+  std::uint64_t bits = 0;
+  std::memcpy(&bits, &number, sizeof bits);
+  return bits;
+}
 
 /// Labels of cells of a bird's-eye view that were seen: of measured ground, and of others.
 constexpr std::uint32_t kMeasured = kBevChannels, kSeen = kBevChannels + 1;
+
+/// Of a point at steps from the corner of its tile.
+std::array<std::int64_t, 8> rowOf(std::uint32_t label, std::uint32_t instance, std::int64_t x,
+                                  std::int64_t y, std::int64_t z) {
+  return {label, instance, x / kVoxel, y / kVoxel, z / kVoxel, x % kVoxel, y % kVoxel, z % kVoxel};
+}
+
+Bytes packedPoints(NumberRows<8>& rows) {
+  std::sort(rows.begin(), rows.end());
+  return packed(rows, kSorted);
+}
 
 /// Calls visit(label, instance, x, y, z) for the points of a tile; throws Damage.
 template <class Visit>
 void forPoints(const Tile& tile, const Visit& visit) {
   requirePlace(tile);
-  for (const auto& [label, instance, x, y, z] : unpacked(tile.data, tile.points, kLargest))
+  const auto visitAt = [&](std::uint32_t label, std::uint32_t instance, std::int64_t x,
+                           std::int64_t y, std::int64_t z) {
     visit(label, instance, toMetres(tile.x * kSide + x), toMetres(tile.y * kSide + y),
           toMetres(tile.z * kSide + z));
+  };
+  if (tile.packing == Packing::tiles) {
+    for (const auto& [label, instance, x, y, z] : unpacked(tile.data, tile.points, kLargestInTile))
+      visitAt(label, instance, x, y, z);
+    return;
+  }
+  for (const auto& row : unpacked(tile.data, tile.points, kLargest, kSorted)) {
+    const auto& [label, instance, voxel_x, voxel_y, voxel_z, x, y, z] = row;
+    visitAt(label, instance, voxel_x * kVoxel + x, voxel_y * kVoxel + y, voxel_z * kVoxel + z);
+  }
 }
 
 bool isBefore(const Tile& a, const Tile& b) {
   return std::tie(a.z, a.y, a.x) < std::tie(b.z, b.y, b.x);
+}
+
+/// The points at(0) to at(count - 1). One row of tiles is unpacked at a time: as numbers all points
+/// would take several times their memory.
+template <class PointAt>
+std::vector<Tile> tilesOf(std::size_t count, const PointAt& at) {
+  std::map<std::int64_t, std::int32_t> number_of_row;
+  std::vector<std::int32_t> row_of;
+  row_of.reserve(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const Point p = at(i);
+    if (!p.getVector3fMap().allFinite()) {
+      row_of.push_back(-1);
+      continue;
+    }
+    const std::int64_t y = floorDivide(toSteps(p.y, "point"), kSide);
+    const auto next = static_cast<std::int32_t>(number_of_row.size());
+    row_of.push_back(number_of_row.try_emplace(y, next).first->second);
+  }
+  const Grouped rows(row_of, number_of_row.size());
+  std::vector<Tile> tiles;
+  for (const auto& [ty, row] : number_of_row) {
+    std::map<std::pair<std::int64_t, std::int64_t>, NumberRows<8>> open;  // z, x
+    const auto begin = rows.starts[static_cast<std::size_t>(row)],
+               end = rows.starts[static_cast<std::size_t>(row) + 1];
+    for (std::size_t k = begin; k < end; ++k) {
+      const Point p = at(rows.order[k]);
+      std::int64_t x = toSteps(p.x, "point"), y = toSteps(p.y, "point") - ty * kSide,
+                   z = toSteps(p.z, "point");
+      const std::int64_t tx = floorDivide(x, kSide), tz = floorDivide(z, kSide);
+      x -= tx * kSide;
+      z -= tz * kSide;
+      open[{tz, tx}].push_back(rowOf(p.label, p.instance, x, y, z));
+    }
+    for (auto& [key, numbers] : open) {
+      const auto& [z, x] = key;
+      if (!isTileIndex(x) || !isTileIndex(ty) || !isTileIndex(z))
+        throw std::out_of_range("points beyond 2^20 tiles of 64 m do not fit into a map");
+      tiles.push_back(
+          {x, ty, z, static_cast<std::uint32_t>(numbers.size()), packedPoints(numbers)});
+    }
+  }
+  std::sort(tiles.begin(), tiles.end(), isBefore);
+  return tiles;
+}
+
+/// Behind rows that are all lower.
+template <class Item>
+void appendSorted(std::vector<Item>& items, std::vector<Item>& all) {
+  std::sort(items.begin(), items.end(), inRowOrder<Item>);
+  all.insert(all.end(), items.begin(), items.end());
 }
 
 }  // namespace
@@ -111,6 +228,11 @@ std::uint64_t ByteReader::unsignedInteger() {
   throw Damage("packed number longer than 64 bits");
 }
 
+std::uint8_t ByteReader::byte() {
+  if (next_ == end_) throw Damage("packed numbers end too early");
+  return *next_++;
+}
+
 std::int64_t ByteReader::signedInteger() {
   const std::uint64_t coded = unsignedInteger();
   return static_cast<std::int64_t>((coded >> 1) ^ (~(coded & 1) + 1));
@@ -118,14 +240,15 @@ std::int64_t ByteReader::signedInteger() {
 
 Bytes compressed(const Bytes& raw, int level) {
   if (raw.size() > 0xFFFFFFFFu) throw std::length_error("a tile of more than 4 GB");
-  uLongf size = compressBound(static_cast<uLong>(raw.size()));
-  Bytes packed(kSizeBytes + size);
+  const std::unique_ptr<libdeflate_compressor, void (*)(libdeflate_compressor*)> packer(
+      libdeflate_alloc_compressor(level), libdeflate_free_compressor);
+  if (!packer) throw std::bad_alloc();
+  Bytes packed(kSizeBytes + libdeflate_zlib_compress_bound(packer.get(), raw.size()));
   for (std::size_t i = 0; i < kSizeBytes; ++i)
     packed[i] = static_cast<std::uint8_t>(raw.size() >> (8 * i));
-  const int result = compress2(packed.data() + kSizeBytes, &size, raw.data(),
-                               static_cast<uLong>(raw.size()), level);
-  if (result != Z_OK) throw std::bad_alloc();
-  packed.resize(kSizeBytes + size);
+  packed.resize(kSizeBytes + libdeflate_zlib_compress(packer.get(), raw.data(), raw.size(),
+                                                      packed.data() + kSizeBytes,
+                                                      packed.size() - kSizeBytes));
   return packed;
 }
 
@@ -139,12 +262,14 @@ Bytes decompressed(const Bytes& packed, std::size_t least, std::size_t most) {
   if (raw_size < least || raw_size > most)
     throw Damage("packed block of " + std::to_string(raw_size) + " bytes, expected " +
                  std::to_string(least) + " to " + std::to_string(most) + " for its rows");
-  Bytes raw(raw_size + 1);  // one spare byte tells a stream that is longer than announced
-  uLongf size = static_cast<uLongf>(raw.size());
-  const int result = uncompress(raw.data(), &size, packed.data() + kSizeBytes,
-                                static_cast<uLong>(packed.size() - kSizeBytes));
-  if (result != Z_OK || size != raw_size) throw Damage("packed block does not decompress");
-  raw.resize(raw_size);
+  const std::unique_ptr<libdeflate_decompressor, void (*)(libdeflate_decompressor*)> unpacker(
+      libdeflate_alloc_decompressor(), libdeflate_free_decompressor);
+  if (!unpacker) throw std::bad_alloc();
+  Bytes raw(raw_size);
+  const libdeflate_result result = libdeflate_zlib_decompress(
+      unpacker.get(), packed.data() + kSizeBytes, packed.size() - kSizeBytes, raw.data(),
+      raw.size(), nullptr);  // no more bytes and no fewer
+  if (result != LIBDEFLATE_SUCCESS) throw Damage("packed block does not decompress");
   return raw;
 }
 
@@ -170,25 +295,26 @@ std::int64_t toSteps(double metres, const char* what) {
 }
 
 std::vector<Tile> toTiles(const LabelledCloud& cloud) {
-  std::map<std::tuple<std::int64_t, std::int64_t, std::int64_t>, NumberRows<5>> open;  // z, y, x
-  for (const Point& p : cloud.points) {
-    if (!p.getVector3fMap().allFinite()) continue;
-    const std::int64_t x = toSteps(p.x, "point"), y = toSteps(p.y, "point"),
-                       z = toSteps(p.z, "point");
-    const std::int64_t tx = floorDivide(x, kSide), ty = floorDivide(y, kSide),
-                       tz = floorDivide(z, kSide);
-    open[{tz, ty, tx}].push_back(
-        {p.label, p.instance, x - tx * kSide, y - ty * kSide, z - tz * kSide});
-  }
-  std::vector<Tile> tiles;
-  for (auto& [key, rows] : open) {
-    const auto& [z, y, x] = key;
-    if (!isTileIndex(x) || !isTileIndex(y) || !isTileIndex(z))
-      throw std::out_of_range("points beyond 2^20 tiles of 64 m do not fit into a map");
-    std::sort(rows.begin(), rows.end());
-    tiles.push_back({x, y, z, static_cast<std::uint32_t>(rows.size()), packed(rows)});
-  }
-  return tiles;
+  return tilesOf(cloud.size(), [&](std::size_t i) { return cloud.points[i]; });
+}
+
+std::vector<Tile> toTiles(const BevGrid& bev) {
+  std::array<std::size_t, kBevChannels + 1> begin{};
+  for (std::size_t c = 0; c < kBevChannels; ++c) begin[c + 1] = begin[c] + bev.samples[c].size();
+  return tilesOf(begin.back() + bev.known.size(), [&](std::size_t i) {
+    if (i >= begin.back()) {
+      const GroundCell& cell = bev.known[i - begin.back()];
+      return Point(static_cast<float>((cell.x + 0.5) * bev.cell_m),
+                   static_cast<float>((cell.y + 0.5) * bev.cell_m), cell.z,
+                   cell.measured ? kMeasured : kSeen);
+    }
+    const auto c = static_cast<std::size_t>(std::upper_bound(begin.begin(), begin.end(), i) -
+                                            begin.begin() - 1);
+    const BevSample& s = bev.samples[c][i - begin[c]];
+    if (!std::isfinite(s.x + s.y + s.z))
+      throw std::out_of_range("sample of the plan view that is not finite");
+    return Point(s.x, s.y, s.z, static_cast<std::uint32_t>(c));
+  });
 }
 
 void requirePlace(const Tile& tile) {
@@ -215,38 +341,27 @@ void mergeTiles(const std::vector<Tile>& addition, std::vector<Tile>& tiles) {
   tiles = std::move(all);
 }
 
-LabelledCloud pointsOf(const BevGrid& bev) {
-  LabelledCloud cloud;
-  for (std::size_t c = 0; c < kBevChannels; ++c) {
-    for (const BevSample& s : bev.samples[c]) {
-      if (!std::isfinite(s.x + s.y + s.z))
-        throw std::out_of_range("sample of the plan view that is not finite");
-      cloud.points.emplace_back(s.x, s.y, s.z, static_cast<std::uint32_t>(c));
+void fill(std::vector<Tile> tiles, BevGrid& bev) {
+  std::stable_sort(tiles.begin(), tiles.end(),
+                   [](const Tile& a, const Tile& b) { return a.y < b.y; });
+  for (auto row = tiles.begin(); row != tiles.end();) {
+    const auto end =
+        std::find_if(row, tiles.end(), [&](const Tile& tile) { return tile.y != row->y; });
+    BevGrid of_row;
+    for (; row != end; ++row) {
+      forPoints(*row, [&](std::uint32_t label, std::uint32_t, float x, float y, float z) {
+        if (label > kSeen) throw Damage("plan view with an unknown channel");
+        if (label < kBevChannels)
+          of_row.samples[label].push_back({x, y, z});
+        else
+          of_row.known.push_back({static_cast<std::int32_t>(std::floor(x / bev.cell_m)),
+                                  static_cast<std::int32_t>(std::floor(y / bev.cell_m)), z,
+                                  label == kMeasured});
+      });
     }
+    for (std::size_t c = 0; c < kBevChannels; ++c) appendSorted(of_row.samples[c], bev.samples[c]);
+    appendSorted(of_row.known, bev.known);
   }
-  for (const GroundCell& cell : bev.known) {
-    cloud.points.emplace_back(static_cast<float>((cell.x + 0.5) * bev.cell_m),
-                              static_cast<float>((cell.y + 0.5) * bev.cell_m), cell.z,
-                              cell.measured ? kMeasured : kSeen);
-  }
-  return cloud;
-}
-
-void fill(const std::vector<Tile>& tiles, BevGrid& bev) {
-  for (const Tile& tile : tiles) {
-    forPoints(tile, [&](std::uint32_t label, std::uint32_t, float x, float y, float z) {
-      if (label > kSeen) throw Damage("plan view with an unknown channel");
-      if (label < kBevChannels)
-        bev.samples[label].push_back({x, y, z});
-      else
-        bev.known.push_back({static_cast<std::int32_t>(std::floor(x / bev.cell_m)),
-                             static_cast<std::int32_t>(std::floor(y / bev.cell_m)), z,
-                             label == kMeasured});
-    });
-  }
-  for (auto& samples : bev.samples)
-    std::sort(samples.begin(), samples.end(), inRowOrder<BevSample>);
-  std::sort(bev.known.begin(), bev.known.end(), inRowOrder<GroundCell>);
 }
 
 std::string channelNames() {
@@ -254,6 +369,63 @@ std::string channelNames() {
   for (std::size_t i = 0; i < kBevChannels; ++i)
     names += (i > 0 ? " " : "") + std::string(toString(static_cast<BevChannel>(i)));
   return names;
+}
+
+std::vector<VertexBlock> toBlocks(const std::vector<Vertex>& vertices) {
+  std::vector<VertexBlock> blocks;
+  for (std::size_t first = 0; first < vertices.size(); first += kVertexBlock) {
+    const std::size_t count = std::min(kVertexBlock, vertices.size() - first);
+    ByteWriter out;
+    forWholeNumbers([&](auto member) {
+      std::int64_t previous = 0;
+      for (std::size_t i = first; i < first + count; ++i) {
+        const auto value = static_cast<std::int64_t>(vertices[i].*member);
+        out.signedInteger(value - previous);
+        previous = value;
+      }
+    });
+    forRealNumbers([&](const auto& number) {
+      for (std::size_t byte = 0; byte < sizeof(double); ++byte) {
+        for (std::size_t i = first; i < first + count; ++i)
+          out.byte(static_cast<std::uint8_t>(bitsOf(number(vertices[i])) >> (8 * byte)));
+      }
+    });
+    blocks.push_back({static_cast<std::int64_t>(first), static_cast<std::uint32_t>(count),
+                      compressed(out.bytes())});
+    // As in packed(): what would be refused when it is read is only wrapped.
+    if (count > blocks.back().data.size()) blocks.back().data = compressed(out.bytes(), 0);
+  }
+  return blocks;
+}
+
+void appendVertices(const VertexBlock& block, std::vector<Vertex>& vertices) {
+  const std::size_t count = block.vertices, first = vertices.size();
+  if (block.first_vertex != static_cast<std::int64_t>(first) || count == 0 || count > kVertexBlock)
+    throw Damage("block of vertices out of place");
+  const std::size_t reals = kRealNumbers * sizeof(double);
+  const Bytes raw = decompressed(block.data, count * (kWholeNumbers + reals),
+                                 count * (kWholeNumbers * kLongestNumber + reals));
+  ByteReader in(raw);
+  vertices.resize(first + count);
+  forWholeNumbers([&](auto member) {
+    using Number = std::decay_t<decltype(Vertex().*member)>;
+    std::uint64_t value = 0;  // wraps in a damaged file
+    for (std::size_t i = first; i < first + count; ++i) {
+      value += static_cast<std::uint64_t>(in.signedInteger());
+      vertices[i].*member = static_cast<Number>(value);
+      if (static_cast<std::uint64_t>(static_cast<std::int64_t>(vertices[i].*member)) != value)
+        throw Damage("a vertex with a value out of range");
+    }
+  });
+  forRealNumbers([&](const auto& number) {
+    std::vector<std::uint64_t> bits(count, 0);
+    for (std::size_t byte = 0; byte < sizeof(double); ++byte) {
+      for (std::uint64_t& b : bits) b |= std::uint64_t{in.byte()} << (8 * byte);
+    }
+    for (std::size_t i = 0; i < count; ++i)
+      std::memcpy(&number(vertices[first + i]), &bits[i], sizeof(double));
+  });
+  if (in.remaining() > 0) throw Damage("a block with more bytes than vertices");
 }
 
 std::vector<EdgeBlock> toBlocks(const SemanticGraph& graph) {

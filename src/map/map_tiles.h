@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "xview/types/bev_grid.h"
+#include "xview/types/cells.h"
 #include "xview/types/graph.h"
 #include "xview/types/labelled_cloud.h"
 
@@ -29,6 +30,7 @@ class ByteWriter {
  public:
   void unsignedInteger(std::uint64_t value);
   void signedInteger(std::int64_t value);
+  void byte(std::uint8_t value) { bytes_.push_back(value); }
   const Bytes& bytes() const { return bytes_; }
 
  private:
@@ -42,6 +44,7 @@ class ByteReader {
       : next_(bytes.data()), end_(bytes.data() + bytes.size()) {}
   std::uint64_t unsignedInteger();
   std::int64_t signedInteger();
+  std::uint8_t byte();
   std::size_t remaining() const { return static_cast<std::size_t>(end_ - next_); }
 
  private:
@@ -94,11 +97,16 @@ inline std::int64_t floorDivide(std::int64_t a, std::int64_t b) {
 // The bulk of a map in pieces, each one row of a table. columns() lists what stands behind the key,
 // in the order of the table, for writing and for reading.
 
+/// Where the position of a point counts from when it is packed: from its tile (files of version 2)
+/// or from its voxel.
+enum class Packing { tiles, voxels };
+
 /// The points of a cloud in a cube of 64 m.
 struct Tile {
   std::int64_t x = 0, y = 0, z = 0;  ///< floor((p - origin) / 64 m)
   std::uint32_t points = 0;
   Bytes data;
+  Packing packing = Packing::voxels;  ///< the same of all tiles of a file
 };
 
 template <class Row>
@@ -122,13 +130,30 @@ void appendTile(const Tile& tile, LabelledCloud& cloud);
 /// both.
 void mergeTiles(const std::vector<Tile>& addition, std::vector<Tile>& tiles);
 
-/// A bird's-eye view as points: samples with their channel as label, and the cells that were seen,
-/// at their middle. Throws std::out_of_range for samples that are not finite.
-LabelledCloud pointsOf(const BevGrid& bev);
+/// The same of a bird's-eye view: samples are points with their channel as label, cells that were
+/// seen points at their middle. Throws std::out_of_range for samples that are not finite, too.
+std::vector<Tile> toTiles(const BevGrid& bev);
 /// Fills a bird's-eye view, which has its grid already, with the tiles of one; throws Damage.
-void fill(const std::vector<Tile>& tiles, BevGrid& bev);
+void fill(std::vector<Tile> tiles, BevGrid& bev);
 /// Names of the channels in the order of storage; another order is another file.
 std::string channelNames();
+
+/// Up to 1024 successive vertices.
+struct VertexBlock {
+  std::int64_t first_vertex = 0;
+  std::uint32_t vertices = 0;
+  Bytes data;
+};
+
+template <class Row>
+void columns(Row& row, VertexBlock& block) {
+  row(block.vertices);
+  row(block.data);
+}
+
+std::vector<VertexBlock> toBlocks(const std::vector<Vertex>& vertices);
+/// Appends them; throws Damage.
+void appendVertices(const VertexBlock& block, std::vector<Vertex>& vertices);
 
 /// The edges from 4096 successive vertices to later ones. Maps have ten times as many edges as
 /// vertices, too many for a row each.

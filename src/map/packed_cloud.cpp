@@ -114,6 +114,14 @@ void unpackPointsAround(const LabelledCloud& near, SemanticMap& map) {
   orError(std::string(map.packed->file()), [&] { unpack(map, isNear); });
 }
 
+void packPoints(SemanticMap& map) {
+  if (map.size != kTownScale) throw UsageError("only points of canonical scale are packed");
+  std::vector<Tile> tiles = toTiles(map.cloud);
+  if (map.packed) mergeTiles(map.packed->tiles(), tiles);
+  map.packed = std::make_shared<const PackedCloud>(std::move(tiles), "");
+  map.cloud.points = {};
+}
+
 const StoredCloud* storedPoints(const SemanticMap& map) { return map.packed.get(); }
 
 std::size_t pointCount(const SemanticMap& map) {

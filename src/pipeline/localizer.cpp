@@ -122,7 +122,7 @@ Localizer::Index::Index(const map::SemanticMap& given, const Options& all_option
       refinement(map, options) {
   if (options.method == "walks" || map.bev.known.empty()) return;
   surfaces = search::makeSurfaceField(map.bev, trajectoryOf(map), surroundingsOf(map.size),
-                                      options.places, options.threads);
+                                      map.null, options.places, options.threads);
 }
 
 Priors Localizer::Index::priorsOf(const Query& given, const Query& upright,

@@ -1,10 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "xview/mapper.h"
 
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <memory>
+#include <optional>
 
 #include "pipeline/query_in_map.h"
 #include "xview/graph/bev_grid.h"
@@ -80,12 +85,101 @@ void appendCloud(map::SemanticMap& map, const LabelledCloud& addition, double vo
   cloud = graph::thinByVoxel(cloud, voxel_m);
 }
 
+/// All but the sources, which are those of the map from `first_source` on.
+void merge(const map::SemanticMap& given, std::uint32_t first_source, const Options& in_metres,
+           map::SemanticMap& map) {
+  const Options options = inCanonicalLengths(in_metres, map.size);
+  const Scaled<map::SemanticMap> addition(given, 1 / map.size);
+  if (map.size != kTownScale) scaleLengths(1 / map.size, map);
+  graph::mergeGraphs(map.graph, addition->graph, map.labels, options.merge, options.edges);
+  graph::mergeBevGrids(map.bev, addition->bev);
+  appendCloud(map, addition->cloud, options.map.cloud_voxel_m);
+  for (std::size_t i = 0; i < addition->poses.size(); ++i)
+    map.addKeyframe(addition->poses[i], addition->frames[i], addition->stamps_s[i],
+                    first_source + addition->source_of_pose[i]);
+  if (map.size != kTownScale) scaleLengths(map.size, map);
+}
+
 /// Of a map that grows it is what it was.
 void noteNoise(map::SemanticMap& map, const Options& in_metres) {
   if (map.cloud.empty() || map.packed) return;
   map.noise = pose::measureNoise(*Scaled<LabelledCloud>(map.cloud, 1 / map.size), map.labels,
                                  optionsOfSearch(in_metres, map.size, map.labels).refine);
 }
+
+/// A map of frames that come one by one. Of a long drive its parts are merged, and their points
+/// packed: the voxels and unthinned points of a kilometre take 100 MB.
+class MapBuilder {
+ public:
+  MapBuilder(const LabelSet& labels, const Options& options)
+      : labels_(labels), options_(options), part_(newPart()) {}
+
+  void add(PreprocessedFrame frame) {
+    constexpr double kPart_m = 1000;
+    if (last_) way_m_ += (frame.T_odom_sensor.translation() - *last_).norm();
+    last_ = frame.T_odom_sensor.translation();
+    if (way_m_ > kPart_m && frame.size == kTownScale) {
+      endPart();
+      if (map_.cloud.size() > 0) {
+        for (Point& point : map_.cloud.points) point.instance = 0;  // as of all that are merged
+        map::packPoints(map_);
+      }
+#ifdef __GLIBC__
+      malloc_trim(0);  // what the part took lies between what stays
+#endif
+    }
+    part_->add(std::move(frame));
+  }
+
+  void endRecording(const std::string& name) {
+    noteSource();
+    sources_.push_back(name);
+    last_.reset();
+  }
+
+  /// Afterwards the builder is empty.
+  map::SemanticMap finish() {
+    endPart();
+    map_.sources = std::move(sources_);
+    return std::move(map_);
+  }
+
+ private:
+  std::unique_ptr<PlaceBuilder> newPart() const {
+    return std::make_unique<PlaceBuilder>(labels_, options_, PlaceUse::map);
+  }
+
+  /// Of the poses that came since it was noted last.
+  void noteSource() {
+    source_of_pose_.resize(part_->endRecording(), static_cast<std::uint32_t>(sources_.size()));
+  }
+
+  void endPart() {
+    noteSource();
+    map::SemanticMap part;
+    static_cast<Place&>(part) = part_->finish();
+    part.source_of_pose = std::move(source_of_pose_);
+    source_of_pose_.clear();
+    part_ = newPart();
+    way_m_ = 0;
+    part_->setGravity(part.gravity);
+    if (map_.poses.empty()) {
+      map_ = std::move(part);
+      noteNoise(map_, options_);
+    } else {
+      merge(part, 0, options_, map_);
+    }
+  }
+
+  const LabelSet labels_;
+  const Options options_;
+  std::unique_ptr<PlaceBuilder> part_;
+  double way_m_ = 0;                     ///< of the part
+  std::optional<Eigen::Vector3d> last_;  ///< position, in the recording at hand
+  map::SemanticMap map_;
+  std::vector<std::uint32_t> source_of_pose_;  ///< of the part
+  std::vector<std::string> sources_;
+};
 
 constexpr double kEnough_nats = 10;  ///< for or against: a few things that both have seen
 constexpr double kReach_m = 5;       ///< of a town; the climb of a search ends about there
@@ -157,20 +251,17 @@ map::SemanticMap buildMap(
     requireGraphSpace(options, source->sensor(), source->name());
   }
   if (progress) progress(0, total);
-  PlaceBuilder place(classified[0]->labels(), options, PlaceUse::map);
-  map::SemanticMap map;
-  for (const auto& source : in_one_set) {
-    preprocessRecording(*source, options, [&](PreprocessedFrame frame) {
-      if (seen) seen(*sources[map.sources.size()], frame);
-      place.add(std::move(frame));
+  MapBuilder builder(classified[0]->labels(), options);
+  for (std::size_t i = 0; i < in_one_set.size(); ++i) {
+    preprocessRecording(*in_one_set[i], options, [&](PreprocessedFrame frame) {
+      if (seen) seen(*sources[i], frame);
+      builder.add(std::move(frame));
       if (progress) progress(++done, total);
     });
-    map.source_of_pose.resize(place.endRecording(), static_cast<std::uint32_t>(map.sources.size()));
-    map.sources.push_back(source->name());
+    builder.endRecording(in_one_set[i]->name());
   }
-  static_cast<Place&>(map) = place.finish();
+  map::SemanticMap map = builder.finish();
   map.options_yaml = recordOf(options);
-  noteNoise(map, options);
   measureNullHypothesis(map, options);
   return map;
 }
@@ -212,19 +303,9 @@ void appendToMap(map::SemanticMap& map, const map::SemanticMap& given, const Opt
   }
   requireSameSpace(map, given);
   requireSameSize(map, given);
-  const Options options = inCanonicalLengths(in_metres, map.size);
-  const Scaled<map::SemanticMap> addition(given, 1 / map.size);
-  if (map.size != kTownScale) scaleLengths(1 / map.size, map);
-  graph::mergeGraphs(map.graph, addition->graph, map.labels, options.merge, options.edges);
-  graph::mergeBevGrids(map.bev, addition->bev);
-  appendCloud(map, addition->cloud, options.map.cloud_voxel_m);
   const std::size_t first_pose = map.poses.size();
-  const auto first_source = static_cast<std::uint32_t>(map.sources.size());
-  for (std::size_t i = 0; i < addition->poses.size(); ++i)
-    map.addKeyframe(addition->poses[i], addition->frames[i], addition->stamps_s[i],
-                    first_source + addition->source_of_pose[i]);
-  map.sources.insert(map.sources.end(), addition->sources.begin(), addition->sources.end());
-  if (map.size != kTownScale) scaleLengths(map.size, map);
+  merge(given, static_cast<std::uint32_t>(map.sources.size()), in_metres, map);
+  map.sources.insert(map.sources.end(), given.sources.begin(), given.sources.end());
   noteNoise(map, in_metres);
   measureNullHypothesis(map, in_metres, first_pose);
 }

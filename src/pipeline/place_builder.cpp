@@ -96,6 +96,11 @@ Place PlaceBuilder::finish() {
   return std::move(place_);
 }
 
+void PlaceBuilder::setGravity(const Gravity& gravity) {
+  place_.gravity = gravity;
+  is_aligned_ = true;
+}
+
 void PlaceBuilder::takePose(const PreprocessedFrame& frame) {
   place_.sensor = frame.sensor;
   const bool is_key = use_ == PlaceUse::query || is_new_recording_ ||

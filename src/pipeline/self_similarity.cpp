@@ -84,8 +84,8 @@ class SelfSearch {
     if (map.poses.size() > 1 && !map.bev.known.empty()) {
       std::vector<Eigen::Vector3d> path;
       for (const Eigen::Isometry3d& T : map.poses) path.push_back(T.translation());
-      field_ = search::makeSurfaceField(map.bev, path, surroundingsOf(map.size), options.places,
-                                        options.threads);
+      field_ = search::makeSurfaceField(map.bev, path, surroundingsOf(map.size), map.null,
+                                        options.places, options.threads);
       along_.assign(path.size(), 0);
       for (std::size_t i = 1; i < path.size(); ++i) {
         const double step_m = (path[i] - path[i - 1]).norm();
@@ -99,6 +99,7 @@ class SelfSearch {
     }
   }
 
+  search::PathNull pathNull() const { return field_->pathNull(); }
   bool hasPath() const { return !along_.empty(); }
 
   /// Evenly spread key frames, of them those from `first` on; or vertices.
@@ -399,11 +400,13 @@ void measureNullHypothesis(map::SemanticMap& given, const Options& in_metres,
   if (first_pose == 0) {
     given.wrong_places.clear();
     given.own_stretches.clear();
+    given.null = {};
   }
   if (given.poses.size() < 2 || given.bev.known.empty()) return;
   if (first_pose >= given.poses.size()) return;  // what was added has no path
   const AlignedMap town(given, in_metres);
   const SelfSearch search(town.map, town.options, true);
+  given.null = search.pathNull();
   for (const auto& q : askAll(search, search.choosePlaces(kRememberedPlaces, first_pose),
                               kRememberedLengths_m, town.options.threads)) {
     if (q) given.own_stretches.push_back({q->window_m * given.size, q->confidence});

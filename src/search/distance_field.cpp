@@ -57,19 +57,28 @@ struct Site {
 /// From the centres of the cells of a tile to the nearest site, squared.
 using Distances = std::array<float, kCells>;
 
-/// Lowers the distances of the cells of some rows to those to one site.
-XVIEW_CLONES void tryOneSite(Site site, int first_row, int last_row, float* squared) {
-  float across[kSide];
-  for (int x = 0; x < kSide; ++x) {
-    const float dx = static_cast<float>(x) + 0.5f - site.x;
-    across[x] = dx * dx;
-  }
-  for (int y = first_row; y < last_row; ++y) {
-    const float dy = static_cast<float>(y) + 0.5f - site.y, dy_squared = dy * dy;
-    float* row = squared + y * kSide;
-    for (int x = 0; x < kSide; ++x) {
-      const float d = across[x] + dy_squared;
-      row[x] = d < row[x] ? d : row[x];
+constexpr int kBlock = 16;  ///< columns that are looked at together
+
+/// Lowers the distances of the cells up to `reach` rows and columns away to those to one site, and
+/// of some more columns.
+XVIEW_CLONES void tryOneSite(Site site, float reach, float* squared) {
+  const int first_row = std::max(0, static_cast<int>(site.y - reach) - 1),
+            last_row = std::min(kSide, static_cast<int>(site.y + reach) + 1),
+            first_column = std::max(0, static_cast<int>(site.x - reach) - 1) & ~(kBlock - 1),
+            last_column = std::min(kSide, static_cast<int>(site.x + reach) + 1);
+  for (int column = first_column; column < last_column; column += kBlock) {
+    float across[kBlock];
+    for (int x = 0; x < kBlock; ++x) {
+      const float dx = static_cast<float>(column + x) + 0.5f - site.x;
+      across[x] = dx * dx;
+    }
+    for (int y = first_row; y < last_row; ++y) {
+      const float dy = static_cast<float>(y) + 0.5f - site.y, dy_squared = dy * dy;
+      float* row = squared + y * kSide + column;
+      for (int x = 0; x < kBlock; ++x) {
+        const float d = across[x] + dy_squared;
+        row[x] = d < row[x] ? d : row[x];
+      }
     }
   }
 }
@@ -85,10 +94,7 @@ XVIEW_CLONES void addReached(const float* __restrict squared, float limit,
 Distances squaredDistances(const std::vector<Site>& sites, float reach) {
   Distances squared;
   squared.fill(kFar);
-  for (const Site& s : sites) {
-    tryOneSite(s, std::max(0, static_cast<int>(s.y - reach) - 1),
-               std::min(kSide, static_cast<int>(s.y + reach) + 1), squared.data());
-  }
+  for (const Site& s : sites) tryOneSite(s, reach, squared.data());
   return squared;
 }
 
@@ -264,12 +270,23 @@ struct WrongPose {
   double yaw;
 };
 
-std::vector<WrongPose> drawWrongPoses(const std::vector<Eigen::Vector2d>& path) {
+std::uint64_t viewOf(const BevGrid& map) {
+  std::uint64_t hash = map.known.size();
+  for (const auto& samples : map.samples) hash = hash * 0x9E3779B97F4A7C15ull + samples.size();
+  return hash >> 16;  // so that a double holds it
+}
+
+/// From or to a pose of the path that is not one of the first `known`.
+std::vector<WrongPose> drawWrongPoses(const std::vector<Eigen::Vector2d>& path, std::size_t known) {
   std::vector<WrongPose> poses;
-  Random random(kSeed);
-  for (int draw = 0; draw < kDraws; ++draw) {
-    const std::size_t j = 1 + random.below(static_cast<std::uint32_t>(path.size() - 2));
-    const std::size_t i = 1 + random.below(static_cast<std::uint32_t>(path.size() - 2));
+  Random random(kSeed + known);
+  const double known_share = static_cast<double>(known) / static_cast<double>(path.size());
+  const int draws = static_cast<int>(std::ceil(kDraws * (1 - known_share * known_share)));
+  const std::size_t first = std::clamp<std::size_t>(known, 1, path.size() - 2);
+  for (int draw = 0; draw < draws; ++draw) {
+    std::size_t j = first + random.below(static_cast<std::uint32_t>(path.size() - 1 - first));
+    std::size_t i = 1 + random.below(static_cast<std::uint32_t>(path.size() - 2));
+    if (known > 0 && draw % 4 > 1) std::swap(i, j);
     const Eigen::Vector2d jitter(random.uniform(-1.5, 1.5), random.uniform(-1.5, 1.5));
     const double yaw =
         headingAt(path, i) - headingAt(path, j) + (draw % 2 ? M_PI : 0) + random.uniform(-.03, .03);
@@ -280,11 +297,13 @@ std::vector<WrongPose> drawWrongPoses(const std::vector<Eigen::Vector2d>& path) 
 
 }  // namespace
 
-MapNull mapNull(const BevGrid& map, const std::vector<Eigen::Vector2d>& path,
-                const DistanceField& field) {
-  MapNull null{};
-  if (path.size() < 4) return null;
-  const std::vector<WrongPose> poses = drawWrongPoses(path);
+PathNull mapNull(const BevGrid& map, const std::vector<Eigen::Vector2d>& path,
+                 const DistanceField& field, const PathNull& known) {
+  const std::uint64_t view = viewOf(map);
+  if (path.size() < 4 || (path.size() == known.poses && view == known.view)) return known;
+  const bool has_grown = path.size() > known.poses;
+  PathNull null{has_grown ? known.counts : MapNull{}, path.size(), view};
+  const std::vector<WrongPose> poses = drawWrongPoses(path, has_grown ? known.poses : 0);
   for (std::size_t c = 0; c < kBevChannels; ++c) {
     const NearbySamples samples(map.samples[c]);
     for (const WrongPose& pose : poses) {
@@ -293,7 +312,7 @@ MapNull mapNull(const BevGrid& map, const std::vector<Eigen::Vector2d>& path,
         const double px = pose.to.x() + cosine * x - sine * y,
                      py = pose.to.y() + sine * x + cosine * y;
         const std::uint8_t bin = field.binAt(c, px, py);
-        if (bin < kDistanceBins) ++null[c][bin];
+        if (bin < kDistanceBins) ++null.counts[c][bin];
       });
     }
   }

@@ -75,8 +75,7 @@ void LikelihoodTable::add(const LikelihoodTable& other) {
   }
 }
 
-LogRatios logRatios(const LikelihoodTable& table, Viewpoint viewpoint,
-                    const std::array<std::array<double, kDistanceBins>, kBevChannels>* map_null,
+LogRatios logRatios(const LikelihoodTable& table, Viewpoint viewpoint, const MapNull* map_null,
                     double mix) {
   LogRatios ratios;
   for (std::size_t c = 0; c < kBevChannels; ++c) {

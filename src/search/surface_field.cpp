@@ -65,6 +65,28 @@ std::uint8_t quantized(double nats) {
       std::clamp(std::round(nats * kRasterUnitsPerNat), 0.0, kRasterCap));
 }
 
+/// Whether all fine cells of a coarse one are of one class, as most are.
+bool isUniform(const std::uint8_t* bins, int sub) {
+  std::uint32_t differences = 0;
+  for (int y = 0; y < sub; ++y) {
+    for (int x = 0; x < sub; ++x)
+      differences |= static_cast<std::uint32_t>(bins[y * DistanceField::kTileCells + x] ^ bins[0]);
+  }
+  return differences == 0;
+}
+
+/// Coarse cells all of whose fine ones are of one class, by class and as blendedRatio() has them.
+std::array<float, kDistanceBins + 1> uniformRatios(
+    int sub, const std::array<float, kDistanceBins + 1>& ratios, float mean_share) {
+  std::array<float, kDistanceBins + 1> uniform{};
+  std::vector<std::uint8_t> bins(static_cast<std::size_t>(sub * DistanceField::kTileCells));
+  for (std::size_t bin = 0; bin < uniform.size(); ++bin) {
+    std::fill(bins.begin(), bins.end(), static_cast<std::uint8_t>(bin));
+    uniform[bin] = blendedRatio(bins.data(), sub, ratios, mean_share);
+  }
+  return uniform;
+}
+
 /// Ratios as bytes above the lowest one of their channel; the background is what unseen area has.
 LikelihoodRaster makeRaster(const DistanceField& field, const WeightedRatios& ratios,
                             double cell_m) {
@@ -76,16 +98,22 @@ LikelihoodRaster makeRaster(const DistanceField& field, const WeightedRatios& ra
     background.push_back(quantized(-lowest.back()));
   }
   LikelihoodRaster raster(sub * field.cellSize(), background);
-  for (const DistanceField::Tile& tile : field.tiles()) {
-    const std::int32_t first_x = tile.x * (DistanceField::kTileCells / sub),
-                       first_y = tile.y * (DistanceField::kTileCells / sub);
-    for (std::size_t c = 0; c < kBevChannels; ++c) {
-      const float mean_share = isObject(static_cast<BevChannel>(c)) ? 0.5f : 0.7f;
+  for (std::size_t c = 0; c < kBevChannels; ++c) {
+    const float mean_share = isObject(static_cast<BevChannel>(c)) ? 0.5f : 0.7f;
+    std::array<std::uint8_t, kDistanceBins + 1> uniform{};
+    const auto ratios_of_uniform = uniformRatios(sub, ratios.value[c], mean_share);
+    for (std::size_t bin = 0; bin < uniform.size(); ++bin)
+      uniform[bin] = quantized(ratios_of_uniform[bin] - lowest[c]);
+    for (const DistanceField::Tile& tile : field.tiles()) {
+      const std::int32_t first_x = tile.x * (DistanceField::kTileCells / sub),
+                         first_y = tile.y * (DistanceField::kTileCells / sub);
       for (int y = 0; y < DistanceField::kTileCells / sub; ++y) {
         for (int x = 0; x < DistanceField::kTileCells / sub; ++x) {
           const std::uint8_t* bins = tile.bins[c] + y * sub * DistanceField::kTileCells + x * sub;
           const std::uint8_t value =
-              quantized(blendedRatio(bins, sub, ratios.value[c], mean_share) - lowest[c]);
+              isUniform(bins, sub)
+                  ? uniform[bins[0]]
+                  : quantized(blendedRatio(bins, sub, ratios.value[c], mean_share) - lowest[c]);
           if (value != background[c]) raster.set(c, first_x + x, first_y + y, value);
         }
       }
@@ -140,17 +168,41 @@ BevGrid thingsAround(const BevGrid& map, const Eigen::Vector2d& centre, double r
   return near;
 }
 
-/// What depends on the view-point of the query.
-struct ViewTables {
-  WeightedRatios ratios;
+/// What the exhaustive search looks at.
+struct Rasters {
   LikelihoodRaster raster;
   std::optional<LikelihoodRaster> first_look;  ///< large maps only
+};
+
+/// What depends on the view-point of the query.
+class ViewTables {
+ public:
+  explicit ViewTables(const LogRatios& log_ratios)
+      : ratios(weighted(log_ratios, false)), coarse_(weighted(log_ratios, true)) {}
+
+  const WeightedRatios ratios;
+
+  /// Made at the first search.
+  const Rasters& rasters(const DistanceField& field, double cell_m) const {
+    std::call_once(once_, [&] {
+      rasters_.emplace(Rasters{makeRaster(field, coarse_, cell_m), std::nullopt});
+      if (field.tiles().size() >= kLargeMapTiles)
+        rasters_->first_look = makeRaster(field, coarse_, 2 * cell_m);
+    });
+    return *rasters_;
+  }
+
+ private:
+  const WeightedRatios coarse_;
+  mutable std::once_flag once_;
+  mutable std::optional<Rasters> rasters_;
 };
 
 class SurfaceField final : public Field {
  public:
   SurfaceField(const BevGrid& map, const std::vector<Eigen::Vector3d>& trajectory,
-               Surroundings surroundings, const SearchOptions& options, int threads)
+               Surroundings surroundings, const PathNull& known, const SearchOptions& options,
+               int threads)
       : cell_m_(options.cell_m),
         in_town_(surroundings == Surroundings::town),
         table_(options.likelihoods.empty() ? defaultLikelihoods()
@@ -160,27 +212,28 @@ class SurfaceField final : public Field {
         origin_(distances_.originX(), distances_.originY(), map.origin_z) {
     std::vector<Eigen::Vector2d> path;
     for (const Eigen::Vector3d& p : trajectory) path.emplace_back((p - origin_).head<2>());
-    null_ = mapNull(map, path, distances_);
+    null_ = mapNull(map, path, distances_, known);
   }
 
   std::unique_ptr<FieldQuery> prepare(const Observation& query) const override;
   std::size_t size() const override { return distances_.tiles().size(); }
+  PathNull pathNull() const override { return null_; }
 
   const DistanceField& distances() const { return distances_; }
   const LikelihoodTable& table() const { return table_; }
   const BevGrid& things() const { return things_; }
   const Eigen::Vector3d& origin() const { return origin_; }
   bool inTown() const { return in_town_; }
+  double rasterCell() const {
+    return cellsPerSide(cell_m_, distances_.cellSize()) * distances_.cellSize();
+  }
+  const Rasters& rasters(const ViewTables& view) const { return view.rasters(distances_, cell_m_); }
   /// Made at the first query of this view-point.
   const ViewTables& view(Viewpoint viewpoint) const {
     const auto v = static_cast<std::size_t>(viewpoint);
     std::call_once(once_[v], [&] {
-      const LogRatios ratios = logRatios(table_, viewpoint, &null_, kMapNullMix);
-      const WeightedRatios coarse = weighted(ratios, true);
-      views_[v] = std::make_unique<ViewTables>(ViewTables{
-          weighted(ratios, false), makeRaster(distances_, coarse, cell_m_), std::nullopt});
-      if (size() >= kLargeMapTiles)
-        views_[v]->first_look = makeRaster(distances_, coarse, 2 * cell_m_);
+      views_[v] = std::make_unique<const ViewTables>(
+          logRatios(table_, viewpoint, &null_.counts, kMapNullMix));
     });
     return *views_[v];
   }
@@ -192,9 +245,9 @@ class SurfaceField final : public Field {
   BevGrid things_;
   DistanceField distances_;
   Eigen::Vector3d origin_;
-  MapNull null_;
+  PathNull null_;
   mutable std::array<std::once_flag, 2> once_;
-  mutable std::array<std::unique_ptr<ViewTables>, 2> views_;
+  mutable std::array<std::unique_ptr<const ViewTables>, 2> views_;
 };
 
 double measuredGround_m2(const BevGrid& bev) {
@@ -234,9 +287,10 @@ class SurfaceQuery final : public FieldQuery {
 
   RasterLevels rasterLevels() const override {
     const std::vector<RasterSample> samples = rasterSamples(samples_.coarse);
-    RasterLevels levels{{view_.raster, samples, kYawStep_rad}, std::nullopt};
-    if (view_.first_look)
-      levels.coarse.emplace(RasterLevel{*view_.first_look, samples, kYawStep_rad});
+    const Rasters& rasters = field_.rasters(view_);
+    RasterLevels levels{{rasters.raster, samples, kYawStep_rad}, std::nullopt};
+    if (rasters.first_look)
+      levels.coarse.emplace(RasterLevel{*rasters.first_look, samples, kYawStep_rad});
     levels.keep_cells = kKeepCells;
     levels.keep_poses = kKeepPoses;
     return levels;
@@ -245,7 +299,7 @@ class SurfaceQuery final : public FieldQuery {
   PlacePose refineLocally(const PlacePose& pose, RefinementLevel how) const override {
     switch (how) {
       case RefinementLevel::coarse:
-        return score_.refineLocally(pose, view_.raster.cellSize() / 2, kYawStep_rad / 2, 2);
+        return score_.refineLocally(pose, field_.rasterCell() / 2, kYawStep_rad / 2, 2);
       case RefinementLevel::fine:
         return score_.refineLocally(pose, kStep_m, std::min(kStep_rad, kRimStep_m / radius_), 3);
       default:
@@ -323,9 +377,9 @@ std::unique_ptr<FieldQuery> SurfaceField::prepare(const Observation& query) cons
 
 std::unique_ptr<const Field> makeSurfaceField(const BevGrid& map,
                                               const std::vector<Eigen::Vector3d>& trajectory,
-                                              Surroundings surroundings,
+                                              Surroundings surroundings, const PathNull& known,
                                               const SearchOptions& options, int threads) {
-  return std::make_unique<SurfaceField>(map, trajectory, surroundings, options, threads);
+  return std::make_unique<SurfaceField>(map, trajectory, surroundings, known, options, threads);
 }
 
 }  // namespace xview::search

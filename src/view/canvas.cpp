@@ -2,7 +2,7 @@
 #include "canvas.h"
 
 #include <cairo-svg.h>
-#include <zlib.h>
+#include <libdeflate.h>
 
 #include <algorithm>
 #include <cmath>
@@ -38,8 +38,7 @@ std::string pngComment(const std::string& text) {
     return bytes;
   };
   const std::string chunk = std::string("iTXtComment") + std::string(5, '\0') + text;
-  const auto* const data = reinterpret_cast<const Bytef*>(chunk.data());
-  return number(chunk.size() - 4) + chunk + number(crc32(0, data, static_cast<uInt>(chunk.size())));
+  return number(chunk.size() - 4) + chunk + number(libdeflate_crc32(0, chunk.data(), chunk.size()));
 }
 
 }  // namespace

@@ -204,15 +204,15 @@ TEST(MapStore, FileSaysWhichProgramWroteIt) {
   EXPECT_FALSE(throughFile(sampleMap()).program_version.empty());
 }
 
-TEST(MapStore, AnySqliteToolCanReadTheVertices) {
+TEST(MapStore, AnySqliteToolCanReadTheKeyFrames) {
   const TemporaryFolder folder;
   const SemanticMap map = sampleMap();
   saveMap(folder / "a.xvm", map);
   SQLite::Database database(folder / "a.xvm");
-  SQLite::Statement query(database, "SELECT x, label FROM vertices WHERE id = 17");
+  SQLite::Statement query(database, "SELECT x, number FROM keyframes WHERE id = 1");
   ASSERT_TRUE(query.executeStep());
-  EXPECT_EQ(query.getColumn(0).getDouble(), map.graph.vertices[17].position.x());
-  EXPECT_EQ(query.getColumn(1).getInt64(), map.graph.vertices[17].label);
+  EXPECT_EQ(query.getColumn(0).getDouble(), map.poses[1].translation().x());
+  EXPECT_EQ(query.getColumn(1).getInt64(), map.frames[1]);
 }
 
 TEST(MapStore, KilometreOfStreetCostsLessThanAMegabyte) {

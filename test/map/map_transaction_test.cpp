@@ -127,8 +127,8 @@ TEST_F(MapTransaction, KilledWriterLeavesNoNewMap) {
 void dieWhileChanging(const std::string& path) {
   SQLite::Database database(path, SQLite::OPEN_READWRITE);
   database.exec(
-      "PRAGMA cache_size = 1; BEGIN IMMEDIATE; DELETE FROM cloud_tiles; UPDATE vertices SET x = 0, "
-      "instance = id;"
+      "PRAGMA cache_size = 1; BEGIN IMMEDIATE; DELETE FROM cloud_tiles; UPDATE vertices SET data = "
+      "zeroblob(5000);"
       "UPDATE plan_tiles SET data = zeroblob(5000)");
   _exit(0);
 }

@@ -3,8 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstdint>
 #include <limits>
+#include <tuple>
+
+#include "xview/types/random.h"
 
 namespace xview::map {
 namespace {
@@ -88,6 +92,98 @@ TEST(PackedRows, NeverRefuseWhatIsWritten) {
     appendTile(tile, read);
   }
   EXPECT_EQ(read.size(), grid.size());
+}
+
+TEST(Tiles, OfFilesOfVersion2AreRead) {
+  const std::vector<std::array<std::int64_t, 5>> rows = {
+      {2, 0, 10, 6399, 26}, {2, 0, 10, 6399, 27}, {7, 3, 0, 0, 5000}};
+  ByteWriter out;
+  for (std::size_t column = 0; column < 5; ++column) {
+    std::int64_t previous = 0;
+    for (const auto& row : rows) {
+      out.signedInteger(row[column] - previous);
+      previous = row[column];
+    }
+  }
+  LabelledCloud old;
+  appendTile({-1, 2, 0, 3, compressed(out.bytes()), Packing::tiles}, old);
+  ASSERT_EQ(old.size(), 3u);
+  EXPECT_EQ(old.points[2].label, 7u);
+  EXPECT_EQ(old.points[2].instance, 3u);
+  EXPECT_FLOAT_EQ(old.points[0].x, -64 + 0.10F);
+  EXPECT_FLOAT_EQ(old.points[0].y, 128 + 63.99F);
+  EXPECT_FLOAT_EQ(old.points[1].z, 0.27F);
+}
+
+std::vector<Vertex> someVertices(std::size_t count) {
+  Random random(3);
+  std::vector<Vertex> vertices(count);
+  for (Vertex& v : vertices) {
+    v.label = random.below(5);
+    v.instance = random.below(4000000000);
+    for (double& x : v.position) x = random.uniform(-1e4, 1e4);
+    for (double& x : v.extent) x = random.uniform();
+    v.sigma_m = random.uniform();
+    v.observations = random.below(9);
+    v.points = random.below(100000);
+    v.first_frame = static_cast<std::int64_t>(random.below(100)) - 50;
+    v.last_frame = std::int64_t{1} << random.below(63);
+  }
+  vertices[0].position.x() = std::nextafter(1.0, 2.0);
+  vertices[0].sigma_m = -0.0;
+  return vertices;
+}
+
+TEST(VertexBlocks, KeepEveryBit) {
+  const std::vector<Vertex> vertices = someVertices(2500);
+  const std::vector<VertexBlock> blocks = toBlocks(vertices);
+  ASSERT_EQ(blocks.size(), 3u);
+  std::vector<Vertex> read;
+  for (const VertexBlock& block : blocks) appendVertices(block, read);
+  ASSERT_EQ(read.size(), vertices.size());
+  for (std::size_t i = 0; i < read.size(); ++i) {
+    const Vertex &a = read[i], &b = vertices[i];
+    EXPECT_EQ(a.position, b.position);
+    EXPECT_EQ(a.extent, b.extent);
+    EXPECT_EQ(std::signbit(a.sigma_m), std::signbit(b.sigma_m));
+    EXPECT_EQ(std::tie(a.label, a.instance, a.sigma_m, a.observations, a.points, a.first_frame,
+                       a.last_frame),
+              std::tie(b.label, b.instance, b.sigma_m, b.observations, b.points, b.first_frame,
+                       b.last_frame));
+  }
+}
+
+TEST(VertexBlocks, ThatAreDamagedAreRefused) {
+  const VertexBlock sound = toBlocks(someVertices(1000))[0];
+  const auto isRefused = [](const VertexBlock& block) {
+    std::vector<Vertex> read;
+    try {
+      appendVertices(block, read);
+    } catch (const Damage&) {
+      return true;
+    }
+    return false;
+  };
+  EXPECT_FALSE(isRefused(sound));
+  for (const std::uint32_t count : {0u, 999u, 1001u, 1025u, 4294967295u}) {
+    VertexBlock lying = sound;
+    lying.vertices = count;
+    EXPECT_TRUE(isRefused(lying)) << count;
+  }
+  VertexBlock moved = sound;
+  moved.first_vertex = 1024;
+  EXPECT_TRUE(isRefused(moved));
+  ByteWriter large;  // a label beyond 32 bits
+  large.signedInteger(std::int64_t{1} << 32);
+  for (int i = 0; i < 5 + 7 * 8; ++i) large.byte(0);
+  EXPECT_TRUE(isRefused({0, 1, compressed(large.bytes())}));
+}
+
+/// Many equal vertices would be packed so well that a reader which bounds them by bytes refused
+/// the file.
+TEST(VertexBlocks, TakeAByteForEachVertexAtLeast) {
+  for (const VertexBlock& block : toBlocks(std::vector<Vertex>(3000)))
+    EXPECT_GE(block.data.size(), block.vertices);
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "pipeline/simulated_drive.h"
 #include "support/test_data.h"
@@ -187,6 +188,45 @@ TEST(Mapper, AMapOfTwoHalvesFindsBoth) {
     EXPECT_LT((fix.T_map_sensor.translation() - truth).norm(), 0.5)
         << "from frame " << first << ": " << fix.reason;
   }
+}
+
+/// The same drive three times, each in a place of its own far from the others: long enough for a
+/// map that is made part by part.
+TEST(Mapper, ALongDriveIsMappedInPartsWhosePointsArePacked) {
+  const auto& drive = simulatedDrive();
+  const FrameSource& forward = *drive.sessions.at("forward");
+  constexpr double kApart_m = 1600;
+  std::vector<std::size_t> positions;
+  std::vector<Eigen::Isometry3d> poses;
+  for (int place = 0; place < 3; ++place) {
+    for (std::size_t i = 0; i < forward.size(); ++i) {
+      positions.push_back(i);
+      poses.push_back(Eigen::Translation3d(place * kApart_m, 0, 0) * forward.pose(i));
+    }
+  }
+  const PosedRecording far(forward, positions, poses);
+  const map::SemanticMap map = buildMap(far);
+  const map::SemanticMap& one = drive.map;
+  EXPECT_TRUE(isConsistent(map.graph));
+  EXPECT_EQ(map.sources.size(), 1u);
+  EXPECT_EQ(map.source_of_pose, std::vector<std::uint32_t>(map.poses.size(), 0));
+  EXPECT_EQ(map.poses.size(), map.stamps_s.size());
+  ASSERT_NE(map::storedPoints(map), nullptr);
+  EXPECT_GT(map::storedPoints(map)->size(), map.cloud.size());
+  EXPECT_TRUE(map.noise);
+  const auto is_thrice = [](std::size_t all, std::size_t once) {
+    EXPECT_NEAR(static_cast<double>(all), 3.0 * static_cast<double>(once),
+                0.05 * static_cast<double>(once));
+  };
+  is_thrice(map::pointCount(map), one.cloud.size());
+  is_thrice(map.bev.sampleCount(), one.bev.sampleCount());
+  is_thrice(map.graph.size(), one.graph.size());
+  // What is found in a copy at the same position relative to it is right.
+  const Localization fix = Localizer(map::borrowed(map)).localize(drive.query("rear", 20, 50));
+  const Eigen::Vector3d off =
+      fix.T_map_sensor.translation() - drive.sessions.at("rear")->truth(49).translation();
+  const double copy_m = kApart_m * std::round(off.x() / kApart_m);
+  EXPECT_LT((off - Eigen::Vector3d(copy_m, 0, 0)).norm(), 0.5) << fix.reason;
 }
 
 TEST(Mapper, RefusesToAppendAFrameThatIsTiltedAgainstThatOfTheMap) {

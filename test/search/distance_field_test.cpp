@@ -252,7 +252,7 @@ TEST(MapNull, IsFullerOfMatchesWhereStreetsRepeat) {
   }
   const auto shareOfNear = [&](const BevTown& town) {
     const BevGrid map = town.view({-40, 0}, 200, T_frame_town);
-    const MapNull null = mapNull(map, path, DistanceField(map, 1));
+    const MapNull null = mapNull(map, path, DistanceField(map, 1)).counts;
     double near = 0, total = 0;
     for (const BevChannel c :
          {BevChannel::building, BevChannel::fence, BevChannel::pole, BevChannel::tree}) {
@@ -268,7 +268,7 @@ TEST(MapNull, IsFullerOfMatchesWhereStreetsRepeat) {
 
 TEST(MapNull, OfAShortPathSaysNothing) {
   const BevGrid map = randomTown(4).view({0, 0}, 50, Eigen::Isometry3d::Identity());
-  for (const auto& channel : mapNull(map, {{0, 0}, {2, 0}, {4, 0}}, DistanceField(map, 1))) {
+  for (const auto& channel : mapNull(map, {{0, 0}, {2, 0}, {4, 0}}, DistanceField(map, 1)).counts) {
     for (const double n : channel) EXPECT_EQ(n, 0);
   }
 }
@@ -280,11 +280,39 @@ TEST(MapNull, CountsOnlyWhereTheMapWasSeen) {
     map[BevChannel::road].push_back({(static_cast<float>(cx) + 0.5f) / 2, 0.25f, 0});
   std::vector<Eigen::Vector2d> path;
   for (double x = -90; x < 90; x += 2) path.emplace_back(x, 0.25);
-  const MapNull null = mapNull(map, path, DistanceField(map, 1));
+  const MapNull null = mapNull(map, path, DistanceField(map, 1)).counts;
   const auto& road = null[static_cast<std::size_t>(BevChannel::road)];
   EXPECT_GT(road[0] + road[1] + road[2] + road[3], 1000);
   EXPECT_EQ(road[5] + road[6] + road[7] + road[8], 0)
       << "a road fits a road wherever both are seen";
+}
+
+/// A path that grows by as much as it has doubles what is counted, and says the same.
+TEST(MapNull, GrowsWithItsPath) {
+  const BevGrid map = randomTown(4).view({0, 0}, 150, Eigen::Isometry3d::Identity());
+  const DistanceField field(map, 1);
+  std::vector<Eigen::Vector2d> path;
+  for (double x = -120; x < 120; x += 2) path.emplace_back(x, 0);
+  const std::vector<Eigen::Vector2d> half(path.begin(), path.begin() + 60);
+  const PathNull whole = mapNull(map, path, field), first = mapNull(map, half, field),
+                 grown = mapNull(map, path, field, first);
+  EXPECT_EQ(grown.poses, path.size());
+  EXPECT_EQ(mapNull(map, path, field, whole).counts, whole.counts) << "nothing is new";
+  PathNull of_another = first;
+  of_another.poses = path.size();
+  EXPECT_EQ(mapNull(map, path, field, of_another).counts, first.counts);
+  of_another.view = 0;
+  EXPECT_EQ(mapNull(map, path, field, of_another).counts, whole.counts) << "of another view";
+  const auto shareOfNear = [](const PathNull& null) {
+    double near = 0, all = 0;
+    for (const auto& channel : null.counts) {
+      near += channel[0] + channel[1] + channel[2];
+      for (const double n : channel) all += n;
+    }
+    EXPECT_GT(all, 1000);
+    return near / all;
+  };
+  EXPECT_NEAR(shareOfNear(grown), shareOfNear(whole), 0.1 * shareOfNear(whole));
 }
 
 }  // namespace

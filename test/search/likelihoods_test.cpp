@@ -14,8 +14,6 @@
 namespace xview::search {
 namespace {
 
-using MapNull = std::array<std::array<double, kDistanceBins>, kBevChannels>;
-
 LikelihoodTable randomTable(std::uint64_t seed) {
   Random random(seed);
   LikelihoodTable table;

@@ -27,7 +27,7 @@ class Index {
   Index(const BevGrid& map, const std::vector<Eigen::Vector3d>& drive = {},
         const SearchOptions& options = {}, int threads = 1)
       : options_(options),
-        field_(makeSurfaceField(map, drive, Surroundings::town, options, threads)) {}
+        field_(makeSurfaceField(map, drive, Surroundings::town, {}, options, threads)) {}
 
   std::unique_ptr<FieldQuery> prepare(const BevGrid& query) const {
     return field_->prepare({&query, nullptr, {}});
@@ -95,6 +95,24 @@ TEST(SurfaceField, FindsAPlaceAgainAfterAnyMotionOfTheQuery) {
     if (found.size() > 1) {
       EXPECT_GT(found[0].score(), found[1].score() + 60);
     }
+  }
+}
+
+/// Of a map of more than 400 tiles an overview is looked at first.
+TEST(SurfaceField, FindsAPlaceInALargeMap) {
+  Random random(12);
+  BevTown town;
+  for (int street = -6; street <= 6; ++street) town.street(-360, 360, 60.0 * street, random);
+  const BevGrid map = town.view({0, 0}, 400, Eigen::Isometry3d::Identity());
+  const Index places(map);
+  for (const double y : {-240.0, 60.0, 300.0}) {
+    const Eigen::Vector2d place(random.uniform(-200, 200), y);
+    const MovedQuery moved(town, place, 30,
+                           poseFromYaw({random.uniform(-500, 500), 20, 3}, random.uniform(-3, 3)));
+    const auto found = places.search(moved.query, {}, 2);
+    ASSERT_FALSE(found.empty());
+    EXPECT_LT(errorOf(found[0], moved).metres, 0.25) << y;
+    EXPECT_GT(found[0].score(), 0.7 * found[0].expected) << y;
   }
 }
 

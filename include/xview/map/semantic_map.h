@@ -9,13 +9,15 @@
 #include <vector>
 
 #include "xview/pose/distribution_map.h"
+#include "xview/search/likelihoods.h"
 #include "xview/types/localization.h"
 #include "xview/types/semantic_place.h"
 #include "xview/types/stored_cloud.h"
 
 namespace xview::map {
 
-constexpr int kMapSchemaVersion = 2;  ///< of the files that are written and read
+constexpr int kMapSchemaVersion = 3;     ///< of the files that are written
+constexpr int kOldestSchemaVersion = 2;  ///< of those that are read
 
 /// A stretch of a map that was looked for in it, with the noise of a usual query.
 struct OwnStretch {
@@ -35,6 +37,7 @@ struct SemanticMap : Place {
   std::vector<WrongPlace>
       wrong_places;  ///< of some of its own stretches; see measureNullHypothesis
   std::vector<OwnStretch> own_stretches;      ///< these stretches at their own places
+  search::PathNull null;                      ///< of its path; see measureNullHypothesis
   std::optional<pose::SurfaceNoise> noise;    ///< of its points, in canonical lengths
   std::shared_ptr<const PackedCloud> packed;  ///< points that are not in `cloud`, if any
 
@@ -106,6 +109,9 @@ SemanticMap loadMap(const std::string& path);
 /// twelfth as large, until those of a place are asked for. A Localizer takes such a map; saveMap
 /// writes it.
 SemanticMap openMap(const std::string& path);
+
+/// Packs all points of a map of canonical scale, which rounds them as saveMap does.
+void packPoints(SemanticMap& map);
 
 /// Moves all packed points to where those of a map are, behind its others.
 void unpackPoints(SemanticMap& map);

@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "xview/search/likelihoods.h"
 #include "xview/types/bev_grid.h"
 #include "xview/types/graph.h"
 #include "xview/types/labels.h"
@@ -141,6 +142,8 @@ class Field {
   virtual std::unique_ptr<FieldQuery> prepare(const Observation& query) const = 0;
   virtual std::size_t size() const = 0;  ///< tiles or vertices; 0 = nothing is known
   bool empty() const { return size() == 0; }
+  /// What was counted along the path of the map; nothing of a bare graph.
+  virtual PathNull pathNull() const { return {}; }
 };
 
 /// Surroundings of a robot: between the houses of a town a query observes the obstacles of the map,
@@ -148,11 +151,11 @@ class Field {
 enum class Surroundings { town, rooms };
 
 /// Surfaces and objects of BEV grids, compared by learned likelihoods of their distances.
-/// `trajectory`: positions of the sensor when the map was made, in order; the self-similarity of
-/// the map is measured along it.
+/// `trajectory`: positions of the sensor when the map was made, in order; what wrong places look
+/// like is counted along the part of it that `known` does not cover.
 std::unique_ptr<const Field> makeSurfaceField(const BevGrid& map,
                                               const std::vector<Eigen::Vector3d>& trajectory,
-                                              Surroundings surroundings,
+                                              Surroundings surroundings, const PathNull& known,
                                               const SearchOptions& options, int threads);
 
 /// A bare semantic graph: vertices with a class and nothing else. Densities and the spacing of

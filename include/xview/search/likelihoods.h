@@ -45,11 +45,21 @@ struct LogRatios {
   std::array<float, kBevChannels> expected{};  ///< mean ratio of a sample at the true pose
 };
 
+/// Per channel, how the distance classes are distributed at wrong poses in one map.
+using MapNull = std::array<std::array<double, kDistanceBins>, kBevChannels>;
+
+/// The same of a map that grows: counted along the first poses of its path, in the view that it had
+/// then.
+struct PathNull {
+  MapNull counts{};
+  std::size_t poses = 0;
+  std::uint64_t view = 0;  ///< tells other views by how many samples of each channel they have
+};
+
 /// Smoothed ratios, clipped below at -2.5 because one unseen house is many samples. `map_null`, if
 /// given, holds how distances are distributed at wrong poses in this very map; it counts with
 /// weight `mix` in [0, 1].
-LogRatios logRatios(const LikelihoodTable& table, Viewpoint viewpoint,
-                    const std::array<std::array<double, kDistanceBins>, kBevChannels>* map_null,
+LogRatios logRatios(const LikelihoodTable& table, Viewpoint viewpoint, const MapNull* map_null,
                     double mix);
 
 /// The table that comes with the program, learned on recordings of rendered towns with clean and
