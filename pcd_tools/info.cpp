@@ -166,8 +166,8 @@ void printGraph(Sheet& sheet, SemanticGraph graph, const LabelSet& labels) {
 
 void printMap(Sheet& sheet, const std::string& path) {
   const map::SemanticMap map = map::openMap(path);
-  sheet.row("version",
-            fmt::format("schema {}, written by {}", map::kMapSchemaVersion, map.program_version));
+  sheet.row("version", fmt::format("schema {}, written by {}", map::schemaVersionOf(path),
+                                   map.program_version));
   sheet.row("size", sizeText(map.size));
   sheet.row("holds",
             fmt::format("{} key frames, {} points, {} plan samples", map.poses.size(),

@@ -168,14 +168,17 @@ std::optional<Place> readStored(const std::string& path, io::InputOptions& input
 }
 
 map::SemanticMap mapOfRecordings(
-    const std::vector<const FrameSource*>& sources, const Job& job,
+    const std::vector<const FrameSource*>& sources, const Job& job, RecordingsUse use,
     const std::function<void(const FrameSource&, const PreprocessedFrame&)>& seen) {
   std::map<const FrameSource*, graph::LiftCounts> counts;
-  map::SemanticMap map = buildMap(sources, job.options, job.narrate.progress("map"),
-                                  [&](const FrameSource& source, const PreprocessedFrame& frame) {
-                                    counts[&source] += frame.counts;
-                                    if (seen) seen(source, frame);
-                                  });
+  const auto count = [&](const FrameSource& source, const PreprocessedFrame& frame) {
+    counts[&source] += frame.counts;
+    if (seen) seen(source, frame);
+  };
+  const Progress progress = job.narrate.progress("map");
+  map::SemanticMap map = use == RecordingsUse::map
+                             ? buildMap(sources, job.options, progress, count)
+                             : buildVisit(sources, job.options, progress, count);
   for (const FrameSource* source : sources) logLeftOut(*source, counts[source], job.narrate);
   logConsistencyChecks(sources[0]->name(), map, job.narrate);
   return map;

@@ -67,10 +67,14 @@ Place readLabelledGraph(const std::string& path, const io::InputOptions& input, 
 /// What a map or a graph file holds; nothing if the path is a recording (chooseKind).
 std::optional<Place> readStored(const std::string& path, io::InputOptions& input, const Job& job);
 
-/// A map of recordings in one frame. It is said what of them was left out. `seen` is called with
-/// every frame, in order.
+/// What recordings in one frame become.
+enum class RecordingsUse { map, addition };
+
+/// A map of recordings in one frame, or what is added to one (buildVisit). It is said what of them
+/// was left out. `seen` is called with every frame, in order.
 map::SemanticMap mapOfRecordings(
     const std::vector<const FrameSource*>& sources, const Job& job,
+    RecordingsUse use = RecordingsUse::map,
     const std::function<void(const FrameSource&, const PreprocessedFrame&)>& seen = {});
 
 /// A map of anything. A graph or a recording is first brought into the frame of the map, if that is

@@ -185,17 +185,20 @@ class MapCommand final : public Command {
           recordings.push_back(openPlaceInput(path, input, job));
       }
     }
-    if (!recordings.empty()) parts.insert(parts.begin(), buildOfRecordings(recordings, job));
+    if (!recordings.empty()) {
+      const RecordingsUse use = added_to ? RecordingsUse::addition : RecordingsUse::map;
+      parts.insert(parts.begin(), buildOfRecordings(recordings, use, job));
+    }
     return parts;
   }
 
   map::SemanticMap buildOfRecordings(const std::vector<std::unique_ptr<FrameSource>>& recordings,
-                                     const Job& job) const {
+                                     RecordingsUse use, const Job& job) const {
     std::vector<const FrameSource*> sources;
     for (const auto& recording : recordings) sources.push_back(recording.get());
     SketchedRecordings sketches(sources, job.options);
     map::SemanticMap map = mapOfRecordings(
-        sources, job, [&](const FrameSource& source, const PreprocessedFrame& frame) {
+        sources, job, use, [&](const FrameSource& source, const PreprocessedFrame& frame) {
           if (sources.size() > 1) sketches.add(source, frame);
         });
     sketches.logConsistencyChecks(job.narrate);

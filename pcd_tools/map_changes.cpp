@@ -59,6 +59,7 @@ MapDraft::MapDraft(const std::string& path, const std::string& from) : path_(pat
   if (std::filesystem::path(path).extension() != ".xvm" ||
       (std::filesystem::exists(path) && !map::isMapFile(path)))
     throw UsageError(path + ": a map ends with .xvm, and only a map is written over");
+  map::requireChangeable(from);
   copyTo(copy_, from);
 }
 

@@ -123,7 +123,7 @@ std::optional<PlacedVisit> placeRecording(const QueryInput& input, const Localiz
     visit.poses.push_back(all[i]);
   }
   const PosedRecording placed(*input.source, std::move(kept), visit.poses);
-  visit.place = mapOfRecordings({&placed}, job);
+  visit.place = mapOfRecordings({&placed}, job, RecordingsUse::addition);
   return visit;
 }
 

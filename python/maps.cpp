@@ -63,7 +63,9 @@ std::vector<map::SemanticMap> mapsOf(const Source& source, const LabelSet* added
       owned.push_back(placeSource(recording, labels, work));
       sources.push_back(owned.back().get());
     }
-    return tools::mapOfRecordings(sources, work.job());
+    const auto use =
+        added_to != nullptr ? tools::RecordingsUse::addition : tools::RecordingsUse::map;
+    return tools::mapOfRecordings(sources, work.job(), use);
   });
   maps.insert(maps.begin(), std::move(map));
   return maps;

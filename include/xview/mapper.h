@@ -24,6 +24,12 @@ map::SemanticMap buildMap(
     const std::vector<const FrameSource*>& sources, const Options& options,
     const Progress& progress = {},
     const std::function<void(const FrameSource&, const PreprocessedFrame&)>& seen = {});
+/// The same for what is added to a map, without what only a map needs that queries are looked for
+/// in: its null hypothesis is not measured.
+map::SemanticMap buildVisit(
+    const std::vector<const FrameSource*>& sources, const Options& options,
+    const Progress& progress = {},
+    const std::function<void(const FrameSource&, const PreprocessedFrame&)>& seen = {});
 /// Map of one recording.
 map::SemanticMap buildMap(const FrameSource& recording, const Options& options = {});
 /// Map of one cloud of PCL in the frame of the map, z up [m]. `labels`: what the field `label` of

@@ -44,7 +44,8 @@ std::uint32_t applicationOf(const SQLite::Header& header) {
   return static_cast<std::uint32_t>(header.applicationId);
 }
 
-void requireMapFile(const std::string& path, int oldest_version = kMapSchemaVersion) {
+/// Returns the schema version.
+int requireMapFile(const std::string& path, int oldest_version) {
   std::error_code ignored;
   if (!fs::exists(path, ignored)) throw Error(path, "no such map");
   if (!fs::is_regular_file(path, ignored))
@@ -73,6 +74,7 @@ void requireMapFile(const std::string& path, int oldest_version = kMapSchemaVers
   // only read.
   if (header->fileFormatWriteVersion != 1 || header->fileFormatReadVersion != 1)
     throw Error(path, "damaged map file: unknown kind of journal");
+  return version;
 }
 
 // ---- connections
@@ -103,7 +105,7 @@ SQLite::Database openForReading(const std::string& path) {
 }
 
 SQLite::Database openForWriting(const std::string& path) {
-  requireMapFile(path);
+  requireChangeable(path);
   SQLite::Database database(path, SQLite::OPEN_READWRITE, kBusy_ms);
   configure(database);
   return database;
@@ -199,6 +201,10 @@ bool isMapFile(const std::string& path) {
   const auto header = headerOf(path);
   return header && applicationOf(*header) == kMapApplicationId;
 }
+
+int schemaVersionOf(const std::string& path) { return requireMapFile(path, kOldestSchemaVersion); }
+
+void requireChangeable(const std::string& path) { requireMapFile(path, kMapSchemaVersion); }
 
 void saveMap(const std::string& path, const SemanticMap& map) {
   guarded(path, kCannotWrite, [&] {

@@ -231,7 +231,7 @@ bool isSameDrive(const Drive& a, const Drive& b) {
 
 }  // namespace
 
-map::SemanticMap buildMap(
+map::SemanticMap buildVisit(
     const std::vector<const FrameSource*>& sources, const Options& given, const Progress& progress,
     const std::function<void(const FrameSource&, const PreprocessedFrame&)>& seen) {
   if (sources.empty()) throw UsageError("a map needs at least one recording");
@@ -262,6 +262,14 @@ map::SemanticMap buildMap(
   }
   map::SemanticMap map = builder.finish();
   map.options_yaml = recordOf(options);
+  return map;
+}
+
+map::SemanticMap buildMap(
+    const std::vector<const FrameSource*>& sources, const Options& options,
+    const Progress& progress,
+    const std::function<void(const FrameSource&, const PreprocessedFrame&)>& seen) {
+  map::SemanticMap map = buildVisit(sources, options, progress, seen);
   measureNullHypothesis(map, options);
   return map;
 }

@@ -88,7 +88,10 @@ TEST_F(DamagedMap, UnknownSchemaVersionIsRefusedAndBothAreNamed) {
 }
 
 TEST_F(DamagedMap, OfAFormerVersionIsNotChanged) {
+  EXPECT_EQ(schemaVersionOf(path_), kMapSchemaVersion);
+  EXPECT_NO_THROW(requireChangeable(path_));
   execute("PRAGMA user_version = 2");
+  EXPECT_EQ(schemaVersionOf(path_), 2);
   for (const std::string& message :
        {messageOf([&] { saveMap(path_, SemanticMap()); }), messageOf([&] { undoRevision(path_); })})
     EXPECT_NE(message.find("reads but does not change"), std::string::npos) << message;

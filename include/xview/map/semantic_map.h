@@ -60,6 +60,11 @@ inline std::shared_ptr<const SemanticMap> borrowed(const SemanticMap& map) {
 /// anything else, also missing.
 bool isMapFile(const std::string& path);
 
+/// Of a map file that can be read. Throws Error.
+int schemaVersionOf(const std::string& path);
+/// Throws Error, with what to do, unless the map file is of the version that is written.
+void requireChangeable(const std::string& path);
+
 /// Writes the whole map in one transaction. A new file appears only when complete (written beside,
 /// then renamed); an existing map is replaced inside one transaction, so that a killed process
 /// leaves the old map or the new one. A file that is no map, or a map of another schema version, is
