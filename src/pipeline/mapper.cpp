@@ -120,7 +120,7 @@ class MapBuilder {
     last_ = frame.T_odom_sensor.translation();
     if (way_m_ > kPart_m && frame.size == kTownScale) {
       endPart();
-      if (map_.cloud.size() > 0) {
+      if (!map_.cloud.empty()) {
         for (Point& point : map_.cloud.points) point.instance = 0;  // as of all that are merged
         map::packPoints(map_);
       }

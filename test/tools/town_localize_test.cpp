@@ -169,6 +169,14 @@ TEST_F(TinyTown, ACloudThatIsFoundInOtherLengthsOrWithAnotherAxisUpIsSaidToBe) {
       << x_up;
   const Outcome other = runXview({"localize", town("elsewhere"), map()});
   EXPECT_EQ(other.err.find("it is found if"), std::string::npos) << other.err;
+  const std::string map_in_feet = file("map_in_feet.pcd"), in_metres = file("in_metres.pcd");
+  succeed({"lift", "-q", town("forward"), "--transform", file("feet.txt"), map_in_feet});
+  succeed({"lift", "-q", town("rear"), in_metres});
+  const std::string said = runXview({"localize", in_metres, map_in_feet}).err;
+  EXPECT_NE(said.find("it is found if the lengths of MAP are feet: " + typed +
+                      "`0.3048 0 0 0`, `0 0.3048 0 0`, `0 0 0.3048 0`, `0 0 0 1`"),
+            std::string::npos)
+      << said;
 }
 
 TEST_F(TinyTown, ChancesToBeWrongAreInPercent) {
