@@ -115,7 +115,7 @@ AnswerTable::AnswerTable(const std::vector<std::string>& queries, double largest
   };
   const std::size_t most = std::min(room, std::max(room / 2, kLongName));
   name_ = longest();
-  if (name_ > (width_ == kEndless ? most : kLongName)) {
+  if (name_ > (width_ == kEndless ? most : std::min(most, kLongName))) {
     std::set<std::string> names;
     for (const std::string& query : queries) names.insert(lastName(query));
     is_short_ = names.size() == queries.size();

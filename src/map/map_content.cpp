@@ -455,7 +455,8 @@ void readVertices(ContentReader& in, std::uint64_t announced, std::uint64_t file
   // None has fewer bytes than one (toBlocks).
   if (announced > file_bytes)
     throw Damage("vertices: more than a map of " + std::to_string(file_bytes) + " bytes can hold");
-  graph.vertices.reserve(announced);
+  // Almost all take more bytes than this; no more is believed before they are there.
+  graph.vertices.reserve(std::min<std::uint64_t>(announced, file_bytes / 16));
   if (is_former) return in.items("vertices", graph.vertices);
   in.table<VertexBlock>("vertices", [&](std::int64_t id, VertexBlock& block) {
     if (graph.size() + block.vertices > announced)

@@ -98,7 +98,7 @@ TEST(SurfaceField, FindsAPlaceAgainAfterAnyMotionOfTheQuery) {
   }
 }
 
-/// Of a map of more than 400 tiles an overview is looked at first.
+/// Of a map of more than 400 tiles cells of twice the size are looked at first.
 TEST(SurfaceField, FindsAPlaceInALargeMap) {
   Random random(12);
   BevTown town;
