@@ -51,7 +51,8 @@ SelfSimilarity measureSelfSimilarity(const map::SemanticMap& map, const Options&
 /// is not their own, and their confidence at their own.
 /// Bounded like measureSelfSimilarity(); none for a bare graph or a map without a path. Of a map
 /// that has grown only stretches from pose `first_pose` on are asked, in proportion to their
-/// length; their answers join the former ones.
+/// length, and their answers join the former ones; what is short beside the map has none, and
+/// nothing of the map is looked at.
 void measureNullHypothesis(map::SemanticMap& map, const Options& options,
                            std::size_t first_pose = 0);
 

@@ -14,21 +14,66 @@ namespace {
 
 constexpr float kSameObject_m = 1.0f;
 
-/// Returns the cells that `view` had measured before.
+/// The items of a sorted list between two rows.
+template <class Item>
+std::pair<std::size_t, std::size_t> rowsBetween(const std::vector<Item>& items, double low,
+                                                double high) {
+  const auto begin =
+      std::partition_point(items.begin(), items.end(), [&](const Item& i) { return i.y < low; });
+  const auto end =
+      std::partition_point(begin, items.end(), [&](const Item& i) { return i.y <= high; });
+  return {static_cast<std::size_t>(begin - items.begin()),
+          static_cast<std::size_t>(end - items.begin())};
+}
+
+/// visit(index) for the items of a sorted list that lie not farther than `margin` from the box of
+/// the addition: what is farther away does not meet it, however large the map is.
+template <class Item, class Visit>
+void forItemsAround(const std::vector<Item>& addition, double margin,
+                    const std::vector<Item>& items, const Visit& visit) {
+  if (addition.empty()) return;
+  double low_x = addition[0].x, high_x = low_x, low_y = addition[0].y, high_y = low_y;
+  for (const Item& item : addition) {
+    low_x = std::min<double>(low_x, item.x);
+    high_x = std::max<double>(high_x, item.x);
+    low_y = std::min<double>(low_y, item.y);
+    high_y = std::max<double>(high_y, item.y);
+  }
+  const auto [begin, end] = rowsBetween(items, low_y - margin, high_y + margin);
+  for (std::size_t i = begin; i < end; ++i) {
+    if (items[i].x >= low_x - margin && items[i].x <= high_x + margin) visit(i);
+  }
+}
+
+/// Sorts what was appended to a sorted list into it.
+template <class Item>
+void sortIn(std::size_t sorted, std::vector<Item>& items) {
+  const auto middle = items.begin() + static_cast<std::ptrdiff_t>(sorted);
+  std::sort(middle, items.end(), inRowOrder<Item>);
+  std::inplace_merge(items.begin(), middle, items.end(), inRowOrder<Item>);
+}
+
+/// Returns the cells that `view` had measured before, where the addition lies.
 CellIndex addKnown(BevGrid& view, const std::vector<GroundCell>& addition) {
-  CellIndex index, measured_before;  // the numbers of `index` are positions in view.known
-  for (const GroundCell& cell : view.known) {
+  CellIndex index, measured_before;
+  std::vector<std::size_t> at;  // in view.known, by the numbers of `index`
+  forItemsAround(addition, 0, view.known, [&](std::size_t i) {
+    const GroundCell& cell = view.known[i];
     index.findOrAdd(cell.x, cell.y);
+    at.push_back(i);
     if (cell.measured) measured_before.findOrAdd(cell.x, cell.y);
-  }
+  });
+  const std::size_t before = view.known.size();
   for (const GroundCell& cell : addition) {
-    const auto at = static_cast<std::size_t>(index.findOrAdd(cell.x, cell.y));
-    if (at == view.known.size())
+    const auto number = static_cast<std::size_t>(index.findOrAdd(cell.x, cell.y));
+    if (number == at.size()) {
+      at.push_back(view.known.size());
       view.known.push_back(cell);
-    else if (cell.measured && !view.known[at].measured)
-      view.known[at] = cell;
+    } else if (cell.measured && !view.known[at[number]].measured) {
+      view.known[at[number]] = cell;
+    }
   }
-  std::sort(view.known.begin(), view.known.end(), inRowOrder<GroundCell>);
+  sortIn(before, view.known);
   return measured_before;
 }
 
@@ -53,7 +98,7 @@ void addSurface(BevChannel channel, BevGrid& view, const std::vector<BevSample>&
     occupied.findOrAdd(c.x, c.y);
     return occupied.size() > before;
   };
-  for (const BevSample& s : samples) occupy(s);
+  forItemsAround(addition, view.cell_m, samples, [&](std::size_t i) { occupy(samples[i]); });
   for (const BevSample& s : addition) {
     const CellIndex::Cell c = bevCellOf(s, view.cell_m);
     if (taken && taken->find(c.x, c.y) >= 0) continue;
@@ -66,7 +111,8 @@ void addObjects(std::vector<BevSample>& samples, const std::vector<BevSample>& a
     return cellOf(Eigen::Vector3d(s.x, s.y, 0), kSameObject_m, 0);
   };
   CellLists known;
-  for (std::size_t i = 0; i < samples.size(); ++i) known.add(cellOfObject(samples[i]), i);
+  forItemsAround(addition, 2 * kSameObject_m, samples,
+                 [&](std::size_t i) { known.add(cellOfObject(samples[i]), i); });
   for (const BevSample& s : addition) {
     const bool is_known = known.anyAround(cellOfObject(s), [&](std::size_t i) {
       return std::hypot(samples[i].x - s.x, samples[i].y - s.y) <= kSameObject_m;
@@ -121,12 +167,13 @@ void mergeBevGrids(BevGrid& view, const BevGrid& addition) {
   const CellIndex measured_before = addKnown(view, moved.known);
   for (std::size_t c = 0; c < kBevChannels; ++c) {
     const auto channel = static_cast<BevChannel>(c);
+    const std::size_t before = view.samples[c].size();
     const bool is_ground = isArea(channel) || isBorder(channel);
     if (isObject(channel))
       addObjects(view.samples[c], moved.samples[c]);
     else
       addSurface(channel, view, moved.samples[c], is_ground ? &measured_before : nullptr);
-    std::sort(view.samples[c].begin(), view.samples[c].end(), inRowOrder<BevSample>);
+    sortIn(before, view.samples[c]);
   }
 }
 
@@ -142,8 +189,14 @@ void mergeGraphs(SemanticGraph& graph, const SemanticGraph& addition, const Labe
   const auto cellOfVertex = [&](const Vertex& v) {
     return cellOf(v.position, std::max(surface_m, options.object_m), v.label);
   };
-  for (std::size_t i = 0; i < graph.size(); ++i)
-    vertices_of_cell.add(cellOfVertex(graph.vertices[i]), i);
+  Eigen::AlignedBox3d near;  // what is outside of it cannot meet the addition
+  const double margin_m = std::max(surface_m, options.object_m);
+  for (const Vertex& v : addition.vertices) near.extend(v.position);
+  for (std::size_t i = 0; i < graph.size(); ++i) {
+    const Vertex& v = graph.vertices[i];
+    if (near.squaredExteriorDistance(v.position) <= margin_m * margin_m)
+      vertices_of_cell.add(cellOfVertex(v), i);
+  }
   std::vector<std::uint32_t> now_at;  // of the vertices of the addition
   for (const Vertex& v : addition.vertices) {
     std::size_t nearest = graph.size();

@@ -496,7 +496,7 @@ void readBulk(ContentReader& in, const Meta& meta, std::uint64_t file_bytes,
     tile.packing = packing;
     tiles.push_back(std::move(tile));
   });
-  fill(std::move(tiles), map.bev);
+  map.packed_view = std::make_shared<const PackedView>(fill(std::move(tiles), map.bev));
   scaleLengths(map.size, map.bev);
   const auto points = numberIn<std::uint64_t>(meta, "cloud_points");
   tiles.clear();
@@ -517,7 +517,8 @@ void readBulk(ContentReader& in, const Meta& meta, std::uint64_t file_bytes,
 void writeContent(SQLite::Database& database, const std::string& schema, const SemanticMap& map) {
   requireStorable(map);
   // Tiles have the lengths of a town, for whose precision they are made.
-  const std::vector<Tile> bev_tiles = toTiles(*Scaled<BevGrid>(map.bev, 1 / map.size));
+  const std::vector<Tile> bev_tiles =
+      toTiles(*Scaled<BevGrid>(map.bev, 1 / map.size), map.packed_view.get());
   std::vector<Tile> cloud_tiles = toTiles(*Scaled<LabelledCloud>(map.cloud, 1 / map.size));
   if (map.packed) mergeTiles(map.packed->tiles(), cloud_tiles);
   std::size_t stored_points = 0;

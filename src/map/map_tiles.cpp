@@ -19,6 +19,7 @@
 #include <new>
 #include <tuple>
 #include <type_traits>
+#include <unordered_map>
 
 #include "xview/types/stored_cloud.h"
 
@@ -31,18 +32,17 @@ constexpr std::size_t kBestRatio = 1032;  // of deflate: 258 bytes from two bits
 constexpr std::size_t kLongestNumber = 10;                        // bytes of a packed one
 constexpr std::uint64_t kAlwaysAllowed = std::uint64_t{4} << 20;  // rows: 128 MB of points
 
-template <std::size_t N>
-using NumberRows = std::vector<std::array<std::int64_t, N>>;
-
-/// `differences`: the first columns, whose numbers are stored as such.
-template <std::size_t N>
-Bytes packed(const NumberRows<N>& rows, std::size_t differences = N) {
+/// `differences`: the first columns, whose numbers are stored as such. A row has its numbers as
+/// row[column].
+template <class Row>
+Bytes packed(const std::vector<Row>& rows, std::size_t columns, std::size_t differences) {
   ByteWriter out;
-  for (std::size_t column = 0; column < N; ++column) {
+  for (std::size_t column = 0; column < columns; ++column) {
     std::int64_t previous = 0;
-    for (const auto& row : rows) {
-      out.signedInteger(row[column] - previous);
-      if (column < differences) previous = row[column];
+    for (const Row& row : rows) {
+      const std::int64_t value = row[column];
+      out.signedInteger(value - previous);
+      if (column < differences) previous = value;
     }
   }
   Bytes bytes = compressed(out.bytes());
@@ -120,80 +120,145 @@ std::uint64_t bitsOf(double number) {
 /// Labels of cells of a bird's-eye view that were seen: of measured ground, and of others.
 constexpr std::uint32_t kMeasured = kBevChannels, kSeen = kBevChannels + 1;
 
-/// Of a point at steps from the corner of its tile.
-std::array<std::int64_t, 8> rowOf(std::uint32_t label, std::uint32_t instance, std::int64_t x,
-                                  std::int64_t y, std::int64_t z) {
-  return {label, instance, x / kVoxel, y / kVoxel, z / kVoxel, x % kVoxel, y % kVoxel, z % kVoxel};
-}
+/// The numbers of a point at steps from the corner of its tile, in the order of their columns; two
+/// words, since they are sorted.
+class PointRow {
+ public:
+  PointRow(std::uint32_t label, std::uint32_t instance, std::int64_t x, std::int64_t y,
+           std::int64_t z)
+      : what_(std::uint64_t{label} << 32 | instance),
+        where_(at(x / kVoxel, 2) | at(y / kVoxel, 3) | at(z / kVoxel, 4) | at(x % kVoxel, 5) |
+               at(y % kVoxel, 6) | at(z % kVoxel, 7)) {}
 
-Bytes packedPoints(NumberRows<8>& rows) {
+  std::int64_t operator[](std::size_t column) const {
+    if (column == 0) return static_cast<std::int64_t>(what_ >> 32);
+    if (column == 1) return static_cast<std::int64_t>(what_ & kMostId);
+    return static_cast<std::int64_t>(where_ >> shiftOf(column) & kByte);
+  }
+  bool operator<(const PointRow& other) const {
+    return what_ != other.what_ ? what_ < other.what_ : where_ < other.where_;
+  }
+
+ private:
+  static constexpr std::uint64_t kByte = 0xFF;
+  static_assert(kLastVoxel <= 0xFF && kVoxel <= 0xFF);
+
+  static unsigned shiftOf(std::size_t column) {
+    return static_cast<unsigned>(8 * (kLargest.size() - 1 - column));
+  }
+  static std::uint64_t at(std::int64_t value, std::size_t column) {
+    return static_cast<std::uint64_t>(value) << shiftOf(column);
+  }
+
+  std::uint64_t what_, where_;
+};
+
+Bytes packedPoints(std::vector<PointRow>& rows) {
   std::sort(rows.begin(), rows.end());
-  return packed(rows, kSorted);
+  return packed(rows, kLargest.size(), kSorted);
 }
 
-/// Calls visit(label, instance, x, y, z) for the points of a tile; throws Damage.
+/// Where a point is: its tile, and steps from the corner of that. By axis.
+struct TileSteps {
+  std::array<std::int64_t, 3> tile, in_tile;
+};
+
+TileSteps stepsOf(const Point& p) {
+  TileSteps steps{};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const std::int64_t at = toSteps(p.getVector3fMap()[static_cast<Eigen::Index>(axis)], "point");
+    steps.tile[axis] = floorDivide(at, kSide);
+    steps.in_tile[axis] = at - steps.tile[axis] * kSide;
+  }
+  return steps;
+}
+
+/// Calls visit(label, instance, steps in the tile) for the points of a tile; throws Damage.
 template <class Visit>
 void forPoints(const Tile& tile, const Visit& visit) {
+  using Steps = std::array<std::int64_t, 3>;
   requirePlace(tile);
-  const auto visitAt = [&](std::uint32_t label, std::uint32_t instance, std::int64_t x,
-                           std::int64_t y, std::int64_t z) {
-    visit(label, instance, toMetres(tile.x * kSide + x), toMetres(tile.y * kSide + y),
-          toMetres(tile.z * kSide + z));
-  };
   if (tile.packing == Packing::tiles) {
     for (const auto& [label, instance, x, y, z] : unpacked(tile.data, tile.points, kLargestInTile))
-      visitAt(label, instance, x, y, z);
+      visit(label, instance, Steps{x, y, z});
     return;
   }
   for (const auto& row : unpacked(tile.data, tile.points, kLargest, kSorted)) {
     const auto& [label, instance, voxel_x, voxel_y, voxel_z, x, y, z] = row;
-    visitAt(label, instance, voxel_x * kVoxel + x, voxel_y * kVoxel + y, voxel_z * kVoxel + z);
+    visit(label, instance, Steps{voxel_x * kVoxel + x, voxel_y * kVoxel + y, voxel_z * kVoxel + z});
   }
+}
+
+Point pointIn(const Tile& tile, const std::array<std::int64_t, 3>& in_tile, std::uint32_t label) {
+  return Point(toMetres(tile.x * kSide + in_tile[0]), toMetres(tile.y * kSide + in_tile[1]),
+               toMetres(tile.z * kSide + in_tile[2]), label);
 }
 
 bool isBefore(const Tile& a, const Tile& b) {
   return std::tie(a.z, a.y, a.x) < std::tie(b.z, b.y, b.x);
 }
 
-/// The points at(0) to at(count - 1). One row of tiles is unpacked at a time: as numbers all points
-/// would take several times their memory.
+/// Sums what add() receives of the points of a tile, in any order.
+class TileDigest {
+ public:
+  void add(std::uint32_t label, const std::array<std::int64_t, 3>& in_tile) {
+    static_assert(kSide <= 1 << 13);
+    std::uint64_t mixed = label;
+    for (const std::int64_t steps : in_tile)
+      mixed = mixed << 13 | static_cast<std::uint64_t>(steps);
+    mixed = (mixed ^ mixed >> 30) * 0xBF58476D1CE4E5B9ull;  // SplitMix64
+    mixed = (mixed ^ mixed >> 27) * 0x94D049BB133111EBull;
+    sum_ += mixed ^ mixed >> 31;
+  }
+  std::uint64_t sum() const { return sum_; }
+
+ private:
+  std::uint64_t sum_ = 0;
+};
+
+/// The points at(0) to at(count - 1). One tile is unpacked at a time: as numbers all points would
+/// take several times their memory. Tiles that hold what one of `known` holds are that one.
 template <class PointAt>
-std::vector<Tile> tilesOf(std::size_t count, const PointAt& at) {
-  std::map<std::int64_t, std::int32_t> number_of_row;
-  std::vector<std::int32_t> row_of;
-  row_of.reserve(count);
+std::vector<Tile> tilesOf(std::size_t count, const PointAt& at, const PackedView* known = nullptr) {
+  struct Open {
+    Tile tile;
+    TileDigest digest;
+  };
+  std::vector<Open> open;
+  std::unordered_map<std::int64_t, std::int32_t> number_of;  // by tileId
+  std::vector<std::int32_t> tile_of(count, -1);
   for (std::size_t i = 0; i < count; ++i) {
     const Point p = at(i);
-    if (!p.getVector3fMap().allFinite()) {
-      row_of.push_back(-1);
+    if (!p.getVector3fMap().allFinite()) continue;
+    const auto [tile, in_tile] = stepsOf(p);
+    if (!isTileIndex(tile[0]) || !isTileIndex(tile[1]) || !isTileIndex(tile[2]))
+      throw std::out_of_range("points beyond 2^20 tiles of 64 m do not fit into a map");
+    Tile empty;
+    std::tie(empty.x, empty.y, empty.z) = std::tie(tile[0], tile[1], tile[2]);
+    const auto [found, is_new] =
+        number_of.try_emplace(tileId(empty), static_cast<std::int32_t>(open.size()));
+    if (is_new) open.push_back({std::move(empty), {}});
+    tile_of[i] = found->second;
+    ++open[found->second].tile.points;
+    if (known) open[found->second].digest.add(p.label, in_tile);
+  }
+  const Grouped points(tile_of, open.size());
+  std::vector<Tile> tiles;
+  std::vector<PointRow> rows;
+  for (std::size_t t = 0; t < open.size(); ++t) {
+    Tile& tile = open[t].tile;
+    if (const Tile* same = known ? known->find(tile, open[t].digest.sum()) : nullptr) {
+      tiles.push_back(*same);
       continue;
     }
-    const std::int64_t y = floorDivide(toSteps(p.y, "point"), kSide);
-    const auto next = static_cast<std::int32_t>(number_of_row.size());
-    row_of.push_back(number_of_row.try_emplace(y, next).first->second);
-  }
-  const Grouped rows(row_of, number_of_row.size());
-  std::vector<Tile> tiles;
-  for (const auto& [ty, row] : number_of_row) {
-    std::map<std::pair<std::int64_t, std::int64_t>, NumberRows<8>> open;  // z, x
-    const auto begin = rows.starts[static_cast<std::size_t>(row)],
-               end = rows.starts[static_cast<std::size_t>(row) + 1];
-    for (std::size_t k = begin; k < end; ++k) {
-      const Point p = at(rows.order[k]);
-      std::int64_t x = toSteps(p.x, "point"), y = toSteps(p.y, "point") - ty * kSide,
-                   z = toSteps(p.z, "point");
-      const std::int64_t tx = floorDivide(x, kSide), tz = floorDivide(z, kSide);
-      x -= tx * kSide;
-      z -= tz * kSide;
-      open[{tz, tx}].push_back(rowOf(p.label, p.instance, x, y, z));
+    rows.clear();
+    for (std::size_t k = points.starts[t]; k < points.starts[t + 1]; ++k) {
+      const Point p = at(points.order[k]);
+      const auto in_tile = stepsOf(p).in_tile;
+      rows.emplace_back(p.label, p.instance, in_tile[0], in_tile[1], in_tile[2]);
     }
-    for (auto& [key, numbers] : open) {
-      const auto& [z, x] = key;
-      if (!isTileIndex(x) || !isTileIndex(ty) || !isTileIndex(z))
-        throw std::out_of_range("points beyond 2^20 tiles of 64 m do not fit into a map");
-      tiles.push_back(
-          {x, ty, z, static_cast<std::uint32_t>(numbers.size()), packedPoints(numbers)});
-    }
+    tile.data = packedPoints(rows);
+    tiles.push_back(std::move(tile));
   }
   std::sort(tiles.begin(), tiles.end(), isBefore);
   return tiles;
@@ -298,10 +363,21 @@ std::vector<Tile> toTiles(const LabelledCloud& cloud) {
   return tilesOf(cloud.size(), [&](std::size_t i) { return cloud.points[i]; });
 }
 
-std::vector<Tile> toTiles(const BevGrid& bev) {
+void PackedView::add(const Tile& tile, std::uint64_t digest) {
+  tiles_.insert_or_assign(tileId(tile), Entry{tile, digest});
+}
+
+const Tile* PackedView::find(const Tile& tile, std::uint64_t digest) const {
+  const auto found = tiles_.find(tileId(tile));
+  if (found == tiles_.end()) return nullptr;
+  const Entry& entry = found->second;
+  return entry.digest == digest && entry.tile.points == tile.points ? &entry.tile : nullptr;
+}
+
+std::vector<Tile> toTiles(const BevGrid& bev, const PackedView* known) {
   std::array<std::size_t, kBevChannels + 1> begin{};
   for (std::size_t c = 0; c < kBevChannels; ++c) begin[c + 1] = begin[c] + bev.samples[c].size();
-  return tilesOf(begin.back() + bev.known.size(), [&](std::size_t i) {
+  const auto pointAt = [&](std::size_t i) {
     if (i >= begin.back()) {
       const GroundCell& cell = bev.known[i - begin.back()];
       return Point(static_cast<float>((cell.x + 0.5) * bev.cell_m),
@@ -314,7 +390,8 @@ std::vector<Tile> toTiles(const BevGrid& bev) {
     if (!std::isfinite(s.x + s.y + s.z))
       throw std::out_of_range("sample of the plan view that is not finite");
     return Point(s.x, s.y, s.z, static_cast<std::uint32_t>(c));
-  });
+  };
+  return tilesOf(begin.back() + bev.known.size(), pointAt, known);
 }
 
 void requirePlace(const Tile& tile) {
@@ -323,8 +400,8 @@ void requirePlace(const Tile& tile) {
 }
 
 void appendTile(const Tile& tile, LabelledCloud& cloud) {
-  forPoints(tile, [&](std::uint32_t label, std::uint32_t instance, float x, float y, float z) {
-    Point point(x, y, z, label);
+  forPoints(tile, [&](std::uint32_t label, std::uint32_t instance, const auto& in_tile) {
+    Point point = pointIn(tile, in_tile, label);
     point.instance = instance;
     cloud.points.push_back(point);
   });
@@ -341,7 +418,8 @@ void mergeTiles(const std::vector<Tile>& addition, std::vector<Tile>& tiles) {
   tiles = std::move(all);
 }
 
-void fill(std::vector<Tile> tiles, BevGrid& bev) {
+PackedView fill(std::vector<Tile> tiles, BevGrid& bev) {
+  PackedView packed;
   std::stable_sort(tiles.begin(), tiles.end(),
                    [](const Tile& a, const Tile& b) { return a.y < b.y; });
   for (auto row = tiles.begin(); row != tiles.end();) {
@@ -349,19 +427,24 @@ void fill(std::vector<Tile> tiles, BevGrid& bev) {
         std::find_if(row, tiles.end(), [&](const Tile& tile) { return tile.y != row->y; });
     BevGrid of_row;
     for (; row != end; ++row) {
-      forPoints(*row, [&](std::uint32_t label, std::uint32_t, float x, float y, float z) {
+      TileDigest digest;
+      forPoints(*row, [&](std::uint32_t label, std::uint32_t, const auto& in_tile) {
         if (label > kSeen) throw Damage("plan view with an unknown channel");
+        digest.add(label, in_tile);
+        const Point p = pointIn(*row, in_tile, label);
         if (label < kBevChannels)
-          of_row.samples[label].push_back({x, y, z});
+          of_row.samples[label].push_back({p.x, p.y, p.z});
         else
-          of_row.known.push_back({static_cast<std::int32_t>(std::floor(x / bev.cell_m)),
-                                  static_cast<std::int32_t>(std::floor(y / bev.cell_m)), z,
+          of_row.known.push_back({static_cast<std::int32_t>(std::floor(p.x / bev.cell_m)),
+                                  static_cast<std::int32_t>(std::floor(p.y / bev.cell_m)), p.z,
                                   label == kMeasured});
       });
+      if (row->packing == Packing::voxels) packed.add(*row, digest.sum());
     }
     for (std::size_t c = 0; c < kBevChannels; ++c) appendSorted(of_row.samples[c], bev.samples[c]);
     appendSorted(of_row.known, bev.known);
   }
+  return packed;
 }
 
 std::string channelNames() {
@@ -429,14 +512,15 @@ void appendVertices(const VertexBlock& block, std::vector<Vertex>& vertices) {
 }
 
 std::vector<EdgeBlock> toBlocks(const SemanticGraph& graph) {
-  std::map<std::int64_t, NumberRows<2>> open;
+  using Edge = std::array<std::int64_t, 2>;
+  std::map<std::int64_t, std::vector<Edge>> open;
   for (const auto& [a, b] : graph.edges()) {
     const std::int64_t first = a / kBlock * kBlock;
     open[first].push_back({a - first, b - first});
   }
   std::vector<EdgeBlock> blocks;
   for (const auto& [first, rows] : open)
-    blocks.push_back({first, static_cast<std::uint32_t>(rows.size()), packed(rows)});
+    blocks.push_back({first, static_cast<std::uint32_t>(rows.size()), packed(rows, 2, 2)});
   return blocks;
 }
 

@@ -6,6 +6,7 @@
 #include <limits>
 #include <stdexcept>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
 #include "xview/types/bev_grid.h"
@@ -130,11 +131,30 @@ void appendTile(const Tile& tile, LabelledCloud& cloud);
 /// both.
 void mergeTiles(const std::vector<Tile>& addition, std::vector<Tile>& tiles);
 
+/// The tiles of a bird's-eye view as a file has them. Found again by what they hold, so that only
+/// those of a grown map that hold something else are packed anew.
+class PackedView {
+ public:
+  /// `digest`: of the points of the tile.
+  void add(const Tile& tile, std::uint64_t digest);
+  /// The tile of that place with as many points and that digest, or null.
+  const Tile* find(const Tile& tile, std::uint64_t digest) const;
+
+ private:
+  struct Entry {
+    Tile tile;
+    std::uint64_t digest = 0;
+  };
+  std::unordered_map<std::int64_t, Entry> tiles_;  ///< by tileId
+};
+
 /// The same of a bird's-eye view: samples are points with their channel as label, cells that were
-/// seen points at their middle. Throws std::out_of_range for samples that are not finite, too.
-std::vector<Tile> toTiles(const BevGrid& bev);
-/// Fills a bird's-eye view, which has its grid already, with the tiles of one; throws Damage.
-void fill(std::vector<Tile> tiles, BevGrid& bev);
+/// seen points at their middle. Tiles that hold what one of `known` holds are that one. Throws
+/// std::out_of_range for samples that are not finite, too.
+std::vector<Tile> toTiles(const BevGrid& bev, const PackedView* known = nullptr);
+/// Fills a bird's-eye view, which has its grid already, with the tiles of one, and returns those
+/// that can be written as they are; throws Damage.
+PackedView fill(std::vector<Tile> tiles, BevGrid& bev);
 /// Names of the channels in the order of storage; another order is another file.
 std::string channelNames();
 

@@ -192,6 +192,45 @@ Options plainSearch(Options options) {
   return options;
 }
 
+/// The map where another place lies in its frame, with a rim, as far as views are compared there.
+/// What is known of distances at wrong places stays that of the whole map.
+map::SemanticMap partAround(const Place& place, const map::SemanticMap& map) {
+  constexpr double kRim_m = 30;  // of a town; distances are told apart up to a few metres
+  Eigen::AlignedBox2d box;
+  const auto middleOf = [](const GroundCell& cell, const BevGrid& bev) {
+    return Eigen::Vector2d(bev.origin_x + (cell.x + 0.5) * bev.cell_m,
+                           bev.origin_y + (cell.y + 0.5) * bev.cell_m);
+  };
+  for (const GroundCell& cell : place.bev.known) box.extend(middleOf(cell, place.bev));
+  box.min().array() -= kRim_m * map.size;
+  box.max().array() += kRim_m * map.size;
+
+  map::SemanticMap part;
+  part.labels = map.labels;
+  part.gravity = map.gravity;
+  part.sensor = map.sensor;
+  part.size = map.size;
+  part.null = map.null;
+  part.bev = BevGrid{map.bev.cell_m,
+                     map.bev.origin_x,
+                     map.bev.origin_y,
+                     map.bev.origin_z,
+                     map.bev.alignment,
+                     map.bev.aerial,
+                     {},
+                     {}};
+  for (const GroundCell& cell : map.bev.known) {
+    if (box.contains(middleOf(cell, map.bev))) part.bev.known.push_back(cell);
+  }
+  for (std::size_t c = 0; c < kBevChannels; ++c) {
+    for (const BevSample& s : map.bev.samples[c]) {
+      if (box.contains(Eigen::Vector2d(map.bev.origin_x + s.x, map.bev.origin_y + s.y)))
+        part.bev.samples[c].push_back(s);
+    }
+  }
+  return part;
+}
+
 double areaOf(const BevGrid& bev) {
   return bev.cell_m * bev.cell_m * static_cast<double>(bev.known.size());
 }
@@ -322,7 +361,11 @@ std::optional<FrameEvidence> evidenceOfOneFrame(const map::SemanticMap& map,
                                                 const map::SemanticMap& other,
                                                 const Options& options) {
   if (map.size != other.size) return std::nullopt;
-  const Localizer localizer(map::borrowed(map), plainSearch(options));
+  const bool of_views = !other.bev.known.empty() && map.null.poses > 0 &&
+                        map.bev.alignment.angularDistance(other.bev.alignment) <= kSameUp_rad;
+  const map::SemanticMap part = of_views ? partAround(other, map) : map::SemanticMap();
+  if (of_views && part.bev.known.empty()) return std::nullopt;
+  const Localizer localizer(map::borrowed(of_views ? part : map), plainSearch(options));
   const Query query = makeQuery(other, options);
   const std::vector<Eigen::Isometry3d> as_it_is{Eigen::Isometry3d::Identity()};
   const verify::PlaceEvidence here = localizer.check(query, as_it_is, 0)[0].evidence;

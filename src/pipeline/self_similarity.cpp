@@ -10,6 +10,7 @@
 #include "pipeline/query_in_map.h"
 #include "xview/pose/distribution_map.h"
 #include "xview/pose/refine.h"
+#include "xview/search/distance_field.h"
 #include "xview/search/search.h"
 #include "xview/types/median.h"
 #include "xview/types/parallel.h"
@@ -74,6 +75,34 @@ class SecondLook {
   Random& random_;
 };
 
+std::uint32_t sourceOf(const map::SemanticMap& map, std::size_t key_frame) {
+  return key_frame < map.source_of_pose.size() ? map.source_of_pose[key_frame] : 0;
+}
+
+/// Of each key frame, in units of the poses; the way from one recording to the next counts nothing.
+std::vector<double> wayOf(const map::SemanticMap& map) {
+  std::vector<double> along(map.poses.size(), 0);
+  for (std::size_t i = 1; i < along.size(); ++i) {
+    const double step = (map.poses[i].translation() - map.poses[i - 1].translation()).norm();
+    along[i] = along[i - 1] + (sourceOf(map, i) == sourceOf(map, i - 1) ? step : 0);
+  }
+  return along;
+}
+
+/// The key frames of what was added, from `first` on, at which a stretch is asked: where the way of
+/// the whole map passes a multiple of a step, which is a power of two and grows with that way. Of
+/// many small additions to a long map only those have such a place that pass one.
+std::vector<std::size_t> placesDue(const map::SemanticMap& map, std::size_t first) {
+  const std::vector<double> along = wayOf(map);
+  const double share = along.back() / (kRememberedPlaces * map.size);
+  const double step = map.size * std::max(2.0, std::exp2(std::ceil(std::log2(share))));
+  std::vector<std::size_t> due;
+  for (std::size_t i = std::max<std::size_t>(first, 1); i < along.size(); ++i) {
+    if (std::floor(along[i] / step) > std::floor(along[i - 1] / step)) due.push_back(i);
+  }
+  return due;
+}
+
 /// The map with its field, gravity-aligned, and where its neighbourhoods are.
 class SelfSearch {
  public:
@@ -86,11 +115,7 @@ class SelfSearch {
       for (const Eigen::Isometry3d& T : map.poses) path.push_back(T.translation());
       field_ = search::makeSurfaceField(map.bev, path, surroundingsOf(map.size), map.null,
                                         options.places, options.threads);
-      along_.assign(path.size(), 0);
-      for (std::size_t i = 1; i < path.size(); ++i) {
-        const double step_m = (path[i] - path[i - 1]).norm();
-        along_[i] = along_[i - 1] + (sourceOf(i) == sourceOf(i - 1) ? step_m : 0);
-      }
+      along_ = wayOf(map);
       reach_m_ = reachOfPath();
       if (ask_second_best && map::pointCount(map) > 0)
         distributions_.emplace(distributionsOf(map, options.refine));
@@ -102,8 +127,8 @@ class SelfSearch {
   search::PathNull pathNull() const { return field_->pathNull(); }
   bool hasPath() const { return !along_.empty(); }
 
-  /// Evenly spread key frames, of them those from `first` on; or vertices.
-  std::vector<std::size_t> choosePlaces(std::size_t most, std::size_t first = 0) const {
+  /// Evenly spread key frames, or vertices.
+  std::vector<std::size_t> choosePlaces(std::size_t most) const {
     std::vector<std::size_t> chosen;
     if (!hasPath()) {
       const std::size_t step =
@@ -113,13 +138,9 @@ class SelfSearch {
       return chosen;
     }
     const double step_m = std::max(2.0, along_.back() / static_cast<double>(most));
-    const double begin_m = along_.at(first);
-    for (std::size_t i = first; i < along_.size() && chosen.size() < most; ++i) {
-      if (along_[i] - begin_m >= step_m * (static_cast<double>(chosen.size()) + 0.5))
-        chosen.push_back(i);
+    for (std::size_t i = 0; i < along_.size() && chosen.size() < most; ++i) {
+      if (along_[i] >= step_m * (static_cast<double>(chosen.size()) + 0.5)) chosen.push_back(i);
     }
-    if (chosen.empty() && first > 0 && first + 1 < along_.size())
-      chosen.push_back((first + along_.size()) / 2);
     return chosen;
   }
 
@@ -146,15 +167,12 @@ class SelfSearch {
   }
 
  private:
-  std::uint32_t sourceOf(std::size_t key_frame) const {
-    return key_frame < map_.source_of_pose.size() ? map_.source_of_pose[key_frame] : 0;
-  }
-
   /// Length of the way of one recording.
   double pathLengthOf(std::uint32_t source) const {
     double way_m = 0;
     for (std::size_t i = 1; i < along_.size(); ++i) {
-      if (sourceOf(i) == source && sourceOf(i - 1) == source) way_m += along_[i] - along_[i - 1];
+      if (sourceOf(map_, i) == source && sourceOf(map_, i - 1) == source)
+        way_m += along_[i] - along_[i - 1];
     }
     return way_m;
   }
@@ -179,8 +197,8 @@ class SelfSearch {
 
   /// The stretch of one recording that ends there, or goes on if it began too late.
   bool cutPath(std::size_t place, double window_m, Random& random, Neighbourhood& around) const {
-    const auto samePath = [&](std::size_t i) { return sourceOf(i) == sourceOf(place); };
-    if (pathLengthOf(sourceOf(place)) < kLeftForOthers * window_m) return false;
+    const auto samePath = [&](std::size_t i) { return sourceOf(map_, i) == sourceOf(map_, place); };
+    if (pathLengthOf(sourceOf(map_, place)) < kLeftForOthers * window_m) return false;
     std::size_t first = place, last = place;
     while (first > 0 && samePath(first - 1) && along_[last] - along_[first] < window_m) --first;
     while (last + 1 < along_.size() && samePath(last + 1) &&
@@ -403,12 +421,19 @@ void measureNullHypothesis(map::SemanticMap& given, const Options& in_metres,
     given.null = {};
   }
   if (given.poses.size() < 2 || given.bev.known.empty()) return;
-  if (first_pose >= given.poses.size()) return;  // what was added has no path
+  std::vector<std::size_t> places;
+  if (first_pose > 0) {
+    places = placesDue(given, first_pose);
+    if (places.empty()) {  // so much longer a path changes no share of distances
+      if (given.null.poses > 0) given.null.view = search::fingerprintOf(given.bev);
+      return;
+    }
+  }
   const AlignedMap town(given, in_metres);
   const SelfSearch search(town.map, town.options, true);
+  if (first_pose == 0) places = search.choosePlaces(kRememberedPlaces);
   given.null = search.pathNull();
-  for (const auto& q : askAll(search, search.choosePlaces(kRememberedPlaces, first_pose),
-                              kRememberedLengths_m, town.options.threads)) {
+  for (const auto& q : askAll(search, places, kRememberedLengths_m, town.options.threads)) {
     if (q) given.own_stretches.push_back({q->window_m * given.size, q->confidence});
     if (q && q->second_best) given.wrong_places.push_back(q->at_second_best);
   }

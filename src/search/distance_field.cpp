@@ -270,12 +270,6 @@ struct WrongPose {
   double yaw;
 };
 
-std::uint64_t viewOf(const BevGrid& map) {
-  std::uint64_t hash = map.known.size();
-  for (const auto& samples : map.samples) hash = hash * 0x9E3779B97F4A7C15ull + samples.size();
-  return hash >> 16;  // so that a double holds it
-}
-
 /// From or to a pose of the path that is not one of the first `known`.
 std::vector<WrongPose> drawWrongPoses(const std::vector<Eigen::Vector2d>& path, std::size_t known) {
   std::vector<WrongPose> poses;
@@ -297,10 +291,16 @@ std::vector<WrongPose> drawWrongPoses(const std::vector<Eigen::Vector2d>& path, 
 
 }  // namespace
 
+std::uint64_t fingerprintOf(const BevGrid& map) {
+  std::uint64_t hash = map.known.size();
+  for (const auto& samples : map.samples) hash = hash * 0x9E3779B97F4A7C15ull + samples.size();
+  return hash >> 16;  // so that a double holds it
+}
+
 PathNull mapNull(const BevGrid& map, const std::vector<Eigen::Vector2d>& path,
                  const DistanceField& field, const PathNull& known) {
-  const std::uint64_t view = viewOf(map);
-  if (path.size() < 4 || (path.size() == known.poses && view == known.view)) return known;
+  const std::uint64_t view = fingerprintOf(map);
+  if (path.size() < 4 || (known.poses > 0 && view == known.view)) return known;
   const bool has_grown = path.size() > known.poses;
   PathNull null{has_grown ? known.counts : MapNull{}, path.size(), view};
   const std::vector<WrongPose> poses = drawWrongPoses(path, has_grown ? known.poses : 0);

@@ -62,6 +62,22 @@ TEST(CommonFrame, PlacesThatShareNothingTellNothing) {
   EXPECT_FALSE(evidenceOfOneFrame(simulatedDrive().map, far, {}));
 }
 
+/// A map that does not know its null is asked as a whole.
+TEST(CommonFrame, ThePartOfAMapWhereTheOtherLiesTellsAsMuchAsAllOfIt) {
+  const map::SemanticMap& map = simulatedDrive().map;
+  map::SemanticMap whole = map;
+  whole.null = {};
+  for (const double beside_m : {0., 3.}) {
+    const map::SemanticMap rear = mapMovedBy("rear", shift(beside_m, 0));
+    const auto of_part = evidenceOfOneFrame(map, rear, {}),
+               of_all = evidenceOfOneFrame(whole, rear, {});
+    ASSERT_TRUE(of_part && of_all);
+    EXPECT_EQ(of_part->score, of_all->score);
+    EXPECT_EQ(of_part->nearby, of_all->nearby);
+    EXPECT_EQ(of_part->area_m2, of_all->area_m2);
+  }
+}
+
 TEST(CommonFrame, AnotherMethodAndAPriorChangeNothing) {
   const map::SemanticMap rear = mapMovedBy("rear", shift(0, 0));
   Options options;

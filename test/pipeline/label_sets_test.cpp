@@ -21,14 +21,13 @@ using test::simulatedDrive;
 class DriveIn {
  public:
   explicit DriveIn(const std::string& set)
-      : labels(io::shippedLabelSet(set)),
-        map(buildMap({recordingOf("forward").get()}, {})),
-        query(queryOf("rear")),
-        negative(queryOf("elsewhere")) {}
+      : labels(io::shippedLabelSet(set)), query(queryOf("rear")) {}
 
-  LabelSet labels;
-  map::SemanticMap map;
-  Query query, negative;
+  const LabelSet labels;
+  const Query query;
+
+  Query negative() const { return queryOf("elsewhere"); }
+  map::SemanticMap map() const { return buildMap({recordingOf("forward").get()}, {}); }
 
  private:
   std::unique_ptr<FrameSource> recordingOf(const std::string& session) const {
@@ -48,11 +47,10 @@ class DriveIn {
   }
 };
 
-/// Two maps for each recording, in sets that are near and far in the list, and all of them at
-/// night.
+/// In every second map those of sets that are near and far in the list; all of them at night.
 bool isAsked(std::size_t recording, std::size_t map, std::size_t sets) {
   const std::size_t step = (recording + sets - map) % sets;
-  return test::isNightly() || step == 1 || step == sets / 2;
+  return test::isNightly() || (map % 2 == 0 && (step == 1 || step == sets / 2));
 }
 
 /// What one set cannot name must neither be missed in the other nor be found there by chance.
@@ -71,8 +69,8 @@ TEST(LabelSets, ARecordingInOneShippedSetIsFoundInAMapOfAnyOther) {
   const Eigen::Vector3d truth = simulatedDrive().sessions.at("rear")->truth(39).translation();
   int asked = 0, accepted = 0;
   std::string refused;
-  for (std::size_t i = 0; i < drives.size(); ++i) {
-    const Localizer localizer(drives[i]->map, {});
+  for (std::size_t i = 0; i < drives.size(); i += test::isNightly() ? 1 : 2) {
+    const Localizer localizer(drives[i]->map(), {});
     for (std::size_t j = 0; j < drives.size(); ++j) {
       if (!isAsked(j, i, drives.size())) continue;
       const LabelSet &of = drives[j]->labels, &in = drives[i]->labels;
@@ -89,11 +87,11 @@ TEST(LabelSets, ARecordingInOneShippedSetIsFoundInAMapOfAnyOther) {
         EXPECT_LT((fix.T_map_sensor.translation() - truth).norm(), 0.5);
       }
       if ((i + j) % 4 != 0) continue;
-      const Localization strange = localizer.localize(drives[j]->negative);
+      const Localization strange = localizer.localize(drives[j]->negative());
       EXPECT_NE(strange.status, Status::accepted) << strange.reason;
     }
   }
-  EXPECT_GT(asked, test::isNightly() ? 200 : 25);
+  EXPECT_GT(asked, test::isNightly() ? 200 : 12);
   EXPECT_GE(accepted, 0.97 * asked) << "a map of five classes tells less:\n" << refused;
 }
 
@@ -110,12 +108,12 @@ TEST(LabelSets, WithoutAnyCommonClassTheAnswerSaysSo) {
 
 TEST(LabelSets, PartsOfAMapMayHaveOtherSets) {
   const DriveIn cityscapes("cityscapes"), nuscenes("nuscenes");
-  map::SemanticMap map = cityscapes.map;
-  appendToMap(map, nuscenes.map, {});
+  map::SemanticMap map = cityscapes.map();
+  appendToMap(map, nuscenes.map(), {});
   EXPECT_EQ(map.labels, cityscapes.labels);
   for (const Vertex& vertex : map.graph.vertices)
     EXPECT_NE(map.labels.find(vertex.label), nullptr) << vertex.label;
-  map::SemanticMap negative = nuscenes.map;
+  map::SemanticMap negative = nuscenes.map();
   negative.labels = genericLabelSet({1, 2});
   EXPECT_THROW(appendToMap(map, negative, {}), Error);
 }

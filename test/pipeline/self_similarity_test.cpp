@@ -7,6 +7,7 @@
 
 #include "pipeline/two_streets.h"
 #include "support/label_sets.h"
+#include "xview/search/distance_field.h"
 #include "xview/types/semantic_place.h"
 
 namespace xview {
@@ -131,6 +132,28 @@ TEST(SelfSimilarity, AtWrongPlacesOfCopiesPointsLieOnTheirLike) {
   empty.own_stretches = {{30, 1}};
   measureNullHypothesis(empty, {});
   EXPECT_TRUE(empty.own_stretches.empty());
+}
+
+/// What is short beside the map is not asked, and the null stands for the map as it is now.
+TEST(SelfSimilarity, OfManySmallAdditionsAFewAreAsked) {
+  map::SemanticMap map = copiedStreets();
+  measureNullHypothesis(map, {});
+  const std::size_t whole = map.own_stretches.size(), poses = map.null.poses;
+  std::size_t asked = 0, skipped = 0;
+  for (int addition = 0; addition < 8; ++addition) {
+    const std::size_t first = map.poses.size(), before = map.own_stretches.size();
+    const Eigen::Isometry3d last = map.poses.back();
+    const Eigen::Vector3d step = last.translation() - map.poses[first - 2].translation();
+    map.addKeyframe(Eigen::Translation3d(step) * last, 0, 0, map.source_of_pose.back());
+    map.bev[BevChannel::road].push_back({0, 0, 0});
+    measureNullHypothesis(map, {}, first);
+    const bool is_asked = map.own_stretches.size() > before;
+    ++(is_asked ? asked : skipped);
+    EXPECT_TRUE(is_asked || map.null.view == search::fingerprintOf(map.bev));
+  }
+  EXPECT_GT(skipped, asked);
+  EXPECT_GE(map.own_stretches.size(), whole);
+  EXPECT_GE(map.null.poses, poses);
 }
 
 TEST(SelfSimilarity, OwnStretchesAreAcceptedByLengthAndRisk) {

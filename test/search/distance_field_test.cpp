@@ -294,14 +294,14 @@ TEST(MapNull, GrowsWithItsPath) {
   std::vector<Eigen::Vector2d> path;
   for (double x = -120; x < 120; x += 2) path.emplace_back(x, 0);
   const std::vector<Eigen::Vector2d> half(path.begin(), path.begin() + 60);
-  const PathNull whole = mapNull(map, path, field), first = mapNull(map, half, field),
-                 grown = mapNull(map, path, field, first);
-  EXPECT_EQ(grown.poses, path.size());
-  EXPECT_EQ(mapNull(map, path, field, whole).counts, whole.counts) << "nothing is new";
+  const PathNull whole = mapNull(map, path, field), first = mapNull(map, half, field);
+  EXPECT_EQ(mapNull(map, path, field, first).counts, first.counts) << "it stands for this view";
   PathNull of_another = first;
-  of_another.poses = path.size();
-  EXPECT_EQ(mapNull(map, path, field, of_another).counts, first.counts);
   of_another.view = 0;
+  const PathNull grown = mapNull(map, path, field, of_another);
+  EXPECT_EQ(grown.poses, path.size());
+  EXPECT_EQ(grown.view, whole.view);
+  of_another.poses = path.size();
   EXPECT_EQ(mapNull(map, path, field, of_another).counts, whole.counts) << "of another view";
   const auto shareOfNear = [](const PathNull& null) {
     double near = 0, all = 0;

@@ -27,6 +27,7 @@ struct OwnStretch {
 
 /// Points as they are packed in a map file, in canonical lengths; see openMap.
 class PackedCloud;
+class PackedView;
 
 /// A place that is kept in a file, to localize in. Its poses, frames and stamps are key frames.
 struct SemanticMap : Place {
@@ -36,10 +37,11 @@ struct SemanticMap : Place {
   std::string options_yaml;                   ///< effective options of the last build
   std::vector<WrongPlace>
       wrong_places;  ///< of some of its own stretches; see measureNullHypothesis
-  std::vector<OwnStretch> own_stretches;      ///< these stretches at their own places
-  search::PathNull null;                      ///< of its path; see measureNullHypothesis
-  std::optional<pose::SurfaceNoise> noise;    ///< of its points, in canonical lengths
-  std::shared_ptr<const PackedCloud> packed;  ///< points that are not in `cloud`, if any
+  std::vector<OwnStretch> own_stretches;          ///< these stretches at their own places
+  search::PathNull null;                          ///< of its path; see measureNullHypothesis
+  std::optional<pose::SurfaceNoise> noise;        ///< of its points, in canonical lengths
+  std::shared_ptr<const PackedCloud> packed;      ///< points that are not in `cloud`, if any
+  std::shared_ptr<const PackedView> packed_view;  ///< how the file has `bev`, if it comes from one
 
   void addKeyframe(const Eigen::Isometry3d& T_map_sensor, std::int64_t frame, double stamp_s,
                    std::uint32_t source) {

@@ -76,12 +76,15 @@ class DistanceField {
   CellTable<Place> places_;                        ///< of tiles_
 };
 
+/// Tells a view from others by how many samples of each channel it has (PathNull::view).
+std::uint64_t fingerprintOf(const BevGrid& map);
+
 /// Puts what lies within 30 m of one sensor position at another one at least 25 m away, heading
 /// aligned or reversed, and counts. In a town of equal streets a generic street fits everywhere;
 /// likelihoods learned elsewhere do not know that. `path`: sensor positions from the origin of the
 /// grid. All zero if the path is too short to say anything. Of a path that has grown only poses
 /// from or to its new part are drawn, in proportion, and added to `known`; if the view is another
-/// one, all is counted anew.
+/// one and the path is not longer, all is counted anew. `known` itself if it stands for this view.
 PathNull mapNull(const BevGrid& map, const std::vector<Eigen::Vector2d>& path,
                  const DistanceField& field, const PathNull& known = {});
 

@@ -48,8 +48,7 @@ struct LogRatios {
 /// Per channel, how the distance classes are distributed at wrong poses in one map.
 using MapNull = std::array<std::array<double, kDistanceBins>, kBevChannels>;
 
-/// The same of a map that grows: counted along the first poses of its path, in the view that it had
-/// then.
+/// The same of a map that grows: counted along the first poses of its path, for one view of it.
 struct PathNull {
   MapNull counts{};
   std::size_t poses = 0;
