@@ -292,7 +292,7 @@ int runWithoutCommand(const std::vector<Description>& commands,
   app.formatter(std::make_shared<HelpText>(
       "xview finds where a robot is in a semantic map, from any view-point.\n\nUsage: xview "
       "COMMAND ... [FLAGS]\nExample: xview localize town/rear --window 60 town.xvm\n\nCommands:" +
-      list + "\n\nxview COMMAND --help explains one."));
+      list + "\n\nxview COMMAND --help explains one, xview help options their options."));
   CommonFlags common;
   declareCommon(app, common, false);
   if (arguments.empty()) arguments = {"--help"};
@@ -334,14 +334,28 @@ int writeManual(const std::string& folder) {
   return kDone;
 }
 
+/// xview help options: those that all commands have, once.
+int printOptions() {
+  CLI::App app;
+  app.set_help_flag();
+  CommonFlags common;
+  declareOptions(app, common, true);
+  app.formatter(std::make_shared<HelpText>(
+      "What stages can be told: every command as --KEY VALUE, and files of --config\nas YAML, of "
+      "which `xview --print-config` prints one."));
+  fmt::print("{}", app.help("", CLI::AppFormatMode::All));
+  return kDone;
+}
+
 /// Runs one of the commands; `called` gets its name behind a blank.
 int dispatch(std::vector<std::string> arguments, std::string& called) {
   const std::string command_line = commandLine(arguments);
   bool wants_help = false;
-  if (!arguments.empty() && arguments[0] == "help") {  // xview help [COMMAND]
+  if (!arguments.empty() && arguments[0] == "help") {  // xview help [COMMAND|options]
     arguments.erase(arguments.begin());
     wants_help = true;
     if (arguments.size() == 2 && arguments[0] == "--write") return writeManual(arguments[1]);
+    if (arguments == std::vector<std::string>{"options"}) return printOptions();
   }
   std::vector<Description> known;
   for (const CommandMaker make : kCommands) {

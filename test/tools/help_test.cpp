@@ -55,6 +55,17 @@ TEST(Help, OfEveryCommandIsOnStdoutWithAnExample) {
   }
 }
 
+/// Once, for whoever looks for an option and not for a command.
+TEST(Help, OfOptionsIsWhatAllCommandsHave) {
+  const Outcome options = runXview({"help", "options"});
+  EXPECT_EQ(options.code, 0) << options.err;
+  const std::string all = runXview({"graph", "--help-all"}).out;
+  const std::size_t stages = options.out.find("Options of prior:");
+  ASSERT_NE(stages, std::string::npos);
+  EXPECT_NE(all.find(options.out.substr(stages)), std::string::npos);
+  EXPECT_EQ(options.out.find("--frames"), std::string::npos) << "of a command";
+}
+
 TEST(Help, ShowsOptionsByStageWithDefaultAndUnit) {
   const std::string all = runXview({"graph", "--help-all"}).out;
   EXPECT_NE(all.find("Options of walks:"), std::string::npos);
