@@ -22,10 +22,6 @@ namespace {
 
 using What = Change::What;
 
-constexpr const char* kAnyway = " (moves anyway)";
-
-bool isAnyway(const std::string& group) { return group.find(kAnyway) != std::string::npos; }
-
 Color colorOf(What what) {
   if (what == What::gone) return {206, 44, 44};
   return what == What::added ? Color{22, 138, 62} : Color{216, 120, 0};
@@ -208,11 +204,12 @@ class DiffCommand final : public Command {
     for (const Eigen::Isometry3d& T : later.poses) way.points.push_back(T.translation());
     if (way.points.size() > 1) scene.lines.push_back(std::move(way));
     for (const Change& c : changes.changes) {
-      const std::string group = toString(c.what) + std::string(c.is_dynamic ? kAnyway : "");
+      const std::string group =
+          toString(c.what) + std::string(c.is_dynamic ? " (moves anyway)" : "");
       Color color = colorOf(c.what);
       if (c.is_dynamic)
         for (std::uint8_t& part : color) part = static_cast<std::uint8_t>((part + 2 * 200) / 3);
-      scene.marks.push_back({group, color, c.position, noteOf(c, earlier.labels)});
+      scene.marks.push_back({group, color, c.position, noteOf(c, earlier.labels), !c.is_dynamic});
       if (c.moved_to) scene.lines.push_back({"moved", color, {c.position, *c.moved_to}});
     }
     for (const What what : {What::gone, What::added, What::moved})
@@ -220,11 +217,6 @@ class DiffCommand final : public Command {
     scene.facts.emplace_back("seen by both", std::to_string(changes.compared));
     if (const std::string passing = passingOf(changes); !passing.empty())
       scene.facts.emplace_back("of classes that move anyway", passing);
-    // What matters is listed first.
-    std::stable_sort(scene.marks.begin(), scene.marks.end(),
-                     [](const SceneMark& a, const SceneMark& b) {
-                       return isAnyway(a.group) < isAnyway(b.group);
-                     });
     return scene;
   }
 

@@ -292,7 +292,8 @@ class PageData {
       list.push_back({{"group", name},
                       {"color", members[0]->color},
                       {"positions", base64(positions)},
-                      {"notes", notes}});
+                      {"notes", notes},
+                      {"listed", members[0]->is_listed}});
     }
     return list;
   }

@@ -86,7 +86,8 @@ struct World {
     query.true_poses = scene.map_poses;
     query.hypotheses = {poseFromYaw({1, 0, 0}, 0), poseFromYaw({20, 0, 0}, 0)};
     query.error_m = 0.03;
-    scene.marks = {{"gone", {200, 0, 0}, {5, 5, 0}, "<b>a pole</b>"}};
+    scene.marks = {{"gone", {200, 0, 0}, {5, 5, 0}, "<b>a pole</b>"},
+                   {"gone (moves anyway)", {220, 160, 160}, {6, 5, 0}, "a car", false}};
     query.marks = {{"agrees", {0, 200, 0}, {1, 2, 3}, "a pole"}};
     scene.queries = {query};
     scene.charts = {
@@ -113,6 +114,8 @@ TEST(Page, HoldsMapQueryReasonsAndCharts) {
   EXPECT_EQ(decoded<float>(query["putative"]).size(), 6u) << "without those that were kept";
   EXPECT_EQ(query["hypotheses"].size(), 2u);
   EXPECT_EQ(query["marks"][0]["notes"][0], "a pole");
+  EXPECT_EQ(data["marks"][0]["listed"], true);
+  EXPECT_EQ(data["marks"][1]["listed"], false) << "shown, but not beside the picture";
   EXPECT_EQ(data["charts"][0], chartSvg(world.scene.charts[0]));
 }
 

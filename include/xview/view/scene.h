@@ -27,6 +27,7 @@ struct SceneMark {
   Color color{0, 0, 0};
   Eigen::Vector3d at = Eigen::Vector3d::Zero();  ///< [m]
   std::string note;                              ///< what is told when it is picked
+  bool is_listed = true;  ///< beside a picture of the page; the same of all of a group
 };
 
 /// A query in a picture, at its estimated pose. What is null or empty is not drawn.

@@ -361,6 +361,7 @@ const listedMarks = [], kMostListed = 300;
 for (const marks of scene.marks) {
   const {dots, positions} = addMarks(marks, true);
   addLayer(marks.group, marks.notes.length, rgb(marks.color), [dots], true);
+  if (!marks.listed) continue;
   marks.notes.slice(0, kMostListed - listedMarks.length).forEach((note, i) => {
     const item = element('li', byId('marks').querySelector('ol'));
     item.style.setProperty('--status', rgb(marks.color));
@@ -375,7 +376,7 @@ for (const marks of scene.marks) {
   });
 }
 const marksInAll = scene.marks.reduce((sum, marks) => sum + marks.notes.length, 0);
-if (marksInAll > listedMarks.length) element('p', byId('marks'), (marksInAll - listedMarks.length) + ' more are in the picture');
+if (marksInAll > listedMarks.length) element('p', byId('marks'), (marksInAll - listedMarks.length) + (listedMarks.length ? ' more are in the picture' : ' are in the picture only'));
 byId('marks').hidden = marksInAll === 0;
 
 // ---- queries
