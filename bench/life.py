@@ -1,0 +1,188 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Writes docs/results/life.md: whether maps find one another, and what is said to have changed between two visits.
+
+Simulated towns and offices, two of five with lots or rooms that are copies, half of them with noisy depth, labels and odometry. In each a
+fifth of the objects changes after the mapping drive. Halves and wholes of the other drives are joined to its map, and so are those of another
+town and of the next world, which must be left out. Changes are told right if one of that class happened within 1 m. Those that were near lie
+within 12 m of the ways of both visits (in offices 2.5 m), also behind walls and behind the camera. Worlds are kept in --work.
+"""
+import argparse
+import csv
+import datetime
+import math
+import shutil
+import sqlite3
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+sys.dont_write_bytecode = True
+from paper_page import table
+from regress import simulated
+from results import with_interval
+
+ROOT = Path(__file__).resolve().parent.parent
+STYLES = ("suburb", "grid", "village", "office", "office")
+NEAR_M = {"office": 2.5}
+NEAR_OUTDOORS_M = 12
+WRONG_M = {"office": 0.5}
+WRONG_OUTDOORS_M = 2
+DRIVES = ("rear", "forward2", "elsewhere")
+REJECTED = 3
+
+
+def positions_in(folder):
+    lines = (line.split() for line in (folder / "groundtruth.txt").read_text().splitlines())
+    return [tuple(map(float, words[1:4])) for words in lines]
+
+
+def cut(recording, first, last, part):
+    """Some frames of a recording as one of its own."""
+    if part.exists():
+        return
+    made = part.with_name(part.name + ".part")
+    shutil.rmtree(made, ignore_errors=True)
+    for images in ("depth", "label", "instance"):
+        (made / images).mkdir(parents=True)
+        for i in range(first, last):
+            (made / images / f"{i - first:06d}.png").symlink_to(recording / images / f"{i:06d}.png")
+    for name in ("camera.yaml", "classes.yaml"):
+        shutil.copy(recording / name, made)
+    (made / "poses.txt").write_text("".join((recording / "poses.txt").read_text().splitlines(True)[first:last]))
+    made.rename(part)
+
+
+def run(program, *arguments):
+    return subprocess.run([str(program), *map(str, arguments), "--threads", "1", "-q"], capture_output=True, text=True)
+
+
+class World:
+    def __init__(self, program, work, number):
+        self.style, self.noisy = STYLES[number % len(STYLES)], number % 2 == 1
+        self.alike = number % len(STYLES) in (1, 4)
+        flags = ["--seed", str(600 + number), "--sim.style", self.style, "--sim.changed", "0.2", "--sessions.forward2",
+                 "--sessions.elsewhere", "--sessions.aerial=false", "--quality", "noisy" if self.noisy else "clean", "--threads", "1"]
+        flags += [] if self.style == "office" else ["--route_length_m", "200"]
+        flags += ["--sim.alike", "0.7"] if self.alike else []
+        self.folder = simulated(program, work, f"life_{number}", flags)
+        self.map = self.folder.with_suffix(".xvm")
+        size = "room" if self.style == "office" else "town"
+        done = run(program, "map", self.folder / "forward", self.map, "--size", size)
+        if done.returncode != 0:
+            sys.exit(done.stderr)
+        self.parts = []  # (recording, its positions in the frame of forward, or None)
+        for drive in DRIVES:
+            truth = positions_in(self.folder / drive)
+            for part, first, last in (("_0", 0, len(truth) // 2), ("_1", len(truth) // 2, len(truth)), ("", 0, len(truth))):
+                if part:
+                    cut(self.folder / drive, first, last, self.folder / (drive + part))
+                self.parts.append((self.folder / (drive + part), None if drive == "elsewhere" else truth[first:last]))
+
+    def kind(self):
+        return ("office" if self.style == "office" else "town") + (" of copies" if self.alike else "") + (", noisy" if self.noisy else ", clean")
+
+
+def joined(program, first, second, truth, scratch):
+    """How far key frames lie from the truth, median; infinite for a stranger; nothing if it was left out."""
+    scratch.unlink(missing_ok=True)
+    done = run(program, "map", "--join", first, second, scratch)
+    if done.returncode == REJECTED:
+        return None
+    if done.returncode != 0:
+        sys.exit(done.stderr)
+    if truth is None:
+        return math.inf
+    with sqlite3.connect(scratch) as base:
+        rows = base.execute("SELECT number, x, y, z FROM keyframes WHERE source > 0").fetchall()
+    errors = sorted(math.dist(truth[number], at) for number, *at in rows)
+    return errors[len(errors) // 2]
+
+
+def changes_in(path):
+    with open(path, newline="") as file:
+        for row in csv.DictReader(file):
+            if row.get("dynamic") == "1":
+                continue
+            at, to = ([float(row[p + c]) for c in "xy"] if row[p + "x"] else None for p in ("", "to_"))
+            if row["change"] != "new":
+                yield "gone", row["class"], at
+            yield from [("new", row["class"], to or at)] if row["change"] != "gone" else []
+
+
+def told(program, world, drive, scratch):
+    """How many changes were told, of these right; how many were near, of these told."""
+    done = run(program, "diff", world.map, world.folder / drive, "-o", scratch)
+    if done.returncode != 0:
+        return 0, 0, 0, 0
+    truth, said = list(changes_in(world.folder / "changes.csv")), list(changes_in(scratch))
+    meet = lambda a, b: a[:2] == b[:2] and math.dist(a[2], b[2]) < 1
+    ways = [positions_in(world.folder / d) for d in ("forward", drive)]
+    near = NEAR_M.get(world.style, NEAR_OUTDOORS_M)
+    seen = [c for c in truth if all(min(math.dist(c[2], p[:2]) for p in way) < near for way in ways)]
+    return (len(said), sum(any(meet(a, b) for b in truth) for a in said), len(seen),
+            sum(any(meet(a, b) for b in said) for a in seen))
+
+
+def measure(program, work, count):
+    with ThreadPoolExecutor(2) as pool:
+        worlds = list(pool.map(lambda number: World(program, work, number), range(count)))
+
+        def of_world(number):
+            world, following = worlds[number], worlds[(number + 1) % count]
+            scratch = work / f"scratch_{number}"
+            parts = world.parts + [(part, None) for part, _ in following.parts[:3]]
+            pairs = [(truth is not None, joined(program, world.map, part, truth, scratch.with_suffix(".xvm")))
+                     for part, truth in parts]
+            print(world.kind(), pairs, file=sys.stderr, flush=True)
+            return world, pairs, [told(program, world, drive, scratch.with_suffix(".csv")) for drive in ("forward2", "rear")]
+
+        return list(pool.map(of_world, range(count)))
+
+
+def rows_of(measured):
+    joins, changes = [], []
+    for kind in sorted({world.kind() for world, *_ in measured}):
+        here = [m for m in measured if m[0].kind() == kind]
+        wrong_m = WRONG_M.get(here[0][0].style, WRONG_OUTDOORS_M)
+        pairs = [p for _, found, _ in here for p in found]
+        true = [error for is_true, error in pairs if is_true]
+        right = sorted(e for e in true if e is not None and e <= wrong_m)
+        strangers = [error for is_true, error in pairs if not is_true]
+        joins.append([kind, str(len(true)), with_interval(len(right), len(true)), f"{right[len(right) // 2]:.2f}" if right else "-",
+                      str(sum(e is not None and e > wrong_m for e in true)),
+                      f"{sum(e is not None for e in strangers)} of {len(strangers)}"])
+        said, right, seen, found = (sum(c[i] for _, _, told_ in here for c in told_) for i in range(4))
+        changes.append([kind, str(said), with_interval(right, said) if said else "-", str(seen), with_interval(found, seen) if seen else "-"])
+    return joins, changes
+
+
+def page(joins, changes):
+    return f"""# The life of a map
+
+Written by `./run life` on {datetime.date.today()}; do not edit. {" ".join(__doc__.split(chr(10) * 2)[1].split())}
+
+## Maps without a common frame: `map --join`
+
+{table([["worlds", "pairs that overlap", "joined where they belong, %", "median error, m", "elsewhere", "joined of pairs that share nothing"], *joins])}
+
+## What changed: `diff`
+
+{table([["worlds", "told", "of these right, %", "near", "of these told, %"], *changes])}
+"""
+
+
+def main():
+    arguments = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    arguments.add_argument("--program", type=Path, default=ROOT / "build/xview")
+    arguments.add_argument("--work", type=Path, default=Path("build/life"), help="folder for worlds and maps")
+    arguments.add_argument("--worlds", type=int, default=16)
+    arguments.add_argument("--page", type=Path, default=ROOT / "docs/results/life.md")
+    given = arguments.parse_args()
+    (given.work / "worlds").mkdir(parents=True, exist_ok=True)
+    given.page.write_text(page(*rows_of(measure(given.program.resolve(), given.work.resolve(), given.worlds))))
+
+
+if __name__ == "__main__":
+    main()
