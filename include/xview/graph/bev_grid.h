@@ -39,8 +39,8 @@ class BevGridBuilder {
 /// Adds what another view of the same frame saw. Where `view` measured the ground, its heights and
 /// ground classes stay; upright classes are joined, one sample per cell, since each pass may have
 /// seen another side. Objects within 1 m of one of their channel in `view` are the same. Merging a
-/// view again changes nothing. `view.aerial` stays. Views of other cell sizes cannot be merged
-/// (UsageError).
+/// view again changes nothing. `view.aerial` stays. Samples and cells of `view` are in row order, as
+/// builders and map files leave them. Views of other cell sizes cannot be merged (UsageError).
 void mergeBevGrids(BevGrid& view, const BevGrid& addition);
 
 }  // namespace xview::graph
