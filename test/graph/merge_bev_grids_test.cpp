@@ -120,6 +120,20 @@ TEST(MergeBevGrids, ObjectsWithinAMetreAreOneOfTheirChannelOnly) {
   EXPECT_EQ(view[BevChannel::sign].size(), 1u);
 }
 
+/// Of a large view only what lies around the addition is looked at.
+TEST(MergeBevGrids, AnObjectBesideAllOfTheAdditionIsTheSame) {
+  for (const float side : {-0.9f, 0.9f}) {
+    BevGrid view = bareView(), addition = bareView();
+    view[BevChannel::pole] = {{10, 10, 0}};
+    view[BevChannel::tree] = {{20, 20, 0}};
+    addition[BevChannel::pole] = {{10 + side, 10, 0}};
+    addition[BevChannel::tree] = {{20, 20 + side, 0}};
+    mergeBevGrids(view, addition);
+    EXPECT_EQ(view[BevChannel::pole].size(), 1u) << side;
+    EXPECT_EQ(view[BevChannel::tree].size(), 1u) << side;
+  }
+}
+
 TEST(MergeBevGrids, GroundThatWasMeasuredStays) {
   BevGrid view = bareView(), addition = bareView();
   view[BevChannel::road] = {{0.25f, 0.25f, 0}};
