@@ -47,10 +47,10 @@ class DriveIn {
   }
 };
 
-/// In every second map those of sets that are near and far in the list; all of them at night.
+/// Of every map those of sets that are near and far in the list; all of them at night.
 bool isAsked(std::size_t recording, std::size_t map, std::size_t sets) {
   const std::size_t step = (recording + sets - map) % sets;
-  return test::isNightly() || (map % 2 == 0 && (step == 1 || step == sets / 2));
+  return test::isNightly() || step == 1 || step == sets / 2;
 }
 
 /// What one set cannot name must neither be missed in the other nor be found there by chance.
@@ -69,7 +69,7 @@ TEST(LabelSets, ARecordingInOneShippedSetIsFoundInAMapOfAnyOther) {
   const Eigen::Vector3d truth = simulatedDrive().sessions.at("rear")->truth(39).translation();
   int asked = 0, accepted = 0;
   std::string refused;
-  for (std::size_t i = 0; i < drives.size(); i += test::isNightly() ? 1 : 2) {
+  for (std::size_t i = 0; i < drives.size(); ++i) {
     const Localizer localizer(drives[i]->map(), {});
     for (std::size_t j = 0; j < drives.size(); ++j) {
       if (!isAsked(j, i, drives.size())) continue;
@@ -91,7 +91,7 @@ TEST(LabelSets, ARecordingInOneShippedSetIsFoundInAMapOfAnyOther) {
       EXPECT_NE(strange.status, Status::accepted) << strange.reason;
     }
   }
-  EXPECT_GT(asked, test::isNightly() ? 200 : 12);
+  EXPECT_GT(asked, test::isNightly() ? 200 : 25);
   EXPECT_GE(accepted, 0.97 * asked) << "a map of five classes tells less:\n" << refused;
 }
 
