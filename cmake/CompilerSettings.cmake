@@ -23,13 +23,23 @@ set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
 add_link_options(-Wl,--as-needed)
 set(CMAKE_BUILD_RPATH ${PROJECT_BINARY_DIR})  # where modules are found before they are installed
 
+# Sources of a target are compiled eight at a time: templates are instantiated once for all of them.
+option(XVIEW_UNITY_BUILD "Compile sources in groups: sooner done as a whole, later after a change of one file" OFF)
+function(xview_group_sources target)
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ${XVIEW_UNITY_BUILD} UNITY_BUILD_BATCH_SIZE 8)
+  if(XVIEW_UNITY_BUILD AND CMAKE_CXX_COMPILER_ID STREQUAL GNU)
+    target_compile_options(${target} PRIVATE -Wno-subobject-linkage)  # takes a grouped source for a header
+  endif()
+endfunction()
+
 add_library(xview_warnings INTERFACE)
 target_compile_options(xview_warnings INTERFACE -Wall -Wextra -Wshadow -Wnon-virtual-dtor
   $<$<BOOL:${XVIEW_WERROR}>:-Werror>)
 
-# xview_layer(<name> SOURCES … [PUBLIC …] [PRIVATE …]): one static library per layer.
+# xview_layer(<name> SOURCES … [PUBLIC …] [PRIVATE …] [APART]): one static library per layer. APART: not compiled in groups,
+# which takes longer where functions get inlined into one another, as those of Ceres do.
 function(xview_layer name)
-  cmake_parse_arguments(arg "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+  cmake_parse_arguments(arg "APART" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
   add_library(xview_${name} STATIC ${arg_SOURCES})
   add_library(xview::${name} ALIAS xview_${name})
   set_target_properties(xview_${name} PROPERTIES EXPORT_NAME ${name})
@@ -41,6 +51,9 @@ function(xview_layer name)
                         PRIVATE ${arg_PRIVATE} $<BUILD_INTERFACE:xview_warnings>)
   set_property(GLOBAL APPEND PROPERTY XVIEW_LAYERS xview_${name})
   xview_precompile(xview_${name} src/precompiled.h)
+  if(NOT arg_APART)
+    xview_group_sources(xview_${name})
+  endif()
 endfunction()
 
 # xview_module(<name> FOR <layer> SOURCES … LINK …): a library that a layer opens when it needs it (include/xview/types/module.h).
@@ -54,10 +67,11 @@ function(xview_module name)
   install(TARGETS xview_${name} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/xview)
 endfunction()
 
-# xview_test(<name> SOURCES … LINK … [TIMEOUT seconds] [COST seconds]): one binary and one ctest entry; registration fails
-# if a *_test.cpp of the folder is in no target. COST: about how long it takes; ctest begins with the longest.
+# xview_test(<name> SOURCES … LINK … [TIMEOUT seconds] [COST seconds] [APART]): one binary and one ctest entry; registration
+# fails if a *_test.cpp of the folder is in no target. COST: about how long it takes; ctest begins with the longest. APART: its
+# files have different worlds under the same names, and are not compiled in groups.
 function(xview_test name)
-  cmake_parse_arguments(arg "" "TIMEOUT;COST" "SOURCES;LINK" ${ARGN})
+  cmake_parse_arguments(arg "APART" "TIMEOUT;COST" "SOURCES;LINK" ${ARGN})
   if(NOT arg_TIMEOUT)
     set(arg_TIMEOUT 300)
   endif()
@@ -68,6 +82,9 @@ function(xview_test name)
   target_include_directories(${name}_test PRIVATE ${PROJECT_SOURCE_DIR}/test)
   target_link_libraries(${name}_test PRIVATE ${arg_LINK} xview_warnings xview_test_main)
   xview_precompile(${name}_test test/precompiled.h)
+  if(NOT arg_APART)
+    xview_group_sources(${name}_test)
+  endif()
   add_test(NAME ${name} COMMAND ${name}_test)
   set_tests_properties(${name} PROPERTIES TIMEOUT ${arg_TIMEOUT})
   if(arg_COST)

@@ -31,7 +31,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr std::size_t kMostHead = 1 << 16;  ///< bytes of a request before its body
 
-double secondsSince(Clock::time_point begin) {
+double secondsFrom(Clock::time_point begin) {
   return std::chrono::duration<double>(Clock::now() - begin).count();
 }
 
@@ -90,7 +90,7 @@ class Connection final : public httplib::Stream {
 
  private:
   bool waitFor(short event) const {
-    const double left_s = time_s_ - secondsSince(begin_);
+    const double left_s = time_s_ - secondsFrom(begin_);
     pollfd wanted{socket_, event, 0};
     const bool is_ready = left_s > 0 && poll(&wanted, 1, static_cast<int>(1000 * left_s)) > 0;
     if (!is_ready) timed_out_ = true;
@@ -223,7 +223,7 @@ void SocketServer::finish() {
   const auto begin = Clock::now();
   is_ending_ = true;
   while ((!is_closed_ || connections_ > 0) &&
-         secondsSince(begin) < where_.patience_s + kMostCompute_s)
+         secondsFrom(begin) < where_.patience_s + kMostCompute_s)
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   std::error_code ignored;
   if (!where_.socket.empty()) fs::remove(where_.socket, ignored);

@@ -67,7 +67,8 @@ double percentSure(const SelfSimilarity& self_similarity, const WrongScores& sco
 }
 
 /// The path in the colour of its places, and lines between similar places.
-Scene sceneOf(const map::SemanticMap& map, const SelfSimilarity& self_similarity, const Job& job) {
+Scene sceneOfLookalikes(const map::SemanticMap& map, const SelfSimilarity& self_similarity,
+                        const Job& job) {
   Scene scene = tools::sceneOf(map);
   scene.title = "how far one must go to be sure";
   scene.caption = fmt::format("{}: share of {} places where a query of a length is sure",
@@ -175,7 +176,7 @@ class LookalikesCommand final : public Command {
     else if (isCloudPath(out))
       writeColoured(out, map, self_similarity);
     else
-      writeDrawing(out, sceneOf(map, self_similarity, job));
+      writeDrawing(out, sceneOfLookalikes(map, self_similarity, job));
     printSummary(self_similarity);
     fmt::print("{}\n", out);
     return kDone;

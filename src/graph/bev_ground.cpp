@@ -13,7 +13,7 @@ namespace xview::graph {
 namespace {
 
 constexpr float kLatticeM = 2.f;
-constexpr std::size_t kFewest = 4;  ///< heights that a lattice cell needs
+constexpr std::size_t kFewestHeights = 4;  ///< heights that a lattice cell needs
 constexpr float kStepM =
     0.7f;  ///< a cell further than this from its neighbourhood is replaced by it
 constexpr double kLowestShare =
@@ -77,11 +77,11 @@ std::vector<float> smoothed(const CellIndex& index, const std::vector<float>& ra
 void centreOnLayer(HeightLists& lists, double gate_m, std::vector<float>& heights) {
   std::vector<float> layer;
   for (std::size_t i = 0; i < lists.cells(); ++i) {
-    if (lists.size(i) < kFewest || std::isnan(heights[i])) continue;
+    if (lists.size(i) < kFewestHeights || std::isnan(heights[i])) continue;
     layer.clear();
     std::copy_if(lists.begin(i), lists.end(i), std::back_inserter(layer),
                  [&](float z) { return std::abs(z - heights[i]) < 2 * gate_m; });
-    if (layer.size() >= kFewest) heights[i] = quantileOf(layer, 0.5);
+    if (layer.size() >= kFewestHeights) heights[i] = quantileOf(layer, 0.5);
   }
 }
 
@@ -100,7 +100,8 @@ HeightLattice groundSurface(const BevVoxels& voxels, const GroundRule& rule) {
   const double share = only_ground ? rule.quantile : std::min(kLowestShare, rule.quantile);
   std::vector<float> heights(lists.cells(), kUnset);
   for (std::size_t i = 0; i < lists.cells(); ++i) {
-    if (lists.size(i) >= kFewest) heights[i] = quantileOf(lists.begin(i), lists.end(i), share);
+    if (lists.size(i) >= kFewestHeights)
+      heights[i] = quantileOf(lists.begin(i), lists.end(i), share);
   }
   ground.heights = smoothed(ground.index, heights, rule.quantile < 0.5 ? 0.4 : 0.5);
   if (only_ground) centreOnLayer(lists, rule.gate_m, ground.heights);

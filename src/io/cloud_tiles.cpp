@@ -49,19 +49,19 @@ Tiling readMetadata(const std::string& path) {
   std::set<std::string> seen;
   for (const auto& entry : yaml.root()) {
     const std::string key = yaml.text(entry.first, "a key");
-    if (!seen.insert(key).second) yaml.fail(entry.first, io::quoted(key) + " a second time");
+    if (!seen.insert(key).second) yaml.fail(entry.first, io::inQuotes(key) + " a second time");
     if (key == "x_resolution" || key == "y_resolution") {
       tiling.size[key[0] - 'x'] = yaml.number(entry.second, key);
     } else if (isTileName(key)) {
       if (!entry.second.IsSequence() || entry.second.size() != 2)
-        yaml.fail(entry.first, io::quoted(key) + ": expected its lower corner [x, y]");
+        yaml.fail(entry.first, io::inQuotes(key) + ": expected its lower corner [x, y]");
       const auto at = [&](int axis) { return yaml.number(entry.second[axis], key + "'s corner"); };
       tiling.tiles.push_back({key, {at(0), at(1)}});
     } else {
       yaml.fail(entry.first,
                 "expected x_resolution, y_resolution or the name of a .pcd in the "
                 "folder, found " +
-                    io::quoted(key));
+                    io::inQuotes(key));
     }
   }
   if (!(tiling.size > 0).all())
@@ -92,7 +92,7 @@ Tiling readTiling(const std::string& path) {
   for (Tile& tile : tiling.tiles) {
     const fs::path file = folder / tile.path;
     if (!fs::is_regular_file(file))
-      throw Error(tiling.metadata, "lists " + io::quoted(tile.path) +
+      throw Error(tiling.metadata, "lists " + io::inQuotes(tile.path) +
                                        ", but there is no such file in " + folder.string() +
                                        "; copy it there or take its line out");
     tile.path = file.string();
@@ -181,8 +181,8 @@ CloudHeader readTiledHeader(const std::string& path, const CloudFields& fields) 
   all.format = fmt::format("{} tiles of {} x {} m, {}", tiling.tiles.size(), tiling.size.x(),
                            tiling.size.y(), all.format);
   if (const std::string file = unlistedOf(tiling); !file.empty())
-    all.notes.push_back(io::quoted(fs::path(file).filename().string()) + " is left out, because " +
-                        kMetadata + " does not list it");
+    all.notes.push_back(io::inQuotes(fs::path(file).filename().string()) +
+                        " is left out, because " + kMetadata + " does not list it");
   return all;
 }
 

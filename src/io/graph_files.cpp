@@ -62,7 +62,7 @@ class VertexColumns {
     if (!slot) return 0;
     const double value = values[*slot];
     if (!(std::isfinite(value) && value >= 0))
-      place.fail("{} must be finite and >= 0", quoted(columns_.column(*slot).name));
+      place.fail("{} must be finite and >= 0", inQuotes(columns_.column(*slot).name));
     return value;
   }
 
@@ -70,7 +70,7 @@ class VertexColumns {
     if (!slot) return 0;
     const double value = values[*slot];
     if (!(std::abs(value) <= 0x1p53 && value == std::floor(value))) {
-      place.fail("{} must be a whole number", quoted(columns_.column(*slot).name));
+      place.fail("{} must be a whole number", inQuotes(columns_.column(*slot).name));
     }
     return static_cast<std::int64_t>(value);
   }

@@ -309,7 +309,7 @@ PfmHeader readPfmHeader(InputFile& file) {
   std::string_view line;
   if (!file.readLine(line) || line != "Pf") {
     file.fail(line == "PF" ? "expected one channel (Pf), found a colour PFM (PF)"
-                           : "not a PFM file: expected Pf, found " + quoted(line));
+                           : "not a PFM file: expected Pf, found " + inQuotes(line));
   }
   PfmHeader header;
   std::vector<std::string_view> words;
@@ -317,7 +317,7 @@ PfmHeader readPfmHeader(InputFile& file) {
   const auto side = [&](std::size_t i) {
     const auto value = i < words.size() ? numberFrom<std::int64_t>(words[i]) : std::nullopt;
     if (!value || *value < 1 || *value > 32768 || words.size() != 2) {
-      file.failAtLine("expected width and height, 1 to 32768 each, found {}", quoted(line));
+      file.failAtLine("expected width and height, 1 to 32768 each, found {}", inQuotes(line));
     }
     return static_cast<int>(*value);
   };
@@ -326,7 +326,7 @@ PfmHeader readPfmHeader(InputFile& file) {
   if (!file.readLine(line)) file.fail("ends before the scale");
   const auto scale = numberFrom<double>(line);
   if (!scale || !std::isfinite(*scale) || *scale == 0) {
-    file.failAtLine("expected a scale that is not 0, found {}", quoted(line));
+    file.failAtLine("expected a scale that is not 0, found {}", inQuotes(line));
   }
   header.little_endian = *scale < 0;
   return header;

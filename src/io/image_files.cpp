@@ -80,7 +80,7 @@ void writePng(const std::string& path, const Image<Sample>& image) {
 
 // ---- camera.yaml
 
-constexpr int kMaxSide = 32768;
+constexpr int kMaxCameraSide = 32768;
 
 void requireAll(const std::string& path, const YAML::Node& root,
                 const std::vector<std::string>& required) {
@@ -182,8 +182,8 @@ Camera readCamera(const std::string& path) {
   requireAll(path, root, required);
 
   Camera camera;
-  camera.width = static_cast<int>(file.integer(root["width"], "width", 1, kMaxSide));
-  camera.height = static_cast<int>(file.integer(root["height"], "height", 1, kMaxSide));
+  camera.width = static_cast<int>(file.integer(root["width"], "width", 1, kMaxCameraSide));
+  camera.height = static_cast<int>(file.integer(root["height"], "height", 1, kMaxCameraSide));
   camera.fx = positive(file, "fx");
   camera.fy = positive(file, "fy");
   camera.cx = file.number(root["cx"], "cx");

@@ -72,7 +72,7 @@ std::vector<double> InputFile::numbersOf(const std::vector<std::string_view>& wo
   for (const std::string_view word : words) {
     const std::optional<double> number = numberFrom<double>(word);
     if (!number || !std::isfinite(*number)) {
-      failAtLine("expected a finite number, found {}", quoted(word));
+      failAtLine("expected a finite number, found {}", inQuotes(word));
     }
     numbers.push_back(*number);
   }
@@ -103,7 +103,7 @@ void InputFile::failAtLine(std::uint64_t line, const std::string& what) const {
   throw Error(path_ + ":" + std::to_string(line), what);
 }
 
-std::string quoted(std::string_view text) {
+std::string inQuotes(std::string_view text) {
   constexpr std::size_t kLongest = 40;
   std::string result = "'";
   for (const char c : text.substr(0, kLongest)) result += c >= ' ' && c <= '~' ? c : '?';

@@ -83,7 +83,7 @@ T storedNumber(const char* bytes, bool big_endian) {
 }
 
 /// A piece of a file for a message: printable, one line, not longer than 40 characters, in quotes.
-std::string quoted(std::string_view text);
+std::string inQuotes(std::string_view text);
 
 /// What a path ends in, in lower case: ".pcd".
 std::string endingOf(const std::string& path);

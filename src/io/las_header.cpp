@@ -202,7 +202,7 @@ std::string readFixedHeader(InputFile& file) {
   std::string header = readString(file, kShortestHeader);
   if (header.compare(0, 4, "LASF") != 0)
     file.fail("expected a LAS file, which begins with LASF, found {}",
-              quoted(std::string_view(header).substr(0, 4)));
+              inQuotes(std::string_view(header).substr(0, 4)));
   const int major = at<std::uint8_t>(header, 24), minor = at<std::uint8_t>(header, 25);
   if (major != 1 || minor > 4) file.fail("expected LAS 1.0 to 1.4, found {}.{}", major, minor);
   const std::uint16_t size = at<std::uint16_t>(header, 94);

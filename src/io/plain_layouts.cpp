@@ -150,7 +150,7 @@ std::vector<double> readTimes(const std::string& path) {
   std::vector<std::string_view> words;
   std::string_view line;
   while (file.readWords(words, "", &line)) {
-    if (words.size() != 1) file.failAtLine("expected one number, found {}", quoted(line));
+    if (words.size() != 1) file.failAtLine("expected one number, found {}", inQuotes(line));
     times.push_back(file.numbersOf(words)[0]);
   }
   return times;

@@ -41,7 +41,7 @@ Words readHeaderWords(InputFile& file) {
 std::uint64_t parseCount(std::string_view word, const std::string& what, const InputFile& file,
                          std::uint64_t line) {
   const auto value = numberFrom<std::uint64_t>(word);
-  if (!value) file.failAtLine(line, what + " must be a whole number >= 0, found " + quoted(word));
+  if (!value) file.failAtLine(line, what + " must be a whole number >= 0, found " + inQuotes(word));
   return *value;
 }
 
@@ -84,7 +84,7 @@ class PcdHeader {
                                                   "TYPE",    "COUNT",  "WIDTH",   "VIEWPOINT",
                                                   "HEIGHT",  "POINTS", "DATA"};
     if (std::find(std::begin(kKnown), std::end(kKnown), words[0]) == std::end(kKnown)) {
-      file_.failAtLine("expected an entry of a PCD header, found " + quoted(words[0]));
+      file_.failAtLine("expected an entry of a PCD header, found " + inQuotes(words[0]));
     }
     const std::string key(words[0] == "COLUMNS" ? "FIELDS" : words[0]);
     Entry entry{{words.begin() + 1, words.end()}, file_.lineNumber()};
@@ -135,12 +135,12 @@ class PcdHeader {
         file_.failAtLine(
             sizes.line,
             fmt::format("TYPE and SIZE of {} must be I or U with 1 2 4 8, or F with 4 8; found {}",
-                        quoted(column.name), quoted(types.values[i] + " " + sizes.values[i])));
+                        inQuotes(column.name), inQuotes(types.values[i] + " " + sizes.values[i])));
       }
       column.type = type->second;
       if (counts) column.count = parseCount(counts->values[i], "COUNT", file_, counts->line);
       if (column.count == 0)
-        file_.failAtLine(counts->line, "COUNT of " + quoted(column.name) + " is 0");
+        file_.failAtLine(counts->line, "COUNT of " + inQuotes(column.name) + " is 0");
     }
     return columns;
   }
@@ -166,7 +166,7 @@ class PcdHeader {
     if (kind == "binary") return Encoding::little_endian;
     if (kind == "binary_compressed") return Encoding::compressed;
     file_.failAtLine(data.line,
-                     "DATA must be ascii, binary or binary_compressed, found " + quoted(kind));
+                     "DATA must be ascii, binary or binary_compressed, found " + inQuotes(kind));
   }
 
   InputFile& file_;
@@ -188,7 +188,7 @@ ScalarType plyType(std::string_view name, const InputFile& file) {
       {"uint64", ScalarType::u64}, {"float32", ScalarType::f32}, {"float64", ScalarType::f64},
       {"bool", ScalarType::u8}};
   const auto found = kTypes.find(name);
-  if (found == kTypes.end()) file.failAtLine("unknown type " + quoted(name));
+  if (found == kTypes.end()) file.failAtLine("unknown type " + inQuotes(name));
   return found->second;
 }
 
@@ -204,7 +204,8 @@ void readFormat(const Words& words, FileLayout& layout, const InputFile& file) {
   } else {
     file.failAtLine("expected 'format ascii|binary_little_endian|binary_big_endian 1.0'");
   }
-  if (words[2] != "1.0") file.failAtLine("expected format version 1.0, found " + quoted(words[2]));
+  if (words[2] != "1.0")
+    file.failAtLine("expected format version 1.0, found " + inQuotes(words[2]));
   layout.format = "PLY " + std::string(kind);
 }
 
@@ -213,7 +214,8 @@ void readElement(const Words& words, FileLayout& layout, const InputFile& file) 
   Element element;
   element.name = words[1];
   element.rows = parseCount(words[2], "the count of an element", file, file.lineNumber());
-  if (layout.findElement(element.name)) file.failAtLine("a second element " + quoted(element.name));
+  if (layout.findElement(element.name))
+    file.failAtLine("a second element " + inQuotes(element.name));
   layout.elements.push_back(std::move(element));
 }
 
@@ -303,14 +305,14 @@ FileLayout readPlyHeader(InputFile& file) {
     } else if (words[0] == "property") {
       readProperty(words, layout, file);
     } else {
-      file.failAtLine("expected a line of a PLY header, found " + quoted(words[0]));
+      file.failAtLine("expected a line of a PLY header, found " + inQuotes(words[0]));
     }
   }
   if (layout.format.empty()) file.failAtLine("the header has no format line");
   for (const Element& element : layout.elements) {
     if (!element.columns.empty() || element.rows == 0) continue;
     // Rows without bytes could be announced in any number.
-    file.failAtLine("the element {} has no properties", quoted(element.name));
+    file.failAtLine("the element {} has no properties", inQuotes(element.name));
   }
   return layout;
 }
@@ -335,11 +337,11 @@ std::optional<std::size_t> Element::findColumn(const std::string& column,
   std::optional<std::size_t> found;
   for (std::size_t i = 0; i < columns.size(); ++i) {
     if (columns[i].name != column) continue;
-    if (found) file.fail("the field {} appears twice in the header", quoted(column));
+    if (found) file.fail("the field {} appears twice in the header", inQuotes(column));
     found = i;
   }
   if (found && (columns[*found].list_size || columns[*found].count != 1)) {
-    file.fail("the field {} must be one number per {}", quoted(column), name);
+    file.fail("the field {} must be one number per {}", inQuotes(column), name);
   }
   return found;
 }
@@ -348,7 +350,7 @@ std::string Element::columnNames() const {
   constexpr std::size_t kLongest = 200;
   std::string names;
   for (const Column& column : columns) {
-    const std::string printable = quoted(column.name);
+    const std::string printable = inQuotes(column.name);
     names += (names.empty() ? "" : " ") + printable.substr(1, printable.size() - 2);
     if (names.size() > kLongest) return names + " ...";
   }
@@ -374,7 +376,7 @@ void checkSize(const InputFile& file, const FileLayout& layout) {
     if (needed > available) {
       file.fail(
           "is too short for its header: expected {} rows of {}, which need at least {}, found {}",
-          element.rows, quoted(element.name), bytesText(needed), bytesText(file.remaining()));
+          element.rows, inQuotes(element.name), bytesText(needed), bytesText(file.remaining()));
     }
   }
 }

@@ -67,7 +67,7 @@ class TextRow {
     const std::optional<double> value = numberFrom<double>(word, &problem);
     if (value) return *value;
     const bool too_large = problem == std::errc::result_out_of_range;
-    place_.fail(quoted(word) + (too_large ? " is out of range" : " is not a number"));
+    place_.fail(inQuotes(word) + (too_large ? " is out of range" : " is not a number"));
   }
 
   std::uint64_t listLength() {
@@ -90,10 +90,10 @@ class TextRow {
 void requireFits(double value, const Column& column, const RowPlace& place) {
   if (!isInteger(column.type)) return;
   if (value != std::floor(value))
-    place.fail("the value of {} is not a whole number", quoted(column.name));
+    place.fail("the value of {} is not a whole number", inQuotes(column.name));
   const double largest = traitsOf(column.type).largest;
   if (value > largest) {
-    place.fail("the value of {} does not fit its type, whose largest is {}", quoted(column.name),
+    place.fail("the value of {} does not fit its type, whose largest is {}", inQuotes(column.name),
                static_cast<std::uint64_t>(largest));
   }
 }
@@ -124,7 +124,7 @@ void readTextRows(InputFile& file, const Element& element, const std::vector<std
   for (; place.row < element.rows; ++place.row) {
     if (!file.readLine(line)) {
       file.failAtLine("the file ends after {} of {} rows of {}", place.row, element.rows,
-                      quoted(element.name));
+                      inQuotes(element.name));
     }
     readTextRow(line, slots, place, values);
     if (visit) visit(values.data(), place);
@@ -317,7 +317,8 @@ std::optional<std::size_t> findFirst(const Element& points, const std::string& a
                                      const char* const (&well_known)[N], const InputFile& file) {
   if (!asked.empty()) {
     const auto column = points.findColumn(asked, file);
-    if (!column) file.fail("has no field {}; its fields: {}", quoted(asked), points.columnNames());
+    if (!column)
+      file.fail("has no field {}; its fields: {}", inQuotes(asked), points.columnNames());
     return column;
   }
   for (const char* name : well_known) {
@@ -402,7 +403,7 @@ IdColumns findIdColumns(const Element& points, const CloudFields& fields, const 
   columns.label = findFirst(points, fields.label, kLabelNames, file);
   columns.instance = findFirst(points, fields.instance, kInstanceNames, file);
   if (columns.label && columns.label == columns.instance) {
-    file.fail("the field {} cannot be label and instance at once", quoted(fields.label));
+    file.fail("the field {} cannot be label and instance at once", inQuotes(fields.label));
   }
   return columns;
 }
@@ -438,7 +439,7 @@ std::uint32_t ChosenColumns::id(const Slot& slot, const double* values, const Ro
   const bool whole = std::isfinite(value) && value == std::floor(value);
   if (whole && value < 0) return 0;
   if (!whole || value > kMinusOne32) {
-    place.fail("{} must be a whole number below 2^32, found {}", quoted(source.name),
+    place.fail("{} must be a whole number below 2^32, found {}", inQuotes(source.name),
                numberText(value));
   }
   return static_cast<std::uint32_t>(value);
@@ -451,7 +452,7 @@ float ChosenColumns::sigma(const Slot& slot, const double* values, const RowPlac
   place.fail(
       "{} must be the standard deviation of the position in metres, >= 0, found {}; rename or "
       "remove the field if it is something else",
-      quoted(column(*slot).name), numberText(value));
+      inQuotes(column(*slot).name), numberText(value));
 }
 
 }  // namespace xview::io

@@ -45,10 +45,10 @@ void YamlFile::requireKeys(const YAML::Node& map, const std::vector<std::string>
   for (const auto& entry : map) {
     const std::string key = text(entry.first, "a key");
     if (std::find(known.begin(), known.end(), key) == known.end()) {
-      fail(entry.first, "unknown key " + quoted(key) + knownWordsHint(key, known));
+      fail(entry.first, "unknown key " + inQuotes(key) + knownWordsHint(key, known));
     }
     if (std::find(seen.begin(), seen.end(), key) != seen.end()) {
-      fail(entry.first, "key " + quoted(key) + " a second time");
+      fail(entry.first, "key " + inQuotes(key) + " a second time");
     }
     seen.push_back(key);
   }
@@ -63,7 +63,7 @@ double YamlFile::number(const YAML::Node& node, const std::string& what) const {
   const std::string word = text(node, what);
   const std::optional<double> value = numberFrom<double>(word);
   if (!value || !std::isfinite(*value)) {
-    fail(node, what + ": expected a number, found " + quoted(word));
+    fail(node, what + ": expected a number, found " + inQuotes(word));
   }
   return *value;
 }
@@ -74,7 +74,7 @@ std::int64_t YamlFile::integer(const YAML::Node& node, const std::string& what, 
   const std::optional<std::int64_t> value = numberFrom<std::int64_t>(word);
   if (!value || *value < min || *value > max) {
     fail(node, fmt::format("{}: expected a whole number in [{}, {}], found {}", what, min, max,
-                           quoted(word)));
+                           inQuotes(word)));
   }
   return *value;
 }
@@ -83,7 +83,7 @@ bool YamlFile::boolean(const YAML::Node& node, const std::string& what) const {
   const std::string word = text(node, what);
   bool value = false;
   if (!YAML::convert<bool>::decode(node, value)) {
-    fail(node, what + ": expected true or false, found " + quoted(word));
+    fail(node, what + ": expected true or false, found " + inQuotes(word));
   }
   return value;
 }

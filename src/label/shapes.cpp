@@ -274,7 +274,7 @@ class Standing {
   std::vector<std::int32_t> voxel_of_;  ///< of each point
 };
 
-constexpr double kColumn_m = 0.5;
+constexpr double kPieceColumn_m = 0.5;
 constexpr float kLowest_m = 0.9F, kHighest_m = 2.3F;    ///< top of a vehicle
 constexpr double kSmallest_m2 = 1.5, kLargest_m2 = 14;  ///< of what is seen of it from above
 
@@ -285,8 +285,8 @@ void Standing::findLowObjects() {
   std::vector<std::int32_t> column_of(found_.size());
   for (std::size_t v = 0; v < found_.size(); ++v) {
     const Eigen::Vector3d mean = voxels_.points(v).sum / voxels_.points(v).count;
-    column_of[v] =
-        columns.findOrAdd(floorToInt(mean.x() / kColumn_m), floorToInt(mean.y() / kColumn_m));
+    column_of[v] = columns.findOrAdd(floorToInt(mean.x() / kPieceColumn_m),
+                                     floorToInt(mean.y() / kPieceColumn_m));
     if (static_cast<std::size_t>(column_of[v]) == tops.size()) tops.push_back(0);
     tops[column_of[v]] = std::max(tops[column_of[v]], found_[v].height_m);
   }
@@ -294,7 +294,7 @@ void Standing::findLowObjects() {
   for (const auto& piece : connectedCells(columns, [](std::int32_t) { return true; })) {
     float top = 0;
     for (const std::int32_t c : piece) top = std::max(top, tops[c]);
-    const double area = static_cast<double>(piece.size()) * kColumn_m * kColumn_m;
+    const double area = static_cast<double>(piece.size()) * kPieceColumn_m * kPieceColumn_m;
     if (top < kLowest_m || top > kHighest_m || area < kSmallest_m2 || area > kLargest_m2) continue;
     for (const std::int32_t c : piece) is_low[c] = 1;
   }

@@ -5,8 +5,10 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <numeric>
 #include <tuple>
 
+#include "sight.h"
 #include "xview/types/cells.h"
 #include "xview/types/median.h"
 
@@ -23,12 +25,20 @@ constexpr double kMeet_m = 0.4;         ///< points of two visits on one thing a
 constexpr double kSameObject_m = 0.5;   ///< and their vertices
 constexpr double kMoved_m = 8;          ///< farther away it is another thing
 constexpr double kBeside_m = 2.5;       ///< for what is met by chance
+constexpr double kSight_m = 30;         ///< things are seen from as far
 
-constexpr double kLookedShare = 0.6;  ///< of the cells around a foot
-constexpr double kUsualLooks = 0.9;   ///< of the things of a kind are seen from as near as that
+constexpr double kGroundShare = 0.6;      ///< of the cells around a foot
+constexpr double kSeenShare = 0.5;        ///< of the points of a thing that are not out of view
+constexpr double kToldShare = 0.2;        ///< of all its points
+constexpr double kAroundShare = 0.4;      ///< of the points around it are met
+constexpr double kOtherShare = 0.1;       ///< of the met points is of its class by chance
+constexpr std::size_t kAsked = 60;        ///< points of a thing
+constexpr std::uint32_t kFewPoints = 20;  ///< say little of how pure labels are
 
 /// Prior probability that a landmark changes between two visits.
 constexpr double kChanged = 0.05;
+/// And that another one took its place.
+constexpr double kReplaced = 0.1;
 /// Prior share of unchanged landmarks that are not matched at all, and its weight in landmarks of
 /// the two visits.
 constexpr double kUnmet = 0.01, kUnmetWeight = 25;
@@ -46,14 +56,41 @@ Eigen::AlignedBox3d boxOf(const Vertex& v, bool is_post) {
   return {v.position - half, v.position + half};
 }
 
+/// Where a visit may have seen things.
+Eigen::AlignedBox3d seenBy(const Place& place, const Eigen::Isometry3d& T) {
+  Eigen::AlignedBox3d box;
+  for (std::size_t i = 0; i < place.cloud.size(); ++i) box.extend(T * place.cloud.position(i));
+  const Eigen::Vector3d rim = Eigen::Vector3d::Constant(kSight_m);
+  return box.isEmpty() ? box : Eigen::AlignedBox3d(box.min() - rim, box.max() + rim);
+}
+
+/// What a visit says of the points of a thing of the other one.
+struct Evidence {
+  double asked = 0;
+  double same = 0, other = 0;  ///< met, with a point of its class or without
+  double free = 0;             ///< seen through
+  double hidden = 0;           ///< neither; the rest is out of view
+
+  double met() const { return same + other; }
+  double told() const { return met() + free; }
+  double metShare() const { return told() > 0 ? met() / told() : 0; }
+  bool suffices() const {
+    return told() > 0 && told() >= kSeenShare * (told() + hidden) && told() >= kToldShare * asked;
+  }
+  bool isOfAnotherClass() const { return 2 * met() >= told() && same <= kOtherShare * met(); }
+};
+
 /// A vertex that may change, as the other visit sees it.
 struct Object {
   const Vertex* vertex = nullptr;
-  bool is_dynamic = false;
-  Eigen::Vector3d position;  ///< common frame
+  bool is_post = false, is_dynamic = false;
+  Eigen::AlignedBox3d box;              ///< its visit's frame
+  Eigen::Vector3d position;             ///< common frame
+  std::vector<Eigen::Vector3d> points;  ///< common frame, above the ground
+  double purity = 0;                    ///< share of its class among its points and those they meet
   bool was_looked_at = false, is_matched = false;
-  double met = 0;                  ///< share of its points that the other visit meets
-  std::array<double, 4> chance{};  ///< the same, beside it
+  Evidence evidence;
+  std::array<double, 4> chance{};  ///< share of its points that are met beside it
   double changed = 0;              ///< probability that one visit has it and the other one not
 
   bool isChanged() const { return changed >= 0.5; }
@@ -62,22 +99,27 @@ struct Object {
 /// What one visit has seen. Points of a common frame are asked for.
 class Visit {
  public:
-  Visit(const Place& place, const Eigen::Isometry3d& T_common_visit, double meet_m)
+  Visit(const Place& place, const Eigen::Isometry3d& T_common_visit, double meet_m,
+        const Eigen::AlignedBox3d& region)
       : place_(place),
         T_common_visit_(T_common_visit),
         T_(T_common_visit.inverse()),
-        meet_m_(meet_m) {
+        meet_m_(meet_m),
+        region_(region),
+        sight_(place, region_) {
     for (std::size_t i = 0; i < place.cloud.size(); ++i) {
       const std::uint32_t label = place.cloud.points[i].label;
       const Eigen::Vector3d p = place.cloud.position(i);
-      if (isGround(place.labels.kind(label)) || place.labels.role(label) == Role::ignored) continue;
+      if (place.labels.role(label) == Role::ignored || !region_.contains(p)) continue;
+      const ClassCell block = cellOf(p, kBlock_m, 0);
+      all_.add(block, i);
+      if (isGround(place.labels.kind(label))) continue;
       const GroundCell* cell = cellAt(inCells(p));
       if (cell && (place.bev.alignment * p).z() < place.bev.origin_z + cell->z + kAboveGround_m)
         continue;
-      upright_.add(cellOf(p, kBlock_m, 0), i);
+      upright_.add(block, i);
     }
     collectObjects();
-    measureLooks();
   }
 
   bool tellsWhereItLooked() const { return !place_.bev.known.empty() && !place_.cloud.empty(); }
@@ -96,46 +138,45 @@ class Visit {
     return of_vertex;
   }
 
-  /// The points of a thing, which stand above the ground; common frame.
-  std::vector<Eigen::Vector3d> pointsOf(const Object& object) const {
-    const Vertex& v = *object.vertex;
-    const bool is_post = isPost(labels().kind(v.label));
-    const Eigen::AlignedBox3d box = boxOf(v, is_post);
-    std::vector<Eigen::Vector3d> of_class, of_any;
-    const ClassCell low = cellOf(box.min(), kBlock_m, 0), high = cellOf(box.max(), kBlock_m, 0);
-    const auto take = [&](std::size_t i) {
-      const Eigen::Vector3d p = place_.cloud.position(i);
-      if (!box.contains(p)) return;
-      const bool same = place_.cloud.points[i].label == v.label;
-      (same ? of_class : of_any).push_back(T_common_visit_ * p);
-    };
-    for (auto z = low.z; z <= high.z; z += 3) {  // each call is about three cells a side
-      for (auto y = low.y; y <= high.y; y += 3) {
-        for (auto x = low.x; x <= high.x; x += 3)
-          upright_.forAround({x + 1, y + 1, z + 1, 0}, take);
-      }
+  /// Share of the points of a thing and of those they meet that are not of its class: median.
+  double labelNoise() const {
+    std::vector<double> purities;
+    for (const Object& object : objects_) {
+      if (object.points.size() >= kFewPoints) purities.push_back(object.purity);
     }
-    // In noise a post may have points of other labels only.
-    return of_class.empty() && is_post ? of_any : of_class;
+    return purities.empty() ? 0 : 1 - medianOf(std::move(purities));
   }
 
-  /// Fills in what this visit says of a thing of the other one.
-  void judge(Object& object, const std::vector<Eigen::Vector3d>& points) const {
+  /// Points within a block of a thing, which are not of it; common frame.
+  std::vector<Eigen::Vector3d> pointsAround(const Object& object) const {
+    const Eigen::Vector3d rim = Eigen::Vector3d::Constant(kBlock_m);
+    const Eigen::AlignedBox3d wide(object.box.min() - rim, object.box.max() + rim);
+    std::vector<Eigen::Vector3d> points;
+    forPointsIn(all_, wide, [&](std::size_t, const Eigen::Vector3d& p) {
+      if (!object.box.contains(p)) points.push_back(T_common_visit_ * p);
+    });
+    return points;
+  }
+
+  /// Fills in what this visit says of a thing of the other one, and of what is around it.
+  void judge(Object& object, const std::vector<Eigen::Vector3d>& around) const {
     const Vertex& v = *object.vertex;
-    object.was_looked_at = !points.empty() && hasLookedAt(object.position, v.label);
+    const Kind kind = labels().kind(v.label);
+    const bool on_seen_ground = isGroundSeen(object.position);
+    object.evidence = ask(object.points, Eigen::Vector3d::Zero(), kind, on_seen_ground);
+    object.was_looked_at = object.evidence.suffices() && shareMet(around) >= kAroundShare;
     if (!object.was_looked_at) return;
-    object.met = shareMet(points, Eigen::Vector3d::Zero());
     for (std::size_t i = 0; i < object.chance.size(); ++i) {
       const double angle = M_PI * (0.25 + 0.5 * static_cast<double>(i));
-      object.chance[i] =
-          shareMet(points, kBeside_m * Eigen::Vector3d(std::cos(angle), std::sin(angle), 0));
+      const Eigen::Vector3d beside =
+          kBeside_m * Eigen::Vector3d(std::cos(angle), std::sin(angle), 0);
+      object.chance[i] = ask(object.points, beside, kind, on_seen_ground).metShare();
     }
     // The middle of a large thing depends on what of it was seen, the foot of a post does not.
-    const bool is_post = isPost(labels().kind(v.label));
-    const double large_m = is_post ? 0 : v.extent.head<2>().maxCoeff() / 4;
+    const double large_m = object.is_post ? 0 : v.extent.head<2>().maxCoeff() / 4;
     const double reach_m = kSameObject_m + meet_m_ - kMeet_m + large_m;
     object.is_matched = std::any_of(objects_.begin(), objects_.end(), [&](const Object& other) {
-      return labels().kind(other.vertex->label) == labels().kind(v.label) &&
+      return labels().kind(other.vertex->label) == kind &&
              (other.position - object.position).norm() <= reach_m;
     });
   }
@@ -144,35 +185,104 @@ class Visit {
   void collectObjects() {
     for (const Vertex& v : place_.graph.vertices) {
       const Role role = labels().role(v.label);
-      if (role != Role::object && role != Role::dynamic) continue;
+      if ((role != Role::object && role != Role::dynamic) || !region_.contains(v.position))
+        continue;
       Object object;
       object.vertex = &v;
+      object.is_post = isPost(labels().kind(v.label));
       object.is_dynamic = role == Role::dynamic;
+      object.box = boxOf(v, object.is_post);
       object.position = T_common_visit_ * v.position;
-      objects_.push_back(object);
+      findPoints(object);
+      objects_.push_back(std::move(object));
     }
   }
 
-  /// From how far away things of each kind are seen.
-  void measureLooks() {
-    std::map<Kind, std::vector<double>> distances;
-    for (const Object& object : objects_)
-      distances[labels().kind(object.vertex->label)].push_back(nearestPose(object.position));
-    for (auto& [kind, values] : distances) looks_m_[kind] = quantileOf(values, kUsualLooks);
+  void findPoints(Object& object) const {
+    std::vector<Eigen::Vector3d> of_class, of_any;
+    forPointsIn(upright_, object.box, [&](std::size_t i, const Eigen::Vector3d& p) {
+      const bool same = place_.cloud.points[i].label == object.vertex->label;
+      (same ? of_class : of_any).push_back(T_common_visit_ * p);
+    });
+    // In noise a post may have points of other labels only.
+    object.points = std::move(of_class.empty() && object.is_post ? of_any : of_class);
+    const Kind kind = labels().kind(object.vertex->label);
+    double met = 0, same = 0;
+    for (const Eigen::Vector3d& p : someOf(object.points)) {
+      forMet(T_ * p, [&](std::size_t i) {
+        ++met;
+        same += labels().kind(place_.cloud.points[i].label) == kind;
+      });
+    }
+    object.purity = met > 0 ? same / met : 0;
   }
 
-  double nearestPose(const Eigen::Vector3d& p_common) const {
-    const Eigen::Vector3d p = T_ * p_common;
-    double nearest = std::numeric_limits<double>::infinity();
-    for (const Eigen::Isometry3d& pose : place_.poses)
-      nearest = std::min(nearest, (pose.translation() - p).norm());
-    return nearest;
+  static std::vector<Eigen::Vector3d> someOf(const std::vector<Eigen::Vector3d>& points) {
+    const std::size_t step = 1 + points.size() / kAsked;
+    std::vector<Eigen::Vector3d> some;
+    for (std::size_t i = 0; i < points.size(); i += step) some.push_back(points[i]);
+    return some;
   }
 
-  /// A thing that stands at a place would have been seen.
-  bool hasLookedAt(const Eigen::Vector3d& p_common, std::uint32_t label) const {
-    const auto usual = looks_m_.find(labels().kind(label));
-    if (usual != looks_m_.end() && nearestPose(p_common) > usual->second) return false;
+  /// Calls visit(i, p) for the points in a box, frame of the visit.
+  template <class Take>
+  void forPointsIn(const CellLists& blocks, const Eigen::AlignedBox3d& box, Take&& visit) const {
+    const ClassCell low = cellOf(box.min(), kBlock_m, 0), high = cellOf(box.max(), kBlock_m, 0);
+    for (auto z = low.z; z <= high.z; z += 3) {  // each call is about three cells a side
+      for (auto y = low.y; y <= high.y; y += 3) {
+        for (auto x = low.x; x <= high.x; x += 3) {
+          blocks.forAround({x + 1, y + 1, z + 1, 0}, [&](std::size_t i) {
+            const Eigen::Vector3d p = place_.cloud.position(i);
+            if (box.contains(p)) visit(i, p);
+          });
+        }
+      }
+    }
+  }
+
+  /// Calls visit(i) for the points above the ground that are as near as points of one thing.
+  template <class Take>
+  void forMet(const Eigen::Vector3d& p, Take&& visit) const {
+    upright_.forAround(cellOf(p, kBlock_m, 0), [&](std::size_t i) {
+      if ((place_.cloud.position(i) - p).norm() <= meet_m_) visit(i);
+    });
+  }
+
+  Evidence ask(const std::vector<Eigen::Vector3d>& points, const Eigen::Vector3d& shift, Kind kind,
+               bool on_seen_ground) const {
+    Evidence evidence;
+    for (const Eigen::Vector3d& point : someOf(points)) {
+      const Eigen::Vector3d p = T_ * (point + shift);
+      bool is_met = false, is_same = false;
+      forMet(p, [&](std::size_t i) {
+        is_met = true;
+        is_same = is_same || labels().kind(place_.cloud.points[i].label) == kind;
+      });
+      ++evidence.asked;
+      if (is_met) {
+        ++(is_same ? evidence.same : evidence.other);
+      } else {
+        const Sight::Ray ray = sight_.to(p, meet_m_);
+        evidence.hidden += ray == Sight::Ray::blocked;
+        evidence.free += ray == Sight::Ray::passes || (ray == Sight::Ray::open && on_seen_ground);
+      }
+    }
+    return evidence;
+  }
+
+  double shareMet(const std::vector<Eigen::Vector3d>& points) const {
+    const std::vector<Eigen::Vector3d> some = someOf(points);
+    const auto met = std::count_if(some.begin(), some.end(), [&](const Eigen::Vector3d& q) {
+      const Eigen::Vector3d p = T_ * q;
+      return all_.anyAround(cellOf(p, kBlock_m, 0), [&](std::size_t i) {
+        return (place_.cloud.position(i) - p).norm() <= meet_m_;
+      });
+    });
+    return some.empty() ? 0 : static_cast<double>(met) / static_cast<double>(some.size());
+  }
+
+  /// Ground was measured all around a foot.
+  bool isGroundSeen(const Eigen::Vector3d& p_common) const {
     const Eigen::Vector2d foot = inCells(T_ * p_common);
     const double reach = kAround_m / place_.bev.cell_m;
     int all = 0, measured = 0;
@@ -185,17 +295,7 @@ class Visit {
         ++all;
       }
     }
-    return measured >= kLookedShare * all;
-  }
-
-  double shareMet(const std::vector<Eigen::Vector3d>& points, const Eigen::Vector3d& shift) const {
-    const auto met = std::count_if(points.begin(), points.end(), [&](const Eigen::Vector3d& q) {
-      const Eigen::Vector3d p = T_ * (q + shift);
-      return upright_.anyAround(cellOf(p, kBlock_m, 0), [&](std::size_t i) {
-        return (place_.cloud.position(i) - p).norm() <= meet_m_;
-      });
-    });
-    return static_cast<double>(met) / static_cast<double>(points.size());
+    return measured >= kGroundShare * all;
   }
 
   /// A point of this visit in cells of its BEV grid.
@@ -212,24 +312,39 @@ class Visit {
   const Place& place_;
   Eigen::Isometry3d T_common_visit_, T_;
   double meet_m_;
-  CellLists upright_;  ///< points above the ground, this visit's frame
+  Eigen::AlignedBox3d region_;  ///< where the other visit may have seen things
+  Sight sight_;
+  CellLists all_, upright_;  ///< points, and those above the ground; this visit's frame
   std::vector<Object> objects_;
-  std::map<Kind, double> looks_m_;
 };
 
 /// How much is met of things that stand, and how much where they do not.
 class Experience {
  public:
-  void add(const std::vector<Object>& objects) {
-    for (const Object& object : objects) {
+  void add(const Visit& visit) {
+    label_noise_ = std::max(label_noise_, visit.labelNoise());
+    for (const Object& object : visit.objects()) {
       if (!object.was_looked_at) continue;
-      if (object.is_matched) standing_.push_back(object.met);
+      if (object.is_matched) standing_.push_back(object.evidence.metShare());
       chance_.insert(chance_.end(), object.chance.begin(), object.chance.end());
     }
   }
 
-  /// Probability that a landmark is gone, given the share of its points that is matched.
-  double probabilityOfChange(double met) const {
+  double labelNoise() const { return label_noise_; }
+
+  /// Probability that a landmark is gone, given what the other visit says of its points.
+  double probabilityOfChange(const Evidence& evidence) const {
+    const double gone = probabilityOfAbsence(evidence.metShare());
+    return evidence.isOfAnotherClass() ? std::max(gone, probabilityOfReplacement()) : gone;
+  }
+
+ private:
+  /// Labels that differ by noise do so of all points of a thing at once, as classifiers err.
+  double probabilityOfReplacement() const {
+    return kReplaced / (kReplaced + (1 - kReplaced) * std::max(kUnmet, label_noise_));
+  }
+
+  double probabilityOfAbsence(double met) const {
     const auto so_little = [&](double m) { return m <= met; };
     const auto so_much = [&](double m) { return m >= met; };
     const double standing = shareOf(standing_, so_little, kUnmet);
@@ -237,7 +352,6 @@ class Experience {
     return kChanged * changed / (kChanged * changed + (1 - kChanged) * standing);
   }
 
- private:
   template <class Condition>
   static double shareOf(const std::vector<double>& values, const Condition& condition,
                         double expected) {
@@ -246,22 +360,85 @@ class Experience {
            (static_cast<double>(values.size()) + kUnmetWeight);
   }
   std::vector<double> standing_, chance_;
+  double label_noise_ = 0;
 };
 
-std::vector<Change> changesAmong(const std::vector<Object>& objects, Change::What what,
-                                 double sigma_m) {
-  std::vector<Change> changes;
+/// The changed objects that touch one another. A post stands for itself: its shape tells it.
+std::vector<std::vector<const Object*>> regionsOf(const std::vector<Object>& objects) {
+  std::vector<const Object*> changed;
   for (const Object& object : objects) {
-    if (!object.isChanged()) continue;
-    Change change;
-    change.what = what;
-    change.label = object.vertex->label;
-    change.is_dynamic = object.is_dynamic;
-    change.position = object.position;
-    change.extent = object.vertex->extent;
-    change.sigma_m = std::hypot(object.vertex->sigma_m, sigma_m);
-    change.probability = object.changed;
-    changes.push_back(change);
+    if (object.isChanged()) changed.push_back(&object);
+  }
+  std::vector<std::vector<const Object*>> regions;
+  std::vector<bool> is_taken(changed.size(), false);
+  for (std::size_t first = 0; first < changed.size(); ++first) {
+    if (is_taken[first]) continue;
+    is_taken[first] = true;
+    std::vector<const Object*> region{changed[first]};
+    for (std::size_t k = 0; k < region.size() && !region[k]->is_post; ++k) {
+      for (std::size_t i = first + 1; i < changed.size(); ++i) {
+        if (is_taken[i] || changed[i]->is_post || !changed[i]->box.intersects(region[k]->box))
+          continue;
+        is_taken[i] = true;
+        region.push_back(changed[i]);
+      }
+    }
+    regions.push_back(std::move(region));
+  }
+  return regions;
+}
+
+/// One change of all parts of a thing.
+Change changeOf(const std::vector<const Object*>& parts, Change::What what, double sigma_m) {
+  const Object& largest = **std::max_element(
+      parts.begin(), parts.end(),
+      [](const Object* a, const Object* b) { return a->points.size() < b->points.size(); });
+  Change change;
+  change.what = what;
+  change.label = largest.vertex->label;
+  change.is_dynamic = largest.is_dynamic;
+  change.sigma_m = std::hypot(largest.vertex->sigma_m, sigma_m);
+  Eigen::AlignedBox3d box;
+  double weight = 0;
+  for (const Object* part : parts) {
+    const double points = 1 + static_cast<double>(part->points.size());
+    change.position += points * part->position;
+    weight += points;
+    box.extend(part->position - part->vertex->extent / 2);
+    box.extend(part->position + part->vertex->extent / 2);
+    change.probability = std::max(change.probability, part->changed);
+  }
+  change.position /= weight;
+  change.extent = box.sizes();
+  return change;
+}
+
+/// Each thing once. Where labels are noisy, things have parts of other classes: those with a
+/// smaller share of the points of a region than are labelled by noise are of the class of the most
+/// points.
+std::vector<Change> changesAmong(const std::vector<Object>& objects, Change::What what,
+                                 double label_noise, double sigma_m) {
+  std::vector<Change> changes;
+  for (const auto& region : regionsOf(objects)) {
+    std::map<std::uint32_t, double> points;
+    double all = 0;
+    for (const Object* object : region) {
+      points[object->vertex->label] += static_cast<double>(object->points.size());
+      all += static_cast<double>(object->points.size());
+    }
+    const std::uint32_t most =
+        std::max_element(points.begin(), points.end(), [](const auto& a, const auto& b) {
+          return a.second < b.second;
+        })->first;
+    std::map<std::uint32_t, std::vector<const Object*>> things;
+    for (const Object* object : region) {
+      const std::uint32_t label = object->vertex->label;
+      things[points[label] < label_noise * all ? most : label].push_back(object);
+    }
+    for (const auto& [label, parts] : things) {
+      changes.push_back(changeOf(parts, what, sigma_m));
+      changes.back().label = label;
+    }
   }
   return changes;
 }
@@ -296,20 +473,21 @@ void joinMoved(std::vector<Change>& gone, std::vector<Change>& added) {
 Changes compare(Visit& earlier, Visit& later, double sigma_m) {
   Changes result;
   result.has_looked = earlier.tellsWhereItLooked() && later.tellsWhereItLooked();
-  for (Object& object : earlier.objects()) later.judge(object, earlier.pointsOf(object));
-  for (Object& object : later.objects()) earlier.judge(object, later.pointsOf(object));
+  for (Object& object : earlier.objects()) later.judge(object, earlier.pointsAround(object));
+  for (Object& object : later.objects()) earlier.judge(object, later.pointsAround(object));
   Experience experience;
-  experience.add(earlier.objects());
-  experience.add(later.objects());
+  experience.add(earlier);
+  experience.add(later);
   for (Visit* visit : {&earlier, &later}) {
     for (Object& object : visit->objects()) {
       if (object.was_looked_at && !object.is_matched)
-        object.changed = experience.probabilityOfChange(object.met);
+        object.changed = experience.probabilityOfChange(object.evidence);
     }
   }
   result.presence = earlier.presence();
-  auto gone = changesAmong(earlier.objects(), Change::What::gone, sigma_m);
-  auto added = changesAmong(later.objects(), Change::What::added, sigma_m);
+  const double noise = experience.labelNoise();
+  auto gone = changesAmong(earlier.objects(), Change::What::gone, noise, sigma_m);
+  auto added = changesAmong(later.objects(), Change::What::added, noise, sigma_m);
   joinMoved(gone, added);
   for (const Object& object : earlier.objects())
     result.compared += object.was_looked_at && !object.is_dynamic;
@@ -408,8 +586,8 @@ Changes findChanges(const Place& earlier, const Place& later,
   scaleLengths(1 / size, T);
   const double town_sigma_m = sigma_m / size;
   const double meet_m = std::min(kBlock_m, kMeet_m + 2 * town_sigma_m);
-  Visit first(*earlier_town, Eigen::Isometry3d::Identity(), meet_m);
-  Visit second(*later_town, T, meet_m);
+  Visit first(*earlier_town, Eigen::Isometry3d::Identity(), meet_m, seenBy(*later_town, T));
+  Visit second(*later_town, T, meet_m, seenBy(*earlier_town, T.inverse()));
   Changes result = compare(first, second, town_sigma_m);
   for (Change& change : result.changes) {
     change.position *= size;

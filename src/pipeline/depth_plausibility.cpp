@@ -18,7 +18,7 @@ namespace {
 
 constexpr int kSamplesAcross = 48;   ///< pixels compared per row and column
 constexpr double kTolerance = 0.05;  ///< of two depths of one point
-constexpr double kMoved_m = 0.5;     ///< poses at least so far apart tell scales apart
+constexpr double kApart_m = 0.5;     ///< poses at least so far apart tell scales apart
 constexpr std::size_t kMostFramesOn = 10;
 
 /// Depth as a camera tells it.
@@ -83,7 +83,7 @@ std::optional<std::size_t> firstThatMoved(const FrameSource& source, std::size_t
   const Eigen::Isometry3d from = source.pose(a);
   for (std::size_t b = a + 1; b < std::min(source.size(), a + kMostFramesOn); ++b) {
     const Eigen::Isometry3d to = source.pose(b);
-    if ((from.translation() - to.translation()).norm() < kMoved_m) continue;
+    if ((from.translation() - to.translation()).norm() < kApart_m) continue;
     if (from.linear().col(2).dot(to.linear().col(2)) >= kSameWay) return b;
     break;
   }

@@ -13,8 +13,8 @@
 namespace xview {
 namespace {
 
-constexpr int kWalkUps = 6;          ///< poses that walks propose for the gravity alignment
-constexpr double kSameUp_rad = 0.1;  ///< error of up that the search bears
+constexpr int kWalkUps = 6;              ///< poses that walks propose for the gravity alignment
+constexpr double kBearableUp_rad = 0.1;  ///< error of up that the search bears
 constexpr std::size_t kRefinedScales = 3;
 
 /// Frames differ, so poses are compared by what they do to the middle of the query.
@@ -74,7 +74,9 @@ std::vector<FrameHypothesis> Localizer::Index::frameHypotheses(const Query& quer
                                                                Timings& timing_ms) const {
   std::vector<Eigen::Vector3d> ups;
   const auto add = [&](const Eigen::Vector3d& up) {
-    const auto same = [&](const Eigen::Vector3d& u) { return u.dot(up) > std::cos(kSameUp_rad); };
+    const auto same = [&](const Eigen::Vector3d& u) {
+      return u.dot(up) > std::cos(kBearableUp_rad);
+    };
     if (std::none_of(ups.begin(), ups.end(), same)) ups.push_back(up);
   };
   if (expected) {

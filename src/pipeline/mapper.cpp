@@ -182,7 +182,7 @@ class MapBuilder {
 };
 
 constexpr double kEnough_nats = 10;  ///< for or against: a few things that both have seen
-constexpr double kReach_m = 5;       ///< of a town; the climb of a search ends about there
+constexpr double kClimbReach_m = 5;  ///< of a town; the climb of a search ends about there
 
 /// What the user believes about queries says nothing about maps, and bare walks judge no pose.
 Options plainSearch(Options options) {
@@ -370,7 +370,7 @@ std::optional<FrameEvidence> evidenceOfOneFrame(const map::SemanticMap& map,
   const std::vector<Eigen::Isometry3d> as_it_is{Eigen::Isometry3d::Identity()};
   const verify::PlaceEvidence here = localizer.check(query, as_it_is, 0)[0].evidence;
   if (std::abs(here.score) < kEnough_nats) return std::nullopt;
-  const PoseCheck best = localizer.check(query, as_it_is, kReach_m * map.size)[0];
+  const PoseCheck best = localizer.check(query, as_it_is, kClimbReach_m * map.size)[0];
   const Eigen::Vector3d sensor = query.poses.back().translation();
   return FrameEvidence{here.score, here.expected, best.evidence.score,
                        (best.T_map_query * sensor - sensor).norm(),

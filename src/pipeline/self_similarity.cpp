@@ -27,11 +27,11 @@ constexpr double kLengths_m[] = {8, 15, 30, 60, 100};
 /// queries.
 constexpr double kRememberedLengths_m[] = {15, 30};
 constexpr std::size_t kRememberedPlaces = 15;
-constexpr double kFullLength = 0.8;    ///< a stretch that is shorter than this share is left out
-constexpr double kLeftForOthers = 3;   ///< as is one of a recording shorter than this many of it
-constexpr double kSeenShare = 0.6;     ///< of the samples that a second visit sees again
-constexpr double kMostPoints = 10000;  ///< of a stretch
-constexpr int kQuickPoints = 1000;     ///< of them that are registered
+constexpr double kFullLength = 0.8;      ///< a stretch that is shorter than this share is left out
+constexpr double kLeftForOthers = 3;     ///< as is one of a recording shorter than this many of it
+constexpr double kSeenAgainShare = 0.6;  ///< of the samples that a second visit sees again
+constexpr double kMostPoints = 10000;    ///< of a stretch
+constexpr int kQuickPoints = 1000;       ///< of them that are registered
 constexpr double kOdometryError = 0.01;
 constexpr double kReach = 0.8;  ///< share of the samples that are nearer to the path
 constexpr double kNearest_m = 3, kFarthest_m = 25;  ///< limits of that reach
@@ -226,7 +226,7 @@ class SelfSearch {
     for (std::size_t c = 0; c < kBevChannels; ++c) {
       for (const BevSample& s : map_.bev.samples[c]) {
         const Eigen::Vector3d p_map = origin + Eigen::Vector3d(s.x, s.y, s.z);
-        if (!isSeen(p_map.head<2>()) || random.uniform() > kSeenShare) continue;
+        if (!isSeen(p_map.head<2>()) || random.uniform() > kSeenAgainShare) continue;
         const Eigen::Vector3f p = again(p_map).cast<float>();
         around.bev.samples[c].push_back({p.x(), p.y(), p.z()});
       }
@@ -284,7 +284,7 @@ class SelfSearch {
         if (mayBeSeen(column)) takeSeen(*stored->pointsOf(column));
       }
     }
-    const double share = std::min(kSeenShare, kMostPoints / static_cast<double>(seen.size()));
+    const double share = std::min(kSeenAgainShare, kMostPoints / static_cast<double>(seen.size()));
     for (Point point : seen) {
       if (random.uniform() > share) continue;
       const Eigen::Vector3d p = again(inMap(point), point.sigma);

@@ -21,7 +21,7 @@ constexpr std::size_t kWindows = 12;
 constexpr std::size_t kPlaces = 40;
 // A place of a town may move so far from one window to the next [m], besides the drift of the
 // odometry.
-constexpr double kReach_m = 1.5;
+constexpr double kStretchReach_m = 1.5;
 
 /// Queries of a recording that may speak for a place: those whose frames begin later than the
 /// history reaches.
@@ -134,7 +134,7 @@ struct Sequence::State {
     std::vector<Eigen::Isometry3d> poses;
     for (const Hypothesis& h : hypotheses) poses.push_back(h.T_map_query);
     for (PoseCheck& place :
-         localizer.check(windows[newest].query, poses, kReach_m * localizer.size())) {
+         localizer.check(windows[newest].query, poses, kStretchReach_m * localizer.size())) {
       const auto same = std::find_if(tracks.begin(), tracks.end(), [&](const Track& t) {
         return isSamePlace(t.seen.back(), place);
       });
@@ -199,7 +199,7 @@ struct Sequence::State {
 
   /// Odometry drifts between windows, so a place may move a little against it.
   double reachBetween(std::size_t a, std::size_t b) const {
-    return kReach_m * localizer.size() +
+    return kStretchReach_m * localizer.size() +
            options.odometry.drift * (windows[a].sensor() - windows[b].sensor()).norm();
   }
 

@@ -16,8 +16,8 @@ constexpr double kSigmas = 2;        ///< number of sigmas before its point at w
 constexpr std::uint8_t kPassed = 2;  ///< number of rays from which on a cell is free
 constexpr double kFewest = 30;       ///< distributions that tell anything
 /// The null hypothesis: number of displaced poses, and their distance.
-constexpr int kMoves = 6;
-constexpr double kMove_m = 2;
+constexpr int kNullMoves = 6;
+constexpr double kNullMove_m = 2;
 /// Who would hardly see through anything at a wrong place either, as from the air, tells nothing.
 constexpr double kLeastDisplaced = 0.05;
 
@@ -128,10 +128,10 @@ std::optional<double> freeSpaceViolation(const DistributionMap& map, const Refin
   const RayCounts here = space.at(map, T_map_query);
   if (here.told() < kFewest) return std::nullopt;
   RayCounts displaced;
-  for (int k = 0; k < kMoves; ++k) {
-    const double angle = 0.3 + 2 * M_PI * k / kMoves;
+  for (int k = 0; k < kNullMoves; ++k) {
+    const double angle = 0.3 + 2 * M_PI * k / kNullMoves;
     Eigen::Isometry3d moved = T_map_query;
-    moved.pretranslate(kMove_m * Eigen::Vector3d(std::cos(angle), std::sin(angle), 0));
+    moved.pretranslate(kNullMove_m * Eigen::Vector3d(std::cos(angle), std::sin(angle), 0));
     const RayCounts counts = space.at(map, moved);
     displaced.met += counts.met;
     displaced.through += counts.through;

@@ -12,11 +12,11 @@ namespace xview::search {
 namespace {
 
 constexpr int kRounds = 12;
-constexpr double kNarrowing = 0.6;         ///< share of the rounds in which the gate narrows
-constexpr double kFirstGate_m = 4;         ///< of residuals that count in full
-constexpr double kVertexSlope = 0.02;      ///< [rad] how far off level bare graphs are
-constexpr double kFreedom = 3;             ///< of the t distribution of heights off the plane
-constexpr double kIndependentShare = 0.7;  ///< of what heights say: neighbours are off together
+constexpr double kNarrowing = 0.6;           ///< share of the rounds in which the gate narrows
+constexpr double kFirstGate_m = 4;           ///< of residuals that count in full
+constexpr double kVertexSlope = 0.02;        ///< [rad] how far off level bare graphs are
+constexpr double kFreedom = 3;               ///< of the t distribution of heights off the plane
+constexpr double kIndependentHeights = 0.7;  ///< of what heights say: neighbours are off together
 
 constexpr double kGroundSigma_m = 1;  ///< only residuals tell how much ground is really off
 constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
@@ -129,7 +129,7 @@ double heightCost(const std::vector<HeightPair>& pairs, const HeightFit& fit) {
   double cost = 2 * std::log1p(0.5 * fit.slope.squaredNorm() / (kVertexSlope * kVertexSlope));
   for (const HeightPair& p : pairs) {
     const double off = residual(p, plane) / p.sigma;
-    cost += kIndependentShare * p.weight * std::log1p(off * off / kFreedom);
+    cost += kIndependentHeights * p.weight * std::log1p(off * off / kFreedom);
   }
   return cost;
 }

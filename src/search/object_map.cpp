@@ -13,10 +13,10 @@
 namespace xview::search {
 namespace {
 
-constexpr double kBlock_m = 32;      // [m]
-constexpr double kDensityCell = 16;  // [m]
-constexpr double kCoverageCell = 4;  // [m]
-constexpr double kFading = 1.5;      // [m] half the width of the rim of what the map covers
+constexpr double kBlock_m = 32;       // [m]
+constexpr double kDensityCell = 16;   // [m]
+constexpr double kCoverageCell = 4;   // [m]
+constexpr double kMapFading_m = 1.5;  // [m] half the width of the rim of what the map covers
 constexpr double kDensityArea = 9 * kDensityCell * kDensityCell;
 constexpr int kMostCounted = 1000;  // vertices of a class in 48 x 48 m; more are as good as that
 constexpr double kLeastDensity =
@@ -304,11 +304,11 @@ void ObjectMap::measureDensities() {
 }
 
 void ObjectMap::drawCoverage(double reach_m) {
-  const double widest = reach_m + kFading;
+  const double widest = reach_m + kMapFading_m;
   for (const MapPoint& p : points_) {
     forSquare(p.x, p.y, widest, kCoverageCell, [&](const PlaneCell& at) {
       const double dx = (at.x + 0.5) * kCoverageCell - p.x, dy = (at.y + 0.5) * kCoverageCell - p.y;
-      const double fades = (widest - std::sqrt(dx * dx + dy * dy)) / (2 * kFading);
+      const double fades = (widest - std::sqrt(dx * dx + dy * dy)) / (2 * kMapFading_m);
       if (fades <= 0) return;
       std::uint8_t& cell = coverage_.at(at);
       cell = std::max(cell, static_cast<std::uint8_t>(255 * std::min(1.0, fades)));

@@ -22,7 +22,7 @@ constexpr double kThinning =
 constexpr std::size_t kMostSamples = 300;  // more do not make the search any surer
 constexpr double kCoverageCells = 400;     // across the query, at most
 constexpr double kCoarseCoverage = 3;      // [m] larger cells say nothing about a missing object
-constexpr double kFading = 1.5;            // [m] half the width of the rim of what the query covers
+constexpr double kFading_m = 1.5;          // [m] half the width of the rim of what the query covers
 constexpr double kTakenFor = 1.5;   // [m] closer to a vertex, an object may have been taken for it
 constexpr double kSameSurface = 4;  // [m] samples of one piece of a surface are this close
 constexpr float kFarAway = 1e9f;
@@ -142,7 +142,7 @@ void ObjectQuery::findVisibleClasses(const ObjectMap& map) {
 
 void ObjectQuery::drawCoverage(const ObjectMap& map, double reach_m) {
   reach_ = reach_m;
-  const double widest = reach_m + kFading;
+  const double widest = reach_m + kFading_m;
   const double half = radius_ + widest;
   coverage_cell_ = std::max(1.0, 2 * half / kCoverageCells);
   coverage_side_ = static_cast<int>(2 * half / coverage_cell_) + 3;
@@ -182,7 +182,7 @@ double ObjectQuery::expectsObject(double x, double y) const {
   const std::optional<std::size_t> cell = coverageCell(x, y);
   if (!cell || coverage_cell_ > kCoarseCoverage) return 0;
   const double distance = nearest_[*cell];
-  const double fades = (reach_ + kFading - distance) / (2 * kFading);
+  const double fades = (reach_ + kFading_m - distance) / (2 * kFading_m);
   return std::clamp(std::min(fades, (distance - kTakenFor) / kTakenFor), 0.0, 1.0);
 }
 

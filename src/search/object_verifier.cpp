@@ -8,9 +8,10 @@
 namespace xview::search {
 namespace {
 
-constexpr double kMargin = 8;       // [m] poses may move by this without collecting the map again
-constexpr double kWidest = 1.8;     // largest scale of the standard deviations in use
-constexpr float kFarthest = 10;     // squared Mahalanobis distance beyond which nothing is a match
+constexpr double kMargin = 8;    // [m] poses may move by this without collecting the map again
+constexpr double kWidest = 1.8;  // largest scale of the standard deviations in use
+constexpr float kFarthestMatch =
+    10;                             // squared Mahalanobis distance beyond which nothing is a match
 constexpr double kLeastPull = 0.3;  // of a surface: what does not tell places apart still tells
                                     // where they are
 constexpr double kRoundShare =
@@ -21,10 +22,10 @@ constexpr int kLeastSide = 20, kLargestSide = 300;  // cells of the local grid
 constexpr double kItemsPerCell = 4;
 constexpr float kFadingSteps = 64;  // per unit of squared distance
 
-/// exp(-distance2 / 2) from a table, good to 1e-4; 0 from kFarthest on.
+/// exp(-distance2 / 2) from a table, good to 1e-4; 0 from kFarthestMatch on.
 const std::vector<float> kFadingTable = [] {
   std::vector<float> table;
-  for (int i = 0; i <= static_cast<int>(kFarthest * kFadingSteps) + 1; ++i)
+  for (int i = 0; i <= static_cast<int>(kFarthestMatch * kFadingSteps) + 1; ++i)
     table.push_back(std::exp(-0.5f * static_cast<float>(i) / kFadingSteps));
   return table;
 }();
@@ -154,7 +155,7 @@ void ObjectVerifier::visitNear(std::uint16_t slot, float x, float y, float gate,
       const float along2 =
           u * u * spread.inverse_along2 + p.undirected * e2 * spread.inverse_round2;
       const float distance2 = along2 + v * v * spread.inverse_across2;
-      if (distance2 < kFarthest) visitor(k, distance2);
+      if (distance2 < kFarthestMatch) visitor(k, distance2);
     }
   }
 }

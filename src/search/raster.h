@@ -14,6 +14,8 @@
 
 namespace xview::search {
 
+constexpr const char* kSearchStage = "the search";  ///< to a budget
+
 constexpr int kTileBits = 6;
 constexpr int kTileSide = 1 << kTileBits;
 constexpr int kPartSide = 8;  ///< cells of the blocks that Tile::differs tells of

@@ -16,8 +16,6 @@
 namespace xview::search {
 namespace {
 
-constexpr const char* kStage = "the search";
-
 static_assert(kBlock == kTileSide, "output blocks are tiles");
 
 std::size_t workerCount(int threads, std::size_t jobs) {
@@ -89,7 +87,7 @@ class Scan {
     worker.window.load(output.tx * kTileSide - prepared_.reach,
                        output.ty * kTileSide - prepared_.reach);
     for (int yaw = 0; yaw < grid_.count; ++yaw) {
-      askBudget(kStage);
+      askBudget(kSearchStage);
       for (const RowRun& rows : output.rows) scanRows(output, yaw, rows, worker);
     }
     publish(worker.best.threshold());
@@ -211,7 +209,7 @@ class Refinement {
     onWorkers(workerCount(threads, count), [&](std::size_t) {
       Window near(raster_, prepared_, kTileSide * ratio_ + 2 * prepared_.reach);
       for (std::size_t t = next++; t < count; t = next++) {
-        askBudget(kStage);
+        askBudget(kSearchStage);
         refineTile(candidates, first_of_tile[t], first_of_tile[t + 1], near);
       }
     });

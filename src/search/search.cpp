@@ -17,7 +17,6 @@ namespace {
 
 using Poses = std::vector<PlacePose>;
 
-constexpr const char* kStage = "the search";
 constexpr std::size_t kRefined = 30;  ///< distinct poses that are refined finely
 constexpr double kSamePose_m = 1.5, kSamePose_rad = 0.05;  ///< poses this near have one maximum
 /// What is just outside of a prior is nearer to it than another place (samePlace).
@@ -60,7 +59,7 @@ Poses distinct(Poses poses, std::size_t count, const Same& same) {
 
 void refineAll(const FieldQuery& query, RefinementLevel how, int threads, Poses& poses) {
   parallelFor(poses.size(), threads, [&](std::size_t i) {
-    askBudget(kStage);
+    askBudget(kSearchStage);
     poses[i] = query.refineLocally(poses[i], how);
   });
 }
@@ -217,7 +216,7 @@ SearchResult search(const FieldQuery& query, const std::vector<PlacePrior>& prio
       std::min(poses.size(), static_cast<std::size_t>(std::max(1, options.hypotheses)));
   for (const PlacePose& p : poses) result.places.push_back(query.inMap(p));
   parallelFor(told, threads, [&](std::size_t i) {
-    askBudget(kStage);
+    askBudget(kSearchStage);
     result.places[i] = query.describeAt(query.refineLocally(poses[i], RefinementLevel::polish));
   });
   std::stable_sort(result.places.begin(), result.places.begin() + static_cast<std::ptrdiff_t>(told),

@@ -9,11 +9,11 @@
 namespace xview {
 namespace {
 
-constexpr double kStep = 2;         // between points of a centre line [m]
-constexpr double kBin = 8;          // [m]
-constexpr double kReach = 24;       // > widest street + StreetField::kFar [m]
-constexpr double kFillet = 3;       // range of the smooth minimum at corners [m]
-constexpr double kTurningRoad = 8;  // radius of the disc at the end of a cul-de-sac [m]
+constexpr double kCentreLineStep = 2;  // between points of a centre line [m]
+constexpr double kBin = 8;             // [m]
+constexpr double kReach = 24;          // > widest street + StreetField::kFar [m]
+constexpr double kFillet = 3;          // range of the smooth minimum at corners [m]
+constexpr double kTurningRoad = 8;     // radius of the disc at the end of a cul-de-sac [m]
 
 /// Cubic Hermite curve with its tangents turned off the chord by the two angles.
 Polyline bentLine(const Eigen::Vector2d& a, const Eigen::Vector2d& b, double turn_a,
@@ -21,7 +21,7 @@ Polyline bentLine(const Eigen::Vector2d& a, const Eigen::Vector2d& b, double tur
   const Eigen::Vector2d chord = b - a;
   const Eigen::Vector2d tangent_a = Eigen::Rotation2Dd(turn_a) * chord;
   const Eigen::Vector2d tangent_b = Eigen::Rotation2Dd(turn_b) * chord;
-  const int steps = std::max(2, static_cast<int>(std::ceil(chord.norm() / kStep)));
+  const int steps = std::max(2, static_cast<int>(std::ceil(chord.norm() / kCentreLineStep)));
   Polyline line;
   for (int i = 0; i <= steps; ++i) {
     const double t = static_cast<double>(i) / steps, t2 = t * t, t3 = t2 * t;

@@ -10,7 +10,8 @@
 namespace xview {
 namespace {
 
-constexpr Color kRim{52, 56, 66}, kWhite{255, 255, 255}, kGrid{226, 228, 232}, kInk{60, 64, 74};
+constexpr Color kRim{52, 56, 66}, kWhite{255, 255, 255}, kGrid{226, 228, 232},
+    kPanelInk{60, 64, 74};
 constexpr std::size_t kCrowded = 4000;    // vertices in view from which they shrink to dots
 constexpr double kLargestPoint_m = 0.35;  // maps of towns are thinned to about this distance
 
@@ -303,7 +304,7 @@ void Panel::drawScaleBar() {
   const double length_m = roundLength(std::max(120.0, 0.16 * box_.sizes().x()) / scale_);
   const Canvas::Point left(box_.min().x() + 22, box_.max().y() - 36),
       right = left + Eigen::Vector2d(length_m * scale_, 0), tick(0, 5);
-  for (const auto& [color, width] : {std::pair(kWhite, 6.0), std::pair(kInk, 2.0)}) {
+  for (const auto& [color, width] : {std::pair(kWhite, 6.0), std::pair(kPanelInk, 2.0)}) {
     canvas_.line(left, right, color, width);
     canvas_.line(left - tick, left + tick, color, width);
     canvas_.line(right - tick, right + tick, color, width);
@@ -311,13 +312,13 @@ void Panel::drawScaleBar() {
   const std::string text = length_m >= 1000 ? fmt::format("{:g} km", length_m / 1000)
                            : length_m < 1   ? fmt::format("{:g} cm", 100 * length_m)
                                             : fmt::format("{:g} m", length_m);
-  canvas_.text(text, (left + right) / 2 - Eigen::Vector2d(0, 14), 16, kInk, true, 0.5, true);
+  canvas_.text(text, (left + right) / 2 - Eigen::Vector2d(0, 14), 16, kPanelInk, true, 0.5, true);
 }
 
 void Panel::drawFrameOf(const Eigen::AlignedBox2d& area) {
   const Canvas::Point a = toPixel(Eigen::Vector2d(area.min())),
                       b = toPixel(Eigen::Vector2d(area.max()));
-  canvas_.frame({a.cwiseMin(b), a.cwiseMax(b)}, kInk, 1.6);
+  canvas_.frame({a.cwiseMin(b), a.cwiseMax(b)}, kPanelInk, 1.6);
 }
 
 }  // namespace xview

@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Point {
+struct BagPoint {
   double x, y, z;
   std::uint32_t label;
 };
@@ -29,7 +29,7 @@ struct Point {
 /// A file that loads with these points.
 struct GoodFile {
   const char* name;
-  std::vector<Point> points;
+  std::vector<BagPoint> points;
 };
 
 /// A file that is refused with a message that contains these words.
@@ -38,12 +38,12 @@ struct BadFile {
   const char* words;
 };
 
-const std::vector<Point> kHalves = {{1.5, 2.5, 3.5, 7}, {4, 5, 6, 300}};
-const std::vector<Point> kWhole = {{1, 2, 3, 7}, {4, 5, 6, 8}};
-const std::vector<Point> kThirty = {{1, 2, 3, 7}, {4, 5, 6, 30}};
-const std::vector<Point> kThreeHundred = {{1, 2, 3, 7}, {4, 5, 6, 300}};
-const std::vector<Point> kUtm = {{500000.123, 4649776.225, 53.1, 7},
-                                 {500000.456, 4649776.487, 53.2, 8}};
+const std::vector<BagPoint> kHalves = {{1.5, 2.5, 3.5, 7}, {4, 5, 6, 300}};
+const std::vector<BagPoint> kWhole = {{1, 2, 3, 7}, {4, 5, 6, 8}};
+const std::vector<BagPoint> kThirty = {{1, 2, 3, 7}, {4, 5, 6, 30}};
+const std::vector<BagPoint> kThreeHundred = {{1, 2, 3, 7}, {4, 5, 6, 300}};
+const std::vector<BagPoint> kUtm = {{500000.123, 4649776.225, 53.1, 7},
+                                    {500000.456, 4649776.487, 53.2, 8}};
 
 const GoodFile kGoodFiles[] = {
     {"a_crlf.pcd", kHalves},
@@ -221,7 +221,7 @@ TEST(OddCloudFiles, ValidOnesLoadWithTheirLabels) {
     ASSERT_NO_THROW(cloud = readCloud(data + "/" + file.name));
     ASSERT_EQ(cloud.size(), file.points.size());
     for (std::size_t i = 0; i < cloud.size(); ++i) {
-      const Point& expected = file.points[i];
+      const BagPoint& expected = file.points[i];
       EXPECT_LT((cloud.position(i) - Eigen::Vector3d(expected.x, expected.y, expected.z)).norm(),
                 1e-4);
       EXPECT_EQ(cloud.points[i].label, expected.label);

@@ -46,14 +46,14 @@ int foretold(int filter, int left, int above, int corner) {
   return a <= b && a <= c ? left : b <= c ? above : corner;
 }
 
-struct Kind {
+struct PixelKind {
   int color_type, channels, bits;
 };
 
-class Filtered : public ::testing::TestWithParam<Kind> {};
+class Filtered : public ::testing::TestWithParam<PixelKind> {};
 
 TEST_P(Filtered, RowsOfEveryFilterGiveThePixelsThatOpenCvGives) {
-  const Kind kind = GetParam();
+  const PixelKind kind = GetParam();
   constexpr int kWidth = 37, kHeight = 23;
   const int pixel = kind.channels * kind.bits / 8, row_bytes = kWidth * pixel;
   Random random(7);
@@ -94,8 +94,9 @@ TEST_P(Filtered, RowsOfEveryFilterGiveThePixelsThatOpenCvGives) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Kinds, Filtered,
-                         ::testing::Values(Kind{0, 1, 8}, Kind{0, 1, 16}, Kind{2, 3, 8},
-                                           Kind{2, 3, 16}, Kind{6, 4, 8}, Kind{6, 4, 16}));
+                         ::testing::Values(PixelKind{0, 1, 8}, PixelKind{0, 1, 16},
+                                           PixelKind{2, 3, 8}, PixelKind{2, 3, 16},
+                                           PixelKind{6, 4, 8}, PixelKind{6, 4, 16}));
 
 TEST(PngPixels, OfFilesThatOpenCvWroteAreThePixelsThatItReads) {
   for (const int type : {CV_8UC1, CV_16UC1, CV_8UC3, CV_16UC3, CV_8UC4, CV_16UC4}) {
@@ -137,7 +138,8 @@ std::string interlaced(int width, int height, std::size_t pixel, const std::stri
 
 TEST(PngPixels, OfInterlacedFilesOfEverySizeAreThoseThatOpenCvGives) {
   Random random(9);
-  for (const auto& [color, channels, bits] : {Kind{0, 1, 8}, {0, 1, 16}, {2, 3, 8}, {6, 4, 16}}) {
+  for (const auto& [color, channels, bits] :
+       {PixelKind{0, 1, 8}, {0, 1, 16}, {2, 3, 8}, {6, 4, 16}}) {
     const auto pixel = static_cast<std::size_t>(channels * bits / 8);
     for (int width = 1; width <= 9; ++width) {
       for (int height = 1; height <= 9; ++height) {

@@ -51,7 +51,7 @@ Eigen::Isometry3d sensorInQuery() {
   return sensor;
 }
 
-double errorOf(const Eigen::Isometry3d& T_map_query) {
+double errorOfShift(const Eigen::Isometry3d& T_map_query) {
   const Eigen::Vector3d sensor = sensorInQuery().translation();
   return (T_map_query * sensor - kTruth * sensor).norm();
 }
@@ -73,7 +73,7 @@ TEST(BevRegistration, FindsThePoseBetweenTheCells) {
       const auto T =
           registration.align(query, sensorInQuery().translation(), disturbed(shift, turn));
       ASSERT_TRUE(T.has_value());
-      EXPECT_LT(errorOf(T->T_map_query), 0.12);
+      EXPECT_LT(errorOfShift(T->T_map_query), 0.12);
       EXPECT_LT(std::abs(angleDifference(yawOf(T->T_map_query.linear()), yawOf(kTruth.linear()))),
                 0.006);
     }

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
 
 #include "xview/mapper.h"
 #include "xview/sim/recordings.h"
@@ -19,28 +20,48 @@ struct Visits {
   std::map<std::string, map::SemanticMap> maps;  ///< by session, all in the frame of `forward`
 };
 
-Visits makeVisits(double changed) {
-  SimulationOptions simulation;
-  simulation.seed = 11;
-  simulation.route_length_m = 240;
-  simulation.width = 240;
-  simulation.height = 180;
-  simulation.sim.changed = changed;
-  simulation.sessions.aerial = false;
-  simulation.sessions.forward2 = true;
+Visits makeVisits(const SimulationOptions& simulation, const Options& options) {
   Visits visits;
   for (const auto& session : makeSessions(simulation, &visits.truth)) {
     std::vector<Eigen::Isometry3d> truth;
     for (std::size_t i = 0; i < session->size(); ++i) truth.push_back(session->truth(i));
     const PosedRecording in_map(*session, 0, truth);
-    visits.maps[session->name()] = buildMap({&in_map}, {});
+    visits.maps[session->name()] = buildMap({&in_map}, options);
   }
   return visits;
 }
 
+SimulationOptions simulationOf(double changed) {
+  SimulationOptions simulation;
+  simulation.seed = 11;
+  simulation.width = 240;
+  simulation.height = 180;
+  simulation.sim.changed = changed;
+  simulation.sessions.aerial = false;
+  simulation.sessions.forward2 = true;
+  return simulation;
+}
+
+Visits visitsOfTown(double changed) {
+  SimulationOptions simulation = simulationOf(changed);
+  simulation.route_length_m = 240;
+  return makeVisits(simulation, {});
+}
+
 const Visits& changedTown() {
-  static const Visits visits = makeVisits(0.3);
+  static const Visits visits = visitsOfTown(0.3);
   return visits;
+}
+
+Visits visitsOfOffice(const std::string& quality, double route_length_m) {
+  SimulationOptions simulation = simulationOf(0.3);
+  simulation.sim.style = "office";
+  simulation.quality = quality;
+  simulation.route_length_m = route_length_m;
+  simulation.frame_spacing_m = 0.4;
+  Options options;
+  options.size = "room";
+  return makeVisits(simulation, options);
 }
 
 Changes between(const Visits& visits, const std::string& earlier, const std::string& later) {
@@ -104,7 +125,38 @@ TEST(Changes, OfThingsThatWentAndCameAreFoundAndNothingElse) {
 TEST(Changes, AreFoundFromTheOtherSide) {
   const Score score = scoreOf(changedTown(), between(changedTown(), "forward", "rear"));
   EXPECT_GE(score.right, 5);
-  EXPECT_GE(score.right, 0.9 * score.reported);
+  EXPECT_GE(score.right + 1, score.reported);  // a sign has its class from the front only
+}
+
+TEST(Changes, OfRoomsAreOnWallsAndDesksAsWell) {
+  const Visits visits = visitsOfOffice("clean", 40);
+  const Changes changes = between(visits, "forward", "forward2");
+  const Score score = scoreOf(visits, changes);
+  EXPECT_GE(score.right, 8);
+  EXPECT_GE(score.right, 0.85 * score.reported);
+  std::set<std::string> classes;
+  for (const Change& c : changes.changes)
+    classes.insert(visits.maps.at("forward").labels.className(c.label));
+  EXPECT_TRUE(classes.count("picture") + classes.count("window") + classes.count("whiteboard"))
+      << "what is replaced by the wall behind it";
+  EXPECT_TRUE(classes.count("monitor")) << "what stands on something";
+}
+
+/// In noisy labels a thing has parts of many classes.
+TEST(Changes, AreToldOncePerThing) {
+  const Visits visits = visitsOfOffice("labels", 25);
+  const map::SemanticMap& earlier = visits.maps.at("forward");
+  const Changes changes = between(visits, "forward", "forward2");
+  const auto gone = std::count(changes.presence.begin(), changes.presence.end(), Presence::gone);
+  std::vector<Eigen::AlignedBox3d> boxes;
+  for (const Change& c : changes.changes) {
+    const Kind kind = earlier.labels.kind(c.label);
+    if (c.what == Change::What::added || isPoleLike(kind) || kind == Kind::trunk) continue;
+    const Eigen::Vector3d half = c.extent / 2;
+    boxes.emplace_back(c.position - half, c.position + half);
+  }
+  ASSERT_GT(boxes.size(), 2u);
+  EXPECT_LT(boxes.size(), 0.8 * static_cast<double>(gone));
 }
 
 TEST(Changes, TurnRoundWithTheVisits) {
@@ -120,13 +172,13 @@ TEST(Changes, TurnRoundWithTheVisits) {
 }
 
 TEST(Changes, AreNoneWhereNothingChangedButTraffic) {
-  const Visits visits = makeVisits(0);
+  const Visits visits = visitsOfTown(0);
   for (const std::string later : {"forward2", "rear"}) {
     const Changes changes = between(visits, "forward", later);
     EXPECT_GT(changes.compared, 15U);
     EXPECT_LE(std::count_if(changes.changes.begin(), changes.changes.end(),
                             [](const Change& c) { return !c.is_dynamic; }),
-              later == "rear" ? 1 : 0);
+              later == "rear" ? 2 : 0);
     EXPECT_GT(std::count_if(changes.changes.begin(), changes.changes.end(),
                             [](const Change& c) { return c.is_dynamic; }),
               5);
@@ -186,7 +238,7 @@ TEST(Changes, WhatIsGoneCanBeTakenOutOfTheEarlierVisit) {
     std::vector<std::size_t> gone;
     for (std::size_t i = 0; i < map.graph.size(); ++i)
       if (changes.presence.at(i) == Presence::gone) gone.push_back(i);
-    EXPECT_EQ(gone.size(),
+    EXPECT_GE(gone.size(),  // parts of a thing are one change
               std::count_if(changes.changes.begin(), changes.changes.end(),
                             [](const Change& c) { return c.what != Change::What::added; }));
     return gone;

@@ -85,7 +85,7 @@ Turned turnedGraph(const Eigen::Isometry3d& T, const Options& options) {
 }
 
 /// Where the last sensor was.
-double errorOf(const Localization& fix, const Turned& turned) {
+double errorOfTurned(const Localization& fix, const Turned& turned) {
   const Eigen::Vector3d sensor =
       simulatedDrive().sessions.at("rear")->truth(kLast - 1).translation();
   return (fix.T_map_query * (turned.truth.inverse() * sensor) - sensor).norm();
@@ -138,7 +138,7 @@ TEST(Gravity, TurnedQueriesAreFound) {
         EXPECT_EQ(fix.status, Status::accepted)
             << name << " " << degrees << ": " << fix.reason << "; " << fix.gravity_reason;
         EXPECT_EQ(fix.gravity, GravityUse::levelled);
-        EXPECT_LT(errorOf(fix, turned), 0.5) << name << " " << degrees;
+        EXPECT_LT(errorOfTurned(fix, turned), 0.5) << name << " " << degrees;
         EXPECT_LT(rotationBetween(fix.T_map_query, turned.truth), 2 * kDegree)
             << name << " " << degrees;
       }
@@ -146,7 +146,7 @@ TEST(Gravity, TurnedQueriesAreFound) {
   }
 }
 
-Eigen::Isometry3d tiltBy(double degrees) {
+Eigen::Isometry3d tiltedBy(double degrees) {
   return Eigen::Isometry3d(
       Eigen::AngleAxisd(degrees * kDegree, Eigen::Vector3d(1, 2, 0).normalized()));
 }
@@ -156,12 +156,12 @@ TEST(Gravity, TiltedQueriesAreLevelledOnTheGroundOfTheMap) {
   const Options options;
   const Localizer localizer(drive.map, options);
   for (const double degrees : {3.0, 8.0}) {
-    const Turned turned = turnedFrames(tiltBy(degrees), options);
+    const Turned turned = turnedFrames(tiltedBy(degrees), options);
     EXPECT_FALSE(turned.query.gravity.turned()) << "it may be the slope of a street";
     const Localization fix = localizer.localize(turned.query);
     EXPECT_EQ(fix.status, Status::accepted) << degrees << ": " << fix.reason;
     EXPECT_EQ(fix.gravity, GravityUse::levelled) << degrees;
-    EXPECT_LT(errorOf(fix, turned), 0.2) << degrees;
+    EXPECT_LT(errorOfTurned(fix, turned), 0.2) << degrees;
     EXPECT_LT(rotationBetween(fix.T_map_query, turned.truth), 0.3 * kDegree) << degrees;
   }
 }
@@ -170,10 +170,10 @@ TEST(Gravity, AStreetThatFooledTheMeasurementIsLevelledAllTheSame) {
   const auto& drive = simulatedDrive();
   const Options options;
   const Localizer localizer(drive.map, options);
-  Turned turned = turnedFrames(tiltBy(8), options);
+  Turned turned = turnedFrames(tiltedBy(8), options);
   turned.query.gravity.sigma_rad = kDegree;
   const Localization fix = localizer.localize(turned.query);
-  EXPECT_LT(errorOf(fix, turned), 0.2) << fix.gravity_reason;
+  EXPECT_LT(errorOfTurned(fix, turned), 0.2) << fix.gravity_reason;
   EXPECT_LT(rotationBetween(fix.T_map_query, turned.truth), 0.3 * kDegree) << fix.gravity_reason;
 }
 
@@ -181,12 +181,12 @@ TEST(Gravity, QueriesWithoutGoodPointsAreLevelledByTheirBev) {
   const auto& drive = simulatedDrive();
   const Options options;
   const Localizer localizer(drive.map, options);
-  for (const Eigen::Isometry3d& turn : {tiltBy(0), tiltBy(1.5), tiltBy(8), turnBy(90, 11)}) {
+  for (const Eigen::Isometry3d& turn : {tiltedBy(0), tiltedBy(1.5), tiltedBy(8), turnBy(90, 11)}) {
     Turned turned = turnedFrames(turn, options);
     turned.query.cloud.points.clear();
     const Localization fix = localizer.localize(turned.query);
     EXPECT_EQ(fix.status, Status::accepted) << fix.reason;
-    EXPECT_LT(errorOf(fix, turned), 0.2) << fix.gravity_reason;
+    EXPECT_LT(errorOfTurned(fix, turned), 0.2) << fix.gravity_reason;
     EXPECT_LT(rotationBetween(fix.T_map_query, turned.truth), 0.4 * kDegree) << fix.gravity_reason;
   }
 }
@@ -195,7 +195,7 @@ TEST(Gravity, ThatIsAlignedByWordIsNotLevelled) {
   const auto& drive = simulatedDrive();
   const Options options = withGravity("aligned");
   const Localization fix =
-      Localizer(drive.map, options).localize(turnedFrames(tiltBy(3), options).query);
+      Localizer(drive.map, options).localize(turnedFrames(tiltedBy(3), options).query);
   EXPECT_EQ(fix.gravity, GravityUse::aligned);
 }
 
@@ -209,7 +209,7 @@ TEST(Gravity, TurnedGraphsAreFoundOrRefused) {
     const Turned turned = turnedGraph(turnBy(degrees, 5), options);
     const Localization fix = localizer.localize(turned.query);
     if (!fix.accepted()) continue;
-    EXPECT_LT(errorOf(fix, turned), 3) << degrees << ": " << fix.gravity_reason;
+    EXPECT_LT(errorOfTurned(fix, turned), 3) << degrees << ": " << fix.gravity_reason;
     ++found;
   }
   EXPECT_GE(found, 3);

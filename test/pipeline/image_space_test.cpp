@@ -46,7 +46,7 @@ Query imageQuery(const std::string& session, std::size_t first, std::size_t last
                    walksIn("image"));
 }
 
-double errorOf(const Localization& fix, const std::string& session, std::size_t last_frame) {
+double errorInImages(const Localization& fix, const std::string& session, std::size_t last_frame) {
   const Eigen::Isometry3d truth = simulatedDrive().sessions.at(session)->truth(last_frame);
   return (fix.T_map_sensor.translation() - truth.translation()).norm();
 }
@@ -108,19 +108,19 @@ TEST(ImageSpace, RegionsAreTheVerticesOfTheImagesWithEdgesInSpace) {
 TEST(ImageSpace, AQueryIsFoundByWalksInAMapOfImageSpace) {
   const Localization fix =
       Localizer(imageMap(), walksIn("image")).localize(imageQuery("rear", 10, 45));
-  EXPECT_LT(errorOf(fix, "rear", 44), 2) << fix.reason;
+  EXPECT_LT(errorInImages(fix, "rear", 44), 2) << fix.reason;
 }
 
 TEST(ImageSpace, AQueryIsFoundByWalksInAMapInSpace) {
   const Localization fix =
       Localizer(simulatedDrive().map, walksIn("image")).localize(imageQuery("rear", 10, 45));
-  EXPECT_LT(errorOf(fix, "rear", 44), 2) << fix.reason;
+  EXPECT_LT(errorInImages(fix, "rear", 44), 2) << fix.reason;
 }
 
 TEST(ImageSpace, AQueryInSpaceIsFoundByWalksInAMapOfImageSpace) {
   const Localization fix =
       Localizer(imageMap(), walksIn("cloud")).localize(simulatedDrive().query("rear", 10, 45));
-  EXPECT_LT(errorOf(fix, "rear", 44), 2) << fix.reason;
+  EXPECT_LT(errorInImages(fix, "rear", 44), 2) << fix.reason;
 }
 
 TEST(ImageSpace, AnotherTownIsRefused) {
@@ -142,7 +142,7 @@ TEST(ImageSpace, ThePlaceSearchAnswersAsItDoesOtherwise) {
   Options automatic;
   const Localization both = Localizer(imageMap(), automatic).localize(imageQuery("rear", 10, 40));
   EXPECT_EQ(both.status, Status::accepted) << both.reason;
-  EXPECT_LT(errorOf(both, "rear", 39), 0.5);
+  EXPECT_LT(errorInImages(both, "rear", 39), 0.5);
 }
 
 TEST(ImageSpace, ThreadsDoNotChangeTheGraph) {

@@ -18,7 +18,7 @@ Options withScale(const std::string& scale) {
   return options;
 }
 
-double errorOf(const Localization& fix, std::size_t last_frame) {
+double errorOfScaled(const Localization& fix, std::size_t last_frame) {
   return (fix.T_map_sensor.translation() -
           simulatedDrive().sessions.at("rear")->truth(last_frame).translation())
       .norm();
@@ -32,7 +32,7 @@ TEST(ScaleSearch, FindsTheScaleOfTheQueryWithItsPlace) {
     const Localization fix = localizer.localize(query);
     EXPECT_EQ(fix.status, Status::accepted) << factor << ": " << fix.reason;
     EXPECT_NEAR(fix.scale * factor, 1, 0.015) << factor;
-    EXPECT_LT(errorOf(fix, 39), 0.5) << factor;
+    EXPECT_LT(errorOfScaled(fix, 39), 0.5) << factor;
     // The pose is that of the query with all lengths multiplied.
     Eigen::Isometry3d last = query.poses.back();
     last.translation() *= fix.scale;
@@ -50,7 +50,7 @@ TEST(ScaleSearch, WithoutItAWrongScaleIsNeverAWrongAcceptedPose) {
     EXPECT_EQ(fix.scale, 1);
     EXPECT_FALSE(fix.hypotheses.empty()) << factor;
     if (fix.accepted()) {
-      EXPECT_LT(errorOf(fix, 39), 5) << factor;
+      EXPECT_LT(errorOfScaled(fix, 39), 5) << factor;
     }
   }
 }

@@ -13,13 +13,13 @@ namespace xview {
 namespace {
 
 /// Along a street that shows little lengthwise a pose may slip, but not as far as another place.
-constexpr double kSlip_m = 3;
+constexpr double kTrackedSlip_m = 3;
 
 using test::simulatedDrive;
 
 constexpr std::size_t kWindow = 12, kStride = 6;
 
-double errorOf(const Localization& fix, const std::string& session, std::size_t frame) {
+double errorOfTrack(const Localization& fix, const std::string& session, std::size_t frame) {
   return (fix.T_map_sensor.translation() -
           simulatedDrive().sessions.at(session)->truth(frame).translation())
       .norm();
@@ -36,7 +36,8 @@ TEST(Tracker, FollowsTheDriveWhereOdometryExpectsIt) {
     local += answer.local;
     accepted += answer.fix.accepted();
     if (answer.fix.accepted()) {
-      EXPECT_LT(errorOf(answer.fix, "rear", first + kWindow - 1), kSlip_m) << "from " << first;
+      EXPECT_LT(errorOfTrack(answer.fix, "rear", first + kWindow - 1), kTrackedSlip_m)
+          << "from " << first;
     }
   }
   EXPECT_GE(local, accepted - 1) << "only the first fix needs the whole map";
@@ -73,7 +74,7 @@ TEST(Tracker, SaysThatItIsLostAndSearchesEverywhere) {
   EXPECT_TRUE(answer.lost);
   EXPECT_FALSE(answer.local);
   EXPECT_TRUE(answer.fix.accepted()) << answer.fix.reason;
-  EXPECT_LT(errorOf(answer.fix, "rear", end - 1), 0.5);
+  EXPECT_LT(errorOfTrack(answer.fix, "rear", end - 1), 0.5);
 }
 
 TEST(Tracker, ExpectsLessAndLessUntilItExpectsNothing) {

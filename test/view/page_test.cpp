@@ -64,13 +64,13 @@ LabelledCloud cloudOf(std::size_t points) {
 }
 
 /// A map, a query in it, and everything that lives as long as they are drawn.
-struct World {
+struct PageWorld {
   SemanticGraph graph = triangle();
   LabelSet labels = genericLabelSet({0, 5});
   LabelledCloud cloud;
   Scene scene;
 
-  explicit World(std::size_t points = 100) : cloud(cloudOf(points)) {
+  explicit PageWorld(std::size_t points = 100) : cloud(cloudOf(points)) {
     scene.title = "accepted, ±2 cm";
     scene.labels = &labels;
     scene.map_graph = &graph;
@@ -97,7 +97,7 @@ struct World {
 };
 
 TEST(Page, HoldsMapQueryReasonsAndCharts) {
-  const World world;
+  const PageWorld world;
   const json data = dataOf(htmlPage(world.scene));
   EXPECT_EQ(data["title"], "accepted, ±2 cm");
   EXPECT_EQ(data["cloud"]["shown"], 100);
@@ -120,7 +120,7 @@ TEST(Page, HoldsMapQueryReasonsAndCharts) {
 }
 
 TEST(Page, PointsComeBackWithinTheStepOfTheirChunk) {
-  const World world(5000);
+  const PageWorld world(5000);
   const json data = dataOf(htmlPage(world.scene));
   const auto positions = decoded<std::uint16_t>(data["cloud"]["positions"]);
   std::size_t first = 0;
@@ -152,7 +152,7 @@ TEST(Page, PositionsAreRelativeToTheCenter) {
 }
 
 TEST(Page, CloudsAreThinnedToTheLimitAndThePageSaysSo) {
-  const World world(10000);
+  const PageWorld world(10000);
   const json data = dataOf(htmlPage(world.scene, 1000));
   EXPECT_LE(data["cloud"]["shown"], 1000);
   EXPECT_GE(data["cloud"]["shown"], 500);
@@ -160,11 +160,11 @@ TEST(Page, CloudsAreThinnedToTheLimitAndThePageSaysSo) {
 }
 
 TEST(Page, AHundredThousandPointsTakeLessThanFiveMegabytes) {
-  EXPECT_LT(htmlPage(World(100000).scene).size(), 5000000u);
+  EXPECT_LT(htmlPage(PageWorld(100000).scene).size(), 5000000u);
 }
 
 TEST(Page, AsksForNothingFromOutside) {
-  const std::string page = htmlPage(World().scene);
+  const std::string page = htmlPage(PageWorld().scene);
   EXPECT_NE(page.find("Content-Security-Policy\" content=\"default-src 'none'"), std::string::npos);
   EXPECT_FALSE(std::regex_search(page.substr(0, page.find("<script")),
                                  std::regex(R"((src|href)\s*=|url\(|@import)")));
@@ -172,7 +172,7 @@ TEST(Page, AsksForNothingFromOutside) {
 }
 
 TEST(Page, NamesCannotBreakOutOfTheData) {
-  World world;
+  PageWorld world;
   world.scene.title = "</script><script>alert(1)</script> \"quoted\" \xFF";
   world.scene.queries[0].name = "{{script}}<img src=x onerror=alert(2)>";
   const std::string page = htmlPage(world.scene);
@@ -190,7 +190,7 @@ TEST(Page, EmptySceneIsAPage) {
 }
 
 TEST(Page, NumbersThatAreNotFiniteAreLeftOut) {
-  World world;
+  PageWorld world;
   world.graph.vertices[0].position.z() = std::numeric_limits<double>::quiet_NaN();
   world.cloud.points[3].y = std::numeric_limits<float>::infinity();
   world.scene.queries[0].poses[1].translation().x() = std::numeric_limits<double>::quiet_NaN();
@@ -212,7 +212,7 @@ TEST(Page, ChartsAreWellFormedForAnyName) {
 }
 
 TEST(Page, SameSceneGivesTheSameBytes) {
-  EXPECT_EQ(htmlPage(World(500).scene), htmlPage(World(500).scene));
+  EXPECT_EQ(htmlPage(PageWorld(500).scene), htmlPage(PageWorld(500).scene));
 }
 
 // ---- in a browser
@@ -236,7 +236,7 @@ std::string inBrowser(const std::string& html_path, const std::string& fragment)
 TEST(Page, DrawsFliesAndPicksInChromium) {
   if (std::system("command -v chromium > /dev/null") != 0)
     GTEST_SKIP() << "chromium is not installed: the page was not opened in a browser";
-  World world(2000);
+  PageWorld world(2000);
   world.scene.queries[0].name = "</li><img src=x onerror=document.title='broken'>";
   world.scene.queries[0].reason = "<b>bold</b> & \"quoted\"";
   world.cloud.points[0] = Point(15, 20, 0, 5);  // in the middle of the query
@@ -266,7 +266,7 @@ TEST(Page, DrawsFliesAndPicksInChromium) {
 TEST(Page, APointOfTheMapTellsItsClassAndItsVertexInChromium) {
   if (std::system("command -v chromium > /dev/null") != 0)
     GTEST_SKIP() << "chromium is not installed: the page was not opened in a browser";
-  World world(20000);
+  PageWorld world(20000);
   world.scene.queries.clear();
   world.scene.marks.clear();
   world.cloud.points[0] = Point(15, 20, 1, 5);  // in the middle of the map

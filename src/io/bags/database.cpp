@@ -84,7 +84,7 @@ class DatabaseFile final : public BagFile {
   SQLite::Database opened() {
     const Header header = readHeader(file_);
     if (header.magic != std::string("SQLite format 3\0", 16))
-      file_.fail("expected an SQLite database, found {}", io::quoted(header.magic));
+      file_.fail("expected an SQLite database, found {}", io::inQuotes(header.magic));
     is_cut_ = header.bytes > file_.size();
     if (is_cut_)
       notes_.push_back(fmt::format("breaks off at byte {} of {}; what is before is read, {}",

@@ -153,7 +153,7 @@ class Fields {
   template <class T>
   T number(std::string_view name) const {
     const std::string value = text(name);
-    if (value.size() != sizeof(T)) file_.fail("a record without its field {}", io::quoted(name));
+    if (value.size() != sizeof(T)) file_.fail("a record without its field {}", io::inQuotes(name));
     return storedNumber<T>(value.data(), false);
   }
 
@@ -268,7 +268,8 @@ class LogFile final : public BagFile {
     for (const Format& format : kFormats) {
       if (begin.compare(0, format.magic.size(), format.magic) == 0) return format;
     }
-    file.fail("expected a log that begins with MCAP0 or #ROSBAG V2.0, found {}", io::quoted(begin));
+    file.fail("expected a log that begins with MCAP0 or #ROSBAG V2.0, found {}",
+              io::inQuotes(begin));
   }
 
   std::string fetch(std::uint64_t position, std::uint64_t bytes) const {

@@ -182,15 +182,15 @@ void Motion::makeChain() {
   if (is_registered_) {
     note(
         "its clouds are in the frame {} of the odometry already; they are taken back to the sensor",
-        io::quoted(sensor_frame_));
+        io::inQuotes(sensor_frame_));
   } else if (sensor_frame_ != base_frame_) {
     const auto T_base_sensor = mounting();
     if (T_base_sensor)
       mounted_ = {base_frame_, true, {{0, *T_base_sensor}}};
     else
       note("no static transform from {} to {}: the poses are taken as those of the sensor",
-           io::quoted(sensor_frame_),
-           base_frame_.empty() ? "the body of the odometry" : io::quoted(base_frame_));
+           io::inQuotes(sensor_frame_),
+           base_frame_.empty() ? "the body of the odometry" : io::inQuotes(base_frame_));
   }
   if (mounted_.is_static) chain_.push_back(&mounted_);
   chain_.push_back(&moved_);
@@ -210,7 +210,7 @@ void Motion::makeChainOfTransforms() {
   if (moves) return;
   chain_.clear();
   note("no transform of {} moves the frame {}", printable(odometry_->topic),
-       io::quoted(sensor_frame_));
+       io::inQuotes(sensor_frame_));
 }
 
 }  // namespace xview::io

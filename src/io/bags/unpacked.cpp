@@ -73,7 +73,7 @@ Unpack unpackerOf(const InputFile& file, const std::string& compression) {
   if (compression == "zstd") return byZstd();
   if (compression == "lz4") return byLz4();
   if (compression == "bz2") return byBzip2();
-  file.fail("expected chunks of zstd, lz4, bz2 or none, found {}", io::quoted(compression));
+  file.fail("expected chunks of zstd, lz4, bz2 or none, found {}", io::inQuotes(compression));
 }
 
 }  // namespace

@@ -82,7 +82,7 @@ std::vector<StampedFile> readFileList(const std::string& path) {
   std::vector<std::string_view> words;
   std::string_view line;
   while (input.readWords(words, "#", &line)) {
-    if (words.size() != 2) input.failAtLine("expected stamp and file, found {}", quoted(line));
+    if (words.size() != 2) input.failAtLine("expected stamp and file, found {}", inQuotes(line));
     files.push_back({input.numbersOf({words[0]})[0], fs::path(path).parent_path() / words[1]});
   }
   return files;

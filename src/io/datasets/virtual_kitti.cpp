@@ -14,7 +14,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr float kFarthest = 655.35f;  ///< the largest value of the depth images: sky [m]
-constexpr double kFrameSeconds = 0.1;
+constexpr double kFramePeriod_s = 0.1;
 
 /// The shipped classes with the colours of colors.txt, "Category r g b" and one line per category.
 LabelSet readClassColors(const std::string& path) {
@@ -25,12 +25,12 @@ LabelSet readClassColors(const std::string& path) {
   std::string_view line;
   while (file.readWords(words, "", &line)) {
     if (words[0] == "Category") continue;
-    if (words.size() != 4) file.failAtLine("expected category and r g b, found {}", quoted(line));
+    if (words.size() != 4) file.failAtLine("expected category and r g b, found {}", inQuotes(line));
     const std::vector<double> rgb = file.numbersOf({words[1], words[2], words[3]});
     const auto known =
         std::find_if(shipped.classes().begin(), shipped.classes().end(),
                      [&](const auto& entry) { return entry.second.name == words[0]; });
-    if (known == shipped.classes().end()) file.failAtLine("unknown category " + quoted(words[0]));
+    if (known == shipped.classes().end()) file.failAtLine("unknown category " + inQuotes(words[0]));
     ClassInfo info = known->second;
     for (std::size_t c = 0; c < 3; ++c) {
       if (rgb[c] < 0 || rgb[c] > 255) file.failAtLine("expected colours in [0, 255]");
@@ -81,7 +81,7 @@ Camera readIntrinsics(const std::string& path) {
 
 /// T_camera_world by frame, turned into the pose of the camera in a world with z up (theirs has y
 /// down).
-std::map<std::int64_t, Eigen::Isometry3d> readPoses(const std::string& path) {
+std::map<std::int64_t, Eigen::Isometry3d> readExtrinsics(const std::string& path) {
   InputFile file(path);
   Eigen::Isometry3d T_up_world = Eigen::Isometry3d::Identity();
   T_up_world.linear() << 0, 0, 1, -1, 0, 0, 0, -1, 0;
@@ -117,7 +117,7 @@ RecordingListing listVirtualKitti(const std::string& folder, const InputOptions&
                             std::to_string(labels.size()) + " label files, or of other frames");
   }
   const std::string poses_path = (root / "extrinsic.txt").string();
-  const auto poses = readPoses(poses_path);
+  const auto poses = readExtrinsics(poses_path);
   const std::string colors_path = (root / "colors.txt").string();
   const LabelSet colors =
       fs::exists(colors_path) ? readClassColors(colors_path) : shippedLabelSet("virtual_kitti");
@@ -127,7 +127,7 @@ RecordingListing listVirtualKitti(const std::string& folder, const InputOptions&
     if (pose == poses.end()) {
       throw Error(poses_path, "no row for frame " + std::to_string(frame.number) + " of camera 0");
     }
-    frame.stamp_s = kFrameSeconds * static_cast<double>(frame.number);
+    frame.stamp_s = kFramePeriod_s * static_cast<double>(frame.number);
     frame.T_odom_sensor = pose->second;
     frame.label = labels[i].measurement;
   }

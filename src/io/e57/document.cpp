@@ -108,7 +108,7 @@ Number numberIn(const std::string& text, Number absent, const std::string& name,
   if (words.empty()) return absent;
   const auto number = words.size() == 1 ? numberFrom<Number>(words[0]) : std::nullopt;
   if (!number || !std::isfinite(static_cast<double>(*number)))
-    file.fail("its XML has {} for {}, expected a number", quoted(text), quoted(name));
+    file.fail("its XML has {} for {}, expected a number", inQuotes(text), inQuotes(name));
   return *number;
 }
 
@@ -127,13 +127,13 @@ E57Field fieldOf(const Node& node, const InputFile& file) {
   }
   if (type != "Integer" && type != "ScaledInteger")
     file.fail("its points have {} of type {}, expected Float, Integer or ScaledInteger",
-              quoted(node.name), quoted(type));
+              inQuotes(node.name), inQuotes(type));
   using Limits = std::numeric_limits<std::int64_t>;
   field.is_real = false;
   field.minimum = numberAt<std::int64_t>(node, "minimum", Limits::min(), file);
   const auto maximum = numberAt<std::int64_t>(node, "maximum", Limits::max(), file);
   if (maximum < field.minimum)
-    file.fail("its XML has a minimum of {} above the maximum", quoted(node.name));
+    file.fail("its XML has a minimum of {} above the maximum", inQuotes(node.name));
   const std::uint64_t range =
       static_cast<std::uint64_t>(maximum) - static_cast<std::uint64_t>(field.minimum);
   field.bits = 0;
@@ -144,7 +144,7 @@ E57Field fieldOf(const Node& node, const InputFile& file) {
   return field;
 }
 
-Eigen::Isometry3d poseOf(const Node& scan, const InputFile& file) {
+Eigen::Isometry3d poseOfScan(const Node& scan, const InputFile& file) {
   constexpr double kRounding = 1e-3;
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   const Node* pose = scan.find("pose");
@@ -173,7 +173,7 @@ E57Scan scanOf(const Node& scan, const E57Pages& pages, std::uint64_t& left) {
   E57Scan result;
   result.points = numberAt<std::uint64_t>(*points, "recordCount", 0, file);
   result.section = pages.withoutSums(numberAt<std::uint64_t>(*points, "fileOffset", 0, file));
-  result.T_file_scan = poseOf(scan, file);
+  result.T_file_scan = poseOfScan(scan, file);
   std::uint64_t bits = 0;
   for (const Node& node : prototype->children) {
     result.fields.push_back(fieldOf(node, file));
@@ -199,7 +199,7 @@ E57Pages::E57Pages(InputFile& file) : file_(file) {
   file.readBytes(header, sizeof(header));
   if (std::string_view(header, 8) != "ASTM-E57")
     file.fail("expected an E57 file, which begins with ASTM-E57, found {}",
-              quoted(std::string_view(header, 8)));
+              inQuotes(std::string_view(header, 8)));
   const auto word = [&](int at) { return storedNumber<std::uint64_t>(header + at, false); };
   if (storedNumber<std::uint32_t>(header + 8, false) != 1)
     file.fail("expected E57 1.x, found version {}", storedNumber<std::uint32_t>(header + 8, false));

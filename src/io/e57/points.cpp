@@ -237,7 +237,7 @@ void readE57Rows(InputFile& file, const Element& points, const std::vector<std::
     for (const std::size_t column : columns) {
       const std::string& name = points.columns[column].name;
       const Slot field = column < 3 ? Slot(column) : findField(scan, name);
-      if (!field) file.fail("its scans differ: one has no field {}", quoted(name));
+      if (!field) file.fail("its scans differ: one has no field {}", inQuotes(name));
       chosen.push_back(column < 3 ? column : 3 + *field);
     }
     ScanReader(pages, scan, std::move(chosen)).read(left, place, visit);

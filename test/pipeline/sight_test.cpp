@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "pipeline/sight.h"
+
+#include <gtest/gtest.h>
+
+namespace xview {
+namespace {
+
+using Ray = Sight::Ray;
+
+/// A wall at x = 10 as far as y = 0, a farther one at x = 20; seen from the origin.
+Place twoWalls() {
+  Place place;
+  place.poses.push_back(Eigen::Isometry3d::Identity());
+  for (float z = -2; z <= 2; z += 0.1f) {
+    for (float y = -12; y <= 0; y += 0.1f) place.cloud.points.emplace_back(10.f, y, z);
+    for (float y = -24; y <= 24; y += 0.1f) place.cloud.points.emplace_back(20.f, y, z);
+  }
+  return place;
+}
+
+Eigen::AlignedBox3d everywhere() {
+  return {Eigen::Vector3d::Constant(-1000), Eigen::Vector3d::Constant(1000)};
+}
+
+TEST(Sight, PassesBesideAWallAndNotThroughIt) {
+  const Sight sight(twoWalls(), everywhere());
+  EXPECT_EQ(sight.to({15, 5, 0}, 0.4), Ray::passes);
+  EXPECT_EQ(sight.to({15, -5, 0}, 0.4), Ray::blocked);
+  EXPECT_EQ(sight.to({5, -3, 0}, 0.4), Ray::passes);
+}
+
+TEST(Sight, IsBlockedBehindTheLastThingSeen) {
+  const Sight sight(twoWalls(), everywhere());
+  EXPECT_EQ(sight.to({25, 8, 0}, 0.4), Ray::blocked);
+  EXPECT_EQ(sight.to({20.2, 8, 0}, 0.4), Ray::blocked) << "within the margin of it";
+}
+
+TEST(Sight, IsOpenWhereNothingIsKnown) {
+  const Sight sight(twoWalls(), everywhere());
+  EXPECT_EQ(sight.to({-5, 0, 0}, 0.4), Ray::open);
+  EXPECT_EQ(sight.to({2, 0.3, 9}, 0.4), Ray::open);
+  EXPECT_EQ(sight.to({-500, 0, 0}, 0.4), Ray::open) << "too far";
+}
+
+TEST(Sight, AsksOnlyThePosesNear) {
+  const Eigen::AlignedBox3d elsewhere(Eigen::Vector3d(100, 0, 0), Eigen::Vector3d(200, 1, 1));
+  EXPECT_EQ(Sight(twoWalls(), elsewhere).to({15, 5, 0}, 0.4), Ray::open);
+}
+
+TEST(Sight, PassesIfItDoesFromOneOfManyPoses) {
+  Place place = twoWalls();
+  place.poses.push_back(Eigen::Isometry3d(Eigen::Translation3d(15, 10, 0)));
+  for (float z = -2; z <= 2; z += 0.1f) {
+    for (float x = 12; x <= 18; x += 0.1f) place.cloud.points.emplace_back(x, -15.f, z);
+  }
+  EXPECT_EQ(Sight(twoWalls(), everywhere()).to({15, -5, 0}, 0.4), Ray::blocked);
+  EXPECT_EQ(Sight(place, everywhere()).to({15, -5, 0}, 0.4), Ray::passes);
+}
+
+}  // namespace
+}  // namespace xview
