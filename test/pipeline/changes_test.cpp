@@ -7,6 +7,7 @@
 #include <map>
 #include <set>
 
+#include "support/label_sets.h"
 #include "xview/mapper.h"
 #include "xview/sim/recordings.h"
 #include "xview/types/frame.h"
@@ -279,6 +280,64 @@ TEST(Changes, AreTheSameInWhateverFrameTheLaterVisitIs) {
   EXPECT_EQ(here.compared, there.compared);
   for (std::size_t i = 0; i < here.changes.size(); ++i)
     EXPECT_LT((here.changes[i].position - there.changes[i].position).norm(), 1e-6);
+}
+
+enum Class : std::uint32_t { kFloor = 1, kWall, kCabinet };
+
+/// A wall 10 m ahead of the only pose, and what stands before it, seen from there. All on a floor.
+Place wallWith(bool cabinet, bool screen, std::uint32_t cabinet_label = kCabinet) {
+  Place place;
+  place.labels =
+      test::labelSetOf("rooms", {{kFloor, "floor", Role::surface, Kind::road},
+                                 {kWall, "wall", Role::surface, Kind::building},
+                                 {kCabinet, "cabinet", Role::object, Kind::other_object}});
+  place.poses.emplace_back(Eigen::Translation3d(0, 0, 1));
+  place.bev.known.push_back({0, 0, 0, false});
+  const auto add = [&](float x, float y, float z, std::uint32_t label) {
+    const bool is_hidden = screen && x > 5 && std::abs(y / x) < 0.07f;
+    if (!is_hidden) place.cloud.points.emplace_back(x, y, z, label);
+  };
+  for (float y = -5; y <= 5; y += 0.1f) {
+    for (float z = 0.05f; z <= 3; z += 0.1f) add(10, y, z, kWall);
+    for (float x = 2; x < 10; x += 0.1f) add(x, y, 0, kFloor);
+  }
+  if (screen) {
+    for (float y = -0.35f; y <= 0.35f; y += 0.05f)
+      for (float z = 0.4f; z <= 1.6f; z += 0.05f) add(5, y, z, kWall);
+  }
+  if (!cabinet) return place;
+  for (float y = -0.5f; y <= 0.5f; y += 0.1f)
+    for (float z = 0.4f; z <= 1.1f; z += 0.1f) add(8.5f, y, z, cabinet_label);
+  if (cabinet_label != kCabinet) return place;
+  Vertex v;
+  v.label = kCabinet;
+  v.position = {8.5, 0, 0.75};
+  v.extent = {0.1, 1, 0.7};
+  place.graph.vertices.push_back(v);
+  return place;
+}
+
+Presence presenceOfCabinet(const Place& later) {
+  const Changes changes =
+      findChanges(wallWith(true, false), later, Eigen::Isometry3d::Identity(), 0.02);
+  return changes.presence.at(0);
+}
+
+TEST(Changes, AreSeenThroughOrOfAnotherClass) {
+  EXPECT_EQ(presenceOfCabinet(wallWith(true, false)), Presence::stands);
+  EXPECT_EQ(presenceOfCabinet(wallWith(false, false)), Presence::gone);
+  EXPECT_EQ(presenceOfCabinet(wallWith(true, false, kWall)), Presence::gone);
+}
+
+TEST(Changes, AreNotSpokenOfWhatIsHidden) {
+  EXPECT_EQ(presenceOfCabinet(wallWith(false, true)), Presence::unknown);
+}
+
+/// All of the later visit lies as far below as its trajectory is wrong.
+TEST(Changes, AreNotSpokenOfWhereNothingAroundIsMet) {
+  Place aside = wallWith(false, false);
+  for (Point& p : aside.cloud.points) p.z -= 1;
+  EXPECT_EQ(presenceOfCabinet(aside), Presence::unknown);
 }
 
 TEST(Changes, AreNotSpokenOfWhereAVisitDoesNotTellWhereItLooked) {
