@@ -24,6 +24,7 @@ from pathlib import Path
 sys.dont_write_bytecode = True
 from paper_page import table
 from regress import simulated
+from regress_poses import from_numbers, inverse
 from results import with_interval
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -45,18 +46,6 @@ def positions_in(folder):
     return [tuple(map(float, words[1:4])) for words in lines]
 
 
-def poses_in(folder):
-    """(position, axes of the camera), world frame."""
-    poses = []
-    for line in (folder / "groundtruth.txt").read_text().splitlines():
-        x, y, z, i, j, k, w = map(float, line.split()[1:8])
-        axes = ((1 - 2 * (j * j + k * k), 2 * (i * j + k * w), 2 * (i * k - j * w)),
-                (2 * (i * j - k * w), 1 - 2 * (i * i + k * k), 2 * (j * k + i * w)),
-                (2 * (i * k + j * w), 2 * (j * k - i * w), 1 - 2 * (i * i + j * j)))
-        poses.append(((x, y, z), axes))
-    return poses
-
-
 class DepthImage:
     """A PNG of 16 bits whose rows are stored as they are or as differences along the row, as `xview simulate` writes them."""
 
@@ -73,8 +62,9 @@ class DepthImage:
         row = self.rows[v * self.row_bytes : v * self.row_bytes + 3 + 2 * u]
         if row[0] > 1:
             raise ValueError(f"rows of filter {row[0]} are not read")
-        high, low = row[1::2], row[2::2]
-        return (256 * (sum(high) % 256) + sum(low) % 256) if row[0] == 1 else 256 * high[-1] + low[-1]
+        first = 1 if row[0] == 1 else 1 + 2 * u
+        high, low = row[first::2], row[first + 1 :: 2]
+        return 256 * (sum(high) % 256) + sum(low) % 256
 
 
 def seen_in(folder, places, reach_m):
@@ -82,11 +72,11 @@ def seen_in(folder, places, reach_m):
     camera = dict(line.split(": ") for line in (folder / "camera.yaml").read_text().splitlines() if ": " in line)
     fx, fy, cx, cy, scale = (float(camera[key]) for key in ("fx", "fy", "cx", "cy", "depth_scale"))
     seen = [0] * len(places)
-    for number, (position, axes) in enumerate(poses_in(folder)):
+    for number, line in enumerate((folder / "groundtruth.txt").read_text().splitlines()):
+        T_camera_world = inverse(from_numbers(line.split()))
         image = None
         for i, place in enumerate(places):
-            ray = [a - b for a, b in zip(place, position)]
-            x, y, z = (sum(a * r for a, r in zip(axis, ray)) for axis in axes)
+            x, y, z = (sum(a * b for a, b in zip(row, (*place, 1))) for row in T_camera_world[:3])
             if not 0.3 < z < reach_m:
                 continue
             image = image or DepthImage(folder / "depth" / f"{number:06d}.png")
