@@ -12,6 +12,7 @@
 #include <thread>
 
 #include "answer_files.h"
+#include "clock.h"
 #include "inputs.h"
 #include "live.h"
 #include "outputs.h"
@@ -27,7 +28,6 @@ namespace xview::tools {
 namespace {
 
 namespace fs = std::filesystem;
-using Clock = std::chrono::steady_clock;
 
 /// A file that came, with the pose that was said of it.
 struct ArrivedFile {
@@ -78,8 +78,7 @@ class FillingFolder {
       const bool is_stopped = !stop_.empty() && fs::exists(stop_);
       if (auto file = ready(is_stopped)) return file;
       if (is_stopped) return std::nullopt;
-      const std::chrono::duration<double> waited = Clock::now() - waits_since;
-      if (idle_s_ > 0 && waited.count() > idle_s_) return std::nullopt;
+      if (idle_s_ > 0 && secondsSince(waits_since) > idle_s_) return std::nullopt;
       std::this_thread::sleep_for(kPoll);
     }
   }
@@ -252,11 +251,11 @@ class FollowCommand final : public Command {
       job_->narrate.error(error);
       ++failed_;
     }
-    const std::chrono::duration<double, std::milli> took = Clock::now() - came;
-    latencies_ms_.push_back(took.count());
+    const double took_ms = 1000 * secondsSince(came);
+    latencies_ms_.push_back(took_ms);
     keepInitialPose(frame, answer);
     found_ += answer.found();
-    results_->print(toJson(frame, answer, took.count(), error), job_->narrate);
+    results_->print(toJson(frame, answer, took_ms, error), job_->narrate);
     if (answer.state == last_state_) return;
     job_->narrate.line(
         fmt::format("frame {}: {}: {}", frame.number, toString(answer.state), answer.reason));

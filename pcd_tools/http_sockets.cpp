@@ -20,6 +20,7 @@
 #include <utility>
 
 #include "answer_json.h"
+#include "clock.h"
 #include "narrative.h"
 #include "xview/types/error.h"
 
@@ -27,13 +28,8 @@ namespace xview::tools {
 namespace {
 
 namespace fs = std::filesystem;
-using Clock = std::chrono::steady_clock;
 
 constexpr std::size_t kMostHead = 1 << 16;  ///< bytes of a request before its body
-
-double secondsFrom(Clock::time_point begin) {
-  return std::chrono::duration<double>(Clock::now() - begin).count();
-}
 
 /// One connection with one request, all of which must come within the time [s], as its answer must
 /// be taken.
@@ -90,7 +86,7 @@ class Connection final : public httplib::Stream {
 
  private:
   bool waitFor(short event) const {
-    const double left_s = time_s_ - secondsFrom(begin_);
+    const double left_s = time_s_ - secondsSince(begin_);
     pollfd wanted{socket_, event, 0};
     const bool is_ready = left_s > 0 && poll(&wanted, 1, static_cast<int>(1000 * left_s)) > 0;
     if (!is_ready) timed_out_ = true;
@@ -223,7 +219,7 @@ void SocketServer::finish() {
   const auto begin = Clock::now();
   is_ending_ = true;
   while ((!is_closed_ || connections_ > 0) &&
-         secondsFrom(begin) < where_.patience_s + kMostCompute_s)
+         secondsSince(begin) < where_.patience_s + kMostCompute_s)
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   std::error_code ignored;
   if (!where_.socket.empty()) fs::remove(where_.socket, ignored);

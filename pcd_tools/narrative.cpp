@@ -5,10 +5,10 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <mutex>
 
+#include "clock.h"
 #include "terminal.h"
 #include "xview/types/error.h"
 #include "xview/types/library_chatter.h"
@@ -16,12 +16,6 @@
 
 namespace xview::tools {
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double secondsSince(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 void wipeLine() { printToUser("\r\x1b[K"); }
 

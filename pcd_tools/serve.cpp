@@ -13,6 +13,7 @@
 #include <thread>
 
 #include "answer_json.h"
+#include "clock.h"
 #include "http_sockets.h"
 #include "live.h"
 #include "outputs.h"
@@ -26,14 +27,9 @@ namespace xview::tools {
 namespace {
 
 namespace fs = std::filesystem;
-using Clock = std::chrono::steady_clock;
 
 constexpr std::size_t kMostTracks = 64;  ///< robots; the one that was silent longest is forgotten
 constexpr const char* kJson = "application/json";
-
-double secondsSince(Clock::time_point begin) {
-  return std::chrono::duration<double>(Clock::now() - begin).count();
-}
 
 /// A map in memory, with what finds queries in it.
 struct LoadedMap {

@@ -371,14 +371,18 @@ std::vector<std::vector<const Object*>> regionsOf(const std::vector<Object>& obj
   return regions;
 }
 
-/// One change of all parts of a thing.
-Change changeOf(const std::vector<const Object*>& parts, Change::What what, double sigma_m) {
-  const Object& largest = **std::max_element(
-      parts.begin(), parts.end(),
-      [](const Object* a, const Object* b) { return a->points.size() < b->points.size(); });
+/// One change of all parts of a thing, which is what its largest part of class `label` is.
+Change changeOf(const std::vector<const Object*>& parts, std::uint32_t label, Change::What what,
+                double sigma_m) {
+  const auto size = [&](const Object* part) {
+    return std::make_pair(part->vertex->label == label, part->points.size());
+  };
+  const Object& largest =
+      **std::max_element(parts.begin(), parts.end(),
+                         [&](const Object* a, const Object* b) { return size(a) < size(b); });
   Change change;
   change.what = what;
-  change.label = largest.vertex->label;
+  change.label = label;
   change.is_dynamic = largest.is_dynamic;
   change.sigma_m = std::hypot(largest.vertex->sigma_m, sigma_m);
   Eigen::AlignedBox3d box;
@@ -418,10 +422,8 @@ std::vector<Change> changesAmong(const std::vector<Object>& objects, Change::Wha
       const std::uint32_t label = object->vertex->label;
       things[points[label] < label_noise * all ? most : label].push_back(object);
     }
-    for (const auto& [label, parts] : things) {
-      changes.push_back(changeOf(parts, what, sigma_m));
-      changes.back().label = label;
-    }
+    for (const auto& [label, parts] : things)
+      changes.push_back(changeOf(parts, label, what, sigma_m));
   }
   return changes;
 }

@@ -59,7 +59,7 @@ struct PartialName {
   pid_t process = 0;
 };
 
-/// Nothing if it is no name that partialNameFor gave.
+/// Nothing if it is no name that partialNameFor gave. A part of a part belongs to the whole.
 std::optional<PartialName> parsePartial(std::string path) {
   const std::size_t mark = path.rfind(kMark);
   if (mark == std::string::npos || mark == 0) return std::nullopt;
@@ -76,7 +76,9 @@ std::optional<PartialName> parsePartial(std::string path) {
   const auto id = numberFrom<pid_t>(process);
   if (!id || *id <= 0 || !is_number(process) || !is_number(numbers.substr(dash + 1)))
     return std::nullopt;
-  return PartialName{path.substr(0, mark), *id};
+  const std::string target = path.substr(0, mark);
+  const auto whole = parsePartial(target);
+  return PartialName{whole ? whole->target : target, *id};
 }
 
 bool isAlive(pid_t process) { return kill(process, 0) == 0 || errno != ESRCH; }

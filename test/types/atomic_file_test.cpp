@@ -154,7 +154,8 @@ TEST(AtomicFile, OfAKilledRunIsRemovedByTheNextThatWritesTheSame) {
   const std::string dead = std::to_string(deadProcess()), alive = std::to_string(getppid());
   const test::TemporaryFolder folder;
   const std::string gone[] = {"out.txt.partial-" + dead + "-0", "out.txt.partial-" + dead + "-12",
-                              "out.txt.partial-" + dead + "-3-journal"};
+                              "out.txt.partial-" + dead + "-3-journal",
+                              "out.txt.partial-" + alive + "-4.partial-" + dead + "-5"};
   const std::string stay[] = {"other.txt.partial-" + dead + "-0", "out.txt.partial-" + alive + "-0",
                               "out.txt.partial-" + dead,          "out.txt.partial--1-0",
                               "out.txt.partial-" + dead + "-0x",  "out.txt.partial-",
