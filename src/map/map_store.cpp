@@ -192,6 +192,14 @@ void replaceContent(const std::string& path, const SemanticMap& map, Prepare&& p
   change.commit();
 }
 
+/// Of what was taken out. A map that cannot be made smaller is a whole one.
+void freeUnusedPages(SQLite::Database& database) {
+  try {
+    database.exec("VACUUM");
+  } catch (const SQLite::Exception&) {
+  }
+}
+
 constexpr const char* kCannotWrite = "the map cannot be written";
 constexpr const char* kCannotRead = "the map cannot be read";
 
@@ -262,6 +270,7 @@ bool undoRevision(const std::string& path) {
     SemanticMap former = readContent(database);
     unpackAll(former);  // one that is damaged must not replace a sound one
     transaction.commit();
+    freeUnusedPages(database);
     return true;
   });
 }

@@ -218,12 +218,14 @@ TEST_F(MapTransaction, ReadOnlyMapIsNotChanged) {
 }
 
 TEST_F(MapTransaction, RevisionCanBeTakenBack) {
+  const auto size = fs::file_size(path_);
   saveRevision(path_, new_, "fused rear 30-59");
   EXPECT_TRUE(isSame(loadMap(path_), new_));
   EXPECT_EQ(notesOfRevisions(), std::vector<std::string>{"fused rear 30-59"});
   EXPECT_TRUE(undoRevision(path_));
   EXPECT_TRUE(isSame(loadMap(path_), old_));
   EXPECT_TRUE(notesOfRevisions().empty());
+  EXPECT_EQ(fs::file_size(path_), size);
   EXPECT_FALSE(undoRevision(path_));
   EXPECT_TRUE(isSame(loadMap(path_), old_));
 }
