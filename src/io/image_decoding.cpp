@@ -277,6 +277,10 @@ void checkHeader(const std::string& path, const ImageHeader& header, const SizeC
   if (header.tile_pixels > std::max(kUsualTile, 4 * header.width * header.height))
     throw Error(path, fmt::format("image of {} x {} pixels in tiles of {} pixels; is it damaged?",
                                   header.width, header.height, header.tile_pixels));
+  if (header.strip_pixels > static_cast<std::uint64_t>(kMaxPixels))
+    throw Error(path, fmt::format("image of {} x {} pixels in strips of {} pixels; write it with "
+                                  "fewer rows per strip",
+                                  header.width, header.height, header.strip_pixels));
 }
 
 cv::Mat decodeByOpenCv(const std::string& path, const std::vector<unsigned char>& bytes,

@@ -41,14 +41,16 @@ std::uint64_t tiffValue(const Numbers& file, std::uint64_t place, std::uint64_t 
 }
 
 ImageHeader tiffHeader(const Numbers& file, bool big) {
-  constexpr std::uint64_t kWidth = 256, kHeight = 257, kTileWidth = 322, kTileHeight = 323;
+  constexpr std::uint64_t kWidth = 256, kHeight = 257, kRowsOfStrip = 278, kTileWidth = 322,
+                          kTileHeight = 323;
+  constexpr std::uint64_t kAllRows = 0xFFFFFFFF;
   const std::uint64_t offset = big ? 8 : 4;  // bytes of one
   const std::uint64_t directory = file.at(big ? 8 : 4, offset);
   const std::uint64_t count_bytes = big ? 8 : 2, entry_bytes = big ? 20 : 12;
   const std::uint64_t entries = file.at(directory, count_bytes);
   ImageHeader header;
   header.format = ImageFormat::tiff;
-  std::uint64_t tile_width = 0, tile_height = 0;
+  std::uint64_t rows_of_strip = 0, tile_width = 0, tile_height = 0;
   for (std::uint64_t i = 0; i < entries; ++i) {
     const std::uint64_t entry = directory + count_bytes + i * entry_bytes;
     if (!file.has(entry) || entry < directory) break;
@@ -57,10 +59,12 @@ ImageHeader tiffHeader(const Numbers& file, bool big) {
     const auto keep = [&](std::uint64_t& largest) { largest = std::max(largest, value); };
     if (tag == kWidth) keep(header.width);  // of several nobody knows which is taken
     if (tag == kHeight) keep(header.height);
+    if (tag == kRowsOfStrip && value != kAllRows) keep(rows_of_strip);
     if (tag == kTileWidth) keep(tile_width);
     if (tag == kTileHeight) keep(tile_height);
   }
   constexpr std::uint64_t kMost = std::uint64_t{1} << 31;
+  header.strip_pixels = std::min(header.width, kMost) * std::min(rows_of_strip, kMost);
   header.tile_pixels = std::min(tile_width, kMost) * std::min(tile_height, kMost);
   return header;
 }

@@ -15,7 +15,8 @@ struct ImageHeader {
   std::uint64_t width = 0, height = 0;     ///< of TIFF, EXR and JPEG; 0 if nothing is said
   /// Pixels that the decoder keeps for one tile of a TIFF or EXR; 0 if it has none.
   std::uint64_t tile_pixels = 0;
-  std::string damage{};  ///< what contradicts the size of the file; empty if nothing does
+  std::uint64_t strip_pixels = 0;  ///< the same of one strip of a TIFF, which may end below it
+  std::string damage{};            ///< what contradicts the size of the file; empty if nothing does
 };
 
 ImageHeader imageHeader(const std::vector<unsigned char>& bytes);

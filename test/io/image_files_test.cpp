@@ -3,8 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include <limits>
-
+#include <cstring>
 #include <limits>
 #include <opencv2/imgcodecs.hpp>
 
@@ -209,6 +208,34 @@ TEST_F(ImageFiles, WhatIsNoImageIsRefused) {
   }
   EXPECT_NE(labelMessage(folder_ / "absent.png").find("cannot open"), std::string::npos);
   EXPECT_NE(labelMessage(folder_.path()).find("folder"), std::string::npos);
+}
+
+/// A TIFF of the program's own byte order whose strips are said to have so many rows.
+std::string withRowsPerStrip(std::string tiff, std::uint32_t rows) {
+  constexpr std::uint16_t kRowsPerStrip = 278, kLong = 4;
+  std::uint32_t directory = 0;
+  std::uint16_t entries = 0;
+  std::memcpy(&directory, &tiff[4], 4);
+  std::memcpy(&entries, &tiff[directory], 2);
+  for (std::size_t entry = directory + 2; entries-- > 0; entry += 12) {
+    if (std::memcmp(&tiff[entry], &kRowsPerStrip, 2) != 0) continue;
+    std::memcpy(&tiff[entry + 2], &kLong, 2);
+    std::memcpy(&tiff[entry + 8], &rows, 4);
+  }
+  return tiff;
+}
+
+/// Check fix for: the decoder made room for all rows of a strip, in an image of two.
+TEST_F(ImageFiles, StripsOfATiffAreNoLargerThanAnImage) {
+  ASSERT_TRUE(cv::imwrite(folder_ / "a.tiff", cv::Mat(2, 3, CV_16U, cv::Scalar(7))));
+  const std::string tiff = test::readText(folder_ / "a.tiff");
+  for (const std::uint32_t rows : {2u, 1000u, 0xFFFFFFFFu}) {
+    const auto path = write("b.tiff", withRowsPerStrip(tiff, rows));
+    EXPECT_EQ(readLabels(path).pixels, std::vector<std::uint16_t>(6, 7)) << rows;
+  }
+  EXPECT_NE(labelMessage(write("c.tiff", withRowsPerStrip(tiff, 1698264147)))
+                .find("3 x 2 pixels in strips of 5094792441 pixels"),
+            std::string::npos);
 }
 
 TEST_F(ImageFiles, WrittenImagesAreReadBack) {
