@@ -3,7 +3,7 @@
 """Kills `xview` (SIGKILL) again and again while it makes or changes files, and prints what it left as a table.
 
 Each command is run once as a whole: that is what is new. Then, from the same files as before, it is killed COUNT times, every second
-time at a random moment, otherwise a random while after its first part or journal lies on the disk. What it leaves must be the old
+time at a random moment, otherwise some milliseconds after its first part or journal lies on the disk. What it leaves must be the old
 output, the new one, or none where there was none; answers of `localize -o` may be fewer, but whole. Then the same command must end
 with what is new, and nothing else may lie beside. Exit code 1 if anything is another.
 """
@@ -36,7 +36,7 @@ def commands(world):
         ("map --join", ("map", "--join", forward, rear, "{}/joined.xvm"), "joined.xvm"),
         ("fuse", ("fuse", rear, "{}/half.xvm"), "half.xvm"),
         ("fuse --undo", ("fuse", "--undo", "{}/fused.xvm"), "fused.xvm"),
-        ("prune", ("prune", "{}/town.xvm", "--absent", "1"), "town.xvm"),
+        ("prune", ("prune", "{}/visited.xvm", "--absent", "1"), "visited.xvm"),
         ("label", ("label", lidar, "{}/labelled"), "labelled"),
         ("simulate", ("simulate", "{}/made", "--route_length_m", "84", "--width", "160", "--height", "120"), "made"),
         ("lift", ("lift", forward, "{}/cloud.pcd"), "cloud.pcd"),
@@ -51,13 +51,15 @@ class Killer:
     def prepare(self):
         """A town, and the maps that are changed: in `before`, which is copied for each kill."""
         world, before = self.scratch / "town", self.scratch / "before"
-        self.run("simulate", world, "--seed", 5, "--route_length_m", 120, "--width", 320, "--height", 240, "--sessions.lidar")
+        self.run("simulate", world, "--seed", 5, "--route_length_m", 120, "--width", 320, "--height", 240, "--sessions.lidar", "--sessions.forward2",
+                 "--sim.changed", 0.3)
         before.mkdir()
         self.run("map", world / "forward", before / "half.xvm", "--frames", "0:30")
         shutil.copy(before / "half.xvm", before / "town.xvm")
         self.run("map", "--append", world / "forward", before / "town.xvm", "--frames", "30:45")
-        shutil.copy(before / "half.xvm", before / "fused.xvm")
-        self.run("fuse", world / "rear", before / "fused.xvm")
+        for name, visit in (("fused.xvm", "rear"), ("visited.xvm", "forward2")):
+            shutil.copy(before / "half.xvm", before / name)
+            self.run("fuse", world / visit, before / name)
         return world
 
     def run(self, *arguments):
@@ -99,7 +101,7 @@ class Killer:
         if after_first_part:
             while process.poll() is None and not any(self.beside(folder)):
                 time.sleep(0.0005)
-            wait = self.random.expovariate(1 / 0.02)
+            wait = self.random.expovariate(1 / self.random.choice((0.001, 0.005, 0.02, 0.1)))
         else:
             wait = self.random.uniform(0, length_s)
         time.sleep(max(0, wait - (0 if after_first_part else time.monotonic() - began)))
@@ -121,6 +123,8 @@ class Killer:
         # Answers hold times, so their text is not the same twice.
         every = self.answers(folder / output) if output.endswith(".jsonl") else None
         new = None if every else self.content(folder / output)
+        if new and new == old:
+            sys.exit(f"{name}: changes nothing")
         kills = dict.fromkeys(("hit", "writing", "old", "new", "part of the answers", "other", "left beside", "not made again"), 0)
         tries = 0
         while kills["hit"] < count:

@@ -131,17 +131,38 @@ void declareCommon(CLI::App& app, CommonFlags& common, bool list_options) {
   declareOptions(app, common, list_options);
 }
 
+std::vector<std::string> namesOfFlags(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::Option* option : app.get_options()) {
+    for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+  }
+  return names;
+}
+
+/// Flags are known by either of - and _ between their words; those of others stay as they are.
+void spellAsDeclared(std::vector<std::string>& arguments, const CLI::App& app) {
+  const auto hyphenated = [](std::string name) {
+    std::replace(name.begin(), name.end(), '_', '-');
+    return name;
+  };
+  std::map<std::string, std::string> declared;
+  for (const std::string& name : namesOfFlags(app)) declared[hyphenated(name)] = name;
+  for (std::string& argument : arguments) {
+    if (argument == "--") return;
+    const std::size_t end = std::min(argument.find('='), argument.size());
+    const auto known = declared.find(hyphenated(argument.substr(0, end)));
+    if (known != declared.end()) argument.replace(0, end, known->second);
+  }
+}
+
 /// Flags that nobody declared end up among the remaining arguments of CLI11, as do operands.
 std::vector<std::string> takeOperands(const CLI::App& app) {
   std::vector<std::string> operands = app.remaining();
   for (const std::string& operand : operands) {
+    if (operand == "--") break;  // what follows is no flag
     if (operand.size() < 2 || operand[0] != '-') continue;
-    std::vector<std::string> known;
-    for (const CLI::Option* option : app.get_options()) {
-      for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
-    }
     const std::string name = operand.substr(0, operand.find('='));
-    throw UsageError("unknown flag " + name + knownWordsHint(name, known));
+    throw UsageError("unknown flag " + name + knownWordsHint(name, namesOfFlags(app)));
   }
   operands.erase(std::remove(operands.begin(), operands.end(), "--"), operands.end());
   return operands;
@@ -170,6 +191,7 @@ Verbosity verbosityOf(const CommonFlags& common) {
 /// Parses into `common` and the flags of the command; false if --help or --version was answered.
 bool parse(CLI::App& app, std::vector<std::string> arguments) {
   app.allow_extras();
+  spellAsDeclared(arguments, app);
   std::reverse(arguments.begin(), arguments.end());  // CLI11 pops from the back
   try {
     app.parse(std::move(arguments));

@@ -152,10 +152,13 @@ void writeWithRecord(const Map& map, const std::string& file) {
   const bool is_from_file = !map.file.empty() && timeOf(map.file) == map.file_time;
   tools::MapDraft draft =
       is_from_file ? tools::MapDraft(file, map.file) : tools::MapDraft(file, *map.begun);
-  map::SemanticMap grown = is_from_file ? map::openMap(map.file) : *map.begun;
-  for (const Map::Addition& addition : map.added) {
-    appendToMap(grown, addition.visit.place, addition.options);
-    draft.add(grown, addition.note, addition.visit);
+  map::SemanticMap grown;  // before the last addition, of which *map.map is the outcome
+  if (map.added.size() > 1) grown = is_from_file ? map::openMap(map.file) : *map.begun;
+  for (std::size_t i = 0; i < map.added.size(); ++i) {
+    const Map::Addition& addition = map.added[i];
+    const bool is_last = i + 1 == map.added.size();
+    if (!is_last) appendToMap(grown, addition.visit.place, addition.options);
+    draft.add(is_last ? *map.map : grown, addition.note, addition.visit);
   }
   draft.commit();
 }

@@ -17,7 +17,11 @@ namespace xview {
 /// The edges that a picture shows: all of them, or, of a graph with more than six edges per vertex,
 /// those that are among the three shortest of one of their ends. Edges of vertices that are not
 /// finite are left out.
-std::vector<std::pair<std::uint32_t, std::uint32_t>> readableEdges(SemanticGraph graph);
+struct ReadableEdges {
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> shown;
+  std::size_t all = 0;
+};
+ReadableEdges readableEdges(SemanticGraph graph);
 
 /// Of the sign of a vertex, from the typical length of the edges: 0.15 to 3 m.
 double typicalVertexRadius(const SemanticGraph& graph);

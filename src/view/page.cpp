@@ -229,12 +229,14 @@ class PageData {
       auto& info = classes_[kinds.back()];
       if (of_map) info["vertices"] = info.value("vertices", 0) + 1;
     }
-    for (const auto& [i, j] : readableEdges(graph)) {
+    const ReadableEdges edges = readableEdges(graph);
+    for (const auto& [i, j] : edges.shown) {
       append(T * graph.vertices[i].position, ends);
       append(T * graph.vertices[j].position, ends);
     }
     return {{"positions", base64(positions)}, {"kinds", base64(kinds)}, {"edges", base64(ends)},
-            {"observations", observations},   {"points", points},       {"sigmas", sigmas}};
+            {"observations", observations},   {"points", points},       {"sigmas", sigmas},
+            {"edges_in_all", edges.all}};
   }
 
   void append(const Eigen::Vector3d& p, std::vector<float>& numbers) const {

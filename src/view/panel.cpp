@@ -236,7 +236,8 @@ void Panel::drawMapGraph(const SemanticGraph& graph, const LabelSet& labels, boo
   }
   const bool crowded = visible.size() > kCrowded;
   if (!objects_only && !crowded) {
-    for (const auto& [i, j] : readableEdges(graph)) {
+    const ReadableEdges edges = readableEdges(graph);
+    for (const auto& [i, j] : edges.shown) {
       const Eigen::Vector3d &a = graph.vertices[i].position, &b = graph.vertices[j].position;
       if (!(isSurface(i) && isSurface(j)) && (shows(a) || shows(b)))
         canvas_.line(toPixel(a), toPixel(b), {206, 208, 214}, 0.7);

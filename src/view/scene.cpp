@@ -179,7 +179,7 @@ std::vector<std::uint32_t> classesIn(const Scene& scene) {
   return present;
 }
 
-std::vector<Edge> readableEdges(SemanticGraph graph) {
+ReadableEdges readableEdges(SemanticGraph graph) {
   graph::makeEdges(graph);
   std::vector<Edge> edges;
   if (graph.edgeCount() <= kMostPerVertex * graph.size()) {
@@ -196,7 +196,7 @@ std::vector<Edge> readableEdges(SemanticGraph graph) {
            !graph.vertices[e.second].position.allFinite();
   };
   edges.erase(std::remove_if(edges.begin(), edges.end(), isBroken), edges.end());
-  return edges;
+  return {std::move(edges), graph.edgeCount()};
 }
 
 std::vector<std::vector<Eigen::Vector3d>> trajectoryPieces(

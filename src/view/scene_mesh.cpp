@@ -75,7 +75,8 @@ void addGraph(Mesh& mesh, const SemanticGraph& graph, const LabelSet& labels, do
     addOctahedron(mesh, T_scene_graph * v.position, is_surface ? radius_m / 2 : radius_m,
                   labels.color(v.label));
   }
-  for (const auto& [i, j] : readableEdges(graph)) {
+  const ReadableEdges edges = readableEdges(graph);
+  for (const auto& [i, j] : edges.shown) {
     addTube(mesh, T_scene_graph * graph.vertices[i].position,
             T_scene_graph * graph.vertices[j].position, radius_m / 8, edge_color);
   }

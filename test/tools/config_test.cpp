@@ -34,6 +34,14 @@ TEST(PrintConfig, WorksWithoutACommand) {
   EXPECT_NE(outcome.out.find("seed: 9"), std::string::npos);
 }
 
+TEST(Config, HyphensAndUnderscoresBetweenWordsAreOne) {
+  EXPECT_EQ(effective({"--walks.num-walks=77", "--graph-space", "image"}),
+            effective({"--walks.num_walks", "77", "--graph_space=image"}));
+  const Outcome outcome = runXview({"info", "--help_all"});
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_EQ(runXview({"info", "--", "--help_all"}).code, 1) << "is the name of a file";
+}
+
 TEST(Config, AnUnknownGraphSpaceNamesTheKnownOnes) {
   const Outcome outcome = runXview({"map", "--graph_space", "imag", "a", "b.xvm"});
   EXPECT_EQ(outcome.code, 2) << outcome.err;

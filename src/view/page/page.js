@@ -337,7 +337,8 @@ if (scene.graph) {
   addVertices(layer = group(), scene.graph, 'map vertex', scene.vertex_size);
   addLayer('map vertices', scene.graph.observations.length, '#555', [layer], !scene.cloud);
   const edges = decode(scene.graph.edges, Float32Array);
-  if (addLines(layer = group(), edges, 0x9aa0aa, 1)) addLayer('map edges', edges.length / 6, '#9aa0aa', [layer], !scene.cloud);
+  const drawn = edges.length / 6, short = drawn < scene.graph.edges_in_all ? ', the shortest of ' + scene.graph.edges_in_all : '';
+  if (addLines(layer = group(), edges, 0x9aa0aa, 1)) addLayer('map edges', drawn + short, '#9aa0aa', [layer], !scene.cloud);
 }
 for (const line of scene.lines) {
   const ends = decode(line.ends, Float32Array);
