@@ -53,6 +53,14 @@ if(XVIEW_BUILD_BENCH)
   find_package(benchmark REQUIRED)
 endif()
 
+if(XVIEW_BUILD_TOOLS AND (NOT DEFINED XVIEW_MPI OR XVIEW_MPI))
+  find_package(MPI QUIET COMPONENTS CXX)
+endif()
+option(XVIEW_MPI "Build xview_mpi, which searches on several machines (MPI)" ${MPI_CXX_FOUND})
+if(NOT MPI_CXX_FOUND)
+  set(XVIEW_MPI OFF)
+endif()
+
 find_package(embree 3 QUIET)
 set(XVIEW_WITH_SIM ${embree_FOUND})
 

@@ -2,6 +2,7 @@
 #include "search/raster.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cstring>
 #include <string>
 #include <utility>
@@ -15,6 +16,11 @@ constexpr std::size_t kMaxChannels = 4096;
 
 std::uint64_t placeKey(std::int64_t tx, std::int64_t ty) {
   return (static_cast<std::uint64_t>(tx) << 32) | (static_cast<std::uint64_t>(ty) & 0xFFFFFFFFu);
+}
+
+std::uint64_t nextId() {
+  static std::atomic<std::uint64_t> next{0};
+  return next++;
 }
 
 std::size_t cellInTile(std::int32_t cx, std::int32_t cy) {
@@ -114,7 +120,7 @@ XVIEW_INLINE std::size_t scanWide(const BlockScan& scan, BlockHit* hits) {
 }  // namespace
 
 LikelihoodRaster::LikelihoodRaster(double cell_m, std::vector<std::uint8_t> background_of_channel)
-    : cell_m_(cell_m), background_(std::move(background_of_channel)) {
+    : id_(nextId()), cell_m_(cell_m), background_(std::move(background_of_channel)) {
   if (!(cell_m > 0))
     throw UsageError("likelihood raster: cell size = " + std::to_string(cell_m) + ", must be > 0");
   if (channels() > kMaxChannels) {
@@ -149,6 +155,11 @@ std::uint8_t& LikelihoodRaster::make(std::size_t channel, std::int32_t cx, std::
   const std::size_t cell = cellInTile(cx, cy);
   if (value != empty) tile.differs |= partBit(cell);
   return tile.cells[cell];
+}
+
+void LikelihoodRaster::add(const Tile& tile) {
+  make(tile.channel, tile.tx * kTileSide, tile.ty * kTileSide, background(tile.channel));
+  *last_written_ = tile;
 }
 
 void LikelihoodRaster::set(std::size_t channel, std::int32_t cx, std::int32_t cy,

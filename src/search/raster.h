@@ -29,6 +29,11 @@ class LikelihoodRaster {
   /// At most 4096 channels; cell_m > 0 [m]. Throws UsageError otherwise.
   LikelihoodRaster(double cell_m, std::vector<std::uint8_t> background_of_channel);
 
+  LikelihoodRaster(LikelihoodRaster&&) = default;
+  LikelihoodRaster& operator=(LikelihoodRaster&&) = default;
+
+  /// Of no other raster of this process.
+  std::uint64_t id() const { return id_; }
   double cellSize() const { return cell_m_; }
   std::size_t channels() const { return background_.size(); }
   std::uint8_t background(std::size_t channel) const { return background_.at(channel); }
@@ -47,6 +52,8 @@ class LikelihoodRaster {
     std::array<std::uint8_t, kTileSide * kTileSide> cells;  ///< row-major
   };
   const std::deque<Tile>& tiles() const { return tiles_; }
+  /// In place of the one that is there. Throws std::out_of_range for a channel that does not exist.
+  void add(const Tile& tile);
   /// The tiles of one place by channel; null where nothing was written.
   using Place = std::vector<Tile*>;
   /// Null if no channel has a tile there.
@@ -61,6 +68,7 @@ class LikelihoodRaster {
   }
   std::uint8_t& make(std::size_t channel, std::int32_t cx, std::int32_t cy, std::uint8_t value);
 
+  std::uint64_t id_;
   double cell_m_;
   std::vector<std::uint8_t> background_;
   std::deque<Tile> tiles_;  ///< in order of creation; addresses are stable

@@ -9,6 +9,7 @@
 #include <tuple>
 
 #include "search/raster_parts.h"
+#include "search/shared_scan.h"
 #include "xview/types/budget.h"
 #include "xview/types/error.h"
 #include "xview/types/parallel.h"
@@ -55,7 +56,14 @@ class Scan {
 
   /// The best keep_cells candidates, best first.
   std::vector<Candidate> run() {
-    const std::vector<OutputTile> outputs = outputTiles(raster_, prepared_, levels_);
+    std::vector<OutputTile> outputs = outputTiles(raster_, prepared_, levels_);
+    SharedScan shared(levels_, prepared_, outputs);
+    BestCandidates all = bestIn(outputs);
+    shared.collect(all);
+    return std::move(all).sorted();
+  }
+
+  BestCandidates bestIn(const std::vector<OutputTile>& outputs) {
     const std::size_t workers = workerCount(levels_.threads, outputs.size());
     std::vector<BestCandidates> best(workers, BestCandidates(levels_.keep_cells));
     std::atomic<std::size_t> next{0};
@@ -66,7 +74,7 @@ class Scan {
     });
     BestCandidates all(levels_.keep_cells);
     for (const BestCandidates& part : best) all.merge(part);
-    return std::move(all).sorted();
+    return all;
   }
 
  private:
@@ -288,6 +296,13 @@ int cellRatio(double coarse_m, double fine_m) {
 }
 
 }  // namespace
+
+std::vector<Candidate> scanTiles(const RasterLevels& levels,
+                                 const std::vector<OutputTile>& outputs) {
+  if (levels.first().samples.empty()) return {};
+  check(levels.first());
+  return Scan(levels).bestIn(outputs).sorted();
+}
 
 std::vector<PlacePose> searchRaster(const RasterLevels& levels) {
   const RasterLevel& fine = levels.fine;

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// xview_mpi, which answers as xview does, with the search spread over ranks.
+#ifdef XVIEW_MPI_PROGRAM
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+
+#include "tools/tiny_town.h"
+
+namespace xview::test {
+namespace {
+
+class Mpi : public TinyTown {
+ protected:
+  Mpi() {
+    // Rank counts are those of the test, not of the machine, and containers have no other user.
+    for (const char* name : {"OMPI_ALLOW_RUN_AS_ROOT", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM",
+                             "OMPI_MCA_rmaps_base_oversubscribe"})
+      setenv(name, "1", 0);
+  }
+  /// On so many ranks; with one without mpirun.
+  static Outcome onRanks(int ranks, std::vector<std::string> arguments) {
+    if (ranks == 1) return runProgram(XVIEW_MPI_PROGRAM, arguments, {240, 0, ""});
+    arguments.insert(arguments.begin(), {"-n", std::to_string(ranks), XVIEW_MPI_PROGRAM});
+    return runProgram(XVIEW_MPIRUN, arguments, {240, 0, ""});
+  }
+  static std::vector<std::string> windows(const std::string& session) {
+    return {"localize", "-q",       "--json", "--threads",   "1",  "--window",
+            "12",       "--stride", "10",     town(session), map()};
+  }
+};
+
+TEST_F(Mpi, AnswersAreThoseOfOneProcess) {
+  for (const char* session : {"rear", "elsewhere"}) {
+    const Outcome alone = runXview(windows(session), {240, 0, ""});
+    const std::string expected = withoutTimes(alone.out);
+    ASSERT_FALSE(expected.empty()) << alone.err;
+    for (const int ranks : {1, 2, 4}) {
+      const Outcome together = onRanks(ranks, windows(session));
+      EXPECT_EQ(together.code, alone.code) << together.err;
+      EXPECT_EQ(withoutTimes(together.out), expected) << ranks << " ranks";
+    }
+  }
+}
+
+TEST_F(Mpi, MapsAreThoseOfOneProcess) {
+  const std::string expected = readText(map());
+  for (const int ranks : {1, 2, 4}) {
+    const std::string made = file("town_" + std::to_string(ranks) + ".xvm");
+    const Outcome outcome = onRanks(ranks, {"map", "-q", town("forward"), made});
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_EQ(readText(made), expected) << ranks << " ranks";
+  }
+}
+
+TEST_F(Mpi, WhatIsWrongIsSaidOnceAndEndsAllRanks) {
+  const Outcome outcome = onRanks(3, {"map", "-q", file("absent"), file("none.xvm")});
+  EXPECT_EQ(outcome.code, 1) << outcome.err;
+  const std::size_t said = outcome.err.find("error: ");
+  ASSERT_NE(said, std::string::npos) << outcome.err;
+  EXPECT_EQ(outcome.err.find("error: ", said + 1), std::string::npos) << outcome.err;
+}
+
+TEST_F(Mpi, ARankThatDiesEndsTheJobAndTheOlderFileStays) {
+  writeText(file("answers.jsonl"), "older answers\n");
+  const std::string dies = "\"$0\" & sleep 0.5; kill -9 $!";
+  const Outcome outcome = runProgram(XVIEW_MPIRUN,
+                                     {"-n",
+                                      "1",
+                                      XVIEW_MPI_PROGRAM,
+                                      "localize",
+                                      "-q",
+                                      "--window",
+                                      "12",
+                                      "--stride",
+                                      "1",
+                                      "-o",
+                                      file("answers.jsonl"),
+                                      town("rear"),
+                                      map(),
+                                      ":",
+                                      "-n",
+                                      "1",
+                                      "sh",
+                                      "-c",
+                                      dies,
+                                      XVIEW_MPI_PROGRAM},
+                                     {240, 0, ""});
+  EXPECT_NE(outcome.code, 0) << outcome.out;
+  const std::string left = readText(file("answers.jsonl"));
+  EXPECT_TRUE(left == "older answers\n" || !jsonLines(left).empty()) << left;
+}
+
+}  // namespace
+}  // namespace xview::test
+#endif
