@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // xview on several machines (MPI): the first rank is xview, the others scan parts of large maps
 // for it.
+#include <fmt/core.h>
 #include <mpi.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cstdint>
 #include <exception>
 #include <string>
+#include <thread>
+#include <vector>
 
 #include "narrative.h"
 #include "tool.h"
@@ -20,6 +24,15 @@ namespace {
 constexpr int kFirst = 0;                                 ///< the rank that is xview
 constexpr std::uint64_t kPiece = std::uint64_t{1} << 30;  ///< of a message, whose count is an int
 
+/// MPI itself waits by asking without pause, which takes a core from who works.
+void awaitMessageFrom(int rank) {
+  constexpr auto kPause = std::chrono::microseconds(100);
+  for (int is_there = 0; true; std::this_thread::sleep_for(kPause)) {
+    MPI_Iprobe(rank, 0, MPI_COMM_WORLD, &is_there, MPI_STATUS_IGNORE);
+    if (is_there != 0) return;
+  }
+}
+
 /// A message and its size. Whatever goes wrong in MPI ends all ranks (MPI_ERRORS_ARE_FATAL).
 void sendTo(int rank, const std::string& message) {
   const std::uint64_t bytes = message.size();
@@ -30,6 +43,7 @@ void sendTo(int rank, const std::string& message) {
 }
 
 std::string receiveFrom(int rank) {
+  awaitMessageFrom(rank);
   std::uint64_t bytes = 0;
   MPI_Recv(&bytes, 1, MPI_UINT64_T, rank, 0, MPI_COMM_WORLD, MPI_STATUS_IGNORE);
   std::string message(bytes, 0);
@@ -50,15 +64,30 @@ class OtherRanks final : public search::ScanHelpers {
     search::shareScans(nullptr);
     for (int rank = 1; rank < ranks_; ++rank) sendTo(rank, "");
   }
+  /// What went to and fro.
+  std::string summary() const {
+    return fmt::format("{} other ranks answered {} requests; {:.2f} MB to them, {:.2f} MB back",
+                       count(), answers_, 1e-6 * static_cast<double>(sent_),
+                       1e-6 * static_cast<double>(received_));
+  }
   OtherRanks(const OtherRanks&) = delete;
   OtherRanks& operator=(const OtherRanks&) = delete;
 
   int count() const override { return ranks_ - 1; }
-  void send(int helper, const std::string& request) override { sendTo(helper + 1, request); }
-  std::string receive(int helper) override { return receiveFrom(helper + 1); }
+  void send(int helper, const std::string& request) override {
+    sendTo(helper + 1, request);
+    sent_ += request.size();
+  }
+  std::string receive(int helper) override {
+    std::string answer = receiveFrom(helper + 1);
+    received_ += answer.size();
+    ++answers_;
+    return answer;
+  }
 
  private:
   int ranks_ = 1;
+  std::size_t answers_ = 0, sent_ = 0, received_ = 0;  ///< requests, bytes
 };
 
 void help() {
@@ -72,7 +101,12 @@ int runRank(int argc, char** argv) {
   MPI_Comm_rank(MPI_COMM_WORLD, &rank);
   if (rank == kFirst) {
     const OtherRanks others;
-    return runProgram({argv + 1, argv + argc});
+    const std::vector<std::string> arguments(argv + 1, argv + argc);
+    const int code = runProgram(arguments);
+    const auto is_asked = [](const std::string& a) { return a == "-v" || a == "--verbose"; };
+    if (std::any_of(arguments.begin(), arguments.end(), is_asked))
+      Narrative(Verbosity::verbose).detail(others.summary());
+    return code;
   }
   try {
     help();

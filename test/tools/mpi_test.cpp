@@ -43,6 +43,19 @@ TEST_F(Mpi, AnswersAreThoseOfOneProcess) {
   }
 }
 
+TEST_F(Mpi, TheOtherRanksSearch) {
+  std::vector<std::string> arguments = windows("rear");
+  arguments[1] = "-v";
+  for (const int ranks : {1, 3}) {
+    const Outcome outcome = onRanks(ranks, arguments);
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    const std::size_t said = outcome.err.find("other ranks answered ");
+    ASSERT_NE(said, std::string::npos) << outcome.err;
+    const int requests = std::atoi(outcome.err.c_str() + said + 21);
+    EXPECT_TRUE(ranks == 1 ? requests == 0 : requests >= 2 * (ranks - 1)) << outcome.err;
+  }
+}
+
 TEST_F(Mpi, MapsAreThoseOfOneProcess) {
   const std::string expected = readText(map());
   for (const int ranks : {1, 2, 4}) {
