@@ -442,7 +442,8 @@ std::optional<LabelSet> readClassComments(const std::vector<std::string>& commen
   std::string set_name;
   std::vector<ClassInfo> classes;
   for (const std::string& comment : comments) {
-    const Words words = splitWords(comment);
+    const std::string line = inOneLine(comment);
+    const Words words = splitWords(line);
     if (words.size() < 2 || words[0] != "xview") continue;
     if (words[1] == "label_set") set_name = joinFrom(words, 2);
     if (words[1] != "class") continue;

@@ -102,6 +102,20 @@ TEST_F(GraphFiles, RememberTheirClasses) {
   EXPECT_EQ(read->kind(2), Kind::light);
 }
 
+/// Check fix for: names with a carriage return were others once they had been written.
+TEST_F(GraphFiles, NamesOfClassesHaveNoLineEnds) {
+  LabelSet labels("town");
+  ClassInfo info;
+  info.id = 2;
+  info.name = "street lamp";
+  labels.add(info);
+  writeGraph(path_, randomGraph(5), labels);
+  std::string text = test::readText(path_);
+  text.insert(text.find("lamp"), "\r ");
+  test::writeText(path_, text);
+  EXPECT_EQ(readGraph(path_).labels, labels);
+}
+
 TEST_F(GraphFiles, RememberThatEdgesWereFoundInImages) {
   SemanticGraph graph = randomGraph(5);
   writeGraph(path_, graph, LabelSet());
