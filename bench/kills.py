@@ -8,10 +8,12 @@ output, the new one, or none where there was none; answers of `localize -o` may 
 with what is new, and nothing else may lie beside. Exit code 1 if anything is another.
 """
 import argparse
+import contextlib
 import hashlib
 import json
 import random
 import shutil
+import sqlite3
 import subprocess
 import sys
 import tempfile
@@ -79,6 +81,8 @@ class Killer:
             return None
         if path.suffix == ".xvm":
             self.run("info", path)
+            with contextlib.closing(sqlite3.connect(path)) as base:  # its rows, wherever they lie in the file
+                return hashlib.sha256("\n".join(base.iterdump()).encode()).hexdigest()
         files = sorted(p for p in path.rglob("*") if p.is_file()) if path.is_dir() else [path]
         digest = hashlib.sha256()
         for file in files:

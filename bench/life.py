@@ -6,7 +6,8 @@ Simulated towns and offices, two of five with lots or rooms that are copies, hal
 fifth of the objects changes after the mapping drive. Halves and wholes of the other drives are joined to its map, and so are those of another
 town and of the next world, which must be left out. Changes are told right if one of that class happened within 1 m. Visible are those whose
 place (0.6 m above the foot, in offices 0.2 m) three images of each visit show, by their depths, from within 25 m (offices: 6 m). A visit that
-is not found counts no changes. Worlds are kept in --work.
+is not found counts no changes. Drives of another day, and such that look back, are added to the maps of eight further towns, all of them noisy.
+Worlds are kept in --work.
 """
 import argparse
 import csv

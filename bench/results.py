@@ -110,7 +110,7 @@ Every second query would be a negative if the figures were exact; here {share:.0
 | Who decides what is accepted, and on what was that learned? | [verdict](verdict.md) |
 | Worlds of another make, raw clouds, label sets, bare graphs, from the air, what the parts add | [studies](studies.md) |
 | What does a map cost as it grows, and does it find less? | [growth](growth.md) |
-| Do maps find one another, and is what changed told? | [life](life.md) |
+| Do maps find one another, is what changed told, and do added drives spoil a map? | [life](life.md) |
 | How fast does a page draw, how large may a map be? | [time and memory](time.md) |
 | X-View as published, and its walks | [paper](../paper.md) |
 | What is promised, and which test holds it | [reliability](../reliability.md) |

@@ -221,7 +221,7 @@ void AnswerFiles::add(const Answer& answer, const Query& query,
   // A graph or map is one query; its answer is that of its last pose.
   const std::size_t index = answer.frames == T_odom_sensor_.size() ? answer.last_index : last;
   fixes_.push_back(
-      {index, fix.T_map_query, fix.T_map_sensor, fix.scale, fix.covariance, fix.confidence});
+      {index, fix.T_map_query, fix.T_map_sensor, fix.scale, fix.covariance, fix.confidence, {}});
 }
 
 const pose::TrajectoryFix& AnswerFiles::surest() const {

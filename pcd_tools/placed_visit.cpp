@@ -22,7 +22,7 @@ namespace {
 
 constexpr double kOneFrame_m = 1, kWindow_m = 60;  ///< of a town
 
-/// Windows of this path length, which overlap by half; the last one ends where the
+/// Windows of this path length, each of which begins a third later; the last one ends where the
 /// recording does.
 std::vector<Window> windowsOf(const std::vector<double>& way_m, double length_m) {
   std::vector<Window> windows;
@@ -34,7 +34,7 @@ std::vector<Window> windowsOf(const std::vector<double>& way_m, double length_m)
       while (first > 0 && way_m[last] - way_m[first] < length_m) --first;
     }
     windows.push_back({first, last + 1});
-    const double next_m = way_m[first] + length_m / 2;
+    const double next_m = way_m[first] + length_m / 3;
     while (first < last && way_m[first] < next_m) ++first;
   }
   return windows;
@@ -76,6 +76,31 @@ struct FoundWindows {
   std::string refusal;    ///< of the last one that was not accepted
 };
 
+pose::TrajectoryFix fixOf(const Localization& fix, std::size_t index) {
+  return {index, fix.T_map_query, fix.T_map_sensor, fix.scale, fix.covariance, fix.confidence, {}};
+}
+
+/// The first frame of a window, which is found as the last one of its way back: a fix of the other
+/// end is off by all that odometry drifts until then. Nothing if it is not found near there.
+std::optional<pose::TrajectoryFix> beginOf(const Window& window, const pose::TrajectoryFix& end,
+                                           const QueryInput& input, const Localizer& localizer,
+                                           const Job& job) {
+  constexpr double kMostDrift = 0.1;  // of the way
+  std::vector<std::size_t> positions;
+  std::vector<Eigen::Isometry3d> poses;
+  for (std::size_t i = window.last; i-- > window.first;) {
+    positions.push_back(i);
+    poses.push_back(input.source->pose(i));
+  }
+  const double way_m = pathLengths(poses).back();
+  const PosedRecording back(*input.source, std::move(positions), std::move(poses));
+  const Localization fix = localizer.localize(makeQuery(back, job.options));
+  const auto expected = end.T_map_query * input.source->pose(window.first);
+  const double off_m = (fix.T_map_sensor.translation() - expected.translation()).norm();
+  if (!fix.accepted() || off_m > kMostDrift * way_m) return std::nullopt;
+  return fixOf(fix, window.first);
+}
+
 FoundWindows findWindows(const QueryInput& input, const std::vector<double>& way_m,
                          const Localizer& localizer, const Job& job) {
   std::optional<Sequence> sequence;
@@ -91,8 +116,13 @@ FoundWindows findWindows(const QueryInput& input, const std::vector<double>& way
                                    input.source->number(window.last - 1), toString(fix.status),
                                    fix.reason));
     if (!fix.accepted()) return void(found.refusal = fix.reason);
-    found.fixes.push_back({window.last - 1, fix.T_map_query, fix.T_map_sensor, fix.scale,
-                           fix.covariance, fix.confidence});
+    pose::TrajectoryFix end = fixOf(fix, window.last - 1);
+    end.way = fix.trajectory;
+    if (!found.is_found[window.first] && window.last - window.first > 1) {
+      if (auto begin = beginOf(window, end, input, localizer, job))
+        found.fixes.push_back(std::move(*begin));
+    }
+    found.fixes.push_back(std::move(end));
     found.sigmas_m.push_back(verify::horizontalSigma(fix.covariance));
     found.confidence = std::min(found.confidence, fix.confidence);
     for (std::size_t i = window.first; i < window.last; ++i) found.is_found[i] = true;

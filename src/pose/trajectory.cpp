@@ -8,9 +8,18 @@
 namespace xview::pose {
 namespace {
 
-Eigen::Isometry3d inMap(const TrajectoryFix& fix, Eigen::Isometry3d T_odom_sensor) {
-  T_odom_sensor.translation() *= fix.scale;
-  return fix.T_map_query * T_odom_sensor;
+/// Where a fix puts a frame: where it was found with it, or as far from there as odometry says.
+Eigen::Isometry3d inMap(const TrajectoryFix& fix,
+                        const std::vector<Eigen::Isometry3d>& T_odom_sensor, std::size_t i) {
+  const auto scaled = [&](std::size_t k) {
+    Eigen::Isometry3d T = T_odom_sensor[k];
+    T.translation() *= fix.scale;
+    return T;
+  };
+  if (i > fix.index || fix.way.empty()) return fix.T_map_query * scaled(i);
+  const std::size_t first = fix.index + 1 - fix.way.size();
+  if (i >= first) return fix.way[i - first];
+  return fix.way.front() * scaled(first).inverse() * scaled(i);
 }
 
 }  // namespace
@@ -26,7 +35,7 @@ std::vector<Eigen::Isometry3d> trajectoryThrough(
     const TrajectoryFix& b = after == fixes.end() ? *(after - 1) : *after;
     const double length = way[b.index] - way[a.index];
     const double share = length > 0 ? (way[i] - way[a.index]) / length : 1;
-    poses.push_back(interpolated(inMap(a, T_odom_sensor[i]), inMap(b, T_odom_sensor[i]),
+    poses.push_back(interpolated(inMap(a, T_odom_sensor, i), inMap(b, T_odom_sensor, i),
                                  std::clamp(share, 0.0, 1.0)));
   }
   return poses;

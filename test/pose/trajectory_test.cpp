@@ -45,6 +45,16 @@ TEST(Trajectory, TurnsTheShortWayBetweenTwoFixes) {
     EXPECT_NEAR(Eigen::AngleAxisd(poses[i].linear()).angle(), 0.1 * static_cast<double>(i), 1e-9);
 }
 
+TEST(Trajectory, IsWhatAFixFoundOfTheWayBeforeIt) {
+  TrajectoryFix fix = fixAt(6, 4);
+  for (int i = 3; i <= 6; ++i)
+    fix.way.emplace_back(Eigen::Translation3d(static_cast<double>(i), 4 - 0.5 * (6 - i), 0));
+  const auto poses = trajectoryThrough(drive(10), {fix});
+  EXPECT_NEAR(poses[4].translation().y(), 3, 1e-12);
+  EXPECT_NEAR(poses[0].translation().y(), 2.5, 1e-12) << "as far from the first as odometry says";
+  EXPECT_NEAR(poses[10].translation().y(), 4, 1e-12);
+}
+
 TEST(Trajectory, OfAStandingRecordingJumpsToTheLaterFix) {
   const std::vector<Eigen::Isometry3d> standing(3, Eigen::Isometry3d::Identity());
   const auto poses = trajectoryThrough(standing, {fixAt(0, 0), fixAt(2, 4)});

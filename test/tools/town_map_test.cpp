@@ -151,6 +151,35 @@ TEST_F(TinyTown, RecordingsOfTwoFramesAreSaidAndThoseOfOneAreNot) {
       << away;
 }
 
+/// Check fix for: what came before the first fix was as far off as odometry had drifted until then.
+TEST_F(TinyTown, ADriveThatDriftsIsAddedWhereItWasFromItsFirstFrameOn) {
+  constexpr double kDrift = 1.03;
+  const std::string drifting = file("drifting"), grown = file("grown.xvm");
+  fs::copy(town("rear"), drifting, fs::copy_options::recursive);
+  std::ofstream poses(drifting + "/poses.txt");
+  poses.precision(17);
+  for (const io::StampedPose& pose : io::readPoses(town("rear") + "/poses.txt")) {
+    const Eigen::Vector3d p = kDrift * pose.T_frame_sensor.translation();
+    const Eigen::Quaterniond q(pose.T_frame_sensor.linear());
+    poses << pose.stamp_s << ' ' << p.x() << ' ' << p.y() << ' ' << p.z() << ' ' << q.x() << ' '
+          << q.y() << ' ' << q.z() << ' ' << q.w() << '\n';
+  }
+  poses.close();
+  fs::copy(map(), grown);
+  succeed({"fuse", "-q", drifting, grown});
+  const auto truth = io::readPoses(town("rear") + "/groundtruth.txt");
+  const map::SemanticMap larger = map::openMap(grown);
+  std::size_t added = 0;
+  for (std::size_t i = 0; i < larger.poses.size(); ++i) {
+    if (larger.source_of_pose[i] == 0) continue;
+    ++added;
+    const Eigen::Vector3d& there =
+        truth.at(static_cast<std::size_t>(larger.frames[i])).T_frame_sensor.translation();
+    EXPECT_LT((larger.poses[i].translation() - there).norm(), 0.5) << "frame " << larger.frames[i];
+  }
+  EXPECT_GT(added, 10u);
+}
+
 TEST_F(TinyTown, ADriveFusedUnderAnotherNameIsRefused) {
   const std::string fused = file("fused.xvm");
   fs::copy(map(), fused);

@@ -18,6 +18,9 @@ struct TrajectoryFix {
   double scale = 1;
   Matrix6d covariance = Matrix6d::Zero();  ///< of T_map_sensor, as in Localization
   double confidence = 0;
+  /// T_map_sensor of the frames up to this one, the last of them, as they were found together; may
+  /// be empty.
+  std::vector<Eigen::Isometry3d> way;
 };
 
 /// All poses of a recording in the map frame, T_map_sensor. At each fix odometry and map agree;
