@@ -22,7 +22,7 @@ namespace {
 
 constexpr double kOneFrame_m = 1, kWindow_m = 60;  ///< of a town
 
-/// Windows of this path length, each of which begins a third later; the last one ends where the
+/// Windows of this path length, which overlap by half; the last one ends where the
 /// recording does.
 std::vector<Window> windowsOf(const std::vector<double>& way_m, double length_m) {
   std::vector<Window> windows;
@@ -34,7 +34,7 @@ std::vector<Window> windowsOf(const std::vector<double>& way_m, double length_m)
       while (first > 0 && way_m[last] - way_m[first] < length_m) --first;
     }
     windows.push_back({first, last + 1});
-    const double next_m = way_m[first] + length_m / 3;
+    const double next_m = way_m[first] + length_m / 2;
     while (first < last && way_m[first] < next_m) ++first;
   }
   return windows;
