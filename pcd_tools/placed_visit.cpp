@@ -94,9 +94,11 @@ std::optional<pose::TrajectoryFix> beginOf(const Window& window, const pose::Tra
   }
   const double way_m = pathLengths(poses).back();
   const PosedRecording back(*input.source, std::move(positions), std::move(poses));
-  const Localization fix = localizer.localize(makeQuery(back, job.options));
-  const auto expected = end.T_map_query * input.source->pose(window.first);
-  const double off_m = (fix.T_map_sensor.translation() - expected.translation()).norm();
+  Query query;
+  if (cutByBudget([&] { query = makeQuery(back, job.options); })) return std::nullopt;
+  const Localization fix = localizer.localize(query);
+  const Eigen::Vector3d first = input.source->pose(window.first).translation() * end.scale;
+  const double off_m = (fix.T_map_sensor.translation() - end.T_map_query * first).norm();
   if (!fix.accepted() || off_m > kMostDrift * way_m) return std::nullopt;
   return fixOf(fix, window.first);
 }
