@@ -146,6 +146,7 @@ TEST(Definitions, OfANameInANamespaceAreInOneFileOnly) {
       files_of[name].insert(file.path.lexically_relative(XVIEW_SOURCE_DIR).string());
   }
   EXPECT_GT(files_of.size(), 500u) << "the scan has missed most of the project";
+  files_of.erase(" function main(int,char**,)");  // each program has one
   for (const auto& [name, files] : files_of)
     EXPECT_EQ(files.size(), 1u) << name << " is defined in " << testing::PrintToString(files);
 }

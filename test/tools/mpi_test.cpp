@@ -18,6 +18,11 @@ class Mpi : public TinyTown {
                              "OMPI_MCA_rmaps_base_oversubscribe"})
       setenv(name, "1", 0);
   }
+  void SetUp() override {
+    TinyTown::SetUp();
+    const Outcome started = runProgram(XVIEW_MPIRUN, {"-n", "2", "true"}, {60, 0, ""});
+    if (started.code != 0) GTEST_SKIP() << "mpirun starts nothing here: " << started.err;
+  }
   /// On so many ranks; with one without mpirun.
   static Outcome onRanks(int ranks, std::vector<std::string> arguments) {
     if (ranks == 1) return runProgram(XVIEW_MPI_PROGRAM, arguments, {240, 0, ""});
