@@ -16,7 +16,6 @@ import math
 import shutil
 import sqlite3
 import struct
-import subprocess
 import sys
 import zlib
 from concurrent.futures import ThreadPoolExecutor
@@ -24,6 +23,7 @@ from pathlib import Path
 
 sys.dont_write_bytecode = True
 import fused_drives
+from fused_drives import run
 from paper_page import table
 from regress import simulated
 from regress_poses import from_numbers, inverse
@@ -102,10 +102,6 @@ def cut(recording, first, last, part):
         shutil.copy(recording / name, made)
     (made / "poses.txt").write_text("".join((recording / "poses.txt").read_text().splitlines(True)[first:last]))
     made.rename(part)
-
-
-def run(program, *arguments):
-    return subprocess.run([str(program), *map(str, arguments), "--threads", "1", "-q"], capture_output=True, text=True)
 
 
 class World:
