@@ -5,7 +5,6 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <utility>
 #include <vector>
@@ -25,28 +24,14 @@ struct Oddity {
   Eigen::Matrix3d remedy;    ///< what makes the cloud, or the map, usual
 };
 
-/// The axis along which most of the points reach least: of places it is up, but for a narrow one.
-int flattestAxis(const LabelledCloud& cloud) {
-  std::array<double, 3> reach{};
-  for (int axis = 0; axis < 3; ++axis) {
-    std::vector<float> values;
-    for (const Point& p : cloud.points) values.push_back(p.getVector3fMap()[axis]);
-    const double low = quantileOf(values, 0.05);
-    reach[static_cast<std::size_t>(axis)] = quantileOf(values, 0.95) - low;
-  }
-  return static_cast<int>(std::min_element(reach.begin(), reach.end()) - reach.begin());
-}
-
 /// What a cloud may be, the likeliest first.
 std::vector<Oddity> odditiesOf(const LabelledCloud& cloud) {
   std::vector<Oddity> oddities;
-  const int axis = flattestAxis(cloud);
+  int axis = 2;  // along which most of the points reach least: of places it is up
+  middleReach(cloud).minCoeff(&axis);
   for (const int sign : {1, -1}) {
     if (axis == 2) break;
-    // A quarter turn about the other one of x and y.
-    const double s = axis == 0 ? -sign : sign;
-    const Eigen::AngleAxisd turn(s * M_PI / 2, Eigen::Vector3d::Unit(1 - axis));
-    const Eigen::Matrix3d upright = turn.toRotationMatrix().array().round() + 0.0;  // no -0
+    const Eigen::Matrix3d upright = turnUpright(axis, sign);
     oddities.push_back(
         {fmt::format("{}{} is up", sign < 0 ? "-" : "", "xy"[axis]), upright, upright});
   }

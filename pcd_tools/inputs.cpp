@@ -28,9 +28,10 @@ void logNotes(const FrameSource& source, const Narrative& narrate) {
   for (const std::string& note : source.notes()) narrate.note(source.name() + ": " + note);
 }
 
-/// Lengths that may be no metres.
+/// Lengths that may be no metres, an axis that may be up.
 void logConsistencyChecks(const std::string& path, const Place& place, const Narrative& narrate) {
-  if (const auto problem = checkMetres(place)) narrate.note(path + ": " + *problem);
+  for (const auto& problem : {checkMetres(place), checkUpright(place)})
+    if (problem) narrate.note(path + ": " + *problem);
 }
 
 void logShares(const std::string& path, const ShapeShares& shares, const LabelSet& shapes,

@@ -293,6 +293,10 @@ void requireScale(const FrameSource& source) {
                   *factor, scaleHint(source, factor)));
 }
 
+constexpr std::size_t kSampled = 100000;  ///< points of a cloud that tell where its points lie
+constexpr double kTall_m = 30;            ///< places where z is up are seldom so high
+constexpr double kNarrow = 1.0 / 3;       ///< and few of them so much narrower than high
+
 /// How sparse things of this kind are in metres, and how steep a place is.
 struct Unlikely {
   float height_m, steepness, spacing_m;
@@ -305,6 +309,21 @@ bool isUnlikely(const Eigen::AlignedBox3d& box, std::size_t things, const Unlike
   return size.minCoeff() >= unlikely.height_m &&
          size.minCoeff() >= unlikely.steepness * size.maxCoeff() &&
          area >= std::pow(unlikely.spacing_m, 2) * static_cast<double>(things);
+}
+
+/// Where most of the points lie along an axis [m].
+struct Extent {
+  double low = 0, middle = 0, high = 0;
+  double reach() const { return high - low; }
+};
+
+Extent extentAlong(const LabelledCloud& cloud, int axis) {
+  std::vector<float> values;
+  const std::size_t step = 1 + cloud.size() / kSampled;
+  for (std::size_t i = 0; i < cloud.size(); i += step)
+    values.push_back(cloud.points[i].getVector3fMap()[axis]);
+  if (values.empty()) return {};
+  return {quantileOf(values, 0.05), quantileOf(values, 0.5), quantileOf(values, 0.95)};
 }
 
 std::string sizesText(const Eigen::AlignedBox3d& box) {
@@ -344,6 +363,18 @@ std::string howToMove(const Eigen::Matrix3d& linear) {
          "`0 0 0 1` in FILE";
 }
 
+Eigen::Array3d middleReach(const LabelledCloud& cloud) {
+  const Extent of[] = {extentAlong(cloud, 0), extentAlong(cloud, 1), extentAlong(cloud, 2)};
+  return {of[0].reach(), of[1].reach(), of[2].reach()};
+}
+
+Eigen::Matrix3d turnUpright(int axis, int sign) {
+  // A quarter turn about the other one of x and y.
+  const double s = axis == 0 ? -sign : sign;
+  const Eigen::AngleAxisd turn(s * M_PI / 2, Eigen::Vector3d::Unit(1 - axis));
+  return turn.toRotationMatrix().array().round() + 0.0;  // no -0
+}
+
 void requireMetres(const Frame& frame, const std::string& name) {
   if (frame.sensor != Sensor::cloud) return;
   Eigen::AlignedBox3d box;
@@ -374,6 +405,21 @@ std::optional<std::string> checkMetres(const Place& place) {
       "its points fill {}, sparsely; are their units centimetres? Lengths must be "
       "metres: {}",
       sizesText(box), toMetres(0.01));
+}
+
+std::optional<std::string> checkUpright(const Place& place) {
+  if (place.sensor != Sensor::cloud || place.cloud.empty()) return std::nullopt;
+  const Eigen::Array3d reach = middleReach(place.cloud);
+  const int flat = reach.x() < reach.y() ? 0 : 1;
+  if (reach.z() < kTall_m || reach[flat] >= kNarrow * reach.z()) return std::nullopt;
+  // Most of what is measured of a place is its ground and what stands low.
+  const Extent along = extentAlong(place.cloud, flat);
+  const int sign = along.middle - along.low <= along.high - along.middle ? 1 : -1;
+  return fmt::format(
+      "most of its points lie within {:.0f} m along {} and within {:.0f} m along z; is {}{} up "
+      "there? {}",
+      reach[flat], "xy"[flat], reach.z(), sign < 0 ? "-" : "", "xy"[flat],
+      howToMove(turnUpright(flat, sign)));
 }
 
 void DepthPlausibility::add(const graph::LiftCounts& counts, const LabelledCloud& cloud,

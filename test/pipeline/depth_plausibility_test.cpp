@@ -177,5 +177,40 @@ TEST(Units, MillimetresAndCentimetresAreDoubtedAndMetresAreNot) {
   EXPECT_EQ(checkMetres(town), std::nullopt);
 }
 
+/// Check fix for: a map of a cloud whose y is up finds nothing and says nothing.
+TEST(Upright, AnAxisThatMayBeUpIsNamedAndTheOthersAreNot) {
+  Random random(1);
+  Place town;
+  for (int i = 0; i < 5000; ++i)
+    town.cloud.points.push_back(Point(static_cast<float>(random.uniform(0, 140)),
+                                      static_cast<float>(random.uniform(0, 90)),
+                                      static_cast<float>(i % 2 ? 0 : random.uniform(0, 12))));
+  EXPECT_EQ(checkUpright(town), std::nullopt);
+  const auto turned = [&](const Eigen::Matrix3d& from_upright) {
+    Place place = town;
+    for (Point& p : place.cloud.points)
+      p.getVector3fMap() = from_upright.cast<float>() * p.getVector3fMap();
+    return place;
+  };
+  for (const int axis : {0, 1}) {
+    for (const int sign : {1, -1}) {
+      const Eigen::Matrix3d upright = turnUpright(axis, sign);
+      EXPECT_EQ(Eigen::Vector3d(upright * (sign * Eigen::Vector3d::Unit(axis))),
+                Eigen::Vector3d::UnitZ());
+      const auto problem = checkUpright(turned(upright.transpose()));
+      ASSERT_TRUE(problem.has_value());
+      const std::string up = fmt::format("is {}{} up", sign < 0 ? "-" : "", "xy"[axis]);
+      EXPECT_NE(problem->find(up), std::string::npos) << *problem;
+    }
+  }
+  Place tower;  // 40 m high, 20 m wide
+  for (int i = 0; i < 5000; ++i)
+    tower.cloud.points.push_back(Point(static_cast<float>(random.uniform(0, 20)),
+                                       static_cast<float>(random.uniform(0, 20)),
+                                       static_cast<float>(random.uniform(0, 40))));
+  EXPECT_EQ(checkUpright(tower), std::nullopt);
+  EXPECT_EQ(checkUpright(Place()), std::nullopt);
+}
+
 }  // namespace
 }  // namespace xview
