@@ -31,7 +31,7 @@ std::vector<Vector2d> loop(Random& random, double radius, double rough, int corn
 World forest(Random& random) {
   World w;
   const double p = random.uniform(0, 6), q = random.uniform(0, 6);
-  w.height = [=](double x, double y) {
+  w.relief = [=](double x, double y) {
     return 3 * std::sin(x / 37 + p) + 2.5 * std::sin(y / 29 + q) + 0.4 * std::sin((x + y) / 7);
   };
   w.route = loop(random, 65, 6, 72);
@@ -133,7 +133,7 @@ World motorway(Random& random) {
 
 World village(Random& random) {
   World w;
-  w.height = [](double x, double y) { return 0.12 * x + 0.6 * std::sin(y / 23); };
+  w.relief = [](double x, double y) { return 0.12 * x + 0.6 * std::sin(y / 23); };
   w.route = loop(random, 60, 7, 60);
   const int tar = w.named("tar"), grass = w.named("grass");
   w.ground = [=](double x, double y) { return w.distanceToRoute(x, y) < 3 ? tar : grass; };

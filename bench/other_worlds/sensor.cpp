@@ -42,6 +42,28 @@ bool Sensor::covers(const Vector3d& c, double r, int& u0, int& u1, int& v0, int&
          span(c.y(), (height - 1) / 2.0, height, v0, v1);
 }
 
+// Along a ray, negative if that is beyond reach.
+double distanceToGround(const World& world, const Vector3d& from, const Vector3d& along,
+                        double reach) {
+  if (!world.relief)
+    return along.z() < 0 && from.z() < -reach * along.z() ? -from.z() / along.z() : -1;
+  const auto isBelow = [&](double t) {
+    const Vector3d at = from + t * along;
+    return at.z() < world.relief(at.x(), at.y());
+  };
+  // The first change of sign of the height above ground, then bisection.
+  double low = 0, high = 0.5;
+  for (; !isBelow(high); high *= 1.06) {
+    if (high >= reach) return -1;
+    low = high;
+  }
+  for (int k = 0; k < 30; ++k) {
+    const double t = (low + high) / 2;
+    (isBelow(t) ? high : low) = t;
+  }
+  return high;
+}
+
 View cast(const World& world, const Sensor& sensor, const Isometry3d& pose, double reach) {
   const size_t n = size_t(sensor.width) * size_t(sensor.height);
   View view{std::vector<double>(n, std::numeric_limits<double>::infinity()),
@@ -52,22 +74,8 @@ View cast(const World& world, const Sensor& sensor, const Isometry3d& pose, doub
     for (int u = 0; u < sensor.width; ++u) {
       const size_t i = size_t(v) * size_t(sensor.width) + size_t(u);
       const Vector3d along = rays[i] = pose.linear() * sensor.ray(u, v);
-      // The first change of sign of the height above ground, then bisection.
-      double low = 0, high = -1;
-      for (double t = 0.5; t < reach * 1.2; t *= 1.06) {
-        const Vector3d at = from + t * along;
-        if (at.z() < world.height(at.x(), at.y())) {
-          high = t;
-          break;
-        }
-        low = t;
-      }
+      const double high = distanceToGround(world, from, along, reach);
       if (high < 0) continue;
-      for (int k = 0; k < 30; ++k) {
-        const double t = (low + high) / 2;
-        const Vector3d at = from + t * along;
-        (at.z() < world.height(at.x(), at.y()) ? high : low) = t;
-      }
       view.range[i] = high;
       view.label[i] = world.ground(from.x() + high * along.x(), from.y() + high * along.y());
     }

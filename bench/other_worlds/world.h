@@ -90,12 +90,13 @@ struct Thing {
 struct World {
   std::vector<std::string> classes;
   std::vector<Thing> things;
-  std::vector<Vector2d> route;  // corners of the way that is driven, m
-  std::function<double(double, double)> height = [](double, double) { return 0.0; };
+  std::vector<Vector2d> route;                   // corners of the way that is driven, m
+  std::function<double(double, double)> relief;  // height of the ground over x and y; none = flat
   std::function<int(double, double)> ground = [](double, double) { return 0; };
   double step_m = 2, eye_m = 1.6, noise = 0.001, range_m = 60;
   bool roofed = false;
 
+  double height(double x, double y) const { return relief ? relief(x, y) : 0; }
   int named(const std::string& name) {
     const auto found = std::find(classes.begin(), classes.end(), name);
     if (found != classes.end()) return int(found - classes.begin());
