@@ -189,7 +189,7 @@ void SocketServer::acceptUntilEnd() {
       pause();
     } else if (poll(&wanted, 1, kLook_ms) > 0) {
       const int client = accept4(listening_, nullptr, nullptr, SOCK_CLOEXEC);
-      if (client < 0 || !beginToAnswer(client, connections_ >= most)) pause();
+      if (client < 0 || !beginToAnswer({client, connections_ >= most})) pause();
     } else if (is_ending_) {
       close(listening_);
       is_closed_ = true;
@@ -199,18 +199,33 @@ void SocketServer::acceptUntilEnd() {
 }
 
 /// False if there is no thread for it.
-bool SocketServer::beginToAnswer(int client, bool is_one_too_many) {
+bool SocketServer::beginToAnswer(const Client& client) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (idle_ <= waiting_.size()) {
+    try {
+      std::thread([this] { answerUntilEnd(); }).detach();
+    } catch (const std::system_error&) {
+      close(client.socket);
+      return false;
+    }
+  }
   ++connections_;
-  try {
-    std::thread([this, client, is_one_too_many] {
-      server_.answer(client, where_.patience_s, is_one_too_many);
-      --connections_;
-    }).detach();
-    return true;
-  } catch (const std::system_error&) {
-    close(client);
+  waiting_.push_back(client);
+  came_.notify_one();
+  return true;
+}
+
+void SocketServer::answerUntilEnd() {
+  while (true) {
+    std::unique_lock<std::mutex> lock(mutex_);
+    ++idle_;
+    came_.wait(lock, [this] { return !waiting_.empty(); });
+    --idle_;
+    const Client client = waiting_.front();
+    waiting_.pop_front();
+    lock.unlock();
+    server_.answer(client.socket, where_.patience_s, client.is_one_too_many);
     --connections_;
-    return false;
   }
 }
 

@@ -5,7 +5,10 @@
 #undef _res  // resolv.h makes it a macro, and Eigen has variables of that name
 
 #include <atomic>
+#include <condition_variable>
 #include <cstddef>
+#include <deque>
+#include <mutex>
 #include <string>
 
 namespace xview::tools {
@@ -32,7 +35,8 @@ struct Listening {
 };
 
 /// Answers requests on a Unix socket or a port, each on a thread of its own, and no more of them at
-/// a time than was agreed.
+/// a time than was agreed. Threads stay for later clients, because of each one that has computed
+/// something TBB 2021 keeps 7 kB for ever.
 class SocketServer {
  public:
   httplib::Server& routes() { return server_; }
@@ -50,13 +54,23 @@ class SocketServer {
     void answer(int socket, double time_s, bool is_one_too_many);
   };
 
-  bool beginToAnswer(int client, bool is_one_too_many);
+  /// A client that is connected.
+  struct Client {
+    int socket;
+    bool is_one_too_many;
+  };
+  bool beginToAnswer(const Client& client);
+  [[noreturn]] void answerUntilEnd();
 
   HttpServer server_;
   Listening where_;
   int listening_ = -1;
   std::atomic<std::size_t> connections_{0};
   std::atomic<bool> is_ending_{false}, is_closed_{false};
+  std::mutex mutex_;              ///< of those below
+  std::condition_variable came_;  ///< another client
+  std::deque<Client> waiting_;
+  std::size_t idle_ = 0;  ///< threads that wait for a client
 };
 
 }  // namespace xview::tools

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What a program that runs for days does again and again.
 #include <gtest/gtest.h>
-#include <unistd.h>
-
 #include <fstream>
 #include <thread>
 
 #include "pipeline/simulated_drive.h"
+#include "support/memory.h"
 #include "support/nightly.h"
 #include "support/sanitizers.h"
 #include "support/test_data.h"
@@ -19,17 +18,10 @@ namespace xview {
 namespace {
 
 using test::isNightly;
+using test::resident_mb;
 using test::simulatedDrive;
 
 constexpr double kFlat_mb = 16;  ///< what caches and the heap may still grow after a warm-up
-
-/// Resident memory of this process [MB].
-double resident_mb() {
-  std::ifstream file("/proc/self/statm");
-  long total = 0, resident = 0;
-  file >> total >> resident;
-  return static_cast<double>(resident) * static_cast<double>(sysconf(_SC_PAGESIZE)) / 1e6;
-}
 
 SemanticGraph scattered(std::size_t count, double side_m) {
   SemanticGraph graph;
