@@ -171,6 +171,7 @@ void AnswerFiles::begin(const std::string& query) {
   T_odom_sensor_.clear();
   stamps_s_.clear();
   fixes_.clear();
+  found_ = {};
 }
 
 std::string AnswerFiles::pathOf(const std::string& flag, const char* ending) const {
@@ -182,6 +183,7 @@ void AnswerFiles::take(const QueryInput& input) {
   T_odom_sensor_ = input.source ? input.poses() : input.whole->poses;
   for (std::size_t i = 0; i < T_odom_sensor_.size(); ++i)
     stamps_s_.push_back(input.source ? input.source->stamp(i) : static_cast<double>(i));
+  found_.is_found.resize(T_odom_sensor_.size());
 }
 
 void AnswerFiles::explain(const Answer& answer, const Query& query,
@@ -220,8 +222,17 @@ void AnswerFiles::add(const Answer& answer, const Query& query,
   const std::size_t last = T_odom_sensor_.size() - 1;
   // A graph or map is one query; its answer is that of its last pose.
   const std::size_t index = answer.frames == T_odom_sensor_.size() ? answer.last_index : last;
-  fixes_.push_back(
-      {index, fix.T_map_query, fix.T_map_sensor, fix.scale, fix.covariance, fix.confidence, {}});
+  fixes_.push_back(pose::fixOf(fix, index));
+  found_.fixes.push_back(fixes_.back());
+  for (std::size_t i = index + 1 - std::min(query.poses.size(), index + 1); i <= index; ++i)
+    found_.is_found[i] = true;
+}
+
+void AnswerFiles::complete(const QueryInput& input, const Localizer& localizer, const Job& job) {
+  if (trajectory_.empty() || !input.source || fixes_.empty()) return;
+  // Odometry leads back from the end of a QUERY of one piece, whatever part of it was looked for.
+  if (input.whole) found_.is_found.assign(found_.is_found.size(), true);
+  addFixes(input, localizer, job, found_);
 }
 
 const pose::TrajectoryFix& AnswerFiles::surest() const {
@@ -240,7 +251,7 @@ void AnswerFiles::end(const Job& job) const {
     return;
   }
   if (!trajectory.empty())
-    io::writeTumPoses(trajectory, knownTrajectory(T_odom_sensor_, stamps_s_, fixes_, job));
+    io::writeTumPoses(trajectory, knownTrajectory(T_odom_sensor_, stamps_s_, found_.fixes, job));
   if (!matrix.empty()) io::writeMatrix(matrix, surest().T_map_query, surest().scale);
   if (!initial_pose.empty())
     writeFile(initial_pose, initialPose(fixes_.back().T_map_sensor, fixes_.back().covariance,

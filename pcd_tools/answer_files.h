@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "answer.h"
+#include "denser_fixes.h"
 #include "inputs.h"
 #include "xview/io/pose_files.h"
 #include "xview/localizer.h"
@@ -35,6 +36,8 @@ class AnswerFiles {
   void take(const QueryInput& input);
   /// Answers of one QUERY come in the order of the recording.
   void add(const Answer& answer, const Query& query, const std::function<Explanation()>& explain);
+  /// After the last answer of a QUERY: finds more of its frames if its trajectory is asked for.
+  void complete(const QueryInput& input, const Localizer& localizer, const Job& job);
   /// Writes what is about one QUERY: trajectory, matrix and last pose, from its accepted
   /// answers. Without one, what an earlier query left at those paths is removed.
   void end(const Job& job) const;
@@ -56,9 +59,10 @@ class AnswerFiles {
   std::string query_;                             ///< the path of this QUERY
   std::vector<Eigen::Isometry3d> T_odom_sensor_;  ///< of this QUERY
   std::vector<double> stamps_s_;
-  std::vector<pose::TrajectoryFix> fixes_;
-  std::vector<io::StampedPose> accepted_;  ///< of all of them
-  std::deque<Query> explained_;            ///< those on the page, which borrows from them
+  std::vector<pose::TrajectoryFix> fixes_;  ///< accepted answers
+  FoundFrames found_;                       ///< what the trajectory goes through
+  std::vector<io::StampedPose> accepted_;   ///< of all of them
+  std::deque<Query> explained_;             ///< those on the page, which borrows from them
   std::vector<SceneQuery> on_page_;
 };
 

@@ -7,6 +7,7 @@
 #include <algorithm>
 
 #include "answer_table.h"
+#include "denser_fixes.h"
 #include "xview/mapper.h"
 #include "xview/pose/trajectory.h"
 #include "xview/sequence.h"
@@ -67,41 +68,12 @@ void logLeftOut(const QueryInput& input, const std::vector<double>& way_m,
 }
 
 /// The windows of a recording that are accepted.
-struct FoundWindows {
-  std::vector<pose::TrajectoryFix> fixes;
+struct FoundWindows : FoundFrames {
   std::vector<double> sigmas_m;
-  std::vector<bool> is_found;  ///< per frame: it lies in one of them
   std::size_t asked = 0;
   double confidence = 1;  ///< the least
   std::string refusal;    ///< of the last one that was not accepted
 };
-
-pose::TrajectoryFix fixOf(const Localization& fix, std::size_t index) {
-  return {index, fix.T_map_query, fix.T_map_sensor, fix.scale, fix.covariance, fix.confidence, {}};
-}
-
-/// The first frame of a window, which is found as the last one of its way back: a fix of the other
-/// end is off by all that odometry drifts until then. Nothing if it is not found near there.
-std::optional<pose::TrajectoryFix> beginOf(const Window& window, const pose::TrajectoryFix& end,
-                                           const QueryInput& input, const Localizer& localizer,
-                                           const Job& job) {
-  constexpr double kMostDrift = 0.1;  // of the way
-  std::vector<std::size_t> positions;
-  std::vector<Eigen::Isometry3d> poses;
-  for (std::size_t i = window.last; i-- > window.first;) {
-    positions.push_back(i);
-    poses.push_back(input.source->pose(i));
-  }
-  const double way_m = pathLengths(poses).back();
-  const PosedRecording back(*input.source, std::move(positions), std::move(poses));
-  Query query;
-  if (cutByBudget([&] { query = makeQuery(back, job.options); })) return std::nullopt;
-  const Localization fix = localizer.localize(query);
-  const Eigen::Vector3d first = input.source->pose(window.first).translation() * end.scale;
-  const double off_m = (fix.T_map_sensor.translation() - end.T_map_query * first).norm();
-  if (!fix.accepted() || off_m > kMostDrift * way_m) return std::nullopt;
-  return fixOf(fix, window.first);
-}
 
 FoundWindows findWindows(const QueryInput& input, const std::vector<double>& way_m,
                          const Localizer& localizer, const Job& job) {
@@ -118,13 +90,7 @@ FoundWindows findWindows(const QueryInput& input, const std::vector<double>& way
                                    input.source->number(window.last - 1), toString(fix.status),
                                    fix.reason));
     if (!fix.accepted()) return void(found.refusal = fix.reason);
-    pose::TrajectoryFix end = fixOf(fix, window.last - 1);
-    end.way = fix.trajectory;
-    if (!found.is_found[window.first] && window.last - window.first > 1) {
-      if (auto begin = beginOf(window, end, input, localizer, job))
-        found.fixes.push_back(std::move(*begin));
-    }
-    found.fixes.push_back(std::move(end));
+    found.fixes.push_back(pose::fixOf(fix, window.last - 1));
     found.sigmas_m.push_back(verify::horizontalSigma(fix.covariance));
     found.confidence = std::min(found.confidence, fix.confidence);
     for (std::size_t i = window.first; i < window.last; ++i) found.is_found[i] = true;
@@ -145,8 +111,9 @@ std::optional<PlacedVisit> placeRecording(const QueryInput& input, const Localiz
   PlacedVisit visit;
   visit.sigma_m = medianOf(found.sigmas_m);
   visit.confidence = found.confidence;
-  visit.how = fmt::format("{}: {} of {} stretches accepted, ±{}", input.path, found.fixes.size(),
+  visit.how = fmt::format("{}: {} of {} stretches accepted, ±{}", input.path, found.sigmas_m.size(),
                           found.asked, lengthText(visit.sigma_m));
+  addFixes(input, localizer, job, found);
   const auto all = pose::trajectoryThrough(T_odom_sensor, found.fixes);
   std::vector<std::size_t> kept;
   for (std::size_t i = 0; i < all.size(); ++i) {

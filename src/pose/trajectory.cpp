@@ -24,6 +24,16 @@ Eigen::Isometry3d inMap(const TrajectoryFix& fix,
 
 }  // namespace
 
+TrajectoryFix fixOf(const Localization& answer, std::size_t index) {
+  return {index,
+          answer.T_map_query,
+          answer.T_map_sensor,
+          answer.scale,
+          answer.covariance,
+          answer.confidence,
+          answer.trajectory};
+}
+
 std::vector<Eigen::Isometry3d> trajectoryThrough(
     const std::vector<Eigen::Isometry3d>& T_odom_sensor, const std::vector<TrajectoryFix>& fixes) {
   const std::vector<double> way = pathLengths(T_odom_sensor);

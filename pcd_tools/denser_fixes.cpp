@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "denser_fixes.h"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "xview/types/budget.h"
+#include "xview/types/frame.h"
+#include "xview/types/pose.h"
+
+namespace xview::tools {
+namespace {
+
+using Fixes = std::vector<pose::TrajectoryFix>;
+
+// Of a town: the way that finds a first frame, the windows between two fixes and how far apart
+// they end, and how far off such a window may be beside the drift of the odometry.
+constexpr double kFirst_m = 60, kBetween_m = 20, kSpacing_m = 10, kNear_m = 2;
+constexpr double kMostDrift = 0.1;  ///< of the way
+constexpr double kMostTurn_rad = 0.15;
+constexpr double kFarthest_m = 20;  ///< of a town: beyond it a short window is not looked for
+
+/// The first fix at or after a position.
+Fixes::const_iterator fixFrom(const Fixes& fixes, std::size_t position) {
+  return std::find_if(fixes.begin(), fixes.end(),
+                      [&](const pose::TrajectoryFix& fix) { return fix.index >= position; });
+}
+
+/// The first frame of a window, which is found as the last one of its way back: the next fix is off
+/// by all that odometry drifts until then. Nothing if it is not found near there.
+std::optional<pose::TrajectoryFix> firstOf(const Window& window, const pose::TrajectoryFix& next,
+                                           const std::vector<double>& way_m,
+                                           const QueryInput& input, const Localizer& localizer,
+                                           const Job& job) {
+  std::vector<std::size_t> positions;
+  std::vector<Eigen::Isometry3d> poses;
+  for (std::size_t i = window.last; i-- > window.first;) {
+    positions.push_back(i);
+    poses.push_back(input.source->pose(i));
+  }
+  const PosedRecording back(*input.source, std::move(positions), std::move(poses));
+  Query query;
+  if (cutByBudget([&] { query = makeQuery(back, job.options); })) return std::nullopt;
+  const Localization answer = localizer.localize(query);
+  const Eigen::Vector3d first = input.source->pose(window.first).translation() * next.scale;
+  const double off_m = (answer.T_map_sensor.translation() - next.T_map_query * first).norm();
+  if (!answer.accepted() || off_m > kMostDrift * (way_m[next.index] - way_m[window.first]))
+    return std::nullopt;
+  pose::TrajectoryFix fix = pose::fixOf(answer, window.first);
+  fix.way.clear();  // its frames run backwards
+  return fix;
+}
+
+void addFirst(const QueryInput& input, const std::vector<double>& way_m, const Localizer& localizer,
+              const Job& job, FoundFrames& found) {
+  for (std::size_t first = 0; first < input.size(); ++first) {
+    if (!found.is_found[first] || (first > 0 && found.is_found[first - 1])) continue;
+    const auto next = fixFrom(found.fixes, first);
+    if (next == found.fixes.end() || next->index == first) continue;
+    std::size_t last = first + 1;
+    while (last <= next->index && way_m[last - 1] - way_m[first] < kFirst_m * localizer.size())
+      ++last;
+    if (auto fix = firstOf({first, last}, *next, way_m, input, localizer, job))
+      found.fixes.insert(next, std::move(*fix));
+  }
+}
+
+/// Short windows that end between two fixes of one stretch.
+std::vector<Window> windowsBetween(const FoundFrames& found, const std::vector<double>& way_m,
+                                   double size) {
+  std::vector<Window> windows;
+  const Fixes& fixes = found.fixes;
+  for (std::size_t k = 0; k + 1 < fixes.size(); ++k) {
+    double last_m = way_m[fixes[k].index];
+    const double end_m = way_m[fixes[k + 1].index] - kSpacing_m / 2 * size;
+    std::size_t first = 0;
+    for (std::size_t i = fixes[k].index + 1; i < fixes[k + 1].index; ++i) {
+      if (!found.is_found[i]) first = i + 1;
+      if (first > i || way_m[i] - last_m < kSpacing_m * size || way_m[i] > end_m) continue;
+      std::size_t begin = i;
+      while (begin > first && way_m[i] - way_m[begin] < kBetween_m * size) --begin;
+      windows.push_back({begin, i + 1});
+      last_m = way_m[i];
+    }
+  }
+  return windows;
+}
+
+void addBetween(const QueryInput& input, const std::vector<double>& way_m,
+                const Localizer& localizer, const Job& job, FoundFrames& found) {
+  const std::vector<Window> windows = windowsBetween(found, way_m, localizer.size());
+  if (windows.empty()) return;
+  const std::vector<Eigen::Isometry3d> T_odom_sensor = input.poses();
+  forEachWindow(input, windows, job, [&](const Query& query, const Window& window) {
+    const std::size_t i = window.last - 1;
+    const auto next = fixFrom(found.fixes, i);
+    const double away_m =
+        std::min(way_m[i] - way_m[(next - 1)->index], way_m[next->index] - way_m[i]);
+    const double radius_m = kNear_m * localizer.size() + kMostDrift * away_m;
+    if (radius_m > kFarthest_m * localizer.size()) return;
+    const Eigen::Isometry3d T = pose::trajectoryThrough(T_odom_sensor, found.fixes)[i];
+    const Localization answer =
+        localizer.localize(query, {T * T_odom_sensor[i].inverse(), radius_m, kMostTurn_rad});
+    if (answer.accepted()) found.fixes.insert(next, pose::fixOf(answer, i));
+  });
+}
+
+}  // namespace
+
+void addFixes(const QueryInput& input, const Localizer& localizer, const Job& job,
+              FoundFrames& found) {
+  Job silent = job;
+  silent.narrate = Narrative(Verbosity::quiet);
+  const std::vector<double> way_m = pathLengths(input.poses());
+  const std::size_t before = found.fixes.size();
+  addFirst(input, way_m, localizer, silent, found);
+  addBetween(input, way_m, localizer, silent, found);
+  job.narrate.detail(fmt::format("{}: {} fixes more near those that {} queries found", input.path,
+                                 found.fixes.size() - before, before));
+}
+
+}  // namespace xview::tools

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <vector>
+
+#include "inputs.h"
+#include "xview/localizer.h"
+#include "xview/pose/trajectory.h"
+
+namespace xview::tools {
+
+/// Where a recording was found in a map.
+struct FoundFrames {
+  std::vector<pose::TrajectoryFix> fixes;  ///< in the order of the recording
+  std::vector<bool> is_found;              ///< per frame: it was part of a query that was found
+};
+
+/// Adds fixes where odometry would have to be trusted for long ways: at the first frame of each
+/// stretch that was found, as the last one of its way back, and every 10 m of a town between two
+/// fixes, where short windows are looked for near the pose that their neighbours say. What is not
+/// accepted there is left to odometry.
+void addFixes(const QueryInput& input, const Localizer& localizer, const Job& job,
+              FoundFrames& found);
+
+}  // namespace xview::tools
