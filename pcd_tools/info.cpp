@@ -284,7 +284,7 @@ LabelSet Meeting::ownLabels() const {
   if (knowsShapesOnly(map_.labels)) options.labels = kShapes;
   if (const auto stored = readStored(query_.path, options, job_)) return stored->labels;
   return withRolesByShape(openInput(query_.path, options, job_), job_.options.lift,
-                          job_.options.threads)
+                          job_.options.threads, &map_.labels)
       ->labels();
 }
 

@@ -121,7 +121,8 @@ std::unique_ptr<FrameSource> openPlaceInput(const std::string& path,
   logNotes(*source, job.narrate);
   if (source->labels().name() == kShapes) return source;  // they meet those of a map by kind
   if (options.map_labels && source->labels() == *options.map_labels) return source;
-  source = withRolesByShape(std::move(source), job.options.lift, job.options.threads);
+  source = withRolesByShape(std::move(source), job.options.lift, job.options.threads,
+                            options.map_labels ? &*options.map_labels : nullptr);
   logGuesses(path, source->labels(), job.narrate);
   return inClassesOfMap(std::move(source), options, job.narrate);
 }

@@ -283,6 +283,7 @@ LabelSet labelSetOf(const py::object& classes) {
       info.role = names.role(info.name);
       info.kind = names.kind(info.name);
       info.guessed = true;
+      info.unknown = !names.find(info.name);
       labels.add(info);
     }
     return labels;

@@ -101,8 +101,8 @@ std::unique_ptr<FrameSource> placeSource(const Recording& recording, const Label
   io::InputOptions input = recording.input;
   if (labels != nullptr) input.map_labels = *labels;
   if (!recording.path.empty()) return tools::openPlaceInput(recording.path, input, job);
-  auto source =
-      withRolesByShape(ownedSource(recording.source), job.options.lift, job.options.threads);
+  auto source = withRolesByShape(ownedSource(recording.source), job.options.lift,
+                                 job.options.threads, labels);
   if (labels == nullptr || source->labels().empty() || source->labels() == *labels) return source;
   return tools::inClassesOfMap(std::move(source), input, job.narrate);
 }

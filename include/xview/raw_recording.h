@@ -26,17 +26,19 @@ std::unique_ptr<FrameSource> withShapeLabels(std::unique_ptr<FrameSource> source
                                              const graph::LiftOptions& lift,
                                              ShapeShares* shares = nullptr);
 
-/// The recording with roles and kinds of its classes from their shapes (label::rolesByShape),
-/// judged in frames spread over it, if its classes have no names; any other recording as it is.
-/// Whoever asks for a map of bare ids gets streets and walls instead of nothing but objects.
+/// The recording with roles and kinds of its unknown classes: those that the classes of these names
+/// have in a map, if it is given, else those of their shapes (label::rolesByShape), judged in
+/// frames spread over it. Whoever asks for a map of bare ids, or of names that nobody knows, gets
+/// streets and walls instead of nothing but objects.
 std::unique_ptr<FrameSource> withRolesByShape(std::unique_ptr<FrameSource> source,
-                                              const graph::LiftOptions& lift, int threads);
+                                              const graph::LiftOptions& lift, int threads,
+                                              const LabelSet* of_map = nullptr);
 
-/// A recording with the classes that maps and queries are made of: its own; roles and kinds by
-/// shape if they have no names; those of shapes if it has none, or if `shapes_only`, as in a map
-/// that knows nothing else. The recording must outlive the result.
+/// A recording with the classes that maps and queries are made of: its own, with
+/// withRolesByShape(); those of shapes if it has none, or if the map knows nothing else. The
+/// recording must outlive the result.
 std::unique_ptr<const FrameSource> withClasses(const FrameSource& recording, const Options& options,
-                                               bool shapes_only = false);
+                                               const LabelSet* of_map = nullptr);
 
 /// A place with the classes of `shapes` instead of its own, by their kinds: what a raw query can
 /// be compared with.

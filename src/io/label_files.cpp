@@ -76,6 +76,7 @@ ClassInfo parseClass(const YamlFile& file, const YAML::Node& node, const ClassNa
                            : parseName(file, node["role"], "role", Role::ignored);
   info.kind = node["kind"] ? parseName(file, node["kind"], "kind", Kind::none)
                            : kindFor(info.role, names.kind(info.name));
+  info.unknown = info.guessed && !is_static && !node["kind"] && !names.find(info.name);
   return info;
 }
 

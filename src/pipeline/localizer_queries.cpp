@@ -34,18 +34,22 @@ bool areFromShapes(const LabelSet& labels, const LabelSet& map_labels) {
 }  // namespace
 
 Query Localizer::query(const FrameSource& recording) const {
-  return makeQuery(*withClasses(recording, options_, knowsShapesOnly(labels())), options_);
+  return makeQuery(*withClasses(recording, options_, &labels()), options_);
 }
 
 Query Localizer::query(const std::vector<PreprocessedFrame>& frames, const LabelSet& given) const {
-  return makeQuery(frames.data(), frames.data() + frames.size(),
-                   areFromShapes(given, labels()) ? label::labelsOfShapes() : given, options_);
+  return makeQuery(
+      frames.data(), frames.data() + frames.size(),
+      areFromShapes(given, labels()) ? label::labelsOfShapes() : withRolesOf(labels(), given),
+      options_);
 }
 
 PreprocessedFrame Localizer::preprocess(const Frame& frame, const LabelSet& given) const {
-  if (!areFromShapes(given, labels())) return preprocessFrame(frame, given, options_);
+  if (!areFromShapes(given, labels()))
+    return preprocessFrame(frame, withRolesOf(labels(), given), options_);
   const OneFrame alone(frame, given);
-  const auto shapes = withClasses(alone, options_, true);
+  const LabelSet of_shapes = label::labelsOfShapes();
+  const auto shapes = withClasses(alone, options_, &of_shapes);
   return preprocessFrame(shapes->read(0), shapes->labels(), options_);
 }
 

@@ -178,14 +178,6 @@ class Borrowed final : public ForwardingSource {
   explicit Borrowed(const FrameSource& source) : ForwardingSource(source) {}
 };
 
-/// True if classes without names were given kinds already.
-bool isJudged(const LabelSet& generic) {
-  const auto& classes = generic.classes();
-  return std::any_of(classes.begin(), classes.end(), [](const auto& entry) {
-    return entry.second.kind != Kind::none && entry.second.kind != Kind::other_object;
-  });
-}
-
 class ShapeLabelled final : public RelabelledRecording {
  public:
   ShapeLabelled(std::unique_ptr<FrameSource> source, LabelSet shapes,
@@ -261,18 +253,23 @@ class ShapeLabelled final : public RelabelledRecording {
 }  // namespace
 
 std::unique_ptr<FrameSource> withRolesByShape(std::unique_ptr<FrameSource> source,
-                                              const graph::LiftOptions& lift, int threads) {
+                                              const graph::LiftOptions& lift, int threads,
+                                              const LabelSet* of_map) {
   constexpr std::size_t kFrames = 60;
   constexpr double kVoxel_m = 0.25;
-  if (!source->labels().isGeneric() || isJudged(source->labels())) return source;
-  std::vector<LabelledCloud> clouds(std::min(kFrames, source->size()));
-  parallelFor(clouds.size(), threads, [&](std::size_t i) {
-    const Frame frame = source->read(i * source->size() / clouds.size());
-    clouds[i] = graph::thinByVoxel(graph::lift(frame, source->labels(), lift), kVoxel_m);
-  });
-  LabelledCloud whole;
-  for (const LabelledCloud& cloud : clouds) whole.append(cloud);
-  LabelSet labels = label::rolesByShape(source->labels(), whole);
+  if (!hasUnknown(source->labels())) return source;
+  LabelSet labels = source->labels();
+  if (of_map) labels = withRolesOf(*of_map, labels);
+  if (hasUnknown(labels)) {
+    std::vector<LabelledCloud> clouds(std::min(kFrames, source->size()));
+    parallelFor(clouds.size(), threads, [&](std::size_t i) {
+      const Frame frame = source->read(i * source->size() / clouds.size());
+      clouds[i] = graph::thinByVoxel(graph::lift(frame, labels, lift), kVoxel_m);
+    });
+    LabelledCloud whole;
+    for (const LabelledCloud& cloud : clouds) whole.append(cloud);
+    labels = label::rolesByShape(labels, whole);
+  }
   return std::make_unique<RelabelledRecording>(std::move(source), std::move(labels));
 }
 
@@ -284,12 +281,12 @@ std::unique_ptr<FrameSource> withShapeLabels(std::unique_ptr<FrameSource> source
 }
 
 std::unique_ptr<const FrameSource> withClasses(const FrameSource& recording, const Options& options,
-                                               bool shapes_only) {
+                                               const LabelSet* of_map) {
   auto borrowed = std::make_unique<Borrowed>(recording);
   if (knowsShapesOnly(recording.labels())) return borrowed;
-  if (recording.labels().empty() || shapes_only)
+  if (recording.labels().empty() || (of_map && knowsShapesOnly(*of_map)))
     return withShapeLabels(std::move(borrowed), label::labelsOfShapes(), options.lift);
-  return withRolesByShape(std::move(borrowed), options.lift, options.threads);
+  return withRolesByShape(std::move(borrowed), options.lift, options.threads, of_map);
 }
 
 void reduceToShapes(const LabelSet& shapes, Place& place) {

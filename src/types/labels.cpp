@@ -82,9 +82,32 @@ LabelSet genericLabelSet(const std::vector<std::uint32_t>& ids) {
     info.role = id == 0 ? Role::ignored : Role::object;
     info.kind = id == 0 ? Kind::none : Kind::other_object;
     info.guessed = true;
+    info.unknown = id != 0;
     set.add(info);
   }
   return set;
+}
+
+bool hasUnknown(const LabelSet& labels) {
+  const auto& classes = labels.classes();
+  return std::any_of(classes.begin(), classes.end(),
+                     [](const auto& entry) { return entry.second.unknown; });
+}
+
+LabelSet withRolesOf(const LabelSet& other, const LabelSet& labels) {
+  std::map<std::string, const ClassInfo*> named;
+  for (const auto& [id, info] : other.classes()) named.emplace(foldedName(info.name), &info);
+  LabelSet result = labels;
+  for (const auto& [id, info] : labels.classes()) {
+    const auto found = named.find(foldedName(info.name));
+    if (!info.unknown || found == named.end()) continue;
+    ClassInfo told = info;
+    told.role = found->second->role;
+    told.kind = found->second->kind;
+    told.unknown = false;
+    result.add(told);
+  }
+  return result;
 }
 
 std::array<std::uint8_t, 3> distinctColor(std::uint32_t id) {

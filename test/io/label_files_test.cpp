@@ -47,6 +47,17 @@ TEST_F(LabelFiles, AMissingRoleIsGuessedAndSaidSo) {
   EXPECT_TRUE(set.find(1)->guessed);
 }
 
+TEST_F(LabelFiles, ANameThatSaysNothingIsUnknownUnlessTheFileSaysMore) {
+  const LabelSet set = read(
+      "- {id: 1, name: zorb}\n"
+      "- {id: 2, name: zorbs, role: surface}\n"
+      "- {id: 3, name: blip, kind: road}\n"
+      "- {id: 4, name: frab, static: true}\n"
+      "- {id: 5, name: street furniture}\n");
+  EXPECT_TRUE(set.find(1)->unknown);
+  for (const std::uint32_t id : {2, 3, 4, 5}) EXPECT_FALSE(set.find(id)->unknown) << id;
+}
+
 TEST_F(LabelFiles, WhatIsNotStaticIsDynamicUnlessItIsNothing) {
   const LabelSet set = read(
       "- {id: 0, name: void, static: false}\n"

@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
+#include <utility>
 
 #include "xview/types/random.h"
 
@@ -88,6 +90,69 @@ TEST(ClassShapes, WhatIsTooSmallOrAbsentStaysAnObject) {
   }
   EXPECT_EQ(found.role(0), Role::ignored);
   EXPECT_TRUE(found.isGeneric());
+}
+
+/// The street with names that say nothing, but for one; a tenth of its points, in patches, has
+/// another class.
+struct NamedStreet {
+  LabelSet labels{"odd"};
+  LabelledCloud cloud = Street(0.05).cloud;
+
+  NamedStreet() {
+    const std::pair<std::uint32_t, const char*> classes[] = {{kStreet, "zorb"}, {kLawn, "blip"},
+                                                             {kHouse, "glim"},  {kPost, "frab"},
+                                                             {kCar, "wonk"},    {kHedge, "hedge"}};
+    for (const auto& [id, name] : classes) {
+      ClassInfo info;
+      info.id = id;
+      info.name = name;
+      info.role = ClassNames::shipped().role(name);
+      info.kind = ClassNames::shipped().kind(name);
+      info.guessed = true;
+      info.unknown = !ClassNames::shipped().find(name);
+      labels.add(info);
+    }
+  }
+  void mislabel() {
+    const auto patchOf = [](const Point& p) {
+      return static_cast<std::uint32_t>(97 * std::floor(p.x) + 31 * std::floor(p.y));
+    };
+    LabelledCloud other_frames = cloud;  // in which the patches are elsewhere
+    for (Point& p : cloud.points)
+      if (patchOf(p) % 10 == 0) p.label = kStreet + patchOf(p) / 10 % 6;
+    for (int i = 0; i < 2; ++i) cloud.append(other_frames);
+  }
+};
+
+/// Check fix for: towns whose ground had a name that nobody knew had no ground, and right poses in
+/// them were hardly ever accepted.
+TEST(ClassShapes, ClassesWhoseNamesSayNothingAreJudgedAndTheOthersAreNot) {
+  NamedStreet street;
+  ASSERT_TRUE(hasUnknown(street.labels));
+  for (const bool is_noisy : {false, true}) {
+    if (is_noisy) street.mislabel();
+    const LabelSet found = rolesByShape(street.labels, street.cloud);
+    EXPECT_FALSE(hasUnknown(found));
+    EXPECT_EQ(found.kind(kLawn), Kind::road) << "the largest ground";
+    EXPECT_EQ(found.kind(kStreet), Kind::terrain);
+    EXPECT_EQ(found.role(kStreet), Role::surface);
+    EXPECT_EQ(found.kind(kHouse), Kind::building);
+    EXPECT_EQ(found.kind(kPost), Kind::other_object) << "what stands alone stays what it is";
+    EXPECT_EQ(found.role(kPost), Role::object);
+    EXPECT_EQ(found.role(kCar), Role::object);
+    EXPECT_EQ(found.kind(kHedge), ClassNames::shipped().kind("hedge"));
+  }
+}
+
+TEST(ClassShapes, GroundOfAnUnknownNameIsNoneThatHasAName) {
+  NamedStreet street;
+  ClassInfo lawn = *street.labels.find(kLawn);
+  lawn.name = "road";
+  lawn.role = Role::surface;
+  lawn.kind = Kind::road;
+  lawn.unknown = false;
+  street.labels.add(lawn);
+  EXPECT_EQ(rolesByShape(street.labels, street.cloud).kind(kStreet), Kind::terrain);
 }
 
 TEST(ClassShapes, WithoutGroundNothingIsJudged) {

@@ -466,5 +466,34 @@ TEST_F(TinyTown, OneScanIsJudgedByItsRaysWhereItShowsLittle) {
   EXPECT_EQ(answerTo("lidar_elsewhere", "9:10")["status"], "rejected");
 }
 
+/// Check fix for: names of ground that nobody knew left towns without ground, where hardly anything
+/// was accepted.
+TEST_F(TinyTown, ATownWhoseGroundHasAnUnknownNameIsFound) {
+  for (const char* session : {"forward", "rear"}) {
+    const std::string renamed = file(std::string("renamed_") + session);
+    fs::copy(town(session), renamed, fs::copy_options::recursive);
+    std::ostringstream classes;
+    const LabelSet labels = io::readLabelSet(town(session) + "/classes.yaml");
+    for (const auto& [id, info] : labels.classes())
+      classes << "- {id: " << id << ", name: \""
+              << (isGround(info.kind) ? "zorb " + std::to_string(id) : info.name) << "\"}\n";
+    writeText(renamed + "/classes.yaml", classes.str());
+  }
+  const Outcome mapped = runXview({"map", file("renamed_forward"), file("renamed.xvm")});
+  ASSERT_EQ(mapped.code, 0) << mapped.err;
+  const std::size_t surfaces = mapped.err.find("surface: ");
+  ASSERT_NE(surfaces, std::string::npos) << mapped.err;
+  EXPECT_NE(mapped.err.find("zorb", surfaces), std::string::npos) << mapped.err;
+  const Json answer = Json::parse(
+      succeed({"localize", "-q", "--json", file("renamed_rear"), file("renamed.xvm")}).out);
+  EXPECT_EQ(answer["status"], "accepted");
+  EXPECT_TRUE(answer["statistics"].contains("map_overlap"))
+      << "what is asked where ground is known";
+  const Json as_named = Json::parse(succeed({"localize", "-q", "--json", town("rear"), map()}).out);
+  for (int k = 0; k < 3; ++k)
+    EXPECT_NEAR(answer["pose"]["position"][k].get<double>(),
+                as_named["pose"]["position"][k].get<double>(), 0.2);
+}
+
 }  // namespace
 }  // namespace xview::test

@@ -134,5 +134,31 @@ TEST(DistinctColor, DiffersBetweenNeighbours) {
   }
 }
 
+TEST(LabelSets, UnknownClassesTakeTheRolesThatTheirNamesHaveElsewhere) {
+  const auto classOf = [](std::uint32_t id, const char* name, Role role, Kind kind, bool unknown) {
+    ClassInfo info;
+    info.id = id;
+    info.name = name;
+    info.role = role;
+    info.kind = kind;
+    info.unknown = unknown;
+    return info;
+  };
+  LabelSet map("map"), own("own");
+  map.add(classOf(1, "Zorbs", Role::surface, Kind::road, false));
+  map.add(classOf(2, "glim", Role::surface, Kind::building, false));
+  own.add(classOf(7, "zorb", Role::object, Kind::other_object, true));
+  own.add(classOf(8, "glim", Role::object, Kind::other_object, false));
+  own.add(classOf(9, "frab", Role::object, Kind::other_object, true));
+  const LabelSet told = withRolesOf(map, own);
+  EXPECT_EQ(told.kind(7), Kind::road);
+  EXPECT_EQ(told.role(7), Role::surface);
+  EXPECT_FALSE(told.find(7)->unknown);
+  EXPECT_EQ(told.kind(8), Kind::other_object) << "its role was given";
+  EXPECT_TRUE(told.find(9)->unknown);
+  EXPECT_TRUE(hasUnknown(told));
+  EXPECT_FALSE(hasUnknown(withRolesOf(own, map)));
+}
+
 }  // namespace
 }  // namespace xview

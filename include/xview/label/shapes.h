@@ -36,11 +36,13 @@ LabelSet labelsOfShapes();
 /// is a wall if it is flat farther around and hardly thicker.
 void labelByShape(pcl::PointCloud<Point>& points);
 
-/// Role and kind of classes that have no names, from the shape of all their points together: what
-/// is flat and low is ground, what runs on is a wall, fence or hedge, what stands alone is an
-/// object, and a vehicle if it has the size of one. z of the cloud is up [m]; points that are not
-/// finite do not count. If none of the classes is ground nothing is known of heights, and `unnamed`
-/// is returned as it is; so is every class with too few points to tell.
-LabelSet rolesByShape(const LabelSet& unnamed, const LabelledCloud& cloud);
+/// Role and kind of unknown classes (ClassInfo::unknown) from the shape of all their points
+/// together: what is flat and low is ground, what runs on is a wall, fence or hedge. Of a set whose
+/// classes have no names what stands alone is an object, and a vehicle if it has the size of one;
+/// of others it stays what it is. z of the cloud is up [m]; points that are not finite do not
+/// count, nor do those of a class where most points are of others: labels err. If none of the
+/// classes is ground nothing is known of heights, and no class changes; nor does one with too few
+/// points to tell. None is unknown afterwards.
+LabelSet rolesByShape(const LabelSet& labels, const LabelledCloud& cloud);
 
 }  // namespace xview::label

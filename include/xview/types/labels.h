@@ -50,6 +50,7 @@ struct ClassInfo {
   Role role = Role::object;
   Kind kind = Kind::other_object;
   bool guessed = false;  ///< role was not given but derived from the name
+  bool unknown = false;  ///< guessed from a name that says nothing: the shape may tell more
 };
 
 /// The classes of one data set: id <-> name <-> colour, and the role of each.
@@ -90,6 +91,13 @@ class LabelSet {
   std::map<std::uint32_t, ClassInfo> classes_;
   std::vector<Meaning> meanings_;
 };
+
+/// True if it has a class of which neither its role nor its name tells what it is.
+bool hasUnknown(const LabelSet& labels);
+
+/// Unknown classes with the role and kind of the class of that name in another set, if there is
+/// one.
+LabelSet withRolesOf(const LabelSet& other, const LabelSet& labels);
 
 /// A set for ids of which nothing is known: every id but 0 is an object called "class N"; 0 is
 /// ignored.
