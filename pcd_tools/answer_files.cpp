@@ -229,7 +229,7 @@ void AnswerFiles::add(const Answer& answer, const Query& query,
 }
 
 void AnswerFiles::complete(const QueryInput& input, const Localizer& localizer, const Job& job) {
-  if (trajectory_.empty() || !input.source || fixes_.empty()) return;
+  if (trajectory_.empty() || !input.source || fixes_.empty() || !job.options.scale.empty()) return;
   // Odometry leads back from the end of a QUERY of one piece, whatever part of it was looked for.
   if (input.whole) found_.is_found.assign(found_.is_found.size(), true);
   addFixes(input, localizer, job, found_);

@@ -43,6 +43,7 @@ std::optional<pose::TrajectoryFix> firstOf(const Window& window, const pose::Tra
     poses.push_back(input.source->pose(i));
   }
   const PosedRecording back(*input.source, std::move(positions), std::move(poses));
+  const Budget budget(job.limits);
   Query query;
   if (cutByBudget([&] { query = makeQuery(back, job.options); })) return std::nullopt;
   const Localization answer = localizer.localize(query);
@@ -77,7 +78,8 @@ std::vector<Window> windowsBetween(const FoundFrames& found, const std::vector<d
   for (std::size_t k = 0; k + 1 < fixes.size(); ++k) {
     double last_m = way_m[fixes[k].index];
     const double end_m = way_m[fixes[k + 1].index] - kSpacing_m / 2 * size;
-    std::size_t first = 0;
+    std::size_t first = fixes[k].index;  // of the stretch
+    while (first > 0 && found.is_found[first] && found.is_found[first - 1]) --first;
     for (std::size_t i = fixes[k].index + 1; i < fixes[k + 1].index; ++i) {
       if (!found.is_found[i]) first = i + 1;
       if (first > i || way_m[i] - last_m < kSpacing_m * size || way_m[i] > end_m) continue;

@@ -238,6 +238,7 @@ class LocalizeCommand final : public Command {
       logOwnDrive(map, query, input.poses(), job.narrate);
       WindowAnswers answers(localizer, windows_, job.options);
       answerInput(input, localizer, answers, job);
+      budget.reset();
       files_.complete(input, localizer, job);
     };
     for (const std::string& query : queries) {
