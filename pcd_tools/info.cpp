@@ -422,7 +422,7 @@ class InfoCommand final : public Command {
   static void printFrames(Sheet& sheet, const std::string& path, io::InputKind kind,
                           const io::InputOptions& input, const Job& job) {
     try {
-      printRecording(sheet, *openInput(path, input, job), job);
+      printRecording(sheet, *openPlaceInput(path, input, job), job);
     } catch (const Error& problem) {
       if (kind != io::InputKind::bag) throw;
       job.narrate.note(problem.what());
