@@ -121,7 +121,7 @@ void addFixes(const QueryInput& input, const Localizer& localizer, const Job& jo
   const std::size_t before = found.fixes.size();
   addFirst(input, way_m, localizer, silent, found);
   addBetween(input, way_m, localizer, silent, found);
-  job.narrate.detail(fmt::format("{}: {} fixes more near those that {} queries found", input.path,
+  job.narrate.detail(fmt::format("{}: {} fixes were added to {}", input.path,
                                  found.fixes.size() - before, before));
 }
 

@@ -26,10 +26,10 @@ std::unique_ptr<FrameSource> withShapeLabels(std::unique_ptr<FrameSource> source
                                              const graph::LiftOptions& lift,
                                              ShapeShares* shares = nullptr);
 
-/// The recording with roles and kinds of its unknown classes: those that the classes of these names
-/// have in a map, if it is given, else those of their shapes (label::rolesByShape), judged in
-/// frames spread over it. Whoever asks for a map of bare ids, or of names that nobody knows, gets
-/// streets and walls instead of nothing but objects.
+/// The recording with roles and kinds of its unknown classes: as the classes of the same names have
+/// them in a map, if it is given, else by shape (label::rolesByShape), judged in frames spread over
+/// it. Whoever asks for a map of bare ids, or of names that nobody knows, gets streets and walls
+/// instead of nothing but objects.
 std::unique_ptr<FrameSource> withRolesByShape(std::unique_ptr<FrameSource> source,
                                               const graph::LiftOptions& lift, int threads,
                                               const LabelSet* of_map = nullptr);

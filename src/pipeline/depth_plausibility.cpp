@@ -295,7 +295,7 @@ void requireScale(const FrameSource& source) {
 
 constexpr std::size_t kSampled = 100000;  ///< points of a cloud that tell where its points lie
 constexpr double kTall_m = 30;            ///< places where z is up are seldom so high
-constexpr double kNarrow = 1.0 / 3;       ///< and few of them so much narrower than high
+constexpr double kNarrow = 1.0 / 3;       ///< and seldom narrower than that share of their height
 
 /// How sparse things of this kind are in metres, and how steep a place is.
 struct Unlikely {
