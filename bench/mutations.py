@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Damages files of every format at random, gives them to `xview` and prints as a table what it does with them and what that costs.
 
-Per format COUNT files: some bytes changed, a number set to an extreme, a part doubled, moved or cut off. A file may be read, or be
+Per format COUNT files: some bytes changed, a number set to an extreme, a part doubled, removed or cut off. A file may be read, or be
 refused with exit code 1 or 2 and one line; it must not crash, take 2 s of CPU or 400 MB more than the honest file, or leave an output
 after a refusal. Exit code 1 if one does. Honest files are made by the program; those of other programs' formats are in --seeds, where
 `build-fuzz/test/fuzz/make_fuzz_seeds SEEDS` puts them (SEEDS has a folder per target), and in DATA/las_readers.
@@ -65,8 +65,8 @@ class Checker:
         """Name, file that is damaged, and the command that reads it."""
         town, out = self.scratch / "town", self.scratch / "out.xvm"
         self.made("simulate", town, "--seed", 5, "--route_length_m", 84, "--width", 160, "--height", 120, "--sessions.lidar", "--sessions.aerial=false")
-        tum = self.scratch / "few"
-        shutil.copytree(town / "rear", tum)
+        copy = self.scratch / "rear"
+        shutil.copytree(town / "rear", copy)
         files = self.scratch / "files"
         files.mkdir()
         for name in ("cloud.pcd", "cloud.ply"):
@@ -75,12 +75,12 @@ class Checker:
         self.made("map", town / "forward", files / "town.xvm", "--frames", "0:12")
         answers = self.scratch / "answers.jsonl"
         self.run(("localize", town / "rear", files / "town.xvm", "--window", 8, "-o", answers))
-        few, read = (tum, "--frames", "0:2"), lambda path: ("map", path, out)
+        few, read = (copy, "--frames", "0:2"), lambda path: ("map", path, out)
         found = [("PCD", files / "cloud.pcd", read), ("PLY", files / "cloud.ply", read), ("PLY graph", files / "graph.ply", read),
                  ("map (.xvm)", files / "town.xvm", lambda path: ("localize", town / "rear", path, "--frames", "0:4")),
                  ("answers", answers, lambda path: ("evaluate", path, town / "rear/groundtruth.txt"))]
-        for name, file in (("depth image", min((tum / "depth").iterdir())), ("label image", min((tum / "label").iterdir())),
-                           ("poses", tum / "poses.txt"), ("classes.yaml", tum / "classes.yaml"), ("camera.yaml", tum / "camera.yaml")):
+        for name, file in (("depth image", min((copy / "depth").iterdir())), ("label image", min((copy / "label").iterdir())),
+                           ("poses", copy / "poses.txt"), ("classes.yaml", copy / "classes.yaml"), ("camera.yaml", copy / "camera.yaml")):
             found.append((name, file, lambda path: ("map", *few, out)))
         for name, folder, pattern in (("MCAP", "mcap", "o.mcap"), ("ROS 1 bag", "rosbag", "_seed.bag"), ("rosbag2 .db3", "db3", "seed.db3")):
             file = seeds / folder / pattern if seeds else None

@@ -326,6 +326,10 @@ Extent extentAlong(const LabelledCloud& cloud, int axis) {
   return {quantileOf(values, 0.05), quantileOf(values, 0.5), quantileOf(values, 0.95)};
 }
 
+std::array<Extent, 3> extentsOf(const LabelledCloud& cloud) {
+  return {extentAlong(cloud, 0), extentAlong(cloud, 1), extentAlong(cloud, 2)};
+}
+
 std::string sizesText(const Eigen::AlignedBox3d& box) {
   const Eigen::Vector3d size = box.sizes();
   return fmt::format("{:.0f} x {:.0f} x {:.0f} m", size.x(), size.y(), size.z());
@@ -364,8 +368,8 @@ std::string howToMove(const Eigen::Matrix3d& linear) {
 }
 
 Eigen::Array3d middleReach(const LabelledCloud& cloud) {
-  const Extent of[] = {extentAlong(cloud, 0), extentAlong(cloud, 1), extentAlong(cloud, 2)};
-  return {of[0].reach(), of[1].reach(), of[2].reach()};
+  const auto [x, y, z] = extentsOf(cloud);
+  return {x.reach(), y.reach(), z.reach()};
 }
 
 Eigen::Matrix3d turnUpright(int axis, int sign) {
@@ -409,16 +413,16 @@ std::optional<std::string> checkMetres(const Place& place) {
 
 std::optional<std::string> checkUpright(const Place& place) {
   if (place.sensor != Sensor::cloud || place.cloud.empty()) return std::nullopt;
-  const Eigen::Array3d reach = middleReach(place.cloud);
-  const int flat = reach.x() < reach.y() ? 0 : 1;
-  if (reach.z() < kTall_m || reach[flat] >= kNarrow * reach.z()) return std::nullopt;
+  const auto [x, y, z] = extentsOf(place.cloud);
+  const int flat = x.reach() < y.reach() ? 0 : 1;
+  const Extent& along = flat == 0 ? x : y;
+  if (z.reach() < kTall_m || along.reach() >= kNarrow * z.reach()) return std::nullopt;
   // Most of what is measured of a place is its ground and what stands low.
-  const Extent along = extentAlong(place.cloud, flat);
   const int sign = along.middle - along.low <= along.high - along.middle ? 1 : -1;
   return fmt::format(
       "most of its points lie within {:.0f} m along {} and within {:.0f} m along z; is {}{} up "
       "there? {}",
-      reach[flat], "xy"[flat], reach.z(), sign < 0 ? "-" : "", "xy"[flat],
+      along.reach(), "xy"[flat], z.reach(), sign < 0 ? "-" : "", "xy"[flat],
       howToMove(turnUpright(flat, sign)));
 }
 
