@@ -5,7 +5,8 @@
 Per format COUNT files: some bytes changed, a number set to an extreme, a part doubled, removed or cut off. A file may be read, or be
 refused with exit code 1 or 2 and one line; it must not crash, take 2 s of CPU or 400 MB more than the honest file, or leave an output
 after a refusal. Exit code 1 if one does. Honest files are made by the program; those of other programs' formats are in --seeds, where
-`build-fuzz/test/fuzz/make_fuzz_seeds SEEDS` puts them (SEEDS has a folder per target), and in DATA/las_readers.
+`build-fuzz/test/fuzz/make_fuzz_seeds SEEDS` puts them (SEEDS has a folder per target), and in DATA/las_readers. E57 files get right sums
+after they were damaged, or nothing behind them would be read.
 """
 import argparse
 import os
@@ -42,6 +43,23 @@ def damaged(data, chance):
         elif len(data) > 1:
             del data[chance.randrange(len(data)):]
     return bytes(data)
+
+
+def with_sums(content):
+    """An E57 file of these bytes: pages of 1020 with a big-endian CRC-32C each; the size of the file in the header is right."""
+    pages = -(-len(content) // 1020)
+    content = bytearray(content.ljust(pages * 1020, b"\0"))
+    content[16:24] = (pages * 1024).to_bytes(8, "little")
+    file = bytearray()
+    for i in range(pages):
+        page = content[i * 1020:(i + 1) * 1020]
+        total = 0xffffffff
+        for byte in page:
+            total ^= byte
+            for _ in range(8):
+                total = total >> 1 ^ 0x82f63b78 * (total & 1)
+        file += page + (total ^ 0xffffffff).to_bytes(4, "big")
+    return bytes(file)
 
 
 class Checker:
@@ -86,6 +104,8 @@ class Checker:
             file = seeds / folder / pattern if seeds else None
             if file and file.exists():
                 found.append((name, file, lambda path: ("info", path)))
+        for file in [seeds / "e57/two.e57"] if seeds else []:
+            found.append(("E57", file, read))
         found += [("LAS", file, read) for file in (data / "las_readers/simple.las",) if file.exists()]
         return out, found
 
@@ -93,7 +113,8 @@ class Checker:
         inside = honest.is_relative_to(self.scratch)
         target = honest if inside else self.scratch / honest.name
         data = honest.read_bytes()
-        target.write_bytes(data)
+        finished = with_sums if honest.suffix == ".e57" else bytes
+        target.write_bytes(finished(data))
         code, lines, honest_s, honest_mb = self.run(command(target))
         if code not in (0, 3):
             sys.exit(f"{name}: the honest file is not read: {lines}")
@@ -101,7 +122,7 @@ class Checker:
         read, bad, most_s, most_mb = 0, [], 0.0, 0.0
         for number in range(count):
             other = damaged(data, self.chance)
-            target.write_bytes(other)
+            target.write_bytes(finished(other))
             code, lines, cpu_s, mb = self.run(command(target))
             read += code in (0, 3)
             most_s, most_mb = max(most_s, cpu_s - honest_s), max(most_mb, mb - honest_mb)
