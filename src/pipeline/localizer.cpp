@@ -33,6 +33,9 @@ constexpr double kPartnerReach_m = 5;  ///< from a vertex to its partner under a
 /// with the query.
 constexpr double kNatsOfInlier = 7, kWrongInliers = 2.5, kWrongInlierShare = 0.09,
                  kMostWrongInliers = 12;
+constexpr double kWellShown = 0.5;  ///< map overlap from which no other place is asked for its own
+constexpr std::size_t kMostAsked = 15;    ///< places that are asked for it
+constexpr double kWorthAsking = 0.4;      ///< score of such a place, over the best one
 constexpr double kOutOfMapOverlap = 0.1;  ///< map overlap of an out-of-map query, at most
 constexpr double kExact_m = 0.05;         ///< depth error below which rays tell free space
 constexpr double kOnePlace_m =
@@ -48,10 +51,11 @@ std::vector<Eigen::Vector3d> trajectoryOf(const map::SemanticMap& map) {
 
 double travelOf(const Query& query) { return pathLengths(query.poses).back(); }
 
-std::size_t countClose(const Candidates& found) {
+/// Places that score about as well as the best one.
+std::size_t countClose(const std::vector<search::PlaceHypothesis>& places) {
   std::size_t count = 0;
-  while (count < std::min(kMostRegistered, found.places.size()) &&
-         found.places[count].score() >= verify::kAboutAsWell * found.places[0].score())
+  while (count < std::min(kMostRegistered, places.size()) &&
+         places[count].score() >= verify::kAboutAsWell * places[0].score())
     ++count;
   return count;
 }
@@ -72,7 +76,7 @@ void moveToFront(std::size_t at, std::vector<Value>& values) {
 void moveLikeliestToFront(Candidates& found, RegisteredPlaces& registered) {
   std::size_t likeliest = 0;
   double most = -INFINITY;
-  for (std::size_t i = 0; i < std::min(registered.places.size(), countClose(found)); ++i) {
+  for (std::size_t i = 0; i < std::min(registered.places.size(), found.to_register); ++i) {
     verify::PlaceEvidence place = evidenceOf(found.places[i]);
     place.dense = registered.places[i].dense;
     const double fit = verify::denseScore(place, registered.places[0].dense);
@@ -213,8 +217,38 @@ Candidates Localizer::Index::findPlaces(const Query& query, const Priors& priors
       search::search(*found.in_field, ofQueryFrame(priors, query), options.places, options.threads);
   found.places = std::move(result.places);
   found.second_best_score = result.outside;
+  found.to_register = countClose(found.places);
+  askOtherWay(query, found);
   timing_ms.emplace_back("matching", watch.lap_ms());
   return found;
+}
+
+/// A score counts what a query shows of the map, not what it does not show of it: a wrong place of
+/// which much is known may have a larger one than the right place of which little is. If the query
+/// does not show what stands at the best place, the place that it shows best is registered as well.
+void Localizer::Index::askOtherWay(const Query& query, Candidates& found) const {
+  if (!isView(query) || found.places.empty()) return;
+  const auto fitOf = [&](const search::PlaceHypothesis& place) {
+    verify::PlaceEvidence evidence = evidenceOf(place);
+    static_cast<Visibility&>(evidence.dense) = found.in_field->visibility(place.T_map_query);
+    return std::make_pair(evidence.dense.map_overlap, verify::denseScore(evidence, evidence.dense));
+  };
+  const auto [shown, fit_of_best] = fitOf(found.places[0]);
+  if (!shown || *shown >= kWellShown) return;
+  double most = fit_of_best;
+  std::size_t likeliest = 0;
+  for (std::size_t i = found.to_register; i < std::min(kMostAsked, found.places.size()); ++i) {
+    if (found.places[i].score() < kWorthAsking * found.places[0].score()) break;
+    const double fit = fitOf(found.places[i]).second;
+    if (fit <= most) continue;
+    most = fit;
+    likeliest = i;
+  }
+  if (likeliest == 0) return;
+  found.places[likeliest] = found.in_field->verify(found.places[likeliest].T_map_query);
+  std::rotate(found.places.begin() + found.to_register, found.places.begin() + likeliest,
+              found.places.begin() + likeliest + 1);
+  ++found.to_register;
 }
 
 /// The paper: the whole map is the one place in which partners are looked for, and poses are as
@@ -240,6 +274,7 @@ Candidates Localizer::Index::placesByWalks(const Query& query, const Priors& pri
     found.places.push_back(std::move(place));
     if (found.matches.empty()) found.matches.push_back({matches.putative, {std::move(pose)}});
   }
+  found.to_register = countClose(found.places);
   return found;
 }
 
@@ -247,7 +282,7 @@ Candidates Localizer::Index::placesByWalks(const Query& query, const Priors& pri
 void Localizer::Index::matchVertices(const Query& query, Candidates& found,
                                      Timings& timing_ms) const {
   if (options.method != "auto") return;
-  const std::size_t count = std::min(std::max(kVerified, countClose(found)), found.places.size());
+  const std::size_t count = std::min(std::max(kVerified, found.to_register), found.places.size());
   std::vector<Eigen::Isometry3d> poses;
   for (std::size_t i = 0; i < count; ++i) poses.push_back(found.places[i].T_map_query);
   found.matches =
@@ -280,7 +315,7 @@ RegisteredPlaces Localizer::Index::registerPlaces(const Query& query, const Cand
   // The runner-up is asked for its agreement from a smaller score on.
   const verify::Evidence at_best = evidenceOf(found, {});
   const bool ask_runner_up = at_best.secondBestIsClose() && at_best.second_best_distance_m > 0;
-  const std::size_t count = std::max<std::size_t>(ask_runner_up ? 2 : 1, countClose(found));
+  const std::size_t count = std::max<std::size_t>(ask_runner_up ? 2 : 1, found.to_register);
   std::optional<double> self_consistency;
   Stopwatch watch;
   for (std::size_t i = 0; i < count; ++i) {

@@ -23,7 +23,8 @@ namespace xview {
 struct Candidates {
   std::unique_ptr<const search::FieldQuery> in_field;  ///< null with method walks
   std::vector<search::PlaceHypothesis> places;         ///< best first
-  std::vector<WalkMatches> matches;                    ///< of the first few places
+  std::size_t to_register = 0;       ///< how many of the first places are to be registered
+  std::vector<WalkMatches> matches;  ///< of the first few places
   double second_best_score = 0;  ///< of the best place outside of the priors or in another frame
 };
 
@@ -73,6 +74,7 @@ struct Localizer::Index {
 
   Candidates findPlaces(const Query& query, const Priors& priors, Timings& timing_ms) const;
   Candidates placesByWalks(const Query& query, const Priors& priors, Timings& timing_ms) const;
+  void askOtherWay(const Query& query, Candidates& found) const;
   void matchVertices(const Query& query, Candidates& found, Timings& timing_ms) const;
   RegisteredPlaces registerPlaces(const Query& query, const Candidates& found,
                                   Localization& answer) const;

@@ -21,6 +21,9 @@ namespace {
 constexpr float kLowestRatio = -2.5f;
 constexpr double kFewestCounts = 20;  ///< fewer samples at true poses say nothing about a channel
 constexpr double kPriorCounts = 10;   ///< weight of "a true pose looks like a wrong one"
+/// Share of wrong poses off the path of the map, where distances are those of any map. Along a
+/// straight road all wrong poses on the path find its border where it is.
+constexpr double kOffPath = 0.05;
 constexpr std::array<const char*, 2> kViewpointNames = {"ground", "air"};
 
 using Distribution = std::array<double, kDistanceBins>;
@@ -84,7 +87,12 @@ LogRatios logRatios(const LikelihoodTable& table, Viewpoint viewpoint, const Map
     const Distribution wrong = smoothed(counts.at_wrong, uniform(), kDistanceBins * 0.5);
     const Distribution right = smoothed(counts.at_true, wrong, kPriorCounts);
     const bool use_map = map_null && mix > 0 && sum((*map_null)[c]) >= 50;
-    const Distribution local = use_map ? smoothed((*map_null)[c], uniform(), 2.0) : wrong;
+    Distribution local = wrong;
+    if (use_map) {
+      const Distribution on_path = smoothed((*map_null)[c], uniform(), 2.0);
+      for (int b = 0; b < kDistanceBins; ++b)
+        local[b] = kOffPath * wrong[b] + (1 - kOffPath) * on_path[b];
+    }
     for (int b = 0; b < kDistanceBins; ++b) {
       const double learned = std::log(right[b] / wrong[b]), here = std::log(right[b] / local[b]);
       const double blend = use_map ? mix * here + (1 - mix) * learned : learned;
