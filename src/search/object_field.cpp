@@ -185,7 +185,7 @@ class ObjectFieldQuery final : public FieldQuery {
     if (how == RefinementLevel::polish) return start;  // the end is as exact as vertices are
     ObjectVerifier verifier = verifierAt(start);
     PlacePose pose = start;
-    if (how == RefinementLevel::coarse) {
+    if (how <= RefinementLevel::coarse) {
       pose = verifier.improved(pose, kRoughStep);
       pose.score = scoreBy(verifier, pose, kRoughScore);
     } else {

@@ -111,6 +111,14 @@ Poses bestPoses(const FieldQuery& query, const RasterLevels& levels,
   Poses poses = proposals(
       query, levels, priorOfPoint(priors, (query.centre() - query.focus()).head<2>()), threads);
   proposed += static_cast<int>(poses.size());
+  if (poses.size() > levels.refine_poses) {
+    const auto best = poses.begin() + static_cast<std::ptrdiff_t>(levels.refine_poses);
+    Poses others(best, poses.end());
+    poses.erase(best, poses.end());
+    refineAll(query, RefinementLevel::rough, threads, others);
+    others = distinct(std::move(others), levels.refine_poses / 2, areOnePose);
+    poses.insert(poses.end(), others.begin(), others.end());
+  }
   refineAll(query, RefinementLevel::coarse, threads, poses);
   poses = distinct(std::move(poses), kRefined, areOnePose);
   refineAll(query, RefinementLevel::fine, threads, poses);

@@ -15,8 +15,8 @@ namespace {
 constexpr double kMapNullMix = 0.5;  ///< weight of the map's own wrong poses against learned ones
 constexpr double kRasterUnitsPerNat = 4;
 constexpr double kRasterCap = 255;
-constexpr double kYawStep_rad = 6 * M_PI / 180;             ///< largest of the exhaustive search
-constexpr std::size_t kKeepCells = 4000, kKeepPoses = 100;  ///< of it
+constexpr double kYawStep_rad = 6 * M_PI / 180;  ///< largest of the exhaustive search
+constexpr std::size_t kKeepCells = 4000, kKeepPoses = 400, kRefinePoses = 100;  ///< of it
 /// Tiles of 32 m from which the exhaustive search begins with cells of twice the size.
 constexpr std::size_t kLargeMapTiles = 400;
 /// First steps of the fine refinement, and how far a step of yaw moves the rim at most.
@@ -178,22 +178,21 @@ struct Rasters {
 class ViewTables {
  public:
   explicit ViewTables(const LogRatios& log_ratios)
-      : ratios(weighted(log_ratios, false)), coarse_(weighted(log_ratios, true)) {}
+      : ratios(weighted(log_ratios, false)), coarse_ratios(weighted(log_ratios, true)) {}
 
-  const WeightedRatios ratios;
+  const WeightedRatios ratios, coarse_ratios;
 
   /// Made at the first search.
   const Rasters& rasters(const DistanceField& field, double cell_m) const {
     std::call_once(once_, [&] {
-      rasters_.emplace(Rasters{makeRaster(field, coarse_, cell_m), std::nullopt});
+      rasters_.emplace(Rasters{makeRaster(field, coarse_ratios, cell_m), std::nullopt});
       if (field.tiles().size() >= kLargeMapTiles)
-        rasters_->first_look = makeRaster(field, coarse_, 2 * cell_m);
+        rasters_->first_look = makeRaster(field, coarse_ratios, 2 * cell_m);
     });
     return *rasters_;
   }
 
  private:
-  const WeightedRatios coarse_;
   mutable std::once_flag once_;
   mutable std::optional<Rasters> rasters_;
 };
@@ -266,7 +265,8 @@ class SurfaceQuery final : public FieldQuery {
         bev_(bev),
         samples_(std::move(samples)),
         view_(field.view(samples_.viewpoint)),
-        score_(field.distances(), view_.ratios, samples_.fine) {
+        score_(field.distances(), view_.ratios, samples_.fine),
+        rough_score_(field.distances(), view_.coarse_ratios, samples_.coarse) {
     centre_ << samples_.centre, medianHeight(samples_.ground);
     radius_ = radiusOf(samples_.fine);
   }
@@ -293,11 +293,14 @@ class SurfaceQuery final : public FieldQuery {
       levels.coarse.emplace(RasterLevel{*rasters.first_look, samples, kYawStep_rad});
     levels.keep_cells = kKeepCells;
     levels.keep_poses = kKeepPoses;
+    levels.refine_poses = kRefinePoses;
     return levels;
   }
 
   PlacePose refineLocally(const PlacePose& pose, RefinementLevel how) const override {
     switch (how) {
+      case RefinementLevel::rough:
+        return rough_score_.refineLocally(pose, field_.rasterCell() / 2, kYawStep_rad / 2, 1);
       case RefinementLevel::coarse:
         return score_.refineLocally(pose, field_.rasterCell() / 2, kYawStep_rad / 2, 2);
       case RefinementLevel::fine:
@@ -362,7 +365,7 @@ class SurfaceQuery final : public FieldQuery {
   const BevGrid* bev_;
   const SurfaceSamples samples_;
   const ViewTables& view_;
-  const SurfaceScore score_;
+  const SurfaceScore score_, rough_score_;
   mutable std::once_flag things_made_;
   mutable std::unique_ptr<const DistanceField> things_;  ///< what stands in the query
 };

@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "search/raster_parts.h"
+#include "xview/search/search.h"
 #include "xview/types/error.h"
 #include "xview/types/pose.h"
 #include "xview/types/random.h"
@@ -533,6 +534,51 @@ TEST(BestCandidates, BelowTheThresholdIsNothingThatCouldBeAmongThem) {
   std::sort(all.begin(), all.end());
   EXPECT_LE(best.threshold(), all[9].score);
   EXPECT_GT(best.threshold(), 1);
+}
+
+/// A query of one sample whose true pose lies in the worst of many cells, as a step from it tells.
+class QueryWithABadCell final : public FieldQuery {
+ public:
+  static constexpr int kCells = 20, kApart = 5;  ///< per side of a square of peaks, between them
+
+  QueryWithABadCell() : FieldQuery(Eigen::Vector3d::Zero(), std::nullopt), raster_(1, {0}) {
+    for (int y = 0; y < kCells; ++y) {
+      for (int x = 0; x < kCells; ++x) raster_.set(0, kApart * x, kApart * y, 200);
+    }
+    raster_.set(0, 0, 0, 100);
+  }
+  std::size_t size() const override { return 1; }
+  std::unique_ptr<FieldQuery> part(const Eigen::Vector2d& /*centre*/,
+                                   double /*radius_m*/) const override {
+    return std::make_unique<QueryWithABadCell>();
+  }
+  std::vector<Point> points() const override { return {{Eigen::Vector2d::Zero(), 1}}; }
+  RasterLevels rasterLevels() const override {
+    RasterLevels levels{{raster_, {RasterSample{}}}, std::nullopt};
+    levels.keep_poses = 4 * kCells * kCells;
+    levels.refine_poses = 10;
+    return levels;
+  }
+  PlacePose refineLocally(const PlacePose& pose, RefinementLevel /*how*/) const override {
+    PlacePose refined = pose;
+    refined.score = scoreAt(pose);
+    return refined;
+  }
+  double scoreAt(const PlacePose& pose) const override {
+    return std::hypot(pose.x, pose.y) < 1 ? 50 : 20;
+  }
+  PlaceHypothesis describeAt(const PlacePose& pose) const override { return inMap(pose); }
+
+ private:
+  LikelihoodRaster raster_;
+};
+
+TEST(Search, PosesOfBadCellsThatAStepImprovesAreKept) {
+  PlacePrior prior;
+  prior.heading = {0, 0.01};
+  const SearchResult result = search(QueryWithABadCell(), {prior}, {}, 1);
+  ASSERT_FALSE(result.places.empty());
+  EXPECT_EQ(result.places[0].score(), 50);
 }
 
 }  // namespace

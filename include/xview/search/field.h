@@ -71,6 +71,7 @@ struct SearchOptions;
 
 /// Level of the local refinement of a pose.
 enum class RefinementLevel {
+  rough,   ///< a first step from a cell of the raster search, to tell which cells are worth more
   coarse,  ///< from a cell of the raster search to where scores can be compared
   fine,    ///< from there to the local maximum
   polish   ///< of poses that are reported: more exact than comparing needs
