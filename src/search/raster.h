@@ -103,8 +103,8 @@ struct RasterLevels {
   double margin_m = std::numeric_limits<double>::infinity();
   std::size_t keep_cells = 4000;  ///< best (x, y, yaw) cells kept before thinning
   std::size_t keep_poses = 200;   ///< distinct poses returned
-  /// Of these so many are refined, and half as many of the others, those that a rough refinement
-  /// finds best: the cell of a true pose may have a bad score.
+  /// The first of them that are refined. Of the others half as many are, the best by a rough
+  /// refinement: the cell of a true pose may have a bad score.
   std::size_t refine_poses = 200;
   int threads = 1;
   PlacePrior centre_prior = {};  ///< restricts the pose of the query centre

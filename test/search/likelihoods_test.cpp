@@ -167,7 +167,7 @@ TEST(LogRatio, CountsForLessWhereTheMapResemblesItself) {
   const LogRatios all = logRatios(table, Viewpoint::ground, &null, 1);
   EXPECT_EQ(none.value[i], learned.value[i]);
   EXPECT_LT(half.value[i][0], none.value[i][0]);
-  constexpr double kOfOtherWrongPoses = 0.06;  // those that are not on the path
+  constexpr double kOfOtherWrongPoses = 0.06;  // off the path
   EXPECT_NEAR(all.value[i][0], 0, kOfOtherWrongPoses);
   EXPECT_NEAR(half.value[i][0], 0.5 * none.value[i][0], kOfOtherWrongPoses);
 }
