@@ -180,6 +180,8 @@ void PlaceBuilder::finishPoints() {
   if (use_ == PlaceUse::query && place_.cloud.typicalSigma() > kEdge * options_.refine.max_sigma_m)
     place_.cloud.points.clear();
   keepBestMeasured(place_.cloud);
+  if (place_.gravity.known && !place_.bev.aerial)
+    dropContradicted(place_.bev, place_.labels, place_.cloud);
 }
 
 namespace {

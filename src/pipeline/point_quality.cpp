@@ -16,6 +16,9 @@ constexpr float kGood_m = 0.1f;     ///< known well enough anywhere
 constexpr float kWorse = 1.5f;      ///< times as uncertain as the best ones is too uncertain
 constexpr std::uint32_t kBest = 8;  ///< number of the best points; a few may be accurate by mistake
 
+/// Heights above the ground below which nothing stands, and above which no ground is [m].
+constexpr double kOnGround_m = 0.2, kAboveGround_m = 0.6;
+
 /// Steps of the standard deviation, a sixth each: 0.1 m to 1.5 m, everything above in the last one.
 constexpr int kSteps = 18;
 constexpr float kStep = 1.1666f;
@@ -138,6 +141,24 @@ void keepBestMeasured(LabelledCloud& cloud) {
   std::size_t kept = 0;
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     if (keep[i]) cloud.points[kept++] = cloud.points[i];
+  }
+  cloud.points.resize(kept);
+}
+
+void dropContradicted(const BevGrid& bev, const LabelSet& labels, LabelledCloud& cloud) {
+  const Eigen::Isometry3d up(bev.alignment);
+  const Eigen::Vector3d origin(bev.origin_x, bev.origin_y, bev.origin_z);
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    const Kind kind = labels.kind(cloud.points[i].label);
+    const Eigen::Vector3d p = up * cloud.position(i) - origin;
+    const GroundCell* ground =
+        bev.knownCell(floorToInt(p.x() / bev.cell_m), floorToInt(p.y() / bev.cell_m));
+    if (kind != Kind::none && ground && ground->measured) {
+      const double height_m = p.z() - double{ground->z};
+      if (isGround(kind) ? height_m > kAboveGround_m : std::abs(height_m) < kOnGround_m) continue;
+    }
+    cloud.points[kept++] = cloud.points[i];
   }
   cloud.points.resize(kept);
 }

@@ -26,6 +26,11 @@ std::size_t appendKnownPoints(const LabelledCloud& addition, double max_sigma_m,
 std::vector<bool> bestMeasured(const LabelledCloud& cloud);
 void keepBestMeasured(LabelledCloud& cloud);
 
+/// Leaves out points whose label contradicts their height above the ground that a BEV grid of the
+/// same frame measured: things that lie on it, and ground that lies far above it. Where labels err,
+/// patches of ground would stand in the way as things.
+void dropContradicted(const BevGrid& bev, const LabelSet& labels, LabelledCloud& cloud);
+
 /// For each voxel of a cloud whose ranges are not known, the share of its weights that it keeps, in
 /// [0, 1]. What was measured from afar is sparse, and if it was measured badly as well it is
 /// scattered: where surfaces are thicker than those of a scanner, voxels lose weights by the square

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A home by a renderer that shares no code with the program (bench/other_worlds): classes with
+// Worlds by a renderer that shares no code with the program (bench/other_worlds): classes with
 // names of its own and no roles, labels wrong in patches, odometry that drifts. Needs no data set.
 #include <gtest/gtest.h>
 
@@ -9,21 +9,21 @@
 namespace xview::test {
 namespace {
 
-/// Renders sessions of the home of this seed and returns its folder.
-std::string renderHome(const std::string& seed, const TemporaryFolder& folder,
-                       const std::vector<std::string>& sessions) {
-  const std::string home = folder / ("home_" + seed);
-  std::vector<std::string> arguments{"home", seed, home};
+/// Renders sessions of the world of this style and seed and returns its folder.
+std::string render(const std::string& style, const std::string& seed, const TemporaryFolder& folder,
+                   const std::vector<std::string>& sessions) {
+  const std::string world = folder / (style + "_" + seed);
+  std::vector<std::string> arguments{style, seed, world};
   arguments.insert(arguments.end(), sessions.begin(), sessions.end());
   const Outcome rendered = runProgram(XVIEW_OTHER_WORLDS, arguments, {300, 0, "", 0});
   EXPECT_EQ(rendered.code, 0) << rendered.err;
-  return home;
+  return world;
 }
 
 TEST(HomeOfAnotherMake, IsFoundLookingBackAndAnotherHomeIsRefused) {
   const TemporaryFolder folder;
-  const std::string home = renderHome("7", folder, {"forward", "rear"}),
-                    elsewhere = renderHome("8", folder, {"rear"});
+  const std::string home = render("home", "7", folder, {"forward", "rear"}),
+                    elsewhere = render("home", "8", folder, {"rear"});
   const std::string map = folder / "home.xvm";
   outputOf({"map", "--quiet", home + "/forward", map});
   const std::vector<std::string> windows{"--window", "40", "--stride", "40", map};
@@ -39,6 +39,20 @@ TEST(HomeOfAnotherMake, IsFoundLookingBackAndAnotherHomeIsRefused) {
   const Tally refused = tallyOfNegatives(answersOf({elsewhere + "/rear"}));
   EXPECT_GE(refused.windows, 4U);
   EXPECT_EQ(refused.accepted, 0U) << refused.reasons;
+}
+
+/// Check fix for: rays passed through ground that was labelled as a thing, and 4 of 11 scans at the
+/// right place were accepted.
+TEST(CarParkOfAnotherMake, SingleScansWithWrongLabelsAreFound) {
+  const TemporaryFolder folder;
+  const std::string place = render("carpark", "7", folder, {"lidar", "lidar_reverse"});
+  const std::string map = folder / "carpark.xvm", scans = place + "/lidar_reverse";
+  outputOf({"map", "--quiet", place + "/lidar", map});
+  const Tally found = tallyOf(localize({scans, map, "--window", "1", "--stride", "25"}),
+                              positionsIn(scans + "/groundtruth.txt"), 0.1);
+  EXPECT_EQ(found.windows, 11U);
+  EXPECT_EQ(found.wrong, 0U) << found.reasons;
+  EXPECT_GE(found.accepted, 9U) << found.reasons;
 }
 
 }  // namespace

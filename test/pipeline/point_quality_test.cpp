@@ -140,6 +140,66 @@ TEST(BestMeasured, WhatIsKnownToADecimetreStaysAnywhere) {
 
 TEST(BestMeasured, NothingGivesNothing) { EXPECT_TRUE(bestMeasured({}).empty()); }
 
+/// Check fix for: patches of ground that a network labelled as things stood in the way of every
+/// ray, and no point of a query agreed with them.
+class Contradicted : public ::testing::Test {
+ protected:
+  static constexpr std::uint32_t kRoad = 1, kCrate = 2, kNobody = 3;
+  static constexpr int kCells = 8;
+  static constexpr float kGround_m = 5;  ///< above the origin of the grid
+
+  /// Ground of 8 x 8 cells, the last column of which is only guessed, in a frame whose x axis
+  /// points up.
+  Contradicted() {
+    labels_.add({kRoad, "road", {}, Role::surface, Kind::road});
+    labels_.add({kCrate, "crate", {}, Role::object, Kind::other_object});
+    bev_.origin_x = 128;
+    bev_.origin_z = -2;
+    bev_.alignment =
+        Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitZ());
+    for (int y = 0; y < kCells; ++y) {
+      for (int x = 0; x < kCells; ++x) bev_.known.push_back({x, y, kGround_m, x + 1 < kCells});
+    }
+    cloud_.origin = bev_.alignment.conjugate() * Eigen::Vector3d(130, 1, 0);
+  }
+
+  /// Whether a point is kept that lies in cell (x, 2) at that height above the ground.
+  bool keeps(int x, float height_m, std::uint32_t label) {
+    const Eigen::Vector3d p((x + 0.5) * bev_.cell_m, 2.5 * bev_.cell_m, kGround_m + height_m);
+    const Eigen::Vector3d origin(bev_.origin_x, bev_.origin_y, bev_.origin_z);
+    const Eigen::Vector3f in_cloud =
+        (bev_.alignment.conjugate() * (origin + p) - cloud_.origin).cast<float>();
+    cloud_.points.assign(1, Point(in_cloud.x(), in_cloud.y(), in_cloud.z(), label));
+    dropContradicted(bev_, labels_, cloud_);
+    return cloud_.size() == 1;
+  }
+
+  LabelSet labels_{"test"};
+  BevGrid bev_;
+  LabelledCloud cloud_;
+};
+
+TEST_F(Contradicted, ThingsThatLieOnTheGroundAreDropped) {
+  EXPECT_FALSE(keeps(3, 0.F, kCrate));
+  EXPECT_FALSE(keeps(3, 0.15F, kCrate));
+  EXPECT_FALSE(keeps(3, -0.15F, kCrate));
+  EXPECT_TRUE(keeps(3, 0.3F, kCrate));
+  EXPECT_TRUE(keeps(3, -0.5F, kCrate)) << "of a lower storey";
+}
+
+TEST_F(Contradicted, GroundFarAboveTheGroundIsDropped) {
+  EXPECT_TRUE(keeps(3, 0.F, kRoad));
+  EXPECT_TRUE(keeps(3, 0.4F, kRoad));
+  EXPECT_FALSE(keeps(3, 1.F, kRoad));
+}
+
+TEST_F(Contradicted, NothingIsWhereNoGroundWasMeasured) {
+  EXPECT_TRUE(keeps(kCells - 1, 0.F, kCrate)) << "there its height is guessed";
+  EXPECT_TRUE(keeps(kCells, 0.F, kCrate));
+  EXPECT_TRUE(keeps(-1, 3.F, kRoad));
+  EXPECT_TRUE(keeps(3, 0.F, kNobody)) << "a class that nobody knows";
+}
+
 constexpr float kVoxel_m = 0.2F;
 
 /// Voxels of a cloud and how many points each has.

@@ -78,7 +78,7 @@ class Serve : public TinyTown {
   }
   static httplib::Client clientOf(const Server& server) {
     httplib::Client client(server.address);
-    client.set_read_timeout(60);
+    client.set_read_timeout(600);
     return client;
   }
   static httplib::Result localize(httplib::Client& client, const std::string& body) {
