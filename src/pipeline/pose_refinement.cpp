@@ -137,6 +137,14 @@ Eigen::Vector3d recentTravel(const Query& query, const Eigen::Isometry3d& T_map_
   return Eigen::Vector3d::Zero();
 }
 
+/// The last of the poses from which half of the way, or half of its last `at_most_m`, is left.
+std::size_t halfway(const std::vector<Eigen::Isometry3d>& poses, double at_most_m) {
+  const std::vector<double> way_m = pathLengths(poses);
+  const double from_m = way_m.back() - 0.5 * std::min(at_most_m, way_m.back());
+  const auto after = std::upper_bound(way_m.begin(), way_m.end(), from_m);
+  return static_cast<std::size_t>(after - way_m.begin()) - 1;
+}
+
 /// Of the last sensor, over the ground that the query has measured.
 double heightOverGround(const Query& query) {
   std::vector<float> heights;
@@ -216,6 +224,15 @@ struct PoseRefinement::Step {
     return !whole || (recent->score(T) >= share * recent->score(pose.T_map_query) &&
                       whole->score(T) >= least_score);
   }
+  /// The same of a window whose poses have drifted against the last one: its last metres and the
+  /// whole of it lie where the middle of them belongs, and tell together.
+  bool keepsScore(const pose::Refinement& refined) const {
+    const auto at = [&](double way_m) -> const Eigen::Isometry3d& {
+      return refined.T_map_query_at[halfway(query.poses, way_m)];
+    };
+    return !whole || recent->score(at(kRecent_m)) + whole->score(at(INFINITY)) >=
+                         kScoreKept * recent->score(pose.T_map_query) + least_score;
+  }
 };
 
 pose::DistributionMap distributionsOf(const map::SemanticMap& map,
@@ -262,7 +279,7 @@ void PoseRefinement::useClouds(Step& step) const {
   options.tilt_sigma_deg = std::hypot(options.tilt_sigma_deg, step.up_sigma_rad * 180 / M_PI);
   const pose::Refinement refined = pose::refine(*distributions_, {query.cloud, query.poses},
                                                 query.labels, step.pose.T_map_query, options);
-  if (!refined.converged || !step.keepsScore(refined.T_map_query, kScoreKept)) return;
+  if (!refined.converged || !step.keepsScore(refined)) return;
   step.pose.T_map_query = refined.T_map_query;
   step.pose.covariance = refined.covariance;
   setInlierRatio(refined.agreement, step.pose.dense);

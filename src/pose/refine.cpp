@@ -314,6 +314,8 @@ Refinement refine(const DistributionMap& map, const RefineQuery& query, const La
   const Registration::Descent& d = best.descent;
   if (!d.valid) return result;
   result.T_map_query = d.at.T_map_query;
+  for (std::size_t pose = 0; pose < query.poses.size(); ++pose)
+    result.T_map_query_at.push_back(best.registration.poseAt(d.at, pose));
   result.agreement = agreementOf(map, points, best.registration, d.at);
   // The noise of the map is there where that of the query is not known, too.
   const double sigma_m = std::hypot(query.cloud.typicalSigma(), map.noise_m());

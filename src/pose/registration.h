@@ -129,6 +129,9 @@ class Registration {
     return poseAt(at, pose) * poses_[pose].translation();
   }
 
+  /// T_map_query as it is right for a pose of the query.
+  Eigen::Isometry3d poseAt(const Estimate& at, std::size_t pose) const;
+
   Evidence evidenceAt(const Estimate& at, const std::vector<QueryPoint>& points,
                       const Scope& scope) const;
   NormalEquations assemble(const Evidence& evidence, const Estimate& at) const;
@@ -148,7 +151,6 @@ class Registration {
 
  private:
   DriftChain driftOf(const std::vector<QueryPoint>& points, double scale) const;
-  Eigen::Isometry3d poseAt(const Estimate& at, std::size_t pose) const;
   bool findPartner(const QueryPoint& q, const Eigen::Isometry3d& T, const Eigen::Vector3d& about,
                    const Scope& scope, Partner& partner) const;
   void addPriors(const Estimate& at, NormalEquations& n) const;

@@ -304,6 +304,26 @@ TEST(Localizer, ErrorsStayWithinThreeSigma) {
   EXPECT_GE(accepted, 5);
 }
 
+/// Check fix for: the bird's-eye view of a whole window, as rigid, took back the pose that the
+/// points of its end had found.
+TEST(Localizer, TheEndOfAWindowThatDriftsIsWhereItsPointsAre) {
+  const auto& drive = simulatedDrive();
+  constexpr double kLonger = 0.05;  ///< share of the way by which the odometry is wrong
+  std::vector<PreprocessedFrame> frames = drive.frames.at("rear");
+  frames.resize(60);
+  const Eigen::Vector3d last = frames.back().T_odom_sensor.translation();
+  for (PreprocessedFrame& frame : frames) {
+    const Eigen::Vector3d too_far = kLonger * (frame.T_odom_sensor.translation() - last);
+    frame.T_odom_sensor.pretranslate(too_far);
+    frame.cloud.origin += too_far;
+  }
+  const Localization fix =
+      Localizer(drive.map, {})
+          .localize(makeQuery(frames.data(), frames.data() + frames.size(), drive.labels, {}));
+  EXPECT_TRUE(fix.statistics.dense.converged) << fix.reason;
+  EXPECT_LT(errorOf(fix, "rear", 59), 0.2);
+}
+
 TEST(Localizer, WithoutPointsThePoseIsOpenAlongTheWay) {
   const auto& drive = simulatedDrive();
   Query query = drive.query("rear", 10, 40);

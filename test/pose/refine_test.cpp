@@ -356,6 +356,11 @@ TEST(Refine, TakesUpTheDriftOfTheOdometry) {
     ASSERT_TRUE(with.converged && without.converged);
     EXPECT_LT(errorOfLast(with), 0.1);
     EXPECT_LT(errorOfLast(with), 0.5 * errorOfLast(without));
+    ASSERT_EQ(with.T_map_query_at.size(), drive.poses.size());
+    EXPECT_EQ(with.T_map_query_at.back().matrix(), with.T_map_query.matrix());
+    const Eigen::Vector3d first = drive.poses.front().translation();
+    EXPECT_LT((with.T_map_query_at.front() * first - Eigen::Vector3d(-20, 0, 1.5)).norm(), 0.2)
+        << "0.6 m off by the pose of the last";
   }
 }
 

@@ -65,6 +65,8 @@ struct Agreement {
 struct Refinement {
   bool converged = false;  ///< other fields are valid only if true
   Eigen::Isometry3d T_map_query = Eigen::Isometry3d::Identity();  ///< right for the last pose
+  /// The same for every pose of the query, against the last of which the others have drifted.
+  std::vector<Eigen::Isometry3d> T_map_query_at;
   /// None if the map holds next to nothing there.
   std::optional<Agreement> agreement;
   /// Of the last pose: x y z [m], rx ry rz [rad], map frame, left increment: errors of points, of
