@@ -150,7 +150,7 @@ TEST_F(NoisyGrid, StreetsThatLookAlikeAreNotTakenForEachOther) {
   EXPECT_EQ(negatives.accepted, 0u) << negatives.reasons;
 
   const Tally tally = tallyOf(localize(windowsOf60m(world_->session("rear"), world_->map(), "30")),
-                              world_->truth("rear"), 0.5);
+                              world_->truth("rear"), 0.6);
   EXPECT_EQ(tally.windows, 4u);
   EXPECT_EQ(tally.wrong, 0u) << tally.reasons;
   EXPECT_GE(tally.accepted, 3u) << tally.reasons;

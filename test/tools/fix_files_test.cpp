@@ -400,7 +400,7 @@ TEST_F(FixFiles, MeshesShowAnswersToo) {
 }
 
 TEST_F(FixFiles, NearAndYawAreThePriorsByAShorterName) {
-  const auto truth = tumPoses(rear() + "/groundtruth.txt").back().translation();
+  const Eigen::Vector3d truth = tumPoses(rear() + "/groundtruth.txt").back().translation();
   const auto circle = [&](double dx) {
     return std::to_string(truth.x() + dx) + "," + std::to_string(truth.y()) + ",10";
   };

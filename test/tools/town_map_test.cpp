@@ -36,8 +36,9 @@ TEST_F(TinyTown, MapsInTilesAreMapsWithTheSameAnswers) {
     return poseIn(jsonLines(succeed({"localize", "-q", "--json", town("rear"), in}).out).at(0));
   };
   const Eigen::Isometry3d whole = answer(file("whole.pcd")), tiled = answer(file("tiles"));
-  // Points come in another order, and sums of weights move a sample of the view from above or two.
-  EXPECT_LT((whole.translation() - tiled.translation()).norm(), 0.02);
+  // Points come in another order, and sums of weights move a sample of the view from above or two,
+  // and with the ground some points over the height from which on something stands.
+  EXPECT_LT((whole.translation() - tiled.translation()).norm(), 0.05);
   EXPECT_LT((whole.linear() - tiled.linear()).norm(), 1e-3);
   const std::string about = succeed({"info", "-q", file("tiles")}).out;
   EXPECT_NE(about.find(" tiles of 20 x 20 m, PCD binary\n"), std::string::npos) << about;
