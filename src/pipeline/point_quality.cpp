@@ -17,7 +17,7 @@ constexpr float kWorse = 1.5f;      ///< times as uncertain as the best ones is 
 constexpr std::uint32_t kBest = 8;  ///< number of the best points; a few may be accurate by mistake
 
 /// Heights above the ground below which nothing stands, and above which no ground is [m].
-constexpr double kOnGround_m = 0.2, kAboveGround_m = 0.6;
+constexpr float kOnGround_m = 0.2F, kAboveGround_m = 0.6F;
 
 /// Steps of the standard deviation, a sixth each: 0.1 m to 1.5 m, everything above in the last one.
 constexpr int kSteps = 18;
@@ -146,16 +146,20 @@ void keepBestMeasured(LabelledCloud& cloud) {
 }
 
 void dropContradicted(const BevGrid& bev, const LabelSet& labels, LabelledCloud& cloud) {
-  const Eigen::Isometry3d up(bev.alignment);
   const Eigen::Vector3d origin(bev.origin_x, bev.origin_y, bev.origin_z);
+  const Eigen::Matrix3f R = bev.alignment.toRotationMatrix().cast<float>();
+  const Eigen::Vector3f t = (bev.alignment * cloud.origin - origin).cast<float>();
+  ClassCell last{};  // neighbours mostly lie in one cell
+  const GroundCell* ground = bev.knownCell(last.x, last.y);
   std::size_t kept = 0;
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     const Kind kind = labels.kind(cloud.points[i].label);
-    const Eigen::Vector3d p = up * cloud.position(i) - origin;
-    const GroundCell* ground =
-        bev.knownCell(floorToInt(p.x() / bev.cell_m), floorToInt(p.y() / bev.cell_m));
+    const Eigen::Vector3f p = R * cloud.points[i].getVector3fMap() + t;
+    const ClassCell cell = cellOf({p.x(), p.y(), 0}, bev.cell_m, 0);
+    if (!(cell == last)) ground = bev.knownCell(cell.x, cell.y);
+    last = cell;
     if (kind != Kind::none && ground && ground->measured) {
-      const double height_m = p.z() - double{ground->z};
+      const float height_m = p.z() - ground->z;
       if (isGround(kind) ? height_m > kAboveGround_m : std::abs(height_m) < kOnGround_m) continue;
     }
     cloud.points[kept++] = cloud.points[i];
