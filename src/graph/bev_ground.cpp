@@ -7,6 +7,7 @@
 #include <limits>
 #include <numeric>
 
+#include "xview/graph/bev_grid.h"
 #include "xview/types/median.h"
 
 namespace xview::graph {
@@ -17,9 +18,7 @@ constexpr std::size_t kFewestHeights = 4;  ///< heights that a lattice cell need
 constexpr float kStepM =
     0.7f;  ///< a cell further than this from its neighbourhood is replaced by it
 constexpr double kLowestShare =
-    0.05;  ///< quantile that is the ground where no ground class was seen
-constexpr double kGroundGate_m =
-    0.6;  ///< ground classes farther than this above the surface are obstacles
+    0.05;                            ///< quantile that is the ground where no ground class was seen
 constexpr std::int32_t kAround = 2;  ///< cells to each side of the neighbourhood of one
 constexpr float kUnset = std::numeric_limits<float>::quiet_NaN();
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "xview/graph/bev_grid.h"
 #include "xview/types/cells.h"
 
 namespace xview {
@@ -16,8 +17,7 @@ constexpr float kGood_m = 0.1f;     ///< known well enough anywhere
 constexpr float kWorse = 1.5f;      ///< times as uncertain as the best ones is too uncertain
 constexpr std::uint32_t kBest = 8;  ///< number of the best points; a few may be accurate by mistake
 
-/// Heights above the ground below which nothing stands, and above which no ground is [m].
-constexpr float kOnGround_m = 0.2F, kAboveGround_m = 0.6F;
+constexpr float kOnGround_m = 0.2F;  ///< nothing stands that is nearer to the ground than this
 
 /// Steps of the standard deviation, a sixth each: 0.1 m to 1.5 m, everything above in the last one.
 constexpr int kSteps = 18;
@@ -160,7 +160,8 @@ void dropContradicted(const BevGrid& bev, const LabelSet& labels, LabelledCloud&
     last = cell;
     if (kind != Kind::none && ground && ground->measured) {
       const float height_m = p.z() - ground->z;
-      if (isGround(kind) ? height_m > kAboveGround_m : std::abs(height_m) < kOnGround_m) continue;
+      if (isGround(kind) ? height_m > graph::kGroundGate_m : std::abs(height_m) < kOnGround_m)
+        continue;
     }
     cloud.points[kept++] = cloud.points[i];
   }

@@ -28,7 +28,8 @@ void keepBestMeasured(LabelledCloud& cloud);
 
 /// Leaves out points whose label contradicts their height above the ground that a BEV grid of the
 /// same frame measured: things that lie on it, and ground that lies far above it. Where labels err,
-/// patches of ground would stand in the way as things.
+/// patches of ground would stand in the way as things. The feet of walls that were measured too low
+/// go as well, which costs less than to keep all points that are not known to 0.2 m.
 void dropContradicted(const BevGrid& bev, const LabelSet& labels, LabelledCloud& cloud);
 
 /// For each voxel of a cloud whose ranges are not known, the share of its weights that it keeps, in

@@ -62,8 +62,10 @@ double correspondenceOdds(const Evidence& e) {
   return k * std::log(if_true / if_wrong) + (n - k) * std::log((1 - if_true) / (1 - if_wrong));
 }
 
+/// Halves of a query show 0.5 to 1 of one another; where they show less they hardly overlap (a few
+/// frames of a camera), which says nothing about how well a right place would fit.
 double ratioToSelfConsistency(double above_null, double self_consistency) {
-  constexpr double kLeastSelfConsistency = 0.1;
+  constexpr double kLeastSelfConsistency = 0.5;
   return above_null / std::max(kLeastSelfConsistency, self_consistency);
 }
 

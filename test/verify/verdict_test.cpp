@@ -398,6 +398,22 @@ TEST(Verdict, PointsMustAgreeAsTheQueryAgreesWithItself) {
   EXPECT_NE(judged(e).status, Status::accepted) << judged(e).reason;
 }
 
+/// Check fix for: two frames of a camera, whose halves show little of one another because they
+/// hardly overlap, were accepted 72 m off with a confidence of 1 - 1e-8, and two of 88 in another
+/// town.
+TEST(Verdict, PointsThatTheQueryHardlyHasTwiceAreNotHeldAgainstThem) {
+  Evidence e = goodView();
+  e.score = 49;
+  e.runner_up = 35;
+  e.best_unverified = 20;
+  e.alternatives.emplace_back();
+  e.alternatives[0].score = e.runner_up;
+  e.dense = points(0.2, 0.03, {}, 0.09);
+  EXPECT_NE(judged(e).status, Status::accepted) << judged(e).confidence;
+  e.dense = points(0.33, 0.01, {}, 0.23, 0.22);
+  EXPECT_NE(judged(e).status, Status::accepted) << judged(e).confidence;
+}
+
 TEST(Verdict, APlaceThatTheQuerySawThroughIsRefused) {
   Evidence e = goodView();
   e.dense = points(0.5, 0.05, {}, 0.7, 0.02);

@@ -13,6 +13,8 @@ namespace xview::graph {
 
 constexpr double kBevCell_m = 0.5;   ///< side of a cell of a BEV grid
 constexpr double kBevVoxel_m = 0.2;  ///< weights are summed in voxels of this side first
+/// Half thickness of the layer that counts as ground; ground classes beyond are obstacles.
+constexpr double kGroundGate_m = 0.6;
 
 /// Gathers labelled points of any number of frames and makes one BEV grid of them. The frame of the
 /// grid must be gravity-aligned (z up). The cost of adding a frame does not depend on what was
@@ -39,8 +41,8 @@ class BevGridBuilder {
 /// Adds what another view of the same frame saw. Where `view` measured the ground, its heights and
 /// ground classes stay; upright classes are joined, one sample per cell, since each pass may have
 /// seen another side. Objects within 1 m of one of their channel in `view` are the same. Merging a
-/// view again changes nothing. `view.aerial` stays. Samples and cells of `view` are in row order, as
-/// builders and map files leave them. Views of other cell sizes cannot be merged (UsageError).
+/// view again changes nothing. `view.aerial` stays. Samples and cells of `view` are in row order,
+/// as builders and map files leave them. Views of other cell sizes cannot be merged (UsageError).
 void mergeBevGrids(BevGrid& view, const BevGrid& addition);
 
 }  // namespace xview::graph
