@@ -179,11 +179,14 @@ std::vector<double> leftOutLogOdds(const std::vector<Sample>& samples,
 
 /// The weights of samples whose own group did not set them say too much or too little: their log
 /// odds z become a + b z + c max(0, z - 1)^2, the likeliest such. Where the bend would flatten what
-/// is below it, as where right and wrong answers hardly meet, it is left out.
+/// is below it, as where right and wrong answers hardly meet, it is left out. Where hardly
+/// a wrong answer lies above the bend, the likeliest one has no bound, so it gets one: queries
+/// shorter than those that were learned from have wrong answers there.
 EvidenceWeights calibrated(const std::array<double, kTerms>& weights,
                            const std::vector<Sample>& samples) {
   constexpr double kKnee = 1, kLeastSlope = 0.2, kLeastSlopeOfBend = 0.8;
-  constexpr double kRidgeOfCalibration = 1e-3;
+  constexpr double kRidgeOfCalibration = 1e-3, kMostSharpness = 0.6;
+  constexpr std::ptrdiff_t kFewestWrong = 3;
   const std::vector<double> z = leftOutLogOdds(samples, weights);
   Eigen::MatrixXd columns(samples.size(), 3);
   for (std::size_t i = 0; i < samples.size(); ++i)
@@ -195,6 +198,9 @@ EvidenceWeights calibrated(const std::array<double, kTerms>& weights,
   }
   const double a = abc[0], b = std::max(kLeastSlope, abc[1]);
   EvidenceWeights result{weights, a + b * kKnee, abc[2] / (b * b)};
+  std::ptrdiff_t wrong_above = 0;
+  for (std::size_t i = 0; i < samples.size(); ++i) wrong_above += z[i] > kKnee && !samples[i].right;
+  if (wrong_above < kFewestWrong) result.sharpness = std::min(kMostSharpness, result.sharpness);
   for (double& weight : result.of) weight *= b;
   result[kConstant] += a;
   return result;

@@ -578,6 +578,14 @@ TEST(VerdictModel, OfAnswersThatAreNearlySureAsManyAreRightAsTheySay) {
             said - 0.002);
 }
 
+/// Check fix for: single frames from the air, shorter than all that was learned from, were accepted
+/// with 1e-4 in another town, by a bend of 12 that no wrong answer had bounded.
+TEST(VerdictModel, WithoutWrongAnswersThatAreNearlySureItDoesNotGetAnySurer) {
+  const double bound = fitVerdictModel(answersOfBands(1)).with_overlap.sharpness;
+  EXPECT_GT(bound, 0);
+  EXPECT_LT(bound, fitVerdictModel(answersOfBands(0.999)).with_overlap.sharpness);
+}
+
 /// A witness that is right in one world only sets weights that other worlds do not confirm.
 TEST(VerdictModel, IsCalibratedOnWorldsThatDidNotSetTheWeights) {
   const auto sureOf = [](bool one_world) {
