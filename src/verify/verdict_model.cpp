@@ -179,9 +179,9 @@ std::vector<double> leftOutLogOdds(const std::vector<Sample>& samples,
 
 /// The weights of samples whose own group did not set them say too much or too little: their log
 /// odds z become a + b z + c max(0, z - 1)^2, the likeliest such. Where the bend would flatten what
-/// is below it, as where right and wrong answers hardly meet, it is left out. Where hardly
-/// a wrong answer lies above the bend, the likeliest one has no bound, so it gets one: queries
-/// shorter than those that were learned from have wrong answers there.
+/// is below it, as where right and wrong answers hardly meet, it is left out. Where hardly a wrong
+/// answer lies above the bend, the likeliest one has no bound, so it gets one: queries shorter than
+/// any of the samples have wrong answers there.
 EvidenceWeights calibrated(const std::array<double, kTerms>& weights,
                            const std::vector<Sample>& samples) {
   constexpr double kKnee = 1, kLeastSlope = 0.2, kLeastSlopeOfBend = 0.8;
