@@ -11,6 +11,7 @@ from collections import defaultdict, namedtuple
 
 from regress import simulated
 from regress_poses import from_numbers, inverse, product
+from regress_worlds import matrices_in
 
 STYLES = ("suburb", "village", "campus", "grid")
 DRIFTS = (0.01, 0.03)
@@ -35,7 +36,7 @@ def checked(program, *arguments):
 
 
 def truth_of(folder):
-    return [from_numbers(line.split()) for line in (folder / "groundtruth.txt").read_text().splitlines()]
+    return matrices_in(folder / "groundtruth.txt")
 
 
 def errors_of(map_path, truth):

@@ -3,8 +3,8 @@
 """Follows robots that are carried away by `xview follow` and writes docs/results/live.md.
 
 A drive of 1 km through a simulated town that sets nothing (camera: looking back, in the map of a drive that looks forward, 83 % of the
-labels right, stereo depth, 1 % drift; scanner: the other way round) is cut into four parts, which are followed in another order: three times the robot goes on
-a hundred metres and more away. *Shown*: there the odometry jumps; *hidden*: it goes on as if nobody had carried the robot.
+labels right, stereo depth, 1 % drift; scanner: the other way round) is cut into four parts, which are followed in another order: three times the
+robot goes on a hundred metres and more away. *Shown*: there the odometry jumps; *hidden*: it goes on as if nobody had carried the robot.
 """
 import argparse
 import datetime
@@ -18,9 +18,11 @@ from collections import namedtuple
 from pathlib import Path
 
 sys.dont_write_bytecode = True
+from fused_drives import median, quantile
 from paper_page import table
 from regress import simulated
-from regress_poses import from_numbers, inverse, product
+from regress_poses import inverse, product
+from regress_worlds import matrices_in
 
 ROOT = Path(__file__).resolve().parent.parent
 PARTS = ((0.0, 0.25), (0.6, 0.85), (0.3, 0.5), (0.75, 1.0))  # of the drive, in the order in which they are followed
@@ -29,20 +31,12 @@ WRONG_M = 5
 SOON_M = 20
 JUMP = [[1, 0, 0, 500], [0, 1, 0, -200], [0, 0, 1, 3], [0, 0, 0, 1]]
 
-Followed = namedtuple("Followed", "frames posed errors travels latencies_ms")
-
-
-def poses_in(path):
-    return [from_numbers(line.split()) for line in path.read_text().splitlines() if line and not line.startswith("#")]
-
-
-def position(T):
-    return [row[3] for row in T[:3]]
+Followed = namedtuple("Followed", "frames errors travels latencies_ms")
 
 
 def cut(recording, folder, is_shown):
     """Writes the parts of a recording as one; where each frame was, and which ones come right after the robot was carried."""
-    truth, odometry = (poses_in(recording / name) for name in ("groundtruth.txt", "poses.txt"))
+    truth, odometry = (matrices_in(recording / name) for name in ("groundtruth.txt", "poses.txt"))
     is_scanner = (recording / "velodyne").is_dir()
     shutil.rmtree(folder, ignore_errors=True)
     files = {source.name: sorted(source.iterdir()) for source in recording.iterdir() if source.is_dir()}
@@ -64,7 +58,7 @@ def cut(recording, folder, is_shown):
             lines.append(" ".join(f"{v:.9f}" for row in last[:3] for v in row))
             for name, of_frames in files.items():
                 os.link(of_frames[i], folder / name / f"{len(where):06d}{of_frames[i].suffix}")
-            where.append(position(truth[i]))
+            where.append([row[3] for row in truth[i][:3]])
     (folder / "poses.txt").write_text("\n".join(lines) + "\n")
     if is_scanner:
         (folder / "times.txt").write_text("".join(f"{0.5 * k:.1f}\n" for k in range(len(where))))
@@ -88,11 +82,7 @@ def followed(program, recording, town_map, folder, is_shown):
                 break
         else:
             travels.append(math.inf)
-    return Followed(len(where), len(errors), sorted(errors.values()), travels, [line["latency_ms"] for line in lines])
-
-
-def quantile(values, share):
-    return sorted(values)[min(len(values) - 1, int(share * len(values)))]
+    return Followed(len(where), list(errors.values()), travels, [line["latency_ms"] for line in lines])
 
 
 def row_of(name, runs):
@@ -100,13 +90,14 @@ def row_of(name, runs):
     again = [t for run in runs for t in run.travels[1:]]
     latencies = [ms for run in runs for ms in run.latencies_ms]
     frames = sum(run.frames for run in runs)
-    return [name, len(runs), frames, f"{100 * len(errors) / frames:.0f}", sum(e > WRONG_M for e in errors), f"{quantile(errors, 0.5):.2f}",
+    return [name, len(runs), frames, f"{100 * len(errors) / frames:.0f}", sum(e > WRONG_M for e in errors), f"{median(errors):.2f}",
             f"{max((e for e in errors if e <= WRONG_M), default=math.nan):.2f}", f"{sum(t <= SOON_M for t in again)} of {len(again)}",
-            f"{quantile(again, 0.5):.1f}", f"{max(again):.1f}", f"{quantile(latencies, 0.5):.0f}", f"{quantile(latencies, 0.99):.0f}"]
+            f"{median(again):.1f}", f"{max(again):.1f}", f"{median(latencies):.0f}", f"{quantile(latencies, 0.99):.0f}"]
 
 
-HEADING = ["sensor, odometry", "drives", "frames", "with a pose, %", f"poses more than {WRONG_M} m off", "error, m, median", "most of the others", f"found again within {SOON_M} m of travel",
-           "travel until found, m, median", "most", "time per frame, ms, median", "99 of 100 less than"]
+HEADING = ["sensor, odometry", "drives", "frames", "with a pose, %", f"poses more than {WRONG_M} m off", "error, m, median",
+           "most of the others", f"found again within {SOON_M} m of travel", "travel until found, m, median", "most",
+           "time per frame, ms, median", "99 of 100 less than"]
 
 PAGE = """# Live
 
