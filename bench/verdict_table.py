@@ -82,7 +82,7 @@ def of_another_make(program, work, world):
 def windows(folder, metres, count, sequence=False):
     """Flags for about `count` windows of this length, or None if the recording is shorter."""
     frames = len(worlds.frame_numbers(folder))
-    size = max(2, round(metres / max(1e-3, worlds.metres_per_frame(folder))))
+    size = max(1, round(metres / max(1e-3, worlds.metres_per_frame(folder))))
     if size > frames:
         return None
     if sequence:
@@ -107,7 +107,7 @@ def jobs_of(world, folders, arguments):
         if arguments.sequence and (turn >= len(SESSIONS) or session == "aerial"):
             continue
         together_m = SEQUENCE_M.get(world.style, SEQUENCE_OUTDOORS_M)
-        for metres in (together_m,) if arguments.sequence else lengths[(turn + world.seed) % len(lengths)]:
+        for metres in (together_m,) if arguments.sequence else arguments.metres or lengths[(turn + world.seed) % len(lengths)]:
             flags = windows(folder, metres, arguments.windows, arguments.sequence)
             if flags:
                 truth = worlds.true_poses(folder) if in_map else None
@@ -321,6 +321,7 @@ def main():
     add("--qualities", type=float, nargs="+", default=QUALITIES)
     add("--others", type=int, default=1, help="other seeds whose sessions are strangers to a world; default 1")
     add("--windows", type=int, default=6, help="of each length and session; default 6")
+    add("--metres", type=int, nargs="+", metavar="M", help="lengths of all windows, 0 for single frames; default: those of the style")
     add("--sequence", action="store_true", help="all windows of a camera session together, of one length")
     add("--jobs", type=int, default=2, help="worlds at a time, of one thread each; default 2")
     add("--picture", type=Path, metavar="FILE.svg", help="draw whether answers are right as often as they say")

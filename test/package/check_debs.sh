@@ -26,7 +26,7 @@ libdir=$(dirname "$(dirname "$(find "$root/usr/lib" -name xview.pc)")")
 
 say "every library is there"
 for binary in "$root/usr/bin/xview" "$libdir"/xview/xview_{codecs,network}.so \
-  "$root"/usr/lib/python3/dist-packages/xview/{_xview*,xview_codecs}.so; do
+  "$root"/usr/lib/python3/dist-packages/xview/_xview*.so; do
   if ldd "$binary" | grep 'not found'; then exit 1; fi
 done
 
