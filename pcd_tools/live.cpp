@@ -19,6 +19,9 @@ using State = LiveAnswer::State;
 using Source = LiveAnswer::Source;
 
 constexpr int kScanWindow = 1, kImageWindow = 20, kImageStride = 5;
+/// As long as the robot is not found, windows of up to two strides are asked this many frames
+/// apart: they cost little, and some frames that show much suffice.
+constexpr int kFirstStride = 2;
 /// Chance that somebody carried the robot away from one window to the next. At the usual risk a
 /// window that is not accepted must at least speak for the place.
 constexpr double kCarriedAway = 0.01;
@@ -74,7 +77,11 @@ std::string toJson(const LiveFrame& frame, const LiveAnswer& answer, double late
 }
 
 Follower::Follower(const Localizer& localizer, const Options& options, int window, int stride)
-    : localizer_(localizer), options_(options), window_(window), stride_(stride) {}
+    : localizer_(localizer),
+      options_(options),
+      window_(window),
+      stride_(stride),
+      first_stride_(stride) {}
 
 LiveAnswer Follower::withoutPose(const std::string& reason) const {
   LiveAnswer answer;
@@ -125,7 +132,10 @@ LiveAnswer Follower::add(const QueryInput& input, const LiveFrame& about,
 
 LiveAnswer Follower::add(Frame frame, const LabelSet& labels, bool has_odometry) {
   if (window_ == 0) window_ = frame.sensor == Sensor::camera ? kImageWindow : kScanWindow;
-  if (stride_ == 0) stride_ = frame.sensor == Sensor::camera ? std::min(kImageStride, window_) : 1;
+  if (stride_ == 0) {
+    stride_ = frame.sensor == Sensor::camera ? std::min(kImageStride, window_) : 1;
+    first_stride_ = std::min(kFirstStride, stride_);
+  }
   const Eigen::Isometry3d T_odom_sensor = frame.T_odom_sensor;
   PreprocessedFrame preprocessed = preprocessFrame(std::move(frame), labels, options_);
   if (!has_odometry) return alone(makeQuery(&preprocessed, &preprocessed + 1, labels, options_));
@@ -147,7 +157,9 @@ LiveAnswer Follower::add(Frame frame, const LabelSet& labels, bool has_odometry)
     lose();
     frames_.erase(frames_.begin(), frames_.end() - kMostFailedChecks);
   }
-  if (since_window_ < stride_) return jumps ? withoutPose("the odometry jumps") : between();
+  const bool is_first = !fix_ && frames_.size() < 2 * static_cast<std::size_t>(stride_);
+  if (since_window_ < (is_first ? first_stride_ : stride_))
+    return jumps ? withoutPose("the odometry jumps") : between();
   since_window_ = 0;
   const std::vector<PreprocessedFrame> window(frames_.begin(), frames_.end());
   return judge(makeQuery(window.data(), window.data() + window.size(), labels, options_));

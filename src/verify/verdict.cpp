@@ -92,6 +92,18 @@ double freeSpaceTerm(double free_space_violation, double even = kViolationThresh
   return -std::log((free_space_violation + kNoise) / even);
 }
 
+/// How far conflicts, of query or of map, lie below those of a place that is as likely wrong.
+double conflictTerm(const std::optional<double>& ratio) {
+  return ratio ? kConflictThreshold - *ratio : 0;
+}
+
+double obstacleOverlapTerm(const DenseEvidence& dense) {
+  constexpr double kThreshold = 0.8;
+  return dense.obstacle_overlap ? *dense.obstacle_overlap - kThreshold : 0;
+}
+
+double logDenseMarginTerm(double margin) { return std::log(margin - kLeastDenseMargin + 1); }
+
 /// Part of a dense score that is due to the score of the place.
 double logScoreTerm(double score) {
   return kDenseScorePerLogScore * std::log(std::max(1.0, score));
@@ -299,7 +311,7 @@ double EvidenceWeights::linearPart(double log_odds) const {
 
 const EvidenceWeights& VerdictModel::weightsFor(const Statistics& s) const {
   if (!s.dense.registered()) return s.of_surfaces ? alone : graph;
-  if (!s.dense.map_overlap) return registered;
+  if (!s.dense.map_overlap) return s.dense.narrow ? glimpse : registered;
   return s.dense.aerial ? air : with_overlap;
 }
 
@@ -316,6 +328,17 @@ std::array<double, kTerms> termsOf(const Statistics& s) {
   const DenseEvidence& dense = s.dense;
   const double margin = std::min(s.dense_margin, kMostDenseMargin);
   const bool saw = dense.converged && dense.free_space_violation;
+  if (!dense.map_overlap && dense.narrow) {
+    // A facade and some trees fit another place of the town, or of another town, as closely.
+    terms[kAboveNull] = dense.converged ? dense.inlier_ratio - dense.null_inlier_ratio : 0;
+    terms[kLikelihoodMargin] = std::log(s.likelihood_margin + kNoise_nats);
+    terms[kLogDenseMargin] = logDenseMarginTerm(margin);
+    terms[kObstacleOverlap] = obstacleOverlapTerm(dense);
+    terms[kConflictRatio] = conflictTerm(dense.conflict_ratio);
+    terms[kWrongPlaceAboveNull] = s.wrong_place_above_null - kUsualWrongPlaceAboveNull;
+    if (saw) terms[kFreeSpaceViolation] = freeSpaceTerm(*dense.free_space_violation);
+    return terms;
+  }
   if (!dense.map_overlap) {
     terms[kAboveNull] = aboveNullOf(s);
     terms[kDenseMargin] = margin;
@@ -326,20 +349,21 @@ std::array<double, kTerms> termsOf(const Statistics& s) {
   // What a true pose scores is known badly where labels are poor, and from the air; what stands
   // where, and what is contradicted there, is seen.
   terms[kMapOverlap] = *dense.map_overlap;
-  terms[kConflictRatio] = kConflictThreshold - dense.conflict_ratio.value_or(kConflictThreshold);
-  terms[kLogDenseMargin] = std::log(margin - kLeastDenseMargin + 1);
+  terms[kConflictRatio] = conflictTerm(dense.conflict_ratio);
   if (dense.aerial) {
-    terms[kAboveNull] = aboveNullOf(s);
+    // Roads and roofs fit closely in another town, too, but do not stand out there.
+    constexpr double kMostAboveNull = 0.1, kMostMargin_nats = 60;
+    terms[kAboveNull] = std::min(kMostAboveNull, aboveNullOf(s));
+    terms[kLikelihoodMargin] = std::min(kMostMargin_nats, s.likelihood_margin) / kMostMargin_nats;
     terms[kWrongPlaceMissRatio] = s.wrong_place_miss_ratio - kUsualWrongPlaceMissRatio;
     return terms;
   }
-  // There it is asked of exact depths, of which a quarter is even, and says less.
+  terms[kLogDenseMargin] = logDenseMarginTerm(margin);
+  // Free space is asked of exact depths, of which a quarter is even, and says less.
   constexpr double kExactViolationThreshold = 0.25, kMostExactViolation = 0.35;
-  constexpr double kObstacleOverlapThreshold = 0.8;
   terms[kConverged] = dense.converged;
-  terms[kObstacleOverlap] =
-      dense.obstacle_overlap.value_or(kObstacleOverlapThreshold) - kObstacleOverlapThreshold;
-  terms[kMissRatio] = kConflictThreshold - dense.miss_ratio.value_or(kConflictThreshold);
+  terms[kObstacleOverlap] = obstacleOverlapTerm(dense);
+  terms[kMissRatio] = conflictTerm(dense.miss_ratio);
   terms[kWrongPlaceAboveNull] = s.wrong_place_above_null - kUsualWrongPlaceAboveNull;
   if (saw)
     terms[kFreeSpaceViolation] = std::min(

@@ -46,11 +46,14 @@ void forWeights(Model& model, const Visit& visit) {
   all("registered.", model.registered,
       {kConstant, kMapCoverage, kAboveNull, kFreeSpaceViolation, kDenseMargin,
        kDenseMarginTimesAboveNull});
+  all("glimpse.", model.glimpse,
+      {kConstant, kLikelihoodMargin, kMapCoverage, kAboveNull, kObstacleOverlap, kConflictRatio,
+       kFreeSpaceViolation, kLogDenseMargin, kWrongPlaceAboveNull});
   all("shown.", model.with_overlap,
       {kConstant, kMapCoverage, kConverged, kObstacleOverlap, kMapOverlap, kMissRatio,
        kConflictRatio, kFreeSpaceViolation, kLogDenseMargin, kWrongPlaceAboveNull});
   all("air.", model.air,
-      {kConstant, kMapCoverage, kAboveNull, kMapOverlap, kConflictRatio, kLogDenseMargin,
+      {kConstant, kLikelihoodMargin, kMapCoverage, kAboveNull, kMapOverlap, kConflictRatio,
        kWrongPlaceMissRatio});
 }
 
@@ -255,11 +258,15 @@ VerdictModel fitVerdictModel(const std::vector<JudgedStatistics>& answers) {
   };
   fit(unregistered(false), model.graph);
   fit(unregistered(true), model.alone);
-  fit(
-      [](const Statistics& s) {
-        return s.dense.registered() && !s.dense.map_overlap ? Known(s) : std::nullopt;
-      },
-      model.registered);
+  const auto withoutOverlap = [](bool narrow) {
+    return [narrow](const Statistics& s) {
+      return s.dense.registered() && !s.dense.map_overlap && s.dense.narrow == narrow
+                 ? Known(s)
+                 : std::nullopt;
+    };
+  };
+  fit(withoutOverlap(false), model.registered);
+  fit(withoutOverlap(true), model.glimpse);
   const auto shownFrom = [](bool air) {
     return [air](const Statistics& s) {
       return s.dense.registered() && s.dense.map_overlap && s.dense.aerial == air ? Known(s)

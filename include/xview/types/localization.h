@@ -148,6 +148,7 @@ struct DenseEvidence : Visibility {
   /// share some metres off. See pose::freeSpaceViolation.
   std::optional<double> free_space_violation;
   bool aerial = false;  ///< the query was recorded from the air
+  bool narrow = false;  ///< a camera outdoors: most of what stands around is out of its view
 
   bool registered() const { return of != Of::nothing; }
 };

@@ -75,19 +75,21 @@ Statistics statisticsOf(const Evidence& evidence);
 /// the map.
 enum Term : std::size_t {
   kConstant,
-  kScoreRatio,                 ///< logarithm of Statistics::score_ratio
-  kLikelihoodMargin,           ///< logarithm of Statistics::likelihood_margin
-  kMapCoverage,                ///< logarithm of Statistics::map_coverage: out-of-map queries fit
-                               ///< best where they hang over the edge of the map
-  kAboveNull,                  ///< inlier ratio above null and threshold, as a share of the
-                               ///< self-consistency where that is set; 0 without convergence
-  kConverged,                  ///< 1 if the registration converged near the place
-  kObstacleOverlap,            ///< Visibility::obstacle_overlap above its threshold
-  kMapOverlap,                 ///< Visibility::map_overlap
-  kMissRatio,                  ///< Visibility::miss_ratio below its threshold
-  kConflictRatio,              ///< Visibility::conflict_ratio below its threshold
-  kFreeSpaceViolation,         ///< negative logarithm of DenseEvidence::free_space_violation
-  kDenseMargin,                ///< Statistics::dense_margin
+  kScoreRatio,          ///< logarithm of Statistics::score_ratio
+  kLikelihoodMargin,    ///< logarithm of Statistics::likelihood_margin; from the air the margin
+                        ///< itself, as a share of 60 nats
+  kMapCoverage,         ///< logarithm of Statistics::map_coverage: out-of-map queries fit
+                        ///< best where they hang over the edge of the map
+  kAboveNull,           ///< inlier ratio above null and threshold, as a share of the
+                        ///< self-consistency where that is set; of a narrow view above null
+                        ///< only, from the air 0.1 at most; 0 without convergence
+  kConverged,           ///< 1 if the registration converged near the place
+  kObstacleOverlap,     ///< Visibility::obstacle_overlap above its threshold
+  kMapOverlap,          ///< Visibility::map_overlap
+  kMissRatio,           ///< Visibility::miss_ratio below its threshold
+  kConflictRatio,       ///< Visibility::conflict_ratio below its threshold
+  kFreeSpaceViolation,  ///< negative logarithm of DenseEvidence::free_space_violation
+  kDenseMargin,         ///< Statistics::dense_margin
   kDenseMarginTimesAboveNull,  ///< product of both where both are positive
   kLogDenseMargin,             ///< logarithm of the dense margin: an out-of-map query may fit one
                                ///< place of the map only, too
@@ -110,10 +112,11 @@ struct EvidenceWeights {
 };
 
 /// One set of weights per kind of evidence, fitted together because terms depend on one another:
-/// the score of vertices alone, that of surfaces alone, with a registration, with the overlap of
-/// map and query as well, and the latter from the air. Terms that a kind of evidence lacks weigh 0.
+/// the score of vertices alone, that of surfaces alone, with a registration (scans and rooms), that
+/// of a few frames of a camera outdoors, with the overlap of map and query as well, and the latter
+/// from the air. Terms that a kind of evidence lacks weigh 0.
 struct VerdictModel {
-  EvidenceWeights graph, alone, registered, with_overlap, air;
+  EvidenceWeights graph, alone, registered, glimpse, with_overlap, air;
 
   /// The set for the kind of evidence at hand.
   const EvidenceWeights& weightsFor(const Statistics& statistics) const;
