@@ -19,9 +19,6 @@ using State = LiveAnswer::State;
 using Source = LiveAnswer::Source;
 
 constexpr int kScanWindow = 1, kImageWindow = 20, kImageStride = 5;
-/// As long as the robot is not found, windows of up to two strides are asked this many frames
-/// apart: they cost little, and some frames that show much suffice.
-constexpr int kFirstStride = 2;
 /// Chance that somebody carried the robot away from one window to the next. At the usual risk a
 /// window that is not accepted must at least speak for the place.
 constexpr double kCarriedAway = 0.01;
@@ -29,7 +26,8 @@ constexpr double kCarriedAway = 0.01;
 constexpr double kBlind_m = 20;
 /// Least share of the score expected at the true pose with which a frame fits.
 constexpr double kLeastShare = 0.5;
-constexpr double kReach_m = 1.5;      ///< radius in which that pose is sought [m in a town]
+constexpr double kReach_m = 1.5;  ///< radius in which that pose is sought [m in a town]
+constexpr const char* kDoesNotFit = "the frame does not fit where it is expected";
 constexpr int kMostFailedChecks = 2;  ///< frames in a row that do not fit and lose the robot
 /// Least step of the odometry that is a jump [m in a town], and least multiple of the median step.
 constexpr double kJump_m = 3, kJumpSteps = 8;
@@ -77,11 +75,7 @@ std::string toJson(const LiveFrame& frame, const LiveAnswer& answer, double late
 }
 
 Follower::Follower(const Localizer& localizer, const Options& options, int window, int stride)
-    : localizer_(localizer),
-      options_(options),
-      window_(window),
-      stride_(stride),
-      first_stride_(stride) {}
+    : localizer_(localizer), options_(options), window_(window), stride_(stride) {}
 
 LiveAnswer Follower::withoutPose(const std::string& reason) const {
   LiveAnswer answer;
@@ -132,10 +126,7 @@ LiveAnswer Follower::add(const QueryInput& input, const LiveFrame& about,
 
 LiveAnswer Follower::add(Frame frame, const LabelSet& labels, bool has_odometry) {
   if (window_ == 0) window_ = frame.sensor == Sensor::camera ? kImageWindow : kScanWindow;
-  if (stride_ == 0) {
-    stride_ = frame.sensor == Sensor::camera ? std::min(kImageStride, window_) : 1;
-    first_stride_ = std::min(kFirstStride, stride_);
-  }
+  if (stride_ == 0) stride_ = frame.sensor == Sensor::camera ? std::min(kImageStride, window_) : 1;
   const Eigen::Isometry3d T_odom_sensor = frame.T_odom_sensor;
   PreprocessedFrame preprocessed = preprocessFrame(std::move(frame), labels, options_);
   if (!has_odometry) return alone(makeQuery(&preprocessed, &preprocessed + 1, labels, options_));
@@ -151,15 +142,12 @@ LiveAnswer Follower::add(Frame frame, const LabelSet& labels, bool has_odometry)
   ++taken_;
   ++since_window_;
   failed_checks_ = newestFits() ? 0 : failed_checks_ + 1;
-  if (failed_checks_ > 0 && failed_checks_ < kMostFailedChecks)
-    return withoutPose("the frame does not fit where it is expected");
+  if (failed_checks_ > 0 && failed_checks_ < kMostFailedChecks) return withoutPose(kDoesNotFit);
   if (failed_checks_ > 0) {
     lose();
     frames_.erase(frames_.begin(), frames_.end() - kMostFailedChecks);
   }
-  const bool is_first = !fix_ && frames_.size() < 2 * static_cast<std::size_t>(stride_);
-  if (since_window_ < (is_first ? first_stride_ : stride_))
-    return jumps ? withoutPose("the odometry jumps") : between();
+  if (since_window_ < stride_) return jumps ? withoutPose("the odometry jumps") : between();
   since_window_ = 0;
   const std::vector<PreprocessedFrame> window(frames_.begin(), frames_.end());
   return judge(makeQuery(window.data(), window.data() + window.size(), labels, options_));
@@ -262,7 +250,10 @@ LiveAnswer Follower::searched(const Query& query) {
   sequence_.reset();
   tracker_.emplace(localizer_, options_);
   tracker_->begin(query, fix);
-  return found(fix);
+  const LiveAnswer answer = found(fix);
+  // If the robot was carried away in between, most frames of the window are those of before.
+  failed_checks_ = newestFits() ? 0 : 1;
+  return failed_checks_ == 0 ? answer : withoutPose(kDoesNotFit);
 }
 
 }  // namespace xview::tools

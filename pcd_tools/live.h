@@ -61,7 +61,7 @@ std::string toJson(const LiveFrame& frame, const LiveAnswer& answer, double late
 class Follower {
  public:
   /// The localizer must outlive it. `window`, `stride`: most frames per query, and from one to the
-  /// next; 0 = by the sensor: each scan, or 20 images, every 5 (2 while few were gathered).
+  /// next; 0 = by the sensor: each scan, or 20 images, every 5.
   Follower(const Localizer& localizer, const Options& options, int window, int stride);
 
   /// The next frame. `pose`: that of the odometry, if it is not in the input. Throws Error if the
@@ -97,7 +97,7 @@ class Follower {
 
   const Localizer& localizer_;
   const Options options_;
-  int window_, stride_, first_stride_;
+  int window_, stride_;
   std::optional<Sequence> sequence_;  ///< while it is searched for, but with method walks
   std::optional<Tracker> tracker_;    ///< while it is found
   std::optional<Fix> fix_;            ///< while it is found

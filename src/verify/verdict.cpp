@@ -352,10 +352,9 @@ std::array<double, kTerms> termsOf(const Statistics& s) {
   terms[kConflictRatio] = conflictTerm(dense.conflict_ratio);
   if (dense.aerial) {
     // Roads and roofs fit closely in another town, too, but do not stand out there.
-    constexpr double kMostAboveNull = 0.1, kMostMargin_nats = 60;
-    terms[kAboveNull] = std::min(kMostAboveNull, aboveNullOf(s));
+    constexpr double kMostMargin_nats = 60;
+    terms[kAboveNull] = std::min(0.0, aboveNullOf(s));
     terms[kLikelihoodMargin] = std::min(kMostMargin_nats, s.likelihood_margin) / kMostMargin_nats;
-    terms[kWrongPlaceMissRatio] = s.wrong_place_miss_ratio - kUsualWrongPlaceMissRatio;
     return terms;
   }
   terms[kLogDenseMargin] = logDenseMarginTerm(margin);

@@ -25,9 +25,9 @@ constexpr double kRidge = 1e-3;  ///< of standardised weights, per answer
 constexpr int kNewtonSteps = 50;
 
 constexpr std::array<const char*, kTerms> kTermNames = {
-    "constant",     "agreement",  "lead",        "known",        "excess",       "settled",
-    "standing",     "shown",      "missing",     "contradicted", "seen_through", "margin",
-    "margin_there", "log_margin", "null_excess", "null_missing"};
+    "constant",     "agreement", "lead",         "known",      "excess",
+    "settled",      "standing",  "shown",        "missing",    "contradicted",
+    "seen_through", "margin",    "margin_there", "log_margin", "null_excess"};
 
 /// Which way a witness may count: more of it makes an answer likelier (+1), or less likely (-1).
 constexpr int signOf(Term term) { return term == kWrongPlaceAboveNull ? -1 : 1; }
@@ -53,8 +53,7 @@ void forWeights(Model& model, const Visit& visit) {
       {kConstant, kMapCoverage, kConverged, kObstacleOverlap, kMapOverlap, kMissRatio,
        kConflictRatio, kFreeSpaceViolation, kLogDenseMargin, kWrongPlaceAboveNull});
   all("air.", model.air,
-      {kConstant, kLikelihoodMargin, kMapCoverage, kAboveNull, kMapOverlap, kConflictRatio,
-       kWrongPlaceMissRatio});
+      {kConstant, kLikelihoodMargin, kMapCoverage, kAboveNull, kMapOverlap, kConflictRatio});
 }
 
 VerdictModel parse(const std::string& text, const std::string& path) {

@@ -137,6 +137,28 @@ TEST_F(Follow, CarriedAwayBehindTheBackOfItsOdometryItHasNoPoseUntilItIsFound) {
   expectRightPosesThough(false);
 }
 
+/// Check fix for: a robot that was carried away, unseen by its odometry, before it was found got a
+/// pose 226 m off where the other frames of the window had been.
+TEST_F(Follow, CarriedAwayBeforeItWasFoundItHasNoPoseOfWhereItHadBeen) {
+  const auto truth = truthOf("lidar_reverse");
+  constexpr std::size_t kWindow = 16;
+  const auto lastOf = [&](bool is_carried) {
+    std::string text;
+    for (std::size_t i = 0; i < kWindow; ++i) {
+      const bool is_elsewhere = is_carried && i + 1 == kWindow;
+      text += scan(is_elsewhere ? "lidar_elsewhere" : "lidar_reverse", i) + " " +
+              poseLine(100 + static_cast<double>(i), truth[i].T_frame_sensor) + "\n";
+    }
+    const Outcome outcome = followLines(text, fmt::format("--window {0} --stride {0}", kWindow));
+    return jsonLines(outcome.out).back();
+  };
+  EXPECT_EQ(lastOf(false)["state"], "found");
+  const Json carried = lastOf(true);
+  EXPECT_TRUE(carried["pose"].is_null()) << carried;
+  EXPECT_NE(carried["reason"].get<std::string>().find("does not fit"), std::string::npos)
+      << carried;
+}
+
 TEST_F(Follow, BadLinesAreAnsweredAndTheRestGoesOn) {
   const std::string identity = " 0 0 0 0 0 0 0 1\n";
   const Outcome outcome =

@@ -206,11 +206,11 @@ TEST(Verdict, EvidenceIsComparedWithWrongPlacesOfTheMapAtHand) {
   };
   const WrongPlace usual{kUsualWrongPlaceAboveNull, kUsualWrongPlaceMissRatio};
   const std::vector<WrongPlace> alike(60, {0.3, 0.2}), unique(60, {0.02, 0.6});
-  for (const bool aerial : {false, true}) {
-    e.dense.aerial = aerial;
-    e.runner_up = e.best_unverified = aerial ? 60 : 240;
-    e.dense.map_overlap = aerial ? -0.1 : 0.05;
-    e.dense.conflict_ratio = aerial ? 0.45 : 0.25;
+  e.runner_up = e.best_unverified = 240;
+  e.dense.conflict_ratio = 0.25;
+  for (const bool narrow : {false, true}) {
+    e.dense.narrow = narrow;
+    e.dense.map_overlap = narrow ? std::nullopt : std::optional(0.05);
     EXPECT_NEAR(confidenceAmong({}), confidenceAmong({60, usual}), 1e-12);
     EXPECT_NEAR(confidenceAmong({}), confidenceAmong({60, WrongPlace{}}), 1e-12) << "not asked";
     EXPECT_LT(confidenceAmong(alike), confidenceAmong({}));

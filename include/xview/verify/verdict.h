@@ -82,7 +82,7 @@ enum Term : std::size_t {
                         ///< best where they hang over the edge of the map
   kAboveNull,           ///< inlier ratio above null and threshold, as a share of the
                         ///< self-consistency where that is set; of a narrow view above null
-                        ///< only, from the air 0.1 at most; 0 without convergence
+                        ///< only, from the air 0 at most; 0 without convergence
   kConverged,           ///< 1 if the registration converged near the place
   kObstacleOverlap,     ///< Visibility::obstacle_overlap above its threshold
   kMapOverlap,          ///< Visibility::map_overlap
@@ -94,7 +94,6 @@ enum Term : std::size_t {
   kLogDenseMargin,             ///< logarithm of the dense margin: an out-of-map query may fit one
                                ///< place of the map only, too
   kWrongPlaceAboveNull,        ///< Statistics::wrong_place_above_null over that of a usual map
-  kWrongPlaceMissRatio,        ///< Statistics::wrong_place_miss_ratio over that of a usual map
   kTerms
 };
 
