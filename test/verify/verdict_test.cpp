@@ -476,6 +476,31 @@ TEST(Verdict, FromTheAirWhatTheMapHasNotSpeaksAgainstAPlace) {
   EXPECT_NE(judged(e).reason.find("the map does not show"), std::string::npos) << judged(e).reason;
 }
 
+/// Check fix for: single frames lay closely in another town (0.47 above null) and were accepted
+/// with a confidence of 1 - 1e-4.
+TEST(Verdict, FromTheAirAPlaceMustStandOutOfOthers) {
+  Evidence e = goodView();
+  verifySecondBest(e);
+  e.best_unverified = 20;
+  e.score = 83;
+  e.runner_up = e.alternatives[0].score = 69;
+  e.map_coverage = 0.23;
+  e.dense = points(0.51, 0.04, -0.05);
+  e.dense.of = DenseEvidence::Of::views;
+  e.dense.conflict_ratio = 0.13;
+  e.dense.aerial = true;
+  EXPECT_NE(judged(e).status, Status::accepted) << judged(e).confidence;
+  e.score = 160;
+  e.map_coverage = 0.45;
+  e.dense.inlier_ratio = 0.4;
+  e.dense.null_inlier_ratio = 0.16;
+  e.dense.map_overlap = 0.09;
+  e.dense.conflict_ratio = 0.24;
+  EXPECT_EQ(judged(e).status, Status::accepted) << judged(e).reason;
+  e.runner_up = e.alternatives[0].score = 150;
+  EXPECT_NE(judged(e).status, Status::accepted) << judged(e).confidence;
+}
+
 TEST(Verdict, AStreetThatStandsOutButIsNotShownIsRefused) {
   Evidence e = goodView();
   e.score = 1200;
