@@ -63,7 +63,7 @@ def with_sums(content):
     return bytes(file)
 
 
-class Runner:
+class ManyCommands:
     """Runs commands in processes of bench/many_commands.cpp."""
     COMMANDS = 100  # of a process; the next one begins with fresh memory
 
@@ -72,8 +72,9 @@ class Runner:
 
     def run(self, said, arguments):
         """Exit status, CPU seconds and peak memory so far [kB]."""
-        if self.left <= 0:
+        if self.left == 0:
             self.end()
+        if not self.process:
             self.process = subprocess.Popen([self.path], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, bufsize=1)
             self.left = self.COMMANDS
         self.left -= 1
@@ -81,13 +82,16 @@ class Runner:
         answer = self.process.stdout.readline().split()
         if answer:
             return int(answer[0]), float(answer[1]), float(answer[2])
-        self.left = 0
-        return self.process.wait() or 126, 0.0, 0.0  # it must not end
+        return min(self.end(), 0) or 126, 0.0, 0.0  # it must not end, by whatever code
 
     def end(self):
+        """Exit status of the process; the next command begins another one."""
+        code = 0
         if self.process:
-            self.process.stdin.close()
-            self.process.wait()
+            self.process.communicate()
+            code = self.process.returncode
+        self.process = None
+        return code
 
 
 def spawned(program, said, arguments):
@@ -102,7 +106,7 @@ def spawned(program, said, arguments):
 class Checker:
     def __init__(self, program, runner, scratch, seed):
         self.program, self.scratch, self.chance = program, scratch, random.Random(seed)
-        self.runner = runner and Runner(runner)
+        self.runner = runner and ManyCommands(runner)
 
     def run(self, arguments):
         """Exit status, lines of stderr, CPU seconds and peak memory of the program."""
@@ -151,7 +155,7 @@ class Checker:
         finished = with_sums if honest.suffix == ".e57" else bytes
         target.write_bytes(finished(data))
         if self.runner:
-            self.runner.left = 0  # memory of this format alone
+            self.runner.end()  # memory of this format alone
         code, lines, honest_s, honest_mb = self.run(command(target))
         if code not in (0, 3):
             sys.exit(f"{name}: the honest file is not read: {lines}")
@@ -186,7 +190,7 @@ def main():
     with tempfile.TemporaryDirectory() as scratch:
         checker = Checker(arguments.program.resolve(), arguments.runner, Path(scratch), arguments.seed)
         out, formats = checker.formats(arguments.seeds, arguments.data)
-        rows = [checker.row(*of_format, out, arguments.count) for of_format in formats if of_format[0] in (arguments.only or [of_format[0]])]
+        rows = [checker.row(*of_format, out, arguments.count) for of_format in formats if not arguments.only or of_format[0] in arguments.only]
     rows.append(["all", *(sum(row[i] for row in rows) for i in (1, 2, 3)), max((row[4] for row in rows), key=float), max((row[5] for row in rows), key=float),
                  sum(row[6] for row in rows)])
     print(table([["format", "files", "read all the same", "refused", "CPU beyond the honest file, s, at most", "memory beyond it, MB, at most", "anything else"], *rows]))

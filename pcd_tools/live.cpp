@@ -26,12 +26,12 @@ constexpr double kCarriedAway = 0.01;
 constexpr double kBlind_m = 20;
 /// Least share of the score expected at the true pose with which a frame fits.
 constexpr double kLeastShare = 0.5;
-constexpr double kReach_m = 1.5;  ///< radius in which that pose is sought [m in a town]
-constexpr const char* kDoesNotFit = "the frame does not fit where it is expected";
+constexpr double kReach_m = 1.5;      ///< radius in which that pose is sought [m in a town]
 constexpr int kMostFailedChecks = 2;  ///< frames in a row that do not fit and lose the robot
 /// Least step of the odometry that is a jump [m in a town], and least multiple of the median step.
 constexpr double kJump_m = 3, kJumpSteps = 8;
 constexpr std::size_t kUsualSteps = 16;
+constexpr const char* kDoesNotFit = "the frame does not fit where it is expected";
 
 double logOdds(double p) {
   const double bounded = std::clamp(p, 1e-6, 1 - 1e-6);

@@ -267,7 +267,6 @@ bool oneOfSeveral(Evidence e, const Statistics& judged, const VerdictOptions& o,
   e.alternatives.clear();
   Statistics s = statisticsOf(e);
   s.wrong_place_above_null = judged.wrong_place_above_null;
-  s.wrong_place_miss_ratio = judged.wrong_place_miss_ratio;
   return confidenceOf(oddsOf(s, model), s) >= o.min_confidence;
 }
 
@@ -328,6 +327,8 @@ std::array<double, kTerms> termsOf(const Statistics& s) {
   const DenseEvidence& dense = s.dense;
   const double margin = std::min(s.dense_margin, kMostDenseMargin);
   const bool saw = dense.converged && dense.free_space_violation;
+  if (!dense.map_overlap && saw)
+    terms[kFreeSpaceViolation] = freeSpaceTerm(*dense.free_space_violation);
   if (!dense.map_overlap && dense.narrow) {
     // A facade and some trees fit another place of the town, or of another town, as closely.
     terms[kAboveNull] = dense.converged ? dense.inlier_ratio - dense.null_inlier_ratio : 0;
@@ -336,14 +337,12 @@ std::array<double, kTerms> termsOf(const Statistics& s) {
     terms[kObstacleOverlap] = obstacleOverlapTerm(dense);
     terms[kConflictRatio] = conflictTerm(dense.conflict_ratio);
     terms[kWrongPlaceAboveNull] = s.wrong_place_above_null - kUsualWrongPlaceAboveNull;
-    if (saw) terms[kFreeSpaceViolation] = freeSpaceTerm(*dense.free_space_violation);
     return terms;
   }
   if (!dense.map_overlap) {
     terms[kAboveNull] = aboveNullOf(s);
     terms[kDenseMargin] = margin;
     terms[kDenseMarginTimesAboveNull] = std::max(0.0, terms[kAboveNull]) * std::max(0.0, margin);
-    if (saw) terms[kFreeSpaceViolation] = freeSpaceTerm(*dense.free_space_violation);
     return terms;
   }
   // What a true pose scores is known badly where labels are poor, and from the air; what stands
