@@ -109,7 +109,7 @@ search::LikelihoodTable learnLikelihoods(const map::SemanticMap& given,
   window_m /= given.size;
   search::LikelihoodTable table;
   if (frames.size() < 3 || map.poses.size() < 3) return table;
-  const search::DistanceField field(map.bev, options.threads);
+  const search::DistanceField field(map.bev);
   // Views from above are drawn upright, so everything is compared in upright frames.
   const Eigen::Isometry3d T_aligned_map(map.bev.alignment);
   for (Eigen::Isometry3d& T : T_map_sensor) T = T_aligned_map * T;

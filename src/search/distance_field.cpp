@@ -2,8 +2,9 @@
 #include "xview/search/distance_field.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
-#include <map>
+#include <mutex>
 
 #include "xview/types/cells.h"
 #include "xview/types/parallel.h"
@@ -17,64 +18,55 @@ namespace {
 #define XVIEW_CLONES __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
 
 constexpr int kSide = DistanceField::kTileCells;
-constexpr int kCells = kSide * kSide;
+constexpr int kHalfSide = kSide / 2;
+constexpr int kTileBits = 6;
+static_assert(kSide == 1 << kTileBits);
 constexpr float kReach_m = kBinLimits_m.back();  ///< beyond it every distance is in the last class
 constexpr float kSeenNear_m = 1.f;               ///< a cell this near to a seen one counts as seen
 constexpr float kFar = 1e9f;                     ///< squared distance where there is no sample
 constexpr int kNearBins = 5;  ///< classes below 2 m say something even where the map was not seen
 static_assert(kBinLimits_m[kNearBins - 1] == 2.f, "classes below 2 m");
 
-using TileKey = std::pair<std::int32_t, std::int32_t>;  ///< (y, x)
-using Mask = std::vector<std::uint8_t>;                 ///< 1 per cell of a tile that was seen
+/// Cells of a tile that were seen: a bit each, row by row.
+using Mask = std::array<std::uint64_t, kSide>;
 
-/// Cells of each tile that were seen, grown by kSeenNear_m; the key set is the set of tiles of the
-/// field.
-std::map<TileKey, Mask> seenTiles(const BevGrid& map) {
-  std::map<TileKey, Mask> seen;
-  const int reach = static_cast<int>(kSeenNear_m / map.cell_m);
-  TileKey last{std::numeric_limits<std::int32_t>::max(), 0};
-  Mask* mask = nullptr;
-  for (const GroundCell& cell : map.known) {
-    for (int dy = -reach; dy <= reach; ++dy) {
-      for (int dx = -reach; dx <= reach; ++dx) {
-        const TileKey key{(cell.y + dy) >> 6, (cell.x + dx) >> 6};
-        if (!mask || key != last) {
-          mask = &seen[key];
-          mask->resize(kCells, 0);
-          last = key;
-        }
-        (*mask)[DistanceField::cellInTile(cell.x + dx, cell.y + dy)] = 1;
-      }
-    }
-  }
-  return seen;
+bool isEmpty(const Mask& mask) {
+  return std::all_of(mask.begin(), mask.end(), [](std::uint64_t row) { return row == 0; });
 }
 
-/// A sample, in cells from the first one of a tile.
-struct Site {
-  float x, y;
-};
-/// From the centres of the cells of a tile to the nearest site, squared.
-using Distances = std::array<float, kCells>;
+/// Of cells of twice the size: those with a seen cell.
+Mask halved(const Mask& mask) {
+  Mask half{};
+  for (int y = 0; y < kHalfSide; ++y) {
+    const std::uint64_t row = mask[2 * y] | mask[2 * y + 1];
+    for (int x = 0; x < kHalfSide; ++x) half[y] |= std::uint64_t{(row >> 2 * x & 3) != 0} << x;
+  }
+  return half;
+}
+
+/// The bits first to last of a word.
+std::uint64_t bitsFrom(int first, int last) {
+  return (~std::uint64_t{0} >> (63 - last)) & (~std::uint64_t{0} << first);
+}
 
 constexpr int kBlock = 16;  ///< columns that are looked at together
 
-/// Lowers the distances of the cells up to `reach` rows and columns away to those to one site, and
-/// of some more columns.
-XVIEW_CLONES void tryOneSite(Site site, float reach, float* squared) {
-  const int first_row = std::max(0, static_cast<int>(site.y - reach) - 1),
-            last_row = std::min(kSide, static_cast<int>(site.y + reach) + 1),
-            first_column = std::max(0, static_cast<int>(site.x - reach) - 1) & ~(kBlock - 1),
-            last_column = std::min(kSide, static_cast<int>(site.x + reach) + 1);
+/// Lowers the distances of the cells of a tile up to `reach` rows and columns away to those to one
+/// site, and of some more columns.
+XVIEW_CLONES void tryOneSite(float site_x, float site_y, float reach, int side, float* squared) {
+  const int first_row = std::max(0, static_cast<int>(site_y - reach) - 1),
+            last_row = std::min(side, static_cast<int>(site_y + reach) + 1),
+            first_column = std::max(0, static_cast<int>(site_x - reach) - 1) & ~(kBlock - 1),
+            last_column = std::min(side, static_cast<int>(site_x + reach) + 1);
   for (int column = first_column; column < last_column; column += kBlock) {
     float across[kBlock];
     for (int x = 0; x < kBlock; ++x) {
-      const float dx = static_cast<float>(column + x) + 0.5f - site.x;
+      const float dx = static_cast<float>(column + x) + 0.5f - site_x;
       across[x] = dx * dx;
     }
     for (int y = first_row; y < last_row; ++y) {
-      const float dy = static_cast<float>(y) + 0.5f - site.y, dy_squared = dy * dy;
-      float* row = squared + y * kSide + column;
+      const float dy = static_cast<float>(y) + 0.5f - site_y, dy_squared = dy * dy;
+      float* row = squared + y * side + column;
       for (int x = 0; x < kBlock; ++x) {
         const float d = across[x] + dy_squared;
         row[x] = d < row[x] ? d : row[x];
@@ -83,64 +75,12 @@ XVIEW_CLONES void tryOneSite(Site site, float reach, float* squared) {
   }
 }
 
-XVIEW_CLONES void addReached(const float* __restrict squared, float limit,
+XVIEW_CLONES void addReached(const float* __restrict squared, float limit, int cells,
                              std::uint8_t* __restrict counts) {
-  for (int i = 0; i < kCells; ++i) {
+  for (int i = 0; i < cells; ++i) {
     counts[i] = static_cast<std::uint8_t>(counts[i] + (squared[i] >= limit));
   }
 }
-
-/// Distances above `reach` are only known to be above it.
-Distances squaredDistances(const std::vector<Site>& sites, float reach) {
-  Distances squared;
-  squared.fill(kFar);
-  for (const Site& s : sites) tryOneSite(s, reach, squared.data());
-  return squared;
-}
-
-/// Samples in cells, by tile and channel.
-class SamplesByTile {
- public:
-  SamplesByTile(const BevGrid& map, float reach)
-      : tiles_around_(static_cast<int>(reach) / kSide + 1), reach_(reach) {
-    for (std::size_t c = 0; c < kBevChannels; ++c) {
-      for (const BevSample& s : map.samples[c]) {
-        const auto x = static_cast<float>(s.x / map.cell_m),
-                   y = static_cast<float>(s.y / map.cell_m);
-        tiles_[{tileOf(y), tileOf(x)}][c].push_back({x, y});
-      }
-    }
-  }
-
-  using Sites = std::vector<Site>;
-  /// Those within reach of a tile, relative to it.
-  std::array<Sites, kBevChannels> around(std::int32_t tile_x, std::int32_t tile_y) const {
-    std::array<Sites, kBevChannels> result;
-    const float x0 = static_cast<float>(tile_x) * kSide, y0 = static_cast<float>(tile_y) * kSide;
-    const auto inReach = [this](float p) { return p >= -reach_ && p <= kSide + reach_; };
-    for (int dy = -tiles_around_; dy <= tiles_around_; ++dy) {
-      for (int dx = -tiles_around_; dx <= tiles_around_; ++dx) {
-        const auto it = tiles_.find({tile_y + dy, tile_x + dx});
-        if (it == tiles_.end()) continue;
-        for (std::size_t c = 0; c < kBevChannels; ++c) {
-          for (const Site& s : it->second[c]) {
-            if (inReach(s.x - x0) && inReach(s.y - y0)) result[c].push_back({s.x - x0, s.y - y0});
-          }
-        }
-      }
-    }
-    return result;
-  }
-
- private:
-  static std::int32_t tileOf(float cell) {
-    return static_cast<std::int32_t>(std::floor(cell / kSide));
-  }
-
-  int tiles_around_;
-  float reach_;
-  std::map<TileKey, std::array<Sites, kBevChannels>> tiles_;
-};
 
 /// Limits of the classes in cells, squared.
 std::vector<float> squaredLimits(double cell_m) {
@@ -151,17 +91,6 @@ std::vector<float> squaredLimits(double cell_m) {
   return limits;
 }
 
-void appendPlane(const Distances& squared, const std::vector<float>& limits, const Mask& mask,
-                 std::vector<std::uint8_t>& planes) {
-  planes.resize(planes.size() + kCells);
-  std::uint8_t* plane = planes.data() + planes.size() - kCells;
-  for (const float limit : limits) addReached(squared.data(), limit, plane);
-  for (int i = 0; i < kCells; ++i) {
-    const bool unknown = plane[i] >= kNearBins && !mask[i];
-    plane[i] = unknown ? static_cast<std::uint8_t>(kUnknownBin) : plane[i];
-  }
-}
-
 /// The planes of one tile, and which of them each channel has. The first is that of all channels
 /// without a sample in reach.
 struct TilePlanes {
@@ -169,63 +98,231 @@ struct TilePlanes {
   std::array<std::size_t, kBevChannels> plane_of{};
 };
 
-TilePlanes makePlanes(const std::array<SamplesByTile::Sites, kBevChannels>& samples,
-                      const Mask& mask, double cell_m) {
+/// `sites`: in cells from the first one of the tile, by channel.
+template <class Sites>
+TilePlanes makePlanes(const Sites& sites, const Mask& mask, int side, double cell_m) {
   TilePlanes result;
   const auto reach = static_cast<float>(kReach_m / cell_m);
   const auto limits = squaredLimits(cell_m);
-  const auto present = std::count_if(samples.begin(), samples.end(),
-                                     [](const auto& sites) { return !sites.empty(); });
-  result.planes.reserve(static_cast<std::size_t>(present + 1) * kCells);
-  appendPlane(squaredDistances({}, reach), limits, mask, result.planes);
+  const auto cells = static_cast<std::size_t>(side * side);
+  const auto present = std::count_if(sites.begin(), sites.end(),
+                                     [](const auto& channel) { return !channel.empty(); });
+  result.planes.reserve(static_cast<std::size_t>(present + 1) * cells);
+  std::array<float, kSide * kSide> squared;  // above `reach` only known to be above it
+  const auto append = [&](const typename Sites::value_type& of_channel) {
+    std::fill_n(squared.begin(), cells, kFar);
+    for (const auto& site : of_channel) tryOneSite(site.x, site.y, reach, side, squared.data());
+    result.planes.resize(result.planes.size() + cells);
+    std::uint8_t* plane = result.planes.data() + result.planes.size() - cells;
+    for (const float limit : limits) addReached(squared.data(), limit, side * side, plane);
+    for (int y = 0; y < side; ++y) {
+      for (int x = 0; x < side; ++x) {
+        std::uint8_t& bin = plane[y * side + x];
+        if (bin >= kNearBins && !(mask[y] >> x & 1)) bin = static_cast<std::uint8_t>(kUnknownBin);
+      }
+    }
+  };
+  append({});
   for (std::size_t c = 0; c < kBevChannels; ++c) {
-    if (samples[c].empty()) continue;
-    result.plane_of[c] = result.planes.size() / kCells;
-    appendPlane(squaredDistances(samples[c], reach), limits, mask, result.planes);
+    if (sites[c].empty()) continue;
+    result.plane_of[c] = result.planes.size() / cells;
+    append(sites[c]);
   }
   return result;
 }
 
 }  // namespace
 
-DistanceField::DistanceField(const BevGrid& map, int threads)
+/// A sample, in cells.
+struct DistanceField::Site {
+  float x, y;
+};
+
+struct DistanceField::Place {
+  PlaneCell at;
+  Mask seen{};  ///< grown by kSeenNear_m; the tile does not exist if nothing is
+  Sites sites;
+  std::vector<GroundCell> known;
+
+  std::once_flag once;
+  std::atomic<bool> is_made{false};
+  Tile tile;
+  std::vector<std::uint8_t> planes;  ///< what tile.bins points into
+};
+
+DistanceField::DistanceField(const BevGrid& map)
     : cell_m_(map.cell_m), origin_x_(map.origin_x), origin_y_(map.origin_y) {
-  const auto seen = seenTiles(map);
-  if (seen.empty()) return;
-  std::vector<const Mask*> masks;
-  for (const auto& tile : seen) {
-    const auto y = tile.first.first, x = tile.first.second;
-    tiles_.emplace_back();
-    tiles_.back().y = y;
-    tiles_.back().x = x;
-    places_.numberOf({x, y}, [&] { return Place{{x, y}}; });
-    masks.push_back(&tile.second);
+  addKnown(map.known);
+  for (const auto& place : all_) tile_count_ += isEmpty(place->seen) ? 0 : 1;
+  if (tile_count_ > 0) addSamples(map);
+}
+DistanceField::~DistanceField() = default;
+DistanceField::DistanceField(DistanceField&&) noexcept = default;
+
+DistanceField::Place& DistanceField::placeOf(const PlaneCell& tile) {
+  const std::size_t number = places_.numberOf(tile, [&] { return PlaceNumber{tile}; });
+  if (number == all_.size()) {
+    all_.push_back(std::make_unique<Place>());
+    all_.back()->at = tile;
   }
-  const SamplesByTile samples(map, static_cast<float>(kReach_m / cell_m_));
-  planes_.resize(tiles_.size());
-  parallelFor(tiles_.size(), threads, [&](std::size_t t) {
-    Tile& tile = tiles_[t];
-    TilePlanes made = makePlanes(samples.around(tile.x, tile.y), *masks[t], cell_m_);
-    planes_[t] = std::move(made.planes);
-    for (std::size_t c = 0; c < kBevChannels; ++c)
-      tile.bins[c] = planes_[t].data() + made.plane_of[c] * kCells;
-    tile.ground.assign(kCells, std::numeric_limits<float>::quiet_NaN());
-  });
-  setGround(map.known);
+  return *all_[number];
 }
 
-void DistanceField::setGround(const std::vector<GroundCell>& known) {
-  std::vector<double> sums(tiles_.size(), 0);
-  std::vector<int> counts(tiles_.size(), 0);
+void DistanceField::addKnown(const std::vector<GroundCell>& known) {
+  const int reach = static_cast<int>(kSeenNear_m / cell_m_);
   for (const GroundCell& cell : known) {
-    const auto t = static_cast<std::size_t>(findTile(cell.x, cell.y));
-    sums[t] += double{cell.z};
-    ++counts[t];
-    if (cell.measured) tiles_[t].ground[cellInTile(cell.x, cell.y)] = cell.z;
+    placeOf({cell.x >> kTileBits, cell.y >> kTileBits}).known.push_back(cell);
+    const std::int32_t first = cell.x - reach, last = cell.x + reach;
+    for (std::int32_t y = cell.y - reach; y <= cell.y + reach; ++y) {
+      for (std::int32_t tx = first >> kTileBits; tx <= last >> kTileBits; ++tx) {
+        const std::int32_t x0 = tx * kSide;
+        placeOf({tx, y >> kTileBits}).seen[y & (kSide - 1)] |=
+            bitsFrom(std::max(0, first - x0), std::min(kSide - 1, last - x0));
+      }
+    }
   }
-  for (std::size_t t = 0; t < tiles_.size(); ++t) {
-    if (counts[t] > 0) tiles_[t].level = static_cast<float>(sums[t] / counts[t]);
+}
+
+void DistanceField::addSamples(const BevGrid& map) {
+  const auto tileOf = [](float cell) {
+    return static_cast<std::int32_t>(std::floor(cell / kSide));
+  };
+  for (std::size_t c = 0; c < kBevChannels; ++c) {
+    for (const BevSample& s : map.samples[c]) {
+      const auto x = static_cast<float>(s.x / cell_m_), y = static_cast<float>(s.y / cell_m_);
+      placeOf({tileOf(x), tileOf(y)}).sites[c].push_back({x, y});
+    }
   }
+}
+
+std::vector<PlaneCell> DistanceField::tiles() const {
+  std::vector<PlaneCell> tiles;
+  for (const auto& place : all_) {
+    if (!isEmpty(place->seen)) tiles.push_back(place->at);
+  }
+  return tiles;
+}
+
+void DistanceField::makeAll(int threads) const {
+  parallelFor(all_.size(), threads, [&](std::size_t i) { tile(i); });
+}
+
+const DistanceField::Tile* DistanceField::tile(std::size_t number) const {
+  Place& place = *all_[number];
+  if (!place.is_made.load(std::memory_order_acquire))
+    std::call_once(place.once, [&] { make(place); });
+  return place.planes.empty() ? nullptr : &place.tile;
+}
+
+void DistanceField::make(Place& place) const {
+  if (!isEmpty(place.seen)) {
+    TilePlanes made = makePlanes(sitesAround(place.at), place.seen, kSide, cell_m_);
+    Tile& tile = place.tile;
+    tile.x = place.at.x;
+    tile.y = place.at.y;
+    for (std::size_t c = 0; c < kBevChannels; ++c)
+      tile.bins[c] = made.planes.data() + made.plane_of[c] * kSide * kSide;
+    tile.ground.assign(kSide * kSide, std::numeric_limits<float>::quiet_NaN());
+    double sum = 0;
+    for (const GroundCell& cell : place.known) {
+      sum += double{cell.z};
+      if (cell.measured) tile.ground[cellInTile(cell.x, cell.y)] = cell.z;
+    }
+    if (!place.known.empty())
+      tile.level = static_cast<float>(sum / static_cast<double>(place.known.size()));
+    place.planes = std::move(made.planes);
+  }
+  place.is_made.store(true, std::memory_order_release);
+}
+
+/// Those within reach of a tile, in cells from its first one.
+DistanceField::Sites DistanceField::sitesAround(const PlaneCell& tile) const {
+  Sites result;
+  const auto reach = static_cast<float>(kReach_m / cell_m_);
+  const int tiles_around = static_cast<int>(reach) / kSide + 1;
+  const float x0 = static_cast<float>(tile.x) * kSide, y0 = static_cast<float>(tile.y) * kSide;
+  const auto inReach = [&](float p) { return p >= -reach && p <= kSide + reach; };
+  for (int dy = -tiles_around; dy <= tiles_around; ++dy) {
+    for (int dx = -tiles_around; dx <= tiles_around; ++dx) {
+      const std::int32_t number = places_.find({tile.x + dx, tile.y + dy});
+      if (number < 0) continue;
+      const Place& place = *all_[number];
+      for (std::size_t c = 0; c < kBevChannels; ++c) {
+        for (const Site& s : place.sites[c]) {
+          if (inReach(s.x - x0) && inReach(s.y - y0)) result[c].push_back({s.x - x0, s.y - y0});
+        }
+      }
+    }
+  }
+  return result;
+}
+
+namespace {
+
+/// Sites of a tile in cells of twice the size: one per cell, the mean of those in it.
+template <class Sites>
+Sites halved(const Sites& sites, float reach) {
+  const int rim = static_cast<int>(reach / 2) + 1, side = kHalfSide + 2 * rim;
+  std::vector<std::int32_t> site_of(static_cast<std::size_t>(side * side));
+  const auto cellOf = [&](float at) { return std::clamp(floorToInt(at) + rim, 0, side - 1); };
+  Sites result;
+  std::vector<float> counts;
+  for (std::size_t c = 0; c < sites.size(); ++c) {
+    if (sites[c].empty()) continue;
+    std::fill(site_of.begin(), site_of.end(), -1);
+    counts.clear();
+    for (const auto& site : sites[c]) {
+      const float x = site.x / 2, y = site.y / 2;
+      std::int32_t& number = site_of[static_cast<std::size_t>(cellOf(y) * side + cellOf(x))];
+      if (number < 0) {
+        number = static_cast<std::int32_t>(counts.size());
+        counts.push_back(0);
+        result[c].push_back({0, 0});
+      }
+      auto& mean = result[c][static_cast<std::size_t>(number)];
+      const float share = 1 / ++counts[static_cast<std::size_t>(number)];
+      mean.x += share * (x - mean.x);
+      mean.y += share * (y - mean.y);
+    }
+  }
+  return result;
+}
+
+}  // namespace
+
+namespace {
+
+/// The nearest and the median class of a square of a plane.
+std::uint8_t nearestAndMedian(const std::uint8_t* bins, int side) {
+  std::array<int, kDistanceBins + 1> counts{};
+  for (int y = 0; y < side; ++y) {
+    for (int x = 0; x < side; ++x) ++counts[bins[y * kHalfSide + x]];
+  }
+  int nearest = 0, median = 0, up_to_median = counts[0];
+  while (counts[nearest] == 0) ++nearest;
+  while (2 * up_to_median < side * side) up_to_median += counts[++median];
+  return static_cast<std::uint8_t>(nearest | median << 4);
+}
+static_assert(kDistanceBins < 16);
+
+}  // namespace
+
+std::vector<std::uint8_t> DistanceField::overview(const PlaneCell& tile, int side) const {
+  const std::int32_t number = places_.find(tile);
+  const Mask seen = number < 0 ? Mask{} : all_[static_cast<std::size_t>(number)]->seen;
+  const Sites sites = halved(sitesAround(tile), static_cast<float>(kReach_m / cell_m_));
+  const TilePlanes made = makePlanes(sites, halved(seen), kHalfSide, 2 * cell_m_);
+  const int cells = kHalfSide / side;
+  std::vector<std::uint8_t> squares;
+  squares.reserve(kBevChannels * static_cast<std::size_t>(side * side));
+  for (const std::size_t plane : made.plane_of) {
+    const std::uint8_t* bins = made.planes.data() + plane * kHalfSide * kHalfSide;
+    for (int y = 0; y < side; ++y) {
+      for (int x = 0; x < side; ++x)
+        squares.push_back(nearestAndMedian(bins + (y * kHalfSide + x) * cells, cells));
+    }
+  }
+  return squares;
 }
 
 namespace {

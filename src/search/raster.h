@@ -5,7 +5,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <limits>
+#include <mutex>
 #include <optional>
 #include <unordered_map>
 #include <vector>
@@ -88,6 +90,10 @@ struct RasterLevel {
   const LikelihoodRaster& raster;
   std::vector<RasterSample> samples;
   double max_yaw_step_rad = 0.105;  ///< 6 degrees; smaller if the query is large
+  /// Of a fine raster that is written where it is looked at only: called before a square of cells
+  /// is read, writes what is missing of it; what it returns is held while the cells are read.
+  std::function<std::unique_lock<std::mutex>(std::int64_t x, std::int64_t y, std::int64_t side)>
+      write_first = {};
 };
 
 /// What one query is searched with, and how much of it is kept.
@@ -102,7 +108,9 @@ struct RasterLevels {
   /// wherever a sample can score.
   double margin_m = std::numeric_limits<double>::infinity();
   std::size_t keep_cells = 4000;  ///< best (x, y, yaw) cells kept before thinning
-  std::size_t keep_poses = 200;   ///< distinct poses returned
+  /// Coarse cells below this share of the best score are not looked at on the fine raster.
+  double least_share = 0;
+  std::size_t keep_poses = 200;  ///< distinct poses returned
   /// The first of them that are refined. Of the others half as many are, the best by a rough
   /// refinement: the cell of a true pose may have a bad score.
   std::size_t refine_poses = 200;

@@ -188,13 +188,16 @@ class Scan {
   std::atomic<std::int32_t> shared_threshold_{1};
 };
 
+/// Coarse cells of a side of the squares whose candidates are refined together.
+constexpr int kGroupBits = 4, kGroupSide = 1 << kGroupBits;
+
 /// Looks at the fine cells and headings behind each coarse candidate.
 class Refinement {
  public:
   Refinement(const RasterLevel& fine, int cell_ratio, const YawGrid& coarse_grid)
       : ratio_(cell_ratio),
         prepared_(fine.raster, fine.samples),
-        raster_(fine.raster),
+        fine_(fine),
         yaws_per_coarse_(yawsPerCoarse(fine, coarse_grid)),
         grid_(fineGrid(coarse_grid)),
         offsets_(offsetTable(prepared_, grid_, fine.raster.cellSize())) {}
@@ -204,21 +207,21 @@ class Refinement {
   /// One fine candidate of positive score per coarse one at most, best first.
   std::vector<Candidate> run(std::vector<Candidate> candidates, int threads) const {
     std::sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
-      return std::make_tuple(a.y >> kTileBits, a.x >> kTileBits, a) <
-             std::make_tuple(b.y >> kTileBits, b.x >> kTileBits, b);
+      return std::make_tuple(a.y >> kGroupBits, a.x >> kGroupBits, a) <
+             std::make_tuple(b.y >> kGroupBits, b.x >> kGroupBits, b);
     });
-    std::vector<std::size_t> first_of_tile;
+    std::vector<std::size_t> first_of_group;
     for (std::size_t i = 0; i < candidates.size(); ++i) {
-      if (i == 0 || !areInOneTile(candidates[i - 1], candidates[i])) first_of_tile.push_back(i);
+      if (i == 0 || !areInOneGroup(candidates[i - 1], candidates[i])) first_of_group.push_back(i);
     }
-    first_of_tile.push_back(candidates.size());
-    const std::size_t count = first_of_tile.size() - 1;
+    first_of_group.push_back(candidates.size());
+    const std::size_t count = first_of_group.size() - 1;
     std::atomic<std::size_t> next{0};
     onWorkers(workerCount(threads, count), [&](std::size_t) {
-      Window near(raster_, prepared_, kTileSide * ratio_ + 2 * prepared_.reach);
-      for (std::size_t t = next++; t < count; t = next++) {
+      Window near(fine_.raster, prepared_, kGroupSide * ratio_ + 2 * prepared_.reach);
+      for (std::size_t g = next++; g < count; g = next++) {
         askBudget(kSearchStage);
-        refineTile(candidates, first_of_tile[t], first_of_tile[t + 1], near);
+        refineGroup(candidates, first_of_group[g], first_of_group[g + 1], near);
       }
     });
     const auto isPointless = [](const Candidate& c) { return c.score <= 0; };
@@ -239,16 +242,22 @@ class Refinement {
             coarse.count * yaws_per_coarse_};
   }
 
-  static bool areInOneTile(const Candidate& a, const Candidate& b) {
-    return a.x >> kTileBits == b.x >> kTileBits && a.y >> kTileBits == b.y >> kTileBits;
+  static bool areInOneGroup(const Candidate& a, const Candidate& b) {
+    return a.x >> kGroupBits == b.x >> kGroupBits && a.y >> kGroupBits == b.y >> kGroupBits;
   }
 
-  /// Replaces coarse candidates of one tile by their best fine ones.
-  void refineTile(std::vector<Candidate>& candidates, std::size_t begin, std::size_t end,
-                  Window& near) const {
-    const std::int64_t x0 = (candidates[begin].x >> kTileBits) * kTileSide * ratio_;
-    const std::int64_t y0 = (candidates[begin].y >> kTileBits) * kTileSide * ratio_;
-    near.load(x0 - prepared_.reach, y0 - prepared_.reach);
+  void load(std::int64_t x, std::int64_t y, Window& near) const {
+    std::unique_lock<std::mutex> lock;
+    if (fine_.write_first) lock = fine_.write_first(x, y, near.side());
+    near.load(x, y);
+  }
+
+  /// Replaces coarse candidates of one group by their best fine ones.
+  void refineGroup(std::vector<Candidate>& candidates, std::size_t begin, std::size_t end,
+                   Window& near) const {
+    const std::int64_t x0 = (candidates[begin].x >> kGroupBits) * kGroupSide * ratio_;
+    const std::int64_t y0 = (candidates[begin].y >> kGroupBits) * kGroupSide * ratio_;
+    load(x0 - prepared_.reach, y0 - prepared_.reach, near);
     std::vector<std::int32_t> sums(static_cast<std::size_t>(ratio_ * ratio_));
     for (std::size_t i = begin; i < end; ++i) {
       const std::int64_t x = candidates[i].x * ratio_, y = candidates[i].y * ratio_;
@@ -280,11 +289,20 @@ class Refinement {
 
   int ratio_;
   PreparedSamples prepared_;
-  const LikelihoodRaster& raster_;
+  const RasterLevel& fine_;
   int yaws_per_coarse_;
   YawGrid grid_;
   std::vector<CellOffset> offsets_;
 };
+
+/// `candidates`: best first.
+void keepAbove(double share, std::vector<Candidate>& candidates) {
+  if (candidates.empty()) return;
+  const double least = share * candidates.front().score;
+  candidates.erase(std::find_if(candidates.begin(), candidates.end(),
+                                [&](const Candidate& c) { return c.score < least; }),
+                   candidates.end());
+}
 
 int cellRatio(double coarse_m, double fine_m) {
   const double ratio = coarse_m / fine_m;
@@ -313,9 +331,11 @@ std::vector<PlacePose> searchRaster(const RasterLevels& levels) {
   if (levels.first().samples.empty() || fine.samples.empty()) return {};
   Scan scan(levels);
   if (!levels.coarse) return distinctPoses(scan.run(), scan.grid(), cell_m, levels.keep_poses);
+  std::vector<Candidate> candidates = scan.run();
+  keepAbove(levels.least_share, candidates);
   const Refinement refinement(fine, ratio, scan.grid());
-  return distinctPoses(refinement.run(scan.run(), levels.threads), refinement.grid(), cell_m,
-                       levels.keep_poses);
+  return distinctPoses(refinement.run(std::move(candidates), levels.threads), refinement.grid(),
+                       cell_m, levels.keep_poses);
 }
 
 }  // namespace xview::search

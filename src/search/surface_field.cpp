@@ -3,11 +3,14 @@
 #include <cmath>
 #include <iterator>
 #include <mutex>
+#include <set>
 
 #include "search/heights.h"
 #include "search/raster.h"
 #include "xview/search/search.h"
+#include "xview/types/cells.h"
 #include "xview/types/median.h"
+#include "xview/types/parallel.h"
 
 namespace xview::search {
 namespace {
@@ -19,6 +22,8 @@ constexpr double kYawStep_rad = 6 * M_PI / 180;  ///< largest of the exhaustive 
 constexpr std::size_t kKeepCells = 4000, kKeepPoses = 400, kRefinePoses = 100;  ///< of it
 /// Tiles of 32 m from which the exhaustive search begins with cells of twice the size.
 constexpr std::size_t kLargeMapTiles = 400;
+/// Of the best score of the first look at a large map: cells below it are no rivals.
+constexpr double kLeastShare = 0.2;
 /// First steps of the fine refinement, and how far a step of yaw moves the rim at most.
 constexpr double kStep_m = 0.5, kStep_rad = 0.012, kRimStep_m = 0.5;
 constexpr double kPolishStep_m = 0.125, kPolishStep_rad = 0.003;
@@ -75,52 +80,141 @@ bool isUniform(const std::uint8_t* bins, int sub) {
   return differences == 0;
 }
 
-/// Coarse cells all of whose fine ones are of one class, by class and as blendedRatio() has them.
-std::array<float, kDistanceBins + 1> uniformRatios(
-    int sub, const std::array<float, kDistanceBins + 1>& ratios, float mean_share) {
-  std::array<float, kDistanceBins + 1> uniform{};
-  std::vector<std::uint8_t> bins(static_cast<std::size_t>(sub * DistanceField::kTileCells));
-  for (std::size_t bin = 0; bin < uniform.size(); ++bin) {
-    std::fill(bins.begin(), bins.end(), static_cast<std::uint8_t>(bin));
-    uniform[bin] = blendedRatio(bins.data(), sub, ratios, mean_share);
-  }
-  return uniform;
-}
-
 /// Ratios as bytes above the lowest one of their channel; the background is what unseen area has.
-LikelihoodRaster makeRaster(const DistanceField& field, const WeightedRatios& ratios,
-                            double cell_m) {
-  const int sub = cellsPerSide(cell_m, field.cellSize());
-  std::vector<float> lowest;
-  std::vector<std::uint8_t> background;
-  for (const auto& values : ratios.value) {
-    lowest.push_back(*std::min_element(values.begin(), values.end()));
-    background.push_back(quantized(-lowest.back()));
+class RatioBytes {
+ public:
+  explicit RatioBytes(const WeightedRatios& ratios) : ratios_(ratios) {
+    for (std::size_t c = 0; c < kBevChannels; ++c) {
+      const auto& values = ratios.value[c];
+      lowest_[c] = *std::min_element(values.begin(), values.end());
+      background_.push_back(quantized(-lowest_[c]));
+      for (std::size_t bin = 0; bin < values.size(); ++bin)
+        of_uniform_[c][bin] = blended(c, values[bin], values[bin]);
+    }
   }
-  LikelihoodRaster raster(sub * field.cellSize(), background);
-  for (std::size_t c = 0; c < kBevChannels; ++c) {
-    const float mean_share = isObject(static_cast<BevChannel>(c)) ? 0.5f : 0.7f;
-    std::array<std::uint8_t, kDistanceBins + 1> uniform{};
-    const auto ratios_of_uniform = uniformRatios(sub, ratios.value[c], mean_share);
-    for (std::size_t bin = 0; bin < uniform.size(); ++bin)
-      uniform[bin] = quantized(ratios_of_uniform[bin] - lowest[c]);
-    for (const DistanceField::Tile& tile : field.tiles()) {
-      const std::int32_t first_x = tile.x * (DistanceField::kTileCells / sub),
-                         first_y = tile.y * (DistanceField::kTileCells / sub);
-      for (int y = 0; y < DistanceField::kTileCells / sub; ++y) {
-        for (int x = 0; x < DistanceField::kTileCells / sub; ++x) {
-          const std::uint8_t* bins = tile.bins[c] + y * sub * DistanceField::kTileCells + x * sub;
+
+  const std::vector<std::uint8_t>& background() const { return background_; }
+
+  /// Writes the cells of a tile; each has `sub` x `sub` of its cells.
+  void write(const DistanceField::Tile& tile, int sub, LikelihoodRaster& raster) const {
+    constexpr int kSide = DistanceField::kTileCells;
+    const int side = kSide / sub;
+    for (std::size_t c = 0; c < kBevChannels; ++c) {
+      for (int y = 0; y < side; ++y) {
+        for (int x = 0; x < side; ++x) {
+          const std::uint8_t* bins = tile.bins[c] + (y * kSide + x) * sub;
           const std::uint8_t value =
               isUniform(bins, sub)
-                  ? uniform[bins[0]]
-                  : quantized(blendedRatio(bins, sub, ratios.value[c], mean_share) - lowest[c]);
-          if (value != background[c]) raster.set(c, first_x + x, first_y + y, value);
+                  ? of_uniform_[c][bins[0]]
+                  : quantized(blendedRatio(bins, sub, ratios_.value[c], meanShare(c)) - lowest_[c]);
+          if (value != background_[c]) raster.set(c, tile.x * side + x, tile.y * side + y, value);
         }
       }
     }
   }
-  return raster;
-}
+
+  /// The same of a tile seen from afar: the median stands for the mean, the nearest class for the
+  /// highest ratio.
+  void write(const PlaneCell& tile, const std::vector<std::uint8_t>& overview, int side,
+             LikelihoodRaster& raster) const {
+    const std::uint8_t* square = overview.data();
+    for (std::size_t c = 0; c < kBevChannels; ++c) {
+      const auto& ratios = ratios_.value[c];
+      for (int y = 0; y < side; ++y) {
+        for (int x = 0; x < side; ++x, ++square) {
+          const std::uint8_t value = blended(c, ratios[*square >> 4], ratios[*square & 15]);
+          if (value != background_[c]) raster.set(c, tile.x * side + x, tile.y * side + y, value);
+        }
+      }
+    }
+  }
+
+ private:
+  static float meanShare(std::size_t channel) {
+    return isObject(static_cast<BevChannel>(channel)) ? 0.5f : 0.7f;
+  }
+  std::uint8_t blended(std::size_t channel, float mean, float best) const {
+    const float share = meanShare(channel);
+    return quantized(share * mean + (1 - share) * best - lowest_[channel]);
+  }
+
+  const WeightedRatios& ratios_;
+  std::array<float, kBevChannels> lowest_{};
+  std::vector<std::uint8_t> background_;
+  std::array<std::array<std::uint8_t, kDistanceBins + 1>, kBevChannels> of_uniform_{};
+};
+
+/// What the exhaustive search looks at. Of a large map a first look, seen from afar, and what is
+/// looked at again; of a small one all.
+class Rasters {
+ public:
+  Rasters(const DistanceField& field, const WeightedRatios& ratios, double cell_m, int threads)
+      : field_(field),
+        bytes_(ratios),
+        sub_(cellsPerSide(cell_m, field.cellSize())),
+        raster_(sub_ * field.cellSize(), bytes_.background()) {
+    if (field.tileCount() >= kLargeMapTiles) {
+      makeFirstLook(threads);
+      return;
+    }
+    field.makeAll(threads);
+    for (const PlaneCell& tile : field.tiles()) write(tile);
+  }
+
+  /// Refers to this object.
+  RasterLevels levels(const std::vector<RasterSample>& samples) const {
+    RasterLevels levels{{raster_, samples, kYawStep_rad}, std::nullopt};
+    if (!first_look_) return levels;
+    levels.coarse.emplace(RasterLevel{*first_look_, samples, kYawStep_rad});
+    levels.fine.write_first = [this](std::int64_t x, std::int64_t y, std::int64_t side) {
+      return writeSquare(x, y, side);
+    };
+    levels.least_share = kLeastShare;
+    return levels;
+  }
+
+ private:
+  void makeFirstLook(int threads) {
+    first_look_.emplace(2 * raster_.cellSize(), bytes_.background());
+    const std::vector<PlaneCell> tiles = field_.tiles();
+    const int side = DistanceField::kTileCells / (2 * sub_);
+    std::vector<std::vector<std::uint8_t>> overviews(tiles.size());
+    parallelFor(tiles.size(), threads,
+                [&](std::size_t i) { overviews[i] = field_.overview(tiles[i], side); });
+    for (std::size_t i = 0; i < tiles.size(); ++i)
+      bytes_.write(tiles[i], overviews[i], side, *first_look_);
+  }
+
+  void write(const PlaneCell& at) const {
+    const DistanceField::Tile* tile =
+        field_.tileOfCell(at.x * DistanceField::kTileCells, at.y * DistanceField::kTileCells);
+    if (tile) bytes_.write(*tile, sub_, raster_);
+  }
+
+  std::unique_lock<std::mutex> writeSquare(std::int64_t x, std::int64_t y,
+                                           std::int64_t side) const {
+    std::unique_lock<std::mutex> lock(mutex_);
+    const std::int64_t cells = DistanceField::kTileCells / sub_;
+    const auto tileOf = [&](std::int64_t cell) {
+      return static_cast<std::int32_t>(
+          std::floor(static_cast<double>(cell) / static_cast<double>(cells)));
+    };
+    for (std::int32_t ty = tileOf(y); ty <= tileOf(y + side - 1); ++ty) {
+      for (std::int32_t tx = tileOf(x); tx <= tileOf(x + side - 1); ++tx) {
+        if (written_.emplace(ty, tx).second) write({tx, ty});
+      }
+    }
+    return lock;
+  }
+
+  const DistanceField& field_;
+  const RatioBytes bytes_;
+  const int sub_;  ///< cells of the field on a side of one of the raster
+  std::optional<LikelihoodRaster> first_look_;
+  mutable std::mutex mutex_;
+  mutable LikelihoodRaster raster_;
+  mutable std::set<std::pair<std::int32_t, std::int32_t>> written_;
+};
 
 std::vector<RasterSample> rasterSamples(const std::vector<SurfaceSamples::Sample>& samples) {
   std::vector<RasterSample> result;
@@ -134,9 +228,9 @@ double medianHeight(const std::vector<SurfaceSamples::Ground>& ground) {
   return heights.empty() ? 0 : medianOf(std::move(heights));
 }
 
-/// Obstacles without their class, and optionally where the ground was measured: between the rings
-/// of a scanner obstacles may stand that it does not show.
-BevGrid obstacleSamples(const BevGrid& view, bool with_known) {
+/// Obstacles without their class, and where the ground was measured: between the rings of a scanner
+/// obstacles may stand that it does not show.
+BevGrid obstacleView(const BevGrid& view) {
   BevGrid things;
   things.cell_m = view.cell_m;
   things.origin_x = view.origin_x;
@@ -144,34 +238,59 @@ BevGrid obstacleSamples(const BevGrid& view, bool with_known) {
   things.origin_z = view.origin_z;
   things.aerial = view.aerial;
   for (const BevChannel c : kObstacles) things[c] = view[c];
-  if (with_known) {
-    std::copy_if(view.known.begin(), view.known.end(), std::back_inserter(things.known),
-                 [](const GroundCell& cell) { return cell.measured; });
-  }
+  std::copy_if(view.known.begin(), view.known.end(), std::back_inserter(things.known),
+               [](const GroundCell& cell) { return cell.measured; });
   return things;
 }
 
-/// Those within `radius_m` of a point of the map, in the query frame.
-BevGrid thingsAround(const BevGrid& map, const Eigen::Vector2d& centre, double radius_m,
-                     const Eigen::Isometry3d& T_query_map) {
-  BevGrid near;
-  near.cell_m = map.cell_m;
-  const Eigen::Vector3d origin(map.origin_x, map.origin_y, map.origin_z);
-  for (const BevChannel c : kObstacles) {
-    for (const BevSample& s : map[c]) {
-      const Eigen::Vector3d p_map = origin + Eigen::Vector3d(s.x, s.y, s.z);
-      if ((p_map.head<2>() - centre).squaredNorm() > radius_m * radius_m) continue;
-      const Eigen::Vector3f p = (T_query_map * p_map).cast<float>();
-      near[c].push_back({p.x(), p.y(), p.z()});
+/// The obstacles of a map by squares of it.
+class Things {
+ public:
+  explicit Things(const BevGrid& map)
+      : cell_m_(map.cell_m), origin_(map.origin_x, map.origin_y, map.origin_z) {
+    for (const BevChannel c : kObstacles) {
+      for (const BevSample& s : map[c]) {
+        const PlaneCell at{floorToInt(s.x / kSquare_m), floorToInt(s.y / kSquare_m)};
+        const std::size_t number = squares_.numberOf(at, [&] { return Square{at, {}}; });
+        squares_[number].samples[static_cast<std::size_t>(c)].push_back(s);
+      }
     }
   }
-  return near;
-}
 
-/// What the exhaustive search looks at.
-struct Rasters {
-  LikelihoodRaster raster;
-  std::optional<LikelihoodRaster> first_look;  ///< large maps only
+  /// Those within `radius_m` of a point of the map, in the query frame.
+  BevGrid around(const Eigen::Vector2d& centre, double radius_m,
+                 const Eigen::Isometry3d& T_query_map) const {
+    BevGrid near;
+    near.cell_m = cell_m_;
+    const auto squareOf = [](double at) { return floorToInt(at / kSquare_m); };
+    const Eigen::Vector2d at = centre - origin_.head<2>();
+    for (std::int32_t y = squareOf(at.y() - radius_m); y <= squareOf(at.y() + radius_m); ++y) {
+      for (std::int32_t x = squareOf(at.x() - radius_m); x <= squareOf(at.x() + radius_m); ++x) {
+        const std::int32_t number = squares_.find({x, y});
+        if (number < 0) continue;
+        for (const BevChannel c : kObstacles) {
+          for (const BevSample& s :
+               squares_[static_cast<std::size_t>(number)].samples[static_cast<std::size_t>(c)]) {
+            const Eigen::Vector3d p_map = origin_ + Eigen::Vector3d(s.x, s.y, s.z);
+            if ((p_map.head<2>() - centre).squaredNorm() > radius_m * radius_m) continue;
+            const Eigen::Vector3f p = (T_query_map * p_map).cast<float>();
+            near[c].push_back({p.x(), p.y(), p.z()});
+          }
+        }
+      }
+    }
+    return near;
+  }
+
+ private:
+  static constexpr double kSquare_m = 32;
+  struct Square {
+    PlaneCell key;
+    std::array<std::vector<BevSample>, kBevChannels> samples;
+  };
+  double cell_m_;
+  Eigen::Vector3d origin_;
+  CellTable<Square> squares_;
 };
 
 /// What depends on the view-point of the query.
@@ -183,12 +302,8 @@ class ViewTables {
   const WeightedRatios ratios, coarse_ratios;
 
   /// Made at the first search.
-  const Rasters& rasters(const DistanceField& field, double cell_m) const {
-    std::call_once(once_, [&] {
-      rasters_.emplace(Rasters{makeRaster(field, coarse_ratios, cell_m), std::nullopt});
-      if (field.tiles().size() >= kLargeMapTiles)
-        rasters_->first_look = makeRaster(field, coarse_ratios, 2 * cell_m);
-    });
+  const Rasters& rasters(const DistanceField& field, double cell_m, int threads) const {
+    std::call_once(once_, [&] { rasters_.emplace(field, coarse_ratios, cell_m, threads); });
     return *rasters_;
   }
 
@@ -206,8 +321,9 @@ class SurfaceField final : public Field {
         in_town_(surroundings == Surroundings::town),
         table_(options.likelihoods.empty() ? defaultLikelihoods()
                                            : readLikelihoods(options.likelihoods)),
-        things_(obstacleSamples(map, false)),
-        distances_(map, threads),
+        threads_(threads),
+        things_(map),
+        distances_(map),
         origin_(distances_.originX(), distances_.originY(), map.origin_z) {
     std::vector<Eigen::Vector2d> path;
     for (const Eigen::Vector3d& p : trajectory) path.emplace_back((p - origin_).head<2>());
@@ -215,18 +331,20 @@ class SurfaceField final : public Field {
   }
 
   std::unique_ptr<FieldQuery> prepare(const Observation& query) const override;
-  std::size_t size() const override { return distances_.tiles().size(); }
+  std::size_t size() const override { return distances_.tileCount(); }
   PathNull pathNull() const override { return null_; }
 
   const DistanceField& distances() const { return distances_; }
   const LikelihoodTable& table() const { return table_; }
-  const BevGrid& things() const { return things_; }
+  const Things& things() const { return things_; }
   const Eigen::Vector3d& origin() const { return origin_; }
   bool inTown() const { return in_town_; }
   double rasterCell() const {
     return cellsPerSide(cell_m_, distances_.cellSize()) * distances_.cellSize();
   }
-  const Rasters& rasters(const ViewTables& view) const { return view.rasters(distances_, cell_m_); }
+  const Rasters& rasters(const ViewTables& view) const {
+    return view.rasters(distances_, cell_m_, threads_);
+  }
   /// Made at the first query of this view-point.
   const ViewTables& view(Viewpoint viewpoint) const {
     const auto v = static_cast<std::size_t>(viewpoint);
@@ -241,7 +359,8 @@ class SurfaceField final : public Field {
   double cell_m_;
   bool in_town_;
   LikelihoodTable table_;
-  BevGrid things_;
+  int threads_;
+  Things things_;
   DistanceField distances_;
   Eigen::Vector3d origin_;
   PathNull null_;
@@ -286,11 +405,7 @@ class SurfaceQuery final : public FieldQuery {
   }
 
   RasterLevels rasterLevels() const override {
-    const std::vector<RasterSample> samples = rasterSamples(samples_.coarse);
-    const Rasters& rasters = field_.rasters(view_);
-    RasterLevels levels{{rasters.raster, samples, kYawStep_rad}, std::nullopt};
-    if (rasters.first_look)
-      levels.coarse.emplace(RasterLevel{*rasters.first_look, samples, kYawStep_rad});
+    RasterLevels levels = field_.rasters(view_).levels(rasterSamples(samples_.coarse));
     levels.keep_cells = kKeepCells;
     levels.keep_poses = kKeepPoses;
     levels.refine_poses = kRefinePoses;
@@ -343,11 +458,10 @@ class SurfaceQuery final : public FieldQuery {
         (obstacles.score + kObstaclePrior_nats) / (obstacles.expected + kObstaclePrior_nats), -1.0,
         kMostStanding);
     if (!bev_ || !field_.inTown() || measuredGround_m2(*bev_) < kLooked_m2) return seen;
-    std::call_once(things_made_, [&] {
-      things_ = std::make_unique<DistanceField>(obstacleSamples(*bev_, true), 1);
-    });
-    const SurfaceSamples samples = surfaceSamples(thingsAround(
-        field_.things(), (T_map_query * centre_).head<2>(), radius_, T_map_query.inverse()));
+    std::call_once(things_made_,
+                   [&] { things_ = std::make_unique<DistanceField>(obstacleView(*bev_)); });
+    const SurfaceSamples samples = surfaceSamples(
+        field_.things().around((T_map_query * centre_).head<2>(), radius_, T_map_query.inverse()));
     const WeightedRatios ratios =
         weighted(logRatios(field_.table(), samples_.viewpoint, nullptr, 0), false);
     const PlacePose as_it_is{samples.centre.x() - things_->originX(),

@@ -116,7 +116,7 @@ TEST(DistanceField, IsAsByBruteForce) {
   Random random(8);
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
     const BevGrid map = randomMap(0.5, 60, seed);
-    expectAsByBruteForce(map, DistanceField(map, 1), 5000, 75, random);
+    expectAsByBruteForce(map, DistanceField(map), 5000, 75, random);
   }
 }
 
@@ -124,7 +124,7 @@ TEST(DistanceField, IsAsByBruteForceForOtherCells) {
   Random random(9);
   for (const double cell_m : {0.25, 1.0}) {
     const BevGrid map = randomMap(cell_m, 40, 11);
-    expectAsByBruteForce(map, DistanceField(map, 1), 5000, 55, random);
+    expectAsByBruteForce(map, DistanceField(map), 5000, 55, random);
   }
 }
 
@@ -132,7 +132,7 @@ TEST(DistanceField, IsAsByBruteForceInATown) {
   Random random(10);
   const BevGrid map = randomTown(3).view({0, 0}, 90, Eigen::Isometry3d::Identity());
   const BruteForceField oracle(map);
-  const DistanceField field(map, 1);
+  const DistanceField field(map);
   for (int i = 0; i < 4000; ++i) {
     const auto cx = static_cast<std::int32_t>(random.below(400)) - 200,
                cy = static_cast<std::int32_t>(random.below(400)) - 200;
@@ -153,7 +153,7 @@ TEST(DistanceField, OneSampleIsSeenFromAllTilesAround) {
       for (std::int32_t cx = -80; cx < 80; ++cx) map.known.push_back({cx, cy, 0, true});
     }
     map[BevChannel::pole] = {{static_cast<float>(x), static_cast<float>(-x), 0}};
-    const DistanceField field(map, 1);
+    const DistanceField field(map);
     const BruteForceField oracle(map);
     const auto c = static_cast<std::size_t>(BevChannel::pole);
     for (std::int32_t cy = -80; cy < 80; cy += 3) {
@@ -176,7 +176,7 @@ TEST(DistanceField, SamplesThatShareACellAllCount) {
     map[BevChannel::tree].push_back({16.48f, y + 0.25f, 0});
     map[BevChannel::tree].push_back({16.25f, y + 0.25f, 0});
   }
-  const DistanceField field(map, 1);
+  const DistanceField field(map);
   const BruteForceField oracle(map);
   const auto c = static_cast<std::size_t>(BevChannel::tree);
   for (std::int32_t cy = 0; cy < 64; ++cy) {
@@ -193,7 +193,7 @@ TEST(DistanceField, WhatWasNeverSeenIsUnknown) {
   BevGrid map;
   map.known = {{0, 0, 0, true}};
   map[BevChannel::pole] = {{0.25f, 0.25f, 0}, {40, 40, 0}};
-  const DistanceField field(map, 1);
+  const DistanceField field(map);
   const auto pole = static_cast<std::size_t>(BevChannel::pole),
              sign = static_cast<std::size_t>(BevChannel::sign);
   EXPECT_EQ(field.bin(pole, 0, 0), 0);
@@ -207,7 +207,7 @@ TEST(DistanceField, WhatWasNeverSeenIsUnknown) {
 }
 
 TEST(DistanceField, OfNothingHasNoTiles) {
-  const DistanceField field(BevGrid(), 1);
+  const DistanceField field{BevGrid()};
   EXPECT_TRUE(field.tiles().empty());
   EXPECT_EQ(field.bin(0, 0, 0), kUnknownBin);
   EXPECT_EQ(field.tileOfCell(-5, 1000), nullptr);
@@ -216,7 +216,7 @@ TEST(DistanceField, OfNothingHasNoTiles) {
 TEST(DistanceField, KeepsTheMeasuredHeights) {
   BevGrid map;
   map.known = {{-70, -1, 2.5f, true}, {5, 5, 1.5f, true}, {6, 5, 9.f, false}};
-  const DistanceField field(map, 1);
+  const DistanceField field(map);
   const auto height = [&](std::int32_t x, std::int32_t y) {
     return field.tileOfCell(x, y)->ground[DistanceField::cellInTile(x, y)];
   };
@@ -225,14 +225,66 @@ TEST(DistanceField, KeepsTheMeasuredHeights) {
   EXPECT_TRUE(std::isnan(height(6, 5))) << "a guess is not a measurement";
 }
 
-TEST(DistanceField, DoesNotDependOnThreads) {
+TEST(DistanceField, DoesNotDependOnThreadsOrOnWhatIsAskedFirst) {
   const BevGrid map = randomMap(0.5, 60, 5);
-  const DistanceField one(map, 1), two(map, 2);
-  ASSERT_EQ(one.tiles().size(), two.tiles().size());
-  for (std::size_t t = 0; t < one.tiles().size(); ++t) {
-    for (std::size_t c = 0; c < kBevChannels; ++c) {
-      EXPECT_TRUE(std::equal(one.tiles()[t].bins[c], one.tiles()[t].bins[c] + 64 * 64,
-                             two.tiles()[t].bins[c]));
+  const DistanceField one(map), two(map);
+  two.makeAll(2);
+  std::vector<PlaneCell> tiles = one.tiles();
+  ASSERT_EQ(tiles.size(), one.tileCount());
+  ASSERT_EQ(tiles.size(), two.tileCount());
+  std::reverse(tiles.begin(), tiles.end());
+  for (const PlaneCell& tile : tiles) {
+    const auto of_one = one.tileOfCell(64 * tile.x, 64 * tile.y),
+               of_two = two.tileOfCell(64 * tile.x, 64 * tile.y);
+    for (std::size_t c = 0; c < kBevChannels; ++c)
+      EXPECT_TRUE(std::equal(of_one->bins[c], of_one->bins[c] + 64 * 64, of_two->bins[c]));
+  }
+}
+
+/// The mean of samples in a cell of 1 m is as far from them as the diagonal of the cell at most.
+TEST(DistanceField, FromAfarIsNearlyTheSame) {
+  const BevGrid map = randomMap(0.5, 60, 6);
+  const DistanceField field(map);
+  const auto binOf = [](double d) {
+    return std::upper_bound(kBinLimits_m.begin(), kBinLimits_m.end(), static_cast<float>(d)) -
+           kBinLimits_m.begin();
+  };
+  std::set<int> bins;
+  for (const PlaneCell& tile : field.tiles()) {
+    const std::vector<std::uint8_t> cells = field.overview(tile, 32);
+    ASSERT_EQ(cells.size(), kBevChannels * 32 * 32);
+    for (std::size_t i = 0; i < cells.size(); i += 7) {
+      const int found = cells[i] & 15;
+      ASSERT_EQ(cells[i] >> 4, found) << "one cell per square";
+      bins.insert(found);
+      if (found == kUnknownBin) continue;
+      const double x = tile.x * 32.0 + static_cast<double>(i % 32) + 0.5,
+                   y = tile.y * 32.0 + static_cast<double>(i / 32 % 32) + 0.5;
+      double nearest = std::numeric_limits<double>::infinity();
+      for (const BevSample& s : map.samples[i / 1024])
+        nearest = std::min(nearest, std::hypot(x - s.x, y - s.y));
+      EXPECT_GE(found, binOf(nearest - std::sqrt(2.0)));
+      EXPECT_LE(found, binOf(nearest + std::sqrt(2.0)));
+    }
+  }
+  EXPECT_EQ(bins.size(), static_cast<std::size_t>(kDistanceBins + 1));
+  EXPECT_EQ(field.overview({500, 500}, 8)[0], kUnknownBin | kUnknownBin << 4);
+}
+
+TEST(DistanceField, FromAfarHasTheNearestAndTheMedianClass) {
+  const DistanceField field(randomMap(0.5, 60, 7));
+  for (const PlaneCell& tile : field.tiles()) {
+    const std::vector<std::uint8_t> cells = field.overview(tile, 32),
+                                    squares = field.overview(tile, 8);
+    for (std::size_t i = 0; i < squares.size(); i += 3) {
+      std::vector<int> bins;
+      for (std::size_t k = 0; k < 16; ++k) {
+        const std::size_t c = i / 64, y = i / 8 % 8 * 4 + k / 4, x = i % 8 * 4 + k % 4;
+        bins.push_back(cells[c * 1024 + y * 32 + x] & 15);
+      }
+      std::sort(bins.begin(), bins.end());
+      ASSERT_EQ(squares[i] & 15, bins.front());
+      ASSERT_EQ(squares[i] >> 4, bins[7]);
     }
   }
 }
@@ -252,7 +304,7 @@ TEST(MapNull, IsFullerOfMatchesWhereStreetsRepeat) {
   }
   const auto shareOfNear = [&](const BevTown& town) {
     const BevGrid map = town.view({-40, 0}, 200, T_frame_town);
-    const MapNull null = mapNull(map, path, DistanceField(map, 1)).counts;
+    const MapNull null = mapNull(map, path, DistanceField(map)).counts;
     double near = 0, total = 0;
     for (const BevChannel c :
          {BevChannel::building, BevChannel::fence, BevChannel::pole, BevChannel::tree}) {
@@ -268,7 +320,7 @@ TEST(MapNull, IsFullerOfMatchesWhereStreetsRepeat) {
 
 TEST(MapNull, OfAShortPathSaysNothing) {
   const BevGrid map = randomTown(4).view({0, 0}, 50, Eigen::Isometry3d::Identity());
-  for (const auto& channel : mapNull(map, {{0, 0}, {2, 0}, {4, 0}}, DistanceField(map, 1)).counts) {
+  for (const auto& channel : mapNull(map, {{0, 0}, {2, 0}, {4, 0}}, DistanceField(map)).counts) {
     for (const double n : channel) EXPECT_EQ(n, 0);
   }
 }
@@ -280,7 +332,7 @@ TEST(MapNull, CountsOnlyWhereTheMapWasSeen) {
     map[BevChannel::road].push_back({(static_cast<float>(cx) + 0.5f) / 2, 0.25f, 0});
   std::vector<Eigen::Vector2d> path;
   for (double x = -90; x < 90; x += 2) path.emplace_back(x, 0.25);
-  const MapNull null = mapNull(map, path, DistanceField(map, 1)).counts;
+  const MapNull null = mapNull(map, path, DistanceField(map)).counts;
   const auto& road = null[static_cast<std::size_t>(BevChannel::road)];
   EXPECT_GT(road[0] + road[1] + road[2] + road[3], 1000);
   EXPECT_EQ(road[5] + road[6] + road[7] + road[8], 0)
@@ -290,7 +342,7 @@ TEST(MapNull, CountsOnlyWhereTheMapWasSeen) {
 /// A path that grows by as much as it has doubles what is counted, and says the same.
 TEST(MapNull, GrowsWithItsPath) {
   const BevGrid map = randomTown(4).view({0, 0}, 150, Eigen::Isometry3d::Identity());
-  const DistanceField field(map, 1);
+  const DistanceField field(map);
   std::vector<Eigen::Vector2d> path;
   for (double x = -120; x < 120; x += 2) path.emplace_back(x, 0);
   const std::vector<Eigen::Vector2d> half(path.begin(), path.begin() + 60);

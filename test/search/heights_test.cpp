@@ -25,7 +25,7 @@ DistanceField hillyMap(double half_width_m) {
       map.known.push_back({cx, cy, static_cast<float>(roadHeight(x, y)), true});
     }
   }
-  return DistanceField(map, 1);
+  return DistanceField(map);
 }
 
 /// The same ground as a query has it that lies at `pose`, tilted and lowered.
@@ -97,7 +97,7 @@ DistanceField mapOfThingsOnly() {
   for (int cy = -80; cy < 80; ++cy) {
     for (int cx = -80; cx < 80; ++cx) map.known.push_back({cx, cy, 7, false});
   }
-  return DistanceField(map, 1);
+  return DistanceField(map);
 }
 
 SurfaceSamples queryOfThingsOnly() {

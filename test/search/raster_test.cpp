@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <mutex>
 
 #include "search/raster_parts.h"
 #include "xview/search/search.h"
@@ -452,6 +453,38 @@ TEST(RasterSearch, TwoLevelsFindWhatTheFineSearchFinds) {
   options.threads = 3;
   expectSame(searchRaster(fine, samples, options, &coarse), poses);
   EXPECT_THROW(searchRaster(coarse, samples, options, &fine), UsageError);
+
+  // A fine raster that is written where it is looked at.
+  LikelihoodRaster written(3.0, {0, 0});
+  std::mutex mutex;
+  std::size_t cells = 0;
+  RasterLevels levels{{written, samples, 0.2}, RasterLevel{coarse, samples, 0.2}};
+  levels.fine.write_first = [&](std::int64_t x, std::int64_t y, std::int64_t side) {
+    std::unique_lock<std::mutex> lock(mutex);
+    for (std::int64_t cy = y; cy < y + side; ++cy) {
+      for (std::int64_t cx = x; cx < x + side; ++cx) {
+        for (std::size_t c = 0; c < 2; ++c) {
+          const auto at_x = static_cast<std::int32_t>(cx), at_y = static_cast<std::int32_t>(cy);
+          written.raise(c, at_x, at_y, fine.at(c, at_x, at_y));
+        }
+      }
+    }
+    cells += static_cast<std::size_t>(side * side);
+    return lock;
+  };
+  levels.keep_cells = Settings().keep_cells;
+  levels.threads = 2;
+  expectSame(search::searchRaster(levels), poses);
+  EXPECT_GT(cells, 0u);
+
+  const std::size_t all = cells;
+  cells = 0;
+  levels.least_share = 0.6;
+  const std::vector<PlacePose> best = search::searchRaster(levels);
+  ASSERT_FALSE(best.empty());
+  EXPECT_LT(best.size(), poses.size()) << "cells of low scores are left out";
+  EXPECT_LT(cells, all) << "what lies around them is not looked at";
+  expectSame({best[0]}, {poses[0]});
 }
 
 /// Sums by the definition.

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <vector>
 
 #include "xview/search/likelihoods.h"
@@ -16,14 +17,15 @@ namespace xview::search {
 
 /// For every cell of a map and every channel: the class of the distance to the nearest sample.
 /// Tiles of 64x64 cells that exist only where the map was seen; a tile depends only on samples
-/// within 9 m of it. Cells within 1 m of a seen one count as seen; other cells are unknown unless a
-/// sample is nearer than 2 m.
+/// within 9 m of it and is made when it is first asked for. Cells within 1 m of a seen one count as
+/// seen; other cells are unknown unless a sample is nearer than 2 m. Thread-safe.
 class DistanceField {
  public:
   static constexpr int kTileCells = 64;
 
-  DistanceField(const BevGrid& map, int threads);
-  DistanceField(DistanceField&&) noexcept = default;  ///< not copied: tiles point into planes_
+  explicit DistanceField(const BevGrid& map);
+  ~DistanceField();
+  DistanceField(DistanceField&&) noexcept;
 
   double cellSize() const { return cell_m_; }
   double originX() const { return origin_x_; }
@@ -38,12 +40,21 @@ class DistanceField {
     /// Mean height of the seen cells, measured or taken from what stands around; NaN if none is.
     float level = std::numeric_limits<float>::quiet_NaN();
   };
-  const std::vector<Tile>& tiles() const { return tiles_; }
+  /// Those where the map was seen.
+  std::vector<PlaneCell> tiles() const;
+  std::size_t tileCount() const { return tile_count_; }
+  /// Makes all tiles that are not made yet.
+  void makeAll(int threads) const;
+
+  /// A tile seen from afar: of `side` x `side` squares, channel by channel and row by row, the
+  /// class of the nearest of its cells in the low four bits and the median one in the high ones.
+  /// From cells of twice the size, with one sample per cell; `side`: at most 32, a power of two.
+  std::vector<std::uint8_t> overview(const PlaneCell& tile, int side) const;
 
   /// The tile of cell (cx, cy), or null where the map was never seen.
   const Tile* tileOfCell(std::int32_t cx, std::int32_t cy) const {
-    const std::int32_t tile = findTile(cx, cy);
-    return tile < 0 ? nullptr : &tiles_[tile];
+    const std::int32_t number = places_.find({cx >> 6, cy >> 6});
+    return number < 0 ? nullptr : tile(static_cast<std::size_t>(number));
   }
   static std::size_t cellInTile(std::int32_t cx, std::int32_t cy) {
     return static_cast<std::size_t>(cy & 63) * kTileCells + static_cast<std::size_t>(cx & 63);
@@ -60,20 +71,25 @@ class DistanceField {
   }
 
  private:
-  struct Place {
+  struct Site;
+  struct Place;
+  struct PlaceNumber {
     PlaneCell key;
   };
+  using Sites = std::array<std::vector<Site>, kBevChannels>;
 
-  /// Index into tiles_ of the tile of a cell, or -1.
-  std::int32_t findTile(std::int32_t cx, std::int32_t cy) const {
-    return places_.find({cx >> 6, cy >> 6});
-  }
-  void setGround(const std::vector<GroundCell>& known);
+  Place& placeOf(const PlaneCell& tile);
+  void addKnown(const std::vector<GroundCell>& known);
+  void addSamples(const BevGrid& map);
+  const Tile* tile(std::size_t number) const;
+  void make(Place& place) const;
+  Sites sitesAround(const PlaneCell& tile) const;
 
   double cell_m_ = 0.5, origin_x_ = 0, origin_y_ = 0;
-  std::vector<Tile> tiles_;
-  std::vector<std::vector<std::uint8_t>> planes_;  ///< by tile: what Tile::bins points into
-  CellTable<Place> places_;                        ///< of tiles_
+  std::size_t tile_count_ = 0;
+  /// With what was seen or sampled there; tiles are made of it.
+  std::vector<std::unique_ptr<Place>> all_;
+  CellTable<PlaceNumber> places_;  ///< of all_
 };
 
 /// Tells a view from others by how many samples of each channel it has (PathNull::view).
