@@ -8,7 +8,7 @@
 
 int main(int argc, char** argv) try {
   if (argc < 3) return std::cerr << "05_follow MAP.xvm RECORDING [WINDOW]\n", 2;
-  const xview::Localizer localizer(xview::map::loadMap(argv[1]));
+  const xview::Localizer localizer(xview::map::openToLocalize(argv[1]));
   const auto driver = xview::io::openRecording(argv[2]);
   const std::size_t window = argc > 3 ? std::stoul(argv[3]) : 20;  // frames per query
   xview::Tracker tracker(localizer, localizer.options(), window);

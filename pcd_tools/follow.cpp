@@ -172,7 +172,7 @@ class FollowCommand final : public Command {
     Job job = given;
     requireValid(job.limits = limits_);
     if (risk_ != 0) acceptAtRisk("--risk", risk_, job.options.verdict);
-    const map::SemanticMap map = readMap(job.operands.back(), input_, job);
+    const map::SemanticMap map = readMapToLocalize(job.operands.back(), input_, job);
     job = inMap(job, map);
     const Localizer localizer(map::borrowed(map), job.options);
     Follower follower(localizer, job.options, window_, stride_);

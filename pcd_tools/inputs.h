@@ -88,6 +88,9 @@ void requireNotEmpty(const map::SemanticMap& map, const std::string& path);
 /// The MAP operand: a map file, or anything a map can be built of on the fly. Points of a file stay
 /// packed (map::openMap).
 map::SemanticMap readMap(const std::string& path, const InputFlags& input, const Job& job);
+/// The same for a Localizer: the view of a large map stays packed, too (map::openToLocalize).
+map::SemanticMap readMapToLocalize(const std::string& path, const InputFlags& input,
+                                   const Job& job);
 /// The same with all its points, to draw or compare them.
 map::SemanticMap readWholeMap(const std::string& path, const InputFlags& input, const Job& job);
 

@@ -215,7 +215,7 @@ class LocalizeCommand final : public Command {
 
   ExitCode answerAll(const Job& given) {
     Stopwatch watch;
-    const map::SemanticMap map = readMap(given.operands.back(), input_, given);
+    const map::SemanticMap map = readMapToLocalize(given.operands.back(), input_, given);
     const Job job = inMap(given, map);
     const Localizer localizer(map::borrowed(map), job.options);
     unanswered_.map = given.operands.back();

@@ -57,7 +57,7 @@ struct PoseCheck {
 /// Finds queries in one map, which it keeps. Building it makes the search index once; everything
 /// else is const and may be called from several threads.
 ///
-///     const xview::Localizer localizer(xview::map::loadMap("town.xvm"));
+///     const xview::Localizer localizer(xview::map::openToLocalize("town.xvm"));
 ///     const xview::Localization fix = localizer.localize(cloud);  // pcl::PointCloud<PointT>
 ///     if (fix.accepted()) use(fix.T_map_query);                   // p_map = T_map_query * p_query
 class Localizer {

@@ -235,7 +235,8 @@ Meta metaOf(const SemanticMap& map, std::size_t stored_points) {
             {"noise", textOf(map.noise)},
             {"keyframes", std::to_string(map.poses.size())},
             {"cloud_points", std::to_string(stored_points)},
-            {"plan_samples", std::to_string(map.bev.sampleCount())},
+            {"plan_samples", std::to_string(viewOf(map).sampleCount())},
+            {"plan_view", std::to_string(search::fingerprintOf(viewOf(map)))},
             {"plan_channels", channelNames()},
             {"plan_aerial", map.bev.aerial ? "1" : "0"}};
   forEachNumber(map, [&](const char* name, double value) { meta[name] = numberText(value); });
@@ -423,6 +424,7 @@ void requireComplete(const Meta& meta, const SemanticMap& map) {
       {"cloud_points", pointCount(map)},
       {"plan_samples", map.bev.sampleCount()}};
   for (const auto& [name, found] : counts) {
+    if (map.stored_view && name == std::string("plan_samples")) continue;
     const auto expected = numberIn<std::size_t>(meta, name);
     if (found == expected) continue;
     throw Damage(std::string(name) + ": expected " + std::to_string(expected) + ", found " +
@@ -466,8 +468,28 @@ void readVertices(ContentReader& in, std::uint64_t announced, std::uint64_t file
   });
 }
 
+void readOverview(ContentReader& in, SemanticMap& map) {
+  auto overview = std::make_shared<search::MapOverview>();
+  in.table<OverviewTile>("overview_tiles", [&](std::int64_t id, OverviewTile& tile) {
+    appendTile(tile, *overview);
+    if (id != tileId(tile)) throw Damage("overview_tiles: a tile out of place");
+  });
+  if (overview->tiles.empty()) return;
+  if (overview->tiles.size() < search::MapOverview::kFewest ||
+      !search::DistanceField::fitsColumns(map.bev.cell_m))
+    throw Damage("overview_tiles: a map of this kind has none");
+  map.overview = std::move(overview);
+}
+
+/// Whether the view can stay packed: what was counted on it need not be counted again.
+bool isOfView(const search::PathNull& null, const Meta& meta) {
+  const auto found = meta.find("plan_view");
+  return found != meta.end() && null.poses > 0 && std::to_string(null.view) == found->second;
+}
+
 void readBulk(ContentReader& in, const Meta& meta, std::uint64_t file_bytes,
-              const std::string& file, bool is_former, SemanticMap& map) {
+              const std::string& file, bool is_former, bool has_overview, bool view_packed,
+              SemanticMap& map) {
   PackedRows rows(file_bytes);
   const Packing packing = is_former ? Packing::tiles : Packing::voxels;
   std::vector<Keyframe> keyframes;
@@ -493,10 +515,15 @@ void readBulk(ContentReader& in, const Meta& meta, std::uint64_t file_bytes,
   rows.beginPart();
   in.table<Tile>("plan_tiles", [&](std::int64_t, Tile& tile) {
     rows.take("plan_tiles", tile.points, kAnyNumber);  // meta counts those with a channel only
+    requirePlace(tile);
     tile.packing = packing;
     tiles.push_back(std::move(tile));
   });
-  map.packed_view = std::make_shared<const PackedView>(fill(std::move(tiles), map.bev));
+  if (has_overview) readOverview(in, map);
+  if (view_packed && map.overview && map.size == kTownScale && isOfView(map.null, meta))
+    map.stored_view = std::make_shared<const StoredPlan>(std::move(tiles), map.bev, file);
+  else
+    map.packed_view = std::make_shared<const PackedView>(fill(std::move(tiles), map.bev));
   scaleLengths(map.size, map.bev);
   const auto points = numberIn<std::uint64_t>(meta, "cloud_points");
   tiles.clear();
@@ -517,8 +544,10 @@ void readBulk(ContentReader& in, const Meta& meta, std::uint64_t file_bytes,
 void writeContent(SQLite::Database& database, const std::string& schema, const SemanticMap& map) {
   requireStorable(map);
   // Tiles have the lengths of a town, for whose precision they are made.
-  const std::vector<Tile> bev_tiles =
-      toTiles(*Scaled<BevGrid>(map.bev, 1 / map.size), map.packed_view.get());
+  const Scaled<BevGrid> bev(viewOf(map), 1 / map.size);
+  const std::vector<Tile> bev_tiles = toTiles(*bev, map.packed_view.get());
+  const std::vector<OverviewTile> overview =
+      toTiles(overviewFor(*bev, bev_tiles, map.packed_view.get(), map.overview.get()));
   std::vector<Tile> cloud_tiles = toTiles(*Scaled<LabelledCloud>(map.cloud, 1 / map.size));
   if (map.packed) mergeTiles(map.packed->tiles(), cloud_tiles);
   std::size_t stored_points = 0;
@@ -542,11 +571,13 @@ void writeContent(SQLite::Database& database, const std::string& schema, const S
             [](const EdgeBlock& b, std::size_t) { return b.first_vertex; });
   const auto id = [](const Tile& tile, std::size_t) { return tileId(tile); };
   out.table("plan_tiles", bev_tiles, id);
+  out.table("overview_tiles", overview,
+            [](const OverviewTile& tile, std::size_t) { return tileId(tile); });
   out.table("cloud_tiles", cloud_tiles, id);
   out.finish();
 }
 
-SemanticMap readContent(SQLite::Database& database) {
+SemanticMap readContent(SQLite::Database& database, bool view_packed) {
   checkMapTables(database);
   ContentReader in(database);
   const Meta meta = readMeta(in);
@@ -557,7 +588,7 @@ SemanticMap readContent(SQLite::Database& database) {
   const std::int64_t file_bytes = database.execAndGet("PRAGMA page_count").getInt64() *
                                   database.execAndGet("PRAGMA page_size").getInt64();
   readBulk(in, meta, static_cast<std::uint64_t>(file_bytes), database.getFilename(),
-           hasVertexRows(database), map);
+           hasVertexRows(database), hasOverview(database), view_packed, map);
   requireComplete(meta, map);
   return map;
 }

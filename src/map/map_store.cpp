@@ -275,13 +275,21 @@ bool undoRevision(const std::string& path) {
   });
 }
 
-SemanticMap openMap(const std::string& path) {
+namespace {
+
+SemanticMap openedMap(const std::string& path, bool view_packed) {
   return guarded(path, kCannotRead, [&] {
     SQLite::Database database = openForReading(path);
     const SQLite::Transaction snapshot(database);
-    return readContent(database);
+    return readContent(database, view_packed);
   });
 }
+
+}  // namespace
+
+SemanticMap openMap(const std::string& path) { return openedMap(path, false); }
+
+SemanticMap openToLocalize(const std::string& path) { return openedMap(path, true); }
 
 SemanticMap loadMap(const std::string& path) {
   SemanticMap map = openMap(path);

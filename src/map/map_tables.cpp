@@ -124,6 +124,9 @@ static const MapTable kVertexRows = {"vertices", R"(
   last_frame INTEGER
 )"};
 
+/// Not in files of versions 2 and 3.
+static constexpr const char* kOverviewTable = "overview_tiles";
+
 static constexpr const char* kTileTable = R"(
   id INTEGER PRIMARY KEY,
   x INTEGER, y INTEGER, z INTEGER, -- tile of 64 m from the origin
@@ -131,7 +134,7 @@ static constexpr const char* kTileTable = R"(
   data BLOB               -- packed, 1 cm
 )";
 
-const std::array<MapTable, 9> kMapTables = {{
+const std::array<MapTable, 10> kMapTables = {{
     {"meta", R"(
   id INTEGER PRIMARY KEY,
   name TEXT,              -- origins in metres: p_map = origin + p
@@ -169,6 +172,11 @@ const std::array<MapTable, 9> kMapTables = {{
   data BLOB               -- packed
 )"},
     {"plan_tiles", kTileTable},
+    {kOverviewTable, R"(
+  id INTEGER PRIMARY KEY,
+  x INTEGER, y INTEGER,   -- tile of 64 x 64 cells of the plan from its origin
+  data BLOB               -- packed; for the first look at large maps
+)"},
     {"cloud_tiles", kTileTable},
     {"checksums", R"(
   id INTEGER PRIMARY KEY,
@@ -195,7 +203,10 @@ void checkMapTables(SQLite::Database& database) {
   for (const MapTable& table : kMapTables) {
     query.reset();
     query.bind(1, table.name);
-    if (!query.executeStep()) throw Damage("table " + table.name + " is missing");
+    if (!query.executeStep()) {
+      if (table.name == kOverviewTable) continue;
+      throw Damage("table " + table.name + " is missing");
+    }
     const std::string definition = query.getColumn(0).getString();
     const bool is_former =
         table.name == kVertexRows.name && definition == definitionOf(kVertexRows, table.name);
@@ -206,6 +217,8 @@ void checkMapTables(SQLite::Database& database) {
                            "SELECT name FROM sqlite_master WHERE type NOT IN ('table', 'index')");
   if (others.executeStep()) throw Damage("unexpected object " + others.getColumn(0).getString());
 }
+
+bool hasOverview(SQLite::Database& database) { return database.tableExists(kOverviewTable); }
 
 bool hasVertexRows(SQLite::Database& database) {
   return SQLite::Statement(database, "SELECT * FROM vertices").getColumnCount() > 3;

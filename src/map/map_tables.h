@@ -28,7 +28,7 @@ struct MapTable {
 
 /// All tables with content, each with an integer primary key `id`; `checksums` is the last and
 /// covers the others.
-extern const std::array<MapTable, 9> kMapTables;
+extern const std::array<MapTable, 10> kMapTables;
 
 /// Nothing that a file defines is trusted.
 void configure(SQLite::Database& database);
@@ -39,6 +39,9 @@ void createMapTables(SQLite::Database& database, const std::string& schema);
 /// Throws Damage if a table is missing or defined otherwise, or if the file has triggers or views,
 /// which we never write.
 void checkMapTables(SQLite::Database& database);
+
+/// Whether there is an overview, as in files of version 4 and later.
+bool hasOverview(SQLite::Database& database);
 
 /// Whether each vertex has a row, as in files of version 2. Their points are packed otherwise, too.
 bool hasVertexRows(SQLite::Database& database);
@@ -139,8 +142,9 @@ class RowReader {
 /// the map cannot be written as it is.
 void writeContent(SQLite::Database& database, const std::string& schema, const SemanticMap& map);
 
-/// Reads the tables of "main", points packed; throws Damage.
-SemanticMap readContent(SQLite::Database& database);
+/// Reads the tables of "main", points packed; throws Damage. `view_packed`: the view, too, where
+/// openToLocalize() may leave it so.
+SemanticMap readContent(SQLite::Database& database, bool view_packed = false);
 
 // Revisions. All of these run inside a transaction of the caller.
 

@@ -17,9 +17,11 @@
 #include <map>
 #include <memory>
 #include <new>
+#include <set>
 #include <tuple>
 #include <type_traits>
 #include <unordered_map>
+#include <unordered_set>
 
 #include "xview/types/stored_cloud.h"
 
@@ -374,6 +376,26 @@ const Tile* PackedView::find(const Tile& tile, std::uint64_t digest) const {
   return entry.digest == digest && entry.tile.points == tile.points ? &entry.tile : nullptr;
 }
 
+std::vector<PlaneCell> PackedView::changedColumns(const std::vector<Tile>& now) const {
+  std::set<std::pair<std::int64_t, std::int64_t>> changed;  // (y, x)
+  std::unordered_set<std::int64_t> gone;
+  for (const auto& [id, entry] : tiles_) gone.insert(id);
+  for (const Tile& tile : now) {
+    const auto found = tiles_.find(tileId(tile));
+    if (found == tiles_.end() || found->second.tile.data != tile.data)
+      changed.emplace(tile.y, tile.x);
+    gone.erase(tileId(tile));
+  }
+  for (const std::int64_t id : gone) {
+    const Tile& tile = tiles_.at(id).tile;
+    changed.emplace(tile.y, tile.x);
+  }
+  std::vector<PlaneCell> columns;
+  for (const auto& [y, x] : changed)
+    columns.push_back({static_cast<std::int32_t>(x), static_cast<std::int32_t>(y)});
+  return columns;
+}
+
 std::vector<Tile> toTiles(const BevGrid& bev, const PackedView* known) {
   std::array<std::size_t, kBevChannels + 1> begin{};
   for (std::size_t c = 0; c < kBevChannels; ++c) begin[c + 1] = begin[c] + bev.samples[c].size();
@@ -418,6 +440,30 @@ void mergeTiles(const std::vector<Tile>& addition, std::vector<Tile>& tiles) {
   tiles = std::move(all);
 }
 
+namespace {
+
+/// Appends a tile of a bird's-eye view; take(label, place in the tile) receives each point, too.
+template <class Take>
+void appendPoints(const Tile& tile, double cell_m, BevGrid& bev, const Take& take) {
+  forPoints(tile, [&](std::uint32_t label, std::uint32_t, const auto& in_tile) {
+    if (label > kSeen) throw Damage("plan view with an unknown channel");
+    take(label, in_tile);
+    const Point p = pointIn(tile, in_tile, label);
+    if (label < kBevChannels)
+      bev.samples[label].push_back({p.x, p.y, p.z});
+    else
+      bev.known.push_back({static_cast<std::int32_t>(std::floor(p.x / cell_m)),
+                           static_cast<std::int32_t>(std::floor(p.y / cell_m)), p.z,
+                           label == kMeasured});
+  });
+}
+
+}  // namespace
+
+void appendTile(const Tile& tile, BevGrid& bev) {
+  appendPoints(tile, bev.cell_m, bev, [](std::uint32_t, const auto&) {});
+}
+
 PackedView fill(std::vector<Tile> tiles, BevGrid& bev) {
   PackedView packed;
   std::stable_sort(tiles.begin(), tiles.end(),
@@ -428,23 +474,101 @@ PackedView fill(std::vector<Tile> tiles, BevGrid& bev) {
     BevGrid of_row;
     for (; row != end; ++row) {
       TileDigest digest;
-      forPoints(*row, [&](std::uint32_t label, std::uint32_t, const auto& in_tile) {
-        if (label > kSeen) throw Damage("plan view with an unknown channel");
-        digest.add(label, in_tile);
-        const Point p = pointIn(*row, in_tile, label);
-        if (label < kBevChannels)
-          of_row.samples[label].push_back({p.x, p.y, p.z});
-        else
-          of_row.known.push_back({static_cast<std::int32_t>(std::floor(p.x / bev.cell_m)),
-                                  static_cast<std::int32_t>(std::floor(p.y / bev.cell_m)), p.z,
-                                  label == kMeasured});
-      });
+      appendPoints(*row, bev.cell_m, of_row,
+                   [&](std::uint32_t label, const auto& in_tile) { digest.add(label, in_tile); });
       if (row->packing == Packing::voxels) packed.add(*row, digest.sum());
     }
     for (std::size_t c = 0; c < kBevChannels; ++c) appendSorted(of_row.samples[c], bev.samples[c]);
     appendSorted(of_row.known, bev.known);
   }
   return packed;
+}
+
+std::vector<OverviewTile> toTiles(const search::MapOverview& overview) {
+  std::vector<OverviewTile> tiles;
+  for (const auto& [at, squares] : overview.tiles)
+    tiles.push_back({at.x, at.y, compressed(squares)});
+  return tiles;
+}
+
+void appendTile(const OverviewTile& tile, search::MapOverview& overview) {
+  constexpr std::size_t kSquares =
+      kBevChannels * search::MapOverview::kSide * search::MapOverview::kSide;
+  if (!isTileIndex(tile.x) || !isTileIndex(tile.y))
+    throw Damage("overview tile with an index out of range");
+  std::vector<std::uint8_t> squares = decompressed(tile.data, kSquares, kSquares);
+  for (const std::uint8_t square : squares) {
+    if ((square & 15) > search::kUnknownBin || square >> 4 > search::kUnknownBin)
+      throw Damage("overview tile with an unknown class");
+  }
+  overview.tiles.push_back(
+      {{static_cast<std::int32_t>(tile.x), static_cast<std::int32_t>(tile.y)}, std::move(squares)});
+}
+
+namespace {
+
+/// The part of a view in some columns and around them.
+BevGrid viewAround(const std::vector<PlaneCell>& columns, const BevGrid& bev) {
+  CellLists near;
+  for (const PlaneCell& column : columns) near.add({column.x, column.y, 0, 0}, 0);
+  ClassCell last{std::numeric_limits<std::int32_t>::max(), 0, 0, 0};
+  bool is_near = false;
+  const auto isNear = [&](double x, double y) {
+    const ClassCell column = cellOf({x, y, 0}, StoredCloud::kColumn_m, 0);
+    if (!(column == last))
+      is_near = near.anyAround(last = column, [](std::size_t) { return true; });
+    return is_near;
+  };
+  BevGrid part;
+  part.cell_m = bev.cell_m;
+  for (const GroundCell& cell : bev.known) {
+    if (isNear((cell.x + 0.5) * bev.cell_m, (cell.y + 0.5) * bev.cell_m))
+      part.known.push_back(cell);
+  }
+  for (std::size_t c = 0; c < kBevChannels; ++c) {
+    for (const BevSample& s : bev.samples[c]) {
+      if (isNear(double{s.x}, double{s.y})) part.samples[c].push_back(s);
+    }
+  }
+  return part;
+}
+
+}  // namespace
+
+search::MapOverview overviewFor(const BevGrid& bev, const std::vector<Tile>& tiles,
+                                const PackedView* before, const search::MapOverview* known) {
+  using search::DistanceField;
+  using search::MapOverview;
+  if (!DistanceField::fitsColumns(bev.cell_m)) return {};
+  MapOverview overview;
+  if (before && known) {
+    const std::vector<PlaneCell> changed = before->changedColumns(tiles);
+    if (changed.empty()) return *known;
+    // What a tile is made of reaches no farther than the tiles around a column.
+    const auto across = static_cast<std::int32_t>(
+        std::lround(StoredCloud::kColumn_m / (DistanceField::kTileCells * bev.cell_m)));
+    const auto touches = [&](const PlaneCell& tile) {
+      return std::any_of(changed.begin(), changed.end(), [&](const PlaneCell& column) {
+        return tile.x >= column.x * across - 1 && tile.x <= (column.x + 1) * across &&
+               tile.y >= column.y * across - 1 && tile.y <= (column.y + 1) * across;
+      });
+    };
+    for (const MapOverview::Tile& tile : known->tiles) {
+      if (!touches(tile.at)) overview.tiles.push_back(tile);
+    }
+    const DistanceField field(viewAround(changed, bev));
+    for (const PlaneCell& at : field.tiles()) {
+      if (touches(at)) overview.tiles.push_back({at, field.overview(at, MapOverview::kSide)});
+    }
+    std::sort(overview.tiles.begin(), overview.tiles.end(),
+              [](const auto& a, const auto& b) { return inRowOrder(a.at, b.at); });
+  } else {
+    const DistanceField field(bev);
+    if (field.tiles().size() >= MapOverview::kFewest)
+      overview = search::overviewOf(field, MapOverview::kSide, 1);
+  }
+  if (overview.tiles.size() < MapOverview::kFewest) return {};
+  return overview;
 }
 
 std::string channelNames() {

@@ -9,6 +9,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "xview/search/distance_field.h"
 #include "xview/types/bev_grid.h"
 #include "xview/types/cells.h"
 #include "xview/types/graph.h"
@@ -139,6 +140,8 @@ class PackedView {
   void add(const Tile& tile, std::uint64_t digest);
   /// The tile of that place with as many points and that digest, or null.
   const Tile* find(const Tile& tile, std::uint64_t digest) const;
+  /// The columns in which other tiles stand now, sorted.
+  std::vector<PlaneCell> changedColumns(const std::vector<Tile>& now) const;
 
  private:
   struct Entry {
@@ -155,6 +158,28 @@ std::vector<Tile> toTiles(const BevGrid& bev, const PackedView* known = nullptr)
 /// Fills a bird's-eye view, which has its grid already, with the tiles of one, and returns those
 /// that can be written as they are; throws Damage.
 PackedView fill(std::vector<Tile> tiles, BevGrid& bev);
+/// Appends a tile of one, in any order; throws Damage.
+void appendTile(const Tile& tile, BevGrid& bev);
+
+/// A tile of the view that was made for the first look at a large map.
+struct OverviewTile {
+  std::int64_t x = 0, y = 0;  ///< in tiles of 64 x 64 cells
+  Bytes data;
+};
+
+template <class Row>
+void columns(Row& row, OverviewTile& t) {
+  row(t.x);
+  row(t.y);
+  row(t.data);
+}
+
+std::vector<OverviewTile> toTiles(const search::MapOverview& overview);
+/// Throws Damage.
+void appendTile(const OverviewTile& tile, search::MapOverview& overview);
+/// The overview of a view whose tiles are `tiles`. `known`: that of `before`, or null.
+search::MapOverview overviewFor(const BevGrid& bev, const std::vector<Tile>& tiles,
+                                const PackedView* before, const search::MapOverview* known);
 /// Names of the channels in the order of storage; another order is another file.
 std::string channelNames();
 
@@ -196,6 +221,9 @@ void setEdges(const std::vector<EdgeBlock>& blocks, SemanticGraph& graph);
 
 /// Row id of a tile: packs its indices so that ids do not change when tiles are added.
 constexpr std::int64_t kTileIndexBias = std::int64_t{1} << 19;
+inline std::int64_t tileId(const OverviewTile& t) {
+  return ((t.y + kTileIndexBias) << 20) | (t.x + kTileIndexBias);
+}
 inline std::int64_t tileId(const Tile& t) {
   return ((t.z + kTileIndexBias) << 40) | ((t.y + kTileIndexBias) << 20) | (t.x + kTileIndexBias);
 }

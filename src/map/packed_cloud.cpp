@@ -10,8 +10,9 @@
 namespace xview::map {
 namespace {
 
-/// A column is asked for once for each tile of distributions in it.
-constexpr std::size_t kMostRecent = 8;
+/// A column is asked for once for each tile of distributions in it; columns of the view are for the
+/// obstacles around each place that is looked at.
+constexpr std::size_t kMostRecent = 8, kMostRecentOfView = 64;
 
 PlaneCell columnOf(const Tile& tile) {
   return {static_cast<std::int32_t>(tile.x), static_cast<std::int32_t>(tile.y)};
@@ -52,43 +53,81 @@ void orError(const std::string& file, const Work& work) {
 
 }  // namespace
 
-PackedCloud::PackedCloud(std::vector<Tile> tiles, std::string file)
-    : tiles_(std::move(tiles)), file_(std::move(file)) {
-  for (std::size_t i = 0; i < tiles_.size(); ++i) {
-    const PlaneCell column = columnOf(tiles_[i]);
+TilesOfColumns::TilesOfColumns(const std::vector<Tile>& tiles) {
+  for (std::size_t i = 0; i < tiles.size(); ++i) {
+    const PlaneCell column = columnOf(tiles[i]);
     tiles_of_[{column.y, column.x}].push_back(i);
-    points_ += tiles_[i].points;
   }
 }
 
-std::vector<PlaneCell> PackedCloud::columns() const {
+std::vector<PlaneCell> TilesOfColumns::columns() const {
   std::vector<PlaneCell> columns;
   for (const auto& [key, tiles] : tiles_of_) columns.push_back({key.second, key.first});
   return columns;
 }
 
+const std::vector<std::size_t>& TilesOfColumns::in(const PlaneCell& column) const {
+  static const std::vector<std::size_t> kNone;
+  const auto found = tiles_of_.find({column.y, column.x});
+  return found == tiles_of_.end() ? kNone : found->second;
+}
+
+PackedCloud::PackedCloud(std::vector<Tile> tiles, std::string file)
+    : tiles_(std::move(tiles)), file_(std::move(file)), tiles_of_(tiles_), recent_(kMostRecent) {
+  for (const Tile& tile : tiles_) points_ += tile.points;
+}
+
+std::vector<PlaneCell> PackedCloud::columns() const { return tiles_of_.columns(); }
+
 std::shared_ptr<const LabelledCloud> PackedCloud::pointsOf(const PlaneCell& column) const {
-  const Key key{column.y, column.x};
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    const auto known = std::find_if(recent_.begin(), recent_.end(),
-                                    [&](const Unpacked& u) { return u.first == key; });
-    if (known != recent_.end()) {
-      recent_.splice(recent_.begin(), recent_, known);
-      return known->second;
-    }
-  }
+  if (auto known = recent_.find(column)) return known;
   auto points = std::make_shared<LabelledCloud>();
-  if (const auto found = tiles_of_.find(key); found != tiles_of_.end()) {
-    orError(file_, [&] {
-      for (const std::size_t i : found->second) appendTile(tiles_[i], *points);
-    });
-  }
-  const std::lock_guard<std::mutex> lock(mutex_);
-  recent_.emplace_front(key, points);
-  if (recent_.size() > kMostRecent) recent_.pop_back();
+  orError(file_, [&] {
+    for (const std::size_t i : tiles_of_.in(column)) appendTile(tiles_[i], *points);
+  });
+  recent_.add(column, points);
   return points;
 }
+
+StoredPlan::StoredPlan(std::vector<Tile> tiles, BevGrid grid, std::string file)
+    : tiles_(std::move(tiles)),
+      grid_(std::move(grid)),
+      file_(std::move(file)),
+      tiles_of_(tiles_),
+      recent_(kMostRecentOfView) {}
+
+std::shared_ptr<const BevGrid> StoredPlan::partOf(const PlaneCell& column) const {
+  if (auto known = recent_.find(column)) return known;
+  auto part = std::make_shared<BevGrid>(grid_);
+  orError(file_, [&] {
+    for (const std::size_t i : tiles_of_.in(column)) appendTile(tiles_[i], *part);
+  });
+  recent_.add(column, part);
+  return part;
+}
+
+const BevGrid& StoredPlan::whole() const {
+  std::call_once(unpacked_, [&] {
+    orError(file_, [&] {
+      BevGrid whole = grid_;
+      fill(tiles_, whole);
+      whole_ = std::move(whole);
+    });
+  });
+  return whole_;
+}
+
+const BevGrid& viewOf(const SemanticMap& map) {
+  return map.stored_view ? map.stored_view->whole() : map.bev;
+}
+
+void unpackView(SemanticMap& map) {
+  if (!map.stored_view) return;
+  map.bev = map.stored_view->whole();
+  map.stored_view.reset();
+}
+
+bool hasView(const SemanticMap& map) { return map.stored_view || !map.bev.known.empty(); }
 
 void unpackAll(SemanticMap& map) {
   unpack(map, [](const Tile&) { return true; });

@@ -14,6 +14,47 @@
 
 namespace xview::map {
 
+/// The columns of 64 m that were asked for last. Thread-safe.
+template <class Content>
+class RecentColumns {
+ public:
+  explicit RecentColumns(std::size_t most) : most_(most) {}
+
+  /// Null if it is not kept.
+  std::shared_ptr<const Content> find(const PlaneCell& column) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    for (auto known = columns_.begin(); known != columns_.end(); ++known) {
+      if (!(known->first == column)) continue;
+      columns_.splice(columns_.begin(), columns_, known);
+      return known->second;
+    }
+    return nullptr;
+  }
+  void add(const PlaneCell& column, std::shared_ptr<const Content> content) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    columns_.emplace_front(column, std::move(content));
+    if (columns_.size() > most_) columns_.pop_back();
+  }
+
+ private:
+  std::size_t most_;
+  std::mutex mutex_;
+  std::list<std::pair<PlaneCell, std::shared_ptr<const Content>>> columns_;
+};
+
+/// Tiles by the column they are in.
+class TilesOfColumns {
+ public:
+  explicit TilesOfColumns(const std::vector<Tile>& tiles);
+
+  std::vector<PlaneCell> columns() const;
+  /// Positions in the tiles, from the lowest one.
+  const std::vector<std::size_t>& in(const PlaneCell& column) const;
+
+ private:
+  std::map<std::pair<std::int32_t, std::int32_t>, std::vector<std::size_t>> tiles_of_;  ///< (y, x)
+};
+
 class PackedCloud final : public StoredCloud {
  public:
   /// In the order of toTiles(), of a file of that name.
@@ -27,15 +68,31 @@ class PackedCloud final : public StoredCloud {
   const std::string& file() const { return file_; }
 
  private:
-  using Key = std::pair<std::int32_t, std::int32_t>;  ///< (y, x)
-  using Unpacked = std::pair<Key, std::shared_ptr<const LabelledCloud>>;
-
   std::vector<Tile> tiles_;
   std::string file_;
   std::size_t points_ = 0;
-  std::map<Key, std::vector<std::size_t>> tiles_of_;  ///< by column, from the lowest
-  mutable std::mutex mutex_;
-  mutable std::list<Unpacked> recent_;  ///< the columns that were asked for last
+  TilesOfColumns tiles_of_;
+  mutable RecentColumns<LabelledCloud> recent_;
+};
+
+/// The bird's-eye view of a map as its file has it.
+class StoredPlan final : public StoredView {
+ public:
+  /// `grid`: without samples and seen cells.
+  StoredPlan(std::vector<Tile> tiles, BevGrid grid, std::string file);
+
+  std::vector<PlaneCell> columns() const override { return tiles_of_.columns(); }
+  std::shared_ptr<const BevGrid> partOf(const PlaneCell& column) const override;
+  const BevGrid& whole() const override;
+
+ private:
+  std::vector<Tile> tiles_;
+  BevGrid grid_;
+  std::string file_;
+  TilesOfColumns tiles_of_;
+  mutable RecentColumns<BevGrid> recent_;
+  mutable std::once_flag unpacked_;
+  mutable BevGrid whole_;
 };
 
 /// unpackPoints(), but throws Damage.

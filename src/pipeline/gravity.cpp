@@ -160,7 +160,11 @@ Gravity gravityOf(const SemanticGraph& graph, const LabelSet& labels, const std:
 }
 
 Gravity gravityOf(const Place& place, const std::string& mode) {
-  if (place.bev.known.empty()) return gravityOf(place.graph, place.labels, mode);
+  return gravityOf(place, !place.bev.known.empty(), mode);
+}
+
+Gravity gravityOf(const Place& place, bool has_view, const std::string& mode) {
+  if (!has_view) return gravityOf(place.graph, place.labels, mode);
   Gravity gravity;
   gravity.alignment = place.bev.alignment;
   if (!gravity.turned()) return gravity;

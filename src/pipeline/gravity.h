@@ -37,6 +37,8 @@ Gravity gravityOf(const SemanticGraph& graph, const LabelSet& labels, const std:
 
 /// That of a saved place: a BEV grid was drawn upright, a bare graph is what it is.
 Gravity gravityOf(const Place& place, const std::string& mode);
+/// The same of a place whose bird's-eye view may be somewhere else.
+Gravity gravityOf(const Place& place, bool has_view, const std::string& mode);
 
 /// The normal of the layer of a graph, without its side; zero if it is no layer.
 Eigen::Vector3d layerNormal(const SemanticGraph& graph);

@@ -115,7 +115,7 @@ Localization unfindable(const Query& query, std::string reason) {
 
 Localizer::Index::Index(const map::SemanticMap& given, const Options& all_options)
     : options(all_options),
-      gravity(gravityOf(given, options.gravity)),
+      gravity(gravityOf(given, map::hasView(given), options.gravity)),
       turned(gravityAlignedMap(given, gravity.alignment)),
       map(turned ? *turned : given),
       shapes_only(knowsShapesOnly(given.labels)),
@@ -124,9 +124,12 @@ Localizer::Index::Index(const map::SemanticMap& given, const Options& all_option
       scales(parseScale("scale", options.scale)),
       walks(map.graph, map.labels, options),
       refinement(map, options) {
-  if (options.method == "walks" || map.bev.known.empty()) return;
-  surfaces = search::makeSurfaceField(map.bev, trajectoryOf(map), surroundingsOf(map.size),
-                                      map.null, options.places, options.threads);
+  if (options.method == "walks" || !map::hasView(map)) return;
+  const search::MapView view = map.stored_view
+                                   ? search::MapView(map.bev, map.stored_view, map.overview)
+                                   : search::MapView(map.bev);
+  surfaces = search::makeSurfaceField(view, trajectoryOf(map), surroundingsOf(map.size), map.null,
+                                      options.places, options.threads);
 }
 
 Priors Localizer::Index::priorsOf(const Query& given, const Query& upright,
@@ -475,6 +478,7 @@ const Localizer::Index& Localizer::indexFor(const Query& query) const {
       coarse.map.noise.reset();
       reduceToShapes(query.labels, coarse.map);
     }
+    map::unpackView(coarse.map);
     reduceTo(detail, coarse.map.bev);
     Options options = index_->options;
     if (detail.shapes && options.places.likelihoods.empty())

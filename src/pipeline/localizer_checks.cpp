@@ -64,7 +64,7 @@ Explanation Localizer::Index::explain(const Query& given, const Localization& an
   Explanation explanation;
   if (isView(*query)) {
     const auto in_field = fieldFor(*query).prepare(observationOf(*query));
-    explainSamples(map.bev, *query, *in_field, T, explanation);
+    explainSamples(map::viewOf(map), *query, *in_field, T, explanation);
   }
   explainVertices(map, *query, answer.kept, T, explanation);
   turn(gravity.alignment.conjugate(), explanation);

@@ -183,7 +183,7 @@ void setInlierRatio(const std::optional<pose::Agreement>& agreement, DenseEviden
 const pose::DistributionMap& BevRegistration::distributions() const {
   std::call_once(made_, [&] {
     distributions_.emplace(
-        flatCloud(map_, Eigen::Vector2d::Zero(), std::numeric_limits<double>::infinity()),
+        flatCloud(map_(), Eigen::Vector2d::Zero(), std::numeric_limits<double>::infinity()),
         bevChannelClasses(), std::vector<Eigen::Isometry3d>(), bevRefinement());
   });
   return *distributions_;
@@ -192,7 +192,7 @@ const pose::DistributionMap& BevRegistration::distributions() const {
 std::optional<RegisteredBev> BevRegistration::align(const BevGrid& query,
                                                     const Eigen::Vector3d& sensor_in_query,
                                                     const Eigen::Isometry3d& T_map_query) const {
-  const Eigen::Isometry3d up_of_map(map_.alignment), up_of_query(query.alignment);
+  const Eigen::Isometry3d up_of_map(alignment_), up_of_query(query.alignment);
   const Eigen::Isometry3d before = planarPart(up_of_map * T_map_query * up_of_query.inverse());
   Eigen::Isometry3d sensor = Eigen::Isometry3d::Identity();
   sensor.translation().head<2>() = (up_of_query * sensor_in_query).head<2>();
@@ -241,7 +241,7 @@ pose::DistributionMap distributionsOf(const map::SemanticMap& map,
 }
 
 PoseRefinement::PoseRefinement(const map::SemanticMap& map, const Options& options)
-    : map_(map), options_(options), bev_(map.bev) {
+    : map_(map), options_(options), bev_(map) {
   if (!options.refine.enabled || map::pointCount(map) == 0) return;
   distributions_.emplace(distributionsOf(map, options.refine));
 }

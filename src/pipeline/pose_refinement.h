@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <functional>
 #include <mutex>
 #include <optional>
 
@@ -29,7 +30,10 @@ struct RegisteredBev {
 class BevRegistration {
  public:
   /// The view must outlive the registration.
-  explicit BevRegistration(const BevGrid& map) : map_(map) {}
+  explicit BevRegistration(const BevGrid& map)
+      : alignment_(map.alignment), map_([&map]() -> auto& { return map; }) {}
+  explicit BevRegistration(const map::SemanticMap& map)
+      : alignment_(map.bev.alignment), map_([&map]() -> auto& { return map::viewOf(map); }) {}
 
   /// The pose (T_map_query) moved in the plane and about its normal to where the samples around
   /// `sensor_in_query` fit best. None if too few of them find their like. Thread-safe.
@@ -39,7 +43,8 @@ class BevRegistration {
  private:
   const pose::DistributionMap& distributions() const;
 
-  const BevGrid& map_;
+  Eigen::Quaterniond alignment_;
+  std::function<const BevGrid&()> map_;
   mutable std::once_flag made_;
   mutable std::optional<pose::DistributionMap> distributions_;  ///< made for the first query
 };

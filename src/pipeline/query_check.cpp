@@ -57,7 +57,7 @@ Eigen::AlignedBox2d boundsOf(const map::SemanticMap& map) {
   Eigen::AlignedBox2d box;
   for (const Vertex& vertex : map.graph.vertices) box.extend(vertex.position.head<2>());
   for (const Eigen::Isometry3d& T : map.poses) box.extend(T.translation().head<2>());
-  for (const GroundCell& cell : map.bev.known) {
+  for (const GroundCell& cell : map::viewOf(map).known) {
     box.extend(Eigen::Vector2d(map.bev.origin_x + cell.x * map.bev.cell_m,
                                map.bev.origin_y + cell.y * map.bev.cell_m));
   }
@@ -88,6 +88,17 @@ double widthOf(const Place& place) {
   return box.isEmpty() ? 0 : box.diagonal().norm();
 }
 
+/// A stored view is as wide as its columns.
+double widthOf(const map::SemanticMap& map) {
+  if (!map.stored_view) return widthOf(static_cast<const Place&>(map));
+  Eigen::AlignedBox2d box;
+  for (const PlaneCell& column : map.stored_view->columns()) {
+    for (const int corner : {0, 1})
+      box.extend(StoredView::kColumn_m * Eigen::Vector2d(column.x + corner, column.y + corner));
+  }
+  return box.isEmpty() ? 0 : box.diagonal().norm();
+}
+
 /// So much wider than the map that next to nothing of it can lie there.
 std::optional<std::string> whyTooLarge(const Query& query, const map::SemanticMap& map) {
   constexpr double kTooLarge = 10;
@@ -102,7 +113,7 @@ std::optional<std::string> whyTooLarge(const Query& query, const map::SemanticMa
 }  // namespace
 
 std::optional<std::string> whyUnfindable(const Query& query, const map::SemanticMap& map) {
-  if (isEmpty(map) && map::pointCount(map) == 0)
+  if (isEmpty(map) && !map::hasView(map) && map::pointCount(map) == 0)
     return "the map is empty; build it of a recording that sees something";
   if (isEmpty(query)) return kNothingIsLeft;
   if (const auto reason = whyTooLittle(query)) return reason;
@@ -113,9 +124,10 @@ std::optional<std::string> whyUnfindable(const Query& query, const map::Semantic
 /// A sensor may stand outside of what it sees, but not by more than half of a map, nor by more than
 /// it sees.
 void requirePriorInside(const PlacePrior& prior, const map::SemanticMap& map) {
+  if (!prior.near) return;
   const double sight_m = 50 * map.size;
   const Eigen::AlignedBox2d box = boundsOf(map);
-  if (!prior.near || box.isEmpty()) return;
+  if (box.isEmpty()) return;
   const double outside_m = box.exteriorDistance(Eigen::Vector2d(prior.near->x, prior.near->y));
   const double reach_m = std::min(sight_m, 0.5 * box.diagonal().norm());
   if (outside_m <= prior.near->radius + reach_m) return;

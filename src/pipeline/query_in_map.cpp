@@ -24,7 +24,10 @@ bool isTurn(const Eigen::Quaterniond& R) {
 
 /// The points of a map are turned as they are, not packed.
 void unpack(Place&) {}
-void unpack(map::SemanticMap& map) { map::unpackPoints(map); }
+void unpack(map::SemanticMap& map) {
+  map::unpackPoints(map);
+  map::unpackView(map);
+}
 
 template <class PlaceOrMap>
 PlaceOrMap turned(PlaceOrMap place, const Eigen::Quaterniond& R) {

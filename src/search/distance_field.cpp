@@ -44,9 +44,27 @@ Mask halved(const Mask& mask) {
   return half;
 }
 
-/// The bits first to last of a word.
-std::uint64_t bitsFrom(int first, int last) {
-  return (~std::uint64_t{0} >> (63 - last)) & (~std::uint64_t{0} << first);
+/// The rows of a tile and of the eight around it, row by row; null where there is none.
+using MasksAround = std::array<const Mask*, 9>;
+
+/// The cells within `reach` rows and columns of a seen one, reach < 64.
+Mask grown(const MasksAround& around, int reach) {
+  Mask result{};
+  for (int y = 0; y < kSide; ++y) {
+    std::array<std::uint64_t, 3> row{};  // to the left, here, to the right
+    for (int from = y - reach; from <= y + reach; ++from) {
+      const int band = from < 0 ? 0 : from < kSide ? 3 : 6;
+      for (int i = 0; i < 3; ++i) {
+        if (const Mask* mask = around[band + i]) row[i] |= (*mask)[from & (kSide - 1)];
+      }
+    }
+    result[y] = row[1];
+    for (int step = 1; step <= reach; ++step) {
+      result[y] |= row[1] << step | row[0] >> (kSide - step);
+      result[y] |= row[1] >> step | row[2] << (kSide - step);
+    }
+  }
+  return result;
 }
 
 constexpr int kBlock = 16;  ///< columns that are looked at together
@@ -138,24 +156,64 @@ struct DistanceField::Site {
   float x, y;
 };
 
+/// Of a stored view: read at once.
+struct DistanceField::Column {
+  PlaneCell at;
+  std::once_flag once;
+};
+
 struct DistanceField::Place {
   PlaneCell at;
-  Mask seen{};  ///< grown by kSeenNear_m; the tile does not exist if nothing is
+  Column* column = nullptr;  ///< null if nothing is left to be read
+  Mask seen{};
   Sites sites;
   std::vector<GroundCell> known;
 
   std::once_flag once;
   std::atomic<bool> is_made{false};
   Tile tile;
-  std::vector<std::uint8_t> planes;  ///< what tile.bins points into
+  std::vector<std::uint8_t> planes;  ///< what tile.bins points into; empty if there is no tile
 };
 
 DistanceField::DistanceField(const BevGrid& map)
     : cell_m_(map.cell_m), origin_x_(map.origin_x), origin_y_(map.origin_y) {
-  addKnown(map.known);
-  for (const auto& place : all_) tile_count_ += isEmpty(place->seen) ? 0 : 1;
-  if (tile_count_ > 0) addSamples(map);
+  distribute(map, [this](const PlaneCell& tile) { return &placeOf(tile); });
+  for (std::size_t i = 0, read = all_.size(); i < read; ++i) {
+    if (isEmpty(all_[i]->seen)) continue;
+    for (int n = 0; n < 9; ++n)
+      placeOf({all_[i]->at.x + n % 3 - 1, all_[i]->at.y + n / 3 - 1});  // what was seen is grown
+  }
+  for (const auto& place : all_) {
+    if (!isEmpty(seenIn(place->at))) tiles_.push_back(place->at);
+  }
 }
+
+DistanceField::DistanceField(const BevGrid& grid, std::shared_ptr<const StoredView> stored,
+                             const MapOverview& tiles)
+    : cell_m_(grid.cell_m),
+      origin_x_(grid.origin_x),
+      origin_y_(grid.origin_y),
+      stored_(std::move(stored)) {
+  const auto across = static_cast<int>(std::lround(StoredView::kColumn_m / (kSide * cell_m_)));
+  for (const PlaneCell& at : stored_->columns()) {
+    columns_.push_back(std::make_unique<Column>());
+    columns_.back()->at = at;
+    for (int y = 0; y < across; ++y) {
+      for (int x = 0; x < across; ++x)
+        placeOf({at.x * across + x, at.y * across + y}).column = columns_.back().get();
+    }
+  }
+  for (const MapOverview::Tile& tile : tiles.tiles) {
+    placeOf(tile.at);
+    tiles_.push_back(tile.at);
+  }
+}
+
+bool DistanceField::fitsColumns(double cell_m) {
+  const double across = StoredView::kColumn_m / (kSide * cell_m);
+  return across >= 1 && across == std::round(across);
+}
+
 DistanceField::~DistanceField() = default;
 DistanceField::DistanceField(DistanceField&&) noexcept = default;
 
@@ -168,39 +226,40 @@ DistanceField::Place& DistanceField::placeOf(const PlaneCell& tile) {
   return *all_[number];
 }
 
-void DistanceField::addKnown(const std::vector<GroundCell>& known) {
-  const int reach = static_cast<int>(kSeenNear_m / cell_m_);
-  for (const GroundCell& cell : known) {
-    placeOf({cell.x >> kTileBits, cell.y >> kTileBits}).known.push_back(cell);
-    const std::int32_t first = cell.x - reach, last = cell.x + reach;
-    for (std::int32_t y = cell.y - reach; y <= cell.y + reach; ++y) {
-      for (std::int32_t tx = first >> kTileBits; tx <= last >> kTileBits; ++tx) {
-        const std::int32_t x0 = tx * kSide;
-        placeOf({tx, y >> kTileBits}).seen[y & (kSide - 1)] |=
-            bitsFrom(std::max(0, first - x0), std::min(kSide - 1, last - x0));
-      }
-    }
+template <class PlaceFor>
+void DistanceField::distribute(const BevGrid& part, const PlaceFor& placeFor) const {
+  PlaneCell last{std::numeric_limits<std::int32_t>::max(), 0};
+  Place* place = nullptr;
+  const auto find = [&](const PlaneCell& tile) {
+    if (!(tile == last)) place = placeFor(last = tile);
+    return place;
+  };
+  for (const GroundCell& cell : part.known) {
+    if (!find({cell.x >> kTileBits, cell.y >> kTileBits})) continue;
+    place->known.push_back(cell);
+    place->seen[cell.y & (kSide - 1)] |= std::uint64_t{1} << (cell.x & (kSide - 1));
   }
-}
-
-void DistanceField::addSamples(const BevGrid& map) {
   const auto tileOf = [](float cell) {
     return static_cast<std::int32_t>(std::floor(cell / kSide));
   };
   for (std::size_t c = 0; c < kBevChannels; ++c) {
-    for (const BevSample& s : map.samples[c]) {
+    for (const BevSample& s : part.samples[c]) {
       const auto x = static_cast<float>(s.x / cell_m_), y = static_cast<float>(s.y / cell_m_);
-      placeOf({tileOf(x), tileOf(y)}).sites[c].push_back({x, y});
+      if (find({tileOf(x), tileOf(y)})) place->sites[c].push_back({x, y});
     }
   }
 }
 
-std::vector<PlaneCell> DistanceField::tiles() const {
-  std::vector<PlaneCell> tiles;
-  for (const auto& place : all_) {
-    if (!isEmpty(place->seen)) tiles.push_back(place->at);
-  }
-  return tiles;
+DistanceField::Place* DistanceField::findRead(const PlaneCell& tile) const {
+  Place* place = find(tile);
+  if (!place || !place->column) return place;
+  std::call_once(place->column->once, [&] {
+    distribute(*stored_->partOf(place->column->at), [&](const PlaneCell& at) -> Place* {
+      Place* of_column = this->find(at);
+      return of_column && of_column->column == place->column ? of_column : nullptr;
+    });
+  });
+  return place;
 }
 
 void DistanceField::makeAll(int threads) const {
@@ -215,8 +274,9 @@ const DistanceField::Tile* DistanceField::tile(std::size_t number) const {
 }
 
 void DistanceField::make(Place& place) const {
-  if (!isEmpty(place.seen)) {
-    TilePlanes made = makePlanes(sitesAround(place.at), place.seen, kSide, cell_m_);
+  const Mask seen = seenIn(place.at);
+  if (!isEmpty(seen)) {
+    TilePlanes made = makePlanes(sitesAround(place.at), seen, kSide, cell_m_);
     Tile& tile = place.tile;
     tile.x = place.at.x;
     tile.y = place.at.y;
@@ -235,6 +295,16 @@ void DistanceField::make(Place& place) const {
   place.is_made.store(true, std::memory_order_release);
 }
 
+/// The cells of a tile that were seen, grown by kSeenNear_m.
+Mask DistanceField::seenIn(const PlaneCell& tile) const {
+  MasksAround around{};
+  for (int i = 0; i < 9; ++i) {
+    const Place* place = findRead({tile.x + i % 3 - 1, tile.y + i / 3 - 1});
+    around[i] = place ? &place->seen : nullptr;
+  }
+  return grown(around, std::min(static_cast<int>(kSeenNear_m / cell_m_), kSide - 1));
+}
+
 /// Those within reach of a tile, in cells from its first one.
 DistanceField::Sites DistanceField::sitesAround(const PlaneCell& tile) const {
   Sites result;
@@ -244,11 +314,10 @@ DistanceField::Sites DistanceField::sitesAround(const PlaneCell& tile) const {
   const auto inReach = [&](float p) { return p >= -reach && p <= kSide + reach; };
   for (int dy = -tiles_around; dy <= tiles_around; ++dy) {
     for (int dx = -tiles_around; dx <= tiles_around; ++dx) {
-      const std::int32_t number = places_.find({tile.x + dx, tile.y + dy});
-      if (number < 0) continue;
-      const Place& place = *all_[number];
+      const Place* place = findRead({tile.x + dx, tile.y + dy});
+      if (!place) continue;
       for (std::size_t c = 0; c < kBevChannels; ++c) {
-        for (const Site& s : place.sites[c]) {
+        for (const Site& s : place->sites[c]) {
           if (inReach(s.x - x0) && inReach(s.y - y0)) result[c].push_back({s.x - x0, s.y - y0});
         }
       }
@@ -308,8 +377,7 @@ static_assert(kDistanceBins < 16);
 }  // namespace
 
 std::vector<std::uint8_t> DistanceField::overview(const PlaneCell& tile, int side) const {
-  const std::int32_t number = places_.find(tile);
-  const Mask seen = number < 0 ? Mask{} : all_[static_cast<std::size_t>(number)]->seen;
+  const Mask seen = seenIn(tile);
   const Sites sites = halved(sitesAround(tile), static_cast<float>(kReach_m / cell_m_));
   const TilePlanes made = makePlanes(sites, halved(seen), kHalfSide, 2 * cell_m_);
   const int cells = kHalfSide / side;
@@ -323,6 +391,17 @@ std::vector<std::uint8_t> DistanceField::overview(const PlaneCell& tile, int sid
     }
   }
   return squares;
+}
+
+MapOverview overviewOf(const DistanceField& field, int side, int threads) {
+  MapOverview overview;
+  for (const PlaneCell& at : field.tiles()) overview.tiles.push_back({at, {}});
+  std::sort(overview.tiles.begin(), overview.tiles.end(),
+            [](const auto& a, const auto& b) { return inRowOrder(a.at, b.at); });
+  parallelFor(overview.tiles.size(), threads, [&](std::size_t i) {
+    overview.tiles[i].squares = field.overview(overview.tiles[i].at, side);
+  });
+  return overview;
 }
 
 namespace {

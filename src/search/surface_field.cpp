@@ -20,8 +20,6 @@ constexpr double kRasterUnitsPerNat = 4;
 constexpr double kRasterCap = 255;
 constexpr double kYawStep_rad = 6 * M_PI / 180;  ///< largest of the exhaustive search
 constexpr std::size_t kKeepCells = 4000, kKeepPoses = 400, kRefinePoses = 100;  ///< of it
-/// Tiles of 32 m from which the exhaustive search begins with cells of twice the size.
-constexpr std::size_t kLargeMapTiles = 400;
 /// Of the best score of the first look at a large map: cells below it are no rivals.
 constexpr double kLeastShare = 0.2;
 /// First steps of the fine refinement, and how far a step of yaw moves the rim at most.
@@ -148,13 +146,15 @@ class RatioBytes {
 /// looked at again; of a small one all.
 class Rasters {
  public:
-  Rasters(const DistanceField& field, const WeightedRatios& ratios, double cell_m, int threads)
+  /// `overview`: of the field; null if it is to be made.
+  Rasters(const DistanceField& field, const MapOverview* overview, const WeightedRatios& ratios,
+          double cell_m, int threads)
       : field_(field),
         bytes_(ratios),
         sub_(cellsPerSide(cell_m, field.cellSize())),
         raster_(sub_ * field.cellSize(), bytes_.background()) {
-    if (field.tileCount() >= kLargeMapTiles) {
-      makeFirstLook(threads);
+    if (field.tiles().size() >= MapOverview::kFewest && 2 * sub_ <= DistanceField::kTileCells) {
+      makeFirstLook(overview, threads);
       return;
     }
     field.makeAll(threads);
@@ -174,15 +174,13 @@ class Rasters {
   }
 
  private:
-  void makeFirstLook(int threads) {
+  void makeFirstLook(const MapOverview* overview, int threads) {
     first_look_.emplace(2 * raster_.cellSize(), bytes_.background());
-    const std::vector<PlaneCell> tiles = field_.tiles();
     const int side = DistanceField::kTileCells / (2 * sub_);
-    std::vector<std::vector<std::uint8_t>> overviews(tiles.size());
-    parallelFor(tiles.size(), threads,
-                [&](std::size_t i) { overviews[i] = field_.overview(tiles[i], side); });
-    for (std::size_t i = 0; i < tiles.size(); ++i)
-      bytes_.write(tiles[i], overviews[i], side, *first_look_);
+    const MapOverview made =
+        overview && side == MapOverview::kSide ? MapOverview() : overviewOf(field_, side, threads);
+    for (const MapOverview::Tile& tile : made.tiles.empty() ? overview->tiles : made.tiles)
+      bytes_.write(tile.at, tile.squares, side, *first_look_);
   }
 
   void write(const PlaneCell& at) const {
@@ -243,16 +241,20 @@ BevGrid obstacleView(const BevGrid& view) {
   return things;
 }
 
-/// The obstacles of a map by squares of it.
+bool isStored(const MapView& map) { return map.stored != nullptr; }
+
+/// The obstacles of a map by columns of it.
 class Things {
  public:
-  explicit Things(const BevGrid& map)
-      : cell_m_(map.cell_m), origin_(map.origin_x, map.origin_y, map.origin_z) {
+  explicit Things(const MapView& map)
+      : stored_(map.stored),
+        cell_m_(map.grid.cell_m),
+        origin_(map.grid.origin_x, map.grid.origin_y, map.grid.origin_z) {
     for (const BevChannel c : kObstacles) {
-      for (const BevSample& s : map[c]) {
-        const PlaneCell at{floorToInt(s.x / kSquare_m), floorToInt(s.y / kSquare_m)};
-        const std::size_t number = squares_.numberOf(at, [&] { return Square{at, {}}; });
-        squares_[number].samples[static_cast<std::size_t>(c)].push_back(s);
+      for (const BevSample& s : map.grid[c]) {
+        const PlaneCell at{columnOf(s.x), columnOf(s.y)};
+        const std::size_t number = columns_.numberOf(at, [&] { return Column{at, {}}; });
+        columns_[number].view[c].push_back(s);
       }
     }
   }
@@ -262,35 +264,42 @@ class Things {
                  const Eigen::Isometry3d& T_query_map) const {
     BevGrid near;
     near.cell_m = cell_m_;
-    const auto squareOf = [](double at) { return floorToInt(at / kSquare_m); };
     const Eigen::Vector2d at = centre - origin_.head<2>();
-    for (std::int32_t y = squareOf(at.y() - radius_m); y <= squareOf(at.y() + radius_m); ++y) {
-      for (std::int32_t x = squareOf(at.x() - radius_m); x <= squareOf(at.x() + radius_m); ++x) {
-        const std::int32_t number = squares_.find({x, y});
-        if (number < 0) continue;
-        for (const BevChannel c : kObstacles) {
-          for (const BevSample& s :
-               squares_[static_cast<std::size_t>(number)].samples[static_cast<std::size_t>(c)]) {
-            const Eigen::Vector3d p_map = origin_ + Eigen::Vector3d(s.x, s.y, s.z);
-            if ((p_map.head<2>() - centre).squaredNorm() > radius_m * radius_m) continue;
-            const Eigen::Vector3f p = (T_query_map * p_map).cast<float>();
-            near[c].push_back({p.x(), p.y(), p.z()});
+    for (std::int32_t y = columnOf(at.y() - radius_m); y <= columnOf(at.y() + radius_m); ++y) {
+      for (std::int32_t x = columnOf(at.x() - radius_m); x <= columnOf(at.x() + radius_m); ++x) {
+        inColumn({x, y}, [&](const BevGrid& view) {
+          for (const BevChannel c : kObstacles) {
+            for (const BevSample& s : view[c]) {
+              const Eigen::Vector3d p_map = origin_ + Eigen::Vector3d(s.x, s.y, s.z);
+              if ((p_map.head<2>() - centre).squaredNorm() > radius_m * radius_m) continue;
+              const Eigen::Vector3f p = (T_query_map * p_map).cast<float>();
+              near[c].push_back({p.x(), p.y(), p.z()});
+            }
           }
-        }
+        });
       }
     }
     return near;
   }
 
  private:
-  static constexpr double kSquare_m = 32;
-  struct Square {
+  struct Column {
     PlaneCell key;
-    std::array<std::vector<BevSample>, kBevChannels> samples;
+    BevGrid view;
   };
+
+  static std::int32_t columnOf(double metres) { return floorToInt(metres / StoredView::kColumn_m); }
+  template <class Visit>
+  void inColumn(const PlaneCell& column, const Visit& visit) const {
+    if (stored_) return visit(*stored_->partOf(column));
+    if (const std::int32_t number = columns_.find(column); number >= 0)
+      visit(columns_[static_cast<std::size_t>(number)].view);
+  }
+
+  std::shared_ptr<const StoredView> stored_;
   double cell_m_;
   Eigen::Vector3d origin_;
-  CellTable<Square> squares_;
+  CellTable<Column> columns_;
 };
 
 /// What depends on the view-point of the query.
@@ -302,8 +311,10 @@ class ViewTables {
   const WeightedRatios ratios, coarse_ratios;
 
   /// Made at the first search.
-  const Rasters& rasters(const DistanceField& field, double cell_m, int threads) const {
-    std::call_once(once_, [&] { rasters_.emplace(field, coarse_ratios, cell_m, threads); });
+  const Rasters& rasters(const DistanceField& field, const MapOverview* overview, double cell_m,
+                         int threads) const {
+    std::call_once(once_,
+                   [&] { rasters_.emplace(field, overview, coarse_ratios, cell_m, threads); });
     return *rasters_;
   }
 
@@ -314,7 +325,7 @@ class ViewTables {
 
 class SurfaceField final : public Field {
  public:
-  SurfaceField(const BevGrid& map, const std::vector<Eigen::Vector3d>& trajectory,
+  SurfaceField(const MapView& map, const std::vector<Eigen::Vector3d>& trajectory,
                Surroundings surroundings, const PathNull& known, const SearchOptions& options,
                int threads)
       : cell_m_(options.cell_m),
@@ -322,16 +333,20 @@ class SurfaceField final : public Field {
         table_(options.likelihoods.empty() ? defaultLikelihoods()
                                            : readLikelihoods(options.likelihoods)),
         threads_(threads),
+        overview_(map.overview),
         things_(map),
-        distances_(map),
-        origin_(distances_.originX(), distances_.originY(), map.origin_z) {
+        distances_(isStored(map) ? DistanceField(map.grid, map.stored, *map.overview)
+                                 : DistanceField(map.grid)),
+        origin_(distances_.originX(), distances_.originY(), map.grid.origin_z),
+        null_(known) {
+    if (isStored(map)) return;
     std::vector<Eigen::Vector2d> path;
     for (const Eigen::Vector3d& p : trajectory) path.emplace_back((p - origin_).head<2>());
-    null_ = mapNull(map, path, distances_, known);
+    null_ = mapNull(map.grid, path, distances_, known);
   }
 
   std::unique_ptr<FieldQuery> prepare(const Observation& query) const override;
-  std::size_t size() const override { return distances_.tileCount(); }
+  std::size_t size() const override { return distances_.tiles().size(); }
   PathNull pathNull() const override { return null_; }
 
   const DistanceField& distances() const { return distances_; }
@@ -343,7 +358,7 @@ class SurfaceField final : public Field {
     return cellsPerSide(cell_m_, distances_.cellSize()) * distances_.cellSize();
   }
   const Rasters& rasters(const ViewTables& view) const {
-    return view.rasters(distances_, cell_m_, threads_);
+    return view.rasters(distances_, overview_.get(), cell_m_, threads_);
   }
   /// Made at the first query of this view-point.
   const ViewTables& view(Viewpoint viewpoint) const {
@@ -360,6 +375,7 @@ class SurfaceField final : public Field {
   bool in_town_;
   LikelihoodTable table_;
   int threads_;
+  std::shared_ptr<const MapOverview> overview_;
   Things things_;
   DistanceField distances_;
   Eigen::Vector3d origin_;
@@ -492,7 +508,7 @@ std::unique_ptr<FieldQuery> SurfaceField::prepare(const Observation& query) cons
 
 }  // namespace
 
-std::unique_ptr<const Field> makeSurfaceField(const BevGrid& map,
+std::unique_ptr<const Field> makeSurfaceField(const MapView& map,
                                               const std::vector<Eigen::Vector3d>& trajectory,
                                               Surroundings surroundings, const PathNull& known,
                                               const SearchOptions& options, int threads) {

@@ -68,8 +68,9 @@ ProcessBound& processBound() {
 
 /// Libraries, and readers that name their file, say in words of their own that there is no memory.
 bool speaksOfMemory(const std::string& message) {
-  for (const char* words : {"Insufficient memory", "memory than there is", "out of memory",
-                            "annot allocate memory", "failed to map segment"})
+  for (const char* words :
+       {"Insufficient memory", "memory than there is", "out of memory", "annot allocate memory",
+        "failed to map segment", "pthread_create has failed"})  // TBB: no room for a stack
     if (message.find(words) != std::string::npos) return true;
   return false;
 }

@@ -136,6 +136,24 @@ TEST(Tiles, ThatHoldTheSameAreNotPackedAnew) {
   EXPECT_NE(again[1].data, tiles[1].data);
 }
 
+TEST(OverviewTiles, OfOtherSizeClassOrPlaceAreRefused) {
+  search::MapOverview overview;
+  Bytes squares(kBevChannels * 64, search::kUnknownBin | search::kUnknownBin << 4);
+  appendTile(OverviewTile{-3, 5, compressed(squares)}, overview);
+  ASSERT_EQ(overview.tiles.size(), 1u);
+  EXPECT_TRUE((overview.tiles[0].at == PlaneCell{-3, 5}));
+  EXPECT_EQ(overview.tiles[0].squares, squares);
+  EXPECT_THROW(appendTile(OverviewTile{1 << 21, 0, compressed(squares)}, overview), Damage);
+  for (const int value : {search::kUnknownBin + 1, (search::kUnknownBin + 1) << 4}) {
+    squares[70] = static_cast<std::uint8_t>(value);
+    EXPECT_THROW(appendTile(OverviewTile{0, 0, compressed(squares)}, overview), Damage);
+  }
+  squares[70] = 0;
+  squares.pop_back();
+  EXPECT_THROW(appendTile(OverviewTile{0, 0, compressed(squares)}, overview), Damage);
+  EXPECT_EQ(overview.tiles.size(), 1u);
+}
+
 std::vector<Vertex> someVertices(std::size_t count) {
   Random random(3);
   std::vector<Vertex> vertices(count);

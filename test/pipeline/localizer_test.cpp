@@ -7,6 +7,8 @@
 #include <cmath>
 
 #include "pipeline/simulated_drive.h"
+#include "support/test_data.h"
+#include "xview/search/distance_field.h"
 #include "xview/types/error.h"
 #include "xview/types/pose.h"
 #include "xview/verify/verdict.h"
@@ -284,6 +286,38 @@ TEST(Localizer, AnswersAlikeForAnyNumberOfThreads) {
     EXPECT_EQ(a.covariance, b.covariance) << method;
     EXPECT_EQ(a.reason, b.reason) << method;
     ASSERT_EQ(a.hypotheses.size(), b.hypotheses.size()) << method;
+  }
+}
+
+/// The drive, and so much ground far away that the map counts as large.
+TEST(Localizer, AnswersAlikeWhetherTheViewOfALargeMapIsPackedOrNot) {
+  const auto& drive = simulatedDrive();
+  map::SemanticMap map = drive.map;
+  for (std::int32_t i = 0; i < 500; ++i) map.bev.known.push_back({5000 + 64 * i, 5000, 0, true});
+  std::sort(map.bev.known.begin(), map.bev.known.end(), inRowOrder<GroundCell>);
+  map.null.view = search::fingerprintOf(map.bev);
+  const test::TemporaryFolder folder;
+  map::saveMap(folder / "map.xvm", map);
+  const map::SemanticMap whole = map::loadMap(folder / "map.xvm"),
+                         packed = map::openToLocalize(folder / "map.xvm");
+  ASSERT_NE(packed.stored_view, nullptr);
+  const Localizer in_whole(map::borrowed(whole)), in_packed(map::borrowed(packed));
+  for (const char* session : {"rear", "elsewhere"}) {
+    Query query = drive.query(session, 5, 24);
+    for (const bool with_points : {true, false}) {
+      if (!with_points) query.cloud = {};
+      const Localization a = in_whole.localize(query), b = in_packed.localize(query);
+      EXPECT_EQ(a.status, b.status) << session;
+      EXPECT_EQ(a.confidence, b.confidence);
+      EXPECT_EQ(a.T_map_query.matrix(), b.T_map_query.matrix());
+      EXPECT_EQ(a.covariance, b.covariance);
+      EXPECT_EQ(a.reason, b.reason);
+      EXPECT_EQ(a.hypotheses.size(), b.hypotheses.size());
+      const Explanation said = in_whole.explain(query, a), also = in_packed.explain(query, b);
+      ASSERT_EQ(said.contributions.size(), also.contributions.size());
+      for (std::size_t i = 0; i < said.contributions.size(); ++i)
+        EXPECT_EQ(said.contributions[i].residual_m, also.contributions[i].residual_m);
+    }
   }
 }
 

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
+#include <memory>
 #include <set>
 
 #include "bev_town.h"
@@ -230,8 +232,7 @@ TEST(DistanceField, DoesNotDependOnThreadsOrOnWhatIsAskedFirst) {
   const DistanceField one(map), two(map);
   two.makeAll(2);
   std::vector<PlaneCell> tiles = one.tiles();
-  ASSERT_EQ(tiles.size(), one.tileCount());
-  ASSERT_EQ(tiles.size(), two.tileCount());
+  ASSERT_EQ(tiles.size(), two.tiles().size());
   std::reverse(tiles.begin(), tiles.end());
   for (const PlaneCell& tile : tiles) {
     const auto of_one = one.tileOfCell(64 * tile.x, 64 * tile.y),
@@ -287,6 +288,75 @@ TEST(DistanceField, FromAfarHasTheNearestAndTheMedianClass) {
       ASSERT_EQ(squares[i] >> 4, bins[7]);
     }
   }
+}
+
+/// The columns of a view, and which of them were asked for.
+class ColumnsOf final : public StoredView {
+ public:
+  explicit ColumnsOf(const BevGrid& view) : whole_(view) {
+    const auto columnOf = [](double p) { return floorToInt(p / kColumn_m); };
+    for (const GroundCell& cell : view.known)
+      part({columnOf(cell.x * view.cell_m), columnOf(cell.y * view.cell_m)}).known.push_back(cell);
+    for (std::size_t c = 0; c < kBevChannels; ++c) {
+      for (const BevSample& s : view.samples[c])
+        part({columnOf(double{s.x}), columnOf(double{s.y})}).samples[c].push_back(s);
+    }
+  }
+  std::vector<PlaneCell> columns() const override {
+    std::vector<PlaneCell> all;
+    for (const auto& [key, part] : parts_) all.push_back({key.second, key.first});
+    return all;
+  }
+  std::shared_ptr<const BevGrid> partOf(const PlaneCell& column) const override {
+    asked.emplace(column.y, column.x);
+    const auto found = parts_.find({column.y, column.x});
+    return found == parts_.end() ? std::make_shared<const BevGrid>() : found->second;
+  }
+  const BevGrid& whole() const override { return whole_; }
+
+  mutable std::multiset<std::pair<std::int32_t, std::int32_t>> asked;
+
+ private:
+  BevGrid& part(const PlaneCell& column) {
+    auto& part = parts_[{column.y, column.x}];
+    if (!part) part = std::make_shared<BevGrid>();
+    return *part;
+  }
+  BevGrid whole_;
+  std::map<std::pair<std::int32_t, std::int32_t>, std::shared_ptr<BevGrid>> parts_;
+};
+
+TEST(DistanceField, OfAStoredViewIsThatOfTheWholeOne) {
+  for (const double cell_m : {0.5, 1.0}) {
+    ASSERT_TRUE(DistanceField::fitsColumns(cell_m));
+    const BevGrid map = randomMap(cell_m, 150, 8);
+    const auto stored = std::make_shared<const ColumnsOf>(map);
+    BevGrid grid;
+    grid.cell_m = cell_m;
+    const DistanceField whole(map), field(grid, stored, overviewOf(whole, 8, 1));
+    ASSERT_EQ(field.tiles().size(), whole.tiles().size());
+    EXPECT_TRUE(stored->asked.empty()) << "nothing is read before it is asked for";
+    const PlaneCell first = field.tiles().front();
+    EXPECT_EQ(field.overview(first, 8), whole.overview(first, 8));
+    EXPECT_LE(stored->asked.size(), 9u);
+    for (const PlaneCell& at : field.tiles()) {
+      const auto a = field.tileOfCell(64 * at.x, 64 * at.y),
+                 b = whole.tileOfCell(64 * at.x, 64 * at.y);
+      ASSERT_NE(a, nullptr);
+      ASSERT_NE(b, nullptr);
+      for (std::size_t c = 0; c < kBevChannels; ++c)
+        ASSERT_TRUE(std::equal(a->bins[c], a->bins[c] + 64 * 64, b->bins[c]));
+      EXPECT_TRUE(a->level == b->level || (std::isnan(a->level) && std::isnan(b->level)));
+      for (std::size_t i = 0; i < a->ground.size(); ++i) {
+        ASSERT_TRUE(a->ground[i] == b->ground[i] ||
+                    (std::isnan(a->ground[i]) && std::isnan(b->ground[i])));
+      }
+    }
+    EXPECT_EQ(stored->asked.size(), stored->columns().size()) << "each column is read once";
+    EXPECT_EQ(field.tileOfCell(100000, 0), nullptr);
+  }
+  EXPECT_FALSE(DistanceField::fitsColumns(0.3));
+  EXPECT_FALSE(DistanceField::fitsColumns(2));
 }
 
 TEST(MapNull, IsFullerOfMatchesWhereStreetsRepeat) {

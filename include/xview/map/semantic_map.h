@@ -13,10 +13,15 @@
 #include "xview/types/localization.h"
 #include "xview/types/semantic_place.h"
 #include "xview/types/stored_cloud.h"
+#include "xview/types/stored_view.h"
+
+namespace xview::search {
+struct MapOverview;
+}
 
 namespace xview::map {
 
-constexpr int kMapSchemaVersion = 3;     ///< of the files that are written
+constexpr int kMapSchemaVersion = 4;     ///< of the files that are written
 constexpr int kOldestSchemaVersion = 2;  ///< of those that are read
 
 /// A stretch of a map that was looked for in it, with the noise of a usual query.
@@ -42,6 +47,11 @@ struct SemanticMap : Place {
   std::optional<pose::SurfaceNoise> noise;        ///< of its points, in canonical lengths
   std::shared_ptr<const PackedCloud> packed;      ///< points that are not in `cloud`, if any
   std::shared_ptr<const PackedView> packed_view;  ///< how the file has `bev`, if it comes from one
+  /// Of the view in the file, if that is large.
+  std::shared_ptr<const search::MapOverview> overview;
+  /// In place of what `bev` holds, which is without samples and seen cells then; see
+  /// openToLocalize.
+  std::shared_ptr<const StoredView> stored_view;
 
   void addKeyframe(const Eigen::Isometry3d& T_map_sensor, std::int64_t frame, double stamp_s,
                    std::uint32_t source) {
@@ -116,6 +126,17 @@ SemanticMap loadMap(const std::string& path);
 /// twelfth as large, until those of a place are asked for. A Localizer takes such a map; saveMap
 /// writes it.
 SemanticMap openMap(const std::string& path);
+
+/// openMap() for a Localizer: of a large map of canonical scale the bird's-eye view stays packed,
+/// too (`stored_view`).
+SemanticMap openToLocalize(const std::string& path);
+
+/// The whole view of a map, unpacked if it was not. Throws Error.
+const BevGrid& viewOf(const SemanticMap& map);
+/// Moves it to where that of a map is.
+void unpackView(SemanticMap& map);
+/// Whether a map has a view, packed or not.
+bool hasView(const SemanticMap& map);
 
 /// Packs all points of a map of canonical scale, which rounds them as saveMap does.
 void packPoints(SemanticMap& map);

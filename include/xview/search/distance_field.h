@@ -12,8 +12,20 @@
 #include "xview/search/likelihoods.h"
 #include "xview/types/bev_grid.h"
 #include "xview/types/cells.h"
+#include "xview/types/stored_view.h"
 
 namespace xview::search {
+
+/// All tiles of a large map, seen from afar (DistanceField::overview).
+struct MapOverview {
+  static constexpr int kSide = 8;              ///< squares along a tile
+  static constexpr std::size_t kFewest = 400;  ///< tiles; smaller maps have none
+  struct Tile {
+    PlaneCell at;
+    std::vector<std::uint8_t> squares;
+  };
+  std::vector<Tile> tiles;  ///< sorted by (y, x)
+};
 
 /// For every cell of a map and every channel: the class of the distance to the nearest sample.
 /// Tiles of 64x64 cells that exist only where the map was seen; a tile depends only on samples
@@ -24,6 +36,12 @@ class DistanceField {
   static constexpr int kTileCells = 64;
 
   explicit DistanceField(const BevGrid& map);
+  /// Of a stored view, whose columns are read where they are asked for. `grid`: without samples, of
+  /// the cells that fitsColumns() allows; `tiles`: all that exist. Making a tile may throw Error.
+  DistanceField(const BevGrid& grid, std::shared_ptr<const StoredView> stored,
+                const MapOverview& tiles);
+  /// Whether tiles lie in one column of a stored view each.
+  static bool fitsColumns(double cell_m);
   ~DistanceField();
   DistanceField(DistanceField&&) noexcept;
 
@@ -41,8 +59,7 @@ class DistanceField {
     float level = std::numeric_limits<float>::quiet_NaN();
   };
   /// Those where the map was seen.
-  std::vector<PlaneCell> tiles() const;
-  std::size_t tileCount() const { return tile_count_; }
+  const std::vector<PlaneCell>& tiles() const { return tiles_; }
   /// Makes all tiles that are not made yet.
   void makeAll(int threads) const;
 
@@ -72,6 +89,7 @@ class DistanceField {
 
  private:
   struct Site;
+  struct Column;
   struct Place;
   struct PlaceNumber {
     PlaneCell key;
@@ -79,18 +97,31 @@ class DistanceField {
   using Sites = std::array<std::vector<Site>, kBevChannels>;
 
   Place& placeOf(const PlaneCell& tile);
-  void addKnown(const std::vector<GroundCell>& known);
-  void addSamples(const BevGrid& map);
+  Place* find(const PlaneCell& tile) const {
+    const std::int32_t number = places_.find(tile);
+    return number < 0 ? nullptr : all_[static_cast<std::size_t>(number)].get();
+  }
+  /// The same with what its column holds.
+  Place* findRead(const PlaneCell& tile) const;
+  /// place(tile) is null where something does not belong.
+  template <class PlaceFor>
+  void distribute(const BevGrid& part, const PlaceFor& place) const;
   const Tile* tile(std::size_t number) const;
   void make(Place& place) const;
+  std::array<std::uint64_t, kTileCells> seenIn(const PlaneCell& tile) const;
   Sites sitesAround(const PlaneCell& tile) const;
 
   double cell_m_ = 0.5, origin_x_ = 0, origin_y_ = 0;
-  std::size_t tile_count_ = 0;
+  std::shared_ptr<const StoredView> stored_;
+  std::vector<PlaneCell> tiles_;
+  std::vector<std::unique_ptr<Column>> columns_;
   /// With what was seen or sampled there; tiles are made of it.
   std::vector<std::unique_ptr<Place>> all_;
   CellTable<PlaceNumber> places_;  ///< of all_
 };
+
+/// All of its tiles seen from afar, with `side` x `side` squares each.
+MapOverview overviewOf(const DistanceField& field, int side, int threads);
 
 /// Tells a view from others by how many samples of each channel it has (PathNull::view).
 std::uint64_t fingerprintOf(const BevGrid& map);

@@ -12,6 +12,7 @@
 #include "xview/types/graph.h"
 #include "xview/types/labels.h"
 #include "xview/types/localization.h"
+#include "xview/types/stored_view.h"
 
 namespace xview::search {
 
@@ -151,10 +152,25 @@ class Field {
 /// in rooms furniture occludes most of them, so that missing obstacles say nothing there.
 enum class Surroundings { town, rooms };
 
+struct MapOverview;
+
+/// The bird's-eye view of a map: all of it, or one that is read where somebody looks.
+struct MapView {
+  MapView(const BevGrid& whole) : grid(whole) {}  // NOLINT: any grid is one
+  /// `grid`: without samples. Null counts and an overview must be known of a stored view.
+  MapView(const BevGrid& of, std::shared_ptr<const StoredView> view,
+          std::shared_ptr<const MapOverview> seen_from_afar)
+      : grid(of), stored(std::move(view)), overview(std::move(seen_from_afar)) {}
+
+  const BevGrid& grid;
+  std::shared_ptr<const StoredView> stored;
+  std::shared_ptr<const MapOverview> overview;
+};
+
 /// Surfaces and objects of BEV grids, compared by learned likelihoods of their distances.
 /// `trajectory`: positions of the sensor when the map was made, in order; what wrong places look
 /// like is counted along the part of it that `known` does not cover.
-std::unique_ptr<const Field> makeSurfaceField(const BevGrid& map,
+std::unique_ptr<const Field> makeSurfaceField(const MapView& map,
                                               const std::vector<Eigen::Vector3d>& trajectory,
                                               Surroundings surroundings, const PathNull& known,
                                               const SearchOptions& options, int threads);

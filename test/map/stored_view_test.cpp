@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The bird's-eye view of a large map, which stays packed, and its overview.
+#include "xview/types/stored_view.h"
+
+#include <SQLiteCpp/Database.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "map/sample_map.h"
+#include "support/test_data.h"
+#include "xview/map/semantic_map.h"
+#include "xview/search/distance_field.h"
+#include "xview/types/error.h"
+#include "xview/types/random.h"
+
+namespace xview::map {
+namespace {
+
+using search::DistanceField;
+using search::MapOverview;
+using test::isSame;
+using test::sampleMap;
+using test::TemporaryFolder;
+
+/// A map of `side` x `side` tiles, each with a few seen cells and samples.
+SemanticMap largeMap(int side) {
+  SemanticMap map = sampleMap();
+  map.size = kTownScale;
+  map.bev.known.clear();
+  for (auto& samples : map.bev.samples) samples.clear();
+  Random random(5);
+  for (int y = 0; y < 64 * side; y += 8) {
+    for (int x = 0; x < 64 * side; x += 8) {
+      map.bev.known.push_back({x - 640, y - 640, 0.5F, true});
+      auto& samples = map.bev.samples[random.below(kBevChannels)];
+      samples.push_back({static_cast<float>((x - 640 + random.uniform(0, 8)) / 2),
+                         static_cast<float>((y - 640 + random.uniform(0, 8)) / 2), 1});
+    }
+  }
+  map.null.poses = 9;
+  map.null.view = search::fingerprintOf(map.bev);
+  return map;
+}
+
+void expectSame(const MapOverview& a, const MapOverview& b) {
+  ASSERT_EQ(a.tiles.size(), b.tiles.size());
+  for (std::size_t i = 0; i < a.tiles.size(); ++i) {
+    EXPECT_TRUE(a.tiles[i].at == b.tiles[i].at) << i;
+    EXPECT_EQ(a.tiles[i].squares, b.tiles[i].squares) << i;
+  }
+}
+
+MapOverview overviewOf(const BevGrid& bev) {
+  return search::overviewOf(DistanceField(bev), MapOverview::kSide, 1);
+}
+
+class LargeMap : public ::testing::Test {
+ protected:
+  /// Rounded as a file does.
+  void SetUp() override {
+    saveMap(path, largeMap(21));
+    SemanticMap rounded = loadMap(path);
+    rounded.overview.reset();
+    rounded.packed_view.reset();
+    saveMap(path, rounded);
+  }
+  TemporaryFolder folder;
+  const std::string path = folder / "map.xvm";
+};
+
+TEST_F(LargeMap, HasAnOverviewInItsFile) {
+  const SemanticMap map = loadMap(path);
+  ASSERT_NE(map.overview, nullptr);
+  EXPECT_EQ(map.overview->tiles.size(), 22u * 22u) << "what was seen is grown by 1 m, to one side";
+  expectSame(*map.overview, overviewOf(map.bev));
+
+  saveMap(folder / "small.xvm", largeMap(10));
+  EXPECT_EQ(loadMap(folder / "small.xvm").overview, nullptr);
+}
+
+TEST_F(LargeMap, KeepsItsViewPackedToLocalize) {
+  SemanticMap opened = openToLocalize(path);
+  const SemanticMap whole = loadMap(path);
+  ASSERT_NE(opened.stored_view, nullptr);
+  EXPECT_TRUE(hasView(opened));
+  EXPECT_TRUE(opened.bev.known.empty());
+  EXPECT_EQ(opened.bev.sampleCount(), 0u);
+  std::size_t known = 0, samples = 0;
+  for (const PlaneCell& column : opened.stored_view->columns()) {
+    const auto part = opened.stored_view->partOf(column);
+    known += part->known.size();
+    samples += part->sampleCount();
+    for (const GroundCell& cell : part->known) {
+      EXPECT_EQ(cell.x >> 7, column.x);
+      EXPECT_EQ(cell.y >> 7, column.y);
+    }
+  }
+  EXPECT_EQ(known, whole.bev.known.size());
+  EXPECT_EQ(samples, whole.bev.sampleCount());
+  EXPECT_TRUE(opened.stored_view->partOf({1000, 1000})->known.empty());
+  EXPECT_TRUE(isSame(viewOf(opened), whole.bev));
+  saveMap(folder / "again.xvm", opened);
+  EXPECT_TRUE(isSame(loadMap(folder / "again.xvm"), whole)) << "nothing is lost";
+  unpackView(opened);
+  EXPECT_EQ(opened.stored_view, nullptr);
+  EXPECT_TRUE(isSame(opened.bev, whole.bev));
+}
+
+TEST_F(LargeMap, WhoseWrongPlacesWereCountedOnAnotherViewIsUnpacked) {
+  SemanticMap map = loadMap(path);
+  ++map.null.view;
+  saveMap(path, map);
+  EXPECT_EQ(openToLocalize(path).stored_view, nullptr);
+  EXPECT_TRUE(isSame(openToLocalize(path).bev, map.bev));
+}
+
+TEST_F(LargeMap, ThatChangesHasTheOverviewOfWhatItIs) {
+  for (const int change : {0, 1, 2}) {
+    SemanticMap map = loadMap(path);
+    const MapOverview before = *map.overview;
+    if (change == 0) {  // next to the corner of a column
+      map.bev[BevChannel::pole].push_back({64.2F, 128.3F, 0});
+    } else if (change == 1) {  // new ground, far away
+      map.bev.known.push_back({5000, 5000, 0, true});
+    } else {  // a column that is gone
+      const auto isGone = [](double x, double y) { return x >= 0 && x < 64 && y >= 0 && y < 64; };
+      auto& known = map.bev.known;
+      known.erase(std::remove_if(known.begin(), known.end(),
+                                 [&](const GroundCell& c) { return isGone(0.5 * c.x, 0.5 * c.y); }),
+                  known.end());
+      for (auto& samples : map.bev.samples) {
+        samples.erase(std::remove_if(samples.begin(), samples.end(),
+                                     [&](const BevSample& s) { return isGone(s.x, s.y); }),
+                      samples.end());
+      }
+    }
+    saveMap(folder / "changed.xvm", map);
+    const SemanticMap changed = loadMap(folder / "changed.xvm");
+    ASSERT_NE(changed.overview, nullptr);
+    expectSame(*changed.overview, overviewOf(changed.bev));
+    const auto squaresOf = [](const MapOverview& overview) {
+      std::size_t sum = 0;
+      for (const auto& tile : overview.tiles) {
+        for (const std::uint8_t square : tile.squares) sum = 31 * sum + square;
+      }
+      return sum;
+    };
+    EXPECT_NE(squaresOf(*changed.overview), squaresOf(before)) << change;
+  }
+  SemanticMap map = loadMap(path);
+  map.bev.known.resize(map.bev.known.size() / 2);
+  saveMap(folder / "half.xvm", map);
+  EXPECT_EQ(loadMap(folder / "half.xvm").overview, nullptr) << "no longer large";
+}
+
+TEST_F(LargeMap, OfVersion3HasNoOverviewAndIsReadAsItIs) {
+  const SemanticMap whole = loadMap(path);
+  SQLite::Database(path, SQLite::OPEN_READWRITE)
+      .exec("DROP TABLE overview_tiles; PRAGMA user_version = 3");
+  const SemanticMap opened = openToLocalize(path);
+  EXPECT_EQ(opened.overview, nullptr);
+  EXPECT_EQ(opened.stored_view, nullptr);
+  EXPECT_TRUE(isSame(opened.bev, whole.bev));
+  EXPECT_THROW(requireChangeable(path), Error);
+}
+
+}  // namespace
+}  // namespace xview::map
