@@ -220,9 +220,8 @@ BevGrid BevGridBuilder::build() const {
   findBevObjects(cells, view);
   addKnown(cells, view);
   // Whatever the order of the frames was.
-  for (auto& channel : view.samples)
-    std::sort(channel.begin(), channel.end(), inRowOrder<BevSample>);
-  std::sort(view.known.begin(), view.known.end(), inRowOrder<GroundCell>);
+  for (auto& channel : view.samples) std::sort(channel.begin(), channel.end(), InRowOrder());
+  std::sort(view.known.begin(), view.known.end(), InRowOrder());
   return view;
 }
 

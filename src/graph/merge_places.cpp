@@ -49,8 +49,8 @@ void forItemsAround(const std::vector<Item>& addition, double margin,
 template <class Item>
 void sortIn(std::size_t sorted, std::vector<Item>& items) {
   const auto middle = items.begin() + static_cast<std::ptrdiff_t>(sorted);
-  std::sort(middle, items.end(), inRowOrder<Item>);
-  std::inplace_merge(items.begin(), middle, items.end(), inRowOrder<Item>);
+  std::sort(middle, items.end(), InRowOrder());
+  std::inplace_merge(items.begin(), middle, items.end(), InRowOrder());
 }
 
 /// Returns the cells that `view` had measured before, where the addition lies.

@@ -458,7 +458,8 @@ void readVertices(ContentReader& in, std::uint64_t announced, std::uint64_t file
   if (announced > file_bytes)
     throw Damage("vertices: more than a map of " + std::to_string(file_bytes) + " bytes can hold");
   // Almost all take more bytes than this; no more is believed before they are there.
-  graph.vertices.reserve(std::min<std::uint64_t>(announced, file_bytes / 16));
+  // Those of a drive that is added have room beside them.
+  graph.vertices.reserve(std::min<std::uint64_t>(announced + announced / 16, file_bytes / 16));
   if (is_former) return in.items("vertices", graph.vertices);
   in.table<VertexBlock>("vertices", [&](std::int64_t id, VertexBlock& block) {
     if (graph.size() + block.vertices > announced)
@@ -468,17 +469,18 @@ void readVertices(ContentReader& in, std::uint64_t announced, std::uint64_t file
   });
 }
 
-void readOverview(ContentReader& in, SemanticMap& map) {
+/// Null of a map that has none.
+std::shared_ptr<search::MapOverview> readOverview(ContentReader& in, const BevGrid& grid) {
   auto overview = std::make_shared<search::MapOverview>();
   in.table<OverviewTile>("overview_tiles", [&](std::int64_t id, OverviewTile& tile) {
     appendTile(tile, *overview);
     if (id != tileId(tile)) throw Damage("overview_tiles: a tile out of place");
   });
-  if (overview->tiles.empty()) return;
+  if (overview->tiles.empty()) return nullptr;
   if (overview->tiles.size() < search::MapOverview::kFewest ||
-      !search::DistanceField::fitsColumns(map.bev.cell_m))
+      !search::DistanceField::fitsColumns(grid.cell_m))
     throw Damage("overview_tiles: a map of this kind has none");
-  map.overview = std::move(overview);
+  return overview;
 }
 
 /// Whether the view can stay packed: what was counted on it need not be counted again.
@@ -519,12 +521,14 @@ void readBulk(ContentReader& in, const Meta& meta, std::uint64_t file_bytes,
     tile.packing = packing;
     tiles.push_back(std::move(tile));
   });
-  if (has_overview) readOverview(in, map);
-  if (view_packed && map.overview && map.size == kTownScale && isOfView(map.null, meta))
+  const auto overview = has_overview ? readOverview(in, map.bev) : nullptr;
+  if (view_packed && overview && map.size == kTownScale && isOfView(map.null, meta))
     map.stored_view = std::make_shared<const StoredPlan>(std::move(tiles), map.bev, file);
   else
     map.packed_view = std::make_shared<const PackedView>(fill(std::move(tiles), map.bev));
   scaleLengths(map.size, map.bev);
+  if (overview && !map.stored_view) overview->digest = search::digestOf(map.bev);
+  map.overview = overview;
   const auto points = numberIn<std::uint64_t>(meta, "cloud_points");
   tiles.clear();
   rows.beginPart();
@@ -546,8 +550,8 @@ void writeContent(SQLite::Database& database, const std::string& schema, const S
   // Tiles have the lengths of a town, for whose precision they are made.
   const Scaled<BevGrid> bev(viewOf(map), 1 / map.size);
   const std::vector<Tile> bev_tiles = toTiles(*bev, map.packed_view.get());
-  const std::vector<OverviewTile> overview =
-      toTiles(overviewFor(*bev, bev_tiles, map.packed_view.get(), map.overview.get()));
+  const std::shared_ptr<const search::MapOverview> overview =
+      map.stored_view || hasOverview(map) ? map.overview : search::overviewOfLarge(*bev);
   std::vector<Tile> cloud_tiles = toTiles(*Scaled<LabelledCloud>(map.cloud, 1 / map.size));
   if (map.packed) mergeTiles(map.packed->tiles(), cloud_tiles);
   std::size_t stored_points = 0;
@@ -571,7 +575,7 @@ void writeContent(SQLite::Database& database, const std::string& schema, const S
             [](const EdgeBlock& b, std::size_t) { return b.first_vertex; });
   const auto id = [](const Tile& tile, std::size_t) { return tileId(tile); };
   out.table("plan_tiles", bev_tiles, id);
-  out.table("overview_tiles", overview,
+  out.table("overview_tiles", overview ? toTiles(*overview) : std::vector<OverviewTile>(),
             [](const OverviewTile& tile, std::size_t) { return tileId(tile); });
   out.table("cloud_tiles", cloud_tiles, id);
   out.finish();
@@ -588,7 +592,7 @@ SemanticMap readContent(SQLite::Database& database, bool view_packed) {
   const std::int64_t file_bytes = database.execAndGet("PRAGMA page_count").getInt64() *
                                   database.execAndGet("PRAGMA page_size").getInt64();
   readBulk(in, meta, static_cast<std::uint64_t>(file_bytes), database.getFilename(),
-           hasVertexRows(database), hasOverview(database), view_packed, map);
+           hasVertexRows(database), hasOverviewTable(database), view_packed, map);
   requireComplete(meta, map);
   return map;
 }

@@ -218,7 +218,7 @@ void checkMapTables(SQLite::Database& database) {
   if (others.executeStep()) throw Damage("unexpected object " + others.getColumn(0).getString());
 }
 
-bool hasOverview(SQLite::Database& database) { return database.tableExists(kOverviewTable); }
+bool hasOverviewTable(SQLite::Database& database) { return database.tableExists(kOverviewTable); }
 
 bool hasVertexRows(SQLite::Database& database) {
   return SQLite::Statement(database, "SELECT * FROM vertices").getColumnCount() > 3;

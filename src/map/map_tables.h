@@ -41,7 +41,7 @@ void createMapTables(SQLite::Database& database, const std::string& schema);
 void checkMapTables(SQLite::Database& database);
 
 /// Whether there is an overview, as in files of version 4 and later.
-bool hasOverview(SQLite::Database& database);
+bool hasOverviewTable(SQLite::Database& database);
 
 /// Whether each vertex has a row, as in files of version 2. Their points are packed otherwise, too.
 bool hasVertexRows(SQLite::Database& database);

@@ -17,11 +17,9 @@
 #include <map>
 #include <memory>
 #include <new>
-#include <set>
 #include <tuple>
 #include <type_traits>
 #include <unordered_map>
-#include <unordered_set>
 
 #include "xview/types/stored_cloud.h"
 
@@ -269,7 +267,7 @@ std::vector<Tile> tilesOf(std::size_t count, const PointAt& at, const PackedView
 /// Behind rows that are all lower.
 template <class Item>
 void appendSorted(std::vector<Item>& items, std::vector<Item>& all) {
-  std::sort(items.begin(), items.end(), inRowOrder<Item>);
+  std::sort(items.begin(), items.end(), InRowOrder());
   all.insert(all.end(), items.begin(), items.end());
 }
 
@@ -374,26 +372,6 @@ const Tile* PackedView::find(const Tile& tile, std::uint64_t digest) const {
   if (found == tiles_.end()) return nullptr;
   const Entry& entry = found->second;
   return entry.digest == digest && entry.tile.points == tile.points ? &entry.tile : nullptr;
-}
-
-std::vector<PlaneCell> PackedView::changedColumns(const std::vector<Tile>& now) const {
-  std::set<std::pair<std::int64_t, std::int64_t>> changed;  // (y, x)
-  std::unordered_set<std::int64_t> gone;
-  for (const auto& [id, entry] : tiles_) gone.insert(id);
-  for (const Tile& tile : now) {
-    const auto found = tiles_.find(tileId(tile));
-    if (found == tiles_.end() || found->second.tile.data != tile.data)
-      changed.emplace(tile.y, tile.x);
-    gone.erase(tileId(tile));
-  }
-  for (const std::int64_t id : gone) {
-    const Tile& tile = tiles_.at(id).tile;
-    changed.emplace(tile.y, tile.x);
-  }
-  std::vector<PlaneCell> columns;
-  for (const auto& [y, x] : changed)
-    columns.push_back({static_cast<std::int32_t>(x), static_cast<std::int32_t>(y)});
-  return columns;
 }
 
 std::vector<Tile> toTiles(const BevGrid& bev, const PackedView* known) {
@@ -503,72 +481,6 @@ void appendTile(const OverviewTile& tile, search::MapOverview& overview) {
   }
   overview.tiles.push_back(
       {{static_cast<std::int32_t>(tile.x), static_cast<std::int32_t>(tile.y)}, std::move(squares)});
-}
-
-namespace {
-
-/// The part of a view in some columns and around them.
-BevGrid viewAround(const std::vector<PlaneCell>& columns, const BevGrid& bev) {
-  CellLists near;
-  for (const PlaneCell& column : columns) near.add({column.x, column.y, 0, 0}, 0);
-  ClassCell last{std::numeric_limits<std::int32_t>::max(), 0, 0, 0};
-  bool is_near = false;
-  const auto isNear = [&](double x, double y) {
-    const ClassCell column = cellOf({x, y, 0}, StoredCloud::kColumn_m, 0);
-    if (!(column == last))
-      is_near = near.anyAround(last = column, [](std::size_t) { return true; });
-    return is_near;
-  };
-  BevGrid part;
-  part.cell_m = bev.cell_m;
-  for (const GroundCell& cell : bev.known) {
-    if (isNear((cell.x + 0.5) * bev.cell_m, (cell.y + 0.5) * bev.cell_m))
-      part.known.push_back(cell);
-  }
-  for (std::size_t c = 0; c < kBevChannels; ++c) {
-    for (const BevSample& s : bev.samples[c]) {
-      if (isNear(double{s.x}, double{s.y})) part.samples[c].push_back(s);
-    }
-  }
-  return part;
-}
-
-}  // namespace
-
-search::MapOverview overviewFor(const BevGrid& bev, const std::vector<Tile>& tiles,
-                                const PackedView* before, const search::MapOverview* known) {
-  using search::DistanceField;
-  using search::MapOverview;
-  if (!DistanceField::fitsColumns(bev.cell_m)) return {};
-  MapOverview overview;
-  if (before && known) {
-    const std::vector<PlaneCell> changed = before->changedColumns(tiles);
-    if (changed.empty()) return *known;
-    // What a tile is made of reaches no farther than the tiles around a column.
-    const auto across = static_cast<std::int32_t>(
-        std::lround(StoredCloud::kColumn_m / (DistanceField::kTileCells * bev.cell_m)));
-    const auto touches = [&](const PlaneCell& tile) {
-      return std::any_of(changed.begin(), changed.end(), [&](const PlaneCell& column) {
-        return tile.x >= column.x * across - 1 && tile.x <= (column.x + 1) * across &&
-               tile.y >= column.y * across - 1 && tile.y <= (column.y + 1) * across;
-      });
-    };
-    for (const MapOverview::Tile& tile : known->tiles) {
-      if (!touches(tile.at)) overview.tiles.push_back(tile);
-    }
-    const DistanceField field(viewAround(changed, bev));
-    for (const PlaneCell& at : field.tiles()) {
-      if (touches(at)) overview.tiles.push_back({at, field.overview(at, MapOverview::kSide)});
-    }
-    std::sort(overview.tiles.begin(), overview.tiles.end(),
-              [](const auto& a, const auto& b) { return inRowOrder(a.at, b.at); });
-  } else {
-    const DistanceField field(bev);
-    if (field.tiles().size() >= MapOverview::kFewest)
-      overview = search::overviewOf(field, MapOverview::kSide, 1);
-  }
-  if (overview.tiles.size() < MapOverview::kFewest) return {};
-  return overview;
 }
 
 std::string channelNames() {

@@ -140,8 +140,6 @@ class PackedView {
   void add(const Tile& tile, std::uint64_t digest);
   /// The tile of that place with as many points and that digest, or null.
   const Tile* find(const Tile& tile, std::uint64_t digest) const;
-  /// The columns in which other tiles stand now, sorted.
-  std::vector<PlaneCell> changedColumns(const std::vector<Tile>& now) const;
 
  private:
   struct Entry {
@@ -177,9 +175,6 @@ void columns(Row& row, OverviewTile& t) {
 std::vector<OverviewTile> toTiles(const search::MapOverview& overview);
 /// Throws Damage.
 void appendTile(const OverviewTile& tile, search::MapOverview& overview);
-/// The overview of a view whose tiles are `tiles`. `known`: that of `before`, or null.
-search::MapOverview overviewFor(const BevGrid& bev, const std::vector<Tile>& tiles,
-                                const PackedView* before, const search::MapOverview* known);
 /// Names of the channels in the order of storage; another order is another file.
 std::string channelNames();
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <set>
 
+#include "xview/search/distance_field.h"
 #include "xview/types/cells.h"
 #include "xview/types/error.h"
 
@@ -125,6 +126,16 @@ void unpackView(SemanticMap& map) {
   if (!map.stored_view) return;
   map.bev = map.stored_view->whole();
   map.stored_view.reset();
+}
+
+bool hasOverview(const SemanticMap& map) {
+  return map.overview && map.size == kTownScale &&
+         map.overview->digest == search::digestOf(map.bev);
+}
+
+search::MapView searchedView(const SemanticMap& map) {
+  const bool is_known = map.stored_view || hasOverview(map);
+  return {map.bev, map.stored_view, is_known ? map.overview : nullptr};
 }
 
 bool hasView(const SemanticMap& map) { return map.stored_view || !map.bev.known.empty(); }

@@ -125,11 +125,9 @@ Localizer::Index::Index(const map::SemanticMap& given, const Options& all_option
       walks(map.graph, map.labels, options),
       refinement(map, options) {
   if (options.method == "walks" || !map::hasView(map)) return;
-  const search::MapView view = map.stored_view
-                                   ? search::MapView(map.bev, map.stored_view, map.overview)
-                                   : search::MapView(map.bev);
-  surfaces = search::makeSurfaceField(view, trajectoryOf(map), surroundingsOf(map.size), map.null,
-                                      options.places, options.threads);
+  surfaces =
+      search::makeSurfaceField(map::searchedView(map), trajectoryOf(map), surroundingsOf(map.size),
+                               map.null, options.places, options.threads);
 }
 
 Priors Localizer::Index::priorsOf(const Query& given, const Query& upright,

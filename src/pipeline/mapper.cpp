@@ -17,6 +17,7 @@
 #include "xview/localizer.h"
 #include "xview/measure_size.h"
 #include "xview/raw_recording.h"
+#include "xview/search/distance_field.h"
 #include "xview/self_similarity.h"
 #include "xview/types/error.h"
 #include "xview/types/label_match.h"
@@ -351,7 +352,9 @@ void appendToMap(map::SemanticMap& map, const map::SemanticMap& given, const Opt
   requireSameSpace(map, given);
   requireSameSize(map, given);
   const std::size_t first_pose = map.poses.size();
+  const bool had_overview = map::hasOverview(map);
   merge(given, static_cast<std::uint32_t>(map.sources.size()), in_metres, map);
+  if (had_overview) map.overview = search::grownOverview(*map.overview, map.bev, given.bev);
   map.sources.insert(map.sources.end(), given.sources.begin(), given.sources.end());
   noteNoise(map, in_metres);
   measureNullHypothesis(map, in_metres, first_pose);

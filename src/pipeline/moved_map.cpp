@@ -27,7 +27,7 @@ std::vector<GroundCell> movedCells(const BevGrid& view, const Eigen::Isometry3d&
       }
     }
   }
-  std::stable_sort(quarters.begin(), quarters.end(), inRowOrder<GroundCell>);
+  std::stable_sort(quarters.begin(), quarters.end(), InRowOrder());
   std::vector<GroundCell> cells;
   for (auto first = quarters.begin(); first != quarters.end();) {
     const auto last = std::find_if(first, quarters.end(), [&](const GroundCell& other) {
@@ -61,7 +61,7 @@ BevGrid movedBev(const BevGrid& view, const Eigen::Isometry3d& T_new_old,
       const Eigen::Vector3d p = T * (old_origin + Eigen::Vector3d(s.x, s.y, s.z)) - origin;
       s = {static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z())};
     }
-    std::sort(channel.begin(), channel.end(), inRowOrder<BevSample>);
+    std::sort(channel.begin(), channel.end(), InRowOrder());
   }
   moved.known = movedCells(view, T, origin);
   return moved;

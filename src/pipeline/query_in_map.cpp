@@ -171,7 +171,7 @@ void moveSamples(BevChannel from, std::initializer_list<BevChannel> targets, Bev
   const std::vector<BevSample> samples = std::exchange(bev[from], {});
   for (const BevChannel to : targets) {
     bev[to].insert(bev[to].end(), samples.begin(), samples.end());
-    std::sort(bev[to].begin(), bev[to].end(), inRowOrder<BevSample>);
+    std::sort(bev[to].begin(), bev[to].end(), InRowOrder());
   }
 }
 

@@ -113,8 +113,8 @@ class SelfSearch {
     if (map.poses.size() > 1 && !map.bev.known.empty()) {
       std::vector<Eigen::Vector3d> path;
       for (const Eigen::Isometry3d& T : map.poses) path.push_back(T.translation());
-      field_ = search::makeSurfaceField(map.bev, path, surroundingsOf(map.size), map.null,
-                                        options.places, options.threads);
+      field_ = search::makeSurfaceField(map::searchedView(map), path, surroundingsOf(map.size),
+                                        map.null, options.places, options.threads);
       along_ = wayOf(map);
       reach_m_ = reachOfPath();
       if (ask_second_best && map::pointCount(map) > 0)
@@ -429,6 +429,8 @@ void measureNullHypothesis(map::SemanticMap& given, const Options& in_metres,
       return;
     }
   }
+  if (given.size == kTownScale && !map::hasOverview(given))
+    given.overview = search::overviewOfLarge(given.bev);
   const AlignedMap town(given, in_metres);
   const SelfSearch search(town.map, town.options, true);
   if (first_pose == 0) places = search.choosePlaces(kRememberedPlaces);

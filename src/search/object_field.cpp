@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
 #include <cmath>
+#include <mutex>
 #include <numeric>
 #include <tuple>
 
@@ -67,17 +68,67 @@ Stamp widened(const ObjectClass& model, bool directed, double cell_m) {
   return {along, std::sqrt(model.across_m * model.across_m + blur), 0, weight};
 }
 
-LikelihoodRaster rasterizeObjects(const ObjectMap& map, double cell_m) {
-  LikelihoodRaster raster(cell_m, std::vector<std::uint8_t>(map.classes().size(), 0));
-  for (const MapPoint& point : map.points()) {
-    const ObjectClass& model = map.classes()[point.slot];
-    Stamp stamp = widened(model, point.hasTangent(), cell_m);
-    stamp.log_gain =
-        logGain(model, stamp.along * stamp.across, map.logClutter(point.slot, point.x, point.y));
-    raiseAround(point, stamp, raster);
-  }
-  return raster;
+LikelihoodRaster emptyRaster(const ObjectMap& map, double cell_m) {
+  return {cell_m, std::vector<std::uint8_t>(map.classes().size(), 0)};
 }
+
+void rasterize(const MapPoint& point, const ObjectMap& map, LikelihoodRaster& raster) {
+  const ObjectClass& model = map.classes()[point.slot];
+  Stamp stamp = widened(model, point.hasTangent(), raster.cellSize());
+  stamp.log_gain =
+      logGain(model, stamp.along * stamp.across, map.logClutter(point.slot, point.x, point.y));
+  raiseAround(point, stamp, raster);
+}
+
+/// The farthest that a point is stamped [m].
+double farthestStamp(const ObjectMap& map, double cell_m) {
+  double farthest = 0;
+  for (const ObjectClass& model : map.classes()) {
+    for (const bool directed : {false, true}) {
+      const Stamp stamp = widened(model, directed, cell_m);
+      farthest = std::max({farthest, stamp.along, stamp.across});
+    }
+  }
+  return std::sqrt(kFarthest) * farthest;
+}
+
+/// The fine raster of a large map, written where it is looked at.
+class FineRaster {
+ public:
+  explicit FineRaster(const ObjectMap& map)
+      : map_(map),
+        raster_(emptyRaster(map, kCell_m)),
+        rim_m_(farthestStamp(map, kCell_m) + kCell_m) {}
+
+  const LikelihoodRaster& raster() const { return raster_; }
+
+  void writeAll() {
+    for (const MapPoint& point : map_.points()) rasterize(point, map_, raster_);
+  }
+  /// The square of cells is complete while the lock is held.
+  std::unique_lock<std::mutex> write(std::int64_t x, std::int64_t y, std::int64_t side) {
+    std::unique_lock<std::mutex> lock(mutex_);
+    const double half_m = 0.5 * static_cast<double>(side) * kCell_m;
+    const double middle_x = static_cast<double>(x) * kCell_m + half_m,
+                 middle_y = static_cast<double>(y) * kCell_m + half_m;
+    forSquare(middle_x, middle_y, half_m + rim_m_, ObjectMap::kBlock_m,
+              [&](const PlaneCell& block) {
+                std::uint8_t& is_written = written_.at(block);
+                if (is_written) return;
+                is_written = 1;
+                map_.visitBlock(
+                    block, [&](std::uint32_t i) { rasterize(map_.points()[i], map_, raster_); });
+              });
+    return lock;
+  }
+
+ private:
+  const ObjectMap& map_;
+  LikelihoodRaster raster_;
+  const double rim_m_;
+  std::mutex mutex_;
+  TiledGrid<std::uint8_t> written_;  ///< blocks
+};
 
 /// The rotation that tilts an upright query by a slope of its heights.
 Eigen::AngleAxisd tilted(const Eigen::Vector2d& slope) {
@@ -112,8 +163,13 @@ std::vector<Correspondence> pairsOf(const ObjectVerifier& verifier, const Object
 class ObjectField final : public Field {
  public:
   ObjectField(const SemanticGraph& graph, const LabelSet& labels, const SearchOptions& options)
-      : options_(options), map_(graph, labels, options), fine_(rasterizeObjects(map_, kCell_m)) {
-    if (size() > kSmallMap) coarse_ = rasterizeObjects(map_, 2 * kCell_m);
+      : options_(options), map_(graph, labels, options), fine_(map_) {
+    if (size() <= kSmallMap) {
+      fine_.writeAll();
+      return;
+    }
+    coarse_ = emptyRaster(map_, 2 * kCell_m);
+    for (const MapPoint& point : map_.points()) rasterize(point, map_, *coarse_);
   }
 
   std::unique_ptr<FieldQuery> prepare(const Observation& query) const override;
@@ -123,8 +179,11 @@ class ObjectField final : public Field {
   const ObjectMap& map() const { return map_; }
 
   RasterLevels rasterLevels(const ObjectQuery& query) const {
-    RasterLevels levels{{fine_, query.samples(map_, fine_.cellSize()), kFineYawStep}, std::nullopt};
+    RasterLevels levels{{fine_.raster(), query.samples(map_, kCell_m), kFineYawStep}, std::nullopt};
     if (coarse_) {
+      levels.fine.write_first = [this](std::int64_t x, std::int64_t y, std::int64_t side) {
+        return fine_.write(x, y, side);
+      };
       levels.coarse.emplace(
           RasterLevel{*coarse_, query.samples(map_, coarse_->cellSize()), kCoarseYawStep});
     }
@@ -141,7 +200,7 @@ class ObjectField final : public Field {
  private:
   const SearchOptions options_;
   ObjectMap map_;
-  LikelihoodRaster fine_;
+  mutable FineRaster fine_;  ///< locked while it is written
   std::optional<LikelihoodRaster> coarse_;
 };
 

@@ -13,7 +13,6 @@
 namespace xview::search {
 namespace {
 
-constexpr double kBlock_m = 32;       // [m]
 constexpr double kDensityCell = 16;   // [m]
 constexpr double kCoverageCell = 4;   // [m]
 constexpr double kMapFading_m = 1.5;  // [m] half the width of the rim of what the map covers
@@ -139,28 +138,31 @@ void ObjectMap::makeClasses(const LabelSet& labels, const std::vector<std::uint3
 }
 
 void ObjectMap::sortIntoBlocks() {
-  std::sort(points_.begin(), points_.end(), [](const MapPoint& a, const MapPoint& b) {
-    const auto key = [](const MapPoint& p) {
-      const PlaneCell block = cellAt(p.x, p.y, kBlock_m);
-      return std::make_tuple(block.y, block.x, p.slot, p.vertex);
-    };
-    return key(a) < key(b);
-  });
+  struct Place {
+    PlaneCell block;
+    std::uint16_t slot;
+    std::uint32_t vertex, point;
+  };
+  std::vector<Place> places;
+  places.reserve(points_.size());
   for (std::uint32_t i = 0; i < points_.size(); ++i) {
-    Range& range = blocks_.at(cellAt(points_[i].x, points_[i].y, kBlock_m));
-    if (range.end == 0) range.begin = i;
-    range.end = i + 1;
+    const MapPoint& p = points_[i];
+    places.push_back({cellAt(p.x, p.y, kBlock_m), p.slot, p.vertex, i});
   }
-}
-
-/// Calls visitor(index) for the points of all blocks that a square touches.
-template <class Visitor>
-void ObjectMap::visitBlocks(double x, double y, double half_side, const Visitor& visitor) const {
-  forSquare(x, y, half_side, kBlock_m, [&](const PlaneCell& block) {
-    const Range* range = blocks_.find(block);
-    if (!range) return;
-    for (std::uint32_t i = range->begin; i < range->end; ++i) visitor(i);
+  std::sort(places.begin(), places.end(), [](const Place& a, const Place& b) {
+    return std::tie(a.block.y, a.block.x, a.slot, a.vertex) <
+           std::tie(b.block.y, b.block.x, b.slot, b.vertex);
   });
+  std::vector<MapPoint> sorted;
+  sorted.reserve(points_.size());
+  for (const Place& place : places) {
+    Range& range = blocks_.at(place.block);
+    const auto number = static_cast<std::uint32_t>(sorted.size());
+    if (range.end == 0) range.begin = number;
+    range.end = number + 1;
+    sorted.push_back(points_[place.point]);
+  }
+  points_ = std::move(sorted);
 }
 
 void ObjectMap::pointsIn(double x, double y, double half_side,
@@ -289,9 +291,7 @@ void ObjectMap::measureDensities() {
   for (std::uint16_t slot = 0; slot < classes_.size(); ++slot) {
     double sum = 0, n = 0;
     for (std::size_t i = 0; i < points_.size(); i += step, n += 1) {
-      const std::uint16_t* count =
-          counts_[slot].find(cellAt(points_[i].x, points_[i].y, kDensityCell));
-      if (count) sum += *count / kDensityArea;
+      sum += counts_[slot](cellAt(points_[i].x, points_[i].y, kDensityCell)) / kDensityArea;
     }
     ObjectClass& model = classes_[slot];
     model.mean_density = n > 0 ? sum / n : 0;
@@ -308,17 +308,18 @@ void ObjectMap::drawCoverage(double reach_m) {
   for (const MapPoint& p : points_) {
     forSquare(p.x, p.y, widest, kCoverageCell, [&](const PlaneCell& at) {
       const double dx = (at.x + 0.5) * kCoverageCell - p.x, dy = (at.y + 0.5) * kCoverageCell - p.y;
-      const double fades = (widest - std::sqrt(dx * dx + dy * dy)) / (2 * kMapFading_m);
-      if (fades <= 0) return;
+      const double square = dx * dx + dy * dy;
+      if (square >= widest * widest) return;
       std::uint8_t& cell = coverage_.at(at);
+      if (cell == 255) return;
+      const double fades = (widest - std::sqrt(square)) / (2 * kMapFading_m);
       cell = std::max(cell, static_cast<std::uint8_t>(255 * std::min(1.0, fades)));
     });
   }
 }
 
 double ObjectMap::coverage(double x, double y) const {
-  const std::uint8_t* cell = coverage_.find(cellAt(x, y, kCoverageCell));
-  return cell ? *cell / 255.0 : 0;
+  return coverage_(cellAt(x, y, kCoverageCell)) / 255.0;
 }
 
 std::optional<std::uint16_t> ObjectMap::slotOf(std::uint32_t label) const {
@@ -328,14 +329,12 @@ std::optional<std::uint16_t> ObjectMap::slotOf(std::uint32_t label) const {
 }
 
 double ObjectMap::logClutter(std::uint16_t slot, double x, double y) const {
-  const std::uint16_t* count = counts_[slot].find(cellAt(x, y, kDensityCell));
   const std::vector<float>& table = classes_[slot].log_clutter;
-  return table[count ? std::min<std::size_t>(*count, table.size() - 1) : 0];
+  return table[std::min<std::size_t>(counts_[slot](cellAt(x, y, kDensityCell)), table.size() - 1)];
 }
 
 bool ObjectMap::isKnown(double x, double y) const {
-  const std::uint8_t* known = known_.find(cellAt(x, y, kDensityCell));
-  return known && *known;
+  return known_(cellAt(x, y, kDensityCell)) != 0;
 }
 
 }  // namespace xview::search

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <map>
@@ -51,6 +52,33 @@ class SparseGrid {
     Value value{};
   };
   CellTable<Entry> cells_;
+};
+
+/// The same for values of which many neighbours are written: 8x8 cells in one piece.
+template <class Value>
+class TiledGrid {
+ public:
+  /// Value() if nothing was written.
+  Value operator()(const PlaneCell& cell) const {
+    const std::int32_t number = tiles_.find(tileOf(cell));
+    return number < 0 ? Value() : tiles_[static_cast<std::size_t>(number)].values[indexOf(cell)];
+  }
+  Value& at(const PlaneCell& cell) {
+    const PlaneCell tile = tileOf(cell);
+    return tiles_[tiles_.numberOf(tile, [&] { return Tile{tile, {}}; })].values[indexOf(cell)];
+  }
+
+ private:
+  static constexpr int kBits = 3, kSide = 1 << kBits;
+  struct Tile {
+    PlaneCell key;
+    std::array<Value, kSide * kSide> values{};
+  };
+  static PlaneCell tileOf(const PlaneCell& cell) { return {cell.x >> kBits, cell.y >> kBits}; }
+  static std::size_t indexOf(const PlaneCell& cell) {
+    return static_cast<std::size_t>((cell.y & (kSide - 1)) << kBits | (cell.x & (kSide - 1)));
+  }
+  CellTable<Tile> tiles_;
 };
 
 /// Samples of a surface this far apart are independent evidence [m].
@@ -117,6 +145,18 @@ class ObjectMap {
   double coverage(double x, double y) const;
   /// False if all heights of the map are equal: it has none.
   bool hasHeights() const { return has_heights_; }
+  /// Calls visit(index) for the points of all blocks of 32 m that a square touches, block by block.
+  template <class Visitor>
+  void visitBlocks(double x, double y, double half_side, const Visitor& visit) const {
+    forSquare(x, y, half_side, kBlock_m, [&](const PlaneCell& block) { visitBlock(block, visit); });
+  }
+  template <class Visitor>
+  void visitBlock(const PlaneCell& block, const Visitor& visit) const {
+    const Range* range = blocks_.find(block);
+    if (!range) return;
+    for (std::uint32_t i = range->begin; i < range->end; ++i) visit(i);
+  }
+  static constexpr double kBlock_m = 32;
   /// Indices of the points in a square.
   void pointsIn(double x, double y, double half_side, std::vector<std::uint32_t>& found) const;
 
@@ -125,8 +165,6 @@ class ObjectMap {
     std::uint32_t begin = 0, end = 0;
   };
 
-  template <class Visitor>
-  void visitBlocks(double x, double y, double half_side, const Visitor& visitor) const;
   void takeVertices(const SemanticGraph& graph, const LabelSet& labels,
                     const SearchOptions& options);
   void makeClasses(const LabelSet& labels, const std::vector<std::uint32_t>& label_of_slot,
@@ -145,10 +183,10 @@ class ObjectMap {
   std::map<std::uint32_t, std::uint16_t> slot_of_label_;
   std::vector<MapPoint> points_;
   SparseGrid<Range> blocks_;
-  std::vector<SparseGrid<std::uint16_t>>
+  std::vector<TiledGrid<std::uint16_t>>
       counts_;  ///< per slot: vertices in the 3x3 density cells around
-  SparseGrid<std::uint8_t> known_;
-  SparseGrid<std::uint8_t> coverage_;  ///< in steps of 1 / 255
+  TiledGrid<std::uint8_t> known_;
+  TiledGrid<std::uint8_t> coverage_;  ///< in steps of 1 / 255
   bool has_heights_ = false;
 };
 

@@ -35,7 +35,7 @@ const GroundCell* BevGrid::knownCell(std::int32_t x, std::int32_t y) const {
   GroundCell wanted;
   wanted.x = x;
   wanted.y = y;
-  const auto at = std::lower_bound(known.begin(), known.end(), wanted, inRowOrder<GroundCell>);
+  const auto at = std::lower_bound(known.begin(), known.end(), wanted, InRowOrder());
   return at != known.end() && at->x == x && at->y == y ? &*at : nullptr;
 }
 

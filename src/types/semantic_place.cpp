@@ -62,6 +62,7 @@ void scaleLengths(double factor, LabelledCloud& cloud) {
 }
 
 void scaleLengths(double factor, BevGrid& bev) {
+  if (factor == 1) return;
   const auto f = static_cast<float>(factor);
   bev.cell_m *= factor;
   bev.origin_x *= factor;

@@ -9,6 +9,7 @@
 
 #include "map/sample_map.h"
 #include "support/test_data.h"
+#include "xview/graph/bev_grid.h"
 #include "xview/map/semantic_map.h"
 #include "xview/search/distance_field.h"
 #include "xview/types/error.h"
@@ -152,6 +153,37 @@ TEST_F(LargeMap, ThatChangesHasTheOverviewOfWhatItIs) {
   map.bev.known.resize(map.bev.known.size() / 2);
   saveMap(folder / "half.xvm", map);
   EXPECT_EQ(loadMap(folder / "half.xvm").overview, nullptr) << "no longer large";
+}
+
+TEST_F(LargeMap, ThatGrowsIsSeenFromAfarAnewWhereItGrew) {
+  SemanticMap map = loadMap(path);
+  ASSERT_TRUE(hasOverview(map));
+  const MapOverview before = *map.overview;
+  for (const double x_m : {0.0, 300.0, -2000.0}) {  // over what is there, at its rim, far away
+    BevGrid addition;
+    addition.origin_x = map.bev.origin_x + x_m;
+    addition.origin_y = map.bev.origin_y - 128;
+    addition.origin_z = map.bev.origin_z;
+    Random random(7);
+    for (int y = -100; y < 30; ++y) {
+      for (int x = -60; x < 70; ++x) {
+        addition.known.push_back({x, y, 0, true});
+        if (random.below(40) > 0) continue;
+        addition.samples[random.below(kBevChannels)].push_back(
+            {static_cast<float>((x + random.uniform()) / 2),
+             static_cast<float>((y + random.uniform()) / 2), 0});
+      }
+    }
+    BevGrid grown = map.bev;
+    graph::mergeBevGrids(grown, addition);
+    const auto again = search::grownOverview(before, grown, addition);
+    const auto anew = search::overviewOfLarge(grown);
+    expectSame(*again, *anew);
+    EXPECT_EQ(again->digest, anew->digest);
+    EXPECT_GE(again->tiles.size(), before.tiles.size());
+  }
+  map.bev[BevChannel::pole].push_back({1, 1, 0});
+  EXPECT_FALSE(hasOverview(map)) << "that of another view";
 }
 
 TEST_F(LargeMap, OfVersion3HasNoOverviewAndIsReadAsItIs) {

@@ -294,7 +294,7 @@ TEST(Localizer, AnswersAlikeWhetherTheViewOfALargeMapIsPackedOrNot) {
   const auto& drive = simulatedDrive();
   map::SemanticMap map = drive.map;
   for (std::int32_t i = 0; i < 500; ++i) map.bev.known.push_back({5000 + 64 * i, 5000, 0, true});
-  std::sort(map.bev.known.begin(), map.bev.known.end(), inRowOrder<GroundCell>);
+  std::sort(map.bev.known.begin(), map.bev.known.end(), InRowOrder());
   map.null.view = search::fingerprintOf(map.bev);
   const test::TemporaryFolder folder;
   map::saveMap(folder / "map.xvm", map);

@@ -76,7 +76,7 @@ BevGrid pickPlan() {
     bev.samples[*upTo(kBevChannels)].push_back({anyFloat(60), anyFloat(60), anyFloat(9)});
   for (std::int32_t x = *upTo(12); x > 0; --x)
     bev.known.push_back({-x, x % 3, anyFloat(9), *gen::arbitrary<bool>()});
-  std::sort(bev.known.begin(), bev.known.end(), inRowOrder<GroundCell>);
+  std::sort(bev.known.begin(), bev.known.end(), InRowOrder());
   return bev;
 }
 

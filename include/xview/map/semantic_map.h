@@ -9,15 +9,12 @@
 #include <vector>
 
 #include "xview/pose/distribution_map.h"
+#include "xview/search/field.h"
 #include "xview/search/likelihoods.h"
 #include "xview/types/localization.h"
 #include "xview/types/semantic_place.h"
 #include "xview/types/stored_cloud.h"
 #include "xview/types/stored_view.h"
-
-namespace xview::search {
-struct MapOverview;
-}
 
 namespace xview::map {
 
@@ -47,7 +44,7 @@ struct SemanticMap : Place {
   std::optional<pose::SurfaceNoise> noise;        ///< of its points, in canonical lengths
   std::shared_ptr<const PackedCloud> packed;      ///< points that are not in `cloud`, if any
   std::shared_ptr<const PackedView> packed_view;  ///< how the file has `bev`, if it comes from one
-  /// Of the view in the file, if that is large.
+  /// Of the view, if that is large; see hasOverview.
   std::shared_ptr<const search::MapOverview> overview;
   /// In place of what `bev` holds, which is without samples and seen cells then; see
   /// openToLocalize.
@@ -137,6 +134,10 @@ const BevGrid& viewOf(const SemanticMap& map);
 void unpackView(SemanticMap& map);
 /// Whether a map has a view, packed or not.
 bool hasView(const SemanticMap& map);
+/// Whether the overview is that of `bev` as it is now.
+bool hasOverview(const SemanticMap& map);
+/// For a surface field, which refers to the map.
+search::MapView searchedView(const SemanticMap& map);
 
 /// Packs all points of a map of canonical scale, which rounds them as saveMap does.
 void packPoints(SemanticMap& map);

@@ -24,7 +24,8 @@ struct MapOverview {
     PlaneCell at;
     std::vector<std::uint8_t> squares;
   };
-  std::vector<Tile> tiles;  ///< sorted by (y, x)
+  std::vector<Tile> tiles;   ///< sorted by (y, x)
+  std::uint64_t digest = 0;  ///< digestOf() the view, if that is known
 };
 
 /// For every cell of a map and every channel: the class of the distance to the nearest sample.
@@ -120,8 +121,16 @@ class DistanceField {
   CellTable<PlaceNumber> places_;  ///< of all_
 };
 
-/// All of its tiles seen from afar, with `side` x `side` squares each.
+/// Of samples and seen cells, in their order.
+std::uint64_t digestOf(const BevGrid& view);
+
+/// All tiles of a field seen from afar, with `side` x `side` squares each; without a digest.
 MapOverview overviewOf(const DistanceField& field, int side, int threads);
+/// That of a large map with cells that fitsColumns() allows; null of other maps.
+std::shared_ptr<const MapOverview> overviewOfLarge(const BevGrid& map);
+/// The same of a map that has grown by `addition`, from the overview that it had before.
+std::shared_ptr<const MapOverview> grownOverview(const MapOverview& before, const BevGrid& map,
+                                                 const BevGrid& addition);
 
 /// Tells a view from others by how many samples of each channel it has (PathNull::view).
 std::uint64_t fingerprintOf(const BevGrid& map);

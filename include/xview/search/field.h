@@ -157,7 +157,8 @@ struct MapOverview;
 /// The bird's-eye view of a map: all of it, or one that is read where somebody looks.
 struct MapView {
   MapView(const BevGrid& whole) : grid(whole) {}  // NOLINT: any grid is one
-  /// `grid`: without samples. Null counts and an overview must be known of a stored view.
+  /// `grid`: without samples if there is a stored view, of which null counts and the overview must
+  /// be known.
   MapView(const BevGrid& of, std::shared_ptr<const StoredView> view,
           std::shared_ptr<const MapOverview> seen_from_afar)
       : grid(of), stored(std::move(view)), overview(std::move(seen_from_afar)) {}

@@ -62,10 +62,12 @@ struct GroundCell {
 };
 
 /// Row by row: by y, then x.
-template <class Cell>
-bool inRowOrder(const Cell& a, const Cell& b) {
-  return a.y != b.y ? a.y < b.y : a.x < b.x;
-}
+struct InRowOrder {
+  template <class Cell>
+  bool operator()(const Cell& a, const Cell& b) const {
+    return a.y != b.y ? a.y < b.y : a.x < b.x;
+  }
+};
 
 /// Bird's-eye view of a place: samples of surfaces and objects by channel, on a grid of cell_m.
 /// Cells that are not among `known` were never observed, which is not the same as empty.
