@@ -8,8 +8,11 @@ peak memory are those of one process with one thread. `--before PROGRAM` measure
 import argparse
 import datetime
 import json
+import math
 import os
+import random
 import shutil
+import struct
 import subprocess
 import sys
 from collections import namedtuple
@@ -24,6 +27,8 @@ STYLES = ("suburb", "grid", "suburb", "village", "suburb")
 SIDE_M, PER_ROW, WINDOW, WINDOWS = 1600, 4, 15, 4  # of a town, towns, frames of a query, queries of a town
 NEW = [(i, i + 62) for i in range(0, 248, 62)]  # frames of a second drive: 250 m each
 STRANGER_SEED, SEED = 990, 900
+KINDS = (71, 80, 81)  # of semantic_kitti: trunk, pole, traffic sign
+BLOCK_M, DISC_M, DISCS = 80, 100, 20
 
 Cost = namedtuple("Cost", "cpu_s peak_mb text")
 
@@ -93,6 +98,76 @@ def accuracy(program, towns, stranger, map_path):
     return asked, right, accepted, wrong, len(others), sum(a["status"] == "accepted" for a in others)
 
 
+def things(count):
+    """(x, y, kind) of things along the streets of a grid of blocks, in rows of one kind that begin and end anywhere."""
+    draw = random.Random(1)
+    side = max(2, round(math.sqrt(count / 40)))
+    for block in range(side * side):
+        for along in (False, True):
+            for beside in (-6, 6):
+                kind, at = draw.choice(KINDS), draw.uniform(0, 8)
+                while at < BLOCK_M:
+                    kind = draw.choice(KINDS) if draw.random() < 0.12 else kind
+                    u, v = at + draw.gauss(0, 0.8), beside + draw.gauss(0, 0.8)
+                    if draw.random() < 0.85:
+                        yield block // side * BLOCK_M + (u if along else v), block % side * BLOCK_M + (v if along else u), kind
+                    at += draw.uniform(5, 11)
+
+
+def write_graph(path, items):
+    data, count = bytearray(), 0
+    for x, y, kind in items:
+        data += struct.pack("<dddiI", x, y, 0, kind, 1)
+        count += 1
+    header = ("ply\nformat binary_little_endian 1.0\nelement vertex " + str(count) + "\nproperty double x\nproperty double y\n"
+              "property double z\nproperty int label\nproperty uint observations\nend_header\n")
+    path.write_bytes(header.encode() + data)
+    return count
+
+
+def discs_of(count):
+    """Discs around anywhere: (middle, things in a frame of their own), 70 % of the things seen with an error of 0.5 m."""
+    draw = random.Random(3)
+    side_m = max(2, round(math.sqrt(count / 40))) * BLOCK_M
+    discs = [((draw.uniform(0.1, 0.9) * side_m, draw.uniform(0.1, 0.9) * side_m), draw.uniform(0, 2 * math.pi), []) for _ in range(DISCS)]
+    for x, y, kind in things(count):
+        for (mx, my), yaw, seen in discs:
+            if (x - mx) ** 2 + (y - my) ** 2 <= DISC_M ** 2 and draw.random() < 0.7:
+                dx, dy = x - mx + draw.gauss(0, 0.5), y - my + draw.gauss(0, 0.5)
+                seen.append((math.cos(yaw) * dx + math.sin(yaw) * dy, math.cos(yaw) * dy - math.sin(yaw) * dx, kind))
+    return [(middle, seen) for middle, _, seen in discs]
+
+
+def measure_things(programs, counts, folder):
+    rows = []
+    for count in counts:
+        graph, map_path = folder / f"things_{count}.ply", folder / f"things_{count}.xvm"
+        there = write_graph(graph, things(count))
+        discs, paths = discs_of(count), []
+        for number, (_, seen) in enumerate(discs):
+            paths.append(folder / f"disc_{count}_{number}.ply")
+            write_graph(paths[-1], seen)
+        for which, program in enumerate(programs):
+            flags = ("--labels", "semantic_kitti", "--threads", 1, "-q")
+            map_path.unlink(missing_ok=True)
+            made = run(program, "map", graph, map_path, *flags)
+            cold = [run(program, "localize", paths[0], map_path, *flags, may_fail=True) for _ in range(3)]
+            all_of_them = run(program, "localize", *paths, map_path, *flags, "--json", may_fail=True)
+            right = accepted = wrong = 0
+            for (middle, _), a in zip(discs, answers(all_of_them)):
+                T = a.get("T_map_query")
+                good = bool(T) and math.dist((T[3], T[7]), middle) <= 5
+                right, accepted = right + good, accepted + (good and a["status"] == "accepted")
+                wrong += not good and a["status"] == "accepted"
+            first = sorted(c.cpu_s for c in cold)[1]
+            rows.append([f"{there:,}" + (", before" if which else ""), f"{made.cpu_s:.1f}", f"{made.peak_mb:.0f}", f"{map_path.stat().st_size / 1e6:.1f}",
+                         f"{first:.2f}", f"{max(c.peak_mb for c in cold):.0f}", f"{max(0, all_of_them.cpu_s - first) / (DISCS - 1):.2f}",
+                         f"{right}, {accepted} of {DISCS}", str(wrong)])
+            print(rows[-1], file=sys.stderr)
+        graph.unlink()
+    return rows
+
+
 def measure(programs, kilometres, folder):
     towns = [town(programs[0], folder / f"town{i}", SEED + i, i) for i in range(max(kilometres))]
     stranger = town(programs[0], folder / "stranger", STRANGER_SEED, 0)
@@ -121,7 +196,7 @@ def measure(programs, kilometres, folder):
     return costs, finds
 
 
-def page(costs, finds):
+def page(costs, finds, of_things):
     return f"""# What a map costs as it grows
 
 Written by `./run growth` on {datetime.date.today()}; do not edit. {__doc__.split(chr(10) * 2)[1].strip().split(" `--before")[0]}
@@ -136,20 +211,31 @@ Written by `./run growth` on {datetime.date.today()}; do not edit. {__doc__.spli
 {table([["km", "queries", "right, %", "of these accepted, %", "wrong accepted", "out-of-map queries accepted"], *finds])}
 
 Queries look back where the map looked ahead, 15 frames (56 m) each; out-of-map queries are all windows of a town that is in no map.
+
+## Bare graphs
+
+{table([["things", "making the map, CPU s", "MB", "file, MB", "first answer, CPU s", "MB", "each of 19 more, CPU s", "right, accepted",
+         "wrong accepted"], *of_things])}
+
+Things of three kinds stand in rows along the streets of a grid of blocks of {BLOCK_M} m. A query is a disc of {DISC_M} m: 70 % of the things, 0.5 m off.
 """
 
 
 def main():
     arguments = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     arguments.add_argument("--km", default="1,3,10", help="lengths of the maps, separated by commas")
+    arguments.add_argument("--things", default="10000,100000,1000000", help="sizes of bare graphs, separated by commas")
     arguments.add_argument("--before", action="append", default=[], help="another program, to compare costs")
     arguments.add_argument("--program", default=str(ROOT / "build/xview"))
     arguments.add_argument("--work", default="build/growth", help="folder for towns and maps")
     given = arguments.parse_args()
     folder = Path(given.work)
     folder.mkdir(parents=True, exist_ok=True)
-    costs, finds = measure([given.program, *given.before], [int(k) for k in given.km.split(",")], folder)
-    (ROOT / "docs/results/growth.md").write_text(page(costs, finds))
+    programs = [given.program, *given.before]
+    of_things = measure_things(programs, [int(n) for n in given.things.split(",")], folder)
+    costs, finds = measure(programs, [int(k) for k in given.km.split(",")], folder)
+    rows = [row for row in of_things if not row[0].endswith("before")]
+    (ROOT / "docs/results/growth.md").write_text(page(costs, finds, rows))
 
 
 if __name__ == "__main__":
