@@ -527,7 +527,7 @@ void readBulk(ContentReader& in, const Meta& meta, std::uint64_t file_bytes,
   else
     map.packed_view = std::make_shared<const PackedView>(fill(std::move(tiles), map.bev));
   scaleLengths(map.size, map.bev);
-  if (overview && !map.stored_view) overview->digest = search::digestOf(map.bev);
+  if (overview && !map.stored_view) overview->checksum = search::checksumOf(map.bev);
   map.overview = overview;
   const auto points = numberIn<std::uint64_t>(meta, "cloud_points");
   tiles.clear();

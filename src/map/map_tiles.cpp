@@ -464,8 +464,10 @@ PackedView fill(std::vector<Tile> tiles, BevGrid& bev) {
 
 std::vector<OverviewTile> toTiles(const search::MapOverview& overview) {
   std::vector<OverviewTile> tiles;
-  for (const auto& [at, squares] : overview.tiles)
+  for (const auto& [at, squares] : overview.tiles) {
+    if (!isTileIndex(at.x) || !isTileIndex(at.y)) return {};
     tiles.push_back({at.x, at.y, compressed(squares)});
+  }
   return tiles;
 }
 

@@ -172,6 +172,7 @@ void columns(Row& row, OverviewTile& t) {
   row(t.data);
 }
 
+/// None of a map that is too wide for their ids.
 std::vector<OverviewTile> toTiles(const search::MapOverview& overview);
 /// Throws Damage.
 void appendTile(const OverviewTile& tile, search::MapOverview& overview);

@@ -130,7 +130,7 @@ void unpackView(SemanticMap& map) {
 
 bool hasOverview(const SemanticMap& map) {
   return map.overview && map.size == kTownScale &&
-         map.overview->digest == search::digestOf(map.bev);
+         map.overview->checksum == search::checksumOf(map.bev);
 }
 
 search::MapView searchedView(const SemanticMap& map) {

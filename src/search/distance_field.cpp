@@ -394,11 +394,11 @@ std::vector<std::uint8_t> DistanceField::overview(const PlaneCell& tile, int sid
   return squares;
 }
 
-std::uint64_t digestOf(const BevGrid& view) {
-  std::uint64_t digest = view.known.size();
+std::uint64_t checksumOf(const BevGrid& view) {
+  std::uint64_t sum = view.known.size();
   const auto mix = [&](std::uint64_t value) {
-    digest = (digest ^ value) * 0x9E3779B97F4A7C15ull;
-    digest ^= digest >> 32;
+    sum = (sum ^ value) * 0x9E3779B97F4A7C15ull;
+    sum ^= sum >> 32;
   };
   const auto bits = [](auto number) {
     static_assert(sizeof number == sizeof(std::uint32_t));
@@ -415,7 +415,7 @@ std::uint64_t digestOf(const BevGrid& view) {
     mix(samples.size());
     for (const BevSample& s : samples) mixPoint(s.x, s.y, s.z);
   }
-  return digest;
+  return sum;
 }
 
 namespace {
@@ -467,7 +467,7 @@ std::shared_ptr<const MapOverview> overviewOfLarge(const BevGrid& map) {
   const DistanceField field(map);
   if (field.tiles().size() < MapOverview::kFewest) return nullptr;
   auto overview = std::make_shared<MapOverview>(overviewOf(field, MapOverview::kSide, 1));
-  overview->digest = digestOf(map);
+  overview->checksum = checksumOf(map);
   return overview;
 }
 
@@ -511,7 +511,7 @@ std::shared_ptr<const MapOverview> grownOverview(const MapOverview& before, cons
     if (changed.has(at)) overview->tiles.push_back({at, field.overview(at, MapOverview::kSide)});
   }
   sortTiles(*overview);
-  overview->digest = digestOf(map);
+  overview->checksum = checksumOf(map);
   return overview;
 }
 

@@ -24,8 +24,8 @@ struct MapOverview {
     PlaneCell at;
     std::vector<std::uint8_t> squares;
   };
-  std::vector<Tile> tiles;   ///< sorted by (y, x)
-  std::uint64_t digest = 0;  ///< digestOf() the view, if that is known
+  std::vector<Tile> tiles;     ///< sorted by (y, x)
+  std::uint64_t checksum = 0;  ///< checksumOf() the view, if that is known
 };
 
 /// For every cell of a map and every channel: the class of the distance to the nearest sample.
@@ -122,9 +122,9 @@ class DistanceField {
 };
 
 /// Of samples and seen cells, in their order.
-std::uint64_t digestOf(const BevGrid& view);
+std::uint64_t checksumOf(const BevGrid& view);
 
-/// All tiles of a field seen from afar, with `side` x `side` squares each; without a digest.
+/// All tiles of a field seen from afar, with `side` x `side` squares each; without a checksum.
 MapOverview overviewOf(const DistanceField& field, int side, int threads);
 /// That of a large map with cells that fitsColumns() allows; null of other maps.
 std::shared_ptr<const MapOverview> overviewOfLarge(const BevGrid& map);
