@@ -8,6 +8,7 @@
 #include <limits>
 #include <optional>
 
+#include "search/raster.h"
 #include "support/label_sets.h"
 #include "xview/types/pose.h"
 #include "xview/types/random.h"
@@ -140,6 +141,35 @@ TEST(ObjectField, FindsNoisyQueriesInAMapOfAnySize) {
       EXPECT_GT(result.places[0].score(), bestWrong(result) + 10);
     }
   }
+}
+
+/// The fine raster of a large map, which is written where it is looked at.
+TEST(ObjectField, ASquareOfTheFineRasterIsCompleteOnceItIsAskedFor) {
+  const SemanticGraph map = randomMap(400, 2000, 8);
+  Observation seen;
+  seen.graph = &map;
+  const auto field = makeObjectField(map, someLabels(), {}),
+             whole = makeObjectField(map, someLabels(), {});
+  const auto query = field->prepare(seen), query_of_whole = whole->prepare(seen);
+  const RasterLevels levels = query->rasterLevels(), all = query_of_whole->rasterLevels();
+  ASSERT_TRUE(levels.fine.write_first);
+  all.fine.write_first(-200, -200, 400);
+  EXPECT_TRUE(levels.fine.raster.tiles().empty()) << "nothing is written before";
+  int written = 0;
+  for (const std::int32_t x : {-32, 0, 32}) {  // on the borders of blocks of 32 m
+    constexpr std::int32_t kSide = 10;
+    const auto lock = levels.fine.write_first(x, x, kSide);
+    for (std::int32_t cy = x; cy < x + kSide; ++cy) {
+      for (std::int32_t cx = x; cx < x + kSide; ++cx) {
+        for (std::size_t c = 0; c < all.fine.raster.channels(); ++c) {
+          ASSERT_EQ(levels.fine.raster.at(c, cx, cy), all.fine.raster.at(c, cx, cy));
+          written += levels.fine.raster.at(c, cx, cy) > 0;
+        }
+      }
+    }
+  }
+  EXPECT_GT(written, 100);
+  EXPECT_LT(levels.fine.raster.tiles().size(), all.fine.raster.tiles().size());
 }
 
 TEST(ObjectField, PoseIsEquivariantToMotionOfTheQuery) {
