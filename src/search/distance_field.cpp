@@ -4,12 +4,10 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <cstring>
 #include <mutex>
 
 #include "xview/types/cells.h"
 #include "xview/types/parallel.h"
-#include "xview/types/random.h"
 
 namespace xview::search {
 namespace {
@@ -27,6 +25,7 @@ constexpr float kSeenNear_m = 1.f;               ///< a cell this near to a seen
 constexpr float kFar = 1e9f;                     ///< squared distance where there is no sample
 constexpr int kNearBins = 5;  ///< classes below 2 m say something even where the map was not seen
 static_assert(kBinLimits_m[kNearBins - 1] == 2.f, "classes below 2 m");
+static_assert(kReach_m + kSeenNear_m <= DistanceField::kRim_m, "what a tile is made of");
 
 /// Cells of a tile that were seen: a bit each, row by row.
 using Mask = std::array<std::uint64_t, kSide>;
@@ -392,225 +391,6 @@ std::vector<std::uint8_t> DistanceField::overview(const PlaneCell& tile, int sid
     }
   }
   return squares;
-}
-
-std::uint64_t checksumOf(const BevGrid& view) {
-  std::uint64_t sum = view.known.size();
-  const auto mix = [&](std::uint64_t value) {
-    sum = (sum ^ value) * 0x9E3779B97F4A7C15ull;
-    sum ^= sum >> 32;
-  };
-  const auto bits = [](auto number) {
-    static_assert(sizeof number == sizeof(std::uint32_t));
-    std::uint32_t word = 0;
-    std::memcpy(&word, &number, sizeof word);
-    return std::uint64_t{word};
-  };
-  const auto mixPoint = [&](auto x, auto y, float z) {
-    mix((bits(x) << 32 | bits(y)) + bits(z) * 0xBF58476D1CE4E5B9ull);
-  };
-  for (const GroundCell& cell : view.known)
-    mixPoint(cell.x, cell.y, cell.measured ? cell.z : -cell.z);
-  for (const auto& samples : view.samples) {
-    mix(samples.size());
-    for (const BevSample& s : samples) mixPoint(s.x, s.y, s.z);
-  }
-  return sum;
-}
-
-namespace {
-
-void sortTiles(MapOverview& overview) {
-  std::sort(overview.tiles.begin(), overview.tiles.end(),
-            [](const auto& a, const auto& b) { return InRowOrder()(a.at, b.at); });
-}
-
-PlaneCell tileOf(const GroundCell& cell) { return {cell.x >> kTileBits, cell.y >> kTileBits}; }
-PlaneCell tileOf(const BevSample& s, double cell_m) {
-  return {floorToInt(s.x / cell_m) >> kTileBits, floorToInt(s.y / cell_m) >> kTileBits};
-}
-
-/// Tiles of a plane.
-class TileSet {
- public:
-  void add(const PlaneCell& tile) { set_.findOrAdd(tile.x, tile.y); }
-  bool has(const PlaneCell& tile) const { return set_.find(tile.x, tile.y) >= 0; }
-  /// Those up to `reach` tiles away, too.
-  TileSet grown(int reach) const {
-    TileSet result;
-    for (const CellIndex::Cell& cell : set_.cells()) {
-      for (int dy = -reach; dy <= reach; ++dy) {
-        for (int dx = -reach; dx <= reach; ++dx) result.add({cell.x + dx, cell.y + dy});
-      }
-    }
-    return result;
-  }
-
- private:
-  CellIndex set_;
-};
-
-}  // namespace
-
-MapOverview overviewOf(const DistanceField& field, int side, int threads) {
-  MapOverview overview;
-  for (const PlaneCell& at : field.tiles()) overview.tiles.push_back({at, {}});
-  sortTiles(overview);
-  parallelFor(overview.tiles.size(), threads, [&](std::size_t i) {
-    overview.tiles[i].squares = field.overview(overview.tiles[i].at, side);
-  });
-  return overview;
-}
-
-std::shared_ptr<const MapOverview> overviewOfLarge(const BevGrid& map) {
-  if (!DistanceField::fitsColumns(map.cell_m)) return nullptr;
-  const DistanceField field(map);
-  if (field.tiles().size() < MapOverview::kFewest) return nullptr;
-  auto overview = std::make_shared<MapOverview>(overviewOf(field, MapOverview::kSide, 1));
-  overview->checksum = checksumOf(map);
-  return overview;
-}
-
-std::shared_ptr<const MapOverview> grownOverview(const MapOverview& before, const BevGrid& map,
-                                                 const BevGrid& addition) {
-  const double tile_m = kSide * map.cell_m;
-  const auto reach = static_cast<int>(std::ceil((double{kReach_m} + double{kSeenNear_m}) / tile_m));
-  const float shift_x = static_cast<float>(addition.origin_x - map.origin_x),
-              shift_y = static_cast<float>(addition.origin_y - map.origin_y);
-  TileSet added;
-  const auto add = [&](double x, double y) {  // whatever is rounded lies in one of these
-    for (const double dx : {-map.cell_m, map.cell_m}) {
-      for (const double dy : {-map.cell_m, map.cell_m})
-        added.add(
-            {floorToInt((x + shift_x + dx) / tile_m), floorToInt((y + shift_y + dy) / tile_m)});
-    }
-  };
-  for (const GroundCell& cell : addition.known)
-    add((cell.x + 0.5) * addition.cell_m, (cell.y + 0.5) * addition.cell_m);
-  for (const auto& samples : addition.samples) {
-    for (const BevSample& s : samples) add(double{s.x}, double{s.y});
-  }
-  const TileSet changed = added.grown(reach), needed = changed.grown(reach);
-
-  BevGrid part;
-  part.cell_m = map.cell_m;
-  for (const GroundCell& cell : map.known) {
-    if (needed.has(tileOf(cell))) part.known.push_back(cell);
-  }
-  for (std::size_t c = 0; c < kBevChannels; ++c) {
-    for (const BevSample& s : map.samples[c]) {
-      if (needed.has(tileOf(s, map.cell_m))) part.samples[c].push_back(s);
-    }
-  }
-  auto overview = std::make_shared<MapOverview>();
-  for (const MapOverview::Tile& tile : before.tiles) {
-    if (!changed.has(tile.at)) overview->tiles.push_back(tile);
-  }
-  const DistanceField field(part);
-  for (const PlaneCell& at : field.tiles()) {
-    if (changed.has(at)) overview->tiles.push_back({at, field.overview(at, MapOverview::kSide)});
-  }
-  sortTiles(*overview);
-  overview->checksum = checksumOf(map);
-  return overview;
-}
-
-namespace {
-
-constexpr int kDraws = 300;
-constexpr double kSight_m = 30, kApart_m = 25;
-constexpr double kBlock_m = 2;  ///< samples are thinned to one per block
-constexpr std::uint64_t kSeed = 11;
-
-double headingAt(const std::vector<Eigen::Vector2d>& path, std::size_t i) {
-  const Eigen::Vector2d d = path[i + 1] - path[i - 1];
-  return std::atan2(d.y(), d.x());
-}
-
-/// Samples of a channel in cells as wide as the sight, thinned.
-class NearbySamples {
- public:
-  /// `where`: the cells whose samples are enough.
-  NearbySamples(const std::vector<BevSample>& samples, const CellIndex& where) : samples_(samples) {
-    CellIndex taken;
-    for (std::size_t i = 0; i < samples.size(); ++i) {
-      const ClassCell cell = cellOf({samples[i].x, samples[i].y, 0}, kSight_m, 0);
-      if (where.find(cell.x, cell.y) < 0) continue;
-      const std::size_t before = taken.size();
-      taken.findOrAdd(floorToInt(samples[i].x / kBlock_m), floorToInt(samples[i].y / kBlock_m));
-      if (taken.size() > before) cells_.add(cell, i);
-    }
-  }
-  template <class Body>
-  void around(const Eigen::Vector2d& p, Body&& body) const {
-    cells_.forAround(cellOf({p.x(), p.y(), 0}, kSight_m, 0), [&](std::size_t i) {
-      const double x = samples_[i].x - p.x(), y = samples_[i].y - p.y();
-      if (x * x + y * y <= kSight_m * kSight_m) body(x, y);
-    });
-  }
-
- private:
-  const std::vector<BevSample>& samples_;
-  CellLists cells_;
-};
-
-struct WrongPose {
-  Eigen::Vector2d from, to;
-  double yaw;
-};
-
-/// From or to a pose of the path that is not one of the first `known`.
-std::vector<WrongPose> drawWrongPoses(const std::vector<Eigen::Vector2d>& path, std::size_t known) {
-  std::vector<WrongPose> poses;
-  Random random(kSeed + known);
-  const double known_share = static_cast<double>(known) / static_cast<double>(path.size());
-  const int draws = static_cast<int>(std::ceil(kDraws * (1 - known_share * known_share)));
-  const std::size_t first = std::clamp<std::size_t>(known, 1, path.size() - 2);
-  for (int draw = 0; draw < draws; ++draw) {
-    std::size_t j = first + random.below(static_cast<std::uint32_t>(path.size() - 1 - first));
-    std::size_t i = 1 + random.below(static_cast<std::uint32_t>(path.size() - 2));
-    if (known > 0 && draw % 4 > 1) std::swap(i, j);
-    const Eigen::Vector2d jitter(random.uniform(-1.5, 1.5), random.uniform(-1.5, 1.5));
-    const double yaw =
-        headingAt(path, i) - headingAt(path, j) + (draw % 2 ? M_PI : 0) + random.uniform(-.03, .03);
-    if ((path[i] - path[j]).norm() >= kApart_m) poses.push_back({path[j], path[i] + jitter, yaw});
-  }
-  return poses;
-}
-
-}  // namespace
-
-std::uint64_t fingerprintOf(const BevGrid& map) {
-  std::uint64_t hash = map.known.size();
-  for (const auto& samples : map.samples) hash = hash * 0x9E3779B97F4A7C15ull + samples.size();
-  return hash >> 16;  // so that a double holds it
-}
-
-PathNull mapNull(const BevGrid& map, const std::vector<Eigen::Vector2d>& path,
-                 const DistanceField& field, const PathNull& known) {
-  const std::uint64_t view = fingerprintOf(map);
-  if (path.size() < 4 || (known.poses > 0 && view == known.view)) return known;
-  const bool has_grown = path.size() > known.poses;
-  PathNull null{has_grown ? known.counts : MapNull{}, path.size(), view};
-  const std::vector<WrongPose> poses = drawWrongPoses(path, has_grown ? known.poses : 0);
-  CellIndex in_sight;
-  for (const WrongPose& pose : poses) {
-    const ClassCell cell = cellOf({pose.from.x(), pose.from.y(), 0}, kSight_m, 0);
-    for (int i = 0; i < 9; ++i) in_sight.findOrAdd(cell.x + i % 3 - 1, cell.y + i / 3 - 1);
-  }
-  for (std::size_t c = 0; c < kBevChannels; ++c) {
-    const NearbySamples samples(map.samples[c], in_sight);
-    for (const WrongPose& pose : poses) {
-      const double cosine = std::cos(pose.yaw), sine = std::sin(pose.yaw);
-      samples.around(pose.from, [&](double x, double y) {
-        const double px = pose.to.x() + cosine * x - sine * y,
-                     py = pose.to.y() + sine * x + cosine * y;
-        const std::uint8_t bin = field.binAt(c, px, py);
-        if (bin < kDistanceBins) ++null.counts[c][bin];
-      });
-    }
-  }
-  return null;
 }
 
 }  // namespace xview::search

@@ -289,7 +289,7 @@ TEST(Localizer, AnswersAlikeForAnyNumberOfThreads) {
   }
 }
 
-/// The drive, and so much ground far away that the map counts as large.
+/// The drive, and ground far away, with which the map is a large one.
 TEST(Localizer, AnswersAlikeWhetherTheViewOfALargeMapIsPackedOrNot) {
   const auto& drive = simulatedDrive();
   map::SemanticMap map = drive.map;

@@ -35,6 +35,7 @@ struct MapOverview {
 class DistanceField {
  public:
   static constexpr int kTileCells = 64;
+  static constexpr double kRim_m = 10;  ///< what a tile is made of lies this near to it [m]
 
   explicit DistanceField(const BevGrid& map);
   /// Of a stored view, whose columns are read where they are asked for. `grid`: without samples, of
