@@ -52,6 +52,22 @@ void orError(const std::string& file, const Work& work) {
   }
 }
 
+/// What the tiles of a column add to `empty`, unpacked unless that was done lately.
+template <class Content>
+std::shared_ptr<const Content> unpackedColumn(const PlaneCell& column,
+                                              const std::vector<Tile>& tiles,
+                                              const TilesOfColumns& tiles_of,
+                                              const std::string& file, const Content& empty,
+                                              RecentColumns<Content>& recent) {
+  if (auto known = recent.find(column)) return known;
+  auto content = std::make_shared<Content>(empty);
+  orError(file, [&] {
+    for (const std::size_t i : tiles_of.in(column)) appendTile(tiles[i], *content);
+  });
+  recent.add(column, content);
+  return content;
+}
+
 }  // namespace
 
 TilesOfColumns::TilesOfColumns(const std::vector<Tile>& tiles) {
@@ -81,13 +97,7 @@ PackedCloud::PackedCloud(std::vector<Tile> tiles, std::string file)
 std::vector<PlaneCell> PackedCloud::columns() const { return tiles_of_.columns(); }
 
 std::shared_ptr<const LabelledCloud> PackedCloud::pointsOf(const PlaneCell& column) const {
-  if (auto known = recent_.find(column)) return known;
-  auto points = std::make_shared<LabelledCloud>();
-  orError(file_, [&] {
-    for (const std::size_t i : tiles_of_.in(column)) appendTile(tiles_[i], *points);
-  });
-  recent_.add(column, points);
-  return points;
+  return unpackedColumn(column, tiles_, tiles_of_, file_, LabelledCloud(), recent_);
 }
 
 StoredPlan::StoredPlan(std::vector<Tile> tiles, BevGrid grid, std::string file)
@@ -98,13 +108,7 @@ StoredPlan::StoredPlan(std::vector<Tile> tiles, BevGrid grid, std::string file)
       recent_(kMostRecentOfView) {}
 
 std::shared_ptr<const BevGrid> StoredPlan::partOf(const PlaneCell& column) const {
-  if (auto known = recent_.find(column)) return known;
-  auto part = std::make_shared<BevGrid>(grid_);
-  orError(file_, [&] {
-    for (const std::size_t i : tiles_of_.in(column)) appendTile(tiles_[i], *part);
-  });
-  recent_.add(column, part);
-  return part;
+  return unpackedColumn(column, tiles_, tiles_of_, file_, grid_, recent_);
 }
 
 const BevGrid& StoredPlan::whole() const {

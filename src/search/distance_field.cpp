@@ -357,10 +357,6 @@ Sites halved(const Sites& sites, float reach) {
   return result;
 }
 
-}  // namespace
-
-namespace {
-
 /// The nearest and the median class of a square of a plane.
 std::uint8_t nearestAndMedian(const std::uint8_t* bins, int side) {
   std::array<int, kDistanceBins + 1> counts{};
