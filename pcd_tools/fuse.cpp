@@ -59,7 +59,7 @@ class FuseCommand final : public Command {
     requireWritable(target);
     const map::MapLock lock(path);
     MapDraft draft(target, path);
-    map::SemanticMap map = map::openMap(path);
+    map::SemanticMap map = map::openToGrow(path);
     Job job = inMap(given, map);
     requireValid(job.limits = limits_);
     Stopwatch watch;

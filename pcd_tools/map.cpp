@@ -89,7 +89,7 @@ class MapCommand final : public Command {
   ExitCode appendAll(const std::vector<std::string>& inputs, const std::string& out,
                      const Job& given) {
     Stopwatch watch;
-    map::SemanticMap map = map::openMap(out);
+    map::SemanticMap map = map::openToGrow(out);
     const Job job = inMap(given, map);
     MapDraft draft(out, out);
     for (map::SemanticMap& part : build(inputs, &map.labels, job)) {
@@ -110,7 +110,7 @@ class MapCommand final : public Command {
                    const Job& given) {
     Stopwatch watch;
     const bool onto = append_ && std::filesystem::exists(out);
-    map::SemanticMap map = onto ? map::openMap(out) : readMap(inputs.front(), input_, given);
+    map::SemanticMap map = onto ? map::openToGrow(out) : readMap(inputs.front(), input_, given);
     const Job job = inMap(given, map);
     MapDraft draft = onto ? MapDraft(out, out) : MapDraft(out, map);
     std::vector<std::string> waiting(inputs.begin() + (onto ? 0 : 1), inputs.end());

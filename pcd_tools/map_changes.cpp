@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <memory>
 #include <vector>
 
 #include "inputs.h"
@@ -22,6 +23,39 @@ bool isAmong(const std::vector<std::string>& names, const std::string& name) {
 void copyTo(const AtomicFile& copy, const std::string& path) {
   std::filesystem::copy_file(path, copy.temporaryPath(),
                              std::filesystem::copy_options::overwrite_existing);
+}
+
+std::unique_ptr<AtomicFile> copyOf(const std::string& from, const std::string& path) {
+  auto copy = std::make_unique<AtomicFile>(path);
+  copyTo(*copy, from);
+  return copy;
+}
+
+std::unique_ptr<AtomicFile> savedFor(const std::string& path, const map::SemanticMap& begin) {
+  auto copy = std::make_unique<AtomicFile>(path);
+  map::saveMap(copy->temporaryPath(), begin);
+  return copy;
+}
+
+/// In place, because others may hold the lock of the file that is there.
+void putInPlace(AtomicFile& copy, const std::string& path) {
+  if (std::filesystem::exists(path))
+    map::replaceMap(path, copy.temporaryPath());
+  else
+    copy.commit();
+}
+
+bool isSameFile(const std::string& path, const std::string& other) {
+  return std::filesystem::exists(path) && std::filesystem::equivalent(path, other);
+}
+
+/// Null if the file itself is to change. Throws Error or UsageError.
+std::unique_ptr<AtomicFile> draftOf(const std::string& path, const std::string& from) {
+  if (std::filesystem::path(path).extension() != ".xvm" ||
+      (std::filesystem::exists(path) && !map::isMapFile(path)))
+    throw UsageError(path + ": a map ends with .xvm, and only a map is written over");
+  map::requireChangeable(from);
+  return isSameFile(path, from) ? nullptr : copyOf(from, path);
 }
 
 /// A visit and the change that added it.
@@ -51,32 +85,22 @@ std::vector<Addition> additionsSince(const std::string& path, const std::string&
 }  // namespace
 
 MapDraft::MapDraft(const std::string& path, const map::SemanticMap& begin)
-    : path_(path), copy_(path) {
-  map::saveMap(copy_.temporaryPath(), begin);
-}
+    : path_(path), copy_(savedFor(path, begin)), changes_(copy_->temporaryPath()) {}
 
-MapDraft::MapDraft(const std::string& path, const std::string& from) : path_(path), copy_(path) {
-  if (std::filesystem::path(path).extension() != ".xvm" ||
-      (std::filesystem::exists(path) && !map::isMapFile(path)))
-    throw UsageError(path + ": a map ends with .xvm, and only a map is written over");
-  map::requireChangeable(from);
-  copyTo(copy_, from);
-}
+MapDraft::MapDraft(const std::string& path, const std::string& from)
+    : path_(path), copy_(draftOf(path, from)), changes_(copy_ ? copy_->temporaryPath() : path) {}
 
 void MapDraft::add(const map::SemanticMap& map, const std::string& note, const map::Visit& visit) {
-  map::saveRevision(copy_.temporaryPath(), map, note, &visit);
+  changes_.add(map, note, &visit);
 }
 
 void MapDraft::change(const map::SemanticMap& map, const std::string& note) {
-  map::saveRevision(copy_.temporaryPath(), map, note);
+  changes_.add(map, note);
 }
 
 void MapDraft::commit() {
-  // In place, because others may hold the lock of the file that is there.
-  if (std::filesystem::exists(path_))
-    map::replaceMap(path_, copy_.temporaryPath());
-  else
-    copy_.commit();
+  changes_.commit();
+  if (copy_) putInPlace(*copy_, path_);
 }
 
 ExitCode undoLast(const std::string& path) {
@@ -84,7 +108,7 @@ ExitCode undoLast(const std::string& path) {
   const std::vector<map::Revision> revisions = map::readRevisions(path);
   if (!map::undoRevision(path)) throw Error(path, "nothing to undo: no change of it is on record");
   fmt::print("{}: taken back: {}; {} vertices\n", path, printable(revisions.back().note),
-             map::openMap(path).graph.size());
+             map::openToLocalize(path).graph.size());
   return kDone;
 }
 
@@ -92,15 +116,18 @@ ExitCode takeOut(const std::string& path, const std::string& source, const Job& 
   requireWritable(path);
   const map::MapLock lock(path);
   const std::vector<Addition> later = additionsSince(path, source);
-  MapDraft draft(path, path);
-  for (std::size_t i = 0; i < later.size(); ++i) map::undoRevision(draft.path());
-  map::SemanticMap map = map::openMap(draft.path());
+  const auto copy = copyOf(path, path);
+  const std::string& without = copy->temporaryPath();
+  for (std::size_t i = 0; i < later.size(); ++i) map::undoRevision(without);
+  map::SemanticMap map = map::openToGrow(without);
+  map::MapChanges changes(without);
   const Options options = inMap(job, map).options;
   for (std::size_t i = 1; i < later.size(); ++i) {
     appendToMap(map, later[i].visit.place, options);
-    draft.add(map, later[i].revision.note, later[i].visit);
+    changes.add(map, later[i].revision.note, &later[i].visit);
   }
-  draft.commit();
+  changes.commit();
+  putInPlace(*copy, path);
   fmt::print("{}: without {}, {} vertices\n", path, printable(source), map.graph.size());
   return kDone;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <memory>
 #include <string>
 
 #include "tool.h"
@@ -9,8 +10,8 @@
 
 namespace xview::tools {
 
-/// A map file as it is going to be: written beside it with every change on record, and put in place
-/// as a whole. Whoever makes one holds the lock of the map.
+/// Changes of a map file, or a new one: every change on record, all of them or none. Whoever makes
+/// one holds the lock of the map.
 class MapDraft {
  public:
   /// It begins with this map. Throws Error or UsageError if it could not be written.
@@ -23,11 +24,10 @@ class MapDraft {
   void change(const map::SemanticMap& map, const std::string& note);
   void commit();  ///< throws Error; the file is then as before
 
-  const std::string& path() const { return copy_.temporaryPath(); }
-
  private:
   std::string path_;
-  AtomicFile copy_;
+  std::unique_ptr<AtomicFile> copy_;  ///< unless it is that file which changes
+  map::MapChanges changes_;
 };
 
 /// Takes the last change of a map file back and says what is left. Throws Error if there is none.

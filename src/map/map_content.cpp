@@ -235,8 +235,9 @@ Meta metaOf(const SemanticMap& map, std::size_t stored_points) {
             {"noise", textOf(map.noise)},
             {"keyframes", std::to_string(map.poses.size())},
             {"cloud_points", std::to_string(stored_points)},
-            {"plan_samples", std::to_string(viewOf(map).sampleCount())},
-            {"plan_view", std::to_string(search::fingerprintOf(viewOf(map)))},
+            {"plan_samples", std::to_string(map.stored_view ? map.stored_view->sampleCount()
+                                                            : map.bev.sampleCount())},
+            {"plan_view", std::to_string(fingerprintOfView(map))},
             {"plan_channels", channelNames()},
             {"plan_aerial", map.bev.aerial ? "1" : "0"}};
   forEachNumber(map, [&](const char* name, double value) { meta[name] = numberText(value); });
@@ -453,7 +454,7 @@ LabelSet readLabels(ContentReader& in, const std::string& set_name) {
 
 /// `is_former`: of version 2, with a row each.
 void readVertices(ContentReader& in, std::uint64_t announced, std::uint64_t file_bytes,
-                  bool is_former, SemanticGraph& graph) {
+                  bool is_former, SemanticGraph& graph, PackedVertices* packed) {
   // None has fewer bytes than one (toBlocks).
   if (announced > file_bytes)
     throw Damage("vertices: more than a map of " + std::to_string(file_bytes) + " bytes can hold");
@@ -466,6 +467,7 @@ void readVertices(ContentReader& in, std::uint64_t announced, std::uint64_t file
       throw Damage("vertices: expected " + std::to_string(announced) + ", found more");
     block.first_vertex = id;
     appendVertices(block, graph.vertices);
+    if (packed) packed->add(std::move(block), graph.vertices);
   });
 }
 
@@ -490,7 +492,7 @@ bool isOfView(const search::PathNull& null, const Meta& meta) {
 }
 
 void readBulk(ContentReader& in, const Meta& meta, std::uint64_t file_bytes,
-              const std::string& file, bool is_former, bool has_overview, bool view_packed,
+              const std::string& file, bool is_former, bool has_overview, Purpose purpose,
               SemanticMap& map) {
   PackedRows rows(file_bytes);
   const Packing packing = is_former ? Packing::tiles : Packing::voxels;
@@ -498,7 +500,11 @@ void readBulk(ContentReader& in, const Meta& meta, std::uint64_t file_bytes,
   in.items("keyframes", keyframes);
   for (const Keyframe& k : keyframes)
     map.addKeyframe(k.T_map_sensor, k.number, k.stamp_s, k.source);
-  readVertices(in, numberIn<std::uint64_t>(meta, "vertices"), file_bytes, is_former, map.graph);
+  const auto packed_vertices =
+      purpose == Purpose::grow ? std::make_shared<PackedVertices>() : nullptr;
+  readVertices(in, numberIn<std::uint64_t>(meta, "vertices"), file_bytes, is_former, map.graph,
+               packed_vertices.get());
+  map.packed_vertices = packed_vertices;
   const auto edges = numberIn<std::uint64_t>(meta, "edges");
   std::vector<EdgeBlock> blocks;
   in.table<EdgeBlock>("edges", [&](std::int64_t id, EdgeBlock& block) {
@@ -522,10 +528,13 @@ void readBulk(ContentReader& in, const Meta& meta, std::uint64_t file_bytes,
     tiles.push_back(std::move(tile));
   });
   const auto overview = has_overview ? readOverview(in, map.bev) : nullptr;
-  if (view_packed && overview && map.size == kTownScale && isOfView(map.null, meta))
-    map.stored_view = std::make_shared<const StoredPlan>(std::move(tiles), map.bev, file);
+  if (purpose != Purpose::any && overview && map.size == kTownScale && isOfView(map.null, meta))
+    map.stored_view = std::make_shared<const StoredPlan>(
+        std::move(tiles), map.bev, file, numberIn<std::size_t>(meta, "plan_samples"),
+        map.null.view);
   else
     map.packed_view = std::make_shared<const PackedView>(fill(std::move(tiles), map.bev));
+  if (!map.stored_view && isOfView(map.null, meta)) map.null.view = search::fingerprintOf(map.bev);
   scaleLengths(map.size, map.bev);
   if (overview && !map.stored_view) overview->checksum = search::checksumOf(map.bev);
   map.overview = overview;
@@ -548,8 +557,9 @@ void readBulk(ContentReader& in, const Meta& meta, std::uint64_t file_bytes,
 void writeContent(SQLite::Database& database, const std::string& schema, const SemanticMap& map) {
   requireStorable(map);
   // Tiles have the lengths of a town, for whose precision they are made.
-  const Scaled<BevGrid> bev(viewOf(map), 1 / map.size);
-  const std::vector<Tile> bev_tiles = toTiles(*bev, map.packed_view.get());
+  const StoredPlan* plan = storedPlanOf(map);
+  const Scaled<BevGrid> bev(plan ? map.bev : viewOf(map), 1 / map.size);
+  const std::vector<Tile> bev_tiles = plan ? plan->tiles() : toTiles(*bev, map.packed_view.get());
   const std::shared_ptr<const search::MapOverview> overview =
       map.stored_view || hasOverview(map) ? map.overview : search::overviewOfLarge(*bev);
   std::vector<Tile> cloud_tiles = toTiles(*Scaled<LabelledCloud>(map.cloud, 1 / map.size));
@@ -569,7 +579,7 @@ void writeContent(SQLite::Database& database, const std::string& schema, const S
   out.table("labels", labels, [](const ClassInfo& info, std::size_t) { return info.id; });
   out.table("sources", map.sources);
   out.table("keyframes", keyframes);
-  out.table("vertices", toBlocks(map.graph.vertices),
+  out.table("vertices", toBlocks(map.graph.vertices, map.packed_vertices.get()),
             [](const VertexBlock& b, std::size_t) { return b.first_vertex; });
   out.table("edges", storesEdges(map.graph) ? toBlocks(map.graph) : std::vector<EdgeBlock>(),
             [](const EdgeBlock& b, std::size_t) { return b.first_vertex; });
@@ -581,7 +591,7 @@ void writeContent(SQLite::Database& database, const std::string& schema, const S
   out.finish();
 }
 
-SemanticMap readContent(SQLite::Database& database, bool view_packed) {
+SemanticMap readContent(SQLite::Database& database, Purpose purpose) {
   checkMapTables(database);
   ContentReader in(database);
   const Meta meta = readMeta(in);
@@ -592,7 +602,7 @@ SemanticMap readContent(SQLite::Database& database, bool view_packed) {
   const std::int64_t file_bytes = database.execAndGet("PRAGMA page_count").getInt64() *
                                   database.execAndGet("PRAGMA page_size").getInt64();
   readBulk(in, meta, static_cast<std::uint64_t>(file_bytes), database.getFilename(),
-           hasVertexRows(database), hasOverviewTable(database), view_packed, map);
+           hasVertexRows(database), hasOverviewTable(database), purpose, map);
   requireComplete(meta, map);
   return map;
 }

@@ -171,26 +171,38 @@ void saveNew(const std::string& path, const SemanticMap& map) {
 
 // ---- an existing file
 
-void attachFresh(SQLite::Database& database, const SemanticMap& map) {
-  database.exec("ATTACH ':memory:' AS fresh");
-  createMapTables(database, "fresh");
-  writeContent(database, "fresh", map);
-}
+/// A connection on which the content of a map is replaced, once or several times.
+class Replacement {
+ public:
+  explicit Replacement(const std::string& path) : database_(openForWriting(path)) {
+    SQLite::Transaction transaction(database_, SQLite::TransactionBehavior::IMMEDIATE);
+    checkBeforeWriting(database_);
+    transaction.commit();
+    database_.exec("ATTACH ':memory:' AS fresh");
+  }
 
-/// prepare(database) runs inside the transaction, before the tables change.
-template <class Prepare>
-void replaceContent(const std::string& path, const SemanticMap& map, Prepare&& prepare) {
-  SQLite::Database database = openForWriting(path);
-  SQLite::Transaction transaction(database, SQLite::TransactionBehavior::IMMEDIATE);
-  checkBeforeWriting(database);
-  transaction.commit();
-  attachFresh(database, map);
-  SQLite::Transaction change(database, SQLite::TransactionBehavior::IMMEDIATE);
-  checkBeforeWriting(database);  // another program may have been there
-  prepare(database);
-  takeOverFresh(database);
-  change.commit();
-}
+  /// prepare(database) runs inside the transaction, before the tables change.
+  template <class Prepare>
+  void write(const SemanticMap& map, Prepare&& prepare) {
+    createMapTables(database_, "fresh");
+    writeContent(database_, "fresh", map);
+    if (!transaction_) {
+      transaction_.emplace(database_, SQLite::TransactionBehavior::IMMEDIATE);
+      checkBeforeWriting(database_);  // another program may have been there
+    }
+    prepare(database_);
+    takeOverFresh(database_);
+    dropFreshTables(database_);
+  }
+
+  void commit() {
+    if (transaction_) transaction_->commit();
+  }
+
+ private:
+  SQLite::Database database_;
+  std::optional<SQLite::Transaction> transaction_;
+};
 
 /// Of what was taken out. A map that cannot be made smaller is a whole one.
 void freeUnusedPages(SQLite::Database& database) {
@@ -222,16 +234,40 @@ void saveMap(const std::string& path, const SemanticMap& map) {
     if (fresh) {
       saveNew(path, map);
     } else {
-      replaceContent(path, map, forgetRevisions);
+      Replacement change(path);
+      change.write(map, forgetRevisions);
+      change.commit();
     }
   });
 }
 
 void saveRevision(const std::string& path, const SemanticMap& map, const std::string& note,
                   const Visit* visit) {
-  guarded(path, kCannotWrite, [&] {
-    replaceContent(path, map,
-                   [&](SQLite::Database& database) { recordRevision(database, note, visit); });
+  MapChanges changes(path);
+  changes.add(map, note, visit);
+  changes.commit();
+}
+
+struct MapChanges::Connection : Replacement {
+  using Replacement::Replacement;
+};
+
+MapChanges::MapChanges(std::string path) : path_(std::move(path)) { requireChangeable(path_); }
+MapChanges::~MapChanges() = default;
+MapChanges::MapChanges(MapChanges&&) noexcept = default;
+
+void MapChanges::add(const SemanticMap& map, const std::string& note, const Visit* visit) {
+  guarded(path_, kCannotWrite, [&] {
+    if (!connection_) connection_ = std::make_unique<Connection>(path_);
+    connection_->write(map,
+                       [&](SQLite::Database& database) { recordRevision(database, note, visit); });
+  });
+}
+
+void MapChanges::commit() {
+  guarded(path_, kCannotWrite, [&] {
+    if (connection_) connection_->commit();
+    connection_.reset();
   });
 }
 
@@ -277,19 +313,21 @@ bool undoRevision(const std::string& path) {
 
 namespace {
 
-SemanticMap openedMap(const std::string& path, bool view_packed) {
+SemanticMap openedMap(const std::string& path, Purpose purpose) {
   return guarded(path, kCannotRead, [&] {
     SQLite::Database database = openForReading(path);
     const SQLite::Transaction snapshot(database);
-    return readContent(database, view_packed);
+    return readContent(database, purpose);
   });
 }
 
 }  // namespace
 
-SemanticMap openMap(const std::string& path) { return openedMap(path, false); }
+SemanticMap openMap(const std::string& path) { return openedMap(path, Purpose::any); }
 
-SemanticMap openToLocalize(const std::string& path) { return openedMap(path, true); }
+SemanticMap openToLocalize(const std::string& path) { return openedMap(path, Purpose::localize); }
+
+SemanticMap openToGrow(const std::string& path) { return openedMap(path, Purpose::grow); }
 
 SemanticMap loadMap(const std::string& path) {
   SemanticMap map = openMap(path);

@@ -50,11 +50,26 @@ void replaceAll(std::string& text, const std::string& word, const std::string& r
   }
 }
 
-/// Runs the statements once for every table, with its name for {table}, its columns for {columns}
-/// and the number of the revision for {step}.
+/// FROM and WHERE of the rows `a` of one schema that another has otherwise or not at all.
+std::string differencesOf(SQLite::Database& database, const std::string& table,
+                          const std::string& schema, const std::string& other) {
+  const auto valuesOf = [&](const std::string& name) {
+    std::string columns = name + "." + columnsOf(database, table);
+    replaceAll(columns, ", ", ", " + name + ".");
+    return "(" + columns + ")";
+  };
+  return "FROM " + schema + "." + table + " a LEFT JOIN " + other + "." + table +
+         " b ON b.id = a.id WHERE b.id IS NULL OR " + valuesOf("a") + " IS NOT " + valuesOf("b");
+}
+
+/// Runs the statements once for every table, with its name for {table}, its columns for {columns},
+/// for {missing in fresh} and {missing in main} the rows of the one that the other has otherwise or
+/// not at all, and the number of the revision for {step}.
 void executeForEachTable(SQLite::Database& database, const std::string& statements, int step = 0) {
   for (const MapTable& table : kMapTables) {
     std::string sql = statements;
+    replaceAll(sql, "{missing in fresh}", differencesOf(database, table.name, "main", "fresh"));
+    replaceAll(sql, "{missing in main}", differencesOf(database, table.name, "fresh", "main"));
     replaceAll(sql, "{table}", table.name);
     replaceAll(sql, "{step}", std::to_string(step));
     if (sql.find("{columns}") != std::string::npos)
@@ -330,10 +345,13 @@ void RowReader::verify(std::int64_t expected_hash) const {
   if (hash_.value() != expected_hash) throw Damage("table " + table_ + " is not as it was written");
 }
 
+void dropFreshTables(SQLite::Database& database) {
+  executeForEachTable(database, "DROP TABLE fresh.{table}");
+}
+
 void takeOverFresh(SQLite::Database& database) {
   executeForEachTable(database, R"(
-    DELETE FROM main.{table} WHERE id IN (SELECT id FROM (
-      SELECT * FROM main.{table} EXCEPT SELECT * FROM fresh.{table}));
+    DELETE FROM main.{table} WHERE id IN (SELECT a.id {missing in fresh});
     INSERT INTO main.{table} SELECT * FROM fresh.{table}
       WHERE id NOT IN (SELECT id FROM main.{table}) ORDER BY id;)");
 }
@@ -354,10 +372,8 @@ void recordRevision(SQLite::Database& database, const std::string& note, const V
     keep.exec();
   }
   executeForEachTable(database, R"(
-    INSERT INTO undo_{table} SELECT {step}, * FROM (
-      SELECT * FROM main.{table} EXCEPT SELECT * FROM fresh.{table});
-    INSERT INTO undo_added SELECT {step}, '{table}', id FROM (
-      SELECT * FROM fresh.{table} EXCEPT SELECT * FROM main.{table});)",
+    INSERT INTO undo_{table} SELECT {step}, a.* {missing in fresh} ORDER BY a.id;
+    INSERT INTO undo_added SELECT {step}, '{table}', a.id {missing in main} ORDER BY a.id;)",
                       step);
 }
 

@@ -142,11 +142,15 @@ class RowReader {
 /// the map cannot be written as it is.
 void writeContent(SQLite::Database& database, const std::string& schema, const SemanticMap& map);
 
-/// Reads the tables of "main", points packed; throws Damage. `view_packed`: the view, too, where
-/// openToLocalize() may leave it so.
-SemanticMap readContent(SQLite::Database& database, bool view_packed = false);
+/// What a map is read for: openMap(), openToLocalize() or openToGrow().
+enum class Purpose { any, localize, grow };
+
+/// Reads the tables of "main", points packed; throws Damage.
+SemanticMap readContent(SQLite::Database& database, Purpose purpose = Purpose::any);
 
 // Revisions. All of these run inside a transaction of the caller.
+
+void dropFreshTables(SQLite::Database& database);
 
 /// Makes the tables of "main" equal to those of the attached schema "fresh"; rows that do not
 /// differ are not touched.

@@ -492,10 +492,48 @@ std::string channelNames() {
   return names;
 }
 
-std::vector<VertexBlock> toBlocks(const std::vector<Vertex>& vertices) {
+namespace {
+
+std::uint64_t digestOf(const std::vector<Vertex>& vertices, std::size_t first, std::size_t count) {
+  std::uint64_t digest = count;
+  const auto mix = [&](std::uint64_t word) {
+    digest = (digest ^ word) * 0x9E3779B97F4A7C15ull;
+    digest ^= digest >> 32;
+  };
+  for (std::size_t i = first; i < first + count; ++i) {
+    const Vertex& v = vertices[i];
+    forWholeNumbers([&](auto member) { mix(static_cast<std::uint64_t>(v.*member)); });
+    forRealNumbers([&](const auto& number) { mix(bitsOf(number(v))); });
+  }
+  return digest;
+}
+
+}  // namespace
+
+void PackedVertices::add(VertexBlock block, const std::vector<Vertex>& vertices) {
+  const std::size_t count = block.vertices, first = vertices.size() - count;
+  entries_.push_back({std::move(block), digestOf(vertices, first, count)});
+}
+
+const VertexBlock* PackedVertices::find(const std::vector<Vertex>& vertices, std::size_t first,
+                                        std::size_t count) const {
+  if (first % kVertexBlock != 0 || first / kVertexBlock >= entries_.size()) return nullptr;
+  const Entry& entry = entries_[first / kVertexBlock];
+  const bool is_same = entry.block.first_vertex == static_cast<std::int64_t>(first) &&
+                       entry.block.vertices == count &&
+                       entry.digest == digestOf(vertices, first, count);
+  return is_same ? &entry.block : nullptr;
+}
+
+std::vector<VertexBlock> toBlocks(const std::vector<Vertex>& vertices,
+                                  const PackedVertices* known) {
   std::vector<VertexBlock> blocks;
   for (std::size_t first = 0; first < vertices.size(); first += kVertexBlock) {
     const std::size_t count = std::min(kVertexBlock, vertices.size() - first);
+    if (const VertexBlock* same = known ? known->find(vertices, first, count) : nullptr) {
+      blocks.push_back(*same);
+      continue;
+    }
     ByteWriter out;
     forWholeNumbers([&](auto member) {
       std::int64_t previous = 0;

@@ -192,7 +192,26 @@ void columns(Row& row, VertexBlock& block) {
   row(block.data);
 }
 
-std::vector<VertexBlock> toBlocks(const std::vector<Vertex>& vertices);
+/// The blocks of vertices of a file. Those of a grown map that hold what one of them holds are not
+/// packed anew.
+class PackedVertices {
+ public:
+  /// `vertices`: all up to those of the block.
+  void add(VertexBlock block, const std::vector<Vertex>& vertices);
+  /// The block that holds these vertices from there on, or null.
+  const VertexBlock* find(const std::vector<Vertex>& vertices, std::size_t first,
+                          std::size_t count) const;
+
+ private:
+  struct Entry {
+    VertexBlock block;
+    std::uint64_t digest = 0;
+  };
+  std::vector<Entry> entries_;  ///< in order
+};
+
+std::vector<VertexBlock> toBlocks(const std::vector<Vertex>& vertices,
+                                  const PackedVertices* known = nullptr);
 /// Appends them; throws Damage.
 void appendVertices(const VertexBlock& block, std::vector<Vertex>& vertices);
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <set>
 
+#include "xview/graph/bev_grid.h"
 #include "xview/search/distance_field.h"
 #include "xview/types/cells.h"
 #include "xview/types/error.h"
@@ -100,10 +101,13 @@ std::shared_ptr<const LabelledCloud> PackedCloud::pointsOf(const PlaneCell& colu
   return unpackedColumn(column, tiles_, tiles_of_, file_, LabelledCloud(), recent_);
 }
 
-StoredPlan::StoredPlan(std::vector<Tile> tiles, BevGrid grid, std::string file)
+StoredPlan::StoredPlan(std::vector<Tile> tiles, BevGrid grid, std::string file, std::size_t samples,
+                       std::uint64_t fingerprint)
     : tiles_(std::move(tiles)),
       grid_(std::move(grid)),
       file_(std::move(file)),
+      samples_(samples),
+      fingerprint_(fingerprint),
       tiles_of_(tiles_),
       recent_(kMostRecentOfView) {}
 
@@ -120,6 +124,30 @@ const BevGrid& StoredPlan::whole() const {
     });
   });
   return whole_;
+}
+
+std::shared_ptr<const StoredPlan> StoredPlan::changed(const CellIndex& columns,
+                                                      const BevGrid& former,
+                                                      const BevGrid& now) const {
+  const auto isThere = [&](const Tile& tile) {
+    const PlaneCell column = columnOf(tile);
+    return columns.find(column.x, column.y) >= 0;
+  };
+  std::vector<Tile> tiles = toTiles(now);
+  if (!std::all_of(tiles.begin(), tiles.end(), isThere)) return nullptr;
+  std::vector<Tile> others;
+  for (const Tile& tile : tiles_) {
+    if (!isThere(tile)) others.push_back(tile);
+  }
+  mergeTiles(others, tiles);
+  return std::make_shared<const StoredPlan>(
+      std::move(tiles), grid_, file_, samples_ - former.sampleCount() + now.sampleCount(),
+      search::fingerprintOfSum(fingerprint_ - search::fingerprintOf(former),
+                               search::fingerprintOf(now)));
+}
+
+const StoredPlan* storedPlanOf(const SemanticMap& map) {
+  return dynamic_cast<const StoredPlan*>(map.stored_view.get());
 }
 
 const BevGrid& viewOf(const SemanticMap& map) {
@@ -143,6 +171,68 @@ search::MapView searchedView(const SemanticMap& map) {
 }
 
 bool hasView(const SemanticMap& map) { return map.stored_view || !map.bev.known.empty(); }
+
+std::shared_ptr<const BevGrid> viewWithin(const Eigen::AlignedBox2d& box, const SemanticMap& map) {
+  if (!map.stored_view) return {std::shared_ptr<const BevGrid>(), &map.bev};
+  const Eigen::Vector2d origin(map.bev.origin_x, map.bev.origin_y);
+  CellIndex columns;
+  addColumns({box.min() - origin, box.max() - origin}, columns);
+  return std::make_shared<const BevGrid>(gathered(*map.stored_view, columns, map.bev));
+}
+
+std::uint64_t fingerprintOfView(const SemanticMap& map) {
+  return map.stored_view ? map.stored_view->fingerprint() : search::fingerprintOf(map.bev);
+}
+
+namespace {
+
+/// The columns in which something of an addition may lie, and those that its overview is made of.
+CellIndex columnsAround(const BevGrid& addition, const BevGrid& grid) {
+  constexpr double kSide_m = 16;  // of squares in which additions are looked for
+  const auto rim = Eigen::Vector2d::Constant(search::grownReach(grid.cell_m));
+  const Eigen::Vector2d shift(addition.origin_x - grid.origin_x, addition.origin_y - grid.origin_y);
+  CellIndex near, columns;
+  const auto add = [&](double x, double y) {
+    const Eigen::Vector2d p = shift + Eigen::Vector2d(x, y);
+    near.findOrAdd(floorToInt(p.x() / kSide_m), floorToInt(p.y() / kSide_m));
+  };
+  for (const GroundCell& cell : addition.known)
+    add((cell.x + 0.5) * addition.cell_m, (cell.y + 0.5) * addition.cell_m);
+  for (const auto& samples : addition.samples) {
+    for (const BevSample& s : samples) add(double{s.x}, double{s.y});
+  }
+  for (const CellIndex::Cell& tile : near.cells()) {
+    const Eigen::Vector2d low = kSide_m * Eigen::Vector2d(tile.x, tile.y);
+    addColumns({low - rim, low + Eigen::Vector2d::Constant(kSide_m) + rim}, columns);
+  }
+  return columns;
+}
+
+/// False, and nothing changed, if the view must be unpacked.
+bool growStoredView(const BevGrid& addition, SemanticMap& map) {
+  const StoredPlan* plan = storedPlanOf(map);
+  if (!plan || !map.overview) return false;
+  const CellIndex columns = columnsAround(addition, map.bev);
+  const BevGrid former = gathered(*plan, columns, map.bev);
+  if (former.known.empty()) return false;  // merged, it would have the grid of the addition
+  BevGrid now = former;
+  graph::mergeBevGrids(now, addition);
+  auto changed = plan->changed(columns, former, now);
+  if (!changed) return false;
+  map.overview = search::grownOverview(*map.overview, now, addition);
+  map.stored_view = std::move(changed);
+  return true;
+}
+
+}  // namespace
+
+void growView(const BevGrid& addition, SemanticMap& map) {
+  if (addition.known.empty() || growStoredView(addition, map)) return;
+  unpackView(map);
+  const bool had_overview = hasOverview(map);
+  graph::mergeBevGrids(map.bev, addition);
+  if (had_overview) map.overview = search::grownOverview(*map.overview, map.bev, addition);
+}
 
 void unpackAll(SemanticMap& map) {
   unpack(map, [](const Tile&) { return true; });

@@ -78,22 +78,35 @@ class PackedCloud final : public StoredCloud {
 /// The bird's-eye view of a map as its file has it.
 class StoredPlan final : public StoredView {
  public:
-  /// `grid`: without samples and seen cells.
-  StoredPlan(std::vector<Tile> tiles, BevGrid grid, std::string file);
+  /// `grid`: without samples and seen cells. `samples`, `fingerprint`: of the whole view.
+  StoredPlan(std::vector<Tile> tiles, BevGrid grid, std::string file, std::size_t samples,
+             std::uint64_t fingerprint);
 
   std::vector<PlaneCell> columns() const override { return tiles_of_.columns(); }
   std::shared_ptr<const BevGrid> partOf(const PlaneCell& column) const override;
   const BevGrid& whole() const override;
+  std::size_t sampleCount() const override { return samples_; }
+  std::uint64_t fingerprint() const override { return fingerprint_; }
+  const std::vector<Tile>& tiles() const { return tiles_; }
+  /// The view with `now` in those columns in place of `former`, both gathered() from there. Null if
+  /// something of `now` lies elsewhere.
+  std::shared_ptr<const StoredPlan> changed(const CellIndex& columns, const BevGrid& former,
+                                            const BevGrid& now) const;
 
  private:
   std::vector<Tile> tiles_;
   BevGrid grid_;
   std::string file_;
+  std::size_t samples_;
+  std::uint64_t fingerprint_;
   TilesOfColumns tiles_of_;
   mutable RecentColumns<BevGrid> recent_;
   mutable std::once_flag unpacked_;
   mutable BevGrid whole_;
 };
+
+/// The packed view of a map; null if it is unpacked.
+const StoredPlan* storedPlanOf(const SemanticMap& map);
 
 /// unpackPoints(), but throws Damage.
 void unpackAll(SemanticMap& map);

@@ -93,7 +93,7 @@ void merge(const map::SemanticMap& given, std::uint32_t first_source, const Opti
   const Scaled<map::SemanticMap> addition(given, 1 / map.size);
   if (map.size != kTownScale) scaleLengths(1 / map.size, map);
   graph::mergeGraphs(map.graph, addition->graph, map.labels, options.merge, options.edges);
-  graph::mergeBevGrids(map.bev, addition->bev);
+  map::growView(addition->bev, map);
   appendCloud(map, addition->cloud, options.map.cloud_voxel_m);
   for (std::size_t i = 0; i < addition->poses.size(); ++i)
     map.addKeyframe(addition->poses[i], addition->frames[i], addition->stamps_s[i],
@@ -220,11 +220,12 @@ map::SemanticMap partAround(const Place& place, const map::SemanticMap& map) {
                      map.bev.aerial,
                      {},
                      {}};
-  for (const GroundCell& cell : map.bev.known) {
+  const auto view = map::viewWithin(box, map);
+  for (const GroundCell& cell : view->known) {
     if (box.contains(middleOf(cell, map.bev))) part.bev.known.push_back(cell);
   }
   for (std::size_t c = 0; c < kBevChannels; ++c) {
-    for (const BevSample& s : map.bev.samples[c]) {
+    for (const BevSample& s : view->samples[c]) {
       if (box.contains(Eigen::Vector2d(map.bev.origin_x + s.x, map.bev.origin_y + s.y)))
         part.bev.samples[c].push_back(s);
     }
@@ -343,7 +344,7 @@ void appendToMap(map::SemanticMap& map, const map::SemanticMap& given, const Opt
     static_cast<Place&>(same) = translated(given, match);
     return appendToMap(map, same, in_metres);
   }
-  if (!map.bev.known.empty() && !given.bev.known.empty() &&
+  if (map::hasView(map) && !given.bev.known.empty() &&
       map.bev.alignment.angularDistance(given.bev.alignment) > kSameUp_rad) {
     throw Error(
         nameOf(given),
@@ -352,9 +353,7 @@ void appendToMap(map::SemanticMap& map, const map::SemanticMap& given, const Opt
   requireSameSpace(map, given);
   requireSameSize(map, given);
   const std::size_t first_pose = map.poses.size();
-  const bool had_overview = map::hasOverview(map);
   merge(given, static_cast<std::uint32_t>(map.sources.size()), in_metres, map);
-  if (had_overview) map.overview = search::grownOverview(*map.overview, map.bev, given.bev);
   map.sources.insert(map.sources.end(), given.sources.begin(), given.sources.end());
   noteNoise(map, in_metres);
   measureNullHypothesis(map, in_metres, first_pose);

@@ -110,7 +110,7 @@ class SelfSearch {
   /// as well.
   SelfSearch(const map::SemanticMap& map, const Options& options, bool ask_second_best)
       : map_(map), options_(options), ask_second_best_(ask_second_best) {
-    if (map.poses.size() > 1 && !map.bev.known.empty()) {
+    if (map.poses.size() > 1 && map::hasView(map)) {
       std::vector<Eigen::Vector3d> path;
       for (const Eigen::Isometry3d& T : map.poses) path.push_back(T.translation());
       field_ = search::makeSurfaceField(map::searchedView(map), path, surroundingsOf(map.size),
@@ -177,10 +177,25 @@ class SelfSearch {
     return way_m;
   }
 
+  /// The columns of a packed view around some key frames, evenly spread.
+  BevGrid someColumns(const StoredView& stored) const {
+    constexpr std::size_t kMost = 16;
+    const auto around = Eigen::Vector2d::Constant(kFarthest_m);
+    CellIndex some;
+    for (std::size_t i = 0; i < kMost; ++i) {
+      const Eigen::Isometry3d& T = map_.poses[(2 * i + 1) * map_.poses.size() / (2 * kMost)];
+      const Eigen::Vector2d p =
+          T.translation().head<2>() - Eigen::Vector2d(map_.bev.origin_x, map_.bev.origin_y);
+      addColumns({p - around, p + around}, some);
+    }
+    return gathered(stored, some, map_.bev);
+  }
+
   /// Distance from the way within which the map has most of its samples.
   double reachOfPath() const {
+    const BevGrid some = map_.stored_view ? someColumns(*map_.stored_view) : BevGrid();
     std::vector<double> distances;
-    for (const auto& samples : map_.bev.samples) {
+    for (const auto& samples : (map_.stored_view ? some : map_.bev).samples) {
       const std::size_t step = std::max<std::size_t>(1, samples.size() / 200);
       for (std::size_t i = 0; i < samples.size(); i += step) {
         const Eigen::Vector2d p(map_.bev.origin_x + samples[i].x, map_.bev.origin_y + samples[i].y);
@@ -220,18 +235,19 @@ class SelfSearch {
              });
     };
     SecondLook again(around.T_map_query, map_.bev.cell_m / 2, random);
+    const std::shared_ptr<const BevGrid> view = map::viewWithin(box, map_);
     const Eigen::Vector3d origin(map_.bev.origin_x, map_.bev.origin_y, map_.bev.origin_z);
     around.bev.cell_m = map_.bev.cell_m;
     around.bev.aerial = map_.bev.aerial;
     for (std::size_t c = 0; c < kBevChannels; ++c) {
-      for (const BevSample& s : map_.bev.samples[c]) {
+      for (const BevSample& s : view->samples[c]) {
         const Eigen::Vector3d p_map = origin + Eigen::Vector3d(s.x, s.y, s.z);
         if (!isSeen(p_map.head<2>()) || random.uniform() > kSeenAgainShare) continue;
         const Eigen::Vector3f p = again(p_map).cast<float>();
         around.bev.samples[c].push_back({p.x(), p.y(), p.z()});
       }
     }
-    if (ask_second_best_) cutKnown(isSeen, around);
+    if (ask_second_best_) cutKnown(*view, isSeen, around);
     const auto mayBeSeen = [&](const PlaneCell& column) {
       constexpr double kSide_m = StoredCloud::kColumn_m;
       const Eigen::Vector2d low =
@@ -248,8 +264,7 @@ class SelfSearch {
 
   /// The cells that were seen along the stretch.
   template <class IsSeen>
-  void cutKnown(const IsSeen& isSeen, Neighbourhood& around) const {
-    const BevGrid& bev = map_.bev;
+  void cutKnown(const BevGrid& bev, const IsSeen& isSeen, Neighbourhood& around) const {
     const Eigen::Vector3d origin(bev.origin_x, bev.origin_y, bev.origin_z);
     const Eigen::Isometry3d T_query_map = around.T_map_query.inverse();
     for (GroundCell cell : bev.known) {
@@ -388,7 +403,7 @@ struct AlignedMap {
   AlignedMap(const map::SemanticMap& given, const Options& in_metres)
       : options(optionsOfSearch(in_metres, given.size, given.labels)),
         scaled(given, 1 / given.size),
-        gravity(gravityOf(*scaled, options.gravity)),
+        gravity(gravityOf(*scaled, map::hasView(*scaled), options.gravity)),
         turned(gravityAlignedMap(*scaled, gravity.alignment)),
         map(turned ? *turned : *scaled) {}
 
@@ -420,16 +435,16 @@ void measureNullHypothesis(map::SemanticMap& given, const Options& in_metres,
     given.own_stretches.clear();
     given.null = {};
   }
-  if (given.poses.size() < 2 || given.bev.known.empty()) return;
+  if (given.poses.size() < 2 || !map::hasView(given)) return;
   std::vector<std::size_t> places;
   if (first_pose > 0) {
     places = placesDue(given, first_pose);
     if (places.empty()) {  // so much longer a path changes no share of distances
-      if (given.null.poses > 0) given.null.view = search::fingerprintOf(given.bev);
+      if (given.null.poses > 0) given.null.view = map::fingerprintOfView(given);
       return;
     }
   }
-  if (given.size == kTownScale && !map::hasOverview(given))
+  if (given.size == kTownScale && !given.stored_view && !map::hasOverview(given))
     given.overview = search::overviewOfLarge(given.bev);
   const AlignedMap town(given, in_metres);
   const SelfSearch search(town.map, town.options, true);

@@ -90,10 +90,25 @@ std::shared_ptr<const MapOverview> overviewOfLarge(const BevGrid& map) {
   return overview;
 }
 
+namespace {
+
+double tileSide(double cell_m) { return DistanceField::kTileCells * cell_m; }
+
+/// Tiles from one that changes to what it depends on.
+int reachOfTiles(double cell_m) {
+  return static_cast<int>(std::ceil(DistanceField::kRim_m / tileSide(cell_m)));
+}
+
+}  // namespace
+
+double grownReach(double cell_m) {
+  return (2 * reachOfTiles(cell_m) + 1) * tileSide(cell_m) + cell_m;
+}
+
 std::shared_ptr<const MapOverview> grownOverview(const MapOverview& before, const BevGrid& map,
                                                  const BevGrid& addition) {
-  const double tile_m = DistanceField::kTileCells * map.cell_m;
-  const auto reach = static_cast<int>(std::ceil(DistanceField::kRim_m / tile_m));
+  const double tile_m = tileSide(map.cell_m);
+  const int reach = reachOfTiles(map.cell_m);
   const float shift_x = static_cast<float>(addition.origin_x - map.origin_x),
               shift_y = static_cast<float>(addition.origin_y - map.origin_y);
   TileSet added;

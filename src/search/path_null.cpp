@@ -71,17 +71,34 @@ std::vector<WrongPose> drawWrongPoses(const std::vector<Eigen::Vector2d>& path, 
   return poses;
 }
 
+/// `in_sight`: cells as wide as the sight.
+BevGrid partInSight(const StoredView& stored, const CellIndex& in_sight, const BevGrid& empty) {
+  CellIndex columns;
+  for (const CellIndex::Cell& cell : in_sight.cells()) {
+    const Eigen::Vector2d low = kSight_m * Eigen::Vector2d(cell.x, cell.y);
+    addColumns({low, low + Eigen::Vector2d::Constant(kSight_m)}, columns);
+  }
+  return gathered(stored, columns, empty);
+}
+
 }  // namespace
 
 std::uint64_t fingerprintOf(const BevGrid& map) {
-  std::uint64_t hash = map.known.size();
-  for (const auto& samples : map.samples) hash = hash * 0x9E3779B97F4A7C15ull + samples.size();
-  return hash >> 16;  // so that a double holds it
+  std::uint64_t weight = 1, sum = map.known.size();
+  for (const auto& samples : map.samples) {
+    weight *= 0x9E3779B97F4A7C15ull;
+    sum += weight * samples.size();
+  }
+  return fingerprintOfSum(sum, 0);
+}
+
+std::uint64_t fingerprintOfSum(std::uint64_t a, std::uint64_t b) {
+  return (a + b) & 0xFFFFFFFFFFFFull;  // a double holds it
 }
 
 PathNull mapNull(const BevGrid& map, const std::vector<Eigen::Vector2d>& path,
-                 const DistanceField& field, const PathNull& known) {
-  const std::uint64_t view = fingerprintOf(map);
+                 const DistanceField& field, const PathNull& known, const StoredView* stored) {
+  const std::uint64_t view = stored ? stored->fingerprint() : fingerprintOf(map);
   if (path.size() < 4 || (known.poses > 0 && view == known.view)) return known;
   const bool has_grown = path.size() > known.poses;
   PathNull null{has_grown ? known.counts : MapNull{}, path.size(), view};
@@ -91,8 +108,9 @@ PathNull mapNull(const BevGrid& map, const std::vector<Eigen::Vector2d>& path,
     const ClassCell cell = cellOf({pose.from.x(), pose.from.y(), 0}, kSight_m, 0);
     for (int i = 0; i < 9; ++i) in_sight.findOrAdd(cell.x + i % 3 - 1, cell.y + i / 3 - 1);
   }
+  const BevGrid part = stored ? partInSight(*stored, in_sight, map) : BevGrid();
   for (std::size_t c = 0; c < kBevChannels; ++c) {
-    const NearbySamples samples(map.samples[c], in_sight);
+    const NearbySamples samples((stored ? part : map).samples[c], in_sight);
     for (const WrongPose& pose : poses) {
       const double cosine = std::cos(pose.yaw), sine = std::sin(pose.yaw);
       samples.around(pose.from, [&](double x, double y) {

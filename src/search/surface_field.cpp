@@ -339,10 +339,9 @@ class SurfaceField final : public Field {
                                  : DistanceField(map.grid)),
         origin_(distances_.originX(), distances_.originY(), map.grid.origin_z),
         null_(known) {
-    if (isStored(map)) return;
     std::vector<Eigen::Vector2d> path;
     for (const Eigen::Vector3d& p : trajectory) path.emplace_back((p - origin_).head<2>());
-    null_ = mapNull(map.grid, path, distances_, known);
+    null_ = mapNull(map.grid, path, distances_, known, map.stored.get());
   }
 
   std::unique_ptr<FieldQuery> prepare(const Observation& query) const override;

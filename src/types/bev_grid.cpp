@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "xview/types/bev_grid.h"
 
+#include <algorithm>
+
+#include "xview/types/stored_view.h"
+
 namespace xview {
 
 const char* toString(BevChannel channel) {
@@ -43,6 +47,30 @@ std::size_t BevGrid::sampleCount() const {
   std::size_t total = 0;
   for (const auto& channel : samples) total += channel.size();
   return total;
+}
+
+void addColumns(const Eigen::AlignedBox2d& box, CellIndex& columns) {
+  const auto columnOf = [](double p) { return floorToInt(p / StoredView::kColumn_m); };
+  for (std::int32_t y = columnOf(box.min().y()); y <= columnOf(box.max().y()); ++y) {
+    for (std::int32_t x = columnOf(box.min().x()); x <= columnOf(box.max().x()); ++x)
+      columns.findOrAdd(x, y);
+  }
+}
+
+BevGrid gathered(const StoredView& view, const CellIndex& columns, const BevGrid& empty) {
+  BevGrid all = empty;
+  const auto append = [](const auto& items, auto& to) {
+    to.insert(to.end(), items.begin(), items.end());
+  };
+  for (const PlaneCell& column : view.columns()) {
+    if (columns.find(column.x, column.y) < 0) continue;
+    const std::shared_ptr<const BevGrid> part = view.partOf(column);
+    for (std::size_t c = 0; c < kBevChannels; ++c) append(part->samples[c], all.samples[c]);
+    append(part->known, all.known);
+  }
+  for (auto& samples : all.samples) std::sort(samples.begin(), samples.end(), InRowOrder());
+  std::sort(all.known.begin(), all.known.end(), InRowOrder());
+  return all;
 }
 
 }  // namespace xview

@@ -297,6 +297,63 @@ TEST_F(MapTransaction, RevisionStoresOnlyWhatChanges) {
   EXPECT_LT(fs::file_size(path_), before + 16 * 4096);  // a page for each new table
 }
 
+/// Blocks of vertices that were not changed are those of the file.
+TEST_F(MapTransaction, AMapThatIsOpenedToGrowIsWrittenAsOneThatWasUnpacked) {
+  SemanticMap large = old_;
+  const Vertex model = large.graph.vertices.at(0);
+  for (int i = 0; i < 3000; ++i) {
+    large.graph.vertices.push_back(model);
+    large.graph.vertices.back().position.x() += i;
+  }
+  large.graph.neighbours.resize(large.graph.size());
+  saveMap(path_, large);
+  for (const int change : {0, 1, 2, 3}) {
+    SemanticMap grown = openToGrow(path_), loaded = loadMap(path_);
+    ASSERT_NE(grown.packed_vertices, nullptr);
+    for (SemanticMap* map : {&grown, &loaded}) {
+      auto& vertices = map->graph.vertices;
+      if (change == 1) vertices[1500].sigma_m += 1;
+      if (change == 2) vertices[1500].last_frame += 1;
+      if (change == 3) vertices.push_back(model);
+      map->graph.neighbours.resize(vertices.size());
+    }
+    saveMap(folder_ / "grown.xvm", grown);
+    saveMap(folder_ / "loaded.xvm", loaded);
+    EXPECT_EQ(readText(folder_ / "grown.xvm"), readText(folder_ / "loaded.xvm")) << change;
+    fs::remove(folder_ / "grown.xvm");
+    fs::remove(folder_ / "loaded.xvm");
+  }
+}
+
+TEST_F(MapTransaction, SeveralChangesAreMadeTogetherOrNotAtAll) {
+  const std::string before = readText(path_);
+  const Visit visit{new_, 0.5};
+  {
+    MapChanges changes(path_);
+    changes.add(new_, "first", &visit);
+    changes.add(SemanticMap(), "second");
+    EXPECT_TRUE(isSame(loadMap(path_), old_)) << "others see it when it is done";
+  }
+  EXPECT_EQ(readText(path_), before);
+  EXPECT_EQ(filesIn(folder_.path()), 1u);
+
+  MapChanges changes(path_);
+  changes.add(new_, "first", &visit);
+  changes.add(SemanticMap(), "second");
+  changes.commit();
+  EXPECT_TRUE(isSame(loadMap(path_), SemanticMap()));
+  EXPECT_EQ(notesOfRevisions(), (std::vector<std::string>{"first", "second"}));
+  EXPECT_TRUE(isSame(loadVisit(path_, 0).place, new_));
+  EXPECT_TRUE(undoRevision(path_));
+  EXPECT_TRUE(isSame(loadMap(path_), new_));
+  EXPECT_TRUE(undoRevision(path_));
+  EXPECT_TRUE(isSame(loadMap(path_), old_));
+
+  MapChanges(path_).commit();  // of nothing
+  EXPECT_TRUE(isSame(loadMap(path_), old_));
+  EXPECT_THROW(MapChanges(folder_ / "none.xvm"), Error);
+}
+
 TEST_F(MapTransaction, RevisionNeedsAMap) {
   EXPECT_THROW(saveRevision(folder_ / "none.xvm", new_, ""), Error);
 }

@@ -56,6 +56,25 @@ MapOverview overviewOf(const BevGrid& bev) {
   return search::overviewOf(DistanceField(bev), MapOverview::kSide, 1);
 }
 
+/// Ground and samples of 65 m on a side, `x_m` from the origin of a map.
+BevGrid additionTo(const BevGrid& map, double x_m) {
+  BevGrid addition;
+  addition.origin_x = map.origin_x + x_m;
+  addition.origin_y = map.origin_y - 128;
+  addition.origin_z = map.origin_z;
+  Random random(7);
+  for (int y = -100; y < 30; ++y) {
+    for (int x = -60; x < 70; ++x) {
+      addition.known.push_back({x, y, 0, true});
+      if (random.below(40) > 0) continue;
+      addition.samples[random.below(kBevChannels)].push_back(
+          {static_cast<float>((x + random.uniform()) / 2),
+           static_cast<float>((y + random.uniform()) / 2), 0});
+    }
+  }
+  return addition;
+}
+
 class LargeMap : public ::testing::Test {
  protected:
   /// Rounded as a file does.
@@ -160,20 +179,7 @@ TEST_F(LargeMap, ThatGrowsIsSeenFromAfarAnewWhereItGrew) {
   ASSERT_TRUE(hasOverview(map));
   const MapOverview before = *map.overview;
   for (const double x_m : {0.0, 300.0, -2000.0}) {  // over what is there, at its rim, far away
-    BevGrid addition;
-    addition.origin_x = map.bev.origin_x + x_m;
-    addition.origin_y = map.bev.origin_y - 128;
-    addition.origin_z = map.bev.origin_z;
-    Random random(7);
-    for (int y = -100; y < 30; ++y) {
-      for (int x = -60; x < 70; ++x) {
-        addition.known.push_back({x, y, 0, true});
-        if (random.below(40) > 0) continue;
-        addition.samples[random.below(kBevChannels)].push_back(
-            {static_cast<float>((x + random.uniform()) / 2),
-             static_cast<float>((y + random.uniform()) / 2), 0});
-      }
-    }
+    const BevGrid addition = additionTo(map.bev, x_m);
     BevGrid grown = map.bev;
     graph::mergeBevGrids(grown, addition);
     const auto again = search::grownOverview(before, grown, addition);
@@ -184,6 +190,78 @@ TEST_F(LargeMap, ThatGrowsIsSeenFromAfarAnewWhereItGrew) {
   }
   map.bev[BevChannel::pole].push_back({1, 1, 0});
   EXPECT_FALSE(hasOverview(map)) << "that of another view";
+}
+
+TEST_F(LargeMap, GrowsPackedToWhatItGrowsToUnpacked) {
+  for (const double x_m : {0.0, 63.5, 300.0}) {  // the last one at its rim
+    SemanticMap packed = openToGrow(path), whole = loadMap(path);
+    const BevGrid addition = additionTo(packed.bev, x_m);
+    for (SemanticMap* map : {&packed, &whole}) growView(addition, *map);
+    ASSERT_NE(packed.stored_view, nullptr);
+    ASSERT_EQ(whole.stored_view, nullptr);
+    EXPECT_GT(whole.bev.sampleCount(), loadMap(path).bev.sampleCount());
+    EXPECT_EQ(packed.stored_view->sampleCount(), whole.bev.sampleCount());
+    EXPECT_EQ(fingerprintOfView(packed), search::fingerprintOf(whole.bev));
+    expectSame(*packed.overview, *whole.overview);
+    packed.null.view = whole.null.view = fingerprintOfView(packed);
+    saveMap(folder / "packed.xvm", packed);
+    saveMap(folder / "whole.xvm", whole);
+    EXPECT_EQ(test::readText(folder / "packed.xvm"), test::readText(folder / "whole.xvm"));
+    EXPECT_NE(openToLocalize(folder / "packed.xvm").stored_view, nullptr);
+    EXPECT_TRUE(isSame(loadMap(folder / "packed.xvm"), loadMap(folder / "whole.xvm")));
+  }
+}
+
+TEST_F(LargeMap, ThatGrowsWhereNothingWasIsUnpacked) {
+  SemanticMap packed = openToGrow(path), whole = loadMap(path);
+  const BevGrid addition = additionTo(packed.bev, -2000);
+  for (SemanticMap* map : {&packed, &whole}) growView(addition, *map);
+  EXPECT_EQ(packed.stored_view, nullptr);
+  EXPECT_TRUE(isSame(packed.bev, whole.bev));
+}
+
+TEST_F(LargeMap, IsUnpackedOnlyWhereItIsAskedFor) {
+  const SemanticMap packed = openToLocalize(path), whole = loadMap(path);
+  const Eigen::Vector2d low(whole.bev.origin_x - 10, whole.bev.origin_y - 60);
+  const Eigen::AlignedBox2d box(low, low + Eigen::Vector2d(90, 70));
+  const auto part = viewWithin(box, packed);
+  const auto isIn = [&](const BevSample& s) {
+    return box.contains(
+        Eigen::Vector2d(whole.bev.origin_x + double{s.x}, whole.bev.origin_y + double{s.y}));
+  };
+  for (std::size_t c = 0; c < kBevChannels; ++c) {
+    std::vector<BevSample> expected, found;
+    for (const BevSample& s : whole.bev.samples[c]) {
+      if (isIn(s)) expected.push_back(s);
+    }
+    for (const BevSample& s : part->samples[c]) {
+      if (isIn(s)) found.push_back(s);
+    }
+    ASSERT_EQ(found.size(), expected.size());
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      EXPECT_EQ(found[i].x, expected[i].x);
+      EXPECT_EQ(found[i].y, expected[i].y);
+    }
+  }
+  EXPECT_LT(part->known.size(), whole.bev.known.size() / 10);
+  EXPECT_EQ(viewWithin(box, whole).get(), &whole.bev);
+}
+
+TEST_F(LargeMap, CountsAtWrongPlacesAreThoseOfTheWholeView) {
+  const SemanticMap packed = openToLocalize(path), whole = loadMap(path);
+  const DistanceField field(whole.bev);
+  std::vector<Eigen::Vector2d> way;
+  for (double x = -300; x < 300; x += 4) way.emplace_back(x, 0.3 * x);
+  const search::PathNull of_whole = search::mapNull(whole.bev, way, field),
+                         of_packed =
+                             search::mapNull(packed.bev, way, field, {}, packed.stored_view.get());
+  EXPECT_EQ(of_packed.counts, of_whole.counts);
+  EXPECT_EQ(of_packed.view, of_whole.view);
+  double counted = 0;
+  for (const auto& channel : of_whole.counts) {
+    for (const double count : channel) counted += count;
+  }
+  EXPECT_GT(counted, 1000);
 }
 
 TEST_F(LargeMap, OfVersion3HasNoOverviewAndIsReadAsItIs) {

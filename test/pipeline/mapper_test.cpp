@@ -129,6 +129,61 @@ TEST(Mapper, APackedMapGrowsAsAWholeOne) {
   EXPECT_LT(packed.own_stretches.size(), 2 * stretches) << "those of before are kept, not asked";
 }
 
+/// The drive, and ground far away, with which the map is a large one.
+TEST(Mapper, ALargeMapGrowsPackedAsItDoesUnpacked) {
+  const auto& drive = simulatedDrive();
+  const test::TemporaryFolder folder;
+  map::SemanticMap large = drive.map;
+  for (std::int32_t i = 0; i < 500; ++i) large.bev.known.push_back({5000 + 64 * i, 5000, 0, true});
+  std::sort(large.bev.known.begin(), large.bev.known.end(), InRowOrder());
+  large.null.view = map::fingerprintOfView(large);
+  map::saveMap(folder / "map.xvm", large);
+  const auto& session = *drive.sessions.at("rear");
+  const Eigen::Isometry3d T_map_odom = session.truth(0) * session.pose(0).inverse();
+  map::saveMap(folder / "rear.xvm", inFrameOf(large, buildMap({&session}, {}), T_map_odom));
+  const map::SemanticMap rear = map::loadMap(folder / "rear.xvm");  // rounded
+  map::SemanticMap packed = map::openToGrow(folder / "map.xvm"),
+                   whole = map::loadMap(folder / "map.xvm");
+  const auto fits = evidenceOfOneFrame(packed, rear, {}),
+             also = evidenceOfOneFrame(whole, rear, {});
+  ASSERT_TRUE(fits && also);
+  EXPECT_GT(fits->agreement(), 0.5);
+  EXPECT_EQ(fits->score, also->score);
+  EXPECT_EQ(fits->nearby, also->nearby);
+  const std::size_t stretches = packed.own_stretches.size(), poses = packed.null.poses;
+  appendToMap(packed, rear, {});
+  appendToMap(whole, rear, {});
+  ASSERT_NE(packed.stored_view, nullptr);
+  EXPECT_GT(packed.null.poses, poses) << "what was added is counted";
+  EXPECT_EQ(packed.null.poses, whole.null.poses);
+  EXPECT_EQ(packed.null.view, whole.null.view);
+  double counted = 0, otherwise = 0;  // what was added is rounded before it is counted, or after
+  for (std::size_t c = 0; c < kBevChannels; ++c) {
+    for (std::size_t bin = 0; bin < packed.null.counts[c].size(); ++bin) {
+      counted += whole.null.counts[c][bin];
+      otherwise += std::abs(packed.null.counts[c][bin] - whole.null.counts[c][bin]);
+    }
+  }
+  EXPECT_LT(otherwise, 1e-4 * counted);
+  EXPECT_GT(packed.own_stretches.size(), stretches);
+  EXPECT_EQ(packed.own_stretches.size(), whole.own_stretches.size());
+  EXPECT_EQ(packed.wrong_places.size(), whole.wrong_places.size());
+  map::saveMap(folder / "packed.xvm", packed);
+  map::saveMap(folder / "whole.xvm", whole);
+  const map::SemanticMap a = map::loadMap(folder / "packed.xvm"),
+                         b = map::loadMap(folder / "whole.xvm");
+  EXPECT_EQ(a.bev.known.size(), b.bev.known.size());
+  for (std::size_t c = 0; c < kBevChannels; ++c) {
+    EXPECT_TRUE(std::equal(a.bev.samples[c].begin(), a.bev.samples[c].end(),
+                           b.bev.samples[c].begin(), b.bev.samples[c].end(),
+                           [](const BevSample& p, const BevSample& q) {
+                             return p.x == q.x && p.y == q.y && p.z == q.z;
+                           }));
+  }
+  EXPECT_EQ(a.graph.size(), b.graph.size());
+  EXPECT_NE(map::openToLocalize(folder / "packed.xvm").stored_view, nullptr);
+}
+
 /// Check fix for: a bare graph, which has no path, ended the program when it was appended.
 TEST(Mapper, ABareGraphIsAppendedToAMapWithAPath) {
   map::SemanticMap map = simulatedDrive().map;

@@ -313,6 +313,8 @@ class ColumnsOf final : public StoredView {
     return found == parts_.end() ? std::make_shared<const BevGrid>() : found->second;
   }
   const BevGrid& whole() const override { return whole_; }
+  std::size_t sampleCount() const override { return whole_.sampleCount(); }
+  std::uint64_t fingerprint() const override { return fingerprintOf(whole_); }
 
   mutable std::multiset<std::pair<std::int32_t, std::int32_t>> asked;
 

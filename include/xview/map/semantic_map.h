@@ -30,6 +30,7 @@ struct OwnStretch {
 /// Points as they are packed in a map file, in canonical lengths; see openMap.
 class PackedCloud;
 class PackedView;
+class PackedVertices;
 
 /// A place that is kept in a file, to localize in. Its poses, frames and stamps are key frames.
 struct SemanticMap : Place {
@@ -44,6 +45,7 @@ struct SemanticMap : Place {
   std::optional<pose::SurfaceNoise> noise;        ///< of its points, in canonical lengths
   std::shared_ptr<const PackedCloud> packed;      ///< points that are not in `cloud`, if any
   std::shared_ptr<const PackedView> packed_view;  ///< how the file has `bev`, if it comes from one
+  std::shared_ptr<const PackedVertices> packed_vertices;  ///< the same of the graph; openToGrow
   /// Of the view, if that is large; see hasOverview.
   std::shared_ptr<const search::MapOverview> overview;
   /// In place of what `bev` holds, which is without samples and seen cells then; see
@@ -101,6 +103,24 @@ struct Revision {
 void saveRevision(const std::string& path, const SemanticMap& map, const std::string& note,
                   const Visit* visit = nullptr);
 
+/// Several such changes of a map file in one transaction: all of them, or none. No other program
+/// writes the map from the first change on.
+class MapChanges {
+ public:
+  explicit MapChanges(std::string path);
+  ~MapChanges();  ///< what was not committed is taken back
+  MapChanges(MapChanges&&) noexcept;
+
+  /// The parameters of saveRevision(). Throws Error; then nothing must follow.
+  void add(const SemanticMap& map, const std::string& note, const Visit* visit = nullptr);
+  void commit();  ///< throws Error; the file is then as before
+
+ private:
+  struct Connection;
+  std::string path_;
+  std::unique_ptr<Connection> connection_;
+};
+
 /// Replaces an existing map by that of another file, with the changes on its record, in one
 /// transaction. Throws Error; the file is then as before.
 void replaceMap(const std::string& path, const std::string& other);
@@ -128,12 +148,24 @@ SemanticMap openMap(const std::string& path);
 /// too (`stored_view`).
 SemanticMap openToLocalize(const std::string& path);
 
+/// The same for whoever adds to the map and writes it back: what was not changed is not packed
+/// anew.
+SemanticMap openToGrow(const std::string& path);
+
 /// The whole view of a map, unpacked if it was not. Throws Error.
 const BevGrid& viewOf(const SemanticMap& map);
 /// Moves it to where that of a map is.
 void unpackView(SemanticMap& map);
 /// Whether a map has a view, packed or not.
 bool hasView(const SemanticMap& map);
+/// What a view has within a box [m, upright axes of the map], and more. Throws Error. It must not
+/// outlive the map.
+std::shared_ptr<const BevGrid> viewWithin(const Eigen::AlignedBox2d& box, const SemanticMap& map);
+/// search::fingerprintOf() the view.
+std::uint64_t fingerprintOfView(const SemanticMap& map);
+/// Merges a view of the same alignment into that of a map, whose overview grows with it. A packed
+/// one stays packed, and is unpacked only around the addition. Throws Error.
+void growView(const BevGrid& addition, SemanticMap& map);
 /// Whether the overview is that of `bev` as it is now.
 bool hasOverview(const SemanticMap& map);
 /// For a surface field, which refers to the map.

@@ -129,12 +129,16 @@ std::uint64_t checksumOf(const BevGrid& view);
 MapOverview overviewOf(const DistanceField& field, int side, int threads);
 /// That of a large map with cells that fitsColumns() allows; null of other maps.
 std::shared_ptr<const MapOverview> overviewOfLarge(const BevGrid& map);
-/// The same of a map that has grown by `addition`, from the overview that it had before.
+/// The same of a map that has grown by `addition`, from the overview that it had before. Of the map
+/// only what lies within grownReach() of the addition is looked at.
 std::shared_ptr<const MapOverview> grownOverview(const MapOverview& before, const BevGrid& map,
                                                  const BevGrid& addition);
+double grownReach(double cell_m);  ///< [m]
 
 /// Tells a view from others by how many samples of each channel it has (PathNull::view).
 std::uint64_t fingerprintOf(const BevGrid& map);
+/// That of a view which has what two others have.
+std::uint64_t fingerprintOfSum(std::uint64_t a, std::uint64_t b);
 
 /// Puts what lies within 30 m of one sensor position at another one at least 25 m away, heading
 /// aligned or reversed, and counts. In a town of equal streets a generic street fits everywhere;
@@ -142,7 +146,9 @@ std::uint64_t fingerprintOf(const BevGrid& map);
 /// grid. All zero if the path is too short to say anything. Of a path that has grown only poses
 /// from or to its new part are drawn, in proportion, and added to `known`; if the view is another
 /// one and the path is not longer, all is counted anew. `known` itself if it stands for this view.
+/// `stored`: what a `map` without samples has, if it is packed.
 PathNull mapNull(const BevGrid& map, const std::vector<Eigen::Vector2d>& path,
-                 const DistanceField& field, const PathNull& known = {});
+                 const DistanceField& field, const PathNull& known = {},
+                 const StoredView* stored = nullptr);
 
 }  // namespace xview::search

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <Eigen/Geometry>
+#include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <vector>
 
@@ -23,6 +26,16 @@ class StoredView {
   virtual std::shared_ptr<const BevGrid> partOf(const PlaneCell& column) const = 0;
   /// All of it, unpacked at the first call. Thread-safe; throws Error.
   virtual const BevGrid& whole() const = 0;
+  virtual std::size_t sampleCount() const = 0;
+  /// search::fingerprintOf() all of it.
+  virtual std::uint64_t fingerprint() const = 0;
 };
+
+/// Adds the columns that a box touches, from the origin of the grid [m].
+void addColumns(const Eigen::AlignedBox2d& box, CellIndex& columns);
+
+/// Those columns as one view, in row order, in the grid of `empty`, a view of nothing. Throws
+/// Error.
+BevGrid gathered(const StoredView& view, const CellIndex& columns, const BevGrid& empty);
 
 }  // namespace xview
