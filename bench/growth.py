@@ -168,6 +168,18 @@ def measure_things(programs, counts, folder):
     return rows
 
 
+def of_use(program, town, name, folder):
+    """CPU time and peak memory of a first answer, of appending and of fusing 250 m."""
+    cold = [run(program, "localize", town / "rear", name, "--frames", "100:115", "--threads", 1, "-q") for _ in range(3)]
+    cells = [f"{sorted(c.cpu_s for c in cold)[1]:.2f}", f"{max(c.peak_mb for c in cold):.0f}"]
+    for command in (("map", "--append", town / "forward2"), ("fuse", town / "rear")):
+        grown = folder / "grown.xvm"
+        shutil.copy(name, grown)
+        added = [run(program, *command, grown, "--frames", f"{first}:{last}", "--threads", 1, "-q") for first, last in NEW]
+        cells += [f"{sum(a.cpu_s for a in added) / len(added):.2f}", f"{max(a.peak_mb for a in added):.0f}"]
+    return cells
+
+
 def measure(programs, kilometres, folder):
     towns = [town(programs[0], folder / f"town{i}", SEED + i, i) for i in range(max(kilometres))]
     stranger = town(programs[0], folder / "stranger", STRANGER_SEED, 0)
@@ -178,14 +190,8 @@ def measure(programs, kilometres, folder):
             name.unlink(missing_ok=True)
             made = run(program, "map", *(t / "forward" for t in towns[:km]), name, "--threads", 1, "-q")
             size_mb = name.stat().st_size / 1e6
-            grown = folder / "grown.xvm"
-            shutil.copy(name, grown)
-            cold = [run(program, "localize", towns[0] / "rear", name, "--frames", "100:115", "--threads", 1, "-q") for _ in range(3)]
-            added = [run(program, "map", "--append", towns[0] / "forward2", grown, "--frames", f"{first}:{last}", "--threads", 1, "-q")
-                     for first, last in NEW]
             row = [str(km) + (", before" if which else ""), f"{made.cpu_s:.1f}", f"{made.peak_mb:.0f}", f"{size_mb / km:.2f}",
-                   f"{sorted(c.cpu_s for c in cold)[1]:.2f}", f"{max(c.peak_mb for c in cold):.0f}", f"{sum(a.cpu_s for a in added) / len(added):.2f}",
-                   f"{max(a.peak_mb for a in added):.0f}"]
+                   *of_use(program, towns[0], name, folder)]
             print(row, file=sys.stderr)
             if which == 0:
                 costs.append(row)
@@ -201,10 +207,12 @@ def page(costs, finds, of_things):
 
 Written by `./run growth` on {datetime.date.today()}; do not edit. {__doc__.split(chr(10) * 2)[1].strip().split(" `--before")[0]}
 
-{table([["km", "making it, CPU s", "MB", "file, MB per km", "first answer, CPU s", "MB", "250 m more, CPU s", "MB"], *costs])}
+{table([["km", "making it, CPU s", "MB", "file, MB per km", "first answer, CPU s", "MB", "250 m appended, CPU s", "MB", "250 m fused, CPU s",
+         "MB"], *costs])}
 
-*First answer*: a process that opens the map and answers one query of 15 frames, median of three. *250 m more*: `xview map --append` of
-62 frames along streets that the map has, mean of four one after the other.
+*First answer*: a process that opens the map and answers one query of 15 frames, median of three. *250 m appended*: `xview map --append` of
+62 frames along streets that the map has, mean of four one after the other; now and then one of them asks for a stretch of the map in the whole map.
+*250 m fused*: `xview fuse` of the same with the drive back, which is looked for first.
 
 ## What is found in it
 

@@ -42,14 +42,9 @@ bool areSameObjects(const SemanticGraph& addition, const SemanticGraph& map, dou
 }
 
 bool isInAlready(const map::SemanticMap& map, const map::SemanticMap& addition) {
-  constexpr double kExact_m = 1e-3, kFused_m = 0.5;
+  constexpr double kExact_m = 1e-3;
   if (addition.poses.empty()) return areSameObjects(addition.graph, map.graph, 0.9);
   if (holdsSameDrive(map, addition)) return true;
-  const bool same_name =
-      std::any_of(addition.sources.begin(), addition.sources.end(), [&](const std::string& source) {
-        return std::find(map.sources.begin(), map.sources.end(), source) != map.sources.end();
-      });
-  if (same_name) return areSamePoses(addition.poses, map.poses, kFused_m);
   return areSamePoses(addition.poses, map.poses, kExact_m) &&
          areSameObjects(addition.graph, map.graph, 0.5);
 }

@@ -270,6 +270,25 @@ bool isSameDrive(const Drive& a, const Drive& b) {
   return 10 * same >= 9 * (both.size() - 1);
 }
 
+/// Most key frames of the one lie where the other was at their times, in one frame. Of a recording
+/// that is fused again other frames may be key frames.
+bool isOnItsWay(const Drive& a, const Drive& b) {
+  constexpr double kFused_m = 0.5;
+  std::size_t near = 0;
+  for (const auto& [stamp_s, pose] : a) {
+    const auto next = b.lower_bound(stamp_s);
+    if (next == b.end() || (next == b.begin() && next->first > stamp_s)) continue;
+    Eigen::Vector3d there = next->second.translation();
+    if (next->first > stamp_s) {
+      const auto last = std::prev(next);
+      const double share = (stamp_s - last->first) / (next->first - last->first);
+      there = last->second.translation() + share * (there - last->second.translation());
+    }
+    near += (pose.translation() - there).norm() < kFused_m;
+  }
+  return 2 * near > a.size();
+}
+
 }  // namespace
 
 map::SemanticMap buildVisit(
@@ -380,11 +399,13 @@ std::optional<FrameEvidence> evidenceOfOneFrame(const map::SemanticMap& map,
 }
 
 bool holdsSameDrive(const map::SemanticMap& map, const map::SemanticMap& other) {
-  const std::vector<Drive> drives = drivesOf(map);
-  for (const Drive& added : drivesOf(other)) {
-    if (std::any_of(drives.begin(), drives.end(),
-                    [&](const Drive& there) { return isSameDrive(added, there); }))
-      return true;
+  const std::vector<Drive> drives = drivesOf(map), added = drivesOf(other);
+  for (std::size_t i = 0; i < added.size(); ++i) {
+    for (std::size_t k = 0; k < drives.size(); ++k) {
+      if (isSameDrive(added[i], drives[k]) ||
+          (other.sources[i] == map.sources[k] && isOnItsWay(added[i], drives[k])))
+        return true;
+    }
   }
   return false;
 }

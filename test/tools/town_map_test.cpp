@@ -205,6 +205,23 @@ TEST_F(TinyTown, TheTrajectoryOfADriveThatDriftsIsWhereItWas) {
         << "frame " << i;
 }
 
+/// Check fix for: the second half of a drive was taken for the first one where the drive that the
+/// map was made of had passed.
+TEST_F(TinyTown, ADriveIsFusedPartByPart) {
+  const std::string fused = file("parts.xvm");
+  fs::copy(map(), fused);
+  const std::size_t frames = io::readPoses(town("rear") + "/poses.txt").size();
+  const std::string half = std::to_string(frames / 2);
+  succeed({"fuse", "-q", town("rear"), fused, "--frames", "0:" + half});
+  succeed({"fuse", "-q", town("rear"), fused, "--frames", half + ":" + std::to_string(frames)});
+  const std::size_t all = map::openMap(fused).frames.size();
+  EXPECT_GT(all, map::openMap(map()).frames.size());
+  const Outcome again =
+      runXview({"fuse", "-q", town("rear"), fused, "--frames", "0:" + half}, {120, 0, ""});
+  EXPECT_NE(again.err.find(" already; adding it once more"), std::string::npos) << again.err;
+  EXPECT_EQ(map::openMap(fused).frames.size(), all);
+}
+
 TEST_F(TinyTown, ADriveFusedUnderAnotherNameIsRefused) {
   const std::string fused = file("fused.xvm");
   fs::copy(map(), fused);
