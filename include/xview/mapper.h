@@ -74,8 +74,8 @@ std::optional<FrameEvidence> evidenceOfOneFrame(const map::SemanticMap& map,
                                                 const Options& options);
 
 /// True if the other place was seen on a drive that the map was made of, wherever that was put:
-/// no second drive goes the same way from key frame to key frame at the same times. Also if a source
-/// of the same name was where the other place was at most of its times.
+/// no second drive goes the same way from key frame to key frame at the same times. Also if a
+/// source of the same name was where the other place was at most of its times.
 bool holdsSameDrive(const map::SemanticMap& map, const map::SemanticMap& other);
 
 }  // namespace xview
