@@ -20,14 +20,10 @@ bool isAmong(const std::vector<std::string>& names, const std::string& name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
-void copyTo(const AtomicFile& copy, const std::string& path) {
-  std::filesystem::copy_file(path, copy.temporaryPath(),
-                             std::filesystem::copy_options::overwrite_existing);
-}
-
 std::unique_ptr<AtomicFile> copyOf(const std::string& from, const std::string& path) {
   auto copy = std::make_unique<AtomicFile>(path);
-  copyTo(*copy, from);
+  std::filesystem::copy_file(from, copy->temporaryPath(),
+                             std::filesystem::copy_options::overwrite_existing);
   return copy;
 }
 

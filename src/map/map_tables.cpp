@@ -68,12 +68,16 @@ std::string differencesOf(SQLite::Database& database, const std::string& table,
 void executeForEachTable(SQLite::Database& database, const std::string& statements, int step = 0) {
   for (const MapTable& table : kMapTables) {
     std::string sql = statements;
-    replaceAll(sql, "{missing in fresh}", differencesOf(database, table.name, "main", "fresh"));
-    replaceAll(sql, "{missing in main}", differencesOf(database, table.name, "fresh", "main"));
+    const auto replace = [&](const std::string& word, const auto& textOf) {
+      if (sql.find(word) != std::string::npos) replaceAll(sql, word, textOf());
+    };
+    replace("{missing in fresh}",
+            [&] { return differencesOf(database, table.name, "main", "fresh"); });
+    replace("{missing in main}",
+            [&] { return differencesOf(database, table.name, "fresh", "main"); });
+    replace("{columns}", [&] { return columnsOf(database, table.name); });
     replaceAll(sql, "{table}", table.name);
     replaceAll(sql, "{step}", std::to_string(step));
-    if (sql.find("{columns}") != std::string::npos)
-      replaceAll(sql, "{columns}", columnsOf(database, table.name));
     database.exec(sql);
   }
 }
