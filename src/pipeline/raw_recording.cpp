@@ -45,6 +45,8 @@ PixelPoints pointsOf(const Frame& frame, const Eigen::Matrix3d& R_up_sensor,
   const double farthest = graph::maxRange(frame, options);
   const DepthImage depth = smoothed(frame.depth, noise);
   PixelPoints result;
+  result.points.reserve(depth.pixels.size());
+  result.pixels.reserve(depth.pixels.size());
   for (int v = 0; v < depth.height; ++v) {
     for (int u = 0; u < depth.width; ++u) {
       const double z = depth.at(u, v);
