@@ -59,7 +59,7 @@ std::unique_ptr<FrameSource> openWithLabels(const std::string& path,
   if (has_labels && options.labels != kShapes) return source;
   const LabelSet shapes = io::shippedLabelSet(kShapes);
   ShapeShares shares{};
-  source = withShapeLabels(std::move(source), shapes, job.options.lift, &shares);
+  source = withShapeLabels(std::move(source), shapes, job.options, &shares);
   const bool is_told = !options.labels.empty() && options.labels != kShapes;
   logShares(path, shares, shapes,
             has_labels ? "labels are left aside"

@@ -158,7 +158,7 @@ tools::QueryInput openRecording(const Recording& recording, const LabelSet& map_
     const LabelSet& own = recording.source->labels();
     if (own.empty() || (knowsShapesOnly(map_labels) && !knowsShapesOnly(own)))
       input.source = withShapeLabels(ownedSource(recording.source), label::labelsOfShapes(),
-                                     work.job().options.lift);
+                                     work.job().options);
     else
       input.source = placeSource(recording, &map_labels, work);
     input.labels = input.source->labels();

@@ -18,6 +18,8 @@ struct MeasuredSize {
 /// Of some frames, evenly spread over all of them: of a sensor how far away what it sees is, of a
 /// cloud without view-points how far and how high it reaches.
 MeasuredSize measureSize(const std::vector<const FrameSource*>& recordings);
+/// The same of one frame.
+MeasuredSize measureSize(const Frame& frame);
 /// Of a bare graph: how far its vertices are apart and how far it reaches.
 MeasuredSize measureSize(const SemanticGraph& graph);
 

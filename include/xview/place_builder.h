@@ -28,6 +28,7 @@ struct PreprocessedFrame {
   double stamp_s = 0;
   Sensor sensor = Sensor::camera;
   Eigen::Isometry3d T_odom_sensor = Eigen::Isometry3d::Identity();
+  Eigen::Vector3d up_sensor = Eigen::Vector3d::Zero();  ///< see Frame
   LabelledCloud cloud;              ///< lifted, one point per voxel and class
   std::vector<float> weights;       ///< per point, by measurements in its voxel and by range
   std::vector<bool> resolves_thin;  ///< per point: measured near enough to resolve thin objects

@@ -20,11 +20,11 @@ inline bool knowsShapesOnly(const LabelSet& labels) { return labels.name() == kS
 using ShapeShares = std::array<double, label::kShapes>;
 
 /// The recording with classes from the shapes of its points (label::labelByShape), frame by frame.
-/// What it has of labels is left aside. `shapes` is the label set whose ids are those of
+/// What it has of labels is left aside. Cameras whose frame is not upright are turned by how they
+/// are held, unless options.gravity is aligned. `shapes` is the label set whose ids are those of
 /// label::Shape. `shares`, if given, receives what a few frames consist of.
 std::unique_ptr<FrameSource> withShapeLabels(std::unique_ptr<FrameSource> source, LabelSet shapes,
-                                             const graph::LiftOptions& lift,
-                                             ShapeShares* shares = nullptr);
+                                             const Options& options, ShapeShares* shares = nullptr);
 
 /// The recording with roles and kinds of its unknown classes: as the classes of the same names have
 /// them in a map, if it is given, else by shape (label::rolesByShape), judged in frames spread over

@@ -163,7 +163,8 @@ Shape shapeOf(const Spread& spread, float height_m, bool ground_below) {
 /// Labels in progress: what stands on the ground, in voxels.
 class Standing {
  public:
-  Standing(const pcl::PointCloud<Point>& points, const GroundField& ground) : voxels_(kVoxel_m) {
+  Standing(const pcl::PointCloud<Point>& points, const GroundField& ground, double size)
+      : voxels_(kVoxel_m * std::max(size, kRoomScale)) {
     std::vector<float> heights;
     voxel_of_.assign(points.size(), kOnGround);
     for (std::size_t i = 0; i < points.size(); ++i) {
@@ -187,7 +188,7 @@ class Standing {
       found_[v].shape = judge(v, ground_below);
     }
     smooth();
-    findLowObjects();
+    if (size == kTownScale) findLowObjects();
   }
 
   Shape of(std::size_t point) const {
@@ -322,10 +323,10 @@ LabelSet labelsOfShapes() {
   return labels;
 }
 
-void labelByShape(pcl::PointCloud<Point>& points) {
+void labelByShape(pcl::PointCloud<Point>& points, double size) {
   if (points.empty()) return;
   const GroundField ground(points);
-  const Standing standing(points, ground);
+  const Standing standing(points, ground, size);
   for (std::size_t i = 0; i < points.size(); ++i)
     points[i].label = static_cast<std::uint32_t>(standing.of(i));
 }

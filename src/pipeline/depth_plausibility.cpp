@@ -101,9 +101,10 @@ std::vector<FramePair> movedPairs(const FrameSource& source) {
     if (const auto b = firstThatMoved(source, a)) found.emplace_back(a, *b);
   }
   std::vector<FramePair> pairs;
+  const FrameSource& measured = source.asMeasured();
   const std::size_t step = (found.size() + kMostPairs - 1) / kMostPairs;
   for (std::size_t i = 0; i < found.size(); i += step)
-    pairs.emplace_back(source.read(found[i].first), source.read(found[i].second));
+    pairs.emplace_back(measured.read(found[i].first), measured.read(found[i].second));
   return pairs;
 }
 

@@ -152,12 +152,17 @@ MeasuredSize measureSize(const std::vector<const FrameSource*>& recordings) {
   std::size_t before = 0;  // frames of earlier recordings
   for (const FrameSource* source : recordings) {
     for (std::size_t i = (step - before % step) % step; i < source->size(); i += step) {
-      const double length = lengthOf(source->read(i));
+      const double length = lengthOf(source->asMeasured().read(i));
       if (length > 0) lengths.push_back(length);
     }
     before += source->size();
   }
   return measured(lengths, recordings.empty() ? Sensor::cloud : recordings[0]->sensor());
+}
+
+MeasuredSize measureSize(const Frame& frame) {
+  const double length = lengthOf(frame);
+  return measured(length > 0 ? std::vector<double>{length} : std::vector<double>{}, frame.sensor);
 }
 
 /// The mean, in ratios, of the distance to the nearest vertex and of the width of the whole.

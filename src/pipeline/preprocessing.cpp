@@ -161,6 +161,7 @@ PreprocessedFrame preprocessFrame(Frame frame, const LabelSet& labels, const Opt
   preprocessed.stamp_s = frame.stamp_s;
   preprocessed.sensor = frame.sensor;
   preprocessed.T_odom_sensor = frame.T_odom_sensor;
+  preprocessed.up_sensor = frame.up_sensor;
   if (frame.sensor == Sensor::camera) {
     const double noise = inverse_depth_sigma = graph::inverseDepthNoise(frame.depth);
     frame.label = graph::cleanLabels(frame.label, labels, options.clean);

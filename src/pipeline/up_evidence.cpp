@@ -24,6 +24,7 @@ constexpr std::size_t kMostFrames = 16, kMostPoints = 4000;  ///< looked at, eve
 constexpr double kLeans_rad = 0.35;                          ///< a wall or pole off by more is none
 
 constexpr double kGroundSigma_rad = 0.04;    ///< slope of streets
+constexpr double kToldSigma_rad = 0.02;      ///< of Frame::up_sensor
 constexpr double kFrameSigma_rad = 0.05;     ///< of the ground of one frame
 constexpr double kVerticalSigma_rad = 0.06;  ///< of one piece of wall or one pole
 constexpr double kVerticalsAlike = 30;       ///< more pieces than this err together
@@ -257,24 +258,30 @@ UpEvidence findUp(const std::vector<PlaceBuilder::SharedFrame>& all, const Label
   FramePointers frames;
   for (std::size_t i = 0; i < all.size(); i += step) frames.push_back(all[i].get());
   GroundSight grounds;
-  Eigen::Vector3d sensor_up = Eigen::Vector3d::Zero();
+  Eigen::Vector3d sensor_up = Eigen::Vector3d::Zero(), told_up = sensor_up;
   for (const PreprocessedFrame* frame : frames) {
     addGround(*frame, frames[0]->cloud.origin, labels, grounds);
     if (frame->sensor == Sensor::camera && !frame->aerial)
       sensor_up -= frame->T_odom_sensor.linear().col(1);
+    told_up += frame->T_odom_sensor.linear() * frame->up_sensor;
     if (frame->sensor == Sensor::lidar) sensor_up += frame->T_odom_sensor.linear().col(2);
   }
   evidence.grounds = static_cast<int>(grounds.planes.size());
-  const auto from_ground = groundUp(grounds);
-  const Eigen::Vector3d up = from_ground.value_or(sensor_up);
+  std::string source = "surfaces seen";
+  double sigma_rad = kToldSigma_rad;
+  Eigen::Vector3d up = told_up;
+  if (up.norm() == 0) {
+    const auto from_ground = groundUp(grounds);
+    source = from_ground ? "ground plane" : "mounting of the sensor";
+    sigma_rad = from_ground ? kGroundSigma_rad : kSensorSigma_rad;
+    up = from_ground.value_or(sensor_up);
+  }
   if (up.norm() == 0) return evidence;
   Verticals verticals;
   addWalls(frames, labels, verticals);
   addPoles(frames, labels, verticals);
-  correct(verticals, up.normalized(), from_ground ? kGroundSigma_rad : kSensorSigma_rad, evidence);
-  evidence.source =
-      fmt::format("{} and {} verticals", from_ground ? "ground plane" : "mounting of the sensor",
-                  evidence.verticals);
+  correct(verticals, up.normalized(), sigma_rad, evidence);
+  evidence.source = fmt::format("{} and {} verticals", source, evidence.verticals);
   return evidence;
 }
 

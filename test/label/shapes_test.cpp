@@ -153,6 +153,21 @@ TEST(Shapes, OfASlopeAreGround) {
   EXPECT_GT(ground, slope.size() * 99 / 100);
 }
 
+/// Check fix for: all furniture of a room was a low thing, which is left out as vehicles are, and
+/// what has the size of voxels of a town was scattered.
+TEST(Shapes, OfARoomAreThoseOfAStreetInSmall) {
+  const Street street;
+  const float small = static_cast<float>(kRoomScale);
+  pcl::PointCloud<Point> room = street.points();
+  for (Point& p : room) p.getVector3fMap() *= small;
+  labelByShape(room, kRoomScale);
+  EXPECT_EQ(Street::recall(street.points(), room, Shape::low_thing), 0);
+  const double walls = Street::recall(street.points(), room, Shape::wall);
+  EXPECT_GT(walls, 0.9);
+  labelByShape(room, kTownScale);
+  EXPECT_LT(Street::recall(street.points(), room, Shape::wall), walls - 0.1);
+}
+
 TEST(Shapes, OfNothingOrOnePointAreNoError) {
   pcl::PointCloud<Point> cloud;
   labelByShape(cloud);

@@ -12,11 +12,11 @@
 namespace xview {
 namespace {
 
-/// One cloud without a view-point.
+/// One cloud without a view-point, or one scan.
 class OneCloud : public FrameSource {
  public:
-  explicit OneCloud(pcl::PointCloud<Point> points) {
-    frame_.sensor = Sensor::cloud;
+  explicit OneCloud(pcl::PointCloud<Point> points, Sensor sensor = Sensor::cloud) {
+    frame_.sensor = sensor;
     frame_.cloud.points = std::move(points);
   }
   std::size_t size() const override { return 1; }
@@ -24,7 +24,7 @@ class OneCloud : public FrameSource {
   double stamp(std::size_t) const override { return 0; }
   std::int64_t number(std::size_t) const override { return 0; }
   Frame read(std::size_t) const override { return frame_; }
-  Sensor sensor() const override { return Sensor::cloud; }
+  Sensor sensor() const override { return frame_.sensor; }
   const LabelSet& labels() const override { return labels_; }
   const std::string& name() const override { return name_; }
 
@@ -49,9 +49,10 @@ pcl::PointCloud<Point> street() {
   return points;
 }
 
-std::vector<std::uint32_t> labelsOf(const pcl::PointCloud<Point>& points) {
+std::vector<std::uint32_t> labelsOf(const pcl::PointCloud<Point>& points,
+                                    Sensor sensor = Sensor::cloud) {
   const auto shapes =
-      withShapeLabels(std::make_unique<OneCloud>(points), io::shippedLabelSet(kShapes), {});
+      withShapeLabels(std::make_unique<OneCloud>(points, sensor), io::shippedLabelSet(kShapes), {});
   std::vector<std::uint32_t> labels;
   for (const Point& point : shapes->read(0).cloud.points) labels.push_back(point.label);
   return labels;
@@ -70,6 +71,38 @@ TEST(RawRecording, ACloudWithYUpOrDownHasTheShapesOfOneWithZUp) {
     EXPECT_GT(std::count(labels.begin(), labels.end(), 1U), 7500) << "ground, y " << up;
     EXPECT_GT(std::count(labels.begin(), labels.end(), 2U), 1000) << "walls, y " << up;
   }
+}
+
+/// Check fix for: scans of scanners that hang or lie on their sides had walls for ground.
+TEST(RawRecording, AScanHasItsShapesHoweverTheScannerStands) {
+  pcl::PointCloud<Point> upright = street();
+  for (Point& p : upright) p.getVector3fMap() -= Eigen::Vector3f(30, 5, 1.8F);
+  const std::vector<std::uint32_t> expected = labelsOf(upright, Sensor::lidar);
+  ASSERT_GT(std::count(expected.begin(), expected.end(), 1U), 7500) << "ground";
+  ASSERT_GT(std::count(expected.begin(), expected.end(), 2U), 1000) << "walls";
+  for (const Eigen::Vector3f& axis :
+       {Eigen::Vector3f(1, 0, 0), Eigen::Vector3f(0, 1, 0), Eigen::Vector3f(0.6F, 0.8F, 0)}) {
+    for (const float degrees : {20.F, 30.F, 90.F, -90.F, 110.F, 180.F}) {
+      pcl::PointCloud<Point> turned = upright;
+      const Eigen::AngleAxisf turn(degrees * static_cast<float>(M_PI) / 180, axis);
+      for (Point& p : turned) p.getVector3fMap() = turn * p.getVector3fMap();
+      const std::vector<std::uint32_t> labels = labelsOf(turned, Sensor::lidar);
+      std::size_t same = 0;
+      for (std::size_t i = 0; i < labels.size(); ++i) same += labels[i] == expected[i];
+      EXPECT_GT(same, labels.size() * 9 / 10) << degrees << " deg about " << axis.transpose();
+    }
+  }
+}
+
+/// A street that climbs stays as it is.
+TEST(RawRecording, AScanOfASteepStreetIsNotTurned) {
+  pcl::PointCloud<Point> steep = street();
+  for (Point& p : steep) {
+    p.getVector3fMap() -= Eigen::Vector3f(30, 5, 1.8F);
+    p.z += 0.1F * p.x;
+  }
+  const std::vector<std::uint32_t> labels = labelsOf(steep, Sensor::lidar);
+  EXPECT_GT(std::count(labels.begin(), labels.end(), 1U), 7500);
 }
 
 }  // namespace

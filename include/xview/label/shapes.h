@@ -5,6 +5,7 @@
 
 #include "xview/types/labelled_cloud.h"
 #include "xview/types/labels.h"
+#include "xview/types/semantic_place.h"
 
 namespace xview::label {
 
@@ -34,7 +35,10 @@ LabelSet labelsOfShapes();
 /// ground the eigenvalues of the covariance around a point tell planes and lines from the rest. If
 /// points are scattered and nobody says how far they err (Point::sigma), what is scattered near by
 /// is a wall if it is flat farther around and hardly thicker.
-void labelByShape(pcl::PointCloud<Point>& points);
+///
+/// `size` is the scale of the place (types/semantic_place.h): voxels are those of a town times it,
+/// but no finer than in rooms, and only in towns there are vehicles; furniture has their size.
+void labelByShape(pcl::PointCloud<Point>& points, double size = kTownScale);
 
 /// Role and kind of unknown classes (ClassInfo::unknown) from the shape of all their points
 /// together: what is flat and low is ground, what runs on is a wall, fence or hedge. Of a set whose

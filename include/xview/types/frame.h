@@ -30,6 +30,8 @@ struct Frame {
   double stamp_s = 0;
   Sensor sensor = Sensor::camera;
   Eigen::Isometry3d T_odom_sensor = Eigen::Isometry3d::Identity();
+  /// Up in the frame of the sensor, where it is known without classes; zero if not.
+  Eigen::Vector3d up_sensor = Eigen::Vector3d::Zero();
 
   Camera camera;        ///< camera only
   DepthImage depth;     ///< camera only
@@ -53,6 +55,8 @@ class FrameSource {
   virtual const std::string& name() const = 0;  ///< the path as given
   /// What its reader guessed or left out, and why: whole sentences without the path.
   virtual std::vector<std::string> notes() const { return {}; }
+  /// The same frames without the labels that are made when one is read.
+  virtual const FrameSource& asMeasured() const { return *this; }
   /// What a label in its frames is that labels() does not know.
   virtual std::string describeUnknown(std::uint32_t label) const {
     return "class " + std::to_string(label) + " (label set '" + labels().name() +
@@ -89,6 +93,7 @@ class RelabelledRecording : public ForwardingSource {
   RelabelledRecording(std::unique_ptr<FrameSource> source, LabelSet labels)
       : ForwardingSource(*source), owned_(std::move(source)), labels_(std::move(labels)) {}
   const LabelSet& labels() const override { return labels_; }
+  const FrameSource& asMeasured() const override { return source_.asMeasured(); }
 
  private:
   std::unique_ptr<FrameSource> owned_;

@@ -77,6 +77,7 @@ class TranslatedRecording final : public ForwardingSource {
 
   Frame read(std::size_t index) const override;
   const LabelSet& labels() const override { return match_.to(); }
+  const FrameSource& asMeasured() const override { return source_.asMeasured(); }
   std::string describeUnknown(std::uint32_t label) const override;
 
  private:
