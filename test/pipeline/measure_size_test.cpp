@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <fstream>
 #include <functional>
+#include <memory>
 #include <utility>
 
 #include "pipeline/simulated_drive.h"
@@ -140,6 +141,19 @@ class OneCloud : public ForwardingSource {
  private:
   Frame cloud_;
 };
+
+/// Check fix for: frames were given classes only to measure how far they see.
+TEST(MeasuredSizes, AreToldWithoutClasses) {
+  class Unreadable final : public RelabelledRecording {
+   public:
+    explicit Unreadable(const FrameSource& source)
+        : RelabelledRecording(std::make_unique<ModelDrive>(source, 1), source.labels()) {}
+    Frame read(std::size_t) const override { throw Error(name(), "asked for classes"); }
+  };
+  const FrameSource& drive = *simulatedDrive().sessions.at("rear");
+  const Unreadable labelled(drive);
+  EXPECT_EQ(measureSize({&labelled}).reason, measureSize({&drive}).reason);
+}
 
 TEST(MeasuredSizes, PlacesOfACloudCountAndNotItsPoints) {
   const auto scanned = [](double height_m, double width_m) {
