@@ -6,10 +6,10 @@
 #include <optional>
 #include <utility>
 
-#include "pipeline/camera_up.h"
 #include "pipeline/gravity.h"
 #include "pipeline/query_in_map.h"
 #include "pipeline/shapes_any_way_up.h"
+#include "pipeline/up_by_surfaces.h"
 #include "xview/graph/smooth_depth.h"
 #include "xview/label/shapes.h"
 #include "xview/measure_size.h"
@@ -148,7 +148,7 @@ class ShapeLabelled final : public RelabelledRecording {
       averageWithNeighbours(index, frame);
       labelImage(R_up_sensor, lift_, size, frame);
     } else {
-      labelAnyWayUp(R_up_sensor, frame.sensor, size, frame.cloud.points);
+      frame.up_sensor = labelAnyWayUp(R_up_sensor, frame.sensor, size, frame.cloud.points);
     }
     frame.instance = {};
     for (Point& point : frame.cloud.points) point.instance = 0;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "pipeline/gravity.h"
+#include "pipeline/up_by_surfaces.h"
 #include "xview/label/shapes.h"
 #include "xview/types/median.h"
 
@@ -115,12 +116,30 @@ struct TurnedCloud {
   }
 };
 
+/// Labels a cloud of a room along this vertical. Up is where more ground is seen, with things on
+/// it.
+Eigen::Vector3d labelAlong(const Eigen::Vector3d& vertical, double size,
+                           pcl::PointCloud<Point>& points) {
+  TurnedCloud best(alignmentFromUp(vertical).toRotationMatrix(), size, points);
+  TurnedCloud other(alignmentFromUp(-vertical).toRotationMatrix(), size, std::move(points));
+  const auto weight = [](const TurnedCloud& cloud) {
+    return std::make_pair(standsOnGround(cloud.R, Sensor::cloud, cloud.points), cloud.ground);
+  };
+  if (weight(best) < weight(other)) best = std::move(other);
+  points = std::move(best.points);
+  return best.R.row(2);
+}
+
 }  // namespace
 
-void labelAnyWayUp(const Eigen::Matrix3d& R_up_sensor, Sensor sensor, double size,
-                   pcl::PointCloud<Point>& points) {
-  TurnedCloud best(R_up_sensor, size, std::move(points));
+Eigen::Vector3d labelAnyWayUp(const Eigen::Matrix3d& R_up_sensor, Sensor sensor, double size,
+                              pcl::PointCloud<Point>& points) {
   const bool is_scan = sensor == Sensor::lidar;
+  if (sensor == Sensor::cloud && size != kTownScale && R_up_sensor.isIdentity()) {
+    const Eigen::Vector3d vertical = verticalOfRoom(points, size);
+    if (vertical != Eigen::Vector3d::UnitZ()) return labelAlong(vertical, size, points);
+  }
+  TurnedCloud best(R_up_sensor, size, std::move(points));
   if (best.ground < (is_scan ? kLittleGroundOfScan : kLittleGround)) {
     const Eigen::Vector3d x = Eigen::Vector3d::UnitX(), y = Eigen::Vector3d::UnitY();
     std::vector<Eigen::AngleAxisd> turns = {{M_PI / 2, x}, {-M_PI / 2, x}};
@@ -141,6 +160,7 @@ void labelAnyWayUp(const Eigen::Matrix3d& R_up_sensor, Sensor sensor, double siz
     best = std::move(level);
   }
   points = std::move(best.points);
+  return Eigen::Vector3d::Zero();
 }
 
 }  // namespace xview

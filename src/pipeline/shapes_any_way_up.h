@@ -14,8 +14,9 @@ namespace xview {
 /// Where little lies as ground would, or a scanner under it, z may not be up: meshes are often
 /// drawn with y up, cameras have y down, and scanners hang or lie on their sides. Labelled as of
 /// the way up that shows the most ground, with things on it, if that is by far more; that of a scan
-/// leans as its ground does.
-void labelAnyWayUp(const Eigen::Matrix3d& R_up_sensor, Sensor sensor, double size,
-                   pcl::PointCloud<Point>& points);
+/// leans as its ground does. In a room z is not up where it is not what surfaces say
+/// (verticalOfRoom): returned is up as they say, a unit vector, else zero.
+Eigen::Vector3d labelAnyWayUp(const Eigen::Matrix3d& R_up_sensor, Sensor sensor, double size,
+                              pcl::PointCloud<Point>& points);
 
 }  // namespace xview

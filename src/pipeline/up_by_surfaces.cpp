@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "pipeline/camera_up.h"
+#include "pipeline/up_by_surfaces.h"
+
+#include <pcl/features/normal_3d.h>
+#include <pcl/kdtree/kdtree_flann.h>
 
 #include <algorithm>
 #include <array>
@@ -8,12 +11,13 @@
 #include <vector>
 
 #include "pipeline/gravity.h"
+#include "xview/graph/lift.h"
 
 namespace xview {
 namespace {
 
 constexpr double kDegree = M_PI / 180;
-constexpr std::size_t kMostPoses = 200, kMostFrames = 12;  ///< looked at, evenly
+constexpr std::size_t kMostPoses = 200, kFramesSeen = 12;  ///< looked at, evenly
 constexpr double kStraightDown = 0.95;  ///< sine of the angle below the horizon; no side of such
                                         ///< an image is up
 constexpr double kLooksUp = 0.7;        ///< of that above it: hardly anybody maps a ceiling
@@ -25,6 +29,14 @@ constexpr double kSteepest = 0.2;                  ///< step in depth over depth
 constexpr double kFewestNormals = 500;             ///< of all frames
 constexpr double kIndependent = 30;                ///< pieces of surface; neighbours err together
 
+constexpr double kCloudVoxel_m = 0.3;  ///< in a town
+constexpr std::size_t kPointsThinned = 1000000, kMostNormals = 10000, kFewestAround = 8;
+constexpr double kReach = 2.5;    ///< voxels around a point that make its normal
+constexpr double kCurved = 0.05;  ///< share of the variance across a surface
+constexpr double kAxisOff_rad = 45 * kDegree;
+constexpr double kNearZ_rad = 8 * kDegree;  ///< z is believed
+constexpr double kClearlyBetter = 1;        ///< in nats per normal
+
 /// Shares of surface that faces up, faces down, stands upright, and does as it likes.
 constexpr double kFloors = 0.3, kCeilings = 0.1, kWalls = 0.3, kOthers = 0.3;
 
@@ -35,32 +47,16 @@ bool mayBeHeldSo(const Eigen::Matrix3d& R, const Eigen::Vector3d& up) {
   return ahead < kLooksUp && top > std::cos(kRolls_rad) * std::sqrt(1 - ahead * ahead);
 }
 
-/// Normals of surfaces towards the camera, in directions of some four degrees.
+/// Normals of surfaces, in directions of some four degrees.
 class Normals {
  public:
-  void add(const Frame& frame) {
-    const DepthImage& depth = frame.depth;
-    for (int v = 0; v + 2 * kStep_px < depth.height; v += kStep_px) {
-      for (int u = 0; u + 2 * kStep_px < depth.width; u += kStep_px) {
-        const double z = depth.at(u, v), right = depth.at(u + 2 * kStep_px, v),
-                     below = depth.at(u, v + 2 * kStep_px);
-        if (!isDepth(depth.at(u, v)) || !(std::abs(right - z) < kSteepest * z) ||
-            !(std::abs(below - z) < kSteepest * z))
-          continue;
-        const Eigen::Vector3d p = frame.camera.unproject(u, v, z);
-        Eigen::Vector3d n = (frame.camera.unproject(u + 2 * kStep_px, v, right) - p)
-                                .cross(frame.camera.unproject(u, v + 2 * kStep_px, below) - p);
-        if (n.dot(p) > 0) n = -n;
-        if (!(n.norm() > 0)) continue;
-        n = frame.T_odom_sensor.linear() * n.normalized();
-        Direction& direction = directions_[{static_cast<int>(std::lround(n.x() * kSteps)),
-                                            static_cast<int>(std::lround(n.y() * kSteps)),
-                                            static_cast<int>(std::lround(n.z() * kSteps))}];
-        direction.count += 1;
-        direction.sum += n;
-        count_ += 1;
-      }
-    }
+  void add(const Eigen::Vector3d& n) {
+    Direction& direction = directions_[{static_cast<int>(std::lround(n.x() * kSteps)),
+                                        static_cast<int>(std::lround(n.y() * kSteps)),
+                                        static_cast<int>(std::lround(n.z() * kSteps))}];
+    direction.count += 1;
+    direction.sum += n;
+    count_ += 1;
   }
   double count() const { return count_; }
 
@@ -93,6 +89,54 @@ class Normals {
   std::map<std::array<int, 3>, Direction> directions_;
   double count_ = 0;
 };
+
+/// Towards the camera, in the frame of its poses.
+void addNormals(const Frame& frame, Normals& normals) {
+  const DepthImage& depth = frame.depth;
+  for (int v = 0; v + 2 * kStep_px < depth.height; v += kStep_px) {
+    for (int u = 0; u + 2 * kStep_px < depth.width; u += kStep_px) {
+      const double z = depth.at(u, v), right = depth.at(u + 2 * kStep_px, v),
+                   below = depth.at(u, v + 2 * kStep_px);
+      if (!isDepth(depth.at(u, v)) || !(std::abs(right - z) < kSteepest * z) ||
+          !(std::abs(below - z) < kSteepest * z))
+        continue;
+      const Eigen::Vector3d p = frame.camera.unproject(u, v, z);
+      Eigen::Vector3d n = (frame.camera.unproject(u + 2 * kStep_px, v, right) - p)
+                              .cross(frame.camera.unproject(u, v + 2 * kStep_px, below) - p);
+      if (n.dot(p) > 0) n = -n;
+      if (n.norm() > 0) normals.add(frame.T_odom_sensor.linear() * n.normalized());
+    }
+  }
+}
+
+/// Of a cloud, both ways: nothing says from which side it was seen.
+void addNormals(const pcl::PointCloud<Point>& points, double size, Normals& normals) {
+  LabelledCloud cloud;
+  for (std::size_t i = 0; i < points.size(); i += 1 + points.size() / kPointsThinned) {
+    const Point& p = points[i];
+    if (p.getVector3fMap().allFinite()) cloud.points.emplace_back(p.x, p.y, p.z, 0);
+  }
+  const double voxel_m = size * kCloudVoxel_m;
+  const pcl::PointCloud<pcl::PointXYZ>::Ptr thin(new pcl::PointCloud<pcl::PointXYZ>);
+  for (const Point& p : graph::thinByVoxel(cloud, voxel_m).points)
+    thin->emplace_back(p.x, p.y, p.z);
+  if (thin->empty()) return;
+  pcl::KdTreeFLANN<pcl::PointXYZ> tree;
+  tree.setInputCloud(thin);
+  pcl::Indices near;
+  std::vector<float> squared;
+  for (std::size_t i = 0; i < thin->size(); i += 1 + thin->size() / kMostNormals) {
+    tree.radiusSearch((*thin)[i], kReach * voxel_m, near, squared);
+    Eigen::Vector4f plane;
+    float curvature = 0;
+    if (near.size() < kFewestAround || !pcl::computePointNormal(*thin, near, plane, curvature) ||
+        !(curvature < kCurved))
+      continue;
+    const Eigen::Vector3d n = plane.head<3>().cast<double>().normalized();
+    normals.add(n);
+    normals.add(-n);
+  }
+}
 
 /// The best of the directions around one, in rings of this step.
 template <class Score>
@@ -131,9 +175,9 @@ Eigen::Vector3d upOfCamera(const FrameSource& recording) {
   if (2 * upright >= poses || top.norm() < 0.5 * static_cast<double>(poses)) return nothing;
   top.normalize();
   Normals normals;
-  const std::size_t frames = std::min(kMostFrames, recording.size());
+  const std::size_t frames = std::min(kFramesSeen, recording.size());
   for (std::size_t i = 0; i < frames; ++i)
-    normals.add(recording.read(i * recording.size() / frames));
+    addNormals(recording.read(i * recording.size() / frames), normals);
   if (normals.count() < kFewestNormals) return nothing;
   const auto score = [&](const Eigen::Vector3d& up) {
     const double off = std::acos(std::clamp(up.dot(top), -1.0, 1.0));
@@ -143,6 +187,22 @@ Eigen::Vector3d upOfCamera(const FrameSource& recording) {
   const Eigen::Vector3d up = bestAround(rough, 3 * kDegree, 0.5 * kDegree, score);
   // A camera that was turned or hung upside down sees surfaces that z lines up with.
   return 2 * looking_up < poses && normals.score(z) >= normals.score(up) ? nothing : up;
+}
+
+Eigen::Vector3d verticalOfRoom(const pcl::PointCloud<Point>& points, double size) {
+  const Eigen::Vector3d z = Eigen::Vector3d::UnitZ();
+  Normals normals;
+  addNormals(points, size, normals);
+  if (normals.count() < kFewestNormals) return z;
+  const auto score = [&](const Eigen::Vector3d& up) { return normals.score(up); };
+  const auto near = [&](const Eigen::Vector3d& axis) {
+    return bestAround(bestAround(axis, kAxisOff_rad, 3 * kDegree, score), 3 * kDegree,
+                      0.5 * kDegree, score);
+  };
+  const Eigen::Vector3d near_z = near(z), near_y = near(Eigen::Vector3d::UnitY());
+  const bool z_fits = near_z.z() > std::cos(kNearZ_rad);
+  if (score(near_y) > score(near_z) + (z_fits ? kClearlyBetter : 0)) return near_y;
+  return z_fits ? z : near_z;
 }
 
 }  // namespace xview

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Cameras whose frame is that of their first image: which way is up there, and what follows.
-#include "pipeline/camera_up.h"
+#include "pipeline/up_by_surfaces.h"
 
 #include <gtest/gtest.h>
 
@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "pipeline/gravity.h"
+#include "pipeline/shapes_any_way_up.h"
 #include "support/test_data.h"
 #include "xview/io/recording.h"
 #include "xview/localizer.h"
@@ -206,11 +207,59 @@ TEST(CameraUp, NothingInARoomIsAVehicle) {
   EXPECT_EQ(low_things("room"), 0);
 }
 
+/// What all images show, in one cloud without view-points.
+LabelledCloud cloudOf(const FrameSource& images, int step_px = 1) {
+  LabelledCloud cloud;
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    const Frame frame = images.read(i);
+    for (int v = 0; v < frame.depth.height; v += step_px) {
+      for (int u = 0; u < frame.depth.width; u += step_px) {
+        if (!isDepth(frame.depth.at(u, v))) continue;
+        const Eigen::Vector3f p =
+            (frame.T_odom_sensor * frame.camera.unproject(u, v, frame.depth.at(u, v)))
+                .cast<float>();
+        cloud.points.emplace_back(p.x(), p.y(), p.z(), 0);
+      }
+    }
+  }
+  return cloud;
+}
+
+/// Check fix for: clouds of rooms in frames of cameras had walls for ground.
+TEST(UpOfClouds, OfRoomsInFramesOfCamerasIsToldBySurfaces) {
+  for (const double down : {5.0, 20.0, 35.0}) {
+    const auto poses = turningHead(down, 5);
+    const Eigen::Isometry3d T = inFirstImage(poses);
+    pcl::PointCloud<Point> points = cloudOf(Room(poses, T)).points;
+    const Eigen::Vector3d up = T.linear().col(2), vertical = verticalOfRoom(points, kRoomScale);
+    EXPECT_LT(std::min(degreesBetween(vertical, up), degreesBetween(-vertical, up)), 2) << down;
+    const Eigen::Vector3d told =
+        labelAnyWayUp(Eigen::Matrix3d::Identity(), Sensor::cloud, kRoomScale, points);
+    EXPECT_LT(degreesBetween(told, up), 2) << down;
+  }
+  pcl::PointCloud<Point> upright =
+      cloudOf(Room(turningHead(20, 5), Eigen::Isometry3d::Identity())).points;
+  EXPECT_EQ(verticalOfRoom(upright, kRoomScale), Eigen::Vector3d::UnitZ());
+  EXPECT_EQ(verticalOfRoom({}, kRoomScale), Eigen::Vector3d::UnitZ());
+  EXPECT_EQ(labelAnyWayUp(Eigen::Matrix3d::Identity(), Sensor::cloud, kRoomScale, upright).norm(),
+            0);
+}
+
 struct RealRoom {
   const char* folder;
   double most_m;
   bool accepted;
 };
+
+Eigen::Isometry3d truthIn(const std::string& data) {
+  Eigen::Isometry3d T_map_query;
+  std::ifstream file(data + "/query/truth.txt");
+  std::string comment;
+  std::getline(file, comment);
+  for (int i = 0; i < 16; ++i) file >> T_map_query.matrix()(i / 4, i % 4);
+  return T_map_query;
+}
+
 class RealRooms : public testing::TestWithParam<RealRoom> {};
 
 /// Depth images of Kinects in frames of cameras, seen from another side.
@@ -224,13 +273,18 @@ TEST_P(RealRooms, AreFoundWithoutLabelsAndWithoutKnowingUp) {
   if (GetParam().accepted) {
     EXPECT_EQ(answer.status, Status::accepted) << answer.reason;
   }
-  Eigen::Isometry3d truth;
-  std::ifstream file(data + "/query/truth.txt");
-  std::string comment;
-  std::getline(file, comment);
-  for (int i = 0; i < 16; ++i) file >> truth.matrix()(i / 4, i % 4);
   const Eigen::Vector3d last = frames->pose(frames->size() - 1).translation();
-  EXPECT_LT((answer.T_map_query * last - truth * last).norm(), GetParam().most_m);
+  EXPECT_LT((answer.T_map_query * last - truthIn(data) * last).norm(), GetParam().most_m);
+}
+
+/// Of the same as two clouds of points and nothing else, which are in different frames.
+TEST_P(RealRooms, AsCloudsHaveOneUp) {
+  XVIEW_REQUIRE_DATA(data, GetParam().folder);
+  const auto up = [&](const std::string& part) {
+    pcl::PointCloud<Point> points = cloudOf(*io::openRecording(data + part), 4).points;
+    return labelAnyWayUp(Eigen::Matrix3d::Identity(), Sensor::cloud, kRoomScale, points);
+  };
+  EXPECT_LT(degreesBetween(truthIn(data).linear() * up("/query"), up("/map")), 4);
 }
 
 INSTANTIATE_TEST_SUITE_P(Kinect, RealRooms,

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 
 #include "xview/types/frame.h"
+#include "xview/types/labelled_cloud.h"
 
 namespace xview {
 
@@ -14,5 +15,11 @@ namespace xview {
 /// surfaces face it (floors, tables) or stand along it (walls): a mixture of both, of ceilings and
 /// of any direction.
 Eigen::Vector3d upOfCamera(const FrameSource& recording);
+
+/// The axis that is vertical in a cloud of a room of this scale (types/semantic_place.h), by the
+/// same mixture: near z, or near y where surfaces fit it clearly better, as in clouds of cameras. A
+/// unit vector; whether it points up or down is not told. z itself if it is near enough, and where
+/// too few surfaces are seen.
+Eigen::Vector3d verticalOfRoom(const pcl::PointCloud<Point>& points, double size);
 
 }  // namespace xview
