@@ -34,8 +34,8 @@ double groundShare(const pcl::PointCloud<Point>& points) {
   return static_cast<double>(ground) / static_cast<double>(std::max<std::size_t>(1, points.size()));
 }
 
-/// Labels points as they lie when turned. Those that need no turn are not copied: a cloud may be
-/// all that memory holds.
+/// Labels points as they lie when turned. Without a turn they are not copied: a cloud may be all
+/// that memory holds.
 void labelTurned(const Eigen::Matrix3d& R, double size, pcl::PointCloud<Point>& points) {
   if (R == Eigen::Matrix3d::Identity()) return label::labelByShape(points, size);
   pcl::PointCloud<Point> turned = points;

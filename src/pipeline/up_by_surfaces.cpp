@@ -35,7 +35,7 @@ constexpr double kReach = 2.5;    ///< voxels around a point that make its norma
 constexpr double kCurved = 0.05;  ///< share of the variance across a surface
 constexpr double kAxisOff_rad = 45 * kDegree;
 constexpr double kNearZ_rad = 8 * kDegree;  ///< z is believed
-constexpr double kClearlyBetter = 1;        ///< in nats per normal
+constexpr double kClearlyBetter = 1;        ///< log-likelihood ratio per normal
 
 /// Shares of surface that faces up, faces down, stands upright, and does as it likes.
 constexpr double kFloors = 0.3, kCeilings = 0.1, kWalls = 0.3, kOthers = 0.3;
