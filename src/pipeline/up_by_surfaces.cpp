@@ -158,6 +158,13 @@ Eigen::Vector3d bestAround(const Eigen::Vector3d& middle, double reach_rad, doub
   return best;
 }
 
+template <class Score>
+Eigen::Vector3d mostLikelyNear(const Eigen::Vector3d& middle, double reach_rad,
+                               const Score& score) {
+  constexpr double kRough_rad = 3 * kDegree, kFine_rad = 0.5 * kDegree;
+  return bestAround(bestAround(middle, reach_rad, kRough_rad, score), kRough_rad, kFine_rad, score);
+}
+
 }  // namespace
 
 Eigen::Vector3d upOfCamera(const FrameSource& recording) {
@@ -183,8 +190,7 @@ Eigen::Vector3d upOfCamera(const FrameSource& recording) {
     const double off = std::acos(std::clamp(up.dot(top), -1.0, 1.0));
     return normals.score(up) - 0.5 * std::pow(off / kTopSigma_rad, 2) / kIndependent;
   };
-  const Eigen::Vector3d rough = bestAround(top, kTopOff_rad, 3 * kDegree, score);
-  const Eigen::Vector3d up = bestAround(rough, 3 * kDegree, 0.5 * kDegree, score);
+  const Eigen::Vector3d up = mostLikelyNear(top, kTopOff_rad, score);
   // A camera that was turned or hung upside down sees surfaces that z lines up with.
   return 2 * looking_up < poses && normals.score(z) >= normals.score(up) ? nothing : up;
 }
@@ -195,11 +201,8 @@ Eigen::Vector3d verticalOfRoom(const pcl::PointCloud<Point>& points, double size
   addNormals(points, size, normals);
   if (normals.count() < kFewestNormals) return z;
   const auto score = [&](const Eigen::Vector3d& up) { return normals.score(up); };
-  const auto near = [&](const Eigen::Vector3d& axis) {
-    return bestAround(bestAround(axis, kAxisOff_rad, 3 * kDegree, score), 3 * kDegree,
-                      0.5 * kDegree, score);
-  };
-  const Eigen::Vector3d near_z = near(z), near_y = near(Eigen::Vector3d::UnitY());
+  const Eigen::Vector3d near_z = mostLikelyNear(z, kAxisOff_rad, score),
+                        near_y = mostLikelyNear(Eigen::Vector3d::UnitY(), kAxisOff_rad, score);
   const bool z_fits = near_z.z() > std::cos(kNearZ_rad);
   if (score(near_y) > score(near_z) + (z_fits ? kClearlyBetter : 0)) return near_y;
   return z_fits ? z : near_z;

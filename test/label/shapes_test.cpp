@@ -164,6 +164,9 @@ TEST(Shapes, OfARoomAreThoseOfAStreetInSmall) {
   EXPECT_EQ(Street::recall(street.points(), room, Shape::low_thing), 0);
   const double walls = Street::recall(street.points(), room, Shape::wall);
   EXPECT_GT(walls, 0.9);
+  pcl::PointCloud<Point> as_large = street.points();
+  labelByShape(as_large, kRoomScale);
+  EXPECT_EQ(Street::recall(street.points(), as_large, Shape::low_thing), 0) << "as large as a car";
   labelByShape(room, kTownScale);
   EXPECT_LT(Street::recall(street.points(), room, Shape::wall), walls - 0.1);
 }
