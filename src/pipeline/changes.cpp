@@ -26,7 +26,8 @@ constexpr double kSight_m = 30;         ///< things are seen from as far
 constexpr double kGroundShare = 0.6;      ///< of the cells around a foot
 constexpr double kSeenShare = 0.5;        ///< of the points of a thing that are not out of view
 constexpr double kToldShare = 0.2;        ///< of all its points
-constexpr double kAroundShare = 0.4;      ///< of the points around it are met
+constexpr double kAroundShare = 0.6;      ///< of the points around it are met
+constexpr double kStandsShare = 0.5;      ///< of which a larger one is met stands
 constexpr double kOtherShare = 0.1;       ///< of the met points is of its class by chance
 constexpr std::size_t kAsked = 60;        ///< points of a thing
 constexpr std::uint32_t kFewPoints = 20;  ///< say little of how pure labels are
@@ -317,7 +318,8 @@ class Experience {
 
   /// Probability that a landmark is gone, given what the other visit says of its points.
   double probabilityOfChange(const Evidence& evidence) const {
-    const double gone = probabilityOfAbsence(evidence.metShare());
+    const double gone =
+        evidence.metShare() > kStandsShare ? 0 : probabilityOfAbsence(evidence.metShare());
     return evidence.isOfAnotherClass() ? std::max(gone, probabilityOfReplacement()) : gone;
   }
 
