@@ -27,7 +27,7 @@ constexpr double kGroundShare = 0.6;      ///< of the cells around a foot
 constexpr double kSeenShare = 0.5;        ///< of the points of a thing that are not out of view
 constexpr double kToldShare = 0.2;        ///< of all its points
 constexpr double kAroundShare = 0.6;      ///< of the points around it are met
-constexpr double kStandsShare = 0.5;      ///< of which a larger one is met stands
+constexpr double kStandsShare = 0.5;      ///< of its points; it stands if more of them are met
 constexpr double kOtherShare = 0.1;       ///< of the met points is of its class by chance
 constexpr std::size_t kAsked = 60;        ///< points of a thing
 constexpr std::uint32_t kFewPoints = 20;  ///< say little of how pure labels are
@@ -61,7 +61,9 @@ struct Evidence {
   bool suffices() const {
     return told() > 0 && told() >= kSeenShare * (told() + hidden) && told() >= kToldShare * asked;
   }
-  bool isOfAnotherClass() const { return 2 * met() >= told() && same <= kOtherShare * met(); }
+  bool isOfAnotherClass() const {
+    return metShare() >= kStandsShare && same <= kOtherShare * met();
+  }
 };
 
 /// A vertex that may change, as the other visit sees it.
@@ -318,8 +320,7 @@ class Experience {
 
   /// Probability that a landmark is gone, given what the other visit says of its points.
   double probabilityOfChange(const Evidence& evidence) const {
-    const double gone =
-        evidence.metShare() > kStandsShare ? 0 : probabilityOfAbsence(evidence.metShare());
+    const double gone = probabilityOfAbsence(evidence.metShare());
     return evidence.isOfAnotherClass() ? std::max(gone, probabilityOfReplacement()) : gone;
   }
 
@@ -330,6 +331,7 @@ class Experience {
   }
 
   double probabilityOfAbsence(double met) const {
+    if (met > kStandsShare) return 0;
     const auto so_little = [&](double m) { return m <= met; };
     const auto so_much = [&](double m) { return m >= met; };
     const double standing = shareOf(standing_, so_little, kUnmet);

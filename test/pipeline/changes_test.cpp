@@ -340,6 +340,26 @@ TEST(Changes, AreNotSpokenOfWhereNothingAroundIsMet) {
   EXPECT_EQ(presenceOfCabinet(aside), Presence::unknown);
 }
 
+/// Its floor, but for that on one side of the cabinet, lies as far below as that.
+TEST(Changes, AreNotSpokenOfWhereHalfOfWhatIsAroundIsNotMet) {
+  Place sunken = wallWith(false, false);
+  for (Point& p : sunken.cloud.points) {
+    if (p.label == kFloor && p.y > -0.3f) p.z -= 1;
+  }
+  EXPECT_EQ(presenceOfCabinet(sunken), Presence::unknown);
+}
+
+/// What is left of it, without a vertex, lies within reach of all but its top rows.
+TEST(Changes, AreNoneOfAThingOfWhichMostIsMet) {
+  Place lower = wallWith(true, false);
+  lower.graph = {};
+  auto& points = lower.cloud.points;
+  points.erase(std::remove_if(points.begin(), points.end(),
+                              [](const Point& p) { return p.label == kCabinet && p.z > 0.55f; }),
+               points.end());
+  EXPECT_EQ(presenceOfCabinet(lower), Presence::stands);
+}
+
 TEST(Changes, AreNotSpokenOfWhereAVisitDoesNotTellWhereItLooked) {
   map::SemanticMap bare = changedTown().maps.at("forward2");
   bare.cloud = {};
