@@ -65,6 +65,7 @@ void forEachStatistic(Values& s, Visit&& visit) {
     dense.of = !registered ? Of::nothing : views ? Of::views : Of::points;
   visit(Name("aerial"), dense.aerial, Written::now);
   visit(Name("narrow"), dense.narrow, Written::now);
+  visit(Name("indoors"), dense.indoors, Written::now);
   visit(Name("of_surfaces"), s.of_surfaces, Written::now);
   visit(Name("inlier_ratio", "dense"), dense.inlier_ratio, Written::always);
   visit(Name("null_inlier_ratio", "by_chance"), dense.null_inlier_ratio, Written::always);

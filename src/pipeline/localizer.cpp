@@ -349,8 +349,9 @@ void Localizer::Index::setVisibility(const Query& query, const Query& levelled, 
     seen.miss_ratio = std::min(kConflictThreshold, *seen.miss_ratio);
   }
   dense.aerial = query.bev.aerial;
-  dense.narrow =
-      query.sensor == Sensor::camera && surroundingsOf(map.size) == search::Surroundings::town;
+  const bool is_camera = query.sensor == Sensor::camera;
+  dense.indoors = is_camera && surroundingsOf(map.size) == search::Surroundings::rooms;
+  dense.narrow = is_camera && !dense.indoors;
   // From one place a query cannot show what stands behind what it shows, but its rays tell.
   const bool from_one_place = travelOf(query) < kOnePlace_m;
   const bool shows_little =

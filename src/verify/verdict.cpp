@@ -77,9 +77,19 @@ double aboveNullOf(double above_null, const std::optional<double>& map_overlap,
          kSelfConsistencyThreshold;
 }
 
+/// Inlier ratio above null over that of wrong places of the map at hand, above its threshold: how
+/// closely other rooms fit depends on furniture, labels and sensor, as the right one does.
+double aboveWrongPlaces(const Statistics& s) {
+  constexpr double kThreshold = 2;
+  return (s.dense.inlier_ratio - s.dense.null_inlier_ratio) /
+             std::max(kUsualWrongPlaceAboveNull, s.wrong_place_above_null) -
+         kThreshold;
+}
+
 /// 0 if the registration did not converge.
 double aboveNullOf(const Statistics& s) {
   const DenseEvidence& dense = s.dense;
+  if (dense.indoors && !dense.map_overlap) return aboveWrongPlaces(s);
   return dense.converged ? aboveNullOf(dense.inlier_ratio - dense.null_inlier_ratio,
                                        dense.map_overlap, dense.self_consistency)
                          : 0;
@@ -310,7 +320,7 @@ double EvidenceWeights::linearPart(double log_odds) const {
 
 const EvidenceWeights& VerdictModel::weightsFor(const Statistics& s) const {
   if (!s.dense.registered()) return s.of_surfaces ? alone : graph;
-  if (!s.dense.map_overlap) return s.dense.narrow ? glimpse : registered;
+  if (!s.dense.map_overlap) return s.dense.indoors ? rooms : s.dense.narrow ? glimpse : registered;
   return s.dense.aerial ? air : with_overlap;
 }
 
@@ -337,6 +347,13 @@ std::array<double, kTerms> termsOf(const Statistics& s) {
     terms[kObstacleOverlap] = obstacleOverlapTerm(dense);
     terms[kConflictRatio] = conflictTerm(dense.conflict_ratio);
     terms[kWrongPlaceAboveNull] = s.wrong_place_above_null - kUsualWrongPlaceAboveNull;
+    return terms;
+  }
+  if (!dense.map_overlap && dense.indoors) {
+    // Where other rooms fit as closely, that none scores as well says nothing.
+    terms[kLogDenseMargin] = logDenseMarginTerm(margin);
+    terms[kLikelihoodMarginTimesAboveNull] =
+        std::log(s.likelihood_margin + kNoise_nats) * std::max(0.0, aboveNullOf(s));
     return terms;
   }
   if (!dense.map_overlap) {

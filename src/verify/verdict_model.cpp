@@ -25,9 +25,9 @@ constexpr double kRidge = 1e-3;  ///< of standardised weights, per answer
 constexpr int kNewtonSteps = 50;
 
 constexpr std::array<const char*, kTerms> kTermNames = {
-    "constant",     "agreement", "lead",         "known",      "excess",
-    "settled",      "standing",  "shown",        "missing",    "contradicted",
-    "seen_through", "margin",    "margin_there", "log_margin", "null_excess"};
+    "constant",     "agreement",  "lead",        "known",        "excess",       "settled",
+    "standing",     "shown",      "missing",     "contradicted", "seen_through", "margin",
+    "margin_there", "log_margin", "null_excess", "lead_there"};
 
 /// Which way a witness may count: more of it makes an answer likelier (+1), or less likely (-1).
 constexpr int signOf(Term term) { return term == kWrongPlaceAboveNull ? -1 : 1; }
@@ -46,6 +46,9 @@ void forWeights(Model& model, const Visit& visit) {
   all("registered.", model.registered,
       {kConstant, kMapCoverage, kAboveNull, kFreeSpaceViolation, kDenseMargin,
        kDenseMarginTimesAboveNull});
+  all("rooms.", model.rooms,
+      {kConstant, kMapCoverage, kFreeSpaceViolation, kLogDenseMargin,
+       kLikelihoodMarginTimesAboveNull});
   all("glimpse.", model.glimpse,
       {kConstant, kLikelihoodMargin, kMapCoverage, kAboveNull, kObstacleOverlap, kConflictRatio,
        kFreeSpaceViolation, kLogDenseMargin, kWrongPlaceAboveNull});
@@ -237,43 +240,19 @@ VerdictModel verdictModelOf(const VerdictOptions& options) {
 }
 
 VerdictModel fitVerdictModel(const std::vector<JudgedStatistics>& answers) {
-  const auto fit = [&](const auto& evidence, EvidenceWeights& weights) {
+  VerdictModel model = defaultVerdictModel();
+  for (EvidenceWeights* weights : {&model.graph, &model.alone, &model.registered, &model.rooms,
+                                   &model.glimpse, &model.with_overlap, &model.air}) {
     std::vector<Sample> samples;
     for (const JudgedStatistics& a : answers) {
-      if (const std::optional<Statistics> known = evidence(a.statistics))
-        samples.push_back({termsOf(*known), a.right, a.group});
+      if (&model.weightsFor(a.statistics) == weights)
+        samples.push_back({termsOf(a.statistics), a.right, a.group});
     }
-    if (samples.empty() && !answers.empty()) return;  // nothing new is known of such answers
+    if (samples.empty() && !answers.empty()) continue;  // nothing new is known of such answers
     if (!setWeights(samples))
       throw Error("verdict", "needs right and wrong answers of each kind to learn from");
-    weights = calibrated(fitTerms(samples), samples);
-  };
-  using Known = std::optional<Statistics>;
-  VerdictModel model = defaultVerdictModel();
-  const auto unregistered = [](bool of_surfaces) {
-    return [of_surfaces](const Statistics& s) {
-      return !s.dense.registered() && s.of_surfaces == of_surfaces ? Known(s) : std::nullopt;
-    };
-  };
-  fit(unregistered(false), model.graph);
-  fit(unregistered(true), model.alone);
-  const auto withoutOverlap = [](bool narrow) {
-    return [narrow](const Statistics& s) {
-      return s.dense.registered() && !s.dense.map_overlap && s.dense.narrow == narrow
-                 ? Known(s)
-                 : std::nullopt;
-    };
-  };
-  fit(withoutOverlap(false), model.registered);
-  fit(withoutOverlap(true), model.glimpse);
-  const auto shownFrom = [](bool air) {
-    return [air](const Statistics& s) {
-      return s.dense.registered() && s.dense.map_overlap && s.dense.aerial == air ? Known(s)
-                                                                                  : std::nullopt;
-    };
-  };
-  fit(shownFrom(false), model.with_overlap);
-  fit(shownFrom(true), model.air);
+    *weights = calibrated(fitTerms(samples), samples);
+  }
   return model;
 }
 

@@ -92,6 +92,7 @@ TEST(MeasuredSizes, AreToldByThePlaceAndNotByTheNameOfItsLikelihoods) {
   std::remove(own.c_str());
   EXPECT_EQ(learned.hypotheses[0].score, built_in.hypotheses[0].score);
   EXPECT_FALSE(learned.statistics.dense.map_overlap) << "what rooms show is hidden by furniture";
+  EXPECT_TRUE(learned.statistics.dense.indoors);
   EXPECT_EQ(learned.confidence, built_in.confidence);
   EXPECT_EQ(learned.reason, built_in.reason);
 }

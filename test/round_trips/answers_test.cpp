@@ -33,6 +33,7 @@ Statistics anyStatistics() {
   s.dense.converged = *gen::arbitrary<bool>();
   s.dense.aerial = *gen::arbitrary<bool>();
   s.dense.narrow = *gen::arbitrary<bool>();
+  s.dense.indoors = *gen::arbitrary<bool>();
   s.dense.inlier_ratio = *test::anyLength(1);
   s.dense.null_inlier_ratio = *test::anyLength(1);
   for (auto* share :

@@ -203,8 +203,8 @@ RC_GTEST_PROP(Likelihoods, ComeBackAsTheirText, ()) {
 
 RC_GTEST_PROP(Verdict, ModelComesBackToFourDigits, ()) {
   verify::VerdictModel model;
-  const auto all = {&model.alone, &model.registered, &model.glimpse, &model.with_overlap,
-                    &model.air};
+  const auto all = {&model.alone,   &model.registered,   &model.rooms,
+                    &model.glimpse, &model.with_overlap, &model.air};
   for (verify::EvidenceWeights* weights : all) {
     for (double& weight : weights->of) weight = *test::anyNumber(30);
     weights->knee = *test::anyLength(10);

@@ -80,6 +80,7 @@ Evidence randomEvidence(Random& random) {
   e.dense.null_inlier_ratio = random.uniform(0, 0.3);
   e.dense.aerial = random.below(2);
   e.dense.narrow = random.below(2);
+  e.dense.indoors = !e.dense.narrow && random.below(2);
   if (random.below(2)) e.dense.conflict_ratio = random.uniform();
   if (random.below(2)) e.dense.obstacle_overlap = random.uniform(-1, 1.5);
   if (random.below(2)) e.dense.miss_ratio = random.uniform();
@@ -436,6 +437,23 @@ TEST(Verdict, AFewFramesMustStandOutOfOtherPlacesToo) {
   e.score = 160;
   e.expected = 170;
   EXPECT_EQ(judged(e).status, Status::accepted) << judged(e).reason;
+}
+
+/// Check fix for: in offices nine of 2173 wrong answers were accepted, whose points lay as closely
+/// as those of other rooms of the map do.
+TEST(Verdict, ARoomMustFitBetterThanOtherRoomsOfItsMap) {
+  Evidence e = goodView();
+  e.dense = points(0.5, 0.06, {}, 0.6, 0.01);
+  EXPECT_EQ(judged(e).status, Status::accepted) << "as a scan it would be";
+  e.dense.indoors = true;
+  const auto in = [&](double above_null) {
+    const std::vector<WrongPlace> wrong_places(60, {above_null, 0.4});
+    return judge(e, kOptions, defaultVerdictModel(), wrong_places).status;
+  };
+  EXPECT_EQ(in(0.13), Status::accepted);
+  EXPECT_NE(in(0.22), Status::accepted);
+  e.dense.inlier_ratio = 0.75;
+  EXPECT_EQ(in(0.22), Status::accepted);
 }
 
 TEST(Verdict, APlaceThatTheQuerySawThroughIsRefused) {

@@ -94,6 +94,9 @@ enum Term : std::size_t {
   kLogDenseMargin,             ///< logarithm of the dense margin: an out-of-map query may fit one
                                ///< place of the map only, too
   kWrongPlaceAboveNull,        ///< Statistics::wrong_place_above_null over that of a usual map
+  kLikelihoodMarginTimesAboveNull,  ///< in rooms: logarithm of the likelihood margin times the
+                                    ///< inlier ratio above null and threshold, as a multiple of
+                                    ///< Statistics::wrong_place_above_null, where that is positive
   kTerms
 };
 
@@ -111,11 +114,11 @@ struct EvidenceWeights {
 };
 
 /// One set of weights per kind of evidence, fitted together because terms depend on one another:
-/// the score of vertices alone, that of surfaces alone, with a registration (scans and rooms), that
-/// of a few frames of a camera outdoors, with the overlap of map and query as well, and the latter
-/// from the air. Terms that a kind of evidence lacks weigh 0.
+/// the score of vertices alone, that of surfaces alone, with a registration (scans), that of a
+/// camera in rooms, that of a few frames of a camera outdoors, with the overlap of map and query as
+/// well, and the latter from the air. Terms that a kind of evidence lacks weigh 0.
 struct VerdictModel {
-  EvidenceWeights graph, alone, registered, glimpse, with_overlap, air;
+  EvidenceWeights graph, alone, registered, rooms, glimpse, with_overlap, air;
 
   /// The set for the kind of evidence at hand.
   const EvidenceWeights& weightsFor(const Statistics& statistics) const;
