@@ -70,6 +70,7 @@ void count(Tally& tally, const Json& answer, double error_m, double tolerance_m)
   line << "\n  " << answer["query"].dump() << ": " << answer["status"] << ", " << error_m << " m, "
        << answer["reason"];
   tally.reasons += line.str();
+  tally.right += error_m <= tolerance_m;
   if (answer["status"] != "accepted") return;
   ++tally.accepted;
   if (!(error_m <= tolerance_m)) ++tally.wrong;

@@ -25,7 +25,8 @@ Eigen::Vector3d positionIn(const Json& answer);
 /// Answers held against the truth.
 struct Tally {
   std::size_t windows = 0;   ///< queries that were answered
-  std::size_t accepted = 0;  ///< of these
+  std::size_t right = 0;     ///< of windows: within the tolerance, accepted or not
+  std::size_t accepted = 0;  ///< of windows
   std::size_t wrong = 0;     ///< accepted farther from the truth than the tolerance, or nowhere
   double worst_m = 0;        ///< largest error of an accepted one
   std::string reasons;       ///< of every answer, for the message of a test that fails
