@@ -78,12 +78,14 @@ double aboveNullOf(double above_null, const std::optional<double>& map_overlap,
 }
 
 /// Inlier ratio above null over that of wrong places of the map at hand, above its threshold: how
-/// closely other rooms fit depends on furniture, labels and sensor, as the right one does.
+/// closely other rooms fit depends on furniture, labels and sensor, as the right one does. Where
+/// depths and labels are exact, twice that of wrong places would be more than a right place can
+/// have.
 double aboveWrongPlaces(const Statistics& s) {
-  constexpr double kThreshold = 2;
-  return (s.dense.inlier_ratio - s.dense.null_inlier_ratio) /
-             std::max(kUsualWrongPlaceAboveNull, s.wrong_place_above_null) -
-         kThreshold;
+  constexpr double kThreshold = 2, kMostOfWrongPlaces = 0.25;
+  const double of_wrong_places =
+      std::clamp(s.wrong_place_above_null, kUsualWrongPlaceAboveNull, kMostOfWrongPlaces);
+  return (s.dense.inlier_ratio - s.dense.null_inlier_ratio) / of_wrong_places - kThreshold;
 }
 
 /// 0 if the registration did not converge.

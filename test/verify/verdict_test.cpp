@@ -454,6 +454,9 @@ TEST(Verdict, ARoomMustFitBetterThanOtherRoomsOfItsMap) {
   EXPECT_NE(in(0.22), Status::accepted);
   e.dense.inlier_ratio = 0.75;
   EXPECT_EQ(in(0.22), Status::accepted);
+  e.dense = points(0.82, 0.1, {}, 0.86, 0.01);
+  e.dense.indoors = true;
+  EXPECT_EQ(in(0.39), Status::accepted) << "exact depths and labels";
 }
 
 TEST(Verdict, APlaceThatTheQuerySawThroughIsRefused) {
