@@ -88,7 +88,8 @@ double aboveWrongPlaces(const Statistics& s) {
   return (s.dense.inlier_ratio - s.dense.null_inlier_ratio) / of_wrong_places - kThreshold;
 }
 
-/// 0 if the registration did not converge.
+/// In the measure that judges the evidence at hand; but for rooms 0 if the registration did not
+/// converge.
 double aboveNullOf(const Statistics& s) {
   const DenseEvidence& dense = s.dense;
   if (dense.indoors && !dense.map_overlap) return aboveWrongPlaces(s);
@@ -355,7 +356,7 @@ std::array<double, kTerms> termsOf(const Statistics& s) {
     // Where other rooms fit as closely, that none scores as well says nothing.
     terms[kLogDenseMargin] = logDenseMarginTerm(margin);
     terms[kLikelihoodMarginTimesAboveNull] =
-        std::log(s.likelihood_margin + kNoise_nats) * std::max(0.0, aboveNullOf(s));
+        std::log(s.likelihood_margin + kNoise_nats) * std::max(0.0, aboveWrongPlaces(s));
     return terms;
   }
   if (!dense.map_overlap) {
