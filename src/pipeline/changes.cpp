@@ -21,12 +21,14 @@ constexpr double kAboveGround_m = 0.3;  ///< lower points may be ground
 constexpr double kAround_m = 1;         ///< ground within that of a foot was looked at
 constexpr double kMoved_m = 8;          ///< farther away it is another thing
 constexpr double kBeside_m = 2.5;       ///< for what is met by chance
+constexpr double kNear_m = 4;           ///< who saw one of two vertices could see the other
 constexpr double kSight_m = 30;         ///< things are seen from as far
 
 constexpr double kGroundShare = 0.6;      ///< of the cells around a foot
 constexpr double kSeenShare = 0.5;        ///< of the points of a thing that are not out of view
 constexpr double kToldShare = 0.2;        ///< of all its points
 constexpr double kAroundShare = 0.6;      ///< of the points around it are met
+constexpr double kSeenOftenShare = 0.3;   ///< of the frames that could see a thing
 constexpr double kStandsShare = 0.5;      ///< of its points; it stands if more of them are met
 constexpr double kOtherShare = 0.1;       ///< of the met points is of its class by chance
 constexpr std::size_t kAsked = 60;        ///< points of a thing
@@ -65,6 +67,14 @@ struct Evidence {
     return metShare() >= kStandsShare && same <= kOtherShare * met();
   }
 };
+
+/// One class, or two of a kind that names a thing: poles are poles whatever they carry.
+bool isSameThing(const LabelSet& labels, std::uint32_t a, std::uint32_t b) {
+  const Kind kind = labels.kind(a);
+  const bool names_a_thing =
+      kind != Kind::other_object && kind != Kind::other_surface && kind != Kind::none;
+  return a == b || (names_a_thing && kind == labels.kind(b));
+}
 
 /// A vertex that may change, as the other visit sees it.
 struct Object {
@@ -105,21 +115,26 @@ class Visit {
         continue;
       upright_.add(block, i);
     }
+    for (std::size_t i = 0; i < place.graph.size(); ++i)
+      vertices_.add(cellOf(place.graph.vertices[i].position, kNear_m, 0), i);
     collectObjects();
   }
 
   bool tellsWhereItLooked() const { return !place_.bev.known.empty() && !place_.cloud.empty(); }
   std::vector<Object>& objects() { return objects_; }
+  std::vector<Object>& rareObjects() { return rare_; }
   const std::vector<Object>& objects() const { return objects_; }
   const LabelSet& labels() const { return place_.labels; }
 
   /// Of all vertices, when the things are judged.
   std::vector<Presence> presence() const {
     std::vector<Presence> of_vertex(place_.graph.size(), Presence::unknown);
-    for (const Object& object : objects_) {
-      if (!object.was_looked_at) continue;
-      of_vertex[static_cast<std::size_t>(object.vertex - place_.graph.vertices.data())] =
-          object.isChanged() ? Presence::gone : Presence::stands;
+    for (const std::vector<Object>* objects : {&objects_, &rare_}) {
+      for (const Object& object : *objects) {
+        if (!object.was_looked_at) continue;
+        of_vertex[static_cast<std::size_t>(object.vertex - place_.graph.vertices.data())] =
+            object.isChanged() ? Presence::gone : Presence::stands;
+      }
     }
     return of_vertex;
   }
@@ -131,6 +146,25 @@ class Visit {
       if (object.points.size() >= kFewPoints) purities.push_back(object.purity);
     }
     return purities.empty() ? 0 : 1 - medianOf(std::move(purities));
+  }
+
+  /// How often what lies within some things was measured as each class, of all things but posts.
+  std::map<std::uint32_t, double> votesWithin(const std::vector<const Object*>& parts) const {
+    std::map<std::uint32_t, double> votes;
+    for (const Object* part : parts) votes.emplace(part->vertex->label, 0);
+    for (const Object& object : objects_) {
+      const auto touches = [&](const Object* part) { return part->box.intersects(object.box); };
+      if (object.is_post || std::none_of(parts.begin(), parts.end(), touches)) continue;
+      const auto inside =
+          std::count_if(object.points.begin(), object.points.end(), [&](const Eigen::Vector3d& p) {
+            return std::any_of(parts.begin(), parts.end(),
+                               [&](const Object* part) { return part->box.contains(T_ * p); });
+          });
+      if (inside == 0) continue;
+      votes[object.vertex->label] += static_cast<double>(inside) * object.vertex->points /
+                                     static_cast<double>(object.points.size());
+    }
+    return votes;
   }
 
   /// Points within a block of a thing, which are not of it; common frame.
@@ -147,22 +181,21 @@ class Visit {
   /// Fills in what this visit says of a thing of the other one, and of what is around it.
   void judge(Object& object, const std::vector<Eigen::Vector3d>& around) const {
     const Vertex& v = *object.vertex;
-    const Kind kind = labels().kind(v.label);
     const bool on_seen_ground = isGroundSeen(object.position);
-    object.evidence = ask(object.points, Eigen::Vector3d::Zero(), kind, on_seen_ground);
+    object.evidence = ask(object.points, Eigen::Vector3d::Zero(), v.label, on_seen_ground);
     object.was_looked_at = object.evidence.suffices() && shareMet(around) >= kAroundShare;
     if (!object.was_looked_at) return;
     for (std::size_t i = 0; i < object.chance.size(); ++i) {
       const double angle = M_PI * (0.25 + 0.5 * static_cast<double>(i));
       const Eigen::Vector3d beside =
           kBeside_m * Eigen::Vector3d(std::cos(angle), std::sin(angle), 0);
-      object.chance[i] = ask(object.points, beside, kind, on_seen_ground).metShare();
+      object.chance[i] = ask(object.points, beside, v.label, on_seen_ground).metShare();
     }
     // The middle of a large thing depends on what of it was seen, the foot of a post does not.
     const double large_m = object.is_post ? 0 : v.extent.head<2>().maxCoeff() / 4;
     const double reach_m = kSameObject_m + meet_m_ - kMeet_m + large_m;
     object.is_matched = std::any_of(objects_.begin(), objects_.end(), [&](const Object& other) {
-      return labels().kind(other.vertex->label) == kind &&
+      return isSameThing(labels(), v.label, other.vertex->label) &&
              (other.position - object.position).norm() <= reach_m;
     });
   }
@@ -180,8 +213,24 @@ class Visit {
       object.box = boxOf(v, object.is_post);
       object.position = T_common_visit_ * v.position;
       findPoints(object);
-      objects_.push_back(std::move(object));
+      // The shape of a post tells it.
+      (object.is_post || isSeenOften(v) ? objects_ : rare_).push_back(std::move(object));
     }
+  }
+
+  /// Other labels of a thing, by noise, are seen in a few of its frames only. All of its frames are
+  /// those that saw what is seen most often around it, but for a tenth.
+  bool isSeenOften(const Vertex& v) const {
+    std::vector<std::uint32_t> observations;
+    vertices_.forAround(cellOf(v.position, kNear_m, 0), [&](std::size_t i) {
+      const Vertex& other = place_.graph.vertices[i];
+      if ((other.position - v.position).norm() <= kNear_m)
+        observations.push_back(other.observations);
+    });
+    const auto most =
+        observations.begin() + 9 * static_cast<std::ptrdiff_t>(observations.size()) / 10;
+    std::nth_element(observations.begin(), most, observations.end());
+    return v.observations >= kSeenOftenShare * *most;
   }
 
   void findPoints(Object& object) const {
@@ -192,12 +241,11 @@ class Visit {
     });
     // In noise a post may have points of other labels only.
     object.points = std::move(of_class.empty() && object.is_post ? of_any : of_class);
-    const Kind kind = labels().kind(object.vertex->label);
     double met = 0, same = 0;
     for (const Eigen::Vector3d& p : someOf(object.points)) {
       forMet(T_ * p, [&](std::size_t i) {
         ++met;
-        same += labels().kind(place_.cloud.points[i].label) == kind;
+        same += isSameThing(labels(), object.vertex->label, place_.cloud.points[i].label);
       });
     }
     object.purity = met > 0 ? same / met : 0;
@@ -234,15 +282,15 @@ class Visit {
     });
   }
 
-  Evidence ask(const std::vector<Eigen::Vector3d>& points, const Eigen::Vector3d& shift, Kind kind,
-               bool on_seen_ground) const {
+  Evidence ask(const std::vector<Eigen::Vector3d>& points, const Eigen::Vector3d& shift,
+               std::uint32_t label, bool on_seen_ground) const {
     Evidence evidence;
     for (const Eigen::Vector3d& point : someOf(points)) {
       const Eigen::Vector3d p = T_ * (point + shift);
       bool is_met = false, is_same = false;
       forMet(p, [&](std::size_t i) {
         is_met = true;
-        is_same = is_same || labels().kind(place_.cloud.points[i].label) == kind;
+        is_same = is_same || isSameThing(labels(), label, place_.cloud.points[i].label);
       });
       ++evidence.asked;
       if (is_met) {
@@ -300,8 +348,10 @@ class Visit {
   double meet_m_;
   Eigen::AlignedBox3d region_;  ///< where the other visit may have seen things
   Sight sight_;
+  CellLists vertices_;       ///< of the place, by number
   CellLists all_, upright_;  ///< points, and those above the ground; this visit's frame
   std::vector<Object> objects_;
+  std::vector<Object> rare_;  ///< such that only a few of the frames saw that could
 };
 
 /// How much is met of things that stand, and how much where they do not.
@@ -405,29 +455,34 @@ Change changeOf(const std::vector<const Object*>& parts, std::uint32_t label, Ch
 }
 
 /// Each thing once. Where labels are noisy, things have parts of other classes: those with a
-/// smaller share of the points of a region than are labelled by noise are of the class of the most
-/// points.
-std::vector<Change> changesAmong(const std::vector<Object>& objects, Change::What what,
-                                 double label_noise, double sigma_m) {
+/// smaller share of the measurements in a region than are labelled by noise are of the class of the
+/// most, and no change if that one stands.
+std::vector<Change> changesAmong(const Visit& visit, Change::What what, double label_noise,
+                                 double sigma_m) {
   std::vector<Change> changes;
-  for (const auto& region : regionsOf(objects)) {
-    std::map<std::uint32_t, double> points;
-    double all = 0;
-    for (const Object* object : region) {
-      points[object->vertex->label] += static_cast<double>(object->points.size());
-      all += static_cast<double>(object->points.size());
+  for (const auto& region : regionsOf(visit.objects())) {
+    if (region.front()->is_post) {
+      changes.push_back(changeOf(region, region.front()->vertex->label, what, sigma_m));
+      continue;
     }
+    const std::map<std::uint32_t, double> votes = visit.votesWithin(region);
+    double all = 0;
+    for (const auto& [label, count] : votes) all += count;
     const std::uint32_t most =
-        std::max_element(points.begin(), points.end(), [](const auto& a, const auto& b) {
+        std::max_element(votes.begin(), votes.end(), [](const auto& a, const auto& b) {
           return a.second < b.second;
         })->first;
     std::map<std::uint32_t, std::vector<const Object*>> things;
     for (const Object* object : region) {
       const std::uint32_t label = object->vertex->label;
-      things[points[label] < label_noise * all ? most : label].push_back(object);
+      things[votes.at(label) < label_noise * all ? most : label].push_back(object);
     }
-    for (const auto& [label, parts] : things)
-      changes.push_back(changeOf(parts, label, what, sigma_m));
+    for (const auto& [label, parts] : things) {
+      const bool has_changed =
+          std::any_of(parts.begin(), parts.end(),
+                      [of = label](const Object* part) { return part->vertex->label == of; });
+      if (has_changed) changes.push_back(changeOf(parts, label, what, sigma_m));
+    }
   }
   return changes;
 }
@@ -463,20 +518,22 @@ Changes compare(Visit& earlier, Visit& later, double sigma_m) {
   Changes result;
   result.has_looked = earlier.tellsWhereItLooked() && later.tellsWhereItLooked();
   for (Object& object : earlier.objects()) later.judge(object, earlier.pointsAround(object));
+  for (Object& object : earlier.rareObjects()) later.judge(object, earlier.pointsAround(object));
   for (Object& object : later.objects()) earlier.judge(object, later.pointsAround(object));
   Experience experience;
   experience.add(earlier);
   experience.add(later);
-  for (Visit* visit : {&earlier, &later}) {
-    for (Object& object : visit->objects()) {
+  for (std::vector<Object>* objects :
+       {&earlier.objects(), &earlier.rareObjects(), &later.objects()}) {
+    for (Object& object : *objects) {
       if (object.was_looked_at && !object.is_matched)
         object.changed = experience.probabilityOfChange(object.evidence);
     }
   }
   result.presence = earlier.presence();
   const double noise = experience.labelNoise();
-  auto gone = changesAmong(earlier.objects(), Change::What::gone, noise, sigma_m);
-  auto added = changesAmong(later.objects(), Change::What::added, noise, sigma_m);
+  auto gone = changesAmong(earlier, Change::What::gone, noise, sigma_m);
+  auto added = changesAmong(later, Change::What::added, noise, sigma_m);
   joinMoved(gone, added);
   for (const Object& object : earlier.objects())
     result.compared += object.was_looked_at && !object.is_dynamic;

@@ -282,15 +282,15 @@ TEST(Changes, AreTheSameInWhateverFrameTheLaterVisitIs) {
     EXPECT_LT((here.changes[i].position - there.changes[i].position).norm(), 1e-6);
 }
 
-enum Class : std::uint32_t { kFloor = 1, kWall, kCabinet };
+enum Class : std::uint32_t { kFloor = 1, kWall, kCabinet, kBoard };
 
 /// A wall 10 m ahead of the only pose, and what stands before it, seen from there. All on a floor.
 Place wallWith(bool cabinet, bool screen, std::uint32_t cabinet_label = kCabinet) {
   Place place;
-  place.labels =
-      test::labelSetOf("rooms", {{kFloor, "floor", Role::surface, Kind::road},
-                                 {kWall, "wall", Role::surface, Kind::building},
-                                 {kCabinet, "cabinet", Role::object, Kind::other_object}});
+  place.labels = test::labelSetOf("rooms", {{kFloor, "floor", Role::surface, Kind::road},
+                                            {kWall, "wall", Role::surface, Kind::building},
+                                            {kCabinet, "cabinet", Role::object, Kind::other_object},
+                                            {kBoard, "board", Role::object, Kind::other_object}});
   place.poses.emplace_back(Eigen::Translation3d(0, 0, 1));
   place.bev.known.push_back({0, 0, 0, false});
   const auto add = [&](float x, float y, float z, std::uint32_t label) {
@@ -327,6 +327,52 @@ TEST(Changes, AreSeenThroughOrOfAnotherClass) {
   EXPECT_EQ(presenceOfCabinet(wallWith(true, false)), Presence::stands);
   EXPECT_EQ(presenceOfCabinet(wallWith(false, false)), Presence::gone);
   EXPECT_EQ(presenceOfCabinet(wallWith(true, false, kWall)), Presence::gone);
+}
+
+/// Check fix for: classes without a kind were one thing, so that no window could follow a picture.
+TEST(Changes, AreOfAnotherClassAlsoWhereNeitherHasAKind) {
+  EXPECT_EQ(presenceOfCabinet(wallWith(true, false, kBoard)), Presence::gone);
+}
+
+/// Check fix for: labels that a few frames gave to a part of something were told as gone.
+TEST(Changes, AreNotToldOfWhatItsOwnVisitSawRarely) {
+  Place earlier = wallWith(true, false);
+  Vertex wall;
+  wall.label = kWall;
+  wall.position = {10, 0, 1.5};
+  wall.observations = 20;
+  earlier.graph.vertices.push_back(wall);
+  const auto toldIfSeen = [&](std::uint32_t times) {
+    earlier.graph.vertices.front().observations = times;
+    const Changes changes =
+        findChanges(earlier, wallWith(false, false), Eigen::Isometry3d::Identity(), 0.02);
+    EXPECT_EQ(changes.presence.front(), Presence::gone);
+    return changes.changes.size();
+  };
+  EXPECT_EQ(toldIfSeen(5), 0U);
+  EXPECT_EQ(toldIfSeen(7), 1U);
+}
+
+/// Part of the cabinet was measured half a metre before it, and a few times as a board.
+TEST(Changes, AreNoneOfAPartThatIsWhatItsLabelsSayByNoise) {
+  Place earlier = wallWith(true, false);
+  for (float y = -0.2f; y <= 0.2f; y += 0.1f) {
+    earlier.cloud.points.emplace_back(8.4f, y, 0.7f, kBoard);
+    for (float z = 0.6f; z <= 0.9f; z += 0.1f)
+      earlier.cloud.points.emplace_back(7.95f, y, z, kBoard);
+  }
+  Vertex board = earlier.graph.vertices.front();
+  board.label = kBoard;
+  board.position.x() = 8.2;
+  board.extent = {0.6, 0.4, 0.3};
+  earlier.graph.vertices.push_back(board);
+  const auto changesIfMeasured = [&](std::uint32_t times) {
+    earlier.graph.vertices.front().points = 500;
+    earlier.graph.vertices.back().points = times;
+    return findChanges(earlier, wallWith(true, false), Eigen::Isometry3d::Identity(), 0.02).changes;
+  };
+  EXPECT_TRUE(changesIfMeasured(5).empty());
+  EXPECT_EQ(changesIfMeasured(500).size(), 1U);
 }
 
 TEST(Changes, AreNotSpokenOfWhatIsHidden) {
