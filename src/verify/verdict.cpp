@@ -92,7 +92,7 @@ double aboveWrongPlaces(const Statistics& s) {
 /// converge.
 double aboveNullOf(const Statistics& s) {
   const DenseEvidence& dense = s.dense;
-  if (dense.indoors && !dense.map_overlap) return aboveWrongPlaces(s);
+  if (kindOf(s) == kRooms) return aboveWrongPlaces(s);
   return dense.converged ? aboveNullOf(dense.inlier_ratio - dense.null_inlier_ratio,
                                        dense.map_overlap, dense.self_consistency)
                          : 0;
@@ -321,71 +321,84 @@ double EvidenceWeights::linearPart(double log_odds) const {
   return knee + (std::sqrt(1 + 4 * sharpness * over) - 1) / (2 * sharpness);
 }
 
-const EvidenceWeights& VerdictModel::weightsFor(const Statistics& s) const {
-  if (!s.dense.registered()) return s.of_surfaces ? alone : graph;
-  if (!s.dense.map_overlap) return s.dense.indoors ? rooms : s.dense.narrow ? glimpse : registered;
-  return s.dense.aerial ? air : with_overlap;
+EvidenceKind kindOf(const Statistics& s) {
+  const DenseEvidence& dense = s.dense;
+  if (!dense.registered()) return s.of_surfaces ? kPlaceAlone : kBareGraph;
+  if (dense.map_overlap) return dense.aerial ? kAerial : kOverlap;
+  if (dense.indoors) return kRooms;
+  return dense.narrow ? kGlimpse : kScan;
 }
 
 std::array<double, kTerms> termsOf(const Statistics& s) {
+  const EvidenceKind kind = kindOf(s);
+  const DenseEvidence& dense = s.dense;
+  const double log_likelihood_margin = std::log(s.likelihood_margin + kNoise_nats);
+  const double dense_margin = std::min(s.dense_margin, kMostDenseMargin);
+  const bool saw = dense.registered() && dense.converged && dense.free_space_violation;
   std::array<double, kTerms> terms{};
   terms[kConstant] = 1;
-  if (!s.dense.registered()) {
-    // Of a bare graph the score of a true pose is known from the map's own vertices only.
-    if (s.of_surfaces) terms[kScoreRatio] = std::log(s.score_ratio);
-    terms[kLikelihoodMargin] = std::log(s.likelihood_margin + kNoise_nats);
-    return terms;
-  }
-  terms[kMapCoverage] = std::log(s.map_coverage);
-  const DenseEvidence& dense = s.dense;
-  const double margin = std::min(s.dense_margin, kMostDenseMargin);
-  const bool saw = dense.converged && dense.free_space_violation;
+  if (dense.registered()) terms[kMapCoverage] = std::log(s.map_coverage);
   if (!dense.map_overlap && saw)
     terms[kFreeSpaceViolation] = freeSpaceTerm(*dense.free_space_violation);
-  if (!dense.map_overlap && dense.narrow) {
-    // A facade and some trees fit another place of the town, or of another town, as closely.
-    terms[kAboveNull] = dense.converged ? dense.inlier_ratio - dense.null_inlier_ratio : 0;
-    terms[kLikelihoodMargin] = std::log(s.likelihood_margin + kNoise_nats);
-    terms[kLogDenseMargin] = logDenseMarginTerm(margin);
-    terms[kObstacleOverlap] = obstacleOverlapTerm(dense);
-    terms[kConflictRatio] = conflictTerm(dense.conflict_ratio);
-    terms[kWrongPlaceAboveNull] = s.wrong_place_above_null - kUsualWrongPlaceAboveNull;
-    return terms;
+  switch (kind) {
+    case kPlaceAlone:
+      // Of a bare graph the score of a true pose is known from the map's own vertices only.
+      terms[kScoreRatio] = std::log(s.score_ratio);
+      [[fallthrough]];
+    case kBareGraph:
+      terms[kLikelihoodMargin] = log_likelihood_margin;
+      break;
+    case kScan:
+      terms[kAboveNull] = aboveNullOf(s);
+      terms[kDenseMargin] = dense_margin;
+      terms[kDenseMarginTimesAboveNull] =
+          std::max(0.0, terms[kAboveNull]) * std::max(0.0, dense_margin);
+      break;
+    case kRooms:
+      // Where other rooms fit as closely, that none scores as well says nothing.
+      terms[kLogDenseMargin] = logDenseMarginTerm(dense_margin);
+      terms[kLikelihoodMarginTimesAboveNull] =
+          log_likelihood_margin * std::max(0.0, aboveWrongPlaces(s));
+      break;
+    case kGlimpse:
+      // A facade and some trees fit another place of the town, or of another town, as closely.
+      terms[kAboveNull] = dense.converged ? dense.inlier_ratio - dense.null_inlier_ratio : 0;
+      terms[kLikelihoodMargin] = log_likelihood_margin;
+      terms[kLogDenseMargin] = logDenseMarginTerm(dense_margin);
+      terms[kObstacleOverlap] = obstacleOverlapTerm(dense);
+      terms[kConflictRatio] = conflictTerm(dense.conflict_ratio);
+      terms[kWrongPlaceAboveNull] = s.wrong_place_above_null - kUsualWrongPlaceAboveNull;
+      break;
+    case kOverlap: {
+      // What a true pose scores is known badly where labels are poor; what stands where, and what
+      // is contradicted there, is seen. Free space is asked of exact depths, of which a quarter is
+      // even, and says less.
+      constexpr double kExactViolationThreshold = 0.25, kMostExactViolation = 0.35;
+      terms[kMapOverlap] = *dense.map_overlap;
+      terms[kConflictRatio] = conflictTerm(dense.conflict_ratio);
+      terms[kLogDenseMargin] = logDenseMarginTerm(dense_margin);
+      terms[kConverged] = dense.converged;
+      terms[kObstacleOverlap] = obstacleOverlapTerm(dense);
+      terms[kMissRatio] = conflictTerm(dense.miss_ratio);
+      terms[kWrongPlaceAboveNull] = s.wrong_place_above_null - kUsualWrongPlaceAboveNull;
+      if (saw)
+        terms[kFreeSpaceViolation] =
+            std::min(kMostExactViolation,
+                     freeSpaceTerm(*dense.free_space_violation, kExactViolationThreshold));
+      break;
+    }
+    case kAerial: {
+      // Roads and roofs fit closely in another town, too, but do not stand out there.
+      constexpr double kMostMargin_nats = 60;
+      terms[kMapOverlap] = *dense.map_overlap;
+      terms[kConflictRatio] = conflictTerm(dense.conflict_ratio);
+      terms[kAboveNull] = std::min(0.0, aboveNullOf(s));
+      terms[kLikelihoodMargin] = std::min(kMostMargin_nats, s.likelihood_margin) / kMostMargin_nats;
+      break;
+    }
+    case kEvidenceKinds:
+      break;
   }
-  if (!dense.map_overlap && dense.indoors) {
-    // Where other rooms fit as closely, that none scores as well says nothing.
-    terms[kLogDenseMargin] = logDenseMarginTerm(margin);
-    terms[kLikelihoodMarginTimesAboveNull] =
-        std::log(s.likelihood_margin + kNoise_nats) * std::max(0.0, aboveWrongPlaces(s));
-    return terms;
-  }
-  if (!dense.map_overlap) {
-    terms[kAboveNull] = aboveNullOf(s);
-    terms[kDenseMargin] = margin;
-    terms[kDenseMarginTimesAboveNull] = std::max(0.0, terms[kAboveNull]) * std::max(0.0, margin);
-    return terms;
-  }
-  // What a true pose scores is known badly where labels are poor, and from the air; what stands
-  // where, and what is contradicted there, is seen.
-  terms[kMapOverlap] = *dense.map_overlap;
-  terms[kConflictRatio] = conflictTerm(dense.conflict_ratio);
-  if (dense.aerial) {
-    // Roads and roofs fit closely in another town, too, but do not stand out there.
-    constexpr double kMostMargin_nats = 60;
-    terms[kAboveNull] = std::min(0.0, aboveNullOf(s));
-    terms[kLikelihoodMargin] = std::min(kMostMargin_nats, s.likelihood_margin) / kMostMargin_nats;
-    return terms;
-  }
-  terms[kLogDenseMargin] = logDenseMarginTerm(margin);
-  // Free space is asked of exact depths, of which a quarter is even, and says less.
-  constexpr double kExactViolationThreshold = 0.25, kMostExactViolation = 0.35;
-  terms[kConverged] = dense.converged;
-  terms[kObstacleOverlap] = obstacleOverlapTerm(dense);
-  terms[kMissRatio] = conflictTerm(dense.miss_ratio);
-  terms[kWrongPlaceAboveNull] = s.wrong_place_above_null - kUsualWrongPlaceAboveNull;
-  if (saw)
-    terms[kFreeSpaceViolation] = std::min(
-        kMostExactViolation, freeSpaceTerm(*dense.free_space_violation, kExactViolationThreshold));
   return terms;
 }
 

@@ -35,27 +35,27 @@ constexpr int signOf(Term term) { return term == kWrongPlaceAboveNull ? -1 : 1; 
 /// Every weight beside its name in files.
 template <class Model, class Visit>
 void forWeights(Model& model, const Visit& visit) {
-  const auto all = [&](const std::string& name, auto& weights,
+  const auto all = [&](const std::string& name, EvidenceKind kind,
                        std::initializer_list<Term> of_such_evidence) {
-    for (const Term t : of_such_evidence) visit(name + kTermNames[t], weights[t]);
-    visit(name + "knee", weights.knee);
-    visit(name + "sharpness", weights.sharpness);
+    for (const Term t : of_such_evidence) visit(name + kTermNames[t], model[kind][t]);
+    visit(name + "knee", model[kind].knee);
+    visit(name + "sharpness", model[kind].sharpness);
   };
-  all("graph.", model.graph, {kConstant, kLikelihoodMargin});
-  all("alone.", model.alone, {kConstant, kScoreRatio, kLikelihoodMargin});
-  all("registered.", model.registered,
+  all("graph.", kBareGraph, {kConstant, kLikelihoodMargin});
+  all("alone.", kPlaceAlone, {kConstant, kScoreRatio, kLikelihoodMargin});
+  all("registered.", kScan,
       {kConstant, kMapCoverage, kAboveNull, kFreeSpaceViolation, kDenseMargin,
        kDenseMarginTimesAboveNull});
-  all("rooms.", model.rooms,
+  all("rooms.", kRooms,
       {kConstant, kMapCoverage, kFreeSpaceViolation, kLogDenseMargin,
        kLikelihoodMarginTimesAboveNull});
-  all("glimpse.", model.glimpse,
+  all("glimpse.", kGlimpse,
       {kConstant, kLikelihoodMargin, kMapCoverage, kAboveNull, kObstacleOverlap, kConflictRatio,
        kFreeSpaceViolation, kLogDenseMargin, kWrongPlaceAboveNull});
-  all("shown.", model.with_overlap,
+  all("shown.", kOverlap,
       {kConstant, kMapCoverage, kConverged, kObstacleOverlap, kMapOverlap, kMissRatio,
        kConflictRatio, kFreeSpaceViolation, kLogDenseMargin, kWrongPlaceAboveNull});
-  all("air.", model.air,
+  all("air.", kAerial,
       {kConstant, kLikelihoodMargin, kMapCoverage, kAboveNull, kMapOverlap, kConflictRatio});
 }
 
@@ -241,17 +241,16 @@ VerdictModel verdictModelOf(const VerdictOptions& options) {
 
 VerdictModel fitVerdictModel(const std::vector<JudgedStatistics>& answers) {
   VerdictModel model = defaultVerdictModel();
-  for (EvidenceWeights* weights : {&model.graph, &model.alone, &model.registered, &model.rooms,
-                                   &model.glimpse, &model.with_overlap, &model.air}) {
+  for (std::size_t kind = 0; kind < kEvidenceKinds; ++kind) {
     std::vector<Sample> samples;
     for (const JudgedStatistics& a : answers) {
-      if (&model.weightsFor(a.statistics) == weights)
+      if (kindOf(a.statistics) == kind)
         samples.push_back({termsOf(a.statistics), a.right, a.group});
     }
     if (samples.empty() && !answers.empty()) continue;  // nothing new is known of such answers
     if (!setWeights(samples))
       throw Error("verdict", "needs right and wrong answers of each kind to learn from");
-    *weights = calibrated(fitTerms(samples), samples);
+    model.of_kind[kind] = calibrated(fitTerms(samples), samples);
   }
   return model;
 }

@@ -585,29 +585,29 @@ std::vector<JudgedStatistics> answersOf(const VerdictModel& truth, int count) {
 
 TEST(VerdictModel, IsFoundFromAnswers) {
   VerdictModel truth;
-  truth.graph[kLikelihoodMargin] = 0.9;
-  truth.alone[kScoreRatio] = 1.2;
-  truth.alone[kLikelihoodMargin] = 0.8;
-  truth.registered[kAboveNull] = 6;
-  truth.registered[kDenseMarginTimesAboveNull] = 0.5;
-  truth.with_overlap[kMapCoverage] = 1.5;
-  truth.with_overlap[kConverged] = 0.5;
-  truth.with_overlap[kObstacleOverlap] = 2;
-  truth.with_overlap[kMapOverlap] = 3;
-  truth.with_overlap[kMissRatio] = 5;
-  truth.with_overlap[kConflictRatio] = 4;
-  truth.with_overlap[kFreeSpaceViolation] = 2;
-  truth.with_overlap[kLogDenseMargin] = 1;
-  truth.air[kMapCoverage] = 2;
-  truth.air[kAboveNull] = 5;
-  truth.air[kConflictRatio] = 6;
+  truth[kBareGraph][kLikelihoodMargin] = 0.9;
+  truth[kPlaceAlone][kScoreRatio] = 1.2;
+  truth[kPlaceAlone][kLikelihoodMargin] = 0.8;
+  truth[kScan][kAboveNull] = 6;
+  truth[kScan][kDenseMarginTimesAboveNull] = 0.5;
+  truth[kOverlap][kMapCoverage] = 1.5;
+  truth[kOverlap][kConverged] = 0.5;
+  truth[kOverlap][kObstacleOverlap] = 2;
+  truth[kOverlap][kMapOverlap] = 3;
+  truth[kOverlap][kMissRatio] = 5;
+  truth[kOverlap][kConflictRatio] = 4;
+  truth[kOverlap][kFreeSpaceViolation] = 2;
+  truth[kOverlap][kLogDenseMargin] = 1;
+  truth[kAerial][kMapCoverage] = 2;
+  truth[kAerial][kAboveNull] = 5;
+  truth[kAerial][kConflictRatio] = 6;
   const VerdictModel found = fitVerdictModel(answersOf(truth, 120000));
   for (std::size_t i = kConstant + 1; i < kTerms; ++i) {  // that depends on how many are right
     const auto t = static_cast<Term>(i);
-    EXPECT_NEAR(found.with_overlap[t], truth.with_overlap[t],
-                0.15 * std::abs(truth.with_overlap[t]) + 0.1)
+    EXPECT_NEAR(found[kOverlap][t], truth[kOverlap][t], 0.15 * std::abs(truth[kOverlap][t]) + 0.1)
         << t;
-    EXPECT_NEAR(found.air[t], truth.air[t], 0.15 * std::abs(truth.air[t]) + 0.15) << t;
+    EXPECT_NEAR(found[kAerial][t], truth[kAerial][t], 0.15 * std::abs(truth[kAerial][t]) + 0.15)
+        << t;
   }
 }
 
@@ -635,15 +635,15 @@ TEST(VerdictModel, OfAnswersThatAreNearlySureAsManyAreRightAsTheySay) {
   const double said = 1 / (1 + std::exp(-found.weightsFor(surest).logOdds(termsOf(surest))));
   const double rights = 0.05 + 0.5 + kRight, right = kRight / rights,
                wrong = (1 - kRight) / (3 - rights);
-  EXPECT_GT(found.with_overlap.sharpness, 0);
+  EXPECT_GT(found[kOverlap].sharpness, 0);
   for (const double odds : {-3., 0.5, 7., 40.}) {
     std::array<double, kTerms> only_constant{};
-    only_constant[kConstant] = found.with_overlap.linearPart(odds) / found.with_overlap[kConstant];
-    EXPECT_NEAR(found.with_overlap.logOdds(only_constant), odds, 1e-9);
+    only_constant[kConstant] = found[kOverlap].linearPart(odds) / found[kOverlap][kConstant];
+    EXPECT_NEAR(found[kOverlap].logOdds(only_constant), odds, 1e-9);
   }
   EXPECT_NEAR(said, right / (right + wrong), 0.001);
   VerdictModel straight = found;
-  straight.with_overlap.sharpness = 0;
+  straight[kOverlap].sharpness = 0;
   EXPECT_LT(1 / (1 + std::exp(-straight.weightsFor(surest).logOdds(termsOf(surest)))),
             said - 0.002);
 }
@@ -651,9 +651,9 @@ TEST(VerdictModel, OfAnswersThatAreNearlySureAsManyAreRightAsTheySay) {
 /// Check fix for: single frames from the air, shorter than all that was learned from, were accepted
 /// with 1e-4 in another town, by a bend of 12 that no wrong answer had bounded.
 TEST(VerdictModel, WithoutWrongAnswersThatAreNearlySureItDoesNotGetAnySurer) {
-  const double bound = fitVerdictModel(answersOfBands(1)).with_overlap.sharpness;
+  const double bound = fitVerdictModel(answersOfBands(1))[kOverlap].sharpness;
   EXPECT_GT(bound, 0);
-  EXPECT_LT(bound, fitVerdictModel(answersOfBands(0.999)).with_overlap.sharpness);
+  EXPECT_LT(bound, fitVerdictModel(answersOfBands(0.999))[kOverlap].sharpness);
 }
 
 /// A witness that is right in one world only sets weights that other worlds do not confirm.
@@ -680,16 +680,16 @@ TEST(VerdictModel, LeavesATermOutThatWouldCountTheWrongWay) {
   for (JudgedStatistics& answer : answers)
     answer.statistics.map_coverage = answer.right ? 0.5 : 0.9;
   const VerdictModel found = fitVerdictModel(answers);
-  EXPECT_NEAR(found.with_overlap[kMapCoverage], 0, 1e-9);
-  EXPECT_GT(found.with_overlap[kMissRatio], 1);
+  EXPECT_NEAR(found[kOverlap][kMapCoverage], 0, 1e-9);
+  EXPECT_GT(found[kOverlap][kMissRatio], 1);
 }
 
 TEST(VerdictModel, WithoutAnswersThatShowTheMapThoseWeightsStay) {
   std::vector<JudgedStatistics> answers = answersOf(defaultVerdictModel(), 2000);
   for (JudgedStatistics& answer : answers) answer.statistics.dense.map_overlap.reset();
   const VerdictModel found = fitVerdictModel(answers);
-  EXPECT_EQ(found.with_overlap.of, defaultVerdictModel().with_overlap.of);
-  EXPECT_NE(found.registered.of, defaultVerdictModel().registered.of);
+  EXPECT_EQ(found[kOverlap].of, defaultVerdictModel()[kOverlap].of);
+  EXPECT_NE(found[kScan].of, defaultVerdictModel()[kScan].of);
 }
 
 TEST(VerdictModel, SurvivesItsFile) {
@@ -698,8 +698,8 @@ TEST(VerdictModel, SurvivesItsFile) {
   std::ofstream(path) << toText(defaultVerdictModel());
   const VerdictModel read = readVerdictModel(path);
   for (std::size_t t = 0; t < kTerms; ++t)
-    EXPECT_NEAR(read.with_overlap.of[t], defaultVerdictModel().with_overlap.of[t], 1e-3);
-  EXPECT_NEAR(read.air.sharpness, defaultVerdictModel().air.sharpness, 1e-3);
+    EXPECT_NEAR(read[kOverlap].of[t], defaultVerdictModel()[kOverlap].of[t], 1e-3);
+  EXPECT_NEAR(read[kAerial].sharpness, defaultVerdictModel()[kAerial].sharpness, 1e-3);
   std::ofstream(path, std::ios::app) << "registered.hope 3\n";
   EXPECT_THROW(readVerdictModel(path), Error);
   std::ofstream(path) << "alone.lead much\n";

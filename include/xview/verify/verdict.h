@@ -113,15 +113,28 @@ struct EvidenceWeights {
   double linearPart(double log_odds) const;
 };
 
-/// One set of weights per kind of evidence, fitted together because terms depend on one another:
-/// the score of vertices alone, that of surfaces alone, with a registration (scans), that of a
-/// camera in rooms, that of a few frames of a camera outdoors, with the overlap of map and query as
-/// well, and the latter from the air. Terms that a kind of evidence lacks weigh 0.
-struct VerdictModel {
-  EvidenceWeights graph, alone, registered, rooms, glimpse, with_overlap, air;
+/// What an answer can be judged by, each with weights of its own.
+enum EvidenceKind : std::size_t {
+  kBareGraph,   ///< the score of vertices
+  kPlaceAlone,  ///< the score of surfaces
+  kScan,        ///< a registration as well
+  kRooms,       ///< that of a camera in rooms
+  kGlimpse,     ///< that of a few frames of a camera outdoors
+  kOverlap,     ///< the overlap of map and query as well
+  kAerial,      ///< the same from the air
+  kEvidenceKinds
+};
 
-  /// The set for the kind of evidence at hand.
-  const EvidenceWeights& weightsFor(const Statistics& statistics) const;
+EvidenceKind kindOf(const Statistics& statistics);
+
+/// The weights of each kind, fitted together because terms depend on one another. Terms that a kind
+/// of evidence lacks weigh 0.
+struct VerdictModel {
+  std::array<EvidenceWeights, kEvidenceKinds> of_kind;
+
+  EvidenceWeights& operator[](EvidenceKind kind) { return of_kind[kind]; }
+  const EvidenceWeights& operator[](EvidenceKind kind) const { return of_kind[kind]; }
+  const EvidenceWeights& weightsFor(const Statistics& s) const { return of_kind[kindOf(s)]; }
 };
 
 /// A term is 0 where its evidence was not measured.
