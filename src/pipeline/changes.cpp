@@ -28,7 +28,7 @@ constexpr double kGroundShare = 0.6;      ///< of the cells around a foot
 constexpr double kSeenShare = 0.5;        ///< of the points of a thing that are not out of view
 constexpr double kToldShare = 0.2;        ///< of all its points
 constexpr double kAroundShare = 0.6;      ///< of the points around it are met
-constexpr double kSeenOftenShare = 0.3;   ///< of the frames that could see a thing
+constexpr double kSeenOftenShare = 0.3;   ///< of the frames that see it; fewer is noise
 constexpr double kStandsShare = 0.5;      ///< of its points; it stands if more of them are met
 constexpr double kOtherShare = 0.1;       ///< of the met points is of its class by chance
 constexpr std::size_t kAsked = 60;        ///< points of a thing
@@ -115,8 +115,10 @@ class Visit {
         continue;
       upright_.add(block, i);
     }
-    for (std::size_t i = 0; i < place.graph.size(); ++i)
-      vertices_.add(cellOf(place.graph.vertices[i].position, kNear_m, 0), i);
+    for (std::size_t i = 0; i < place.graph.size(); ++i) {
+      const Eigen::Vector3d& p = place.graph.vertices[i].position;
+      if (region_.contains(p)) vertices_.add(cellOf(p, kNear_m, 0), i);
+    }
     collectObjects();
   }
 
@@ -218,8 +220,8 @@ class Visit {
     }
   }
 
-  /// Other labels of a thing, by noise, are seen in a few of its frames only. All of its frames are
-  /// those that saw what is seen most often around it, but for a tenth.
+  /// By noise, a part of a thing has another label in a few of the frames that see it. How many see
+  /// it is the 90 % quantile of the observations of vertices around it.
   bool isSeenOften(const Vertex& v) const {
     std::vector<std::uint32_t> observations;
     vertices_.forAround(cellOf(v.position, kNear_m, 0), [&](std::size_t i) {
@@ -227,10 +229,10 @@ class Visit {
       if ((other.position - v.position).norm() <= kNear_m)
         observations.push_back(other.observations);
     });
-    const auto most =
+    const auto usual =
         observations.begin() + 9 * static_cast<std::ptrdiff_t>(observations.size()) / 10;
-    std::nth_element(observations.begin(), most, observations.end());
-    return v.observations >= kSeenOftenShare * *most;
+    std::nth_element(observations.begin(), usual, observations.end());
+    return v.observations >= kSeenOftenShare * *usual;
   }
 
   void findPoints(Object& object) const {
@@ -348,10 +350,10 @@ class Visit {
   double meet_m_;
   Eigen::AlignedBox3d region_;  ///< where the other visit may have seen things
   Sight sight_;
-  CellLists vertices_;       ///< of the place, by number
+  CellLists vertices_;       ///< this visit's frame
   CellLists all_, upright_;  ///< points, and those above the ground; this visit's frame
   std::vector<Object> objects_;
-  std::vector<Object> rare_;  ///< such that only a few of the frames saw that could
+  std::vector<Object> rare_;  ///< not seen often
 };
 
 /// How much is met of things that stand, and how much where they do not.

@@ -203,19 +203,17 @@ RC_GTEST_PROP(Likelihoods, ComeBackAsTheirText, ()) {
 
 RC_GTEST_PROP(Verdict, ModelComesBackToFourDigits, ()) {
   verify::VerdictModel model;
-  const auto all = {&model.alone,   &model.registered,   &model.rooms,
-                    &model.glimpse, &model.with_overlap, &model.air};
-  for (verify::EvidenceWeights* weights : all) {
-    for (double& weight : weights->of) weight = *test::anyNumber(30);
-    weights->knee = *test::anyLength(10);
-    weights->sharpness = *test::anyLength(3);
+  for (verify::EvidenceWeights& weights : model.of_kind) {
+    for (double& weight : weights.of) weight = *test::anyNumber(30);
+    weights.knee = *test::anyLength(10);
+    weights.sharpness = *test::anyLength(3);
   }
   test::writeText(scratch("verdict.txt"), verify::toText(model));
   const verify::VerdictModel read = verify::readVerdictModel(scratch("verdict.txt"));
   RC_ASSERT(verify::toText(read) == verify::toText(model));
-  for (const auto weights : {&verify::VerdictModel::alone, &verify::VerdictModel::air}) {
-    const double was = (model.*weights)[verify::kConstant];
-    RC_ASSERT(std::abs((read.*weights)[verify::kConstant] - was) <= 1e-3 * std::abs(was));
+  for (std::size_t kind = 0; kind < verify::kEvidenceKinds; ++kind) {
+    const double was = model.of_kind[kind][verify::kConstant];
+    RC_ASSERT(std::abs(read.of_kind[kind][verify::kConstant] - was) <= 1e-3 * std::abs(was));
   }
 }
 
