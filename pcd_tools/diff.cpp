@@ -124,10 +124,10 @@ class DiffCommand final : public Command {
             "what appeared, disappeared or moved between two visits",
             "The second visit is localized in the first (exit code 3 if it is not accepted). A "
             "landmark is gone where the second visit sees through its place or sees something of "
-            "another class there, new the other way round; what one of them did not see is not "
-            "spoken of. OUT.csv is a table, "
-            "OUT.ply a graph of the changes, OUT.png or OUT.svg a picture, OUT.html a page, "
-            "OUT.vtk a mesh, OUT.pcd a cloud.",
+            "another class there, new the other way round; what one of them did not see, or what "
+            "only a few of its frames saw, is not spoken of. OUT.csv is a table, OUT.ply a graph "
+            "of the changes, OUT.png or OUT.svg a picture, OUT.html a page, OUT.vtk a mesh, "
+            "OUT.pcd a cloud.",
             "xview diff town.xvm town/later -o changes.html",
             2,
             2};
