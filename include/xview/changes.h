@@ -44,22 +44,22 @@ struct Changes {
 /// later one must have its classes; `T_earlier_later` brings its frame there and is known to
 /// `sigma_m`.
 ///
-/// A landmark is a vertex of an object or dynamic class whose points are known and which three in
-/// ten of the frames saw that could, by how often what is near was seen: what fewer saw is noise of
-/// the labels or came late, and but for posts only `presence` speaks of it. Each of its points is
-/// asked of the other visit, which met it there (a point as near, of its class or of another one),
-/// sees through it (from a key frame the ray is free up to the point, and ends behind it; where
-/// nothing is known in that direction, ground measured all around the foot says the same), or does
-/// not tell. It was looked at if enough points tell and what stands around it is met again, so that
-/// neither what is hidden nor what is displaced by drift counts; of other places nothing is said.
-/// If more than half of its points are met it stands, but for another class. Else the share of
-/// points of an unchanged landmark that are met follows from the landmarks that both have, the
-/// share that is met under the null hypothesis from places beside them, and the probability from
-/// both; where all that is met is of another class, it follows from the noise of the labels. New is
-/// what is gone with the visits exchanged. Parts that touch are one thing, and of its classes those
-/// are noise that have a smaller share of the measurements there than labels are noisy. A gone
-/// landmark and the nearest new one of its class within some metres have moved. Surfaces are not
-/// compared.
+/// A landmark is a vertex of an object or dynamic class whose points are known. Unless it is a
+/// post, it has 30 % of the observations that are usual around it; with fewer it is noise of the
+/// labels or has stood for a part of the visit, and `presence` alone tells of it. Each of its
+/// points is asked of the other visit, which met it there (a point as near, of its class or of
+/// another one), sees through it (from a key frame the ray is free up to the point, and ends behind
+/// it; where nothing is known in that direction, ground measured all around the foot says the
+/// same), or does not tell. It was looked at if enough points tell and what stands around it is met
+/// again, so that neither what is hidden nor what is displaced by drift counts; of other places
+/// nothing is said. If more than half of its points are met it stands, but for another class. Else
+/// the share of points of an unchanged landmark that are met follows from the landmarks that both
+/// have, the share that is met under the null hypothesis from places beside them, and the
+/// probability from both; where all that is met is of another class, it follows from the noise of
+/// the labels. New is what is gone with the visits exchanged. Parts that touch are one thing, and
+/// of its classes those are noise that have a smaller share of the measurements there than labels
+/// are noisy. A gone landmark and the nearest new one of its class within some metres have moved.
+/// Surfaces are not compared.
 Changes findChanges(const Place& earlier, const Place& later,
                     const Eigen::Isometry3d& T_earlier_later, double sigma_m);
 

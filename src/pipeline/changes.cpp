@@ -83,7 +83,6 @@ struct Object {
   Eigen::AlignedBox3d box;              ///< its visit's frame
   Eigen::Vector3d position;             ///< common frame
   std::vector<Eigen::Vector3d> points;  ///< common frame, above the ground
-  double purity = 0;                    ///< share of its class among its points and those they meet
   bool was_looked_at = false, is_matched = false;
   Evidence evidence;
   std::array<double, 4> chance{};  ///< share of its points that are met beside it
@@ -145,7 +144,7 @@ class Visit {
   double labelNoise() const {
     std::vector<double> purities;
     for (const Object& object : objects_) {
-      if (object.points.size() >= kFewPoints) purities.push_back(object.purity);
+      if (object.points.size() >= kFewPoints) purities.push_back(purityOf(object));
     }
     return purities.empty() ? 0 : 1 - medianOf(std::move(purities));
   }
@@ -223,16 +222,14 @@ class Visit {
   /// By noise, a part of a thing has another label in a few of the frames that see it. How many see
   /// it is the 90 % quantile of the observations of vertices around it.
   bool isSeenOften(const Vertex& v) const {
+    constexpr double kUsualQuantile = 0.9;
     std::vector<std::uint32_t> observations;
     vertices_.forAround(cellOf(v.position, kNear_m, 0), [&](std::size_t i) {
       const Vertex& other = place_.graph.vertices[i];
       if ((other.position - v.position).norm() <= kNear_m)
         observations.push_back(other.observations);
     });
-    const auto usual =
-        observations.begin() + 9 * static_cast<std::ptrdiff_t>(observations.size()) / 10;
-    std::nth_element(observations.begin(), usual, observations.end());
-    return v.observations >= kSeenOftenShare * *usual;
+    return v.observations >= kSeenOftenShare * quantileOf(observations, kUsualQuantile);
   }
 
   void findPoints(Object& object) const {
@@ -243,6 +240,10 @@ class Visit {
     });
     // In noise a post may have points of other labels only.
     object.points = std::move(of_class.empty() && object.is_post ? of_any : of_class);
+  }
+
+  /// Share of its class among the points of a thing and those they meet.
+  double purityOf(const Object& object) const {
     double met = 0, same = 0;
     for (const Eigen::Vector3d& p : someOf(object.points)) {
       forMet(T_ * p, [&](std::size_t i) {
@@ -250,7 +251,7 @@ class Visit {
         same += isSameThing(labels(), object.vertex->label, place_.cloud.points[i].label);
       });
     }
-    object.purity = met > 0 ? same / met : 0;
+    return met > 0 ? same / met : 0;
   }
 
   static std::vector<Eigen::Vector3d> someOf(const std::vector<Eigen::Vector3d>& points) {

@@ -330,7 +330,6 @@ EvidenceKind kindOf(const Statistics& s) {
 }
 
 std::array<double, kTerms> termsOf(const Statistics& s) {
-  const EvidenceKind kind = kindOf(s);
   const DenseEvidence& dense = s.dense;
   const double log_likelihood_margin = std::log(s.likelihood_margin + kNoise_nats);
   const double dense_margin = std::min(s.dense_margin, kMostDenseMargin);
@@ -340,7 +339,7 @@ std::array<double, kTerms> termsOf(const Statistics& s) {
   if (dense.registered()) terms[kMapCoverage] = std::log(s.map_coverage);
   if (!dense.map_overlap && saw)
     terms[kFreeSpaceViolation] = freeSpaceTerm(*dense.free_space_violation);
-  switch (kind) {
+  switch (kindOf(s)) {
     case kPlaceAlone:
       // Of a bare graph the score of a true pose is known from the map's own vertices only.
       terms[kScoreRatio] = std::log(s.score_ratio);

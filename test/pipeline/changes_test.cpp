@@ -262,18 +262,21 @@ TEST(Changes, WhatIsGoneCanBeTakenOutOfTheEarlierVisit) {
   EXPECT_EQ(map.bev.sampleCount(), once.bev.sampleCount());
 }
 
+Place movedBy(const Eigen::Vector3d& way, Place place) {
+  place.cloud.origin += way;
+  place.bev.origin_x += way.x();
+  place.bev.origin_y += way.y();
+  place.bev.origin_z += way.z();
+  for (Vertex& v : place.graph.vertices) v.position += way;
+  for (Eigen::Isometry3d& pose : place.poses) pose.pretranslate(way);
+  return place;
+}
+
 TEST(Changes, AreTheSameInWhateverFrameTheLaterVisitIs) {
   const map::SemanticMap& earlier = changedTown().maps.at("forward");
   const Place& later = changedTown().maps.at("forward2");
-  Eigen::Isometry3d T_new_old = Eigen::Isometry3d::Identity();
-  T_new_old.translation() = Eigen::Vector3d(300, -70, 4);
-  Place moved = later;
-  moved.cloud.origin += T_new_old.translation();
-  moved.bev.origin_x += 300;
-  moved.bev.origin_y -= 70;
-  moved.bev.origin_z += 4;
-  for (Vertex& v : moved.graph.vertices) v.position = T_new_old * v.position;
-  for (Eigen::Isometry3d& pose : moved.poses) pose = T_new_old * pose;
+  const Eigen::Isometry3d T_new_old(Eigen::Translation3d(300, -70, 4));
+  const Place moved = movedBy(T_new_old.translation(), later);
   const Changes here = findChanges(earlier, later, Eigen::Isometry3d::Identity(), 0.02);
   const Changes there = findChanges(earlier, moved, T_new_old.inverse(), 0.02);
   ASSERT_EQ(here.changes.size(), there.changes.size());
@@ -373,6 +376,11 @@ TEST(Changes, AreNoneOfAPartThatIsWhatItsLabelsSayByNoise) {
   };
   EXPECT_TRUE(changesIfMeasured(5).empty());
   EXPECT_EQ(changesIfMeasured(500).size(), 1U);
+
+  earlier.graph.vertices.back().points = 5;
+  const Eigen::Isometry3d T(Eigen::Translation3d(300, -70, 4));
+  const Place later = movedBy(T.translation(), earlier);
+  EXPECT_TRUE(findChanges(wallWith(true, false), later, T.inverse(), 0.02).changes.empty());
 }
 
 TEST(Changes, AreNotSpokenOfWhatIsHidden) {
