@@ -68,12 +68,10 @@ struct Evidence {
   }
 };
 
-/// One class, or two of a kind that names a thing: poles are poles whatever they carry.
+/// One class, or two of a kind that tells the shape: poles are poles whatever they carry.
 bool isSameThing(const LabelSet& labels, std::uint32_t a, std::uint32_t b) {
   const Kind kind = labels.kind(a);
-  const bool names_a_thing =
-      kind != Kind::other_object && kind != Kind::other_surface && kind != Kind::none;
-  return a == b || (names_a_thing && kind == labels.kind(b));
+  return a == b || (tellsShape(kind) && kind == labels.kind(b));
 }
 
 /// A vertex that may change, as the other visit sees it.

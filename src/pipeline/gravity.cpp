@@ -73,9 +73,7 @@ int sideOfGround(const SemanticGraph& graph, const LabelSet& labels,
   } ground, others;
   for (const Vertex& v : graph.vertices) {
     const Kind kind = labels.kind(v.label);
-    if (kind == Kind::none || kind == Kind::other_object || kind == Kind::other_surface ||
-        !v.position.allFinite())
-      continue;
+    if (!tellsShape(kind) || !v.position.allFinite()) continue;
     Heights& h = isGround(kind) ? ground : others;
     const double height = normal.dot(v.position - graph.vertices[0].position);
     h.count += 1;

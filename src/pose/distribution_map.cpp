@@ -83,8 +83,7 @@ std::uint32_t matchingGroup(const LabelSet& labels, std::uint32_t label) {
   if (role == Role::ignored || role == Role::dynamic) return kNoGroup;
   const Kind kind = labels.kind(label);
   if (kind == Kind::lane_marking) return static_cast<std::uint32_t>(Kind::road);
-  if (kind == Kind::other_object || kind == Kind::other_surface) return kFirstOtherGroup + label;
-  return static_cast<std::uint32_t>(kind);
+  return tellsShape(kind) ? static_cast<std::uint32_t>(kind) : kFirstOtherGroup + label;
 }
 
 Kind kindOfGroup(std::uint32_t group) {

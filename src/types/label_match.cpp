@@ -10,10 +10,6 @@
 namespace xview {
 namespace {
 
-/// Kinds that say what a thing looks like, so that another class of that kind is the same in
-/// another set; tables and chairs are of one kind and not the same.
-bool tellsShape(Kind kind) { return kind < Kind::other_object; }
-
 /// What else a kind may be called in a set that is coarser, nearest first: lane markings are part
 /// of the road, trunks of the trees. The other way round nothing is known: a tree is no trunk.
 /// Ground of one kind does not stand in for another: a verge taken for a road speaks against the

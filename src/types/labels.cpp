@@ -32,6 +32,7 @@ bool isGround(Kind kind) { return kind <= Kind::lane_marking; }
 bool isPoleLike(Kind kind) {
   return kind == Kind::pole || kind == Kind::sign || kind == Kind::light;
 }
+bool tellsShape(Kind kind) { return kind < Kind::other_object; }
 
 bool LabelSet::isGeneric() const { return name_ == kGenericName; }
 

@@ -42,6 +42,9 @@ const char* toString(Role role);
 const char* toString(Kind kind);
 bool isGround(Kind kind);    ///< road, sidewalk, terrain, lane_marking
 bool isPoleLike(Kind kind);  ///< pole, sign, light
+/// True for kinds that say what a thing looks like, so that two classes of that kind are one:
+/// tables and chairs are both other_object and not the same.
+bool tellsShape(Kind kind);
 
 struct ClassInfo {
   std::uint32_t id = 0;
