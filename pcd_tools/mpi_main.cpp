@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// xview on several machines (MPI): the first rank is xview, the others scan parts of large maps
-// for it.
+// xview on several machines (MPI): the first rank is xview, the others scan parts of large maps and
+// preprocess frames for it.
 #include <fmt/core.h>
 #include <mpi.h>
 
@@ -14,7 +14,7 @@
 
 #include "narrative.h"
 #include "tool.h"
-#include "xview/search/scan_helpers.h"
+#include "xview/helper.h"
 #include "xview/types/atomic_file.h"
 #include "xview/types/library_chatter.h"
 
@@ -54,14 +54,14 @@ std::string receiveFrom(int rank) {
 }
 
 /// All ranks but the first, which are told to end with an empty request.
-class OtherRanks final : public search::ScanHelpers {
+class OtherRanks final : public Helpers {
  public:
   OtherRanks() {
     MPI_Comm_size(MPI_COMM_WORLD, &ranks_);
-    search::shareScans(this);
+    shareWork(this);
   }
   ~OtherRanks() override {
-    search::shareScans(nullptr);
+    shareWork(nullptr);
     for (int rank = 1; rank < ranks_; ++rank) sendTo(rank, "");
   }
   /// What went to and fro.
@@ -91,7 +91,7 @@ class OtherRanks final : public search::ScanHelpers {
 };
 
 void help() {
-  search::ScanHelper helper;
+  Helper helper;
   for (std::string request = receiveFrom(kFirst); !request.empty(); request = receiveFrom(kFirst))
     sendTo(kFirst, helper.answer(request));
 }

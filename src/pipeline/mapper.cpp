@@ -12,6 +12,7 @@
 #include <optional>
 
 #include "pipeline/query_in_map.h"
+#include "pipeline/shared_frames.h"
 #include "xview/graph/bev_grid.h"
 #include "xview/graph/merge.h"
 #include "xview/localizer.h"
@@ -313,7 +314,7 @@ map::SemanticMap buildVisit(
   if (progress) progress(0, total);
   MapBuilder builder(classified[0]->labels(), options);
   for (std::size_t i = 0; i < in_one_set.size(); ++i) {
-    preprocessRecording(*in_one_set[i], options, [&](PreprocessedFrame frame) {
+    preprocessShared(*in_one_set[i], options, [&](PreprocessedFrame frame) {
       if (seen) seen(*sources[i], frame);
       builder.add(std::move(frame));
       if (progress) progress(++done, total);

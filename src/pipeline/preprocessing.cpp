@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "pipeline/point_quality.h"
 #include "pipeline/query_in_map.h"
+#include "pipeline/shared_frames.h"
+#include "types/conversation.h"
 #include "xview/depth_plausibility.h"
 #include "xview/graph/blobs.h"
 #include "xview/graph/clean_labels.h"
@@ -108,34 +111,64 @@ void requireClasses(const LabelSet& labels, const std::string& name) {
               "it has no labels; withClasses() gives it classes from the shapes of its points");
 }
 
-PreprocessedFrame readAndPreprocess(const FrameSource& source, std::size_t i,
-                                    const Options& options) {
+Frame readChecked(const FrameSource& source, std::size_t i) {
   askBudget("the frames");
-  Stopwatch watch;
   Frame frame = source.read(i);
   requireMetres(frame, source.name());
-  const double read_ms = watch.lap_ms();
-  PreprocessedFrame preprocessed = preprocessFrame(std::move(frame), source.labels(), options);
-  preprocessed.timing_ms.insert(preprocessed.timing_ms.begin(), {"read", read_ms});
-  return preprocessed;
+  return frame;
 }
 
-/// At most `ahead` frames are preprocessed and not yet taken.
-void preprocessInOrder(const FrameSource& source, const Options& options, std::size_t ahead,
-                       const std::function<void(PreprocessedFrame)>& take) {
-  requireClasses(source.labels(), source.name());
-  requireGraphSpace(options, source.sensor(), source.name());
-  std::vector<PreprocessedFrame> waiting(ahead);
-  DepthPlausibility depths;
+/// At most `ahead` frames are read and not yet taken. Each helper has one of them at a time.
+void preprocessByHelpers(const FrameSource& source, const Options& options, std::size_t ahead,
+                         Conversation& helpers,
+                         const std::function<void(PreprocessedFrame)>& take) {
+  const std::size_t count = std::min(helpers.helpers(), source.size());
+  std::vector<std::string> requests(ahead);
+  const auto received = [&](std::size_t i) {
+    return preprocessedFrameOf(helpers.answerOf(i % count));
+  };
   const auto make = [&](std::size_t i) {
-    waiting[i % ahead] = readAndPreprocess(source, i, options);
+    requests[i % ahead] = frameRequest(readChecked(source, i), source.labels(), options);
   };
   makeInOrder(source.size(), options.threads, ahead, make, [&](std::size_t i) {
-    const PreprocessedFrame& preprocessed = waiting[i % ahead];
+    std::optional<PreprocessedFrame> done;
+    if (i >= count) done = received(i - count);
+    helpers.ask(i % count, requests[i % ahead]);
+    if (done) take(*std::move(done));
+  });
+  for (std::size_t i = source.size() - count; i < source.size(); ++i) take(received(i));
+}
+
+void preprocessHere(const FrameSource& source, const Options& options, std::size_t ahead,
+                    const std::function<void(PreprocessedFrame)>& take) {
+  std::vector<PreprocessedFrame> waiting(ahead);
+  const auto make = [&](std::size_t i) {
+    Stopwatch watch;
+    Frame frame = readChecked(source, i);
+    const double read_ms = watch.lap_ms();
+    PreprocessedFrame& preprocessed = waiting[i % ahead];
+    preprocessed = preprocessFrame(std::move(frame), source.labels(), options);
+    preprocessed.timing_ms.insert(preprocessed.timing_ms.begin(), {"read", read_ms});
+  };
+  makeInOrder(source.size(), options.threads, ahead, make,
+              [&](std::size_t i) { take(std::move(waiting[i % ahead])); });
+}
+
+/// At most `ahead` frames are preprocessed and not yet taken. `helpers` may be none.
+void preprocessInOrder(const FrameSource& source, const Options& options, std::size_t ahead,
+                       Conversation* helpers, const std::function<void(PreprocessedFrame)>& take) {
+  requireClasses(source.labels(), source.name());
+  requireGraphSpace(options, source.sensor(), source.name());
+  DepthPlausibility depths;
+  const auto checkAndTake = [&](PreprocessedFrame preprocessed) {
     depths.add(preprocessed.counts, preprocessed.cloud, preprocessed.T_odom_sensor.translation(),
                preprocessed.size);
-    take(std::move(waiting[i % ahead]));
-  });
+    take(std::move(preprocessed));
+  };
+  if (helpers && helpers->helpers() > 0)
+    preprocessByHelpers(source, options, ahead, *helpers, checkAndTake);
+  else
+    preprocessHere(source, options, ahead, checkAndTake);
   depths.require(source);
 }
 
@@ -197,7 +230,13 @@ PreprocessedFrame preprocessFrame(Frame frame, const LabelSet& labels, const Opt
 
 void preprocessRecording(const FrameSource& source, const Options& options,
                          const std::function<void(PreprocessedFrame)>& take) {
-  preprocessInOrder(source, sizedFor(source, options), kFramesAhead, take);
+  preprocessInOrder(source, sizedFor(source, options), kFramesAhead, nullptr, take);
+}
+
+void preprocessShared(const FrameSource& source, const Options& options,
+                      const std::function<void(PreprocessedFrame)>& take) {
+  Conversation helpers;
+  preprocessInOrder(source, sizedFor(source, options), kFramesAhead, &helpers, take);
 }
 
 std::vector<PreprocessedFrame> preprocessRecording(const FrameSource& source,
@@ -210,7 +249,7 @@ std::vector<PreprocessedFrame> preprocessRecording(const FrameSource& source,
     if (progress) progress(preprocessed_frames.size(), source.size());
   };
   preprocessInOrder(source, sizedFor(source, options), std::max<std::size_t>(1, source.size()),
-                    take);
+                    nullptr, take);
   return preprocessed_frames;
 }
 

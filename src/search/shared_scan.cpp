@@ -2,76 +2,15 @@
 #include "search/shared_scan.h"
 
 #include <algorithm>
-#include <cstring>
-#include <list>
-#include <type_traits>
 #include <unordered_set>
 #include <utility>
 
-#include "xview/search/scan_helpers.h"
-#include "xview/types/error.h"
+#include "types/message.h"
 
 namespace xview::search {
 namespace {
 
 constexpr std::size_t kRastersKept = 8;  ///< by helpers: two view-points, coarse and fine, and some
-
-// ---- messages: numbers as they are in memory
-
-class Writer {
- public:
-  template <class Value>
-  void put(const Value& value) {
-    static_assert(std::is_trivially_copyable_v<Value>);
-    text_.append(reinterpret_cast<const char*>(&value), sizeof value);
-  }
-  template <class Value>
-  void putAll(const std::vector<Value>& values) {
-    static_assert(std::is_trivially_copyable_v<Value>);
-    put(values.size());
-    text_.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(Value));
-  }
-  std::string take() { return std::move(text_); }
-
- private:
-  std::string text_;
-};
-
-class Reader {
- public:
-  explicit Reader(const std::string& text) : text_(text) {}
-  template <class Value>
-  Value get() {
-    Value value{};
-    std::memcpy(&value, bytes(sizeof value), sizeof value);
-    return value;
-  }
-  template <class Value>
-  std::vector<Value> getAll() {
-    const auto count = get<std::size_t>();
-    if (count > text_.size() / sizeof(Value)) fail();
-    std::vector<Value> values(count);
-    const char* from = bytes(count * sizeof(Value));
-    if (count > 0) std::memcpy(values.data(), from, count * sizeof(Value));
-    return values;
-  }
-  void end() const {
-    if (place_ != text_.size()) fail();
-  }
-
- private:
-  const char* bytes(std::size_t count) {
-    if (count > text_.size() - place_) fail();
-    place_ += count;
-    return text_.data() + place_ - count;
-  }
-  [[noreturn]] static void fail() {
-    throw Error("message between processes", "not what this version of xview sends");
-  }
-
-  const std::string& text_;
-  std::size_t place_ = 0;
-};
 
 // ---- whose a tile is
 
@@ -119,14 +58,15 @@ struct SharedRaster {
   }
 };
 
-struct Sharing {
-  std::mutex mutex;  ///< who holds it talks to the helpers
-  ScanHelpers* helpers = nullptr;
+/// What the helpers have, for who talks to them.
+struct SharedRasters {
+  std::uint64_t generation = 0;     ///< of the helpers
   std::list<SharedRaster> rasters;  ///< the last asked for first
 };
-Sharing& sharing() {
-  static Sharing one;
-  return one;
+std::list<SharedRaster>& rastersOf(std::uint64_t generation) {
+  static SharedRasters shared;
+  if (shared.generation != generation) shared = {generation, {}};
+  return shared.rasters;
 }
 
 /// As the helpers do it, too.
@@ -170,104 +110,68 @@ std::string requestFor(const RasterLevels& levels, const std::vector<LikelihoodR
   std::vector<std::uint8_t> background;
   for (std::size_t c = 0; c < level.raster.channels(); ++c)
     background.push_back(level.raster.background(c));
-  Writer request;
-  request.put(level.raster.id());
-  request.put(level.raster.cellSize());
-  request.putAll(background);
-  request.putAll(tiles);
-  request.putAll(level.samples);
-  request.put(level.max_yaw_step_rad);
-  request.put(levels.keep_cells);
-  request.put(levels.threads);
-  request.put(levels.centre_prior);
-  request.put(outputs.size());
-  for (const OutputTile& output : outputs) {
-    request.put(output.tx);
-    request.put(output.ty);
-    request.put(output.bound);
-    request.putAll(output.rows);
-  }
+  MessageWriter request;
+  request(HelperTask::scan, level.raster.id(), level.raster.cellSize(), background, tiles,
+          level.samples, level.max_yaw_step_rad, levels.keep_cells, levels.threads,
+          levels.centre_prior, outputs);
   return request.take();
 }
 
 }  // namespace
 
-void shareScans(ScanHelpers* helpers) {
-  const std::lock_guard<std::mutex> lock(sharing().mutex);
-  sharing().helpers = helpers && helpers->count() > 0 ? helpers : nullptr;
-  sharing().rasters.clear();
+template <class Message>
+void visit(OutputTile& tile, Message& message) {
+  message(tile.tx, tile.ty, tile.bound, tile.rows);
 }
 
 // ---- the process that searches
 
 SharedScan::SharedScan(const RasterLevels& levels, const PreparedSamples& prepared,
-                       std::vector<OutputTile>& outputs)
-    : lock_(sharing().mutex, std::try_to_lock) {
-  if (!lock_ || !sharing().helpers) return;
-  ScanHelpers& helpers = *sharing().helpers;
-  const auto count = static_cast<std::size_t>(helpers.count());
+                       std::vector<OutputTile>& outputs) {
+  const std::size_t count = helpers_.helpers();
+  if (count == 0) return;
   const LikelihoodRaster& raster = levels.first().raster;
-  SharedRaster& shared =
-      kept(sharing().rasters, raster.id(), [&] { return SharedRaster(raster, count); });
+  SharedRaster& shared = kept(rastersOf(helpers_.generation()), raster.id(),
+                              [&] { return SharedRaster(raster, count); });
   std::vector<std::vector<OutputTile>> parts(count + 1);
   for (OutputTile& output : outputs) parts[shared.ownerOf(output)].push_back(std::move(output));
   outputs = std::move(parts[0]);
   for (std::size_t i = 0; i < count; ++i) {
     const auto tiles = newTiles(raster, prepared, parts[i + 1], shared.sent[i]);
-    helpers.send(static_cast<int>(i), requestFor(levels, tiles, parts[i + 1]));
-    ++asked_;
-  }
-}
-
-SharedScan::~SharedScan() {
-  try {
-    while (answered_ < asked_) sharing().helpers->receive(answered_++);
-  } catch (const Error&) {
-    // A helper that is gone is met by the next request.
+    helpers_.ask(i, requestFor(levels, tiles, parts[i + 1]));
   }
 }
 
 void SharedScan::collect(BestCandidates& best) {
-  while (answered_ < asked_) {
-    const std::string answer = sharing().helpers->receive(answered_++);
-    Reader reader(answer);
-    for (const Candidate& candidate : reader.getAll<Candidate>()) best.offer(candidate);
+  for (std::size_t i = 0; i < helpers_.helpers(); ++i) {
+    const std::string answer = helpers_.answerOf(i);
+    MessageReader reader(answer);
+    for (const Candidate& candidate : reader.next<std::vector<Candidate>>()) best.offer(candidate);
     reader.end();
   }
 }
 
 // ---- a helper
 
-ScanHelper::ScanHelper() = default;
-ScanHelper::~ScanHelper() = default;
-
 std::string ScanHelper::answer(const std::string& text) {
-  Reader request(text);
-  const auto id = request.get<std::uint64_t>();
-  const auto cell_m = request.get<double>();
-  const auto background = request.getAll<std::uint8_t>();
+  MessageReader request(text);
+  if (request.next<HelperTask>() != HelperTask::scan) request.fail();
+  const auto id = request.next<std::uint64_t>();
+  const auto cell_m = request.next<double>();
+  const auto background = request.next<std::vector<std::uint8_t>>();
   Known& known = kept(known_, id, [&] {
     return Known{id, std::make_unique<LikelihoodRaster>(cell_m, background)};
   });
-  for (const auto& tile : request.getAll<LikelihoodRaster::Tile>()) known.raster->add(tile);
-  auto samples = request.getAll<RasterSample>();
-  const auto max_yaw_step_rad = request.get<double>();
+  for (const auto& tile : request.next<std::vector<LikelihoodRaster::Tile>>())
+    known.raster->add(tile);
+  auto samples = request.next<std::vector<RasterSample>>();
+  const auto max_yaw_step_rad = request.next<double>();
   RasterLevels levels{{*known.raster, std::move(samples), max_yaw_step_rad}, std::nullopt};
-  levels.keep_cells = request.get<std::size_t>();
-  levels.threads = request.get<int>();
-  levels.centre_prior = request.get<PlacePrior>();
   std::vector<OutputTile> outputs;
-  for (auto left = request.get<std::size_t>(); left > 0; --left) {
-    OutputTile output;
-    output.tx = request.get<std::int64_t>();
-    output.ty = request.get<std::int64_t>();
-    output.bound = request.get<std::int64_t>();
-    output.rows = request.getAll<RowRun>();
-    outputs.push_back(std::move(output));
-  }
+  request(levels.keep_cells, levels.threads, levels.centre_prior, outputs);
   request.end();
-  Writer answer;
-  answer.putAll(scanTiles(levels, outputs));
+  MessageWriter answer;
+  answer(scanTiles(levels, outputs));
   return answer.take();
 }
 

@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <mutex>
+#include <cstdint>
+#include <list>
+#include <memory>
+#include <string>
 #include <vector>
 
 #include "search/raster_parts.h"
+#include "types/conversation.h"
 
 namespace xview::search {
 
@@ -15,19 +19,30 @@ std::vector<Candidate> scanTiles(const RasterLevels& levels,
 /// What of one scan the helpers do, if there are any and nobody else has them.
 class SharedScan {
  public:
-  /// Takes their tiles out of `outputs`.
+  /// Takes their tiles out of `outputs`. Ends when what they were asked for is answered.
   SharedScan(const RasterLevels& levels, const PreparedSamples& prepared,
              std::vector<OutputTile>& outputs);
-  ~SharedScan();  ///< what they have not answered yet is waited for
-  SharedScan(const SharedScan&) = delete;
-  SharedScan& operator=(const SharedScan&) = delete;
-
   /// Adds what they have found.
   void collect(BestCandidates& best);
 
  private:
-  std::unique_lock<std::mutex> lock_;
-  int asked_ = 0, answered_ = 0;  ///< helpers
+  Conversation helpers_;  ///< each is asked once
+};
+
+/// Scans its part of the maps that another process searches in.
+class ScanHelper {
+ public:
+  /// Of a request of SharedScan. Throws Error for anything else.
+  std::string answer(const std::string& request);
+  /// Tiles of rasters that are kept, 4 kB each.
+  std::size_t tiles() const;
+
+ private:
+  struct Known {
+    std::uint64_t id;
+    std::unique_ptr<LikelihoodRaster> raster;
+  };
+  std::list<Known> known_;  ///< the last asked for first
 };
 
 }  // namespace xview::search

@@ -7,7 +7,10 @@
 #include <cmath>
 
 #include "pipeline/simulated_drive.h"
+#include "support/helpers_in_one_process.h"
 #include "support/test_data.h"
+#include "xview/cloud_recording.h"
+#include "xview/helper.h"
 #include "xview/localizer.h"
 #include "xview/types/error.h"
 
@@ -88,6 +91,49 @@ TEST(Mapper, FramesOneByOneAreThoseAllAtOnce) {
     ++i;
   });
   EXPECT_EQ(i, all.size());
+}
+
+TEST(Mapper, FramesThatHelpersPreprocessMakeTheSameMap) {
+  const auto& drive = simulatedDrive();
+  const FrameSource& images = *drive.sessions.at("rear");
+  CloudRecording scans(drive.labels);
+  for (const PreprocessedFrame& frame : drive.frames.at("rear"))
+    scans.add(frame.cloud.points, Eigen::Isometry3d(Eigen::Translation3d(frame.cloud.origin)));
+  Options exact, in_images;
+  exact.edges.radius_m = 17.0 / 3;  // which needs all its digits
+  in_images.graph_space = "image";
+  const test::TemporaryFolder folder;
+  const auto made = [&](const FrameSource& source, const Options& options) {
+    map::saveMap(folder / "map.xvm", buildVisit({&source}, options));
+    return test::readText(folder / "map.xvm");
+  };
+  const auto expectSame = [&](const FrameSource& source, const Options& options, int count) {
+    const std::string alone = made(source, options);
+    test::HelpersInOneProcess<Helper> helpers(count);
+    EXPECT_TRUE(made(source, options) == alone) << source.name() << ", helpers: " << count;
+    EXPECT_FALSE(helpers.isWaitedFor());
+    std::size_t frames = 0;
+    for (int i = 0; i < count; ++i) frames += helpers.answersOf(i);
+    EXPECT_EQ(frames, source.size());
+  };
+  expectSame(images, exact, 1);
+  expectSame(images, in_images, 300);
+  expectSame(scans, {}, 3);
+}
+
+/// A helper that cannot do what it is asked for.
+struct BrokenHelper {
+  std::string answer(const std::string&) const { throw Error("frame 7", "broken"); }
+};
+
+TEST(Mapper, WhatAHelperCannotDoEndsTheMap) {
+  const FrameSource& source = *simulatedDrive().sessions.at("rear");
+  {
+    test::HelpersInOneProcess<BrokenHelper> helpers(2);
+    EXPECT_EQ(test::messageOf<Error>([&] { buildMap(source, {}); }), "frame 7: broken");
+    EXPECT_FALSE(helpers.isWaitedFor());
+  }
+  EXPECT_NO_THROW(buildMap(source, {}));
 }
 
 TEST(Mapper, AppendingTheSameDriveAddsPosesButHardlyVertices) {

@@ -1,56 +1,19 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
 
-#include <deque>
 #include <numeric>
 
 #include "search/raster.h"
+#include "search/shared_scan.h"
+#include "support/helpers_in_one_process.h"
 #include "support/test_data.h"
-#include "xview/search/scan_helpers.h"
 #include "xview/types/error.h"
 #include "xview/types/random.h"
 
 namespace xview::search {
 namespace {
 
-/// Helpers in this process, which answer what they were sent when they are asked for it.
-class InOneProcess final : public ScanHelpers {
- public:
-  explicit InOneProcess(int count) : helpers_(static_cast<std::size_t>(count)) { shareScans(this); }
-  ~InOneProcess() override { shareScans(nullptr); }
-  InOneProcess(const InOneProcess&) = delete;
-  InOneProcess& operator=(const InOneProcess&) = delete;
-
-  int count() const override { return static_cast<int>(helpers_.size()); }
-  void send(int helper, const std::string& request) override {
-    of(helper).waiting.push_back(request);
-    bytes_ += request.size();
-  }
-  std::string receive(int helper) override {
-    Helper& asked = of(helper);
-    if (asked.waiting.empty()) throw Error("helper", "was not asked");
-    const std::string request = asked.waiting.front();
-    asked.waiting.pop_front();
-    return asked.scan.answer(request);
-  }
-
-  std::size_t tilesOf(int helper) { return of(helper).scan.tiles(); }
-  std::size_t takeBytes() { return std::exchange(bytes_, 0); }
-  bool isWaitedFor() const {
-    return std::any_of(helpers_.begin(), helpers_.end(),
-                       [](const Helper& helper) { return !helper.waiting.empty(); });
-  }
-
- private:
-  struct Helper {
-    ScanHelper scan;
-    std::deque<std::string> waiting;
-  };
-  Helper& of(int helper) { return helpers_.at(static_cast<std::size_t>(helper)); }
-
-  std::deque<Helper> helpers_;
-  std::size_t bytes_ = 0;
-};
+using InOneProcess = test::HelpersInOneProcess<ScanHelper>;
 
 class SharedScans : public testing::Test {
  protected:
@@ -114,13 +77,13 @@ TEST_F(SharedScans, GiveEachHelperItsPartOnce) {
   search();
   const std::size_t first = helpers.takeBytes();
   std::vector<std::size_t> tiles;
-  for (int i = 0; i < 3; ++i) tiles.push_back(helpers.tilesOf(i));
+  for (int i = 0; i < 3; ++i) tiles.push_back(helpers[i].tiles());
   search();
   EXPECT_LT(10 * helpers.takeBytes(), first) << "tiles were sent again";
   for (int i = 0; i < 3; ++i) {
-    EXPECT_EQ(helpers.tilesOf(i), tiles[static_cast<std::size_t>(i)]);
-    EXPECT_GT(helpers.tilesOf(i), 0u);
-    EXPECT_LT(helpers.tilesOf(i), raster_.tiles().size()) << "a part, with a rim";
+    EXPECT_EQ(helpers[i].tiles(), tiles[static_cast<std::size_t>(i)]);
+    EXPECT_GT(helpers[i].tiles(), 0u);
+    EXPECT_LT(helpers[i].tiles(), raster_.tiles().size()) << "a part, with a rim";
   }
 }
 
@@ -136,7 +99,7 @@ TEST_F(SharedScans, OfManyRastersTheLastAreKept) {
     for (const LikelihoodRaster& other : others) searchRaster({{other, samples_}, std::nullopt});
     expectSame(search(), alone);
   }
-  EXPECT_LT(helpers.tilesOf(0), 9 * 2 * 9 * 9u);
+  EXPECT_LT(helpers[0].tiles(), 9 * 2 * 9 * 9u);
 }
 
 TEST_F(SharedScans, WhatIsNoRequestIsRefused) {

@@ -29,6 +29,11 @@ class Mpi : public TinyTown {
     arguments.insert(arguments.begin(), {"-n", std::to_string(ranks), XVIEW_MPI_PROGRAM});
     return runProgram(XVIEW_MPIRUN, arguments, {240, 0, ""});
   }
+  /// To the other ranks, as -v says it.
+  static double megabytesSent(const Outcome& outcome) {
+    const std::size_t said = outcome.err.find(" requests; ");
+    return said == std::string::npos ? -1 : std::atof(outcome.err.c_str() + said + 11);
+  }
   static std::vector<std::string> windows(const std::string& session) {
     return {"localize", "-q",       "--json", "--threads",   "1",  "--window",
             "12",       "--stride", "10",     town(session), map()};
@@ -61,13 +66,14 @@ TEST_F(Mpi, TheOtherRanksSearch) {
   }
 }
 
-TEST_F(Mpi, MapsAreThoseOfOneProcess) {
+TEST_F(Mpi, MapsAreThoseOfOneProcessAndTheOtherRanksPreprocess) {
   const std::string expected = readText(map());
   for (const int ranks : {1, 2, 4}) {
     const std::string made = file("town_" + std::to_string(ranks) + ".xvm");
-    const Outcome outcome = onRanks(ranks, {"map", "-q", town("forward"), made});
+    const Outcome outcome = onRanks(ranks, {"map", "-v", town("forward"), made});
     EXPECT_EQ(outcome.code, 0) << outcome.err;
     EXPECT_EQ(readText(made), expected) << ranks << " ranks";
+    EXPECT_EQ(megabytesSent(outcome) > 5, ranks > 1) << outcome.err;
   }
 }
 
@@ -80,33 +86,23 @@ TEST_F(Mpi, WhatIsWrongIsSaidOnceAndEndsAllRanks) {
 }
 
 TEST_F(Mpi, ARankThatDiesEndsTheJobAndTheOlderFileStays) {
-  writeText(file("answers.jsonl"), "older answers\n");
-  const std::string dies = "\"$0\" & sleep 0.5; kill -9 $!";
-  const Outcome outcome = runProgram(XVIEW_MPIRUN,
-                                     {"-n",
-                                      "1",
-                                      XVIEW_MPI_PROGRAM,
-                                      "localize",
-                                      "-q",
-                                      "--window",
-                                      "12",
-                                      "--stride",
-                                      "1",
-                                      "-o",
-                                      file("answers.jsonl"),
-                                      town("rear"),
-                                      map(),
-                                      ":",
-                                      "-n",
-                                      "1",
-                                      "sh",
-                                      "-c",
-                                      dies,
-                                      XVIEW_MPI_PROGRAM},
-                                     {240, 0, ""});
-  EXPECT_NE(outcome.code, 0) << outcome.out;
-  const std::string left = readText(file("answers.jsonl"));
+  const auto besideOneThatDies = [](std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), {"-n", "1", XVIEW_MPI_PROGRAM});
+    arguments.insert(arguments.end(), {":", "-n", "1", "sh", "-c", "\"$0\" & sleep 0.5; kill -9 $!",
+                                       XVIEW_MPI_PROGRAM});
+    return runProgram(XVIEW_MPIRUN, arguments, {240, 0, ""});
+  };
+  const std::string answers = file("answers.jsonl"), older = file("older.xvm");
+  writeText(answers, "older answers\n");
+  writeText(older, readText(map()));
+  const Outcome localized = besideOneThatDies(
+      {"localize", "-q", "--window", "12", "--stride", "1", "-o", answers, town("rear"), map()});
+  EXPECT_NE(localized.code, 0) << localized.out;
+  const std::string left = readText(answers);
   EXPECT_TRUE(left == "older answers\n" || !jsonLines(left).empty()) << left;
+  const Outcome mapped = besideOneThatDies({"map", "-q", town("rear"), town("forward"), older});
+  EXPECT_NE(mapped.code, 0) << mapped.out;
+  EXPECT_TRUE(readText(older) == readText(map())) << "an older map was changed";
 }
 
 }  // namespace

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+
+namespace xview {
+
+/// Other processes on machines of the same kind, each with a Helper, which do a part of what this
+/// process has to do: they scan parts of large maps and preprocess frames of recordings. Called
+/// from one thread at a time.
+class Helpers {
+ public:
+  virtual ~Helpers() = default;
+  virtual int count() const = 0;
+  /// Must not wait for the helper to have worked. Throws Error if the helper is gone.
+  virtual void send(int helper, const std::string& request) = 0;
+  /// The answer to the first request that is not answered yet. Throws Error if the helper is gone.
+  virtual std::string receive(int helper) = 0;
+};
+
+/// From now on; null = all is done here again. They must outlive whatever is computed. Results are
+/// the same for any number of helpers. Nothing may be computed meanwhile.
+void shareWork(Helpers* helpers);
+
+}  // namespace xview

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "xview/types/helpers.h"
+
+#include "types/conversation.h"
+#include "xview/types/error.h"
+
+namespace xview {
+namespace {
+
+struct Sharing {
+  std::mutex mutex;  ///< who holds it talks to the helpers
+  Helpers* helpers = nullptr;
+  std::uint64_t generation = 0;
+};
+Sharing& sharing() {
+  static Sharing one;
+  return one;
+}
+
+}  // namespace
+
+void shareWork(Helpers* helpers) {
+  const std::lock_guard<std::mutex> lock(sharing().mutex);
+  sharing().helpers = helpers;
+  ++sharing().generation;
+}
+
+Conversation::Conversation() : lock_(sharing().mutex, std::try_to_lock) {
+  if (lock_ && sharing().helpers)
+    unanswered_.resize(static_cast<std::size_t>(sharing().helpers->count()));
+}
+
+Conversation::~Conversation() {
+  for (std::size_t i = 0; i < helpers(); ++i) {
+    while (unanswered_[i] > 0) {
+      try {
+        answerOf(i);
+      } catch (const Error&) {
+        // A helper that is gone is met by the next request.
+      }
+    }
+  }
+}
+
+std::uint64_t Conversation::generation() const { return sharing().generation; }
+
+void Conversation::ask(std::size_t helper, const std::string& request) {
+  sharing().helpers->send(static_cast<int>(helper), request);
+  ++unanswered_.at(helper);
+}
+
+std::string Conversation::answerOf(std::size_t helper) {
+  --unanswered_.at(helper);
+  return sharing().helpers->receive(static_cast<int>(helper));
+}
+
+}  // namespace xview
