@@ -11,17 +11,44 @@ namespace {
 constexpr double kReach_m = 30;                   ///< to what is asked for
 constexpr double kBlock_m = 2 * kReach_m;         ///< to what may lie behind it
 constexpr double kSpacing_m = 1;                  ///< of the poses that are used
+constexpr double kPoint_m = 0.18;                 ///< half the diagonal of a thinned voxel's face
+constexpr double kFar_m = 14;                     ///< there it is a small part of a bin
 constexpr int kAzimuths = 120, kElevations = 60;  ///< of 3 degrees
+constexpr double kBin_rad = M_PI / kElevations;
 
 ClassCell blockOf(const Eigen::Vector3d& p) { return cellOf(p, kBlock_m, 0); }
 
-std::size_t directionOf(const Eigen::Vector3d& ray) {
-  const double turn = std::atan2(ray.y(), ray.x()) / (2 * M_PI) + 0.5;
-  const double rise = std::atan2(ray.z(), ray.head<2>().norm()) / M_PI + 0.5;
-  const int azimuth = std::min(kAzimuths - 1, static_cast<int>(turn * kAzimuths));
-  const int elevation = std::min(kElevations - 1, static_cast<int>(rise * kElevations));
-  return static_cast<std::size_t>(elevation * kAzimuths + azimuth);
-}
+/// In bins of a panorama.
+class Direction {
+ public:
+  explicit Direction(const Eigen::Vector3d& ray)
+      : across_m_(ray.head<2>().norm()),
+        azimuth_(kAzimuths * (std::atan2(ray.y(), ray.x()) / (2 * M_PI) + 0.5)),
+        elevation_(kElevations * (std::atan2(ray.z(), across_m_) / M_PI + 0.5)) {}
+
+  std::size_t bin() const { return binAt(floorToInt(azimuth_), floorToInt(elevation_)); }
+
+  /// Calls visit(bin) for those that a ball of this radius around the point touches.
+  template <class Visit>
+  void forTouchedBy(double radius_m, double range_m, const Visit& visit) const {
+    const double high = std::min(1., radius_m / range_m) / kBin_rad;
+    const double wide =
+        across_m_ > radius_m ? radius_m / across_m_ / kBin_rad : (kAzimuths - 1) / 2.;
+    const int top = floorToInt(elevation_ + high), last = floorToInt(azimuth_ + wide);
+    for (int e = floorToInt(elevation_ - high); e <= top; ++e) {
+      for (int a = floorToInt(azimuth_ - wide); a <= last; ++a) visit(binAt(a, e));
+    }
+  }
+
+ private:
+  static std::size_t binAt(int azimuth, int elevation) {
+    const int around = (azimuth + kAzimuths) % kAzimuths;
+    return static_cast<std::size_t>(std::clamp(elevation, 0, kElevations - 1) * kAzimuths + around);
+  }
+
+  double across_m_;
+  double azimuth_, elevation_;
+};
 
 }  // namespace
 
@@ -41,9 +68,15 @@ Sight::Sight(const Place& place, const Eigen::AlignedBox3d& near) {
       const double range = ray.norm();
       if (range > kBlock_m) return;
       const auto range_cm = static_cast<std::uint16_t>(std::max(1., 100 * range));
-      Ranges& seen = panoramas_[at].ranges[directionOf(ray)];
-      seen.nearest_cm = seen.farthest_cm == 0 ? range_cm : std::min(seen.nearest_cm, range_cm);
+      const Direction direction(ray);
+      std::vector<Ranges>& ranges = panoramas_[at].ranges;
+      Ranges& seen = ranges[direction.bin()];
       seen.farthest_cm = std::max(seen.farthest_cm, range_cm);
+      seen.nearest_cm = std::min(seen.nearest_cm, range_cm);
+      if (range > kFar_m) return;
+      direction.forTouchedBy(kPoint_m, range, [&](std::size_t bin) {
+        ranges[bin].nearest_cm = std::min(ranges[bin].nearest_cm, range_cm);
+      });
     });
   }
 }
@@ -54,10 +87,10 @@ Sight::Ray Sight::to(const Eigen::Vector3d& p, double margin_m) const {
     const Eigen::Vector3d ray = p - panoramas_[at].from;
     const double range = ray.norm();
     if (range > kReach_m) return false;
-    const Ranges& seen = panoramas_[at].ranges[directionOf(ray)];
-    if (seen.farthest_cm == 0) return false;
-    const bool passes =
-        seen.nearest_cm >= 100 * (range - margin_m) && seen.farthest_cm >= 100 * (range + margin_m);
+    const Ranges& seen = panoramas_[at].ranges[Direction(ray).bin()];
+    const bool is_hidden = seen.nearest_cm < 100 * (range - margin_m);
+    if (!is_hidden && seen.farthest_cm == 0) return false;
+    const bool passes = !is_hidden && seen.farthest_cm >= 100 * (range + margin_m);
     best = passes ? Ray::passes : Ray::blocked;
     return passes;
   });

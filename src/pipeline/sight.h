@@ -11,7 +11,8 @@
 namespace xview {
 
 /// How far one sees from the poses of a place, by its own cloud: of each pose a panorama of the
-/// nearest and the farthest point in each direction.
+/// nearest and the farthest point in each direction. A point stands for a voxel of a thinned cloud,
+/// so that rays do not pass between those of a surface nearby.
 class Sight {
  public:
   enum class Ray {
@@ -28,7 +29,7 @@ class Sight {
 
  private:
   struct Ranges {
-    std::uint16_t nearest_cm = 0, farthest_cm = 0;  ///< 0 = nothing is known
+    std::uint16_t nearest_cm = 0xFFFF, farthest_cm = 0;  ///< 0 = nothing is known
   };
   struct Panorama {
     Eigen::Vector3d from;

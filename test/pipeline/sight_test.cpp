@@ -30,6 +30,31 @@ TEST(Sight, PassesBesideAWallAndNotThroughIt) {
   EXPECT_EQ(sight.to({5, -3, 0}, 0.4), Ray::passes);
 }
 
+/// Check fix for: rays passed between the points of what was near, so that a pole behind a parked
+/// car was told as gone.
+TEST(Sight, DoesNotPassBetweenPointsOfASurfaceNearby) {
+  Place place = twoWalls();
+  for (float z = -1; z <= 1; z += 0.25f) {
+    for (float y = 0.5f; y <= 2.5f; y += 0.25f) place.cloud.points.emplace_back(1.5f, y, z);
+  }
+  const Sight sight(place, everywhere());
+  for (double y = 5; y <= 9; y += 0.3) EXPECT_EQ(sight.to({7, y, 0.1}, 0.4), Ray::blocked) << y;
+  EXPECT_EQ(sight.to({7, -0.7, 0.1}, 0.4), Ray::passes);
+}
+
+/// All directions are around what is straight above.
+TEST(Sight, AboveAPoseIsBlockedByWhatIsJustThere) {
+  Place place;
+  place.poses.push_back(Eigen::Isometry3d::Identity());
+  place.cloud.points.emplace_back(0.01f, 0.f, 1.f);
+  for (float x = -0.5f; x <= 0.5f; x += 0.02f) {
+    for (float y = -0.5f; y <= 0.5f; y += 0.02f) place.cloud.points.emplace_back(x, y, 9.f);
+  }
+  const Sight sight(place, everywhere());
+  EXPECT_EQ(sight.to({-0.05, 0.05, 5}, 0.4), Ray::blocked);
+  EXPECT_EQ(sight.to({0.05, 0.5, 5}, 0.4), Ray::blocked) << "also where nothing is behind";
+}
+
 TEST(Sight, IsBlockedBehindTheLastThingSeen) {
   const Sight sight(twoWalls(), everywhere());
   EXPECT_EQ(sight.to({25, 8, 0}, 0.4), Ray::blocked);
