@@ -46,6 +46,17 @@ class MapCommand final : public Command {
     flags.add("--force", force_, "append also what contradicts the map or is in it already");
   }
 
+  RecordingsOfMap recordings(const Job& job) const override {
+    const std::vector<std::string> inputs(job.operands.begin(), job.operands.end() - 1);
+    const std::string& out = job.operands.back();
+    if (join_) return {};
+    if (!append_ || !std::filesystem::exists(out))
+      return {openRecordings(inputs, nullptr, job, [](const auto&...) {}), job.options};
+    const map::SemanticMap map = map::openMap(out);
+    const Job sized = inMap(job, map);
+    return {openRecordings(inputs, &map.labels, sized, [](const auto&...) {}), sized.options};
+  }
+
   ExitCode run(const Job& job) override {
     const std::vector<std::string> inputs(job.operands.begin(), job.operands.end() - 1);
     const std::string& out = job.operands.back();
@@ -167,24 +178,14 @@ class MapCommand final : public Command {
       fmt::print("own windows of {}\n", own);
   }
 
-  /// One map of all recordings, and one of each graph or map. Inputs that name no classes have
-  /// those of the map that they are `added_to`, else of the first recording.
+  /// One map of all recordings, and one of each graph or map.
   std::vector<map::SemanticMap> build(const std::vector<std::string>& inputs,
                                       const LabelSet* added_to, const Job& job) const {
     std::vector<map::SemanticMap> parts;
-    std::vector<std::unique_ptr<FrameSource>> recordings;
-    io::InputOptions input = added_to ? inputIn(input_, *added_to) : input_.parsed();
-    for (const std::string& path : inputs) {
-      if (!added_to && !recordings.empty()) input.map_labels = recordings.front()->labels();
-      switch (io::recogniseInput(path, input)) {
-        case io::InputKind::map:
-        case io::InputKind::graph:
+    const auto recordings = openRecordings(
+        inputs, added_to, job, [&](const std::string& path, const io::InputOptions& input) {
           parts.push_back(mapOf(path, input, job));
-          break;
-        default:
-          recordings.push_back(openPlaceInput(path, input, job));
-      }
-    }
+        });
     if (!recordings.empty()) {
       const RecordingsUse use = added_to ? RecordingsUse::addition : RecordingsUse::map;
       parts.insert(parts.begin(), buildOfRecordings(recordings, use, job));
@@ -192,10 +193,30 @@ class MapCommand final : public Command {
     return parts;
   }
 
+  /// Those among the inputs; take_other(path, options) gets graphs and maps. Inputs that name no
+  /// classes have those of the map that they are `added_to`, else of the first recording.
+  template <class TakeOther>
+  std::vector<std::unique_ptr<FrameSource>> openRecordings(const std::vector<std::string>& inputs,
+                                                           const LabelSet* added_to, const Job& job,
+                                                           const TakeOther& take_other) const {
+    std::vector<std::unique_ptr<FrameSource>> recordings;
+    io::InputOptions input = added_to ? inputIn(input_, *added_to) : input_.parsed();
+    for (const std::string& path : inputs) {
+      if (!added_to && !recordings.empty()) input.map_labels = recordings.front()->labels();
+      const io::InputKind kind = io::recogniseInput(path, input);
+      if (kind == io::InputKind::map || kind == io::InputKind::graph)
+        take_other(path, input);
+      else
+        recordings.push_back(openPlaceInput(path, input, job));
+    }
+    return recordings;
+  }
+
   map::SemanticMap buildOfRecordings(const std::vector<std::unique_ptr<FrameSource>>& recordings,
                                      RecordingsUse use, const Job& job) const {
     std::vector<const FrameSource*> sources;
     for (const auto& recording : recordings) sources.push_back(recording.get());
+    const SharedRecordings shared(sources);
     SketchedRecordings sketches(sources, job.options);
     map::SemanticMap map = mapOfRecordings(
         sources, job, use, [&](const FrameSource& source, const PreprocessedFrame& frame) {

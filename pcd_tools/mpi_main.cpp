@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // xview on several machines (MPI): the first rank is xview, the others scan parts of large maps and
-// preprocess frames for it.
+// read and preprocess frames for it.
 #include <fmt/core.h>
 #include <mpi.h>
 
@@ -90,8 +90,9 @@ class OtherRanks final : public Helpers {
   std::size_t answers_ = 0, sent_ = 0, received_ = 0;  ///< requests, bytes
 };
 
-void help() {
-  Helper helper;
+/// All ranks have the same arguments and see the same files.
+void help(const std::vector<std::string>& arguments) {
+  Helper helper([&] { return sharedRecordings(arguments); });
   for (std::string request = receiveFrom(kFirst); !request.empty(); request = receiveFrom(kFirst))
     sendTo(kFirst, helper.answer(request));
 }
@@ -99,9 +100,9 @@ void help() {
 int runRank(int argc, char** argv) {
   int rank = 0;
   MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+  const std::vector<std::string> arguments(argv + 1, argv + argc);
   if (rank == kFirst) {
     const OtherRanks others;
-    const std::vector<std::string> arguments(argv + 1, argv + argc);
     const int code = runProgram(arguments);
     const auto is_asked = [](const std::string& a) { return a == "-v" || a == "--verbose"; };
     if (std::any_of(arguments.begin(), arguments.end(), is_asked))
@@ -109,7 +110,7 @@ int runRank(int argc, char** argv) {
     return code;
   }
   try {
-    help();
+    help(arguments);
     return kDone;
   } catch (const std::exception& e) {
     Narrative().error("rank " + std::to_string(rank) + ": " + e.what());

@@ -274,20 +274,26 @@ struct Declared {
   CommonFlags common;
 };
 
+/// Of flags that were parsed.
+Job jobOf(const Declared& declared) {
+  Job job;
+  job.operands = takeOperands(declared.app);
+  if (!declared.out.empty()) job.operands.push_back(declared.out);
+  job.options = effectiveOptions(declared.common);
+  job.narrate = Narrative(verbosityOf(declared.common));
+  return job;
+}
+
 int runCommand(Declared& declared, const std::vector<std::string>& arguments,
                const std::string& command_line) {
   auto& [command, about, app, outputs, out, common] = declared;
   app.formatter(std::make_shared<HelpText>(usageOf(about)));
   if (!parse(app, arguments)) return kDone;
-  Job job;
-  job.operands = takeOperands(app);
-  requireOtherFiles(app, job.operands);
-  for (const Flags::Output& output : outputs)
-    requireOutside(output.name, *output.path, job.operands);
-  if (!out.empty()) job.operands.push_back(out);
+  Job job = jobOf(declared);
   job.command_line = command_line;
-  job.options = effectiveOptions(common);
-  job.narrate = Narrative(verbosityOf(common));
+  const std::vector<std::string> given = takeOperands(app);
+  requireOtherFiles(app, given);
+  for (const Flags::Output& output : outputs) requireOutside(output.name, *output.path, given);
   if (common.print_config) {
     fmt::print("{}", toYaml(job.options));
     return kDone;
@@ -373,6 +379,21 @@ int printOptions() {
   return kDone;
 }
 
+/// The command that is named, whose name leaves the arguments; null if there is none. `known`
+/// receives those that were asked.
+std::unique_ptr<Command> takeCommand(std::vector<std::string>& arguments,
+                                     std::vector<Description>& known) {
+  for (const CommandMaker make : kCommands) {
+    std::unique_ptr<Command> command = make();
+    known.push_back(command->describe());
+    const auto found = std::find(arguments.begin(), arguments.end(), known.back().name);
+    if (!isCommandAt(arguments, static_cast<std::size_t>(found - arguments.begin()))) continue;
+    arguments.erase(found);
+    return command;
+  }
+  return nullptr;
+}
+
 /// Runs one of the commands; `called` gets its name behind a blank.
 int dispatch(std::vector<std::string> arguments, std::string& called) {
   const std::string command_line = commandLine(arguments);
@@ -384,18 +405,12 @@ int dispatch(std::vector<std::string> arguments, std::string& called) {
     if (arguments == std::vector<std::string>{"options"}) return printOptions();
   }
   std::vector<Description> known;
-  for (const CommandMaker make : kCommands) {
-    std::unique_ptr<Command> command = make();
-    known.push_back(command->describe());
-    const auto found = std::find(arguments.begin(), arguments.end(), known.back().name);
-    if (!isCommandAt(arguments, static_cast<std::size_t>(found - arguments.begin()))) continue;
-    called = " " + *found;
-    arguments.erase(found);
-    if (wants_help) arguments = {"--help"};
-    Declared declared(std::move(command));
-    return runCommand(declared, arguments, command_line);
-  }
-  return runWithoutCommand(known, arguments);
+  std::unique_ptr<Command> command = takeCommand(arguments, known);
+  if (!command) return runWithoutCommand(known, arguments);
+  called = " " + known.back().name;
+  if (wants_help) arguments = {"--help"};
+  Declared declared(std::move(command));
+  return runCommand(declared, arguments, command_line);
 }
 
 /// A full disk shows when the last results leave the program.
@@ -416,6 +431,17 @@ void keepFreedMemory() {
 }
 
 }  // namespace
+
+RecordingsOfMap sharedRecordings(std::vector<std::string> arguments) {
+  std::vector<Description> known;
+  std::unique_ptr<Command> command = takeCommand(arguments, known);
+  if (!command) return {};
+  Declared declared(std::move(command));
+  if (!parse(declared.app, arguments)) return {};
+  Job job = jobOf(declared);
+  job.narrate = Narrative(Verbosity::quiet);
+  return declared.command->recordings(job);
+}
 
 std::string commandLine(const std::vector<std::string>& arguments) {
   std::string line = "xview";

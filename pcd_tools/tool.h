@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "narrative.h"
+#include "xview/helper.h"
 #include "xview/options.h"
 #include "xview/types/budget.h"
 
@@ -86,11 +87,15 @@ class Command {
   virtual Description describe() const = 0;
   virtual void declare(Flags& flags) = 0;
   virtual ExitCode run(const Job& job) = 0;
+  /// The recordings that run() shares with helpers (SharedRecordings), opened once more.
+  virtual RecordingsOfMap recordings(const Job&) const { return {}; }
 };
 
 /// Parses, runs one of the commands, and turns whatever happens into an exit code and at most two
 /// lines on stderr.
 int runProgram(const std::vector<std::string>& arguments);
+/// What the command of these arguments shares with helpers.
+RecordingsOfMap sharedRecordings(std::vector<std::string> arguments);
 /// As a shell would take it again.
 std::string commandLine(const std::vector<std::string>& arguments);
 

@@ -1,17 +1,29 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
+#include "xview/options.h"
+#include "xview/types/frame.h"
 #include "xview/types/helpers.h"
 
 namespace xview {
 
+/// Recordings of which a map is made, and its options.
+struct RecordingsOfMap {
+  std::vector<std::unique_ptr<FrameSource>> sources;
+  Options options;
+};
+
 /// Works for another process, one of whose Helpers it is.
 class Helper {
  public:
-  Helper();
+  /// `open`: the SharedRecordings of the other process, with what it gives buildMap(); called when
+  /// the first of their frames is asked for. Without it frames are refused.
+  explicit Helper(std::function<RecordingsOfMap()> open = {});
   ~Helper();
   Helper(const Helper&) = delete;
   Helper& operator=(const Helper&) = delete;

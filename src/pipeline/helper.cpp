@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "xview/helper.h"
 
+#include <optional>
+#include <utility>
+
 #include "pipeline/shared_frames.h"
 #include "search/shared_scan.h"
 #include "types/message.h"
@@ -8,10 +11,25 @@
 namespace xview {
 
 struct Helper::Work {
+  std::function<RecordingsOfMap()> open;
+  RecordingsOfMap opened;
+  std::optional<MapRecordings> recordings;
   search::ScanHelper scans;
+
+  const MapRecordings& openedRecordings() {
+    if (!recordings) {
+      if (open) opened = open();
+      std::vector<const FrameSource*> sources;
+      for (const auto& source : opened.sources) sources.push_back(source.get());
+      recordings.emplace(sources, opened.options);
+    }
+    return *recordings;
+  }
 };
 
-Helper::Helper() : work_(std::make_unique<Work>()) {}
+Helper::Helper(std::function<RecordingsOfMap()> open) : work_(std::make_unique<Work>()) {
+  work_->open = std::move(open);
+}
 Helper::~Helper() = default;
 
 std::string Helper::answer(const std::string& request) {
@@ -19,7 +37,7 @@ std::string Helper::answer(const std::string& request) {
     case HelperTask::scan:
       return work_->scans.answer(request);
     case HelperTask::frame:
-      return answerFrameRequest(request);
+      return answerFrameRequest(request, work_->openedRecordings());
   }
   MessageReader::fail();
 }

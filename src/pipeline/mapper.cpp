@@ -9,6 +9,7 @@
 #include <cmath>
 #include <map>
 #include <memory>
+#include <numeric>
 #include <optional>
 
 #include "pipeline/query_in_map.h"
@@ -292,37 +293,49 @@ bool isOnItsWay(const Drive& a, const Drive& b) {
 
 }  // namespace
 
+MapRecordings::MapRecordings(const std::vector<const FrameSource*>& sources, const Options& given)
+    : options_(given) {
+  if (sources.empty()) throw UsageError("a map needs at least one recording");
+  std::vector<const FrameSource*> classified;
+  for (const FrameSource* source : sources) {
+    classified_.push_back(withClasses(*source, given));
+    classified.push_back(classified_.back().get());
+  }
+  options_.size = sizeText(sizeFor(given, classified));
+  for (const FrameSource* source : classified) {
+    in_one_set_.push_back(inClassesOf(classified[0]->labels(), *source));
+    requireGraphSpace(options_, source->sensor(), source->name());
+  }
+}
+
+std::size_t MapRecordings::frames() const {
+  return std::accumulate(in_one_set_.begin(), in_one_set_.end(), std::size_t{0},
+                         [](std::size_t sum, const auto& source) { return sum + source->size(); });
+}
+
 map::SemanticMap buildVisit(
     const std::vector<const FrameSource*>& sources, const Options& given, const Progress& progress,
     const std::function<void(const FrameSource&, const PreprocessedFrame&)>& seen) {
-  if (sources.empty()) throw UsageError("a map needs at least one recording");
-  std::vector<std::unique_ptr<const FrameSource>> owned;
-  std::vector<const FrameSource*> classified;
-  for (const FrameSource* source : sources) {
-    owned.push_back(withClasses(*source, given));
-    classified.push_back(owned.back().get());
-  }
-  Options options = given;
-  options.size = sizeText(sizeFor(given, classified));
-  std::size_t total = 0, done = 0;
-  std::vector<std::unique_ptr<const FrameSource>> in_one_set;
-  for (const FrameSource* source : classified) {
-    total += source->size();
-    in_one_set.push_back(inClassesOf(classified[0]->labels(), *source));
-    requireGraphSpace(options, source->sensor(), source->name());
-  }
+  const MapRecordings recordings(sources, given);
+  const std::size_t total = recordings.frames();
+  std::size_t done = 0;
   if (progress) progress(0, total);
-  MapBuilder builder(classified[0]->labels(), options);
-  for (std::size_t i = 0; i < in_one_set.size(); ++i) {
-    preprocessShared(*in_one_set[i], options, [&](PreprocessedFrame frame) {
+  MapBuilder builder(recordings[0].labels(), recordings.options());
+  Conversation helpers(sources);
+  for (std::size_t i = 0; i < recordings.size(); ++i) {
+    const auto take = [&](PreprocessedFrame frame) {
       if (seen) seen(*sources[i], frame);
       builder.add(std::move(frame));
       if (progress) progress(++done, total);
-    });
-    builder.endRecording(in_one_set[i]->name());
+    };
+    if (helpers.helpers() > 0)
+      preprocessByHelpers(helpers, recordings, i, take);
+    else
+      preprocessRecording(recordings[i], recordings.options(), take);
+    builder.endRecording(recordings[i].name());
   }
   map::SemanticMap map = builder.finish();
-  map.options_yaml = recordOf(options);
+  map.options_yaml = recordOf(recordings.options());
   return map;
 }
 

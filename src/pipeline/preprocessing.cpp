@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 #include "pipeline/point_quality.h"
 #include "pipeline/query_in_map.h"
@@ -111,65 +110,49 @@ void requireClasses(const LabelSet& labels, const std::string& name) {
               "it has no labels; withClasses() gives it classes from the shapes of its points");
 }
 
-Frame readChecked(const FrameSource& source, std::size_t i) {
-  askBudget("the frames");
+}  // namespace
+
+PreprocessedFrame readAndPreprocess(const FrameSource& source, std::size_t i,
+                                    const Options& options) {
+  Stopwatch watch;
   Frame frame = source.read(i);
   requireMetres(frame, source.name());
-  return frame;
+  const double read_ms = watch.lap_ms();
+  PreprocessedFrame preprocessed = preprocessFrame(std::move(frame), source.labels(), options);
+  preprocessed.timing_ms.insert(preprocessed.timing_ms.begin(), {"read", read_ms});
+  return preprocessed;
 }
 
-/// At most `ahead` frames are read and not yet taken. Each helper has one of them at a time.
-void preprocessByHelpers(const FrameSource& source, const Options& options, std::size_t ahead,
-                         Conversation& helpers,
-                         const std::function<void(PreprocessedFrame)>& take) {
-  const std::size_t count = std::min(helpers.helpers(), source.size());
-  std::vector<std::string> requests(ahead);
-  const auto received = [&](std::size_t i) {
-    return preprocessedFrameOf(helpers.answerOf(i % count));
-  };
-  const auto make = [&](std::size_t i) {
-    requests[i % ahead] = frameRequest(readChecked(source, i), source.labels(), options);
-  };
-  makeInOrder(source.size(), options.threads, ahead, make, [&](std::size_t i) {
-    std::optional<PreprocessedFrame> done;
-    if (i >= count) done = received(i - count);
-    helpers.ask(i % count, requests[i % ahead]);
-    if (done) take(*std::move(done));
-  });
-  for (std::size_t i = source.size() - count; i < source.size(); ++i) take(received(i));
-}
+namespace {
 
-void preprocessHere(const FrameSource& source, const Options& options, std::size_t ahead,
-                    const std::function<void(PreprocessedFrame)>& take) {
-  std::vector<PreprocessedFrame> waiting(ahead);
-  const auto make = [&](std::size_t i) {
-    Stopwatch watch;
-    Frame frame = readChecked(source, i);
-    const double read_ms = watch.lap_ms();
-    PreprocessedFrame& preprocessed = waiting[i % ahead];
-    preprocessed = preprocessFrame(std::move(frame), source.labels(), options);
-    preprocessed.timing_ms.insert(preprocessed.timing_ms.begin(), {"read", read_ms});
-  };
-  makeInOrder(source.size(), options.threads, ahead, make,
-              [&](std::size_t i) { take(std::move(waiting[i % ahead])); });
-}
+using Take = std::function<void(PreprocessedFrame)>;
 
-/// At most `ahead` frames are preprocessed and not yet taken. `helpers` may be none.
-void preprocessInOrder(const FrameSource& source, const Options& options, std::size_t ahead,
-                       Conversation* helpers, const std::function<void(PreprocessedFrame)>& take) {
+/// All frames of a recording in order, as make(take) gives them, if nothing is wrong with them.
+void takeChecked(const FrameSource& source, const Options& options, const Take& take,
+                 const std::function<void(const Take&)>& make) {
   requireClasses(source.labels(), source.name());
   requireGraphSpace(options, source.sensor(), source.name());
   DepthPlausibility depths;
-  const auto checkAndTake = [&](PreprocessedFrame preprocessed) {
+  make([&](PreprocessedFrame preprocessed) {
     depths.add(preprocessed.counts, preprocessed.cloud, preprocessed.T_odom_sensor.translation(),
                preprocessed.size);
     take(std::move(preprocessed));
-  };
-  if (helpers && helpers->helpers() > 0)
-    preprocessByHelpers(source, options, ahead, *helpers, checkAndTake);
-  else
-    preprocessHere(source, options, ahead, checkAndTake);
+  });
   depths.require(source);
+}
+
+/// At most `ahead` frames are preprocessed and not yet taken.
+void preprocessInOrder(const FrameSource& source, const Options& options, std::size_t ahead,
+                       const Take& take) {
+  takeChecked(source, options, take, [&](const Take& take_checked) {
+    std::vector<PreprocessedFrame> waiting(ahead);
+    const auto make = [&](std::size_t i) {
+      askBudget("the frames");
+      waiting[i % ahead] = readAndPreprocess(source, i, options);
+    };
+    makeInOrder(source.size(), options.threads, ahead, make,
+                [&](std::size_t i) { take_checked(std::move(waiting[i % ahead])); });
+  });
 }
 
 /// The size is that of the recording, not of each frame.
@@ -230,13 +213,22 @@ PreprocessedFrame preprocessFrame(Frame frame, const LabelSet& labels, const Opt
 
 void preprocessRecording(const FrameSource& source, const Options& options,
                          const std::function<void(PreprocessedFrame)>& take) {
-  preprocessInOrder(source, sizedFor(source, options), kFramesAhead, nullptr, take);
+  preprocessInOrder(source, sizedFor(source, options), kFramesAhead, take);
 }
 
-void preprocessShared(const FrameSource& source, const Options& options,
-                      const std::function<void(PreprocessedFrame)>& take) {
-  Conversation helpers;
-  preprocessInOrder(source, sizedFor(source, options), kFramesAhead, &helpers, take);
+void preprocessByHelpers(Conversation& helpers, const MapRecordings& recordings, std::size_t which,
+                         const Take& take) {
+  const FrameSource& source = recordings[which];
+  takeChecked(source, recordings.options(), take, [&](const Take& take_checked) {
+    const std::size_t count = helpers.helpers();
+    for (std::size_t i = 0, asked = 0; i < source.size(); ++i) {
+      askBudget("the frames");
+      // Each has one to do while the other is on its way.
+      for (; asked < std::min(source.size(), i + 2 * count); ++asked)
+        helpers.ask(asked % count, frameRequest(which, asked));
+      take_checked(preprocessedFrameOf(helpers.answerOf(i % count)));
+    }
+  });
 }
 
 std::vector<PreprocessedFrame> preprocessRecording(const FrameSource& source,
@@ -249,7 +241,7 @@ std::vector<PreprocessedFrame> preprocessRecording(const FrameSource& source,
     if (progress) progress(preprocessed_frames.size(), source.size());
   };
   preprocessInOrder(source, sizedFor(source, options), std::max<std::size_t>(1, source.size()),
-                    nullptr, take);
+                    take);
   return preprocessed_frames;
 }
 

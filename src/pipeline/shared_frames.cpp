@@ -1,35 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "pipeline/shared_frames.h"
 
-#include <vector>
-
-#include "types/conversation.h"
 #include "types/message.h"
-#include "xview/types/option_field.h"
 
 namespace xview {
-
-template <class T, class Message>
-void visit(Image<T>& image, Message& message) {
-  message(image.width, image.height, image.pixels);
-}
 
 template <class Message>
 void visit(LabelledCloud& cloud, Message& message) {
   message(cloud.origin, cloud.points.points);
   cloud.points.width = static_cast<std::uint32_t>(cloud.points.size());
   cloud.points.height = 1;
-}
-
-template <class Message>
-void visit(Frame& frame, Message& message) {
-  message(frame.number, frame.stamp_s, frame.sensor, frame.T_odom_sensor, frame.up_sensor,
-          frame.camera, frame.depth, frame.label, frame.instance, frame.cloud);
-}
-
-template <class Message>
-void visit(ClassInfo& info, Message& message) {
-  message(info.id, info.name, info.color, info.role, info.kind, info.guessed, info.unknown);
 }
 
 namespace graph {
@@ -55,41 +35,20 @@ void visit(PreprocessedFrame& frame, Message& message) {
           frame.blobs, frame.blob_edges, frame.counts, frame.timing_ms);
 }
 
-namespace {
-
-std::vector<std::string> valuesOf(Options options) {
-  std::vector<std::string> values;
-  for (const OptionField& field : fieldsOf(options)) values.push_back(valueText(field));
-  return values;
-}
-
-Options optionsOf(const std::vector<std::string>& values) {
-  Options options;
-  const std::vector<OptionField> fields = fieldsOf(options);
-  if (values.size() != fields.size()) MessageReader::fail();
-  for (std::size_t i = 0; i < fields.size(); ++i) assign(fields[i], values[i]);
-  return options;
-}
-
-}  // namespace
-
-std::string frameRequest(const Frame& frame, const LabelSet& labels, const Options& options) {
+std::string frameRequest(std::size_t recording, std::size_t frame) {
   MessageWriter request;
-  request(HelperTask::frame, frame, labels.name(), labels.classes(), valuesOf(options));
+  request(HelperTask::frame, recording, frame);
   return request.take();
 }
 
-std::string answerFrameRequest(const std::string& text) {
+std::string answerFrameRequest(const std::string& text, const MapRecordings& recordings) {
   MessageReader request(text);
   if (request.next<HelperTask>() != HelperTask::frame) request.fail();
-  auto frame = request.next<Frame>();
-  LabelSet labels(request.next<std::string>());
-  for (const auto& [id, info] : request.next<std::map<std::uint32_t, ClassInfo>>())
-    labels.add(info);
-  const Options options = optionsOf(request.next<std::vector<std::string>>());
+  const auto recording = request.next<std::size_t>(), frame = request.next<std::size_t>();
   request.end();
+  if (recording >= recordings.size() || frame >= recordings[recording].size()) request.fail();
   MessageWriter answer;
-  answer(preprocessFrame(std::move(frame), labels, options));
+  answer(readAndPreprocess(recordings[recording], frame, recordings.options()));
   return answer.take();
 }
 

@@ -19,6 +19,8 @@ enum class HelperTask : std::uint32_t { scan, frame };
 class Conversation {
  public:
   Conversation();
+  /// There are helpers only if these are the SharedRecordings.
+  explicit Conversation(const std::vector<const FrameSource*>& recordings);
   ~Conversation();  ///< what is not answered yet is waited for
   Conversation(const Conversation&) = delete;
   Conversation& operator=(const Conversation&) = delete;

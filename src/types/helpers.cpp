@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "xview/types/helpers.h"
 
+#include <exception>
+
 #include "types/conversation.h"
-#include "xview/types/error.h"
 
 namespace xview {
 namespace {
@@ -11,6 +12,7 @@ struct Sharing {
   std::mutex mutex;  ///< who holds it talks to the helpers
   Helpers* helpers = nullptr;
   std::uint64_t generation = 0;
+  std::vector<const FrameSource*> recordings;
 };
 Sharing& sharing() {
   static Sharing one;
@@ -25,9 +27,25 @@ void shareWork(Helpers* helpers) {
   ++sharing().generation;
 }
 
+SharedRecordings::SharedRecordings(const std::vector<const FrameSource*>& sources) {
+  const std::lock_guard<std::mutex> lock(sharing().mutex);
+  sharing().recordings = sources;
+}
+
+SharedRecordings::~SharedRecordings() {
+  const std::lock_guard<std::mutex> lock(sharing().mutex);
+  sharing().recordings.clear();
+}
+
 Conversation::Conversation() : lock_(sharing().mutex, std::try_to_lock) {
   if (lock_ && sharing().helpers)
     unanswered_.resize(static_cast<std::size_t>(sharing().helpers->count()));
+}
+
+Conversation::Conversation(const std::vector<const FrameSource*>& recordings) : Conversation() {
+  if (!lock_ || recordings == sharing().recordings) return;
+  unanswered_.clear();
+  lock_.unlock();
 }
 
 Conversation::~Conversation() {
@@ -35,8 +53,9 @@ Conversation::~Conversation() {
     while (unanswered_[i] > 0) {
       try {
         answerOf(i);
-      } catch (const Error&) {
-        // A helper that is gone is met by the next request.
+      } catch (const std::exception&) {
+        // What was asked for is not wanted any more; a helper that is gone is met by the next
+        // request.
       }
     }
   }

@@ -93,32 +93,64 @@ TEST(Mapper, FramesOneByOneAreThoseAllAtOnce) {
   EXPECT_EQ(i, all.size());
 }
 
-TEST(Mapper, FramesThatHelpersPreprocessMakeTheSameMap) {
-  const auto& drive = simulatedDrive();
-  const FrameSource& images = *drive.sessions.at("rear");
-  CloudRecording scans(drive.labels);
-  for (const PreprocessedFrame& frame : drive.frames.at("rear"))
-    scans.add(frame.cloud.points, Eigen::Isometry3d(Eigen::Translation3d(frame.cloud.origin)));
-  Options exact, in_images;
-  exact.edges.radius_m = 17.0 / 3;  // which needs all its digits
-  in_images.graph_space = "image";
-  const test::TemporaryFolder folder;
-  const auto made = [&](const FrameSource& source, const Options& options) {
-    map::saveMap(folder / "map.xvm", buildVisit({&source}, options));
-    return test::readText(folder / "map.xvm");
-  };
-  const auto expectSame = [&](const FrameSource& source, const Options& options, int count) {
-    const std::string alone = made(source, options);
-    test::HelpersInOneProcess<Helper> helpers(count);
-    EXPECT_TRUE(made(source, options) == alone) << source.name() << ", helpers: " << count;
+/// What another process has opened itself.
+std::unique_ptr<FrameSource> reopened(const FrameSource& source) {
+  return std::make_unique<PosedRecording>(source, Eigen::Isometry3d::Identity());
+}
+
+class HelpedMapper : public testing::Test {
+ protected:
+  HelpedMapper() {
+    for (const PreprocessedFrame& frame : drive_.frames.at("rear")) {
+      const Eigen::Isometry3d pose(Eigen::Translation3d(frame.cloud.origin));
+      scans_.add(frame.cloud.points, pose);
+      if (raw_.size() < 12) raw_.add(frame.cloud.points, pose);
+    }
+  }
+
+  /// The bytes of its file.
+  std::string visitOf(const std::vector<const FrameSource*>& sources, const Options& options) {
+    map::saveMap(folder_ / "map.xvm", buildVisit(sources, options));
+    return test::readText(folder_ / "map.xvm");
+  }
+  void expectSame(const std::vector<const FrameSource*>& sources, const Options& options,
+                  int count) {
+    const std::string alone = visitOf(sources, options);
+    const auto open = [&] {
+      RecordingsOfMap recordings{{}, options};
+      for (const FrameSource* source : sources) recordings.sources.push_back(reopened(*source));
+      return recordings;
+    };
+    test::HelpersInOneProcess<Helper> helpers(count, open);
+    const SharedRecordings shared(sources);
+    EXPECT_TRUE(visitOf(sources, options) == alone) << "helpers: " << count;
     EXPECT_FALSE(helpers.isWaitedFor());
-    std::size_t frames = 0;
-    for (int i = 0; i < count; ++i) frames += helpers.answersOf(i);
-    EXPECT_EQ(frames, source.size());
-  };
-  expectSame(images, exact, 1);
-  expectSame(images, in_images, 300);
-  expectSame(scans, {}, 3);
+    std::size_t asked = 0, frames = 0;
+    for (int i = 0; i < count; ++i) asked += helpers.answersOf(i);
+    for (const FrameSource* source : sources) frames += source->size();
+    EXPECT_EQ(asked, frames);
+  }
+
+  const test::SimulatedDrive& drive_ = simulatedDrive();
+  const FrameSource& images_ = *drive_.sessions.at("rear");
+  CloudRecording scans_{drive_.labels}, raw_;
+  test::TemporaryFolder folder_;
+};
+
+TEST_F(HelpedMapper, MakesTheSameMap) {
+  Options in_images;
+  in_images.graph_space = "image";
+  expectSame({&images_, &scans_}, {}, 3);
+  expectSame({&images_}, in_images, 300);
+  expectSame({&raw_}, {}, 1);
+}
+
+TEST_F(HelpedMapper, AsksNobodyForRecordingsThatHelpersDoNotHave) {
+  test::HelpersInOneProcess<Helper> helpers(2);
+  const SharedRecordings shared({&images_});
+  EXPECT_NO_THROW(visitOf({&scans_}, {}));
+  EXPECT_EQ(helpers.answersOf(0) + helpers.answersOf(1), 0);
+  EXPECT_THROW(visitOf({&images_}, {}), UsageError) << "which were promised";
 }
 
 /// A helper that cannot do what it is asked for.
@@ -126,14 +158,11 @@ struct BrokenHelper {
   std::string answer(const std::string&) const { throw Error("frame 7", "broken"); }
 };
 
-TEST(Mapper, WhatAHelperCannotDoEndsTheMap) {
-  const FrameSource& source = *simulatedDrive().sessions.at("rear");
-  {
-    test::HelpersInOneProcess<BrokenHelper> helpers(2);
-    EXPECT_EQ(test::messageOf<Error>([&] { buildMap(source, {}); }), "frame 7: broken");
-    EXPECT_FALSE(helpers.isWaitedFor());
-  }
-  EXPECT_NO_THROW(buildMap(source, {}));
+TEST_F(HelpedMapper, EndsWithWhatAHelperCannotDo) {
+  test::HelpersInOneProcess<BrokenHelper> helpers(2);
+  const SharedRecordings shared({&images_});
+  EXPECT_EQ(test::messageOf<Error>([&] { visitOf({&images_}, {}); }), "frame 7: broken");
+  EXPECT_FALSE(helpers.isWaitedFor());
 }
 
 TEST(Mapper, AppendingTheSameDriveAddsPosesButHardlyVertices) {

@@ -16,7 +16,10 @@ namespace xview::test {
 template <class Helper>
 class HelpersInOneProcess final : public Helpers {
  public:
-  explicit HelpersInOneProcess(int count) : helpers_(static_cast<std::size_t>(count)) {
+  /// Each Helper is made of the arguments.
+  template <class... Arguments>
+  explicit HelpersInOneProcess(int count, const Arguments&... arguments) {
+    while (static_cast<int>(helpers_.size()) < count) helpers_.emplace_back(arguments...);
     shareWork(this);
   }
   ~HelpersInOneProcess() override { shareWork(nullptr); }
@@ -29,12 +32,12 @@ class HelpersInOneProcess final : public Helpers {
     bytes_ += request.size();
   }
   std::string receive(int helper) override {
-    auto& [worker, waiting, answers] = at(helper);
-    if (waiting.empty()) throw Error("helper", "was not asked");
-    const std::string request = std::move(waiting.front());
-    waiting.pop_front();
-    ++answers;
-    return worker.answer(request);
+    Seat& asked = at(helper);
+    if (asked.waiting.empty()) throw Error("helper", "was not asked");
+    const std::string request = std::move(asked.waiting.front());
+    asked.waiting.pop_front();
+    ++asked.answers;
+    return asked.worker.answer(request);
   }
 
   const Helper& operator[](int helper) { return at(helper).worker; }
@@ -47,6 +50,9 @@ class HelpersInOneProcess final : public Helpers {
 
  private:
   struct Seat {
+    template <class... Arguments>
+    explicit Seat(const Arguments&... arguments) : worker(arguments...) {}
+
     Helper worker;
     std::deque<std::string> waiting;
     int answers = 0;

@@ -2,12 +2,15 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 namespace xview {
 
+class FrameSource;
+
 /// Other processes on machines of the same kind, each with a Helper, which do a part of what this
-/// process has to do: they scan parts of large maps and preprocess frames of recordings. Called
-/// from one thread at a time.
+/// process has to do: they scan parts of large maps and preprocess frames of recordings that they
+/// have, too. Called from one thread at a time.
 class Helpers {
  public:
   virtual ~Helpers() = default;
@@ -21,5 +24,15 @@ class Helpers {
 /// From now on; null = all is done here again. They must outlive whatever is computed. Results are
 /// the same for any number of helpers. Nothing may be computed meanwhile.
 void shareWork(Helpers* helpers);
+
+/// As long as it lives, each Helper can open the same recordings, in this order, if there are
+/// helpers.
+class SharedRecordings {
+ public:
+  explicit SharedRecordings(const std::vector<const FrameSource*>& sources);
+  ~SharedRecordings();
+  SharedRecordings(const SharedRecordings&) = delete;
+  SharedRecordings& operator=(const SharedRecordings&) = delete;
+};
 
 }  // namespace xview
