@@ -25,21 +25,35 @@ constexpr int kFirst = 0;                                 ///< the rank that is 
 constexpr std::uint64_t kPiece = std::uint64_t{1} << 30;  ///< of a message, whose count is an int
 
 /// MPI itself waits by asking without pause, which takes a core from who works.
+template <class IsDone>
+void await(const IsDone& is_done) {
+  while (!is_done()) std::this_thread::sleep_for(std::chrono::microseconds(100));
+}
+
 void awaitMessageFrom(int rank) {
-  constexpr auto kPause = std::chrono::microseconds(100);
-  for (int is_there = 0; true; std::this_thread::sleep_for(kPause)) {
+  await([&] {
+    int is_there = 0;
     MPI_Iprobe(rank, 0, MPI_COMM_WORLD, &is_there, MPI_STATUS_IGNORE);
-    if (is_there != 0) return;
-  }
+    return is_there != 0;
+  });
+}
+
+void send(const void* bytes, int count, MPI_Datatype type, int rank) {
+  MPI_Request request;
+  MPI_Isend(bytes, count, type, rank, 0, MPI_COMM_WORLD, &request);
+  await([&] {
+    int is_sent = 0;
+    MPI_Test(&request, &is_sent, MPI_STATUS_IGNORE);
+    return is_sent != 0;
+  });
 }
 
 /// A message and its size. Whatever goes wrong in MPI ends all ranks (MPI_ERRORS_ARE_FATAL).
 void sendTo(int rank, const std::string& message) {
   const std::uint64_t bytes = message.size();
-  MPI_Send(&bytes, 1, MPI_UINT64_T, rank, 0, MPI_COMM_WORLD);
+  send(&bytes, 1, MPI_UINT64_T, rank);
   for (std::uint64_t at = 0; at < bytes; at += kPiece)
-    MPI_Send(message.data() + at, static_cast<int>(std::min(kPiece, bytes - at)), MPI_BYTE, rank, 0,
-             MPI_COMM_WORLD);
+    send(message.data() + at, static_cast<int>(std::min(kPiece, bytes - at)), MPI_BYTE, rank);
 }
 
 std::string receiveFrom(int rank) {
