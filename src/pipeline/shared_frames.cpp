@@ -7,9 +7,8 @@ namespace xview {
 
 template <class Message>
 void visit(LabelledCloud& cloud, Message& message) {
-  message(cloud.origin, cloud.points.points);
-  cloud.points.width = static_cast<std::uint32_t>(cloud.points.size());
-  cloud.points.height = 1;
+  message(cloud.origin, cloud.points.points, cloud.points.width, cloud.points.height,
+          cloud.points.is_dense);
 }
 
 namespace graph {
