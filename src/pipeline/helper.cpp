@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "pipeline/shared_frames.h"
-#include "search/shared_scan.h"
-#include "types/message.h"
+#include "xview/search/scan_helper.h"
+#include "xview/types/message.h"
 
 namespace xview {
 

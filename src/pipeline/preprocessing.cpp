@@ -5,7 +5,6 @@
 #include "pipeline/point_quality.h"
 #include "pipeline/query_in_map.h"
 #include "pipeline/shared_frames.h"
-#include "types/conversation.h"
 #include "xview/depth_plausibility.h"
 #include "xview/graph/blobs.h"
 #include "xview/graph/clean_labels.h"
@@ -15,6 +14,7 @@
 #include "xview/place_builder.h"
 #include "xview/types/budget.h"
 #include "xview/types/error.h"
+#include "xview/types/helpers.h"
 #include "xview/types/localization.h"
 #include "xview/types/parallel.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "pipeline/shared_frames.h"
 
-#include "types/message.h"
+#include "xview/types/message.h"
 
 namespace xview {
 

@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "types/conversation.h"
 #include "xview/options.h"
 #include "xview/place_builder.h"
 #include "xview/types/frame.h"
+#include "xview/types/helpers.h"
 
 namespace xview {
 

@@ -5,7 +5,8 @@
 #include <unordered_set>
 #include <utility>
 
-#include "types/message.h"
+#include "xview/search/scan_helper.h"
+#include "xview/types/message.h"
 
 namespace xview::search {
 namespace {
@@ -152,6 +153,9 @@ void SharedScan::collect(BestCandidates& best) {
 }
 
 // ---- a helper
+
+ScanHelper::ScanHelper() = default;
+ScanHelper::~ScanHelper() = default;
 
 std::string ScanHelper::answer(const std::string& text) {
   MessageReader request(text);

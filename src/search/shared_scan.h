@@ -1,14 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <cstdint>
-#include <list>
-#include <memory>
-#include <string>
 #include <vector>
 
 #include "search/raster_parts.h"
-#include "types/conversation.h"
+#include "xview/types/helpers.h"
 
 namespace xview::search {
 
@@ -27,22 +23,6 @@ class SharedScan {
 
  private:
   Conversation helpers_;  ///< each is asked once
-};
-
-/// Scans its part of the maps that another process searches in.
-class ScanHelper {
- public:
-  /// Of a request of SharedScan. Throws Error for anything else.
-  std::string answer(const std::string& request);
-  /// Tiles of rasters that are kept, 4 kB each.
-  std::size_t tiles() const;
-
- private:
-  struct Known {
-    std::uint64_t id;
-    std::unique_ptr<LikelihoodRaster> raster;
-  };
-  std::list<Known> known_;  ///< the last asked for first
 };
 
 }  // namespace xview::search

@@ -3,8 +3,6 @@
 
 #include <exception>
 
-#include "types/conversation.h"
-
 namespace xview {
 namespace {
 

@@ -4,9 +4,9 @@
 #include <numeric>
 
 #include "search/raster.h"
-#include "search/shared_scan.h"
 #include "support/helpers_in_one_process.h"
 #include "support/test_data.h"
+#include "xview/search/scan_helper.h"
 #include "xview/types/error.h"
 #include "xview/types/random.h"
 

@@ -104,7 +104,7 @@ class MessageReader {
     if (count > 0) std::memcpy(to, text_.data() + place_, count);
     place_ += count;
   }
-  /// Of values that take at least so many bytes each.
+  /// Of values that take at least `bytes` bytes each.
   std::size_t count(std::size_t bytes) {
     const auto values = next<std::size_t>();
     if (values > (text_.size() - place_) / bytes) fail();
