@@ -153,6 +153,13 @@ TEST_F(HelpedMapper, AsksNobodyForRecordingsThatHelpersDoNotHave) {
   EXPECT_THROW(visitOf({&images_}, {}), UsageError) << "which were promised";
 }
 
+TEST(Helper, RefusesWhatIsNoRequest) {
+  Helper helper;
+  for (const std::string& text : {std::string(), std::string("hello, how are you?"),
+                                  std::string(20, '\0'), std::string(20, '\1')})
+    EXPECT_THROW(helper.answer(text), Error);
+}
+
 /// A helper that cannot do what it is asked for.
 struct BrokenHelper {
   std::string answer(const std::string&) const { throw Error("frame 7", "broken"); }
