@@ -380,7 +380,7 @@ int printOptions() {
 }
 
 /// The command that is named, whose name leaves the arguments; null if there is none. `known`
-/// receives those that were asked.
+/// receives the descriptions of all up to it.
 std::unique_ptr<Command> takeCommand(std::vector<std::string>& arguments,
                                      std::vector<Description>& known) {
   for (const CommandMaker make : kCommands) {

@@ -28,7 +28,7 @@ class Direction {
 
   std::size_t bin() const { return binAt(floorToInt(azimuth_), floorToInt(elevation_)); }
 
-  /// Calls visit(bin) for those that a ball of this radius around the point touches.
+  /// Calls visit(bin) for all bins that a ball of this radius around the point touches.
   template <class Visit>
   void forTouchedBy(double radius_m, double range_m, const Visit& visit) const {
     const double high = std::min(1., radius_m / range_m) / kBin_rad;
