@@ -278,6 +278,9 @@ struct Declared {
 Job jobOf(const Declared& declared) {
   Job job;
   job.operands = takeOperands(declared.app);
+  requireOtherFiles(declared.app, job.operands);
+  for (const Flags::Output& output : declared.outputs)
+    requireOutside(output.name, *output.path, job.operands);
   if (!declared.out.empty()) job.operands.push_back(declared.out);
   job.options = effectiveOptions(declared.common);
   job.narrate = Narrative(verbosityOf(declared.common));
@@ -291,9 +294,6 @@ int runCommand(Declared& declared, const std::vector<std::string>& arguments,
   if (!parse(app, arguments)) return kDone;
   Job job = jobOf(declared);
   job.command_line = command_line;
-  const std::vector<std::string> given = takeOperands(app);
-  requireOtherFiles(app, given);
-  for (const Flags::Output& output : outputs) requireOutside(output.name, *output.path, given);
   if (common.print_config) {
     fmt::print("{}", toYaml(job.options));
     return kDone;

@@ -13,10 +13,10 @@ namespace xview {
 struct Helper::Work {
   std::function<RecordingsOfMap()> open;
   RecordingsOfMap opened;
-  std::optional<MapRecordings> recordings;
+  std::optional<RecordingsInOneSet> recordings;
   search::ScanHelper scans;
 
-  const MapRecordings& openedRecordings() {
+  const RecordingsInOneSet& openedRecordings() {
     if (!recordings) {
       if (open) opened = open();
       std::vector<const FrameSource*> sources;

@@ -9,16 +9,15 @@
 #include <cmath>
 #include <map>
 #include <memory>
-#include <numeric>
 #include <optional>
 
 #include "pipeline/query_in_map.h"
+#include "pipeline/recordings_in_one_set.h"
 #include "pipeline/shared_frames.h"
 #include "xview/graph/bev_grid.h"
 #include "xview/graph/merge.h"
 #include "xview/localizer.h"
 #include "xview/measure_size.h"
-#include "xview/raw_recording.h"
 #include "xview/search/distance_field.h"
 #include "xview/self_similarity.h"
 #include "xview/types/error.h"
@@ -35,21 +34,6 @@ constexpr double kSameUp_rad = 0.03;
 std::string recordOf(Options options) {
   options.threads = Options().threads;
   return toYaml(options);
-}
-
-LabelMatch requireCommonClasses(const LabelSet& addition, const std::string& name,
-                                const LabelSet& map) {
-  LabelMatch match(addition, map);
-  if (!match.isHopeless()) return match;
-  throw Error(name, "none of its classes (label set '" + addition.name() +
-                        "') is among those of the map ('" + map.name() +
-                        "'); name them with a label set");
-}
-
-/// The recording in the classes of a map.
-std::unique_ptr<const FrameSource> inClassesOf(const LabelSet& labels, const FrameSource& source) {
-  return std::make_unique<TranslatedRecording>(
-      source, requireCommonClasses(source.labels(), source.name(), labels));
 }
 
 /// What messages call it.
@@ -293,30 +277,10 @@ bool isOnItsWay(const Drive& a, const Drive& b) {
 
 }  // namespace
 
-MapRecordings::MapRecordings(const std::vector<const FrameSource*>& sources, const Options& given)
-    : options_(given) {
-  if (sources.empty()) throw UsageError("a map needs at least one recording");
-  std::vector<const FrameSource*> classified;
-  for (const FrameSource* source : sources) {
-    classified_.push_back(withClasses(*source, given));
-    classified.push_back(classified_.back().get());
-  }
-  options_.size = sizeText(sizeFor(given, classified));
-  for (const FrameSource* source : classified) {
-    in_one_set_.push_back(inClassesOf(classified[0]->labels(), *source));
-    requireGraphSpace(options_, source->sensor(), source->name());
-  }
-}
-
-std::size_t MapRecordings::frames() const {
-  return std::accumulate(in_one_set_.begin(), in_one_set_.end(), std::size_t{0},
-                         [](std::size_t sum, const auto& source) { return sum + source->size(); });
-}
-
 map::SemanticMap buildVisit(
     const std::vector<const FrameSource*>& sources, const Options& given, const Progress& progress,
     const std::function<void(const FrameSource&, const PreprocessedFrame&)>& seen) {
-  const MapRecordings recordings(sources, given);
+  const RecordingsInOneSet recordings(sources, given);
   const std::size_t total = recordings.frames();
   std::size_t done = 0;
   if (progress) progress(0, total);

@@ -216,8 +216,8 @@ void preprocessRecording(const FrameSource& source, const Options& options,
   preprocessInOrder(source, sizedFor(source, options), kFramesAhead, take);
 }
 
-void preprocessByHelpers(Conversation& helpers, const MapRecordings& recordings, std::size_t which,
-                         const Take& take) {
+void preprocessByHelpers(Conversation& helpers, const RecordingsInOneSet& recordings,
+                         std::size_t which, const Take& take) {
   const FrameSource& source = recordings[which];
   takeChecked(source, recordings.options(), take, [&](const Take& take_checked) {
     const std::size_t count = helpers.helpers();

@@ -40,7 +40,7 @@ std::string frameRequest(std::size_t recording, std::size_t frame) {
   return request.take();
 }
 
-std::string answerFrameRequest(const std::string& text, const MapRecordings& recordings) {
+std::string answerFrameRequest(const std::string& text, const RecordingsInOneSet& recordings) {
   MessageReader request(text);
   if (request.next<HelperTask>() != HelperTask::frame) request.fail();
   const auto recording = request.next<std::size_t>(), frame = request.next<std::size_t>();

@@ -23,9 +23,12 @@ namespace xview {
 // which writes and reads it.
 
 template <class Value>
-constexpr bool kIsMatrix = std::is_base_of_v<Eigen::MatrixBase<Value>, Value>;
-template <class Value>
-constexpr bool kIsPlain = std::is_trivially_copyable_v<Value> || kIsMatrix<Value>;
+constexpr bool isPlain() {
+  if constexpr (std::is_base_of_v<Eigen::MatrixBase<Value>, Value>)
+    return Value::SizeAtCompileTime != Eigen::Dynamic;
+  else
+    return std::is_trivially_copyable_v<Value>;
+}
 
 class MessageWriter {
  public:
@@ -42,7 +45,7 @@ class MessageWriter {
   }
   template <class Value>
   void put(const Value& value) {
-    if constexpr (kIsPlain<Value>)
+    if constexpr (isPlain<Value>())
       add(&value, sizeof value);
     else
       visit(const_cast<Value&>(value), *this);  // which does not change it
@@ -59,7 +62,7 @@ class MessageWriter {
   template <class Value, class Allocator>
   void put(const std::vector<Value, Allocator>& values) {
     put(values.size());
-    if constexpr (kIsPlain<Value> && !std::is_same_v<Value, bool>) {
+    if constexpr (isPlain<Value>() && !std::is_same_v<Value, bool>) {
       add(values.data(), values.size() * sizeof(Value));
     } else {
       for (const Value& value : values) put(value);
@@ -112,7 +115,7 @@ class MessageReader {
   }
   template <class Value>
   void get(Value& value) {
-    if constexpr (kIsPlain<Value>)
+    if constexpr (isPlain<Value>())
       take(static_cast<void*>(&value), sizeof value);
     else
       visit(value, *this);
@@ -131,7 +134,7 @@ class MessageReader {
     if constexpr (std::is_same_v<Value, bool>) {
       values.resize(count(1));
       for (auto&& value : values) value = next<bool>();
-    } else if constexpr (kIsPlain<Value>) {
+    } else if constexpr (isPlain<Value>()) {
       values.resize(count(sizeof(Value)));
       take(static_cast<void*>(values.data()), values.size() * sizeof(Value));
     } else {
