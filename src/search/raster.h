@@ -108,8 +108,10 @@ struct RasterLevels {
   /// wherever a sample can score.
   double margin_m = std::numeric_limits<double>::infinity();
   std::size_t keep_cells = 4000;  ///< best (x, y, yaw) cells kept before thinning
-  /// Coarse cells below this share of the best score are not looked at on the fine raster.
-  double least_share = 0;
+  /// Coarse cells below this share of the best score are not looked at on the fine raster, nor
+  /// those below `clear_share` if they are not among the first few.
+  double least_share = 0, clear_share = 0;
+  std::size_t few_cells = 0;
   std::size_t keep_poses = 200;  ///< distinct poses returned
   /// The first of them that are refined. Of the others half as many are, the best by a rough
   /// refinement: the cell of a true pose may have a bad score.

@@ -107,7 +107,7 @@ void BestCandidates::prune() {
   if (candidates_.size() <= keep_) return;
   const auto last = candidates_.begin() + static_cast<std::ptrdiff_t>(keep_ - 1);
   std::nth_element(candidates_.begin(), last, candidates_.end());
-  threshold_ = last->score;
+  threshold_ = std::max(threshold_, last->score);
   candidates_.resize(keep_);
 }
 

@@ -66,13 +66,16 @@ struct Candidate {
 /// rises on the way.
 class BestCandidates {
  public:
-  explicit BestCandidates(std::size_t keep) : keep_(keep > 0 ? keep : 1) {}
+  /// Candidates below `least_share` of the best score may be forgotten, too.
+  explicit BestCandidates(std::size_t keep, double least_share = 0)
+      : keep_(keep > 0 ? keep : 1), least_share_(least_share) {}
 
   std::int32_t threshold() const { return threshold_; }
 
   void offer(const Candidate& candidate) {
     if (candidate.score < threshold_) return;
     candidates_.push_back(candidate);
+    threshold_ = std::max(threshold_, static_cast<std::int32_t>(least_share_ * candidate.score));
     if (candidates_.size() >= 2 * keep_) prune();
   }
 
@@ -83,6 +86,7 @@ class BestCandidates {
   void prune();
 
   std::size_t keep_;
+  double least_share_;
   std::int32_t threshold_ = 1;
   std::vector<Candidate> candidates_;
 };

@@ -38,8 +38,10 @@ struct ScanWorker {
   std::vector<const std::uint8_t*> pointers;
   std::vector<std::uint32_t> groups;
 
-  ScanWorker(const LikelihoodRaster& raster, const PreparedSamples& prepared, std::size_t keep)
-      : window(raster, prepared, kBlock + 2 * prepared.reach), best(keep), hits(kBlock * kBlock) {}
+  ScanWorker(const LikelihoodRaster& raster, const PreparedSamples& prepared, BestCandidates none)
+      : window(raster, prepared, kBlock + 2 * prepared.reach),
+        best(std::move(none)),
+        hits(kBlock * kBlock) {}
 };
 
 /// The exhaustive search of one raster.
@@ -65,14 +67,15 @@ class Scan {
 
   BestCandidates bestIn(const std::vector<OutputTile>& outputs) {
     const std::size_t workers = workerCount(levels_.threads, outputs.size());
-    std::vector<BestCandidates> best(workers, BestCandidates(levels_.keep_cells));
+    const BestCandidates none(levels_.keep_cells, levels_.coarse ? levels_.least_share : 0);
+    std::vector<BestCandidates> best(workers, none);
     std::atomic<std::size_t> next{0};
     onWorkers(workers, [&](std::size_t w) {
-      ScanWorker worker(raster_, prepared_, levels_.keep_cells);
+      ScanWorker worker(raster_, prepared_, none);
       for (std::size_t i = next++; i < outputs.size(); i = next++) scanTile(outputs[i], worker);
       best[w] = std::move(worker.best);
     });
-    BestCandidates all(levels_.keep_cells);
+    BestCandidates all = none;
     for (const BestCandidates& part : best) all.merge(part);
     return all;
   }
@@ -295,12 +298,18 @@ class Refinement {
   std::vector<CellOffset> offsets_;
 };
 
-/// `candidates`: best first.
-void keepAbove(double share, std::vector<Candidate>& candidates) {
+/// `candidates`: best first. See RasterLevels.
+void keepRivals(const RasterLevels& levels, std::vector<Candidate>& candidates) {
   if (candidates.empty()) return;
-  const double least = share * candidates.front().score;
-  candidates.erase(std::find_if(candidates.begin(), candidates.end(),
-                                [&](const Candidate& c) { return c.score < least; }),
+  const double best = candidates.front().score;
+  const auto isBelow = [&](double share) {
+    return [least = share * best](const Candidate& c) { return c.score < least; };
+  };
+  const auto weak = std::find_if(candidates.begin(), candidates.end(), isBelow(levels.clear_share));
+  const auto most = candidates.begin() +
+                    static_cast<std::ptrdiff_t>(std::min(levels.few_cells, candidates.size()));
+  const auto end = std::max(weak, most);
+  candidates.erase(std::find_if(candidates.begin(), end, isBelow(levels.least_share)),
                    candidates.end());
 }
 
@@ -332,7 +341,7 @@ std::vector<PlacePose> searchRaster(const RasterLevels& levels) {
   Scan scan(levels);
   if (!levels.coarse) return distinctPoses(scan.run(), scan.grid(), cell_m, levels.keep_poses);
   std::vector<Candidate> candidates = scan.run();
-  keepAbove(levels.least_share, candidates);
+  keepRivals(levels, candidates);
   const Refinement refinement(fine, ratio, scan.grid());
   return distinctPoses(refinement.run(std::move(candidates), levels.threads), refinement.grid(),
                        cell_m, levels.keep_poses);

@@ -22,6 +22,10 @@ constexpr double kYawStep_rad = 6 * M_PI / 180;  ///< largest of the exhaustive 
 constexpr std::size_t kKeepCells = 4000, kKeepPoses = 400, kRefinePoses = 100;  ///< of it
 /// Of the best score of the first look at a large map: cells below it are no rivals.
 constexpr double kLeastShare = 0.2;
+/// Nor are cells below this share that are not among the first few: the larger a map, the more
+/// cells are between the two.
+constexpr double kClearShare = 0.3;
+constexpr std::size_t kFewCells = 60;
 /// First steps of the fine refinement, and how far a step of yaw moves the rim at most.
 constexpr double kStep_m = 0.5, kStep_rad = 0.012, kRimStep_m = 0.5;
 constexpr double kPolishStep_m = 0.125, kPolishStep_rad = 0.003;
@@ -170,6 +174,8 @@ class Rasters {
       return writeSquare(x, y, side);
     };
     levels.least_share = kLeastShare;
+    levels.clear_share = kClearShare;
+    levels.few_cells = kFewCells;
     return levels;
   }
 

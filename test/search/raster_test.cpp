@@ -485,6 +485,18 @@ TEST(RasterSearch, TwoLevelsFindWhatTheFineSearchFinds) {
   EXPECT_LT(best.size(), poses.size()) << "cells of low scores are left out";
   EXPECT_LT(cells, all) << "what lies around them is not looked at";
   expectSame({best[0]}, {poses[0]});
+
+  levels.least_share = 0;
+  const auto posesWith = [&](double clear_share, std::size_t few_cells) {
+    levels.clear_share = clear_share;
+    levels.few_cells = few_cells;
+    return search::searchRaster(levels);
+  };
+  expectSame(posesWith(0.6, 0), best);
+  expectSame(posesWith(0.6, levels.keep_cells), poses);
+  const std::vector<PlacePose> some = posesWith(0.6, 100);
+  EXPECT_GT(some.size(), best.size()) << "the first few weak ones are looked at";
+  EXPECT_LT(some.size(), poses.size());
 }
 
 /// Sums by the definition.
@@ -558,6 +570,19 @@ TEST(BestCandidates, AreThoseOfSortingAllAlsoAmongEqualScores) {
     ASSERT_EQ(found.size(), expected.size());
     EXPECT_TRUE(std::equal(found.begin(), found.end(), expected.begin(), isSame)) << keep;
   }
+}
+
+TEST(BestCandidates, ForgetsOnlyWhatIsBelowTheLeastShareOfTheBest) {
+  std::vector<Candidate> all = manyCandidates();
+  BestCandidates best(all.size(), 0.5);
+  for (const Candidate& candidate : all) best.offer(candidate);
+  const std::vector<Candidate> found = std::move(best).sorted();
+  std::sort(all.begin(), all.end());
+  const auto end = std::find_if(
+      all.begin(), all.end(), [&](const Candidate& c) { return c.score < all.front().score / 2; });
+  EXPECT_LT(found.size(), all.size());
+  ASSERT_GE(found.size(), static_cast<std::size_t>(end - all.begin()));
+  EXPECT_TRUE(std::equal(all.begin(), end, found.begin(), isSame));
 }
 
 TEST(BestCandidates, BelowTheThresholdIsNothingThatCouldBeAmongThem) {
