@@ -199,6 +199,7 @@ void AnswerFiles::explain(const Answer& answer, const Query& query,
 void AnswerFiles::writePage(map::SemanticMap map, const Job& job) const {
   map::unpackPoints(map);
   map::unpackView(map);
+  map::unpackVertices(map);
   Scene scene = sceneOf(map);
   scene.queries = on_page_;
   scene.title = outcomeOf(on_page_);

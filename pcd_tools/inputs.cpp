@@ -210,7 +210,7 @@ map::SemanticMap mapOf(const std::string& path, io::InputOptions input, const Jo
 }
 
 void requireNotEmpty(const map::SemanticMap& map, const std::string& path) {
-  if (map.graph.empty() && map::pointCount(map) == 0)
+  if (map::vertexCount(map) == 0 && map::pointCount(map) == 0)
     throw Error(path, "the map is empty; build it of a recording that sees something");
 }
 
@@ -226,8 +226,8 @@ map::SemanticMap readMapWith(map::SemanticMap (*open)(const std::string&), const
       chooseKind(path, whole, job) == io::InputKind::map ? open(path) : mapOf(path, whole, job);
   requireNotEmpty(map, path);
   job.narrate.stage("map", watch.lap_ms(),
-                    fmt::format("{}: {} vertices, {} key frames, {} points", path, map.graph.size(),
-                                map.poses.size(), map::pointCount(map)));
+                    fmt::format("{}: {} vertices, {} key frames, {} points", path,
+                                map::vertexCount(map), map.poses.size(), map::pointCount(map)));
   return map;
 }
 

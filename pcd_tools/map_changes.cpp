@@ -104,7 +104,7 @@ ExitCode undoLast(const std::string& path) {
   const std::vector<map::Revision> revisions = map::readRevisions(path);
   if (!map::undoRevision(path)) throw Error(path, "nothing to undo: no change of it is on record");
   fmt::print("{}: taken back: {}; {} vertices\n", path, printable(revisions.back().note),
-             map::openToLocalize(path).graph.size());
+             map::vertexCount(map::openToLocalize(path)));
   return kDone;
 }
 

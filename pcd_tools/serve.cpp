@@ -308,7 +308,7 @@ class ServeCommand final : public Command {
     server_.routes().Get("/health", [this](const httplib::Request&, httplib::Response& response) {
       response.set_content(toText({{"status", "ok"},
                                    {"map", job_->operands[0]},
-                                   {"vertices", currentMap()->map.graph.size()},
+                                   {"vertices", map::vertexCount(currentMap()->map)},
                                    {"exchanges", exchanges_.load()},
                                    {"version", XVIEW_VERSION}}) +
                                "\n",

@@ -11,6 +11,7 @@
 #include <stdexcept>
 
 #include "packed_cloud.h"
+#include "packed_vertices.h"
 #include "xview/types/error.h"
 #include "xview/types/pose.h"
 #include "xview/types/semantic_place.h"
@@ -229,7 +230,7 @@ Meta metaOf(const SemanticMap& map, std::size_t stored_points) {
             {"own_stretches", textOf(map.own_stretches)},
             {"null", textOf(map.null)},
             {"size", sizeText(map.size)},
-            {"vertices", std::to_string(map.graph.size())},
+            {"vertices", std::to_string(vertexCount(map))},
             {"edges", std::to_string(storesEdges(map.graph) ? map.graph.edgeCount() : 0)},
             {"edge_radius_m", numberText(map.graph.edge_radius_m)},
             {"noise", textOf(map.noise)},
@@ -419,7 +420,7 @@ void requireStorable(const SemanticMap& map) {
 
 void requireComplete(const Meta& meta, const SemanticMap& map) {
   const std::pair<const char*, std::size_t> counts[] = {
-      {"vertices", map.graph.size()},
+      {"vertices", vertexCount(map)},
       {"edges", storesEdges(map.graph) ? map.graph.edgeCount() : 0},
       {"keyframes", map.poses.size()},
       {"cloud_points", pointCount(map)},
@@ -430,9 +431,6 @@ void requireComplete(const Meta& meta, const SemanticMap& map) {
     if (found == expected) continue;
     throw Damage(std::string(name) + ": expected " + std::to_string(expected) + ", found " +
                  std::to_string(found));
-  }
-  for (const Vertex& v : map.graph.vertices) {
-    if (!v.position.allFinite()) throw Damage("vertex with a position that is not finite");
   }
   for (const Eigen::Isometry3d& T : map.poses) {
     if (!isRigid(T.matrix())) throw Damage("key frame with a pose that is no rigid motion");
@@ -452,23 +450,37 @@ LabelSet readLabels(ContentReader& in, const std::string& set_name) {
   return labels;
 }
 
-/// `is_former`: of version 2, with a row each.
-void readVertices(ContentReader& in, std::uint64_t announced, std::uint64_t file_bytes,
-                  bool is_former, SemanticGraph& graph, PackedVertices* packed) {
+std::vector<VertexBlock> readVertexBlocks(ContentReader& in, std::uint64_t announced,
+                                          std::uint64_t file_bytes) {
   // None has fewer bytes than one (toBlocks).
   if (announced > file_bytes)
     throw Damage("vertices: more than a map of " + std::to_string(file_bytes) + " bytes can hold");
-  // Almost all take more bytes than this; no more is believed before they are there.
-  // Those of a drive that is added have room beside them.
-  graph.vertices.reserve(std::min<std::uint64_t>(announced + announced / 16, file_bytes / 16));
-  if (is_former) return in.items("vertices", graph.vertices);
+  std::vector<VertexBlock> blocks;
+  std::uint64_t found = 0;
   in.table<VertexBlock>("vertices", [&](std::int64_t id, VertexBlock& block) {
-    if (graph.size() + block.vertices > announced)
+    found += block.vertices;
+    if (found > announced)
       throw Damage("vertices: expected " + std::to_string(announced) + ", found more");
     block.first_vertex = id;
-    appendVertices(block, graph.vertices);
-    if (packed) packed->add(std::move(block), graph.vertices);
+    blocks.push_back(std::move(block));
   });
+  return blocks;
+}
+
+void unpackGraph(std::vector<VertexBlock> vertices, const std::vector<EdgeBlock>& edges,
+                 std::uint64_t file_bytes, Purpose purpose, SemanticMap& map) {
+  std::uint64_t count = map.graph.size();
+  for (const VertexBlock& block : vertices) count += block.vertices;
+  // The vertices of a drive that is added have room beside them. Almost all take more bytes than
+  // this; no more is believed before they are there.
+  map.graph.vertices.reserve(std::min<std::uint64_t>(count + count / 16, file_bytes / 16));
+  const auto packed = purpose == Purpose::grow ? std::make_shared<PackedVertices>() : nullptr;
+  for (VertexBlock& block : vertices) {
+    appendVertices(block, map.graph.vertices);
+    if (packed) packed->add(std::move(block), map.graph.vertices);
+  }
+  map.packed_vertices = packed;
+  if (map.graph.edge_radius_m == 0) setEdges(edges, map.graph);
 }
 
 /// Null of a map that has none.
@@ -500,11 +512,13 @@ void readBulk(ContentReader& in, const Meta& meta, std::uint64_t file_bytes,
   in.items("keyframes", keyframes);
   for (const Keyframe& k : keyframes)
     map.addKeyframe(k.T_map_sensor, k.number, k.stamp_s, k.source);
-  const auto packed_vertices =
-      purpose == Purpose::grow ? std::make_shared<PackedVertices>() : nullptr;
-  readVertices(in, numberIn<std::uint64_t>(meta, "vertices"), file_bytes, is_former, map.graph,
-               packed_vertices.get());
-  map.packed_vertices = packed_vertices;
+  std::vector<VertexBlock> vertices;
+  if (is_former) {  // a row each
+    in.items("vertices", map.graph.vertices);
+    for (const Vertex& v : map.graph.vertices) requireFinite(v);
+  } else {
+    vertices = readVertexBlocks(in, numberIn<std::uint64_t>(meta, "vertices"), file_bytes);
+  }
   const auto edges = numberIn<std::uint64_t>(meta, "edges");
   std::vector<EdgeBlock> blocks;
   in.table<EdgeBlock>("edges", [&](std::int64_t id, EdgeBlock& block) {
@@ -512,10 +526,8 @@ void readBulk(ContentReader& in, const Meta& meta, std::uint64_t file_bytes,
     block.first_vertex = id;
     blocks.push_back(std::move(block));
   });
-  setEdges(blocks, map.graph);
   if (const double radius_m = edgeRadiusIn(meta); radius_m > 0) {
     if (edges > 0) throw Damage("edges of a radius are stored");
-    map.graph.neighbours.clear();
     map.graph.edge_radius_m = radius_m;
   }
   scaleLengths(1 / map.size, map.bev);  // tiles have the lengths of a town
@@ -538,6 +550,11 @@ void readBulk(ContentReader& in, const Meta& meta, std::uint64_t file_bytes,
   scaleLengths(map.size, map.bev);
   if (overview && !map.stored_view) overview->checksum = search::checksumOf(map.bev);
   map.overview = overview;
+  if (purpose == Purpose::localize && map.size == kTownScale && map.graph.edge_radius_m > 0 &&
+      !is_former)
+    map.stored_vertices = std::make_shared<const StoredBlocks>(std::move(vertices), file);
+  else
+    unpackGraph(std::move(vertices), blocks, file_bytes, purpose, map);
   const auto points = numberIn<std::uint64_t>(meta, "cloud_points");
   tiles.clear();
   rows.beginPart();
@@ -579,7 +596,9 @@ void writeContent(SQLite::Database& database, const std::string& schema, const S
   out.table("labels", labels, [](const ClassInfo& info, std::size_t) { return info.id; });
   out.table("sources", map.sources);
   out.table("keyframes", keyframes);
-  out.table("vertices", toBlocks(map.graph.vertices, map.packed_vertices.get()),
+  const StoredBlocks* stored = storedBlocksOf(map);
+  out.table("vertices",
+            stored ? stored->blocks() : toBlocks(map.graph.vertices, map.packed_vertices.get()),
             [](const VertexBlock& b, std::size_t) { return b.first_vertex; });
   out.table("edges", storesEdges(map.graph) ? toBlocks(map.graph) : std::vector<EdgeBlock>(),
             [](const EdgeBlock& b, std::size_t) { return b.first_vertex; });

@@ -557,13 +557,40 @@ std::vector<VertexBlock> toBlocks(const std::vector<Vertex>& vertices,
   return blocks;
 }
 
+namespace {
+
+Bytes rawOf(const VertexBlock& block) {
+  const std::size_t count = block.vertices, reals = kRealNumbers * sizeof(double);
+  if (count == 0 || count > kVertexBlock) throw Damage("block of vertices out of place");
+  return decompressed(block.data, count * (kWholeNumbers + reals),
+                      count * (kWholeNumbers * kLongestNumber + reals));
+}
+
+/// Bytes of one significance of all numbers stand together.
+double realNumber(const std::uint8_t* bytes, std::size_t count) {
+  std::uint64_t bits = 0;
+  for (std::size_t byte = 0; byte < sizeof(double); ++byte)
+    bits |= std::uint64_t{bytes[byte * count]} << (8 * byte);
+  double number = 0;
+  std::memcpy(&number, &bits, sizeof number);
+  return number;
+}
+
+}  // namespace
+
+void requireFinite(const Vertex& vertex) {
+  if (!vertex.position.allFinite()) throw Damage("vertex with a position that is not finite");
+}
+
 void appendVertices(const VertexBlock& block, std::vector<Vertex>& vertices) {
-  const std::size_t count = block.vertices, first = vertices.size();
-  if (block.first_vertex != static_cast<std::int64_t>(first) || count == 0 || count > kVertexBlock)
+  if (block.first_vertex != static_cast<std::int64_t>(vertices.size()))
     throw Damage("block of vertices out of place");
-  const std::size_t reals = kRealNumbers * sizeof(double);
-  const Bytes raw = decompressed(block.data, count * (kWholeNumbers + reals),
-                                 count * (kWholeNumbers * kLongestNumber + reals));
+  unpack(block, vertices);
+}
+
+void unpack(const VertexBlock& block, std::vector<Vertex>& vertices) {
+  const std::size_t count = block.vertices, first = vertices.size();
+  const Bytes raw = rawOf(block);
   ByteReader in(raw);
   vertices.resize(first + count);
   forWholeNumbers([&](auto member) {
@@ -576,15 +603,27 @@ void appendVertices(const VertexBlock& block, std::vector<Vertex>& vertices) {
         throw Damage("a vertex with a value out of range");
     }
   });
+  if (in.remaining() != count * kRealNumbers * sizeof(double))
+    throw Damage("a block with more bytes than vertices, or fewer");
+  const std::uint8_t* bytes = raw.data() + raw.size() - in.remaining();
   forRealNumbers([&](const auto& number) {
-    std::vector<std::uint64_t> bits(count, 0);
-    for (std::size_t byte = 0; byte < sizeof(double); ++byte) {
-      for (std::uint64_t& b : bits) b |= std::uint64_t{in.byte()} << (8 * byte);
-    }
     for (std::size_t i = 0; i < count; ++i)
-      std::memcpy(&number(vertices[first + i]), &bits[i], sizeof(double));
+      number(vertices[first + i]) = realNumber(bytes + i, count);
+    bytes += count * sizeof(double);
   });
-  if (in.remaining() > 0) throw Damage("a block with more bytes than vertices");
+  for (std::size_t i = first; i < first + count; ++i) requireFinite(vertices[i]);
+}
+
+Eigen::AlignedBox3d boxOf(const VertexBlock& block) {
+  const Bytes raw = rawOf(block);
+  const std::size_t count = block.vertices, column = count * sizeof(double);
+  const std::uint8_t* x = raw.data() + raw.size() - kRealNumbers * column;
+  Eigen::AlignedBox3d box;
+  for (const std::uint8_t* at = x; at < x + count; ++at) {
+    box.extend(Eigen::Vector3d(realNumber(at, count), realNumber(at + column, count),
+                               realNumber(at + 2 * column, count)));
+  }
+  return box;
 }
 
 std::vector<EdgeBlock> toBlocks(const SemanticGraph& graph) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <Eigen/Geometry>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -212,8 +213,14 @@ class PackedVertices {
 
 std::vector<VertexBlock> toBlocks(const std::vector<Vertex>& vertices,
                                   const PackedVertices* known = nullptr);
+/// Throws Damage unless its position is finite.
+void requireFinite(const Vertex& vertex);
 /// Appends them; throws Damage.
 void appendVertices(const VertexBlock& block, std::vector<Vertex>& vertices);
+/// The same wherever the block stands among others.
+void unpack(const VertexBlock& block, std::vector<Vertex>& vertices);
+/// Around their positions, which stand first among the real numbers; throws Damage.
+Eigen::AlignedBox3d boxOf(const VertexBlock& block);
 
 /// The edges from 4096 successive vertices to later ones. Maps have ten times as many edges as
 /// vertices, too many for a row each.

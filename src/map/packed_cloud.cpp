@@ -43,16 +43,6 @@ void unpack(SemanticMap& map, const IsWanted& isWanted) {
   map.cloud.append(points);
 }
 
-/// Runs `work`; damage of the file becomes an Error.
-template <class Work>
-void orError(const std::string& file, const Work& work) {
-  try {
-    work();
-  } catch (const Damage& e) {
-    throw Error(file, std::string("damaged map file: ") + e.what());
-  }
-}
-
 /// What the tiles of a column add to `empty`, unpacked unless that was done lately.
 template <class Content>
 std::shared_ptr<const Content> unpackedColumn(const PlaneCell& column,

@@ -11,36 +11,51 @@
 
 #include "map_tiles.h"
 #include "xview/map/semantic_map.h"
+#include "xview/types/error.h"
 
 namespace xview::map {
 
-/// The columns of 64 m that were asked for last. Thread-safe.
-template <class Content>
-class RecentColumns {
+/// Runs `work`; damage of the file becomes an Error.
+template <class Work>
+void orError(const std::string& file, const Work& work) {
+  try {
+    work();
+  } catch (const Damage& e) {
+    throw Error(file, std::string("damaged map file: ") + e.what());
+  }
+}
+
+/// What was unpacked last. Thread-safe.
+template <class Key, class Content>
+class Recent {
  public:
-  explicit RecentColumns(std::size_t most) : most_(most) {}
+  explicit Recent(std::size_t most) : most_(most) {}
 
   /// Null if it is not kept.
-  std::shared_ptr<const Content> find(const PlaneCell& column) {
+  std::shared_ptr<const Content> find(const Key& key) {
     const std::lock_guard<std::mutex> lock(mutex_);
-    for (auto known = columns_.begin(); known != columns_.end(); ++known) {
-      if (!(known->first == column)) continue;
-      columns_.splice(columns_.begin(), columns_, known);
+    for (auto known = contents_.begin(); known != contents_.end(); ++known) {
+      if (!(known->first == key)) continue;
+      contents_.splice(contents_.begin(), contents_, known);
       return known->second;
     }
     return nullptr;
   }
-  void add(const PlaneCell& column, std::shared_ptr<const Content> content) {
+  void add(const Key& key, std::shared_ptr<const Content> content) {
     const std::lock_guard<std::mutex> lock(mutex_);
-    columns_.emplace_front(column, std::move(content));
-    if (columns_.size() > most_) columns_.pop_back();
+    contents_.emplace_front(key, std::move(content));
+    if (contents_.size() > most_) contents_.pop_back();
   }
 
  private:
   std::size_t most_;
   std::mutex mutex_;
-  std::list<std::pair<PlaneCell, std::shared_ptr<const Content>>> columns_;
+  std::list<std::pair<Key, std::shared_ptr<const Content>>> contents_;
 };
+
+/// Columns of 64 m.
+template <class Content>
+using RecentColumns = Recent<PlaneCell, Content>;
 
 /// Tiles by the column they are in.
 class TilesOfColumns {

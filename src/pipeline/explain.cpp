@@ -71,8 +71,9 @@ void explainVertices(const map::SemanticMap& map, const Query& query,
                      const std::vector<Correspondence>& kept, const Eigen::Isometry3d& T_map_query,
                      Explanation& explanation) {
   for (const Correspondence& c : kept) {
-    if (c.query >= query.graph.size() || c.map >= map.graph.size()) continue;
-    const Vertex &seen = query.graph.vertices[c.query], &known = map.graph.vertices[c.map];
+    if (c.query >= query.graph.size() || c.map >= map::vertexCount(map)) continue;
+    const Vertex& seen = query.graph.vertices[c.query];
+    const Vertex known = map::vertexOf(map, c.map);
     Contribution contribution;
     const ClassInfo* info = map.labels.find(known.label);
     contribution.name = info ? info->name : std::to_string(known.label);

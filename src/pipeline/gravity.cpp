@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
 
 namespace xview {
 namespace {
@@ -62,8 +63,48 @@ double errorOfKept(double off_rad, double sigma_rad) {
                     std::sqrt(mounting * seen / (mounting + seen)));
 }
 
+/// Of the positions of a class, from the first vertex of the graph.
+struct Moments {
+  double count = 0;
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();  ///< sum of p p^T
+};
+using MomentsOfClasses = std::map<std::uint32_t, Moments>;
+
+/// One pass over what may be packed.
+MomentsOfClasses momentsOf(const AllVertices& vertices) {
+  MomentsOfClasses classes;
+  std::optional<Eigen::Vector3d> first;
+  vertices.forEach([&](std::uint32_t, const Vertex& v) {
+    if (!v.position.allFinite()) return;
+    if (!first) first = v.position;
+    const Eigen::Vector3d p = v.position - *first;
+    Moments& moments = classes[v.label];
+    moments.count += 1;
+    moments.sum += p;
+    moments.squares += p * p.transpose();
+  });
+  return classes;
+}
+
+/// Classes differ in height, so each is taken about its own mean.
+Eigen::Vector3d layerNormal(const MomentsOfClasses& classes) {
+  Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
+  double count = 0;
+  for (const auto& [label, moments] : classes) {
+    if (moments.count < 2) continue;
+    scatter += moments.squares - moments.sum * moments.sum.transpose() / moments.count;
+    count += moments.count;
+  }
+  if (count < kFewestVertices) return Eigen::Vector3d::Zero();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(scatter / count);
+  const Eigen::Vector3d spread = axes.eigenvalues().cwiseMax(0).cwiseSqrt();
+  if (!(spread(0) < kLayerFlatness * spread(1))) return Eigen::Vector3d::Zero();
+  return axes.eigenvectors().col(0);
+}
+
 /// Mean height of ground classes and of the others over a layer, and how sure their order is.
-int sideOfGround(const SemanticGraph& graph, const LabelSet& labels,
+int sideOfGround(const MomentsOfClasses& classes, const LabelSet& labels,
                  const Eigen::Vector3d& normal) {
   constexpr double kClear_m = 0.5, kSigmas = 3;
   struct Heights {
@@ -71,14 +112,13 @@ int sideOfGround(const SemanticGraph& graph, const LabelSet& labels,
     double mean() const { return sum / count; }
     double variance() const { return squares / count - mean() * mean(); }
   } ground, others;
-  for (const Vertex& v : graph.vertices) {
-    const Kind kind = labels.kind(v.label);
-    if (!tellsShape(kind) || !v.position.allFinite()) continue;
+  for (const auto& [label, moments] : classes) {
+    const Kind kind = labels.kind(label);
+    if (!tellsShape(kind)) continue;
     Heights& h = isGround(kind) ? ground : others;
-    const double height = normal.dot(v.position - graph.vertices[0].position);
-    h.count += 1;
-    h.sum += height;
-    h.squares += height * height;
+    h.count += moments.count;
+    h.sum += normal.dot(moments.sum);
+    h.squares += normal.dot(moments.squares * normal);
   }
   if (ground.count < 3 || others.count < 3) return 0;
   const double above = others.mean() - ground.mean();
@@ -111,43 +151,19 @@ Gravity gravityOf(const std::vector<PlaceBuilder::SharedFrame>& frames, const La
   return gravity;
 }
 
-/// Classes differ in height, so each is taken about its own mean.
-Eigen::Vector3d layerNormal(const SemanticGraph& graph) {
-  struct Sums {
-    double count = 0;
-    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  };
-  std::map<std::uint32_t, Sums> classes;
-  for (const Vertex& v : graph.vertices) {
-    if (!v.position.allFinite()) continue;
-    Sums& sums = classes[v.label];
-    sums.count += 1;
-    sums.sum += v.position;
-  }
-  Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
-  double count = 0;
-  for (const Vertex& v : graph.vertices) {
-    if (!v.position.allFinite()) continue;
-    const Sums& sums = classes[v.label];
-    const Eigen::Vector3d d = v.position - sums.sum / sums.count;
-    scatter += d * d.transpose();
-    if (sums.count > 1) count += 1;
-  }
-  if (count < kFewestVertices) return Eigen::Vector3d::Zero();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(scatter / count);
-  const Eigen::Vector3d spread = axes.eigenvalues().cwiseMax(0).cwiseSqrt();
-  if (!(spread(0) < kLayerFlatness * spread(1))) return Eigen::Vector3d::Zero();
-  return axes.eigenvectors().col(0);
+Eigen::Vector3d layerNormal(const AllVertices& vertices) {
+  return layerNormal(momentsOf(vertices));
 }
 
-Gravity gravityOf(const SemanticGraph& graph, const LabelSet& labels, const std::string& mode) {
+Gravity gravityOf(const AllVertices& vertices, const LabelSet& labels, const std::string& mode) {
   if (mode == "aligned") return asGiven("gravity = aligned");
-  Eigen::Vector3d up = layerNormal(graph);
+  const MomentsOfClasses classes = momentsOf(vertices);
+  Eigen::Vector3d up = layerNormal(classes);
   if (up.norm() == 0) {
     const char* nothing = "the vertices form no layer that would tell which way is up";
     return mode == "free" ? unknown(nothing) : asGiven(nothing);
   }
-  const int side = sideOfGround(graph, labels, up);
+  const int side = sideOfGround(classes, labels, up);
   if (side < 0 || (side == 0 && up.z() < 0)) up = -up;
   const double off = angleToZ(up);
   if (mode == "auto" && !isClearlyOff(off, kLayerSigma_rad)) {
@@ -157,18 +173,27 @@ Gravity gravityOf(const SemanticGraph& graph, const LabelSet& labels, const std:
   return measured(up, kLayerSigma_rad, "the layer of vertices and ground below them");
 }
 
-Gravity gravityOf(const Place& place, const std::string& mode) {
-  return gravityOf(place, !place.bev.known.empty(), mode);
-}
+namespace {
 
-Gravity gravityOf(const Place& place, bool has_view, const std::string& mode) {
-  if (!has_view) return gravityOf(place.graph, place.labels, mode);
+Gravity gravityOfView(const BevGrid& view) {
   Gravity gravity;
-  gravity.alignment = place.bev.alignment;
+  gravity.alignment = view.alignment;
   if (!gravity.turned()) return gravity;
   gravity.sigma_rad = kLevelledMapSigma_rad;
   gravity.reason = "turned upright when it was made";
   return gravity;
+}
+
+}  // namespace
+
+Gravity gravityOf(const Place& place, const std::string& mode) {
+  return place.bev.known.empty() ? gravityOf(place.graph, place.labels, mode)
+                                 : gravityOfView(place.bev);
+}
+
+Gravity gravityOf(const map::SemanticMap& map, const std::string& mode) {
+  return map::hasView(map) ? gravityOfView(map.bev)
+                           : gravityOf(map::allVertices(map), map.labels, mode);
 }
 
 }  // namespace xview

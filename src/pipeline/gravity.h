@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "xview/map/semantic_map.h"
 #include "xview/place_builder.h"
 
 namespace xview {
@@ -33,15 +34,15 @@ Gravity gravityOf(const std::vector<PlaceBuilder::SharedFrame>& frames, const La
 /// The same for a bare graph. What stands in a street forms a flat layer, class by class; which
 /// side of it is up is told by classes of ground that lie below the others. Not known if the layer
 /// is tilted and no class tells.
-Gravity gravityOf(const SemanticGraph& graph, const LabelSet& labels, const std::string& mode);
+Gravity gravityOf(const AllVertices& vertices, const LabelSet& labels, const std::string& mode);
 
 /// That of a saved place: a BEV grid was drawn upright, a bare graph is what it is.
 Gravity gravityOf(const Place& place, const std::string& mode);
-/// The same of a place whose bird's-eye view may be somewhere else.
-Gravity gravityOf(const Place& place, bool has_view, const std::string& mode);
+/// That of a map whose view and vertices may be stored.
+Gravity gravityOf(const map::SemanticMap& map, const std::string& mode);
 
 /// The normal of the layer of a graph, without its side; zero if it is no layer.
-Eigen::Vector3d layerNormal(const SemanticGraph& graph);
+Eigen::Vector3d layerNormal(const AllVertices& vertices);
 
 /// The smallest rotation that takes `up` to z.
 Eigen::Quaterniond alignmentFromUp(const Eigen::Vector3d& up);

@@ -115,14 +115,14 @@ Localization unfindable(const Query& query, std::string reason) {
 
 Localizer::Index::Index(const map::SemanticMap& given, const Options& all_options)
     : options(all_options),
-      gravity(gravityOf(given, map::hasView(given), options.gravity)),
+      gravity(gravityOf(given, options.gravity)),
       turned(gravityAlignedMap(given, gravity.alignment)),
       map(turned ? *turned : given),
       shapes_only(knowsShapesOnly(given.labels)),
       verdict_model(verify::verdictModelOf(options.verdict)),
       prior(parsePrior(options.prior)),
       scales(parseScale("scale", options.scale)),
-      walks(map.graph, map.labels, options),
+      walks(map.graph, map.stored_vertices.get(), map.labels, options),
       refinement(map, options) {
   if (options.method == "walks" || !map::hasView(map)) return;
   surfaces =
@@ -142,8 +142,9 @@ Priors Localizer::Index::priorsOf(const Query& given, const Query& upright,
 
 const search::Field& Localizer::Index::fieldFor(const Query& query) const {
   if (isView(query)) return *surfaces;
-  std::call_once(objects_made,
-                 [&] { objects = search::makeObjectField(map.graph, map.labels, options.places); });
+  std::call_once(objects_made, [&] {
+    objects = search::makeObjectField(map::allVertices(map), map.labels, options.places);
+  });
   return *objects;
 }
 
@@ -478,6 +479,7 @@ const Localizer::Index& Localizer::indexFor(const Query& query) const {
       reduceToShapes(query.labels, coarse.map);
     }
     map::unpackView(coarse.map);
+    map::unpackVertices(coarse.map);
     reduceTo(detail, coarse.map.bev);
     Options options = index_->options;
     if (detail.shapes && options.places.likelihoods.empty())

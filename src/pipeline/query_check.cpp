@@ -52,9 +52,15 @@ std::optional<std::string> whyClassesDiffer(const LabelSet& query, const LabelSe
       namesIn(query), namesIn(map));
 }
 
+Eigen::AlignedBox2d fromAbove(const Eigen::AlignedBox3d& box) {
+  if (box.isEmpty()) return {};
+  return {box.min().head<2>(), box.max().head<2>()};
+}
+
 /// What of a map is anywhere, from above [m].
 Eigen::AlignedBox2d boundsOf(const map::SemanticMap& map) {
   Eigen::AlignedBox2d box;
+  if (map.stored_vertices) box = fromAbove(map.stored_vertices->bounds());
   for (const Vertex& vertex : map.graph.vertices) box.extend(vertex.position.head<2>());
   for (const Eigen::Isometry3d& T : map.poses) box.extend(T.translation().head<2>());
   for (const GroundCell& cell : map::viewOf(map).known) {
@@ -78,25 +84,35 @@ std::optional<std::string> whyTooLittle(const Query& query) {
       query.cloud.size(), query.graph.size());
 }
 
-/// From above; not from where it was seen, which may be the origin of a country.
-double widthOf(const Place& place) {
-  Eigen::AlignedBox2d box;
+void extendBy(const Place& place, Eigen::AlignedBox2d& box) {
   for (const Vertex& vertex : place.graph.vertices) box.extend(vertex.position.head<2>());
   const Eigen::Vector2d origin(place.bev.origin_x, place.bev.origin_y);
   for (const GroundCell& cell : place.bev.known)
     box.extend(origin + Eigen::Vector2d(cell.x, cell.y) * place.bev.cell_m);
-  return box.isEmpty() ? 0 : box.diagonal().norm();
 }
 
-/// A stored view is as wide as its columns.
-double widthOf(const map::SemanticMap& map) {
-  if (!map.stored_view) return widthOf(static_cast<const Place&>(map));
+double widthOf(const Eigen::AlignedBox2d& box) { return box.isEmpty() ? 0 : box.diagonal().norm(); }
+
+/// From above; not from where it was seen, which may be the origin of a country.
+double widthOf(const Place& place) {
   Eigen::AlignedBox2d box;
+  extendBy(place, box);
+  return widthOf(box);
+}
+
+/// A stored view is as wide as its columns, and its vertices stand in them.
+double widthOf(const map::SemanticMap& map) {
+  Eigen::AlignedBox2d box;
+  if (!map.stored_view) {
+    if (map.stored_vertices) box = fromAbove(map.stored_vertices->bounds());
+    extendBy(map, box);
+    return widthOf(box);
+  }
   for (const PlaneCell& column : map.stored_view->columns()) {
     for (const int corner : {0, 1})
       box.extend(StoredView::kColumn_m * Eigen::Vector2d(column.x + corner, column.y + corner));
   }
-  return box.isEmpty() ? 0 : box.diagonal().norm();
+  return widthOf(box);
 }
 
 /// So much wider than the map that next to nothing of it can lie there.
@@ -113,7 +129,7 @@ std::optional<std::string> whyTooLarge(const Query& query, const map::SemanticMa
 }  // namespace
 
 std::optional<std::string> whyUnfindable(const Query& query, const map::SemanticMap& map) {
-  if (isEmpty(map) && !map::hasView(map) && map::pointCount(map) == 0)
+  if (isEmpty(map) && !map::hasView(map) && map::pointCount(map) == 0 && map::vertexCount(map) == 0)
     return "the map is empty; build it of a recording that sees something";
   if (isEmpty(query)) return kNothingIsLeft;
   if (const auto reason = whyTooLittle(query)) return reason;

@@ -27,6 +27,7 @@ void unpack(Place&) {}
 void unpack(map::SemanticMap& map) {
   map::unpackPoints(map);
   map::unpackView(map);
+  map::unpackVertices(map);
 }
 
 template <class PlaceOrMap>

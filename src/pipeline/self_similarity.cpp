@@ -403,7 +403,7 @@ struct AlignedMap {
   AlignedMap(const map::SemanticMap& given, const Options& in_metres)
       : options(optionsOfSearch(in_metres, given.size, given.labels)),
         scaled(given, 1 / given.size),
-        gravity(gravityOf(*scaled, map::hasView(*scaled), options.gravity)),
+        gravity(gravityOf(*scaled, options.gravity)),
         turned(gravityAlignedMap(*scaled, gravity.alignment)),
         map(turned ? *turned : *scaled) {}
 

@@ -205,34 +205,57 @@ SemanticGraph inducedGraph(const SemanticGraph& graph, const std::vector<std::ui
 }
 
 struct WalkMatcher::Index {
-  Index(const SemanticGraph& map_graph, const LabelSet& label_set, const Options& all_options)
-      : map(map_graph), labels(label_set), options(all_options) {
+  Index(const SemanticGraph& map_graph, const StoredVertices* stored_vertices,
+        const LabelSet& label_set, const Options& all_options)
+      : map(map_graph), stored(stored_vertices), labels(label_set), options(all_options) {
+    plane.reserve(map.size());
     for (const Vertex& v : map.vertices) plane.emplace_back(v.position.head<2>());
   }
+  bool empty() const { return stored ? stored->size() == 0 : map.empty(); }
   const DescribedMap& described() const {
-    std::call_once(described_once,
-                   [&] { described_map.emplace(walkGraph(map, labels, options), options); });
+    std::call_once(described_once, [&] {
+      const auto describe = [&](const SemanticGraph& graph) {
+        described_map.emplace(walkGraph(graph, labels, options), options);
+      };
+      stored ? describe(stored->whole()) : describe(map);
+    });
     return *described_map;
   }
   WalkGraph mapAround(const Eigen::Vector2d& centre, double radius_m) const {
     std::vector<std::uint32_t> numbers;
-    for (std::uint32_t i = 0; i < plane.size(); ++i) {
-      if ((plane[i] - centre).squaredNorm() <= radius_m * radius_m) numbers.push_back(i);
+    const auto isAround = [&](const Eigen::Vector2d& p) {
+      return (p - centre).squaredNorm() <= radius_m * radius_m;
+    };
+    SemanticGraph around;
+    if (stored) {
+      const auto reach = Eigen::Vector2d::Constant(radius_m);
+      stored->forAllIn({centre - reach, centre + reach}, [&](std::uint32_t i, const Vertex& v) {
+        if (!isAround(v.position.head<2>())) return;
+        numbers.push_back(i);
+        around.vertices.push_back(v);
+      });
+    } else {
+      for (std::uint32_t i = 0; i < plane.size(); ++i) {
+        if (isAround(plane[i])) numbers.push_back(i);
+      }
+      around = inducedGraph(map, numbers);
     }
-    WalkGraph part = walkGraph(inducedGraph(map, numbers), labels, options);
+    WalkGraph part = walkGraph(around, labels, options);
     for (std::uint32_t& source : part.source) source = numbers[source];
     return part;
   }
   const SemanticGraph& map;
-  std::vector<Eigen::Vector2d> plane;  ///< positions of the map's vertices
+  const StoredVertices* stored;
+  std::vector<Eigen::Vector2d> plane;  ///< positions of the map's vertices, unless stored
   LabelSet labels;
   Options options;
   mutable std::once_flag described_once;
   mutable std::optional<DescribedMap> described_map;
 };
 
-WalkMatcher::WalkMatcher(const SemanticGraph& map, const LabelSet& labels, const Options& options)
-    : index_(std::make_unique<Index>(map, labels, options)) {}
+WalkMatcher::WalkMatcher(const SemanticGraph& map, const StoredVertices* stored,
+                         const LabelSet& labels, const Options& options)
+    : index_(std::make_unique<Index>(map, stored, labels, options)) {}
 WalkMatcher::~WalkMatcher() = default;
 
 WalkGraph WalkMatcher::queryGraph(const SemanticGraph& query) const {
@@ -242,7 +265,7 @@ WalkGraph WalkMatcher::queryGraph(const SemanticGraph& query) const {
 WalkMatches WalkMatcher::matchEverywhere(const WalkGraph& query, int count, bool up_known,
                                          Timings& timing_ms) const {
   WalkMatches result;
-  if (query.graph.empty() || index_->map.empty()) return result;
+  if (query.graph.empty() || index_->empty()) return result;
   const Options& o = index_->options;
   Stopwatch watch;
   const DescribedMap& map = index_->described();
@@ -285,7 +308,7 @@ std::vector<WalkMatches> WalkMatcher::matchUnder(const std::vector<Eigen::Isomet
                                                  Timings& timing_ms) const {
   std::vector<WalkMatches> results(poses.size());
   for (WalkMatches& result : results) result.poses.emplace_back();
-  if (query.graph.empty() || index_->map.empty()) return results;
+  if (query.graph.empty() || index_->empty()) return results;
   const Options& o = index_->options;
   Stopwatch watch;
   const match::LabelAlphabet alphabet(query.graph);

@@ -10,6 +10,7 @@
 #include "xview/types/graph.h"
 #include "xview/types/labels.h"
 #include "xview/types/localization.h"
+#include "xview/types/stored_vertices.h"
 
 namespace xview {
 
@@ -54,8 +55,10 @@ struct WalkMatches {
 /// sections III-D to III-F), with the whole map or the surroundings of a hypothesis as the place.
 class WalkMatcher {
  public:
-  /// The map must outlive the matcher.
-  WalkMatcher(const SemanticGraph& map, const LabelSet& labels, const Options& options);
+  /// `stored`: the vertices of the map, if the graph does not hold them; null otherwise. Both must
+  /// outlive the matcher.
+  WalkMatcher(const SemanticGraph& map, const StoredVertices* stored, const LabelSet& labels,
+              const Options& options);
   ~WalkMatcher();
 
   /// The query as the walks see it.

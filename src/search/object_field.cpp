@@ -24,6 +24,8 @@ constexpr std::size_t kSmallMap = 1000;  // vertices; the fine raster is searche
 constexpr double kCellsPerRoot =
     37;  // cells kept of the first look: 3700 for 10,000 vertices, 37,000 for a million
 constexpr std::size_t kCellsPerPose = 20;  // kept of small maps: many are neighbours
+/// Of the best score of the first look at a large map: cells below it are no rivals.
+constexpr double kLeastOfBest = 0.5;
 constexpr double kCoarseYawStep = 0.16, kFineYawStep = 0.105;  // [rad]
 constexpr double kCentreMargin = 15;    // [m] beyond the gap around the query's own centre
 constexpr double kSurfaceWeight = 0.2;  // of a vertex of a surface in a dense part of a query
@@ -162,8 +164,8 @@ std::vector<Correspondence> pairsOf(const ObjectVerifier& verifier, const Object
 
 class ObjectField final : public Field {
  public:
-  ObjectField(const SemanticGraph& graph, const LabelSet& labels, const SearchOptions& options)
-      : options_(options), map_(graph, labels, options), fine_(map_) {
+  ObjectField(const AllVertices& vertices, const LabelSet& labels, const SearchOptions& options)
+      : options_(options), map_(vertices, labels, options), fine_(map_) {
     if (size() <= kSmallMap) {
       fine_.writeAll();
       return;
@@ -186,6 +188,7 @@ class ObjectField final : public Field {
       };
       levels.coarse.emplace(
           RasterLevel{*coarse_, query.samples(map_, coarse_->cellSize()), kCoarseYawStep});
+      levels.least_share = kLeastOfBest;
     }
     // The more places there are, the more of them look as good as the right one at first.
     const double vertices = static_cast<double>(size());
@@ -309,7 +312,7 @@ std::unique_ptr<FieldQuery> ObjectField::prepare(const Observation& query) const
 
 }  // namespace
 
-std::unique_ptr<const Field> makeObjectField(const SemanticGraph& map, const LabelSet& labels,
+std::unique_ptr<const Field> makeObjectField(const AllVertices& map, const LabelSet& labels,
                                              const SearchOptions& options) {
   return std::make_unique<ObjectField>(map, labels, options);
 }

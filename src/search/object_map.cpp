@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <tuple>
 
 #include "search/object_query.h"
@@ -13,9 +14,7 @@
 namespace xview::search {
 namespace {
 
-constexpr double kDensityCell = 16;   // [m]
-constexpr double kCoverageCell = 4;   // [m]
-constexpr double kMapFading_m = 1.5;  // [m] half the width of the rim of what the map covers
+constexpr double kDensityCell = 16;  // [m]
 constexpr double kDensityArea = 9 * kDensityCell * kDensityCell;
 constexpr int kMostCounted = 1000;  // vertices of a class in 48 x 48 m; more are as good as that
 constexpr double kLeastDensity =
@@ -36,6 +35,11 @@ constexpr double kLeastElongation = 0.7;  // of the scatter of neighbours, to ha
 std::vector<Eigen::Vector2d> directionsOf(const MapPoint& p) {
   if (p.hasTangent()) return {{p.tangent_x, p.tangent_y}};
   return {{1, 0}, {0, 1}};
+}
+
+bool isSurfaceIn(const LabelSet& labels, std::uint32_t label) {
+  const ClassInfo* info = labels.find(label);
+  return info && info->role == Role::surface;
 }
 
 }  // namespace
@@ -61,15 +65,14 @@ double logGain(const ObjectClass& model, double area, double log_clutter) {
   return std::log(model.detection / ((1 - model.detection) * 2 * M_PI * area)) - log_clutter;
 }
 
-ObjectMap::ObjectMap(const SemanticGraph& graph, const LabelSet& labels,
+ObjectMap::ObjectMap(const AllVertices& vertices, const LabelSet& labels,
                      const SearchOptions& options) {
-  takeVertices(graph, labels, options);
+  takeVertices(vertices, labels, options);
   sortIntoBlocks();
   measureSpacing();
   findTangents();
   weighSurfaces();
   measureDensities();
-  drawCoverage(kSeenNear_m);
   for (MapPoint& p : points_) {
     const ObjectClass& model = classes_[p.slot];
     const double area = p.hasTangent()
@@ -79,22 +82,29 @@ ObjectMap::ObjectMap(const SemanticGraph& graph, const LabelSet& labels,
   }
 }
 
-void ObjectMap::takeVertices(const SemanticGraph& graph, const LabelSet& labels,
+void ObjectMap::takeVertices(const AllVertices& vertices, const LabelSet& labels,
                              const SearchOptions& options) {
-  const auto takesPart = [&](const Vertex& v) {
-    return v.position.allFinite() &&
-           (!labels.find(v.label) || labels.role(v.label) != Role::ignored);
+  struct Thing {
+    Eigen::Vector3d position;
+    std::uint32_t label, vertex;
   };
-  Eigen::Vector3d low = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity()),
-                  high = -low;
-  for (const Vertex& v : graph.vertices) {
-    if (!takesPart(v)) continue;
-    low = low.cwiseMin(v.position);
-    high = high.cwiseMax(v.position);
+  constexpr double kSameHeight_m = 1e-3;
+  ChunkedVector<Thing> things;
+  SemanticGraph surfaces;
+  std::vector<std::uint32_t> numbers;  // of the surfaces
+  Eigen::AlignedBox3d box;
+  vertices.forEach([&](std::uint32_t number, const Vertex& v) {
+    const ClassInfo* info = labels.find(v.label);
+    if (!v.position.allFinite() || (info && info->role == Role::ignored)) return;
+    box.extend(v.position);
     slot_of_label_[v.label] = 0;
-  }
+    if (!isSurfaceIn(labels, v.label)) return things.push_back({v.position, v.label, number});
+    surfaces.vertices.push_back(v);
+    numbers.push_back(number);
+  });
   if (slot_of_label_.empty()) return;
-  origin_ = (0.5 * (low + high)).array().round();
+  origin_ = box.center().array().round();
+  has_heights_ = box.sizes().z() > kSameHeight_m;
   std::vector<std::uint32_t> label_of_slot;
   for (auto& [label, slot] : slot_of_label_) {
     slot = static_cast<std::uint16_t>(label_of_slot.size());
@@ -105,19 +115,18 @@ void ObjectMap::takeVertices(const SemanticGraph& graph, const LabelSet& labels,
                      " classes, at most 4096 are possible; are the labels instance ids?");
   }
   makeClasses(labels, label_of_slot, options);
-  std::vector<std::uint32_t> taking_part;
-  for (std::uint32_t i = 0; i < graph.vertices.size(); ++i) {
-    if (takesPart(graph.vertices[i])) taking_part.push_back(i);
-  }
-  const auto isSurface = [&](std::uint32_t label) {
-    return classes_[slot_of_label_.at(label)].is_surface;
+  std::vector<std::uint32_t> all(numbers.size());
+  std::iota(all.begin(), all.end(), 0u);
+  const auto distinct = distinctFromAbove(surfaces, all, [](std::uint32_t) { return true; });
+  points_.reserve(things.size() + distinct.size());
+  const auto add = [&](const Eigen::Vector3d& position, std::uint32_t label, std::uint32_t vertex) {
+    const Eigen::Vector3f p = (position - origin_).cast<float>();
+    points_.push_back({p.x(), p.y(), p.z(), 0, 0, 0, vertex, slot_of_label_[label]});
   };
-  for (const std::uint32_t i : distinctFromAbove(graph, taking_part, isSurface)) {
-    const Vertex& v = graph.vertices[i];
-    const Eigen::Vector3f p = (v.position - origin_).cast<float>();
-    points_.push_back({p.x(), p.y(), p.z(), 0, 0, 0, i, slot_of_label_[v.label]});
-    has_heights_ = has_heights_ || std::abs(p.z() - points_[0].z) > 1e-3f;
-  }
+  for (std::size_t i = 0; i < things.size(); ++i)
+    add(things[i].position, things[i].label, things[i].vertex);
+  for (const std::uint32_t i : distinct)
+    add(surfaces.vertices[i].position, surfaces.vertices[i].label, numbers[i]);
 }
 
 void ObjectMap::makeClasses(const LabelSet& labels, const std::vector<std::uint32_t>& label_of_slot,
@@ -127,7 +136,7 @@ void ObjectMap::makeClasses(const LabelSet& labels, const std::vector<std::uint3
     model.label = label;
     const ClassInfo* info = labels.find(label);
     const Role role = info ? info->role : Role::object;
-    model.is_surface = role == Role::surface;
+    model.is_surface = isSurfaceIn(labels, label);
     model.detection = options.detection;
     if (role == Role::dynamic) model.detection *= kDynamicDetection;
     if (role == Role::surface) model.detection *= kSurfaceDetection;
@@ -137,32 +146,42 @@ void ObjectMap::makeClasses(const LabelSet& labels, const std::vector<std::uint3
   }
 }
 
+/// Row by row, within a block by slot and vertex.
 void ObjectMap::sortIntoBlocks() {
-  struct Place {
-    PlaneCell block;
-    std::uint16_t slot;
-    std::uint32_t vertex, point;
+  struct Block {
+    PlaneCell key;
+    std::uint32_t points = 0;
   };
-  std::vector<Place> places;
-  places.reserve(points_.size());
-  for (std::uint32_t i = 0; i < points_.size(); ++i) {
-    const MapPoint& p = points_[i];
-    places.push_back({cellAt(p.x, p.y, kBlock_m), p.slot, p.vertex, i});
+  CellTable<Block> blocks;
+  std::vector<std::uint32_t> block_of;
+  block_of.reserve(points_.size());
+  for (const MapPoint& p : points_) {
+    const PlaneCell at = cellAt(p.x, p.y, kBlock_m);
+    const std::size_t number = blocks.numberOf(at, [&] { return Block{at}; });
+    ++blocks[number].points;
+    block_of.push_back(static_cast<std::uint32_t>(number));
   }
-  std::sort(places.begin(), places.end(), [](const Place& a, const Place& b) {
-    return std::tie(a.block.y, a.block.x, a.slot, a.vertex) <
-           std::tie(b.block.y, b.block.x, b.slot, b.vertex);
+  std::vector<std::uint32_t> in_order(blocks.size());
+  std::iota(in_order.begin(), in_order.end(), 0u);
+  std::sort(in_order.begin(), in_order.end(), [&](std::uint32_t a, std::uint32_t b) {
+    return InRowOrder()(blocks[a].key, blocks[b].key);
   });
-  std::vector<MapPoint> sorted;
-  sorted.reserve(points_.size());
-  for (const Place& place : places) {
-    Range& range = blocks_.at(place.block);
-    const auto number = static_cast<std::uint32_t>(sorted.size());
-    if (range.end == 0) range.begin = number;
-    range.end = number + 1;
-    sorted.push_back(points_[place.point]);
+  std::vector<std::uint32_t> next(blocks.size());  // position for the next point of each block
+  std::uint32_t begin = 0;
+  for (const std::uint32_t number : in_order) {
+    next[number] = begin;
+    blocks_.at(blocks[number].key) = {begin, begin + blocks[number].points};
+    begin += blocks[number].points;
   }
+  std::vector<MapPoint> sorted(points_.size());
+  for (std::size_t i = 0; i < points_.size(); ++i) sorted[next[block_of[i]]++] = points_[i];
   points_ = std::move(sorted);
+  for (const std::uint32_t number : in_order) {
+    const auto end = points_.begin() + next[number];
+    std::sort(end - blocks[number].points, end, [](const MapPoint& a, const MapPoint& b) {
+      return std::tie(a.slot, a.vertex) < std::tie(b.slot, b.vertex);
+    });
+  }
 }
 
 void ObjectMap::pointsIn(double x, double y, double half_side,
@@ -303,23 +322,34 @@ void ObjectMap::measureDensities() {
   }
 }
 
-void ObjectMap::drawCoverage(double reach_m) {
-  const double widest = reach_m + kMapFading_m;
-  for (const MapPoint& p : points_) {
-    forSquare(p.x, p.y, widest, kCoverageCell, [&](const PlaneCell& at) {
-      const double dx = (at.x + 0.5) * kCoverageCell - p.x, dy = (at.y + 0.5) * kCoverageCell - p.y;
+void Coverage::Square::draw(double x, double y) {
+  constexpr double kWidest_m = widest_m();
+  const PlaneCell low = cellAt(x - kWidest_m, y - kWidest_m, kCell_m),
+                  high = cellAt(x + kWidest_m, y + kWidest_m, kCell_m);
+  const int x0 = key.x * kSide, y0 = key.y * kSide;
+  for (int cy = std::max(low.y - y0, 0); cy <= std::min(high.y - y0, kSide - 1); ++cy) {
+    for (int cx = std::max(low.x - x0, 0); cx <= std::min(high.x - x0, kSide - 1); ++cx) {
+      const double dx = (x0 + cx + 0.5) * kCell_m - x, dy = (y0 + cy + 0.5) * kCell_m - y;
       const double square = dx * dx + dy * dy;
-      if (square >= widest * widest) return;
-      std::uint8_t& cell = coverage_.at(at);
-      if (cell == 255) return;
-      const double fades = (widest - std::sqrt(square)) / (2 * kMapFading_m);
+      std::uint8_t& cell = cells[static_cast<std::size_t>(cy * kSide + cx)];
+      if (square >= kWidest_m * kWidest_m || cell == 255) continue;
+      const double fades = (kWidest_m - std::sqrt(square)) / (2 * kFading_m);
       cell = std::max(cell, static_cast<std::uint8_t>(255 * std::min(1.0, fades)));
-    });
+    }
   }
 }
 
-double ObjectMap::coverage(double x, double y) const {
-  return coverage_(cellAt(x, y, kCoverageCell)) / 255.0;
+void ObjectMap::coverage(const std::vector<Eigen::Vector2d>& places,
+                         std::vector<double>& result) const {
+  const std::unique_lock<std::mutex> lock = coverage_.lock();
+  const auto draw = [&](Coverage::Square& square) {
+    constexpr double kHalf_m = Coverage::kSquare_m / 2;
+    visitBlocks(square.key.x * Coverage::kSquare_m + kHalf_m,
+                square.key.y * Coverage::kSquare_m + kHalf_m, kHalf_m + Coverage::widest_m(),
+                [&](std::uint32_t i) { square.draw(points_[i].x, points_[i].y); });
+  };
+  result.clear();
+  for (const Eigen::Vector2d& p : places) result.push_back(coverage_.at(p.x(), p.y(), draw));
 }
 
 std::optional<std::uint16_t> ObjectMap::slotOf(std::uint32_t label) const {

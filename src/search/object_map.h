@@ -7,11 +7,13 @@
 #include <cmath>
 #include <cstdint>
 #include <map>
+#include <mutex>
 #include <optional>
 #include <vector>
 
 #include "xview/search/search.h"
 #include "xview/types/cells.h"
+#include "xview/types/stored_vertices.h"
 
 namespace xview::search {
 
@@ -126,10 +128,55 @@ struct MapPoint {
   bool hasTangent() const { return tangent_x != 0 || tangent_y != 0; }
 };
 
+/// How surely things would be in a map, had they been there, in squares that are drawn when
+/// somebody asks for them.
+class Coverage {
+ public:
+  static constexpr double kCell_m = 4;
+  static constexpr int kSide = 8;  ///< cells of a square
+  static constexpr double kSquare_m = kSide * kCell_m;
+
+  struct Square {
+    PlaneCell key;
+    std::array<std::uint8_t, kSide * kSide> cells{};  ///< row by row, in steps of 1 / 255
+
+    /// Covers what is near a point.
+    void draw(double x, double y);
+  };
+  static constexpr double widest_m() { return kSeenNear_m + kFading_m; }
+
+  std::unique_lock<std::mutex> lock() { return std::unique_lock<std::mutex>(mutex_); }
+  /// Under the lock; a square that is new is empty, and draw(square) is called.
+  template <class Draw>
+  double at(double x, double y, const Draw& draw) {
+    const PlaneCell cell = cellAt(x, y, kCell_m);
+    const PlaneCell square{cell.x >> kBits, cell.y >> kBits};
+    const std::int32_t known = squares_.find(square);
+    const std::size_t number =
+        known >= 0 ? static_cast<std::size_t>(known) : squares_.numberOf(square, [&] {
+          Square made{square, {}};
+          draw(made);
+          return made;
+        });
+    const int mask = kSide - 1;
+    return squares_[number]
+               .cells[static_cast<std::size_t>((cell.y & mask) * kSide + (cell.x & mask))] /
+           255.0;
+  }
+
+ private:
+  static constexpr int kBits = 3;
+  static_assert(1 << kBits == kSide);
+  static constexpr double kFading_m = 1.5;  ///< half the width of the rim of what the map covers
+
+  std::mutex mutex_;
+  CellTable<Square> squares_;
+};
+
 /// The map prepared for verification: points in blocks, tangents, densities.
 class ObjectMap {
  public:
-  ObjectMap(const SemanticGraph& graph, const LabelSet& labels, const SearchOptions& options);
+  ObjectMap(const AllVertices& vertices, const LabelSet& labels, const SearchOptions& options);
 
   const Eigen::Vector3d& origin() const { return origin_; }
   const std::vector<ObjectClass>& classes() const { return classes_; }
@@ -140,9 +187,9 @@ class ObjectMap {
   double logClutter(std::uint16_t slot, double x, double y) const;
   /// True where the map knows anything within about 30 m.
   bool isKnown(double x, double y) const;
-  /// How surely an object at this place would be in the map, had it been there: 1 some metres from
-  /// a vertex of the map, 0 far from all.
-  double coverage(double x, double y) const;
+  /// How surely an object at each of these places would be in the map, had it been there: 1 some
+  /// metres from a vertex of the map, 0 far from all. Drawn where it is asked for. Thread-safe.
+  void coverage(const std::vector<Eigen::Vector2d>& places, std::vector<double>& result) const;
   /// False if all heights of the map are equal: it has none.
   bool hasHeights() const { return has_heights_; }
   /// Calls visit(index) for the points of all blocks of 32 m that a square touches, block by block.
@@ -165,7 +212,7 @@ class ObjectMap {
     std::uint32_t begin = 0, end = 0;
   };
 
-  void takeVertices(const SemanticGraph& graph, const LabelSet& labels,
+  void takeVertices(const AllVertices& vertices, const LabelSet& labels,
                     const SearchOptions& options);
   void makeClasses(const LabelSet& labels, const std::vector<std::uint32_t>& label_of_slot,
                    const SearchOptions& options);
@@ -174,7 +221,6 @@ class ObjectMap {
   void weighSurfaces();
   bool goesOn(const MapPoint& point, const Eigen::Vector2d& direction, double metres) const;
   void measureDensities();
-  void drawCoverage(double reach_m);
   void findTangents();
   void findTangent(MapPoint& point, double radius) const;
 
@@ -186,8 +232,8 @@ class ObjectMap {
   std::vector<TiledGrid<std::uint16_t>>
       counts_;  ///< per slot: vertices in the 3x3 density cells around
   TiledGrid<std::uint8_t> known_;
-  TiledGrid<std::uint8_t> coverage_;  ///< in steps of 1 / 255
   bool has_heights_ = false;
+  mutable Coverage coverage_;
 };
 
 /// log(1 + exp(v)), from a table: good to 1e-3.

@@ -78,12 +78,14 @@ const std::vector<ObjectVerifier::Spread>& ObjectVerifier::spreads(double widen)
 void ObjectVerifier::moveTo(const PlacePose& pose) {
   buildGrid(pose);
   const double c = std::cos(pose.yaw), s = std::sin(pose.yaw);
+  places_.clear();
+  for (const QueryItem& item : query_.items())
+    places_.emplace_back(pose.x + c * item.x - s * item.y, pose.y + s * item.x + c * item.y);
+  map_.coverage(places_, coverage_);
   for (std::size_t i = 0; i < known_.size(); ++i) {
-    const QueryItem& item = query_.items()[i];
-    const double x = pose.x + c * item.x - s * item.y, y = pose.y + s * item.x + c * item.y;
-    const double coverage = map_.coverage(x, y);
-    known_[i] = coverage > 0 || map_.isKnown(x, y);
-    cost_[i] = static_cast<float>(known_[i] ? costOfMissing(item.slot, coverage) : 0);
+    known_[i] = coverage_[i] > 0 || map_.isKnown(places_[i].x(), places_[i].y());
+    cost_[i] =
+        static_cast<float>(known_[i] ? costOfMissing(query_.items()[i].slot, coverage_[i]) : 0);
   }
 }
 
@@ -331,7 +333,7 @@ double ObjectVerifier::expectedScore(const PlacePose& pose) {
     // Where one sample of a surface is not seen again, a neighbour of it is.
     const double detection = model.is_surface ? options_.detection : model.detection;
     total += detection * model.gain_weight * (model.log_miss + kIndependentShare * gain);
-    total -= (1 - detection) * costOfMissing(item.slot, map_.coverage(x, y));
+    total -= (1 - detection) * costOfMissing(item.slot, coverage_[i]);
   }
   for (const LocalPoint& local : points_) {
     const MapPoint& p = map_.points()[local.point];

@@ -42,7 +42,7 @@ class ObjectVerifier {
   /// Cost of objects of the map that the query should have seen; for the associations of the last
   /// score().
   double missedObjects(const PlacePose& pose) const;
-  /// Mean of score() - missedObjects() if `pose` were true.
+  /// Mean of score() - missedObjects() if `pose`, that of moveTo(), were true.
   double expectedScore(const PlacePose& pose);
 
   /// Share of the query vertices in known area at the pose of moveTo().
@@ -93,7 +93,9 @@ class ObjectVerifier {
   std::vector<std::uint32_t> cell_start_;
   double grid_x_ = 0, grid_y_ = 0, cell_ = 1;
   int side_ = 0;
-  std::vector<std::uint8_t> known_;  ///< per item: lies in known area at the pose of moveTo
+  std::vector<Eigen::Vector2d> places_;  ///< of the items at the pose of moveTo
+  std::vector<double> coverage_;         ///< of the map there
+  std::vector<std::uint8_t> known_;      ///< per item: lies in known area at the pose of moveTo
   std::vector<float> cost_;       ///< per item: of having no partner at the pose of moveTo [nats]
   std::vector<float> explained_;  ///< per point: chance that the last score() found it in the query
   std::vector<std::pair<std::uint32_t, float>> pairs_;  ///< of one item: points and their odds

@@ -321,6 +321,35 @@ TEST(Localizer, AnswersAlikeWhetherTheViewOfALargeMapIsPackedOrNot) {
   }
 }
 
+TEST(Localizer, AnswersAlikeWhetherTheVerticesOfABareGraphArePackedOrNot) {
+  const auto& drive = simulatedDrive();
+  map::SemanticMap map;
+  map.labels = drive.map.labels;
+  map.graph = drive.map.graph;
+  const test::TemporaryFolder folder;
+  map::saveMap(folder / "map.xvm", map);
+  const map::SemanticMap whole = map::loadMap(folder / "map.xvm"),
+                         packed = map::openToLocalize(folder / "map.xvm");
+  ASSERT_EQ(whole.stored_vertices, nullptr);
+  ASSERT_NE(packed.stored_vertices, nullptr);
+  Query query = drive.query("rear", 5, 24);
+  query.cloud = {};
+  query.bev = {};
+  for (const char* method : {"auto", "walks"}) {
+    const Localizer in_whole(map::borrowed(whole), withMethod(method)),
+        in_packed(map::borrowed(packed), withMethod(method));
+    const Localization a = in_whole.localize(query), b = in_packed.localize(query);
+    EXPECT_FALSE(b.hypotheses.empty()) << method;
+    EXPECT_EQ(a.status, b.status) << method;
+    EXPECT_EQ(a.confidence, b.confidence) << method;
+    EXPECT_EQ(a.T_map_query.matrix(), b.T_map_query.matrix()) << method;
+    EXPECT_EQ(a.covariance, b.covariance) << method;
+    EXPECT_EQ(a.reason, b.reason) << method;
+    EXPECT_EQ(in_whole.explain(query, a).contributions.size(),
+              in_packed.explain(query, b).contributions.size());
+  }
+}
+
 TEST(Localizer, ErrorsStayWithinThreeSigma) {
   const auto& drive = simulatedDrive();
   const Localizer localizer(drive.map, {});

@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "support/label_sets.h"
 #include "xview/types/random.h"
 
@@ -62,10 +65,46 @@ TEST(ObjectMap, CoversWhatIsNearItsVertices) {
   addVertex(graph, kPole, 200, 0);
   const ObjectMap map(graph, someLabels(), {});
   const Eigen::Vector3d o = map.origin();
-  EXPECT_EQ(map.coverage(0 - o.x(), 0 - o.y()), 1);
-  EXPECT_GT(map.coverage(4 - o.x(), 0 - o.y()), 0.9);
-  EXPECT_EQ(map.coverage(15 - o.x(), 0 - o.y()), 0);
-  EXPECT_EQ(map.coverage(100 - o.x(), 0 - o.y()), 0);
+  const auto coverage = [&](double x, double y) {
+    std::vector<double> found;
+    map.coverage({Eigen::Vector2d(x - o.x(), y - o.y())}, found);
+    return found.at(0);
+  };
+  EXPECT_EQ(coverage(0, 0), 1);
+  EXPECT_GT(coverage(4, 0), 0.9);
+  EXPECT_GT(coverage(-4, 0), 0.9);
+  EXPECT_EQ(coverage(15, 0), 0);
+  EXPECT_EQ(coverage(100, 0), 0);
+  EXPECT_EQ(coverage(200, 0), 1);
+}
+
+/// Drawn square by square, from points of the squares around, too.
+TEST(ObjectMap, CoversTheSameWhateverWasAskedForBefore) {
+  Random random(7);
+  SemanticGraph graph;
+  for (int i = 0; i < 300; ++i)
+    addVertex(graph, kPole, random.uniform(-150, 150), random.uniform(-150, 150));
+  const ObjectMap map(graph, someLabels(), {});
+  std::vector<Eigen::Vector2d> places;
+  for (int i = 0; i < 500; ++i)
+    places.emplace_back(random.uniform(-170, 170), random.uniform(-170, 170));
+  std::vector<double> at_once;
+  map.coverage(places, at_once);
+  const ObjectMap again(graph, someLabels(), {});
+  int covered = 0, uncovered = 0;
+  for (std::size_t i = places.size(); i-- > 0;) {
+    std::vector<double> alone;
+    again.coverage({places[i]}, alone);
+    EXPECT_EQ(alone, std::vector<double>{at_once[i]});
+    double nearest_m = 1e9;
+    for (const MapPoint& p : map.points())
+      nearest_m = std::min(nearest_m, std::hypot(p.x - places[i].x(), p.y - places[i].y()));
+    if (nearest_m >= 4 && nearest_m <= 13) continue;
+    EXPECT_EQ(at_once[i], nearest_m < 4 ? 1 : 0);
+    ++(nearest_m < 4 ? covered : uncovered);
+  }
+  EXPECT_GT(covered, 10);
+  EXPECT_GT(uncovered, 10);
 }
 
 TEST(ObjectMap, HasHeightsIfTheyDiffer) {
@@ -75,7 +114,7 @@ TEST(ObjectMap, HasHeightsIfTheyDiffer) {
   EXPECT_FALSE(ObjectMap(graph, someLabels(), {}).hasHeights());
   addVertex(graph, kPole, 40, 0, 8);
   EXPECT_TRUE(ObjectMap(graph, someLabels(), {}).hasHeights());
-  EXPECT_FALSE(ObjectMap({}, someLabels(), {}).hasHeights());
+  EXPECT_FALSE(ObjectMap(SemanticGraph(), someLabels(), {}).hasHeights());
 }
 
 /// Walls of which any of several storeys was sampled, above level ground.

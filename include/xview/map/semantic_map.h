@@ -14,6 +14,7 @@
 #include "xview/types/localization.h"
 #include "xview/types/semantic_place.h"
 #include "xview/types/stored_cloud.h"
+#include "xview/types/stored_vertices.h"
 #include "xview/types/stored_view.h"
 
 namespace xview::map {
@@ -51,6 +52,8 @@ struct SemanticMap : Place {
   /// In place of what `bev` holds, which is without samples and seen cells then; see
   /// openToLocalize.
   std::shared_ptr<const StoredView> stored_view;
+  /// In place of the vertices of `graph`, which has none then; see openToLocalize.
+  std::shared_ptr<const StoredVertices> stored_vertices;
 
   void addKeyframe(const Eigen::Isometry3d& T_map_sensor, std::int64_t frame, double stamp_s,
                    std::uint32_t source) {
@@ -144,8 +147,9 @@ SemanticMap loadMap(const std::string& path);
 /// writes it.
 SemanticMap openMap(const std::string& path);
 
-/// openMap() for a Localizer: of a large map of canonical scale the bird's-eye view stays packed,
-/// too (`stored_view`).
+/// openMap() for a Localizer: of a map of canonical scale the vertices stay packed, too, if their
+/// edges are those of a radius (`stored_vertices`), and the bird's-eye view of a large one
+/// (`stored_view`).
 SemanticMap openToLocalize(const std::string& path);
 
 /// The same for whoever adds to the map and writes it back: what was not changed is not packed
@@ -170,6 +174,16 @@ void growView(const BevGrid& addition, SemanticMap& map);
 bool hasOverview(const SemanticMap& map);
 /// For a surface field, which refers to the map.
 search::MapView searchedView(const SemanticMap& map);
+
+/// Of a map, packed or not.
+std::size_t vertexCount(const SemanticMap& map);
+inline AllVertices allVertices(const SemanticMap& map) {
+  return map.stored_vertices ? AllVertices(*map.stored_vertices) : AllVertices(map.graph);
+}
+/// Throws std::out_of_range for a number that none has, and Error.
+Vertex vertexOf(const SemanticMap& map, std::uint32_t number);
+/// Moves them to where those of a map are. Throws Error.
+void unpackVertices(SemanticMap& map);
 
 /// Packs all points of a map of canonical scale, which rounds them as saveMap does.
 void packPoints(SemanticMap& map);

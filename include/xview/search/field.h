@@ -12,6 +12,7 @@
 #include "xview/types/graph.h"
 #include "xview/types/labels.h"
 #include "xview/types/localization.h"
+#include "xview/types/stored_vertices.h"
 #include "xview/types/stored_view.h"
 
 namespace xview::search {
@@ -182,7 +183,7 @@ std::unique_ptr<const Field> makeSurfaceField(const MapView& map,
 /// Surfaces are thinned to what is distinct from above, so that storeys of a facade count once; of
 /// a query whose vertices count their points, the half of each surface with fewer points is left
 /// out, too.
-std::unique_ptr<const Field> makeObjectField(const SemanticGraph& map, const LabelSet& labels,
+std::unique_ptr<const Field> makeObjectField(const AllVertices& map, const LabelSet& labels,
                                              const SearchOptions& options);
 
 }  // namespace xview::search
