@@ -117,6 +117,7 @@ void requireFits(const map::SemanticMap& map, const std::string& name, const map
 }
 
 void append(Map& map, const Source& source, bool force, const py::kwargs& arguments) {
+  unpacked(map);
   Options options = optionsOf(arguments);
   options.size = sizeText(map.map->size);
   Work work(std::move(options));
@@ -188,10 +189,23 @@ Map loadMap(const py::object& path) {
   result.file = result.path;
   result.file_time = timeOf(result.file).value_or(std::filesystem::file_time_type());
   Stopwatch watch;
-  result.map =
-      released([&] { return std::make_shared<const map::SemanticMap>(map::loadMap(result.path)); });
+  result.map = released(
+      [&] { return std::make_shared<const map::SemanticMap>(map::openToLocalize(result.path)); });
   result.load_ms = watch.lap_ms();
   return result;
+}
+
+const map::SemanticMap& unpacked(Map& map) {
+  if (map.map->packed || map.map->stored_view || map.map->stored_vertices) {
+    map.map = released([&] {
+      auto whole = std::make_shared<map::SemanticMap>(*map.map);
+      map::unpackPoints(*whole);
+      map::unpackView(*whole);
+      map::unpackVertices(*whole);
+      return whole;
+    });
+  }
+  return *map.map;
 }
 
 void bindMap(py::module_& module) {
@@ -229,7 +243,8 @@ void bindMap(py::module_& module) {
       .def("__repr__",
            [](const Map& m) {
              return fmt::format("<xview.Map {}: {} vertices, {} key frames, {} points>", m.path,
-                                m.map->graph.size(), m.map->poses.size(), m.map->cloud.size());
+                                map::vertexCount(*m.map), m.map->poses.size(),
+                                map::pointCount(*m.map));
            })
       .def_property_readonly(
           "path", [](const Map& m) { return m.path; }, "The file, or what it was built of first.")
@@ -242,20 +257,23 @@ void bindMap(py::module_& module) {
           "classes", [](const Map& m) { return namesOf(m.map->labels); }, "Class ids and names.")
       .def_property_readonly(
           "graph",
-          [](const Map& m) {
-            return Graph{"", {}, released([&] { return withEdges(*m.map); })};
+          [](Map& m) {
+            const map::SemanticMap& whole = unpacked(m);
+            return Graph{"", {}, released([&] { return withEdges(whole); })};
           },
           "Its things.")
       .def_property_readonly(
           "points",
-          [](const Map& m) {
-            return pointsOf(std::shared_ptr<const LabelledCloud>(m.map, &m.map->cloud));
+          [](Map& m) {
+            const LabelledCloud& cloud = unpacked(m).cloud;
+            return pointsOf(std::shared_ptr<const LabelledCloud>(m.map, &cloud));
           },
           "Its thinned cloud, (M, 3) [m], float64 where it lies far from the origin.")
       .def_property_readonly(
           "labels",
-          [](const Map& m) {
-            return labelsOf(std::shared_ptr<const LabelledCloud>(m.map, &m.map->cloud));
+          [](Map& m) {
+            const LabelledCloud& cloud = unpacked(m).cloud;
+            return labelsOf(std::shared_ptr<const LabelledCloud>(m.map, &cloud));
           },
           "Class ids of its points, uint32 (M,).")
       .def_property_readonly(

@@ -123,9 +123,9 @@ tools::QueryInput queryOf(const Source& source, const LabelSet& map_labels, doub
     result.labels = result.whole->labels;
   };
   if (py::isinstance<Map>(source.what)) {
-    const auto& map = source.what.cast<const Map&>();
+    auto& map = source.what.cast<Map&>();
     if (map.is_file) return readFile(map.path, {});
-    takePlace(map.path.empty() ? "map" : map.path, makeQuery(*map.map, work.job().options));
+    takePlace(map.path.empty() ? "map" : map.path, makeQuery(unpacked(map), work.job().options));
     return result;
   }
   if (py::isinstance<Graph>(source.what)) {

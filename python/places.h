@@ -36,9 +36,9 @@ std::shared_ptr<const Place> withEdges(const Place& place);
 /// A map, which may be in a file. What is appended makes another one, so that whoever localizes in
 /// the former is not disturbed.
 struct Map {
-  std::shared_ptr<const map::SemanticMap> map;
-  std::string path;      ///< that it was read from, or built of
-  bool is_file = false;  ///< the path holds what `map` is
+  std::shared_ptr<const map::SemanticMap> map;  ///< of a file as map::openToLocalize() has it
+  std::string path;                             ///< that it was read from, or built of
+  bool is_file = false;                         ///< the path holds what `map` is
   double load_ms = 0;
   std::vector<std::string> notes;
 
@@ -55,6 +55,8 @@ struct Map {
 };
 
 Map loadMap(const py::object& path);
+/// Its content with nothing packed. Called with the interpreter's lock. Throws Error.
+const map::SemanticMap& unpacked(Map& map);
 std::string pathText(const py::object& path);
 
 /// What localize, Map.build, Map.append and graph take: a Recording, a Graph, a Map, or arrays with

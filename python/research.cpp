@@ -24,7 +24,7 @@ Graph graphOf(const Source& source, const py::kwargs& arguments) {
   auto place = std::make_shared<Place>();
   if (py::isinstance<Graph>(source.what)) return source.what.cast<Graph>();
   if (py::isinstance<Map>(source.what))
-    return {"", {}, withEdges(*source.what.cast<const Map&>().map)};
+    return {"", {}, withEdges(unpacked(source.what.cast<Map&>()))};
   const Recording recording = source.recording(nullptr);
   *place = released([&] {
     const std::unique_ptr<FrameSource> frames =

@@ -102,6 +102,15 @@ class SameBytes(unittest.TestCase):
         mine = folder / "mine.xvm"
         xview.Map.build(xview.read(forward)).save(mine)
         self.assertEqual(mine.read_bytes(), (folder / "town.xvm").read_bytes())
+        loaded, copy = xview.load_map(mine), folder / "copy.xvm"
+        shown = repr(loaded)
+        for _ in ("packed", "unpacked"):
+            loaded.save(copy)
+            self.assertEqual(copy.read_bytes(), mine.read_bytes())
+            self.assertIn(f" {len(loaded.graph.positions)} vertices, ", shown)
+            self.assertIn(f" {len(loaded.points)} points", shown)
+            self.assertEqual(len(loaded.labels), len(loaded.points))
+            self.assertEqual(repr(loaded).split(": ")[-1], shown.split(": ")[-1])
         lines = run("localize", rear, folder / "town.xvm", "--json", "-q", "--risk", "0.01",
                     "--window", "10", "--stride", "5").splitlines()
         localizer = xview.Localizer(xview.load_map(folder / "town.xvm"))
