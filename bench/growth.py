@@ -9,6 +9,7 @@ import argparse
 import datetime
 import json
 import math
+import multiprocessing
 import os
 import random
 import shutil
@@ -138,15 +139,23 @@ def discs_of(count):
     return [(middle, seen) for middle, _, seen in discs]
 
 
+def write_things(count, folder):
+    """Number of things, and middle and path of each disc. In a process of its own: peak memory of a command includes that of who starts it."""
+    there = write_graph(folder / f"things_{count}.ply", things(count))
+    discs = []
+    for number, (middle, seen) in enumerate(discs_of(count)):
+        discs.append((middle, folder / f"disc_{count}_{number}.ply"))
+        write_graph(discs[-1][1], seen)
+    return there, discs
+
+
 def measure_things(programs, counts, folder):
     rows = []
     for count in counts:
+        with multiprocessing.get_context("spawn").Pool(1) as writer:
+            there, discs = writer.apply(write_things, (count, folder))
         graph, map_path = folder / f"things_{count}.ply", folder / f"things_{count}.xvm"
-        there = write_graph(graph, things(count))
-        discs, paths = discs_of(count), []
-        for number, (_, seen) in enumerate(discs):
-            paths.append(folder / f"disc_{count}_{number}.ply")
-            write_graph(paths[-1], seen)
+        paths = [path for _, path in discs]
         for which, program in enumerate(programs):
             flags = ("--labels", "semantic_kitti", "--threads", 1, "-q")
             map_path.unlink(missing_ok=True)

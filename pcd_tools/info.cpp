@@ -151,30 +151,31 @@ void Sheet::topics(const std::vector<io::BagTopic>& topics) {
   }
 }
 
-void printGraph(Sheet& sheet, SemanticGraph graph, const LabelSet& labels) {
-  graph::makeEdges(graph);
+void printGraph(Sheet& sheet, const SemanticGraph& graph, const LabelSet& labels) {
   const Census census = censusOf(graph);
-  const std::size_t parts = componentCount(graph);
+  const graph::EdgeCount count = graph::countEdges(graph);
   sheet.row("graph",
-            fmt::format("{} vertices, {} edges, {} connected parts", graph.size(),
-                        graph.edgeCount(), parts),
-            {{"vertices", graph.size()}, {"edges", graph.edgeCount()}, {"parts", parts}});
+            fmt::format("{} vertices, {} edges, {} connected parts", graph.size(), count.edges,
+                        count.parts),
+            {{"vertices", graph.size()}, {"edges", count.edges}, {"parts", count.parts}});
   if (graph.space == GraphSpace::image) sheet.row("graph space", "image");
   sheet.bounds("bounds", census.bounds);
   sheet.classes(census, labels, "vertices");
 }
 
 void printMap(Sheet& sheet, const std::string& path) {
-  const map::SemanticMap map = map::openMap(path);
+  map::SemanticMap map = map::openToLocalize(path);
+  const std::size_t samples =
+      map.stored_view ? map.stored_view->sampleCount() : map.bev.sampleCount();
   sheet.row("version", fmt::format("schema {}, written by {}", map::schemaVersionOf(path),
                                    map.program_version));
   sheet.row("size", sizeText(map.size));
   sheet.row("holds",
             fmt::format("{} key frames, {} points, {} plan samples", map.poses.size(),
-                        map::pointCount(map), map.bev.sampleCount()),
+                        map::pointCount(map), samples),
             {{"key_frames", map.poses.size()},
              {"points", map::pointCount(map)},
-             {"plan_samples", map.bev.sampleCount()}});
+             {"plan_samples", samples}});
   sheet.row("sources", fmt::format("{}", fmt::join(map.sources, ", ")), map.sources);
   Json own = Json::array();
   for (const OwnAcceptance& a : ownAcceptance(map))
@@ -186,6 +187,7 @@ void printMap(Sheet& sheet, const std::string& path) {
   std::vector<std::string> changes;
   for (const map::Revision& revision : map::readRevisions(path)) changes.push_back(revision.note);
   if (!changes.empty()) sheet.row("changes", fmt::format("{}", fmt::join(changes, "; ")), changes);
+  map::unpackVertices(map);
   printGraph(sheet, map.graph, map.labels);
 }
 

@@ -52,7 +52,7 @@ class MapCommand final : public Command {
     if (join_) return {};
     if (!append_ || !std::filesystem::exists(out))
       return {openRecordings(inputs, nullptr, job, [](const auto&...) {}), job.options};
-    const map::SemanticMap map = map::openMap(out);
+    const map::SemanticMap map = map::openToLocalize(out);
     const Job sized = inMap(job, map);
     return {openRecordings(inputs, &map.labels, sized, [](const auto&...) {}), sized.options};
   }

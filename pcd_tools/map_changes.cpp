@@ -71,7 +71,7 @@ std::vector<Addition> additionsSince(const std::string& path, const std::string&
     later.insert(later.begin(), {revisions[i], map::loadVisit(path, i)});
     if (isAmong(later.front().visit.place.sources, source)) return later;
   }
-  const std::vector<std::string> sources = map::openMap(path).sources;
+  const std::vector<std::string> sources = map::openToLocalize(path).sources;
   if (isAmong(sources, source))
     throw Error(path,
                 source + " is one of those that the map was begun with; make it again without it");

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "xview/types/cells.h"
+
 namespace xview::graph {
 namespace {
 
@@ -83,6 +85,50 @@ void useRadius(SemanticGraph& graph, const EdgeOptions& options) {
 void makeEdges(SemanticGraph& graph) {
   if (graph.edge_radius_m > 0 && graph.neighbours.empty())
     connectByRadius(graph, {graph.edge_radius_m});
+}
+
+EdgeCount countEdges(const SemanticGraph& graph) {
+  if (graph.edge_radius_m <= 0 || !graph.neighbours.empty())
+    return {graph.edgeCount(), componentCount(graph)};
+  struct Column {
+    PlaneCell key;
+    std::vector<std::uint32_t> vertices;
+  };
+  const double side_m = graph.edge_radius_m * (1 + 1e-3);  // whatever is rounded
+  CellTable<Column> columns;
+  for (std::uint32_t i = 0; i < graph.size(); ++i) {
+    if (!graph.vertices[i].position.allFinite()) continue;
+    const ClassCell cell = cellOf(graph.vertices[i].position, side_m, 0);
+    const PlaneCell at{cell.x, cell.y};
+    columns[columns.numberOf(at, [&] { return Column{at, {}}; })].vertices.push_back(i);
+  }
+  EdgeCount count{0, graph.size()};
+  DisjointSets parts(graph.size());
+  const double radius2 = graph.edge_radius_m * graph.edge_radius_m;
+  const auto visitPair = [&](std::uint32_t a, std::uint32_t b) {
+    if ((graph.vertices[a].position - graph.vertices[b].position).squaredNorm() > radius2) return;
+    ++count.edges;
+    if (parts.find(a) == parts.find(b)) return;
+    parts.unite(a, b);
+    --count.parts;
+  };
+  constexpr PlaneCell kLater[] = {{1, 0}, {-1, 1}, {0, 1}, {1, 1}};  // the others come from there
+  for (std::size_t c = 0; c < columns.size(); ++c) {
+    const Column& column = columns[c];
+    for (std::size_t i = 0; i < column.vertices.size(); ++i) {
+      for (std::size_t j = i + 1; j < column.vertices.size(); ++j)
+        visitPair(column.vertices[i], column.vertices[j]);
+    }
+    for (const PlaneCell& step : kLater) {
+      const std::int32_t beside = columns.find({column.key.x + step.x, column.key.y + step.y});
+      if (beside < 0) continue;
+      for (const std::uint32_t a : column.vertices) {
+        for (const std::uint32_t b : columns[static_cast<std::size_t>(beside)].vertices)
+          visitPair(a, b);
+      }
+    }
+  }
+  return count;
 }
 
 }  // namespace xview::graph

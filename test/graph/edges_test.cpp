@@ -4,11 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <set>
-
-#include <algorithm>
+#include <cmath>
 #include <limits>
 #include <numeric>
+#include <set>
 
 #include "scenes.h"
 
@@ -129,6 +128,39 @@ TEST(Edges, FollowTheVerticesWhenTheyAreRenumbered) {
   }
   std::sort(back.begin(), back.end());
   EXPECT_EQ(back, connected(positions, 15));
+}
+
+/// What countEdges() says, and that making the edges gives the same.
+EdgeCount counted(const std::vector<Eigen::Vector3d>& positions, double radius_m) {
+  SemanticGraph graph = graphAt(positions);
+  useRadius(graph, {radius_m});
+  const EdgeCount count = countEdges(graph);
+  makeEdges(graph);
+  EXPECT_EQ(count.edges, graph.edgeCount());
+  EXPECT_EQ(count.parts, componentCount(graph));
+  const EdgeCount of_made = countEdges(graph);
+  EXPECT_EQ(of_made.edges, count.edges);
+  EXPECT_EQ(of_made.parts, count.parts);
+  return count;
+}
+
+TEST(Edges, AreCountedWithoutMakingThem) {
+  Random random(6);
+  for (const double radius_m : {3.0, 8.0, 15.0, 500.0}) {
+    const EdgeCount count = counted(scattered(400, 60, random), radius_m);
+    EXPECT_GT(count.edges, 0u);
+    EXPECT_EQ(count.parts == 1, radius_m >= 15) << radius_m;
+  }
+  std::vector<Eigen::Vector3d> positions = scattered(50, 20, random);
+  positions.push_back(Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN()));
+  positions.emplace_back(1e12, 0, 0);
+  positions.emplace_back(1e12, 5, 0);
+  EXPECT_EQ(counted(positions, 40).parts, 3u);
+  const double east = 4.6e6, north = 5.4e6;  // neighbours on a border of cells, a radius apart
+  std::vector<Eigen::Vector3d> row;
+  for (int i = 0; i < 200; ++i) row.emplace_back(east + 0.7 * i, north - 0.7 * i, 0);
+  EXPECT_EQ(counted(row, 0.7 * std::sqrt(2.0) + 1e-9).edges, 199u);
+  EXPECT_EQ(counted({}, 15).parts, 0u);
 }
 
 TEST(Edges, OfEmptySingleAndFarVerticesAreNone) {
