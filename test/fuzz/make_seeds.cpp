@@ -272,6 +272,9 @@ int main(int count, char** arguments) {
   map.addKeyframe(Eigen::Isometry3d::Identity(), 1, 1, 0);
   map::saveMap(root + "/map/two.xvm", someMap());
   map::saveRevision(root + "/map/two.xvm", map, "added");
+  map.graph.neighbours.clear();
+  map.graph.edge_radius_m = 5;  // whose vertices stay packed
+  map::saveMap(root + "/map/radius.xvm", map);
   makeBags(root);
   makeE57(root + "/e57");
   const std::string work = root + "/work";

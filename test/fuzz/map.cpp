@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Map files, whose checksums are not looked at in this build. A map that is read is written to a
-// file of its own and read again; an addition is taken back.
+// Map files, whose checksums are not looked at in this build. A map that is read can be opened to
+// localize; it is written to a file of its own and read again; an addition is taken back.
 #include "fuzz.h"
 #include "xview/map/semantic_map.h"
 
@@ -9,8 +9,14 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string bytes(reinterpret_cast<const char*>(data), size);
   const std::string path = fuzz::written("in.xvm", bytes);
   std::filesystem::remove(path + "-journal");
-  map::SemanticMap map;
+  map::SemanticMap map, opened;
+  const bool is_opened = fuzz::isDone([&] { opened = map::openToLocalize(path); });
+  if (is_opened && opened.stored_vertices) {
+    fuzz::isDone([&] { opened.stored_vertices->bounds(); });
+    fuzz::isDone([&] { map::unpackVertices(opened); });
+  }
   if (fuzz::isDone([&] { map = map::loadMap(path); })) {
+    fuzz::require(is_opened && map::vertexCount(opened) == map.graph.size());
     const std::string copy = fuzz::scratch() + "/out.xvm";
     std::filesystem::remove(copy);
     if (fuzz::isDone([&] { map::saveMap(copy, map); })) {
