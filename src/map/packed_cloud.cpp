@@ -50,13 +50,13 @@ std::shared_ptr<const Content> unpackedColumn(const PlaneCell& column,
                                               const TilesOfColumns& tiles_of,
                                               const std::string& file, const Content& empty,
                                               RecentColumns<Content>& recent) {
-  if (auto known = recent.find(column)) return known;
-  auto content = std::make_shared<Content>(empty);
-  orError(file, [&] {
-    for (const std::size_t i : tiles_of.in(column)) appendTile(tiles[i], *content);
+  return recent.findOrMake(column, [&] {
+    auto content = std::make_shared<Content>(empty);
+    orError(file, [&] {
+      for (const std::size_t i : tiles_of.in(column)) appendTile(tiles[i], *content);
+    });
+    return content;
   });
-  recent.add(column, content);
-  return content;
 }
 
 }  // namespace

@@ -31,6 +31,18 @@ class Recent {
  public:
   explicit Recent(std::size_t most) : most_(most) {}
 
+  /// What is kept, or else what make() returns.
+  template <class Make>
+  std::shared_ptr<const Content> findOrMake(const Key& key, const Make& make) {
+    if (auto known = find(key)) return known;
+    std::shared_ptr<const Content> made = make();
+    const std::lock_guard<std::mutex> lock(mutex_);
+    contents_.emplace_front(key, made);
+    if (contents_.size() > most_) contents_.pop_back();
+    return made;
+  }
+
+ private:
   /// Null if it is not kept.
   std::shared_ptr<const Content> find(const Key& key) {
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -41,13 +53,7 @@ class Recent {
     }
     return nullptr;
   }
-  void add(const Key& key, std::shared_ptr<const Content> content) {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    contents_.emplace_front(key, std::move(content));
-    if (contents_.size() > most_) contents_.pop_back();
-  }
 
- private:
   std::size_t most_;
   std::mutex mutex_;
   std::list<std::pair<Key, std::shared_ptr<const Content>>> contents_;

@@ -22,11 +22,11 @@ StoredBlocks::StoredBlocks(std::vector<VertexBlock> blocks, std::string file)
 }
 
 std::shared_ptr<const std::vector<Vertex>> StoredBlocks::unpacked(std::size_t block) const {
-  if (auto known = recent_.find(block)) return known;
-  auto vertices = std::make_shared<std::vector<Vertex>>();
-  orError(file_, [&] { unpack(blocks_[block], *vertices); });
-  recent_.add(block, vertices);
-  return vertices;
+  return recent_.findOrMake(block, [&] {
+    auto vertices = std::make_shared<std::vector<Vertex>>();
+    orError(file_, [&] { unpack(blocks_[block], *vertices); });
+    return vertices;
+  });
 }
 
 const std::vector<Eigen::AlignedBox3d>& StoredBlocks::boxes() const {

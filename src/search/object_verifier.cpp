@@ -323,13 +323,15 @@ double ObjectVerifier::expectedScore(const PlacePose& pose) {
     if (!known_[i]) continue;
     const QueryItem& item = query_.items()[i];
     const ObjectClass& model = map_.classes()[item.slot];
-    const double x = pose.x + c * item.x - s * item.y, y = pose.y + s * item.x + c * item.y;
     const double area = 1 / std::sqrt(static_cast<double>(spread[item.slot].inverse_along2) *
                                       spread[item.slot].inverse_across2);
     // The mean of half a squared distance in the plane is 1.
-    const double gain = model.is_surface && seen_again[item.slot]
-                            ? *seen_again[item.slot]
-                            : softplus(logGain(model, area, map_.logClutter(item.slot, x, y)) - 1);
+    const double gain =
+        model.is_surface && seen_again[item.slot]
+            ? *seen_again[item.slot]
+            : softplus(
+                  logGain(model, area, map_.logClutter(item.slot, places_[i].x(), places_[i].y())) -
+                  1);
     // Where one sample of a surface is not seen again, a neighbour of it is.
     const double detection = model.is_surface ? options_.detection : model.detection;
     total += detection * model.gain_weight * (model.log_miss + kIndependentShare * gain);
