@@ -11,9 +11,11 @@
 #include "outputs.h"
 #include "pose_text.h"
 #include "scenes.h"
+#include "xview/odometry_check.h"
 #include "xview/types/atomic_file.h"
 #include "xview/types/error.h"
 #include "xview/types/in_order.h"
+#include "xview/types/pose.h"
 
 namespace xview::tools {
 namespace {
@@ -68,13 +70,56 @@ bool isCarried(const pose::TrajectoryFix& a, const pose::TrajectoryFix& b,
              (odometry.drift + heading_rad) * way_m;
 }
 
-/// The poses of a recording in the map. Between two fixes that its odometry does not connect
-/// nothing is known, and there are none.
+/// Way beyond what was found along which the odometry is believed: what it errs on it, at the rate
+/// that the fixes show, is some metres at most. One fix shows no rate.
+double reachOfOdometry(const std::vector<Eigen::Isometry3d>& T_odom_sensor,
+                       const std::vector<double>& way_m,
+                       const std::vector<pose::TrajectoryFix>& fixes, const Job& job) {
+  constexpr double kMostError_m = 2, kLeastWay_m = 10, kUnknownRate = 0.1;
+  const double size = parseSize(job.options.size).value_or(kTownScale);
+  std::optional<double> rate;
+  for (std::size_t k = 1; k < fixes.size(); ++k) {
+    const pose::TrajectoryFix &a = fixes[k - 1], &b = fixes[k];
+    const double between_m = way_m[b.index] - way_m[a.index];
+    if (between_m < kLeastWay_m * size) continue;
+    const Eigen::Isometry3d T_a_b = T_odom_sensor[a.index].inverse() * T_odom_sensor[b.index];
+    const double off_m =
+        (b.T_map_sensor.translation() - a.T_map_sensor * (a.scale * T_a_b.translation())).norm();
+    rate = std::max(rate.value_or(job.options.odometry.drift), off_m / between_m);
+  }
+  return kMostError_m * size / std::max(1e-3, rate.value_or(kUnknownRate));
+}
+
+/// The frames that are this near to a fix or to a frame that was found, along the way.
+std::vector<bool> within(double reach_m, const std::vector<double>& way_m,
+                         std::vector<bool> is_found,
+                         const std::vector<pose::TrajectoryFix>& fixes) {
+  for (const pose::TrajectoryFix& fix : fixes) is_found[fix.index] = true;
+  std::vector<bool> near(is_found.size(), false);
+  const auto go = [&](std::size_t i, std::optional<double>& last_m) {
+    if (is_found[i]) last_m = way_m[i];
+    if (last_m && std::abs(way_m[i] - *last_m) <= reach_m) near[i] = true;
+  };
+  std::optional<double> before_m, behind_m;
+  for (std::size_t i = 0; i < near.size(); ++i) go(i, before_m);
+  for (std::size_t i = near.size(); i-- > 0;) go(i, behind_m);
+  return near;
+}
+
+/// The poses of a recording in the map. Between two fixes that its odometry does not connect, and
+/// far from all, nothing is known, and there are none.
 std::vector<io::StampedPose> knownTrajectory(const std::vector<Eigen::Isometry3d>& T_odom_sensor,
                                              const std::vector<double>& stamps_s,
-                                             const std::vector<pose::TrajectoryFix>& fixes,
+                                             const FoundFrames& found,
+                                             const std::vector<bool>& was_found,
+                                             const std::vector<std::size_t>& jumps,
                                              const Job& job) {
-  std::vector<bool> is_known(T_odom_sensor.size(), true);
+  const std::vector<pose::TrajectoryFix>& fixes = found.fixes;
+  const std::vector<double> way_m = pathLengths(T_odom_sensor);
+  std::vector<bool> is_known =
+      within(reachOfOdometry(T_odom_sensor, way_m, fixes, job), way_m, was_found, fixes);
+  std::fill(is_known.begin() + static_cast<std::ptrdiff_t>(fixes.front().index),
+            is_known.begin() + static_cast<std::ptrdiff_t>(fixes.back().index), true);
   for (std::size_t k = 1; k < fixes.size(); ++k) {
     const std::size_t from = fixes[k - 1].index, to = fixes[k].index;
     if (to <= from + 1 || !isCarried(fixes[k - 1], fixes[k], T_odom_sensor, job)) continue;
@@ -84,11 +129,15 @@ std::vector<io::StampedPose> knownTrajectory(const std::vector<Eigen::Isometry3d
         "--trajectory has no pose between stamps {} and {}: it was lost there, {} frames",
         stamps_s[from], stamps_s[to], to - from - 1));
   }
-  const std::vector<Eigen::Isometry3d> poses = pose::trajectoryThrough(T_odom_sensor, fixes);
+  const auto poses = pose::trajectoryThrough(T_odom_sensor, fixes, jumps);
   std::vector<io::StampedPose> known;
   for (std::size_t i = 0; i < poses.size(); ++i) {
-    if (is_known[i]) known.push_back({stamps_s[i], poses[i]});
+    if (is_known[i] && poses[i]) known.push_back({stamps_s[i], *poses[i]});
   }
+  if (known.size() < poses.size())
+    job.narrate.note(fmt::format(
+        "--trajectory has {} of {} poses: of the others the odometry does not tell where they were",
+        known.size(), poses.size()));
   return known;
 }
 
@@ -172,6 +221,8 @@ void AnswerFiles::begin(const std::string& query) {
   stamps_s_.clear();
   fixes_.clear();
   found_ = {};
+  was_found_.clear();
+  jumps_.clear();
 }
 
 std::string AnswerFiles::pathOf(const std::string& flag, const char* ending) const {
@@ -233,6 +284,11 @@ void AnswerFiles::add(const Answer& answer, const Query& query,
 void AnswerFiles::complete(const QueryInput& input, const Localizer& localizer, const Job& job) {
   if (trajectory_.empty() || !input.source || fixes_.empty() || !job.options.scale.empty()) return;
   // Odometry leads back from the end of a QUERY of one piece, whatever part of it was looked for.
+  was_found_ = found_.is_found;
+  if (job.options.odometry.check) {
+    for (const OdometryJump& jump : findJumps(*input.source, job.options))
+      jumps_.push_back(jump.position);
+  }
   if (input.whole) found_.is_found.assign(found_.is_found.size(), true);
   addFixes(input, localizer, job, found_);
 }
@@ -253,7 +309,7 @@ void AnswerFiles::end(const Job& job) const {
     return;
   }
   if (!trajectory.empty())
-    io::writeTumPoses(trajectory, knownTrajectory(T_odom_sensor_, stamps_s_, found_.fixes, job));
+    io::writeTumPoses(trajectory, knownTrajectory(T_odom_sensor_, stamps_s_, found_, was_found_.empty() ? found_.is_found : was_found_, jumps_, job));
   if (!matrix.empty()) io::writeMatrix(matrix, surest().T_map_query, surest().scale);
   if (!initial_pose.empty())
     writeFile(initial_pose, initialPose(fixes_.back().T_map_sensor, fixes_.back().covariance,

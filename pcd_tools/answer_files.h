@@ -61,6 +61,8 @@ class AnswerFiles {
   std::vector<double> stamps_s_;
   std::vector<pose::TrajectoryFix> fixes_;  ///< accepted answers
   FoundFrames found_;                       ///< what the trajectory goes through
+  std::vector<bool> was_found_;             ///< frames of accepted queries
+  std::vector<std::size_t> jumps_;          ///< of the odometry: positions of the frames behind
   std::vector<io::StampedPose> accepted_;   ///< of all of them
   std::deque<Query> explained_;             ///< those on the page, which borrows from them
   std::vector<SceneQuery> on_page_;

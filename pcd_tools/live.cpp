@@ -150,7 +150,13 @@ LiveAnswer Follower::add(Frame frame, const LabelSet& labels, bool has_odometry)
   if (since_window_ < stride_) return jumps ? withoutPose("the odometry jumps") : between();
   since_window_ = 0;
   const std::vector<PreprocessedFrame> window(frames_.begin(), frames_.end());
-  return judge(makeQuery(window.data(), window.data() + window.size(), labels, options_));
+  const Query query = makeQuery(window.data(), window.data() + window.size(), labels, options_);
+  if (!query.jumps.empty()) {
+    lose();
+    frames_.erase(frames_.begin(),
+                  frames_.begin() + static_cast<std::ptrdiff_t>(query.jumps.back().position));
+  }
+  return judge(query);
 }
 
 /// Of several frames most may still be those of before it was carried away, so the newest is asked

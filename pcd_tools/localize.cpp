@@ -289,6 +289,9 @@ class LocalizeCommand final : public Command {
     }
     const auto answerWindow = [&](const Query& query, const Window& window) {
       Answer answer = answerFor(input, window, unanswered_);
+      if (!query.jumps.empty())
+        answer.used_from =
+            (input.whole ? input.used_from : window.first) + query.jumps.back().position;
       answers.answer(query, window, answer);
       answer.budget_exhausted = exhaustedBudget();
       answer.heading_rad = headingOf(answer.fix.T_map_sensor.linear(), query.sensor);

@@ -5,6 +5,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <set>
 
 #include "answer_table.h"
 #include "denser_fixes.h"
@@ -70,6 +71,7 @@ void logLeftOut(const QueryInput& input, const std::vector<double>& way_m,
 /// The windows of a recording that are accepted.
 struct FoundWindows : FoundFrames {
   std::vector<double> sigmas_m;
+  std::set<std::size_t> jumps;  ///< positions of the frames behind them
   std::size_t asked = 0;
   double confidence = 1;  ///< the least
   std::string refusal;    ///< of the last one that was not accepted
@@ -89,11 +91,13 @@ FoundWindows findWindows(const QueryInput& input, const std::vector<double>& way
     job.narrate.detail(fmt::format("{}-{} {}: {}", input.source->number(window.first),
                                    input.source->number(window.last - 1), toString(fix.status),
                                    fix.reason));
+    for (const OdometryJump& jump : query.jumps) found.jumps.insert(window.first + jump.position);
     if (!fix.accepted()) return void(found.refusal = fix.reason);
     found.fixes.push_back(pose::fixOf(fix, window.last - 1));
     found.sigmas_m.push_back(verify::horizontalSigma(fix.covariance));
     found.confidence = std::min(found.confidence, fix.confidence);
-    for (std::size_t i = window.first; i < window.last; ++i) found.is_found[i] = true;
+    for (std::size_t i = window.last - query.poses.size(); i < window.last; ++i)
+      found.is_found[i] = true;
   });
   return found;
 }
@@ -107,22 +111,30 @@ std::optional<PlacedVisit> placeRecording(const QueryInput& input, const Localiz
     refusal = found.refusal;
     return std::nullopt;
   }
-  logLeftOut(input, way_m, found.is_found, job.narrate);
+  for (const std::size_t jump : found.jumps)
+    job.narrate.note(fmt::format("{}: the scans contradict its odometry at frame {}; what is before "
+                                 "and behind it is placed by itself",
+                                 input.path, input.source->number(jump)));
   PlacedVisit visit;
   visit.sigma_m = medianOf(found.sigmas_m);
   visit.confidence = found.confidence;
   visit.how = fmt::format("{}: {} of {} stretches accepted, ±{}", input.path, found.sigmas_m.size(),
                           found.asked, lengthText(visit.sigma_m));
   addFixes(input, localizer, job, found);
-  const auto all = pose::trajectoryThrough(T_odom_sensor, found.fixes);
+  const auto all = pose::trajectoryThrough(T_odom_sensor, found.fixes,
+                                           {found.jumps.begin(), found.jumps.end()});
   std::vector<std::size_t> kept;
   for (std::size_t i = 0; i < all.size(); ++i) {
+    found.is_found[i] = found.is_found[i] && all[i];
     if (!found.is_found[i]) continue;
     kept.push_back(i);
-    visit.poses.push_back(all[i]);
+    visit.poses.push_back(*all[i]);
   }
+  logLeftOut(input, way_m, found.is_found, job.narrate);
+  Job of_placed = job;
+  of_placed.options.odometry.check = false;  // its poses are those of the map
   const PosedRecording placed(*input.source, std::move(kept), visit.poses);
-  visit.place = mapOfRecordings({&placed}, job, RecordingsUse::addition);
+  visit.place = mapOfRecordings({&placed}, of_placed, RecordingsUse::addition);
   return visit;
 }
 

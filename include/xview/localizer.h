@@ -134,6 +134,7 @@ class Localizer {
   struct CanonicalMap;
   Localizer(CanonicalMap map, const Options& options);
   const Index& indexFor(const Query& query) const;
+  Localization localizeNear(const Query& query, const ExpectedPose* canonical) const;
 
   double size_;
   Options options_;                              ///< in metres

@@ -18,7 +18,8 @@ namespace xview {
 /// @param options   size `auto` is measured; the map keeps what it is (SemanticMap::size)
 /// @param progress  called with frames that are done, and all of them
 /// @param seen      called with every frame, in order
-/// Throws Error if a frame cannot be read, or if a recording has none of the classes of the first;
+/// Throws Error if a frame cannot be read, if a recording has none of the classes of the first, or
+/// if its odometry jumps (OdometryCheck, unless options.odometry.check is off);
 /// UsageError if there is no recording, or if one cannot be used with options.graph_space.
 map::SemanticMap buildMap(
     const std::vector<const FrameSource*>& sources, const Options& options,

@@ -50,12 +50,15 @@ void visit(PriorOptions& o, Visitor&& field) {
 struct OdometryOptions {
   double drift = 0.03;           ///< error of its position, as a share of the path length
   double drift_deg_per_m = 0.1;  ///< error of its heading
+  bool check = true;             ///< hold it against the scans (OdometryCheck)
 };
 
 template <class Visitor>
 void visit(OdometryOptions& o, Visitor&& field) {
   field("drift", o.drift, Range{0, 1}, "error of the odometry as a share of the path length");
   field("drift_deg_per_m", o.drift_deg_per_m, Range{0, 180}, "error of its heading [deg/m]");
+  field("check", o.check,
+        "hold the odometry against the scans: queries begin behind a jump, maps refuse one");
 }
 
 /// Everything that can be set, one struct per stage. Struct path = YAML key = flag:

@@ -5,12 +5,14 @@
 #include <deque>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "xview/graph/bev_grid.h"
 #include "xview/graph/merge.h"
 #include "xview/map/semantic_map.h"
+#include "xview/odometry_check.h"
 #include "xview/options.h"
 #include "xview/types/graph.h"
 #include "xview/types/semantic_place.h"
@@ -29,7 +31,7 @@ struct PreprocessedFrame {
   Sensor sensor = Sensor::camera;
   Eigen::Isometry3d T_odom_sensor = Eigen::Isometry3d::Identity();
   Eigen::Vector3d up_sensor = Eigen::Vector3d::Zero();  ///< see Frame
-  LabelledCloud cloud;              ///< lifted, one point per voxel and class
+  LabelledCloud cloud;                                  ///< lifted, one point per voxel and class
   std::vector<float> weights;       ///< per point, by measurements in its voxel and by range
   std::vector<bool> resolves_thin;  ///< per point: measured near enough to resolve thin objects
   bool aerial = false;              ///< a camera that looks down from the air
@@ -70,7 +72,8 @@ enum class PlaceUse {
 
 /// Makes a place of frames that come one by one, in the frame of their odometry. Only those of the
 /// last metres of a query are kept; memory follows the place, not the number of frames. The first
-/// frames tell together which way is up, and wait until they do.
+/// frames tell together which way is up, and wait until they do. A query whose odometry jumps
+/// begins again behind the jump (Place::jumps), as what is reported is the pose of its last frame.
 class PlaceBuilder {
  public:
   /// Number of frames that estimate gravity unless the caller knows how many there are.
@@ -98,6 +101,7 @@ class PlaceBuilder {
     SharedFrame frame;
     double travelled_m;  ///< until this frame
   };
+  void beginBehind(const OdometryJump& jump);
   void takePose(const PreprocessedFrame& frame);
   void takePoints(const SharedFrame& frame);
   void thinPoints();
@@ -109,8 +113,9 @@ class PlaceBuilder {
   Options options_;
   PlaceUse use_;
   std::size_t frames_for_gravity_;
-  graph::PlaceGraphBuilder graph_;
-  graph::BevGridBuilder bev_;
+  std::optional<OdometryCheck> odometry_;  ///< of a query
+  std::optional<graph::PlaceGraphBuilder> graph_;
+  std::optional<graph::BevGridBuilder> bev_;
   Place place_;
   std::vector<SharedFrame> waiting_;  ///< until it is known which way is up
   bool is_aligned_ = false;

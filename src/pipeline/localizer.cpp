@@ -111,6 +111,19 @@ Localization unfindable(const Query& query, std::string reason) {
   return answer;
 }
 
+/// What a program and a person are told of a query that begins behind a jump of its odometry.
+void tellJump(const OdometryJump& jump, std::size_t frames, Localization& answer) {
+  const std::string what =
+      fmt::format("the scans contradict the odometry, which is off by about {:.1f} m at frame {}",
+                  jump.off_m, jump.frame);
+  if (answer.accepted()) {
+    answer.reason += fmt::format("; {}: the {} frames from there on were used", what, frames);
+    return;
+  }
+  answer.reason = fmt::format("{}; the {} frames from there on: {}", what, frames, answer.reason);
+  answer.reason_code = ReasonCode::odometry_jump;
+}
+
 }  // namespace
 
 Localizer::Index::Index(const map::SemanticMap& given, const Options& all_options)
@@ -200,7 +213,8 @@ Localization Localizer::Index::inAlignedFrames(const Query& given, const Expecte
   setVerdict(judged(evidence), answer);
   if (answer.accepted() && !satisfies(priors, *AlignedQuery(*query, {registered.turn, 1}),
                                       answer.hypotheses[0].T_map_query))
-    verify::refuse("the refined pose is outside of the prior; without it: " + answer.reason,
+    verify::refuse(ReasonCode::outside_prior,
+                   "the refined pose is outside of the prior; without it: " + answer.reason,
                    answer);
   // A pose that is expected comes from a fix; one that a user believes in is to be doubted.
   if (!expected && found.in_field && (prior.near || prior.heading))
@@ -383,6 +397,7 @@ void Localizer::Index::refuteFromOutside(const search::FieldQuery& in_field,
     outside.runner_up = inside.score;
     if (outside.score > inside.score && judged(outside).status == Status::accepted)
       verify::refuse(
+          ReasonCode::outside_prior,
           fmt::format("a place outside of the prior is {:.0f} nats better than the best one "
                       "inside",
                       outside.score - inside.score),
@@ -489,18 +504,20 @@ const Localizer::Index& Localizer::indexFor(const Query& query) const {
   return *coarse.index;
 }
 
-Localization Localizer::localize(const Query& query) const {
-  return withinBudget([&] {
-    const Index& index = indexFor(query);
-    return inMetres(index.localize(*QueryInMap(query, map_->labels, size_), nullptr), size_);
-  });
-}
+Localization Localizer::localize(const Query& query) const { return localizeNear(query, nullptr); }
 
 Localization Localizer::localize(const Query& query, const ExpectedPose& expected) const {
+  const ExpectedPose canonical = scaledPose(1 / size_, expected);
+  return localizeNear(query, &canonical);
+}
+
+Localization Localizer::localizeNear(const Query& query, const ExpectedPose* canonical) const {
   return withinBudget([&] {
     const Index& index = indexFor(query);
-    const ExpectedPose canonical = scaledPose(1 / size_, expected);
-    return inMetres(index.localize(*QueryInMap(query, map_->labels, size_), &canonical), size_);
+    Localization answer =
+        inMetres(index.localize(*QueryInMap(query, map_->labels, size_), canonical), size_);
+    if (!query.jumps.empty()) tellJump(query.jumps.back(), query.poses.size(), answer);
+    return answer;
   });
 }
 

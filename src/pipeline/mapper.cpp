@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "xview/mapper.h"
 
+#include <fmt/core.h>
+
 #ifdef __GLIBC__
 #include <malloc.h>
 #endif
@@ -168,6 +170,18 @@ class MapBuilder {
   std::vector<std::string> sources_;
 };
 
+/// A map of frames that lie where they were not seen misleads all who are looked for in it.
+void requireNoJump(OdometryCheck& odometry, const PreprocessedFrame& frame,
+                   const std::string& name) {
+  const auto jump = odometry.add(frame);
+  if (!jump) return;
+  throw Error(name, fmt::format("the scans contradict its odometry, which is off by about {:.1f} m "
+                                "at frame {}; map what is before and behind it by itself "
+                                "(--frames) and join both (map --join), or say "
+                                "--odometry.check false if the poses are right",
+                                jump->off_m, jump->frame));
+}
+
 constexpr double kEnough_nats = 10;  ///< for or against: a few things that both have seen
 constexpr double kClimbReach_m = 5;  ///< of a town; the climb of a search ends about there
 
@@ -287,7 +301,9 @@ map::SemanticMap buildVisit(
   MapBuilder builder(recordings[0].labels(), recordings.options());
   Conversation helpers(sources);
   for (std::size_t i = 0; i < recordings.size(); ++i) {
+    OdometryCheck odometry(recordings[i].labels());
     const auto take = [&](PreprocessedFrame frame) {
+      if (given.odometry.check) requireNoJump(odometry, frame, recordings[i].name());
       if (seen) seen(*sources[i], frame);
       builder.add(std::move(frame));
       if (progress) progress(++done, total);

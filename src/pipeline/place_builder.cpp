@@ -50,11 +50,12 @@ PlaceBuilder::PlaceBuilder(const LabelSet& labels, const Options& options, Place
                            std::size_t frames_for_gravity)
     : options_(inCanonicalLengths(options, parseSize(options.size).value_or(kTownScale))),
       use_(use),
-      frames_for_gravity_(frames_for_gravity),
-      graph_(labels, options_.merge),
-      bev_(labels) {
+      frames_for_gravity_(frames_for_gravity) {
   place_.labels = labels;
   place_.size = parseSize(options.size).value_or(kTownScale);
+  graph_.emplace(labels, options_.merge);
+  bev_.emplace(labels);
+  if (use == PlaceUse::query && options.odometry.check) odometry_.emplace(labels);
 }
 
 void PlaceBuilder::add(SharedFrame frame) {
@@ -63,6 +64,9 @@ void PlaceBuilder::add(SharedFrame frame) {
                      sizeText(place_.size) + "; set options.size for both");
   Stopwatch watch;
   for (const auto& [stage, ms] : frame->timing_ms) valueOf(place_.timing_ms, stage) += ms;
+  if (odometry_) {
+    if (const auto jump = odometry_->add(*frame)) beginBehind(*jump);
+  }
   takePose(*frame);
   takePoints(frame);
   if (is_aligned_) {
@@ -72,6 +76,23 @@ void PlaceBuilder::add(SharedFrame frame) {
     if (waiting_.size() == frames_for_gravity_) estimateAlignment();
   }
   graph_ms_ += watch.lap_ms();
+}
+
+void PlaceBuilder::beginBehind(const OdometryJump& jump) {
+  Place place;
+  place.labels = std::move(place_.labels);
+  place.size = place_.size;
+  place.timing_ms = std::move(place_.timing_ms);
+  place.jumps = std::move(place_.jumps);
+  place.jumps.push_back(jump);
+  place_ = std::move(place);
+  graph_.emplace(place_.labels, options_.merge);
+  bev_.emplace(place_.labels);
+  waiting_.clear();
+  recent_.clear();
+  is_aligned_ = false;
+  is_new_recording_ = true;
+  travelled_m_ = 0;
 }
 
 std::size_t PlaceBuilder::endRecording() {
@@ -84,7 +105,7 @@ Place PlaceBuilder::finish() {
   Stopwatch watch;
   endRecording();
   askBudget("the view from above");
-  place_.bev = bev_.build();
+  place_.bev = bev_->build();
   place_.bev.alignment = place_.gravity.alignment;
   askBudget("the graph");
   drawGraph();
@@ -140,19 +161,19 @@ void PlaceBuilder::estimateAlignment() {
 
 void PlaceBuilder::addAligned(const PreprocessedFrame& frame) {
   if (usesImageRegions(options_)) {
-    graph_.addImageBlobs(frame.blobs, frame.blob_edges, frame.number);
+    graph_->addImageBlobs(frame.blobs, frame.blob_edges, frame.number);
   } else {
-    graph_.add(frame.blobs, frame.number);
-    graph_.addSurfacePoints(frame.cloud, frame.number);
+    graph_->add(frame.blobs, frame.number);
+    graph_->addSurfacePoints(frame.cloud, frame.number);
   }
   if (place_.gravity.known)
-    bev_.add(frame.cloud, frame.weights, frame.resolves_thin,
-             Eigen::Isometry3d(place_.gravity.alignment), frame.aerial);
+    bev_->add(frame.cloud, frame.weights, frame.resolves_thin,
+              Eigen::Isometry3d(place_.gravity.alignment), frame.aerial);
 }
 
 /// Thin objects stand where the BEV grid has them, unless the graph is made as in the paper.
 void PlaceBuilder::drawGraph() {
-  place_.graph = graph_.graph();
+  place_.graph = graph_->graph();
   if (isImageSpace(options_)) return;
   place_.graph.space = GraphSpace::cloud;
   if (!usesImageRegions(options_) && options_.merge.mode == "running_mean")

@@ -86,6 +86,7 @@ struct Sequence::State {
 
   SequenceAnswer add(const Query& query, std::size_t first, std::size_t last) {
     SequenceAnswer answer;
+    if (!query.jumps.empty()) forget();  // nothing connects it with what was before
     answer.alone = answer.fix = localizer.localize(query);
     if (isBudgetSpent()) return answer;
     remember(query, first, last);
@@ -339,7 +340,8 @@ struct Sequence::State {
   /// The history may have led out of where this window may be.
   void refuseOutsidePrior(const Query& query, Localization& fix) const {
     if (!fix.accepted() || localizer.priorAllows(query, fix.T_map_query)) return;
-    verify::refuse("the place is outside of the prior; without it: " + fix.reason, fix);
+    verify::refuse(ReasonCode::outside_prior,
+                   "the place is outside of the prior; without it: " + fix.reason, fix);
   }
 
   const Localizer& localizer;

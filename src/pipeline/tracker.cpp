@@ -79,7 +79,8 @@ void Tracker::begin(const Query& query, const Localization& fix) {
 
 TrackAnswer Tracker::follow(const Query& query) {
   TrackAnswer answer;
-  bool is_cut = false;  // then there is no time for the whole map
+  if (!query.jumps.empty()) fix_.reset();  // its odometry leads nowhere from there
+  bool is_cut = false;                     // then there is no time for the whole map
   if (const auto expected = expectation(query)) {
     answer.radius_m = expected->radius_m;
     answer.fix = localizer_.localize(query, *expected);

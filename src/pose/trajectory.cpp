@@ -51,6 +51,29 @@ std::vector<Eigen::Isometry3d> trajectoryThrough(
   return poses;
 }
 
+std::vector<std::optional<Eigen::Isometry3d>> trajectoryThrough(
+    const std::vector<Eigen::Isometry3d>& T_odom_sensor, const std::vector<TrajectoryFix>& fixes,
+    const std::vector<std::size_t>& jumps) {
+  std::vector<std::optional<Eigen::Isometry3d>> poses(T_odom_sensor.size());
+  for (std::size_t k = 0; k <= jumps.size(); ++k) {
+    const std::size_t begin = k == 0 ? 0 : jumps[k - 1],
+                      end = k == jumps.size() ? T_odom_sensor.size() : jumps[k];
+    std::vector<TrajectoryFix> of_stretch;
+    for (const TrajectoryFix& fix : fixes) {
+      if (fix.index < begin || fix.index >= end) continue;
+      of_stretch.push_back(fix);
+      of_stretch.back().index -= begin;
+    }
+    if (of_stretch.empty()) continue;
+    const auto stretch = trajectoryThrough(
+        std::vector<Eigen::Isometry3d>(T_odom_sensor.begin() + static_cast<std::ptrdiff_t>(begin),
+                                       T_odom_sensor.begin() + static_cast<std::ptrdiff_t>(end)),
+        of_stretch);
+    std::copy(stretch.begin(), stretch.end(), poses.begin() + static_cast<std::ptrdiff_t>(begin));
+  }
+  return poses;
+}
+
 Matrix6d movedCovariance(const Matrix6d& covariance, const Eigen::Vector3d& p_map,
                          const Eigen::Vector3d& to_map) {
   // d(to) = d(p) + d(theta) x (to - p)

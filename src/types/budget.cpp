@@ -113,6 +113,7 @@ Localization Budget::cut() {
   reason << "the " << exhausted() << " of " << (is_time ? limits_.time_s : limits_.memory_mb)
          << (is_time ? " s" : " MB") << " ended in " << stage_.load() << "; nothing was decided";
   answer.reason = reason.str();
+  answer.reason_code = ReasonCode::budget_exhausted;
   const std::chrono::duration<double, std::milli> spent = Clock::now() - begin_;
   answer.timing_ms.emplace_back("total", spent.count());
   return answer;

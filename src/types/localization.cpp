@@ -12,6 +12,13 @@ const char* toString(Status status) {
   return status <= Status::rejected ? kNames[static_cast<int>(status)] : "?";
 }
 
+const char* toString(ReasonCode code) {
+  static constexpr const char* kNames[] = {
+      "accepted",      "ambiguous",     "out_of_map",    "too_short",        "contradicted",
+      "not_converged", "outside_prior", "odometry_jump", "budget_exhausted", "not_comparable"};
+  return code <= ReasonCode::not_comparable ? kNames[static_cast<int>(code)] : "?";
+}
+
 const char* toString(Proposer proposer) { return proposer == Proposer::walks ? "walks" : "search"; }
 
 double timeOf(const Timings& timings, const std::string& stage) {

@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <tuple>
+#include <utility>
 
 namespace xview::verify {
 namespace {
@@ -200,44 +202,46 @@ class Reason {
                                   : "";
     return fmt::format("two places fit about equally well{}{}", apart, whatWouldHelp());
   }
-  std::string ofRejected() const {
-    const double odds = oddsOf(s_, model_);
-    if (odds >= odds_needed_)
-      return "the place fits, but the position there is open by metres" + whatWouldHelp();
+  std::pair<ReasonCode, std::string> ofRejected() const {
+    const auto [code, text] = whyRejected();
+    return {code, text + whatWouldHelp()};
+  }
+
+ private:
+  std::pair<ReasonCode, std::string> whyRejected() const {
+    if (oddsOf(s_, model_) >= odds_needed_)
+      return {ReasonCode::not_converged,
+              "the place fits, but the position there is open by metres"};
     if (s_.dense.registered() && !s_.dense.converged)
-      return "the best place does not hold: the registration does not converge there" +
-             whatWouldHelp();
+      return {ReasonCode::not_converged,
+              "the best place does not hold: the registration does not converge there"};
     const double in_query = worseOf(kMapOverlap, kMissRatio),
                  in_map = worseOf(kObstacleOverlap, kConflictRatio);
     if (std::min(in_query, in_map) < -1) {
       const bool of_query = in_query < in_map;
-      return fmt::format(
-                 "the best place does not hold: the {} does not show obstacles that the {} has "
-                 "there",
-                 of_query ? "query" : "map", of_query ? "map" : "query") +
-             whatWouldHelp();
+      return {ReasonCode::contradicted,
+              fmt::format("the best place does not hold: the {} does not show obstacles that the "
+                          "{} has there",
+                          of_query ? "query" : "map", of_query ? "map" : "query")};
     }
     if (oddsOfTerm(s_, model_, kFreeSpaceViolation) < -1)
-      return "the best place does not hold: the query saw through what stands there in the map" +
-             whatWouldHelp();
+      return {ReasonCode::contradicted,
+              "the best place does not hold: the query saw through what stands there in the map"};
     if (aboveNullOf(s_) < 0)
-      return fmt::format(
-                 "the best place does not hold: the inlier ratio of obstacles is only {:.0f} % "
-                 "({:.0f} % some metres off)",
-                 100 * s_.dense.inlier_ratio, 100 * s_.dense.null_inlier_ratio) +
-             whatWouldHelp();
+      return {ReasonCode::contradicted,
+              fmt::format("the best place does not hold: the inlier ratio of obstacles is only "
+                          "{:.0f} % ({:.0f} % some metres off)",
+                          100 * s_.dense.inlier_ratio, 100 * s_.dense.null_inlier_ratio)};
     if (s_.dense.registered() ? s_.dense_margin < kClearDenseMargin : s_.likelihood_margin <= 0)
-      return "no place stands out: another one fits as well" + whatWouldHelp();
+      return {ReasonCode::too_short, "no place stands out: another one fits as well"};
     if (oddsOfTerm(s_, model_, kMapCoverage) < -2)
-      return fmt::format(
-                 "the best place does not hold: only {:.0f} % of the query lies where the map was "
-                 "seen, where out-of-map queries fit as well",
-                 100 * s_.map_coverage) +
-             whatWouldHelp();
-    return "no place stands out: the best only " + howMuchBetter() + whatWouldHelp();
+      return {ReasonCode::out_of_map,
+              fmt::format("the best place does not hold: only {:.0f} % of the query lies where the "
+                          "map was seen, where out-of-map queries fit as well",
+                          100 * s_.map_coverage)};
+    return {ReasonCode::too_short, "no place stands out: the best only " + howMuchBetter()};
   }
 
- private:
   double timesBetter() const { return e_.score / std::max(1.0, e_.runner_up); }
 
   double worseOf(Term a, Term b) const {
@@ -428,14 +432,16 @@ Verdict judge(const Evidence& e, const VerdictOptions& o, const VerdictModel& mo
   const Reason reason(e, s, model, std::log(o.min_confidence / (1 - o.min_confidence)));
   if (verdict.confidence >= o.min_confidence) {
     verdict.status = Status::accepted;
+    verdict.reason_code = ReasonCode::accepted;
     verdict.reason = reason.ofAccepted();
     return verdict;
   }
   if (oneOfSeveral(e, s, o, model)) {
     verdict.status = Status::ambiguous;
+    verdict.reason_code = ReasonCode::ambiguous;
     verdict.reason = reason.ofAmbiguous();
   } else {
-    verdict.reason = reason.ofRejected();
+    std::tie(verdict.reason_code, verdict.reason) = reason.ofRejected();
   }
   return verdict;
 }
@@ -450,15 +456,17 @@ void setVerdict(Verdict verdict, Localization& answer) {
   answer.status = verdict.status;
   answer.confidence = verdict.confidence;
   answer.reason = std::move(verdict.reason);
+  answer.reason_code = verdict.reason_code;
   answer.witnesses = verdict.witnesses;
   answer.statistics = verdict.statistics;
 }
 
-void refuse(std::string reason, Localization& answer) {
+void refuse(ReasonCode code, std::string reason, Localization& answer) {
   constexpr double kLessThanEven = 0.49;
   answer.status = Status::rejected;
   answer.confidence = std::min(answer.confidence, kLessThanEven);
   answer.reason = std::move(reason);
+  answer.reason_code = code;
 }
 
 }  // namespace xview::verify

@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "xview/types/localization.h"
@@ -32,6 +33,13 @@ TrajectoryFix fixOf(const Localization& answer, std::size_t index);
 /// of the recording, at least one.
 std::vector<Eigen::Isometry3d> trajectoryThrough(
     const std::vector<Eigen::Isometry3d>& T_odom_sensor, const std::vector<TrajectoryFix>& fixes);
+
+/// The same where the odometry jumps: no fix says anything of a frame on the other side of a jump.
+/// `jumps`: positions of the frames behind them, in order. Nothing for the frames of a stretch
+/// without a fix.
+std::vector<std::optional<Eigen::Isometry3d>> trajectoryThrough(
+    const std::vector<Eigen::Isometry3d>& T_odom_sensor, const std::vector<TrajectoryFix>& fixes,
+    const std::vector<std::size_t>& jumps);
 
 /// The covariance of a pose, if that of a pose with position `p_map` is `covariance`; both are
 /// moved by the same left increments (x y z rx ry rz, map frame).

@@ -74,6 +74,22 @@ enum class Status {
 
 const char* toString(Status status);
 
+/// Why an answer has its status, for programs: a closed set (docs/formats.md).
+enum class ReasonCode {
+  accepted,
+  ambiguous,      ///< several places explain the query about equally well
+  out_of_map,     ///< too little of the query lies where the map was seen, or nothing agrees
+  too_short,      ///< no place stands out; more of the way would tell
+  contradicted,   ///< the best place does not hold: points, obstacles or rays contradict it
+  not_converged,  ///< the registration does not converge at the best place, or leaves it open
+  outside_prior,  ///< what was given about the pose excludes the place, or a better one refutes it
+  odometry_jump,  ///< the odometry contradicts its scans, and what is behind it does not suffice
+  budget_exhausted,  ///< time or memory ended first
+  not_comparable     ///< query or map is empty or too little, or they share no class or size
+};
+
+const char* toString(ReasonCode code);
+
 /// Which stage proposed a pose.
 enum class Proposer { walks, search };
 
@@ -188,6 +204,7 @@ using Matrix6d = Eigen::Matrix<double, 6, 6>;
 struct Localization {
   Status status = Status::rejected;
   std::string reason;  ///< one sentence with the deciding numbers
+  ReasonCode reason_code = ReasonCode::not_comparable;
   double confidence =
       0;  ///< in [0, 1], monotone in how sure the program is; comparable between queries
   Witnesses witnesses;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -15,6 +16,13 @@
 #include "xview/types/localization.h"
 
 namespace xview {
+
+/// A step of an odometry that the scans at both its ends contradict.
+struct OdometryJump {
+  std::size_t position = 0;  ///< of the frame behind it, in the recording or query
+  std::int64_t frame = 0;    ///< number of that frame
+  double off_m = 0;          ///< from where the scans put that frame, about
+};
 
 /// What is known of a piece of world, in one frame. A query is a place in the frame of its
 /// odometry, a map is one with sources and a file; what was not seen, or is not told, is empty. All
@@ -31,6 +39,9 @@ struct Place {
   std::vector<Eigen::Isometry3d> poses;
   std::vector<std::int64_t> frames;  ///< their numbers; empty if there were no frames
   std::vector<double> stamps_s;      ///< and times [s]
+  /// Where the odometry of a query jumps, in order. The query begins behind the last jump: nothing
+  /// else of it, poses included, is of earlier frames.
+  std::vector<OdometryJump> jumps;
 
   Sensor sensor = Sensor::cloud;  ///< that saw it last
   double size = 1;                ///< scale: its lengths over canonical ones; see kTownScale

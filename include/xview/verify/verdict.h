@@ -170,6 +170,7 @@ struct Verdict {
   Status status = Status::rejected;
   double confidence = 0;
   std::string reason;
+  ReasonCode reason_code = ReasonCode::out_of_map;
   Witnesses witnesses;
   Statistics statistics;
 };
@@ -197,6 +198,6 @@ double horizontalSigma(const Matrix6d& covariance);
 /// Makes it that of an answer.
 void setVerdict(Verdict verdict, Localization& answer);
 /// Takes an acceptance back: the answer is rejected, and likelier wrong than right.
-void refuse(std::string reason, Localization& answer);
+void refuse(ReasonCode code, std::string reason, Localization& answer);
 
 }  // namespace xview::verify

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "xview/types/frame.h"
+#include "xview/types/labels.h"
+#include "xview/types/semantic_place.h"
+
+namespace xview {
+
+struct Options;
+struct PreprocessedFrame;
+
+/// Holds an odometry against the scans. Of each frame it takes what stands (not the ground, which
+/// looks alike after any step) and asks how much of it lies where the frame before has seen
+/// something, if the sensor moved as the odometry says, as it moved before, or not at all. The
+/// odometry jumps where another motion explains clearly more, be it in one step or summed over
+/// several (Page 1954), and where an unusual step leaves much less in place than usual steps do.
+/// What the scans cannot tell, e.g. a small error of length, is no jump. Steps are found in order
+/// and the result depends on nothing but the frames.
+class OdometryCheck {
+ public:
+  explicit OdometryCheck(LabelSet labels);
+  OdometryCheck(OdometryCheck&&) noexcept;
+  OdometryCheck& operator=(OdometryCheck&&) noexcept;
+  ~OdometryCheck();
+
+  /// The next frame, at canonical scale. Returns the jump between it and the one before.
+  std::optional<OdometryJump> add(const PreprocessedFrame& frame);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+/// All jumps of a recording, whose frames are read and preprocessed for that.
+std::vector<OdometryJump> findJumps(const FrameSource& recording, const Options& options);
+
+}  // namespace xview

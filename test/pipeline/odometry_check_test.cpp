@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "xview/odometry_check.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "pipeline/simulated_drive.h"
+#include "xview/localizer.h"
+#include "xview/mapper.h"
+#include "xview/sequence.h"
+#include "xview/tracker.h"
+#include "xview/types/error.h"
+#include "xview/types/pose.h"
+
+namespace xview {
+namespace {
+
+using test::simulatedDrive;
+
+constexpr std::size_t kFirst = 0, kLast = 30, kJump = 18;
+const Eigen::Isometry3d kMove(Eigen::Translation3d(12, -9, 0));
+
+/// The rear drive, whose frames from `jump` on lie elsewhere in the odometry.
+std::vector<PreprocessedFrame> jumpingFrames(std::size_t jump, const Eigen::Isometry3d& move) {
+  const auto& drive = simulatedDrive();
+  std::vector<PreprocessedFrame> frames = drive.frames.at("rear");
+  const std::vector<PreprocessedFrame> moved = test::movedFrames(*drive.sessions.at("rear"), move);
+  std::copy(moved.begin() + static_cast<std::ptrdiff_t>(jump), moved.end(),
+            frames.begin() + static_cast<std::ptrdiff_t>(jump));
+  return frames;
+}
+
+std::vector<OdometryJump> jumpsOf(const std::vector<PreprocessedFrame>& frames) {
+  OdometryCheck odometry(simulatedDrive().labels);
+  std::vector<OdometryJump> jumps;
+  for (const PreprocessedFrame& frame : frames) {
+    if (const auto jump = odometry.add(frame)) jumps.push_back(*jump);
+  }
+  return jumps;
+}
+
+Query queryOf(const std::vector<PreprocessedFrame>& frames, std::size_t first, std::size_t last,
+              const Options& options = {}) {
+  return makeQuery(frames.data() + first, frames.data() + last, simulatedDrive().labels, options);
+}
+
+TEST(OdometryCheck, HonestDrivesDoNotJump) {
+  for (const auto& [session, frames] : simulatedDrive().frames)
+    EXPECT_TRUE(jumpsOf(frames).empty()) << session;
+}
+
+TEST(OdometryCheck, FindsAJumpWhereItIsAndHowFar) {
+  for (const double metres : {8.0, 18.0, 40.0}) {
+    const Eigen::Isometry3d move(Eigen::Translation3d(0.8 * metres, 0.6 * metres, 0));
+    const std::vector<OdometryJump> jumps = jumpsOf(jumpingFrames(kJump, move));
+    ASSERT_EQ(jumps.size(), 1u) << metres << " m";
+    EXPECT_EQ(jumps[0].position, kJump);
+    EXPECT_EQ(jumps[0].frame, simulatedDrive().frames.at("rear")[kJump].number);
+    EXPECT_NEAR(jumps[0].off_m, metres, 0.2 * metres);
+  }
+}
+
+TEST(OdometryCheck, FindsAnOdometryThatIsStuck) {
+  const auto& session = *simulatedDrive().sessions.at("rear");
+  std::vector<PreprocessedFrame> frames = simulatedDrive().frames.at("rear");
+  for (std::size_t i = kJump; i < kLast; ++i) {
+    Frame frame = session.read(i);
+    frame.T_odom_sensor = session.pose(kJump - 1);
+    frames[i] = preprocessFrame(frame, session.labels(), {});
+  }
+  frames.resize(kLast);
+  ASSERT_FALSE(jumpsOf(frames).empty());
+  EXPECT_LE(jumpsOf(frames)[0].position, kJump + 6) << "it is off by a step more with each frame";
+}
+
+TEST(OdometryCheck, AQueryBeginsBehindTheJump) {
+  const auto frames = jumpingFrames(kJump, kMove);
+  const Query cut = queryOf(frames, kFirst, kLast), part = queryOf(frames, kJump, kLast);
+  ASSERT_EQ(cut.jumps.size(), 1u);
+  EXPECT_EQ(cut.jumps[0].position, kJump - kFirst);
+  EXPECT_EQ(cut.poses.size(), kLast - kJump);
+  EXPECT_EQ(cut.frames, part.frames);
+  EXPECT_EQ(cut.graph.size(), part.graph.size());
+  EXPECT_EQ(cut.bev.known.size(), part.bev.known.size());
+  EXPECT_EQ(cut.cloud.size(), part.cloud.size());
+  Options believed;
+  believed.odometry.check = false;
+  EXPECT_EQ(queryOf(frames, kFirst, kLast, believed).poses.size(), kLast - kFirst);
+}
+
+TEST(OdometryCheck, WhatIsReportedIsThePoseOfTheLastFrame) {
+  const auto& drive = simulatedDrive();
+  const Localizer localizer(drive.map, {});
+  const Eigen::Vector3d truth = drive.sessions.at("rear")->truth(kLast - 1).translation();
+  int accepted = 0;
+  for (const std::size_t jump : {kLast - 1, kLast - 4, kLast - 8, kLast - 20}) {
+    const Localization fix = localizer.localize(queryOf(jumpingFrames(jump, kMove), kFirst, kLast));
+    EXPECT_NE(fix.reason.find("the scans contradict the odometry"), std::string::npos) << fix.reason;
+    accepted += fix.accepted();
+    if (fix.accepted())
+      EXPECT_LT((fix.T_map_sensor.translation() - truth).norm(), 1) << jump;
+    else
+      EXPECT_EQ(fix.reason_code, ReasonCode::odometry_jump) << fix.reason;
+  }
+  EXPECT_GE(accepted, 1) << "twenty frames are enough";
+}
+
+TEST(OdometryCheck, ATrackForgetsWhatWasBeforeTheJump) {
+  const auto& drive = simulatedDrive();
+  const Localizer localizer(drive.map, {});
+  const auto frames = jumpingFrames(kJump, kMove);
+  Tracker tracker(localizer, {});
+  ASSERT_TRUE(tracker.follow(queryOf(frames, 0, kJump)).fix.accepted());
+  EXPECT_EQ(tracker.follow(queryOf(frames, kFirst + 6, kLast)).radius_m, 0);
+  Sequence sequence(localizer, {});
+  sequence.add(queryOf(frames, 0, kJump), 0, kJump);
+  EXPECT_LE(sequence.add(queryOf(frames, kFirst + 6, kLast), kFirst + 6, kLast).windows, 1);
+}
+
+/// A recording whose odometry is moved from a frame on.
+class JumpingRecording final : public ForwardingSource {
+ public:
+  using ForwardingSource::ForwardingSource;
+  Eigen::Isometry3d pose(std::size_t i) const override {
+    return i < kJump ? source_.pose(i) : kMove * source_.pose(i);
+  }
+  Frame read(std::size_t i) const override {
+    Frame frame = source_.read(i);
+    frame.T_odom_sensor = pose(i);
+    return frame;
+  }
+};
+
+TEST(OdometryCheck, AMapRefusesAJumpUnlessItIsBelieved) {
+  const JumpingRecording recording(*simulatedDrive().sessions.at("rear"));
+  ASSERT_EQ(findJumps(recording, {}).size(), 1u);
+  EXPECT_EQ(findJumps(recording, {})[0].position, kJump);
+  try {
+    buildVisit({&recording}, {});
+    FAIL() << "it was mapped";
+  } catch (const Error& e) {
+    EXPECT_NE(std::string(e.what()).find("the scans contradict its odometry"), std::string::npos)
+        << e.what();
+  }
+  Options believed;
+  believed.odometry.check = false;
+  EXPECT_GT(buildVisit({&recording}, believed).graph.size(), 0u);
+}
+
+}  // namespace
+}  // namespace xview
