@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <deque>
 #include <utility>
@@ -24,23 +25,50 @@ constexpr float kMostSigma_m = 0.6;  ///< of a point near the ground
 /// the layout of the ground is all that is seen, cells are of the plane and of one class.
 constexpr double kSidePerSigma = 3, kLeastSide_m = 0.5, kMostSide_m = 1.5, kSideFromTheAir_m = 2;
 constexpr std::size_t kAsked = 1000, kFewestAsked = 200;  ///< points of a frame
-/// Share of the points that another motion must explain, and by which it must exceed that of the
-/// odometry: at once, or summed over steps beyond what honest steps show by chance.
-constexpr double kExplains = 0.5, kClearlyMore = 0.35, kByChance = 0.12, kClearlyMoreInAll = 0.6;
+/// Share of the points that another motion must explain, by which it must exceed that of the
+/// odometry, and how far it must be from it: depth errors that go with the camera look like a
+/// sensor that stands.
+constexpr double kExplains = 0.5, kClearlyMore = 0.35, kLeastOff_m = 2.5;
 /// From this on no other motion can explain clearly more.
 constexpr double kInPlace = 0.85;
-/// Difference to the step before with which a step is unusual; between two motions below the least
-/// one there is nothing to tell.
-constexpr double kUnusual_m = 2, kUnusual_rad = 0.5, kLeastDifference_m = 0.5;
+/// Difference to the step before with which a step is unusual.
+constexpr double kUnusual_m = 2, kUnusual_rad = 0.5;
+constexpr double kLeastMove_m = 0.5;  ///< of a sensor that does not stand
+/// A frame to which later ones are compared is left behind after such a way, but not after fewer
+/// steps than these, and at the latest after so many.
+constexpr double kAnchorEvery_m = 4;
+constexpr int kFewestSince = 4, kMostSince = 40;
 constexpr double kMuchLess = 0.5;  ///< share of what usual steps leave in place
 constexpr std::size_t kUsualSteps = 16, kFewestSteps = 3;
 
 using Points = std::vector<std::pair<Eigen::Vector3f, std::uint32_t>>;  ///< and their labels
 
+/// How far a look reaches, by direction.
+class Sight {
+ public:
+  void add(const Eigen::Vector3f& p) {
+    float& reach = reach_m_[binOf(p)];
+    reach = std::max(reach, p.norm());
+  }
+  bool reaches(const Eigen::Vector3f& p) const { return p.norm() <= reach_m_[binOf(p)]; }
+
+ private:
+  static constexpr int kAround = 36, kUp = 18;
+  static std::size_t binOf(const Eigen::Vector3f& p) {
+    constexpr auto kPi = static_cast<float>(M_PI);
+    const float around = (std::atan2(p.y(), p.x()) + kPi) / (2 * kPi) * kAround,
+                up = (std::atan2(p.z(), p.head<2>().norm()) / kPi + 0.5F) * kUp;
+    return static_cast<std::size_t>(std::min(static_cast<int>(up), kUp - 1) * kAround +
+                                    std::min(static_cast<int>(around), kAround - 1));
+  }
+  std::array<float, kAround * kUp> reach_m_{};
+};
+
 /// What a frame has seen, relative to its sensor, along the axes of the odometry.
 struct Look {
   Eigen::Isometry3d T_odom_sensor = Eigen::Isometry3d::Identity();
   Points points;
+  Sight sight;
   bool aerial = false;
   double side_m = kLeastSide_m;
 };
@@ -54,9 +82,11 @@ Look lookOf(const PreprocessedFrame& frame, const LabelSet& labels) {
   std::vector<float> sigmas;
   for (const Point& p : frame.cloud.points) {
     if (labels.role(p.label) == Role::ignored) continue;
-    if (!frame.aerial && (isGround(labels.kind(p.label)) || p.sigma > kMostSigma_m)) continue;
+    if (!frame.aerial && p.sigma > kMostSigma_m) continue;
     const Eigen::Vector3f from_sensor = p.getVector3fMap() - sensor;
     if (!(from_sensor.squaredNorm() <= reach * reach)) continue;
+    look.sight.add(from_sensor);
+    if (!frame.aerial && isGround(labels.kind(p.label))) continue;
     look.points.emplace_back(from_sensor, p.label);
     sigmas.push_back(p.sigma);
   }
@@ -114,7 +144,7 @@ class SeenCells {
 /// How much of a look lies where the one before has seen something, after a motion.
 struct InPlace {
   double of_all = 0;
-  double of_overlap = 0;  ///< of the points in the reach of the look before; NaN if they are few
+  double of_overlap = 0;  ///< of the points in sight of the look before; NaN if they are few
 };
 
 InPlace inPlaceAfter(const Eigen::Isometry3d& T_before_now, const SeenCells& before,
@@ -125,11 +155,10 @@ InPlace inPlaceAfter(const Eigen::Isometry3d& T_before_now, const SeenCells& bef
   T.linear() = R_odom_before * T_before_now.linear() * now.T_odom_sensor.linear().transpose();
   T.translation() = R_odom_before * T_before_now.translation();
   const Eigen::Isometry3f T_float = T.cast<float>();
-  const auto reach = static_cast<float>(now.aerial ? INFINITY : kReach_m);
   std::size_t overlap = 0, found = 0;
   for (const auto& [p, label] : asked) {
     const Eigen::Vector3f moved = T_float * p;
-    if (moved.squaredNorm() > reach * reach) continue;
+    if (!look_before.sight.reaches(moved)) continue;
     ++overlap;
     found += before.holdNear(moved, label);
   }
@@ -149,87 +178,114 @@ struct OdometryCheck::State {
   explicit State(LabelSet known) : labels(std::move(known)) {}
 
   std::optional<OdometryJump> add(const PreprocessedFrame& frame) {
-    Look now = lookOf(frame, labels);
+    const Look now = lookOf(frame, labels);
+    const Points asked = someOf(now.points);
     std::optional<double> off_m;
-    if (added > 0) off_m = offBy(now);
-    before = std::move(now);
+    if (added > 0) off_m = offSinceLast(now, asked);
+    if (!off_m && added > 0) off_m = offSinceAnchor(now, asked);
+    if (added == 0 || off_m || !anchor) beginAt(now);
+    before = now;
     ++added;
     if (!off_m) return std::nullopt;
-    forget();
     return OdometryJump{added - 1, frame.number, *off_m * frame.size};
   }
 
-  /// How far the step to this look is from a motion that explains it better, if it is a jump.
-  std::optional<double> offBy(const Look& now) {
-    const Eigen::Isometry3d step = before.T_odom_sensor.inverse() * now.T_odom_sensor;
-    const Points asked = someOf(now.points);
-    const bool tells = asked.size() >= kFewestAsked && before.points.size() >= kFewestAsked &&
-                       before.aerial == now.aerial;
-    std::optional<double> off_m;
-    if (tells) off_m = offByScans(step, now, asked);
-    if (off_m) return off_m;
-    takeStep(step);
+  /// How far the last step is from a motion that explains the scans clearly better, or from the
+  /// usual one, if it is unusual and leaves much less in place.
+  std::optional<double> offSinceLast(const Look& now, const Points& asked) {
+    const Eigen::Isometry3d step = stepBetween(before, now);
+    if (tell(before, now, asked)) {
+      std::vector<Eigen::Isometry3d> others{Eigen::Isometry3d::Identity()};
+      if (last_step) others.push_back(*last_step);
+      if (last_move) others.push_back(*last_move);
+      InPlace in_place;
+      if (const auto off_m = offBy(before, now, asked, others, false, in_place)) return off_m;
+      if (isUnusual(step) && usual_in_place.size() >= kFewestSteps &&
+          in_place.of_overlap < kMuchLess * usual())
+        return distanceBetween(step, *last_step);
+      if (std::isfinite(in_place.of_overlap)) usual_in_place.push_back(in_place.of_overlap);
+      if (usual_in_place.size() > kUsualSteps) usual_in_place.pop_front();
+    }
+    last_step = step;
+    if (step.translation().norm() >= kLeastMove_m) last_move = step;
     return std::nullopt;
   }
 
-  std::optional<double> offByScans(const Eigen::Isometry3d& step, const Look& now,
-                                   const Points& asked) {
-    const SeenCells cells(before);
-    const auto after = [&](const Eigen::Isometry3d& T) {
-      return inPlaceAfter(T, cells, before, now, asked);
-    };
-    const InPlace in_place = after(step);
-    double most = 0, off_m = 0;
-    for (const Eigen::Isometry3d& other : otherMotions()) {
-      if (in_place.of_all >= kInPlace) break;
+  /// The same over some steps: an odometry that is stuck, or moves while the sensor stands, is off
+  /// by no more than a step from one frame to the next.
+  std::optional<double> offSinceAnchor(const Look& now, const Points& asked) {
+    if (!anchor) return std::nullopt;
+    ++since_anchor;
+    if (move_at_anchor) moved_on = moved_on * *move_at_anchor;
+    const double way_m =
+        std::max(stepBetween(*anchor, now).translation().norm(), moved_on.translation().norm());
+    if (since_anchor < kFewestSince || (way_m < kAnchorEvery_m && since_anchor < kMostSince))
+      return std::nullopt;
+    std::optional<double> off_m;
+    InPlace in_place;
+    if (tell(*anchor, now, asked))
+      off_m = offBy(*anchor, now, asked, {Eigen::Isometry3d::Identity(), moved_on}, true, in_place);
+    anchor.reset();
+    return off_m;
+  }
+
+  void beginAt(const Look& look) {
+    anchor = look;
+    move_at_anchor = last_move;
+    moved_on = Eigen::Isometry3d::Identity();
+    since_anchor = 0;
+  }
+
+  static Eigen::Isometry3d stepBetween(const Look& a, const Look& b) {
+    return a.T_odom_sensor.inverse() * b.T_odom_sensor;
+  }
+  static bool tell(const Look& a, const Look& b, const Points& asked) {
+    return asked.size() >= kFewestAsked && a.points.size() >= kFewestAsked && a.aerial == b.aerial;
+  }
+
+  /// How far the odometry is from the best of other motions, if that explains clearly more.
+  std::optional<double> offBy(const Look& from, const Look& now, const Points& asked,
+                              const std::vector<Eigen::Isometry3d>& others, bool may_leave,
+                              InPlace& in_place) const {
+    const Eigen::Isometry3d step = stepBetween(from, now);
+    const SeenCells cells(from);
+    in_place = inPlaceAfter(step, cells, from, now, asked);
+    if (in_place.of_all >= kInPlace) return std::nullopt;
+    // A step that leaves the sight of the look before is a jump if another one does not; a way may
+    // leave it.
+    const bool overlaps = std::isfinite(in_place.of_overlap);
+    if (!overlaps && may_leave) return std::nullopt;
+    double most =
+        std::max(kExplains, kClearlyMore + (overlaps ? in_place.of_overlap : in_place.of_all));
+    std::optional<double> off_m;
+    for (const Eigen::Isometry3d& other : others) {
       const double apart_m = distanceBetween(other, step);
-      if (apart_m < kLeastDifference_m) continue;
-      const double more = after(other).of_all;
-      if (more <= most || more < kExplains) continue;
-      most = more;
+      if (apart_m < kLeastOff_m) continue;
+      const double explained = inPlaceAfter(other, cells, from, now, asked).of_overlap;
+      if (!(explained >= most)) continue;
+      most = explained;
       off_m = apart_m;
     }
-    const double excess = most - in_place.of_all;
-    excess_sum = std::max(0.0, excess_sum + (most > 0 ? excess : 0) - kByChance);
-    off_sum_m = excess_sum > 0 ? off_sum_m + off_m : 0;
-    if (most > 0 && excess >= kClearlyMore) return off_m;
-    if (excess_sum >= kClearlyMoreInAll) return off_sum_m;
-    if (isUnusual(step) && usual_in_place.size() >= kFewestSteps &&
-        in_place.of_overlap <
-            kMuchLess * medianOf(std::vector<double>(usual_in_place.begin(), usual_in_place.end())))
-      return distanceBetween(step, *last_step);
-    if (std::isfinite(in_place.of_overlap)) usual_in_place.push_back(in_place.of_overlap);
-    if (usual_in_place.size() > kUsualSteps) usual_in_place.pop_front();
-    return std::nullopt;
-  }
-
-  /// As it moved before, as it did when it moved last, and not at all.
-  std::vector<Eigen::Isometry3d> otherMotions() const {
-    std::vector<Eigen::Isometry3d> motions{Eigen::Isometry3d::Identity()};
-    if (last_step) motions.push_back(*last_step);
-    if (last_move) motions.push_back(*last_move);
-    return motions;
+    return off_m;
   }
 
   bool isUnusual(const Eigen::Isometry3d& step) const {
     return last_step && (distanceBetween(step, *last_step) > kUnusual_m ||
                          rotationBetween(step, *last_step) > kUnusual_rad);
   }
-
-  void takeStep(const Eigen::Isometry3d& step) {
-    last_step = step;
-    if (step.translation().norm() >= kLeastDifference_m) last_move = step;
+  double usual() const {
+    return medianOf(std::vector<double>(usual_in_place.begin(), usual_in_place.end()));
   }
-
-  /// What was learned of the motion holds behind a jump as well; the sum begins again.
-  void forget() { excess_sum = off_sum_m = 0; }
 
   const LabelSet labels;
   Look before;
   std::size_t added = 0;
   std::optional<Eigen::Isometry3d> last_step, last_move;  ///< that the scans did not contradict
   std::deque<double> usual_in_place;                      ///< of the overlap
-  double excess_sum = 0, off_sum_m = 0;                   ///< of other motions over the odometry
+  std::optional<Look> anchor;
+  std::optional<Eigen::Isometry3d> move_at_anchor;
+  Eigen::Isometry3d moved_on = Eigen::Isometry3d::Identity();  ///< since then, at that pace
+  int since_anchor = 0;                                        ///< steps
 };
 
 OdometryCheck::OdometryCheck(LabelSet labels)
