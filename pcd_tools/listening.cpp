@@ -112,7 +112,8 @@ void ListeningSocket::listenOnFile(const Listening& where) {
   path_ = where.socket;
   device_ = made.st_dev;
   inode_ = made.st_ino;
-  if (!where.group.empty() && lchown(path_.c_str(), static_cast<uid_t>(-1), group) != 0)
+  const bool has_group = where.group.empty() || made.st_gid == group;
+  if (!has_group && lchown(path_.c_str(), static_cast<uid_t>(-1), group) != 0)
     throw Error(path_, fmt::format("cannot be given to the group {}: {}; the user of the server "
                                    "must be in it",
                                    where.group, std::strerror(errno)));

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <fmt/core.h>
+#include <malloc.h>
 #include <sys/stat.h>
 
 #include <atomic>
@@ -79,6 +80,7 @@ class ServeCommand final : public Command {
 
   ExitCode run(const Job& job) override {
     checkFlags();
+    boundMemoryPools();
     job_ = &job;
     served_ = stampOf(job.operands[0]);
     load();
@@ -111,6 +113,13 @@ class ServeCommand final : public Command {
     requireValid(limits_);
     if (!(where_.patience_s > 0 && where_.patience_s < 1e6))
       throw UsageError(fmt::format("--patience = {}, must be > 0", where_.patience_s));
+  }
+
+  /// Each thread of a client would keep a pool with what its largest request took.
+  void boundMemoryPools() const {
+#ifdef __GLIBC__
+    mallopt(M_ARENA_MAX, jobs_ + static_cast<int>(std::thread::hardware_concurrency()));
+#endif
   }
 
   /// Nothing waits for a query that does not end.
