@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <fmt/core.h>
-#include <malloc.h>
 #include <sys/stat.h>
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
 
 #include <atomic>
 #include <chrono>
@@ -52,7 +54,7 @@ class ServeCommand final : public Command {
             "frame, with its odometry in the header X-Pose, and answers a line of follow. GET "
             "/health, /metrics (Prometheus), /openapi.json. A MAP file that changes is loaded and "
             "exchanged between two requests. SIGINT and SIGTERM end it (130, 143) once all "
-            "requests are answered.",
+            "requests are answered, or --patience is over.",
             "xview serve town.xvm --socket /run/xview/town.sock",
             1,
             1};
