@@ -1,16 +1,19 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <fmt/core.h>
+#include <sys/stat.h>
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
 
-#include <algorithm>
 #include <atomic>
 #include <chrono>
-#include <condition_variable>
-#include <deque>
 #include <filesystem>
 #include <functional>
-#include <map>
 #include <mutex>
+#include <optional>
 #include <thread>
+#include <tuple>
+#include <utility>
 
 #include "answer_json.h"
 #include "clock.h"
@@ -18,7 +21,12 @@
 #include "live.h"
 #include "outputs.h"
 #include "pose_text.h"
+#include "query_places.h"
 #include "request_body.h"
+#include "request_metrics.h"
+#include "request_rules.h"
+#include "robots.h"
+#include "service_manager.h"
 #include "tool.h"
 #include "windows.h"
 #include "xview/types/error.h"
@@ -26,112 +34,15 @@
 namespace xview::tools {
 namespace {
 
-namespace fs = std::filesystem;
-
-constexpr std::size_t kMostTracks = 64;  ///< robots; the one that was silent longest is forgotten
 constexpr const char* kJson = "application/json";
 
-/// A map in memory, with what finds queries in it.
-struct LoadedMap {
-  LoadedMap(map::SemanticMap loaded, const Job& given, double load_ms)
-      : map(std::move(loaded)), job(inMap(given, map)), localizer(map::borrowed(map), job.options) {
-    job.narrate = Narrative(Verbosity::quiet);
-    unanswered.map = given.operands[0];
-    unanswered.size = sizeText(map.size);
-    unanswered.load_map_ms = load_ms;
-  }
-  const map::SemanticMap map;
-  Job job;  ///< of a request
-  const Localizer localizer;
-  Answer unanswered;  ///< with what all answers share
-};
-
-/// A robot that is followed.
-struct Track {
-  std::mutex mutex;  ///< its frames are taken one after the other
-  std::shared_ptr<const LoadedMap> map;
-  std::optional<Follower> follower;
-  std::int64_t frames = 0;
-  Clock::time_point last = Clock::now();
-};
-
-/// Counts and the last latencies, for /metrics.
-class Metrics {
- public:
-  void add(const std::string& route, int status, double seconds) {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    ++requests_[{route, status}];
-    Latencies& latencies = latencies_[route];
-    ++latencies.count;
-    latencies.sum_s += seconds;
-    latencies.last_s.push_back(seconds);
-    if (latencies.last_s.size() > kLast) latencies.last_s.pop_front();
-  }
-  std::string text(std::size_t connections, int exchanges) const {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    std::string text = "# TYPE xview_requests_total counter\n";
-    for (const auto& [key, count] : requests_)
-      text += fmt::format("xview_requests_total{{route=\"{}\",status=\"{}\"}} {}\n", key.first,
-                          key.second, count);
-    text += "# TYPE xview_latency_seconds summary\n";
-    for (const auto& [route, latencies] : latencies_) {
-      std::vector<double> sorted(latencies.last_s.begin(), latencies.last_s.end());
-      std::sort(sorted.begin(), sorted.end());
-      for (const double q : {0.5, 0.99})
-        text += fmt::format(
-            "xview_latency_seconds{{route=\"{}\",quantile=\"{}\"}} {:.6f}\n", route, q,
-            sorted[static_cast<std::size_t>(q * static_cast<double>(sorted.size() - 1))]);
-      text += fmt::format(
-          "xview_latency_seconds_sum{{route=\"{0}\"}} {1:.6f}\n"
-          "xview_latency_seconds_count{{route=\"{0}\"}} {2}\n",
-          route, latencies.sum_s, latencies.count);
-    }
-    return text + fmt::format(
-                      "# TYPE xview_connections gauge\nxview_connections {}\n"
-                      "# TYPE xview_map_exchanges_total counter\nxview_map_exchanges_total {}\n",
-                      connections, exchanges);
-  }
-
- private:
-  static constexpr std::size_t kLast = 4096;
-  struct Latencies {
-    std::uint64_t count = 0;
-    double sum_s = 0;
-    std::deque<double> last_s;
-  };
-  mutable std::mutex mutex_;
-  std::map<std::pair<std::string, int>, std::uint64_t> requests_;
-  std::map<std::string, Latencies> latencies_;
-};
-
-/// So many queries are computed at a time; the others wait, but not for ever.
-class Places {
- public:
-  void setCount(int count) { free_ = count; }
-  void take(double most_s) {
-    std::unique_lock<std::mutex> lock(mutex_);
-    if (!changed_.wait_for(lock, std::chrono::duration<double>(most_s), [&] { return free_ > 0; }))
-      throw Refusal{503, "busy: no query ended in time"};
-    --free_;
-  }
-  void give() {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    ++free_;
-    changed_.notify_one();
-  }
-
- private:
-  std::mutex mutex_;
-  std::condition_variable changed_;
-  int free_ = 1;
-};
-
-const char* const kOpenApi =
-    R"({"openapi":"3.0.3","info":{"title":"xview serve","version":"1"},"paths":{)"
-    R"("/localize":{"post":{"summary":"where is this cloud (PCD, PLY, LAS, KITTI scan), graph or map in the map?","parameters":[{"name":"name","in":"query","description":"file name, whose ending tells the kind","schema":{"type":"string"}}],"requestBody":{"content":{"application/octet-stream":{}}},"responses":{"200":{"description":"the JSON of xview localize --json"},"400":{"description":"not read"},"408":{"description":"came too slowly"},"413":{"description":"too large"},"503":{"description":"busy"}}}},)"
-    R"("/track/{id}":{"post":{"summary":"the next frame of a robot","parameters":[{"name":"id","in":"path","required":true,"schema":{"type":"string"}},{"name":"pose","in":"query","description":"stamp tx ty tz qx qy qz qw of the odometry; or the header X-Pose","schema":{"type":"string"}}],"responses":{"200":{"description":"a line of xview follow"}}}},)"
-    R"("/health":{"get":{"responses":{"200":{"description":"ready"}}}},"/metrics":{"get":{"responses":{"200":{"description":"Prometheus text"}}}},"/openapi.json":{"get":{"responses":{"200":{"description":"this"}}}}}})"
-    "\n";
+/// By what a file differs from the one that its path led to before; of no file nothing.
+using FileStamp = std::tuple<dev_t, ino_t, off_t, time_t, long>;
+FileStamp stampOf(const std::string& path) {
+  struct stat file = {};
+  if (stat(path.c_str(), &file) != 0) return {};
+  return {file.st_dev, file.st_ino, file.st_size, file.st_mtim.tv_sec, file.st_mtim.tv_nsec};
+}
 
 class ServeCommand final : public Command {
  public:
@@ -143,7 +54,7 @@ class ServeCommand final : public Command {
             "frame, with its odometry in the header X-Pose, and answers a line of follow. GET "
             "/health, /metrics (Prometheus), /openapi.json. A MAP file that changes is loaded and "
             "exchanged between two requests. SIGINT and SIGTERM end it (130, 143) once all "
-            "requests are answered.",
+            "requests are answered, or --patience is over.",
             "xview serve town.xvm --socket /run/xview/town.sock",
             1,
             1};
@@ -153,6 +64,8 @@ class ServeCommand final : public Command {
     input_.declareWithMap(flags);
     flags.add("--socket PATH", where_.socket,
               "listen on this Unix socket, which is its owner's only");
+    flags.add("--socket-mode MODE", where_.mode, "of that socket, octal: 0660 for its group, too");
+    flags.add("--socket-group GROUP", where_.group, "of that socket, whose mode then is 0660");
     flags.add("--port", where_.port,
               "listen on this port, if there is no --socket; 0 = any free one");
     flags.add("--listen ADDRESS", where_.address, "of the port; beyond this machine only if asked");
@@ -169,22 +82,23 @@ class ServeCommand final : public Command {
 
   ExitCode run(const Job& job) override {
     checkFlags();
+    boundMemoryPools();
     job_ = &job;
+    served_ = stampOf(job.operands[0]);
     load();
-    AtomicFolder scratch((fs::temp_directory_path() / "xview-serve").string());
-    scratch_ = scratch.temporaryPath();
-    fs::permissions(scratch_, fs::perms::owner_all);
+    scratch_.emplace("xview-serve");
     places_.setCount(jobs_);
     addRoutes();
     server_.listen(where_);
-    finishOnInterrupt([this] { server_.finish(); });
+    finishOnInterrupt([this] { finish(); });
     Results results("");
     results.print(where_.socket.empty() ? fmt::format("http://{}:{}", where_.address, where_.port)
                                         : where_.socket,
                   job.narrate);
     results.finish();
     std::thread([this] { watchMap(); }).detach();
-    server_.acceptUntilEnd();
+    tellServiceManager("READY=1");
+    server_.acceptUntilEnd([this] { tellIsAlive(); });
   }
 
  private:
@@ -201,6 +115,37 @@ class ServeCommand final : public Command {
     requireValid(limits_);
     if (!(where_.patience_s > 0 && where_.patience_s < 1e6))
       throw UsageError(fmt::format("--patience = {}, must be > 0", where_.patience_s));
+  }
+
+  /// Each thread of a client would keep a pool with what its largest request took.
+  void boundMemoryPools() const {
+#ifdef __GLIBC__
+    mallopt(M_ARENA_MAX, jobs_ + static_cast<int>(std::thread::hardware_concurrency()));
+#endif
+  }
+
+  /// Nothing waits for a query that does not end.
+  void finish() {
+    tellServiceManager("STOPPING=1");
+    if (const std::size_t left = server_.finish())
+      job_->narrate.error(
+          fmt::format("{} requests are not answered: they took longer than --patience {} s", left,
+                      where_.patience_s));
+    server_.removeSocket();
+    scratch_->remove();
+  }
+
+  /// A manager that does not hear this for long starts the server anew.
+  void tellIsAlive() {
+    constexpr double kEvery_s = 1;
+    if (secondsSince(told_) < kEvery_s || queries().isStuck()) return;
+    told_ = Clock::now();
+    tellServiceManager("WATCHDOG=1");
+  }
+
+  /// A query that takes twice the time that it has is taken for stuck.
+  QueryPlaces::Load queries() const {
+    return places_.load(2 * (limits_.time_s > 0 ? limits_.time_s : where_.patience_s));
   }
 
   // ---- the map
@@ -220,16 +165,13 @@ class ServeCommand final : public Command {
   /// it has stayed as it is from one look to the next.
   [[noreturn]] void watchMap() {
     const std::string& path = job_->operands[0];
-    const auto look = [&] {
-      std::error_code failed;
-      return fs::last_write_time(path, failed);
-    };
-    for (auto loaded = look(), before = loaded;;) {
+    for (FileStamp before = served_;;) {
       std::this_thread::sleep_for(std::chrono::milliseconds(500));
-      const auto now = look();
+      robots_.letGoOfOthersThan(currentMap());
+      const FileStamp now = stampOf(path);
       const bool is_settled = std::exchange(before, now) == now;
-      if (now == loaded || !is_settled) continue;
-      loaded = now;
+      if (now == served_ || !is_settled) continue;
+      served_ = now;
       try {
         load();
         ++exchanges_;
@@ -250,8 +192,7 @@ class ServeCommand final : public Command {
                                const httplib::ContentReader& read) {
       const auto begin = Clock::now();
       try {
-        const BodyFile body(scratch_, request, response, read,
-                            static_cast<std::size_t>(max_body_mb_) << 20);
+        const BodyFile body(*scratch_, request, response, read, mostBody());
         response.status = 200;
         response.set_content(computed(work, request, body) + "\n", kJson);
       } catch (const Refusal& refusal) {
@@ -264,14 +205,7 @@ class ServeCommand final : public Command {
   }
 
   std::string computed(const Work& work, const httplib::Request& request, const BodyFile& body) {
-    struct Place {
-      Place(Places& places, double most_s) : places_(places) { places_.take(most_s); }
-      ~Place() { places_.give(); }
-      Place(const Place&) = delete;
-      Place& operator=(const Place&) = delete;
-      Places& places_;
-    };
-    const Place place(places_, where_.patience_s);
+    const QueryPlaces::Place place(places_, where_.patience_s);
     try {
       return work(request, body);
     } catch (const std::bad_alloc&) {
@@ -281,46 +215,77 @@ class ServeCommand final : public Command {
     }
   }
 
+  std::size_t mostBody() const { return static_cast<std::size_t>(max_body_mb_) << 20; }
+
+  /// Before the body of a request is read. Who asks how the server is hears it however many there
+  /// are.
+  void requireTakable(const httplib::Request& request) const {
+    if (const auto& refusal = Connection::current().refusal()) throw Refusal(*refusal);
+    requireAnswerable(request, where_, mostBody());
+    if (isOneTooMany() && request.method == "POST") throw Refusal{503, "too many connections"};
+  }
+
   void addRoutes() {
-    server_.routes().set_payload_max_length(static_cast<std::size_t>(max_body_mb_) << 20);
-    server_.routes().set_pre_routing_handler([this](const auto&, httplib::Response& response) {
-      if (!isOneTooMany()) return httplib::Server::HandlerResponse::Unhandled;
-      answerWith({503, "too many connections"}, response);
-      metrics_.add("refused", response.status, 0);
-      return httplib::Server::HandlerResponse::Handled;
+    httplib::Server& routes = server_.routes();
+    routes.set_payload_max_length(mostBody());
+    routes.set_pre_routing_handler(
+        [this](const httplib::Request& request, httplib::Response& response) {
+          try {
+            requireTakable(request);
+            return httplib::Server::HandlerResponse::Unhandled;
+          } catch (const Refusal& refusal) {
+            answerWith(refusal, response);
+            if (refusal.status == 405) response.set_header("Allow", methodOf(request.path));
+          }
+          metrics_.add("refused", response.status, 0);
+          return httplib::Server::HandlerResponse::Handled;
+        });
+    routes.set_error_handler([](const httplib::Request&, httplib::Response& response) {
+      if (response.body.empty()) answerWith({response.status, "not a valid request"}, response);
     });
-    server_.routes().set_error_handler([](const httplib::Request&, httplib::Response& response) {
-      if (!response.body.empty()) return;
-      const int status = cameTooSlowly() ? 408 : response.status;
-      answerWith({status, status == 413   ? "the body is larger than --max-body"
-                          : status == 408 ? "the request came too slowly"
-                          : status == 404 ? "no such route; see /openapi.json"
-                                          : "not a valid request"},
-                 response);
+    routes.set_logger([this](const httplib::Request&, const httplib::Response& response) {
+      log(response.status);
     });
-    server_.routes().Post(
-        "/localize",
-        handler("/localize", [this](const auto&, const BodyFile& body) { return localize(body); }));
-    server_.routes().Post(R"(/track/([A-Za-z0-9_.-]{1,64}))",
-                          handler("/track", [this](const auto& request, const BodyFile& body) {
-                            return track(request, body);
-                          }));
-    server_.routes().Get("/health", [this](const httplib::Request&, httplib::Response& response) {
-      response.set_content(toText({{"status", "ok"},
-                                   {"map", job_->operands[0]},
-                                   {"vertices", map::vertexCount(currentMap()->map)},
-                                   {"exchanges", exchanges_.load()},
-                                   {"version", XVIEW_VERSION}}) +
-                               "\n",
-                           kJson);
+    routes.Post("/localize", handler("/localize", [this](const auto&, const BodyFile& body) {
+                  return localize(body);
+                }));
+    routes.Post(kTrackRoute, handler("/track", [this](const auto& request, const BodyFile& body) {
+                  return track(request, body);
+                }));
+    routes.Get("/health", [this](const httplib::Request&, httplib::Response& response) {
+      const QueryPlaces::Load load = queries();
+      if (load.isStuck()) response.status = 503;
+      response.set_content(healthText(load) + "\n", kJson);
     });
-    server_.routes().Get("/metrics", [this](const httplib::Request&, httplib::Response& response) {
-      response.set_content(metrics_.text(server_.connections(), exchanges_),
+    routes.Get("/metrics", [this](const httplib::Request&, httplib::Response& response) {
+      response.set_content(metrics_.text(server_.connections(), exchanges_, LoadedMap::count),
                            "text/plain; version=0.0.4");
     });
-    server_.routes().Get("/openapi.json", [](const httplib::Request&, httplib::Response& response) {
-      response.set_content(kOpenApi, kJson);
+    routes.Get("/openapi.json", [](const httplib::Request&, httplib::Response& response) {
+      response.set_content(openApi(), kJson);
     });
+  }
+
+  std::string healthText(const QueryPlaces::Load& load) const {
+    return toText({{"status", load.status()},
+                   {"map", job_->operands[0]},
+                   {"vertices", map::vertexCount(currentMap()->map)},
+                   {"exchanges", exchanges_.load()},
+                   {"running", load.running},
+                   {"jobs", load.places},
+                   {"stuck", load.stuck},
+                   {"longest_s", load.longest_s},
+                   {"version", XVIEW_VERSION}});
+  }
+
+  /// What is refused is told, whatever else is.
+  void log(int status) const {
+    constexpr std::size_t kMost = 200;  // bytes of what others sent
+    const Connection& connection = Connection::current();
+    const std::string line = fmt::format("{}: {}", connection.firstLine().substr(0, kMost), status);
+    if (status < 400) return job_->narrate.detail(line);
+    job_->narrate.error(line + ", " +
+                        (connection.reason.empty() ? "see /health" : connection.reason));
   }
 
   std::string localize(const BodyFile& body) const {
@@ -333,19 +298,6 @@ class ServeCommand final : public Command {
     answer.budget_exhausted = budget.exhausted();
     answer.heading_rad = headingOf(answer.fix.T_map_sensor.linear(), input.whole->sensor);
     return toJson(answer);
-  }
-
-  std::shared_ptr<Track> trackOf(const std::string& id) {
-    const std::lock_guard<std::mutex> lock(tracks_mutex_);
-    std::shared_ptr<Track>& track = tracks_[id];
-    if (!track) track = std::make_shared<Track>();
-    track->last = Clock::now();
-    const std::shared_ptr<Track> wanted = track;
-    if (tracks_.size() > kMostTracks)
-      tracks_.erase(std::min_element(
-          tracks_.begin(), tracks_.end(),
-          [](const auto& a, const auto& b) { return a.second->last < b.second->last; }));
-    return wanted;
   }
 
   std::string track(const httplib::Request& request, const BodyFile& body) {
@@ -362,13 +314,10 @@ class ServeCommand final : public Command {
       T_odom_sensor = pose->T_frame_sensor;
     }
     frame.has_odometry = T_odom_sensor.has_value();
-    const std::shared_ptr<Track> robot = trackOf(request.matches[1].str());
+    const std::shared_ptr<Robot> robot = robots_.named(request.matches[1].str());
     const std::lock_guard<std::mutex> lock(robot->mutex);
     const auto map = currentMap();
-    if (robot->map != map) {
-      robot->follower.emplace(map->localizer, map->job.options, 0, 0);
-      robot->map = map;
-    }
+    robot->followIn(map);
     frame.number = robot->frames++;
     const LiveAnswer answer = robot->follower->withinBudget(limits_, [&] {
       return robot->follower->add(openQuery(body.path(), input_, map->job, map->map.labels), frame,
@@ -382,15 +331,16 @@ class ServeCommand final : public Command {
   Listening where_;
   int max_body_mb_ = 0, jobs_ = 0;
   const Job* job_ = nullptr;
-  std::string scratch_;  ///< folder of the bodies
+  std::optional<ScratchFolder> scratch_;  ///< of the bodies
   mutable std::mutex map_mutex_;
   std::shared_ptr<const LoadedMap> map_;
+  FileStamp served_;  ///< of the file that was read last, from before it was
   std::atomic<int> exchanges_{0};
   SocketServer server_;
-  Places places_;
+  QueryPlaces places_;
   Metrics metrics_;
-  std::mutex tracks_mutex_;
-  std::map<std::string, std::shared_ptr<Track>> tracks_;
+  Robots robots_;
+  Clock::time_point told_;  ///< when the service manager was
 };
 
 }  // namespace

@@ -3,88 +3,15 @@
 #ifdef XVIEW_WITH_SERVE
 #include <gtest/gtest.h>
 
-#include <httplib.h>
-#undef _res  // resolv.h makes it a macro, and Eigen has variables of that name
-#include <signal.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
 #include <atomic>
 #include <chrono>
 #include <filesystem>
 #include <thread>
 
-#include "tools/tiny_town.h"
+#include "tools/server.h"
 
 namespace xview::test {
 namespace {
-
-namespace fs = std::filesystem;
-
-/// A running server, stopped at the end.
-class Server {
- public:
-  explicit Server(const std::vector<std::string>& flags, const std::string& map) {
-    int ends[2];
-    if (pipe(ends) != 0) throw std::runtime_error("pipe");
-    process_ = fork();
-    if (process_ == 0) {
-      dup2(ends[1], 1);
-      std::vector<const char*> arguments = {XVIEW_PROGRAM, "serve", "-q", map.c_str()};
-      for (const std::string& flag : flags) arguments.push_back(flag.c_str());
-      arguments.push_back(nullptr);
-      execv(XVIEW_PROGRAM, const_cast<char* const*>(arguments.data()));
-      _exit(127);
-    }
-    signal(SIGPIPE, SIG_IGN);  // of clients that are refused
-    close(ends[1]);
-    char letter = 0;
-    while (read(ends[0], &letter, 1) == 1 && letter != '\n') address += letter;
-    close(ends[0]);
-  }
-  ~Server() {
-    if (process_ > 0) stop(SIGKILL);
-  }
-  Server(const Server&) = delete;
-  Server& operator=(const Server&) = delete;
-
-  /// The exit code.
-  int stop(int signal) {
-    kill(process_, signal);
-    int status = 0;
-    waitpid(process_, &status, 0);
-    process_ = 0;
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-  }
-
-  std::string address;  ///< as it printed it
-
- private:
-  pid_t process_ = 0;
-};
-
-class Serve : public TinyTown {
- protected:
-  static std::string cloud() {
-    const std::string path = file("query.ply");
-    if (!fs::exists(path)) succeed({"lift", "-q", town("rear"), path});
-    return readText(path);
-  }
-  /// The answer without what the clock decides.
-  static std::string untimed(const std::string& json) {
-    Json answer = Json::parse(json);
-    answer.erase("timing_ms");
-    return answer.dump();
-  }
-  static httplib::Client clientOf(const Server& server) {
-    httplib::Client client(server.address);
-    client.set_read_timeout(600);
-    return client;
-  }
-  static httplib::Result localize(httplib::Client& client, const std::string& body) {
-    return client.Post("/localize?name=" + file("query.ply"), body, "application/octet-stream");
-  }
-};
 
 /// The answer is that of the program, and the other routes tell of it.
 TEST_F(Serve, AnswersAsLocalizeDoes) {
@@ -187,7 +114,6 @@ TEST_F(Serve, ManyClientsGetTheSameAnswerWhileTheMapIsReplaced) {
   EXPECT_EQ(untimed(still->body), first);
 }
 
-/// What is under way is answered; sockets and bodies are gone.
 /// Each request has its own time to be computed in.
 TEST_F(Serve, RequestsWhoseTimeEndsAreRejected) {
   const std::string body = cloud();
@@ -206,6 +132,7 @@ TEST_F(Serve, RequestsWhoseTimeEndsAreRejected) {
   EXPECT_EQ(Json::parse(tracked->body)["budget_exhausted"], "time");
 }
 
+/// What is under way is answered; sockets and bodies are gone.
 TEST_F(Serve, EndsOnceAllAreAnswered) {
   const std::string body = cloud();
   for (const int signal : {SIGINT, SIGTERM}) {
